@@ -1,0 +1,1 @@
+//! RON assemblies that ship with Linkwork, embedded.

@@ -1,0 +1,1 @@
+//! Component library: control.

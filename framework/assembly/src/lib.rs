@@ -1,0 +1,1 @@
+//! RON assemblies and the Rust builder: one intermediate form, all diagnostics at once.

@@ -1,0 +1,1 @@
+//! Derive macros: #[model], Ports, Params, State.

@@ -1,0 +1,1 @@
+//! Scatter and gather sweeps: kinematics, inverse and forward dynamics, mass matrix, momentum.

@@ -1,0 +1,1 @@
+//! The structure of a mechanism: bodies, hinges made of subhinges, nodes.

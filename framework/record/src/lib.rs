@@ -1,0 +1,1 @@
+//! Logs: MCAP with protobuf on every channel; summary; comparison of two logs.

@@ -1,0 +1,1 @@
+//! Models, ports, wires, plan, clock, state, checkpoints.

@@ -1,0 +1,1 @@
+//! Integrators over flat state vectors.

@@ -1,0 +1,1 @@
+//! Spatial algebra: motion, force, phi, rotation, rigid and articulated inertia.

@@ -1,0 +1,1 @@
+//! Linkwork: simulate machines made of parts. Re-exports the floors in reading order.

@@ -1,0 +1,1 @@
+//! The Rerun scene, stream and blueprint.

@@ -1,0 +1,2 @@
+//! The command line: linkwork run, check, list, describe, tree, graph, resume, diff.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Acceptance tests: identities, conservation, analytic, reference, determinism, tidy.
