@@ -58,7 +58,7 @@ pub struct Count {
 }
 
 macro_rules! with_factor { ($($n:ident),*) => {$(pub struct $n { p: Factor })*}; }
-with_factor!(Gain, Integrator, Hold, Noise, Volts, Recall, Bounce, Adder);
+with_factor!(Gain, Integral, Hold, Noise, Volts, Recall, Bounce, Adder);
 
 /// y = k u.
 #[model("t.gain")]
@@ -82,7 +82,7 @@ impl Model for Adder {
 }
 /// ẋ = k u, y = x.
 #[model("t.integrator")]
-impl Model for Integrator {
+impl Model for Integral {
     type Params = Factor;
     type U = U;
     type Ym = One;
@@ -221,7 +221,7 @@ pub fn catalogue() -> Catalogue {
     Catalogue::new([vec![
         Entry::model::<Gain>(),
         Entry::model::<Adder>(),
-        Entry::model::<Integrator>(),
+        Entry::model::<Integral>(),
         Entry::model::<Hold>(),
         Entry::model::<Noise>(),
         Entry::model::<Volts>(),
