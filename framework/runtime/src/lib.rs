@@ -17,6 +17,7 @@ mod ports;
 mod services;
 mod simulation;
 mod spec;
+mod tap;
 mod time;
 mod units;
 mod value;
@@ -41,6 +42,7 @@ pub use simulation::{RunError, Simulation, State, VariableError};
 pub use spec::{
     BindSpec, BindTarget, Integrator, MechanismSpec, PartSpec, PortRef, Spec, WireSpec,
 };
+pub use tap::{Consumer, Group, Row as TapRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{Fault, Faults, Located, Origin, Sources, Value, did_you_mean, remedy};
