@@ -1,8 +1,4 @@
 //! The structure of a mechanism: bodies, hinges made of subhinges, nodes.
-<<<<<<< HEAD
-/// The structure of a mechanism.
-pub struct Multibody {}
-=======
 //!
 //! A [`Builder`] takes parts in any order and reports every fault at once; [`Builder::build`]
 //! returns an immutable [`Multibody`] whose arrays are in canonical order (depth first, parents
@@ -32,4 +28,3 @@ pub use hinge::{Coordinate, Hinge, Subhinge, SubhingeKind};
 pub use ids::{BodyId, NodeId};
 pub use linkwork_spatial as spatial;
 pub use mechanism::{Body, Multibody, Node, SubhingeRange};
->>>>>>> dyn
