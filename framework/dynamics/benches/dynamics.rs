@@ -9,7 +9,7 @@
 mod support;
 
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
-use linkwork_dynamics::spatial::{Mat3, MassProperties, Pose, Vec3};
+use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::*;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
