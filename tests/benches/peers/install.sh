@@ -14,20 +14,18 @@ fi
 mkdir -p "$dir"
 dir=$(cd "$dir" && pwd)
 [ -x "$dir/venv/bin/pip" ] || python3 -m venv "$dir/venv"
-"$dir/venv/bin/pip" install --quiet 'pin>=4.1,<5' cmeel-eigen cmeel-urdfdom-headers
+"$dir/venv/bin/pip" install --quiet 'pin>=4.1,<5' cmeel-eigen
 prefix=$("$dir/venv/bin/python" -c \
     'import sysconfig, os; print(os.path.join(sysconfig.get_paths()["purelib"], "cmeel.prefix"))')
-# -DEIGEN_MAX_ALIGN_BYTES=16: the alignment with which the URDF parser's library was compiled.
+#: the alignment with which the URDF parser's library was compiled.
 best=
 for arch in native x86-64-v3; do
     case $(uname -m)-$arch in x86_64-* | *-native) ;; *) continue ;; esac
-    "$cxx" -std=c++17 -O3 -DNDEBUG -march=$arch -DEIGEN_MAX_ALIGN_BYTES=16 \
+    "$cxx" -std=c++17 -O3 -DNDEBUG -march=$arch \
         -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS \
         -DBOOST_FUSION_INVOKE_MAX_ARITY=12 \
-        -I"$prefix/include" -I"$prefix/include/eigen3" -I"$prefix/include/urdfdom_headers" \
-        "$here/pinocchio_bench.cpp" -o "$dir/pinocchio_bench_$arch" \
-        -L"$prefix/lib" -Wl,-rpath,"$prefix/lib" \
-        -lpinocchio_parsers -lpinocchio_default
+        -I"$prefix/include" -I"$prefix/include/eigen3" \
+        "$here/pinocchio_bench.cpp" -o "$dir/pinocchio_bench_$arch"
     best="$best $dir/pinocchio_bench_$arch"
 done
 echo "built:$best"
