@@ -162,7 +162,7 @@ fn joints(mbs: &Multibody) -> String {
         let X = b.hinge_in_parent();
         let (R, I) = (X.rotation.to_rotation_matrix(), b.inertia());
         text += if kind.axis().is_some() { "pin" } else { "free" };
-        let mut put = |m: &[f64]| m.iter().for_each(|x| write!(text, " {x:e}").expect("write"));
+        let mut put = |m: &[f64]| m.iter().for_each(|x| write!(text, " {x}").expect("write"));
         put(axis.as_slice());
         put(&[parent as f64]);
         put(R.matrix().transpose().as_slice());
