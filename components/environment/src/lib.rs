@@ -1,1 +1,2 @@
 //! Component library: environment.
+pub mod math;
