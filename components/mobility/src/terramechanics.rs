@@ -10,7 +10,7 @@
 //! F_x = r b ∫ (τ_x cos θ − σ sin θ) dθ      F_z = r b ∫ (τ_x sin θ + σ cos θ) dθ
 //! F_y = ∫ (r b τ_y − R_b(h)(r − h cos θ) sin β) dθ        T = r² b ∫ τ_x dθ
 //! R_b = D₁ (c h + D₂ ρ g h²/2),  h = r (cos θ − cos θ_f)
-//! M_x = r² b ∫ τ_y cos θ dθ                 M_z = r² b ∫ τ_y sin θ dθ
+//! M_x = r² b ∫ τ_y cos θ dθ + (r − z/2) F_bulldozing                 M_z = r² b ∫ τ_y sin θ dθ
 //! ```
 //! Contact frame: x where the wheel heads, y its axle, z out of the ground; forces on the wheel.
 //! θ runs from the bottom towards the front. `m` is 1 for a wheel that rolls and 0 for one at
@@ -208,7 +208,7 @@ impl WheelSoil {
             fy: r * b * sum.y - bulldozing,
             fz: r * b * sum.z,
             torque: r * r * b * sum.t,
-            mx: r * r * b * sum.mx,
+            mx: r * r * b * sum.mx - bulldozing * (r - 0.5 * z),
             mz: r * r * b * sum.mz,
         }
     }
