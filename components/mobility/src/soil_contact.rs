@@ -3,13 +3,15 @@
 //! deflection  ξ̇_x = (u − v_x) − ξ_x |u|/(L − T|u|)      u = r ω,  L = r (θ_f − θ_r)/2
 //!             ξ̇_y =     − v_y  − ξ_y |u|/(L − T|u|)      (less what slides beyond 3 L)
 //! slip        s = (ξ_x + T (u − v_x))/L,   v_y/u = −(ξ_y − T v_y)/L
-//! rolling     m = clamp((u + v_x)/(2 v₀), −1, 1)         |m| → symmetry of the stress, sign → front
+//! rolling     ṁ = (w − m |w|)/L,  w = (u + v_x)/2         |m|: share of the rolling shape, sign: front
 //! normal      N = F_z(z) − k_u (z_u − z)₊, times (1 + d ż)₊
-//! rut         ż_u = (z − z_u)₊/τ − (z_u − z)₊ |u + v_x|/(2 L)
+//! rut         ż_u = (z − z_u)₊/τ − 8 (z_u − z)₊ |w|/L
 //! ```
 //! In steady rolling ξ gives back the textbook slip exactly, so the forces are those of the
 //! stress integrals. At rest ξ is a displacement: the soil is a spring below Mohr-Coulomb's
-//! limit and a parked wheel holds exactly; T damps it. `z` is the penetration into the undeformed
+//! limit and a parked wheel holds exactly; T damps it. The footprint of a wheel set down is symmetric
+//! (m = 0) and takes the rolling shape over half its length; no force depends on the sign of a small
+//! speed, which would shake a parked wheel. `z` is the penetration into the undeformed
 //! surface along its normal, `z_u` the deepest press under the wheel: unloading is stiff
 //! (Wong's k_u), and forgotten as the wheel rolls on to new ground. The terrain keeps no rut.
 
@@ -28,8 +30,6 @@ pub struct SoilContact {
     pub shear: Shear,
     /// Gravity for the weight of bulldozed soil, m/s².
     pub gravity: f64,
-    /// Speed below which the wheel counts as standing, `v₀`, m/s.
-    pub speed_rest: f64,
     /// Damping time of the shear deflection `T`, s.
     pub shear_damping: f64,
     /// Normal damping `d`, s/m.
@@ -47,6 +47,8 @@ pub struct SoilState {
     pub xi_y: f64,
     /// Deepest press under the wheel, m.
     pub pressed: f64,
+    /// Shape of the footprint: 0 set down, 1 rolled forwards, −1 rolled backwards.
+    pub rolled: f64,
 }
 
 /// Load of the soil on the wheel; vectors in W.
@@ -72,6 +74,8 @@ pub struct SoilLoad {
 
 /// Time in which the press follows a growing sinkage, and the soil springs back in the air, s.
 const FOLLOW: f64 = 0.005;
+/// Half footprints of travel in which a press is forgotten, inverse.
+const FORGET: f64 = 8.0;
 /// Deflections over L at which sliding starts and is complete.
 const SLIDE: [f64; 2] = [1.5, 3.0];
 /// Least contact half length as a fraction of the radius.
@@ -105,7 +109,8 @@ impl SoilContact {
         let (vx, vy) = (hub.velocity.dot(&ex), hub.velocity.dot(&ey));
         let approach = -hub.velocity.dot(&normal);
         let u = r * hub.angular.dot(&hub.axle);
-        let m = (0.5 * (u + vx) / self.speed_rest).clamp(-1.0, 1.0);
+        let m = state.rolled.clamp(-1.0, 1.0);
+        let travel = 0.5 * (u + vx);
         let side = if m < 0.0 { -1.0 } else { 1.0 };
 
         let front = (1.0 - (z / r).min(1.5)).acos();
@@ -156,7 +161,8 @@ impl SoilContact {
             xi_x: slide[0] - forget * state.xi_x,
             xi_y: slide[1] - forget * state.xi_y,
             pressed: (z - state.pressed).max(0.0) / FOLLOW
-                - (state.pressed - z).max(0.0) * (u + vx).abs() / (2.0 * length),
+                - (state.pressed - z).max(0.0) * FORGET * travel.abs() / length,
+            rolled: (travel - m * travel.abs()) / length,
         };
         slide_beyond(state, &mut rate, length);
         (load, rate)
@@ -177,6 +183,7 @@ impl SoilContact {
             xi_x: -state.xi_x / FOLLOW,
             xi_y: -state.xi_y / FOLLOW,
             pressed: -state.pressed / FOLLOW,
+            rolled: -state.rolled / FOLLOW,
         };
         (load, rate)
     }
