@@ -1,1 +1,45 @@
 //! Scatter and gather sweeps: kinematics, inverse and forward dynamics, mass matrix, momentum.
+//!
+//! A [`Tree`] is a mechanism laid out for the kernels; a [`Workspace`] is their memory. The
+//! pattern of one integrator stage:
+//! ```text
+//! kinematics(&tree, &mut ws, q, v);              poses and velocities
+//! ws.clear_forces();                             then read nodes, compute wrenches
+//! ws.apply_uniform_gravity(g);                   and add them
+//! ws.add_wrench_at_node(&tree, node, wrench);
+//! forward_dynamics_given_kinematics(&tree, &mut ws, tau, vdot)?;
+//! ws.node_acceleration(&tree, node);             accelerometers
+//! ```
+//! Frames: world-oriented axes at each link's own origin, so the dynamics does not lose digits far
+//! from the world's origin. Nothing here allocates after set-up (except to name a body in an
+//! error), looks anything up by name or depends on the order in which bodies were added.
+#![allow(non_snake_case)]
+
+mod batch;
+mod composite;
+mod error;
+mod forces;
+mod forward;
+mod inverse;
+mod kinematics;
+mod lane;
+mod linear;
+mod query;
+mod tree;
+mod work;
+
+pub use batch::Batch;
+pub use composite::{
+    center_of_mass, com_acceleration, com_velocity, kinetic_energy, mass_matrix, momentum,
+    subtree_inertia,
+};
+pub use error::DynamicsError;
+pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
+pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
+pub use kinematics::kinematics;
+pub use lane::Lane;
+pub use linkwork_multibody as multibody;
+pub use linkwork_multibody::spatial;
+pub use tree::Tree;
+pub use wide::{f64x4, f64x8};
+pub use work::Workspace;

@@ -1,1 +1,35 @@
-//! Spatial algebra: motion, force, phi, rotation, rigid and articulated inertia.
+//! Spatial algebra: motion, force, phi, pose and rigid inertia; nalgebra's home.
+//!
+//! Spatial vectors are pairs, angular part first (Jain). Motion and force are different types,
+//! so a force cannot be propagated as if it were a velocity:
+//! ```text
+//! φ (child → parent)   force:   n' = n + l × f,   f' = f          Force::shift_to_parent
+//! φ*(parent → child)   motion:  ω' = ω,  v' = v + ω × l           Motion::shift_to_child
+//! ```
+//! `l` is the vector from the parent's origin to the child's, in the axes of both.
+//! Everything is SI: m, kg, s, rad, N, N m.
+
+#![allow(non_snake_case)]
+
+mod inertia;
+mod pose;
+mod vectors;
+
+pub use inertia::{InertiaCheck, InertiaError, InertiaFault, MassProperties, RigidInertia};
+pub use nalgebra;
+pub use pose::Pose;
+pub use vectors::{Force, Motion};
+
+/// A vector in three dimensions, f64.
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// A 3 × 3 matrix, f64.
+pub type Mat3 = nalgebra::Matrix3<f64>;
+/// A rotation as a unit quaternion; `R_AB` takes coordinates in B to coordinates in A.
+pub type Quat = nalgebra::UnitQuaternion<f64>;
+
+/// The cross-product matrix: `skew(a) * b = a × b`.
+#[inline(always)]
+#[must_use]
+pub fn skew(a: &Vec3) -> Mat3 {
+    a.cross_matrix()
+}

@@ -1,0 +1,140 @@
+//! `#[derive(Ports)]` and `#[derive(State)]`: a plain struct of f64-like fields as flat lanes.
+use crate::{doc_of, runtime};
+use proc_macro2::TokenStream as Tokens;
+use quote::quote;
+use syn::{Data, DeriveInput, Expr, Fields, Ident, LitStr, Token, parse::ParseStream};
+
+#[derive(Default)]
+struct PortAttr {
+    unit: Option<LitStr>,
+    default: Option<Expr>,
+    bind: Option<LitStr>,
+    frame: Option<LitStr>,
+    sum: bool,
+}
+
+fn attribute(field: &syn::Field) -> syn::Result<PortAttr> {
+    let mut out = PortAttr::default();
+    for attr in field.attrs.iter().filter(|a| a.path().is_ident("port")) {
+        if matches!(attr.meta, syn::Meta::Path(_)) {
+            continue;
+        }
+        attr.parse_args_with(|input: ParseStream| parse(&mut out, input))?;
+    }
+    Ok(out)
+}
+
+/// `"unit", default = 0.0, sum, bind = "shaft", frame = "body"`, each optional, in any order.
+fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
+    while !input.is_empty() {
+        if input.peek(LitStr) {
+            out.unit = Some(input.parse()?);
+        } else {
+            let key: Ident = input.parse()?;
+            match key.to_string().as_str() {
+                "sum" => out.sum = true,
+                "default" => {
+                    input.parse::<Token![=]>()?;
+                    out.default = Some(input.parse()?);
+                }
+                "bind" => {
+                    input.parse::<Token![=]>()?;
+                    out.bind = Some(input.parse()?);
+                }
+                "frame" => {
+                    input.parse::<Token![=]>()?;
+                    out.frame = Some(input.parse()?);
+                }
+                _ => {
+                    return Err(syn::Error::new(
+                        key.span(),
+                        "unknown port attribute; known: a unit string, default, bind, frame, sum",
+                    ));
+                }
+            }
+        }
+        if !input.is_empty() {
+            input.parse::<Token![,]>()?;
+        }
+    }
+    Ok(())
+}
+
+pub fn derive(input: &DeriveInput) -> syn::Result<Tokens> {
+    let rt = runtime();
+    let name = &input.ident;
+    let Data::Struct(data) = &input.data else {
+        return Err(syn::Error::new_spanned(name, "Ports and State are for structs"));
+    };
+    let Fields::Named(fields) = &data.fields else {
+        return Err(syn::Error::new_spanned(name, "Ports and State need named fields"));
+    };
+    let (mut specs, mut puts, mut idents, mut types) = (vec![], vec![], vec![], vec![]);
+    for field in &fields.named {
+        let attr = attribute(field)?;
+        let (ident, ty) = (field.ident.as_ref().expect("named"), &field.ty);
+        let doc = doc_of(&field.attrs);
+        if doc.is_empty() {
+            return Err(syn::Error::new_spanned(
+                ident,
+                "a port needs a doc comment: it is shown to users",
+            ));
+        }
+        let text = ident.to_string();
+        let unit = match &attr.unit {
+            Some(u) => quote!(Some(#u)),
+            None => quote!(None),
+        };
+        let default = match &attr.default {
+            Some(e) => quote!(Some({ let v: #ty = #e; #rt::Lane::lanes_of(&v) })),
+            None => quote!(None),
+        };
+        let opt = |o: &Option<LitStr>| match o {
+            Some(s) => quote!(Some(#s)),
+            None => quote!(None),
+        };
+        let (bind, frame, sum) = (opt(&attr.bind), opt(&attr.frame), attr.sum);
+        specs.push(quote! {
+            #rt::PortSpec::new::<#ty>(#text, #unit, #doc, #default, #sum, #bind, #frame)
+        });
+        puts.push(quote!(#rt::Lane::put(&self.#ident, &mut s[o..o + <#ty as #rt::Lane>::N]);));
+        idents.push(ident);
+        types.push(ty);
+    }
+    let steps: Vec<Tokens> = types.iter().map(|ty| quote!(o += <#ty as #rt::Lane>::N;)).collect();
+    let let_get = idents.iter().zip(&types).zip(&steps).map(|((i, ty), st)| {
+        quote!(let #i = <#ty as #rt::Lane>::get(&s[o..o + <#ty as #rt::Lane>::N]); #st)
+    });
+    let let_gather = idents.iter().zip(&types).zip(&steps).map(|((i, ty), st)| {
+        quote!(let #i = <#ty as #rt::Lane>::gather(sig, &idx[o..o + <#ty as #rt::Lane>::N]); #st)
+    });
+    let put_steps = puts.iter().zip(&steps).map(|(p, st)| quote!(#p #st));
+    Ok(quote! {
+        #[automatically_derived]
+        #[allow(unused_assignments, unused_mut, unused_variables)]
+        impl #rt::Lanes for #name {
+            const N: usize = 0 #(+ <#types as #rt::Lane>::N)*;
+            fn specs() -> Vec<#rt::PortSpec> { vec![#(#specs),*] }
+            #[inline(always)]
+            fn get(s: &[f64]) -> Self {
+                let s = &s[..Self::N];
+                let mut o = 0usize;
+                #(#let_get)*
+                Self { #(#idents),* }
+            }
+            #[inline(always)]
+            fn put(&self, s: &mut [f64]) {
+                let s = &mut s[..Self::N];
+                let mut o = 0usize;
+                #(#put_steps)*
+            }
+            #[inline(always)]
+            fn gather(sig: &[f64], idx: &[u32]) -> Self {
+                let idx = &idx[..Self::N];
+                let mut o = 0usize;
+                #(#let_gather)*
+                Self { #(#idents),* }
+            }
+        }
+    })
+}

@@ -1,0 +1,108 @@
+//! `#[model("actuators.dc_motor")]`: completes an `impl Model` and reads its dependencies.
+use crate::{doc_of, runtime};
+use proc_macro2::TokenStream as Tokens;
+use quote::{format_ident, quote};
+use syn::{FnArg, ImplItem, ImplItemFn, ItemImpl, LitStr, Pat, parse_quote};
+
+/// Function, full number of arguments after `&self`, and the types that may be left out at the end.
+const FUNCTIONS: [(&str, &[&str]); 4] = [
+    ("moore", &["Clock", "X", "D", "Store"]),
+    ("direct", &["Clock", "X", "D", "Ud", "Store"]),
+    ("deriv", &["Clock", "X", "D", "U", "Ud", "Store"]),
+    ("update", &["Clock", "X", "D", "U", "Ud", "Store!"]),
+];
+
+pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
+    let rt = runtime();
+    let doc = doc_of(&item.attrs);
+    if doc.is_empty() {
+        return Err(syn::Error::new_spanned(
+            &item.self_ty,
+            "a model needs a doc comment above #[model]: `linkwork describe` shows it",
+        ));
+    }
+    let written: Vec<String> = item
+        .items
+        .iter()
+        .filter_map(|i| match i {
+            ImplItem::Type(t) => Some(t.ident.to_string()),
+            ImplItem::Fn(f) => Some(f.sig.ident.to_string()),
+            _ => None,
+        })
+        .collect();
+    let has = |n: &str| written.iter().any(|w| w == n);
+    for (ty, function) in [("Ym", "moore"), ("Yd", "direct"), ("X", "deriv"), ("D", "update")] {
+        if has(ty) && !has(function) {
+            return Err(syn::Error::new_spanned(
+                &item.self_ty,
+                format!("`type {ty}` is declared but there is no `fn {function}`"),
+            ));
+        }
+    }
+    let mut timed = [false; 4];
+    for it in &mut item.items {
+        let ImplItem::Fn(f) = it else { continue };
+        let Some(k) = FUNCTIONS.iter().position(|(n, _)| f.sig.ident == n) else { continue };
+        timed[k] = complete(f, FUNCTIONS[k].1, &rt)?;
+    }
+    for ty in ["Params", "U", "Ud", "Ym", "Yd", "X", "D", "Store"] {
+        if !has(ty) {
+            let ident = format_ident!("{ty}");
+            item.items.push(parse_quote!(type #ident = ();));
+        }
+    }
+    if !has("build") {
+        if has("Params") {
+            item.items.push(parse_quote! {
+                fn build(p: Self::Params) -> Result<Self, #rt::BuildError> { Ok(Self { p }) }
+            });
+        } else {
+            item.items.push(parse_quote! {
+                fn build(_: Self::Params) -> Result<Self, #rt::BuildError> { Ok(Self {}) }
+            });
+        }
+    }
+    let [m, d, v, u] = ["moore", "direct", "deriv", "update"].map(has);
+    let [tm, td, _, _] = timed;
+    item.items.push(parse_quote!(const NAME: &'static str = #name;));
+    item.items.push(parse_quote!(const DOC: &'static str = #doc;));
+    item.items.push(parse_quote! {
+        const FUNCTIONS: #rt::Functions = #rt::Functions {
+            moore: #m, direct: #d, deriv: #v, update: #u, moore_timed: #tm, direct_timed: #td,
+        };
+    });
+    Ok(quote!(#item))
+}
+
+/// Adds the trailing arguments that were left out; tells whether the clock is used.
+fn complete(f: &mut ImplItemFn, full: &[&str], rt: &Tokens) -> syn::Result<bool> {
+    let given = f.sig.inputs.len().saturating_sub(1);
+    if !matches!(f.sig.inputs.first(), Some(FnArg::Receiver(_))) || given == 0 || given > full.len()
+    {
+        let list = full.iter().map(|t| format!("&{t}")).collect::<Vec<_>>().join(", ");
+        return Err(syn::Error::new_spanned(
+            &f.sig,
+            format!("`{}` takes (&self, {list}), trailing ones optional", f.sig.ident),
+        ));
+    }
+    for (k, ty) in full.iter().enumerate().skip(given) {
+        let arg = format_ident!("_arg{k}");
+        f.sig.inputs.push(match *ty {
+            "Clock" => parse_quote!(#arg: &#rt::Clock),
+            "Store!" => parse_quote!(#arg: &mut Self::Store),
+            other => {
+                let t = format_ident!("{other}");
+                parse_quote!(#arg: &Self::#t)
+            }
+        });
+    }
+    let clock = match f.sig.inputs.iter().nth(1) {
+        Some(FnArg::Typed(t)) => match &*t.pat {
+            Pat::Wild(_) => false,
+            Pat::Ident(i) => !i.ident.to_string().starts_with('_'),
+            _ => true,
+        },
+        _ => true,
+    };
+    Ok(clock)
+}

@@ -1,0 +1,271 @@
+//! A mechanism as the kernels want it: flat arrays of moving links.
+//!
+//! A *link* is one subhinge that moves with what is welded outboard of it. One-dof subhinges are
+//! turned so that their axis is local z, and about z so that the link's inertia has no xy term.
+//! Slot 0 of the work arrays is the world.
+
+use crate::linear::{M3, S3, V3};
+use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, SubhingeKind};
+use linkwork_spatial::{Mat3, Pose, Quat, RigidInertia, Vec3};
+use std::sync::Arc;
+
+/// How a link moves relative to its parent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Pin,
+    Slider,
+    Screw,
+    Ball,
+    Free,
+}
+
+/// The constants of one moving link.
+#[derive(Clone, Debug)]
+pub(crate) struct Link {
+    pub kind: Kind,
+    pub coordinate: Coordinate,
+    /// Slot of the parent; 0 is the world.
+    pub parent: u32,
+    pub q: u32,
+    pub v: u32,
+    /// Place among links with several dof.
+    pub multi: u32,
+    /// The first of its siblings to gather (the last in order): it writes, the others add.
+    pub gathers_first: bool,
+    pub leaf: bool,
+    pub armature: f64,
+    /// Screws: m/rad.
+    pub pitch: f64,
+    /// Parent link to this link at q = 0.
+    pub R: M3<f64>,
+    pub l: V3<f64>,
+    /// Mass, first moment and inertia about the link's origin, link axes.
+    pub m: f64,
+    pub h: V3<f64>,
+    pub J: S3<f64>,
+    /// The body whose hinge this is.
+    pub body: u32,
+}
+
+/// A frame fixed on a link.
+#[derive(Clone, Debug)]
+pub(crate) struct OnLink {
+    /// Slot of the link; 0 is the world.
+    pub slot: u32,
+    /// The frame in the link.
+    pub R: Mat3,
+    pub p: Vec3,
+}
+
+/// The kernels' view of a [`Multibody`]: constants only, shared by any number of workspaces.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    pub(crate) links: Vec<Link>,
+    pub(crate) bodies: Vec<OnLink>,
+    pub(crate) nodes: Vec<OnLink>,
+    pub(crate) multi: usize,
+    pub(crate) multibody: Arc<Multibody>,
+    moving_mass: f64,
+}
+
+impl Tree {
+    /// Lays a mechanism out for the kernels. O(bodies).
+    #[must_use]
+    pub fn new(multibody: &Multibody) -> Self {
+        let mut build = Layout::default();
+        for id in multibody.body_ids() {
+            build.body(multibody, id);
+        }
+        build.finish(multibody)
+    }
+
+    /// The mechanism that this was made from.
+    #[must_use]
+    pub fn multibody(&self) -> &Multibody {
+        &self.multibody
+    }
+
+    /// Numbers in q.
+    #[must_use]
+    pub fn nq(&self) -> usize {
+        self.multibody.nq()
+    }
+
+    /// Degrees of freedom.
+    #[must_use]
+    pub fn nv(&self) -> usize {
+        self.multibody.nv()
+    }
+
+    /// Mass of all bodies that can move, kg: those welded to the world do not count.
+    #[must_use]
+    pub fn total_mass(&self) -> f64 {
+        self.moving_mass
+    }
+
+    pub(crate) fn body(&self, b: BodyId) -> &OnLink {
+        &self.bodies[b.index()]
+    }
+
+    pub(crate) fn node(&self, n: NodeId) -> &OnLink {
+        &self.nodes[n.index()]
+    }
+}
+
+/// A link under construction.
+struct Draft {
+    kind: Kind,
+    coordinate: Coordinate,
+    parent: usize,
+    q: usize,
+    v: usize,
+    armature: f64,
+    pitch: f64,
+    X_PL: Pose,
+    inertia: RigidInertia,
+    body: u32,
+}
+
+#[derive(Default)]
+struct Layout {
+    drafts: Vec<Draft>,
+    /// Per body: slot and `X_LB`.
+    bodies: Vec<(usize, Pose)>,
+}
+
+impl Layout {
+    fn body(&mut self, mbs: &Multibody, id: BodyId) {
+        let body = mbs.get(id);
+        let (mut slot, X_LP) =
+            body.parent().map_or((0, Pose::identity()), |p| self.bodies[p.index()]);
+        // The frame that the next subhinge starts from, in the current link.
+        let mut X_LJ = X_LP * body.hinge_in_parent();
+        for s in body.subhinges() {
+            let kind = match s.subhinge.kind {
+                SubhingeKind::Pin { .. } => Kind::Pin,
+                SubhingeKind::Slider { .. } => Kind::Slider,
+                SubhingeKind::Screw { .. } => Kind::Screw,
+                SubhingeKind::Ball => Kind::Ball,
+                SubhingeKind::Free => Kind::Free,
+                SubhingeKind::Locked => continue,
+            };
+            let turn = s.subhinge.kind.axis().map_or_else(Quat::identity, |a| z_to(&a));
+            let pitch = match s.subhinge.kind {
+                SubhingeKind::Screw { pitch, .. } => pitch,
+                _ => 0.0,
+            };
+            self.drafts.push(Draft {
+                kind,
+                coordinate: s.subhinge.coordinate,
+                parent: slot,
+                q: s.q.start,
+                v: s.v.start,
+                armature: s.subhinge.armature,
+                pitch,
+                X_PL: X_LJ * Pose::rotation(turn),
+                inertia: RigidInertia::zero(),
+                body: id.index() as u32,
+            });
+            slot = self.drafts.len();
+            X_LJ = Pose::rotation(turn.inverse());
+        }
+        let X_LB = X_LJ * body.hinge_in_body().inverse();
+        if slot > 0 {
+            let I = body.inertia().rotate(&X_LB.rotation).shift_to_parent(&X_LB.position);
+            self.drafts[slot - 1].inertia += I;
+        }
+        self.bodies.push((slot, X_LB));
+    }
+
+    /// Turns one-dof links about their own z until J_xy = 0; what hangs on them turns back.
+    fn remove_xy(&mut self) {
+        let mut turns = vec![Pose::identity()];
+        for d in &mut self.drafts {
+            let turn = if matches!(d.kind, Kind::Ball | Kind::Free) {
+                Pose::identity()
+            } else {
+                let J = d.inertia.inertia();
+                let angle = 0.5 * (2.0 * J[(0, 1)]).atan2(J[(0, 0)] - J[(1, 1)]);
+                Pose::rotation(Quat::from_axis_angle(&Vec3::z_axis(), angle))
+            };
+            d.inertia = d.inertia.rotate(&turn.rotation.inverse());
+            d.X_PL = turns[d.parent].inverse() * d.X_PL * turn;
+            turns.push(turn);
+        }
+        for (slot, X_LB) in &mut self.bodies {
+            *X_LB = turns[*slot].inverse() * *X_LB;
+        }
+    }
+
+    fn finish(mut self, mbs: &Multibody) -> Tree {
+        self.remove_xy();
+        let n = self.drafts.len();
+        let mut last_child = vec![0; n + 1];
+        for (k, d) in self.drafts.iter().enumerate() {
+            last_child[d.parent] = k + 1;
+        }
+        let mut multi = 0;
+        let mut links = Vec::with_capacity(n);
+        for (k, d) in self.drafts.iter().enumerate() {
+            let J = d.inertia.inertia();
+            links.push(Link {
+                kind: d.kind,
+                coordinate: d.coordinate,
+                parent: d.parent as u32,
+                q: d.q as u32,
+                v: d.v as u32,
+                multi,
+                gathers_first: last_child[d.parent] == k + 1,
+                leaf: last_child[k + 1] == 0,
+                armature: d.armature,
+                pitch: d.pitch,
+                R: m3(&d.X_PL.rotation.to_rotation_matrix().into_inner()),
+                l: v3(&d.X_PL.position),
+                m: d.inertia.mass(),
+                h: v3(&d.inertia.h()),
+                J: S3 {
+                    xx: J[(0, 0)],
+                    xy: J[(0, 1)],
+                    xz: J[(0, 2)],
+                    yy: J[(1, 1)],
+                    yz: J[(1, 2)],
+                    zz: J[(2, 2)],
+                },
+                body: d.body,
+            });
+            multi += u32::from(matches!(d.kind, Kind::Ball | Kind::Free));
+        }
+        let on_link = |slot: usize, X: &Pose| OnLink {
+            slot: slot as u32,
+            R: X.rotation.to_rotation_matrix().into_inner(),
+            p: X.position,
+        };
+        let nodes = mbs.nodes().iter().map(|n| {
+            let (slot, X_LB) = &self.bodies[n.body().index()];
+            on_link(*slot, &(*X_LB * n.pose()))
+        });
+        Tree {
+            moving_mass: links.iter().map(|l: &Link| l.m).sum(),
+            multi: multi as usize,
+            nodes: nodes.collect(),
+            bodies: self.bodies.iter().map(|(slot, X)| on_link(*slot, X)).collect(),
+            links,
+            multibody: Arc::new(mbs.clone()),
+        }
+    }
+}
+
+/// The shortest rotation that takes z to the unit vector `axis`.
+fn z_to(axis: &Vec3) -> Quat {
+    Quat::rotation_between(&Vec3::z(), axis)
+        .unwrap_or_else(|| Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI))
+}
+
+fn v3(v: &Vec3) -> V3<f64> {
+    V3 { x: v.x, y: v.y, z: v.z }
+}
+
+fn m3(m: &Mat3) -> M3<f64> {
+    let c = |j: usize| V3 { x: m[(0, j)], y: m[(1, j)], z: m[(2, j)] };
+    M3 { x: c(0), y: c(1), z: c(2) }
+}

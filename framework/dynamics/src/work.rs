@@ -1,0 +1,113 @@
+//! What the sweeps write: one struct a link and sweep, allocated once.
+
+use crate::lane::Lane;
+use crate::linear::{M3, S3, V3, V6};
+use crate::tree::Tree;
+
+/// Kinematics of a link; world axes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Kin<L> {
+    /// `R_WL`.
+    pub R: M3<L>,
+    /// Parent's origin to the link's.
+    pub l: V3<L>,
+    /// World origin to the link's: for answers only, never in the dynamics.
+    pub p: V3<L>,
+    /// Velocity of the link at its origin.
+    pub V: V6<L>,
+    /// Bias acceleration: what the link would do with every β̇ = 0.
+    pub A: V6<L>,
+}
+
+/// Articulated inertia [[I, H], [Hᵀ, M]] and force z about the link's origin, world axes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Art<L> {
+    pub I: S3<L>,
+    pub H: M3<L>,
+    pub M: S3<L>,
+    pub z: V6<L>,
+}
+
+/// What the gather leaves for the scatter at a one-dof hinge.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct One<L> {
+    /// Free: G = P H* D⁻¹. Prescribed: U = P H*.
+    pub G: V6<L>,
+    /// Free: ν = D⁻¹ ε. Prescribed: H z.
+    pub nu: L,
+}
+
+/// The same at a hinge of several dof.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Multi<L> {
+    /// Free ball: D⁻¹ [I, H].
+    pub Gn: M3<L>,
+    pub Gf: M3<L>,
+    /// Free ball: ν in `n`. Free: P⁻¹ (T − z).
+    pub nu: V6<L>,
+    /// Prescribed: P and z of the link.
+    pub P: Art<L>,
+}
+
+/// Composite rigid inertia about the link's origin, world axes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Composite<L> {
+    pub m: L,
+    pub h: V3<L>,
+    pub J: S3<L>,
+}
+
+/// All work arrays; index 0 is the world.
+#[derive(Clone, Debug)]
+pub(crate) struct Work<L> {
+    pub kin: Vec<Kin<L>>,
+    pub art: Vec<Art<L>>,
+    pub one: Vec<One<L>>,
+    pub multi: Vec<Multi<L>>,
+    /// Acceleration less bias.
+    pub acc: Vec<V6<L>>,
+    pub f_ext: Vec<V6<L>>,
+    pub force: Vec<V6<L>>,
+    pub composite: Vec<Composite<L>>,
+    /// Uniform gravity, world axes.
+    pub gravity: V3<L>,
+}
+
+impl<L: Lane> Work<L> {
+    pub fn new(tree: &Tree) -> Self {
+        let n = tree.links.len() + 1;
+        let mut kin = vec![Kin::default(); n];
+        kin.iter_mut().for_each(|k| k.R = M3::identity());
+        Self {
+            kin,
+            art: vec![Art::default(); n],
+            one: vec![One::default(); n],
+            multi: vec![Multi::default(); tree.multi],
+            acc: vec![V6::default(); n],
+            f_ext: vec![V6::default(); n],
+            force: vec![V6::default(); n],
+            composite: vec![Composite::default(); n],
+            gravity: V3::default(),
+        }
+    }
+
+    pub fn clear_forces(&mut self) {
+        self.f_ext.fill(V6::default());
+        self.gravity = V3::default();
+    }
+}
+
+/// The working memory of the algorithms for one tree, in double precision: poses, velocities,
+/// external forces, accelerations. Made once; no algorithm allocates.
+#[derive(Clone, Debug)]
+pub struct Workspace {
+    pub(crate) work: Work<f64>,
+}
+
+impl Workspace {
+    /// Memory for `tree`; it must be used with no other.
+    #[must_use]
+    pub fn new(tree: &Tree) -> Self {
+        Self { work: Work::new(tree) }
+    }
+}

@@ -1,0 +1,302 @@
+//! From parts in any order to a mechanism in canonical order.
+
+use crate::error::{BuildError, Fault};
+use crate::mechanism::{Body, Multibody, Node, SubhingeRange};
+use crate::{BodyId, Coordinate, Hinge, NodeId, SubhingeKind};
+use linkwork_spatial::{MassProperties, Pose, RigidInertia};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A body as its author describes it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodySpec {
+    /// Its name, any string; by habit a path such as `Rover.Wheels.Wheel1/wheel`.
+    pub name: String,
+    /// `world` or the name of the body that it hangs on.
+    pub parent: String,
+    /// `X_PJ`: the hinge frame in the parent body.
+    #[serde(default)]
+    pub hinge_in_parent: Pose,
+    /// `X_BJ`: the hinge frame in this body.
+    #[serde(default)]
+    pub hinge_in_body: Pose,
+    /// What moves.
+    #[serde(default)]
+    pub hinge: Hinge,
+    /// Mass properties in body axes.
+    #[serde(default)]
+    pub mass: MassProperties,
+}
+
+impl BodySpec {
+    /// A massless body welded to its parent's frame; the other methods change that.
+    #[must_use]
+    pub fn new(name: impl Into<String>, parent: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            parent: parent.into(),
+            hinge_in_parent: Pose::identity(),
+            hinge_in_body: Pose::identity(),
+            hinge: Hinge::locked(),
+            mass: MassProperties::massless(),
+        }
+    }
+
+    /// Where the hinge frame is on the parent (`X_PJ`).
+    #[must_use]
+    pub fn hinge_in_parent(mut self, X_PJ: Pose) -> Self {
+        self.hinge_in_parent = X_PJ;
+        self
+    }
+
+    /// Where the hinge frame is on this body (`X_BJ`).
+    #[must_use]
+    pub fn hinge_in_body(mut self, X_BJ: Pose) -> Self {
+        self.hinge_in_body = X_BJ;
+        self
+    }
+
+    /// What moves.
+    #[must_use]
+    pub fn hinge(mut self, hinge: Hinge) -> Self {
+        self.hinge = hinge;
+        self
+    }
+
+    /// Mass properties in body axes.
+    #[must_use]
+    pub fn mass(mut self, mass: MassProperties) -> Self {
+        self.mass = mass;
+        self
+    }
+}
+
+/// A node: a named frame on a body, where forces act and sensors sit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NodeSpec {
+    /// Its name.
+    pub name: String,
+    /// The body that carries it.
+    pub body: String,
+    /// `X_BN`: the node frame in the body.
+    #[serde(default)]
+    pub pose: Pose,
+}
+
+/// Collects parts; [`Builder::build`] makes the mechanism.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Builder {
+    bodies: Vec<BodySpec>,
+    nodes: Vec<NodeSpec>,
+}
+
+impl Builder {
+    /// No parts yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a body; its parent may come later.
+    pub fn body(&mut self, body: BodySpec) -> &mut Self {
+        self.bodies.push(body);
+        self
+    }
+
+    /// Adds a node at `X_BN` on a body, which may come later.
+    pub fn node(
+        &mut self,
+        name: impl Into<String>,
+        body: impl Into<String>,
+        X_BN: Pose,
+    ) -> &mut Self {
+        self.nodes.push(NodeSpec { name: name.into(), body: body.into(), pose: X_BN });
+        self
+    }
+
+    /// The mechanism in canonical order. O(n log n).
+    ///
+    /// # Errors
+    /// Every [`Fault`] of every part.
+    pub fn build(&self) -> Result<Multibody, BuildError> {
+        let mut faults = Vec::new();
+        let names: BTreeMap<&str, usize> =
+            self.bodies.iter().enumerate().map(|(i, b)| (b.name.as_str(), i)).collect();
+        check_names("body", self.bodies.iter().map(|b| b.name.as_str()), &mut faults);
+        check_names("node", self.nodes.iter().map(|n| n.name.as_str()), &mut faults);
+        let mut inertias = Vec::with_capacity(self.bodies.len());
+        for b in &self.bodies {
+            if b.parent != "world" && !names.contains_key(b.parent.as_str()) {
+                faults.push(Fault::UnknownParent {
+                    body: b.name.clone(),
+                    parent: b.parent.clone(),
+                    suggestion: nearest(&b.parent, names.keys().copied().chain(["world"])),
+                });
+            }
+            check_numbers(b, &mut faults);
+            inertias.push(b.mass.validate().unwrap_or_else(|error| {
+                faults.push(Fault::Inertia { body: b.name.clone(), error });
+                RigidInertia::zero()
+            }));
+        }
+        for n in &self.nodes {
+            if !names.contains_key(n.body.as_str()) {
+                faults.push(Fault::UnknownBody {
+                    node: n.name.clone(),
+                    body: n.body.clone(),
+                    suggestion: nearest(&n.body, names.keys().copied()),
+                });
+            }
+            if !n.pose.is_finite() {
+                faults.push(Fault::NotFinite { place: format!("node `{}`, pose", n.name) });
+            }
+        }
+        self.check_cycles(&names, &mut faults);
+        if faults.is_empty() { Ok(self.order(&inertias)) } else { Err(BuildError { faults }) }
+    }
+
+    /// Reports each ring once, from its first body by name.
+    fn check_cycles(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<Fault>) {
+        let mut done = vec![false; self.bodies.len()];
+        for &start in names.values() {
+            let (mut path, mut at) = (Vec::new(), Some(start));
+            while let Some(i) = at.filter(|&i| !done[i] && !path.contains(&i)) {
+                path.push(i);
+                at = names.get(self.bodies[i].parent.as_str()).copied();
+            }
+            if let Some(first) = at.and_then(|i| path.iter().position(|&j| j == i)) {
+                let ring = path[first..].iter().chain([&path[first]]);
+                faults.push(Fault::Cycle {
+                    path: ring.map(|&i| self.bodies[i].name.clone()).collect(),
+                });
+            }
+            for i in path {
+                done[i] = true;
+            }
+        }
+    }
+
+    /// Depth first, parents first, siblings by name; nodes by body, then name.
+    fn order(&self, inertias: &[RigidInertia]) -> Multibody {
+        let mut children: BTreeMap<&str, BTreeMap<&str, usize>> = BTreeMap::new();
+        for (i, b) in self.bodies.iter().enumerate() {
+            children.entry(&b.parent).or_default().insert(&b.name, i);
+        }
+        let mut stack: Vec<(usize, Option<BodyId>)> = Vec::new();
+        let push = |stack: &mut Vec<_>, name: &str, parent| {
+            stack.extend(
+                children.get(name).into_iter().flat_map(|c| c.values().rev()).map(|&i| (i, parent)),
+            );
+        };
+        push(&mut stack, "world", None);
+        let mut bodies: Vec<Body> = Vec::with_capacity(self.bodies.len());
+        let mut index = BTreeMap::new();
+        let (mut nq, mut nv) = (0, 0);
+        while let Some((i, parent)) = stack.pop() {
+            let spec = &self.bodies[i];
+            let id = BodyId(bodies.len() as u32);
+            index.insert(spec.name.clone(), id);
+            let (q0, v0) = (nq, nv);
+            let mut subhinges = Vec::with_capacity(spec.hinge.subhinges.len());
+            for s in &spec.hinge.subhinges {
+                subhinges.push(SubhingeRange {
+                    subhinge: normalised(*s),
+                    q: nq..nq + s.kind.nq(),
+                    v: nv..nv + s.kind.nv(),
+                });
+                nq += s.kind.nq();
+                nv += s.kind.nv();
+            }
+            bodies.push(Body {
+                name: spec.name.clone(),
+                parent,
+                hinge_in_parent: spec.hinge_in_parent,
+                hinge_in_body: spec.hinge_in_body,
+                inertia: inertias[i],
+                subhinges,
+                q: q0..nq,
+                v: v0..nv,
+                subtree_end: id.0 + 1,
+            });
+            push(&mut stack, &spec.name, Some(id));
+        }
+        for i in (0..bodies.len()).rev() {
+            let end = bodies[i].subtree_end;
+            if let Some(p) = bodies[i].parent {
+                let p = &mut bodies[p.index()];
+                p.subtree_end = p.subtree_end.max(end);
+            }
+        }
+        let mut nodes: Vec<Node> = (self.nodes.iter())
+            .map(|n| Node { name: n.name.clone(), body: index[&n.body], pose: n.pose })
+            .collect();
+        nodes.sort_by(|a, b| (a.body, &a.name).cmp(&(b.body, &b.name)));
+        let node_index =
+            nodes.iter().enumerate().map(|(i, n)| (n.name.clone(), NodeId(i as u32))).collect();
+        Multibody::assemble(bodies, index, nodes, node_index, nq, nv)
+    }
+}
+
+fn normalised(mut s: crate::Subhinge) -> crate::Subhinge {
+    if let SubhingeKind::Pin { axis }
+    | SubhingeKind::Slider { axis }
+    | SubhingeKind::Screw { axis, .. } = &mut s.kind
+    {
+        *axis = axis.normalize();
+    }
+    if s.kind == SubhingeKind::Locked {
+        s.coordinate = Coordinate::Free;
+    }
+    s
+}
+
+fn check_names<'a>(
+    what: &'static str,
+    names: impl Iterator<Item = &'a str>,
+    faults: &mut Vec<Fault>,
+) {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for name in names {
+        *counts.entry(name).or_default() += 1;
+    }
+    for (name, count) in counts {
+        if count > 1 {
+            faults.push(Fault::Duplicate { what, name: name.into(), count });
+        }
+        if name.is_empty() || name == "world" {
+            faults.push(Fault::BadName { what, name: name.into() });
+        }
+    }
+}
+
+fn check_numbers(b: &BodySpec, faults: &mut Vec<Fault>) {
+    for (pose, which) in [(&b.hinge_in_parent, "parent"), (&b.hinge_in_body, "body")] {
+        if !pose.is_finite() {
+            let place = format!("body `{}`, hinge frame in the {which}", b.name);
+            faults.push(Fault::NotFinite { place });
+        }
+    }
+    for (i, s) in b.hinge.subhinges.iter().enumerate() {
+        if s.kind.axis().is_some_and(|a| !(a.norm().is_finite() && a.norm() > 1e-100)) {
+            faults.push(Fault::BadAxis { body: b.name.clone(), subhinge: i });
+        }
+        if matches!(s.kind, SubhingeKind::Screw { pitch, .. } if !pitch.is_finite()) {
+            let place = format!("body `{}`, subhinge {i}, pitch", b.name);
+            faults.push(Fault::NotFinite { place });
+        }
+        let barred = matches!(s.kind, SubhingeKind::Free | SubhingeKind::Locked);
+        let a = s.armature;
+        if !(a.is_finite() && a >= 0.0) || (barred && a != 0.0) {
+            let body = b.name.clone();
+            faults.push(Fault::BadArmature { body, subhinge: i, armature: a });
+        }
+    }
+}
+
+/// The most alike name, if it is alike enough to be a slip.
+fn nearest<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> Option<String> {
+    all.map(|c| (strsim::jaro_winkler(name, c), c))
+        .filter(|(score, _)| *score > 0.7)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, c)| c.to_owned())
+}

@@ -1,0 +1,211 @@
+//! Hinges: chains of subhinges from the parent body to the child body.
+
+use linkwork_spatial::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Who decides the motion of a subhinge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Coordinate {
+    /// Its force is given; dynamics finds its acceleration.
+    #[default]
+    Free,
+    /// Its acceleration is given; dynamics finds its force.
+    Prescribed,
+}
+
+/// The motion that one subhinge allows. Axes are in the hinge frame, need not be unit length,
+/// and are normalised at build.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum SubhingeKind {
+    /// Rotation about an axis, rad.
+    Pin {
+        /// Axis of positive rotation.
+        axis: Vec3,
+    },
+    /// Translation along an axis, m.
+    Slider {
+        /// Direction of positive displacement.
+        axis: Vec3,
+    },
+    /// Rotation about an axis with advance along it.
+    Screw {
+        /// Axis of positive rotation.
+        axis: Vec3,
+        /// Advance, m/rad.
+        pitch: f64,
+    },
+    /// Any rotation: quaternion and body rates.
+    Ball,
+    /// Any motion.
+    Free,
+    /// None: the child is welded to the parent.
+    Locked,
+}
+
+impl SubhingeKind {
+    /// Numbers of q.
+    #[must_use]
+    pub fn nq(&self) -> usize {
+        match self {
+            Self::Pin { .. } | Self::Slider { .. } | Self::Screw { .. } => 1,
+            Self::Ball => 4,
+            Self::Free => 7,
+            Self::Locked => 0,
+        }
+    }
+
+    /// Degrees of freedom.
+    #[must_use]
+    pub fn nv(&self) -> usize {
+        match self {
+            Self::Pin { .. } | Self::Slider { .. } | Self::Screw { .. } => 1,
+            Self::Ball => 3,
+            Self::Free => 6,
+            Self::Locked => 0,
+        }
+    }
+
+    /// The axis of a one-dof subhinge, as given.
+    #[must_use]
+    pub fn axis(&self) -> Option<Vec3> {
+        match self {
+            Self::Pin { axis } | Self::Slider { axis } | Self::Screw { axis, .. } => Some(*axis),
+            _ => None,
+        }
+    }
+}
+
+/// One link of the chain.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Subhinge {
+    /// What it allows.
+    pub kind: SubhingeKind,
+    /// Free or prescribed.
+    #[serde(default)]
+    pub coordinate: Coordinate,
+    /// Rotor inertia reflected to the coordinate: kg m² (pin, screw, each ball rate), kg (slider).
+    /// It adds to the diagonal of the mass matrix. Not for free subhinges.
+    #[serde(default)]
+    pub armature: f64,
+}
+
+impl From<SubhingeKind> for Subhinge {
+    fn from(kind: SubhingeKind) -> Self {
+        Self { kind, coordinate: Coordinate::Free, armature: 0.0 }
+    }
+}
+
+/// A hinge: subhinges in order from the parent's side.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hinge {
+    /// The chain; empty means locked.
+    pub subhinges: Vec<Subhinge>,
+}
+
+impl Default for Hinge {
+    fn default() -> Self {
+        Self::locked()
+    }
+}
+
+impl Hinge {
+    /// A chain of subhinges, parent's side first.
+    #[must_use]
+    pub fn chain(kinds: impl IntoIterator<Item = SubhingeKind>) -> Self {
+        Self { subhinges: kinds.into_iter().map(Subhinge::from).collect() }
+    }
+
+    /// Rotation about an axis.
+    #[must_use]
+    pub fn pin(axis: Vec3) -> Self {
+        Self::chain([SubhingeKind::Pin { axis }])
+    }
+
+    /// Translation along an axis.
+    #[must_use]
+    pub fn slider(axis: Vec3) -> Self {
+        Self::chain([SubhingeKind::Slider { axis }])
+    }
+
+    /// Rotation about an axis with `pitch` m/rad of advance.
+    #[must_use]
+    pub fn screw(axis: Vec3, pitch: f64) -> Self {
+        Self::chain([SubhingeKind::Screw { axis, pitch }])
+    }
+
+    /// Any rotation.
+    #[must_use]
+    pub fn ball() -> Self {
+        Self::chain([SubhingeKind::Ball])
+    }
+
+    /// Any motion.
+    #[must_use]
+    pub fn free() -> Self {
+        Self::chain([SubhingeKind::Free])
+    }
+
+    /// No motion.
+    #[must_use]
+    pub fn locked() -> Self {
+        Self { subhinges: Vec::new() }
+    }
+
+    /// Two crossing pins.
+    #[must_use]
+    pub fn universal(first: Vec3, second: Vec3) -> Self {
+        Self::chain([SubhingeKind::Pin { axis: first }, SubhingeKind::Pin { axis: second }])
+    }
+
+    /// A pin and a slider on one axis.
+    #[must_use]
+    pub fn cylindrical(axis: Vec3) -> Self {
+        Self::chain([SubhingeKind::Slider { axis }, SubhingeKind::Pin { axis }])
+    }
+
+    /// Three pins about the moving x, y and z axes.
+    #[must_use]
+    pub fn gimbal() -> Self {
+        Self::chain([Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| SubhingeKind::Pin { axis }))
+    }
+
+    /// Motion in the xy plane of the hinge frame: slides along x and y, then turns about z.
+    #[must_use]
+    pub fn planar() -> Self {
+        Self::chain([
+            SubhingeKind::Slider { axis: Vec3::x() },
+            SubhingeKind::Slider { axis: Vec3::y() },
+            SubhingeKind::Pin { axis: Vec3::z() },
+        ])
+    }
+
+    /// Every subhinge prescribed.
+    #[must_use]
+    pub fn prescribed(mut self) -> Self {
+        for s in &mut self.subhinges {
+            s.coordinate = Coordinate::Prescribed;
+        }
+        self
+    }
+
+    /// The same rotor inertia on every subhinge (see [`Subhinge::armature`]).
+    #[must_use]
+    pub fn armature(mut self, armature: f64) -> Self {
+        for s in &mut self.subhinges {
+            s.armature = armature;
+        }
+        self
+    }
+
+    /// Numbers of q.
+    #[must_use]
+    pub fn nq(&self) -> usize {
+        self.subhinges.iter().map(|s| s.kind.nq()).sum()
+    }
+
+    /// Degrees of freedom.
+    #[must_use]
+    pub fn nv(&self) -> usize {
+        self.subhinges.iter().map(|s| s.kind.nv()).sum()
+    }
+}

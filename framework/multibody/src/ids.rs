@@ -1,0 +1,27 @@
+//! Indices of bodies and nodes: made only by the mechanism that holds them.
+
+use serde::Serialize;
+
+/// A body of one [`Multibody`](crate::Multibody): its place in canonical order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct BodyId(pub(crate) u32);
+
+/// A node of one [`Multibody`](crate::Multibody).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct NodeId(pub(crate) u32);
+
+impl BodyId {
+    /// Position in the canonical order of bodies.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl NodeId {
+    /// Position in the canonical order of nodes.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}

@@ -1,0 +1,249 @@
+//! The immutable mechanism and what can be asked of it.
+
+use crate::{BodyId, Coordinate, NodeId, Subhinge};
+use linkwork_spatial::{Pose, RigidInertia};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// A subhinge and its places in q and β.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SubhingeRange {
+    /// The subhinge; its axis is of unit length.
+    pub subhinge: Subhinge,
+    /// Its numbers in q.
+    pub q: Range<usize>,
+    /// Its numbers in β (and in forces and accelerations).
+    pub v: Range<usize>,
+}
+
+/// A body in its mechanism.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Body {
+    pub(crate) name: String,
+    pub(crate) parent: Option<BodyId>,
+    pub(crate) hinge_in_parent: Pose,
+    pub(crate) hinge_in_body: Pose,
+    pub(crate) inertia: RigidInertia,
+    pub(crate) subhinges: Vec<SubhingeRange>,
+    pub(crate) q: Range<usize>,
+    pub(crate) v: Range<usize>,
+    pub(crate) subtree_end: u32,
+}
+
+impl Body {
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The body that it hangs on; `None` for the world.
+    #[must_use]
+    pub fn parent(&self) -> Option<BodyId> {
+        self.parent
+    }
+
+    /// `X_PJ`: the hinge frame in the parent body.
+    #[must_use]
+    pub fn hinge_in_parent(&self) -> Pose {
+        self.hinge_in_parent
+    }
+
+    /// `X_BJ`: the hinge frame in this body.
+    #[must_use]
+    pub fn hinge_in_body(&self) -> Pose {
+        self.hinge_in_body
+    }
+
+    /// Inertia about the body origin, body axes.
+    #[must_use]
+    pub fn inertia(&self) -> &RigidInertia {
+        &self.inertia
+    }
+
+    /// The hinge's chain, parent's side first, with places in q and β.
+    #[must_use]
+    pub fn subhinges(&self) -> &[SubhingeRange] {
+        &self.subhinges
+    }
+
+    /// The hinge's numbers in q.
+    #[must_use]
+    pub fn q(&self) -> Range<usize> {
+        self.q.clone()
+    }
+
+    /// The hinge's numbers in β.
+    #[must_use]
+    pub fn v(&self) -> Range<usize> {
+        self.v.clone()
+    }
+}
+
+/// A named frame on a body.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Node {
+    pub(crate) name: String,
+    pub(crate) body: BodyId,
+    pub(crate) pose: Pose,
+}
+
+impl Node {
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The body that carries it.
+    #[must_use]
+    pub fn body(&self) -> BodyId {
+        self.body
+    }
+
+    /// `X_BN`: the node frame in the body.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        self.pose
+    }
+}
+
+/// A mechanism: bodies, hinges, nodes. It never changes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Multibody {
+    bodies: Vec<Body>,
+    body_index: BTreeMap<String, BodyId>,
+    nodes: Vec<Node>,
+    node_index: BTreeMap<String, NodeId>,
+    nq: usize,
+    nv: usize,
+}
+
+impl Multibody {
+    pub(crate) fn assemble(
+        bodies: Vec<Body>,
+        body_index: BTreeMap<String, BodyId>,
+        nodes: Vec<Node>,
+        node_index: BTreeMap<String, NodeId>,
+        nq: usize,
+        nv: usize,
+    ) -> Self {
+        Self { bodies, body_index, nodes, node_index, nq, nv }
+    }
+
+    /// All bodies in canonical order: depth first, parents first, siblings by name.
+    #[must_use]
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// All nodes, by body, then by name.
+    #[must_use]
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// The identifiers of all bodies, in canonical order.
+    pub fn body_ids(&self) -> impl ExactSizeIterator<Item = BodyId> + use<> {
+        (0..self.bodies.len() as u32).map(BodyId)
+    }
+
+    /// The identifiers of all nodes.
+    pub fn node_ids(&self) -> impl ExactSizeIterator<Item = NodeId> + use<> {
+        (0..self.nodes.len() as u32).map(NodeId)
+    }
+
+    /// The body of that name. O(log n); do it before stepping.
+    #[must_use]
+    pub fn body(&self, name: &str) -> Option<BodyId> {
+        self.body_index.get(name).copied()
+    }
+
+    /// The node of that name. O(log n); do it before stepping.
+    #[must_use]
+    pub fn node(&self, name: &str) -> Option<NodeId> {
+        self.node_index.get(name).copied()
+    }
+
+    /// The places in β of the hinge that carries the body of that name.
+    #[must_use]
+    pub fn hinge(&self, body: &str) -> Option<Range<usize>> {
+        self.body(body).map(|b| self.get(b).v())
+    }
+
+    /// A body by identifier.
+    #[must_use]
+    pub fn get(&self, body: BodyId) -> &Body {
+        &self.bodies[body.index()]
+    }
+
+    /// A node by identifier.
+    #[must_use]
+    pub fn get_node(&self, node: NodeId) -> &Node {
+        &self.nodes[node.index()]
+    }
+
+    /// Numbers in q.
+    #[must_use]
+    pub fn nq(&self) -> usize {
+        self.nq
+    }
+
+    /// Degrees of freedom: numbers in β.
+    #[must_use]
+    pub fn nv(&self) -> usize {
+        self.nv
+    }
+
+    /// The body itself, its parent, and so on to the body that hangs on the world.
+    pub fn ancestors(&self, body: BodyId) -> impl Iterator<Item = BodyId> + '_ {
+        std::iter::successors(Some(body), |b| self.get(*b).parent)
+    }
+
+    /// The body and everything outboard of it: a contiguous piece of the canonical order.
+    pub fn subtree(&self, body: BodyId) -> impl ExactSizeIterator<Item = BodyId> + use<> {
+        (body.0..self.get(body).subtree_end).map(BodyId)
+    }
+
+    /// True when `a` is on the path from the world to `b`, both ends included. O(1).
+    #[must_use]
+    pub fn on_path(&self, a: BodyId, b: BodyId) -> bool {
+        a <= b && b.0 < self.get(a).subtree_end
+    }
+
+    /// Every subhinge of every body in order, with its body.
+    pub fn subhinges(&self) -> impl Iterator<Item = (BodyId, &SubhingeRange)> {
+        self.bodies
+            .iter()
+            .enumerate()
+            .flat_map(|(i, b)| b.subhinges.iter().map(move |s| (BodyId(i as u32), s)))
+    }
+
+    /// One flag per degree of freedom: `true` where the motion is prescribed.
+    #[must_use]
+    pub fn prescribed(&self) -> Vec<bool> {
+        let mut mask = vec![false; self.nv];
+        for (_, s) in self.subhinges() {
+            mask[s.v.clone()].fill(s.subhinge.coordinate == Coordinate::Prescribed);
+        }
+        mask
+    }
+
+    /// The same mechanism with all subhinges of one body free or prescribed.
+    #[must_use]
+    pub fn with_coordinate(mut self, body: BodyId, coordinate: Coordinate) -> Self {
+        for s in &mut self.bodies[body.index()].subhinges {
+            if !s.v.is_empty() {
+                s.subhinge.coordinate = coordinate;
+            }
+        }
+        self
+    }
+
+    /// Sum of all masses, kg.
+    #[must_use]
+    pub fn total_mass(&self) -> f64 {
+        self.bodies.iter().map(|b| b.inertia.mass()).sum()
+    }
+}

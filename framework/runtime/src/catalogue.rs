@@ -1,0 +1,145 @@
+//! The catalogue: every model and service by name. Explicit; nothing registers itself.
+use crate::block::{Built, Prototype};
+use crate::model::{BuildError, Description, Functions, Model};
+use crate::params::{Params, ReadCx};
+use crate::services::{Files, Service, ServiceKind, ServiceObject};
+use crate::value::{Fault, Located, remedy};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+type MakeModel = fn(&Arc<Description>, &Located, &mut ReadCx<'_>) -> Option<Box<dyn Prototype>>;
+type MakeService = fn(&Located, &Files, &mut ReadCx<'_>) -> Option<ServiceObject>;
+
+#[derive(Clone)]
+enum Maker {
+    Model(MakeModel),
+    Service(ServiceKind, MakeService),
+}
+
+/// One model or service.
+#[derive(Clone)]
+pub struct Entry {
+    /// What is known of it.
+    pub description: Arc<Description>,
+    maker: Maker,
+}
+
+fn built<T>(result: Result<T, BuildError>, params: &Located, cx: &mut ReadCx<'_>) -> Option<T> {
+    match result {
+        Ok(t) => Some(t),
+        Err(e) => {
+            let place = e.param.as_deref().and_then(|p| params.get(p)).unwrap_or(params);
+            let message = match &e.param {
+                Some(p) => format!("`{}.{p}`: {}", cx.path, e.message),
+                None => format!("`{}`: {}", cx.path, e.message),
+            };
+            cx.fault(place.origin, message, e.help);
+            None
+        }
+    }
+}
+
+impl Entry {
+    /// A model type.
+    pub fn model<M: Model>() -> Entry {
+        Entry {
+            description: Arc::new(Description::of::<M>()),
+            maker: Maker::Model(|description, params, cx| {
+                let p = M::Params::read_map(params, cx)?;
+                let shown = p.show_map();
+                let model = built(M::build(p), params, cx)?;
+                Some(Box::new(Built {
+                    model: Arc::new(model),
+                    params: shown,
+                    description: description.clone(),
+                }))
+            }),
+        }
+    }
+
+    /// A service type.
+    pub fn service<S: Service>() -> Entry {
+        Entry {
+            description: Arc::new(Description {
+                name: S::NAME,
+                doc: S::DOC,
+                functions: Functions::default(),
+                params: S::Params::specs(),
+                inputs: Vec::new(),
+                direct_inputs: Vec::new(),
+                moore_outputs: Vec::new(),
+                direct_outputs: Vec::new(),
+                continuous: Vec::new(),
+                discrete: Vec::new(),
+            }),
+            maker: Maker::Service(S::KIND, |params, files, cx| {
+                let p = S::Params::read_map(params, cx)?;
+                built(S::build(p, files), params, cx).map(S::object)
+            }),
+        }
+    }
+
+    /// What it provides, when it is a service.
+    pub fn service_kind(&self) -> Option<ServiceKind> {
+        match self.maker {
+            Maker::Model(_) => None,
+            Maker::Service(kind, _) => Some(kind),
+        }
+    }
+
+    /// Builds a model; `None` (with faults in `cx`) when the parameters are wrong or it is a service.
+    pub fn make_model(&self, params: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>> {
+        match self.maker {
+            Maker::Model(make) => make(&self.description, params, cx),
+            Maker::Service(..) => None,
+        }
+    }
+
+    /// Builds a service; `None` (with faults in `cx`) when the parameters are wrong or it is a model.
+    pub fn make_service(
+        &self,
+        params: &Located,
+        files: &Files,
+        cx: &mut ReadCx<'_>,
+    ) -> Option<ServiceObject> {
+        match self.maker {
+            Maker::Model(_) => None,
+            Maker::Service(_, make) => make(params, files, cx),
+        }
+    }
+}
+
+/// All models and services that a simulation may name.
+#[derive(Clone, Default)]
+pub struct Catalogue {
+    entries: BTreeMap<&'static str, Entry>,
+}
+
+impl Catalogue {
+    /// From the libraries' lists.
+    ///
+    /// # Panics
+    /// When two entries have one name: that is a mistake in the program.
+    pub fn new(libraries: impl IntoIterator<Item = Vec<Entry>>) -> Self {
+        let mut entries = BTreeMap::new();
+        for entry in libraries.into_iter().flatten() {
+            let name = entry.description.name;
+            assert!(entries.insert(name, entry).is_none(), "two models are named `{name}`");
+        }
+        Catalogue { entries }
+    }
+
+    /// All, by name.
+    pub fn iter(&self) -> impl Iterator<Item = &Entry> {
+        self.entries.values()
+    }
+
+    /// One, or the fault that says what there is.
+    pub fn find(&self, name: &str, origin: crate::Origin, user: &str) -> Result<&Entry, Fault> {
+        self.entries.get(name).ok_or_else(|| {
+            let known: Vec<&str> = self.entries.keys().copied().collect();
+            Fault::new(origin, format!("`{user}`: there is no model `{name}`"))
+                .help(remedy(name, "models", &known))
+        })
+    }
+}

@@ -1,0 +1,568 @@
+//! Wires and bindings: every input lane gets one source lane; reductions get many.
+use super::Part;
+use super::order::Order;
+use crate::mechanism::{Frame, MechanismWiring};
+use crate::plan::{Sizes, Sum, Via, WirePlan};
+use crate::ports::{PortKind, PortSpec};
+use crate::spec::{BindTarget, PortRef, Spec};
+use crate::value::{Fault, Origin, remedy};
+use linkwork_multibody::Multibody;
+use std::collections::BTreeMap;
+
+/// The result of connecting.
+#[derive(Default)]
+pub(crate) struct Connections {
+    /// For each part: source lane of each lane of U and of Ud.
+    pub inputs: Vec<(Vec<u32>, Vec<u32>)>,
+    /// Reductions.
+    pub sums: Vec<Sum>,
+    /// Signal lanes with constant content.
+    pub constants: Vec<(u32, f64)>,
+    /// Lanes of the mechanism.
+    pub mechanism: MechanismWiring,
+    /// All signal lanes.
+    pub signals: usize,
+    /// Continuous and discrete lanes.
+    pub sizes: Sizes,
+    /// Signal lanes of inputs without a wire: (part, input lane) → lane.
+    pub free: BTreeMap<(usize, usize), u32>,
+    /// For listings and loop reports: (from path, to path, via, origin, first source lane).
+    pub links: Vec<Link>,
+}
+
+pub(crate) struct Link {
+    pub from: String,
+    pub to: String,
+    pub via: Via,
+    pub origin: Origin,
+    pub source: u32,
+    /// Reading part; `usize::MAX`: the mechanism.
+    pub reader: usize,
+}
+
+impl Connections {
+    pub(crate) fn listing(&self, parts: &[Part<'_>], order: &Order) -> Vec<WirePlan> {
+        self.links
+            .iter()
+            .map(|l| WirePlan {
+                from: l.from.clone(),
+                to: l.to.clone(),
+                via: l.via,
+                hold: order.sampled_lane(l.source)
+                    && parts.get(l.reader).is_none_or(|p| p.wiring.period == 0),
+            })
+            .collect()
+    }
+}
+
+/// One port of a part, found.
+#[derive(Clone, Copy)]
+struct Found<'a> {
+    part: usize,
+    spec: &'a PortSpec,
+    /// First lane: of the signals for outputs, of all inputs (U then Ud) for inputs.
+    lane: usize,
+}
+
+struct Connector<'a, 'b> {
+    parts: &'a [Part<'b>],
+    index: BTreeMap<&'a str, usize>,
+    mechanism: Option<&'a Multibody>,
+    next: usize,
+    /// Per part and input lane: sources, as (sort key, lane).
+    sources: Vec<Vec<Vec<(String, u32)>>>,
+    written: Vec<Vec<Option<(String, Origin)>>>,
+    out: Connections,
+    nodes: BTreeMap<(Frame, bool), u32>,
+    hinges: BTreeMap<u32, u32>,
+    wrenches: BTreeMap<Frame, Vec<(String, u32)>>,
+    torques: BTreeMap<u32, Vec<(String, u32)>>,
+    motions: BTreeMap<u32, (String, u32)>,
+}
+
+pub(crate) fn connect(
+    spec: &Spec,
+    parts: &[Part<'_>],
+    sizes: Sizes,
+    faults: &mut Vec<Fault>,
+) -> Connections {
+    let lanes = |p: &Part<'_>| p.prototype.description().all_inputs().map(|s| s.lanes).sum();
+    let counts: Vec<usize> = parts.iter().map(lanes).collect();
+    let mut c = Connector {
+        parts,
+        index: parts.iter().enumerate().map(|(k, p)| (p.spec.path.as_str(), k)).collect(),
+        mechanism: spec.mechanism.as_ref().map(|m| m.multibody.as_ref()),
+        next: sizes.sig,
+        sources: counts.iter().map(|n| vec![Vec::new(); *n]).collect(),
+        written: counts.iter().map(|n| vec![None; *n]).collect(),
+        out: Connections { sizes, ..Connections::default() },
+        nodes: BTreeMap::new(),
+        hinges: BTreeMap::new(),
+        wrenches: BTreeMap::new(),
+        torques: BTreeMap::new(),
+        motions: BTreeMap::new(),
+    };
+    let mut wires: Vec<_> = spec.wires.iter().collect();
+    wires.sort_by_key(|w| (w.from.to_string(), w.to.to_string()));
+    for wire in wires {
+        if let Err(mut fault) = c.wire(&wire.from, &wire.to, &wire.text, wire.origin) {
+            faults.append(&mut fault);
+        }
+    }
+    let mut binds: Vec<_> = spec.binds.iter().collect();
+    binds.sort_by(|a, b| (&a.part, &a.bind).cmp(&(&b.part, &b.bind)));
+    for bind in binds {
+        if let Err(fault) = c.bind(&bind.part, &bind.bind, &bind.target, bind.origin) {
+            faults.push(fault);
+        }
+    }
+    c.finish(spec, faults);
+    c.out
+}
+
+impl<'a> Connector<'a, '_> {
+    fn part(&self, end: &PortRef, wire: &str, origin: Origin) -> Result<(usize, String), Fault> {
+        // `IMU.accel.x` arrives as part `IMU.accel`, port `x`: lanes have names too.
+        let mut part = end.part.as_str();
+        let mut port = end.port.clone();
+        loop {
+            if let Some(&k) = self.index.get(part) {
+                return Ok((k, port));
+            }
+            match part.rsplit_once('.') {
+                Some((head, tail)) => {
+                    port = format!("{tail}.{port}");
+                    part = head;
+                }
+                None => {
+                    let known: Vec<&str> = self.index.keys().copied().collect();
+                    return Err(Fault::new(
+                        origin,
+                        format!("wire `{wire}`: there is no part `{}`", end.part),
+                    )
+                    .help(remedy(&end.part, "parts", &known)));
+                }
+            }
+        }
+    }
+
+    /// Finds a port and the lanes of it that are meant.
+    fn find(
+        &self,
+        end: &PortRef,
+        output: bool,
+        wire: &str,
+        origin: Origin,
+    ) -> Result<(Found<'a>, usize, usize), Fault> {
+        let (k, port) = self.part(end, wire, origin)?;
+        let (name, sub) = match port.split_once('.') {
+            Some((n, s)) => (n.to_string(), Some(format!(".{s}"))),
+            None => (port.clone(), end.index.map(|i| format!("[{i}]"))),
+        };
+        let part = &self.parts[k];
+        let d = part.prototype.description();
+        let mut lane = if output { part.wiring.ym } else { 0 };
+        let ports: Vec<&PortSpec> =
+            if output { d.all_outputs().collect() } else { d.all_inputs().collect() };
+        for spec in &ports {
+            if spec.name == name {
+                let found = Found { part: k, spec, lane };
+                let Some(sub) = sub else { return Ok((found, 0, spec.lanes)) };
+                let names = spec.lane_names();
+                if let Some(at) = names.iter().position(|(n, _)| *n == sub) {
+                    return Ok((found, at, 1));
+                }
+                // A group such as `state.position`.
+                let group: Vec<usize> = (0..names.len())
+                    .filter(|&i| names[i].0.starts_with(&format!("{sub}.")))
+                    .collect();
+                if let (Some(first), n) = (group.first(), group.len()) {
+                    return Ok((found, *first, n));
+                }
+                let known: Vec<String> =
+                    names.iter().map(|(n, _)| format!("{name}{n}")).collect();
+                let known: Vec<&str> = known.iter().map(String::as_str).collect();
+                return Err(Fault::new(
+                    origin,
+                    format!("wire `{wire}`: `{}.{name}` has no element `{sub}`", part.spec.path),
+                )
+                .help(remedy(&format!("{name}{sub}"), "elements", &known)));
+            }
+            lane += spec.lanes;
+        }
+        let (this, other) = if output { ("output", "input") } else { ("input", "output") };
+        let known: Vec<&str> = ports.iter().map(|p| p.name).collect();
+        let mut help = remedy(&name, &format!("{this}s"), &known);
+        let others: Vec<&str> =
+            if output { d.all_inputs().map(|p| p.name).collect() } else { d.all_outputs().map(|p| p.name).collect() };
+        if others.contains(&name.as_str()) {
+            help = format!("`{name}` is an {other}; a wire runs from an output to an input. {help}");
+        }
+        Err(Fault::new(
+            origin,
+            format!("wire `{wire}`: `{}` has no {this} `{name}`", part.spec.path),
+        )
+        .help(help))
+    }
+
+    fn wire(
+        &mut self,
+        from: &PortRef,
+        to: &PortRef,
+        text: &str,
+        origin: Origin,
+    ) -> Result<(), Vec<Fault>> {
+        let (a, b) = (self.find(from, true, text, origin), self.find(to, false, text, origin));
+        let ((src, s0, sn), (dst, d0, dn)) = match (a, b) {
+            (Ok(a), Ok(b)) => (a, b),
+            (a, b) => return Err(a.err().into_iter().chain(b.err()).collect()),
+        };
+        let fault = |fact: String, help: &str| {
+            Err(vec![Fault::new(origin, format!("wire `{text}`: {fact}")).help(help)])
+        };
+        if sn != dn {
+            return fault(
+                format!("`{from}` has {sn} lanes but `{to}` takes {dn}"),
+                "name one element on the longer side, as in `rate[2]` or `force.x`",
+            );
+        }
+        let whole = sn == src.spec.lanes && dn == dst.spec.lanes;
+        let plain = |k: PortKind| matches!(k, PortKind::Numbers | PortKind::Vector);
+        if whole && src.spec.kind != dst.spec.kind && !(plain(src.spec.kind) && plain(dst.spec.kind))
+            && !(dn == 1 && !matches!(src.spec.kind, PortKind::Bool) && !matches!(dst.spec.kind, PortKind::Bool))
+        {
+            return fault(
+                format!("`{from}` is a {:?} but `{to}` is a {:?}", src.spec.kind, dst.spec.kind),
+                "wire ports of one kind, or name the elements",
+            );
+        }
+        let (sl, dl) = (src.spec.lane_names(), dst.spec.lane_names());
+        for k in 0..sn {
+            let (su, du) = (sl[s0 + k].1, dl[d0 + k].1);
+            let (a, b) = (crate::Unit::parse(su).unwrap_or(crate::Unit::ONE), crate::Unit::parse(du).unwrap_or(crate::Unit::ONE));
+            if !a.same_quantity(&b) {
+                let shown = |u: &str| if u.is_empty() { "no unit".to_string() } else { u.to_string() };
+                return fault(
+                    format!("{from} is in {} but {to} wants {}", shown(su), shown(du)),
+                    "wire the quantity itself, or put a converter between them",
+                );
+            }
+        }
+        if let (Some(f), Some(g)) = (src.spec.frame, dst.spec.frame)
+            && f != g
+        {
+            return fault(
+                format!("`{from}` is in frame `{f}` but `{to}` wants frame `{g}`"),
+                "put a frame transformation between them",
+            );
+        }
+        for k in 0..sn {
+            let (source, at) = ((src.lane + s0 + k) as u32, dst.lane + d0 + k);
+            if !dst.spec.sum
+                && let Some((other, _)) = &self.written[dst.part][at]
+            {
+                return fault(
+                    format!("input `{to}` is wired twice; the other wire is `{other}`"),
+                    "remove one of the two: only inputs marked `sum` take several wires",
+                );
+            }
+            self.written[dst.part][at] = Some((text.to_string(), origin));
+            self.sources[dst.part][at].push((from.to_string(), source));
+        }
+        self.out.links.push(Link {
+            from: from.to_string(),
+            to: to.to_string(),
+            via: Via::Wire,
+            origin,
+            source: (src.lane + s0) as u32,
+            reader: dst.part,
+        });
+        Ok(())
+    }
+
+    fn allocate(&mut self, n: usize) -> u32 {
+        let lane = self.next as u32;
+        self.next += n;
+        lane
+    }
+
+    fn bind(
+        &mut self,
+        part: &str,
+        bind: &str,
+        target: &BindTarget,
+        origin: Origin,
+    ) -> Result<(), Fault> {
+        let Some(&k) = self.index.get(part) else {
+            return Err(Fault::new(origin, format!("binding of `{part}`: there is no such part")));
+        };
+        let d = self.parts[k].prototype.description();
+        if !d.bindings().contains(&bind) {
+            return Err(Fault::new(origin, format!("`{part}` has no binding `{bind}`"))
+                .help(remedy(bind, "bindings", &d.bindings())));
+        }
+        let Some(mb) = self.mechanism else {
+            return Err(Fault::new(origin, format!("`{part}` binds `{bind}` but there are no bodies"))
+                .help("add `bodies` to the assembly"));
+        };
+        let at = resolve(mb, target).map_err(|(fact, help)| {
+            Fault::new(origin, format!("`{part}`: binding `{bind}`: {fact}")).help(help)
+        })?;
+        let wiring = &self.parts[k].wiring;
+        let (mut input, mut output) = (0, wiring.ym);
+        let name = match target {
+            BindTarget::Node(n) => format!("node {n}"),
+            BindTarget::Hinge { body, .. } => format!("hinge {body}"),
+        };
+        let ports: Vec<(PortSpec, bool)> = d
+            .all_inputs()
+            .map(|p| (p.clone(), false))
+            .chain(d.all_outputs().map(|p| (p.clone(), true)))
+            .collect();
+        for (port, is_output) in ports {
+            let lane = if is_output { output } else { input };
+            if is_output {
+                output += port.lanes;
+            } else {
+                input += port.lanes;
+            }
+            if port.bind != Some(bind) {
+                continue;
+            }
+            let key = format!("{part}.{}", port.name);
+            self.bind_port(k, &port, lane, &at, &key).map_err(|wants| {
+                Fault::new(
+                    origin,
+                    format!("`{part}`: binding `{bind}` is served by a {wants}, but `{name}` is not one"),
+                )
+                .help(format!("write `\"{bind}\": \"{wants}:…\"`"))
+            })?;
+            let (from, to) = if is_output { (key, name.clone()) } else { (name.clone(), key) };
+            let source = if is_output {
+                lane as u32
+            } else {
+                self.sources[k][lane].last().map_or(0, |s| s.1)
+            };
+            let reader = if is_output { usize::MAX } else { k };
+            self.out.links.push(Link { from, to, via: Via::Bind, origin, source, reader });
+        }
+        Ok(())
+    }
+
+    /// Connects one bound port; the error names the kind of target that it wants.
+    fn bind_port(
+        &mut self,
+        part: usize,
+        port: &PortSpec,
+        lane: usize,
+        at: &Target,
+        key: &str,
+    ) -> Result<(), &'static str> {
+        let source = match (port.kind, at) {
+            (PortKind::NodeState | PortKind::NodeAccel, Target::Node(node)) => {
+                let accel = port.kind == PortKind::NodeAccel;
+                let id = (*node, accel);
+                let first = match self.nodes.get(&id) {
+                    Some(&l) => l,
+                    None => {
+                        let l = self.allocate(port.lanes);
+                        self.nodes.insert(id, l);
+                        let list = if accel {
+                            &mut self.out.mechanism.accels
+                        } else {
+                            &mut self.out.mechanism.states
+                        };
+                        list.push((*node, l));
+                        l
+                    }
+                };
+                Some(first)
+            }
+            (PortKind::HingeState, Target::Hinge { q, v }) => {
+                Some(match self.hinges.get(v) {
+                    Some(&l) => l,
+                    None => {
+                        let l = self.allocate(2);
+                        self.hinges.insert(*v, l);
+                        self.out.mechanism.hinges.push((*q, *v, l));
+                        l
+                    }
+                })
+            }
+            (PortKind::Wrench, Target::Node(node)) => {
+                self.wrenches.entry(*node).or_default().push((key.to_string(), lane as u32));
+                None
+            }
+            (PortKind::HingeTorque, Target::Hinge { v, .. }) => {
+                self.torques.entry(*v).or_default().push((key.to_string(), lane as u32));
+                None
+            }
+            (PortKind::HingeAccel, Target::Hinge { v, .. }) => {
+                self.motions.insert(*v, (key.to_string(), lane as u32));
+                None
+            }
+            (PortKind::NodeState | PortKind::NodeAccel | PortKind::Wrench, _) => return Err("node"),
+            _ => return Err("hinge"),
+        };
+        if let Some(first) = source {
+            for k in 0..port.lanes {
+                self.sources[part][lane + k].push((key.to_string(), first + k as u32));
+                self.written[part][lane + k] = Some((format!("bind {key}"), Origin::NONE));
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, spec: &Spec, faults: &mut Vec<Fault>) {
+        for k in 0..self.parts.len() {
+            self.finish_part(k, spec, faults);
+        }
+        let mut wrenches = std::mem::take(&mut self.wrenches);
+        for (node, sources) in &mut wrenches {
+            sources.sort();
+            let lanes: Vec<u32> =
+                sources.iter().flat_map(|(_, l)| (0..6).map(move |k| l + k)).collect();
+            let first = self.reduce(lanes, 6);
+            self.out.mechanism.wrenches.push((*node, std::array::from_fn(|k| first + k as u32)));
+        }
+        let mut torques = std::mem::take(&mut self.torques);
+        for (v, sources) in &mut torques {
+            sources.sort();
+            let lanes = sources.iter().map(|s| s.1).collect();
+            let first = self.reduce(lanes, 1);
+            self.out.mechanism.torques.push((*v, first));
+        }
+        self.out.mechanism.motions = self.motions.iter().map(|(v, m)| (*v, m.1)).collect();
+        self.out.signals = self.next;
+    }
+
+    /// The lane that carries a sum: the source itself when there is one.
+    fn reduce(&mut self, sources: Vec<u32>, lanes: usize) -> u32 {
+        if sources.len() == lanes {
+            return sources[0];
+        }
+        let dst = self.allocate(lanes);
+        self.out.sums.push(Sum { dst, lanes: lanes as u32, sources });
+        dst
+    }
+
+    fn finish_part(&mut self, k: usize, spec: &Spec, faults: &mut Vec<Fault>) {
+        let d = self.parts[k].prototype.description();
+        let path = &self.parts[k].spec.path;
+        let unbound: Vec<&str> = d
+            .bindings()
+            .into_iter()
+            .filter(|b| !spec.binds.iter().any(|x| x.part == *path && x.bind == *b))
+            .collect();
+        let (u_lanes, mut lane) = (d.inputs.iter().map(|s| s.lanes).sum::<usize>(), 0);
+        let mut all = Vec::new();
+        let mut missing: Vec<&str> = Vec::new();
+        for port in d.all_inputs() {
+            let empty = (0..port.lanes).all(|i| self.sources[k][lane + i].is_empty());
+            if empty && port.default.is_none() && !port.sum {
+                match port.bind.filter(|b| unbound.contains(b)) {
+                    Some(bind) if !missing.contains(&bind) => missing.push(bind),
+                    Some(_) => {}
+                    None if port.bind.is_some() => {}
+                    None => faults.push(
+                        Fault::new(
+                            self.parts[k].spec.origin,
+                            format!(
+                                "required input `{path}.{}` ({}) is not wired",
+                                port.name,
+                                if port.unit.is_empty() { "no unit" } else { port.unit }
+                            ),
+                        )
+                        .help(format!("{}: add a wire `… -> {path}.{}`", first_line(port.doc), port.name)),
+                    ),
+                }
+            }
+            for i in 0..port.lanes {
+                let mut sources = std::mem::take(&mut self.sources[k][lane + i]);
+                sources.sort();
+                let default = port.default.as_ref().map_or(0.0, |d| d[i]);
+                let source = match sources.as_slice() {
+                    [] => {
+                        let l = self.allocate(1);
+                        self.out.constants.push((l, default));
+                        self.out.free.insert((k, lane + i), l);
+                        l
+                    }
+                    [one] => one.1,
+                    many => {
+                        let lanes = many.iter().map(|s| s.1).collect();
+                        self.reduce(lanes, 1)
+                    }
+                };
+                all.push(source);
+            }
+            lane += port.lanes;
+        }
+        for port in d.all_outputs() {
+            if let Some(bind) = port.bind.filter(|b| unbound.contains(b))
+                && !missing.contains(&bind)
+                && !d.all_inputs().any(|p| p.bind == Some(bind))
+            {
+                missing.push(bind);
+            }
+        }
+        for bind in missing {
+            faults.push(
+                Fault::new(
+                    self.parts[k].spec.origin,
+                    format!("`{path}`: binding `{bind}` is not given"),
+                )
+                .help(format!("write `bind: {{ \"{bind}\": \"node:…\" }}` or `\"hinge:…\"`")),
+            );
+        }
+        let ud = all.split_off(u_lanes);
+        self.out.inputs.push((all, ud));
+    }
+}
+
+fn first_line(doc: &str) -> &str {
+    doc.lines().next().unwrap_or_default().trim_end_matches('.')
+}
+
+/// A binding target, found.
+enum Target {
+    Node(Frame),
+    Hinge { q: u32, v: u32 },
+}
+
+fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, String)> {
+    match target {
+        BindTarget::Node(name) => mb
+            .node(name)
+            .map(Frame::Node)
+            .or_else(|| mb.body(name).map(Frame::Body))
+            .map(Target::Node)
+            .ok_or_else(|| {
+                let nodes = mb.nodes().iter().map(|n| n.name());
+                let known: Vec<&str> = nodes.chain(mb.bodies().iter().map(|b| b.name())).collect();
+                (format!("there is no node `{name}`"), remedy(name, "nodes and bodies", &known))
+            }),
+        BindTarget::Hinge { body, index } => {
+            let Some(id) = mb.body(body) else {
+                let known: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();
+                return Err((
+                    format!("there is no body `{body}`"),
+                    remedy(body, "bodies", &known),
+                ));
+            };
+            let b = &mb.bodies()[id.index()];
+            let one_dof: Vec<_> = b
+                .subhinges()
+                .iter()
+                .filter(|s| s.q.len() == 1 && s.v.len() == 1)
+                .collect();
+            match one_dof.get(*index) {
+                Some(s) => Ok(Target::Hinge { q: s.q.start as u32, v: s.v.start as u32 }),
+                None => Err((
+                    format!("the hinge of `{body}` has {} one-dof coordinates, not {}", one_dof.len(), index + 1),
+                    "bind to a pin, slider or screw".into(),
+                )),
+            }
+        }
+    }
+}

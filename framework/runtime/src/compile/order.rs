@@ -1,0 +1,328 @@
+//! The order of evaluation: from the wires alone. Loops of direct outputs are reported wire by wire.
+use super::Part;
+use super::connect::Connections;
+use crate::mechanism::MechanismPlan;
+use crate::plan::Op;
+use crate::value::Fault;
+use petgraph::algo::tarjan_scc;
+use petgraph::graph::{DiGraph, NodeIndex};
+use std::collections::BTreeSet;
+
+/// When an operation's outputs may change.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Variability {
+    /// Never after the first tick.
+    Constant,
+    /// At the ticks of these (period, offset) pairs.
+    Sampled(BTreeSet<(u64, u64)>),
+    /// At any time.
+    Continuous,
+}
+
+impl Variability {
+    fn join(self, other: &Variability) -> Variability {
+        match (self, other) {
+            (Variability::Continuous, _) | (_, Variability::Continuous) => Variability::Continuous,
+            (Variability::Constant, o) => o.clone(),
+            (s, Variability::Constant) => s,
+            (Variability::Sampled(mut a), Variability::Sampled(b)) => {
+                a.extend(b);
+                Variability::Sampled(a)
+            }
+        }
+    }
+}
+
+/// The ordered operations.
+pub(crate) struct Order {
+    pub ops: Vec<Op>,
+    pub variability: Vec<Variability>,
+    /// In the stages of the integrator.
+    pub staged: Vec<bool>,
+    /// Blocks with derivatives.
+    pub derivs: Vec<u32>,
+    /// Blocks whose continuous outputs depend on a discrete state.
+    pub hybrid: BTreeSet<u32>,
+    producer: Vec<u32>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Order {
+    pub(crate) fn stage_ops(&self) -> Vec<u32> {
+        (0..self.ops.len() as u32).filter(|&k| self.staged[k as usize]).collect()
+    }
+
+    /// True when the lane changes at ticks only.
+    pub(crate) fn sampled_lane(&self, lane: u32) -> bool {
+        match self.producer.get(lane as usize) {
+            Some(&op) if op != NONE => {
+                matches!(self.variability[op as usize], Variability::Sampled(_))
+            }
+            _ => false,
+        }
+    }
+}
+
+pub(crate) fn order(
+    parts: &[Part<'_>],
+    mechanism: Option<&MechanismPlan>,
+    c: &Connections,
+) -> Result<Order, Vec<Fault>> {
+    let m = parts.len() as u32;
+    let mut ops = Vec::new();
+    for (k, part) in parts.iter().enumerate() {
+        let f = part.prototype.description().functions;
+        if f.moore {
+            ops.push(Op::Moore(k as u32));
+        }
+        if f.direct {
+            ops.push(Op::Direct(k as u32));
+        }
+    }
+    ops.extend((0..c.sums.len() as u32).map(Op::Sum));
+    if mechanism.is_some() {
+        ops.push(Op::Moore(m));
+        ops.push(Op::Direct(m));
+    }
+    let io: Vec<(Vec<u32>, Vec<u32>)> =
+        ops.iter().map(|op| reads_and_writes(*op, parts, c)).collect();
+    let mut producer = vec![NONE; c.signals];
+    for (k, (_, writes)) in io.iter().enumerate() {
+        for &lane in writes {
+            producer[lane as usize] = k as u32;
+        }
+    }
+    let depends: Vec<BTreeSet<u32>> = ops
+        .iter()
+        .zip(&io)
+        .map(|(op, (reads, _))| {
+            let mut set: BTreeSet<u32> =
+                reads.iter().map(|&l| producer[l as usize]).filter(|&p| p != NONE).collect();
+            if *op == Op::Direct(m) && mechanism.is_some() {
+                // Dynamics uses the kinematics of the same evaluation.
+                set.extend(ops.iter().position(|o| *o == Op::Moore(m)).map(|p| p as u32));
+            }
+            set
+        })
+        .collect();
+    let sequence = sort(&depends).ok_or_else(|| loops(&ops, &depends, parts, c, &producer))?;
+
+    // Renumber in order of evaluation.
+    let mut place = vec![0u32; ops.len()];
+    for (new, &old) in sequence.iter().enumerate() {
+        place[old as usize] = new as u32;
+    }
+    let ops: Vec<Op> = sequence.iter().map(|&k| ops[k as usize]).collect();
+    let depends: Vec<Vec<u32>> = sequence
+        .iter()
+        .map(|&k| depends[k as usize].iter().map(|&d| place[d as usize]).collect())
+        .collect();
+    for p in &mut producer {
+        if *p != NONE {
+            *p = place[*p as usize];
+        }
+    }
+    let mut variability: Vec<Variability> = Vec::with_capacity(ops.len());
+    for (op, depends) in ops.iter().zip(&depends) {
+        let v = vary(*op, depends, &variability, parts, m);
+        variability.push(v);
+    }
+    let (derivs, staged) = stage(&ops, &depends, &variability, &producer, parts, mechanism, c);
+    let hybrid = parts
+        .iter()
+        .enumerate()
+        .filter(|(_, p)| {
+            let d = p.prototype.description();
+            d.functions.update && !d.continuous.is_empty()
+        })
+        .map(|(k, _)| k as u32)
+        .collect();
+    Ok(Order { ops, variability, staged, derivs, hybrid, producer })
+}
+
+fn reads_and_writes(op: Op, parts: &[Part<'_>], c: &Connections) -> (Vec<u32>, Vec<u32>) {
+    let m = parts.len() as u32;
+    match op {
+        Op::Moore(k) if k == m => {
+            let w = &c.mechanism;
+            let states = w.states.iter().flat_map(|(_, l)| *l..*l + 13);
+            (Vec::new(), states.chain(w.hinges.iter().flat_map(|h| h.2..h.2 + 2)).collect())
+        }
+        Op::Direct(k) if k == m => {
+            let w = &c.mechanism;
+            (w.inputs().collect(), w.accels.iter().flat_map(|(_, l)| *l..*l + 6).collect())
+        }
+        Op::Moore(k) => {
+            let w = &parts[k as usize].wiring;
+            (Vec::new(), (w.ym as u32..w.yd as u32).collect())
+        }
+        Op::Direct(k) => {
+            let part = &parts[k as usize];
+            let n: usize =
+                part.prototype.description().direct_outputs.iter().map(|s| s.lanes).sum();
+            let yd = part.wiring.yd as u32;
+            (c.inputs[k as usize].1.clone(), (yd..yd + n as u32).collect())
+        }
+        Op::Sum(j) => {
+            let s = &c.sums[j as usize];
+            (s.sources.clone(), (s.dst..s.dst + s.lanes).collect())
+        }
+    }
+}
+
+/// Kahn's algorithm; among the ready the lowest number first, so the order is canonical.
+fn sort(depends: &[BTreeSet<u32>]) -> Option<Vec<u32>> {
+    let mut waiting: Vec<usize> = depends.iter().map(BTreeSet::len).collect();
+    let mut readers = vec![Vec::new(); depends.len()];
+    for (k, set) in depends.iter().enumerate() {
+        for &d in set {
+            readers[d as usize].push(k as u32);
+        }
+    }
+    let mut ready: BTreeSet<u32> =
+        (0..depends.len() as u32).filter(|&k| waiting[k as usize] == 0).collect();
+    let mut sequence = Vec::with_capacity(depends.len());
+    while let Some(k) = ready.pop_first() {
+        sequence.push(k);
+        for &r in &readers[k as usize] {
+            waiting[r as usize] -= 1;
+            if waiting[r as usize] == 0 {
+                ready.insert(r);
+            }
+        }
+    }
+    (sequence.len() == depends.len()).then_some(sequence)
+}
+
+fn vary(op: Op, depends: &[u32], known: &[Variability], parts: &[Part<'_>], m: u32) -> Variability {
+    let inputs = || {
+        depends.iter().fold(Variability::Constant, |v, &d| v.join(&known[d as usize]))
+    };
+    match op {
+        Op::Moore(k) | Op::Direct(k) if k == m => Variability::Continuous,
+        Op::Sum(_) => inputs(),
+        Op::Moore(k) | Op::Direct(k) => {
+            let part = &parts[k as usize];
+            let d = part.prototype.description();
+            let timed = match op {
+                Op::Moore(_) => d.functions.moore_timed,
+                _ => d.functions.direct_timed,
+            };
+            if !d.continuous.is_empty() {
+                Variability::Continuous
+            } else if part.wiring.period > 0 {
+                Variability::Sampled([(part.wiring.period, part.wiring.offset)].into())
+            } else if timed {
+                Variability::Continuous
+            } else {
+                inputs()
+            }
+        }
+    }
+}
+
+/// Blocks with derivatives, and the continuous operations that these need.
+fn stage(
+    ops: &[Op],
+    depends: &[Vec<u32>],
+    variability: &[Variability],
+    producer: &[u32],
+    parts: &[Part<'_>],
+    mechanism: Option<&MechanismPlan>,
+    c: &Connections,
+) -> (Vec<u32>, Vec<bool>) {
+    let m = parts.len() as u32;
+    let mut derivs: Vec<u32> = (0..m)
+        .filter(|&k| !parts[k as usize].prototype.description().continuous.is_empty())
+        .collect();
+    let mut needed = vec![false; ops.len()];
+    let mut stack: Vec<u32> = Vec::new();
+    for &k in &derivs {
+        let (u, ud) = &c.inputs[k as usize];
+        stack.extend(u.iter().chain(ud).map(|&l| producer[l as usize]).filter(|&p| p != NONE));
+    }
+    if mechanism.is_some() {
+        derivs.push(m);
+        stack.extend(
+            (0..ops.len() as u32)
+                .filter(|&k| matches!(ops[k as usize], Op::Moore(b) | Op::Direct(b) if b == m)),
+        );
+    }
+    while let Some(k) = stack.pop() {
+        if !needed[k as usize] {
+            needed[k as usize] = true;
+            stack.extend(&depends[k as usize]);
+        }
+    }
+    for (n, v) in needed.iter_mut().zip(variability) {
+        *n &= *v == Variability::Continuous;
+    }
+    (derivs, needed)
+}
+
+/// One fault per loop, naming each wire of a shortest one.
+fn loops(
+    ops: &[Op],
+    depends: &[BTreeSet<u32>],
+    parts: &[Part<'_>],
+    c: &Connections,
+    producer: &[u32],
+) -> Vec<Fault> {
+    let mut graph = DiGraph::<(), ()>::new();
+    for _ in ops {
+        graph.add_node(());
+    }
+    for (k, set) in depends.iter().enumerate() {
+        for &d in set {
+            graph.add_edge(NodeIndex::new(d as usize), NodeIndex::new(k), ());
+        }
+    }
+    let name = |k: usize| match ops[k] {
+        Op::Moore(b) | Op::Direct(b) => {
+            parts.get(b as usize).map_or("the mechanism's dynamics", |p| p.spec.path.as_str())
+        }
+        Op::Sum(_) => "a sum",
+    };
+    let mut faults = Vec::new();
+    for component in tarjan_scc(&graph) {
+        let set: BTreeSet<usize> = component.iter().map(|n| n.index()).collect();
+        let single = set.len() == 1
+            && set.iter().all(|k| !depends[*k].contains(&(*k as u32)));
+        if single {
+            continue;
+        }
+        let reader_op = |reader: usize| {
+            ops.iter().position(|o| match o {
+                Op::Direct(b) => *b as usize == reader.min(parts.len()),
+                _ => false,
+            })
+        };
+        let links: Vec<_> = c
+            .links
+            .iter()
+            .filter(|l| {
+                let p = producer.get(l.source as usize).copied().unwrap_or(NONE);
+                p != NONE
+                    && set.contains(&(p as usize))
+                    && reader_op(l.reader).is_some_and(|r| set.contains(&r))
+            })
+            .collect();
+        let wires: Vec<String> =
+            links.iter().map(|l| format!("`{} -> {}`", l.from, l.to)).collect();
+        let members: Vec<&str> = set.iter().map(|&k| name(k)).filter(|n| *n != "a sum").collect();
+        let origin = links.first().map_or(crate::Origin::NONE, |l| l.origin);
+        faults.push(
+            Fault::new(
+                origin,
+                format!(
+                    "loop of direct outputs through {}: {}",
+                    members.join(", "),
+                    wires.join(", ")
+                ),
+            )
+            .help("put a `basics.unit_delay` or a model with state (a lag, an integrator) on one of these wires"),
+        );
+    }
+    faults
+}

@@ -1,0 +1,377 @@
+//! Ports: plain structs seen as flat lanes of `f64`, with names, units, bindings and documentation.
+use crate::units::Unit;
+use linkwork_spatial::nalgebra::{Quaternion, UnitQuaternion};
+use linkwork_spatial::{Quat, Vec3};
+
+/// What a port carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PortKind {
+    /// One or more numbers in one unit.
+    Numbers,
+    /// True or false.
+    Bool,
+    /// A vector of three numbers.
+    Vector,
+    /// A unit quaternion [x, y, z, w].
+    Quaternion,
+    /// Pose and velocity of a node in W.
+    NodeState,
+    /// Acceleration of a node in W.
+    NodeAccel,
+    /// Moment and force at a node in W.
+    Wrench,
+    /// Angle and rate of a hinge coordinate.
+    HingeState,
+    /// Generalised force on a hinge coordinate.
+    HingeTorque,
+    /// Prescribed acceleration of a hinge coordinate.
+    HingeAccel,
+}
+
+/// What is known of a port or of a state field.
+#[derive(Clone, Debug)]
+pub struct PortSpec {
+    /// Name.
+    pub name: &'static str,
+    /// What it carries.
+    pub kind: PortKind,
+    /// Number of lanes.
+    pub lanes: usize,
+    /// Unit as written; empty for composite kinds.
+    pub unit: &'static str,
+    /// Meaning.
+    pub doc: &'static str,
+    /// Value when nothing is wired; `None`: a wire is required.
+    pub default: Option<Vec<f64>>,
+    /// Many wires may end here; they are summed in path order.
+    pub sum: bool,
+    /// Name of the binding (node or hinge) that serves this port.
+    pub bind: Option<&'static str>,
+    /// Frame tag, checked against that of the other end when both are given.
+    pub frame: Option<&'static str>,
+}
+
+impl PortSpec {
+    /// Made by the derive macro.
+    pub fn new<T: Lane>(
+        name: &'static str,
+        unit: Option<&'static str>,
+        doc: &'static str,
+        default: Option<Vec<f64>>,
+        sum: bool,
+        bind: Option<&'static str>,
+        frame: Option<&'static str>,
+    ) -> Self {
+        let unit = unit.unwrap_or(T::UNIT);
+        PortSpec { name, kind: T::KIND, lanes: T::N, unit, doc, default, sum, bind, frame }
+    }
+
+    /// The unit, parsed (composite kinds have none).
+    pub fn unit(&self) -> Unit {
+        Unit::parse(self.unit).unwrap_or(Unit::ONE)
+    }
+
+    /// Name and unit of each lane, relative to the port: `("", "V")`, `(".x", "m")`.
+    pub fn lane_names(&self) -> Vec<(String, &'static str)> {
+        let xyz =
+            |stem: &str, unit: &'static str| ["x", "y", "z"].map(|c| (format!("{stem}.{c}"), unit));
+        let quat = |stem: &str| ["x", "y", "z", "w"].map(|c| (format!("{stem}.{c}"), ""));
+        match self.kind {
+            PortKind::Bool => vec![(String::new(), "")],
+            PortKind::Numbers if self.lanes == 1 => vec![(String::new(), self.unit)],
+            PortKind::Numbers => (0..self.lanes).map(|k| (format!("[{k}]"), self.unit)).collect(),
+            PortKind::Vector => xyz("", self.unit).to_vec(),
+            PortKind::Quaternion => quat("").to_vec(),
+            PortKind::NodeState => {
+                let mut v = xyz(".position", "m").to_vec();
+                v.extend(quat(".rotation"));
+                v.extend(xyz(".angular", "rad/s"));
+                v.extend(xyz(".velocity", "m/s"));
+                v
+            }
+            PortKind::NodeAccel => {
+                let mut v = xyz(".angular", "rad/s^2").to_vec();
+                v.extend(xyz(".linear", "m/s^2"));
+                v
+            }
+            PortKind::Wrench => {
+                let mut v = xyz(".moment", "N m").to_vec();
+                v.extend(xyz(".force", "N"));
+                v
+            }
+            PortKind::HingeState => vec![(".angle".into(), "rad"), (".rate".into(), "rad/s")],
+            PortKind::HingeTorque => vec![(String::new(), "N m")],
+            PortKind::HingeAccel => vec![(String::new(), "rad/s^2")],
+        }
+    }
+}
+
+/// A field type: a fixed number of lanes.
+pub trait Lane: Copy {
+    /// Number of lanes.
+    const N: usize;
+    /// What it carries.
+    const KIND: PortKind;
+    /// Unit when the port names none.
+    const UNIT: &'static str = "";
+    /// From contiguous lanes.
+    fn get(s: &[f64]) -> Self;
+    /// Into contiguous lanes.
+    fn put(&self, s: &mut [f64]);
+    /// From scattered lanes.
+    fn gather(sig: &[f64], idx: &[u32]) -> Self;
+    /// As a vector, for defaults.
+    fn lanes_of(v: &Self) -> Vec<f64> {
+        let mut out = vec![0.0; Self::N];
+        v.put(&mut out);
+        out
+    }
+}
+
+/// A struct of lanes (derive it with `Ports` or `State`).
+pub trait Lanes: Sized + Send + Sync + 'static {
+    /// Number of lanes.
+    const N: usize;
+    /// The fields.
+    fn specs() -> Vec<PortSpec>;
+    /// From contiguous lanes.
+    fn get(s: &[f64]) -> Self;
+    /// Into contiguous lanes.
+    fn put(&self, s: &mut [f64]);
+    /// From scattered lanes.
+    fn gather(sig: &[f64], idx: &[u32]) -> Self;
+    /// All lanes zero (quaternions: unit).
+    fn zero() -> Self {
+        let mut lanes = vec![0.0; Self::N];
+        let mut o = 0;
+        for spec in Self::specs() {
+            if let Some(w) = match spec.kind {
+                PortKind::Quaternion => Some(o + 3),
+                PortKind::NodeState => Some(o + 6),
+                _ => None,
+            } {
+                lanes[w] = 1.0;
+            }
+            o += spec.lanes;
+        }
+        Self::get(&lanes)
+    }
+}
+
+impl Lanes for () {
+    const N: usize = 0;
+    fn specs() -> Vec<PortSpec> {
+        Vec::new()
+    }
+    #[inline(always)]
+    fn get(_: &[f64]) {}
+    #[inline(always)]
+    fn put(&self, _: &mut [f64]) {}
+    #[inline(always)]
+    fn gather(_: &[f64], _: &[u32]) {}
+}
+
+impl Lane for f64 {
+    const N: usize = 1;
+    const KIND: PortKind = PortKind::Numbers;
+    #[inline(always)]
+    fn get(s: &[f64]) -> f64 {
+        s[0]
+    }
+    #[inline(always)]
+    fn put(&self, s: &mut [f64]) {
+        s[0] = *self;
+    }
+    #[inline(always)]
+    fn gather(sig: &[f64], idx: &[u32]) -> f64 {
+        sig[idx[0] as usize]
+    }
+}
+
+impl Lane for bool {
+    const N: usize = 1;
+    const KIND: PortKind = PortKind::Bool;
+    #[inline(always)]
+    fn get(s: &[f64]) -> bool {
+        s[0] > 0.5
+    }
+    #[inline(always)]
+    fn put(&self, s: &mut [f64]) {
+        s[0] = f64::from(u8::from(*self));
+    }
+    #[inline(always)]
+    fn gather(sig: &[f64], idx: &[u32]) -> bool {
+        sig[idx[0] as usize] > 0.5
+    }
+}
+
+impl<const M: usize> Lane for [f64; M] {
+    const N: usize = M;
+    const KIND: PortKind = PortKind::Numbers;
+    #[inline(always)]
+    fn get(s: &[f64]) -> Self {
+        std::array::from_fn(|k| s[k])
+    }
+    #[inline(always)]
+    fn put(&self, s: &mut [f64]) {
+        s[..M].copy_from_slice(self);
+    }
+    #[inline(always)]
+    fn gather(sig: &[f64], idx: &[u32]) -> Self {
+        let idx = &idx[..M];
+        std::array::from_fn(|k| sig[idx[k] as usize])
+    }
+}
+
+impl Lane for Vec3 {
+    const N: usize = 3;
+    const KIND: PortKind = PortKind::Vector;
+    #[inline(always)]
+    fn get(s: &[f64]) -> Self {
+        <[f64; 3]>::get(s).into()
+    }
+    #[inline(always)]
+    fn put(&self, s: &mut [f64]) {
+        [self.x, self.y, self.z].put(s);
+    }
+    #[inline(always)]
+    fn gather(sig: &[f64], idx: &[u32]) -> Self {
+        <[f64; 3]>::gather(sig, idx).into()
+    }
+}
+
+impl Lane for Quat {
+    const N: usize = 4;
+    const KIND: PortKind = PortKind::Quaternion;
+    #[inline(always)]
+    fn get(s: &[f64]) -> Self {
+        UnitQuaternion::new_unchecked(Quaternion::new(s[3], s[0], s[1], s[2]))
+    }
+    #[inline(always)]
+    fn put(&self, s: &mut [f64]) {
+        [self.i, self.j, self.k, self.w].put(s);
+    }
+    #[inline(always)]
+    fn gather(sig: &[f64], idx: &[u32]) -> Self {
+        Self::get(&<[f64; 4]>::gather(sig, idx))
+    }
+}
+
+/// A composite port type: fields that are lanes themselves.
+macro_rules! composite {
+    ($(#[$doc:meta])* $name:ident, $kind:ident, $n:expr, { $($(#[$fdoc:meta])* $field:ident : $ty:ty = $at:expr),* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name { $($(#[$fdoc])* pub $field: $ty),* }
+        impl Lane for $name {
+            const N: usize = $n;
+            const KIND: PortKind = PortKind::$kind;
+            #[inline(always)]
+            fn get(s: &[f64]) -> Self {
+                let s = &s[..$n];
+                Self { $($field: <$ty as Lane>::get(&s[$at..$at + <$ty as Lane>::N])),* }
+            }
+            #[inline(always)]
+            fn put(&self, s: &mut [f64]) {
+                let s = &mut s[..$n];
+                $(self.$field.put(&mut s[$at..$at + <$ty as Lane>::N]);)*
+            }
+            #[inline(always)]
+            fn gather(sig: &[f64], idx: &[u32]) -> Self {
+                let idx = &idx[..$n];
+                Self { $($field: <$ty as Lane>::gather(sig, &idx[$at..$at + <$ty as Lane>::N])),* }
+            }
+        }
+    };
+}
+
+composite!(
+    /// Pose and velocity of a node N in W.
+    NodeState, NodeState, 13, {
+        /// Position of the node's origin, W [m].
+        position: Vec3 = 0,
+        /// Rotation R_WN.
+        rotation: Quat = 3,
+        /// Angular velocity, W axes [rad/s].
+        angular: Vec3 = 7,
+        /// Velocity of the node's origin, W axes [m/s].
+        velocity: Vec3 = 10
+    }
+);
+composite!(
+    /// Acceleration of a node in W: the true one; gravity is not taken off.
+    NodeAccel, NodeAccel, 6, {
+        /// Angular acceleration, W axes [rad/s²].
+        angular: Vec3 = 0,
+        /// Acceleration of the node's origin, W axes [m/s²].
+        linear: Vec3 = 3
+    }
+);
+composite!(
+    /// Moment and force on a body at a node, W axes.
+    Wrench, Wrench, 6, {
+        /// Moment about the node's origin [N m].
+        moment: Vec3 = 0,
+        /// Force [N].
+        force: Vec3 = 3
+    }
+);
+composite!(
+    /// A one-dof hinge coordinate (sliders: m and m/s).
+    HingeState, HingeState, 2, {
+        /// Angle [rad].
+        angle: f64 = 0,
+        /// Rate [rad/s].
+        rate: f64 = 1
+    }
+);
+
+/// A generalised force on a hinge coordinate [N m] (sliders: N).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HingeTorque(pub f64);
+/// The acceleration that a prescribed hinge coordinate follows [rad/s²] (sliders: m/s²).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HingeAccel(pub f64);
+
+macro_rules! newtype {
+    ($name:ident, $kind:ident, $unit:literal) => {
+        impl Lane for $name {
+            const N: usize = 1;
+            const KIND: PortKind = PortKind::$kind;
+            const UNIT: &'static str = $unit;
+            #[inline(always)]
+            fn get(s: &[f64]) -> Self {
+                $name(s[0])
+            }
+            #[inline(always)]
+            fn put(&self, s: &mut [f64]) {
+                s[0] = self.0;
+            }
+            #[inline(always)]
+            fn gather(sig: &[f64], idx: &[u32]) -> Self {
+                $name(sig[idx[0] as usize])
+            }
+        }
+    };
+}
+newtype!(HingeTorque, HingeTorque, "N m");
+newtype!(HingeAccel, HingeAccel, "rad/s^2");
+
+impl NodeState {
+    /// At rest at the origin of W.
+    pub fn identity() -> Self {
+        NodeState {
+            position: Vec3::zeros(),
+            rotation: Quat::identity(),
+            angular: Vec3::zeros(),
+            velocity: Vec3::zeros(),
+        }
+    }
+}
+
+impl Wrench {
+    /// Nothing.
+    pub fn zero() -> Self {
+        Wrench { moment: Vec3::zeros(), force: Vec3::zeros() }
+    }
+}

@@ -1,0 +1,355 @@
+//! Services: shared read-only worlds (terrain, gravity, atmosphere, sun) that models ask at points.
+//!
+//! W is the simulation's inertial or site frame: for a site z is up, x east, y north.
+use crate::params::Params;
+use crate::value::remedy;
+use linkwork_spatial::Vec3;
+use std::collections::BTreeMap;
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The ground under a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// Height [m], W.
+    pub height: f64,
+    /// Unit normal, upwards, W.
+    pub normal: Vec3,
+}
+
+/// Soil under the wheels (Bekker–Wong–Reece–Janosi).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Soil {
+    /// Sinkage exponent at zero slip n₀ [1].
+    pub n: f64,
+    /// Slip sinkage: n = n₀ + n₁ |s| [1].
+    pub n1: f64,
+    /// Cohesive modulus k_c [N/m^(n+1)].
+    pub k_c: f64,
+    /// Frictional modulus k_φ [N/m^(n+2)].
+    pub k_phi: f64,
+    /// Cohesion c [Pa].
+    pub cohesion: f64,
+    /// Internal friction angle φ [rad].
+    pub friction_angle: f64,
+    /// Shear deformation modulus K [m].
+    pub shear_modulus: f64,
+    /// Maximum-stress angle θ_m = (a₀ + a₁ s) θ_f: a₀ [1].
+    pub a0: f64,
+    /// The same: a₁ [1].
+    pub a1: f64,
+    /// Rear contact ratio λ [1].
+    pub lambda: f64,
+    /// Bulk density ρ [kg/m³].
+    pub density: f64,
+    /// Coulomb coefficient μ of a rigid wheel on this ground [1].
+    pub friction: f64,
+}
+
+/// A grid of heights, for display and for planners.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// x, y of the first node [m].
+    pub origin: [f64; 2],
+    /// Distance of nodes along x and y [m].
+    pub spacing: [f64; 2],
+    /// Nodes along x.
+    pub nx: usize,
+    /// Nodes along y.
+    pub ny: usize,
+    /// Heights [m], x fastest; NaN: no data.
+    pub heights: Vec<f32>,
+}
+
+/// A rock on the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rock {
+    /// Centre x [m].
+    pub x: f64,
+    /// Centre y [m].
+    pub y: f64,
+    /// Diameter [m].
+    pub diameter: f64,
+    /// Height above the ground [m].
+    pub height: f64,
+}
+
+/// Ground to drive on.
+pub trait Terrain: Send + Sync {
+    /// Height and normal; `None` off the map or where there is no data.
+    fn ground(&self, x: f64, y: f64) -> Option<Ground>;
+    /// x_min, y_min, x_max, y_max [m].
+    fn bounds(&self) -> [f64; 4];
+    /// The soil at a point.
+    fn soil(&self, x: f64, y: f64) -> &Soil;
+    /// Heights for display.
+    fn surface(&self) -> Surface;
+    /// Rocks (already part of the heights).
+    fn rocks(&self) -> Vec<Rock> {
+        Vec::new()
+    }
+}
+
+/// A gravity field.
+pub trait Gravity: Send + Sync {
+    /// Acceleration [m/s²] at p [m], both in W.
+    fn acceleration(&self, t: f64, p: Vec3) -> Vec3;
+    /// The field, when it is the same everywhere and always.
+    fn uniform(&self) -> Option<Vec3> {
+        None
+    }
+}
+
+/// Air at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Air {
+    /// Density [kg/m³].
+    pub density: f64,
+    /// Pressure [Pa].
+    pub pressure: f64,
+    /// Temperature [K].
+    pub temperature: f64,
+    /// Speed of sound [m/s].
+    pub speed_of_sound: f64,
+    /// Velocity of the air in W [m/s].
+    pub wind: Vec3,
+}
+
+/// An atmosphere.
+pub trait Atmosphere: Send + Sync {
+    /// The air at p [m], W.
+    fn air(&self, t: f64, p: Vec3) -> Air;
+}
+
+/// Where the sun stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SunState {
+    /// Unit vector towards the sun, W.
+    pub direction: Vec3,
+    /// Distance [AU].
+    pub distance_au: f64,
+}
+
+/// The sun.
+pub trait Sun: Send + Sync {
+    /// Direction and distance at simulated time t [s].
+    fn state(&self, t: f64) -> SunState;
+}
+
+/// What a service provides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ServiceKind {
+    /// [`Terrain`].
+    Terrain,
+    /// [`Gravity`].
+    Gravity,
+    /// [`Atmosphere`].
+    Atmosphere,
+    /// [`Sun`].
+    Sun,
+}
+
+impl ServiceKind {
+    /// As a word.
+    pub fn text(self) -> &'static str {
+        match self {
+            ServiceKind::Terrain => "terrain",
+            ServiceKind::Gravity => "gravity",
+            ServiceKind::Atmosphere => "atmosphere",
+            ServiceKind::Sun => "sun",
+        }
+    }
+}
+
+/// A service object, shared.
+#[derive(Clone)]
+pub enum ServiceObject {
+    /// Ground.
+    Terrain(Arc<dyn Terrain>),
+    /// Gravity field.
+    Gravity(Arc<dyn Gravity>),
+    /// Atmosphere.
+    Atmosphere(Arc<dyn Atmosphere>),
+    /// Sun.
+    Sun(Arc<dyn Sun>),
+}
+
+impl ServiceObject {
+    /// What it provides.
+    pub fn kind(&self) -> ServiceKind {
+        match self {
+            ServiceObject::Terrain(_) => ServiceKind::Terrain,
+            ServiceObject::Gravity(_) => ServiceKind::Gravity,
+            ServiceObject::Atmosphere(_) => ServiceKind::Atmosphere,
+            ServiceObject::Sun(_) => ServiceKind::Sun,
+        }
+    }
+}
+
+/// A provider of a service (complete it with `#[service(..)]`).
+pub trait Service: Sized + Send + Sync + 'static {
+    /// Name in the catalogue.
+    const NAME: &'static str;
+    /// Documentation.
+    const DOC: &'static str;
+    /// What it provides.
+    const KIND: ServiceKind;
+    /// Parameters.
+    type Params: Params;
+    /// Makes it; files are found relative to the assembly that names them.
+    fn build(p: Self::Params, files: &Files) -> Result<Self, crate::BuildError>;
+    /// As a shared object.
+    fn object(self) -> ServiceObject;
+}
+
+/// Finds the files that a configuration names.
+#[derive(Clone, Debug, Default)]
+pub struct Files {
+    /// Folders tried in turn.
+    pub folders: Vec<PathBuf>,
+}
+
+impl Files {
+    /// The first existing match; the error lists the folders tried.
+    pub fn resolve(&self, name: &str) -> Result<PathBuf, crate::BuildError> {
+        if Path::new(name).is_absolute() && Path::new(name).exists() {
+            return Ok(name.into());
+        }
+        for folder in &self.folders {
+            let path = folder.join(name);
+            if path.exists() {
+                return Ok(path);
+            }
+        }
+        let tried: Vec<String> = self.folders.iter().map(|f| f.display().to_string()).collect();
+        Err(crate::BuildError::new(format!("there is no file `{name}`"))
+            .help(format!("folders tried: {}", tried.join(", "))))
+    }
+}
+
+/// A trait that services provide.
+pub trait Provided: Send + Sync {
+    /// Which one.
+    const KIND: ServiceKind;
+    /// The object as this trait.
+    fn of(object: &ServiceObject) -> Option<Arc<Self>>;
+}
+
+macro_rules! provided {
+    ($($name:ident),*) => {$(
+        impl Provided for dyn $name {
+            const KIND: ServiceKind = ServiceKind::$name;
+            fn of(object: &ServiceObject) -> Option<Arc<Self>> {
+                match object { ServiceObject::$name(o) => Some(o.clone()), _ => None }
+            }
+        }
+    )*};
+}
+provided!(Terrain, Gravity, Atmosphere, Sun);
+
+/// A bound service: dereferences to the trait.
+pub struct Handle<T: ?Sized> {
+    object: Arc<T>,
+    path: Arc<str>,
+}
+
+impl<T: ?Sized> Handle<T> {
+    /// Wraps an object, for tests and built assemblies.
+    pub fn new(path: &str, object: Arc<T>) -> Self {
+        Handle { object, path: path.into() }
+    }
+    /// Path of the provider.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+    /// The shared object.
+    pub fn object(&self) -> &Arc<T> {
+        &self.object
+    }
+}
+impl<T: ?Sized> Clone for Handle<T> {
+    fn clone(&self) -> Self {
+        Handle { object: self.object.clone(), path: self.path.clone() }
+    }
+}
+impl<T: ?Sized> Deref for Handle<T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        &self.object
+    }
+}
+impl<T: ?Sized> std::fmt::Debug for Handle<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Handle({})", self.path)
+    }
+}
+
+/// All services of a simulation, by path.
+#[derive(Clone, Default)]
+pub struct Services {
+    objects: BTreeMap<String, ServiceObject>,
+}
+
+impl Services {
+    /// Adds one.
+    pub fn add(&mut self, path: impl Into<String>, object: ServiceObject) {
+        self.objects.insert(path.into(), object);
+    }
+
+    /// All, by path.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &ServiceObject)> {
+        self.objects.iter().map(|(p, o)| (p.as_str(), o))
+    }
+
+    /// The one at `path`, or, if no path is written, the provider nearest to `user` in the tree.
+    pub fn find<T: ?Sized + Provided>(
+        &self,
+        path: Option<&str>,
+        user: &str,
+    ) -> Result<Handle<T>, (String, String)> {
+        let of_kind: Vec<(&str, Arc<T>)> =
+            self.iter().filter_map(|(p, o)| Some((p, T::of(o)?))).collect();
+        let paths: Vec<&str> = of_kind.iter().map(|(p, _)| *p).collect();
+        let kind = T::KIND.text();
+        match path {
+            Some(path) => {
+                // As written, or relative to an enclosing assembly of the user.
+                let mut scope = user;
+                loop {
+                    let full =
+                        if scope.is_empty() { path.to_string() } else { format!("{scope}.{path}") };
+                    if let Some((p, o)) = of_kind.iter().find(|(p, _)| *p == full) {
+                        return Ok(Handle::new(p, o.clone()));
+                    }
+                    if scope.is_empty() {
+                        break;
+                    }
+                    scope = scope.rsplit_once('.').map_or("", |(head, _)| head);
+                }
+                Err((
+                    format!("there is no {kind} service `{path}`"),
+                    remedy(path, &format!("{kind} services"), &paths),
+                ))
+            }
+            None => {
+                let shared =
+                    |p: &str| p.split('.').zip(user.split('.')).take_while(|(a, b)| a == b).count();
+                let best = of_kind.iter().map(|(p, _)| shared(p)).max();
+                let nearest: Vec<_> =
+                    of_kind.iter().filter(|(p, _)| Some(shared(p)) == best).collect();
+                match nearest.as_slice() {
+                    [(p, o)] => Ok(Handle::new(p, o.clone())),
+                    [] => Err((
+                        format!("needs a {kind} service and there is none"),
+                        format!("add a part that provides {kind}"),
+                    )),
+                    _ => Err((
+                        format!("needs a {kind} service and there are {}", nearest.len()),
+                        format!("name one of: {}", paths.join(", ")),
+                    )),
+                }
+            }
+        }
+    }
+}

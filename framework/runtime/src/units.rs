@@ -1,0 +1,292 @@
+//! Units: exponent vectors of (kg m s A K mol cd rad) with a factor and an offset to SI.
+use std::fmt;
+
+/// A unit: SI value = `scale` × number + `offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// Exponents of kg, m, s, A, K, mol, cd, rad (as in FMI).
+    pub exponents: [i8; 8],
+    /// Factor to SI.
+    pub scale: f64,
+    /// Offset to SI (only degrees Celsius have one).
+    pub offset: f64,
+}
+
+/// Why a unit text was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("`{text}` is not a unit: {why}")]
+pub struct UnitError {
+    /// The text.
+    pub text: String,
+    /// What is wrong with it.
+    pub why: String,
+}
+
+const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+const PI: f64 = std::f64::consts::PI;
+
+/// Symbol, exponents, factor. Prefixes are tried for those marked.
+#[rustfmt::skip]
+const TABLE: &[(&str, [i8; 8], f64, bool)] = &[
+    ("1",    [0, 0, 0, 0, 0, 0, 0, 0], 1.0, false),
+    ("m",    [0, 1, 0, 0, 0, 0, 0, 0], 1.0, true),
+    ("g",    [1, 0, 0, 0, 0, 0, 0, 0], 1e-3, true),
+    ("s",    [0, 0, 1, 0, 0, 0, 0, 0], 1.0, true),
+    ("A",    [0, 0, 0, 1, 0, 0, 0, 0], 1.0, true),
+    ("K",    [0, 0, 0, 0, 1, 0, 0, 0], 1.0, true),
+    ("mol",  [0, 0, 0, 0, 0, 1, 0, 0], 1.0, true),
+    ("cd",   [0, 0, 0, 0, 0, 0, 1, 0], 1.0, true),
+    ("rad",  [0, 0, 0, 0, 0, 0, 0, 1], 1.0, true),
+    ("deg",  [0, 0, 0, 0, 0, 0, 0, 1], PI / 180.0, false),
+    ("°",    [0, 0, 0, 0, 0, 0, 0, 1], PI / 180.0, false),
+    ("arcsec", [0, 0, 0, 0, 0, 0, 0, 1], PI / 648_000.0, false),
+    ("rev",  [0, 0, 0, 0, 0, 0, 0, 1], 2.0 * PI, false),
+    ("rpm",  [0, 0, -1, 0, 0, 0, 0, 1], PI / 30.0, false),
+    ("Hz",   [0, 0, -1, 0, 0, 0, 0, 0], 1.0, true),
+    ("N",    [1, 1, -2, 0, 0, 0, 0, 0], 1.0, true),
+    ("Pa",   [1, -1, -2, 0, 0, 0, 0, 0], 1.0, true),
+    ("bar",  [1, -1, -2, 0, 0, 0, 0, 0], 1e5, true),
+    ("J",    [1, 2, -2, 0, 0, 0, 0, 0], 1.0, true),
+    ("W",    [1, 2, -3, 0, 0, 0, 0, 0], 1.0, true),
+    ("Wh",   [1, 2, -2, 0, 0, 0, 0, 0], 3600.0, true),
+    ("C",    [0, 0, 1, 1, 0, 0, 0, 0], 1.0, true),
+    ("Ah",   [0, 0, 1, 1, 0, 0, 0, 0], 3600.0, true),
+    ("V",    [1, 2, -3, -1, 0, 0, 0, 0], 1.0, true),
+    ("ohm",  [1, 2, -3, -2, 0, 0, 0, 0], 1.0, true),
+    ("Ω",    [1, 2, -3, -2, 0, 0, 0, 0], 1.0, true),
+    ("F",    [-1, -2, 4, 2, 0, 0, 0, 0], 1.0, true),
+    ("H",    [1, 2, -2, -2, 0, 0, 0, 0], 1.0, true),
+    ("T",    [1, 0, -2, -1, 0, 0, 0, 0], 1.0, true),
+    ("Wb",   [1, 2, -2, -1, 0, 0, 0, 0], 1.0, true),
+    ("L",    [0, 3, 0, 0, 0, 0, 0, 0], 1e-3, true),
+    ("min",  [0, 0, 1, 0, 0, 0, 0, 0], 60.0, false),
+    ("h",    [0, 0, 1, 0, 0, 0, 0, 0], 3600.0, false),
+    ("day",  [0, 0, 1, 0, 0, 0, 0, 0], 86_400.0, false),
+    ("sol",  [0, 0, 1, 0, 0, 0, 0, 0], 88_775.244, false),
+    ("AU",   [0, 1, 0, 0, 0, 0, 0, 0], 149_597_870_700.0, false),
+    ("ft",   [0, 1, 0, 0, 0, 0, 0, 0], 0.3048, false),
+    ("in",   [0, 1, 0, 0, 0, 0, 0, 0], 0.0254, false),
+    ("lb",   [1, 0, 0, 0, 0, 0, 0, 0], 0.453_592_37, false),
+    ("lbf",  [1, 1, -2, 0, 0, 0, 0, 0], 4.448_221_615_260_5, false),
+    ("slug", [1, 0, 0, 0, 0, 0, 0, 0], 14.593_902_937_206_36, false),
+    ("t",    [1, 0, 0, 0, 0, 0, 0, 0], 1e3, false),
+    ("%",    [0, 0, 0, 0, 0, 0, 0, 0], 0.01, false),
+    ("g0",   [0, 1, -2, 0, 0, 0, 0, 0], 9.806_65, false),
+];
+const PREFIXES: &[(&str, f64)] = &[
+    ("n", 1e-9),
+    ("µ", 1e-6),
+    ("u", 1e-6),
+    ("m", 1e-3),
+    ("c", 1e-2),
+    ("d", 1e-1),
+    ("h", 1e2),
+    ("k", 1e3),
+    ("M", 1e6),
+    ("G", 1e9),
+];
+
+impl Unit {
+    /// No unit.
+    pub const ONE: Unit = Unit { exponents: [0; 8], scale: 1.0, offset: 0.0 };
+
+    /// Reads `N m/A`, `kg m^2`, `rad/s`, `1/(V s)`, `deg`, `km`. A division takes the next factor only.
+    pub fn parse(text: &str) -> Result<Unit, UnitError> {
+        if matches!(text.trim(), "degC" | "°C") {
+            return Ok(Unit { exponents: [0, 0, 0, 0, 1, 0, 0, 0], scale: 1.0, offset: 273.15 });
+        }
+        let chars: Vec<char> = text.chars().collect();
+        let mut reader = Reader { chars: &chars, at: 0, text };
+        let unit = reader.product()?;
+        if reader.at < chars.len() {
+            return Err(reader.error("unexpected `)`"));
+        }
+        Ok(unit)
+    }
+
+    /// True when a number in `self` may be wired to a port in `other` without conversion.
+    pub fn same_quantity(&self, other: &Unit) -> bool {
+        self.exponents == other.exponents
+    }
+
+    /// The number in SI.
+    pub fn to_si(&self, number: f64) -> f64 {
+        self.scale * number + self.offset
+    }
+
+    fn times(self, other: Unit, power: i8) -> Unit {
+        let mut exponents = self.exponents;
+        for (e, o) in exponents.iter_mut().zip(other.exponents) {
+            *e += power * o;
+        }
+        Unit { exponents, scale: self.scale * other.scale.powi(power.into()), offset: 0.0 }
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut parts = Vec::new();
+        for (name, &e) in BASE.iter().zip(&self.exponents) {
+            match e {
+                0 => {}
+                1 => parts.push((*name).to_string()),
+                e => parts.push(format!("{name}^{e}")),
+            }
+        }
+        if parts.is_empty() { f.write_str("1") } else { f.write_str(&parts.join(" ")) }
+    }
+}
+
+struct Reader<'a> {
+    chars: &'a [char],
+    at: usize,
+    text: &'a str,
+}
+
+impl Reader<'_> {
+    fn error(&self, why: &str) -> UnitError {
+        UnitError { text: self.text.to_string(), why: why.to_string() }
+    }
+
+    fn product(&mut self) -> Result<Unit, UnitError> {
+        let mut unit = Unit::ONE;
+        let mut sign = 1;
+        let mut factors = 0;
+        while self.at < self.chars.len() {
+            match self.chars[self.at] {
+                ' ' | '*' | '·' => self.at += 1,
+                '/' => {
+                    if sign < 0 {
+                        return Err(self.error("two divisions in a row"));
+                    }
+                    sign = -1;
+                    self.at += 1;
+                }
+                ')' => break,
+                _ => {
+                    let factor = self.factor()?;
+                    unit = unit.times(factor, sign);
+                    sign = 1;
+                    factors += 1;
+                }
+            }
+        }
+        if sign < 0 || factors == 0 {
+            return Err(self.error("a factor is missing"));
+        }
+        Ok(unit)
+    }
+
+    fn factor(&mut self) -> Result<Unit, UnitError> {
+        let unit = if self.chars[self.at] == '(' {
+            self.at += 1;
+            let inner = self.product()?;
+            if self.chars.get(self.at) != Some(&')') {
+                return Err(self.error("`)` is missing"));
+            }
+            self.at += 1;
+            inner
+        } else {
+            let start = self.at;
+            while self.at < self.chars.len() && !" *·/()^²³".contains(self.chars[self.at]) {
+                self.at += 1;
+            }
+            let symbol: String = self.chars[start..self.at].iter().collect();
+            lookup(&symbol)
+                .ok_or_else(|| self.error(&format!("`{symbol}` is not a unit symbol")))?
+        };
+        let power = self.power()?;
+        Ok(Unit::ONE.times(unit, power))
+    }
+
+    fn power(&mut self) -> Result<i8, UnitError> {
+        match self.chars.get(self.at) {
+            Some('²') => {
+                self.at += 1;
+                Ok(2)
+            }
+            Some('³') => {
+                self.at += 1;
+                Ok(3)
+            }
+            Some('^') => {
+                self.at += 1;
+                let start = self.at;
+                while self
+                    .chars
+                    .get(self.at)
+                    .is_some_and(|c| c.is_ascii_digit() || (*c == '-' && self.at == start))
+                {
+                    self.at += 1;
+                }
+                let digits: String = self.chars[start..self.at].iter().collect();
+                digits.parse().map_err(|_| self.error("a power is a small integer"))
+            }
+            _ => Ok(1),
+        }
+    }
+}
+
+fn lookup(symbol: &str) -> Option<Unit> {
+    let exact = |s: &str| TABLE.iter().find(|row| row.0 == s);
+    if let Some(&(_, exponents, scale, _)) = exact(symbol) {
+        return Some(Unit { exponents, scale, offset: 0.0 });
+    }
+    PREFIXES.iter().find_map(|(prefix, factor)| {
+        let rest = symbol.strip_prefix(prefix)?;
+        let &(_, exponents, scale, prefixed) = exact(rest)?;
+        prefixed.then_some(Unit { exponents, scale: scale * factor, offset: 0.0 })
+    })
+}
+
+/// Splits `"12 deg"` into the number and the unit text; `"12"` has no unit.
+pub fn split_quantity(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim();
+    let end = text
+        .char_indices()
+        .find(|&(k, c)| {
+            !(c.is_ascii_digit()
+                || matches!(c, '+' | '-' | '.' | '_')
+                || (matches!(c, 'e' | 'E')
+                    && text[k + 1..].starts_with(|d: char| d.is_ascii_digit() || d == '-')))
+        })
+        .map_or(text.len(), |(k, _)| k);
+    let number: f64 = text[..end].replace('_', "").parse().ok()?;
+    Some((number, text[end..].trim()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_powers_prefixes_and_divisions() {
+        let torque_constant = Unit::parse("N m/A").unwrap();
+        assert_eq!(torque_constant.exponents, [1, 2, -2, -1, 0, 0, 0, 0]);
+        assert_eq!(Unit::parse("mm").unwrap().scale, 1e-3);
+        assert_eq!(Unit::parse("min").unwrap().scale, 60.0);
+        assert_eq!(Unit::parse("km/h").unwrap().scale, 1e3 / 3600.0);
+        assert_eq!(Unit::parse("kg m^2").unwrap(), Unit::parse("kg m²").unwrap());
+        assert_eq!(Unit::parse("1/(V s)").unwrap().exponents, [-1, -2, 2, 1, 0, 0, 0, 0]);
+        assert_eq!(Unit::parse("N/m/s").unwrap().exponents, [1, 0, -3, 0, 0, 0, 0, 0]);
+        assert_eq!(Unit::parse("degC").unwrap().to_si(20.0), 293.15);
+        assert_eq!(Unit::parse("rad/s").unwrap().to_string(), "s^-1 rad");
+    }
+
+    #[test]
+    fn refusals_name_the_text() {
+        for bad in ["metre", "N m/", "", "/s/", "m^x", "(m", "m)"] {
+            let error = Unit::parse(bad).unwrap_err().to_string();
+            assert!(error.contains(&format!("`{bad}`")), "{error}");
+        }
+    }
+
+    #[test]
+    fn quantities() {
+        assert_eq!(split_quantity("12 deg"), Some((12.0, "deg")));
+        assert_eq!(split_quantity("-1.5e-3 ohm"), Some((-1.5e-3, "ohm")));
+        assert_eq!(split_quantity("5e3"), Some((5e3, "")));
+        assert_eq!(split_quantity("3 eV"), Some((3.0, "eV")));
+        assert_eq!(split_quantity("deg"), None);
+    }
+}

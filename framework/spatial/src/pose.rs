@@ -1,0 +1,86 @@
+//! The pose of one frame in another.
+
+use crate::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+use std::ops::Mul;
+
+/// `X_AB`: where frame B is in frame A. `p_AP = X_AB.transform_point(p_BP)`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    /// `R_AB`: coordinates in B to coordinates in A.
+    pub rotation: Quat,
+    /// `p_AB`: A's origin to B's origin, in A, m.
+    pub position: Vec3,
+}
+
+impl Default for Pose {
+    fn default() -> Self {
+        Self::identity()
+    }
+}
+
+impl Pose {
+    /// The same frame.
+    #[must_use]
+    pub fn identity() -> Self {
+        Self { rotation: Quat::identity(), position: Vec3::zeros() }
+    }
+
+    /// A pose from its parts.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(rotation: Quat, position: Vec3) -> Self {
+        Self { rotation, position }
+    }
+
+    /// A pure displacement, m.
+    #[must_use]
+    pub fn translation(x: f64, y: f64, z: f64) -> Self {
+        Self { rotation: Quat::identity(), position: Vec3::new(x, y, z) }
+    }
+
+    /// A pure rotation.
+    #[must_use]
+    pub fn rotation(rotation: Quat) -> Self {
+        Self { rotation, position: Vec3::zeros() }
+    }
+
+    /// `X_BA` from `X_AB`.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let rotation = self.rotation.inverse();
+        Self { rotation, position: -(rotation * self.position) }
+    }
+
+    /// A point given in B, expressed in A, m.
+    #[inline(always)]
+    #[must_use]
+    pub fn transform_point(&self, p_BP: &Vec3) -> Vec3 {
+        self.rotation * p_BP + self.position
+    }
+
+    /// A free vector given in B, expressed in A.
+    #[inline(always)]
+    #[must_use]
+    pub fn transform_vector(&self, v_B: &Vec3) -> Vec3 {
+        self.rotation * v_B
+    }
+
+    /// True when every number is finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.position.iter().chain(self.rotation.coords.iter()).all(|x| x.is_finite())
+    }
+}
+
+impl Mul for Pose {
+    type Output = Pose;
+    /// `X_AC = X_AB * X_BC`.
+    #[inline(always)]
+    fn mul(self, o: Pose) -> Pose {
+        Pose {
+            rotation: self.rotation * o.rotation,
+            position: self.rotation * o.position + self.position,
+        }
+    }
+}
