@@ -5,7 +5,7 @@
 //! ```
 //! Isothermal; good for a scale height or two of range and for closed-form checks.
 
-use crate::math::Vec3;
+use linkwork_spatial::Vec3;
 
 /// Constants of the atmosphere.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@
 //! continues the slope. Where a node of the 4 × 4 block has no data the cell falls back to the bilinear
 //! surface of its own four nodes; where one of those has none there is no ground. O(1).
 
-use crate::math::Vec3;
+use linkwork_spatial::Vec3;
 
 /// Heights on a regular grid; x east, y north, z up.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,5 +4,4 @@ pub mod dem;
 pub mod generator;
 pub mod height_field;
 pub mod mars_sun;
-pub mod math;
 pub mod random;

@@ -10,7 +10,7 @@
 //! ```
 //! Angles in degrees, times in hours. Good to about 3 s of Mars time.
 
-use crate::math::Vec3;
+use linkwork_spatial::Vec3;
 use std::str::FromStr;
 
 /// Short periodic terms caused by the other planets: amplitude (deg), period (Julian years), phase (deg).

@@ -10,8 +10,8 @@
 //! a parked wheel holds exactly. Each of the discs across the width is a contact of its own with a
 //! third of the stiffness, so the wheel resists turning about the normal and tilting.
 
-use crate::math::Vec3;
 use crate::wheel_geometry::{Cylinder, DISCS, DiscContact};
+use linkwork_spatial::Vec3;
 
 /// Constants of the contact of a whole wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,6 +134,20 @@ impl RigidContact {
             load.normal = Vec3::z();
         }
         (load, rates)
+    }
+
+    /// The rates of the bristles alone, m/s.
+    pub fn rates(
+        &self,
+        hub: &Hub,
+        bristles: &Bristles,
+        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+    ) -> Bristles {
+        let discs = self.wheel.discs(hub.position, hub.axle, ground);
+        std::array::from_fn(|i| match self.disc(hub, discs[i]) {
+            Some(d) => self.friction(&d, &bristles[i]).1,
+            None => -bristles[i] / RELAX,
+        })
     }
 
     fn static_normal(&self, depth: f64) -> f64 {

@@ -15,11 +15,11 @@
 //! surface along its normal, `z_u` the deepest press under the wheel: unloading is stiff
 //! (Wong's k_u), and forgotten as the wheel rolls on to new ground. The terrain keeps no rut.
 
-use crate::math::Vec3;
 use crate::rigid_contact::Hub;
-use crate::soil::Soil;
 use crate::terramechanics::{Motion, Rim, Shear, Sinkage, WheelForces, WheelSoil};
 use crate::wheel_geometry::{Cylinder, DISCS};
+use linkwork_runtime::prelude::Soil;
+use linkwork_spatial::Vec3;
 
 /// Constants of a wheel on soil.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +81,27 @@ const SLIDE: [f64; 2] = [1.5, 3.0];
 /// Least contact half length as a fraction of the radius.
 const LENGTH_MIN: f64 = 0.05;
 
+/// Where the wheel stands in the soil and how it moves there.
+struct Footprint {
+    z: f64,
+    normal: Vec3,
+    point: Vec3,
+    ex: Vec3,
+    ey: Vec3,
+    /// Speed with which the hub nears the ground, m/s.
+    approach: f64,
+    /// Rim speed, m/s.
+    u: f64,
+    /// Mean of rim speed and hub speed, m/s.
+    travel: f64,
+    /// Slip velocity along x and y, m/s.
+    slide: [f64; 2],
+    /// Half length of the contact, m.
+    length: f64,
+    /// Damping time that the speed allows, s.
+    damping: f64,
+}
+
 impl SoilContact {
     /// The load and the rate of the state. `ground` gives height (m) and unit normal at x, y.
     pub fn evaluate(
@@ -90,6 +111,16 @@ impl SoilContact {
         state: &SoilState,
         ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
     ) -> (SoilLoad, SoilState) {
+        (self.load(soil, hub, state, ground), self.rates(soil, hub, state, ground))
+    }
+
+    fn footprint(
+        &self,
+        soil: &Soil,
+        hub: &Hub,
+        state: &SoilState,
+        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+    ) -> Option<Footprint> {
         let discs = self.wheel.discs(hub.position, hub.axle, ground);
         let (mut z, mut normal, mut point) = (0.0, Vec3::zeros(), Vec3::zeros());
         for d in discs.iter().flatten().filter(|d| d.depth > 0.0) {
@@ -98,7 +129,7 @@ impl SoilContact {
             point += d.point * d.depth;
         }
         if z <= 0.0 {
-            return self.airborne(hub, state);
+            return None;
         }
         point /= z;
         normal = normal.normalize();
@@ -107,33 +138,55 @@ impl SoilContact {
         let ey = normal.cross(&ex);
         let r = self.wheel.radius;
         let (vx, vy) = (hub.velocity.dot(&ex), hub.velocity.dot(&ey));
-        let approach = -hub.velocity.dot(&normal);
         let u = r * hub.angular.dot(&hub.axle);
-        let m = state.rolled.clamp(-1.0, 1.0);
-        let travel = 0.5 * (u + vx);
-        let side = if m < 0.0 { -1.0 } else { 1.0 };
-
+        let m = state.rolled.abs().min(1.0);
         let front = (1.0 - (z / r).min(1.5)).acos();
-        let lambda = m.abs() * soil.lambda + 1.0 - m.abs();
+        let lambda = m * soil.lambda + 1.0 - m;
         let rear = (1.0 - (lambda * z / r).clamp(0.0, 1.5)).acos();
         let length = r * (0.5 * (front + rear)).max(LENGTH_MIN);
-        let damping = self.shear_damping.min(0.5 * length / u.abs().max(1e-9));
-        let slide = [u - vx, -vy];
-        let s = side * (state.xi_x + damping * slide[0]) / length;
-        let lateral = -(state.xi_y + damping * slide[1]) / length;
+        Some(Footprint {
+            z,
+            normal,
+            point,
+            ex,
+            ey,
+            approach: -hub.velocity.dot(&normal),
+            u,
+            travel: 0.5 * (u + vx),
+            slide: [u - vx, -vy],
+            length,
+            damping: self.shear_damping.min(0.5 * length / u.abs().max(1e-9)),
+        })
+    }
+
+    /// The load of the soil on the wheel.
+    pub fn load(
+        &self,
+        soil: &Soil,
+        hub: &Hub,
+        state: &SoilState,
+        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+    ) -> SoilLoad {
+        let Some(f) = self.footprint(soil, hub, state, ground) else {
+            return SoilLoad::none(hub);
+        };
+        let m = state.rolled.clamp(-1.0, 1.0);
+        let side = if m < 0.0 { -1.0 } else { 1.0 };
+        let s = side * (state.xi_x + f.damping * f.slide[0]) / f.length;
+        let lateral = -(state.xi_y + f.damping * f.slide[1]) / f.length;
         let beta = lateral.atan2((1.0 - s).abs().max(1e-6));
         let motion = Motion { slip: s, lateral, rolling: m.abs(), beta };
         let model = WheelSoil {
-            rim: Rim { radius: r, width: self.wheel.width },
+            rim: Rim { radius: self.wheel.radius, width: self.wheel.width },
             soil: *soil,
             shear: self.shear,
             sinkage: Sinkage::Bekker,
             gravity: self.gravity,
             approach: None,
         };
-        let virgin = model.forces(z, &motion);
-        let unloaded = self.unloading_stiffness * (state.pressed - z).max(0.0);
-        let damped = (1.0 + self.normal_damping * approach).max(0.0);
+        let virgin = model.forces(f.z, &motion);
+        let unloaded = self.unloading_stiffness * (state.pressed - f.z).max(0.0);
+        let damped = (1.0 + self.normal_damping * f.approach).max(0.0);
         let carried = (virgin.fz - unloaded).max(0.0) * damped;
         let share = if virgin.fz > 0.0 { carried / virgin.fz } else { 0.0 };
         let local = WheelForces {
@@ -141,35 +194,56 @@ impl SoilContact {
             fy: share * virgin.fy,
             fz: carried,
             torque: side * share * virgin.torque,
-            mx: share * virgin.mx + (point - hub.position).dot(&ey) * carried,
+            mx: share * virgin.mx + (f.point - hub.position).dot(&f.ey) * carried,
             mz: side * share * virgin.mz,
         };
-        let force = ex * local.fx + ey * local.fy + normal * local.fz;
-        let moment = ex * local.mx - hub.axle * local.torque + normal * local.mz;
-        let load = SoilLoad {
+        let force = f.ex * local.fx + f.ey * local.fy + f.normal * local.fz;
+        let moment = f.ex * local.mx - hub.axle * local.torque + f.normal * local.mz;
+        SoilLoad {
             force,
             moment,
             local,
-            sinkage: z,
+            sinkage: f.z,
             slip: side * motion.slip_scale(),
             slip_angle: beta,
-            point,
+            point: f.point,
             power: -force.dot(&hub.velocity) - moment.dot(&hub.angular),
-        };
-        let forget = u.abs() / (length - damping * u.abs());
-        let mut rate = SoilState {
-            xi_x: slide[0] - forget * state.xi_x,
-            xi_y: slide[1] - forget * state.xi_y,
-            pressed: (z - state.pressed).max(0.0) / FOLLOW
-                - (state.pressed - z).max(0.0) * FORGET * travel.abs() / length,
-            rolled: (travel - m * travel.abs()) / length,
-        };
-        slide_beyond(state, &mut rate, length);
-        (load, rate)
+        }
     }
 
-    fn airborne(&self, hub: &Hub, state: &SoilState) -> (SoilLoad, SoilState) {
-        let load = SoilLoad {
+    /// The rate of the state; costs the geometry but not the stresses.
+    pub fn rates(
+        &self,
+        soil: &Soil,
+        hub: &Hub,
+        state: &SoilState,
+        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+    ) -> SoilState {
+        let Some(f) = self.footprint(soil, hub, state, ground) else {
+            return SoilState {
+                xi_x: -state.xi_x / FOLLOW,
+                xi_y: -state.xi_y / FOLLOW,
+                pressed: -state.pressed / FOLLOW,
+                rolled: -state.rolled / FOLLOW,
+            };
+        };
+        let m = state.rolled.clamp(-1.0, 1.0);
+        let forget = f.u.abs() / (f.length - f.damping * f.u.abs());
+        let mut rate = SoilState {
+            xi_x: f.slide[0] - forget * state.xi_x,
+            xi_y: f.slide[1] - forget * state.xi_y,
+            pressed: (f.z - state.pressed).max(0.0) / FOLLOW
+                - (state.pressed - f.z).max(0.0) * FORGET * f.travel.abs() / f.length,
+            rolled: (f.travel - m * f.travel.abs()) / f.length,
+        };
+        slide_beyond(state, &mut rate, f.length);
+        rate
+    }
+}
+
+impl SoilLoad {
+    fn none(hub: &Hub) -> SoilLoad {
+        SoilLoad {
             force: Vec3::zeros(),
             moment: Vec3::zeros(),
             local: WheelForces::default(),
@@ -178,14 +252,7 @@ impl SoilContact {
             slip_angle: 0.0,
             point: hub.position,
             power: 0.0,
-        };
-        let rate = SoilState {
-            xi_x: -state.xi_x / FOLLOW,
-            xi_y: -state.xi_y / FOLLOW,
-            pressed: -state.pressed / FOLLOW,
-            rolled: -state.rolled / FOLLOW,
-        };
-        (load, rate)
+        }
     }
 }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::test_soils::*;
 
 fn contact() -> SoilContact {
     SoilContact {
@@ -36,7 +37,7 @@ impl Rig {
         }
         let hub =
             Hub { position: self.p, axle: Vec3::y(), velocity: self.v, angular: Vec3::y() * spin };
-        let (load, rate) = contact().evaluate(&Soil::lunar(), &hub, &self.state, &plane);
+        let (load, rate) = contact().evaluate(&lunar(), &hub, &self.state, &plane);
         self.state.xi_x += rate.xi_x * dt;
         self.state.xi_y += rate.xi_y * dt;
         self.state.pressed += rate.pressed * dt;
@@ -59,7 +60,7 @@ fn steady_rolling_gives_the_textbook_forces() {
         }
         let model = WheelSoil {
             rim: Rim { radius: 0.25, width: 0.4 },
-            soil: Soil::lunar(),
+            soil: lunar(),
             shear: Shear::Isotropic,
             sinkage: Sinkage::Bekker,
             gravity: 3.72,

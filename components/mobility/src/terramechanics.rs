@@ -19,7 +19,7 @@
 //! an integer the end of the arc is a power singularity and the error about 1e-5.
 
 use crate::quadrature::{NODES, WEIGHTS};
-use crate::soil::Soil;
+use linkwork_runtime::prelude::Soil;
 
 /// Rim of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,9 +1,10 @@
 use super::*;
+use crate::test_soils::*;
 
 fn golden() -> WheelSoil {
     WheelSoil {
         rim: Rim { radius: 0.15, width: 0.10 },
-        soil: Soil::lunar(),
+        soil: lunar(),
         shear: Shear::Isotropic,
         sinkage: Sinkage::Bekker,
         gravity: 9.81,
@@ -75,7 +76,7 @@ fn independent_shear_matches_an_independent_code() {
 fn ishigami_case_matches_an_independent_code() {
     let w = WheelSoil {
         rim: Rim { radius: 0.09, width: 0.11 },
-        soil: Soil::ishigami_simulant(),
+        soil: ishigami_simulant(),
         shear: Shear::Independent { k_x: [0.043, 0.036], k_y: [0.020, 0.013] },
         sinkage: Sinkage::Bekker,
         gravity: 9.81,
@@ -170,7 +171,7 @@ fn frictionless_wheel_pays_exactly_the_compaction_work() {
             lambda: 0.0,
             a0: 0.0,
             a1: 0.0,
-            ..Soil::lunar()
+            ..lunar()
         };
         let w = WheelSoil { soil, ..golden() };
         let z: f64 = 0.02;
@@ -191,7 +192,7 @@ fn bekkers_towed_wheel_formula_is_a_few_percent_low() {
             lambda: 0.0,
             a0: 0.0,
             a1: 0.0,
-            ..Soil::lunar()
+            ..lunar()
         };
         let w = WheelSoil { soil, ..golden() };
         let load: f64 = 40.0;
@@ -205,7 +206,7 @@ fn bekkers_towed_wheel_formula_is_a_few_percent_low() {
 
 #[test]
 fn reece_load_scales_with_gravity_and_bekker_does_not() {
-    let soil = Soil { cohesion: 0.0, ..Soil::lunar() };
+    let soil = Soil { cohesion: 0.0, ..lunar() };
     let under = |gamma| {
         let w = WheelSoil { soil, sinkage: Sinkage::Reece { gamma }, ..golden() };
         w.modulus(1.0)
@@ -284,7 +285,7 @@ fn measured_smooth_wheel_is_reproduced() {
     // Slip is taken along the heading: 1 − v_x/(rω), v_y = v_x tan β; measured loads row by row.
     let w = WheelSoil {
         rim: Rim { radius: 0.058, width: 0.05 },
-        soil: Soil::silica_sand(),
+        soil: silica_sand(),
         approach: Some((45.0f64 - 14.5).to_radians()),
         ..golden()
     };

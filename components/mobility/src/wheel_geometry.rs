@@ -10,7 +10,7 @@
 //! converges on ground that curves more than the wheel (rocks). Every map is continuous, so the contact
 //! does not jump where two rim points are equally deep. Cost: 9 ground queries a disc.
 
-use crate::math::Vec3;
+use linkwork_spatial::Vec3;
 
 /// Discs across the width.
 pub const DISCS: usize = 3;
