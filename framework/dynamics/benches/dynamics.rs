@@ -93,7 +93,7 @@ fn ours(tree: &Tree) -> BTreeMap<&'static str, f64> {
         black_box(&out);
     });
     let mass = best_ns(|i| {
-        kinematics(tree, &mut ws, &q[i], &v[i]);
+        poses(tree, &mut ws, &q[i]);
         mass_matrix(tree, &mut ws, &mut M);
         black_box(&M);
     });
@@ -123,7 +123,7 @@ fn batch<L: Lane>(tree: &Tree) -> BTreeMap<&'static str, f64> {
         black_box(&out);
     });
     let mass = best_ns(|i| {
-        work.kinematics(tree, &q[i], &v[i]);
+        work.poses(tree, &q[i]);
         work.mass_matrix(tree, &mut M);
         black_box(&M);
     });

@@ -1,5 +1,5 @@
 //! Analytic wall: double pendulum by hand, Euler's equations, a screw, distance from the origin.
-#![allow(non_snake_case)]
+#![allow(non_snake_case, clippy::unwrap_used)]
 
 mod support;
 
@@ -119,7 +119,7 @@ fn distance_from_the_world_origin_does_not_matter() {
     for seed in 0..10 {
         let mbs = random_tree(
             2 * seed,
-            Shape { bodies: 8, floating: true, prescribed: seed % 2 == 0, armature: true },
+            Shape { bodies: 8, floating: true, prescribed: seed.is_multiple_of(2), armature: true },
         );
         let tree = Tree::new(&mbs);
         let nv = mbs.nv();

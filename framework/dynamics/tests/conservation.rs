@@ -1,5 +1,5 @@
 //! Conservation and gradient wall: energy, momentum, gravity, the power of Coriolis forces.
-#![allow(non_snake_case)]
+#![allow(non_snake_case, clippy::unwrap_used)]
 
 mod support;
 
@@ -126,7 +126,7 @@ fn gravity_force_is_the_gradient_of_potential_energy() {
     for seed in 0..20 {
         let mbs = random_tree(
             seed,
-            Shape { bodies: 8, floating: seed % 2 == 0, prescribed: true, armature: true },
+            Shape { bodies: 8, floating: seed.is_multiple_of(2), prescribed: true, armature: true },
         );
         let tree = Tree::new(&mbs);
         let nv = tree.nv();
@@ -158,7 +158,12 @@ fn coriolis_forces_balance_the_rate_of_the_mass_matrix() {
     for seed in 0..20 {
         let mbs = random_tree(
             seed,
-            Shape { bodies: 8, floating: seed % 2 == 0, prescribed: false, armature: true },
+            Shape {
+                bodies: 8,
+                floating: seed.is_multiple_of(2),
+                prescribed: false,
+                armature: true,
+            },
         );
         let tree = Tree::new(&mbs);
         let nv = tree.nv();
@@ -189,7 +194,7 @@ fn external_power_is_the_rate_of_energy() {
     for seed in 0..20 {
         let mbs = random_tree(
             seed,
-            Shape { bodies: 8, floating: seed % 2 == 0, prescribed: true, armature: true },
+            Shape { bodies: 8, floating: seed.is_multiple_of(2), prescribed: true, armature: true },
         );
         let tree = Tree::new(&mbs);
         let nv = tree.nv();

@@ -1,5 +1,5 @@
 //! Foreign reference: Rocky 8 as its makers published it, against plain homogeneous transforms.
-#![allow(non_snake_case)]
+#![allow(non_snake_case, clippy::unwrap_used)]
 
 mod support;
 

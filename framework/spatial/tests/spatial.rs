@@ -1,5 +1,5 @@
 //! Identities of the spatial operators, and what an impossible inertia is told.
-#![allow(non_snake_case)]
+#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_spatial::{
     Force, InertiaCheck, InertiaFault, MassProperties, Mat3, Motion, Pose, Quat, RigidInertia, Vec3,
