@@ -147,7 +147,9 @@ fn main() {
     let spec = chain(100, linkwork_runtime::Integrator::Rk4);
     let us = best(20, 20, || drop(compile(&spec, &catalogue, &files).unwrap())) / 1e3;
     println!("compile 100 models: {us:.0} µs");
-    let plan = Arc::new(compile(&chain(760, linkwork_runtime::Integrator::Rk4), &catalogue, &files).unwrap());
+    let plan = Arc::new(
+        compile(&chain(760, linkwork_runtime::Integrator::Rk4), &catalogue, &files).unwrap(),
+    );
     let lanes = plan.sizes.x + plan.sizes.d + plan.sizes.sig;
     let sim = Simulation::new(plan);
     let mut snapshot = Snapshot::default();

@@ -1,0 +1,92 @@
+//! Source files: header, length, marks of unfinished work; and what lies at the top level.
+
+/// Lines that no file exceeds.
+pub const LINES_MAX: usize = 700;
+
+/// Marks of work put off. In two pieces, so that this file has none.
+const MARKS: [&str; 5] = [
+    concat!("TO", "DO"),
+    concat!("FIX", "ME"),
+    concat!("to", "do!("),
+    concat!("unimple", "mented!("),
+    concat!("#[ig", "nore"),
+];
+
+/// Findings in one source file.
+pub fn file(path: &str, text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    if path.ends_with(".rs") && !text.starts_with("//!") {
+        found.push(format!("{path}:1: begin with `//!` and say what the file is for"));
+    }
+    let lines = text.lines().count();
+    if lines > LINES_MAX {
+        found.push(format!("{path}: {lines} lines; split it by idea (at most {LINES_MAX})"));
+    }
+    for (k, line) in text.lines().enumerate() {
+        for mark in MARKS.iter().filter(|m| has_word(line, m)) {
+            found.push(format!("{path}:{}: `{mark}`: finish it or take it out", k + 1));
+        }
+    }
+    found
+}
+
+/// True when `mark` occurs and is not the tail or head of a longer word.
+fn has_word(line: &str, mark: &str) -> bool {
+    let word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    line.match_indices(mark).any(|(at, _)| {
+        let (before, after) = (&line[..at], &line[at + mark.len()..]);
+        let open = !mark.ends_with(char::is_alphanumeric);
+        !word(before.chars().next_back()) && (open || !word(after.chars().next()))
+    })
+}
+
+/// What may lie at the top level, besides names that begin with a dot and what git ignores.
+const TOP: [&str; 10] = [
+    "Cargo.toml",
+    "Cargo.lock",
+    "README.md",
+    "LICENSE-APACHE",
+    "LICENSE-MIT",
+    "framework",
+    "components",
+    "assemblies",
+    "sims",
+    "tests",
+];
+
+/// Names at the top level that do not belong there.
+pub fn top_level<'a>(names: impl IntoIterator<Item = &'a str>, gitignore: &str) -> Vec<String> {
+    let ignored = |name: &str| gitignore.lines().any(|l| l.trim().trim_matches('/') == name);
+    names
+        .into_iter()
+        .filter(|n| !n.starts_with('.') && !TOP.contains(n) && !ignored(n))
+        .map(|n| format!("`{n}` lies at the top level: move it to the folder of its concept"))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_rule_can_fail() {
+        assert_eq!(file("a.rs", "//! Good.\nfn f() {}\n"), Vec::<String>::new());
+        assert!(file("a.rs", "fn f() {}")[0].contains("begin with"));
+        assert!(file("a.py", "x = 1").is_empty());
+        let long = format!("//! Long.\n{}", "\n".repeat(LINES_MAX));
+        assert!(file("a.rs", &long)[0].contains("701 lines"));
+        for mark in MARKS {
+            let text = format!("//! Bad.\n    {mark} later");
+            assert_eq!(file("a.rs", &text).len(), 1, "{mark}");
+        }
+        let inside = format!("//! A word that holds it.\nlet MAS{}S = 1;", MARKS[0]);
+        assert!(file("a.rs", &inside).is_empty());
+    }
+
+    #[test]
+    fn strangers_at_the_top_are_found() {
+        let names = ["Cargo.toml", ".ci", "target", "notes.txt", "tests"];
+        let found = top_level(names, "/target\n*.mcap\n");
+        assert!(found.len() == 1 && found[0].contains("notes.txt"), "{found:?}");
+    }
+}

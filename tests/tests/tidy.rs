@@ -1,0 +1,120 @@
+//! The house rules, applied to this repository.
+use linkwork_tests::root;
+use linkwork_tests::tidy::{docs, manifest, sources};
+use std::path::{Path, PathBuf};
+
+/// Test dependencies that point up, each with its reason.
+const ALLOWED_UP: [(&str, &str); 0] = [];
+
+const FOLDERS: [&str; 5] = ["framework", "components", "assemblies", "sims", "tests"];
+
+/// All files below a folder, sorted; build output and hidden folders left out.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut entries: Vec<_> =
+        std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        let name = path.file_name().unwrap().to_string_lossy().to_string();
+        if name.starts_with('.') || ["target", "runs", "__pycache__"].contains(&name.as_str()) {
+            continue;
+        }
+        if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }
+    }
+    found
+}
+
+fn all_files() -> Vec<(String, PathBuf)> {
+    FOLDERS
+        .iter()
+        .flat_map(|f| files(&root().join(f)))
+        .map(|p| (p.strip_prefix(root()).unwrap().to_string_lossy().replace('\\', "/"), p))
+        .collect()
+}
+
+fn manifests() -> Vec<manifest::Manifest> {
+    let all: Vec<_> = all_files()
+        .into_iter()
+        .filter(|(name, _)| name.ends_with("/Cargo.toml"))
+        .map(|(name, path)| {
+            let folder = name.trim_end_matches("/Cargo.toml");
+            manifest::parse(folder, &std::fs::read_to_string(path).unwrap())
+        })
+        .collect();
+    assert!(all.len() > 15, "only {} manifests found", all.len());
+    all
+}
+
+fn none(found: Vec<String>) {
+    assert!(found.is_empty(), "\n{}", found.join("\n"));
+}
+
+#[test]
+fn imports_point_down() {
+    none(manifest::arrows(&manifests(), &ALLOWED_UP));
+}
+
+#[test]
+fn heavy_dependencies_stay_at_home() {
+    none(manifest::homes(&manifests()));
+}
+
+#[test]
+fn every_crate_is_a_member_of_the_workspace() {
+    let workspace = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let lost =
+        manifests().into_iter().filter(|m| !workspace.contains(&format!("\"{}\"", m.folder)));
+    none(lost.map(|m| format!("`{}` is not in the workspace", m.folder)).collect());
+}
+
+#[test]
+fn source_files_have_headers_and_nothing_unfinished() {
+    let source = |name: &str| {
+        [".rs", ".py", ".sh", ".cpp", ".toml", ".ron"].iter().any(|e| name.ends_with(e))
+    };
+    let found = all_files()
+        .into_iter()
+        .filter(|(name, _)| source(name))
+        .filter_map(|(name, path)| Some((name, std::fs::read_to_string(path).ok()?)))
+        .flat_map(|(name, text)| sources::file(&name, &text))
+        .collect();
+    none(found);
+}
+
+#[test]
+fn the_top_level_holds_concepts() {
+    let names: Vec<String> = std::fs::read_dir(root())
+        .unwrap()
+        .map(|e| e.unwrap().file_name().to_string_lossy().to_string())
+        .collect();
+    let ignored = std::fs::read_to_string(root().join(".gitignore")).unwrap();
+    none(sources::top_level(names.iter().map(String::as_str), &ignored));
+}
+
+#[test]
+fn documents_name_paths_that_exist() {
+    let top = ["README.md"].map(|n| (n.to_string(), root().join(n)));
+    let pages = all_files().into_iter().filter(|(name, _)| {
+        name.ends_with(".md") && (name.starts_with("framework/") || name.starts_with("sims/"))
+    });
+    let exists = |path: &str| root().join(path).exists();
+    let found = pages
+        .chain(top.into_iter().filter(|(_, p)| p.exists()))
+        .flat_map(|(name, path)| {
+            docs::missing(&name, &std::fs::read_to_string(path).unwrap(), &exists)
+        })
+        .collect();
+    none(found);
+}
+
+#[test]
+fn both_licences_are_here() {
+    for (name, phrase) in [
+        ("LICENSE-APACHE", "Version 2.0, January 2004"),
+        ("LICENSE-MIT", "Permission is hereby granted, free of charge"),
+    ] {
+        let text = std::fs::read_to_string(root().join(name)).unwrap();
+        assert!(text.contains(phrase), "{name}");
+        assert!(text.contains("Linkwork contributors"), "{name} names no owner");
+    }
+}
