@@ -215,7 +215,7 @@ pub(crate) mod tests {
             .map(|k| {
                 let c = Clock::at(k as f64 * dt, dt, k);
                 let y = imu.direct(&c, &(), &d, &at_rest(), &());
-                d = imu.update(&c, &(), &d, &(), &(), &mut ());
+                d = imu.update(&c, &(), &d, &(), &at_rest(), &mut ());
                 y.rate.x
             })
             .collect()
