@@ -4,6 +4,7 @@ use crate::context::{Cx, entries};
 use crate::expand::{Instance, ModelInst, Node};
 use crate::files::Files;
 use crate::reference::{Target, full_name, resolve};
+use crate::scope::is_unknown;
 use crate::shape::BodyShape;
 use linkwork_multibody::{BodySpec, Builder, Fault as MechanismFault, Multibody};
 use linkwork_runtime::{BindSpec, BindTarget, Located, MechanismSpec, Origin, PartSpec, Seconds};
@@ -63,6 +64,8 @@ pub(crate) fn period(cx: &mut Cx, v: &Located, what: &str) -> Option<Seconds> {
     match Seconds::period(&v.value) {
         Ok(s) => Some(s),
         Err(fact) => {
+            // The fact without the remedy, which stands in the help.
+            let fact = fact.split(": write").next().unwrap_or(&fact).replace("\"", "");
             let help = "write \"50 Hz\", \"20 ms\" or a number of seconds";
             cx.fault(v.origin, format!("{what}: {fact}"), help);
             None
@@ -76,6 +79,9 @@ pub(crate) fn binds(cx: &mut Cx, root: &Instance) -> Vec<BindSpec> {
     for m in models(root) {
         let scope = m.path.rsplit_once('.').map_or("", |(head, _)| head);
         for (bind, v) in entries(&m.bind) {
+            if is_unknown(v) {
+                continue;
+            }
             let what = format!("`{}`: binding `{bind}`", m.path);
             let Some(t) = crate::read::text(cx, v, &what) else { continue };
             match bind_target(root, scope, &t.text) {
@@ -147,6 +153,9 @@ pub(crate) fn mechanism(
     for here in &instances {
         let outer = here.path.rsplit_once('.').map_or("", |(head, _)| head);
         for (mount, text) in &here.mounts {
+            if text.text.contains('$') {
+                continue;
+            }
             if let Err((fact, help)) = resolve(root, outer, &text.text) {
                 let message = format!("`{}`: mount `{mount}`: {fact}", here.path);
                 cx.fault(text.origin, message, help);
@@ -206,6 +215,9 @@ fn parent(
     scope: &str,
 ) -> (String, Pose, String) {
     let world = || ("world".to_string(), Pose::identity(), "world".to_string());
+    if body.parent.text.contains('$') {
+        return world();
+    }
     match resolve(root, scope, &body.parent.text) {
         Ok(Target::World) => world(),
         Ok(Target::Body(p)) => (p.clone(), Pose::identity(), format!("/{p}")),

@@ -183,7 +183,7 @@ fn doc(cx: &mut Cx, v: &Located, what: &str) -> String {
     text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default()
 }
 
-fn read_param(cx: &mut Cx, key: &str, v: &Located) -> ParamDecl {
+pub(crate) fn read_param(cx: &mut Cx, key: &str, v: &Located) -> ParamDecl {
     let what = format!("parameter `{key}`");
     fields(cx, v, &what, &["unit", "default", "range", "doc"]);
     let unit = text_field(cx, v, "unit", &what);
@@ -218,7 +218,7 @@ fn read_param(cx: &mut Cx, key: &str, v: &Located) -> ParamDecl {
     }
 }
 
-fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm> {
+pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm> {
     let what = format!("part `{key}`");
     let origin = cx.key(v);
     let Value::Map(written) = &v.value else {

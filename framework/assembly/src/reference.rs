@@ -115,13 +115,14 @@ fn nodes(root: &Instance, full: &str) -> Vec<String> {
     nodes.map(crate::context::entries).unwrap_or_default().iter().map(|(k, _)| k.clone()).collect()
 }
 
-/// The bodies that a scope can name shortly: own, mounts, those one level down, then outer ones.
+/// The bodies that a scope can name, each by its shortest name.
 fn visible(root: &Instance, scope: &str) -> Vec<String> {
-    let mut out: Vec<String> = Vec::new();
+    let mut out: Vec<(String, String)> = Vec::new();
     let mut here = scope;
     loop {
         if let Some(i) = root.at(here) {
-            out.extend(i.bodies.keys().chain(i.mounts.keys()).cloned());
+            out.extend(i.bodies.keys().map(|b| (b.clone(), full_name(&i.path, b))));
+            out.extend(i.mounts.keys().map(|m| (m.clone(), join(&i.path, m))));
             below(i, "", &mut out);
         }
         if here.is_empty() {
@@ -130,15 +131,16 @@ fn visible(root: &Instance, scope: &str) -> Vec<String> {
         here = here.rsplit_once('.').map_or("", |(head, _)| head);
     }
     let mut seen = std::collections::BTreeSet::new();
-    out.retain(|name| seen.insert(name.clone()));
-    out
+    out.retain(|(_, full)| seen.insert(full.clone()));
+    out.into_iter().map(|(name, _)| name).collect()
 }
 
-fn below(here: &Instance, prefix: &str, out: &mut Vec<String>) {
+fn below(here: &Instance, prefix: &str, out: &mut Vec<(String, String)>) {
     for (name, node) in &here.parts {
         if let Node::Assembly(inner) = node {
             let prefix = join(prefix, name);
-            out.extend(inner.bodies.keys().map(|b| format!("{prefix}/{b}")));
+            let named = |b: &String| (format!("{prefix}/{b}"), full_name(&inner.path, b));
+            out.extend(inner.bodies.keys().map(named));
             below(inner, &prefix, out);
         }
     }
