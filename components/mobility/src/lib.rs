@@ -1,1 +1,22 @@
-//! Component library: mobility.
+//! Component library: mobility. Wheels on rigid and on soft ground.
+//!
+//! The physics (stresses, contacts, geometry) are plain functions of plain data; `wheel_rigid` and
+//! `wheel_soil` make them models.
+
+pub mod quadrature;
+pub mod rigid_contact;
+pub mod soil_contact;
+pub mod terramechanics;
+pub mod wheel_geometry;
+pub mod wheel_rigid;
+pub mod wheel_soil;
+
+#[cfg(test)]
+mod test_soils;
+
+use linkwork_runtime::prelude::Entry;
+
+/// The models of this library.
+pub fn catalogue() -> Vec<Entry> {
+    vec![Entry::model::<wheel_rigid::WheelRigid>(), Entry::model::<wheel_soil::WheelSoilModel>()]
+}

@@ -145,7 +145,7 @@ fn derive_enum(name: &Ident, data: &DataEnum) -> syn::Result<Tokens> {
         impl #rt::Param for #name {
             fn kind() -> String { [#(#texts),*].join(" | ") }
             fn read(v: &#rt::Located, spec: &#rt::ParamSpec, cx: &mut #rt::ReadCx<'_>) -> Option<Self> {
-                match cx.choice(v, spec, &[#(#texts),*])? {
+                match cx.choice(v, spec, &[#(#texts),*])?.as_str() {
                     #(#texts => Some(Self::#idents),)*
                     _ => None,
                 }

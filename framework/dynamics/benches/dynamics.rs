@@ -9,7 +9,7 @@
 mod support;
 
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
-use linkwork_dynamics::spatial::{Mat3, MassProperties, Pose, Vec3};
+use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::*;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -30,23 +30,18 @@ fn main() {
         "{:<10} {:<12} {:>10} {:>10} {:>7} {:>12} {:>12}",
         "mechanism", "algorithm", "peer ns", "f64 ns", "ratio", "f64x4 ns/st", "f64x8 ns/st"
     );
-    for (name, free) in [("iiwa7", ""), ("solo12_ff", "free")] {
+    for name in ["iiwa7", "solo12_ff"] {
         if let Some(robot) = support::robot(name) {
-            let urdf = support::reference_path(&format!("robots/{name}.urdf"));
-            table(name, &robot.tree, peer.as_deref(), &urdf, free);
+            table(name, &robot.tree, peer.as_deref());
         }
     }
-    let (mbs, urdf) = rover();
-    let path = std::env::temp_dir().join(format!("linkwork_rover_{}.urdf", std::process::id()));
-    std::fs::write(&path, urdf).expect("temporary file");
-    table("rover20", &Tree::new(&mbs), peer.as_deref(), &path, "free");
-    std::fs::remove_file(&path).ok();
+    table("rover20", &Tree::new(&rover()), peer.as_deref());
 }
 
-fn table(name: &str, tree: &Tree, peer: Option<&Path>, urdf: &Path, free: &str) {
+fn table(name: &str, tree: &Tree, peer: Option<&Path>) {
     // Ours on both sides of the peer: the clock of a busy machine drifts.
     let before = ours(tree);
-    let theirs = peer.map(|p| run_peer(p, urdf, free)).unwrap_or_default();
+    let theirs = peer.map(|p| run_peer(p, tree)).unwrap_or_default();
     let after = ours(tree);
     let (four, eight) = (batch::<f64x4>(tree), batch::<f64x8>(tree));
     for key in KEYS {
@@ -98,7 +93,7 @@ fn ours(tree: &Tree) -> BTreeMap<&'static str, f64> {
         black_box(&out);
     });
     let mass = best_ns(|i| {
-        kinematics(tree, &mut ws, &q[i], &v[i]);
+        poses(tree, &mut ws, &q[i]);
         mass_matrix(tree, &mut ws, &mut M);
         black_box(&M);
     });
@@ -128,7 +123,7 @@ fn batch<L: Lane>(tree: &Tree) -> BTreeMap<&'static str, f64> {
         black_box(&out);
     });
     let mass = best_ns(|i| {
-        work.kinematics(tree, &q[i], &v[i]);
+        work.poses(tree, &q[i]);
         work.mass_matrix(tree, &mut M);
         black_box(&M);
     });
@@ -140,49 +135,57 @@ fn batch<L: Lane>(tree: &Tree) -> BTreeMap<&'static str, f64> {
     [kin, inverse, forward, mass].into_iter().zip(KEYS).map(per_state).collect()
 }
 
-fn run_peer(program: &Path, urdf: &Path, free: &str) -> BTreeMap<String, f64> {
-    let out = std::process::Command::new(program).arg(urdf).arg(free).output().expect("peer runs");
+/// Runs the peer on the same mechanism, written to a temporary file.
+fn run_peer(program: &Path, tree: &Tree) -> BTreeMap<String, f64> {
+    let path = std::env::temp_dir().join(format!("linkwork_peer_{}.txt", std::process::id()));
+    std::fs::write(&path, joints(tree.multibody())).expect("temporary file");
+    let out = std::process::Command::new(program).arg(&path).output().expect("peer runs");
+    std::fs::remove_file(&path).ok();
     assert!(out.status.success(), "peer failed: {}", String::from_utf8_lossy(&out.stderr));
     let text = String::from_utf8(out.stdout).expect("text");
-    text.lines()
+    let found: BTreeMap<String, f64> = text
+        .lines()
         .filter_map(|l| l.split_once(' '))
         .map(|(k, x)| (k.to_owned(), x.parse().expect("number")))
-        .collect()
+        .collect();
+    assert_eq!(found["dof"], tree.nv() as f64, "the peer read another mechanism");
+    found
 }
 
-/// A rocker-bogie rover, 20 dof: floating chassis, 2 rockers, 2 bogies, 4 steers, 6 wheels; as a
-/// mechanism and as URDF.
-fn rover() -> (Multibody, String) {
+/// One line a joint, as `pinocchio_bench.cpp` says.
+fn joints(mbs: &Multibody) -> String {
+    let mut text = String::new();
+    for b in mbs.bodies() {
+        let kind = b.subhinges()[0].subhinge.kind;
+        let axis = kind.axis().unwrap_or_default();
+        let parent = b.parent().map_or(0, |p| p.index() + 1);
+        let X = b.hinge_in_parent();
+        let (R, I) = (X.rotation.to_rotation_matrix(), b.inertia());
+        text += if kind.axis().is_some() { "pin" } else { "free" };
+        let mut put = |m: &[f64]| m.iter().for_each(|x| write!(text, " {x}").expect("write"));
+        put(axis.as_slice());
+        put(&[parent as f64]);
+        put(R.matrix().transpose().as_slice());
+        put(X.position.as_slice());
+        put(&[I.mass()]);
+        put(I.com().as_slice());
+        put(I.inertia_com().as_slice());
+        text.push('\n');
+    }
+    text
+}
+
+/// A rocker-bogie rover, 20 dof: floating chassis, 2 rockers, 2 bogies, 4 steers, 6 wheels.
+fn rover() -> Multibody {
     let mut b = Builder::new();
-    let mut urdf = String::from("<robot name=\"rover20\">\n");
     let mut part = |name: &str, parent: &str, p: [f64; 3], axis: Option<Vec3>, m: f64| {
-        let (c, I) = ([0.03, 0.02, -0.01], [0.02 * m, 0.03 * m, 0.04 * m]);
-        let hinge = axis.map_or_else(Hinge::free, Hinge::pin);
-        let inertia = Mat3::from_diagonal(&Vec3::from(I));
+        let inertia = Mat3::from_diagonal(&Vec3::new(0.02 * m, 0.03 * m, 0.04 * m));
         b.body(
             BodySpec::new(name, parent)
                 .hinge_in_parent(Pose::translation(p[0], p[1], p[2]))
-                .hinge(hinge)
-                .mass(MassProperties::new(m, Vec3::from(c), inertia)),
+                .hinge(axis.map_or_else(Hinge::free, Hinge::pin))
+                .mass(MassProperties::new(m, Vec3::new(0.03, 0.02, -0.01), inertia)),
         );
-        writeln!(
-            urdf,
-            "<link name=\"{name}\"><inertial><origin xyz=\"{} {} {}\"/><mass value=\"{m}\"/>\
-             <inertia ixx=\"{}\" iyy=\"{}\" izz=\"{}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>\
-             </link>",
-            c[0], c[1], c[2], I[0], I[1], I[2]
-        )
-        .expect("write");
-        if let Some(a) = axis {
-            writeln!(
-                urdf,
-                "<joint name=\"j_{name}\" type=\"revolute\"><parent link=\"{parent}\"/>\
-                 <child link=\"{name}\"/><origin xyz=\"{} {} {}\"/><axis xyz=\"{} {} {}\"/>\
-                 <limit lower=\"-9\" upper=\"9\" effort=\"99\" velocity=\"99\"/></joint>",
-                p[0], p[1], p[2], a.x, a.y, a.z
-            )
-            .expect("write");
-        }
     };
     part("chassis", "world", [0.0; 3], None, 30.0);
     for (s, y) in [("l", 0.3), ("r", -0.3)] {
@@ -196,8 +199,7 @@ fn rover() -> (Multibody, String) {
         part(&n("steer_b"), &n("bogie"), [-0.2, 0.0, 0.0], yaw, 1.3);
         part(&n("wheel_b"), &n("steer_b"), [0.0, 0.0, -0.13], pitch, 1.1);
     }
-    urdf.push_str("</robot>\n");
     let mbs = b.build().expect("rover");
     assert_eq!(mbs.nv(), 20);
-    (mbs, urdf)
+    mbs
 }

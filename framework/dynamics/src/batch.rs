@@ -34,7 +34,13 @@ impl<L: Lane> Batch<L> {
     pub fn kinematics(&mut self, tree: &Tree, q: &[L], v: &[L]) {
         check(q.len(), tree.nq(), "q");
         check(v.len(), tree.nv(), "v");
-        sweep(&tree.links, &mut self.work.kin, q, v);
+        sweep::<L, true>(&tree.links, &mut self.work.kin, q, v);
+    }
+
+    /// As [`poses`](crate::poses).
+    pub fn poses(&mut self, tree: &Tree, q: &[L]) {
+        check(q.len(), tree.nq(), "q");
+        sweep::<L, false>(&tree.links, &mut self.work.kin, q, &[]);
     }
 
     /// As [`forward_dynamics`](crate::forward_dynamics).
@@ -63,7 +69,7 @@ impl<L: Lane> Batch<L> {
         inverse::run(&tree.links, &mut self.work, vdot, tau);
     }
 
-    /// As [`mass_matrix`](crate::mass_matrix), at the last kinematics.
+    /// As [`mass_matrix`](crate::mass_matrix), at the last kinematics or poses.
     pub fn mass_matrix(&mut self, tree: &Tree, out: &mut [L]) {
         check(out.len(), tree.nv() * tree.nv(), "mass matrix");
         composite::matrix(&tree.links, &mut self.work, tree.nv(), out);

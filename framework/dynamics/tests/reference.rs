@@ -1,5 +1,5 @@
 //! Foreign reference: every quantity that we have against Pinocchio 4.1, five robots × 20 states.
-#![allow(non_snake_case)]
+#![allow(non_snake_case, clippy::unwrap_used)]
 
 mod support;
 

@@ -162,7 +162,8 @@ impl Builder {
             let (mut path, mut at) = (Vec::new(), Some(start));
             while let Some(i) = at.filter(|&i| !done[i] && !path.contains(&i)) {
                 path.push(i);
-                at = names.get(self.bodies[i].parent.as_str()).copied();
+                let parent = self.bodies[i].parent.as_str();
+                at = names.get(parent).copied().filter(|_| parent != "world");
             }
             if let Some(first) = at.and_then(|i| path.iter().position(|&j| j == i)) {
                 let ring = path[first..].iter().chain([&path[first]]);

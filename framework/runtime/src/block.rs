@@ -81,6 +81,8 @@ pub trait Prototype: Send + Sync {
     fn params(&self) -> &Value;
     /// State at the start: X and D lanes.
     fn initial(&self, x: &mut [f64], d: &mut [f64]);
+    /// True when it has a store.
+    fn stored(&self) -> bool;
     /// Wires it.
     fn block(&self, wiring: Wiring) -> Box<dyn Block>;
 }
@@ -102,6 +104,9 @@ impl<M: Model> Prototype for Built<M> {
     fn initial(&self, x: &mut [f64], d: &mut [f64]) {
         self.model.init_x().put(x);
         self.model.init_d().put(d);
+    }
+    fn stored(&self) -> bool {
+        std::mem::size_of::<M::Store>() > 0
     }
     fn block(&self, w: Wiring) -> Box<dyn Block> {
         let store = self.model.init_store();

@@ -6,20 +6,30 @@ extern crate self as linkwork_runtime;
 
 mod block;
 mod catalogue;
+mod checkpoint;
+mod compile;
+mod mechanism;
 mod model;
 pub mod noise;
 mod params;
+mod plan;
 mod ports;
 mod services;
+mod simulation;
 mod spec;
+mod tap;
 mod time;
 mod units;
 mod value;
 
 pub use block::{Block, Indices, Now, Prototype, Wiring};
 pub use catalogue::{Catalogue, Entry};
+pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
+pub use compile::compile;
+pub use mechanism::{Frame, MechanismPlan, MechanismWiring};
 pub use model::{BuildError, Description, Functions, Model, Store};
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};
+pub use plan::{Op, PartPlan, Place, Plan, Role, Row, Sizes, TickWork, Variable, Via, WirePlan};
 pub use ports::{
     HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec,
     Wrench,
@@ -28,9 +38,11 @@ pub use services::{
     Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
     ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
 };
+pub use simulation::{RunError, Simulation, State, VariableError};
 pub use spec::{
     BindSpec, BindTarget, Integrator, MechanismSpec, PartSpec, PortRef, Spec, WireSpec,
 };
+pub use tap::{Consumer, Group, Row as TapRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{Fault, Faults, Located, Origin, Sources, Value, did_you_mean, remedy};

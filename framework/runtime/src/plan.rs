@@ -42,6 +42,8 @@ pub struct Plan {
     pub constants: Vec<(u32, f64)>,
     /// Wires as resolved, for listings.
     pub wires: Vec<WirePlan>,
+    /// Blocks with a store.
+    pub stored: Vec<u32>,
     /// Source lanes of the reductions.
     pub sums: Vec<Sum>,
     /// Hash of structure and layout: equal plans can exchange states.

@@ -1,12 +1,12 @@
 //! Wires and bindings: every input lane gets one source lane; reductions get many.
 use super::Part;
 use super::order::Order;
-use crate::mechanism::MechanismWiring;
+use crate::mechanism::{Frame, MechanismWiring};
 use crate::plan::{Sizes, Sum, Via, WirePlan};
 use crate::ports::{PortKind, PortSpec};
 use crate::spec::{BindTarget, PortRef, Spec};
 use crate::value::{Fault, Origin, remedy};
-use linkwork_multibody::{Multibody, NodeId};
+use linkwork_multibody::Multibody;
 use std::collections::BTreeMap;
 
 /// The result of connecting.
@@ -73,9 +73,9 @@ struct Connector<'a, 'b> {
     sources: Vec<Vec<Vec<(String, u32)>>>,
     written: Vec<Vec<Option<(String, Origin)>>>,
     out: Connections,
-    nodes: BTreeMap<(u32, bool), u32>,
+    nodes: BTreeMap<(Frame, bool), u32>,
     hinges: BTreeMap<u32, u32>,
-    wrenches: BTreeMap<u32, (NodeId, Vec<(String, u32)>)>,
+    wrenches: BTreeMap<Frame, Vec<(String, u32)>>,
     torques: BTreeMap<u32, Vec<(String, u32)>>,
     motions: BTreeMap<u32, (String, u32)>,
 }
@@ -361,7 +361,7 @@ impl<'a> Connector<'a, '_> {
         let source = match (port.kind, at) {
             (PortKind::NodeState | PortKind::NodeAccel, Target::Node(node)) => {
                 let accel = port.kind == PortKind::NodeAccel;
-                let id = (node.index() as u32, accel);
+                let id = (*node, accel);
                 let first = match self.nodes.get(&id) {
                     Some(&l) => l,
                     None => {
@@ -390,9 +390,7 @@ impl<'a> Connector<'a, '_> {
                 })
             }
             (PortKind::Wrench, Target::Node(node)) => {
-                let entry =
-                    self.wrenches.entry(node.index() as u32).or_insert((*node, Vec::new()));
-                entry.1.push((key.to_string(), lane as u32));
+                self.wrenches.entry(*node).or_default().push((key.to_string(), lane as u32));
                 None
             }
             (PortKind::HingeTorque, Target::Hinge { v, .. }) => {
@@ -420,7 +418,7 @@ impl<'a> Connector<'a, '_> {
             self.finish_part(k, spec, faults);
         }
         let mut wrenches = std::mem::take(&mut self.wrenches);
-        for (node, sources) in wrenches.values_mut() {
+        for (node, sources) in &mut wrenches {
             sources.sort();
             let lanes: Vec<u32> =
                 sources.iter().flat_map(|(_, l)| (0..6).map(move |k| l + k)).collect();
@@ -528,16 +526,22 @@ fn first_line(doc: &str) -> &str {
 
 /// A binding target, found.
 enum Target {
-    Node(NodeId),
+    Node(Frame),
     Hinge { q: u32, v: u32 },
 }
 
 fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, String)> {
     match target {
-        BindTarget::Node(name) => mb.node(name).map(Target::Node).ok_or_else(|| {
-            let known: Vec<&str> = mb.nodes().iter().map(|n| n.name()).collect();
-            (format!("there is no node `{name}`"), remedy(name, "nodes", &known))
-        }),
+        BindTarget::Node(name) => mb
+            .node(name)
+            .map(Frame::Node)
+            .or_else(|| mb.body(name).map(Frame::Body))
+            .map(Target::Node)
+            .ok_or_else(|| {
+                let nodes = mb.nodes().iter().map(|n| n.name());
+                let known: Vec<&str> = nodes.chain(mb.bodies().iter().map(|b| b.name())).collect();
+                (format!("there is no node `{name}`"), remedy(name, "nodes and bodies", &known))
+            }),
         BindTarget::Hinge { body, index } => {
             let Some(id) = mb.body(body) else {
                 let known: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();

@@ -81,6 +81,7 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
             path: m.path.clone(),
             multibody: m.multibody.clone(),
             tree: Arc::new(Tree::new(&m.multibody)),
+            uniform: gravity.as_ref().and_then(|g| g.uniform()),
             gravity,
             q: m.q.clone(),
             v: m.v.clone(),
@@ -100,7 +101,11 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     let sizes = Sizes { sig: connections.signals, ..connections.sizes };
     let wires = connections.listing(&parts, &order);
     let hash = plan_hash(spec, &parts, sizes, &variables, &timing);
+    let stored = (0..parts.len() as u32)
+        .filter(|&k| parts[k as usize].prototype.stored())
+        .collect();
     Ok(Plan {
+        stored,
         parts: parts
             .into_iter()
             .map(|p| PartPlan {

@@ -1,0 +1,322 @@
+//! Made terrain: fractal relief, craters and rocks from a seed.
+//! ```text
+//! relief   h = Σ_k λ_kᴴ noise(p/λ_k),  λ_k = λ_0 2^(−k), scaled to the wanted RMS   (H: Hurst exponent)
+//! crater   bowl  z = −(d − e) + d (ρ/R)²      ρ < R;  d = 0.2 D, rim e = 0.04 D above the ground
+//!          rim   z = e (R/ρ)³ fade(ρ)         R ≤ ρ < 2.5 R
+//!          N(> D) ∝ D⁻²
+//! rocks    F_k(D) = k e^(−q D),  q = 1.79 + 0.152/k      area covered by rocks wider than D (Golombek, Rapp 1997)
+//!          N(> D) = ∫_D^∞ 4 k q e^(−q D')/(π D'²) dD'    rocks per m²
+//! ```
+//! A rock is a half ellipsoid on its ground, half as high as wide; it is stamped into the grid and kept in
+//! the list. The grid can only show rocks wider than about four cells with their shape.
+
+use crate::height_field::{GridError, HeightField};
+use crate::random::{Random, mix};
+
+/// A rock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MadeRock {
+    /// Centre, m.
+    pub x: f64,
+    /// Centre, m.
+    pub y: f64,
+    /// Diameter, m.
+    pub diameter: f64,
+    /// Height above the ground, m.
+    pub height: f64,
+}
+
+/// What to make; lengths in m.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recipe {
+    /// Seed of everything.
+    pub seed: u64,
+    /// Extent along x and y; the map is centred on the origin.
+    pub size: [f64; 2],
+    /// Distance of nodes.
+    pub spacing: f64,
+    /// Slope of the mean plane along x and y (rise over run).
+    pub slope: [f64; 2],
+    /// RMS of the relief.
+    pub relief: f64,
+    /// Hurst exponent of the relief, 0 (rough) to 1 (smooth).
+    pub hurst: f64,
+    /// Longest wavelength of the relief.
+    pub wavelength: f64,
+    /// Number of craters.
+    pub craters: u32,
+    /// Smallest and largest crater diameter.
+    pub crater_diameters: [f64; 2],
+    /// Golombek's k: fraction of the ground covered by rocks (0: no rocks).
+    pub rock_cover: f64,
+    /// Smallest and largest rock diameter.
+    pub rock_diameters: [f64; 2],
+    /// Discs kept clear of rocks and craters: x, y, radius.
+    pub clear: Vec<[f64; 3]>,
+}
+
+/// Makes the terrain. Cost: about 10 noise values a node plus the stamps.
+pub fn make(recipe: &Recipe) -> Result<(HeightField, Vec<MadeRock>), GridError> {
+    let s = recipe.spacing;
+    let nodes = |length: f64| (length / s).round().max(0.0) as usize + 1;
+    let (nx, ny) = (nodes(recipe.size[0]), nodes(recipe.size[1]));
+    let origin = [-0.5 * (nx as f64 - 1.0) * s, -0.5 * (ny as f64 - 1.0) * s];
+    let mut field = HeightField::new(origin, [s, s], nx, ny, vec![0.0; nx * ny])?;
+    if recipe.relief > 0.0 {
+        raise_relief(&mut field, recipe);
+    }
+    for c in craters(recipe, &field) {
+        dig(&mut field, c);
+    }
+    let [sx, sy] = recipe.slope;
+    field.map(|x, y, h| h + sx * x + sy * y);
+    let rocks = rocks(recipe, &field);
+    for r in &rocks {
+        stamp(&mut field, r);
+    }
+    Ok((field, rocks))
+}
+
+fn raise_relief(field: &mut HeightField, recipe: &Recipe) {
+    let mut octaves = vec![];
+    let mut length = recipe.wavelength;
+    while length > 2.0 * recipe.spacing && octaves.len() < 16 {
+        octaves.push((length, length.powf(recipe.hurst)));
+        length *= 0.5;
+    }
+    let seed = mix(recipe.seed ^ 0x5265_6c69_6566);
+    field.map(|x, y, _| {
+        let mut h = 0.0;
+        for (k, (length, gain)) in octaves.iter().enumerate() {
+            // Each octave is turned by another angle, so that no grid direction shows.
+            let (sin, cos) = (0.7 + 1.9 * k as f64).sin_cos();
+            let (u, v) = ((cos * x - sin * y) / length, (sin * x + cos * y) / length);
+            h += gain * gradient_noise(u, v, seed.wrapping_add(k as u64));
+        }
+        h
+    });
+    let n = field.heights().len() as f64;
+    let mean = field.heights().iter().map(|&h| f64::from(h)).sum::<f64>() / n;
+    let var = field.heights().iter().map(|&h| (f64::from(h) - mean).powi(2)).sum::<f64>() / n;
+    let scale = if var > 0.0 { recipe.relief / var.sqrt() } else { 0.0 };
+    field.map(|_, _, h| (h - mean) * scale);
+}
+
+/// Gradient noise with a C² fade, about −1 to 1.
+fn gradient_noise(x: f64, y: f64, seed: u64) -> f64 {
+    let (i, j) = (x.floor(), y.floor());
+    let (u, v) = (x - i, y - j);
+    let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let corner = |di: f64, dj: f64| {
+        let key = ((i + di) as i64 as u64).wrapping_mul(0x8da6_b343)
+            ^ ((j + dj) as i64 as u64).wrapping_mul(0xd816_3841_0000_0001);
+        let angle = (mix(key ^ seed) >> 11) as f64 / (1u64 << 53) as f64 * std::f64::consts::TAU;
+        let (sin, cos) = angle.sin_cos();
+        cos * (u - di) + sin * (v - dj)
+    };
+    let (fu, fv) = (fade(u), fade(v));
+    let low = corner(0.0, 0.0) * (1.0 - fu) + corner(1.0, 0.0) * fu;
+    let high = corner(0.0, 1.0) * (1.0 - fu) + corner(1.0, 1.0) * fu;
+    (low * (1.0 - fv) + high * fv) * std::f64::consts::SQRT_2
+}
+
+fn is_clear(recipe: &Recipe, x: f64, y: f64, radius: f64) -> bool {
+    recipe.clear.iter().all(|[cx, cy, r]| (x - cx).hypot(y - cy) > r + radius)
+}
+
+fn craters(recipe: &Recipe, field: &HeightField) -> Vec<[f64; 3]> {
+    let mut random = Random::new(recipe.seed, 2);
+    let [x0, y0, x1, y1] = field.bounds();
+    let [low, high] = recipe.crater_diameters;
+    let mut out = vec![];
+    for _ in 0..recipe.craters {
+        let (x, y) = (random.between(x0, x1), random.between(y0, y1));
+        let share = random.uniform() * (1.0 - (low / high).powi(2));
+        let d = low / (1.0 - share).sqrt();
+        if is_clear(recipe, x, y, 0.75 * d) {
+            out.push([x, y, d]);
+        }
+    }
+    // Large ones first: young small craters lie in old large ones.
+    out.sort_by(|a, b| b[2].total_cmp(&a[2]));
+    out
+}
+
+/// Profile of a crater of the diameter `d` at the distance `rho` from its centre, m.
+pub fn crater_profile(d: f64, rho: f64) -> f64 {
+    let (radius, depth, rim) = (0.5 * d, 0.2 * d, 0.04 * d);
+    let x = rho / radius;
+    if x < 1.0 {
+        return rim - depth + depth * x * x;
+    }
+    let fade = (1.0 - (x - 1.0) / 1.5).max(0.0);
+    rim / (x * x * x) * fade * fade * (3.0 - 2.0 * fade)
+}
+
+fn dig(field: &mut HeightField, [x, y, d]: [f64; 3]) {
+    field.map_around(x, y, 1.25 * d, |rho, h| h + crater_profile(d, rho));
+}
+
+/// Fraction of the ground covered by rocks wider than `d` (m) for a total cover `k`.
+pub fn rock_cover_above(k: f64, d: f64) -> f64 {
+    k * (-(1.79 + 0.152 / k) * d).exp()
+}
+
+/// Rocks wider than `d` (m) on a square metre, up to `d_max` (m), for a total cover `k`.
+pub fn rocks_above(k: f64, d: f64, d_max: f64) -> f64 {
+    let q = 1.79 + 0.152 / k;
+    let density = |d: f64| 4.0 * k * q * (-q * d).exp() / (std::f64::consts::PI * d * d);
+    // Simpson's rule in ln D.
+    let (a, b) = (d.ln(), d_max.ln());
+    let n = 200;
+    let h = (b - a) / f64::from(n);
+    let f = |i: i32| {
+        let d = (a + h * f64::from(i)).exp();
+        density(d) * d
+    };
+    let inner: f64 = (1..n).map(|i| f(i) * if i % 2 == 1 { 4.0 } else { 2.0 }).sum();
+    (f(0) + inner + f(n)) * h / 3.0
+}
+
+fn rocks(recipe: &Recipe, field: &HeightField) -> Vec<MadeRock> {
+    let k = recipe.rock_cover;
+    let [low, high] = recipe.rock_diameters;
+    if !(k > 0.0 && high > low && low > 0.0) {
+        return vec![];
+    }
+    let [x0, y0, x1, y1] = field.bounds();
+    let area = (x1 - x0) * (y1 - y0);
+    // Table of N(> D) against ln D, read backwards.
+    let steps = 256;
+    let diameter = |i: usize| low * (high / low).powf(i as f64 / steps as f64);
+    let table: Vec<f64> =
+        (0..steps).map(|i| rocks_above(k, diameter(i), high)).chain([0.0]).collect();
+    let count = (table[0] * area).round() as usize;
+    let mut random = Random::new(recipe.seed, 3);
+    let mut out = vec![];
+    for _ in 0..count {
+        let (x, y) = (random.between(x0, x1), random.between(y0, y1));
+        let wanted = random.uniform() * table[0];
+        let i = table.partition_point(|&n| n > wanted).clamp(1, steps);
+        let (a, b) = (table[i - 1], table[i]);
+        let f = if a > b { (a - wanted) / (a - b) } else { 0.0 };
+        let d = diameter(i - 1) * (diameter(i) / diameter(i - 1)).powf(f);
+        if is_clear(recipe, x, y, 0.5 * d) {
+            out.push(MadeRock { x, y, diameter: d, height: 0.5 * d });
+        }
+    }
+    out
+}
+
+fn stamp(field: &mut HeightField, rock: &MadeRock) {
+    let radius = 0.5 * rock.diameter;
+    field.map_around(rock.x, rock.y, radius, |rho, h| {
+        h + rock.height * (1.0 - (rho / radius).powi(2)).max(0.0).sqrt()
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn recipe() -> Recipe {
+        Recipe {
+            seed: 11,
+            size: [100.0, 80.0],
+            spacing: 0.25,
+            slope: [0.0, 0.0],
+            relief: 0.3,
+            hurst: 0.8,
+            wavelength: 40.0,
+            craters: 0,
+            crater_diameters: [2.0, 10.0],
+            rock_cover: 0.0,
+            rock_diameters: [0.1, 1.5],
+            clear: vec![],
+        }
+    }
+
+    #[test]
+    fn relief_has_its_rms_and_hurst_exponent() {
+        let (field, _) = make(&recipe()).unwrap();
+        let n = field.heights().len() as f64;
+        let rms = (field.heights().iter().map(|&h| f64::from(h).powi(2)).sum::<f64>() / n).sqrt();
+        assert!((rms - 0.3).abs() < 1e-4, "{rms}");
+        // RMS difference of heights at a distance L grows as L^H.
+        let [nx, ny] = field.size();
+        let spread = |lag: usize| {
+            let mut sum = 0.0;
+            let mut count = 0.0;
+            for j in 0..ny {
+                for i in 0..nx - lag {
+                    let d = field.heights()[j * nx + i + lag] - field.heights()[j * nx + i];
+                    sum += f64::from(d).powi(2);
+                    count += 1.0;
+                }
+            }
+            (sum / count as f64).sqrt()
+        };
+        let slope = (spread(24) / spread(4)).ln() / 6f64.ln();
+        println!("measured Hurst exponent {slope}");
+        assert!((slope - 0.8).abs() < 0.12, "{slope}");
+    }
+
+    #[test]
+    fn same_seed_same_world_other_seed_other_world() {
+        let r = Recipe { craters: 5, rock_cover: 0.05, ..recipe() };
+        assert_eq!(make(&r).unwrap(), make(&r).unwrap());
+        assert_ne!(make(&r).unwrap().0, make(&Recipe { seed: 12, ..r }).unwrap().0);
+    }
+
+    #[test]
+    fn rocks_cover_what_golombek_says() {
+        let r = Recipe { rock_cover: 0.069, relief: 0.0, ..recipe() };
+        let (_, rocks) = make(&r).unwrap();
+        for d in [0.1, 0.2, 0.4] {
+            let covered: f64 = rocks
+                .iter()
+                .filter(|r| r.diameter >= d)
+                .map(|r| std::f64::consts::PI * r.diameter * r.diameter / 4.0)
+                .sum();
+            let want = rock_cover_above(0.069, d) - rock_cover_above(0.069, 1.5);
+            let got = covered / 8000.0;
+            println!("{} rocks; cover above {d} m: {got:.4}, wanted {want:.4}", rocks.len());
+            assert!((got - want).abs() < 0.15 * want, "{d}: {got} {want}");
+        }
+        let many = rocks.iter().filter(|r| r.diameter >= 0.2).count() as f64;
+        let want = rocks_above(0.069, 0.2, 1.5) * 8000.0;
+        assert!((many - want).abs() < 4.0 * want.sqrt(), "{many} {want}");
+    }
+
+    #[test]
+    fn rocks_stand_in_the_grid_and_clear_discs_are_clear() {
+        let clear = vec![[0.0, 0.0, 6.0], [20.0, 10.0, 4.0]];
+        let r = Recipe { rock_cover: 0.15, relief: 0.0, clear, ..recipe() };
+        let (field, rocks) = make(&r).unwrap();
+        for rock in &rocks {
+            assert!(rock.x.hypot(rock.y) > 6.0 + 0.5 * rock.diameter);
+            assert!((rock.x - 20.0).hypot(rock.y - 10.0) > 4.0 + 0.5 * rock.diameter);
+        }
+        assert_eq!(field.ground(1.0, 2.0).unwrap().0, 0.0);
+        let big = rocks.iter().max_by(|a, b| a.diameter.total_cmp(&b.diameter)).unwrap();
+        let top = field.ground(big.x, big.y).unwrap().0;
+        assert!(top > 0.8 * big.height, "{big:?} {top}");
+    }
+
+    #[test]
+    fn a_crater_is_a_fifth_as_deep_as_wide() {
+        assert!((crater_profile(10.0, 5.0) - crater_profile(10.0, 0.0) - 2.0).abs() < 1e-12);
+        assert!((crater_profile(10.0, 5.0) - 0.4).abs() < 1e-12);
+        assert!(crater_profile(10.0, 4.999_999) - crater_profile(10.0, 5.000_001) < 1e-5);
+        assert_eq!(crater_profile(10.0, 12.5), 0.0);
+    }
+
+    #[test]
+    fn slope_is_the_slope_of_the_mean_plane() {
+        let (f, _) = make(&Recipe { relief: 0.0, slope: [0.1, -0.2], ..recipe() }).unwrap();
+        let (h, _) = f.ground(10.0, 5.0).unwrap();
+        assert!(h.abs() < 1e-6, "{h}");
+        let (h, _) = f.ground(10.0, -5.0).unwrap();
+        assert!((h - 2.0).abs() < 1e-6, "{h}");
+    }
+}

@@ -1,0 +1,335 @@
+//! A grid of heights with a smooth surface: cubic convolution (Catmull-Rom) between nodes.
+//! ```text
+//! h(x, y) = Σ_j Σ_i w_j(v) w_i(u) h_ij      over 4 × 4 nodes
+//! w(t) = ½ [−t + 2t² − t³,  2 − 5t² + 3t³,  t + 4t² − 3t³,  −t² + t³]
+//! n ∝ (−∂h/∂x, −∂h/∂y, 1)
+//! ```
+//! The surface passes through the nodes and its normal is the exact gradient and continuous, so a wheel
+//! feels no edge between cells; quadratic ground is reproduced exactly. At the border a ghost row
+//! continues the slope. Where a node of the 4 × 4 block has no data the cell falls back to the bilinear
+//! surface of its own four nodes; where one of those has none there is no ground. O(1).
+
+use linkwork_spatial::Vec3;
+
+/// Heights on a regular grid; x east, y north, z up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightField {
+    origin: [f64; 2],
+    spacing: [f64; 2],
+    nx: usize,
+    ny: usize,
+    /// Row-major, y outer, the southern row first; NaN: no data.
+    heights: Vec<f32>,
+}
+
+/// Why a grid is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GridError {
+    /// Fewer than two nodes along an axis.
+    #[error("a height field of {nx} by {ny} nodes has no cell: it needs at least 2 by 2")]
+    TooSmall {
+        /// Nodes along x.
+        nx: usize,
+        /// Nodes along y.
+        ny: usize,
+    },
+    /// The number of heights is not nx ny.
+    #[error("{got} heights for a grid of {nx} by {ny}: it needs {}", nx * ny)]
+    Count {
+        /// Heights given.
+        got: usize,
+        /// Nodes along x.
+        nx: usize,
+        /// Nodes along y.
+        ny: usize,
+    },
+    /// A spacing that is not positive.
+    #[error("the spacing of nodes ({0} m, {1} m) must be positive")]
+    Spacing(f64, f64),
+}
+
+impl HeightField {
+    /// A grid with its south-west node at `origin` (m), nodes `spacing` apart (m) and `nx` by `ny` heights
+    /// (m, x fastest, southern row first, NaN for no data).
+    pub fn new(
+        origin: [f64; 2],
+        spacing: [f64; 2],
+        nx: usize,
+        ny: usize,
+        heights: Vec<f32>,
+    ) -> Result<HeightField, GridError> {
+        if nx < 2 || ny < 2 {
+            return Err(GridError::TooSmall { nx, ny });
+        }
+        if heights.len() != nx * ny {
+            return Err(GridError::Count { got: heights.len(), nx, ny });
+        }
+        if !(spacing[0] > 0.0 && spacing[1] > 0.0) {
+            return Err(GridError::Spacing(spacing[0], spacing[1]));
+        }
+        Ok(HeightField { origin, spacing, nx, ny, heights })
+    }
+
+    /// x, y of the south-west node, m.
+    pub fn origin(&self) -> [f64; 2] {
+        self.origin
+    }
+
+    /// Distance of nodes along x and y, m.
+    pub fn spacing(&self) -> [f64; 2] {
+        self.spacing
+    }
+
+    /// Nodes along x and y.
+    pub fn size(&self) -> [usize; 2] {
+        [self.nx, self.ny]
+    }
+
+    /// Heights, m; x fastest, southern row first, NaN for no data.
+    pub fn heights(&self) -> &[f32] {
+        &self.heights
+    }
+
+    /// x_min, y_min, x_max, y_max, m.
+    pub fn bounds(&self) -> [f64; 4] {
+        let [x, y] = self.origin;
+        let (w, h) = ((self.nx - 1) as f64, (self.ny - 1) as f64);
+        [x, y, x + w * self.spacing[0], y + h * self.spacing[1]]
+    }
+
+    /// Same heights moved so that the middle of the map is at x = y = 0.
+    pub fn centred(mut self) -> HeightField {
+        let [x0, y0, x1, y1] = self.bounds();
+        self.origin = [-0.5 * (x1 - x0), -0.5 * (y1 - y0)];
+        self
+    }
+
+    /// Changes every height that has data: `f(x, y, h)` in m.
+    pub fn map(&mut self, mut f: impl FnMut(f64, f64, f64) -> f64) {
+        for j in 0..self.ny {
+            let y = self.origin[1] + j as f64 * self.spacing[1];
+            for i in 0..self.nx {
+                let x = self.origin[0] + i as f64 * self.spacing[0];
+                let h = &mut self.heights[j * self.nx + i];
+                if !h.is_nan() {
+                    *h = f(x, y, f64::from(*h)) as f32;
+                }
+            }
+        }
+    }
+
+    /// Changes the heights within `reach` (m) of a point: `f(distance, h)`.
+    pub fn map_around(&mut self, x: f64, y: f64, reach: f64, mut f: impl FnMut(f64, f64) -> f64) {
+        let low = |p: f64, o: f64, s: f64| (((p - reach - o) / s).ceil().max(0.0)) as usize;
+        let high = |p: f64, o: f64, s: f64, n: usize| {
+            let k = ((p + reach - o) / s).floor();
+            if k < 0.0 { 0 } else { (k as usize + 1).min(n) }
+        };
+        for j in low(y, self.origin[1], self.spacing[1])
+            ..high(y, self.origin[1], self.spacing[1], self.ny)
+        {
+            let dy = self.origin[1] + j as f64 * self.spacing[1] - y;
+            for i in low(x, self.origin[0], self.spacing[0])
+                ..high(x, self.origin[0], self.spacing[0], self.nx)
+            {
+                let dx = self.origin[0] + i as f64 * self.spacing[0] - x;
+                let d = dx.hypot(dy);
+                let h = &mut self.heights[j * self.nx + i];
+                if d <= reach && !h.is_nan() {
+                    *h = f(d, f64::from(*h)) as f32;
+                }
+            }
+        }
+    }
+
+    /// Height (m) and unit normal at x, y (m); `None` off the map and where there is no data.
+    #[inline]
+    pub fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
+        let gx = (x - self.origin[0]) / self.spacing[0];
+        let gy = (y - self.origin[1]) / self.spacing[1];
+        let (mx, my) = ((self.nx - 1) as f64, (self.ny - 1) as f64);
+        // Written so that NaN is off the map.
+        if !(gx >= 0.0 && gy >= 0.0 && gx <= mx && gy <= my) {
+            return None;
+        }
+        let i = (gx as usize).min(self.nx - 2);
+        let j = (gy as usize).min(self.ny - 2);
+        let (u, v) = (gx - i as f64, gy - j as f64);
+        let inside = i > 0 && j > 0 && i + 2 < self.nx && j + 2 < self.ny;
+        let (wu, du) = weights(u);
+        let (wv, dv) = weights(v);
+        let (mut h, mut hu, mut hv) = (0.0, 0.0, 0.0);
+        if inside {
+            let start = (j - 1) * self.nx + i - 1;
+            for k in 0..4 {
+                let row = &self.heights[start + k * self.nx..][..4];
+                let r: [f64; 4] = [row[0].into(), row[1].into(), row[2].into(), row[3].into()];
+                let value = wu[0] * r[0] + wu[1] * r[1] + wu[2] * r[2] + wu[3] * r[3];
+                let slope = du[0] * r[0] + du[1] * r[1] + du[2] * r[2] + du[3] * r[3];
+                h += wv[k] * value;
+                hu += wv[k] * slope;
+                hv += dv[k] * value;
+            }
+        } else {
+            for k in 0..4 {
+                for l in 0..4 {
+                    let z = self.ghost(i as isize + l as isize - 1, j as isize + k as isize - 1);
+                    h += wv[k] * wu[l] * z;
+                    hu += wv[k] * du[l] * z;
+                    hv += dv[k] * wu[l] * z;
+                }
+            }
+        }
+        if h.is_nan() {
+            let at = |a: usize, b: usize| f64::from(self.heights[b * self.nx + a]);
+            let (h00, h10, h01, h11) = (at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1));
+            hu = (h10 - h00) * (1.0 - v) + (h11 - h01) * v;
+            hv = (h01 - h00) * (1.0 - u) + (h11 - h10) * u;
+            h = h00 + u * (h10 - h00) + v * (h01 - h00) + u * v * (h11 - h10 - h01 + h00);
+            if h.is_nan() {
+                return None;
+            }
+        }
+        let (sx, sy) = (hu / self.spacing[0], hv / self.spacing[1]);
+        let scale = 1.0 / (1.0 + sx * sx + sy * sy).sqrt();
+        Some((h, Vec3::new(-sx * scale, -sy * scale, scale)))
+    }
+
+    /// A node's height, continued linearly by one row beyond the border.
+    fn ghost(&self, i: isize, j: isize) -> f64 {
+        let (nx, ny) = (self.nx as isize, self.ny as isize);
+        if i < 0 {
+            2.0 * self.ghost(0, j) - self.ghost(1, j)
+        } else if i >= nx {
+            2.0 * self.ghost(nx - 1, j) - self.ghost(nx - 2, j)
+        } else if j < 0 {
+            2.0 * self.ghost(i, 0) - self.ghost(i, 1)
+        } else if j >= ny {
+            2.0 * self.ghost(i, ny - 1) - self.ghost(i, ny - 2)
+        } else {
+            f64::from(self.heights[(j * nx + i) as usize])
+        }
+    }
+}
+
+/// Weights of the four nodes and their derivatives.
+#[inline]
+fn weights(t: f64) -> ([f64; 4], [f64; 4]) {
+    let t2 = t * t;
+    let t3 = t2 * t;
+    (
+        [
+            0.5 * (-t + 2.0 * t2 - t3),
+            0.5 * (2.0 - 5.0 * t2 + 3.0 * t3),
+            0.5 * (t + 4.0 * t2 - 3.0 * t3),
+            0.5 * (t3 - t2),
+        ],
+        [
+            0.5 * (-1.0 + 4.0 * t - 3.0 * t2),
+            0.5 * (-10.0 * t + 9.0 * t2),
+            0.5 * (1.0 + 8.0 * t - 9.0 * t2),
+            0.5 * (3.0 * t2 - 2.0 * t),
+        ],
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sampled(f: impl Fn(f64, f64) -> f64) -> HeightField {
+        let (nx, ny) = (31, 41);
+        let (sx, sy) = (0.2, 0.25);
+        let mut h = Vec::new();
+        for j in 0..ny {
+            for i in 0..nx {
+                h.push(f(-3.0 + sx * i as f64, -5.0 + sy * j as f64) as f32);
+            }
+        }
+        HeightField::new([-3.0, -5.0], [sx, sy], nx, ny, h).unwrap()
+    }
+
+    #[test]
+    fn quadratic_ground_is_exact_with_its_normal() {
+        let f =
+            |x: f64, y: f64| 0.5 + 0.1 * x - 0.2 * y + 0.03 * x * x - 0.05 * x * y + 0.02 * y * y;
+        let field = sampled(f);
+        for k in 0..200 {
+            let (x, y) = (-2.7 + 0.027 * k as f64, 4.6 - 0.045 * k as f64);
+            let (h, n) = field.ground(x, y).unwrap();
+            assert!((h - f(x, y)).abs() < 2e-6, "{x} {y}: {h} {}", f(x, y));
+            let want =
+                Vec3::new(-(0.1 + 0.06 * x - 0.05 * y), 0.2 + 0.05 * x - 0.04 * y, 1.0).normalize();
+            assert!((n - want).norm() < 2e-5, "{x} {y}: {n} {want}");
+        }
+    }
+
+    #[test]
+    fn normal_is_the_gradient_and_continuous_everywhere() {
+        let field = sampled(|x, y| (3.0 * x).sin() * (2.0 * y).cos() * 0.2);
+        let mut last: Option<Vec3> = None;
+        for k in 0..59_000 {
+            let (x, y) = (-2.999 + 1e-4 * k as f64, -4.0 + 1.3e-4 * k as f64);
+            let (_, n) = field.ground(x, y).unwrap();
+            let e = 1e-5;
+            if k % 500 == 0 && k > 0 {
+                let dx = (field.ground(x + e, y).unwrap().0 - field.ground(x - e, y).unwrap().0)
+                    / (2.0 * e);
+                let dy = (field.ground(x, y + e).unwrap().0 - field.ground(x, y - e).unwrap().0)
+                    / (2.0 * e);
+                assert!((n - Vec3::new(-dx, -dy, 1.0).normalize()).norm() < 1e-4);
+            }
+            if let Some(last) = last {
+                assert!((n - last).norm() < 3e-3, "normal jumps at {x} {y}");
+            }
+            last = Some(n);
+        }
+    }
+
+    #[test]
+    fn nodes_are_met_and_the_border_belongs_to_the_map() {
+        let field = sampled(|x, y| x.sin() + y.cos());
+        let [x0, y0, x1, y1] = field.bounds();
+        assert!((x1 - 3.0).abs() < 1e-12 && (y1 - 5.0).abs() < 1e-12);
+        for (x, y) in [(x0, y0), (x1, y1), (x0, y1), (0.0, 0.0)] {
+            let (h, _) = field.ground(x, y).unwrap();
+            assert!((h - (x.sin() + y.cos())).abs() < 1e-5, "{x} {y} {h}");
+        }
+        assert!(field.ground(x0 - 1e-9, 0.0).is_none() && field.ground(0.0, y1 + 1e-9).is_none());
+        assert!(field.ground(f64::NAN, 0.0).is_none());
+    }
+
+    #[test]
+    fn missing_nodes_take_only_their_own_cells() {
+        let mut field = sampled(|x, _| x);
+        field.heights[20 * 31 + 15] = f32::NAN; // x = 0, y = 0
+        for (x, y) in [(0.05, 0.05), (-0.05, 0.1), (0.0, 0.0), (0.19, -0.2)] {
+            assert!(field.ground(x, y).is_none(), "{x} {y}");
+        }
+        let (h, n) = field.ground(0.3, 0.3).unwrap();
+        assert!((h - 0.3).abs() < 1e-6 && (n.x + n.z).abs() < 1e-5);
+    }
+
+    #[test]
+    fn wrong_grids_say_what_is_wrong() {
+        assert!(HeightField::new([0.0; 2], [1.0; 2], 1, 5, vec![0.0; 5]).is_err());
+        let e = HeightField::new([0.0; 2], [1.0; 2], 3, 5, vec![0.0; 5]).unwrap_err();
+        assert_eq!(e.to_string(), "5 heights for a grid of 3 by 5: it needs 15");
+        assert!(HeightField::new([0.0; 2], [0.0, 1.0], 2, 2, vec![0.0; 4]).is_err());
+    }
+
+    #[test]
+    #[allow(clippy::disallowed_methods)]
+    #[ignore = "a measurement: run with --release --ignored --nocapture"]
+    fn cost_of_a_query() {
+        let n = 2001;
+        let field = HeightField::new([0.0; 2], [0.05; 2], n, n, vec![1.0; n * n]).unwrap();
+        let start = std::time::Instant::now();
+        let mut sum = 0.0;
+        for k in 0..2_000_000 {
+            let s = 4e-5 * k as f64;
+            sum += field.ground(10.0 + s, 50.0 + 0.3 * s).unwrap().0;
+        }
+        println!("{:.1} ns a query ({sum})", start.elapsed().as_nanos() as f64 / 2e6);
+    }
+}

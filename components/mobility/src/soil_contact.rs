@@ -1,0 +1,277 @@
+//! Wheel on soft soil inside a simulation: the stress model fed by states that are well behaved at rest.
+//! ```text
+//! deflection  ξ̇_x = (u − v_x) − ξ_x |u|/(L − T|u|)      u = r ω,  L = r (θ_f − θ_r)/2
+//!             ξ̇_y =     − v_y  − ξ_y |u|/(L − T|u|)      (less what slides beyond 3 L)
+//! slip        s = (ξ_x + T (u − v_x))/L,   v_y/u = −(ξ_y − T v_y)/L
+//! rolling     ṁ = (w − m |w|)/L,  w = (u + v_x)/2         |m|: share of the rolling shape, sign: front
+//! normal      N = F_z(z) − k_u (z_u − z)₊, times (1 + d ż)₊
+//! rut         ż_u = (z − z_u)₊/τ − 8 (z_u − z)₊ |w|/L
+//! ```
+//! In steady rolling ξ gives back the textbook slip exactly, so the forces are those of the
+//! stress integrals. At rest ξ is a displacement: the soil is a spring below Mohr-Coulomb's
+//! limit and a parked wheel holds exactly; T damps it. The footprint of a wheel set down is symmetric
+//! (m = 0) and takes the rolling shape over half its length; no force depends on the sign of a small
+//! speed, which would shake a parked wheel. `z` is the penetration into the undeformed
+//! surface along its normal, `z_u` the deepest press under the wheel: unloading is stiff
+//! (Wong's k_u), and forgotten as the wheel rolls on to new ground. The terrain keeps no rut.
+
+use crate::rigid_contact::Hub;
+use crate::terramechanics::{Motion, Rim, Shear, Sinkage, WheelForces, WheelSoil};
+use crate::wheel_geometry::{Cylinder, DISCS};
+use linkwork_runtime::prelude::Soil;
+use linkwork_spatial::Vec3;
+
+/// Constants of a wheel on soil.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SoilContact {
+    /// Wheel; the radius is the shear radius (with grousers).
+    pub wheel: Cylinder,
+    /// Sharing of shear stress.
+    pub shear: Shear,
+    /// Gravity for the weight of bulldozed soil, m/s².
+    pub gravity: f64,
+    /// Damping time of the shear deflection `T`, s.
+    pub shear_damping: f64,
+    /// Normal damping `d`, s/m.
+    pub normal_damping: f64,
+    /// Unloading stiffness `k_u`, N/m.
+    pub unloading_stiffness: f64,
+}
+
+/// State of the soil under one wheel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SoilState {
+    /// Shear deflection along the heading, m.
+    pub xi_x: f64,
+    /// Shear deflection along the axle, m.
+    pub xi_y: f64,
+    /// Deepest press under the wheel, m.
+    pub pressed: f64,
+    /// Shape of the footprint: 0 set down, 1 rolled forwards, −1 rolled backwards.
+    pub rolled: f64,
+}
+
+/// Load of the soil on the wheel; vectors in W.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SoilLoad {
+    /// Force, N.
+    pub force: Vec3,
+    /// Moment about the hub, N m.
+    pub moment: Vec3,
+    /// Forces in the contact frame.
+    pub local: WheelForces,
+    /// Sinkage, m (0 without contact).
+    pub sinkage: f64,
+    /// Slip as the stresses see it, −1 to 1.
+    pub slip: f64,
+    /// Slip angle, rad.
+    pub slip_angle: f64,
+    /// Contact point, m.
+    pub point: Vec3,
+    /// Power that the wheel gives to the soil, W.
+    pub power: f64,
+}
+
+/// Time in which the press follows a growing sinkage, and the soil springs back in the air, s.
+const FOLLOW: f64 = 0.005;
+/// Half footprints of travel in which a press is forgotten, inverse.
+const FORGET: f64 = 8.0;
+/// Deflections over L at which sliding starts and is complete.
+const SLIDE: [f64; 2] = [1.5, 3.0];
+/// Least contact half length as a fraction of the radius.
+const LENGTH_MIN: f64 = 0.05;
+
+/// Where the wheel stands in the soil and how it moves there.
+struct Footprint {
+    z: f64,
+    normal: Vec3,
+    point: Vec3,
+    ex: Vec3,
+    ey: Vec3,
+    /// Speed with which the hub nears the ground, m/s.
+    approach: f64,
+    /// Rim speed, m/s.
+    u: f64,
+    /// Mean of rim speed and hub speed, m/s.
+    travel: f64,
+    /// Slip velocity along x and y, m/s.
+    slide: [f64; 2],
+    /// Half length of the contact, m.
+    length: f64,
+    /// Damping time that the speed allows, s.
+    damping: f64,
+}
+
+impl SoilContact {
+    /// The load and the rate of the state. `ground` gives height (m) and unit normal at x, y.
+    pub fn evaluate(
+        &self,
+        soil: &Soil,
+        hub: &Hub,
+        state: &SoilState,
+        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+    ) -> (SoilLoad, SoilState) {
+        (self.load(soil, hub, state, ground), self.rates(soil, hub, state, ground))
+    }
+
+    fn footprint(
+        &self,
+        soil: &Soil,
+        hub: &Hub,
+        state: &SoilState,
+        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+    ) -> Option<Footprint> {
+        let discs = self.wheel.discs(hub.position, hub.axle, ground);
+        let (mut z, mut normal, mut point) = (0.0, Vec3::zeros(), Vec3::zeros());
+        for d in discs.iter().flatten().filter(|d| d.depth > 0.0) {
+            z += d.depth;
+            normal += d.normal * d.depth;
+            point += d.point * d.depth;
+        }
+        if z <= 0.0 {
+            return None;
+        }
+        point /= z;
+        normal = normal.normalize();
+        z /= DISCS as f64;
+        let ex = hub.axle.cross(&normal).normalize();
+        let ey = normal.cross(&ex);
+        let r = self.wheel.radius;
+        let (vx, vy) = (hub.velocity.dot(&ex), hub.velocity.dot(&ey));
+        let u = r * hub.angular.dot(&hub.axle);
+        let m = state.rolled.abs().min(1.0);
+        let front = (1.0 - (z / r).min(1.5)).acos();
+        let lambda = m * soil.lambda + 1.0 - m;
+        let rear = (1.0 - (lambda * z / r).clamp(0.0, 1.5)).acos();
+        let length = r * (0.5 * (front + rear)).max(LENGTH_MIN);
+        Some(Footprint {
+            z,
+            normal,
+            point,
+            ex,
+            ey,
+            approach: -hub.velocity.dot(&normal),
+            u,
+            travel: 0.5 * (u + vx),
+            slide: [u - vx, -vy],
+            length,
+            damping: self.shear_damping.min(0.5 * length / u.abs().max(1e-9)),
+        })
+    }
+
+    /// The load of the soil on the wheel.
+    pub fn load(
+        &self,
+        soil: &Soil,
+        hub: &Hub,
+        state: &SoilState,
+        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+    ) -> SoilLoad {
+        let Some(f) = self.footprint(soil, hub, state, ground) else {
+            return SoilLoad::none(hub);
+        };
+        let m = state.rolled.clamp(-1.0, 1.0);
+        let side = if m < 0.0 { -1.0 } else { 1.0 };
+        let s = side * (state.xi_x + f.damping * f.slide[0]) / f.length;
+        let lateral = -(state.xi_y + f.damping * f.slide[1]) / f.length;
+        let beta = lateral.atan2((1.0 - s).abs().max(1e-6));
+        let motion = Motion { slip: s, lateral, rolling: m.abs(), beta };
+        let model = WheelSoil {
+            rim: Rim { radius: self.wheel.radius, width: self.wheel.width },
+            soil: *soil,
+            shear: self.shear,
+            sinkage: Sinkage::Bekker,
+            gravity: self.gravity,
+            approach: None,
+        };
+        let virgin = model.forces(f.z, &motion);
+        let unloaded = self.unloading_stiffness * (state.pressed - f.z).max(0.0);
+        let damped = (1.0 + self.normal_damping * f.approach).max(0.0);
+        let carried = (virgin.fz - unloaded).max(0.0) * damped;
+        let share = if virgin.fz > 0.0 { carried / virgin.fz } else { 0.0 };
+        let local = WheelForces {
+            fx: side * share * virgin.fx,
+            fy: share * virgin.fy,
+            fz: carried,
+            torque: side * share * virgin.torque,
+            mx: share * virgin.mx + (f.point - hub.position).dot(&f.ey) * carried,
+            mz: side * share * virgin.mz,
+        };
+        let force = f.ex * local.fx + f.ey * local.fy + f.normal * local.fz;
+        let moment = f.ex * local.mx - hub.axle * local.torque + f.normal * local.mz;
+        SoilLoad {
+            force,
+            moment,
+            local,
+            sinkage: f.z,
+            slip: side * motion.slip_scale(),
+            slip_angle: beta,
+            point: f.point,
+            power: -force.dot(&hub.velocity) - moment.dot(&hub.angular),
+        }
+    }
+
+    /// The rate of the state; costs the geometry but not the stresses.
+    pub fn rates(
+        &self,
+        soil: &Soil,
+        hub: &Hub,
+        state: &SoilState,
+        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+    ) -> SoilState {
+        let Some(f) = self.footprint(soil, hub, state, ground) else {
+            return SoilState {
+                xi_x: -state.xi_x / FOLLOW,
+                xi_y: -state.xi_y / FOLLOW,
+                pressed: -state.pressed / FOLLOW,
+                rolled: -state.rolled / FOLLOW,
+            };
+        };
+        let m = state.rolled.clamp(-1.0, 1.0);
+        let forget = f.u.abs() / (f.length - f.damping * f.u.abs());
+        let mut rate = SoilState {
+            xi_x: f.slide[0] - forget * state.xi_x,
+            xi_y: f.slide[1] - forget * state.xi_y,
+            pressed: (f.z - state.pressed).max(0.0) / FOLLOW
+                - (state.pressed - f.z).max(0.0) * FORGET * f.travel.abs() / f.length,
+            rolled: (f.travel - m * f.travel.abs()) / f.length,
+        };
+        slide_beyond(state, &mut rate, f.length);
+        rate
+    }
+}
+
+impl SoilLoad {
+    fn none(hub: &Hub) -> SoilLoad {
+        SoilLoad {
+            force: Vec3::zeros(),
+            moment: Vec3::zeros(),
+            local: WheelForces::default(),
+            sinkage: 0.0,
+            slip: 0.0,
+            slip_angle: 0.0,
+            point: hub.position,
+            power: 0.0,
+        }
+    }
+}
+
+/// Takes from the rate what does not fit below the greatest deflection.
+fn slide_beyond(state: &SoilState, rate: &mut SoilState, length: f64) {
+    let size = state.xi_x.hypot(state.xi_y);
+    let over = (size / length - SLIDE[0]) / (SLIDE[1] - SLIDE[0]);
+    if over <= 0.0 {
+        return;
+    }
+    let (hx, hy) = (state.xi_x / size, state.xi_y / size);
+    let outward = (rate.xi_x * hx + rate.xi_y * hy).max(0.0);
+    let t = over.min(1.0);
+    let excess = (size - SLIDE[1] * length).max(0.0) / FOLLOW;
+    let cut = t * t * (3.0 - 2.0 * t) * outward + excess;
+    rate.xi_x -= cut * hx;
+    rate.xi_y -= cut * hy;
+}
+
+#[cfg(test)]
+#[path = "soil_contact_tests.rs"]
+mod tests;

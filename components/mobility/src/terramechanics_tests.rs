@@ -1,0 +1,324 @@
+use super::*;
+use crate::test_soils::*;
+
+fn golden() -> WheelSoil {
+    WheelSoil {
+        rim: Rim { radius: 0.15, width: 0.10 },
+        soil: lunar(),
+        shear: Shear::Isotropic,
+        sinkage: Sinkage::Bekker,
+        gravity: 9.81,
+        approach: None,
+    }
+}
+
+fn at(w: &WheelSoil, load: f64, s: f64, beta_deg: f64) -> (f64, WheelForces) {
+    let m = Motion::rolling(s, beta_deg.to_radians());
+    let z = w.sinkage_under(load, &m).expect("the soil carries the load");
+    (z, w.forces(z, &m))
+}
+
+/// Rows: slip, slip angle (deg) and what the page gives, to the digits given.
+fn close(got: f64, want: f64, digits: i32, what: &str) {
+    let tolerance = 0.51 * 10f64.powi(-digits);
+    assert!((got - want).abs() <= tolerance, "{what}: {got} instead of {want}");
+}
+
+#[test]
+fn straight_driving_matches_an_independent_code() {
+    let rows = [
+        (0.0, 19.460, -1.00353, 1.595494),
+        (0.1, 19.645, 13.39794, 3.830330),
+        (0.2, 19.821, 22.98745, 5.330925),
+        (0.4, 20.203, 33.84910, 7.069681),
+        (0.6, 20.664, 38.97604, 7.945018),
+        (0.8, 21.217, 41.41025, 8.420862),
+    ];
+    for (s, z_mm, fx, torque) in rows {
+        let (z, f) = at(&golden(), 100.0, s, 0.0);
+        close(z * 1e3, z_mm, 3, "sinkage");
+        close(f.fx, fx, 5, "drawbar pull");
+        close(f.torque, torque, 6, "torque");
+        close(f.fz, 100.0, 9, "load");
+    }
+}
+
+#[test]
+fn isotropic_shear_matches_an_independent_code() {
+    let rows = [
+        (0.1, 20.0, 2.81426, 43.25629),
+        (0.2, 20.0, 14.36330, 37.84901),
+        (0.4, 20.0, 30.37030, 24.67731),
+        (0.6, 20.0, 37.96765, 14.05557),
+        (0.8, 20.0, 41.24044, 6.78731),
+        (0.2, 10.0, 19.79931, 22.04107),
+        (0.4, 30.0, 26.50339, 35.64976),
+    ];
+    for (s, beta, fx, fy) in rows {
+        let (_, f) = at(&golden(), 100.0, s, beta);
+        close(f.fx, fx, 5, "drawbar pull");
+        close(f.fy, -fy, 5, "side force");
+    }
+}
+
+#[test]
+fn independent_shear_matches_an_independent_code() {
+    let shear = Shear::Independent { k_x: [0.0, 0.018], k_y: [0.0, 0.018] };
+    let w = WheelSoil { shear, ..golden() };
+    let rows =
+        [(0.1, 43.47390), (0.2, 40.61475), (0.4, 33.95518), (0.6, 25.77029), (0.8, 15.40737)];
+    for (s, fy) in rows {
+        close(at(&w, 100.0, s, 20.0).1.fy, -fy, 5, "side force");
+    }
+}
+
+#[test]
+fn ishigami_case_matches_an_independent_code() {
+    let w = WheelSoil {
+        rim: Rim { radius: 0.09, width: 0.11 },
+        soil: ishigami_simulant(),
+        shear: Shear::Independent { k_x: [0.043, 0.036], k_y: [0.020, 0.013] },
+        sinkage: Sinkage::Bekker,
+        gravity: 9.81,
+        approach: None,
+    };
+    let turned =
+        [(0.1, 2.713, 27.356), (0.3, 10.463, 23.406), (0.5, 16.571, 18.567), (0.7, 21.337, 12.722)];
+    for (s, pull, fy) in turned {
+        let (_, f) = at(&w, 64.68, s, 15.0);
+        close(f.fx, pull, 3, "drawbar pull");
+        close(f.fy, -fy, 3, "side force");
+    }
+    let straight = [
+        (0.0, -0.866),
+        (0.1, 5.000),
+        (0.2, 10.057),
+        (0.3, 14.396),
+        (0.5, 21.267),
+        (0.7, 26.241),
+        (0.9, 29.813),
+    ];
+    for (s, pull) in straight {
+        close(at(&w, 64.68, s, 0.0).1.fx, pull, 3, "drawbar pull");
+    }
+    close(at(&w, 64.68, 0.0, 0.0).0 * 1e3, 15.07, 2, "sinkage");
+    close(at(&w, 64.68, 0.9, 0.0).0 * 1e3, 17.30, 2, "sinkage");
+}
+
+#[test]
+fn public_code_agrees_to_nine_digits() {
+    // RoSE-lab code (quad): r .15, b .10, z .02, s .3; c 170, φ 33°, K .018.
+    let f = golden().forces(0.02, &Motion::rolling(0.3, 0.0));
+    close(f.fz, 99.967897801, 8, "load");
+    close(f.fx, 29.435818268, 8, "drawbar pull");
+    close(f.torque, 6.353369400, 8, "torque");
+}
+
+#[test]
+fn load_grows_with_sinkage_and_pull_grows_with_slip() {
+    for beta in [0.0, 0.2, -0.5] {
+        let mut last = 0.0;
+        for i in 1..60 {
+            let fz = golden().forces(0.001 * f64::from(i), &Motion::rolling(0.25, beta)).fz;
+            assert!(fz > last, "F_z falls at {i} mm: {fz} after {last}");
+            last = fz;
+        }
+        let mut last = f64::NEG_INFINITY;
+        for i in -8..=19 {
+            let (_, f) = at(&golden(), 100.0, 0.05 * f64::from(i), beta);
+            assert!(f.fx > last, "pull falls at slip {}: {}", 0.05 * f64::from(i), f.fx);
+            last = f.fx;
+        }
+    }
+    for i in 1..9 {
+        assert!(at(&golden(), 100.0, -0.1 * f64::from(i), 0.0).1.fx < 0.0);
+    }
+}
+
+#[test]
+fn left_and_right_are_mirror_images() {
+    for s in [-0.6, -0.2, 0.0, 0.3, 0.9] {
+        let (za, a) = at(&golden(), 100.0, s, 0.35);
+        let (zb, b) = at(&golden(), 100.0, s, -0.35);
+        assert!((za - zb).abs() < 1e-12);
+        assert!((a.fy + b.fy).abs() < 1e-10 && a.fy < 0.0);
+        assert!((a.fx - b.fx).abs() < 1e-10 && (a.mx + b.mx).abs() < 1e-10);
+        assert!((a.mz + b.mz).abs() < 1e-10 && (a.torque - b.torque).abs() < 1e-10);
+    }
+}
+
+#[test]
+fn drive_power_pays_for_pull_and_dissipation() {
+    // Per second at ω = 1 rad/s: T = v F_x + v_y F_y + D with D ≥ 0.
+    for s in [0.05, 0.2, 0.5, 0.8] {
+        for beta in [0.0, 0.2, 0.5_f64] {
+            let (_, f) = at(&golden(), 100.0, s, beta.to_degrees());
+            let vx = 0.15 * (1.0 - s);
+            let lost = f.torque - vx * f.fx - vx * beta.tan() * f.fy;
+            assert!(lost > 0.0, "slip {s}, beta {beta}: {lost}");
+        }
+    }
+}
+
+#[test]
+fn frictionless_wheel_pays_exactly_the_compaction_work() {
+    // c = φ = 0, θ_r = 0, a₀ = a₁ = 0: F_x = −R_c = −b k z^(n+1)/(n+1), exact for p = k zⁿ.
+    for n in [1.0, 0.8, 1.1] {
+        let soil = Soil {
+            n,
+            cohesion: 0.0,
+            friction_angle: 0.0,
+            lambda: 0.0,
+            a0: 0.0,
+            a1: 0.0,
+            ..lunar()
+        };
+        let w = WheelSoil { soil, ..golden() };
+        let z: f64 = 0.02;
+        let want = -0.10 * w.modulus(n) * z.powf(n + 1.0) / (n + 1.0);
+        let got = w.forces(z, &Motion::rolling(0.3, 0.0)).fx;
+        let tolerance = if n == 1.0 { 1e-12 } else { 3e-4 };
+        assert!((got / want - 1.0).abs() < tolerance, "n {n}: {got} {want}");
+    }
+}
+
+#[test]
+fn bekkers_towed_wheel_formula_is_a_few_percent_low() {
+    for n in [0.8, 1.0, 1.1] {
+        let soil = Soil {
+            n,
+            cohesion: 0.0,
+            friction_angle: 0.0,
+            lambda: 0.0,
+            a0: 0.0,
+            a1: 0.0,
+            ..lunar()
+        };
+        let w = WheelSoil { soil, ..golden() };
+        let load: f64 = 40.0;
+        let z = w.sinkage_under(load, &Motion::rolling(0.3, 0.0)).unwrap();
+        let base = 3.0 * load / (0.10 * (3.0 - n) * w.modulus(n) * 0.30f64.sqrt());
+        let bekker = base.powf(2.0 / (2.0 * n + 1.0));
+        // The page says 2 to 4 % low; measured here: n = 1.1 is 0.5 % high.
+        assert!((0.95..1.01).contains(&(bekker / z)), "n {n}: {bekker} {z}");
+    }
+}
+
+#[test]
+fn reece_load_scales_with_gravity_and_bekker_does_not() {
+    let soil = Soil { cohesion: 0.0, ..lunar() };
+    let under = |gamma| {
+        let w = WheelSoil { soil, sinkage: Sinkage::Reece { gamma }, ..golden() };
+        w.modulus(1.0)
+    };
+    assert!((under(6000.0) / under(3000.0) - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn forces_are_continuous_through_every_change_of_regime() {
+    let w = golden();
+    let base = [0.02, 0.0, 0.0, 1.0];
+    let eval = |v: [f64; 4]| {
+        let m = Motion { slip: v[1], lateral: v[2], rolling: v[3], beta: 0.0 };
+        w.forces(v[0], &m)
+    };
+    // Slip from hard skid to spinning, at several creeping speeds.
+    for rolling in [0.0, 0.3, 1.0] {
+        for lateral in [0.05, 0.3] {
+            let mut last = eval([base[0], -3.0, lateral, rolling]);
+            for i in 1..=8000 {
+                let slip = -3.0 + 5e-4 * f64::from(i);
+                let f = eval([base[0], slip, lateral, rolling]);
+                let jump = (f.fx - last.fx).abs() + (f.fy - last.fy).abs() + (f.fz - last.fz).abs();
+                assert!(jump < 1.0, "jump of {jump} N at slip {slip}, rolling {rolling}");
+                last = f;
+            }
+        }
+    }
+}
+
+#[test]
+fn a_wheel_at_rest_is_symmetric() {
+    let m = Motion { slip: 0.0, lateral: 0.0, rolling: 0.0, beta: 0.0 };
+    let f = golden().forces(0.02, &m);
+    assert!(f.fx.abs() < 1e-12 && f.torque.abs() < 1e-12 && f.fz > 0.0);
+}
+
+#[test]
+fn a_load_beyond_the_soil_is_refused() {
+    let m = Motion::rolling(0.1, 0.0);
+    assert!(golden().sinkage_under(1e9, &m).is_none());
+    assert!(golden().sinkage_under(f64::NAN, &m).is_none());
+    assert_eq!(golden().sinkage_under(0.0, &m), Some(0.0));
+}
+
+/// Root mean square errors (F_x N, F_y N, z mm) over the driven rows of the measurements whose
+/// slip angle is one of `betas`, with the load of each row.
+fn rms_against_measurements(w: &WheelSoil, betas: &[f64]) -> Option<[f64; 3]> {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../../shared/reference/terramechanics/cmu_smooth_mean.csv"
+    );
+    let text = std::fs::read_to_string(path).ok()?;
+    let (mut sum, mut n) = ([0.0; 3], 0.0);
+    for line in text.lines().skip(1) {
+        let v: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        if !betas.contains(&v[0]) || v[2] < 0.15 {
+            continue;
+        }
+        let m = Motion::rolling(v[2], v[0].to_radians());
+        let z = w.sinkage_under(v[8], &m).unwrap();
+        let f = w.forces(z, &m);
+        let errors = [f.fx - v[4], -f.fy - v[6], z * 1e3 - v[10]];
+        for (s, e) in sum.iter_mut().zip(errors) {
+            *s += e * e;
+        }
+        n += 1.0;
+    }
+    assert!(n > 0.0);
+    Some(sum.map(|s| (s / n).sqrt()))
+}
+
+#[test]
+fn measured_smooth_wheel_is_reproduced() {
+    // Published constants of the fit; the angle of approach belongs to the sand's own φ of 29°.
+    // Slip is taken along the heading: 1 − v_x/(rω), v_y = v_x tan β; measured loads row by row.
+    let w = WheelSoil {
+        rim: Rim { radius: 0.058, width: 0.05 },
+        soil: silica_sand(),
+        approach: Some((45.0f64 - 14.5).to_radians()),
+        ..golden()
+    };
+    let Some(rms) = rms_against_measurements(&w, &[0.0, 15.0, 30.0, 45.0]) else {
+        println!("skipped: reference data absent");
+        return;
+    };
+    println!("RMS: F_x {:.3} N, F_y {:.3} N, z {:.3} mm", rms[0], rms[1], rms[2]);
+    close(rms[0], 0.52, 2, "RMS of F_x");
+    close(rms[1], 0.45, 2, "RMS of F_y");
+    close(rms[2], 2.5, 1, "RMS of z");
+    let ishigami = Shear::Independent { k_x: [0.0, 0.0147], k_y: [0.0, 0.0147] };
+    let rms = rms_against_measurements(&WheelSoil { shear: ishigami, ..w }, &[15.0, 30.0, 45.0]);
+    println!("independent shear: {rms:?}");
+    assert!(rms.unwrap()[1] > 0.9, "independent shear is known to overshoot: {rms:?}");
+}
+
+#[test]
+#[allow(clippy::disallowed_methods)]
+#[ignore = "a measurement: run with --release --ignored --nocapture"]
+fn cost_of_one_wheel() {
+    let mut w = golden();
+    for n in [1.0, 1.1] {
+        w.soil.n = n;
+        for s in [0.2, -0.2] {
+            let start = std::time::Instant::now();
+            let mut sum = 0.0;
+            for i in 0..200_000 {
+                let m = Motion::rolling(s, 1e-6 * f64::from(i));
+                sum += w.forces(0.02 + 1e-8 * f64::from(i), &m).fx;
+            }
+            let ns = start.elapsed().as_nanos() as f64 / 2e5;
+            println!("n {n}, slip {s}: {ns:.0} ns ({sum:.1})");
+        }
+    }
+}

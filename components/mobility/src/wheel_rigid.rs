@@ -1,0 +1,240 @@
+//! `mobility.wheel_rigid`: a rigid wheel on rigid ground, the contact of `rigid_contact` as a model.
+//!
+//! The hub's node turns with the wheel or stands still; only the direction of its y axis (the axle, to
+//! the left) and its angular velocity matter.
+
+use crate::rigid_contact::{Bristles, ContactLoad, Hub, RigidContact};
+use crate::wheel_geometry::{Cylinder, DISCS};
+use linkwork_runtime::prelude::*;
+
+/// Wheel, ground and contact constants.
+#[derive(Params, Clone, Debug)]
+pub struct WheelRigidParams {
+    /// Radius of the rim.
+    #[param(unit = "m", range = 1e-3..)]
+    pub radius: f64,
+    /// Width along the axle.
+    #[param(unit = "m", range = 1e-3..)]
+    pub width: f64,
+    /// Normal stiffness (per metre to the power of the exponent).
+    #[param(default = 4e5, range = 1.0..)]
+    pub stiffness: f64,
+    /// Exponent of the normal force: 1 flat, 1.5 sphere.
+    #[param(default = 1.0, range = 1.0..=2.0)]
+    pub exponent: f64,
+    /// Hunt-Crossley dissipation.
+    #[param(unit = "s/m", default = 3.0, range = 0.0..)]
+    pub dissipation: f64,
+    /// Tangential stiffness.
+    #[param(unit = "N/m", default = 2e5, range = 1.0..)]
+    pub tangential_stiffness: f64,
+    /// Tangential damping.
+    #[param(unit = "N s/m", default = 1500.0, range = 0.0..)]
+    pub tangential_damping: f64,
+    /// Coulomb coefficient; unwritten: the ground's own.
+    #[param(default = None)]
+    pub friction: Option<f64>,
+    /// The ground.
+    #[param(service)]
+    pub terrain: Handle<dyn Terrain>,
+}
+
+/// What the contact sees.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct WheelIn {
+    /// Hub of the wheel: its y axis is the axle.
+    #[port(bind = "hub")]
+    pub hub: NodeState,
+}
+
+/// What the contact does.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct WheelOut {
+    /// Load of the ground on the wheel.
+    #[port(bind = "hub")]
+    pub load: Wrench,
+    /// Sum of the normal forces.
+    #[port("N")]
+    pub normal_force: f64,
+    /// Slip (rω − v)/max(|rω|, |v|), signed.
+    #[port("1")]
+    pub slip: f64,
+    /// Angle of the hub's velocity to the heading.
+    #[port("rad")]
+    pub slip_angle: f64,
+    /// Greatest penetration.
+    #[port("m")]
+    pub sinkage: f64,
+    /// Point where the load acts, W.
+    #[port("m")]
+    pub contact_point: Vec3,
+    /// Force of the ground, W.
+    #[port("N")]
+    pub contact_force: Vec3,
+    /// Power lost in the contact.
+    #[port("W")]
+    pub power: f64,
+}
+
+/// Deflections of the bristles of the three discs.
+#[derive(State, Clone, Copy, Debug)]
+pub struct BristleState {
+    /// Right disc, W.
+    #[port("m")]
+    pub right: Vec3,
+    /// Middle disc, W.
+    #[port("m")]
+    pub middle: Vec3,
+    /// Left disc, W.
+    #[port("m")]
+    pub left: Vec3,
+}
+
+impl BristleState {
+    fn array(&self) -> Bristles {
+        [self.right, self.middle, self.left]
+    }
+    fn of([right, middle, left]: [Vec3; DISCS]) -> Self {
+        BristleState { right, middle, left }
+    }
+}
+
+/// Rigid wheel on rigid ground: Hunt-Crossley normal force and elasto-plastic bristle friction on three discs.
+pub struct WheelRigid {
+    p: WheelRigidParams,
+}
+
+/// Pose and motion of a hub as the contacts want them.
+pub(crate) fn hub_of(n: &NodeState) -> Hub {
+    Hub {
+        position: n.position,
+        axle: n.rotation * Vec3::y(),
+        velocity: n.velocity,
+        angular: n.angular,
+    }
+}
+
+/// Slip and slip angle (rad) of a wheel of the radius `r` (m) over a ground of the normal `n`.
+pub(crate) fn slip_of(hub: &Hub, r: f64, n: &Vec3) -> (f64, f64) {
+    const STANDING: f64 = 1e-3; // m/s
+    let heading = hub.axle.cross(n);
+    let side = n.cross(&heading);
+    let (vx, vy) = (hub.velocity.dot(&heading), hub.velocity.dot(&side));
+    let u = r * hub.angular.dot(&hub.axle);
+    let slip = (u - vx) / u.abs().max(vx.abs()).max(STANDING);
+    let angle = if vx.hypot(vy) > STANDING { vy.atan2(vx.abs()) } else { 0.0 };
+    (slip, angle)
+}
+
+impl WheelRigid {
+    fn contact(&self, hub: &Hub) -> RigidContact {
+        let p = &self.p;
+        let friction =
+            p.friction.unwrap_or_else(|| p.terrain.soil(hub.position.x, hub.position.y).friction);
+        RigidContact {
+            wheel: Cylinder { radius: p.radius, width: p.width },
+            stiffness: p.stiffness,
+            exponent: p.exponent,
+            dissipation: p.dissipation,
+            tangential_stiffness: p.tangential_stiffness,
+            tangential_damping: p.tangential_damping,
+            friction,
+        }
+    }
+
+    fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
+        self.p.terrain.ground(x, y).map(|g| (g.height, g.normal))
+    }
+}
+
+/// Rigid wheel on rigid ground: Hunt-Crossley normal force and elasto-plastic bristle friction on three
+/// discs across the width. Parked, it holds without creep.
+#[model("mobility.wheel_rigid")]
+impl Model for WheelRigid {
+    type Params = WheelRigidParams;
+    type Ud = WheelIn;
+    type Yd = WheelOut;
+    type X = BristleState;
+    fn direct(&self, _: &Clock, x: &BristleState, _: &(), u: &WheelIn) -> WheelOut {
+        let hub = hub_of(&u.hub);
+        let (load, _): (ContactLoad, _) =
+            self.contact(&hub).evaluate(&hub, &x.array(), &|x, y| self.ground(x, y));
+        let (slip, slip_angle) = slip_of(&hub, self.p.radius, &load.normal);
+        WheelOut {
+            load: Wrench { moment: load.moment, force: load.force },
+            normal_force: load.normal_force,
+            slip,
+            slip_angle,
+            sinkage: load.depth,
+            contact_point: load.point,
+            contact_force: load.force,
+            power: load.dissipation,
+        }
+    }
+    fn deriv(&self, _: &Clock, x: &BristleState, _: &(), _: &(), u: &WheelIn) -> BristleState {
+        let hub = hub_of(&u.hub);
+        BristleState::of(self.contact(&hub).rates(&hub, &x.array(), &|x, y| self.ground(x, y)))
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    /// A plane rising along x.
+    pub(crate) struct Plane {
+        pub slope: f64,
+        pub soil: Soil,
+    }
+
+    impl Terrain for Plane {
+        fn ground(&self, x: f64, _: f64) -> Option<Ground> {
+            let normal = Vec3::new(-self.slope, 0.0, 1.0).normalize();
+            Some(Ground { height: self.slope * x, normal })
+        }
+        fn bounds(&self) -> [f64; 4] {
+            [-100.0, -100.0, 100.0, 100.0]
+        }
+        fn soil(&self, _: f64, _: f64) -> &Soil {
+            &self.soil
+        }
+        fn surface(&self) -> Surface {
+            Surface { origin: [0.0; 2], spacing: [1.0; 2], nx: 0, ny: 0, heights: vec![] }
+        }
+    }
+
+    pub(crate) fn plane(slope: f64) -> Handle<dyn Terrain> {
+        let soil = crate::test_soils::lunar();
+        Handle::new("ground", Arc::new(Plane { slope, soil }) as Arc<dyn Terrain>)
+    }
+
+    #[test]
+    fn model_gives_the_contacts_load_and_the_grounds_friction() {
+        let model = WheelRigid {
+            p: WheelRigidParams {
+                radius: 0.25,
+                width: 0.4,
+                stiffness: 4e5,
+                exponent: 1.0,
+                dissipation: 0.0,
+                tangential_stiffness: 2e5,
+                tangential_damping: 1500.0,
+                friction: None,
+                terrain: plane(0.0),
+            },
+        };
+        let mut hub = NodeState::identity();
+        hub.position.z = 0.249;
+        // Turned about its axle by any angle the wheel is the same.
+        hub.rotation = Quat::from_axis_angle(&Vec3::y_axis(), 2.0);
+        hub.velocity.x = 1.0;
+        let x = BristleState::zero();
+        let y = model.direct(&Clock::at(0.0), &x, &(), &WheelIn { hub }, &());
+        assert!((y.normal_force - 400.0).abs() < 1e-6);
+        assert!((y.load.force.x + 0.65 * 400.0).abs() < 1e-6, "{:?}", y.load);
+        assert!((y.slip + 1.0).abs() < 1e-12 && y.power > 0.0);
+        let rate = model.deriv(&Clock::at(0.0), &x, &(), &(), &WheelIn { hub }, &());
+        assert!((rate.middle - Vec3::x()).norm() < 1e-12);
+    }
+}

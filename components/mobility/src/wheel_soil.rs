@@ -1,0 +1,195 @@
+//! `mobility.wheel_soil`: a wheel on soft ground, the contact of `soil_contact` as a model.
+//!
+//! The soil's constants come from the terrain under the hub.
+
+use crate::rigid_contact::Hub;
+use crate::soil_contact::{SoilContact, SoilState};
+use crate::terramechanics::Shear;
+use crate::wheel_geometry::Cylinder;
+use crate::wheel_rigid::{WheelIn, WheelOut, hub_of};
+use linkwork_runtime::prelude::*;
+
+/// How shear stress is shared between the two directions.
+#[derive(Params, Clone, Copy, Debug, PartialEq)]
+pub enum ShearLaw {
+    /// One Mohr-Coulomb limit for the vector of shear stress.
+    Isotropic,
+    /// Ishigami's two independent axes, with the soil's one modulus.
+    Independent,
+}
+
+/// Wheel, ground and contact constants.
+#[derive(Params, Clone, Debug)]
+pub struct WheelSoilParams {
+    /// Radius of the rim.
+    #[param(unit = "m", range = 1e-3..)]
+    pub radius: f64,
+    /// Width along the axle.
+    #[param(unit = "m", range = 1e-3..)]
+    pub width: f64,
+    /// Height of the grousers.
+    #[param(unit = "m", default = 0.0, range = 0.0..)]
+    pub grouser_height: f64,
+    /// Share of the grousers' height that belongs to the shear radius.
+    #[param(default = 1.0, range = 0.0..=1.0)]
+    pub grouser_share: f64,
+    /// Sharing of shear stress.
+    #[param(default = ShearLaw::Isotropic)]
+    pub shear: ShearLaw,
+    /// Gravity, for the weight of the soil that the wall pushes.
+    #[param(unit = "m/s^2", default = 3.72, range = 0.0..)]
+    pub gravity: f64,
+    /// Damping time of the shear deflection.
+    #[param(unit = "s", default = 0.02, range = 0.0..)]
+    pub shear_damping: f64,
+    /// Normal damping: the load grows by this fraction for each m/s of approach.
+    #[param(unit = "s/m", default = 4.0, range = 0.0..)]
+    pub normal_damping: f64,
+    /// Stiffness of unloading and reloading below the deepest press.
+    #[param(unit = "N/m", default = 3e5, range = 0.0..)]
+    pub unloading_stiffness: f64,
+    /// The ground.
+    #[param(service)]
+    pub terrain: Handle<dyn Terrain>,
+}
+
+/// State of the soil under the wheel.
+#[derive(State, Clone, Copy, Debug)]
+pub struct SoilLanes {
+    /// Shear deflection along the heading.
+    #[port("m")]
+    pub shear_x: f64,
+    /// Shear deflection along the axle.
+    #[port("m")]
+    pub shear_y: f64,
+    /// Deepest press under the wheel.
+    #[port("m")]
+    pub pressed: f64,
+    /// Shape of the footprint: 0 set down, ±1 rolled.
+    #[port("1")]
+    pub rolled: f64,
+}
+
+impl SoilLanes {
+    fn state(&self) -> SoilState {
+        SoilState {
+            xi_x: self.shear_x,
+            xi_y: self.shear_y,
+            pressed: self.pressed,
+            rolled: self.rolled,
+        }
+    }
+}
+
+/// Wheel on soft soil.
+pub struct WheelSoilModel {
+    p: WheelSoilParams,
+}
+
+impl WheelSoilModel {
+    fn contact(&self, soil: &Soil) -> SoilContact {
+        let p = &self.p;
+        let radius = p.radius + p.grouser_share * p.grouser_height;
+        let k = [0.0, soil.shear_modulus];
+        SoilContact {
+            wheel: Cylinder { radius, width: p.width },
+            shear: match p.shear {
+                ShearLaw::Isotropic => Shear::Isotropic,
+                ShearLaw::Independent => Shear::Independent { k_x: k, k_y: k },
+            },
+            gravity: p.gravity,
+            shear_damping: p.shear_damping,
+            normal_damping: p.normal_damping,
+            unloading_stiffness: p.unloading_stiffness,
+        }
+    }
+
+    fn soil(&self, hub: &Hub) -> &Soil {
+        self.p.terrain.soil(hub.position.x, hub.position.y)
+    }
+
+    fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
+        self.p.terrain.ground(x, y).map(|g| (g.height, g.normal))
+    }
+}
+
+/// Wheel on soft soil: Bekker pressure with slip sinkage, Wong-Reece normal stress, Janosi shear, bulldozing,
+/// as eight-node integrals over the contact arc; holds at rest. Slip and slip angle are those of the stresses.
+#[model("mobility.wheel_soil")]
+impl Model for WheelSoilModel {
+    type Params = WheelSoilParams;
+    type Ud = WheelIn;
+    type Yd = WheelOut;
+    type X = SoilLanes;
+    fn direct(&self, _: &Clock, x: &SoilLanes, _: &(), u: &WheelIn) -> WheelOut {
+        let hub = hub_of(&u.hub);
+        let soil = self.soil(&hub);
+        let ground = |x: f64, y: f64| self.ground(x, y);
+        let load = self.contact(soil).load(soil, &hub, &x.state(), &ground);
+        WheelOut {
+            load: Wrench { moment: load.moment, force: load.force },
+            normal_force: load.local.fz,
+            slip: load.slip,
+            slip_angle: load.slip_angle,
+            sinkage: load.sinkage,
+            contact_point: load.point,
+            contact_force: load.force,
+            power: load.power,
+        }
+    }
+    fn deriv(&self, _: &Clock, x: &SoilLanes, _: &(), _: &(), u: &WheelIn) -> SoilLanes {
+        let hub = hub_of(&u.hub);
+        let soil = self.soil(&hub);
+        let ground = |x: f64, y: f64| self.ground(x, y);
+        let rate = self.contact(soil).rates(soil, &hub, &x.state(), &ground);
+        SoilLanes {
+            shear_x: rate.xi_x,
+            shear_y: rate.xi_y,
+            pressed: rate.pressed,
+            rolled: rate.rolled,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wheel_rigid::tests::plane;
+
+    #[test]
+    fn model_carries_the_load_of_the_stress_integral() {
+        let model = WheelSoilModel {
+            p: WheelSoilParams {
+                radius: 0.14,
+                width: 0.1,
+                grouser_height: 0.01,
+                grouser_share: 1.0,
+                shear: ShearLaw::Isotropic,
+                gravity: 9.81,
+                shear_damping: 0.02,
+                normal_damping: 0.0,
+                unloading_stiffness: 0.0,
+                terrain: plane(0.0),
+            },
+        };
+        // The case of the public code: r .15, b .10, z .02, s .3; steady rolling without damping of the state.
+        let mut hub = NodeState::identity();
+        hub.position.z = 0.13;
+        hub.angular.y = 1.0;
+        hub.velocity.x = 0.15 * 0.7;
+        let length = 0.15 * 0.5 * ((1.0 - 0.02 / 0.15f64).acos() + (1.0 - 0.01 / 0.15f64).acos());
+        let slide = 0.15 * 0.3;
+        let x = SoilLanes {
+            shear_x: slide * (length / 0.15 - 0.02),
+            shear_y: 0.0,
+            pressed: 0.02,
+            rolled: 1.0,
+        };
+        let y = model.direct(&Clock::at(0.0), &x, &(), &WheelIn { hub }, &());
+        assert!((y.normal_force - 99.967897801).abs() < 1e-8, "{y:?}");
+        assert!((y.load.force.x - 29.435818268).abs() < 1e-8);
+        assert!((y.load.moment.y + 6.353369400).abs() < 1e-8);
+        let rate = model.deriv(&Clock::at(0.0), &x, &(), &(), &WheelIn { hub }, &());
+        assert!(rate.shear_x.abs() < 1e-12 && rate.rolled.abs() < 1e-12);
+    }
+}

@@ -1,0 +1,293 @@
+//! Checkpoints: in memory for forks and rejected steps, in a file for a later process.
+//!
+//! Lanes are raw little-endian doubles (NaN, ±∞ and −0 survive); stores are MessagePack with names.
+use crate::noise;
+use crate::plan::Place;
+use crate::simulation::{Simulation, State};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+const MAGIC: &[u8; 8] = b"LWCKPT01";
+
+/// A state in memory. Make it once, fill it often: nothing is allocated when it is filled again,
+/// but for models with stores.
+#[derive(Clone, Debug, Default)]
+pub struct Snapshot {
+    state: State,
+    stores: Vec<(u32, Vec<u8>)>,
+}
+
+/// A state in a file, with all that a fresh process needs.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// Version of the program that wrote it.
+    pub version: String,
+    /// Hash of the plan.
+    pub plan: u64,
+    /// Tick of the common base.
+    pub tick: u64,
+    /// Row of the table.
+    pub row: u32,
+    /// Simulated time [s], for readers.
+    pub time: f64,
+    /// Seed of all noise.
+    pub seed: u64,
+    /// Names of the lanes, to say what differs when a plan does not fit.
+    pub layout: Vec<String>,
+    /// Continuous, discrete, signal lanes: raw little-endian doubles.
+    #[serde(with = "serde_bytes_vec")]
+    pub lanes: Vec<u8>,
+    /// Stores by path of the part.
+    pub stores: BTreeMap<String, Vec<u8>>,
+    /// The full resolved configuration, so that the run can be rebuilt.
+    pub configuration: String,
+    /// Further data of the program that runs the simulation, by name.
+    pub extra: BTreeMap<String, Vec<u8>>,
+}
+
+mod serde_bytes_vec {
+    use serde::{Deserializer, Serializer, de::Visitor};
+    pub fn serialize<S: Serializer>(v: &[u8], s: S) -> Result<S::Ok, S::Error> {
+        s.serialize_bytes(v)
+    }
+    pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<u8>, D::Error> {
+        struct Bytes;
+        impl Visitor<'_> for Bytes {
+            type Value = Vec<u8>;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("bytes")
+            }
+            fn visit_bytes<E>(self, v: &[u8]) -> Result<Vec<u8>, E> {
+                Ok(v.to_vec())
+            }
+            fn visit_byte_buf<E>(self, v: Vec<u8>) -> Result<Vec<u8>, E> {
+                Ok(v)
+            }
+        }
+        d.deserialize_byte_buf(Bytes)
+    }
+}
+
+/// Why a checkpoint cannot be written, read or taken.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// The file cannot be written or read.
+    #[error("checkpoint `{path}`: {source}")]
+    Io {
+        /// The file.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is not a checkpoint, or is cut short.
+    #[error("`{path}` is not a readable checkpoint: {why}")]
+    Format {
+        /// The file.
+        path: String,
+        /// Why.
+        why: String,
+    },
+    /// The checkpoint belongs to another simulation.
+    #[error("the checkpoint does not fit this simulation: {why}\n  help: resume it with the configuration inside it")]
+    Mismatch {
+        /// What differs.
+        why: String,
+    },
+    /// A model's store cannot be saved or restored.
+    #[error("the store of `{part}`: {why}")]
+    Store {
+        /// The part.
+        part: String,
+        /// Why.
+        why: String,
+    },
+}
+
+impl Simulation {
+    /// Fills a snapshot.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Store`] when a model's store cannot be written.
+    pub fn save_into(&self, s: &mut Snapshot) -> Result<(), CheckpointError> {
+        s.state.tick = self.state.tick;
+        s.state.row = self.state.row;
+        s.state.x.clone_from(&self.state.x);
+        s.state.d.clone_from(&self.state.d);
+        s.state.sig.clone_from(&self.state.sig);
+        s.stores.clear();
+        for &k in &self.plan().stored {
+            s.stores.push((k, self.store(k)?));
+        }
+        Ok(())
+    }
+
+    /// Takes a snapshot back.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Mismatch`] when it is of another plan.
+    pub fn load_from(&mut self, s: &Snapshot) -> Result<(), CheckpointError> {
+        let here = (self.state.x.len(), self.state.d.len(), self.state.sig.len());
+        let there = (s.state.x.len(), s.state.d.len(), s.state.sig.len());
+        if here != there {
+            let why = format!("it has {there:?} lanes, the plan has {here:?}");
+            return Err(CheckpointError::Mismatch { why });
+        }
+        self.state.clone_from(&s.state);
+        for (k, bytes) in &s.stores {
+            let part = self.plan().parts[*k as usize].path.clone();
+            self.blocks[*k as usize]
+                .load_store(bytes)
+                .map_err(|why| CheckpointError::Store { part, why })?;
+        }
+        self.rework();
+        Ok(())
+    }
+
+    fn store(&self, k: u32) -> Result<Vec<u8>, CheckpointError> {
+        self.blocks[k as usize].save_store().map_err(|why| CheckpointError::Store {
+            part: self.plan().parts[k as usize].path.clone(),
+            why,
+        })
+    }
+
+    fn layout(&self) -> Vec<String> {
+        let plan = self.plan();
+        let mut names = vec![String::new(); plan.sizes.x + plan.sizes.d];
+        for (path, v) in &plan.variables {
+            match v.place {
+                Place::X(k) => names[k as usize].clone_from(path),
+                Place::D(k) => names[plan.sizes.x + k as usize].clone_from(path),
+                Place::Signal(_) => {}
+            }
+        }
+        names
+    }
+
+    /// The state as a checkpoint; `configuration` rebuilds the simulation.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Store`] when a model's store cannot be written.
+    pub fn checkpoint(&self, configuration: &str) -> Result<Checkpoint, CheckpointError> {
+        let mut stores = BTreeMap::new();
+        for &k in &self.plan().stored {
+            stores.insert(self.plan().parts[k as usize].path.clone(), self.store(k)?);
+        }
+        Ok(Checkpoint {
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            plan: self.plan().hash,
+            tick: self.state.tick,
+            row: self.state.row,
+            time: self.time(),
+            seed: self.plan().seed,
+            layout: self.layout(),
+            lanes: self.lane_bytes(),
+            stores,
+            configuration: configuration.to_string(),
+            extra: BTreeMap::new(),
+        })
+    }
+
+    fn lane_bytes(&self) -> Vec<u8> {
+        let s = &self.state;
+        s.x.iter().chain(&s.d).chain(&s.sig).flat_map(|v| v.to_le_bytes()).collect()
+    }
+
+    /// Takes a checkpoint of the same plan.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Mismatch`] naming the lanes that differ; [`CheckpointError::Store`].
+    pub fn restore(&mut self, c: &Checkpoint) -> Result<(), CheckpointError> {
+        let layout = self.layout();
+        if layout != c.layout {
+            let missing: Vec<&String> =
+                c.layout.iter().filter(|n| !layout.contains(n)).take(3).collect();
+            let extra: Vec<&String> =
+                layout.iter().filter(|n| !c.layout.contains(n)).take(3).collect();
+            let why = format!("only in the checkpoint: {missing:?}; only here: {extra:?}");
+            return Err(CheckpointError::Mismatch { why });
+        }
+        if self.plan().hash != c.plan || c.lanes.len() != 8 * self.lane_count() {
+            let why = "parameters, rates or wires differ".to_string();
+            return Err(CheckpointError::Mismatch { why });
+        }
+        self.state.tick = c.tick;
+        self.state.row = c.row;
+        let mut values =
+            c.lanes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
+        let s = &mut self.state;
+        for lane in s.x.iter_mut().chain(&mut s.d).chain(&mut s.sig) {
+            *lane = values.next().unwrap_or(f64::NAN);
+        }
+        for (part, bytes) in &c.stores {
+            let Some(k) = self.plan().parts.iter().position(|p| p.path == *part) else {
+                return Err(CheckpointError::Mismatch { why: format!("there is no part `{part}`") });
+            };
+            self.blocks[k]
+                .load_store(bytes)
+                .map_err(|why| CheckpointError::Store { part: part.clone(), why })?;
+        }
+        self.rework();
+        Ok(())
+    }
+
+    fn lane_count(&self) -> usize {
+        self.state.x.len() + self.state.d.len() + self.state.sig.len()
+    }
+
+    /// Hash of tick, lanes and stores: equal hashes, equal bits.
+    pub fn hash(&self) -> u64 {
+        let mut bytes = self.state.tick.to_le_bytes().to_vec();
+        bytes.extend(self.lane_bytes());
+        for &k in &self.plan().stored {
+            bytes.extend(self.blocks[k as usize].save_store().unwrap_or_default());
+        }
+        noise::hash(bytes)
+    }
+}
+
+impl Checkpoint {
+    /// Writes it beside the target and renames, so that a full disk leaves the old one.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Io`].
+    pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
+        let io = |source| CheckpointError::Io { path: path.display().to_string(), source };
+        let body = rmp_serde::to_vec_named(self).map_err(|e| CheckpointError::Format {
+            path: path.display().to_string(),
+            why: e.to_string(),
+        })?;
+        let temporary = path.with_extension("part");
+        let write = || -> std::io::Result<()> {
+            let mut file = std::fs::File::create(&temporary)?;
+            file.write_all(MAGIC)?;
+            file.write_all(&noise::hash(body.iter().copied()).to_le_bytes())?;
+            file.write_all(&body)?;
+            file.sync_all()?;
+            std::fs::rename(&temporary, path)
+        };
+        write().map_err(|e| {
+            let _ = std::fs::remove_file(&temporary);
+            io(e)
+        })
+    }
+
+    /// Reads one.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Io`]; [`CheckpointError::Format`] when it is not one or is damaged.
+    pub fn read(path: &Path) -> Result<Checkpoint, CheckpointError> {
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path)
+            .map_err(|source| CheckpointError::Io { path: name.clone(), source })?;
+        let format = |why: &str| CheckpointError::Format { path: name.clone(), why: why.into() };
+        if bytes.len() < 16 || &bytes[..8] != MAGIC {
+            return Err(format("it does not begin as one"));
+        }
+        if noise::hash(bytes[16..].iter().copied()).to_le_bytes() != bytes[8..16] {
+            return Err(format("its contents are damaged or cut short"));
+        }
+        rmp_serde::from_slice(&bytes[16..]).map_err(|e| format(&e.to_string()))
+    }
+}
