@@ -105,10 +105,13 @@ impl Assembly {
 
     /// A parameter: `fields! { unit: "m", default: 0.25, range: [1e-3, 5.0], doc: ".." }`.
     ///
-    /// Mistakes in the fields are reported when the printed RON is loaded.
+    /// # Panics
+    /// When these are not the fields of a parameter: that is a mistake in the program.
     #[must_use]
     pub fn param(mut self, name: &str, fields: Value) -> Self {
-        let decl = form::read_param(&mut Cx::default(), name, &fields.into());
+        let mut cx = Cx::default();
+        let decl = form::read_param(&mut cx, name, &fields.into());
+        assert!(cx.faults.is_empty(), "{}", linkwork_runtime::Faults(cx.faults));
         self.params.insert(name.into(), decl);
         self
     }

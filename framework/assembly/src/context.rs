@@ -53,7 +53,7 @@ impl Cx {
 pub(crate) fn tidy(mut faults: Vec<Fault>) -> Vec<Fault> {
     // Wheel1 … Wheel6 are one mistake in wheel.ron: digits apart, the message is the same.
     let plain = |m: &str| m.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
-    faults.sort_by(|a, b| a.origin.cmp(&b.origin));
+    faults.sort_by_key(|f| f.origin);
     let mut kept: Vec<(String, usize, Fault)> = Vec::new();
     for fault in faults {
         let text = plain(&fault.message);

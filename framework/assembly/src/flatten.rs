@@ -4,7 +4,6 @@ use crate::context::{Cx, entries};
 use crate::expand::{Instance, ModelInst, Node};
 use crate::files::Files;
 use crate::reference::{Target, full_name, resolve};
-use crate::scope::is_unknown;
 use crate::shape::BodyShape;
 use linkwork_multibody::{BodySpec, Builder, Fault as MechanismFault, Multibody};
 use linkwork_runtime::{BindSpec, BindTarget, Located, MechanismSpec, Origin, PartSpec, Seconds};
@@ -79,13 +78,11 @@ pub(crate) fn binds(cx: &mut Cx, root: &Instance) -> Vec<BindSpec> {
     for m in models(root) {
         let scope = m.path.rsplit_once('.').map_or("", |(head, _)| head);
         for (bind, v) in entries(&m.bind) {
-            if is_unknown(v) {
-                continue;
-            }
             let what = format!("`{}`: binding `{bind}`", m.path);
             let Some(t) = crate::read::text(cx, v, &what) else { continue };
             match bind_target(root, scope, &t.text) {
-                Ok(target) => out.push(BindSpec {
+                Ok(None) => {}
+                Ok(Some(target)) => out.push(BindSpec {
                     part: m.path.clone(),
                     bind: bind.clone(),
                     target,
@@ -99,7 +96,11 @@ pub(crate) fn binds(cx: &mut Cx, root: &Instance) -> Vec<BindSpec> {
     out
 }
 
-fn bind_target(root: &Instance, scope: &str, text: &str) -> Result<BindTarget, (String, String)> {
+fn bind_target(
+    root: &Instance,
+    scope: &str,
+    text: &str,
+) -> Result<Option<BindTarget>, (String, String)> {
     let world =
         || ("the world has neither nodes nor hinges".to_string(), "bind to a body".to_string());
     if let Some(hinge) = text.strip_prefix("hinge:") {
@@ -114,7 +115,8 @@ fn bind_target(root: &Instance, scope: &str, text: &str) -> Result<BindTarget, (
             None => (hinge.trim(), 0),
         };
         return match resolve(root, scope, name)? {
-            Target::Body(body) => Ok(BindTarget::Hinge { body, index }),
+            Target::Unknown => Ok(None),
+            Target::Body(body) => Ok(Some(BindTarget::Hinge { body, index })),
             Target::Node(body, node) => Err((
                 format!("`{name}` is the node `{node}` of `{body}`; a hinge is named by its body"),
                 format!("write \"hinge:{}\"", name.rsplit_once('/').map_or(name, |(b, _)| b)),
@@ -124,8 +126,9 @@ fn bind_target(root: &Instance, scope: &str, text: &str) -> Result<BindTarget, (
     }
     let name = text.strip_prefix("node:").unwrap_or(text).trim();
     match resolve(root, scope, name)? {
-        Target::Body(body) => Ok(BindTarget::Node(body)),
-        Target::Node(body, node) => Ok(BindTarget::Node(format!("{body}/{node}"))),
+        Target::Unknown => Ok(None),
+        Target::Body(body) => Ok(Some(BindTarget::Node(body))),
+        Target::Node(body, node) => Ok(Some(BindTarget::Node(format!("{body}/{node}")))),
         Target::World => Err(world()),
     }
 }
@@ -153,9 +156,6 @@ pub(crate) fn mechanism(
     for here in &instances {
         let outer = here.path.rsplit_once('.').map_or("", |(head, _)| head);
         for (mount, text) in &here.mounts {
-            if text.text.contains('$') {
-                continue;
-            }
             if let Err((fact, help)) = resolve(root, outer, &text.text) {
                 let message = format!("`{}`: mount `{mount}`: {fact}", here.path);
                 cx.fault(text.origin, message, help);
@@ -215,11 +215,8 @@ fn parent(
     scope: &str,
 ) -> (String, Pose, String) {
     let world = || ("world".to_string(), Pose::identity(), "world".to_string());
-    if body.parent.text.contains('$') {
-        return world();
-    }
     match resolve(root, scope, &body.parent.text) {
-        Ok(Target::World) => world(),
+        Ok(Target::World | Target::Unknown) => world(),
         Ok(Target::Body(p)) => (p.clone(), Pose::identity(), format!("/{p}")),
         Ok(Target::Node(p, node)) => {
             let pose = bodies.get(&p).and_then(|(b, _)| b.nodes.iter().find(|n| n.0 == node));

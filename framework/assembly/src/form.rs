@@ -4,7 +4,7 @@
 use crate::context::{Cx, Text, empty_map, entries};
 use crate::read::{fields, list, name, number, table, text, text_field};
 use linkwork_runtime::{Located, Origin, Value};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A parameter of an assembly.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,6 +106,8 @@ pub struct Assembly {
     pub exports: BTreeMap<String, Text>,
     /// Deep parameters: path → value.
     pub overrides: Vec<(Text, Located)>,
+    /// Parts that could not be read: what names them stays silent.
+    pub(crate) broken: BTreeSet<String>,
 }
 
 /// The fields of an assembly.
@@ -149,6 +151,8 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
             name(cx, key, value, "part");
             if let Some(part) = read_part(cx, key, value) {
                 a.parts.insert(key.clone(), part);
+            } else {
+                a.broken.insert(key.clone());
             }
         }
     }

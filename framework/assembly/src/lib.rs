@@ -31,8 +31,8 @@ mod render;
 mod resolved;
 mod ron_text;
 mod scope;
+mod settings;
 mod shape;
-mod simulation;
 mod tree;
 mod wires;
 
@@ -43,6 +43,6 @@ pub use globs::{match_patterns, path_matches};
 pub use linkwork_runtime::Value;
 pub use load::{Loaded, Options, load_file, load_text};
 pub use render::{Failure, Look, show_faults};
+pub use settings::{Figure, LogRule, Plot, Settings, Take};
 pub use shape::{BodyShape, Shape};
-pub use simulation::{Figure, LogRule, Plot, Simulation, Take};
 pub use tree::{TreeKind, TreeNode};

@@ -9,6 +9,8 @@ use linkwork_runtime::remedy;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Target {
     World,
+    /// Something that could not be read: reported elsewhere.
+    Unknown,
     /// A body, by full name.
     Body(String),
     /// A node, by the full name of its body and its own.
@@ -28,6 +30,9 @@ pub(crate) fn resolve(
 ) -> Result<Target, (String, String)> {
     if text == "world" {
         return Ok(Target::World);
+    }
+    if text.contains('$') {
+        return Ok(Target::Unknown);
     }
     let absolute = text.strip_prefix('/');
     let pieces: Vec<&str> = absolute.unwrap_or(text).split('/').collect();
@@ -64,13 +69,17 @@ fn inside(
         return Some(match (resolve(root, outer, &bound.text), &pieces[1..]) {
             (Ok(Target::Body(body)), rest) => on_body(root, &body, rest),
             (Ok(target), []) => Ok(target),
+            (Ok(Target::Unknown), _) => Ok(Target::Unknown),
             (Ok(_), _) => Err((
                 format!("mount `{first}` is bound to `{}`, which has no nodes", bound.text),
                 "bind the mount to a body".into(),
             )),
             // Reported once, where the parent bound it.
-            (Err(_), _) => Ok(Target::World),
+            (Err(_), _) => Ok(Target::Unknown),
         });
+    }
+    if here.is_broken(first) {
+        return Some(Ok(Target::Unknown));
     }
     let below = here.at(first)?;
     match pieces.get(1) {
