@@ -103,3 +103,16 @@ pub(crate) fn set(map: &mut Located, path: &[String], value: &Located) {
     };
     set(&mut entries[at].1, rest, value);
 }
+
+/// Brings the keys of every map into one order, deep: the order in a file leaves no trace.
+pub(crate) fn sort(v: &mut Located) {
+    match &mut v.value {
+        Value::Map(entries) => {
+            entries.sort_by(|a, b| a.0.cmp(&b.0));
+            entries.iter_mut().for_each(|(_, v)| sort(v));
+        }
+        Value::List(items) => items.iter_mut().for_each(sort),
+        Value::Variant(_, inner) => sort(inner),
+        _ => {}
+    }
+}

@@ -1,7 +1,7 @@
 //! From assemblies as written to a tree of instances: files read, parameters replaced, overrides
 //! applied, arrays unrolled.
 use crate::body;
-use crate::context::{Cx, Text, entries, set};
+use crate::context::{Cx, Text, entries, set, sort};
 use crate::files::{Files, Home};
 use crate::form::{Assembly, PartForm, PartKind, read_overrides};
 use crate::globs::segment_matches;
@@ -236,6 +236,7 @@ impl<'a, 'o> Expander<'a, 'o> {
                     self.overrides[p.id].used = true;
                 }
             }
+            sort(&mut fields);
             let body = BodyInst { fields, origin: form.origin, home: place.home.clone() };
             out.bodies.insert(name.clone(), body);
         }
@@ -309,6 +310,7 @@ impl<'a, 'o> Expander<'a, 'o> {
                         self.overrides[p.id].used = true;
                     }
                 }
+                sort(&mut m.params);
                 Some(Node::Model(m))
             }
             PartKind::File { assembly, mounts, overrides } => {

@@ -183,6 +183,13 @@ pub(crate) fn read_overrides(cx: &mut Cx, v: &Located, what: &str) -> Vec<(Text,
         .collect()
 }
 
+/// A field that is a map; empty when it is not written or is none (recorded).
+fn map_field(cx: &mut Cx, v: &Located, field: &str, what: &str) -> Located {
+    let Some(written) = v.get(field) else { return empty_map() };
+    table(cx, written, &format!("{what}: `{field}`"));
+    if matches!(written.value, Value::Map(_)) { written.clone() } else { empty_map() }
+}
+
 fn doc(cx: &mut Cx, v: &Located, what: &str) -> String {
     text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default()
 }
@@ -231,25 +238,25 @@ pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm>
         return None;
     };
     let has = |field: &str| written.iter().any(|(k, _)| k == field);
-    let or_empty = |field: &str| v.get(field).cloned().unwrap_or_else(empty_map);
+    let or_empty = |cx: &mut Cx, field: &str| map_field(cx, v, field, &what);
     let (kind, params) = if has("model") {
         fields(cx, v, &what, &MODEL);
         let kind = PartKind::Model {
             model: text_field(cx, v, "model", &what)?,
             rate: v.get("rate").cloned(),
             offset: v.get("offset").cloned(),
-            bind: or_empty("bind"),
+            bind: or_empty(cx, "bind"),
             folder: text_field(cx, v, "folder", &what),
         };
-        (kind, or_empty("params"))
+        (kind, or_empty(cx, "params"))
     } else if has("assembly") {
         fields(cx, v, &what, &FILE);
         let kind = PartKind::File {
             assembly: text_field(cx, v, "assembly", &what)?,
-            mounts: or_empty("mounts"),
-            overrides: or_empty("overrides"),
+            mounts: or_empty(cx, "mounts"),
+            overrides: or_empty(cx, "overrides"),
         };
-        (kind, or_empty("params"))
+        (kind, or_empty(cx, "params"))
     } else if ["parts", "bodies", "wires", "exports"].iter().any(|f| has(f)) {
         fields(cx, v, &what, &INLINE);
         (PartKind::Inline(Box::new(read_assembly(cx, v, &what))), empty_map())
@@ -283,16 +290,16 @@ impl PartForm {
             if array.len() > 1 || element.origin != Origin::NONE {
                 part.origin = element.origin;
             }
-            merge(&mut part.params, element.get("params"));
+            merge(&mut part.params, &map_field(cx, element, "params", &what));
             match &mut part.kind {
                 PartKind::Model { rate, offset, bind, .. } => {
-                    merge(bind, element.get("bind"));
+                    merge(bind, &map_field(cx, element, "bind", &what));
                     *rate = element.get("rate").cloned().or(rate.take());
                     *offset = element.get("offset").cloned().or(offset.take());
                 }
                 PartKind::File { mounts, overrides, .. } => {
-                    merge(mounts, element.get("mounts"));
-                    merge(overrides, element.get("overrides"));
+                    merge(mounts, &map_field(cx, element, "mounts", &what));
+                    merge(overrides, &map_field(cx, element, "overrides", &what));
                 }
                 PartKind::Inline(_) => {}
             }
@@ -303,8 +310,8 @@ impl PartForm {
 }
 
 /// The entries of `more` over those of `map`.
-fn merge(map: &mut Located, more: Option<&Located>) {
-    for (key, value) in more.map(entries).unwrap_or_default() {
+fn merge(map: &mut Located, more: &Located) {
+    for (key, value) in entries(more) {
         crate::context::set(map, std::slice::from_ref(key), value);
     }
 }

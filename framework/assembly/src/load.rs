@@ -1,5 +1,5 @@
 //! Loading: a file or text to a flat `Spec` and everything else that a simulation says.
-use crate::context::{Cx, Text, empty_map, set, tidy};
+use crate::context::{Cx, Text, empty_map, set, sort, tidy};
 use crate::expand::Expander;
 use crate::files::{Files, Home};
 use crate::flatten;
@@ -293,6 +293,7 @@ fn assemble(
         }
         set(&mut settings, &["seed".to_string()], &text.into());
     }
+    sort(&mut settings);
     let simulation = settings::read(cx, &settings);
     let parts = flatten::parts(cx, &root);
     let binds = flatten::binds(cx, &root);

@@ -61,7 +61,7 @@ fn a_built_assembly_loads_alone_and_in_a_simulation() {
     assert_eq!(inside.spec.parts[1].path, "Rover.Axle.Motor");
     assert_eq!(
         inside.spec.parts[1].params.value.to_string(),
-        r#"{"resistance": "0.6 ohm", "gear": 30.0}"#
+        r#"{"gear": 30.0, "resistance": "0.6 ohm"}"#
     );
     assert_eq!(inside.spec.wires[0].from.to_string(), "Rover.Axle.Drive.volts[1]");
     let m = inside.spec.mechanism.unwrap();

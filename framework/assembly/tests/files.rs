@@ -1,4 +1,5 @@
 //! Files on disk: beside the file, in search folders, data folders, meshes; settings from outside.
+#![allow(clippy::unwrap_used)]
 mod common;
 use common::*;
 use linkwork_assembly::*;

@@ -16,7 +16,7 @@ Assembly(
                 "Battery": (model: "test.battery"),
                 "Wheel2": (mounts: { "strut": "chassis" }, assembly: "parts/wheel.ron", params: { "mass": "$mass / 10" }),
                 "Wheel1": (mounts: { "strut": "chassis/left" }, params: { "x": "50 cm", "mass": "$mass / 10" }, assembly: "parts/wheel.ron"),
-                "Wheel": (model: "test.battery", array: []),
+                "Spares": (model: "test.battery", array: []),
             },
         ),
     },
@@ -36,7 +36,7 @@ Assembly(
 fn the_order_of_the_text_leaves_no_trace() {
     let catalogue = catalogue();
     let first = load_text("sim.ron", SIM, &options(&catalogue)).unwrap();
-    // An empty array beside two single wheels: the wires name them one by one.
+    // Two single wheels instead of an array: the wires name them one by one.
     let shuffled = SHUFFLED.replace(
         "\"Drive.volts[*] -> Hardware.Wheel[*].volts\"",
         "\"Drive.volts[1] -> Hardware.Wheel2.volts\", \"Drive.volts[0] -> Hardware.Wheel1.volts\"",
@@ -44,6 +44,8 @@ fn the_order_of_the_text_leaves_no_trace() {
     let second = load_text("sim.ron", SIM, &options(&catalogue).embed("rover.ron", shuffled))
         .unwrap_or_else(|f| panic!("{f}"));
     assert_eq!(digest(&first.spec), digest(&second.spec));
+    assert_eq!(first.resolved, second.resolved);
+    assert_eq!(first.shapes, second.shapes);
 }
 
 #[test]

@@ -70,6 +70,53 @@ fn unknown_fields() {
 }
 
 #[test]
+fn wrong_kinds_of_values() {
+    refused(
+        &sim(
+            "parts: { \"W\": (assembly: \"parts/wheel.ron\", params: 3, mounts: []), \"X\": 5, \"Y\": () }",
+        ),
+        &[
+            "error: part `W`: `params` is a map, this is a number\n  --> sim.ron:2:53\n  help: write { \"name\": .. }",
+            "error: part `W`: `mounts` is a map, this is a list\n  --> sim.ron:2:64\n",
+            "error: `W`: required parameter `mass`",
+            "error: `W`: mount `strut` is not bound",
+            "error: part `X` is `(field: ..)`, this is a number\n  --> sim.ron:2:74\n",
+            "error: part `Y` is `(field: ..)`, this is nothing\n  --> sim.ron:2:82\n  help: write (model:",
+        ],
+    );
+    refused(
+        &rover(
+            "bodies: { \"b\": (parent: 3, at: [0, 0, 1], hinge: [0, 1, 0], nodes: { \"a b\": () }) }, wires: \"x\"",
+        ),
+        &[
+            "`parent` is a text, this is a number\n  --> sim.ron:3:25\n  help: write it in double quotes",
+            "`at` is `(field: ..)`, this is a list\n  --> sim.ron:3:32\n  help: fields: position, rotation",
+            "`hinge` is a hinge, this is a list\n  --> sim.ron:3:50\n  help: one of: Pin, Slider",
+            "`a b` cannot be the name of a node\n  --> sim.ron:3:71\n",
+            "`wires` is a list, this is a text\n",
+        ],
+    );
+    refused(
+        "Rover(a: 1)",
+        &[
+            "`sim.ron` holds `Rover(..)`\n  --> sim.ron:1:1\n  help: begin the file with `Simulation(`",
+        ],
+    );
+    refused(
+        &sim(
+            "parts: {}, step: \"1 m\", integrator: rk5, log: [(rate: 1)], figures: { \"f\": (of: \"x\", take: \"lst\", unit: \"metre\") }",
+        ),
+        &[
+            "`step`: `1 m` is not a time\n  --> sim.ron:2:18\n",
+            "there is no integrator `rk5`\n  --> sim.ron:2:37\n  help: did you mean `rk4`?",
+            "a log rule has no `channels`\n",
+            "`take` cannot be \"lst\"",
+            "`metre` is not a unit",
+        ],
+    );
+}
+
+#[test]
 fn assembly_parameters() {
     let wheel = |params: &str| {
         sim(&format!(
