@@ -1,1 +1,45 @@
 //! RON assemblies and the Rust builder: one intermediate form, all diagnostics at once.
+//!
+//! [`load_file`] and [`load_text`] read a `Simulation(..)` or an `Assembly(..)`, include what it
+//! names, replace parameters, apply overrides, and give the flat `Spec` that the runtime
+//! compiles. Everything that is wrong is reported together, each mistake at its line and column.
+//!
+//! Passes, in order:
+//! 1. `ron_text`: text → located values.
+//! 2. `form`: located values → [`Assembly`], as written.
+//! 3. `expand` (`scope`, `expression`, `files`): → tree of instances with numbers.
+//! 4. `flatten` (`body`, `reference`, `wires`): → parts, bindings, mechanism, wires.
+//! 5. `resolved`: the same as one text that needs no other file.
+#![allow(non_snake_case)]
+
+mod body;
+mod context;
+mod expand;
+mod expression;
+mod files;
+mod flatten;
+mod form;
+mod globs;
+mod initial;
+mod load;
+mod pose;
+mod print;
+mod read;
+mod reference;
+mod render;
+mod resolved;
+mod ron_text;
+mod scope;
+mod shape;
+mod simulation;
+mod tree;
+mod wires;
+
+pub use context::Text;
+pub use form::{Assembly, BodyForm, MountDecl, ParamDecl, PartForm, PartKind};
+pub use globs::{match_patterns, path_matches};
+pub use load::{Loaded, Options, load_file, load_text};
+pub use render::{Failure, Look, show_faults};
+pub use shape::{BodyShape, Shape};
+pub use simulation::{Figure, LogRule, Plot, Simulation, Take};
+pub use tree::{TreeKind, TreeNode};

@@ -2,20 +2,22 @@
 //!
 //! ```text
 //! C(k) = M(k) + Σ_j φ(k,j) C(j) φ*(k,j)
-//! M_ki = H(i) φ(i,k) C(k) H*(k)     for i on the path from k to the base
+//! M_ik = H(i) φ(i,k) C(k) H*(k)     for i on the path from k to the base
 //! ```
+//! The columns C H* are shifted inward together, link by link: independent of each other, so the
+//! processor overlaps them, and stored by component, so the compiler vectorises them.
 
 use crate::kinematics::check;
 use crate::lane::Lane;
 use crate::linear::{S3, V3, V6};
 use crate::query::{mat3, v3, vec3};
 use crate::tree::{Kind, Link, Tree};
-use crate::work::{Composite, Kin, Work, Workspace};
+use crate::work::{Columns, Composite, Kin, Work, Workspace};
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, RigidInertia, Vec3};
 
-/// The mass matrix (nv × nv, row after row, symmetric) at the last [`kinematics`](crate::kinematics()),
-/// armature included. Composite rigid bodies: O(nv × depth).
+/// The mass matrix (nv × nv, row after row, symmetric) at the last
+/// [`kinematics`](crate::kinematics()) or [`poses`](crate::poses), armature included. Composite rigid bodies: O(nv × depth).
 pub fn mass_matrix(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     check(out.len(), tree.nv() * tree.nv(), "mass matrix");
     matrix(&tree.links, &mut ws.work, tree.nv(), out);
@@ -159,7 +161,7 @@ impl<L: Lane> Composite<L> {
 pub(crate) fn matrix<L: Lane>(links: &[Link], w: &mut Work<L>, nv: usize, out: &mut [L]) {
     let n = links.len();
     let (kin, composite) = (&w.kin[..n + 1], &mut w.composite[..n + 1]);
-    out.fill(L::splat(0.0));
+    let columns = &mut w.columns;
     for (k, link) in links.iter().enumerate().rev() {
         let here = &kin[k + 1];
         let (J, h) = world_inertia(link, here);
@@ -178,68 +180,90 @@ pub(crate) fn matrix<L: Lane>(links: &[Link], w: &mut Work<L>, nv: usize, out: &
         }
         let o = V3::default();
         let (i, R) = (link.v as usize, &here.R);
-        let arm = L::splat(link.armature);
-        let mut column = |j: usize, V: V6<L>| {
-            path(links, kin, k, C.apply(V), nv, i + j, out);
-            let d = (i + j) * nv + i + j;
-            out[d] = out[d] + arm;
+        let mut own = |j: usize, V: V6<L>| columns.set(i + j, C.apply(V));
+        match link.kind {
+            Kind::Pin => own(0, V6 { n: R.z, f: o }),
+            Kind::Slider => own(0, V6 { n: o, f: R.z }),
+            Kind::Screw => own(0, V6 { n: R.z, f: R.z.scale(L::splat(link.pitch)) }),
+            Kind::Ball | Kind::Free => {
+                for (j, c) in [R.x, R.y, R.z].into_iter().enumerate() {
+                    own(j, V6 { n: c, f: o });
+                    if link.kind == Kind::Free {
+                        own(j + 3, V6 { n: o, f: c });
+                    }
+                }
+            }
+        }
+        let end = link.v_end as usize;
+        let mut row = |j: usize, n: V3<L>, f: Option<V3<L>>| {
+            let r = &mut out[(i + j) * nv..(i + j + 1) * nv];
+            columns.dot(n, f, &mut r[i..end], i);
+            r[end..].fill(L::splat(0.0));
+            r[i + j] = r[i + j] + L::splat(link.armature);
         };
         match link.kind {
-            Kind::Pin => column(0, V6 { n: R.z, f: o }),
-            Kind::Slider => column(0, V6 { n: o, f: R.z }),
-            Kind::Screw => column(0, V6 { n: R.z, f: R.z.scale(L::splat(link.pitch)) }),
-            Kind::Ball => {
+            Kind::Pin => row(0, R.z, None),
+            Kind::Slider => row(0, o, Some(R.z)),
+            Kind::Screw => row(0, R.z, Some(R.z.scale(L::splat(link.pitch)))),
+            Kind::Ball | Kind::Free => {
                 for (j, c) in [R.x, R.y, R.z].into_iter().enumerate() {
-                    column(j, V6 { n: c, f: o });
+                    row(j, c, None);
+                    if link.kind == Kind::Free {
+                        row(j + 3, o, Some(c));
+                    }
                 }
             }
-            Kind::Free => {
-                for (j, c) in [R.x, R.y, R.z].into_iter().enumerate() {
-                    column(j, V6 { n: c, f: o });
-                    column(j + 3, V6 { n: o, f: c });
-                }
-            }
+        }
+        if link.parent != 0 {
+            columns.shift(here.l, i, end);
+        }
+    }
+    for i in 1..nv {
+        for j in 0..i {
+            out[i * nv + j] = out[j * nv + i];
         }
     }
 }
 
-/// Carries the force of one column to the base, writing its row and column on the way.
-#[inline(always)]
-fn path<L: Lane>(
-    links: &[Link],
-    kin: &[Kin<L>],
-    from: usize,
-    mut F: V6<L>,
-    nv: usize,
-    col: usize,
-    out: &mut [L],
-) {
-    let mut slot = from + 1;
-    while slot != 0 {
-        let (link, kin) = (&links[slot - 1], &kin[slot]);
-        let i = link.v as usize;
-        let mut put = |j: usize, x: L| {
-            out[(i + j) * nv + col] = x;
-            out[col * nv + i + j] = x;
-        };
-        let R = &kin.R;
-        match link.kind {
-            Kind::Pin => put(0, R.z.dot(F.n)),
-            Kind::Slider => put(0, R.z.dot(F.f)),
-            Kind::Screw => put(0, L::splat(link.pitch).fma(R.z.dot(F.f), R.z.dot(F.n))),
-            Kind::Ball => {
-                for (j, c) in [R.x, R.y, R.z].into_iter().enumerate() {
-                    put(j, c.dot(F.n));
-                }
-            }
-            Kind::Free => {
-                for (j, c) in [R.x, R.y, R.z].into_iter().enumerate() {
-                    put(j, c.dot(F.n));
-                    put(j + 3, c.dot(F.f));
-                }
-            }
+impl<L: Lane> Columns<L> {
+    #[inline(always)]
+    fn set(&mut self, j: usize, F: V6<L>) {
+        for (a, x) in self.n.iter_mut().zip([F.n.x, F.n.y, F.n.z]) {
+            a[j] = x;
         }
-        F = F.to_parent(kin.l);
-        slot = link.parent as usize;
+        for (a, x) in self.f.iter_mut().zip([F.f.x, F.f.y, F.f.z]) {
+            a[j] = x;
+        }
+    }
+
+    /// `out[j] = n · n_j + f · f_j` for the columns from `start` on.
+    #[inline(always)]
+    fn dot(&self, n: V3<L>, f: Option<V3<L>>, out: &mut [L], start: usize) {
+        let end = start + out.len();
+        let part = |a: &[Vec<L>; 3], v: V3<L>, out: &mut [L], add: bool| {
+            let (x, y, z) = (&a[0][start..end], &a[1][start..end], &a[2][start..end]);
+            for ((o, x), (y, z)) in out.iter_mut().zip(x).zip(y.iter().zip(z)) {
+                let d = v.x.fma(*x, v.y.fma(*y, v.z * *z));
+                *o = if add { *o + d } else { d };
+            }
+        };
+        part(&self.n, n, out, false);
+        if let Some(f) = f {
+            part(&self.f, f, out, true);
+        }
+    }
+
+    /// φ on columns `start..end`: to the origin from which the present one lies at `l`.
+    #[inline(always)]
+    fn shift(&mut self, l: V3<L>, start: usize, end: usize) {
+        let [nx, ny, nz] = &mut self.n;
+        let (nx, ny, nz) = (&mut nx[start..end], &mut ny[start..end], &mut nz[start..end]);
+        let [fx, fy, fz] = &self.f;
+        let (fx, fy, fz) = (&fx[start..end], &fy[start..end], &fz[start..end]);
+        let n = nx.iter_mut().zip(ny).zip(nz);
+        for (((nx, ny), nz), ((fx, fy), fz)) in n.zip(fx.iter().zip(fy).zip(fz)) {
+            let m = l.cross_add(V3::new(*fx, *fy, *fz), V3::new(*nx, *ny, *nz));
+            (*nx, *ny, *nz) = (m.x, m.y, m.z);
+        }
     }
 }

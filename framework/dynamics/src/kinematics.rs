@@ -21,11 +21,18 @@ use crate::work::{Kin, Workspace};
 /// Poses, velocities and bias accelerations of all links from `q` (nq) and `v` (nv, β).
 ///
 /// Everything that the workspace answers, and the `…_given_kinematics` algorithms, use the result.
-/// Cost: about 80 flops a one-dof link. Panics if a length is wrong.
+/// About 75 multiply-adds a one-dof link. Panics if a length is wrong.
 pub fn kinematics(tree: &Tree, ws: &mut Workspace, q: &[f64], v: &[f64]) {
     check(q.len(), tree.nq(), "q");
     check(v.len(), tree.nv(), "v");
-    sweep(&tree.links, &mut ws.work.kin, q, v);
+    sweep::<f64, true>(&tree.links, &mut ws.work.kin, q, v);
+}
+
+/// Poses of all links from `q` (nq) alone: enough for [`mass_matrix`](crate::mass_matrix), poses and centres of
+/// mass. Velocities and accelerations in the workspace stay those of an earlier call.
+pub fn poses(tree: &Tree, ws: &mut Workspace, q: &[f64]) {
+    check(q.len(), tree.nq(), "q");
+    sweep::<f64, false>(&tree.links, &mut ws.work.kin, q, &[]);
 }
 
 #[track_caller]
@@ -34,48 +41,65 @@ pub(crate) fn check(got: usize, want: usize, what: &str) {
     assert_eq!(got, want, "`{what}` has {got} numbers, the mechanism has {want}");
 }
 
-pub(crate) fn sweep<L: Lane>(links: &[Link], kin: &mut [Kin<L>], q: &[L], v: &[L]) {
+pub(crate) fn sweep<L: Lane, const RATES: bool>(
+    links: &[Link],
+    kin: &mut [Kin<L>],
+    q: &[L],
+    v: &[L],
+) {
     assert_eq!(kin.len(), links.len() + 1, "workspace made for another tree");
     for (k, link) in links.iter().enumerate() {
         let (done, rest) = kin.split_at_mut(k + 1);
         let (p, out) = (&done[link.parent as usize], &mut rest[0]);
-        let (q, v) = (&q[link.q as usize..], &v[link.v as usize..]);
+        let q = &q[link.q as usize..];
+        let v = if RATES { &v[link.v as usize..] } else { &[][..] };
         // Every link is fixed to its parent but for what its kind adds.
         let R0 = p.R.mat(&M3::splat(&link.R));
         let l0 = p.R.mul(V3::splat(&link.l));
         match link.kind {
             Kind::Pin => {
                 out.R = turn_z(&R0, q[0]);
-                let rate = R0.z.scale(v[0]);
-                let u = p.V.n.cross(l0);
                 out.l = l0;
-                out.V = V6 { n: p.V.n + rate, f: p.V.f + u };
-                out.A = V6 {
-                    n: p.V.n.cross_add(rate, p.A.n),
-                    f: p.V.n.cross_add(u, p.A.n.cross_add(l0, p.A.f)),
-                };
+                if RATES {
+                    let rate = R0.z.scale(v[0]);
+                    let u = p.V.n.cross(l0);
+                    out.V = V6 { n: p.V.n + rate, f: p.V.f + u };
+                    out.A = V6 {
+                        n: p.V.n.cross_add(rate, p.A.n),
+                        f: p.V.n.cross_add(u, p.A.n.cross_add(l0, p.A.f)),
+                    };
+                }
             }
             Kind::Slider => {
                 out.R = R0;
-                let l = R0.z.scale_add(q[0], l0);
-                finish(p, out, l, V3::default(), R0.z.scale(v[0]));
+                out.l = R0.z.scale_add(q[0], l0);
+                if RATES {
+                    rates(p, out, V3::default(), R0.z.scale(v[0]));
+                }
             }
             Kind::Screw => {
                 out.R = turn_z(&R0, q[0]);
                 let s = L::splat(link.pitch);
-                let l = R0.z.scale_add(q[0] * s, l0);
-                finish(p, out, l, R0.z.scale(v[0]), R0.z.scale(v[0] * s));
+                out.l = R0.z.scale_add(q[0] * s, l0);
+                if RATES {
+                    rates(p, out, R0.z.scale(v[0]), R0.z.scale(v[0] * s));
+                }
             }
             Kind::Ball => {
                 out.R = R0.mat(&M3::from_quat(&q[..4]));
-                finish(p, out, l0, out.R.mul(V3::read(v)), V3::default());
+                out.l = l0;
+                if RATES {
+                    rates(p, out, out.R.mul(V3::read(v)), V3::default());
+                }
             }
             Kind::Free => {
                 out.R = R0.mat(&M3::from_quat(&q[3..7]));
-                let l = R0.mul_add(V3::read(q), l0);
-                let (rate, slide) = (out.R.mul(V3::read(v)), out.R.mul(V3::read(&v[3..])));
-                finish(p, out, l, rate, slide);
-                out.A.f = rate.cross_add(slide, out.A.f);
+                out.l = R0.mul_add(V3::read(q), l0);
+                if RATES {
+                    let (rate, slide) = (out.R.mul(V3::read(v)), out.R.mul(V3::read(&v[3..])));
+                    rates(p, out, rate, slide);
+                    out.A.f = rate.cross_add(slide, out.A.f);
+                }
             }
         }
         out.p = p.p + out.l;
@@ -91,9 +115,9 @@ fn turn_z<L: Lane>(R: &M3<L>, angle: L) -> M3<L> {
 
 /// Velocity and bias for relative rates in world axes, of a hinge whose axes the parent carries.
 #[inline(always)]
-fn finish<L: Lane>(p: &Kin<L>, out: &mut Kin<L>, l: V3<L>, rate: V3<L>, slide: V3<L>) {
+fn rates<L: Lane>(p: &Kin<L>, out: &mut Kin<L>, rate: V3<L>, slide: V3<L>) {
+    let l = out.l;
     let u = p.V.n.cross(l) + slide;
-    out.l = l;
     out.V = V6 { n: p.V.n + rate, f: p.V.f + u };
     out.A = V6 {
         n: p.V.n.cross_add(rate, p.A.n),

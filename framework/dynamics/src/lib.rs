@@ -36,7 +36,7 @@ pub use composite::{
 pub use error::DynamicsError;
 pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
 pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
-pub use kinematics::kinematics;
+pub use kinematics::{kinematics, poses};
 pub use lane::Lane;
 pub use linkwork_multibody as multibody;
 pub use linkwork_multibody::spatial;

@@ -19,6 +19,17 @@ pub(crate) enum Kind {
     Free,
 }
 
+impl Kind {
+    /// Degrees of freedom.
+    pub fn nv(self) -> usize {
+        match self {
+            Kind::Pin | Kind::Slider | Kind::Screw => 1,
+            Kind::Ball => 3,
+            Kind::Free => 6,
+        }
+    }
+}
+
 /// The constants of one moving link.
 #[derive(Clone, Debug)]
 pub(crate) struct Link {
@@ -28,6 +39,8 @@ pub(crate) struct Link {
     pub parent: u32,
     pub q: u32,
     pub v: u32,
+    /// One past the last degree of freedom outboard.
+    pub v_end: u32,
     /// Place among links with several dof.
     pub multi: u32,
     /// The first of its siblings to gather (the last in order): it writes, the others add.
@@ -204,6 +217,13 @@ impl Layout {
         for (k, d) in self.drafts.iter().enumerate() {
             last_child[d.parent] = k + 1;
         }
+        // Depth-first order: what hangs on a link is contiguous in β.
+        let mut v_end: Vec<usize> = self.drafts.iter().map(|d| d.v + d.kind.nv()).collect();
+        for k in (0..n).rev() {
+            if let Some(parent) = self.drafts[k].parent.checked_sub(1) {
+                v_end[parent] = v_end[parent].max(v_end[k]);
+            }
+        }
         let mut multi = 0;
         let mut links = Vec::with_capacity(n);
         for (k, d) in self.drafts.iter().enumerate() {
@@ -214,6 +234,7 @@ impl Layout {
                 parent: d.parent as u32,
                 q: d.q as u32,
                 v: d.v as u32,
+                v_end: v_end[k] as u32,
                 multi,
                 gathers_first: last_child[d.parent] == k + 1,
                 leaf: last_child[k + 1] == 0,

@@ -57,6 +57,14 @@ pub(crate) struct Composite<L> {
     pub J: S3<L>,
 }
 
+/// Forces of the unit accelerations of all coordinates, each about the origin of the link that
+/// the gather has reached: six arrays of nv.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Columns<L> {
+    pub n: [Vec<L>; 3],
+    pub f: [Vec<L>; 3],
+}
+
 /// All work arrays; index 0 is the world.
 #[derive(Clone, Debug)]
 pub(crate) struct Work<L> {
@@ -69,6 +77,7 @@ pub(crate) struct Work<L> {
     pub f_ext: Vec<V6<L>>,
     pub force: Vec<V6<L>>,
     pub composite: Vec<Composite<L>>,
+    pub columns: Columns<L>,
     /// Uniform gravity, world axes.
     pub gravity: V3<L>,
 }
@@ -87,6 +96,10 @@ impl<L: Lane> Work<L> {
             f_ext: vec![V6::default(); n],
             force: vec![V6::default(); n],
             composite: vec![Composite::default(); n],
+            columns: Columns {
+                n: std::array::from_fn(|_| vec![L::default(); tree.nv()]),
+                f: std::array::from_fn(|_| vec![L::default(); tree.nv()]),
+            },
             gravity: V3::default(),
         }
     }

@@ -12,11 +12,13 @@ mod mechanism;
 mod model;
 pub mod noise;
 mod params;
+mod place;
 mod plan;
 mod ports;
 mod services;
 mod simulation;
 mod spec;
+mod tap;
 mod time;
 mod units;
 mod value;
@@ -28,6 +30,7 @@ pub use compile::compile;
 pub use mechanism::{Frame, MechanismPlan, MechanismWiring};
 pub use model::{BuildError, Description, Functions, Model, Store};
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};
+pub use place::{PlaceError, Placement, place_on_terrain};
 pub use plan::{Op, PartPlan, Place, Plan, Role, Row, Sizes, TickWork, Variable, Via, WirePlan};
 pub use ports::{
     HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec,
@@ -41,6 +44,7 @@ pub use simulation::{RunError, Simulation, State, VariableError};
 pub use spec::{
     BindSpec, BindTarget, Integrator, MechanismSpec, PartSpec, PortRef, Spec, WireSpec,
 };
+pub use tap::{Consumer, Group, Row as TapRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{Fault, Faults, Located, Origin, Sources, Value, did_you_mean, remedy};

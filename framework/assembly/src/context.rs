@@ -1,0 +1,105 @@
+//! What every pass shares: the texts, the faults so far, and where keys were written.
+use linkwork_runtime::{Fault, Located, Origin, Sources, Value};
+use std::collections::BTreeMap;
+
+/// A text and where it was written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Text {
+    /// The text.
+    pub text: String,
+    /// The place.
+    pub origin: Origin,
+}
+
+impl Text {
+    /// A text that a program wrote.
+    pub fn new(text: impl Into<String>) -> Text {
+        Text { text: text.into(), origin: Origin::NONE }
+    }
+}
+
+/// Sources, faults and places of keys.
+#[derive(Default)]
+pub(crate) struct Cx {
+    pub sources: Sources,
+    pub faults: Vec<Fault>,
+    /// Origin of a value in a map → origin of its key.
+    pub keys: BTreeMap<Origin, Origin>,
+}
+
+impl Cx {
+    /// Records a fault.
+    pub fn fault(&mut self, origin: Origin, message: impl Into<String>, help: impl Into<String>) {
+        let help: String = help.into();
+        let fault = Fault::new(origin, message);
+        self.faults.push(if help.is_empty() { fault } else { fault.help(help) });
+    }
+
+    /// Where the key of a map entry is written; the value itself when there is no key.
+    pub fn key(&self, v: &Located) -> Origin {
+        self.keys.get(&v.origin).copied().unwrap_or(v.origin)
+    }
+
+    /// `file:line:column`, or a word when there is no file.
+    pub fn place(&self, origin: Origin) -> String {
+        match self.sources.place(origin) {
+            Some((name, line, column)) => format!("{name}:{line}:{column}"),
+            None => "the program".into(),
+        }
+    }
+}
+
+/// Sorts faults by place and tells those of several instances of one text only once.
+pub(crate) fn tidy(mut faults: Vec<Fault>) -> Vec<Fault> {
+    // Wheel1 … Wheel6 are one mistake in wheel.ron: digits apart, the message is the same.
+    let plain = |m: &str| m.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
+    faults.sort_by(|a, b| a.origin.cmp(&b.origin));
+    let mut kept: Vec<(String, usize, Fault)> = Vec::new();
+    for fault in faults {
+        let text = plain(&fault.message);
+        match kept.iter_mut().find(|(t, _, f)| f.origin == fault.origin && *t == text) {
+            Some((_, count, _)) if fault.origin != Origin::NONE => *count += 1,
+            _ => kept.push((text, 1, fault)),
+        }
+    }
+    let count_in = |(_, count, mut fault): (String, usize, Fault)| {
+        if count > 1 {
+            fault.message.push_str(&format!(" (and {} more like it)", count - 1));
+        }
+        fault
+    };
+    kept.into_iter().map(count_in).collect()
+}
+
+/// The entries of a map; nothing is an empty map.
+pub(crate) fn entries(v: &Located) -> &[(String, Located)] {
+    match &v.value {
+        Value::Map(entries) => entries,
+        _ => &[],
+    }
+}
+
+/// An empty map.
+pub(crate) fn empty_map() -> Located {
+    Value::Map(Vec::new()).into()
+}
+
+/// Sets a field, deep: `["gains", "kp"]`.
+pub(crate) fn set(map: &mut Located, path: &[String], value: &Located) {
+    let Some((first, rest)) = path.split_first() else {
+        *map = value.clone();
+        return;
+    };
+    if !matches!(map.value, Value::Map(_)) {
+        map.value = Value::Map(Vec::new());
+    }
+    let Value::Map(entries) = &mut map.value else { return };
+    let at = match entries.iter().position(|(k, _)| k == first) {
+        Some(at) => at,
+        None => {
+            entries.push((first.clone(), empty_map()));
+            entries.len() - 1
+        }
+    };
+    set(&mut entries[at].1, rest, value);
+}

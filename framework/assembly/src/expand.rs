@@ -1,0 +1,414 @@
+//! From assemblies as written to a tree of instances: files read, parameters replaced, overrides
+//! applied, arrays unrolled.
+use crate::body;
+use crate::context::{Cx, Text, entries, set};
+use crate::files::{Files, Home};
+use crate::form::{Assembly, PartForm, PartKind, read_overrides};
+use crate::globs::segment_matches;
+use crate::scope::{Env, bind, substitute, substitute_text};
+use linkwork_runtime::{Catalogue, Description, Located, Origin, Value, did_you_mean, remedy};
+use std::collections::BTreeMap;
+
+/// A model or service at its place.
+#[derive(Clone, Debug)]
+pub(crate) struct ModelInst {
+    pub path: String,
+    pub doc: String,
+    pub model: Text,
+    pub params: Located,
+    pub rate: Option<Located>,
+    pub offset: Option<Located>,
+    pub bind: Located,
+    pub folder: Option<std::path::PathBuf>,
+    pub origin: Origin,
+}
+
+/// A body at its place, parameters replaced.
+#[derive(Clone, Debug)]
+pub(crate) struct BodyInst {
+    pub fields: Located,
+    pub origin: Origin,
+    pub home: Home,
+}
+
+/// A part at its place.
+#[derive(Clone, Debug)]
+pub(crate) enum Node {
+    Model(ModelInst),
+    Assembly(Instance),
+}
+
+/// An assembly at its place.
+#[derive(Clone, Debug)]
+pub(crate) struct Instance {
+    pub path: String,
+    /// File, or `inline`.
+    pub kind: String,
+    pub doc: String,
+    pub parts: BTreeMap<String, Node>,
+    pub arrays: BTreeMap<String, Vec<String>>,
+    pub bodies: BTreeMap<String, BodyInst>,
+    pub mounts: BTreeMap<String, Text>,
+    pub exports: BTreeMap<String, Text>,
+    pub wires: Vec<Text>,
+    /// Names of the parameters, for messages.
+    pub params: Vec<String>,
+}
+
+impl Instance {
+    /// The instance at a path below this one (`""`: itself).
+    pub fn at(&self, path: &str) -> Option<&Instance> {
+        let mut here = self;
+        for segment in path.split('.').filter(|s| !s.is_empty()) {
+            match here.parts.get(segment)? {
+                Node::Assembly(next) => here = next,
+                Node::Model(_) => return None,
+            }
+        }
+        Some(here)
+    }
+
+    /// Every instance, this one first, in path order.
+    pub fn walk<'i>(&'i self, out: &mut Vec<&'i Instance>) {
+        out.push(self);
+        for node in self.parts.values() {
+            if let Node::Assembly(inner) = node {
+                inner.walk(out);
+            }
+        }
+    }
+}
+
+/// `path.name`, or the name alone at the root.
+pub(crate) fn join(path: &str, name: &str) -> String {
+    if path.is_empty() { name.to_string() } else { format!("{path}.{name}") }
+}
+
+/// An override on its way down.
+#[derive(Clone)]
+pub(crate) struct Pending {
+    id: usize,
+    path: Vec<String>,
+    value: Located,
+}
+
+struct Written {
+    text: String,
+    origin: Origin,
+    scope: String,
+    used: bool,
+}
+
+/// Expands; holds what all levels share.
+pub(crate) struct Expander<'a, 'o> {
+    pub cx: &'a mut Cx,
+    pub files: Files<'o>,
+    pub catalogue: &'o Catalogue,
+    /// Files open above this place.
+    stack: Vec<String>,
+    overrides: Vec<Written>,
+}
+
+struct Place<'p> {
+    path: &'p str,
+    kind: &'p str,
+    env: &'p Env,
+    home: &'p Home,
+}
+
+impl<'a, 'o> Expander<'a, 'o> {
+    pub fn new(cx: &'a mut Cx, files: Files<'o>, catalogue: &'o Catalogue) -> Self {
+        Expander { cx, files, catalogue, stack: Vec::new(), overrides: Vec::new() }
+    }
+
+    /// The model's description, when the catalogue has it.
+    fn description(&self, model: &str) -> Option<&'o Description> {
+        let entry = self.catalogue.iter().find(|e| e.description.name == model)?;
+        Some(&entry.description)
+    }
+
+    fn pend(&mut self, scope: &str, path: &Text, value: Located) -> Pending {
+        self.overrides.push(Written {
+            text: path.text.clone(),
+            origin: path.origin,
+            scope: scope.to_string(),
+            used: false,
+        });
+        let mut segments = Vec::new();
+        for segment in path.text.split('.') {
+            match segment.split_once('/') {
+                Some((head, body)) => {
+                    segments.extend((!head.is_empty()).then(|| head.to_string()));
+                    segments.push(format!("/{body}"));
+                }
+                None => segments.push(segment.to_string()),
+            }
+        }
+        Pending { id: self.overrides.len() - 1, path: segments, value }
+    }
+
+    /// The whole tree; faults of overrides that match nothing come last.
+    pub fn root(
+        &mut self,
+        a: &Assembly,
+        home: &Home,
+        outer: &[(Text, Located)],
+    ) -> (Instance, Env) {
+        let pending: Vec<Pending> =
+            outer.iter().map(|(path, v)| self.pend("", path, v.clone())).collect();
+        let given = self.given(&a.params, Value::Map(Vec::new()).into(), &pending);
+        let env = bind(self.cx, "simulation", Origin::NONE, &a.params, &given, &Env::new());
+        let place = Place { path: "", kind: "simulation", env: &env, home };
+        let root = self.instance(a, &place, BTreeMap::new(), pending);
+        self.unused(&root);
+        (root, env)
+    }
+
+    /// Values of parameters with the overrides that name them.
+    fn given<T>(
+        &mut self,
+        decls: &BTreeMap<String, T>,
+        mut given: Located,
+        pending: &[Pending],
+    ) -> Located {
+        for p in pending.iter().filter(|p| p.path.len() == 1) {
+            for name in decls.keys().filter(|n| segment_matches(&p.path[0], n)) {
+                set(&mut given, std::slice::from_ref(name), &p.value);
+                self.overrides[p.id].used = true;
+            }
+        }
+        given
+    }
+
+    fn instance(
+        &mut self,
+        a: &Assembly,
+        place: &Place<'_>,
+        mounts: BTreeMap<String, Text>,
+        outer: Vec<Pending>,
+    ) -> Instance {
+        // Own overrides first, those from outside after them: the outermost wins.
+        let mut pending = Vec::new();
+        for (path, value) in &a.overrides {
+            let path = substitute_text(self.cx, place.env, path);
+            let value = substitute(self.cx, place.env, value);
+            pending.push(self.pend(place.path, &path, value));
+        }
+        pending.extend(outer.into_iter().filter(|p| p.path.len() > 1));
+        let mut out = Instance {
+            path: place.path.to_string(),
+            kind: place.kind.to_string(),
+            doc: a.doc.clone(),
+            parts: BTreeMap::new(),
+            arrays: BTreeMap::new(),
+            bodies: BTreeMap::new(),
+            mounts,
+            exports: BTreeMap::new(),
+            wires: Vec::new(),
+            params: a.params.keys().cloned().collect(),
+        };
+        for (name, form) in &a.bodies {
+            let mut fields = substitute(self.cx, place.env, &form.fields);
+            for p in &pending {
+                let slashed = p.path[0].strip_prefix('/');
+                let own = slashed.is_some_and(|s| segment_matches(s, name))
+                    || (p.path[0] == *name && !a.parts.contains_key(name));
+                if own && p.path.len() > 1 && body::known(&p.path[1]) {
+                    set(&mut fields, &p.path[1..], &p.value);
+                    self.overrides[p.id].used = true;
+                }
+            }
+            let body = BodyInst { fields, origin: form.origin, home: place.home.clone() };
+            out.bodies.insert(name.clone(), body);
+        }
+        for (base, form) in &a.parts {
+            let elements = form.elements(self.cx, base);
+            if form.array.is_some() {
+                out.arrays.insert(base.clone(), elements.iter().map(|e| e.0.clone()).collect());
+            }
+            for (name, part) in elements {
+                let inner: Vec<Pending> = pending
+                    .iter()
+                    .filter(|p| p.path.len() > 1 && segment_matches(&p.path[0], &name))
+                    .map(|p| Pending { path: p.path[1..].to_vec(), ..p.clone() })
+                    .collect();
+                let Some(node) = self.part(&name, &part, place, inner) else { continue };
+                if out.parts.insert(name.clone(), node).is_some() {
+                    let message = format!("`{}`: two parts are named `{name}`", place.path);
+                    self.cx.fault(part.origin, message, "give the array's elements other names");
+                }
+            }
+        }
+        for name in a.bodies.keys().filter(|n| out.mounts.contains_key(*n)) {
+            let message = format!("`{name}` is both a body and a mount");
+            self.cx.fault(a.bodies[name].origin, message, "give one of them another name");
+        }
+        let replace = |cx: &mut Cx, t: &Text| match t.text.contains("${") {
+            true => substitute_text(cx, place.env, t),
+            false => t.clone(),
+        };
+        out.wires = a.wires.iter().map(|w| replace(self.cx, w)).collect();
+        out.exports = a.exports.iter().map(|(k, t)| (k.clone(), replace(self.cx, t))).collect();
+        out
+    }
+
+    fn part(
+        &mut self,
+        name: &str,
+        part: &PartForm,
+        place: &Place<'_>,
+        pending: Vec<Pending>,
+    ) -> Option<Node> {
+        let path = join(place.path, name);
+        let params = substitute(self.cx, place.env, &part.params);
+        match &part.kind {
+            PartKind::Model { model, rate, offset, bind, folder } => {
+                let sub = |cx: &mut Cx, v: &Located| substitute(cx, place.env, v);
+                let folder = match (folder, place.home) {
+                    (Some(f), _) => Some(f.text.clone().into()),
+                    (None, Home::Folder(f)) => Some(f.clone()),
+                    (None, Home::Embedded(_)) => None,
+                };
+                let mut m = ModelInst {
+                    path,
+                    doc: part.doc.clone(),
+                    model: substitute_text(self.cx, place.env, model),
+                    params,
+                    rate: rate.as_ref().map(|v| sub(self.cx, v)),
+                    offset: offset.as_ref().map(|v| sub(self.cx, v)),
+                    bind: sub(self.cx, bind),
+                    folder,
+                    origin: part.origin,
+                };
+                let known = self.description(&m.model.text);
+                for p in &pending {
+                    let has = known.is_none_or(|d| d.params.iter().any(|s| s.name == p.path[0]));
+                    if has {
+                        set(&mut m.params, &p.path, &p.value);
+                        self.overrides[p.id].used = true;
+                    }
+                }
+                Some(Node::Model(m))
+            }
+            PartKind::File { assembly, mounts, overrides } => {
+                let file = substitute_text(self.cx, place.env, assembly);
+                let (key, home, read) = self.files.assembly(self.cx, &file, place.home, &path)?;
+                if self.stack.contains(&key) {
+                    let ring = format!("{} -> {key}", self.stack.join(" -> "));
+                    let message = format!("`{path}`: assembly `{key}` contains itself: {ring}");
+                    self.cx.fault(file.origin, message, "take one of these parts out");
+                    return None;
+                }
+                let given = self.given(&read.params, params, &pending);
+                let env = bind(self.cx, &path, part.origin, &read.params, &given, &Env::new());
+                let mounts = substitute(self.cx, place.env, mounts);
+                let mounts = self.mounts(&path, part.origin, &read, &mounts);
+                // Overrides written at the part are the parent's: between its own and the outer.
+                let mut all = Vec::new();
+                let what = format!("`{path}`: `overrides`");
+                for (text, value) in read_overrides(self.cx, overrides, &what) {
+                    let value = substitute(self.cx, place.env, &value);
+                    all.push(self.pend(&path, &text, value));
+                }
+                all.extend(pending);
+                self.stack.push(key.clone());
+                let inner = Place { path: &path, kind: &key, env: &env, home: &home };
+                let instance = self.instance(&read, &inner, mounts, all);
+                self.stack.pop();
+                Some(Node::Assembly(instance))
+            }
+            PartKind::Inline(inner) => {
+                let given = self.given(&inner.params, params, &pending);
+                let env = bind(self.cx, &path, part.origin, &inner.params, &given, place.env);
+                let here = Place { path: &path, kind: "inline", env: &env, home: place.home };
+                Some(Node::Assembly(self.instance(inner, &here, BTreeMap::new(), pending)))
+            }
+        }
+    }
+
+    fn mounts(
+        &mut self,
+        path: &str,
+        origin: Origin,
+        a: &Assembly,
+        given: &Located,
+    ) -> BTreeMap<String, Text> {
+        let known: Vec<&str> = a.mounts.keys().map(String::as_str).collect();
+        let mut out = BTreeMap::new();
+        for (key, v) in entries(given) {
+            if !a.mounts.contains_key(key) {
+                let message = format!("`{path}` has no mount `{key}`");
+                self.cx.fault(self.cx.key(v), message, remedy(key, "mounts", &known));
+            } else if let Some(t) = crate::read::text(self.cx, v, &format!("mount `{key}`")) {
+                out.insert(key.clone(), t);
+            }
+        }
+        for (key, decl) in a.mounts.iter().filter(|(k, _)| given.get(k).is_none()) {
+            let doc = decl.doc.trim_end_matches('.');
+            let message = format!("`{path}`: mount `{key}` is not bound ({doc})");
+            let help = format!("write `mounts: {{ \"{key}\": \"a body or node\" }}`");
+            self.cx.fault(origin, message, help);
+            // So that what hangs on it is not reported as well.
+            out.insert(key.clone(), Text::new("world"));
+        }
+        out
+    }
+
+    /// Faults for overrides that matched nothing: where their path stops to exist.
+    fn unused(&mut self, root: &Instance) {
+        for w in std::mem::take(&mut self.overrides).into_iter().filter(|w| !w.used) {
+            let help = match root.at(&w.scope) {
+                Some(scope) => self.why_unused(scope, &w.text),
+                None => String::new(),
+            };
+            self.cx.fault(w.origin, format!("override `{}` matches nothing", w.text), help);
+        }
+    }
+
+    fn why_unused(&self, scope: &Instance, text: &str) -> String {
+        let mut here = scope;
+        let segments: Vec<&str> = text.split('.').collect();
+        for (k, segment) in segments.iter().enumerate() {
+            let at = if here.path.is_empty() { "the simulation" } else { here.path.as_str() };
+            let next = here.parts.get(*segment);
+            match next {
+                Some(Node::Assembly(inner)) if k + 1 < segments.len() => here = inner,
+                Some(Node::Model(m)) if k + 1 < segments.len() => {
+                    let params = self.description(&m.model.text).map(|d| &d.params);
+                    let known: Vec<&str> = params.into_iter().flatten().map(|p| p.name).collect();
+                    let list = remedy(segments[k + 1], "parameters", &known);
+                    return format!(
+                        "`{}` ({}) has no such parameter. {list}",
+                        m.path, m.model.text
+                    );
+                }
+                _ if k + 1 == segments.len() => {
+                    let known: Vec<&str> = here.params.iter().map(String::as_str).collect();
+                    let list = remedy(segment, "parameters", &known);
+                    return format!("`{at}` has no parameter `{segment}`. {list}");
+                }
+                _ if segment.contains('*') => {
+                    return "no part has a parameter at such a path".into();
+                }
+                _ => {
+                    let known: Vec<&str> = here.parts.keys().map(String::as_str).collect();
+                    if let Some((_, body)) = segment.split_once('/') {
+                        return body_help(here, body);
+                    }
+                    let guess = did_you_mean(segment, known.iter().copied());
+                    let guess = guess.map(|g| format!("{g} ")).unwrap_or_default();
+                    return format!(
+                        "{guess}`{at}` has no part `{segment}`; parts: {}",
+                        known.join(", ")
+                    );
+                }
+            }
+        }
+        String::new()
+    }
+}
+
+fn body_help(here: &Instance, body: &str) -> String {
+    let known: Vec<&str> = here.bodies.keys().map(String::as_str).collect();
+    format!("a body is `assembly/body.field`. {}", remedy(body, "bodies", &known))
+}

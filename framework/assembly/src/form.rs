@@ -1,0 +1,306 @@
+//! The intermediate form: an assembly as written, before parameters are known.
+//!
+//! RON and the Rust builder both make this; values that may hold `$name` stay located values.
+use crate::context::{Cx, Text, empty_map, entries};
+use crate::read::{fields, list, name, number, table, text, text_field};
+use linkwork_runtime::{Located, Origin, Value};
+use std::collections::BTreeMap;
+
+/// A parameter of an assembly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParamDecl {
+    /// Unit; a bare number is in it.
+    pub unit: Option<Text>,
+    /// Value when the parent gives none; `None`: required.
+    pub default: Option<Located>,
+    /// Lowest and highest value, SI.
+    pub range: Option<(f64, f64)>,
+    /// The range as written, in the declared unit.
+    pub range_written: Option<Located>,
+    /// Meaning.
+    pub doc: String,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
+/// A mount: a body or node that the parent must name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MountDecl {
+    /// Meaning.
+    pub doc: String,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
+/// What a part is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PartKind {
+    /// A model or service of the catalogue.
+    Model {
+        /// Its name there.
+        model: Text,
+        /// Sample period.
+        rate: Option<Located>,
+        /// First sample.
+        offset: Option<Located>,
+        /// Nodes and hinges: binding → target.
+        bind: Located,
+        /// Folder in which its files are looked for first.
+        folder: Option<Text>,
+    },
+    /// An assembly in a file of its own.
+    File {
+        /// The file.
+        assembly: Text,
+        /// Mount → body or node.
+        mounts: Located,
+        /// Deep parameters.
+        overrides: Located,
+    },
+    /// An assembly written in place; it sees the parameters around it.
+    Inline(Box<Assembly>),
+}
+
+/// A part as written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartForm {
+    /// What it is.
+    pub kind: PartKind,
+    /// Parameters (a map).
+    pub params: Located,
+    /// Elements, when it is an array.
+    pub array: Option<Vec<Located>>,
+    /// Documentation.
+    pub doc: String,
+    /// Where its name is written.
+    pub origin: Origin,
+}
+
+/// A body as written: its fields wait for the parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyForm {
+    /// The fields.
+    pub fields: Located,
+    /// Where its name is written.
+    pub origin: Origin,
+}
+
+/// An assembly as written.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Assembly {
+    /// Name, when it stands alone.
+    pub name: Option<String>,
+    /// Documentation.
+    pub doc: String,
+    /// Parameters.
+    pub params: BTreeMap<String, ParamDecl>,
+    /// Attachment points.
+    pub mounts: BTreeMap<String, MountDecl>,
+    /// Bodies.
+    pub bodies: BTreeMap<String, BodyForm>,
+    /// Parts.
+    pub parts: BTreeMap<String, PartForm>,
+    /// Wires.
+    pub wires: Vec<Text>,
+    /// Ports seen from outside.
+    pub exports: BTreeMap<String, Text>,
+    /// Deep parameters: path → value.
+    pub overrides: Vec<(Text, Located)>,
+}
+
+/// The fields of an assembly.
+pub(crate) const FIELDS: [&str; 9] =
+    ["doc", "name", "params", "mounts", "bodies", "parts", "wires", "exports", "overrides"];
+const MODEL: [&str; 8] = ["model", "params", "rate", "offset", "bind", "array", "doc", "folder"];
+const FILE: [&str; 6] = ["assembly", "params", "mounts", "overrides", "array", "doc"];
+const INLINE: [&str; 7] = ["doc", "params", "bodies", "parts", "wires", "exports", "overrides"];
+
+/// Reads the fields that belong to an assembly (the caller has checked for unknown ones).
+pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
+    let mut a = Assembly {
+        doc: doc(cx, v, what),
+        name: text_field(cx, v, "name", what).map(|t| t.text),
+        ..Assembly::default()
+    };
+    let of = |field: &str| format!("{what}: `{field}`");
+    if let Some(params) = v.get("params") {
+        for (key, value) in table(cx, params, &of("params")) {
+            name(cx, key, value, "parameter");
+            a.params.insert(key.clone(), read_param(cx, key, value));
+        }
+    }
+    if let Some(mounts) = v.get("mounts") {
+        for (key, value) in table(cx, mounts, &of("mounts")) {
+            name(cx, key, value, "mount");
+            let doc = text(cx, value, &format!("mount `{key}`"));
+            let doc = doc.map(|t| t.text).unwrap_or_default();
+            a.mounts.insert(key.clone(), MountDecl { doc, origin: cx.key(value) });
+        }
+    }
+    if let Some(bodies) = v.get("bodies") {
+        for (key, value) in table(cx, bodies, &of("bodies")) {
+            name(cx, key, value, "body");
+            let body = BodyForm { fields: value.clone(), origin: cx.key(value) };
+            a.bodies.insert(key.clone(), body);
+        }
+    }
+    if let Some(parts) = v.get("parts") {
+        for (key, value) in table(cx, parts, &of("parts")) {
+            name(cx, key, value, "part");
+            if let Some(part) = read_part(cx, key, value) {
+                a.parts.insert(key.clone(), part);
+            }
+        }
+    }
+    if let Some(wires) = v.get("wires") {
+        for wire in list(cx, wires, &of("wires")) {
+            a.wires.extend(text(cx, wire, "a wire"));
+        }
+    }
+    if let Some(exports) = v.get("exports") {
+        for (key, value) in table(cx, exports, &of("exports")) {
+            name(cx, key, value, "export");
+            if let Some(t) = text(cx, value, &format!("export `{key}`")) {
+                a.exports.insert(key.clone(), t);
+            }
+        }
+    }
+    if let Some(overrides) = v.get("overrides") {
+        a.overrides = read_overrides(cx, overrides, &of("overrides"));
+    }
+    a
+}
+
+/// Path → value.
+pub(crate) fn read_overrides(cx: &mut Cx, v: &Located, what: &str) -> Vec<(Text, Located)> {
+    table(cx, v, what)
+        .iter()
+        .map(|(key, value)| (Text { text: key.clone(), origin: cx.key(value) }, value.clone()))
+        .collect()
+}
+
+fn doc(cx: &mut Cx, v: &Located, what: &str) -> String {
+    text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default()
+}
+
+fn read_param(cx: &mut Cx, key: &str, v: &Located) -> ParamDecl {
+    let what = format!("parameter `{key}`");
+    fields(cx, v, &what, &["unit", "default", "range", "doc"]);
+    let unit = text_field(cx, v, "unit", &what);
+    if let Some(u) = &unit
+        && let Err(e) = linkwork_runtime::Unit::parse(&u.text)
+    {
+        cx.fault(u.origin, format!("{what}: {e}"), "write for example \"kg m^2\" or \"deg\"");
+    }
+    let unit_text = unit.as_ref().map_or("", |u| u.text.as_str());
+    let range_written = v.get("range").cloned();
+    let range = range_written.as_ref().and_then(|r| match &r.value {
+        Value::List(ends) if ends.len() == 2 => {
+            let mut end = |e: &Located| match e.value {
+                Value::Number(x) if x.is_infinite() => Some(x),
+                _ => number(cx, e, &format!("{what}: `range`"), unit_text),
+            };
+            Some((end(&ends[0])?, end(&ends[1])?))
+        }
+        _ => {
+            let help = "write (lowest, highest), for example (0, 1) or (0, inf)";
+            cx.fault(r.origin, format!("{what}: `range` has two ends"), help);
+            None
+        }
+    });
+    ParamDecl {
+        unit,
+        default: v.get("default").filter(|d| d.value != Value::Null).cloned(),
+        range,
+        range_written,
+        doc: doc(cx, v, &what),
+        origin: cx.key(v),
+    }
+}
+
+fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm> {
+    let what = format!("part `{key}`");
+    let origin = cx.key(v);
+    let Value::Map(written) = &v.value else {
+        let message = format!("{what} is `(field: ..)`, this is {}", v.value.what());
+        cx.fault(v.origin, message, "write (model: \"..\", params: {..}) or (assembly: \"..\")");
+        return None;
+    };
+    let has = |field: &str| written.iter().any(|(k, _)| k == field);
+    let or_empty = |field: &str| v.get(field).cloned().unwrap_or_else(empty_map);
+    let (kind, params) = if has("model") {
+        fields(cx, v, &what, &MODEL);
+        let kind = PartKind::Model {
+            model: text_field(cx, v, "model", &what)?,
+            rate: v.get("rate").cloned(),
+            offset: v.get("offset").cloned(),
+            bind: or_empty("bind"),
+            folder: text_field(cx, v, "folder", &what),
+        };
+        (kind, or_empty("params"))
+    } else if has("assembly") {
+        fields(cx, v, &what, &FILE);
+        let kind = PartKind::File {
+            assembly: text_field(cx, v, "assembly", &what)?,
+            mounts: or_empty("mounts"),
+            overrides: or_empty("overrides"),
+        };
+        (kind, or_empty("params"))
+    } else if ["parts", "bodies", "wires", "exports"].iter().any(|f| has(f)) {
+        fields(cx, v, &what, &INLINE);
+        (PartKind::Inline(Box::new(read_assembly(cx, v, &what))), empty_map())
+    } else {
+        let help = "write `model: \"..\"`, `assembly: \"file.ron\"` or `parts: {..}`";
+        cx.fault(origin, format!("{what} is neither a model nor an assembly"), help);
+        return None;
+    };
+    let array = v.get("array").map(|a| list(cx, a, &format!("{what}: `array`")).to_vec());
+    Some(PartForm { kind, params, array, doc: doc(cx, v, &what), origin })
+}
+
+impl PartForm {
+    /// The elements of an array as parts of their own, with names; a single part is itself.
+    pub(crate) fn elements(&self, cx: &mut Cx, base: &str) -> Vec<(String, PartForm)> {
+        let Some(array) = &self.array else {
+            return vec![(base.to_string(), self.clone())];
+        };
+        let known: &[&str] = match self.kind {
+            PartKind::Model { .. } => &["name", "params", "bind", "rate", "offset", "doc"],
+            _ => &["name", "params", "mounts", "overrides", "doc"],
+        };
+        let mut out = Vec::new();
+        for (k, element) in array.iter().enumerate() {
+            let what = format!("element {} of `{base}`", k + 1);
+            fields(cx, element, &what, known);
+            let own = text_field(cx, element, "name", &what);
+            let element_name = own.map_or_else(|| format!("{base}{}", k + 1), |t| t.text);
+            let mut part = self.clone();
+            part.array = None;
+            if array.len() > 1 || element.origin != Origin::NONE {
+                part.origin = element.origin;
+            }
+            merge(&mut part.params, element.get("params"));
+            match &mut part.kind {
+                PartKind::Model { rate, offset, bind, .. } => {
+                    merge(bind, element.get("bind"));
+                    *rate = element.get("rate").cloned().or(rate.take());
+                    *offset = element.get("offset").cloned().or(offset.take());
+                }
+                PartKind::File { mounts, overrides, .. } => {
+                    merge(mounts, element.get("mounts"));
+                    merge(overrides, element.get("overrides"));
+                }
+                PartKind::Inline(_) => {}
+            }
+            out.push((element_name, part));
+        }
+        out
+    }
+}
+
+/// The entries of `more` over those of `map`.
+fn merge(map: &mut Located, more: Option<&Located>) {
+    for (key, value) in more.map(entries).unwrap_or_default() {
+        crate::context::set(map, std::slice::from_ref(key), value);
+    }
+}

@@ -1,0 +1,105 @@
+//! How a body starts: `initial: (angle: "5 deg", rate: 0)`, or poses and velocities.
+use crate::context::Cx;
+use crate::pose::{rotation, vector};
+use crate::read::{fields, list, number};
+use linkwork_multibody::{Hinge, SubhingeKind};
+use linkwork_runtime::{Located, Value};
+use linkwork_spatial::{Quat, Vec3};
+
+/// Coordinates and rates of one hinge; neutral where nothing is written.
+pub(crate) fn read(
+    cx: &mut Cx,
+    v: Option<&Located>,
+    hinge: &Hinge,
+    what: &str,
+) -> (Vec<f64>, Vec<f64>) {
+    let (mut q, mut rates) = (Vec::new(), Vec::new());
+    for s in &hinge.subhinges {
+        match s.kind {
+            SubhingeKind::Free => q.extend([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+            SubhingeKind::Ball => q.extend([0.0, 0.0, 0.0, 1.0]),
+            _ => q.extend(vec![0.0; s.kind.nq()]),
+        }
+        rates.extend(vec![0.0; s.kind.nv()]);
+    }
+    let Some(v) = v.filter(|v| v.value != Value::Null) else { return (q, rates) };
+    let what = format!("{what}: `initial`");
+    match hinge.subhinges.as_slice() {
+        [s] if matches!(s.kind, SubhingeKind::Free) => {
+            fields(cx, v, &what, &["position", "rotation", "velocity", "angular"]);
+            free(cx, v, &what, &mut q, &mut rates);
+        }
+        [s] if matches!(s.kind, SubhingeKind::Ball) => {
+            fields(cx, v, &what, &["rotation", "angular"]);
+            let (R, w) = attitude(cx, v, &what);
+            q.copy_from_slice(&[R.i, R.j, R.k, R.w]);
+            rates.copy_from_slice(w.as_slice());
+        }
+        [s] if s.kind.nv() == 1 => {
+            let slides = matches!(s.kind, SubhingeKind::Slider { .. });
+            let (name, unit, per_second) =
+                if slides { ("position", "m", "m/s") } else { ("angle", "rad", "rad/s") };
+            fields(cx, v, &what, &[name, "rate"]);
+            let mut read = |field: &str, unit: &str| {
+                let x = v.get(field)?;
+                number(cx, x, &format!("{what}: `{field}`"), unit)
+            };
+            q[0] = read(name, unit).unwrap_or(0.0);
+            rates[0] = read("rate", per_second).unwrap_or(0.0);
+        }
+        chain if chain.is_empty() || chain.iter().any(|s| s.kind.nv() > 1) => {
+            let help = if chain.is_empty() {
+                "a locked hinge has no coordinate: leave `initial` out or choose another hinge"
+            } else {
+                "a chain that holds Ball or Free starts at rest: split it over two bodies"
+            };
+            cx.fault(v.origin, format!("{what} cannot be set for this hinge"), help);
+        }
+        chain => {
+            fields(cx, v, &what, &["coordinates", "rates"]);
+            for (field, out, angle, length) in
+                [("coordinates", &mut q, "rad", "m"), ("rates", &mut rates, "rad/s", "m/s")]
+            {
+                let Some(written) = v.get(field) else { continue };
+                let items = list(cx, written, &format!("{what}: `{field}`")).to_vec();
+                if items.len() != chain.len() {
+                    let message = format!(
+                        "{what}: `{field}` has {} numbers, the hinge has {}",
+                        items.len(),
+                        chain.len()
+                    );
+                    cx.fault(written.origin, message, "one for each subhinge, parent's side first");
+                    continue;
+                }
+                for ((item, s), x) in items.iter().zip(chain).zip(out) {
+                    let slides = matches!(s.kind, SubhingeKind::Slider { .. });
+                    let unit = if slides { length } else { angle };
+                    *x = number(cx, item, &format!("{what}: `{field}`"), unit).unwrap_or(0.0);
+                }
+            }
+        }
+    }
+    (q, rates)
+}
+
+/// Rotation of the child in the parent and body rates in child axes.
+fn attitude(cx: &mut Cx, v: &Located, what: &str) -> (Quat, Vec3) {
+    let R = v.get("rotation").and_then(|r| rotation(cx, r, &format!("{what}: `rotation`")));
+    let w = v.get("angular").and_then(|w| vector(cx, w, &format!("{what}: `angular`"), "rad/s"));
+    (R.unwrap_or_else(Quat::identity), w.unwrap_or_else(Vec3::zeros))
+}
+
+/// Position and velocity in the parent's hinge frame, angular rates in the body's own axes.
+fn free(cx: &mut Cx, v: &Located, what: &str, q: &mut [f64], rates: &mut [f64]) {
+    let (R, w) = attitude(cx, v, what);
+    let mut read = |field: &str, unit: &str| {
+        let x = v.get(field)?;
+        vector(cx, x, &format!("{what}: `{field}`"), unit)
+    };
+    let p = read("position", "m").unwrap_or_else(Vec3::zeros);
+    let velocity = read("velocity", "m/s").unwrap_or_else(Vec3::zeros);
+    q.copy_from_slice(&[p.x, p.y, p.z, R.i, R.j, R.k, R.w]);
+    rates[..3].copy_from_slice(w.as_slice());
+    // β holds the velocity in child axes.
+    rates[3..].copy_from_slice((R.inverse() * velocity).as_slice());
+}

@@ -1,0 +1,145 @@
+//! References to bodies and nodes, from the inside out.
+//!
+//! `wheel`, `wheel/hub`, a mount, `Arm/link1`, `Arm.Gripper/finger/tip`; a leading `/` starts at
+//! the top: `/Rover/chassis`.
+use crate::expand::{Instance, Node, join};
+use linkwork_runtime::remedy;
+
+/// What a reference names.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Target {
+    World,
+    /// A body, by full name.
+    Body(String),
+    /// A node, by the full name of its body and its own.
+    Node(String, String),
+}
+
+/// `Rover.Arm/link1`; a body at the top has its name alone.
+pub(crate) fn full_name(path: &str, body: &str) -> String {
+    if path.is_empty() { body.to_string() } else { format!("{path}/{body}") }
+}
+
+/// Resolves in the scope of the instance at a path; the error is fact and remedy.
+pub(crate) fn resolve(
+    root: &Instance,
+    scope: &str,
+    text: &str,
+) -> Result<Target, (String, String)> {
+    if text == "world" {
+        return Ok(Target::World);
+    }
+    let absolute = text.strip_prefix('/');
+    let pieces: Vec<&str> = absolute.unwrap_or(text).split('/').collect();
+    let mut here = if absolute.is_some() { "" } else { scope };
+    loop {
+        if let Some(instance) = root.at(here)
+            && let Some(found) = inside(root, instance, &pieces)
+        {
+            return found;
+        }
+        if here.is_empty() {
+            break;
+        }
+        here = here.rsplit_once('.').map_or("", |(head, _)| head);
+    }
+    let known = visible(root, scope);
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    Err((format!("there is no body `{text}`"), remedy(text, "bodies", &known)))
+}
+
+/// `None`: this instance has nothing by that name; look further out.
+fn inside(
+    root: &Instance,
+    here: &Instance,
+    pieces: &[&str],
+) -> Option<Result<Target, (String, String)>> {
+    let first = pieces[0];
+    if here.bodies.contains_key(first) {
+        return Some(on_body(root, &full_name(&here.path, first), &pieces[1..]));
+    }
+    if let Some(bound) = here.mounts.get(first) {
+        // A mount is a reference that the parent wrote.
+        let outer = here.path.rsplit_once('.').map_or("", |(head, _)| head);
+        return Some(match (resolve(root, outer, &bound.text), &pieces[1..]) {
+            (Ok(Target::Body(body)), rest) => on_body(root, &body, rest),
+            (Ok(target), []) => Ok(target),
+            (Ok(_), _) => Err((
+                format!("mount `{first}` is bound to `{}`, which has no nodes", bound.text),
+                "bind the mount to a body".into(),
+            )),
+            // Reported once, where the parent bound it.
+            (Err(_), _) => Ok(Target::World),
+        });
+    }
+    let below = here.at(first)?;
+    match pieces.get(1) {
+        Some(body) if below.bodies.contains_key(*body) => {
+            Some(on_body(root, &full_name(&below.path, body), &pieces[2..]))
+        }
+        Some(body) => {
+            let known: Vec<&str> = below.bodies.keys().map(String::as_str).collect();
+            let fact = format!("`{}` has no body `{body}`", below.path);
+            Some(Err((fact, remedy(body, "bodies", &known))))
+        }
+        None => {
+            let known: Vec<String> = below.bodies.keys().map(|b| format!("{first}/{b}")).collect();
+            let fact = format!("`{first}` is an assembly, not a body");
+            Some(Err((fact, format!("name one of its bodies: {}", known.join(", ")))))
+        }
+    }
+}
+
+fn on_body(root: &Instance, full: &str, rest: &[&str]) -> Result<Target, (String, String)> {
+    match rest {
+        [] => Ok(Target::Body(full.to_string())),
+        [node] => {
+            let nodes = nodes(root, full);
+            if nodes.iter().any(|n| n == node) {
+                return Ok(Target::Node(full.to_string(), (*node).to_string()));
+            }
+            let known: Vec<&str> = nodes.iter().map(String::as_str).collect();
+            Err((format!("body `{full}` has no node `{node}`"), remedy(node, "nodes", &known)))
+        }
+        _ => Err((
+            format!("`{full}/{}` has too many slashes", rest.join("/")),
+            "write assembly/body/node".into(),
+        )),
+    }
+}
+
+fn nodes(root: &Instance, full: &str) -> Vec<String> {
+    let (path, body) = full.rsplit_once('/').unwrap_or(("", full));
+    let fields = root.at(path).and_then(|i| i.bodies.get(body)).map(|b| &b.fields);
+    let nodes = fields.and_then(|f| f.get("nodes"));
+    nodes.map(crate::context::entries).unwrap_or_default().iter().map(|(k, _)| k.clone()).collect()
+}
+
+/// The bodies that a scope can name shortly: own, mounts, those one level down, then outer ones.
+fn visible(root: &Instance, scope: &str) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    let mut here = scope;
+    loop {
+        if let Some(i) = root.at(here) {
+            out.extend(i.bodies.keys().chain(i.mounts.keys()).cloned());
+            below(i, "", &mut out);
+        }
+        if here.is_empty() {
+            break;
+        }
+        here = here.rsplit_once('.').map_or("", |(head, _)| head);
+    }
+    let mut seen = std::collections::BTreeSet::new();
+    out.retain(|name| seen.insert(name.clone()));
+    out
+}
+
+fn below(here: &Instance, prefix: &str, out: &mut Vec<String>) {
+    for (name, node) in &here.parts {
+        if let Node::Assembly(inner) = node {
+            let prefix = join(prefix, name);
+            out.extend(inner.bodies.keys().map(|b| format!("{prefix}/{b}")));
+            below(inner, &prefix, out);
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Faults as text: plain (`error: …` / `  --> file:line:column` / `  help: …`), or with the
+//! source line drawn.
+use ariadne::{CharSet, Config, Label, Report, ReportKind, Source};
+use linkwork_runtime::{Fault, Sources};
+use std::ops::Range;
+
+/// Everything that is wrong with what was loaded, at least one fault.
+#[derive(Clone, Debug)]
+pub struct Failure {
+    /// The faults, by place.
+    pub faults: Vec<Fault>,
+    /// The texts they point into.
+    pub sources: Sources,
+}
+
+/// How to show faults.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// Three lines each, for logs and tests.
+    Plain,
+    /// With the source line.
+    Drawn,
+    /// With the source line, in colour.
+    Coloured,
+}
+
+impl Failure {
+    /// As text; see [`Look`].
+    pub fn show(&self, look: Look) -> String {
+        show_faults(&self.faults, &self.sources, look)
+    }
+
+    /// With the source lines, coloured for a terminal that wants it.
+    pub fn render(&self, color: bool) -> String {
+        self.show(if color { Look::Coloured } else { Look::Drawn })
+    }
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.show(Look::Plain))
+    }
+}
+
+impl std::error::Error for Failure {}
+
+/// Any faults as text, those of `compile` too.
+pub fn show_faults(faults: &[Fault], sources: &Sources, look: Look) -> String {
+    let mut out = String::new();
+    for fault in faults {
+        match look {
+            Look::Plain => out.push_str(&plain(fault, sources)),
+            Look::Drawn | Look::Coloured => out.push_str(&drawn(fault, sources, look)),
+        }
+    }
+    if faults.len() > 1 && look != Look::Plain {
+        out.push_str(&format!("{} mistakes\n", faults.len()));
+    }
+    out
+}
+
+fn plain(fault: &Fault, sources: &Sources) -> String {
+    let mut out = format!("error: {}\n", fault.message);
+    if let Some((name, line, column)) = sources.place(fault.origin) {
+        out.push_str(&format!("  --> {name}:{line}:{column}\n"));
+    }
+    if let Some(help) = &fault.help {
+        out.push_str(&format!("  help: {help}\n"));
+    }
+    out
+}
+
+fn drawn(fault: &Fault, sources: &Sources, look: Look) -> String {
+    let Some((name, text)) = sources.files.get(fault.origin.file as usize) else {
+        return plain(fault, sources) + "\n";
+    };
+    // ariadne counts characters unless told; a span must not be empty nor run over many lines.
+    let start = (fault.origin.start as usize).min(text.len());
+    let end = (fault.origin.end as usize).clamp(start, text.len());
+    let line_end = text[start..end].find('\n').map_or(end, |n| start + n);
+    let config = Config::new()
+        .with_index_type(ariadne::IndexType::Byte)
+        .with_char_set(if look == Look::Coloured { CharSet::Unicode } else { CharSet::Ascii })
+        .with_color(look == Look::Coloured);
+    let span: (String, Range<usize>) = (name.clone(), start..line_end);
+    let mut report = Report::build(ReportKind::Custom("error", ariadne::Color::Red), span.clone())
+        .with_config(config)
+        .with_message(&fault.message)
+        .with_label(Label::new(span).with_message("here").with_color(ariadne::Color::Red));
+    if let Some(help) = &fault.help {
+        report = report.with_help(help);
+    }
+    let mut bytes = Vec::new();
+    let cache = (name.clone(), Source::from(text.as_str()));
+    match report.finish().write(cache, &mut bytes) {
+        Ok(()) => String::from_utf8_lossy(&bytes).into_owned() + "\n",
+        Err(_) => plain(fault, sources) + "\n",
+    }
+}

@@ -1,0 +1,270 @@
+//! What a simulation file says besides its parts: steps, stopping, logs, figures, plots.
+use crate::context::{Cx, Text};
+use crate::flatten::period;
+use crate::form;
+use crate::read::{fields, list, table, text, text_field};
+use linkwork_runtime::{Integrator, Located, Origin, Seconds, Unit, Value, remedy};
+
+/// One rule of what to log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogRule {
+    /// Patterns over variable paths; see [`match_patterns`](crate::match_patterns).
+    pub channels: Vec<Text>,
+    /// Sample period; `None`: every step.
+    pub rate: Option<Seconds>,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
+/// Which number of a variable's history a figure is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Take {
+    /// At the end.
+    Last,
+    /// Smallest.
+    Min,
+    /// Largest.
+    Max,
+    /// Mean over time.
+    Mean,
+    /// Root of the mean square.
+    Rms,
+}
+
+/// A number that sums up a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Name as shown.
+    pub name: String,
+    /// Variable.
+    pub of: Text,
+    /// Which number.
+    pub take: Take,
+    /// Unit as shown; `None`: that of the variable.
+    pub unit: Option<Text>,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
+/// A plot over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plot {
+    /// Title.
+    pub title: String,
+    /// Patterns over variable paths.
+    pub of: Vec<Text>,
+    /// Unit as shown; `None`: that of the variables.
+    pub unit: Option<Text>,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
+/// Settings of a simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simulation {
+    /// Documentation.
+    pub doc: String,
+    /// Integration step.
+    pub step: Seconds,
+    /// Integrator.
+    pub integrator: Integrator,
+    /// Seed of all noise.
+    pub seed: u64,
+    /// Path of the gravity service.
+    pub gravity: Option<Text>,
+    /// Path of the mechanism as a part.
+    pub mechanism: String,
+    /// When to stop.
+    pub until: Option<Seconds>,
+    /// Variable that stops the run when it becomes true.
+    pub stop_when: Option<Text>,
+    /// Putting the mechanism on the ground: for the caller to read.
+    pub place: Option<Located>,
+    /// For the viewer to read.
+    pub view: Option<Located>,
+    /// What to log.
+    pub log: Vec<LogRule>,
+    /// Numbers that sum up a run, by name.
+    pub figures: Vec<Figure>,
+    /// Plots.
+    pub plots: Vec<Plot>,
+}
+
+/// The fields of a simulation that an assembly has not.
+pub(crate) const SETTINGS: [&str; 14] = [
+    "assembly",
+    "step",
+    "integrator",
+    "until",
+    "stop_when",
+    "seed",
+    "gravity",
+    "mechanism",
+    "place",
+    "log",
+    "view",
+    "figures",
+    "plots",
+    "resolved",
+];
+
+/// All fields.
+pub(crate) fn all_fields() -> Vec<&'static str> {
+    form::FIELDS.into_iter().filter(|f| *f != "mounts").chain(SETTINGS).collect()
+}
+
+/// Reads the settings; parameters have been replaced.
+pub(crate) fn read(cx: &mut Cx, v: &Located) -> Simulation {
+    let what = "simulation";
+    let time = |cx: &mut Cx, field: &str| {
+        v.get(field).and_then(|x| period(cx, x, &format!("{what}: `{field}`")))
+    };
+    let step = time(cx, "step").unwrap_or(Seconds { num: 1, den: 1000 });
+    let until = time(cx, "until");
+    Simulation {
+        doc: text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default(),
+        step,
+        integrator: v.get("integrator").map_or(Integrator::Rk4, |i| integrator(cx, i)),
+        seed: v.get("seed").and_then(|s| seed(cx, s)).unwrap_or(0),
+        gravity: text_field(cx, v, "gravity", what),
+        mechanism: text_field(cx, v, "mechanism", what)
+            .map_or_else(|| "Mechanism".into(), |t| t.text),
+        until,
+        stop_when: text_field(cx, v, "stop_when", what),
+        place: v.get("place").cloned(),
+        view: v.get("view").cloned(),
+        log: v.get("log").map(|l| log(cx, l)).unwrap_or_default(),
+        figures: v.get("figures").map(|f| figures(cx, f)).unwrap_or_default(),
+        plots: v.get("plots").map(|p| plots(cx, p)).unwrap_or_default(),
+    }
+}
+
+fn word(v: &Located) -> Option<&str> {
+    match &v.value {
+        Value::Text(t) => Some(t),
+        Value::Variant(name, inner) if inner.value == Value::Null => Some(name),
+        _ => None,
+    }
+}
+
+fn integrator(cx: &mut Cx, v: &Located) -> Integrator {
+    const WORDS: [&str; 2] = ["rk4", "semi_implicit_euler"];
+    match word(v) {
+        Some("rk4") => Integrator::Rk4,
+        Some("semi_implicit_euler") => Integrator::SemiImplicitEuler,
+        other => {
+            let shown = other.map_or_else(|| v.value.what().to_string(), |w| format!("`{w}`"));
+            let help = remedy(other.unwrap_or(""), "integrators", &WORDS);
+            cx.fault(v.origin, format!("simulation: there is no integrator {shown}"), help);
+            Integrator::Rk4
+        }
+    }
+}
+
+/// A whole number; as a text when it has more digits than a double holds.
+fn seed(cx: &mut Cx, v: &Located) -> Option<u64> {
+    let seed = match &v.value {
+        Value::Number(x) if x.fract() == 0.0 && (0.0..=9e15).contains(x) => Some(*x as u64),
+        Value::Text(t) => t.parse().ok(),
+        _ => None,
+    };
+    if seed.is_none() {
+        let help = "write a whole number; above 9e15 in quotes: \"18446744073709551615\"";
+        cx.fault(v.origin, format!("simulation: `{}` is not a seed", v.value), help);
+    }
+    seed
+}
+
+fn texts(cx: &mut Cx, v: &Located, what: &str) -> Vec<Text> {
+    if let Value::Text(t) = &v.value {
+        return vec![Text { text: t.clone(), origin: v.origin }];
+    }
+    list(cx, v, what).iter().filter_map(|item| text(cx, item, what)).collect()
+}
+
+fn log(cx: &mut Cx, v: &Located) -> Vec<LogRule> {
+    let mut out = Vec::new();
+    for item in list(cx, v, "simulation: `log`") {
+        let what = "a log rule";
+        if !fields(cx, item, what, &["channels", "rate"]) {
+            continue;
+        }
+        let channels = match item.get("channels") {
+            Some(c) => texts(cx, c, "log: `channels`"),
+            None => {
+                cx.fault(
+                    item.origin,
+                    "a log rule has no `channels`",
+                    "write channels: [\"Rover.**\"]",
+                );
+                continue;
+            }
+        };
+        let rate = item.get("rate").and_then(|r| period(cx, r, "log: `rate`"));
+        out.push(LogRule { channels, rate, origin: item.origin });
+    }
+    out
+}
+
+fn unit(cx: &mut Cx, v: &Located, what: &str) -> Option<Text> {
+    let t = text_field(cx, v, "unit", what)?;
+    if let Err(e) = Unit::parse(&t.text) {
+        cx.fault(t.origin, format!("{what}: {e}"), "write for example \"N m\" or \"deg/s\"");
+        return None;
+    }
+    Some(t)
+}
+
+fn figures(cx: &mut Cx, v: &Located) -> Vec<Figure> {
+    const WORDS: [&str; 5] = ["last", "min", "max", "mean", "rms"];
+    let mut out = Vec::new();
+    for (name, item) in table(cx, v, "simulation: `figures`") {
+        let what = format!("figure `{name}`");
+        if !fields(cx, item, &what, &["of", "take", "unit"]) {
+            continue;
+        }
+        let take = match item.get("take").map(|t| (t, word(t))) {
+            None | Some((_, Some("last"))) => Take::Last,
+            Some((_, Some("min"))) => Take::Min,
+            Some((_, Some("max"))) => Take::Max,
+            Some((_, Some("mean"))) => Take::Mean,
+            Some((_, Some("rms"))) => Take::Rms,
+            Some((t, other)) => {
+                let help = remedy(other.unwrap_or(""), "words", &WORDS);
+                cx.fault(t.origin, format!("{what}: `take` cannot be {}", t.value), help);
+                Take::Last
+            }
+        };
+        let unit = unit(cx, item, &what);
+        let Some(of) = text_field(cx, item, "of", &what) else {
+            if item.get("of").is_none() {
+                cx.fault(cx.key(item), format!("{what} has no `of`"), "write of: \"Part.output\"");
+            }
+            continue;
+        };
+        out.push(Figure { name: name.clone(), of, take, unit, origin: cx.key(item) });
+    }
+    out.sort_by(|a, b| a.name.cmp(&b.name));
+    out
+}
+
+fn plots(cx: &mut Cx, v: &Located) -> Vec<Plot> {
+    let mut out = Vec::new();
+    for item in list(cx, v, "simulation: `plots`") {
+        let what = "a plot";
+        if !fields(cx, item, what, &["title", "of", "unit"]) {
+            continue;
+        }
+        let Some(of) = item.get("of") else {
+            cx.fault(item.origin, "a plot has no `of`", "write of: [\"Part.output\"]");
+            continue;
+        };
+        out.push(Plot {
+            title: text_field(cx, item, "title", what).map(|t| t.text).unwrap_or_default(),
+            of: texts(cx, of, "plot: `of`"),
+            unit: unit(cx, item, what),
+            origin: item.origin,
+        });
+    }
+    out
+}

@@ -1,0 +1,197 @@
+//! A small catalogue of toy models, and helpers of the tests.
+#![allow(dead_code)]
+use linkwork_assembly::{Failure, Loaded, Look, Options, load_text};
+use linkwork_runtime::prelude::*;
+use linkwork_runtime::{Catalogue, Spec};
+
+/// Winding.
+#[derive(Params, Clone, Debug)]
+pub struct MotorParams {
+    /// Winding resistance.
+    #[param(unit = "ohm", range = 1e-3..)]
+    resistance: f64,
+    /// Gear ratio.
+    #[param(default = 1.0)]
+    gear: f64,
+}
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct MotorIn {
+    /// Terminal voltage.
+    #[port("V", default = 0.0)]
+    volts: f64,
+    /// The shaft.
+    #[port(bind = "shaft")]
+    shaft: HingeState,
+}
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct MotorOut {
+    /// Torque on the shaft.
+    #[port(bind = "shaft")]
+    torque: HingeTorque,
+    /// Winding current.
+    #[port("A")]
+    current: f64,
+}
+#[derive(State, Clone, Copy, Debug)]
+pub struct Winding {
+    /// Current.
+    #[port("A")]
+    current: f64,
+}
+pub struct Motor {
+    p: MotorParams,
+}
+/// A motor.
+#[model("test.motor")]
+impl Model for Motor {
+    type Params = MotorParams;
+    type U = MotorIn;
+    type Ym = MotorOut;
+    type X = Winding;
+    fn moore(&self, _: &Clock, x: &Winding, _: &()) -> MotorOut {
+        MotorOut { torque: HingeTorque(self.p.gear * x.current), current: x.current }
+    }
+    fn deriv(&self, _: &Clock, x: &Winding, _: &(), u: &MotorIn) -> Winding {
+        Winding { current: u.volts / self.p.resistance - x.current - u.shaft.rate }
+    }
+}
+
+/// Nothing to set but a level.
+#[derive(Params, Clone, Debug)]
+pub struct DriveParams {
+    /// Level.
+    #[param(unit = "V", default = 1.0)]
+    level: f64,
+}
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct DriveOut {
+    /// Volts of each wheel.
+    #[port("V")]
+    volts: [f64; 2],
+}
+pub struct Drive {
+    p: DriveParams,
+}
+/// Gives two voltages.
+#[model("test.drive")]
+impl Model for Drive {
+    type Params = DriveParams;
+    type Ym = DriveOut;
+    fn moore(&self, _c: &Clock, _: &(), _: &()) -> DriveOut {
+        DriveOut { volts: [self.p.level; 2] }
+    }
+}
+
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct BatteryIn {
+    /// All loads.
+    #[port("A", sum)]
+    load: f64,
+}
+#[derive(State, Clone, Copy, Debug)]
+pub struct Charge {
+    /// Charge drawn.
+    #[port("C")]
+    drawn: f64,
+}
+pub struct Battery;
+/// A battery.
+#[model("test.battery")]
+impl Model for Battery {
+    type Params = ();
+    type U = BatteryIn;
+    type X = Charge;
+    fn build(_: ()) -> Result<Self, BuildError> {
+        Ok(Battery)
+    }
+    fn deriv(&self, _: &Clock, _: &Charge, _: &(), u: &BatteryIn) -> Charge {
+        Charge { drawn: u.load }
+    }
+}
+
+/// Nothing to set.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct PadIn {
+    /// The node.
+    #[port(bind = "hub")]
+    hub: NodeState,
+}
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct PadOut {
+    /// Push.
+    #[port(bind = "hub")]
+    push: Wrench,
+}
+pub struct Pad;
+/// Pushes a node.
+#[model("test.pad")]
+impl Model for Pad {
+    type Params = ();
+    type Ud = PadIn;
+    type Yd = PadOut;
+    fn build(_: ()) -> Result<Self, BuildError> {
+        Ok(Pad)
+    }
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &PadIn) -> PadOut {
+        PadOut { push: Wrench { moment: Vec3::zeros(), force: -u.hub.position } }
+    }
+}
+
+pub fn catalogue() -> Catalogue {
+    Catalogue::new([vec![
+        Entry::model::<Motor>(),
+        Entry::model::<Drive>(),
+        Entry::model::<Battery>(),
+        Entry::model::<Pad>(),
+    ]])
+}
+
+pub const WHEEL: &str = include_str!("wheel.ron");
+pub const ROVER: &str = include_str!("rover.ron");
+pub const SIM: &str = include_str!("sim.ron");
+
+pub fn options(catalogue: &Catalogue) -> Options<'_> {
+    Options::new(catalogue).embed("parts/wheel.ron", WHEEL).embed("rover.ron", ROVER)
+}
+
+pub fn load(text: &str) -> Result<Loaded, Failure> {
+    load_text("sim.ron", text, &options(&catalogue()))
+}
+
+#[track_caller]
+pub fn good(text: &str) -> Loaded {
+    load(text).unwrap_or_else(|f| panic!("{}", f.show(Look::Plain)))
+}
+
+/// The faults as text.
+#[track_caller]
+pub fn bad(text: &str) -> String {
+    match load(text) {
+        Ok(_) => panic!("loaded, but should have been refused:\n{text}"),
+        Err(f) => f.show(Look::Plain),
+    }
+}
+
+/// Everything of a spec that matters to a run, as text (no places).
+pub fn digest(spec: &Spec) -> String {
+    use std::fmt::Write;
+    let mut out = String::new();
+    for p in &spec.parts {
+        let _ = writeln!(
+            out,
+            "{} = {} {} rate {:?} offset {:?} folder {:?}",
+            p.path, p.model, p.params.value, p.rate, p.offset, p.folder
+        );
+    }
+    for w in &spec.wires {
+        let _ = writeln!(out, "{} -> {}", w.from, w.to);
+    }
+    for b in &spec.binds {
+        let _ = writeln!(out, "{} {} {:?}", b.part, b.bind, b.target);
+    }
+    if let Some(m) = &spec.mechanism {
+        let _ = writeln!(out, "{} {:?}\n{:?}\n{:?} {:?}", m.path, m.gravity, m.multibody, m.q, m.v);
+    }
+    let _ = writeln!(out, "{:?} {:?} {}", spec.step, spec.integrator, spec.seed);
+    out
+}

@@ -1,0 +1,117 @@
+//! Foreign reference: every quantity that we have against Pinocchio 4.1, five robots × 20 states.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod support;
+
+use linkwork_dynamics::spatial::{Force, Motion, Vec3};
+use linkwork_dynamics::*;
+use serde_json::Value;
+use support::{Robot, close, nums, robot};
+
+/// Relative to the largest entry. Measured 9e-15 at worst.
+const TOL: f64 = 1e-13;
+
+fn check(name: &str) {
+    let Some(r) = robot(name) else { return };
+    let mut ws = Workspace::new(&r.tree);
+    for (i, s) in r.json["states"].as_array().expect("states").iter().enumerate() {
+        state(&r, &mut ws, s, &format!("{name}, state {i}"));
+    }
+}
+
+fn state(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
+    let (tree, nv) = (&r.tree, r.tree.nv());
+    let g = Vec3::from_column_slice(&nums(&r.json["gravity"]));
+    let (q, v, a) = (r.q(&s["q"]), r.v(&s["v"]), r.v(&s["a_in"]));
+    let at = |what: &str| format!("{place}, {what}");
+    let (mut tau, mut vdot) = (r.v(&s["tau"]), vec![0.0; nv]);
+
+    ws.clear_forces();
+    ws.apply_uniform_gravity(g);
+    forward_dynamics(tree, ws, &q, &v, &mut tau, &mut vdot).expect("regular");
+    close(&vdot, &r.v(&s["aba"]), TOL, &at("aba"));
+    let mut out = vec![0.0; nv];
+    inverse_dynamics(tree, ws, &q, &v, &vec![0.0; nv], &mut out);
+    close(&out, &r.v(&s["nle"]), TOL, &at("nle"));
+    inverse_dynamics(tree, ws, &q, &vec![0.0; nv], &vec![0.0; nv], &mut out);
+    close(&out, &r.v(&s["gravity"]), TOL, &at("gravity"));
+    inverse_dynamics(tree, ws, &q, &v, &a, &mut out);
+    close(&out, &r.v(&s["rnea"]), TOL, &at("rnea"));
+
+    // External forces are given in joint axes.
+    for (name, f) in r.joints.iter().zip(s["fext_local"].as_array().expect("forces")) {
+        let body = tree.multibody().body(name).expect("body");
+        let (R, f) = (ws.body_rotation(tree, body), nums(f));
+        let (force, moment) = (Vec3::from_column_slice(&f[..3]), Vec3::from_column_slice(&f[3..]));
+        ws.add_wrench_at_body(tree, body, Force::new(R * moment, R * force));
+    }
+    inverse_dynamics_given_kinematics(tree, ws, &a, &mut out);
+    close(&out, &r.v(&s["rnea_fext"]), TOL, &at("rnea with forces"));
+    forward_dynamics_given_kinematics(tree, ws, &mut tau, &mut vdot).expect("regular");
+    close(&vdot, &r.v(&s["aba_fext"]), TOL, &at("aba with forces"));
+
+    let mut M = vec![0.0; nv * nv];
+    mass_matrix(tree, ws, &mut M);
+    close(&M, &r.matrix(&s["M_upper_rowmajor"]), TOL, &at("mass matrix"));
+    close(center_of_mass(tree, ws).as_slice(), &nums(&s["com"]), TOL, &at("com"));
+    close(com_velocity(tree, ws).as_slice(), &nums(&s["vcom"]), TOL, &at("com velocity"));
+    let h = momentum(tree, ws);
+    close(&pair(&h.force, &h.moment), &nums(&s["hg"]), TOL, &at("momentum"));
+    close(&[kinetic_energy(tree, ws, &v)], &[s["kinetic"].as_f64().unwrap()], TOL, &at("kinetic"));
+    let U = -tree.total_mass() * g.dot(&center_of_mass(tree, ws));
+    close(&[U], &[s["potential"].as_f64().unwrap()], TOL, &at("potential"));
+
+    // Frames and the centre of mass: accelerations for a_in.
+    inverse_dynamics_given_kinematics(tree, ws, &a, &mut out);
+    close(com_acceleration(tree, ws).as_slice(), &nums(&s["acom"]), TOL, &at("com acceleration"));
+    for (f, x) in
+        r.json["contact_frames"].as_array().unwrap().iter().zip(s["frames"].as_array().unwrap())
+    {
+        let n = tree.multibody().node(f["name"].as_str().unwrap()).expect("node");
+        let X = ws.node_pose(tree, n);
+        let R = X.rotation.to_rotation_matrix();
+        close(R.matrix().as_slice(), support::mat3(&x["R"]).as_slice(), TOL, &at("frame R"));
+        close(X.position.as_slice(), &nums(&x["p"]), TOL, &at("frame p"));
+        let V = ws.node_velocity(tree, n);
+        close(&pair_m(&V), &nums(&x["v_lwa"]), TOL, &at("frame velocity"));
+        let A = ws.node_acceleration(tree, n);
+        close(&pair_m(&A), &nums(&x["ac_lwa"]), TOL, &at("frame acceleration"));
+    }
+    let mut moved = vec![0.0; q.len()];
+    let step: Vec<f64> = v.iter().map(|x| x * 0.01).collect();
+    tree.multibody().integrate(&q, &step, &mut moved);
+    close(&moved, &r.q(&s["q_integrated_v_0p01"]), TOL, &at("integrated q"));
+}
+
+fn pair(linear: &Vec3, angular: &Vec3) -> Vec<f64> {
+    linear.iter().chain(angular.iter()).copied().collect()
+}
+
+fn pair_m(m: &Motion) -> Vec<f64> {
+    pair(&m.linear, &m.angular)
+}
+
+#[test]
+fn double_pendulum() {
+    check("double_pendulum");
+}
+
+#[test]
+fn ur5() {
+    check("ur5");
+}
+
+#[test]
+fn iiwa7() {
+    check("iiwa7");
+}
+
+#[test]
+fn solo12_with_free_base() {
+    check("solo12_ff");
+}
+
+#[test]
+fn chain_of_ten_random_links() {
+    check("chain10_rand");
+}

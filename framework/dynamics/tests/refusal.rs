@@ -1,0 +1,62 @@
+//! Refusal wall: what the algorithms say to a mechanism or a slice that cannot work.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
+use linkwork_dynamics::spatial::{MassProperties, Mat3, Vec3};
+use linkwork_dynamics::*;
+
+fn arm(hand: Hinge, mass: MassProperties) -> Multibody {
+    let solid = MassProperties::new(1.0, Vec3::x() * 0.3, Mat3::identity() * 0.1);
+    let mut b = Builder::new();
+    b.body(BodySpec::new("arm", "world").hinge(Hinge::pin(Vec3::z())).mass(solid));
+    b.body(BodySpec::new("hand", "arm").hinge(hand).mass(mass));
+    b.build().unwrap()
+}
+
+fn run(mbs: &Multibody) -> Result<Vec<f64>, DynamicsError> {
+    let tree = Tree::new(mbs);
+    let mut ws = Workspace::new(&tree);
+    let (q, v) = (mbs.random_q(1), mbs.random_v(1));
+    let (mut tau, mut vdot) = (mbs.random_v(2), vec![0.0; mbs.nv()]);
+    forward_dynamics(&tree, &mut ws, &q, &v, &mut tau, &mut vdot).map(|()| vdot)
+}
+
+#[test]
+fn a_free_hinge_with_nothing_to_move_names_its_body() {
+    let none = MassProperties::massless();
+    for hinge in [Hinge::pin(Vec3::x()), Hinge::slider(Vec3::y()), Hinge::ball(), Hinge::free()] {
+        let error = run(&arm(hinge.clone(), none)).unwrap_err();
+        assert_eq!(error, DynamicsError::Singular { body: "hand".into(), v: 1 });
+        assert!(error.to_string().contains("help: give it"), "{error}");
+        // Prescribed, it may be massless.
+        run(&arm(hinge.clone().prescribed(), none)).unwrap();
+        if hinge != Hinge::free() {
+            run(&arm(hinge.armature(0.1), none)).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_state_that_is_not_finite_is_refused() {
+    let solid = MassProperties::new(1.0, Vec3::x() * 0.3, Mat3::identity() * 0.1);
+    let mbs = arm(Hinge::pin(Vec3::x()), solid);
+    let tree = Tree::new(&mbs);
+    let mut ws = Workspace::new(&tree);
+    let result = forward_dynamics(
+        &tree,
+        &mut ws,
+        &[0.1, f64::NAN],
+        &[0.0, 0.0],
+        &mut [0.0, 0.0],
+        &mut [0.0, 0.0],
+    );
+    assert!(result.is_err());
+}
+
+#[test]
+#[should_panic(expected = "`q` has 1 numbers, the mechanism has 2")]
+fn slices_of_the_wrong_length_are_refused() {
+    let solid = MassProperties::new(1.0, Vec3::x() * 0.3, Mat3::identity() * 0.1);
+    let tree = Tree::new(&arm(Hinge::pin(Vec3::x()), solid));
+    kinematics(&tree, &mut Workspace::new(&tree), &[0.0], &[0.0, 0.0]);
+}

@@ -1,0 +1,264 @@
+//! The MCAP log: one protobuf channel per part, transforms of all bodies, everything needed to rerun.
+use crate::ballast::Ballast;
+use crate::schema::Schema;
+use foxglove::Encode;
+use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3};
+use linkwork_dynamics::{Tree, Workspace, kinematics};
+use linkwork_runtime::{Consumer, Group, Place, Plan, PortKind, Role, Seconds, TapRow};
+use mcap::records::{MessageHeader, Metadata};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::BufWriter;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What goes into a log.
+#[derive(Clone, Debug, Default)]
+pub struct LogSpec {
+    /// Variables (by path) and the period of their rows.
+    pub groups: Vec<(Seconds, Vec<String>)>,
+    /// Period of the transforms of all bodies; `None`: none.
+    pub transforms: Option<Seconds>,
+    /// The full resolved configuration, attached as a file.
+    pub configuration: String,
+    /// Seed, versions, command line: metadata by name.
+    pub about: BTreeMap<String, String>,
+}
+
+/// Why a log cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The file cannot be written.
+    #[error("log `{path}`: {why}")]
+    Write {
+        /// The file.
+        path: String,
+        /// Why.
+        why: String,
+    },
+    /// The file cannot be read.
+    #[error("log `{path}`: {why}")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        why: String,
+    },
+}
+
+struct Channel {
+    id: u16,
+    sequence: u32,
+    schema: Schema,
+    /// Columns of the group's row that belong to this channel.
+    from: usize,
+    to: usize,
+}
+
+struct Transforms {
+    group: u32,
+    id: u16,
+    sequence: u32,
+    tree: Arc<Tree>,
+    ws: Workspace,
+    names: Vec<(String, String)>,
+}
+
+/// Writes rows as MCAP; runs in a tap's thread.
+pub struct Log {
+    path: String,
+    writer: mcap::Writer<BufWriter<Ballast>>,
+    /// Channels of each group.
+    channels: Vec<Vec<Channel>>,
+    transforms: Option<Transforms>,
+    buffer: Vec<u8>,
+    full: Arc<AtomicBool>,
+}
+
+impl Log {
+    /// Opens the file and writes the header, schemas and channels. The groups are for [`Tap::start`](linkwork_runtime::Tap::start).
+    ///
+    /// # Errors
+    /// [`LogError::Write`].
+    pub fn create(path: &Path, plan: &Plan, spec: &LogSpec) -> Result<(Log, Vec<Group>), LogError> {
+        let name = path.display().to_string();
+        let fail = |why: String| LogError::Write { path: name.clone(), why };
+        let full = Arc::new(AtomicBool::new(false));
+        let file = Ballast::create(path, full.clone()).map_err(|e| fail(e.to_string()))?;
+        let mut writer = mcap::WriteOptions::new()
+            .compression(Some(mcap::Compression::Lz4))
+            .chunk_size(Some(1 << 20))
+            .profile("linkwork")
+            .library(format!("linkwork {}", env!("CARGO_PKG_VERSION")))
+            .create(BufWriter::with_capacity(1 << 16, file))
+            .map_err(|e| fail(e.to_string()))?;
+        let mut about = spec.about.clone();
+        about.insert("seed".into(), plan.seed.to_string());
+        about.insert("plan".into(), format!("{:016x}", plan.hash));
+        about.insert("linkwork".into(), env!("CARGO_PKG_VERSION").into());
+        about.insert("step".into(), plan.step.to_string());
+        writer
+            .write_metadata(&Metadata { name: "linkwork".into(), metadata: about })
+            .map_err(|e| fail(e.to_string()))?;
+        let attachment = mcap::Attachment {
+            log_time: 0,
+            create_time: 0,
+            name: "configuration.ron".into(),
+            media_type: "text/plain".into(),
+            data: Cow::Borrowed(spec.configuration.as_bytes()),
+        };
+        writer.attach(&attachment).map_err(|e| fail(e.to_string()))?;
+        let (mut groups, mut channels) = (Vec::new(), Vec::new());
+        for (period, paths) in &spec.groups {
+            let (group, list) =
+                open_group(&mut writer, plan, *period, paths).map_err(|e| fail(e.to_string()))?;
+            groups.push(group);
+            channels.push(list);
+        }
+        let transforms = match (spec.transforms, &plan.mechanism) {
+            (Some(period), Some(_)) => {
+                let (t, group) = open_transforms(&mut writer, plan, period, groups.len() as u32)
+                    .map_err(|e| fail(e.to_string()))?;
+                groups.push(group);
+                Some(t)
+            }
+            _ => None,
+        };
+        let log = Log { path: name, writer, channels, transforms, buffer: Vec::new(), full };
+        Ok((log, groups))
+    }
+
+    /// Set when the disk was full and the log came to an early, readable end.
+    pub fn full_flag(&self) -> Arc<AtomicBool> {
+        self.full.clone()
+    }
+
+    fn write(&mut self, id: u16, sequence: u32, ns: u64) -> Result<(), String> {
+        let header = MessageHeader { channel_id: id, sequence, log_time: ns, publish_time: ns };
+        self.writer
+            .write_to_known_channel(&header, &self.buffer)
+            .map_err(|e| format!("log `{}`: {e}", self.path))
+    }
+}
+
+fn open_group(
+    writer: &mut mcap::Writer<BufWriter<Ballast>>,
+    plan: &Plan,
+    period: Seconds,
+    paths: &[String],
+) -> Result<(Group, Vec<Channel>), mcap::McapError> {
+    let mut by_part: BTreeMap<&str, Vec<(&String, &linkwork_runtime::Variable)>> = BTreeMap::new();
+    for path in paths {
+        if let Some(v) = plan.variables.get(path)
+            && v.role != Role::Input
+        {
+            by_part.entry(&v.part).or_default().push((path, v));
+        }
+    }
+    let (mut places, mut channels) = (Vec::new(), Vec::new());
+    for (part, mut list) in by_part {
+        // Lanes in the order of the ports, so that vectors read x, y, z and rate[10] after rate[9].
+        list.sort_by_key(|(_, v)| match v.place {
+            Place::X(k) => (1, k),
+            Place::D(k) => (2, k),
+            Place::Signal(k) => (0, k),
+        });
+        let from = places.len();
+        let columns: Vec<(String, bool)> = list
+            .iter()
+            .map(|(path, v)| (path[part.len() + 1..].to_string(), v.kind == PortKind::Bool))
+            .collect();
+        places.extend(list.iter().map(|(_, v)| v.place));
+        let schema = Schema::new(part, &columns);
+        let id = writer.add_schema(&schema.name, "protobuf", &schema.descriptor())?;
+        let mut metadata = BTreeMap::new();
+        for (path, v) in &list {
+            let field = path[part.len() + 1..].to_string();
+            metadata.insert(format!("unit.{field}"), v.unit.clone());
+        }
+        let topic = format!("/{}", part.replace('.', "/"));
+        let id = writer.add_channel(id, &topic, "protobuf", &metadata)?;
+        channels.push(Channel { id, sequence: 0, schema, from, to: places.len() });
+    }
+    Ok((Group { period, places }, channels))
+}
+
+fn open_transforms(
+    writer: &mut mcap::Writer<BufWriter<Ballast>>,
+    plan: &Plan,
+    period: Seconds,
+    group: u32,
+) -> Result<(Transforms, Group), mcap::McapError> {
+    let bad = || mcap::McapError::BadMagic;
+    let m = plan.mechanism.as_ref().ok_or_else(bad)?;
+    let schema = FrameTransforms::get_schema().ok_or_else(bad)?;
+    let id = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
+    let id = writer.add_channel(id, "/tf", "protobuf", &BTreeMap::new())?;
+    let n = m.multibody.nq() + m.multibody.nv();
+    let places = (0..n).map(|k| Place::X((m.wiring.x + k) as u32)).collect();
+    let name = |b: &linkwork_multibody::Body| b.name().to_string();
+    let names = m.multibody.bodies().iter().map(|b| ("world".to_string(), name(b))).collect();
+    let ws = Workspace::new(&m.tree);
+    let t = Transforms { group, id, sequence: 0, tree: m.tree.clone(), ws, names };
+    Ok((t, Group { period, places }))
+}
+
+impl Transforms {
+    fn message(&mut self, row: &TapRow, out: &mut Vec<u8>) -> Result<(), String> {
+        let nq = self.tree.nq();
+        kinematics(&self.tree, &mut self.ws, &row.values[..nq], &row.values[nq..]);
+        let timestamp = Timestamp::new(
+            (row.ns / 1_000_000_000) as u32,
+            (row.ns % 1_000_000_000) as u32,
+        );
+        let transforms = self
+            .tree
+            .multibody()
+            .body_ids()
+            .zip(&self.names)
+            .map(|(id, (parent, child))| {
+                let pose = self.ws.body_pose(&self.tree, id);
+                let (p, q) = (pose.position, pose.rotation);
+                FrameTransform {
+                    timestamp: Some(timestamp),
+                    parent_frame_id: parent.clone(),
+                    child_frame_id: child.clone(),
+                    translation: Some(Vector3 { x: p.x, y: p.y, z: p.z }),
+                    rotation: Some(Quaternion { x: q.i, y: q.j, z: q.k, w: q.w }),
+                }
+            })
+            .collect();
+        let message = FrameTransforms { transforms };
+        Encode::encode(&message, out).map_err(|e| e.to_string())
+    }
+}
+
+impl Consumer for Log {
+    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+        if let Some(mut t) = self.transforms.take_if(|t| t.group == row.group) {
+            self.buffer.clear();
+            t.message(row, &mut self.buffer)?;
+            self.write(t.id, t.sequence, row.ns)?;
+            t.sequence = t.sequence.wrapping_add(1);
+            self.transforms = Some(t);
+        } else {
+            let mut channels = std::mem::take(&mut self.channels[row.group as usize]);
+            for c in &mut channels {
+                self.buffer.clear();
+                c.schema.encode(&row.values[c.from..c.to], &mut self.buffer);
+                self.write(c.id, c.sequence, row.ns)?;
+                c.sequence = c.sequence.wrapping_add(1);
+            }
+            self.channels[row.group as usize] = channels;
+        }
+        if self.full.load(Ordering::Relaxed) {
+            return Err(format!("log `{}`: the disk is full", self.path));
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), String> {
+        self.writer.finish().map(|_| ()).map_err(|e| format!("log `{}`: {e}", self.path))
+    }
+}

@@ -1,0 +1,128 @@
+//! The blueprint that opens with useful panels: the scene on the left, curves on the right.
+//!
+//! Written as blueprint archetypes with fixed ids: the SDK's builder has no way to set the eye.
+use crate::scene::Scene;
+use re_sdk_types::blueprint::archetypes::{
+    ContainerBlueprint, EyeControls3D, PanelBlueprint, PlotLegend, TimePanelBlueprint, ViewBlueprint,
+    ViewContents, ViewportBlueprint,
+};
+use re_sdk_types::blueprint::components::{
+    AutoLayout, AutoViews, ColumnShare, ContainerKind, IncludedContent, PanelState, PlayState,
+    QueryExpression, RootContainer, TimelineName, ViewClass,
+};
+use re_sdk_types::components::Name;
+use rerun::{EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
+use uuid::Uuid;
+
+fn id(what: &str) -> Uuid {
+    Uuid::new_v5(&Uuid::NAMESPACE_OID, what.as_bytes())
+}
+
+fn view(
+    rec: &RecordingStream,
+    class: &'static str,
+    name: &str,
+    origin: &str,
+    contents: &[String],
+) -> RecordingStreamResult<String> {
+    let path = format!("view/{}", id(name));
+    let queries = contents.iter().map(|c| QueryExpression(c.clone().into()));
+    rec.log(format!("{path}/ViewContents"), &ViewContents::new(queries))?;
+    let arch = ViewBlueprint::new(ViewClass(class.into()))
+        .with_display_name(Name(name.into()))
+        .with_space_origin(origin.to_string());
+    rec.log(path.as_str(), &arch)?;
+    Ok(path)
+}
+
+fn container(
+    rec: &RecordingStream,
+    kind: ContainerKind,
+    name: &str,
+    contents: &[String],
+    shares: Option<Vec<f32>>,
+) -> RecordingStreamResult<String> {
+    let path = format!("container/{}", id(name));
+    let mut arch = ContainerBlueprint::new(kind)
+        .with_contents(contents.iter().map(|c| IncludedContent(c.clone().into())));
+    if let Some(shares) = shares {
+        arch = arch.with_col_shares(shares.into_iter().map(|s| ColumnShare(s.into())));
+    }
+    rec.log(path.as_str(), &arch)?;
+    Ok(path)
+}
+
+/// Sends the blueprint of a scene.
+pub fn send(rec: &RecordingStream, scene: &Scene, follow: Option<EntityPath>) -> RecordingStreamResult<()> {
+    let application = rec
+        .store_info()
+        .map_or_else(|| "linkwork".into(), |info| info.application_id().clone());
+    let (bp, storage) = RecordingStreamBuilder::new(application)
+        .recording_id(id(&scene.title).to_string())
+        .blueprint()
+        .memory()?;
+    bp.set_time_sequence("blueprint", 0);
+    let all = ["+ /**".to_string(), "- /plots/**".to_string()];
+    let main = view(&bp, "3D", "Scene", "/", &all)?;
+    let e = scene.eye.unwrap_or_else(|| linkwork_spatial::Vec3::new(-4.0, -5.0, 3.0));
+    let mut eye = EyeControls3D::new()
+        .with_position([e.x as f32, e.y as f32, e.z as f32])
+        .with_look_target([0.0, 0.0, 0.0])
+        .with_eye_up([0.0, 0.0, 1.0]);
+    if let Some(path) = follow {
+        eye = eye.with_tracking_entity(path.to_string());
+    }
+    bp.log(format!("{main}/EyeControls3D"), &eye)?;
+    let mut plots = Vec::new();
+    for panel in &scene.panels {
+        let origin = plot_path(&panel.title);
+        let contents = ["$origin/**".to_string()];
+        let path = view(&bp, "TimeSeries", &panel.title, &origin, &contents)?;
+        bp.log(
+            format!("{path}/PlotLegend"),
+            &PlotLegend::new().with_visible(panel.series.len() > 1),
+        )?;
+        plots.push(path);
+    }
+    let root = if plots.is_empty() {
+        container(&bp, ContainerKind::Tabs, "root", &[main], None)?
+    } else {
+        let right = container(&bp, ContainerKind::Vertical, "plots", &plots, None)?;
+        container(&bp, ContainerKind::Horizontal, "root", &[main, right], Some(vec![3.0, 2.0]))?
+    };
+    let root = root.trim_start_matches("container/").to_string();
+    let root = Uuid::parse_str(&root).unwrap_or_default();
+    bp.log(
+        "viewport",
+        &ViewportBlueprint::new()
+            .with_root_container(RootContainer(root.into()))
+            .with_auto_layout(AutoLayout(false.into()))
+            .with_auto_views(AutoViews(false.into())),
+    )?;
+    let collapsed = PanelBlueprint::new().with_state(PanelState::Collapsed);
+    bp.log("blueprint_panel", &collapsed)?;
+    bp.log("selection_panel", &collapsed)?;
+    bp.log(
+        "time_panel",
+        &TimePanelBlueprint::new()
+            .with_state(PanelState::Collapsed)
+            .with_timeline(TimelineName("sim_time".into()))
+            .with_play_state(PlayState::Following),
+    )?;
+    let messages = storage.take();
+    let Some(first) = messages.first() else { return Ok(()) };
+    let activation = rerun::external::re_log_types::BlueprintActivationCommand {
+        blueprint_id: first.store_id().clone(),
+        make_active: true,
+        make_default: true,
+    };
+    rec.send_blueprint(messages, activation);
+    Ok(())
+}
+
+/// Entity path of a panel's curves.
+pub fn plot_path(title: &str) -> String {
+    let clean: String =
+        title.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    format!("/plots/{}", clean.trim_matches('_'))
+}

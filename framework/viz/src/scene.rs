@@ -1,0 +1,104 @@
+//! What is shown: shapes on bodies, arrows, trails, frames, plots, markers.
+use linkwork_spatial::{Pose, Vec3};
+use std::path::PathBuf;
+
+/// The form of a shape; lengths in metres.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Form {
+    /// Full edge lengths.
+    Box(Vec3),
+    /// Radius.
+    Sphere(f64),
+    /// Radius and length; the axis is the shape's z, the middle its origin.
+    Cylinder {
+        /// Radius.
+        radius: f64,
+        /// Length along the axis.
+        length: f64,
+    },
+    /// Radius and length between the centres of the caps; the axis is the shape's z.
+    Capsule {
+        /// Radius.
+        radius: f64,
+        /// Length between the centres of the caps.
+        length: f64,
+    },
+    /// A binary or text STL file, scaled.
+    Mesh {
+        /// The file.
+        file: PathBuf,
+        /// Metres per unit of the file.
+        scale: f64,
+    },
+}
+
+/// A shape on a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    /// Name of the body.
+    pub body: String,
+    /// Name of the shape, unique on the body.
+    pub name: String,
+    /// X_BS: the shape in the body.
+    pub pose: Pose,
+    /// Its form.
+    pub form: Form,
+    /// Red, green, blue, alpha: 0 to 255.
+    pub color: [u8; 4],
+}
+
+/// An arrow from variables: at a point, along a vector, both in W.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arrow {
+    /// Dotted path under which it is shown.
+    pub path: String,
+    /// Variables of the origin.
+    pub origin: [String; 3],
+    /// Variables of the vector.
+    pub vector: [String; 3],
+    /// Metres of arrow per unit of the vector.
+    pub scale: f64,
+    /// Red, green, blue, alpha.
+    pub color: [u8; 4],
+}
+
+/// A panel of curves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// Title, with the unit.
+    pub title: String,
+    /// Label and variable of each curve, and the factor from SI to the unit shown.
+    pub series: Vec<(String, String, f64)>,
+}
+
+/// A labelled point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Marker {
+    /// Place in W.
+    pub at: Vec3,
+    /// Label.
+    pub label: String,
+}
+
+/// All that is shown.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scene {
+    /// Name of the run, shown as the application.
+    pub title: String,
+    /// Shapes on bodies.
+    pub shapes: Vec<Shape>,
+    /// Arrows.
+    pub arrows: Vec<Arrow>,
+    /// Bodies whose path is drawn.
+    pub trails: Vec<String>,
+    /// Nodes whose axes are drawn.
+    pub frames: Vec<String>,
+    /// Panels of curves.
+    pub panels: Vec<Panel>,
+    /// Labelled points.
+    pub markers: Vec<Marker>,
+    /// The body that the eye follows.
+    pub follow: Option<String>,
+    /// Where the eye starts relative to the followed body (or W) [m].
+    pub eye: Option<Vec3>,
+}
