@@ -92,7 +92,7 @@ impl Model for Saturation {
     type Ud = Input;
     type Yd = Output;
     fn build(p: SaturationParams) -> Result<Self, BuildError> {
-        if !(p.lower <= p.upper) {
+        if p.lower.is_nan() || p.upper.is_nan() || p.lower > p.upper {
             return Err(BuildError::new("the lower limit is above the upper one").at("lower"));
         }
         Ok(Saturation { p })
@@ -121,7 +121,7 @@ impl Model for Lookup {
     type Ud = Input;
     type Yd = Output;
     fn build(p: LookupParams) -> Result<Self, BuildError> {
-        if p.table.is_empty() || p.table.windows(2).any(|w| !(w[0][0] < w[1][0])) {
+        if p.table.is_empty() || p.table.windows(2).any(|w| w[0][0] >= w[1][0]) {
             return Err(BuildError::new("the first column of the table must rise").at("table"));
         }
         Ok(Lookup { p })
