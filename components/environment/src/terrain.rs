@@ -179,7 +179,7 @@ impl Service for GridTerrain {
     type Params = GeneratedParams;
     fn build(p: GeneratedParams, _: &Files) -> Result<Self, BuildError> {
         let nodes = p.size[0] / p.spacing * (p.size[1] / p.spacing);
-        if !(nodes <= NODES_MAX) {
+        if nodes.is_nan() || nodes > NODES_MAX {
             return Err(BuildError::new(format!("{:.0} million nodes are too many", nodes / 1e6))
                 .at("spacing")
                 .help("make `spacing` larger or `size` smaller: 64 million nodes at most"));

@@ -121,7 +121,7 @@ mod tests {
         assert!((last - SOLAR_CONSTANT / 1.52f64.powi(2)).abs() < 1e-3);
         for tau in [0.2, 0.5, 1.0, 2.0, 5.0] {
             let now = irradiance(up, up, 1.52, tau);
-            let beam = SOLAR_CONSTANT / 1.52f64.powi(2) * (-tau as f64).exp();
+            let beam = SOLAR_CONSTANT / 1.52f64.powi(2) * f64::exp(-tau);
             assert!(now < last && now > beam, "{tau}: {now} {last} {beam}");
             last = now;
         }
