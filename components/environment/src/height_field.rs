@@ -317,19 +317,4 @@ mod tests {
         assert_eq!(e.to_string(), "5 heights for a grid of 3 by 5: it needs 15");
         assert!(HeightField::new([0.0; 2], [0.0, 1.0], 2, 2, vec![0.0; 4]).is_err());
     }
-
-    #[test]
-    #[allow(clippy::disallowed_methods)]
-    #[ignore = "a measurement: run with --release --ignored --nocapture"]
-    fn cost_of_a_query() {
-        let n = 2001;
-        let field = HeightField::new([0.0; 2], [0.05; 2], n, n, vec![1.0; n * n]).unwrap();
-        let start = std::time::Instant::now();
-        let mut sum = 0.0;
-        for k in 0..2_000_000 {
-            let s = 4e-5 * k as f64;
-            sum += field.ground(10.0 + s, 50.0 + 0.3 * s).unwrap().0;
-        }
-        println!("{:.1} ns a query ({sum})", start.elapsed().as_nanos() as f64 / 2e6);
-    }
 }

@@ -1,3 +1,4 @@
+//! Rigid contact: loads against hand-worked cases, holding, refusal of energy.
 use super::*;
 
 fn msl() -> RigidContact {

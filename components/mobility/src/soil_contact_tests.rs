@@ -1,3 +1,4 @@
+//! Soil contact: loads, holding on slopes, loading and unloading.
 use super::*;
 use crate::test_soils::*;
 

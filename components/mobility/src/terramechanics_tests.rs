@@ -1,3 +1,4 @@
+//! Stresses and forces of a wheel on soil against published and measured values.
 use super::*;
 use crate::test_soils::*;
 
@@ -301,24 +302,4 @@ fn measured_smooth_wheel_is_reproduced() {
     let rms = rms_against_measurements(&WheelSoil { shear: ishigami, ..w }, &[15.0, 30.0, 45.0]);
     println!("independent shear: {rms:?}");
     assert!(rms.unwrap()[1] > 0.9, "independent shear is known to overshoot: {rms:?}");
-}
-
-#[test]
-#[allow(clippy::disallowed_methods)]
-#[ignore = "a measurement: run with --release --ignored --nocapture"]
-fn cost_of_one_wheel() {
-    let mut w = golden();
-    for n in [1.0, 1.1] {
-        w.soil.n = n;
-        for s in [0.2, -0.2] {
-            let start = std::time::Instant::now();
-            let mut sum = 0.0;
-            for i in 0..200_000 {
-                let m = Motion::rolling(s, 1e-6 * f64::from(i));
-                sum += w.forces(0.02 + 1e-8 * f64::from(i), &m).fx;
-            }
-            let ns = start.elapsed().as_nanos() as f64 / 2e5;
-            println!("n {n}, slip {s}: {ns:.0} ns ({sum:.1})");
-        }
-    }
 }

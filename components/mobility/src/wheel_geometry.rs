@@ -221,21 +221,6 @@ mod tests {
     }
 
     #[test]
-    #[allow(clippy::disallowed_methods)]
-    #[ignore = "a measurement: run with --release --ignored --nocapture"]
-    fn cost_of_three_discs() {
-        let n = unit(0.1, 0.05, 1.0);
-        let plane = |x: f64, y: f64| Some((-(n.x * x + n.y * y) / n.z, n));
-        let start = std::time::Instant::now();
-        let mut sum = 0.0;
-        for i in 0..200_000 {
-            let c = Vec3::new(1e-6 * f64::from(i), 0.0, 0.25);
-            sum += WHEEL.discs(c, Vec3::y(), &plane)[0].unwrap().depth;
-        }
-        println!("three discs on a plane: {} ns ({sum:.1})", start.elapsed().as_nanos() / 200_000);
-    }
-
-    #[test]
     fn off_the_map_there_is_no_contact() {
         let discs = WHEEL.discs(Vec3::zeros(), Vec3::y(), &|_, _| None);
         assert!(discs.iter().all(Option::is_none));

@@ -1,0 +1,73 @@
+//! Every model of every library keeps the rules of a model: one generated suite.
+mod checks;
+mod rig;
+mod sample;
+mod toys;
+mod world;
+
+use linkwork_runtime::Entry;
+
+fn libraries() -> Vec<Vec<Entry>> {
+    vec![
+        linkwork_basics::catalogue(),
+        linkwork_actuators::catalogue(),
+        linkwork_sensors::catalogue(),
+        linkwork_mobility::catalogue(),
+        linkwork_environment::catalogue(),
+        linkwork_flight::catalogue(),
+        linkwork_control::catalogue(),
+        linkwork_power::catalogue(),
+    ]
+}
+
+#[test]
+fn every_model_conforms() {
+    let services = world::services();
+    let all = libraries().concat();
+    let (models, providers): (Vec<_>, Vec<_>) =
+        all.iter().partition(|e| e.service_kind().is_none());
+    assert!(models.len() > 15 && providers.len() > 4, "{} and {}", models.len(), providers.len());
+    let found: Vec<String> = all.iter().flat_map(|e| checks::all(e, &services)).collect();
+    assert!(found.is_empty(), "\n{}", found.join("\n"));
+}
+
+#[test]
+fn names_are_unique_and_say_their_library() {
+    let catalogue = linkwork_runtime::Catalogue::new(libraries());
+    for entry in catalogue.iter() {
+        let (library, model) = entry.description.name.split_once('.').unwrap();
+        assert!(!library.is_empty() && !model.is_empty());
+    }
+}
+
+#[test]
+fn each_check_can_fail() {
+    let services = world::services();
+    let found = |entry: Entry| checks::all(&entry, &services).join("\n");
+    assert_eq!(found(Entry::model::<toys::Good>()), "");
+    for (entry, phrases) in [
+        (Entry::model::<toys::Impure>(), vec!["it is not pure"]),
+        (Entry::model::<toys::Forgetful>(), vec!["its store forgets"]),
+        (Entry::model::<toys::Greedy>(), vec!["200 allocations"]),
+        (
+            Entry::model::<toys::Sloppy>(),
+            vec![
+                "the model has no documentation",
+                "port `u` has no documentation",
+                "port `u` has no unit",
+                "furlong",
+                "two ports are called `u`",
+                "far = NaN from finite inputs",
+            ],
+        ),
+        (
+            Entry::model::<toys::Fussy>(),
+            vec!["k = 4: in the range, and refused: `bench.part.k`: too far"],
+        ),
+    ] {
+        let text = found(entry);
+        for phrase in phrases {
+            assert!(text.contains(phrase), "{phrase:?} is not in\n{text}");
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! One model on a test bench: its own lanes, inputs that move smoothly, Euler steps of 1 ms.
+use linkwork_runtime::prelude::*;
+use linkwork_runtime::{
+    Block, Description, Lane, Now, PortKind, PortSpec, Prototype, Wiring, noise,
+};
+
+/// Ticks between the samples of a sampled model.
+const PERIOD: u64 = 20;
+const STEP: f64 = 1e-3;
+
+/// A model, wired to lanes of its own.
+pub struct Rig {
+    block: Box<dyn Block>,
+    description: Description,
+    period: u64,
+    tick: u64,
+    x: Vec<f64>,
+    d: Vec<f64>,
+    sig: Vec<f64>,
+    xdot: Vec<f64>,
+    outputs: usize,
+    /// Evaluate everything this many times: more than once changes nothing in a pure model.
+    pub repeats: usize,
+}
+
+/// What a checkpoint holds of it.
+pub struct Saved {
+    tick: u64,
+    lanes: [Vec<f64>; 3],
+    store: Vec<u8>,
+}
+
+fn lanes(specs: &[PortSpec]) -> usize {
+    specs.iter().map(|s| s.lanes).sum()
+}
+
+impl Rig {
+    /// Sampled every 20 ms when it has updates, else continuous.
+    pub fn new(prototype: &dyn Prototype) -> Rig {
+        let description = prototype.description().clone();
+        let (nu, nud) = (lanes(&description.inputs), lanes(&description.direct_inputs));
+        let ym = nu + nud;
+        let yd = ym + lanes(&description.moore_outputs);
+        let end = yd + lanes(&description.direct_outputs);
+        let period = if description.functions.update { PERIOD } else { 0 };
+        let wiring = Wiring {
+            u: (0..nu as u32).collect(),
+            ud: (nu as u32..ym as u32).collect(),
+            ym,
+            yd,
+            period,
+            period_s: STEP * period as f64,
+            key: noise::key(9, "bench.part"),
+            ..Wiring::default()
+        };
+        let (nx, nd) = (lanes(&description.continuous), lanes(&description.discrete));
+        let mut rig = Rig {
+            block: prototype.block(wiring),
+            description,
+            period,
+            tick: 0,
+            x: vec![0.0; nx],
+            d: vec![0.0; nd],
+            sig: vec![0.0; end],
+            xdot: vec![0.0; nx],
+            outputs: ym,
+            repeats: 1,
+        };
+        prototype.initial(&mut rig.x, &mut rig.d);
+        rig
+    }
+
+    /// One tick: inputs, outputs, update, step.
+    pub fn step(&mut self) {
+        let t = STEP * self.tick as f64;
+        let now = Now { t, dt: STEP, tick: self.tick };
+        let mut at = 0;
+        for spec in self.description.inputs.iter().chain(&self.description.direct_inputs) {
+            move_input(spec, at, t, &mut self.sig[at..at + spec.lanes]);
+            at += spec.lanes;
+        }
+        let f = self.description.functions;
+        let due = self.period == 0 || self.tick.is_multiple_of(self.period);
+        let continuous = !self.x.is_empty();
+        for _ in 0..self.repeats {
+            if f.moore && (due || continuous) {
+                self.block.moore(&now, &self.x, &self.d, &mut self.sig);
+            }
+            if f.direct && (due || continuous) {
+                self.block.direct(&now, &self.x, &self.d, &mut self.sig);
+            }
+        }
+        if f.update && due {
+            self.block.update(&now, &self.x, &mut self.d, &self.sig);
+        }
+        if f.deriv {
+            for _ in 0..self.repeats {
+                self.block.deriv(&now, &self.x, &self.d, &self.sig, &mut self.xdot);
+            }
+            for (x, dx) in self.x.iter_mut().zip(&self.xdot) {
+                *x += STEP * dx;
+            }
+        }
+        self.tick += 1;
+    }
+
+    /// Steps, and the hash of all bits after each.
+    pub fn trace(&mut self, ticks: usize) -> Vec<u64> {
+        (0..ticks)
+            .map(|_| {
+                self.step();
+                self.hash()
+            })
+            .collect()
+    }
+
+    fn hash(&self) -> u64 {
+        let all = self.x.iter().chain(&self.d).chain(&self.sig);
+        let mut bytes: Vec<u8> = all.flat_map(|v| v.to_le_bytes()).collect();
+        bytes.extend(self.block.save_store().unwrap());
+        noise::hash(bytes)
+    }
+
+    /// The first lane that is no finite number.
+    pub fn bad(&self) -> Option<String> {
+        let named = |specs: Vec<&PortSpec>, values: &[f64]| {
+            let names: Vec<String> = specs
+                .iter()
+                .flat_map(|s| s.lane_names().into_iter().map(|(l, _)| format!("{}{l}", s.name)))
+                .collect();
+            let k = values.iter().position(|v| !v.is_finite())?;
+            Some(format!("{} = {}", names.get(k).cloned().unwrap_or_default(), values[k]))
+        };
+        let d = &self.description;
+        named(d.continuous.iter().collect(), &self.x)
+            .or_else(|| named(d.discrete.iter().collect(), &self.d))
+            .or_else(|| named(d.all_outputs().collect(), &self.sig[self.outputs..]))
+    }
+
+    /// Everything that changes.
+    pub fn save(&self) -> Saved {
+        Saved {
+            tick: self.tick,
+            lanes: [self.x.clone(), self.d.clone(), self.sig.clone()],
+            store: self.block.save_store().unwrap(),
+        }
+    }
+
+    /// Takes it back.
+    pub fn load(&mut self, s: &Saved) {
+        self.tick = s.tick;
+        [self.x, self.d, self.sig] = s.lanes.clone();
+        self.block.load_store(&s.store).unwrap();
+    }
+}
+
+/// Quantities that are never negative, by unit.
+const POSITIVE: [&str; 8] = ["K", "Pa", "kg", "kg/m^3", "J", "W", "F", "ohm"];
+
+/// An input at time t: smooth, different on every lane, and consistent (rates are derivatives).
+fn move_input(spec: &PortSpec, at: usize, t: f64, out: &mut [f64]) {
+    let wave = |k: usize| {
+        let (w, phase) = (2.0 + 0.7 * ((at + k) % 7) as f64, 0.9 * (at + k) as f64 + 0.4);
+        ((w * t + phase).sin(), w * (w * t + phase).cos())
+    };
+    match spec.kind {
+        PortKind::Bool => out[0] = f64::from(u8::from(wave(0).0 > 0.0)),
+        PortKind::Quaternion => {
+            let axis = Vec3::new(wave(0).0, wave(1).0, wave(2).0) * 0.3;
+            Quat::from_scaled_axis(axis).put(out);
+        }
+        PortKind::NodeState => {
+            let scale = [0.3, 0.2, 0.03];
+            let v: Vec<(f64, f64)> = (0..6).map(wave).collect();
+            NodeState {
+                position: Vec3::from_fn(|k, _| scale[k] * v[k].0) + Vec3::new(0.0, 0.0, 0.25),
+                rotation: Quat::from_scaled_axis(Vec3::new(v[3].0, v[4].0, v[5].0) * 0.1),
+                angular: Vec3::new(v[3].1, v[4].1, v[5].1) * 0.1,
+                velocity: Vec3::from_fn(|k, _| scale[k] * v[k].1),
+            }
+            .put(out);
+        }
+        PortKind::HingeState => {
+            let (angle, rate) = wave(0);
+            HingeState { angle: 0.5 * angle, rate: 0.5 * rate }.put(out);
+        }
+        _ => {
+            for (k, lane) in out.iter_mut().enumerate() {
+                let middle = match &spec.default {
+                    Some(d) => d[k],
+                    None if POSITIVE.contains(&spec.unit) => 1.0,
+                    None => 0.0,
+                };
+                *lane = middle + 0.5 * wave(k).0;
+            }
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Parameters for a model that nobody configured: defaults, and made-up values for required ones.
+use linkwork_runtime::{Entry, Fault, Located, ParamSpec, Prototype, ReadCx, Services, Value};
+
+/// Path under which the model under test is built.
+pub const PATH: &str = "bench.part";
+
+/// Required parameters that only make sense together, where a made-up value would be refused.
+fn written(model: &str, param: &str) -> Option<Value> {
+    let list = |v: &[f64]| Value::List(v.iter().map(|x| Value::Number(*x).into()).collect());
+    let pairs = |v: &[[f64; 2]]| Value::List(v.iter().map(|p| list(p).into()).collect());
+    match (model, param) {
+        ("control.ackermann" | "control.odometry", "wheels") => Some(pairs(&[
+            [1.1, 1.0],
+            [1.1, -1.0],
+            [0.0, 1.1],
+            [0.0, -1.1],
+            [-1.0, 1.0],
+            [-1.0, -1.0],
+        ])),
+        ("basics.lookup", "table") => Some(pairs(&[[-1.0, 2.0], [0.0, 0.5], [3.0, 4.0]])),
+        ("environment.mars_sun", "epoch") => Some(Value::Text("2012-08-06T05:17:57Z".into())),
+        _ => None,
+    }
+}
+
+/// A value of a kind with every number `x`; `None` for a service.
+pub fn filled(kind: &str, fields: &[ParamSpec], x: f64) -> Option<Value> {
+    if kind.starts_with("path of a") {
+        return None;
+    }
+    if let Some(inner) = kind.strip_suffix(" or nothing") {
+        return filled(inner, fields, x);
+    }
+    if let Some(rest) = kind.strip_prefix("list of ") {
+        let (n, inner) = match rest.split_once(' ') {
+            Some((n, inner)) if n.parse::<usize>().is_ok() => (n.parse().unwrap(), inner),
+            _ => (2, rest),
+        };
+        let item = filled(inner, fields, x)?;
+        return Some(Value::List(vec![item.into(); n]));
+    }
+    Some(match kind {
+        "number" | "numbers" | "integer" => Value::Number(x),
+        "true | false" => Value::Bool(false),
+        "struct" => map(fields),
+        "text" => Value::Text("x".into()),
+        choices if choices.contains(" | ") => {
+            Value::Text(choices.split(" | ").next().unwrap_or_default().into())
+        }
+        other => Value::Text(other.into()),
+    })
+}
+
+/// 1, or the middle of the range, or an end of it.
+fn number(spec: &ParamSpec) -> f64 {
+    match spec.range {
+        None => 1.0,
+        Some(r) if r.low <= 1.0 && 1.0 < r.high => 1.0,
+        Some(r) if r.low.is_finite() && r.high.is_finite() => {
+            let middle = 0.5 * (r.low + r.high);
+            if spec.kind == "integer" { middle.floor() } else { middle }
+        }
+        Some(r) if r.low.is_finite() => r.low,
+        Some(r) => r.high - 1.0,
+    }
+}
+
+fn map(specs: &[ParamSpec]) -> Value {
+    let required = specs.iter().filter(|s| s.default.is_none() && !s.kind.ends_with("or nothing"));
+    Value::Map(
+        required
+            .filter_map(|s| {
+                Some((s.name.to_string(), filled(&s.kind, &s.fields, number(s))?.into()))
+            })
+            .collect(),
+    )
+}
+
+/// The parameters of a model: required ones only.
+pub fn params(entry: &Entry) -> Value {
+    let d = &entry.description;
+    let Value::Map(mut entries) = map(&d.params) else { return Value::Null };
+    for (name, value) in &mut entries {
+        if let Some(better) = written(d.name, name) {
+            *value = better.into();
+        }
+    }
+    Value::Map(entries)
+}
+
+/// The same with one more, which may be inside nested structs.
+pub fn with(base: &Value, path: &[&str], value: Value) -> Value {
+    let Value::Map(entries) = base else { return base.clone() };
+    let mut entries = entries.clone();
+    let (name, rest) = (path[0], &path[1..]);
+    let old = entries.iter().position(|(k, _)| k == name);
+    let new: Located = match (rest.is_empty(), old) {
+        (true, _) => value.into(),
+        (false, Some(k)) => with(&entries[k].1.value, rest, value).into(),
+        (false, None) => with(&Value::Map(Vec::new()), rest, value).into(),
+    };
+    match old {
+        Some(k) => entries[k].1 = new,
+        None => entries.push((name.to_string(), new)),
+    }
+    Value::Map(entries)
+}
+
+/// Builds the model.
+pub fn build(
+    entry: &Entry,
+    params: &Value,
+    services: &Services,
+) -> Result<Box<dyn Prototype>, Vec<Fault>> {
+    let mut cx = ReadCx::new(PATH, services);
+    let built = entry.make_model(&params.clone().into(), &mut cx);
+    match built {
+        Some(model) if cx.faults.is_empty() => Ok(model),
+        _ => Err(cx.faults),
+    }
+}

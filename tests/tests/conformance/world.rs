@@ -1,0 +1,76 @@
+//! Small services for models that ask: level soil, uniform gravity, thin air, a still sun.
+use linkwork_runtime::prelude::*;
+use linkwork_runtime::{ServiceObject, Services};
+use std::sync::Arc;
+
+struct Level(Soil);
+impl Terrain for Level {
+    fn ground(&self, _: f64, _: f64) -> Option<Ground> {
+        Some(Ground { height: 0.0, normal: Vec3::z() })
+    }
+    fn bounds(&self) -> [f64; 4] {
+        [-1e3, -1e3, 1e3, 1e3]
+    }
+    fn soil(&self, _: f64, _: f64) -> &Soil {
+        &self.0
+    }
+    fn surface(&self) -> Surface {
+        Surface { origin: [0.0; 2], spacing: [1.0; 2], nx: 0, ny: 0, heights: Vec::new() }
+    }
+}
+
+struct Pull;
+impl Gravity for Pull {
+    fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+        Vec3::new(0.0, 0.0, -3.71)
+    }
+    fn uniform(&self) -> Option<Vec3> {
+        Some(Vec3::new(0.0, 0.0, -3.71))
+    }
+}
+
+struct Thin;
+impl Atmosphere for Thin {
+    fn air(&self, _: f64, p: Vec3) -> Air {
+        let density = 0.02 * (-p.z / 11_100.0).exp();
+        let temperature = 210.0;
+        Air {
+            density,
+            pressure: density * 191.8 * temperature,
+            temperature,
+            speed_of_sound: (1.33f64 * 191.8 * temperature).sqrt(),
+            wind: Vec3::new(3.0, -1.0, 0.2),
+        }
+    }
+}
+
+struct Still;
+impl Sun for Still {
+    fn state(&self, _: f64) -> SunState {
+        SunState { direction: Vec3::new(0.3, 0.2, 0.9).normalize(), distance_au: 1.5 }
+    }
+}
+
+/// One of each kind.
+pub fn services() -> Services {
+    let soil = Soil {
+        n: 1.1,
+        n1: 0.3,
+        k_c: 10e3,
+        k_phi: 850e3,
+        cohesion: 600.0,
+        friction_angle: 0.6,
+        shear_modulus: 0.02,
+        a0: 0.4,
+        a1: 0.15,
+        lambda: 0.3,
+        density: 1500.0,
+        friction: 0.6,
+    };
+    let mut all = Services::default();
+    all.add("world.ground", ServiceObject::Terrain(Arc::new(Level(soil))));
+    all.add("world.gravity", ServiceObject::Gravity(Arc::new(Pull)));
+    all.add("world.air", ServiceObject::Atmosphere(Arc::new(Thin)));
+    all.add("world.sun", ServiceObject::Sun(Arc::new(Still)));
+    all
+}
