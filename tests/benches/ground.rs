@@ -63,9 +63,7 @@ fn main() {
             gravity: 9.81,
             approach: None,
         };
-        let ns = best(20_000, |k| {
-            w.forces(0.02 + 1e-8 * k, &Motion::rolling(0.2, 1e-6 * k)).fx
-        });
+        let ns = best(20_000, |k| w.forces(0.02 + 1e-8 * k, &Motion::rolling(0.2, 1e-6 * k)).fx);
         println!("wheel on soil, exponent {exponent:3}:       {ns:8.1} ns");
     }
 }

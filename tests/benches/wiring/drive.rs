@@ -1,0 +1,170 @@
+//! Six wheels, each with rate controller, DC motor, wheel load and sampled encoder; one command: 25 models.
+use crate::{end, part};
+use linkwork_runtime::prelude::*;
+use linkwork_runtime::*;
+
+#[derive(Ports, Clone, Copy)]
+pub struct Rate {
+    /// Rate.
+    #[port("rad/s")]
+    pub rate: f64,
+}
+#[derive(Ports, Clone, Copy)]
+pub struct Loop {
+    /// Wanted rate.
+    #[port("rad/s")]
+    pub wanted: f64,
+    /// Measured rate.
+    #[port("rad/s")]
+    pub rate: f64,
+}
+#[derive(Ports, Clone, Copy)]
+pub struct Volts {
+    /// Terminal voltage.
+    #[port("V")]
+    pub volts: f64,
+}
+#[derive(Ports, Clone, Copy)]
+pub struct Terminals {
+    /// Terminal voltage.
+    #[port("V")]
+    pub volts: f64,
+    /// Shaft rate.
+    #[port("rad/s")]
+    pub rate: f64,
+}
+#[derive(Ports, Clone, Copy)]
+pub struct Shaft {
+    /// Torque.
+    #[port("N m")]
+    pub torque: f64,
+}
+#[derive(State, Clone, Copy)]
+pub struct Angle {
+    /// Integral of the rate error.
+    #[port("rad")]
+    pub x: f64,
+}
+#[derive(State, Clone, Copy)]
+pub struct Current {
+    /// Winding current.
+    #[port("A")]
+    pub x: f64,
+}
+#[derive(State, Clone, Copy)]
+pub struct Spin {
+    /// Rate.
+    #[port("rad/s")]
+    pub x: f64,
+}
+
+pub struct Command {}
+/// A constant rate.
+#[model("drive.command")]
+impl Model for Command {
+    type Yd = Rate;
+    fn direct(&self, _: &Clock) -> Rate {
+        Rate { rate: 2.0 }
+    }
+}
+pub struct Controller {}
+/// ż = e, u = 4 e + 20 z.
+#[model("drive.controller")]
+impl Model for Controller {
+    type Ud = Loop;
+    type Yd = Volts;
+    type X = Angle;
+    fn direct(&self, _: &Clock, z: &Angle, _: &(), u: &Loop) -> Volts {
+        Volts { volts: 4.0 * (u.wanted - u.rate) + 20.0 * z.x }
+    }
+    fn deriv(&self, _: &Clock, _: &Angle, _: &(), _: &(), u: &Loop) -> Angle {
+        Angle { x: u.wanted - u.rate }
+    }
+}
+pub struct Motor {}
+/// L di/dt = u − R i − k ω, τ = k i.
+#[model("drive.motor")]
+impl Model for Motor {
+    type U = Terminals;
+    type Ym = Shaft;
+    type X = Current;
+    fn moore(&self, _: &Clock, i: &Current, _: &()) -> Shaft {
+        Shaft { torque: 0.1 * i.x }
+    }
+    fn deriv(&self, _: &Clock, i: &Current, _: &(), u: &Terminals) -> Current {
+        Current { x: 200.0 * (u.volts - 2.0 * i.x - 0.1 * u.rate) }
+    }
+}
+pub struct Wheel {}
+/// J ω̇ = τ − b ω.
+#[model("drive.wheel")]
+impl Model for Wheel {
+    type U = Shaft;
+    type Ym = Rate;
+    type X = Spin;
+    fn moore(&self, _: &Clock, x: &Spin, _: &()) -> Rate {
+        Rate { rate: x.x }
+    }
+    fn deriv(&self, _: &Clock, x: &Spin, _: &(), u: &Shaft) -> Spin {
+        Spin { x: 20.0 * u.torque - x.x }
+    }
+}
+pub struct Encoder {}
+/// The rate of the sample before.
+#[model("drive.encoder")]
+impl Model for Encoder {
+    type U = Rate;
+    type Ym = Rate2;
+    type D = Spin;
+    fn moore(&self, _: &Clock, _: &(), d: &Spin) -> Rate2 {
+        Rate2 { measured: d.x }
+    }
+    fn update(&self, _: &Clock, _: &(), _: &Spin, u: &Rate) -> Spin {
+        Spin { x: u.rate }
+    }
+}
+#[derive(Ports, Clone, Copy)]
+pub struct Rate2 {
+    /// Measured rate.
+    #[port("rad/s")]
+    pub measured: f64,
+}
+
+pub fn catalogue() -> Vec<Entry> {
+    vec![
+        Entry::model::<Command>(),
+        Entry::model::<Controller>(),
+        Entry::model::<Motor>(),
+        Entry::model::<Wheel>(),
+        Entry::model::<Encoder>(),
+    ]
+}
+
+pub fn six_wheels() -> Spec {
+    let mut spec = Spec::default(); // RK4, 1 ms
+    spec.parts.push(part("command", "drive.command", None));
+    for w in 1..=6 {
+        for kind in ["controller", "motor", "wheel", "encoder"] {
+            let rate = (kind == "encoder").then_some(Seconds { num: 1, den: 1000 });
+            spec.parts.push(part(&format!("w{w}.{kind}"), &format!("drive.{kind}"), rate));
+        }
+        for (from, to) in [
+            ("command.rate".to_string(), "controller.wanted"),
+            (format!("w{w}.encoder.measured"), "controller.rate"),
+            (format!("w{w}.controller.volts"), "motor.volts"),
+            (format!("w{w}.wheel.rate"), "motor.rate"),
+            (format!("w{w}.motor.torque"), "wheel.torque"),
+            (format!("w{w}.wheel.rate"), "encoder.rate"),
+        ] {
+            let (part, port) = from.rsplit_once('.').unwrap();
+            let (to_part, to_port) = to.split_once('.').unwrap();
+            spec.wires.push(WireSpec {
+                from: end(part.into(), port),
+                to: end(format!("w{w}.{to_part}"), to_port),
+                text: String::new(),
+                origin: Origin::NONE,
+            });
+        }
+    }
+    spec
+}
