@@ -1,1 +1,34 @@
-//! RON assemblies that ship with Linkwork, embedded.
+//! RON assemblies that ship with Linkwork, embedded: `rovers/…`, `parts/…`, `flight/…`, `worlds/…`.
+use include_dir::{Dir, include_dir};
+use std::collections::BTreeMap;
+
+static PARTS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/parts");
+static ROVERS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/rovers");
+static FLIGHT: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/flight");
+static WORLDS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/worlds");
+
+/// Path (`rovers/rocker_bogie.ron`) → text of every assembly.
+pub fn embedded() -> BTreeMap<String, String> {
+    let mut all = BTreeMap::new();
+    for (folder, dir) in
+        [("parts", &PARTS), ("rovers", &ROVERS), ("flight", &FLIGHT), ("worlds", &WORLDS)]
+    {
+        for file in dir.files() {
+            if let Some(text) = file.contents_utf8() {
+                all.insert(format!("{folder}/{}", file.path().display()), text.to_string());
+            }
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn every_folder_has_assemblies() {
+        let all = super::embedded();
+        for folder in ["parts/", "rovers/", "flight/", "worlds/"] {
+            assert!(all.keys().any(|k| k.starts_with(folder)), "{folder} is empty");
+        }
+    }
+}

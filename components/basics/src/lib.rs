@@ -1,1 +1,33 @@
-//! Component library: basics.
+//! Component library: basics. Signals, arithmetic, filters, meters.
+
+pub mod arithmetic;
+pub mod continuous;
+pub mod ports;
+pub mod sampled;
+pub mod sources;
+
+use linkwork_runtime::prelude::Entry;
+
+/// The models of this library.
+pub fn catalogue() -> Vec<Entry> {
+    vec![
+        Entry::model::<arithmetic::Gain>(),
+        Entry::model::<arithmetic::Sum>(),
+        Entry::model::<arithmetic::Product>(),
+        Entry::model::<arithmetic::Saturation>(),
+        Entry::model::<arithmetic::Lookup>(),
+        Entry::model::<arithmetic::Comparator>(),
+        Entry::model::<sources::Constant>(),
+        Entry::model::<sources::Sine>(),
+        Entry::model::<sources::Step>(),
+        Entry::model::<sources::Ramp>(),
+        Entry::model::<continuous::Integrator>(),
+        Entry::model::<continuous::Lag>(),
+        Entry::model::<continuous::EnergyMeter>(),
+        Entry::model::<continuous::PathMeter>(),
+        Entry::model::<sampled::Hold>(),
+        Entry::model::<sampled::Delay>(),
+        Entry::model::<sampled::Differentiator>(),
+        Entry::model::<sampled::Statistics>(),
+    ]
+}

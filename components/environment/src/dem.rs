@@ -175,7 +175,6 @@ mod tests {
         dir.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, 100.0, 50.0, 0.0][..]).unwrap();
         dir.write_tag(Tag::GdalNodata, nodata).unwrap();
         image.write_data(cells).unwrap();
-        drop(encoder);
         bytes
     }
 

@@ -254,7 +254,7 @@ mod tests {
                     count += 1.0;
                 }
             }
-            (sum / count as f64).sqrt()
+            (sum / count).sqrt()
         };
         let slope = (spread(24) / spread(4)).ln() / 6f64.ln();
         println!("measured Hurst exponent {slope}");

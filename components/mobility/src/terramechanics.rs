@@ -300,7 +300,7 @@ impl WheelSoil {
     /// `None` when the wheel cannot carry the load even when sunk to 1.5 radii.
     pub fn sinkage_under(&self, load: f64, motion: &Motion) -> Option<f64> {
         let (mut lo, mut hi) = (0.0, 1.5 * self.rim.radius);
-        if !(load > 0.0) || self.forces(hi, motion).fz < load {
+        if load.is_nan() || load <= 0.0 || self.forces(hi, motion).fz < load {
             return if load == 0.0 { Some(0.0) } else { None };
         }
         let mut z = 0.1 * self.rim.radius;

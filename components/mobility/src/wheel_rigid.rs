@@ -230,11 +230,11 @@ pub(crate) mod tests {
         hub.rotation = Quat::from_axis_angle(&Vec3::y_axis(), 2.0);
         hub.velocity.x = 1.0;
         let x = BristleState::zero();
-        let y = model.direct(&Clock::at(0.0), &x, &(), &WheelIn { hub }, &());
+        let y = model.direct(&Clock::at(0.0, 1e-3, 0), &x, &(), &WheelIn { hub }, &());
         assert!((y.normal_force - 400.0).abs() < 1e-6);
         assert!((y.load.force.x + 0.65 * 400.0).abs() < 1e-6, "{:?}", y.load);
         assert!((y.slip + 1.0).abs() < 1e-12 && y.power > 0.0);
-        let rate = model.deriv(&Clock::at(0.0), &x, &(), &(), &WheelIn { hub }, &());
+        let rate = model.deriv(&Clock::at(0.0, 1e-3, 0), &x, &(), &(), &WheelIn { hub }, &());
         assert!((rate.middle - Vec3::x()).norm() < 1e-12);
     }
 }

@@ -185,11 +185,11 @@ mod tests {
             pressed: 0.02,
             rolled: 1.0,
         };
-        let y = model.direct(&Clock::at(0.0), &x, &(), &WheelIn { hub }, &());
+        let y = model.direct(&Clock::at(0.0, 1e-3, 0), &x, &(), &WheelIn { hub }, &());
         assert!((y.normal_force - 99.967897801).abs() < 1e-8, "{y:?}");
         assert!((y.load.force.x - 29.435818268).abs() < 1e-8);
         assert!((y.load.moment.y + 6.353369400).abs() < 1e-8);
-        let rate = model.deriv(&Clock::at(0.0), &x, &(), &(), &WheelIn { hub }, &());
+        let rate = model.deriv(&Clock::at(0.0, 1e-3, 0), &x, &(), &(), &WheelIn { hub }, &());
         assert!(rate.shear_x.abs() < 1e-12 && rate.rolled.abs() < 1e-12);
     }
 }

@@ -1,1 +1,18 @@
 //! Component library: sensors.
+
+pub mod encoder;
+pub mod imu;
+pub mod pose;
+pub mod sun_sensor;
+
+use linkwork_runtime::prelude::Entry;
+
+/// The models of this library.
+pub fn catalogue() -> Vec<Entry> {
+    vec![
+        Entry::model::<encoder::Encoder>(),
+        Entry::model::<imu::Imu>(),
+        Entry::model::<pose::PoseSensor>(),
+        Entry::model::<sun_sensor::SunSensor>(),
+    ]
+}

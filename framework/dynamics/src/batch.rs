@@ -5,10 +5,12 @@
 use crate::error::DynamicsError;
 use crate::kinematics::{check, sweep};
 use crate::lane::Lane;
-use crate::linear::V3;
+use crate::linear::{V3, V6};
+use crate::query::v3;
 use crate::tree::Tree;
 use crate::work::Work;
 use crate::{composite, forward, inverse};
+use linkwork_multibody::NodeId;
 use linkwork_spatial::Vec3;
 
 /// Working memory for `L::WIDTH` states at once. Same algorithms, same conventions as the
@@ -28,6 +30,40 @@ impl<L: Lane> Batch<L> {
     /// Sets the acceleration of free fall (m/s², world axes) for every body and state.
     pub fn set_uniform_gravity(&mut self, g: Vec3) {
         self.work.gravity = V3::splat(&V3 { x: g.x, y: g.y, z: g.z });
+    }
+
+    /// Forgets all external forces and gravity.
+    pub fn clear_forces(&mut self) {
+        self.work.clear_forces();
+    }
+
+    /// Adds a wrench on a node in each state: moment about the node's origin (N m), force (N),
+    /// world axes, x y z. After [`Batch::kinematics`] of the same states.
+    pub fn add_wrench_at_node(&mut self, tree: &Tree, node: NodeId, moment: [L; 3], force: [L; 3]) {
+        let slot = tree.node(node).slot as usize;
+        let r = self.arm(tree, node);
+        let wrench = V6 { n: V3::read(&moment), f: V3::read(&force) };
+        self.work.f_ext[slot] = self.work.f_ext[slot] + wrench.to_parent(r);
+    }
+
+    /// Position of a node in the world in each state, m.
+    #[must_use]
+    pub fn node_position(&self, tree: &Tree, node: NodeId) -> [L; 3] {
+        let p = self.work.kin[tree.node(node).slot as usize].p + self.arm(tree, node);
+        [p.x, p.y, p.z]
+    }
+
+    /// Velocity of a node's origin in each state: angular (rad/s), linear (m/s), world axes.
+    #[must_use]
+    pub fn node_velocity(&self, tree: &Tree, node: NodeId) -> ([L; 3], [L; 3]) {
+        let V = self.work.kin[tree.node(node).slot as usize].V.to_child(self.arm(tree, node));
+        ([V.n.x, V.n.y, V.n.z], [V.f.x, V.f.y, V.f.z])
+    }
+
+    /// Link's origin to node's, world axes.
+    fn arm(&self, tree: &Tree, node: NodeId) -> V3<L> {
+        let at = tree.node(node);
+        self.work.kin[at.slot as usize].R.mul(V3::splat(&v3(&at.p)))
     }
 
     /// As [`kinematics`](crate::kinematics()).
@@ -58,6 +94,21 @@ impl<L: Lane> Batch<L> {
         check(tau.len(), tree.nv(), "tau");
         check(vdot.len(), tree.nv(), "vdot");
         self.kinematics(tree, q, v);
+        forward::run(tree, &mut self.work, tau, vdot)
+    }
+
+    /// As [`forward_dynamics_given_kinematics`](crate::forward_dynamics_given_kinematics).
+    ///
+    /// # Errors
+    /// [`DynamicsError::Singular`] if any state is.
+    pub fn forward_dynamics_given_kinematics(
+        &mut self,
+        tree: &Tree,
+        tau: &mut [L],
+        vdot: &mut [L],
+    ) -> Result<(), DynamicsError> {
+        check(tau.len(), tree.nv(), "tau");
+        check(vdot.len(), tree.nv(), "vdot");
         forward::run(tree, &mut self.work, tau, vdot)
     }
 

@@ -48,7 +48,8 @@ pub fn forward_dynamics(
 ///
 /// `tau` and `vdot` (nv each) are both read and written: at free coordinates `tau` is given and
 /// `vdot` found; at prescribed ones `vdot` is given and `tau` found. Units follow the subhinge:
-/// N m and rad/s², or N and m/s². About 330 flops a one-dof link.
+/// N m and rad/s², or N and m/s². About 255
+/// multiply-adds a one-dof link.
 ///
 /// # Errors
 /// [`DynamicsError::Singular`] if a free subhinge has nothing to move; `tau`, `vdot` are then

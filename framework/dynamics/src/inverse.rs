@@ -28,7 +28,8 @@ pub fn inverse_dynamics(
 
 /// Forces `tau` (nv) that produce the accelerations `vdot` (nv) at the state of the last
 /// [`kinematics`], with the external forces and gravity of the workspace; prescribed and free
-/// coordinates alike. About 140 flops a one-dof link.
+/// coordinates alike. About 110
+/// multiply-adds a one-dof link.
 pub fn inverse_dynamics_given_kinematics(
     tree: &Tree,
     ws: &mut Workspace,

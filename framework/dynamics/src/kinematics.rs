@@ -21,7 +21,7 @@ use crate::work::{Kin, Workspace};
 /// Poses, velocities and bias accelerations of all links from `q` (nq) and `v` (nv, β).
 ///
 /// Everything that the workspace answers, and the `…_given_kinematics` algorithms, use the result.
-/// Cost: about 80 flops a one-dof link. Panics if a length is wrong.
+/// About 75 multiply-adds a one-dof link. Panics if a length is wrong.
 pub fn kinematics(tree: &Tree, ws: &mut Workspace, q: &[f64], v: &[f64]) {
     check(q.len(), tree.nq(), "q");
     check(v.len(), tree.nv(), "v");

@@ -95,8 +95,8 @@ macro_rules! wide_lane {
 wide_lane!(f64x4, 4);
 wide_lane!(f64x8, 8);
 
-/// Sine and cosine within 2 units in the last place for |x| < 1e5 rad, inlined; the standard
-/// library beyond. Reduction by π/2 in three parts (Cody and Waite), then the minimax
+/// Sine and cosine for |x| < 1e5 rad, inlined; the standard library beyond. Largest difference
+/// from the latter: see the test. Reduction by π/2 in three parts (Cody and Waite), then the minimax
 /// polynomials published with fdlibm (Sun, 1993) on ±π/4.
 #[inline(always)]
 fn sin_cos_f64(x: f64) -> (f64, f64) {

@@ -62,7 +62,7 @@ fn energy_drift_falls_at_the_order_of_the_integrator() {
             energy(&tree, ws, &q, &v) - E0
         };
         let errors = [40, 80, 160].map(|n| drift(&mut ws, n));
-        // Order 4 divides by 16 or more (the energy error of RK4 is of order 5 when it averages).
+        // Order 4 divides by 16, order 5 by 32 (energy often gains one). Measured 15 to 25.
         for pair in errors.windows(2) {
             let ratio = (pair[0] / pair[1]).abs();
             assert!((12.0..45.0).contains(&ratio), "seed {seed}: {errors:?}, ratio {ratio}");
@@ -98,7 +98,7 @@ fn momentum_of_a_floating_tree_does_not_change() {
             total += f;
         }
         let left = total.moment.norm().max(total.force.norm());
-        // Measured 6e-15.
+        // Measured 4e-15.
         assert!(left <= 1e-12 * size, "seed {seed}: {left:e} of {size:e}");
         assert!(com_acceleration(&tree, &ws).norm() < 1e-11 * size, "seed {seed}");
     }
@@ -147,8 +147,8 @@ fn gravity_force_is_the_gradient_of_potential_energy() {
                 (U(1.0) - U(-1.0)) / (2.0 * h)
             })
             .collect();
-        // Measured 2e-9: the finite difference.
-        close(&tau, &gradient, 1e-7, &format!("seed {seed}"));
+        // Measured 4e-11: the finite difference.
+        close(&tau, &gradient, 1e-9, &format!("seed {seed}"));
     }
 }
 
@@ -185,7 +185,7 @@ fn coriolis_forces_balance_the_rate_of_the_mass_matrix() {
         let u_c: f64 = v.iter().zip(&c).map(|(v, c)| v * c).sum();
         let size: f64 = v.iter().zip(&c).map(|(v, c)| (v * c).abs()).sum();
         let left = (u_Mdot_u - 2.0 * u_c).abs();
-        assert!(left < 1e-7 * size, "seed {seed}: {left:e} of {size:e}");
+        assert!(left < 1e-8 * size, "seed {seed}: {left:e} of {size:e}");
     }
 }
 

@@ -157,22 +157,22 @@ impl Builder {
 
     /// Reports each ring once, from its first body by name.
     fn check_cycles(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<Fault>) {
-        let mut done = vec![false; self.bodies.len()];
-        for &start in names.values() {
+        // Which walk first came through a body; 0 is none.
+        let mut walk = vec![0; self.bodies.len()];
+        for (n, &start) in names.values().enumerate() {
             let (mut path, mut at) = (Vec::new(), Some(start));
-            while let Some(i) = at.filter(|&i| !done[i] && !path.contains(&i)) {
+            while let Some(i) = at.filter(|&i| walk[i] == 0) {
+                walk[i] = n + 1;
                 path.push(i);
                 let parent = self.bodies[i].parent.as_str();
                 at = names.get(parent).copied().filter(|_| parent != "world");
             }
+            // A walk that meets its own trail has found a ring; another's has been reported.
             if let Some(first) = at.and_then(|i| path.iter().position(|&j| j == i)) {
                 let ring = path[first..].iter().chain([&path[first]]);
                 faults.push(Fault::Cycle {
                     path: ring.map(|&i| self.bodies[i].name.clone()).collect(),
                 });
-            }
-            for i in path {
-                done[i] = true;
             }
         }
     }

@@ -12,6 +12,7 @@ mod mechanism;
 mod model;
 pub mod noise;
 mod params;
+mod place;
 mod plan;
 mod ports;
 mod services;
@@ -29,6 +30,7 @@ pub use compile::compile;
 pub use mechanism::{Frame, MechanismPlan, MechanismWiring};
 pub use model::{BuildError, Description, Functions, Model, Store};
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};
+pub use place::{PlaceError, Placement, place_on_terrain};
 pub use plan::{Op, PartPlan, Place, Plan, Role, Row, Sizes, TickWork, Variable, Via, WirePlan};
 pub use ports::{
     HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec,

@@ -9,7 +9,7 @@ pub enum Form {
     Box(Vec3),
     /// Radius.
     Sphere(f64),
-    /// Radius and length; the axis is the shape's y.
+    /// Radius and length; the axis is the shape's z, the middle its origin.
     Cylinder {
         /// Radius.
         radius: f64,

@@ -174,11 +174,9 @@ impl Viewer {
 
     fn shape(&self, shape: &Shape) -> Result<(), Wrap> {
         let path = entity(&shape.body).join(&entity(&format!("shapes/{}", shape.name)));
-        let (p, q) = (shape.pose.position, shape.pose.rotation);
         let fill = rerun::FillMode::Solid;
         let [r, g, b, a] = shape.color;
         let color = rerun::Color::from_unmultiplied_rgba(r, g, b, a);
-        let mut rotation = q;
         match &shape.form {
             Form::Box(size) => {
                 let boxes = rerun::Boxes3D::from_half_sizes([f3(&(size * 0.5))])
@@ -193,12 +191,6 @@ impl Viewer {
                 self.rec.log_static(path.clone(), &ball)?;
             }
             Form::Cylinder { radius, length } => {
-                // Rerun's cylinder has its axis along z.
-                let quarter = linkwork_spatial::Quat::from_axis_angle(
-                    &Vec3::x_axis(),
-                    std::f64::consts::FRAC_PI_2,
-                );
-                rotation = q * quarter;
                 let body = rerun::Cylinders3D::from_lengths_and_radii([*length as f32], [*radius as f32])
                     .with_fill_mode(fill)
                     .with_colors([color]);
@@ -221,11 +213,11 @@ impl Viewer {
                 let faces = stl.faces.iter().map(|f| f.vertices.map(|i| i as u32));
                 let mesh = rerun::Mesh3D::new(points)
                     .with_triangle_indices(faces)
-                    .with_albedo_factor(color);
+                    .with_albedo_factor(rerun::datatypes::Rgba32::from_unmultiplied_rgba(r, g, b, a));
                 self.rec.log_static(path.clone(), &mesh)?;
             }
         }
-        self.rec.log_static(path, &transform(&Pose::new(rotation, p)))?;
+        self.rec.log_static(path, &transform(&shape.pose))?;
         Ok(())
     }
 
@@ -308,7 +300,9 @@ impl Consumer for Viewer {
 }
 
 fn stream(sink: &Sink, title: &str) -> Result<RecordingStream, Wrap> {
-    let builder = RecordingStreamBuilder::new(format!("linkwork {title}"));
+    let name = format!("linkwork {title}");
+    let builder =
+        RecordingStreamBuilder::new(rerun::external::re_log_types::ApplicationId::try_from(name)?);
     let live = "rerun+http://127.0.0.1:9876/proxy".to_string();
     Ok(match sink {
         Sink::File(path) => builder.save(path)?,

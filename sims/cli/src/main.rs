@@ -1,2 +1,109 @@
-//! The command line: linkwork run, check, list, describe, tree, graph, resume, diff.
-fn main() {}
+//! The command line: linkwork run, resume, check, list, describe, tree, graph, diff.
+use clap::{Parser, Subcommand};
+use linkwork_cli::{check, diff, inspect, run};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Simulate machines made of parts: rovers, landers, spacecraft, arms.
+#[derive(Parser)]
+#[command(name = "linkwork", version, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "Examples:
+  linkwork run sims/rover_traverse                      run, log, picture; files in runs/rover_traverse
+  linkwork run sims/pendulum --until 5s --set Pendulum.Damper.damping=0.3
+  linkwork run sims/rover_traverse --checkpoint-every 10s
+  linkwork resume runs/rover_traverse/checkpoint_10.lwck --until 20s
+  linkwork check sims/rover_traverse                    every mistake, with line and column
+  linkwork tree sims/rover_traverse                     the parts, as they are nested
+  linkwork list sims/rover_traverse 'Rover.**.torque'   variables by pattern
+  linkwork describe actuators.dc_motor                  parameters, ports, units
+  linkwork graph sims/pendulum --format mermaid         the wires as a picture
+  linkwork diff a/run.mcap b/run.mcap --rel 1e-9        compare logs or checkpoints";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a simulation: a sim.ron file or the folder that holds it.
+    Run {
+        /// A sim.ron file, or the folder that holds it.
+        sim: PathBuf,
+        #[command(flatten)]
+        options: run::RunOptions,
+        /// Set a parameter (repeatable): Rover.Hardware.Wheels.Wheel1.Motor.resistance="0.7 ohm".
+        #[arg(long = "set", value_name = "PATH=VALUE")]
+        set: Vec<String>,
+        /// Seed of all noise, in place of the file's.
+        #[arg(long)]
+        seed: Option<u64>,
+    },
+    /// Go on from a checkpoint; it holds the whole configuration.
+    Resume {
+        /// A .lwck file.
+        checkpoint: PathBuf,
+        #[command(flatten)]
+        options: run::RunOptions,
+    },
+    /// Load and compile, and report every mistake.
+    Check {
+        /// A sim.ron or assembly file, or a folder with a sim.ron.
+        sim: PathBuf,
+        /// Set a parameter (repeatable).
+        #[arg(long = "set", value_name = "PATH=VALUE")]
+        set: Vec<String>,
+    },
+    /// List the models of the catalogue, or the variables of a simulation.
+    List {
+        /// A simulation; without it the catalogue is listed.
+        sim: Option<PathBuf>,
+        /// Only what matches: `Rover.**.torque`, `actuators.*`.
+        pattern: Option<String>,
+    },
+    /// Describe a model: what it does, parameters, ports, units, states.
+    Describe {
+        /// Name in the catalogue, for example actuators.dc_motor.
+        model: String,
+    },
+    /// Show the assembly tree.
+    Tree {
+        /// A simulation.
+        sim: PathBuf,
+    },
+    /// Print the wires as a graph.
+    Graph {
+        /// A simulation.
+        sim: PathBuf,
+        /// Which language.
+        #[arg(long, value_enum, default_value_t = inspect::GraphFormat::Dot)]
+        format: inspect::GraphFormat,
+    },
+    /// Compare two logs (.mcap) or two checkpoints (.lwck). Exit code 1 when they differ.
+    Diff {
+        /// The first.
+        a: PathBuf,
+        /// The second.
+        b: PathBuf,
+        /// Absolute tolerance.
+        #[arg(long, default_value_t = 0.0)]
+        abs: f64,
+        /// Relative tolerance.
+        #[arg(long, default_value_t = 0.0)]
+        rel: f64,
+    },
+}
+
+fn main() -> ExitCode {
+    let code = match Cli::parse().command {
+        Command::Run { sim, options, set, seed } => run::run(&sim, &options, &set, seed),
+        Command::Resume { checkpoint, options } => run::resume(&checkpoint, &options),
+        Command::Check { sim, set } => check::check(&sim, &set),
+        Command::List { sim, pattern } => inspect::list(sim.as_deref(), pattern.as_deref()),
+        Command::Describe { model } => inspect::describe(&model),
+        Command::Tree { sim } => inspect::tree(&sim),
+        Command::Graph { sim, format } => inspect::graph(&sim, format),
+        Command::Diff { a, b, abs, rel } => diff::diff(&a, &b, abs, rel),
+    };
+    ExitCode::from(code)
+}

@@ -1,0 +1,216 @@
+//! Passive elements on hinges: spring-damper, soft stop, differential.
+//! ```text
+//! spring-damper   τ = −k (q − q₀) − c q̇
+//! soft stop       τ = ∓ k δ (1 + d δ̇)₊          δ: how far beyond the stop (Hunt, Crossley)
+//! differential    e = q_l + n q_r,   τ_l = −k e − c ė,   τ_r = n τ_l
+//! ```
+//! The differential does no work but on e: with n = 1 the two rockers turn opposite ways and the chassis keeps
+//! the mean of them.
+
+use linkwork_runtime::prelude::*;
+
+/// A hinge.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ShaftIn {
+    /// The hinge.
+    #[port(bind = "shaft")]
+    pub shaft: HingeState,
+}
+
+/// A torque.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ShaftOut {
+    /// Torque on the hinge.
+    #[port(bind = "shaft")]
+    pub torque: HingeTorque,
+}
+
+/// Spring and damper.
+#[derive(Params, Clone, Debug)]
+pub struct SpringDamperParams {
+    /// Stiffness (sliders: N/m).
+    #[param(unit = "N m/rad", default = 0.0, range = 0.0..)]
+    pub stiffness: f64,
+    /// Damping (sliders: N s/m).
+    #[param(unit = "N m s/rad", default = 0.0, range = 0.0..)]
+    pub damping: f64,
+    /// Angle at rest (sliders: m).
+    #[param(unit = "rad", default = 0.0)]
+    pub rest: f64,
+}
+
+/// A spring-damper.
+pub struct SpringDamper {
+    p: SpringDamperParams,
+}
+
+/// Linear spring and damper on a hinge.
+#[model("actuators.spring_damper")]
+impl Model for SpringDamper {
+    type Params = SpringDamperParams;
+    type Ud = ShaftIn;
+    type Yd = ShaftOut;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &ShaftIn) -> ShaftOut {
+        let p = &self.p;
+        let torque = -p.stiffness * (u.shaft.angle - p.rest) - p.damping * u.shaft.rate;
+        ShaftOut { torque: HingeTorque(torque) }
+    }
+}
+
+/// Two stops.
+#[derive(Params, Clone, Debug)]
+pub struct SoftStopParams {
+    /// Lower stop (sliders: m).
+    #[param(unit = "rad")]
+    pub lower: f64,
+    /// Upper stop (sliders: m).
+    #[param(unit = "rad")]
+    pub upper: f64,
+    /// Stiffness beyond a stop (sliders: N/m).
+    #[param(unit = "N m/rad", default = 1e4, range = 0.0..)]
+    pub stiffness: f64,
+    /// Dissipation: the torque grows by this fraction for each rad/s into the stop.
+    #[param(unit = "s/rad", default = 1.0, range = 0.0..)]
+    pub dissipation: f64,
+}
+
+/// Soft stops.
+pub struct SoftStop {
+    p: SoftStopParams,
+}
+
+/// Elastic stops of a hinge with Hunt-Crossley dissipation: push only, continuous.
+#[model("actuators.soft_stop")]
+impl Model for SoftStop {
+    type Params = SoftStopParams;
+    type Ud = ShaftIn;
+    type Yd = ShaftOut;
+    fn build(p: SoftStopParams) -> Result<Self, BuildError> {
+        if p.lower >= p.upper {
+            return Err(BuildError::new("the lower stop must lie below the upper one").at("lower"));
+        }
+        Ok(SoftStop { p })
+    }
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &ShaftIn) -> ShaftOut {
+        let p = &self.p;
+        let push = |depth: f64, speed: f64| {
+            p.stiffness * depth.max(0.0) * (1.0 + p.dissipation * speed).max(0.0)
+        };
+        let HingeState { angle, rate } = u.shaft;
+        let torque = push(p.lower - angle, -rate) - push(angle - p.upper, rate);
+        ShaftOut { torque: HingeTorque(torque) }
+    }
+}
+
+/// A rocker differential.
+#[derive(Params, Clone, Debug)]
+pub struct DifferentialParams {
+    /// Ratio n of `left + n right = 0`.
+    #[param(default = 1.0)]
+    pub ratio: f64,
+    /// Stiffness of the mechanism.
+    #[param(unit = "N m/rad", default = 1e5, range = 0.0..)]
+    pub stiffness: f64,
+    /// Damping of the mechanism.
+    #[param(unit = "N m s/rad", default = 2e3, range = 0.0..)]
+    pub damping: f64,
+}
+
+/// Two hinges.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct DifferentialIn {
+    /// Left rocker.
+    #[port(bind = "left")]
+    pub left: HingeState,
+    /// Right rocker.
+    #[port(bind = "right")]
+    pub right: HingeState,
+}
+
+/// Two torques.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct DifferentialOut {
+    /// On the left rocker.
+    #[port(bind = "left")]
+    pub left_torque: HingeTorque,
+    /// On the right rocker.
+    #[port(bind = "right")]
+    pub right_torque: HingeTorque,
+    /// Error of the constraint.
+    #[port("rad")]
+    pub error: f64,
+}
+
+/// A differential.
+pub struct Differential {
+    p: DifferentialParams,
+}
+
+/// Rover differential as a stiff spring-damper between two hinges: left + ratio · right is held at zero.
+#[model("actuators.differential")]
+impl Model for Differential {
+    type Params = DifferentialParams;
+    type Ud = DifferentialIn;
+    type Yd = DifferentialOut;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &DifferentialIn) -> DifferentialOut {
+        let p = &self.p;
+        let error = u.left.angle + p.ratio * u.right.angle;
+        let speed = u.left.rate + p.ratio * u.right.rate;
+        let torque = -p.stiffness * error - p.damping * speed;
+        DifferentialOut {
+            left_torque: HingeTorque(torque),
+            right_torque: HingeTorque(p.ratio * torque),
+            error,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clock() -> Clock {
+        Clock::at(0.0, 1e-3, 0)
+    }
+
+    fn shaft(angle: f64, rate: f64) -> ShaftIn {
+        ShaftIn { shaft: HingeState { angle, rate } }
+    }
+
+    #[test]
+    fn spring_pulls_back_to_rest() {
+        let p = SpringDamperParams { stiffness: 10.0, damping: 2.0, rest: 0.1 };
+        let y = SpringDamper { p }.direct(&clock(), &(), &(), &shaft(0.4, 0.5), &());
+        assert!((y.torque.0 + 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn stops_push_inwards_and_never_pull() {
+        let p = SoftStopParams { lower: -1.0, upper: 0.5, stiffness: 100.0, dissipation: 2.0 };
+        let stop = SoftStop::build(p.clone()).unwrap();
+        let torque = |a, r| stop.direct(&clock(), &(), &(), &shaft(a, r), &()).torque.0;
+        assert_eq!(torque(0.0, 9.0), 0.0);
+        assert!(
+            (torque(0.6, 0.0) + 10.0).abs() < 1e-12 && (torque(-1.1, 0.0) - 10.0).abs() < 1e-12
+        );
+        assert!(torque(0.6, 0.1) < torque(0.6, 0.0), "entering is resisted more");
+        assert_eq!(torque(0.6, -5.0), 0.0, "leaving fast does not stick");
+        assert!(SoftStop::build(SoftStopParams { lower: 1.0, ..p }).is_err());
+    }
+
+    #[test]
+    fn differential_ignores_opposite_turns_and_does_no_work_on_them() {
+        let p = DifferentialParams { ratio: 1.0, stiffness: 1e3, damping: 10.0 };
+        let d = Differential { p };
+        let at = |l: f64, r: f64| {
+            let u = DifferentialIn {
+                left: HingeState { angle: l, rate: 0.0 },
+                right: HingeState { angle: r, rate: 0.0 },
+            };
+            d.direct(&clock(), &(), &(), &u, &())
+        };
+        assert_eq!(at(0.2, -0.2).left_torque.0, 0.0);
+        let y = at(0.2, 0.1);
+        assert!((y.left_torque.0 + 300.0).abs() < 1e-9 && y.left_torque == y.right_torque);
+    }
+}

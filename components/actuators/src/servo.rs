@@ -1,0 +1,122 @@
+//! Ideal servos on a hinge: a torque towards a commanded rate or angle, with a limit.
+//! ```text
+//! rate       τ = sat(k_r (ω* − ω))
+//! position   τ = sat(k (q* − q) − d q̇)
+//! ```
+//! For assemblies that do not care about motors. k_r times the step must stay below the hinge's inertia.
+
+use linkwork_runtime::prelude::*;
+
+/// A rate servo.
+#[derive(Params, Clone, Debug)]
+pub struct RateServoParams {
+    /// Torque for each rad/s of error.
+    #[param(unit = "N m s/rad", range = 0.0..)]
+    pub gain: f64,
+    /// Greatest torque.
+    #[param(unit = "N m", default = 1e9, range = 0.0..)]
+    pub torque_max: f64,
+}
+
+/// Command and hinge.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct RateServoIn {
+    /// Wanted rate.
+    #[port("rad/s", default = 0.0)]
+    pub rate: f64,
+    /// The hinge.
+    #[port(bind = "shaft")]
+    pub shaft: HingeState,
+}
+
+/// Torque and power.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ServoOut {
+    /// Torque on the hinge.
+    #[port(bind = "shaft")]
+    pub torque: HingeTorque,
+    /// Mechanical power given.
+    #[port("W")]
+    pub power: f64,
+}
+
+/// A rate servo.
+pub struct RateServo {
+    p: RateServoParams,
+}
+
+/// Ideal rate servo: torque in proportion to the rate error, limited.
+#[model("actuators.rate_servo")]
+impl Model for RateServo {
+    type Params = RateServoParams;
+    type Ud = RateServoIn;
+    type Yd = ServoOut;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &RateServoIn) -> ServoOut {
+        let limit = self.p.torque_max;
+        let torque = (self.p.gain * (u.rate - u.shaft.rate)).clamp(-limit, limit);
+        ServoOut { torque: HingeTorque(torque), power: torque * u.shaft.rate }
+    }
+}
+
+/// A position servo.
+#[derive(Params, Clone, Debug)]
+pub struct PositionServoParams {
+    /// Stiffness.
+    #[param(unit = "N m/rad", range = 0.0..)]
+    pub stiffness: f64,
+    /// Damping.
+    #[param(unit = "N m s/rad", range = 0.0..)]
+    pub damping: f64,
+    /// Greatest torque.
+    #[param(unit = "N m", default = 1e9, range = 0.0..)]
+    pub torque_max: f64,
+}
+
+/// Command and hinge.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct PositionServoIn {
+    /// Wanted angle.
+    #[port("rad", default = 0.0)]
+    pub angle: f64,
+    /// The hinge.
+    #[port(bind = "shaft")]
+    pub shaft: HingeState,
+}
+
+/// A position servo.
+pub struct PositionServo {
+    p: PositionServoParams,
+}
+
+/// Ideal position servo: spring and damper towards the wanted angle, limited.
+#[model("actuators.position_servo")]
+impl Model for PositionServo {
+    type Params = PositionServoParams;
+    type Ud = PositionServoIn;
+    type Yd = ServoOut;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &PositionServoIn) -> ServoOut {
+        let p = &self.p;
+        let wanted = p.stiffness * (u.angle - u.shaft.angle) - p.damping * u.shaft.rate;
+        let torque = wanted.clamp(-p.torque_max, p.torque_max);
+        ServoOut { torque: HingeTorque(torque), power: torque * u.shaft.rate }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn servos_push_towards_the_command_up_to_their_limit() {
+        let c = Clock::at(0.0, 1e-3, 0);
+        let shaft = HingeState { angle: 0.2, rate: 1.0 };
+        let s = RateServo { p: RateServoParams { gain: 5.0, torque_max: 8.0 } };
+        let torque = |rate| s.direct(&c, &(), &(), &RateServoIn { rate, shaft }, &()).torque.0;
+        assert_eq!((torque(2.0), torque(9.0), torque(-9.0)), (5.0, 8.0, -8.0));
+        let p = PositionServoParams { stiffness: 10.0, damping: 1.0, torque_max: 3.5 };
+        let s = PositionServo { p };
+        let torque =
+            |angle| s.direct(&c, &(), &(), &PositionServoIn { angle, shaft }, &()).torque.0;
+        assert!((torque(0.5) - 2.0).abs() < 1e-12 && torque(5.0) == 3.5);
+    }
+}

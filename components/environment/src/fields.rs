@@ -1,0 +1,243 @@
+//! Services of gravity, air and sun: `environment.uniform_gravity`, `environment.point_mass_gravity`,
+//! `environment.exponential_atmosphere`, `environment.mars_sun`, `environment.fixed_sun`.
+
+use crate::air::{Exponential, point_mass};
+use crate::mars_sun::{MarsTime, days_since_j2000};
+use linkwork_runtime::prelude::*;
+
+/// One acceleration everywhere.
+#[derive(Params, Clone, Debug)]
+pub struct UniformGravityParams {
+    /// Acceleration in W; unwritten: Mars, 3.72076 m/s² down.
+    #[param(unit = "m/s^2", default = Vec3::new(0.0, 0.0, -3.72076))]
+    pub acceleration: Vec3,
+}
+
+/// Uniform gravity.
+pub struct UniformGravity(Vec3);
+
+impl Gravity for UniformGravity {
+    fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+        self.0
+    }
+    fn uniform(&self) -> Option<Vec3> {
+        Some(self.0)
+    }
+}
+
+/// The same gravity everywhere; right for a site of some kilometres.
+#[service("environment.uniform_gravity", Gravity)]
+impl Service for UniformGravity {
+    type Params = UniformGravityParams;
+    fn build(p: UniformGravityParams, _: &Files) -> Result<Self, BuildError> {
+        Ok(UniformGravity(p.acceleration))
+    }
+}
+
+/// A round planet at the origin of W.
+#[derive(Params, Clone, Debug)]
+pub struct PointMassGravityParams {
+    /// Gravitational parameter; unwritten: Mars.
+    #[param(unit = "m^3/s^2", default = 4.282_837_521_4e13, range = 0.0..)]
+    pub mu: f64,
+}
+
+/// Gravity of a point mass.
+pub struct PointMassGravity(f64);
+
+impl Gravity for PointMassGravity {
+    fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
+        point_mass(self.0, p)
+    }
+}
+
+/// Inverse-square gravity of a planet at the origin of W.
+#[service("environment.point_mass_gravity", Gravity)]
+impl Service for PointMassGravity {
+    type Params = PointMassGravityParams;
+    fn build(p: PointMassGravityParams, _: &Files) -> Result<Self, BuildError> {
+        Ok(PointMassGravity(p.mu))
+    }
+}
+
+/// An isothermal atmosphere; unwritten values are those of Mars.
+#[derive(Params, Clone, Debug)]
+pub struct AtmosphereParams {
+    /// Radius of the planet around the origin of W; 0: a flat site whose height is z.
+    #[param(unit = "m", default = 3_396_190.0, range = 0.0..)]
+    pub planet_radius: f64,
+    /// Density at height 0.
+    #[param(unit = "kg/m^3", default = 0.020, range = 0.0..)]
+    pub density: f64,
+    /// Scale height.
+    #[param(unit = "m", default = 11_100.0, range = 1.0..)]
+    pub scale_height: f64,
+    /// Temperature.
+    #[param(unit = "K", default = 210.0, range = 1.0..)]
+    pub temperature: f64,
+    /// Specific gas constant.
+    #[param(unit = "J/(kg K)", default = 191.8, range = 1.0..)]
+    pub gas_constant: f64,
+    /// Ratio of specific heats.
+    #[param(default = 1.33, range = 1.0..)]
+    pub heat_ratio: f64,
+    /// Rotation of the planet, W: the air turns with it.
+    #[param(unit = "rad/s", default = Vec3::zeros())]
+    pub rotation: Vec3,
+    /// Steady wind, W.
+    #[param(unit = "m/s", default = Vec3::zeros())]
+    pub wind: Vec3,
+}
+
+/// Exponential atmosphere.
+pub struct ExponentialAtmosphere(Exponential);
+
+impl Atmosphere for ExponentialAtmosphere {
+    fn air(&self, _: f64, p: Vec3) -> Air {
+        let a = self.0.at(p);
+        Air {
+            density: a.density,
+            pressure: a.pressure,
+            temperature: a.temperature,
+            speed_of_sound: a.speed_of_sound,
+            wind: a.wind,
+        }
+    }
+}
+
+/// Density that falls exponentially with height, one temperature, air that turns with the planet.
+#[service("environment.exponential_atmosphere", Atmosphere)]
+impl Service for ExponentialAtmosphere {
+    type Params = AtmosphereParams;
+    fn build(p: AtmosphereParams, _: &Files) -> Result<Self, BuildError> {
+        Ok(ExponentialAtmosphere(Exponential {
+            planet_radius: p.planet_radius,
+            density: p.density,
+            scale_height: p.scale_height,
+            temperature: p.temperature,
+            gas_constant: p.gas_constant,
+            heat_ratio: p.heat_ratio,
+            rotation: p.rotation,
+            wind: p.wind,
+        }))
+    }
+}
+
+/// A site on Mars and the time at which the simulation starts.
+#[derive(Params, Clone, Debug)]
+pub struct MarsSunParams {
+    /// UTC at simulated time 0, such as 2012-08-06T05:17:57Z.
+    pub epoch: String,
+    /// Planetocentric latitude of the site.
+    #[param(unit = "rad", default = 0.0, range = -1.571..=1.571)]
+    pub latitude: f64,
+    /// East longitude of the site.
+    #[param(unit = "rad", default = 0.0)]
+    pub longitude: f64,
+}
+
+/// The sun over a site on Mars.
+pub struct MarsSun {
+    start_days: f64,
+    latitude_deg: f64,
+    longitude_deg: f64,
+}
+
+impl Sun for MarsSun {
+    fn state(&self, t: f64) -> SunState {
+        let mars = MarsTime::at(self.start_days + t / 86_400.0);
+        SunState {
+            direction: mars.sun_direction(self.latitude_deg, self.longitude_deg),
+            distance_au: mars.distance_au,
+        }
+    }
+}
+
+/// The sun over a site on Mars by the Mars24 algorithm; W is the site's frame: x east, y north, z up.
+#[service("environment.mars_sun", Sun)]
+impl Service for MarsSun {
+    type Params = MarsSunParams;
+    fn build(p: MarsSunParams, _: &Files) -> Result<Self, BuildError> {
+        let start_days =
+            days_since_j2000(&p.epoch).map_err(|e| BuildError::new(e.to_string()).at("epoch"))?;
+        Ok(MarsSun {
+            start_days,
+            latitude_deg: p.latitude.to_degrees(),
+            longitude_deg: p.longitude.to_degrees(),
+        })
+    }
+}
+
+/// A sun that stands still.
+#[derive(Params, Clone, Debug)]
+pub struct FixedSunParams {
+    /// Azimuth from north (y) towards east (x).
+    #[param(unit = "rad", default = 0.0)]
+    pub azimuth: f64,
+    /// Elevation above the horizon.
+    #[param(unit = "rad", default = 0.8, range = -1.571..=1.571)]
+    pub elevation: f64,
+    /// Distance, AU.
+    #[param(default = 1.524, range = 0.01..)]
+    pub distance_au: f64,
+}
+
+/// A fixed sun.
+pub struct FixedSun(SunState);
+
+impl Sun for FixedSun {
+    fn state(&self, _: f64) -> SunState {
+        self.0
+    }
+}
+
+/// A sun at a fixed azimuth and elevation.
+#[service("environment.fixed_sun", Sun)]
+impl Service for FixedSun {
+    type Params = FixedSunParams;
+    fn build(p: FixedSunParams, _: &Files) -> Result<Self, BuildError> {
+        let (sin_a, cos_a) = p.azimuth.sin_cos();
+        let (sin_e, cos_e) = p.elevation.sin_cos();
+        let direction = Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e);
+        Ok(FixedSun(SunState { direction, distance_au: p.distance_au }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sun_of_a_sol_moves_a_turn_in_88775_seconds() {
+        let p = MarsSunParams {
+            epoch: "2012-08-06T05:17:57Z".into(),
+            latitude: -4.59f64.to_radians(),
+            longitude: 137.44f64.to_radians(),
+        };
+        let sun = MarsSun::build(p.clone(), &Files::default()).unwrap();
+        let (a, b) = (sun.state(0.0), sun.state(88_775.244));
+        assert!((a.direction - b.direction).norm() < 0.02);
+        assert!((a.direction + sun.state(44_387.6).direction).norm() < 1.0);
+        let e = MarsSun::build(MarsSunParams { epoch: "noon".into(), ..p }, &Files::default());
+        assert_eq!(e.err().unwrap().param.as_deref(), Some("epoch"));
+    }
+
+    #[test]
+    fn a_fixed_sun_in_the_east_is_along_x() {
+        let p = FixedSunParams {
+            azimuth: std::f64::consts::FRAC_PI_2,
+            elevation: 0.0,
+            distance_au: 1.0,
+        };
+        let s = FixedSun::build(p, &Files::default()).unwrap().state(9.0);
+        assert!((s.direction - Vec3::x()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn only_uniform_gravity_says_that_it_is_uniform() {
+        let p = UniformGravityParams { acceleration: Vec3::new(0.0, 0.0, -1.62) };
+        let g = UniformGravity::build(p, &Files::default()).unwrap();
+        assert_eq!(g.uniform(), Some(Vec3::new(0.0, 0.0, -1.62)));
+        assert!(PointMassGravity(1.0).uniform().is_none());
+    }
+}

@@ -1,0 +1,159 @@
+//! `power.solar_panel`: electrical power of a panel under the sun of a planet with dust in its air.
+//! ```text
+//! S = 1361 W/m² / R²                                              R: distance in AU
+//! beam     S e^(−τ/cos Z) max(0, cos i)                           Z: zenith angle, i: incidence
+//! diffuse  S cos Z (T(τ, Z) − e^(−τ/cos Z)) (1 + n_z)/2           sky seen by the tilted panel
+//! P = η A f_dust (beam + diffuse)
+//! ```
+//! T is the share of the light that reaches the ground in all. `T = 1/(1 + 0.16 τ/cos Z)` is a two-stream form with an
+//! asymmetry typical of Martian dust: an engineering fit, not a table. With τ = 0 (Moon, space) only the beam is left.
+
+use linkwork_runtime::prelude::*;
+
+/// Solar constant at 1 AU, W/m².
+pub const SOLAR_CONSTANT: f64 = 1361.0;
+
+/// Panel and air.
+#[derive(Params, Clone, Debug)]
+pub struct SolarPanelParams {
+    /// Area.
+    #[param(unit = "m^2", range = 0.0..)]
+    pub area: f64,
+    /// Share of the light that becomes electricity.
+    #[param(default = 0.27, range = 0.0..=1.0)]
+    pub efficiency: f64,
+    /// Optical depth of the air.
+    #[param(default = 0.5, range = 0.0..)]
+    pub optical_depth: f64,
+    /// Share of the light that passes the dust on the panel, at the start.
+    #[param(default = 1.0, range = 0.0..=1.0)]
+    pub dust: f64,
+    /// Loss of that share in a day of 86400 s.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub dust_rate: f64,
+    /// The sun.
+    #[param(service)]
+    pub sun: Handle<dyn Sun>,
+}
+
+/// The panel.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct SolarPanelIn {
+    /// Panel: its z axis is the normal.
+    #[port(bind = "panel")]
+    pub panel: NodeState,
+}
+
+/// Power.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct SolarPanelOut {
+    /// Electrical power.
+    #[port("W")]
+    pub power: f64,
+    /// The same as a load of the battery (negative).
+    #[port("W")]
+    pub load: f64,
+    /// Light on the panel.
+    #[port("W/m^2")]
+    pub irradiance: f64,
+    /// Cosine of the angle of incidence.
+    #[port("1")]
+    pub cosine: f64,
+}
+
+/// A solar panel.
+pub struct SolarPanel {
+    p: SolarPanelParams,
+}
+
+/// Light (W/m²) on a panel of the unit normal `n` under a sun in the unit direction `sun` (W, z up) at `au`.
+pub fn irradiance(n: Vec3, sun: Vec3, au: f64, optical_depth: f64) -> f64 {
+    let cos_z = sun.z;
+    let full = SOLAR_CONSTANT / (au * au);
+    if optical_depth == 0.0 {
+        return full * n.dot(&sun).max(0.0);
+    }
+    if cos_z <= 0.0 {
+        return 0.0;
+    }
+    let slant = optical_depth / cos_z.max(1e-3);
+    let direct = (-slant).exp();
+    let total = 1.0 / (1.0 + 0.16 * slant);
+    let beam = direct * n.dot(&sun).max(0.0);
+    let diffuse = cos_z * (total - direct).max(0.0) * 0.5 * (1.0 + n.z);
+    full * (beam + diffuse)
+}
+
+/// Power of a solar panel: beam and diffuse light through dusty air, dust on the panel.
+#[model("power.solar_panel")]
+impl Model for SolarPanel {
+    type Params = SolarPanelParams;
+    type Ud = SolarPanelIn;
+    type Yd = SolarPanelOut;
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &SolarPanelIn) -> SolarPanelOut {
+        let p = &self.p;
+        let sun = p.sun.state(c.t);
+        let n = u.panel.rotation * Vec3::z();
+        let light = irradiance(n, sun.direction, sun.distance_au, p.optical_depth);
+        let dust = (p.dust - p.dust_rate * c.t / 86_400.0).max(0.0);
+        let power = p.efficiency * p.area * dust * light;
+        SolarPanelOut { power, load: -power, irradiance: light, cosine: n.dot(&sun.direction) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    #[test]
+    fn without_air_it_is_the_cosine_law() {
+        let sun = Vec3::new(3f64.sqrt() / 2.0, 0.0, 0.5);
+        assert!((irradiance(Vec3::z(), sun, 1.0, 0.0) - 680.5).abs() < 1e-9);
+        assert!((irradiance(sun, sun, 2.0, 0.0) - 340.25).abs() < 1e-9);
+        assert_eq!(irradiance(-sun, sun, 1.0, 0.0), 0.0);
+    }
+
+    #[test]
+    fn dust_turns_beam_into_diffuse_light_and_takes_some() {
+        let up = Vec3::z();
+        let mut last = irradiance(up, up, 1.52, 1e-9);
+        assert!((last - SOLAR_CONSTANT / 1.52f64.powi(2)).abs() < 1e-3);
+        for tau in [0.2, 0.5, 1.0, 2.0, 5.0] {
+            let now = irradiance(up, up, 1.52, tau);
+            let beam = SOLAR_CONSTANT / 1.52f64.powi(2) * f64::exp(-tau);
+            assert!(now < last && now > beam, "{tau}: {now} {last} {beam}");
+            last = now;
+        }
+        // A panel on edge under a high sun sees half the sky.
+        assert!(irradiance(Vec3::x(), up, 1.52, 1.0) > 0.0);
+        assert_eq!(irradiance(up, Vec3::new(0.0, 1.0, -0.01).normalize(), 1.52, 0.5), 0.0);
+    }
+
+    struct Noon;
+    impl Sun for Noon {
+        fn state(&self, _: f64) -> SunState {
+            SunState { direction: Vec3::z(), distance_au: 1.0 }
+        }
+    }
+
+    #[test]
+    fn dust_on_the_panel_grows_with_time() {
+        let panel = SolarPanel {
+            p: SolarPanelParams {
+                area: 2.0,
+                efficiency: 0.25,
+                optical_depth: 0.0,
+                dust: 0.9,
+                dust_rate: 0.1,
+                sun: Handle::new("sun", Arc::new(Noon) as Arc<dyn Sun>),
+            },
+        };
+        let at = |t: f64| {
+            let u = SolarPanelIn { panel: NodeState::identity() };
+            panel.direct(&Clock::at(t, 1.0, 0), &(), &(), &u, &()).power
+        };
+        assert!((at(0.0) - 0.5 * 0.9 * 1361.0).abs() < 1e-9);
+        assert!((at(86_400.0) - 0.5 * 0.8 * 1361.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,162 @@
+//! Putting a machine gently on the ground: root height and attitude and the suspension's joints
+//! such that every wheel just touches.
+//!
+//! ```text
+//! unknowns  z, roll, pitch, chosen joints        residuals  (c_i − g(c_i)) · n − r_i  for each wheel
+//! ```
+//! Damped least squares (Levenberg–Marquardt) with numerical derivatives; done once, before a run.
+use crate::plan::Plan;
+use crate::services::Terrain;
+use linkwork_dynamics::{Workspace, kinematics};
+use linkwork_multibody::{BodyId, SubhingeKind};
+use linkwork_spatial::nalgebra::{DMatrix, DVector};
+use linkwork_spatial::{Quat, Vec3};
+use std::sync::Arc;
+
+/// Where and how to put a machine down.
+#[derive(Clone, Debug)]
+pub struct Placement {
+    /// The free root body.
+    pub body: String,
+    /// x, y of the root body's origin, W [m].
+    pub at: [f64; 2],
+    /// Heading about W's z [rad].
+    pub heading: f64,
+    /// Wheels: body name and radius [m]; the body's origin is the hub.
+    pub wheels: Vec<(String, f64)>,
+    /// Bodies whose pin hinges adapt to the ground.
+    pub joints: Vec<String>,
+}
+
+/// A machine cannot be put down.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("placing on terrain: {message}\n  help: {help}")]
+pub struct PlaceError {
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it.
+    pub help: String,
+}
+
+fn error<T>(message: String, help: &str) -> Result<T, PlaceError> {
+    Err(PlaceError { message, help: help.to_string() })
+}
+
+/// Changes the plan's initial coordinates. Gives the largest remaining gap of a wheel [m].
+///
+/// # Errors
+/// Unknown bodies, a root that is not free, ground missing under a wheel, or no convergence.
+pub fn place_on_terrain(
+    plan: &mut Plan,
+    terrain: &dyn Terrain,
+    p: &Placement,
+) -> Result<f64, PlaceError> {
+    let Some(mechanism) = plan.mechanism.as_mut().and_then(Arc::get_mut) else {
+        return error("there is no mechanism, or it is already running".into(), "place before the run");
+    };
+    let mb = mechanism.multibody.clone();
+    let find = |name: &str| match mb.body(name) {
+        Some(id) => Ok(id),
+        None => {
+            let known: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();
+            error(format!("there is no body `{name}`"), &crate::remedy(name, "bodies", &known))
+        }
+    };
+    let root = find(&p.body)?;
+    let free = mb.get(root).subhinges().iter().any(|s| matches!(s.subhinge.kind, SubhingeKind::Free));
+    if !free {
+        return error(format!("`{}` has no free hinge", p.body), "place the root body of the machine");
+    }
+    let at = mb.get(root).q().start;
+    let mut joints = Vec::new();
+    for name in &p.joints {
+        let b = mb.get(find(name)?);
+        match (b.q().len(), b.subhinges().first().map(|s| s.subhinge.kind)) {
+            (1, Some(SubhingeKind::Pin { .. })) => joints.push(b.q().start),
+            _ => return error(format!("`{name}` is not on a pin hinge"), "list pins only"),
+        }
+    }
+    let wheels: Vec<(BodyId, f64)> =
+        p.wheels.iter().map(|(n, r)| Ok((find(n)?, *r))).collect::<Result<_, _>>()?;
+    if wheels.is_empty() {
+        return error("no wheels are given".into(), "list the wheel bodies");
+    }
+    let Some(ground) = terrain.ground(p.at[0], p.at[1]) else {
+        return error(
+            format!("there is no ground at ({}, {})", p.at[0], p.at[1]),
+            &format!("the terrain covers {:?} (x_min, y_min, x_max, y_max)", terrain.bounds()),
+        );
+    };
+    let mut ws = Workspace::new(&mechanism.tree);
+    let tree = mechanism.tree.clone();
+    let start = mechanism.q.clone();
+    let zeros = vec![0.0; mb.nv()];
+    let set = |u: &DVector<f64>, q: &mut Vec<f64>| {
+        q.clone_from(&start);
+        let rotation = Quat::from_axis_angle(&Vec3::z_axis(), p.heading)
+            * Quat::from_euler_angles(u[1], u[2], 0.0);
+        q[at..at + 3].copy_from_slice(&[p.at[0], p.at[1], u[0]]);
+        q[at + 3..at + 7].copy_from_slice(rotation.coords.as_slice());
+        for (k, j) in joints.iter().enumerate() {
+            q[*j] = start[*j] + u[3 + k];
+        }
+    };
+    let mut q = start.clone();
+    let mut gaps = |u: &DVector<f64>, q: &mut Vec<f64>| -> Result<DVector<f64>, PlaceError> {
+        set(u, q);
+        kinematics(&tree, &mut ws, q, &zeros);
+        let mut e = DVector::zeros(wheels.len());
+        for (k, (id, radius)) in wheels.iter().enumerate() {
+            let c = ws.body_pose(&tree, *id).position;
+            let Some(g) = terrain.ground(c.x, c.y) else {
+                return error(
+                    format!("there is no ground under `{}` at ({:.3}, {:.3})", p.wheels[k].0, c.x, c.y),
+                    "start where the map has data",
+                );
+            };
+            e[k] = (c.z - g.height) * g.normal.z - radius;
+        }
+        Ok(e)
+    };
+    let n = 3 + joints.len();
+    let mut u = DVector::zeros(n);
+    u[0] = ground.height + 1.0;
+    let mut damping = 1e-4;
+    let mut e = gaps(&u, &mut q)?;
+    for _ in 0..100 {
+        let mut jacobian = DMatrix::zeros(wheels.len(), n);
+        for k in 0..n {
+            let mut moved = u.clone();
+            moved[k] += 1e-6;
+            let column = (gaps(&moved, &mut q)? - &e) / 1e-6;
+            jacobian.set_column(k, &column);
+        }
+        let mut normal = jacobian.transpose() * &jacobian;
+        for k in 0..n {
+            normal[(k, k)] += damping;
+        }
+        let Some(step) = normal.cholesky().map(|c| c.solve(&(-jacobian.transpose() * &e))) else {
+            damping *= 10.0;
+            continue;
+        };
+        let next = &u + &step;
+        let better = gaps(&next, &mut q)?;
+        if better.norm() < e.norm() {
+            (u, e) = (next, better);
+            damping = (damping * 0.2).max(1e-9);
+            if step.norm() < 1e-10 {
+                break;
+            }
+        } else {
+            damping *= 10.0;
+            if damping > 1e8 {
+                break;
+            }
+        }
+    }
+    // Nothing starts inside the ground.
+    u[0] -= e.min().min(0.0);
+    e = gaps(&u, &mut q)?;
+    mechanism.q = q;
+    Ok(e.amax())
+}

@@ -1,0 +1,34 @@
+//! `linkwork check`: load, compile, place, and look up every pattern, without running.
+use crate::{exit, load, run};
+use std::path::Path;
+
+/// Prints every mistake, or what there is.
+pub fn check(sim: &Path, set: &[String]) -> u8 {
+    let ready = match load::ready(sim, set, None) {
+        Ok(ready) => ready,
+        Err(code) => return code,
+    };
+    if let Err(code) = run::prepare(&ready) {
+        return code;
+    }
+    let p = &ready.plan;
+    println!(
+        "ok: {} models, {} services, {} wires, {} variables; tick {}, step {}, {} operations a stage",
+        p.parts.len(),
+        p.services.iter().count(),
+        p.wires.len(),
+        p.variables.len(),
+        p.base,
+        p.step,
+        p.stage_len()
+    );
+    if let Some(m) = &p.mechanism {
+        println!(
+            "    mechanism: {} bodies, {} degrees of freedom, {:.3} kg",
+            m.multibody.bodies().len(),
+            m.multibody.nv(),
+            m.tree.total_mass()
+        );
+    }
+    exit::OK
+}

@@ -1,0 +1,54 @@
+//! `linkwork diff`: two logs or two checkpoints, with tolerances.
+use crate::exit;
+use linkwork_record::{Difference, Series, compare, read_log};
+use linkwork_runtime::Checkpoint;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+type Named = BTreeMap<String, Series>;
+
+fn read(path: &Path) -> Result<Named, String> {
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("mcap") => read_log(path).map_err(|e| e.to_string()),
+        Some("lwck") => {
+            let c = Checkpoint::read(path).map_err(|e| e.to_string())?;
+            let values = c.lanes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
+            let one = |y: f64| Series { t: vec![c.time], y: vec![y], unit: String::new() };
+            let n = c.layout.len();
+            Ok(values
+                .enumerate()
+                .map(|(k, y)| {
+                    let name = c.layout.get(k).cloned();
+                    (name.unwrap_or_else(|| format!("signal lane {}", k - n)), one(y))
+                })
+                .collect())
+        }
+        _ => Err(format!("`{}` is neither a log (.mcap) nor a checkpoint (.lwck)", path.display())),
+    }
+}
+
+/// Prints what differs by more than `abs + rel · max(|a|, |b|)`.
+pub fn diff(a: &Path, b: &Path, abs: f64, rel: f64) -> u8 {
+    let (x, y) = match (read(a), read(b)) {
+        (Ok(x), Ok(y)) => (x, y),
+        (x, y) => {
+            for e in [x.err(), y.err()].into_iter().flatten() {
+                eprintln!("error: {e}");
+            }
+            return exit::INPUT;
+        }
+    };
+    let differences: Vec<Difference> = compare(&x, &y, abs, rel);
+    if differences.is_empty() {
+        println!("equal: {} series within abs {abs:e}, rel {rel:e}", x.len());
+        return exit::OK;
+    }
+    println!("{} of {} series differ (abs {abs:e}, rel {rel:e}):", differences.len(), x.len().max(y.len()));
+    for d in differences.iter().take(40) {
+        println!("  {:12.3e}  {}: {}", d.largest, d.name, d.what);
+    }
+    if differences.len() > 40 {
+        println!("  … and {} more", differences.len() - 40);
+    }
+    exit::FAILED
+}
