@@ -241,6 +241,7 @@ impl<'a, 'o> Expander<'a, 'o> {
             out.bodies.insert(name.clone(), body);
         }
         for (base, form) in &a.parts {
+            let form = form.with_values(self.cx, place.env, &join(place.path, base));
             let elements = form.elements(self.cx, base);
             if form.array.is_some() {
                 out.arrays.insert(base.clone(), elements.iter().map(|e| e.0.clone()).collect());
@@ -282,10 +283,9 @@ impl<'a, 'o> Expander<'a, 'o> {
         pending: Vec<Pending>,
     ) -> Option<Node> {
         let path = join(place.path, name);
-        let params = substitute(self.cx, place.env, &part.params);
+        let params = part.params.clone();
         match &part.kind {
             PartKind::Model { model, rate, offset, bind, folder } => {
-                let sub = |cx: &mut Cx, v: &Located| substitute(cx, place.env, v);
                 let folder = match (folder, place.home) {
                     (Some(f), _) => Some(f.text.clone().into()),
                     (None, Home::Folder(f)) => Some(f.clone()),
@@ -296,9 +296,9 @@ impl<'a, 'o> Expander<'a, 'o> {
                     doc: part.doc.clone(),
                     model: substitute_text(self.cx, place.env, model),
                     params,
-                    rate: rate.as_ref().map(|v| sub(self.cx, v)),
-                    offset: offset.as_ref().map(|v| sub(self.cx, v)),
-                    bind: sub(self.cx, bind),
+                    rate: rate.clone(),
+                    offset: offset.clone(),
+                    bind: bind.clone(),
                     folder,
                     origin: part.origin,
                 };
@@ -324,13 +324,11 @@ impl<'a, 'o> Expander<'a, 'o> {
                 }
                 let given = self.given(&read.params, params, &pending);
                 let env = bind(self.cx, &path, part.origin, &read.params, &given, &Env::new());
-                let mounts = substitute(self.cx, place.env, mounts);
-                let mounts = self.mounts(&path, part.origin, &read, &mounts);
+                let mounts = self.mounts(&path, part.origin, &read, mounts);
                 // Overrides written at the part are the parent's: between its own and the outer.
                 let mut all = Vec::new();
                 let what = format!("`{path}`: `overrides`");
                 for (text, value) in read_overrides(self.cx, overrides, &what) {
-                    let value = substitute(self.cx, place.env, &value);
                     all.push(self.pend(&path, &text, value));
                 }
                 all.extend(pending);
