@@ -53,7 +53,7 @@ impl Cx {
 pub(crate) fn tidy(mut faults: Vec<Fault>) -> Vec<Fault> {
     // Wheel1 … Wheel6 are one mistake in wheel.ron: digits apart, the message is the same.
     let plain = |m: &str| m.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
-    faults.sort_by(|a, b| a.origin.cmp(&b.origin));
+    faults.sort_by_key(|f| f.origin);
     let mut kept: Vec<(String, usize, Fault)> = Vec::new();
     for fault in faults {
         let text = plain(&fault.message);
@@ -102,4 +102,17 @@ pub(crate) fn set(map: &mut Located, path: &[String], value: &Located) {
         }
     };
     set(&mut entries[at].1, rest, value);
+}
+
+/// Brings the keys of every map into one order, deep: the order in a file leaves no trace.
+pub(crate) fn sort(v: &mut Located) {
+    match &mut v.value {
+        Value::Map(entries) => {
+            entries.sort_by(|a, b| a.0.cmp(&b.0));
+            entries.iter_mut().for_each(|(_, v)| sort(v));
+        }
+        Value::List(items) => items.iter_mut().for_each(sort),
+        Value::Variant(_, inner) => sort(inner),
+        _ => {}
+    }
 }

@@ -1,13 +1,13 @@
 //! From assemblies as written to a tree of instances: files read, parameters replaced, overrides
 //! applied, arrays unrolled.
 use crate::body;
-use crate::context::{Cx, Text, entries, set};
+use crate::context::{Cx, Text, entries, set, sort};
 use crate::files::{Files, Home};
 use crate::form::{Assembly, PartForm, PartKind, read_overrides};
 use crate::globs::segment_matches;
 use crate::scope::{Env, bind, substitute, substitute_text};
 use linkwork_runtime::{Catalogue, Description, Located, Origin, Value, did_you_mean, remedy};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A model or service at its place.
 #[derive(Clone, Debug)]
@@ -53,6 +53,8 @@ pub(crate) struct Instance {
     pub wires: Vec<Text>,
     /// Names of the parameters, for messages.
     pub params: Vec<String>,
+    /// Parts that could not be read or found: what names them stays silent.
+    pub broken: BTreeSet<String>,
 }
 
 impl Instance {
@@ -66,6 +68,21 @@ impl Instance {
             }
         }
         Some(here)
+    }
+
+    /// True when a path leads into a part that could not be read.
+    pub fn is_broken(&self, path: &str) -> bool {
+        let mut here = self;
+        for segment in path.split('.') {
+            if here.broken.iter().any(|b| segment_matches(segment, b)) {
+                return true;
+            }
+            match here.parts.get(segment) {
+                Some(Node::Assembly(next)) => here = next,
+                _ => return false,
+            }
+        }
+        false
     }
 
     /// Every instance, this one first, in path order.
@@ -206,6 +223,7 @@ impl<'a, 'o> Expander<'a, 'o> {
             exports: BTreeMap::new(),
             wires: Vec::new(),
             params: a.params.keys().cloned().collect(),
+            broken: a.broken.clone(),
         };
         for (name, form) in &a.bodies {
             let mut fields = substitute(self.cx, place.env, &form.fields);
@@ -218,6 +236,7 @@ impl<'a, 'o> Expander<'a, 'o> {
                     self.overrides[p.id].used = true;
                 }
             }
+            sort(&mut fields);
             let body = BodyInst { fields, origin: form.origin, home: place.home.clone() };
             out.bodies.insert(name.clone(), body);
         }
@@ -232,7 +251,10 @@ impl<'a, 'o> Expander<'a, 'o> {
                     .filter(|p| p.path.len() > 1 && segment_matches(&p.path[0], &name))
                     .map(|p| Pending { path: p.path[1..].to_vec(), ..p.clone() })
                     .collect();
-                let Some(node) = self.part(&name, &part, place, inner) else { continue };
+                let Some(node) = self.part(&name, &part, place, inner) else {
+                    out.broken.insert(name);
+                    continue;
+                };
                 if out.parts.insert(name.clone(), node).is_some() {
                     let message = format!("`{}`: two parts are named `{name}`", place.path);
                     self.cx.fault(part.origin, message, "give the array's elements other names");
@@ -288,6 +310,7 @@ impl<'a, 'o> Expander<'a, 'o> {
                         self.overrides[p.id].used = true;
                     }
                 }
+                sort(&mut m.params);
                 Some(Node::Model(m))
             }
             PartKind::File { assembly, mounts, overrides } => {
@@ -358,6 +381,7 @@ impl<'a, 'o> Expander<'a, 'o> {
     fn unused(&mut self, root: &Instance) {
         for w in std::mem::take(&mut self.overrides).into_iter().filter(|w| !w.used) {
             let help = match root.at(&w.scope) {
+                Some(scope) if scope.is_broken(&w.text) => continue,
                 Some(scope) => self.why_unused(scope, &w.text),
                 None => String::new(),
             };

@@ -63,6 +63,9 @@ pub(crate) fn period(cx: &mut Cx, v: &Located, what: &str) -> Option<Seconds> {
     match Seconds::period(&v.value) {
         Ok(s) => Some(s),
         Err(fact) => {
+            // The fact without the remedy, which stands in the help.
+            let fact = fact.split(": write").next().unwrap_or(&fact).replace('"', "");
+            let fact = fact.replace("a period", "a time");
             let help = "write \"50 Hz\", \"20 ms\" or a number of seconds";
             cx.fault(v.origin, format!("{what}: {fact}"), help);
             None
@@ -79,7 +82,8 @@ pub(crate) fn binds(cx: &mut Cx, root: &Instance) -> Vec<BindSpec> {
             let what = format!("`{}`: binding `{bind}`", m.path);
             let Some(t) = crate::read::text(cx, v, &what) else { continue };
             match bind_target(root, scope, &t.text) {
-                Ok(target) => out.push(BindSpec {
+                Ok(None) => {}
+                Ok(Some(target)) => out.push(BindSpec {
                     part: m.path.clone(),
                     bind: bind.clone(),
                     target,
@@ -93,7 +97,11 @@ pub(crate) fn binds(cx: &mut Cx, root: &Instance) -> Vec<BindSpec> {
     out
 }
 
-fn bind_target(root: &Instance, scope: &str, text: &str) -> Result<BindTarget, (String, String)> {
+fn bind_target(
+    root: &Instance,
+    scope: &str,
+    text: &str,
+) -> Result<Option<BindTarget>, (String, String)> {
     let world =
         || ("the world has neither nodes nor hinges".to_string(), "bind to a body".to_string());
     if let Some(hinge) = text.strip_prefix("hinge:") {
@@ -108,7 +116,8 @@ fn bind_target(root: &Instance, scope: &str, text: &str) -> Result<BindTarget, (
             None => (hinge.trim(), 0),
         };
         return match resolve(root, scope, name)? {
-            Target::Body(body) => Ok(BindTarget::Hinge { body, index }),
+            Target::Unknown => Ok(None),
+            Target::Body(body) => Ok(Some(BindTarget::Hinge { body, index })),
             Target::Node(body, node) => Err((
                 format!("`{name}` is the node `{node}` of `{body}`; a hinge is named by its body"),
                 format!("write \"hinge:{}\"", name.rsplit_once('/').map_or(name, |(b, _)| b)),
@@ -118,8 +127,9 @@ fn bind_target(root: &Instance, scope: &str, text: &str) -> Result<BindTarget, (
     }
     let name = text.strip_prefix("node:").unwrap_or(text).trim();
     match resolve(root, scope, name)? {
-        Target::Body(body) => Ok(BindTarget::Node(body)),
-        Target::Node(body, node) => Ok(BindTarget::Node(format!("{body}/{node}"))),
+        Target::Unknown => Ok(None),
+        Target::Body(body) => Ok(Some(BindTarget::Node(body))),
+        Target::Node(body, node) => Ok(Some(BindTarget::Node(format!("{body}/{node}")))),
         Target::World => Err(world()),
     }
 }
@@ -207,7 +217,7 @@ fn parent(
 ) -> (String, Pose, String) {
     let world = || ("world".to_string(), Pose::identity(), "world".to_string());
     match resolve(root, scope, &body.parent.text) {
-        Ok(Target::World) => world(),
+        Ok(Target::World | Target::Unknown) => world(),
         Ok(Target::Body(p)) => (p.clone(), Pose::identity(), format!("/{p}")),
         Ok(Target::Node(p, node)) => {
             let pose = bodies.get(&p).and_then(|(b, _)| b.nodes.iter().find(|n| n.0 == node));

@@ -4,7 +4,7 @@
 use crate::context::{Cx, Text, empty_map, entries};
 use crate::read::{fields, list, name, number, table, text, text_field};
 use linkwork_runtime::{Located, Origin, Value};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A parameter of an assembly.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,6 +106,8 @@ pub struct Assembly {
     pub exports: BTreeMap<String, Text>,
     /// Deep parameters: path → value.
     pub overrides: Vec<(Text, Located)>,
+    /// Parts that could not be read: what names them stays silent.
+    pub(crate) broken: BTreeSet<String>,
 }
 
 /// The fields of an assembly.
@@ -149,6 +151,8 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
             name(cx, key, value, "part");
             if let Some(part) = read_part(cx, key, value) {
                 a.parts.insert(key.clone(), part);
+            } else {
+                a.broken.insert(key.clone());
             }
         }
     }
@@ -179,11 +183,18 @@ pub(crate) fn read_overrides(cx: &mut Cx, v: &Located, what: &str) -> Vec<(Text,
         .collect()
 }
 
+/// A field that is a map; empty when it is not written or is none (recorded).
+fn map_field(cx: &mut Cx, v: &Located, field: &str, what: &str) -> Located {
+    let Some(written) = v.get(field) else { return empty_map() };
+    table(cx, written, &format!("{what}: `{field}`"));
+    if matches!(written.value, Value::Map(_)) { written.clone() } else { empty_map() }
+}
+
 fn doc(cx: &mut Cx, v: &Located, what: &str) -> String {
     text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default()
 }
 
-fn read_param(cx: &mut Cx, key: &str, v: &Located) -> ParamDecl {
+pub(crate) fn read_param(cx: &mut Cx, key: &str, v: &Located) -> ParamDecl {
     let what = format!("parameter `{key}`");
     fields(cx, v, &what, &["unit", "default", "range", "doc"]);
     let unit = text_field(cx, v, "unit", &what);
@@ -218,7 +229,7 @@ fn read_param(cx: &mut Cx, key: &str, v: &Located) -> ParamDecl {
     }
 }
 
-fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm> {
+pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm> {
     let what = format!("part `{key}`");
     let origin = cx.key(v);
     let Value::Map(written) = &v.value else {
@@ -227,25 +238,25 @@ fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm> {
         return None;
     };
     let has = |field: &str| written.iter().any(|(k, _)| k == field);
-    let or_empty = |field: &str| v.get(field).cloned().unwrap_or_else(empty_map);
+    let or_empty = |cx: &mut Cx, field: &str| map_field(cx, v, field, &what);
     let (kind, params) = if has("model") {
         fields(cx, v, &what, &MODEL);
         let kind = PartKind::Model {
             model: text_field(cx, v, "model", &what)?,
             rate: v.get("rate").cloned(),
             offset: v.get("offset").cloned(),
-            bind: or_empty("bind"),
+            bind: or_empty(cx, "bind"),
             folder: text_field(cx, v, "folder", &what),
         };
-        (kind, or_empty("params"))
+        (kind, or_empty(cx, "params"))
     } else if has("assembly") {
         fields(cx, v, &what, &FILE);
         let kind = PartKind::File {
             assembly: text_field(cx, v, "assembly", &what)?,
-            mounts: or_empty("mounts"),
-            overrides: or_empty("overrides"),
+            mounts: or_empty(cx, "mounts"),
+            overrides: or_empty(cx, "overrides"),
         };
-        (kind, or_empty("params"))
+        (kind, or_empty(cx, "params"))
     } else if ["parts", "bodies", "wires", "exports"].iter().any(|f| has(f)) {
         fields(cx, v, &what, &INLINE);
         (PartKind::Inline(Box::new(read_assembly(cx, v, &what))), empty_map())
@@ -279,16 +290,16 @@ impl PartForm {
             if array.len() > 1 || element.origin != Origin::NONE {
                 part.origin = element.origin;
             }
-            merge(&mut part.params, element.get("params"));
+            merge(&mut part.params, &map_field(cx, element, "params", &what));
             match &mut part.kind {
                 PartKind::Model { rate, offset, bind, .. } => {
-                    merge(bind, element.get("bind"));
+                    merge(bind, &map_field(cx, element, "bind", &what));
                     *rate = element.get("rate").cloned().or(rate.take());
                     *offset = element.get("offset").cloned().or(offset.take());
                 }
                 PartKind::File { mounts, overrides, .. } => {
-                    merge(mounts, element.get("mounts"));
-                    merge(overrides, element.get("overrides"));
+                    merge(mounts, &map_field(cx, element, "mounts", &what));
+                    merge(overrides, &map_field(cx, element, "overrides", &what));
                 }
                 PartKind::Inline(_) => {}
             }
@@ -299,8 +310,8 @@ impl PartForm {
 }
 
 /// The entries of `more` over those of `map`.
-fn merge(map: &mut Located, more: Option<&Located>) {
-    for (key, value) in more.map(entries).unwrap_or_default() {
+fn merge(map: &mut Located, more: &Located) {
+    for (key, value) in entries(more) {
         crate::context::set(map, std::slice::from_ref(key), value);
     }
 }

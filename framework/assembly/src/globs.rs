@@ -1,4 +1,5 @@
-//! Patterns over dotted paths: `*` stands for one segment or a piece of one, `**` for any number.
+//! Patterns over paths of variables: `*` stands for one segment or a piece of one, `**` for any
+//! number. Dots and slashes both end a segment, so `Rover.**` takes the bodies of `Rover` too.
 use crate::context::Text;
 use linkwork_runtime::{Fault, did_you_mean};
 
@@ -11,10 +12,10 @@ pub(crate) fn segment_matches(pattern: &str, name: &str) -> bool {
         .any(|k| segment_matches(tail, &rest[k..]))
 }
 
-/// True when a pattern matches a dotted path.
+/// True when a pattern matches a path.
 pub fn path_matches(pattern: &str, path: &str) -> bool {
-    let pattern: Vec<&str> = pattern.split('.').collect();
-    let path: Vec<&str> = path.split('.').collect();
+    let pattern: Vec<&str> = pattern.split(['.', '/']).collect();
+    let path: Vec<&str> = path.split(['.', '/']).collect();
     segments(&pattern, &path)
 }
 

@@ -13,6 +13,7 @@
 #![allow(non_snake_case)]
 
 mod body;
+mod builder;
 mod context;
 mod expand;
 mod expression;
@@ -30,16 +31,18 @@ mod render;
 mod resolved;
 mod ron_text;
 mod scope;
+mod settings;
 mod shape;
-mod simulation;
 mod tree;
 mod wires;
 
+pub use builder::{IntoValue, variant};
 pub use context::Text;
 pub use form::{Assembly, BodyForm, MountDecl, ParamDecl, PartForm, PartKind};
 pub use globs::{match_patterns, path_matches};
+pub use linkwork_runtime::Value;
 pub use load::{Loaded, Options, load_file, load_text};
 pub use render::{Failure, Look, show_faults};
+pub use settings::{Figure, LogRule, Plot, Settings, Take};
 pub use shape::{BodyShape, Shape};
-pub use simulation::{Figure, LogRule, Plot, Simulation, Take};
 pub use tree::{TreeKind, TreeNode};

@@ -1,5 +1,5 @@
 //! Loading: a file or text to a flat `Spec` and everything else that a simulation says.
-use crate::context::{Cx, Text, empty_map, set, tidy};
+use crate::context::{Cx, Text, empty_map, set, sort, tidy};
 use crate::expand::Expander;
 use crate::files::{Files, Home};
 use crate::flatten;
@@ -8,8 +8,8 @@ use crate::read::{fields, text_field};
 use crate::render::Failure;
 use crate::resolved;
 use crate::ron_text::parse;
+use crate::settings::{self, Settings};
 use crate::shape::BodyShape;
-use crate::simulation::{self, Simulation};
 use crate::tree::{TreeNode, tree};
 use crate::wires::Wiring;
 use linkwork_runtime::{Catalogue, Fault, Located, Origin, Sources, Spec, Value};
@@ -65,7 +65,7 @@ pub struct Loaded {
     /// Parts, wires, bindings, mechanism.
     pub spec: Spec,
     /// Everything else.
-    pub simulation: Simulation,
+    pub simulation: Settings,
     /// Shapes of the bodies.
     pub shapes: Vec<BodyShape>,
     /// The assembly tree.
@@ -182,7 +182,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
             .insert(part_name, file_part(Text { text: name.into(), origin }, mounts, origin));
         inner = empty_map();
     } else {
-        fields(cx, &inner, "simulation", &simulation::all_fields());
+        fields(cx, &inner, "simulation", &settings::all_fields());
         holder = form::read_assembly(cx, &inner, "simulation");
         if let Some(assembly) = text_field(cx, &inner, "assembly", "simulation") {
             let part_name = holder.name.clone().unwrap_or_else(|| camel(&assembly.text));
@@ -227,7 +227,7 @@ fn outside(
         let segments: Vec<String> = path.split('.').map(str::to_string).collect();
         let first = segments[0].as_str();
         let taken = holder.parts.contains_key(first) || holder.params.contains_key(first);
-        if !taken && simulation::SETTINGS.contains(&first) && first != "assembly" {
+        if !taken && settings::FIELDS.contains(&first) && first != "assembly" {
             if settings.value == Value::Null {
                 *settings = empty_map();
             }
@@ -280,9 +280,7 @@ fn assemble(
     let (root, env) = expander.root(holder, &home, outer);
     let files = expander.files;
     if let Value::Map(entries) = &mut settings.value {
-        for (key, v) in
-            entries.iter_mut().filter(|(k, _)| simulation::SETTINGS.contains(&k.as_str()))
-        {
+        for (key, v) in entries.iter_mut().filter(|(k, _)| settings::FIELDS.contains(&k.as_str())) {
             if key != "assembly" {
                 *v = crate::scope::substitute(cx, &env, v);
             }
@@ -295,7 +293,8 @@ fn assemble(
         }
         set(&mut settings, &["seed".to_string()], &text.into());
     }
-    let simulation = simulation::read(cx, &settings);
+    sort(&mut settings);
+    let simulation = settings::read(cx, &settings);
     let parts = flatten::parts(cx, &root);
     let binds = flatten::binds(cx, &root);
     let gravity = simulation.gravity.as_ref().map(|g| g.text.clone());

@@ -11,6 +11,11 @@ pub(crate) fn document(v: &Value) -> String {
     write(v, 0, false) + "\n"
 }
 
+/// A value on one line.
+pub(crate) fn inline(v: &Value) -> String {
+    one_line(v, false)
+}
+
 fn is_field(key: &str) -> bool {
     let mut chars = key.chars();
     chars.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')

@@ -1,5 +1,6 @@
 //! Typed values out of located ones: units, ranges and lists, each mistake with its place.
 use crate::context::{Cx, Text};
+use crate::scope::is_unknown;
 use linkwork_runtime::{Located, Unit, Value, remedy, split_quantity};
 
 /// Refuses what is no map and fields that nobody knows. `what` names the owner: "body `wheel`".
@@ -87,6 +88,9 @@ fn wants(unit: &str) -> String {
 
 /// A finite number in SI; a bare one is in `unit` (empty: no unit).
 pub(crate) fn number(cx: &mut Cx, v: &Located, what: &str, unit: &str) -> Option<f64> {
+    if is_unknown(v) {
+        return None;
+    }
     let wanted = Unit::parse(if unit.is_empty() { "1" } else { unit }).unwrap_or(Unit::ONE);
     let x = match &v.value {
         Value::Number(x) => wanted.to_si(*x),
@@ -131,6 +135,9 @@ pub(crate) fn numbers<const N: usize>(
     what: &str,
     unit: &str,
 ) -> Option<[f64; N]> {
+    if is_unknown(v) {
+        return None;
+    }
     let Value::List(items) = &v.value else {
         let message = format!("{what} is a list of {N} numbers, this is {}", v.value.what());
         cx.fault(v.origin, message, wants(unit));

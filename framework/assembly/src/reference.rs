@@ -9,6 +9,8 @@ use linkwork_runtime::remedy;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Target {
     World,
+    /// Something that could not be read: reported elsewhere.
+    Unknown,
     /// A body, by full name.
     Body(String),
     /// A node, by the full name of its body and its own.
@@ -28,6 +30,9 @@ pub(crate) fn resolve(
 ) -> Result<Target, (String, String)> {
     if text == "world" {
         return Ok(Target::World);
+    }
+    if text.contains('$') {
+        return Ok(Target::Unknown);
     }
     let absolute = text.strip_prefix('/');
     let pieces: Vec<&str> = absolute.unwrap_or(text).split('/').collect();
@@ -64,13 +69,17 @@ fn inside(
         return Some(match (resolve(root, outer, &bound.text), &pieces[1..]) {
             (Ok(Target::Body(body)), rest) => on_body(root, &body, rest),
             (Ok(target), []) => Ok(target),
+            (Ok(Target::Unknown), _) => Ok(Target::Unknown),
             (Ok(_), _) => Err((
                 format!("mount `{first}` is bound to `{}`, which has no nodes", bound.text),
                 "bind the mount to a body".into(),
             )),
             // Reported once, where the parent bound it.
-            (Err(_), _) => Ok(Target::World),
+            (Err(_), _) => Ok(Target::Unknown),
         });
+    }
+    if here.is_broken(first) {
+        return Some(Ok(Target::Unknown));
     }
     let below = here.at(first)?;
     match pieces.get(1) {
@@ -115,13 +124,14 @@ fn nodes(root: &Instance, full: &str) -> Vec<String> {
     nodes.map(crate::context::entries).unwrap_or_default().iter().map(|(k, _)| k.clone()).collect()
 }
 
-/// The bodies that a scope can name shortly: own, mounts, those one level down, then outer ones.
+/// The bodies that a scope can name, each by its shortest name.
 fn visible(root: &Instance, scope: &str) -> Vec<String> {
-    let mut out: Vec<String> = Vec::new();
+    let mut out: Vec<(String, String)> = Vec::new();
     let mut here = scope;
     loop {
         if let Some(i) = root.at(here) {
-            out.extend(i.bodies.keys().chain(i.mounts.keys()).cloned());
+            out.extend(i.bodies.keys().map(|b| (b.clone(), full_name(&i.path, b))));
+            out.extend(i.mounts.keys().map(|m| (m.clone(), join(&i.path, m))));
             below(i, "", &mut out);
         }
         if here.is_empty() {
@@ -130,15 +140,16 @@ fn visible(root: &Instance, scope: &str) -> Vec<String> {
         here = here.rsplit_once('.').map_or("", |(head, _)| head);
     }
     let mut seen = std::collections::BTreeSet::new();
-    out.retain(|name| seen.insert(name.clone()));
-    out
+    out.retain(|(_, full)| seen.insert(full.clone()));
+    out.into_iter().map(|(name, _)| name).collect()
 }
 
-fn below(here: &Instance, prefix: &str, out: &mut Vec<String>) {
+fn below(here: &Instance, prefix: &str, out: &mut Vec<(String, String)>) {
     for (name, node) in &here.parts {
         if let Node::Assembly(inner) = node {
             let prefix = join(prefix, name);
-            out.extend(inner.bodies.keys().map(|b| format!("{prefix}/{b}")));
+            let named = |b: &String| (format!("{prefix}/{b}"), full_name(&inner.path, b));
+            out.extend(inner.bodies.keys().map(named));
             below(inner, &prefix, out);
         }
     }

@@ -1,6 +1,6 @@
 //! Faults as text: plain (`error: …` / `  --> file:line:column` / `  help: …`), or with the
 //! source line drawn.
-use ariadne::{CharSet, Config, Label, Report, ReportKind, Source};
+use ariadne::{CharSet, Color, Config, Label, Report, ReportKind, Source};
 use linkwork_runtime::{Fault, Sources};
 use std::ops::Range;
 
@@ -83,17 +83,28 @@ fn drawn(fault: &Fault, sources: &Sources, look: Look) -> String {
         .with_char_set(if look == Look::Coloured { CharSet::Unicode } else { CharSet::Ascii })
         .with_color(look == Look::Coloured);
     let span: (String, Range<usize>) = (name.clone(), start..line_end);
-    let mut report = Report::build(ReportKind::Custom("error", ariadne::Color::Red), span.clone())
+    let red = Color::Red;
+    let mut report = Report::build(ReportKind::Custom("error", red), span.clone())
         .with_config(config)
         .with_message(&fault.message)
-        .with_label(Label::new(span).with_message("here").with_color(ariadne::Color::Red));
+        .with_label(Label::new(span).with_message("here").with_color(red));
     if let Some(help) = &fault.help {
         report = report.with_help(help);
     }
     let mut bytes = Vec::new();
     let cache = (name.clone(), Source::from(text.as_str()));
     match report.finish().write(cache, &mut bytes) {
-        Ok(()) => String::from_utf8_lossy(&bytes).into_owned() + "\n",
+        Ok(()) => {
+            let text = String::from_utf8_lossy(&bytes).into_owned() + "\n";
+            if look == Look::Coloured { text } else { without_escapes(&text) }
+        }
         Err(_) => plain(fault, sources) + "\n",
     }
+}
+
+/// Without terminal colours: a custom kind of report is coloured whatever the configuration says.
+fn without_escapes(text: &str) -> String {
+    let mut pieces = text.split('\u{1b}');
+    let first = pieces.next().unwrap_or("").to_string();
+    pieces.fold(first, |out, piece| out + piece.split_once('m').map_or(piece, |(_, rest)| rest))
 }

@@ -301,3 +301,53 @@ impl<'t> Visitor<'t> for KeySeed {
         Ok(Key::Owned(s.into()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> (Option<Located>, Cx) {
+        let mut cx = Cx::default();
+        let file = cx.sources.add("t", text);
+        let value = parse(&mut cx, file);
+        (value, cx)
+    }
+
+    #[test]
+    fn every_kind_of_value() {
+        let text = r##"A(
+            // a comment
+            n: -1.5e3, hex: 0x10, big: 1_000, no: None, yes: Some(true), unit: (), pair: (1, "a"),
+            raw: r#"q"q"#, escaped: "tab\t\"é", free: Free, pin: Pin([0, 1]), box: Box(a: 1), inf: inf,
+            nested: { "k": /* inner */ [ /* lead */ Deep(Deeper(1, 2)), ] }, "trailing": 2 /* end */ ,
+        )"##;
+        let text = text.replace("\"trailing\"", "trailing");
+        let (value, cx) = read(&text);
+        let value = value.unwrap_or_else(|| panic!("{:?}", cx.faults));
+        let shown = value.value.to_string();
+        let expected = concat!(
+            r#"A({"n": -1500.0, "hex": 16.0, "big": 1000.0, "no": None, "yes": true, "unit": None, "#,
+            r#""pair": [1.0, "a"], "raw": "q\"q", "escaped": "tab\t\"é", "free": Free, "#,
+            r#""pin": Pin([0.0, 1.0]), "box": Box({"a": 1.0}), "inf": inf, "#,
+            r#""nested": {"k": [Deep(Deeper([1.0, 2.0]))]}, "trailing": 2.0})"#
+        );
+        assert_eq!(shown, expected);
+        // Printed, it reads back the same.
+        assert_eq!(read(&shown).0.unwrap().value.to_string(), shown);
+    }
+
+    #[test]
+    fn places_are_those_of_the_pieces() {
+        let text = "A(\n  // é\n  b: { \"c\": [1, Pin([0, 1]) , \"x\"] },\n)";
+        let (value, cx) = read(text);
+        let Value::Variant(_, inner) = value.unwrap().value else { panic!() };
+        let c = inner.get("b").unwrap().get("c").unwrap();
+        let slice = |o: Origin| &text[o.start as usize..o.end as usize];
+        assert_eq!(slice(c.origin), "[1, Pin([0, 1]) , \"x\"]");
+        let Value::List(items) = &c.value else { panic!() };
+        assert_eq!(slice(items[1].origin), "Pin([0, 1])");
+        assert_eq!(slice(items[2].origin), "\"x\"");
+        assert_eq!(slice(cx.key(c)), "c");
+        assert_eq!(cx.place(items[2].origin), "t:3:31");
+    }
+}

@@ -2,6 +2,7 @@
 use crate::context::{Cx, Text, entries};
 use crate::expression::{Quantity, evaluate};
 use crate::form::ParamDecl;
+use crate::print::inline;
 use linkwork_runtime::{Located, Origin, Unit, Value, remedy, split_quantity};
 use std::collections::BTreeMap;
 
@@ -57,6 +58,7 @@ fn replace(cx: &mut Cx, env: &Env, text: &str, origin: Origin) -> Located {
         return Located { value: Value::Text(interpolate(cx, env, text, origin)), origin };
     }
     let lookup = |name: &str| match env.get(name) {
+        Some(v) if is_unknown(v) => Err(String::new()),
         Some(v) => as_quantity(v).ok_or_else(|| format!("`${name}` is {}", v.value.what())),
         None => {
             let (message, help) = unknown(env, name);
@@ -65,6 +67,7 @@ fn replace(cx: &mut Cx, env: &Env, text: &str, origin: Origin) -> Located {
     };
     match evaluate(text, &lookup) {
         Ok(q) => Located { value: show(&q, None), origin },
+        Err(why) if why.is_empty() => as_written,
         Err(why) => {
             let (message, help) = why.split_once('\n').unwrap_or((
                 &why,
@@ -94,6 +97,16 @@ fn interpolate(cx: &mut Cx, env: &Env, text: &str, origin: Origin) -> String {
         rest = tail;
     }
     out + rest
+}
+
+/// Stands for a value that was refused: what uses it stays silent. See [`is_unknown`].
+fn refused(key: &str, origin: Origin) -> Located {
+    Located { value: Value::Text(format!("${key}")), origin }
+}
+
+/// True for a text with a parameter that could not be replaced: reported where that was tried.
+pub(crate) fn is_unknown(v: &Located) -> bool {
+    matches!(&v.value, Value::Text(t) if t.contains('$'))
 }
 
 fn as_quantity(v: &Located) -> Option<Quantity> {
@@ -162,14 +175,14 @@ pub(crate) fn bind(
         });
         waiting = rest;
         for (key, decl) in ready {
-            if let Some(v) = default(cx, at, origin, key, decl, &env) {
-                env.insert(key.clone(), v);
-            }
+            let v = default(cx, at, origin, key, decl, &env);
+            env.insert(key.clone(), v.unwrap_or_else(|| refused(key, origin)));
         }
         if waiting.len() == before {
             for (key, decl) in waiting.drain(..) {
                 let message = format!("the default of `{at}.{key}` depends on itself");
                 cx.fault(decl.origin, message, "give one of the parameters a number");
+                env.insert(key.clone(), refused(key, origin));
             }
         }
     }
@@ -223,7 +236,7 @@ fn check(cx: &mut Cx, at: &str, key: &str, decl: &ParamDecl, v: &Located) -> Loc
         }
         Value::Number(x) if x.is_nan() => {
             cx.fault(v.origin, format!("{what} is not a number"), "write a number");
-            return v.clone();
+            return refused(key, v.origin);
         }
         Value::Number(_) | Value::Text(_) => match &decl.unit {
             None => match (&v.value, decl.range) {
@@ -235,7 +248,7 @@ fn check(cx: &mut Cx, at: &str, key: &str, decl: &ParamDecl, v: &Located) -> Loc
             },
             Some(unit) => {
                 let Some(x) = crate::read::number(cx, v, &what, &unit.text) else {
-                    return v.clone();
+                    return refused(key, v.origin);
                 };
                 if let Some(range) = decl.range {
                     outside(cx, &what, decl, v, x, range);
@@ -256,13 +269,13 @@ fn outside(cx: &mut Cx, what: &str, decl: &ParamDecl, v: &Located, x: f64, range
     let unit = decl.unit.as_ref().map(|u| format!(" {}", u.text)).unwrap_or_default();
     let written = match decl.range_written.as_ref().map(|r| &r.value) {
         Some(Value::List(ends)) if ends.len() == 2 => {
-            format!("{} .. {}", ends[0].value, ends[1].value)
+            format!("{} .. {}", inline(&ends[0].value), inline(&ends[1].value))
         }
         _ => format!("{} .. {}", range.0, range.1),
     };
     let value = match &v.value {
         Value::Text(t) => t.clone(),
-        other => format!("{other}{unit}"),
+        other => format!("{}{unit}", inline(other)),
     };
     cx.fault(
         v.origin,

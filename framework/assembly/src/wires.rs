@@ -16,6 +16,7 @@ enum Index {
     At(usize),
 }
 
+/// Fact and remedy; an empty fact is one that has been reported elsewhere.
 type Problem = (String, String);
 
 fn segments(text: &str) -> Result<Vec<Segment>, Problem> {
@@ -67,13 +68,16 @@ impl Wiring<'_> {
             for wire in &instance.wires {
                 match self.wire(instance, wire) {
                     Ok(found) => out.extend(found),
+                    Err((fact, _)) if fact.is_empty() => {}
                     Err((fact, help)) => {
                         cx.fault(wire.origin, format!("wire `{}`: {fact}", wire.text), help);
                     }
                 }
             }
             for (name, target) in &instance.exports {
-                if let Err((fact, help)) = self.export(instance, name) {
+                if let Err((fact, help)) = self.export(instance, name)
+                    && !fact.is_empty()
+                {
                     let message = format!("export `{name}: \"{}\"`: {fact}", target.text);
                     cx.fault(target.origin, message, help);
                 }
@@ -115,7 +119,8 @@ impl Wiring<'_> {
         let first = path[0].name.as_str();
         let mut here = scope;
         loop {
-            if here.parts.contains_key(first) || here.arrays.contains_key(first) {
+            let known = here.parts.contains_key(first) || here.arrays.contains_key(first);
+            if known || here.broken.contains(first) {
                 return self.down(here, &path, output);
             }
             if here.path.is_empty() {
@@ -124,7 +129,8 @@ impl Wiring<'_> {
             let outer = here.path.rsplit_once('.').map_or("", |(head, _)| head);
             here = self.root.at(outer).unwrap_or(self.root);
         }
-        if first == self.mechanism {
+        // A variable of the mechanism (`Rover/chassis.angle`) is for `compile` to know.
+        if first == self.mechanism || first.contains('/') {
             let (_, port) = text.split_once('.').unwrap_or(("", text));
             return Ok(vec![PortRef { part: first.into(), port: port.into(), index: None }]);
         }
@@ -156,13 +162,13 @@ impl Wiring<'_> {
             };
             let mut out = Vec::new();
             for name in names {
-                // An element that could not be read has its own fault.
-                let Some(node) = here.parts.get(name) else { continue };
+                let Some(node) = here.parts.get(name) else { return Err(Problem::default()) };
                 out.extend(self.below(node, rest, output)?);
             }
             return Ok(out);
         }
         match here.parts.get(&first.name) {
+            None if here.broken.contains(&first.name) => Err(Problem::default()),
             Some(node) => self.below(node, rest, output),
             None if here.arrays.contains_key(&first.name) => {
                 let names = here.arrays[&first.name].join(", ");
@@ -187,6 +193,7 @@ impl Wiring<'_> {
                     // An export's lane with a name (`pose.x`), or a part further down.
                     if inner.parts.contains_key(&longer[0].name)
                         || inner.arrays.contains_key(&longer[0].name)
+                        || inner.broken.contains(&longer[0].name)
                     {
                         return self.down(inner, longer, output);
                     }

@@ -61,7 +61,7 @@ pub struct Plot {
 
 /// Settings of a simulation.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Simulation {
+pub struct Settings {
     /// Documentation.
     pub doc: String,
     /// Integration step.
@@ -91,7 +91,7 @@ pub struct Simulation {
 }
 
 /// The fields of a simulation that an assembly has not.
-pub(crate) const SETTINGS: [&str; 14] = [
+pub(crate) const FIELDS: [&str; 14] = [
     "assembly",
     "step",
     "integrator",
@@ -110,18 +110,18 @@ pub(crate) const SETTINGS: [&str; 14] = [
 
 /// All fields.
 pub(crate) fn all_fields() -> Vec<&'static str> {
-    form::FIELDS.into_iter().filter(|f| *f != "mounts").chain(SETTINGS).collect()
+    form::FIELDS.into_iter().filter(|f| *f != "mounts").chain(FIELDS).collect()
 }
 
 /// Reads the settings; parameters have been replaced.
-pub(crate) fn read(cx: &mut Cx, v: &Located) -> Simulation {
+pub(crate) fn read(cx: &mut Cx, v: &Located) -> Settings {
     let what = "simulation";
     let time = |cx: &mut Cx, field: &str| {
         v.get(field).and_then(|x| period(cx, x, &format!("{what}: `{field}`")))
     };
     let step = time(cx, "step").unwrap_or(Seconds { num: 1, den: 1000 });
     let until = time(cx, "until");
-    Simulation {
+    Settings {
         doc: text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default(),
         step,
         integrator: v.get("integrator").map_or(Integrator::Rk4, |i| integrator(cx, i)),

@@ -1,0 +1,232 @@
+//! `linkwork list`, `describe`, `tree`, `graph`: what there is and how it hangs together.
+use crate::{exit, load};
+use clap::ValueEnum;
+use linkwork_assembly::{TreeKind, TreeNode, path_matches};
+use linkwork_runtime::{Origin, ParamSpec, PortSpec, Role, Via};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Language of a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum GraphFormat {
+    /// Graphviz.
+    Dot,
+    /// Mermaid, as in Markdown.
+    Mermaid,
+}
+
+fn first_line(doc: &str) -> &str {
+    doc.lines().next().unwrap_or("")
+}
+
+/// Lists the catalogue, or the variables of a simulation.
+pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
+    let Some(path) = sim else {
+        for e in load::catalogue().iter() {
+            println!("{:36} {}", e.description.name, first_line(e.description.doc));
+        }
+        return exit::OK;
+    };
+    // `linkwork list 'actuators.*'`: one argument that is no file is a pattern of models.
+    if !path.exists() && pattern.is_none() {
+        let text = path.display().to_string();
+        let catalogue = load::catalogue();
+        let found: Vec<_> =
+            catalogue.iter().filter(|e| path_matches(&text, e.description.name)).collect();
+        if found.is_empty() {
+            eprintln!("error: `{text}` is neither a simulation nor a pattern of models\n  help: `linkwork list` shows all models");
+            return exit::INPUT;
+        }
+        for e in found {
+            println!("{:36} {}", e.description.name, first_line(e.description.doc));
+        }
+        return exit::OK;
+    }
+    let ready = match load::ready(path, &[], None) {
+        Ok(r) => r,
+        Err(code) => return code,
+    };
+    let mut n = 0;
+    for (path, v) in &ready.plan.variables {
+        if pattern.is_none_or(|p| path_matches(p, path)) {
+            let role = match v.role {
+                Role::Output => "output",
+                Role::Input => "input",
+                Role::Free => "free input",
+                Role::State => "state",
+            };
+            println!("{path:64} {:10} {role:10} {}", v.unit, first_line(&v.doc));
+            n += 1;
+        }
+    }
+    if n == 0 {
+        eprintln!("error: `{}` matches no variable\n  help: `*` is one part of a path, `**` any number", pattern.unwrap_or(""));
+        return exit::INPUT;
+    }
+    exit::OK
+}
+
+fn ports(out: &mut String, title: &str, list: &[PortSpec]) {
+    if list.is_empty() {
+        return;
+    }
+    let _ = writeln!(out, "\n{title}");
+    for p in list {
+        let mut notes = Vec::new();
+        if let Some(b) = p.bind {
+            notes.push(format!("bind \"{b}\""));
+        }
+        if p.sum {
+            notes.push("sum of many wires".into());
+        }
+        if let Some(d) = &p.default {
+            notes.push(format!("default {d:?}"));
+        }
+        let kind = if p.unit.is_empty() { format!("{:?}", p.kind) } else { p.unit.to_string() };
+        let lanes = if p.lanes > 1 && !p.unit.is_empty() { format!(" ×{}", p.lanes) } else { String::new() };
+        let notes = if notes.is_empty() { String::new() } else { format!(" ({})", notes.join(", ")) };
+        let _ = writeln!(out, "  {:24} {:12} {}{notes}", p.name, kind + &lanes, first_line(p.doc));
+    }
+}
+
+fn params(out: &mut String, list: &[ParamSpec], indent: usize) {
+    for p in list {
+        let unit = p.unit.map_or(p.kind.clone(), str::to_string);
+        let default = match (&p.default, p.service) {
+            (_, true) => "nearest".to_string(),
+            (Some(d), _) => d.to_string(),
+            (None, _) if p.kind.ends_with("nothing") => "none".to_string(),
+            (None, _) => "required".to_string(),
+        };
+        let range = p.range.map_or(String::new(), |r| format!(", range {}", r.text()));
+        let name = format!("{}{}", " ".repeat(indent), p.name);
+        let _ = writeln!(out, "  {name:24} {unit:12} {} ({default}{range})", first_line(p.doc));
+        params(out, &p.fields, indent + 2);
+    }
+}
+
+/// Describes a model.
+pub fn describe(model: &str) -> u8 {
+    let catalogue = load::catalogue();
+    let entry = match catalogue.find(model, Origin::NONE, "describe") {
+        Ok(e) => e,
+        Err(fault) => {
+            eprintln!("error: there is no model `{model}`\n  help: {}", fault.help.unwrap_or_default());
+            return exit::INPUT;
+        }
+    };
+    let d = &entry.description;
+    let mut out = format!("{}\n{}\n", d.name, d.doc);
+    if let Some(kind) = entry.service_kind() {
+        let _ = writeln!(out, "\nA service: provides {} to the models that ask for it.", kind.text());
+    }
+    if !d.params.is_empty() {
+        out.push_str("\nparameters\n");
+        params(&mut out, &d.params, 0);
+    }
+    ports(&mut out, "inputs (no feedthrough)", &d.inputs);
+    ports(&mut out, "inputs (with feedthrough)", &d.direct_inputs);
+    ports(&mut out, "outputs (from state)", &d.moore_outputs);
+    ports(&mut out, "outputs (with feedthrough)", &d.direct_outputs);
+    ports(&mut out, "continuous state", &d.continuous);
+    ports(&mut out, "discrete state", &d.discrete);
+    if d.functions.update && d.continuous.is_empty() {
+        out.push_str("\nSampled: give the part a `rate`.\n");
+    }
+    print!("{out}");
+    exit::OK
+}
+
+/// Prints the assembly tree.
+pub fn tree(sim: &Path) -> u8 {
+    let ready = match load::ready(sim, &[], None) {
+        Ok(r) => r,
+        Err(code) => return code,
+    };
+    let mut out = String::new();
+    draw(&ready.loaded.tree, "", "", &mut out);
+    print!("{out}");
+    exit::OK
+}
+
+fn draw(node: &TreeNode, lead: &str, next: &str, out: &mut String) {
+    let what = match &node.kind {
+        TreeKind::Model(m) => m.clone(),
+        TreeKind::Assembly(a) => a.clone(),
+    };
+    let name = if node.name.is_empty() { "(simulation)" } else { &node.name };
+    let bodies: Vec<&str> =
+        node.bodies.iter().map(|b| b.rsplit('/').next().unwrap_or(b)).collect();
+    let bodies =
+        if bodies.is_empty() { String::new() } else { format!("  bodies: {}", bodies.join(", ")) };
+    let _ = writeln!(out, "{lead}{name:<24} {what}{bodies}");
+    for (k, child) in node.children.iter().enumerate() {
+        let last = k + 1 == node.children.len();
+        let (a, b) = if last { ("└── ", "    ") } else { ("├── ", "│   ") };
+        draw(child, &format!("{next}{a}"), &format!("{next}{b}"), out);
+    }
+}
+
+/// Prints the wires.
+pub fn graph(sim: &Path, format: GraphFormat) -> u8 {
+    let ready = match load::ready(sim, &[], None) {
+        Ok(r) => r,
+        Err(code) => return code,
+    };
+    let plan = &ready.plan;
+    let mut ids: BTreeMap<String, usize> = BTreeMap::new();
+    let part = |path: &str| {
+        let mut p = path;
+        loop {
+            if plan.parts.iter().any(|x| x.path == p) {
+                return p.to_string();
+            }
+            match p.rsplit_once('.') {
+                Some((head, _)) => p = head,
+                None => return path.to_string(),
+            }
+        }
+    };
+    let mut edges = Vec::new();
+    for w in &plan.wires {
+        let (a, b) = (part(&w.from), part(&w.to));
+        for n in [&a, &b] {
+            let next = ids.len();
+            ids.entry(n.clone()).or_insert(next);
+        }
+        let end = if w.via == Via::Bind { "" } else { w.from[a.len()..].trim_start_matches('.') };
+        edges.push((ids[&a], ids[&b], end.to_string(), w.hold, w.via));
+    }
+    let mut out = String::new();
+    match format {
+        GraphFormat::Dot => {
+            out.push_str("digraph linkwork {\n  rankdir=LR; node [shape=box];\n");
+            for (name, id) in &ids {
+                let _ = writeln!(out, "  n{id} [label={name:?}];");
+            }
+            for (a, b, label, hold, via) in edges {
+                let style = match (hold, via) {
+                    (true, _) => ", style=dashed",
+                    (_, Via::Bind) => ", color=gray",
+                    _ => "",
+                };
+                let _ = writeln!(out, "  n{a} -> n{b} [label={label:?}{style}];");
+            }
+            out.push_str("}\n");
+        }
+        GraphFormat::Mermaid => {
+            out.push_str("flowchart LR\n");
+            for (name, id) in &ids {
+                let _ = writeln!(out, "  n{id}[\"{name}\"]");
+            }
+            for (a, b, label, hold, _) in edges {
+                let arrow = if hold { "-.->" } else { "-->" };
+                let label = if label.is_empty() { String::new() } else { format!("|{label}|") };
+                let _ = writeln!(out, "  n{a} {arrow}{label} n{b}");
+            }
+        }
+    }
+    print!("{out}");
+    exit::OK
+}
