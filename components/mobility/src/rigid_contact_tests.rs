@@ -1,3 +1,5 @@
+//! Tests of `rigid_contact`.
+
 use super::*;
 
 fn msl() -> RigidContact {

@@ -1,3 +1,5 @@
+//! Tests of `soil_contact`.
+
 use super::*;
 use crate::test_soils::*;
 
