@@ -1,3 +1,5 @@
+//! Tests of `terramechanics`.
+
 use super::*;
 use crate::test_soils::*;
 
