@@ -1,4 +1,5 @@
 //! Rigid contact: loads against hand-worked cases, holding, refusal of energy.
+
 use super::*;
 
 fn msl() -> RigidContact {
@@ -218,4 +219,23 @@ fn order_of_rk4_is_kept_in_the_elastic_range() {
     let error = |y: [f64; 6]| (y[0] - exact[0]).abs() + (y[1] - exact[1]).abs();
     let ratio = error(run(50)) / error(run(100));
     assert!((10.0..25.0).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn a_bristle_at_its_limit_springs_back_elastically() {
+    // Sliding back from the limit stretches nothing plastically: the bristle follows the wheel at once.
+    let c = msl();
+    let plane = |_: f64, _: f64| Some((0.0, Vec3::z()));
+    let at = |vx: f64| {
+        let hub = Hub {
+            position: Vec3::new(0.0, 0.0, 0.2486),
+            axle: Vec3::y(),
+            velocity: Vec3::x() * vx,
+            angular: Vec3::zeros(),
+        };
+        // Load 560 N, limit 448 N: the longest deflection is 2.24 mm.
+        c.rates(&hub, &[Vec3::x() * 2.24e-3; DISCS], &plane)[1].x
+    };
+    assert!(at(0.01).abs() < 1e-9, "forward it slides: {}", at(0.01));
+    assert!((at(-0.01) + 0.01).abs() < 1e-12, "backward it is a spring: {}", at(-0.01));
 }

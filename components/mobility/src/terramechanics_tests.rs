@@ -1,4 +1,5 @@
 //! Stresses and forces of a wheel on soil against published and measured values.
+
 use super::*;
 use crate::test_soils::*;
 

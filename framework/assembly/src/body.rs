@@ -279,3 +279,8 @@ fn armature(cx: &mut Cx, v: &Located, what: &str, kind: &SubhingeKind) -> Option
 pub(crate) fn known(field: &str) -> bool {
     FIELDS.contains(&field)
 }
+
+/// The fields of a body, for messages.
+pub(crate) fn known_list() -> String {
+    FIELDS.join(", ")
+}

@@ -241,6 +241,7 @@ impl<'a, 'o> Expander<'a, 'o> {
             out.bodies.insert(name.clone(), body);
         }
         for (base, form) in &a.parts {
+            let form = form.with_values(self.cx, place.env, &join(place.path, base));
             let elements = form.elements(self.cx, base);
             if form.array.is_some() {
                 out.arrays.insert(base.clone(), elements.iter().map(|e| e.0.clone()).collect());
@@ -282,10 +283,9 @@ impl<'a, 'o> Expander<'a, 'o> {
         pending: Vec<Pending>,
     ) -> Option<Node> {
         let path = join(place.path, name);
-        let params = substitute(self.cx, place.env, &part.params);
+        let params = part.params.clone();
         match &part.kind {
             PartKind::Model { model, rate, offset, bind, folder } => {
-                let sub = |cx: &mut Cx, v: &Located| substitute(cx, place.env, v);
                 let folder = match (folder, place.home) {
                     (Some(f), _) => Some(f.text.clone().into()),
                     (None, Home::Folder(f)) => Some(f.clone()),
@@ -296,9 +296,9 @@ impl<'a, 'o> Expander<'a, 'o> {
                     doc: part.doc.clone(),
                     model: substitute_text(self.cx, place.env, model),
                     params,
-                    rate: rate.as_ref().map(|v| sub(self.cx, v)),
-                    offset: offset.as_ref().map(|v| sub(self.cx, v)),
-                    bind: sub(self.cx, bind),
+                    rate: rate.clone(),
+                    offset: offset.clone(),
+                    bind: bind.clone(),
                     folder,
                     origin: part.origin,
                 };
@@ -324,13 +324,11 @@ impl<'a, 'o> Expander<'a, 'o> {
                 }
                 let given = self.given(&read.params, params, &pending);
                 let env = bind(self.cx, &path, part.origin, &read.params, &given, &Env::new());
-                let mounts = substitute(self.cx, place.env, mounts);
-                let mounts = self.mounts(&path, part.origin, &read, &mounts);
+                let mounts = self.mounts(&path, part.origin, &read, mounts);
                 // Overrides written at the part are the parent's: between its own and the outer.
                 let mut all = Vec::new();
                 let what = format!("`{path}`: `overrides`");
                 for (text, value) in read_overrides(self.cx, overrides, &what) {
-                    let value = substitute(self.cx, place.env, &value);
                     all.push(self.pend(&path, &text, value));
                 }
                 all.extend(pending);
@@ -393,38 +391,46 @@ impl<'a, 'o> Expander<'a, 'o> {
         let mut here = scope;
         let segments: Vec<&str> = text.split('.').collect();
         for (k, segment) in segments.iter().enumerate() {
-            let at = if here.path.is_empty() { "the simulation" } else { here.path.as_str() };
-            let next = here.parts.get(*segment);
-            match next {
-                Some(Node::Assembly(inner)) if k + 1 < segments.len() => here = inner,
-                Some(Node::Model(m)) if k + 1 < segments.len() => {
+            let last = k + 1 == segments.len();
+            if let Some((head, name)) = segment.split_once('/') {
+                return body_help(here.at(head), name);
+            }
+            match here.parts.get(*segment) {
+                Some(Node::Assembly(inner)) if !last => here = inner,
+                Some(Node::Assembly(inner)) => {
+                    let list = names("parameters", inner.params.iter());
+                    return format!("`{}` is an assembly: add a parameter. {list}", inner.path);
+                }
+                Some(Node::Model(m)) => {
                     let params = self.description(&m.model.text).map(|d| &d.params);
                     let known: Vec<&str> = params.into_iter().flatten().map(|p| p.name).collect();
-                    let list = remedy(segments[k + 1], "parameters", &known);
-                    return format!(
-                        "`{}` ({}) has no such parameter. {list}",
-                        m.path, m.model.text
-                    );
+                    let what = format!("`{}` ({})", m.path, m.model.text);
+                    return match segments.get(k + 1) {
+                        Some(next) => {
+                            let list = remedy(next, "parameters", &known);
+                            format!("{what} has no such parameter. {list}")
+                        }
+                        None => {
+                            let list = remedy("", "parameters", &known);
+                            format!("{what} is a part: add a parameter. {list}")
+                        }
+                    };
                 }
-                _ if k + 1 == segments.len() => {
-                    let known: Vec<&str> = here.params.iter().map(String::as_str).collect();
-                    let list = remedy(segment, "parameters", &known);
-                    return format!("`{at}` has no parameter `{segment}`. {list}");
-                }
-                _ if segment.contains('*') => {
+                None if segment.contains('*') => {
                     return "no part has a parameter at such a path".into();
                 }
-                _ => {
+                None => {
                     let known: Vec<&str> = here.parts.keys().map(String::as_str).collect();
-                    if let Some((_, body)) = segment.split_once('/') {
-                        return body_help(here, body);
-                    }
-                    let guess = did_you_mean(segment, known.iter().copied());
-                    let guess = guess.map(|g| format!("{g} ")).unwrap_or_default();
-                    return format!(
-                        "{guess}`{at}` has no part `{segment}`; parts: {}",
-                        known.join(", ")
-                    );
+                    let params: Vec<&str> = here.params.iter().map(String::as_str).collect();
+                    return if last {
+                        let list = remedy(segment, "parameters", &params);
+                        format!("{} has no parameter `{segment}`. {list}", shown(here))
+                    } else {
+                        let guess = did_you_mean(segment, known.iter().copied());
+                        let guess = guess.map(|g| format!("{g} ")).unwrap_or_default();
+                        let list = names("parts", here.parts.keys());
+                        format!("{guess}{} has no part `{segment}`; {list}", shown(here))
+                    };
                 }
             }
         }
@@ -432,7 +438,22 @@ impl<'a, 'o> Expander<'a, 'o> {
     }
 }
 
-fn body_help(here: &Instance, body: &str) -> String {
+fn shown(here: &Instance) -> String {
+    if here.path.is_empty() { "the simulation".into() } else { format!("`{}`", here.path) }
+}
+
+fn names<'n>(kind: &str, names: impl Iterator<Item = &'n String>) -> String {
+    let known: Vec<&str> = names.map(String::as_str).collect();
+    remedy("", kind, &known)
+}
+
+fn body_help(here: Option<&Instance>, name: &str) -> String {
+    let Some(here) = here else {
+        return "a body is `assembly/body`, its fields `assembly/body.mass`".into();
+    };
+    if here.bodies.contains_key(name) {
+        return format!("body `{name}` has no such field. fields: {}", body::known_list());
+    }
     let known: Vec<&str> = here.bodies.keys().map(String::as_str).collect();
-    format!("a body is `assembly/body.field`. {}", remedy(body, "bodies", &known))
+    format!("{} has no body `{name}`. {}", shown(here), remedy(name, "bodies", &known))
 }

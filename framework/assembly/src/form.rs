@@ -3,6 +3,7 @@
 //! RON and the Rust builder both make this; values that may hold `$name` stay located values.
 use crate::context::{Cx, Text, empty_map, entries};
 use crate::read::{fields, list, name, number, table, text, text_field};
+use crate::scope::{Env, is_unknown, substitute};
 use linkwork_runtime::{Located, Origin, Value};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -186,6 +187,10 @@ pub(crate) fn read_overrides(cx: &mut Cx, v: &Located, what: &str) -> Vec<(Text,
 /// A field that is a map; empty when it is not written or is none (recorded).
 fn map_field(cx: &mut Cx, v: &Located, field: &str, what: &str) -> Located {
     let Some(written) = v.get(field) else { return empty_map() };
+    if is_unknown(written) {
+        // `params: "$world"`: a map once the parameter is known.
+        return written.clone();
+    }
     table(cx, written, &format!("{what}: `{field}`"));
     if matches!(written.value, Value::Map(_)) { written.clone() } else { empty_map() }
 }
@@ -270,6 +275,34 @@ pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm>
 }
 
 impl PartForm {
+    /// The same with every parameter replaced; what must be a map is one.
+    pub(crate) fn with_values(&self, cx: &mut Cx, env: &Env, path: &str) -> PartForm {
+        let mut part = self.clone();
+        let replace = |cx: &mut Cx, v: &mut Located| *v = substitute(cx, env, v);
+        let mut maps = vec![("params", &mut part.params)];
+        match &mut part.kind {
+            PartKind::Model { rate, offset, bind, .. } => {
+                [rate, offset].into_iter().flatten().for_each(|v| replace(cx, v));
+                maps.push(("bind", bind));
+            }
+            PartKind::File { mounts, overrides, .. } => {
+                maps.extend([("mounts", mounts), ("overrides", overrides)]);
+            }
+            PartKind::Inline(_) => {}
+        }
+        for (field, v) in maps {
+            replace(cx, v);
+            if !matches!(v.value, Value::Map(_)) {
+                if !is_unknown(v) {
+                    table(cx, v, &format!("`{path}`: `{field}`"));
+                }
+                v.value = Value::Map(Vec::new());
+            }
+        }
+        part.array.iter_mut().flatten().for_each(|v| replace(cx, v));
+        part
+    }
+
     /// The elements of an array as parts of their own, with names; a single part is itself.
     pub(crate) fn elements(&self, cx: &mut Cx, base: &str) -> Vec<(String, PartForm)> {
         let Some(array) = &self.array else {

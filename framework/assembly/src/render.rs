@@ -75,8 +75,10 @@ fn drawn(fault: &Fault, sources: &Sources, look: Look) -> String {
         return plain(fault, sources) + "\n";
     };
     // ariadne counts characters unless told; a span must not be empty nor run over many lines.
-    let start = (fault.origin.start as usize).min(text.len());
-    let end = (fault.origin.end as usize).clamp(start, text.len());
+    let whole =
+        |at: u32| (0..=(at as usize).min(text.len())).rev().find(|k| text.is_char_boundary(*k));
+    let start = whole(fault.origin.start).unwrap_or(0);
+    let end = whole(fault.origin.end).unwrap_or(0).max(start);
     let line_end = text[start..end].find('\n').map_or(end, |n| start + n);
     let config = Config::new()
         .with_index_type(ariadne::IndexType::Byte)

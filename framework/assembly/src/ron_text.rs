@@ -14,15 +14,22 @@ pub(crate) fn parse(cx: &mut Cx, file: u32) -> Option<Located> {
     let text = cx.sources.files.get(file as usize)?.1.clone();
     if let Err(error) = ron::from_str::<&RawValue>(&text) {
         let at = offset(&text, error.span.start.line, error.span.start.col);
-        let end = (at + 1).min(text.len()).max(at);
+        let end = at + text[at..].chars().next().map_or(0, char::len_utf8);
         let origin = Origin { file, start: at as u32, end: end as u32 };
         let message = format!("not RON: {}", lower(&error.code.to_string()));
-        let help = match unclosed(&text) {
-            Some((open, at)) => {
+        let help = match (&error.code, unclosed(&text)) {
+            (ron::Error::ExpectedStringEnd, _) => {
+                "close the text that starts here with `\"`".into()
+            }
+            (_, Some((open, at))) => {
                 let here = Origin { file, start: at as u32, end: at as u32 + 1 };
                 format!("the `{open}` at {} is never closed", cx.place(here))
             }
-            None => "look for a missing comma, quote or bracket just before this place".into(),
+            (ron::Error::Eof, _) => "begin the file with `Simulation(` or `Assembly(`".into(),
+            (ron::Error::ExpectedComma, _) => {
+                "put a comma before this; a quantity with a unit stands in quotes: \"1 ms\"".into()
+            }
+            _ => "look for a missing comma, quote or bracket just before this place".into(),
         };
         cx.fault(origin, message, help);
         return None;
@@ -211,11 +218,20 @@ impl<'t> Reader<'_, 't> {
     }
 
     fn refuse(&mut self, raw: &str, error: &ron::Error) {
-        let message = format!("not RON: {}", lower(&error.to_string()));
-        let origin = self.origin(raw);
-        self.cx.fault(origin, message, "keys of a map are texts; numbers are decimal");
+        let text = error.to_string();
+        let whole = self.origin(raw);
+        let origin = Origin { end: whole.end.min(whole.start + 1), ..whole };
+        if text.contains(KEY) {
+            let help = "write { \"name\": .. } or (name: ..)";
+            self.cx.fault(origin, "the keys of `{ .. }` are texts in quotes", help);
+        } else {
+            self.cx.fault(origin, format!("not RON: {}", lower(&text)), "");
+        }
     }
 }
+
+/// What is expected as key, in the words of [`KeySeed`].
+const KEY: &str = "a text as key";
 
 enum Key<'t> {
     Borrowed(&'t str),
@@ -292,7 +308,7 @@ impl<'t> DeserializeSeed<'t> for KeySeed {
 impl<'t> Visitor<'t> for KeySeed {
     type Value = Key<'t>;
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a text as key")
+        f.write_str(KEY)
     }
     fn visit_borrowed_str<E: de::Error>(self, s: &'t str) -> Result<Key<'t>, E> {
         Ok(Key::Borrowed(s))

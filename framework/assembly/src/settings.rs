@@ -170,7 +170,11 @@ fn seed(cx: &mut Cx, v: &Located) -> Option<u64> {
     };
     if seed.is_none() {
         let help = "write a whole number; above 9e15 in quotes: \"18446744073709551615\"";
-        cx.fault(v.origin, format!("simulation: `{}` is not a seed", v.value), help);
+        cx.fault(
+            v.origin,
+            format!("simulation: `{}` is not a seed", crate::print::inline(&v.value)),
+            help,
+        );
     }
     seed
 }

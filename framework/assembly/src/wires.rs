@@ -223,7 +223,18 @@ impl Wiring<'_> {
         port: &Segment,
         output: bool,
     ) -> Result<Vec<PortRef>, Problem> {
+        if inner.broken.contains(&port.name) {
+            return Err(Problem::default());
+        }
         let Some(target) = inner.exports.get(&port.name) else {
+            match inner.parts.get(&port.name) {
+                Some(Node::Assembly(i)) => {
+                    let help = format!("add a port: {}", exports_help(i, ""));
+                    return Err((format!("`{}` is an assembly, not a port", i.path), help));
+                }
+                Some(Node::Model(m)) => return self.port(&m.path, &m.model.text, &[], output),
+                None => {}
+            }
             let fact = format!("`{}` exports no `{}`", inner.path, port.name);
             return Err((fact, exports_help(inner, &port.name)));
         };
@@ -280,7 +291,9 @@ impl Wiring<'_> {
         let Some((last, inner)) = rest.split_last() else {
             let ports = self.ports(model, Some(output)).unwrap_or_default();
             let known: Vec<&str> = ports.iter().map(|p| p.name).collect();
-            return Err((format!("`{part}` is a part, not a port"), remedy("", "ports", &known)));
+            let kind = if output { "outputs" } else { "inputs" };
+            let help = format!("add a port: {}", remedy("", kind, &known));
+            return Err((format!("`{part}` is a part, not a port"), help));
         };
         if let Some(odd) = inner.iter().find(|s| s.index.is_some()) {
             let fact = format!("`{part}` is a model: `{}[..]` cannot stand inside", odd.name);

@@ -1,4 +1,5 @@
 //! Numbers of bodies: solids against integrals, hinges of every kind, starts, fan-out, expressions.
+#![allow(clippy::unwrap_used)]
 mod common;
 use common::*;
 use linkwork_multibody::{Coordinate, SubhingeKind};
@@ -149,10 +150,12 @@ fn fan_out_and_coordinates_of_a_hinge_survive_the_resolved_text() {
 #[test]
 fn parameters_reach_texts_lists_and_nested_assemblies_in_place() {
     let text = r#"Simulation(
-        params: { "side": (default: "left"), "k": (unit: "V", default: "2 kV"), "kind": (default: "drive") },
+        params: { "world": (default: { "level": "5 V" }), "side": (default: "left"), "k": (unit: "V", default: "2 kV"), "kind": (default: "drive") },
         bodies: { "left_leg": (parent: "world", nodes: { "hub": () }) },
         parts: { "In": (parts: {
             "P": (model: "test.pad", bind: { "hub": "node:${side}_leg/hub" }),
+            "E": (model: "test.drive", params: "$world"),
+            "F": (model: "test.drive", params: "$world", array: [(), (params: { "level": 6 })]),
             "D": (model: "test.${kind}", params: { "level": "$k / 4 + 1" }),
         }) },
     )"#;
@@ -160,6 +163,9 @@ fn parameters_reach_texts_lists_and_nested_assemblies_in_place() {
     assert_eq!(loaded.spec.parts[0].model, "test.drive");
     let level = loaded.spec.parts[0].params.get("level").unwrap();
     assert_eq!(level.value.to_string(), "\"501.0 kg m^2 s^-3 A^-1\"");
+    let levels =
+        loaded.spec.parts[1..4].iter().map(|p| p.params.get("level").unwrap().value.to_string());
+    assert_eq!(levels.collect::<Vec<_>>(), ["\"5 V\"", "\"5 V\"", "6.0"]);
     assert_eq!(loaded.spec.binds[0].target, BindTarget::Node("left_leg/hub".into()));
     assert_eq!(digest(&good(&loaded.resolved).spec), digest(&loaded.spec));
 }

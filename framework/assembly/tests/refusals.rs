@@ -40,6 +40,30 @@ fn syntax_error() {
 }
 
 #[test]
+fn slips_of_the_pen() {
+    refused(
+        "Simulation(step: 1 ms)",
+        &[
+            "not RON: expected comma\n  --> sim.ron:1:20\n  help: put a comma before this; a quantity with a unit stands in quotes",
+        ],
+    );
+    refused(
+        "Simulation(\n parts: { A: (model: \"x\") })",
+        &[
+            "error: the keys of `{ .. }` are texts in quotes\n  --> sim.ron:2:9\n  help: write { \"name\": .. } or (name: ..)",
+        ],
+    );
+    refused(
+        "Simulation(\n doc: \"x, step: 1)",
+        &["expected end of string\n  --> sim.ron:2:7\n  help: close the text"],
+    );
+    refused(
+        "",
+        &["unexpected end of RON\n  --> sim.ron:1:1\n  help: begin the file with `Simulation(`"],
+    );
+}
+
+#[test]
 fn duplicate_keys_of_maps_and_structs() {
     refused(
         &sim(
@@ -336,6 +360,14 @@ fn overrides() {
         &with("\"In.Motor.geer\": 2"),
         &[
             "error: override `In.Motor.geer` matches nothing\n  --> sim.ron:4:15\n  help: `Rover.In.Motor` (test.motor) has no such parameter. did you mean `gear`?",
+        ],
+    );
+    refused(
+        &with("\"In.Motor\": 2, \"/b.mass\": 1, \"In\": 3"),
+        &[
+            "`Rover.In.Motor` (test.motor) is a part: add a parameter. parameters: resistance, gear",
+            "help: `Rover` has no body `b`. there are no bodies",
+            "help: `Rover.In` is an assembly: add a parameter. there are no parameters",
         ],
     );
     refused(
