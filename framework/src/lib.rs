@@ -29,8 +29,8 @@
 //!     #[param(unit = "m", range = 1e-3..)]
 //!     length: f64,
 //! }
-//! /// State and output are the same two numbers.
-//! #[derive(Ports, State, Clone, Copy)]
+//! /// The state, which is also the output.
+//! #[derive(State, Clone, Copy)]
 //! struct Swing {
 //!     /// Angle from the vertical.
 //!     #[port("rad")]
