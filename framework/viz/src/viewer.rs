@@ -125,7 +125,17 @@ impl Viewer {
             viewer.trails = scene.trails.iter().filter_map(trail).collect();
             viewer.follow = scene.follow.as_ref().and_then(|b| mb.body(b));
         }
-        layout::send(&viewer.rec, scene, scene.follow.as_deref().map(entity))?;
+        let mut target = Vec3::zeros();
+        if let (Some(m), Some(ws), Some(body)) = (&plan.mechanism, &mut viewer.ws, viewer.follow) {
+            kinematics(&m.tree, ws, &m.q, &m.v);
+            target = ws.body_pose(&m.tree, body).position;
+        }
+        // The viewer tracks what has an extent: a shape, not a bare transform.
+        let tracked = scene.follow.as_ref().map(|b| {
+            let shape = scene.shapes.iter().find(|s| s.body == *b);
+            shape.map_or_else(|| entity(b), shape_path)
+        });
+        layout::send(&viewer.rec, scene, tracked, target)?;
         for shape in &scene.shapes {
             viewer.shape(shape)?;
         }
@@ -173,7 +183,7 @@ impl Viewer {
     }
 
     fn shape(&self, shape: &Shape) -> Result<(), Wrap> {
-        let path = entity(&shape.body).join(&entity(&format!("shapes/{}", shape.name)));
+        let path = shape_path(shape);
         let fill = rerun::FillMode::Solid;
         let [r, g, b, a] = shape.color;
         let color = rerun::Color::from_unmultiplied_rgba(r, g, b, a);
@@ -313,6 +323,10 @@ fn stream(sink: &Sink, title: &str) -> Result<RecordingStream, Wrap> {
             builder.set_sinks((file, rerun::sink::GrpcSink::new(url)))?
         }
     })
+}
+
+fn shape_path(shape: &Shape) -> EntityPath {
+    entity(&shape.body).join(&entity(&format!("shapes/{}", shape.name)))
 }
 
 fn f3(v: &Vec3) -> [f32; 3] {
