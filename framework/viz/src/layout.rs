@@ -4,8 +4,8 @@
 use crate::scene::Scene;
 use linkwork_spatial::Vec3;
 use re_sdk_types::blueprint::archetypes::{
-    ContainerBlueprint, EyeControls3D, PanelBlueprint, PlotLegend, TimePanelBlueprint, ViewBlueprint,
-    ViewContents, ViewportBlueprint,
+    ContainerBlueprint, EyeControls3D, PanelBlueprint, PlotLegend, TimePanelBlueprint,
+    ViewBlueprint, ViewContents, ViewportBlueprint,
 };
 use re_sdk_types::blueprint::components::{
     AutoLayout, AutoViews, ColumnShare, ContainerKind, IncludedContent, PanelState, PlayState,
@@ -60,9 +60,8 @@ pub fn send(
     follow: Option<EntityPath>,
     target: Vec3,
 ) -> RecordingStreamResult<()> {
-    let application = rec
-        .store_info()
-        .map_or_else(|| "linkwork".into(), |info| info.application_id().clone());
+    let application =
+        rec.store_info().map_or_else(|| "linkwork".into(), |info| info.application_id().clone());
     let (bp, storage) = RecordingStreamBuilder::new(application)
         .recording_id(id(&scene.title).to_string())
         .blueprint()
@@ -129,7 +128,6 @@ pub fn send(
 
 /// Entity path of a panel's curves.
 pub fn plot_path(title: &str) -> String {
-    let clean: String =
-        title.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    let clean: String = title.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
     format!("/plots/{}", clean.trim_matches('_'))
 }
