@@ -232,9 +232,8 @@ fn sampled_values_are_held_and_listed_as_holds() {
     assert!(!hold("b.int.y"));
     // Noise, hold and memory are not evaluated in the stages of the integrator.
     let staged: Vec<Op> = plan.stage_ops.iter().map(|&k| plan.ops[k as usize]).collect();
-    let sampled: Vec<u32> = (0..plan.parts.len() as u32)
-        .filter(|&k| plan.parts[k as usize].rate.is_some())
-        .collect();
+    let sampled: Vec<u32> =
+        (0..plan.parts.len() as u32).filter(|&k| plan.parts[k as usize].rate.is_some()).collect();
     assert_eq!(sampled.len(), 3);
     for op in staged {
         let (Op::Moore(k) | Op::Direct(k)) = op else { continue };

@@ -179,8 +179,7 @@ impl<'a> Connector<'a, '_> {
                 if let (Some(first), n) = (group.first(), group.len()) {
                     return Ok((found, *first, n));
                 }
-                let known: Vec<String> =
-                    names.iter().map(|(n, _)| format!("{name}{n}")).collect();
+                let known: Vec<String> = names.iter().map(|(n, _)| format!("{name}{n}")).collect();
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
                 return Err(Fault::new(
                     origin,
@@ -193,10 +192,14 @@ impl<'a> Connector<'a, '_> {
         let (this, other) = if output { ("output", "input") } else { ("input", "output") };
         let known: Vec<&str> = ports.iter().map(|p| p.name).collect();
         let mut help = remedy(&name, &format!("{this}s"), &known);
-        let others: Vec<&str> =
-            if output { d.all_inputs().map(|p| p.name).collect() } else { d.all_outputs().map(|p| p.name).collect() };
+        let others: Vec<&str> = if output {
+            d.all_inputs().map(|p| p.name).collect()
+        } else {
+            d.all_outputs().map(|p| p.name).collect()
+        };
         if others.contains(&name.as_str()) {
-            help = format!("`{name}` is an {other}; a wire runs from an output to an input. {help}");
+            help =
+                format!("`{name}` is an {other}; a wire runs from an output to an input. {help}");
         }
         Err(Fault::new(
             origin,
@@ -228,8 +231,12 @@ impl<'a> Connector<'a, '_> {
         }
         let whole = sn == src.spec.lanes && dn == dst.spec.lanes;
         let plain = |k: PortKind| matches!(k, PortKind::Numbers | PortKind::Vector);
-        if whole && src.spec.kind != dst.spec.kind && !(plain(src.spec.kind) && plain(dst.spec.kind))
-            && !(dn == 1 && !matches!(src.spec.kind, PortKind::Bool) && !matches!(dst.spec.kind, PortKind::Bool))
+        if whole
+            && src.spec.kind != dst.spec.kind
+            && !(plain(src.spec.kind) && plain(dst.spec.kind))
+            && !(dn == 1
+                && !matches!(src.spec.kind, PortKind::Bool)
+                && !matches!(dst.spec.kind, PortKind::Bool))
         {
             return fault(
                 format!("`{from}` is a {:?} but `{to}` is a {:?}", src.spec.kind, dst.spec.kind),
@@ -239,9 +246,13 @@ impl<'a> Connector<'a, '_> {
         let (sl, dl) = (src.spec.lane_names(), dst.spec.lane_names());
         for k in 0..sn {
             let (su, du) = (sl[s0 + k].1, dl[d0 + k].1);
-            let (a, b) = (crate::Unit::parse(su).unwrap_or(crate::Unit::ONE), crate::Unit::parse(du).unwrap_or(crate::Unit::ONE));
+            let (a, b) = (
+                crate::Unit::parse(su).unwrap_or(crate::Unit::ONE),
+                crate::Unit::parse(du).unwrap_or(crate::Unit::ONE),
+            );
             if !a.same_quantity(&b) {
-                let shown = |u: &str| if u.is_empty() { "no unit".to_string() } else { u.to_string() };
+                let shown =
+                    |u: &str| if u.is_empty() { "no unit".to_string() } else { u.to_string() };
                 return fault(
                     format!("{from} is in {} but {to} wants {}", shown(su), shown(du)),
                     "wire the quantity itself, or put a converter between them",
@@ -302,8 +313,11 @@ impl<'a> Connector<'a, '_> {
                 .help(remedy(bind, "bindings", &d.bindings())));
         }
         let Some(mb) = self.mechanism else {
-            return Err(Fault::new(origin, format!("`{part}` binds `{bind}` but there are no bodies"))
-                .help("add `bodies` to the assembly"));
+            return Err(Fault::new(
+                origin,
+                format!("`{part}` binds `{bind}` but there are no bodies"),
+            )
+            .help("add `bodies` to the assembly"));
         };
         let at = resolve(mb, target).map_err(|(fact, help)| {
             Fault::new(origin, format!("`{part}`: binding `{bind}`: {fact}")).help(help)
@@ -333,7 +347,9 @@ impl<'a> Connector<'a, '_> {
             self.bind_port(k, &port, lane, &at, &key).map_err(|wants| {
                 Fault::new(
                     origin,
-                    format!("`{part}`: binding `{bind}` is served by a {wants}, but `{name}` is not one"),
+                    format!(
+                        "`{part}`: binding `{bind}` is served by a {wants}, but `{name}` is not one"
+                    ),
                 )
                 .help(format!("write `\"{bind}\": \"{wants}:…\"`"))
             })?;
@@ -378,17 +394,15 @@ impl<'a> Connector<'a, '_> {
                 };
                 Some(first)
             }
-            (PortKind::HingeState, Target::Hinge { q, v }) => {
-                Some(match self.hinges.get(v) {
-                    Some(&l) => l,
-                    None => {
-                        let l = self.allocate(2);
-                        self.hinges.insert(*v, l);
-                        self.out.mechanism.hinges.push((*q, *v, l));
-                        l
-                    }
-                })
-            }
+            (PortKind::HingeState, Target::Hinge { q, v }) => Some(match self.hinges.get(v) {
+                Some(&l) => l,
+                None => {
+                    let l = self.allocate(2);
+                    self.hinges.insert(*v, l);
+                    self.out.mechanism.hinges.push((*q, *v, l));
+                    l
+                }
+            }),
             (PortKind::Wrench, Target::Node(node)) => {
                 self.wrenches.entry(*node).or_default().push((key.to_string(), lane as u32));
                 None
@@ -401,7 +415,9 @@ impl<'a> Connector<'a, '_> {
                 self.motions.insert(*v, (key.to_string(), lane as u32));
                 None
             }
-            (PortKind::NodeState | PortKind::NodeAccel | PortKind::Wrench, _) => return Err("node"),
+            (PortKind::NodeState | PortKind::NodeAccel | PortKind::Wrench, _) => {
+                return Err("node");
+            }
             _ => return Err("hinge"),
         };
         if let Some(first) = source {
@@ -473,7 +489,11 @@ impl<'a> Connector<'a, '_> {
                                 if port.unit.is_empty() { "no unit" } else { port.unit }
                             ),
                         )
-                        .help(format!("{}: add a wire `… -> {path}.{}`", first_line(port.doc), port.name)),
+                        .help(format!(
+                            "{}: add a wire `… -> {path}.{}`",
+                            first_line(port.doc),
+                            port.name
+                        )),
                     ),
                 }
             }
@@ -545,21 +565,19 @@ fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, Strin
         BindTarget::Hinge { body, index } => {
             let Some(id) = mb.body(body) else {
                 let known: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();
-                return Err((
-                    format!("there is no body `{body}`"),
-                    remedy(body, "bodies", &known),
-                ));
+                return Err((format!("there is no body `{body}`"), remedy(body, "bodies", &known)));
             };
             let b = &mb.bodies()[id.index()];
-            let one_dof: Vec<_> = b
-                .subhinges()
-                .iter()
-                .filter(|s| s.q.len() == 1 && s.v.len() == 1)
-                .collect();
+            let one_dof: Vec<_> =
+                b.subhinges().iter().filter(|s| s.q.len() == 1 && s.v.len() == 1).collect();
             match one_dof.get(*index) {
                 Some(s) => Ok(Target::Hinge { q: s.q.start as u32, v: s.v.start as u32 }),
                 None => Err((
-                    format!("the hinge of `{body}` has {} one-dof coordinates, not {}", one_dof.len(), index + 1),
+                    format!(
+                        "the hinge of `{body}` has {} one-dof coordinates, not {}",
+                        one_dof.len(),
+                        index + 1
+                    ),
                     "bind to a pin, slider or screw".into(),
                 )),
             }

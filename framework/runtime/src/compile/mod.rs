@@ -38,7 +38,8 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     let mut faults = Vec::new();
     if spec.step.num == 0 {
         faults.push(
-            Fault::new(Origin::NONE, "the integration step is zero").help("write e.g. step: \"1 ms\""),
+            Fault::new(Origin::NONE, "the integration step is zero")
+                .help("write e.g. step: \"1 ms\""),
         );
         return Err(Faults(faults));
     }
@@ -67,8 +68,7 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     let mut parts = build_models(&entries, &services, &mut faults);
     let sizes = layout(&mut parts, spec.mechanism.as_ref(), spec.seed);
     let connections = connect::connect(spec, &parts, sizes, &mut faults);
-    let gravity =
-        spec.mechanism.as_ref().and_then(|m| find_gravity(m, &services, &mut faults));
+    let gravity = spec.mechanism.as_ref().and_then(|m| find_gravity(m, &services, &mut faults));
     table::rates(spec, &mut parts, &mut faults);
     if !faults.is_empty() {
         return Err(Faults(in_file_order(faults)));
@@ -94,16 +94,13 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     }
     let order = order::order(&parts, mechanism.as_deref(), &connections)
         .map_err(|f| Faults(in_file_order(f)))?;
-    let timing = table::table(spec, &parts, &order)
-        .map_err(|f| Faults(in_file_order(f)))?;
-    let variables =
-        variables::variables(&parts, mechanism.as_deref(), &connections);
+    let timing = table::table(spec, &parts, &order).map_err(|f| Faults(in_file_order(f)))?;
+    let variables = variables::variables(&parts, mechanism.as_deref(), &connections);
     let sizes = Sizes { sig: connections.signals, ..connections.sizes };
     let wires = connections.listing(&parts, &order);
     let hash = plan_hash(spec, &parts, sizes, &variables, &timing);
-    let stored = (0..parts.len() as u32)
-        .filter(|&k| parts[k as usize].prototype.stored())
-        .collect();
+    let stored =
+        (0..parts.len() as u32).filter(|&k| parts[k as usize].prototype.stored()).collect();
     Ok(Plan {
         stored,
         parts: parts

@@ -196,9 +196,7 @@ fn sort(depends: &[BTreeSet<u32>]) -> Option<Vec<u32>> {
 }
 
 fn vary(op: Op, depends: &[u32], known: &[Variability], parts: &[Part<'_>], m: u32) -> Variability {
-    let inputs = || {
-        depends.iter().fold(Variability::Constant, |v, &d| v.join(&known[d as usize]))
-    };
+    let inputs = || depends.iter().fold(Variability::Constant, |v, &d| v.join(&known[d as usize]));
     match op {
         Op::Moore(k) | Op::Direct(k) if k == m => Variability::Continuous,
         Op::Sum(_) => inputs(),
@@ -287,8 +285,7 @@ fn loops(
     let mut faults = Vec::new();
     for component in tarjan_scc(&graph) {
         let set: BTreeSet<usize> = component.iter().map(|n| n.index()).collect();
-        let single = set.len() == 1
-            && set.iter().all(|k| !depends[*k].contains(&(*k as u32)));
+        let single = set.len() == 1 && set.iter().all(|k| !depends[*k].contains(&(*k as u32)));
         if single {
             continue;
         }
