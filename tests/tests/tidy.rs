@@ -1,4 +1,5 @@
 //! The house rules, applied to this repository.
+#![allow(clippy::unwrap_used)]
 use linkwork_tests::root;
 use linkwork_tests::tidy::{docs, manifest, sources};
 use std::path::{Path, PathBuf};

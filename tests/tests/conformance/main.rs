@@ -1,4 +1,5 @@
 //! Every model of every library keeps the rules of a model: one generated suite.
+#![allow(clippy::unwrap_used)]
 mod checks;
 mod rig;
 mod sample;
