@@ -7,7 +7,7 @@ use crate::ports::{PortKind, PortSpec};
 use crate::spec::{BindTarget, PortRef, Spec};
 use crate::value::{Fault, Origin, remedy};
 use linkwork_multibody::Multibody;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The result of connecting.
 #[derive(Default)]
@@ -68,6 +68,10 @@ struct Connector<'a, 'b> {
     parts: &'a [Part<'b>],
     index: BTreeMap<&'a str, usize>,
     mechanism: Option<&'a Multibody>,
+    /// Parts without ports: services (true), and those whose own faults are told already (false).
+    absent: BTreeMap<&'a str, bool>,
+    /// Input lanes that a wire names, even a faulty one: they are not reported as unwired too.
+    excused: BTreeSet<(usize, usize)>,
     next: usize,
     /// Per part and input lane: sources, as (sort key, lane).
     sources: Vec<Vec<Vec<(String, u32)>>>,
@@ -83,6 +87,7 @@ struct Connector<'a, 'b> {
 pub(crate) fn connect(
     spec: &Spec,
     parts: &[Part<'_>],
+    absent: BTreeMap<&str, bool>,
     sizes: Sizes,
     faults: &mut Vec<Fault>,
 ) -> Connections {
@@ -92,6 +97,8 @@ pub(crate) fn connect(
         parts,
         index: parts.iter().enumerate().map(|(k, p)| (p.spec.path.as_str(), k)).collect(),
         mechanism: spec.mechanism.as_ref().map(|m| m.multibody.as_ref()),
+        absent,
+        excused: BTreeSet::new(),
         next: sizes.sig,
         sources: counts.iter().map(|n| vec![Vec::new(); *n]).collect(),
         written: counts.iter().map(|n| vec![None; *n]).collect(),
@@ -120,14 +127,28 @@ pub(crate) fn connect(
     c.out
 }
 
+/// A fault, or none when it would only follow from one that is told already.
+type Told = Option<Fault>;
+
 impl<'a> Connector<'a, '_> {
-    fn part(&self, end: &PortRef, wire: &str, origin: Origin) -> Result<(usize, String), Fault> {
+    fn part(&self, end: &PortRef, wire: &str, origin: Origin) -> Result<(usize, String), Told> {
         // `IMU.accel.x` arrives as part `IMU.accel`, port `x`: lanes have names too.
         let mut part = end.part.as_str();
         let mut port = end.port.clone();
         loop {
             if let Some(&k) = self.index.get(part) {
                 return Ok((k, port));
+            }
+            match self.absent.get(part) {
+                Some(true) => {
+                    let fact = format!("wire `{wire}`: `{part}` is a service: it has no ports");
+                    return Err(Some(
+                        Fault::new(origin, fact)
+                            .help("models ask services themselves; name it in their parameters"),
+                    ));
+                }
+                Some(false) => return Err(None),
+                None => {}
             }
             match part.rsplit_once('.') {
                 Some((head, tail)) => {
@@ -136,11 +157,10 @@ impl<'a> Connector<'a, '_> {
                 }
                 None => {
                     let known: Vec<&str> = self.index.keys().copied().collect();
-                    return Err(Fault::new(
-                        origin,
-                        format!("wire `{wire}`: there is no part `{}`", end.part),
-                    )
-                    .help(remedy(&end.part, "parts", &known)));
+                    let fact = format!("wire `{wire}`: there is no part `{}`", end.part);
+                    return Err(Some(
+                        Fault::new(origin, fact).help(remedy(&end.part, "parts", &known)),
+                    ));
                 }
             }
         }
@@ -153,7 +173,7 @@ impl<'a> Connector<'a, '_> {
         output: bool,
         wire: &str,
         origin: Origin,
-    ) -> Result<(Found<'a>, usize, usize), Fault> {
+    ) -> Result<(Found<'a>, usize, usize), Told> {
         let (k, port) = self.part(end, wire, origin)?;
         let (name, sub) = match port.split_once('.') {
             Some((n, s)) => (n.to_string(), Some(format!(".{s}"))),
@@ -181,11 +201,10 @@ impl<'a> Connector<'a, '_> {
                 }
                 let known: Vec<String> = names.iter().map(|(n, _)| format!("{name}{n}")).collect();
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                return Err(Fault::new(
-                    origin,
-                    format!("wire `{wire}`: `{}.{name}` has no element `{sub}`", part.spec.path),
-                )
-                .help(remedy(&format!("{name}{sub}"), "elements", &known)));
+                let fact =
+                    format!("wire `{wire}`: `{}.{name}` has no element `{sub}`", part.spec.path);
+                let help = remedy(&format!("{name}{sub}"), "elements", &known);
+                return Err(Some(Fault::new(origin, fact).help(help)));
             }
             lane += spec.lanes;
         }
@@ -201,11 +220,8 @@ impl<'a> Connector<'a, '_> {
             help =
                 format!("`{name}` is an {other}; a wire runs from an output to an input. {help}");
         }
-        Err(Fault::new(
-            origin,
-            format!("wire `{wire}`: `{}` has no {this} `{name}`", part.spec.path),
-        )
-        .help(help))
+        let fact = format!("wire `{wire}`: `{}` has no {this} `{name}`", part.spec.path);
+        Err(Some(Fault::new(origin, fact).help(help)))
     }
 
     fn wire(
@@ -216,9 +232,13 @@ impl<'a> Connector<'a, '_> {
         origin: Origin,
     ) -> Result<(), Vec<Fault>> {
         let (a, b) = (self.find(from, true, text, origin), self.find(to, false, text, origin));
+        if let Ok((found, first, n)) = &b {
+            let lanes = found.lane + first..found.lane + first + n;
+            self.excused.extend(lanes.map(|l| (found.part, l)));
+        }
         let ((src, s0, sn), (dst, d0, dn)) = match (a, b) {
             (Ok(a), Ok(b)) => (a, b),
-            (a, b) => return Err(a.err().into_iter().chain(b.err()).collect()),
+            (a, b) => return Err(a.err().into_iter().chain(b.err()).flatten().collect()),
         };
         let fault = |fact: String, help: &str| {
             Err(vec![Fault::new(origin, format!("wire `{text}`: {fact}")).help(help)])
@@ -305,7 +325,10 @@ impl<'a> Connector<'a, '_> {
         origin: Origin,
     ) -> Result<(), Fault> {
         let Some(&k) = self.index.get(part) else {
-            return Err(Fault::new(origin, format!("binding of `{part}`: there is no such part")));
+            return match self.absent.contains_key(part) {
+                true => Ok(()),
+                false => Err(Fault::new(origin, format!("binding of `{part}`: no such part"))),
+            };
         };
         let d = self.parts[k].prototype.description();
         if !d.bindings().contains(&bind) {
@@ -474,7 +497,9 @@ impl<'a> Connector<'a, '_> {
         let mut all = Vec::new();
         let mut missing: Vec<&str> = Vec::new();
         for port in d.all_inputs() {
-            let empty = (0..port.lanes).all(|i| self.sources[k][lane + i].is_empty());
+            let empty = (0..port.lanes).all(|i| {
+                self.sources[k][lane + i].is_empty() && !self.excused.contains(&(k, lane + i))
+            });
             if empty && port.default.is_none() && !port.sum {
                 match port.bind.filter(|b| unbound.contains(b)) {
                     Some(bind) if !missing.contains(&bind) => missing.push(bind),

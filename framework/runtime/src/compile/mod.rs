@@ -67,7 +67,13 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     let services = build_services(&entries, files, &mut faults);
     let mut parts = build_models(&entries, &services, &mut faults);
     let sizes = layout(&mut parts, spec.mechanism.as_ref(), spec.seed);
-    let connections = connect::connect(spec, &parts, sizes, &mut faults);
+    let absent = spec
+        .parts
+        .iter()
+        .filter(|p| !parts.iter().any(|built| built.spec.path == p.path))
+        .map(|p| (p.path.as_str(), services.iter().any(|(path, _)| path == p.path)))
+        .collect();
+    let connections = connect::connect(spec, &parts, absent, sizes, &mut faults);
     let gravity = spec.mechanism.as_ref().and_then(|m| find_gravity(m, &services, &mut faults));
     table::rates(spec, &mut parts, &mut faults);
     if !faults.is_empty() {
