@@ -304,6 +304,10 @@ fn assemble(
         Wiring { root: &root, catalogue: options.catalogue, mechanism: &simulation.mechanism };
     let wires = wiring.wires(cx);
     if !cx.faults.is_empty() {
+        // What the models say of their parameters belongs into the same report.
+        let files = linkwork_runtime::Files { folders: options.search.clone() };
+        let spec = Spec { parts, ..Spec::default() };
+        cx.faults.extend(linkwork_runtime::check_parts(&spec, options.catalogue, &files));
         return None;
     }
     let spec = Spec {
