@@ -1,4 +1,5 @@
 //! The mechanism inside a simulation: order of the integrators, same bits, mistakes in bindings.
+#![allow(clippy::unwrap_used)]
 mod common;
 use common::*;
 use linkwork_multibody::{BodySpec, Builder, Hinge};

@@ -43,27 +43,7 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
         );
         return Err(Faults(faults));
     }
-    let mut specs: Vec<&PartSpec> = spec.parts.iter().collect();
-    specs.sort_by(|a, b| a.path.cmp(&b.path));
-    for pair in specs.windows(2) {
-        if pair[0].path == pair[1].path {
-            faults.push(
-                Fault::new(pair[1].origin, format!("there are two parts `{}`", pair[1].path))
-                    .help("rename one of them"),
-            );
-        }
-    }
-    let entries: Vec<(&PartSpec, &Entry)> = specs
-        .into_iter()
-        .filter_map(|p| match catalogue.find(&p.model, p.model_origin, &p.path) {
-            Ok(entry) => Some((p, entry)),
-            Err(fault) => {
-                faults.push(fault);
-                None
-            }
-        })
-        .collect();
-
+    let entries = find_entries(spec, catalogue, &mut faults);
     let services = build_services(&entries, files, &mut faults);
     let mut parts = build_models(&entries, &services, &mut faults);
     let sizes = layout(&mut parts, spec.mechanism.as_ref(), spec.seed);
@@ -136,6 +116,44 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
         sums: connections.sums,
         hash,
     })
+}
+
+/// What models and services say of their names and parameters: for a report on a specification
+/// that has other faults already and cannot be compiled.
+pub fn check_parts(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let entries = find_entries(spec, catalogue, &mut faults);
+    let services = build_services(&entries, files, &mut faults);
+    build_models(&entries, &services, &mut faults);
+    faults
+}
+
+/// Parts by path with their entries in the catalogue.
+fn find_entries<'a>(
+    spec: &'a Spec,
+    catalogue: &'a Catalogue,
+    faults: &mut Vec<Fault>,
+) -> Vec<(&'a PartSpec, &'a Entry)> {
+    let mut specs: Vec<&PartSpec> = spec.parts.iter().collect();
+    specs.sort_by(|a, b| a.path.cmp(&b.path));
+    for pair in specs.windows(2) {
+        if pair[0].path == pair[1].path {
+            faults.push(
+                Fault::new(pair[1].origin, format!("there are two parts `{}`", pair[1].path))
+                    .help("rename one of them"),
+            );
+        }
+    }
+    specs
+        .into_iter()
+        .filter_map(|p| match catalogue.find(&p.model, p.model_origin, &p.path) {
+            Ok(entry) => Some((p, entry)),
+            Err(fault) => {
+                faults.push(fault);
+                None
+            }
+        })
+        .collect()
 }
 
 /// Faults as a reader meets them: by file and place; those without a place last.
