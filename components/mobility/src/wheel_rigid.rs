@@ -76,6 +76,44 @@ pub struct WheelOut {
     pub power: f64,
 }
 
+/// What the contact does, with the rates of its bristles.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct RigidOut {
+    /// Load of the ground on the wheel.
+    #[port(bind = "hub")]
+    pub load: Wrench,
+    /// Sum of the normal forces.
+    #[port("N")]
+    pub normal_force: f64,
+    /// Slip (rω − v)/max(|rω|, |v|), signed.
+    #[port("1")]
+    pub slip: f64,
+    /// Angle of the hub's velocity to the heading.
+    #[port("rad")]
+    pub slip_angle: f64,
+    /// Greatest penetration.
+    #[port("m")]
+    pub sinkage: f64,
+    /// Point where the load acts, W.
+    #[port("m")]
+    pub contact_point: Vec3,
+    /// Force of the ground, W.
+    #[port("N")]
+    pub contact_force: Vec3,
+    /// Power lost in the contact.
+    #[port("W")]
+    pub power: f64,
+    /// Rate of the right disc's bristle, W.
+    #[port("m/s")]
+    pub right_rate: Vec3,
+    /// Rate of the middle disc's bristle, W.
+    #[port("m/s")]
+    pub middle_rate: Vec3,
+    /// Rate of the left disc's bristle, W.
+    #[port("m/s")]
+    pub left_rate: Vec3,
+}
+
 /// Deflections of the bristles of the three discs.
 #[derive(State, Clone, Copy, Debug)]
 pub struct BristleState {
