@@ -3,8 +3,8 @@
 //! The hub's node turns with the wheel or stands still; only the direction of its y axis (the axle, to
 //! the left) and its angular velocity matter.
 
-use crate::rigid_contact::{Bristles, ContactLoad, Hub, RigidContact};
-use crate::wheel_geometry::{Cylinder, DISCS};
+use crate::rigid_contact::{Bristles, Hub, RigidContact};
+use crate::wheel_geometry::Cylinder;
 use linkwork_runtime::prelude::*;
 
 /// Wheel, ground and contact constants.
@@ -45,35 +45,6 @@ pub struct WheelIn {
     /// Hub of the wheel: its y axis is the axle.
     #[port(bind = "hub")]
     pub hub: NodeState,
-}
-
-/// What the contact does.
-#[derive(Ports, Clone, Copy, Debug)]
-pub struct WheelOut {
-    /// Load of the ground on the wheel.
-    #[port(bind = "hub")]
-    pub load: Wrench,
-    /// Sum of the normal forces.
-    #[port("N")]
-    pub normal_force: f64,
-    /// Slip (rω − v)/max(|rω|, |v|), signed.
-    #[port("1")]
-    pub slip: f64,
-    /// Angle of the hub's velocity to the heading.
-    #[port("rad")]
-    pub slip_angle: f64,
-    /// Greatest penetration.
-    #[port("m")]
-    pub sinkage: f64,
-    /// Point where the load acts, W.
-    #[port("m")]
-    pub contact_point: Vec3,
-    /// Force of the ground, W.
-    #[port("N")]
-    pub contact_force: Vec3,
-    /// Power lost in the contact.
-    #[port("W")]
-    pub power: f64,
 }
 
 /// What the contact does, with the rates of its bristles.
@@ -132,9 +103,6 @@ impl BristleState {
     fn array(&self) -> Bristles {
         [self.right, self.middle, self.left]
     }
-    fn of([right, middle, left]: [Vec3; DISCS]) -> Self {
-        BristleState { right, middle, left }
-    }
 }
 
 /// Rigid wheel on rigid ground: Hunt-Crossley normal force and elasto-plastic bristle friction on three discs.
@@ -191,14 +159,14 @@ impl WheelRigid {
 impl Model for WheelRigid {
     type Params = WheelRigidParams;
     type Ud = WheelIn;
-    type Yd = WheelOut;
+    type Yd = RigidOut;
     type X = BristleState;
-    fn direct(&self, _: &Clock, x: &BristleState, _: &(), u: &WheelIn) -> WheelOut {
+    fn direct(&self, _: &Clock, x: &BristleState, _: &(), u: &WheelIn) -> RigidOut {
         let hub = hub_of(&u.hub);
-        let (load, _): (ContactLoad, _) =
+        let (load, [right_rate, middle_rate, left_rate]) =
             self.contact(&hub).evaluate(&hub, &x.array(), &|x, y| self.ground(x, y));
         let (slip, slip_angle) = slip_of(&hub, self.p.radius, &load.normal);
-        WheelOut {
+        RigidOut {
             load: Wrench { moment: load.moment, force: load.force },
             normal_force: load.normal_force,
             slip,
@@ -207,11 +175,22 @@ impl Model for WheelRigid {
             contact_point: load.point,
             contact_force: load.force,
             power: load.dissipation,
+            right_rate,
+            middle_rate,
+            left_rate,
         }
     }
-    fn deriv(&self, _: &Clock, x: &BristleState, _: &(), _: &(), u: &WheelIn) -> BristleState {
-        let hub = hub_of(&u.hub);
-        BristleState::of(self.contact(&hub).rates(&hub, &x.array(), &|x, y| self.ground(x, y)))
+    fn deriv(
+        &self,
+        _: &Clock,
+        _: &BristleState,
+        _: &(),
+        _: &(),
+        _: &WheelIn,
+        _: &(),
+        y: &RigidOut,
+    ) -> BristleState {
+        BristleState { right: y.right_rate, middle: y.middle_rate, left: y.left_rate }
     }
 }
 
@@ -272,7 +251,7 @@ pub(crate) mod tests {
         assert!((y.normal_force - 400.0).abs() < 1e-6);
         assert!((y.load.force.x + 0.65 * 400.0).abs() < 1e-6, "{:?}", y.load);
         assert!((y.slip + 1.0).abs() < 1e-12 && y.power > 0.0);
-        let rate = model.deriv(&Clock::at(0.0, 1e-3, 0), &x, &(), &(), &WheelIn { hub }, &());
+        let rate = model.deriv(&Clock::at(0.0, 1e-3, 0), &x, &(), &(), &WheelIn { hub }, &(), &y);
         assert!((rate.middle - Vec3::x()).norm() < 1e-12);
     }
 }
