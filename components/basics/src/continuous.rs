@@ -177,17 +177,17 @@ mod tests {
         let c = Clock::at(0.0, 0.1, 0);
         let i = Integrator { p: IntegratorParams { k: 2.0, start: 5.0 } };
         assert_eq!(i.init_x().x, 5.0);
-        assert_eq!(i.deriv(&c, &i.init_x(), &(), &Input { u: 3.0 }, &(), &()).x, 6.0);
+        assert_eq!(i.deriv(&c, &i.init_x(), &(), &Input { u: 3.0 }, &(), &(), &()).x, 6.0);
         let l = Lag { p: LagParams { time_constant: 0.5, start: 1.0 } };
-        assert_eq!(l.deriv(&c, &l.init_x(), &(), &Input { u: 3.0 }, &(), &()).x, 4.0);
+        assert_eq!(l.deriv(&c, &l.init_x(), &(), &Input { u: 3.0 }, &(), &(), &()).x, 4.0);
         let e = EnergyState { energy: 9.0 };
         assert_eq!(
-            EnergyMeter {}.deriv(&c, &e, &(), &EnergyIn { power: 4.0 }, &(), &()).energy,
+            EnergyMeter {}.deriv(&c, &e, &(), &EnergyIn { power: 4.0 }, &(), &(), &()).energy,
             4.0
         );
         assert_eq!(EnergyMeter {}.moore(&c, &e, &(), &()).energy, 9.0);
         let node = NodeState { velocity: Vec3::new(3.0, 0.0, 4.0), ..NodeState::identity() };
         let s = PathState { length: 0.0 };
-        assert_eq!(PathMeter {}.deriv(&c, &s, &(), &PathIn { node }, &(), &()).length, 5.0);
+        assert_eq!(PathMeter {}.deriv(&c, &s, &(), &PathIn { node }, &(), &(), &()).length, 5.0);
     }
 }

@@ -85,13 +85,18 @@ fn raise_relief(field: &mut HeightField, recipe: &Recipe) {
         length *= 0.5;
     }
     let seed = mix(recipe.seed ^ 0x5265_6c69_6566);
+    // Each octave is turned by another angle, so that no grid direction shows.
+    let turn = |k: usize| (0.7 + 1.9 * k as f64).sin_cos();
+    let mut octaves: Vec<_> = octaves
+        .iter()
+        .enumerate()
+        .map(|(k, (length, gain))| (*length, *gain, turn(k), Cell::new(seed.wrapping_add(k as u64))))
+        .collect();
     field.map(|x, y, _| {
         let mut h = 0.0;
-        for (k, (length, gain)) in octaves.iter().enumerate() {
-            // Each octave is turned by another angle, so that no grid direction shows.
-            let (sin, cos) = (0.7 + 1.9 * k as f64).sin_cos();
-            let (u, v) = ((cos * x - sin * y) / length, (sin * x + cos * y) / length);
-            h += gain * gradient_noise(u, v, seed.wrapping_add(k as u64));
+        for (length, gain, (sin, cos), cell) in &mut octaves {
+            let (u, v) = ((*cos * x - *sin * y) / *length, (*sin * x + *cos * y) / *length);
+            h += *gain * cell.noise(u, v);
         }
         h
     });
@@ -102,23 +107,50 @@ fn raise_relief(field: &mut HeightField, recipe: &Recipe) {
     field.map(|_, _, h| (h - mean) * scale);
 }
 
-/// Gradient noise with a C² fade, about −1 to 1.
-fn gradient_noise(x: f64, y: f64, seed: u64) -> f64 {
-    let (i, j) = (x.floor(), y.floor());
-    let (u, v) = (x - i, y - j);
-    let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
-    let corner = |di: f64, dj: f64| {
-        let key = ((i + di) as i64 as u64).wrapping_mul(0x8da6_b343)
-            ^ ((j + dj) as i64 as u64).wrapping_mul(0xd816_3841_0000_0001);
-        let angle = (mix(key ^ seed) >> 11) as f64 / (1u64 << 53) as f64 * std::f64::consts::TAU;
-        let (sin, cos) = angle.sin_cos();
-        cos * (u - di) + sin * (v - dj)
-    };
-    let (fu, fv) = (fade(u), fade(v));
-    let low = corner(0.0, 0.0) * (1.0 - fu) + corner(1.0, 0.0) * fu;
-    let high = corner(0.0, 1.0) * (1.0 - fu) + corner(1.0, 1.0) * fu;
-    (low * (1.0 - fv) + high * fv) * std::f64::consts::SQRT_2
+/// A cell of the noise's lattice with the gradients at its corners: kept while neighbours are asked for.
+struct Cell {
+    at: [f64; 2],
+    seed: u64,
+    /// cos and sin at (0, 0), (1, 0), (0, 1), (1, 1).
+    gradients: [[f64; 2]; 4],
 }
+
+impl Cell {
+    fn new(seed: u64) -> Cell {
+        Cell { at: [f64::NAN; 2], seed, gradients: [[0.0; 2]; 4] }
+    }
+
+    fn move_to(&mut self, i: f64, j: f64) {
+        self.at = [i, j];
+        self.gradients = CORNERS.map(|[di, dj]| {
+            let key = ((i + di) as i64 as u64).wrapping_mul(0x8da6_b343)
+                ^ ((j + dj) as i64 as u64).wrapping_mul(0xd816_3841_0000_0001);
+            let turn = (mix(key ^ self.seed) >> 11) as f64 / (1u64 << 53) as f64;
+            let (sin, cos) = (turn * std::f64::consts::TAU).sin_cos();
+            [cos, sin]
+        });
+    }
+
+    /// Gradient noise with a C² fade, about −1 to 1.
+    fn noise(&mut self, x: f64, y: f64) -> f64 {
+        let (i, j) = (x.floor(), y.floor());
+        if self.at != [i, j] {
+            self.move_to(i, j);
+        }
+        let (u, v) = (x - i, y - j);
+        let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+        let corner = |k: usize| {
+            let ([cos, sin], [di, dj]) = (self.gradients[k], CORNERS[k]);
+            cos * (u - di) + sin * (v - dj)
+        };
+        let (fu, fv) = (fade(u), fade(v));
+        let low = corner(0) * (1.0 - fu) + corner(1) * fu;
+        let high = corner(2) * (1.0 - fu) + corner(3) * fu;
+        (low * (1.0 - fv) + high * fv) * std::f64::consts::SQRT_2
+    }
+}
+
+const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
 
 fn is_clear(recipe: &Recipe, x: f64, y: f64, radius: f64) -> bool {
     recipe.clear.iter().all(|[cx, cy, r]| (x - cx).hypot(y - cy) > r + radius)

@@ -16,6 +16,10 @@ use linkwork_spatial::Vec3;
 pub struct HeightField {
     origin: [f64; 2],
     spacing: [f64; 2],
+    /// North-east node, m: derived.
+    end: [f64; 2],
+    /// Inverse of the spacing, 1/m: derived.
+    inverse: [f64; 2],
     nx: usize,
     ny: usize,
     /// Row-major, y outer, the southern row first; NaN: no data.
@@ -67,7 +71,9 @@ impl HeightField {
         if !(spacing[0] > 0.0 && spacing[1] > 0.0) {
             return Err(GridError::Spacing(spacing[0], spacing[1]));
         }
-        Ok(HeightField { origin, spacing, nx, ny, heights })
+        let inverse = spacing.map(|s| 1.0 / s);
+        let field = HeightField { origin, spacing, end: origin, inverse, nx, ny, heights };
+        Ok(field.moved(origin))
     }
 
     /// x, y of the south-west node, m.
@@ -101,6 +107,14 @@ impl HeightField {
     pub fn centred(mut self) -> HeightField {
         let [x0, y0, x1, y1] = self.bounds();
         self.origin = [-0.5 * (x1 - x0), -0.5 * (y1 - y0)];
+        let origin = self.origin;
+        self.moved(origin)
+    }
+
+    fn moved(mut self, origin: [f64; 2]) -> HeightField {
+        self.origin = origin;
+        let [.., x1, y1] = self.bounds();
+        self.end = [x1, y1];
         self
     }
 
@@ -145,31 +159,30 @@ impl HeightField {
     /// Height (m) and unit normal at x, y (m); `None` off the map and where there is no data.
     #[inline]
     pub fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
-        let gx = (x - self.origin[0]) / self.spacing[0];
-        let gy = (y - self.origin[1]) / self.spacing[1];
-        let (mx, my) = ((self.nx - 1) as f64, (self.ny - 1) as f64);
+        let ([x0, y0], [x1, y1]) = (self.origin, self.end);
         // Written so that NaN is off the map.
-        if !(gx >= 0.0 && gy >= 0.0 && gx <= mx && gy <= my) {
+        if !(x >= x0 && y >= y0 && x <= x1 && y <= y1) {
             return None;
         }
+        let (gx, gy) = ((x - x0) * self.inverse[0], (y - y0) * self.inverse[1]);
         let i = (gx as usize).min(self.nx - 2);
         let j = (gy as usize).min(self.ny - 2);
         let (u, v) = (gx - i as f64, gy - j as f64);
-        let inside = i > 0 && j > 0 && i + 2 < self.nx && j + 2 < self.ny;
         let (wu, du) = weights(u);
         let (wv, dv) = weights(v);
         let (mut h, mut hu, mut hv) = (0.0, 0.0, 0.0);
-        if inside {
+        if i > 0 && j > 0 && i + 2 < self.nx && j + 2 < self.ny {
+            // Columns side by side: one vector operation each.
             let start = (j - 1) * self.nx + i - 1;
+            let (mut value, mut slope) = ([0.0; 4], [0.0; 4]);
             for k in 0..4 {
-                let row = &self.heights[start + k * self.nx..][..4];
-                let r: [f64; 4] = [row[0].into(), row[1].into(), row[2].into(), row[3].into()];
-                let value = wu[0] * r[0] + wu[1] * r[1] + wu[2] * r[2] + wu[3] * r[3];
-                let slope = du[0] * r[0] + du[1] * r[1] + du[2] * r[2] + du[3] * r[3];
-                h += wv[k] * value;
-                hu += wv[k] * slope;
-                hv += dv[k] * value;
+                let at = start + k * self.nx;
+                let row: [f32; 4] = self.heights[at..at + 4].try_into().unwrap_or_default();
+                let row = row.map(f64::from);
+                value = madd(wv[k], row, value);
+                slope = madd(dv[k], row, slope);
             }
+            (h, hu, hv) = (dot(wu, value), dot(du, value), dot(wu, slope));
         } else {
             for k in 0..4 {
                 for l in 0..4 {
@@ -190,7 +203,7 @@ impl HeightField {
                 return None;
             }
         }
-        let (sx, sy) = (hu / self.spacing[0], hv / self.spacing[1]);
+        let (sx, sy) = (hu * self.inverse[0], hv * self.inverse[1]);
         let scale = 1.0 / (1.0 + sx * sx + sy * sy).sqrt();
         Some((h, Vec3::new(-sx * scale, -sy * scale, scale)))
     }
@@ -213,24 +226,27 @@ impl HeightField {
 }
 
 /// Weights of the four nodes and their derivatives.
-#[inline]
+#[inline(always)]
 fn weights(t: f64) -> ([f64; 4], [f64; 4]) {
-    let t2 = t * t;
-    let t3 = t2 * t;
+    /// Coefficients of the cubics, by power.
+    const C: [[f64; 4]; 4] =
+        [[0.0, 1.0, 0.0, 0.0], [-0.5, 0.0, 0.5, 0.0], [1.0, -2.5, 2.0, -0.5], [-0.5, 1.5, -1.5, 0.5]];
+    const D: [[f64; 4]; 3] = [C[1], [2.0, -5.0, 4.0, -1.0], [-1.5, 4.5, -4.5, 1.5]];
     (
-        [
-            0.5 * (-t + 2.0 * t2 - t3),
-            0.5 * (2.0 - 5.0 * t2 + 3.0 * t3),
-            0.5 * (t + 4.0 * t2 - 3.0 * t3),
-            0.5 * (t3 - t2),
-        ],
-        [
-            0.5 * (-1.0 + 4.0 * t - 3.0 * t2),
-            0.5 * (-10.0 * t + 9.0 * t2),
-            0.5 * (1.0 + 8.0 * t - 9.0 * t2),
-            0.5 * (3.0 * t2 - 2.0 * t),
-        ],
+        madd(t, madd(t, madd(t, C[3], C[2]), C[1]), C[0]),
+        madd(t, madd(t, D[2], D[1]), D[0]),
     )
+}
+
+/// `a b + c` for four columns.
+#[inline(always)]
+fn madd(a: f64, b: [f64; 4], c: [f64; 4]) -> [f64; 4] {
+    std::array::from_fn(|l| a.mul_add(b[l], c[l]))
+}
+
+#[inline(always)]
+fn dot(a: [f64; 4], b: [f64; 4]) -> f64 {
+    a[0].mul_add(b[0], a[1] * b[1]) + a[2].mul_add(b[2], a[3] * b[3])
 }
 
 #[cfg(test)]

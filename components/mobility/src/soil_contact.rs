@@ -111,7 +111,10 @@ impl SoilContact {
         state: &SoilState,
         ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
     ) -> (SoilLoad, SoilState) {
-        (self.load(soil, hub, state, ground), self.rates(soil, hub, state, ground))
+        match self.footprint(soil, hub, state, ground) {
+            Some(f) => (self.load_of(&f, soil, hub, state), rates_of(&f, state)),
+            None => (SoilLoad::none(hub), spring_back(state)),
+        }
     }
 
     fn footprint(
@@ -167,9 +170,10 @@ impl SoilContact {
         state: &SoilState,
         ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
     ) -> SoilLoad {
-        let Some(f) = self.footprint(soil, hub, state, ground) else {
-            return SoilLoad::none(hub);
-        };
+        self.evaluate(soil, hub, state, ground).0
+    }
+
+    fn load_of(&self, f: &Footprint, soil: &Soil, hub: &Hub, state: &SoilState) -> SoilLoad {
         let m = state.rolled.clamp(-1.0, 1.0);
         let side = if m < 0.0 { -1.0 } else { 1.0 };
         let s = side * (state.xi_x + f.damping * f.slide[0]) / f.length;
@@ -219,26 +223,33 @@ impl SoilContact {
         state: &SoilState,
         ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
     ) -> SoilState {
-        let Some(f) = self.footprint(soil, hub, state, ground) else {
-            return SoilState {
-                xi_x: -state.xi_x / FOLLOW,
-                xi_y: -state.xi_y / FOLLOW,
-                pressed: -state.pressed / FOLLOW,
-                rolled: -state.rolled / FOLLOW,
-            };
-        };
-        let m = state.rolled.clamp(-1.0, 1.0);
-        let forget = f.u.abs() / (f.length - f.damping * f.u.abs());
-        let mut rate = SoilState {
-            xi_x: f.slide[0] - forget * state.xi_x,
-            xi_y: f.slide[1] - forget * state.xi_y,
-            pressed: (f.z - state.pressed).max(0.0) / FOLLOW
-                - (state.pressed - f.z).max(0.0) * FORGET * f.travel.abs() / f.length,
-            rolled: (f.travel - m * f.travel.abs()) / f.length,
-        };
-        slide_beyond(state, &mut rate, f.length);
-        rate
+        self.footprint(soil, hub, state, ground)
+            .map_or_else(|| spring_back(state), |f| rates_of(&f, state))
     }
+}
+
+/// Rate of the state of a wheel in the air.
+fn spring_back(state: &SoilState) -> SoilState {
+    SoilState {
+        xi_x: -state.xi_x / FOLLOW,
+        xi_y: -state.xi_y / FOLLOW,
+        pressed: -state.pressed / FOLLOW,
+        rolled: -state.rolled / FOLLOW,
+    }
+}
+
+fn rates_of(f: &Footprint, state: &SoilState) -> SoilState {
+    let m = state.rolled.clamp(-1.0, 1.0);
+    let forget = f.u.abs() / (f.length - f.damping * f.u.abs());
+    let mut rate = SoilState {
+        xi_x: f.slide[0] - forget * state.xi_x,
+        xi_y: f.slide[1] - forget * state.xi_y,
+        pressed: (f.z - state.pressed).max(0.0) / FOLLOW
+            - (state.pressed - f.z).max(0.0) * FORGET * f.travel.abs() / f.length,
+        rolled: (f.travel - m * f.travel.abs()) / f.length,
+    };
+    slide_beyond(state, &mut rate, f.length);
+    rate
 }
 
 impl SoilLoad {

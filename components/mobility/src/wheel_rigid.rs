@@ -3,8 +3,8 @@
 //! The hub's node turns with the wheel or stands still; only the direction of its y axis (the axle, to
 //! the left) and its angular velocity matter.
 
-use crate::rigid_contact::{Bristles, ContactLoad, Hub, RigidContact};
-use crate::wheel_geometry::{Cylinder, DISCS};
+use crate::rigid_contact::{Bristles, Hub, RigidContact};
+use crate::wheel_geometry::Cylinder;
 use linkwork_runtime::prelude::*;
 
 /// Wheel, ground and contact constants.
@@ -47,9 +47,9 @@ pub struct WheelIn {
     pub hub: NodeState,
 }
 
-/// What the contact does.
+/// What the contact does, with the rates of its bristles.
 #[derive(Ports, Clone, Copy, Debug)]
-pub struct WheelOut {
+pub struct RigidOut {
     /// Load of the ground on the wheel.
     #[port(bind = "hub")]
     pub load: Wrench,
@@ -74,6 +74,15 @@ pub struct WheelOut {
     /// Power lost in the contact.
     #[port("W")]
     pub power: f64,
+    /// Rate of the right disc's bristle, W.
+    #[port("m/s")]
+    pub right_rate: Vec3,
+    /// Rate of the middle disc's bristle, W.
+    #[port("m/s")]
+    pub middle_rate: Vec3,
+    /// Rate of the left disc's bristle, W.
+    #[port("m/s")]
+    pub left_rate: Vec3,
 }
 
 /// Deflections of the bristles of the three discs.
@@ -93,9 +102,6 @@ pub struct BristleState {
 impl BristleState {
     fn array(&self) -> Bristles {
         [self.right, self.middle, self.left]
-    }
-    fn of([right, middle, left]: [Vec3; DISCS]) -> Self {
-        BristleState { right, middle, left }
     }
 }
 
@@ -153,14 +159,14 @@ impl WheelRigid {
 impl Model for WheelRigid {
     type Params = WheelRigidParams;
     type Ud = WheelIn;
-    type Yd = WheelOut;
+    type Yd = RigidOut;
     type X = BristleState;
-    fn direct(&self, _: &Clock, x: &BristleState, _: &(), u: &WheelIn) -> WheelOut {
+    fn direct(&self, _: &Clock, x: &BristleState, _: &(), u: &WheelIn) -> RigidOut {
         let hub = hub_of(&u.hub);
-        let (load, _): (ContactLoad, _) =
+        let (load, [right_rate, middle_rate, left_rate]) =
             self.contact(&hub).evaluate(&hub, &x.array(), &|x, y| self.ground(x, y));
         let (slip, slip_angle) = slip_of(&hub, self.p.radius, &load.normal);
-        WheelOut {
+        RigidOut {
             load: Wrench { moment: load.moment, force: load.force },
             normal_force: load.normal_force,
             slip,
@@ -169,11 +175,22 @@ impl Model for WheelRigid {
             contact_point: load.point,
             contact_force: load.force,
             power: load.dissipation,
+            right_rate,
+            middle_rate,
+            left_rate,
         }
     }
-    fn deriv(&self, _: &Clock, x: &BristleState, _: &(), _: &(), u: &WheelIn) -> BristleState {
-        let hub = hub_of(&u.hub);
-        BristleState::of(self.contact(&hub).rates(&hub, &x.array(), &|x, y| self.ground(x, y)))
+    fn deriv(
+        &self,
+        _: &Clock,
+        _: &BristleState,
+        _: &(),
+        _: &(),
+        _: &WheelIn,
+        _: &(),
+        y: &RigidOut,
+    ) -> BristleState {
+        BristleState { right: y.right_rate, middle: y.middle_rate, left: y.left_rate }
     }
 }
 
@@ -234,7 +251,7 @@ pub(crate) mod tests {
         assert!((y.normal_force - 400.0).abs() < 1e-6);
         assert!((y.load.force.x + 0.65 * 400.0).abs() < 1e-6, "{:?}", y.load);
         assert!((y.slip + 1.0).abs() < 1e-12 && y.power > 0.0);
-        let rate = model.deriv(&Clock::at(0.0, 1e-3, 0), &x, &(), &(), &WheelIn { hub }, &());
+        let rate = model.deriv(&Clock::at(0.0, 1e-3, 0), &x, &(), &(), &WheelIn { hub }, &(), &y);
         assert!((rate.middle - Vec3::x()).norm() < 1e-12);
     }
 }

@@ -6,7 +6,7 @@ use crate::rigid_contact::Hub;
 use crate::soil_contact::{SoilContact, SoilState};
 use crate::terramechanics::Shear;
 use crate::wheel_geometry::Cylinder;
-use crate::wheel_rigid::{WheelIn, WheelOut, hub_of};
+use crate::wheel_rigid::{WheelIn, hub_of};
 use linkwork_runtime::prelude::*;
 
 /// How shear stress is shared between the two directions.
@@ -51,6 +51,47 @@ pub struct WheelSoilParams {
     /// The ground.
     #[param(service)]
     pub terrain: Handle<dyn Terrain>,
+}
+
+/// What the contact does, with the rates of the soil's state.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct SoilOut {
+    /// Load of the ground on the wheel.
+    #[port(bind = "hub")]
+    pub load: Wrench,
+    /// Sum of the normal forces.
+    #[port("N")]
+    pub normal_force: f64,
+    /// Slip as the stresses see it, signed.
+    #[port("1")]
+    pub slip: f64,
+    /// Slip angle as the stresses see it.
+    #[port("rad")]
+    pub slip_angle: f64,
+    /// Sinkage.
+    #[port("m")]
+    pub sinkage: f64,
+    /// Point where the load acts, W.
+    #[port("m")]
+    pub contact_point: Vec3,
+    /// Force of the ground, W.
+    #[port("N")]
+    pub contact_force: Vec3,
+    /// Power given to the soil.
+    #[port("W")]
+    pub power: f64,
+    /// Rate of the shear deflection along the heading.
+    #[port("m/s")]
+    pub shear_x_rate: f64,
+    /// Rate of the shear deflection along the axle.
+    #[port("m/s")]
+    pub shear_y_rate: f64,
+    /// Rate of the deepest press.
+    #[port("m/s")]
+    pub pressed_rate: f64,
+    /// Rate of the footprint's shape.
+    #[port("1/s")]
+    pub rolled_rate: f64,
 }
 
 /// State of the soil under the wheel.
@@ -119,14 +160,14 @@ impl WheelSoilModel {
 impl Model for WheelSoilModel {
     type Params = WheelSoilParams;
     type Ud = WheelIn;
-    type Yd = WheelOut;
+    type Yd = SoilOut;
     type X = SoilLanes;
-    fn direct(&self, _: &Clock, x: &SoilLanes, _: &(), u: &WheelIn) -> WheelOut {
+    fn direct(&self, _: &Clock, x: &SoilLanes, _: &(), u: &WheelIn) -> SoilOut {
         let hub = hub_of(&u.hub);
         let soil = self.soil(&hub);
         let ground = |x: f64, y: f64| self.ground(x, y);
-        let load = self.contact(soil).load(soil, &hub, &x.state(), &ground);
-        WheelOut {
+        let (load, rate) = self.contact(soil).evaluate(soil, &hub, &x.state(), &ground);
+        SoilOut {
             load: Wrench { moment: load.moment, force: load.force },
             normal_force: load.local.fz,
             slip: load.slip,
@@ -135,18 +176,27 @@ impl Model for WheelSoilModel {
             contact_point: load.point,
             contact_force: load.force,
             power: load.power,
+            shear_x_rate: rate.xi_x,
+            shear_y_rate: rate.xi_y,
+            pressed_rate: rate.pressed,
+            rolled_rate: rate.rolled,
         }
     }
-    fn deriv(&self, _: &Clock, x: &SoilLanes, _: &(), _: &(), u: &WheelIn) -> SoilLanes {
-        let hub = hub_of(&u.hub);
-        let soil = self.soil(&hub);
-        let ground = |x: f64, y: f64| self.ground(x, y);
-        let rate = self.contact(soil).rates(soil, &hub, &x.state(), &ground);
+    fn deriv(
+        &self,
+        _: &Clock,
+        _: &SoilLanes,
+        _: &(),
+        _: &(),
+        _: &WheelIn,
+        _: &(),
+        y: &SoilOut,
+    ) -> SoilLanes {
         SoilLanes {
-            shear_x: rate.xi_x,
-            shear_y: rate.xi_y,
-            pressed: rate.pressed,
-            rolled: rate.rolled,
+            shear_x: y.shear_x_rate,
+            shear_y: y.shear_y_rate,
+            pressed: y.pressed_rate,
+            rolled: y.rolled_rate,
         }
     }
 }
@@ -189,7 +239,7 @@ mod tests {
         assert!((y.normal_force - 99.967897801).abs() < 1e-8, "{y:?}");
         assert!((y.load.force.x - 29.435818268).abs() < 1e-8);
         assert!((y.load.moment.y + 6.353369400).abs() < 1e-8);
-        let rate = model.deriv(&Clock::at(0.0, 1e-3, 0), &x, &(), &(), &WheelIn { hub }, &());
+        let rate = model.deriv(&Clock::at(0.0, 1e-3, 0), &x, &(), &(), &WheelIn { hub }, &(), &y);
         assert!(rate.shear_x.abs() < 1e-12 && rate.rolled.abs() < 1e-12);
     }
 }

@@ -150,7 +150,7 @@ mod tests {
     fn run(b: &Battery, u: BatteryIn, seconds: f64) -> BatteryState {
         let (dt, mut x) = (0.01, b.init_x());
         for _ in 0..(seconds / dt) as usize {
-            let d = b.deriv(&Clock::at(0.0, dt, 0), &x, &(), &u, &(), &());
+            let d = b.deriv(&Clock::at(0.0, dt, 0), &x, &(), &u, &(), &(), &());
             x.charge += dt * d.charge;
             x.current += dt * d.current;
         }

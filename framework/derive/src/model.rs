@@ -8,7 +8,7 @@ use syn::{FnArg, ImplItem, ImplItemFn, ItemImpl, LitStr, Pat, parse_quote};
 const FUNCTIONS: [(&str, &[&str]); 4] = [
     ("moore", &["Clock", "X", "D", "Store"]),
     ("direct", &["Clock", "X", "D", "Ud", "Store"]),
-    ("deriv", &["Clock", "X", "D", "U", "Ud", "Store"]),
+    ("deriv", &["Clock", "X", "D", "U", "Ud", "Store", "Yd"]),
     ("update", &["Clock", "X", "D", "U", "Ud", "Store!"]),
 ];
 
@@ -40,9 +40,18 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
         }
     }
     let mut timed = [false; 4];
+    let mut outputs = false;
     for it in &mut item.items {
         let ImplItem::Fn(f) = it else { continue };
         let Some(k) = FUNCTIONS.iter().position(|(n, _)| f.sig.ident == n) else { continue };
+        let reads_outputs = FUNCTIONS[k].0 == "deriv" && f.sig.inputs.len() == 8;
+        if reads_outputs && !written.iter().any(|w| w == "direct") {
+            return Err(syn::Error::new_spanned(
+                &f.sig,
+                "`deriv` reads the direct outputs (its last argument) but there is no `fn direct`",
+            ));
+        }
+        outputs |= reads_outputs;
         timed[k] = complete(f, FUNCTIONS[k].1, &rt)?;
     }
     for ty in ["Params", "U", "Ud", "Ym", "Yd", "X", "D", "Store"] {
@@ -69,6 +78,7 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
     item.items.push(parse_quote! {
         const FUNCTIONS: #rt::Functions = #rt::Functions {
             moore: #m, direct: #d, deriv: #v, update: #u, moore_timed: #tm, direct_timed: #td,
+            deriv_outputs: #outputs,
         };
     });
     Ok(quote!(#item))

@@ -19,6 +19,8 @@ pub struct Functions {
     pub moore_timed: bool,
     /// `direct` reads the clock.
     pub direct_timed: bool,
+    /// `deriv` reads the model's own direct outputs of the same evaluation.
+    pub deriv_outputs: bool,
 }
 
 /// A model cannot be built from these parameters.
@@ -58,7 +60,7 @@ impl<T: Serialize + DeserializeOwned + Clone + Default + Send + Sync + 'static> 
 ///
 /// ```text
 /// y_k   = moore(x_k, d_k), direct(x_k, d_k, ud_k)
-/// ẋ     = deriv(x, d, u, ud)              at every stage of the integrator
+/// ẋ     = deriv(x, d, u, ud, yd)          at every stage of the integrator; yd: of the same evaluation
 /// d_k+1 = update(x_k, d_k, u_k, ud_k)     at the part's own ticks
 /// ```
 #[allow(unused_variables)]
@@ -115,7 +117,8 @@ pub trait Model: Sized + Send + Sync + 'static {
     ) -> Self::Yd {
         Self::Yd::zero()
     }
-    /// Derivative of the continuous state.
+    /// Derivative of the continuous state. `yd` is what `direct` gave in the same evaluation, when the
+    /// function names that argument (else zeros): what both need is computed once.
     fn deriv(
         &self,
         c: &Clock,
@@ -124,6 +127,7 @@ pub trait Model: Sized + Send + Sync + 'static {
         u: &Self::U,
         ud: &Self::Ud,
         store: &Self::Store,
+        yd: &Self::Yd,
     ) -> Self::X {
         Self::X::zero()
     }

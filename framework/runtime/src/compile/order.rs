@@ -239,6 +239,9 @@ fn stage(
     for &k in &derivs {
         let (u, ud) = &c.inputs[k as usize];
         stack.extend(u.iter().chain(ud).map(|&l| producer[l as usize]).filter(|&p| p != NONE));
+        if parts[k as usize].prototype.description().functions.deriv_outputs {
+            stack.extend(ops.iter().position(|o| *o == Op::Direct(k)).map(|p| p as u32));
+        }
     }
     if mechanism.is_some() {
         derivs.push(m);

@@ -1,0 +1,50 @@
+//! The rover of `sims/rover_traverse`, and small scenes with it, loaded as the command line does.
+#![allow(dead_code, missing_docs)]
+use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down};
+use linkwork_runtime::{Catalogue, Files, Plan, Simulation, compile};
+use std::sync::Arc;
+
+pub fn catalogue() -> Catalogue {
+    Catalogue::new([
+        linkwork_basics::catalogue(),
+        linkwork_actuators::catalogue(),
+        linkwork_sensors::catalogue(),
+        linkwork_mobility::catalogue(),
+        linkwork_environment::catalogue(),
+        linkwork_flight::catalogue(),
+        linkwork_control::catalogue(),
+        linkwork_power::catalogue(),
+    ])
+}
+
+fn options<'a>(catalogue: &'a Catalogue, set: &[&str]) -> Options<'a> {
+    let mut options = Options::new(catalogue);
+    options.embedded = linkwork_assemblies::embedded();
+    options.overrides = set.iter().map(|s| (*s).to_string()).collect();
+    options
+}
+
+/// The finished plan; every mistake in one text.
+fn finish(loaded: Result<Loaded, Failure>, catalogue: &Catalogue) -> Result<Plan, String> {
+    let loaded = loaded.map_err(|f| f.render(false))?;
+    let mut plan = compile(&loaded.spec, catalogue, &Files::default()).map_err(|f| format!("{f:?}"))?;
+    if let Some(place) = &loaded.simulation.place {
+        put_down(&mut plan, place).map_err(|f| format!("{f:?}"))?;
+    }
+    Ok(plan)
+}
+
+/// `sims/rover_traverse` with parameters set from outside, at its start.
+pub fn traverse(set: &[&str]) -> Result<Simulation, String> {
+    let catalogue = catalogue();
+    let file = linkwork_tests::root().join("sims/rover_traverse/sim.ron");
+    let plan = finish(load_file(file, &options(&catalogue, set)), &catalogue)?;
+    Ok(Simulation::new(Arc::new(plan)))
+}
+
+/// A simulation in RON.
+pub fn scene(text: &str, set: &[&str]) -> Result<Simulation, String> {
+    let catalogue = catalogue();
+    let plan = finish(load_text("scene.ron", text, &options(&catalogue, set)), &catalogue)?;
+    Ok(Simulation::new(Arc::new(plan)))
+}

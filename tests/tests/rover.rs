@@ -1,0 +1,211 @@
+//! The rocker-bogie rover against statics: parked on slopes, its weight, the loads of its axles, its differential.
+use linkwork_runtime::{Seconds, Simulation};
+
+#[path = "../common/mod.rs"]
+mod common;
+
+const GRAVITY: f64 = 3.72076;
+
+/// The rover on an even slope (deg), nose uphill for positive angles, at rest.
+fn on_slope(angle: f64, soil: bool) -> Simulation {
+    let uphill = if angle < 0.0 { 180 } else { 0 };
+    let contact = if soil { "mobility.wheel_soil" } else { "mobility.wheel_rigid" };
+    let text = format!(
+        r#"Simulation(
+    parts: {{ "Rover": (assembly: "rovers/rocker_bogie.ron", params: {{
+        "world": "worlds/slope.ron", "waypoints": [[0, 0]], "contact": "{contact}",
+        "world_params": {{ "slope": "{} deg", "uphill": "{uphill} deg" }},
+    }}) }},
+    step: "1 ms", integrator: "semi_implicit_euler", until: "100 s", seed: 1,
+    place: (
+        body: "Rover.Hardware.Chassis/chassis", at: [0, 0], heading: "0 rad",
+        wheels: ["Rover.Hardware.Wheels.*/wheel"], radius: "0.25 m",
+        joints: ["Rover.Hardware.Chassis/rocker_*", "Rover.Hardware.Chassis/bogie_*"],
+    ),
+)"#,
+        angle.abs()
+    );
+    common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn brake(sim: &mut Simulation) {
+    for k in 1..=6 {
+        sim.set(&format!("Rover.Hardware.Wheels.Wheel{k}.Motor.brake"), 1.0).unwrap();
+    }
+}
+
+fn run(sim: &mut Simulation, until: u64) {
+    sim.run_until(Seconds { num: until, den: 1 }).unwrap();
+}
+
+fn chassis(sim: &Simulation) -> [f64; 3] {
+    ["x", "y", "z"]
+        .map(|a| sim.get(&format!("Rover.Hardware.Chassis/chassis.position.{a}")).unwrap())
+}
+
+fn contact(sim: &Simulation, wheel: usize, port: &str) -> f64 {
+    sim.get(&format!("Rover.Hardware.Wheels.Wheel{wheel}.SurfaceContact.{port}")).unwrap()
+}
+
+/// Normal and tangential (uphill along +x) force of an axle: front, middle, rear; N.
+fn axles(sim: &Simulation, slope: f64) -> [[f64; 2]; 3] {
+    let (sin, cos) = slope.to_radians().sin_cos();
+    [0, 2, 4].map(|k| {
+        let sum = |port: &str| contact(sim, k + 1, port) + contact(sim, k + 2, port);
+        let (fx, fz) = (sum("contact_force.x"), sum("contact_force.z"));
+        [fz * cos - fx * sin, fx * cos + fz * sin]
+    })
+}
+
+/// Speed of creep between two times, m/s.
+fn creep(sim: &mut Simulation, from: u64, to: u64) -> f64 {
+    run(sim, from);
+    let a = chassis(sim);
+    run(sim, to);
+    let b = chassis(sim);
+    let d: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
+    d.sqrt() / (to - from) as f64
+}
+
+#[test]
+fn parked_it_does_not_creep() {
+    // MuJoCo 4.0: 1050, 3350, 7850 µm/s with its default cone; 54, 162, 266 µm/s at best.
+    for soil in [false, true] {
+        for slope in [5.0, 15.0, 25.0] {
+            let mut sim = on_slope(slope, soil);
+            brake(&mut sim);
+            let speed = creep(&mut sim, 8, 12);
+            println!("soil {soil} slope {slope}°: creep {:.3e} m/s", speed);
+            assert!(speed < 1e-6, "soil {soil} slope {slope}: {speed} m/s");
+        }
+    }
+}
+
+#[test]
+fn level_it_weighs_what_it_weighs() {
+    let mut sim = on_slope(0.0, false);
+    run(&mut sim, 6);
+    let plan = sim.plan().clone();
+    let mass = plan.mechanism.as_ref().unwrap().multibody.total_mass();
+    let load: f64 = (1..=6).map(|k| contact(&sim, k, "normal_force")).sum();
+    let off = load / (mass * GRAVITY) - 1.0;
+    println!("mass {mass} kg, loads {load} N, off by {off:e}");
+    assert!(off.abs() < 1e-3, "{off}");
+    assert!((1..=6).all(|k| contact(&sim, k, "sinkage") < 0.005));
+}
+
+/// Masses (kg) with x and height (m) above the ground; the second list hangs on the bogies.
+struct Statics {
+    upper: Vec<[f64; 3]>,
+    bogie: Vec<[f64; 3]>,
+}
+
+/// Wheels' x: front, middle, rear; the bogies' pivot, m.
+const X: [f64; 3] = [1.095, -0.089, -1.163];
+const PIVOT: [f64; 2] = [-0.54, 0.6443];
+
+impl Statics {
+    /// The assembly's masses.
+    fn rover() -> Statics {
+        Statics {
+            upper: vec![
+                [708.0, 0.0, 0.751],
+                [15.0, 0.75, 0.751 + 0.39 + 0.7],
+                [50.0, 0.214 + 0.06, 0.751 + 0.1254 - 0.1],
+                [12.0, X[0], 0.40],
+                [24.0, X[0], 0.25],
+            ],
+            bogie: vec![
+                [30.0, PIVOT[0] - 0.08, PIVOT[1] - 0.1],
+                [24.0, X[1], 0.25],
+                [12.0, X[2], 0.40],
+                [24.0, X[2], 0.25],
+            ],
+        }
+    }
+
+    /// Normal loads of the axles (N) on a slope (deg): balance of the whole, and of the bogies about their pivot,
+    /// with the traction `t` (uphill) of middle and rear given as `t[0] + t[1] N` for each.
+    fn loads(&self, slope: f64, traction: [[f64; 2]; 2]) -> [f64; 3] {
+        let (sin, cos) = slope.to_radians().sin_cos();
+        let (mut weight, mut moment, mut own) = (0.0, 0.0, 0.0);
+        for (k, [m, x, h]) in
+            self.upper.iter().map(|b| (0, b)).chain(self.bogie.iter().map(|b| (1, b)))
+        {
+            weight += m * GRAVITY;
+            moment += m * GRAVITY * (x * cos - h * sin);
+            if k == 1 {
+                own += m * GRAVITY * ((x - PIVOT[0]) * cos - (h - PIVOT[1]) * sin);
+            }
+        }
+        // a N_m + b N_r = c about the pivot; N_f from the sum; moments about x = 0 on the ground.
+        let [[m0, m1], [r0, r1]] = traction;
+        let a = X[1] - PIVOT[0] + PIVOT[1] * m1;
+        let b = X[2] - PIVOT[0] + PIVOT[1] * r1;
+        let c = own - PIVOT[1] * (m0 + r0);
+        let sum = moment - X[0] * weight * cos;
+        let (d, e) = (X[1] - X[0], X[2] - X[0]);
+        let det = a * e - b * d;
+        let (middle, rear) = ((c * e - b * sum) / det, (a * sum - d * c) / det);
+        [weight * cos - middle - rear, middle, rear]
+    }
+}
+
+#[test]
+fn the_equations_are_those_of_the_reference() {
+    // A body without links of weight 1, centre of mass at x = 0 and 0.75 m: loads proportional to traction.
+    let body = Statics { upper: vec![[1.0 / GRAVITY, 0.0, 0.75]], bogie: vec![] };
+    for (slope, want) in [
+        (0.0, [0.3303, 0.3885, 0.2812]),
+        (10.0, [0.2936, 0.3278, 0.3634]),
+        (20.0, [0.2521, 0.2487, 0.4389]),
+        (-10.0, [0.3616, 0.4274, 0.1958]),
+    ] {
+        let t = f64::to_radians(slope).tan();
+        let got = body.loads(slope, [[0.0, t]; 2]);
+        for (g, w) in got.iter().zip(want) {
+            assert!((g - w).abs() < 2e-4, "{slope}: {got:?} {want:?}");
+        }
+    }
+}
+
+#[test]
+fn axle_loads_are_those_of_statics() {
+    // Level with free wheels: no traction. On slopes with locked wheels the bristles share the traction by the history
+    // of settling, so the measured traction of the bogies' wheels enters the equations.
+    for slope in [0.0, 10.0, 20.0, -10.0] {
+        let mut sim = on_slope(slope, false);
+        if slope != 0.0 {
+            brake(&mut sim);
+        }
+        run(&mut sim, 8);
+        let found = axles(&sim, slope);
+        let t = if slope == 0.0 { [[0.0; 2]; 2] } else { [[found[1][1], 0.0], [found[2][1], 0.0]] };
+        let want = Statics::rover().loads(slope, t);
+        let tan = f64::to_radians(slope).tan();
+        let proportional = Statics::rover().loads(slope, [[0.0, tan]; 2]);
+        println!("{slope}°: N and T of front, middle, rear {found:.1?}");
+        println!("     statics with that traction {want:.1?}, with proportional traction {proportional:.1?}");
+        for (f, w) in found.iter().zip(want) {
+            assert!((f[0] / w - 1.0).abs() < 0.01, "{slope}: {found:?} {want:?}");
+        }
+    }
+}
+
+#[test]
+fn the_chassis_pitches_by_the_mean_of_the_rockers() {
+    // On rough ground the rockers turn against each other, by equal angles seen from the chassis.
+    let mut sim = common::traverse(&[]).unwrap();
+    let angle = |s: &Simulation, side: &str| {
+        s.get(&format!("Rover.Hardware.Chassis/rocker_{side}.angle")).unwrap()
+    };
+    let (mut most, mut error) = (0.0_f64, 0.0_f64);
+    for k in 1..=20 {
+        run(&mut sim, k);
+        let (left, right) = (angle(&sim, "left"), angle(&sim, "right"));
+        most = most.max(left.abs());
+        error = error.max((left + right).abs() / 2.0);
+    }
+    println!("greatest rocker angle {most} rad, chassis pitch off the mean by {error} rad");
+    assert!(most > 0.01 && error < 0.02 * most, "{most} {error}");
+}
