@@ -185,7 +185,9 @@ fn axle_loads_are_those_of_statics() {
         let tan = f64::to_radians(slope).tan();
         let proportional = Statics::rover().loads(slope, [[0.0, tan]; 2]);
         println!("{slope}°: N and T of front, middle, rear {found:.1?}");
-        println!("     statics with that traction {want:.1?}, with proportional traction {proportional:.1?}");
+        println!(
+            "     statics with that traction {want:.1?}, with proportional traction {proportional:.1?}"
+        );
         for (f, w) in found.iter().zip(want) {
             assert!((f[0] / w - 1.0).abs() < 0.01, "{slope}: {found:?} {want:?}");
         }

@@ -225,7 +225,8 @@ mod tests {
         let mut x = MotorState::zero();
         let u = DcMotorIn { volts: 4.0, brake: false, shaft: HingeState { angle: 0.0, rate: 0.0 } };
         for _ in 0..1000 {
-            x.current += 1e-5 * m.deriv(&Clock::at(0.0, 1e-5, 0), &x, &(), &(), &u, &(), &()).current;
+            x.current +=
+                1e-5 * m.deriv(&Clock::at(0.0, 1e-5, 0), &x, &(), &(), &u, &(), &()).current;
         }
         // One time constant L/R = 10 ms.
         assert!((x.current - 2.0 * (1.0 - (-1f64).exp())).abs() < 1e-3, "{}", x.current);

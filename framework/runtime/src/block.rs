@@ -152,7 +152,8 @@ impl<M: Model> Block for Wired<M> {
     fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) {
         let (c, x, d) = (self.clock(now), self.x(x), self.d(d));
         let (u, ud) = (M::U::gather(sig, &self.w.u), M::Ud::gather(sig, &self.w.ud));
-        let yd = if M::FUNCTIONS.deriv_outputs { M::Yd::get(&sig[self.w.yd..]) } else { M::Yd::zero() };
+        let yd =
+            if M::FUNCTIONS.deriv_outputs { M::Yd::get(&sig[self.w.yd..]) } else { M::Yd::zero() };
         self.model.deriv(&c, &x, &d, &u, &ud, &self.store, &yd).put(&mut xdot[self.w.x..]);
     }
     fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) {
