@@ -19,13 +19,13 @@ use std::time::Instant;
 #[derive(Args, Clone, Debug, Default)]
 pub struct RunOptions {
     /// Simulated time at which to stop, e.g. 20, "20 s", "2 min".
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub until: Option<String>,
     /// Folder for the files; runs/<simulation> unless given.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Write a checkpoint every so much simulated time, e.g. "10 s".
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub checkpoint_every: Option<String>,
     /// Also stream to a running Rerun viewer (at an address, or at Rerun's usual one).
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "")]
@@ -119,7 +119,7 @@ pub fn resume(file: &Path, options: &RunOptions) -> u8 {
     let checkpoint = match Checkpoint::read(file) {
         Ok(c) => c,
         Err(e) => {
-            eprintln!("error: {e}");
+            eprintln!("error: {e}\n  help: give a .lwck file that `linkwork run` wrote, whole");
             return exit::INPUT;
         }
     };
@@ -135,7 +135,12 @@ pub fn resume(file: &Path, options: &RunOptions) -> u8 {
 
 fn time(text: &str, what: &str) -> Result<Seconds, u8> {
     let value = text.parse::<f64>().map_or_else(|_| Value::Text(text.to_string()), Value::Number);
-    Seconds::period(&value).map_err(|_| {
+    let read = match &value {
+        Value::Number(x) => (*x >= 0.0).then(|| Seconds::from_decimal(*x)).flatten(),
+        // A rate is no time here: "2 Hz" would mean half a second.
+        text => Seconds::period(text).ok().filter(|_| !value.to_string().contains("Hz")),
+    };
+    read.ok_or_else(|| {
         eprintln!("error: {what} `{text}` is not a time\n  help: write 20, \"20 s\" or \"2 min\"");
         exit::INPUT
     })
@@ -180,11 +185,23 @@ fn try_start(
         return Err(exit::INPUT);
     }
     let every = options.checkpoint_every.as_deref().map(|t| time(t, "--checkpoint-every")).transpose()?;
+    if every.is_some_and(|e| e.num == 0) {
+        eprintln!("error: --checkpoint-every is zero\n  help: write 10, \"10 s\" or \"2 min\"");
+        return Err(exit::INPUT);
+    }
     let mut sim = Simulation::new(Arc::new(ready.plan));
     let mut figures = prepared.figures;
     if let Some(c) = from {
         if let Err(e) = sim.restore(c) {
             eprintln!("error: {e}");
+            return Err(exit::INPUT);
+        }
+        if let Some(u) = until.filter(|u| u.seconds() < c.time) {
+            eprintln!(
+                "error: the checkpoint is at {} s, which is past the end at {} s\n  help: give a later --until",
+                c.time,
+                u.seconds()
+            );
             return Err(exit::INPUT);
         }
         let kept: Option<Vec<Running>> =
@@ -193,7 +210,9 @@ fn try_start(
             figures.running = kept;
         }
     }
-    let out = options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
+    // A resumed run has a folder of its own: the log of what came before is kept.
+    let folder = from.map_or(name.to_string(), |c| format!("{name}_from_{}", trim(c.time)));
+    let out = options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(folder));
     std::fs::create_dir_all(&out).map_err(|e| {
         eprintln!("error: the folder `{}` cannot be made: {e}", out.display());
         exit::INPUT
@@ -430,7 +449,7 @@ impl Runner {
 
 fn explain(e: &RunError) -> String {
     format!(
-        "{e}\n  help: the log and before_failure.lwck hold what led to it; a smaller step, or a look at what drives `{}`",
+        "{e}\n  help: the log and before_failure.lwck hold what led to it; try a smaller step, and look at what drives `{}`",
         e.path
     )
 }

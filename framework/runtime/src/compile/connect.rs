@@ -7,7 +7,7 @@ use crate::ports::{PortKind, PortSpec};
 use crate::spec::{BindTarget, PortRef, Spec};
 use crate::value::{Fault, Origin, remedy};
 use linkwork_multibody::Multibody;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The result of connecting.
 #[derive(Default)]
@@ -78,12 +78,17 @@ struct Connector<'a, 'b> {
     wrenches: BTreeMap<Frame, Vec<(String, u32)>>,
     torques: BTreeMap<u32, Vec<(String, u32)>>,
     motions: BTreeMap<u32, (String, u32)>,
+    /// Parts that could not be made: what hangs on them is no mistake of its own.
+    lost: &'a BTreeSet<String>,
+    /// (part, first input lane) of ports that a faulty wire leads to.
+    excused: BTreeSet<(usize, usize)>,
 }
 
 pub(crate) fn connect(
     spec: &Spec,
     parts: &[Part<'_>],
     sizes: Sizes,
+    lost: &BTreeSet<String>,
     faults: &mut Vec<Fault>,
 ) -> Connections {
     let lanes = |p: &Part<'_>| p.prototype.description().all_inputs().map(|s| s.lanes).sum();
@@ -101,6 +106,8 @@ pub(crate) fn connect(
         wrenches: BTreeMap::new(),
         torques: BTreeMap::new(),
         motions: BTreeMap::new(),
+        lost,
+        excused: BTreeSet::new(),
     };
     let mut wires: Vec<_> = spec.wires.iter().collect();
     wires.sort_by_key(|w| (w.from.to_string(), w.to.to_string()));
@@ -121,6 +128,12 @@ pub(crate) fn connect(
 }
 
 impl<'a> Connector<'a, '_> {
+    /// True for a port of a part that could not be made.
+    fn is_lost(&self, end: &PortRef) -> bool {
+        self.lost.contains(&end.part)
+            || end.part.match_indices('.').any(|(k, _)| self.lost.contains(&end.part[..k]))
+    }
+
     fn part(&self, end: &PortRef, wire: &str, origin: Origin) -> Result<(usize, String), Fault> {
         // `IMU.accel.x` arrives as part `IMU.accel`, port `x`: lanes have names too.
         let mut part = end.part.as_str();
@@ -215,7 +228,13 @@ impl<'a> Connector<'a, '_> {
         let (a, b) = (self.find(from, true, text, origin), self.find(to, false, text, origin));
         let ((src, s0, sn), (dst, d0, dn)) = match (a, b) {
             (Ok(a), Ok(b)) => (a, b),
-            (a, b) => return Err(a.err().into_iter().chain(b.err()).collect()),
+            (a, b) => {
+                if let Ok((dst, ..)) = b {
+                    self.excused.insert((dst.part, dst.lane));
+                }
+                let faults = [(a.err(), from), (b.err(), to)].into_iter();
+                return Err(faults.filter(|(_, end)| !self.is_lost(end)).filter_map(|f| f.0).collect());
+            }
         };
         let fault = |fact: String, help: &str| {
             Err(vec![Fault::new(origin, format!("wire `{text}`: {fact}")).help(help)])
@@ -294,7 +313,12 @@ impl<'a> Connector<'a, '_> {
         origin: Origin,
     ) -> Result<(), Fault> {
         let Some(&k) = self.index.get(part) else {
-            return Err(Fault::new(origin, format!("binding of `{part}`: there is no such part")));
+            if self.lost.contains(part) {
+                return Ok(());
+            }
+            let known: Vec<&str> = self.index.keys().copied().collect();
+            return Err(Fault::new(origin, format!("binding of `{part}`: there is no such part"))
+                .help(remedy(part, "parts", &known)));
         };
         let d = self.parts[k].prototype.description();
         if !d.bindings().contains(&bind) {
@@ -459,7 +483,8 @@ impl<'a> Connector<'a, '_> {
         let mut missing: Vec<&str> = Vec::new();
         for port in d.all_inputs() {
             let empty = (0..port.lanes).all(|i| self.sources[k][lane + i].is_empty());
-            if empty && port.default.is_none() && !port.sum {
+            let excused = self.excused.contains(&(k, lane));
+            if empty && port.default.is_none() && !port.sum && !excused {
                 match port.bind.filter(|b| unbound.contains(b)) {
                     Some(bind) if !missing.contains(&bind) => missing.push(bind),
                     Some(_) => {}
@@ -467,11 +492,10 @@ impl<'a> Connector<'a, '_> {
                     None => faults.push(
                         Fault::new(
                             self.parts[k].spec.origin,
-                            format!(
-                                "required input `{path}.{}` ({}) is not wired",
-                                port.name,
-                                if port.unit.is_empty() { "no unit" } else { port.unit }
-                            ),
+                            match port.unit {
+                                "" | "1" => format!("required input `{path}.{}` is not wired", port.name),
+                                u => format!("required input `{path}.{}` ({u}) is not wired", port.name),
+                            },
                         )
                         .help(format!("{}: add a wire `… -> {path}.{}`", first_line(port.doc), port.name)),
                     ),

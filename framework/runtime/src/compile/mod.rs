@@ -21,6 +21,7 @@ use crate::services::{Files, Gravity, Services};
 use crate::spec::{MechanismSpec, PartSpec, Spec};
 use crate::value::{Fault, Faults, Origin};
 use linkwork_dynamics::Tree;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// A part while compiling.
@@ -66,7 +67,17 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     let services = build_services(&entries, files, &mut faults);
     let mut parts = build_models(&entries, &services, &mut faults);
     let sizes = layout(&mut parts, spec.mechanism.as_ref(), spec.seed);
-    let connections = connect::connect(spec, &parts, sizes, &mut faults);
+    let made: BTreeSet<&str> = parts.iter().map(|p| p.spec.path.as_str()).collect();
+    let is_service = |p: &PartSpec| {
+        entries.iter().any(|(q, e)| q.path == p.path && e.service_kind().is_some())
+    };
+    let lost: BTreeSet<String> = spec
+        .parts
+        .iter()
+        .filter(|p| !made.contains(p.path.as_str()) && !is_service(p))
+        .map(|p| p.path.clone())
+        .collect();
+    let connections = connect::connect(spec, &parts, sizes, &lost, &mut faults);
     let gravity =
         spec.mechanism.as_ref().and_then(|m| find_gravity(m, &services, &mut faults));
     table::rates(spec, &mut parts, &mut faults);
@@ -77,7 +88,7 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     let mut wiring = connections.mechanism.clone();
     let mechanism = spec.mechanism.as_ref().map(|m| {
         wiring.x = mechanism_x(&parts);
-        Arc::new(MechanismPlan {
+        let plan = Arc::new(MechanismPlan {
             path: m.path.clone(),
             multibody: m.multibody.clone(),
             tree: Arc::new(Tree::new(&m.multibody)),
@@ -86,8 +97,16 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
             q: m.q.clone(),
             v: m.v.clone(),
             wiring,
-        })
+        });
+        (plan, m.origin)
     });
+    let mechanism = match mechanism {
+        Some((m, origin)) => {
+            m.moves().map_err(|f| Faults(vec![Fault { origin, ..f }]))?;
+            Some(m)
+        }
+        None => None,
+    };
     for (part, (u, ud)) in parts.iter_mut().zip(&connections.inputs) {
         part.wiring.u = u.iter().copied().collect();
         part.wiring.ud = ud.iter().copied().collect();
@@ -157,6 +176,8 @@ fn build_services(
         }
         if let Some(object) = entry.make_service(&part.params, &files, &mut cx) {
             services.add(&part.path, object);
+        } else if let Some(kind) = entry.service_kind() {
+            services.failed.push(kind);
         }
         faults.append(&mut located(cx.faults, part));
     }

@@ -321,7 +321,7 @@ fn loops(
                     wires.join(", ")
                 ),
             )
-            .help("put a `basics.unit_delay` or a model with state (a lag, an integrator) on one of these wires"),
+            .help("put a `basics.delay` or a model with state (a lag, an integrator) on one of these wires"),
         );
     }
     faults
