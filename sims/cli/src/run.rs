@@ -7,7 +7,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_assembly::{Failure, match_patterns};
 use linkwork_record::{Log, LogSpec};
-use linkwork_runtime::{Checkpoint, Fault, Place, RunError, Seconds, Simulation, Snapshot, Tap, Value};
+use linkwork_runtime::{Checkpoint, Fault, Place, Plan, Role, RunError, Seconds, Simulation, Snapshot, Tap, Value};
 use linkwork_viz::{Scene, Sink, Viewer};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -264,7 +264,7 @@ fn try_start(
 }
 
 fn fail(e: String) -> u8 {
-    eprintln!("error: {e}");
+    eprintln!("error: {e}\n  help: choose another folder with --out, or make room; --no-log writes no log");
     exit::FAILED
 }
 
@@ -348,8 +348,12 @@ impl Runner {
         match ending {
             Ending::Until | Ending::StopWhen => exit::OK,
             Ending::Interrupted => exit::STOPPED,
-            Ending::Failed(e) | Ending::LogFailed(e) => {
+            Ending::Failed(e) => {
                 eprintln!("error: {e}");
+                exit::FAILED
+            }
+            Ending::LogFailed(e) => {
+                eprintln!("error: {e}\n  help: make room, then go on with: linkwork resume {}", self.out.join("interrupted.lwck").display());
                 exit::FAILED
             }
         }
@@ -362,9 +366,9 @@ impl Runner {
         let begin = self.sim.time();
         let mut shown = 0.0;
         let mut next_save = self.every.map(|e| self.next_multiple(e));
-        let mut rescue = Snapshot::default();
+        let mut rescue = (Snapshot::default(), self.figures.running.clone());
         let mut next_rescue = begin;
-        self.figures.sample(&self.sim);
+        self.figures.begin(&self.sim);
         let ending = loop {
             if let Err(e) = self.observe() {
                 break Ending::LogFailed(e);
@@ -388,11 +392,12 @@ impl Runner {
             let t = self.sim.time();
             if t >= next_rescue {
                 // For a failed run: the state a second before.
-                let _ = self.sim.save_into(&mut rescue);
+                let _ = self.sim.save_into(&mut rescue.0);
+                rescue.1.clone_from(&self.figures.running);
                 next_rescue = t + 1.0;
             }
             if let Err(e) = self.sim.step() {
-                self.rescue(&rescue);
+                self.rescue(&rescue.0, &rescue.1);
                 break Ending::Failed(explain(&e));
             }
             self.figures.sample(&self.sim);
@@ -429,6 +434,8 @@ impl Runner {
             c.extra.insert("name".into(), self.name.clone().into_bytes());
             let figures = rmp_serde::to_vec_named(&self.figures.running).map_err(|e| e.to_string())?;
             c.extra.insert("figures".into(), figures);
+            let signals = rmp_serde::to_vec(&signals(self.sim.plan())).map_err(|e| e.to_string())?;
+            c.extra.insert("signals".into(), signals);
             c.write(&path).map_err(|e| e.to_string())
         });
         match written {
@@ -438,13 +445,26 @@ impl Runner {
     }
 
     /// After a failure: writes the last good state, about a second before.
-    fn rescue(&mut self, snapshot: &Snapshot) {
+    fn rescue(&mut self, snapshot: &Snapshot, figures: &[Running]) {
         let mut sim = self.sim.fork();
         if sim.load_from(snapshot).is_ok() {
             let checkpoint = sim.checkpoint(&self.configuration).map_err(|e| e.to_string());
+            let last = std::mem::replace(&mut self.figures.running, figures.to_vec());
             self.save(&checkpoint, "before_failure.lwck");
+            self.figures.running = last;
         }
     }
+}
+
+/// Names of the signal lanes, for `diff`; a lane that only carries an input goes without.
+fn signals(plan: &Plan) -> Vec<String> {
+    let mut names = vec![String::new(); plan.sizes.sig];
+    for (path, v) in &plan.variables {
+        if let (Place::Signal(k), true) = (v.place, v.role != Role::Input) {
+            names[k as usize].clone_from(path);
+        }
+    }
+    names
 }
 
 fn explain(e: &RunError) -> String {

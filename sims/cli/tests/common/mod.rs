@@ -2,10 +2,19 @@
 #![allow(dead_code)] // Each test file uses a part of it.
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use tempfile::TempDir;
+use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A temporary folder to run in.
-pub struct Lab(TempDir);
+static COUNT: AtomicU32 = AtomicU32::new(0);
+
+/// A temporary folder to run in, removed at the end. Made here and not by a crate: a dependency of
+/// the tests alone changes the features of others, and Rerun would be built twice.
+pub struct Lab(PathBuf);
+
+impl Drop for Lab {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
 
 /// How a command ended, and what it said.
 #[derive(Debug)]
@@ -44,10 +53,13 @@ impl Said {
 
 impl Lab {
     pub fn new() -> Lab {
-        Lab(tempfile::tempdir().unwrap())
+        let name = format!("linkwork-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let folder = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        Lab(folder)
     }
     pub fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
+        self.0.join(name)
     }
     pub fn write(&self, name: &str, text: &str) -> String {
         let path = self.path(name);
@@ -57,7 +69,7 @@ impl Lab {
     }
     pub fn command(&self, args: &[&str]) -> Command {
         let mut c = Command::new(env!("CARGO_BIN_EXE_linkwork"));
-        c.args(args).current_dir(self.0.path()).stdin(Stdio::null());
+        c.args(args).current_dir(&self.0).stdin(Stdio::null());
         c
     }
     pub fn linkwork(&self, args: &[&str]) -> Said {
@@ -86,7 +98,7 @@ impl Lab {
     }
     /// Files and folders here, sorted.
     pub fn files(&self) -> Vec<String> {
-        names(self.0.path())
+        names(&self.0)
     }
 }
 
