@@ -66,7 +66,7 @@ pub(crate) fn period(cx: &mut Cx, v: &Located, what: &str) -> Option<Seconds> {
             // The fact without the remedy, which stands in the help.
             let fact = fact.split(": write").next().unwrap_or(&fact).replace('"', "");
             let fact = fact.replace("a period", "a time");
-            let help = "write \"50 Hz\", \"20 ms\" or a number of seconds";
+            let help = "write \"50 Hz\", \"20 ms\", \"2 min\" or a number of seconds";
             cx.fault(v.origin, format!("{what}: {fact}"), help);
             None
         }

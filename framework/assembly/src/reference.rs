@@ -49,7 +49,7 @@ pub(crate) fn resolve(
         here = here.rsplit_once('.').map_or("", |(head, _)| head);
     }
     let known = visible(root, scope);
-    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    let known: Vec<&str> = known.iter().map(String::as_str).chain(["world"]).collect();
     Err((format!("there is no body `{text}`"), remedy(text, "bodies", &known)))
 }
 

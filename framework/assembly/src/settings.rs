@@ -120,6 +120,9 @@ pub(crate) fn read(cx: &mut Cx, v: &Located) -> Settings {
         v.get(field).and_then(|x| period(cx, x, &format!("{what}: `{field}`")))
     };
     let step = time(cx, "step").unwrap_or(Seconds { num: 1, den: 1000 });
+    if let Some(at) = v.get("step").filter(|_| step.num == 0) {
+        cx.fault(at.origin, "the integration step is zero", "write for example step: \"1 ms\"");
+    }
     let until = time(cx, "until");
     Settings {
         doc: text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default(),

@@ -8,7 +8,10 @@
 use crate::block::{Block, Now};
 use crate::ports::{Lane, NodeState};
 use crate::services::Gravity;
-use linkwork_dynamics::{Tree, Workspace, forward_dynamics_given_kinematics, kinematics};
+use crate::value::{Fault, Origin};
+use linkwork_dynamics::{
+    DynamicsError, Tree, Workspace, forward_dynamics_given_kinematics, kinematics,
+};
 use linkwork_multibody::{BodyId, Multibody, NodeId};
 use linkwork_spatial::{Force, Vec3};
 use std::sync::Arc;
@@ -62,6 +65,24 @@ pub struct MechanismPlan {
 }
 
 impl MechanismPlan {
+    /// Whether every free hinge has something to move, at the start.
+    ///
+    /// # Errors
+    /// The hinge that has not, without a place.
+    pub(crate) fn moves(&self) -> Result<(), Fault> {
+        let mut ws = Workspace::new(&self.tree);
+        kinematics(&self.tree, &mut ws, &self.q, &self.v);
+        let (mut tau, mut vdot) = (vec![0.0; self.v.len()], vec![0.0; self.v.len()]);
+        match forward_dynamics_given_kinematics(&self.tree, &mut ws, &mut tau, &mut vdot) {
+            Ok(()) => Ok(()),
+            Err(DynamicsError::Singular { body, .. }) => Err(Fault::new(
+                Origin::NONE,
+                format!("body `{body}`: its hinge has nothing to accelerate: no mass or inertia moves with it"),
+            )
+            .help("give it, or a body that it carries, a mass and an inertia, or its hinge an armature, or prescribe the hinge")),
+        }
+    }
+
     /// A block with its own workspace.
     pub fn block(self: &Arc<Self>) -> Box<dyn Block> {
         let (nq, nv) = (self.multibody.nq(), self.multibody.nv());

@@ -26,12 +26,15 @@ impl Range {
     }
     /// As text: `1e-3 ..`, `0 ..= 1`.
     pub fn text(&self) -> String {
+        let end = |x: f64| {
+            let plain = x == 0.0 || (1e-3..1e6).contains(&x.abs());
+            if plain { format!("{x}") } else { format!("{x:e}") }
+        };
+        let (low, high) = (end(self.low), end(self.high));
         match (self.low.is_finite(), self.high.is_finite()) {
-            (true, true) => {
-                format!("{} ..{} {}", self.low, if self.open { "" } else { "=" }, self.high)
-            }
-            (true, false) => format!("{} ..", self.low),
-            (false, true) => format!("..{} {}", if self.open { "" } else { "=" }, self.high),
+            (true, true) => format!("{low} ..{} {high}", if self.open { "" } else { "=" }),
+            (true, false) => format!("{low} .."),
+            (false, true) => format!("..{} {high}", if self.open { "" } else { "=" }),
             (false, false) => "any".into(),
         }
     }
@@ -464,8 +467,10 @@ impl<T: ?Sized + Provided> Handle<T> {
         match cx.services.find::<T>(path, &cx.path) {
             Ok(handle) => Some(handle),
             Err((message, help)) => {
-                let message = format!("`{}`: {message}", cx.path);
-                cx.fault(origin, message, Some(help));
+                if !cx.services.failed.contains(&T::KIND) {
+                    let message = format!("`{}`: {message}", cx.path);
+                    cx.fault(origin, message, Some(help));
+                }
                 None
             }
         }

@@ -289,6 +289,8 @@ impl<T: ?Sized> std::fmt::Debug for Handle<T> {
 #[derive(Clone, Default)]
 pub struct Services {
     objects: BTreeMap<String, ServiceObject>,
+    /// Kinds of services that could not be made: that they are missing is no further mistake.
+    pub(crate) failed: Vec<ServiceKind>,
 }
 
 impl Services {

@@ -111,7 +111,7 @@ fn parameters_take_units_and_refuse_all_mistakes_at_once() {
     for part in [
         "`rover.motor` has no parameter `resistence` did you mean `resistance`?",
         "`3 V` is in V, but ohm is wanted",
-        "`rover.motor.inductance` = -1 H is out of range 0.000001 ..",
+        "`rover.motor.inductance` = -1 H is out of range 1e-6 ..",
         "`rover.motor.gear` is not a number",
         "`gear` is written twice",
     ] {

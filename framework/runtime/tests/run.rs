@@ -149,6 +149,7 @@ fn all_wiring_mistakes_in_one_report() {
             part("int", "t.integrator", &[], Some("5 Hz")),
             part("odd", "t.gian", &[], None),
             part("spring", "t.spring", &[], None),
+            part("alone", "t.gain", &[], None),
         ],
         &[
             "one.y -> two.u",
@@ -174,7 +175,7 @@ fn all_wiring_mistakes_in_one_report() {
         "there is no part `onne`\n  help: did you mean `one`?",
         "`one` has no output `yy`",
         "`u` is an input; a wire runs from an output to an input",
-        "required input `lonely.u` (1) is not wired",
+        "required input `lonely.u` is not wired",
         "`hold` (t.hold) is sampled and has no rate",
         "`int` (t.integrator) is continuous: a rate has no effect on it",
         "there is no model `t.gian`\n  help: did you mean `t.gain`?",
@@ -182,6 +183,8 @@ fn all_wiring_mistakes_in_one_report() {
     ] {
         assert!(text.contains(message), "missing: {message}\nin:\n{text}");
     }
+    // A faulty wire is told once: its end is not called unwired too.
+    assert!(!text.contains("`lost.u` is not wired"), "{text}");
 }
 
 #[test]

@@ -15,10 +15,19 @@ fn read(path: &Path) -> Result<Named, String> {
             let values = c.lanes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
             let one = |y: f64| Series { t: vec![c.time], y: vec![y], unit: String::new() };
             let n = c.layout.len();
+            let signals: Vec<String> = c
+                .extra
+                .get("signals")
+                .and_then(|b| rmp_serde::from_slice(b).ok())
+                .unwrap_or_default();
             Ok(values
                 .enumerate()
                 .map(|(k, y)| {
-                    let name = c.layout.get(k).cloned();
+                    let name =
+                        c.layout.get(k).or_else(|| signals.get(k - n).filter(|s| !s.is_empty()));
+                    // A state and an output may share a name.
+                    let taken = k >= n && name.is_some_and(|s| c.layout.contains(s));
+                    let name = name.filter(|_| !taken).cloned();
                     (name.unwrap_or_else(|| format!("signal lane {}", k - n)), one(y))
                 })
                 .collect())

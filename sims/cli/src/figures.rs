@@ -113,6 +113,13 @@ impl Figures {
         Ok(Figures { list, running })
     }
 
+    /// Takes the first values, unless a checkpoint brought them along.
+    pub fn begin(&mut self, sim: &Simulation) {
+        if self.running.iter().all(|r| r.n == 0.0) {
+            self.sample(sim);
+        }
+    }
+
     /// Takes the present values.
     #[inline]
     pub fn sample(&mut self, sim: &Simulation) {

@@ -1,6 +1,6 @@
 //! The catalogue of all component libraries, and loading a simulation with it.
 use crate::exit;
-use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down};
+use linkwork_assembly::{Failure, Loaded, Look, Options, load_file, load_text, put_down};
 pub use linkwork_assembly::{dotted, numbers, only, texts};
 use linkwork_runtime::{Catalogue, Fault, Files, Plan, Sources, Value, compile};
 use std::collections::BTreeMap;
@@ -47,7 +47,16 @@ pub fn sim_file(path: &Path) -> PathBuf {
 pub fn ready(path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, u8> {
     let catalogue = catalogue();
     let options = options(&catalogue, set, seed);
-    finish(load_file(sim_file(path), &options), &catalogue)
+    let file = sim_file(path);
+    if !file.exists() && !options.embedded.contains_key(&file.display().to_string()) {
+        eprintln!(
+            "error: there is no simulation `{}`\n  help: name a sim.ron file or the folder that holds it, \
+             from the folder you are in",
+            file.display()
+        );
+        return Err(exit::INPUT);
+    }
+    finish(load_file(file, &options), &catalogue)
 }
 
 /// The same from a resolved configuration (of a checkpoint).
@@ -71,9 +80,15 @@ fn finish(loaded: Result<Loaded, Failure>, catalogue: &Catalogue) -> Result<Read
     Ok(Ready { loaded, plan })
 }
 
-/// Prints a failure to standard error.
+/// Prints a failure to standard error: drawn on a terminal, in three plain lines elsewhere.
 pub fn report(failure: &Failure) -> u8 {
-    eprint!("{}", failure.render(std::io::stderr().is_terminal()));
+    let no_color = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+    let look = match (std::io::stderr().is_terminal(), no_color) {
+        (false, _) => Look::Plain,
+        (true, true) => Look::Drawn,
+        (true, false) => Look::Coloured,
+    };
+    eprint!("{}", failure.show(look));
     exit::INPUT
 }
 

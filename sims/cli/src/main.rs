@@ -14,7 +14,7 @@ struct Cli {
 
 const EXAMPLES: &str = "Examples:
   linkwork run sims/rover_traverse                      run, log, picture; files in runs/rover_traverse
-  linkwork run sims/pendulum --until 5s --set Pendulum.Damper.damping=0.3
+  linkwork run sims/pendulum --until 5s --set Friction.damping=0.3
   linkwork run sims/rover_traverse --checkpoint-every 10s
   linkwork resume runs/rover_traverse/checkpoint_10.lwck --until 20s
   linkwork check sims/rover_traverse                    every mistake, with line and column

@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_assembly::{Failure, match_patterns};
 use linkwork_record::{Log, LogSpec};
 use linkwork_runtime::{
-    Checkpoint, Fault, Place, RunError, Seconds, Simulation, Snapshot, Tap, Value,
+    Checkpoint, Fault, Place, Plan, Role, RunError, Seconds, Simulation, Snapshot, Tap, Value,
 };
 use linkwork_viz::{Scene, Sink, Viewer};
 use std::io::IsTerminal;
@@ -21,13 +21,13 @@ use std::time::Instant;
 #[derive(Args, Clone, Debug, Default)]
 pub struct RunOptions {
     /// Simulated time at which to stop, e.g. 20, "20 s", "2 min".
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub until: Option<String>,
     /// Folder for the files; runs/<simulation> unless given.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Write a checkpoint every so much simulated time, e.g. "10 s".
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub checkpoint_every: Option<String>,
     /// Also stream to a running Rerun viewer (at an address, or at Rerun's usual one).
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "")]
@@ -121,7 +121,7 @@ pub fn resume(file: &Path, options: &RunOptions) -> u8 {
     let checkpoint = match Checkpoint::read(file) {
         Ok(c) => c,
         Err(e) => {
-            eprintln!("error: {e}");
+            eprintln!("error: {e}\n  help: give a .lwck file that `linkwork run` wrote, whole");
             return exit::INPUT;
         }
     };
@@ -137,7 +137,12 @@ pub fn resume(file: &Path, options: &RunOptions) -> u8 {
 
 fn time(text: &str, what: &str) -> Result<Seconds, u8> {
     let value = text.parse::<f64>().map_or_else(|_| Value::Text(text.to_string()), Value::Number);
-    Seconds::period(&value).map_err(|_| {
+    let read = match &value {
+        Value::Number(x) => (*x >= 0.0).then(|| Seconds::from_decimal(*x)).flatten(),
+        // A rate is no time here: "2 Hz" would mean half a second.
+        text => Seconds::period(text).ok().filter(|_| !value.to_string().contains("Hz")),
+    };
+    read.ok_or_else(|| {
         eprintln!("error: {what} `{text}` is not a time\n  help: write 20, \"20 s\" or \"2 min\"");
         exit::INPUT
     })
@@ -185,11 +190,23 @@ fn try_start(
     }
     let every =
         options.checkpoint_every.as_deref().map(|t| time(t, "--checkpoint-every")).transpose()?;
+    if every.is_some_and(|e| e.num == 0) {
+        eprintln!("error: --checkpoint-every is zero\n  help: write 10, \"10 s\" or \"2 min\"");
+        return Err(exit::INPUT);
+    }
     let mut sim = Simulation::new(Arc::new(ready.plan));
     let mut figures = prepared.figures;
     if let Some(c) = from {
         if let Err(e) = sim.restore(c) {
             eprintln!("error: {e}");
+            return Err(exit::INPUT);
+        }
+        if let Some(u) = until.filter(|u| u.seconds() < c.time) {
+            eprintln!(
+                "error: the checkpoint is at {} s, which is past the end at {} s\n  help: give a later --until",
+                c.time,
+                u.seconds()
+            );
             return Err(exit::INPUT);
         }
         let kept: Option<Vec<Running>> =
@@ -198,7 +215,9 @@ fn try_start(
             figures.running = kept;
         }
     }
-    let out = options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
+    // A resumed run has a folder of its own: the log of what came before is kept.
+    let folder = from.map_or(name.to_string(), |c| format!("{name}_from_{}", trim(c.time)));
+    let out = options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(folder));
     std::fs::create_dir_all(&out).map_err(|e| {
         eprintln!("error: the folder `{}` cannot be made: {e}", out.display());
         exit::INPUT
@@ -250,7 +269,9 @@ fn try_start(
 }
 
 fn fail(e: String) -> u8 {
-    eprintln!("error: {e}");
+    eprintln!(
+        "error: {e}\n  help: choose another folder with --out, or make room; --no-log writes no log"
+    );
     exit::FAILED
 }
 
@@ -340,8 +361,15 @@ impl Runner {
         match ending {
             Ending::Until | Ending::StopWhen => exit::OK,
             Ending::Interrupted => exit::STOPPED,
-            Ending::Failed(e) | Ending::LogFailed(e) => {
+            Ending::Failed(e) => {
                 eprintln!("error: {e}");
+                exit::FAILED
+            }
+            Ending::LogFailed(e) => {
+                eprintln!(
+                    "error: {e}\n  help: make room, then go on with: linkwork resume {}",
+                    self.out.join("interrupted.lwck").display()
+                );
                 exit::FAILED
             }
         }
@@ -354,9 +382,9 @@ impl Runner {
         let begin = self.sim.time();
         let mut shown = 0.0;
         let mut next_save = self.every.map(|e| self.next_multiple(e));
-        let mut rescue = Snapshot::default();
+        let mut rescue = (Snapshot::default(), self.figures.running.clone());
         let mut next_rescue = begin;
-        self.figures.sample(&self.sim);
+        self.figures.begin(&self.sim);
         let ending = loop {
             if let Err(e) = self.observe() {
                 break Ending::LogFailed(e);
@@ -383,11 +411,12 @@ impl Runner {
             let t = self.sim.time();
             if t >= next_rescue {
                 // For a failed run: the state a second before.
-                let _ = self.sim.save_into(&mut rescue);
+                let _ = self.sim.save_into(&mut rescue.0);
+                rescue.1.clone_from(&self.figures.running);
                 next_rescue = t + 1.0;
             }
             if let Err(e) = self.sim.step() {
-                self.rescue(&rescue);
+                self.rescue(&rescue.0, &rescue.1);
                 break Ending::Failed(explain(&e));
             }
             self.figures.sample(&self.sim);
@@ -428,6 +457,9 @@ impl Runner {
             let figures =
                 rmp_serde::to_vec_named(&self.figures.running).map_err(|e| e.to_string())?;
             c.extra.insert("figures".into(), figures);
+            let signals =
+                rmp_serde::to_vec(&signals(self.sim.plan())).map_err(|e| e.to_string())?;
+            c.extra.insert("signals".into(), signals);
             c.write(&path).map_err(|e| e.to_string())
         });
         match written {
@@ -437,18 +469,31 @@ impl Runner {
     }
 
     /// After a failure: writes the last good state, about a second before.
-    fn rescue(&mut self, snapshot: &Snapshot) {
+    fn rescue(&mut self, snapshot: &Snapshot, figures: &[Running]) {
         let mut sim = self.sim.fork();
         if sim.load_from(snapshot).is_ok() {
             let checkpoint = sim.checkpoint(&self.configuration).map_err(|e| e.to_string());
+            let last = std::mem::replace(&mut self.figures.running, figures.to_vec());
             self.save(&checkpoint, "before_failure.lwck");
+            self.figures.running = last;
         }
     }
 }
 
+/// Names of the signal lanes, for `diff`; a lane that only carries an input goes without.
+fn signals(plan: &Plan) -> Vec<String> {
+    let mut names = vec![String::new(); plan.sizes.sig];
+    for (path, v) in &plan.variables {
+        if let (Place::Signal(k), true) = (v.place, v.role != Role::Input) {
+            names[k as usize].clone_from(path);
+        }
+    }
+    names
+}
+
 fn explain(e: &RunError) -> String {
     format!(
-        "{e}\n  help: the log and before_failure.lwck hold what led to it; a smaller step, or a look at what drives `{}`",
+        "{e}\n  help: the log and before_failure.lwck hold what led to it; try a smaller step, and look at what drives `{}`",
         e.path
     )
 }

@@ -15,10 +15,8 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
         ..Scene::default()
     };
     let mut period = Seconds { num: 1, den: 30 };
-    if let Some(v) = &loaded.simulation.view
-        && let Err(fault) = view(v, plan, &mut scene, &mut period)
-    {
-        faults.push(fault);
+    if let Some(v) = &loaded.simulation.view {
+        view(v, plan, &mut scene, &mut period, &mut faults);
     }
     if faults.is_empty() { Ok((scene, period)) } else { Err(faults) }
 }
@@ -104,11 +102,24 @@ fn panels(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Vec<Panel> {
 
 const FIELDS: [&str; 7] = ["rate", "follow", "eye", "trails", "frames", "arrows", "markers"];
 
-fn view(v: &Located, plan: &Plan, scene: &mut Scene, period: &mut Seconds) -> Result<(), Fault> {
-    only(v, "view", &FIELDS)?;
+/// Reads the `view`: every mistake in it is gathered.
+fn view(
+    v: &Located,
+    plan: &Plan,
+    scene: &mut Scene,
+    period: &mut Seconds,
+    faults: &mut Vec<Fault>,
+) {
+    let mut keep = |fault: Fault| faults.push(fault);
+    only(v, "view", &FIELDS).unwrap_or_else(&mut keep);
     if let Some(r) = v.get("rate") {
-        *period = Seconds::period(&r.value)
-            .map_err(|e| Fault::new(r.origin, format!("`view.rate`: {e}")))?;
+        match Seconds::period(&r.value) {
+            Ok(p) if p.num > 0 => *period = p,
+            _ => keep(
+                Fault::new(r.origin, format!("`view.rate`: `{}` is not a time", bare(&r.value)))
+                    .help("write \"20 Hz\" or \"50 ms\""),
+            ),
+        }
     }
     let (bodies, nodes): (Vec<&str>, Vec<&str>) = match &plan.mechanism {
         Some(m) => (
@@ -117,27 +128,53 @@ fn view(v: &Located, plan: &Plan, scene: &mut Scene, period: &mut Seconds) -> Re
         ),
         None => Default::default(),
     };
-    scene.follow = named(v, "follow", &bodies, "body")?.into_iter().next();
-    scene.trails = named(v, "trails", &bodies, "body")?;
-    scene.frames = named(v, "frames", &nodes, "node")?;
+    let mut find = |field: &str, known: &[&str], what: &str| {
+        named(v, field, known, what).unwrap_or_else(|fault| {
+            keep(fault);
+            Vec::new()
+        })
+    };
+    scene.follow = find("follow", &bodies, "body").into_iter().next();
+    scene.trails = find("trails", &bodies, "body");
+    scene.frames = find("frames", &nodes, "node");
     if let Some(e) = v.get("eye") {
-        scene.eye = match numbers(e).as_deref() {
-            Some([x, y, z]) => Some(Vec3::new(*x, *y, *z)),
-            _ => return Err(Fault::new(e.origin, "`view.eye` is [x, y, z] in metres")),
-        };
-    }
-    if let Some(list) = v.get("arrows") {
-        let Value::List(items) = &list.value else {
-            return Err(Fault::new(list.origin, "`view.arrows` is a list"));
-        };
-        for item in items {
-            scene.arrows.extend(arrows(item, plan)?);
+        match numbers(e).as_deref() {
+            Some([x, y, z]) => scene.eye = Some(Vec3::new(*x, *y, *z)),
+            _ => keep(
+                Fault::new(e.origin, "`view.eye` is not a position")
+                    .help("write [x, y, z] in metres, for example eye: [-4, -5, 3]"),
+            ),
         }
     }
-    if let Some(m) = v.get("markers") {
-        scene.markers = markers(m, plan)?;
+    match v.get("arrows").map(|list| (&list.value, list.origin)) {
+        None => {}
+        Some((Value::List(items), _)) => {
+            for item in items {
+                match arrows(item, plan) {
+                    Ok(found) => scene.arrows.extend(found),
+                    Err(fault) => keep(fault),
+                }
+            }
+        }
+        Some((_, origin)) => keep(
+            Fault::new(origin, "`view.arrows` is a list")
+                .help("write arrows: [(at: \"Part.point\", along: \"Part.force\", scale: 0.001)]"),
+        ),
     }
-    Ok(())
+    if let Some(m) = v.get("markers") {
+        match markers(m, plan) {
+            Ok(found) => scene.markers = found,
+            Err(fault) => keep(fault),
+        }
+    }
+}
+
+/// A value without the quotes of a text.
+fn bare(v: &Value) -> String {
+    match v {
+        Value::Text(t) => t.clone(),
+        other => other.to_string(),
+    }
 }
 
 /// Names or patterns in a field, matched against what there is.

@@ -141,8 +141,8 @@ pub fn print(s: &Summary) {
         Ending::Until => "reached its end".to_string(),
         Ending::StopWhen => "stopped by its own condition".to_string(),
         Ending::Interrupted => "interrupted".to_string(),
-        Ending::Failed(e) => format!("FAILED: {e}"),
-        Ending::LogFailed(e) => format!("STOPPED, {e}"),
+        Ending::Failed(_) => "FAILED".to_string(),
+        Ending::LogFailed(_) => "STOPPED, the log could not be written on,".to_string(),
     };
     println!("{}: {how} at t = {:.3} s", s.simulation, s.time);
     println!(

@@ -508,11 +508,15 @@ impl<'a> Connector<'a, '_> {
                     None => faults.push(
                         Fault::new(
                             self.parts[k].spec.origin,
-                            format!(
-                                "required input `{path}.{}` ({}) is not wired",
-                                port.name,
-                                if port.unit.is_empty() { "no unit" } else { port.unit }
-                            ),
+                            match port.unit {
+                                "" | "1" => {
+                                    format!("required input `{path}.{}` is not wired", port.name)
+                                }
+                                u => format!(
+                                    "required input `{path}.{}` ({u}) is not wired",
+                                    port.name
+                                ),
+                            },
                         )
                         .help(format!(
                             "{}: add a wire `… -> {path}.{}`",

@@ -63,7 +63,7 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     let mut wiring = connections.mechanism.clone();
     let mechanism = spec.mechanism.as_ref().map(|m| {
         wiring.x = mechanism_x(&parts);
-        Arc::new(MechanismPlan {
+        let plan = Arc::new(MechanismPlan {
             path: m.path.clone(),
             multibody: m.multibody.clone(),
             tree: Arc::new(Tree::new(&m.multibody)),
@@ -72,8 +72,16 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
             q: m.q.clone(),
             v: m.v.clone(),
             wiring,
-        })
+        });
+        (plan, m.origin)
     });
+    let mechanism = match mechanism {
+        Some((m, origin)) => {
+            m.moves().map_err(|f| Faults(vec![Fault { origin, ..f }]))?;
+            Some(m)
+        }
+        None => None,
+    };
     for (part, (u, ud)) in parts.iter_mut().zip(&connections.inputs) {
         part.wiring.u = u.iter().copied().collect();
         part.wiring.ud = ud.iter().copied().collect();
@@ -178,6 +186,8 @@ fn build_services(
         }
         if let Some(object) = entry.make_service(&part.params, &files, &mut cx) {
             services.add(&part.path, object);
+        } else if let Some(kind) = entry.service_kind() {
+            services.failed.push(kind);
         }
         faults.append(&mut located(cx.faults, part));
     }

@@ -1,0 +1,487 @@
+//! Every mistake is refused before anything is written: with its place, both ends, and a remedy.
+mod common;
+use common::{Lab, edited, names, sim};
+
+/// Runs an edited file: exit code 2, all of `wanted` said once each, nothing written.
+#[track_caller]
+fn refused(edits: &[(&str, &str)], wanted: &[&str]) -> String {
+    let lab = Lab::new();
+    lab.write("bad.ron", &edited(edits));
+    let said = lab.run("bad.ron", "out", &[]).code(2).tells(wanted);
+    assert_eq!(lab.files(), ["bad.ron"], "something was written");
+    assert!(!said.err.contains('\u{1b}') && !said.err.contains(",-["), "not plain:\n{}", said.err);
+    assert_eq!(said.out, "");
+    said.err
+}
+
+/// One mistake gives one message: no consequences of it are told.
+#[track_caller]
+fn one(edits: &[(&str, &str)], wanted: &[&str]) {
+    let err = refused(edits, wanted);
+    assert_eq!(err.matches("error: ").count(), 1, "one mistake, several messages:\n{err}");
+    assert!(err.contains("help: "), "no remedy:\n{err}");
+}
+
+#[test]
+fn the_base_file_runs() {
+    let lab = Lab::new();
+    lab.write("good.ron", common::BASE);
+    lab.run("good.ron", "out", &[]).code(0);
+    assert_eq!(names(&lab.path("out")), ["plots.svg", "run.mcap", "summary.json"]);
+}
+
+#[test]
+fn misspelt_names() {
+    one(
+        &[("\"damping\"", "\"dampign\"")],
+        &["`Friction` has no parameter `dampign`", "--> bad.ron:10:", "did you mean `damping`?"],
+    );
+    one(
+        &[("basics.gain", "basics.gian")],
+        &[
+            "`Gain`: there is no model `basics.gian`",
+            "--> bad.ron:12:25",
+            "did you mean `basics.gain`?",
+        ],
+    );
+    one(
+        &[("Source.y -> Gain.u", "Source.z -> Gain.u")],
+        &[
+            "wire `Source.z -> Gain.u`: `Source` has no output `z`",
+            "--> bad.ron:15:13",
+            "outputs: y",
+        ],
+    );
+    one(
+        &[("Source.y -> Gain.u", "Sauce.y -> Gain.u")],
+        &[
+            "wire `Sauce.y -> Gain.u`: there is no part `Sauce`",
+            "--> bad.ron:15:13",
+            "did you mean `Source`?",
+        ],
+    );
+    one(
+        &[("until:", "untill:")],
+        &["simulation has no field `untill`", "--> bad.ron:16:5", "did you mean `until`?"],
+    );
+    one(
+        &[("parent: \"world\"", "parent: \"wrld\"")],
+        &[
+            "body `bob`: parent: there is no body `wrld`",
+            "--> bad.ron:4:21",
+            "did you mean `world`?",
+        ],
+    );
+    one(
+        &[("until:", "integrator: \"euler\", until:")],
+        &["there is no integrator `euler`", "--> bad.ron:16:17", "semi_implicit_euler"],
+    );
+    let err = refused(
+        &[("Source.y -> Gain.u", "Source.y -> Gain.w")],
+        &["`Gain` has no input `w`", "inputs: u"],
+    );
+    assert_eq!(err.matches("--> bad.ron:15:13").count(), 1, "{err}");
+}
+
+#[test]
+fn written_twice() {
+    one(
+        &[("\"Gain\": (model", "\"Source\": (model")],
+        &["`Source` is written twice", "--> bad.ron:12:10", "the first is at bad.ron:11:10"],
+    );
+    one(
+        &[("mass: \"1 kg\",", "mass: \"1 kg\", mass: 2,")],
+        &["`mass` is written twice", "--> bad.ron:5:27", "bad.ron:5:13"],
+    );
+    one(
+        &[("\"damping\": 0.05", "\"damping\": 0.05, \"damping\": 0.1")],
+        &["`damping` is written twice", "--> bad.ron:10:84", "bad.ron:10:67"],
+    );
+}
+
+#[test]
+fn wrong_values() {
+    one(
+        &[("mass: \"1 kg\"", "mass: \"1 m\"")],
+        &[
+            "body `bob`: `mass`: `1 m` is in m, but kg is wanted",
+            "--> bad.ron:5:19",
+            "a text with a unit such as \"1 kg\"",
+        ],
+    );
+    one(
+        &[("\"1 s\" }", "\"1 kg\" }")],
+        &["`Lag.time_constant`: `1 kg` is in kg, but s is wanted", "--> bad.ron:13:65"],
+    );
+    one(
+        &[("\"1 s\" }", "\"0 s\" }")],
+        &["`Lag.time_constant` = 0 s is out of range 1e-9 ..", "--> bad.ron:13:65"],
+    );
+    one(&[("\"k\": 2", "\"k\": NaN")], &["`Gain.k` is not a number (NaN)", "--> bad.ron:12:55"]);
+    one(
+        &[("\"k\": 2", "\"k\": \"two\"")],
+        &["`Gain.k`: `two` is not a quantity", "--> bad.ron:12:55"],
+    );
+    one(
+        &[("until: \"1 s\"", "until: \"1 m\"")],
+        &["`until`: `1 m` is not a time", "--> bad.ron:16:12", "min"],
+    );
+    one(
+        &[("until:", "step: 0, until:")],
+        &["the integration step is zero", "--> bad.ron:16:11", "\"1 ms\""],
+    );
+    one(
+        &[("rate: \"20 Hz\")", "rate: \"20 kg\")")],
+        &["`view.rate`: `20 kg` is not a time", "--> bad.ron:20:33", "help: "],
+    );
+}
+
+#[test]
+fn bodies_that_cannot_be() {
+    one(
+        &[("inertia: Sphere(0.1)", "inertia: [1, 1, 3]")],
+        &[
+            "body `bob`: largest principal moment 3 kg m² exceeds the sum of the others",
+            "--> bad.ron:5:53",
+            "about the centre of mass",
+        ],
+    );
+    one(
+        &[("inertia: Sphere(0.1)", "inertia: [-1, 1, 1]")],
+        &[
+            "body `bob`: smallest principal moment of inertia is -1 kg m², below zero",
+            "--> bad.ron:5:",
+        ],
+    );
+    one(
+        &[("mass: \"1 kg\"", "mass: \"-1 kg\"")],
+        &["body `bob`: mass -1 kg is negative", "--> bad.ron:5:"],
+    );
+    one(
+        &[("mass: \"1 kg\"", "mass: 0")],
+        &["`bob`", "nothing to accelerate", "--> bad.ron:", "armature"],
+    );
+}
+
+#[test]
+fn wires_that_cannot_be() {
+    one(
+        &[("\"Gain.y -> Lag.u\"", "\"Gain.y -> Lag.u\", \"Source.y -> Lag.u\"")],
+        &[
+            "wire `Source.y -> Lag.u`: input `Lag.u` is wired twice; the other wire is `Gain.y -> Lag.u`",
+            "--> bad.ron:15:54",
+        ],
+    );
+    one(
+        &[("\"Source.y -> Gain.u\", ", "")],
+        &["required input `Gain.u` is not wired", "--> bad.ron:12:10", "add a wire `… -> Gain.u`"],
+    );
+    let circle = [
+        (
+            "\"Source\": (model: \"basics.constant\", params: { \"value\": 1 })",
+            "\"Source\": (model: \"basics.gain\", params: { \"k\": 1 })",
+        ),
+        ("\"Source.y -> Gain.u\"", "\"Source.y -> Gain.u\", \"Gain.y -> Source.u\""),
+    ];
+    one(
+        &circle,
+        &[
+            "loop of direct outputs through Gain, Source: `Gain.y -> Source.u`, `Source.y -> Gain.u`",
+            "--> bad.ron:15:",
+            "basics.delay",
+        ],
+    );
+}
+
+#[test]
+fn the_remedy_for_a_loop_works() {
+    let lab = Lab::new();
+    lab.write(
+        "delayed.ron",
+        &edited(&[
+            (
+                "\"Source\": (model: \"basics.constant\", params: { \"value\": 1 })",
+                "\"Source\": (model: \"basics.delay\", rate: \"100 Hz\")",
+            ),
+            ("\"Source.y -> Gain.u\"", "\"Source.y -> Gain.u\", \"Gain.y -> Source.u\""),
+        ]),
+    );
+    lab.run("delayed.ron", "out", &[]).code(0);
+}
+
+#[test]
+fn patterns_and_bindings_that_match_nothing() {
+    one(
+        &[("until:", "overrides: { \"Gian.k\": 3 },\n    until:")],
+        &["override `Gian.k` matches nothing", "--> bad.ron:16:19", "did you mean `Gain`?"],
+    );
+    one(
+        &[("[\"**\"]", "[\"Nothing.**\"]")],
+        &["`Nothing.**` matches no variable", "--> bad.ron:17:23", "linkwork list"],
+    );
+    one(
+        &[("\"bob.rate\"", "\"bob.rat\"")],
+        &[
+            "figure `largest speed`: there is no variable `bob.rat`",
+            "--> bad.ron:18:38",
+            "did you mean `bob.rate`?",
+        ],
+    );
+    one(
+        &[("[\"bob.angle\"]", "[\"bub.*\"]")],
+        &["`bub.*` matches no variable", "--> bad.ron:19:35"],
+    );
+    one(
+        &[("follow: \"bob\"", "follow: \"bub\"")],
+        &["`view.follow`: `bub` matches no body", "--> bad.ron:20:20", "did you mean `bob`?"],
+    );
+    one(
+        &[("\"hinge:bob\"", "\"hinge:bub\"")],
+        &[
+            "`Friction`: binding `shaft`: there is no body `bub`",
+            "--> bad.ron:10:102",
+            "did you mean `bob`?",
+        ],
+    );
+    one(
+        &[("\"hinge:bob\"", "\"node:bob\"")],
+        &[
+            "binding `shaft` is served by a hinge, but `node bob` is not one",
+            "--> bad.ron:10:102",
+            "hinge:",
+        ],
+    );
+    one(
+        &[("until: \"1 s\"", "stop_when: \"bob.done\"")],
+        &["stop_when: there is no variable `bob.done`", "--> bad.ron:16:16"],
+    );
+    one(
+        &[("unit: \"rad/s\"", "unit: \"kg\"")],
+        &["figure `largest speed`: `bob.rate` is in rad/s, which is no kg", "--> bad.ron:18:"],
+    );
+    one(
+        &[("unit: \"deg\"", "unit: \"kg\"")],
+        &["plot `Angle`: `bob.angle` is in rad, which is no kg", "--> bad.ron:19:"],
+    );
+}
+
+#[test]
+fn several_mistakes_in_one_report() {
+    let err = refused(
+        &[
+            ("\"k\": 2", "\"k\": \"two\""),
+            ("\"damping\"", "\"dampign\""),
+            ("\"1 s\" }", "\"1 kg\" }"),
+        ],
+        &["bad.ron:10:", "bad.ron:12:55", "bad.ron:13:65"],
+    );
+    assert_eq!(err.matches("error: ").count(), 3, "{err}");
+    let err = refused(
+        &[
+            ("\"bob.rate\"", "\"bob.rat\""),
+            ("[\"**\"]", "[\"No.**\"]"),
+            ("[\"bob.angle\"]", "[\"bub.*\"]"),
+            ("follow: \"bob\", rate", "follow: \"bub\", trails: \"bib\", rate"),
+        ],
+        &[
+            "bad.ron:17:",
+            "bad.ron:18:",
+            "bad.ron:19:",
+            "`bub` matches no body",
+            "`bib` matches no body",
+        ],
+    );
+    assert_eq!(err.matches("error: ").count(), 5, "{err}");
+}
+
+#[test]
+fn text_that_is_no_ron() {
+    one(
+        &[("until: \"1 s\",", "until: \"1 s\"")],
+        &["expected comma", "--> bad.ron:17:5", "put a comma before this"],
+    );
+    one(
+        &[("    wires: [", "    wires: (")],
+        &["--> bad.ron:15:52", "the `(` at bad.ron:15:12 is never closed"],
+    );
+}
+
+#[test]
+fn files_that_are_missing() {
+    let lab = Lab::new();
+    lab.run("none", "out", &[]).code(2).tells(&["none", "help: "]);
+    lab.run("none.ron", "out", &[]).code(2).tells(&["none.ron", "help: "]);
+    lab.resume("none.lwck", "out", &[]).code(2).tells(&["none.lwck", "help: "]);
+    lab.linkwork(&["diff", "a.mcap", "b.mcap"]).code(2).tells(&["a.mcap", "b.mcap"]);
+    assert!(lab.files().is_empty());
+    one(
+        &[(
+            "\"Gain\": (model: \"basics.gain\", params: { \"k\": 2 })",
+            "\"Gain\": (assembly: \"gian.ron\")",
+        )],
+        &["`Gain`: there is no assembly file `gian.ron`", "--> bad.ron:12:28", "tried: "],
+    );
+    one(
+        &[(
+            "\"Source\": (",
+            "\"Ground\": (model: \"environment.height_field\", params: { \"file\": \"none.tif\" }),\n\"Source\": (",
+        )],
+        &["`Ground", "none.tif", "--> bad.ron:11:"],
+    );
+}
+
+/// A grey GeoTIFF of doubles' worth of heights, 1 m apart, with GDAL's no-data value.
+fn geotiff(nx: u16, ny: u16, missing: f32, heights: &[f32]) -> Vec<u8> {
+    let (n, entries) = (heights.len() * 4, 13u16);
+    let extra = 8 + 2 + 12 * entries as usize + 4;
+    let (scale, tie, pixels) = (extra, extra + 24, extra + 72);
+    let text = format!("{missing}\0");
+    let (nodata, total) = (pixels + n, pixels + n + text.len());
+    let mut out = b"II*\0\x08\0\0\0".to_vec();
+    out.extend(entries.to_le_bytes());
+    let mut tag = |id: u16, kind: u16, count: usize, value: usize| {
+        out.extend(id.to_le_bytes());
+        out.extend(kind.to_le_bytes());
+        out.extend((count as u32).to_le_bytes());
+        out.extend((value as u32).to_le_bytes());
+    };
+    for (id, value) in [(256, nx as usize), (257, ny as usize), (258, 32), (259, 1), (262, 1)] {
+        tag(id, 3, 1, value);
+    }
+    tag(273, 4, 1, pixels);
+    tag(277, 3, 1, 1);
+    tag(278, 3, 1, ny as usize);
+    tag(279, 4, 1, n);
+    tag(339, 3, 1, 3);
+    tag(33550, 12, 3, scale);
+    tag(33922, 12, 6, tie);
+    tag(42113, 2, text.len(), nodata);
+    out.extend([0; 4]);
+    for v in [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, -10.0, f64::from(ny) - 11.0, 0.0] {
+        out.extend(f64::to_le_bytes(v));
+    }
+    out.extend(heights.iter().flat_map(|h| h.to_le_bytes()));
+    out.extend(text.bytes());
+    assert_eq!(out.len(), total);
+    out
+}
+
+const CART: &str = r#"Simulation(
+    bodies: {
+        "cart": (parent: "world", hinge: Free, mass: 100, inertia: Box([2, 1, 0.5])),
+        "left": (parent: "cart", at: (position: [0, 0.5, 0]), hinge: Pin([0, 1, 0]), mass: 5, inertia: Cylinder(radius: 0.25, length: 0.1, axis: [0, 1, 0])),
+        "right": (parent: "cart", at: (position: [0, -4.5, 0]), hinge: Pin([0, 1, 0]), mass: 5, inertia: Cylinder(radius: 0.25, length: 0.1, axis: [0, 1, 0])),
+    },
+    parts: {
+        "Gravity": (model: "environment.uniform_gravity"),
+        "Ground": (model: "environment.height_field", params: { "file": "dem.tif" }),
+    },
+    until: "0.1 s",
+    place: (body: "cart", at: [0, 0], wheels: ["left", "right"], radius: "0.25 m"),
+)
+"#;
+
+#[test]
+fn no_ground_under_a_wheel() {
+    let lab = Lab::new();
+    lab.write("machine/sim.ron", CART);
+    let put = |heights: &[f32]| {
+        std::fs::write(lab.path("machine/dem.tif"), geotiff(21, 21, -9999.0, heights)).unwrap();
+    };
+    let flat = [0.0; 21 * 21];
+    put(&flat);
+    // The map lies beside the simulation file, wherever the command is given.
+    lab.run("machine", "flat", &[]).code(0);
+    // Rows run from north to south: y from 10 to -10.
+    let mut hole = flat;
+    for row in 13..16 {
+        hole[row * 21..(row + 1) * 21].fill(-9999.0);
+    }
+    put(&hole);
+    lab.run("machine", "out", &[]).code(2).tells(&[
+        "no ground under `right` at (0.000, -4.500)",
+        "sim.ron:12:12",
+        "help: ",
+    ]);
+    put(&[-9999.0; 21 * 21]);
+    lab.run("machine", "out", &[]).code(2).tells(&["help: "]);
+    std::fs::write(lab.path("machine/dem.tif"), b"II*\0 no picture").unwrap();
+    lab.run("machine", "out", &[]).code(2).tells(&["`Ground", "dem.tif", "TIFF", "sim.ron:9:"]);
+    assert_eq!(lab.files(), ["flat", "machine"]);
+}
+
+#[test]
+fn a_bad_command_line() {
+    let lab = Lab::new();
+    let pendulum = sim("pendulum");
+    let run = |more: &[&str], wanted: &[&str]| {
+        lab.run(&pendulum, "out", more).code(2).tells(wanted);
+        assert!(lab.files().is_empty(), "{more:?} wrote something");
+    };
+    run(&["--set", "Friction.dampign=0.1"], &["Friction.dampign", "did you mean `damping`?"]);
+    run(&["--set", "Fiction.damping=0.1"], &["Fiction.damping", "did you mean `Friction`?"]);
+    run(&["--set", "Friction.damping"], &["Friction.damping", "help: ", "="]);
+    run(&["--set", "Friction.damping=1 kg"], &["`1 kg`", "N m s/rad", "--set"]);
+    run(&["--set", "Friction.damping=[1"], &["--set", "help: "]);
+    run(&["--set", "Friction.damping=NaN"], &["Friction.damping", "NaN"]);
+    for bad in ["soon", "3 kg", "-3", "NaN", "inf", ""] {
+        run(&["--until", bad], &["--until", "help: write 20"]);
+        run(&["--checkpoint-every", bad], &["--checkpoint-every", "help: write 20"]);
+    }
+    run(&["--checkpoint-every", "0"], &["--checkpoint-every", "help: "]);
+    run(&["--sett", "a=1"], &["--sett", "--set"]);
+    run(&["--seed", "1.5"], &["--seed", "1.5"]);
+    lab.linkwork(&["runn", &pendulum]).code(2).tells(&["runn", "'run'"]);
+    lab.linkwork(&[]).code(2).tells(&["Usage"]);
+    lab.linkwork(&["describe", "actuators.dc_moter"])
+        .code(2)
+        .tells(&["did you mean `actuators.dc_motor`?"]);
+    lab.linkwork(&["list", &pendulum, "Nothing.*"])
+        .code(2)
+        .tells(&["`Nothing.*` matches no variable"]);
+    lab.linkwork(&["tree", "nothing"]).code(2).tells(&["nothing"]);
+    lab.linkwork(&["diff", &pendulum, &pendulum]).code(2).tells(&["neither a log"]);
+    assert!(lab.files().is_empty());
+}
+
+#[test]
+fn nothing_says_when_to_stop() {
+    let lab = Lab::new();
+    lab.write("bad.ron", &edited(&[("until: \"1 s\",", "")]));
+    lab.run("bad.ron", "out", &[]).code(2).tells(&["nothing says when to stop", "--until"]);
+    assert_eq!(lab.files(), ["bad.ron"]);
+}
+
+#[test]
+fn damaged_checkpoints() {
+    let lab = Lab::new();
+    lab.run(&sim("pendulum"), "out", &["--until", "2s", "--checkpoint-every", "1s"]).code(0);
+    let good = std::fs::read(lab.path("out/checkpoint_1.lwck")).unwrap();
+    let resume = |name: &str, bytes: &[u8], wanted: &str| {
+        std::fs::write(lab.path(name), bytes).unwrap();
+        lab.resume(name, "again", &["--until", "2s"]).code(2).tells(&[name, wanted, "help: "]);
+        assert!(!lab.path("again").exists(), "{name} wrote something");
+    };
+    for keep in [0, 7, 15, 16, 40, good.len() / 2, good.len() - 1] {
+        resume("short.lwck", &good[..keep], "is not a readable checkpoint");
+    }
+    for at in [0, 9, 20, good.len() / 2, good.len() - 1] {
+        let mut bad = good.clone();
+        bad[at] ^= 0x10;
+        resume("damaged.lwck", &bad, "is not a readable checkpoint");
+    }
+    resume(
+        "foreign.lwck",
+        &std::fs::read(lab.path("out/run.mcap")).unwrap(),
+        "it does not begin as one",
+    );
+    lab.resume("out/run.mcap", "again", &[]).code(2).tells(&["run.mcap"]);
+    lab.resume("out", "again", &[]).code(2).tells(&["`out`"]);
+    // The undamaged one goes on.
+    lab.resume("out/checkpoint_1.lwck", "again", &["--until", "2s"]).code(0);
+    // Its time is past.
+    lab.resume("out/checkpoint_1.lwck", "past", &["--until", "0.5s"])
+        .code(2)
+        .tells(&["0.5", "1 s", "--until"]);
+    assert!(!lab.path("past").exists());
+}

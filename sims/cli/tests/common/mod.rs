@@ -1,0 +1,156 @@
+//! What the tests of the command line share: the binary, run in a temporary folder.
+#![allow(dead_code)] // Each test file uses a part of it.
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+static COUNT: AtomicU32 = AtomicU32::new(0);
+
+/// A temporary folder to run in, removed at the end. Made here and not by a crate: a dependency of
+/// the tests alone changes the features of others, and Rerun would be built twice.
+pub struct Lab(PathBuf);
+
+impl Drop for Lab {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// How a command ended, and what it said.
+#[derive(Debug)]
+pub struct Said {
+    pub code: i32,
+    pub out: String,
+    pub err: String,
+}
+
+impl From<Output> for Said {
+    fn from(o: Output) -> Said {
+        Said {
+            code: o.status.code().unwrap_or(-1),
+            out: String::from_utf8_lossy(&o.stdout).into_owned(),
+            err: String::from_utf8_lossy(&o.stderr).into_owned(),
+        }
+    }
+}
+
+impl Said {
+    /// Asserts the exit code.
+    #[track_caller]
+    pub fn code(self, wanted: i32) -> Said {
+        assert_eq!(self.code, wanted, "{}\n{}", self.out, self.err);
+        self
+    }
+    /// Asserts that standard error holds all of these.
+    #[track_caller]
+    pub fn tells(self, wanted: &[&str]) -> Said {
+        for w in wanted {
+            assert!(self.err.contains(w), "`{w}` is not said:\n{}", self.err);
+        }
+        self
+    }
+}
+
+impl Lab {
+    pub fn new() -> Lab {
+        let name =
+            format!("linkwork-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let folder = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        Lab(folder)
+    }
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+    pub fn write(&self, name: &str, text: &str) -> String {
+        let path = self.path(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, text).unwrap();
+        name.to_string()
+    }
+    pub fn command(&self, args: &[&str]) -> Command {
+        let mut c = Command::new(env!("CARGO_BIN_EXE_linkwork"));
+        c.args(args).current_dir(&self.0).stdin(Stdio::null());
+        c
+    }
+    pub fn linkwork(&self, args: &[&str]) -> Said {
+        self.command(args).output().unwrap().into()
+    }
+    /// `run sim --out out --save-rrd off` with more arguments.
+    pub fn run(&self, sim: &str, out: &str, more: &[&str]) -> Said {
+        let head = ["run", sim, "--out", out, "--save-rrd", "off"];
+        self.linkwork(&[&head, more].concat())
+    }
+    /// `resume` in the same way.
+    pub fn resume(&self, from: &str, out: &str, more: &[&str]) -> Said {
+        let head = ["resume", from, "--out", out, "--save-rrd", "off"];
+        self.linkwork(&[&head, more].concat())
+    }
+    pub fn spawn(&self, args: &[&str]) -> Child {
+        self.command(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    }
+    /// summary.json of a run.
+    pub fn summary(&self, out: &str) -> serde_json::Value {
+        let text = std::fs::read_to_string(self.path(out).join("summary.json")).unwrap();
+        serde_json::from_str(&text).unwrap()
+    }
+    pub fn hash(&self, out: &str) -> String {
+        self.summary(out)["state_hash"].as_str().unwrap().to_string()
+    }
+    /// Files and folders here, sorted.
+    pub fn files(&self) -> Vec<String> {
+        names(&self.0)
+    }
+}
+
+/// Names in a folder, sorted.
+pub fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut all: Vec<String> =
+        entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    all.sort();
+    all
+}
+
+/// The repository.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A simulation that ships with Linkwork.
+pub fn sim(name: &str) -> String {
+    root().join("sims").join(name).display().to_string()
+}
+
+/// A pendulum with a chain of signals beside it. Lines and columns are asserted: keep the layout.
+pub const BASE: &str = r#"Simulation(
+    bodies: {
+        "bob": (
+            parent: "world", hinge: Pin([0, 1, 0]), initial: (angle: "60 deg"),
+            mass: "1 kg", com: [0, 0, -1], inertia: Sphere(0.1),
+        ),
+    },
+    parts: {
+        "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.80665] }),
+        "Friction": (model: "actuators.spring_damper", params: { "damping": 0.05 }, bind: { "shaft": "hinge:bob" }),
+        "Source": (model: "basics.constant", params: { "value": 1 }),
+        "Gain": (model: "basics.gain", params: { "k": 2 }),
+        "Lag": (model: "basics.lag", params: { "time_constant": "1 s" }),
+    },
+    wires: ["Source.y -> Gain.u", "Gain.y -> Lag.u"],
+    until: "1 s",
+    log: [(channels: ["**"], rate: "100 Hz")],
+    figures: { "largest speed": (of: "bob.rate", take: "max", unit: "rad/s") },
+    plots: [(title: "Angle", of: ["bob.angle"], unit: "deg")],
+    view: (follow: "bob", rate: "20 Hz"),
+)
+"#;
+
+/// [`BASE`] with pieces replaced, each of which must be there.
+#[track_caller]
+pub fn edited(edits: &[(&str, &str)]) -> String {
+    edits.iter().fold(BASE.to_string(), |text, (from, to)| {
+        assert!(text.contains(from), "`{from}` is not in the base text");
+        text.replacen(from, to, 1)
+    })
+}

@@ -1,0 +1,200 @@
+//! Looking without running: the tree, the lists, the graphs, the checks, the help.
+mod common;
+use common::{Lab, edited, root, sim};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// `Rover/Hardware/Chassis` for every line of a drawn tree, with what stands behind the name.
+fn paths(drawn: &str) -> BTreeMap<String, String> {
+    let mut stack: Vec<String> = Vec::new();
+    let mut out = BTreeMap::new();
+    for line in drawn.lines().skip(1) {
+        let lead = line.chars().take_while(|c| "│├└─ ".contains(*c)).count();
+        let rest: String = line.chars().skip(lead).collect();
+        let (name, what) = rest.split_once(' ').unwrap_or((&rest, ""));
+        stack.truncate(lead / 4 - 1);
+        stack.push(name.to_string());
+        out.insert(stack.join("/"), what.trim().to_string());
+    }
+    out
+}
+
+#[test]
+fn the_tree_of_the_rover_has_its_names_and_levels() {
+    let lab = Lab::new();
+    let tree = paths(&lab.linkwork(&["tree", &sim("rover_traverse")]).code(0).out);
+    let below = |path: &str| -> BTreeSet<&str> {
+        let lead = if path.is_empty() { String::new() } else { format!("{path}/") };
+        let found = tree.keys().filter_map(|k| k.strip_prefix(&lead));
+        found.filter(|n| !n.contains('/')).collect()
+    };
+    let set = |names: &[&'static str]| names.iter().copied().collect::<BTreeSet<&str>>();
+    assert_eq!(below(""), set(&["Rover"]));
+    assert_eq!(
+        below("Rover"),
+        set(&["Environment", "LocomotionSoftware", "NavigationSoftware", "Hardware"])
+    );
+    assert_eq!(below("Rover/Environment"), set(&["Sun", "Gravity", "Terrain"]));
+    assert_eq!(below("Rover/LocomotionSoftware"), set(&["Ackermann", "Odometry"]));
+    assert_eq!(below("Rover/NavigationSoftware"), set(&["Follower"]));
+    assert_eq!(below("Rover/Hardware"), set(&["Chassis", "Mast", "Wheels", "Sensors", "Power"]));
+    assert_eq!(below("Rover/Hardware/Sensors"), set(&["IMU", "SunSensor", "Pose"]));
+    let wheels = below("Rover/Hardware/Wheels");
+    for k in 1..=6 {
+        assert!(wheels.contains(format!("Wheel{k}").as_str()), "{wheels:?}");
+        assert_eq!(
+            below(&format!("Rover/Hardware/Wheels/Wheel{k}")),
+            set(&["Motor", "SurfaceContact", "Controller", "Encoder"])
+        );
+    }
+    assert_eq!(wheels.len(), 10, "six wheels, four steering actuators: {wheels:?}");
+    assert_eq!(tree["Rover/Hardware/Sensors/IMU"], "sensors.imu");
+}
+
+#[test]
+fn every_model_is_listed_and_described() {
+    let lab = Lab::new();
+    let list = lab.linkwork(&["list"]).code(0).out;
+    let models: Vec<&str> = list.lines().filter_map(|l| l.split(' ').next()).collect();
+    assert!(models.len() > 40 && models.is_sorted(), "{models:?}");
+    for (model, line) in models.iter().zip(list.lines()) {
+        assert!(line.len() > model.len() + 10, "`{model}` has no words: {line}");
+        let text = lab.linkwork(&["describe", model]).code(0).out;
+        assert!(text.starts_with(&format!("{model}\n")), "{text}");
+        let known = ["parameters\n", "inputs (", "outputs (", "A service: provides "];
+        assert!(known.iter().any(|k| text.contains(k)), "{text}");
+    }
+    let some = lab.linkwork(&["list", "sensors.*"]).code(0).out;
+    assert!(some.lines().count() > 2 && some.lines().all(|l| l.starts_with("sensors.")), "{some}");
+}
+
+#[test]
+fn variables_are_listed_by_pattern() {
+    let lab = Lab::new();
+    let rover = sim("rover_traverse");
+    let all = lab.linkwork(&["list", &rover]).code(0).out.lines().count();
+    let slips = lab.linkwork(&["list", &rover, "Rover.**.SurfaceContact.slip"]).code(0).out;
+    assert_eq!(slips.lines().count(), 6, "{slips}");
+    assert!(all > 500, "{all} variables");
+    let torque = lab.linkwork(&["list", &rover, "Rover.**.Motor.shaft_torque"]).code(0).out;
+    assert!(torque.lines().all(|l| l.contains(" N m ") && l.contains(" output ")), "{torque}");
+}
+
+#[test]
+fn graphs_parse() {
+    let lab = Lab::new();
+    for name in ["rover_traverse", "pendulum", "ballistic_entry"] {
+        let dot = lab.linkwork(&["graph", &sim(name)]).code(0).out;
+        assert!(dot.starts_with("digraph ") && dot.trim_end().ends_with('}'), "{dot}");
+        let count = |c: char| dot.chars().filter(|x| *x == c).count();
+        assert_eq!((count('{'), count('[')), (count('}'), count(']')), "{name}: not balanced");
+        assert_eq!(count('"') % 2, 0, "{name}: quotes");
+        let (mut nodes, mut ends) = (BTreeSet::new(), BTreeSet::new());
+        for line in dot.lines().map(str::trim).filter(|l| l.starts_with('n') && l.ends_with("];")) {
+            let head = line.split(" [").next().unwrap();
+            match head.split_once(" -> ") {
+                Some((a, b)) => ends.extend([a.to_string(), b.to_string()]),
+                None => {
+                    assert!(nodes.insert(head.to_string()), "`{head}` is declared twice");
+                }
+            }
+        }
+        assert!(!ends.is_empty() && ends.is_subset(&nodes), "{name}: {ends:?} of {nodes:?}");
+        let mermaid = lab.linkwork(&["graph", &sim(name), "--format", "mermaid"]).code(0).out;
+        assert!(mermaid.starts_with("flowchart LR\n"), "{mermaid}");
+        let arrows = mermaid.lines().filter(|l| l.contains("-->") || l.contains("-.->")).count();
+        assert_eq!(arrows, dot.lines().filter(|l| l.contains(" -> ")).count(), "{name}");
+    }
+}
+
+#[test]
+fn every_simulation_is_right() {
+    let lab = Lab::new();
+    let mut n = 0;
+    for entry in std::fs::read_dir(root().join("sims")).unwrap() {
+        let folder = entry.unwrap().path();
+        if folder.join("sim.ron").exists() {
+            let said = lab.linkwork(&["check", &folder.display().to_string()]).code(0);
+            assert!(said.out.starts_with("ok: ") && said.err.is_empty(), "{said:?}");
+            n += 1;
+        }
+    }
+    assert!(n >= 3, "{n} simulations");
+}
+
+/// By itself, or with what its own documentation says that it needs.
+#[test]
+fn every_assembly_is_right() {
+    let lab = Lab::new();
+    let mut n = 0;
+    for folder in ["flight", "parts", "rovers", "worlds"] {
+        for entry in std::fs::read_dir(root().join("assemblies").join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let set: &[&str] = match path.file_stem().unwrap().to_str().unwrap() {
+                "capsule" => &[
+                    "--set",
+                    "Capsule.position=[4e6, 0, 0]",
+                    "--set",
+                    "Capsule.velocity=[0, 0, 0]",
+                ],
+                "rocker_bogie" => &["--set", "RockerBogie.waypoints=[[1, 0]]"],
+                _ => &[],
+            };
+            let said = lab.linkwork(&[&["check", &path.display().to_string()], set].concat());
+            if path.ends_with("parts/wheel.ron") {
+                // A wheel needs ground: the one thing that it says.
+                let said = said
+                    .code(2)
+                    .tells(&["`Wheel.SurfaceContact`: needs a terrain service", "help: "]);
+                assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
+            } else {
+                said.code(0);
+            }
+            n += 1;
+        }
+    }
+    assert!(n >= 6, "{n} assemblies");
+}
+
+#[test]
+fn an_assembly_without_its_parameters_says_which() {
+    let lab = Lab::new();
+    let capsule = root().join("assemblies/flight/capsule.ron").display().to_string();
+    lab.linkwork(&["check", &capsule]).code(2).tells(&[
+        "required parameter `position` is missing",
+        "required parameter `velocity` is missing",
+        "help: ",
+    ]);
+}
+
+#[test]
+fn check_finds_what_run_would_refuse() {
+    let lab = Lab::new();
+    for edit in [
+        ("\"bob.rate\"", "\"bob.rat\""),
+        ("follow: \"bob\"", "follow: \"bub\""),
+        ("\"k\": 2", "\"k\": NaN"),
+    ] {
+        lab.write("bad.ron", &edited(&[edit]));
+        let (check, run) =
+            (lab.linkwork(&["check", "bad.ron"]).code(2), lab.run("bad.ron", "out", &[]).code(2));
+        assert_eq!(check.err, run.err);
+    }
+    assert_eq!(lab.files(), ["bad.ron"]);
+}
+
+#[test]
+fn help_has_examples() {
+    let lab = Lab::new();
+    let help = lab.linkwork(&["--help"]).code(0).out;
+    for command in ["run", "resume", "check", "list", "describe", "tree", "graph", "diff"] {
+        assert!(
+            help.contains(&format!("  linkwork {command} ")),
+            "no example of `{command}`:\n{help}"
+        );
+        let own = lab.linkwork(&[command, "--help"]).code(0).out;
+        assert!(own.contains("Usage: linkwork"), "{own}");
+    }
+    // The example of --set names a parameter that there is.
+    let example = help.split("--set ").nth(1).and_then(|t| t.split_whitespace().next()).unwrap();
+    lab.run(&sim("pendulum"), "out", &["--until", "0.1s", "--set", example]).code(0);
+}

@@ -1,0 +1,197 @@
+//! What goes wrong during a run: runaway states, Ctrl-C, full disks. And the memory of long runs.
+mod common;
+use common::{Lab, Said, edited, names};
+use linkwork_record::read_log;
+use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+/// A state that grows as exp(20 t): 1e15 at t = 34.5/20 = 1.727 s.
+fn runaway() -> String {
+    edited(&[
+        (
+            "\"Source\": (",
+            "\"Blow\": (model: \"basics.integrator\", params: { \"k\": 20, \"start\": 1 }),\n\"Source\": (",
+        ),
+        ("wires: [", "wires: [\"Blow.y -> Blow.u\", "),
+        ("until: \"1 s\"", "until: \"5 s\""),
+        ("of: \"bob.rate\", take: \"max\", unit: \"rad/s\"", "of: \"Blow.y\", take: \"max\""),
+    ])
+}
+
+#[test]
+fn a_runaway_stops_with_its_name_and_time() {
+    let lab = Lab::new();
+    lab.write("sim.ron", &runaway());
+    let said = lab.run("sim.ron", "out", &[]).code(1).tells(&[
+        "`Blow.state.x` became",
+        "t = 1.7",
+        "help: ",
+    ]);
+    assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
+    assert_eq!(
+        names(&lab.path("out")),
+        ["before_failure.lwck", "plots.svg", "run.mcap", "summary.json"]
+    );
+    let summary = lab.summary("out");
+    assert!(summary["ended"]["failed"].as_str().unwrap().contains("Blow.state.x"), "{summary}");
+    let log = read_log(&lab.path("out/run.mcap")).unwrap();
+    let blow = &log["Blow.y"];
+    assert!(
+        blow.t.last().unwrap() > &1.7 && blow.y.iter().all(|y| y.is_finite()),
+        "{:?}",
+        blow.t.last()
+    );
+    // The checkpoint is from before, and so are its figures.
+    lab.resume("out/before_failure.lwck", "before", &["--until", "1.5s"]).code(0);
+    let largest = lab.summary("before")["figures"]["largest speed"][0].as_f64().unwrap();
+    assert!((largest - 30f64.exp()).abs() < 1e-2 * largest, "exp(30) against {largest}");
+    lab.resume("out/before_failure.lwck", "again", &[]).code(1).tells(&["`Blow.state.x` became"]);
+    assert_eq!(lab.hash("again"), lab.hash("out"), "the failure is not repeated bit by bit");
+}
+
+#[test]
+fn a_number_that_is_none_stops_too() {
+    let lab = Lab::new();
+    lab.write(
+        "sim.ron",
+        &edited(&[("\"value\": 1 ", "\"value\": 1e308 "), ("\"k\": 2", "\"k\": 1e10")]),
+    );
+    lab.run("sim.ron", "out", &[]).code(1).tells(&["Gain.y` became inf", "t = 0"]);
+    assert!(read_log(&lab.path("out/run.mcap")).is_ok());
+}
+
+fn ended(child: Child) -> Said {
+    child.wait_with_output().unwrap().into()
+}
+
+#[test]
+fn ctrl_c_ends_in_order() {
+    let lab = Lab::new();
+    lab.write("sim.ron", common::BASE);
+    let child = lab.spawn(&[
+        "run",
+        "sim.ron",
+        "--out",
+        "out",
+        "--save-rrd",
+        "off",
+        "--until",
+        "1000s",
+        "--realtime",
+    ]);
+    let patience = Instant::now();
+    while !lab.path("out/run.mcap").exists() && patience.elapsed() < Duration::from_secs(20) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(
+        Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success()
+    );
+    ended(child).code(130);
+    let summary = lab.summary("out");
+    let t = summary["time"].as_f64().unwrap();
+    assert_eq!(summary["ended"], "interrupted");
+    assert!(t > 0.1 && t < 900.0, "{t}");
+    let log = read_log(&lab.path("out/run.mcap")).unwrap();
+    assert!((log["bob.angle"].t.last().unwrap() - t).abs() < 0.011, "the log ends before {t}");
+    let until = format!("{}", t.ceil() + 1.0);
+    lab.resume("out/interrupted.lwck", "rest", &["--until", &until]).code(0);
+    lab.run("sim.ron", "straight", &["--until", &until]).code(0);
+    assert_eq!(lab.hash("rest"), lab.hash("straight"));
+    assert_eq!(
+        names(&lab.path("out")),
+        ["interrupted.lwck", "plots.svg", "run.mcap", "summary.json"]
+    );
+}
+
+/// A small file system in memory.
+struct Small(std::path::PathBuf);
+
+impl Small {
+    fn mount(at: std::path::PathBuf, size: &str) -> Option<Small> {
+        std::fs::create_dir_all(&at).unwrap();
+        let options = format!("size={size}");
+        let done =
+            Command::new("mount").args(["-t", "tmpfs", "-o", &options, "small"]).arg(&at).output();
+        done.is_ok_and(|o| o.status.success()).then_some(Small(at))
+    }
+}
+
+impl Drop for Small {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(&self.0).output();
+    }
+}
+
+#[test]
+fn a_full_disk_leaves_a_log_and_a_checkpoint() {
+    let lab = Lab::new();
+    lab.write("sim.ron", &edited(&[("rate: \"100 Hz\"", "rate: \"1 kHz\"")]));
+    let Some(_small) = Small::mount(lab.path("small"), "8m") else {
+        println!("skipped: a small file system cannot be mounted here");
+        return;
+    };
+    let said = lab.run("sim.ron", "small/out", &["--until", "1000s"]).code(1);
+    let said = said.tells(&["the disk is full", "help: "]);
+    assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
+    let summary = lab.summary("small/out");
+    let t = summary["time"].as_f64().unwrap();
+    let log = read_log(&lab.path("small/out/run.mcap")).unwrap();
+    let last = *log["bob.angle"].t.last().unwrap();
+    assert!(last > 1.0 && last <= t && t < 1000.0, "the log ends at {last} s, the run at {t} s");
+    let until = format!("{}", t.ceil() + 1.0);
+    lab.resume("small/out/interrupted.lwck", "rest", &["--until", &until]).code(0);
+    lab.run("sim.ron", "straight", &["--until", &until, "--no-log"]).code(0);
+    assert_eq!(lab.hash("rest"), lab.hash("straight"));
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_refused() {
+    let lab = Lab::new();
+    lab.write("sim.ron", common::BASE);
+    lab.write("file", "no folder");
+    lab.run("sim.ron", "file/out", &[]).code(2).tells(&["file/out", "cannot be made"]);
+    let Some(_small) = Small::mount(lab.path("small"), "1m") else { return };
+    let said = lab.run("sim.ron", "small/out", &[]);
+    assert!(said.code == 1 || said.code == 2, "{said:?}");
+    said.tells(&["run.mcap", "help: "]);
+}
+
+/// Largest resident memory of a run [MB].
+fn peak(lab: &Lab, until: &str) -> f64 {
+    let mut child = lab.spawn(&[
+        "run",
+        "sim.ron",
+        "--out",
+        &format!("out{until}"),
+        "--save-rrd",
+        "off",
+        "--until",
+        until,
+        "--quiet",
+    ]);
+    let status = format!("/proc/{}/status", child.id());
+    let mut largest = 0.0f64;
+    while child.try_wait().unwrap().is_none() {
+        let text = std::fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+        let kb = line.and_then(|l| l.split_whitespace().next()?.parse::<f64>().ok());
+        largest = largest.max(kb.unwrap_or(0.0) / 1024.0);
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(child.wait().unwrap().success());
+    largest
+}
+
+#[test]
+fn long_runs_need_no_more_memory() {
+    let lab = Lab::new();
+    lab.write("sim.ron", &edited(&[("rate: \"100 Hz\"", "rate: \"1 kHz\"")]));
+    if !std::path::Path::new("/proc/self/status").exists() {
+        println!("skipped: no /proc here");
+        return;
+    }
+    let (one, ten) = (peak(&lab, "60s"), peak(&lab, "600s"));
+    println!("peak of 1 min {one:.1} MB, of 10 min {ten:.1} MB");
+    assert!(one > 1.0 && ten < one + 20.0, "1 min: {one:.1} MB, 10 min: {ten:.1} MB");
+}

@@ -1,0 +1,179 @@
+//! Same input, same bits: across processes, checkpoints, logs, folders and the order of a file.
+mod common;
+use common::{BASE, Lab, edited, root, sim};
+use linkwork_record::read_log;
+use std::path::Path;
+
+/// Coarse ground: a run takes a second.
+const COARSE: [&str; 2] = ["--set", "Rover.Environment.Terrain.spacing=0.5"];
+
+fn rover(lab: &Lab, out: &str, more: &[&str]) -> String {
+    lab.run(&sim("rover_traverse"), out, &[&COARSE, more].concat()).code(0);
+    lab.hash(out)
+}
+
+#[test]
+fn a_resumed_rover_is_the_same_rover() {
+    let (lab, far) = (Lab::new(), Lab::new());
+    let whole = rover(&lab, "whole", &["--until", "20s"]);
+    rover(&lab, "half", &["--until", "12s", "--checkpoint-every", "5s"]);
+    assert!(lab.path("half/checkpoint_5.lwck").exists());
+    std::fs::copy(lab.path("half/checkpoint_10.lwck"), far.path("at10.lwck")).unwrap();
+    // Another folder, without the simulation's own: all that it needs is in the checkpoint.
+    far.resume("at10.lwck", "rest", &["--until", "20s", "--checkpoint-every", "5s"]).code(0);
+    assert_eq!(far.hash("rest"), whole);
+    // A resumed run of a resumed run.
+    far.resume("rest/checkpoint_15.lwck", "again", &["--until", "20s"]).code(0);
+    assert_eq!(far.hash("again"), whole);
+    // The figures go on where they stood: every sample counts once.
+    let figures = |l: &Lab, out: &str| l.summary(out)["figures"].clone();
+    assert_eq!(figures(&lab, "whole"), figures(&far, "rest"));
+    assert_eq!(figures(&lab, "whole"), figures(&far, "again"));
+    // So does the log.
+    let (a, b) = (
+        read_log(&lab.path("whole/run.mcap")).unwrap(),
+        read_log(&far.path("rest/run.mcap")).unwrap(),
+    );
+    let name = "Rover.Hardware.Wheels.Wheel1.SurfaceContact.normal_force";
+    let (x, y) = (&a[name], &b[name]);
+    let tail = x.t.iter().position(|t| *t >= y.t[0]).unwrap();
+    assert!(y.t[0] > 9.99 && y.t[0] < 10.06 && x.t.len() > 300, "{}", y.t[0]);
+    assert_eq!((&x.t[tail..], &x.y[tail..]), (&y.t[..], &y.y[..]));
+}
+
+#[test]
+fn what_is_written_has_no_influence() {
+    let lab = Lab::new();
+    let plain = rover(&lab, "plain", &["--until", "6s"]);
+    assert_eq!(rover(&lab, "no_log", &["--until", "6s", "--no-log"]), plain);
+    assert_eq!(rover(&lab, "deep/other", &["--until", "6s", "--checkpoint-every", "1.5s"]), plain);
+    lab.run(&sim("rover_traverse"), "rrd", &[&COARSE[..], &["--until", "6s"]].concat()).code(0);
+    assert_eq!(lab.hash("rrd"), plain);
+    let other = rover(&lab, "seed", &["--until", "6s", "--seed", "43"]);
+    assert_ne!(other, plain, "the noise of the sensors follows the seed");
+    lab.linkwork(&["diff", "plain/run.mcap", "deep/other/run.mcap"]).code(0);
+}
+
+/// Lines that begin (after blanks) with one of `heads`, in reverse order.
+fn reversed(text: &str, heads: &[&str]) -> String {
+    let hit = |l: &str| heads.iter().any(|h| l.trim_start().starts_with(h));
+    let mut back: Vec<&str> = text.lines().filter(|l| hit(l)).collect();
+    assert!(back.len() > 1, "nothing to reverse: {heads:?}");
+    let lines: Vec<&str> =
+        text.lines().map(|l| if hit(l) { back.pop().unwrap() } else { l }).collect();
+    lines.join("\n") + "\n"
+}
+
+#[test]
+fn the_order_of_a_file_has_no_influence() {
+    let lab = Lab::new();
+    let until = ["--until", "6s"];
+    let plain = rover(&lab, "plain", &until);
+    let read = |p: &str| std::fs::read_to_string(root().join(p)).unwrap();
+    let mut assembly = read("assemblies/rovers/rocker_bogie.ron");
+    assembly = reversed(
+        &assembly,
+        &["\"StopLeft\"", "\"StopRight\"", "\"FrictionLeft\"", "\"FrictionRight\""],
+    );
+    assembly = reversed(&assembly, &["\"IMU\"", "\"SunSensor\"", "\"Pose\""]);
+    assembly = reversed(
+        &assembly,
+        &["\"Hardware.Wheels", "\"LocomotionSoftware.Ackermann.", "\"Hardware.Sensors"],
+    );
+    lab.write("permuted/rover.ron", &assembly);
+    let simulation =
+        read("sims/rover_traverse/sim.ron").replace("rovers/rocker_bogie.ron", "rover.ron");
+    lab.write("permuted/sim.ron", &simulation);
+    lab.run("permuted", "other", &[&COARSE[..], &until].concat()).code(0);
+    assert_eq!(lab.hash("other"), plain);
+    lab.write("base.ron", BASE);
+    lab.write(
+        "turned.ron",
+        &edited(&[(
+            "\"Source.y -> Gain.u\", \"Gain.y -> Lag.u\"",
+            "\"Gain.y -> Lag.u\", \"Source.y -> Gain.u\"",
+        )]),
+    );
+    lab.run("base.ron", "base", &[]).code(0);
+    lab.run("turned.ron", "turned", &[]).code(0);
+    assert_eq!(lab.hash("base"), lab.hash("turned"));
+}
+
+#[test]
+fn noise_follows_the_seed() {
+    let lab = Lab::new();
+    lab.write(
+        "noisy.ron",
+        &edited(&[(
+            "\"Source\": (",
+            "\"IMU\": (model: \"sensors.imu\", rate: \"100 Hz\", params: { \"grade\": \"mems\" }, bind: { \"mount\": \"node:bob\" }),\n\"Source\": (",
+        )]),
+    );
+    let hash = |out: &str, more: &[&str]| {
+        lab.run("noisy.ron", out, more).code(0);
+        lab.hash(out)
+    };
+    let (a, b) = (hash("a", &["--seed", "1"]), hash("b", &["--seed", "2"]));
+    assert_ne!(a, b);
+    assert_eq!(hash("c", &["--seed", "1"]), a);
+    assert_eq!(lab.summary("b")["seed"], 2);
+}
+
+#[test]
+fn differences_are_named() {
+    let lab = Lab::new();
+    lab.write("sim.ron", BASE);
+    let run = |out: &str, more: &[&str]| {
+        let all = [&["--until", "2s", "--checkpoint-every", "1s"], more].concat();
+        lab.run("sim.ron", out, &all).code(0);
+    };
+    run("a", &[]);
+    run("b", &[]);
+    run("c", &["--set", "Gain.k=2.001"]);
+    let diff = |file: &str, out: &str, more: &[&str]| {
+        let (x, y) = (format!("a/{file}"), format!("{out}/{file}"));
+        lab.linkwork(&[&["diff", &x, &y], more].concat())
+    };
+    for file in ["run.mcap", "checkpoint_1.lwck"] {
+        let equal = diff(file, "b", &[]).code(0).out;
+        assert!(equal.starts_with("equal: "), "{equal}");
+        let other = diff(file, "c", &[]).code(1).out;
+        for name in ["Gain.y", "Lag.state.x", "Lag.y"] {
+            assert!(other.contains(&format!("  {name}: ")), "`{name}` is not named:\n{other}");
+        }
+        assert!(!other.contains("bob"), "{other}");
+        diff(file, "c", &["--rel", "1e-2"]).code(0);
+        diff(file, "c", &["--abs", "1e-2"]).code(0);
+        diff(file, "c", &["--rel", "1e-9"]).code(1);
+    }
+    // Unlike lengths are no equality.
+    lab.run("sim.ron", "short", &["--until", "1s"]).code(0);
+    assert!(lab.linkwork(&["diff", "a/run.mcap", "short/run.mcap"]).code(1).out.contains("rows"));
+}
+
+#[test]
+fn a_resumed_run_keeps_the_log_of_what_came_before() {
+    let lab = Lab::new();
+    lab.write("sim.ron", BASE);
+    lab.linkwork(&[
+        "run",
+        "sim.ron",
+        "--until",
+        "2s",
+        "--checkpoint-every",
+        "1s",
+        "--save-rrd",
+        "off",
+    ])
+    .code(0);
+    let folder = common::names(&lab.path("runs"));
+    let first = Path::new("runs").join(&folder[0]);
+    let before = std::fs::read(lab.path(&first.join("run.mcap").display().to_string())).unwrap();
+    let from = first.join("checkpoint_1.lwck").display().to_string();
+    lab.linkwork(&["resume", &from, "--until", "3s", "--save-rrd", "off"]).code(0);
+    assert_eq!(
+        std::fs::read(lab.path(&first.join("run.mcap").display().to_string())).unwrap(),
+        before
+    );
+    assert_eq!(common::names(&lab.path("runs")).len(), 2);
+}
