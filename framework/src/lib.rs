@@ -1,1 +1,88 @@
-//! Linkwork: simulate machines made of parts. Re-exports the floors in reading order.
+//! Linkwork: simulate machines made of parts.
+//!
+//! Typed models (motors, wheels, sensors, gravity) declare ports; they are wired at run time into
+//! nested assemblies; a schedule that follows from the wires steps them around one multibody solver.
+//! This crate re-exports the floors of the framework in reading order; each imports only those
+//! before it.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`spatial`] | motion, force, φ, pose, rigid inertia |
+//! | [`multibody`] | bodies, hinges, nodes: the structure of a mechanism |
+//! | [`dynamics`] | scatter and gather: kinematics, inverse and forward dynamics, mass matrix |
+//! | [`solvers`] | integrators |
+//! | [`runtime`] | models, ports, wires, plan, clock, state, checkpoints |
+//! | [`assembly`] | RON and the builder: files → one flat specification, all faults at once |
+//! | [`record`] | logs, reading them back, comparison, plots |
+//!
+//! A model and a run, in one page: a pendulum as a model of its own (for mechanisms with bodies and
+//! hinges see [`runtime::MechanismSpec`] and `assembly`).
+//!
+//! ```
+//! use linkwork::prelude::*;
+//! use linkwork::runtime::{Catalogue, PartSpec, Seconds, Simulation, Spec, Value, compile};
+//!
+//! /// Length and damping.
+//! #[derive(Params)]
+//! struct Rod {
+//!     /// Length.
+//!     #[param(unit = "m", range = 1e-3..)]
+//!     length: f64,
+//! }
+//! /// The state, which is also the output.
+//! #[derive(State, Clone, Copy)]
+//! struct Swing {
+//!     /// Angle from the vertical.
+//!     #[port("rad")]
+//!     angle: f64,
+//!     /// Its rate.
+//!     #[port("rad/s")]
+//!     rate: f64,
+//! }
+//! struct Pendulum {
+//!     p: Rod,
+//! }
+//! /// A point mass on a rod, released at 0.1 rad.
+//! #[model("example.pendulum")]
+//! impl Model for Pendulum {
+//!     type Params = Rod;
+//!     type Ym = Swing;
+//!     type X = Swing;
+//!     fn init_x(&self) -> Swing {
+//!         Swing { angle: 0.1, rate: 0.0 }
+//!     }
+//!     fn moore(&self, _: &Clock, x: &Swing) -> Swing {
+//!         *x
+//!     }
+//!     fn deriv(&self, _: &Clock, x: &Swing) -> Swing {
+//!         Swing { angle: x.rate, rate: -9.81 / self.p.length * x.angle.sin() }
+//!     }
+//! }
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let catalogue = Catalogue::new([vec![Entry::model::<Pendulum>()]]);
+//! let rod = Value::Map(vec![("length".into(), Value::Text("1 m".into()).into())]);
+//! let spec = Spec {
+//!     parts: vec![PartSpec::new("pendulum", "example.pendulum", rod)],
+//!     ..Spec::default() // RK4, steps of 1 ms
+//! };
+//! let mut sim = Simulation::new(compile(&spec, &catalogue, &Files::default())?.into());
+//! sim.run_until(Seconds { num: 2, den: 1 })?;
+//! let small_angles = 0.1 * (9.81f64.sqrt() * 2.0).cos();
+//! assert!((sim.get("pendulum.angle")? - small_angles).abs() < 1e-3);
+//! # Ok(())
+//! # }
+//! ```
+
+pub use linkwork_assembly as assembly;
+pub use linkwork_dynamics as dynamics;
+pub use linkwork_multibody as multibody;
+pub use linkwork_record as record;
+pub use linkwork_runtime as runtime;
+pub use linkwork_solvers as solvers;
+pub use linkwork_spatial as spatial;
+
+/// What the author of models needs in scope: the traits, the derives, ports, services, vectors.
+pub mod prelude {
+    pub use linkwork_runtime::prelude::*;
+}

@@ -1,6 +1,8 @@
 //! What the ground costs a wheel: a terrain query, the discs of a wheel, the stresses of soft soil.
 #![allow(missing_docs, clippy::disallowed_methods)]
 use linkwork_environment::height_field::HeightField;
+use linkwork_mobility::rigid_contact::Hub;
+use linkwork_mobility::soil_contact::{SoilContact, SoilState};
 use linkwork_mobility::terramechanics::{Motion, Rim, Shear, Sinkage, WheelSoil};
 use linkwork_mobility::wheel_geometry::Cylinder;
 use linkwork_runtime::Soil;
@@ -66,4 +68,24 @@ fn main() {
         let ns = best(20_000, |k| w.forces(0.02 + 1e-8 * k, &Motion::rolling(0.2, 1e-6 * k)).fx);
         println!("wheel on soil, exponent {exponent:3}:       {ns:8.1} ns");
     }
+    let contact = SoilContact {
+        wheel,
+        shear: Shear::Isotropic,
+        gravity: 3.72,
+        shear_damping: 0.02,
+        normal_damping: 4.0,
+        unloading_stiffness: 3e5,
+    };
+    let state = SoilState { xi_x: 0.01, xi_y: 0.001, pressed: 0.0, rolled: 1.0 };
+    let hub = |k: f64| Hub {
+        position: Vec3::new(1e-6 * k, 0.0, 0.235),
+        axle: Vec3::y(),
+        velocity: Vec3::x() * 0.04,
+        angular: Vec3::y() * 0.2,
+    };
+    let slope = |x: f64, _: f64| Some((0.1 * x, Vec3::new(-0.0995, 0.0, 0.995)));
+    let ns = best(20_000, |k| contact.load(&LUNAR, &hub(k), &state, &slope).local.fx);
+    println!("soil contact, load:                 {ns:8.1} ns");
+    let ns = best(20_000, |k| contact.rates(&LUNAR, &hub(k), &state, &slope).xi_x);
+    println!("soil contact, rates:                {ns:8.1} ns");
 }

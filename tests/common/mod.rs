@@ -27,7 +27,8 @@ fn options<'a>(catalogue: &'a Catalogue, set: &[&str]) -> Options<'a> {
 /// The finished plan; every mistake in one text.
 fn finish(loaded: Result<Loaded, Failure>, catalogue: &Catalogue) -> Result<Plan, String> {
     let loaded = loaded.map_err(|f| f.render(false))?;
-    let mut plan = compile(&loaded.spec, catalogue, &Files::default()).map_err(|f| format!("{f:?}"))?;
+    let mut plan =
+        compile(&loaded.spec, catalogue, &Files::default()).map_err(|f| format!("{f:?}"))?;
     if let Some(place) = &loaded.simulation.place {
         put_down(&mut plan, place).map_err(|f| format!("{f:?}"))?;
     }

@@ -1,4 +1,5 @@
 //! Nothing is allocated while stepping: the whole of `zoo::system`, both integrators.
+#![allow(clippy::unwrap_used)]
 use allocation_counter::measure;
 use linkwork_runtime::{Integrator, Simulation, Snapshot};
 use linkwork_tests::zoo;

@@ -192,7 +192,9 @@ fn axle_loads_are_those_of_statics() {
         let tan = f64::to_radians(slope).tan();
         let proportional = Statics::rover().loads(slope, [[0.0, tan]; 2]);
         println!("{slope}°: N and T of front, middle, rear {found:.1?}");
-        println!("     statics with that traction {want:.1?}, with proportional traction {proportional:.1?}");
+        println!(
+            "     statics with that traction {want:.1?}, with proportional traction {proportional:.1?}"
+        );
         for (f, w) in found.iter().zip(want) {
             assert!((f[0] / w - 1.0).abs() < 0.01, "{slope}: {found:?} {want:?}");
         }
@@ -216,6 +218,8 @@ fn the_chassis_pitches_by_the_mean_of_the_rockers() {
         most = most.max(left.abs());
         error = error.max(((left + right).abs() / 2.0 - wound).abs());
     }
-    println!("greatest rocker angle {most} rad, chassis pitch off the mean by {error} rad ({wound} wound up)");
+    println!(
+        "greatest rocker angle {most} rad, chassis pitch off the mean by {error} rad ({wound} wound up)"
+    );
     assert!(most > 0.01 && error < 0.01 * most, "{most} {error}");
 }

@@ -90,7 +90,9 @@ fn raise_relief(field: &mut HeightField, recipe: &Recipe) {
     let mut octaves: Vec<_> = octaves
         .iter()
         .enumerate()
-        .map(|(k, (length, gain))| (*length, *gain, turn(k), Cell::new(seed.wrapping_add(k as u64))))
+        .map(|(k, (length, gain))| {
+            (*length, *gain, turn(k), Cell::new(seed.wrapping_add(k as u64)))
+        })
         .collect();
     field.map(|x, y, _| {
         let mut h = 0.0;

@@ -178,30 +178,3 @@ fn in_the_air_there_is_no_load_and_the_state_fades() {
     }
     assert!(rig.state.xi_x.abs() + rig.state.xi_y.abs() + rig.state.pressed < 1e-12);
 }
-
-#[test]
-#[allow(clippy::disallowed_methods)]
-#[ignore = "a measurement: run with --release --ignored --nocapture"]
-fn cost_of_a_wheel_on_a_plane() {
-    let plane = |x: f64, _: f64| Some((0.1 * x, Vec3::new(-0.0995, 0.0, 0.995)));
-    let (c, soil) = (contact(), lunar());
-    let state = SoilState { xi_x: 0.01, xi_y: 0.001, pressed: 0.0, rolled: 1.0 };
-    let (mut load_sum, mut rate_sum, n) = (0.0, 0.0, 100_000);
-    let hub = |i: u32| Hub {
-        position: Vec3::new(1e-6 * f64::from(i), 0.0, 0.235),
-        axle: Vec3::y(),
-        velocity: Vec3::x() * 0.04,
-        angular: Vec3::y() * 0.2,
-    };
-    let start = std::time::Instant::now();
-    for i in 0..n {
-        load_sum += c.load(&soil, &hub(i), &state, &plane).local.fx;
-    }
-    let middle = std::time::Instant::now();
-    for i in 0..n {
-        rate_sum += c.rates(&soil, &hub(i), &state, &plane).xi_x;
-    }
-    let per = |d: std::time::Duration| d.as_nanos() / u128::from(n);
-    println!("load {} ns, rates {} ns", per(middle - start), per(middle.elapsed()));
-    assert!(load_sum.is_finite() && rate_sum.is_finite());
-}

@@ -188,9 +188,8 @@ impl Peaks {
 /// Two secant steps to where the error is zero.
 #[inline(always)]
 fn refine(coarse: &Coarse, k: usize, touch: &impl Fn(f64, f64) -> Option<Touch>) -> Option<Touch> {
-    let between = |[low, high]: [(f64, f64); 2]| {
-        low.0 + (high.0 - low.0) * (low.1 / (low.1 - high.1))
-    };
+    let between =
+        |[low, high]: [(f64, f64); 2]| low.0 + (high.0 - low.0) * (low.1 / (low.1 - high.1));
     let at = |t: f64| touch(t, 1.0 / (1.0 + t * t).sqrt());
     let [low, high] = bracket(coarse, k);
     let t = between([low, high]);

@@ -304,6 +304,14 @@ fn assemble(
         Wiring { root: &root, catalogue: options.catalogue, mechanism: &simulation.mechanism };
     let wires = wiring.wires(cx);
     if !cx.faults.is_empty() {
+        // What the models say of their parameters belongs into the same report.
+        let files = linkwork_runtime::Files { folders: options.search.clone() };
+        let spec = Spec { parts, ..Spec::default() };
+        let more = linkwork_runtime::check_parts(&spec, options.catalogue, &files);
+        // But not what only follows from a fault at the same place.
+        let touches = |a: Origin, b: Origin| a.file == b.file && a.start < b.end && b.start < a.end;
+        let told: Vec<Origin> = cx.faults.iter().map(|f| f.origin).collect();
+        cx.faults.extend(more.into_iter().filter(|f| !told.iter().any(|t| touches(*t, f.origin))));
         return None;
     }
     let spec = Spec {

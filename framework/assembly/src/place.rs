@@ -1,8 +1,8 @@
 //! Maps that a simulation hands through as written: reading them, and `place`, which puts a machine down.
 use crate::globs::path_matches;
 use linkwork_runtime::{
-    Fault, Handle, Located, Origin, Placement, Plan, Terrain, Unit, Value, place_on_terrain, remedy,
-    split_quantity,
+    Fault, Handle, Located, Origin, Placement, Plan, Terrain, Unit, Value, place_on_terrain,
+    remedy, split_quantity,
 };
 
 /// A number with an optional unit, SI.

@@ -22,7 +22,8 @@ impl Ballast {
     /// # Errors
     /// When either cannot be written: better at the start than at the end of a long run.
     pub fn create(path: &Path, spent: Arc<AtomicBool>) -> std::io::Result<Ballast> {
-        let file = OpenOptions::new().create(true).truncate(true).write(true).read(true).open(path)?;
+        let file =
+            OpenOptions::new().create(true).truncate(true).write(true).read(true).open(path)?;
         let reserve = path.with_extension("reserve");
         let mut r = File::create(&reserve)?;
         // Real bytes: a sparse file would reserve nothing.

@@ -208,10 +208,8 @@ impl Transforms {
     fn message(&mut self, row: &TapRow, out: &mut Vec<u8>) -> Result<(), String> {
         let nq = self.tree.nq();
         kinematics(&self.tree, &mut self.ws, &row.values[..nq], &row.values[nq..]);
-        let timestamp = Timestamp::new(
-            (row.ns / 1_000_000_000) as u32,
-            (row.ns % 1_000_000_000) as u32,
-        );
+        let timestamp =
+            Timestamp::new((row.ns / 1_000_000_000) as u32, (row.ns % 1_000_000_000) as u32);
         let transforms = self
             .tree
             .multibody()

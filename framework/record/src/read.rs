@@ -43,7 +43,9 @@ pub fn read_log(path: &Path) -> Result<BTreeMap<String, Series>, LogError> {
                 channels.insert(c.id, (part, c.schema_id, c.metadata));
             }
             Record::Message { header, data } => {
-                let Some((part, schema, units)) = channels.get(&header.channel_id) else { continue };
+                let Some((part, schema, units)) = channels.get(&header.channel_id) else {
+                    continue;
+                };
                 let Some((name, set)) = schemas.get(schema) else { continue };
                 if !name.starts_with("linkwork.") {
                     continue;

@@ -4,9 +4,7 @@
 //! become `repeated double rate`. Proto3 without presence: readers give 0 for an absent field, so
 //! every number is written, zero included.
 use prost_types::field_descriptor_proto::{Label, Type};
-use prost_types::{
-    DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet,
-};
+use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 
 /// One field of a message: a number, numbers, or a message.
 #[derive(Clone, Debug, PartialEq)]
@@ -194,8 +192,7 @@ fn length(fields: &[(String, Node)]) -> usize {
 /// Reads a message back into named numbers, by its descriptor: for `diff` and for tests.
 pub fn decode(descriptor: &FileDescriptorSet, type_name: &str, data: &[u8]) -> Vec<(String, f64)> {
     let short = type_name.rsplit('.').next().unwrap_or(type_name);
-    let found =
-        descriptor.file.iter().flat_map(|f| &f.message_type).find(|m| m.name() == short);
+    let found = descriptor.file.iter().flat_map(|f| &f.message_type).find(|m| m.name() == short);
     let mut out = Vec::new();
     if let Some(m) = found {
         decode_message(m, "", data, &mut out);
@@ -261,7 +258,8 @@ mod tests {
 
     #[test]
     fn rows_come_back_by_name() {
-        let names = ["torque", "hub.position.x", "hub.position.y", "rate[0]", "rate[1]", "on", "hub.w"];
+        let names =
+            ["torque", "hub.position.x", "hub.position.y", "rate[0]", "rate[1]", "on", "hub.w"];
         let columns: Vec<(String, bool)> =
             names.iter().map(|n| (n.to_string(), *n == "on")).collect();
         let s = Schema::new("Rover.Wheels.Wheel1/Motor", &columns);

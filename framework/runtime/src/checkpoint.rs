@@ -90,7 +90,9 @@ pub enum CheckpointError {
         why: String,
     },
     /// The checkpoint belongs to another simulation.
-    #[error("the checkpoint does not fit this simulation: {why}\n  help: resume it with the configuration inside it")]
+    #[error(
+        "the checkpoint does not fit this simulation: {why}\n  help: resume it with the configuration inside it"
+    )]
     Mismatch {
         /// What differs.
         why: String,
@@ -214,15 +216,16 @@ impl Simulation {
         }
         self.state.tick = c.tick;
         self.state.row = c.row;
-        let mut values =
-            c.lanes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
+        let mut values = c.lanes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
         let s = &mut self.state;
         for lane in s.x.iter_mut().chain(&mut s.d).chain(&mut s.sig) {
             *lane = values.next().unwrap_or(f64::NAN);
         }
         for (part, bytes) in &c.stores {
             let Some(k) = self.plan().parts.iter().position(|p| p.path == *part) else {
-                return Err(CheckpointError::Mismatch { why: format!("there is no part `{part}`") });
+                return Err(CheckpointError::Mismatch {
+                    why: format!("there is no part `{part}`"),
+                });
             };
             self.blocks[k]
                 .load_store(bytes)

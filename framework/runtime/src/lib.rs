@@ -26,7 +26,7 @@ mod value;
 pub use block::{Block, Indices, Now, Prototype, Wiring};
 pub use catalogue::{Catalogue, Entry};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
-pub use compile::compile;
+pub use compile::{check_parts, compile};
 pub use mechanism::{Frame, MechanismPlan, MechanismWiring};
 pub use model::{BuildError, Description, Functions, Model, Store};
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};

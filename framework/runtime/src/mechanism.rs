@@ -160,8 +160,13 @@ impl Block for MechanismBlock {
         for &(v, lane) in &plan.wiring.motions {
             self.vdot[v as usize] = sig[lane as usize];
         }
-        if forward_dynamics_given_kinematics(&plan.tree, &mut self.ws, &mut self.tau, &mut self.vdot)
-            .is_err()
+        if forward_dynamics_given_kinematics(
+            &plan.tree,
+            &mut self.ws,
+            &mut self.tau,
+            &mut self.vdot,
+        )
+        .is_err()
         {
             // Reported by the run as the first bad variable.
             self.vdot.fill(f64::NAN);

@@ -52,7 +52,10 @@ pub fn place_on_terrain(
     p: &Placement,
 ) -> Result<f64, PlaceError> {
     let Some(mechanism) = plan.mechanism.as_mut().and_then(Arc::get_mut) else {
-        return error("there is no mechanism, or it is already running".into(), "place before the run");
+        return error(
+            "there is no mechanism, or it is already running".into(),
+            "place before the run",
+        );
     };
     let mb = mechanism.multibody.clone();
     let find = |name: &str| match mb.body(name) {
@@ -63,9 +66,13 @@ pub fn place_on_terrain(
         }
     };
     let root = find(&p.body)?;
-    let free = mb.get(root).subhinges().iter().any(|s| matches!(s.subhinge.kind, SubhingeKind::Free));
+    let free =
+        mb.get(root).subhinges().iter().any(|s| matches!(s.subhinge.kind, SubhingeKind::Free));
     if !free {
-        return error(format!("`{}` has no free hinge", p.body), "place the root body of the machine");
+        return error(
+            format!("`{}` has no free hinge", p.body),
+            "place the root body of the machine",
+        );
     }
     let at = mb.get(root).q().start;
     let mut joints = Vec::new();
@@ -110,7 +117,10 @@ pub fn place_on_terrain(
             let c = ws.body_pose(&tree, *id).position;
             let Some(g) = terrain.ground(c.x, c.y) else {
                 return error(
-                    format!("there is no ground under `{}` at ({:.3}, {:.3})", p.wheels[k].0, c.x, c.y),
+                    format!(
+                        "there is no ground under `{}` at ({:.3}, {:.3})",
+                        p.wheels[k].0, c.x, c.y
+                    ),
                     "start where the map has data",
                 );
             };

@@ -100,7 +100,15 @@ impl Simulation {
         let plan = self.plan.clone();
         let now = self.now();
         for op in &plan.ops {
-            Self::run(&mut self.blocks, &plan, *op, &now, &self.state.x, &self.state.d, &mut self.state.sig);
+            Self::run(
+                &mut self.blocks,
+                &plan,
+                *op,
+                &now,
+                &self.state.x,
+                &self.state.d,
+                &mut self.state.sig,
+            );
         }
         self.updates(&plan, &now);
     }
@@ -260,7 +268,8 @@ impl Simulation {
 
     fn is_bad(&self) -> bool {
         // NaN and ∞ times zero are NaN; one pass without branches.
-        let runaway = self.state.x.iter().fold(0.0f64, |m, v| m + f64::from(u8::from(!(v.abs() < RUNAWAY))));
+        let runaway =
+            self.state.x.iter().fold(0.0f64, |m, v| m + f64::from(u8::from(!(v.abs() < RUNAWAY))));
         let signals = self.state.sig.iter().fold(0.0f64, |m, v| m + v * 0.0);
         let discrete = self.state.d.iter().fold(0.0f64, |m, v| m + v * 0.0);
         runaway > 0.0 || signals + discrete != 0.0
@@ -322,9 +331,8 @@ impl Simulation {
     /// No such variable, a value that is not finite, or a variable that something else drives.
     pub fn set(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
         let v = self.variable(path)?.clone();
-        let refuse = |message: String, help: &str| {
-            Err(VariableError { message, help: help.to_string() })
-        };
+        let refuse =
+            |message: String, help: &str| Err(VariableError { message, help: help.to_string() });
         if !value.is_finite() {
             return refuse(format!("`{path}` cannot be set to {value}"), "give a finite number");
         }

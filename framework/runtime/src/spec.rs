@@ -2,7 +2,7 @@
 //!
 //! The assembly floor writes it from RON; a Rust program may write it directly.
 use crate::time::Seconds;
-use crate::value::{Located, Origin};
+use crate::value::{Located, Origin, Value};
 use linkwork_multibody::Multibody;
 use std::sync::Arc;
 
@@ -27,6 +27,29 @@ pub struct PartSpec {
     pub origin: Origin,
     /// Folder in which its files are looked for first.
     pub folder: Option<std::path::PathBuf>,
+}
+
+impl PartSpec {
+    /// A part written by a program: parameters as a map, no rate.
+    pub fn new(path: impl Into<String>, model: impl Into<String>, params: Value) -> PartSpec {
+        PartSpec {
+            path: path.into(),
+            model: model.into(),
+            model_origin: Origin::NONE,
+            params: params.into(),
+            rate: None,
+            rate_origin: Origin::NONE,
+            offset: Seconds::ZERO,
+            origin: Origin::NONE,
+            folder: None,
+        }
+    }
+    /// Sampled with this period.
+    #[must_use]
+    pub fn rate(mut self, period: Seconds) -> PartSpec {
+        self.rate = Some(period);
+        self
+    }
 }
 
 /// One end of a wire: a part's port, or one lane of it.

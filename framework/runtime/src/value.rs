@@ -202,7 +202,7 @@ pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
 }
 
 /// `did you mean …`, and the list of what there is.
-pub fn remedy<'a>(name: &str, kind: &str, known: &[&'a str]) -> String {
+pub fn remedy(name: &str, kind: &str, known: &[&str]) -> String {
     let list = if known.is_empty() {
         format!("there are no {kind}")
     } else if known.len() > 40 {

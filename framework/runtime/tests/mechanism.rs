@@ -1,4 +1,5 @@
 //! The mechanism inside a simulation: order of the integrators, same bits, mistakes in bindings.
+#![allow(clippy::unwrap_used)]
 mod common;
 use common::*;
 use linkwork_multibody::{BodySpec, Builder, Hinge};
@@ -30,7 +31,10 @@ fn swing(integrator: Integrator, step: f64) -> Spec {
     q[0] = 0.8;
     let v = vec![0.3, 1.0, -0.7, 0.4];
     let mut s = spec(
-        vec![part("world.gravity", "t.gravity", &[], None), part("spring", "t.spring", &[("k", 3.0)], None)],
+        vec![
+            part("world.gravity", "t.gravity", &[], None),
+            part("spring", "t.spring", &[("k", 3.0)], None),
+        ],
         &[],
     );
     s.parts[0].params = Value::Map(vec![(

@@ -1,8 +1,8 @@
 //! `deriv` that reads the model's own direct outputs: order of evaluation, order of the integrator, checkpoint.
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{
-    Catalogue, Description, Entry, Integrator, Located, Origin, PartSpec, PortRef, Seconds, Simulation,
-    Spec, Value, WireSpec, compile,
+    Catalogue, Description, Entry, Integrator, Located, Origin, PartSpec, PortRef, Seconds,
+    Simulation, Spec, Value, WireSpec, compile,
 };
 use std::sync::Arc;
 
@@ -96,7 +96,8 @@ fn run(wired: bool, step: Seconds, integrator: Integrator) -> Simulation {
             folder: None,
         });
     }
-    let end = |part: &str, port: &str| PortRef { part: part.into(), port: port.into(), index: None };
+    let end =
+        |part: &str, port: &str| PortRef { part: part.into(), port: port.into(), index: None };
     for to in ["A", "B"].into_iter().filter(|_| wired) {
         spec.wires.push(WireSpec {
             from: end("Z", "y"),
@@ -122,13 +123,20 @@ fn outputs_are_those_of_the_same_evaluation() {
         let mut sim = run(true, Seconds { num: 1, den: 50 }, integrator);
         for k in 1..=100 {
             sim.run_until(Seconds { num: k, den: 10 }).unwrap();
-            assert_eq!(sim.get("A.state.s").unwrap().to_bits(), sim.get("B.state.s").unwrap().to_bits(), "{k}");
+            assert_eq!(
+                sim.get("A.state.s").unwrap().to_bits(),
+                sim.get("B.state.s").unwrap().to_bits(),
+                "{k}"
+            );
         }
         // A state that was edited is seen by the next step.
         sim.set("A.state.s", 0.5).unwrap();
         sim.set("B.state.s", 0.5).unwrap();
         sim.run_until(Seconds { num: 11, den: 1 }).unwrap();
-        assert_eq!(sim.get("A.state.s").unwrap().to_bits(), sim.get("B.state.s").unwrap().to_bits());
+        assert_eq!(
+            sim.get("A.state.s").unwrap().to_bits(),
+            sim.get("B.state.s").unwrap().to_bits()
+        );
     }
 }
 

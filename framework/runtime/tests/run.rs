@@ -1,4 +1,5 @@
 //! Time is exact, bits do not depend on chunks, order or checkpoints; mistakes are reported together.
+#![allow(clippy::unwrap_used)]
 mod common;
 use common::*;
 use linkwork_runtime::*;
@@ -143,6 +144,7 @@ fn all_wiring_mistakes_in_one_report() {
             part("two", "t.gain", &[], None),
             part("volts", "t.volts", &[], None),
             part("lost", "t.bounce", &[], None),
+            part("lonely", "t.bounce", &[], None),
             part("hold", "t.hold", &[], None),
             part("int", "t.integrator", &[], Some("5 Hz")),
             part("odd", "t.gian", &[], None),
@@ -172,7 +174,7 @@ fn all_wiring_mistakes_in_one_report() {
         "there is no part `onne`\n  help: did you mean `one`?",
         "`one` has no output `yy`",
         "`u` is an input; a wire runs from an output to an input",
-        "required input `lost.u` (1) is not wired",
+        "required input `lonely.u` (1) is not wired",
         "`hold` (t.hold) is sampled and has no rate",
         "`int` (t.integrator) is continuous: a rate has no effect on it",
         "there is no model `t.gian`\n  help: did you mean `t.gain`?",
@@ -180,6 +182,26 @@ fn all_wiring_mistakes_in_one_report() {
     ] {
         assert!(text.contains(message), "missing: {message}\nin:\n{text}");
     }
+}
+
+#[test]
+fn one_mistake_is_told_once() {
+    let mut s = spec(
+        vec![
+            part("bad", "t.gain", &[("kk", 2.0)], None),
+            part("reader", "t.bounce", &[], None),
+            part("g", "t.gravity", &[], None),
+        ],
+        &["bad.y -> reader.u", "reader.y -> bad.u"],
+    );
+    s.parts[2].params = Value::Map(vec![("gg".into(), Value::Null.into())]).into();
+    let Err(found) = compile(&s, &catalogue(), &Files::default()) else { panic!("compiled") };
+    let told: Vec<&str> = found.0.iter().map(|f| f.message.as_str()).collect();
+    assert_eq!(told.len(), 3, "{told:#?}");
+    assert!(told.iter().all(|t| t.contains("`bad`") || t.contains("`g`")), "{told:#?}");
+
+    let s = spec(vec![part("int", "t.integrator", &[], None)], &["int.y -> int.v"]);
+    assert!(faults(&s).contains("`int` has no input `v`"));
 }
 
 #[test]
@@ -197,7 +219,7 @@ fn loops_are_named_wire_by_wire() {
         text.contains("loop of direct outputs through a, b: `a.y -> b.u`, `b.y -> a.u`"),
         "{text}"
     );
-    assert!(text.contains("help: put a `basics.unit_delay`"), "{text}");
+    assert!(text.contains("help: put a `basics.delay`"), "{text}");
 }
 
 #[test]
@@ -232,9 +254,8 @@ fn sampled_values_are_held_and_listed_as_holds() {
     assert!(!hold("b.int.y"));
     // Noise, hold and memory are not evaluated in the stages of the integrator.
     let staged: Vec<Op> = plan.stage_ops.iter().map(|&k| plan.ops[k as usize]).collect();
-    let sampled: Vec<u32> = (0..plan.parts.len() as u32)
-        .filter(|&k| plan.parts[k as usize].rate.is_some())
-        .collect();
+    let sampled: Vec<u32> =
+        (0..plan.parts.len() as u32).filter(|&k| plan.parts[k as usize].rate.is_some()).collect();
     assert_eq!(sampled.len(), 3);
     for op in staged {
         let (Op::Moore(k) | Op::Direct(k)) = op else { continue };

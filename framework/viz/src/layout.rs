@@ -2,9 +2,10 @@
 //!
 //! Written as blueprint archetypes with fixed ids: the SDK's builder has no way to set the eye.
 use crate::scene::Scene;
+use linkwork_spatial::Vec3;
 use re_sdk_types::blueprint::archetypes::{
-    ContainerBlueprint, EyeControls3D, PanelBlueprint, PlotLegend, TimePanelBlueprint, ViewBlueprint,
-    ViewContents, ViewportBlueprint,
+    ContainerBlueprint, EyeControls3D, PanelBlueprint, PlotLegend, TimePanelBlueprint,
+    ViewBlueprint, ViewContents, ViewportBlueprint,
 };
 use re_sdk_types::blueprint::components::{
     AutoLayout, AutoViews, ColumnShare, ContainerKind, IncludedContent, PanelState, PlayState,
@@ -52,11 +53,15 @@ fn container(
     Ok(path)
 }
 
-/// Sends the blueprint of a scene.
-pub fn send(rec: &RecordingStream, scene: &Scene, follow: Option<EntityPath>) -> RecordingStreamResult<()> {
-    let application = rec
-        .store_info()
-        .map_or_else(|| "linkwork".into(), |info| info.application_id().clone());
+/// Sends the blueprint of a scene; the eye starts looking at `target`.
+pub fn send(
+    rec: &RecordingStream,
+    scene: &Scene,
+    follow: Option<EntityPath>,
+    target: Vec3,
+) -> RecordingStreamResult<()> {
+    let application =
+        rec.store_info().map_or_else(|| "linkwork".into(), |info| info.application_id().clone());
     let (bp, storage) = RecordingStreamBuilder::new(application)
         .recording_id(id(&scene.title).to_string())
         .blueprint()
@@ -64,10 +69,11 @@ pub fn send(rec: &RecordingStream, scene: &Scene, follow: Option<EntityPath>) ->
     bp.set_time_sequence("blueprint", 0);
     let all = ["+ /**".to_string(), "- /plots/**".to_string()];
     let main = view(&bp, "3D", "Scene", "/", &all)?;
-    let e = scene.eye.unwrap_or_else(|| linkwork_spatial::Vec3::new(-4.0, -5.0, 3.0));
+    let e = target + scene.eye.unwrap_or_else(|| Vec3::new(-4.0, -5.0, 3.0));
+    let f3 = |v: &Vec3| [v.x as f32, v.y as f32, v.z as f32];
     let mut eye = EyeControls3D::new()
-        .with_position([e.x as f32, e.y as f32, e.z as f32])
-        .with_look_target([0.0, 0.0, 0.0])
+        .with_position(f3(&e))
+        .with_look_target(f3(&target))
         .with_eye_up([0.0, 0.0, 1.0]);
     if let Some(path) = follow {
         eye = eye.with_tracking_entity(path.to_string());
@@ -122,7 +128,6 @@ pub fn send(rec: &RecordingStream, scene: &Scene, follow: Option<EntityPath>) ->
 
 /// Entity path of a panel's curves.
 pub fn plot_path(title: &str) -> String {
-    let clean: String =
-        title.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    let clean: String = title.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
     format!("/plots/{}", clean.trim_matches('_'))
 }

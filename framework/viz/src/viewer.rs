@@ -111,7 +111,8 @@ impl Viewer {
             places.extend((0..mb.nq() + mb.nv()).map(|k| Place::X((m.wiring.x + k) as u32)));
             viewer.tree = Some(m.tree.clone());
             viewer.ws = Some(Workspace::new(&m.tree));
-            viewer.bodies = mb.body_ids().zip(mb.bodies()).map(|(i, b)| (i, entity(b.name()))).collect();
+            viewer.bodies =
+                mb.body_ids().zip(mb.bodies()).map(|(i, b)| (i, entity(b.name()))).collect();
             let node = |n: &String| Some((mb.node(n)?, entity(&format!("{n}/axes"))));
             viewer.frames = scene.frames.iter().filter_map(node).collect();
             let trail = |b: &String| {
@@ -125,7 +126,17 @@ impl Viewer {
             viewer.trails = scene.trails.iter().filter_map(trail).collect();
             viewer.follow = scene.follow.as_ref().and_then(|b| mb.body(b));
         }
-        layout::send(&viewer.rec, scene, scene.follow.as_deref().map(entity))?;
+        let mut target = Vec3::zeros();
+        if let (Some(m), Some(ws), Some(body)) = (&plan.mechanism, &mut viewer.ws, viewer.follow) {
+            kinematics(&m.tree, ws, &m.q, &m.v);
+            target = ws.body_pose(&m.tree, body).position;
+        }
+        // The viewer tracks what has an extent: a shape, not a bare transform.
+        let tracked = scene.follow.as_ref().map(|b| {
+            let shape = scene.shapes.iter().find(|s| s.body == *b);
+            shape.map_or_else(|| entity(b), shape_path)
+        });
+        layout::send(&viewer.rec, scene, tracked, target)?;
         for shape in &scene.shapes {
             viewer.shape(shape)?;
         }
@@ -173,7 +184,7 @@ impl Viewer {
     }
 
     fn shape(&self, shape: &Shape) -> Result<(), Wrap> {
-        let path = entity(&shape.body).join(&entity(&format!("shapes/{}", shape.name)));
+        let path = shape_path(shape);
         let fill = rerun::FillMode::Solid;
         let [r, g, b, a] = shape.color;
         let color = rerun::Color::from_unmultiplied_rgba(r, g, b, a);
@@ -191,29 +202,33 @@ impl Viewer {
                 self.rec.log_static(path.clone(), &ball)?;
             }
             Form::Cylinder { radius, length } => {
-                let body = rerun::Cylinders3D::from_lengths_and_radii([*length as f32], [*radius as f32])
-                    .with_fill_mode(fill)
-                    .with_colors([color]);
+                let body =
+                    rerun::Cylinders3D::from_lengths_and_radii([*length as f32], [*radius as f32])
+                        .with_fill_mode(fill)
+                        .with_colors([color]);
                 self.rec.log_static(path.clone(), &body)?;
             }
             Form::Capsule { radius, length } => {
-                let body = rerun::Capsules3D::from_lengths_and_radii([*length as f32], [*radius as f32])
-                    .with_translations([[0.0, 0.0, -0.5 * *length as f32]])
-                    .with_fill_mode(fill)
-                    .with_colors([color]);
+                let body =
+                    rerun::Capsules3D::from_lengths_and_radii([*length as f32], [*radius as f32])
+                        .with_translations([[0.0, 0.0, -0.5 * *length as f32]])
+                        .with_fill_mode(fill)
+                        .with_colors([color]);
                 self.rec.log_static(path.clone(), &body)?;
             }
             Form::Mesh { file, scale } => {
                 let mut input = std::io::BufReader::new(
-                    std::fs::File::open(file).map_err(|e| Wrap(format!("{}: {e}", file.display())))?,
+                    std::fs::File::open(file)
+                        .map_err(|e| Wrap(format!("{}: {e}", file.display())))?,
                 );
                 let stl = stl_io::read_stl(&mut input)
                     .map_err(|e| Wrap(format!("{}: {e}", file.display())))?;
                 let points = stl.vertices.iter().map(|v| [0, 1, 2].map(|k| v[k] * *scale as f32));
                 let faces = stl.faces.iter().map(|f| f.vertices.map(|i| i as u32));
-                let mesh = rerun::Mesh3D::new(points)
-                    .with_triangle_indices(faces)
-                    .with_albedo_factor(rerun::datatypes::Rgba32::from_unmultiplied_rgba(r, g, b, a));
+                let mesh =
+                    rerun::Mesh3D::new(points).with_triangle_indices(faces).with_albedo_factor(
+                        rerun::datatypes::Rgba32::from_unmultiplied_rgba(r, g, b, a),
+                    );
                 self.rec.log_static(path.clone(), &mesh)?;
             }
         }
@@ -230,7 +245,8 @@ impl Viewer {
                 self.rec.log(path.clone(), &transform(&ws.body_pose(tree, *id)))?;
             }
             for (id, path) in &self.frames {
-                self.rec.log(path.clone(), &transform_absolute(ws, tree, *id, path, &self.bodies))?;
+                self.rec
+                    .log(path.clone(), &transform_absolute(ws, tree, *id, path, &self.bodies))?;
             }
             for trail in &mut self.trails {
                 let p = ws.body_pose(tree, trail.body).position;
@@ -313,6 +329,10 @@ fn stream(sink: &Sink, title: &str) -> Result<RecordingStream, Wrap> {
             builder.set_sinks((file, rerun::sink::GrpcSink::new(url)))?
         }
     })
+}
+
+fn shape_path(shape: &Shape) -> EntityPath {
+    entity(&shape.body).join(&entity(&format!("shapes/{}", shape.name)))
 }
 
 fn f3(v: &Vec3) -> [f32; 3] {

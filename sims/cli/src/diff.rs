@@ -43,7 +43,11 @@ pub fn diff(a: &Path, b: &Path, abs: f64, rel: f64) -> u8 {
         println!("equal: {} series within abs {abs:e}, rel {rel:e}", x.len());
         return exit::OK;
     }
-    println!("{} of {} series differ (abs {abs:e}, rel {rel:e}):", differences.len(), x.len().max(y.len()));
+    println!(
+        "{} of {} series differ (abs {abs:e}, rel {rel:e}):",
+        differences.len(),
+        x.len().max(y.len())
+    );
     for d in differences.iter().take(40) {
         println!("  {:12.3e}  {}: {}", d.largest, d.name, d.what);
     }

@@ -71,8 +71,11 @@ impl Figures {
                 Ok(v) => v,
                 Err(e) => {
                     faults.push(
-                        linkwork_runtime::Fault::new(f.of.origin, format!("figure `{}`: {}", f.name, e.message))
-                            .help(e.help),
+                        linkwork_runtime::Fault::new(
+                            f.of.origin,
+                            format!("figure `{}`: {}", f.name, e.message),
+                        )
+                        .help(e.help),
                     );
                     continue;
                 }
@@ -82,12 +85,21 @@ impl Figures {
             let own = Unit::parse(&v.unit).unwrap_or(Unit::ONE);
             match parsed {
                 Ok(u) if u.same_quantity(&own) => {
-                    list.push(Tracked { name: f.name.clone(), unit, place: v.place, take: f.take, unit_read: u });
+                    list.push(Tracked {
+                        name: f.name.clone(),
+                        unit,
+                        place: v.place,
+                        take: f.take,
+                        unit_read: u,
+                    });
                 }
                 Ok(_) => faults.push(
                     linkwork_runtime::Fault::new(
                         f.origin,
-                        format!("figure `{}`: `{}` is in {}, which is no {unit}", f.name, f.of.text, v.unit),
+                        format!(
+                            "figure `{}`: `{}` is in {}, which is no {unit}",
+                            f.name, f.of.text, v.unit
+                        ),
                     )
                     .help("choose a unit of the same quantity"),
                 ),

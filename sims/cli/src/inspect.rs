@@ -35,7 +35,9 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
         let found: Vec<_> =
             catalogue.iter().filter(|e| path_matches(&text, e.description.name)).collect();
         if found.is_empty() {
-            eprintln!("error: `{text}` is neither a simulation nor a pattern of models\n  help: `linkwork list` shows all models");
+            eprintln!(
+                "error: `{text}` is neither a simulation nor a pattern of models\n  help: `linkwork list` shows all models"
+            );
             return exit::INPUT;
         }
         for e in found {
@@ -61,7 +63,10 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
         }
     }
     if n == 0 {
-        eprintln!("error: `{}` matches no variable\n  help: `*` is one part of a path, `**` any number", pattern.unwrap_or(""));
+        eprintln!(
+            "error: `{}` matches no variable\n  help: `*` is one part of a path, `**` any number",
+            pattern.unwrap_or("")
+        );
         return exit::INPUT;
     }
     exit::OK
@@ -84,8 +89,13 @@ fn ports(out: &mut String, title: &str, list: &[PortSpec]) {
             notes.push(format!("default {d:?}"));
         }
         let kind = if p.unit.is_empty() { format!("{:?}", p.kind) } else { p.unit.to_string() };
-        let lanes = if p.lanes > 1 && !p.unit.is_empty() { format!(" ×{}", p.lanes) } else { String::new() };
-        let notes = if notes.is_empty() { String::new() } else { format!(" ({})", notes.join(", ")) };
+        let lanes = if p.lanes > 1 && !p.unit.is_empty() {
+            format!(" ×{}", p.lanes)
+        } else {
+            String::new()
+        };
+        let notes =
+            if notes.is_empty() { String::new() } else { format!(" ({})", notes.join(", ")) };
         let _ = writeln!(out, "  {:24} {:12} {}{notes}", p.name, kind + &lanes, first_line(p.doc));
     }
 }
@@ -112,14 +122,18 @@ pub fn describe(model: &str) -> u8 {
     let entry = match catalogue.find(model, Origin::NONE, "describe") {
         Ok(e) => e,
         Err(fault) => {
-            eprintln!("error: there is no model `{model}`\n  help: {}", fault.help.unwrap_or_default());
+            eprintln!(
+                "error: there is no model `{model}`\n  help: {}",
+                fault.help.unwrap_or_default()
+            );
             return exit::INPUT;
         }
     };
     let d = &entry.description;
     let mut out = format!("{}\n{}\n", d.name, d.doc);
     if let Some(kind) = entry.service_kind() {
-        let _ = writeln!(out, "\nA service: provides {} to the models that ask for it.", kind.text());
+        let _ =
+            writeln!(out, "\nA service: provides {} to the models that ask for it.", kind.text());
     }
     if !d.params.is_empty() {
         out.push_str("\nparameters\n");
@@ -156,8 +170,7 @@ fn draw(node: &TreeNode, lead: &str, next: &str, out: &mut String) {
         TreeKind::Assembly(a) => a.clone(),
     };
     let name = if node.name.is_empty() { "(simulation)" } else { &node.name };
-    let bodies: Vec<&str> =
-        node.bodies.iter().map(|b| b.rsplit('/').next().unwrap_or(b)).collect();
+    let bodies: Vec<&str> = node.bodies.iter().map(|b| b.rsplit('/').next().unwrap_or(b)).collect();
     let bodies =
         if bodies.is_empty() { String::new() } else { format!("  bodies: {}", bodies.join(", ")) };
     let _ = writeln!(out, "{lead}{name:<24} {what}{bodies}");

@@ -7,7 +7,9 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_assembly::{Failure, match_patterns};
 use linkwork_record::{Log, LogSpec};
-use linkwork_runtime::{Checkpoint, Fault, Place, RunError, Seconds, Simulation, Snapshot, Tap, Value};
+use linkwork_runtime::{
+    Checkpoint, Fault, Place, RunError, Seconds, Simulation, Snapshot, Tap, Value,
+};
 use linkwork_viz::{Scene, Sink, Viewer};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -123,10 +125,10 @@ pub fn resume(file: &Path, options: &RunOptions) -> u8 {
             return exit::INPUT;
         }
     };
-    let name = checkpoint.extra.get("name").map_or_else(
-        || "resumed".to_string(),
-        |n| String::from_utf8_lossy(n).into_owned(),
-    );
+    let name = checkpoint
+        .extra
+        .get("name")
+        .map_or_else(|| "resumed".to_string(), |n| String::from_utf8_lossy(n).into_owned());
     match load::ready_text(&format!("{name}.ron"), &checkpoint.configuration) {
         Ok(ready) => start(ready, &name, options, Some(&checkpoint)),
         Err(code) => code,
@@ -176,10 +178,13 @@ fn try_start(
         None => file.until,
     };
     if until.is_none() && prepared.stop_when.is_none() {
-        eprintln!("error: nothing says when to stop\n  help: give --until, or write `until` in the file");
+        eprintln!(
+            "error: nothing says when to stop\n  help: give --until, or write `until` in the file"
+        );
         return Err(exit::INPUT);
     }
-    let every = options.checkpoint_every.as_deref().map(|t| time(t, "--checkpoint-every")).transpose()?;
+    let every =
+        options.checkpoint_every.as_deref().map(|t| time(t, "--checkpoint-every")).transpose()?;
     let mut sim = Simulation::new(Arc::new(ready.plan));
     let mut figures = prepared.figures;
     if let Some(c) = from {
@@ -298,7 +303,10 @@ impl Runner {
         }
         self.bar.finish_and_clear();
         if matches!(ending, Ending::Interrupted | Ending::LogFailed(_)) {
-            self.save(&self.sim.checkpoint(&self.configuration).map_err(|e| e.to_string()), "interrupted.lwck");
+            self.save(
+                &self.sim.checkpoint(&self.configuration).map_err(|e| e.to_string()),
+                "interrupted.lwck",
+            );
         }
         let picture = self.out.join("plots.svg");
         match self.picture.draw(&picture) {
@@ -324,7 +332,10 @@ impl Runner {
             eprintln!("error: `{}`: {e}", path.display());
         }
         if !quiet {
-            summary::print(&Summary { files: [summary.files.clone(), vec![path]].concat(), ..summary });
+            summary::print(&Summary {
+                files: [summary.files.clone(), vec![path]].concat(),
+                ..summary
+            });
         }
         match ending {
             Ending::Until | Ending::StopWhen => exit::OK,
@@ -363,7 +374,10 @@ impl Runner {
                 && !self.sim.before(at)
             {
                 let name = format!("checkpoint_{}.lwck", trim(self.sim.time()));
-                self.save(&self.sim.checkpoint(&self.configuration).map_err(|e| e.to_string()), &name);
+                self.save(
+                    &self.sim.checkpoint(&self.configuration).map_err(|e| e.to_string()),
+                    &name,
+                );
                 next_save = Some(self.next_multiple(every));
             }
             let t = self.sim.time();
@@ -386,7 +400,10 @@ impl Runner {
                 if wall > shown + 0.1 {
                     shown = wall;
                     self.bar.set_position((t * 1000.0) as u64);
-                    self.bar.set_message(format!("t = {t:.1} s, {:.0} × real time", (t - begin) / wall));
+                    self.bar.set_message(format!(
+                        "t = {t:.1} s, {:.0} × real time",
+                        (t - begin) / wall
+                    ));
                 }
             }
         };
@@ -408,7 +425,8 @@ impl Runner {
         let path = self.out.join(name);
         let written = checkpoint.clone().and_then(|mut c| {
             c.extra.insert("name".into(), self.name.clone().into_bytes());
-            let figures = rmp_serde::to_vec_named(&self.figures.running).map_err(|e| e.to_string())?;
+            let figures =
+                rmp_serde::to_vec_named(&self.figures.running).map_err(|e| e.to_string())?;
             c.extra.insert("figures".into(), figures);
             c.write(&path).map_err(|e| e.to_string())
         });

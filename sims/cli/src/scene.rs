@@ -81,7 +81,10 @@ fn panels(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Vec<Panel> {
                 faults.push(
                     Fault::new(
                         plot.origin,
-                        format!("plot `{}`: `{path}` is in {}, which is no {unit}", plot.title, plan.variables[*path].unit),
+                        format!(
+                            "plot `{}`: `{path}` is in {}, which is no {unit}",
+                            plot.title, plan.variables[*path].unit
+                        ),
                     )
                     .help("choose a unit of the same quantity, or another plot"),
                 );
@@ -92,7 +95,8 @@ fn panels(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Vec<Panel> {
             .zip(&paths)
             .map(|(label, path)| (label, (*path).to_string(), 1.0 / scale.scale))
             .collect();
-        let shown = if unit.is_empty() || unit == "1" { String::new() } else { format!(" [{unit}]") };
+        let shown =
+            if unit.is_empty() || unit == "1" { String::new() } else { format!(" [{unit}]") };
         out.push(Panel { title: format!("{}{shown}", plot.title), series });
     }
     out
@@ -103,7 +107,8 @@ const FIELDS: [&str; 7] = ["rate", "follow", "eye", "trails", "frames", "arrows"
 fn view(v: &Located, plan: &Plan, scene: &mut Scene, period: &mut Seconds) -> Result<(), Fault> {
     only(v, "view", &FIELDS)?;
     if let Some(r) = v.get("rate") {
-        *period = Seconds::period(&r.value).map_err(|e| Fault::new(r.origin, format!("`view.rate`: {e}")))?;
+        *period = Seconds::period(&r.value)
+            .map_err(|e| Fault::new(r.origin, format!("`view.rate`: {e}")))?;
     }
     let (bodies, nodes): (Vec<&str>, Vec<&str>) = match &plan.mechanism {
         Some(m) => (
@@ -145,7 +150,10 @@ fn named(v: &Located, field: &str, known: &[&str], what: &str) -> Result<Vec<Str
     for p in patterns {
         let before = out.len();
         out.extend(
-            known.iter().filter(|k| path_matches(&dotted(&p), &dotted(k))).map(|k| (*k).to_string()),
+            known
+                .iter()
+                .filter(|k| path_matches(&dotted(&p), &dotted(k)))
+                .map(|k| (*k).to_string()),
         );
         if out.len() == before {
             return Err(Fault::new(at.origin, format!("`view.{field}`: `{p}` matches no {what}"))
@@ -176,7 +184,8 @@ fn arrows(item: &Located, plan: &Plan) -> Result<Vec<Arrow>, Fault> {
             .map(str::to_string)
             .collect();
         if found.is_empty() {
-            let known: Vec<&str> = plan.variables.keys().filter_map(|k| k.strip_suffix(".x")).collect();
+            let known: Vec<&str> =
+                plan.variables.keys().filter_map(|k| k.strip_suffix(".x")).collect();
             return Err(Fault::new(origin, format!("`{p}` matches no vector"))
                 .help(linkwork_runtime::remedy(&p, "vectors", &known)));
         }

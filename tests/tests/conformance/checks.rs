@@ -32,7 +32,10 @@ pub fn units(entry: &Entry) -> Vec<String> {
         if plain && s.unit.is_empty() {
             found.push(format!("`{name}`: port `{}` has no unit: write \"1\" for none", s.name));
         }
-        if let Err(e) = Unit::parse(s.unit) {
+        // Composite kinds have the units of their parts.
+        if !s.unit.is_empty()
+            && let Err(e) = Unit::parse(s.unit)
+        {
             found.push(format!("`{name}`: port `{}`: {e}", s.name));
         }
     }

@@ -1,4 +1,5 @@
 //! Every model of every library keeps the rules of a model: one generated suite.
+#![allow(clippy::unwrap_used)]
 mod checks;
 mod rig;
 mod sample;
@@ -69,5 +70,42 @@ fn each_check_can_fail() {
         for phrase in phrases {
             assert!(text.contains(phrase), "{phrase:?} is not in\n{text}");
         }
+    }
+}
+
+/// The remedy for a loop is a model that somebody can add: the framework names one of a library.
+#[test]
+fn the_remedy_for_a_loop_exists() {
+    use linkwork_runtime::{Catalogue, Files, Origin, PartSpec, PortRef, Spec, WireSpec};
+    let catalogue = Catalogue::new(libraries());
+    let end =
+        |part: &str, port: &str| PortRef { part: part.into(), port: port.into(), index: None };
+    let gain = catalogue.find("basics.gain", Origin::NONE, "test").unwrap();
+    let (d, params) = (&gain.description, sample::params(gain));
+    let (u, y) = (d.direct_inputs[0].name, d.direct_outputs[0].name);
+    let wire = |from, to| WireSpec {
+        from: end(from, y),
+        to: end(to, u),
+        text: String::new(),
+        origin: Origin::NONE,
+    };
+    let spec = Spec {
+        parts: ["a", "b"].map(|p| PartSpec::new(p, "basics.gain", params.clone())).into(),
+        wires: vec![wire("a", "b"), wire("b", "a")],
+        ..Spec::default()
+    };
+    let faults = compile_error(&spec, &catalogue, &Files::default());
+    let named = faults.split('`').find(|word| word.starts_with("basics.")).unwrap();
+    assert!(catalogue.find(named, Origin::NONE, "test").is_ok(), "{named}\n{faults}");
+}
+
+fn compile_error(
+    spec: &linkwork_runtime::Spec,
+    catalogue: &linkwork_runtime::Catalogue,
+    files: &linkwork_runtime::Files,
+) -> String {
+    match linkwork_runtime::compile(spec, catalogue, files) {
+        Ok(_) => panic!("compiled, but should not"),
+        Err(faults) => faults.0.iter().filter_map(|f| f.help.clone()).collect(),
     }
 }

@@ -171,7 +171,7 @@ fn move_input(spec: &PortSpec, at: usize, t: f64, out: &mut [f64]) {
         }
         PortKind::NodeState => {
             let scale = [0.3, 0.2, 0.03];
-            let v: Vec<(f64, f64)> = (0..6).map(wave).collect();
+            let v: [(f64, f64); 6] = std::array::from_fn(wave);
             NodeState {
                 position: Vec3::from_fn(|k, _| scale[k] * v[k].0) + Vec3::new(0.0, 0.0, 0.25),
                 rotation: Quat::from_scaled_axis(Vec3::new(v[3].0, v[4].0, v[5].0) * 0.1),

@@ -123,7 +123,7 @@ impl Model for Sloppy {
     type Ud = In;
     type Yd = Clash;
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &In) -> Clash {
-        Clash { u: u.u, far: (u.u - u.u) / 0.0 }
+        Clash { u: u.u, far: (-1.0 - u.u.abs()).sqrt() }
     }
 }
 

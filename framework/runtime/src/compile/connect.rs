@@ -7,7 +7,7 @@ use crate::ports::{PortKind, PortSpec};
 use crate::spec::{BindTarget, PortRef, Spec};
 use crate::value::{Fault, Origin, remedy};
 use linkwork_multibody::Multibody;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The result of connecting.
 #[derive(Default)]
@@ -68,6 +68,10 @@ struct Connector<'a, 'b> {
     parts: &'a [Part<'b>],
     index: BTreeMap<&'a str, usize>,
     mechanism: Option<&'a Multibody>,
+    /// Parts without ports: services (true), and those whose own faults are told already (false).
+    absent: BTreeMap<&'a str, bool>,
+    /// Input lanes that a wire names, even a faulty one: they are not reported as unwired too.
+    excused: BTreeSet<(usize, usize)>,
     next: usize,
     /// Per part and input lane: sources, as (sort key, lane).
     sources: Vec<Vec<Vec<(String, u32)>>>,
@@ -83,6 +87,7 @@ struct Connector<'a, 'b> {
 pub(crate) fn connect(
     spec: &Spec,
     parts: &[Part<'_>],
+    absent: BTreeMap<&str, bool>,
     sizes: Sizes,
     faults: &mut Vec<Fault>,
 ) -> Connections {
@@ -92,6 +97,8 @@ pub(crate) fn connect(
         parts,
         index: parts.iter().enumerate().map(|(k, p)| (p.spec.path.as_str(), k)).collect(),
         mechanism: spec.mechanism.as_ref().map(|m| m.multibody.as_ref()),
+        absent,
+        excused: BTreeSet::new(),
         next: sizes.sig,
         sources: counts.iter().map(|n| vec![Vec::new(); *n]).collect(),
         written: counts.iter().map(|n| vec![None; *n]).collect(),
@@ -120,14 +127,28 @@ pub(crate) fn connect(
     c.out
 }
 
+/// A fault, or none when it would only follow from one that is told already.
+type Told = Option<Fault>;
+
 impl<'a> Connector<'a, '_> {
-    fn part(&self, end: &PortRef, wire: &str, origin: Origin) -> Result<(usize, String), Fault> {
+    fn part(&self, end: &PortRef, wire: &str, origin: Origin) -> Result<(usize, String), Told> {
         // `IMU.accel.x` arrives as part `IMU.accel`, port `x`: lanes have names too.
         let mut part = end.part.as_str();
         let mut port = end.port.clone();
         loop {
             if let Some(&k) = self.index.get(part) {
                 return Ok((k, port));
+            }
+            match self.absent.get(part) {
+                Some(true) => {
+                    let fact = format!("wire `{wire}`: `{part}` is a service: it has no ports");
+                    return Err(Some(
+                        Fault::new(origin, fact)
+                            .help("models ask services themselves; name it in their parameters"),
+                    ));
+                }
+                Some(false) => return Err(None),
+                None => {}
             }
             match part.rsplit_once('.') {
                 Some((head, tail)) => {
@@ -136,11 +157,10 @@ impl<'a> Connector<'a, '_> {
                 }
                 None => {
                     let known: Vec<&str> = self.index.keys().copied().collect();
-                    return Err(Fault::new(
-                        origin,
-                        format!("wire `{wire}`: there is no part `{}`", end.part),
-                    )
-                    .help(remedy(&end.part, "parts", &known)));
+                    let fact = format!("wire `{wire}`: there is no part `{}`", end.part);
+                    return Err(Some(
+                        Fault::new(origin, fact).help(remedy(&end.part, "parts", &known)),
+                    ));
                 }
             }
         }
@@ -153,7 +173,7 @@ impl<'a> Connector<'a, '_> {
         output: bool,
         wire: &str,
         origin: Origin,
-    ) -> Result<(Found<'a>, usize, usize), Fault> {
+    ) -> Result<(Found<'a>, usize, usize), Told> {
         let (k, port) = self.part(end, wire, origin)?;
         let (name, sub) = match port.split_once('.') {
             Some((n, s)) => (n.to_string(), Some(format!(".{s}"))),
@@ -179,30 +199,29 @@ impl<'a> Connector<'a, '_> {
                 if let (Some(first), n) = (group.first(), group.len()) {
                     return Ok((found, *first, n));
                 }
-                let known: Vec<String> =
-                    names.iter().map(|(n, _)| format!("{name}{n}")).collect();
+                let known: Vec<String> = names.iter().map(|(n, _)| format!("{name}{n}")).collect();
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                return Err(Fault::new(
-                    origin,
-                    format!("wire `{wire}`: `{}.{name}` has no element `{sub}`", part.spec.path),
-                )
-                .help(remedy(&format!("{name}{sub}"), "elements", &known)));
+                let fact =
+                    format!("wire `{wire}`: `{}.{name}` has no element `{sub}`", part.spec.path);
+                let help = remedy(&format!("{name}{sub}"), "elements", &known);
+                return Err(Some(Fault::new(origin, fact).help(help)));
             }
             lane += spec.lanes;
         }
         let (this, other) = if output { ("output", "input") } else { ("input", "output") };
         let known: Vec<&str> = ports.iter().map(|p| p.name).collect();
         let mut help = remedy(&name, &format!("{this}s"), &known);
-        let others: Vec<&str> =
-            if output { d.all_inputs().map(|p| p.name).collect() } else { d.all_outputs().map(|p| p.name).collect() };
+        let others: Vec<&str> = if output {
+            d.all_inputs().map(|p| p.name).collect()
+        } else {
+            d.all_outputs().map(|p| p.name).collect()
+        };
         if others.contains(&name.as_str()) {
-            help = format!("`{name}` is an {other}; a wire runs from an output to an input. {help}");
+            help =
+                format!("`{name}` is an {other}; a wire runs from an output to an input. {help}");
         }
-        Err(Fault::new(
-            origin,
-            format!("wire `{wire}`: `{}` has no {this} `{name}`", part.spec.path),
-        )
-        .help(help))
+        let fact = format!("wire `{wire}`: `{}` has no {this} `{name}`", part.spec.path);
+        Err(Some(Fault::new(origin, fact).help(help)))
     }
 
     fn wire(
@@ -213,9 +232,13 @@ impl<'a> Connector<'a, '_> {
         origin: Origin,
     ) -> Result<(), Vec<Fault>> {
         let (a, b) = (self.find(from, true, text, origin), self.find(to, false, text, origin));
+        if let Ok((found, first, n)) = &b {
+            let lanes = found.lane + first..found.lane + first + n;
+            self.excused.extend(lanes.map(|l| (found.part, l)));
+        }
         let ((src, s0, sn), (dst, d0, dn)) = match (a, b) {
             (Ok(a), Ok(b)) => (a, b),
-            (a, b) => return Err(a.err().into_iter().chain(b.err()).collect()),
+            (a, b) => return Err(a.err().into_iter().chain(b.err()).flatten().collect()),
         };
         let fault = |fact: String, help: &str| {
             Err(vec![Fault::new(origin, format!("wire `{text}`: {fact}")).help(help)])
@@ -228,8 +251,12 @@ impl<'a> Connector<'a, '_> {
         }
         let whole = sn == src.spec.lanes && dn == dst.spec.lanes;
         let plain = |k: PortKind| matches!(k, PortKind::Numbers | PortKind::Vector);
-        if whole && src.spec.kind != dst.spec.kind && !(plain(src.spec.kind) && plain(dst.spec.kind))
-            && !(dn == 1 && !matches!(src.spec.kind, PortKind::Bool) && !matches!(dst.spec.kind, PortKind::Bool))
+        if whole
+            && src.spec.kind != dst.spec.kind
+            && !(plain(src.spec.kind) && plain(dst.spec.kind))
+            && !(dn == 1
+                && !matches!(src.spec.kind, PortKind::Bool)
+                && !matches!(dst.spec.kind, PortKind::Bool))
         {
             return fault(
                 format!("`{from}` is a {:?} but `{to}` is a {:?}", src.spec.kind, dst.spec.kind),
@@ -239,9 +266,13 @@ impl<'a> Connector<'a, '_> {
         let (sl, dl) = (src.spec.lane_names(), dst.spec.lane_names());
         for k in 0..sn {
             let (su, du) = (sl[s0 + k].1, dl[d0 + k].1);
-            let (a, b) = (crate::Unit::parse(su).unwrap_or(crate::Unit::ONE), crate::Unit::parse(du).unwrap_or(crate::Unit::ONE));
+            let (a, b) = (
+                crate::Unit::parse(su).unwrap_or(crate::Unit::ONE),
+                crate::Unit::parse(du).unwrap_or(crate::Unit::ONE),
+            );
             if !a.same_quantity(&b) {
-                let shown = |u: &str| if u.is_empty() { "no unit".to_string() } else { u.to_string() };
+                let shown =
+                    |u: &str| if u.is_empty() { "no unit".to_string() } else { u.to_string() };
                 return fault(
                     format!("{from} is in {} but {to} wants {}", shown(su), shown(du)),
                     "wire the quantity itself, or put a converter between them",
@@ -294,7 +325,10 @@ impl<'a> Connector<'a, '_> {
         origin: Origin,
     ) -> Result<(), Fault> {
         let Some(&k) = self.index.get(part) else {
-            return Err(Fault::new(origin, format!("binding of `{part}`: there is no such part")));
+            return match self.absent.contains_key(part) {
+                true => Ok(()),
+                false => Err(Fault::new(origin, format!("binding of `{part}`: no such part"))),
+            };
         };
         let d = self.parts[k].prototype.description();
         if !d.bindings().contains(&bind) {
@@ -302,8 +336,11 @@ impl<'a> Connector<'a, '_> {
                 .help(remedy(bind, "bindings", &d.bindings())));
         }
         let Some(mb) = self.mechanism else {
-            return Err(Fault::new(origin, format!("`{part}` binds `{bind}` but there are no bodies"))
-                .help("add `bodies` to the assembly"));
+            return Err(Fault::new(
+                origin,
+                format!("`{part}` binds `{bind}` but there are no bodies"),
+            )
+            .help("add `bodies` to the assembly"));
         };
         let at = resolve(mb, target).map_err(|(fact, help)| {
             Fault::new(origin, format!("`{part}`: binding `{bind}`: {fact}")).help(help)
@@ -333,7 +370,9 @@ impl<'a> Connector<'a, '_> {
             self.bind_port(k, &port, lane, &at, &key).map_err(|wants| {
                 Fault::new(
                     origin,
-                    format!("`{part}`: binding `{bind}` is served by a {wants}, but `{name}` is not one"),
+                    format!(
+                        "`{part}`: binding `{bind}` is served by a {wants}, but `{name}` is not one"
+                    ),
                 )
                 .help(format!("write `\"{bind}\": \"{wants}:…\"`"))
             })?;
@@ -378,17 +417,15 @@ impl<'a> Connector<'a, '_> {
                 };
                 Some(first)
             }
-            (PortKind::HingeState, Target::Hinge { q, v }) => {
-                Some(match self.hinges.get(v) {
-                    Some(&l) => l,
-                    None => {
-                        let l = self.allocate(2);
-                        self.hinges.insert(*v, l);
-                        self.out.mechanism.hinges.push((*q, *v, l));
-                        l
-                    }
-                })
-            }
+            (PortKind::HingeState, Target::Hinge { q, v }) => Some(match self.hinges.get(v) {
+                Some(&l) => l,
+                None => {
+                    let l = self.allocate(2);
+                    self.hinges.insert(*v, l);
+                    self.out.mechanism.hinges.push((*q, *v, l));
+                    l
+                }
+            }),
             (PortKind::Wrench, Target::Node(node)) => {
                 self.wrenches.entry(*node).or_default().push((key.to_string(), lane as u32));
                 None
@@ -401,7 +438,9 @@ impl<'a> Connector<'a, '_> {
                 self.motions.insert(*v, (key.to_string(), lane as u32));
                 None
             }
-            (PortKind::NodeState | PortKind::NodeAccel | PortKind::Wrench, _) => return Err("node"),
+            (PortKind::NodeState | PortKind::NodeAccel | PortKind::Wrench, _) => {
+                return Err("node");
+            }
             _ => return Err("hinge"),
         };
         if let Some(first) = source {
@@ -458,7 +497,9 @@ impl<'a> Connector<'a, '_> {
         let mut all = Vec::new();
         let mut missing: Vec<&str> = Vec::new();
         for port in d.all_inputs() {
-            let empty = (0..port.lanes).all(|i| self.sources[k][lane + i].is_empty());
+            let empty = (0..port.lanes).all(|i| {
+                self.sources[k][lane + i].is_empty() && !self.excused.contains(&(k, lane + i))
+            });
             if empty && port.default.is_none() && !port.sum {
                 match port.bind.filter(|b| unbound.contains(b)) {
                     Some(bind) if !missing.contains(&bind) => missing.push(bind),
@@ -473,7 +514,11 @@ impl<'a> Connector<'a, '_> {
                                 if port.unit.is_empty() { "no unit" } else { port.unit }
                             ),
                         )
-                        .help(format!("{}: add a wire `… -> {path}.{}`", first_line(port.doc), port.name)),
+                        .help(format!(
+                            "{}: add a wire `… -> {path}.{}`",
+                            first_line(port.doc),
+                            port.name
+                        )),
                     ),
                 }
             }
@@ -545,21 +590,19 @@ fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, Strin
         BindTarget::Hinge { body, index } => {
             let Some(id) = mb.body(body) else {
                 let known: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();
-                return Err((
-                    format!("there is no body `{body}`"),
-                    remedy(body, "bodies", &known),
-                ));
+                return Err((format!("there is no body `{body}`"), remedy(body, "bodies", &known)));
             };
             let b = &mb.bodies()[id.index()];
-            let one_dof: Vec<_> = b
-                .subhinges()
-                .iter()
-                .filter(|s| s.q.len() == 1 && s.v.len() == 1)
-                .collect();
+            let one_dof: Vec<_> =
+                b.subhinges().iter().filter(|s| s.q.len() == 1 && s.v.len() == 1).collect();
             match one_dof.get(*index) {
                 Some(s) => Ok(Target::Hinge { q: s.q.start as u32, v: s.v.start as u32 }),
                 None => Err((
-                    format!("the hinge of `{body}` has {} one-dof coordinates, not {}", one_dof.len(), index + 1),
+                    format!(
+                        "the hinge of `{body}` has {} one-dof coordinates, not {}",
+                        one_dof.len(),
+                        index + 1
+                    ),
                     "bind to a pin, slider or screw".into(),
                 )),
             }

@@ -38,37 +38,23 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     let mut faults = Vec::new();
     if spec.step.num == 0 {
         faults.push(
-            Fault::new(Origin::NONE, "the integration step is zero").help("write e.g. step: \"1 ms\""),
+            Fault::new(Origin::NONE, "the integration step is zero")
+                .help("write e.g. step: \"1 ms\""),
         );
         return Err(Faults(faults));
     }
-    let mut specs: Vec<&PartSpec> = spec.parts.iter().collect();
-    specs.sort_by(|a, b| a.path.cmp(&b.path));
-    for pair in specs.windows(2) {
-        if pair[0].path == pair[1].path {
-            faults.push(
-                Fault::new(pair[1].origin, format!("there are two parts `{}`", pair[1].path))
-                    .help("rename one of them"),
-            );
-        }
-    }
-    let entries: Vec<(&PartSpec, &Entry)> = specs
-        .into_iter()
-        .filter_map(|p| match catalogue.find(&p.model, p.model_origin, &p.path) {
-            Ok(entry) => Some((p, entry)),
-            Err(fault) => {
-                faults.push(fault);
-                None
-            }
-        })
-        .collect();
-
+    let entries = find_entries(spec, catalogue, &mut faults);
     let services = build_services(&entries, files, &mut faults);
     let mut parts = build_models(&entries, &services, &mut faults);
     let sizes = layout(&mut parts, spec.mechanism.as_ref(), spec.seed);
-    let connections = connect::connect(spec, &parts, sizes, &mut faults);
-    let gravity =
-        spec.mechanism.as_ref().and_then(|m| find_gravity(m, &services, &mut faults));
+    let absent = spec
+        .parts
+        .iter()
+        .filter(|p| !parts.iter().any(|built| built.spec.path == p.path))
+        .map(|p| (p.path.as_str(), services.iter().any(|(path, _)| path == p.path)))
+        .collect();
+    let connections = connect::connect(spec, &parts, absent, sizes, &mut faults);
+    let gravity = spec.mechanism.as_ref().and_then(|m| find_gravity(m, &services, &mut faults));
     table::rates(spec, &mut parts, &mut faults);
     if !faults.is_empty() {
         return Err(Faults(in_file_order(faults)));
@@ -94,16 +80,13 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     }
     let order = order::order(&parts, mechanism.as_deref(), &connections)
         .map_err(|f| Faults(in_file_order(f)))?;
-    let timing = table::table(spec, &parts, &order)
-        .map_err(|f| Faults(in_file_order(f)))?;
-    let variables =
-        variables::variables(&parts, mechanism.as_deref(), &connections);
+    let timing = table::table(spec, &parts, &order).map_err(|f| Faults(in_file_order(f)))?;
+    let variables = variables::variables(&parts, mechanism.as_deref(), &connections);
     let sizes = Sizes { sig: connections.signals, ..connections.sizes };
     let wires = connections.listing(&parts, &order);
     let hash = plan_hash(spec, &parts, sizes, &variables, &timing);
-    let stored = (0..parts.len() as u32)
-        .filter(|&k| parts[k as usize].prototype.stored())
-        .collect();
+    let stored =
+        (0..parts.len() as u32).filter(|&k| parts[k as usize].prototype.stored()).collect();
     Ok(Plan {
         stored,
         parts: parts
@@ -133,6 +116,44 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
         sums: connections.sums,
         hash,
     })
+}
+
+/// What models and services say of their names and parameters: for a report on a specification
+/// that has other faults already and cannot be compiled.
+pub fn check_parts(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let entries = find_entries(spec, catalogue, &mut faults);
+    let services = build_services(&entries, files, &mut faults);
+    build_models(&entries, &services, &mut faults);
+    faults
+}
+
+/// Parts by path with their entries in the catalogue.
+fn find_entries<'a>(
+    spec: &'a Spec,
+    catalogue: &'a Catalogue,
+    faults: &mut Vec<Fault>,
+) -> Vec<(&'a PartSpec, &'a Entry)> {
+    let mut specs: Vec<&PartSpec> = spec.parts.iter().collect();
+    specs.sort_by(|a, b| a.path.cmp(&b.path));
+    for pair in specs.windows(2) {
+        if pair[0].path == pair[1].path {
+            faults.push(
+                Fault::new(pair[1].origin, format!("there are two parts `{}`", pair[1].path))
+                    .help("rename one of them"),
+            );
+        }
+    }
+    specs
+        .into_iter()
+        .filter_map(|p| match catalogue.find(&p.model, p.model_origin, &p.path) {
+            Ok(entry) => Some((p, entry)),
+            Err(fault) => {
+                faults.push(fault);
+                None
+            }
+        })
+        .collect()
 }
 
 /// Faults as a reader meets them: by file and place; those without a place last.

@@ -196,9 +196,7 @@ fn sort(depends: &[BTreeSet<u32>]) -> Option<Vec<u32>> {
 }
 
 fn vary(op: Op, depends: &[u32], known: &[Variability], parts: &[Part<'_>], m: u32) -> Variability {
-    let inputs = || {
-        depends.iter().fold(Variability::Constant, |v, &d| v.join(&known[d as usize]))
-    };
+    let inputs = || depends.iter().fold(Variability::Constant, |v, &d| v.join(&known[d as usize]));
     match op {
         Op::Moore(k) | Op::Direct(k) if k == m => Variability::Continuous,
         Op::Sum(_) => inputs(),
@@ -290,8 +288,7 @@ fn loops(
     let mut faults = Vec::new();
     for component in tarjan_scc(&graph) {
         let set: BTreeSet<usize> = component.iter().map(|n| n.index()).collect();
-        let single = set.len() == 1
-            && set.iter().all(|k| !depends[*k].contains(&(*k as u32)));
+        let single = set.len() == 1 && set.iter().all(|k| !depends[*k].contains(&(*k as u32)));
         if single {
             continue;
         }
@@ -324,7 +321,7 @@ fn loops(
                     wires.join(", ")
                 ),
             )
-            .help("put a `basics.unit_delay` or a model with state (a lag, an integrator) on one of these wires"),
+            .help("put a `basics.delay` or a model with state (a lag, an integrator) on one of these wires"),
         );
     }
     faults

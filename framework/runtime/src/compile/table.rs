@@ -27,8 +27,11 @@ pub(crate) fn rates(spec: &Spec, parts: &mut [Part<'_>], faults: &mut Vec<Fault>
         let d = part.prototype.description();
         match p.rate {
             None if d.functions.update && d.continuous.is_empty() => faults.push(
-                Fault::new(p.origin, format!("`{}` ({}) is sampled and has no rate", p.path, p.model))
-                    .help("write `rate: \"50 Hz\"`"),
+                Fault::new(
+                    p.origin,
+                    format!("`{}` ({}) is sampled and has no rate", p.path, p.model),
+                )
+                .help("write `rate: \"50 Hz\"`"),
             ),
             None if d.functions.update => faults.push(
                 Fault::new(p.origin, format!("`{}` ({}) has updates and no rate", p.path, p.model))
@@ -52,7 +55,10 @@ pub(crate) fn rates(spec: &Spec, parts: &mut [Part<'_>], faults: &mut Vec<Fault>
                         faults.push(
                             Fault::new(
                                 p.rate_origin,
-                                format!("`{}`: the offset {} is not below the period {rate}", p.path, p.offset),
+                                format!(
+                                    "`{}`: the offset {} is not below the period {rate}",
+                                    p.path, p.offset
+                                ),
                             )
                             .help("write an offset below the period"),
                         );
@@ -105,10 +111,8 @@ pub(crate) fn table(spec: &Spec, parts: &[Part<'_>], order: &Order) -> Result<Ti
     if classes.iter().map(|(p, _)| hyper / p).sum::<u64>() > ROWS_MAX {
         return Err(none());
     }
-    let ticks: BTreeSet<u64> = classes
-        .iter()
-        .flat_map(|&(p, o)| (0..hyper / p).map(move |k| k * p + o))
-        .collect();
+    let ticks: BTreeSet<u64> =
+        classes.iter().flat_map(|&(p, o)| (0..hyper / p).map(move |k| k * p + o)).collect();
     let ticks: Vec<u64> = ticks.into_iter().collect();
     let mut known: BTreeMap<TickWork, u32> = BTreeMap::new();
     let mut by_classes: BTreeMap<Vec<bool>, u32> = BTreeMap::new();
@@ -160,9 +164,7 @@ fn work_at(at: u64, parts: &[Part<'_>], order: &Order) -> TickWork {
 
 fn listing(spec: &Spec, parts: &[Part<'_>]) -> String {
     let mut all = vec![format!("step {}", spec.step)];
-    all.extend(
-        parts.iter().filter_map(|p| p.spec.rate.map(|r| format!("{} {r}", p.spec.path))),
-    );
+    all.extend(parts.iter().filter_map(|p| p.spec.rate.map(|r| format!("{} {r}", p.spec.path))));
     all.join(", ")
 }
 

@@ -233,8 +233,7 @@ pub fn catalogue() -> Catalogue {
 }
 
 pub fn part(path: &str, model: &str, params: &[(&str, f64)], rate: Option<&str>) -> PartSpec {
-    let map =
-        params.iter().map(|(k, v)| (k.to_string(), Value::Number(*v).into())).collect();
+    let map = params.iter().map(|(k, v)| (k.to_string(), Value::Number(*v).into())).collect();
     PartSpec {
         path: path.into(),
         model: model.into(),
