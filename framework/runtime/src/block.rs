@@ -125,11 +125,10 @@ struct Wired<M: Model> {
 impl<M: Model> Wired<M> {
     #[inline(always)]
     fn clock(&self, now: &Now) -> Clock {
-        if self.w.period == 0 {
-            Clock { t: now.t, dt: now.dt, n: 0, key: self.w.key }
-        } else {
-            let n = now.tick.saturating_sub(self.w.offset) / self.w.period;
-            Clock { t: now.t, dt: self.w.period_s, n, key: self.w.key }
+        let since = now.tick.saturating_sub(self.w.offset);
+        match since.checked_div(self.w.period) {
+            None => Clock { t: now.t, dt: now.dt, n: 0, key: self.w.key },
+            Some(n) => Clock { t: now.t, dt: self.w.period_s, n, key: self.w.key },
         }
     }
     #[inline(always)]
