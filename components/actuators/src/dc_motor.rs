@@ -208,7 +208,7 @@ mod tests {
         for k in 0..20_000 {
             let u = DcMotorIn { volts: 0.0, brake: true, shaft: HingeState { angle, rate } };
             let y = m.direct(&Clock::at(0.0, dt, 0), &x, &(), &u, &());
-            let d = m.deriv(&Clock::at(0.0, dt, 0), &x, &(), &(), &u, &(), &());
+            let d = m.deriv(&Clock::at(0.0, dt, 0), &x, &(), &(), &u, &(), &y);
             x.deflection += dt * d.deflection;
             rate += dt * (y.torque.0 + 40.0) / 2.0;
             angle += dt * rate;
@@ -225,8 +225,9 @@ mod tests {
         let mut x = MotorState::zero();
         let u = DcMotorIn { volts: 4.0, brake: false, shaft: HingeState { angle: 0.0, rate: 0.0 } };
         for _ in 0..1000 {
-            x.current +=
-                1e-5 * m.deriv(&Clock::at(0.0, 1e-5, 0), &x, &(), &(), &u, &(), &()).current;
+            let y = m.direct(&Clock::at(0.0, 1e-5, 0), &x, &(), &u, &());
+            let d = m.deriv(&Clock::at(0.0, 1e-5, 0), &x, &(), &(), &u, &(), &y);
+            x.current += 1e-5 * d.current;
         }
         // One time constant L/R = 10 ms.
         assert!((x.current - 2.0 * (1.0 - (-1f64).exp())).abs() < 1e-3, "{}", x.current);

@@ -20,6 +20,7 @@
 
 use crate::quadrature::{NODES, WEIGHTS};
 use linkwork_runtime::prelude::Soil;
+use wide::f64x4;
 
 /// Rim of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -240,9 +241,10 @@ impl WheelSoil {
                 continue;
             }
             let (mid, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
-            for (x, weight) in NODES.iter().zip(WEIGHTS) {
-                let th = mid + half * x;
-                let (sin, cos) = th.sin_cos();
+            let (sines, cosines) = sin_cos(mid, half);
+            for i in 0..8 {
+                let (th, weight) = (mid + half * NODES[i], WEIGHTS[i]);
+                let (sin, cos) = (sines[i], cosines[i]);
                 let equivalent = if th >= a.middle { cos } else { a.equivalent(th).cos() };
                 let sigma = a.sigma(equivalent);
                 sum.add(weight * half, sin, cos, sigma, shear(a, th, sin, cos, sigma));
@@ -260,16 +262,18 @@ impl WheelSoil {
     ) {
         let mut stress = [0.0; 8];
         let (mid, half) = (0.5 * (a.middle + a.front), 0.5 * (a.front - a.middle));
+        let (sines, cosines) = sin_cos(mid, half);
         for i in 0..8 {
             let th = mid + half * NODES[i];
-            let (sin, cos) = th.sin_cos();
+            let (sin, cos) = (sines[i], cosines[i]);
             stress[i] = a.sigma(cos);
             sum.add(WEIGHTS[i] * half, sin, cos, stress[i], shear(a, th, sin, cos, stress[i]));
         }
         let (mid, half) = (0.5 * (a.rear + a.middle), 0.5 * (a.middle - a.rear));
+        let (sines, cosines) = sin_cos(mid, half);
         for i in 0..8 {
             let th = mid + half * NODES[i];
-            let (sin, cos) = th.sin_cos();
+            let (sin, cos) = (sines[i], cosines[i]);
             let sigma = stress[7 - i];
             sum.add(WEIGHTS[i] * half, sin, cos, sigma, shear(a, th, sin, cos, sigma));
         }
@@ -287,8 +291,7 @@ impl WheelSoil {
         let weight = self.soil.density * self.gravity;
         let (mid, half) = (0.5 * (a.rear + a.front), 0.5 * (a.front - a.rear));
         let mut sum = 0.0;
-        for (x, w) in NODES.iter().zip(WEIGHTS) {
-            let cos = (mid + half * x).cos();
+        for (cos, w) in sin_cos(mid, half).1.into_iter().zip(WEIGHTS) {
             let h = a.r * (cos - a.cos_front).max(0.0);
             let pressure = d1 * (self.soil.cohesion * h + 0.5 * d2 * weight * h * h);
             sum += w * half * pressure * (a.r - h * cos);
@@ -332,6 +335,19 @@ impl WheelSoil {
 pub fn bulldozing_factors(phi: f64, approach: f64) -> (f64, f64) {
     let cot = 1.0 / approach.tan();
     (cot + (approach + phi).tan(), cot + cot * cot * phi.tan())
+}
+
+/// Sines and cosines at the nodes of a piece of the arc, four at a time.
+#[inline(always)]
+fn sin_cos(mid: f64, half: f64) -> ([f64; 8], [f64; 8]) {
+    let (mut sin, mut cos) = ([0.0; 8], [0.0; 8]);
+    for k in [0, 4] {
+        let node = f64x4::new([NODES[k], NODES[k + 1], NODES[k + 2], NODES[k + 3]]);
+        let (s, c) = (node * f64x4::splat(half) + f64x4::splat(mid)).sin_cos();
+        sin[k..k + 4].copy_from_slice(&s.to_array());
+        cos[k..k + 4].copy_from_slice(&c.to_array());
+    }
+    (sin, cos)
 }
 
 impl Arc {

@@ -110,7 +110,7 @@ impl<M: Model> Prototype for Built<M> {
     }
     fn block(&self, w: Wiring) -> Box<dyn Block> {
         let store = self.model.init_store();
-        Box::new(Wired { model: self.model.clone(), w, store })
+        Box::new(Wired { model: self.model.clone(), w, store, none: M::Yd::zero() })
     }
 }
 
@@ -118,6 +118,8 @@ struct Wired<M: Model> {
     model: Arc<M>,
     w: Wiring,
     store: M::Store,
+    /// What a `deriv` is given that does not ask for outputs.
+    none: M::Yd,
 }
 
 impl<M: Model> Wired<M> {
@@ -152,9 +154,13 @@ impl<M: Model> Block for Wired<M> {
     fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) {
         let (c, x, d) = (self.clock(now), self.x(x), self.d(d));
         let (u, ud) = (M::U::gather(sig, &self.w.u), M::Ud::gather(sig, &self.w.ud));
-        let yd =
-            if M::FUNCTIONS.deriv_outputs { M::Yd::get(&sig[self.w.yd..]) } else { M::Yd::zero() };
-        self.model.deriv(&c, &x, &d, &u, &ud, &self.store, &yd).put(&mut xdot[self.w.x..]);
+        let rate = if M::FUNCTIONS.deriv_outputs {
+            let yd = M::Yd::get(&sig[self.w.yd..]);
+            self.model.deriv(&c, &x, &d, &u, &ud, &self.store, &yd)
+        } else {
+            self.model.deriv(&c, &x, &d, &u, &ud, &self.store, &self.none)
+        };
+        rate.put(&mut xdot[self.w.x..]);
     }
     fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) {
         let (c, x, old) = (self.clock(now), self.x(x), self.d(d));
@@ -177,6 +183,7 @@ impl<M: Model> Block for Wired<M> {
         Ok(())
     }
     fn fork(&self) -> Box<dyn Block> {
-        Box::new(Wired { model: self.model.clone(), w: self.w.clone(), store: self.store.clone() })
+        let (model, w, store) = (self.model.clone(), self.w.clone(), self.store.clone());
+        Box::new(Wired::<M> { model, w, store, none: M::Yd::zero() })
     }
 }

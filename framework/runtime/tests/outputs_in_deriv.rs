@@ -63,14 +63,14 @@ impl Model for Twice {
     }
 }
 
-/// A wave.
+/// A wave above zero.
 struct Wave {}
-/// sin t.
+/// 1 + sin t.
 #[model("test.wave")]
 impl Model for Wave {
     type Yd = Out;
     fn direct(&self, c: &Clock) -> Out {
-        Out { y: c.t.sin() }
+        Out { y: 1.0 + c.t.sin() }
     }
 }
 
