@@ -71,3 +71,44 @@ impl Drop for Ballast {
         self.give_up();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reserve(name: &str) -> PathBuf {
+        let path = std::env::temp_dir().join(format!("linkwork-{name}-{}", std::process::id()));
+        std::fs::write(&path, [0; 16]).unwrap();
+        path
+    }
+
+    #[test]
+    fn the_reserve_is_given_up_once_and_then_the_error_is_told() {
+        // Every write to this device says that the disk is full.
+        let Ok(file) = OpenOptions::new().write(true).open("/dev/full") else {
+            println!("skipped: there is no /dev/full here");
+            return;
+        };
+        let (path, spent) = (reserve("full"), Arc::new(AtomicBool::new(false)));
+        let mut b = Ballast { file, reserve: Some(path.clone()), spent: spent.clone() };
+        let e = b.write(b"row").unwrap_err();
+        assert_eq!(e.kind(), std::io::ErrorKind::StorageFull);
+        assert!(spent.load(Ordering::Relaxed) && !path.exists(), "the reserve is kept");
+        assert!(b.write(b"row").is_err());
+    }
+
+    #[test]
+    fn without_need_the_reserve_stays_until_the_end() {
+        let path = std::env::temp_dir().join(format!("linkwork-ballast-{}.log", std::process::id()));
+        let spent = Arc::new(AtomicBool::new(false));
+        let mut b = Ballast::create(&path, spent.clone()).unwrap();
+        let beside = path.with_extension("reserve");
+        b.write_all(b"row").unwrap();
+        assert_eq!(std::fs::metadata(&beside).unwrap().len(), RESERVE as u64);
+        assert!(!spent.load(Ordering::Relaxed));
+        drop(b);
+        assert!(!beside.exists());
+        assert_eq!(std::fs::read(&path).unwrap(), b"row");
+        std::fs::remove_file(path).unwrap();
+    }
+}

@@ -203,6 +203,15 @@ impl Simulation {
             Self::run(&mut self.blocks, plan, plan.ops[k as usize], &now, x, d, sig);
         }
         self.updates(plan, &now);
+        self.check()
+    }
+
+    /// Whether all values are numbers and no state ran away. Every step ends with this; before the
+    /// first step it finds what is bad from the start.
+    ///
+    /// # Errors
+    /// The first bad variable.
+    pub fn check(&self) -> Result<(), RunError> {
         if self.is_bad() { Err(self.first_bad()) } else { Ok(()) }
     }
 

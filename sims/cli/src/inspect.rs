@@ -154,12 +154,12 @@ pub fn describe(model: &str) -> u8 {
 
 /// Prints the assembly tree.
 pub fn tree(sim: &Path) -> u8 {
-    let ready = match load::ready(sim, &[], None) {
-        Ok(r) => r,
+    let loaded = match load::loaded(sim) {
+        Ok(loaded) => loaded,
         Err(code) => return code,
     };
     let mut out = String::new();
-    draw(&ready.loaded.tree, "", "", &mut out);
+    draw(&loaded.tree, "", "", &mut out);
     print!("{out}");
     exit::OK
 }

@@ -46,7 +46,16 @@ pub fn sim_file(path: &Path) -> PathBuf {
 /// Loads, compiles and places; prints every mistake and gives the exit code when there are any.
 pub fn ready(path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, u8> {
     let catalogue = catalogue();
-    let options = options(&catalogue, set, seed);
+    finish(read(path, &options(&catalogue, set, seed))?, &catalogue)
+}
+
+/// Loads without compiling: no ground is made, no file but the texts is read.
+pub fn loaded(path: &Path) -> Result<Loaded, u8> {
+    let catalogue = catalogue();
+    read(path, &options(&catalogue, &[], None))
+}
+
+fn read(path: &Path, options: &Options<'_>) -> Result<Loaded, u8> {
     let file = sim_file(path);
     if !file.exists() && !options.embedded.contains_key(&file.display().to_string()) {
         eprintln!(
@@ -56,18 +65,18 @@ pub fn ready(path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, u8
         );
         return Err(exit::INPUT);
     }
-    finish(load_file(file, &options), &catalogue)
+    load_file(file, options).map_err(|failure| report(&failure))
 }
 
 /// The same from a resolved configuration (of a checkpoint).
 pub fn ready_text(name: &str, text: &str) -> Result<Ready, u8> {
     let catalogue = catalogue();
     let options = options(&catalogue, &[], None);
-    finish(load_text(name, text, &options), &catalogue)
+    let loaded = load_text(name, text, &options).map_err(|failure| report(&failure))?;
+    finish(loaded, &catalogue)
 }
 
-fn finish(loaded: Result<Loaded, Failure>, catalogue: &Catalogue) -> Result<Ready, u8> {
-    let loaded = loaded.map_err(|failure| report(&failure))?;
+fn finish(loaded: Loaded, catalogue: &Catalogue) -> Result<Ready, u8> {
     let files = Files { folders: vec![PathBuf::from("."), PathBuf::from("assemblies")] };
     let faulty = |faults: Vec<Fault>, sources: &Sources| {
         report(&Failure { faults, sources: sources.clone() })

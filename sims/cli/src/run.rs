@@ -389,6 +389,15 @@ impl Runner {
             if let Err(e) = self.observe() {
                 break Ending::LogFailed(e);
             }
+            // A step checks itself: this finds what is bad from the start.
+            if self.sim.time() == begin
+                && let Err(e) = self.sim.check()
+            {
+                break Ending::Failed(format!(
+                    "{e}\n  help: it is so from the start; look at what drives `{}`, and at its parameters",
+                    e.path
+                ));
+            }
             if self.stop_when.is_some_and(|p| self.sim.value(p) > 0.5) {
                 break Ending::StopWhen;
             }
