@@ -99,7 +99,8 @@ mod tests {
 
     #[test]
     fn without_need_the_reserve_stays_until_the_end() {
-        let path = std::env::temp_dir().join(format!("linkwork-ballast-{}.log", std::process::id()));
+        let path =
+            std::env::temp_dir().join(format!("linkwork-ballast-{}.log", std::process::id()));
         let spent = Arc::new(AtomicBool::new(false));
         let mut b = Ballast::create(&path, spent.clone()).unwrap();
         let beside = path.with_extension("reserve");
