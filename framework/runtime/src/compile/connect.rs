@@ -226,12 +226,12 @@ impl<'a> Connector<'a, '_> {
         origin: Origin,
     ) -> Result<(), Vec<Fault>> {
         let (a, b) = (self.find(from, true, text, origin), self.find(to, false, text, origin));
+        if let Ok((dst, ..)) = &b {
+            self.excused.insert((dst.part, dst.lane));
+        }
         let ((src, s0, sn), (dst, d0, dn)) = match (a, b) {
             (Ok(a), Ok(b)) => (a, b),
             (a, b) => {
-                if let Ok((dst, ..)) = b {
-                    self.excused.insert((dst.part, dst.lane));
-                }
                 let faults = [(a.err(), from), (b.err(), to)].into_iter();
                 return Err(faults.filter(|(_, end)| !self.is_lost(end)).filter_map(|f| f.0).collect());
             }
