@@ -149,7 +149,7 @@ fn all_wiring_mistakes_in_one_report() {
             part("int", "t.integrator", &[], Some("5 Hz")),
             part("odd", "t.gian", &[], None),
             part("spring", "t.spring", &[], None),
-            part("alone", "t.gain", &[], None),
+            part("alone", "t.bounce", &[], None),
         ],
         &[
             "one.y -> two.u",

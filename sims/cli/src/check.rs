@@ -1,4 +1,5 @@
 //! `linkwork check`: load, compile, place, and look up every pattern, without running.
+use crate::say;
 use crate::{exit, load, run};
 use std::path::Path;
 
@@ -12,7 +13,7 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
         return code;
     }
     let p = &ready.plan;
-    println!(
+    say!(
         "ok: {} models, {} services, {} wires, {} variables; tick {}, step {}, {} operations a stage",
         p.parts.len(),
         p.services.iter().count(),
@@ -23,7 +24,7 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
         p.stage_len()
     );
     if let Some(m) = &p.mechanism {
-        println!(
+        say!(
             "    mechanism: {} bodies, {} degrees of freedom, {:.3} kg",
             m.multibody.bodies().len(),
             m.multibody.nv(),

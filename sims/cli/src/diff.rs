@@ -1,5 +1,6 @@
 //! `linkwork diff`: two logs or two checkpoints, with tolerances.
 use crate::exit;
+use crate::say;
 use linkwork_record::{Difference, Series, compare, read_log};
 use linkwork_runtime::Checkpoint;
 use std::collections::BTreeMap;
@@ -49,19 +50,19 @@ pub fn diff(a: &Path, b: &Path, abs: f64, rel: f64) -> u8 {
     };
     let differences: Vec<Difference> = compare(&x, &y, abs, rel);
     if differences.is_empty() {
-        println!("equal: {} series within abs {abs:e}, rel {rel:e}", x.len());
+        say!("equal: {} series within abs {abs:e}, rel {rel:e}", x.len());
         return exit::OK;
     }
-    println!(
+    say!(
         "{} of {} series differ (abs {abs:e}, rel {rel:e}):",
         differences.len(),
         x.len().max(y.len())
     );
     for d in differences.iter().take(40) {
-        println!("  {:12.3e}  {}: {}", d.largest, d.name, d.what);
+        say!("  {:12.3e}  {}: {}", d.largest, d.name, d.what);
     }
     if differences.len() > 40 {
-        println!("  … and {} more", differences.len() - 40);
+        say!("  … and {} more", differences.len() - 40);
     }
     exit::FAILED
 }

@@ -1,5 +1,6 @@
 //! `linkwork list`, `describe`, `tree`, `graph`: what there is and how it hangs together.
 use crate::{exit, load};
+use crate::{say, say_text};
 use clap::ValueEnum;
 use linkwork_assembly::{TreeKind, TreeNode, path_matches};
 use linkwork_runtime::{Origin, ParamSpec, PortSpec, Role, Via};
@@ -24,7 +25,7 @@ fn first_line(doc: &str) -> &str {
 pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
     let Some(path) = sim else {
         for e in load::catalogue().iter() {
-            println!("{:36} {}", e.description.name, first_line(e.description.doc));
+            say!("{:36} {}", e.description.name, first_line(e.description.doc));
         }
         return exit::OK;
     };
@@ -41,7 +42,7 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
             return exit::INPUT;
         }
         for e in found {
-            println!("{:36} {}", e.description.name, first_line(e.description.doc));
+            say!("{:36} {}", e.description.name, first_line(e.description.doc));
         }
         return exit::OK;
     }
@@ -58,7 +59,7 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
                 Role::Free => "free input",
                 Role::State => "state",
             };
-            println!("{path:64} {:10} {role:10} {}", v.unit, first_line(&v.doc));
+            say!("{path:64} {:10} {role:10} {}", v.unit, first_line(&v.doc));
             n += 1;
         }
     }
@@ -148,7 +149,7 @@ pub fn describe(model: &str) -> u8 {
     if d.functions.update && d.continuous.is_empty() {
         out.push_str("\nSampled: give the part a `rate`.\n");
     }
-    print!("{out}");
+    say_text(format_args!("{out}"));
     exit::OK
 }
 
@@ -160,7 +161,7 @@ pub fn tree(sim: &Path) -> u8 {
     };
     let mut out = String::new();
     draw(&loaded.tree, "", "", &mut out);
-    print!("{out}");
+    say_text(format_args!("{out}"));
     exit::OK
 }
 
@@ -240,6 +241,6 @@ pub fn graph(sim: &Path, format: GraphFormat) -> u8 {
             }
         }
     }
-    print!("{out}");
+    say_text(format_args!("{out}"));
     exit::OK
 }

@@ -1,4 +1,20 @@
 //! What the command line does, as functions: loading, running with taps, inspecting, comparing.
+use std::fmt::Arguments;
+use std::io::Write;
+
+/// Prints a line to standard output; ends in silence when the reader has gone (`linkwork list | head`).
+macro_rules! say {
+    ($($t:tt)*) => { $crate::say_text(format_args!("{}\n", format_args!($($t)*))) };
+}
+pub(crate) use say;
+
+/// Prints text to standard output, as [`say!`].
+pub(crate) fn say_text(text: Arguments<'_>) {
+    if std::io::stdout().write_fmt(text).is_err() {
+        std::process::exit(i32::from(exit::OK));
+    }
+}
+
 pub mod check;
 pub mod diff;
 pub mod figures;

@@ -148,6 +148,15 @@ fn time(text: &str, what: &str) -> Result<Seconds, u8> {
     })
 }
 
+/// What a tap feeds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Feeds {
+    /// The log: without it a run is not worth going on.
+    Log,
+    /// The viewer: it never changes the run, not even when it fails.
+    Viewer,
+}
+
 struct Runner {
     sim: Simulation,
     name: String,
@@ -155,7 +164,7 @@ struct Runner {
     configuration: String,
     figures: Figures,
     picture: Picture,
-    taps: Vec<Tap>,
+    taps: Vec<(Tap, Feeds)>,
     files: Vec<PathBuf>,
     stop_when: Option<Place>,
     until: Option<Seconds>,
@@ -234,7 +243,7 @@ fn try_start(
         let opened = Log::create(&path, sim.plan(), &spec).map_err(|e| e.to_string()).and_then(
             |(log, groups)| Tap::start(&sim, groups, 256, Box::new(log)).map_err(|e| e.to_string()),
         );
-        taps.push(opened.map_err(fail)?);
+        taps.push((opened.map_err(fail)?, Feeds::Log));
         files.push(path);
     }
     if let Some(sink) = sink(options, &out) {
@@ -246,7 +255,7 @@ fn try_start(
             .and_then(|(viewer, groups)| {
                 Tap::start(&sim, groups, 256, Box::new(viewer)).map_err(|e| e.to_string())
             });
-        taps.push(opened.map_err(fail)?);
+        taps.push((opened.map_err(fail)?, Feeds::Viewer));
     }
     let picture = Picture::new(&sim, &prepared.scene.0);
     let bar = bar(until, options.quiet);
@@ -315,11 +324,14 @@ impl Runner {
         });
         let (ending, wall) = self.steps(&stop);
         let mut ending = ending;
-        for tap in self.taps.drain(..) {
-            if let Err(e) = tap.finish()
-                && matches!(ending, Ending::Until | Ending::StopWhen | Ending::Interrupted)
-            {
-                ending = Ending::LogFailed(e);
+        for (tap, feeds) in self.taps.drain(..) {
+            match (tap.finish(), feeds, &ending) {
+                (Ok(()), ..) => {}
+                (Err(e), Feeds::Viewer, _) => no_viewer(&e),
+                (Err(e), _, Ending::Until | Ending::StopWhen | Ending::Interrupted) => {
+                    ending = Ending::LogFailed(e);
+                }
+                _ => {}
             }
         }
         self.bar.finish_and_clear();
@@ -450,7 +462,21 @@ impl Runner {
 
     fn observe(&mut self) -> Result<(), String> {
         self.picture.sample(&self.sim);
-        self.taps.iter_mut().try_for_each(|tap| tap.sample(&self.sim))
+        let mut gone = None;
+        for (k, (tap, feeds)) in self.taps.iter_mut().enumerate() {
+            match (tap.sample(&self.sim), feeds) {
+                (Ok(()), _) => {}
+                (Err(e), Feeds::Log) => return Err(e),
+                (Err(e), Feeds::Viewer) => {
+                    no_viewer(&e);
+                    gone = Some(k);
+                }
+            }
+        }
+        if let Some(k) = gone {
+            self.taps.remove(k);
+        }
+        Ok(())
     }
 
     fn next_multiple(&self, every: Seconds) -> (Seconds, Seconds) {
@@ -505,6 +531,13 @@ fn explain(e: &RunError) -> String {
         "{e}\n  help: the log and before_failure.lwck hold what led to it; try a smaller step, and look at what drives `{}`",
         e.path
     )
+}
+
+fn no_viewer(e: &str) {
+    eprintln!(
+        "warning: {e}\n  help: the run and its log are whole; for --rerun start a viewer first: \
+         `rerun` (pip install rerun-sdk==0.36.3)"
+    );
 }
 
 /// `10`, `2.5`: a time in a file name.

@@ -1,5 +1,6 @@
 //! `summary.json`, the picture of the plots, and what is said at the end of a run.
 use crate::figures::{Figures, Thinned};
+use crate::say;
 use linkwork_record::{Curve, Plot, draw};
 use linkwork_runtime::{Place, Simulation};
 use linkwork_viz::{Marker, Scene};
@@ -144,20 +145,22 @@ pub fn print(s: &Summary) {
         Ending::Failed(_) => "FAILED".to_string(),
         Ending::LogFailed(_) => "STOPPED, the log could not be written on,".to_string(),
     };
-    println!("{}: {how} at t = {:.3} s", s.simulation, s.time);
-    println!(
+    say!("{}: {how} at t = {:.3} s", s.simulation, s.time);
+    say!(
         "  {:.2} s of wall time, {:.0} times real time; state {}",
-        s.wall_time, s.real_time_factor, s.state_hash
+        s.wall_time,
+        s.real_time_factor,
+        s.state_hash
     );
     let width = s.figures.keys().map(String::len).max().unwrap_or(0);
     for (name, (value, unit)) in &s.figures {
         let unit = if unit == "1" { "" } else { unit };
-        println!("  {name:width$}  {} {unit}", number(*value));
+        say!("  {name:width$}  {} {unit}", number(*value));
     }
     if s.files.is_empty() {
         return;
     }
-    println!("files:");
+    say!("files:");
     for file in &s.files {
         let hint = match file.extension().and_then(|e| e.to_str()) {
             Some("rrd") => "   open with: rerun <file>     (pip install rerun-sdk==0.36.3)",
@@ -166,7 +169,7 @@ pub fn print(s: &Summary) {
             Some("lwck") => "   go on with: linkwork resume <file>",
             _ => "",
         };
-        println!("  {}{hint}", file.display());
+        say!("  {}{hint}", file.display());
     }
 }
 
