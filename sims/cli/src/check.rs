@@ -1,5 +1,4 @@
 //! `linkwork check`: load, compile, place, and look up every pattern, without running.
-use crate::say;
 use crate::{exit, load, run};
 use std::path::Path;
 

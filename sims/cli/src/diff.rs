@@ -1,6 +1,5 @@
 //! `linkwork diff`: two logs or two checkpoints, with tolerances.
 use crate::exit;
-use crate::say;
 use linkwork_record::{Difference, Series, compare, read_log};
 use linkwork_runtime::Checkpoint;
 use std::collections::BTreeMap;

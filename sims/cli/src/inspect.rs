@@ -1,6 +1,6 @@
 //! `linkwork list`, `describe`, `tree`, `graph`: what there is and how it hangs together.
+use crate::say_text;
 use crate::{exit, load};
-use crate::{say, say_text};
 use clap::ValueEnum;
 use linkwork_assembly::{TreeKind, TreeNode, path_matches};
 use linkwork_runtime::{Origin, ParamSpec, PortSpec, Role, Via};

@@ -6,7 +6,6 @@ use std::io::Write;
 macro_rules! say {
     ($($t:tt)*) => { $crate::say_text(format_args!("{}\n", format_args!($($t)*))) };
 }
-pub(crate) use say;
 
 /// Prints text to standard output, as [`say!`].
 pub(crate) fn say_text(text: Arguments<'_>) {

@@ -1,6 +1,5 @@
 //! `summary.json`, the picture of the plots, and what is said at the end of a run.
 use crate::figures::{Figures, Thinned};
-use crate::say;
 use linkwork_record::{Curve, Plot, draw};
 use linkwork_runtime::{Place, Simulation};
 use linkwork_viz::{Marker, Scene};
