@@ -1,6 +1,6 @@
 //! The rover of `sims/rover_traverse` without log and viewer: time per step, x real time, and where it goes.
 //!
-//! `cargo bench -p linkwork-tests --bench rover [-- seconds]`
+//! `cargo bench -p linkwork-tests --bench rover (-- seconds)`
 #![allow(missing_docs, clippy::disallowed_methods)]
 use linkwork_runtime::{Seconds, Simulation};
 use std::time::Instant;

@@ -1,4 +1,5 @@
 //! The rocker-bogie rover against statics: parked on slopes, its weight, the loads of its axles, its differential.
+#![allow(clippy::unwrap_used)]
 use linkwork_runtime::{Seconds, Simulation};
 
 #[path = "../common/mod.rs"]

@@ -76,7 +76,7 @@ fn required<T>(
 }
 
 /// `place: (body, at, heading, wheels, radius, joints)`: puts a compiled machine on its ground. Names may
-/// hold `*`. Gives the largest remaining gap of a wheel [m].
+/// hold `*`. Gives the largest remaining gap of a wheel (m).
 ///
 /// # Errors
 /// The first mistake in the map, or why the machine cannot be put down.

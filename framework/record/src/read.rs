@@ -9,7 +9,7 @@ use std::path::Path;
 /// The numbers of one field of one channel over time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Series {
-    /// Times [s].
+    /// Times (s).
     pub t: Vec<f64>,
     /// Values.
     pub y: Vec<f64>,

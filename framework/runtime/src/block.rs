@@ -9,9 +9,9 @@ use std::sync::Arc;
 /// The time of an evaluation.
 #[derive(Clone, Copy, Debug)]
 pub struct Now {
-    /// Simulated time [s] of this evaluation.
+    /// Simulated time (s) of this evaluation.
     pub t: f64,
-    /// Integration step [s].
+    /// Integration step (s).
     pub dt: f64,
     /// Tick of the common base.
     pub tick: u64,
@@ -39,7 +39,7 @@ pub struct Wiring {
     pub period: u64,
     /// First sample's tick.
     pub offset: u64,
-    /// Sample period [s].
+    /// Sample period (s).
     pub period_s: f64,
     /// Key of the noise.
     pub key: u64,

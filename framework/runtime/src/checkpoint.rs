@@ -30,7 +30,7 @@ pub struct Checkpoint {
     pub tick: u64,
     /// Row of the table.
     pub row: u32,
-    /// Simulated time [s], for readers.
+    /// Simulated time (s), for readers.
     pub time: f64,
     /// Seed of all noise.
     pub seed: u64,

@@ -2,7 +2,7 @@
 //! such that every wheel just touches.
 //!
 //! ```text
-//! unknowns  z, roll, pitch, chosen joints        residuals  (c_i − g(c_i)) · n − r_i  for each wheel
+//! unknowns  z, roll, pitch, chosen joints        residuals  least gap of the rim of each wheel
 //! ```
 //! Damped least squares (Levenberg–Marquardt) with numerical derivatives; done once, before a run.
 use crate::plan::Plan;
@@ -10,7 +10,7 @@ use crate::services::Terrain;
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::{BodyId, SubhingeKind};
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
-use linkwork_spatial::{Quat, Vec3};
+use linkwork_spatial::{Pose, Quat, Vec3};
 use std::sync::Arc;
 
 /// Where and how to put a machine down.
@@ -18,11 +18,11 @@ use std::sync::Arc;
 pub struct Placement {
     /// The free root body.
     pub body: String,
-    /// x, y of the root body's origin, W [m].
+    /// x, y of the root body's origin, W (m).
     pub at: [f64; 2],
-    /// Heading about W's z [rad].
+    /// Heading about W's z (rad).
     pub heading: f64,
-    /// Wheels: body name and radius [m]; the body's origin is the hub.
+    /// Wheels: body name and radius (m); the body's origin is the hub.
     pub wheels: Vec<(String, f64)>,
     /// Bodies whose pin hinges adapt to the ground.
     pub joints: Vec<String>,
@@ -42,7 +42,23 @@ fn error<T>(message: String, help: &str) -> Result<T, PlaceError> {
     Err(PlaceError { message, help: help.to_string() })
 }
 
-/// Changes the plan's initial coordinates. Gives the largest remaining gap of a wheel [m].
+/// Least height of the lower rim above the ground, measured along the ground's normal (m); the
+/// wheel's axle is its y axis. `None` where there is no ground.
+fn rim_gap(terrain: &dyn Terrain, pose: &Pose, radius: f64) -> Option<f64> {
+    let axle = pose.rotation * Vec3::y();
+    let down = -(Vec3::z() - axle * axle.z).normalize();
+    let ahead = axle.cross(&-down);
+    let mut least = f64::INFINITY;
+    for k in -15..=15 {
+        let (s, c) = (5.0 * f64::from(k)).to_radians().sin_cos();
+        let p = pose.position + (down * c + ahead * s) * radius;
+        let g = terrain.ground(p.x, p.y)?;
+        least = least.min((p.z - g.height) * g.normal.z);
+    }
+    Some(least)
+}
+
+/// Changes the plan's initial coordinates. Gives the largest remaining gap of a wheel (m).
 ///
 /// # Errors
 /// Unknown bodies, a root that is not free, ground missing under a wheel, or no convergence.
@@ -114,8 +130,9 @@ pub fn place_on_terrain(
         kinematics(&tree, &mut ws, q, &zeros);
         let mut e = DVector::zeros(wheels.len());
         for (k, (id, radius)) in wheels.iter().enumerate() {
-            let c = ws.body_pose(&tree, *id).position;
-            let Some(g) = terrain.ground(c.x, c.y) else {
+            let pose = ws.body_pose(&tree, *id);
+            let Some(gap) = rim_gap(terrain, &pose, *radius) else {
+                let c = pose.position;
                 return error(
                     format!(
                         "there is no ground under `{}` at ({:.3}, {:.3})",
@@ -124,7 +141,7 @@ pub fn place_on_terrain(
                     "start where the map has data",
                 );
             };
-            e[k] = (c.z - g.height) * g.normal.z - radius;
+            e[k] = gap;
         }
         Ok(e)
     };

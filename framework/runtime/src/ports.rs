@@ -288,48 +288,48 @@ macro_rules! composite {
 composite!(
     /// Pose and velocity of a node N in W.
     NodeState, NodeState, 13, {
-        /// Position of the node's origin, W [m].
+        /// Position of the node's origin, W (m).
         position: Vec3 = 0,
         /// Rotation R_WN.
         rotation: Quat = 3,
-        /// Angular velocity, W axes [rad/s].
+        /// Angular velocity, W axes (rad/s).
         angular: Vec3 = 7,
-        /// Velocity of the node's origin, W axes [m/s].
+        /// Velocity of the node's origin, W axes (m/s).
         velocity: Vec3 = 10
     }
 );
 composite!(
     /// Acceleration of a node in W: the true one; gravity is not taken off.
     NodeAccel, NodeAccel, 6, {
-        /// Angular acceleration, W axes [rad/s²].
+        /// Angular acceleration, W axes (rad/s²).
         angular: Vec3 = 0,
-        /// Acceleration of the node's origin, W axes [m/s²].
+        /// Acceleration of the node's origin, W axes (m/s²).
         linear: Vec3 = 3
     }
 );
 composite!(
     /// Moment and force on a body at a node, W axes.
     Wrench, Wrench, 6, {
-        /// Moment about the node's origin [N m].
+        /// Moment about the node's origin (N m).
         moment: Vec3 = 0,
-        /// Force [N].
+        /// Force (N).
         force: Vec3 = 3
     }
 );
 composite!(
     /// A one-dof hinge coordinate (sliders: m and m/s).
     HingeState, HingeState, 2, {
-        /// Angle [rad].
+        /// Angle (rad).
         angle: f64 = 0,
-        /// Rate [rad/s].
+        /// Rate (rad/s).
         rate: f64 = 1
     }
 );
 
-/// A generalised force on a hinge coordinate [N m] (sliders: N).
+/// A generalised force on a hinge coordinate (N m) (sliders: N).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HingeTorque(pub f64);
-/// The acceleration that a prescribed hinge coordinate follows [rad/s²] (sliders: m/s²).
+/// The acceleration that a prescribed hinge coordinate follows (rad/s²) (sliders: m/s²).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HingeAccel(pub f64);
 

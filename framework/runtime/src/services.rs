@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// The ground under a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
-    /// Height [m], W.
+    /// Height (m), W.
     pub height: f64,
     /// Unit normal, upwards, W.
     pub normal: Vec3,
@@ -21,57 +21,57 @@ pub struct Ground {
 /// Soil under the wheels (Bekker–Wong–Reece–Janosi).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Soil {
-    /// Sinkage exponent at zero slip n₀ [1].
+    /// Sinkage exponent at zero slip n₀ (1).
     pub n: f64,
-    /// Slip sinkage: n = n₀ + n₁ |s| [1].
+    /// Slip sinkage: n = n₀ + n₁ |s| (1).
     pub n1: f64,
     /// Cohesive modulus k_c [N/m^(n+1)].
     pub k_c: f64,
     /// Frictional modulus k_φ [N/m^(n+2)].
     pub k_phi: f64,
-    /// Cohesion c [Pa].
+    /// Cohesion c (Pa).
     pub cohesion: f64,
-    /// Internal friction angle φ [rad].
+    /// Internal friction angle φ (rad).
     pub friction_angle: f64,
-    /// Shear deformation modulus K [m].
+    /// Shear deformation modulus K (m).
     pub shear_modulus: f64,
-    /// Maximum-stress angle θ_m = (a₀ + a₁ s) θ_f: a₀ [1].
+    /// Maximum-stress angle θ_m = (a₀ + a₁ s) θ_f: a₀ (1).
     pub a0: f64,
-    /// The same: a₁ [1].
+    /// The same: a₁ (1).
     pub a1: f64,
-    /// Rear contact ratio λ [1].
+    /// Rear contact ratio λ (1).
     pub lambda: f64,
-    /// Bulk density ρ [kg/m³].
+    /// Bulk density ρ (kg/m³).
     pub density: f64,
-    /// Coulomb coefficient μ of a rigid wheel on this ground [1].
+    /// Coulomb coefficient μ of a rigid wheel on this ground (1).
     pub friction: f64,
 }
 
 /// A grid of heights, for display and for planners.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// x, y of the first node [m].
+    /// x, y of the first node (m).
     pub origin: [f64; 2],
-    /// Distance of nodes along x and y [m].
+    /// Distance of nodes along x and y (m).
     pub spacing: [f64; 2],
     /// Nodes along x.
     pub nx: usize,
     /// Nodes along y.
     pub ny: usize,
-    /// Heights [m], x fastest; NaN: no data.
+    /// Heights (m), x fastest; NaN: no data.
     pub heights: Vec<f32>,
 }
 
 /// A rock on the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rock {
-    /// Centre x [m].
+    /// Centre x (m).
     pub x: f64,
-    /// Centre y [m].
+    /// Centre y (m).
     pub y: f64,
-    /// Diameter [m].
+    /// Diameter (m).
     pub diameter: f64,
-    /// Height above the ground [m].
+    /// Height above the ground (m).
     pub height: f64,
 }
 
@@ -79,7 +79,7 @@ pub struct Rock {
 pub trait Terrain: Send + Sync {
     /// Height and normal; `None` off the map or where there is no data.
     fn ground(&self, x: f64, y: f64) -> Option<Ground>;
-    /// x_min, y_min, x_max, y_max [m].
+    /// x_min, y_min, x_max, y_max (m).
     fn bounds(&self) -> [f64; 4];
     /// The soil at a point.
     fn soil(&self, x: f64, y: f64) -> &Soil;
@@ -93,7 +93,7 @@ pub trait Terrain: Send + Sync {
 
 /// A gravity field.
 pub trait Gravity: Send + Sync {
-    /// Acceleration [m/s²] at p [m], both in W.
+    /// Acceleration (m/s²) at p (m), both in W.
     fn acceleration(&self, t: f64, p: Vec3) -> Vec3;
     /// The field, when it is the same everywhere and always.
     fn uniform(&self) -> Option<Vec3> {
@@ -104,21 +104,21 @@ pub trait Gravity: Send + Sync {
 /// Air at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Air {
-    /// Density [kg/m³].
+    /// Density (kg/m³).
     pub density: f64,
-    /// Pressure [Pa].
+    /// Pressure (Pa).
     pub pressure: f64,
-    /// Temperature [K].
+    /// Temperature (K).
     pub temperature: f64,
-    /// Speed of sound [m/s].
+    /// Speed of sound (m/s).
     pub speed_of_sound: f64,
-    /// Velocity of the air in W [m/s].
+    /// Velocity of the air in W (m/s).
     pub wind: Vec3,
 }
 
 /// An atmosphere.
 pub trait Atmosphere: Send + Sync {
-    /// The air at p [m], W.
+    /// The air at p (m), W.
     fn air(&self, t: f64, p: Vec3) -> Air;
 }
 
@@ -127,13 +127,13 @@ pub trait Atmosphere: Send + Sync {
 pub struct SunState {
     /// Unit vector towards the sun, W.
     pub direction: Vec3,
-    /// Distance [AU].
+    /// Distance (AU).
     pub distance_au: f64,
 }
 
 /// The sun.
 pub trait Sun: Send + Sync {
-    /// Direction and distance at simulated time t [s].
+    /// Direction and distance at simulated time t (s).
     fn state(&self, t: f64) -> SunState;
 }
 

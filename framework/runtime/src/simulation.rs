@@ -17,7 +17,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("t = {time} s: `{path}` became {value}{}", if *.others > 0 { format!(" ({others} more variables are bad)") } else { String::new() })]
 pub struct RunError {
-    /// Simulated time [s].
+    /// Simulated time (s).
     pub time: f64,
     /// The first bad variable in path order among states, else among signals.
     pub path: String,
@@ -126,7 +126,7 @@ impl Simulation {
     pub fn state(&self) -> &State {
         &self.state
     }
-    /// Simulated time [s].
+    /// Simulated time (s).
     pub fn time(&self) -> f64 {
         self.plan.base.times(self.state.tick)
     }

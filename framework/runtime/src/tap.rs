@@ -13,9 +13,9 @@ use std::thread::JoinHandle;
 pub struct Row {
     /// Index of the group.
     pub group: u32,
-    /// Simulated time [s].
+    /// Simulated time (s).
     pub t: f64,
-    /// Simulated time [ns], exact for bases that are whole nanoseconds.
+    /// Simulated time (ns), exact for bases that are whole nanoseconds.
     pub ns: u64,
     /// Values, as the group lists them.
     pub values: Vec<f64>,

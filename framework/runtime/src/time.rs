@@ -123,9 +123,9 @@ impl fmt::Display for Seconds {
 /// The only clock a model sees, and its source of noise.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
-    /// Simulated time [s] (of the stage, inside an integration step).
+    /// Simulated time (s) (of the stage, inside an integration step).
     pub t: f64,
-    /// Own sample period [s]; for continuous functions the integration step.
+    /// Own sample period (s); for continuous functions the integration step.
     pub dt: f64,
     /// Own sample index (0 at the first sample); 0 for continuous functions.
     pub n: u64,

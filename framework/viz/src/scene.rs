@@ -99,6 +99,6 @@ pub struct Scene {
     pub markers: Vec<Marker>,
     /// The body that the eye follows.
     pub follow: Option<String>,
-    /// Where the eye starts relative to the followed body (or W) [m].
+    /// Where the eye starts relative to the followed body (or W) (m).
     pub eye: Option<Vec3>,
 }

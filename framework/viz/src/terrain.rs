@@ -2,9 +2,9 @@
 use linkwork_runtime::Surface;
 use rerun::Mesh3D;
 
-/// Edge of a tile [m].
+/// Edge of a tile (m).
 const TILE: f64 = 5.0;
-/// Nodes of the coarse form are at least this far apart [m].
+/// Nodes of the coarse form are at least this far apart (m).
 const COARSE: f64 = 0.5;
 
 /// Tiles of a surface.

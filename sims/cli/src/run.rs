@@ -23,7 +23,7 @@ pub struct RunOptions {
     /// Simulated time at which to stop, e.g. 20, "20 s", "2 min".
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub until: Option<String>,
-    /// Folder for the files; runs/<simulation> unless given.
+    /// Folder for the files; `runs/NAME` unless given.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Write a checkpoint every so much simulated time, e.g. "10 s".

@@ -30,11 +30,11 @@ pub struct Summary {
     pub simulation: String,
     /// How it ended.
     pub ended: Ending,
-    /// Simulated time at the end [s].
+    /// Simulated time at the end (s).
     pub time: f64,
     /// Hash of the state at the end.
     pub state_hash: String,
-    /// Wall time of stepping [s].
+    /// Wall time of stepping (s).
     pub wall_time: f64,
     /// Simulated over wall time, of this process.
     pub real_time_factor: f64,
@@ -55,7 +55,7 @@ pub struct Picture {
     next: f64,
 }
 
-/// Time between points of the picture [s].
+/// Time between points of the picture (s).
 const EVERY: f64 = 0.05;
 
 impl Picture {

@@ -1,4 +1,5 @@
 //! Every mistake is refused before anything is written: with its place, both ends, and a remedy.
+#![allow(clippy::unwrap_used)]
 mod common;
 use common::{Lab, edited, names, sim};
 

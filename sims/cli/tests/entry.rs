@@ -1,4 +1,5 @@
 //! The entry capsule through the command line: RK4 converges with its order.
+#![allow(clippy::unwrap_used)]
 mod common;
 use common::{Lab, sim};
 use linkwork_record::read_log;

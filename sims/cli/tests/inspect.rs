@@ -1,4 +1,5 @@
 //! Looking without running: the tree, the lists, the graphs, the checks, the help.
+#![allow(clippy::unwrap_used)]
 mod common;
 use common::{Lab, edited, root, sim};
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,4 +1,5 @@
 //! What goes wrong during a run: runaway states, Ctrl-C, full disks. And the memory of long runs.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 mod common;
 use common::{Lab, Said, edited, names};
 use linkwork_record::read_log;
@@ -157,7 +158,7 @@ fn a_folder_that_cannot_be_written_is_refused() {
     said.tells(&["run.mcap", "help: "]);
 }
 
-/// Largest resident memory of a run [MB].
+/// Largest resident memory of a run (MB).
 fn peak(lab: &Lab, until: &str) -> f64 {
     let mut child = lab.spawn(&[
         "run",

@@ -1,4 +1,5 @@
 //! What the tests of the command line share: the binary, run in a temporary folder.
+#![allow(clippy::unwrap_used)]
 #![allow(dead_code)] // Each test file uses a part of it.
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
