@@ -1,4 +1,5 @@
-//! Ports that many basic models share. Numbers without unit: convert at the ends where a unit matters.
+//! Ports that many basic models share. They take any unit (`*`): a constant or a gain means what its
+//! author wires it to, in SI.
 
 use linkwork_runtime::prelude::*;
 
@@ -6,7 +7,7 @@ use linkwork_runtime::prelude::*;
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Input {
     /// Input.
-    #[port("1")]
+    #[port("*")]
     pub u: f64,
 }
 
@@ -14,7 +15,7 @@ pub struct Input {
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Inputs {
     /// Inputs, summed.
-    #[port("1", sum)]
+    #[port("*", sum)]
     pub u: f64,
 }
 
@@ -22,10 +23,10 @@ pub struct Inputs {
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Pair {
     /// First input.
-    #[port("1")]
+    #[port("*")]
     pub a: f64,
     /// Second input.
-    #[port("1")]
+    #[port("*")]
     pub b: f64,
 }
 
@@ -33,7 +34,7 @@ pub struct Pair {
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Output {
     /// Output.
-    #[port("1")]
+    #[port("*")]
     pub y: f64,
 }
 
@@ -49,6 +50,6 @@ pub struct Truth {
 #[derive(State, Clone, Copy, Debug)]
 pub struct One {
     /// State.
-    #[port("1")]
+    #[port("*")]
     pub x: f64,
 }

@@ -64,7 +64,7 @@ impl Model for Delay {
 #[derive(State, Clone, Copy, Debug)]
 pub struct Last {
     /// Last input.
-    #[port("1")]
+    #[port("*")]
     pub u: f64,
     /// An input has been seen.
     #[port("1")]
@@ -99,13 +99,13 @@ pub struct Tally {
     #[port("1")]
     pub count: f64,
     /// Smallest.
-    #[port("1")]
+    #[port("*")]
     pub min: f64,
     /// Largest.
-    #[port("1")]
+    #[port("*")]
     pub max: f64,
     /// Mean.
-    #[port("1")]
+    #[port("*")]
     pub mean: f64,
     /// Mean of the squares.
     #[port("1")]
@@ -119,16 +119,16 @@ pub struct StatisticsOut {
     #[port("1")]
     pub count: f64,
     /// Smallest sample.
-    #[port("1")]
+    #[port("*")]
     pub min: f64,
     /// Largest sample.
-    #[port("1")]
+    #[port("*")]
     pub max: f64,
     /// Mean.
-    #[port("1")]
+    #[port("*")]
     pub mean: f64,
     /// Root mean square.
-    #[port("1")]
+    #[port("*")]
     pub rms: f64,
 }
 

@@ -90,10 +90,16 @@ impl Unit {
     /// No unit.
     pub const ONE: Unit = Unit { exponents: [0; 8], scale: 1.0, offset: 0.0 };
 
+    /// Any unit, written `*`: of sources, gains and other parts that mean what they are wired to.
+    pub const ANY: Unit = Unit { exponents: [i8::MAX; 8], scale: 1.0, offset: 0.0 };
+
     /// Reads `N m/A`, `kg m^2`, `rad/s`, `1/(V s)`, `deg`, `km`. A division takes the next factor only.
     pub fn parse(text: &str) -> Result<Unit, UnitError> {
         if matches!(text.trim(), "degC" | "°C") {
             return Ok(Unit { exponents: [0, 0, 0, 0, 1, 0, 0, 0], scale: 1.0, offset: 273.15 });
+        }
+        if text.trim() == "*" {
+            return Ok(Unit::ANY);
         }
         let chars: Vec<char> = text.chars().collect();
         let mut reader = Reader { chars: &chars, at: 0, text };
@@ -106,7 +112,7 @@ impl Unit {
 
     /// True when a number in `self` may be wired to a port in `other` without conversion.
     pub fn same_quantity(&self, other: &Unit) -> bool {
-        self.exponents == other.exponents
+        self.exponents == other.exponents || *self == Unit::ANY || *other == Unit::ANY
     }
 
     /// The number in SI.
@@ -125,6 +131,9 @@ impl Unit {
 
 impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if *self == Unit::ANY {
+            return f.write_str("*");
+        }
         let mut parts = Vec::new();
         for (name, &e) in BASE.iter().zip(&self.exponents) {
             match e {
@@ -271,6 +280,17 @@ mod tests {
         assert_eq!(Unit::parse("N/m/s").unwrap().exponents, [1, 0, -3, 0, 0, 0, 0, 0]);
         assert_eq!(Unit::parse("degC").unwrap().to_si(20.0), 293.15);
         assert_eq!(Unit::parse("rad/s").unwrap().to_string(), "s^-1 rad");
+    }
+
+    #[test]
+    fn a_star_goes_with_every_unit() {
+        let any = Unit::parse("*").unwrap();
+        for unit in ["V", "rad/s", "1", "*"] {
+            let unit = Unit::parse(unit).unwrap();
+            assert!(any.same_quantity(&unit) && unit.same_quantity(&any));
+        }
+        assert_eq!(any.to_string(), "*");
+        assert!(Unit::parse("N *").unwrap() != any, "only alone");
     }
 
     #[test]
