@@ -50,7 +50,7 @@ impl Cx {
 }
 
 /// Sorts faults by place and tells those of several instances of one text only once.
-pub(crate) fn tidy(mut faults: Vec<Fault>) -> Vec<Fault> {
+pub fn tidy(mut faults: Vec<Fault>) -> Vec<Fault> {
     // Wheel1 … Wheel6 are one mistake in wheel.ron: digits apart, the message is the same.
     let plain = |m: &str| m.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
     faults.sort_by_key(|f| f.origin);

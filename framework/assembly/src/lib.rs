@@ -38,7 +38,7 @@ mod tree;
 mod wires;
 
 pub use builder::{IntoValue, variant};
-pub use context::Text;
+pub use context::{Text, tidy};
 pub use form::{Assembly, BodyForm, MountDecl, ParamDecl, PartForm, PartKind};
 pub use globs::{match_patterns, path_matches};
 pub use linkwork_runtime::Value;

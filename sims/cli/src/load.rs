@@ -1,6 +1,6 @@
 //! The catalogue of all component libraries, and loading a simulation with it.
 use crate::exit;
-use linkwork_assembly::{Failure, Loaded, Look, Options, load_file, load_text, put_down};
+use linkwork_assembly::{Failure, Loaded, Look, Options, load_file, load_text, put_down, tidy};
 pub use linkwork_assembly::{dotted, numbers, only, texts};
 use linkwork_runtime::{Catalogue, Fault, Files, Plan, Sources, Value, compile};
 use std::collections::BTreeMap;
@@ -79,7 +79,7 @@ pub fn ready_text(name: &str, text: &str) -> Result<Ready, u8> {
 fn finish(loaded: Loaded, catalogue: &Catalogue) -> Result<Ready, u8> {
     let files = Files { folders: vec![PathBuf::from("."), PathBuf::from("assemblies")] };
     let faulty = |faults: Vec<Fault>, sources: &Sources| {
-        report(&Failure { faults, sources: sources.clone() })
+        report(&Failure { faults: tidy(faults), sources: sources.clone() })
     };
     let mut plan = compile(&loaded.spec, catalogue, &files)
         .map_err(|faults| faulty(faults.0, &loaded.sources))?;
