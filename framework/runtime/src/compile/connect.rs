@@ -509,7 +509,7 @@ impl<'a> Connector<'a, '_> {
                         Fault::new(
                             self.parts[k].spec.origin,
                             match port.unit {
-                                "" | "1" => {
+                                "" | "1" | "*" => {
                                     format!("required input `{path}.{}` is not wired", port.name)
                                 }
                                 u => format!(
