@@ -410,15 +410,6 @@ impl Runner {
                     e.path
                 ));
             }
-            if self.stop_when.is_some_and(|p| self.sim.value(p) > 0.5) {
-                break Ending::StopWhen;
-            }
-            if self.until.is_some_and(|u| !self.sim.before(u)) {
-                break Ending::Until;
-            }
-            if stop.load(Ordering::Relaxed) {
-                break Ending::Interrupted;
-            }
             if let Some((at, every)) = next_save
                 && !self.sim.before(at)
             {
@@ -428,6 +419,15 @@ impl Runner {
                     &name,
                 );
                 next_save = Some(self.next_multiple(every));
+            }
+            if self.stop_when.is_some_and(|p| self.sim.value(p) > 0.5) {
+                break Ending::StopWhen;
+            }
+            if self.until.is_some_and(|u| !self.sim.before(u)) {
+                break Ending::Until;
+            }
+            if stop.load(Ordering::Relaxed) {
+                break Ending::Interrupted;
             }
             let t = self.sim.time();
             if t >= next_rescue {
