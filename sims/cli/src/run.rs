@@ -527,8 +527,14 @@ fn signals(plan: &Plan) -> Vec<String> {
 }
 
 fn explain(e: &RunError) -> String {
+    // What fails at once mostly starts where it cannot be.
+    let start = if e.time < 0.2 {
+        "; a machine that starts inside the ground is thrown out of it: see `place`"
+    } else {
+        ""
+    };
     format!(
-        "{e}\n  help: the log and before_failure.lwck hold what led to it; try a smaller step, and look at what drives `{}`",
+        "{e}\n  help: the log and before_failure.lwck hold what led to it; try a smaller step, and look at what drives `{}`{start}",
         e.path
     )
 }
