@@ -46,6 +46,7 @@ pub(crate) struct Link {
     /// The first of its siblings to gather (the last in order): it writes, the others add.
     pub gathers_first: bool,
     pub leaf: bool,
+    /// Rotor inertia as the coordinate feels it.
     pub armature: f64,
     /// Screws: m/rad.
     pub pitch: f64,
@@ -173,7 +174,7 @@ impl Layout {
                 parent: slot,
                 q: s.q.start,
                 v: s.v.start,
-                armature: s.subhinge.armature,
+                armature: s.subhinge.reflected_inertia(),
                 pitch,
                 X_PL: X_LJ * Pose::rotation(turn),
                 inertia: RigidInertia::zero(),

@@ -2,7 +2,9 @@
 
 use crate::lane::Lane;
 use crate::linear::{M3, S3, V3, V6};
+use crate::query::v3;
 use crate::tree::Tree;
+use linkwork_spatial::{Motion, Pose};
 
 /// Kinematics of a link; world axes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -122,5 +124,21 @@ impl Workspace {
     #[must_use]
     pub fn new(tree: &Tree) -> Self {
         Self { work: Work::new(tree) }
+    }
+
+    /// Puts the frame that the mechanism's roots hang on somewhere else and lets it move: pose,
+    /// velocity and acceleration (of its origin, in the axes in which the pose is given). For a
+    /// [`Subgraph`](linkwork_multibody::Subgraph): those of its base body in the whole, so that the
+    /// part moves as it does there. At first it is the world, at rest. Before `kinematics`.
+    pub fn set_base(&mut self, pose: &Pose, velocity: &Motion, acceleration: &Motion) {
+        let R = pose.rotation.to_rotation_matrix();
+        let R = R.matrix();
+        let column = |j: usize| V3 { x: R[(0, j)], y: R[(1, j)], z: R[(2, j)] };
+        let pair = |m: &Motion| V6 { n: v3(&m.angular), f: v3(&m.linear) };
+        let base = &mut self.work.kin[0];
+        base.R = M3 { x: column(0), y: column(1), z: column(2) };
+        base.p = v3(&pose.position);
+        base.V = pair(velocity);
+        base.A = pair(acceleration);
     }
 }

@@ -114,6 +114,28 @@ impl Builder {
         self
     }
 
+    /// The bodies so far, in the order of adding.
+    #[must_use]
+    pub fn bodies(&self) -> &[BodySpec] {
+        &self.bodies
+    }
+
+    /// The bodies so far, to be changed.
+    pub fn bodies_mut(&mut self) -> &mut Vec<BodySpec> {
+        &mut self.bodies
+    }
+
+    /// The nodes so far, in the order of adding.
+    #[must_use]
+    pub fn nodes(&self) -> &[NodeSpec] {
+        &self.nodes
+    }
+
+    /// The nodes so far, to be changed.
+    pub fn nodes_mut(&mut self) -> &mut Vec<NodeSpec> {
+        &mut self.nodes
+    }
+
     /// The mechanism in canonical order. O(n log n).
     ///
     /// # Errors
@@ -213,6 +235,7 @@ impl Builder {
                 parent,
                 hinge_in_parent: spec.hinge_in_parent,
                 hinge_in_body: spec.hinge_in_body,
+                mass: spec.mass,
                 inertia: inertias[i],
                 subhinges,
                 q: q0..nq,
@@ -290,6 +313,14 @@ fn check_numbers(b: &BodySpec, faults: &mut Vec<Fault>) {
         if !(a.is_finite() && a >= 0.0) || (barred && a != 0.0) {
             let body = b.name.clone();
             faults.push(Fault::BadArmature { body, subhinge: i, armature: a });
+        }
+        if !(s.gear.is_finite() && s.gear != 0.0) {
+            faults.push(Fault::BadGear { body: b.name.clone(), subhinge: i, gear: s.gear });
+        }
+        let limited = s.limits != crate::Limits::NONE;
+        if !s.limits.is_valid() || (limited && s.kind.nv() != 1) {
+            let body = b.name.clone();
+            faults.push(Fault::BadLimits { body, subhinge: i, limits: s.limits });
         }
     }
 }

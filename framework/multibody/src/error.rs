@@ -77,6 +77,32 @@ pub enum Fault {
         /// The value, kg m² or kg.
         armature: f64,
     },
+    /// A gear ratio that turns nothing.
+    #[error(
+        "body `{body}`, subhinge {subhinge}: gear ratio {gear} is not usable\n  help: it must be \
+         finite and not 0"
+    )]
+    BadGear {
+        /// The body.
+        body: String,
+        /// Which link of the chain.
+        subhinge: usize,
+        /// The value.
+        gear: f64,
+    },
+    /// Limits that nothing can keep, or on a subhinge that has no single coordinate.
+    #[error(
+        "body `{body}`, subhinge {subhinge}: limits {limits:?} are not usable\n  help: they need \
+         lower ≤ upper, rate ≥ 0, effort ≥ 0, and belong on pins, sliders and screws"
+    )]
+    BadLimits {
+        /// The body.
+        body: String,
+        /// Which link of the chain.
+        subhinge: usize,
+        /// The values.
+        limits: crate::Limits,
+    },
     /// A pose or pitch with a NaN or infinity.
     #[error("{place}: a number is NaN or infinite\n  help: give finite numbers")]
     NotFinite {

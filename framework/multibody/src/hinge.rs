@@ -1,6 +1,7 @@
 //! Hinges: chains of subhinges from the parent body to the child body.
 
-use linkwork_spatial::Vec3;
+use linkwork_spatial::nalgebra::{Quaternion, Unit};
+use linkwork_spatial::{Pose, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Who decides the motion of a subhinge.
@@ -65,6 +66,25 @@ impl SubhingeKind {
         }
     }
 
+    /// The pose across the subhinge (of its child side in its parent side) at its numbers of q.
+    /// The axis must be of unit length, as it is in a [`Multibody`](crate::Multibody).
+    #[must_use]
+    pub fn pose(&self, q: &[f64]) -> Pose {
+        let turn = |axis: &Vec3| Quat::from_axis_angle(&Unit::new_unchecked(*axis), q[0]);
+        let quat = |s: &[f64]| {
+            let raw = Quaternion::new(s[3], s[0], s[1], s[2]);
+            Quat::try_new(raw, 0.0).unwrap_or_else(Quat::identity)
+        };
+        match self {
+            Self::Pin { axis } => Pose::rotation(turn(axis)),
+            Self::Slider { axis } => Pose::new(Quat::identity(), axis * q[0]),
+            Self::Screw { axis, pitch } => Pose::new(turn(axis), axis * (pitch * q[0])),
+            Self::Ball => Pose::rotation(quat(q)),
+            Self::Free => Pose::new(quat(&q[3..]), Vec3::new(q[0], q[1], q[2])),
+            Self::Locked => Pose::identity(),
+        }
+    }
+
     /// The axis of a one-dof subhinge, as given.
     #[must_use]
     pub fn axis(&self) -> Option<Vec3> {
@@ -72,6 +92,49 @@ impl SubhingeKind {
             Self::Pin { axis } | Self::Slider { axis } | Self::Screw { axis, .. } => Some(*axis),
             _ => None,
         }
+    }
+}
+
+/// What a one-dof subhinge may do. Dynamics does not enforce it: inverse kinematics stays within
+/// `lower … upper`, models of stops and motors read the rest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Limits {
+    /// Least coordinate, rad or m; −∞ when there is none.
+    pub lower: f64,
+    /// Greatest coordinate, rad or m; ∞ when there is none.
+    pub upper: f64,
+    /// Greatest speed, rad/s or m/s; ∞ when there is none.
+    pub rate: f64,
+    /// Greatest force, N m or N; ∞ when there is none.
+    pub effort: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+impl Limits {
+    /// No limit at all.
+    pub const NONE: Self = Self {
+        lower: f64::NEG_INFINITY,
+        upper: f64::INFINITY,
+        rate: f64::INFINITY,
+        effort: f64::INFINITY,
+    };
+
+    /// Limits of the coordinate alone, rad or m.
+    #[must_use]
+    pub fn position(lower: f64, upper: f64) -> Self {
+        Self { lower, upper, ..Self::NONE }
+    }
+
+    /// True when `lower ≤ upper`, speed and force are not negative, and nothing is NaN.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        self.lower <= self.upper && self.rate >= 0.0 && self.effort >= 0.0
     }
 }
 
@@ -83,15 +146,33 @@ pub struct Subhinge {
     /// Free or prescribed.
     #[serde(default)]
     pub coordinate: Coordinate,
-    /// Rotor inertia reflected to the coordinate: kg m² (pin, screw, each ball rate), kg (slider).
-    /// It adds to the diagonal of the mass matrix. Not for free subhinges.
+    /// Rotor inertia at the rotor: kg m² (pin, screw, each ball rate), kg (slider). What reaches
+    /// the coordinate is [`Subhinge::reflected_inertia`]. Not for free subhinges.
     #[serde(default)]
     pub armature: f64,
+    /// Turns of the rotor per turn of the hinge (any sign, not 0).
+    #[serde(default = "unity")]
+    pub gear: f64,
+    /// Limits; only for one-dof subhinges.
+    #[serde(default)]
+    pub limits: Limits,
+}
+
+fn unity() -> f64 {
+    1.0
+}
+
+impl Subhinge {
+    /// `gear² · armature`: what the rotor adds to the diagonal of the mass matrix, kg m² or kg.
+    #[must_use]
+    pub fn reflected_inertia(&self) -> f64 {
+        self.gear * self.gear * self.armature
+    }
 }
 
 impl From<SubhingeKind> for Subhinge {
     fn from(kind: SubhingeKind) -> Self {
-        Self { kind, coordinate: Coordinate::Free, armature: 0.0 }
+        Self { kind, coordinate: Coordinate::Free, armature: 0.0, gear: 1.0, limits: Limits::NONE }
     }
 }
 
@@ -193,6 +274,24 @@ impl Hinge {
     pub fn armature(mut self, armature: f64) -> Self {
         for s in &mut self.subhinges {
             s.armature = armature;
+        }
+        self
+    }
+
+    /// The same gear ratio on every subhinge (see [`Subhinge::gear`]).
+    #[must_use]
+    pub fn gear(mut self, gear: f64) -> Self {
+        for s in &mut self.subhinges {
+            s.gear = gear;
+        }
+        self
+    }
+
+    /// The same limits on every subhinge (see [`Limits`]).
+    #[must_use]
+    pub fn limits(mut self, limits: Limits) -> Self {
+        for s in &mut self.subhinges {
+            s.limits = limits;
         }
         self
     }

@@ -21,10 +21,12 @@ mod error;
 mod hinge;
 mod ids;
 mod mechanism;
+mod subgraph;
 
 pub use builder::{BodySpec, Builder, NodeSpec};
 pub use error::{BuildError, Fault};
-pub use hinge::{Coordinate, Hinge, Subhinge, SubhingeKind};
+pub use hinge::{Coordinate, Hinge, Limits, Subhinge, SubhingeKind};
 pub use ids::{BodyId, NodeId};
 pub use linkwork_spatial as spatial;
 pub use mechanism::{Body, Multibody, Node, SubhingeRange};
+pub use subgraph::{Subgraph, SubgraphError};

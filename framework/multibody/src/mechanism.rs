@@ -1,7 +1,7 @@
 //! The immutable mechanism and what can be asked of it.
 
 use crate::{BodyId, Coordinate, NodeId, Subhinge};
-use linkwork_spatial::{Pose, RigidInertia};
+use linkwork_spatial::{MassProperties, Pose, RigidInertia};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -24,6 +24,7 @@ pub struct Body {
     pub(crate) parent: Option<BodyId>,
     pub(crate) hinge_in_parent: Pose,
     pub(crate) hinge_in_body: Pose,
+    pub(crate) mass: MassProperties,
     pub(crate) inertia: RigidInertia,
     pub(crate) subhinges: Vec<SubhingeRange>,
     pub(crate) q: Range<usize>,
@@ -60,6 +61,12 @@ impl Body {
     #[must_use]
     pub fn inertia(&self) -> &RigidInertia {
         &self.inertia
+    }
+
+    /// Mass properties as they were given: about the centre of mass, body axes.
+    #[must_use]
+    pub fn mass_properties(&self) -> &MassProperties {
+        &self.mass
     }
 
     /// The hinge's chain, parent's side first, with places in q and β.

@@ -2,7 +2,10 @@
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_multibody::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
-use linkwork_multibody::{BodySpec, Builder, Coordinate, Fault, Hinge, Subhinge, SubhingeKind};
+use linkwork_multibody::{
+    BodySpec, Builder, Coordinate, Fault, Hinge, Limits, Subgraph, SubgraphError, Subhinge,
+    SubhingeKind,
+};
 
 fn rover() -> Vec<BodySpec> {
     vec![
@@ -155,4 +158,58 @@ fn prescription_is_per_subhinge() {
     assert_eq!(m.prescribed(), [false, false, true]);
     let all = m.clone().with_coordinate(m.body("puck").unwrap(), Coordinate::Prescribed);
     assert_eq!(all.prescribed(), [true; 3]);
+}
+
+#[test]
+fn a_mechanism_taken_apart_builds_again_the_same() {
+    let m = build(&[0, 1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!(Builder::from(&m).build().unwrap(), m);
+}
+
+#[test]
+fn a_subgraph_keeps_names_and_knows_its_places() {
+    let m = build(&[0, 1, 2, 3, 4, 5, 6, 7]);
+    let id = |n: &str| m.body(n).unwrap();
+    let arm = m.subtree_graph(id("rocker_l"));
+    assert_eq!(arm.base, Some(id("chassis")));
+    assert_eq!(arm.bodies, [id("rocker_l"), id("wheel_l")]);
+    assert_eq!((arm.q.clone(), arm.v.clone()), (vec![11, 12], vec![9, 10]));
+    assert_eq!(arm.multibody.nodes().len(), 1);
+    assert!(arm.multibody.get(arm.multibody.body("wheel_l").unwrap()).parent().is_some());
+    let both = m.subgraph(&[id("rocker_l"), id("mast"), id("mast")]).unwrap();
+    assert_eq!((both.base, both.multibody.nv()), (Some(id("chassis")), 4));
+    let path = m.path_graph(id("wheel_r"));
+    assert_eq!((path.base, path.multibody.nv()), (None, 9));
+    assert_eq!(m.subgraph(&[]), Err(SubgraphError::Empty));
+    let error = m.subgraph(&[id("wheel_l"), id("wheel_r")]).unwrap_err().to_string();
+    assert!(error.contains("rocker_l, rocker_r") && error.contains("help"), "{error}");
+    let mut whole = vec![0.0; m.nq()];
+    let part = Subgraph::gather(&both.q, &m.random_q(3));
+    Subgraph::scatter(&both.q, &part, &mut whole);
+    assert_eq!(Subgraph::gather(&both.q, &whole), part);
+}
+
+#[test]
+fn gears_and_limits_are_checked() {
+    let mass = MassProperties::new(1.0, Vec3::x(), Mat3::identity());
+    let fault = |hinge: Hinge| {
+        let mut b = Builder::new();
+        b.body(BodySpec::new("a", "world").hinge(hinge).mass(mass));
+        b.build().map(|_| ()).map_err(|e| e.faults)
+    };
+    let pin = || Hinge::pin(Vec3::x());
+    assert!(fault(pin().gear(-50.0).armature(1e-4).limits(Limits::position(-1.0, 2.0))).is_ok());
+    for gear in [0.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(fault(pin().gear(gear)).unwrap_err()[..], [Fault::BadGear { .. }]));
+    }
+    for bad in [
+        pin().limits(Limits::position(1.0, -1.0)),
+        pin().limits(Limits::position(f64::NAN, 1.0)),
+        pin().limits(Limits { effort: -1.0, ..Limits::NONE }),
+        Hinge::ball().limits(Limits::position(-1.0, 1.0)),
+    ] {
+        assert!(matches!(fault(bad).unwrap_err()[..], [Fault::BadLimits { .. }]));
+    }
+    let s = pin().gear(-50.0).armature(1e-4).subhinges[0];
+    assert!((s.reflected_inertia() - 0.25).abs() < 1e-15);
 }
