@@ -16,7 +16,7 @@ use linkwork_spatial::Vec3;
 /// Working memory for `L::WIDTH` states at once. Same algorithms, same conventions as the
 /// functions on a [`Workspace`](crate::Workspace).
 #[derive(Clone, Debug)]
-pub struct Batch<L> {
+pub struct Batch<L: Lane> {
     work: Work<L>,
 }
 

@@ -1,122 +1,32 @@
-//! Composite bodies: mass matrix, momentum, energy, centre of mass, subtree inertia.
+//! Composite bodies: the mass matrix.
 //!
 //! ```text
-//! C(k) = M(k) + Σ_j φ(k,j) C(j) φ*(k,j)
-//! M_ik = H(i) φ(i,k) C(k) H*(k)     for i on the path from k to the base
+//! C(k) = M(k) + Σ_j C(j)                           all about the root's origin: nothing is shifted
+//! F(k) = C(k) H*(k)
+//! M_ik = H(i) F(k)                                 for i on the path from k to the root
 //! ```
-//! The columns C H* are shifted inward together, link by link: independent of each other, so the
-//! processor overlaps them, and stored by component, so the compiler vectorises them.
+//! The root's origin is that of the link that hangs on the base: near the machine wherever the
+//! machine is, and one point for all its links, so that a row meets its columns without a shift.
 
+use crate::columns::{Columns, blocks, mirror, store};
 use crate::kinematics::check;
 use crate::lane::Lane;
 use crate::linear::{S3, V3, V6};
-use crate::query::{mat3, v3, vec3};
 use crate::tree::{Kind, Link, Tree};
-use crate::work::{Columns, Composite, Kin, Work, Workspace};
-use linkwork_multibody::BodyId;
-use linkwork_spatial::{Force, RigidInertia, Vec3};
+use crate::work::{Composite, Kin, Work, Workspace};
 
 /// The mass matrix (nv × nv, row after row, symmetric) at the last
-/// [`kinematics`](crate::kinematics()) or [`poses`](crate::poses), armature included. Composite rigid bodies: O(nv × depth).
+/// [`kinematics`](crate::kinematics()) or [`poses`](crate::poses), armature included. Composite
+/// rigid bodies: about 85 multiply-adds a link, and six an entry of the upper triangle that is not
+/// zero.
 pub fn mass_matrix(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     check(out.len(), tree.nv() * tree.nv(), "mass matrix");
     matrix(&tree.links, &mut ws.work, tree.nv(), out);
 }
 
-/// Momentum about the centre of mass of all moving bodies: angular (kg m²/s) in `moment`, linear
-/// (kg m/s) in `force`; world axes. After [`kinematics`](crate::kinematics()). Rotor spin relative to its
-/// body (armature) is not part of it.
-#[must_use]
-pub fn momentum(tree: &Tree, ws: &Workspace) -> Force {
-    let Some(first) = ws.work.kin.get(1) else { return Force::zero() };
-    // Everything relative to the first link, so that distance from the world's origin cancels.
-    let origin = vec3(&first.p);
-    let mut total = Force::zero();
-    let mut moment = Vec3::zeros();
-    for (link, kin) in tree.links.iter().zip(&ws.work.kin[1..]) {
-        let (J, h) = world_inertia(link, kin);
-        let (w, v) = (kin.V.n, kin.V.f);
-        let f = w.cross_add(h, v.scale(link.m));
-        let n = h.cross_add(v, J.mul(w));
-        let r = vec3(&kin.p) - origin;
-        total += Force::new(vec3(&n), vec3(&f)).shift_to_parent(&r);
-        moment += r * link.m + vec3(&h);
-    }
-    let mass = tree.total_mass();
-    let c = if mass > 0.0 { moment / mass } else { Vec3::zeros() };
-    total.shift_to_parent(&-c)
-}
-
-/// Kinetic energy, J, rotors (½ armature β²) included: ½ βᵀ M β. `v` as given to
-/// [`kinematics`](crate::kinematics()).
-#[must_use]
-pub fn kinetic_energy(tree: &Tree, ws: &Workspace, v: &[f64]) -> f64 {
-    check(v.len(), tree.nv(), "v");
-    let mut twice = 0.0;
-    for (link, kin) in tree.links.iter().zip(&ws.work.kin[1..]) {
-        let (J, h) = world_inertia(link, kin);
-        let (w, u) = (kin.V.n, kin.V.f);
-        twice += w.dot(J.mul(w)) + link.m * u.dot(u) + 2.0 * u.dot(w.cross(h));
-        if link.armature > 0.0 {
-            let i = link.v as usize;
-            let n = if link.kind == Kind::Ball { 3 } else { 1 };
-            twice += v[i..i + n].iter().map(|b| link.armature * b * b).sum::<f64>();
-        }
-    }
-    0.5 * twice
-}
-
-/// Centre of mass of all moving bodies in the world, m.
-#[must_use]
-pub fn center_of_mass(tree: &Tree, ws: &Workspace) -> Vec3 {
-    let Some(first) = ws.work.kin.get(1) else { return Vec3::zeros() };
-    let origin = vec3(&first.p);
-    let mut moment = Vec3::zeros();
-    for (link, kin) in tree.links.iter().zip(&ws.work.kin[1..]) {
-        moment += (vec3(&kin.p) - origin) * link.m + vec3(&kin.R.mul(link.h));
-    }
-    if tree.total_mass() > 0.0 { origin + moment / tree.total_mass() } else { origin }
-}
-
-/// Velocity of that centre of mass, m/s, world axes.
-#[must_use]
-pub fn com_velocity(tree: &Tree, ws: &Workspace) -> Vec3 {
-    let mass = tree.total_mass();
-    if mass > 0.0 { momentum(tree, ws).force / mass } else { Vec3::zeros() }
-}
-
-/// Acceleration of that centre of mass, m/s², world axes. After forward or inverse dynamics.
-#[must_use]
-pub fn com_acceleration(tree: &Tree, ws: &Workspace) -> Vec3 {
-    let mut sum = Vec3::zeros();
-    for (link, (kin, acc)) in tree.links.iter().zip(ws.work.kin.iter().zip(&ws.work.acc).skip(1)) {
-        let (A, w, h) = (kin.A + *acc, kin.V.n, kin.R.mul(link.h));
-        sum += vec3(&w.cross_add(w.cross(h), A.n.cross_add(h, A.f.scale(link.m))));
-    }
-    if tree.total_mass() > 0.0 { sum / tree.total_mass() } else { sum }
-}
-
-/// Inertia of a body and everything outboard of it at the present configuration, as one rigid
-/// body: about the body's origin, world axes. O(bodies outboard).
-#[must_use]
-pub fn subtree_inertia(tree: &Tree, ws: &Workspace, body: BodyId) -> RigidInertia {
-    let position = |b: BodyId| {
-        let at = tree.body(b);
-        let kin = &ws.work.kin[at.slot as usize];
-        (vec3(&kin.p), vec3(&kin.R.mul(v3(&at.p))), mat3(&kin.R) * at.R)
-    };
-    let (p0, r0, _) = position(body);
-    let mut sum = RigidInertia::zero();
-    for b in tree.multibody().subtree(body) {
-        let (p, r, R) = position(b);
-        let I = tree.multibody().get(b).inertia().rotate_by(&R);
-        sum += I.shift_to_parent(&((p - p0) + (r - r0)));
-    }
-    sum
-}
-
+/// Inertia and first moment of a link about its own origin, world axes.
 #[inline(always)]
-fn world_inertia<L: Lane>(link: &Link, kin: &Kin<L>) -> (S3<L>, V3<L>) {
+pub(crate) fn world_inertia<L: Lane>(link: &Link, kin: &Kin<L>) -> (S3<L>, V3<L>) {
     let J = S3::splat(&link.J);
     let J = match link.kind {
         Kind::Pin | Kind::Slider | Kind::Screw => J.rotate_xy_free(&kin.R),
@@ -133,7 +43,7 @@ impl<L: Lane> Composite<L> {
         self.J = self.J.add(&b.J);
     }
 
-    /// φ C φ*, `l` from the parent's origin; g = h + ½ m l:
+    /// φ C φ*, `l` from the new origin to the present one; g = h + ½ m l:
     /// ```text
     /// h' = h + m l,   J' = J + 2 (l·g) 1 − g lᵀ − l gᵀ
     /// ```
@@ -150,7 +60,7 @@ impl<L: Lane> Composite<L> {
 
     /// C V.
     #[inline(always)]
-    fn apply(&self, V: V6<L>) -> V6<L> {
+    pub fn apply(&self, V: V6<L>) -> V6<L> {
         V6 {
             n: self.h.cross_add(V.f, self.J.mul(V.n)),
             f: V.n.cross_add(self.h, V.f.scale(self.m)),
@@ -158,112 +68,89 @@ impl<L: Lane> Composite<L> {
     }
 }
 
-pub(crate) fn matrix<L: Lane>(links: &[Link], w: &mut Work<L>, nv: usize, out: &mut [L]) {
+/// Root's origin to each link's, world axes.
+#[inline(always)]
+pub(crate) fn roots<L: Lane>(links: &[Link], kin: &[Kin<L>], r: &mut [V3<L>]) {
     let n = links.len();
-    let (kin, composite) = (&w.kin[..n + 1], &mut w.composite[..n + 1]);
-    let columns = &mut w.columns;
-    for (k, link) in links.iter().enumerate().rev() {
-        let here = &kin[k + 1];
-        let (J, h) = world_inertia(link, here);
-        let mut C = Composite { m: L::splat(link.m), h, J };
-        if !link.leaf {
-            C.add(&composite[k + 1]);
-        }
-        if link.parent != 0 {
-            let S = C.shifted(here.l);
-            let parent = &mut composite[link.parent as usize];
-            if link.gathers_first {
-                *parent = S;
-            } else {
-                parent.add(&S);
-            }
-        }
-        let o = V3::default();
-        let (i, R) = (link.v as usize, &here.R);
-        let mut own = |j: usize, V: V6<L>| columns.set(i + j, C.apply(V));
-        match link.kind {
-            Kind::Pin => own(0, V6 { n: R.z, f: o }),
-            Kind::Slider => own(0, V6 { n: o, f: R.z }),
-            Kind::Screw => own(0, V6 { n: R.z, f: R.z.scale(L::splat(link.pitch)) }),
-            Kind::Ball | Kind::Free => {
-                for (j, c) in [R.x, R.y, R.z].into_iter().enumerate() {
-                    own(j, V6 { n: c, f: o });
-                    if link.kind == Kind::Free {
-                        own(j + 3, V6 { n: o, f: c });
-                    }
-                }
-            }
-        }
-        let end = link.v_end as usize;
-        let mut row = |j: usize, n: V3<L>, f: Option<V3<L>>| {
-            let r = &mut out[(i + j) * nv..(i + j + 1) * nv];
-            columns.dot(n, f, &mut r[i..end], i);
-            r[end..].fill(L::splat(0.0));
-            r[i + j] = r[i + j] + L::splat(link.armature);
+    let (kin, r) = (&kin[..n + 1], &mut r[..n + 1]);
+    for (k, link) in links.iter().enumerate() {
+        r[k + 1] = match link.parent {
+            0 => V3::default(),
+            p => r[p as usize] + kin[k + 1].l,
         };
-        match link.kind {
-            Kind::Pin => row(0, R.z, None),
-            Kind::Slider => row(0, o, Some(R.z)),
-            Kind::Screw => row(0, R.z, Some(R.z.scale(L::splat(link.pitch)))),
-            Kind::Ball | Kind::Free => {
-                for (j, c) in [R.x, R.y, R.z].into_iter().enumerate() {
-                    row(j, c, None);
-                    if link.kind == Kind::Free {
-                        row(j + 3, o, Some(c));
-                    }
-                }
-            }
-        }
-        if link.parent != 0 {
-            columns.shift(here.l, i, end);
-        }
     }
-    for i in 1..nv {
-        for j in 0..i {
-            out[i * nv + j] = out[j * nv + i];
+}
+
+/// Column `j` of H* of a link, about the point from which the link's origin lies at `r`.
+#[inline(always)]
+pub(crate) fn axis<L: Lane>(link: &Link, kin: &Kin<L>, r: V3<L>, j: usize) -> V6<L> {
+    let R = &kin.R;
+    match link.kind {
+        Kind::Pin => V6 { n: R.z, f: r.cross(R.z) },
+        Kind::Slider => V6 { n: V3::default(), f: R.z },
+        Kind::Screw => V6 { n: R.z, f: r.cross_add(R.z, R.z.scale(L::splat(link.pitch))) },
+        Kind::Ball | Kind::Free => {
+            let c = [R.x, R.y, R.z][j % 3];
+            if j < 3 { V6 { n: c, f: r.cross(c) } } else { V6 { n: V3::default(), f: c } }
         }
     }
 }
 
-impl<L: Lane> Columns<L> {
-    #[inline(always)]
-    fn set(&mut self, j: usize, F: V6<L>) {
-        for (a, x) in self.n.iter_mut().zip([F.n.x, F.n.y, F.n.z]) {
-            a[j] = x;
+/// Composite inertias about the roots' origins, and their columns C H*.
+pub(crate) fn composites<L: Lane>(links: &[Link], w: &mut Work<L>) {
+    roots(links, &w.kin, &mut w.r);
+    let n = links.len();
+    let (kin, r, composite) = (&w.kin[..n + 1], &w.r[..n + 1], &mut w.composite[..n + 1]);
+    for (k, link) in links.iter().enumerate().rev() {
+        let (here, r) = (&kin[k + 1], r[k + 1]);
+        let (J, h) = world_inertia(link, here);
+        let mut C = Composite { m: L::splat(link.m), h, J }.shifted(r);
+        if !link.leaf {
+            C.add(&composite[k + 1]);
+            composite[k + 1] = C;
         }
-        for (a, x) in self.f.iter_mut().zip([F.f.x, F.f.y, F.f.z]) {
-            a[j] = x;
-        }
-    }
-
-    /// `out[j] = n · n_j + f · f_j` for the columns from `start` on.
-    #[inline(always)]
-    fn dot(&self, n: V3<L>, f: Option<V3<L>>, out: &mut [L], start: usize) {
-        let end = start + out.len();
-        let part = |a: &[Vec<L>; 3], v: V3<L>, out: &mut [L], add: bool| {
-            let (x, y, z) = (&a[0][start..end], &a[1][start..end], &a[2][start..end]);
-            for ((o, x), (y, z)) in out.iter_mut().zip(x).zip(y.iter().zip(z)) {
-                let d = v.x.fma(*x, v.y.fma(*y, v.z * *z));
-                *o = if add { *o + d } else { d };
+        if link.parent != 0 {
+            let parent = &mut composite[link.parent as usize];
+            if link.gathers_first {
+                *parent = C;
+            } else {
+                parent.add(&C);
             }
-        };
-        part(&self.n, n, out, false);
-        if let Some(f) = f {
-            part(&self.f, f, out, true);
+        }
+        let i = link.v as usize;
+        if link.kind == Kind::Pin {
+            // As below, with what is known beforehand.
+            w.columns.set(i, C.apply(axis(link, here, r, 0)));
+        } else {
+            for j in 0..link.kind.nv() {
+                w.columns.set(i + j, C.apply(axis(link, here, r, j)));
+            }
         }
     }
+}
 
-    /// φ on columns `start..end`: to the origin from which the present one lies at `l`.
-    #[inline(always)]
-    fn shift(&mut self, l: V3<L>, start: usize, end: usize) {
-        let [nx, ny, nz] = &mut self.n;
-        let (nx, ny, nz) = (&mut nx[start..end], &mut ny[start..end], &mut nz[start..end]);
-        let [fx, fy, fz] = &self.f;
-        let (fx, fy, fz) = (&fx[start..end], &fy[start..end], &fz[start..end]);
-        let n = nx.iter_mut().zip(ny).zip(nz);
-        for (((nx, ny), nz), ((fx, fy), fz)) in n.zip(fx.iter().zip(fy).zip(fz)) {
-            let m = l.cross_add(V3::new(*fx, *fy, *fz), V3::new(*nx, *ny, *nz));
-            (*nx, *ny, *nz) = (m.x, m.y, m.z);
+pub(crate) fn matrix<L: Lane>(links: &[Link], w: &mut Work<L>, nv: usize, out: &mut [L]) {
+    composites(links, w);
+    let n = links.len();
+    let (kin, r) = (&w.kin[..n + 1], &w.r[..n + 1]);
+    for (k, link) in links.iter().enumerate() {
+        let (i, end) = (link.v as usize, link.v_end as usize);
+        for j in 0..link.kind.nv() {
+            let row = &mut out[(i + j) * nv..(i + j + 1) * nv];
+            row_product(&w.columns, axis(link, &kin[k + 1], r[k + 1], j), i + j, end, row);
+            row[end..].fill(L::splat(0.0));
+            row[i + j] = row[i + j] + L::splat(link.armature);
         }
+    }
+    mirror(nv, out);
+}
+
+/// `out[j] = S · F_j` for `j` in `start..end`; some places before and after are overwritten.
+#[inline(always)]
+fn row_product<L: Lane>(F: &Columns<L>, S: V6<L>, start: usize, end: usize, out: &mut [L]) {
+    let S = S.block();
+    let range = blocks::<L>(&(start..end));
+    for (b, F) in range.clone().zip(&F.blocks[range]) {
+        store(out, b, S.dot(F));
     }
 }

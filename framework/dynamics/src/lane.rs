@@ -31,6 +31,21 @@ pub trait Lane:
     fn sin_cos(self) -> (Self, Self);
     /// True when every lane is above zero (so not NaN).
     fn all_positive(self) -> bool;
+
+    /// [`Lane::PACK`] numbers of one row of a matrix side by side: what one instruction works on.
+    type Block: Lane;
+    /// Numbers in a block: four for `f64`, one where states already lie side by side.
+    const PACK: usize;
+    /// The same number everywhere in a block.
+    fn block(self) -> Self::Block;
+    /// Number `i` of a block.
+    fn get(block: &Self::Block, i: usize) -> Self;
+    /// Writes number `i` of a block.
+    fn set(block: &mut Self::Block, i: usize, x: Self);
+    /// The first [`Lane::PACK`] numbers of a slice.
+    fn load(from: &[Self]) -> Self::Block;
+    /// Writes a block to the first [`Lane::PACK`] places of a slice.
+    fn store(block: Self::Block, to: &mut [Self]);
 }
 
 impl Lane for f64 {
@@ -58,6 +73,29 @@ impl Lane for f64 {
     #[inline(always)]
     fn all_positive(self) -> bool {
         self > 0.0
+    }
+
+    type Block = f64x4;
+    const PACK: usize = 4;
+    #[inline(always)]
+    fn block(self) -> f64x4 {
+        f64x4::splat(self)
+    }
+    #[inline(always)]
+    fn get(block: &f64x4, i: usize) -> f64 {
+        block.as_array()[i]
+    }
+    #[inline(always)]
+    fn set(block: &mut f64x4, i: usize, x: f64) {
+        block.as_mut_array()[i] = x;
+    }
+    #[inline(always)]
+    fn load(from: &[f64]) -> f64x4 {
+        f64x4::new([from[0], from[1], from[2], from[3]])
+    }
+    #[inline(always)]
+    fn store(block: f64x4, to: &mut [f64]) {
+        to[..4].copy_from_slice(block.as_array());
     }
 }
 
@@ -88,6 +126,29 @@ macro_rules! wide_lane {
             #[inline(always)]
             fn all_positive(self) -> bool {
                 self.to_array().iter().all(|x| *x > 0.0)
+            }
+
+            type Block = $T;
+            const PACK: usize = 1;
+            #[inline(always)]
+            fn block(self) -> $T {
+                self
+            }
+            #[inline(always)]
+            fn get(block: &$T, _: usize) -> $T {
+                *block
+            }
+            #[inline(always)]
+            fn set(block: &mut $T, _: usize, x: $T) {
+                *block = x;
+            }
+            #[inline(always)]
+            fn load(from: &[$T]) -> $T {
+                from[0]
+            }
+            #[inline(always)]
+            fn store(block: $T, to: &mut [$T]) {
+                to[0] = block;
             }
         }
     };

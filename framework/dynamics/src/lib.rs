@@ -16,6 +16,7 @@
 #![allow(non_snake_case)]
 
 mod batch;
+mod columns;
 mod composite;
 mod error;
 mod forces;
@@ -24,21 +25,22 @@ mod inverse;
 mod kinematics;
 mod lane;
 mod linear;
+mod momentum;
 mod query;
 mod tree;
 mod work;
 
 pub use batch::Batch;
-pub use composite::{
-    center_of_mass, com_acceleration, com_velocity, kinetic_energy, mass_matrix, momentum,
-    subtree_inertia,
-};
+pub use composite::mass_matrix;
 pub use error::DynamicsError;
 pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
 pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
 pub use kinematics::{kinematics, poses};
 pub use lane::Lane;
 pub use linkwork_multibody as multibody;
+pub use momentum::{
+    center_of_mass, com_acceleration, com_velocity, kinetic_energy, momentum, subtree_inertia,
+};
 pub use linkwork_multibody::spatial;
 pub use tree::Tree;
 pub use wide::{f64x4, f64x8};

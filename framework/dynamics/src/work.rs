@@ -1,5 +1,6 @@
 //! What the sweeps write: one struct a link and sweep, allocated once.
 
+use crate::columns::Columns;
 use crate::lane::Lane;
 use crate::linear::{M3, S3, V3, V6};
 use crate::query::v3;
@@ -51,7 +52,7 @@ pub(crate) struct Multi<L> {
     pub P: Art<L>,
 }
 
-/// Composite rigid inertia about the link's origin, world axes.
+/// Composite rigid inertia about the root's origin, world axes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Composite<L> {
     pub m: L,
@@ -59,17 +60,9 @@ pub(crate) struct Composite<L> {
     pub J: S3<L>,
 }
 
-/// Forces of the unit accelerations of all coordinates, each about the origin of the link that
-/// the gather has reached: six arrays of nv.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Columns<L> {
-    pub n: [Vec<L>; 3],
-    pub f: [Vec<L>; 3],
-}
-
 /// All work arrays; index 0 is the world.
 #[derive(Clone, Debug)]
-pub(crate) struct Work<L> {
+pub(crate) struct Work<L: Lane> {
     pub kin: Vec<Kin<L>>,
     pub art: Vec<Art<L>>,
     pub one: Vec<One<L>>,
@@ -79,6 +72,9 @@ pub(crate) struct Work<L> {
     pub f_ext: Vec<V6<L>>,
     pub force: Vec<V6<L>>,
     pub composite: Vec<Composite<L>>,
+    /// Root's origin to the link's, world axes.
+    pub r: Vec<V3<L>>,
+    /// C H* about the roots' origins.
     pub columns: Columns<L>,
     /// Uniform gravity, world axes.
     pub gravity: V3<L>,
@@ -98,10 +94,8 @@ impl<L: Lane> Work<L> {
             f_ext: vec![V6::default(); n],
             force: vec![V6::default(); n],
             composite: vec![Composite::default(); n],
-            columns: Columns {
-                n: std::array::from_fn(|_| vec![L::default(); tree.nv()]),
-                f: std::array::from_fn(|_| vec![L::default(); tree.nv()]),
-            },
+            r: vec![V3::default(); n],
+            columns: Columns::new(tree.nv()),
             gravity: V3::default(),
         }
     }
