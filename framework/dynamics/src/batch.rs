@@ -70,13 +70,13 @@ impl<L: Lane> Batch<L> {
     pub fn kinematics(&mut self, tree: &Tree, q: &[L], v: &[L]) {
         check(q.len(), tree.nq(), "q");
         check(v.len(), tree.nv(), "v");
-        sweep::<L, true>(&tree.links, &mut self.work.kin, q, v);
+        sweep::<L, true>(tree, &mut self.work, q, v);
     }
 
     /// As [`poses`](crate::poses).
     pub fn poses(&mut self, tree: &Tree, q: &[L]) {
         check(q.len(), tree.nq(), "q");
-        sweep::<L, false>(&tree.links, &mut self.work.kin, q, &[]);
+        sweep::<L, false>(tree, &mut self.work, q, &[]);
     }
 
     /// As [`forward_dynamics`](crate::forward_dynamics).
@@ -123,6 +123,6 @@ impl<L: Lane> Batch<L> {
     /// As [`mass_matrix`](crate::mass_matrix), at the last kinematics or poses.
     pub fn mass_matrix(&mut self, tree: &Tree, out: &mut [L]) {
         check(out.len(), tree.nv() * tree.nv(), "mass matrix");
-        composite::matrix(&tree.links, &mut self.work, tree.nv(), out);
+        composite::matrix(tree, &mut self.work, out);
     }
 }

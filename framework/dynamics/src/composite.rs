@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! C(k) = M(k) + Σ_j C(j)                           all about the root's origin: nothing is shifted
-//! F(k) = C(k) H*(k)
-//! M_ik = H(i) F(k)                                 for i on the path from k to the root
+//! F = C S                                          S: a column of H*
+//! M_ij = S_i · F_j                                 for j outboard of i
 //! ```
 //! The root's origin is that of the link that hangs on the base: near the machine wherever the
 //! machine is, and one point for all its links, so that a row meets its columns without a shift.
 
-use crate::columns::{Columns, blocks, mirror, store};
+use crate::columns::{Columns, store};
 use crate::kinematics::check;
 use crate::lane::Lane;
 use crate::linear::{S3, V3, V6};
@@ -21,7 +21,7 @@ use crate::work::{Composite, Kin, Work, Workspace};
 /// zero.
 pub fn mass_matrix(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     check(out.len(), tree.nv() * tree.nv(), "mass matrix");
-    matrix(&tree.links, &mut ws.work, tree.nv(), out);
+    matrix(tree, &mut ws.work, out);
 }
 
 /// Inertia and first moment of a link about its own origin, world axes.
@@ -36,13 +36,6 @@ pub(crate) fn world_inertia<L: Lane>(link: &Link, kin: &Kin<L>) -> (S3<L>, V3<L>
 }
 
 impl<L: Lane> Composite<L> {
-    #[inline(always)]
-    fn add(&mut self, b: &Self) {
-        self.m = self.m + b.m;
-        self.h = self.h + b.h;
-        self.J = self.J.add(&b.J);
-    }
-
     /// φ C φ*, `l` from the new origin to the present one; g = h + ½ m l:
     /// ```text
     /// h' = h + m l,   J' = J + 2 (l·g) 1 − g lᵀ − l gᵀ
@@ -81,76 +74,76 @@ pub(crate) fn roots<L: Lane>(links: &[Link], kin: &[Kin<L>], r: &mut [V3<L>]) {
     }
 }
 
-/// Column `j` of H* of a link, about the point from which the link's origin lies at `r`.
-#[inline(always)]
-pub(crate) fn axis<L: Lane>(link: &Link, kin: &Kin<L>, r: V3<L>, j: usize) -> V6<L> {
-    let R = &kin.R;
-    match link.kind {
-        Kind::Pin => V6 { n: R.z, f: r.cross(R.z) },
-        Kind::Slider => V6 { n: V3::default(), f: R.z },
-        Kind::Screw => V6 { n: R.z, f: r.cross_add(R.z, R.z.scale(L::splat(link.pitch))) },
-        Kind::Ball | Kind::Free => {
-            let c = [R.x, R.y, R.z][j % 3];
-            if j < 3 { V6 { n: c, f: r.cross(c) } } else { V6 { n: V3::default(), f: c } }
+/// Composite inertias about the roots' origins by dof, the axes S, and the columns F = C S.
+pub(crate) fn composites<L: Lane>(tree: &Tree, w: &mut Work<L>) {
+    roots(&tree.links, &w.kin, &mut w.r);
+    let dofs = &tree.dofs;
+    for (b, C) in w.composite.iter_mut().enumerate() {
+        let at = b * L::PACK;
+        let (block, r) = (dofs.block(at), dofs.of_links(&w.r, at, |r| r));
+        let R = dofs.rotations(&w.kin, at);
+        w.S.blocks[b] = block.axes::<L>(at, &R, r);
+        *C = match block.inertia::<L>(at, &R) {
+            Some((m, h, J)) => Composite { m, h, J }.shifted(r),
+            None => Composite::default(),
+        };
+    }
+    for (j, &parent) in dofs.parent[..tree.nv()].iter().enumerate().rev() {
+        if parent > 0 {
+            Composite::gather::<L>(&mut w.composite, parent as usize - 1, j);
         }
+    }
+    for ((C, S), F) in w.composite.iter().zip(&w.S.blocks).zip(&mut w.F.blocks) {
+        *F = C.apply(*S);
     }
 }
 
-/// Composite inertias about the roots' origins, and their columns C H*.
-pub(crate) fn composites<L: Lane>(links: &[Link], w: &mut Work<L>) {
-    roots(links, &w.kin, &mut w.r);
-    let n = links.len();
-    let (kin, r, composite) = (&w.kin[..n + 1], &w.r[..n + 1], &mut w.composite[..n + 1]);
-    for (k, link) in links.iter().enumerate().rev() {
-        let (here, r) = (&kin[k + 1], r[k + 1]);
-        let (J, h) = world_inertia(link, here);
-        let mut C = Composite { m: L::splat(link.m), h, J }.shifted(r);
-        if !link.leaf {
-            C.add(&composite[k + 1]);
-            composite[k + 1] = C;
-        }
-        if link.parent != 0 {
-            let parent = &mut composite[link.parent as usize];
-            if link.gathers_first {
-                *parent = C;
-            } else {
-                parent.add(&C);
-            }
-        }
-        let i = link.v as usize;
-        if link.kind == Kind::Pin {
-            // As below, with what is known beforehand.
-            w.columns.set(i, C.apply(axis(link, here, r, 0)));
-        } else {
-            for j in 0..link.kind.nv() {
-                w.columns.set(i + j, C.apply(axis(link, here, r, j)));
-            }
-        }
+impl<B: Lane> Composite<B> {
+    /// Adds that of dof `from` to that of dof `to`.
+    #[inline(always)]
+    fn gather<L: Lane<Block = B>>(all: &mut [Self], to: usize, from: usize) {
+        let (C, i) = (&all[from / L::PACK], from % L::PACK);
+        let get = |x: &B| L::get(x, i);
+        let (m, h) = (get(&C.m), [&C.h.x, &C.h.y, &C.h.z].map(get));
+        let J = [&C.J.xx, &C.J.xy, &C.J.xz, &C.J.yy, &C.J.yz, &C.J.zz].map(get);
+        let (C, i) = (&mut all[to / L::PACK], to % L::PACK);
+        let add = |(to, x): (&mut B, L)| L::set(to, i, L::get(to, i) + x);
+        add((&mut C.m, m));
+        [&mut C.h.x, &mut C.h.y, &mut C.h.z].into_iter().zip(h).for_each(add);
+        let to = &mut C.J;
+        [&mut to.xx, &mut to.xy, &mut to.xz, &mut to.yy, &mut to.yz, &mut to.zz]
+            .into_iter()
+            .zip(J)
+            .for_each(add);
     }
 }
 
-pub(crate) fn matrix<L: Lane>(links: &[Link], w: &mut Work<L>, nv: usize, out: &mut [L]) {
-    composites(links, w);
-    let n = links.len();
-    let (kin, r) = (&w.kin[..n + 1], &w.r[..n + 1]);
-    for (k, link) in links.iter().enumerate() {
-        let (i, end) = (link.v as usize, link.v_end as usize);
-        for j in 0..link.kind.nv() {
-            let row = &mut out[(i + j) * nv..(i + j + 1) * nv];
-            row_product(&w.columns, axis(link, &kin[k + 1], r[k + 1], j), i + j, end, row);
-            row[end..].fill(L::splat(0.0));
-            row[i + j] = row[i + j] + L::splat(link.armature);
-        }
+pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
+    composites(tree, w);
+    let (dofs, nv) = (&tree.dofs, tree.nv());
+    for (i, row) in out.chunks_exact_mut(nv.max(1)).enumerate() {
+        row_product(&w.F, w.S.get(i), i, dofs.end[i] as usize, row);
+        row[i] = row[i] + L::splat(dofs.armature[i]);
     }
-    mirror(nv, out);
+    L::mirror(nv, out);
 }
 
-/// `out[j] = S · F_j` for `j` in `start..end`; some places before and after are overwritten.
+/// `out[j] = S · F_j` for `j` in `start..end`, zero from there on; some places before are
+/// overwritten.
 #[inline(always)]
 fn row_product<L: Lane>(F: &Columns<L>, S: V6<L>, start: usize, end: usize, out: &mut [L]) {
     let S = S.block();
-    let range = blocks::<L>(&(start..end));
-    for (b, F) in range.clone().zip(&F.blocks[range]) {
-        store(out, b, S.dot(F));
+    let (first, last) = (start / L::PACK, out.len() / L::PACK);
+    let blocks = &F.blocks[first..end.div_ceil(L::PACK)];
+    let whole = blocks.len().min(last.saturating_sub(first));
+    let rows = out[first * L::PACK..].chunks_exact_mut(L::PACK);
+    for (F, to) in blocks.iter().zip(rows) {
+        L::store(S.dot(F), to);
+    }
+    for (b, F) in blocks.iter().enumerate().skip(whole) {
+        store(out, first + b, S.dot(F));
+    }
+    for x in &mut out[end..] {
+        *x = L::splat(0.0);
     }
 }

@@ -15,8 +15,8 @@
 
 use crate::lane::Lane;
 use crate::linear::{M3, V3, V6};
-use crate::tree::{Kind, Link, Tree};
-use crate::work::{Kin, Workspace};
+use crate::tree::{Kind, Tree};
+use crate::work::{Kin, Work, Workspace};
 
 /// Poses, velocities and bias accelerations of all links from `q` (nq) and `v` (nv, β).
 ///
@@ -25,14 +25,14 @@ use crate::work::{Kin, Workspace};
 pub fn kinematics(tree: &Tree, ws: &mut Workspace, q: &[f64], v: &[f64]) {
     check(q.len(), tree.nq(), "q");
     check(v.len(), tree.nv(), "v");
-    sweep::<f64, true>(&tree.links, &mut ws.work.kin, q, v);
+    sweep::<f64, true>(tree, &mut ws.work, q, v);
 }
 
 /// Poses of all links from `q` (nq) alone: enough for [`mass_matrix`](crate::mass_matrix), poses and centres of
 /// mass. Velocities and accelerations in the workspace stay those of an earlier call.
 pub fn poses(tree: &Tree, ws: &mut Workspace, q: &[f64]) {
     check(q.len(), tree.nq(), "q");
-    sweep::<f64, false>(&tree.links, &mut ws.work.kin, q, &[]);
+    sweep::<f64, false>(tree, &mut ws.work, q, &[]);
 }
 
 #[track_caller]
@@ -42,12 +42,15 @@ pub(crate) fn check(got: usize, want: usize, what: &str) {
 }
 
 pub(crate) fn sweep<L: Lane, const RATES: bool>(
-    links: &[Link],
-    kin: &mut [Kin<L>],
+    tree: &Tree,
+    work: &mut Work<L>,
     q: &[L],
     v: &[L],
 ) {
-    assert_eq!(kin.len(), links.len() + 1, "workspace made for another tree");
+    let links = &tree.links;
+    assert_eq!(work.kin.len(), links.len() + 1, "workspace made for another tree");
+    turns(tree.turns::<L>(), &mut work.turns, q);
+    let (kin, turns) = (&mut work.kin, &work.turns[..links.len()]);
     for (k, link) in links.iter().enumerate() {
         let (done, rest) = kin.split_at_mut(k + 1);
         let (p, out) = (&done[link.parent as usize], &mut rest[0]);
@@ -58,7 +61,7 @@ pub(crate) fn sweep<L: Lane, const RATES: bool>(
         let l0 = p.R.mul(V3::splat(&link.l));
         match link.kind {
             Kind::Pin => {
-                out.R = turn_z(&R0, q[0]);
+                out.R = turn_z(&R0, turns[k]);
                 out.l = l0;
                 if RATES {
                     let rate = R0.z.scale(v[0]);
@@ -78,7 +81,7 @@ pub(crate) fn sweep<L: Lane, const RATES: bool>(
                 }
             }
             Kind::Screw => {
-                out.R = turn_z(&R0, q[0]);
+                out.R = turn_z(&R0, turns[k]);
                 let s = L::splat(link.pitch);
                 out.l = R0.z.scale_add(q[0] * s, l0);
                 if RATES {
@@ -106,10 +109,22 @@ pub(crate) fn sweep<L: Lane, const RATES: bool>(
     }
 }
 
-/// `R Rz(angle)`.
+/// Sine and cosine of every turning link's angle, block by block: `all` are the links and their
+/// places in q, in whole blocks.
 #[inline(always)]
-fn turn_z<L: Lane>(R: &M3<L>, angle: L) -> M3<L> {
-    let (s, c) = angle.sin_cos();
+fn turns<L: Lane>(all: &[(u32, u32)], out: &mut [(L, L)], q: &[L]) {
+    for some in all.chunks_exact(L::PACK) {
+        let angles = L::collect(|i| q[some[i].1 as usize]);
+        let (s, c) = angles.sin_cos();
+        for (i, (link, _)) in some.iter().enumerate() {
+            out[*link as usize] = (L::get(&s, i), L::get(&c, i));
+        }
+    }
+}
+
+/// `R Rz` of a turn given by sine and cosine.
+#[inline(always)]
+fn turn_z<L: Lane>(R: &M3<L>, (s, c): (L, L)) -> M3<L> {
     M3 { x: R.x.scale_add(c, R.y.scale(s)), y: R.y.scale_add(c, R.x.scale(-s)), z: R.z }
 }
 

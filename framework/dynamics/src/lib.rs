@@ -18,6 +18,7 @@
 mod batch;
 mod columns;
 mod composite;
+mod dofs;
 mod error;
 mod forces;
 mod forward;

@@ -4,6 +4,8 @@
 //! turned so that their axis is local z, and about z so that the link's inertia has no xy term.
 //! Slot 0 of the work arrays is the world.
 
+use crate::dofs::Dofs;
+use crate::lane::Lane;
 use crate::linear::{M3, S3, V3};
 use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, SubhingeKind};
 use linkwork_spatial::{Mat3, Pose, Quat, RigidInertia, Vec3};
@@ -78,6 +80,10 @@ pub struct Tree {
     pub(crate) bodies: Vec<OnLink>,
     pub(crate) nodes: Vec<OnLink>,
     pub(crate) multi: usize,
+    pub(crate) dofs: Dofs,
+    /// Links that turn about their z, with their places in q; the last repeats to fill a block.
+    turns: Vec<(u32, u32)>,
+    turning: usize,
     pub(crate) multibody: Arc<Multibody>,
     moving_mass: f64,
 }
@@ -115,6 +121,12 @@ impl Tree {
     #[must_use]
     pub fn total_mass(&self) -> f64 {
         self.moving_mass
+    }
+
+    /// Links that turn about their z, with their places in q, in whole blocks of a lane.
+    #[inline(always)]
+    pub(crate) fn turns<L: Lane>(&self) -> &[(u32, u32)] {
+        &self.turns[..self.turning.next_multiple_of(L::PACK)]
     }
 
     pub(crate) fn body(&self, b: BodyId) -> &OnLink {
@@ -266,9 +278,19 @@ impl Layout {
             let (slot, X_LB) = &self.bodies[n.body().index()];
             on_link(*slot, &(*X_LB * n.pose()))
         });
+        let mut turns: Vec<_> = (links.iter().enumerate())
+            .filter(|(_, l)| matches!(l.kind, Kind::Pin | Kind::Screw))
+            .map(|(k, l)| (k as u32, l.q))
+            .collect();
+        let turning = turns.len();
+        let fill = turns.last().copied().unwrap_or_default();
+        turns.resize(turning.next_multiple_of(<f64 as Lane>::PACK), fill);
         Tree {
             moving_mass: links.iter().map(|l: &Link| l.m).sum(),
             multi: multi as usize,
+            dofs: Dofs::new(&links, mbs.nv()),
+            turns,
+            turning,
             nodes: nodes.collect(),
             bodies: self.bodies.iter().map(|(slot, X)| on_link(*slot, X)).collect(),
             links,

@@ -64,6 +64,8 @@ pub(crate) struct Composite<L> {
 #[derive(Clone, Debug)]
 pub(crate) struct Work<L: Lane> {
     pub kin: Vec<Kin<L>>,
+    /// Sine and cosine of the angle of each link that turns about its z.
+    pub turns: Vec<(L, L)>,
     pub art: Vec<Art<L>>,
     pub one: Vec<One<L>>,
     pub multi: Vec<Multi<L>>,
@@ -71,11 +73,14 @@ pub(crate) struct Work<L: Lane> {
     pub acc: Vec<V6<L>>,
     pub f_ext: Vec<V6<L>>,
     pub force: Vec<V6<L>>,
-    pub composite: Vec<Composite<L>>,
+    /// By block of dofs.
+    pub composite: Vec<Composite<L::Block>>,
     /// Root's origin to the link's, world axes.
     pub r: Vec<V3<L>>,
+    /// H* about the roots' origins.
+    pub S: Columns<L>,
     /// C H* about the roots' origins.
-    pub columns: Columns<L>,
+    pub F: Columns<L>,
     /// Uniform gravity, world axes.
     pub gravity: V3<L>,
 }
@@ -87,15 +92,17 @@ impl<L: Lane> Work<L> {
         kin.iter_mut().for_each(|k| k.R = M3::identity());
         Self {
             kin,
+            turns: vec![(L::default(), L::default()); n],
             art: vec![Art::default(); n],
             one: vec![One::default(); n],
             multi: vec![Multi::default(); tree.multi],
             acc: vec![V6::default(); n],
             f_ext: vec![V6::default(); n],
             force: vec![V6::default(); n],
-            composite: vec![Composite::default(); n],
+            composite: vec![Composite::default(); tree.nv().div_ceil(L::PACK)],
             r: vec![V3::default(); n],
-            columns: Columns::new(tree.nv()),
+            S: Columns::new(tree.nv()),
+            F: Columns::new(tree.nv()),
             gravity: V3::default(),
         }
     }
