@@ -20,12 +20,6 @@ pub(crate) fn blocks<L: Lane>(columns: &Range<usize>) -> Range<usize> {
     columns.start / L::PACK..columns.end.div_ceil(L::PACK)
 }
 
-/// Row length in memory: whole blocks.
-#[inline(always)]
-pub(crate) fn stride<L: Lane>(n: usize) -> usize {
-    n.next_multiple_of(L::PACK)
-}
-
 impl<L: Lane> Columns<L> {
     pub fn new(n: usize) -> Self {
         Self { blocks: vec![V6::default(); n.div_ceil(L::PACK)] }
@@ -80,16 +74,16 @@ impl<L: Lane> V6<L> {
         self.n.x.fma(b.n.x, self.n.y.fma(b.n.y, self.n.z.fma(b.n.z, linear)))
     }
 
+    /// `self * s`.
+    #[inline(always)]
+    pub fn scaled(self, s: L) -> Self {
+        Self { n: self.n.scale(s), f: self.f.scale(s) }
+    }
+
     /// `self * s + b`.
     #[inline(always)]
     pub fn scale_add(self, s: L, b: Self) -> Self {
         Self { n: self.n.scale_add(s, b.n), f: self.f.scale_add(s, b.f) }
-    }
-
-    /// `b − self * s`.
-    #[inline(always)]
-    pub fn scale_sub(self, s: L, b: Self) -> Self {
-        Self { n: self.n.scale_sub(s, b.n), f: self.f.scale_sub(s, b.f) }
     }
 }
 

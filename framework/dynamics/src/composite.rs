@@ -90,7 +90,8 @@ pub(crate) fn composites<L: Lane>(tree: &Tree, w: &mut Work<L>) {
     }
     for (j, &parent) in dofs.parent[..tree.nv()].iter().enumerate().rev() {
         if parent > 0 {
-            Composite::gather::<L>(&mut w.composite, parent as usize - 1, j);
+            let same_link = dofs.link[j] == dofs.link[parent as usize - 1];
+            Composite::gather::<L>(&mut w.composite, parent as usize - 1, j, same_link);
         }
     }
     for ((C, S), F) in w.composite.iter().zip(&w.S.blocks).zip(&mut w.F.blocks) {
@@ -99,22 +100,31 @@ pub(crate) fn composites<L: Lane>(tree: &Tree, w: &mut Work<L>) {
 }
 
 impl<B: Lane> Composite<B> {
-    /// Adds that of dof `from` to that of dof `to`.
+    /// Adds that of dof `from` to that of dof `to`; to one of the same link, which has none of its
+    /// own, it is copied.
     #[inline(always)]
-    fn gather<L: Lane<Block = B>>(all: &mut [Self], to: usize, from: usize) {
+    fn gather<L: Lane<Block = B>>(all: &mut [Self], to: usize, from: usize, same_link: bool) {
         let (C, i) = (&all[from / L::PACK], from % L::PACK);
-        let get = |x: &B| L::get(x, i);
-        let (m, h) = (get(&C.m), [&C.h.x, &C.h.y, &C.h.z].map(get));
-        let J = [&C.J.xx, &C.J.xy, &C.J.xz, &C.J.yy, &C.J.yz, &C.J.zz].map(get);
+        let x =
+            [&C.m, &C.h.x, &C.h.y, &C.h.z, &C.J.xx, &C.J.xy, &C.J.xz, &C.J.yy, &C.J.yz, &C.J.zz]
+                .map(|x| L::get(x, i));
         let (C, i) = (&mut all[to / L::PACK], to % L::PACK);
-        let add = |(to, x): (&mut B, L)| L::set(to, i, L::get(to, i) + x);
-        add((&mut C.m, m));
-        [&mut C.h.x, &mut C.h.y, &mut C.h.z].into_iter().zip(h).for_each(add);
-        let to = &mut C.J;
-        [&mut to.xx, &mut to.xy, &mut to.xz, &mut to.yy, &mut to.yz, &mut to.zz]
-            .into_iter()
-            .zip(J)
-            .for_each(add);
+        let to = [
+            &mut C.m,
+            &mut C.h.x,
+            &mut C.h.y,
+            &mut C.h.z,
+            &mut C.J.xx,
+            &mut C.J.xy,
+            &mut C.J.xz,
+            &mut C.J.yy,
+            &mut C.J.yz,
+            &mut C.J.zz,
+        ];
+        for (to, x) in to.into_iter().zip(x) {
+            let sum = if same_link { x } else { L::get(to, i) + x };
+            L::set(to, i, sum);
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use crate::lane::Lane;
 use crate::linear::{M3, S3, V3, V6};
 use crate::tree::{Kind, Link};
 use crate::work::Kin;
+use linkwork_multibody::Coordinate;
 
 /// Blocks are never wider than this.
 const WIDEST: usize = 4;
@@ -53,6 +54,14 @@ pub(crate) struct Dofs {
     /// One past the last dof outboard.
     pub end: Vec<u32>,
     pub armature: Vec<f64>,
+    /// Its acceleration is given.
+    pub prescribed: Vec<bool>,
+    /// It shares the memory of what its parent passes outward: no sibling comes after it.
+    pub last_child: Vec<bool>,
+    /// Which memory that is: 0 at the base.
+    pub level: Vec<u32>,
+    /// Of the last block outboard of each dof: one for columns outboard, zero beyond.
+    keep: Vec<Wide>,
     blocks: Vec<Block>,
 }
 
@@ -64,6 +73,10 @@ impl Dofs {
             parent: vec![0; padded],
             end: vec![0; padded],
             armature: vec![0.0; padded],
+            prescribed: vec![false; padded],
+            last_child: vec![true; padded],
+            level: vec![0; padded],
+            keep: vec![[1.0; WIDEST]; padded],
             blocks: vec![Block::default(); padded / WIDEST],
         };
         // Last dof of each slot, plus one.
@@ -76,6 +89,16 @@ impl Dofs {
                 d.parent[i] = if j > 0 { i as u32 } else { last[link.parent as usize] };
                 d.end[i] = link.v_end;
                 d.armature[i] = link.armature;
+                d.prescribed[i] = link.coordinate == Coordinate::Prescribed;
+                d.last_child[i] = j > 0 || link.gathers_first;
+                if d.parent[i] > 0 {
+                    let parent = d.level[d.parent[i] as usize - 1];
+                    d.level[i] = parent + u32::from(!d.last_child[i]);
+                }
+                let end = link.v_end as usize;
+                for (lane, keep) in d.keep[i].iter_mut().enumerate() {
+                    *keep = f64::from((end - 1) / WIDEST * WIDEST + lane < end);
+                }
                 let (b, lane) = (&mut d.blocks[i / WIDEST], i % WIDEST);
                 b.needs.other_axes |= link.kind != Kind::Pin;
                 match link.kind {
@@ -101,6 +124,17 @@ impl Dofs {
         let fill = d.link.get(nv.wrapping_sub(1)).copied().unwrap_or(0);
         d.link[nv..].fill(fill);
         d
+    }
+
+    /// Memories needed for what is passed outward, one for each level.
+    pub fn levels(&self) -> usize {
+        self.level.iter().max().map_or(0, |l| *l as usize + 1)
+    }
+
+    /// Ones and zeros that keep what is outboard of dof `i` in the last block of its row.
+    #[inline(always)]
+    pub fn keep<L: Lane>(&self, i: usize) -> L::Block {
+        if L::PACK == 1 { L::splat(1.0).block() } else { L::constants(&self.keep[i], 0) }
     }
 
     /// The constants of the columns from `at` on.
@@ -175,12 +209,7 @@ impl Block {
 
     /// A block of columns of H*, from the links' rotations and places `r`.
     #[inline(always)]
-    pub fn axes<L: Lane>(
-        &self,
-        at: usize,
-        R: &M3<L::Block>,
-        r: V3<L::Block>,
-    ) -> V6<L::Block> {
+    pub fn axes<L: Lane>(&self, at: usize, R: &M3<L::Block>, r: V3<L::Block>) -> V6<L::Block> {
         if !self.needs.other_axes {
             return V6 { n: R.z, f: r.cross(R.z) };
         }

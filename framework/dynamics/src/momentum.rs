@@ -5,6 +5,7 @@
 
 use crate::composite::world_inertia;
 use crate::kinematics::check;
+use crate::linear::V3;
 use crate::query::{mat3, v3, vec3};
 use crate::tree::{Kind, Tree};
 use crate::work::Workspace;
@@ -57,13 +58,19 @@ pub fn kinetic_energy(tree: &Tree, ws: &Workspace, v: &[f64]) -> f64 {
 /// Centre of mass of all moving bodies in the world, m.
 #[must_use]
 pub fn center_of_mass(tree: &Tree, ws: &Workspace) -> Vec3 {
-    let Some(first) = ws.work.kin.get(1) else { return Vec3::zeros() };
-    let origin = vec3(&first.p);
-    let mut moment = Vec3::zeros();
+    ws.work
+        .kin
+        .get(1)
+        .map_or_else(Vec3::zeros, |first| vec3(&first.p) + vec3(&center_from_root(tree, ws)))
+}
+
+/// The same from the first root's origin.
+pub(crate) fn center_from_root(tree: &Tree, ws: &Workspace) -> V3<f64> {
+    let mut moment = V3::default();
     for (link, kin) in tree.links.iter().zip(&ws.work.kin[1..]) {
-        moment += (vec3(&kin.p) - origin) * link.m + vec3(&kin.R.mul(link.h));
+        moment = (kin.p - ws.work.kin[1].p).scale_add(link.m, moment + kin.R.mul(link.h));
     }
-    if tree.total_mass() > 0.0 { origin + moment / tree.total_mass() } else { origin }
+    if tree.total_mass() > 0.0 { moment.scale(1.0 / tree.total_mass()) } else { V3::default() }
 }
 
 /// Velocity of that centre of mass, m/s, world axes.
@@ -101,4 +108,11 @@ pub fn subtree_inertia(tree: &Tree, ws: &Workspace, body: BodyId) -> RigidInerti
         sum += I.shift_to_parent(&((p - p0) + (r - r0)));
     }
     sum
+}
+
+/// Potential energy of all moving bodies in the uniform gravity of the workspace, J: zero at the
+/// world's origin. After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses).
+#[must_use]
+pub fn potential_energy(tree: &Tree, ws: &Workspace) -> f64 {
+    -tree.total_mass() * vec3(&ws.work.gravity).dot(&center_of_mass(tree, ws))
 }

@@ -1,5 +1,6 @@
 //! What the sweeps write: one struct a link and sweep, allocated once.
 
+use crate::articulated::Spatial;
 use crate::columns::Columns;
 use crate::lane::Lane;
 use crate::linear::{M3, S3, V3, V6};
@@ -81,6 +82,15 @@ pub(crate) struct Work<L: Lane> {
     pub S: Columns<L>,
     /// C H* about the roots' origins.
     pub F: Columns<L>,
+    /// Articulated inertia that outboard links pass to each link, about its own origin.
+    pub inertia: Vec<Spatial<L>>,
+    /// P H* D⁻¹ about the roots' origins; zero at prescribed dofs.
+    pub G: Columns<L>,
+    pub D_inv: Vec<L>,
+    /// Forces or accelerations by dof in a sweep; 0 is the base.
+    pub sweep: Vec<V6<L>>,
+    /// Accelerations that go outward, in blocks of columns, one row a level of the tree.
+    pub outward: Vec<V6<L::Block>>,
     /// Uniform gravity, world axes.
     pub gravity: V3<L>,
 }
@@ -103,6 +113,11 @@ impl<L: Lane> Work<L> {
             r: vec![V3::default(); n],
             S: Columns::new(tree.nv()),
             F: Columns::new(tree.nv()),
+            inertia: vec![Spatial::default(); n],
+            G: Columns::new(tree.nv()),
+            D_inv: vec![L::default(); tree.nv()],
+            sweep: vec![V6::default(); tree.nv() + 1],
+            outward: vec![V6::default(); tree.nv().div_ceil(L::PACK) * tree.dofs.levels()],
             gravity: V3::default(),
         }
     }
