@@ -21,10 +21,12 @@ mod centroidal;
 mod columns;
 mod compliance;
 mod composite;
+mod derivatives;
 mod dofs;
 mod error;
 mod forces;
 mod forward;
+mod forward_derivatives;
 mod inverse;
 mod inverse_mass;
 mod jacobian;
@@ -33,6 +35,7 @@ mod lane;
 mod linear;
 mod momentum;
 mod query;
+mod regressor;
 mod tree;
 mod work;
 
@@ -40,8 +43,10 @@ pub use batch::Batch;
 pub use centroidal::{centroidal_bias, centroidal_matrix, com_jacobian};
 pub use compliance::Compliance;
 pub use composite::mass_matrix;
+pub use derivatives::Derivatives;
 pub use error::DynamicsError;
 pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
+pub use forward_derivatives::ForwardDerivatives;
 pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
 pub use inverse_mass::{apply_inverse_mass, inverse_mass_matrix};
 pub use jacobian::{
@@ -56,6 +61,7 @@ pub use momentum::{
     center_of_mass, com_acceleration, com_velocity, kinetic_energy, momentum, potential_energy,
     subtree_inertia,
 };
+pub use regressor::{PARAMETERS, inertial_parameters, regressor};
 pub use tree::Tree;
 pub use wide::{f64x4, f64x8};
 pub use work::Workspace;
