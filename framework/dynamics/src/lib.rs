@@ -20,6 +20,7 @@ mod composite;
 mod error;
 mod forces;
 mod forward;
+mod frames;
 mod inverse;
 mod kinematics;
 mod lane;
@@ -36,6 +37,7 @@ pub use composite::{
 };
 pub use error::DynamicsError;
 pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
+pub use frames::{Counts, FrameId, Frames, FramesError, MechanismId, Pair};
 pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
 pub use kinematics::{kinematics, poses};
 pub use lane::Lane;
