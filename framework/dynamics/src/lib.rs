@@ -27,6 +27,7 @@ mod lane;
 mod linear;
 mod operators;
 mod query;
+mod topology;
 mod tree;
 mod work;
 
@@ -44,6 +45,7 @@ pub use lane::Lane;
 pub use linkwork_multibody as multibody;
 pub use linkwork_multibody::spatial;
 pub use operators::{Operand, Operator, OperatorError, Operators, Scratch, Space};
+pub use topology::{Edit, Edited, Placement, Places, Report, TopologyError};
 pub use tree::Tree;
 pub use wide::{f64x4, f64x8};
 pub use work::Workspace;
