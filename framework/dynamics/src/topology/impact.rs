@@ -17,8 +17,8 @@
 
 use super::scene::Scene;
 use super::{Report, TopologyError};
-use crate::composite::kinetic_energy;
 use crate::forward::forward_dynamics;
+use crate::momentum::kinetic_energy;
 use crate::tree::Tree;
 use crate::work::Workspace;
 use linkwork_multibody::BodyId;
