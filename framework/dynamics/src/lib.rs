@@ -27,6 +27,7 @@ mod forces;
 mod forward;
 mod frames;
 mod inverse;
+mod inverse_kinematics;
 mod inverse_mass;
 mod jacobian;
 mod kinematics;
@@ -47,6 +48,9 @@ pub use error::DynamicsError;
 pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
 pub use frames::{Counts, FrameId, Frames, FramesError, MechanismId, Pair};
 pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
+pub use inverse_kinematics::{
+    Effort, Found, InverseKinematics, InverseKinematicsError, Nearest, RateTarget, Residual, Target,
+};
 pub use inverse_mass::{apply_inverse_mass, inverse_mass_matrix};
 pub use jacobian::{
     node_jacobian, node_jacobian_at, node_jacobian_product, node_jacobian_rate,
