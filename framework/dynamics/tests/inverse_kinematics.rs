@@ -84,6 +84,34 @@ fn reference_robots_reach_what_can_be_reached_within_limits() {
     }
 }
 
+#[test]
+fn starts_anywhere_lead_there_almost_always() {
+    // One start in two ends in a corner of the limits; with 64 others, 899 of 900 were met.
+    for name in ["ur5", "iiwa7", "solo12_ff"] {
+        let Some(robot) = robot(name) else { return };
+        let mbs = limited(robot.tree.multibody(), Limits::position(-2.6, 2.6));
+        let tree = Tree::new(&mbs);
+        let mut ik = InverseKinematics::new(&tree);
+        let mut failures = 0;
+        for seed in 0..60 {
+            let mut r = Rng(seed);
+            let goal = moved(&mbs, &mbs.neutral_q(), 2.5, 2.6, &mut r);
+            let node = mbs.node_ids().next().unwrap();
+            let target = Target::pose(node, pose_of(&tree, &goal, node));
+            let mut q = moved(&mbs, &goal, 3.0, 2.6, &mut r);
+            match ik.solve(&tree, &[target], &mut q) {
+                Ok(_) => {
+                    let X = pose_of(&tree, &q, node);
+                    assert!((X.position - target.position.unwrap()).norm() <= 1e-9);
+                }
+                Err(InverseKinematicsError::Unreachable { .. }) => failures += 1,
+                Err(other) => panic!("{name} {seed}: {other}"),
+            }
+        }
+        assert!(failures <= 1, "{name}: {failures} of 60 not reached");
+    }
+}
+
 /// Two links of lengths a and b in the plane, with a node at the tip; the second pin is limited.
 fn planar(a: f64, b: f64, elbow: Limits) -> (Multibody, NodeId) {
     let mut m = Builder::new();
