@@ -87,6 +87,15 @@ impl<L: Lane> V6<L> {
     }
 }
 
+impl<B: Lane> V6<B> {
+    /// Number `i` of a block.
+    #[inline(always)]
+    pub fn lane<L: Lane<Block = B>>(&self, i: usize) -> V6<L> {
+        let v = |v: &V3<B>| V3::new(L::get(&v.x, i), L::get(&v.y, i), L::get(&v.z, i));
+        V6 { n: v(&self.n), f: v(&self.f) }
+    }
+}
+
 /// Writes a block into a dense row at block `b`; places beyond the row's end are dropped.
 #[inline(always)]
 pub(crate) fn store<L: Lane>(row: &mut [L], b: usize, x: L::Block) {

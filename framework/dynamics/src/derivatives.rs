@@ -330,15 +330,6 @@ impl<L: Lane> V6<L> {
     }
 }
 
-impl<B: Lane> V6<B> {
-    /// Number `i` of a block.
-    #[inline(always)]
-    fn lane<L: Lane<Block = B>>(&self, i: usize) -> V6<L> {
-        let v = |v: &V3<B>| V3::new(L::get(&v.x, i), L::get(&v.y, i), L::get(&v.z, i));
-        V6 { n: v(&self.n), f: v(&self.f) }
-    }
-}
-
 impl<B: Lane> Outboard<B> {
     /// Adds that of dof `from` to that of dof `to`; to one of the same link it is copied.
     #[inline(always)]

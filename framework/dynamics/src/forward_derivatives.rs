@@ -125,7 +125,8 @@ impl<L: Lane> Derivatives<L> {
             if dofs.end[i] as usize == i + 1 {
                 z.fill(V6::default());
             }
-            let (S, G, D_inv) = (w.S.get(i).block(), w.G.get(i).block(), w.D_inv[i].block());
+            let (S, G) = w.sweeps[i];
+            let (S, G, D_inv) = (S.block(), G.block(), w.D_inv[i].block());
             for (x, z) in self.rows[i * width..][range.clone()].iter_mut().zip(z.iter_mut()) {
                 let eps = *x - S.dot(z);
                 *x = eps * D_inv;
@@ -153,7 +154,8 @@ impl<L: Lane> Derivatives<L> {
                 let from = dofs.level[dofs.parent[i] as usize - 1] as usize * CHUNK;
                 a.copy_from_slice(&inboard[from..from + n]);
             }
-            let (S, G) = (w.S.get(i).block(), w.G.get(i).block());
+            let (S, G) = w.sweeps[i];
+            let (S, G) = (S.block(), G.block());
             for (x, a) in self.rows[i * width..][range.clone()].iter_mut().zip(a) {
                 let acc = *x - G.dot(a);
                 *x = -acc;
