@@ -195,28 +195,38 @@ fn column<L: Lane>(kind: Kind, pitch: f64, kin: &Kin<L>, P: &Spatial<L>, j: usiz
 
 /// `x` (nv) becomes M⁻¹ x over the free coordinates; zero at prescribed ones. After [`factor`].
 pub(crate) fn solve<L: Lane>(tree: &Tree, w: &mut Work<L>, x: &mut [L]) {
-    let (dofs, n) = (&tree.dofs, tree.nv());
-    w.sweep.fill(V6::default());
-    for i in (0..n).rev() {
-        let mut z = w.sweep[i + 1];
-        let (S, G) = w.sweeps[i];
-        let eps = x[i] - S.dot(&z);
-        x[i] = eps * w.D_inv[i];
-        if dofs.prescribed[i] {
-            x[i] = L::default();
-        } else {
+    let dofs = &tree.dofs;
+    for run in dofs.runs.iter().rev() {
+        // What branches outboard have left, if there are any.
+        let level = dofs.level[run.start] as usize;
+        let leaf = dofs.end[run.start] as usize == run.end;
+        let mut z = if leaf { V6::default() } else { w.sweep[level] };
+        for i in run.clone().rev() {
+            let (S, G) = &w.sweeps[i];
+            let eps = S.dot_from(&z, x[i]);
+            x[i] = eps * w.D_inv[i];
             z = G.scale_add(eps, z);
         }
-        let to = &mut w.sweep[dofs.parent[i] as usize];
-        *to = *to + z;
-    }
-    w.sweep[0] = V6::default();
-    for i in 0..n {
-        let a = w.sweep[dofs.parent[i] as usize];
-        let (S, G) = w.sweeps[i];
-        if !dofs.prescribed[i] {
-            x[i] = x[i] - G.dot(&a);
+        match dofs.parent[run.start] {
+            0 => {}
+            _ if dofs.last_child[run.start] => w.sweep[level] = z,
+            p => {
+                let to = &mut w.sweep[dofs.level[p as usize - 1] as usize];
+                *to = *to + z;
+            }
         }
-        w.sweep[i + 1] = S.scale_add(x[i], a);
+    }
+    for run in &dofs.runs {
+        let mut a = match dofs.parent[run.start] {
+            0 => V6::default(),
+            p => w.sweep[dofs.level[p as usize - 1] as usize],
+        };
+        for i in run.clone() {
+            let (S, G) = &w.sweeps[i];
+            // G and D⁻¹ are zero at prescribed dofs.
+            x[i] = G.dot_from(&a, x[i]);
+            a = S.scale_add(x[i], a);
+        }
+        w.sweep[dofs.level[run.start] as usize] = a;
     }
 }

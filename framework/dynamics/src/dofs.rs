@@ -8,7 +8,6 @@
 //! S = [σ; r × σ + R a_v],  σ = R a_ω            a column of H*
 //! ```
 
-use crate::columns::Columns;
 use crate::lane::Lane;
 use crate::linear::{M3, S3, V3, V6};
 use crate::tree::{Kind, Link};
@@ -208,20 +207,6 @@ impl Dofs {
             x: self.of_links(kin, at, |k| &k.R.x),
             y: self.of_links(kin, at, |k| &k.R.y),
             z: self.of_links(kin, at, |k| &k.R.z),
-        }
-    }
-
-    /// H* about the roots' origins, all columns; `r` from there to the links' origins.
-    pub fn all_axes<L: Lane>(&self, kin: &[Kin<L>], r: &[V3<L>], S: &mut Columns<L>) {
-        for (b, S) in S.blocks.iter_mut().enumerate() {
-            let at = b * L::PACK;
-            let (block, r) = (self.block(at), self.of_links(r, at, |r| r));
-            *S = if block.needs.other_axes {
-                block.axes::<L>(at, &self.rotations(kin, at), r)
-            } else {
-                let z = self.of_links(kin, at, |k| &k.R.z);
-                V6 { n: z, f: r.cross(z) }
-            };
         }
     }
 }

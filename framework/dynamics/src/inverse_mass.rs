@@ -77,12 +77,12 @@ fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
             let mut F = stored.scaled(keep);
             let others = stored.scaled(one - keep);
             let sweeps = w.sweeps[run.clone()].iter().zip(&w.D_inv[run.clone()]);
-            for (i, ((S, G), D_inv)) in run.clone().zip(sweeps).rev() {
+            // Columns exist inboard of their own dof.
+            let active = run.len().min((b + 1) * L::PACK - run.start);
+            for (i, ((S, G), D_inv)) in run.clone().zip(sweeps).take(active).rev() {
                 let unit = if b == i / L::PACK { L::unit(i) } else { L::Block::default() };
-                let eps = unit - S.block().dot(&F);
-                if b >= i / L::PACK {
-                    store(&mut out[i * n..(i + 1) * n], b, eps * D_inv.block());
-                }
+                let eps = S.block().dot_from(&F, unit);
+                store(&mut out[i * n..(i + 1) * n], b, eps * D_inv.block());
                 F = G.block().scale_add(eps, F);
             }
             *stored = F + others;
@@ -112,8 +112,9 @@ fn scatter<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
         for b in first..width {
             let mut A = inboard.map_or_else(V6::default, |l| w.outward[l * width + b]);
             let rows = out[run.start * n..run.end * n].chunks_exact_mut(n);
-            for ((S, G), row) in w.sweeps[run.clone()].iter().zip(rows) {
-                let x = load(row, b) - G.block().dot(&A);
+            let active = run.len().min((b + 1) * L::PACK - run.start);
+            for ((S, G), row) in w.sweeps[run.clone()].iter().zip(rows).take(active) {
+                let x = G.block().dot_from(&A, load(row, b));
                 store(row, b, x);
                 A = S.block().scale_add(x, A);
             }

@@ -57,8 +57,12 @@ pub trait Lane:
     /// One at column `i`'s place in its block, zero elsewhere.
     #[inline(always)]
     fn unit(i: usize) -> Self::Block {
-        const UNITS: [[f64; 4]; 4] =
-            [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+        const UNITS: [[f64; 4]; 4] = [
+            [1.0, 0.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+        ];
         if Self::PACK == 1 { Self::splat(1.0).block() } else { Self::constants(&UNITS[i % 4], 0) }
     }
     /// Copies the upper triangle of an n × n matrix onto the lower one.

@@ -87,7 +87,7 @@ pub(crate) struct Work<L: Lane> {
     /// S, and G = P S D⁻¹ (zero at prescribed dofs), about the roots' origins.
     pub sweeps: Vec<(V6<L>, V6<L>)>,
     pub D_inv: Vec<L>,
-    /// Forces or accelerations by dof in a sweep; 0 is the base.
+    /// Forces or accelerations that go along the tree, by level.
     pub sweep: Vec<V6<L>>,
     /// Accelerations that go outward, in blocks of columns, one row a level of the tree.
     pub outward: Vec<V6<L::Block>>,
@@ -116,7 +116,7 @@ impl<L: Lane> Work<L> {
             inertia: vec![Spatial::default(); n],
             sweeps: vec![Default::default(); tree.nv()],
             D_inv: vec![L::default(); tree.nv()],
-            sweep: vec![V6::default(); tree.nv() + 1],
+            sweep: vec![V6::default(); tree.dofs.levels()],
             outward: vec![V6::default(); tree.nv().div_ceil(L::PACK) * tree.dofs.levels()],
             gravity: V3::default(),
         }
