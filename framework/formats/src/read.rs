@@ -5,7 +5,7 @@ use crate::names::suggest;
 use crate::xml::Element;
 use crate::{Description, FormatError, Ignored};
 use linkwork_multibody::{BodySpec, Builder, Hinge};
-use linkwork_spatial::{InertiaCheck, MassProperties, Vec3};
+use linkwork_spatial::{InertiaCheck, InertiaFault, MassProperties, Vec3};
 use std::path::{Path, PathBuf};
 
 /// How bodies that no joint of the file moves are held by the world.
@@ -173,11 +173,8 @@ impl<'a> Cx<'a> {
         count: std::ops::RangeInclusive<usize>,
     ) -> Option<Vec<f64>> {
         let words: Vec<&str> = text.split_whitespace().collect();
-        let list: Vec<f64> = words
-            .iter()
-            .filter_map(|w| w.parse::<f64>().ok())
-            .filter(|x| x.is_finite())
-            .collect();
+        let list: Vec<f64> =
+            words.iter().filter_map(|w| w.parse::<f64>().ok()).filter(|x| x.is_finite()).collect();
         if list.len() == words.len() && count.contains(&list.len()) {
             return Some(list);
         }
@@ -238,19 +235,27 @@ impl<'a> Cx<'a> {
         None
     }
 
-    /// The mass properties, if a body can have them.
-    pub fn checked(&mut self, at: Place, what: String, mass: MassProperties) -> MassProperties {
+    /// The mass properties that an element gives, if a body can have them. With the lenient check, moments
+    /// without a mass are left out and listed.
+    pub fn checked(&mut self, e: &Element, what: String, mass: MassProperties) -> MassProperties {
+        let mass = mass.with_check(self.options.inertia);
+        let lenient = mass.check == InertiaCheck::PositiveMoments;
         match mass.validate() {
             Ok(_) => mass,
+            Err(error)
+                if lenient && matches!(error.faults[..], [InertiaFault::MasslessButInertia(_)]) =>
+            {
+                self.ignored.push(e.ignored(what, format!("{error}: left out")));
+                MassProperties::massless()
+            }
             Err(error) => {
-                let help = match mass.check {
-                    InertiaCheck::Physical => {
-                        "correct the numbers; for published data with lumped rotors read the file \
-                         with the inertia check `PositiveMoments`"
-                    }
-                    InertiaCheck::PositiveMoments => "correct the numbers",
+                let help = if lenient {
+                    "correct the numbers"
+                } else {
+                    "correct the numbers, or read the file with the inertia check `PositiveMoments`, \
+                     which accepts lumped rotors and leaves out moments without a mass"
                 };
-                self.fault(at, FaultKind::Inertia { what, error, help: help.into() });
+                self.fault(e.place(), FaultKind::Inertia { what, error, help: help.into() });
                 MassProperties::massless()
             }
         }
@@ -286,7 +291,11 @@ impl<'a> Cx<'a> {
     }
 
     /// The description, if nothing is wrong with it: builds the mechanism once to be sure.
-    pub fn finish(mut self, root: &Element, mut d: Description) -> Result<Description, FormatError> {
+    pub fn finish(
+        mut self,
+        root: &Element,
+        mut d: Description,
+    ) -> Result<Description, FormatError> {
         if self.faults.is_empty()
             && let Err(error) = d.builder.build()
         {

@@ -29,8 +29,7 @@ pub fn read_urdf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     let mut cx = Cx::new(options);
     if root.name != "robot" {
         let help = "a URDF file is <robot name=\"..\"> .. </robot>".to_owned();
-        let kind =
-            FaultKind::WrongRoot { found: root.name.clone(), expected: "<robot>", help };
+        let kind = FaultKind::WrongRoot { found: root.name.clone(), expected: "<robot>", help };
         cx.fault(root.place(), kind);
         return cx.finish(&root, Description::default());
     }
@@ -41,7 +40,8 @@ pub fn read_urdf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     let mut d = Description::default();
     root.attr("version");
     d.name = root.attr("name").unwrap_or_default().to_owned();
-    let mut reader = Urdf { links: BTreeMap::new(), movers: BTreeMap::new(), colors: colors(&mut cx, &root) };
+    let mut reader =
+        Urdf { links: BTreeMap::new(), movers: BTreeMap::new(), colors: colors(&mut cx, &root) };
     reader.names(&mut cx, &root);
     let base = reader.tree(&mut cx, &root);
     reader.build(&mut cx, base, &mut d);
@@ -171,8 +171,9 @@ impl<'e> Urdf<'e> {
             }
             let spec = match self.movers.get(name) {
                 Some(m) => mover(cx, name, m, d),
-                None => BodySpec::new(name, "world")
-                    .hinge(root_hinge(cx.options.root, Hinge::locked())),
+                None => {
+                    BodySpec::new(name, "world").hinge(root_hinge(cx.options.root, Hinge::locked()))
+                }
             };
             d.builder.body(spec.mass(mass));
         }
@@ -208,7 +209,12 @@ impl<'e> Urdf<'e> {
             own.or_else(|| self.colors.get(m.attr("name")?).copied())
         });
         let Some(g) = e.child("geometry") else {
-            cx.missing(e, &what, "<geometry>", "write <geometry><sphere radius=\"..\"/></geometry>");
+            cx.missing(
+                e,
+                &what,
+                "<geometry>",
+                "write <geometry><sphere radius=\"..\"/></geometry>",
+            );
             return;
         };
         let name = e.attr("name").unwrap_or_default().to_owned();
@@ -237,7 +243,8 @@ impl<'e> Urdf<'e> {
                 }
                 Some(at) => d.couplings.push(Coupling::mimic(m.name, own, at, ratio, offset)),
                 None if self.movers.values().any(|o| o.name == other) => {
-                    let what = format!("`{}` follows `{other}`, which has no single coordinate", m.name);
+                    let what =
+                        format!("`{}` follows `{other}`, which has no single coordinate", m.name);
                     cx.ignored.push(e.ignored(format!("robot/{}/mimic", m.e.label()), what));
                 }
                 None => {
@@ -277,7 +284,8 @@ fn inertial(cx: &mut Cx<'_>, link: &Element, what: &str) -> MassProperties {
         }
     };
     let Some(i) = e.child("inertia") else {
-        let help = "write <inertia ixx=\"..\" ixy=\"..\" ixz=\"..\" iyy=\"..\" iyz=\"..\" izz=\"..\"/>";
+        let help =
+            "write <inertia ixx=\"..\" ixy=\"..\" ixz=\"..\" iyy=\"..\" iyz=\"..\" izz=\"..\"/>";
         cx.missing(e, &what, "<inertia>", help);
         return MassProperties::massless();
     };
@@ -292,7 +300,7 @@ fn inertial(cx: &mut Cx<'_>, link: &Element, what: &str) -> MassProperties {
     };
     let J = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     let properties = MassProperties::new(mass, X_BC.position, turned(&J, &X_BC));
-    cx.checked(e.place(), what, properties.with_check(cx.options.inertia))
+    cx.checked(e, what, properties)
 }
 
 /// The inertia in the axes around the pose; exactly the same numbers when nothing turns.

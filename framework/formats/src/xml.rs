@@ -107,7 +107,7 @@ impl Element {
     /// Everything inside that was not read, outermost first.
     pub fn unread(&self) -> Vec<Ignored> {
         let mut out = Vec::new();
-        self.collect_unread(&self.label(), &mut out);
+        self.collect_unread(&self.name, &mut out);
         out
     }
 
