@@ -13,6 +13,7 @@ mod description;
 mod error;
 mod geometry;
 mod mesh;
+mod mjcf;
 mod names;
 mod read;
 mod urdf;
@@ -25,5 +26,6 @@ pub use description::{
 pub use error::{Fault, FaultKind, FormatError, Place};
 pub use linkwork_multibody as multibody;
 pub use linkwork_spatial as spatial;
+pub use mjcf::read_mjcf;
 pub use read::{Format, ReadOptions, Root, format_of, read_file, read_text};
 pub use urdf::read_urdf;

@@ -87,7 +87,7 @@ pub fn format_of(text: &str, options: &ReadOptions) -> Result<Format, FormatErro
 pub fn read_text(text: &str, options: &ReadOptions) -> Result<Description, FormatError> {
     match format_of(text, options)? {
         Format::Urdf => crate::read_urdf(text, options),
-        Format::Mjcf => crate::read_urdf(text, options),
+        Format::Mjcf => crate::read_mjcf(text, options),
         Format::Sdf => crate::read_urdf(text, options),
     }
 }
@@ -305,11 +305,14 @@ impl<'a> Cx<'a> {
             }
         }
         if !self.faults.is_empty() {
-            self.faults.sort_by(|a, b| a.place.cmp(&b.place));
+            // What is read twice, for its mass and its shape, is told once.
+            self.faults.sort_by_cached_key(|f| (f.place.clone(), f.kind.to_string()));
+            self.faults.dedup_by_key(|f| (f.place.clone(), f.kind.to_string()));
             return Err(FormatError { faults: self.faults });
         }
         self.ignored.extend(root.unread());
         self.ignored.sort();
+        self.ignored.dedup();
         d.ignored = self.ignored;
         Ok(d)
     }
