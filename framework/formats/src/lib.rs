@@ -16,6 +16,7 @@ mod mesh;
 mod mjcf;
 mod names;
 mod read;
+mod sdf;
 mod urdf;
 mod xml;
 
@@ -28,4 +29,5 @@ pub use linkwork_multibody as multibody;
 pub use linkwork_spatial as spatial;
 pub use mjcf::read_mjcf;
 pub use read::{Format, ReadOptions, Root, format_of, read_file, read_text};
+pub use sdf::read_sdf;
 pub use urdf::read_urdf;

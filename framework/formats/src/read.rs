@@ -3,9 +3,9 @@
 use crate::error::{Fault, FaultKind, Place};
 use crate::names::suggest;
 use crate::xml::Element;
-use crate::{Description, FormatError, Ignored};
+use crate::{Description, FormatError, Ignored, Initial};
 use linkwork_multibody::{BodySpec, Builder, Hinge};
-use linkwork_spatial::{InertiaCheck, InertiaFault, MassProperties, Vec3};
+use linkwork_spatial::{InertiaCheck, InertiaFault, MassProperties, Pose, Vec3};
 use std::path::{Path, PathBuf};
 
 /// How bodies that no joint of the file moves are held by the world.
@@ -88,7 +88,7 @@ pub fn read_text(text: &str, options: &ReadOptions) -> Result<Description, Forma
     match format_of(text, options)? {
         Format::Urdf => crate::read_urdf(text, options),
         Format::Mjcf => crate::read_mjcf(text, options),
-        Format::Sdf => crate::read_urdf(text, options),
+        Format::Sdf => crate::read_sdf(text, options),
     }
 }
 
@@ -326,6 +326,27 @@ pub(crate) fn root_hinge(root: Root, as_written: Hinge) -> Hinge {
         Root::Free => Hinge::free(),
         Root::Planar => Hinge::planar(),
     }
+}
+
+/// A body on the world at `X_WB`. Coordinates of a free hinge are the pose in the world.
+pub(crate) fn root_body(
+    cx: &Cx<'_>,
+    spec: BodySpec,
+    X_WB: Pose,
+    as_written: Hinge,
+    d: &mut Description,
+) {
+    let hinge = root_hinge(cx.options.root, as_written);
+    if hinge != Hinge::free() {
+        d.builder.body(spec.hinge_in_parent(X_WB).hinge(hinge));
+        return;
+    }
+    if X_WB != Pose::identity() {
+        let (p, r) = (X_WB.position, X_WB.rotation.coords);
+        let q = vec![p.x, p.y, p.z, r.x, r.y, r.z, r.w];
+        d.initial.push(Initial { body: spec.name.clone(), q });
+    }
+    d.builder.body(spec.hinge(hinge));
 }
 
 /// Mass of everything welded to each moving body is zero: reports these bodies. `place` finds the

@@ -10,7 +10,7 @@
 
 use super::{Classed, Mj};
 use crate::error::FaultKind;
-use crate::read::{Cx, root_hinge};
+use crate::read::{Cx, root_body};
 use crate::xml::Element;
 use crate::{Description, Initial, Joint};
 use linkwork_multibody::{BodySpec, Hinge, Limits, Subhinge, SubhingeKind};
@@ -335,9 +335,10 @@ fn chain(
     let name = start.name.clone();
     let mut spec = start;
     if joints.is_empty() {
-        let hinge =
-            if on_world { root_hinge(cx.options.root, Hinge::locked()) } else { Hinge::locked() };
-        d.builder.body(spec.hinge_in_parent(X_PB).hinge(hinge));
+        match on_world {
+            true => root_body(cx, spec, X_PB, Hinge::locked(), d),
+            false => drop(d.builder.body(spec.hinge_in_parent(X_PB))),
+        }
         return;
     }
     let (mut C, mut q, mut moved, mut fresh) = (X_PB, Vec::new(), false, true);
