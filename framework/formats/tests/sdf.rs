@@ -28,7 +28,7 @@ fn same(a: &Pose, b: &Pose) {
     assert!(
         (a.rotation.to_rotation_matrix().matrix() - b.rotation.to_rotation_matrix().matrix())
             .amax()
-            < 4e-16
+            < 2e-15
     );
 }
 
