@@ -11,6 +11,7 @@
 
 mod description;
 mod error;
+mod export;
 mod geometry;
 mod mesh;
 mod mjcf;
@@ -25,6 +26,7 @@ pub use description::{
     LoopClosure, ShapeRole, Term, Wheel, WheelRole,
 };
 pub use error::{Fault, FaultKind, FormatError, Place};
+pub use export::{ExportError, ExportFault, UrdfText, write_urdf};
 pub use linkwork_multibody as multibody;
 pub use linkwork_spatial as spatial;
 pub use mjcf::read_mjcf;

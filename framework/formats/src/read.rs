@@ -222,7 +222,8 @@ impl<'a> Cx<'a> {
         }
         let scaled = n / scale;
         // A unit vector as written keeps its digits.
-        if scale <= 1.0 && n.norm() == 1.0 { Some(n) } else { Some(scaled / scaled.norm()) }
+        let unit = scale < 2.0 && (n.norm_squared() - 1.0).abs() <= 8.0 * f64::EPSILON;
+        if unit { Some(n) } else { Some(scaled / scaled.norm()) }
     }
 
     /// A length, mass or size that must not be negative; `None` and a fault otherwise.

@@ -10,9 +10,7 @@
 use crate::error::FaultKind;
 use crate::read::{Cx, ReadOptions, Root, report_massless, root_hinge};
 use crate::xml::{Element, parse};
-use crate::{
-    BodyShape, Coupling, Description, FormatError, HingeCoordinate, Joint, ShapeRole, geometry,
-};
+use crate::{BodyShape, Coupling, Description, FormatError, Joint, ShapeRole, geometry};
 use linkwork_multibody::{BodySpec, Hinge, Limits, SubhingeKind};
 use linkwork_spatial::{MassProperties, Mat3, Pose, Vec3};
 use std::collections::BTreeMap;
@@ -372,8 +370,10 @@ fn limits(cx: &mut Cx<'_>, joint: &Element, what: &str, position: Position) -> L
         return Limits::NONE;
     };
     let what = format!("{what}: <limit>");
+    // The greatest double is how the export writes that there is no limit.
+    let endless = |x: f64| if x.abs() == f64::MAX { x.signum() * f64::INFINITY } else { x };
     let mut size = |name| {
-        let x = cx.number(e, name, &what).unwrap_or(f64::INFINITY);
+        let x = endless(cx.number(e, name, &what).unwrap_or(f64::INFINITY));
         cx.not_negative(e.place_of(name), x, &format!("{what}: `{name}`")).unwrap_or(0.0)
     };
     let (rate, effort) = (size("velocity"), size("effort"));
@@ -382,7 +382,8 @@ fn limits(cx: &mut Cx<'_>, joint: &Element, what: &str, position: Position) -> L
     }
     let (lower, upper) =
         (cx.number(e, "lower", &what).unwrap_or(0.0), cx.number(e, "upper", &what).unwrap_or(0.0));
-    if lower > upper {
+    let (lower, upper) = (endless(lower), endless(upper));
+    if !(lower <= upper) || lower == f64::INFINITY || upper == f64::NEG_INFINITY {
         let text = format!("{lower} .. {upper}");
         cx.bad(e.place(), &what, &text, "a range", "write lower below upper");
         return Limits::NONE;
@@ -401,10 +402,4 @@ pub(crate) fn planar(n: Vec3) -> Hinge {
         SubhingeKind::Slider { axis: w },
         SubhingeKind::Pin { axis: n },
     ])
-}
-
-/// The coordinate of a body's subhinge.
-#[allow(dead_code)]
-pub(crate) fn at(body: &str, subhinge: usize) -> HingeCoordinate {
-    HingeCoordinate { body: body.into(), subhinge }
 }

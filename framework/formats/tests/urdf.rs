@@ -8,39 +8,7 @@ use linkwork_formats::{
     read_text, read_urdf,
 };
 
-const ARM: &str = r#"<?xml version="1.0"?>
-<robot name="arm" version="1.0">
-  <material name="rust"><color rgba="0.7 0.3 0.1 1"/></material>
-  <link name="base">
-    <inertial><origin xyz="0 0 0.1"/><mass value="3"/>
-      <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.04"/></inertial>
-    <visual name="plate"><geometry><box size="0.4 0.3 0.1"/></geometry><material name="rust"/></visual>
-    <collision><origin xyz="0.1 0 0" rpy="0 0 1"/><geometry><capsule radius="0.1" length="0.2"/></geometry></collision>
-  </link>
-  <link name="upper">
-    <inertial><origin xyz="0 0.2 0" rpy="0 0 1.5707963267948966"/><mass value="2"/>
-      <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.025"/></inertial>
-  </link>
-  <link name="finger"/>
-  <link name="slide"/>
-  <link name="drone"/>
-  <link name="puck"/>
-  <joint name="shoulder" type="revolute">
-    <parent link="base"/><child link="upper"/>
-    <origin xyz="0.1 0.2 0.3" rpy="0.4 -0.5 0.6"/>
-    <axis xyz="0 0.6 0.8"/>
-    <limit lower="-1.5" upper="2" velocity="3" effort="40"/>
-    <dynamics damping="0.7" friction="0.2"/>
-    <safety_controller k_velocity="10"/>
-  </joint>
-  <joint name="grip" type="continuous">
-    <parent link="upper"/><child link="finger"/><axis xyz="0 0 2"/>
-    <mimic joint="shoulder" multiplier="-0.5" offset="0.1"/>
-  </joint>
-  <joint name="lift" type="prismatic"><parent link="upper"/><child link="slide"/></joint>
-  <joint name="flight" type="floating"><parent link="slide"/><child link="drone"/></joint>
-  <joint name="ice" type="planar"><parent link="base"/><child link="puck"/><axis xyz="0 0 1"/></joint>
-</robot>"#;
+const ARM: &str = include_str!("data/arm.urdf");
 
 fn refused(text: &str) -> FormatError {
     read_urdf(text, &ReadOptions::default()).expect_err("must be refused")
