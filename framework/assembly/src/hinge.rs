@@ -105,10 +105,16 @@ pub(crate) fn read(cx: &mut Cx, v: &Located, what: &str) -> Option<Hinge> {
 
 /// The subhinges of one item of a chain; `Locked` is a subhinge there.
 fn link(cx: &mut Cx, item: &Located, what: &str) -> Option<Vec<Subhinge>> {
-    match &item.value {
-        Value::Variant(kind, _) if kind == "Locked" => Some(vec![SubhingeKind::Locked.into()]),
-        _ => Some(read(cx, item, what)?.subhinges),
+    let Value::Variant(kind, inner) = &item.value else {
+        return Some(read(cx, item, what)?.subhinges);
+    };
+    if kind != "Locked" {
+        return Some(read(cx, item, what)?.subhinges);
     }
+    let (mut locked, at) = ([SubhingeKind::Locked.into()], format!("{what}: `Locked`"));
+    fields(cx, inner, &at, &["prescribed", "armature", "gear", "limits"]);
+    options(cx, inner, &at, &mut locked);
+    Some(locked.into())
 }
 
 /// `prescribed`, `armature`, `gear` and `limits`, of a body for its whole hinge or of one hinge of a chain.

@@ -153,7 +153,7 @@ fn subhinge(s: &Subhinge) -> Value {
         SubhingeKind::Screw { axis, .. } => ("Screw", Some(axis)),
         SubhingeKind::Ball => ("Ball", None),
         SubhingeKind::Free => ("Free", None),
-        SubhingeKind::Locked => return variant("Locked", Value::Null),
+        SubhingeKind::Locked => ("Locked", None),
     };
     if let Some(axis) = name.1 {
         push(&mut out, "axis", vector(axis));

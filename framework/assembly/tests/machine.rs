@@ -245,7 +245,7 @@ fn mistakes_of_an_import_are_told_with_both_places() {
     std::fs::write(dir.path().join("bad.urdf"), ROVER.replace("revolute", "revolt")).unwrap();
     has(
         "(file: \"bad.urdf\")",
-        &["bad.urdf:9:", "unknown type `revolt`", "did you mean `revolute`?"],
+        &["bad.urdf:8:28", "unknown type `revolt`", "did you mean `revolute`?"],
     );
     std::fs::write(dir.path().join("own.urdf"), ROVER.replace("\"left\"", "\"own\"")).unwrap();
     has("(file: \"own.urdf\")", &["a body `own`, which is there already"]);
