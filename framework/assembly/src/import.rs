@@ -41,7 +41,7 @@ const FIELDS: [&str; 8] =
 pub fn read_machine(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Description, Failure> {
     let (path, mut cx) = (path.as_ref(), Cx::default());
     let read = linkwork_formats::read_file(path, options);
-    if let Some(mut d) = read.map_err(|e| faults(&mut cx, Origin::NONE, e)).ok() {
+    if let Ok(mut d) = read.map_err(|e| faults(&mut cx, Origin::NONE, e)) {
         if let Some(beside) = beside(path).filter(|p| p.is_file()) {
             side_car(&mut cx, Origin::NONE, &beside, &mut d);
         }
@@ -201,8 +201,7 @@ fn hang(cx: &mut Cx, import: &Located, form: &mut BodyForm, what: &str) {
 }
 
 fn options(cx: &mut Cx, v: &Located, home: &Home) -> ReadOptions {
-    let mut out = ReadOptions::default();
-    out.root = word(
+    let root = word(
         cx,
         v,
         "root",
@@ -214,13 +213,14 @@ fn options(cx: &mut Cx, v: &Located, home: &Home) -> ReadOptions {
         ],
     )
     .unwrap_or_default();
-    out.inertia = word(
+    let inertia = word(
         cx,
         v,
         "inertia_check",
         &[("Physical", InertiaCheck::Physical), ("PositiveMoments", InertiaCheck::PositiveMoments)],
     )
     .unwrap_or_default();
+    let mut out = ReadOptions { root, inertia, ..ReadOptions::default() };
     if let Some(folders) = v.get("packages") {
         for folder in list(cx, folders, "`import`: `packages`").to_vec() {
             let Some(t) = text(cx, &folder, "a folder of packages") else { continue };

@@ -66,16 +66,16 @@ impl Rng {
             _ => SubhingeKind::Locked,
         };
         let mut s = Subhinge::from(kind);
-        if self.bits() % 3 == 0 {
+        if self.bits().is_multiple_of(3) {
             s.coordinate = Coordinate::Prescribed;
         }
-        if self.bits() % 2 == 0 && !matches!(kind, SubhingeKind::Free | SubhingeKind::Locked) {
+        if self.bits().is_multiple_of(2) && !matches!(kind, SubhingeKind::Free | SubhingeKind::Locked) {
             s.armature = self.signed().abs();
         }
-        if self.bits() % 2 == 0 {
+        if self.bits().is_multiple_of(2) {
             s.gear = self.signed();
         }
-        if kind.nv() == 1 && self.bits() % 2 == 0 {
+        if kind.nv() == 1 && self.bits().is_multiple_of(2) {
             let (a, b) = (self.signed(), self.signed());
             s.limits = Limits {
                 lower: a.min(b),
@@ -93,7 +93,7 @@ fn machine(seed: u64) -> Multibody {
     let mut r = Rng(seed);
     let mut b = Builder::new();
     for i in 0..15u64 {
-        let parent = if i == 0 || r.bits() % 5 == 0 {
+        let parent = if i == 0 || r.bits().is_multiple_of(5) {
             "world".into()
         } else {
             format!("M/b{:02}", r.bits() % i)

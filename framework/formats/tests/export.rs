@@ -49,7 +49,7 @@ fn machine(seed: u64) -> Description {
     let mut r = Rng(seed);
     let mut b = Builder::new();
     for i in 0..12 {
-        let parent = if r.bits() % 5 == 0 || i == 0 {
+        let parent = if r.bits().is_multiple_of(5) || i == 0 {
             "world".into()
         } else {
             format!("b{:02}", r.bits() % i)
@@ -68,7 +68,7 @@ fn machine(seed: u64) -> Description {
                 effort: 1e-3,
             }),
         };
-        let inside = if r.bits() % 2 == 0 { r.pose() } else { Pose::identity() };
+        let inside = if r.bits().is_multiple_of(2) { r.pose() } else { Pose::identity() };
         b.body(
             BodySpec::new(format!("b{i:02}"), parent)
                 .hinge_in_parent(r.pose())

@@ -36,8 +36,8 @@ pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     }
     include::expand(&mut cx, &mut root);
     let root = root;
-    let mut d = Description::default();
-    d.name = root.attr("model").unwrap_or_default().to_owned();
+    let name = root.attr("model").unwrap_or_default().to_owned();
+    let mut d = Description { name, ..Description::default() };
     let mut mj = Mj::new(&mut cx, &root);
     mj.bodies(&mut cx, &root, &mut d);
     mj.equalities(&mut cx, &root, &mut d);
