@@ -48,7 +48,8 @@ impl Assembly {
         left_out.extend(d.couplings.iter().map(|c| format!("coupling `{}`", c.name)));
         left_out.extend(d.loops.iter().map(|l| format!("loop `{}`", l.name)));
         left_out.extend(d.wheels.iter().map(|w| format!("wheel `{}`", w.body)));
-        let hidden = d.shapes.iter().filter(|s| s.role != ShapeRole::Visual);
+        let hidden = |s: &&BodyShape| s.role != ShapeRole::Visual || s.body == "world";
+        let hidden = d.shapes.iter().filter(hidden);
         left_out.extend(hidden.map(|s| format!("{:?} shape of `{}`", s.role, s.body)));
         let driven = |j: &&linkwork_formats::Joint| {
             j.damping != 0.0 || j.friction != 0.0 || j.stiffness != 0.0

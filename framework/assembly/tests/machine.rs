@@ -69,7 +69,9 @@ impl Rng {
         if self.bits().is_multiple_of(3) {
             s.coordinate = Coordinate::Prescribed;
         }
-        if self.bits().is_multiple_of(2) && !matches!(kind, SubhingeKind::Free | SubhingeKind::Locked) {
+        if self.bits().is_multiple_of(2)
+            && !matches!(kind, SubhingeKind::Free | SubhingeKind::Locked)
+        {
             s.armature = self.signed().abs();
         }
         if self.bits().is_multiple_of(2) {
@@ -215,6 +217,15 @@ fn an_import_hangs_where_it_is_told_and_may_be_embedded() {
     let mbs = mechanism(&loaded);
     let X = mbs.body_poses(&mbs.neutral_q())[mbs.body("A/left").unwrap().index()];
     assert!((X.position - Vec3::new(-0.5, 0.0, 2.0)).amax() < 1e-15, "{X:?}");
+    // The import's pose comes first, then the body's own: (0, 0, 2), turned by 90°, then 1 along the turned x.
+    let own =
+        "<mujoco><worldbody><body name=\"b\" pos=\"1 0 0\" euler=\"90 0 0\"/></worldbody></mujoco>";
+    let turned = text.replace("r.urdf", "r.xml");
+    let loaded = load_text("a.ron", &turned, &options.embed("r.xml", own));
+    let loaded = loaded.unwrap_or_else(|f| panic!("{f}"));
+    let X = mechanism(&loaded).body_poses(&[])[0];
+    assert!((X.position - Vec3::new(0.0, 1.0, 2.0)).amax() < 1e-15, "{X:?}");
+    assert!((X.transform_vector(&Vec3::y()) - Vec3::z()).amax() < 1e-15, "{X:?}");
     // The form keeps the import.
     let form = Assembly::from_ron("a.ron", text).unwrap();
     assert_eq!(Assembly::from_ron("a.ron", &form.to_ron()).unwrap().to_ron(), form.to_ron());

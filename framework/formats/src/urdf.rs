@@ -372,16 +372,23 @@ fn limits(cx: &mut Cx<'_>, joint: &Element, what: &str, position: Position) -> L
     let what = format!("{what}: <limit>");
     // The greatest double is how the export writes that there is no limit.
     let endless = |x: f64| if x.abs() == f64::MAX { x.signum() * f64::INFINITY } else { x };
+    // So do some files in words, which the format does not know.
+    let words = |name: &str| match e.attr(name) {
+        Some("inf" | "+inf" | "Infinity") => Some(f64::INFINITY),
+        Some("-inf" | "-Infinity") => Some(f64::NEG_INFINITY),
+        _ => None,
+    };
     let mut size = |name| {
-        let x = endless(cx.number(e, name, &what).unwrap_or(f64::INFINITY));
+        let x = words(name).unwrap_or_else(|| cx.number(e, name, &what).unwrap_or(f64::INFINITY));
+        let x = endless(x);
         cx.not_negative(e.place_of(name), x, &format!("{what}: `{name}`")).unwrap_or(0.0)
     };
     let (rate, effort) = (size("velocity"), size("effort"));
     if position == Position::Endless {
         return Limits { rate, effort, ..Limits::NONE };
     }
-    let (lower, upper) =
-        (cx.number(e, "lower", &what).unwrap_or(0.0), cx.number(e, "upper", &what).unwrap_or(0.0));
+    let mut bound = |name| words(name).unwrap_or_else(|| cx.number(e, name, &what).unwrap_or(0.0));
+    let (lower, upper) = (bound("lower"), bound("upper"));
     let (lower, upper) = (endless(lower), endless(upper));
     if !(lower <= upper) || lower == f64::INFINITY || upper == f64::NEG_INFINITY {
         let text = format!("{lower} .. {upper}");

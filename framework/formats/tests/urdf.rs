@@ -252,3 +252,26 @@ fn files_that_are_not_there_or_of_another_kind_are_refused() {
     let error = read_text("<html/>", &ReadOptions::default()).expect_err("html");
     assert!(error.to_string().contains("<html>, not <robot>, <mujoco> or <sdf>"), "{error}");
 }
+
+#[test]
+fn limits_that_are_none_are_none() {
+    let text = |limit: &str| {
+        format!(
+            r#"<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="revolute">
+            <parent link="a"/><child link="b"/><limit {limit}/></joint></robot>"#
+        )
+    };
+    let of = |limit: &str| {
+        let d = read_urdf(&text(limit), &ReadOptions::default()).unwrap();
+        d.builder.bodies().iter().find(|b| b.name == "b").unwrap().hinge.subhinges[0].limits
+    };
+    let half = Limits { lower: f64::NEG_INFINITY, upper: 1.5, ..Limits::NONE };
+    assert_eq!(of("lower='-inf' upper='1.5' effort='inf' velocity='inf'"), half);
+    assert_eq!(of("lower='-1.7976931348623157e308' upper='1.5'"), half);
+    // The format's default is 0.
+    assert_eq!(of("effort='1'"), Limits { lower: 0.0, upper: 0.0, effort: 1.0, ..Limits::NONE });
+    for limit in ["lower='2' upper='1'", "lower='inf' upper='inf'", "effort='-1'", "velocity='nan'"]
+    {
+        assert_eq!(refused(&text(limit)).faults.len(), 1, "{limit}");
+    }
+}
