@@ -189,7 +189,8 @@ fn too_deep(text: &str) -> Option<usize> {
         } else if bytes.get(i) == Some(&b'/') {
             depth = depth.saturating_sub(1);
         } else if !matches!(bytes.get(i), Some(b'?' | b'!')) {
-            let end = text[at..].find('>').map_or(bytes.len(), |e| at + e);
+            // A tag without an end is for the parser to report, and nothing can be inside it.
+            let end = at + text[at..].find('>')?;
             depth += usize::from(bytes.get(end.wrapping_sub(1)) != Some(&b'/'));
         }
         if depth > DEPTH {

@@ -166,6 +166,9 @@ fn malformed_xml_has_line_and_column() {
     }
     let deep = "<a>".repeat(200_000);
     assert!(matches!(refused(&deep).faults[0].kind, FaultKind::TooDeep { .. }));
+    // A long text without an end is refused at once.
+    let endless = "<".repeat(2_000_000) + "/";
+    assert!(matches!(refused(&endless).faults[0].kind, FaultKind::Xml { .. }));
     let deep = "<a>".repeat(990) + &"</a>".repeat(990);
     assert!(matches!(refused(&deep).faults[0].kind, FaultKind::WrongRoot { .. }));
 }
