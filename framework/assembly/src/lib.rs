@@ -10,6 +10,9 @@
 //! 3. `expand` (`scope`, `expression`, `files`): → tree of instances with numbers.
 //! 4. `flatten` (`body`, `reference`, `wires`): → parts, bindings, mechanism, wires.
 //! 5. `resolved`: the same as one text that needs no other file.
+//!
+//! Beside them: `import` brings the bodies of URDF, MJCF and SDF files into an assembly, `sidecar` reads what such a file
+//! cannot say, and `machine` writes any mechanism as an assembly ([`Assembly::from_description`]).
 #![allow(non_snake_case)]
 
 mod body;
@@ -21,8 +24,11 @@ mod files;
 mod flatten;
 mod form;
 mod globs;
+mod hinge;
+mod import;
 mod initial;
 mod load;
+mod machine;
 mod place;
 mod pose;
 mod print;
@@ -34,6 +40,7 @@ mod ron_text;
 mod scope;
 mod settings;
 mod shape;
+mod sidecar;
 mod tree;
 mod wires;
 
@@ -41,10 +48,13 @@ pub use builder::{IntoValue, variant};
 pub use context::{Text, tidy};
 pub use form::{Assembly, BodyForm, MountDecl, ParamDecl, PartForm, PartKind};
 pub use globs::{match_patterns, path_matches};
+pub use import::{Import, read_machine};
 pub use linkwork_runtime::Value;
 pub use load::{Loaded, Options, load_file, load_text};
+pub use machine::Converted;
 pub use place::{dotted, numbers, only, put_down, texts};
 pub use render::{Failure, Look, show_faults};
 pub use settings::{Figure, LogRule, Plot, Settings, Take};
 pub use shape::{BodyShape, Shape};
+pub use sidecar::apply_side_car;
 pub use tree::{TreeKind, TreeNode};

@@ -1,0 +1,63 @@
+//! Mechanisms from the files of other programs: URDF, MJCF and SDF; and URDF export.
+//!
+//! Every reader gives a [`Description`]: bodies, hinges and nodes ready to [build](linkwork_multibody::Builder::build),
+//! shapes, couplings, loop closures, and a list of everything in the file that was not used.
+//! Whatever is wrong is reported together, each mistake at its file, line and column.
+//!
+//! 1. `xml`: text → elements with places, which remember whether they were read.
+//! 2. `urdf`, `mjcf`, `sdf`: elements → [`Description`].
+//! 3. what was never read → [`Description::ignored`].
+//!
+//! ```
+//! use linkwork_formats::{ReadOptions, Root, read_text, write_urdf};
+//!
+//! let text = r#"<robot name="arm">
+//!   <link name="base"/>
+//!   <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+//!     <inertia ixx="0.1" iyy="0.1" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+//!   <joint name="swing" type="continuous"><parent link="base"/><child link="rod"/>
+//!     <origin xyz="0 0 1"/><axis xyz="0 1 0"/></joint>
+//!   <gazebo reference="rod"/>
+//! </robot>"#;
+//! let options = ReadOptions { root: Root::Fixed, ..ReadOptions::default() };
+//! let arm = read_text(text, &options)?; // or read_file("arm.urdf", &options)
+//! assert_eq!(arm.builder.build()?.nv(), 1);
+//! assert_eq!(arm.coordinate("swing").map(|c| c.body), Some("rod".into()));
+//! assert_eq!(arm.ignored[0].to_string(), "<text>:7: robot/gazebo: element <gazebo>");
+//! let again = read_text(&write_urdf(&arm)?.text, &options)?;
+//! assert_eq!(again.builder.build()?, arm.builder.build()?);
+//!
+//! let wrong = read_text(&text.replace("continuous", "continous"), &options);
+//! assert_eq!(
+//!     wrong.expect_err("no such type").to_string(),
+//!     "<text>:5:23: joint `swing` is of the unknown type `continous`\n  \
+//!      help: did you mean `continuous`?"
+//! );
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![allow(non_snake_case)]
+
+mod description;
+mod error;
+mod export;
+mod geometry;
+mod mesh;
+mod mjcf;
+mod names;
+mod read;
+mod sdf;
+mod urdf;
+mod xml;
+
+pub use description::{
+    BodyShape, Coupling, Description, Geometry, HingeCoordinate, Ignored, Initial, Joint,
+    LoopClosure, ShapeRole, Term, Wheel, WheelRole,
+};
+pub use error::{Fault, FaultKind, FormatError, Place};
+pub use export::{ExportError, ExportFault, UrdfText, write_urdf};
+pub use linkwork_multibody as multibody;
+pub use linkwork_spatial as spatial;
+pub use mjcf::read_mjcf;
+pub use read::{Format, ReadOptions, Root, format_of, read_file, read_text};
+pub use sdf::read_sdf;
+pub use urdf::read_urdf;
