@@ -8,7 +8,6 @@
 //! The root's origin is that of the link that hangs on the base: near the machine wherever the
 //! machine is, and one point for all its links, so that a row meets its columns without a shift.
 
-use crate::columns::{Columns, store};
 use crate::kinematics::check;
 use crate::lane::Lane;
 use crate::linear::{S3, V3, V6};
