@@ -14,8 +14,8 @@ fn shapes() -> impl Iterator<Item = (u64, Multibody)> {
     (0..40).map(|seed| {
         let shape = Shape {
             bodies: 2 + seed as usize % 13,
-            floating: seed % 2 == 0,
-            prescribed: seed % 3 == 0,
+            floating: seed.is_multiple_of(2),
+            prescribed: seed.is_multiple_of(3),
             armature: seed % 5 > 1,
         };
         (seed, random_tree(seed + 100, shape))
