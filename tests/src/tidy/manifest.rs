@@ -127,7 +127,7 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 14] = [
+pub const HOMES: [(&str, &str); 15] = [
     ("nalgebra", "framework/spatial"),
     ("petgraph", "framework/runtime"),
     ("ron", "framework/assembly"),
@@ -142,6 +142,7 @@ pub const HOMES: [(&str, &str); 14] = [
     ("clap", "sims/cli"),
     ("indicatif", "sims/cli"),
     ("pyo3", "sims/python"),
+    ("numpy", "sims/python"),
 ];
 
 /// Heavy dependencies outside their home, tests included.
