@@ -252,7 +252,9 @@ fn fault_origin(
         MechanismFault::Inertia { body: name, .. } => body(name).map(|b| b.inertia_origin),
         MechanismFault::UnknownParent { body: name, .. }
         | MechanismFault::BadAxis { body: name, .. }
-        | MechanismFault::BadArmature { body: name, .. } => body(name).map(|b| b.origin),
+        | MechanismFault::BadArmature { body: name, .. }
+        | MechanismFault::BadGear { body: name, .. }
+        | MechanismFault::BadLimits { body: name, .. } => body(name).map(|b| b.origin),
         MechanismFault::Cycle { path } => body(path.first()?).map(|b| b.parent.origin),
         MechanismFault::Duplicate { name, .. } | MechanismFault::BadName { name, .. } => {
             body(name).map(|b| b.origin)
