@@ -33,10 +33,7 @@ impl<'py> Input<'py> {
         };
         let slice = array.as_slice().map_err(|e| refuse(format!("`{what}`: {e}")))?;
         if let Some((k, x)) = slice.iter().enumerate().find(|(_, x)| !x.is_finite()) {
-            return Err(refuse_with(
-                format!("`{what}`: number {k} is {x}"),
-                "give finite numbers",
-            ));
+            return Err(refuse_with(format!("`{what}`: number {k} is {x}"), "give finite numbers"));
         }
         let shape = array.shape().to_vec();
         Ok(Self { array, shape })

@@ -171,8 +171,14 @@ impl Cut {
         }
         std::thread::scope(|scope| {
             let pieces = values.chunks_mut(rows * self.width).enumerate();
-            let threads: Vec<_> =
-                pieces.map(|(k, out)| scope.spawn({ let piece = &piece; move || piece(k * rows, out) })).collect();
+            let threads: Vec<_> = pieces
+                .map(|(k, out)| {
+                    scope.spawn({
+                        let piece = &piece;
+                        move || piece(k * rows, out)
+                    })
+                })
+                .collect();
             // A panic of a thread goes on in this one.
             let join = |t: std::thread::ScopedJoinHandle<'_, _>| {
                 t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))

@@ -104,7 +104,8 @@ impl Core {
         let found = mbs.node(name).or_else(|| mbs.node(&origin_of(name)));
         found.filter(|_| !name.starts_with('\u{0}')).ok_or_else(|| {
             let nodes = self.mbs.nodes().iter().map(|n| n.name());
-            let known: Vec<&str> = nodes.chain(self.mbs.bodies().iter().map(|b| b.name())).collect();
+            let known: Vec<&str> =
+                nodes.chain(self.mbs.bodies().iter().map(|b| b.name())).collect();
             let help = remedy(name, "nodes and bodies", &known);
             refuse_with(format!("there is no node and no body `{name}`"), help)
         })

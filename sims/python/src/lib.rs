@@ -6,7 +6,10 @@
 //! | `error` | `LinkworkError` |
 //! | `core` | what a mechanism and its states share |
 //! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
+//! | `batch` | one state or many; threads and lanes |
+//! | `simulate` | a small time integration of one mechanism |
 //! | `files` | reading RON with all component libraries |
+//! | `simulation`, `running`, `log`, `values` | `Simulation` and its logs |
 #![allow(non_snake_case)]
 // Python passes references to what it owns.
 #![allow(clippy::needless_pass_by_value)]
@@ -18,8 +21,13 @@ mod core;
 mod dynamics;
 mod error;
 mod files;
+mod log;
 mod mechanism;
+mod running;
+mod simulate;
+mod simulation;
 mod state;
+mod values;
 
 use pyo3::prelude::*;
 
@@ -31,7 +39,11 @@ mod _linkwork {
     #[pymodule_export]
     use crate::error::LinkworkError;
     #[pymodule_export]
+    use crate::log::{Log, Series, read_log};
+    #[pymodule_export]
     use crate::mechanism::{Mechanism, Subgraph, load};
+    #[pymodule_export]
+    use crate::simulation::{Simulation, Variable};
     #[pymodule_export]
     use crate::state::State;
 }

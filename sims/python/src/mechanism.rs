@@ -1,5 +1,5 @@
 //! `Mechanism`: structure and coordinates. Its algorithms are in `dynamics.rs`.
-use crate::array::{Array1, Input, out1, out_vec3, vec3, vector};
+use crate::array::{Array1, Input, out_vec3, out1, vec3, vector};
 use crate::builder::Subhinge;
 use crate::core::{Core, GRAVITY};
 use crate::error::{refuse, refuse_with};

@@ -1,7 +1,7 @@
 //! `State`: a mechanism at q and v, whose kinematics was done once; poses, velocities,
 //! accelerations, momentum and energies are read from it.
-use crate::array::{Array1, Array2, out_force, out_motion, out_pose, out_vec3, out1, out2};
 use crate::array::vector;
+use crate::array::{Array1, Array2, out_force, out_motion, out_pose, out_vec3, out1, out2};
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use linkwork_dynamics::{self as dynamics, Tree, Workspace};
@@ -55,7 +55,11 @@ impl State {
         f(&self.core.tree, ws)
     }
 
-    fn at<R>(&self, frame: &str, f: impl FnOnce(&Tree, &Workspace, linkwork_multibody::NodeId) -> R) -> PyResult<R> {
+    fn at<R>(
+        &self,
+        frame: &str,
+        f: impl FnOnce(&Tree, &Workspace, linkwork_multibody::NodeId) -> R,
+    ) -> PyResult<R> {
         let node = self.core.frame(frame)?;
         Ok(self.with(|tree, ws| f(tree, ws, node)))
     }
@@ -225,4 +229,3 @@ impl State {
         format!("State(nq={}, nv={})", self.q.len(), self.v.len())
     }
 }
-

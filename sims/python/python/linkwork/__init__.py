@@ -1,0 +1,34 @@
+"""Machines made of parts: multibody dynamics, operator expressions, simulations, logs.
+
+>>> import linkwork
+>>> arm = linkwork.load("arm.urdf")
+>>> tau = arm.inverse_dynamics(q, v, vdot)
+>>> vdot = arm.forward_dynamics(q, v, tau)
+>>> M = arm.mass_matrix(q)
+
+Arrays are numpy float64, in SI units and radians. Vectors are in world axes unless said
+otherwise; spatial vectors have the angular part first; quaternions are [x y z w].
+Whatever is refused raises `LinkworkError`, with place, fact and remedy.
+"""
+
+from ._linkwork import (
+    Builder,
+    Hinge,
+    LinkworkError,
+    Mechanism,
+    State,
+    Subgraph,
+    Subhinge,
+    load,
+)
+
+__all__ = [
+    "Builder",
+    "Hinge",
+    "LinkworkError",
+    "Mechanism",
+    "State",
+    "Subgraph",
+    "Subhinge",
+    "load",
+]
