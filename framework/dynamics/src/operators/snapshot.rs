@@ -1,0 +1,285 @@
+//! The numbers behind the operators of one system at one configuration.
+//!
+//! Tips to base, J the armature of the link:
+//! ```text
+//! P(k) = M(k) + Σ_j φ(k,j) P⁺(j) φ*(k,j)
+//! free        D = H P H* + J,  G = P H* D⁻¹,  P⁺ = P − G H P
+//! prescribed  D = D⁻¹ = 0,     G = 0,         P⁺ = P
+//! ```
+
+use crate::error::DynamicsError;
+use crate::linear::S3;
+use crate::query::{mat3, v3, vec3};
+use crate::tree::{Kind, Link, Tree};
+use crate::work::{Kin, Workspace};
+use linkwork_multibody::{Coordinate, Multibody};
+use linkwork_spatial::nalgebra::{Matrix6, Vector6};
+use linkwork_spatial::{Mat3, Vec3, skew};
+use std::sync::{Arc, OnceLock};
+
+/// Which coordinates count as free.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Articulation {
+    AsGiven,
+    AllFree,
+}
+
+/// One link; world axes at its origin.
+#[derive(Clone, Debug)]
+pub(super) struct LinkAt {
+    /// `None`: the world.
+    pub parent: Option<usize>,
+    /// Parent's origin to the link's.
+    pub l: Vec3,
+    /// First place in β, and degrees of freedom.
+    pub v: usize,
+    pub n: usize,
+    /// First number of its block in `D` and `D_inv` (n × n, row after row).
+    pub block: usize,
+    pub prescribed: bool,
+    pub armature: f64,
+    pub body: usize,
+    pub M: Matrix6<f64>,
+    pub P: Matrix6<f64>,
+}
+
+/// A node: its link and the way from the link's origin to the node's, world axes.
+#[derive(Clone, Debug)]
+pub(super) struct NodeAt {
+    pub link: Option<usize>,
+    pub r: Vec3,
+}
+
+#[derive(Debug)]
+pub(super) struct Snapshot {
+    pub links: Vec<LinkAt>,
+    pub nv: usize,
+    /// Column of H* for each degree of freedom, and of G.
+    pub H: Vec<Vector6<f64>>,
+    pub G: Vec<Vector6<f64>>,
+    pub D: Vec<f64>,
+    pub D_inv: Vec<f64>,
+    pub nodes: Vec<NodeAt>,
+    upsilon: OnceLock<Vec<Matrix6<f64>>>,
+    M_inv: OnceLock<Result<Vec<Matrix6<f64>>, usize>>,
+    multibody: Arc<Multibody>,
+}
+
+impl Snapshot {
+    #[track_caller]
+    pub fn new(tree: &Tree, ws: &Workspace, which: Articulation) -> Result<Self, DynamicsError> {
+        let kin = &ws.work.kin;
+        assert_eq!(kin.len(), tree.links.len() + 1, "workspace made for another tree");
+        let nodes = (tree.nodes.iter()).map(|at| NodeAt {
+            link: (at.slot as usize).checked_sub(1),
+            r: vec3(&kin[at.slot as usize].R.mul(v3(&at.p))),
+        });
+        let mut s = Self {
+            links: Vec::with_capacity(tree.links.len()),
+            nv: tree.nv(),
+            H: Vec::with_capacity(tree.nv()),
+            G: vec![Vector6::zeros(); tree.nv()],
+            D: Vec::new(),
+            D_inv: Vec::new(),
+            nodes: nodes.collect(),
+            upsilon: OnceLock::new(),
+            M_inv: OnceLock::new(),
+            multibody: tree.multibody.clone(),
+        };
+        for (link, kin) in tree.links.iter().zip(&kin[1..]) {
+            let (M, block) = (rigid(link, kin), s.D.len());
+            s.H.extend(hinge_map(link, kin));
+            let n = link.kind.nv();
+            s.D.resize(block + n * n, 0.0);
+            let given = link.coordinate == Coordinate::Prescribed;
+            s.links.push(LinkAt {
+                parent: (link.parent as usize).checked_sub(1),
+                l: vec3(&kin.l),
+                v: link.v as usize,
+                n,
+                block,
+                prescribed: given && which == Articulation::AsGiven,
+                armature: link.armature,
+                body: link.body as usize,
+                M,
+                P: M,
+            });
+        }
+        s.D_inv = vec![0.0; s.D.len()];
+        for k in (0..s.links.len()).rev() {
+            if !s.articulate(k) {
+                let link = &s.links[k];
+                return Err(DynamicsError::Singular { body: s.name(link).to_owned(), v: link.v });
+            }
+        }
+        Ok(s)
+    }
+
+    /// D, D⁻¹ and G of a link, and its P⁺ into its parent's P; false when D is singular.
+    fn articulate(&mut self, k: usize) -> bool {
+        let link = &self.links[k];
+        let (P, n, v) = (link.P, link.n, link.v);
+        let mut P_plus = P;
+        if !link.prescribed {
+            let H = &self.H[v..v + n];
+            let D = &mut self.D[link.block..link.block + n * n];
+            let mut scale = [0.0; 6];
+            for i in 0..n {
+                for j in 0..n {
+                    D[i * n + j] = H[i].dot(&(P * H[j]));
+                }
+                D[i * n + i] += link.armature;
+                scale[i] = link.armature + H[i].abs().dot(&(P.abs() * H[i].abs()));
+            }
+            let D_inv = &mut self.D_inv[link.block..link.block + n * n];
+            if !invert(D, &scale[..n], D_inv) {
+                return false;
+            }
+            if n == 6 {
+                // G = P H* (H P H*)⁻¹ = H⁻¹ = H*, and nothing passes a free hinge.
+                self.G[v..v + n].copy_from_slice(H);
+                P_plus = Matrix6::zeros();
+            } else {
+                for j in 0..n {
+                    let column: Vector6<f64> = (0..n).map(|i| H[i] * D_inv[i * n + j]).sum();
+                    self.G[v + j] = P * column;
+                }
+                for j in 0..n {
+                    P_plus -= self.G[v + j] * (P * H[j]).transpose();
+                }
+                P_plus = (P_plus + P_plus.transpose()) * 0.5;
+            }
+        }
+        if let Some(p) = link.parent {
+            let phi = phi(&link.l);
+            self.links[p].P += phi * P_plus * phi.transpose();
+        }
+        true
+    }
+
+    /// Υ of each link, base to tips; made at the first question.
+    pub fn upsilon(&self) -> &[Matrix6<f64>] {
+        self.upsilon.get_or_init(|| {
+            let mut all: Vec<Matrix6<f64>> = Vec::with_capacity(self.links.len());
+            for link in &self.links {
+                let (v, n) = (link.v, link.n);
+                let mut Y = Matrix6::zeros();
+                let mut tau_bar = Matrix6::identity();
+                for i in 0..n {
+                    tau_bar -= self.G[v + i] * self.H[v + i].transpose();
+                    for j in 0..n {
+                        let d = self.D_inv[link.block + i * n + j];
+                        Y += self.H[v + i] * self.H[v + j].transpose() * d;
+                    }
+                }
+                if let Some(p) = link.parent {
+                    let psi = phi(&link.l) * tau_bar;
+                    Y += psi.transpose() * all[p] * psi;
+                }
+                all.push((Y + Y.transpose()) * 0.5);
+            }
+            all
+        })
+    }
+
+    /// M⁻¹ of each link, or the first link that has none; made at the first question.
+    pub fn M_inv(&self) -> Result<&[Matrix6<f64>], usize> {
+        let made = self.M_inv.get_or_init(|| {
+            let one = |(k, link): (usize, &LinkAt)| {
+                let M: Vec<f64> = link.M.transpose().iter().copied().collect();
+                let scale: Vec<f64> = (0..6).map(|i| link.M[(i, i)]).collect();
+                let mut out = [0.0; 36];
+                invert(&M, &scale, &mut out).then(|| Matrix6::from_row_slice(&out)).ok_or(k)
+            };
+            self.links.iter().enumerate().map(one).collect()
+        });
+        made.as_deref().map_err(|k| *k)
+    }
+
+    /// True when a coordinate is prescribed.
+    pub fn has_prescribed(&self) -> bool {
+        self.links.iter().any(|l| l.prescribed)
+    }
+
+    /// True when a rotor has inertia.
+    pub fn has_armature(&self) -> bool {
+        self.links.iter().any(|l| l.armature > 0.0)
+    }
+
+    /// The body whose hinge a link belongs to.
+    pub fn name(&self, link: &LinkAt) -> &str {
+        self.multibody.bodies()[link.body].name()
+    }
+}
+
+/// φ(p,k) as a matrix.
+fn phi(l: &Vec3) -> Matrix6<f64> {
+    let mut phi = Matrix6::identity();
+    phi.fixed_view_mut::<3, 3>(0, 3).copy_from(&skew(l));
+    phi
+}
+
+/// M of a link, world axes about its origin.
+fn rigid(link: &Link, kin: &Kin<f64>) -> Matrix6<f64> {
+    let S3 { xx, xy, xz, yy, yz, zz } = link.J;
+    let R = mat3(&kin.R);
+    let J = R * Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * R.transpose();
+    let h = skew(&vec3(&kin.R.mul(link.h)));
+    let mut M = Matrix6::zeros();
+    M.fixed_view_mut::<3, 3>(0, 0).copy_from(&((J + J.transpose()) * 0.5));
+    M.fixed_view_mut::<3, 3>(0, 3).copy_from(&h);
+    M.fixed_view_mut::<3, 3>(3, 0).copy_from(&-h);
+    M.fixed_view_mut::<3, 3>(3, 3).copy_from(&(Mat3::identity() * link.m));
+    M
+}
+
+/// The columns of H* of a link, world axes.
+fn hinge_map(link: &Link, kin: &Kin<f64>) -> Vec<Vector6<f64>> {
+    let (R, o) = (mat3(&kin.R), Vec3::zeros());
+    let pair = |n: Vec3, f: Vec3| Vector6::new(n.x, n.y, n.z, f.x, f.y, f.z);
+    let axis = |j: usize| Vec3::from(R.column(j));
+    match link.kind {
+        Kind::Pin => vec![pair(axis(2), o)],
+        Kind::Slider => vec![pair(o, axis(2))],
+        Kind::Screw => vec![pair(axis(2), axis(2) * link.pitch)],
+        Kind::Ball => (0..3).map(|j| pair(axis(j), o)).collect(),
+        Kind::Free => {
+            let turns = (0..3).map(|j| pair(axis(j), o));
+            turns.chain((0..3).map(|j| pair(o, axis(j)))).collect()
+        }
+    }
+}
+
+/// A symmetric positive definite matrix (row after row) inverted by Cholesky. False when a pivot is
+/// not above rounding (1e-14 of `scale`, the size of what was added up), or NaN.
+fn invert(A: &[f64], scale: &[f64], out: &mut [f64]) -> bool {
+    let n = scale.len();
+    let mut L = [[0.0_f64; 6]; 6];
+    for j in 0..n {
+        let pivot = A[j * n + j] - L[j][..j].iter().map(|x| x * x).sum::<f64>();
+        if !(pivot > 1e-14 * scale[j] && pivot.is_finite()) {
+            return false;
+        }
+        L[j][j] = pivot.sqrt();
+        for i in j + 1..n {
+            let dot: f64 = (0..j).map(|m| L[i][m] * L[j][m]).sum();
+            L[i][j] = (A[i * n + j] - dot) / L[j][j];
+        }
+    }
+    for c in 0..n {
+        let mut x = [0.0; 6];
+        x[c] = 1.0;
+        for i in 0..n {
+            let dot: f64 = (0..i).map(|m| L[i][m] * x[m]).sum();
+            x[i] = (x[i] - dot) / L[i][i];
+        }
+        for i in (0..n).rev() {
+            let dot: f64 = (i + 1..n).map(|m| L[m][i] * x[m]).sum();
+            x[i] = (x[i] - dot) / L[i][i];
+        }
+        for i in 0..n {
+            out[i * n + c] = x[i];
+        }
+    }
+    true
+}
