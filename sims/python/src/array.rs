@@ -5,8 +5,8 @@
 use crate::error::{refuse, refuse_with};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Force, Mat3, Motion, Pose, Quat, Vec3};
+use numpy::PyUntypedArrayMethods;
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
-use numpy::{PyUntypedArrayMethods, get_array_module};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -57,14 +57,17 @@ fn copied<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<PyReadonlyArra
     options.set_item("dtype", "float64")?;
     options.set_item("order", "C")?;
     options.set_item("copy", true)?;
-    let made = get_array_module(py)?.call_method("array", (given,), Some(&options));
+    let numpy = py.import("numpy")?;
+    if numpy.call_method1("iscomplexobj", (given,)).and_then(|c| c.is_truthy()).unwrap_or(false) {
+        return Err(refuse_with(format!("`{what}` is complex"), "give real numbers"));
+    }
+    let made = numpy.call_method("array", (given,), Some(&options));
     let not_numbers = |e: PyErr| {
         refuse_with(
             format!("`{what}` is not an array of numbers: {}", e.value(py)),
             "give a numpy array of float64, or a list of numbers",
         )
     };
-    // A text or a complex number converts with a warning or an error, each as numpy says it.
     let made = made.map_err(not_numbers)?;
     let made = made.cast_into::<PyArrayDyn<f64>>().map_err(|e| not_numbers(e.into()))?;
     made.try_readonly().map_err(|e| refuse(format!("`{what}`: {e}")))

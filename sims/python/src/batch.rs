@@ -125,10 +125,11 @@ pub fn states<'py>(
         }
         Ok(())
     };
+    let threads = at_least_one(threads)?;
     let result = if rows.n.is_none() {
         core.run(py, |_, ws| piece(0, &mut values, ws))
     } else {
-        let cut = Cut { n: view.n, width, threads: at_least_one(threads)?, lanes: 1 };
+        let cut = Cut { n: view.n, width, threads, lanes: 1 };
         py.detach(|| {
             cut.spread(&mut values, |first, out| {
                 let mut ws = core.workspace();

@@ -2,9 +2,9 @@
 use crate::array::{mat3, out_vec3, pose, vec3};
 use crate::core::{Core, GRAVITY};
 use crate::error::refuse;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, choice};
 use linkwork_multibody::{self as multibody, BodySpec, Coordinate, Limits, SubhingeKind};
-use linkwork_spatial::{MassProperties, Mat3, Vec3};
+use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::{PySlice, PyTuple};
 use std::sync::{Arc, Mutex};
@@ -137,9 +137,10 @@ impl Builder {
     ///
     /// parent: "world" or a body. hinge: what moves (None: welded). mass: kg. com (3,): centre of
     /// mass in body axes, m. inertia (3, 3): about the centre of mass, body axes, kg m², with
-    /// −∫xy dm off the diagonal. hinge_in_parent, hinge_in_body: poses of the hinge frame:
+    /// −∫xy dm off the diagonal. inertia_check: "physical", or "positive_moments" for published
+    /// data that break the triangle inequality of principal moments. hinge_in_parent, hinge_in_body: poses of the hinge frame:
     /// (3,) position, (7,) position and quaternion [x y z w], or (4, 4).
-    #[pyo3(signature = (name, parent="world", hinge=None, *, mass=0.0, com=None, inertia=None, hinge_in_parent=None, hinge_in_body=None))]
+    #[pyo3(signature = (name, parent="world", hinge=None, *, mass=0.0, com=None, inertia=None, inertia_check="physical", hinge_in_parent=None, hinge_in_body=None))]
     fn body(
         slf: Py<Self>,
         name: String,
@@ -148,16 +149,22 @@ impl Builder {
         mass: f64,
         com: Option<&Bound<'_, PyAny>>,
         inertia: Option<&Bound<'_, PyAny>>,
+        inertia_check: &str,
         hinge_in_parent: Option<&Bound<'_, PyAny>>,
         hinge_in_body: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Py<Self>> {
         let com = com.map_or(Ok(Vec3::zeros()), |c| vec3(c, "com"))?;
         let inertia = inertia.map_or(Ok(Mat3::zeros()), |i| mat3(i, "inertia"))?;
+        let checks = [
+            ("physical", InertiaCheck::Physical),
+            ("positive_moments", InertiaCheck::PositiveMoments),
+        ];
+        let check = choice("inertia_check", inertia_check, &checks)?;
         let spec = BodySpec::new(name, parent)
             .hinge(hinge.map_or_else(multibody::Hinge::locked, |h| h.hinge.clone()))
             .hinge_in_parent(pose(hinge_in_parent, "hinge_in_parent")?)
             .hinge_in_body(pose(hinge_in_body, "hinge_in_body")?)
-            .mass(MassProperties::new(mass, com, inertia));
+            .mass(MassProperties::new(mass, com, inertia).with_check(check));
         crate::core::lock(&slf.get().parts).body(spec);
         Ok(slf)
     }

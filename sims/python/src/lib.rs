@@ -7,6 +7,7 @@
 //! | `core` | what a mechanism and its states share |
 //! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
 //! | `batch` | one state or many; threads and lanes |
+//! | `operators` | `Operators`, `Operator`: expressions |
 //! | `simulate` | a small time integration of one mechanism |
 //! | `files` | reading RON with all component libraries |
 //! | `simulation`, `running`, `log`, `values` | `Simulation` and its logs |
@@ -23,6 +24,7 @@ mod error;
 mod files;
 mod log;
 mod mechanism;
+mod operators;
 mod running;
 mod simulate;
 mod simulation;
@@ -42,6 +44,8 @@ mod _linkwork {
     use crate::log::{Log, Series, read_log};
     #[pymodule_export]
     use crate::mechanism::{Mechanism, Subgraph, load};
+    #[pymodule_export]
+    use crate::operators::{Operator, Operators};
     #[pymodule_export]
     use crate::simulation::{Simulation, Variable};
     #[pymodule_export]

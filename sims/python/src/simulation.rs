@@ -14,7 +14,7 @@ use linkwork_runtime::{Tap, Value, remedy};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// A run of a simulation in RON. It begins at t = 0 with the work of the first tick done.
@@ -32,6 +32,8 @@ pub struct Simulation {
     stop_when: Option<Place>,
     running: Mutex<Running>,
     busy: AtomicBool,
+    /// Threads that wait for a turn while the run steps.
+    waiting: AtomicUsize,
 }
 
 /// A variable of a simulation.
@@ -82,12 +84,18 @@ impl Simulation {
             stop_when,
             running: Mutex::new(Running::new(sim)),
             busy: AtomicBool::new(false),
+            waiting: AtomicUsize::new(0),
         })
     }
 
     /// Does something with the run; other threads go on while this waits for its turn.
     fn with<R: Send>(&self, py: Python<'_>, f: impl FnOnce(&mut Running) -> R + Send) -> R {
-        py.detach(|| f(&mut lock(&self.running)))
+        py.detach(|| {
+            self.waiting.fetch_add(1, Ordering::SeqCst);
+            let mut running = lock(&self.running);
+            self.waiting.fetch_sub(1, Ordering::SeqCst);
+            f(&mut running)
+        })
     }
 
     fn claim(&self) -> PyResult<Busy<'_>> {
@@ -105,7 +113,17 @@ impl Simulation {
         let _busy = this.claim()?;
         loop {
             py.check_signals()?;
-            match this.with(py, |r| r.go(&mut goal)) {
+            let pause = py.detach(|| {
+                // The lock is not fair: those who wait go first, as long as they come soon.
+                for _ in 0..1000 {
+                    if this.waiting.load(Ordering::SeqCst) == 0 {
+                        break;
+                    }
+                    std::thread::yield_now();
+                }
+                lock(&this.running).go(&mut goal)
+            });
+            match pause {
                 Pause::Done => return Ok(()),
                 Pause::Chunk => {}
                 Pause::Failed(e) => return Err(run_failed(&e)),
@@ -236,6 +254,7 @@ impl Simulation {
             stop_when: self.stop_when,
             running: Mutex::new(Running::new(self.with(py, |r| r.sim.fork()))),
             busy: AtomicBool::new(false),
+            waiting: AtomicUsize::new(0),
         }
     }
 
