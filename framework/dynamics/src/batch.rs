@@ -16,7 +16,7 @@ use linkwork_spatial::Vec3;
 /// Working memory for `L::WIDTH` states at once. Same algorithms, same conventions as the
 /// functions on a [`Workspace`](crate::Workspace).
 #[derive(Clone, Debug)]
-pub struct Batch<L> {
+pub struct Batch<L: Lane> {
     work: Work<L>,
 }
 
@@ -70,13 +70,13 @@ impl<L: Lane> Batch<L> {
     pub fn kinematics(&mut self, tree: &Tree, q: &[L], v: &[L]) {
         check(q.len(), tree.nq(), "q");
         check(v.len(), tree.nv(), "v");
-        sweep::<L, true>(&tree.links, &mut self.work.kin, q, v);
+        sweep::<L, true>(tree, &mut self.work, q, v);
     }
 
     /// As [`poses`](crate::poses).
     pub fn poses(&mut self, tree: &Tree, q: &[L]) {
         check(q.len(), tree.nq(), "q");
-        sweep::<L, false>(&tree.links, &mut self.work.kin, q, &[]);
+        sweep::<L, false>(tree, &mut self.work, q, &[]);
     }
 
     /// As [`forward_dynamics`](crate::forward_dynamics).
@@ -123,6 +123,6 @@ impl<L: Lane> Batch<L> {
     /// As [`mass_matrix`](crate::mass_matrix), at the last kinematics or poses.
     pub fn mass_matrix(&mut self, tree: &Tree, out: &mut [L]) {
         check(out.len(), tree.nv() * tree.nv(), "mass matrix");
-        composite::matrix(&tree.links, &mut self.work, tree.nv(), out);
+        composite::matrix(tree, &mut self.work, out);
     }
 }

@@ -18,6 +18,7 @@
 //! ```
 //! Source: Jain, *Robot and Multibody Dynamics* (mixed dynamics); ALGORITHMS 1.2.
 
+use crate::articulated::Spatial;
 use crate::error::DynamicsError;
 use crate::kinematics::{check, kinematics};
 use crate::lane::Lane;
@@ -72,8 +73,7 @@ pub(crate) fn run<L: Lane>(
     vdot: &mut [L],
 ) -> Result<(), DynamicsError> {
     if let Some(k) = gather(&tree.links, work, tau, vdot) {
-        let body = tree.multibody.bodies()[tree.links[k].body as usize].name().to_owned();
-        return Err(DynamicsError::Singular { body, v: tree.links[k].v as usize });
+        return Err(tree.singular(k));
     }
     scatter(&tree.links, work, tau, vdot);
     Ok(())
@@ -325,35 +325,10 @@ impl<L: Lane> Art<L> {
         self.z = self.z + b.z;
     }
 
-    /// φ P φ* and φ z, `l` from the parent's origin:
-    /// ```text
-    /// H' = H + l~ M,   I' = I + l~ Gᵀ + (l~ Gᵀ)ᵀ  with G = H + ½ l~ M
-    /// ```
+    /// φ P φ* and φ z, `l` from the parent's origin.
     #[inline(always)]
     fn shifted(&self, l: V3<L>) -> Self {
-        let M = self.M.columns();
-        let lM = M3 { x: l.cross(M.x), y: l.cross(M.y), z: l.cross(M.z) };
-        let half = L::splat(0.5);
-        let G = M3 {
-            x: lM.x.scale_add(half, self.H.x),
-            y: lM.y.scale_add(half, self.H.y),
-            z: lM.z.scale_add(half, self.H.z),
-        };
-        let G = G.transpose();
-        let (a, b, c) = (l.cross(G.x), l.cross(G.y), l.cross(G.z));
-        let I = &self.I;
-        Self {
-            I: S3 {
-                xx: I.xx + (a.x + a.x),
-                xy: I.xy + (a.y + b.x),
-                xz: I.xz + (a.z + c.x),
-                yy: I.yy + (b.y + b.y),
-                yz: I.yz + (b.z + c.y),
-                zz: I.zz + (c.z + c.z),
-            },
-            H: self.H.add(&lM),
-            M: self.M,
-            z: self.z.to_parent(l),
-        }
+        let Spatial { I, H, M } = self.inertia().shifted(l);
+        Self { I, H, M, z: self.z.to_parent(l) }
     }
 }

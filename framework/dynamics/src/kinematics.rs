@@ -16,7 +16,7 @@
 use crate::lane::Lane;
 use crate::linear::{M3, V3, V6};
 use crate::tree::{Kind, Link, Tree};
-use crate::work::{Kin, Workspace};
+use crate::work::{Kin, Work, Workspace};
 
 /// Poses, velocities and bias accelerations of all links from `q` (nq) and `v` (nv, β).
 ///
@@ -25,14 +25,14 @@ use crate::work::{Kin, Workspace};
 pub fn kinematics(tree: &Tree, ws: &mut Workspace, q: &[f64], v: &[f64]) {
     check(q.len(), tree.nq(), "q");
     check(v.len(), tree.nv(), "v");
-    sweep::<f64, true>(&tree.links, &mut ws.work.kin, q, v);
+    sweep::<f64, true>(tree, &mut ws.work, q, v);
 }
 
 /// Poses of all links from `q` (nq) alone: enough for [`mass_matrix`](crate::mass_matrix), poses and centres of
 /// mass. Velocities and accelerations in the workspace stay those of an earlier call.
 pub fn poses(tree: &Tree, ws: &mut Workspace, q: &[f64]) {
     check(q.len(), tree.nq(), "q");
-    sweep::<f64, false>(&tree.links, &mut ws.work.kin, q, &[]);
+    sweep::<f64, false>(tree, &mut ws.work, q, &[]);
 }
 
 #[track_caller]
@@ -41,75 +41,107 @@ pub(crate) fn check(got: usize, want: usize, what: &str) {
     assert_eq!(got, want, "`{what}` has {got} numbers, the mechanism has {want}");
 }
 
-pub(crate) fn sweep<L: Lane, const RATES: bool>(
-    links: &[Link],
-    kin: &mut [Kin<L>],
-    q: &[L],
-    v: &[L],
-) {
-    assert_eq!(kin.len(), links.len() + 1, "workspace made for another tree");
+pub(crate) fn sweep<L: Lane, const RATES: bool>(tree: &Tree, work: &mut Work<L>, q: &[L], v: &[L]) {
+    let links = &tree.links;
+    assert_eq!(work.kin.len(), links.len() + 1, "workspace made for another tree");
+    turns(tree.turns::<L>(), &mut work.turns, q);
+    let (kin, turns) = (&mut work.kin, &work.turns[..links.len()]);
     for (k, link) in links.iter().enumerate() {
-        let (done, rest) = kin.split_at_mut(k + 1);
-        let (p, out) = (&done[link.parent as usize], &mut rest[0]);
-        let q = &q[link.q as usize..];
-        let v = if RATES { &v[link.v as usize..] } else { &[][..] };
-        // Every link is fixed to its parent but for what its kind adds.
-        let R0 = p.R.mat(&M3::splat(&link.R));
-        let l0 = p.R.mul(V3::splat(&link.l));
-        match link.kind {
-            Kind::Pin => {
-                out.R = turn_z(&R0, q[0]);
-                out.l = l0;
-                if RATES {
-                    let rate = R0.z.scale(v[0]);
-                    let u = p.V.n.cross(l0);
-                    out.V = V6 { n: p.V.n + rate, f: p.V.f + u };
-                    out.A = V6 {
-                        n: p.V.n.cross_add(rate, p.A.n),
-                        f: p.V.n.cross_add(u, p.A.n.cross_add(l0, p.A.f)),
-                    };
-                }
-            }
-            Kind::Slider => {
-                out.R = R0;
-                out.l = R0.z.scale_add(q[0], l0);
-                if RATES {
-                    rates(p, out, V3::default(), R0.z.scale(v[0]));
-                }
-            }
-            Kind::Screw => {
-                out.R = turn_z(&R0, q[0]);
-                let s = L::splat(link.pitch);
-                out.l = R0.z.scale_add(q[0] * s, l0);
-                if RATES {
-                    rates(p, out, R0.z.scale(v[0]), R0.z.scale(v[0] * s));
-                }
-            }
-            Kind::Ball => {
-                out.R = R0.mat(&M3::from_quat(&q[..4]));
-                out.l = l0;
-                if RATES {
-                    rates(p, out, out.R.mul(V3::read(v)), V3::default());
-                }
-            }
-            Kind::Free => {
-                out.R = R0.mat(&M3::from_quat(&q[3..7]));
-                out.l = R0.mul_add(V3::read(q), l0);
-                if RATES {
-                    let (rate, slide) = (out.R.mul(V3::read(v)), out.R.mul(V3::read(&v[3..])));
-                    rates(p, out, rate, slide);
-                    out.A.f = rate.cross_add(slide, out.A.f);
-                }
-            }
-        }
-        out.p = p.p + out.l;
+        step::<L, RATES>(k, link, kin, turns[k], q, v);
     }
 }
 
-/// `R Rz(angle)`.
+/// The pose of one link, from that of its parent.
+pub(crate) fn link_pose<L: Lane>(tree: &Tree, work: &mut Work<L>, k: usize, q: &[L]) {
+    let link = &tree.links[k];
+    let turn = match link.kind {
+        Kind::Pin | Kind::Screw => q[link.q as usize].sin_cos(),
+        _ => Default::default(),
+    };
+    step::<L, false>(k, link, &mut work.kin, turn, q, &[]);
+}
+
 #[inline(always)]
-fn turn_z<L: Lane>(R: &M3<L>, angle: L) -> M3<L> {
-    let (s, c) = angle.sin_cos();
+fn step<L: Lane, const RATES: bool>(
+    k: usize,
+    link: &Link,
+    kin: &mut [Kin<L>],
+    turn: (L, L),
+    q: &[L],
+    v: &[L],
+) {
+    let (done, rest) = kin.split_at_mut(k + 1);
+    let (p, out) = (&done[link.parent as usize], &mut rest[0]);
+    let q = &q[link.q as usize..];
+    let v = if RATES { &v[link.v as usize..] } else { &[][..] };
+    // Every link is fixed to its parent but for what its kind adds.
+    let R0 = p.R.mat(&M3::splat(&link.R));
+    let l0 = p.R.mul(V3::splat(&link.l));
+    match link.kind {
+        Kind::Pin => {
+            out.R = turn_z(&R0, turn);
+            out.l = l0;
+            if RATES {
+                let rate = R0.z.scale(v[0]);
+                let u = p.V.n.cross(l0);
+                out.V = V6 { n: p.V.n + rate, f: p.V.f + u };
+                out.A = V6 {
+                    n: p.V.n.cross_add(rate, p.A.n),
+                    f: p.V.n.cross_add(u, p.A.n.cross_add(l0, p.A.f)),
+                };
+            }
+        }
+        Kind::Slider => {
+            out.R = R0;
+            out.l = R0.z.scale_add(q[0], l0);
+            if RATES {
+                rates(p, out, V3::default(), R0.z.scale(v[0]));
+            }
+        }
+        Kind::Screw => {
+            out.R = turn_z(&R0, turn);
+            let s = L::splat(link.pitch);
+            out.l = R0.z.scale_add(q[0] * s, l0);
+            if RATES {
+                rates(p, out, R0.z.scale(v[0]), R0.z.scale(v[0] * s));
+            }
+        }
+        Kind::Ball => {
+            out.R = R0.mat(&M3::from_quat(&q[..4]));
+            out.l = l0;
+            if RATES {
+                rates(p, out, out.R.mul(V3::read(v)), V3::default());
+            }
+        }
+        Kind::Free => {
+            out.R = R0.mat(&M3::from_quat(&q[3..7]));
+            out.l = R0.mul_add(V3::read(q), l0);
+            if RATES {
+                let (rate, slide) = (out.R.mul(V3::read(v)), out.R.mul(V3::read(&v[3..])));
+                rates(p, out, rate, slide);
+                out.A.f = rate.cross_add(slide, out.A.f);
+            }
+        }
+    }
+    out.p = p.p + out.l;
+}
+
+/// Sine and cosine of every turning link's angle, block by block: `all` are the links and their
+/// places in q, in whole blocks.
+#[inline(always)]
+fn turns<L: Lane>(all: &[(u32, u32)], out: &mut [(L, L)], q: &[L]) {
+    for some in all.chunks_exact(L::PACK) {
+        let angles = L::collect(|i| q[some[i].1 as usize]);
+        let (s, c) = angles.sin_cos();
+        for (i, (link, _)) in some.iter().enumerate() {
+            out[*link as usize] = (L::get(&s, i), L::get(&c, i));
+        }
+    }
+}
+
+/// `R Rz` of a turn given by sine and cosine.
+#[inline(always)]
+fn turn_z<L: Lane>(R: &M3<L>, (s, c): (L, L)) -> M3<L> {
     M3 { x: R.x.scale_add(c, R.y.scale(s)), y: R.y.scale_add(c, R.x.scale(-s)), z: R.z }
 }
 

@@ -31,6 +31,37 @@ pub trait Lane:
     fn sin_cos(self) -> (Self, Self);
     /// True when every lane is above zero (so not NaN).
     fn all_positive(self) -> bool;
+
+    /// [`Lane::PACK`] numbers of one row of a matrix side by side: what one instruction works on.
+    type Block: Lane;
+    /// Numbers in a block: four for `f64`, one where states already lie side by side.
+    const PACK: usize;
+    /// The same number everywhere in a block.
+    fn block(self) -> Self::Block;
+    /// Number `i` of a block.
+    fn get(block: &Self::Block, i: usize) -> Self;
+    /// Writes number `i` of a block.
+    fn set(block: &mut Self::Block, i: usize, x: Self);
+    /// The first [`Lane::PACK`] numbers of a slice.
+    fn load(from: &[Self]) -> Self::Block;
+    /// Writes a block to the first [`Lane::PACK`] places of a slice.
+    fn store(block: Self::Block, to: &mut [Self]);
+    /// A block of `x(0)`, `x(1)`, ….
+    fn collect(x: impl Fn(usize) -> Self) -> Self::Block;
+    /// The constants of a block of columns that starts at column `at`, out of those of four.
+    fn constants(from: &[f64; 4], at: usize) -> Self::Block;
+    /// Copies the upper triangle of an n × n matrix onto the lower one.
+    fn mirror(n: usize, a: &mut [Self]);
+}
+
+/// [`Lane::mirror`] entry by entry, for the rows from `start` on.
+#[inline(always)]
+fn mirror_rows<T: Copy>(n: usize, start: usize, a: &mut [T]) {
+    for i in start..n {
+        for j in 0..i {
+            a[i * n + j] = a[j * n + i];
+        }
+    }
 }
 
 impl Lane for f64 {
@@ -53,11 +84,63 @@ impl Lane for f64 {
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        sin_cos_f64(self)
+        // Not so for NaN.
+        if self.abs() < REDUCIBLE { sin_cos_reduced(self) } else { f64::sin_cos(self) }
     }
     #[inline(always)]
     fn all_positive(self) -> bool {
         self > 0.0
+    }
+
+    type Block = f64x4;
+    const PACK: usize = 4;
+    #[inline(always)]
+    fn block(self) -> f64x4 {
+        f64x4::splat(self)
+    }
+    #[inline(always)]
+    fn get(block: &f64x4, i: usize) -> f64 {
+        block.as_array()[i]
+    }
+    #[inline(always)]
+    fn set(block: &mut f64x4, i: usize, x: f64) {
+        block.as_mut_array()[i] = x;
+    }
+    #[inline(always)]
+    fn load(from: &[f64]) -> f64x4 {
+        f64x4::new([from[0], from[1], from[2], from[3]])
+    }
+    #[inline(always)]
+    fn store(block: f64x4, to: &mut [f64]) {
+        to[..4].copy_from_slice(block.as_array());
+    }
+    #[inline(always)]
+    fn collect(x: impl Fn(usize) -> f64) -> f64x4 {
+        f64x4::new([x(0), x(1), x(2), x(3)])
+    }
+    #[inline(always)]
+    fn constants(from: &[f64; 4], _: usize) -> f64x4 {
+        f64x4::new(*from)
+    }
+    /// In tiles of four by four.
+    #[inline]
+    fn mirror(n: usize, a: &mut [f64]) {
+        let whole = n - n % 4;
+        for i in (0..whole).step_by(4) {
+            for j in (0..i).step_by(4) {
+                let row = |k: usize| Self::load(&a[(j + k) * n + i..]);
+                let tile = f64x4::transpose([row(0), row(1), row(2), row(3)]);
+                for (k, t) in tile.into_iter().enumerate() {
+                    Self::store(t, &mut a[(i + k) * n + j..]);
+                }
+            }
+            for k in 1..4 {
+                for j in 0..k {
+                    a[(i + k) * n + i + j] = a[(i + j) * n + i + k];
+                }
+            }
+        }
+        mirror_rows(n, whole, a);
     }
 }
 
@@ -83,11 +166,53 @@ macro_rules! wide_lane {
             }
             #[inline(always)]
             fn sin_cos(self) -> (Self, Self) {
-                $T::sin_cos(self)
+                if self.as_array().iter().all(|x| x.abs() < REDUCIBLE) {
+                    return sin_cos_reduced(self);
+                }
+                let (mut s, mut c) = (self.to_array(), self.to_array());
+                for (s, c) in s.iter_mut().zip(&mut c) {
+                    (*s, *c) = Lane::sin_cos(*s);
+                }
+                ($T::new(s), $T::new(c))
             }
             #[inline(always)]
             fn all_positive(self) -> bool {
                 self.to_array().iter().all(|x| *x > 0.0)
+            }
+
+            type Block = $T;
+            const PACK: usize = 1;
+            #[inline(always)]
+            fn block(self) -> $T {
+                self
+            }
+            #[inline(always)]
+            fn get(block: &$T, _: usize) -> $T {
+                *block
+            }
+            #[inline(always)]
+            fn set(block: &mut $T, _: usize, x: $T) {
+                *block = x;
+            }
+            #[inline(always)]
+            fn load(from: &[$T]) -> $T {
+                from[0]
+            }
+            #[inline(always)]
+            fn store(block: $T, to: &mut [$T]) {
+                to[0] = block;
+            }
+            #[inline(always)]
+            fn collect(x: impl Fn(usize) -> $T) -> $T {
+                x(0)
+            }
+            #[inline(always)]
+            fn constants(from: &[f64; 4], at: usize) -> $T {
+                $T::splat(from[at % 4])
+            }
+            #[inline]
+            fn mirror(n: usize, a: &mut [$T]) {
+                mirror_rows(n, 1, a);
             }
         }
     };
@@ -95,38 +220,43 @@ macro_rules! wide_lane {
 wide_lane!(f64x4, 4);
 wide_lane!(f64x8, 8);
 
-/// Sine and cosine for |x| < 1e5 rad, inlined; the standard library beyond. Largest difference
-/// from the latter: see the test. Reduction by π/2 in three parts (Cody and Waite), then the minimax
-/// polynomials published with fdlibm (Sun, 1993) on ±π/4.
+/// Beyond this the reduction below loses digits, and the standard library is asked, rad.
+const REDUCIBLE: f64 = 1e5;
+
+/// Sine and cosine for |x| < [`REDUCIBLE`], by arithmetic alone, so that every lane gets the bits
+/// that one number gets. Largest difference from the standard library: see the test. Reduction by
+/// π/2 in three parts (Cody and Waite), then the minimax polynomials published with fdlibm (Sun,
+/// 1993) on ±π/4.
 #[inline(always)]
-fn sin_cos_f64(x: f64) -> (f64, f64) {
-    if x.abs().partial_cmp(&1e5) != Some(std::cmp::Ordering::Less) {
-        return x.sin_cos();
-    }
-    // Adding 1.5·2⁵² rounds to an integer, whose low bits are then those of the sum.
-    const MAGIC: f64 = 6_755_399_441_055_744.0;
-    let t = x * std::f64::consts::FRAC_2_PI + MAGIC;
-    let quadrant = t.to_bits();
-    let n = t - MAGIC;
-    let y = n.fnma(1.570_796_326_734_125_6, x);
-    let y = n.fnma(6.077_100_506_303_966e-11, y);
-    let y = n.fnma(2.022_266_248_795_950_6e-21, y);
+fn sin_cos_reduced<L: Lane>(x: L) -> (L, L) {
+    // Adding 1.5·2⁵² rounds to an integer.
+    let magic = L::splat(6_755_399_441_055_744.0);
+    let c = L::splat;
+    let n = x * c(std::f64::consts::FRAC_2_PI) + magic - magic;
+    let y = n.fnma(c(1.570_796_326_734_125_6), x);
+    let y = n.fnma(c(6.077_100_506_303_966e-11), y);
+    let y = n.fnma(c(2.022_266_248_795_950_6e-21), y);
     let z = y * y;
-    let s = z.fma(1.589_690_995_211_55e-10, -2.505_076_025_340_686_3e-8);
-    let s = z.fma(s, 2.755_731_370_707_006_8e-6);
-    let s = z.fma(s, -1.984_126_982_985_795e-4);
-    let s = z.fma(s, 8.333_333_333_322_49e-3);
-    let s = z.fma(s, -1.666_666_666_666_663_2e-1);
+    let s = z.fma(c(1.589_690_995_211_55e-10), c(-2.505_076_025_340_686_3e-8));
+    let s = z.fma(s, c(2.755_731_370_707_006_8e-6));
+    let s = z.fma(s, c(-1.984_126_982_985_795e-4));
+    let s = z.fma(s, c(8.333_333_333_322_49e-3));
+    let s = z.fma(s, c(-1.666_666_666_666_663_2e-1));
     let s = (y * z).fma(s, y);
-    let c = z.fma(-1.135_964_755_778_819_5e-11, 2.087_572_321_298_175e-9);
-    let c = z.fma(c, -2.755_731_435_139_066_3e-7);
-    let c = z.fma(c, 2.480_158_728_947_673e-5);
-    let c = z.fma(c, -1.388_888_888_887_411e-3);
-    let c = z.fma(c, 4.166_666_666_666_66e-2);
-    let c = (z * z).fma(c, z.fnma(0.5, 1.0));
-    let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
-    let sign = |flip: u64, v: f64| f64::from_bits(v.to_bits() ^ (flip << 63));
-    (sign((quadrant >> 1) & 1, s), sign(((quadrant + 1) >> 1) & 1, c))
+    let k = z.fma(c(-1.135_964_755_778_819_5e-11), c(2.087_572_321_298_175e-9));
+    let k = z.fma(k, c(-2.755_731_435_139_066_3e-7));
+    let k = z.fma(k, c(2.480_158_728_947_673e-5));
+    let k = z.fma(k, c(-1.388_888_888_887_411e-3));
+    let k = z.fma(k, c(4.166_666_666_666_66e-2));
+    let k = (z * z).fma(k, z.fnma(c(0.5), c(1.0)));
+    // Quarter turns modulo four, in {−2 … 2}: sin = a s + b cos, cos = a cos − b s, where a is 1
+    // at 0 and −1 at ±2, b is ±1 at ±1, and the products are exact.
+    let r = (n * c(0.25) + magic - magic).fnma(c(4.0), n);
+    let w = r * r;
+    let odd = w.fnma(w, w * c(4.0)) * c(1.0 / 3.0);
+    let a = w.fnma(c(0.5), c(1.0)) * (c(1.0) - odd);
+    let b = r * odd;
+    (a.fma(s, b * k), a.fms(k, b * s))
 }
 
 #[cfg(test)]
@@ -153,12 +283,14 @@ mod tests {
     }
 
     #[test]
-    fn wide_lanes_match_to_a_few_units() {
+    fn wide_lanes_have_the_bits_of_one_number() {
         for i in 0..1000 {
             let x = f64::from(i) * 0.037 - 18.0;
-            let (s, c) = Lane::sin_cos(f64x4::splat(x));
-            let e = (s.to_array()[1] - x.sin()).abs().max((c.to_array()[2] - x.cos()).abs());
-            assert!(e < 1e-15, "{e:e}");
+            let (s, c) = Lane::sin_cos(f64x4::new([x, -x, 3.0 * x, x + 1e5 * f64::from(i / 900)]));
+            for (l, x) in [x, -x, 3.0 * x, x + 1e5 * f64::from(i / 900)].into_iter().enumerate() {
+                assert_eq!((s.to_array()[l], c.to_array()[l]), Lane::sin_cos(x), "{x}");
+            }
         }
+        assert!(Lane::sin_cos(f64x4::splat(f64::NAN)).0.to_array()[2].is_nan());
     }
 }

@@ -15,32 +15,48 @@
 //! error), looks anything up by name or depends on the order in which bodies were added.
 #![allow(non_snake_case)]
 
+mod articulated;
 mod batch;
+mod centroidal;
+mod columns;
+mod compliance;
 mod composite;
+mod dofs;
 mod error;
 mod forces;
 mod forward;
 mod inverse;
+mod inverse_mass;
+mod jacobian;
 mod kinematics;
 mod lane;
 mod linear;
+mod momentum;
 mod operators;
 mod query;
 mod tree;
 mod work;
 
 pub use batch::Batch;
-pub use composite::{
-    center_of_mass, com_acceleration, com_velocity, kinetic_energy, mass_matrix, momentum,
-    subtree_inertia,
-};
+pub use centroidal::{centroidal_bias, centroidal_matrix, com_jacobian};
+pub use compliance::Compliance;
+pub use composite::mass_matrix;
 pub use error::DynamicsError;
 pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
 pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
+pub use inverse_mass::{apply_inverse_mass, inverse_mass_matrix};
+pub use jacobian::{
+    node_jacobian, node_jacobian_at, node_jacobian_product, node_jacobian_rate,
+    node_jacobian_transpose_product,
+};
 pub use kinematics::{kinematics, poses};
 pub use lane::Lane;
 pub use linkwork_multibody as multibody;
 pub use linkwork_multibody::spatial;
+pub use momentum::{
+    center_of_mass, com_acceleration, com_velocity, kinetic_energy, momentum, potential_energy,
+    subtree_inertia,
+};
 pub use operators::{Operand, Operator, OperatorError, Operators, Scratch, Space};
 pub use tree::Tree;
 pub use wide::{f64x4, f64x8};

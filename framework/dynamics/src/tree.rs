@@ -4,9 +4,13 @@
 //! turned so that their axis is local z, and about z so that the link's inertia has no xy term.
 //! Slot 0 of the work arrays is the world.
 
+use crate::dofs::Dofs;
+use crate::error::DynamicsError;
+use crate::lane::Lane;
 use crate::linear::{M3, S3, V3};
 use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, SubhingeKind};
 use linkwork_spatial::{Mat3, Pose, Quat, RigidInertia, Vec3};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// How a link moves relative to its parent.
@@ -37,6 +41,8 @@ pub(crate) struct Link {
     pub coordinate: Coordinate,
     /// Slot of the parent; 0 is the world.
     pub parent: u32,
+    /// Slot of the link inboard that hangs on the world.
+    pub root: u32,
     pub q: u32,
     pub v: u32,
     /// One past the last degree of freedom outboard.
@@ -78,6 +84,13 @@ pub struct Tree {
     pub(crate) bodies: Vec<OnLink>,
     pub(crate) nodes: Vec<OnLink>,
     pub(crate) multi: usize,
+    pub(crate) dofs: Dofs,
+    /// Links that turn about their z, with their places in q; the last repeats to fill a block.
+    turns: Vec<(u32, u32)>,
+    turning: usize,
+    /// Links from the base to each node, one node after another.
+    pub(crate) paths: Vec<u32>,
+    node_paths: Vec<Range<usize>>,
     pub(crate) multibody: Arc<Multibody>,
     moving_mass: f64,
 }
@@ -115,6 +128,24 @@ impl Tree {
     #[must_use]
     pub fn total_mass(&self) -> f64 {
         self.moving_mass
+    }
+
+    /// Links that turn about their z, with their places in q, in whole blocks of a lane.
+    #[inline(always)]
+    pub(crate) fn turns<L: Lane>(&self) -> &[(u32, u32)] {
+        &self.turns[..self.turning.next_multiple_of(L::PACK)]
+    }
+
+    /// Where the links from the base to a node stand in `paths`.
+    pub(crate) fn node_path(&self, n: NodeId) -> Range<usize> {
+        self.node_paths[n.index()].clone()
+    }
+
+    /// What is said of a link with nothing to move.
+    #[cold]
+    pub(crate) fn singular(&self, k: usize) -> DynamicsError {
+        let body = self.multibody.bodies()[self.links[k].body as usize].name().to_owned();
+        DynamicsError::Singular { body, v: self.links[k].v as usize }
     }
 
     pub(crate) fn body(&self, b: BodyId) -> &OnLink {
@@ -233,6 +264,7 @@ impl Layout {
                 kind: d.kind,
                 coordinate: d.coordinate,
                 parent: d.parent as u32,
+                root: links.get(d.parent.wrapping_sub(1)).map_or(k as u32 + 1, |p: &Link| p.root),
                 q: d.q as u32,
                 v: d.v as u32,
                 v_end: v_end[k] as u32,
@@ -266,10 +298,34 @@ impl Layout {
             let (slot, X_LB) = &self.bodies[n.body().index()];
             on_link(*slot, &(*X_LB * n.pose()))
         });
+        let mut turns: Vec<_> = (links.iter().enumerate())
+            .filter(|(_, l)| matches!(l.kind, Kind::Pin | Kind::Screw))
+            .map(|(k, l)| (k as u32, l.q))
+            .collect();
+        let turning = turns.len();
+        let fill = turns.last().copied().unwrap_or_default();
+        turns.resize(turning.next_multiple_of(<f64 as Lane>::PACK), fill);
+        let nodes: Vec<OnLink> = nodes.collect();
+        let (mut paths, mut node_paths) = (Vec::new(), Vec::new());
+        for n in &nodes {
+            let start = paths.len();
+            let mut slot = n.slot;
+            while slot != 0 {
+                paths.push(slot - 1);
+                slot = links[slot as usize - 1].parent;
+            }
+            paths[start..].reverse();
+            node_paths.push(start..paths.len());
+        }
         Tree {
             moving_mass: links.iter().map(|l: &Link| l.m).sum(),
             multi: multi as usize,
-            nodes: nodes.collect(),
+            dofs: Dofs::new(&links, mbs.nv()),
+            turns,
+            turning,
+            nodes,
+            paths,
+            node_paths,
             bodies: self.bodies.iter().map(|(slot, X)| on_link(*slot, X)).collect(),
             links,
             multibody: Arc::new(mbs.clone()),

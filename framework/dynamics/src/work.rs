@@ -1,5 +1,7 @@
 //! What the sweeps write: one struct a link and sweep, allocated once.
 
+use crate::articulated::Spatial;
+use crate::columns::Columns;
 use crate::lane::Lane;
 use crate::linear::{M3, S3, V3, V6};
 use crate::query::v3;
@@ -51,7 +53,7 @@ pub(crate) struct Multi<L> {
     pub P: Art<L>,
 }
 
-/// Composite rigid inertia about the link's origin, world axes.
+/// Composite rigid inertia about the root's origin, world axes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Composite<L> {
     pub m: L,
@@ -59,18 +61,12 @@ pub(crate) struct Composite<L> {
     pub J: S3<L>,
 }
 
-/// Forces of the unit accelerations of all coordinates, each about the origin of the link that
-/// the gather has reached: six arrays of nv.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Columns<L> {
-    pub n: [Vec<L>; 3],
-    pub f: [Vec<L>; 3],
-}
-
 /// All work arrays; index 0 is the world.
 #[derive(Clone, Debug)]
-pub(crate) struct Work<L> {
+pub(crate) struct Work<L: Lane> {
     pub kin: Vec<Kin<L>>,
+    /// Sine and cosine of the angle of each link that turns about its z.
+    pub turns: Vec<(L, L)>,
     pub art: Vec<Art<L>>,
     pub one: Vec<One<L>>,
     pub multi: Vec<Multi<L>>,
@@ -78,8 +74,23 @@ pub(crate) struct Work<L> {
     pub acc: Vec<V6<L>>,
     pub f_ext: Vec<V6<L>>,
     pub force: Vec<V6<L>>,
-    pub composite: Vec<Composite<L>>,
-    pub columns: Columns<L>,
+    /// By block of dofs.
+    pub composite: Vec<Composite<L::Block>>,
+    /// Root's origin to the link's, world axes.
+    pub r: Vec<V3<L>>,
+    /// H* about the roots' origins.
+    pub S: Columns<L>,
+    /// C H* about the roots' origins.
+    pub F: Columns<L>,
+    /// Articulated inertia that outboard links pass to each link, about its own origin.
+    pub inertia: Vec<Spatial<L>>,
+    /// P H* D⁻¹ about the roots' origins; zero at prescribed dofs.
+    pub G: Columns<L>,
+    pub D_inv: Vec<L>,
+    /// Forces or accelerations by dof in a sweep; 0 is the base.
+    pub sweep: Vec<V6<L>>,
+    /// Accelerations that go outward, in blocks of columns, one row a level of the tree.
+    pub outward: Vec<V6<L::Block>>,
     /// Uniform gravity, world axes.
     pub gravity: V3<L>,
 }
@@ -91,17 +102,22 @@ impl<L: Lane> Work<L> {
         kin.iter_mut().for_each(|k| k.R = M3::identity());
         Self {
             kin,
+            turns: vec![(L::default(), L::default()); n],
             art: vec![Art::default(); n],
             one: vec![One::default(); n],
             multi: vec![Multi::default(); tree.multi],
             acc: vec![V6::default(); n],
             f_ext: vec![V6::default(); n],
             force: vec![V6::default(); n],
-            composite: vec![Composite::default(); n],
-            columns: Columns {
-                n: std::array::from_fn(|_| vec![L::default(); tree.nv()]),
-                f: std::array::from_fn(|_| vec![L::default(); tree.nv()]),
-            },
+            composite: vec![Composite::default(); tree.nv().div_ceil(L::PACK)],
+            r: vec![V3::default(); n],
+            S: Columns::new(tree.nv()),
+            F: Columns::new(tree.nv()),
+            inertia: vec![Spatial::default(); n],
+            G: Columns::new(tree.nv()),
+            D_inv: vec![L::default(); tree.nv()],
+            sweep: vec![V6::default(); tree.nv() + 1],
+            outward: vec![V6::default(); tree.nv().div_ceil(L::PACK) * tree.dofs.levels()],
             gravity: V3::default(),
         }
     }

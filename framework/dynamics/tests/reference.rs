@@ -3,13 +3,15 @@
 
 mod support;
 
-use linkwork_dynamics::spatial::{Force, Motion, Vec3};
+use linkwork_dynamics::spatial::{Force, Mat3, Motion, Vec3};
 use linkwork_dynamics::*;
 use serde_json::Value;
 use support::{Robot, close, nums, robot};
 
 /// Relative to the largest entry. Measured 9e-15 at worst.
 const TOL: f64 = 1e-13;
+/// Inverses: measured 2e-13, with condition numbers of some thousands.
+const TOL_INVERSE: f64 = 1e-11;
 
 fn check(name: &str) {
     let Some(r) = robot(name) else { return };
@@ -61,6 +63,8 @@ fn state(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
     let U = -tree.total_mass() * g.dot(&center_of_mass(tree, ws));
     close(&[U], &[s["potential"].as_f64().unwrap()], TOL, &at("potential"));
 
+    matrices(r, ws, s, place);
+
     // Frames and the centre of mass: accelerations for a_in.
     inverse_dynamics_given_kinematics(tree, ws, &a, &mut out);
     close(com_acceleration(tree, ws).as_slice(), &nums(&s["acom"]), TOL, &at("com acceleration"));
@@ -81,6 +85,69 @@ fn state(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
     let step: Vec<f64> = v.iter().map(|x| x * 0.01).collect();
     tree.multibody().integrate(&q, &step, &mut moved);
     close(&moved, &r.q(&s["q_integrated_v_0p01"]), TOL, &at("integrated q"));
+}
+
+/// M⁻¹, Jacobians, momentum rate, compliance of the contact frames.
+fn matrices(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
+    let (tree, nv) = (&r.tree, r.tree.nv());
+    let at = |what: &str| format!("{place}, {what}");
+    let mut X = vec![0.0; nv * nv];
+    inverse_mass_matrix(tree, ws, &mut X).expect("regular");
+    if let Some(want) = s.get("Minv_upper_rowmajor") {
+        close(&X, &r.matrix(want), TOL_INVERSE, &at("inverse mass matrix"));
+    }
+    let frames = r.json["contact_frames"].as_array().unwrap();
+    let node = |f: &Value| tree.multibody().node(f["name"].as_str().unwrap()).expect("node");
+    let mut J = vec![0.0; 6 * nv];
+    node_jacobian(tree, ws, node(&frames[0]), &mut J);
+    // Theirs: linear rows first.
+    let swapped = [&J[3 * nv..], &J[..3 * nv]].concat();
+    close(&swapped, &r.columns(&s["J_lwa_frame0"]), TOL, &at("Jacobian"));
+    let R = ws.node_pose(tree, node(&frames[0])).rotation.inverse();
+    let mut local = vec![0.0; 6 * nv];
+    for i in 0..nv {
+        for block in 0..2 {
+            let x = R * Vec3::new(
+                swapped[3 * block * nv + i],
+                swapped[(3 * block + 1) * nv + i],
+                swapped[(3 * block + 2) * nv + i],
+            );
+            x.iter().enumerate().for_each(|(k, x)| local[(3 * block + k) * nv + i] = *x);
+        }
+    }
+    close(&local, &r.columns(&s["J_local_frame0"]), TOL, &at("Jacobian in the frame's axes"));
+    com_jacobian(tree, ws, &mut J[..3 * nv]);
+    close(&J[..3 * nv], &r.columns(&s["Jcom"]), TOL, &at("Jacobian of the com"));
+    centroidal_matrix(tree, ws, &mut J);
+    let (a, b) = (r.v(&s["a_in"]), centroidal_bias(tree, ws));
+    let row = |i: usize| J[i * nv..(i + 1) * nv].iter().zip(&a).map(|(x, a)| x * a).sum::<f64>();
+    let force = Vec3::new(row(3), row(4), row(5)) + b.force;
+    let moment = Vec3::new(row(0), row(1), row(2)) + b.moment;
+    close(&pair(&force, &moment), &nums(&s["dhg"]), TOL, &at("momentum rate"));
+
+    // Compliance in the frames' axes, [linear; angular] or linear only, as the file has it.
+    let nodes: Vec<_> = frames.iter().map(node).collect();
+    let mut compliance = Compliance::new(tree, &nodes);
+    let size = compliance.size();
+    let mut out = vec![0.0; size * size];
+    compliance.compute(tree, ws, &mut out).expect("regular");
+    let dim = r.json["contact_dim"].as_u64().unwrap() as usize;
+    let n = dim * nodes.len();
+    let rotate = |k: usize| ws.node_rotation(tree, nodes[k]);
+    let block = |x: usize, bx: usize, y: usize, by: usize| {
+        // Ours has the angular part first.
+        let (i, j) = (6 * x + 3 * (1 - bx), 6 * y + 3 * (1 - by));
+        let B = Mat3::from_fn(|a, b| out[(i + a) * size + j + b]);
+        rotate(x).transpose() * B * rotate(y)
+    };
+    let mut found = Vec::new();
+    for i in 0..n {
+        for j in i..n {
+            let (x, a, y, b) = (i / dim, i % dim, j / dim, j % dim);
+            found.push(block(x, a / 3, y, b / 3)[(a % 3, b % 3)]);
+        }
+    }
+    close(&found, &nums(&s["delassus_upper_rowmajor"]), TOL_INVERSE, &at("compliance"));
 }
 
 fn pair(linear: &Vec3, angular: &Vec3) -> Vec<f64> {

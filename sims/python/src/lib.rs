@@ -6,6 +6,7 @@
 //! | `error` | `LinkworkError` |
 //! | `core` | what a mechanism and its states share |
 //! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
+//! | `algorithms` | more algorithms of `Mechanism` |
 //! | `batch` | one state or many; threads and lanes |
 //! | `operators` | `Operators`, `Operator`: expressions |
 //! | `simulate` | a small time integration of one mechanism |
@@ -15,6 +16,7 @@
 // Python passes references to what it owns.
 #![allow(clippy::needless_pass_by_value)]
 
+mod algorithms;
 mod array;
 mod batch;
 mod builder;

@@ -169,8 +169,7 @@ impl State {
     /// Potential energy in uniform gravity, J: −Σ m g·c, zero with all masses at the world's
     /// origin.
     fn potential_energy(&self) -> f64 {
-        let com = self.with(|tree, ws| dynamics::center_of_mass(tree, ws));
-        -self.core.tree.total_mass() * self.gravity.dot(&com)
+        self.with(|tree, ws| dynamics::potential_energy(tree, ws))
     }
 
     /// Adds a wrench (6,) on a frame until `clear_wrenches`: moment about its origin (N m), force

@@ -95,6 +95,53 @@ def test_velocities_accelerations_and_momentum_are_derivatives(seed):
     assert off(parts / m.total_mass, state.center_of_mass()) < 1e-13
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_jacobians_are_derivatives_and_batches_are_rows(seed):
+    m = random_mechanism(seed, floating=seed % 2 == 0)
+    q, v = m.random_q(seed), m.random_v(seed)
+    h = 1e-6
+    after, before = m.integrate(q, h * v), m.integrate(q, -h * v)
+    state = m.state(q, v)
+    for frame in ("n2", "b6"):
+        J = m.node_jacobian(q, frame)
+        assert off(J @ v, state.velocity(frame)) < 1e-13
+        rate = m.node_jacobian_rate(q, v, frame)
+        assert off(rate @ v, state.bias_acceleration(frame)) < 1e-12
+        slope = (m.node_jacobian(after, frame) - m.node_jacobian(before, frame)) / (2 * h)
+        assert off(rate, slope) < 1e-7
+        f = np.array([1.0, -2.0, 0.5, 3.0, 0.2, -0.7])
+        assert off(m.node_jacobian_transpose_product(q, frame, f), J.T @ f) < 1e-13
+        # A wrench is what its transposed Jacobian says.
+        with_wrench = m.inverse_dynamics(q, v, 0 * v, wrenches={frame: f})
+        assert off(with_wrench, m.bias_forces(q, v) - J.T @ f) < 1e-11
+    assert off(m.com_jacobian(q) @ v, state.com_velocity()) < 1e-13
+    assert off(m.centroidal_matrix(q) @ v, state.momentum()) < 1e-12
+    slope = (m.centroidal_matrix(after) - m.centroidal_matrix(before)) @ v / (2 * h)
+    assert off(m.centroidal_bias(q, v), slope) < 1e-6
+    M, inverse = m.mass_matrix(q), m.inverse_mass_matrix(q)
+    assert off(M @ inverse, np.eye(m.nv)) < 1e-9
+    assert off(m.apply_inverse_mass(q, v), inverse @ v) < 1e-11
+    J = np.vstack([m.node_jacobian(q, f) for f in ("n2", "b6", "n0")])
+    assert off(m.compliance(q, ["n2", "b6", "n0"]), J @ inverse @ J.T) < 1e-10
+    Q, V = np.array([m.random_q(k) for k in range(5)]), np.array([m.random_v(k) for k in range(5)])
+    calls = [
+        lambda q, v, **o: m.node_jacobian(q, "n3", **o),
+        lambda q, v, **o: m.node_jacobian_rate(q, v, "n3", **o),
+        lambda q, v, **o: m.node_jacobian_transpose_product(q, "n3", np.arange(6.0), **o),
+        lambda q, v, **o: m.centroidal_matrix(q, **o),
+        lambda q, v, **o: m.centroidal_bias(q, v, **o),
+        lambda q, v, **o: m.com_jacobian(q, **o),
+        lambda q, v, **o: m.compliance(q, ["n3", "n5"], **o),
+        lambda q, v, **o: m.inverse_mass_matrix(q, **o),
+        lambda q, v, **o: m.apply_inverse_mass(q, v, **o),
+        lambda q, v, **o: m.kinetic_energy(q, v, **o),
+        lambda q, v, **o: m.potential_energy(q, **o),
+    ]
+    for k, f in enumerate(calls):
+        rows = np.array([f(a, b) for a, b in zip(Q, V, strict=True)])
+        assert np.array_equal(f(Q, V), rows) and np.array_equal(f(Q, V, threads=3), rows), k
+
+
 def masses(m):
     rest = m.state(m.neutral_q())
     mass = {b: rest.subtree_inertia(b)[5, 5] for b in m.bodies}

@@ -158,6 +158,40 @@ def test_whole_body_quantities(case):
         assert off(state.potential_energy(), s["potential"]) < TOL
 
 
+def test_jacobians_compliance_and_inverse(case):
+    m = case.m
+    for k, s in enumerate(case.states):
+        q, v, turn = case.q(s["q"]), case.v(s["v"]), [3, 4, 5, 0, 1, 2]
+        assert off(m.node_jacobian(q, case.frames[0]), case.columns(s["J_lwa_frame0"])) < TOL
+        assert off(m.com_jacobian(q), case.columns(s["Jcom"])) < TOL
+        assert off(m.centroidal_matrix(q) @ v, np.array(s["hg"])[turn]) < TOL
+        rate = m.centroidal_matrix(q) @ case.v(s["a_in"]) + m.centroidal_bias(q, v)
+        assert off(rate, np.array(s["dhg"])[turn]) < TOL
+        assert off(m.kinetic_energy(q, v), s["kinetic"]) < TOL
+        assert off(m.potential_energy(q), s["potential"]) < TOL
+        if k < 3:
+            want = case.matrix(s["Minv_upper_rowmajor"])
+            assert off(m.inverse_mass_matrix(q), want) < TOL
+            assert off(m.apply_inverse_mass(q, v), want @ v) < TOL
+        # Their compliance is in the frames' own axes, [linear; angular].
+        state, blocks = m.state(q), []
+        n = len(case.frames)
+        T = np.zeros((6 * n, 6 * n))
+        for j, f in enumerate(case.frames):
+            R = state.pose(f)[:3, :3].T
+            T[6 * j : 6 * j + 3, 6 * j + 3 : 6 * j + 6] = R
+            T[6 * j + 3 : 6 * j + 6, 6 * j : 6 * j + 3] = R
+            blocks.append(m.node_jacobian(q, f))
+        want = np.zeros((6 * n, 6 * n))
+        if len(s["delassus_upper_rowmajor"]) == 6 * n * (6 * n + 1) // 2:
+            want[np.triu_indices(6 * n)] = s["delassus_upper_rowmajor"]
+            want = want + np.triu(want, 1).T
+            found = m.compliance(q, case.frames)
+            assert off(T @ found @ T.T, want) < 1e-9
+        J = np.vstack(blocks)
+        assert off(m.compliance(q, case.frames), J @ m.inverse_mass_matrix(q) @ J.T) < 1e-9
+
+
 def test_operators(case):
     """The seed's expressions against Pinocchio's matrices."""
     for s in case.states[:3]:

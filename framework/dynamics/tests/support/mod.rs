@@ -252,6 +252,20 @@ impl Robot {
     pub fn v(&self, v: &Value) -> Vec<f64> {
         scatter(&nums(v), &self.v_map)
     }
+    /// A matrix given by rows, one column for each of the reference's v; row after row.
+    pub fn columns(&self, v: &Value) -> Vec<f64> {
+        v.as_array().expect("rows").iter().flat_map(|row| self.v(row)).collect()
+    }
+    /// A matrix of partial derivatives: rows and columns by the reference's v.
+    pub fn square(&self, v: &Value) -> Vec<f64> {
+        let rows: Vec<Vec<f64>> =
+            v.as_array().expect("rows").iter().map(|row| self.v(row)).collect();
+        let mut out = vec![Vec::new(); rows.len()];
+        for (row, i) in rows.into_iter().zip(&self.v_map) {
+            out[*i] = row;
+        }
+        out.concat()
+    }
     /// A symmetric matrix given by its upper triangle, row after row.
     pub fn matrix(&self, v: &Value) -> Vec<f64> {
         let (n, x) = (self.v_map.len(), nums(v));

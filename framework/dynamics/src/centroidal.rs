@@ -1,0 +1,73 @@
+//! Momentum as a function of rates: the centroidal matrix, its bias, the Jacobian of the centre of
+//! mass.
+//!
+//! ```text
+//! A_i = φ(c, root) C(i) S_i       h = A β: momentum about the centre of mass c
+//! ```
+
+use crate::composite::{composites, world_inertia};
+use crate::kinematics::check;
+use crate::linear::{V3, V6};
+use crate::momentum::center_from_root;
+use crate::query::vec3;
+use crate::tree::Tree;
+use crate::work::Workspace;
+use linkwork_spatial::Force;
+
+/// The centroidal momentum matrix (6 × nv, row after row): rates to momentum about the centre of
+/// mass of all moving bodies, angular (kg m²/s), then linear (kg m/s), world axes. Rotor spin
+/// (armature) is not part of it. After [`kinematics`](crate::kinematics()) or
+/// [`poses`](crate::poses).
+pub fn centroidal_matrix(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
+    let nv = tree.nv();
+    check(out.len(), 6 * nv, "centroidal matrix");
+    composites(tree, &mut ws.work);
+    let c = center_from_root(tree, ws);
+    for (k, link) in tree.links.iter().enumerate() {
+        let l = root_offset(tree, ws, k) - c;
+        for i in link.v as usize..link.v as usize + link.kind.nv() {
+            let A = ws.work.F.get(i).to_parent(l);
+            let rows = out.chunks_exact_mut(nv);
+            for (row, x) in rows.zip([A.n.x, A.n.y, A.n.z, A.f.x, A.f.y, A.f.z]) {
+                row[i] = x;
+            }
+        }
+    }
+}
+
+/// The Jacobian of the centre of mass (3 × nv, row after row): rates to its velocity, world axes.
+/// After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). Zero without mass.
+pub fn com_jacobian(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
+    let nv = tree.nv();
+    check(out.len(), 3 * nv, "Jacobian of the centre of mass");
+    composites(tree, &mut ws.work);
+    let m = tree.total_mass();
+    let s = if m > 0.0 { 1.0 / m } else { 0.0 };
+    for i in 0..nv {
+        let f = ws.work.F.get(i).f;
+        (out[i], out[nv + i], out[2 * nv + i]) = (s * f.x, s * f.y, s * f.z);
+    }
+}
+
+/// Ȧ β: the rate of change of momentum about the centre of mass with every β̇ = 0, as the external
+/// wrench that it would take: moment (N m) and force (N), world axes. After
+/// [`kinematics`](crate::kinematics()).
+#[must_use]
+pub fn centroidal_bias(tree: &Tree, ws: &Workspace) -> Force {
+    let mut total: V6<f64> = V6::default();
+    let c = center_from_root(tree, ws);
+    let Some(first) = ws.work.kin.get(1) else { return Force::zero() };
+    for (link, kin) in tree.links.iter().zip(&ws.work.kin[1..]) {
+        let (J, h) = world_inertia(link, kin);
+        let (w, A) = (kin.V.n, kin.A);
+        let n = w.cross_add(J.mul(w), h.cross_add(A.f, J.mul(A.n)));
+        let f = w.cross_add(w.cross(h), A.n.cross_add(h, A.f.scale(link.m)));
+        total = total + V6 { n, f }.to_parent(kin.p - first.p - c);
+    }
+    Force::new(vec3(&total.n), vec3(&total.f))
+}
+
+/// First root's origin to that of the root that carries link `k`.
+fn root_offset(tree: &Tree, ws: &Workspace, k: usize) -> V3<f64> {
+    ws.work.kin[tree.links[k].root as usize].p - ws.work.kin[1].p
+}

@@ -1,0 +1,116 @@
+//! Spatial columns of a matrix side by side, and the products of rows with them.
+//!
+//! A [`Columns`] holds one spatial vector for each degree of freedom, all about one point (the
+//! origin of the root link) and in world axes, so that none has to be shifted when a row meets it.
+//! They are stored by component in blocks of [`Lane::PACK`]: one product of a row with a block is six
+//! multiply-adds, whatever the block holds.
+
+use crate::lane::Lane;
+use crate::linear::{V3, V6};
+use std::ops::Range;
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Columns<L: Lane> {
+    pub blocks: Vec<V6<L::Block>>,
+}
+
+/// Blocks that hold the columns of a range, whole blocks at both ends.
+#[inline(always)]
+pub(crate) fn blocks<L: Lane>(columns: &Range<usize>) -> Range<usize> {
+    columns.start / L::PACK..columns.end.div_ceil(L::PACK)
+}
+
+impl<L: Lane> Columns<L> {
+    pub fn new(n: usize) -> Self {
+        Self { blocks: vec![V6::default(); n.div_ceil(L::PACK)] }
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, j: usize, x: V6<L>) {
+        let (b, i) = (&mut self.blocks[j / L::PACK], j % L::PACK);
+        for (to, x) in [
+            (&mut b.n.x, x.n.x),
+            (&mut b.n.y, x.n.y),
+            (&mut b.n.z, x.n.z),
+            (&mut b.f.x, x.f.x),
+            (&mut b.f.y, x.f.y),
+            (&mut b.f.z, x.f.z),
+        ] {
+            L::set(to, i, x);
+        }
+    }
+
+    #[inline(always)]
+    pub fn get(&self, j: usize) -> V6<L> {
+        let (b, i) = (&self.blocks[j / L::PACK], j % L::PACK);
+        let v = |v: &V3<L::Block>| V3::new(L::get(&v.x, i), L::get(&v.y, i), L::get(&v.z, i));
+        V6 { n: v(&b.n), f: v(&b.f) }
+    }
+
+    pub fn clear(&mut self) {
+        self.blocks.fill(V6::default());
+    }
+}
+
+impl<L: Lane> V3<L> {
+    /// The same vector beside each number of a block.
+    #[inline(always)]
+    pub fn block(&self) -> V3<L::Block> {
+        V3::new(self.x.block(), self.y.block(), self.z.block())
+    }
+}
+
+impl<L: Lane> V6<L> {
+    /// The same pair beside each number of a block.
+    #[inline(always)]
+    pub fn block(&self) -> V6<L::Block> {
+        V6 { n: self.n.block(), f: self.f.block() }
+    }
+
+    /// n · n' + f · f'.
+    #[inline(always)]
+    pub fn dot(&self, b: &Self) -> L {
+        let linear = self.f.x.fma(b.f.x, self.f.y.fma(b.f.y, self.f.z * b.f.z));
+        self.n.x.fma(b.n.x, self.n.y.fma(b.n.y, self.n.z.fma(b.n.z, linear)))
+    }
+
+    /// `self * s`.
+    #[inline(always)]
+    pub fn scaled(self, s: L) -> Self {
+        Self { n: self.n.scale(s), f: self.f.scale(s) }
+    }
+
+    /// `self * s + b`.
+    #[inline(always)]
+    pub fn scale_add(self, s: L, b: Self) -> Self {
+        Self { n: self.n.scale_add(s, b.n), f: self.f.scale_add(s, b.f) }
+    }
+}
+
+/// Writes a block into a dense row at block `b`; places beyond the row's end are dropped.
+#[inline(always)]
+pub(crate) fn store<L: Lane>(row: &mut [L], b: usize, x: L::Block) {
+    let at = b * L::PACK;
+    if at + L::PACK <= row.len() {
+        L::store(x, &mut row[at..]);
+    } else {
+        for (i, to) in row[at..].iter_mut().enumerate() {
+            *to = L::get(&x, i);
+        }
+    }
+}
+
+/// A block of a dense row; places beyond the row's end are zero.
+#[inline(always)]
+pub(crate) fn load<L: Lane>(row: &[L], b: usize) -> L::Block {
+    let at = b * L::PACK;
+    if at + L::PACK <= row.len() {
+        L::load(&row[at..])
+    } else {
+        let mut x = L::Block::default();
+        for (i, from) in row[at..].iter().enumerate() {
+            L::set(&mut x, i, *from);
+        }
+        x
+    }
+}

@@ -1,0 +1,219 @@
+//! A mechanism column by column: each degree of freedom as if it were a link of its own.
+//!
+//! Matrices have a column for each degree of freedom, and what is not recursive can be computed
+//! for a block of columns at once. So the constants lie by component here, and a link of several
+//! dof is a chain of dofs at one place, whose last carries the inertia. With a the axis of a dof in
+//! its link's axes (angular, linear), about a point from which the link's origin lies at r:
+//! ```text
+//! S = [σ; r × σ + R a_v],  σ = R a_ω            a column of H*
+//! ```
+
+use crate::columns::Columns;
+use crate::lane::Lane;
+use crate::linear::{M3, S3, V3, V6};
+use crate::tree::{Kind, Link};
+use crate::work::Kin;
+use linkwork_multibody::Coordinate;
+
+/// Blocks are never wider than this.
+const WIDEST: usize = 4;
+
+/// One constant of [`WIDEST`] dofs.
+type Wide = [f64; WIDEST];
+
+/// The constants of [`WIDEST`] dofs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Block {
+    needs: Needs,
+    angular: [Wide; 3],
+    linear: [Wide; 3],
+    m: Wide,
+    h: [Wide; 3],
+    /// xx, xy, xz, yy, yz, zz.
+    J: [Wide; 6],
+}
+
+/// What a block of columns needs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Needs {
+    /// Some dof is not a pin.
+    pub other_axes: bool,
+    /// Some dof carries mass.
+    pub inertia: bool,
+    /// Some inertia has an xy term.
+    pub xy: bool,
+}
+
+/// Constants by dof, padded to whole blocks.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Dofs {
+    /// Slot of the link.
+    pub link: Vec<u32>,
+    /// One more than the dof inboard; 0 at the base.
+    pub parent: Vec<u32>,
+    /// One past the last dof outboard.
+    pub end: Vec<u32>,
+    pub armature: Vec<f64>,
+    /// Its acceleration is given.
+    pub prescribed: Vec<bool>,
+    /// It shares the memory of what its parent passes outward: no sibling comes after it.
+    pub last_child: Vec<bool>,
+    /// Which memory that is: 0 at the base.
+    pub level: Vec<u32>,
+    /// Of the last block outboard of each dof: one for columns outboard, zero beyond.
+    keep: Vec<Wide>,
+    blocks: Vec<Block>,
+}
+
+impl Dofs {
+    pub fn new(links: &[Link], nv: usize) -> Self {
+        let padded = nv.next_multiple_of(WIDEST);
+        let mut d = Self {
+            link: vec![0; padded],
+            parent: vec![0; padded],
+            end: vec![0; padded],
+            armature: vec![0.0; padded],
+            prescribed: vec![false; padded],
+            last_child: vec![true; padded],
+            level: vec![0; padded],
+            keep: vec![[1.0; WIDEST]; padded],
+            blocks: vec![Block::default(); padded / WIDEST],
+        };
+        // Last dof of each slot, plus one.
+        let mut last = vec![0; links.len() + 1];
+        for (k, link) in links.iter().enumerate() {
+            let (v, n) = (link.v as usize, link.kind.nv());
+            for j in 0..n {
+                let i = v + j;
+                d.link[i] = k as u32 + 1;
+                d.parent[i] = if j > 0 { i as u32 } else { last[link.parent as usize] };
+                d.end[i] = link.v_end;
+                d.armature[i] = link.armature;
+                d.prescribed[i] = link.coordinate == Coordinate::Prescribed;
+                d.last_child[i] = j > 0 || link.gathers_first;
+                if d.parent[i] > 0 {
+                    let parent = d.level[d.parent[i] as usize - 1];
+                    d.level[i] = parent + u32::from(!d.last_child[i]);
+                }
+                let end = link.v_end as usize;
+                for (lane, keep) in d.keep[i].iter_mut().enumerate() {
+                    *keep = f64::from((end - 1) / WIDEST * WIDEST + lane < end);
+                }
+                let (b, lane) = (&mut d.blocks[i / WIDEST], i % WIDEST);
+                b.needs.other_axes |= link.kind != Kind::Pin;
+                match link.kind {
+                    Kind::Pin => b.angular[2][lane] = 1.0,
+                    Kind::Slider => b.linear[2][lane] = 1.0,
+                    Kind::Screw => (b.angular[2][lane], b.linear[2][lane]) = (1.0, link.pitch),
+                    Kind::Ball | Kind::Free if j < 3 => b.angular[j][lane] = 1.0,
+                    Kind::Ball | Kind::Free => b.linear[j - 3][lane] = 1.0,
+                }
+            }
+            let i = v + n - 1;
+            let (b, lane, J) = (&mut d.blocks[i / WIDEST], i % WIDEST, &link.J);
+            b.needs.inertia = true;
+            b.needs.xy |= J.xy != 0.0;
+            b.m[lane] = link.m;
+            let h = [link.h.x, link.h.y, link.h.z];
+            b.h.iter_mut().zip(h).for_each(|(to, x)| to[lane] = x);
+            let J = [J.xx, J.xy, J.xz, J.yy, J.yz, J.zz];
+            b.J.iter_mut().zip(J).for_each(|(to, x)| to[lane] = x);
+            last[k + 1] = (i + 1) as u32;
+        }
+        // Padding stands on the last link, massless and without an axis.
+        let fill = d.link.get(nv.wrapping_sub(1)).copied().unwrap_or(0);
+        d.link[nv..].fill(fill);
+        d
+    }
+
+    /// Memories needed for what is passed outward, one for each level.
+    pub fn levels(&self) -> usize {
+        self.level.iter().max().map_or(0, |l| *l as usize + 1)
+    }
+
+    /// Ones and zeros that keep what is outboard of dof `i` in the last block of its row.
+    #[inline(always)]
+    pub fn keep<L: Lane>(&self, i: usize) -> L::Block {
+        if L::PACK == 1 { L::splat(1.0).block() } else { L::constants(&self.keep[i], 0) }
+    }
+
+    /// The constants of the columns from `at` on.
+    #[inline(always)]
+    pub fn block(&self, at: usize) -> &Block {
+        &self.blocks[at / WIDEST]
+    }
+
+    /// One vector of the links of a block of dofs.
+    #[inline(always)]
+    pub fn of_links<L: Lane, T>(
+        &self,
+        all: &[T],
+        at: usize,
+        part: impl Fn(&T) -> &V3<L>,
+    ) -> V3<L::Block> {
+        let link = &self.link[at..at + L::PACK];
+        let x = |i: usize| part(&all[link[i] as usize]);
+        V3::new(L::collect(|i| x(i).x), L::collect(|i| x(i).y), L::collect(|i| x(i).z))
+    }
+
+    /// Rotations of the links of a block of dofs.
+    #[inline(always)]
+    pub fn rotations<L: Lane>(&self, kin: &[Kin<L>], at: usize) -> M3<L::Block> {
+        M3 {
+            x: self.of_links(kin, at, |k| &k.R.x),
+            y: self.of_links(kin, at, |k| &k.R.y),
+            z: self.of_links(kin, at, |k| &k.R.z),
+        }
+    }
+
+    /// H* about the roots' origins, all columns; `r` from there to the links' origins.
+    pub fn all_axes<L: Lane>(&self, kin: &[Kin<L>], r: &[V3<L>], S: &mut Columns<L>) {
+        for (b, S) in S.blocks.iter_mut().enumerate() {
+            let at = b * L::PACK;
+            let (block, r) = (self.block(at), self.of_links(r, at, |r| r));
+            *S = if block.needs.other_axes {
+                block.axes::<L>(at, &self.rotations(kin, at), r)
+            } else {
+                let z = self.of_links(kin, at, |k| &k.R.z);
+                V6 { n: z, f: r.cross(z) }
+            };
+        }
+    }
+}
+
+#[inline(always)]
+fn three<L: Lane>(x: &[Wide; 3], at: usize) -> V3<L::Block> {
+    V3::new(L::constants(&x[0], at), L::constants(&x[1], at), L::constants(&x[2], at))
+}
+
+impl Block {
+    /// Mass, first moment and inertia of the links about their origins, world axes; `None` if no
+    /// dof here carries mass. `at` is the first dof.
+    #[inline(always)]
+    pub fn inertia<L: Lane>(
+        &self,
+        at: usize,
+        R: &M3<L::Block>,
+    ) -> Option<(L::Block, V3<L::Block>, S3<L::Block>)> {
+        if !self.needs.inertia {
+            return None;
+        }
+        let J = |c: usize| L::constants(&self.J[c], at);
+        let local = S3 { xx: J(0), xy: J(1), xz: J(2), yy: J(3), yz: J(4), zz: J(5) };
+        let mut world = local.rotate_xy_free(R);
+        if self.needs.xy {
+            world = world.add_sym_outer(R.x.scale(local.xy), R.y);
+        }
+        Some((L::constants(&self.m, at), R.mul(three::<L>(&self.h, at)), world))
+    }
+
+    /// A block of columns of H*, from the links' rotations and places `r`.
+    #[inline(always)]
+    pub fn axes<L: Lane>(&self, at: usize, R: &M3<L::Block>, r: V3<L::Block>) -> V6<L::Block> {
+        if !self.needs.other_axes {
+            return V6 { n: R.z, f: r.cross(R.z) };
+        }
+        let n = R.mul(three::<L>(&self.angular, at));
+        V6 { n, f: r.cross_add(n, R.mul(three::<L>(&self.linear, at))) }
+    }
+}

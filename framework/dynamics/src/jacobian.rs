@@ -1,0 +1,126 @@
+//! Node Jacobians: the matrix, its rate, its products with rates and wrenches.
+//!
+//! For each degree of freedom i on the path from the base to the node, d the vector from its link's
+//! origin to the node's, c its axis in world axes:
+//! ```text
+//! turning   J_i = [c; c × d]    J̇_i = [ω × c; (ω × c) × d + c × ḋ]     ω of the link, ḋ = v_N − v
+//! sliding   J_i = [0; c]        J̇_i = [0; ω × c]
+//! screw     both, the second times the pitch
+//! ```
+//! Everything relative to the root's origin, so that distance from the world's never enters.
+
+use crate::kinematics::{check, link_pose};
+use crate::linear::{V3, V6};
+use crate::query::{v3, vec3};
+use crate::tree::{Kind, OnLink, Tree};
+use crate::work::{Work, Workspace};
+use linkwork_multibody::NodeId;
+use linkwork_spatial::{Force, Motion};
+
+/// The Jacobian of a node (6 × nv, row after row): rates to its velocity [ω; v] at its origin in
+/// world axes. After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). O(nv).
+pub fn node_jacobian(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [f64]) {
+    let nv = tree.nv();
+    check(out.len(), 6 * nv, "Jacobian");
+    out.fill(0.0);
+    columns(tree, &ws.work, tree.node(node), |i, J, _| put(out, nv, i, J));
+}
+
+/// As [`node_jacobian`], from `q` (nq): moves only the links between the base and the node, so
+/// that the workspace's other poses stay old. O(path).
+pub fn node_jacobian_at(tree: &Tree, ws: &mut Workspace, q: &[f64], node: NodeId, out: &mut [f64]) {
+    check(q.len(), tree.nq(), "q");
+    let path = &tree.paths[tree.node_path(node)];
+    for k in path {
+        link_pose(tree, &mut ws.work, *k as usize, q);
+    }
+    node_jacobian(tree, ws, node, out);
+}
+
+/// The rate of the Jacobian (6 × nv): d/dt of [`node_jacobian`]. After
+/// [`kinematics`](crate::kinematics()). O(nv).
+pub fn node_jacobian_rate(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [f64]) {
+    let nv = tree.nv();
+    check(out.len(), 6 * nv, "Jacobian rate");
+    out.fill(0.0);
+    let at = tree.node(node);
+    let kin = &ws.work.kin[at.slot as usize];
+    let v = kin.V.to_child(kin.R.mul(v3(&at.p))).f;
+    columns(tree, &ws.work, at, |i, J, (slot, turns, d)| {
+        let V = ws.work.kin[slot].V;
+        let rate = if turns {
+            let (c, advance) = (V.n.cross(J.n), J.f - J.n.cross(d));
+            V6 { n: c, f: J.n.cross_add(v - V.f, c.cross_add(d, V.n.cross(advance))) }
+        } else {
+            V6 { n: V3::default(), f: V.n.cross(J.f) }
+        };
+        put(out, nv, i, rate);
+    });
+}
+
+/// J v for any rates (nv): the velocity that a node would have, world axes. O(path).
+#[must_use]
+pub fn node_jacobian_product(tree: &Tree, ws: &Workspace, node: NodeId, v: &[f64]) -> Motion {
+    check(v.len(), tree.nv(), "v");
+    let mut sum = V6::default();
+    columns(tree, &ws.work, tree.node(node), |i, J, _| sum = J.scale_add(v[i], sum));
+    Motion::new(vec3(&sum.n), vec3(&sum.f))
+}
+
+/// Jᵀ f: the generalised forces (nv) that equal a wrench on a node (moment about its origin, force;
+/// world axes). O(nv).
+pub fn node_jacobian_transpose_product(
+    tree: &Tree,
+    ws: &Workspace,
+    node: NodeId,
+    wrench: &Force,
+    tau: &mut [f64],
+) {
+    check(tau.len(), tree.nv(), "tau");
+    tau.fill(0.0);
+    let f = V6 { n: v3(&wrench.moment), f: v3(&wrench.force) };
+    columns(tree, &ws.work, tree.node(node), |i, J, _| tau[i] = J.dot(&f));
+}
+
+#[inline(always)]
+fn put(out: &mut [f64], nv: usize, i: usize, J: V6<f64>) {
+    for (row, x) in [J.n.x, J.n.y, J.n.z, J.f.x, J.f.y, J.f.z].into_iter().enumerate() {
+        out[row * nv + i] = x;
+    }
+}
+
+/// Gives each column of the Jacobian of a frame, from the tip: dof, column, and (slot of its link,
+/// whether it turns, vector d).
+#[inline(always)]
+fn columns(
+    tree: &Tree,
+    w: &Work<f64>,
+    at: &OnLink,
+    mut each: impl FnMut(usize, V6<f64>, (usize, bool, V3<f64>)),
+) {
+    let mut slot = at.slot as usize;
+    let mut d = w.kin[slot].R.mul(v3(&at.p));
+    while slot != 0 {
+        let (link, kin) = (&tree.links[slot - 1], &w.kin[slot]);
+        let (i, R, o) = (link.v as usize, &kin.R, V3::default());
+        let z = R.z;
+        match link.kind {
+            Kind::Pin => each(i, V6 { n: z, f: z.cross(d) }, (slot, true, d)),
+            Kind::Slider => each(i, V6 { n: o, f: z }, (slot, false, d)),
+            Kind::Screw => {
+                let f = z.cross_add(d, z.scale(link.pitch));
+                each(i, V6 { n: z, f }, (slot, true, d));
+            }
+            Kind::Ball | Kind::Free => {
+                for (j, c) in [R.x, R.y, R.z].into_iter().enumerate() {
+                    each(i + j, V6 { n: c, f: c.cross(d) }, (slot, true, d));
+                    if link.kind == Kind::Free {
+                        each(i + j + 3, V6 { n: o, f: c }, (slot, false, d));
+                    }
+                }
+            }
+        }
+        d = d + kin.l;
+        slot = link.parent as usize;
+    }
+}
