@@ -218,8 +218,6 @@ def test_callbacks_that_fail_or_advance_the_run():
     nested.at(10, lambda s: s.run_until(5))
     with pytest.raises(lw.LinkworkError, match="already running"):
         nested.run_until(1)
-    endless = lw.Simulation(PENDULUM)
-    endless.until  # noqa: B018
     bad = lw.Simulation(PENDULUM, {"step": "0.5 s", "integrator": "semi_implicit_euler", "Friction.damping": 50})
     with pytest.raises(lw.LinkworkError, match=r"t = .*: `.*` became"):
         bad.run_until(1e4)
