@@ -41,7 +41,7 @@ impl<L: Lane> Composite<L> {
     /// h' = h + m l,   J' = J + 2 (l·g) 1 − g lᵀ − l gᵀ
     /// ```
     #[inline(always)]
-    fn shifted(&self, l: V3<L>) -> Self {
+    pub fn shifted(&self, l: V3<L>) -> Self {
         let g = l.scale_add(self.m * L::splat(0.5), self.h);
         let d = l.dot(g);
         Self {
@@ -71,6 +71,34 @@ pub(crate) fn roots<L: Lane>(links: &[Link], kin: &[Kin<L>], r: &mut [V3<L>]) {
             0 => V3::default(),
             p => r[p as usize] + kin[k + 1].l,
         };
+    }
+}
+
+/// The columns of H* of a link in order, about the point from which the link's origin lies at `r`.
+#[inline(always)]
+pub(crate) fn each_axis<L: Lane>(
+    link: &Link,
+    kin: &Kin<L>,
+    r: V3<L>,
+    mut column: impl FnMut(V6<L>),
+) {
+    let (R, o) = (&kin.R, V3::default());
+    match link.kind {
+        Kind::Pin => column(V6 { n: R.z, f: r.cross(R.z) }),
+        Kind::Slider => column(V6 { n: o, f: R.z }),
+        Kind::Screw => {
+            column(V6 { n: R.z, f: r.cross_add(R.z, R.z.scale(L::splat(link.pitch))) });
+        }
+        Kind::Ball | Kind::Free => {
+            for c in [R.x, R.y, R.z] {
+                column(V6 { n: c, f: r.cross(c) });
+            }
+            if link.kind == Kind::Free {
+                for c in [R.x, R.y, R.z] {
+                    column(V6 { n: o, f: c });
+                }
+            }
+        }
     }
 }
 

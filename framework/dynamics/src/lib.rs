@@ -21,10 +21,12 @@ mod centroidal;
 mod columns;
 mod compliance;
 mod composite;
+mod derivatives;
 mod dofs;
 mod error;
 mod forces;
 mod forward;
+mod forward_derivatives;
 mod inverse;
 mod inverse_mass;
 mod jacobian;
@@ -34,6 +36,7 @@ mod linear;
 mod momentum;
 mod operators;
 mod query;
+mod regressor;
 mod tree;
 mod work;
 
@@ -41,8 +44,10 @@ pub use batch::Batch;
 pub use centroidal::{centroidal_bias, centroidal_matrix, com_jacobian};
 pub use compliance::Compliance;
 pub use composite::mass_matrix;
+pub use derivatives::Derivatives;
 pub use error::DynamicsError;
 pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
+pub use forward_derivatives::ForwardDerivatives;
 pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
 pub use inverse_mass::{apply_inverse_mass, inverse_mass_matrix};
 pub use jacobian::{
@@ -58,6 +63,7 @@ pub use momentum::{
     subtree_inertia,
 };
 pub use operators::{Operand, Operator, OperatorError, Operators, Scratch, Space};
+pub use regressor::{PARAMETERS, inertial_parameters, regressor};
 pub use tree::Tree;
 pub use wide::{f64x4, f64x8};
 pub use work::Workspace;

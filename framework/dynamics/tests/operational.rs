@@ -307,3 +307,26 @@ fn a_base_may_move() {
         .unwrap();
     close(&out, &vdot[1..], 1e-12, "accelerations on a moving base");
 }
+
+#[test]
+fn forces_are_linear_in_the_inertial_parameters() {
+    for (seed, mbs) in shapes() {
+        let mut c = Case::new(&mbs, seed);
+        let n = c.nv();
+        let vdot = mbs.random_v(seed + 7);
+        c.ws.apply_uniform_gravity(Vec3::new(1.0, 2.0, -9.0));
+        let mut tau = vec![0.0; n];
+        inverse_dynamics(&c.tree, &mut c.ws, &c.q, &c.v, &vdot, &mut tau);
+        let pi: Vec<f64> =
+            mbs.bodies().iter().flat_map(|b| inertial_parameters(b.inertia())).collect();
+        let mut Y = vec![0.0; n * pi.len()];
+        regressor(&c.tree, &c.ws, &mut Y);
+        let mut found = times(&DMatrix::from_row_slice(n, pi.len(), &Y), &pi);
+        for (_, s) in mbs.subhinges() {
+            for i in s.v.clone() {
+                found[i] += s.subhinge.reflected_inertia() * vdot[i];
+            }
+        }
+        close(&found, &tau, 1e-12, &format!("seed {seed}"));
+    }
+}

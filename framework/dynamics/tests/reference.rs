@@ -125,6 +125,8 @@ fn matrices(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
     let moment = Vec3::new(row(0), row(1), row(2)) + b.moment;
     close(&pair(&force, &moment), &nums(&s["dhg"]), TOL, &at("momentum rate"));
 
+    derivatives(r, ws, s, place);
+
     // Compliance in the frames' axes, [linear; angular] or linear only, as the file has it.
     let nodes: Vec<_> = frames.iter().map(node).collect();
     let mut compliance = Compliance::new(tree, &nodes);
@@ -148,6 +150,27 @@ fn matrices(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
         }
     }
     close(&found, &nums(&s["delassus_upper_rowmajor"]), TOL_INVERSE, &at("compliance"));
+}
+
+/// The first states carry derivatives, without external forces.
+fn derivatives(r: &Robot, loaded: &Workspace, s: &Value, place: &str) {
+    let (Some(rq), Some(aq)) = (s.get("drnea_dq"), s.get("daba_dq")) else { return };
+    let (tree, nv) = (&r.tree, r.tree.nv());
+    let at = |what: &str| format!("{place}, {what}");
+    let mut ws = loaded.clone();
+    ws.clear_forces();
+    ws.apply_uniform_gravity(Vec3::from_column_slice(&nums(&r.json["gravity"])));
+    let mut d = Derivatives::new(tree);
+    let [mut dq, mut dv, mut dt] = [(); 3].map(|()| vec![0.0; nv * nv]);
+    let v = r.v(&s["v"]);
+    d.inverse_dynamics(tree, &mut ws, &v, &r.v(&s["a_in"]), &mut dq, &mut dv);
+    close(&dq, &r.square(rq), TOL, &at("drnea_dq"));
+    close(&dv, &r.square(&s["drnea_dv"]), TOL, &at("drnea_dv"));
+    let (mut tau, mut vdot) = (r.v(&s["tau"]), vec![0.0; nv]);
+    let out = ForwardDerivatives { dvdot_dq: &mut dq, dvdot_dv: &mut dv, dvdot_dtau: &mut dt };
+    d.forward_dynamics(tree, &mut ws, &v, &mut tau, &mut vdot, out).expect("regular");
+    close(&dq, &r.square(aq), TOL_INVERSE, &at("daba_dq"));
+    close(&dv, &r.square(&s["daba_dv"]), TOL_INVERSE, &at("daba_dv"));
 }
 
 fn pair(linear: &Vec3, angular: &Vec3) -> Vec<f64> {
