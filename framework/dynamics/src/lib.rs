@@ -27,6 +27,7 @@ mod error;
 mod forces;
 mod forward;
 mod forward_derivatives;
+mod frames;
 mod inverse;
 mod inverse_mass;
 mod jacobian;
@@ -37,6 +38,7 @@ mod momentum;
 mod operators;
 mod query;
 mod regressor;
+mod topology;
 mod tree;
 mod work;
 
@@ -48,6 +50,7 @@ pub use derivatives::Derivatives;
 pub use error::DynamicsError;
 pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
 pub use forward_derivatives::ForwardDerivatives;
+pub use frames::{Counts, FrameId, Frames, FramesError, MechanismId, Pair};
 pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
 pub use inverse_mass::{apply_inverse_mass, inverse_mass_matrix};
 pub use jacobian::{
@@ -64,6 +67,7 @@ pub use momentum::{
 };
 pub use operators::{Operand, Operator, OperatorError, Operators, Scratch, Space};
 pub use regressor::{PARAMETERS, inertial_parameters, regressor};
+pub use topology::{Edit, Edited, Placement, Places, Report, TopologyError};
 pub use tree::Tree;
 pub use wide::{f64x4, f64x8};
 pub use work::Workspace;

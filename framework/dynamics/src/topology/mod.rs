@@ -1,0 +1,479 @@
+//! Topology at run time: bodies and whole mechanisms are added, deleted, detached, attached.
+//!
+//! An [`Edit`] holds a mechanism with its state. Each operation gives a new mechanism in which every
+//! body is where it was and moves as it moved, as far as its hinge permits; what it does not permit goes
+//! in an inelastic impact. A [`Report`] keeps the books of momentum and energy.
+//! ```text
+//! let mut edit = Edit::new(&mbs, &q, &v)?;
+//! edit.detach("stage", "world")?;                                a free body from now on
+//! let report = edit.attach("gripper", "rock", Hinge::locked(), &Placement::here())?;
+//! let edited = edit.finish();                                    a mechanism, q, v, and what went where
+//! ```
+//! Each operation costs a rebuild, O(n log n), and a few sweeps. An operation that fails leaves the edit
+//! as it was. Poses between bodies go through their nearest common ancestor ([`Frames`]), so that
+//! distance from the world's origin costs no digits.
+
+mod error;
+mod impact;
+mod joint;
+mod reverse;
+mod scene;
+
+pub use error::TopologyError;
+
+use crate::frames::Frames;
+use joint::Joint;
+use linkwork_multibody::{
+    BodyId, BodySpec, Coordinate, Hinge, Multibody, NodeSpec, Subhinge, SubhingeKind,
+};
+use linkwork_spatial::{Force, Motion, Pose, Vec3};
+use scene::{Part, Parts, Scene, free_state};
+use std::collections::BTreeSet;
+
+/// Where the frames of a new hinge are.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Placement {
+    /// The hinge is put where the body is: its frame on the body is given, that on the other body
+    /// follows.
+    Here {
+        /// `X_BJ`: the hinge frame in the attached body.
+        hinge_in_body: Pose,
+        /// Coordinates of the hinge at this moment (nq); `None` for neutral ones.
+        q: Option<Vec<f64>>,
+    },
+    /// Both frames are given; coordinates are found, or it is an error.
+    Frames {
+        /// `X_PJ`: the hinge frame in the body that it hangs on.
+        hinge_in_parent: Pose,
+        /// `X_BJ`: the hinge frame in the attached body.
+        hinge_in_body: Pose,
+    },
+}
+
+impl Placement {
+    /// The hinge frame is the body's own, all coordinates are neutral now.
+    #[must_use]
+    pub fn here() -> Self {
+        Self::Here { hinge_in_body: Pose::identity(), q: None }
+    }
+}
+
+/// Momentum and energy of the whole scene before and after an operation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// The point of the world that moments are about, m: the origin of the body concerned.
+    pub point: Vec3,
+    /// Momentum of all bodies before: angular about the point (kg m²/s), linear (kg m/s), world axes.
+    pub momentum_before: Force,
+    /// The same after. It differs when mass comes or goes, and when the world takes part in an impact.
+    pub momentum_after: Force,
+    /// What the new hinge gave to the attached body and all outboard of it: moment about the point
+    /// (N m s), force (N s). The other side got the opposite.
+    pub impulse: Force,
+    /// Kinetic energy before, rotors included, J.
+    pub energy_before: f64,
+    /// The same after. A detached hinge takes the energy of its rotors (½ armature β²) with it.
+    pub energy_after: f64,
+}
+
+/// Where the places of a mechanism before an edit are after it; `None`: gone, or the hinge is another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Places {
+    /// For each body.
+    pub bodies: Vec<Option<BodyId>>,
+    /// For each number of q.
+    pub q: Vec<Option<usize>>,
+    /// For each number of β (forces and accelerations too).
+    pub v: Vec<Option<usize>>,
+}
+
+/// The result of an edit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edited {
+    /// The mechanism.
+    pub multibody: Multibody,
+    /// Its configuration.
+    pub q: Vec<f64>,
+    /// Its rates.
+    pub v: Vec<f64>,
+    /// From the mechanism that the edit began with to this one.
+    pub places: Places,
+}
+
+/// A mechanism in motion, open to changes of its structure. Bodies go by name; `world` is the world.
+#[derive(Clone, Debug)]
+pub struct Edit {
+    scene: Scene,
+    original: Multibody,
+    /// Bodies whose hinge is no more what it was in the original.
+    changed: BTreeSet<String>,
+}
+
+impl Edit {
+    /// Opens a mechanism with its state (nq, nv).
+    ///
+    /// # Errors
+    /// [`TopologyError::Length`], [`TopologyError::NotFinite`].
+    pub fn new(mbs: &Multibody, q: &[f64], v: &[f64]) -> Result<Self, TopologyError> {
+        check_state("the mechanism", (q, mbs.nq()), (v, mbs.nv()))?;
+        let scene = Scene { mbs: mbs.clone(), q: q.to_vec(), v: v.to_vec() };
+        Ok(Self { scene, original: mbs.clone(), changed: BTreeSet::new() })
+    }
+
+    /// The mechanism as it is now.
+    #[must_use]
+    pub fn multibody(&self) -> &Multibody {
+        &self.scene.mbs
+    }
+
+    /// Its configuration.
+    #[must_use]
+    pub fn q(&self) -> &[f64] {
+        &self.scene.q
+    }
+
+    /// Its rates.
+    #[must_use]
+    pub fn v(&self) -> &[f64] {
+        &self.scene.v
+    }
+
+    /// Adds a body with the state of its hinge.
+    ///
+    /// # Errors
+    /// [`TopologyError::NameClash`], [`TopologyError::Length`], [`TopologyError::NotFinite`],
+    /// [`TopologyError::Build`].
+    pub fn add(&mut self, body: BodySpec, q: &[f64], v: &[f64]) -> Result<Report, TopologyError> {
+        let place = format!("body `{}`", body.name);
+        check_state(&place, (q, body.hinge.nq()), (v, body.hinge.nv()))?;
+        let name = body.name.clone();
+        self.refuse_clash("add a body", std::iter::once(name.as_str()), std::iter::empty())?;
+        let mut parts = Parts::of(&self.scene);
+        parts.bodies.push(Part { spec: body, q: q.to_vec(), v: v.to_vec() });
+        self.commit(&parts, &name, &[&name])
+    }
+
+    /// Adds a whole mechanism with its state. Names get `prefix` before them; what is `world` to it is
+    /// put at `X_PW` on the body `onto`, and its state is relative to that.
+    ///
+    /// # Errors
+    /// As [`Edit::add`], and [`TopologyError::Unknown`].
+    pub fn add_mechanism(
+        &mut self,
+        prefix: &str,
+        mbs: &Multibody,
+        state: (&[f64], &[f64]),
+        onto: &str,
+        X_PW: Pose,
+    ) -> Result<Report, TopologyError> {
+        const ACTION: &str = "add a mechanism";
+        let (q, v) = state;
+        check_state(&format!("mechanism `{prefix}`"), (q, mbs.nq()), (v, mbs.nv()))?;
+        self.frame(onto, ACTION)?;
+        let added = Parts::of(&Scene { mbs: mbs.clone(), q: q.to_vec(), v: v.to_vec() });
+        let mut parts = Parts::of(&self.scene);
+        let named = |name: &str| format!("{prefix}{name}");
+        let names: Vec<String> = added.bodies.iter().map(|p| named(&p.spec.name)).collect();
+        let nodes: Vec<String> = added.nodes.iter().map(|n| named(&n.name)).collect();
+        let (bodies, marks) = (names.iter().map(String::as_str), nodes.iter().map(String::as_str));
+        self.refuse_clash(ACTION, bodies, marks)?;
+        for mut part in added.bodies {
+            part.spec.name = named(&part.spec.name);
+            if part.spec.parent == "world" {
+                onto.clone_into(&mut part.spec.parent);
+                part.spec.hinge_in_parent = X_PW * part.spec.hinge_in_parent;
+            } else {
+                part.spec.parent = named(&part.spec.parent);
+            }
+            parts.bodies.push(part);
+        }
+        parts.nodes.extend(added.nodes.into_iter().map(|n| NodeSpec {
+            name: named(&n.name),
+            body: named(&n.body),
+            pose: n.pose,
+        }));
+        let about = names.first().cloned().unwrap_or_default();
+        self.commit(&parts, &about, &names.iter().map(String::as_str).collect::<Vec<_>>())
+    }
+
+    /// Deletes a body with all that hangs on it, nodes too. Their momentum goes with them.
+    ///
+    /// # Errors
+    /// [`TopologyError::Unknown`].
+    pub fn delete(&mut self, body: &str) -> Result<Report, TopologyError> {
+        let id = self.body(body, "delete")?;
+        let gone: Vec<String> = self.names(self.scene.mbs.subtree(id));
+        let mut parts = Parts::of(&self.scene);
+        parts.bodies.retain(|p| !gone.contains(&p.spec.name));
+        parts.nodes.retain(|n| !gone.contains(&n.body));
+        let lost: Vec<&str> = gone.iter().map(String::as_str).collect();
+        self.commit(&parts, body, &lost)
+    }
+
+    /// Puts a body, with its subtree, on a free hinge on `base`: it is where it was and moves as it
+    /// moved. Rotors of the hinge are lost.
+    ///
+    /// # Errors
+    /// [`TopologyError::Unknown`], [`TopologyError::OwnSubtree`].
+    pub fn detach(&mut self, body: &str, base: &str) -> Result<Report, TopologyError> {
+        self.check_base(body, base, "detach")?;
+        let mut parts = Parts::of(&self.scene);
+        self.set_free(&mut parts, body, base, Coordinate::Free)?;
+        self.commit(&parts, body, &[body])
+    }
+
+    /// Makes a body the root of the free tree that it is in: it gets the free hinge, and the hinges
+    /// between it and the old root are turned round (coordinates of pins, sliders and screws stay).
+    /// Every body is where it was and moves as it moved.
+    ///
+    /// # Errors
+    /// [`TopologyError::NotFree`] if the root of its tree has another hinge,
+    /// [`TopologyError::Unknown`].
+    pub fn reroot(&mut self, body: &str) -> Result<Report, TopologyError> {
+        let id = self.body(body, "reroot")?;
+        let mbs = &self.scene.mbs;
+        let is_free = |b: &BodyId| {
+            let mut kinds = mbs.get(*b).subhinges().iter().map(|s| s.subhinge.kind);
+            kinds.next() == Some(SubhingeKind::Free) && kinds.next().is_none()
+        };
+        let mut path: Vec<BodyId> = Vec::new();
+        for b in mbs.ancestors(id) {
+            path.push(b);
+            if is_free(&b) {
+                break;
+            }
+        }
+        let Some(root) = path.last().copied().filter(is_free) else {
+            let root = path.last().map_or("", |b| mbs.get(*b).name()).to_owned();
+            return Err(TopologyError::NotFree { body: body.to_owned(), root });
+        };
+        path.reverse();
+        let base = mbs.get(root).parent().map_or("world", |p| mbs.get(p).name()).to_owned();
+        let coordinate = mbs.get(root).subhinges()[0].subhinge.coordinate;
+        let path = self.names(path.into_iter());
+        let mut parts = Parts::of(&self.scene);
+        if path.len() > 1 {
+            reverse::turn_path(&mut parts, &path);
+            self.set_free(&mut parts, body, &base, coordinate)?;
+        }
+        let turned: Vec<&str> = path.iter().map(String::as_str).collect();
+        self.commit(&parts, body, if turned.len() > 1 { &turned } else { &[] })
+    }
+
+    /// Puts a body, with its subtree, on a new hinge on `onto`, where it is; the hinge that it had is
+    /// gone. Rates that the new hinge does not permit vanish in an inelastic impact, in which all free
+    /// coordinates of the mechanism take part. Prescribed coordinates of the new hinge get the rate that is
+    /// nearest (least squares over rad/s and m/s), others keep theirs.
+    ///
+    /// # Errors
+    /// [`TopologyError::Unknown`], [`TopologyError::OwnSubtree`], [`TopologyError::Unreachable`],
+    /// [`TopologyError::Length`], [`TopologyError::Build`], [`TopologyError::Dynamics`].
+    pub fn attach(
+        &mut self,
+        body: &str,
+        onto: &str,
+        hinge: Hinge,
+        placement: &Placement,
+    ) -> Result<Report, TopologyError> {
+        self.check_base(body, onto, "attach")?;
+        let (X_PB, V_PB) = self.seen(onto, body)?;
+        let mut parts = Parts::of(&self.scene);
+        let Some(part) = parts.find(body) else { unreachable!("checked above") };
+        onto.clone_into(&mut part.spec.parent);
+        part.spec.hinge = hinge;
+        match placement {
+            Placement::Here { hinge_in_body, q } => {
+                part.spec.hinge_in_parent = Pose::identity();
+                part.spec.hinge_in_body = *hinge_in_body;
+                let joint = Joint::new(&part.spec)?;
+                let q = q.clone().unwrap_or_else(|| joint.neutral());
+                let want = part.spec.hinge.nq();
+                check_state(&format!("hinge of `{body}`"), (&q, want), (&[], 0))?;
+                // X_PB = X_PJ · (pose at q with X_PJ = 1).
+                part.spec.hinge_in_parent = X_PB * joint.pose(&q).inverse();
+                part.q = q;
+            }
+            Placement::Frames { hinge_in_parent, hinge_in_body } => {
+                part.spec.hinge_in_parent = *hinge_in_parent;
+                part.spec.hinge_in_body = *hinge_in_body;
+                part.q = Joint::new(&part.spec)?.solve(&X_PB, body)?;
+            }
+        }
+        part.v = Joint::new(&part.spec)?.rates(&part.q, &V_PB);
+        let mut after = parts.assemble()?;
+        impact::take_hold(&self.scene, &mut after)?;
+        Ok(self.accept(after, body, Some(body), &[body]))
+    }
+
+    /// [`Edit::reroot`] and [`Edit::attach`]: puts a body on a new hinge with the *whole* free tree that
+    /// it is in, whichever way that hung together.
+    ///
+    /// # Errors
+    /// As these two.
+    pub fn attach_tree(
+        &mut self,
+        body: &str,
+        onto: &str,
+        hinge: Hinge,
+        placement: &Placement,
+    ) -> Result<Report, TopologyError> {
+        let mut turned = self.clone();
+        turned.reroot(body)?;
+        let report = turned.attach(body, onto, hinge, placement)?;
+        *self = turned;
+        Ok(report)
+    }
+
+    /// The mechanism, its state, and where everything went. O(n log n).
+    #[must_use]
+    pub fn finish(self) -> Edited {
+        let (old, new) = (&self.original, &self.scene.mbs);
+        let mut places = Places {
+            bodies: Vec::with_capacity(old.bodies().len()),
+            q: vec![None; old.nq()],
+            v: vec![None; old.nv()],
+        };
+        for body in old.bodies() {
+            let id = new.body(body.name());
+            places.bodies.push(id);
+            if let Some(now) = id.filter(|_| !self.changed.contains(body.name())) {
+                let now = new.get(now);
+                body.q().zip(now.q()).for_each(|(from, to)| places.q[from] = Some(to));
+                body.v().zip(now.v()).for_each(|(from, to)| places.v[from] = Some(to));
+            }
+        }
+        Edited { multibody: self.scene.mbs, q: self.scene.q, v: self.scene.v, places }
+    }
+
+    fn commit(
+        &mut self,
+        parts: &Parts,
+        about: &str,
+        changed: &[&str],
+    ) -> Result<Report, TopologyError> {
+        let after = parts.assemble()?;
+        Ok(self.accept(after, about, None, changed))
+    }
+
+    /// Takes a new scene over and reports about the origin of a body that is in either.
+    fn accept(
+        &mut self,
+        after: Scene,
+        about: &str,
+        taken: Option<&str>,
+        changed: &[&str],
+    ) -> Report {
+        let at = |scene: &Scene| {
+            let id = scene.mbs.body(about)?;
+            Some(scene.mbs.body_poses(&scene.q)[id.index()].position)
+        };
+        let point = at(&self.scene).or_else(|| at(&after)).unwrap_or_else(Vec3::zeros);
+        let report = impact::report(&self.scene, &after, point, taken);
+        self.changed.extend(changed.iter().map(|s| (*s).to_owned()));
+        self.scene = after;
+        report
+    }
+
+    /// Gives a body a free hinge on `base` at its present place and velocity.
+    fn set_free(
+        &self,
+        parts: &mut Parts,
+        body: &str,
+        base: &str,
+        coordinate: Coordinate,
+    ) -> Result<(), TopologyError> {
+        let (X, V) = self.seen(base, body)?;
+        let Some(part) = parts.find(body) else { unreachable!("checked by the caller") };
+        base.clone_into(&mut part.spec.parent);
+        (part.spec.hinge_in_parent, part.spec.hinge_in_body) = (Pose::identity(), Pose::identity());
+        let subhinge = Subhinge { coordinate, ..Subhinge::from(SubhingeKind::Free) };
+        part.spec.hinge = Hinge { subhinges: vec![subhinge] };
+        (part.q, part.v) = free_state(&X, &V);
+        Ok(())
+    }
+
+    /// Pose and velocity of a body seen from another (or the world), that one's axes.
+    fn seen(&self, from: &str, body: &str) -> Result<(Pose, Motion), TopologyError> {
+        let answer = || {
+            let mut frames = Frames::new();
+            let world = frames.world();
+            let m = frames.add_mechanism("", &self.scene.mbs, world)?;
+            frames.set_q(m, &self.scene.q)?;
+            frames.set_v(m, &self.scene.v)?;
+            let a = if from == "world" { world } else { frames.body_named(m, from)? };
+            let b = frames.body_named(m, body)?;
+            let pair = frames.pair(a, b)?;
+            Ok((frames.pose(pair), frames.velocity(pair)))
+        };
+        // Names have been checked; what is left is a state that ran away.
+        answer().map_err(|e: crate::frames::FramesError| TopologyError::NotFinite {
+            place: format!("body `{body}` ({e})"),
+        })
+    }
+
+    fn body(&self, name: &str, action: &'static str) -> Result<BodyId, TopologyError> {
+        self.scene.mbs.body(name).ok_or_else(|| TopologyError::Unknown {
+            action,
+            name: name.to_owned(),
+            help: if name == "world" {
+                "the world stays where it is: name a body"
+            } else {
+                "names are those of the mechanism, prefix included"
+            },
+        })
+    }
+
+    fn frame(&self, name: &str, action: &'static str) -> Result<Option<BodyId>, TopologyError> {
+        if name == "world" { Ok(None) } else { self.body(name, action).map(Some) }
+    }
+
+    fn check_base(
+        &self,
+        body: &str,
+        base: &str,
+        action: &'static str,
+    ) -> Result<(), TopologyError> {
+        let (id, on) = (self.body(body, action)?, self.frame(base, action)?);
+        if on.is_some_and(|on| self.scene.mbs.on_path(id, on)) {
+            return Err(TopologyError::OwnSubtree { body: body.to_owned(), onto: base.to_owned() });
+        }
+        Ok(())
+    }
+
+    fn names(&self, bodies: impl Iterator<Item = BodyId>) -> Vec<String> {
+        bodies.map(|b| self.scene.mbs.get(b).name().to_owned()).collect()
+    }
+
+    fn refuse_clash<'a>(
+        &self,
+        action: &'static str,
+        bodies: impl Iterator<Item = &'a str>,
+        nodes: impl Iterator<Item = &'a str>,
+    ) -> Result<(), TopologyError> {
+        let mbs = &self.scene.mbs;
+        let taken = bodies.filter(|n| mbs.body(n).is_some());
+        let taken = taken.chain(nodes.filter(|n| mbs.node(n).is_some()));
+        let names: BTreeSet<String> = taken.map(str::to_owned).collect();
+        if names.is_empty() {
+            return Ok(());
+        }
+        Err(TopologyError::NameClash { action, names: names.into_iter().collect() })
+    }
+}
+
+fn check_state(
+    place: &str,
+    (q, nq): (&[f64], usize),
+    (v, nv): (&[f64], usize),
+) -> Result<(), TopologyError> {
+    for (what, x, want) in [("q", q, nq), ("v", v, nv)] {
+        if x.len() != want {
+            let got = x.len();
+            return Err(TopologyError::Length { place: place.to_owned(), what, got, want });
+        }
+        if let Some(i) = x.iter().position(|x| !x.is_finite()) {
+            return Err(TopologyError::NotFinite { place: format!("{place}, {what}[{i}]") });
+        }
+    }
+    Ok(())
+}
