@@ -4,7 +4,7 @@
 //! asked a body can be asked too.
 use crate::array::wrench;
 use crate::error::refuse_with;
-use linkwork_dynamics::{Tree, Workspace, kinematics};
+use linkwork_dynamics::{Derivatives, Tree, Workspace, kinematics};
 use linkwork_multibody::{Builder, Multibody, NodeId};
 use linkwork_runtime::remedy;
 use linkwork_spatial::{Force, Pose, Vec3};
@@ -26,6 +26,7 @@ pub struct Core {
     pub tree: Tree,
     gravity: Mutex<Vec3>,
     spare: Mutex<Vec<Workspace>>,
+    derivatives: Mutex<Vec<Derivatives>>,
 }
 
 /// A lock that a panic elsewhere does not take away: what it holds is always whole.
@@ -46,7 +47,7 @@ impl Core {
         }
         let with_origins = with_origins.build().map_err(crate::error::refuse)?;
         let (tree, gravity) = (Tree::new(&with_origins), Mutex::new(gravity));
-        Ok(Self { mbs, tree, gravity, spare: Mutex::default() })
+        Ok(Self { mbs, tree, gravity, spare: Mutex::default(), derivatives: Mutex::default() })
     }
 
     /// Free fall, m/s², world axes.
@@ -81,6 +82,15 @@ impl Core {
     /// Takes a workspace back.
     pub fn give_back(&self, ws: Workspace) {
         lock(&self.spare).push(ws);
+    }
+
+    /// Runs `f` on memory for derivatives.
+    pub fn with_derivatives<R>(&self, f: impl FnOnce(&mut Derivatives) -> R) -> R {
+        let spare = lock(&self.derivatives).pop();
+        let mut memory = spare.unwrap_or_else(|| Derivatives::new(&self.tree));
+        let result = f(&mut memory);
+        lock(&self.derivatives).push(memory);
+        result
     }
 
     /// Runs `f` on a workspace; without the interpreter's lock when the mechanism is large.

@@ -6,7 +6,7 @@
 //! | `error` | `LinkworkError` |
 //! | `core` | what a mechanism and its states share |
 //! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
-//! | `algorithms` | more algorithms of `Mechanism` |
+//! | `algorithms`, `derivatives` | more algorithms of `Mechanism` |
 //! | `batch` | one state or many; threads and lanes |
 //! | `operators` | `Operators`, `Operator`: expressions |
 //! | `simulate` | a small time integration of one mechanism |
@@ -21,6 +21,7 @@ mod array;
 mod batch;
 mod builder;
 mod core;
+mod derivatives;
 mod dynamics;
 mod error;
 mod files;

@@ -142,6 +142,42 @@ def test_jacobians_are_derivatives_and_batches_are_rows(seed):
         assert np.array_equal(f(Q, V), rows) and np.array_equal(f(Q, V, threads=3), rows), k
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_derivatives_against_differences(seed):
+    m = random_mechanism(seed, floating=seed % 2 == 0, prescribed=seed % 3 == 0)
+    q, v, x = m.random_q(seed), m.random_v(seed), m.random_v(seed + 9)
+    h, eye, fixed = 1e-6, np.eye(m.nv), np.array(m.prescribed)
+
+    def slopes(f):
+        return np.array([(f(h * e) - f(-h * e)) / (2 * h) for e in eye]).T
+
+    by_q, by_v = m.inverse_dynamics_derivatives(q, v, x)
+    assert off(by_q, slopes(lambda d: m.inverse_dynamics(m.integrate(q, d), v, x))) < 1e-7
+    assert off(by_v, slopes(lambda d: m.inverse_dynamics(q, v + d, x))) < 1e-7
+    by_q, by_v, by_tau = m.forward_dynamics_derivatives(q, v, x, prescribed=0.5 * x)
+    forward = [
+        lambda d: m.forward_dynamics(m.integrate(q, d), v, x, prescribed=0.5 * x),
+        lambda d: m.forward_dynamics(q, v + d, x, prescribed=0.5 * x),
+        lambda d: m.forward_dynamics(q, v, x + d, prescribed=0.5 * x),
+    ]
+    for found, f in zip((by_q, by_v, by_tau), forward, strict=True):
+        assert off(found, slopes(f)) < 1e-6
+        assert np.all(found[fixed] == 0)
+    many = m.forward_dynamics_derivatives(np.array([q, q]), v, x, prescribed=0.5 * x, threads=2)
+    assert all(np.array_equal(a, [b, b]) for a, b in zip(many, (by_q, by_v, by_tau), strict=True))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_regressor_is_linear_in_the_inertial_parameters(seed):
+    m = random_mechanism(seed, floating=True)
+    q, v, vdot = m.random_q(seed), m.random_v(seed), m.random_v(seed + 1)
+    Y = m.regressor(q, v, vdot)
+    rotors = np.concatenate([np.full(s.v.stop - s.v.start, s.gear**2 * s.armature) for s in m.subhinges])
+    assert Y.shape == (m.nv, 10 * len(m.bodies))
+    assert off(Y @ m.inertial_parameters() + rotors * vdot, m.inverse_dynamics(q, v, vdot)) < 1e-13
+    assert np.array_equal(m.regressor(np.array([q, q]), v, vdot), [Y, Y])
+
+
 def masses(m):
     rest = m.state(m.neutral_q())
     mass = {b: rest.subtree_inertia(b)[5, 5] for b in m.bodies}

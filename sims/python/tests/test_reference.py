@@ -193,6 +193,26 @@ def test_jacobians_compliance_and_inverse(case):
         assert off(m.compliance(q, case.frames), J @ m.inverse_mass_matrix(q) @ J.T) < TOL
 
 
+def test_derivatives(case):
+    """At fixed base: there the derivative along v is that by q."""
+    m = case.m
+    for s in case.states[:3]:
+        q, v, tau, vdot = case.q(s["q"]), *(case.v(s[k]) for k in ("v", "tau", "a_in"))
+
+        def turned(A):
+            out = np.empty((m.nv, m.nv))
+            out[np.ix_(case.vs, case.vs)] = A
+            return out
+
+        by_q, by_v = m.inverse_dynamics_derivatives(q, v, vdot)
+        assert off(by_q, turned(s["drnea_dq"])) < TOL
+        assert off(by_v, turned(s["drnea_dv"])) < TOL
+        by_q, by_v, by_tau = m.forward_dynamics_derivatives(q, v, tau)
+        assert off(by_q, turned(s["daba_dq"])) < 10 * TOL
+        assert off(by_v, turned(s["daba_dv"])) < 10 * TOL
+        assert off(by_tau, case.matrix(s["Minv_upper_rowmajor"])) < TOL
+
+
 def test_operators(case):
     """The seed's expressions against Pinocchio's matrices."""
     for s in case.states[:3]:

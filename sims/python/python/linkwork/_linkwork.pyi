@@ -203,6 +203,29 @@ class Mechanism:
     def centroidal_bias(self, q: ArrayLike, v: ArrayLike, *, threads: int = 1) -> _Array: ...
     def com_jacobian(self, q: ArrayLike, *, threads: int = 1) -> _Array: ...
     def compliance(self, q: ArrayLike, frames: Sequence[str], *, threads: int = 1) -> _Array: ...
+    def inverse_dynamics_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        vdot: ArrayLike,
+        *,
+        wrenches: _Wrenches | None = None,
+        threads: int = 1,
+    ) -> tuple[_Array, _Array]: ...
+    def forward_dynamics_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        tau: ArrayLike,
+        *,
+        prescribed: ArrayLike | None = None,
+        wrenches: _Wrenches | None = None,
+        threads: int = 1,
+    ) -> tuple[_Array, _Array, _Array]: ...
+    def regressor(
+        self, q: ArrayLike, v: ArrayLike, vdot: ArrayLike, *, threads: int = 1
+    ) -> _Array: ...
+    def inertial_parameters(self) -> _Array: ...
     def kinetic_energy(self, q: ArrayLike, v: ArrayLike, *, threads: int = 1) -> Any: ...
     def potential_energy(self, q: ArrayLike, *, threads: int = 1) -> Any: ...
     def simulate(
