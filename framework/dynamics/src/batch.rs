@@ -9,7 +9,8 @@ use crate::linear::{V3, V6};
 use crate::query::v3;
 use crate::tree::Tree;
 use crate::work::Work;
-use crate::{composite, forward, inverse};
+use crate::{Compliance, Derivatives, ForwardDerivatives};
+use crate::{centroidal, composite, forward, inverse, inverse_mass, jacobian};
 use linkwork_multibody::NodeId;
 use linkwork_spatial::Vec3;
 
@@ -124,5 +125,82 @@ impl<L: Lane> Batch<L> {
     pub fn mass_matrix(&mut self, tree: &Tree, out: &mut [L]) {
         check(out.len(), tree.nv() * tree.nv(), "mass matrix");
         composite::matrix(tree, &mut self.work, out);
+    }
+
+    /// As [`inverse_mass_matrix`](crate::inverse_mass_matrix), at the last kinematics or poses.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Singular`] if any state is.
+    pub fn inverse_mass_matrix(&mut self, tree: &Tree, out: &mut [L]) -> Result<(), DynamicsError> {
+        check(out.len(), tree.nv() * tree.nv(), "inverse mass matrix");
+        inverse_mass::matrix(tree, &mut self.work, out)
+    }
+
+    /// As [`node_jacobian`](crate::node_jacobian), at the last kinematics or poses.
+    pub fn node_jacobian(&self, tree: &Tree, node: NodeId, out: &mut [L]) {
+        check(out.len(), 6 * tree.nv(), "Jacobian");
+        jacobian::matrix(tree, &self.work, node, out);
+    }
+
+    /// As [`centroidal_matrix`](crate::centroidal_matrix), at the last kinematics or poses.
+    pub fn centroidal_matrix(&mut self, tree: &Tree, out: &mut [L]) {
+        check(out.len(), 6 * tree.nv(), "centroidal matrix");
+        centroidal::matrix(tree, &mut self.work, out);
+    }
+}
+
+impl<L: Lane> Compliance<L> {
+    /// As [`Compliance::compute`], for the states of a batch.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Singular`] if any state is.
+    pub fn compute_batch(
+        &mut self,
+        tree: &Tree,
+        batch: &mut Batch<L>,
+        out: &mut [L],
+    ) -> Result<(), DynamicsError> {
+        check(out.len(), self.size() * self.size(), "compliance");
+        self.run(tree, &mut batch.work, out)
+    }
+}
+
+impl<L: Lane> Derivatives<L> {
+    /// As [`Derivatives::inverse_dynamics`], for the states of a batch.
+    pub fn inverse_dynamics_batch(
+        &mut self,
+        tree: &Tree,
+        batch: &mut Batch<L>,
+        v: &[L],
+        vdot: &[L],
+        dtau_dq: &mut [L],
+        dtau_dv: &mut [L],
+    ) {
+        let n = tree.nv();
+        check(v.len(), n, "v");
+        check(vdot.len(), n, "vdot");
+        check(dtau_dq.len(), n * n, "dtau_dq");
+        check(dtau_dv.len(), n * n, "dtau_dv");
+        self.run(tree, &mut batch.work, v, vdot);
+        self.copy(n, dtau_dq, dtau_dv);
+    }
+
+    /// As [`Derivatives::forward_dynamics`], for the states of a batch.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Singular`] if any state is.
+    pub fn forward_dynamics_batch(
+        &mut self,
+        tree: &Tree,
+        batch: &mut Batch<L>,
+        v: &[L],
+        tau: &mut [L],
+        vdot: &mut [L],
+        out: ForwardDerivatives<'_, L>,
+    ) -> Result<(), DynamicsError> {
+        check(v.len(), tree.nv(), "v");
+        check(tau.len(), tree.nv(), "tau");
+        check(vdot.len(), tree.nv(), "vdot");
+        self.forward(tree, &mut batch.work, v, tau, vdot, out)
     }
 }

@@ -5,13 +5,15 @@
 //! A_i = φ(c, root) C(i) S_i       h = A β: momentum about the centre of mass c
 //! ```
 
+use crate::columns::store;
 use crate::composite::{composites, world_inertia};
 use crate::kinematics::check;
+use crate::lane::Lane;
 use crate::linear::{V3, V6};
 use crate::momentum::center_from_root;
 use crate::query::vec3;
 use crate::tree::Tree;
-use crate::work::Workspace;
+use crate::work::{Work, Workspace};
 use linkwork_spatial::Force;
 
 /// The centroidal momentum matrix (6 × nv, row after row): rates to momentum about the centre of
@@ -19,18 +21,29 @@ use linkwork_spatial::Force;
 /// (armature) is not part of it. After [`kinematics`](crate::kinematics()) or
 /// [`poses`](crate::poses).
 pub fn centroidal_matrix(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
+    check(out.len(), 6 * tree.nv(), "centroidal matrix");
+    matrix(tree, &mut ws.work, out);
+}
+
+pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
     let nv = tree.nv();
-    check(out.len(), 6 * nv, "centroidal matrix");
-    composites(tree, &mut ws.work);
-    let c = center_from_root(tree, ws);
-    for (k, link) in tree.links.iter().enumerate() {
-        let l = root_offset(tree, ws, k) - c;
-        for i in link.v as usize..link.v as usize + link.kind.nv() {
-            let A = ws.work.F.get(i).to_parent(l);
-            let rows = out.chunks_exact_mut(nv);
-            for (row, x) in rows.zip([A.n.x, A.n.y, A.n.z, A.f.x, A.f.y, A.f.z]) {
-                row[i] = x;
-            }
+    composites(tree, w);
+    let c = center_from_root(tree, w);
+    for (b, F) in w.F.blocks.iter().enumerate() {
+        let at = b * L::PACK;
+        // First root's origin to that of the root that carries the link.
+        let links = &tree.dofs.link[at..at + L::PACK];
+        let root = |i: usize| w.kin[tree.links[links[i] as usize - 1].root as usize].p - w.kin[1].p;
+        let l = if tree.one_root {
+            -c.block()
+        } else {
+            let l = |i: usize| root(i) - c;
+            V3::new(L::collect(|i| l(i).x), L::collect(|i| l(i).y), L::collect(|i| l(i).z))
+        };
+        let A = F.to_parent(l);
+        let rows = out.chunks_exact_mut(nv);
+        for (row, x) in rows.zip([A.n.x, A.n.y, A.n.z, A.f.x, A.f.y, A.f.z]) {
+            store(row, b, x);
         }
     }
 }
@@ -55,7 +68,7 @@ pub fn com_jacobian(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
 #[must_use]
 pub fn centroidal_bias(tree: &Tree, ws: &Workspace) -> Force {
     let mut total: V6<f64> = V6::default();
-    let c = center_from_root(tree, ws);
+    let c = center_from_root(tree, &ws.work);
     let Some(first) = ws.work.kin.get(1) else { return Force::zero() };
     for (link, kin) in tree.links.iter().zip(&ws.work.kin[1..]) {
         let (J, h) = world_inertia(link, kin);
@@ -65,9 +78,4 @@ pub fn centroidal_bias(tree: &Tree, ws: &Workspace) -> Force {
         total = total + V6 { n, f }.to_parent(kin.p - first.p - c);
     }
     Force::new(vec3(&total.n), vec3(&total.f))
-}
-
-/// First root's origin to that of the root that carries link `k`.
-fn root_offset(tree: &Tree, ws: &Workspace, k: usize) -> V3<f64> {
-    ws.work.kin[tree.links[k].root as usize].p - ws.work.kin[1].p
 }

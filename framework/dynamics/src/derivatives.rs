@@ -48,7 +48,6 @@ pub struct Derivatives<L: Lane = f64> {
     /// Row i: ∂τ_i/∂q, then ∂τ_i/∂β, in whole blocks.
     pub(crate) rows: Vec<L::Block>,
     /// For the forward derivatives.
-    pub(crate) inverse: Vec<L>,
     pub(crate) sweep: Vec<V6<L::Block>>,
 }
 
@@ -81,7 +80,6 @@ impl<L: Lane> Derivatives<L> {
             t: vec![V3::default(); width],
             lower: vec![Default::default(); n * width],
             rows: vec![L::Block::default(); 2 * n * width],
-            inverse: vec![L::default(); n * n],
             sweep: vec![V6::default(); crate::forward_derivatives::CHUNK * tree.dofs.levels()],
         }
     }

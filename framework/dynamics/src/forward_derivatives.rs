@@ -40,63 +40,62 @@ impl Derivatives {
         vdot: &mut [f64],
         out: ForwardDerivatives<'_>,
     ) -> Result<(), DynamicsError> {
-        let n = tree.nv();
-        check(v.len(), n, "v");
-        check(tau.len(), n, "tau");
-        check(vdot.len(), n, "vdot");
-        check(out.dvdot_dq.len(), n * n, "dvdot_dq");
-        check(out.dvdot_dv.len(), n * n, "dvdot_dv");
-        check(out.dvdot_dtau.len(), n * n, "dvdot_dtau");
-        self.run_forward(tree, &mut ws.work, v, tau, vdot)?;
-        self.copy(n, out.dvdot_dq, out.dvdot_dv);
-        out.dvdot_dtau.copy_from_slice(&self.inverse);
-        Ok(())
+        check(v.len(), tree.nv(), "v");
+        check(tau.len(), tree.nv(), "tau");
+        check(vdot.len(), tree.nv(), "vdot");
+        self.forward(tree, &mut ws.work, v, tau, vdot, out)
     }
 }
 
 /// Where the derivatives of forward dynamics go: nv × nv each, row after row.
 #[derive(Debug)]
-pub struct ForwardDerivatives<'a> {
+pub struct ForwardDerivatives<'a, L = f64> {
     /// ∂β̇/∂q, along β.
-    pub dvdot_dq: &'a mut [f64],
+    pub dvdot_dq: &'a mut [L],
     /// ∂β̇/∂β.
-    pub dvdot_dv: &'a mut [f64],
+    pub dvdot_dv: &'a mut [L],
     /// ∂β̇/∂τ = M⁻¹.
-    pub dvdot_dtau: &'a mut [f64],
+    pub dvdot_dtau: &'a mut [L],
 }
 
 impl<L: Lane> Derivatives<L> {
-    pub(crate) fn run_forward(
+    pub(crate) fn forward(
         &mut self,
         tree: &Tree,
         w: &mut Work<L>,
         v: &[L],
         tau: &mut [L],
         vdot: &mut [L],
+        out: ForwardDerivatives<'_, L>,
     ) -> Result<(), DynamicsError> {
+        let n = tree.nv();
+        check(out.dvdot_dq.len(), n * n, "dvdot_dq");
+        check(out.dvdot_dv.len(), n * n, "dvdot_dv");
+        check(out.dvdot_dtau.len(), n * n, "dvdot_dtau");
         forward::run(tree, w, tau, vdot)?;
         self.run(tree, w, v, vdot);
-        let mut inverse = std::mem::take(&mut self.inverse);
-        let result = inverse_mass::matrix(tree, w, &mut inverse);
-        self.inverse = inverse;
-        result?;
-        if tree.nv() <= DENSE {
-            self.multiply(tree.nv())
+        inverse_mass::matrix(tree, w, out.dvdot_dtau)?;
+        if n <= DENSE {
+            self.multiply(n, out.dvdot_dtau)
         } else {
             self.sweep(tree, w)
         }
+        self.copy(n, out.dvdot_dq, out.dvdot_dv);
         Ok(())
     }
 
     /// rows ← −M⁻¹ rows, densely.
-    fn multiply(&mut self, n: usize) {
+    fn multiply(&mut self, n: usize, inverse: &[L]) {
+        if n == 0 {
+            return;
+        }
         let width = 2 * n.div_ceil(L::PACK);
         let mut column = [L::Block::default(); DENSE];
         for b in 0..width {
             for (k, x) in column[..n].iter_mut().enumerate() {
                 *x = self.rows[k * width + b];
             }
-            for (i, inverse) in self.inverse.chunks_exact(n).enumerate() {
+            for (i, inverse) in inverse.chunks_exact(n).enumerate() {
                 let mut sum = L::Block::default();
                 for (m, x) in inverse.iter().zip(&column[..n]) {
                     sum = m.block().fnma(*x, sum);

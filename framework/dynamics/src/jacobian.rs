@@ -10,6 +10,7 @@
 //! Everything relative to the root's origin, so that distance from the world's never enters.
 
 use crate::kinematics::{check, link_pose};
+use crate::lane::Lane;
 use crate::linear::{V3, V6};
 use crate::query::{v3, vec3};
 use crate::tree::{Kind, OnLink, Tree};
@@ -20,10 +21,14 @@ use linkwork_spatial::{Force, Motion};
 /// The Jacobian of a node (6 × nv, row after row): rates to its velocity [ω; v] at its origin in
 /// world axes. After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). O(nv).
 pub fn node_jacobian(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [f64]) {
+    check(out.len(), 6 * tree.nv(), "Jacobian");
+    matrix(tree, &ws.work, node, out);
+}
+
+pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &Work<L>, node: NodeId, out: &mut [L]) {
     let nv = tree.nv();
-    check(out.len(), 6 * nv, "Jacobian");
-    out.fill(0.0);
-    columns(tree, &ws.work, tree.node(node), |i, J, _| put(out, nv, i, J));
+    out.fill(L::default());
+    columns(tree, w, tree.node(node), |i, J, _| put(out, nv, i, J));
 }
 
 /// As [`node_jacobian`], from `q` (nq): moves only the links between the base and the node, so
@@ -83,7 +88,7 @@ pub fn node_jacobian_transpose_product(
 }
 
 #[inline(always)]
-fn put(out: &mut [f64], nv: usize, i: usize, J: V6<f64>) {
+fn put<L: Lane>(out: &mut [L], nv: usize, i: usize, J: V6<L>) {
     for (row, x) in [J.n.x, J.n.y, J.n.z, J.f.x, J.f.y, J.f.z].into_iter().enumerate() {
         out[row * nv + i] = x;
     }
@@ -92,14 +97,14 @@ fn put(out: &mut [f64], nv: usize, i: usize, J: V6<f64>) {
 /// Gives each column of the Jacobian of a frame, from the tip: dof, column, and (slot of its link,
 /// whether it turns, vector d).
 #[inline(always)]
-fn columns(
+fn columns<L: Lane>(
     tree: &Tree,
-    w: &Work<f64>,
+    w: &Work<L>,
     at: &OnLink,
-    mut each: impl FnMut(usize, V6<f64>, (usize, bool, V3<f64>)),
+    mut each: impl FnMut(usize, V6<L>, (usize, bool, V3<L>)),
 ) {
     let mut slot = at.slot as usize;
-    let mut d = w.kin[slot].R.mul(v3(&at.p));
+    let mut d = w.kin[slot].R.mul(V3::splat(&v3(&at.p)));
     while slot != 0 {
         let (link, kin) = (&tree.links[slot - 1], &w.kin[slot]);
         let (i, R, o) = (link.v as usize, &kin.R, V3::default());
@@ -108,7 +113,7 @@ fn columns(
             Kind::Pin => each(i, V6 { n: z, f: z.cross(d) }, (slot, true, d)),
             Kind::Slider => each(i, V6 { n: o, f: z }, (slot, false, d)),
             Kind::Screw => {
-                let f = z.cross_add(d, z.scale(link.pitch));
+                let f = z.cross_add(d, z.scale(L::splat(link.pitch)));
                 each(i, V6 { n: z, f }, (slot, true, d));
             }
             Kind::Ball | Kind::Free => {

@@ -27,6 +27,10 @@ pub trait Lane:
     fn fms(self, a: Self, b: Self) -> Self;
     /// `b - self * a`, fused where the target has it.
     fn fnma(self, a: Self, b: Self) -> Self;
+    /// State `i`'s number from `x(i)`.
+    fn gather(x: impl Fn(usize) -> f64) -> Self;
+    /// The number of state `i`.
+    fn state(&self, i: usize) -> f64;
     /// Sine and cosine, rad.
     fn sin_cos(self) -> (Self, Self);
     /// True when every lane is above zero (so not NaN).
@@ -81,6 +85,14 @@ impl Lane for f64 {
     #[inline(always)]
     fn fnma(self, a: Self, b: Self) -> Self {
         if cfg!(target_feature = "fma") { (-self).mul_add(a, b) } else { b - self * a }
+    }
+    #[inline(always)]
+    fn gather(x: impl Fn(usize) -> f64) -> Self {
+        x(0)
+    }
+    #[inline(always)]
+    fn state(&self, _: usize) -> f64 {
+        *self
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
@@ -163,6 +175,14 @@ macro_rules! wide_lane {
             #[inline(always)]
             fn fnma(self, a: Self, b: Self) -> Self {
                 self.mul_neg_add(a, b)
+            }
+            #[inline(always)]
+            fn gather(x: impl Fn(usize) -> f64) -> Self {
+                $T::new(std::array::from_fn(x))
+            }
+            #[inline(always)]
+            fn state(&self, i: usize) -> f64 {
+                self.as_array()[i]
             }
             #[inline(always)]
             fn sin_cos(self) -> (Self, Self) {

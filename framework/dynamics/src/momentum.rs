@@ -5,10 +5,11 @@
 
 use crate::composite::world_inertia;
 use crate::kinematics::check;
+use crate::lane::Lane;
 use crate::linear::V3;
 use crate::query::{mat3, v3, vec3};
 use crate::tree::{Kind, Tree};
-use crate::work::Workspace;
+use crate::work::{Work, Workspace};
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, RigidInertia, Vec3};
 
@@ -61,16 +62,18 @@ pub fn center_of_mass(tree: &Tree, ws: &Workspace) -> Vec3 {
     ws.work
         .kin
         .get(1)
-        .map_or_else(Vec3::zeros, |first| vec3(&first.p) + vec3(&center_from_root(tree, ws)))
+        .map_or_else(Vec3::zeros, |first| vec3(&first.p) + vec3(&center_from_root(tree, &ws.work)))
 }
 
 /// The same from the first root's origin.
-pub(crate) fn center_from_root(tree: &Tree, ws: &Workspace) -> V3<f64> {
+pub(crate) fn center_from_root<L: Lane>(tree: &Tree, w: &Work<L>) -> V3<L> {
     let mut moment = V3::default();
-    for (link, kin) in tree.links.iter().zip(&ws.work.kin[1..]) {
-        moment = (kin.p - ws.work.kin[1].p).scale_add(link.m, moment + kin.R.mul(link.h));
+    for (link, kin) in tree.links.iter().zip(&w.kin[1..]) {
+        let h = kin.R.mul(V3::splat(&link.h));
+        moment = (kin.p - w.kin[1].p).scale_add(L::splat(link.m), moment + h);
     }
-    if tree.total_mass() > 0.0 { moment.scale(1.0 / tree.total_mass()) } else { V3::default() }
+    let m = tree.total_mass();
+    if m > 0.0 { moment.scale(L::splat(1.0 / m)) } else { V3::default() }
 }
 
 /// Velocity of that centre of mass, m/s, world axes.

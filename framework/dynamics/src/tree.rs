@@ -88,6 +88,8 @@ pub struct Tree {
     /// Links that turn about their z, with their places in q; the last repeats to fill a block.
     turns: Vec<(u32, u32)>,
     turning: usize,
+    /// All links are outboard of the first.
+    pub(crate) one_root: bool,
     /// Links from the base to each node, one node after another.
     pub(crate) paths: Vec<u32>,
     node_paths: Vec<Range<usize>>,
@@ -323,6 +325,7 @@ impl Layout {
             dofs: Dofs::new(&links, mbs.nv()),
             turns,
             turning,
+            one_root: links.iter().filter(|l: &&Link| l.parent == 0).count() == 1,
             nodes,
             paths,
             node_paths,

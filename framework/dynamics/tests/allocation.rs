@@ -20,6 +20,12 @@ fn nothing_is_allocated_after_set_up() {
     let (mut tau, mut vdot, mut M) = (mbs.random_v(2), mbs.random_v(3), vec![0.0; nv * nv]);
     let (mut moved, mut dv) = (q.clone(), v.clone());
 
+    let [mut X, mut Dq, mut Dv] = [(); 3].map(|()| vec![0.0; nv * nv]);
+    let (mut J, mut Y) = (vec![0.0; 6 * nv], vec![0.0; nv * PARAMETERS * mbs.bodies().len()]);
+    let mut compliance = Compliance::new(&tree, &[n, mbs.node("n11").unwrap()]);
+    let mut L = vec![0.0; compliance.size() * compliance.size()];
+    let mut d = Derivatives::new(&tree);
+
     let counted = allocation_counter::measure(|| {
         poses(&tree, &mut ws, &q);
         kinematics(&tree, &mut ws, &q, &v);
@@ -36,6 +42,21 @@ fn nothing_is_allocated_after_set_up() {
         black_box((momentum(&tree, &ws), kinetic_energy(&tree, &ws, &v)));
         black_box((center_of_mass(&tree, &ws), com_acceleration(&tree, &ws)));
         black_box(subtree_inertia(&tree, &ws, body));
+        inverse_mass_matrix(&tree, &mut ws, &mut X).unwrap();
+        apply_inverse_mass(&tree, &mut ws, &mut tau).unwrap();
+        node_jacobian(&tree, &ws, n, &mut J);
+        node_jacobian_at(&tree, &mut ws, &q, n, &mut J);
+        node_jacobian_rate(&tree, &ws, n, &mut J);
+        node_jacobian_transpose_product(&tree, &ws, n, &Force::zero(), &mut tau);
+        black_box(node_jacobian_product(&tree, &ws, n, &v));
+        centroidal_matrix(&tree, &mut ws, &mut J);
+        com_jacobian(&tree, &mut ws, &mut J[..3 * nv]);
+        black_box((centroidal_bias(&tree, &ws), potential_energy(&tree, &ws)));
+        compliance.compute(&tree, &mut ws, &mut L).unwrap();
+        regressor(&tree, &ws, &mut Y);
+        d.inverse_dynamics(&tree, &mut ws, &v, &vdot, &mut Dq, &mut Dv);
+        let out = ForwardDerivatives { dvdot_dq: &mut Dq, dvdot_dv: &mut Dv, dvdot_dtau: &mut X };
+        d.forward_dynamics(&tree, &mut ws, &v, &mut tau, &mut vdot, out).unwrap();
         mbs.qdot(&q, &v, &mut moved);
         mbs.integrate(&q, &v, &mut moved);
         mbs.difference(&q, &moved, &mut dv);
