@@ -1,9 +1,10 @@
 //! More algorithms of `Mechanism`: inverse of the mass matrix, Jacobians, centroidal quantities,
 //! compliance.
 use crate::array::{Array, wrench};
-use crate::batch::{Rows, states};
+use crate::batch::{Rows, ensemble, states};
+use crate::dynamics::only;
 use crate::mechanism::Mechanism;
-use linkwork_dynamics as dynamics;
+use linkwork_dynamics::{self as dynamics, Ensemble};
 use pyo3::prelude::*;
 
 type Given<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -21,6 +22,12 @@ impl Mechanism {
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+            e.inverse_mass_matrix(&x[0], &mut out[0])
+        };
+        if let Some(many) = ensemble(py, c, &rows, threads, &[&[nv, nv]], lanes)? {
+            return only(many);
+        }
         states(py, c, &rows, threads, &[nv, nv], |tree, ws, x, out| {
             dynamics::poses(tree, ws, x[0]);
             dynamics::inverse_mass_matrix(tree, ws, out)
@@ -57,6 +64,13 @@ impl Mechanism {
     ) -> PyResult<Array<'py>> {
         let (c, node) = (&*self.core, self.core.frame(frame)?);
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+            e.node_jacobian(&x[0], node, &mut out[0]);
+            Ok(())
+        };
+        if let Some(many) = ensemble(py, c, &rows, threads, &[&[6, c.nv()]], lanes)? {
+            return only(many);
+        }
         states(py, c, &rows, threads, &[6, c.nv()], |tree, ws, x, out| {
             dynamics::poses(tree, ws, x[0]);
             dynamics::node_jacobian(tree, ws, node, out);
@@ -115,6 +129,13 @@ impl Mechanism {
     ) -> PyResult<Array<'py>> {
         let c = &*self.core;
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+            e.centroidal_matrix(&x[0], &mut out[0]);
+            Ok(())
+        };
+        if let Some(many) = ensemble(py, c, &rows, threads, &[&[6, c.nv()]], lanes)? {
+            return only(many);
+        }
         states(py, c, &rows, threads, &[6, c.nv()], |tree, ws, x, out| {
             dynamics::poses(tree, ws, x[0]);
             dynamics::centroidal_matrix(tree, ws, out);
@@ -175,6 +196,12 @@ impl Mechanism {
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
         let made = dynamics::Compliance::new(&c.tree, &nodes);
         let n = made.size();
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+            e.compliance(&x[0], &nodes, &mut out[0])
+        };
+        if let Some(many) = ensemble(py, c, &rows, threads, &[&[n, n]], lanes)? {
+            return only(many);
+        }
         states(py, c, &rows, threads, &[n, n], |tree, ws, x, out| {
             dynamics::poses(tree, ws, x[0]);
             made.clone().compute(tree, ws, out)

@@ -1,15 +1,12 @@
-//! One state or many: the rows of the inputs, the loop over them, and the lanes that take four or
-//! eight states at once.
+//! One state or many: the rows of the inputs, the loop over them, and the way to the ensemble.
 //!
-//! Every algorithm is a closure over the numbers of one state. Inputs of shape (w,) serve all
-//! states; of shape (n, w) one each. Rows are cut for the threads at multiples of the lane width,
-//! so the number of threads changes no bit.
+//! Inputs of shape (w,) serve all states; of shape (n, w) one each. An algorithm is a closure over
+//! the numbers of one state; many states of a hot algorithm go through an `Ensemble` instead, four
+//! or eight at once. The number of threads changes no bit.
 use crate::array::{Array, Input, out};
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
-use linkwork_dynamics::{Batch, DynamicsError, Lane, Tree, Workspace, f64x4, f64x8};
-use linkwork_multibody::NodeId;
-use linkwork_spatial::Force;
+use linkwork_dynamics::{DynamicsError, Ensemble, Tree, Workspace};
 use pyo3::prelude::*;
 
 /// Inputs of an algorithm, checked against each other.
@@ -88,11 +85,6 @@ impl View<'_> {
             x.get(at..at + w).unwrap_or_default()
         })
     }
-
-    fn at(&self, input: usize, k: usize, i: usize) -> f64 {
-        let (x, w, many) = self.inputs[input];
-        x[if many { k * w + i } else { i }]
-    }
 }
 
 /// An algorithm at one state: rows of the inputs in, numbers out.
@@ -129,7 +121,7 @@ pub fn states<'py>(
     let result = if rows.n.is_none() {
         core.run(py, |_, ws| piece(0, &mut values, ws))
     } else {
-        let cut = Cut { n: view.n, width, threads, lanes: 1 };
+        let cut = Cut { n: view.n, width, threads };
         py.detach(|| {
             cut.spread(&mut values, |first, out| {
                 let mut ws = core.workspace();
@@ -155,7 +147,6 @@ struct Cut {
     n: usize,
     width: usize,
     threads: usize,
-    lanes: usize,
 }
 
 impl Cut {
@@ -165,8 +156,7 @@ impl Cut {
         values: &mut [f64],
         piece: impl Fn(usize, &mut [f64]) -> Result<(), DynamicsError> + Sync,
     ) -> Result<(), DynamicsError> {
-        let groups = self.n.div_ceil(self.lanes);
-        let rows = groups.div_ceil(self.threads.min(groups.max(1))) * self.lanes;
+        let rows = self.n.div_ceil(self.threads.min(self.n.max(1)));
         if self.threads == 1 || self.width == 0 || values.is_empty() {
             return piece(0, values);
         }
@@ -189,113 +179,30 @@ impl Cut {
     }
 }
 
-/// A lane that is filled and read state by state.
-pub trait Pack: Lane {
-    /// From a number for each state.
-    fn pack(each: impl FnMut(usize) -> f64) -> Self;
-    /// The numbers of all states.
-    fn unpack(&self, each: impl FnMut(usize, f64));
-}
-
-macro_rules! pack {
-    ($T:ident, $n:literal) => {
-        impl Pack for $T {
-            fn pack(each: impl FnMut(usize) -> f64) -> Self {
-                $T::from(std::array::from_fn::<f64, $n, _>(each))
-            }
-            fn unpack(&self, mut each: impl FnMut(usize, f64)) {
-                self.to_array().iter().enumerate().for_each(|(k, x)| each(k, *x));
-            }
-        }
-    };
-}
-pack!(f64x4, 4);
-pack!(f64x8, 8);
-
-/// An algorithm on several states at once: one vector of lanes for each input, lanes out.
-pub trait LaneKernel {
-    /// Runs it.
-    ///
-    /// # Errors
-    /// As the algorithm.
-    fn run<L: Pack>(
-        &self,
-        tree: &Tree,
-        batch: &mut Batch<L>,
-        inputs: &mut [Vec<L>],
-        out: &mut [L],
-    ) -> Result<(), DynamicsError>;
-}
-
-/// Runs many states in lanes: eight up to 20 degrees of freedom, four beyond. `None`: the rows
-/// are one state.
-pub fn lanes<'py>(
+/// Many states through the ensemble's lanes and threads: `f(ensemble, tables of the inputs, tables
+/// of the results)`, a result of each shape in `each`. `None`: the rows are one state.
+pub fn ensemble<'py>(
     py: Python<'py>,
     core: &Core,
     rows: &Rows<'_>,
     threads: usize,
-    each: &[usize],
-    kernel: &(impl LaneKernel + Sync),
-) -> PyResult<Option<Array<'py>>> {
-    if rows.n.is_none() {
-        return Ok(None);
-    }
-    let (view, width) = (rows.view(), each.iter().product::<usize>());
-    let mut values = vec![0.0; view.n * width];
-    let wide = core.nv() <= 20;
-    let lanes = if wide { f64x8::WIDTH } else { f64x4::WIDTH };
-    let cut = Cut { n: view.n, width, threads: at_least_one(threads)?, lanes };
-    let result = py.detach(|| {
-        cut.spread(&mut values, |first, out| {
-            if wide {
-                groups::<f64x8>(core, &view, first, width, out, kernel)
-            } else {
-                groups::<f64x4>(core, &view, first, width, out, kernel)
-            }
-        })
-    });
-    result.map_err(refuse)?;
-    Ok(Some(out(py, values, &rows.shape(each))?))
+    each: &[&[usize]],
+    f: impl FnOnce(&mut Ensemble, &[Vec<f64>], &mut [Vec<f64>]) -> Result<(), DynamicsError> + Send,
+) -> PyResult<Option<Vec<Array<'py>>>> {
+    let (threads, Some(n)) = (at_least_one(threads)?, rows.n) else { return Ok(None) };
+    let view = rows.view();
+    let size = |shape: &&[usize]| vec![0.0; n * shape.iter().product::<usize>()];
+    let mut results: Vec<Vec<f64>> = each.iter().map(size).collect();
+    let run = || {
+        let inputs: Vec<Vec<f64>> = view.inputs.iter().map(|i| table(i, n)).collect();
+        core.with_ensemble(threads, |ensemble| f(ensemble, &inputs, &mut results))
+    };
+    py.detach(run).map_err(refuse)?;
+    let shaped = results.into_iter().zip(each).map(|(x, shape)| out(py, x, &rows.shape(shape)));
+    shaped.collect::<PyResult<_>>().map(Some)
 }
 
-/// Groups of `L::WIDTH` states from row `first` on; the last group repeats its last state.
-fn groups<L: Pack>(
-    core: &Core,
-    view: &View<'_>,
-    first: usize,
-    width: usize,
-    out: &mut [f64],
-    kernel: &impl LaneKernel,
-) -> Result<(), DynamicsError> {
-    let mut batch = Batch::<L>::new(&core.tree);
-    let mut inputs: Vec<Vec<L>> =
-        view.inputs.iter().map(|(_, w, _)| vec![L::default(); *w]).collect();
-    let mut lanes = vec![L::default(); width];
-    for (g, out) in out.chunks_mut((width * L::WIDTH).max(1)).enumerate() {
-        let last = first + g * L::WIDTH + out.len() / width.max(1) - 1;
-        for (j, input) in inputs.iter_mut().enumerate() {
-            for (i, lane) in input.iter_mut().enumerate() {
-                *lane = L::pack(|k| view.at(j, (first + g * L::WIDTH + k).min(last), i));
-            }
-        }
-        batch.clear_forces();
-        batch.set_uniform_gravity(core.gravity());
-        kernel.run(&core.tree, &mut batch, &mut inputs, &mut lanes)?;
-        for (i, lane) in lanes.iter().enumerate() {
-            lane.unpack(|k, x| {
-                if let Some(out) = out.get_mut(k * width + i) {
-                    *out = x;
-                }
-            });
-        }
-    }
-    Ok(())
-}
-
-/// The same wrenches in every state. After `batch.kinematics`.
-pub fn add_wrenches<L: Pack>(tree: &Tree, batch: &mut Batch<L>, wrenches: &[(NodeId, Force)]) {
-    let three = |v: &linkwork_spatial::Vec3| [L::splat(v.x), L::splat(v.y), L::splat(v.z)];
-    for (node, f) in wrenches {
-        batch.add_wrench_at_node(tree, *node, three(&f.moment), three(&f.force));
-    }
+/// A row for each state; one row is repeated.
+fn table((values, _, many): &(&[f64], usize, bool), n: usize) -> Vec<f64> {
+    if *many { values.to_vec() } else { values.repeat(n) }
 }

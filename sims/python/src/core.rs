@@ -4,13 +4,13 @@
 //! asked a body can be asked too.
 use crate::array::wrench;
 use crate::error::refuse_with;
-use linkwork_dynamics::{Derivatives, Tree, Workspace, kinematics};
+use linkwork_dynamics::{Derivatives, Ensemble, Tree, Workspace, kinematics};
 use linkwork_multibody::{Builder, Multibody, NodeId};
 use linkwork_runtime::remedy;
 use linkwork_spatial::{Force, Pose, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Free fall (m/s²) unless the user says otherwise.
 pub const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
@@ -23,10 +23,12 @@ pub struct Core {
     /// As the user described it.
     pub mbs: Multibody,
     /// With a node at the origin of each body.
-    pub tree: Tree,
+    pub tree: Arc<Tree>,
     gravity: Mutex<Vec3>,
     spare: Mutex<Vec<Workspace>>,
     derivatives: Mutex<Vec<Derivatives>>,
+    /// By number of threads.
+    ensembles: Mutex<Vec<(usize, Ensemble)>>,
 }
 
 /// A lock that a panic elsewhere does not take away: what it holds is always whole.
@@ -46,8 +48,15 @@ impl Core {
             with_origins.node(origin_of(b.name()), b.name(), Pose::identity());
         }
         let with_origins = with_origins.build().map_err(crate::error::refuse)?;
-        let (tree, gravity) = (Tree::new(&with_origins), Mutex::new(gravity));
-        Ok(Self { mbs, tree, gravity, spare: Mutex::default(), derivatives: Mutex::default() })
+        let (tree, gravity) = (Arc::new(Tree::new(&with_origins)), Mutex::new(gravity));
+        Ok(Self {
+            mbs,
+            tree,
+            gravity,
+            spare: Mutex::default(),
+            derivatives: Mutex::default(),
+            ensembles: Mutex::default(),
+        })
     }
 
     /// Free fall, m/s², world axes.
@@ -90,6 +99,21 @@ impl Core {
         let mut memory = spare.unwrap_or_else(|| Derivatives::new(&self.tree));
         let result = f(&mut memory);
         lock(&self.derivatives).push(memory);
+        result
+    }
+
+    /// Runs `f` on an ensemble of so many threads, at most one for each processor.
+    pub fn with_ensemble<R>(&self, threads: usize, f: impl FnOnce(&mut Ensemble) -> R) -> R {
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = threads.min(processors);
+        let spare = {
+            let mut all = lock(&self.ensembles);
+            all.iter().position(|(n, _)| *n == threads).map(|k| all.swap_remove(k).1)
+        };
+        let mut ensemble = spare.unwrap_or_else(|| Ensemble::new(self.tree.clone(), threads));
+        ensemble.set_uniform_gravity(self.gravity());
+        let result = f(&mut ensemble);
+        lock(&self.ensembles).push((threads, ensemble));
         result
     }
 
@@ -139,9 +163,14 @@ impl Core {
         given.iter().map(read).collect()
     }
 
-    /// Kinematics, then the wrenches.
+    /// Kinematics, then these wrenches and no other.
     pub fn load(&self, ws: &mut Workspace, q: &[f64], v: &[f64], wrenches: &[(NodeId, Force)]) {
         kinematics(&self.tree, ws, q, v);
+        if wrenches.is_empty() {
+            return;
+        }
+        ws.clear_forces();
+        ws.apply_uniform_gravity(self.gravity());
         for (node, f) in wrenches {
             ws.add_wrench_at_node(&self.tree, *node, *f);
         }

@@ -1,8 +1,8 @@
 //! Derivatives of inverse and forward dynamics, and the regressor of inertial parameters.
 use crate::array::{Array, Array1, out1};
-use crate::batch::{Rows, states};
+use crate::batch::{Rows, ensemble, states};
 use crate::mechanism::Mechanism;
-use linkwork_dynamics::{self as dynamics, ForwardDerivatives, PARAMETERS};
+use linkwork_dynamics::{self as dynamics, Ensemble, ForwardDerivatives, PARAMETERS};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyEllipsis, PySlice};
 
@@ -15,8 +15,12 @@ fn parts<'py, const N: usize>(all: &Array<'py>) -> PyResult<[Array<'py>; N]> {
         let at = (PyEllipsis::get(py), k, PySlice::full(py), PySlice::full(py));
         Ok(all.get_item(at)?.cast_into()?)
     };
-    let found: Vec<Array<'py>> = (0..N).map(part).collect::<PyResult<_>>()?;
-    found.try_into().map_err(|_| crate::error::refuse("a part is missing"))
+    all_of((0..N).map(part).collect::<PyResult<_>>()?)
+}
+
+/// So many results.
+fn all_of<const N: usize>(found: Vec<Array<'_>>) -> PyResult<[Array<'_>; N]> {
+    found.try_into().map_err(|_| crate::error::refuse("a result is missing"))
 }
 
 #[pymethods]
@@ -39,6 +43,18 @@ impl Mechanism {
         let (c, nv) = (&*self.core, self.core.nv());
         let rows = Rows::read(&[(q, c.nq(), "q"), (v, nv, "v"), (vdot, nv, "vdot")])?;
         let wrenches = c.wrenches(wrenches)?;
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+            let [by_q, by_v] = out else { return Ok(()) };
+            e.inverse_dynamics_derivatives(&x[0], &x[1], &x[2], by_q, by_v);
+            Ok(())
+        };
+        let each: &[usize] = &[nv, nv];
+        if wrenches.is_empty()
+            && let Some(many) = ensemble(py, c, &rows, threads, &[each, each], lanes)?
+        {
+            let [by_q, by_v] = all_of(many)?;
+            return Ok((by_q, by_v));
+        }
         let both = states(py, c, &rows, threads, &[2, nv, nv], |tree, ws, x, out| {
             c.load(ws, x[0], x[1], &wrenches);
             let (by_q, by_v) = out.split_at_mut(nv * nv);
@@ -68,6 +84,19 @@ impl Mechanism {
         let rows = [(q, c.nq(), "q"), (v, nv, "v"), (tau, nv, "tau"), (vdot, nv, "prescribed")];
         let rows = Rows::read(&rows)?;
         let wrenches = c.wrenches(wrenches)?;
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+            let [dvdot_dq, dvdot_dv, dvdot_dtau] = out else { return Ok(()) };
+            let out = ForwardDerivatives { dvdot_dq, dvdot_dv, dvdot_dtau };
+            let (mut tau, mut vdot) = (x[2].clone(), x[3].clone());
+            e.forward_dynamics_derivatives(&x[0], &x[1], &mut tau, &mut vdot, out)
+        };
+        let each: &[usize] = &[nv, nv];
+        if wrenches.is_empty()
+            && let Some(many) = ensemble(py, c, &rows, threads, &[each, each, each], lanes)?
+        {
+            let [by_q, by_v, by_tau] = all_of(many)?;
+            return Ok((by_q, by_v, by_tau));
+        }
         let all = states(py, c, &rows, threads, &[3, nv, nv], |tree, ws, x, out| {
             c.load(ws, x[0], x[1], &wrenches);
             let (dvdot_dq, rest) = out.split_at_mut(nv * nv);

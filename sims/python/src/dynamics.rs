@@ -1,64 +1,12 @@
 //! The algorithms of `Mechanism`: each under its own name, from q, v and what else it needs.
 use crate::array::Array;
-use crate::batch::{LaneKernel, Pack, Rows, add_wrenches, lanes, states};
+use crate::batch::{Rows, ensemble, states};
 use crate::mechanism::Mechanism;
-use linkwork_dynamics::{self as dynamics, Batch, DynamicsError, Tree};
-use linkwork_multibody::NodeId;
-use linkwork_spatial::Force;
+use linkwork_dynamics::{self as dynamics, Ensemble};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 type Given<'a, 'py> = &'a Bound<'py, PyAny>;
-
-struct Inverse<'a>(&'a [(NodeId, Force)]);
-impl LaneKernel for Inverse<'_> {
-    fn run<L: Pack>(
-        &self,
-        tree: &Tree,
-        batch: &mut Batch<L>,
-        inputs: &mut [Vec<L>],
-        out: &mut [L],
-    ) -> Result<(), DynamicsError> {
-        if !self.0.is_empty() {
-            batch.kinematics(tree, &inputs[0], &inputs[1]);
-            add_wrenches(tree, batch, self.0);
-        }
-        batch.inverse_dynamics(tree, &inputs[0], &inputs[1], &inputs[2], out);
-        Ok(())
-    }
-}
-
-struct Forward<'a>(&'a [(NodeId, Force)]);
-impl LaneKernel for Forward<'_> {
-    fn run<L: Pack>(
-        &self,
-        tree: &Tree,
-        batch: &mut Batch<L>,
-        inputs: &mut [Vec<L>],
-        out: &mut [L],
-    ) -> Result<(), DynamicsError> {
-        let [q, v, tau, vdot] = inputs else { return Ok(()) };
-        batch.kinematics(tree, q, v);
-        add_wrenches(tree, batch, self.0);
-        out.copy_from_slice(vdot);
-        batch.forward_dynamics_given_kinematics(tree, tau, out)
-    }
-}
-
-struct MassMatrix;
-impl LaneKernel for MassMatrix {
-    fn run<L: Pack>(
-        &self,
-        tree: &Tree,
-        batch: &mut Batch<L>,
-        inputs: &mut [Vec<L>],
-        out: &mut [L],
-    ) -> Result<(), DynamicsError> {
-        batch.poses(tree, &inputs[0]);
-        batch.mass_matrix(tree, out);
-        Ok(())
-    }
-}
 
 #[pymethods]
 impl Mechanism {
@@ -79,8 +27,14 @@ impl Mechanism {
         let (c, nv) = (&*self.core, self.core.nv());
         let rows = Rows::read(&[(q, c.nq(), "q"), (v, nv, "v"), (vdot, nv, "vdot")])?;
         let wrenches = c.wrenches(wrenches)?;
-        if let Some(many) = lanes(py, c, &rows, threads, &[nv], &Inverse(&wrenches))? {
-            return Ok(many);
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], tau: &mut [Vec<f64>]| {
+            e.inverse_dynamics(&x[0], &x[1], &x[2], &mut tau[0]);
+            Ok(())
+        };
+        if wrenches.is_empty()
+            && let Some(many) = ensemble(py, c, &rows, threads, &[&[nv]], lanes)?
+        {
+            return only(many);
         }
         states(py, c, &rows, threads, &[nv], |tree, ws, x, tau| {
             c.load(ws, x[0], x[1], &wrenches);
@@ -117,8 +71,14 @@ impl Mechanism {
         let rows = [(q, c.nq(), "q"), (v, nv, "v"), (tau, nv, "tau"), (vdot, nv, "prescribed")];
         let rows = Rows::read(&rows)?;
         let wrenches = c.wrenches(wrenches)?;
-        if let Some(many) = lanes(py, c, &rows, threads, &[nv], &Forward(&wrenches))? {
-            return Ok(many);
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], vdot: &mut [Vec<f64>]| {
+            vdot[0].copy_from_slice(&x[3]);
+            e.forward_dynamics(&x[0], &x[1], &mut x[2].clone(), &mut vdot[0])
+        };
+        if wrenches.is_empty()
+            && let Some(many) = ensemble(py, c, &rows, threads, &[&[nv]], lanes)?
+        {
+            return only(many);
         }
         states(py, c, &rows, threads, &[nv], |tree, ws, x, vdot| {
             c.load(ws, x[0], x[1], &wrenches);
@@ -182,8 +142,12 @@ impl Mechanism {
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
-        if let Some(many) = lanes(py, c, &rows, threads, &[nv, nv], &MassMatrix)? {
-            return Ok(many);
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+            e.mass_matrix(&x[0], &mut out[0]);
+            Ok(())
+        };
+        if let Some(many) = ensemble(py, c, &rows, threads, &[&[nv, nv]], lanes)? {
+            return only(many);
         }
         states(py, c, &rows, threads, &[nv, nv], |tree, ws, x, out| {
             dynamics::poses(tree, ws, x[0]);
@@ -191,4 +155,9 @@ impl Mechanism {
             Ok(())
         })
     }
+}
+
+/// The only result of an ensemble's call.
+pub fn only(results: Vec<Array<'_>>) -> PyResult<Array<'_>> {
+    results.into_iter().next().ok_or_else(|| crate::error::refuse("there is no result"))
 }

@@ -124,7 +124,7 @@ def test_external_wrenches(case):
         assert off(state.forward_dynamics(tau), forward) < 1e-14
         state.clear_wrenches()
         assert off(state.forward_dynamics(tau), case.v(s["aba"])) < TOL
-        # The same for many states at once, in lanes.
+        # In many states at once each state feels them once.
         many = m.inverse_dynamics(np.array([q] * 3), v, vdot, wrenches=wrenches)
         assert off(many, [inverse] * 3) < 1e-12
 
