@@ -30,6 +30,7 @@ mod forward;
 mod forward_derivatives;
 mod frames;
 mod inverse;
+mod inverse_kinematics;
 mod inverse_mass;
 mod jacobian;
 mod kinematics;
@@ -54,6 +55,9 @@ pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
 pub use forward_derivatives::ForwardDerivatives;
 pub use frames::{Counts, FrameId, Frames, FramesError, MechanismId, Pair};
 pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
+pub use inverse_kinematics::{
+    Effort, Found, InverseKinematics, InverseKinematicsError, Nearest, RateTarget, Residual, Target,
+};
 pub use inverse_mass::{apply_inverse_mass, inverse_mass_matrix};
 pub use jacobian::{
     node_jacobian, node_jacobian_at, node_jacobian_product, node_jacobian_rate,

@@ -435,6 +435,53 @@ fn books_are_kept_through_a_detach_a_flight_and_a_catch() {
 }
 
 #[test]
+fn any_sequence_of_edits_keeps_the_books() {
+    let (mut done, mut refused, mut moved) = (0, 0, 0);
+    for seed in 0..30 {
+        let mut e = edit(&floating(seed), seed);
+        let mut r = Rng(seed + 100);
+        let names: Vec<String> = e.multibody().bodies().iter().map(|b| b.name().into()).collect();
+        for step in 0..12 {
+            let pick = |r: &mut Rng| names[r.below(names.len())].clone();
+            let (body, onto) = (pick(&mut r), pick(&mut r));
+            let hinge = hinges()[r.below(9)].clone();
+            let here = Placement::Here { hinge_in_body: r.pose(), q: None };
+            let before = (seen(&e), e.clone());
+            let (gentle, result) = match r.below(5) {
+                0 => (true, e.detach(&body, "world")),
+                1 => (true, e.detach(&body, &onto)),
+                2 => (true, e.reroot(&body)),
+                3 => (false, e.attach(&body, &onto, hinge, &here)),
+                _ => (false, e.attach_tree(&body, &onto, hinge, &here)),
+            };
+            let what = format!("seed {seed}, step {step}");
+            let Ok(report) = result else {
+                refused += 1;
+                assert_eq!(e.multibody(), before.1.multibody(), "{what}");
+                assert_eq!((e.q(), e.v()), (before.1.q(), before.1.v()), "{what}");
+                continue;
+            };
+            done += 1;
+            momentum_kept(&report, 1e-11, &what);
+            let after = seen(&e);
+            if gentle {
+                kept(&after, &before.0, 1e-11, &what);
+                energy_kept(&report, 1e-11, &what);
+            } else {
+                moved += 1;
+                assert!(report.energy_after <= report.energy_before * (1.0 + 1e-12), "{what}");
+                for (name, (X, ..)) in &after {
+                    let error = (X.position - before.0[name].0.position).norm();
+                    assert!(error <= 1e-11, "{what}: {name} jumps by {error:e}");
+                }
+            }
+        }
+    }
+    println!("{done} edits, {moved} of them impacts, {refused} refusals");
+    assert!(done > 150 && moved > 40 && refused > 40);
+}
+
+#[test]
 fn mechanisms_come_and_go_and_places_are_told() {
     let (a, b) = (tree(3, false), tree(5, true));
     let mut e = edit(&a, 1);

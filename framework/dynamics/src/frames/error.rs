@@ -53,8 +53,11 @@ pub enum FramesError {
         /// The length it should have.
         want: usize,
     },
-    /// A NaN or infinity.
-    #[error("{place}: a number is NaN or infinite\n  help: give finite numbers")]
+    /// A NaN or infinity, or a quaternion that is no rotation.
+    #[error(
+        "{place}: a number is NaN or infinite, or a quaternion is not of unit length\n  help: give \
+         finite numbers and unit quaternions"
+    )]
     NotFinite {
         /// Where.
         place: String,

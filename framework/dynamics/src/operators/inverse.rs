@@ -28,9 +28,9 @@ const MASS: [(Symbol, Side); 5] = [
 ];
 
 impl Operator {
-    /// The inverse, where one of low order is known: see the rules in the header of this file
-    /// (`I ± …` sums that are written as there, their transposed, φ, ψ, D, M, the mass matrix, and
-    /// products of all these). D with prescribed coordinates: on the free ones, zero elsewhere.
+    /// The inverse, where one of low order is known: of φ, ψ, D, M, `I + H φ K`, `I − H ψ K`,
+    /// `H φ M φ* H* + J` as a whole, and of products, multiples and transposes of these. D with
+    /// prescribed coordinates: on the free ones, zero elsewhere.
     ///
     /// # Errors
     /// A mistake in the expression, [`OperatorError::NoInverse`], or [`OperatorError::Singular`].

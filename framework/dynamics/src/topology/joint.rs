@@ -9,9 +9,10 @@ use super::TopologyError;
 use crate::kinematics::kinematics;
 use crate::tree::Tree;
 use crate::work::Workspace;
-use linkwork_multibody::{BodyId, BodySpec, Builder};
+use linkwork_multibody::{BodyId, BodySpec, Builder, SubhingeKind};
 use linkwork_spatial::nalgebra::{DMatrix, DVector, Vector6};
 use linkwork_spatial::{MassProperties, Motion, Pose};
+use std::f64::consts::PI;
 
 /// What is left when a hinge is said to reach a pose: rad and m.
 const REACH: f64 = 1e-9;
@@ -99,6 +100,7 @@ impl Joint {
                 }
             }
             if e.norm() <= REACH * (1.0 + target.position.norm()) {
+                self.shorten(&mut q);
                 return Ok(q);
             }
             if e.norm() < best.0 {
@@ -108,6 +110,15 @@ impl Joint {
         let (angle, distance) =
             (best.1.fixed_rows::<3>(0).norm(), best.1.fixed_rows::<3>(3).norm());
         Err(TopologyError::Unreachable { body: name.to_owned(), distance, angle })
+    }
+
+    /// Angles of pins within half a turn.
+    fn shorten(&self, q: &mut [f64]) {
+        for (_, s) in self.tree.multibody().subhinges() {
+            if matches!(s.subhinge.kind, SubhingeKind::Pin { .. }) && q[s.q.start].abs() > PI {
+                q[s.q.start] -= 2.0 * PI * (q[s.q.start] / (2.0 * PI)).round();
+            }
+        }
     }
 
     /// Rates nearest to a velocity of the body seen from its parent, parent's axes.

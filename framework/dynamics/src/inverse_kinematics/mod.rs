@@ -1,0 +1,242 @@
+//! Inverse kinematics: configurations that bring nodes where they are to be, rates likewise.
+//!
+//! Least squares over the targets, each error seen in the frame that the target is given in (R, p: of
+//! that frame; R₁, p₁: of the node; R_t, p_t: the target):
+//! ```text
+//! e = [ w_p (p_t − Rᵀ (p₁ − p));  w_o log(R_t (Rᵀ R₁)⁻¹) ]           minimise F = ½ eᵀ e
+//! J = [ w_p Rᵀ (J₁ᵛ − Jᵛ + (p₁ − p)~ Jʷ);  w_o Rᵀ (J₁ʷ − Jʷ) ]       − Jᵀ e is the gradient of F
+//! (Jᵀ J + c |e|² 1) h = Jᵀ e                                       q ← q ⊕ h on the manifold
+//! ```
+//! Levenberg–Marquardt: c falls and rises with the ratio of the gain of F to what J promised. The factor
+//! |e|² makes the end quadratic where targets can be met, singular Jacobians included. Limits: a
+//! coordinate at a limit that the gradient pushes outward is held (active set), a step that crosses one is
+//! cut there. Prescribed and kept coordinates do not move. When one start fails, others are tried, the
+//! same ones each time, spread over the limits (or one turn, or 1 m).
+//!
+//! Rates: least squares of J v against the velocities asked for, of least norm (iterated Tikhonov), within
+//! the rate limits, and not outward at a limit.
+//!
+//! A minimum that is not zero may be a local one: *unreachable* says that no start led there.
+
+mod rates;
+mod solve;
+mod target;
+
+pub use target::{Effort, Found, InverseKinematicsError, Nearest, RateTarget, Residual, Target};
+
+use crate::jacobian::node_jacobian;
+use crate::kinematics::check;
+use crate::tree::Tree;
+use crate::work::Workspace;
+use linkwork_multibody::{Coordinate, Limits, NodeId};
+use linkwork_spatial::nalgebra::Rotation3;
+use linkwork_spatial::{Mat3, Quat, Vec3};
+use std::ops::Range;
+
+/// The memory of inverse kinematics for one tree; which coordinates it may move, and its effort.
+#[derive(Clone, Debug)]
+pub struct InverseKinematics {
+    /// When it is content, and how long it tries.
+    pub effort: Effort,
+    ws: Workspace,
+    /// Per place in β: may it move, its place in q when it has one number, its limits.
+    moves: Vec<bool>,
+    place: Vec<Option<usize>>,
+    limits: Vec<Limits>,
+    /// Rows × nv, and one node's 6 × nv each.
+    J: Vec<f64>,
+    J_node: Vec<f64>,
+    J_base: Vec<f64>,
+    e: Vec<f64>,
+    gradient: Vec<f64>,
+    step: Vec<f64>,
+    /// Coordinates that move now, and their matrix.
+    free: Vec<usize>,
+    A: Vec<f64>,
+    x: Vec<f64>,
+    start: Vec<f64>,
+    tried: Vec<f64>,
+    best: Vec<f64>,
+    held: Vec<bool>,
+    before: Vec<f64>,
+    residuals: Vec<Residual>,
+}
+
+impl InverseKinematics {
+    /// Memory for `tree`; it must be used with no other. Prescribed coordinates are kept.
+    #[must_use]
+    pub fn new(tree: &Tree) -> Self {
+        let (nq, nv) = (tree.nq(), tree.nv());
+        let (mut place, mut limits) = (vec![None; nv], vec![Limits::NONE; nv]);
+        let mut moves = vec![true; nv];
+        for (_, s) in tree.multibody().subhinges() {
+            if s.v.len() == 1 {
+                (place[s.v.start], limits[s.v.start]) = (Some(s.q.start), s.subhinge.limits);
+            }
+            moves[s.v.clone()].fill(s.subhinge.coordinate == Coordinate::Free);
+        }
+        Self {
+            effort: Effort::default(),
+            ws: Workspace::new(tree),
+            moves,
+            place,
+            limits,
+            J: Vec::new(),
+            J_node: vec![0.0; 6 * nv],
+            J_base: vec![0.0; 6 * nv],
+            e: Vec::new(),
+            gradient: vec![0.0; nv],
+            step: vec![0.0; nv],
+            free: Vec::with_capacity(nv),
+            A: vec![0.0; nv * nv],
+            x: vec![0.0; nv],
+            start: vec![0.0; nq],
+            tried: vec![0.0; nq],
+            best: vec![0.0; nq],
+            held: vec![false; nv],
+            before: vec![0.0; nv],
+            residuals: Vec::new(),
+        }
+    }
+
+    /// Keeps coordinates (places in β) where they are from now on.
+    #[track_caller]
+    pub fn keep(&mut self, places: Range<usize>) {
+        self.moves[places].fill(false);
+    }
+
+    /// Lets coordinates (places in β) move from now on, prescribed ones too.
+    #[track_caller]
+    pub fn release(&mut self, places: Range<usize>) {
+        self.moves[places].fill(true);
+    }
+
+    /// For each target of the last solve: how far its node is from it.
+    #[must_use]
+    pub fn residuals(&self) -> &[Residual] {
+        &self.residuals
+    }
+
+    /// Places in β of the coordinates that are at a limit at `q`.
+    pub fn at_limit<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = usize> + 'a {
+        (0..self.place.len()).filter(|i| {
+            let x = self.place[*i].map(|at| q[at]);
+            x.is_some_and(|x| x <= self.limits[*i].lower || x >= self.limits[*i].upper)
+        })
+    }
+
+    /// Room for so many rows; allocates only when there were never so many.
+    fn reserve(&mut self, rows: usize, targets: usize, nv: usize) {
+        self.e.resize(rows, 0.0);
+        self.J.resize(rows * nv, 0.0);
+        self.residuals.resize(targets, Residual::default());
+    }
+
+    /// Rows of J for the relative velocity of a node seen from another: angular ones first, each six
+    /// × nv in `J_node`, axes of that other. `d` is p₁ − p in world axes.
+    fn relative_jacobian(
+        &mut self,
+        tree: &Tree,
+        node: NodeId,
+        base: Option<NodeId>,
+        R: &Mat3,
+        d: &Vec3,
+    ) {
+        let nv = tree.nv();
+        node_jacobian(tree, &self.ws, node, &mut self.J_node);
+        let Some(base) = base else { return };
+        node_jacobian(tree, &self.ws, base, &mut self.J_base);
+        for i in 0..nv {
+            let read = |J: &[f64], row: usize| {
+                Vec3::new(J[row * nv + i], J[(row + 1) * nv + i], J[(row + 2) * nv + i])
+            };
+            let (w0, v0) = (read(&self.J_base, 0), read(&self.J_base, 3));
+            let w = R.tr_mul(&(read(&self.J_node, 0) - w0));
+            let v = R.tr_mul(&(read(&self.J_node, 3) - v0 - w0.cross(d)));
+            for k in 0..3 {
+                self.J_node[k * nv + i] = w[k];
+                self.J_node[(k + 3) * nv + i] = v[k];
+            }
+        }
+    }
+
+    /// Rotation and origin of a frame in the world.
+    fn frame(&self, tree: &Tree, node: Option<NodeId>) -> (Mat3, Vec3) {
+        node.map_or((Mat3::identity(), Vec3::zeros()), |n| {
+            (self.ws.node_rotation(tree, n), self.ws.node_pose(tree, n).position)
+        })
+    }
+
+    /// Solves (JᵀJ + `damping` 1) h = Jᵀe on the free coordinates into `step`; false when that has
+    /// no answer.
+    fn damped_step(&mut self, rows: usize, nv: usize, damping: f64) -> bool {
+        let n = self.free.len();
+        for (a, i) in self.free.iter().enumerate() {
+            for (b, j) in self.free.iter().enumerate().take(a + 1) {
+                let dot: f64 = (0..rows).map(|r| self.J[r * nv + i] * self.J[r * nv + j]).sum();
+                self.A[a * n + b] = dot + if a == b { damping } else { 0.0 };
+            }
+            self.x[a] = self.gradient[*i];
+        }
+        if !solve_spd(&mut self.A[..n * n], &mut self.x[..n]) {
+            return false;
+        }
+        self.step.fill(0.0);
+        for (a, i) in self.free.iter().enumerate() {
+            self.step[*i] = self.x[a];
+        }
+        true
+    }
+
+    /// Jᵀ e.
+    fn gradient_of(&mut self, rows: usize, nv: usize) {
+        for i in 0..nv {
+            self.gradient[i] = (0..rows).map(|r| self.J[r * nv + i] * self.e[r]).sum();
+        }
+    }
+}
+
+/// A x = b for a symmetric positive definite A (its lower triangle), in place; false when it is not.
+fn solve_spd(A: &mut [f64], b: &mut [f64]) -> bool {
+    let n = b.len();
+    for j in 0..n {
+        for i in j..n {
+            let dot: f64 = (0..j).map(|k| A[i * n + k] * A[j * n + k]).sum();
+            let x = A[i * n + j] - dot;
+            if i == j {
+                if !(x > 0.0 && x.is_finite()) {
+                    return false;
+                }
+                A[j * n + j] = x.sqrt();
+            } else {
+                A[i * n + j] = x / A[j * n + j];
+            }
+        }
+    }
+    for i in 0..n {
+        let dot: f64 = (0..i).map(|k| A[i * n + k] * b[k]).sum();
+        b[i] = (b[i] - dot) / A[i * n + i];
+    }
+    for i in (0..n).rev() {
+        let dot: f64 = (i + 1..n).map(|k| A[k * n + i] * b[k]).sum();
+        b[i] = (b[i] - dot) / A[i * n + i];
+    }
+    b.iter().all(|x| x.is_finite())
+}
+
+/// The rotation vector of a rotation matrix, rad.
+fn log(R: &Mat3) -> Vec3 {
+    Quat::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*R)).scaled_axis()
+}
+
+#[track_caller]
+fn check_nodes(tree: &Tree, nodes: impl IntoIterator<Item = NodeId>) {
+    let count = tree.multibody().nodes().len();
+    assert!(nodes.into_iter().all(|n| n.index() < count), "a node of another mechanism");
+}
+
+#[track_caller]
+fn check_state(ik: &InverseKinematics, tree: &Tree, q: &[f64]) {
+    check(q.len(), tree.nq(), "q");
+    assert_eq!(ik.moves.len(), tree.nv(), "inverse kinematics made for another tree");
+}

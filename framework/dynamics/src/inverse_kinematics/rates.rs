@@ -1,0 +1,208 @@
+//! Rates that move nodes as asked, in the sense of least squares.
+//!
+//! On the coordinates that no limit holds, from zero, δ a small part of the largest |J_i|²:
+//! ```text
+//! v ← v + (JᵀJ + δ 1)⁻¹ Jᵀ (b − J v)            iterated Tikhonov: tends to the least of all minimisers
+//! ```
+//! On the way there the first coordinate that meets a limit is held, and so on; then the held one that
+//! pulls inward most is let go (active set, from one feasible point to a better one).
+
+use super::{
+    InverseKinematics, InverseKinematicsError, RateTarget, Residual, check_nodes, check_state,
+};
+use crate::kinematics::{check, poses};
+use crate::tree::Tree;
+use linkwork_spatial::Vec3;
+
+/// After k rounds a direction of relative gain s² misses the part (δ / (δ + s²))ᵏ.
+const ROUNDS: usize = 6;
+const DAMPING: f64 = 1e-8;
+
+impl InverseKinematics {
+    /// Rates `v` (nv) at `q` for which the nodes move as nearly as asked as they can, the least such
+    /// rates; directions in which the nodes hardly move (singular values below 1e-4 of the largest) stay
+    /// damped. Kept and prescribed coordinates keep the rate that `v` brings; others stay within their
+    /// rate limits, and at a limit do not move outward. Returns what is missing, for each target
+    /// (m/s, rad/s). O(nv² (rows + nv)) for each coordinate that meets a limit.
+    ///
+    /// # Errors
+    /// [`InverseKinematicsError::BadNumber`]; `v` is then left alone.
+    #[track_caller]
+    pub fn rates(
+        &mut self,
+        tree: &Tree,
+        targets: &[RateTarget],
+        q: &[f64],
+        v: &mut [f64],
+    ) -> Result<&[Residual], InverseKinematicsError> {
+        check_state(self, tree, q);
+        check(v.len(), tree.nv(), "v");
+        check_nodes(tree, targets.iter().flat_map(|t| [Some(t.node), t.relative_to]).flatten());
+        check_numbers(tree, targets, q, v)?;
+        let (nv, rows) = (tree.nv(), 6 * targets.len());
+        self.reserve(rows, targets.len(), nv);
+        poses(tree, &mut self.ws, q);
+        self.rate_rows(tree, targets);
+        for i in 0..nv {
+            self.held[i] = !self.moves[i];
+            if self.moves[i] {
+                v[i] = 0.0;
+            }
+        }
+        // Each turn lowers the sum of squares, so that no set of held coordinates comes twice; the
+        // bound is for rounding.
+        for _ in 0..=6 * nv {
+            self.before.copy_from_slice(v);
+            self.least_squares(targets, rows, v);
+            if !self.cut_at_limit(q, v) && !self.release_one(targets, rows, q, v) {
+                break;
+            }
+        }
+        self.missing(targets, v);
+        Ok(&self.residuals)
+    }
+
+    /// Weighted rows of J: angular, then linear, for each target.
+    fn rate_rows(&mut self, tree: &Tree, targets: &[RateTarget]) {
+        let nv = tree.nv();
+        for (target, t) in targets.iter().enumerate() {
+            let (R, p) = self.frame(tree, t.relative_to);
+            let d = self.frame(tree, Some(t.node)).1 - p;
+            self.relative_jacobian(tree, t.node, t.relative_to, &R, &d);
+            for k in 0..6 {
+                let weight = if k < 3 { t.angular_weight } else { t.linear_weight };
+                let row = (6 * target + k) * nv;
+                for i in 0..nv {
+                    self.J[row + i] = weight * self.J_node[k * nv + i];
+                }
+            }
+        }
+    }
+
+    /// e = b − J v, weighted.
+    fn missing(&mut self, targets: &[RateTarget], v: &[f64]) {
+        let nv = v.len();
+        for (target, t) in targets.iter().enumerate() {
+            let mut parts = [Vec3::zeros(); 2];
+            for k in 0..6 {
+                let row = (6 * target + k) * nv;
+                let got: f64 = self.J[row..row + nv].iter().zip(v).map(|(J, v)| J * v).sum();
+                let (weight, want) = if k < 3 {
+                    (t.angular_weight, t.velocity.angular[k])
+                } else {
+                    (t.linear_weight, t.velocity.linear[k - 3])
+                };
+                let e = weight * want - got;
+                self.e[6 * target + k] = e;
+                parts[k / 3][k % 3] = if weight > 0.0 { e / weight } else { 0.0 };
+            }
+            let (orientation, position) = (parts[0].norm(), parts[1].norm());
+            self.residuals[target] = Residual { position, orientation };
+        }
+    }
+
+    /// The least rates of coordinates that are not held.
+    fn least_squares(&mut self, targets: &[RateTarget], rows: usize, v: &mut [f64]) {
+        let nv = v.len();
+        self.free.clear();
+        self.free.extend((0..nv).filter(|i| !self.held[*i]));
+        let mut largest = 0.0_f64;
+        for i in &self.free {
+            v[*i] = 0.0;
+            largest = largest.max((0..rows).map(|r| self.J[r * nv + i].powi(2)).sum());
+        }
+        for _ in 0..ROUNDS {
+            self.missing(targets, v);
+            self.gradient_of(rows, nv);
+            // Nothing moves the nodes: rates stay zero.
+            if !(largest > 0.0) || !self.damped_step(rows, nv, DAMPING * largest) {
+                return;
+            }
+            v.iter_mut().zip(&self.step).for_each(|(v, h)| *v += h);
+        }
+    }
+
+    /// Goes from the rates before towards `v` as far as limits allow, and holds the coordinate that
+    /// meets its limit first; false when none does.
+    fn cut_at_limit(&mut self, q: &[f64], v: &mut [f64]) -> bool {
+        let mut first = (1.0, None);
+        for i in (0..v.len()).filter(|i| !self.held[*i]) {
+            let (from, to, (low, high)) = (self.before[i], v[i], self.rate_range(i, q));
+            let limit = if to > high { high } else { low };
+            if to > high || to < low {
+                let part = f64::max((limit - from) / (to - from), 0.0);
+                if part <= first.0 {
+                    first = (part, Some((i, limit)));
+                }
+            }
+        }
+        let (part, Some((held, limit))) = first else { return false };
+        for (v, from) in v.iter_mut().zip(&self.before) {
+            *v = from + part * (*v - from);
+        }
+        v[held] = limit;
+        self.held[held] = true;
+        true
+    }
+
+    /// Lets the coordinate go that pulls inward most; false when none does.
+    fn release_one(&mut self, targets: &[RateTarget], rows: usize, q: &[f64], v: &[f64]) -> bool {
+        self.missing(targets, v);
+        self.gradient_of(rows, v.len());
+        let size = self.e.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+        let mut most = (1e-7 * size, None);
+        for i in (0..v.len()).filter(|i| self.held[*i] && self.moves[*i]) {
+            let ((low, high), g) = (self.rate_range(i, q), self.gradient[i]);
+            let inward = (v[i] <= low && g > 0.0) || (v[i] >= high && g < 0.0);
+            if low < high && inward && g.abs() > most.0 {
+                most = (g.abs(), Some(i));
+            }
+        }
+        if let Some(i) = most.1 {
+            self.held[i] = false;
+        }
+        most.1.is_some()
+    }
+
+    /// What a rate may be at q.
+    fn rate_range(&self, i: usize, q: &[f64]) -> (f64, f64) {
+        let limits = &self.limits[i];
+        let (mut low, mut high) = (-limits.rate, limits.rate);
+        if let Some(at) = self.place[i] {
+            low = if q[at] <= limits.lower { 0.0 } else { low };
+            high = if q[at] >= limits.upper { 0.0 } else { high };
+        }
+        (low, high)
+    }
+}
+
+fn check_numbers(
+    tree: &Tree,
+    targets: &[RateTarget],
+    q: &[f64],
+    v: &[f64],
+) -> Result<(), InverseKinematicsError> {
+    let bad = |place: String, value: f64, help| {
+        Err(InverseKinematicsError::BadNumber { place, value, help })
+    };
+    for (what, x) in [("q", q), ("v", v)] {
+        if let Some(i) = x.iter().position(|x| !x.is_finite()) {
+            return bad(format!("{what}[{i}]"), x[i], "give finite numbers");
+        }
+    }
+    for (target, t) in targets.iter().enumerate() {
+        let name = tree.multibody().get_node(t.node).name();
+        let numbers = t.velocity.angular.iter().chain(t.velocity.linear.iter());
+        if let Some(value) = numbers.copied().find(|x| !x.is_finite()) {
+            let place = format!("velocity {target} (node `{name}`)");
+            return bad(place, value, "give finite numbers");
+        }
+        for value in [t.linear_weight, t.angular_weight] {
+            if !(value >= 0.0 && value.is_finite()) {
+                let place = format!("a weight of velocity {target} (node `{name}`)");
+                return bad(place, value, "weights are not negative; 0 for what does not count");
+            }
+        }
+    }
+    Ok(())
+}

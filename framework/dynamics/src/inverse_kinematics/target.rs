@@ -1,0 +1,200 @@
+//! What inverse kinematics is to reach, and how near it came.
+
+use linkwork_multibody::NodeId;
+use linkwork_spatial::{Motion, Pose, Quat, Vec3};
+use thiserror::Error;
+
+/// Where a node is to be: position, orientation or both, in the world or in another node's frame.
+/// Two nodes of one mechanism that are to coincide close a loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// The node that is to go there.
+    pub node: NodeId,
+    /// The frame in which it is to be there; `None` for the world.
+    pub relative_to: Option<NodeId>,
+    /// Of the node's origin in that frame, m.
+    pub position: Option<Vec3>,
+    /// `R`: the node's axes in that frame's.
+    pub orientation: Option<Quat>,
+    /// What 1 m counts in the sum of squares.
+    pub position_weight: f64,
+    /// What 1 rad counts.
+    pub orientation_weight: f64,
+}
+
+impl Target {
+    fn new(node: NodeId, position: Option<Vec3>, orientation: Option<Quat>) -> Self {
+        let (position_weight, orientation_weight) = (1.0, 1.0);
+        Self { node, relative_to: None, position, orientation, position_weight, orientation_weight }
+    }
+
+    /// Position and orientation.
+    #[must_use]
+    pub fn pose(node: NodeId, X: Pose) -> Self {
+        Self::new(node, Some(X.position), Some(X.rotation))
+    }
+
+    /// Position alone, m.
+    #[must_use]
+    pub fn position(node: NodeId, p: Vec3) -> Self {
+        Self::new(node, Some(p), None)
+    }
+
+    /// Orientation alone.
+    #[must_use]
+    pub fn orientation(node: NodeId, R: Quat) -> Self {
+        Self::new(node, None, Some(R))
+    }
+
+    /// The same in the frame of another node.
+    #[must_use]
+    pub fn relative_to(mut self, node: NodeId) -> Self {
+        self.relative_to = Some(node);
+        self
+    }
+
+    /// What 1 m and 1 rad count.
+    #[must_use]
+    pub fn weights(mut self, position: f64, orientation: f64) -> Self {
+        (self.position_weight, self.orientation_weight) = (position, orientation);
+        self
+    }
+
+    /// Numbers of its error.
+    pub(super) fn rows(&self) -> usize {
+        3 * (usize::from(self.position.is_some()) + usize::from(self.orientation.is_some()))
+    }
+}
+
+/// How a node is to move: as seen from the world or from another node, in that frame's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateTarget {
+    /// The node.
+    pub node: NodeId,
+    /// From where it is seen; `None` for the world.
+    pub relative_to: Option<NodeId>,
+    /// Angular (rad/s) and linear (m/s, of the node's origin).
+    pub velocity: Motion,
+    /// What 1 m/s counts in the sum of squares; 0 when the linear part does not matter.
+    pub linear_weight: f64,
+    /// What 1 rad/s counts; 0 when the angular part does not matter.
+    pub angular_weight: f64,
+}
+
+impl RateTarget {
+    /// Both parts, seen from the world.
+    #[must_use]
+    pub fn new(node: NodeId, velocity: Motion) -> Self {
+        let (linear_weight, angular_weight) = (1.0, 1.0);
+        Self { node, relative_to: None, velocity, linear_weight, angular_weight }
+    }
+
+    /// The same seen from another node.
+    #[must_use]
+    pub fn relative_to(mut self, node: NodeId) -> Self {
+        self.relative_to = Some(node);
+        self
+    }
+
+    /// What 1 m/s and 1 rad/s count; 0 for a part that does not matter.
+    #[must_use]
+    pub fn weights(mut self, linear: f64, angular: f64) -> Self {
+        (self.linear_weight, self.angular_weight) = (linear, angular);
+        self
+    }
+}
+
+/// How far a node is from its target; zero for a part that was not asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Residual {
+    /// m (of rates: m/s).
+    pub position: f64,
+    /// rad (of rates: rad/s).
+    pub orientation: f64,
+}
+
+/// When inverse kinematics is content, and how long it tries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Greatest error of position, m.
+    pub position_tolerance: f64,
+    /// Greatest error of orientation, rad.
+    pub orientation_tolerance: f64,
+    /// Steps from one start.
+    pub iterations: usize,
+    /// Starts elsewhere (the same ones each time) when the given start does not lead there.
+    pub restarts: usize,
+}
+
+impl Default for Effort {
+    /// 1e-9 m, 1e-9 rad, 100 steps, 64 other starts: a target that cannot be reached costs some 1500
+    /// steps in all.
+    fn default() -> Self {
+        let tolerance = 1e-9;
+        Self {
+            position_tolerance: tolerance,
+            orientation_tolerance: tolerance,
+            iterations: 100,
+            restarts: 64,
+        }
+    }
+}
+
+/// How a solution was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Found {
+    /// Steps in all, those of vain starts too.
+    pub iterations: usize,
+    /// Which start led there; 0 is the given one.
+    pub restarts: usize,
+}
+
+/// The nearest that was reached.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nearest {
+    /// The configuration (nq).
+    pub q: Vec<f64>,
+    /// For each target.
+    pub residuals: Vec<Residual>,
+    /// Places in β of coordinates at a limit.
+    pub at_limit: Vec<usize>,
+    /// Each target's node, its residual and the coordinates at their limits, in words.
+    pub text: String,
+}
+
+/// Why there is no configuration.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum InverseKinematicsError {
+    /// No start led to all targets at once.
+    #[error(
+        "not reached in {iterations} steps:{}\n  help: move the targets, widen limits or tolerances, \
+         free kept coordinates, or start nearer",
+        nearest.text
+    )]
+    Unreachable {
+        /// Steps from all starts.
+        iterations: usize,
+        /// The nearest configuration.
+        nearest: Box<Nearest>,
+    },
+    /// A NaN, an infinity, or a weight that is negative or nothing.
+    #[error("{place} is {value}\n  help: {help}")]
+    BadNumber {
+        /// Where.
+        place: String,
+        /// What it is.
+        value: f64,
+        /// What it should be.
+        help: &'static str,
+    },
+    /// A target that says nothing.
+    #[error("target {target}: {fact}\n  help: {help}")]
+    Empty {
+        /// Which, from 0.
+        target: usize,
+        /// Why.
+        fact: &'static str,
+        /// What to do.
+        help: &'static str,
+    },
+}
