@@ -14,7 +14,8 @@ use std::sync::{Arc, Mutex};
 /// Axes (3,) are in the hinge frame and need not be of unit length.
 #[pyclass(frozen, module = "linkwork")]
 pub struct Hinge {
-    hinge: multibody::Hinge,
+    /// As in Rust.
+    pub hinge: multibody::Hinge,
 }
 
 impl Hinge {
@@ -153,18 +154,8 @@ impl Builder {
         hinge_in_parent: Option<&Bound<'_, PyAny>>,
         hinge_in_body: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Py<Self>> {
-        let com = com.map_or(Ok(Vec3::zeros()), |c| vec3(c, "com"))?;
-        let inertia = inertia.map_or(Ok(Mat3::zeros()), |i| mat3(i, "inertia"))?;
-        let checks = [
-            ("physical", InertiaCheck::Physical),
-            ("positive_moments", InertiaCheck::PositiveMoments),
-        ];
-        let check = choice("inertia_check", inertia_check, &checks)?;
-        let spec = BodySpec::new(name, parent)
-            .hinge(hinge.map_or_else(multibody::Hinge::locked, |h| h.hinge.clone()))
-            .hinge_in_parent(pose(hinge_in_parent, "hinge_in_parent")?)
-            .hinge_in_body(pose(hinge_in_body, "hinge_in_body")?)
-            .mass(MassProperties::new(mass, com, inertia).with_check(check));
+        let mass = (mass, com, inertia, inertia_check);
+        let spec = body_spec(name, parent, hinge, mass, (hinge_in_parent, hinge_in_body))?;
         crate::core::lock(&slf.get().parts).body(spec);
         Ok(slf)
     }
@@ -194,6 +185,43 @@ impl Builder {
         let parts = crate::core::lock(&self.parts);
         format!("Builder({} bodies, {} nodes)", parts.bodies().len(), parts.nodes().len())
     }
+}
+
+type Given<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
+/// A body as it was described: (mass, centre of mass, inertia, which check), frames of the hinge on
+/// parent and body.
+pub fn body_spec(
+    name: String,
+    parent: &str,
+    hinge: Option<&Hinge>,
+    (mass, com, inertia, inertia_check): (f64, Given<'_, '_>, Given<'_, '_>, &str),
+    (hinge_in_parent, hinge_in_body): (Given<'_, '_>, Given<'_, '_>),
+) -> PyResult<BodySpec> {
+    let com = com.map_or(Ok(Vec3::zeros()), |c| vec3(c, "com"))?;
+    let inertia = inertia.map_or(Ok(Mat3::zeros()), |i| mat3(i, "inertia"))?;
+    let checks =
+        [("physical", InertiaCheck::Physical), ("positive_moments", InertiaCheck::PositiveMoments)];
+    let check = choice("inertia_check", inertia_check, &checks)?;
+    Ok(BodySpec::new(name, parent)
+        .hinge(hinge.map_or_else(multibody::Hinge::locked, |h| h.hinge.clone()))
+        .hinge_in_parent(pose(hinge_in_parent, "hinge_in_parent")?)
+        .hinge_in_body(pose(hinge_in_body, "hinge_in_body")?)
+        .mass(MassProperties::new(mass, com, inertia).with_check(check)))
+}
+
+/// Coordinates of a hinge alone with all angles and displacements zero.
+pub fn neutral(hinge: &multibody::Hinge) -> Vec<f64> {
+    let one = |s: &multibody::Subhinge| {
+        let mut q = vec![0.0; s.kind.nq()];
+        if matches!(s.kind, SubhingeKind::Ball | SubhingeKind::Free)
+            && let Some(w) = q.last_mut()
+        {
+            *w = 1.0;
+        }
+        q
+    };
+    hinge.subhinges.iter().flat_map(one).collect()
 }
 
 /// A link of a hinge's chain: what it allows, and its places in q and v.

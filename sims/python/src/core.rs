@@ -4,7 +4,7 @@
 //! asked a body can be asked too.
 use crate::array::wrench;
 use crate::error::refuse_with;
-use linkwork_dynamics::{Derivatives, Ensemble, Tree, Workspace, kinematics};
+use linkwork_dynamics::{Derivatives, Ensemble, InverseKinematics, Tree, Workspace, kinematics};
 use linkwork_multibody::{Builder, Multibody, NodeId};
 use linkwork_runtime::remedy;
 use linkwork_spatial::{Force, Pose, Vec3};
@@ -29,6 +29,8 @@ pub struct Core {
     derivatives: Mutex<Vec<Derivatives>>,
     /// By number of threads.
     ensembles: Mutex<Vec<(usize, Ensemble)>>,
+    /// For inverse kinematics.
+    pub ik: Mutex<Option<InverseKinematics>>,
 }
 
 /// A lock that a panic elsewhere does not take away: what it holds is always whole.
@@ -37,7 +39,7 @@ pub fn lock<T>(m: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 fn origin_of(body: &str) -> String {
-    format!("\u{0}{body}")
+    format!("origin of {body}")
 }
 
 impl Core {
@@ -56,6 +58,7 @@ impl Core {
             spare: Mutex::default(),
             derivatives: Mutex::default(),
             ensembles: Mutex::default(),
+            ik: Mutex::default(),
         })
     }
 
@@ -136,7 +139,7 @@ impl Core {
     pub fn frame(&self, name: &str) -> PyResult<NodeId> {
         let mbs = self.tree.multibody();
         let found = mbs.node(name).or_else(|| mbs.node(&origin_of(name)));
-        found.filter(|_| !name.starts_with('\u{0}')).ok_or_else(|| {
+        found.ok_or_else(|| {
             let nodes = self.mbs.nodes().iter().map(|n| n.name());
             let known: Vec<&str> =
                 nodes.chain(self.mbs.bodies().iter().map(|b| b.name())).collect();

@@ -8,6 +8,7 @@
 //! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
 //! | `algorithms`, `derivatives` | more algorithms of `Mechanism` |
 //! | `batch` | one state or many; threads and lanes |
+//! | `inverse_kinematics`, `edit`, `frames` | `Target`, `Edit`, `Frames` |
 //! | `operators` | `Operators`, `Operator`: expressions |
 //! | `simulate` | a small time integration of one mechanism |
 //! | `files` | reading RON with all component libraries |
@@ -23,8 +24,11 @@ mod builder;
 mod core;
 mod derivatives;
 mod dynamics;
+mod edit;
 mod error;
 mod files;
+mod frames;
+mod inverse_kinematics;
 mod log;
 mod mechanism;
 mod operators;
@@ -42,7 +46,13 @@ mod _linkwork {
     #[pymodule_export]
     use crate::builder::{Builder, Hinge, Subhinge};
     #[pymodule_export]
+    use crate::edit::{Edit, Report};
+    #[pymodule_export]
     use crate::error::LinkworkError;
+    #[pymodule_export]
+    use crate::frames::Frames;
+    #[pymodule_export]
+    use crate::inverse_kinematics::{RateTarget, Target};
     #[pymodule_export]
     use crate::log::{Log, Series, read_log};
     #[pymodule_export]

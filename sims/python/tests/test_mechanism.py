@@ -304,7 +304,6 @@ def bad_calls(m):
         (lambda: i(q, v, v, wrenches={"n1": np.zeros(3)}), r"wrenches\[\"n1\"\]"),
         (lambda: i(q, v, v, wrenches={"n1": np.full(6, np.nan)}), "number 0 is NaN"),
         (lambda: m.state(q).pose("n11"), "did you mean `n1`"),
-        (lambda: m.state(q).pose("\0b1"), "no node"),
         (lambda: m.state(q).body_com("n1"), "no body `n1`"),
         (lambda: m.state(v, q), "`"),
         (lambda: m.integrate(q, q), "`dv`"),
