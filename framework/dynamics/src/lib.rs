@@ -28,19 +28,19 @@ mod error;
 mod forces;
 mod forward;
 mod forward_derivatives;
-mod frames;
+pub mod frames;
 mod inverse;
-mod inverse_kinematics;
+pub mod inverse_kinematics;
 mod inverse_mass;
 mod jacobian;
 mod kinematics;
 mod lane;
 mod linear;
 mod momentum;
-mod operators;
+pub mod operators;
 mod query;
 mod regressor;
-mod topology;
+pub mod topology;
 mod tree;
 mod work;
 
@@ -53,11 +53,9 @@ pub use ensemble::Ensemble;
 pub use error::DynamicsError;
 pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
 pub use forward_derivatives::ForwardDerivatives;
-pub use frames::{Counts, FrameId, Frames, FramesError, MechanismId, Pair};
+pub use frames::{FrameId, Frames, FramesError};
 pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
-pub use inverse_kinematics::{
-    Effort, Found, InverseKinematics, InverseKinematicsError, Nearest, RateTarget, Residual, Target,
-};
+pub use inverse_kinematics::{InverseKinematics, InverseKinematicsError, RateTarget, Target};
 pub use inverse_mass::{apply_inverse_mass, inverse_mass_matrix};
 pub use jacobian::{
     node_jacobian, node_jacobian_at, node_jacobian_product, node_jacobian_rate,
@@ -71,9 +69,9 @@ pub use momentum::{
     center_of_mass, com_acceleration, com_velocity, kinetic_energy, momentum, potential_energy,
     subtree_inertia,
 };
-pub use operators::{Operand, Operator, OperatorError, Operators, Scratch, Space};
+pub use operators::{Operator, OperatorError, Operators};
 pub use regressor::{PARAMETERS, inertial_parameters, regressor};
-pub use topology::{Edit, Edited, Placement, Places, Report, TopologyError};
+pub use topology::{Edit, Edited, Placement, TopologyError};
 pub use tree::Tree;
 pub use wide::{f64x4, f64x8};
 pub use work::Workspace;

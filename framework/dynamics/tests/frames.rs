@@ -3,6 +3,7 @@
 
 mod support;
 
+use linkwork_dynamics::frames::MechanismId;
 use linkwork_dynamics::multibody::Multibody;
 use linkwork_dynamics::spatial::{Motion, Pose, Quat, Vec3};
 use linkwork_dynamics::*;

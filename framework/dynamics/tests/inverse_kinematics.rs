@@ -236,7 +236,12 @@ fn random_trees_meet_poses_relative_to_each_other_with_coordinates_kept() {
     for seed in 0..30 {
         let mbs = random_tree(
             seed,
-            Shape { bodies: 8, floating: seed % 2 == 0, prescribed: true, armature: false },
+            Shape {
+                bodies: 8,
+                floating: seed.is_multiple_of(2),
+                prescribed: true,
+                armature: false,
+            },
         );
         let tree = Tree::new(&mbs);
         let mut ik = InverseKinematics::new(&tree);
@@ -282,7 +287,12 @@ fn rates_are_least_squares_of_least_norm_within_limits() {
     for seed in 0..300 {
         let mbs = random_tree(
             seed,
-            Shape { bodies: 7, floating: seed % 2 == 0, prescribed: false, armature: false },
+            Shape {
+                bodies: 7,
+                floating: seed.is_multiple_of(2),
+                prescribed: false,
+                armature: false,
+            },
         );
         let tree = Tree::new(&mbs);
         let (nv, node) = (mbs.nv(), mbs.node("n06").unwrap());

@@ -4,6 +4,7 @@
 mod support;
 
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
+use linkwork_dynamics::operators::Scratch;
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Motion, Pose, Vec3};
 use linkwork_dynamics::*;
@@ -207,6 +208,12 @@ fn omega_gives_the_compliance_of_the_nodes_and_upsilon_is_its_diagonal() {
             want.extend(V.angular.iter().chain(V.linear.iter()));
         }
         close(&J.apply(&c.v).unwrap(), &want, 1e-13, &format!("seed {seed}, J β"));
+
+        let nv = c.mbs.nv();
+        let mut one = vec![0.0; 6 * nv];
+        node_jacobian(&c.tree, &c.ws, nodes[1], &mut one);
+        let rows = J.dense().unwrap().rows(6, 6).into_owned();
+        same(&rows, &DMatrix::from_row_slice(6, nv, &one), 1e-13, &format!("seed {seed}, J"));
 
         let compliance = B.t() * ops.omega() * &B;
         assert_eq!(compliance.to_string(), "B* ψ* H* D⁻¹ H ψ B");

@@ -7,6 +7,7 @@ use linkwork_dynamics::multibody::{
     BodySpec, Builder, Coordinate, Hinge, Limits, Multibody, SubhingeKind,
 };
 use linkwork_dynamics::spatial::{Force, MassProperties, Mat3, Motion, Pose, Vec3};
+use linkwork_dynamics::topology::Report;
 use linkwork_dynamics::*;
 use std::collections::BTreeMap;
 use support::{Rng, Shape, random_tree};
