@@ -4,12 +4,22 @@
 // The mechanism comes as one line a joint, parents first, so that only headers are needed (the
 // parsers are in a library that may have been compiled with another Eigen):
 //   free|pin  axis(3)  parent(0 = world, else line)  R(9, by rows)  p(3)  mass  com(3)  inertia(9)
-// Placement in the parent joint; centre of mass and inertia about it in joint axes.
+// Placement in the parent joint; centre of mass and inertia about it in joint axes. A line
+//   foot  joint
+// names the joints whose frames get the Jacobian (the last one) and the compliance (all, six
+// directions each). Where Pinocchio has variants, the fastest counts.
 #include <pinocchio/fwd.hpp>
+#define PINOCCHIO_ENABLE_UNSUPPORTED
+#include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
+#include <pinocchio/algorithm/centroidal.hpp>
 #include <pinocchio/algorithm/crba.hpp>
+#include <pinocchio/algorithm/delassus.hpp>
+#include <pinocchio/algorithm/frames.hpp>
+#include <pinocchio/algorithm/jacobian.hpp>
 #include <pinocchio/algorithm/joint-configuration.hpp>
 #include <pinocchio/algorithm/kinematics.hpp>
+#include <pinocchio/algorithm/rnea-derivatives.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 #include <pinocchio/multibody.hpp>
 
@@ -24,24 +34,28 @@
 
 namespace pin = pinocchio;
 
-constexpr int kStates = 256;
-constexpr int kLoops = 16;
-constexpr int kRepeats = 25;
+constexpr int kStates = 64;
+constexpr int kRepeats = 15;
+constexpr double kSlice = 0.01;  // seconds of one repeat
 
+// The best of several repeats, each over all states as often as fits the slice.
 template <class F>
 double best_ns(F&& call) {
-  double best = 1e300;
-  for (int repeat = 0; repeat < kRepeats; ++repeat) {
-    const auto start = std::chrono::steady_clock::now();
-    for (int loop = 0; loop < kLoops; ++loop)
+  using Clock = std::chrono::steady_clock;
+  const auto pass = [&](int loops) {
+    const auto start = Clock::now();
+    for (int loop = 0; loop < loops; ++loop)
       for (int state = 0; state < kStates; ++state) call(state);
-    const std::chrono::duration<double, std::nano> spent = std::chrono::steady_clock::now() - start;
-    best = std::min(best, spent.count() / (kLoops * kStates));
-  }
-  return best;
+    const std::chrono::duration<double> spent = Clock::now() - start;
+    return spent.count() / (double(loops) * kStates);
+  };
+  const int loops = std::max(1, int(kSlice / (pass(1) * kStates)));
+  double best = 1e300;
+  for (int repeat = 0; repeat < kRepeats; ++repeat) best = std::min(best, pass(loops));
+  return 1e9 * best;
 }
 
-pin::Model read_model(std::istream& in) {
+pin::Model read_model(std::istream& in, std::vector<pin::JointIndex>& feet) {
   pin::Model model;
   std::string kind;
   Eigen::Vector3d axis, p, com;
@@ -53,6 +67,12 @@ pin::Model read_model(std::istream& in) {
       for (int j = 0; j < m.cols(); ++j) in >> m(i, j);
   };
   for (int line = 1; in >> kind; ++line) {
+    if (kind == "foot") {
+      std::size_t joint;
+      in >> joint;
+      feet.push_back(joint);
+      continue;
+    }
     read(axis);
     in >> parent;
     read(R);
@@ -75,6 +95,8 @@ pin::Model read_model(std::istream& in) {
       id = model.addJoint(parent, pin::JointModelRevoluteUnaligned(axis), X, name);
     model.appendBodyToJoint(id, pin::Inertia(mass, com, inertia), pin::SE3::Identity());
   }
+  if (!feet.empty())
+    model.addFrame(pin::Frame("foot", feet.back(), pin::SE3::Identity(), pin::OP_FRAME));
   return model;
 }
 
@@ -84,7 +106,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: %s joints.txt\n", argv[0]);
     return 2;
   }
-  const pin::Model model = read_model(file);
+  std::vector<pin::JointIndex> feet;
+  const pin::Model model = read_model(file, feet);
   pin::Data data(model);
 
   std::mt19937_64 random(1);
@@ -96,31 +119,81 @@ int main(int argc, char** argv) {
   };
   std::vector<Eigen::VectorXd> q, v, x;
   for (int i = 0; i < kStates; ++i) {
-    // Continuous joints are (cos, sin) here: integrating from the neutral configuration is valid
-    // for every joint type.
     q.push_back(pin::integrate(model, pin::neutral(model), vector(model.nv)));
     v.push_back(vector(model.nv));
     x.push_back(vector(model.nv));
   }
+  const auto best_of = [&](std::initializer_list<double> all) { return std::min(all); };
+  const auto local = pin::Convention::LOCAL, world = pin::Convention::WORLD;
 
   double sum = 0.0;
-  const double fk = best_ns([&](int i) {
-    pin::forwardKinematics(model, data, q[i], v[i]);
-    sum += data.oMi.back().translation()[0];
-  });
-  const double rnea = best_ns([&](int i) { sum += pin::rnea(model, data, q[i], v[i], x[i])[0]; });
-  const double aba = std::min(
-      best_ns([&](int i) {
-        sum += pin::aba(model, data, q[i], v[i], x[i], pin::Convention::LOCAL)[0];
-      }),
-      best_ns([&](int i) {
-        sum += pin::aba(model, data, q[i], v[i], x[i], pin::Convention::WORLD)[0];
-      }));
-  const double crba = std::min(
-      best_ns([&](int i) { sum += pin::crba(model, data, q[i], pin::Convention::LOCAL)(0, 0); }),
-      best_ns([&](int i) { sum += pin::crba(model, data, q[i], pin::Convention::WORLD)(0, 0); }));
-  if (!std::isfinite(sum)) std::fprintf(stderr, "not finite\n");
   std::printf("dof %d\n", model.nv);
-  std::printf("kinematics %.1f\ninverse %.1f\nforward %.1f\nmass_matrix %.1f\n", fk, rnea, aba, crba);
+  const auto say = [](const char* what, double ns) {
+    std::printf("%s %.1f\n", what, ns);
+    std::fflush(stdout);
+  };
+  say("kinematics", best_ns([&](int i) {
+        pin::forwardKinematics(model, data, q[i], v[i]);
+        sum += data.oMi.back().translation()[0];
+      }));
+  say("inverse", best_ns([&](int i) { sum += pin::rnea(model, data, q[i], v[i], x[i])[0]; }));
+  say("forward",
+      best_of({best_ns([&](int i) { sum += pin::aba(model, data, q[i], v[i], x[i], local)[0]; }),
+               best_ns([&](int i) { sum += pin::aba(model, data, q[i], v[i], x[i], world)[0]; })}));
+  say("mass_matrix",
+      best_of({best_ns([&](int i) { sum += pin::crba(model, data, q[i], local)(0, 0); }),
+               best_ns([&](int i) { sum += pin::crba(model, data, q[i], world)(0, 0); })}));
+  say("inverse_mass",
+      best_ns([&](int i) { sum += pin::computeMinverse(model, data, q[i])(0, 0); }));
+  if (!feet.empty()) {
+    const pin::JointIndex foot = feet.back();
+    const pin::FrameIndex frame = model.getFrameId("foot");
+    pin::Data::Matrix6x J = pin::Data::Matrix6x::Zero(6, model.nv);
+    say("jacobian", best_of({best_ns([&](int i) {
+                               pin::computeJointJacobian(model, data, q[i], foot, J);
+                               sum += J(0, 0);
+                             }),
+                             best_ns([&](int i) {
+                               pin::computeFrameJacobian(model, data, q[i], frame,
+                                                         pin::LOCAL_WORLD_ALIGNED, J);
+                               sum += J(0, 0);
+                             })}));
+  }
+  say("centroidal",
+      best_of({best_ns([&](int i) { sum += pin::computeCentroidalMap(model, data, q[i])(0, 0); }),
+               best_ns([&](int i) { sum += pin::ccrba(model, data, q[i], v[i])(0, 0); })}));
+  say("d_inverse", best_ns([&](int i) {
+        pin::computeRNEADerivatives(model, data, q[i], v[i], x[i]);
+        sum += data.dtau_dq(0, 0);
+      }));
+  say("d_forward", best_ns([&](int i) {
+        pin::computeABADerivatives(model, data, q[i], v[i], x[i]);
+        sum += data.ddq_dq(0, 0);
+      }));
+  if (!feet.empty()) {
+    std::vector<pin::RigidConstraintModel> contacts;
+    for (const pin::JointIndex foot : feet)
+      contacts.emplace_back(pin::CONTACT_6D, model, foot, pin::SE3::Identity(), pin::LOCAL);
+    std::vector<pin::RigidConstraintData> contact_data;
+    for (const auto& contact : contacts) contact_data.emplace_back(contact);
+    pin::Data constrained(model);
+    pin::initPvDelassus(model, constrained, contacts);
+    const int n = 6 * int(feet.size());
+    Eigen::MatrixXd delassus = Eigen::MatrixXd::Zero(n, n);
+    const auto inverse = [&](bool pv) {
+      return best_ns([&](int i) {
+        pin::computeDampedDelassusMatrixInverse(model, constrained, q[i], contacts, contact_data,
+                                                delassus, 1e-6, false, pv);
+        sum += delassus(0, 0);
+      });
+    };
+    const double matrix = best_ns([&](int i) {
+      pin::computeDelassusMatrix(model, constrained, q[i], contacts, contact_data, delassus);
+      sum += delassus(0, 0);
+    });
+    // The damped inverse is another product of the same recursion, in case it were cheaper.
+    say("compliance", best_of({matrix, inverse(true), inverse(false)}));
+  }
+  if (!std::isfinite(sum)) std::fprintf(stderr, "not finite\n");
   return 0;
 }
