@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex};
 
 /// Momentum and energy of the whole scene before and after an operation.
 #[pyclass(frozen, module = "linkwork")]
-pub struct Report(dynamics::Report);
+pub struct Report(dynamics::topology::Report);
 
 #[pymethods]
 impl Report {
@@ -64,7 +64,7 @@ pub struct Edit {
 impl Edit {
     fn with(
         &self,
-        f: impl FnOnce(&mut dynamics::Edit) -> Result<dynamics::Report, TopologyError>,
+        f: impl FnOnce(&mut dynamics::Edit) -> Result<dynamics::topology::Report, TopologyError>,
     ) -> PyResult<Report> {
         f(&mut lock(&self.edit)).map(Report).map_err(refuse)
     }

@@ -3,7 +3,8 @@ use crate::array::{Array1, Array2, fixed, out_motion, out_pose, out_vec3, pose, 
 use crate::core::lock;
 use crate::error::refuse;
 use crate::mechanism::Mechanism;
-use linkwork_dynamics::{self as dynamics, FrameId, FramesError, MechanismId, Pair};
+use linkwork_dynamics::frames::{MechanismId, Pair};
+use linkwork_dynamics::{self as dynamics, FrameId, FramesError};
 use linkwork_spatial::{Motion, Vec3};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;

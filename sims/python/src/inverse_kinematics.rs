@@ -196,8 +196,12 @@ impl Mechanism {
         }
         let mut ik = core.inverse_kinematics();
         self::keep(&mut ik, core, &keep.unwrap_or_default())?;
-        ik.effort =
-            dynamics::Effort { position_tolerance, orientation_tolerance, iterations, restarts };
+        ik.effort = dynamics::inverse_kinematics::Effort {
+            position_tolerance,
+            orientation_tolerance,
+            iterations,
+            restarts,
+        };
         let found = py.detach(|| ik.solve(&core.tree, &list, &mut q).map(|_| ()));
         found.map_err(|e| unreached(py, e))?;
         Ok(out1(py, q))

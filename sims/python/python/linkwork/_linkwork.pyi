@@ -9,17 +9,22 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "Builder",
+    "Edit",
+    "Frames",
     "Hinge",
     "LinkworkError",
     "Log",
     "Mechanism",
     "Operator",
     "Operators",
+    "RateTarget",
+    "Report",
     "Series",
     "Simulation",
     "State",
     "Subgraph",
     "Subhinge",
+    "Target",
     "Variable",
     "load",
     "read_log",
@@ -228,6 +233,26 @@ class Mechanism:
     def inertial_parameters(self) -> _Array: ...
     def kinetic_energy(self, q: ArrayLike, v: ArrayLike, *, threads: int = 1) -> Any: ...
     def potential_energy(self, q: ArrayLike, *, threads: int = 1) -> Any: ...
+    def inverse_kinematics(
+        self,
+        q: ArrayLike,
+        targets: dict[str, Any] | Sequence[Target],
+        *,
+        keep: Sequence[str] | None = None,
+        position_tolerance: float = 1e-9,
+        orientation_tolerance: float = 1e-9,
+        iterations: int = 100,
+        restarts: int = 64,
+    ) -> _Array: ...
+    def inverse_kinematics_rates(
+        self,
+        q: ArrayLike,
+        targets: dict[str, Any] | Sequence[RateTarget],
+        v: ArrayLike | None = None,
+        *,
+        keep: Sequence[str] | None = None,
+    ) -> _Array: ...
+    def edit(self, q: ArrayLike, v: ArrayLike) -> Edit: ...
     def simulate(
         self,
         q: ArrayLike,
@@ -275,6 +300,139 @@ class State:
     def clear_wrenches(self) -> None: ...
     def forward_dynamics(self, tau: ArrayLike, vdot: ArrayLike | None = None) -> _Array: ...
     def inverse_dynamics(self, vdot: ArrayLike) -> _Array: ...
+
+@final
+class Target:
+    def __new__(
+        cls,
+        frame: str,
+        at: ArrayLike,
+        *,
+        relative_to: str | None = None,
+        position_weight: float = 1.0,
+        orientation_weight: float = 1.0,
+    ) -> Target: ...
+
+@final
+class RateTarget:
+    def __new__(
+        cls,
+        frame: str,
+        velocity: ArrayLike,
+        *,
+        relative_to: str | None = None,
+        linear_weight: float = 1.0,
+        angular_weight: float = 1.0,
+    ) -> RateTarget: ...
+
+@final
+class Report:
+    @property
+    def point(self) -> _Array: ...
+    @property
+    def momentum_before(self) -> _Array: ...
+    @property
+    def momentum_after(self) -> _Array: ...
+    @property
+    def impulse(self) -> _Array: ...
+    @property
+    def energy_before(self) -> float: ...
+    @property
+    def energy_after(self) -> float: ...
+
+@final
+class Edit:
+    @property
+    def mechanism(self) -> Mechanism: ...
+    @property
+    def q(self) -> _Array: ...
+    @property
+    def v(self) -> _Array: ...
+    @property
+    def places_v(self) -> list[int | None]: ...
+    @property
+    def places_q(self) -> list[int | None]: ...
+    def add(
+        self,
+        name: str,
+        parent: str = "world",
+        hinge: Hinge | None = None,
+        *,
+        q: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        mass: float = 0.0,
+        com: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
+        inertia_check: Literal["physical", "positive_moments"] = "physical",
+        hinge_in_parent: ArrayLike | None = None,
+        hinge_in_body: ArrayLike | None = None,
+    ) -> Report: ...
+    def add_mechanism(
+        self,
+        prefix: str,
+        mechanism: Mechanism,
+        q: ArrayLike,
+        v: ArrayLike,
+        onto: str = "world",
+        pose: ArrayLike | None = None,
+    ) -> Report: ...
+    def delete(self, body: str) -> Report: ...
+    def detach(self, body: str, base: str = "world") -> Report: ...
+    def reroot(self, body: str) -> Report: ...
+    def attach(
+        self,
+        body: str,
+        onto: str,
+        hinge: Hinge,
+        *,
+        q: ArrayLike | None = None,
+        hinge_in_parent: ArrayLike | None = None,
+        hinge_in_body: ArrayLike | None = None,
+    ) -> Report: ...
+    def attach_tree(
+        self,
+        body: str,
+        onto: str,
+        hinge: Hinge,
+        *,
+        q: ArrayLike | None = None,
+        hinge_in_parent: ArrayLike | None = None,
+        hinge_in_body: ArrayLike | None = None,
+    ) -> Report: ...
+
+@final
+class Frames:
+    def __new__(cls) -> Frames: ...
+    def add_mechanism(self, name: str, mechanism: Mechanism, on: str = "world") -> None: ...
+    def add_fixed(self, name: str, on: str = "world", pose: ArrayLike | None = None) -> None: ...
+    def add_moving(self, name: str, on: str = "world", pose: ArrayLike | None = None) -> None: ...
+    def fix(self, name: str, on: str, pose: ArrayLike | None = None) -> None: ...
+    def set_state(
+        self,
+        mechanism: str,
+        q: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        vdot: ArrayLike | None = None,
+    ) -> None: ...
+    def set_moving(
+        self,
+        name: str,
+        pose: ArrayLike,
+        velocity: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
+    ) -> None: ...
+    def pose(self, frame: str, seen_from: str = "world") -> _Array: ...
+    def position(
+        self, frame: str, seen_from: str = "world", axes: str | None = None
+    ) -> _Array: ...
+    def velocity(
+        self, frame: str, seen_from: str = "world", axes: str | None = None
+    ) -> _Array: ...
+    def acceleration(
+        self, frame: str, seen_from: str = "world", axes: str | None = None
+    ) -> _Array: ...
+    @property
+    def counts(self) -> tuple[int, int, int]: ...
 
 @final
 class Operators:
