@@ -117,7 +117,7 @@ pub fn states<'py>(
         }
         Ok(())
     };
-    let threads = at_least_one(threads)?;
+    let threads = checked(threads)?;
     let result = if rows.n.is_none() {
         core.run(py, |_, ws| piece(0, &mut values, ws))
     } else {
@@ -135,11 +135,12 @@ pub fn states<'py>(
     out(py, values, &rows.shape(each))
 }
 
-fn at_least_one(threads: usize) -> PyResult<usize> {
+/// As many as asked for, one at least, at most one for each processor.
+fn checked(threads: usize) -> PyResult<usize> {
     if threads == 0 {
         return Err(refuse_with("`threads` is 0", "give 1 or more"));
     }
-    Ok(threads)
+    Ok(threads.min(std::thread::available_parallelism().map_or(1, usize::from)))
 }
 
 /// How rows are dealt to threads.
@@ -174,7 +175,8 @@ impl Cut {
             let join = |t: std::thread::ScopedJoinHandle<'_, _>| {
                 t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
             };
-            threads.into_iter().map(join).fold(Ok(()), |first, next| first.and(next))
+            let results: Vec<Result<(), DynamicsError>> = threads.into_iter().map(join).collect();
+            results.into_iter().collect()
         })
     }
 }
@@ -189,7 +191,7 @@ pub fn ensemble<'py>(
     each: &[&[usize]],
     f: impl FnOnce(&mut Ensemble, &[Vec<f64>], &mut [Vec<f64>]) -> Result<(), DynamicsError> + Send,
 ) -> PyResult<Option<Vec<Array<'py>>>> {
-    let (threads, Some(n)) = (at_least_one(threads)?, rows.n) else { return Ok(None) };
+    let (threads, Some(n)) = (checked(threads)?, rows.n) else { return Ok(None) };
     let view = rows.view();
     let size = |shape: &&[usize]| vec![0.0; n * shape.iter().product::<usize>()];
     let mut results: Vec<Vec<f64>> = each.iter().map(size).collect();

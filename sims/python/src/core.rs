@@ -105,10 +105,8 @@ impl Core {
         result
     }
 
-    /// Runs `f` on an ensemble of so many threads, at most one for each processor.
+    /// Runs `f` on an ensemble of so many threads.
     pub fn with_ensemble<R>(&self, threads: usize, f: impl FnOnce(&mut Ensemble) -> R) -> R {
-        let processors = std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = threads.min(processors);
         let spare = {
             let mut all = lock(&self.ensembles);
             all.iter().position(|(n, _)| *n == threads).map(|k| all.swap_remove(k).1)

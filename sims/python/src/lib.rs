@@ -60,7 +60,9 @@ mod _linkwork {
     #[pymodule_export]
     use crate::operators::{Operator, Operators};
     #[pymodule_export]
-    use crate::simulation::{Simulation, Variable};
+    use crate::simulation::Simulation;
     #[pymodule_export]
     use crate::state::State;
+    #[pymodule_export]
+    use crate::values::Variable;
 }

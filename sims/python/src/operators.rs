@@ -214,7 +214,7 @@ impl Operator {
         Ok(self.op.try_add(&other).map_err(refuse)?.into())
     }
 
-    fn from_the_right<'py>(&self, left: &Bound<'py, PyAny>) -> PyResult<Self> {
+    fn scaled_from_the_left<'py>(&self, left: &Bound<'py, PyAny>) -> PyResult<Self> {
         if is_number(left) {
             return Operator::from(&self.op * left.extract::<f64>()?).sound();
         }
@@ -303,13 +303,13 @@ impl Operator {
         self.times(right)
     }
     fn __rmul__(&self, left: &Bound<'_, PyAny>) -> PyResult<Self> {
-        self.from_the_right(left)
+        self.scaled_from_the_left(left)
     }
     fn __rmatmul__(&self, left: &Bound<'_, PyAny>) -> PyResult<Self> {
         if is_number(left) {
             return Err(PyTypeError::new_err("`@` takes no number: write 2.0 * A"));
         }
-        self.from_the_right(left)
+        self.scaled_from_the_left(left)
     }
     fn __truediv__(&self, number: f64) -> PyResult<Self> {
         Operator::from(&self.op * (1.0 / number)).sound()

@@ -6,7 +6,7 @@ use crate::files::{self, Ready};
 use crate::log::{Filling, Log, Rows, Schedule};
 use crate::mechanism::Mechanism;
 use crate::running::{Goal, Pause, Running};
-use crate::values::{object, overrides, period, seconds};
+use crate::values::{Variable, object, overrides, period, seconds};
 use linkwork_assembly::{LogRule, Text, match_patterns};
 use linkwork_record::LogSpec;
 use linkwork_runtime::{self as runtime, Checkpoint, Origin, Place, Plan, PortKind, Role, Seconds};
@@ -34,28 +34,6 @@ pub struct Simulation {
     busy: AtomicBool,
     /// Threads that wait for a turn while the run steps.
     waiting: AtomicUsize,
-}
-
-/// A variable of a simulation.
-#[pyclass(frozen, get_all, module = "linkwork")]
-pub struct Variable {
-    /// Its path.
-    path: String,
-    /// Its unit, as in its model; "" for none.
-    unit: String,
-    /// What it means.
-    doc: String,
-    /// "state", "output", "input" (without a wire: may be set) or "wired input".
-    role: &'static str,
-    /// The part that owns it.
-    part: String,
-}
-
-#[pymethods]
-impl Variable {
-    fn __repr__(&self) -> String {
-        format!("Variable(\"{}\", \"{}\", {})", self.path, self.unit, self.role)
-    }
 }
 
 /// Ends the run's claim on the simulation, however it ends.

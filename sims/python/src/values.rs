@@ -1,4 +1,5 @@
-//! Configuration values: overrides from Python into RON, resolved parameters back to Python.
+//! Values of a simulation: overrides from Python into RON, resolved parameters back to Python,
+//! what a variable is.
 use crate::error::{refuse, refuse_with};
 use linkwork_runtime::{Seconds, Value};
 use pyo3::prelude::*;
@@ -91,4 +92,26 @@ pub fn seconds(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Seconds> {
 pub fn period(rate: f64) -> PyResult<Seconds> {
     let period = Seconds::from_decimal(rate).and_then(Seconds::inverse);
     period.ok_or_else(|| refuse(format!("`rate` is {rate}\n  help: give a rate above zero, in Hz")))
+}
+
+/// A variable of a simulation.
+#[pyclass(frozen, get_all, module = "linkwork")]
+pub struct Variable {
+    /// Its path.
+    pub path: String,
+    /// Its unit, as in its model; "" for none.
+    pub unit: String,
+    /// What it means.
+    pub doc: String,
+    /// "state", "output", "input" (without a wire: may be set) or "wired input".
+    pub role: &'static str,
+    /// The part that owns it.
+    pub part: String,
+}
+
+#[pymethods]
+impl Variable {
+    fn __repr__(&self) -> String {
+        format!("Variable(\"{}\", \"{}\", {})", self.path, self.unit, self.role)
+    }
 }
