@@ -10,6 +10,7 @@
 //! | [`spatial`] | motion, force, φ, pose, rigid inertia |
 //! | [`multibody`] | bodies, hinges, nodes: the structure of a mechanism |
 //! | [`dynamics`] | scatter and gather: kinematics, inverse and forward dynamics, mass matrix |
+//! | [`formats`] | URDF, MJCF and SDF files; URDF export |
 //! | [`solvers`] | integrators |
 //! | [`runtime`] | models, ports, wires, plan, clock, state, checkpoints |
 //! | [`assembly`] | RON and the builder: files → one flat specification, all faults at once |
@@ -76,6 +77,7 @@
 
 pub use linkwork_assembly as assembly;
 pub use linkwork_dynamics as dynamics;
+pub use linkwork_formats as formats;
 pub use linkwork_multibody as multibody;
 pub use linkwork_record as record;
 pub use linkwork_runtime as runtime;

@@ -1,12 +1,12 @@
 //! A body with numbers: from fields whose parameters have been replaced.
 use crate::context::{Cx, Text};
 use crate::files::{Files, Home};
-use crate::initial;
-use crate::pose::{direction, pose, vector};
-use crate::read::{fields, flag, name, number, numbers, table, text_field};
+use crate::pose::{pose, vector};
+use crate::read::{fields, name, number, numbers, table, text_field};
 use crate::shape::{BodyShape, inertia, shape, shapes};
-use linkwork_multibody::{Coordinate, Hinge, Subhinge, SubhingeKind};
-use linkwork_runtime::{Located, Origin, Value, remedy};
+use crate::{hinge, initial};
+use linkwork_multibody::Hinge;
+use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, Vec3};
 
 /// A body, ready but for its parent's name.
@@ -26,13 +26,15 @@ pub(crate) struct Body {
     pub inertia_origin: Origin,
 }
 
-const FIELDS: [&str; 14] = [
+const FIELDS: [&str; 16] = [
     "parent",
     "at",
     "hinge",
     "hinge_frame",
     "prescribed",
     "armature",
+    "gear",
+    "limits",
     "mass",
     "com",
     "inertia",
@@ -62,18 +64,10 @@ pub(crate) fn read(
         }
     };
     let mut hinge = match v.get("hinge") {
-        Some(h) => read_hinge(cx, h, &what).unwrap_or_default(),
+        Some(h) => hinge::read(cx, h, &what).unwrap_or_default(),
         None => Hinge::locked(),
     };
-    if v.get("prescribed").and_then(|p| flag(cx, p, &format!("{what}: `prescribed`"))) == Some(true)
-    {
-        hinge = hinge.prescribed();
-    }
-    if let Some(a) = v.get("armature") {
-        for s in &mut hinge.subhinges {
-            s.armature = armature(cx, a, &what, &s.kind).unwrap_or(0.0);
-        }
-    }
+    hinge::options(cx, v, &what, &mut hinge.subhinges);
     let (q, rates) = initial::read(cx, v.get("initial"), &hinge, &what);
     let mass = read_mass(cx, v, &what, origin);
     let mut nodes = Vec::new();
@@ -142,6 +136,10 @@ fn read_inertia(cx: &mut Cx, v: &Located, what: &str, mass: f64) -> Option<Mat3>
             let [xx, yy, zz, xy, xz, yz] = numbers::<6>(cx, v, &what, unit)?;
             Some(Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))
         }
+        Value::List(items) if items.len() == 9 => {
+            let rows = numbers::<9>(cx, v, &what, unit)?;
+            Some(Mat3::from_row_slice(&rows))
+        }
         Value::List(items) if items.len() == 3 => {
             let d = numbers::<3>(cx, v, &what, unit)?;
             Some(Mat3::from_diagonal(&Vec3::from(d)))
@@ -151,8 +149,8 @@ fn read_inertia(cx: &mut Cx, v: &Located, what: &str, mass: f64) -> Option<Mat3>
             inertia(mass, &solid, &turn)
         }
         other => {
-            let help = "write [ixx, iyy, izz], [ixx, iyy, izz, ixy, ixz, iyz] or a solid \
-                        such as Cylinder(radius: .., length: ..)";
+            let help = "write [ixx, iyy, izz], [ixx, iyy, izz, ixy, ixz, iyz], nine numbers by \
+                        rows, or a solid such as Cylinder(radius: .., length: ..)";
             let found = match other {
                 Value::List(items) => format!("a list of {}", items.len()),
                 other => other.what().into(),
@@ -161,118 +159,6 @@ fn read_inertia(cx: &mut Cx, v: &Located, what: &str, mass: f64) -> Option<Mat3>
             None
         }
     }
-}
-
-const HINGES: [&str; 11] = [
-    "Pin",
-    "Slider",
-    "Screw",
-    "Ball",
-    "Free",
-    "Locked",
-    "Universal",
-    "Cylindrical",
-    "Gimbal",
-    "Planar",
-    "Chain",
-];
-
-fn read_hinge(cx: &mut Cx, v: &Located, what: &str) -> Option<Hinge> {
-    let Value::Variant(kind, inner) = &v.value else {
-        let message = format!("{what}: `hinge` is a hinge, this is {}", v.value.what());
-        cx.fault(v.origin, message, format!("one of: {}", HINGES.join(", ")));
-        return None;
-    };
-    let at = format!("{what}: `{kind}`");
-    if kind == "Chain" {
-        let mut chain = Vec::new();
-        // A chain of one arrives as the one itself.
-        let one = std::slice::from_ref(&**inner);
-        let items = if let Value::List(items) = &inner.value { items.as_slice() } else { one };
-        for item in items {
-            chain.extend(read_hinge(cx, item, what)?.subhinges);
-        }
-        return Some(Hinge { subhinges: chain });
-    }
-    let options = matches!(inner.value, Value::Map(_));
-    if options {
-        fields(cx, inner, &at, &["axis", "axes", "pitch", "prescribed", "armature"]);
-    }
-    let axis = |cx: &mut Cx| {
-        let given = if options { inner.get("axis") } else { Some(&**inner) };
-        match given.filter(|a| a.value != Value::Null) {
-            Some(a) => direction(cx, a, &format!("{at}: the axis")),
-            None => {
-                cx.fault(v.origin, format!("{at} has no axis"), format!("write {kind}([0, 0, 1])"));
-                None
-            }
-        }
-    };
-    let mut hinge = match kind.as_str() {
-        "Pin" => Hinge::pin(axis(cx)?),
-        "Slider" => Hinge::slider(axis(cx)?),
-        "Screw" => {
-            let axis = axis(cx)?;
-            match inner.get("pitch") {
-                Some(p) => Hinge::screw(axis, number(cx, p, &format!("{at}: `pitch`"), "m/rad")?),
-                None => {
-                    let help = "write Screw(axis: [0, 0, 1], pitch: \"1 mm/rev\")";
-                    cx.fault(v.origin, format!("{at} has no `pitch`"), help);
-                    return None;
-                }
-            }
-        }
-        "Cylindrical" => Hinge::cylindrical(axis(cx)?),
-        "Universal" => {
-            let axes = inner.get("axes").unwrap_or(inner);
-            let Value::List(pair) = &axes.value else {
-                let help = "write Universal([1, 0, 0], [0, 1, 0])";
-                cx.fault(v.origin, format!("{at} has two axes"), help);
-                return None;
-            };
-            if pair.len() != 2 {
-                let help = "write Universal([1, 0, 0], [0, 1, 0])";
-                cx.fault(axes.origin, format!("{at} has two axes"), help);
-                return None;
-            }
-            let first = direction(cx, &pair[0], &format!("{at}: the first axis"));
-            let second = direction(cx, &pair[1], &format!("{at}: the second axis"));
-            Hinge::universal(first?, second?)
-        }
-        "Ball" => Hinge::ball(),
-        "Free" => Hinge::free(),
-        "Locked" => Hinge::locked(),
-        "Gimbal" => Hinge::gimbal(),
-        "Planar" => Hinge::planar(),
-        other => {
-            let origin = Origin { end: v.origin.start + other.len() as u32, ..v.origin };
-            let message = format!("{what}: there is no hinge `{other}`");
-            cx.fault(origin, message, remedy(other, "hinges", &HINGES));
-            return None;
-        }
-    };
-    hinge_options(cx, inner, &at, &mut hinge.subhinges);
-    Some(hinge)
-}
-
-fn hinge_options(cx: &mut Cx, v: &Located, what: &str, chain: &mut [Subhinge]) {
-    if let Some(p) = v.get("prescribed")
-        && flag(cx, p, &format!("{what}: `prescribed`")) == Some(true)
-    {
-        for s in chain.iter_mut() {
-            s.coordinate = Coordinate::Prescribed;
-        }
-    }
-    if let Some(a) = v.get("armature") {
-        for s in chain {
-            s.armature = armature(cx, a, what, &s.kind).unwrap_or(0.0);
-        }
-    }
-}
-
-fn armature(cx: &mut Cx, v: &Located, what: &str, kind: &SubhingeKind) -> Option<f64> {
-    let unit = if matches!(kind, SubhingeKind::Slider { .. }) { "kg" } else { "kg m^2" };
-    number(cx, v, &format!("{what}: `armature`"), unit)
 }
 
 /// True for a field that a body has.

@@ -256,6 +256,7 @@ impl Assembly {
             Value::Map(entries) if entries.is_empty() => {}
             Value::List(items) if items.is_empty() => {}
             Value::Text(t) if t.is_empty() => {}
+            Value::Null => {}
             _ => out.push((key.into(), v.into())),
         };
         put("doc", Value::Text(self.doc.clone()));
@@ -273,6 +274,7 @@ impl Assembly {
             }),
         );
         put("mounts", table(self.mounts.iter(), |m| Value::Text(m.doc.clone())));
+        put("import", self.imports.as_ref().map_or(Value::Null, |i| i.value.clone()));
         put("bodies", table(self.bodies.iter(), |b| b.fields.value.clone()));
         put("parts", table(self.parts.iter(), part));
         let wires = self.wires.iter().map(|w| text(&w.text)).collect();

@@ -5,6 +5,7 @@ use crate::context::{Cx, Text, entries, set, sort};
 use crate::files::{Files, Home};
 use crate::form::{Assembly, PartForm, PartKind, read_overrides};
 use crate::globs::segment_matches;
+use crate::import::{self, Import};
 use crate::scope::{Env, bind, substitute, substitute_text};
 use linkwork_runtime::{Catalogue, Description, Located, Origin, Value, did_you_mean, remedy};
 use std::collections::{BTreeMap, BTreeSet};
@@ -124,6 +125,8 @@ pub(crate) struct Expander<'a, 'o> {
     /// Files open above this place.
     stack: Vec<String>,
     overrides: Vec<Written>,
+    /// The files that were imported.
+    pub imports: Vec<Import>,
 }
 
 struct Place<'p> {
@@ -135,7 +138,14 @@ struct Place<'p> {
 
 impl<'a, 'o> Expander<'a, 'o> {
     pub fn new(cx: &'a mut Cx, files: Files<'o>, catalogue: &'o Catalogue) -> Self {
-        Expander { cx, files, catalogue, stack: Vec::new(), overrides: Vec::new() }
+        Expander {
+            cx,
+            files,
+            catalogue,
+            stack: Vec::new(),
+            overrides: Vec::new(),
+            imports: Vec::new(),
+        }
     }
 
     /// The model's description, when the catalogue has it.
@@ -225,7 +235,12 @@ impl<'a, 'o> Expander<'a, 'o> {
             params: a.params.keys().cloned().collect(),
             broken: a.broken.clone(),
         };
-        for (name, form) in &a.bodies {
+        let written = a.imports.as_ref().map(|i| substitute(self.cx, place.env, i));
+        let imported = written.map(|i| {
+            let place = (place.path, place.home);
+            import::bodies(self.cx, &self.files, &i, place, &a.bodies, &mut self.imports)
+        });
+        for (name, form) in imported.as_ref().unwrap_or(&a.bodies) {
             let mut fields = substitute(self.cx, place.env, &form.fields);
             for p in &pending {
                 let slashed = p.path[0].strip_prefix('/');

@@ -97,6 +97,8 @@ pub struct Assembly {
     pub params: BTreeMap<String, ParamDecl>,
     /// Attachment points.
     pub mounts: BTreeMap<String, MountDecl>,
+    /// Files whose bodies are added; nothing, one, or a list.
+    pub imports: Option<Located>,
     /// Bodies.
     pub bodies: BTreeMap<String, BodyForm>,
     /// Parts.
@@ -112,17 +114,29 @@ pub struct Assembly {
 }
 
 /// The fields of an assembly.
-pub(crate) const FIELDS: [&str; 9] =
-    ["doc", "name", "params", "mounts", "bodies", "parts", "wires", "exports", "overrides"];
+pub(crate) const FIELDS: [&str; 10] = [
+    "doc",
+    "name",
+    "params",
+    "mounts",
+    "import",
+    "bodies",
+    "parts",
+    "wires",
+    "exports",
+    "overrides",
+];
 const MODEL: [&str; 8] = ["model", "params", "rate", "offset", "bind", "array", "doc", "folder"];
 const FILE: [&str; 6] = ["assembly", "params", "mounts", "overrides", "array", "doc"];
-const INLINE: [&str; 7] = ["doc", "params", "bodies", "parts", "wires", "exports", "overrides"];
+const INLINE: [&str; 8] =
+    ["doc", "params", "import", "bodies", "parts", "wires", "exports", "overrides"];
 
 /// Reads the fields that belong to an assembly (the caller has checked for unknown ones).
 pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
     let mut a = Assembly {
         doc: doc(cx, v, what),
         name: text_field(cx, v, "name", what).map(|t| t.text),
+        imports: v.get("import").filter(|i| i.value != Value::Null).cloned(),
         ..Assembly::default()
     };
     let of = |field: &str| format!("{what}: `{field}`");
@@ -262,7 +276,7 @@ pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm>
             overrides: or_empty(cx, "overrides"),
         };
         (kind, or_empty(cx, "params"))
-    } else if ["parts", "bodies", "wires", "exports"].iter().any(|f| has(f)) {
+    } else if ["parts", "bodies", "import", "wires", "exports"].iter().any(|f| has(f)) {
         fields(cx, v, &what, &INLINE);
         (PartKind::Inline(Box::new(read_assembly(cx, v, &what))), empty_map())
     } else {

@@ -2,7 +2,7 @@
 use crate::context::Cx;
 use crate::pose::{rotation, vector};
 use crate::read::{fields, list, number};
-use linkwork_multibody::{Hinge, SubhingeKind};
+use linkwork_multibody::{Hinge, Subhinge, SubhingeKind};
 use linkwork_runtime::{Located, Value};
 use linkwork_spatial::{Quat, Vec3};
 
@@ -47,13 +47,13 @@ pub(crate) fn read(
             q[0] = read(name, unit).unwrap_or(0.0);
             rates[0] = read("rate", per_second).unwrap_or(0.0);
         }
-        chain if chain.is_empty() || chain.iter().any(|s| s.kind.nv() > 1) => {
-            let help = if chain.is_empty() {
-                "a locked hinge has no coordinate: leave `initial` out or choose another hinge"
-            } else {
-                "a chain that holds Ball or Free starts at rest: split it over two bodies"
-            };
+        [] => {
+            let help =
+                "a locked hinge has no coordinate: leave `initial` out or choose another hinge";
             cx.fault(v.origin, format!("{what} cannot be set for this hinge"), help);
+        }
+        chain if chain.iter().any(|s| s.kind.nv() > 1) => {
+            whole_chain(cx, v, &what, chain, &mut q, &mut rates)
         }
         chain => {
             fields(cx, v, &what, &["coordinates", "rates"]);
@@ -80,6 +80,44 @@ pub(crate) fn read(
         }
     }
     (q, rates)
+}
+
+/// All numbers of q and β of a chain that holds a ball, in SI.
+fn whole_chain(
+    cx: &mut Cx,
+    v: &Located,
+    what: &str,
+    chain: &[Subhinge],
+    q: &mut [f64],
+    rates: &mut [f64],
+) {
+    fields(cx, v, what, &["coordinates", "rates"]);
+    for (field, out) in [("coordinates", &mut *q), ("rates", rates)] {
+        let Some(written) = v.get(field) else { continue };
+        let what = format!("{what}: `{field}`");
+        let items = list(cx, written, &what).to_vec();
+        if items.len() != out.len() {
+            let message =
+                format!("{what} has {} numbers, the hinge has {}", items.len(), out.len());
+            let help = "a chain with a ball takes all its numbers; a quaternion is x, y, z, w";
+            cx.fault(written.origin, message, help);
+            return;
+        }
+        for (item, x) in items.iter().zip(out) {
+            *x = number(cx, item, &what, "").unwrap_or(0.0);
+        }
+    }
+    let mut at = 0;
+    for s in chain {
+        let end = at + s.kind.nq();
+        let turn = &q[end.saturating_sub(4).max(at)..end];
+        let length = turn.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if s.kind.nv() > 1 && !((length - 1.0).abs() < 1e-6) {
+            let message = format!("{what}: a quaternion has length {length}, not 1");
+            cx.fault(v.origin, message, "the order is x, y, z, w; divide by the length");
+        }
+        at = end;
+    }
 }
 
 /// Rotation of the child in the parent and body rates in child axes.

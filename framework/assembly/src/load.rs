@@ -4,6 +4,7 @@ use crate::expand::Expander;
 use crate::files::{Files, Home};
 use crate::flatten;
 use crate::form::{self, Assembly, PartForm, PartKind};
+use crate::import::Import;
 use crate::read::{fields, text_field};
 use crate::render::Failure;
 use crate::resolved;
@@ -68,6 +69,8 @@ pub struct Loaded {
     pub simulation: Settings,
     /// Shapes of the bodies.
     pub shapes: Vec<BodyShape>,
+    /// Imported files, with what of them is not simulated or was ignored.
+    pub imports: Vec<Import>,
     /// The assembly tree.
     pub tree: TreeNode,
     /// The texts that origins point into.
@@ -278,7 +281,7 @@ fn assemble(
 ) -> Option<Loaded> {
     let mut expander = Expander::new(cx, files, options.catalogue);
     let (root, env) = expander.root(holder, &home, outer);
-    let files = expander.files;
+    let (files, imports) = (expander.files, expander.imports);
     if let Value::Map(entries) = &mut settings.value {
         for (key, v) in entries.iter_mut().filter(|(k, _)| settings::FIELDS.contains(&k.as_str())) {
             if key != "assembly" {
@@ -329,6 +332,7 @@ fn assemble(
         spec,
         simulation,
         shapes: mechanism.shapes,
+        imports,
         sources: Sources::default(),
         resolved,
     })

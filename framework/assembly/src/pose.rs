@@ -48,7 +48,9 @@ pub(crate) fn rotation(cx: &mut Cx, v: &Located, what: &str) -> Option<Quat> {
                 cx.fault(quat.origin, message, "the order is [x, y, z, w]; divide by the length");
                 return None;
             }
-            Some(Quat::new_normalize(raw))
+            // A unit quaternion keeps its digits, so that what was written reads back the same.
+            let unit = (raw.norm_squared() - 1.0).abs() <= 8.0 * f64::EPSILON;
+            Some(if unit { Quat::new_unchecked(raw) } else { Quat::new_normalize(raw) })
         }
         (None, None, Some(axis), Some(angle)) => {
             let n = direction(cx, axis, &format!("{what}: `axis`"));

@@ -35,6 +35,7 @@ fn value(
         "assembly",
         "name",
         "params",
+        "import",
         "bodies",
         "parts",
         "wires",

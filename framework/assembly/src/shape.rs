@@ -166,6 +166,20 @@ pub(crate) fn shapes(
     body: &str,
     files: (&Files<'_>, &Home),
 ) -> Vec<BodyShape> {
+    read_shapes(cx, v, body, Some(files))
+}
+
+/// Shapes without mesh files.
+pub(crate) fn solids(cx: &mut Cx, v: &Located, body: &str) -> Vec<BodyShape> {
+    read_shapes(cx, v, body, None)
+}
+
+fn read_shapes(
+    cx: &mut Cx,
+    v: &Located,
+    body: &str,
+    files: Option<(&Files<'_>, &Home)>,
+) -> Vec<BodyShape> {
     let mut out: Vec<BodyShape> = Vec::new();
     for (k, item) in crate::read::list(cx, v, &format!("`{body}`: `shapes`")).iter().enumerate() {
         let what = format!("`{body}`: shape {}", k + 1);
@@ -186,7 +200,7 @@ pub(crate) fn shapes(
                 );
             }
         }
-        let Some((shape, turn)) = solid.and_then(|s| shape(cx, s, &what, Some(files))) else {
+        let Some((shape, turn)) = solid.and_then(|s| shape(cx, s, &what, files)) else {
             continue;
         };
         let mut name = name.unwrap_or_else(|| format!("shape{}", k + 1));

@@ -11,13 +11,21 @@ fn the_examples_of_the_page_load() {
         .skip(1)
         .map(|piece| piece.split("```").next().unwrap_or_default())
         .collect();
-    assert_eq!(examples.len(), 3);
+    assert_eq!(examples.len(), 5);
     let catalogue = catalogue();
     let options = Options::new(&catalogue).embed("wheel.ron", examples[0]);
-    let two = load_text("FORMAT.md", examples[1], &options).unwrap_or_else(|f| panic!("{f}"));
+    // The rover that the side-car stands beside: a base with two arms.
+    let rover = include_str!("../../../tests/fuzz/corpus/rover.urdf");
+    let beside = options.clone().embed("rover.urdf", rover).embed("car.ron", examples[2]);
+    let text = examples[1].replace("root: Free", "root: Free, sidecar: \"car.ron\"");
+    let rover = load_text("FORMAT.md", &text, &beside).unwrap_or_else(|f| panic!("{f}"));
+    let said = &rover.imports[0].description;
+    assert_eq!((said.couplings.len(), said.loops.len(), said.wheels.len()), (1, 1, 1));
+    assert_eq!(rover.spec.mechanism.unwrap().multibody.nv(), 8);
+    let two = load_text("FORMAT.md", examples[3], &options).unwrap_or_else(|f| panic!("{f}"));
     assert_eq!(two.spec.wires.len(), 4);
     assert_eq!(two.spec.parts[3].params.get("gear").unwrap().value.to_string(), "20.0");
-    let three = load_text("FORMAT.md", examples[2], &options).unwrap_or_else(|f| panic!("{f}"));
+    let three = load_text("FORMAT.md", examples[4], &options).unwrap_or_else(|f| panic!("{f}"));
     assert_eq!(three.simulation.figures[0].take, Take::Max);
     assert_eq!(three.spec.mechanism.unwrap().multibody.bodies().len(), 2);
 }

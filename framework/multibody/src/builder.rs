@@ -266,7 +266,10 @@ fn normalised(mut s: crate::Subhinge) -> crate::Subhinge {
     | SubhingeKind::Slider { axis }
     | SubhingeKind::Screw { axis, .. } = &mut s.kind
     {
-        *axis = axis.normalize();
+        // A unit vector keeps its digits, so that a mechanism taken apart and built again is the same.
+        if (axis.norm_squared() - 1.0).abs() > 8.0 * f64::EPSILON {
+            *axis = axis.normalize();
+        }
     }
     if s.kind == SubhingeKind::Locked {
         s.coordinate = Coordinate::Free;

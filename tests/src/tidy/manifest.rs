@@ -68,11 +68,12 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 13] = [
+const FLOORS: [(&str, u32); 14] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
     ("framework/dynamics", 30),
+    ("framework/formats", 30),
     ("framework/solvers", 40),
     ("framework/collision", 40),
     ("framework/embedded", 50),
@@ -130,6 +131,7 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 pub const HOMES: [(&str, &str); 15] = [
     ("nalgebra", "framework/spatial"),
     ("petgraph", "framework/runtime"),
+    ("roxmltree", "framework/formats"),
     ("ron", "framework/assembly"),
     ("mcap", "framework/record"),
     ("prost", "framework/record"),

@@ -1,0 +1,164 @@
+//! Hinges as written: chains of subhinges with their drives and limits.
+use crate::context::Cx;
+use crate::pose::direction;
+use crate::read::{fields, flag, number};
+use linkwork_multibody::{Coordinate, Hinge, Limits, Subhinge, SubhingeKind};
+use linkwork_runtime::{Located, Origin, Value, remedy};
+
+const HINGES: [&str; 11] = [
+    "Pin",
+    "Slider",
+    "Screw",
+    "Ball",
+    "Free",
+    "Locked",
+    "Universal",
+    "Cylindrical",
+    "Gimbal",
+    "Planar",
+    "Chain",
+];
+
+/// Reads a hinge as written: `Pin([0, 1, 0])`, `Chain(Slider(..), Pin(..))`.
+pub(crate) fn read(cx: &mut Cx, v: &Located, what: &str) -> Option<Hinge> {
+    let Value::Variant(kind, inner) = &v.value else {
+        let message = format!("{what}: `hinge` is a hinge, this is {}", v.value.what());
+        cx.fault(v.origin, message, format!("one of: {}", HINGES.join(", ")));
+        return None;
+    };
+    let at = format!("{what}: `{kind}`");
+    if kind == "Chain" {
+        let mut chain = Vec::new();
+        // A chain of one arrives as the one itself.
+        let one = std::slice::from_ref(&**inner);
+        let items = if let Value::List(items) = &inner.value { items.as_slice() } else { one };
+        for item in items {
+            chain.extend(link(cx, item, what)?);
+        }
+        return Some(Hinge { subhinges: chain });
+    }
+    let named = matches!(inner.value, Value::Map(_));
+    if named {
+        fields(
+            cx,
+            inner,
+            &at,
+            &["axis", "axes", "pitch", "prescribed", "armature", "gear", "limits"],
+        );
+    }
+    let axis = |cx: &mut Cx| {
+        let given = if named { inner.get("axis") } else { Some(&**inner) };
+        match given.filter(|a| a.value != Value::Null) {
+            Some(a) => direction(cx, a, &format!("{at}: the axis")),
+            None => {
+                cx.fault(v.origin, format!("{at} has no axis"), format!("write {kind}([0, 0, 1])"));
+                None
+            }
+        }
+    };
+    let mut hinge = match kind.as_str() {
+        "Pin" => Hinge::pin(axis(cx)?),
+        "Slider" => Hinge::slider(axis(cx)?),
+        "Screw" => {
+            let axis = axis(cx)?;
+            match inner.get("pitch") {
+                Some(p) => Hinge::screw(axis, number(cx, p, &format!("{at}: `pitch`"), "m/rad")?),
+                None => {
+                    let help = "write Screw(axis: [0, 0, 1], pitch: \"1 mm/rev\")";
+                    cx.fault(v.origin, format!("{at} has no `pitch`"), help);
+                    return None;
+                }
+            }
+        }
+        "Cylindrical" => Hinge::cylindrical(axis(cx)?),
+        "Universal" => {
+            let axes = inner.get("axes").unwrap_or(inner);
+            let Value::List(pair) = &axes.value else {
+                let help = "write Universal([1, 0, 0], [0, 1, 0])";
+                cx.fault(v.origin, format!("{at} has two axes"), help);
+                return None;
+            };
+            if pair.len() != 2 {
+                let help = "write Universal([1, 0, 0], [0, 1, 0])";
+                cx.fault(axes.origin, format!("{at} has two axes"), help);
+                return None;
+            }
+            let first = direction(cx, &pair[0], &format!("{at}: the first axis"));
+            let second = direction(cx, &pair[1], &format!("{at}: the second axis"));
+            Hinge::universal(first?, second?)
+        }
+        "Ball" => Hinge::ball(),
+        "Free" => Hinge::free(),
+        "Locked" => Hinge::locked(),
+        "Gimbal" => Hinge::gimbal(),
+        "Planar" => Hinge::planar(),
+        other => {
+            let origin = Origin { end: v.origin.start + other.len() as u32, ..v.origin };
+            let message = format!("{what}: there is no hinge `{other}`");
+            cx.fault(origin, message, remedy(other, "hinges", &HINGES));
+            return None;
+        }
+    };
+    options(cx, inner, &at, &mut hinge.subhinges);
+    Some(hinge)
+}
+
+/// The subhinges of one item of a chain; `Locked` is a subhinge there.
+fn link(cx: &mut Cx, item: &Located, what: &str) -> Option<Vec<Subhinge>> {
+    let Value::Variant(kind, inner) = &item.value else {
+        return Some(read(cx, item, what)?.subhinges);
+    };
+    if kind != "Locked" {
+        return Some(read(cx, item, what)?.subhinges);
+    }
+    let (mut locked, at) = ([SubhingeKind::Locked.into()], format!("{what}: `Locked`"));
+    fields(cx, inner, &at, &["prescribed", "armature", "gear", "limits"]);
+    options(cx, inner, &at, &mut locked);
+    Some(locked.into())
+}
+
+/// `prescribed`, `armature`, `gear` and `limits`, of a body for its whole hinge or of one hinge of a chain.
+pub(crate) fn options(cx: &mut Cx, v: &Located, what: &str, chain: &mut [Subhinge]) {
+    if let Some(p) = v.get("prescribed")
+        && flag(cx, p, &format!("{what}: `prescribed`")) == Some(true)
+    {
+        for s in chain.iter_mut() {
+            s.coordinate = Coordinate::Prescribed;
+        }
+    }
+    for s in chain {
+        if let Some(a) = v.get("armature") {
+            s.armature = armature(cx, a, what, &s.kind).unwrap_or(0.0);
+        }
+        if let Some(g) = v.get("gear") {
+            s.gear = number(cx, g, &format!("{what}: `gear`"), "").unwrap_or(1.0);
+        }
+        if let Some(l) = v.get("limits") {
+            s.limits = limits(cx, l, what, &s.kind);
+        }
+    }
+}
+
+/// `(lower: "-90 deg", upper: "90 deg", rate: "2 rad/s", effort: "5 N m")`; what is not written has no limit.
+pub(crate) fn limits(cx: &mut Cx, v: &Located, what: &str, kind: &SubhingeKind) -> Limits {
+    let what = format!("{what}: `limits`");
+    fields(cx, v, &what, &["lower", "upper", "rate", "effort"]);
+    let slides = matches!(kind, SubhingeKind::Slider { .. });
+    let units = if slides { ["m", "m/s", "N"] } else { ["rad", "rad/s", "N m"] };
+    let mut of = |field: &str, unit: &str, none: f64| match v.get(field) {
+        Some(x) => number(cx, x, &format!("{what}: `{field}`"), unit).unwrap_or(none),
+        None => none,
+    };
+    Limits {
+        lower: of("lower", units[0], f64::NEG_INFINITY),
+        upper: of("upper", units[0], f64::INFINITY),
+        rate: of("rate", units[1], f64::INFINITY),
+        effort: of("effort", units[2], f64::INFINITY),
+    }
+}
+
+/// A rotor inertia in the unit of its subhinge.
+pub(crate) fn armature(cx: &mut Cx, v: &Located, what: &str, kind: &SubhingeKind) -> Option<f64> {
+    let unit = if matches!(kind, SubhingeKind::Slider { .. }) { "kg" } else { "kg m^2" };
+    number(cx, v, &format!("{what}: `armature`"), unit)
+}

@@ -1,0 +1,286 @@
+//! A description of a mechanism as an assembly: the same bodies in RON, to every digit.
+use crate::builder::variant;
+use crate::context::set;
+use crate::form::{Assembly, BodyForm};
+use linkwork_formats::{BodyShape, Description, Geometry, ShapeRole};
+use linkwork_multibody::{BodySpec, Coordinate, Hinge, Limits, Subhinge, SubhingeKind};
+use linkwork_runtime::{Located, Origin, Value};
+use linkwork_spatial::{InertiaCheck, MassProperties, Pose, Vec3};
+use std::collections::BTreeMap;
+
+/// An assembly made from a description.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Converted {
+    /// The assembly: [`Assembly::to_ron`] is its text.
+    pub assembly: Assembly,
+    /// What a description may hold and an assembly may not, a line each.
+    pub left_out: Vec<String>,
+    /// Name in the description → name in the assembly. They differ where the first has characters that
+    /// mean something in a reference, or is `NAME/..` already.
+    pub bodies: BTreeMap<String, String>,
+}
+
+impl Assembly {
+    /// The bodies, nodes and visible shapes of a description as an assembly of this name. Loaded on its own, it
+    /// gives the description's mechanism bit for bit, its bodies named `NAME/body`.
+    #[must_use]
+    pub fn from_description(name: &str, d: &Description) -> Converted {
+        let mut left_out = Vec::new();
+        let bodies = local_names(name, d);
+        let mut assembly = Assembly::new(name);
+        for spec in d.builder.bodies() {
+            let local = bodies[&spec.name].clone();
+            let mut out = body_fields(spec, &bodies);
+            let nodes = nodes(spec, &local, name, d);
+            push(&mut out, "nodes", nodes);
+            let shapes: Vec<Located> = (d.shapes.iter())
+                .filter(|s| s.body == spec.name && s.role == ShapeRole::Visual)
+                .filter_map(|s| shape(s, &mut left_out))
+                .map(Located::from)
+                .collect();
+            push(&mut out, "shapes", Value::List(shapes));
+            if let Some(i) = d.initial.iter().find(|i| i.body == spec.name) {
+                push(&mut out, "initial", initial(&spec.hinge, &i.q));
+            }
+            let body = BodyForm { fields: Value::Map(out).into(), origin: Origin::NONE };
+            assembly.bodies.insert(local, body);
+        }
+        left_out.extend(d.couplings.iter().map(|c| format!("coupling `{}`", c.name)));
+        left_out.extend(d.loops.iter().map(|l| format!("loop `{}`", l.name)));
+        left_out.extend(d.wheels.iter().map(|w| format!("wheel `{}`", w.body)));
+        let hidden = |s: &&BodyShape| s.role != ShapeRole::Visual || s.body == "world";
+        let hidden = d.shapes.iter().filter(hidden);
+        left_out.extend(hidden.map(|s| format!("{:?} shape of `{}`", s.role, s.body)));
+        let driven = |j: &&linkwork_formats::Joint| {
+            j.damping != 0.0 || j.friction != 0.0 || j.stiffness != 0.0
+        };
+        let joints = d.joints.iter().filter(driven);
+        left_out.extend(joints.map(|j| format!("damping, friction or spring of `{}`", j.name)));
+        Converted { assembly, left_out, bodies }
+    }
+}
+
+/// Adds a field that is not empty.
+fn push(out: &mut Vec<(String, Located)>, key: &str, v: Value) {
+    let empty = match &v {
+        Value::Null => true,
+        Value::List(l) => l.is_empty(),
+        Value::Map(m) => m.is_empty(),
+        _ => false,
+    };
+    if !empty {
+        out.push((key.into(), v.into()));
+    }
+}
+
+/// A name that a reference can carry and that nobody has yet.
+fn plain(name: &str, taken: impl Fn(&str) -> bool) -> String {
+    let bad = |c: char| c.is_whitespace() || c.is_control() || "./[]*$\"'->:".contains(c);
+    let mut out: String = name.chars().map(|c| if bad(c) { '_' } else { c }).collect();
+    if out.is_empty() || out == "world" {
+        out.push('_');
+    }
+    while taken(&out) {
+        out.push('_');
+    }
+    out
+}
+
+fn local_names(name: &str, d: &Description) -> BTreeMap<String, String> {
+    let mut out: BTreeMap<String, String> = BTreeMap::new();
+    let mut taken: Vec<String> = Vec::new();
+    let prefix = format!("{name}/");
+    let short = |n: &str| n.strip_prefix(&prefix).unwrap_or(n).to_owned();
+    // Names that can stay come first, so that nothing takes them.
+    let mut names: Vec<&str> = d.builder.bodies().iter().map(|b| b.name.as_str()).collect();
+    names.sort_by_key(|n| (plain(&short(n), |_| false) != short(n), *n));
+    for n in names {
+        let local = plain(&short(n), |l| taken.iter().any(|t| t == l));
+        taken.push(local.clone());
+        out.insert(n.to_owned(), local);
+    }
+    out
+}
+
+fn list(x: impl IntoIterator<Item = f64>) -> Value {
+    Value::List(x.into_iter().map(|x| Value::Number(x).into()).collect())
+}
+
+fn vector(v: &Vec3) -> Value {
+    list(v.iter().copied())
+}
+
+/// `Null` for the identity.
+pub(crate) fn pose(X: &Pose) -> Value {
+    let mut out = Vec::new();
+    if X.position != Vec3::zeros() {
+        push(&mut out, "position", vector(&X.position));
+    }
+    if X.rotation != Pose::identity().rotation {
+        let q = X.rotation.coords;
+        let quat = vec![("quat".to_owned(), list([q.x, q.y, q.z, q.w]).into())];
+        push(&mut out, "rotation", Value::Map(quat));
+    }
+    Value::Map(out)
+}
+
+fn body_fields(spec: &BodySpec, names: &BTreeMap<String, String>) -> Vec<(String, Located)> {
+    let mut out = Vec::new();
+    let parent = names.get(&spec.parent).map_or("world", String::as_str);
+    push(&mut out, "parent", Value::Text(parent.into()));
+    push(&mut out, "at", pose(&spec.hinge_in_parent));
+    push(&mut out, "hinge_frame", pose(&spec.hinge_in_body));
+    push(&mut out, "hinge", hinge(&spec.hinge));
+    mass(&mut out, &spec.mass);
+    out
+}
+
+fn hinge(h: &Hinge) -> Value {
+    match &h.subhinges[..] {
+        [] => Value::Null,
+        [one] if one.kind != SubhingeKind::Locked => subhinge(one),
+        many => {
+            let links = many.iter().map(|s| subhinge(s).into()).collect();
+            Value::Variant("Chain".into(), Box::new(Value::List(links).into()))
+        }
+    }
+}
+
+fn subhinge(s: &Subhinge) -> Value {
+    let mut out = Vec::new();
+    let name = match &s.kind {
+        SubhingeKind::Pin { axis } => ("Pin", Some(axis)),
+        SubhingeKind::Slider { axis } => ("Slider", Some(axis)),
+        SubhingeKind::Screw { axis, .. } => ("Screw", Some(axis)),
+        SubhingeKind::Ball => ("Ball", None),
+        SubhingeKind::Free => ("Free", None),
+        SubhingeKind::Locked => ("Locked", None),
+    };
+    if let Some(axis) = name.1 {
+        push(&mut out, "axis", vector(axis));
+    }
+    if let SubhingeKind::Screw { pitch, .. } = s.kind {
+        push(&mut out, "pitch", Value::Number(pitch));
+    }
+    if s.coordinate == Coordinate::Prescribed {
+        push(&mut out, "prescribed", Value::Bool(true));
+    }
+    if s.armature != 0.0 {
+        push(&mut out, "armature", Value::Number(s.armature));
+    }
+    if s.gear != 1.0 {
+        push(&mut out, "gear", Value::Number(s.gear));
+    }
+    push(&mut out, "limits", limits(&s.limits));
+    if out.is_empty() { variant(name.0, Value::Null) } else { variant(name.0, Value::Map(out)) }
+}
+
+fn limits(l: &Limits) -> Value {
+    let mut out = Vec::new();
+    for (key, x) in [("lower", l.lower), ("upper", l.upper), ("rate", l.rate), ("effort", l.effort)]
+    {
+        if x.is_finite() {
+            push(&mut out, key, Value::Number(x));
+        }
+    }
+    Value::Map(out)
+}
+
+fn mass(out: &mut Vec<(String, Located)>, m: &MassProperties) {
+    let J = &m.inertia_com;
+    if m.mass != 0.0 {
+        push(out, "mass", Value::Number(m.mass));
+    }
+    if m.com != Vec3::zeros() {
+        push(out, "com", vector(&m.com));
+    }
+    if m.mass != 0.0 || J.amax() != 0.0 {
+        let off = J[(0, 1)] != 0.0 || J[(0, 2)] != 0.0 || J[(1, 2)] != 0.0;
+        let inertia = match (*J == J.transpose(), off) {
+            (false, _) => list(J.transpose().iter().copied()),
+            (true, false) => vector(&J.diagonal()),
+            (true, true) => {
+                list([J[(0, 0)], J[(1, 1)], J[(2, 2)], J[(0, 1)], J[(0, 2)], J[(1, 2)]])
+            }
+        };
+        push(out, "inertia", inertia);
+    }
+    if m.check == InertiaCheck::PositiveMoments {
+        push(out, "inertia_check", variant("PositiveMoments", Value::Null));
+    }
+}
+
+fn nodes(spec: &BodySpec, local: &str, name: &str, d: &Description) -> Value {
+    let mut out: Vec<(String, Located)> = Vec::new();
+    let prefixes = [format!("{name}/{local}/"), format!("{}/", spec.name)];
+    for n in d.builder.nodes().iter().filter(|n| n.body == spec.name) {
+        let short = prefixes.iter().find_map(|p| n.name.strip_prefix(p.as_str()));
+        let key = plain(short.unwrap_or(&n.name), |k| out.iter().any(|(o, _)| o == k));
+        out.push((key, pose(&n.pose).into()));
+    }
+    Value::Map(out)
+}
+
+fn shape(s: &BodyShape, left_out: &mut Vec<String>) -> Option<Value> {
+    let number = Value::Number;
+    let of = |name: &str, fields: Vec<(&str, Value)>| {
+        let fields = fields.into_iter().map(|(k, v)| (k.to_owned(), v.into())).collect();
+        variant(name, Value::Map(fields))
+    };
+    let positive = |sizes: &[f64]| sizes.iter().all(|x| *x > 0.0);
+    let solid = match &s.geometry {
+        Geometry::Box { size } if positive(size) => Some(variant("Box", list(*size))),
+        Geometry::Sphere { radius } if positive(&[*radius]) => {
+            Some(variant("Sphere", number(*radius)))
+        }
+        Geometry::Cylinder { radius, length } if positive(&[*radius, *length]) => {
+            Some(of("Cylinder", vec![("radius", number(*radius)), ("length", number(*length))]))
+        }
+        Geometry::Capsule { radius, length } if positive(&[*radius, *length]) => {
+            Some(of("Capsule", vec![("radius", number(*radius)), ("length", number(*length))]))
+        }
+        Geometry::Mesh { path: Some(path), scale: [x, y, z], .. } if x == y && y == z => {
+            let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+            let file = Value::Text(path.display().to_string());
+            Some(of("Mesh", vec![("file", file), ("scale", number(*x))]))
+        }
+        _ => None,
+    };
+    let Some(solid) = solid else {
+        left_out.push(format!("shape of `{}`: {:?}", s.body, s.geometry));
+        return None;
+    };
+    let mut out = Vec::new();
+    push(&mut out, "shape", solid);
+    push(&mut out, "at", pose(&s.pose));
+    if let Some(c) = s.color {
+        push(&mut out, "color", list(c.map(|x| x.clamp(0.0, 1.0))));
+    }
+    if !s.name.is_empty() {
+        push(&mut out, "name", Value::Text(s.name.replace('$', "_")));
+    }
+    Some(Value::Map(out))
+}
+
+/// A hinge's numbers of q in the words of its kind.
+fn initial(h: &Hinge, q: &[f64]) -> Value {
+    let quat = |q: &[f64]| Value::Map(vec![("quat".to_owned(), list(q.iter().copied()).into())]);
+    let mut out: Located = Value::Map(Vec::new()).into();
+    let mut put = |key: &str, v: Value| set(&mut out, &[key.to_owned()], &v.into());
+    match &h.subhinges[..] {
+        [] => {}
+        [s] if s.kind == SubhingeKind::Free && q.len() == 7 => {
+            put("position", list(q[..3].iter().copied()));
+            put("rotation", quat(&q[3..]));
+        }
+        [s] if s.kind == SubhingeKind::Ball => put("rotation", quat(q)),
+        [s] if matches!(s.kind, SubhingeKind::Slider { .. }) => put("position", list1(q)),
+        [s] if s.kind.nv() == 1 => put("angle", list1(q)),
+        _ => put("coordinates", list(q.iter().copied())),
+    }
+    out.value
+}
+
+fn list1(q: &[f64]) -> Value {
+    Value::Number(q.first().copied().unwrap_or(0.0))
+}

@@ -1,0 +1,445 @@
+//! URDF export.
+//!
+//! ```text
+//! world ─X_PJ─ subhinge 1 ─ link ─ subhinge 2 ─ … ─ X_BJ⁻¹ ─ body
+//! ```
+//! A link of URDF stands where its joint is, so a body whose hinge frame is elsewhere gets a fixed joint of its own, and
+//! each subhinge but the last a massless link. Positions, masses, inertias, axes and limits keep every digit;
+//! a rotation goes through roll, pitch and yaw (1e-15). URDF knows no infinite limit: the greatest double is
+//! written, which [`read_urdf`](crate::read_urdf) takes for none.
+
+use crate::{BodyShape, Coupling, Description, Geometry, HingeCoordinate, Joint, ShapeRole};
+use linkwork_multibody::{
+    BodySpec, Builder, Coordinate, Limits, Multibody, Subhinge, SubhingeKind,
+};
+use linkwork_spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use thiserror::Error;
+
+/// A URDF text, and what it cannot say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UrdfText {
+    /// The file's text.
+    pub text: String,
+    /// What the mechanism has and the text has not, a line each.
+    pub left_out: Vec<String>,
+}
+
+/// Why a mechanism cannot be written as URDF.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ExportFault {
+    /// A ball.
+    #[error(
+        "body `{body}`: URDF has no ball joint, and three hinges in a row are another mechanism\n  \
+         help: use a chain of three pins if that is what the machine has, or write RON"
+    )]
+    Ball {
+        /// The body.
+        body: String,
+    },
+    /// A screw.
+    #[error("body `{body}`: URDF has no screw joint\n  help: write RON")]
+    Screw {
+        /// The body.
+        body: String,
+    },
+    /// A name that XML or URDF cannot carry.
+    #[error(
+        "the name `{name}` cannot be written: it is empty, begins or ends with a space, or has \
+         control characters\n  help: rename it"
+    )]
+    Name {
+        /// The name.
+        name: String,
+    },
+    /// The mechanism itself is not sound.
+    #[error("{0}")]
+    Build(linkwork_multibody::Fault),
+}
+
+/// Why a mechanism cannot be written as URDF: all the reasons.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{}", faults.iter().map(|f| f.to_string()).collect::<Vec<_>>().join("\n"))]
+pub struct ExportError {
+    /// The reasons, at least one.
+    pub faults: Vec<ExportFault>,
+}
+
+impl From<&Multibody> for Description {
+    /// The bodies and nodes alone.
+    fn from(mbs: &Multibody) -> Self {
+        Description { name: "mechanism".into(), builder: Builder::from(mbs), ..Self::default() }
+    }
+}
+
+/// The description as URDF.
+///
+/// # Errors
+/// Balls, screws, names that XML cannot carry, and mechanisms that do not build.
+pub fn write_urdf(d: &Description) -> Result<UrdfText, ExportError> {
+    let mut faults = Vec::new();
+    let mbs = match d.builder.build() {
+        Ok(mbs) => mbs,
+        Err(e) => {
+            let faults = e.faults.into_iter().map(ExportFault::Build).collect();
+            return Err(ExportError { faults });
+        }
+    };
+    let specs: Vec<BodySpec> = mbs.body_ids().map(|b| mbs.spec(b)).collect();
+    let mut w = Writer::new(d, &specs);
+    let root = specs.iter().filter(|b| b.parent == "world").count() == 1
+        && specs.iter().any(|b| b.parent == "world" && is_base(b));
+    if !root {
+        w.link("world", None, &[]);
+    }
+    for b in &specs {
+        for s in &b.hinge.subhinges {
+            match s.kind {
+                SubhingeKind::Ball => faults.push(ExportFault::Ball { body: b.name.clone() }),
+                SubhingeKind::Screw { .. } => {
+                    faults.push(ExportFault::Screw { body: b.name.clone() });
+                }
+                _ => {}
+            }
+        }
+        w.body(b, root && b.parent == "world");
+    }
+    for n in mbs.nodes() {
+        let body = mbs.get(n.body()).name().to_owned();
+        if w.links.insert(n.name().to_owned()) {
+            w.link(n.name(), None, &[]);
+            let joint = w.fresh_joint(&format!("{}_frame", n.name()));
+            w.fixed(&joint, &body, n.name(), &n.pose());
+        } else {
+            w.left_out.push(format!("node `{}`: a link has its name", n.name()));
+        }
+    }
+    w.leave_out(&specs);
+    let names = w.links.iter().chain(w.joints.iter()).chain([&d.name]);
+    let bad = |n: &&String| n.trim() != n.as_str() || n.chars().any(char::is_control);
+    faults.extend(names.filter(bad).map(|n| ExportFault::Name { name: n.clone() }));
+    if !faults.is_empty() {
+        return Err(ExportError { faults });
+    }
+    let text = format!(
+        "<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n{}</robot>\n",
+        escaped(&d.name),
+        w.out
+    );
+    Ok(UrdfText { text, left_out: w.left_out })
+}
+
+/// A body that can be the root link itself.
+fn is_base(b: &BodySpec) -> bool {
+    b.hinge.nv() == 0
+        && b.hinge_in_parent == Pose::identity()
+        && b.hinge_in_body == Pose::identity()
+}
+
+struct Writer<'d> {
+    d: &'d Description,
+    out: String,
+    /// Names taken.
+    links: BTreeSet<String>,
+    joints: BTreeSet<String>,
+    /// Names of the joints that move.
+    names: BTreeMap<(String, usize), String>,
+    mimics: BTreeMap<String, (String, f64, f64)>,
+    left_out: Vec<String>,
+}
+
+impl<'d> Writer<'d> {
+    fn new(d: &'d Description, specs: &[BodySpec]) -> Self {
+        let links = specs.iter().map(|b| b.name.clone()).chain(["world".to_owned()]).collect();
+        let mut w = Writer {
+            d,
+            out: String::new(),
+            links,
+            joints: d.joints.iter().map(|j| j.name.clone()).collect(),
+            names: BTreeMap::new(),
+            mimics: BTreeMap::new(),
+            left_out: Vec::new(),
+        };
+        for b in specs {
+            for i in 0..b.hinge.subhinges.len() {
+                let own =
+                    d.joints.iter().find(|j| j.body == b.name && j.subhinge == i && j.count == 1);
+                let name = match own {
+                    Some(j) => j.name.clone(),
+                    None if b.hinge.subhinges.len() == 1 => {
+                        w.fresh_joint(&format!("{}_joint", b.name))
+                    }
+                    None => w.fresh_joint(&format!("{}_joint{}", b.name, i + 1)),
+                };
+                w.names.insert((b.name.clone(), i), name);
+            }
+        }
+        for c in &d.couplings {
+            match w.mimic(c) {
+                Some((follower, rest)) if !w.mimics.contains_key(&follower) => {
+                    drop(w.mimics.insert(follower, rest));
+                }
+                _ => w.left_out.push(format!("coupling `{}` is no mimic", c.name)),
+            }
+        }
+        w
+    }
+
+    /// q_a = ratio q_b + offset of a coupling with two terms.
+    fn mimic(&self, c: &Coupling) -> Option<(String, (String, f64, f64))> {
+        let [a, b] = &c.terms[..] else { return None };
+        let name = |h: &HingeCoordinate| self.names.get(&(h.body.clone(), h.subhinge)).cloned();
+        let (ratio, offset) = (-b.factor / a.factor, c.constant / a.factor);
+        let sound = ratio.is_finite() && offset.is_finite();
+        sound.then_some((name(&a.coordinate)?, (name(&b.coordinate)?, ratio, offset)))
+    }
+
+    fn fresh_joint(&mut self, wish: &str) -> String {
+        fresh(&mut self.joints, wish)
+    }
+
+    /// The links and joints from the parent to a body.
+    fn body(&mut self, b: &BodySpec, base: bool) {
+        let shapes: Vec<&BodyShape> = self.d.shapes.iter().filter(|s| s.body == b.name).collect();
+        self.link(&b.name, Some(&b.mass), &shapes);
+        if base {
+            return;
+        }
+        let (n, away) = (b.hinge.subhinges.len(), b.hinge_in_body != Pose::identity());
+        let (mut parent, mut X) = (b.parent.clone(), b.hinge_in_parent);
+        for (i, s) in b.hinge.subhinges.iter().enumerate() {
+            let last = i + 1 == n && !away;
+            let child = match last {
+                true => b.name.clone(),
+                false => {
+                    let link = fresh(&mut self.links, &format!("{}_link{}", b.name, i + 1));
+                    self.link(&link, None, &[]);
+                    link
+                }
+            };
+            let name = self.names[&(b.name.clone(), i)].clone();
+            let data = self.d.joint(&name).cloned();
+            self.joint(&name, s, &parent, &child, &X, data.as_ref());
+            (parent, X) = (child, Pose::identity());
+        }
+        if n == 0 || away {
+            let held = self.d.joints.iter().find(|j| j.body == b.name && j.count == 0);
+            let name = match held {
+                Some(j) if n == 0 => j.name.clone(),
+                _ => self.fresh_joint(&format!("{}_fixed", b.name)),
+            };
+            self.fixed(&name, &parent, &b.name, &(X * b.hinge_in_body.inverse()));
+        }
+    }
+
+    fn link(&mut self, name: &str, mass: Option<&MassProperties>, shapes: &[&BodyShape]) {
+        let mut inside = String::new();
+        if let Some(m) = mass.filter(|m| m.mass != 0.0) {
+            let J = (m.inertia_com + m.inertia_com.transpose()) * 0.5;
+            let J = if m.inertia_com == m.inertia_com.transpose() { m.inertia_com } else { J };
+            let _ = write!(
+                inside,
+                "    <inertial>\n      <origin xyz=\"{}\"/>\n      <mass value=\"{:?}\"/>\n      {}\n    \
+                 </inertial>\n",
+                three(&m.com),
+                m.mass,
+                inertia(&J)
+            );
+        }
+        for s in shapes {
+            match shape(s) {
+                Some(text) => inside.push_str(&text),
+                None => {
+                    self.left_out.push(format!("body `{}`: {:?} {:?}", s.body, s.role, s.geometry))
+                }
+            }
+        }
+        let name = escaped(name);
+        let _ = match inside.is_empty() {
+            true => writeln!(self.out, "  <link name=\"{name}\"/>"),
+            false => writeln!(self.out, "  <link name=\"{name}\">\n{inside}  </link>"),
+        };
+    }
+
+    fn fixed(&mut self, name: &str, parent: &str, child: &str, X: &Pose) {
+        let locked = Subhinge::from(SubhingeKind::Locked);
+        self.joint(name, &locked, parent, child, X, None);
+    }
+
+    fn joint(
+        &mut self,
+        name: &str,
+        s: &Subhinge,
+        parent: &str,
+        child: &str,
+        X: &Pose,
+        data: Option<&Joint>,
+    ) {
+        let l = s.limits;
+        let bounded = l.lower.is_finite() || l.upper.is_finite();
+        let kind = match s.kind {
+            SubhingeKind::Pin { .. } if bounded => "revolute",
+            SubhingeKind::Pin { .. } => "continuous",
+            SubhingeKind::Slider { .. } => "prismatic",
+            SubhingeKind::Free => "floating",
+            _ => "fixed",
+        };
+        let mut inside = origin(X, 4);
+        let _ = write!(
+            inside,
+            "    <parent link=\"{}\"/>\n    <child link=\"{}\"/>\n",
+            escaped(parent),
+            escaped(child)
+        );
+        if let SubhingeKind::Pin { axis } | SubhingeKind::Slider { axis } = s.kind {
+            let _ = writeln!(inside, "    <axis xyz=\"{}\"/>", three(&axis));
+            inside.push_str(&limit(kind, &l));
+        }
+        if let Some(j) = data.filter(|j| j.damping != 0.0 || j.friction != 0.0) {
+            let _ = writeln!(
+                inside,
+                "    <dynamics damping=\"{:?}\" friction=\"{:?}\"/>",
+                j.damping, j.friction
+            );
+        }
+        if let Some((other, ratio, offset)) = self.mimics.get(name) {
+            let other = escaped(other);
+            let _ = writeln!(
+                inside,
+                "    <mimic joint=\"{other}\" multiplier=\"{ratio:?}\" offset=\"{offset:?}\"/>"
+            );
+        }
+        let name = escaped(name);
+        let _ = writeln!(self.out, "  <joint name=\"{name}\" type=\"{kind}\">\n{inside}  </joint>");
+    }
+
+    /// What URDF has no word for.
+    fn leave_out(&mut self, specs: &[BodySpec]) {
+        for b in specs {
+            for (i, s) in b.hinge.subhinges.iter().enumerate() {
+                let mut tell = |what: &str| {
+                    self.left_out.push(format!("body `{}`, subhinge {i}: {what}", b.name));
+                };
+                if s.armature != 0.0 {
+                    tell(&format!("armature {:?}", s.armature));
+                }
+                if s.gear != 1.0 {
+                    tell(&format!("gear {:?}", s.gear));
+                }
+                if s.coordinate == Coordinate::Prescribed {
+                    tell("prescribed");
+                }
+            }
+        }
+        let d = self.d;
+        self.left_out.extend(d.loops.iter().map(|l| format!("loop `{}`", l.name)));
+        self.left_out.extend(d.wheels.iter().map(|w| format!("wheel `{}`", w.body)));
+        self.left_out.extend(d.initial.iter().map(|i| format!("initial q of `{}`", i.body)));
+        let springs = d.joints.iter().filter(|j| j.stiffness != 0.0);
+        self.left_out.extend(springs.map(|j| format!("spring of joint `{}`", j.name)));
+    }
+}
+
+/// A name that is not taken, which it then is.
+fn fresh(taken: &mut BTreeSet<String>, wish: &str) -> String {
+    let mut name = wish.to_owned();
+    while !taken.insert(name.clone()) {
+        name.push('_');
+    }
+    name
+}
+
+/// `{:?}` of an f64 is the shortest text that reads back as the same number.
+fn three(v: &Vec3) -> String {
+    format!("{:?} {:?} {:?}", v.x, v.y, v.z)
+}
+
+fn inertia(J: &Mat3) -> String {
+    format!(
+        "<inertia ixx=\"{:?}\" ixy=\"{:?}\" ixz=\"{:?}\" iyy=\"{:?}\" iyz=\"{:?}\" izz=\"{:?}\"/>",
+        J[(0, 0)],
+        J[(0, 1)],
+        J[(0, 2)],
+        J[(1, 1)],
+        J[(1, 2)],
+        J[(2, 2)]
+    )
+}
+
+fn origin(X: &Pose, indent: usize) -> String {
+    if *X == Pose::identity() {
+        return String::new();
+    }
+    let rpy = Vec3::from(roll_pitch_yaw(&X.rotation));
+    format!("{:indent$}<origin xyz=\"{}\" rpy=\"{}\"/>\n", "", three(&X.position), three(&rpy))
+}
+
+/// Angles of Rz(yaw) Ry(pitch) Rx(roll), good at a pitch of ±90° too: pitch and roll are taken after the
+/// yaw has been turned back, so that they make up for whatever it was.
+fn roll_pitch_yaw(R: &Quat) -> [f64; 3] {
+    let R = R.to_rotation_matrix().into_inner();
+    let yaw = R[(1, 0)].atan2(R[(0, 0)]);
+    let (s, c) = yaw.sin_cos();
+    let turned = |j: usize| (c * R[(0, j)] + s * R[(1, j)], c * R[(1, j)] - s * R[(0, j)]);
+    let pitch = (-R[(2, 0)]).atan2(turned(0).0);
+    let roll = (-turned(2).1).atan2(turned(1).1);
+    [roll, pitch, yaw]
+}
+
+fn limit(kind: &str, l: &Limits) -> String {
+    if kind == "continuous" && l.rate.is_infinite() && l.effort.is_infinite() {
+        return String::new();
+    }
+    let finite = |x: f64| x.clamp(-f64::MAX, f64::MAX);
+    let range = match kind {
+        "continuous" => String::new(),
+        _ => format!(" lower=\"{:?}\" upper=\"{:?}\"", finite(l.lower), finite(l.upper)),
+    };
+    format!(
+        "    <limit{range} velocity=\"{:?}\" effort=\"{:?}\"/>\n",
+        finite(l.rate),
+        finite(l.effort)
+    )
+}
+
+/// `None` for what URDF has no element for.
+fn shape(s: &BodyShape) -> Option<String> {
+    let tag = match s.role {
+        ShapeRole::Visual => "visual",
+        ShapeRole::Collision => "collision",
+        ShapeRole::Contact => return None,
+    };
+    let geometry = match &s.geometry {
+        Geometry::Box { size } => format!("<box size=\"{}\"/>", three(&Vec3::from(*size))),
+        Geometry::Sphere { radius } => format!("<sphere radius=\"{radius:?}\"/>"),
+        Geometry::Cylinder { radius, length } => {
+            format!("<cylinder radius=\"{radius:?}\" length=\"{length:?}\"/>")
+        }
+        Geometry::Capsule { radius, length } => {
+            format!("<capsule radius=\"{radius:?}\" length=\"{length:?}\"/>")
+        }
+        Geometry::Mesh { file, scale, .. } => {
+            let scale = three(&Vec3::from(*scale));
+            format!("<mesh filename=\"{}\" scale=\"{scale}\"/>", escaped(file))
+        }
+        Geometry::Ellipsoid { .. } | Geometry::Plane { .. } => return None,
+    };
+    let name = match s.name.is_empty() {
+        true => String::new(),
+        false => format!(" name=\"{}\"", escaped(&s.name)),
+    };
+    let color = s.color.filter(|_| tag == "visual").map(|[r, g, b, a]| {
+        let rgba = format!("{r:?} {g:?} {b:?} {a:?}");
+        format!("      <material name=\"rgba {rgba}\"><color rgba=\"{rgba}\"/></material>\n")
+    });
+    Some(format!(
+        "    <{tag}{name}>\n{}      <geometry>{geometry}</geometry>\n{}    </{tag}>\n",
+        origin(&s.pose, 6),
+        color.unwrap_or_default()
+    ))
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

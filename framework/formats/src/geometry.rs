@@ -1,0 +1,84 @@
+//! Shapes as URDF and SDF write them, and what all formats share about them.
+
+use crate::read::Cx;
+use crate::xml::Element;
+use crate::{Geometry, mesh};
+use linkwork_spatial::{Pose, Quat, Vec3};
+
+/// A length that must not be negative.
+pub(crate) fn length(cx: &mut Cx<'_>, e: &Element, name: &str, what: &str) -> Option<f64> {
+    let Some(x) = cx.number(e, name, what) else {
+        if e.attr(name).is_none() {
+            cx.missing(e, what, &format!("`{name}`"), format!("write {name}=\"..\" in m"));
+        }
+        return None;
+    };
+    cx.not_negative(e.place_of(name), x, &format!("{what}: `{name}`"))
+}
+
+/// The one shape inside a URDF `<geometry>`.
+pub(crate) fn urdf(cx: &mut Cx<'_>, e: &Element, what: &str) -> Option<Geometry> {
+    if let Some(g) = e.child("box") {
+        let what = format!("{what}: <box>");
+        let Some(size) = cx.numbers::<3>(g, "size", &what) else {
+            if g.attr("size").is_none() {
+                cx.missing(g, &what, "`size`", "write size=\"x y z\" in m");
+            }
+            return None;
+        };
+        let place = g.place_of("size");
+        for s in size {
+            cx.not_negative(place.clone(), s, &format!("{what}: `size`"))?;
+        }
+        return Some(Geometry::Box { size });
+    }
+    if let Some(g) = e.child("sphere") {
+        let radius = length(cx, g, "radius", &format!("{what}: <sphere>"))?;
+        return Some(Geometry::Sphere { radius });
+    }
+    for name in ["cylinder", "capsule"] {
+        if let Some(g) = e.child(name) {
+            let what = format!("{what}: <{name}>");
+            let radius = length(cx, g, "radius", &what);
+            let length = length(cx, g, "length", &what);
+            let (radius, length) = (radius?, length?);
+            return Some(match name {
+                "cylinder" => Geometry::Cylinder { radius, length },
+                _ => Geometry::Capsule { radius, length },
+            });
+        }
+    }
+    if let Some(g) = e.child("mesh") {
+        let what = format!("{what}: <mesh>");
+        let file = cx.required(g, "filename", &what)?;
+        let scale = cx.numbers::<3>(g, "scale", &what).unwrap_or([1.0; 3]);
+        return Some(mesh_file(cx, g, file, scale, &what));
+    }
+    None
+}
+
+/// A mesh; one that is not there is a warning.
+pub(crate) fn mesh_file(
+    cx: &mut Cx<'_>,
+    e: &Element,
+    file: &str,
+    scale: [f64; 3],
+    what: &str,
+) -> Geometry {
+    let path = mesh::find(file, cx.options);
+    if path.is_none() {
+        let fact = format!("the mesh file `{}` was not found", crate::read::shortened(file));
+        let help = if file.contains("://") { " (give its folder in `package_paths`)" } else { "" };
+        cx.ignored.push(e.ignored(what, format!("{fact}{help}")));
+    }
+    Geometry::Mesh { file: file.into(), path, scale }
+}
+
+/// `xyz` and `rpy` of a URDF `<origin>`; nothing is the identity.
+pub(crate) fn urdf_origin(cx: &mut Cx<'_>, e: &Element, what: &str) -> Pose {
+    let Some(o) = e.child("origin") else { return Pose::identity() };
+    let what = format!("{what}: <origin>");
+    let p = cx.numbers::<3>(o, "xyz", &what).unwrap_or_default();
+    let [r, p_, y] = cx.numbers::<3>(o, "rpy", &what).unwrap_or_default();
+    Pose::new(Quat::from_euler_angles(r, p_, y), Vec3::from(p))
+}

@@ -1,0 +1,224 @@
+//! Equality constraints of an MJCF file: loop closures and couplings.
+//!
+//! ```text
+//! connect   the anchor is one point of both bodies         → loop with a ball
+//! weld      X_12 is constant                                → loop with a locked hinge
+//! joint     y − y₀ = a₀ + a₁ (x − x₀)                       → y − a₁ x = a₀ + y₀ − a₁ x₀
+//! tendon    the same for fixed tendons L = Σ cᵢ qᵢ
+//! ```
+//! Subscript 0 is the reference configuration, at which the frames of a loop are taken to meet.
+
+use super::{Classed, Mj, word};
+use crate::error::Place;
+use crate::read::Cx;
+use crate::xml::Element;
+use crate::{Coupling, Description, LoopClosure, Term};
+use linkwork_multibody::Hinge;
+use linkwork_spatial::nalgebra::Quaternion;
+use linkwork_spatial::{Pose, Quat, Vec3};
+use std::collections::BTreeMap;
+
+/// Σ cᵢ qᵢ with its value at the reference configuration.
+#[derive(Clone)]
+struct Sum {
+    terms: Vec<Term>,
+    reference: f64,
+}
+
+impl<'e> Mj<'e> {
+    /// All equalities; what cannot be a loop or a linear coupling is listed as ignored.
+    pub fn equalities(&self, cx: &mut Cx<'_>, root: &'e Element, d: &mut Description) {
+        let tendons = self.tendons(cx, root, d);
+        let mut count = 0;
+        for e in root.all("equality").flat_map(|list| &list.children) {
+            count += 1;
+            let kind = e.name.as_str();
+            if !matches!(kind, "connect" | "weld" | "joint" | "tendon") {
+                continue;
+            }
+            let at = self.classed(cx, e, self.main);
+            let name = e.attr("name").map_or(format!("{kind}{count}"), str::to_owned);
+            let what = format!("equality `{name}`");
+            let active = self.attr(at, "active").and_then(|(text, place)| {
+                word(cx, place, text, &what, &[("true", true), ("false", false)])
+            });
+            if active == Some(false) {
+                e.touch_all();
+                cx.ignored.push(e.ignored(&what, "not active"));
+            } else if matches!(kind, "joint" | "tendon") {
+                let sum = |cx: &mut Cx<'_>, name: &str, place: Place| match kind {
+                    "joint" => self.joint_sum(cx, name, place, &what, d),
+                    _ => tendons.get(name).cloned().or_else(|| {
+                        cx.unknown(place, &what, "fixed tendon", name, tendons.keys().copied());
+                        None
+                    }),
+                };
+                if let Some(coupling) = self.coupling(cx, at, name, &what, kind, sum) {
+                    d.couplings.push(coupling);
+                }
+            } else if let Some(closure) = self.closure(cx, at, name, &what) {
+                d.loops.push(closure);
+            }
+        }
+    }
+
+    /// q of one joint.
+    fn joint_sum(
+        &self,
+        cx: &mut Cx<'_>,
+        name: &str,
+        place: Place,
+        what: &str,
+        d: &Description,
+    ) -> Option<Sum> {
+        let found = self.joints.get(name).filter(|j| j.scalar).zip(d.coordinate(name));
+        if found.is_none() {
+            let all = self.joints.iter().filter(|(_, j)| j.scalar).map(|(n, _)| n.as_str());
+            cx.unknown(place, what, "hinge or slide joint", name, all);
+        }
+        let (joint, coordinate) = found?;
+        Some(Sum { terms: vec![Term { coordinate, factor: 1.0 }], reference: joint.reference })
+    }
+
+    /// The fixed tendons that equalities may name.
+    fn tendons(
+        &self,
+        cx: &mut Cx<'_>,
+        root: &'e Element,
+        d: &Description,
+    ) -> BTreeMap<&'e str, Sum> {
+        let used: Vec<&str> = (root.all("equality"))
+            .flat_map(|l| l.children.iter().filter(|e| e.name == "tendon"))
+            .flat_map(|e| ["tendon1", "tendon2"].map(|k| e.attr(k)))
+            .flatten()
+            .collect();
+        let mut out = BTreeMap::new();
+        let fixed = |e: &&Element| e.name == "fixed";
+        if used.is_empty() {
+            return out; // what nothing constrains stays in the list of what was not used
+        }
+        for e in root.all("tendon").flat_map(|l| &l.children).filter(fixed) {
+            let Some(name) = e.attr("name").filter(|n| used.contains(n)) else { continue };
+            let what = format!("tendon `{name}`");
+            e.touch();
+            let mut sum = Sum { terms: Vec::new(), reference: 0.0 };
+            for j in e.all("joint") {
+                let coefficient = cx.number(j, "coef", &what);
+                let Some(joint) = cx.required(j, "joint", &what) else { continue };
+                let one = self.joint_sum(cx, joint, j.place_of("joint"), &what, d);
+                let Some((one, c)) = one.zip(coefficient) else { continue };
+                sum.reference += c * one.reference;
+                sum.terms.extend(one.terms.into_iter().map(|t| Term { factor: c, ..t }));
+            }
+            out.insert(name, sum);
+        }
+        out
+    }
+
+    fn coupling(
+        &self,
+        cx: &mut Cx<'_>,
+        at: Classed<'e>,
+        name: String,
+        what: &str,
+        kind: &str,
+        sum: impl Fn(&mut Cx<'_>, &str, Place) -> Option<Sum>,
+    ) -> Option<Coupling> {
+        let e = at.e;
+        let first = cx.required(e, &format!("{kind}1"), what)?;
+        let y = sum(cx, first, e.place_of(&format!("{kind}1")))?;
+        let x = match e.attr(&format!("{kind}2")) {
+            Some(second) => Some(sum(cx, second, e.place_of(&format!("{kind}2")))?),
+            None => None,
+        };
+        let a = match self.attr(at, "polycoef") {
+            Some((text, place)) => {
+                cx.parse_list(place, text, &format!("{what}: `polycoef`"), 1..=5)?
+            }
+            None => vec![0.0, 1.0],
+        };
+        if x.is_some() && a.iter().skip(2).any(|c| *c != 0.0) {
+            e.touch_all();
+            cx.ignored.push(e.ignored(what, "a polynomial of higher degree than one"));
+            return None;
+        }
+        let mut terms = y.terms;
+        let mut constant = a[0] + y.reference;
+        if let Some(x) = x {
+            let slope = a.get(1).copied().unwrap_or(1.0);
+            constant -= slope * x.reference;
+            terms.extend(x.terms.into_iter().map(|t| Term { factor: -slope * t.factor, ..t }));
+        }
+        Some(Coupling { name, terms, constant })
+    }
+
+    fn closure(
+        &self,
+        cx: &mut Cx<'_>,
+        at: Classed<'e>,
+        name: String,
+        what: &str,
+    ) -> Option<LoopClosure> {
+        let (e, weld) = (at.e, at.e.name == "weld");
+        let hinge = if weld { Hinge::locked() } else { Hinge::ball() };
+        if let (Some(one), Some(two)) = (e.attr("site1"), e.attr("site2")) {
+            let mut site = |name: &str, key: &str| {
+                let found = self.sites.get(name).map(|s| (s.body.clone(), s.pose));
+                if found.is_none() {
+                    cx.unknown(e.place_of(key), what, "site", name, self.sites.keys().copied());
+                }
+                found
+            };
+            let (a, b) = (site(one, "site1"), site(two, "site2"));
+            let ((body_a, frame_a), (body_b, frame_b)) = (a?, b?);
+            return Some(LoopClosure { name, body_a, frame_a, body_b, frame_b, hinge });
+        }
+        let mut body = |key: &str, default: Option<&str>| {
+            let name = match e.attr(key).or(default) {
+                Some(name) => name,
+                None => cx.required(e, key, what)?,
+            };
+            let pose = self.poses.get(name);
+            if pose.is_none() {
+                cx.unknown(
+                    e.place_of(key),
+                    what,
+                    "body",
+                    name,
+                    self.poses.keys().map(String::as_str),
+                );
+            }
+            Some((name.to_owned(), *pose?))
+        };
+        let (a, b) = (body("body1", None), body("body2", Some("world")));
+        let ((body_a, X_WA), (body_b, X_WB)) = (a?, b?);
+        let anchor = self.numbers::<3>(cx, at, "anchor", what);
+        let X_AB = X_WA.inverse() * X_WB;
+        let (frame_a, frame_b) = if weld {
+            // The anchor is in body 2.
+            let anchor = Pose::new(Quat::identity(), Vec3::from(anchor.unwrap_or_default()));
+            let relative = self.relative(cx, at, what).unwrap_or(X_AB);
+            (relative * anchor, anchor)
+        } else {
+            // The anchor is in body 1; B's frame has A's axes where the file shows them.
+            let Some(anchor) = anchor else {
+                cx.missing(e, what, "`anchor`", "write anchor=\"x y z\" in body1, or two sites");
+                return None;
+            };
+            let frame_a = Pose::new(Quat::identity(), Vec3::from(anchor));
+            (frame_a, X_AB.inverse() * frame_a)
+        };
+        Some(LoopClosure { name, body_a, frame_a, body_b, frame_b, hinge })
+    }
+
+    /// `relpose` of a weld, unless its quaternion is zero.
+    fn relative(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str) -> Option<Pose> {
+        let [px, py, pz, w, x, y, z] = self.numbers::<7>(cx, at, "relpose", what)?;
+        let raw = Quaternion::new(w, x, y, z);
+        let size = raw.coords.amax();
+        if !(1e-100..=1e100).contains(&size) {
+            return None;
+        }
+        Some(Pose::new(Quat::new_normalize(raw / size), Vec3::new(px, py, pz)))
+    }
+}

@@ -1,0 +1,110 @@
+//! `<include file="..">`: its place is taken by what is inside the other file's outermost element.
+
+use crate::error::FaultKind;
+use crate::read::Cx;
+use crate::xml::{DEPTH, Element, parse};
+use std::path::{Path, PathBuf};
+
+/// Replaces every include. Each file may be included once, as in MuJoCo, so the work is bounded.
+pub(super) fn expand(cx: &mut Cx<'_>, root: &mut Element) {
+    let mut open: Vec<PathBuf> = cx.options.file.clone().into_iter().collect();
+    let mut seen: Vec<PathBuf> = open.iter().map(|p| same(p)).collect();
+    inside(cx, root, &mut open, &mut seen, 1);
+}
+
+fn inside(
+    cx: &mut Cx<'_>,
+    e: &mut Element,
+    open: &mut Vec<PathBuf>,
+    seen: &mut Vec<PathBuf>,
+    depth: usize,
+) {
+    if depth > DEPTH {
+        cx.fault(e.place(), FaultKind::TooDeep { limit: DEPTH });
+        return;
+    }
+    if e.children.iter().any(|c| c.name == "include") {
+        for mut child in std::mem::take(&mut e.children) {
+            if child.name == "include" {
+                e.children.extend(included(cx, &child, open, seen, depth));
+            } else {
+                inside(cx, &mut child, open, seen, depth + 1);
+                e.children.push(child);
+            }
+        }
+    } else {
+        e.children.iter_mut().for_each(|c| inside(cx, c, open, seen, depth + 1));
+    }
+}
+
+/// The elements of an included file, its own includes replaced.
+fn included(
+    cx: &mut Cx<'_>,
+    e: &Element,
+    open: &mut Vec<PathBuf>,
+    seen: &mut Vec<PathBuf>,
+    depth: usize,
+) -> Vec<Element> {
+    let Some(name) = cx.required(e, "file", "<include>") else { return Vec::new() };
+    let place = e.place_of("file");
+    // Beside the main file, as MuJoCo looks; then beside the file that includes.
+    let folders = [open.first(), open.last()].into_iter().flatten().filter_map(|f| f.parent());
+    let candidates: Vec<PathBuf> = folders.map(|f| f.join(name)).collect();
+    let Some(path) = candidates.iter().find(|p| p.is_file()).or(candidates.first()).cloned() else {
+        let reason = "the text came without a file to look beside".to_owned();
+        let help = "read the main file by its path".to_owned();
+        let (what, name) = ("<include>".into(), name.into());
+        cx.fault(place, FaultKind::NoFile { what, name, reason, help });
+        return Vec::new();
+    };
+    if let Some(first) = open.iter().position(|p| same(p) == same(&path)) {
+        let ring = open[first..].iter().chain([&path]).map(|p| p.display().to_string());
+        let path = ring.collect();
+        cx.fault(place, FaultKind::IncludeCycle { path });
+        return Vec::new();
+    }
+    if seen.contains(&same(&path)) {
+        let what = format!("the file `{name}` is included a second time");
+        let help = "include each file once".to_owned();
+        cx.fault(place, FaultKind::Unsupported { what, help });
+        return Vec::new();
+    }
+    seen.push(same(&path));
+    let text = match path.is_file() {
+        true => std::fs::read(&path).map_err(|e| e.to_string()),
+        false => Err("there is no such file".to_owned()),
+    };
+    let text = text.and_then(|t| String::from_utf8(t).map_err(|e| e.to_string()));
+    let text = match text {
+        Ok(text) => text,
+        Err(reason) => {
+            let (what, name) = ("<include>".into(), name.into());
+            let help = "give the path relative to the main file".into();
+            cx.fault(place, FaultKind::NoFile { what, name, reason, help });
+            return Vec::new();
+        }
+    };
+    match parse(&text, &path.display().to_string()) {
+        Ok(mut other) if matches!(other.name.as_str(), "mujoco" | "mujocoinclude") => {
+            open.push(path);
+            inside(cx, &mut other, open, seen, depth + 1);
+            open.pop();
+            other.children
+        }
+        Ok(other) => {
+            let found = other.name.clone();
+            let (expected, help) = ("<mujoco> or <mujocoinclude>", "include MJCF files".into());
+            cx.fault(other.place(), FaultKind::WrongRoot { found, expected, help });
+            Vec::new()
+        }
+        Err(error) => {
+            cx.faults.extend(error.faults);
+            Vec::new()
+        }
+    }
+}
+
+/// One name for one file.
+fn same(path: &Path) -> PathBuf {
+    std::fs::canonicalize(path).unwrap_or_else(|_| path.into())
+}

@@ -1,0 +1,227 @@
+//! XML text as a tree of elements that know their place and remember whether they were read.
+//!
+//! Nothing has to be listed by hand as "not supported": what no reader asked for is what was
+//! ignored.
+
+use crate::error::{Fault, FaultKind, Place};
+use crate::{FormatError, Ignored};
+use std::cell::Cell;
+use std::rc::Rc;
+
+/// Deeper files are refused, so that walks may recurse.
+pub(crate) const DEPTH: usize = 1000;
+
+/// An attribute.
+pub(crate) struct Attribute {
+    pub name: String,
+    pub value: String,
+    pub line: u32,
+    pub column: u32,
+    used: Cell<bool>,
+}
+
+/// An element.
+pub(crate) struct Element {
+    pub name: String,
+    pub attributes: Vec<Attribute>,
+    pub children: Vec<Element>,
+    /// All text directly inside, trimmed.
+    pub text: String,
+    pub file: Rc<str>,
+    pub line: u32,
+    pub column: u32,
+    used: Cell<bool>,
+}
+
+impl Element {
+    /// Where it begins.
+    pub fn place(&self) -> Place {
+        Place { file: self.file.to_string(), line: self.line, column: self.column }
+    }
+
+    /// Where an attribute is, or the element when it has none of the name.
+    pub fn place_of(&self, name: &str) -> Place {
+        match self.attributes.iter().find(|a| a.name == name) {
+            Some(a) => Place { file: self.file.to_string(), line: a.line, column: a.column },
+            None => self.place(),
+        }
+    }
+
+    /// The value of an attribute.
+    pub fn attr(&self, name: &str) -> Option<&str> {
+        self.used.set(true);
+        let a = self.attributes.iter().find(|a| a.name == name)?;
+        a.used.set(true);
+        Some(a.value.trim())
+    }
+
+    /// The first child of the name.
+    pub fn child(&self, name: &str) -> Option<&Element> {
+        self.used.set(true);
+        let c = self.children.iter().find(|c| c.name == name)?;
+        c.used.set(true);
+        Some(c)
+    }
+
+    /// The text of the first child of the name.
+    pub fn child_text(&self, name: &str) -> Option<(&Element, &str)> {
+        self.child(name).map(|c| (c, c.text.as_str()))
+    }
+
+    /// All children of the name.
+    pub fn all<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Element> {
+        self.used.set(true);
+        self.children.iter().filter(move |c| c.name == name).inspect(|c| c.used.set(true))
+    }
+
+    /// Marks it as read.
+    pub fn touch(&self) {
+        self.used.set(true);
+    }
+
+    /// Marks it and everything inside as read, when another entry reports it.
+    pub fn touch_all(&self) {
+        self.used.set(true);
+        self.attributes.iter().for_each(|a| a.used.set(true));
+        self.children.iter().for_each(Element::touch_all);
+    }
+
+    /// `link[arm]`, or `link` without a name.
+    pub fn label(&self) -> String {
+        match self.attributes.iter().find(|a| a.name == "name") {
+            Some(a) => format!("{}[{}]", self.name, a.value),
+            None => self.name.clone(),
+        }
+    }
+
+    /// An entry about this element.
+    pub fn ignored(&self, path: impl Into<String>, what: impl Into<String>) -> Ignored {
+        Ignored {
+            file: self.file.to_string(),
+            line: self.line,
+            path: path.into(),
+            what: what.into(),
+        }
+    }
+
+    /// Everything inside that was not read, outermost first.
+    pub fn unread(&self) -> Vec<Ignored> {
+        let mut out = Vec::new();
+        self.collect_unread(&self.name, &mut out);
+        out
+    }
+
+    fn collect_unread(&self, path: &str, out: &mut Vec<Ignored>) {
+        for a in self.attributes.iter().filter(|a| !a.used.get()) {
+            let mut entry = self.ignored(path, format!("attribute {}=\"{}\"", a.name, a.value));
+            entry.line = a.line;
+            out.push(entry);
+        }
+        for c in &self.children {
+            let inner = format!("{path}/{}", c.label());
+            if c.used.get() {
+                c.collect_unread(&inner, out);
+            } else {
+                out.push(c.ignored(inner, format!("element <{}>", c.name)));
+            }
+        }
+    }
+}
+
+/// Starts of lines, so that a place costs a binary search.
+struct Lines<'a> {
+    text: &'a str,
+    starts: Vec<usize>,
+}
+
+impl<'a> Lines<'a> {
+    fn new(text: &'a str) -> Self {
+        let ends = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
+        Self { text, starts: std::iter::once(0).chain(ends).collect() }
+    }
+
+    fn at(&self, offset: usize) -> (u32, u32) {
+        let line = self.starts.partition_point(|s| *s <= offset).max(1);
+        let before = self.text.get(self.starts[line - 1]..offset).unwrap_or_default();
+        (line as u32, before.chars().count() as u32 + 1)
+    }
+}
+
+/// The outermost element of a text.
+pub(crate) fn parse(text: &str, file: &str) -> Result<Element, FormatError> {
+    let one = |line, column, kind| FormatError {
+        faults: vec![Fault { place: Place { file: file.into(), line, column }, kind }],
+    };
+    if let Some(offset) = too_deep(text) {
+        let (line, column) = Lines::new(text).at(offset);
+        return Err(one(line, column, FaultKind::TooDeep { limit: DEPTH }));
+    }
+    let doc = roxmltree::Document::parse(text).map_err(|e| {
+        let p = e.pos();
+        let reason = match &e {
+            roxmltree::Error::UnknownNamespace(prefix, _) => format!(
+                "the prefix `{prefix}:` is not declared (write xmlns:{prefix}=\"..\" on the \
+                 outermost element)"
+            ),
+            roxmltree::Error::DtdDetected => "document type declarations are not read".into(),
+            other => other.to_string(),
+        };
+        one(p.row, p.col, FaultKind::Xml { reason })
+    })?;
+    let root = convert(doc.root_element(), &Rc::from(file), &Lines::new(text));
+    root.used.set(true);
+    Ok(root)
+}
+
+/// Where a text first has more open tags than [`DEPTH`]; the XML parser itself recurses. Comments
+/// and quoted text can only make this count too high, and then the file is refused.
+fn too_deep(text: &str) -> Option<usize> {
+    let (bytes, mut depth, mut i) = (text.as_bytes(), 0usize, 0);
+    while let Some(step) = text.get(i..).and_then(|t| t.find('<')) {
+        let at = i + step;
+        i = at + 1;
+        let skip = |open: &str, close: &str| {
+            let inside = text[at..].strip_prefix(open)?;
+            Some(at + open.len() + inside.find(close).unwrap_or(inside.len()))
+        };
+        if let Some(end) = skip("<!--", "-->").or_else(|| skip("<![CDATA[", "]]>")) {
+            i = end;
+        } else if bytes.get(i) == Some(&b'/') {
+            depth = depth.saturating_sub(1);
+        } else if !matches!(bytes.get(i), Some(b'?' | b'!')) {
+            let end = text[at..].find('>').map_or(bytes.len(), |e| at + e);
+            depth += usize::from(bytes.get(end.wrapping_sub(1)) != Some(&b'/'));
+        }
+        if depth > DEPTH {
+            return Some(at);
+        }
+    }
+    None
+}
+
+fn convert(node: roxmltree::Node<'_, '_>, file: &Rc<str>, lines: &Lines<'_>) -> Element {
+    let (line, column) = lines.at(node.range().start);
+    let prefixed = |namespace: Option<&str>, name: &str| {
+        let prefix = namespace.and_then(|uri| node.lookup_prefix(uri)).unwrap_or_default();
+        if prefix.is_empty() { name.to_owned() } else { format!("{prefix}:{name}") }
+    };
+    let attributes = node.attributes().map(|a| {
+        let (line, column) = lines.at(a.range().start);
+        let name = prefixed(a.namespace(), a.name());
+        Attribute { name, value: a.value().to_owned(), line, column, used: Cell::new(false) }
+    });
+    let text: String =
+        node.children().filter(|c| c.is_text()).filter_map(|c| c.text()).collect::<String>();
+    Element {
+        name: prefixed(node.tag_name().namespace(), node.tag_name().name()),
+        attributes: attributes.collect(),
+        children: (node.children().filter(|c| c.is_element()))
+            .map(|c| convert(c, file, lines))
+            .collect(),
+        text: text.trim().to_owned(),
+        file: file.clone(),
+        line,
+        column,
+        used: Cell::new(false),
+    }
+}

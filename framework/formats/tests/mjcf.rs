@@ -1,0 +1,324 @@
+//! MJCF: against MuJoCo 4.0 (`data/lab.json` was computed by its Python package from `data/lab.xml`), by hand,
+//! and every refusal.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+use linkwork_dynamics::{Tree, Workspace, kinematics, mass_matrix};
+use linkwork_formats::multibody::{Hinge, SubhingeKind};
+use linkwork_formats::spatial::nalgebra::Quaternion;
+use linkwork_formats::spatial::{Mat3, Quat, Vec3};
+use linkwork_formats::{
+    Description, FormatError, Geometry, ReadOptions, Root, ShapeRole, read_file, read_mjcf,
+};
+use serde_json::Value;
+
+fn lab() -> (Description, Value) {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
+    let d = read_file(format!("{folder}/lab.xml"), &ReadOptions::default());
+    let json = std::fs::read_to_string(format!("{folder}/lab.json")).unwrap();
+    (d.unwrap_or_else(|e| panic!("{e}")), serde_json::from_str(&json).unwrap())
+}
+
+fn nums(v: &Value) -> Vec<f64> {
+    v.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+}
+
+fn quat(v: &Value) -> Quat {
+    let q = nums(v);
+    Quat::new_unchecked(Quaternion::new(q[0], q[1], q[2], q[3]))
+}
+
+#[track_caller]
+fn close(a: &[f64], b: &[f64], tol: f64, what: &str) {
+    assert_eq!(a.len(), b.len());
+    for (x, y) in a.iter().zip(b) {
+        assert!((x - y).abs() <= tol, "{what}: {a:?} is not {b:?}");
+    }
+}
+
+/// MuJoCo's q of a state in our order.
+fn our_q(d: &Description, json: &Value, state: &Value) -> Vec<f64> {
+    let mbs = d.builder.build().unwrap();
+    let (theirs, mut q) = (nums(&state["q"]), vec![f64::NAN; mbs.nq()]);
+    for j in json["joints"].as_array().unwrap() {
+        let joint = d.joint(j["name"].as_str().unwrap()).unwrap();
+        let range = &mbs.get(mbs.body(&joint.body).unwrap()).subhinges()[joint.subhinge];
+        let at = j["q"].as_u64().unwrap() as usize;
+        let order: &[usize] = match range.subhinge.kind {
+            SubhingeKind::Ball => &[1, 2, 3, 0],
+            SubhingeKind::Free => &[0, 1, 2, 4, 5, 6, 3],
+            _ => &[0],
+        };
+        for (i, from) in range.q.clone().zip(order) {
+            q[i] = theirs[at + from];
+        }
+    }
+    q
+}
+
+#[test]
+fn kinematics_are_those_of_mujoco_with_several_joints_anchors_and_references() {
+    let (d, json) = lab();
+    let mbs = d.builder.build().unwrap();
+    for state in json["states"].as_array().unwrap() {
+        let poses = mbs.body_poses(&our_q(&d, &json, state));
+        for (i, name) in json["bodies"].as_array().unwrap().iter().enumerate() {
+            let name = name.as_str().unwrap();
+            let X = poses[mbs.body(name).unwrap().index()];
+            close(X.position.as_slice(), &nums(&state["xpos"][i]), 2e-15, name);
+            let (R, S) = (X.rotation.to_rotation_matrix(), quat(&state["xquat"][i]));
+            let S = S.to_rotation_matrix();
+            close(R.matrix().as_slice(), S.matrix().as_slice(), 3e-15, name);
+        }
+        let grip = mbs.node("grip").map(|n| mbs.get_node(n)).unwrap();
+        let X = poses[grip.body().index()] * grip.pose();
+        close(X.position.as_slice(), &nums(&state["site_xpos"]), 2e-15, "grip");
+    }
+}
+
+#[test]
+fn masses_from_geoms_and_inertials_are_those_of_mujoco() {
+    let (d, json) = lab();
+    let mbs = d.builder.build().unwrap();
+    for (i, name) in json["bodies"].as_array().unwrap().iter().enumerate() {
+        let name = name.as_str().unwrap();
+        let own = mbs.get(mbs.body(name).unwrap()).mass_properties();
+        let mass = json["mass"][i].as_f64().unwrap();
+        assert!((own.mass - mass).abs() <= 1e-14 * mass, "{name}: {} and {mass}", own.mass);
+        close(own.com.as_slice(), &nums(&json["ipos"][i]), 1e-15, name);
+        let R = quat(&json["iquat"][i]).to_rotation_matrix().into_inner();
+        let J = R * Mat3::from_diagonal(&Vec3::from_vec(nums(&json["inertia"][i]))) * R.transpose();
+        close(own.inertia_com.as_slice(), J.as_slice(), 2e-14, name);
+    }
+}
+
+#[test]
+fn the_mass_matrix_is_that_of_mujoco_with_armature() {
+    let (d, json) = lab();
+    let mbs = d.builder.build().unwrap();
+    let (tree, nv) = (Tree::new(&mbs), mbs.nv());
+    let mut ws = Workspace::new(&tree);
+    // Their first nine rates are the joints of the arm: scalars and a ball, the same as ours.
+    let mut ours = Vec::new();
+    for j in json["joints"].as_array().unwrap().iter().take(7) {
+        let joint = d.joint(j["name"].as_str().unwrap()).unwrap();
+        ours.extend(mbs.get(mbs.body(&joint.body).unwrap()).subhinges()[joint.subhinge].v.clone());
+    }
+    ours.truncate(9);
+    for state in json["states"].as_array().unwrap() {
+        kinematics(&tree, &mut ws, &our_q(&d, &json, state), &vec![0.0; nv]);
+        let mut M = vec![0.0; nv * nv];
+        mass_matrix(&tree, &mut ws, &mut M);
+        for (row, i) in state["M"].as_array().unwrap().iter().zip(&ours) {
+            let own: Vec<f64> = ours.iter().map(|j| M[i * nv + j]).collect();
+            close(&own, &nums(row), 3e-14, "mass matrix");
+        }
+    }
+}
+
+#[test]
+fn limits_constraints_and_shapes_are_kept() {
+    let (d, json) = lab();
+    let mbs = d.builder.build().unwrap();
+    for j in json["joints"].as_array().unwrap() {
+        let joint = d.joint(j["name"].as_str().unwrap()).unwrap();
+        let s = mbs.get(mbs.body(&joint.body).unwrap()).subhinges()[joint.subhinge].subhinge;
+        let range = nums(&j["range"]);
+        if s.kind.nv() == 1 && range[0] != range[1] {
+            close(&[s.limits.lower, s.limits.upper], &range, 1e-16, &joint.name);
+        }
+    }
+    // a and b share a hinge; the slide b stands 0.1 m out when its coordinate is 0, so that c, whose anchor
+    // is where b = 0.1, needs a massless body between; d has an anchor of its own.
+    let names: Vec<(&str, usize)> = ["a", "b", "c", "d"]
+        .map(|n| d.joint(n).unwrap())
+        .map(|j| (j.body.as_str(), j.subhinge))
+        .into();
+    assert_eq!(names, [("upper/c", 0), ("upper/c", 1), ("upper/d", 0), ("upper", 0)]);
+    let w = d.joint("w").unwrap();
+    assert_eq!((w.stiffness, w.damping), (2.0, 0.3));
+    assert_eq!(w.spring_reference, 10f64.to_radians());
+    // y − y₀ = 0.05 + 0.5 (x − x₀), in MuJoCo's coordinates, which are ours.
+    let follow = &d.couplings[0];
+    assert_eq!((follow.terms[0].factor, follow.terms[1].factor), (1.0, -0.5));
+    let expected = 0.05 + 30f64.to_radians() - 0.5 * 15f64.to_radians();
+    assert!((follow.constant - expected).abs() < 1e-16);
+    let seen = d.shapes.iter().filter(|s| s.role == ShapeRole::Visual).count();
+    assert_eq!((seen, d.shapes.len()), (6, 13));
+    let rod = d.shapes.iter().find(|s| s.body == "upper").unwrap();
+    let Geometry::Cylinder { radius, length } = rod.geometry else { panic!("{rod:?}") };
+    assert_eq!(radius, 0.05);
+    assert!((length - 0.14f64.sqrt()).abs() < 1e-16);
+    assert_eq!(rod.color, Some([0.1, 0.2, 0.3, 1.0]));
+}
+
+#[test]
+fn loops_close_in_the_configuration_of_the_file() {
+    let (d, json) = lab();
+    let mbs = d.builder.build().unwrap();
+    let mut q = mbs.neutral_q();
+    for i in &d.initial {
+        q[mbs.get(mbs.body(&i.body).unwrap()).q()].copy_from_slice(&i.q);
+    }
+    close(&q, &our_q(&d, &json, &json["states"][0]), 1e-16, "reference configuration");
+    let poses = mbs.body_poses(&q);
+    assert_eq!(d.loops.len(), 2);
+    for l in &d.loops {
+        let place = |body: &str| poses[mbs.body(body).unwrap().index()];
+        let (A, B) = (place(&l.body_a) * l.frame_a, place(&l.body_b) * l.frame_b);
+        close(A.position.as_slice(), B.position.as_slice(), 3e-15, &l.name);
+        assert!(A.rotation.angle_to(&B.rotation) < 1e-7, "{}", l.name);
+    }
+    assert_eq!(d.loops[0].hinge, Hinge::ball());
+    assert_eq!(d.loops[1].hinge, Hinge::locked());
+    assert_eq!(d.loops[0].frame_a.position, Vec3::new(0.1, 0.2, 0.3));
+}
+
+#[test]
+fn what_is_not_used_is_listed() {
+    let (d, _) = lab();
+    let list: Vec<&str> = d.ignored.iter().map(|i| i.what.as_str()).collect();
+    assert_eq!(
+        list,
+        ["a site on the world is no node", "attribute range=\"0 100\"", "element <actuator>"],
+        "{:#?}",
+        d.ignored
+    );
+}
+
+const HEAD: &str = "<mujoco><worldbody>\n";
+const TAIL: &str = "\n</worldbody></mujoco>";
+
+fn refused(inside: &str) -> FormatError {
+    read_mjcf(&format!("{HEAD}{inside}{TAIL}"), &ReadOptions::default()).expect_err("refused")
+}
+
+#[test]
+fn all_mistakes_at_once() {
+    let text = r#"<body name="a" pos="1 2"><geom size="0.1"/></body>
+<body name="a"><geom type="boxx" size="1"/></body>
+<body name="world"><geom/></body>
+<body name="c" childclass="arm"><joint type="hinges"/><geom type="box" size="1 2"/></body>
+<body name="d"><joint axis="0 0 0"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 5"/></body>
+<body name="e"><joint range="3 1"/><joint type="free"/><geom type="mesh" mesh="wheel"/></body>
+<body name="f"><body name="g"><freejoint/><geom size="-1"/></body></body>"#;
+    let error = refused(text).to_string();
+    for part in [
+        ":2:16: body `a`: `pos` is `1 2`, not 3 finite numbers",
+        ":3:7: body `a` is defined again; first at <text>:2:1",
+        "is `boxx`, not a type of geom\n  help: did you mean `box`?",
+        ":4:7: body name `world` is not usable",
+        "has no `size`",
+        "names the class `arm`, which is not there",
+        "joint `c_joint1` is of the unknown type `hinges`\n  help: did you mean `hinge`?",
+        "`size` is `1 2`, not 3 to 10 finite numbers",
+        "`axis` is `0 0 0`, not a vector with a direction",
+        "body `d`: <inertial>: largest principal moment 5",
+        "`range` is `3 1`, not a range",
+        "body `e` has a free joint and others",
+        "names the mesh `wheel`, which is not there",
+        "is free, but body `g` is not in <worldbody>",
+        "not positive lengths",
+    ] {
+        assert!(error.contains(part), "not there: {part}\n{error}");
+    }
+    assert_eq!(refused(text).faults.len(), 15, "{error}");
+}
+
+#[test]
+fn classes_and_equalities_that_lead_nowhere_are_refused() {
+    let text = r#"<mujoco>
+<default><default><geom/></default><default class="x"/><default class="x"/></default>
+<compiler angle="grad" eulerseq="xy" coordinate="global"/>
+<worldbody><body name="a"><joint name="j"/><geom size="1"/></body></worldbody>
+<equality><connect body1="a" body2="b" anchor="0 0 0"/><connect body1="a"/>
+<weld site1="s" site2="t"/><joint joint1="k"/><joint/><tendon tendon1="t"/></equality></mujoco>"#;
+    let error = read_mjcf(text, &ReadOptions::default()).expect_err("refused").to_string();
+    for part in [
+        "a nested <default> has no `class`",
+        "class `x` is defined again",
+        "`angle` is `grad`",
+        "`eulerseq` is `xy`, not three of",
+        "`coordinate` is `global`",
+        "names the body `b`",
+        "has no `anchor`",
+        "names the site `s`",
+        "names the hinge or slide joint `k`",
+        "has no `joint1`",
+        "names the fixed tendon `t`",
+    ] {
+        assert!(error.contains(part), "not there: {part}\n{error}");
+    }
+}
+
+#[test]
+fn includes_are_replaced_and_rings_are_found() {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
+    let main = |inside: &str| format!("<mujoco><worldbody>{inside}</worldbody></mujoco>");
+    write(
+        "main.xml",
+        &main("<body name=\"a\"><geom size=\"1\"/><include file=\"arm.xml\"/></body>"),
+    );
+    write(
+        "arm.xml",
+        "<mujocoinclude><body name=\"b\" poz=\"1\"><joint/><geom size=\"1\"/></body></mujocoinclude>",
+    );
+    let d = read_file(dir.path().join("main.xml"), &ReadOptions::default()).unwrap();
+    assert_eq!(d.builder.bodies().len(), 2);
+    assert!(d.ignored[0].file.ends_with("arm.xml") && d.ignored[0].what == "attribute poz=\"1\"");
+    // A mistake in an included file is told with that file's name.
+    write("arm.xml", "<mujocoinclude>\n<body name=\"b\" pos=\"x\"/></mujocoinclude>");
+    let error = read_file(dir.path().join("main.xml"), &ReadOptions::default()).expect_err("pos");
+    assert!(error.to_string().contains("arm.xml:2:16: body `b`: `pos` is `x`"), "{error}");
+    write("arm.xml", "<mujocoinclude><include file=\"main.xml\"/></mujocoinclude>");
+    let error = read_file(dir.path().join("main.xml"), &ReadOptions::default()).expect_err("ring");
+    assert!(error.to_string().contains("include each other in a ring"), "{error}");
+    write(
+        "main.xml",
+        &main("<include file=\"none.xml\"/><include file=\"w.xml\"/><include file=\"w.xml\"/>"),
+    );
+    write("w.xml", "<mujocoinclude/>");
+    let error = read_file(dir.path().join("main.xml"), &ReadOptions::default()).expect_err("none");
+    assert!(error.to_string().contains("names the file `none.xml`"), "{error}");
+    assert!(error.to_string().contains("`w.xml` is included a second time"), "{error}");
+    let error = read_mjcf(&main("<include file=\"a.xml\"/>"), &ReadOptions::default());
+    assert!(error.expect_err("no file").to_string().contains("came without a file"));
+}
+
+#[test]
+fn differentials_of_fixed_tendons_become_couplings() {
+    let text = r#"<mujoco><worldbody><body name="a"><joint name="p"/><geom size="1"/></body>
+<body name="b"><joint name="q" type="slide"/><geom size="1"/></body></worldbody>
+<tendon><fixed name="sum"><joint joint="p" coef="2"/><joint joint="q" coef="-3"/></fixed></tendon>
+<equality><tendon name="t" tendon1="sum" polycoef="0.5 0 0 0 0"/></equality></mujoco>"#;
+    let d = read_mjcf(text, &ReadOptions::default()).unwrap();
+    let c = &d.couplings[0];
+    let factors: Vec<(&str, f64)> =
+        c.terms.iter().map(|t| (t.coordinate.body.as_str(), t.factor)).collect();
+    assert_eq!((factors, c.constant), (vec![("a", 2.0), ("b", -3.0)], 0.5));
+}
+
+#[test]
+fn roots_without_joints_are_held_as_asked() {
+    let text = format!(
+        "{HEAD}<body name=\"a\"><geom size=\"1\"/></body><body name=\"b\"><joint/><geom size=\"1\"/></body>{TAIL}"
+    );
+    for (root, a) in [(Root::AsWritten, 0), (Root::Fixed, 0), (Root::Free, 6), (Root::Planar, 3)] {
+        let d = read_mjcf(&text, &ReadOptions { root, ..ReadOptions::default() }).unwrap();
+        let mbs = d.builder.build().unwrap();
+        let nv = |name: &str| mbs.get(mbs.body(name).unwrap()).v().len();
+        assert_eq!((nv("a"), nv("b")), (a, 1));
+    }
+}
+
+#[test]
+fn a_chain_of_hundreds_of_bodies_is_read() {
+    let n = 900;
+    let text = format!(
+        "{HEAD}{}{}{TAIL}",
+        "<body><joint/><geom size=\"0.1\"/>".repeat(n),
+        "</body>".repeat(n)
+    );
+    let d = read_mjcf(&text, &ReadOptions::default()).unwrap();
+    assert_eq!(d.builder.build().unwrap().nv(), n);
+}

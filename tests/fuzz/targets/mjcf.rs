@@ -1,0 +1,11 @@
+//! The mjcf reader must not panic, and what it accepts must build.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use linkwork_formats::{ReadOptions, read_mjcf};
+
+fuzz_target!(|text: &str| {
+    if let Ok(d) = read_mjcf(text, &ReadOptions::default()) {
+        assert!(d.builder.build().is_ok());
+    }
+});

@@ -1,0 +1,24 @@
+//! The loader of RON assemblies and the reader of side-cars must not panic.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use linkwork_assembly::{Options, apply_side_car, load_text};
+use linkwork_formats::{ReadOptions, read_urdf};
+use linkwork_runtime::Catalogue;
+
+/// A machine to import and to stand beside.
+const ROVER: &str = include_str!("../corpus/rover.urdf");
+
+fuzz_target!(|text: &str| {
+    if text.contains("SideCar") {
+        if let Ok(mut d) = read_urdf(ROVER, &ReadOptions::default())
+            && apply_side_car("fuzz.ron", text, &mut d).is_ok()
+        {
+            assert!(d.builder.build().is_ok(), "a side-car spoiled the mechanism");
+        }
+        return;
+    }
+    let catalogue = Catalogue::default();
+    let options = Options::new(&catalogue).embed("r.urdf", ROVER);
+    let _ = load_text("fuzz.ron", text, &options);
+});
