@@ -163,13 +163,32 @@ pub fn out1(py: Python<'_>, values: Vec<f64>) -> Array1<'_> {
     PyArray1::from_vec(py, values)
 }
 
-/// Numbers row after row as a matrix, without a copy.
+/// Refuses a result that overflowed.
+fn finite(values: &[f64]) -> PyResult<()> {
+    match values.iter().find(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(x) => Err(refuse_with(
+            format!("the result is {x}: a number became too large on the way"),
+            "give numbers of the size that machines have, in SI units",
+        )),
+    }
+}
+
+/// As `out1`, refused when it is not finite.
+pub fn checked1(py: Python<'_>, values: Vec<f64>) -> PyResult<Array1<'_>> {
+    finite(&values)?;
+    Ok(out1(py, values))
+}
+
+/// Numbers row after row as a matrix, without a copy; refused when they are not finite.
 pub fn out2(py: Python<'_>, values: Vec<f64>, rows: usize, columns: usize) -> PyResult<Array2<'_>> {
+    finite(&values)?;
     PyArray1::from_vec(py, values).reshape([rows, columns])
 }
 
-/// Numbers row after row in any shape, without a copy.
+/// Numbers row after row in any shape, without a copy; refused when they are not finite.
 pub fn out<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Array<'py>> {
+    finite(&values)?;
     PyArray1::from_vec(py, values).reshape(shape)
 }
 

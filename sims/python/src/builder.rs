@@ -2,9 +2,9 @@
 use crate::array::{mat3, out_vec3, pose, vec3};
 use crate::core::{Core, GRAVITY};
 use crate::error::refuse;
-use crate::mechanism::{Mechanism, choice};
+use crate::mechanism::{INERTIA_CHECKS, Mechanism, choice};
 use linkwork_multibody::{self as multibody, BodySpec, Coordinate, Limits, SubhingeKind};
-use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Vec3};
+use linkwork_spatial::{MassProperties, Mat3, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::{PySlice, PyTuple};
 use std::sync::{Arc, Mutex};
@@ -200,9 +200,7 @@ pub fn body_spec(
 ) -> PyResult<BodySpec> {
     let com = com.map_or(Ok(Vec3::zeros()), |c| vec3(c, "com"))?;
     let inertia = inertia.map_or(Ok(Mat3::zeros()), |i| mat3(i, "inertia"))?;
-    let checks =
-        [("physical", InertiaCheck::Physical), ("positive_moments", InertiaCheck::PositiveMoments)];
-    let check = choice("inertia_check", inertia_check, &checks)?;
+    let check = choice("inertia_check", inertia_check, &INERTIA_CHECKS)?;
     Ok(BodySpec::new(name, parent)
         .hinge(hinge.map_or_else(multibody::Hinge::locked, |h| h.hinge.clone()))
         .hinge_in_parent(pose(hinge_in_parent, "hinge_in_parent")?)

@@ -5,6 +5,7 @@
 use crate::array::wrench;
 use crate::error::refuse_with;
 use linkwork_dynamics::{Derivatives, Ensemble, InverseKinematics, Tree, Workspace, kinematics};
+use linkwork_formats::Description;
 use linkwork_multibody::{Builder, Multibody, NodeId};
 use linkwork_runtime::remedy;
 use linkwork_spatial::{Force, Pose, Vec3};
@@ -24,6 +25,10 @@ pub struct Core {
     pub mbs: Multibody,
     /// With a node at the origin of each body.
     pub tree: Arc<Tree>,
+    /// The configuration that the file shows; else the neutral one.
+    pub initial: Vec<f64>,
+    /// What a file says besides.
+    pub description: Option<Description>,
     gravity: Mutex<Vec3>,
     spare: Mutex<Vec<Workspace>>,
     derivatives: Mutex<Vec<Derivatives>>,
@@ -52,6 +57,8 @@ impl Core {
         let with_origins = with_origins.build().map_err(crate::error::refuse)?;
         let (tree, gravity) = (Arc::new(Tree::new(&with_origins)), Mutex::new(gravity));
         Ok(Self {
+            initial: mbs.neutral_q(),
+            description: None,
             mbs,
             tree,
             gravity,

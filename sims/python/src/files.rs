@@ -1,6 +1,10 @@
-//! Reading mechanisms and simulations from files, with every model of the component libraries.
-use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down, tidy};
-use linkwork_multibody::Multibody;
+//! Reading mechanisms (RON, URDF, MJCF, SDF) and simulations, with every model of the component
+//! libraries.
+use linkwork_assembly::{
+    Failure, Loaded, Options, load_file, load_text, put_down, read_machine, tidy,
+};
+use linkwork_formats::{Description, ReadOptions, Root};
+use linkwork_multibody::{Hinge, Multibody};
 use linkwork_runtime::{Catalogue, Fault, Files, Plan, Sources, compile};
 use std::path::{Path, PathBuf};
 
@@ -25,20 +29,73 @@ fn options(catalogue: &Catalogue) -> Options<'_> {
     options
 }
 
-/// The mechanism of a file.
-pub fn multibody(path: &Path) -> Result<Multibody, String> {
-    match path.extension().and_then(|e| e.to_str()) {
-        Some("ron") | None => {
-            let catalogue = catalogue();
-            let loaded = read(path, &options(&catalogue))?;
-            let none = || format!("`{}` has no mechanism\n  help: give it bodies", path.display());
-            Ok((*loaded.spec.mechanism.ok_or_else(none)?.multibody).clone())
+/// A mechanism as a file has it.
+pub struct Machine {
+    /// The bodies.
+    pub mbs: Multibody,
+    /// The configuration that the file shows.
+    pub initial: Vec<f64>,
+    /// What a URDF, MJCF or SDF file says besides.
+    pub description: Option<Description>,
+}
+
+/// The mechanism of a file: RON, or what `linkwork_formats` reads.
+pub fn machine(path: &Path, options: &ReadOptions) -> Result<Machine, String> {
+    let ron = path.extension().is_none_or(|e| e == "ron");
+    if ron { ron_machine(path, options.root) } else { foreign_machine(path, options) }
+}
+
+fn foreign_machine(path: &Path, options: &ReadOptions) -> Result<Machine, String> {
+    let d = read_machine(path, options).map_err(|f| f.to_string())?;
+    let mbs = d.builder.build().map_err(|e| e.to_string())?;
+    let mut initial = mbs.neutral_q();
+    for i in &d.initial {
+        if let Some(place) = mbs.body(&i.body).and_then(|b| initial.get_mut(mbs.get(b).q()))
+            && place.len() == i.q.len()
+        {
+            place.copy_from_slice(&i.q);
         }
-        Some(other) => Err(format!(
-            "`{}`: files of the kind `.{other}` cannot be read\n  help: give a .ron file, or the folder of a sim.ron",
-            path.display()
-        )),
     }
+    Ok(Machine { mbs, initial, description: Some(d) })
+}
+
+fn ron_machine(path: &Path, root: Root) -> Result<Machine, String> {
+    let catalogue = catalogue();
+    let loaded = read(path, &options(&catalogue))?;
+    let none = || format!("`{}` has no mechanism\n  help: give it bodies", path.display());
+    let m = loaded.spec.mechanism.ok_or_else(none)?;
+    let (mbs, initial) = match root {
+        Root::AsWritten => ((*m.multibody).clone(), m.q),
+        other => {
+            let mbs = with_root(&m.multibody, other)?;
+            let initial = mbs.neutral_q();
+            (mbs, initial)
+        }
+    };
+    Ok(Machine { mbs, initial, description: None })
+}
+
+/// The one body that hangs on the world on another hinge.
+fn with_root(mbs: &Multibody, root: Root) -> Result<Multibody, String> {
+    let mut parts = linkwork_multibody::Builder::from(mbs);
+    let roots: Vec<&str> =
+        mbs.bodies().iter().filter(|b| b.parent().is_none()).map(|b| b.name()).collect();
+    let [only] = roots[..] else {
+        return Err(format!(
+            "{} bodies hang on the world: {}\n  help: `root` needs exactly one; leave it out, and say in \
+             the file how they hang",
+            roots.len(),
+            roots.join(", ")
+        ));
+    };
+    for b in parts.bodies_mut().iter_mut().filter(|b| b.name == only) {
+        b.hinge = match root {
+            Root::Free => Hinge::free(),
+            Root::Planar => Hinge::planar(),
+            Root::Fixed | Root::AsWritten => Hinge::locked(),
+        };
+    }
+    parts.build().map_err(|e| e.to_string())
 }
 
 fn read(path: &Path, options: &Options<'_>) -> Result<Loaded, String> {

@@ -11,7 +11,7 @@
 //! | `inverse_kinematics`, `edit`, `frames` | `Target`, `Edit`, `Frames` |
 //! | `operators` | `Operators`, `Operator`: expressions |
 //! | `simulate` | a small time integration of one mechanism |
-//! | `files` | reading RON with all component libraries |
+//! | `files`, `formats` | reading files with all component libraries; what a file says besides; URDF and RON out |
 //! | `simulation`, `running`, `log`, `values` | `Simulation` and its logs |
 #![allow(non_snake_case)]
 // Python passes references to what it owns.
@@ -27,6 +27,7 @@ mod dynamics;
 mod edit;
 mod error;
 mod files;
+mod formats;
 mod frames;
 mod inverse_kinematics;
 mod log;

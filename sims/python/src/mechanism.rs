@@ -1,11 +1,13 @@
 //! `Mechanism`: structure and coordinates. Its algorithms are in `dynamics.rs`.
-use crate::array::{Array1, Input, out_vec3, out1, vec3, vector};
+use crate::array::{Array1, Input, checked1, out_vec3, out1, vec3, vector};
 use crate::builder::Subhinge;
 use crate::core::{Core, GRAVITY};
 use crate::error::{refuse, refuse_with};
 use crate::state::State;
-use linkwork_multibody::{BodyId, Coordinate, Multibody};
+use linkwork_formats::{ReadOptions, Root};
+use linkwork_multibody::{BodyId, Coordinate};
 use linkwork_runtime::remedy;
+use linkwork_spatial::InertiaCheck;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,61 +23,38 @@ pub struct Mechanism {
     pub core: Arc<Core>,
 }
 
-/// Reads a mechanism from a file: a simulation or an assembly in RON.
+/// Reads a mechanism from a file: URDF, MJCF or SDF (with the side-car `robot.linkwork.ron` beside
+/// it), or a simulation or an assembly in RON.
 ///
-/// root: None takes the file as it is; "free" lets the body that is welded to the world (or the
-/// first that hangs on it) float with six degrees of freedom; "fixed" welds it.
+/// root: None takes the file as it is; "fixed", "free" or "planar" say how the body that no joint
+/// moves hangs on the world. inertia_check: "physical", or "positive_moments" for published data
+/// that break the triangle inequality of principal moments. packages: folders that hold packages,
+/// for `package://name/..`. What was not used is in `ignored`.
 /// Raises LinkworkError with every mistake in the file, each with its place.
 #[pyfunction]
-#[pyo3(signature = (path, root=None))]
-pub fn load(py: Python<'_>, path: PathBuf, root: Option<&str>) -> PyResult<Mechanism> {
-    let root = root.map(Root::named).transpose()?;
-    let mbs = py.detach(|| crate::files::multibody(&path)).map_err(refuse)?;
-    let mbs = match root {
-        Some(root) => root.apply(&mbs)?,
-        None => mbs,
-    };
-    Ok(Mechanism { core: Arc::new(Core::new(mbs, GRAVITY)?) })
+#[pyo3(signature = (path, root=None, *, inertia_check="physical", packages=None))]
+pub fn load(
+    py: Python<'_>,
+    path: PathBuf,
+    root: Option<&str>,
+    inertia_check: &str,
+    packages: Option<Vec<PathBuf>>,
+) -> PyResult<Mechanism> {
+    let roots = [("fixed", Root::Fixed), ("free", Root::Free), ("planar", Root::Planar)];
+    let root = root.map_or(Ok(Root::AsWritten), |name| choice("root", name, &roots))?;
+    let inertia = choice("inertia_check", inertia_check, &INERTIA_CHECKS)?;
+    let package_paths = packages.unwrap_or_default();
+    let options = ReadOptions { root, inertia, package_paths, file: None };
+    let machine = py.detach(|| crate::files::machine(&path, &options)).map_err(refuse)?;
+    let mut core = Core::new(machine.mbs, GRAVITY)?;
+    core.initial = machine.initial;
+    core.description = machine.description;
+    Ok(Mechanism { core: Arc::new(core) })
 }
 
-/// How the first body hangs on the world.
-#[derive(Clone, Copy)]
-enum Root {
-    Free,
-    Fixed,
-}
-
-impl Root {
-    fn named(name: &str) -> PyResult<Self> {
-        match name {
-            "free" => Ok(Root::Free),
-            "fixed" => Ok(Root::Fixed),
-            _ => Err(refuse_with(
-                format!("`root` is \"{name}\""),
-                "give \"free\", \"fixed\", or leave it out",
-            )),
-        }
-    }
-
-    fn apply(self, mbs: &Multibody) -> PyResult<Multibody> {
-        let mut parts = linkwork_multibody::Builder::from(mbs);
-        let roots: Vec<&str> =
-            mbs.bodies().iter().filter(|b| b.parent().is_none()).map(|b| b.name()).collect();
-        let [root] = roots[..] else {
-            return Err(refuse_with(
-                format!("{} bodies hang on the world: {}", roots.len(), roots.join(", ")),
-                "`root` needs exactly one; leave it out, and say in the file how they hang",
-            ));
-        };
-        for b in parts.bodies_mut().iter_mut().filter(|b| b.name == root) {
-            b.hinge = match self {
-                Root::Free => linkwork_multibody::Hinge::free(),
-                Root::Fixed => linkwork_multibody::Hinge::locked(),
-            };
-        }
-        parts.build().map_err(refuse)
-    }
-}
+/// Which inertias are refused, by name.
+pub const INERTIA_CHECKS: [(&str, InertiaCheck); 2] =
+    [("physical", InertiaCheck::Physical), ("positive_moments", InertiaCheck::PositiveMoments)];
 
 impl Mechanism {
     fn bodies_of(&self, names: &[String]) -> PyResult<Vec<BodyId>> {
@@ -200,7 +179,7 @@ impl Mechanism {
         let (py, q, dv) = (q.py(), self.q(q, "q")?, self.v(dv, "dv")?);
         let mut out = vec![0.0; self.core.nq()];
         self.core.mbs.integrate(q.slice(), dv.slice(), &mut out);
-        Ok(out1(py, out))
+        checked1(py, out)
     }
     /// The dv (nv,) that takes `q_from` to `q_to` in `integrate`; rotations by the short way.
     fn difference<'py>(
@@ -211,21 +190,21 @@ impl Mechanism {
         let (py, from, to) = (q_from.py(), self.q(q_from, "q_from")?, self.q(q_to, "q_to")?);
         let mut out = vec![0.0; self.core.nv()];
         self.core.mbs.difference(from.slice(), to.slice(), &mut out);
-        Ok(out1(py, out))
+        checked1(py, out)
     }
     /// A copy of q (nq,) with each quaternion brought to length 1; a zero one becomes the identity.
     fn normalize<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array1<'py>> {
         let (py, q) = (q.py(), self.q(q, "q")?);
         let mut out = q.slice().to_vec();
         self.core.mbs.normalize(&mut out);
-        Ok(out1(py, out))
+        checked1(py, out)
     }
     /// dq/dt (nq,) at the rates v (nv,).
     fn qdot<'py>(&self, q: &Bound<'py, PyAny>, v: &Bound<'py, PyAny>) -> PyResult<Array1<'py>> {
         let (py, q, v) = (q.py(), self.q(q, "q")?, self.v(v, "v")?);
         let mut out = vec![0.0; self.core.nq()];
         self.core.mbs.qdot(q.slice(), v.slice(), &mut out);
-        Ok(out1(py, out))
+        checked1(py, out)
     }
 
     /// A state: kinematics done once, then asked. v: at rest when left out.

@@ -1,7 +1,7 @@
 //! `State`: a mechanism at q and v, whose kinematics was done once; poses, velocities,
 //! accelerations, momentum and energies are read from it.
 use crate::array::vector;
-use crate::array::{Array1, Array2, out_force, out_motion, out_pose, out_vec3, out1, out2};
+use crate::array::{Array1, Array2, checked1, out_force, out_motion, out_pose, out_vec3, out2};
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use linkwork_dynamics::{self as dynamics, Tree, Workspace};
@@ -210,7 +210,7 @@ impl State {
         };
         self.with(solve).map_err(refuse)?;
         lock(&self.inner).accelerations = true;
-        Ok(out1(py, vdot))
+        checked1(py, vdot)
     }
     /// Forces (nv,) that produce the accelerations vdot (nv,), with gravity and the wrenches.
     fn inverse_dynamics<'py>(&self, vdot: &Bound<'py, PyAny>) -> PyResult<Array1<'py>> {
@@ -221,7 +221,7 @@ impl State {
             dynamics::inverse_dynamics_given_kinematics(tree, ws, vdot.slice(), &mut tau);
         });
         lock(&self.inner).accelerations = true;
-        Ok(out1(py, tau))
+        checked1(py, tau)
     }
 
     fn __repr__(&self) -> String {

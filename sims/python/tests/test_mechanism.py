@@ -359,7 +359,7 @@ def test_load_from_ron(at_source):
     assert (free.nq, free.nv) == (7, 6) and lw.load("sims/pendulum/sim.ron", root="fixed").nv == 0
     rover = lw.load("sims/rover_traverse")
     assert rover.nv == 20
-    for path, text in (("gone.ron", "cannot be read"), ("arm.stl", "cannot be read"), ("README.md", "cannot be read")):
+    for path, text in (("gone.ron", "cannot be read"), ("arm.stl", "cannot be read"), ("README.md", "not well-formed XML")):
         with pytest.raises(lw.LinkworkError, match=text):
             lw.load(path)
     with pytest.raises(lw.LinkworkError, match="`root`"):
