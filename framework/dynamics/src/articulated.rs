@@ -88,7 +88,7 @@ impl<L: Lane> Art<L> {
     }
 }
 
-/// Fills `S`, `G` (about the roots' origins) and `D_inv` at the poses in `w`.
+/// Fills `sweeps` (S and G about the roots' origins) and `D_inv` at the poses in `w`.
 pub(crate) fn factor<L: Lane>(tree: &Tree, w: &mut Work<L>) -> Result<(), DynamicsError> {
     roots(&tree.links, &w.kin, &mut w.r);
     inertias(tree, w);
@@ -104,7 +104,10 @@ fn inertias<L: Lane>(tree: &Tree, w: &mut Work<L>) {
         let at = b * L::PACK;
         let (block, r) = (tree.dofs.block(at), tree.dofs.of_links(&w.r, at, |r| r));
         let R = tree.dofs.rotations(&w.kin, at);
-        w.S.blocks[b] = block.axes::<L>(at, &R, r);
+        let S = block.axes::<L>(at, &R, r);
+        for (i, (to, _)) in w.sweeps[at..].iter_mut().take(L::PACK).enumerate() {
+            *to = S.lane(i);
+        }
         if let Some((m, h, J)) = block.inertia::<L>(at, &R) {
             (C.m, C.h, C.J) = (m, h, J);
         }
@@ -142,7 +145,7 @@ fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>) -> Option<usize> {
                 let D_inv = L::splat(1.0) / D;
                 let G = V6 { n: U.n.scale(D_inv), f: U.f.scale(D_inv) };
                 w.D_inv[i + j] = D_inv;
-                w.G.set(i + j, G.to_parent(r));
+                w.sweeps[i + j].1 = G.to_parent(r);
                 if link.parent != 0 || j > 0 {
                     P.downdate(G, U);
                 }
@@ -192,26 +195,38 @@ fn column<L: Lane>(kind: Kind, pitch: f64, kin: &Kin<L>, P: &Spatial<L>, j: usiz
 
 /// `x` (nv) becomes M⁻¹ x over the free coordinates; zero at prescribed ones. After [`factor`].
 pub(crate) fn solve<L: Lane>(tree: &Tree, w: &mut Work<L>, x: &mut [L]) {
-    let (dofs, n) = (&tree.dofs, tree.nv());
-    w.sweep.fill(V6::default());
-    for i in (0..n).rev() {
-        let mut z = w.sweep[i + 1];
-        let eps = x[i] - w.S.get(i).dot(&z);
-        x[i] = eps * w.D_inv[i];
-        if dofs.prescribed[i] {
-            x[i] = L::default();
-        } else {
-            z = w.G.get(i).scale_add(eps, z);
+    let dofs = &tree.dofs;
+    for run in dofs.runs.iter().rev() {
+        // What branches outboard have left, if there are any.
+        let level = dofs.level[run.start] as usize;
+        let leaf = dofs.end[run.start] as usize == run.end;
+        let mut z = if leaf { V6::default() } else { w.sweep[level] };
+        for i in run.clone().rev() {
+            let (S, G) = &w.sweeps[i];
+            let eps = S.dot_from(&z, x[i]);
+            x[i] = eps * w.D_inv[i];
+            z = G.scale_add(eps, z);
         }
-        let to = &mut w.sweep[dofs.parent[i] as usize];
-        *to = *to + z;
+        match dofs.parent[run.start] {
+            0 => {}
+            _ if dofs.last_child[run.start] => w.sweep[level] = z,
+            p => {
+                let to = &mut w.sweep[dofs.level[p as usize - 1] as usize];
+                *to = *to + z;
+            }
+        }
     }
-    w.sweep[0] = V6::default();
-    for i in 0..n {
-        let a = w.sweep[dofs.parent[i] as usize];
-        if !dofs.prescribed[i] {
-            x[i] = x[i] - w.G.get(i).dot(&a);
+    for run in &dofs.runs {
+        let mut a = match dofs.parent[run.start] {
+            0 => V6::default(),
+            p => w.sweep[dofs.level[p as usize - 1] as usize],
+        };
+        for i in run.clone() {
+            let (S, G) = &w.sweeps[i];
+            // G and D⁻¹ are zero at prescribed dofs.
+            x[i] = G.dot_from(&a, x[i]);
+            a = S.scale_add(x[i], a);
         }
-        w.sweep[i + 1] = w.S.get(i).scale_add(x[i], a);
+        w.sweep[dofs.level[run.start] as usize] = a;
     }
 }

@@ -67,11 +67,20 @@ impl<L: Lane> V6<L> {
         V6 { n: self.n.block(), f: self.f.block() }
     }
 
-    /// n · n' + f · f'.
+    /// n · n' + f · f', in two sums side by side: three products deep, not six.
     #[inline(always)]
     pub fn dot(&self, b: &Self) -> L {
+        let angular = self.n.x.fma(b.n.x, self.n.y.fma(b.n.y, self.n.z * b.n.z));
         let linear = self.f.x.fma(b.f.x, self.f.y.fma(b.f.y, self.f.z * b.f.z));
-        self.n.x.fma(b.n.x, self.n.y.fma(b.n.y, self.n.z.fma(b.n.z, linear)))
+        angular + linear
+    }
+
+    /// `x − self · b`, as deep as [`V6::dot`].
+    #[inline(always)]
+    pub fn dot_from(&self, b: &Self, x: L) -> L {
+        let angular = self.n.x.fnma(b.n.x, self.n.y.fnma(b.n.y, self.n.z.fnma(b.n.z, x)));
+        let linear = self.f.x.fma(b.f.x, self.f.y.fma(b.f.y, self.f.z * b.f.z));
+        angular - linear
     }
 
     /// `self * s`.
@@ -84,6 +93,15 @@ impl<L: Lane> V6<L> {
     #[inline(always)]
     pub fn scale_add(self, s: L, b: Self) -> Self {
         Self { n: self.n.scale_add(s, b.n), f: self.f.scale_add(s, b.f) }
+    }
+}
+
+impl<B: Lane> V6<B> {
+    /// Number `i` of a block.
+    #[inline(always)]
+    pub fn lane<L: Lane<Block = B>>(&self, i: usize) -> V6<L> {
+        let v = |v: &V3<B>| V3::new(L::get(&v.x, i), L::get(&v.y, i), L::get(&v.z, i));
+        V6 { n: v(&self.n), f: v(&self.f) }
     }
 }
 

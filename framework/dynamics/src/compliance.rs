@@ -111,7 +111,8 @@ impl<L: Lane> Compliance<L> {
         let range = self.start[n]..self.start[n + 1];
         let eps = self.eps[range.start * blocks::<L>()..].chunks_exact_mut(blocks::<L>());
         for (i, eps) in self.path[range].iter().zip(eps) {
-            let (S, G) = (w.S.get(*i as usize).block(), w.G.get(*i as usize).block());
+            let (S, G) = w.sweeps[*i as usize];
+            let (S, G) = (S.block(), G.block());
             for (z, eps) in z.iter_mut().zip(eps) {
                 *eps = S.dot(z);
                 *z = G.scale_add(-*eps, *z);

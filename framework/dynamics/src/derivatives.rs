@@ -21,7 +21,7 @@
 //! hinges too. External wrenches count as fixed in their bodies.
 
 use crate::columns::{Columns, blocks, store};
-use crate::composite::roots;
+use crate::composite::{each_axis, roots};
 use crate::kinematics::check;
 use crate::lane::Lane;
 use crate::linear::{M3, S3, V3, V6};
@@ -31,9 +31,8 @@ use crate::work::{Composite, Work, Workspace};
 /// Memory for the derivatives of one mechanism: made once.
 #[derive(Clone, Debug)]
 pub struct Derivatives<L: Lane = f64> {
-    /// Velocity and spatial acceleration of each link about its root; 0 is the base.
-    motion: Vec<(V6<L>, V6<L>)>,
-    f_ext: Vec<V6<L>>,
+    /// Of each link about its root; 0 is the base.
+    motion: Vec<Moving<L>>,
     outboard: Vec<Outboard<L::Block>>,
     psi: Columns<L>,
     psi_dot: Columns<L>,
@@ -48,7 +47,19 @@ pub struct Derivatives<L: Lane = f64> {
     /// Row i: ∂τ_i/∂q, then ∂τ_i/∂β, in whole blocks.
     pub(crate) rows: Vec<L::Block>,
     /// For the forward derivatives.
-    pub(crate) sweep: Vec<V6<L::Block>>,
+    pub(crate) bias: Vec<L>,
+    pub(crate) column: Vec<[L::Block; 2]>,
+    pub(crate) sweep: Vec<[V6<L::Block>; 2]>,
+}
+
+/// Velocity and spatial acceleration of a link and of the one inboard, and the external force.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moving<L> {
+    v: V6<L>,
+    a: V6<L>,
+    v_inboard: V6<L>,
+    a_inboard: V6<L>,
+    f_ext: V6<L>,
 }
 
 /// What is summed outboard of a dof.
@@ -68,8 +79,7 @@ impl<L: Lane> Derivatives<L> {
         let width = n.div_ceil(L::PACK);
         let columns = Columns::new(n);
         Self {
-            motion: vec![Default::default(); links],
-            f_ext: vec![V6::default(); links],
+            motion: vec![Moving::default(); links],
             outboard: vec![Outboard::default(); width],
             psi: columns.clone(),
             psi_dot: columns.clone(),
@@ -80,14 +90,15 @@ impl<L: Lane> Derivatives<L> {
             t: vec![V3::default(); width],
             lower: vec![Default::default(); n * width],
             rows: vec![L::Block::default(); 2 * n * width],
-            sweep: vec![V6::default(); crate::forward_derivatives::CHUNK * tree.dofs.levels()],
+            bias: vec![L::default(); n],
+            column: vec![Default::default(); n],
+            sweep: vec![Default::default(); tree.dofs.levels()],
         }
     }
 
     /// Fills `rows` from the state in `w`.
     pub(crate) fn run(&mut self, tree: &Tree, w: &mut Work<L>, v: &[L], vdot: &[L]) {
         roots(&tree.links, &w.kin, &mut w.r);
-        self.columns(tree, w);
         self.motions(tree, w, v, vdot);
         self.each(tree, w);
         for (j, &parent) in tree.dofs.parent[..tree.nv()].iter().enumerate().rev() {
@@ -104,66 +115,58 @@ impl<L: Lane> Derivatives<L> {
         self.transpose(tree);
     }
 
-    /// S of every dof.
-    fn columns(&mut self, tree: &Tree, w: &mut Work<L>) {
-        tree.dofs.all_axes(&w.kin, &w.r, &mut w.S);
-    }
-
-    /// v and a of every link; Ψ̇, Ψ̈ and W of every dof.
+    /// v and a of every link.
     fn motions(&mut self, tree: &Tree, w: &Work<L>, v: &[L], vdot: &[L]) {
         for (k, link) in tree.links.iter().enumerate() {
-            let (v0, a0) = match link.parent {
+            let (v_inboard, a_inboard) = match link.parent {
                 0 => at_root(w, k + 1),
-                p => self.motion[p as usize],
+                p => (self.motion[p as usize].v, self.motion[p as usize].a),
             };
-            let i = link.v as usize;
+            let mut i = link.v as usize;
             let (mut relative, mut given) = (V6::default(), V6::default());
-            for j in i..i + link.kind.nv() {
-                let S = w.S.get(j);
-                relative = S.scale_add(v[j], relative);
-                given = S.scale_add(vdot[j], given);
-            }
-            let here = v0 + relative;
-            for j in i..i + link.kind.nv() {
-                let S = w.S.get(j);
-                let psi = v0.cross_motion(S);
-                self.psi.set(j, psi);
-                self.psi_dot.set(j, a0.cross_motion(S) + v0.cross_motion(psi));
-                self.W.set(j, psi + here.cross_motion(S));
-            }
-            self.motion[k + 1] = (here, a0 + given + v0.cross_motion(relative));
-            self.f_ext[k + 1] = w.f_ext[k + 1].to_parent(w.r[k + 1]);
+            each_axis(link, &w.kin[k + 1], w.r[k + 1], |S| {
+                relative = S.scale_add(v[i], relative);
+                given = S.scale_add(vdot[i], given);
+                i += 1;
+            });
+            self.motion[k + 1] = Moving {
+                v: v_inboard + relative,
+                a: a_inboard + given + v_inboard.cross_motion(relative),
+                v_inboard,
+                a_inboard,
+                f_ext: w.f_ext[k + 1].to_parent(w.r[k + 1]),
+            };
         }
     }
 
-    /// C, B, F and f of each link alone, by block of dofs.
-    fn each(&mut self, tree: &Tree, w: &Work<L>) {
+    /// S, Ψ̇, Ψ̈ and W of every dof; C, B, F and f of each link alone; by block of dofs.
+    fn each(&mut self, tree: &Tree, w: &mut Work<L>) {
         for (b, out) in self.outboard.iter_mut().enumerate() {
             let at = b * L::PACK;
             let (dofs, block) = (&tree.dofs, tree.dofs.block(at));
             let R = dofs.rotations(&w.kin, at);
+            let r = dofs.of_links(&w.r, at, |r| r);
+            let pair = |part: fn(&Moving<L>) -> &V6<L>| V6 {
+                n: dofs.of_links(&self.motion, at, |m| &part(m).n),
+                f: dofs.of_links(&self.motion, at, |m| &part(m).f),
+            };
+            let (v, v0, a0) = (pair(|m| &m.v), pair(|m| &m.v_inboard), pair(|m| &m.a_inboard));
+            let S = block.axes::<L>(at, &R, r);
+            let psi = v0.cross_motion(S);
+            w.S.blocks[b] = S;
+            self.psi.blocks[b] = psi;
+            self.psi_dot.blocks[b] = a0.cross_motion(S) + v0.cross_motion(psi);
+            self.W.blocks[b] = psi + v.cross_motion(S);
             let Some((m, h, J)) = block.inertia::<L>(at, &R) else {
                 *out = Outboard::default();
                 continue;
             };
-            let C = Composite { m, h, J }.shifted(dofs.of_links(&w.r, at, |r| r));
-            let pair = |n: V3<L::Block>, f: V3<L::Block>| V6 { n, f };
-            let v = pair(
-                dofs.of_links(&self.motion, at, |m| &m.0.n),
-                dofs.of_links(&self.motion, at, |m| &m.0.f),
-            );
-            let a = pair(
-                dofs.of_links(&self.motion, at, |m| &m.1.n),
-                dofs.of_links(&self.motion, at, |m| &m.1.f),
-            );
-            let ext = pair(
-                dofs.of_links(&self.f_ext, at, |f| &f.n),
-                dofs.of_links(&self.f_ext, at, |f| &f.f),
-            );
+            let C = Composite { m, h, J }.shifted(r);
+            let (a, ext) = (pair(|m| &m.a), pair(|m| &m.f_ext));
             let p = C.apply(v);
             let f = C.apply(a) + v.cross_force(p);
             let carries = block.carries::<L>(at);
-            let f = pair(f.n - ext.n.scale(carries), f.f - ext.f.scale(carries));
+            let f = ext.scale_add(-carries, f);
             *out = Outboard { C, B: coriolis(&C, v), F: p.f, f };
         }
     }
@@ -251,6 +254,11 @@ impl<L: Lane> Derivatives<L> {
         }
     }
 
+    /// The force that dof i carries: of everything outboard, about the root.
+    pub(crate) fn force(&self, i: usize) -> V6<L> {
+        self.outboard[i / L::PACK].f.lane(i % L::PACK)
+    }
+
     /// Copies the rows into two dense matrices.
     pub(crate) fn copy(&self, n: usize, dq: &mut [L], dv: &mut [L]) {
         if n == 0 {
@@ -327,15 +335,6 @@ impl<L: Lane> V6<L> {
     #[inline(always)]
     fn cross_force(self, f: Self) -> Self {
         Self { n: self.n.cross_add(f.n, self.f.cross(f.f)), f: self.n.cross(f.f) }
-    }
-}
-
-impl<B: Lane> V6<B> {
-    /// Number `i` of a block.
-    #[inline(always)]
-    fn lane<L: Lane<Block = B>>(&self, i: usize) -> V6<L> {
-        let v = |v: &V3<B>| V3::new(L::get(&v.x, i), L::get(&v.y, i), L::get(&v.z, i));
-        V6 { n: v(&self.n), f: v(&self.f) }
     }
 }
 

@@ -8,15 +8,15 @@
 //! S = [σ; r × σ + R a_v],  σ = R a_ω            a column of H*
 //! ```
 
-use crate::columns::Columns;
 use crate::lane::Lane;
 use crate::linear::{M3, S3, V3, V6};
 use crate::tree::{Kind, Link};
 use crate::work::Kin;
 use linkwork_multibody::Coordinate;
+use std::ops::Range;
 
 /// Blocks are never wider than this.
-const WIDEST: usize = 4;
+pub(crate) const WIDEST: usize = 4;
 
 /// One constant of [`WIDEST`] dofs.
 type Wide = [f64; WIDEST];
@@ -61,6 +61,10 @@ pub(crate) struct Dofs {
     pub last_child: Vec<bool>,
     /// Which memory that is: 0 at the base.
     pub level: Vec<u32>,
+    /// Maximal runs of dofs each of which has one child at most: they are swept together.
+    pub runs: Vec<Range<usize>>,
+    /// For each block of columns: the rows that it meets, inboard and outboard, as runs.
+    pub meets: Vec<Vec<Range<usize>>>,
     /// Of the last block outboard of each dof: one for columns outboard, zero beyond.
     keep: Vec<Wide>,
     blocks: Vec<Block>,
@@ -78,6 +82,8 @@ impl Dofs {
             last_child: vec![true; padded],
             level: vec![0; padded],
             keep: vec![[1.0; WIDEST]; padded],
+            runs: Vec::new(),
+            meets: Vec::new(),
             blocks: vec![Block::default(); padded / WIDEST],
         };
         // Last dof of each slot, plus one.
@@ -122,10 +128,46 @@ impl Dofs {
             b.J.iter_mut().zip(J).for_each(|(to, x)| to[lane] = x);
             last[k + 1] = (i + 1) as u32;
         }
+        d.follow(nv);
         // Padding stands on the last link, massless and without an axis.
         let fill = d.link.get(nv.wrapping_sub(1)).copied().unwrap_or(0);
         d.link[nv..].fill(fill);
         d
+    }
+
+    /// Finds the runs, and which rows meet which columns.
+    fn follow(&mut self, nv: usize) {
+        let mut children = vec![0; nv];
+        for p in self.parent[..nv].iter().filter(|p| **p > 0) {
+            children[*p as usize - 1] += 1;
+        }
+        for i in 0..nv {
+            match self.runs.last_mut() {
+                Some(run) if self.parent[i] as usize == i && i > 0 && children[i - 1] == 1 => {
+                    run.end = i + 1;
+                }
+                _ => self.runs.push(i..i + 1),
+            }
+        }
+        for start in (0..nv).step_by(WIDEST) {
+            let mut rows = vec![false; nv];
+            for c in start..(start + WIDEST).min(nv) {
+                rows[c..self.end[c] as usize].fill(true);
+                let mut i = self.parent[c] as usize;
+                while i > 0 {
+                    rows[i - 1] = true;
+                    i = self.parent[i - 1] as usize;
+                }
+            }
+            let mut runs: Vec<Range<usize>> = Vec::new();
+            for i in (0..nv).filter(|i| rows[*i]) {
+                match runs.last_mut() {
+                    Some(run) if run.end == i => run.end = i + 1,
+                    _ => runs.push(i..i + 1),
+                }
+            }
+            self.meets.push(runs);
+        }
     }
 
     /// Memories needed for what is passed outward, one for each level.
@@ -165,20 +207,6 @@ impl Dofs {
             x: self.of_links(kin, at, |k| &k.R.x),
             y: self.of_links(kin, at, |k| &k.R.y),
             z: self.of_links(kin, at, |k| &k.R.z),
-        }
-    }
-
-    /// H* about the roots' origins, all columns; `r` from there to the links' origins.
-    pub fn all_axes<L: Lane>(&self, kin: &[Kin<L>], r: &[V3<L>], S: &mut Columns<L>) {
-        for (b, S) in S.blocks.iter_mut().enumerate() {
-            let at = b * L::PACK;
-            let (block, r) = (self.block(at), self.of_links(r, at, |r| r));
-            *S = if block.needs.other_axes {
-                block.axes::<L>(at, &self.rotations(kin, at), r)
-            } else {
-                let z = self.of_links(kin, at, |k| &k.R.z);
-                V6 { n: z, f: r.cross(z) }
-            };
         }
     }
 }

@@ -3,25 +3,22 @@
 //! ```text
 //! ∂β̇/∂q = −M⁻¹ ∂τ/∂q,   ∂β̇/∂β = −M⁻¹ ∂τ/∂β,   ∂β̇/∂τ = M⁻¹        at β̇ = forward dynamics
 //! ```
-//! Small matrices are multiplied; for large ones M⁻¹ is applied by its two sweeps, which take 24
-//! multiply-adds a number whatever nv, on a few blocks of columns at a time so that what goes along
-//! the tree stays in the nearest cache.
+//! The acceleration is M⁻¹ of what the forces have over those of β̇ = 0. A block of columns of ∂τ
+//! has numbers only in the rows inboard and outboard of it: where these are few they are multiplied
+//! with columns of M⁻¹; else M⁻¹ is applied by its two sweeps, which take 24 multiply-adds a
+//! number whatever nv.
 
 use crate::derivatives::Derivatives;
+use crate::dofs::WIDEST;
 use crate::error::DynamicsError;
-use crate::forward;
-use crate::inverse_mass;
 use crate::kinematics::check;
 use crate::lane::Lane;
-use crate::linear::V6;
 use crate::tree::Tree;
 use crate::work::{Work, Workspace};
+use crate::{articulated, inverse, inverse_mass};
 
-/// Blocks of columns that go along the tree together.
-pub(crate) const CHUNK: usize = 8;
-
-/// Up to this many coordinates the product is dense.
-const DENSE: usize = 24;
+/// Up to this many rows a block, on average, columns of M⁻¹ are cheaper than sweeps.
+const FEW: usize = 24;
 
 impl Derivatives {
     /// ∂β̇/∂q, ∂β̇/∂β and ∂β̇/∂τ (nv × nv each, row after row) of
@@ -72,93 +69,137 @@ impl<L: Lane> Derivatives<L> {
         check(out.dvdot_dq.len(), n * n, "dvdot_dq");
         check(out.dvdot_dv.len(), n * n, "dvdot_dv");
         check(out.dvdot_dtau.len(), n * n, "dvdot_dtau");
-        forward::run(tree, w, tau, vdot)?;
-        self.run(tree, w, v, vdot);
         inverse_mass::matrix(tree, w, out.dvdot_dtau)?;
-        if n <= DENSE {
-            self.multiply(n, out.dvdot_dtau)
+        self.accelerations(tree, w, tau, vdot);
+        self.run(tree, w, v, vdot);
+        self.prescribed_forces(tree, w, tau, vdot);
+        let meets = &tree.dofs.meets;
+        let rows: usize = meets.iter().flatten().map(std::ops::Range::len).sum();
+        if rows <= FEW * meets.len() {
+            self.multiply(tree, out.dvdot_dtau);
         } else {
-            self.sweep(tree, w)
+            self.sweep(tree, w);
         }
         self.copy(n, out.dvdot_dq, out.dvdot_dv);
         Ok(())
     }
 
-    /// rows ← −M⁻¹ rows, densely.
-    fn multiply(&mut self, n: usize, inverse: &[L]) {
-        if n == 0 {
-            return;
+    /// β̇ at free coordinates, with the articulated inertias of the last factorisation.
+    fn accelerations(&mut self, tree: &Tree, w: &mut Work<L>, tau: &[L], vdot: &mut [L]) {
+        let fixed = &tree.dofs.prescribed;
+        for (x, _) in vdot.iter_mut().zip(fixed).filter(|(_, fixed)| !**fixed) {
+            *x = L::default();
         }
-        let width = 2 * n.div_ceil(L::PACK);
-        let mut column = [L::Block::default(); DENSE];
+        let mut rest = std::mem::take(&mut self.bias);
+        inverse::run(&tree.links, w, vdot, &mut rest);
+        for (rest, tau) in rest.iter_mut().zip(tau) {
+            *rest = *tau - *rest;
+        }
+        articulated::solve(tree, w, &mut rest);
+        for ((x, rest), _) in vdot.iter_mut().zip(&rest).zip(fixed).filter(|(_, fixed)| !**fixed) {
+            *x = *rest;
+        }
+        self.bias = rest;
+    }
+
+    /// τ at prescribed coordinates, from the forces summed for the derivatives.
+    fn prescribed_forces(&self, tree: &Tree, w: &Work<L>, tau: &mut [L], vdot: &[L]) {
+        let dofs = &tree.dofs;
+        for i in (0..tree.nv()).filter(|i| dofs.prescribed[*i]) {
+            let f = self.force(i);
+            tau[i] = L::splat(dofs.armature[i]).fma(vdot[i], w.S.get(i).dot(&f));
+        }
+    }
+
+    /// rows ← −M⁻¹ rows: the numbers of a block of columns, four rows of M⁻¹ at a time.
+    fn multiply(&mut self, tree: &Tree, inverse: &[L]) {
+        let n = tree.nv();
+        let width = n.div_ceil(L::PACK);
         for b in 0..width {
-            for (k, x) in column[..n].iter_mut().enumerate() {
-                *x = self.rows[k * width + b];
+            let runs = &tree.dofs.meets[b * L::PACK / WIDEST];
+            for k in runs.iter().cloned().flatten() {
+                let row = &self.rows[2 * k * width..];
+                self.column[k] = [row[b], row[width + b]];
             }
-            for (i, inverse) in inverse.chunks_exact(n).enumerate() {
-                let mut sum = L::Block::default();
-                for (m, x) in inverse.iter().zip(&column[..n]) {
-                    sum = m.block().fnma(*x, sum);
+            for i in (0..n).step_by(4) {
+                // Beyond the last row the last one is computed again.
+                let at = |r: usize| (i + r).min(n - 1);
+                let row = |r: usize| &inverse[at(r) * n..][..n];
+                let four = [row(0), row(1), row(2), row(3)];
+                let mut sum = [[L::Block::default(); 2]; 4];
+                for run in runs {
+                    let m = four.map(|row| &row[run.clone()]);
+                    let column = &self.column[run.clone()];
+                    let m = m[0].iter().zip(m[1]).zip(m[2].iter().zip(m[3]));
+                    for ([q, v], ((a, b), (c, d))) in column.iter().zip(m) {
+                        for (sum, m) in sum.iter_mut().zip([a, b, c, d]) {
+                            let m = m.block();
+                            *sum = [m.fnma(*q, sum[0]), m.fnma(*v, sum[1])];
+                        }
+                    }
                 }
-                self.rows[i * width + b] = sum;
+                for (r, [q, v]) in sum.into_iter().enumerate() {
+                    let row = &mut self.rows[2 * at(r) * width..];
+                    (row[b], row[width + b]) = (q, v);
+                }
             }
         }
     }
 
-    /// rows ← −M⁻¹ rows by sweeps.
+    /// rows ← −M⁻¹ rows by sweeps: of ∂τ/∂q and ∂τ/∂β side by side, along the runs of the tree.
     fn sweep(&mut self, tree: &Tree, w: &Work<L>) {
-        let width = 2 * tree.nv().div_ceil(L::PACK);
-        for start in (0..width).step_by(CHUNK) {
-            let end = (start + CHUNK).min(width);
-            self.gather(tree, w, width, start..end);
-            self.scatter(tree, w, width, start..end);
+        for b in 0..tree.nv().div_ceil(L::PACK) {
+            self.gather(tree, w, b);
+            self.scatter(tree, w, b);
         }
     }
 
-    /// rows ← D⁻¹ [1 − HψK] rows, for some blocks of columns.
-    fn gather(&mut self, tree: &Tree, w: &Work<L>, width: usize, range: std::ops::Range<usize>) {
-        let (dofs, n) = (&tree.dofs, range.len());
-        for i in (0..tree.nv()).rev() {
-            let level = dofs.level[i] as usize;
-            let (inboard, here) = self.sweep.split_at_mut(level * CHUNK);
-            let z = &mut here[..n];
-            if dofs.end[i] as usize == i + 1 {
-                z.fill(V6::default());
+    /// rows ← D⁻¹ [1 − HψK] rows, for block `b` of both.
+    fn gather(&mut self, tree: &Tree, w: &Work<L>, b: usize) {
+        let dofs = &tree.dofs;
+        let width = tree.nv().div_ceil(L::PACK);
+        for run in dofs.runs.iter().rev() {
+            let level = dofs.level[run.start] as usize;
+            let leaf = dofs.end[run.start] as usize == run.end;
+            let [mut y, mut z] = if leaf { Default::default() } else { self.sweep[level] };
+            let rows =
+                self.rows[2 * run.start * width..2 * run.end * width].chunks_exact_mut(2 * width);
+            let sweeps = w.sweeps[run.clone()].iter().zip(&w.D_inv[run.clone()]);
+            for (row, ((S, G), D_inv)) in rows.zip(sweeps).rev() {
+                let (S, G, D_inv) = (S.block(), G.block(), D_inv.block());
+                let (q, v) = (S.dot_from(&y, row[b]), S.dot_from(&z, row[width + b]));
+                (row[b], row[width + b]) = (q * D_inv, v * D_inv);
+                (y, z) = (G.scale_add(q, y), G.scale_add(v, z));
             }
-            let (S, G, D_inv) = (w.S.get(i).block(), w.G.get(i).block(), w.D_inv[i].block());
-            for (x, z) in self.rows[i * width..][range.clone()].iter_mut().zip(z.iter_mut()) {
-                let eps = *x - S.dot(z);
-                *x = eps * D_inv;
-                *z = G.scale_add(eps, *z);
-            }
-            if !dofs.last_child[i] && dofs.parent[i] > 0 {
-                let to = &mut inboard[dofs.level[dofs.parent[i] as usize - 1] as usize * CHUNK..];
-                for (to, z) in to.iter_mut().zip(z) {
-                    *to = *to + *z;
+            match dofs.parent[run.start] {
+                0 => {}
+                _ if dofs.last_child[run.start] => self.sweep[level] = [y, z],
+                p => {
+                    let [to_y, to_z] = &mut self.sweep[dofs.level[p as usize - 1] as usize];
+                    (*to_y, *to_z) = (*to_y + y, *to_z + z);
                 }
             }
         }
     }
 
-    /// rows ← −[1 − HψK]* rows.
-    fn scatter(&mut self, tree: &Tree, w: &Work<L>, width: usize, range: std::ops::Range<usize>) {
-        let (dofs, n) = (&tree.dofs, range.len());
-        for i in 0..tree.nv() {
-            let level = dofs.level[i] as usize;
-            let (inboard, here) = self.sweep.split_at_mut(level * CHUNK);
-            let a = &mut here[..n];
-            if dofs.parent[i] == 0 {
-                a.fill(V6::default());
-            } else if !dofs.last_child[i] {
-                let from = dofs.level[dofs.parent[i] as usize - 1] as usize * CHUNK;
-                a.copy_from_slice(&inboard[from..from + n]);
+    /// rows ← −[1 − HψK]* rows, for block `b` of both.
+    fn scatter(&mut self, tree: &Tree, w: &Work<L>, b: usize) {
+        let dofs = &tree.dofs;
+        let width = tree.nv().div_ceil(L::PACK);
+        for run in &dofs.runs {
+            let [mut y, mut z] = match dofs.parent[run.start] {
+                0 => Default::default(),
+                p => self.sweep[dofs.level[p as usize - 1] as usize],
+            };
+            let rows =
+                self.rows[2 * run.start * width..2 * run.end * width].chunks_exact_mut(2 * width);
+            for (row, (S, G)) in rows.zip(&w.sweeps[run.clone()]) {
+                let (S, G) = (S.block(), G.block());
+                let (q, v) = (G.dot_from(&y, row[b]), G.dot_from(&z, row[width + b]));
+                (row[b], row[width + b]) = (-q, -v);
+                (y, z) = (S.scale_add(q, y), S.scale_add(v, z));
             }
-            let (S, G) = (w.S.get(i).block(), w.G.get(i).block());
-            for (x, a) in self.rows[i * width..][range.clone()].iter_mut().zip(a) {
-                let acc = *x - G.dot(a);
-                *x = -acc;
-                *a = S.scale_add(acc, *a);
-            }
+            self.sweep[dofs.level[run.start] as usize] = [y, z];
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::columns::{blocks, load, store};
 use crate::error::DynamicsError;
 use crate::kinematics::check;
 use crate::lane::Lane;
+use crate::linear::V6;
 use crate::tree::Tree;
 use crate::work::{Work, Workspace};
 
@@ -61,64 +62,64 @@ pub(crate) fn matrix<L: Lane>(
     Ok(())
 }
 
-/// Row i of D⁻¹ [1 − HψK], for the columns outboard of i.
+/// Rows of D⁻¹ [1 − HψK], for the columns outboard of their dofs. Along a run of dofs without
+/// branches a block of columns stays in registers.
 fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
-    let dofs = &tree.dofs;
+    let (dofs, n) = (&tree.dofs, tree.nv());
+    let one = L::splat(1.0).block();
     w.F.clear();
-    for (i, row) in out.chunks_exact_mut(tree.nv()).enumerate().rev() {
-        let (S, G, D_inv) = (w.S.get(i).block(), w.G.get(i).block(), w.D_inv[i].block());
-        let range = blocks::<L>(&(i..dofs.end[i] as usize));
+    for run in dofs.runs.iter().rev() {
+        let range = blocks::<L>(&(run.start..dofs.end[run.start] as usize));
         let last = range.end - 1;
-        for (b, F) in range.clone().zip(&mut w.F.blocks[range]) {
-            let mut eps = -S.dot(F);
-            if b == i / L::PACK {
-                let one = L::get(&eps, i % L::PACK) + L::splat(1.0);
-                L::set(&mut eps, i % L::PACK, one);
+        for (b, stored) in range.clone().zip(&mut w.F.blocks[range]) {
+            // Columns of other branches stay out.
+            let keep = if b == last { dofs.keep::<L>(run.start) } else { one };
+            let mut F = stored.scaled(keep);
+            let others = stored.scaled(one - keep);
+            let sweeps = w.sweeps[run.clone()].iter().zip(&w.D_inv[run.clone()]);
+            // Columns exist inboard of their own dof.
+            let active = run.len().min((b + 1) * L::PACK - run.start);
+            for (i, ((S, G), D_inv)) in run.clone().zip(sweeps).take(active).rev() {
+                let unit = if b == i / L::PACK { L::unit(i) } else { L::Block::default() };
+                let eps = S.block().dot_from(&F, unit);
+                store(&mut out[i * n..(i + 1) * n], b, eps * D_inv.block());
+                F = G.block().scale_add(eps, F);
             }
-            if b == last {
-                eps = eps * dofs.keep::<L>(i);
-            }
-            store(row, b, eps * D_inv);
-            *F = G.scale_add(eps, *F);
+            *stored = F + others;
         }
     }
 }
 
-/// Row i of M⁻¹ from i on.
+/// Rows of M⁻¹ from the diagonal on, along the same runs.
 fn scatter<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
     let (dofs, n) = (&tree.dofs, tree.nv());
     let width = n.div_ceil(L::PACK);
-    for (i, row) in out.chunks_exact_mut(n).enumerate() {
-        let (first, own) = (i / L::PACK, dofs.end[i] as usize);
-        let (S, G) = (w.S.get(i).block(), w.G.get(i).block());
-        let leaf = own == i + 1;
-        if dofs.parent[i] == 0 {
-            row[own..].fill(L::default());
-            for (b, A) in (first..width).zip(&mut w.outward[first..width]) {
-                *A = if leaf { *A } else { S.scaled(load(row, b)) };
-            }
+    for run in &dofs.runs {
+        let (first, own) = (run.start / L::PACK, dofs.end[run.start] as usize);
+        let inboard = match dofs.parent[run.start] {
+            0 => None,
+            p => Some(dofs.level[p as usize - 1] as usize),
+        };
+        let here = dofs.level[run.start] as usize;
+        // Nothing is outboard of a run that ends its branch.
+        let leaf = own == run.end;
+        for i in run.clone() {
+            out[i * n + own..(i + 1) * n].fill(L::default());
+        }
+        if inboard.is_none() && leaf && run.len() == 1 {
             continue;
         }
-        let (inboard, here) = (dofs.level[dofs.parent[i] as usize - 1], dofs.level[i]);
-        let (a, b) = w.outward.split_at_mut(here as usize * width);
-        let own_blocks = own.div_ceil(L::PACK);
-        let mut each = |b: usize, from: &crate::linear::V6<L::Block>| {
-            let nu = if b < own_blocks { load(row, b) } else { L::Block::default() };
-            let x = nu - G.dot(from);
-            store(row, b, x);
-            S.scale_add(x, *from)
-        };
-        if inboard == here {
-            for (j, A) in b[first..width].iter_mut().enumerate() {
-                let outboard = each(first + j, A);
-                if !leaf {
-                    *A = outboard;
-                }
+        for b in first..width {
+            let mut A = inboard.map_or_else(V6::default, |l| w.outward[l * width + b]);
+            let rows = out[run.start * n..run.end * n].chunks_exact_mut(n);
+            let active = run.len().min((b + 1) * L::PACK - run.start);
+            for ((S, G), row) in w.sweeps[run.clone()].iter().zip(rows).take(active) {
+                let x = G.block().dot_from(&A, load(row, b));
+                store(row, b, x);
+                A = S.block().scale_add(x, A);
             }
-        } else {
-            let from = &a[inboard as usize * width..][first..width];
-            for (j, (A, from)) in b[first..width].iter_mut().zip(from).enumerate() {
-                *A = each(first + j, from);
+            if !leaf {
+                w.outward[here * width + b] = A;
             }
         }
     }

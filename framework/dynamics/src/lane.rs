@@ -54,6 +54,17 @@ pub trait Lane:
     fn collect(x: impl Fn(usize) -> Self) -> Self::Block;
     /// The constants of a block of columns that starts at column `at`, out of those of four.
     fn constants(from: &[f64; 4], at: usize) -> Self::Block;
+    /// One at column `i`'s place in its block, zero elsewhere.
+    #[inline(always)]
+    fn unit(i: usize) -> Self::Block {
+        const UNITS: [[f64; 4]; 4] = [
+            [1.0, 0.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+        ];
+        if Self::PACK == 1 { Self::splat(1.0).block() } else { Self::constants(&UNITS[i % 4], 0) }
+    }
     /// Copies the upper triangle of an n × n matrix onto the lower one.
     fn mirror(n: usize, a: &mut [Self]);
 }

@@ -84,10 +84,10 @@ pub(crate) struct Work<L: Lane> {
     pub F: Columns<L>,
     /// Articulated inertia that outboard links pass to each link, about its own origin.
     pub inertia: Vec<Spatial<L>>,
-    /// P H* D⁻¹ about the roots' origins; zero at prescribed dofs.
-    pub G: Columns<L>,
+    /// S, and G = P S D⁻¹ (zero at prescribed dofs), about the roots' origins.
+    pub sweeps: Vec<(V6<L>, V6<L>)>,
     pub D_inv: Vec<L>,
-    /// Forces or accelerations by dof in a sweep; 0 is the base.
+    /// Forces or accelerations that go along the tree, by level.
     pub sweep: Vec<V6<L>>,
     /// Accelerations that go outward, in blocks of columns, one row a level of the tree.
     pub outward: Vec<V6<L::Block>>,
@@ -114,9 +114,9 @@ impl<L: Lane> Work<L> {
             S: Columns::new(tree.nv()),
             F: Columns::new(tree.nv()),
             inertia: vec![Spatial::default(); n],
-            G: Columns::new(tree.nv()),
+            sweeps: vec![Default::default(); tree.nv()],
             D_inv: vec![L::default(); tree.nv()],
-            sweep: vec![V6::default(); tree.nv() + 1],
+            sweep: vec![V6::default(); tree.dofs.levels()],
             outward: vec![V6::default(); tree.nv().div_ceil(L::PACK) * tree.dofs.levels()],
             gravity: V3::default(),
         }
