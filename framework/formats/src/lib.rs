@@ -7,6 +7,34 @@
 //! 1. `xml`: text → elements with places, which remember whether they were read.
 //! 2. `urdf`, `mjcf`, `sdf`: elements → [`Description`].
 //! 3. what was never read → [`Description::ignored`].
+//!
+//! ```
+//! use linkwork_formats::{ReadOptions, Root, read_text, write_urdf};
+//!
+//! let text = r#"<robot name="arm">
+//!   <link name="base"/>
+//!   <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+//!     <inertia ixx="0.1" iyy="0.1" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+//!   <joint name="swing" type="continuous"><parent link="base"/><child link="rod"/>
+//!     <origin xyz="0 0 1"/><axis xyz="0 1 0"/></joint>
+//!   <gazebo reference="rod"/>
+//! </robot>"#;
+//! let options = ReadOptions { root: Root::Fixed, ..ReadOptions::default() };
+//! let arm = read_text(text, &options)?; // or read_file("arm.urdf", &options)
+//! assert_eq!(arm.builder.build()?.nv(), 1);
+//! assert_eq!(arm.coordinate("swing").map(|c| c.body), Some("rod".into()));
+//! assert_eq!(arm.ignored[0].to_string(), "<text>:7: robot/gazebo: element <gazebo>");
+//! let again = read_text(&write_urdf(&arm)?.text, &options)?;
+//! assert_eq!(again.builder.build()?, arm.builder.build()?);
+//!
+//! let wrong = read_text(&text.replace("continuous", "continous"), &options);
+//! assert_eq!(
+//!     wrong.expect_err("no such type").to_string(),
+//!     "<text>:5:23: joint `swing` is of the unknown type `continous`\n  \
+//!      help: did you mean `continuous`?"
+//! );
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![allow(non_snake_case)]
 
 mod description;

@@ -322,3 +322,18 @@ fn a_chain_of_hundreds_of_bodies_is_read() {
     let d = read_mjcf(&text, &ReadOptions::default()).unwrap();
     assert_eq!(d.builder.build().unwrap().nv(), n);
 }
+
+#[test]
+fn the_total_mass_may_be_set() {
+    let text = r#"<mujoco><compiler settotalmass="6"/><worldbody>
+<body name="a"><joint/><geom type="box" size="0.5 1 1.5" mass="1"/></body>
+<body name="b"><joint/><inertial pos="1 0 0" mass="2" diaginertia="3 4 5"/></body></worldbody></mujoco>"#;
+    let d = read_mjcf(text, &ReadOptions::default()).unwrap();
+    let mass = |i: usize| d.builder.bodies()[i].mass;
+    assert_eq!((mass(0).mass, mass(1).mass), (2.0, 4.0));
+    assert_eq!(mass(1).inertia_com, Mat3::from_diagonal(&Vec3::new(6.0, 8.0, 10.0)));
+    // 1 kg of sides 1, 2, 3: (4 + 9) / 12 and so on, twice.
+    let sides = Vec3::new(13.0, 10.0, 5.0) / 6.0;
+    assert!((mass(0).inertia_com - Mat3::from_diagonal(&sides)).amax() < 1e-15);
+    assert!(d.ignored.is_empty(), "{:?}", d.ignored);
+}

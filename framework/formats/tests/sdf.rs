@@ -307,3 +307,45 @@ fn names_that_lead_nowhere_and_rings_are_refused() {
         "joint `j`: <child> names the frame `c`",
     );
 }
+
+#[test]
+fn a_model_of_every_kind_of_pose_moves_as_in_drake() {
+    use linkwork_dynamics::{Tree, Workspace, kinematics, mass_matrix};
+    use linkwork_formats::spatial::Mat3;
+    // `data/lab_sdf.json` was computed by Drake's Python package from `data/lab.sdf`.
+    let d = read(include_str!("data/lab.sdf"));
+    let json: serde_json::Value = serde_json::from_str(include_str!("data/lab_sdf.json")).unwrap();
+    let nums = |v: &serde_json::Value| -> Vec<f64> {
+        v.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+    };
+    let mbs = d.builder.build().unwrap();
+    // Every joint has as many q as β.
+    let mut order = Vec::new();
+    for j in json["joints"].as_array().unwrap() {
+        let body = mbs.body(&d.joint(j.as_str().unwrap()).unwrap().body).unwrap();
+        order.extend(mbs.get(body).q());
+    }
+    let (tree, n) = (Tree::new(&mbs), mbs.nv());
+    assert_eq!((order.len(), n), (6, 6));
+    for state in json["states"].as_array().unwrap() {
+        let mut q = vec![0.0; n];
+        order.iter().zip(nums(&state["q"])).for_each(|(i, x)| q[*i] = x);
+        for (i, name) in json["bodies"].as_array().unwrap().iter().enumerate() {
+            let X = at(&mbs, &q, name.as_str().unwrap());
+            let R = X.rotation.to_rotation_matrix().into_inner();
+            let turn = (R - Mat3::from_row_slice(&nums(&state["R"][i]))).amax();
+            let away = (X.position - Vec3::from_vec(nums(&state["p"][i]))).amax();
+            assert!(turn < 2e-15 && away < 2e-15, "{name}: {turn:e}, {away:e}");
+        }
+        let mut ws = Workspace::new(&tree);
+        kinematics(&tree, &mut ws, &q, &vec![0.0; n]);
+        let mut M = vec![0.0; n * n];
+        mass_matrix(&tree, &mut ws, &mut M);
+        for (row, i) in state["M"].as_array().unwrap().iter().zip(&order) {
+            for (x, j) in nums(row).iter().zip(&order) {
+                let e = (M[i * n + j] - x).abs();
+                assert!(e < 1e-14, "mass matrix: {e:e}");
+            }
+        }
+    }
+}

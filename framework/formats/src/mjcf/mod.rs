@@ -40,6 +40,7 @@ pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     let mut d = Description { name, ..Description::default() };
     let mut mj = Mj::new(&mut cx, &root);
     mj.bodies(&mut cx, &root, &mut d);
+    mj.scale_mass(&mut d);
     mj.equalities(&mut cx, &root, &mut d);
     let place = |body: &str| mj.elements.get(body).map(|e| (*e, format!("mujoco/{}", e.label())));
     report_massless(&mut cx, &d.builder, place);
@@ -73,6 +74,8 @@ struct Settings<'e> {
     inertia: FromGeoms,
     groups: [f64; 2],
     mesh_folder: &'e str,
+    /// All masses and inertias are scaled so that the sum is this, kg.
+    total_mass: Option<f64>,
 }
 
 /// When the inertia of a body comes from its geoms.
@@ -146,6 +149,18 @@ impl<'e> Mj<'e> {
             if let Some(own) = cx.required(inner, "class", "a nested <default>") {
                 self.class(cx, inner, own, Some(name));
             }
+        }
+    }
+
+    /// `settotalmass`.
+    fn scale_mass(&self, d: &mut Description) {
+        let sum: f64 = d.builder.bodies().iter().map(|b| b.mass.mass).sum();
+        let Some(total) = self.settings.total_mass.filter(|t| *t > 0.0 && sum > 0.0) else {
+            return;
+        };
+        for b in d.builder.bodies_mut() {
+            b.mass.mass *= total / sum;
+            b.mass.inertia_com *= total / sum;
         }
     }
 
@@ -304,6 +319,7 @@ fn settings<'e>(cx: &mut Cx<'_>, root: &'e Element) -> Settings<'e> {
         inertia: FromGeoms::WhenNotGiven,
         groups: [0.0, 5.0],
         mesh_folder: "",
+        total_mass: None,
     };
     for e in root.all("compiler") {
         let mut choice = |name: &str, words: &[(&str, f64)]| {
@@ -331,6 +347,7 @@ fn settings<'e>(cx: &mut Cx<'_>, root: &'e Element) -> Settings<'e> {
             }
         }
         s.groups = cx.numbers::<2>(e, "inertiagrouprange", "<compiler>").unwrap_or(s.groups);
+        s.total_mass = cx.number(e, "settotalmass", "<compiler>").or(s.total_mass);
         s.mesh_folder = e.attr("meshdir").or(e.attr("assetdir")).unwrap_or(s.mesh_folder);
     }
     s
