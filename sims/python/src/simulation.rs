@@ -11,6 +11,7 @@ use linkwork_assembly::{LogRule, Text, match_patterns};
 use linkwork_record::LogSpec;
 use linkwork_runtime::{self as runtime, Checkpoint, Origin, Place, Plan, PortKind, Role, Seconds};
 use linkwork_runtime::{Tap, Value, remedy};
+use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat};
 use std::path::PathBuf;
@@ -474,6 +475,17 @@ impl Simulation {
         let at = m.wiring.x + m.multibody.nq();
         let at = at..at + m.multibody.nv();
         Ok(out1(py, self.with(py, |r| r.sim.state().x[at].to_vec())))
+    }
+
+    /// Callbacks often hold the simulation that holds them: the garbage collector may see that.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        // A simulation that steps just now is in use, and is left alone.
+        let Ok(running) = self.running.try_lock() else { return Ok(()) };
+        running.calls.iter().try_for_each(|(_, f)| visit.call(f))
+    }
+    fn __clear__(&self) {
+        let calls = std::mem::take(&mut lock(&self.running).calls);
+        drop(calls);
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {

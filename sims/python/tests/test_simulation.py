@@ -1,9 +1,11 @@
 """Simulations from RON: variables, callbacks, logs, recordings, checkpoints; the same bits as Rust."""
 
+import gc
 import json
 import os
 import subprocess
 import threading
+import weakref
 
 import numpy as np
 import pytest
@@ -244,3 +246,18 @@ def test_two_simulations_run_in_two_threads_and_can_be_read_meanwhile():
         t.join()
     assert len(seen) > 3 and seen == sorted(seen)
     assert {s.state_hash for s in sims} == {alone.state_hash}
+
+
+def test_a_simulation_and_its_callback_do_not_keep_each_other_alive():
+    class Witness:
+        pass
+
+    def make():
+        sim, witness = lw.Simulation(PENDULUM), Witness()
+        sim.at(10, lambda s: (sim.time, witness))
+        sim.run_until(0.2)
+        return weakref.ref(witness)
+
+    alive = make()
+    gc.collect()
+    assert alive() is None
