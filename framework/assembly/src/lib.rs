@@ -10,6 +10,9 @@
 //! 3. `expand` (`scope`, `expression`, `files`): → tree of instances with numbers.
 //! 4. `flatten` (`body`, `reference`, `wires`): → parts, bindings, mechanism, wires.
 //! 5. `resolved`: the same as one text that needs no other file.
+//!
+//! Beside them: `import` brings the bodies of URDF, MJCF and SDF files into an assembly, `sidecar` reads what such a file
+//! cannot say, and `machine` writes any mechanism as an assembly ([`Assembly::from_description`]).
 #![allow(non_snake_case)]
 
 mod body;

@@ -4,7 +4,7 @@ mod common;
 use common::*;
 use linkwork_assembly::*;
 use linkwork_formats::{
-    Description, Geometry, Initial, ReadOptions, ShapeRole, WheelRole, read_urdf,
+    Description, Geometry, Initial, ReadOptions, Root, ShapeRole, WheelRole, read_urdf,
 };
 use linkwork_multibody::{
     BodySpec, Builder, Coordinate, Hinge, Limits, Multibody, Subhinge, SubhingeKind,
@@ -432,5 +432,35 @@ fn limits_and_gears_are_written_with_units() {
         let error =
             load_text("t.ron", &text, &Options::new(&catalogue())).err().unwrap().to_string();
         assert!(error.contains(part), "not there: {part}\n{error}");
+    }
+}
+
+#[test]
+fn published_robots_are_imported_as_they_are_read() {
+    let robots = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference/robots");
+    for name in ["husky", "leo", "ur5", "iiwa7", "solo12_ff", "double_pendulum", "chain10_rand"] {
+        let file = Path::new(robots).join(format!("{name}.urdf"));
+        if !file.is_file() {
+            println!("skipped: reference data robots/{name}.urdf is not here");
+            continue;
+        }
+        let file = file.canonicalize().unwrap();
+        let dir = tempfile::tempdir().unwrap();
+        // The root link of the ur5 is the world itself.
+        let root = if name == "ur5" { Root::Fixed } else { Root::Planar };
+        let text = format!(
+            "Simulation(import: (file: {:?}, root: {root:?}, inertia_check: PositiveMoments))",
+            file.display().to_string()
+        );
+        let loaded = load(dir.path(), "sim.ron", &text).unwrap_or_else(|f| panic!("{f}"));
+        let options =
+            ReadOptions { root, inertia: InertiaCheck::PositiveMoments, ..ReadOptions::default() };
+        let d = linkwork_formats::read_file(&file, &options).unwrap();
+        let mut named = d.builder.clone();
+        // Nodes are named after their bodies in an assembly; URDF has none.
+        assert!(named.nodes().is_empty());
+        named.bodies_mut().sort_by(|a, b| a.name.cmp(&b.name));
+        assert_eq!(mechanism(&loaded), &named.build().unwrap(), "{name}");
+        assert_eq!(loaded.imports[0].description.ignored, d.ignored);
     }
 }

@@ -234,7 +234,7 @@ fn batch<L: Lane>(tree: &Tree) -> Times {
     let zeros = |n: usize| lanes(vec![0.0; n]);
     let (mut out, mut J) = (zeros(nv), zeros(6 * nv));
     let [mut M, mut N, mut O] = [(); 3].map(|()| zeros(nv * nv));
-    let mut Λ = zeros(c.size() * c.size());
+    let mut compliance_out = zeros(c.size() * c.size());
     let mut times = Times::new();
     times.insert(
         "kinematics",
@@ -312,8 +312,8 @@ fn batch<L: Lane>(tree: &Tree) -> Times {
             "compliance",
             best_ns(|i| {
                 work.poses(tree, &q[i]);
-                c.compute_batch(tree, &mut work, &mut Λ).expect("regular");
-                black_box(&Λ);
+                c.compute_batch(tree, &mut work, &mut compliance_out).expect("regular");
+                black_box(&compliance_out);
             }),
         );
     }

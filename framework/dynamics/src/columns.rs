@@ -26,21 +26,6 @@ impl<L: Lane> Columns<L> {
     }
 
     #[inline(always)]
-    pub fn set(&mut self, j: usize, x: V6<L>) {
-        let (b, i) = (&mut self.blocks[j / L::PACK], j % L::PACK);
-        for (to, x) in [
-            (&mut b.n.x, x.n.x),
-            (&mut b.n.y, x.n.y),
-            (&mut b.n.z, x.n.z),
-            (&mut b.f.x, x.f.x),
-            (&mut b.f.y, x.f.y),
-            (&mut b.f.z, x.f.z),
-        ] {
-            L::set(to, i, x);
-        }
-    }
-
-    #[inline(always)]
     pub fn get(&self, j: usize) -> V6<L> {
         let (b, i) = (&self.blocks[j / L::PACK], j % L::PACK);
         let v = |v: &V3<L::Block>| V3::new(L::get(&v.x, i), L::get(&v.y, i), L::get(&v.z, i));

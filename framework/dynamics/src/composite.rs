@@ -8,7 +8,6 @@
 //! The root's origin is that of the link that hangs on the base: near the machine wherever the
 //! machine is, and one point for all its links, so that a row meets its columns without a shift.
 
-use crate::columns::{Columns, store};
 use crate::kinematics::check;
 use crate::lane::Lane;
 use crate::linear::{S3, V3, V6};
@@ -110,7 +109,11 @@ pub(crate) fn composites<L: Lane>(tree: &Tree, w: &mut Work<L>) {
         let at = b * L::PACK;
         let (block, r) = (dofs.block(at), dofs.of_links(&w.r, at, |r| r));
         let R = dofs.rotations(&w.kin, at);
-        w.S.blocks[b] = block.axes::<L>(at, &R, r);
+        let S = block.axes::<L>(at, &R, r);
+        for (i, (to, _)) in w.sweeps[at..].iter_mut().take(L::PACK).enumerate() {
+            *to = S.lane(i);
+        }
+        w.S.blocks[b] = S;
         *C = match block.inertia::<L>(at, &R) {
             Some((m, h, J)) => Composite { m, h, J }.shifted(r),
             None => Composite::default(),
@@ -158,30 +161,41 @@ impl<B: Lane> Composite<B> {
 
 pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
     composites(tree, w);
-    let (dofs, nv) = (&tree.dofs, tree.nv());
-    for (i, row) in out.chunks_exact_mut(nv.max(1)).enumerate() {
-        row_product(&w.F, w.S.get(i), i, dofs.end[i] as usize, row);
-        row[i] = row[i] + L::splat(dofs.armature[i]);
+    let (dofs, n) = (&tree.dofs, tree.nv());
+    if !dofs.dense {
+        out.fill(L::default());
     }
-    L::mirror(nv, out);
+    for (i, (S, _)) in w.sweeps.iter().enumerate() {
+        let (end, S, row) = (dofs.end[i] as usize, S.block(), &mut out[i * n..(i + 1) * n]);
+        let first = i / L::PACK;
+        let F = &w.F.blocks[first..end.div_ceil(L::PACK)];
+        let (places, rest) =
+            row[first * L::PACK..].split_at_mut(F.len().min(n / L::PACK - first) * L::PACK);
+        for (F, to) in F.iter().zip(places.chunks_exact_mut(L::PACK)) {
+            L::store(S.dot(F), to);
+        }
+        // The last block may reach beyond the row.
+        if let (Some(F), false) = (F.get(places.len() / L::PACK), rest.is_empty()) {
+            let x = S.dot(F);
+            for (j, to) in rest.iter_mut().enumerate() {
+                *to = L::get(&x, j);
+            }
+        }
+        row[i] = row[i] + L::splat(dofs.armature[i]);
+        row[end..].fill(L::default());
+        if !dofs.dense {
+            row[first * L::PACK..i].fill(L::default());
+        }
+    }
+    if dofs.dense { L::mirror(n, out) } else { mirror_related(&dofs.end[..n], out) }
 }
 
-/// `out[j] = S · F_j` for `j` in `start..end`, zero from there on; some places before are
-/// overwritten.
-#[inline(always)]
-fn row_product<L: Lane>(F: &Columns<L>, S: V6<L>, start: usize, end: usize, out: &mut [L]) {
-    let S = S.block();
-    let (first, last) = (start / L::PACK, out.len() / L::PACK);
-    let blocks = &F.blocks[first..end.div_ceil(L::PACK)];
-    let whole = blocks.len().min(last.saturating_sub(first));
-    let rows = out[first * L::PACK..].chunks_exact_mut(L::PACK);
-    for (F, to) in blocks.iter().zip(rows) {
-        L::store(S.dot(F), to);
-    }
-    for (b, F) in blocks.iter().enumerate().skip(whole) {
-        store(out, first + b, S.dot(F));
-    }
-    for x in &mut out[end..] {
-        *x = L::splat(0.0);
+/// Copies what is outboard of each dof to below the diagonal, where little is.
+fn mirror_related<L: Lane>(end: &[u32], out: &mut [L]) {
+    let n = end.len();
+    for (i, end) in end.iter().enumerate() {
+        for j in i + 1..*end as usize {
+            out[j * n + i] = out[i * n + j];
+        }
     }
 }

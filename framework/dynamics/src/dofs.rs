@@ -61,6 +61,8 @@ pub(crate) struct Dofs {
     pub last_child: Vec<bool>,
     /// Which memory that is: 0 at the base.
     pub level: Vec<u32>,
+    /// Most pairs of dofs meet: matrices are mirrored whole.
+    pub dense: bool,
     /// Maximal runs of dofs each of which has one child at most: they are swept together.
     pub runs: Vec<Range<usize>>,
     /// For each block of columns: the rows that it meets, inboard and outboard, as runs.
@@ -82,6 +84,7 @@ impl Dofs {
             last_child: vec![true; padded],
             level: vec![0; padded],
             keep: vec![[1.0; WIDEST]; padded],
+            dense: true,
             runs: Vec::new(),
             meets: Vec::new(),
             blocks: vec![Block::default(); padded / WIDEST],
@@ -149,6 +152,8 @@ impl Dofs {
                 _ => self.runs.push(i..i + 1),
             }
         }
+        let pairs: usize = (0..nv).map(|i| self.end[i] as usize - i - 1).sum();
+        self.dense = 3 * pairs > nv * nv.saturating_sub(1);
         for start in (0..nv).step_by(WIDEST) {
             let mut rows = vec![false; nv];
             for c in start..(start + WIDEST).min(nv) {

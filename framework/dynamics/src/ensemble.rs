@@ -139,8 +139,11 @@ fn deal<L: Lane>(
             worker.run(tree, n, &given, &mut mine, step)
         };
     match pool {
-        Some(pool) => pool.install(|| jobs.into_par_iter().map(job).collect::<Result<(), _>>()),
-        None => jobs.into_iter().map(job).collect(),
+        // The first error in the order of states, whichever thread was first.
+        Some(pool) => {
+            pool.install(|| jobs.into_par_iter().map(job).collect::<Vec<_>>()).into_iter().collect()
+        }
+        None => jobs.into_iter().try_for_each(job),
     }
 }
 

@@ -152,10 +152,6 @@ pub(crate) fn parse(text: &str, file: &str) -> Result<Element, FormatError> {
     let one = |line, column, kind| FormatError {
         faults: vec![Fault { place: Place { file: file.into(), line, column }, kind }],
     };
-    if let Some(offset) = too_deep(text) {
-        let (line, column) = Lines::new(text).at(offset);
-        return Err(one(line, column, FaultKind::TooDeep { limit: DEPTH }));
-    }
     let doc = roxmltree::Document::parse(text).map_err(|e| {
         let p = e.pos();
         let reason = match &e {
@@ -168,33 +164,26 @@ pub(crate) fn parse(text: &str, file: &str) -> Result<Element, FormatError> {
         };
         one(p.row, p.col, FaultKind::Xml { reason })
     })?;
-    let root = convert(doc.root_element(), &Rc::from(file), &Lines::new(text));
+    let lines = Lines::new(text);
+    if let Some(offset) = too_deep(&doc) {
+        let (line, column) = lines.at(offset);
+        return Err(one(line, column, FaultKind::TooDeep { limit: DEPTH }));
+    }
+    let root = convert(doc.root_element(), &Rc::from(file), &lines);
     root.used.set(true);
     Ok(root)
 }
 
-/// Where a text first has more open tags than [`DEPTH`]; the XML parser itself recurses. Comments
-/// and quoted text can only make this count too high, and then the file is refused.
-fn too_deep(text: &str) -> Option<usize> {
-    let (bytes, mut depth, mut i) = (text.as_bytes(), 0usize, 0);
-    while let Some(step) = text.get(i..).and_then(|t| t.find('<')) {
-        let at = i + step;
-        i = at + 1;
-        let skip = |open: &str, close: &str| {
-            let inside = text[at..].strip_prefix(open)?;
-            Some(at + open.len() + inside.find(close).unwrap_or(inside.len()))
-        };
-        if let Some(end) = skip("<!--", "-->").or_else(|| skip("<![CDATA[", "]]>")) {
-            i = end;
-        } else if bytes.get(i) == Some(&b'/') {
-            depth = depth.saturating_sub(1);
-        } else if !matches!(bytes.get(i), Some(b'?' | b'!')) {
-            let end = text[at..].find('>').map_or(bytes.len(), |e| at + e);
-            depth += usize::from(bytes.get(end.wrapping_sub(1)) != Some(&b'/'));
-        }
+/// The first node that is nested too deeply; the parser itself does not recurse, and neither does this.
+fn too_deep(doc: &roxmltree::Document<'_>) -> Option<usize> {
+    let mut depths: Vec<usize> = Vec::new();
+    for node in doc.descendants() {
+        let depth = node.parent().map_or(0, |p| depths[p.id().get_usize()] + 1);
         if depth > DEPTH {
-            return Some(at);
+            return Some(node.range().start);
         }
+        depths.push(depth);
+        debug_assert_eq!(depths.len(), node.id().get_usize() + 1);
     }
     None
 }

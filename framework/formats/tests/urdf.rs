@@ -164,8 +164,20 @@ fn malformed_xml_has_line_and_column() {
         let error = refused(text);
         assert!(matches!(error.faults[0].kind, FaultKind::Xml { .. }), "{text}: {error}");
     }
-    let deep = "<a>".repeat(200_000);
+    for tag in ["<a>", "<a b=\"/>\">", "<a b='<!--'>"] {
+        let deep = tag.repeat(200_000) + &"</a>".repeat(200_000);
+        assert!(matches!(
+            refused(&deep).faults[0].kind,
+            FaultKind::TooDeep { .. } | FaultKind::Xml { .. }
+        ));
+        let open = tag.repeat(200_000);
+        assert!(matches!(refused(&open).faults[0].kind, FaultKind::Xml { .. }));
+    }
+    let deep = "<a>".repeat(1001) + &"</a>".repeat(1001);
     assert!(matches!(refused(&deep).faults[0].kind, FaultKind::TooDeep { .. }));
+    // A long text without an end is refused at once.
+    let endless = "<".repeat(2_000_000) + "/";
+    assert!(matches!(refused(&endless).faults[0].kind, FaultKind::Xml { .. }));
     let deep = "<a>".repeat(990) + &"</a>".repeat(990);
     assert!(matches!(refused(&deep).faults[0].kind, FaultKind::WrongRoot { .. }));
 }

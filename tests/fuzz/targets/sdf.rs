@@ -1,11 +1,14 @@
-//! The sdf reader must not panic, and what it accepts must build.
+//! The sdf reader must not panic; what it accepts must build, and what can be exported must be read again.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use linkwork_formats::{ReadOptions, read_sdf};
+use linkwork_formats::{ReadOptions, read_sdf, read_urdf as again, write_urdf};
 
 fuzz_target!(|text: &str| {
     if let Ok(d) = read_sdf(text, &ReadOptions::default()) {
         assert!(d.builder.build().is_ok());
+        if let Ok(urdf) = write_urdf(&d) {
+            assert!(again(&urdf.text, &ReadOptions::default()).is_ok());
+        }
     }
 });

@@ -1,11 +1,14 @@
-//! The urdf reader must not panic, and what it accepts must build.
+//! The urdf reader must not panic; what it accepts must build, and what can be exported must be read again.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use linkwork_formats::{ReadOptions, read_urdf};
+use linkwork_formats::{ReadOptions, read_urdf, read_urdf as again, write_urdf};
 
 fuzz_target!(|text: &str| {
     if let Ok(d) = read_urdf(text, &ReadOptions::default()) {
         assert!(d.builder.build().is_ok());
+        if let Ok(urdf) = write_urdf(&d) {
+            assert!(again(&urdf.text, &ReadOptions::default()).is_ok());
+        }
     }
 });
