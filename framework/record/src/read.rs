@@ -25,6 +25,9 @@ pub fn read_log(path: &Path) -> Result<BTreeMap<String, Series>, LogError> {
     let name = path.display().to_string();
     let fail = |why: String| LogError::Read { path: name.clone(), why };
     let bytes = std::fs::read(path).map_err(|e| fail(e.to_string()))?;
+    if !bytes.starts_with(mcap::MAGIC) {
+        return Err(fail("it does not begin as an MCAP file".into()));
+    }
     let options = mcap::read::Options::IgnoreEndMagic;
     let reader = mcap::read::ChunkFlattener::new_with_options(&bytes, options.into())
         .map_err(|e| fail(e.to_string()))?;

@@ -128,7 +128,7 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 15] = [
+pub const HOMES: [(&str, &str); 16] = [
     ("nalgebra", "framework/spatial"),
     ("petgraph", "framework/runtime"),
     ("roxmltree", "framework/formats"),
@@ -144,6 +144,7 @@ pub const HOMES: [(&str, &str); 15] = [
     ("clap", "sims/cli"),
     ("indicatif", "sims/cli"),
     ("pyo3", "sims/python"),
+    ("numpy", "sims/python"),
 ];
 
 /// Heavy dependencies outside their home, tests included.

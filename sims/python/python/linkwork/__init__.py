@@ -1,0 +1,58 @@
+"""Machines made of parts: multibody dynamics, operator expressions, simulations, logs.
+
+>>> import linkwork
+>>> arm = linkwork.load("arm.urdf")
+>>> tau = arm.inverse_dynamics(q, v, vdot)
+>>> vdot = arm.forward_dynamics(q, v, tau)
+>>> M = arm.mass_matrix(q)
+
+Arrays are numpy float64, in SI units and radians. Vectors are in world axes unless said
+otherwise; spatial vectors have the angular part first; quaternions are [x y z w].
+Whatever is refused raises `LinkworkError`, with place, fact and remedy.
+"""
+
+from ._linkwork import (
+    Builder,
+    Edit,
+    Frames,
+    Hinge,
+    LinkworkError,
+    Log,
+    Mechanism,
+    Operator,
+    Operators,
+    RateTarget,
+    Report,
+    Series,
+    Simulation,
+    State,
+    Subgraph,
+    Subhinge,
+    Target,
+    Variable,
+    load,
+    read_log,
+)
+
+__all__ = [
+    "Builder",
+    "Edit",
+    "Frames",
+    "Hinge",
+    "LinkworkError",
+    "Log",
+    "Mechanism",
+    "Operator",
+    "Operators",
+    "RateTarget",
+    "Report",
+    "Series",
+    "Simulation",
+    "State",
+    "Subgraph",
+    "Subhinge",
+    "Target",
+    "Variable",
+    "load",
+    "read_log",
+]

@@ -1,0 +1,222 @@
+//! Numbers across the border: numpy arrays checked for shape and NaN on the way in, made from
+//! vectors without a copy on the way out.
+//!
+//! A contiguous float64 array is read in place; anything else that numpy can convert is copied.
+use crate::error::{refuse, refuse_with};
+use linkwork_spatial::nalgebra::Quaternion;
+use linkwork_spatial::{Force, Mat3, Motion, Pose, Quat, Vec3};
+use numpy::PyUntypedArrayMethods;
+use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Any number of dimensions: what a function returns that takes one state or many.
+pub type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+/// One dimension.
+pub type Array1<'py> = Bound<'py, PyArray1<f64>>;
+/// Two dimensions.
+pub type Array2<'py> = Bound<'py, PyArray2<f64>>;
+
+/// An array that was checked: finite, row after row, of a known shape.
+pub struct Input<'py> {
+    array: PyReadonlyArrayDyn<'py, f64>,
+    shape: Vec<usize>,
+}
+
+impl<'py> Input<'py> {
+    /// Any finite array of numbers, called `what` in messages.
+    pub fn read(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Self> {
+        let direct = given.cast::<PyArrayDyn<f64>>().ok().filter(|a| a.is_c_contiguous());
+        let array = match direct.and_then(|a| a.try_readonly().ok()) {
+            Some(a) if a.as_slice().is_ok() => a,
+            _ => copied(given, what)?,
+        };
+        let slice = array.as_slice().map_err(|e| refuse(format!("`{what}`: {e}")))?;
+        if let Some((k, x)) = slice.iter().enumerate().find(|(_, x)| !x.is_finite()) {
+            return Err(refuse_with(format!("`{what}`: number {k} is {x}"), "give finite numbers"));
+        }
+        let shape = array.shape().to_vec();
+        Ok(Self { array, shape })
+    }
+
+    /// The numbers, row after row.
+    pub fn slice(&self) -> &[f64] {
+        // Checked by `read`; nothing is read from an array that lost its form since.
+        self.array.as_slice().unwrap_or_default()
+    }
+
+    /// The shape.
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+}
+
+fn copied<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let py = given.py();
+    let options = PyDict::new(py);
+    options.set_item("dtype", "float64")?;
+    options.set_item("order", "C")?;
+    options.set_item("copy", true)?;
+    let numpy = py.import("numpy")?;
+    if numpy.call_method1("iscomplexobj", (given,)).and_then(|c| c.is_truthy()).unwrap_or(false) {
+        return Err(refuse_with(format!("`{what}` is complex"), "give real numbers"));
+    }
+    let made = numpy.call_method("array", (given,), Some(&options));
+    let not_numbers = |e: PyErr| {
+        refuse_with(
+            format!("`{what}` is not an array of numbers: {}", e.value(py)),
+            "give a numpy array of float64, or a list of numbers",
+        )
+    };
+    let made = made.map_err(not_numbers)?;
+    let made = made.cast_into::<PyArrayDyn<f64>>().map_err(|e| not_numbers(e.into()))?;
+    made.try_readonly().map_err(|e| refuse(format!("`{what}`: {e}")))
+}
+
+fn wrong_shape(what: &str, shape: &[usize], want: &str) -> PyErr {
+    let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();
+    refuse_with(
+        format!("`{what}` has the shape ({})", sizes.join(", ")),
+        format!("give it the shape {want}"),
+    )
+}
+
+/// A vector of `n` numbers of the mechanism.
+pub fn vector<'py>(given: &Bound<'py, PyAny>, n: usize, what: &str) -> PyResult<Input<'py>> {
+    let input = Input::read(given, what)?;
+    match input.shape()[..] {
+        [m] if m == n => Ok(input),
+        [m] => Err(refuse_with(
+            format!("`{what}` has {m} numbers, the mechanism has {n}"),
+            format!("give it the shape ({n},)"),
+        )),
+        _ => Err(wrong_shape(what, input.shape(), &format!("({n},)"))),
+    }
+}
+
+/// A vector of exactly `n` numbers that is not the mechanism's: an axis, a force.
+pub fn fixed<const N: usize>(given: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; N]> {
+    let input = Input::read(given, what)?;
+    match (input.shape(), <[f64; N]>::try_from(input.slice())) {
+        ([_], Ok(found)) => Ok(found),
+        (shape, _) => Err(wrong_shape(what, shape, &format!("({N},)"))),
+    }
+}
+
+/// A vector in space.
+pub fn vec3(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec3> {
+    fixed::<3>(given, what).map(Vec3::from)
+}
+
+/// A wrench (6): moment about the origin (N m), force (N).
+pub fn wrench(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Force> {
+    let [a, b, c, x, y, z] = fixed::<6>(given, what)?;
+    Ok(Force::new(Vec3::new(a, b, c), Vec3::new(x, y, z)))
+}
+
+/// A 3 × 3 matrix.
+pub fn mat3(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Mat3> {
+    let input = Input::read(given, what)?;
+    match input.shape() {
+        [3, 3] => Ok(Mat3::from_row_slice(input.slice())),
+        shape => Err(wrong_shape(what, shape, "(3, 3)")),
+    }
+}
+
+/// A pose: (3,) a position; (7,) position and quaternion [x y z w]; (4, 4) a homogeneous matrix.
+pub fn pose(given: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Pose> {
+    let Some(given) = given else { return Ok(Pose::identity()) };
+    let input = Input::read(given, what)?;
+    let x = input.slice();
+    match input.shape() {
+        [3] => Ok(Pose::translation(x[0], x[1], x[2])),
+        [7] => {
+            let raw = Quaternion::new(x[6], x[3], x[4], x[5]);
+            if !((raw.norm() - 1.0).abs() < 1e-6) {
+                return Err(refuse_with(
+                    format!("`{what}`: the quaternion has the length {}", raw.norm()),
+                    "give [px py pz qx qy qz qw] with a quaternion of length 1",
+                ));
+            }
+            Ok(Pose::new(Quat::from_quaternion(raw), Vec3::new(x[0], x[1], x[2])))
+        }
+        [4, 4] => matrix_pose(x, what),
+        shape => Err(wrong_shape(what, shape, "(3,), (7,) or (4, 4)")),
+    }
+}
+
+fn matrix_pose(x: &[f64], what: &str) -> PyResult<Pose> {
+    let R = Mat3::new(x[0], x[1], x[2], x[4], x[5], x[6], x[8], x[9], x[10]);
+    let off = (R * R.transpose() - Mat3::identity()).norm();
+    if !(off < 1e-6 && R.determinant() > 0.0 && x[12..] == [0.0, 0.0, 0.0, 1.0]) {
+        return Err(refuse_with(
+            format!("`{what}` is not a pose: its rotation is off by {off:e}"),
+            "give [[R, p], [0, 0, 0, 1]] with a rotation matrix R",
+        ));
+    }
+    let R = linkwork_spatial::nalgebra::Rotation3::from_matrix_unchecked(R);
+    Ok(Pose::new(Quat::from_rotation_matrix(&R), Vec3::new(x[3], x[7], x[11])))
+}
+
+/// A vector as an array, without a copy.
+pub fn out1(py: Python<'_>, values: Vec<f64>) -> Array1<'_> {
+    PyArray1::from_vec(py, values)
+}
+
+/// Refuses a result that overflowed.
+fn finite(values: &[f64]) -> PyResult<()> {
+    match values.iter().find(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(x) => Err(refuse_with(
+            format!("the result is {x}: a number became too large on the way"),
+            "give numbers of the size that machines have, in SI units",
+        )),
+    }
+}
+
+/// As `out1`, refused when it is not finite.
+pub fn checked1(py: Python<'_>, values: Vec<f64>) -> PyResult<Array1<'_>> {
+    finite(&values)?;
+    Ok(out1(py, values))
+}
+
+/// Numbers row after row as a matrix, without a copy; refused when they are not finite.
+pub fn out2(py: Python<'_>, values: Vec<f64>, rows: usize, columns: usize) -> PyResult<Array2<'_>> {
+    finite(&values)?;
+    PyArray1::from_vec(py, values).reshape([rows, columns])
+}
+
+/// Numbers row after row in any shape, without a copy; refused when they are not finite.
+pub fn out<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Array<'py>> {
+    finite(&values)?;
+    PyArray1::from_vec(py, values).reshape(shape)
+}
+
+/// Three numbers.
+pub fn out_vec3<'py>(py: Python<'py>, v: &Vec3) -> Array1<'py> {
+    PyArray1::from_slice(py, v.as_slice())
+}
+
+/// [ω; v]: six numbers.
+pub fn out_motion<'py>(py: Python<'py>, m: &Motion) -> Array1<'py> {
+    let (w, v) = (&m.angular, &m.linear);
+    PyArray1::from_slice(py, &[w.x, w.y, w.z, v.x, v.y, v.z])
+}
+
+/// [n; F]: six numbers.
+pub fn out_force<'py>(py: Python<'py>, f: &Force) -> Array1<'py> {
+    let (n, f) = (&f.moment, &f.force);
+    PyArray1::from_slice(py, &[n.x, n.y, n.z, f.x, f.y, f.z])
+}
+
+/// [[R, p], [0, 0, 0, 1]].
+pub fn out_pose<'py>(py: Python<'py>, X: &Pose) -> PyResult<Array2<'py>> {
+    let R = X.rotation.to_rotation_matrix();
+    let (R, p) = (R.matrix(), &X.position);
+    let mut m = Vec::with_capacity(16);
+    for i in 0..3 {
+        m.extend([R[(i, 0)], R[(i, 1)], R[(i, 2)], p[i]]);
+    }
+    m.extend([0.0, 0.0, 0.0, 1.0]);
+    out2(py, m, 4, 4)
+}

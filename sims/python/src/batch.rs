@@ -1,0 +1,210 @@
+//! One state or many: the rows of the inputs, the loop over them, and the way to the ensemble.
+//!
+//! Inputs of shape (w,) serve all states; of shape (n, w) one each. An algorithm is a closure over
+//! the numbers of one state; many states of a hot algorithm go through an `Ensemble` instead, four
+//! or eight at once. The number of threads changes no bit.
+use crate::array::{Array, Input, out};
+use crate::core::Core;
+use crate::error::{refuse, refuse_with};
+use linkwork_dynamics::{DynamicsError, Ensemble, Tree, Workspace};
+use pyo3::prelude::*;
+
+/// Inputs of an algorithm, checked against each other.
+pub struct Rows<'py> {
+    inputs: Vec<(Input<'py>, usize)>,
+    /// `None`: one state.
+    n: Option<usize>,
+}
+
+/// The numbers of the inputs, free of the interpreter.
+pub struct View<'a> {
+    inputs: Vec<(&'a [f64], usize, bool)>,
+    n: usize,
+}
+
+impl<'py> Rows<'py> {
+    /// Reads (array, width, name) each.
+    pub fn read(given: &[(&Bound<'py, PyAny>, usize, &str)]) -> PyResult<Self> {
+        let mut rows = Rows { inputs: Vec::with_capacity(given.len()), n: None };
+        let mut first = "";
+        for (array, width, what) in given {
+            let input = Input::read(array, what)?;
+            let found = match *input.shape() {
+                [w] => Some((w, None)),
+                [n, w] => Some((w, Some(n))),
+                _ => None,
+            };
+            let Some((w, n)) = found.filter(|f| f.0 == *width) else {
+                return Err(wrong(&input, *width, what));
+            };
+            match (rows.n, n) {
+                (Some(a), Some(b)) if a != b => {
+                    return Err(refuse_with(
+                        format!("`{first}` has {a} states, `{what}` has {b}"),
+                        "give each the same number of rows, or one row for all",
+                    ));
+                }
+                (None, Some(_)) => (rows.n, first) = (n, what),
+                _ => {}
+            }
+            rows.inputs.push((input, w));
+        }
+        Ok(rows)
+    }
+
+    fn view(&self) -> View<'_> {
+        let one = |(input, w): &'_ (Input<'py>, usize)| (input.shape().len() > 1, *w);
+        let inputs = self.inputs.iter().map(|i| {
+            let (many, w) = one(i);
+            (i.0.slice(), w, many)
+        });
+        View { inputs: inputs.collect(), n: self.n.unwrap_or(1) }
+    }
+
+    /// The shape of a result: `each` for one state, (n, each) for many.
+    fn shape(&self, each: &[usize]) -> Vec<usize> {
+        self.n.into_iter().chain(each.iter().copied()).collect()
+    }
+}
+
+fn wrong(input: &Input<'_>, width: usize, what: &str) -> PyErr {
+    let help = format!("give it the shape ({width},), or (n, {width}) for n states");
+    match input.shape() {
+        [w] | [_, w] => {
+            refuse_with(format!("`{what}` has {w} numbers, the mechanism has {width}"), help)
+        }
+        shape => refuse_with(format!("`{what}` has {} dimensions", shape.len()), help),
+    }
+}
+
+impl View<'_> {
+    /// Row `k` of each input.
+    fn row(&self, k: usize) -> impl Iterator<Item = &[f64]> {
+        self.inputs.iter().map(move |(x, w, many)| {
+            let at = if *many { k * w } else { 0 };
+            x.get(at..at + w).unwrap_or_default()
+        })
+    }
+}
+
+/// An algorithm at one state: rows of the inputs in, numbers out.
+pub trait Kernel:
+    Fn(&Tree, &mut Workspace, &[&[f64]], &mut [f64]) -> Result<(), DynamicsError> + Sync
+{
+}
+impl<K: Fn(&Tree, &mut Workspace, &[&[f64]], &mut [f64]) -> Result<(), DynamicsError> + Sync> Kernel
+    for K
+{
+}
+
+/// The algorithm at each state; `each` is the shape of its result.
+pub fn states<'py>(
+    py: Python<'py>,
+    core: &Core,
+    rows: &Rows<'_>,
+    threads: usize,
+    each: &[usize],
+    kernel: impl Kernel,
+) -> PyResult<Array<'py>> {
+    let (view, width) = (rows.view(), each.iter().product::<usize>());
+    let mut values = vec![0.0; view.n * width];
+    let piece = |first: usize, out: &mut [f64], ws: &mut Workspace| {
+        let mut inputs: Vec<&[f64]> = Vec::with_capacity(view.inputs.len());
+        for (k, out) in out.chunks_mut(width.max(1)).enumerate() {
+            inputs.clear();
+            inputs.extend(view.row(first + k));
+            kernel(&core.tree, ws, &inputs, out)?;
+        }
+        Ok(())
+    };
+    let threads = checked(threads)?;
+    let result = if rows.n.is_none() {
+        core.run(py, |_, ws| piece(0, &mut values, ws))
+    } else {
+        let cut = Cut { n: view.n, width, threads };
+        py.detach(|| {
+            cut.spread(&mut values, |first, out| {
+                let mut ws = core.workspace();
+                let result = piece(first, out, &mut ws);
+                core.give_back(ws);
+                result
+            })
+        })
+    };
+    result.map_err(|e: DynamicsError| refuse(e))?;
+    out(py, values, &rows.shape(each))
+}
+
+/// As many as asked for, one at least, at most one for each processor.
+fn checked(threads: usize) -> PyResult<usize> {
+    if threads == 0 {
+        return Err(refuse_with("`threads` is 0", "give 1 or more"));
+    }
+    Ok(threads.min(std::thread::available_parallelism().map_or(1, usize::from)))
+}
+
+/// How rows are dealt to threads.
+struct Cut {
+    n: usize,
+    width: usize,
+    threads: usize,
+}
+
+impl Cut {
+    /// `piece(first row, rows of the result)` on each thread; the first error.
+    fn spread(
+        &self,
+        values: &mut [f64],
+        piece: impl Fn(usize, &mut [f64]) -> Result<(), DynamicsError> + Sync,
+    ) -> Result<(), DynamicsError> {
+        let rows = self.n.div_ceil(self.threads.min(self.n.max(1)));
+        if self.threads == 1 || self.width == 0 || values.is_empty() {
+            return piece(0, values);
+        }
+        std::thread::scope(|scope| {
+            let pieces = values.chunks_mut(rows * self.width).enumerate();
+            let threads: Vec<_> = pieces
+                .map(|(k, out)| {
+                    scope.spawn({
+                        let piece = &piece;
+                        move || piece(k * rows, out)
+                    })
+                })
+                .collect();
+            // A panic of a thread goes on in this one.
+            let join = |t: std::thread::ScopedJoinHandle<'_, _>| {
+                t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            };
+            let results: Vec<Result<(), DynamicsError>> = threads.into_iter().map(join).collect();
+            results.into_iter().collect()
+        })
+    }
+}
+
+/// Many states through the ensemble's lanes and threads: `f(ensemble, tables of the inputs, tables
+/// of the results)`, a result of each shape in `each`. `None`: the rows are one state.
+pub fn ensemble<'py>(
+    py: Python<'py>,
+    core: &Core,
+    rows: &Rows<'_>,
+    threads: usize,
+    each: &[&[usize]],
+    f: impl FnOnce(&mut Ensemble, &[Vec<f64>], &mut [Vec<f64>]) -> Result<(), DynamicsError> + Send,
+) -> PyResult<Option<Vec<Array<'py>>>> {
+    let (threads, Some(n)) = (checked(threads)?, rows.n) else { return Ok(None) };
+    let view = rows.view();
+    let size = |shape: &&[usize]| vec![0.0; n * shape.iter().product::<usize>()];
+    let mut results: Vec<Vec<f64>> = each.iter().map(size).collect();
+    let run = || {
+        let inputs: Vec<Vec<f64>> = view.inputs.iter().map(|i| table(i, n)).collect();
+        core.with_ensemble(threads, |ensemble| f(ensemble, &inputs, &mut results))
+    };
+    py.detach(run).map_err(refuse)?;
+    let shaped = results.into_iter().zip(each).map(|(x, shape)| out(py, x, &rows.shape(shape)));
+    shaped.collect::<PyResult<_>>().map(Some)
+}
+
+/// A row for each state; one row is repeated.
+fn table((values, _, many): &(&[f64], usize, bool), n: usize) -> Vec<f64> {
+    if *many { values.to_vec() } else { values.repeat(n) }
+}

@@ -1,0 +1,344 @@
+//! `Builder` and `Hinge`: a mechanism described in Python; and `Subhinge`, a row of what was built.
+use crate::array::{mat3, out_vec3, pose, vec3};
+use crate::core::{Core, GRAVITY};
+use crate::error::refuse;
+use crate::mechanism::{INERTIA_CHECKS, Mechanism, choice};
+use linkwork_multibody::{self as multibody, BodySpec, Coordinate, Limits, SubhingeKind};
+use linkwork_spatial::{MassProperties, Mat3, Vec3};
+use pyo3::prelude::*;
+use pyo3::types::{PySlice, PyTuple};
+use std::sync::{Arc, Mutex};
+
+/// What a body may do against its parent: a chain of subhinges, parent's side first.
+///
+/// Axes (3,) are in the hinge frame and need not be of unit length.
+#[pyclass(frozen, module = "linkwork")]
+pub struct Hinge {
+    /// As in Rust.
+    pub hinge: multibody::Hinge,
+}
+
+impl Hinge {
+    fn with(&self, f: impl FnOnce(multibody::Hinge) -> multibody::Hinge) -> Self {
+        Self { hinge: f(self.hinge.clone()) }
+    }
+}
+
+#[pymethods]
+impl Hinge {
+    /// Rotation about an axis: q in rad.
+    #[staticmethod]
+    fn pin(axis: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self { hinge: multibody::Hinge::pin(vec3(axis, "axis")?) })
+    }
+    /// Translation along an axis: q in m.
+    #[staticmethod]
+    fn slider(axis: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self { hinge: multibody::Hinge::slider(vec3(axis, "axis")?) })
+    }
+    /// Rotation about an axis with `pitch` m/rad of advance along it: q in rad.
+    #[staticmethod]
+    fn screw(axis: &Bound<'_, PyAny>, pitch: f64) -> PyResult<Self> {
+        Ok(Self { hinge: multibody::Hinge::screw(vec3(axis, "axis")?, pitch) })
+    }
+    /// Any rotation: q is a quaternion [x y z w], v the angular velocity in child axes, rad/s.
+    #[staticmethod]
+    fn ball() -> Self {
+        Self { hinge: multibody::Hinge::ball() }
+    }
+    /// Any motion: q is [x y z qx qy qz qw], v is [ω; v] in child axes.
+    #[staticmethod]
+    fn free() -> Self {
+        Self { hinge: multibody::Hinge::free() }
+    }
+    /// No motion.
+    #[staticmethod]
+    fn locked() -> Self {
+        Self { hinge: multibody::Hinge::locked() }
+    }
+    /// Two crossing pins.
+    #[staticmethod]
+    fn universal(first: &Bound<'_, PyAny>, second: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (first, second) = (vec3(first, "first")?, vec3(second, "second")?);
+        Ok(Self { hinge: multibody::Hinge::universal(first, second) })
+    }
+    /// A slider and a pin on one axis.
+    #[staticmethod]
+    fn cylindrical(axis: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Self { hinge: multibody::Hinge::cylindrical(vec3(axis, "axis")?) })
+    }
+    /// Three pins about the moving x, y and z axes.
+    #[staticmethod]
+    fn gimbal() -> Self {
+        Self { hinge: multibody::Hinge::gimbal() }
+    }
+    /// Slides along x and y, then turns about z.
+    #[staticmethod]
+    fn planar() -> Self {
+        Self { hinge: multibody::Hinge::planar() }
+    }
+    /// Several hinges one after another, parent's side first.
+    #[staticmethod]
+    #[pyo3(signature = (*hinges))]
+    fn chain(hinges: &Bound<'_, PyTuple>) -> PyResult<Self> {
+        let mut subhinges = Vec::new();
+        for h in hinges.iter() {
+            subhinges.extend_from_slice(&h.cast::<Hinge>()?.get().hinge.subhinges);
+        }
+        Ok(Self { hinge: multibody::Hinge { subhinges } })
+    }
+    /// The same with its motion given and its force found.
+    fn prescribed(&self) -> Self {
+        self.with(multibody::Hinge::prescribed)
+    }
+    /// The same with a rotor of this inertia on each subhinge, kg m² (sliders: kg), at the rotor.
+    fn armature(&self, armature: f64) -> Self {
+        self.with(|h| h.armature(armature))
+    }
+    /// The same with this gear ratio: turns of the rotor for a turn of the hinge.
+    fn gear(&self, gear: f64) -> Self {
+        self.with(|h| h.gear(gear))
+    }
+    /// The same with limits: coordinate (rad or m), its speed, its force. Dynamics does not
+    /// enforce them.
+    #[pyo3(signature = (lower=f64::NEG_INFINITY, upper=f64::INFINITY, rate=f64::INFINITY, effort=f64::INFINITY))]
+    fn limits(&self, lower: f64, upper: f64, rate: f64, effort: f64) -> Self {
+        self.with(|h| h.limits(Limits { lower, upper, rate, effort }))
+    }
+    /// Numbers of q.
+    #[getter]
+    fn nq(&self) -> usize {
+        self.hinge.nq()
+    }
+    /// Degrees of freedom.
+    #[getter]
+    fn nv(&self) -> usize {
+        self.hinge.nv()
+    }
+    fn __repr__(&self) -> String {
+        let kinds: Vec<&str> = self.hinge.subhinges.iter().map(|s| kind_name(&s.kind)).collect();
+        format!("Hinge({})", if kinds.is_empty() { "locked".into() } else { kinds.join(", ") })
+    }
+}
+
+/// Collects bodies and nodes in any order; `build()` makes the mechanism.
+#[pyclass(frozen, module = "linkwork")]
+pub struct Builder {
+    parts: Mutex<multibody::Builder>,
+}
+
+#[pymethods]
+impl Builder {
+    #[new]
+    fn new() -> Self {
+        Self { parts: Mutex::default() }
+    }
+
+    /// Adds a body; its parent may come later.
+    ///
+    /// parent: "world" or a body. hinge: what moves (None: welded). mass: kg. com (3,): centre of
+    /// mass in body axes, m. inertia (3, 3): about the centre of mass, body axes, kg m², with
+    /// −∫xy dm off the diagonal. inertia_check: "physical", or "positive_moments" for published
+    /// data that break the triangle inequality of principal moments. hinge_in_parent, hinge_in_body: poses of the hinge frame:
+    /// (3,) position, (7,) position and quaternion [x y z w], or (4, 4).
+    #[pyo3(signature = (name, parent="world", hinge=None, *, mass=0.0, com=None, inertia=None, inertia_check="physical", hinge_in_parent=None, hinge_in_body=None))]
+    fn body(
+        slf: Py<Self>,
+        name: String,
+        parent: &str,
+        hinge: Option<&Hinge>,
+        mass: f64,
+        com: Option<&Bound<'_, PyAny>>,
+        inertia: Option<&Bound<'_, PyAny>>,
+        inertia_check: &str,
+        hinge_in_parent: Option<&Bound<'_, PyAny>>,
+        hinge_in_body: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Py<Self>> {
+        let mass = (mass, com, inertia, inertia_check);
+        let spec = body_spec(name, parent, hinge, mass, (hinge_in_parent, hinge_in_body))?;
+        crate::core::lock(&slf.get().parts).body(spec);
+        Ok(slf)
+    }
+
+    /// Adds a node: a named frame on a body, at a pose in the body's frame: (3,), (7,) or (4, 4).
+    #[pyo3(signature = (name, body, pose=None))]
+    fn node(
+        slf: Py<Self>,
+        name: String,
+        body: String,
+        pose: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Py<Self>> {
+        let X = crate::array::pose(pose, "pose")?;
+        crate::core::lock(&slf.get().parts).node(name, body, X);
+        Ok(slf)
+    }
+
+    /// The mechanism, bodies in canonical order: depth first, siblings by name.
+    ///
+    /// Raises LinkworkError with every fault of every part.
+    fn build(&self) -> PyResult<Mechanism> {
+        let mbs = crate::core::lock(&self.parts).build().map_err(refuse)?;
+        Ok(Mechanism { core: Arc::new(Core::new(mbs, GRAVITY)?) })
+    }
+
+    fn __repr__(&self) -> String {
+        let parts = crate::core::lock(&self.parts);
+        format!("Builder({} bodies, {} nodes)", parts.bodies().len(), parts.nodes().len())
+    }
+}
+
+type Given<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
+/// A body as it was described: (mass, centre of mass, inertia, which check), frames of the hinge on
+/// parent and body.
+pub fn body_spec(
+    name: String,
+    parent: &str,
+    hinge: Option<&Hinge>,
+    (mass, com, inertia, inertia_check): (f64, Given<'_, '_>, Given<'_, '_>, &str),
+    (hinge_in_parent, hinge_in_body): (Given<'_, '_>, Given<'_, '_>),
+) -> PyResult<BodySpec> {
+    let com = com.map_or(Ok(Vec3::zeros()), |c| vec3(c, "com"))?;
+    let inertia = inertia.map_or(Ok(Mat3::zeros()), |i| mat3(i, "inertia"))?;
+    let check = choice("inertia_check", inertia_check, &INERTIA_CHECKS)?;
+    Ok(BodySpec::new(name, parent)
+        .hinge(hinge.map_or_else(multibody::Hinge::locked, |h| h.hinge.clone()))
+        .hinge_in_parent(pose(hinge_in_parent, "hinge_in_parent")?)
+        .hinge_in_body(pose(hinge_in_body, "hinge_in_body")?)
+        .mass(MassProperties::new(mass, com, inertia).with_check(check)))
+}
+
+/// Coordinates of a hinge alone with all angles and displacements zero.
+pub fn neutral(hinge: &multibody::Hinge) -> Vec<f64> {
+    let one = |s: &multibody::Subhinge| {
+        let mut q = vec![0.0; s.kind.nq()];
+        if matches!(s.kind, SubhingeKind::Ball | SubhingeKind::Free)
+            && let Some(w) = q.last_mut()
+        {
+            *w = 1.0;
+        }
+        q
+    };
+    hinge.subhinges.iter().flat_map(one).collect()
+}
+
+/// A link of a hinge's chain: what it allows, and its places in q and v.
+#[pyclass(frozen, module = "linkwork")]
+pub struct Subhinge {
+    body: String,
+    parent: String,
+    at: multibody::SubhingeRange,
+}
+
+impl Subhinge {
+    /// All subhinges that a mechanism has, in order.
+    pub fn table(mbs: &multibody::Multibody) -> Vec<Self> {
+        let name = |b: Option<multibody::BodyId>| b.map_or("world", |b| mbs.get(b).name()).into();
+        let row = |(b, s): (multibody::BodyId, &multibody::SubhingeRange)| Self {
+            body: name(Some(b)),
+            parent: name(mbs.get(b).parent()),
+            at: s.clone(),
+        };
+        mbs.subhinges().map(row).collect()
+    }
+}
+
+fn kind_name(kind: &SubhingeKind) -> &'static str {
+    match kind {
+        SubhingeKind::Pin { .. } => "pin",
+        SubhingeKind::Slider { .. } => "slider",
+        SubhingeKind::Screw { .. } => "screw",
+        SubhingeKind::Ball => "ball",
+        SubhingeKind::Free => "free",
+        SubhingeKind::Locked => "locked",
+    }
+}
+
+#[pymethods]
+impl Subhinge {
+    /// The body whose hinge it belongs to.
+    #[getter]
+    fn body(&self) -> &str {
+        &self.body
+    }
+    /// What that body hangs on: "world" or a body.
+    #[getter]
+    fn parent(&self) -> &str {
+        &self.parent
+    }
+    /// "pin", "slider", "screw", "ball", "free" or "locked".
+    #[getter]
+    fn kind(&self) -> &'static str {
+        kind_name(&self.at.subhinge.kind)
+    }
+    /// Unit vector (3,) in the hinge frame; None where there is none.
+    #[getter]
+    fn axis<'py>(&self, py: Python<'py>) -> Option<crate::array::Array1<'py>> {
+        self.at.subhinge.kind.axis().map(|a| out_vec3(py, &a))
+    }
+    /// Advance of a screw, m/rad; 0 for the others.
+    #[getter]
+    fn pitch(&self) -> f64 {
+        match self.at.subhinge.kind {
+            SubhingeKind::Screw { pitch, .. } => pitch,
+            _ => 0.0,
+        }
+    }
+    /// Its numbers in q.
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> Bound<'py, PySlice> {
+        PySlice::new(py, self.at.q.start as isize, self.at.q.end as isize, 1)
+    }
+    /// Its numbers in v, forces and accelerations.
+    #[getter]
+    fn v<'py>(&self, py: Python<'py>) -> Bound<'py, PySlice> {
+        PySlice::new(py, self.at.v.start as isize, self.at.v.end as isize, 1)
+    }
+    /// True where the motion is given and the force found.
+    #[getter]
+    fn prescribed(&self) -> bool {
+        self.at.subhinge.coordinate == Coordinate::Prescribed
+    }
+    /// Rotor inertia at the rotor, kg m² or kg.
+    #[getter]
+    fn armature(&self) -> f64 {
+        self.at.subhinge.armature
+    }
+    /// Turns of the rotor for a turn of the hinge.
+    #[getter]
+    fn gear(&self) -> f64 {
+        self.at.subhinge.gear
+    }
+    /// Least coordinate, rad or m.
+    #[getter]
+    fn lower(&self) -> f64 {
+        self.at.subhinge.limits.lower
+    }
+    /// Greatest coordinate, rad or m.
+    #[getter]
+    fn upper(&self) -> f64 {
+        self.at.subhinge.limits.upper
+    }
+    /// Greatest speed, rad/s or m/s.
+    #[getter]
+    fn rate(&self) -> f64 {
+        self.at.subhinge.limits.rate
+    }
+    /// Greatest force, N m or N.
+    #[getter]
+    fn effort(&self) -> f64 {
+        self.at.subhinge.limits.effort
+    }
+    fn __repr__(&self) -> String {
+        let (q, v) = (&self.at.q, &self.at.v);
+        format!(
+            "Subhinge({} of {}, q[{}:{}], v[{}:{}])",
+            self.kind(),
+            self.body,
+            q.start,
+            q.end,
+            v.start,
+            v.end
+        )
+    }
+}

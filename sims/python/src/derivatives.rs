@@ -1,0 +1,139 @@
+//! Derivatives of inverse and forward dynamics, and the regressor of inertial parameters.
+use crate::array::{Array, Array1, out1};
+use crate::batch::{Rows, ensemble, states};
+use crate::mechanism::Mechanism;
+use linkwork_dynamics::{self as dynamics, Ensemble, ForwardDerivatives, PARAMETERS};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyEllipsis, PySlice};
+
+type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+
+/// The matrices that stand one after another before the last two axes.
+fn parts<'py, const N: usize>(all: &Array<'py>) -> PyResult<[Array<'py>; N]> {
+    let py = all.py();
+    let part = |k: usize| {
+        let at = (PyEllipsis::get(py), k, PySlice::full(py), PySlice::full(py));
+        Ok(all.get_item(at)?.cast_into()?)
+    };
+    all_of((0..N).map(part).collect::<PyResult<_>>()?)
+}
+
+/// So many results.
+fn all_of<const N: usize>(found: Vec<Array<'_>>) -> PyResult<[Array<'_>; N]> {
+    found.try_into().map_err(|_| crate::error::refuse("a result is missing"))
+}
+
+#[pymethods]
+impl Mechanism {
+    /// Derivatives (dtau_dq, dtau_dv) of inverse_dynamics, (nv, nv) each, row tau, column
+    /// coordinate; or many, (n, nv, nv). dtau_dvdot is the mass matrix.
+    ///
+    /// By q they are along v: of q moved by `integrate`, so square for balls and free hinges too.
+    /// wrenches: as in inverse_dynamics; they count as fixed in their bodies.
+    #[pyo3(signature = (q, v, vdot, *, wrenches=None, threads=1))]
+    fn inverse_dynamics_derivatives<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
+        vdot: Given<'_, 'py>,
+        wrenches: Option<&Bound<'py, PyDict>>,
+        threads: usize,
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
+        let (c, nv) = (&*self.core, self.core.nv());
+        let rows = Rows::read(&[(q, c.nq(), "q"), (v, nv, "v"), (vdot, nv, "vdot")])?;
+        let wrenches = c.wrenches(wrenches)?;
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+            let [by_q, by_v] = out else { return Ok(()) };
+            e.inverse_dynamics_derivatives(&x[0], &x[1], &x[2], by_q, by_v);
+            Ok(())
+        };
+        let each: &[usize] = &[nv, nv];
+        if wrenches.is_empty()
+            && let Some(many) = ensemble(py, c, &rows, threads, &[each, each], lanes)?
+        {
+            let [by_q, by_v] = all_of(many)?;
+            return Ok((by_q, by_v));
+        }
+        let both = states(py, c, &rows, threads, &[2, nv, nv], |tree, ws, x, out| {
+            c.load(ws, x[0], x[1], &wrenches);
+            let (by_q, by_v) = out.split_at_mut(nv * nv);
+            c.with_derivatives(|d| d.inverse_dynamics(tree, ws, x[1], x[2], by_q, by_v));
+            Ok(())
+        })?;
+        parts(&both).map(|[by_q, by_v]| (by_q, by_v))
+    }
+
+    /// Derivatives (dvdot_dq, dvdot_dv, dvdot_dtau) of forward_dynamics, (nv, nv) each, or many;
+    /// rows of prescribed coordinates are zero. Options as in forward_dynamics, by q as in
+    /// inverse_dynamics_derivatives.
+    #[pyo3(signature = (q, v, tau, *, prescribed=None, wrenches=None, threads=1))]
+    fn forward_dynamics_derivatives<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
+        tau: Given<'_, 'py>,
+        prescribed: Option<Given<'_, 'py>>,
+        wrenches: Option<&Bound<'py, PyDict>>,
+        threads: usize,
+    ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
+        let (c, nv) = (&*self.core, self.core.nv());
+        let zero = out1(py, vec![0.0; nv]).into_any();
+        let vdot = prescribed.unwrap_or(&zero);
+        let rows = [(q, c.nq(), "q"), (v, nv, "v"), (tau, nv, "tau"), (vdot, nv, "prescribed")];
+        let rows = Rows::read(&rows)?;
+        let wrenches = c.wrenches(wrenches)?;
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+            let [dvdot_dq, dvdot_dv, dvdot_dtau] = out else { return Ok(()) };
+            let out = ForwardDerivatives { dvdot_dq, dvdot_dv, dvdot_dtau };
+            let (mut tau, mut vdot) = (x[2].clone(), x[3].clone());
+            e.forward_dynamics_derivatives(&x[0], &x[1], &mut tau, &mut vdot, out)
+        };
+        let each: &[usize] = &[nv, nv];
+        if wrenches.is_empty()
+            && let Some(many) = ensemble(py, c, &rows, threads, &[each, each, each], lanes)?
+        {
+            let [by_q, by_v, by_tau] = all_of(many)?;
+            return Ok((by_q, by_v, by_tau));
+        }
+        let all = states(py, c, &rows, threads, &[3, nv, nv], |tree, ws, x, out| {
+            c.load(ws, x[0], x[1], &wrenches);
+            let (dvdot_dq, rest) = out.split_at_mut(nv * nv);
+            let (dvdot_dv, dvdot_dtau) = rest.split_at_mut(nv * nv);
+            let out = ForwardDerivatives { dvdot_dq, dvdot_dv, dvdot_dtau };
+            let (mut tau, mut vdot) = (x[2].to_vec(), x[3].to_vec());
+            c.with_derivatives(|d| d.forward_dynamics(tree, ws, x[1], &mut tau, &mut vdot, out))
+        })?;
+        parts(&all).map(|[by_q, by_v, by_tau]| (by_q, by_v, by_tau))
+    }
+
+    /// Regressor (nv, 10·bodies) at q, v, vdot, or many: times `inertial_parameters()` it gives
+    /// the forces of inverse_dynamics without wrenches and without what rotors take.
+    #[pyo3(signature = (q, v, vdot, *, threads=1))]
+    fn regressor<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
+        vdot: Given<'_, 'py>,
+        threads: usize,
+    ) -> PyResult<Array<'py>> {
+        let (c, nv) = (&*self.core, self.core.nv());
+        let rows = Rows::read(&[(q, c.nq(), "q"), (v, nv, "v"), (vdot, nv, "vdot")])?;
+        let width = PARAMETERS * c.mbs.bodies().len();
+        states(py, c, &rows, threads, &[nv, width], |tree, ws, x, out| {
+            c.load(ws, x[0], x[1], &[]);
+            dynamics::inverse_dynamics_given_kinematics(tree, ws, x[2], &mut vec![0.0; nv]);
+            dynamics::regressor(tree, ws, out);
+            Ok(())
+        })
+    }
+
+    /// Inertial parameters (10·bodies,), bodies in order: mass (kg), first moment m c (3, kg m),
+    /// inertia about the body's origin (xx, xy, xz, yy, yz, zz; kg m²), body axes.
+    fn inertial_parameters<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        let of = |b: &linkwork_multibody::Body| dynamics::inertial_parameters(b.inertia());
+        out1(py, self.core.mbs.bodies().iter().flat_map(of).collect())
+    }
+}

@@ -1,0 +1,163 @@
+//! The algorithms of `Mechanism`: each under its own name, from q, v and what else it needs.
+use crate::array::Array;
+use crate::batch::{Rows, ensemble, states};
+use crate::mechanism::Mechanism;
+use linkwork_dynamics::{self as dynamics, Ensemble};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+
+#[pymethods]
+impl Mechanism {
+    /// Forces tau (nv,) that produce the accelerations vdot (nv,) at q, v; or many.
+    ///
+    /// wrenches: {frame: (6,)}, moment about the frame's origin (N m) and force (N), world axes,
+    /// the same for all states. threads: for many states.
+    #[pyo3(signature = (q, v, vdot, *, wrenches=None, threads=1))]
+    fn inverse_dynamics<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
+        vdot: Given<'_, 'py>,
+        wrenches: Option<&Bound<'py, PyDict>>,
+        threads: usize,
+    ) -> PyResult<Array<'py>> {
+        let (c, nv) = (&*self.core, self.core.nv());
+        let rows = Rows::read(&[(q, c.nq(), "q"), (v, nv, "v"), (vdot, nv, "vdot")])?;
+        let wrenches = c.wrenches(wrenches)?;
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], tau: &mut [Vec<f64>]| {
+            e.inverse_dynamics(&x[0], &x[1], &x[2], &mut tau[0]);
+            Ok(())
+        };
+        if wrenches.is_empty()
+            && let Some(many) = ensemble(py, c, &rows, threads, &[&[nv]], lanes)?
+        {
+            return only(many);
+        }
+        states(py, c, &rows, threads, &[nv], |tree, ws, x, tau| {
+            c.load(ws, x[0], x[1], &wrenches);
+            dynamics::inverse_dynamics_given_kinematics(tree, ws, x[2], tau);
+            Ok(())
+        })
+    }
+
+    /// Accelerations vdot (nv,) from the forces tau (nv,) at q, v; or many.
+    ///
+    /// prescribed (nv,): accelerations of the coordinates that are prescribed, zero when left out;
+    /// their tau is not read (`mixed_dynamics` finds it). wrenches, threads: as in
+    /// inverse_dynamics. Raises LinkworkError when a free coordinate moves nothing with inertia.
+    #[pyo3(signature = (q, v, tau, *, prescribed=None, wrenches=None, threads=1))]
+    fn forward_dynamics<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
+        tau: Given<'_, 'py>,
+        prescribed: Option<Given<'_, 'py>>,
+        wrenches: Option<&Bound<'py, PyDict>>,
+        threads: usize,
+    ) -> PyResult<Array<'py>> {
+        let (c, nv) = (&*self.core, self.core.nv());
+        let zero;
+        let vdot = match prescribed {
+            Some(given) => given,
+            None => {
+                zero = crate::array::out1(py, vec![0.0; nv]).into_any();
+                &zero
+            }
+        };
+        let rows = [(q, c.nq(), "q"), (v, nv, "v"), (tau, nv, "tau"), (vdot, nv, "prescribed")];
+        let rows = Rows::read(&rows)?;
+        let wrenches = c.wrenches(wrenches)?;
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], vdot: &mut [Vec<f64>]| {
+            vdot[0].copy_from_slice(&x[3]);
+            e.forward_dynamics(&x[0], &x[1], &mut x[2].clone(), &mut vdot[0])
+        };
+        if wrenches.is_empty()
+            && let Some(many) = ensemble(py, c, &rows, threads, &[&[nv]], lanes)?
+        {
+            return only(many);
+        }
+        states(py, c, &rows, threads, &[nv], |tree, ws, x, vdot| {
+            c.load(ws, x[0], x[1], &wrenches);
+            vdot.copy_from_slice(x[3]);
+            dynamics::forward_dynamics_given_kinematics(tree, ws, &mut x[2].to_vec(), vdot)
+        })
+    }
+
+    /// Accelerations and forces, (vdot, tau), each (nv,) or many: at free coordinates tau is given
+    /// and vdot found, at prescribed ones vdot is given and tau found.
+    #[pyo3(signature = (q, v, tau, vdot, *, wrenches=None, threads=1))]
+    fn mixed_dynamics<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
+        tau: Given<'_, 'py>,
+        vdot: Given<'_, 'py>,
+        wrenches: Option<&Bound<'py, PyDict>>,
+        threads: usize,
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
+        let (c, nv) = (&*self.core, self.core.nv());
+        let rows = [(q, c.nq(), "q"), (v, nv, "v"), (tau, nv, "tau"), (vdot, nv, "vdot")];
+        let rows = Rows::read(&rows)?;
+        let wrenches = c.wrenches(wrenches)?;
+        let both = states(py, c, &rows, threads, &[2, nv], |tree, ws, x, out| {
+            c.load(ws, x[0], x[1], &wrenches);
+            let (vdot, tau) = out.split_at_mut(nv);
+            tau.copy_from_slice(x[2]);
+            vdot.copy_from_slice(x[3]);
+            dynamics::forward_dynamics_given_kinematics(tree, ws, tau, vdot)
+        })?;
+        let half = |k: usize| -> PyResult<Array<'py>> {
+            let at = (pyo3::types::PyEllipsis::get(py), k, pyo3::types::PySlice::full(py));
+            Ok(both.get_item(at)?.cast_into()?)
+        };
+        Ok((half(0)?, half(1)?))
+    }
+
+    /// Forces (nv,) that hold the motion with vdot = 0, or many: gravity, Coriolis, centrifugal.
+    #[pyo3(signature = (q, v, *, wrenches=None, threads=1))]
+    fn bias_forces<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
+        wrenches: Option<&Bound<'py, PyDict>>,
+        threads: usize,
+    ) -> PyResult<Array<'py>> {
+        let zero = crate::array::out1(py, vec![0.0; self.core.nv()]).into_any();
+        self.inverse_dynamics(py, q, v, &zero, wrenches, threads)
+    }
+
+    /// Mass matrix (nv, nv) at q, or many: symmetric, armature included.
+    #[pyo3(signature = (q, *, threads=1))]
+    fn mass_matrix<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        threads: usize,
+    ) -> PyResult<Array<'py>> {
+        let (c, nv) = (&*self.core, self.core.nv());
+        let rows = Rows::read(&[(q, c.nq(), "q")])?;
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+            e.mass_matrix(&x[0], &mut out[0]);
+            Ok(())
+        };
+        if let Some(many) = ensemble(py, c, &rows, threads, &[&[nv, nv]], lanes)? {
+            return only(many);
+        }
+        states(py, c, &rows, threads, &[nv, nv], |tree, ws, x, out| {
+            dynamics::poses(tree, ws, x[0]);
+            dynamics::mass_matrix(tree, ws, out);
+            Ok(())
+        })
+    }
+}
+
+/// The only result of an ensemble's call.
+pub fn only(results: Vec<Array<'_>>) -> PyResult<Array<'_>> {
+    results.into_iter().next().ok_or_else(|| crate::error::refuse("there is no result"))
+}

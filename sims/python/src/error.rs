@@ -1,0 +1,32 @@
+//! The one exception of the package, and how Rust's errors become it: with the same text.
+use linkwork_runtime::{RunError, VariableError};
+use pyo3::PyErr;
+use pyo3::exceptions::PyValueError;
+use std::fmt::Display;
+
+pyo3::create_exception!(
+    linkwork,
+    LinkworkError,
+    PyValueError,
+    "What Linkwork refuses: place, fact and remedy, in the words of the Rust error."
+);
+
+/// The exception with a text: place, fact, then `\n  help: remedy`.
+pub fn refuse(text: impl Display) -> PyErr {
+    LinkworkError::new_err(text.to_string().trim_end().to_string())
+}
+
+/// A fact and its remedy.
+pub fn refuse_with(fact: impl Display, help: impl Display) -> PyErr {
+    refuse(format!("{fact}\n  help: {help}"))
+}
+
+/// A run that failed.
+pub fn run_failed(e: &RunError) -> PyErr {
+    refuse_with(e, format!("try a smaller step, and look at what drives `{}`", e.path))
+}
+
+/// A variable that cannot be read or set.
+pub fn no_variable(e: &VariableError) -> PyErr {
+    refuse(e)
+}

@@ -1,0 +1,256 @@
+//! `Mechanism.inverse_kinematics` and its rates; targets as values.
+use crate::array::{Array1, Input, fixed, out1, pose, vector};
+use crate::core::{Core, lock};
+use crate::error::{refuse, refuse_with};
+use crate::mechanism::Mechanism;
+use linkwork_dynamics::{self as dynamics, InverseKinematics, InverseKinematicsError};
+use linkwork_spatial::nalgebra::Rotation3;
+use linkwork_spatial::{Mat3, Motion, Quat, Vec3};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Where a frame is to be. `at` says what by its shape: (3,) the position of its origin, m; (4,) its
+/// attitude as a quaternion [x y z w]; (3, 3) the same as a rotation matrix; (7,) position and
+/// quaternion; (4, 4) a pose. relative_to: a frame of the mechanism, or None for the world. The
+/// weights are what 1 m and 1 rad count in the sum of squares.
+#[pyclass(frozen, module = "linkwork")]
+pub struct Target {
+    frame: String,
+    relative_to: Option<String>,
+    position: Option<Vec3>,
+    orientation: Option<Quat>,
+    weights: (f64, f64),
+}
+
+#[pymethods]
+impl Target {
+    #[new]
+    #[pyo3(signature = (frame, at, *, relative_to=None, position_weight=1.0, orientation_weight=1.0))]
+    fn new(
+        frame: String,
+        at: &Bound<'_, PyAny>,
+        relative_to: Option<String>,
+        position_weight: f64,
+        orientation_weight: f64,
+    ) -> PyResult<Self> {
+        let (position, orientation) = place(at, &format!("target of \"{frame}\""))?;
+        let weights = (position_weight, orientation_weight);
+        Ok(Self { frame, relative_to, position, orientation, weights })
+    }
+    fn __repr__(&self) -> String {
+        let what = match (self.position, self.orientation) {
+            (Some(_), Some(_)) => "pose",
+            (Some(_), None) => "position",
+            _ => "attitude",
+        };
+        format!("Target({what} of {})", self.frame)
+    }
+}
+
+impl Target {
+    fn resolve(&self, core: &Core) -> PyResult<dynamics::Target> {
+        let relative_to = self.relative_to.as_deref().map(|f| core.frame(f)).transpose()?;
+        Ok(dynamics::Target {
+            node: core.frame(&self.frame)?,
+            relative_to,
+            position: self.position,
+            orientation: self.orientation,
+            position_weight: self.weights.0,
+            orientation_weight: self.weights.1,
+        })
+    }
+}
+
+/// Position, attitude or both, by the shape of what is given.
+fn place(at: &Bound<'_, PyAny>, what: &str) -> PyResult<(Option<Vec3>, Option<Quat>)> {
+    let input = Input::read(at, what)?;
+    let x = input.slice();
+    match *input.shape() {
+        [3] => Ok((Some(Vec3::new(x[0], x[1], x[2])), None)),
+        [4] => {
+            let whole = [0.0, 0.0, 0.0, x[0], x[1], x[2], x[3]];
+            let whole = PyArray1::from_slice(at.py(), &whole).into_any();
+            Ok((None, Some(pose(Some(&whole), what)?.rotation)))
+        }
+        [3, 3] => {
+            let R = Mat3::from_row_slice(x);
+            let off = (R * R.transpose() - Mat3::identity()).norm();
+            if !(off < 1e-6 && R.determinant() > 0.0) {
+                return Err(refuse_with(
+                    format!("`{what}` is no rotation matrix: it is off by {off:e}"),
+                    "its columns are the frame's axes, of length 1 and at right angles",
+                ));
+            }
+            let R = Rotation3::from_matrix_unchecked(R);
+            Ok((None, Some(Quat::from_rotation_matrix(&R))))
+        }
+        _ => {
+            let X = pose(Some(at), what)?;
+            Ok((Some(X.position), Some(X.rotation)))
+        }
+    }
+}
+
+/// How a frame is to move: velocity (6,) [ω; v] of its origin, as seen from relative_to (None: the
+/// world) and in its axes. The weights are what 1 m/s and 1 rad/s count; 0 when they do not matter.
+#[pyclass(frozen, module = "linkwork")]
+pub struct RateTarget {
+    frame: String,
+    relative_to: Option<String>,
+    velocity: Motion,
+    weights: (f64, f64),
+}
+
+#[pymethods]
+impl RateTarget {
+    #[new]
+    #[pyo3(signature = (frame, velocity, *, relative_to=None, linear_weight=1.0, angular_weight=1.0))]
+    fn new(
+        frame: String,
+        velocity: &Bound<'_, PyAny>,
+        relative_to: Option<String>,
+        linear_weight: f64,
+        angular_weight: f64,
+    ) -> PyResult<Self> {
+        let [a, b, c, x, y, z] = fixed::<6>(velocity, &format!("velocity of \"{frame}\""))?;
+        let velocity = Motion::new(Vec3::new(a, b, c), Vec3::new(x, y, z));
+        Ok(Self { frame, relative_to, velocity, weights: (linear_weight, angular_weight) })
+    }
+    fn __repr__(&self) -> String {
+        format!("RateTarget({})", self.frame)
+    }
+}
+
+impl RateTarget {
+    fn resolve(&self, core: &Core) -> PyResult<dynamics::RateTarget> {
+        let relative_to = self.relative_to.as_deref().map(|f| core.frame(f)).transpose()?;
+        Ok(dynamics::RateTarget {
+            node: core.frame(&self.frame)?,
+            relative_to,
+            velocity: self.velocity,
+            linear_weight: self.weights.0,
+            angular_weight: self.weights.1,
+        })
+    }
+}
+
+/// Keeps the hinges of these bodies.
+fn keep(ik: &mut InverseKinematics, core: &Core, bodies: &[String]) -> PyResult<()> {
+    for body in bodies {
+        let v = core.mbs.get(core.body(body)?).v();
+        ik.keep(v);
+    }
+    Ok(())
+}
+
+/// The Rust error; the nearest configuration is its attribute `q`.
+fn unreached(py: Python<'_>, e: InverseKinematicsError) -> PyErr {
+    let error = refuse(&e);
+    if let InverseKinematicsError::Unreachable { nearest, .. } = e {
+        let q = out1(py, nearest.q);
+        // An attribute less is no reason to hide the error.
+        let _ = error.value(py).setattr("q", q);
+    }
+    error
+}
+
+#[pymethods]
+impl Mechanism {
+    /// A configuration (nq,) in which every target is met within the tolerances (m, rad), from the
+    /// start q (nq,) on: the solution that the start leads to. Limits are kept; prescribed
+    /// coordinates, and the hinges of the bodies in `keep`, stay.
+    ///
+    /// targets: {frame: at} with `at` as in Target, or a list of Target.
+    /// Raises LinkworkError when no start led there; its attribute `q` is then the nearest.
+    #[pyo3(signature = (q, targets, *, keep=None, position_tolerance=1e-9, orientation_tolerance=1e-9, iterations=100, restarts=64))]
+    fn inverse_kinematics<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        targets: &Bound<'py, PyAny>,
+        keep: Option<Vec<String>>,
+        position_tolerance: f64,
+        orientation_tolerance: f64,
+        iterations: usize,
+        restarts: usize,
+    ) -> PyResult<Array1<'py>> {
+        let core = &*self.core;
+        let mut q = vector(q, core.nq(), "q")?.slice().to_vec();
+        let mut list = Vec::new();
+        if let Ok(map) = targets.cast::<PyDict>() {
+            for (frame, at) in map {
+                list.push(Target::new(frame.extract()?, &at, None, 1.0, 1.0)?.resolve(core)?);
+            }
+        } else {
+            for target in targets.try_iter()? {
+                list.push(target?.cast::<Target>()?.get().resolve(core)?);
+            }
+        }
+        for (what, x) in [("position", position_tolerance), ("orientation", orientation_tolerance)]
+        {
+            if !(x.is_finite() && x > 0.0) {
+                let fact = format!("`{what}_tolerance` is {x}");
+                return Err(refuse_with(fact, "give a number above zero"));
+            }
+        }
+        let mut ik = core.inverse_kinematics();
+        self::keep(&mut ik, core, &keep.unwrap_or_default())?;
+        ik.effort = dynamics::inverse_kinematics::Effort {
+            position_tolerance,
+            orientation_tolerance,
+            iterations,
+            restarts,
+        };
+        let found = py.detach(|| ik.solve(&core.tree, &list, &mut q).map(|_| ()));
+        found.map_err(|e| unreached(py, e))?;
+        Ok(out1(py, q))
+    }
+
+    /// Rates v (nv,) at q (nq,) for which the frames move as nearly as asked as they can, the least
+    /// such rates, within rate limits, not outward at a limit. Prescribed coordinates, and the
+    /// hinges of the bodies in `keep`, have the rate of v (nv,), zero when left out.
+    ///
+    /// targets: {frame: (6,)} velocities [ω; v] in the world, or a list of RateTarget.
+    #[pyo3(signature = (q, targets, v=None, *, keep=None))]
+    fn inverse_kinematics_rates<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        targets: &Bound<'py, PyAny>,
+        v: Option<&Bound<'py, PyAny>>,
+        keep: Option<Vec<String>>,
+    ) -> PyResult<Array1<'py>> {
+        let core = &*self.core;
+        let q = vector(q, core.nq(), "q")?;
+        let mut v = match v {
+            Some(v) => vector(v, core.nv(), "v")?.slice().to_vec(),
+            None => vec![0.0; core.nv()],
+        };
+        let mut list = Vec::new();
+        if let Ok(map) = targets.cast::<PyDict>() {
+            for (frame, velocity) in map {
+                let target = RateTarget::new(frame.extract()?, &velocity, None, 1.0, 1.0)?;
+                list.push(target.resolve(core)?);
+            }
+        } else {
+            for target in targets.try_iter()? {
+                list.push(target?.cast::<RateTarget>()?.get().resolve(core)?);
+            }
+        }
+        let mut ik = core.inverse_kinematics();
+        self::keep(&mut ik, core, &keep.unwrap_or_default())?;
+        let q = q.slice();
+        let found = py.detach(|| ik.rates(&core.tree, &list, q, &mut v).map(|_| ()));
+        found.map_err(|e| unreached(py, e))?;
+        Ok(out1(py, v))
+    }
+}
+
+impl Core {
+    /// Memory for inverse kinematics, made at first use and copied for each call, since a call
+    /// marks the coordinates that it keeps.
+    fn inverse_kinematics(&self) -> InverseKinematics {
+        lock(&self.ik).get_or_insert_with(|| InverseKinematics::new(&self.tree)).clone()
+    }
+}

@@ -1,0 +1,69 @@
+//! The extension module of the Python package `linkwork`: thin classes over the Rust floors.
+//!
+//! | file | what |
+//! |---|---|
+//! | `array` | numpy in and out: shapes and NaN are checked here, nowhere else |
+//! | `error` | `LinkworkError` |
+//! | `core` | what a mechanism and its states share |
+//! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
+//! | `algorithms`, `derivatives` | more algorithms of `Mechanism` |
+//! | `batch` | one state or many; threads and lanes |
+//! | `inverse_kinematics`, `edit`, `frames` | `Target`, `Edit`, `Frames` |
+//! | `operators` | `Operators`, `Operator`: expressions |
+//! | `simulate` | a small time integration of one mechanism |
+//! | `files`, `formats` | reading files with all component libraries; what a file says besides; URDF and RON out |
+//! | `simulation`, `running`, `log`, `values` | `Simulation` and its logs |
+#![allow(non_snake_case)]
+// Python passes references to what it owns.
+#![allow(clippy::needless_pass_by_value)]
+
+mod algorithms;
+mod array;
+mod batch;
+mod builder;
+mod core;
+mod derivatives;
+mod dynamics;
+mod edit;
+mod error;
+mod files;
+mod formats;
+mod frames;
+mod inverse_kinematics;
+mod log;
+mod mechanism;
+mod operators;
+mod running;
+mod simulate;
+mod simulation;
+mod state;
+mod values;
+
+use pyo3::prelude::*;
+
+/// Mechanisms, their dynamics, simulations and logs: the compiled part of the package `linkwork`.
+#[pymodule]
+mod _linkwork {
+    #[pymodule_export]
+    use crate::builder::{Builder, Hinge, Subhinge};
+    #[pymodule_export]
+    use crate::edit::{Edit, Report};
+    #[pymodule_export]
+    use crate::error::LinkworkError;
+    #[pymodule_export]
+    use crate::frames::Frames;
+    #[pymodule_export]
+    use crate::inverse_kinematics::{RateTarget, Target};
+    #[pymodule_export]
+    use crate::log::{Log, Series, read_log};
+    #[pymodule_export]
+    use crate::mechanism::{Mechanism, Subgraph, load};
+    #[pymodule_export]
+    use crate::operators::{Operator, Operators};
+    #[pymodule_export]
+    use crate::simulation::Simulation;
+    #[pymodule_export]
+    use crate::state::State;
+    #[pymodule_export]
+    use crate::values::Variable;
+}

@@ -1,0 +1,168 @@
+//! `Log`: rows of a run as numpy arrays; `Series` and `read_log`: the numbers of an MCAP file.
+use crate::array::{Array1, out1};
+use crate::core::lock;
+use crate::error::{refuse, refuse_with};
+use linkwork_runtime::{Place, Seconds, Simulation, remedy};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+/// What a log has gathered.
+#[derive(Default)]
+pub struct Rows {
+    pub t: Vec<f64>,
+    pub columns: Vec<Vec<f64>>,
+}
+
+/// A log as the run fills it.
+pub struct Filling {
+    pub places: Vec<Place>,
+    pub rows: Arc<Mutex<Rows>>,
+}
+
+impl Filling {
+    /// Takes a row.
+    pub fn sample(&self, sim: &Simulation) {
+        let mut rows = lock(&self.rows);
+        rows.t.push(sim.time());
+        for (column, place) in rows.columns.iter_mut().zip(&self.places) {
+            column.push(sim.value(*place));
+        }
+    }
+}
+
+/// Variables of a run over time: `log["Rover.Motor.torque"]` (rows,), `log["t"]` (rows,) in s,
+/// `dict(log)`. It grows as the simulation runs; what is read from it is a copy.
+#[pyclass(frozen, mapping, module = "linkwork")]
+pub struct Log {
+    pub names: Vec<String>,
+    pub units: Vec<String>,
+    pub rows: Arc<Mutex<Rows>>,
+}
+
+#[pymethods]
+impl Log {
+    /// Times of the rows (rows,), s.
+    #[getter]
+    fn t<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        PyArray1::from_slice(py, &lock(&self.rows).t)
+    }
+    /// The number of rows so far.
+    #[getter]
+    fn rows(&self) -> usize {
+        lock(&self.rows).t.len()
+    }
+    /// "t" and the paths of the variables.
+    fn keys(&self) -> Vec<&str> {
+        std::iter::once("t").chain(self.names.iter().map(String::as_str)).collect()
+    }
+    /// The unit of a variable; "s" for "t".
+    fn unit(&self, name: &str) -> PyResult<&str> {
+        if name == "t" { Ok("s") } else { Ok(&self.units[self.column(name)?]) }
+    }
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Array1<'py>> {
+        if name == "t" {
+            return Ok(self.t(py));
+        }
+        let k = self.column(name)?;
+        Ok(PyArray1::from_slice(py, &lock(&self.rows).columns[k]))
+    }
+    fn __len__(&self) -> usize {
+        self.names.len() + 1
+    }
+    fn __contains__(&self, name: &str) -> bool {
+        name == "t" || self.names.iter().any(|n| n == name)
+    }
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.keys().into_pyobject(py)?.call_method0("__iter__")
+    }
+    fn __repr__(&self) -> String {
+        format!("Log({} variables, {} rows)", self.names.len(), self.rows())
+    }
+}
+
+impl Log {
+    fn column(&self, name: &str) -> PyResult<usize> {
+        self.names.iter().position(|n| n == name).ok_or_else(|| {
+            let help = remedy(name, "variables of this log", &self.keys());
+            refuse_with(format!("the log has no `{name}`"), help)
+        })
+    }
+}
+
+/// One variable of a log file over time.
+#[pyclass(frozen, module = "linkwork")]
+pub struct Series {
+    t: Py<PyArray1<f64>>,
+    y: Py<PyArray1<f64>>,
+    unit: String,
+}
+
+#[pymethods]
+impl Series {
+    /// Times (rows,), s.
+    #[getter]
+    fn t<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        self.t.bind(py).clone()
+    }
+    /// Values (rows,).
+    #[getter]
+    fn y<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        self.y.bind(py).clone()
+    }
+    /// The unit; empty when the file does not tell.
+    #[getter]
+    fn unit(&self) -> &str {
+        &self.unit
+    }
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let rows = self.t.bind(py).len()?;
+        Ok(format!("Series({rows} rows, unit \"{}\")", self.unit))
+    }
+}
+
+/// All numbers of an MCAP log, {path: Series}. A log without its end (a crash) is read as far as
+/// it goes.
+#[pyfunction]
+pub fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
+    let read = py.detach(|| linkwork_record::read_log(&path)).map_err(refuse)?;
+    let all = PyDict::new(py);
+    for (name, s) in read {
+        let (t, y) = (out1(py, s.t).unbind(), out1(py, s.y).unbind());
+        all.set_item(name, Py::new(py, Series { t, y, unit: s.unit })?)?;
+    }
+    Ok(all)
+}
+
+/// When something is due that happens at the first tick at or after each multiple of a period.
+pub struct Schedule {
+    period: Seconds,
+    next: u128,
+}
+
+impl Schedule {
+    /// From the present tick on.
+    pub fn new(sim: &Simulation, period: Seconds) -> Self {
+        let (n, d) = Self::multiples(sim, period);
+        Self { period, next: n.div_ceil(d) }
+    }
+
+    /// The present time as n/d periods.
+    fn multiples(sim: &Simulation, period: Seconds) -> (u128, u128) {
+        let (tick, base) = (u128::from(sim.state().tick), sim.plan().base);
+        let n = tick * u128::from(base.num) * u128::from(period.den);
+        (n, (u128::from(base.den) * u128::from(period.num)).max(1))
+    }
+
+    /// True once for each multiple that has been reached.
+    pub fn is_due(&mut self, sim: &Simulation) -> bool {
+        let (n, d) = Self::multiples(sim, self.period);
+        let due = n >= self.next * d;
+        if due {
+            self.next = n / d + 1;
+        }
+        due
+    }
+}

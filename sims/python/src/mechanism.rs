@@ -1,0 +1,270 @@
+//! `Mechanism`: structure and coordinates. Its algorithms are in `dynamics.rs`.
+use crate::array::{Array1, Input, checked1, out_vec3, out1, vec3, vector};
+use crate::builder::Subhinge;
+use crate::core::{Core, GRAVITY};
+use crate::error::{refuse, refuse_with};
+use crate::state::State;
+use linkwork_formats::{ReadOptions, Root};
+use linkwork_multibody::{BodyId, Coordinate};
+use linkwork_runtime::remedy;
+use linkwork_spatial::InertiaCheck;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A mechanism: bodies, hinges, nodes. Its structure never changes.
+///
+/// Shapes: q (nq,), v, vdot and tau (nv,), float64; SI units and radians. Where a function says
+/// "or many", q may be (n, nq) and v (n, nv), and one row comes out for each. World axes unless
+/// said otherwise; spatial vectors have the angular part first; quaternions are [x y z w].
+#[pyclass(frozen, module = "linkwork")]
+pub struct Mechanism {
+    /// What it shares with its states.
+    pub core: Arc<Core>,
+}
+
+/// Reads a mechanism from a file: URDF, MJCF or SDF (with the side-car `robot.linkwork.ron` beside
+/// it), or a simulation or an assembly in RON.
+///
+/// root: None takes the file as it is; "fixed", "free" or "planar" say how the body that no joint
+/// moves hangs on the world. inertia_check: "physical", or "positive_moments" for published data
+/// that break the triangle inequality of principal moments. packages: folders that hold packages,
+/// for `package://name/..`. What was not used is in `ignored`.
+/// Raises LinkworkError with every mistake in the file, each with its place.
+#[pyfunction]
+#[pyo3(signature = (path, root=None, *, inertia_check="physical", packages=None))]
+pub fn load(
+    py: Python<'_>,
+    path: PathBuf,
+    root: Option<&str>,
+    inertia_check: &str,
+    packages: Option<Vec<PathBuf>>,
+) -> PyResult<Mechanism> {
+    let roots = [("fixed", Root::Fixed), ("free", Root::Free), ("planar", Root::Planar)];
+    let root = root.map_or(Ok(Root::AsWritten), |name| choice("root", name, &roots))?;
+    let inertia = choice("inertia_check", inertia_check, &INERTIA_CHECKS)?;
+    let package_paths = packages.unwrap_or_default();
+    let options = ReadOptions { root, inertia, package_paths, file: None };
+    let machine = py.detach(|| crate::files::machine(&path, &options)).map_err(refuse)?;
+    let mut core = Core::new(machine.mbs, GRAVITY)?;
+    core.initial = machine.initial;
+    core.description = machine.description;
+    Ok(Mechanism { core: Arc::new(core) })
+}
+
+/// Which inertias are refused, by name.
+pub const INERTIA_CHECKS: [(&str, InertiaCheck); 2] =
+    [("physical", InertiaCheck::Physical), ("positive_moments", InertiaCheck::PositiveMoments)];
+
+impl Mechanism {
+    fn bodies_of(&self, names: &[String]) -> PyResult<Vec<BodyId>> {
+        names.iter().map(|n| self.core.body(n)).collect()
+    }
+
+    fn q<'py>(&self, q: &Bound<'py, PyAny>, what: &str) -> PyResult<Input<'py>> {
+        vector(q, self.core.nq(), what)
+    }
+
+    fn v<'py>(&self, v: &Bound<'py, PyAny>, what: &str) -> PyResult<Input<'py>> {
+        vector(v, self.core.nv(), what)
+    }
+}
+
+#[pymethods]
+impl Mechanism {
+    /// Numbers in q.
+    #[getter]
+    fn nq(&self) -> usize {
+        self.core.nq()
+    }
+    /// Degrees of freedom: numbers in v.
+    #[getter]
+    fn nv(&self) -> usize {
+        self.core.nv()
+    }
+    /// Names of the bodies in canonical order: depth first, siblings by name.
+    #[getter]
+    fn bodies(&self) -> Vec<&str> {
+        self.core.mbs.bodies().iter().map(|b| b.name()).collect()
+    }
+    /// Names of the nodes, by body, then by name.
+    #[getter]
+    fn nodes(&self) -> Vec<&str> {
+        self.core.mbs.nodes().iter().map(|n| n.name()).collect()
+    }
+    /// Each subhinge with its places in q and v, kind, limits.
+    #[getter]
+    fn subhinges(&self) -> Vec<Subhinge> {
+        Subhinge::table(&self.core.mbs)
+    }
+    /// Mass of all bodies, kg.
+    #[getter]
+    fn total_mass(&self) -> f64 {
+        self.core.mbs.total_mass()
+    }
+    /// Acceleration of free fall (3,), m/s², world axes; (0, 0, -9.81) at first. States made
+    /// before it is set keep theirs.
+    #[getter]
+    fn gravity<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        out_vec3(py, &self.core.gravity())
+    }
+    #[setter]
+    fn set_gravity(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.core.set_gravity(vec3(value, "gravity")?);
+        Ok(())
+    }
+    /// One flag for each degree of freedom (nv): True where the motion is prescribed.
+    #[getter]
+    fn prescribed(&self) -> Vec<bool> {
+        self.core.mbs.prescribed()
+    }
+
+    /// The same mechanism with the hinges of these bodies prescribed, and all others free.
+    fn with_prescribed(&self, bodies: Vec<String>) -> PyResult<Self> {
+        let ids = self.bodies_of(&bodies)?;
+        let mut mbs = self.core.mbs.clone();
+        for b in self.core.mbs.body_ids() {
+            let coordinate =
+                if ids.contains(&b) { Coordinate::Prescribed } else { Coordinate::Free };
+            mbs = mbs.with_coordinate(b, coordinate);
+        }
+        Ok(Self { core: Arc::new(Core::new(mbs, self.core.gravity())?) })
+    }
+
+    /// Some of the bodies as a mechanism of their own, in whose world the frame they hang on is
+    /// at rest: see Subgraph. They must hang on one common frame.
+    fn subgraph(&self, bodies: Vec<String>) -> PyResult<Subgraph> {
+        let part = self.core.mbs.subgraph(&self.bodies_of(&bodies)?).map_err(refuse)?;
+        let base = part.base.map(|b| self.core.mbs.get(b).name().to_string());
+        let core = Arc::new(Core::new(part.multibody, self.core.gravity())?);
+        Ok(Subgraph { core, base, q: part.q, v: part.v })
+    }
+
+    /// The parent of a body: "world" or a body.
+    fn parent(&self, body: &str) -> PyResult<&str> {
+        let parent = self.core.mbs.get(self.core.body(body)?).parent();
+        Ok(parent.map_or("world", |p| self.core.mbs.get(p).name()))
+    }
+
+    /// The places in v of the hinge that carries a body.
+    fn hinge<'py>(
+        &self,
+        py: Python<'py>,
+        body: &str,
+    ) -> PyResult<Bound<'py, pyo3::types::PySlice>> {
+        let v = self.core.mbs.get(self.core.body(body)?).v();
+        Ok(pyo3::types::PySlice::new(py, v.start as isize, v.end as isize, 1))
+    }
+
+    /// The configuration (nq,) with all angles and displacements zero.
+    fn neutral_q<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        out1(py, self.core.mbs.neutral_q())
+    }
+    /// A configuration (nq,) without zeros, the same for the same seed.
+    #[pyo3(signature = (seed=0))]
+    fn random_q<'py>(&self, py: Python<'py>, seed: u64) -> Array1<'py> {
+        out1(py, self.core.mbs.random_q(seed))
+    }
+    /// Rates or forces (nv,) without zeros, in ±(0.1 … 1), the same for the same seed.
+    #[pyo3(signature = (seed=0))]
+    fn random_v<'py>(&self, py: Python<'py>, seed: u64) -> Array1<'py> {
+        out1(py, self.core.mbs.random_v(seed))
+    }
+    /// q (nq,) moved by dv (nv,) = v h (rad, m): exact for constant v.
+    fn integrate<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        dv: &Bound<'py, PyAny>,
+    ) -> PyResult<Array1<'py>> {
+        let (py, q, dv) = (q.py(), self.q(q, "q")?, self.v(dv, "dv")?);
+        let mut out = vec![0.0; self.core.nq()];
+        self.core.mbs.integrate(q.slice(), dv.slice(), &mut out);
+        checked1(py, out)
+    }
+    /// The dv (nv,) that takes `q_from` to `q_to` in `integrate`; rotations by the short way.
+    fn difference<'py>(
+        &self,
+        q_from: &Bound<'py, PyAny>,
+        q_to: &Bound<'py, PyAny>,
+    ) -> PyResult<Array1<'py>> {
+        let (py, from, to) = (q_from.py(), self.q(q_from, "q_from")?, self.q(q_to, "q_to")?);
+        let mut out = vec![0.0; self.core.nv()];
+        self.core.mbs.difference(from.slice(), to.slice(), &mut out);
+        checked1(py, out)
+    }
+    /// A copy of q (nq,) with each quaternion brought to length 1; a zero one becomes the identity.
+    fn normalize<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array1<'py>> {
+        let (py, q) = (q.py(), self.q(q, "q")?);
+        let mut out = q.slice().to_vec();
+        self.core.mbs.normalize(&mut out);
+        checked1(py, out)
+    }
+    /// dq/dt (nq,) at the rates v (nv,).
+    fn qdot<'py>(&self, q: &Bound<'py, PyAny>, v: &Bound<'py, PyAny>) -> PyResult<Array1<'py>> {
+        let (py, q, v) = (q.py(), self.q(q, "q")?, self.v(v, "v")?);
+        let mut out = vec![0.0; self.core.nq()];
+        self.core.mbs.qdot(q.slice(), v.slice(), &mut out);
+        checked1(py, out)
+    }
+
+    /// A state: kinematics done once, then asked. v: at rest when left out.
+    #[pyo3(signature = (q, v=None))]
+    fn state(&self, q: &Bound<'_, PyAny>, v: Option<&Bound<'_, PyAny>>) -> PyResult<State> {
+        let q = self.q(q, "q")?.slice().to_vec();
+        let v = match v {
+            Some(v) => self.v(v, "v")?.slice().to_vec(),
+            None => vec![0.0; self.core.nv()],
+        };
+        Ok(State::new(self.core.clone(), q, v))
+    }
+
+    fn __repr__(&self) -> String {
+        let m = &self.core.mbs;
+        format!("Mechanism({} bodies, nq={}, nv={})", m.bodies().len(), m.nq(), m.nv())
+    }
+}
+
+/// Some bodies of a mechanism as a mechanism of its own, and how the two correspond.
+#[pyclass(frozen, module = "linkwork")]
+pub struct Subgraph {
+    core: Arc<Core>,
+    base: Option<String>,
+    q: Vec<usize>,
+    v: Vec<usize>,
+}
+
+#[pymethods]
+impl Subgraph {
+    /// The chosen bodies as a mechanism; its world is the frame of `base`.
+    #[getter]
+    fn mechanism(&self) -> Mechanism {
+        Mechanism { core: self.core.clone() }
+    }
+    /// The body of the whole that carries them; None for the world.
+    #[getter]
+    fn base(&self) -> Option<&str> {
+        self.base.as_deref()
+    }
+    /// For each number of the part's q its place in the whole's: `part_q = whole_q[part.q]`.
+    #[getter]
+    fn q(&self) -> Vec<usize> {
+        self.q.clone()
+    }
+    /// For each number of the part's v its place in the whole's.
+    #[getter]
+    fn v(&self) -> Vec<usize> {
+        self.v.clone()
+    }
+    fn __repr__(&self) -> String {
+        let bodies = self.core.mbs.bodies().len();
+        format!("Subgraph({bodies} bodies on {})", self.base.as_deref().unwrap_or("world"))
+    }
+}
+
+/// `name` among `known`, or an error that lists them.
+pub fn choice<T: Copy>(what: &str, name: &str, known: &[(&str, T)]) -> PyResult<T> {
+    known.iter().find(|(n, _)| *n == name).map(|(_, x)| *x).ok_or_else(|| {
+        let names: Vec<&str> = known.iter().map(|k| k.0).collect();
+        refuse_with(format!("`{what}` is \"{name}\""), remedy(name, &format!("{what}s"), &names))
+    })
+}

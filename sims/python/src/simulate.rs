@@ -1,0 +1,203 @@
+//! `Mechanism.simulate`: a small time integration of one mechanism, without parts and wires.
+//!
+//! ```text
+//! rk4                   ẋ = [N(q) v; v̇(t, q, v)], four evaluations a step, quaternions brought to
+//!                       length 1 after each step: order 4
+//! semi_implicit_euler   v += h v̇(t, q, v), then q moved by h v on its manifold: order 1
+//! ```
+use crate::array::{Array1, Array2, Input, out1, out2, vector};
+use crate::core::Core;
+use crate::error::{refuse, refuse_with};
+use crate::mechanism::{Mechanism, choice};
+use linkwork_dynamics::forward_dynamics_given_kinematics;
+use linkwork_multibody::NodeId;
+use linkwork_solvers::Rk4;
+use linkwork_spatial::Force;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Steps between two looks at Ctrl-C.
+const CHUNK: usize = 4096;
+
+#[derive(Clone, Copy)]
+enum Method {
+    Rk4,
+    SemiImplicitEuler,
+}
+
+/// Where the forces come from.
+enum Torque<'py> {
+    None,
+    Constant(Input<'py>),
+    /// One row for each step.
+    Rows(Input<'py>),
+    Call(Bound<'py, PyAny>),
+}
+
+impl<'py> Torque<'py> {
+    fn read(given: Option<&Bound<'py, PyAny>>, nv: usize, steps: usize) -> PyResult<Self> {
+        let Some(given) = given else { return Ok(Torque::None) };
+        if given.is_callable() {
+            return Ok(Torque::Call(given.clone()));
+        }
+        let input = Input::read(given, "torque")?;
+        match *input.shape() {
+            [n] if n == nv => Ok(Torque::Constant(input)),
+            [k, n] if k == steps && n == nv => Ok(Torque::Rows(input)),
+            ref shape => Err(refuse_with(
+                format!("`torque` has the shape {shape:?}"),
+                format!("give ({nv},), or ({steps}, {nv}), or a function of t, q, v"),
+            )),
+        }
+    }
+}
+
+/// A run in progress.
+struct Run<'a> {
+    core: &'a Core,
+    wrenches: &'a [(NodeId, Force)],
+    method: Method,
+    dt: f64,
+    /// q, then v.
+    x: Vec<f64>,
+    xdot: Vec<f64>,
+    rk4: Rk4,
+}
+
+/// Writes the forces at t, q, v; the step is for tables.
+type Forces<'a> = dyn FnMut(usize, f64, &[f64], &[f64], &mut [f64]) -> PyResult<()> + 'a;
+
+impl Run<'_> {
+    /// ẋ at t, x.
+    fn derivative(
+        &self,
+        k: usize,
+        t: f64,
+        x: &[f64],
+        out: &mut [f64],
+        forces: &mut Forces<'_>,
+    ) -> PyResult<()> {
+        let (q, v) = x.split_at(self.core.nq());
+        let mut tau = vec![0.0; v.len()];
+        forces(k, t, q, v, &mut tau)?;
+        let (qdot, vdot) = out.split_at_mut(q.len());
+        self.core.mbs.qdot(q, v, qdot);
+        vdot.fill(0.0);
+        let mut ws = self.core.workspace();
+        self.core.load(&mut ws, q, v, self.wrenches);
+        let result = forward_dynamics_given_kinematics(&self.core.tree, &mut ws, &mut tau, vdot);
+        self.core.give_back(ws);
+        result.map_err(|e| refuse(format!("t = {t} s: {e}")))
+    }
+
+    fn step(&mut self, k: usize, forces: &mut Forces<'_>) -> PyResult<()> {
+        let (t, nq) = (k as f64 * self.dt, self.core.nq());
+        let mut xdot = std::mem::take(&mut self.xdot);
+        let mut result = self.derivative(k, t, &self.x, &mut xdot, forces);
+        if result.is_ok() {
+            match self.method {
+                Method::Rk4 => {
+                    let mut x = std::mem::take(&mut self.x);
+                    let mut rk4 = std::mem::replace(&mut self.rk4, Rk4::new(0));
+                    rk4.step(t, self.dt, &mut x, &xdot, |t, x, out| {
+                        if result.is_ok() {
+                            result = self.derivative(k, t, x, out, forces);
+                        }
+                    });
+                    self.core.mbs.normalize(&mut x[..nq]);
+                    (self.x, self.rk4) = (x, rk4);
+                }
+                Method::SemiImplicitEuler => {
+                    let (q, v) = self.x.split_at_mut(nq);
+                    linkwork_solvers::add(v, self.dt, &xdot[nq..]);
+                    let dv: Vec<f64> = v.iter().map(|v| v * self.dt).collect();
+                    let from = q.to_vec();
+                    self.core.mbs.integrate(&from, &dv, q);
+                }
+            }
+        }
+        self.xdot = xdot;
+        result?;
+        if self.x.iter().all(|x| x.is_finite()) {
+            return Ok(());
+        }
+        Err(refuse_with(
+            format!("t = {} s: the state is no number any more", t + self.dt),
+            "take a smaller dt, and look at the torques",
+        ))
+    }
+}
+
+#[pymethods]
+impl Mechanism {
+    /// Trajectories (t, q, v) of shapes (steps + 1,), (steps + 1, nq), (steps + 1, nv), from
+    /// q (nq,) and v (nv,) at t = 0 in steps of dt (s).
+    ///
+    /// torque: None; (nv,) constant; (steps, nv) one row a step; or a function of (t, q, v) that
+    /// gives (nv,), called at each evaluation (four a step with "rk4"). integrator: "rk4" or
+    /// "semi_implicit_euler". wrenches: {frame: (6,)}, constant, world axes. Prescribed
+    /// coordinates keep their rates.
+    #[pyo3(signature = (q, v, dt, steps, *, torque=None, integrator="rk4", wrenches=None))]
+    fn simulate<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        dt: f64,
+        steps: usize,
+        torque: Option<&Bound<'py, PyAny>>,
+        integrator: &str,
+        wrenches: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<(Array1<'py>, Array2<'py>, Array2<'py>)> {
+        let (core, nq, nv) = (&*self.core, self.core.nq(), self.core.nv());
+        if !(dt.is_finite() && dt > 0.0) {
+            return Err(refuse_with(format!("`dt` is {dt}"), "give a step above zero, in s"));
+        }
+        let known = [("rk4", Method::Rk4), ("semi_implicit_euler", Method::SemiImplicitEuler)];
+        let method = choice("integrator", integrator, &known)?;
+        let (q, v) = (vector(q, nq, "q")?, vector(v, nv, "v")?);
+        let torque = Torque::read(torque, nv, steps)?;
+        let wrenches = core.wrenches(wrenches)?;
+        let x = [q.slice(), v.slice()].concat();
+        let (xdot, rk4) = (vec![0.0; nq + nv], Rk4::new(nq + nv));
+        let mut run = Run { core, wrenches: &wrenches, method, dt, x, xdot, rk4 };
+        let (mut qs, mut vs) = (q.slice().to_vec(), v.slice().to_vec());
+        qs.reserve(steps * nq);
+        vs.reserve(steps * nv);
+        for begin in (0..steps).step_by(CHUNK) {
+            py.check_signals()?;
+            let chunk = begin..(begin + CHUNK).min(steps);
+            let mut go = |forces: &mut Forces<'_>| -> PyResult<()> {
+                for k in chunk.clone() {
+                    run.step(k, forces)?;
+                    qs.extend_from_slice(&run.x[..nq]);
+                    vs.extend_from_slice(&run.x[nq..]);
+                }
+                Ok(())
+            };
+            match &torque {
+                Torque::None => py.detach(|| go(&mut |_, _, _, _, _| Ok(()))),
+                Torque::Constant(c) => {
+                    let c = c.slice();
+                    py.detach(|| go(&mut |_, _, _, _, tau| fill(tau, c)))
+                }
+                Torque::Rows(rows) => {
+                    let rows = rows.slice();
+                    py.detach(|| go(&mut |k, _, _, _, tau| fill(tau, &rows[k * nv..(k + 1) * nv])))
+                }
+                Torque::Call(f) => go(&mut |_, t, q, v, tau| {
+                    let state = (t, PyArray1::from_slice(py, q), PyArray1::from_slice(py, v));
+                    fill(tau, vector(&f.call1(state)?, nv, "torque(t, q, v)")?.slice())
+                }),
+            }?;
+        }
+        let t = (0..=steps).map(|k| k as f64 * dt).collect();
+        Ok((out1(py, t), out2(py, qs, steps + 1, nq)?, out2(py, vs, steps + 1, nv)?))
+    }
+}
+
+fn fill(tau: &mut [f64], from: &[f64]) -> PyResult<()> {
+    tau.copy_from_slice(from);
+    Ok(())
+}

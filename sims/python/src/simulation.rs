@@ -1,0 +1,515 @@
+//! `Simulation`: a run of a RON simulation; variables by path, callbacks, logs, checkpoints.
+use crate::array::{Array1, Input, out1};
+use crate::core::{Core, GRAVITY, lock};
+use crate::error::{no_variable, refuse, refuse_with, run_failed};
+use crate::files::{self, Ready};
+use crate::log::{Filling, Log, Rows, Schedule};
+use crate::mechanism::Mechanism;
+use crate::running::{Goal, Pause, Running};
+use crate::values::{Variable, object, overrides, period, seconds};
+use linkwork_assembly::{LogRule, Text, match_patterns};
+use linkwork_record::LogSpec;
+use linkwork_runtime::{self as runtime, Checkpoint, Origin, Place, Plan, PortKind, Role, Seconds};
+use linkwork_runtime::{Tap, Value, remedy};
+use pyo3::gc::{PyTraverseError, PyVisit};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+
+/// A run of a simulation in RON. It begins at t = 0 with the work of the first tick done.
+///
+/// path: a sim.ron or its folder. overrides: {path: value} of parameters and settings, as
+/// `--set` on the command line. seed: replaces the file's. until: when `run()` stops, replaces
+/// the file's; s, or a text such as "2 min".
+/// Raises LinkworkError with every mistake, each with its place.
+#[pyclass(frozen, module = "linkwork")]
+pub struct Simulation {
+    plan: Arc<Plan>,
+    configuration: String,
+    rules: Vec<LogRule>,
+    until: Option<Seconds>,
+    stop_when: Option<Place>,
+    running: Mutex<Running>,
+    busy: AtomicBool,
+    /// Threads that wait for a turn while the run steps.
+    waiting: AtomicUsize,
+}
+
+/// Ends the run's claim on the simulation, however it ends.
+struct Busy<'a>(&'a AtomicBool);
+
+impl Drop for Busy<'_> {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::SeqCst);
+    }
+}
+
+impl Simulation {
+    fn from_ready(ready: Ready, until: Option<Seconds>) -> PyResult<Self> {
+        let file = ready.loaded.simulation;
+        let stop_when = match &file.stop_when {
+            Some(text) => Some(ready.plan.variable(&text.text).map_err(|e| no_variable(&e))?.place),
+            None => None,
+        };
+        let plan = Arc::new(ready.plan);
+        let sim = runtime::Simulation::new(plan.clone());
+        Ok(Self {
+            plan,
+            configuration: ready.loaded.resolved,
+            rules: file.log,
+            until: until.or(file.until),
+            stop_when,
+            running: Mutex::new(Running::new(sim)),
+            busy: AtomicBool::new(false),
+            waiting: AtomicUsize::new(0),
+        })
+    }
+
+    /// Does something with the run; other threads go on while this waits for its turn.
+    fn with<R: Send>(&self, py: Python<'_>, f: impl FnOnce(&mut Running) -> R + Send) -> R {
+        py.detach(|| {
+            self.waiting.fetch_add(1, Ordering::SeqCst);
+            let mut running = lock(&self.running);
+            self.waiting.fetch_sub(1, Ordering::SeqCst);
+            f(&mut running)
+        })
+    }
+
+    fn claim(&self) -> PyResult<Busy<'_>> {
+        if self.busy.swap(true, Ordering::SeqCst) {
+            return Err(refuse_with(
+                "the simulation is already running",
+                "a callback may read and set variables, but not advance the run",
+            ));
+        }
+        Ok(Busy(&self.busy))
+    }
+
+    fn advance(slf: &Bound<'_, Self>, mut goal: Goal) -> PyResult<()> {
+        let (py, this) = (slf.py(), slf.get());
+        let _busy = this.claim()?;
+        loop {
+            py.check_signals()?;
+            let pause = py.detach(|| {
+                // The lock is not fair: those who wait go first, as long as they come soon.
+                for _ in 0..1000 {
+                    if this.waiting.load(Ordering::SeqCst) == 0 {
+                        break;
+                    }
+                    std::thread::yield_now();
+                }
+                lock(&this.running).go(&mut goal)
+            });
+            match pause {
+                Pause::Done => return Ok(()),
+                Pause::Chunk => {}
+                Pause::Failed(e) => return Err(run_failed(&e)),
+                Pause::Recording(e) => {
+                    return Err(refuse_with(e, "the run can go on without the recording"));
+                }
+                Pause::Calls(due) => {
+                    let functions: Vec<Py<PyAny>> = {
+                        let running = lock(&this.running);
+                        due.iter().map(|k| running.calls[*k].1.clone_ref(py)).collect()
+                    };
+                    for f in functions {
+                        f.call1(py, (slf,))?;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The places of `path`: one variable, or the lanes of a vector.
+    fn places(&self, path: &str) -> PyResult<Vec<String>> {
+        if self.plan.variables.contains_key(path) {
+            return Ok(vec![path.to_string()]);
+        }
+        let lane = |name: &str| {
+            let rest = name.strip_prefix(path)?;
+            let inside = |r: &str| r.strip_suffix(']').and_then(|r| r.parse::<usize>().ok());
+            match rest.strip_prefix('[') {
+                Some(index) => inside(index),
+                None => ["x", "y", "z", "w"].iter().position(|c| rest.strip_prefix('.') == Some(c)),
+            }
+        };
+        let mut lanes: Vec<(usize, &String)> =
+            self.plan.variables.keys().filter_map(|n| Some((lane(n)?, n))).collect();
+        lanes.sort();
+        if lanes.is_empty() {
+            Err(self.unknown(path))
+        } else {
+            Ok(lanes.into_iter().map(|l| l.1.clone()).collect())
+        }
+    }
+
+    /// Says that a variable does not exist, or that it is a parameter.
+    fn unknown(&self, path: &str) -> PyErr {
+        if let Some((part, name)) = path.rsplit_once('.')
+            && let Some(p) = self.plan.parts.iter().find(|p| p.path == part)
+            && let Value::Map(params) = p.prototype.params()
+            && params.iter().any(|(key, _)| key == name)
+        {
+            return refuse_with(
+                format!("`{path}` is a parameter: it is fixed when the simulation is loaded"),
+                format!(
+                    "set it with Simulation(.., overrides={{\"{path}\": value}}), read it with parameters(\"{part}\")"
+                ),
+            );
+        }
+        match self.plan.variable(path) {
+            Err(e) => no_variable(&e),
+            Ok(_) => refuse(format!("`{path}` has no lanes")),
+        }
+    }
+
+    fn matching(&self, patterns: &[String]) -> PyResult<Vec<String>> {
+        let names: Vec<&str> = self.plan.variables.keys().map(String::as_str).collect();
+        let texts: Vec<Text> =
+            patterns.iter().map(|p| Text { text: p.clone(), origin: Origin::NONE }).collect();
+        let found = match_patterns(&texts, &names).map_err(|faults| {
+            refuse(linkwork_assembly::show_faults(
+                &faults,
+                &runtime::Sources::default(),
+                linkwork_assembly::Look::Plain,
+            ))
+        })?;
+        Ok(found.into_iter().map(|k| names[k].to_string()).collect())
+    }
+}
+
+#[pymethods]
+impl Simulation {
+    #[new]
+    #[pyo3(signature = (path, overrides=None, *, seed=None, until=None))]
+    fn new(
+        py: Python<'_>,
+        path: PathBuf,
+        overrides: Option<&Bound<'_, PyDict>>,
+        seed: Option<u64>,
+        until: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let set = self::overrides(overrides)?;
+        let until = until.map(|u| seconds(u, "until")).transpose()?;
+        let ready = py.detach(|| files::simulation(&path, &set, seed)).map_err(refuse)?;
+        Self::from_ready(ready, until)
+    }
+
+    /// A run as it was when `save` (or the command line) wrote the checkpoint; it goes on to the
+    /// same bits. The checkpoint holds the whole configuration: no other file is needed.
+    #[staticmethod]
+    #[pyo3(signature = (path, *, until=None))]
+    fn resume(py: Python<'_>, path: PathBuf, until: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let until = until.map(|u| seconds(u, "until")).transpose()?;
+        let read = || {
+            let checkpoint = Checkpoint::read(&path).map_err(|e| {
+                format!("{e}\n  help: give a .lwck file that `save` or `linkwork run` wrote, whole")
+            })?;
+            let ready = files::simulation_text("checkpoint.ron", &checkpoint.configuration)?;
+            Ok((checkpoint, ready))
+        };
+        let (checkpoint, ready) = py.detach(read).map_err(|e: String| refuse(e))?;
+        let this = Self::from_ready(ready, until)?;
+        this.with(py, |r| r.sim.restore(&checkpoint)).map_err(refuse)?;
+        Ok(this)
+    }
+
+    /// Writes a checkpoint (.lwck) from which `resume`, or `linkwork resume`, goes on.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let write =
+            |r: &mut Running| r.sim.checkpoint(&self.configuration).and_then(|c| c.write(&path));
+        self.with(py, write).map_err(refuse)
+    }
+
+    /// Another run from the present state on, without this one's logs and callbacks.
+    fn fork(&self, py: Python<'_>) -> Self {
+        Self {
+            plan: self.plan.clone(),
+            configuration: self.configuration.clone(),
+            rules: self.rules.clone(),
+            until: self.until,
+            stop_when: self.stop_when,
+            running: Mutex::new(Running::new(self.with(py, |r| r.sim.fork()))),
+            busy: AtomicBool::new(false),
+            waiting: AtomicUsize::new(0),
+        }
+    }
+
+    /// Simulated time, s.
+    #[getter]
+    fn time(&self, py: Python<'_>) -> f64 {
+        self.with(py, |r| r.sim.time())
+    }
+    /// Integration step, s.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.plan.step.seconds()
+    }
+    /// When `run()` stops, s; None when nothing says so.
+    #[getter]
+    fn until(&self) -> Option<f64> {
+        self.until.map(Seconds::seconds)
+    }
+    /// Seed of all noise.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.plan.seed
+    }
+    /// Hash of the state: equal hashes, equal bits. As in summary.json of the command line.
+    #[getter]
+    fn state_hash(&self, py: Python<'_>) -> String {
+        self.with(py, |r| format!("{:016x}", r.sim.hash()))
+    }
+    /// The whole configuration as one RON text that needs no other file.
+    #[getter]
+    fn configuration(&self) -> &str {
+        &self.configuration
+    }
+
+    /// Takes n steps.
+    #[pyo3(signature = (n=1))]
+    fn step(slf: &Bound<'_, Self>, n: u64) -> PyResult<()> {
+        Self::advance(slf, Goal { steps: Some(n), ..Goal::default() })
+    }
+    /// Runs to the first tick at or after t (s, or a text such as "2 min"). Cutting a run into
+    /// pieces changes no bit of it. Raises LinkworkError when a state is no number any more.
+    fn run_until(slf: &Bound<'_, Self>, t: &Bound<'_, PyAny>) -> PyResult<()> {
+        let until = Some(seconds(t, "t")?);
+        Self::advance(slf, Goal { until, ..Goal::default() })
+    }
+    /// Runs to `until`, or to when the file's `stop_when` is true.
+    fn run(slf: &Bound<'_, Self>) -> PyResult<()> {
+        let this = slf.get();
+        if this.until.is_none() && this.stop_when.is_none() {
+            return Err(refuse_with(
+                "nothing says when to stop",
+                "give until=.., write `until` in the file, or call run_until(t)",
+            ));
+        }
+        Self::advance(slf, Goal { until: this.until, stop_when: this.stop_when, steps: None })
+    }
+
+    /// Calls `function(simulation)` rate times a second: at the first tick at or after each
+    /// multiple of 1/rate, before the rows of that tick are logged. It may read and set variables.
+    /// An exception ends the run at that tick.
+    fn at(&self, py: Python<'_>, rate: f64, function: Py<PyAny>) -> PyResult<()> {
+        self.call(py, period(rate)?, function)
+    }
+    /// The same every so many seconds (or a text such as "20 ms").
+    fn every(
+        &self,
+        py: Python<'_>,
+        seconds: &Bound<'_, PyAny>,
+        function: Py<PyAny>,
+    ) -> PyResult<()> {
+        let period = self::seconds(seconds, "seconds")?;
+        if period.num == 0 {
+            return Err(refuse_with("`seconds` is 0", "give a time above zero, or use step()"));
+        }
+        self.call(py, period, function)
+    }
+
+    /// A log of the variables that match the patterns (`*` one segment, `**` any number), from
+    /// now on: rate rows a second, or one each step.
+    #[pyo3(signature = (channels, rate=None))]
+    fn log(&self, py: Python<'_>, channels: Vec<String>, rate: Option<f64>) -> PyResult<Log> {
+        let names = self.matching(&channels)?;
+        let period = rate.map(period).transpose()?;
+        let rows = Rows { t: Vec::new(), columns: vec![Vec::new(); names.len()] };
+        let rows = Arc::new(Mutex::new(rows));
+        let variables: Vec<&runtime::Variable> =
+            names.iter().map(|n| &self.plan.variables[n]).collect();
+        let filling =
+            Filling { places: variables.iter().map(|v| v.place).collect(), rows: rows.clone() };
+        self.with(py, |r| {
+            let schedule = period.map(|p| Schedule::new(&r.sim, p));
+            r.logs.push((schedule, filling));
+            r.sample_again();
+        });
+        let units = variables.iter().map(|v| v.unit.clone()).collect();
+        Ok(Log { names, units, rows })
+    }
+
+    /// Records into an MCAP file until `stop_recording`: the variables that match the patterns
+    /// at rate rows a second (one each step when left out), or what the file's `log` says; and
+    /// the poses of all bodies. Read it with read_log, Rerun, Foxglove, PlotJuggler.
+    #[pyo3(signature = (path, channels=None, rate=None))]
+    fn record(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        channels: Option<Vec<String>>,
+        rate: Option<f64>,
+    ) -> PyResult<()> {
+        let step = self.plan.step;
+        let chosen = match channels {
+            Some(channels) => {
+                vec![(rate.map_or(Ok(step), period)?, self.matching(&channels)?)]
+            }
+            None => {
+                let rule = |r: &LogRule| {
+                    let channels: Vec<String> = r.channels.iter().map(|c| c.text.clone()).collect();
+                    Ok((r.rate.unwrap_or(step), self.matching(&channels)?))
+                };
+                self.rules.iter().map(rule).collect::<PyResult<_>>()?
+            }
+        };
+        let spec = LogSpec {
+            groups: chosen,
+            transforms: Some(Seconds { num: 1, den: 20 }),
+            configuration: self.configuration.clone(),
+            about: [("program".to_string(), "the Python package".to_string())].into(),
+        };
+        let open = |r: &mut Running| {
+            if r.tap.is_some() {
+                return Err("a recording is under way\n  help: call stop_recording() first".into());
+            }
+            let (log, groups) = linkwork_record::Log::create(&path, &self.plan, &spec)
+                .map_err(|e| e.to_string())?;
+            let tap = Tap::start(&r.sim, groups, 256, Box::new(log));
+            r.tap = Some(tap.map_err(|e| e.to_string())?);
+            r.sample_again();
+            Ok(())
+        };
+        self.with(py, open).map_err(|e: String| refuse(e))
+    }
+    /// Ends the recording: the file is whole when this returns. Nothing happens without one.
+    fn stop_recording(&self, py: Python<'_>) -> PyResult<()> {
+        self.with(py, |r| r.tap.take().map_or(Ok(()), Tap::finish)).map_err(refuse)
+    }
+
+    /// The value of a variable, in its unit: a float, or a bool for truth values. The path of a
+    /// vector ("…velocity" of "…velocity.x") gives an array of its lanes.
+    fn __getitem__<'py>(&self, py: Python<'py>, path: &str) -> PyResult<Bound<'py, PyAny>> {
+        let names = self.places(path)?;
+        let places: Vec<Place> = names.iter().map(|n| self.plan.variables[n].place).collect();
+        let values = self.with(py, |r| places.iter().map(|p| r.sim.value(*p)).collect::<Vec<_>>());
+        let [name] = &names[..] else { return Ok(out1(py, values).into_any()) };
+        if name != path {
+            return Ok(out1(py, values).into_any());
+        }
+        Ok(match self.plan.variables[name].kind {
+            PortKind::Bool => PyBool::new(py, values[0] > 0.5).to_owned().into_any(),
+            _ => PyFloat::new(py, values[0]).into_any(),
+        })
+    }
+    /// Sets a state, or an input without a wire, from the present tick on; a vector from an array.
+    fn __setitem__(&self, py: Python<'_>, path: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let names = self.places(path)?;
+        let single = names.len() == 1 && names[0] == path;
+        let values = if single {
+            let not_a_number = |_| {
+                refuse_with(format!("`{path}` cannot be set to {value}"), "give a finite number")
+            };
+            vec![value.extract::<f64>().map_err(not_a_number)?]
+        } else {
+            Input::read(value, path)?.slice().to_vec()
+        };
+        if values.len() != names.len() {
+            return Err(refuse_with(
+                format!("`{path}` has {} numbers, not {}", names.len(), values.len()),
+                format!("give an array of the shape ({},)", names.len()),
+            ));
+        }
+        let set = |r: &mut Running| {
+            names.iter().zip(&values).try_for_each(|(name, x)| r.sim.set(name, *x))
+        };
+        self.with(py, set).map_err(|e| no_variable(&e))
+    }
+    fn __contains__(&self, path: &str) -> bool {
+        self.plan.variables.contains_key(path)
+    }
+
+    /// Every variable that matches a pattern, {path: Variable}, with unit and meaning.
+    #[pyo3(signature = (pattern="**"))]
+    fn variables<'py>(&self, py: Python<'py>, pattern: &str) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for path in self.matching(&[pattern.to_string()])? {
+            let v = &self.plan.variables[&path];
+            let role = match v.role {
+                Role::State => "state",
+                Role::Output => "output",
+                Role::Free => "input",
+                Role::Input => "wired input",
+            };
+            let (unit, doc, part) = (v.unit.clone(), v.doc.clone(), v.part.clone());
+            let variable = Variable { path: path.clone(), unit, doc, role, part };
+            all.set_item(path, Py::new(py, variable)?)?;
+        }
+        Ok(all)
+    }
+    /// Paths of the parts that have a model.
+    #[getter]
+    fn parts(&self) -> Vec<&str> {
+        self.plan.parts.iter().map(|p| p.path.as_str()).collect()
+    }
+    /// The parameters of a part, as resolved: {name: value}, SI units.
+    fn parameters<'py>(&self, py: Python<'py>, part: &str) -> PyResult<Bound<'py, PyAny>> {
+        let found = self.plan.parts.iter().find(|p| p.path == part).ok_or_else(|| {
+            let help = remedy(part, "parts", &self.parts());
+            refuse_with(format!("there is no part `{part}`"), help)
+        })?;
+        object(py, found.prototype.params())
+    }
+
+    /// The mechanism; its q and v are this simulation's.
+    #[getter]
+    fn mechanism(&self) -> PyResult<Mechanism> {
+        let m = self.plan.mechanism.as_ref().ok_or_else(no_mechanism)?;
+        let gravity = m.uniform.unwrap_or(GRAVITY);
+        Ok(Mechanism { core: Arc::new(Core::new((*m.multibody).clone(), gravity)?) })
+    }
+    /// Configuration of the mechanism now (nq,), a copy.
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
+        let m = self.plan.mechanism.as_ref().ok_or_else(no_mechanism)?;
+        let at = m.wiring.x..m.wiring.x + m.multibody.nq();
+        Ok(out1(py, self.with(py, |r| r.sim.state().x[at].to_vec())))
+    }
+    /// Velocity of the mechanism now (nv,), a copy.
+    #[getter]
+    fn v<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
+        let m = self.plan.mechanism.as_ref().ok_or_else(no_mechanism)?;
+        let at = m.wiring.x + m.multibody.nq();
+        let at = at..at + m.multibody.nv();
+        Ok(out1(py, self.with(py, |r| r.sim.state().x[at].to_vec())))
+    }
+
+    /// Callbacks often hold the simulation that holds them: the garbage collector may see that.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        // A simulation that steps just now is in use, and is left alone.
+        let Ok(running) = self.running.try_lock() else { return Ok(()) };
+        running.calls.iter().try_for_each(|(_, f)| visit.call(f))
+    }
+    fn __clear__(&self) {
+        let calls = std::mem::take(&mut lock(&self.running).calls);
+        drop(calls);
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let (parts, t) = (self.plan.parts.len(), self.time(py));
+        format!("Simulation({parts} parts, {} variables, t = {t} s)", self.plan.variables.len())
+    }
+}
+
+fn no_mechanism() -> PyErr {
+    refuse_with("the simulation has no mechanism", "give it bodies")
+}
+
+impl Simulation {
+    fn call(&self, py: Python<'_>, period: Seconds, function: Py<PyAny>) -> PyResult<()> {
+        if !function.bind(py).is_callable() {
+            return Err(refuse_with(
+                "`function` cannot be called",
+                "give a function of one argument",
+            ));
+        }
+        self.with(py, |r| {
+            let schedule = Schedule::new(&r.sim, period);
+            r.calls.push((schedule, function));
+        });
+        Ok(())
+    }
+}

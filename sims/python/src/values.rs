@@ -1,0 +1,117 @@
+//! Values of a simulation: overrides from Python into RON, resolved parameters back to Python,
+//! what a variable is.
+use crate::error::{refuse, refuse_with};
+use linkwork_runtime::{Seconds, Value};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
+
+/// `PATH=VALUE` for each entry.
+pub fn overrides(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<String>> {
+    let Some(given) = given else { return Ok(Vec::new()) };
+    let one = |(path, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        let path: String = path.extract()?;
+        let text = match value.cast::<PyString>() {
+            Ok(text) => text.to_string(),
+            Err(_) => ron(&value, &path)?,
+        };
+        Ok(format!("{path}={text}"))
+    };
+    given.iter().map(one).collect()
+}
+
+/// A number, truth value, text, list or array as RON.
+fn ron(value: &Bound<'_, PyAny>, path: &str) -> PyResult<String> {
+    if let Ok(b) = value.cast::<PyBool>() {
+        return Ok(b.is_true().to_string());
+    }
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(format!("{:?}", text.to_string()));
+    }
+    if value.is_instance_of::<PyInt>() {
+        return Ok(value.str()?.to_string());
+    }
+    if value.hasattr("__len__")? {
+        let items: Vec<Bound<'_, PyAny>> = value.try_iter()?.collect::<PyResult<_>>()?;
+        let items: Vec<String> = items.iter().map(|i| ron(i, path)).collect::<PyResult<_>>()?;
+        return Ok(format!("[{}]", items.join(", ")));
+    }
+    match value.extract::<f64>() {
+        Ok(x) if x.is_finite() => Ok(format!("{x:?}")),
+        _ => Err(refuse_with(
+            format!("the override of `{path}` is {}", value.repr()?),
+            "give a number, a text such as \"0.7 ohm\", True, False, or a list of these",
+        )),
+    }
+}
+
+/// A resolved value as a Python object; `Name(..)` becomes {"Name": ..}.
+pub fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match value {
+        Value::Null => py.None().into_bound(py),
+        Value::Bool(b) => PyBool::new(py, *b).to_owned().into_any(),
+        Value::Number(x) => PyFloat::new(py, *x).into_any(),
+        Value::Text(text) => PyString::new(py, text).into_any(),
+        Value::List(items) => {
+            let items: Vec<_> =
+                items.iter().map(|i| object(py, &i.value)).collect::<PyResult<_>>()?;
+            PyList::new(py, items)?.into_any()
+        }
+        Value::Map(entries) => {
+            let map = PyDict::new(py);
+            for (key, item) in entries {
+                map.set_item(key, object(py, &item.value)?)?;
+            }
+            map.into_any()
+        }
+        Value::Variant(name, inner) if inner.value == Value::Null => {
+            PyString::new(py, name).into_any()
+        }
+        Value::Variant(name, inner) => {
+            let map = PyDict::new(py);
+            map.set_item(name, object(py, &inner.value)?)?;
+            map.into_any()
+        }
+    })
+}
+
+/// A time: seconds, or a text such as "20 s" or "2 min".
+pub fn seconds(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Seconds> {
+    let read = match (given.extract::<f64>(), given.extract::<String>()) {
+        (Ok(x), _) => Seconds::from_decimal(x),
+        // A rate is no time here: "2 Hz" would mean half a second.
+        (_, Ok(text)) if !text.contains("Hz") => Seconds::period(&Value::Text(text)).ok(),
+        _ => None,
+    };
+    let shown = given.repr()?;
+    read.ok_or_else(|| {
+        refuse_with(format!("`{what}` = {shown} is not a time"), "write 20, \"20 s\" or \"2 min\"")
+    })
+}
+
+/// The period of a rate in Hz.
+pub fn period(rate: f64) -> PyResult<Seconds> {
+    let period = Seconds::from_decimal(rate).and_then(Seconds::inverse);
+    period.ok_or_else(|| refuse(format!("`rate` is {rate}\n  help: give a rate above zero, in Hz")))
+}
+
+/// A variable of a simulation.
+#[pyclass(frozen, get_all, module = "linkwork")]
+pub struct Variable {
+    /// Its path.
+    pub path: String,
+    /// Its unit, as in its model; "" for none.
+    pub unit: String,
+    /// What it means.
+    pub doc: String,
+    /// "state", "output", "input" (without a wire: may be set) or "wired input".
+    pub role: &'static str,
+    /// The part that owns it.
+    pub part: String,
+}
+
+#[pymethods]
+impl Variable {
+    fn __repr__(&self) -> String {
+        format!("Variable(\"{}\", \"{}\", {})", self.path, self.unit, self.role)
+    }
+}

@@ -1,0 +1,94 @@
+"""What the tests share: the source tree, the reference robots, random mechanisms."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import linkwork as lw
+
+SOURCE = Path(os.environ.get("LINKWORK_SOURCE", Path(__file__).resolve().parents[3]))
+ROBOTS = SOURCE.parent / "shared" / "reference" / "robots"
+
+
+@pytest.fixture
+def at_source(monkeypatch):
+    """In the source tree, where `sims/...` and `assemblies` are found."""
+    monkeypatch.chdir(SOURCE)
+    return SOURCE
+
+
+def robot(name):
+    """Pinocchio's values for a robot, or a skip."""
+    path = ROBOTS / f"{name}.json"
+    if not path.exists():
+        pytest.skip(f"reference data are not at hand: {path.name}")
+    return json.loads(path.read_text())
+
+
+def rotation(axis, angle):
+    """Rodrigues' formula."""
+    x, y, z = np.asarray(axis) / np.linalg.norm(axis)
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+
+
+def matrix_of(quaternion):
+    """Rotation matrix of [x y z w]."""
+    *u, w = quaternion
+    x, y, z = u
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + 2 * w * K + 2 * K @ K
+
+
+def random_mechanism(seed, bodies=7, floating=False, prescribed=False):
+    """A branching tree with every kind of hinge, and a node on each body."""
+    r = np.random.default_rng(seed)
+
+    def some(n):
+        return r.uniform(0.1, 1.0, n) * r.choice([-1.0, 1.0], n)
+
+    def hinge(first):
+        if first and floating:
+            return lw.Hinge.free()
+        kinds = [
+            lambda: lw.Hinge.pin(some(3)),
+            lambda: lw.Hinge.slider(some(3)),
+            lambda: lw.Hinge.screw(some(3), 0.3),
+            lambda: lw.Hinge.ball(),
+            lambda: lw.Hinge.universal(some(3), some(3)),
+            lambda: lw.Hinge.planar(),
+        ]
+        made = kinds[r.integers(len(kinds))]().armature(0.05)
+        return made.prescribed() if prescribed and r.random() < 0.4 else made
+
+    def pose():
+        q = some(4)
+        return np.concatenate([0.5 * some(3), q / np.linalg.norm(q)])
+
+    b = lw.Builder()
+    for i in range(bodies):
+        A = some(9).reshape(3, 3)
+        second = A @ A.T + 0.1 * np.eye(3)
+        b.body(
+            f"b{i}",
+            "world" if i == 0 else f"b{r.integers(max(0, i - 3), i)}",
+            hinge(i == 0),
+            mass=0.5 + abs(some(1)[0]),
+            com=0.3 * some(3),
+            inertia=0.1 * (np.trace(second) * np.eye(3) - second),
+            hinge_in_parent=pose(),
+            hinge_in_body=pose(),
+        )
+        b.node(f"n{i}", f"b{i}", pose())
+    return b.build()
+
+
+def off(a, b):
+    """Largest difference over the largest size; NaN and wrong shapes count as infinite."""
+    a, b = np.asarray(a, float), np.asarray(b, float)
+    if a.shape != b.shape or not np.all(np.isfinite(a - b)):
+        return np.inf
+    return float(np.max(np.abs(a - b), initial=0.0) / max(np.max(np.abs(b), initial=0.0), 1e-300))

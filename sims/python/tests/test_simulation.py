@@ -1,0 +1,263 @@
+"""Simulations from RON: variables, callbacks, logs, recordings, checkpoints; the same bits as Rust."""
+
+import gc
+import json
+import os
+import subprocess
+import threading
+import weakref
+
+import numpy as np
+import pytest
+from conftest import off
+
+import linkwork as lw
+
+pytestmark = pytest.mark.usefixtures("at_source")
+PENDULUM, ROVER = "sims/pendulum", "sims/rover_traverse"
+
+
+def test_a_pendulum_against_an_independent_integration():
+    sim = lw.Simulation(PENDULUM)
+    assert (sim.time, sim.dt, sim.until) == (0.0, 0.001, 20.0)
+    log = sim.log(["bob"], rate=100)
+    sim.run_until(3)
+    # RK4 of the textbook's equation, here.
+    inertia, damping, g = 1.0 + 0.4 * 0.1**2, 0.05, 9.80665
+
+    def f(y):
+        return np.array([y[1], (-g * np.sin(y[0]) - damping * y[1]) / inertia])
+
+    y, h, rows = np.array([np.pi / 3, 0.0]), 0.001, []
+    for k in range(3001):
+        if k % 10 == 0:
+            rows.append(y)
+        k1 = f(y)
+        k2 = f(y + h / 2 * k1)
+        k3 = f(y + h / 2 * k2)
+        k4 = f(y + h * k3)
+        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    want = np.array(rows)
+    assert log.rows == 301 and off(log.t, np.arange(301) / 100) < 1e-15
+    assert off(log["bob.angle"], want[:, 0]) < 1e-12 and off(log["bob.rate"], want[:, 1]) < 1e-12
+    # The same with the mechanism alone.
+    m = sim.mechanism
+    assert off(m.gravity, [0, 0, -9.80665]) == 0.0
+    _, qs, _ = m.simulate([np.pi / 3], [0.0], h, 3000, torque=lambda t, q, v: -damping * v)
+    assert off(qs[::10], want[:, :1]) < 1e-12
+    assert off(sim.q, [sim["bob.angle"]]) == 0.0 and off(sim.v, [sim["bob.rate"]]) == 0.0
+
+
+def test_pieces_logs_callbacks_and_recordings_change_no_bit(tmp_path):
+    def bare():
+        sim = lw.Simulation(ROVER)
+        sim.run_until(1.5)
+        return sim.state_hash
+
+    sim = lw.Simulation(ROVER)
+    seen = []
+    log = sim.log(["Rover.**.normal_force"], rate=50)
+    every = sim.log(["Rover.Hardware.Chassis/chassis.position"])
+    sim.at(10, lambda s: seen.append((s.time, s["Rover.Hardware.Wheels.Wheel1.Motor.shaft_torque"])))
+    sim.record(tmp_path / "run.mcap")
+    for t in (0.1, 0.1234, 0.5):
+        sim.run_until(t)
+    sim.step()
+    sim.step(100)
+    sim.run_until("1.5 s")
+    sim.stop_recording()
+    assert sim.time == 1.5 and sim.state_hash == bare()
+    assert log.rows == 76 and len(log) == 7 and every.rows == 1501
+    assert [t for t, _ in seen] == [k / 10 for k in range(16)]
+    assert set(dict(log)) == set(log.keys()) == {"t", *(k for k in log if k != "t")}
+    assert log.unit("t") == "s" and {log.unit(k) for k in log if k != "t"} == {"N"}
+    assert "Rover.Hardware.Wheels.Wheel3.SurfaceContact.normal_force" in log
+
+    series = lw.read_log(tmp_path / "run.mcap")
+    force = series["Rover.Hardware.Wheels.Wheel3.SurfaceContact.normal_force"]
+    assert force.unit == "N" and force.t.shape == force.y.shape == (31,)
+    fast = log["Rover.Hardware.Wheels.Wheel3.SurfaceContact.normal_force"]
+    common = np.isin(np.round(log.t * 100), np.round(force.t * 100))
+    slow = np.isin(np.round(force.t * 100), np.round(log.t * 100))
+    assert common.sum() > 10 and np.array_equal(fast[common], force.y[slow])
+
+
+def test_the_bits_are_those_of_the_command_line():
+    """Against `linkwork run`, when it is built: the same state after a second."""
+    target = os.environ.get("CARGO_TARGET_DIR", "target")
+    program = os.path.join(target, "release", "linkwork")
+    if not os.path.exists(program):
+        pytest.skip("the command line is not built in release")
+    for sim, until in ((PENDULUM, "3"), (ROVER, "1")):
+        out = os.path.join(target, "python-bits")
+        line = [program, "run", sim, "--until", until, "--out", out, "--no-log", "--save-rrd", "off", "-q"]
+        subprocess.run(line, check=True)
+        with open(os.path.join(out, "summary.json")) as f:
+            want = json.load(f)["state_hash"]
+        here = lw.Simulation(sim)
+        here.run_until(float(until))
+        assert here.state_hash == want, sim
+
+
+def test_a_checkpoint_goes_on_to_the_same_bits(tmp_path):
+    whole = lw.Simulation(ROVER, {"seed": 5})
+    whole.run_until(1.2)
+    first = lw.Simulation(ROVER, seed=5)
+    assert first.seed == 5
+    first.run_until(0.7)
+    fork = first.fork()
+    first.save(tmp_path / "half.lwck")
+    second = lw.Simulation.resume(tmp_path / "half.lwck", until="1.2 s")
+    assert second.time == 0.7 and second.seed == 5
+    second.run()
+    fork.run_until(1.2)
+    assert second.state_hash == fork.state_hash == whole.state_hash
+    assert first.time == 0.7
+    with pytest.raises(lw.LinkworkError, match="not a readable checkpoint"):
+        lw.Simulation.resume("README.md")
+    with pytest.raises(lw.LinkworkError, match="checkpoint"):
+        lw.Simulation.resume(tmp_path / "none.lwck")
+    with pytest.raises(lw.LinkworkError, match="checkpoint"):
+        first.save(tmp_path / "no" / "folder.lwck")
+
+
+def test_variables_are_read_and_set():
+    sim = lw.Simulation(PENDULUM, {"Friction.damping": 0.0})
+    assert sim.parameters("Friction")["damping"] == 0.0
+    sim["bob.angle"] = 0.0
+    sim["bob.rate"] = 1.0
+    energy = 0.5 * sim["bob.rate"] ** 2
+    sim.run_until(0.4)
+    inertia, g = 1.004, 9.80665
+    now = 0.5 * inertia * sim["bob.rate"] ** 2 + g * (1 - np.cos(sim["bob.angle"]))
+    assert abs(now - energy * inertia) < 1e-9
+    v = sim.variables()["bob.rate"]
+    assert (v.unit, v.role, v.part, v.path) == ("rad/s", "state", "bob", "bob.rate") and v.doc
+    assert "bob.rate" in sim and "bob.speed" not in sim
+    assert sim.variables("Friction.**").keys() == {"Friction.shaft.angle", "Friction.shaft.rate", "Friction.torque"}
+    assert sim.parts == ["Friction"]
+
+    rover = lw.Simulation(ROVER)
+    chassis = "Rover.Hardware.Chassis/chassis"
+    p, r = rover[f"{chassis}.position"], rover[f"{chassis}.rotation"]
+    assert p.shape == (3,) and r.shape == (4,) and abs(np.linalg.norm(r) - 1) < 1e-12
+    rover[f"{chassis}.velocity"] = [0.1, 0.0, 0.2]
+    assert list(rover[f"{chassis}.velocity"]) == [0.1, 0.0, 0.2]
+    assert rover["Rover.NavigationSoftware.Follower.done"] is False
+    assert rover.mechanism.nv == 20 and rover.q.shape == (21,)
+
+
+def test_a_controller_in_a_callback():
+    sim = lw.Simulation(PENDULUM)
+
+    def catch(sim):
+        sim["bob.rate"] = 0.5 * sim["bob.rate"]
+
+    sim.every("10 ms", catch)
+    log = sim.log(["bob.angle"])
+    sim.run_until(3)
+    # Halving the rate 100 times a second makes the pendulum creep down.
+    assert 0 < sim["bob.angle"] < log["bob.angle"][0] and np.all(np.diff(log["bob.angle"]) <= 0)
+    # Rows show what the callback has set at their tick.
+    both = lw.Simulation(PENDULUM)
+    both.at(10, lambda s: s.__setitem__("bob.rate", 3.0))
+    rate = both.log(["bob.rate"], rate=10)
+    both.run_until(1)
+    assert np.all(rate["bob.rate"] == 3.0)
+
+
+def test_refusals():
+    sim = lw.Simulation(PENDULUM)
+
+    def setting(path, value):
+        def call():
+            sim[path] = value
+
+        return call
+
+    for call, text in (
+        (lambda: sim["bob.angel"], "did you mean `bob.angle`"),
+        (lambda: sim["Friction.damping"], r"is a parameter: .*\n.*overrides=\{\"Friction.damping\": value\}"),
+        (setting("Friction.damping", 1.0), "is a parameter"),
+        (setting("Friction.torque", 1.0), "is an output"),
+        (setting("Friction.shaft.rate", 1.0), "driven by a wire"),
+        (setting("bob.rate", np.nan), "cannot be set to NaN"),
+        (setting("bob.rate", "fast"), "cannot be set to fast"),
+        (lambda: sim.log(["bob.*x"]), "matches no variable"),
+        (lambda: sim.log(["bob"], rate=0), "`rate` is 0"),
+        (lambda: sim.log(["bob"])["bob.x"], "the log has no `bob.x`"),
+        (lambda: sim.at(-1, print), "`rate` is -1"),
+        (lambda: sim.every(0, print), "`seconds` is 0"),
+        (lambda: sim.every(1, 3), "cannot be called"),
+        (lambda: sim.run_until("2 Hz"), "is not a time"),
+        (lambda: sim.run_until(np.nan), "is not a time"),
+        (lambda: sim.parameters("Frictoin"), "did you mean `Friction`"),
+        (lambda: lw.Simulation("sims/none"), "cannot be read"),
+        (lambda: lw.Simulation(PENDULUM, {"Friction.dampin": 1}), "dampin"),
+        (lambda: lw.Simulation(PENDULUM, {"Friction.damping": "3 kg"}), "damping"),
+        (lambda: lw.Simulation(PENDULUM, {"Friction.damping": None}), "override of `Friction.damping`"),
+        (lambda: lw.Simulation(PENDULUM, {"Friction.damping": np.nan}), "override"),
+        (lambda: lw.read_log("README.md"), "README.md"),
+        (lambda: lw.read_log("none.mcap"), "none.mcap"),
+        (lambda: sim.record("no/folder/run.mcap"), "no/folder"),
+    ):
+        with pytest.raises(lw.LinkworkError, match=text):
+            call()
+    # All mistakes of a file at once, each with its place.
+    with pytest.raises(lw.LinkworkError) as e:
+        lw.Simulation(PENDULUM, {"Friction.dampin": 1, "step": "0 s"})
+    assert "dampin" in str(e.value) and "step is zero" in str(e.value)
+
+
+def test_callbacks_that_fail_or_advance_the_run():
+    sim = lw.Simulation(PENDULUM)
+    sim.at(10, lambda s: 1 / 0 if s.time > 0.25 else None)
+    with pytest.raises(ZeroDivisionError):
+        sim.run_until(1)
+    assert sim.time == 0.3
+    sim.run_until(0.35)
+    nested = lw.Simulation(PENDULUM)
+    nested.at(10, lambda s: s.run_until(5))
+    with pytest.raises(lw.LinkworkError, match="already running"):
+        nested.run_until(1)
+    bad = lw.Simulation(PENDULUM, {"step": "0.5 s", "integrator": "semi_implicit_euler", "Friction.damping": 50})
+    with pytest.raises(lw.LinkworkError, match=r"t = .*: `.*` became"):
+        bad.run_until(1e4)
+
+
+def test_run_stops_when_the_file_says_so():
+    sim = lw.Simulation(PENDULUM, until=0.25)
+    sim.run()
+    assert sim.time == 0.25
+    assert lw.Simulation(PENDULUM, {"until": "3 s"}).until == 3.0
+
+
+def test_two_simulations_run_in_two_threads_and_can_be_read_meanwhile():
+    alone = lw.Simulation(ROVER)
+    alone.run_until(3)
+    sims = [lw.Simulation(ROVER) for _ in range(2)]
+    threads = [threading.Thread(target=s.run_until, args=(3,)) for s in sims]
+    for t in threads:
+        t.start()
+    seen = []
+    while any(t.is_alive() for t in threads):
+        seen.append(sims[0].time)
+    for t in threads:
+        t.join()
+    assert len(seen) > 3 and seen == sorted(seen)
+    assert {s.state_hash for s in sims} == {alone.state_hash}
+
+
+def test_a_simulation_and_its_callback_do_not_keep_each_other_alive():
+    class Witness:
+        pass
+
+    def make():
+        sim, witness = lw.Simulation(PENDULUM), Witness()
+        sim.at(10, lambda s: (sim.time, witness))
+        sim.run_until(0.2)
+        return weakref.ref(witness)
+
+    alive = make()
+    gc.collect()
+    assert alive() is None
