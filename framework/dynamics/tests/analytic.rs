@@ -1,10 +1,11 @@
-//! Analytic wall: double pendulum by hand, Euler's equations, a screw, distance from the origin.
+//! Analytic wall: Euler's equations, a screw, a slider, distance from the origin.
+//! Whole motions are in `closed_forms.rs`.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 mod support;
 
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
-use linkwork_dynamics::spatial::{Force, MassProperties, Mat3, Pose, Vec3};
+use linkwork_dynamics::spatial::{Force, MassProperties, Mat3, Vec3};
 use linkwork_dynamics::*;
 use support::{Rng, Shape, close, random_tree, relative_error};
 
@@ -12,49 +13,6 @@ fn one(body: BodySpec) -> Multibody {
     let mut b = Builder::new();
     b.body(body);
     b.build().unwrap()
-}
-
-#[test]
-fn double_pendulum_by_hand() {
-    // Point masses m1, m2 on massless rods a1, a2 turning about −y, hanging along −z at q = 0;
-    // q2 is relative. Lagrange:
-    //   M11 = (m1+m2) a1² + m2 a2² + 2 m2 a1 a2 c2,  M12 = m2 a2² + m2 a1 a2 c2,  M22 = m2 a2²
-    //   C1 = −m2 a1 a2 s2 (2 u1 u2 + u2²),           C2 = m2 a1 a2 s2 u1²
-    //   G1 = (m1+m2) g a1 s1 + m2 g a2 s12,          G2 = m2 g a2 s12
-    let (m1, m2, a1, a2, g) = (1.3, 0.7, 0.9, 0.6, 9.81);
-    let bob = |m: f64, a: f64| MassProperties::new(m, Vec3::new(0.0, 0.0, -a), Mat3::zeros());
-    let mut b = Builder::new();
-    b.body(BodySpec::new("upper", "world").hinge(Hinge::pin(-Vec3::y())).mass(bob(m1, a1)));
-    b.body(
-        BodySpec::new("lower", "upper")
-            .hinge_in_parent(Pose::translation(0.0, 0.0, -a1))
-            .hinge(Hinge::pin(-Vec3::y()))
-            .mass(bob(m2, a2)),
-    );
-    let tree = Tree::new(&b.build().unwrap());
-    let mut ws = Workspace::new(&tree);
-    let mut r = Rng(8);
-    for _ in 0..20 {
-        let (q, u, mut tau) = (r.vec(2), r.vec(2), r.vec(2));
-        let (s1, s2, c2, s12) = (q[0].sin(), q[1].sin(), q[1].cos(), (q[0] + q[1]).sin());
-        let k = m2 * a1 * a2;
-        let (M11, M12, M22) = (
-            (m1 + m2) * a1 * a1 + m2 * a2 * a2 + 2.0 * k * c2,
-            m2 * a2 * a2 + k * c2,
-            m2 * a2 * a2,
-        );
-        let r1 = tau[0] + k * s2 * (2.0 * u[0] * u[1] + u[1] * u[1])
-            - (m1 + m2) * g * a1 * s1
-            - m2 * g * a2 * s12;
-        let r2 = tau[1] - k * s2 * u[0] * u[0] - m2 * g * a2 * s12;
-        let det = M11 * M22 - M12 * M12;
-        let want = [(M22 * r1 - M12 * r2) / det, (M11 * r2 - M12 * r1) / det];
-        let mut vdot = [0.0; 2];
-        ws.clear_forces();
-        ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -g));
-        forward_dynamics(&tree, &mut ws, &q, &u, &mut tau, &mut vdot).unwrap();
-        close(&vdot, &want, 1e-13, "double pendulum");
-    }
 }
 
 #[test]

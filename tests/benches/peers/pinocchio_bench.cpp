@@ -1,5 +1,9 @@
 // Times Pinocchio's recursive algorithms: nanoseconds per call, the best of several repeats over
-// many random states. Usage: pinocchio_bench joints.txt
+// many random states. Usage: pinocchio_bench joints.txt [--count calls]
+//
+// With --count nothing is timed: each variant of each algorithm runs that many times inside the
+// function `counted`, once to warm up and once more, and its name is printed. Callgrind tells how
+// many instructions each run took (framework/dynamics/benches/counts.rs does this).
 //
 // The mechanism comes as one line a joint, parents first, so that only headers are needed (the
 // parsers are in a library that may have been compiled with another Eigen):
@@ -27,7 +31,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <random>
 #include <string>
 #include <vector>
@@ -54,6 +60,36 @@ double best_ns(F&& call) {
   for (int repeat = 0; repeat < kRepeats; ++repeat) best = std::min(best, pass(loops));
   return 1e9 * best;
 }
+
+// What callgrind collects.
+__attribute__((noinline)) void counted(const std::function<void(int)>& call, int calls) {
+  for (int i = 0; i < calls; ++i) call(i % kStates);
+}
+
+// Times the fastest variant of an algorithm, or lets each be counted.
+struct Measure {
+  int calls = 0;  // 0: time
+
+  template <class... F>
+  void operator()(const char* what, F&&... variants) const {
+    if (calls > 0) {
+      (count(what, variants), ...);
+    } else {
+      say(what, std::min({best_ns(variants)...}));
+    }
+  }
+  // Callgrind dumps what it collected at each return.
+  __attribute__((noinline)) void count(const char* what,
+                                       const std::function<void(int)>& call) const {
+    for (int i = 0; i < calls; ++i) call(i % kStates);
+    counted(call, calls);
+    say(what, calls);
+  }
+  static void say(const char* what, double number) {
+    std::printf("%s %.1f\n", what, number);
+    std::fflush(stdout);
+  }
+};
 
 pin::Model read_model(std::istream& in, std::vector<pin::JointIndex>& feet) {
   pin::Model model;
@@ -102,8 +138,10 @@ pin::Model read_model(std::istream& in, std::vector<pin::JointIndex>& feet) {
 
 int main(int argc, char** argv) {
   std::ifstream file(argc > 1 ? argv[1] : "");
-  if (!file) {
-    std::fprintf(stderr, "usage: %s joints.txt\n", argv[0]);
+  Measure measure;
+  if (argc == 4 && std::string(argv[2]) == "--count") measure.calls = std::atoi(argv[3]);
+  if (!file || (argc != 2 && measure.calls <= 0)) {
+    std::fprintf(stderr, "usage: %s joints.txt [--count calls]\n", argv[0]);
     return 2;
   }
   std::vector<pin::JointIndex> feet;
@@ -123,53 +161,49 @@ int main(int argc, char** argv) {
     v.push_back(vector(model.nv));
     x.push_back(vector(model.nv));
   }
-  const auto best_of = [&](std::initializer_list<double> all) { return std::min(all); };
   const auto local = pin::Convention::LOCAL, world = pin::Convention::WORLD;
 
   double sum = 0.0;
   std::printf("dof %d\n", model.nv);
-  const auto say = [](const char* what, double ns) {
-    std::printf("%s %.1f\n", what, ns);
-    std::fflush(stdout);
-  };
-  say("kinematics", best_ns([&](int i) {
-        pin::forwardKinematics(model, data, q[i], v[i]);
-        sum += data.oMi.back().translation()[0];
-      }));
-  say("inverse", best_ns([&](int i) { sum += pin::rnea(model, data, q[i], v[i], x[i])[0]; }));
-  say("forward",
-      best_of({best_ns([&](int i) { sum += pin::aba(model, data, q[i], v[i], x[i], local)[0]; }),
-               best_ns([&](int i) { sum += pin::aba(model, data, q[i], v[i], x[i], world)[0]; })}));
-  say("mass_matrix",
-      best_of({best_ns([&](int i) { sum += pin::crba(model, data, q[i], local)(0, 0); }),
-               best_ns([&](int i) { sum += pin::crba(model, data, q[i], world)(0, 0); })}));
-  say("inverse_mass",
-      best_ns([&](int i) { sum += pin::computeMinverse(model, data, q[i])(0, 0); }));
+  measure("kinematics", [&](int i) {
+    pin::forwardKinematics(model, data, q[i], v[i]);
+    sum += data.oMi.back().translation()[0];
+  });
+  measure("inverse", [&](int i) { sum += pin::rnea(model, data, q[i], v[i], x[i])[0]; });
+  measure(
+      "forward", [&](int i) { sum += pin::aba(model, data, q[i], v[i], x[i], local)[0]; },
+      [&](int i) { sum += pin::aba(model, data, q[i], v[i], x[i], world)[0]; });
+  measure(
+      "mass_matrix", [&](int i) { sum += pin::crba(model, data, q[i], local)(0, 0); },
+      [&](int i) { sum += pin::crba(model, data, q[i], world)(0, 0); });
+  measure("inverse_mass", [&](int i) { sum += pin::computeMinverse(model, data, q[i])(0, 0); });
   if (!feet.empty()) {
     const pin::JointIndex foot = feet.back();
     const pin::FrameIndex frame = model.getFrameId("foot");
     pin::Data::Matrix6x J = pin::Data::Matrix6x::Zero(6, model.nv);
-    say("jacobian", best_of({best_ns([&](int i) {
-                               pin::computeJointJacobian(model, data, q[i], foot, J);
-                               sum += J(0, 0);
-                             }),
-                             best_ns([&](int i) {
-                               pin::computeFrameJacobian(model, data, q[i], frame,
-                                                         pin::LOCAL_WORLD_ALIGNED, J);
-                               sum += J(0, 0);
-                             })}));
+    measure(
+        "jacobian",
+        [&](int i) {
+          pin::computeJointJacobian(model, data, q[i], foot, J);
+          sum += J(0, 0);
+        },
+        [&](int i) {
+          pin::computeFrameJacobian(model, data, q[i], frame, pin::LOCAL_WORLD_ALIGNED, J);
+          sum += J(0, 0);
+        });
   }
-  say("centroidal",
-      best_of({best_ns([&](int i) { sum += pin::computeCentroidalMap(model, data, q[i])(0, 0); }),
-               best_ns([&](int i) { sum += pin::ccrba(model, data, q[i], v[i])(0, 0); })}));
-  say("d_inverse", best_ns([&](int i) {
-        pin::computeRNEADerivatives(model, data, q[i], v[i], x[i]);
-        sum += data.dtau_dq(0, 0);
-      }));
-  say("d_forward", best_ns([&](int i) {
-        pin::computeABADerivatives(model, data, q[i], v[i], x[i]);
-        sum += data.ddq_dq(0, 0);
-      }));
+  measure(
+      "centroidal",
+      [&](int i) { sum += pin::computeCentroidalMap(model, data, q[i])(0, 0); },
+      [&](int i) { sum += pin::ccrba(model, data, q[i], v[i])(0, 0); });
+  measure("d_inverse", [&](int i) {
+    pin::computeRNEADerivatives(model, data, q[i], v[i], x[i]);
+    sum += data.dtau_dq(0, 0);
+  });
+  measure("d_forward", [&](int i) {
+    pin::computeABADerivatives(model, data, q[i], v[i], x[i]);
+    sum += data.ddq_dq(0, 0);
+  });
   if (!feet.empty()) {
     std::vector<pin::RigidConstraintModel> contacts;
     for (const pin::JointIndex foot : feet)
@@ -181,18 +215,18 @@ int main(int argc, char** argv) {
     const int n = 6 * int(feet.size());
     Eigen::MatrixXd delassus = Eigen::MatrixXd::Zero(n, n);
     const auto inverse = [&](bool pv) {
-      return best_ns([&](int i) {
+      return [&, pv](int i) {
         pin::computeDampedDelassusMatrixInverse(model, constrained, q[i], contacts, contact_data,
                                                 delassus, 1e-6, false, pv);
         sum += delassus(0, 0);
-      });
+      };
     };
-    const double matrix = best_ns([&](int i) {
+    const auto matrix = [&](int i) {
       pin::computeDelassusMatrix(model, constrained, q[i], contacts, contact_data, delassus);
       sum += delassus(0, 0);
-    });
+    };
     // The damped inverse is another product of the same recursion, in case it were cheaper.
-    say("compliance", best_of({matrix, inverse(true), inverse(false)}));
+    measure("compliance", matrix, inverse(true), inverse(false));
   }
   if (!std::isfinite(sum)) std::fprintf(stderr, "not finite\n");
   return 0;
