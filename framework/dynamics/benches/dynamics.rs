@@ -2,7 +2,8 @@
 //!
 //! `LINKWORK_PINOCCHIO_BENCH=path cargo bench -p linkwork-dynamics [-- words]`; the path is the
 //! program that `tests/benches/peers/install.sh` builds; words choose mechanisms by part of their
-//! name. Without the path only our own times are printed. Each figure is the best of 15 repeats over
+//! name, `--markdown` prints the grids of the README as well. Without the path only our own times are
+//! printed. Each figure is the best of 15 repeats over
 //! 64 random states; both sides run the same loop, poses or kinematics included.
 #![allow(non_snake_case)]
 
@@ -35,6 +36,16 @@ const TARGETS: [(&str, f64); 10] = [
     ("compliance", 0.6),
 ];
 const BATCH: f64 = 0.12;
+
+/// One cell: mechanism, algorithm, nanoseconds alone and a state of a batch, the peer's.
+struct Cell {
+    mechanism: &'static str,
+    key: &'static str,
+    target: f64,
+    ns: f64,
+    batch: f64,
+    peer: Option<f64>,
+}
 
 #[derive(Default)]
 struct Times(BTreeMap<&'static str, f64>);
@@ -78,19 +89,62 @@ fn main() {
         "batch",
         "target"
     );
-    let mut missed = Vec::new();
+    let mut cells = Vec::new();
     for (name, mbs) in mechanisms::all() {
         if words.is_empty() || words.iter().any(|w| name.contains(w.as_str())) {
-            table(name, &Tree::new(&mbs), peer.as_deref(), &mut missed);
+            table(name, &Tree::new(&mbs), peer.as_deref(), &mut cells);
         }
     }
     if peer.is_some() {
-        println!("cells beyond their target: {}", missed.len());
-        missed.iter().for_each(|m| println!("  {m}"));
+        report_misses(&cells);
+    }
+    if std::env::args().any(|a| a == "--markdown") {
+        grid(&cells, "one state, ns (× peer)", |c| c.ns, |c| c.target);
+        grid(&cells, "a state of a batch, ns (× peer)", |c| c.batch, |_| BATCH);
     }
 }
 
-fn table(name: &str, tree: &Tree, peer: Option<&Path>, missed: &mut Vec<String>) {
+fn report_misses(cells: &[Cell]) {
+    let mut missed = Vec::new();
+    for c in cells {
+        let Some(p) = c.peer else { continue };
+        for (what, x, target) in [("", c.ns, c.target), (", batch", c.batch, BATCH)] {
+            if x > target * p {
+                let ratio = x / p;
+                missed.push(format!(
+                    "{} {}{what}: {ratio:.2} × (target {target})",
+                    c.mechanism, c.key
+                ));
+            }
+        }
+    }
+    println!("cells beyond their target: {} of {}", missed.len(), 2 * cells.len());
+    missed.iter().for_each(|m| println!("  {m}"));
+}
+
+/// A Markdown table: a row for each algorithm, a column for each mechanism; what misses its target is
+/// in bold.
+fn grid(cells: &[Cell], title: &str, ns: impl Fn(&Cell) -> f64, target: impl Fn(&Cell) -> f64) {
+    let mut names: Vec<&str> = cells.iter().map(|c| c.mechanism).collect();
+    names.dedup();
+    println!("\n| {title} | target | {} |", names.join(" | "));
+    println!("|---|---|{}", "---|".repeat(names.len()));
+    for (key, _) in TARGETS {
+        let row: Vec<&Cell> = cells.iter().filter(|c| c.key == key).collect();
+        let Some(first) = row.first() else { continue };
+        let cell = |name: &&str| {
+            let Some(c) = row.iter().find(|c| c.mechanism == *name) else { return "–".into() };
+            let (x, ratio) = (ns(c), c.peer.map(|p| ns(c) / p));
+            let ratio_text = ratio.map_or("–".into(), |r| format!("{r:.2}"));
+            let text = format!("{x:.0} ({ratio_text})");
+            if ratio.is_some_and(|r| r > target(c)) { format!("**{text}**") } else { text }
+        };
+        let row_text: Vec<String> = names.iter().map(cell).collect();
+        println!("| {key} | {:.2} | {} |", target(first), row_text.join(" | "));
+    }
+}
+
+fn table(name: &'static str, tree: &Tree, peer: Option<&Path>, cells: &mut Vec<Cell>) {
     // Ours on both sides of the peer: the clock of a busy machine drifts.
     let before = ours(tree);
     let theirs = peer.map(|p| run_peer(p, tree)).unwrap_or_default();
@@ -109,13 +163,7 @@ fn table(name: &str, tree: &Tree, peer: Option<&Path>, missed: &mut Vec<String>)
             eight[key],
             ratio(per_state)
         );
-        if let Some(p) = peer {
-            for (what, x, target) in [("", ns, target), (", batch", per_state, BATCH)] {
-                if x > target * p {
-                    missed.push(format!("{name} {key}{what}: {:.2} × (target {target})", x / p));
-                }
-            }
-        }
+        cells.push(Cell { mechanism: name, key, target, ns, batch: per_state, peer });
     }
 }
 

@@ -27,6 +27,7 @@ use crate::lane::Lane;
 use crate::linear::{M3, S3, V3, V6};
 use crate::tree::Tree;
 use crate::work::{Composite, Work, Workspace};
+use std::ops::Sub;
 
 /// Memory for the derivatives of one mechanism: made once.
 #[derive(Clone, Debug)]
@@ -165,9 +166,8 @@ impl<L: Lane> Derivatives<L> {
             let (a, ext) = (pair(|m| &m.a), pair(|m| &m.f_ext));
             let p = C.apply(v);
             let f = C.apply(a) + v.cross_force(p);
-            let carries = block.carries::<L>(at);
-            let f = ext.scale_add(-carries, f);
-            *out = Outboard { C, B: coriolis(&C, v), F: p.f, f };
+            // What stands here for the other dofs of a link is overwritten by its last one.
+            *out = Outboard { C, B: coriolis(&C, v), F: p.f, f: f - ext };
         }
     }
 
@@ -322,6 +322,14 @@ fn coriolis<B: Lane>(C: &Composite<B>, v: V6<B>) -> M3<B> {
         x: column(minus_E.x, V3::new(i, o, o)),
         y: column(minus_E.y, V3::new(o, i, o)),
         z: column(minus_E.z, V3::new(o, o, i)),
+    }
+}
+
+impl<L: Lane> Sub for V6<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Self { n: self.n - b.n, f: self.f - b.f }
     }
 }
 

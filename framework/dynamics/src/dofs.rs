@@ -25,7 +25,6 @@ type Wide = [f64; WIDEST];
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Block {
     needs: Needs,
-    carries: Wide,
     angular: [Wide; 3],
     linear: [Wide; 3],
     m: Wide,
@@ -123,7 +122,6 @@ impl Dofs {
             let (b, lane, J) = (&mut d.blocks[i / WIDEST], i % WIDEST, &link.J);
             b.needs.inertia = true;
             b.needs.xy |= J.xy != 0.0;
-            b.carries[lane] = 1.0;
             b.m[lane] = link.m;
             let h = [link.h.x, link.h.y, link.h.z];
             b.h.iter_mut().zip(h).for_each(|(to, x)| to[lane] = x);
@@ -240,12 +238,6 @@ impl Block {
             world = world.add_sym_outer(R.x.scale(local.xy), R.y);
         }
         Some((L::constants(&self.m, at), R.mul(three::<L>(&self.h, at)), world))
-    }
-
-    /// One for the dofs that stand for their link's body, zero for the others.
-    #[inline(always)]
-    pub fn carries<L: Lane>(&self, at: usize) -> L::Block {
-        L::constants(&self.carries, at)
     }
 
     /// A block of columns of H*, from the links' rotations and places `r`.
