@@ -38,9 +38,9 @@ impl Mechanism {
         let all = PyDict::new(py);
         for joint in &self.description().joints {
             let body = self.core.mbs.get(self.core.body(&joint.body)?);
-            let own = body.subhinges().iter().skip(joint.subhinge).take(joint.count);
+            let mut own = body.subhinges().iter().skip(joint.subhinge).take(joint.count);
             let start = own.clone().next().map_or(0, |s| s.v.start);
-            let stop = own.last().map_or(start, |s| s.v.end);
+            let stop = own.next_back().map_or(start, |s| s.v.end);
             all.set_item(&joint.name, PySlice::new(py, start as isize, stop as isize, 1))?;
         }
         Ok(all)
