@@ -17,3 +17,39 @@ pub enum DynamicsError {
         v: usize,
     },
 }
+
+/// What is wrong with numbers that were given.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum InputError {
+    /// Too few or too many numbers.
+    #[error("`{what}` has {got} numbers, the mechanism has {want}\n  help: give {want} numbers")]
+    Length {
+        /// The input.
+        what: String,
+        /// Numbers given.
+        got: usize,
+        /// Numbers wanted.
+        want: usize,
+    },
+    /// A number that is NaN or infinite.
+    #[error("`{what}`: number {place} is {value}\n  help: give finite numbers")]
+    NotFinite {
+        /// The input.
+        what: String,
+        /// Which of its numbers, from 0.
+        place: usize,
+        /// The number.
+        value: f64,
+    },
+    /// A quaternion without a direction.
+    #[error(
+        "`q`: the quaternion at {place} has no length\n  help: give x y z w with w = 1 for no turn"
+    )]
+    ZeroQuaternion {
+        /// Place in q of its first number.
+        place: usize,
+    },
+    /// The numbers are sound, the mechanism is not.
+    #[error(transparent)]
+    Dynamics(DynamicsError),
+}

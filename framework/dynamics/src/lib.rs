@@ -18,6 +18,7 @@
 mod articulated;
 mod batch;
 mod centroidal;
+pub mod checked;
 mod columns;
 mod compliance;
 mod composite;
@@ -50,7 +51,7 @@ pub use compliance::Compliance;
 pub use composite::mass_matrix;
 pub use derivatives::Derivatives;
 pub use ensemble::Ensemble;
-pub use error::DynamicsError;
+pub use error::{DynamicsError, InputError};
 pub use forward::{forward_dynamics, forward_dynamics_given_kinematics};
 pub use forward_derivatives::ForwardDerivatives;
 pub use frames::{FrameId, Frames, FramesError};

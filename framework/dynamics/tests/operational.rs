@@ -11,11 +11,11 @@ use linkwork_dynamics::*;
 use support::{Rng, Shape, close, random_tree};
 
 fn shapes() -> impl Iterator<Item = (u64, Multibody)> {
-    (0..40).map(|seed| {
+    (0..40_u64).map(|seed| {
         let shape = Shape {
             bodies: 2 + seed as usize % 13,
-            floating: seed % 2 == 0,
-            prescribed: seed % 3 == 0,
+            floating: seed.is_multiple_of(2),
+            prescribed: seed.is_multiple_of(3),
             armature: seed % 5 > 1,
         };
         (seed, random_tree(seed + 100, shape))
@@ -268,6 +268,70 @@ fn a_subgraph_gives_the_rows_of_the_whole() {
                 assert!(e < 1e-12, "seed {seed}: mass matrix differs by {e:e}");
             }
         }
+    }
+}
+
+#[test]
+fn other_algorithms_on_a_subgraph_are_blocks_of_the_whole() {
+    for seed in 0..20 {
+        let shape = Shape { bodies: 10, floating: true, prescribed: false, armature: true };
+        let mbs = random_tree(seed + 300, shape);
+        let leaf = mbs.body_ids().last().unwrap();
+        let arm = mbs.ancestors(leaf).find(|b| mbs.subtree(*b).len() > 2).unwrap();
+        let (sub, n) = (mbs.subtree_graph(arm), mbs.nv());
+        let Some(base) = sub.base.filter(|_| !sub.v.is_empty()) else { continue };
+        // In the whole everything else is prescribed, for the compliance.
+        let mut held = mbs.clone();
+        for b in mbs.body_ids().filter(|b| !sub.bodies.contains(b)) {
+            held = held.with_coordinate(b, multibody::Coordinate::Prescribed);
+        }
+        let mut whole = Case::new(&held, seed);
+        let vdot = mbs.random_v(seed + 1);
+        let mut tau = vec![0.0; n];
+        inverse_dynamics(&whole.tree, &mut whole.ws, &whole.q, &whole.v, &vdot, &mut tau);
+
+        let part = Tree::new(&sub.multibody);
+        let mut ws = Workspace::new(&part);
+        ws.set_base(
+            &whole.ws.body_pose(&whole.tree, base),
+            &whole.ws.body_velocity(&whole.tree, base),
+            &whole.ws.body_acceleration(&whole.tree, base),
+        );
+        let gather = multibody::Subgraph::gather;
+        let (q, v, m) = (gather(&sub.q, &whole.q), gather(&sub.v, &whole.v), sub.v.len());
+        kinematics(&part, &mut ws, &q, &v);
+        let block = |rows: &[usize], of: &[f64]| -> Vec<f64> {
+            rows.iter().flat_map(|i| sub.v.iter().map(move |j| of[i * n + j])).collect()
+        };
+        let at = |what: &str| format!("seed {seed}, {what}");
+        let name = sub.multibody.nodes().last().unwrap().name();
+        let (here, there) = (sub.multibody.node(name).unwrap(), mbs.node(name).unwrap());
+        let (mut J, mut K) = (vec![0.0; 6 * m], vec![0.0; 6 * n]);
+        node_jacobian(&part, &ws, here, &mut J);
+        node_jacobian(&whole.tree, &whole.ws, there, &mut K);
+        close(&J, &block(&[0, 1, 2, 3, 4, 5], &K), 1e-12, &at("Jacobian"));
+        let (mut X, mut Y) = (vec![0.0; m * m], vec![0.0; n * n]);
+        inverse_mass_matrix(&part, &mut ws, &mut X).unwrap();
+        inverse_mass_matrix(&whole.tree, &mut whole.ws, &mut Y).unwrap();
+        close(&X, &block(&sub.v, &Y), 1e-11, &at("inverse mass matrix"));
+        let (mut a, mut b) = (vec![0.0; 36], vec![0.0; 36]);
+        Compliance::new(&part, &[here]).compute(&part, &mut ws, &mut a).unwrap();
+        Compliance::new(&whole.tree, &[there]).compute(&whole.tree, &mut whole.ws, &mut b).unwrap();
+        close(&a, &b, 1e-11, &at("compliance"));
+        let (mut dq, mut dv) = (vec![0.0; m * m], vec![0.0; m * m]);
+        let (mut Dq, mut Dv) = (vec![0.0; n * n], vec![0.0; n * n]);
+        let given = gather(&sub.v, &vdot);
+        Derivatives::new(&part).inverse_dynamics(&part, &mut ws, &v, &given, &mut dq, &mut dv);
+        Derivatives::new(&whole.tree).inverse_dynamics(
+            &whole.tree,
+            &mut whole.ws,
+            &whole.v,
+            &vdot,
+            &mut Dq,
+            &mut Dv,
+        );
+        close(&dq, &block(&sub.v, &Dq), 1e-11, &at("derivative by q"));
+        close(&dv, &block(&sub.v, &Dv), 1e-11, &at("derivative by rates"));
     }
 }
 

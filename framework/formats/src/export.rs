@@ -46,8 +46,8 @@ pub enum ExportFault {
     },
     /// A name that XML or URDF cannot carry.
     #[error(
-        "the name `{name}` cannot be written: it is empty, begins or ends with a space, or has \
-         control characters\n  help: rename it"
+        "the name `{name}` cannot be written: it is empty, begins or ends with a space, has \
+         control characters, or xacro's `${{` or `$(`\n  help: rename it"
     )]
     Name {
         /// The name.
@@ -117,7 +117,7 @@ pub fn write_urdf(d: &Description) -> Result<UrdfText, ExportError> {
     }
     w.leave_out(&specs);
     let names = w.links.iter().chain(w.joints.iter()).chain([&d.name]);
-    let bad = |n: &&String| n.trim() != n.as_str() || n.chars().any(char::is_control);
+    let bad = |n: &&String| n.trim() != n.as_str() || !writable(n);
     faults.extend(names.filter(bad).map(|n| ExportFault::Name { name: n.clone() }));
     if !faults.is_empty() {
         return Err(ExportError { faults });
@@ -410,6 +410,10 @@ fn shape(s: &BodyShape) -> Option<String> {
         ShapeRole::Collision => "collision",
         ShapeRole::Contact => return None,
     };
+    let file = if let Geometry::Mesh { file, .. } = &s.geometry { file } else { "" };
+    if !writable(file) || !writable(&s.name) {
+        return None;
+    }
     let geometry = match &s.geometry {
         Geometry::Box { size } => format!("<box size=\"{}\"/>", three(&Vec3::from(*size))),
         Geometry::Sphere { radius } => format!("<sphere radius=\"{radius:?}\"/>"),
@@ -438,6 +442,11 @@ fn shape(s: &BodyShape) -> Option<String> {
         origin(&s.pose, 6),
         color.unwrap_or_default()
     ))
+}
+
+/// XML has no control characters, and readers of URDF take `${` and `$(` for xacro's.
+fn writable(text: &str) -> bool {
+    !text.chars().any(char::is_control) && !text.contains("${") && !text.contains("$(")
 }
 
 fn escaped(text: &str) -> String {

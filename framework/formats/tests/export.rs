@@ -198,6 +198,11 @@ fn what_urdf_cannot_say_is_refused_or_told() {
     spaced.builder.bodies_mut()[0].name = " a\u{1}".into();
     spaced.builder.nodes_mut()[0].body = " a\u{1}".into();
     assert!(matches!(write_urdf(&spaced).expect_err("name").faults[0], ExportFault::Name { .. }));
+    let mut xacro = with(Hinge::free());
+    xacro.name = "r${n}".into();
+    let error = write_urdf(&xacro).expect_err("xacro");
+    assert_eq!(error.faults, [ExportFault::Name { name: "r${n}".into() }]);
+    assert!(error.to_string().contains("xacro's `${` or `$(`"), "{error}");
     let mut ring = with(Hinge::free());
     ring.builder.bodies_mut()[0].parent = "a".into();
     assert!(matches!(write_urdf(&ring).expect_err("ring").faults[0], ExportFault::Build(_)));
