@@ -9,7 +9,7 @@
 //! |---|---|
 //! | [`spatial`] | motion, force, φ, pose, rigid inertia |
 //! | [`multibody`] | bodies, hinges, nodes: the structure of a mechanism |
-//! | [`dynamics`] | scatter and gather: kinematics, inverse and forward dynamics, mass matrix |
+//! | [`dynamics`] | scatter and gather: kinematics, inverse and forward dynamics, matrices, derivatives; frames, operators, topology |
 //! | [`solvers`] | integrators |
 //! | [`runtime`] | models, ports, wires, plan, clock, state, checkpoints |
 //! | [`assembly`] | RON and the builder: files → one flat specification, all faults at once |

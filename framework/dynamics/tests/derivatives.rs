@@ -19,7 +19,12 @@ struct Case {
 }
 
 fn case(seed: u64, bodies: usize, prescribed: bool) -> Case {
-    let shape = Shape { bodies, floating: seed % 2 == 0, prescribed, armature: seed % 3 == 0 };
+    let shape = Shape {
+        bodies,
+        floating: seed.is_multiple_of(2),
+        prescribed,
+        armature: seed.is_multiple_of(3),
+    };
     let mbs = random_tree(seed + 500, shape);
     let mut r = Rng(seed);
     let wrenches = mbs.bodies().iter().map(|_| Force::new(r.vec3(), r.vec3())).collect();
