@@ -9,7 +9,7 @@
 //! |---|---|
 //! | [`spatial`] | motion, force, φ, pose, rigid inertia |
 //! | [`multibody`] | bodies, hinges, nodes: the structure of a mechanism |
-//! | [`dynamics`] | scatter and gather: kinematics, inverse and forward dynamics, mass matrix |
+//! | [`dynamics`] | scatter and gather: kinematics, inverse and forward dynamics, matrices, derivatives; frames, operators, topology |
 //! | [`formats`] | URDF, MJCF and SDF files; URDF export |
 //! | [`solvers`] | integrators |
 //! | [`runtime`] | models, ports, wires, plan, clock, state, checkpoints |

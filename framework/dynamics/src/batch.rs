@@ -3,7 +3,7 @@
 //! Lane j of every number belongs to state j. Eight lanes pay up to about 20 bodies, four beyond.
 
 use crate::error::DynamicsError;
-use crate::kinematics::{check, sweep};
+use crate::kinematics::{check, link_pose, sweep};
 use crate::lane::Lane;
 use crate::linear::{V3, V6};
 use crate::query::v3;
@@ -140,6 +140,15 @@ impl<L: Lane> Batch<L> {
     pub fn node_jacobian(&self, tree: &Tree, node: NodeId, out: &mut [L]) {
         check(out.len(), 6 * tree.nv(), "Jacobian");
         jacobian::matrix(tree, &self.work, node, out);
+    }
+
+    /// As [`node_jacobian_at`](crate::node_jacobian_at): moves only the links inboard of the node.
+    pub fn node_jacobian_at(&mut self, tree: &Tree, q: &[L], node: NodeId, out: &mut [L]) {
+        check(q.len(), tree.nq(), "q");
+        for k in &tree.paths[tree.node_path(node)] {
+            link_pose(tree, &mut self.work, *k as usize, q);
+        }
+        self.node_jacobian(tree, node, out);
     }
 
     /// As [`centroidal_matrix`](crate::centroidal_matrix), at the last kinematics or poses.

@@ -286,8 +286,7 @@ impl Ensemble {
     /// As [`node_jacobian`](crate::node_jacobian) for each row: `out` (n × 6·nv).
     pub fn node_jacobian(&mut self, q: &[f64], node: NodeId, out: &mut [f64]) {
         let run = both!(self, self.count(q), [q], [out], |tree, w, i, o| {
-            w.batch.poses(tree, &i[0]);
-            w.batch.node_jacobian(tree, node, &mut o[0]);
+            w.batch.node_jacobian_at(tree, &i[0], node, &mut o[0]);
             Ok(())
         });
         debug_assert!(run.is_ok());

@@ -1,4 +1,5 @@
-//! Scatter and gather sweeps: kinematics, inverse and forward dynamics, mass matrix, momentum.
+//! Scatter and gather sweeps: kinematics, inverse and forward dynamics, matrices, derivatives; on
+//! them frames, operators, topology, inverse kinematics, ensembles.
 //!
 //! A [`Tree`] is a mechanism laid out for the kernels; a [`Workspace`] is their memory. The
 //! pattern of one integrator stage:

@@ -146,8 +146,7 @@ pub fn batch<L: Lane>(tree: &Tree, run: &mut impl Run) {
     });
     if let Some(last) = feet.last() {
         run.run("jacobian", |i| {
-            work.poses(tree, &q[i]);
-            work.node_jacobian(tree, *last, &mut J);
+            work.node_jacobian_at(tree, &q[i], *last, &mut J);
             black_box(&J);
         });
         run.run("compliance", |i| {
