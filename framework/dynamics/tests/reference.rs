@@ -3,6 +3,8 @@
 
 mod support;
 
+use linkwork_dynamics::multibody::NodeId;
+use linkwork_dynamics::spatial::nalgebra::{DMatrix, DVector};
 use linkwork_dynamics::spatial::{Force, Mat3, Motion, Vec3};
 use linkwork_dynamics::*;
 use serde_json::Value;
@@ -10,6 +12,8 @@ use support::{Robot, close, nums, robot};
 
 /// Relative to the largest entry. Measured 9e-15 at worst.
 const TOL: f64 = 1e-13;
+/// A dense solve with the compliance: measured 1e-12.
+const TOL_HELD: f64 = 1e-10;
 /// Inverses: measured 2e-13, with condition numbers of some thousands.
 const TOL_INVERSE: f64 = 1e-11;
 
@@ -80,6 +84,11 @@ fn state(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
         close(&pair_m(&V), &nums(&x["v_lwa"]), TOL, &at("frame velocity"));
         let A = ws.node_acceleration(tree, n);
         close(&pair_m(&A), &nums(&x["ac_lwa"]), TOL, &at("frame acceleration"));
+        // In the frame's axes; the acceleration there is Featherstone's, less ω × v.
+        let local = |m: Motion| pair_m(&m.rotate(&X.rotation.inverse()));
+        close(&local(V), &nums(&x["v_local"]), TOL, &at("frame velocity, own axes"));
+        let spatial = Motion::new(A.angular, A.linear - V.angular.cross(&V.linear));
+        close(&local(spatial), &nums(&x["a_local"]), TOL, &at("frame acceleration, own axes"));
     }
     let mut moved = vec![0.0; q.len()];
     let step: Vec<f64> = v.iter().map(|x| x * 0.01).collect();
@@ -150,6 +159,59 @@ fn matrices(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
         }
     }
     close(&found, &nums(&s["delassus_upper_rowmajor"]), TOL_INVERSE, &at("compliance"));
+
+    let full = DMatrix::from_fn(n, n, |i, j| {
+        let (x, a, y, b) = (i / dim, i % dim, j / dim, j % dim);
+        block(x, a / 3, y, b / 3)[(a % 3, b % 3)]
+    });
+    held_frames(r, ws, s, place, &nodes, &full);
+}
+
+/// The same frames held by forces: what they would do without, the forces, the accelerations with.
+fn held_frames(
+    r: &Robot,
+    loaded: &Workspace,
+    s: &Value,
+    place: &str,
+    nodes: &[NodeId],
+    compliance: &DMatrix<f64>,
+) {
+    let (tree, nv) = (&r.tree, r.tree.nv());
+    let at = |what: &str| format!("{place}, {what}");
+    let dim = compliance.nrows() / nodes.len();
+    let mut ws = loaded.clone();
+    ws.clear_forces();
+    ws.apply_uniform_gravity(Vec3::from_column_slice(&nums(&r.json["gravity"])));
+    // Theirs is the classical acceleration of a held point, but Featherstone's of a held frame.
+    let in_frames = |ws: &Workspace, a: &dyn Fn(&Workspace, NodeId) -> Motion| -> Vec<f64> {
+        let local = |n: &NodeId| {
+            let R = ws.node_pose(tree, *n).rotation.inverse();
+            let (mut A, V) = (a(ws, *n), ws.node_velocity(tree, *n));
+            if dim == 6 {
+                A.linear -= V.angular.cross(&V.linear);
+            }
+            pair_m(&A.rotate(&R))[..dim].to_vec()
+        };
+        nodes.iter().flat_map(local).collect()
+    };
+    let bias = in_frames(&ws, &|ws, n| ws.node_bias_acceleration(tree, n));
+    close(&bias, &nums(&s["constraint_bias"]), TOL, &at("bias of the frames"));
+    if s["kkt_ddq"].is_null() {
+        return; // Two coordinates cannot hold three directions.
+    }
+    let (mut tau, mut vdot) = (r.v(&s["tau"]), vec![0.0; nv]);
+    forward_dynamics_given_kinematics(tree, &mut ws, &mut tau, &mut vdot).expect("regular");
+    let free = in_frames(&ws, &|ws, n| ws.node_acceleration(tree, n));
+    let lambda = -compliance.clone().lu().solve(&DVector::from_vec(free)).expect("regular");
+    close(lambda.as_slice(), &nums(&s["kkt_lambda"]), TOL_HELD, &at("forces of the frames"));
+    for (n, f) in nodes.iter().zip(lambda.as_slice().chunks(dim)) {
+        let R = ws.node_pose(tree, *n).rotation;
+        let moment = if dim == 6 { Vec3::from_column_slice(&f[3..]) } else { Vec3::zeros() };
+        let force = Vec3::from_column_slice(&f[..3]);
+        ws.add_wrench_at_node(tree, *n, Force::new(R * moment, R * force));
+    }
+    forward_dynamics_given_kinematics(tree, &mut ws, &mut tau, &mut vdot).expect("regular");
+    close(&vdot, &r.v(&s["kkt_ddq"]), TOL_HELD, &at("accelerations with held frames"));
 }
 
 /// The first states carry derivatives, without external forces.

@@ -3,6 +3,7 @@
 //!
 //! A contiguous float64 array is read in place; anything else that numpy can convert is copied.
 use crate::error::{refuse, refuse_with};
+use linkwork_dynamics::checked;
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Force, Mat3, Motion, Pose, Quat, Vec3};
 use numpy::PyUntypedArrayMethods;
@@ -32,9 +33,8 @@ impl<'py> Input<'py> {
             _ => copied(given, what)?,
         };
         let slice = array.as_slice().map_err(|e| refuse(format!("`{what}`: {e}")))?;
-        if let Some((k, x)) = slice.iter().enumerate().find(|(_, x)| !x.is_finite()) {
-            return Err(refuse_with(format!("`{what}`: number {k} is {x}"), "give finite numbers"));
-        }
+        // The words are those of Rust.
+        checked::finite(what, slice).map_err(|e| refuse(e.to_string()))?;
         let shape = array.shape().to_vec();
         Ok(Self { array, shape })
     }
@@ -85,11 +85,10 @@ fn wrong_shape(what: &str, shape: &[usize], want: &str) -> PyErr {
 pub fn vector<'py>(given: &Bound<'py, PyAny>, n: usize, what: &str) -> PyResult<Input<'py>> {
     let input = Input::read(given, what)?;
     match input.shape()[..] {
-        [m] if m == n => Ok(input),
-        [m] => Err(refuse_with(
-            format!("`{what}` has {m} numbers, the mechanism has {n}"),
-            format!("give it the shape ({n},)"),
-        )),
+        [m] => {
+            checked::length(what, m, n).map_err(|e| refuse(e.to_string()))?;
+            Ok(input)
+        }
         _ => Err(wrong_shape(what, input.shape(), &format!("({n},)"))),
     }
 }
