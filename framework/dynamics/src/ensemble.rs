@@ -76,8 +76,9 @@ impl Ensemble {
         }
     }
 
-    /// Runs a step over all states. `inputs` and `outputs` are tables of `count` rows each; an
-    /// output's rows are read first, so that what is both given and found may be one table.
+    /// Runs a step over all states. `inputs` and `outputs` are tables of `count` rows each; rows of
+    /// outputs as long as β are read first, so that what is given here and found there may be one
+    /// table.
     fn run(
         &mut self,
         count: usize,
@@ -179,7 +180,12 @@ impl<L: Lane> Worker<L> {
                 pack(to, from, count, state);
             }
             for (to, from) in outs.iter_mut().zip(&*outputs) {
-                pack(to, from, count, state);
+                // Forces and accelerations are given or found; matrices are only found.
+                if from.len() / count == tree.nv() {
+                    pack(to, from, count, state);
+                } else {
+                    to.resize(from.len() / count, L::default());
+                }
             }
             result = step(tree, self, &ins, &mut outs);
             if result.is_err() {
