@@ -42,7 +42,7 @@ pinocchio() {
     best=
     for arch in native x86-64-v3; do
         case $(uname -m)-$arch in x86_64-* | *-native) ;; *) continue ;; esac
-        "$cxx" -std=c++17 -O3 -DNDEBUG -march=$arch \
+        "$cxx" -std=c++17 -O3 -DNDEBUG -march=$arch -Wno-deprecated-declarations \
             -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS \
             -DBOOST_FUSION_INVOKE_MAX_ARITY=12 \
             -I"$prefix/include" -I"$prefix/include/eigen3" \

@@ -128,9 +128,10 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 16] = [
+pub const HOMES: [(&str, &str); 17] = [
     ("nalgebra", "framework/spatial"),
     ("petgraph", "framework/runtime"),
+    ("rayon", "framework/dynamics"),
     ("roxmltree", "framework/formats"),
     ("ron", "framework/assembly"),
     ("mcap", "framework/record"),
