@@ -349,3 +349,18 @@ fn a_model_of_every_kind_of_pose_moves_as_in_drake() {
         }
     }
 }
+
+#[test]
+fn damping_friction_and_springs_are_not_negative() {
+    for tag in ["damping", "friction", "spring_stiffness"] {
+        let text = format!(
+            "<sdf version=\"1.9\"><model name=\"m\"><link name=\"a\"/><link name=\"b\"/>\n\
+             <joint name=\"j\" type=\"revolute\"><parent>a</parent><child>b</child>\
+             <axis><xyz>0 0 1</xyz><dynamics>\n<{tag}>-0.3</{tag}></dynamics></axis></joint>\
+             </model></sdf>"
+        );
+        let error = refused(&text).to_string();
+        assert!(error.contains(&format!("<{tag}>")) && error.contains(":3:"), "{error}");
+        assert!(error.contains("-0.3") && error.contains("help: write 0 or more"), "{error}");
+    }
+}

@@ -177,9 +177,16 @@ impl<'e> Sdf<'e> {
         let limits = e.child("limit").map_or(Limits::NONE, |l| limits(cx, l, &what));
         if let Some(dynamics) = e.child("dynamics") {
             let mut of = |name: &str| number(cx, dynamics, name, &what).unwrap_or(0.0);
-            (data.damping, data.friction) = (of("damping"), of("friction"));
-            (data.stiffness, data.spring_reference) =
-                (of("spring_stiffness"), of("spring_reference"));
+            let (damping, friction) = (of("damping"), of("friction"));
+            let (stiffness, reference) = (of("spring_stiffness"), of("spring_reference"));
+            let mut sound = |name: &str, x: f64| {
+                let place = dynamics.child(name).map_or(dynamics.place(), |e| e.place());
+                cx.not_negative(place, x, &format!("{what}: <{name}>")).unwrap_or(0.0)
+            };
+            (data.damping, data.friction) =
+                (sound("damping", damping), sound("friction", friction));
+            data.stiffness = sound("spring_stiffness", stiffness);
+            data.spring_reference = reference;
         }
         (axis, limits, data)
     }
