@@ -1,4 +1,12 @@
-"""A program that uses the stubs: mypy --strict reads it, nothing runs it."""
+"""One program, checked twice: mypy --strict reads it against the stubs, and `test_typed.py` runs it.
+
+The lines with `type: ignore` are mistakes that the stubs must name: under --strict, one that is no
+longer found is an error. Runs in a folder that holds `sims`, and writes into the folder given.
+"""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,6 +14,7 @@ from numpy.typing import NDArray
 import linkwork
 from linkwork import LinkworkError, Simulation
 
+folder = Path(sys.argv[1])
 arm: linkwork.Mechanism = (
     linkwork.Builder()
     .body("link", hinge=linkwork.Hinge.pin([0, 0, 1]).limits(-1.0, 1.0), mass=1.0, com=[0.1, 0, 0])
@@ -25,22 +34,37 @@ H, Phi, M = ops.H, ops.Phi, ops.M
 expression: linkwork.Operator = 2.0 * (H * Phi * M * Phi.T * H.T)
 force: NDArray[np.float64] = expression * v
 shape = expression.shape
-if shape is not None:
-    rows: int = shape[0]
+assert shape is not None
+rows: int = shape[0]
+assert (rows, len(t), qs.shape, pose.shape) == (1, 11, (11, 1), (4, 4))
+assert np.allclose(force, 2.0 * arm.mass_matrix(q) @ v) and np.allclose(vdot, arm.forward_dynamics(q, v, tau))
+assert held.shape == tau.shape
 
 
 def controller(sim: Simulation) -> None:
-    sim["Motor.volts"] = 1.0
+    sim["bob.rate"] = 0.5
 
 
 sim = Simulation("sims/pendulum", {"Friction.damping": 0.1}, until="2 s")
 sim.at(50, controller)
 log = sim.log(["**"], rate=10)
+sim.record(folder / "run.mcap")
 sim.run()
+sim.stop_recording()
 angles: NDArray[np.float64] = log["bob.angle"]
 units: list[str] = [variable.unit for variable in sim.variables().values()]
+series: dict[str, linkwork.Series] = linkwork.read_log(folder / "run.mcap")
+assert len(angles) == 21 and "rad" in units and series["bob.angle"].unit == "rad"
+text: str = ""
 try:
-    linkwork.load("arm.ron", root="free")
+    linkwork.load(folder / "no such.ron", root="free")
 except LinkworkError as error:
-    text: str = str(error)
-series: dict[str, linkwork.Series] = linkwork.read_log("run.mcap")
+    text = str(error)
+assert "no such.ron" in text
+
+if TYPE_CHECKING:
+    arm.inverse_dynamics(q)  # type: ignore[call-arg]
+    arm.no_such_algorithm(q)  # type: ignore[attr-defined]
+    linkwork.load("arm.urdf", root="floating")  # type: ignore[arg-type]
+    wrong: int = arm.mass_matrix(q)  # type: ignore[assignment]
+    sim.at("often", controller)  # type: ignore[arg-type]
