@@ -1,11 +1,28 @@
-//! RON assemblies that ship with Linkwork, embedded: `rovers/…`, `parts/…`, `flight/…`, `worlds/…`.
+//! RON assemblies that ship with Linkwork, embedded: `rovers/…`, `parts/…`, `flight/…`, `worlds/…`;
+//! and every model that they can name.
 use include_dir::{Dir, include_dir};
+use linkwork_runtime::Entry;
 use std::collections::BTreeMap;
 
 static PARTS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/parts");
 static ROVERS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/rovers");
 static FLIGHT: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/flight");
 static WORLDS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/worlds");
+
+/// Every model and service of the component libraries, library by library.
+#[must_use]
+pub fn libraries() -> [Vec<Entry>; 8] {
+    [
+        linkwork_basics::catalogue(),
+        linkwork_actuators::catalogue(),
+        linkwork_sensors::catalogue(),
+        linkwork_mobility::catalogue(),
+        linkwork_environment::catalogue(),
+        linkwork_flight::catalogue(),
+        linkwork_control::catalogue(),
+        linkwork_power::catalogue(),
+    ]
+}
 
 /// Path (`rovers/rocker_bogie.ron`) → text of every assembly.
 pub fn embedded() -> BTreeMap<String, String> {

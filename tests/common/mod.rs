@@ -5,16 +5,7 @@ use linkwork_runtime::{Catalogue, Files, Plan, Simulation, compile};
 use std::sync::Arc;
 
 pub fn catalogue() -> Catalogue {
-    Catalogue::new([
-        linkwork_basics::catalogue(),
-        linkwork_actuators::catalogue(),
-        linkwork_sensors::catalogue(),
-        linkwork_mobility::catalogue(),
-        linkwork_environment::catalogue(),
-        linkwork_flight::catalogue(),
-        linkwork_control::catalogue(),
-        linkwork_power::catalogue(),
-    ])
+    Catalogue::new(linkwork_assemblies::libraries())
 }
 
 fn options<'a>(catalogue: &'a Catalogue, set: &[&str]) -> Options<'a> {

@@ -10,16 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Every model and service of the component libraries.
 pub fn catalogue() -> Catalogue {
-    Catalogue::new([
-        linkwork_basics::catalogue(),
-        linkwork_actuators::catalogue(),
-        linkwork_sensors::catalogue(),
-        linkwork_mobility::catalogue(),
-        linkwork_environment::catalogue(),
-        linkwork_flight::catalogue(),
-        linkwork_control::catalogue(),
-        linkwork_power::catalogue(),
-    ])
+    Catalogue::new(linkwork_assemblies::libraries())
 }
 
 fn options(catalogue: &Catalogue) -> Options<'_> {

@@ -6,20 +6,8 @@ mod sample;
 mod toys;
 mod world;
 
+use linkwork_assemblies::libraries;
 use linkwork_runtime::Entry;
-
-fn libraries() -> Vec<Vec<Entry>> {
-    vec![
-        linkwork_basics::catalogue(),
-        linkwork_actuators::catalogue(),
-        linkwork_sensors::catalogue(),
-        linkwork_mobility::catalogue(),
-        linkwork_environment::catalogue(),
-        linkwork_flight::catalogue(),
-        linkwork_control::catalogue(),
-        linkwork_power::catalogue(),
-    ]
-}
 
 #[test]
 fn every_model_conforms() {
