@@ -2,6 +2,7 @@
 //!
 //! Lane j of every number belongs to state j. Eight lanes pay up to about 20 bodies, four beyond.
 
+use crate::composite::roots;
 use crate::error::DynamicsError;
 use crate::kinematics::{check, link_pose, sweep};
 use crate::lane::Lane;
@@ -190,7 +191,9 @@ impl<L: Lane> Derivatives<L> {
         check(vdot.len(), n, "vdot");
         check(dtau_dq.len(), n * n, "dtau_dq");
         check(dtau_dv.len(), n * n, "dtau_dv");
-        self.run(tree, &mut batch.work, v, vdot);
+        let w = &mut batch.work;
+        roots(&tree.links, &w.kin, &mut w.r);
+        self.run(tree, w, v, vdot);
         self.copy(n, dtau_dq, dtau_dv);
     }
 

@@ -5,6 +5,7 @@
 //! They are stored by component in blocks of [`Lane::PACK`]: one product of a row with a block is six
 //! multiply-adds, whatever the block holds.
 
+use crate::dofs::Dofs;
 use crate::lane::Lane;
 use crate::linear::{V3, V6};
 use std::ops::Range;
@@ -87,6 +88,32 @@ impl<B: Lane> V6<B> {
     pub fn lane<L: Lane<Block = B>>(&self, i: usize) -> V6<L> {
         let v = |v: &V3<B>| V3::new(L::get(&v.x, i), L::get(&v.y, i), L::get(&v.z, i));
         V6 { n: v(&self.n), f: v(&self.f) }
+    }
+}
+
+/// A quantity by block of dofs that is summed inward, as its N numbers.
+pub(crate) trait Summed<B, const N: usize> {
+    fn numbers(&self) -> [&B; N];
+    fn numbers_mut(&mut self) -> [&mut B; N];
+}
+
+/// Adds that of each dof to that of its parent, tips to base; to one of the same link, which has none
+/// of its own, it is copied.
+#[inline(always)]
+pub(crate) fn sum_inward<L: Lane, T: Summed<L::Block, N>, const N: usize>(
+    dofs: &Dofs,
+    all: &mut [T],
+    nv: usize,
+) {
+    for (j, parent) in dofs.parent[..nv].iter().enumerate().rev() {
+        let Some(p) = parent.checked_sub(1).map(|p| p as usize) else { continue };
+        let same_link = dofs.link[j] == dofs.link[p];
+        let x = all[j / L::PACK].numbers().map(|x| L::get(x, j % L::PACK));
+        let i = p % L::PACK;
+        for (to, x) in all[p / L::PACK].numbers_mut().into_iter().zip(x) {
+            let sum = if same_link { x } else { L::get(to, i) + x };
+            L::set(to, i, sum);
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 //! The root's origin is that of the link that hangs on the base: near the machine wherever the
 //! machine is, and one point for all its links, so that a row meets its columns without a shift.
 
+use crate::columns::{Summed, sum_inward};
 use crate::kinematics::check;
 use crate::lane::Lane;
 use crate::linear::{S3, V3, V6};
@@ -119,43 +120,25 @@ pub(crate) fn composites<L: Lane>(tree: &Tree, w: &mut Work<L>) {
             None => Composite::default(),
         };
     }
-    for (j, &parent) in dofs.parent[..tree.nv()].iter().enumerate().rev() {
-        if parent > 0 {
-            let same_link = dofs.link[j] == dofs.link[parent as usize - 1];
-            Composite::gather::<L>(&mut w.composite, parent as usize - 1, j, same_link);
-        }
-    }
+    sum_inward::<L, _, 10>(dofs, &mut w.composite, tree.nv());
     for ((C, S), F) in w.composite.iter().zip(&w.S.blocks).zip(&mut w.F.blocks) {
         *F = C.apply(*S);
     }
 }
 
-impl<B: Lane> Composite<B> {
-    /// Adds that of dof `from` to that of dof `to`; to one of the same link, which has none of its
-    /// own, it is copied.
+impl<B: Lane> Summed<B, 10> for Composite<B> {
     #[inline(always)]
-    fn gather<L: Lane<Block = B>>(all: &mut [Self], to: usize, from: usize, same_link: bool) {
-        let (C, i) = (&all[from / L::PACK], from % L::PACK);
-        let x =
-            [&C.m, &C.h.x, &C.h.y, &C.h.z, &C.J.xx, &C.J.xy, &C.J.xz, &C.J.yy, &C.J.yz, &C.J.zz]
-                .map(|x| L::get(x, i));
-        let (C, i) = (&mut all[to / L::PACK], to % L::PACK);
-        let to = [
-            &mut C.m,
-            &mut C.h.x,
-            &mut C.h.y,
-            &mut C.h.z,
-            &mut C.J.xx,
-            &mut C.J.xy,
-            &mut C.J.xz,
-            &mut C.J.yy,
-            &mut C.J.yz,
-            &mut C.J.zz,
-        ];
-        for (to, x) in to.into_iter().zip(x) {
-            let sum = if same_link { x } else { L::get(to, i) + x };
-            L::set(to, i, sum);
-        }
+    fn numbers(&self) -> [&B; 10] {
+        let Self { m, h, J } = self;
+        [m, &h.x, &h.y, &h.z, &J.xx, &J.xy, &J.xz, &J.yy, &J.yz, &J.zz]
+    }
+    #[inline(always)]
+    fn numbers_mut(&mut self) -> [&mut B; 10] {
+        let Self { m, h, J } = self;
+        [
+            m, &mut h.x, &mut h.y, &mut h.z, &mut J.xx, &mut J.xy, &mut J.xz, &mut J.yy, &mut J.yz,
+            &mut J.zz,
+        ]
     }
 }
 

@@ -20,7 +20,7 @@
 //! [`integrate`](linkwork_multibody::Multibody::integrate), so square matrices for balls and free
 //! hinges too. External wrenches count as fixed in their bodies.
 
-use crate::columns::{Columns, blocks, store};
+use crate::columns::{Columns, Summed, blocks, store, sum_inward};
 use crate::composite::{each_axis, roots};
 use crate::kinematics::check;
 use crate::lane::Lane;
@@ -97,17 +97,11 @@ impl<L: Lane> Derivatives<L> {
         }
     }
 
-    /// Fills `rows` from the state in `w`.
+    /// Fills `rows` from the state in `w`, of which `roots` has been found.
     pub(crate) fn run(&mut self, tree: &Tree, w: &mut Work<L>, v: &[L], vdot: &[L]) {
-        roots(&tree.links, &w.kin, &mut w.r);
         self.motions(tree, w, v, vdot);
         self.each(tree, w);
-        for (j, &parent) in tree.dofs.parent[..tree.nv()].iter().enumerate().rev() {
-            if parent > 0 {
-                let same = tree.dofs.link[j] == tree.dofs.link[parent as usize - 1];
-                Outboard::gather::<L>(&mut self.outboard, parent as usize - 1, j, same);
-            }
-        }
+        sum_inward::<L, _, 28>(&tree.dofs, &mut self.outboard, tree.nv());
         self.products(w);
         for i in 0..tree.nv() {
             self.meet(tree, w, i);
@@ -295,7 +289,9 @@ impl Derivatives {
         check(vdot.len(), n, "vdot");
         check(dtau_dq.len(), n * n, "dtau_dq");
         check(dtau_dv.len(), n * n, "dtau_dv");
-        self.run(tree, &mut ws.work, v, vdot);
+        let w = &mut ws.work;
+        roots(&tree.links, &w.kin, &mut w.r);
+        self.run(tree, w, v, vdot);
         self.copy(n, dtau_dq, dtau_dv);
     }
 }
@@ -346,18 +342,7 @@ impl<L: Lane> V6<L> {
     }
 }
 
-impl<B: Lane> Outboard<B> {
-    /// Adds that of dof `from` to that of dof `to`; to one of the same link it is copied.
-    #[inline(always)]
-    fn gather<L: Lane<Block = B>>(all: &mut [Self], to: usize, from: usize, same_link: bool) {
-        let x = all[from / L::PACK].numbers().map(|x| L::get(x, from % L::PACK));
-        let i = to % L::PACK;
-        for (to, x) in all[to / L::PACK].numbers_mut().into_iter().zip(x) {
-            let sum = if same_link { x } else { L::get(to, i) + x };
-            L::set(to, i, sum);
-        }
-    }
-
+impl<B: Lane> Summed<B, 28> for Outboard<B> {
     #[inline(always)]
     fn numbers(&self) -> [&B; 28] {
         let Composite { m, h, J } = &self.C;

@@ -9,11 +9,12 @@
 //! ```
 //! Everything relative to the root's origin, so that distance from the world's never enters.
 
+use crate::composite::each_axis;
 use crate::kinematics::{check, link_pose};
 use crate::lane::Lane;
 use crate::linear::{V3, V6};
 use crate::query::{v3, vec3};
-use crate::tree::{Kind, OnLink, Tree};
+use crate::tree::{OnLink, Tree};
 use crate::work::{Work, Workspace};
 use linkwork_multibody::NodeId;
 use linkwork_spatial::{Force, Motion};
@@ -51,14 +52,10 @@ pub fn node_jacobian_rate(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [
     let at = tree.node(node);
     let kin = &ws.work.kin[at.slot as usize];
     let v = kin.V.to_child(kin.R.mul(v3(&at.p))).f;
-    columns(tree, &ws.work, at, |i, J, (slot, turns, d)| {
+    columns(tree, &ws.work, at, |i, J, (slot, d)| {
         let V = ws.work.kin[slot].V;
-        let rate = if turns {
-            let (c, advance) = (V.n.cross(J.n), J.f - J.n.cross(d));
-            V6 { n: c, f: J.n.cross_add(v - V.f, c.cross_add(d, V.n.cross(advance))) }
-        } else {
-            V6 { n: V3::default(), f: V.n.cross(J.f) }
-        };
+        let (c, advance) = (V.n.cross(J.n), J.f - J.n.cross(d));
+        let rate = V6 { n: c, f: J.n.cross_add(v - V.f, c.cross_add(d, V.n.cross(advance))) };
         put(out, nv, i, rate);
     });
 }
@@ -95,36 +92,24 @@ fn put<L: Lane>(out: &mut [L], nv: usize, i: usize, J: V6<L>) {
 }
 
 /// Gives each column of the Jacobian of a frame, from the tip: dof, column, and (slot of its link,
-/// whether it turns, vector d).
+/// vector d).
 #[inline(always)]
 fn columns<L: Lane>(
     tree: &Tree,
     w: &Work<L>,
     at: &OnLink,
-    mut each: impl FnMut(usize, V6<L>, (usize, bool, V3<L>)),
+    mut each: impl FnMut(usize, V6<L>, (usize, V3<L>)),
 ) {
     let mut slot = at.slot as usize;
     let mut d = w.kin[slot].R.mul(V3::splat(&v3(&at.p)));
     while slot != 0 {
         let (link, kin) = (&tree.links[slot - 1], &w.kin[slot]);
-        let (i, R, o) = (link.v as usize, &kin.R, V3::default());
-        let z = R.z;
-        match link.kind {
-            Kind::Pin => each(i, V6 { n: z, f: z.cross(d) }, (slot, true, d)),
-            Kind::Slider => each(i, V6 { n: o, f: z }, (slot, false, d)),
-            Kind::Screw => {
-                let f = z.cross_add(d, z.scale(L::splat(link.pitch)));
-                each(i, V6 { n: z, f }, (slot, true, d));
-            }
-            Kind::Ball | Kind::Free => {
-                for (j, c) in [R.x, R.y, R.z].into_iter().enumerate() {
-                    each(i + j, V6 { n: c, f: c.cross(d) }, (slot, true, d));
-                    if link.kind == Kind::Free {
-                        each(i + j + 3, V6 { n: o, f: c }, (slot, false, d));
-                    }
-                }
-            }
-        }
+        let mut i = link.v as usize;
+        // Seen from the node, the link's origin lies at −d.
+        each_axis(link, kin, -d, |J| {
+            each(i, J, (slot, d));
+            i += 1;
+        });
         d = d + kin.l;
         slot = link.parent as usize;
     }
