@@ -18,7 +18,7 @@ use crate::error::DynamicsError;
 use crate::lane::Lane;
 use crate::linear::{M3, S3, V3, V6};
 use crate::tree::{Kind, Tree};
-use crate::work::{Art, Kin, Work};
+use crate::work::{Kin, Work};
 use linkwork_multibody::Coordinate;
 
 /// A symmetric spatial inertia [[I, H], [Hᵀ, M]].
@@ -78,13 +78,6 @@ impl<L: Lane> Spatial<L> {
             y: G.n.scale_sub(U.f.y, self.H.y),
             z: G.n.scale_sub(U.f.z, self.H.z),
         };
-    }
-}
-
-impl<L: Lane> Art<L> {
-    #[inline(always)]
-    pub fn inertia(&self) -> Spatial<L> {
-        Spatial { I: self.I, H: self.H, M: self.M }
     }
 }
 

@@ -26,6 +26,7 @@ use crate::linear::{M3, S3, V3, V6};
 use crate::tree::{Kind, Link, Tree};
 use crate::work::{Art, Kin, Multi, One, Work, Workspace};
 use linkwork_multibody::Coordinate;
+use std::ops::{Deref, DerefMut};
 
 /// [`kinematics`], then [`forward_dynamics_given_kinematics`]. External forces in the workspace
 /// must have been added at this same `q`.
@@ -102,7 +103,8 @@ fn gather<L: Lane>(links: &[Link], w: &mut Work<L>, tau: &[L], vdot: &[L]) -> Op
     for k in (0..n).rev() {
         let (link, kin) = (&links[k], &kin[k + 1]);
         let (J, h, z) = rigid(link, kin, &f_ext[k + 1], g);
-        let mut P = Art { I: J, H: M3::skew(h), M: S3::diagonal(L::splat(link.m)), z };
+        let P = Spatial { I: J, H: M3::skew(h), M: S3::diagonal(L::splat(link.m)) };
+        let mut P = Art { P, z };
         if !link.leaf {
             P.add(&art[k + 1]);
         }
@@ -175,13 +177,7 @@ fn eliminate<L: Lane>(
     *out = One { G, nu: eps * D_inv };
     if link.parent != 0 {
         P.z = V6 { n: G.n.scale_add(eps, P.z.n), f: G.f.scale_add(eps, P.z.f) };
-        P.I = P.I.sub_outer(G.n, U.n);
-        P.M = P.M.sub_outer(G.f, U.f);
-        P.H = M3 {
-            x: G.n.scale_sub(U.f.x, P.H.x),
-            y: G.n.scale_sub(U.f.y, P.H.y),
-            z: G.n.scale_sub(U.f.z, P.H.z),
-        };
+        P.downdate(G, U);
     }
     D.all_positive()
 }
@@ -319,16 +315,28 @@ fn several<L: Lane>(
 impl<L: Lane> Art<L> {
     #[inline(always)]
     fn add(&mut self, b: &Self) {
-        self.I = self.I.add(&b.I);
-        self.H = self.H.add(&b.H);
-        self.M = self.M.add(&b.M);
+        self.P.add(&b.P);
         self.z = self.z + b.z;
     }
 
     /// φ P φ* and φ z, `l` from the parent's origin.
     #[inline(always)]
     fn shifted(&self, l: V3<L>) -> Self {
-        let Spatial { I, H, M } = self.inertia().shifted(l);
-        Self { I, H, M, z: self.z.to_parent(l) }
+        Self { P: self.P.shifted(l), z: self.z.to_parent(l) }
+    }
+}
+
+impl<L> Deref for Art<L> {
+    type Target = Spatial<L>;
+    #[inline(always)]
+    fn deref(&self) -> &Spatial<L> {
+        &self.P
+    }
+}
+
+impl<L> DerefMut for Art<L> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut Spatial<L> {
+        &mut self.P
     }
 }

@@ -23,12 +23,10 @@ pub(crate) struct Kin<L> {
     pub A: V6<L>,
 }
 
-/// Articulated inertia [[I, H], [Hᵀ, M]] and force z about the link's origin, world axes.
+/// Articulated inertia  and force z about the link's origin, world axes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Art<L> {
-    pub I: S3<L>,
-    pub H: M3<L>,
-    pub M: S3<L>,
+    pub P: Spatial<L>,
     pub z: V6<L>,
 }
 

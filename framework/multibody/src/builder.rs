@@ -261,6 +261,20 @@ impl Builder {
     }
 }
 
+impl From<&Multibody> for Builder {
+    /// The same bodies and nodes, to be changed and built again.
+    fn from(mbs: &Multibody) -> Self {
+        let mut builder = Builder::new();
+        for b in mbs.body_ids() {
+            builder.body(mbs.spec(b));
+        }
+        for n in mbs.nodes() {
+            builder.node(n.name(), mbs.get(n.body()).name(), n.pose());
+        }
+        builder
+    }
+}
+
 fn normalised(mut s: crate::Subhinge) -> crate::Subhinge {
     if let SubhingeKind::Pin { axis }
     | SubhingeKind::Slider { axis }

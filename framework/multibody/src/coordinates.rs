@@ -54,7 +54,7 @@ impl Multibody {
         self.check(q.len(), self.nq(), "q");
         for (_, s) in self.subhinges() {
             if matches!(s.subhinge.kind, SubhingeKind::Ball | SubhingeKind::Free) {
-                let quat = read(&q[s.q.end - 4..s.q.end]);
+                let quat = quaternion(&q[s.q.end - 4..s.q.end]);
                 write(&quat, &mut q[s.q.end - 4..s.q.end]);
             }
         }
@@ -70,10 +70,10 @@ impl Multibody {
             match s.subhinge.kind {
                 SubhingeKind::Locked => {}
                 SubhingeKind::Ball => {
-                    write(&(read(q) * Quat::from_scaled_axis(vec3(dv))), out);
+                    write(&(quaternion(q) * Quat::from_scaled_axis(vec3(dv))), out);
                 }
                 SubhingeKind::Free => {
-                    let (R, w, v) = (read(&q[3..]), vec3(dv), vec3(&dv[3..]));
+                    let (R, w, v) = (quaternion(&q[3..]), vec3(dv), vec3(&dv[3..]));
                     let p = vec3(q) + R * (v_matrix(&w) * v);
                     out[..3].copy_from_slice(p.as_slice());
                     write(&(R * Quat::from_scaled_axis(w)), &mut out[3..]);
@@ -93,12 +93,12 @@ impl Multibody {
             match s.subhinge.kind {
                 SubhingeKind::Locked => {}
                 SubhingeKind::Ball => {
-                    let w = (read(a).inverse() * read(b)).scaled_axis();
+                    let w = (quaternion(a).inverse() * quaternion(b)).scaled_axis();
                     dv.copy_from_slice(w.as_slice());
                 }
                 SubhingeKind::Free => {
-                    let R = read(&a[3..]);
-                    let w = (R.inverse() * read(&b[3..])).scaled_axis();
+                    let R = quaternion(&a[3..]);
+                    let w = (R.inverse() * quaternion(&b[3..])).scaled_axis();
                     let d = R.inverse() * (vec3(b) - vec3(a));
                     let v = v_matrix(&w).lu().solve(&d).unwrap_or(d);
                     dv[..3].copy_from_slice(w.as_slice());
@@ -124,7 +124,7 @@ impl Multibody {
                 SubhingeKind::Locked => {}
                 SubhingeKind::Ball => quat_dot(q, &vec3(v), out),
                 SubhingeKind::Free => {
-                    let p = read(&q[3..]) * vec3(&v[3..]);
+                    let p = quaternion(&q[3..]) * vec3(&v[3..]);
                     out[..3].copy_from_slice(p.as_slice());
                     quat_dot(&q[3..], &vec3(v), &mut out[3..]);
                 }
@@ -152,7 +152,7 @@ fn vec3(s: &[f64]) -> Vec3 {
 }
 
 /// A unit quaternion from [x y z w], brought to unit length.
-fn read(s: &[f64]) -> Quat {
+pub(crate) fn quaternion(s: &[f64]) -> Quat {
     let raw = Quaternion::new(s[3], s[0], s[1], s[2]);
     Quat::try_new(raw, 0.0).unwrap_or_else(Quat::identity)
 }

@@ -1,6 +1,7 @@
 //! Hinges: chains of subhinges from the parent body to the child body.
 
-use linkwork_spatial::nalgebra::{Quaternion, Unit};
+use crate::coordinates::quaternion;
+use linkwork_spatial::nalgebra::Unit;
 use linkwork_spatial::{Pose, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -71,16 +72,12 @@ impl SubhingeKind {
     #[must_use]
     pub fn pose(&self, q: &[f64]) -> Pose {
         let turn = |axis: &Vec3| Quat::from_axis_angle(&Unit::new_unchecked(*axis), q[0]);
-        let quat = |s: &[f64]| {
-            let raw = Quaternion::new(s[3], s[0], s[1], s[2]);
-            Quat::try_new(raw, 0.0).unwrap_or_else(Quat::identity)
-        };
         match self {
             Self::Pin { axis } => Pose::rotation(turn(axis)),
             Self::Slider { axis } => Pose::new(Quat::identity(), axis * q[0]),
             Self::Screw { axis, pitch } => Pose::new(turn(axis), axis * (pitch * q[0])),
-            Self::Ball => Pose::rotation(quat(q)),
-            Self::Free => Pose::new(quat(&q[3..]), Vec3::new(q[0], q[1], q[2])),
+            Self::Ball => Pose::rotation(quaternion(q)),
+            Self::Free => Pose::new(quaternion(&q[3..]), Vec3::new(q[0], q[1], q[2])),
             Self::Locked => Pose::identity(),
         }
     }

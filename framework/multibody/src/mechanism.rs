@@ -1,6 +1,6 @@
 //! The immutable mechanism and what can be asked of it.
 
-use crate::{BodyId, Coordinate, NodeId, Subhinge};
+use crate::{BodyId, BodySpec, Coordinate, Hinge, NodeId, Subhinge};
 use linkwork_spatial::{MassProperties, Pose, RigidInertia};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -252,5 +252,39 @@ impl Multibody {
     #[must_use]
     pub fn total_mass(&self) -> f64 {
         self.bodies.iter().map(|b| b.inertia.mass()).sum()
+    }
+}
+
+impl Multibody {
+    /// A body as its author would describe it.
+    #[must_use]
+    pub fn spec(&self, body: BodyId) -> BodySpec {
+        let b = self.get(body);
+        let parent = b.parent().map_or("world", |p| self.get(p).name());
+        let hinge = Hinge { subhinges: b.subhinges().iter().map(|s| s.subhinge).collect() };
+        BodySpec {
+            name: b.name().into(),
+            parent: parent.into(),
+            hinge_in_parent: b.hinge_in_parent(),
+            hinge_in_body: b.hinge_in_body(),
+            hinge,
+            mass: *b.mass_properties(),
+        }
+    }
+
+    /// `X_WB` of every body in canonical order at a configuration, without a workspace: for set-up.
+    /// O(bodies), allocates.
+    #[must_use]
+    pub fn body_poses(&self, q: &[f64]) -> Vec<Pose> {
+        let mut poses: Vec<Pose> = Vec::with_capacity(self.bodies().len());
+        for b in self.bodies() {
+            let mut X = b.parent().map_or_else(Pose::identity, |p| poses[p.index()]);
+            X = X * b.hinge_in_parent();
+            for s in b.subhinges() {
+                X = X * s.subhinge.kind.pose(&q[s.q.clone()]);
+            }
+            poses.push(X * b.hinge_in_body().inverse());
+        }
+        poses
     }
 }

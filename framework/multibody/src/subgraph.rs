@@ -5,7 +5,6 @@
 //! ones that were not chosen are left out, with their mass.
 
 use crate::{BodyId, Builder, Multibody};
-use linkwork_spatial::Pose;
 use thiserror::Error;
 
 /// Why bodies do not make a subgraph.
@@ -118,53 +117,5 @@ impl Multibody {
         let bodies: Vec<BodyId> = self.ancestors(body).collect();
         let Ok(part) = self.subgraph(&bodies) else { unreachable!("a path has one base") };
         part
-    }
-}
-
-impl From<&Multibody> for Builder {
-    /// The same bodies and nodes, to be changed and built again.
-    fn from(mbs: &Multibody) -> Self {
-        let mut builder = Builder::new();
-        for b in mbs.body_ids() {
-            builder.body(mbs.spec(b));
-        }
-        for n in mbs.nodes() {
-            builder.node(n.name(), mbs.get(n.body()).name(), n.pose());
-        }
-        builder
-    }
-}
-
-impl Multibody {
-    /// A body as its author would describe it.
-    #[must_use]
-    pub fn spec(&self, body: BodyId) -> crate::BodySpec {
-        let b = self.get(body);
-        let parent = b.parent().map_or("world", |p| self.get(p).name());
-        let hinge = crate::Hinge { subhinges: b.subhinges().iter().map(|s| s.subhinge).collect() };
-        crate::BodySpec {
-            name: b.name().into(),
-            parent: parent.into(),
-            hinge_in_parent: b.hinge_in_parent(),
-            hinge_in_body: b.hinge_in_body(),
-            hinge,
-            mass: *b.mass_properties(),
-        }
-    }
-
-    /// `X_WB` of every body in canonical order at a configuration, without a workspace: for set-up.
-    /// O(bodies), allocates.
-    #[must_use]
-    pub fn body_poses(&self, q: &[f64]) -> Vec<Pose> {
-        let mut poses: Vec<Pose> = Vec::with_capacity(self.bodies().len());
-        for b in self.bodies() {
-            let mut X = b.parent().map_or_else(Pose::identity, |p| poses[p.index()]);
-            X = X * b.hinge_in_parent();
-            for s in b.subhinges() {
-                X = X * s.subhinge.kind.pose(&q[s.q.clone()]);
-            }
-            poses.push(X * b.hinge_in_body().inverse());
-        }
-        poses
     }
 }
