@@ -2,6 +2,7 @@
 
 use crate::error::{BuildError, Fault};
 use crate::mechanism::{Body, Multibody, Node, SubhingeRange};
+use crate::modes::Modes;
 use crate::{BodyId, Coordinate, Hinge, NodeId, SubhingeKind};
 use linkwork_spatial::{MassProperties, Pose, RigidInertia};
 use serde::{Deserialize, Serialize};
@@ -26,6 +27,9 @@ pub struct BodySpec {
     /// Mass properties in body axes.
     #[serde(default)]
     pub mass: MassProperties,
+    /// How it bends; then `mass` is what does not: rigid mass on the body frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modes: Option<Modes>,
 }
 
 impl BodySpec {
@@ -39,6 +43,7 @@ impl BodySpec {
             hinge_in_body: Pose::identity(),
             hinge: Hinge::locked(),
             mass: MassProperties::massless(),
+            modes: None,
         }
     }
 
@@ -67,6 +72,13 @@ impl BodySpec {
     #[must_use]
     pub fn mass(mut self, mass: MassProperties) -> Self {
         self.mass = mass;
+        self
+    }
+
+    /// How it bends.
+    #[must_use]
+    pub fn modes(mut self, modes: Modes) -> Self {
+        self.modes = Some(modes);
         self
     }
 }
@@ -173,8 +185,32 @@ impl Builder {
                 faults.push(Fault::NotFinite { place: format!("node `{}`, pose", n.name) });
             }
         }
+        self.check_modes(&names, &mut faults);
         self.check_cycles(&names, &mut faults);
         if faults.is_empty() { Ok(self.order(&inertias)) } else { Err(BuildError { faults }) }
+    }
+
+    /// Modes, and whether something carries what hangs on each flexible body.
+    fn check_modes(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<Fault>) {
+        let mut sound = vec![false; self.bodies.len()];
+        for (b, sound) in self.bodies.iter().zip(&mut sound) {
+            match b.modes.as_ref().map(Modes::validate) {
+                Some(Err(all)) => faults.extend(
+                    all.into_iter().map(|error| Fault::Modes { body: b.name.clone(), error }),
+                ),
+                found => *sound = found.is_some(),
+            }
+        }
+        let hangs = (self.bodies.iter())
+            .map(|b| (format!("body `{}`, hinge", b.name), &b.parent, &b.hinge_in_parent))
+            .chain(self.nodes.iter().map(|n| (format!("node `{}`", n.name), &n.body, &n.pose)));
+        for (place, on, X) in hangs {
+            let carrier = names.get(on.as_str()).filter(|i| sound[**i] && X.is_finite());
+            let modes = carrier.and_then(|i| self.bodies[*i].modes.as_ref());
+            if let Some(Err(error)) = modes.map(|m| m.place(X)) {
+                faults.push(Fault::Attachment { place, body: on.clone(), error });
+            }
+        }
     }
 
     /// Reports each ring once, from its first body by name.
@@ -230,6 +266,9 @@ impl Builder {
                 nq += s.kind.nq();
                 nv += s.kind.nv();
             }
+            let (modes_q, modes_v) = (nq, nv);
+            let modes = spec.modes.as_ref().map_or(0, Modes::count);
+            (nq, nv) = (nq + modes, nv + modes);
             bodies.push(Body {
                 name: spec.name.clone(),
                 parent,
@@ -238,8 +277,11 @@ impl Builder {
                 mass: spec.mass,
                 inertia: inertias[i],
                 subhinges,
-                q: q0..nq,
-                v: v0..nv,
+                q: q0..modes_q,
+                v: v0..modes_v,
+                modes: spec.modes.clone(),
+                modes_q: modes_q..nq,
+                modes_v: modes_v..nv,
                 subtree_end: id.0 + 1,
             });
             push(&mut stack, &spec.name, Some(id));
