@@ -64,7 +64,10 @@ pub fn forward_dynamics_given_kinematics(
 ) -> Result<(), DynamicsError> {
     check(tau.len(), tree.nv(), "tau");
     check(vdot.len(), tree.nv(), "vdot");
-    run(tree, &mut ws.work, tau, vdot)
+    match tree.flexible.as_deref() {
+        None => run(tree, &mut ws.work, tau, vdot),
+        Some(flex) => crate::flexible::forward_dynamics(tree, flex, &mut ws.work, tau, vdot),
+    }
 }
 
 pub(crate) fn run<L: Lane>(

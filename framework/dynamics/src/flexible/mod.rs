@@ -1,0 +1,187 @@
+//! Trees with flexible bodies: the same scatter and gather, with modes between a body's link and its stations.
+//!
+//! A flexible body is the link that carries its frame, a set of modal coordinates η on that link, and
+//! stations that η moves. Each station is a *slot* of the work arrays, after those of all links, so that what hangs
+//! on it sees an ordinary parent. In the link's axes, θ = Φ_r η:
+//! ```text
+//! p = p₀ + Φ_t η − ½ x̂ ηᵀ G η                  R = exp(θ~) R₀
+//! Ψ = [Γ(θ) Φ_r;  Φ_t − x̂ (G η)ᵀ]              relative velocity of the station: Ψ η̇ (its H* on η)
+//! Ψ̇ η̇                                          relative acceleration with η̈ = 0
+//! ```
+//! Γ: rates of a rotation vector to angular velocity. Mass is the stations' (`shape.rs`).
+//!
+//! Forces of the modes, −K η − C η̇, are *inside*: forward dynamics adds them to the given T, inverse dynamics
+//! takes them off, so that T of a modal coordinate is what acts from outside.
+//!
+//! Rigid trees never come here: the public functions ask `Tree::flexible` once and go their own way.
+
+mod forward;
+mod inverse;
+mod jacobian;
+mod kinematics;
+mod layout;
+mod mass;
+mod shape;
+mod sums;
+
+pub(crate) use forward::{apply_inverse_mass, compliance, forward_dynamics, inverse_mass_matrix};
+pub(crate) use inverse::inverse_dynamics;
+pub(crate) use jacobian::{columns, jacobian_rate};
+pub(crate) use kinematics::sweep;
+pub(crate) use layout::{FlexibleLayout, Hang};
+pub(crate) use mass::{centroidal_matrix, com_jacobian, mass_matrix};
+pub use sums::elastic_energy;
+pub(crate) use sums::{apply_gravity, body_com, kinetic_energy, mass_moments, momentum};
+pub(crate) use sums::{bias, com_acceleration, subtree_inertia};
+
+use crate::error::DynamicsError;
+use crate::linear::{M3, S3, V3, V6};
+use crate::tree::Tree;
+
+/// One step of a sweep, parents first.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Step {
+    /// A link, counted from 0: slot k + 1.
+    Link(usize),
+    /// The modes of a flexible body.
+    Set(usize),
+}
+
+/// The constants of a tree with flexible bodies beyond those of its links.
+#[derive(Clone, Debug)]
+pub(crate) struct Flexible {
+    /// Links and sets of modes, parents first.
+    pub order: Vec<Step>,
+    pub sets: Vec<Set>,
+    pub stations: Vec<StationAt>,
+    /// Number of links: station i has slot links + 1 + i.
+    pub links: usize,
+    /// By degree of freedom.
+    pub prescribed: Vec<bool>,
+}
+
+/// The modes of one body.
+#[derive(Clone, Debug)]
+pub(crate) struct Set {
+    pub body: u32,
+    /// Slot of the link that carries the body frame; 0 is the world.
+    pub base: u32,
+    pub q: usize,
+    pub v: usize,
+    /// Number of modes.
+    pub n: usize,
+    /// Its stations.
+    pub first: usize,
+    pub end: usize,
+    /// n × n, row after row.
+    pub K: Vec<f64>,
+    pub C: Vec<f64>,
+}
+
+/// The constants of a station, in the axes of the link that carries its body.
+#[derive(Clone, Debug)]
+pub(crate) struct StationAt {
+    pub set: u32,
+    pub R: M3<f64>,
+    pub p: V3<f64>,
+    pub translation: Vec<V3<f64>>,
+    /// As many; zeros where none were given.
+    pub rotation: Vec<V3<f64>>,
+    pub shortening: Option<(V3<f64>, Vec<f64>)>,
+    /// Mass, first moment and inertia about the station's origin, station axes.
+    pub m: f64,
+    pub h: V3<f64>,
+    pub J: S3<f64>,
+    /// Where its columns start in the work arrays.
+    pub column: usize,
+}
+
+/// Work of the modes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Bend {
+    /// Ψ of each station, column after column, world axes.
+    pub S: Vec<V6<f64>>,
+    /// Its rate in the link's axes, turned to world axes: d/dt of Ψ, without the link's own turning.
+    pub S_dot: Vec<V6<f64>>,
+    /// K η + C η̇ of each set, one set after another, by place in β.
+    pub elastic: Vec<f64>,
+    /// ½ ηᵀ K η of all sets, J.
+    pub energy: f64,
+    /// β of the last kinematics, and η where it is modal.
+    pub eta: Vec<f64>,
+    pub rate: Vec<f64>,
+    /// nv × nv and nv: dense factors and right-hand sides.
+    pub M: Vec<f64>,
+    pub x: Vec<f64>,
+    pub zero: Vec<f64>,
+    /// Composite inertia of each slot about its own origin.
+    pub composite: Vec<crate::work::Composite<f64>>,
+    /// C S of each degree of freedom, about the origin of its link (modal: of the set's link).
+    pub F: Vec<V6<f64>>,
+}
+
+impl Bend {
+    pub fn new(tree: &Tree) -> Self {
+        let Some(flex) = tree.flexible.as_deref() else { return Self::default() };
+        let (nv, slots) = (tree.nv(), tree.slots());
+        let columns = flex.stations.iter().map(|s| s.translation.len()).sum();
+        Self {
+            S: vec![V6::default(); columns],
+            S_dot: vec![V6::default(); columns],
+            elastic: vec![0.0; nv],
+            energy: 0.0,
+            eta: vec![0.0; nv],
+            rate: vec![0.0; nv],
+            M: vec![0.0; nv * nv],
+            x: vec![0.0; nv],
+            zero: vec![0.0; nv],
+            composite: vec![Default::default(); slots],
+            F: vec![V6::default(); nv],
+        }
+    }
+}
+
+impl Flexible {
+    /// The station of a slot; `None` for links and the world.
+    #[inline]
+    pub fn station(&self, slot: usize) -> Option<usize> {
+        slot.checked_sub(self.links + 1)
+    }
+
+    pub fn slot(&self, station: usize) -> usize {
+        self.links + 1 + station
+    }
+
+    /// What an algorithm says that is only for rigid trees.
+    #[cold]
+    pub fn refuse(&self, tree: &Tree, what: &'static str) -> DynamicsError {
+        let body = self.sets.first().map_or("", |s| tree.multibody.bodies()[s.body as usize].name());
+        DynamicsError::Flexible { body: body.to_owned(), what }
+    }
+}
+
+impl Tree {
+    /// True when some body bends. Algorithms that are only for rigid trees say so.
+    #[must_use]
+    pub fn is_flexible(&self) -> bool {
+        self.flexible.is_some()
+    }
+
+    /// Refuses a flexible mechanism for an algorithm (`what`) that is only for rigid ones: for callers of those that
+    /// assert it, [`regressor`](crate::regressor()) and [`Derivatives::inverse_dynamics`](crate::Derivatives).
+    ///
+    /// # Errors
+    /// [`DynamicsError::Flexible`] with the first flexible body.
+    pub fn check_rigid(&self, what: &'static str) -> Result<(), DynamicsError> {
+        self.flexible.as_deref().map_or(Ok(()), |f| Err(f.refuse(self, what)))
+    }
+
+    /// The same as an assertion.
+    #[inline]
+    #[track_caller]
+    pub(crate) fn assert_rigid(&self, what: &'static str) {
+        if let Err(e) = self.check_rigid(what) {
+            panic!("{e}");
+        }
+    }
+}
