@@ -129,7 +129,9 @@ impl FlexibleLayout {
                 let own = s.mass.validate().unwrap_or_default();
                 let welded = self.welded.iter().filter(|(at, _)| at == i);
                 let inertia = welded.fold(own, |sum, (_, I)| sum + *I);
-                flex.stations.push(at_link(s, &inertia, &X_LB, set, &mut column, n));
+                let mut at = at_link(s, &inertia, &X_LB, set, &mut column, n);
+                at.own = (own.mass(), v3(&own.h()));
+                flex.stations.push(at);
             }
             let (K, C) =
                 b.modes().map(|m| (m.stiffness_matrix(), m.damping_matrix())).unwrap_or_default();
@@ -170,6 +172,7 @@ fn at_link(
         translation: s.translation.iter().map(turn).collect(),
         rotation: (0..n).map(|i| s.rotation.get(i).map(turn).unwrap_or_default()).collect(),
         shortening: s.shortening.as_ref().map(|g| (turn(&g.axis), g.matrix.clone())),
+        own: Default::default(),
         m: inertia.mass(),
         h: v3(&inertia.h()),
         J: S3 {

@@ -88,7 +88,9 @@ pub(crate) struct StationAt {
     /// As many; zeros where none were given.
     pub rotation: Vec<V3<f64>>,
     pub shortening: Option<(V3<f64>, Vec<f64>)>,
-    /// Mass, first moment and inertia about the station's origin, station axes.
+    /// Its own mass and first moment, without what is welded to it.
+    pub own: (f64, V3<f64>),
+    /// Mass, first moment and inertia about the station's origin, station axes, with what is welded to it.
     pub m: f64,
     pub h: V3<f64>,
     pub J: S3<f64>,

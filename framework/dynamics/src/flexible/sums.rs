@@ -89,7 +89,8 @@ fn stations_of(tree: &Tree, flex: &Flexible, w: &Work<f64>, body: BodyId) -> (f6
     for set in flex.sets.iter().filter(|s| s.body as usize == body.index()) {
         for s in set.first..set.end {
             let (at, kin) = (&flex.stations[s], &w.kin[flex.slot(s)]);
-            sum = (sum.0 + at.m, (kin.p - origin).scale_add(at.m, sum.1 + kin.R.mul(at.h)));
+            let (m, h) = at.own;
+            sum = (sum.0 + m, (kin.p - origin).scale_add(m, sum.1 + kin.R.mul(h)));
         }
     }
     sum
@@ -104,16 +105,16 @@ pub(crate) fn body_com(tree: &Tree, flex: &Flexible, ws: &Workspace, body: BodyI
     if total > 0.0 { h / total } else { Vec3::zeros() }
 }
 
-/// Gravity on each station by its place.
+/// Gravity on each station by its place; bodies that are welded to one have their own.
 pub(crate) fn apply_gravity(
     flex: &Flexible,
     w: &mut Work<f64>,
     field: &mut impl FnMut(&Vec3) -> Vec3,
 ) {
-    for (s, at) in flex.stations.iter().enumerate().filter(|(_, s)| s.m > 0.0) {
-        let slot = flex.slot(s);
-        let c = w.kin[slot].R.mul(at.h).scale(1.0 / at.m);
-        let g = field(&vec3(&(w.kin[slot].p + c))) * at.m;
+    for (s, at) in flex.stations.iter().enumerate().filter(|(_, s)| s.own.0 > 0.0) {
+        let (slot, (m, h)) = (flex.slot(s), at.own);
+        let c = w.kin[slot].R.mul(h).scale(1.0 / m);
+        let g = field(&vec3(&(w.kin[slot].p + c))) * m;
         let f = V6 { n: V3::default(), f: crate::query::v3(&g) };
         w.f_ext[slot] = w.f_ext[slot] + f.to_parent(c);
     }
