@@ -65,6 +65,10 @@ impl<L: Lane> Compliance<L> {
         6 * self.nodes.len()
     }
 
+    pub(crate) fn nodes(&self) -> &[NodeId] {
+        &self.nodes
+    }
+
     pub(crate) fn run(
         &mut self,
         tree: &Tree,

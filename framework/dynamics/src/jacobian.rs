@@ -28,9 +28,23 @@ pub fn node_jacobian(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [f64])
         None => matrix(tree, &ws.work, node, out),
         Some(_) => {
             out.fill(0.0);
-            each_column(tree, &ws.work, node, |i, J| put(out, tree.nv(), i, J));
+            each_entry(tree, &ws.work, node, |at, x| out[at] = x);
         }
     }
+}
+
+/// Each entry of a node's Jacobian that is not zero, with its place, for any tree.
+pub(crate) fn each_entry(
+    tree: &Tree,
+    w: &Work<f64>,
+    node: NodeId,
+    mut each: impl FnMut(usize, f64),
+) {
+    each_column(tree, w, node, |i, J| {
+        for (row, x) in [J.n.x, J.n.y, J.n.z, J.f.x, J.f.y, J.f.z].into_iter().enumerate() {
+            each(row * tree.nv() + i, x);
+        }
+    });
 }
 
 pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &Work<L>, node: NodeId, out: &mut [L]) {

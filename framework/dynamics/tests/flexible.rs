@@ -5,7 +5,7 @@
 mod support;
 
 use linkwork_dynamics::multibody::modes::{Attachment, Modes, Shortening, Station};
-use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
+use linkwork_dynamics::multibody::{BodySpec, Builder, Coordinate, Hinge, Multibody};
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::spatial::{Force, MassProperties, Motion, Pose, Vec3};
 use linkwork_dynamics::*;
@@ -434,6 +434,105 @@ fn without_modes_a_flexible_body_is_rigid() {
             more
         };
         close(&run(&slices), &run(&rigid), 1e-11, &format!("seed {seed}"));
+    }
+}
+
+#[test]
+fn batches_and_ensembles_give_the_same_bits() {
+    let mbs = flexible(6, shape(6));
+    let (tree, nv, nq) = (std::sync::Arc::new(Tree::new(&mbs)), mbs.nv(), mbs.nq());
+    let (count, node) = (7, mbs.node("n05").unwrap());
+    let table = |f: &dyn Fn(u64) -> Vec<f64>| (0..count).flat_map(f).collect::<Vec<f64>>();
+    let (q, v) = (table(&|s| mbs.random_q(s)), table(&|s| mbs.random_v(s)));
+    let a = table(&|s| Rng(s + 40).vec(nv));
+    let rows = count as usize;
+    let mut e = Ensemble::new(tree.clone(), 2);
+    e.set_uniform_gravity(G);
+    let [mut tau, mut found] = [vec![0.0; rows * nv], vec![0.0; rows * nv]];
+    let (mut M, mut J) = (vec![0.0; rows * nv * nv], vec![0.0; rows * 6 * nv]);
+    let (mut A, mut p, mut X) = (J.clone(), vec![0.0; rows * 3], M.clone());
+    let mut L = vec![0.0; rows * 36];
+    e.inverse_dynamics(&q, &v, &a, &mut tau);
+    let mut given = tau.clone();
+    e.forward_dynamics(&q, &v, &mut given, &mut found).unwrap();
+    e.mass_matrix(&q, &mut M);
+    e.node_jacobian(&q, node, &mut J);
+    e.centroidal_matrix(&q, &mut A);
+    e.node_position(&q, node, &mut p);
+    e.inverse_mass_matrix(&q, &mut X).unwrap();
+    e.compliance(&q, &[node], &mut L).unwrap();
+    for i in 0..rows {
+        let row = |t: &[f64], n: usize| t[i * n..(i + 1) * n].to_vec();
+        let mut ws = Workspace::new(&tree);
+        ws.apply_uniform_gravity(G);
+        let (q, v, a) = (row(&q, nq), row(&v, nv), row(&a, nv));
+        let (mut t, mut x) = (vec![0.0; nv], vec![0.0; nv]);
+        inverse_dynamics(&tree, &mut ws, &q, &v, &a, &mut t);
+        assert_eq!(t, row(&tau, nv));
+        forward_dynamics_given_kinematics(&tree, &mut ws, &mut t, &mut x).unwrap();
+        assert_eq!(x, row(&found, nv));
+        let (mut one, mut six) = (vec![0.0; nv * nv], vec![0.0; 6 * nv]);
+        mass_matrix(&tree, &mut ws, &mut one);
+        assert_eq!(one, row(&M, nv * nv));
+        node_jacobian(&tree, &ws, node, &mut six);
+        assert_eq!(six, row(&J, 6 * nv));
+        centroidal_matrix(&tree, &mut ws, &mut six);
+        assert_eq!(six, row(&A, 6 * nv));
+        assert_eq!(ws.node_pose(&tree, node).position.as_slice(), row(&p, 3));
+        inverse_mass_matrix(&tree, &mut ws, &mut one).unwrap();
+        assert_eq!(one, row(&X, nv * nv));
+        let mut l = vec![0.0; 36];
+        Compliance::new(&tree, &[node]).compute(&tree, &mut ws, &mut l).unwrap();
+        assert_eq!(l, row(&L, 36));
+    }
+    // A batch with forces of its own in each state.
+    let mut b = Batch::<f64x4>::new(&tree);
+    let pack = |t: &[f64], n: usize| -> Vec<f64x4> {
+        (0..n).map(|i| f64x4::from([0, 1, 2, 3].map(|s| t[s * n + i]))).collect()
+    };
+    b.kinematics(&tree, &pack(&q, nq), &pack(&v, nv));
+    let f = f64x4::from([0.1, 0.2, 0.3, 0.4]);
+    b.add_wrench_at_node(&tree, node, [f, -f, f], [f, f, -f]);
+    let (mut t, mut x) = (pack(&tau, nv), vec![f64x4::default(); nv]);
+    b.forward_dynamics_given_kinematics(&tree, &mut t, &mut x).unwrap();
+    let (w, u) = b.node_velocity(&tree, node);
+    for s in 0..4 {
+        let mut ws = Workspace::new(&tree);
+        kinematics(&tree, &mut ws, &q[s * nq..(s + 1) * nq], &v[s * nv..(s + 1) * nv]);
+        let f = 0.1 * (s + 1) as f64;
+        let (moment, force) = (Vec3::new(f, -f, f), Vec3::new(f, f, -f));
+        ws.add_wrench_at_node(&tree, node, Force::new(moment, force));
+        let (mut t, mut y) = (tau[s * nv..(s + 1) * nv].to_vec(), vec![0.0; nv]);
+        forward_dynamics_given_kinematics(&tree, &mut ws, &mut t, &mut y).unwrap();
+        let of = |x: &[f64x4]| x.iter().map(|x| x.to_array()[s]).collect::<Vec<f64>>();
+        close(&of(&x), &y, 1e-14, "batch");
+        assert_eq!([of(&w), of(&u)].concat(), six(&ws.node_velocity(&tree, node)));
+    }
+}
+
+#[test]
+fn inverse_kinematics_moves_hinges_and_leaves_modes() {
+    let c = Case::plain(9);
+    let node = c.tree.multibody().node("n06").unwrap();
+    let mut ik = InverseKinematics::new(&c.tree);
+    let mut to = c.q.clone();
+    let dv: Vec<f64> = c.v.iter().map(|v| 0.05 * v).collect();
+    c.tree.multibody().integrate(&c.q, &dv, &mut to);
+    for b in c.tree.multibody().bodies() {
+        to[b.modes_q()].copy_from_slice(&c.q[b.modes_q()]);
+        for s in b.subhinges().iter().filter(|s| s.subhinge.coordinate == Coordinate::Prescribed) {
+            to[s.q.clone()].copy_from_slice(&c.q[s.q.clone()]);
+        }
+    }
+    let mut ws = Workspace::new(&c.tree);
+    poses(&c.tree, &mut ws, &to);
+    let (target, mut q) = (ws.node_pose(&c.tree, node), c.q.clone());
+    ik.solve(&c.tree, &[Target::pose(node, target)], &mut q).unwrap();
+    poses(&c.tree, &mut ws, &q);
+    let reached = ws.node_pose(&c.tree, node);
+    assert!((reached.position - target.position).norm() < 1e-6);
+    for b in c.tree.multibody().bodies() {
+        assert_eq!(q[b.modes_q()], c.q[b.modes_q()]);
     }
 }
 

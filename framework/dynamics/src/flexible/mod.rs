@@ -19,6 +19,7 @@ mod forward;
 mod inverse;
 mod jacobian;
 mod kinematics;
+mod lanes;
 mod layout;
 mod mass;
 mod shape;
@@ -28,6 +29,7 @@ pub(crate) use forward::{apply_inverse_mass, compliance, forward_dynamics, inver
 pub(crate) use inverse::inverse_dynamics;
 pub(crate) use jacobian::{columns, jacobian_rate};
 pub(crate) use kinematics::sweep;
+pub(crate) use lanes::Lanes;
 pub(crate) use layout::{FlexibleLayout, Hang};
 pub(crate) use mass::{centroidal_matrix, com_jacobian, mass_matrix};
 pub use sums::elastic_energy;
