@@ -1,4 +1,4 @@
-//! The structure of a mechanism: bodies, hinges made of subhinges, nodes.
+//! The structure of a mechanism: bodies, hinges made of subhinges, nodes, constraints.
 //!
 //! A [`Builder`] takes parts in any order and reports every fault at once; [`Builder::build`]
 //! returns an immutable [`Multibody`] whose arrays are in canonical order (depth first, parents
@@ -16,6 +16,7 @@
 #![allow(non_snake_case)]
 
 mod builder;
+mod constraint;
 mod coordinates;
 mod error;
 mod hinge;
@@ -24,6 +25,10 @@ mod mechanism;
 mod subgraph;
 
 pub use builder::{BodySpec, Builder, NodeSpec};
+pub use constraint::{
+    Anchor, ConstraintId, Coupled, Coupling, HingeCoordinate, Loop, LoopClosure, LoopFault,
+    LoopMotion, Row, Term,
+};
 pub use error::{BuildError, Fault};
 pub use hinge::{Coordinate, Hinge, Limits, Subhinge, SubhingeKind};
 pub use ids::{BodyId, NodeId};
