@@ -159,7 +159,13 @@ fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>) -> Option<usize> {
 
 /// P S and S · P S for dof `j` of a link.
 #[inline(always)]
-fn column<L: Lane>(kind: Kind, pitch: f64, kin: &Kin<L>, P: &Spatial<L>, j: usize) -> (V6<L>, L) {
+pub(crate) fn column<L: Lane>(
+    kind: Kind,
+    pitch: f64,
+    kin: &Kin<L>,
+    P: &Spatial<L>,
+    j: usize,
+) -> (V6<L>, L) {
     let (R, z) = (&kin.R, kin.R.z);
     let turn = |c: V3<L>| {
         let U = V6 { n: P.I.mul(c), f: P.H.tmul(c) };

@@ -85,7 +85,12 @@ pub(crate) fn run<L: Lane>(
 
 /// The rigid link alone: M and M A + b − f_ext, the gravity g as a force at its centre of mass.
 #[inline(always)]
-fn rigid<L: Lane>(link: &Link, kin: &Kin<L>, f_ext: &V6<L>, g: V3<L>) -> (S3<L>, V3<L>, V6<L>) {
+pub(crate) fn rigid<L: Lane>(
+    link: &Link,
+    kin: &Kin<L>,
+    f_ext: &V6<L>,
+    g: V3<L>,
+) -> (S3<L>, V3<L>, V6<L>) {
     let (m, J) = (L::splat(link.m), S3::splat(&link.J));
     let J = match link.kind {
         Kind::Pin | Kind::Slider | Kind::Screw => J.rotate_xy_free(&kin.R),

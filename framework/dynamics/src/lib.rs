@@ -45,6 +45,7 @@ mod query;
 mod regressor;
 pub mod topology;
 mod tree;
+pub mod units;
 mod work;
 
 pub use batch::Batch;

@@ -5,7 +5,7 @@
 //! loop closure   X_AB(q) = motion that the hinge permits
 //! ```
 
-use linkwork_multibody::{Builder, Hinge};
+use linkwork_multibody::{Builder, Coupling, HingeCoordinate, LoopClosure};
 use linkwork_spatial::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -145,69 +145,6 @@ impl Joint {
             spring_reference: 0.0,
         }
     }
-}
-
-/// One coordinate: a one-dof subhinge of a body's hinge.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct HingeCoordinate {
-    /// The body.
-    pub body: String,
-    /// Which subhinge, from the parent's side.
-    pub subhinge: usize,
-}
-
-/// One term of a coupling.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Term {
-    /// The coordinate q.
-    pub coordinate: HingeCoordinate,
-    /// Its factor c.
-    pub factor: f64,
-}
-
-/// Σ cᵢ qᵢ = c₀.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Coupling {
-    /// A name for messages.
-    pub name: String,
-    /// The terms, at least one.
-    pub terms: Vec<Term>,
-    /// The right side c₀.
-    pub constant: f64,
-}
-
-impl Coupling {
-    /// q_a = ratio q_b + offset, written q_a − ratio q_b = offset.
-    #[must_use]
-    pub fn mimic(
-        name: impl Into<String>,
-        a: HingeCoordinate,
-        b: HingeCoordinate,
-        ratio: f64,
-        offset: f64,
-    ) -> Self {
-        let terms =
-            vec![Term { coordinate: a, factor: 1.0 }, Term { coordinate: b, factor: -ratio }];
-        Self { name: name.into(), terms, constant: offset }
-    }
-}
-
-/// A hinge between two frames that the tree does not have: frame B moves relative to frame A as
-/// the hinge permits.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LoopClosure {
-    /// A name for messages.
-    pub name: String,
-    /// Body of frame A, or `world`.
-    pub body_a: String,
-    /// Frame A in its body.
-    pub frame_a: Pose,
-    /// Body of frame B, or `world`.
-    pub body_b: String,
-    /// Frame B in its body.
-    pub frame_b: Pose,
-    /// What it permits.
-    pub hinge: Hinge,
 }
 
 /// What a wheel does.

@@ -50,12 +50,12 @@ mod urdf;
 mod xml;
 
 pub use description::{
-    BodyShape, Coupling, Description, Geometry, HingeCoordinate, Ignored, Initial, Joint,
-    LoopClosure, ShapeRole, Term, Wheel, WheelRole,
+    BodyShape, Description, Geometry, Ignored, Initial, Joint, ShapeRole, Wheel, WheelRole,
 };
 pub use error::{Fault, FaultKind, FormatError, Place};
 pub use export::{ExportError, ExportFault, UrdfText, write_urdf};
 pub use linkwork_multibody as multibody;
+pub use linkwork_multibody::{Coupling, HingeCoordinate, LoopClosure, Term};
 pub use linkwork_spatial as spatial;
 pub use mjcf::read_mjcf;
 pub use read::{Format, ReadOptions, Root, format_of, read_file, read_text};

@@ -1,9 +1,12 @@
 //! From parts in any order to a mechanism in canonical order.
 
+use crate::constraint::{Anchor, Coupled, Loop, rows};
 use crate::error::{BuildError, Fault};
-use crate::mechanism::{Body, Multibody, Node, SubhingeRange};
+use crate::mechanism::{Body, Multibody, Node, Parts, SubhingeRange};
 use crate::modes::Modes;
-use crate::{BodyId, Coordinate, Hinge, NodeId, SubhingeKind};
+use crate::{
+    BodyId, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, NodeId, SubhingeKind,
+};
 use linkwork_spatial::{MassProperties, Pose, RigidInertia};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -100,6 +103,10 @@ pub struct NodeSpec {
 pub struct Builder {
     bodies: Vec<BodySpec>,
     nodes: Vec<NodeSpec>,
+    #[serde(default)]
+    loops: Vec<LoopClosure>,
+    #[serde(default)]
+    couplings: Vec<Coupling>,
 }
 
 impl Builder {
@@ -124,6 +131,40 @@ impl Builder {
     ) -> &mut Self {
         self.nodes.push(NodeSpec { name: name.into(), body: body.into(), pose: X_BN });
         self
+    }
+
+    /// Adds a hinge that closes a loop; its bodies may come later.
+    pub fn loop_closure(&mut self, closure: LoopClosure) -> &mut Self {
+        self.loops.push(closure);
+        self
+    }
+
+    /// Adds a relation between coordinates, whose bodies may come later.
+    pub fn coupling(&mut self, coupling: Coupling) -> &mut Self {
+        self.couplings.push(coupling);
+        self
+    }
+
+    /// The loop closures so far, in the order of adding.
+    #[must_use]
+    pub fn loops(&self) -> &[LoopClosure] {
+        &self.loops
+    }
+
+    /// The loop closures so far, to be changed.
+    pub fn loops_mut(&mut self) -> &mut Vec<LoopClosure> {
+        &mut self.loops
+    }
+
+    /// The couplings so far, in the order of adding.
+    #[must_use]
+    pub fn couplings(&self) -> &[Coupling] {
+        &self.couplings
+    }
+
+    /// The couplings so far, to be changed.
+    pub fn couplings_mut(&mut self) -> &mut Vec<Coupling> {
+        &mut self.couplings
     }
 
     /// The bodies so far, in the order of adding.
@@ -187,30 +228,69 @@ impl Builder {
         }
         self.check_modes(&names, &mut faults);
         self.check_cycles(&names, &mut faults);
+        self.check_constraints(&names, &mut faults);
         if faults.is_empty() { Ok(self.order(&inertias)) } else { Err(BuildError { faults }) }
     }
 
-    /// Modes, and whether something carries what hangs on each flexible body.
-    fn check_modes(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<Fault>) {
-        let mut sound = vec![false; self.bodies.len()];
-        for (b, sound) in self.bodies.iter().zip(&mut sound) {
-            match b.modes.as_ref().map(Modes::validate) {
-                Some(Err(all)) => faults.extend(
-                    all.into_iter().map(|error| Fault::Modes { body: b.name.clone(), error }),
-                ),
-                found => *sound = found.is_some(),
+    fn check_constraints(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<Fault>) {
+        check_names("loop", self.loops.iter().map(|l| l.name.as_str()), faults);
+        check_names("coupling", self.couplings.iter().map(|c| c.name.as_str()), faults);
+        let mut unknown = |what: String, body: &str, world: Option<&'static str>| {
+            let found = names.contains_key(body) || world == Some(body);
+            if !found {
+                let suggestion = nearest(body, names.keys().copied().chain(world));
+                faults.push(Fault::UnknownEnd { what, body: body.into(), suggestion });
+            }
+            found
+        };
+        let mut more = Vec::new();
+        for l in &self.loops {
+            let what = || format!("loop `{}`", l.name);
+            unknown(what(), &l.body_a, Some("world"));
+            unknown(what(), &l.body_b, Some("world"));
+            if l.body_a == l.body_b {
+                more.push(Fault::LoopOnItself { name: l.name.clone(), body: l.body_a.clone() });
+            }
+            for (X, end) in [(&l.frame_a, 'a'), (&l.frame_b, 'b')] {
+                if !X.is_finite() {
+                    more.push(Fault::NotFinite { place: format!("{}, frame {end}", what()) });
+                }
+            }
+            let before = more.len();
+            check_hinge(&what(), &l.hinge, &mut more);
+            if more.len() == before {
+                let hinge = normalised_hinge(&l.hinge);
+                if let Err(error) = rows(&hinge, 0) {
+                    more.push(Fault::Loop { name: l.name.clone(), error });
+                }
             }
         }
-        let hangs = (self.bodies.iter())
-            .map(|b| (format!("body `{}`, hinge", b.name), &b.parent, &b.hinge_in_parent))
-            .chain(self.nodes.iter().map(|n| (format!("node `{}`", n.name), &n.body, &n.pose)));
-        for (place, on, X) in hangs {
-            let carrier = names.get(on.as_str()).filter(|i| sound[**i] && X.is_finite());
-            let modes = carrier.and_then(|i| self.bodies[*i].modes.as_ref());
-            if let Some(Err(error)) = modes.map(|m| m.place(X)) {
-                faults.push(Fault::Attachment { place, body: on.clone(), error });
+        for c in &self.couplings {
+            let what = || format!("coupling `{}`", c.name);
+            let finite = c.terms.iter().all(|t| t.factor.is_finite()) && c.constant.is_finite();
+            if !finite {
+                more.push(Fault::NotFinite { place: format!("{}, its factors", what()) });
+            }
+            if finite && c.terms.iter().all(|t| t.factor == 0.0) {
+                more.push(Fault::EmptyCoupling { name: c.name.clone() });
+            }
+            for (i, t) in c.terms.iter().enumerate() {
+                let at = &t.coordinate;
+                if !unknown(what(), &at.body, None) {
+                    continue;
+                }
+                let hinge = &self.bodies[names[at.body.as_str()]].hinge.subhinges;
+                if hinge.get(at.subhinge).is_none_or(|s| s.kind.nv() != 1) {
+                    let (body, subhinge) = (at.body.clone(), at.subhinge);
+                    more.push(Fault::NoCoordinate { name: c.name.clone(), body, subhinge });
+                }
+                if c.terms[..i].iter().any(|o| o.coordinate == *at) {
+                    let (body, subhinge) = (at.body.clone(), at.subhinge);
+                    more.push(Fault::CoordinateTwice { name: c.name.clone(), body, subhinge });
+                }
             }
         }
+        faults.append(&mut more);
     }
 
     /// Reports each ring once, from its first body by name.
@@ -299,12 +379,58 @@ impl Builder {
         nodes.sort_by(|a, b| (a.body, &a.name).cmp(&(b.body, &b.name)));
         let node_index =
             nodes.iter().enumerate().map(|(i, n)| (n.name.clone(), NodeId(i as u32))).collect();
-        Multibody::assemble(bodies, index, nodes, node_index, nq, nv)
+        let (loops, couplings, motions) = self.constraints(&bodies, &index);
+        let parts = Parts { bodies, index, nodes, node_index, loops, couplings };
+        Multibody::assemble(parts, nq, nv, motions)
+    }
+
+    /// Loops and couplings by name, and how many prescribed subhinges the loops have.
+    fn constraints(
+        &self,
+        bodies: &[Body],
+        index: &BTreeMap<String, BodyId>,
+    ) -> (Vec<Loop>, Vec<Coupled>, usize) {
+        let mut closures: Vec<&LoopClosure> = self.loops.iter().collect();
+        closures.sort_by(|a, b| a.name.cmp(&b.name));
+        let (mut loops, mut motions) = (Vec::new(), 0);
+        for l in closures {
+            let hinge = normalised_hinge(&l.hinge);
+            let Ok(rows) = rows(&hinge, motions) else { unreachable!("checked before") };
+            let given = |s: &&crate::Subhinge| s.coordinate == Coordinate::Prescribed;
+            let end = motions + hinge.subhinges.iter().filter(given).count();
+            let anchor = |body: &str, pose| Anchor { body: index.get(body).copied(), pose };
+            loops.push(Loop {
+                a: anchor(&l.body_a, l.frame_a),
+                b: anchor(&l.body_b, l.frame_b),
+                rows,
+                motions: motions..end,
+                closure: LoopClosure { hinge, ..l.clone() },
+            });
+            motions = end;
+        }
+        let place = |at: &HingeCoordinate| {
+            let id = index[&at.body];
+            let s = &bodies[id.index()].subhinges[at.subhinge];
+            (id, s.q.start, s.v.start)
+        };
+        let mut couplings: Vec<Coupled> = (self.couplings.iter())
+            .map(|c| {
+                let used = c.terms.iter().filter(|t| t.factor != 0.0);
+                let places: Vec<_> = used.map(|t| (place(&t.coordinate), t.factor)).collect();
+                Coupled {
+                    coupling: c.clone(),
+                    terms: places.iter().map(|((_, q, v), c)| (*q, *v, *c)).collect(),
+                    bodies: places.iter().map(|((b, ..), _)| *b).collect(),
+                }
+            })
+            .collect();
+        couplings.sort_by(|a, b| a.coupling.name.cmp(&b.coupling.name));
+        (loops, couplings, motions)
     }
 }
 
 impl From<&Multibody> for Builder {
-    /// The same bodies and nodes, to be changed and built again.
+    /// The same parts, to be changed and built again.
     fn from(mbs: &Multibody) -> Self {
         let mut builder = Builder::new();
         for b in mbs.body_ids() {
@@ -313,8 +439,14 @@ impl From<&Multibody> for Builder {
         for n in mbs.nodes() {
             builder.node(n.name(), mbs.get(n.body()).name(), n.pose());
         }
+        builder.loops.extend(mbs.loops().iter().map(|l| l.closure.clone()));
+        builder.couplings.extend(mbs.couplings().iter().map(|c| c.coupling.clone()));
         builder
     }
+}
+
+fn normalised_hinge(hinge: &Hinge) -> Hinge {
+    Hinge { subhinges: hinge.subhinges.iter().map(|s| normalised(*s)).collect() }
 }
 
 fn normalised(mut s: crate::Subhinge) -> crate::Subhinge {
@@ -359,26 +491,32 @@ fn check_numbers(b: &BodySpec, faults: &mut Vec<Fault>) {
             faults.push(Fault::NotFinite { place });
         }
     }
-    for (i, s) in b.hinge.subhinges.iter().enumerate() {
+    check_hinge(&format!("body `{}`", b.name), &b.hinge, faults);
+}
+
+/// `what` carries the hinge.
+fn check_hinge(what: &str, hinge: &Hinge, faults: &mut Vec<Fault>) {
+    let body = || what.to_owned();
+    for (i, s) in hinge.subhinges.iter().enumerate() {
         if s.kind.axis().is_some_and(|a| !(a.norm().is_finite() && a.norm() > 1e-100)) {
-            faults.push(Fault::BadAxis { body: b.name.clone(), subhinge: i });
+            faults.push(Fault::BadAxis { body: body(), subhinge: i });
         }
         if matches!(s.kind, SubhingeKind::Screw { pitch, .. } if !pitch.is_finite()) {
-            let place = format!("body `{}`, subhinge {i}, pitch", b.name);
+            let place = format!("{what}, subhinge {i}, pitch");
             faults.push(Fault::NotFinite { place });
         }
         let barred = matches!(s.kind, SubhingeKind::Free | SubhingeKind::Locked);
         let a = s.armature;
         if !(a.is_finite() && a >= 0.0) || (barred && a != 0.0) {
-            let body = b.name.clone();
+            let body = body();
             faults.push(Fault::BadArmature { body, subhinge: i, armature: a });
         }
         if !(s.gear.is_finite() && s.gear != 0.0) {
-            faults.push(Fault::BadGear { body: b.name.clone(), subhinge: i, gear: s.gear });
+            faults.push(Fault::BadGear { body: body(), subhinge: i, gear: s.gear });
         }
         let limited = s.limits != crate::Limits::NONE;
         if !s.limits.is_valid() || (limited && s.kind.nv() != 1) {
-            let body = b.name.clone();
+            let body = body();
             faults.push(Fault::BadLimits { body, subhinge: i, limits: s.limits });
         }
     }

@@ -1,5 +1,6 @@
 //! What can be wrong with a mechanism's description: place, fact, remedy, all at once.
 
+use crate::constraint::LoopFault;
 use crate::modes::{AttachmentFault, ModesFault};
 use linkwork_spatial::InertiaError;
 use thiserror::Error;
@@ -27,10 +28,10 @@ pub enum Fault {
         /// The nearest existing name.
         suggestion: Option<String>,
     },
-    /// Two bodies, or two nodes, have one name.
+    /// Two bodies, nodes, loops or couplings have one name.
     #[error("{what} `{name}` is defined {count} times\n  help: give each its own name")]
     Duplicate {
-        /// "body" or "node".
+        /// "body", "node", "loop" or "coupling".
         what: &'static str,
         /// The name.
         name: String,
@@ -40,7 +41,7 @@ pub enum Fault {
     /// A name that cannot be used.
     #[error("{what} name `{name}` is not usable\n  help: it must not be empty or `world`")]
     BadName {
-        /// "body" or "node".
+        /// "body", "node", "loop" or "coupling".
         what: &'static str,
         /// The name.
         name: String,
@@ -57,21 +58,21 @@ pub enum Fault {
     },
     /// An axis without a direction.
     #[error(
-        "body `{body}`, subhinge {subhinge}: axis has no direction\n  help: give a non-zero, finite vector"
+        "{body}, subhinge {subhinge}: axis has no direction\n  help: give a non-zero, finite vector"
     )]
     BadAxis {
-        /// The body.
+        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
         /// Which link of the chain, from the parent's side.
         subhinge: usize,
     },
     /// A rotor inertia that is impossible or out of place.
     #[error(
-        "body `{body}`, subhinge {subhinge}: armature {armature} is not usable\n  help: it must be \
+        "{body}, subhinge {subhinge}: armature {armature} is not usable\n  help: it must be \
          finite and ≥ 0, and 0 on a free or locked subhinge"
     )]
     BadArmature {
-        /// The body.
+        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
         /// Which link of the chain.
         subhinge: usize,
@@ -80,11 +81,11 @@ pub enum Fault {
     },
     /// A gear ratio that turns nothing.
     #[error(
-        "body `{body}`, subhinge {subhinge}: gear ratio {gear} is not usable\n  help: it must be \
+        "{body}, subhinge {subhinge}: gear ratio {gear} is not usable\n  help: it must be \
          finite and not 0"
     )]
     BadGear {
-        /// The body.
+        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
         /// Which link of the chain.
         subhinge: usize,
@@ -93,16 +94,75 @@ pub enum Fault {
     },
     /// Limits that nothing can keep, or on a subhinge that has no single coordinate.
     #[error(
-        "body `{body}`, subhinge {subhinge}: limits {limits:?} are not usable\n  help: they need \
+        "{body}, subhinge {subhinge}: limits {limits:?} are not usable\n  help: they need \
          lower ≤ upper, rate ≥ 0, effort ≥ 0, and belong on pins, sliders and screws"
     )]
     BadLimits {
-        /// The body.
+        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
         /// Which link of the chain.
         subhinge: usize,
         /// The values.
         limits: crate::Limits,
+    },
+    /// A constraint on a body that does not exist.
+    #[error("{what}: no body `{body}`{}", suggest(suggestion))]
+    UnknownEnd {
+        /// The constraint.
+        what: String,
+        /// The body it names.
+        body: String,
+        /// The nearest existing name.
+        suggestion: Option<String>,
+    },
+    /// Both ends of a loop on one body.
+    #[error("loop `{name}`: both ends are on `{body}`\n  help: a loop joins two bodies")]
+    LoopOnItself {
+        /// The loop.
+        name: String,
+        /// The body.
+        body: String,
+    },
+    /// A hinge that cannot close a loop.
+    #[error("loop `{name}`: its hinge {error}")]
+    Loop {
+        /// The loop.
+        name: String,
+        /// Why.
+        error: LoopFault,
+    },
+    /// A coupling of nothing.
+    #[error(
+        "coupling `{name}` has no term that is not zero\n  help: give it a coordinate and a factor"
+    )]
+    EmptyCoupling {
+        /// The coupling.
+        name: String,
+    },
+    /// A coupling of what is not a single coordinate.
+    #[error(
+        "coupling `{name}`: body `{body}` has no one-dof subhinge {subhinge}\n  help: couple pins, \
+         sliders and screws; subhinges count from 0 at the parent's side"
+    )]
+    NoCoordinate {
+        /// The coupling.
+        name: String,
+        /// The body.
+        body: String,
+        /// The subhinge it names.
+        subhinge: usize,
+    },
+    /// One coordinate in two terms.
+    #[error(
+        "coupling `{name}`: subhinge {subhinge} of `{body}` comes twice\n  help: add the factors up"
+    )]
+    CoordinateTwice {
+        /// The coupling.
+        name: String,
+        /// The body.
+        body: String,
+        /// The subhinge.
+        subhinge: usize,
     },
     /// A pose or pitch with a NaN or infinity.
     #[error("{place}: a number is NaN or infinite\n  help: give finite numbers")]

@@ -1,4 +1,4 @@
-//! The structure of a mechanism: bodies, hinges made of subhinges, nodes.
+//! The structure of a mechanism: bodies, hinges made of subhinges, nodes, constraints.
 //!
 //! A [`Builder`] takes parts in any order and reports every fault at once; [`Builder::build`]
 //! returns an immutable [`Multibody`] whose arrays are in canonical order (depth first, parents
@@ -18,6 +18,7 @@
 #![allow(non_snake_case)]
 
 mod builder;
+mod constraint;
 mod coordinates;
 mod error;
 mod hinge;
@@ -27,6 +28,10 @@ pub mod modes;
 mod subgraph;
 
 pub use builder::{BodySpec, Builder, NodeSpec};
+pub use constraint::{
+    Anchor, ConstraintId, Coupled, Coupling, HingeCoordinate, Loop, LoopClosure, LoopFault,
+    LoopMotion, Row, Term,
+};
 pub use error::{BuildError, Fault};
 pub use hinge::{Coordinate, Hinge, Limits, Subhinge, SubhingeKind};
 pub use ids::{BodyId, NodeId};

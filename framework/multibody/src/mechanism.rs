@@ -1,5 +1,6 @@
 //! The immutable mechanism and what can be asked of it.
 
+use crate::constraint::{ConstraintId, Coupled, Loop};
 use crate::modes::Modes;
 use crate::{BodyId, BodySpec, Coordinate, Hinge, NodeId, Subhinge};
 use linkwork_spatial::{MassProperties, Pose, RigidInertia};
@@ -142,27 +143,82 @@ impl Node {
     }
 }
 
-/// A mechanism: bodies, hinges, nodes. It never changes.
+/// What a mechanism is made of, in canonical order.
+pub(crate) struct Parts {
+    pub bodies: Vec<Body>,
+    pub index: BTreeMap<String, BodyId>,
+    pub nodes: Vec<Node>,
+    pub node_index: BTreeMap<String, NodeId>,
+    pub loops: Vec<Loop>,
+    pub couplings: Vec<Coupled>,
+}
+
+/// A mechanism: bodies, hinges, nodes, constraints. It never changes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Multibody {
     bodies: Vec<Body>,
     body_index: BTreeMap<String, BodyId>,
     nodes: Vec<Node>,
     node_index: BTreeMap<String, NodeId>,
+    loops: Vec<Loop>,
+    couplings: Vec<Coupled>,
     nq: usize,
     nv: usize,
+    motions: usize,
 }
 
 impl Multibody {
-    pub(crate) fn assemble(
-        bodies: Vec<Body>,
-        body_index: BTreeMap<String, BodyId>,
-        nodes: Vec<Node>,
-        node_index: BTreeMap<String, NodeId>,
-        nq: usize,
-        nv: usize,
-    ) -> Self {
-        Self { bodies, body_index, nodes, node_index, nq, nv }
+    pub(crate) fn assemble(parts: Parts, nq: usize, nv: usize, motions: usize) -> Self {
+        let Parts { bodies, index, nodes, node_index, loops, couplings } = parts;
+        Self { bodies, body_index: index, nodes, node_index, loops, couplings, nq, nv, motions }
+    }
+
+    /// Hinges that close loops, by name.
+    #[must_use]
+    pub fn loops(&self) -> &[Loop] {
+        &self.loops
+    }
+
+    /// Relations between coordinates, by name.
+    #[must_use]
+    pub fn couplings(&self) -> &[Coupled] {
+        &self.couplings
+    }
+
+    /// Every constraint: loops, then couplings, each kind by name.
+    pub fn constraints(&self) -> impl Iterator<Item = ConstraintId> + use<> {
+        let loops = (0..self.loops.len() as u32).map(ConstraintId::Loop);
+        loops.chain((0..self.couplings.len() as u32).map(ConstraintId::Coupling))
+    }
+
+    /// Scalar equations of a constraint.
+    #[must_use]
+    pub fn rows(&self, constraint: ConstraintId) -> usize {
+        match constraint {
+            ConstraintId::Loop(i) => self.loops[i as usize].rows.len(),
+            ConstraintId::Coupling(_) => 1,
+        }
+    }
+
+    /// The name of a constraint.
+    #[must_use]
+    pub fn constraint_name(&self, constraint: ConstraintId) -> &str {
+        match constraint {
+            ConstraintId::Loop(i) => &self.loops[i as usize].closure.name,
+            ConstraintId::Coupling(i) => &self.couplings[i as usize].coupling.name,
+        }
+    }
+
+    /// The constraint of that name, loops before couplings.
+    #[must_use]
+    pub fn constraint(&self, name: &str) -> Option<ConstraintId> {
+        self.constraints().find(|c| self.constraint_name(*c) == name)
+    }
+
+    /// Prescribed subhinges of all loops: how many loop motions the caller gives.
+    #[must_use]
+    pub fn motions(&self) -> usize {
+        self.motions
     }
 
     /// All bodies in canonical order: depth first, parents first, siblings by name.

@@ -2,7 +2,7 @@
 //!
 //! The bodies chosen must hang on one common frame: the world, or one body that is not chosen (the
 //! *base*). In the new mechanism that frame is `world`. Names stay; bodies outboard of the chosen
-//! ones that were not chosen are left out, with their mass.
+//! ones that were not chosen are left out, with their mass; so are constraints with an end outside.
 
 use crate::{BodyId, Builder, Multibody};
 use thiserror::Error;
@@ -91,6 +91,23 @@ impl Multibody {
         }
         for n in self.nodes().iter().filter(|n| is_chosen(n.body())) {
             part.node(n.name(), self.get(n.body()).name(), n.pose());
+        }
+        for l in self.loops() {
+            let inside = |a: Option<BodyId>| a.is_some_and(&is_chosen);
+            let end = |a: Option<BodyId>| inside(a) || a == base;
+            if end(l.a.body) && end(l.b.body) && (inside(l.a.body) || inside(l.b.body)) {
+                let mut closure = l.closure.clone();
+                for (name, at) in [(&mut closure.body_a, l.a.body), (&mut closure.body_b, l.b.body)]
+                {
+                    if at == base {
+                        "world".clone_into(name);
+                    }
+                }
+                part.loop_closure(closure);
+            }
+        }
+        for c in self.couplings().iter().filter(|c| c.bodies.iter().all(|b| is_chosen(*b))) {
+            part.coupling(c.coupling.clone());
         }
         let Ok(multibody) = part.build() else { unreachable!("parts of a whole are sound") };
         let (mut order, mut q, mut v) = (Vec::new(), Vec::new(), Vec::new());

@@ -13,6 +13,7 @@
 //! shapes are constant, and second-order terms are those of `shortening` and of exp alone.
 
 mod beam;
+mod check;
 mod eigen;
 mod place;
 mod plate;

@@ -1,0 +1,667 @@
+//! An aggregate: the links of loops, eliminated as one (constraint embedding).
+//!
+//! The closures g(β̇) = Γ β̇ + bias = 0 of all its loops, with complete pivoting over free members:
+//! ```text
+//! β̇ = X β̇_r + x                                     X: unit rows at independent rates
+//! H(k) = φ* H(p) + S X,   A(k) = φ* A(p) + S x        6 × n columns of each member
+//! 𝓓 = Σ H* P H,   F = Σ φ P H,   ε = X* (T − armature x) − Σ H* (z + P A)
+//! ```
+//! then with the Cholesky factor 𝓓 = L L*, everything in terms of L* β̇_r:
+//! ```text
+//! X ← X L⁻*, H ← H L⁻*, F ← F L⁻*, ε ← L⁻¹ ε          so that 𝓓 = 1
+//! P⁺ = Σ φ P φ* − F F*,   z⁺ = Σ φ (z + P A) + F ε
+//! β̇_r = ε + y − F* α,   β̇ = X β̇_r + x,   α(k) = φ* α + H β̇_r + A
+//! ```
+//! Which rates are independent is chosen anew at every state, so near a singularity of one choice
+//! another is taken, and the result is a function of the state alone.
+//! Source: Jain, *Robot and Multibody Dynamics*, constraint embedding.
+
+use super::sweep::{axis, loaded, nan_max};
+use super::{Aggregate, Units, UnitsWork};
+use crate::articulated::Spatial;
+use crate::linear::V6;
+use crate::tree::Tree;
+use crate::work::{Work, Workspace};
+use linkwork_multibody::{ConstraintId, LoopMotion};
+
+/// Rows scaled to one whose pivot is below this are taken as implied by the others.
+pub(crate) const REDUNDANT: f64 = 1e-9;
+
+/// What an aggregate holds at a state.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Embedded {
+    /// Independent rates.
+    pub n: usize,
+    /// Γ and right side, reduced; `size + 1` numbers a row.
+    gamma: Vec<f64>,
+    /// Γ and right side as they were.
+    pub original: Vec<f64>,
+    /// Row and column of each pivot.
+    pub pivots: Vec<(usize, usize)>,
+    /// X: a row a member dof, `size` numbers a row.
+    pub X: Vec<f64>,
+    pub x: Vec<f64>,
+    /// 𝓓, then its Cholesky factor.
+    D: Vec<f64>,
+    /// Columns of each member about its own origin, `size` a member.
+    pub H: Vec<V6<f64>>,
+    /// Acceleration of each member that x gives, about its own origin.
+    pub A: Vec<V6<f64>>,
+    /// Inertia and force of each member with all that hangs on it.
+    pub P: Vec<Spatial<f64>>,
+    pub z: Vec<V6<f64>>,
+    /// T of each member dof.
+    pub tau: Vec<f64>,
+    column: Vec<V6<f64>>,
+    /// Γ* on the pivots and its right side.
+    square: Vec<f64>,
+    lambda: Vec<f64>,
+    force: Vec<V6<f64>>,
+    /// L* β̇_r of the last scatter.
+    rates: Vec<f64>,
+    used: Vec<bool>,
+    /// The greatest |X|² of any member dof.
+    pub reach: f64,
+    /// The greatest |S| |w| of each row: what is far below it is rounding.
+    size: Vec<f64>,
+    pub inconsistency: f64,
+}
+
+impl Embedded {
+    pub fn new(a: &Aggregate) -> Self {
+        let (size, links) = (a.dofs.len(), a.links.len());
+        Self {
+            n: 0,
+            gamma: vec![0.0; a.rows * (size + 1)],
+            original: vec![0.0; a.rows * (size + 1)],
+            pivots: Vec::with_capacity(a.rows),
+            X: vec![0.0; size * size],
+            x: vec![0.0; size],
+            D: vec![0.0; size * size],
+            H: vec![V6::default(); links * size],
+            A: vec![V6::default(); links],
+            P: vec![Spatial::default(); links],
+            z: vec![V6::default(); links],
+            tau: vec![0.0; size],
+            column: vec![V6::default(); size],
+            square: vec![0.0; a.rows.min(size) * (a.rows.min(size) + 1)],
+            lambda: vec![0.0; a.rows],
+            force: vec![V6::default(); links],
+            rates: vec![0.0; size],
+            used: vec![false; a.rows + size],
+            size: vec![0.0; a.rows],
+            reach: 0.0,
+            inconsistency: 0.0,
+        }
+    }
+}
+
+impl Spatial<f64> {
+    /// P V.
+    #[inline(always)]
+    pub fn apply(&self, V: &V6<f64>) -> V6<f64> {
+        V6 { n: self.H.mul_add(V.f, self.I.mul(V.n)), f: self.H.tmul(V.n) + self.M.mul(V.f) }
+    }
+}
+
+impl Units {
+    /// Γ | −bias of an aggregate.
+    fn closures(
+        &self,
+        agg: &Aggregate,
+        w: &Work<f64>,
+        uw: &UnitsWork,
+        motions: &[LoopMotion],
+        m: &mut Embedded,
+    ) {
+        let wide = agg.dofs.len() + 1;
+        let (out, size) = (&mut m.original, &mut m.size);
+        out.fill(0.0);
+        size.fill(0.0);
+        let mut row = 0;
+        for c in &agg.constraints {
+            match c {
+                ConstraintId::Coupling(i) => {
+                    for (slot, v, factor) in &self.couplings[*i as usize] {
+                        let place = self.member[*slot as usize] as usize;
+                        let from = &agg.dofs[agg.first[place] as usize..];
+                        let at = from.iter().position(|d| d == v).unwrap_or(0);
+                        out[row * wide + agg.first[place] as usize + at] = *factor;
+                    }
+                    row += 1;
+                }
+                ConstraintId::Loop(i) => {
+                    let c = &self.closures[*i as usize];
+                    let rows = c.rows(&w.kin, &uw.r, &self.root, motions);
+                    for n in 0..rows.n {
+                        out[(row + n) * wide + wide - 1] = -rows.bias[n];
+                    }
+                    for (end, sign) in [(0, -1.0), (1, 1.0)] {
+                        let mut slot = [c.a.slot, c.b.slot][end];
+                        let arm = uw.r[slot as usize] + rows.arms[end];
+                        while slot != agg.parent {
+                            let place = self.member[slot as usize] as usize;
+                            let first = agg.first[place] as usize;
+                            let last = agg.first.get(place + 1).map_or(wide - 1, |f| *f as usize);
+                            for j in first..last {
+                                let S = &uw.S[agg.dofs[j] as usize];
+                                for (n, wrench) in rows.wrench[..rows.n].iter().enumerate() {
+                                    let about = wrench.to_parent(arm);
+                                    let bound = (S.dot(S) * about.dot(&about)).sqrt();
+                                    size[row + n] = nan_max(size[row + n], bound);
+                                    out[(row + n) * wide + j] += sign * S.dot(&about);
+                                }
+                            }
+                            slot = agg.inner[place].map_or(agg.parent, |p| agg.links[p as usize]);
+                        }
+                    }
+                    row += rows.n;
+                }
+            }
+        }
+    }
+
+    /// X and x from Γ; `prescribed[j]` holds the given rate of member dof j.
+    fn reduce(&self, agg: &Aggregate, free: impl Fn(usize) -> Option<f64>, m: &mut Embedded) {
+        let (size, rows) = (agg.dofs.len(), agg.rows);
+        let wide = size + 1;
+        m.gamma.copy_from_slice(&m.original);
+        m.pivots.clear();
+        let (used_rows, used_columns) = m.used.split_at_mut(rows);
+        used_rows.fill(false);
+        for (j, used) in used_columns.iter_mut().enumerate() {
+            *used = false;
+            if let Some(given) = free(j) {
+                *used = true;
+                for row in m.gamma.chunks_exact_mut(wide) {
+                    row[size] -= row[j] * given;
+                    row[j] = 0.0;
+                }
+            }
+        }
+        for (row, bound) in m.gamma.chunks_exact_mut(wide).zip(&m.size) {
+            let greatest = row[..size].iter().fold(0.0, |a, x| nan_max(a, x.abs()));
+            if greatest <= REDUNDANT * bound {
+                row[..size].fill(0.0);
+            } else {
+                row.iter_mut().for_each(|x| *x /= greatest);
+            }
+        }
+        loop {
+            let mut best = (REDUNDANT, usize::MAX, 0);
+            for i in (0..rows).filter(|i| !used_rows[*i]) {
+                for j in (0..size).filter(|j| !used_columns[*j]) {
+                    let x = m.gamma[i * wide + j].abs();
+                    if x > best.0 {
+                        best = (x, i, j);
+                    }
+                }
+            }
+            let (_, i, j) = best;
+            if i == usize::MAX {
+                break;
+            }
+            (used_rows[i], used_columns[j]) = (true, true);
+            m.pivots.push((i, j));
+            let inverse = 1.0 / m.gamma[i * wide + j];
+            m.gamma[i * wide..(i + 1) * wide].iter_mut().for_each(|x| *x *= inverse);
+            let (before, rest) = m.gamma.split_at_mut(i * wide);
+            let (pivot, after) = rest.split_at_mut(wide);
+            for row in before.chunks_exact_mut(wide).chain(after.chunks_exact_mut(wide)) {
+                let factor = row[j];
+                if factor != 0.0 {
+                    row.iter_mut().zip(pivot.iter()).for_each(|(x, p)| *x -= factor * p);
+                }
+            }
+        }
+        let left = (0..rows).filter(|i| !used_rows[*i]).map(|i| m.gamma[i * wide + size].abs());
+        m.inconsistency = left.fold(0.0, nan_max);
+        m.X.fill(0.0);
+        m.x.fill(0.0);
+        m.n = 0;
+        for j in 0..size {
+            if !used_columns[j] {
+                m.X[j * size + m.n] = 1.0;
+                for (i, d) in &m.pivots {
+                    m.X[d * size + m.n] = -m.gamma[i * wide + j];
+                }
+                m.n += 1;
+            } else if let Some(given) = free(j) {
+                m.x[j] = given;
+            }
+        }
+        for (i, d) in &m.pivots {
+            m.x[*d] = m.gamma[i * wide + size];
+        }
+    }
+
+    /// Eliminates an aggregate and passes it inward; `None` if something has nothing to move.
+    pub(super) fn eliminate(
+        &self,
+        tree: &Tree,
+        w: &Work<f64>,
+        uw: &mut UnitsWork,
+        which: usize,
+        first: usize,
+        tau: &[f64],
+        vdot: &[f64],
+        motions: &[LoopMotion],
+    ) -> Option<()> {
+        let mut m = std::mem::take(&mut uw.embedded[which]);
+        let moves = self.embed(tree, w, uw, &mut m, which, first, tau, vdot, motions);
+        uw.embedded[which] = m;
+        moves
+    }
+
+    fn embed(
+        &self,
+        tree: &Tree,
+        w: &Work<f64>,
+        uw: &mut UnitsWork,
+        m: &mut Embedded,
+        which: usize,
+        first: usize,
+        tau: &[f64],
+        vdot: &[f64],
+        motions: &[LoopMotion],
+    ) -> Option<()> {
+        let agg = &self.aggregates[which];
+        let size = agg.dofs.len();
+        self.closures(agg, w, uw, motions, m);
+        let prescribed = |j: usize| {
+            let v = agg.dofs[j] as usize;
+            tree.dofs.prescribed[v].then(|| vdot[v])
+        };
+        self.reduce(agg, prescribed, m);
+        let n = m.n;
+        self.columns(agg, tree, w, m);
+        for (place, slot) in agg.links.iter().enumerate() {
+            let k = *slot as usize - 1;
+            let (P, z) = loaded(&tree.links[k], k, w, uw);
+            m.P[place] = P;
+            m.z[place] = z + P.apply(&m.A[place]);
+        }
+        let (base, arm) = match agg.parent {
+            0 => (0, uw.r[agg.links[0] as usize]),
+            p => (p as usize, uw.r[p as usize]),
+        };
+        let (mut P_sum, mut z_sum) = (Spatial::default(), V6::default());
+        m.D.fill(0.0);
+        m.column[..n].fill(V6::default());
+        let eps = &mut uw.eps[first..first + size];
+        eps.fill(0.0);
+        for (place, slot) in agg.links.iter().enumerate() {
+            let l = uw.r[*slot as usize] - arm;
+            let (P, z) = (&m.P[place], &m.z[place]);
+            P_sum.add(&P.shifted(l));
+            z_sum = z_sum + z.to_parent(l);
+            let H = &m.H[place * size..place * size + n];
+            for (j, Hj) in H.iter().enumerate() {
+                let PH = P.apply(Hj);
+                m.column[j] = m.column[j] + PH.to_parent(l);
+                for (i, Hi) in H[..=j].iter().enumerate() {
+                    m.D[j * size + i] += Hi.dot(&PH);
+                }
+                eps[j] -= Hj.dot(z);
+            }
+        }
+        for (d, v) in agg.dofs.iter().enumerate() {
+            let (armature, T) = (tree.dofs.armature[*v as usize], tau[*v as usize]);
+            // At prescribed members T is sought.
+            m.tau[d] = if tree.dofs.prescribed[*v as usize] { 0.0 } else { T };
+            let T = T - armature * m.x[d];
+            let row = &m.X[d * size..d * size + n];
+            for (j, Xj) in row.iter().enumerate() {
+                eps[j] += Xj * T;
+                for (i, Xi) in row[..=j].iter().enumerate() {
+                    m.D[j * size + i] += armature * Xi * Xj;
+                }
+            }
+        }
+        if !cholesky(&mut m.D, size, n) {
+            return None;
+        }
+        substitute(&m.D, size, &mut m.column[..n]);
+        for (H, slot) in m.H.chunks_exact_mut(size).zip(&agg.links) {
+            substitute(&m.D, size, &mut H[..n]);
+            uw.reach[*slot as usize] = H[..n].iter().map(|H| H.dot(H)).sum();
+        }
+        m.reach = 0.0;
+        for X in m.X.chunks_exact_mut(size) {
+            substitute(&m.D, size, &mut X[..n]);
+            m.reach = nan_max(m.reach, X[..n].iter().map(|x| x * x).sum());
+        }
+        substitute(&m.D, size, &mut eps[..n]);
+        for j in 0..n {
+            P_sum.downdate(m.column[j], m.column[j]);
+            z_sum = m.column[j].scale_add(eps[j], z_sum);
+        }
+        for j in 0..size {
+            let on = j < n;
+            uw.D_inv[first + j] = f64::from(u8::from(on));
+            uw.G[first + j] = if on { m.column[j].to_parent(arm) } else { V6::default() };
+        }
+        if base != 0 {
+            uw.inertia[base].add(&P_sum);
+            uw.z[base] = uw.z[base] + z_sum;
+        }
+        Some(())
+    }
+
+    /// H and A of every member.
+    fn columns(&self, agg: &Aggregate, tree: &Tree, w: &Work<f64>, m: &mut Embedded) {
+        let (size, n) = (agg.dofs.len(), m.n);
+        for (place, slot) in agg.links.iter().enumerate() {
+            let (link, kin) = (&tree.links[*slot as usize - 1], &w.kin[*slot as usize]);
+            let (done, rest) = m.H.split_at_mut(place * size);
+            let H = &mut rest[..n];
+            let mut A = V6::default();
+            match agg.inner[place] {
+                None => H.fill(V6::default()),
+                Some(p) => {
+                    let p = p as usize;
+                    for (to, from) in H.iter_mut().zip(&done[p * size..]) {
+                        *to = from.to_child(kin.l);
+                    }
+                    A = m.A[p].to_child(kin.l);
+                }
+            }
+            let first = agg.first[place] as usize;
+            for j in 0..link.kind.nv() {
+                let (S, d) = (axis(link, kin, j), first + j);
+                for (to, X) in H.iter_mut().zip(&m.X[d * size..]) {
+                    if *X != 0.0 {
+                        *to = S.scale_add(*X, *to);
+                    }
+                }
+                A = S.scale_add(m.x[d], A);
+            }
+            m.A[place] = A;
+        }
+    }
+
+    /// Base to tips through an aggregate.
+    pub(super) fn spread(
+        &self,
+        which: usize,
+        first: usize,
+        uw: &mut UnitsWork,
+        acc: &mut [V6<f64>],
+        pull: &impl Fn(usize) -> f64,
+        vdot: &mut [f64],
+    ) {
+        let agg = &self.aggregates[which];
+        let (m, size) = (&mut uw.embedded[which], agg.dofs.len());
+        let a = match agg.parent {
+            0 => V6::default(),
+            p => uw.alpha[p as usize],
+        };
+        let n = m.n;
+        for (j, rate) in m.rates[..n].iter_mut().enumerate() {
+            *rate = uw.G[first + j].dot_from(&a, uw.eps[first + j] + pull(first + j));
+        }
+        for (d, v) in agg.dofs.iter().enumerate() {
+            let X = &m.X[d * size..d * size + n];
+            vdot[*v as usize] = m.rates[..n].iter().zip(X).fold(m.x[d], |s, (r, x)| s + r * x);
+        }
+        for (place, slot) in agg.links.iter().enumerate() {
+            let slot = *slot as usize;
+            let mut own = a.to_child(uw.r[slot]) + m.A[place];
+            for (H, rate) in m.H[place * size..].iter().zip(&m.rates[..n]) {
+                own = H.scale_add(*rate, own);
+            }
+            acc[slot] = own;
+            uw.alpha[slot] = own.to_child(-uw.r[slot]);
+        }
+    }
+
+    /// The same for impulses alone.
+    pub(super) fn spread_impulse(
+        &self,
+        which: usize,
+        first: usize,
+        uw: &mut UnitsWork,
+        y: &[f64],
+        dv: &mut [f64],
+    ) {
+        let agg = &self.aggregates[which];
+        let (m, size) = (&mut uw.embedded[which], agg.dofs.len());
+        let a = match agg.parent {
+            0 => V6::default(),
+            p => uw.alpha[p as usize],
+        };
+        let (n, last) = (m.n, self.independent - 1);
+        for j in 0..n {
+            m.rates[j] = uw.G[first + j].dot_from(&a, y[last - (first + j)]);
+        }
+        for (d, v) in agg.dofs.iter().enumerate() {
+            let X = &m.X[d * size..d * size + n];
+            dv[*v as usize] = m.rates[..n].iter().zip(X).fold(0.0, |s, (r, x)| s + r * x);
+        }
+        for (place, slot) in agg.links.iter().enumerate() {
+            let slot = *slot as usize;
+            let mut own = a.to_child(uw.r[slot]);
+            for (H, rate) in m.H[place * size..].iter().zip(&m.rates[..n]) {
+                own = H.scale_add(*rate, own);
+            }
+            uw.alpha[slot] = own.to_child(-uw.r[slot]);
+        }
+    }
+}
+
+impl Units {
+    /// Forces of the embedded constraints after [`Units::scatter`](Units::scatter), each given its
+    /// rows' numbers (N or N m; a row acts along its wrench on body B); of rows that repeat others
+    /// only the first found carry force. Forces of prescribed members go into `tau`.
+    ///
+    /// From the balance of each member dof, P α + z = T + Γ* λ.
+    pub fn constraint_forces(
+        &self,
+        tree: &Tree,
+        uw: &mut UnitsWork,
+        vdot: &[f64],
+        tau: &mut [f64],
+        mut out: impl FnMut(ConstraintId, &[f64]),
+    ) {
+        for (agg, m) in self.aggregates.iter().zip(&mut uw.embedded) {
+            let (wide, r) = (agg.dofs.len() + 1, m.pivots.len());
+            // Force on each member with all that hangs on it, then T + Γ* λ in the place of rates.
+            for (place, slot) in agg.links.iter().enumerate() {
+                let own = uw.alpha[*slot as usize].to_child(uw.r[*slot as usize]);
+                m.force[place] = m.P[place].apply(&(own + minus(m.A[place]))) + m.z[place];
+            }
+            for place in (0..agg.links.len()).rev() {
+                let slot = agg.links[place] as usize;
+                let first = agg.first[place] as usize;
+                let link = &tree.links[slot - 1];
+                for j in 0..link.kind.nv() {
+                    let (d, S) = (first + j, &uw.S[link.v as usize + j]);
+                    let about = m.force[place].to_parent(uw.r[slot]);
+                    let armature = link.armature * vdot[agg.dofs[d] as usize];
+                    m.rates[d] = S.dot(&about) + armature;
+                }
+                if let Some(p) = agg.inner[place] {
+                    let l = uw.r[slot] - uw.r[agg.links[p as usize] as usize];
+                    let inner = m.force[place].to_parent(l);
+                    m.force[p as usize] = m.force[p as usize] + inner;
+                }
+            }
+            for (a, (_, d)) in m.pivots.iter().enumerate() {
+                for (b, (i, _)) in m.pivots.iter().enumerate() {
+                    m.square[a * (r + 1) + b] = m.original[i * wide + d];
+                }
+                m.square[a * (r + 1) + r] = m.rates[*d] - m.tau[*d];
+            }
+            eliminate_dense(&mut m.square, r);
+            m.lambda.fill(0.0);
+            for (a, (i, _)) in m.pivots.iter().enumerate() {
+                m.lambda[*i] = m.square[a * (r + 1) + r];
+            }
+            for (d, v) in agg.dofs.iter().enumerate() {
+                if tree.dofs.prescribed[*v as usize] {
+                    let pull = (0..agg.rows).map(|i| m.original[i * wide + d] * m.lambda[i]);
+                    tau[*v as usize] = m.rates[d] - m.tau[d] - pull.sum::<f64>();
+                }
+            }
+            let mut row = 0;
+            for c in &agg.constraints {
+                let n = tree.multibody().rows(*c);
+                out(*c, &m.lambda[row..row + n]);
+                row += n;
+            }
+        }
+    }
+
+    /// Corrections of the members' coordinates (as small changes `dv` of β's kind) that close every
+    /// aggregate to first order, with independent ones left alone; returns the greatest error
+    /// before, rad or m. With `rates`, errors are those of rates, and `dv` corrects β.
+    pub fn close(
+        &self,
+        tree: &Tree,
+        ws: &Workspace,
+        uw: &mut UnitsWork,
+        motions: &[LoopMotion],
+        (q, v): (&[f64], &[f64]),
+        level: Level,
+        dv: &mut [f64],
+    ) -> f64 {
+        let w = &ws.work;
+        self.places(tree, w, uw);
+        let mut worst = 0.0;
+        for (which, agg) in self.aggregates.iter().enumerate() {
+            let mut m = std::mem::take(&mut uw.embedded[which]);
+            self.closures(agg, w, uw, motions, &mut m);
+            let wide = agg.dofs.len() + 1;
+            let mut row = 0;
+            for c in &agg.constraints {
+                let mut put = |n: usize, x: f64| {
+                    worst = nan_max(worst, x.abs());
+                    m.original[(row + n) * wide + wide - 1] = -x;
+                };
+                match c {
+                    ConstraintId::Loop(i) => {
+                        let c = &self.closures[*i as usize];
+                        let rows = c.rows(&w.kin, &uw.r, &self.root, motions);
+                        for n in 0..rows.n {
+                            let x =
+                                [rows.error[n], rows.rate[n]][usize::from(level == Level::Rate)];
+                            put(n, x);
+                        }
+                    }
+                    ConstraintId::Coupling(i) => {
+                        let c = &tree.multibody().couplings()[*i as usize];
+                        let error: f64 = c.terms.iter().map(|(iq, _, c)| c * q[*iq]).sum();
+                        let rate: f64 = c.terms.iter().map(|(_, iv, c)| c * v[*iv]).sum();
+                        let error = error - c.coupling.constant;
+                        put(0, if level == Level::Rate { rate } else { error });
+                    }
+                }
+                row += tree.multibody().rows(*c);
+            }
+            let still = |j: usize| tree.dofs.prescribed[agg.dofs[j] as usize].then_some(0.0);
+            self.reduce(agg, still, &mut m);
+            for (d, x) in agg.dofs.iter().zip(&m.x) {
+                dv[*d as usize] = *x;
+            }
+            uw.embedded[which] = m;
+        }
+        worst
+    }
+}
+
+/// Coordinates or their rates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// q.
+    Position,
+    /// β.
+    Rate,
+}
+
+fn minus(a: V6<f64>) -> V6<f64> {
+    V6 { n: -a.n, f: -a.f }
+}
+
+/// Solves n equations in place, each row with its right side; the answer replaces the right sides.
+fn eliminate_dense(a: &mut [f64], n: usize) {
+    let wide = n + 1;
+    for k in 0..n {
+        let pivot = (k..n).max_by(|i, j| a[i * wide + k].abs().total_cmp(&a[j * wide + k].abs()));
+        let pivot = pivot.unwrap_or(k);
+        for c in 0..wide {
+            a.swap(k * wide + c, pivot * wide + c);
+        }
+        let inverse = 1.0 / a[k * wide + k];
+        for c in k..wide {
+            a[k * wide + c] *= inverse;
+        }
+        for i in (0..n).filter(|i| *i != k) {
+            let factor = a[i * wide + k];
+            for c in k..wide {
+                a[i * wide + c] -= factor * a[k * wide + c];
+            }
+        }
+    }
+}
+
+/// What forward substitution works on: numbers, or spatial vectors.
+pub(crate) trait Entry: Copy {
+    /// `self − a b`.
+    fn minus(self, a: f64, b: Self) -> Self;
+    fn times(self, a: f64) -> Self;
+}
+
+impl Entry for f64 {
+    #[inline(always)]
+    fn minus(self, a: f64, b: Self) -> Self {
+        self - a * b
+    }
+    #[inline(always)]
+    fn times(self, a: f64) -> Self {
+        self * a
+    }
+}
+
+impl Entry for V6<f64> {
+    #[inline(always)]
+    fn minus(self, a: f64, b: Self) -> Self {
+        b.scale_add(-a, self)
+    }
+    #[inline(always)]
+    fn times(self, a: f64) -> Self {
+        self.scaled(a)
+    }
+}
+
+/// Lower Cholesky factor in place, its diagonal inverted; false if the matrix is not positive
+/// definite.
+pub(crate) fn cholesky(D: &mut [f64], stride: usize, n: usize) -> bool {
+    for j in 0..n {
+        for i in j..n {
+            let mut sum = D[i * stride + j];
+            for k in 0..j {
+                sum -= D[i * stride + k] * D[j * stride + k];
+            }
+            if i == j {
+                if !(sum > 0.0) {
+                    return false;
+                }
+                D[j * stride + j] = 1.0 / sum.sqrt();
+            } else {
+                D[i * stride + j] = sum * D[j * stride + j];
+            }
+        }
+    }
+    true
+}
+
+/// x ← L⁻¹ x, which is also a row x* ← x* L⁻*.
+pub(crate) fn substitute<T: Entry>(L: &[f64], stride: usize, x: &mut [T]) {
+    for j in 0..x.len() {
+        let mut sum = x[j];
+        for k in 0..j {
+            sum = sum.minus(L[j * stride + k], x[k]);
+        }
+        x[j] = sum.times(L[j * stride + j]);
+    }
+}

@@ -1,0 +1,358 @@
+//! Units: a tree whose loops are closed, as a tree again.
+//!
+//! A *unit* is what the sweeps eliminate at once: an ordinary link, or an *aggregate* — the links of
+//! one or more loops, whose closures leave fewer independent rates (constraint embedding). Every
+//! aggregate hangs on one external parent, so the units form a tree. Constraints that are not
+//! embedded stay outside as rows (tree-augmented); a mechanism may have both kinds.
+//!
+//! ```text
+//! members of a loop = links on the ways from its two ends to where the ways meet
+//! ```
+//! Loops that share a member are one aggregate. The condition that an aggregate has one external
+//! parent holds by construction: two loops with a common member have meeting points on one way to
+//! the base, and the inner one is then a member of the outer loop.
+//! Source: Jain, "Recursive algorithms using local constraint embedding for multibody system
+//! dynamics" and *Robot and Multibody Dynamics* (aggregation).
+
+mod aggregate;
+pub(crate) mod closure;
+mod rows;
+mod sweep;
+
+use crate::tree::{OnLink, Tree};
+use closure::Closure;
+use linkwork_multibody::{Anchor, ConstraintId};
+use std::collections::{BTreeMap, BTreeSet};
+
+pub use aggregate::Level;
+pub use rows::{Row, RowSet, WIDTH};
+pub use sweep::UnitsWork;
+
+/// How a constraint is treated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Treatment {
+    /// Its loop becomes an aggregate: minimal coordinates, no multipliers.
+    Embed,
+    /// Rows with multipliers.
+    Augment,
+    /// Embed while the aggregate is small, else augment.
+    Auto,
+}
+
+/// Largest aggregate, in degrees of freedom of its members, that [`Treatment::Auto`] embeds: beyond
+/// it the dense work within the aggregate costs more than rows do.
+pub const EMBED_MAX: usize = 12;
+
+/// The links of loops, eliminated at once.
+#[derive(Clone, Debug)]
+pub(crate) struct Aggregate {
+    /// Slot of the external parent.
+    pub parent: u32,
+    /// Links, ascending: parents first.
+    pub links: Vec<u32>,
+    /// Place of each link's parent among the links; `None` is the external parent.
+    pub inner: Vec<Option<u32>>,
+    /// Places of the members' rates in β, in the order of the links; and the first of each link.
+    pub dofs: Vec<u32>,
+    pub first: Vec<u32>,
+    pub constraints: Vec<ConstraintId>,
+    pub rows: usize,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum Unit {
+    /// Place of the link.
+    Link(u32),
+    /// Place of the aggregate.
+    Aggregate(u32),
+}
+
+/// The structure of a mechanism with closed loops: constants, shared by any number of
+/// [`UnitsWork`]s.
+#[derive(Clone, Debug)]
+pub struct Units {
+    pub(crate) units: Vec<Unit>,
+    pub(crate) aggregates: Vec<Aggregate>,
+    /// Unit of each slot (0, the world, has none).
+    pub(crate) of_slot: Vec<u32>,
+    /// Place of each link among the members of its aggregate.
+    pub(crate) member: Vec<u32>,
+    /// First independent rate of each unit, in the order of units.
+    pub(crate) first: Vec<u32>,
+    pub(crate) independent: usize,
+    /// Slot whose origin columns of a slot are about.
+    pub(crate) root: Vec<u32>,
+    /// Loops by place.
+    pub(crate) closures: Vec<Closure>,
+    /// Slot and β place of each coupling's terms, with the factor.
+    pub(crate) couplings: Vec<Vec<(u32, u32, f64)>>,
+    augmented: Vec<ConstraintId>,
+    embedded: Vec<ConstraintId>,
+}
+
+impl Units {
+    /// The units of a tree when each constraint of its mechanism is treated as `treatment` says.
+    /// O(links × loops), at set-up.
+    #[must_use]
+    pub fn new(tree: &Tree, treatment: impl Fn(ConstraintId) -> Treatment) -> Self {
+        let mbs = tree.multibody();
+        let anchor = |a: &Anchor| match a.body {
+            None => OnLink {
+                slot: 0,
+                R: a.pose.rotation.to_rotation_matrix().into_inner(),
+                p: a.pose.position,
+            },
+            Some(b) => {
+                let at = tree.body(b);
+                OnLink {
+                    slot: at.slot,
+                    R: at.R * a.pose.rotation.to_rotation_matrix().into_inner(),
+                    p: at.p + at.R * a.pose.position,
+                }
+            }
+        };
+        let closures: Vec<Closure> = (mbs.loops().iter())
+            .map(|l| Closure { a: anchor(&l.a), b: anchor(&l.b), rows: l.rows.clone() })
+            .collect();
+        let slot_of_v = |v: usize| {
+            let k = tree.links.iter().position(|l| l.v as usize == v);
+            k.map_or(0, |k| k as u32 + 1)
+        };
+        let couplings: Vec<Vec<(u32, u32, f64)>> = (mbs.couplings().iter())
+            .map(|c| c.terms.iter().map(|(_, v, c)| (slot_of_v(*v), *v as u32, *c)).collect())
+            .collect();
+        let members = |c: ConstraintId| match c {
+            ConstraintId::Loop(i) => {
+                let l = &closures[i as usize];
+                members(tree, &[l.a.slot, l.b.slot], Ends::Bodies)
+            }
+            ConstraintId::Coupling(i) => {
+                let slots: Vec<u32> = couplings[i as usize].iter().map(|t| t.0).collect();
+                members(tree, &slots, Ends::Hinges)
+            }
+        };
+        let (mut wanted, mut augmented) = (Vec::new(), Vec::new());
+        for c in mbs.constraints() {
+            match treatment(c) {
+                Treatment::Augment => augmented.push(c),
+                t => wanted.push((c, t, members(c))),
+            }
+        }
+        let clusters = merge(wanted, tree, &mut augmented);
+        augmented.sort();
+        Self::lay_out(tree, clusters, closures, couplings, augmented)
+    }
+
+    fn lay_out(
+        tree: &Tree,
+        clusters: Vec<(BTreeSet<u32>, Vec<ConstraintId>)>,
+        closures: Vec<Closure>,
+        couplings: Vec<Vec<(u32, u32, f64)>>,
+        augmented: Vec<ConstraintId>,
+    ) -> Self {
+        let n = tree.links.len();
+        let mut cluster_of: BTreeMap<u32, usize> = BTreeMap::new();
+        for (i, (links, _)) in clusters.iter().enumerate() {
+            cluster_of.extend(links.iter().map(|k| (*k, i)));
+        }
+        let mut out = Self {
+            units: Vec::new(),
+            aggregates: Vec::new(),
+            of_slot: vec![0; n + 1],
+            member: vec![0; n + 1],
+            first: Vec::new(),
+            independent: 0,
+            root: vec![0; n + 1],
+            closures,
+            couplings,
+            augmented,
+            embedded: clusters.iter().flat_map(|c| c.1.iter().copied()).collect(),
+        };
+        out.embedded.sort();
+        let mut nw = 0;
+        for (k, link) in tree.links.iter().enumerate() {
+            let slot = k as u32 + 1;
+            let unit = out.units.len() as u32;
+            let Some(cluster) = cluster_of.get(&slot) else {
+                out.root[k + 1] = match link.parent {
+                    0 => slot,
+                    p => out.root[p as usize],
+                };
+                out.of_slot[k + 1] = unit;
+                out.units.push(Unit::Link(k as u32));
+                out.first.push(nw);
+                nw += link.kind.nv() as u32;
+                continue;
+            };
+            let (links, constraints) = &clusters[*cluster];
+            if links.first() != Some(&slot) {
+                continue;
+            }
+            let links: Vec<u32> = links.iter().copied().collect();
+            let (mut dofs, mut first, mut inner) = (Vec::new(), Vec::new(), Vec::new());
+            for (place, s) in links.iter().enumerate() {
+                let l = &tree.links[*s as usize - 1];
+                first.push(dofs.len() as u32);
+                dofs.extend(l.v..l.v + l.kind.nv() as u32);
+                inner.push(links.binary_search(&l.parent).ok().map(|p| p as u32));
+                out.of_slot[*s as usize] = unit;
+                out.member[*s as usize] = place as u32;
+                out.root[*s as usize] = match link.parent {
+                    0 => slot,
+                    p => out.root[p as usize],
+                };
+            }
+            let rows = constraints.iter().map(|c| tree.multibody().rows(*c)).sum();
+            out.units.push(Unit::Aggregate(out.aggregates.len() as u32));
+            out.first.push(nw);
+            nw += dofs.len() as u32;
+            let constraints = constraints.clone();
+            let parent = link.parent;
+            out.aggregates.push(Aggregate { parent, links, inner, dofs, first, constraints, rows });
+        }
+        out.independent = nw as usize;
+        out
+    }
+
+    /// The constraints that are embedded.
+    #[must_use]
+    pub fn embedded(&self) -> &[ConstraintId] {
+        &self.embedded
+    }
+
+    /// The constraints that stay outside as rows.
+    #[must_use]
+    pub fn augmented(&self) -> &[ConstraintId] {
+        &self.augmented
+    }
+
+    /// Bodies whose hinges each aggregate holds, by name: for messages and listings.
+    #[must_use]
+    pub fn aggregates(&self, tree: &Tree) -> Vec<Vec<String>> {
+        let name = |s: &u32| {
+            let body = tree.links[*s as usize - 1].body as usize;
+            tree.multibody().bodies()[body].name().to_owned()
+        };
+        self.aggregates
+            .iter()
+            .map(|a| {
+                let mut names: Vec<String> = a.links.iter().map(name).collect();
+                names.dedup();
+                names
+            })
+            .collect()
+    }
+
+    /// Independent rates, as many as an aggregate's members could have: the length of `y`.
+    #[must_use]
+    pub fn independent(&self) -> usize {
+        self.independent
+    }
+
+    /// Whether rows of two constraints can meet: whether some unit lies inboard of both.
+    #[must_use]
+    pub fn meet(&self, tree: &Tree, a: ConstraintId, b: ConstraintId) -> bool {
+        let (a, b) = (self.way(tree, a), self.way(tree, b));
+        !a.is_disjoint(&b)
+    }
+
+    /// Every unit from the ends of a constraint to the base.
+    fn way(&self, tree: &Tree, c: ConstraintId) -> BTreeSet<u32> {
+        let mut slots: Vec<u32> = match c {
+            ConstraintId::Loop(i) => {
+                let c = &self.closures[i as usize];
+                vec![c.a.slot, c.b.slot]
+            }
+            ConstraintId::Coupling(i) => self.couplings[i as usize].iter().map(|t| t.0).collect(),
+        };
+        let mut out = BTreeSet::new();
+        while let Some(slot) = slots.pop() {
+            if slot != 0 {
+                let unit = self.of_slot[slot as usize];
+                if out.insert(unit) {
+                    slots.push(self.parent_slot(tree, unit as usize));
+                }
+            }
+        }
+        out
+    }
+
+    /// The unit inboard of a unit, by the slot that it hangs on.
+    pub(crate) fn parent_slot(&self, tree: &Tree, unit: usize) -> u32 {
+        match self.units[unit] {
+            Unit::Link(k) => tree.links[k as usize].parent,
+            Unit::Aggregate(i) => self.aggregates[i as usize].parent,
+        }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Ends {
+    /// A link itself moves with the end.
+    Bodies,
+    /// The hinge of a link is meant: the link is always a member.
+    Hinges,
+}
+
+/// Links on the ways from the given ones to where all ways meet.
+fn members(tree: &Tree, slots: &[u32], ends: Ends) -> BTreeSet<u32> {
+    let parent = |s: u32| tree.links[s as usize - 1].parent;
+    let way = |s: u32| {
+        let mut way = vec![s];
+        while let Some(last) = way.last().copied().filter(|s| *s != 0) {
+            way.push(parent(last));
+        }
+        way
+    };
+    let ways: Vec<Vec<u32>> = slots.iter().map(|s| way(*s)).collect();
+    let starts: Vec<&[u32]> = match ends {
+        Ends::Bodies => ways.iter().map(|w| &w[..]).collect(),
+        Ends::Hinges => ways.iter().map(|w| w.get(1..).unwrap_or(&[0])).collect(),
+    };
+    // The outermost slot that every way passes.
+    let meets = (starts.first().copied().unwrap_or(&[]).iter())
+        .find(|s| starts.iter().all(|w| w.contains(s)))
+        .copied()
+        .unwrap_or(0);
+    ways.iter().flat_map(|w| w.iter().copied().take_while(|s| *s != meets)).collect()
+}
+
+/// Joins what shares a link; what [`Treatment::Auto`] finds too large becomes rows.
+fn merge(
+    wanted: Vec<(ConstraintId, Treatment, BTreeSet<u32>)>,
+    tree: &Tree,
+    augmented: &mut Vec<ConstraintId>,
+) -> Vec<(BTreeSet<u32>, Vec<ConstraintId>)> {
+    type Cluster = (BTreeSet<u32>, Vec<(ConstraintId, Treatment)>);
+    let mut clusters: Vec<Cluster> = Vec::new();
+    for (c, t, mut links) in wanted {
+        let mut all = vec![(c, t)];
+        clusters.retain_mut(|(other, constraints)| {
+            let apart = other.is_disjoint(&links);
+            if !apart {
+                links.append(other);
+                all.append(constraints);
+            }
+            apart
+        });
+        clusters.push((links, all));
+    }
+    let dofs = |links: &BTreeSet<u32>| -> usize {
+        links.iter().map(|s| tree.links[*s as usize - 1].kind.nv()).sum()
+    };
+    let mut out = Vec::new();
+    for (links, mut constraints) in clusters {
+        constraints.sort_by_key(|c| c.0);
+        let forced = constraints.iter().any(|c| c.1 == Treatment::Embed);
+        let ids: Vec<ConstraintId> = constraints.iter().map(|c| c.0).collect();
+        if !forced && dofs(&links) > EMBED_MAX {
+            augmented.extend(ids);
+        } else if !links.is_empty() {
+            out.push((links, ids));
+        } else {
+            // Both ends on one link: a row without a rate, which the augmented solver reports.
+            augmented.extend(ids);
+        }
+    }
+    out
+}

@@ -1,0 +1,307 @@
+//! Forward dynamics over units: one gather, one scatter, with room for row forces between them.
+//!
+//! A link is eliminated dof by dof, an aggregate (see `aggregate.rs`) as a whole; with e = D^{−1/2} ε
+//! ```text
+//! gather   ε = T − S · z,   G = P S D⁻¹,   z⁺ = z + G ε,   P⁺ = P − G (P S)ᵀ
+//! rows     y = Eᵀ λ                                     forces of constraints, see `rows.rs`
+//! scatter  β̇ = D⁻¹ ε + D^{−1/2} y − G · α⁺,   α = α⁺ + S β̇
+//! ```
+//! Articulated inertias are about each link's own origin; S, G and α about the origin of the root
+//! of the units, so that only inertias are ever shifted.
+
+use super::{Aggregate, Unit, Units};
+use crate::articulated::{Spatial, column};
+use crate::error::DynamicsError;
+use crate::forward::rigid;
+use crate::linear::{M3, S3, V3, V6};
+use crate::tree::{Kind, Link, Tree};
+use crate::work::{Kin, Work, Workspace};
+use linkwork_multibody::{Coordinate, LoopMotion};
+
+/// Working memory of [`Units`]; made once.
+#[derive(Clone, Debug)]
+pub struct UnitsWork {
+    /// Origin of the root of the units to each link's.
+    pub(crate) r: Vec<V3<f64>>,
+    /// What units outboard pass to each slot, about its origin.
+    pub(crate) inertia: Vec<Spatial<f64>>,
+    pub(crate) z: Vec<V6<f64>>,
+    /// H* of each β, about the root's origin.
+    pub(crate) S: Vec<V6<f64>>,
+    /// By independent rate: G (free), and P S of prescribed dofs, about the root's origin.
+    pub(crate) G: Vec<V6<f64>>,
+    pub(crate) U: Vec<V6<f64>>,
+    pub(crate) D_inv: Vec<f64>,
+    /// √D⁻¹.
+    pub(crate) s: Vec<f64>,
+    /// ε; at prescribed dofs S · z.
+    pub(crate) eps: Vec<f64>,
+    /// Given accelerations of prescribed dofs.
+    pub(crate) given: Vec<f64>,
+    /// D^{−1/2} ε.
+    pub(crate) e: Vec<f64>,
+    /// Σ |S|² D⁻¹ of a link's dofs (about the root's origin), Σ |H|² of a member's columns: by slot.
+    pub(crate) reach: Vec<f64>,
+    /// Acceleration less bias about the root's origin, by slot.
+    pub(crate) alpha: Vec<V6<f64>>,
+    /// Of aggregates: see `aggregate.rs`.
+    pub(crate) embedded: Vec<super::aggregate::Embedded>,
+}
+
+impl UnitsWork {
+    /// Memory for these units; it must be used with no others.
+    #[must_use]
+    pub fn new(tree: &Tree, units: &Units) -> Self {
+        let (n, nv, nw) = (tree.links.len() + 1, tree.nv(), units.independent);
+        Self {
+            r: vec![V3::default(); n],
+            inertia: vec![Spatial::default(); n],
+            z: vec![V6::default(); n],
+            S: vec![V6::default(); nv],
+            G: vec![V6::default(); nw],
+            U: vec![V6::default(); nw],
+            D_inv: vec![0.0; nw],
+            s: vec![0.0; nw],
+            eps: vec![0.0; nw],
+            given: vec![0.0; nw],
+            e: vec![0.0; nw],
+            reach: vec![0.0; n],
+            alpha: vec![V6::default(); n],
+            embedded: units.aggregates.iter().map(super::aggregate::Embedded::new).collect(),
+        }
+    }
+
+    /// How far the closures of aggregates contradict each other at the last gather, in the units of
+    /// their rows as scaled to one (rad or m, per s²): zero but for rounding when they are sound.
+    #[must_use]
+    pub fn inconsistency(&self) -> f64 {
+        self.embedded.iter().map(|e| e.inconsistency).fold(0.0, nan_max)
+    }
+
+    /// Independent rates of each aggregate, as its closures have left them.
+    pub fn mobility(&self) -> impl Iterator<Item = usize> + '_ {
+        self.embedded.iter().map(|e| e.n)
+    }
+}
+
+/// The greater one; NaN wins.
+pub(crate) fn nan_max(a: f64, b: f64) -> f64 {
+    if a >= b || a.is_nan() { a } else { b }
+}
+
+impl Units {
+    /// Tips to base at the state of the last [`kinematics`](crate::kinematics()), with the external
+    /// forces and gravity of the workspace. `tau` and `vdot` as in
+    /// [`forward_dynamics_given_kinematics`](crate::forward_dynamics_given_kinematics()): forces of
+    /// free coordinates, accelerations of prescribed ones. `motions` are those of prescribed
+    /// subhinges of loops ([`Multibody::motions`](linkwork_multibody::Multibody::motions)).
+    ///
+    /// # Errors
+    /// [`DynamicsError::Singular`] if something free has nothing to move.
+    pub fn gather(
+        &self,
+        tree: &Tree,
+        ws: &mut Workspace,
+        uw: &mut UnitsWork,
+        tau: &[f64],
+        vdot: &[f64],
+        motions: &[LoopMotion],
+    ) -> Result<(), DynamicsError> {
+        let w = &ws.work;
+        self.places(tree, w, uw);
+        uw.inertia.fill(Spatial::default());
+        uw.z.fill(V6::default());
+        for (u, unit) in self.units.iter().enumerate().rev() {
+            let first = self.first[u] as usize;
+            match unit {
+                Unit::Link(k) => {
+                    let k = *k as usize;
+                    let (P, z) = link(&tree.links[k], k, first, w, uw, tau, vdot)
+                        .ok_or_else(|| tree.singular(k))?;
+                    let link = &tree.links[k];
+                    if link.parent != 0 {
+                        let (p, l) = (link.parent as usize, w.kin[k + 1].l);
+                        uw.inertia[p].add(&P.shifted(l));
+                        uw.z[p] = uw.z[p] + z.to_parent(l);
+                    }
+                }
+                Unit::Aggregate(i) => {
+                    let agg: &Aggregate = &self.aggregates[*i as usize];
+                    self.eliminate(tree, w, uw, *i as usize, first, tau, vdot, motions)
+                        .ok_or_else(|| tree.singular(agg.links[0] as usize - 1))?;
+                }
+            }
+        }
+        for (((s, e), D_inv), eps) in uw.s.iter_mut().zip(&mut uw.e).zip(&uw.D_inv).zip(&uw.eps) {
+            *s = D_inv.sqrt();
+            *e = *s * eps;
+        }
+        Ok(())
+    }
+
+    /// Where links and their axes are.
+    pub(super) fn places(&self, tree: &Tree, w: &Work<f64>, uw: &mut UnitsWork) {
+        for (k, link) in tree.links.iter().enumerate() {
+            let slot = k + 1;
+            let r = match (link.parent, self.root[slot] as usize) {
+                (0, root) if root == slot => V3::default(),
+                (0, root) => w.kin[slot].p - w.kin[root].p,
+                (p, _) => uw.r[p as usize] + w.kin[slot].l,
+            };
+            uw.r[slot] = r;
+            let v = link.v as usize;
+            for (j, S) in uw.S[v..v + link.kind.nv()].iter_mut().enumerate() {
+                let own = axis(link, &w.kin[slot], j);
+                *S = V6 { n: own.n, f: r.cross_add(own.n, own.f) };
+            }
+        }
+    }
+
+    /// Base to tips after [`Units::gather`]: accelerations of free coordinates into `vdot`, forces of
+    /// prescribed ones into `tau` (for links of aggregates see
+    /// [`Units::constraint_forces`]). `y` is Eᵀλ of the rows' forces, one number an independent
+    /// rate in the order of [`RowSet`](super::RowSet); empty for none.
+    pub fn scatter(
+        &self,
+        tree: &Tree,
+        ws: &mut Workspace,
+        uw: &mut UnitsWork,
+        y: &[f64],
+        tau: &mut [f64],
+        vdot: &mut [f64],
+    ) {
+        let last = self.independent.wrapping_sub(1);
+        let pull = |w: usize| if y.is_empty() { 0.0 } else { y[last - w] };
+        let acc = &mut ws.work.acc;
+        for (u, unit) in self.units.iter().enumerate() {
+            let first = self.first[u] as usize;
+            match unit {
+                Unit::Link(k) => {
+                    let link = &tree.links[*k as usize];
+                    let slot = *k as usize + 1;
+                    let mut a = uw.alpha[link.parent as usize];
+                    let v = link.v as usize;
+                    if link.parent == 0 {
+                        a = V6::default();
+                    }
+                    for j in 0..link.kind.nv() {
+                        let (i, w) = (v + j, first + j);
+                        if link.coordinate == Coordinate::Free {
+                            let x = uw.eps[w] * uw.D_inv[w] + uw.s[w] * pull(w);
+                            vdot[i] = uw.G[w].dot_from(&a, x);
+                            a = uw.S[i].scale_add(vdot[i], a);
+                        } else {
+                            a = uw.S[i].scale_add(vdot[i], a);
+                            tau[i] = uw.U[w].dot(&a) + uw.eps[w] + link.armature * vdot[i];
+                        }
+                    }
+                    uw.alpha[slot] = a;
+                    acc[slot] = a.to_child(uw.r[slot]);
+                }
+                Unit::Aggregate(i) => {
+                    self.spread(*i as usize, first, uw, acc, &pull, vdot);
+                }
+            }
+        }
+    }
+
+    /// Changes of β from impulses alone: M⁻¹Jᵀλ over the constraints that are embedded, from
+    /// `y` = Eᵀλ. Prescribed coordinates get zero. After [`Units::gather`].
+    pub fn impulse(&self, tree: &Tree, uw: &mut UnitsWork, y: &[f64], dv: &mut [f64]) {
+        let last = self.independent.wrapping_sub(1);
+        for (u, unit) in self.units.iter().enumerate() {
+            let first = self.first[u] as usize;
+            match unit {
+                Unit::Link(k) => {
+                    let link = &tree.links[*k as usize];
+                    let v = link.v as usize;
+                    let mut a = match link.parent {
+                        0 => V6::default(),
+                        p => uw.alpha[p as usize],
+                    };
+                    for j in 0..link.kind.nv() {
+                        let (i, w) = (v + j, first + j);
+                        // √D⁻¹ and G are zero at prescribed dofs.
+                        dv[i] = uw.G[w].dot_from(&a, uw.s[w] * y[last - w]);
+                        a = uw.S[i].scale_add(dv[i], a);
+                    }
+                    uw.alpha[*k as usize + 1] = a;
+                }
+                Unit::Aggregate(i) => self.spread_impulse(*i as usize, first, uw, y, dv),
+            }
+        }
+    }
+}
+
+/// A column of H* about the link's own origin.
+#[inline(always)]
+pub(crate) fn axis(link: &Link, kin: &Kin<f64>, j: usize) -> V6<f64> {
+    let (R, o) = (&kin.R, V3::default());
+    match (link.kind, j) {
+        (Kind::Pin, _) => V6 { n: R.z, f: o },
+        (Kind::Slider, _) => V6 { n: o, f: R.z },
+        (Kind::Screw, _) => V6 { n: R.z, f: R.z.scale(link.pitch) },
+        (_, 0) => V6 { n: R.x, f: o },
+        (_, 1) => V6 { n: R.y, f: o },
+        (_, 2) => V6 { n: R.z, f: o },
+        (_, 3) => V6 { n: o, f: R.x },
+        (_, 4) => V6 { n: o, f: R.y },
+        _ => V6 { n: o, f: R.z },
+    }
+}
+
+/// Inertia and force of a link with all that hangs on it, about its own origin.
+#[inline(always)]
+pub(crate) fn loaded(
+    link: &Link,
+    k: usize,
+    w: &Work<f64>,
+    uw: &UnitsWork,
+) -> (Spatial<f64>, V6<f64>) {
+    let (J, h, z) = rigid(link, &w.kin[k + 1], &w.f_ext[k + 1], w.gravity);
+    let mut P = Spatial { I: J, H: M3::skew(h), M: S3::diagonal(link.m) };
+    P.add(&uw.inertia[k + 1]);
+    (P, z + uw.z[k + 1])
+}
+
+/// Eliminates the dofs of a link: P⁺ and z⁺ about its own origin; `None` if nothing moves.
+#[inline(always)]
+fn link(
+    link: &Link,
+    k: usize,
+    first: usize,
+    w: &Work<f64>,
+    uw: &mut UnitsWork,
+    tau: &[f64],
+    vdot: &[f64],
+) -> Option<(Spatial<f64>, V6<f64>)> {
+    let (kin, r) = (&w.kin[k + 1], uw.r[k + 1]);
+    let (mut P, mut z) = loaded(link, k, w, uw);
+    let v = link.v as usize;
+    let mut reach = 0.0;
+    for j in (0..link.kind.nv()).rev() {
+        let (i, at) = (v + j, first + j);
+        let (U, D) = column(link.kind, link.pitch, kin, &P, j);
+        let Sz = axis(link, kin, j).dot(&z);
+        if link.coordinate == Coordinate::Prescribed {
+            uw.U[at] = U.to_parent(r);
+            (uw.eps[at], uw.given[at], uw.D_inv[at]) = (Sz, vdot[i], 0.0);
+            z = U.scale_add(vdot[i], z);
+            continue;
+        }
+        let D = D + link.armature;
+        if !(D > 0.0) {
+            return None;
+        }
+        let (D_inv, eps) = (1.0 / D, tau[i] - Sz);
+        let G = U.scaled(D_inv);
+        (uw.eps[at], uw.D_inv[at], uw.G[at]) = (eps, D_inv, G.to_parent(r));
+        reach += uw.S[i].dot(&uw.S[i]) * D_inv;
+        if link.parent != 0 || j > 0 {
+            z = G.scale_add(eps, z);
+            P.downdate(G, U);
+        }
+    }
+    uw.reach[k + 1] = reach;
+    Some((P, z))
+}

@@ -1,0 +1,331 @@
+//! Constraints: hinges that close loops, and linear relations between hinge coordinates.
+//!
+//! A loop closure is a hinge between two frames that the tree does not connect: what it permits is
+//! left free, the rest is a row each. With p from A's origin to B's, vectors a fixed in A and b in B:
+//! ```text
+//! slide    n · p − Σ c u = 0              along a direction n fixed in A; u are prescribed sliders
+//! across   a · b − cos = 0                two directions keep their angle
+//! turn     angle(A → B about n) − u = 0   a prescribed pin
+//! screw    n · p − pitch · angle = 0
+//! coupling Σ cᵢ qᵢ − c₀ = 0
+//! ```
+
+use crate::{BodyId, Coordinate, Hinge, Limits, SubhingeKind};
+use linkwork_spatial::{Mat3, Pose, Vec3};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// One coordinate: a one-dof subhinge of a body's hinge.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HingeCoordinate {
+    /// The body.
+    pub body: String,
+    /// Which subhinge, from the parent's side.
+    pub subhinge: usize,
+}
+
+/// One term of a coupling.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Term {
+    /// The coordinate q.
+    pub coordinate: HingeCoordinate,
+    /// Its factor c.
+    pub factor: f64,
+}
+
+/// Σ cᵢ qᵢ = c₀.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Coupling {
+    /// Its name.
+    pub name: String,
+    /// The terms, at least one.
+    pub terms: Vec<Term>,
+    /// The right side c₀.
+    pub constant: f64,
+}
+
+impl Coupling {
+    /// q_a = ratio q_b + offset, written q_a − ratio q_b = offset.
+    #[must_use]
+    pub fn mimic(
+        name: impl Into<String>,
+        a: HingeCoordinate,
+        b: HingeCoordinate,
+        ratio: f64,
+        offset: f64,
+    ) -> Self {
+        let terms =
+            vec![Term { coordinate: a, factor: 1.0 }, Term { coordinate: b, factor: -ratio }];
+        Self { name: name.into(), terms, constant: offset }
+    }
+
+    /// q_a + q_b = 0: a rover's differential between its rockers.
+    #[must_use]
+    pub fn differential(name: impl Into<String>, a: HingeCoordinate, b: HingeCoordinate) -> Self {
+        Self::mimic(name, a, b, -1.0, 0.0)
+    }
+}
+
+/// A hinge between two frames that the tree does not have: frame B moves relative to frame A as
+/// the hinge permits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LoopClosure {
+    /// Its name.
+    pub name: String,
+    /// Body of frame A, or `world`.
+    pub body_a: String,
+    /// Frame A in its body.
+    #[serde(default)]
+    pub frame_a: Pose,
+    /// Body of frame B, or `world`.
+    pub body_b: String,
+    /// Frame B in its body.
+    #[serde(default)]
+    pub frame_b: Pose,
+    /// What it permits. Prescribed sliders and pins move as [`LoopMotion`] says.
+    pub hinge: Hinge,
+}
+
+/// One scalar equation of a loop; directions are of unit length.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Row {
+    /// n · p − Σ c u = 0.
+    Slide {
+        /// n, fixed in A.
+        axis: Vec3,
+        /// Prescribed sliders: place among the mechanism's loop motions, and c = n · its axis.
+        motions: Vec<(usize, f64)>,
+    },
+    /// a · b − cosine = 0.
+    Across {
+        /// Fixed in A.
+        a: Vec3,
+        /// Fixed in B.
+        b: Vec3,
+        /// Of the angle between them.
+        cosine: f64,
+    },
+    /// angle − u = 0: turn of `reference` in A to `reference` in B about `axis`.
+    Turn {
+        /// The same in A and B.
+        axis: Vec3,
+        /// Across the axis.
+        reference: Vec3,
+        /// Place of u among the mechanism's loop motions.
+        motion: usize,
+    },
+    /// n · p − pitch · angle = 0.
+    Screw {
+        /// The same in A and B.
+        axis: Vec3,
+        /// Across the axis.
+        reference: Vec3,
+        /// Advance, m/rad.
+        pitch: f64,
+    },
+}
+
+/// A frame on a body or on the world.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Anchor {
+    /// `None` is the world.
+    pub body: Option<BodyId>,
+    /// The frame in the body.
+    pub pose: Pose,
+}
+
+/// A loop closure of a [`Multibody`](crate::Multibody).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Loop {
+    /// As it was described.
+    pub closure: LoopClosure,
+    /// Frame A.
+    pub a: Anchor,
+    /// Frame B.
+    pub b: Anchor,
+    /// What it demands, six at most.
+    pub rows: Vec<Row>,
+    /// Where its prescribed subhinges stand among the loop motions.
+    pub motions: std::ops::Range<usize>,
+}
+
+/// A coupling of a [`Multibody`](crate::Multibody).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Coupled {
+    /// As it was described.
+    pub coupling: Coupling,
+    /// Place in q, place in β, factor.
+    pub terms: Vec<(usize, usize, f64)>,
+    /// Bodies of the coordinates, in the order of the terms.
+    pub bodies: Vec<BodyId>,
+}
+
+/// A constraint: loops come first, then couplings, each kind by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum ConstraintId {
+    /// Place among [`Multibody::loops`](crate::Multibody::loops).
+    Loop(u32),
+    /// Place among [`Multibody::couplings`](crate::Multibody::couplings).
+    Coupling(u32),
+}
+
+/// The motion across a prescribed subhinge of a loop.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoopMotion {
+    /// u, rad or m.
+    pub position: f64,
+    /// u̇.
+    pub rate: f64,
+    /// ü.
+    pub acceleration: f64,
+}
+
+/// Why a hinge cannot close a loop.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum LoopFault {
+    /// It permits everything.
+    #[error("permits every motion, so it closes nothing\n  help: leave the loop out")]
+    Nothing,
+    /// Sliders behind a turn.
+    #[error(
+        "has a slider behind a turn\n  help: put the sliders first, or give one half of the hinge a \
+         body of its own"
+    )]
+    Order,
+    /// Two axes that permit one motion.
+    #[error("has axes that permit the same motion twice\n  help: leave one out")]
+    Parallel,
+    /// A prescribed subhinge that has no single row.
+    #[error(
+        "prescribes more than sliders and one pin\n  help: prescribe a tree's hinge instead, or lock \
+         the subhinge"
+    )]
+    Prescribed,
+    /// A screw among other subhinges.
+    #[error("has a screw beside other subhinges\n  help: let a screw stand alone")]
+    Screw,
+    /// Inertia or limits that a loop's hinge has no coordinate for.
+    #[error(
+        "has armature or limits, which only hinges of the tree can have\n  help: make this hinge a \
+         tree's hinge and close the loop elsewhere"
+    )]
+    Extras,
+}
+
+/// The rows of a hinge; prescribed subhinges get places from `first` on.
+pub(crate) fn rows(hinge: &Hinge, first: usize) -> Result<Vec<Row>, LoopFault> {
+    let plain = |s: &crate::Subhinge| s.armature == 0.0 && s.limits == Limits::NONE;
+    if !hinge.subhinges.iter().all(plain) {
+        return Err(LoopFault::Extras);
+    }
+    let moving = || hinge.subhinges.iter().filter(|s| s.kind != SubhingeKind::Locked);
+    if let Some(SubhingeKind::Screw { axis, pitch }) = moving().map(|s| s.kind).find(is_screw) {
+        return match moving().count() {
+            1 if moving().all(|s| s.coordinate == Coordinate::Free) => Ok(screw(axis, pitch)),
+            1 => Err(LoopFault::Prescribed),
+            _ => Err(LoopFault::Screw),
+        };
+    }
+    let (mut sliders, mut turns, mut ball) = (Vec::new(), Vec::new(), false);
+    let mut motion = first;
+    for s in moving() {
+        let given = (s.coordinate == Coordinate::Prescribed).then_some(motion);
+        motion += usize::from(given.is_some());
+        match s.kind {
+            SubhingeKind::Slider { axis } => {
+                let along = |t: &(Vec3, Option<usize>)| t.0.cross(&axis).norm() < 1e-12;
+                if ball || !turns.iter().all(along) {
+                    return Err(LoopFault::Order);
+                }
+                sliders.push((axis, given));
+            }
+            SubhingeKind::Pin { axis } => turns.push((axis, given)),
+            SubhingeKind::Ball if given.is_none() => ball = true,
+            SubhingeKind::Free if given.is_none() => return Err(LoopFault::Nothing),
+            _ => return Err(LoopFault::Prescribed),
+        }
+    }
+    let mut out = translations(&sliders)?;
+    out.extend(rotations(&turns, ball)?);
+    if out.is_empty() { Err(LoopFault::Nothing) } else { Ok(out) }
+}
+
+fn is_screw(k: &SubhingeKind) -> bool {
+    matches!(k, SubhingeKind::Screw { .. })
+}
+
+/// Two unit vectors across a unit vector and each other.
+fn across(n: &Vec3) -> [Vec3; 2] {
+    let least = n.iamin();
+    let mut e = Vec3::zeros();
+    e[least] = 1.0;
+    let x = n.cross(&e).normalize();
+    [x, n.cross(&x)]
+}
+
+fn screw(axis: Vec3, pitch: f64) -> Vec<Row> {
+    let [x, y] = across(&axis);
+    let mut out: Vec<Row> = [x, y].map(|axis| Row::Slide { axis, motions: Vec::new() }).into();
+    out.extend([x, y].map(|a| Row::Across { a, b: axis, cosine: 0.0 }));
+    out.push(Row::Screw { axis, reference: x, pitch });
+    out
+}
+
+type Axis = (Vec3, Option<usize>);
+
+/// Rows across the free sliders; the prescribed ones move them.
+fn translations(sliders: &[Axis]) -> Result<Vec<Row>, LoopFault> {
+    let of = |k: usize| sliders.get(k).map_or_else(Vec3::zeros, |s| s.0);
+    let volume = match sliders.len() {
+        0 | 1 => 1.0,
+        2 => of(0).cross(&of(1)).norm(),
+        3 => Mat3::from_columns(&[of(0), of(1), of(2)]).determinant().abs(),
+        _ => 0.0,
+    };
+    if volume < 1e-9 {
+        return Err(LoopFault::Parallel);
+    }
+    let free: Vec<Vec3> = sliders.iter().filter(|s| s.1.is_none()).map(|s| s.0).collect();
+    let normals: Vec<Vec3> = match free[..] {
+        [] => vec![Vec3::x(), Vec3::y(), Vec3::z()],
+        [n] => across(&n).into(),
+        [a, b] => vec![a.cross(&b).normalize()],
+        _ => Vec::new(),
+    };
+    let row = |axis: Vec3| {
+        let moved = sliders.iter().filter_map(|(d, given)| given.map(|m| (m, axis.dot(d))));
+        Row::Slide { axis, motions: moved.filter(|m| m.1 != 0.0).collect() }
+    };
+    Ok(normals.into_iter().map(row).collect())
+}
+
+fn rotations(turns: &[Axis], ball: bool) -> Result<Vec<Row>, LoopFault> {
+    let given = turns.iter().any(|t| t.1.is_some());
+    let right = |a: Vec3, b: Vec3| Row::Across { a, b, cosine: 0.0 };
+    match (turns, ball) {
+        ([], true) => Ok(Vec::new()),
+        (_, true) => Err(if given { LoopFault::Prescribed } else { LoopFault::Parallel }),
+        ([], false) => {
+            let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
+            Ok(vec![right(x, y), right(y, z), right(z, x)])
+        }
+        ([(axis, motion)], false) => {
+            let [x, y] = across(axis);
+            let mut out = vec![right(x, *axis), right(y, *axis)];
+            if let Some(motion) = *motion {
+                out.push(Row::Turn { axis: *axis, reference: x, motion });
+            }
+            Ok(out)
+        }
+        _ if given => Err(LoopFault::Prescribed),
+        ([(a, _), (b, _)], false) if a.cross(b).norm() > 1e-9 => {
+            Ok(vec![Row::Across { a: *a, b: *b, cosine: a.dot(b) }])
+        }
+        ([(a, _), (b, _), (c, _)], false)
+            if a.cross(b).norm() > 1e-9 && b.cross(c).norm() > 1e-9 =>
+        {
+            Ok(Vec::new())
+        }
+        _ => Err(LoopFault::Parallel),
+    }
+}

@@ -1,0 +1,386 @@
+//! Forward dynamics with closed loops and couplings: tree-augmented, embedded, or both.
+//!
+//! ```text
+//! gather                                   units of the tree, embedded loops among them
+//! W = E E*,  J β̇_f = E e_f + …              rows of the other constraints
+//! W λ = −(J β̇_f + J̇ β + 2 ζ ω ḋ + ω² d)     Baumgarte's terms, where asked for
+//! y = E* λ, scatter                        accelerations of the whole
+//! ```
+//! A row that repeats others carries no force; what contradicts them is reported, not hidden.
+
+use crate::skyline::Skyline;
+use linkwork_dynamics::units::{Level, RowSet, Treatment, Units, UnitsWork, WIDTH};
+use linkwork_dynamics::{DynamicsError, Tree, Workspace, kinematics};
+use linkwork_multibody::{ConstraintId, LoopMotion};
+use thiserror::Error;
+
+/// What holds drift of rows down while integrating.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Stabilisation {
+    /// Nothing: project after steps.
+    #[default]
+    None,
+    /// d̈ + 2 ζ ω ḋ + ω² d = 0 in place of d̈ = 0; for rows, not for embedded loops.
+    Baumgarte {
+        /// ω, rad/s.
+        frequency: f64,
+        /// ζ.
+        damping: f64,
+    },
+}
+
+/// What a solution was like.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Rows of augmented constraints.
+    pub rows: usize,
+    /// Of them, independent ones.
+    pub rank: usize,
+    /// Greatest |d| over augmented rows, rad or m.
+    pub error: f64,
+    /// Greatest |ḋ| over augmented rows, per second.
+    pub rate: f64,
+    /// How far repeated rows contradict the others, rad/s² or m/s²; rounding when they are sound.
+    pub contradiction: f64,
+}
+
+/// Why there is no solution.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SolverError {
+    /// Of the tree itself.
+    #[error(transparent)]
+    Dynamics(#[from] DynamicsError),
+    /// Constraints that cannot hold together at this state.
+    #[error(
+        "constraints contradict each other by {contradiction:.3e} (rad/s² or m/s²)\n  help: remove a \
+         constraint, free a prescribed hinge, or start from a configuration that closes all loops"
+    )]
+    Contradiction {
+        /// By how much.
+        contradiction: f64,
+    },
+    /// Numbers that are not finite.
+    #[error(
+        "the accelerations are not finite\n  help: check the state, forces and loop motions given"
+    )]
+    NotFinite,
+}
+
+/// A solver for one mechanism: structure and memory. Nothing is allocated while solving.
+#[derive(Clone, Debug)]
+pub struct ConstrainedSolver {
+    units: Units,
+    uw: UnitsWork,
+    rows: RowSet,
+    /// Augmented constraints in elimination order.
+    order: Vec<ConstraintId>,
+    /// Pairs of groups that meet.
+    meets: Vec<(u32, u32)>,
+    /// First row of each group, and one more.
+    first: Vec<u32>,
+    W: Skyline,
+    lambda: Vec<f64>,
+    gross: Vec<f64>,
+    y: Vec<f64>,
+    /// λ by constraint in the order of [`Multibody::constraints`](linkwork_multibody::Multibody::constraints).
+    forces: Vec<f64>,
+    place: Vec<usize>,
+    v: Vec<f64>,
+    still: Vec<f64>,
+    /// Baumgarte's constants.
+    pub stabilisation: Stabilisation,
+    /// Contradictions above this, rad/s² or m/s², are errors.
+    pub contradiction_max: f64,
+}
+
+impl ConstrainedSolver {
+    /// For a tree, each constraint of its mechanism treated as `treatment` says.
+    #[must_use]
+    pub fn new(tree: &Tree, treatment: impl Fn(ConstraintId) -> Treatment) -> Self {
+        let units = Units::new(tree, treatment);
+        let mbs = tree.multibody();
+        let order = elimination_order(tree, &units);
+        let groups = |c: &ConstraintId| match mbs.rows(*c) {
+            n if n > WIDTH => vec![3, n - 3],
+            n => vec![n],
+        };
+        let (mut first, mut owner) = (vec![0], Vec::new());
+        for (at, c) in order.iter().enumerate() {
+            for n in groups(c) {
+                first.push(first[first.len() - 1] + n as u32);
+                owner.push(at);
+            }
+        }
+        let meet: Vec<Vec<bool>> = (order.iter())
+            .map(|a| order.iter().map(|b| units.meet(tree, *a, *b)).collect())
+            .collect();
+        let (mut meets, mut envelope) = (Vec::new(), Vec::new());
+        for g in 0..owner.len() {
+            let mut least = g;
+            for h in (0..=g).filter(|h| meet[owner[g]][owner[*h]] || *h == g) {
+                meets.push((g as u32, h as u32));
+                least = least.min(h);
+            }
+            envelope.extend((first[g]..first[g + 1]).map(|_| first[least]));
+        }
+        let (mut place, mut rows) = (Vec::new(), 0);
+        for c in mbs.constraints() {
+            place.push(rows);
+            rows += mbs.rows(c);
+        }
+        let n = envelope.len();
+        Self {
+            uw: UnitsWork::new(tree, &units),
+            rows: RowSet::default(),
+            order,
+            meets,
+            first,
+            W: Skyline::new(envelope),
+            lambda: vec![0.0; n],
+            gross: Vec::with_capacity(n),
+            y: vec![0.0; if n == 0 { 0 } else { units.independent() }],
+            forces: vec![0.0; rows],
+            place,
+            v: vec![0.0; tree.nv()],
+            still: vec![0.0; tree.nv()],
+            units,
+            stabilisation: Stabilisation::None,
+            contradiction_max: f64::INFINITY,
+        }
+    }
+
+    /// Which constraints are embedded and which are rows.
+    #[must_use]
+    pub fn units(&self) -> &Units {
+        &self.units
+    }
+
+    /// [`kinematics`], then [`ConstrainedSolver::forward_given_kinematics`].
+    ///
+    /// # Errors
+    /// [`SolverError`].
+    pub fn forward(
+        &mut self,
+        tree: &Tree,
+        ws: &mut Workspace,
+        (q, v): (&[f64], &[f64]),
+        motions: &[LoopMotion],
+        tau: &mut [f64],
+        vdot: &mut [f64],
+    ) -> Result<Report, SolverError> {
+        kinematics(tree, ws, q, v);
+        self.forward_given_kinematics(tree, ws, (q, v), motions, tau, vdot)
+    }
+
+    /// Accelerations from forces at the state (q, β) of the last
+    /// [`kinematics`], with the external forces and gravity of the workspace. `tau`, `vdot` as in
+    /// [`forward_dynamics_given_kinematics`](linkwork_dynamics::forward_dynamics_given_kinematics());
+    /// `motions` are those of prescribed subhinges of loops. Linear in the links, cubic in the rows that
+    /// meet.
+    ///
+    /// # Errors
+    /// [`SolverError`].
+    pub fn forward_given_kinematics(
+        &mut self,
+        tree: &Tree,
+        ws: &mut Workspace,
+        (q, v): (&[f64], &[f64]),
+        motions: &[LoopMotion],
+        tau: &mut [f64],
+        vdot: &mut [f64],
+    ) -> Result<Report, SolverError> {
+        self.units.gather(tree, ws, &mut self.uw, tau, vdot, motions)?;
+        let mut report = Report { contradiction: self.uw.inconsistency(), ..Report::default() };
+        if !self.order.is_empty() {
+            self.solve_rows(tree, ws, (q, v), motions, &mut report);
+        }
+        if !(report.contradiction <= self.contradiction_max) {
+            let contradiction = report.contradiction;
+            return Err(SolverError::Contradiction { contradiction });
+        }
+        self.units.scatter(tree, ws, &mut self.uw, &self.y, tau, vdot);
+        let (first, lambda) = (&self.first, &self.lambda);
+        self.rows.relieve(&self.units, &mut self.uw, |g| group(first, lambda, g), tau);
+        if !self.units.embedded().is_empty() {
+            let (place, forces, loops) =
+                (&self.place, &mut self.forces, tree.multibody().loops().len());
+            self.units.constraint_forces(tree, &mut self.uw, vdot, tau, |c, lambda| {
+                let at = place[index(c, loops)];
+                forces[at..at + lambda.len()].copy_from_slice(lambda);
+            });
+        }
+        if vdot.iter().all(|x| x.is_finite()) { Ok(report) } else { Err(SolverError::NotFinite) }
+    }
+
+    fn solve_rows(
+        &mut self,
+        tree: &Tree,
+        ws: &Workspace,
+        state: (&[f64], &[f64]),
+        motions: &[LoopMotion],
+        report: &mut Report,
+    ) {
+        self.rows.clear();
+        for c in &self.order {
+            self.rows.add_constraint(tree, &self.units, ws, &self.uw, *c, motions, state);
+        }
+        let (damping, stiffness) = match self.stabilisation {
+            Stabilisation::None => (0.0, 0.0),
+            Stabilisation::Baumgarte { frequency, damping } => {
+                (2.0 * damping * frequency, frequency * frequency)
+            }
+        };
+        for (g, row) in self.rows.groups().iter().enumerate() {
+            let at = self.first[g] as usize;
+            for i in 0..row.n {
+                let held = damping * row.rate[i] + stiffness * row.error[i];
+                self.lambda[at + i] = -(row.free[i] + row.bias[i] + held);
+                report.error = greater(report.error, row.error[i].abs());
+                report.rate = greater(report.rate, row.rate[i].abs());
+            }
+        }
+        report.rows = self.lambda.len();
+        self.factor();
+        report.contradiction = greater(report.contradiction, self.W.solve(&mut self.lambda));
+        report.rank = self.W.rank;
+        self.pull();
+        let loops = tree.multibody().loops().len();
+        let mut from = 0;
+        for c in &self.order {
+            let (at, n) = (self.place[index(*c, loops)], tree.multibody().rows(*c));
+            self.forces[at..at + n].copy_from_slice(&self.lambda[from..from + n]);
+            from += n;
+        }
+    }
+
+    /// Changes of coordinates or rates that close everything to first order, and the greatest error
+    /// before. `step` holds β at the start, or zeros.
+    pub(crate) fn correct(
+        &mut self,
+        tree: &Tree,
+        ws: &mut Workspace,
+        motions: &[LoopMotion],
+        level: Level,
+        q: &[f64],
+        step: &mut [f64],
+    ) -> Result<f64, SolverError> {
+        self.v.copy_from_slice(step);
+        step.fill(0.0);
+        self.still.fill(0.0);
+        let state = (q, &self.v[..]);
+        let mut worst = 0.0;
+        if !self.units.embedded().is_empty() {
+            worst = self.units.close(tree, ws, &mut self.uw, motions, state, level, step);
+        }
+        if self.order.is_empty() {
+            return Ok(worst);
+        }
+        self.units.gather(tree, ws, &mut self.uw, &self.still, &self.still, motions)?;
+        self.rows.clear();
+        for c in &self.order {
+            self.rows.add_constraint(tree, &self.units, ws, &self.uw, *c, motions, state);
+        }
+        for (g, row) in self.rows.groups().iter().enumerate() {
+            let from = if level == Level::Rate { &row.rate } else { &row.error };
+            for (to, x) in self.lambda[self.first[g] as usize..].iter_mut().zip(&from[..row.n]) {
+                *to = -x;
+                worst = greater(worst, x.abs());
+            }
+        }
+        self.factor();
+        self.W.solve(&mut self.lambda);
+        self.pull();
+        self.units.impulse(tree, &mut self.uw, &self.y, &mut self.v);
+        step.iter_mut().zip(&self.v).for_each(|(s, d)| *s += d);
+        Ok(worst)
+    }
+
+    /// W from the rows, and its factor.
+    fn factor(&mut self) {
+        for (g, h) in &self.meets {
+            let (g, h) = (*g as usize, *h as usize);
+            let block = self.rows.block(g, h);
+            let (rows, columns) = (self.rows.groups()[g].n, self.rows.groups()[h].n);
+            let (i0, j0) = (self.first[g] as usize, self.first[h] as usize);
+            for (i, row) in block[..rows].iter().enumerate() {
+                let columns = if g == h { i + 1 } else { columns };
+                for (j, x) in row[..columns].iter().enumerate() {
+                    self.W.set(i0 + i, j0 + j, *x);
+                }
+            }
+        }
+        self.gross.clear();
+        for row in self.rows.groups() {
+            self.gross.extend_from_slice(&row.gross[..row.n]);
+        }
+        let gross = &self.gross;
+        self.W.factor(|i| gross[i]);
+    }
+
+    /// y = E* λ.
+    fn pull(&mut self) {
+        self.y.fill(0.0);
+        for g in 0..self.rows.groups().len() {
+            self.rows.pull(g, &group(&self.first, &self.lambda, g), &mut self.y);
+        }
+    }
+
+    /// Forces of a constraint at the last solution, one a row (N or N m): each acts along its row's
+    /// wrench on body B and against it on body A; a coupling's acts on its coordinates by its
+    /// factors. Repeated rows show zero; see [`Report::rank`].
+    #[must_use]
+    pub fn forces(&self, tree: &Tree, constraint: ConstraintId) -> &[f64] {
+        let mbs = tree.multibody();
+        let at = self.place[index(constraint, mbs.loops().len())];
+        &self.forces[at..at + mbs.rows(constraint)]
+    }
+}
+
+/// Numbers of one group's rows.
+fn group(first: &[u32], all: &[f64], g: usize) -> [f64; WIDTH] {
+    let range = first[g] as usize..first[g + 1] as usize;
+    let mut out = [0.0; WIDTH];
+    out[..range.len()].copy_from_slice(&all[range]);
+    out
+}
+
+/// Place among all constraints.
+fn index(c: ConstraintId, loops: usize) -> usize {
+    match c {
+        ConstraintId::Loop(i) => i as usize,
+        ConstraintId::Coupling(i) => loops + i as usize,
+    }
+}
+
+/// The greater one; NaN wins.
+pub(crate) fn greater(a: f64, b: f64) -> f64 {
+    if a >= b || a.is_nan() { a } else { b }
+}
+
+/// Neighbours close together: breadth first from constraints that meet few, reversed
+/// (Cuthill–McKee).
+fn elimination_order(tree: &Tree, units: &Units) -> Vec<ConstraintId> {
+    let all = units.augmented();
+    let n = all.len();
+    let meets = |a: usize| (0..n).filter(move |b| *b != a && units.meet(tree, all[a], all[*b]));
+    let neighbours: Vec<Vec<usize>> = (0..n).map(|a| meets(a).collect()).collect();
+    let (mut seen, mut order) = (vec![false; n], Vec::new());
+    while order.len() < n {
+        let start = (0..n).filter(|a| !seen[*a]).min_by_key(|a| neighbours[*a].len());
+        let Some(start) = start else { break };
+        seen[start] = true;
+        let mut at = order.len();
+        order.push(start);
+        while at < order.len() {
+            let mut next: Vec<usize> =
+                neighbours[order[at]].iter().copied().filter(|b| !seen[*b]).collect();
+            next.sort_by_key(|b| (neighbours[*b].len(), *b));
+            for b in next {
+                seen[b] = true;
+                order.push(b);
+            }
+            at += 1;
+        }
+    }
+    order.into_iter().rev().map(|i| all[i]).collect()
+}

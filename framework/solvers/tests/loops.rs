@@ -1,0 +1,392 @@
+//! Closed loops: every treatment against every other, against the balance of forces, against
+//! finite differences.
+#![allow(clippy::unwrap_used, non_snake_case)]
+
+#[path = "../../dynamics/tests/support/mod.rs"]
+mod support;
+
+use linkwork_dynamics::multibody::{
+    Anchor, BodySpec, Builder, ConstraintId, Coordinate, Coupling, Hinge, HingeCoordinate, Loop,
+    LoopClosure, LoopMotion, Multibody, Row, SubhingeKind, Term,
+};
+use linkwork_dynamics::spatial::{Force, Pose, Vec3};
+use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
+use linkwork_dynamics::{Tree, Workspace, inverse_dynamics, kinematics};
+use linkwork_solvers::{ConstrainedSolver, Projector, Report, Treatment};
+use support::{Rng, Shape, close, random_tree};
+
+fn closing_hinge(r: &mut Rng) -> Hinge {
+    match r.below(8) {
+        0 => Hinge::pin(r.vec3()),
+        1 => Hinge::slider(r.vec3()),
+        2 => Hinge::ball(),
+        3 => Hinge::universal(r.vec3(), r.vec3()),
+        4 => Hinge::cylindrical(r.vec3()),
+        5 => Hinge::planar(),
+        6 => Hinge::screw(r.vec3(), r.signed()),
+        _ => Hinge::chain([SubhingeKind::Slider { axis: r.vec3() }, SubhingeKind::Ball]),
+    }
+}
+
+/// A random tree with loops that close at the configuration given with it.
+fn looped(seed: u64, shape: Shape, loops: usize) -> (Multibody, Vec<f64>) {
+    let tree = random_tree(seed, shape);
+    let mut r = Rng(seed ^ 0x100b);
+    let q = tree.random_q(seed);
+    let poses = tree.body_poses(&q);
+    let mut b = Builder::from(&tree);
+    let name = |i: usize| tree.bodies()[i].name().to_owned();
+    for k in 0..loops {
+        let i = r.below(poses.len());
+        let j = (i + 1 + r.below(poses.len() - 1)) % poses.len();
+        let (frame_a, to_world) = (r.pose(), r.below(4) == 0);
+        let place = poses[i] * frame_a;
+        let (body_a, frame_a) = if to_world { ("world".into(), place) } else { (name(i), frame_a) };
+        b.loop_closure(LoopClosure {
+            name: format!("loop{k}"),
+            body_a,
+            frame_a,
+            body_b: name(j),
+            frame_b: poses[j].inverse() * place,
+            hinge: closing_hinge(&mut r),
+        });
+    }
+    let mut single: Vec<(HingeCoordinate, usize)> = Vec::new();
+    for body in tree.bodies() {
+        for (i, s) in body.subhinges().iter().enumerate() {
+            if s.subhinge.kind.nv() == 1 {
+                let at = HingeCoordinate { body: body.name().into(), subhinge: i };
+                single.push((at, s.q.start));
+            }
+        }
+    }
+    if single.len() >= 2 {
+        let i = r.below(single.len());
+        let j = (i + 1 + r.below(single.len() - 1)) % single.len();
+        let (a, c) = (r.signed(), r.signed());
+        let term = |i: usize, factor| Term { coordinate: single[i].0.clone(), factor };
+        b.coupling(Coupling {
+            name: "gear".into(),
+            terms: vec![term(i, a), term(j, c)],
+            constant: a * q[single[i].1] + c * q[single[j].1],
+        });
+    }
+    (b.build().unwrap_or_else(|e| panic!("seed {seed}: {e}")), q)
+}
+
+const SHAPES: [Shape; 3] = [
+    Shape { bodies: 9, floating: true, prescribed: false, armature: true },
+    Shape { bodies: 11, floating: false, prescribed: false, armature: false },
+    Shape { bodies: 12, floating: true, prescribed: true, armature: true },
+];
+
+struct Case {
+    mbs: Multibody,
+    tree: Tree,
+    ws: Workspace,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    tau: Vec<f64>,
+    vdot: Vec<f64>,
+}
+
+/// A consistent state with forces on it.
+fn case(seed: u64, shape: Shape, loops: usize) -> Case {
+    let (mbs, q) = looped(seed, shape, loops);
+    let tree = Tree::new(&mbs);
+    let mut ws = Workspace::new(&tree);
+    let mut v = mbs.random_v(seed);
+    // Prescribed rates may contradict the loops: let them rest.
+    for (v, p) in v.iter_mut().zip(mbs.prescribed()) {
+        if p {
+            *v = 0.0;
+        }
+    }
+    let mut solver = ConstrainedSolver::new(&tree, |_| Treatment::Augment);
+    Projector::new(&tree).rates(&tree, &mut ws, &mut solver, &[], &q, &mut v).unwrap();
+    let mut r = Rng(seed ^ 77);
+    let tau = r.vec(mbs.nv());
+    let vdot = vec![0.0; mbs.nv()];
+    kinematics(&tree, &mut ws, &q, &v);
+    ws.apply_uniform_gravity(Vec3::new(0.3, -0.7, -9.1));
+    for n in mbs.node_ids() {
+        ws.add_wrench_at_node(&tree, n, Force::new(r.vec3(), r.vec3()));
+    }
+    Case { mbs, tree, ws, q, v, tau, vdot }
+}
+
+/// Accelerations, prescribed forces, and the report.
+fn solve(
+    c: &Case,
+    treatment: impl Fn(ConstraintId) -> Treatment,
+) -> (Vec<f64>, Vec<f64>, ConstrainedSolver, Report) {
+    let (mut ws, mut tau, mut vdot) = (c.ws.clone(), c.tau.clone(), c.vdot.clone());
+    let mut solver = ConstrainedSolver::new(&c.tree, treatment);
+    let report = solver
+        .forward_given_kinematics(&c.tree, &mut ws, (&c.q, &c.v), &[], &mut tau, &mut vdot)
+        .unwrap();
+    (vdot, tau, solver, report)
+}
+
+fn both(id: ConstraintId) -> Treatment {
+    match id {
+        ConstraintId::Loop(i) if i % 2 == 0 => Treatment::Embed,
+        _ => Treatment::Augment,
+    }
+}
+
+type Choice = fn(ConstraintId) -> Treatment;
+
+const TREATMENTS: [(&str, Choice); 3] =
+    [("augmented", |_| Treatment::Augment), ("embedded", |_| Treatment::Embed), ("both", both)];
+
+#[test]
+fn treatments_agree() {
+    let mut compared = 0;
+    for seed in 0..60 {
+        let c = case(seed, SHAPES[seed as usize % 3], 1 + seed as usize % 3);
+        let (a, tau_a, _, report) = solve(&c, |_| Treatment::Augment);
+        if report.contradiction > 1e-9 {
+            continue; // over-constrained: no motion satisfies it
+        }
+        let what = |t: &str| format!("seed {seed}: {t}");
+        let (b, tau_b, ..) = solve(&c, |_| Treatment::Embed);
+        close(&b, &a, 1e-9, &what("embedded"));
+        let (m, tau_m, ..) = solve(&c, both);
+        close(&m, &a, 1e-9, &what("both"));
+        let (n, ..) = solve(&c, |_| Treatment::Auto);
+        close(&n, &a, 1e-9, &what("by rule"));
+        if report.rank == report.rows {
+            // Forces are unique.
+            close(&tau_b, &tau_a, 1e-8, &what("prescribed forces, embedded"));
+            close(&tau_m, &tau_a, 1e-8, &what("prescribed forces, both"));
+        }
+        compared += 1;
+    }
+    assert!(compared > 40, "only {compared} mechanisms could be compared");
+}
+
+/// Constraint forces as wrenches on bodies balance the inverse dynamics of the tree.
+#[test]
+fn forces_balance() {
+    for seed in 0..40 {
+        let c = case(seed, SHAPES[seed as usize % 3], 1 + seed as usize % 2);
+        for (name, t) in TREATMENTS {
+            let (vdot, tau, solver, report) = solve(&c, t);
+            if report.contradiction > 1e-9 {
+                continue;
+            }
+            let (mut ws, mut want) = (c.ws.clone(), tau.clone());
+            for id in c.mbs.constraints() {
+                let lambda = solver.forces(&c.tree, id);
+                match id {
+                    ConstraintId::Coupling(i) => {
+                        for (_, v, f) in &c.mbs.couplings()[i as usize].terms {
+                            want[*v] += f * lambda[0];
+                        }
+                    }
+                    ConstraintId::Loop(i) => {
+                        apply_loop(&c, &c.mbs.loops()[i as usize], lambda, &mut ws);
+                    }
+                }
+            }
+            let mut got = vec![0.0; c.mbs.nv()];
+            // The workspace still holds the forces that were added at this same state.
+            inverse_dynamics(&c.tree, &mut ws, &c.q, &c.v, &vdot, &mut got);
+            close(&got, &want, 1e-9, &format!("seed {seed}, {name}"));
+        }
+    }
+}
+
+fn apply_loop(c: &Case, l: &Loop, lambda: &[f64], ws: &mut Workspace) {
+    let pose =
+        |a: &Anchor| a.body.map_or_else(Pose::identity, |b| c.ws.body_pose(&c.tree, b)) * a.pose;
+    let (A, B) = (pose(&l.a), pose(&l.b));
+    let w = wrench(l, &A, &B, lambda);
+    for (body, sign) in [(l.a.body, -1.0), (l.b.body, 1.0)] {
+        let Some(body) = body else { continue };
+        let arm = B.position - c.ws.body_pose(&c.tree, body).position;
+        let moment = w.moment + arm.cross(&w.force);
+        ws.add_wrench_at_body(&c.tree, body, Force::new(moment * sign, w.force * sign));
+    }
+}
+
+/// Σ λ times each row's wrench about B's origin, from the rows' definitions.
+fn wrench(l: &Loop, A: &Pose, B: &Pose, lambda: &[f64]) -> Force {
+    let mut out = Force::new(Vec3::zeros(), Vec3::zeros());
+    for (row, x) in l.rows.iter().zip(lambda) {
+        match row {
+            Row::Slide { axis, .. } => out.force += A.rotation * axis * *x,
+            Row::Across { a, b, .. } => {
+                out.moment += (B.rotation * b).cross(&(A.rotation * a)) * *x;
+            }
+            Row::Turn { axis, .. } => out.moment += A.rotation * axis * *x,
+            Row::Screw { axis, pitch, .. } => {
+                out.force += A.rotation * axis * *x;
+                out.moment -= A.rotation * axis * (pitch * *x);
+            }
+        }
+    }
+    out
+}
+
+/// A row's rate is the derivative of its error; its bias and what the forces give are that of its
+/// rate.
+#[test]
+fn rows_are_derivatives() {
+    for seed in 0..30 {
+        let c = case(seed, SHAPES[seed as usize % 2], 2);
+        let units = Units::new(&c.tree, |_| Treatment::Augment);
+        let mut uw = UnitsWork::new(&c.tree, &units);
+        let (mut tau, mut vdot) = (c.tau.clone(), vec![0.0; c.mbs.nv()]);
+        let mut ws = c.ws.clone();
+        units.gather(&c.tree, &mut ws, &mut uw, &tau, &vdot, &[]).unwrap();
+        let rows_of = |ws: &Workspace, uw: &UnitsWork, q: &[f64], v: &[f64]| {
+            let mut rows = RowSet::default();
+            rows.clear();
+            for id in c.mbs.constraints() {
+                rows.add_constraint(&c.tree, &units, ws, uw, id, &[], (q, v));
+            }
+            rows.groups().to_vec()
+        };
+        let now = rows_of(&ws, &uw, &c.q, &c.v);
+        units.scatter(&c.tree, &mut ws, &mut uw, &[], &mut tau, &mut vdot);
+        let mut at = |h: f64| {
+            let moved = |x: f64| c.v.iter().zip(&vdot).map(move |(v, a)| x * v + 0.5 * x * x * a);
+            let dv: Vec<f64> = moved(h).collect();
+            let v: Vec<f64> = c.v.iter().zip(&vdot).map(|(v, a)| v + h * a).collect();
+            let mut q = c.q.clone();
+            c.mbs.integrate(&c.q, &dv, &mut q);
+            kinematics(&c.tree, &mut ws, &q, &v);
+            let zeros = vec![0.0; c.mbs.nv()];
+            units.gather(&c.tree, &mut ws, &mut uw, &zeros, &zeros, &[]).unwrap();
+            rows_of(&ws, &uw, &q, &v)
+        };
+        let h = 1e-5;
+        let (plus, minus) = (at(h), at(-h));
+        for ((now, p), m) in now.iter().zip(&plus).zip(&minus) {
+            for i in 0..now.n {
+                let rate = (p.error[i] - m.error[i]) / (2.0 * h);
+                let second = (p.rate[i] - m.rate[i]) / (2.0 * h);
+                let want = now.free[i] + now.bias[i];
+                let scale = 1.0 + want.abs();
+                assert!(now.error[i].abs() < 1e-12, "seed {seed}: error {}", now.error[i]);
+                assert!((rate - now.rate[i]).abs() < 1e-6 * scale, "seed {seed}: rate");
+                assert!((second - want).abs() < 1e-6 * scale, "seed {seed}: {second} {want}");
+            }
+        }
+    }
+}
+
+/// Loops keep closing: the error after a small step of second order is of third order.
+#[test]
+fn motion_stays_on_the_constraints() {
+    let mut seen = 0;
+    for seed in 0..20 {
+        let c = case(seed, SHAPES[seed as usize % 2], 2);
+        let (vdot, _, _, report) = solve(&c, |_| Treatment::Embed);
+        if report.contradiction > 1e-9 {
+            continue;
+        }
+        let error = |h: f64| {
+            let dv: Vec<f64> =
+                c.v.iter().zip(&vdot).map(|(v, a)| h * v + 0.5 * h * h * a).collect();
+            let mut q = c.q.clone();
+            c.mbs.integrate(&c.q, &dv, &mut q);
+            let mut solver = ConstrainedSolver::new(&c.tree, |_| Treatment::Augment);
+            let mut p = Projector::new(&c.tree);
+            p.tolerance = f64::MAX;
+            let mut ws = Workspace::new(&c.tree);
+            p.positions(&c.tree, &mut ws, &mut solver, &[], &mut q).unwrap().error
+        };
+        let (coarse, fine) = (error(2e-4), error(1e-4));
+        let order = (coarse / fine).log2();
+        assert!(order > 2.7 || fine < 1e-11, "seed {seed}: order {order}, {coarse:e} {fine:e}");
+        seen += 1;
+    }
+    assert!(seen > 10);
+}
+
+/// From a start that is off, every treatment finds a closed configuration, at second order.
+#[test]
+fn open_loops_are_closed() {
+    let mut closed = 0;
+    for seed in 0..40 {
+        let (mbs, q0) = looped(seed, SHAPES[seed as usize % 2], 2);
+        let tree = Tree::new(&mbs);
+        let dv: Vec<f64> = Rng(seed ^ 99).vec(mbs.nv()).iter().map(|x| 0.02 * x).collect();
+        for t in [Treatment::Augment, Treatment::Embed, Treatment::Auto] {
+            let mut q = q0.clone();
+            mbs.integrate(&q0, &dv, &mut q);
+            let mut ws = Workspace::new(&tree);
+            let mut solver = ConstrainedSolver::new(&tree, |_| t);
+            let mut p = Projector::new(&tree);
+            if let Ok(done) = p.positions(&tree, &mut ws, &mut solver, &[], &mut q) {
+                assert!(done.before > 1e-5 && done.steps <= 12, "seed {seed} {t:?}: {done:?}");
+                closed += 1;
+            }
+        }
+    }
+    assert!(closed > 100, "{closed} of 120 closed");
+}
+
+/// A prescribed slider in a loop drives it: the other end follows u(t).
+#[test]
+fn prescribed_loop_hinges_drive() {
+    let mut r = Rng(4);
+    let mut b = Builder::new();
+    for (i, parent) in ["world", "a0", "a1"].iter().enumerate() {
+        b.body(
+            BodySpec::new(format!("a{i}"), *parent)
+                .hinge(Hinge::pin(Vec3::y()))
+                .hinge_in_parent(Pose::translation(0.4 + 0.1 * i as f64, 0.0, 0.1))
+                .mass(r.mass()),
+        );
+    }
+    let mut hinge = Hinge::planar();
+    hinge.subhinges[0].coordinate = Coordinate::Prescribed;
+    b.loop_closure(LoopClosure {
+        name: "drive".into(),
+        body_a: "world".into(),
+        // The plane of the mechanism: the frame's x y are the world's x −z.
+        frame_a: Pose::rotation(linkwork_dynamics::spatial::Quat::from_axis_angle(
+            &Vec3::x_axis(),
+            -std::f64::consts::FRAC_PI_2,
+        )),
+        body_b: "a2".into(),
+        frame_b: Pose::new(
+            linkwork_dynamics::spatial::Quat::from_axis_angle(
+                &Vec3::x_axis(),
+                -std::f64::consts::FRAC_PI_2,
+            ),
+            Vec3::new(0.3, 0.0, -0.2),
+        ),
+        hinge,
+    });
+    let mbs = b.build().unwrap();
+    assert_eq!(mbs.motions(), 1);
+    let tree = Tree::new(&mbs);
+    let mut ws = Workspace::new(&tree);
+    let drive = LoopMotion { position: 1.05, rate: 0.3, acceleration: -0.7 };
+    let mut answers = Vec::new();
+    for t in [Treatment::Augment, Treatment::Embed] {
+        let mut solver = ConstrainedSolver::new(&tree, |_| t);
+        let mut p = Projector::new(&tree);
+        let (mut q, mut v) = (vec![0.6, 0.5, 0.4], vec![0.2, 0.1, -0.3]);
+        let mut closer = ConstrainedSolver::new(&tree, |_| Treatment::Augment);
+        p.positions(&tree, &mut ws, &mut closer, &[drive], &mut q).unwrap();
+        p.rates(&tree, &mut ws, &mut closer, &[drive], &q, &mut v).unwrap();
+        let (mut tau, mut vdot) = (vec![0.1, 0.2, -0.1], vec![0.0; 3]);
+        solver.forward(&tree, &mut ws, (&q, &v), &[drive], &mut tau, &mut vdot).unwrap();
+        let end = mbs.body("a2").unwrap();
+        let (X, V) = (ws.body_pose(&tree, end), ws.body_velocity(&tree, end));
+        let A = ws.body_acceleration(&tree, end);
+        let arm = X.rotation * Vec3::new(0.3, 0.0, -0.2);
+        let a = A.linear + A.angular.cross(&arm) + V.angular.cross(&V.angular.cross(&arm));
+        assert!((X.position.x + arm.x - 1.05).abs() < 1e-12);
+        assert!(((V.linear + V.angular.cross(&arm)).x - 0.3).abs() < 1e-12);
+        assert!((a.x + 0.7).abs() < 1e-11, "{t:?} {a}");
+        answers.push(vdot);
+    }
+    close(&answers[0], &answers[1], 1e-10, "both treatments");
+}
