@@ -233,7 +233,7 @@ impl<L: Lane> Compliance<L> {
         check(out.len(), self.size() * self.size(), "compliance");
         match (&mut batch.lanes, tree.flexible.as_deref()) {
             (Some(l), Some(flex)) => l.run([], [out], |ws, [], [out]| {
-                crate::flexible::compliance(tree, flex, &mut ws.work, self.nodes(), out)
+                crate::flexible::compliance(tree, flex, ws, self.nodes(), out)
             }),
             _ => self.run(tree, &mut batch.work, out),
         }

@@ -177,7 +177,7 @@ impl Compliance {
     ) -> Result<(), DynamicsError> {
         check(out.len(), self.size() * self.size(), "compliance");
         if let Some(flex) = tree.flexible.as_deref() {
-            return crate::flexible::compliance(tree, flex, &mut ws.work, &self.nodes, out);
+            return crate::flexible::compliance(tree, flex, ws, &self.nodes, out);
         }
         self.run(tree, &mut ws.work, out)
     }

@@ -31,7 +31,7 @@ pub fn inverse_mass_matrix(
     check(out.len(), tree.nv() * tree.nv(), "inverse mass matrix");
     match tree.flexible.as_deref() {
         None => matrix(tree, &mut ws.work, out),
-        Some(flex) => crate::flexible::inverse_mass_matrix(tree, flex, &mut ws.work, out),
+        Some(_) => crate::flexible::inverse_mass_matrix(tree, ws, out),
     }
 }
 
@@ -45,8 +45,8 @@ pub fn apply_inverse_mass(
     x: &mut [f64],
 ) -> Result<(), DynamicsError> {
     check(x.len(), tree.nv(), "x");
-    if let Some(flex) = tree.flexible.as_deref() {
-        return crate::flexible::apply_inverse_mass(tree, flex, &mut ws.work, x);
+    if tree.is_flexible() {
+        return crate::flexible::apply_inverse_mass(tree, ws, x);
     }
     factor(tree, &mut ws.work)?;
     solve(tree, &mut ws.work, x);

@@ -84,6 +84,8 @@ pub struct Tree {
     pub(crate) links: Vec<Link>,
     pub(crate) bodies: Vec<OnLink>,
     pub(crate) nodes: Vec<OnLink>,
+    /// Frames A and B of each loop.
+    pub(crate) anchors: Vec<[OnLink; 2]>,
     pub(crate) multi: usize,
     pub(crate) dofs: Dofs,
     /// Links that turn about their z, with their places in q; the last repeats to fill a block.
@@ -108,7 +110,9 @@ impl Tree {
         for id in multibody.body_ids() {
             build.body(multibody, id);
         }
-        build.finish(multibody)
+        let mut tree = build.finish(multibody);
+        crate::flexible::prepare(&mut tree);
+        tree
     }
 
     /// The mechanism that this was made from.
@@ -269,6 +273,9 @@ impl Layout {
         let nodes: Vec<(Hang, Pose)> =
             mbs.nodes().iter().map(|n| self.hang(mbs, Some(n.body()), &n.pose())).collect();
         let n = self.drafts.len();
+        let anchors: Vec<[(Hang, Pose); 2]> = (mbs.loops().iter())
+            .map(|l| [&l.a, &l.b].map(|a| self.hang(mbs, a.body, &a.pose)))
+            .collect();
         let layout = std::mem::take(&mut self.flexible);
         let (flexible, stations) = layout.finish(mbs, n, &self.bodies);
         let slot = |hang: Hang| match hang {
@@ -336,6 +343,7 @@ impl Layout {
             p: X.position,
         };
         let nodes = nodes.iter().map(|(at, X)| on_link(slot(*at), X));
+        let anchors = anchors.iter().map(|ends| ends.map(|(at, X)| on_link(slot(at), &X)));
         let mut turns: Vec<_> = (links.iter().enumerate())
             .filter(|(_, l)| matches!(l.kind, Kind::Pin | Kind::Screw))
             .map(|(k, l)| (k as u32, l.q))
@@ -360,13 +368,14 @@ impl Layout {
             moving_mass: links.iter().map(|l: &Link| l.m).sum::<f64>()
                 + flexible.as_deref().map_or(0.0, |f| f.stations.iter().map(|s| s.m).sum()),
             multi: multi as usize,
-            dofs: match flexible {
+            dofs: match flexible.as_deref() {
                 None => Dofs::new(&links, mbs.nv()),
-                Some(_) => Dofs::default(),
+                Some(flex) => Dofs::flat(&links, &flex.modal(), mbs.nv()),
             },
             turns,
             turning,
             one_root: links.iter().filter(|l: &&Link| l.parent == 0).count() == 1,
+            anchors: anchors.collect(),
             nodes,
             paths,
             node_paths,

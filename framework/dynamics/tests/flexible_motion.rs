@@ -152,7 +152,11 @@ fn a_beam_that_spins_up_lags_and_comes_back_as_kane_showed() {
 fn satellite() -> Multibody {
     let beam = Beam::tube(1.5, 0.03, 0.027, 4e7, 0.3, 2000.0);
     let count = BeamModes { bending_y: 2, bending_z: 1, twist: 1, stretch: 1 };
-    let solid = MassProperties::new(3.0, Vec3::new(0.1, -0.05, 0.02), Mat3::from_diagonal(&Vec3::new(0.3, 0.4, 0.5)));
+    let solid = MassProperties::new(
+        3.0,
+        Vec3::new(0.1, -0.05, 0.02),
+        Mat3::from_diagonal(&Vec3::new(0.3, 0.4, 0.5)),
+    );
     let mut b = Builder::new();
     b.body(BodySpec::new("hub", "world").hinge(Hinge::free()).mass(solid));
     b.body(
@@ -302,11 +306,17 @@ fn a_stiff_satellite_moves_as_a_rigid_one() {
         }
         let mbs = b.build().unwrap();
         // Deflections at which the modes do not accelerate.
-        let (mut at, modal) = (q(&mbs), mbs.bodies().iter().flat_map(|b| b.modes_q().zip(b.modes_v())));
+        let (mut at, modal) =
+            (q(&mbs), mbs.bodies().iter().flat_map(|b| b.modes_q().zip(b.modes_v())));
         let modal: Vec<(usize, usize)> = modal.collect();
         let (_, tree, _, v) = hub(&mbs, at.clone());
         let mut ws = Workspace::new(&tree);
-        let K: Vec<f64> = mbs.bodies().iter().filter_map(|b| b.modes()).flat_map(|m| m.stiffness.clone()).collect();
+        let K: Vec<f64> = mbs
+            .bodies()
+            .iter()
+            .filter_map(|b| b.modes())
+            .flat_map(|m| m.stiffness.clone())
+            .collect();
         let mut vdot = vec![0.0; mbs.nv()];
         for _ in 0..4 {
             // Modes held still (η̈ = 0): hinge accelerations of the rigid problem, then η = K⁻¹ of what is left.
@@ -315,8 +325,10 @@ fn a_stiff_satellite_moves_as_a_rigid_one() {
             let (mut M, mut bias) = (vec![0.0; mbs.nv().pow(2)], vec![0.0; mbs.nv()]);
             inverse_dynamics(&tree, &mut ws, &at, &v, &vec![0.0; mbs.nv()], &mut bias);
             mass_matrix(&tree, &mut ws, &mut M);
-            let small: Vec<f64> =
-                hinge.iter().flat_map(|i| hinge.iter().map(|j| M[i * mbs.nv() + j]).collect::<Vec<_>>()).collect();
+            let small: Vec<f64> = hinge
+                .iter()
+                .flat_map(|i| hinge.iter().map(|j| M[i * mbs.nv() + j]).collect::<Vec<_>>())
+                .collect();
             let rhs: Vec<f64> = hinge.iter().map(|i| -bias[*i]).collect();
             let x = support::solve(&small, hinge.len(), &rhs);
             vdot.fill(0.0);

@@ -146,7 +146,8 @@ fn static_deflection_of_many_modes_is_that_of_the_handbook() {
         (0..8).map(|i| tip.translation[i].y.powi(2) * F / modes.stiffness[i]).sum();
     let want = F * b.length.powi(3) / (3.0 * b.young * b.I_z);
     // What eight modes leave out: Σ 12/(βL)⁴ from the ninth on, 7.9e-5; measured that.
-    let left: f64 = (9..200).map(|k| 12.0 / ((f64::from(k) - 0.5) * std::f64::consts::PI).powi(4)).sum();
+    let left: f64 =
+        (9..200).map(|k| 12.0 / ((f64::from(k) - 0.5) * std::f64::consts::PI).powi(4)).sum();
     near(deflection, want * (1.0 - left), 1e-6, "FL³/3EI");
 }
 
@@ -187,7 +188,8 @@ fn frames_on_a_beam_follow_its_shape() {
 
 /// A point mass and a disc on a massless rod, by hand.
 fn by_hand() -> Modes {
-    let disc = MassProperties::new(1.5, Vec3::zeros(), Mat3::from_diagonal(&Vec3::new(0.02, 0.01, 0.01)));
+    let disc =
+        MassProperties::new(1.5, Vec3::zeros(), Mat3::from_diagonal(&Vec3::new(0.02, 0.01, 0.01)));
     let station = |x: f64, mass, t: [Vec3; 2], r: [Vec3; 2]| Station {
         pose: Pose::translation(x, 0.0, 0.0),
         mass,
@@ -201,7 +203,12 @@ fn by_hand() -> Modes {
         damping: vec![0.1, 0.2],
         stations: vec![
             station(0.4, point, [Vec3::y() * 0.3, Vec3::z() * 0.2], [Vec3::z(), -Vec3::y()]),
-            station(1.0, disc, [Vec3::y(), Vec3::z() + Vec3::y() * 0.1], [Vec3::z() * 1.3, -Vec3::y()]),
+            station(
+                1.0,
+                disc,
+                [Vec3::y(), Vec3::z() + Vec3::y() * 0.1],
+                [Vec3::z() * 1.3, -Vec3::y()],
+            ),
         ],
         attachment: Attachment::Nearest { tolerance: 0.01 },
     }
@@ -273,7 +280,10 @@ fn modes_that_no_body_has_are_refused_with_the_remedy() {
             assert!(text.contains(part), "no `{part}` in\n{text}");
         }
     };
-    said(&faults(|m| m.stiffness = vec![1.0, 2.0, 5.0, 1.0]), &["stiffness: not symmetric", "by 3"]);
+    said(
+        &faults(|m| m.stiffness = vec![1.0, 2.0, 5.0, 1.0]),
+        &["stiffness: not symmetric", "by 3"],
+    );
     said(&faults(|m| m.stiffness = vec![1.0, 2.0, 2.0, 1.0]), &["stiffness: least eigenvalue -1"]);
     said(&faults(|m| m.damping = vec![0.1, -0.2]), &["damping: least", "mode 1"]);
     said(&faults(|m| m.stiffness = vec![1.0]), &["stiffness: 1 numbers", "2 modes need 2 or 4"]);
@@ -281,7 +291,10 @@ fn modes_that_no_body_has_are_refused_with_the_remedy() {
     said(&faults(|m| m.stations.clear()), &["no stations"]);
     said(&faults(|m| m.stations[0].translation.truncate(1)), &["station 1, translation"]);
     said(&faults(|m| m.stations[1].mass.mass = -1.0), &["station 1: mass -1 kg is negative"]);
-    said(&faults(|m| m.stations[1].pose.position.x = f64::INFINITY), &["station 1: a number is NaN"]);
+    said(
+        &faults(|m| m.stations[1].pose.position.x = f64::INFINITY),
+        &["station 1: a number is NaN"],
+    );
     let twice = faults(|m| {
         for s in &mut m.stations {
             (s.translation[1], s.rotation[1]) = (s.translation[0] * -2.0, s.rotation[0] * -2.0);
@@ -313,7 +326,10 @@ fn what_hangs_in_the_air_is_refused() {
     let mut b = machine(by_hand());
     b.node("far", "arm", Pose::translation(0.7, 0.0, 0.0));
     let text = b.build().unwrap_err().to_string();
-    assert!(text.contains("node `far` on flexible body `arm`: the nearest station is 0.2999"), "{text}");
+    assert!(
+        text.contains("node `far` on flexible body `arm`: the nearest station is 0.2999"),
+        "{text}"
+    );
     let mut modes = by_hand();
     modes.attachment = Attachment::Beam;
     modes.stations.iter_mut().for_each(|s| s.rotation.clear());

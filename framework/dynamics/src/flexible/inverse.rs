@@ -7,6 +7,7 @@
 //! Links, and the force of each mass, as in `inverse.rs`.
 
 use super::{Flexible, Step};
+use crate::error::DynamicsError;
 use crate::linear::{M3, S3, V3, V6};
 use crate::tree::{Kind, Tree};
 use crate::work::{Kin, Work};
@@ -121,6 +122,37 @@ impl Tree {
                 (link.m, link.h, link.J)
             }
         }
+    }
+
+    /// Links and sets of modes, parents first.
+    pub(crate) fn steps(&self) -> impl Iterator<Item = Step> + '_ {
+        let flex = self.flexible.as_deref();
+        let links = if flex.is_none() { self.links.len() } else { 0 };
+        flex.into_iter().flat_map(|f| f.order.iter().copied()).chain((0..links).map(Step::Link))
+    }
+
+    /// The slot inboard of a slot, in any tree.
+    pub(crate) fn inboard_of(&self, slot: usize) -> usize {
+        match self.flexible.as_deref() {
+            Some(flex) => self.inboard(flex, slot),
+            None => self.links[slot - 1].parent as usize,
+        }
+    }
+
+    /// The body whose hinge, or whose station, a slot is.
+    pub(crate) fn body_of(&self, slot: usize) -> usize {
+        let station = self.flexible.as_deref().and_then(|f| Some((f, f.station(slot)?)));
+        match station {
+            Some((f, s)) => f.sets[f.stations[s].set as usize].body as usize,
+            None => self.links[slot - 1].body as usize,
+        }
+    }
+
+    /// What is said of a slot with nothing to move.
+    #[cold]
+    pub(crate) fn singular_at(&self, slot: usize, v: usize) -> DynamicsError {
+        let body = self.multibody.bodies()[self.body_of(slot)].name().to_owned();
+        DynamicsError::Singular { body, v }
     }
 
     /// The slot inboard of a link's or station's; 0 is the world.

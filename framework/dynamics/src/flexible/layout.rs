@@ -111,14 +111,13 @@ impl FlexibleLayout {
             Hang::Link(k) => k,
             Hang::Station(i) => slots[i],
         };
-        let mut flex =
-            Flexible {
-                order: self.order,
-                sets: Vec::new(),
-                stations: Vec::new(),
-                links,
-                prescribed: mbs.prescribed(),
-            };
+        let mut flex = Flexible {
+            order: self.order,
+            sets: Vec::new(),
+            stations: Vec::new(),
+            links,
+            units: None,
+        };
         let mut column = 0;
         for (body, base) in &self.sets {
             let (b, X_LB) = (&mbs.bodies()[*body], bodies[*body].1);

@@ -39,6 +39,8 @@ pub(crate) use sums::{bias, com_acceleration, subtree_inertia};
 use crate::error::DynamicsError;
 use crate::linear::{M3, S3, V3, V6};
 use crate::tree::Tree;
+use crate::units::{Treatment, Units, UnitsWork};
+use std::ops::Range;
 
 /// One step of a sweep, parents first.
 #[derive(Clone, Copy, Debug)]
@@ -58,8 +60,8 @@ pub(crate) struct Flexible {
     pub stations: Vec<StationAt>,
     /// Number of links: station i has slot links + 1 + i.
     pub links: usize,
-    /// By degree of freedom.
-    pub prescribed: Vec<bool>,
+    /// The tree without its loops, flexible bodies as units: made last.
+    pub units: Option<Units>,
 }
 
 /// The modes of one body.
@@ -114,8 +116,10 @@ pub(crate) struct Bend {
     /// β of the last kinematics, and η where it is modal.
     pub eta: Vec<f64>,
     pub rate: Vec<f64>,
-    /// nv × nv and nv: dense factors and right-hand sides.
-    pub M: Vec<f64>,
+    /// The memory of `Flexible::units`.
+    pub units: Option<Box<UnitsWork>>,
+    /// One number an independent rate, and two for each degree of freedom.
+    pub y: Vec<f64>,
     pub x: Vec<f64>,
     pub zero: Vec<f64>,
     /// Composite inertia of each slot about its own origin.
@@ -136,7 +140,8 @@ impl Bend {
             energy: 0.0,
             eta: vec![0.0; nv],
             rate: vec![0.0; nv],
-            M: vec![0.0; nv * nv],
+            units: flex.units.as_ref().map(|u| Box::new(UnitsWork::new(tree, u))),
+            y: vec![0.0; nv],
             x: vec![0.0; nv],
             zero: vec![0.0; nv],
             composite: vec![Default::default(); slots],
@@ -156,11 +161,28 @@ impl Flexible {
         self.links + 1 + station
     }
 
+    /// The modal degrees of freedom of each flexible body, and its first station's slot (0 without stations).
+    pub fn modal(&self) -> Vec<(Range<usize>, u32)> {
+        let first = |s: &Set| if s.first < s.end { self.slot(s.first) as u32 } else { 0 };
+        self.sets.iter().map(|s| (s.v..s.v + s.n, first(s))).collect()
+    }
+
     /// What an algorithm says that is only for rigid trees.
     #[cold]
     pub fn refuse(&self, tree: &Tree, what: &'static str) -> DynamicsError {
-        let body = self.sets.first().map_or("", |s| tree.multibody.bodies()[s.body as usize].name());
+        let body =
+            self.sets.first().map_or("", |s| tree.multibody.bodies()[s.body as usize].name());
         DynamicsError::Flexible { body: body.to_owned(), what }
+    }
+}
+
+/// Lays out the units of a flexible tree.
+pub(crate) fn prepare(tree: &mut Tree) {
+    if tree.is_flexible() {
+        let units = Units::new(tree, |_| Treatment::Augment);
+        if let Some(flex) = &mut tree.flexible {
+            flex.units = Some(units);
+        }
     }
 }
 

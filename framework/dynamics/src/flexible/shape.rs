@@ -32,7 +32,8 @@ impl Turn {
             let (a, b) = ([2, 4, 6, 8, 10, 12, 14], [3, 5, 7, 9, 11, 13, 15]);
             let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
             let of = |n: [u32; 7]| std::array::from_fn(|k| sign(k) / f(n[k]));
-            let rate = |n: [u32; 7]| std::array::from_fn(|k| sign(k + 1) * (k + 1) as f64 / f(n[k + 1]));
+            let rate =
+                |n: [u32; 7]| std::array::from_fn(|k| sign(k + 1) * (k + 1) as f64 / f(n[k + 1]));
             return Self {
                 theta,
                 sinc: series(of([1, 3, 5, 7, 9, 11, 13])),

@@ -119,7 +119,14 @@ fn element(place: f64, length: f64) -> (usize, f64, f64) {
 impl Beam {
     /// A round solid or hollow section: diameters outside and inside (m), steel-like numbers given.
     #[must_use]
-    pub fn tube(length: f64, outer: f64, inner: f64, young: f64, poisson: f64, density: f64) -> Self {
+    pub fn tube(
+        length: f64,
+        outer: f64,
+        inner: f64,
+        young: f64,
+        poisson: f64,
+        density: f64,
+    ) -> Self {
         let pi = std::f64::consts::PI;
         let I = pi / 64.0 * (outer.powi(4) - inner.powi(4));
         Self {
@@ -145,7 +152,8 @@ impl Beam {
         let wanted = [count.bending_y, count.bending_z, count.twist, count.stretch];
         let mut shapes: Vec<(usize, Shape)> = Vec::new();
         for (kind, n) in wanted.into_iter().enumerate() {
-            let found = self.shapes(kind, n).ok_or(vec![GeneratorFault::NoModes { what: "beam" }])?;
+            let found =
+                self.shapes(kind, n).ok_or(vec![GeneratorFault::NoModes { what: "beam" }])?;
             shapes.extend(found.into_iter().map(|s| (kind, s)));
         }
         let highest = wanted.into_iter().max().unwrap_or(0);
@@ -166,7 +174,11 @@ impl Beam {
             stations,
             attachment: Attachment::Beam,
         };
-        Ok(if self.damping_ratio > 0.0 { modes.with_damping_ratio(self.damping_ratio) } else { modes })
+        Ok(if self.damping_ratio > 0.0 {
+            modes.with_damping_ratio(self.damping_ratio)
+        } else {
+            modes
+        })
     }
 
     /// Mass, kg.
@@ -248,7 +260,9 @@ impl Beam {
             _ => false,
         };
         let free: Vec<usize> = (0..n).filter(|i| !held(*i)).collect();
-        let pick = |A: &DMatrix<f64>| DMatrix::from_fn(free.len(), free.len(), |i, j| A[(free[i], free[j])]);
+        let pick = |A: &DMatrix<f64>| {
+            DMatrix::from_fn(free.len(), free.len(), |i, j| A[(free[i], free[j])])
+        };
         let length = self.length.powi(2 * motion.order as i32);
         let sigma = motion.stiffness / (motion.mass * length);
         let found = lowest(&pick(&K), &pick(&M), sigma, count + motion.rigid)?;

@@ -6,11 +6,7 @@ use std::collections::BTreeMap;
 
 impl Builder {
     /// Modes, and whether something carries what hangs on each flexible body.
-    pub(crate) fn check_modes(
-        &self,
-        names: &BTreeMap<&str, usize>,
-        faults: &mut Vec<Fault>,
-    ) {
+    pub(crate) fn check_modes(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<Fault>) {
         let mut sound = vec![false; self.bodies().len()];
         for (b, sound) in self.bodies().iter().zip(&mut sound) {
             match b.modes.as_ref().map(Modes::validate) {

@@ -208,9 +208,8 @@ impl Cubic {
 
     /// Value and slope from those at both ends.
     fn of(&self, ends: &[Vec3; 2], slopes: &[Vec3; 2]) -> (Vec3, Vec3) {
-        let sum = |w: &[f64; 4]| {
-            ends[0] * w[0] + ends[1] * w[1] + slopes[0] * w[2] + slopes[1] * w[3]
-        };
+        let sum =
+            |w: &[f64; 4]| ends[0] * w[0] + ends[1] * w[1] + slopes[0] * w[2] + slopes[1] * w[3];
         (sum(&self.value), sum(&self.slope))
     }
 

@@ -70,7 +70,11 @@ impl Plate {
             stations,
             attachment: Attachment::Nearest { tolerance: 1e-6 * a.max(b) },
         };
-        Ok(if self.damping_ratio > 0.0 { modes.with_damping_ratio(self.damping_ratio) } else { modes })
+        Ok(if self.damping_ratio > 0.0 {
+            modes.with_damping_ratio(self.damping_ratio)
+        } else {
+            modes
+        })
     }
 
     /// Mass, kg.

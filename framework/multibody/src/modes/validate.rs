@@ -73,7 +73,9 @@ pub enum ModesFault {
         eigenvalue: f64,
     },
     /// A mass that no body has.
-    #[error("station {station}: {error}\n  help: correct `mass` of the station; it is in the station's own frame")]
+    #[error(
+        "station {station}: {error}\n  help: correct `mass` of the station; it is in the station's own frame"
+    )]
     Inertia {
         /// Which, from 0.
         station: usize,
@@ -81,7 +83,9 @@ pub enum ModesFault {
         error: InertiaError,
     },
     /// The axis of shortening is not of unit length.
-    #[error("station {station}: the axis of `shortening` has length {length}\n  help: give a unit vector")]
+    #[error(
+        "station {station}: the axis of `shortening` has length {length}\n  help: give a unit vector"
+    )]
     Axis {
         /// Which, from 0.
         station: usize,
@@ -221,7 +225,12 @@ impl Modes {
                 if !((length - 1.0).abs() < 1e-9) {
                     faults.push(ModesFault::Axis { station, length });
                 }
-                symmetric(&format!("station {station}, shortening"), &g.matrix, self.count(), faults);
+                symmetric(
+                    &format!("station {station}, shortening"),
+                    &g.matrix,
+                    self.count(),
+                    faults,
+                );
             }
         }
     }
