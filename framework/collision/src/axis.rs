@@ -42,8 +42,12 @@ pub(crate) struct Axis {
 
 /// Whether an overlap is told by the candidates alone.
 pub(crate) fn complete(a: &Core, b: &Core) -> bool {
-    let round = |c: &Core| matches!(c, Core::Cylinder { .. });
     !round(a) && !round(b) && few(a, b)
+}
+
+/// Whether a core is curved.
+pub(crate) fn round(c: &Core) -> bool {
+    matches!(c, Core::Cylinder { .. })
 }
 
 fn few(a: &Core, b: &Core) -> bool {
@@ -197,8 +201,8 @@ pub(crate) enum Nearest {
     Far,
     /// Points on A and B, the unit normal between them, the distance.
     Apart(Vec3, Vec3, Vec3, f64),
-    /// They overlap or touch.
-    Overlap,
+    /// They overlap or touch; the best normal met on the way.
+    Overlap(Vec3),
 }
 
 /// Nearest points of two cores.
@@ -209,12 +213,12 @@ pub(crate) fn nearest(a: &Placed, b: &Placed, limit: f64, start: &Vec3, simplex:
     simplex.reset(put(&first));
     let mut proj = from_parry(simplex.project_origin_and_reduce());
     let scale = (first.0.norm()).max(first.1.norm()).max(proj.norm());
-    let (mut lower, mut normal) = (f64::NEG_INFINITY, *start);
+    let (mut lower, mut normal) = (-start.dot(&(first.0 - first.1)), *start);
     let mut points = first;
     let mut dist = proj.norm();
     for _ in 0..100 {
         if dist <= 1e-14 * scale {
-            return Nearest::Overlap;
+            return Nearest::Overlap(normal);
         }
         let d = -proj / dist;
         let s = probe(&d);
@@ -229,10 +233,11 @@ pub(crate) fn nearest(a: &Placed, b: &Placed, limit: f64, start: &Vec3, simplex:
             break;
         }
         let next = from_parry(simplex.project_origin_and_reduce());
-        if simplex.dimension() == 3 {
-            return Nearest::Overlap;
+        if simplex.dimension() == 3 && lower <= 0.0 {
+            return Nearest::Overlap(normal);
         }
-        if !(next.norm() < dist) {
+        // A flat tetrahedron may seem to hold the origin: what separates knows better.
+        if simplex.dimension() == 3 || !(next.norm() < dist) {
             break;
         }
         (proj, dist) = (next, next.norm());
@@ -242,7 +247,7 @@ pub(crate) fn nearest(a: &Placed, b: &Placed, limit: f64, start: &Vec3, simplex:
         });
     }
     if lower <= 0.0 {
-        return Nearest::Overlap;
+        return Nearest::Overlap(normal);
     }
     let n = if dist > 1e-7 * scale { -proj / dist } else { normal };
     Nearest::Apart(points.0, points.1, n, dist)

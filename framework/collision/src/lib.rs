@@ -44,6 +44,7 @@ mod core;
 mod error;
 mod manifold;
 mod pairs;
+mod polish;
 mod query;
 mod ray;
 mod rules;

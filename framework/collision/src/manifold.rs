@@ -12,6 +12,7 @@
 
 use crate::axis::{self, Axis, BIAS, Nearest, Source};
 use crate::core::{Core, Corner, Placed, Poly, edge_name, mix};
+use crate::polish::polish;
 use linkwork_multibody::spatial::Vec3;
 use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::VoronoiSimplex;
@@ -113,21 +114,14 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
     }
     let mut ends = None;
     if axis.sep > 0.0 || !complete {
-        match axis::nearest(a, b, limit, &axis.n, &mut room.simplex) {
-            Nearest::Far => return room.points.truncate(from),
-            Nearest::Apart(pa, pb, n, d) if d > axis.sep + equal => {
-                axis = Axis { n, sep: d, source: Source::Other };
-                ends = Some((pa, pb));
-            }
-            Nearest::Apart(pa, pb, ..) => ends = Some((pa, pb)),
-            Nearest::Overlap if !complete && axis.sep <= 0.0 => {
-                if let Some((n, sep)) = axis::depth(a, b, &room.simplex, &mut room.epa)
-                    && sep > axis.sep + 100.0 * equal
-                {
+        match refine(a, b, &axis, limit, complete, room) {
+            None => return room.points.truncate(from),
+            Some((n, sep, near)) => {
+                ends = near;
+                if sep > axis.sep + equal {
                     axis = Axis { n, sep, source: Source::Other };
                 }
             }
-            _ => {}
         }
     }
     if done && axis.source == Source::Face || axis.sep > limit {
@@ -139,6 +133,25 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
     if !(least(&room.points[from..]) <= axis.sep + equal) {
         deepest(a, b, &axis, ends, size, room);
     }
+}
+
+/// Normal, distance and nearest points of cores for which the candidates do not suffice; `None` when they are too far apart.
+fn refine(a: &Placed, b: &Placed, axis: &Axis, limit: f64, complete: bool, room: &mut Room) -> Option<(Vec3, f64, Option<(Vec3, Vec3)>)> {
+    let (n, sep, ends) = match axis::nearest(a, b, limit, &axis.n, &mut room.simplex) {
+        Nearest::Far => return None,
+        Nearest::Apart(pa, pb, n, d) => (n, d, Some((pa, pb))),
+        Nearest::Overlap(n) => {
+            let found = axis::depth(a, b, &room.simplex, &mut room.epa).filter(|_| !complete);
+            let tried = [(n, b.range(&n).0 - a.range(&n).1), found.unwrap_or((n, f64::NEG_INFINITY))];
+            let best = tried.iter().fold((axis.n, axis.sep), |m, t| if t.1 > m.1 { *t } else { m });
+            (best.0, best.1, None)
+        }
+    };
+    if !axis::round(a.core) && !axis::round(b.core) {
+        return Some((n, sep, ends));
+    }
+    let (n, sep) = polish(a, b, &n);
+    Some((n, sep, None))
 }
 
 /// The smallest distance of some points.

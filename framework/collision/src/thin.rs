@@ -30,20 +30,24 @@ pub(crate) fn thin(points: &mut Vec<Point>, size: f64) {
     }
 }
 
-/// Of points of one name and one normal the first stays; one with another normal gets a name of its own.
+/// Of points of one name and one normal the first stays; those with other normals get names of their own. Sorted by name.
 fn same_names(points: &mut Vec<Point>) {
-    let mut i = 1;
-    while i < points.len() {
-        let (p, q) = (points[i - 1], points[i]);
-        if p.name != q.name {
-            i += 1;
-        } else if p.n.dot(&q.n) > 0.999 {
-            points.remove(i);
+    let (mut kept, mut group) = (0, 0);
+    let mut name = None;
+    for i in 0..points.len() {
+        let mut p = points[i];
+        if name != Some(p.name) {
+            (name, group) = (Some(p.name), kept);
+        } else if points[group..kept].iter().any(|q| q.n.dot(&p.n) > 0.999) {
+            continue;
         } else {
-            points[i].name = mix(q.name, 1);
-            points[i..].sort_unstable_by(|p, q| p.name.cmp(&q.name).then(p.gap.total_cmp(&q.gap)));
+            p.name = mix(p.name, (kept - group) as u64);
         }
+        points[kept] = p;
+        kept += 1;
     }
+    points.truncate(kept);
+    points.sort_unstable_by_key(|p| p.name);
 }
 
 /// Moves at most four points to the front: the deepest, the farthest from it, the farthest from their line on either side. Sorted by name; what is equal
