@@ -159,6 +159,11 @@ impl Core {
         }
     }
 
+    /// Whether it is a triangle, which has no inside.
+    pub(crate) fn is_triangle(&self) -> bool {
+        matches!(self, Core::Poly(p) if p.faces.len() == 1)
+    }
+
     /// Directions of straight edges.
     pub(crate) fn edges(&self) -> &[Vec3] {
         const Z: [Vec3; 1] = [Vec3::new(0.0, 0.0, 1.0)];
@@ -224,6 +229,11 @@ const FACING: f64 = 0.2;
 const LEVEL: f64 = 1e-4;
 
 impl Placed<'_> {
+    /// Whether a flat end of a cylinder lies across n.
+    pub(crate) fn lies_flat(&self, n: &Vec3) -> bool {
+        matches!(self.core, Core::Cylinder { .. }) && self.R.column(2).cross(n).norm() < LEVEL
+    }
+
     /// The part of the surface that faces along n: its corners into `out`. Returns its normal when it is a face.
     pub(crate) fn facing(&self, n: &Vec3, out: &mut Vec<Corner>) -> Option<Vec3> {
         out.clear();

@@ -106,14 +106,15 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
     let mut done = false;
     if axis.source == Source::Face {
         across(a, b, &axis, limit, size, room);
-        done = least(&room.points[from..]) <= axis.sep + equal;
+        done = least(&room.points[from..]) <= axis.sep + enough(a, b, &axis.n, size);
     }
+    let thin = a.core.is_triangle();
     let complete = axis::complete(a.core, b.core);
-    if done && (axis.sep > 0.0 || complete) {
+    if done && (axis.sep > 0.0 || complete || thin) {
         return;
     }
     let mut ends = None;
-    if axis.sep > 0.0 || !complete {
+    if axis.sep > 0.0 || !complete || thin {
         match refine(a, b, &axis, limit, complete, room) {
             None => return room.points.truncate(from),
             Some((n, sep, near)) => {
@@ -130,7 +131,9 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
     room.points.truncate(from);
     across(a, b, &axis, limit, size, room);
     keep_shallower(&mut room.points, from, axis.sep - equal);
-    if !(least(&room.points[from..]) <= axis.sep + equal) {
+    // A corner that is behind a triangle's plane but not behind the triangle is its neighbour's.
+    let beside = thin && axis.source == Source::Face;
+    if !beside && !(least(&room.points[from..]) <= axis.sep + enough(a, b, &axis.n, size)) {
         deepest(a, b, &axis, ends, size, room);
     }
 }
@@ -152,6 +155,11 @@ fn refine(a: &Placed, b: &Placed, axis: &Axis, limit: f64, complete: bool, room:
     }
     let (n, sep) = polish(a, b, &n);
     Some((n, sep, None))
+}
+
+/// What the deepest point may lack, m: the eight points on the rim of an end that lies flat stand for all of it.
+fn enough(a: &Placed, b: &Placed, n: &Vec3, size: f64) -> f64 {
+    if a.lies_flat(n) || b.lies_flat(n) { BIAS * size } else { EQUAL * size }
 }
 
 /// The smallest distance of some points.

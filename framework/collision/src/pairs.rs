@@ -212,7 +212,7 @@ fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     let mut list = std::mem::take(&mut room.list);
     s.near(&lo, &hi, &mut list);
     for i in &list {
-        one_triangle(&s.triangle(*i), s.is_terrain(), b, limit, size, room);
+        one_triangle(&s.triangle(*i), b, limit, size, room);
     }
     room.list = list;
     if room.points.is_empty() && s.is_terrain() {
@@ -220,10 +220,10 @@ fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     }
 }
 
-fn one_triangle(t: &Triangle, terrain: bool, b: &Placed, limit: f64, size: f64, room: &mut Room) {
+fn one_triangle(t: &Triangle, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     let (low, high) = b.range(&t.n);
     let plane = t.n.dot(&t.v[0]);
-    if low - plane > limit || (!terrain && high - plane < -room.behind) {
+    if low - plane > limit || high - plane < -room.behind {
         return;
     }
     let from = room.points.len();
@@ -234,12 +234,14 @@ fn one_triangle(t: &Triangle, terrain: bool, b: &Placed, limit: f64, size: f64, 
     convex(&a, b, limit, size, room);
     let legal = room.points[from..].iter().all(|p| t.admits(&p.n));
     if !legal {
+        // What does not meet the triangle itself is not below it either.
+        let floor = if least(&room.points[from..]) > 0.0 { 0.0 } else { f64::NEG_INFINITY };
         room.points.truncate(from);
         let own = Axis { n: t.n, sep: low - plane, source: Source::Face };
         across(&a, b, &own, limit, size, room);
         let mut kept = from;
         for i in from..room.points.len() {
-            if t.admits(&room.points[i].n) {
+            if room.points[i].gap >= floor && t.admits(&room.points[i].n) {
                 room.points[kept] = room.points[i];
                 kept += 1;
             }
@@ -261,7 +263,7 @@ fn sunk(s: &Surface, b: &Placed, limit: f64, room: &mut Room) {
             let out = (t.v[(k + 1) % 3] - t.v[k]).cross(&Vec3::z());
             (low - t.v[k]).dot(&out) <= 1e-12
         });
-        if over && gap <= limit {
+        if over && gap < limit.min(0.0) {
             room.points.push(Point { pa: low - t.n * gap, pb: low, n: t.n, gap, name: mix(6, 0) });
             break;
         }

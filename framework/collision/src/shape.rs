@@ -37,7 +37,8 @@ pub enum Shape {
         points: Vec<Vec3>,
     },
     /// A surface of triangles, counter-clockwise seen from outside. Only the outside pushes: what
-    /// passes through entirely is no longer seen.
+    /// passes through entirely is no longer seen. Two meshes, or a mesh and a height field, meet triangle by triangle: near the
+    /// surface that is exact, deep in each other it is a way out and not the shortest. A hull is faster and better where it fits.
     Mesh {
         /// Corners, m. Corners at exactly one place are one corner.
         vertices: Vec<Vec3>,

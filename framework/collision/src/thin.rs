@@ -54,17 +54,19 @@ fn same_names(points: &mut Vec<Point>) {
 /// within a thousandth goes by name, so that small motions change nothing.
 fn spread(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     let count = points.len();
-    if count <= 4 {
+    if count <= 2 {
         return count;
     }
     let low = least(points) + 1e-5 * size;
-    let first = points.iter().position(|p| p.gap <= low).unwrap_or(0);
     let at = |p: &Point| p.pb;
     let pick = |points: &[Point], from: usize, measure: &dyn Fn(&Point) -> f64| {
         let most = points[from..].iter().map(measure).fold(f64::NEG_INFINITY, f64::max);
         let enough = most - 1e-3 * most.abs();
         (from..points.len()).find(|i| measure(&points[*i]) >= enough).unwrap_or(from)
     };
+    // Where many are equally deep, a corner of them and not one in their midst.
+    let some = points.iter().find(|p| p.gap <= low).map_or_else(Vec3::zeros, at);
+    let first = pick(points, 0, &|p| if p.gap <= low { (at(p) - some).norm_squared() } else { -1.0 });
     points.swap(0, first);
     points[1..].sort_unstable_by_key(|p| p.name);
     let a = at(&points[0]);
@@ -73,7 +75,18 @@ fn spread(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     points[2..].sort_unstable_by_key(|p| p.name);
     let across = n.cross(&(at(&points[1]) - a));
     let third = pick(points, 2, &|p| (at(p) - a).dot(&across).abs());
+    let line = at(&points[1]) - a;
+    if (at(&points[third]) - a).dot(&across).abs() <= 1e-3 * line.norm_squared() {
+        // All on one line: both ends, and the deepest when it is between them.
+        let other = pick(points, 2, &|p| -(at(p) - a).dot(&line));
+        points.swap(2, other);
+        let beyond = -(at(&points[2]) - a).dot(&line) > 1e-3 * line.norm_squared();
+        return if beyond { 3 } else { 2 };
+    }
     points.swap(2, third);
+    if count == 3 {
+        return 3;
+    }
     points[3..].sort_unstable_by_key(|p| p.name);
     let side = -(at(&points[2]) - a).dot(&across).signum();
     let fourth = pick(points, 3, &|p| side * (at(p) - a).dot(&across));
