@@ -1,7 +1,10 @@
-//! Integrators over flat state vectors. The caller evaluates the first stage: it usually has it already.
+//! Integrators over flat state vectors, and solvers of contact problems (`contact`). The caller of
+//! an integrator evaluates the first stage: it usually has it already.
 //!
 //! Error conventions: a method of order p has a local error O(hᵖ⁺¹) when *everything* that
 //! depends on the state is evaluated in `f` at every stage (ARCHITECTURE.md, law 4).
+
+pub mod contact;
 
 /// Storage of the classical Runge–Kutta method, made once.
 #[derive(Clone, Debug)]
