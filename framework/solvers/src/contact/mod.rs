@@ -202,7 +202,7 @@ impl Contact {
     fn semismooth(&mut self, problem: &Problem) -> Report {
         let stop = Stop { tolerance: self.settings.tolerance, iterations: self.settings.steps };
         let (iterations, measure) =
-            self.newton.solve(problem, &self.blocks, stop, &mut self.trial);
+            self.newton.solve(problem, &mut self.blocks, &mut self.sweeps, stop, &mut self.trial);
         self.report(Method::Newton, iterations, measure)
     }
 

@@ -19,7 +19,7 @@
 //! Inconsistent equalities: y goes to the least squares solution, while λ drifts in the null space.
 
 use super::dense::solve_lu;
-use super::gauss_seidel::Stop;
+use super::gauss_seidel::{GaussSeidel, Stop};
 use super::local::Block;
 use super::problem::{Cone, Problem, axpy4, dot4};
 use super::residual::{Measure, measure};
@@ -29,6 +29,14 @@ const FIRST: f64 = 1e-2;
 const LAST: f64 = 1e-5;
 /// Halvings of a step.
 const HALVINGS: u32 = 8;
+const STALE: u32 = 8;
+/// How well, squared, a proximal problem is solved relative to what is left after it.
+const INEXACT: f64 = 1.0;
+const NOISE: f64 = 1e-26;
+const FIRST_SWEEPS: u32 = 80;
+const SWEEPS: u32 = 40;
+const EASY: u32 = 4;
+const INNER: u32 = 12;
 
 /// Storage, made once.
 #[derive(Clone, Debug, Default)]
@@ -42,6 +50,7 @@ pub(crate) struct Newton {
     /// Impulses of the proximal problem, and of the best answer.
     lambda: Vec<[f64; 4]>,
     best: Vec<[f64; 4]>,
+    center: Vec<[f64; 4]>,
     /// −∂λ/∂v of each group, by rows: H[i][j].
     H: Vec<[[f64; 4]; 4]>,
     active: Vec<usize>,
@@ -53,29 +62,43 @@ impl Newton {
     pub fn solve(
         &mut self,
         problem: &Problem,
-        blocks: &[Block],
+        blocks: &mut [Block],
+        sweeps: &mut GaussSeidel,
         stop: Stop,
         lambda: &mut [[f64; 4]],
     ) -> (u32, Measure) {
         self.reserve(problem);
-        let scale = |g: usize| blocks[g].scale;
-        let mut best = measure(problem, scale, lambda, &mut self.y);
+        let few = Stop { iterations: SWEEPS, ..stop };
+        let (_, mut best) = sweeps.solve(problem, blocks, Stop { iterations: FIRST_SWEEPS, ..stop }, 1.0, lambda);
+        problem.scatter_all(lambda, &mut self.y);
         self.best.copy_from_slice(lambda);
         let (mut rho, mut steps, mut stale) = (FIRST, 0, 0);
-        while steps < stop.iterations && !(best.residual <= stop.tolerance) && stale < 6 {
-            let before = steps;
-            steps += self.proximal(problem, blocks, rho, stop.iterations - steps, lambda);
-            for (l, new) in lambda.iter_mut().zip(&self.lambda) {
-                *l = *new;
+        while steps < stop.iterations && !(best.residual <= stop.tolerance) && stale < STALE {
+            let (used, solved) =
+                self.proximal(problem, blocks, rho, (stop.iterations - steps).min(INNER), lambda);
+            steps += used.max(1);
+            std::mem::swap(&mut self.lambda, &mut self.center);
+            let now = measure(problem, |g| blocks[g].scale, &self.center, &mut self.y);
+            if solved || now.residual < best.residual {
+                lambda.copy_from_slice(&self.center);
             }
-            let now = measure(problem, scale, lambda, &mut self.y);
             stale = if now.residual < 0.7 * best.residual { 0 } else { stale + 1 };
             if now.residual < best.residual {
                 best = now;
                 self.best.copy_from_slice(lambda);
             }
-            rho = if steps - before <= 3 { (0.03 * rho).max(LAST) } else { (0.3 * rho).max(LAST) };
-            steps = steps.max(before + 1);
+            if !solved { 
+                rho *= 10.0;
+                let (_, now) = sweeps.solve(problem, blocks, few, 1.0, lambda);
+                problem.scatter_all(lambda, &mut self.y);
+                if now.residual < best.residual {
+                    best = now;
+                    self.best.copy_from_slice(lambda);
+                }
+
+            } else if used <= EASY {
+                rho = (0.1 * rho).max(LAST);
+            }
         }
         lambda.copy_from_slice(&self.best);
         (steps, best)
@@ -92,6 +115,7 @@ impl Newton {
         self.A.resize(n * n, 0.0);
         self.lambda.resize(groups, [0.0; 4]);
         self.best.resize(groups, [0.0; 4]);
+        self.center.resize(groups, [0.0; 4]);
         self.H.resize(groups, [[0.0; 4]; 4]);
         self.active.clear();
         self.active.reserve(groups);
@@ -105,16 +129,15 @@ impl Newton {
         rho: f64,
         limit: u32,
         center: &[[f64; 4]],
-    ) -> u32 {
-        let mut size = residual(problem, blocks, rho, center, &self.y, Out::new(&mut self.lambda, &mut self.G));
-        let first = size;
+    ) -> (u32, bool) {
+        let [mut size, mut moved] = residual(problem, blocks, rho, center, &self.y, Out::new(&mut self.lambda, &mut self.G));
         for steps in 0..limit {
-            if !(size > 1e-20 * (1.0 + squared(&self.y)) && size > 1e-10 * rho * rho * first) {
-                return steps;
+            if !(size > INEXACT * moved && size > NOISE * squared(&self.y)) {
+                return (steps, true);
             }
             self.jacobian(problem, blocks, rho, center);
             if !self.direction(problem) {
-                return steps + 1;
+                return (steps + 1, false);
             }
             let mut t = 1.0;
             let mut falls = false;
@@ -123,9 +146,9 @@ impl Newton {
                     *x = self.y[k] + t * self.step[k];
                 }
                 let out = Out::new(&mut self.lambda, &mut self.G);
-                let now = residual(problem, blocks, rho, center, &self.trial, out);
+                let [now, then] = residual(problem, blocks, rho, center, &self.trial, out);
                 if now < (1.0 - 1e-4 * t) * size {
-                    (size, falls) = (now, true);
+                    (size, moved, falls) = (now, then, true);
                     break;
                 }
                 t *= 0.5;
@@ -133,11 +156,11 @@ impl Newton {
             if !falls {
                 let out = Out::new(&mut self.lambda, &mut self.G);
                 residual(problem, blocks, rho, center, &self.y, out);
-                return steps + 1;
+                return (steps + 1, false);
             }
             std::mem::swap(&mut self.y, &mut self.trial);
         }
-        limit
+        (limit, false)
     }
 }
 
@@ -266,14 +289,17 @@ fn residual(
     center: &[[f64; 4]],
     y: &[f64],
     out: Out,
-) -> f64 {
+) -> [f64; 2] {
     out.G.copy_from_slice(y);
+    let mut moved = 0.0;
     for (g, cone) in problem.cones.iter().enumerate() {
         let (z, _) = pulled(problem, blocks, rho, center, g, y);
         out.lambda[g] = super::gauss_seidel::projected(cone, z);
         problem.scatter(g, &out.lambda[g].map(|x| -x), out.G);
+        let step: [f64; 4] = std::array::from_fn(|k| out.lambda[g][k] - center[g][k]);
+        moved += blocks[g].scale * dot4(&step, &step);
     }
-    squared(out.G)
+    [squared(out.G), rho * rho * moved]
 }
 
 /// z and d of a group.

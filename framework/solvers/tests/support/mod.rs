@@ -105,6 +105,7 @@ impl Random {
     }
 }
 
+/// b = E u for a random u, so that some y brings every row to rest and a solution exists:
 /// `groups` groups of the kinds given by `kind`, each on `touched` of `dofs` degrees of freedom.
 pub fn random(
     seed: u64,
@@ -115,6 +116,7 @@ pub fn random(
 ) -> Case {
     let mut rng = Random(seed);
     let mut case = Case::new(dofs);
+    let u: Vec<f64> = (0..dofs).map(|_| rng.number()).collect();
     for g in 0..groups {
         let cone = kind(&mut rng, g);
         let mut free: Vec<usize> = (0..dofs).collect();
@@ -126,9 +128,10 @@ pub fn random(
             entries.push((d, e));
         }
         let mut b = [0.0; 4];
-        b[..cone.rows()].fill_with(|| rng.number());
-        if matches!(cone, Cone::Coulomb { .. } | Cone::Spinning { .. } | Cone::Unilateral) {
-            b[0] -= 0.5;
+        for (d, e) in &entries {
+            for k in 0..4 {
+                b[k] += e[k] * u[*d];
+            }
         }
         case.add(cone, &entries, b);
     }
