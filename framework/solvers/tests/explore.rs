@@ -27,3 +27,29 @@ fn explore() {
         println!();
     }
 }
+#[test]
+fn warm() {
+    for (name, c) in [("rest", pile(0.0)), ("push", pile(0.02)), ("hum1", humanoid(1)), ("hum2", humanoid(2)), ("hum3", humanoid(3))] {
+        let (l0, r) = c.solve(Method::Auto, 1e-11);
+        println!("{name} {:?}", r);
+        for p in [1e-1, 1e-2, 1e-3] {
+            let mut rng = Random(5);
+            let mut c2 = c.clone();
+            // change y's free velocity: b += E u
+            let u: Vec<f64> = (0..c.dofs).map(|_| rng.number()*p*0.02).collect();
+            let pr = c.pulled(&l0);
+            let u: Vec<f64> = pr.iter().map(|x| x*p*rng.number()).collect();
+            for g in 0..c.cones.len() { for i in c.start[g] as usize..c.start[g+1] as usize { for k in 0..4 { c2.b[g][k] += c.e[i][k]*u[c.dof[i] as usize]; } } }
+            for m in [Method::GaussSeidel, Method::Newton, Method::Auto] {
+                let mut s = Contact::new(Settings { method: m, tolerance: 1e-6, sweeps: if m==Method::Auto {50} else {5000}, ..Settings::default() });
+                let mut l = l0.clone();
+                s.solve(&c2.problem(), &mut l).unwrap();
+                let mut l = l0.clone();
+                let t = std::time::Instant::now();
+                let r = s.solve(&c2.problem(), &mut l).unwrap();
+                print!("   {p:e} {m:?}: {:?} {} {:.1e} {:.0}us", r.method, r.iterations, r.measure.residual, t.elapsed().as_secs_f64()*1e6);
+            }
+            println!();
+        }
+    }
+}

@@ -53,11 +53,15 @@ fn rotate(A: &mut [[f64; 4]; 4], V: &mut [[f64; 4]; 4], i: usize, j: usize, rows
 }
 
 /// Solves A x = b in place, A n × n row after row, destroyed; false when A is singular to working
-/// precision. Rows are exchanged. 2/3 n³.
-pub(crate) fn solve_lu(A: &mut [f64], n: usize, x: &mut [f64]) -> bool {
+/// precision. Rows are exchanged. Nothing is done right of a row's last entry or below a column's:
+/// 2/3 n³ when A is full, 2 n × band² when it is banded. `extent` is scratch, n pairs.
+pub(crate) fn solve_lu(A: &mut [f64], n: usize, x: &mut [f64], extent: &mut [[usize; 2]]) -> bool {
+    let extent = &mut extent[..n];
+    extents(A, n, extent);
     for k in 0..n {
-        let mut p = k;
-        for i in k + 1..n {
+        // Rows k + 1 .. low may have something in column k.
+        let (low, mut p) = (extent[k][1].max(k + 1), k);
+        for i in k + 1..low {
             if A[i * n + k].abs() > A[p * n + k].abs() {
                 p = i;
             }
@@ -66,32 +70,51 @@ pub(crate) fn solve_lu(A: &mut [f64], n: usize, x: &mut [f64]) -> bool {
         if !(pivot.abs() > 1e-300) || !pivot.is_finite() {
             return false;
         }
+        let widest = extent[k][0].max(extent[p][0]);
         if p != k {
-            for j in k..n {
-                A.swap(p * n + j, k * n + j);
-            }
+            let (above, below) = A.split_at_mut(p * n);
+            above[k * n + k..(k + 1) * n].swap_with_slice(&mut below[k..n]);
             x.swap(p, k);
+            (extent[k][0], extent[p][0]) = (extent[p][0], extent[k][0]);
+        }
+        for e in &mut extent[k + 1..widest.max(k + 1)] {
+            e[1] = e[1].max(low);
         }
         let (top, rest) = A.split_at_mut((k + 1) * n);
-        let row = &top[k * n + k + 1..];
-        let xk = x[k];
-        for (i, other) in rest.chunks_exact_mut(n).enumerate() {
+        let (end, xk) = (extent[k][0], x[k]);
+        let row = &top[k * n + k + 1..k * n + end];
+        for (i, other) in rest.chunks_exact_mut(n).take(low - k - 1).enumerate() {
             let f = other[k] / pivot;
             if f == 0.0 {
                 continue;
             }
-            for (a, b) in other[k + 1..].iter_mut().zip(row) {
+            for (a, b) in other[k + 1..end].iter_mut().zip(row) {
                 *a = super::problem::fma(-f, *b, *a);
             }
-            x[k + 1 + i] -= f * xk;
+            let at = k + 1 + i;
+            extent[at][0] = extent[at][0].max(end);
+            x[at] -= f * xk;
         }
     }
     for k in (0..n).rev() {
-        let row = &A[k * n..(k + 1) * n];
-        let sum: f64 = row[k + 1..].iter().zip(&x[k + 1..n]).map(|(a, x)| a * x).sum();
-        x[k] = (x[k] - sum) / row[k];
+        let row = &A[k * n + k..k * n + extent[k][0]];
+        let sum: f64 = row[1..].iter().zip(&x[k + 1..]).map(|(a, x)| a * x).sum();
+        x[k] = (x[k] - sum) / row[0];
     }
     true
+}
+
+/// For each k one past the last entry of row k, and one past that of column k.
+fn extents(A: &[f64], n: usize, extent: &mut [[usize; 2]]) {
+    extent.fill([0, 0]);
+    for (i, row) in A.chunks_exact(n).enumerate() {
+        for (j, a) in row.iter().enumerate() {
+            if *a != 0.0 {
+                extent[i][0] = j + 1;
+                extent[j][1] = i + 1;
+            }
+        }
+    }
 }
 
 /// Cholesky factor with pivots of a symmetric positive semidefinite A, n × n row after row, in its

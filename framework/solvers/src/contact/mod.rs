@@ -139,7 +139,7 @@ impl Contact {
         let report = match self.settings.method {
             Method::Auto => self.automatic(problem),
             Method::GaussSeidel => self.gauss_seidel(problem, self.settings.sweeps),
-            Method::Newton => self.semismooth(problem),
+            Method::Newton => self.semismooth(problem, LEAD),
             Method::Lemke => self.polyhedral(problem),
         };
         if !self.trial.iter().flatten().all(|x| x.is_finite()) || !report.measure.residual.is_finite()
@@ -172,23 +172,42 @@ impl Contact {
     }
 
     fn automatic(&mut self, problem: &Problem) -> Report {
-        let first = self.gauss_seidel(problem, self.settings.sweeps);
+        let first = self.quick(problem);
         if first.converged {
             return first;
         }
-        let second = self.semismooth(problem);
+        let second = self.semismooth(problem, 0);
         if second.converged || Lemke::size(problem, self.settings.directions) > AUTO_ROWS {
             return second;
         }
         let kept = std::mem::take(&mut self.trial);
         self.trial.extend_from_slice(&kept);
         let third = self.polyhedral(problem);
-        let polished = if third.converged { third } else { self.semismooth(problem) };
+        let polished = if third.converged { third } else { self.semismooth(problem, LEAD) };
         if polished.measure.residual < second.measure.residual {
             return polished;
         }
         self.trial = kept;
         second
+    }
+
+    /// Gauss–Seidel while its rate promises an end within the limit of sweeps.
+    fn quick(&mut self, problem: &Problem) -> Report {
+        let limit = self.settings.sweeps;
+        let first = self.gauss_seidel(problem, limit.min(LEAD / 2));
+        if first.converged {
+            return first;
+        }
+        let second = self.gauss_seidel(problem, limit.min(LEAD) - first.iterations);
+        let used = first.iterations + second.iterations;
+        let (before, now) = (first.measure.residual, second.measure.residual);
+        let left = (self.settings.tolerance / now).ln() / (now / before).ln();
+        let total = used as f64 + left * second.iterations as f64;
+        if second.converged || !(now < before && total <= limit as f64) {
+            return Report { iterations: used, ..second };
+        }
+        let third = self.gauss_seidel(problem, limit - used);
+        Report { iterations: used + third.iterations, ..third }
     }
 
     fn gauss_seidel(&mut self, problem: &Problem, sweeps: u32) -> Report {
@@ -199,10 +218,10 @@ impl Contact {
         self.report(Method::GaussSeidel, iterations, measure)
     }
 
-    fn semismooth(&mut self, problem: &Problem) -> Report {
+    fn semismooth(&mut self, problem: &Problem, lead: u32) -> Report {
         let stop = Stop { tolerance: self.settings.tolerance, iterations: self.settings.steps };
         let (iterations, measure) =
-            self.newton.solve(problem, &mut self.blocks, &mut self.sweeps, stop, &mut self.trial);
+            self.newton.solve(problem, &mut self.blocks, &mut self.sweeps, stop, lead, &mut self.trial);
         self.report(Method::Newton, iterations, measure)
     }
 
@@ -221,6 +240,7 @@ impl Contact {
     }
 }
 
+const LEAD: u32 = 20;
 /// Rows of a linear complementarity problem up to which `Auto` tries Lemke.
 const AUTO_ROWS: usize = 60;
 

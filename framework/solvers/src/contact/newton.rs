@@ -26,6 +26,7 @@ use super::residual::{Measure, measure};
 
 /// First and last proximal weight, relative to the compliance of the group.
 const FIRST: f64 = 1e-2;
+const START: f64 = 10.0;
 const LAST: f64 = 1e-5;
 /// Halvings of a step.
 const HALVINGS: u32 = 8;
@@ -33,8 +34,7 @@ const STALE: u32 = 8;
 /// How well, squared, a proximal problem is solved relative to what is left after it.
 const INEXACT: f64 = 1.0;
 const NOISE: f64 = 1e-26;
-const FIRST_SWEEPS: u32 = 80;
-const SWEEPS: u32 = 40;
+const SWEEPS: u32 = 80;
 const EASY: u32 = 4;
 const INNER: u32 = 12;
 
@@ -47,6 +47,7 @@ pub(crate) struct Newton {
     step: Vec<f64>,
     A: Vec<f64>,
     side: Vec<f64>,
+    extent: Vec<[usize; 2]>,
     /// Impulses of the proximal problem, and of the best answer.
     lambda: Vec<[f64; 4]>,
     best: Vec<[f64; 4]>,
@@ -65,14 +66,16 @@ impl Newton {
         blocks: &mut [Block],
         sweeps: &mut GaussSeidel,
         stop: Stop,
+        lead: u32,
         lambda: &mut [[f64; 4]],
     ) -> (u32, Measure) {
         self.reserve(problem);
         let few = Stop { iterations: SWEEPS, ..stop };
-        let (_, mut best) = sweeps.solve(problem, blocks, Stop { iterations: FIRST_SWEEPS, ..stop }, 1.0, lambda);
+        let (_, mut best) = sweeps.solve(problem, blocks, Stop { iterations: lead, ..stop }, 1.0, lambda);
         problem.scatter_all(lambda, &mut self.y);
         self.best.copy_from_slice(lambda);
-        let (mut rho, mut steps, mut stale) = (FIRST, 0, 0);
+        let mut rho = (START * best.residual).clamp(10.0 * LAST, FIRST);
+        let (mut steps, mut stale) = (0, 0);
         while steps < stop.iterations && !(best.residual <= stop.tolerance) && stale < STALE {
             let (used, solved) =
                 self.proximal(problem, blocks, rho, (stop.iterations - steps).min(INNER), lambda);
@@ -112,6 +115,7 @@ impl Newton {
         }
         self.spread.resize(dofs, [0.0; 4]);
         self.side.resize(n, 0.0);
+        self.extent.resize(n, [0; 2]);
         self.A.resize(n * n, 0.0);
         self.lambda.resize(groups, [0.0; 4]);
         self.best.resize(groups, [0.0; 4]);
@@ -206,7 +210,7 @@ impl Newton {
                 }
             }
         }
-        solve_lu(A, n, &mut self.step)
+        solve_lu(A, n, &mut self.step, &mut self.extent)
     }
 
     fn row_side(&mut self, problem: &Problem, n: usize) -> bool {
@@ -249,7 +253,7 @@ impl Newton {
             }
             first += rows;
         }
-        if !solve_lu(A, n, &mut self.side[..n]) {
+        if !solve_lu(A, n, &mut self.side[..n], &mut self.extent) {
             return false;
         }
         for (step, G) in self.step.iter_mut().zip(&self.G) {
