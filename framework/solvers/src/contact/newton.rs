@@ -11,12 +11,16 @@
 //!   dof side:  1 + Eᵀ H E, dofs × dofs
 //!   row side:  δ = −G + Eᵀ H w,  (1 + W_aa H_aa) w = E_a G        a: groups with H ≠ 0; the smaller side is taken
 //!   y ← y + t δ, t halved until |G|² falls
-//! λᵏ⁺¹ = λ(y);  the limit solves the problem itself: ρ leaves no trace in it
+//! λᵏ⁺¹ = λ(y), ρ falls while that is easy; else sweeps of Gauss–Seidel from λᵏ, and ρ grows
+//! the limit solves the problem itself: ρ leaves no trace in it
 //! ```
 //! The outer steps contract by ρ / (ρ + σ), σ the least compliance that is not 0; what W leaves
 //! undetermined stays where λ⁰ put it. ρ is relative to each group's own compliance, so that light
 //! and heavy bodies may meet. De Saxcé's term is inside the map: the normal velocity enters λn alone.
-//! Inconsistent equalities: y goes to the least squares solution, while λ drifts in the null space.
+//! Inconsistent equalities: y goes to the least squares solution, each row weighted by 1 / (ρ w_g), while λ
+//! drifts in the null space of Eᵀ; it ends after some steps without progress.
+//! No proof covers a line search on a map that is not a gradient (Coulomb's law has no potential):
+//! what fails is reported by the residual.
 
 use super::dense::solve_lu;
 use super::gauss_seidel::{GaussSeidel, Stop};
@@ -24,19 +28,23 @@ use super::local::Block;
 use super::problem::{Cone, Problem, axpy4, dot4};
 use super::residual::{Measure, measure};
 
-/// First and last proximal weight, relative to the compliance of the group.
-const FIRST: f64 = 1e-2;
+/// Proximal weight relative to the compliance of the group: the first is `START` times the residual
+/// of the start, but at most `FIRST`; it falls tenfold as far as `LAST`.
 const START: f64 = 10.0;
+const FIRST: f64 = 1e-2;
 const LAST: f64 = 1e-5;
+/// Newton steps of one proximal problem, and how few of them let the weight fall.
+const INNER: u32 = 12;
+const EASY: u32 = 4;
 /// Halvings of a step.
 const HALVINGS: u32 = 8;
-const STALE: u32 = 8;
-/// How well, squared, a proximal problem is solved relative to what is left after it.
+/// A proximal problem is solved when |G|² is this part of (ρ (λ − λᵏ))², or is rounding of y².
 const INEXACT: f64 = 1.0;
 const NOISE: f64 = 1e-26;
+/// Sweeps of Gauss–Seidel after a proximal problem that was not solved.
 const SWEEPS: u32 = 80;
-const EASY: u32 = 4;
-const INNER: u32 = 12;
+/// Proximal steps without progress after which the search ends.
+const STALE: u32 = 8;
 
 /// Storage, made once.
 #[derive(Clone, Debug, Default)]
@@ -59,7 +67,8 @@ pub(crate) struct Newton {
 }
 
 impl Newton {
-    /// Improves `lambda`; linear systems solved, and the measure of what came out.
+    /// Improves `lambda` after `lead` sweeps of Gauss–Seidel; linear systems solved, and the
+    /// measure of what came out.
     pub fn solve(
         &mut self,
         problem: &Problem,
@@ -70,41 +79,47 @@ impl Newton {
         lambda: &mut [[f64; 4]],
     ) -> (u32, Measure) {
         self.reserve(problem);
-        let few = Stop { iterations: SWEEPS, ..stop };
-        let (_, mut best) = sweeps.solve(problem, blocks, Stop { iterations: lead, ..stop }, 1.0, lambda);
+        let (lead, few) = (Stop { iterations: lead, ..stop }, Stop { iterations: SWEEPS, ..stop });
+        let (_, mut best) = sweeps.solve(problem, blocks, lead, 1.0, lambda);
         problem.scatter_all(lambda, &mut self.y);
         self.best.copy_from_slice(lambda);
         let mut rho = (START * best.residual).clamp(10.0 * LAST, FIRST);
-        let (mut steps, mut stale) = (0, 0);
+        let (mut steps, mut stale, mut last) = (0, 0, best);
         while steps < stop.iterations && !(best.residual <= stop.tolerance) && stale < STALE {
-            let (used, solved) =
-                self.proximal(problem, blocks, rho, (stop.iterations - steps).min(INNER), lambda);
+            let limit = (stop.iterations - steps).min(INNER);
+            let (used, solved) = self.proximal(problem, blocks, rho, limit, lambda);
             steps += used.max(1);
             std::mem::swap(&mut self.lambda, &mut self.center);
             let now = measure(problem, |g| blocks[g].scale, &self.center, &mut self.y);
             if solved || now.residual < best.residual {
                 lambda.copy_from_slice(&self.center);
+                last = now;
             }
             stale = if now.residual < 0.7 * best.residual { 0 } else { stale + 1 };
-            if now.residual < best.residual {
-                best = now;
-                self.best.copy_from_slice(lambda);
-            }
-            if !solved { 
-                rho *= 10.0;
-                let (_, now) = sweeps.solve(problem, blocks, few, 1.0, lambda);
+            self.keep(&mut best, &now, lambda);
+            if !solved {
+                rho = (10.0 * rho).min(1.0);
+                (_, last) = sweeps.solve(problem, blocks, few, 1.0, lambda);
                 problem.scatter_all(lambda, &mut self.y);
-                if now.residual < best.residual {
-                    best = now;
-                    self.best.copy_from_slice(lambda);
-                }
-
-            } else if used <= EASY {
+                self.keep(&mut best, &last, lambda);
+            } else if used <= EASY && stale < STALE / 2 {
                 rho = (0.1 * rho).max(LAST);
             }
         }
-        lambda.copy_from_slice(&self.best);
-        (steps, best)
+        // Where nothing is a solution the last step is the least squares one, the best is not.
+        if best.residual <= stop.tolerance || !(last.residual <= 2.0 * best.residual) {
+            lambda.copy_from_slice(&self.best);
+            last = best;
+        }
+        (steps, last)
+    }
+
+    /// Keeps `lambda` when it is the best so far.
+    fn keep(&mut self, best: &mut Measure, now: &Measure, lambda: &[[f64; 4]]) {
+        if now.residual < best.residual {
+            *best = *now;
+            self.best.copy_from_slice(lambda);
+        }
     }
 
     fn reserve(&mut self, problem: &Problem) {
