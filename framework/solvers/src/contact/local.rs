@@ -75,12 +75,21 @@ impl Block {
         block
     }
 
+    /// False when W overflows.
+    pub fn is_finite(&self) -> bool {
+        let sum = self.m.iter().flatten().fold(0.0, |s, x| s + 0.0 * x);
+        self.scale.is_finite() && sum == 0.0
+    }
+
     fn tangents(&mut self, W: &[[f64; 4]; 4]) {
         let c = [W[0][1] * self.inverse, W[0][2] * self.inverse];
         let (a, b) = (W[1][1] - c[0] * W[0][1], W[2][2] - c[1] * W[0][2]);
         let off = W[1][2] - c[0] * W[0][2];
         let (mean, half) = (0.5 * (a + b), 0.5 * (a - b));
-        let size = half.hypot(off);
+        // In units of the group, so that squares neither overflow nor vanish.
+        let unit = if self.scale > 0.0 { self.scale } else { 1.0 };
+        let (x, y) = (half / unit, off / unit);
+        let size = unit * (x * x + y * y).sqrt();
         if size > 0.0 {
             // cos 2θ = half / size; the larger of cosine and sine from the half angle.
             let big = (0.5 * (1.0 + half.abs() / size)).sqrt();

@@ -129,7 +129,7 @@ impl Contact {
         self.check(problem, lambda)?;
         self.blocks.clear();
         self.blocks.extend((0..problem.groups()).map(|g| Block::new(problem, g)));
-        if !self.blocks.iter().all(|b| b.scale.is_finite() && b.m.iter().flatten().all(|x| x.is_finite())) {
+        if !self.blocks.iter().all(Block::is_finite) {
             return Err(ContactError::Overflow);
         }
         self.sweeps.reserve(problem.factor.dofs);
