@@ -80,7 +80,8 @@ fn pile_pushed_cold(bencher: Bencher, method: Method) {
 #[divan::bench]
 fn pile_one_sweep(bencher: Bencher) {
     let case = pile(0.02);
-    let mut contact = Contact::new(Settings { method: Method::GaussSeidel, sweeps: 1, ..Settings::default() });
+    let mut contact =
+        Contact::new(Settings { method: Method::GaussSeidel, sweeps: 1, ..Settings::default() });
     let mut lambda = vec![[0.0; 4]; 60];
     bencher.bench_local(|| {
         lambda.fill([0.0; 4]);

@@ -149,7 +149,14 @@ impl Newton {
         limit: u32,
         center: &[[f64; 4]],
     ) -> (u32, bool) {
-        let mut size = residual(problem, blocks, rho, center, &self.y, Out::new(&mut self.lambda, &mut self.G));
+        let mut size = residual(
+            problem,
+            blocks,
+            rho,
+            center,
+            &self.y,
+            Out::new(&mut self.lambda, &mut self.G),
+        );
         for steps in 0..limit {
             let close = steps > 0 && size.G <= INEXACT * size.moved;
             if close || !(size.G > NOISE * size.total) {
@@ -200,7 +207,11 @@ impl Newton {
     /// δ = −(1 + Eᵀ H E)⁻¹ G, on the smaller side; false when the matrix is singular.
     fn direction(&mut self, problem: &Problem) -> bool {
         let rows: usize = self.active.iter().map(|&g| problem.cones[g].rows()).sum();
-        if rows < problem.factor.dofs { self.row_side(problem, rows) } else { self.dof_side(problem) }
+        if rows < problem.factor.dofs {
+            self.row_side(problem, rows)
+        } else {
+            self.dof_side(problem)
+        }
     }
 
     fn dof_side(&mut self, problem: &Problem) -> bool {
