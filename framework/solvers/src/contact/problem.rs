@@ -122,8 +122,9 @@ impl<'a> Problem<'a> {
                     let (what, value) = ("free velocity", b[g][k]);
                     return Err(ContactError::NotFinite { group: g, row: k, what, value });
                 }
-                if !r.is_empty() && !(r[g][k] >= 0.0 && r[g][k].is_finite()) {
-                    let (what, value) = ("compliance", r[g][k]);
+                let value = r.get(g).map_or(0.0, |r| r[k]);
+                if !(value >= 0.0 && value.is_finite()) {
+                    let what = "compliance";
                     return Err(ContactError::Negative { group: g, what, value });
                 }
             }
