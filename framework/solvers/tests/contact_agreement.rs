@@ -65,7 +65,8 @@ fn both_sides_of_the_linear_system_give_one_answer() {
     for seed in 0..5 {
         let narrow = random(seed, 14, 8, 9, coulomb);
         let wide = Case { dofs: 200, ..narrow.clone() };
-        let settings = Settings { method: Method::Newton, tolerance: 1e-11, steps: 80, ..generous() };
+        let settings =
+            Settings { method: Method::Newton, tolerance: 1e-11, steps: 80, ..generous() };
         let (x, a) = narrow.solve(Method::Newton, 1e-11);
         let mut y = vec![[0.0; 4]; 8];
         let b = Contact::new(settings).solve(&wide.problem(), &mut y).unwrap();

@@ -75,8 +75,16 @@ fn a_wedge_holds_with_both_planes() {
     let h = std::f64::consts::FRAC_1_SQRT_2;
     for method in EXACT {
         let mut case = Case::new(2);
-        case.add(Cone::Unilateral, &[(0, [h, 0.0, 0.0, 0.0]), (1, [h, 0.0, 0.0, 0.0])], [-3.0 * h, 0.0, 0.0, 0.0]);
-        case.add(Cone::Unilateral, &[(0, [-h, 0.0, 0.0, 0.0]), (1, [h, 0.0, 0.0, 0.0])], [-3.0 * h, 0.0, 0.0, 0.0]);
+        case.add(
+            Cone::Unilateral,
+            &[(0, [h, 0.0, 0.0, 0.0]), (1, [h, 0.0, 0.0, 0.0])],
+            [-3.0 * h, 0.0, 0.0, 0.0],
+        );
+        case.add(
+            Cone::Unilateral,
+            &[(0, [-h, 0.0, 0.0, 0.0]), (1, [h, 0.0, 0.0, 0.0])],
+            [-3.0 * h, 0.0, 0.0, 0.0],
+        );
         let (l, _) = case.solve(method, 1e-12);
         near(&[l[0][0], l[1][0]], &[3.0 * h, 3.0 * h], 1e-12);
     }
@@ -92,7 +100,15 @@ fn a_box_on_many_points_rests() {
         let mut case = Case::new(6);
         for k in 0..points {
             let (s, c) = (0.5 + k as f64 * std::f64::consts::TAU / points as f64).sin_cos();
-            touch(&mut case, &bodies, 0, None, [0.2 * c, 0.2 * s, 0.0], UP, Cone::Coulomb { friction: 0.5 });
+            touch(
+                &mut case,
+                &bodies,
+                0,
+                None,
+                [0.2 * c, 0.2 * s, 0.0],
+                UP,
+                Cone::Coulomb { friction: 0.5 },
+            );
         }
         for method in [Method::Auto, Method::GaussSeidel, Method::Newton, Method::Lemke] {
             let (l, report) = case.solve(method, 1e-10);
@@ -131,7 +147,10 @@ fn painleve_rod_ends() {
                 let case = rod(angle, friction, tip);
                 for method in EXACT {
                     let (l, report) = case.solve(method, 1e-10);
-                    assert!(report.converged, "μ {friction} angle {angle} {tip:?} {method:?} {report:?}");
+                    assert!(
+                        report.converged,
+                        "μ {friction} angle {angle} {tip:?} {method:?} {report:?}"
+                    );
                     if tip[1] > 0.0 && method != Method::Newton {
                         assert_eq!(l[0], [0.0; 4]);
                     }
@@ -148,7 +167,11 @@ fn a_dry_row_sticks_or_brakes() {
         for (speed, impulse) in [(0.4, -0.2), (-0.4, 0.2), (3.0, -0.7), (-3.0, 0.7), (1.4, -0.7)] {
             let mut case = Case::new(1);
             // Compliance 2.
-            case.add(Cone::Dry { bound: 0.7 }, &[(0, [2.0f64.sqrt(), 0.0, 0.0, 0.0])], [speed, 0.0, 0.0, 0.0]);
+            case.add(
+                Cone::Dry { bound: 0.7 },
+                &[(0, [2.0f64.sqrt(), 0.0, 0.0, 0.0])],
+                [speed, 0.0, 0.0, 0.0],
+            );
             let (l, _) = case.solve(method, 1e-12);
             near(&[l[0][0]], &[impulse], 1e-12);
         }
@@ -162,17 +185,26 @@ fn redundant_equalities_are_no_trouble() {
     let masses = [1.0, 2.5, 0.7, 4.0];
     let before = [1.0, -2.0, 3.0, 0.5];
     let s = |k: usize| 1.0f64 / f64::sqrt(masses[k]);
-    let mean = masses.iter().zip(&before).map(|(m, v)| m * v).sum::<f64>() / masses.iter().sum::<f64>();
+    let mean =
+        masses.iter().zip(&before).map(|(m, v)| m * v).sum::<f64>() / masses.iter().sum::<f64>();
     for method in [Method::Auto, Method::GaussSeidel, Method::Newton, Method::Lemke] {
         let mut case = Case::new(4);
         for k in 0..3 {
             let d = before[k] - before[k + 1];
             // Two rows that say the same, in one group.
             let (a, b) = (s(k), -s(k + 1));
-            case.add(Cone::Equality { rows: 2 }, &[(k, [a, 2.0 * a, 0.0, 0.0]), (k + 1, [b, 2.0 * b, 0.0, 0.0])], [d, 2.0 * d, 0.0, 0.0]);
+            case.add(
+                Cone::Equality { rows: 2 },
+                &[(k, [a, 2.0 * a, 0.0, 0.0]), (k + 1, [b, 2.0 * b, 0.0, 0.0])],
+                [d, 2.0 * d, 0.0, 0.0],
+            );
         }
         let d = before[0] - before[3];
-        case.add(Cone::Equality { rows: 1 }, &[(0, [s(0), 0.0, 0.0, 0.0]), (3, [-s(3), 0.0, 0.0, 0.0])], [d, 0.0, 0.0, 0.0]);
+        case.add(
+            Cone::Equality { rows: 1 },
+            &[(0, [s(0), 0.0, 0.0, 0.0]), (3, [-s(3), 0.0, 0.0, 0.0])],
+            [d, 0.0, 0.0, 0.0],
+        );
         let (l, report) = case.solve(method, 1e-11);
         assert!(report.converged, "{method:?} {report:?}");
         let y = case.pulled(&l);
@@ -226,7 +258,15 @@ fn a_spinning_disc_is_braked_by_its_normal_force() {
             let velocity = [0.0, 0.0, rate, 0.0, 0.0, -1.0];
             let bodies = [Body { mass, inertia: [1.0, 1.0, inertia], place: [0.0; 3], velocity }];
             let mut case = Case::new(6);
-            touch(&mut case, &bodies, 0, None, [0.0; 3], UP, Cone::Spinning { friction: 0.4, spin });
+            touch(
+                &mut case,
+                &bodies,
+                0,
+                None,
+                [0.0; 3],
+                UP,
+                Cone::Spinning { friction: 0.4, spin },
+            );
             let (l, _) = case.solve(method, 1e-12);
             near(&l[0], &[mass, 0.0, 0.0, torque], 1e-11);
         }
@@ -250,9 +290,9 @@ fn enumeration_of_all_cases_contains_the_answer() {
             let (l, report) = case.solve(method, 1e-12);
             assert!(report.converged, "seed {seed} {method:?} {report:?}");
             let v: Vec<f64> = case.velocities(&l).iter().flatten().copied().collect();
-            let best = found.iter().map(|f| {
-                f.iter().zip(&v).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()))
-            });
+            let best = found
+                .iter()
+                .map(|f| f.iter().zip(&v).fold(0.0f64, |m, (a, b)| m.max((a - b).abs())));
             let best = best.fold(f64::INFINITY, f64::min);
             assert!(best < 1e-9, "seed {seed} {method:?}: {best:e} from the nearest case");
         }

@@ -32,12 +32,21 @@ fn mistakes_are_typed_and_say_where() {
         assert!(text.contains(what) && text.contains("help: "), "{text}");
         x
     };
-    assert!(matches!(is(spoilt(|c| c.b[2][0] = nan), "group 2"), NotFinite { group: 2, row: 0, .. }));
+    assert!(matches!(
+        is(spoilt(|c| c.b[2][0] = nan), "group 2"),
+        NotFinite { group: 2, row: 0, .. }
+    ));
     assert!(matches!(spoilt(|c| c.b[0][2] = f64::INFINITY), NotFinite { group: 0, row: 2, .. }));
-    assert!(matches!(is(spoilt(|c| c.e[8][0] = nan), "factor"), NotFinite { group: 1, row: 0, .. }));
+    assert!(matches!(
+        is(spoilt(|c| c.e[8][0] = nan), "factor"),
+        NotFinite { group: 1, row: 0, .. }
+    ));
     assert!(matches!(spoilt(|c| c.e[8][0] = -f64::INFINITY), NotFinite { group: 1, .. }));
     let cone = Cone::Coulomb { friction: -0.1 };
-    assert!(matches!(is(spoilt(|c| c.cones[0] = cone), "-0.1"), Negative { group: 0, what: "friction", .. }));
+    assert!(matches!(
+        is(spoilt(|c| c.cones[0] = cone), "-0.1"),
+        Negative { group: 0, what: "friction", .. }
+    ));
     let cone = Cone::Coulomb { friction: nan };
     assert!(matches!(spoilt(|c| c.cones[0] = cone), Negative { .. }));
     let cone = Cone::Dry { bound: -1.0 };
@@ -51,7 +60,10 @@ fn mistakes_are_typed_and_say_where() {
         assert!(matches!(is(spoilt(|c| c.cones[1] = cone), "rows"), Rows { group: 1, .. }));
     }
     let cone = Cone::Unilateral;
-    assert!(matches!(is(spoilt(|c| c.cones[0] = cone), "beyond row 1"), Lanes { group: 0, rows: 1 }));
+    assert!(matches!(
+        is(spoilt(|c| c.cones[0] = cone), "beyond row 1"),
+        Lanes { group: 0, rows: 1 }
+    ));
     assert!(matches!(is(spoilt(|c| c.dofs = 9), "below 9"), Dof { dofs: 9, .. }));
     assert!(matches!(spoilt(|c| c.dof.swap(0, 1)), Dof { group: 0, .. }));
     assert!(matches!(spoilt(|c| c.dof[1] = c.dof[0]), Dof { group: 0, .. }));
@@ -59,7 +71,10 @@ fn mistakes_are_typed_and_say_where() {
     assert!(matches!(spoilt(|c| c.start[2] = 100), Start { group: 2 }));
     assert!(matches!(spoilt(|c| c.start[5] = 31), Length { what: "dof", .. }));
     assert!(matches!(spoilt(|c| c.start.truncate(0)), Length { what: "start", .. }));
-    assert!(matches!(is(spoilt(|c| c.b.truncate(4)), "`b`"), Length { what: "b", expected: 5, found: 4 }));
+    assert!(matches!(
+        is(spoilt(|c| c.b.truncate(4)), "`b`"),
+        Length { what: "b", expected: 5, found: 4 }
+    ));
     assert!(matches!(spoilt(|c| c.r.truncate(4)), Length { what: "r", .. }));
     assert!(matches!(spoilt(|c| c.e.truncate(4)), Length { what: "e", .. }));
 }
@@ -121,7 +136,11 @@ fn nothing_to_do_is_done() {
 fn inconsistent_equalities_get_a_compromise_and_are_reported() {
     let mut case = Case::new(1);
     for target in [1.0, 2.0, 6.0] {
-        case.add(Cone::Equality { rows: 1 }, &[(0, [1.0, 0.0, 0.0, 0.0])], [-target, 0.0, 0.0, 0.0]);
+        case.add(
+            Cone::Equality { rows: 1 },
+            &[(0, [1.0, 0.0, 0.0, 0.0])],
+            [-target, 0.0, 0.0, 0.0],
+        );
     }
     for method in [Method::Auto, Method::Newton] {
         let (l, report) = case.solve(method, 1e-9);
@@ -189,7 +208,8 @@ fn huge_and_tiny_numbers_scale_or_are_refused() {
         let mut case = base.clone();
         case.b.iter_mut().flatten().for_each(|b| *b *= 1e308);
         let mut l = vec![[0.0; 4]; 5];
-        let answer = Contact::new(Settings { method, ..Settings::default() }).solve(&case.problem(), &mut l);
+        let answer =
+            Contact::new(Settings { method, ..Settings::default() }).solve(&case.problem(), &mut l);
         assert!(l.iter().flatten().all(|x| x.is_finite()), "{method:?} {answer:?}");
     }
 }

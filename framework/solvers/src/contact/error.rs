@@ -6,7 +6,9 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ContactError {
     /// A slice of the wrong length.
-    #[error("contact problem: `{what}` has {found} numbers, where {expected} belong\n  help: one for each group of rows (`start`: one more; `dof` and `e`: one for each entry)")]
+    #[error(
+        "contact problem: `{what}` has {found} numbers, where {expected} belong\n  help: one for each group of rows (`start`: one more; `dof` and `e`: one for each entry)"
+    )]
     Length {
         /// Name of the argument.
         what: &'static str,
@@ -16,13 +18,17 @@ pub enum ContactError {
         found: usize,
     },
     /// `start` does not begin at 0, or falls.
-    #[error("contact problem, group {group}: `start` begins at 0 and never falls; here it does not\n  help: give the first entry of each group, and the number of entries at the end")]
+    #[error(
+        "contact problem, group {group}: `start` begins at 0 and never falls; here it does not\n  help: give the first entry of each group, and the number of entries at the end"
+    )]
     Start {
         /// The group.
         group: usize,
     },
     /// A degree of freedom out of range or out of order.
-    #[error("contact problem, group {group}: degrees of freedom must ascend and be below {dofs}\n  help: sort the entries of a group, and add those that are equal")]
+    #[error(
+        "contact problem, group {group}: degrees of freedom must ascend and be below {dofs}\n  help: sort the entries of a group, and add those that are equal"
+    )]
     Dof {
         /// The group.
         group: usize,
@@ -30,7 +36,9 @@ pub enum ContactError {
         dofs: usize,
     },
     /// A group without rows or with more than four.
-    #[error("contact problem, group {group}: {rows} rows\n  help: an equality has 1 to 4 rows; use several groups for more")]
+    #[error(
+        "contact problem, group {group}: {rows} rows\n  help: an equality has 1 to 4 rows; use several groups for more"
+    )]
     Rows {
         /// The group.
         group: usize,
@@ -38,7 +46,9 @@ pub enum ContactError {
         rows: usize,
     },
     /// Numbers in lanes of the factor which the group does not have.
-    #[error("contact problem, group {group}: the factor has numbers beyond row {rows}\n  help: leave lanes that the group lacks at 0")]
+    #[error(
+        "contact problem, group {group}: the factor has numbers beyond row {rows}\n  help: leave lanes that the group lacks at 0"
+    )]
     Lanes {
         /// The group.
         group: usize,
@@ -46,7 +56,9 @@ pub enum ContactError {
         rows: usize,
     },
     /// A number that is not finite.
-    #[error("contact problem, group {group}, row {row}: {what} is {value}\n  help: look for a division by zero or an overflow where it is computed")]
+    #[error(
+        "contact problem, group {group}, row {row}: {what} is {value}\n  help: look for a division by zero or an overflow where it is computed"
+    )]
     NotFinite {
         /// The group.
         group: usize,
@@ -58,7 +70,9 @@ pub enum ContactError {
         value: f64,
     },
     /// A number that is negative or not finite.
-    #[error("contact problem, group {group}: {what} is {value}\n  help: it must be finite and not negative")]
+    #[error(
+        "contact problem, group {group}: {what} is {value}\n  help: it must be finite and not negative"
+    )]
     Negative {
         /// The group.
         group: usize,
@@ -78,6 +92,8 @@ pub enum ContactError {
         help: &'static str,
     },
     /// The answer does not fit into double precision.
-    #[error("contact problem: the numbers overflow\n  help: masses, impulses or velocities are beyond 1e150; use other units")]
+    #[error(
+        "contact problem: the numbers overflow\n  help: masses, impulses or velocities are beyond 1e150; use other units"
+    )]
     Overflow,
 }

@@ -230,7 +230,11 @@ impl Lemke {
                     let direction = [1.0, 0.0];
                     self.unknowns.push(Unknown::Impulse { row, direction, sigma: Some(at + 1) });
                     let members = (at, at + 1);
-                    self.unknowns.push(Unknown::Slip { of: None, weight: 2.0 * bound / self.unit, members });
+                    self.unknowns.push(Unknown::Slip {
+                        of: None,
+                        weight: 2.0 * bound / self.unit,
+                        members,
+                    });
                 }
                 Cone::Coulomb { friction } => {
                     self.unknowns.push(normal);
@@ -377,13 +381,7 @@ impl Lemke {
     }
 
     /// Impulses of the groups, those of equality rows from the others.
-    fn hand_back(
-        &mut self,
-        problem: &Problem,
-        rows: usize,
-        rank: usize,
-        lambda: &mut [[f64; 4]],
-    ) {
+    fn hand_back(&mut self, problem: &Problem, rows: usize, rank: usize, lambda: &mut [[f64; 4]]) {
         for (g, cone) in problem.cones.iter().enumerate() {
             lambda[g] = [0.0; 4];
             if let Cone::Dry { bound } = *cone {

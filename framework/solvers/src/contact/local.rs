@@ -9,12 +9,11 @@
 //!              S = Wtt − Wtn Wnt / Wnn = rotation · diag(s₁, s₂) · rotationᵀ
 //!              q̃ = qt − Wtn qn / Wnn
 //!              λt(α) = −(S + α)⁻¹ q̃,   λn(α) = −(qn + Wnt λt) / Wnn
-//!              stick when |λt(0)| ≤ μ λn(0); else slide with the root of
+//!              stick when |λt(0)| ≤ μ λn(0); else slide with α > 0 of
 //!              g(α) = μ λn(α) / |λt(α)| = 1
 //! spin         λs ← clamp(λs − vs/Wss, ± μs λn) after the other three
 //! ```
-//! g is 0 or less where the cone is left most, and grows without bound with α when qn < 0: a root
-//! exists for any μ. For S a multiple of one and no coupling g is linear, and Newton's step exact.
+//! g(0) < 1 outside the cone, and g grows without bound with α when qn < 0: a root exists for any μ. For S a multiple of one and no coupling g is linear, and Newton's step exact.
 //! With a strong coupling (Painlevé) there may be several solutions; λ = 0 is taken where it is one.
 
 use super::problem::{Cone, Problem, axpy4};
@@ -36,6 +35,8 @@ pub(crate) struct Block {
     s: [f64; 2],
     /// Wtn / Wnn in axes of S.
     couple: [f64; 2],
+    /// 1 / s.
+    flex: [f64; 2],
     /// α of the last solution.
     alpha: f64,
 }
@@ -44,6 +45,8 @@ pub(crate) struct Block {
 const NONE: f64 = 1e-13;
 /// Steps for α: Newton takes 2 to 5, bisection alone fewer than this.
 const STEPS: usize = 60;
+/// |g − 1| from which one step of Newton is enough for a sweep.
+const NEAR: f64 = 1e-3;
 
 impl Block {
     /// From the group's own entries. O(entries).
@@ -75,12 +78,21 @@ impl Block {
         block
     }
 
+    /// False when W overflows.
+    pub fn is_finite(&self) -> bool {
+        let sum = self.m.iter().flatten().fold(0.0, |s, x| s + 0.0 * x);
+        self.scale.is_finite() && sum == 0.0
+    }
+
     fn tangents(&mut self, W: &[[f64; 4]; 4]) {
         let c = [W[0][1] * self.inverse, W[0][2] * self.inverse];
         let (a, b) = (W[1][1] - c[0] * W[0][1], W[2][2] - c[1] * W[0][2]);
         let off = W[1][2] - c[0] * W[0][2];
         let (mean, half) = (0.5 * (a + b), 0.5 * (a - b));
-        let size = half.hypot(off);
+        // In units of the group, so that squares neither overflow nor vanish.
+        let unit = if self.scale > 0.0 { self.scale } else { 1.0 };
+        let (x, y) = (half / unit, off / unit);
+        let size = unit * (x * x + y * y).sqrt();
         if size > 0.0 {
             // cos 2θ = half / size; the larger of cosine and sine from the half angle.
             let big = (0.5 * (1.0 + half.abs() / size)).sqrt();
@@ -90,6 +102,7 @@ impl Block {
         }
         let least = NONE * self.scale + f64::MIN_POSITIVE;
         self.s = [(mean + size).max(least), (mean - size).max(least)];
+        self.flex = self.s.map(|s| 1.0 / s);
         self.couple = self.turned(c);
     }
 
@@ -137,14 +150,16 @@ impl Block {
         // q̃ and Wnt λt / Wnn in axes of S.
         let (qt, c) = (self.turned([q[1], q[2]]), self.couple);
         let qt = [qt[0] - c[0] * q[0], qt[1] - c[1] * q[0]];
+        let stick = [-qt[0] * self.flex[0], -qt[1] * self.flex[1]];
+        let n = n0 - (c[0] * stick[0] + c[1] * stick[1]);
+        let square = stick[0] * stick[0] + stick[1] * stick[1];
+        if n >= 0.0 && square <= friction * friction * n * n {
+            let t = self.back(stick);
+            return [n, t[0], t[1], 0.0];
+        }
         let at = |alpha: f64| Trial::new(alpha, &qt, &c, &self.s, n0, friction);
-        let stick = at(0.0);
-        let trial = if stick.g >= 1.0 || stick.size == 0.0 {
-            stick
-        } else {
-            self.alpha = slide(at, self.alpha, stick, self.s[0]);
-            at(self.alpha)
-        };
+        let (alpha, trial) = slide(at, self.alpha, self.s[0]);
+        self.alpha = alpha;
         let n = trial.n.max(0.0);
         let keep = if trial.size > friction * n { friction * n / trial.size } else { 1.0 };
         let t = self.back([keep * trial.t[0], keep * trial.t[1]]);
@@ -186,32 +201,41 @@ impl Trial {
     }
 }
 
-/// The α > 0 with g(α) = 1, from g(0) < 1: Newton's steps inside a bracket.
+/// The α > 0 with g(α) = 1, from g(0) < 1: Newton's steps inside a bracket. The last step is one
+/// from |g − 1| < `NEAR` that helps; what it leaves, the next sweep squares again.
 #[inline(always)]
-fn slide(at: impl Fn(f64) -> Trial, guess: f64, stick: Trial, stiff: f64) -> f64 {
+fn slide(at: impl Fn(f64) -> Trial, guess: f64, stiff: f64) -> (f64, Trial) {
     let (mut low, mut high) = (0.0, f64::INFINITY);
     let mut alpha = guess;
-    let mut trial = if guess > 0.0 { at(guess) } else { stick };
+    let mut trial = at(guess);
     for _ in 0..STEPS {
-        if (trial.g - 1.0).abs() <= 4.0 * f64::EPSILON || !trial.g.is_finite() {
+        let off = trial.g - 1.0;
+        if !off.is_finite() {
             break;
         }
-        if trial.g < 1.0 { low = alpha } else { high = alpha }
-        let newton = alpha + (1.0 - trial.g) / trial.slope;
+        if off < 0.0 {
+            low = alpha
+        } else {
+            high = alpha
+        }
+        let newton = alpha - off / trial.slope;
         let next = if trial.slope > 0.0 && newton > low && newton < high {
             newton
+        } else if off.abs() <= 4.0 * f64::EPSILON {
+            break;
         } else if high.is_finite() {
             0.5 * (low + high)
         } else {
             2.0 * alpha + stiff
         };
-        if (next - alpha).abs() <= 2.0 * f64::EPSILON * alpha {
-            break;
-        }
         alpha = next;
         trial = at(alpha);
+        // Near a fold g is not monotonic, and a step may lead away.
+        if off.abs() < NEAR && (trial.g - 1.0).abs() < 0.1 * off.abs() {
+            break;
+        }
     }
-    alpha
+    (alpha, trial)
 }
 
 /// 1/x, or 0 when x is `least` or less.

@@ -38,9 +38,9 @@ const INNER: u32 = 12;
 const EASY: u32 = 4;
 /// Halvings of a step.
 const HALVINGS: u32 = 8;
-/// A proximal problem is solved when |G|² is this part of (ρ (λ − λᵏ))², or is rounding of y².
+/// A proximal problem is solved when |G|² is this part of (ρ (λ − λᵏ))², or is rounding of Σ w λ².
 const INEXACT: f64 = 1.0;
-const NOISE: f64 = 1e-26;
+const NOISE: f64 = 1e-27;
 /// Sweeps of Gauss–Seidel after a proximal problem that was not solved.
 const SWEEPS: u32 = 80;
 /// Proximal steps without progress after which the search ends.
@@ -149,9 +149,17 @@ impl Newton {
         limit: u32,
         center: &[[f64; 4]],
     ) -> (u32, bool) {
-        let [mut size, mut moved] = residual(problem, blocks, rho, center, &self.y, Out::new(&mut self.lambda, &mut self.G));
+        let mut size = residual(
+            problem,
+            blocks,
+            rho,
+            center,
+            &self.y,
+            Out::new(&mut self.lambda, &mut self.G),
+        );
         for steps in 0..limit {
-            if !(size > INEXACT * moved && size > NOISE * squared(&self.y)) {
+            let close = steps > 0 && size.G <= INEXACT * size.moved;
+            if close || !(size.G > NOISE * size.total) {
                 return (steps, true);
             }
             self.jacobian(problem, blocks, rho, center);
@@ -165,9 +173,9 @@ impl Newton {
                     *x = self.y[k] + t * self.step[k];
                 }
                 let out = Out::new(&mut self.lambda, &mut self.G);
-                let [now, then] = residual(problem, blocks, rho, center, &self.trial, out);
-                if now < (1.0 - 1e-4 * t) * size {
-                    (size, moved, falls) = (now, then, true);
+                let now = residual(problem, blocks, rho, center, &self.trial, out);
+                if now.G < (1.0 - 1e-4 * t) * size.G {
+                    (size, falls) = (now, true);
                     break;
                 }
                 t *= 0.5;
@@ -199,7 +207,11 @@ impl Newton {
     /// δ = −(1 + Eᵀ H E)⁻¹ G, on the smaller side; false when the matrix is singular.
     fn direction(&mut self, problem: &Problem) -> bool {
         let rows: usize = self.active.iter().map(|&g| problem.cones[g].rows()).sum();
-        if rows < problem.factor.dofs { self.row_side(problem, rows) } else { self.dof_side(problem) }
+        if rows < problem.factor.dofs {
+            self.row_side(problem, rows)
+        } else {
+            self.dof_side(problem)
+        }
     }
 
     fn dof_side(&mut self, problem: &Problem) -> bool {
@@ -300,7 +312,15 @@ impl<'a> Out<'a> {
     }
 }
 
-/// λ(y) and G(y); |G|².
+/// Energies: |G|², Σ w (ρ (λ − λᵏ))² and Σ w λ².
+#[derive(Clone, Copy)]
+struct Sizes {
+    G: f64,
+    moved: f64,
+    total: f64,
+}
+
+/// λ(y), G(y) and their sizes.
 fn residual(
     problem: &Problem,
     blocks: &[Block],
@@ -308,17 +328,18 @@ fn residual(
     center: &[[f64; 4]],
     y: &[f64],
     out: Out,
-) -> [f64; 2] {
+) -> Sizes {
     out.G.copy_from_slice(y);
-    let mut moved = 0.0;
+    let (mut moved, mut total) = (0.0, 0.0);
     for (g, cone) in problem.cones.iter().enumerate() {
         let (z, _) = pulled(problem, blocks, rho, center, g, y);
         out.lambda[g] = super::gauss_seidel::projected(cone, z);
         problem.scatter(g, &out.lambda[g].map(|x| -x), out.G);
         let step: [f64; 4] = std::array::from_fn(|k| out.lambda[g][k] - center[g][k]);
         moved += blocks[g].scale * dot4(&step, &step);
+        total += blocks[g].scale * dot4(&out.lambda[g], &out.lambda[g]);
     }
-    [squared(out.G), rho * rho * moved]
+    Sizes { G: squared(out.G), moved: rho * rho * moved, total }
 }
 
 /// z and d of a group.

@@ -122,8 +122,9 @@ impl<'a> Problem<'a> {
                     let (what, value) = ("free velocity", b[g][k]);
                     return Err(ContactError::NotFinite { group: g, row: k, what, value });
                 }
-                if !r.is_empty() && !(r[g][k] >= 0.0 && r[g][k].is_finite()) {
-                    let (what, value) = ("compliance", r[g][k]);
+                let value = r.get(g).map_or(0.0, |r| r[k]);
+                if !(value >= 0.0 && value.is_finite()) {
+                    let what = "compliance";
                     return Err(ContactError::Negative { group: g, what, value });
                 }
             }
@@ -222,14 +223,18 @@ fn entries(factor: &Factor, g: usize, rows: usize) -> Result<(), ContactError> {
     if !rising || dof.last().is_some_and(|&d| d as usize >= factor.dofs) {
         return Err(ContactError::Dof { group: g, dofs: factor.dofs });
     }
-    // 0 × x is 0 for finite x, and not a number otherwise.
-    let zero = e.iter().fold([0.0; 4], |sum, e| axpy4(0.0, e, sum));
-    if let Some(k) = (0..4).find(|&k| zero[k] != 0.0) {
-        let value = e.iter().map(|e| e[k]).find(|x| !x.is_finite()).unwrap_or(f64::NAN);
-        return Err(ContactError::NotFinite { group: g, row: k, what: "factor", value });
-    }
-    if rows < 4 && e.iter().any(|e| e[rows..].iter().any(|&x| x != 0.0)) {
-        return Err(ContactError::Lanes { group: g, rows });
+    let sum = e.iter().fold([0.0; 4], |s: [f64; 4], e| std::array::from_fn(|k| s[k] + e[k].abs()));
+    for k in 0..4 {
+        if k >= rows && sum[k] > 0.0 {
+            return Err(ContactError::Lanes { group: g, rows });
+        }
+        // A sum may overflow where no number does.
+        let bad = || e.iter().map(|e| e[k]).find(|x| !x.is_finite());
+        if !sum[k].is_finite()
+            && let Some(value) = bad()
+        {
+            return Err(ContactError::NotFinite { group: g, row: k, what: "factor", value });
+        }
     }
     Ok(())
 }
