@@ -139,13 +139,21 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
 }
 
 /// Normal, distance and nearest points of cores for which the candidates do not suffice; `None` when they are too far apart.
-fn refine(a: &Placed, b: &Placed, axis: &Axis, limit: f64, complete: bool, room: &mut Room) -> Option<(Vec3, f64, Option<(Vec3, Vec3)>)> {
+fn refine(
+    a: &Placed,
+    b: &Placed,
+    axis: &Axis,
+    limit: f64,
+    complete: bool,
+    room: &mut Room,
+) -> Option<(Vec3, f64, Option<(Vec3, Vec3)>)> {
     let (n, sep, ends) = match axis::nearest(a, b, limit, &axis.n, &mut room.simplex) {
         Nearest::Far => return None,
         Nearest::Apart(pa, pb, n, d) => (n, d, Some((pa, pb))),
         Nearest::Overlap(n) => {
             let found = axis::depth(a, b, &room.simplex, &mut room.epa).filter(|_| !complete);
-            let tried = [(n, b.range(&n).0 - a.range(&n).1), found.unwrap_or((n, f64::NEG_INFINITY))];
+            let tried =
+                [(n, b.range(&n).0 - a.range(&n).1), found.unwrap_or((n, f64::NEG_INFINITY))];
             let best = tried.iter().fold((axis.n, axis.sep), |m, t| if t.1 > m.1 { *t } else { m });
             (best.0, best.1, None)
         }
@@ -218,10 +226,23 @@ struct Cut {
 const OWN: usize = usize::MAX;
 
 /// Clips `other` by the planes through the edges of `face` (Sutherland and Hodgman) into `cut`.
-fn clip(face: &[Corner], other: &[Corner], m: &Vec3, slack: f64, first: bool, cut: &mut Vec<Cut>, next: &mut Vec<Cut>) {
+fn clip(
+    face: &[Corner],
+    other: &[Corner],
+    m: &Vec3,
+    slack: f64,
+    first: bool,
+    cut: &mut Vec<Cut>,
+    next: &mut Vec<Cut>,
+) {
     let (mine, theirs) = if first { (OF_A, OF_B) } else { (OF_B, OF_A) };
     cut.clear();
-    cut.extend(other.iter().map(|c| Cut { p: c.p, name: corner(theirs, c.name), edge: c.edge, plane: OWN }));
+    cut.extend(other.iter().map(|c| Cut {
+        p: c.p,
+        name: corner(theirs, c.name),
+        edge: c.edge,
+        plane: OWN,
+    }));
     for k in 0..face.len() {
         let start = &face[k];
         let out = (face[(k + 1) % face.len()].p - start.p).cross(m);
@@ -306,7 +327,14 @@ fn extreme(c: &Placed, n: &Vec3, room: f64) -> ([Corner; 2], usize) {
 }
 
 /// The point that the normal was found from; two where edges lie side by side.
-fn deepest(a: &Placed, b: &Placed, axis: &Axis, ends: Option<(Vec3, Vec3)>, size: f64, room: &mut Room) {
+fn deepest(
+    a: &Placed,
+    b: &Placed,
+    axis: &Axis,
+    ends: Option<(Vec3, Vec3)>,
+    size: f64,
+    room: &mut Room,
+) {
     let Axis { n, sep, .. } = *axis;
     let ((ea, na), (eb, nb)) = (extreme(a, &n, 1e-7 * size), extreme(b, &-n, 1e-7 * size));
     if na == 2 && nb == 2 && side_by_side(&ea, &eb, &n, size, room) {
@@ -362,7 +390,8 @@ pub(crate) fn lines(ea: &[Corner; 2], eb: &[Corner; 2]) -> (f64, f64) {
     let (u, v, w) = (ea[1].p - ea[0].p, eb[1].p - eb[0].p, ea[0].p - eb[0].p);
     let (uu, uv, vv, uw, vw) = (u.dot(&u), u.dot(&v), v.dot(&v), u.dot(&w), v.dot(&w));
     let det = uu * vv - uv * uv;
-    let mut s = if det > 1e-14 * uu * vv { ((uv * vw - vv * uw) / det).clamp(0.0, 1.0) } else { 0.5 };
+    let mut s =
+        if det > 1e-14 * uu * vv { ((uv * vw - vv * uw) / det).clamp(0.0, 1.0) } else { 0.5 };
     let t = (uv * s + vw) / vv;
     let inside = t.clamp(0.0, 1.0);
     if t != inside {

@@ -110,7 +110,7 @@ pub(crate) fn solve_lu(A: &mut [f64], n: usize, x: &mut [f64], extent: &mut [[us
 /// For each k one past the last entry of row k, and one past that of column k.
 fn extents(A: &[f64], n: usize, extent: &mut [[usize; 2]]) {
     extent.fill([0, 0]);
-    for (i, row) in A.chunks_exact(n).enumerate() {
+    for (i, row) in A.chunks_exact(n.max(1)).enumerate() {
         for (j, a) in row.iter().enumerate() {
             if *a != 0.0 {
                 extent[i][0] = j + 1;
