@@ -12,6 +12,7 @@
 //! | [`dynamics`] | scatter and gather: kinematics, inverse and forward dynamics, matrices, derivatives; frames, operators, topology |
 //! | [`formats`] | URDF, MJCF and SDF files; URDF export |
 //! | [`solvers`] | integrators |
+//! | [`collision`] | shapes of bodies: contact points, distances, rays |
 //! | [`runtime`] | models, ports, wires, plan, clock, state, checkpoints |
 //! | [`assembly`] | RON and the builder: files → one flat specification, all faults at once |
 //! | [`record`] | logs, reading them back, comparison, plots |
@@ -76,6 +77,7 @@
 //! ```
 
 pub use linkwork_assembly as assembly;
+pub use linkwork_collision as collision;
 pub use linkwork_dynamics as dynamics;
 pub use linkwork_formats as formats;
 pub use linkwork_multibody as multibody;

@@ -1,4 +1,4 @@
-//! Solvers of constrained motion over the sweeps of the dynamics floor, and integrators.
+//! Solvers of constrained motion over the sweeps of the dynamics floor, contact, and integrators.
 //!
 //! | solver | constraints | unknowns |
 //! |---|---|---|
@@ -6,16 +6,20 @@
 //! | tree-augmented | rows beside the tree | λ of every row, dense over rows that meet |
 //! | constraint embedding | loops become aggregates of the tree | none but β̇ |
 //! | both | each loop by rule or by choice | λ of the rows left |
+//! | non-smooth ([`ContactStepper`]) | the same, and contacts, limits, dry friction | impulses of a step |
 //!
-//! All four are one [`ConstrainedSolver`] with another [`Treatment`] of each constraint.
+//! The first four are one [`ConstrainedSolver`] with another [`Treatment`] of each constraint.
 #![allow(non_snake_case)]
 
 mod constrained;
+pub mod contact;
 mod integrators;
 mod projection;
 mod skyline;
+mod stepper;
 
 pub use constrained::{ConstrainedSolver, Report, SolverError, Stabilisation};
 pub use integrators::{Rk4, add};
 pub use linkwork_dynamics::units::Treatment;
 pub use projection::{Closing, ProjectionError, Projector};
+pub use stepper::{ContactSettings, ContactStepper, Impulse, StepError, StepReport};

@@ -115,6 +115,23 @@ impl RowSet {
         }
     }
 
+    /// Adds E y of one group to `v`: what a motion `y` of the independent rates does to its rows.
+    pub fn push(&self, group: usize, y: &[f64], v: &mut [f64; WIDTH]) {
+        let range = self.start[group] as usize..self.start[group + 1] as usize;
+        for (dof, e) in self.dof[range.clone()].iter().zip(&self.e[range]) {
+            for (v, e) in v.iter_mut().zip(e) {
+                *v += e * y[*dof as usize];
+            }
+        }
+    }
+
+    /// Says what the last group's first row measures: a gap, rad or m.
+    pub fn set_error(&mut self, error: f64) {
+        if let Some(row) = self.groups.last_mut() {
+            row.error[0] = error;
+        }
+    }
+
     /// Takes what the rows' forces λ (by group) hold at prescribed coordinates off the forces that
     /// [`Units::scatter`] has found there, and gives aggregates their share before
     /// [`Units::constraint_forces`].

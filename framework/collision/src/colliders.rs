@@ -1,0 +1,235 @@
+//! The colliders of a mechanism: checked, in the order of their names, constant.
+
+use crate::error::{CollisionError, Fault};
+use crate::query::Hiding;
+use crate::rules::{self, WORLD};
+use crate::shape::{ColliderSpec, Detail, Rules, Visibility};
+use crate::solid::Solid;
+use linkwork_multibody::spatial::Pose;
+use linkwork_multibody::{BodyId, Multibody};
+use std::sync::Arc;
+
+/// A collider of one [`Colliders`]: its place in the order of names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ColliderId(pub(crate) u32);
+
+impl ColliderId {
+    /// Position in the order of names.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// All that was given, and its geometry: what [`Colliders::rebuild`] starts from.
+#[derive(Debug)]
+struct Book {
+    specs: Vec<ColliderSpec>,
+    solids: Vec<[Option<Arc<Solid>>; 2]>,
+    rules: Rules,
+}
+
+/// A collider ready for queries.
+#[derive(Debug)]
+pub(crate) struct Item {
+    /// Its place in the book.
+    pub spec: usize,
+    /// Its body.
+    pub body: Option<BodyId>,
+    /// `X_BC`.
+    pub pose: Pose,
+    /// Padding, m.
+    pub padding: f64,
+    solids: [Option<Arc<Solid>>; 2],
+}
+
+impl Item {
+    /// The geometry of a detail.
+    pub(crate) fn solid(&self, detail: Detail) -> Option<&Solid> {
+        let [fine, coarse] = &self.solids;
+        match detail {
+            Detail::Coarse => coarse.as_deref().or(fine.as_deref()),
+            Detail::Fine => fine.as_deref(),
+        }
+    }
+}
+
+/// The colliders of a mechanism. They never change; what is hidden is kept outside ([`Hiding`]).
+#[derive(Debug)]
+pub struct Colliders {
+    book: Arc<Book>,
+    pub(crate) items: Vec<Item>,
+    pub(crate) meets: Vec<bool>,
+}
+
+/// What [`Colliders::rebuild`] gives.
+#[derive(Debug)]
+pub struct Rebuilt {
+    /// The colliders of the bodies that are there.
+    pub colliders: Colliders,
+    /// Names of colliders whose body is not there. They come back when it does.
+    pub dropped: Vec<String>,
+}
+
+impl Colliders {
+    /// Checks everything and builds hulls, trees of triangles and the table of pairs: O(n²) in the colliders.
+    ///
+    /// # Errors
+    /// All that is wrong with the colliders and the rules, at once.
+    pub fn new(
+        specs: Vec<ColliderSpec>,
+        rules: Rules,
+        multibody: &Multibody,
+    ) -> Result<Self, CollisionError> {
+        let mut specs = specs;
+        let mut faults = check(&specs, multibody);
+        let mut solids = Vec::with_capacity(specs.len());
+        for s in &specs {
+            let mut build = |which: &'static str, shape| match Solid::new(shape) {
+                Ok(solid) => Some(Arc::new(solid)),
+                Err(found) => {
+                    let name = |fault| Fault::Shape { collider: s.name.clone(), which, fault };
+                    faults.extend(found.into_iter().map(name));
+                    None
+                }
+            };
+            let fine = build("fine", &s.fine);
+            let coarse = s.coarse.as_ref().and_then(|shape| build("coarse", shape));
+            solids.push([fine, coarse]);
+        }
+        faults.extend(rules::unknown(&rules, &specs, multibody));
+        if !faults.is_empty() {
+            return Err(CollisionError { faults });
+        }
+        let mut order: Vec<usize> = (0..specs.len()).collect();
+        order.sort_by(|i, j| specs[*i].name.cmp(&specs[*j].name));
+        let solids = order.iter().map(|i| solids[*i].clone()).collect();
+        specs.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(Self::assemble(Arc::new(Book { specs, solids, rules }), multibody))
+    }
+
+    fn assemble(book: Arc<Book>, multibody: &Multibody) -> Self {
+        let mut items = Vec::new();
+        for (spec, s) in book.specs.iter().enumerate() {
+            let body = multibody.body(&s.body);
+            if body.is_some() || s.body == WORLD {
+                let solids = book.solids[spec].clone();
+                items.push(Item { spec, body, pose: s.pose, padding: s.padding, solids });
+            }
+        }
+        let specs: Vec<&ColliderSpec> = items.iter().map(|i| &book.specs[i.spec]).collect();
+        let world = multibody.bodies().len();
+        let bodies: Vec<usize> =
+            items.iter().map(|i| i.body.map_or(world, |b| b.index())).collect();
+        let meets = rules::table(&book.rules, &specs, &bodies, multibody);
+        Self { book, items, meets }
+    }
+
+    /// The same colliders and rules on another mechanism, by name: after bodies were attached or detached. Geometry is shared, not
+    /// built again. Colliders of bodies that are not there are left out and named; they are kept for the next time.
+    #[must_use]
+    pub fn rebuild(&self, multibody: &Multibody) -> Rebuilt {
+        let gone = |s: &&ColliderSpec| s.body != WORLD && multibody.body(&s.body).is_none();
+        let dropped = self.book.specs.iter().filter(gone).map(|s| s.name.clone()).collect();
+        Rebuilt { colliders: Self::assemble(self.book.clone(), multibody), dropped }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.items.len()
+    }
+
+    /// True when there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.items.is_empty()
+    }
+
+    /// All identifiers, in the order of names.
+    pub fn ids(&self) -> impl ExactSizeIterator<Item = ColliderId> + use<> {
+        (0..self.items.len() as u32).map(ColliderId)
+    }
+
+    /// The collider of that name. O(log n); do it before stepping.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<ColliderId> {
+        let at = self.items.binary_search_by(|i| self.book.specs[i.spec].name.as_str().cmp(name));
+        at.ok().map(|i| ColliderId(i as u32))
+    }
+
+    /// What was given for a collider.
+    #[must_use]
+    #[track_caller]
+    pub fn spec(&self, id: ColliderId) -> &ColliderSpec {
+        &self.book.specs[self.items[id.index()].spec]
+    }
+
+    /// The body of a collider; `None` for the world.
+    #[must_use]
+    #[track_caller]
+    pub fn body(&self, id: ColliderId) -> Option<BodyId> {
+        self.items[id.index()].body
+    }
+
+    /// Whether the rules let a pair meet. What is hidden is another matter.
+    #[must_use]
+    #[track_caller]
+    pub fn meet(&self, a: ColliderId, b: ColliderId) -> bool {
+        self.meets[a.index() * self.items.len() + b.index()]
+    }
+
+    /// What is hidden when a run begins, as the specifications say.
+    #[must_use]
+    pub fn hiding(&self) -> Hiding {
+        let hidden = |i| self.spec(i).hidden == Visibility::Hidden;
+        Hiding { hidden: self.ids().map(hidden).collect() }
+    }
+
+    /// What is hidden, carried over from `old` colliders by name; those that are new are as their specification says.
+    #[must_use]
+    pub fn carry_hiding(&self, old: &Colliders, hiding: &Hiding) -> Hiding {
+        let mut new = self.hiding();
+        for i in self.ids() {
+            if let Some(before) = old.find(&self.spec(i).name) {
+                new.set(i, hiding.of(before));
+            }
+        }
+        new
+    }
+}
+
+/// Faults of the specifications beside their shapes.
+fn check(specs: &[ColliderSpec], multibody: &Multibody) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (i, s) in specs.iter().enumerate() {
+        let collider = || s.name.clone();
+        let count = specs.iter().filter(|o| o.name == s.name).count();
+        if count > 1 && specs[..i].iter().all(|o| o.name != s.name) {
+            faults.push(Fault::Duplicate { name: collider(), count });
+        }
+        if s.body != WORLD && multibody.body(&s.body).is_none() {
+            let names = multibody.bodies().iter().map(|b| b.name()).chain([WORLD]);
+            let suggestion = rules::nearest(&s.body, names);
+            faults.push(Fault::UnknownBody {
+                collider: collider(),
+                body: s.body.clone(),
+                suggestion,
+            });
+        }
+        let numbers = [
+            ("padding", s.padding),
+            ("friction", s.material.friction),
+            ("restitution", s.material.restitution),
+        ];
+        for (what, value) in numbers {
+            if !(value >= 0.0 && value.is_finite()) {
+                faults.push(Fault::Number { collider: collider(), what, value });
+            }
+        }
+        if !s.pose.is_finite() || (s.pose.rotation.coords.norm() - 1.0).abs() > 1e-9 {
+            faults.push(Fault::Pose { collider: collider() });
+        }
+    }
+    faults
+}

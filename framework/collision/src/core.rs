@@ -1,0 +1,307 @@
+//! Convex cores: a point, a segment, a cylinder, a polytope. A shape is a core and a radius around it.
+//!
+//! ```text
+//! h(d) = max over x in the core of d · x        support
+//! sep(n) = −h_B(−n) − h_A(n)                    along a unit normal n from A to B
+//! distance = max over n of sep(n)               also when it is negative: the least depth
+//! ```
+
+use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
+
+/// Mixes two names to one. The same names give the same number in every run.
+#[inline]
+pub(crate) fn mix(a: u64, b: u64) -> u64 {
+    let mut z = a.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ b.wrapping_add(0x2545_f491_4f6c_dd1d);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// The name of the edge between two corners.
+#[inline]
+pub(crate) fn edge_name(a: u64, b: u64) -> u64 {
+    mix(a.min(b) + 1, a.max(b) + 1)
+}
+
+/// A face of a polytope.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Face {
+    /// Outward normal, unit.
+    pub n: Vec3,
+    /// First of its corners in `ring`.
+    pub start: u32,
+    /// How many corners.
+    pub len: u32,
+}
+
+/// A convex polytope, or a triangle.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Poly {
+    /// Corners, m.
+    pub vertices: Vec<Vec3>,
+    /// Names of the corners.
+    pub names: Vec<u64>,
+    /// Faces that push. A triangle has one.
+    pub faces: Vec<Face>,
+    /// Corners of the faces, counter-clockwise from outside.
+    pub ring: Vec<u32>,
+    /// Directions of edges, each once, unit.
+    pub edges: Vec<Vec3>,
+    /// Half edges when it is a box.
+    pub half: Option<Vec3>,
+}
+
+impl Poly {
+    /// A box.
+    pub(crate) fn cuboid(half: Vec3) -> Self {
+        let mut p = Self { half: Some(half), ..Self::default() };
+        for i in 0..8u64 {
+            let sign = |bit: u64| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            p.vertices.push(half.component_mul(&Vec3::new(sign(0), sign(1), sign(2))));
+            p.names.push(i);
+        }
+        for axis in 0..3 {
+            let (u, v) = (1u32 << ((axis + 1) % 3), 1u32 << ((axis + 2) % 3));
+            for side in [0, 1u32] {
+                let mut n = Vec3::zeros();
+                n[axis] = if side == 1 { 1.0 } else { -1.0 };
+                p.faces.push(Face { n, start: p.ring.len() as u32, len: 4 });
+                let base = side << axis;
+                let turn = [base, base | u, base | u | v, base | v];
+                if side == 1 {
+                    p.ring.extend(turn);
+                } else {
+                    p.ring.extend(turn.iter().rev());
+                }
+            }
+            p.edges.push(Vec3::ith(axis, 1.0));
+        }
+        p
+    }
+
+    /// Makes this the triangle of these corners and names, with unit normal `n`.
+    pub(crate) fn set_triangle(&mut self, v: &[Vec3; 3], names: &[u64; 3], n: Vec3) {
+        for list in [&mut self.vertices, &mut self.edges] {
+            list.clear();
+        }
+        self.vertices.extend(v);
+        self.edges.extend((0..3).map(|k| (v[(k + 1) % 3] - v[k]).normalize()));
+        self.names.clear();
+        self.names.extend(names);
+        self.faces.clear();
+        self.faces.push(Face { n, start: 0, len: 3 });
+        self.ring.clear();
+        self.ring.extend([0, 1, 2]);
+    }
+
+    /// Corners of a face: indices.
+    pub(crate) fn ring_of(&self, face: &Face) -> &[u32] {
+        &self.ring[face.start as usize..(face.start + face.len) as usize]
+    }
+}
+
+/// A convex set in its own frame.
+#[derive(Clone, Debug)]
+pub(crate) enum Core {
+    /// The origin.
+    Point,
+    /// From −h to h on the z axis.
+    Segment { h: f64 },
+    /// Radius r about the z axis, from −h to h.
+    Cylinder { r: f64, h: f64 },
+    /// A polytope.
+    Poly(Poly),
+}
+
+impl Core {
+    /// The point farthest along d.
+    #[inline]
+    pub(crate) fn support(&self, d: &Vec3) -> Vec3 {
+        match self {
+            Core::Point => Vec3::zeros(),
+            Core::Segment { h } => Vec3::new(0.0, 0.0, h.copysign(d.z)),
+            Core::Cylinder { r, h } => {
+                let s = d.x.hypot(d.y);
+                let (x, y) = if s > 0.0 { (d.x / s, d.y / s) } else { (1.0, 0.0) };
+                Vec3::new(r * x, r * y, h.copysign(d.z))
+            }
+            Core::Poly(p) => {
+                let (mut best, mut far) = (0, f64::NEG_INFINITY);
+                for (i, v) in p.vertices.iter().enumerate() {
+                    let along = v.dot(d);
+                    if along > far {
+                        (best, far) = (i, along);
+                    }
+                }
+                p.vertices[best]
+            }
+        }
+    }
+
+    /// Least and greatest d · x.
+    #[inline]
+    fn range(&self, d: &Vec3) -> (f64, f64) {
+        match self {
+            Core::Poly(p) => {
+                if let Some(h) = &p.half {
+                    let e = h.x * d.x.abs() + h.y * d.y.abs() + h.z * d.z.abs();
+                    return (-e, e);
+                }
+                p.vertices.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| {
+                    let x = v.dot(d);
+                    (if x < lo { x } else { lo }, if x > hi { x } else { hi })
+                })
+            }
+            _ => {
+                let e = self.support(d).dot(d);
+                (-e, e)
+            }
+        }
+    }
+
+    /// Whether it is a triangle, which has no inside.
+    pub(crate) fn is_triangle(&self) -> bool {
+        matches!(self, Core::Poly(p) if p.faces.len() == 1)
+    }
+
+    /// Directions of straight edges.
+    pub(crate) fn edges(&self) -> &[Vec3] {
+        const Z: [Vec3; 1] = [Vec3::new(0.0, 0.0, 1.0)];
+        match self {
+            Core::Point => &[],
+            Core::Segment { .. } | Core::Cylinder { .. } => &Z,
+            Core::Poly(p) => &p.edges,
+        }
+    }
+}
+
+/// A core at a place.
+#[derive(Clone, Copy)]
+pub(crate) struct Placed<'a> {
+    /// What.
+    pub core: &'a Core,
+    /// Core to frame of the pair.
+    pub R: Mat3,
+    /// The core's origin, m.
+    pub p: Vec3,
+}
+
+impl<'a> Placed<'a> {
+    /// At the origin.
+    pub(crate) fn here(core: &'a Core) -> Self {
+        Self { core, R: Mat3::identity(), p: Vec3::zeros() }
+    }
+
+    /// At a pose.
+    pub(crate) fn at(core: &'a Core, X: &Pose) -> Self {
+        Self { core, R: X.rotation.to_rotation_matrix().into_inner(), p: X.position }
+    }
+
+    /// The point farthest along d.
+    #[inline]
+    pub(crate) fn support(&self, d: &Vec3) -> Vec3 {
+        self.R * self.core.support(&self.R.tr_mul(d)) + self.p
+    }
+
+    /// Least and greatest d · x.
+    #[inline]
+    pub(crate) fn range(&self, d: &Vec3) -> (f64, f64) {
+        let (lo, hi) = self.core.range(&self.R.tr_mul(d));
+        let at = self.p.dot(d);
+        (lo + at, hi + at)
+    }
+}
+
+/// A corner of a polygon, and the edge from it to the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Corner {
+    /// Place, m.
+    pub p: Vec3,
+    /// Name of the corner.
+    pub name: u64,
+    /// Name of the edge.
+    pub edge: u64,
+}
+
+/// A flat end counts as facing along n while sin of the angle is below this.
+const FACING: f64 = 0.2;
+/// Below this the eight points on a rim are fixed on the body, above they turn with the tilt.
+const LEVEL: f64 = 1e-4;
+
+impl Placed<'_> {
+    /// Whether a flat end of a cylinder lies across n.
+    pub(crate) fn lies_flat(&self, n: &Vec3) -> bool {
+        matches!(self.core, Core::Cylinder { .. }) && self.R.column(2).cross(n).norm() < LEVEL
+    }
+
+    /// The part of the surface that faces along n: its corners into `out`. Returns its normal when it is a face.
+    pub(crate) fn facing(&self, n: &Vec3, out: &mut Vec<Corner>) -> Option<Vec3> {
+        out.clear();
+        let d = self.R.tr_mul(n);
+        let normal = match self.core {
+            Core::Point => {
+                out.push(Corner { p: Vec3::zeros(), name: 0, edge: 0 });
+                None
+            }
+            Core::Segment { h } => {
+                push_line(out, &[Vec3::new(0.0, 0.0, -h), Vec3::new(0.0, 0.0, *h)], [16, 17]);
+                None
+            }
+            Core::Cylinder { r, h } => facing_cylinder(*r, *h, &d, out),
+            Core::Poly(p) => facing_poly(p, &d, out),
+        };
+        for c in out.iter_mut() {
+            c.p = self.R * c.p + self.p;
+        }
+        normal.map(|m| self.R * m)
+    }
+}
+
+fn push_line(out: &mut Vec<Corner>, ends: &[Vec3; 2], names: [u64; 2]) {
+    let edge = edge_name(names[0], names[1]);
+    out.extend((0..2).map(|i| Corner { p: ends[i], name: names[i], edge }));
+}
+
+/// An end (eight points of its rim), a line on the side, or the farthest point of a rim.
+fn facing_cylinder(r: f64, h: f64, d: &Vec3, out: &mut Vec<Corner>) -> Option<Vec3> {
+    let s = d.x.hypot(d.y);
+    let (x, y) = if s > LEVEL { (d.x / s, d.y / s) } else { (1.0, 0.0) };
+    if s < FACING {
+        let (up, c) = (1f64.copysign(d.z), std::f64::consts::FRAC_1_SQRT_2);
+        let end = if up > 0.0 { 0 } else { 8 };
+        let eighth = [(1., 0.), (c, c), (0., 1.), (-c, c), (-1., 0.), (-c, -c), (0., -1.), (c, -c)];
+        for k in 0..8u64 {
+            let (u, v) = eighth[k as usize];
+            let v = v * up; // counter-clockwise from outside
+            let p = Vec3::new(r * (u * x - v * y), r * (u * y + v * x), h * up);
+            out.push(Corner { p, name: end + k, edge: edge_name(end + k, end + (k + 1) % 8) });
+        }
+        return Some(Vec3::new(0.0, 0.0, up));
+    }
+    let side = |z: f64| Vec3::new(r * x, r * y, z);
+    if d.z.abs() < FACING {
+        push_line(out, &[side(-h), side(h)], [16, 17]);
+    } else {
+        let name = if d.z > 0.0 { 17 } else { 16 };
+        out.push(Corner { p: side(h.copysign(d.z)), name, edge: 0 });
+    }
+    None
+}
+
+/// The face whose normal is nearest to d.
+fn facing_poly(p: &Poly, d: &Vec3, out: &mut Vec<Corner>) -> Option<Vec3> {
+    let (mut best, mut near) = (p.faces.first()?, f64::NEG_INFINITY);
+    for f in &p.faces {
+        let along = f.n.dot(d);
+        if along > near {
+            (best, near) = (f, along);
+        }
+    }
+    let ring = p.ring_of(best);
+    for (k, i) in ring.iter().enumerate() {
+        let (i, j) = (*i as usize, ring[(k + 1) % ring.len()] as usize);
+        let edge = edge_name(p.names[i], p.names[j]);
+        out.push(Corner { p: p.vertices[i], name: p.names[i], edge });
+    }
+    Some(best.n)
+}

@@ -1,0 +1,61 @@
+//! Collision geometry of a multibody: which points of which bodies touch or nearly touch, where, along which normal, how deep.
+//! Home of parry.
+//!
+//! [`Colliders`] are shapes on bodies, checked and constant. A query is a pure function of the poses of the bodies: no result of
+//! an earlier one is kept, so that a run that is resumed gives the same bits. [`Scratch`] is memory and nothing else.
+//!
+//! ```text
+//! boxes around the shapes, sorted along the axis on which they are spread most      query.rs
+//! pairs that the rules let through                                                  colliders.rs, rules.rs
+//! contact points of a pair, in the frame of one of the two                          pairs.rs, manifold.rs, axis.rs
+//! at most four for each direction, well spread, with names                          thin.rs
+//! ```
+//! The output is in the order of the colliders' names, whatever the order in which they were given.
+//!
+//! ```
+//! use linkwork_collision::*;
+//! use linkwork_collision::multibody::{BodySpec, Builder, Hinge};
+//! use linkwork_collision::multibody::spatial::{Pose, Vec3};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let mut builder = Builder::new();
+//! builder.body(BodySpec::new("crate", "world").hinge(Hinge::free()));
+//! let multibody = builder.build()?;
+//! let shapes = vec![
+//!     ColliderSpec::new("ground", "world", Shape::HalfSpace),
+//!     ColliderSpec::new("sides", "crate", Shape::Box { half: Vec3::new(0.3, 0.2, 0.1) }),
+//! ];
+//! let colliders = Colliders::new(shapes, Rules::default(), &multibody)?;
+//! let mut scratch = Scratch::new(&colliders);
+//! let mut contacts = Vec::new();
+//! let poses = |body: Option<_>| body.map_or(Pose::identity(), |_| Pose::translation(0.0, 0.0, 0.099));
+//! colliders.contacts(&mut scratch, &Query::margin(0.01), poses, &mut contacts);
+//! assert_eq!(contacts.len(), 4);
+//! assert!(contacts.iter().all(|c| (c.gap + 0.001).abs() < 1e-12));
+//! # Ok(())
+//! # }
+//! ```
+#![allow(non_snake_case)]
+
+mod axis;
+mod colliders;
+mod convert;
+mod core;
+mod error;
+mod manifold;
+mod pairs;
+mod polish;
+mod query;
+mod ray;
+mod rules;
+mod shape;
+mod solid;
+mod surface;
+mod thin;
+
+pub use colliders::{ColliderId, Colliders, Rebuilt};
+pub use error::{CollisionError, Fault, ShapeFault};
+pub use linkwork_multibody as multibody;
+pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};
+pub use ray::{Ray, RayHit};
+pub use shape::{ColliderSpec, Detail, Material, Neighbours, Rules, Shape, Visibility};

@@ -1,0 +1,401 @@
+//! Several contact points of two convex cores.
+//!
+//! ```text
+//! the normal n, from A to B                       (axis.rs)
+//! a face of one lies nearly across n:  the part of the other that faces it, clipped by planes through the face's edges;
+//!                                      each corner p left has the distance (p − face) · m, m the face's normal
+//! the deepest is not among them:       the pair of points that n was found from
+//! two edges side by side:              the ends of the stretch that they share
+//! ```
+//! A point is named by the corners and edges that make it, so it keeps its name while they do. A corner counts as inside a plane while it is less than [`SLACK`]
+//! outside, so that edges that lie on each other do not cut each other's ends off.
+
+use crate::axis::{self, Axis, BIAS, Nearest, Source};
+use crate::core::{Core, Corner, Placed, Poly, edge_name, mix};
+use crate::polish::polish;
+use linkwork_multibody::spatial::Vec3;
+use parry3d_f64::query::epa::EPA;
+use parry3d_f64::query::gjk::VoronoiSimplex;
+
+/// In sizes of the pair.
+const SLACK: f64 = 1e-4;
+/// A face counts as lying across n above this cosine.
+const ACROSS: f64 = 0.985;
+/// Sine of the angle below which edges are side by side.
+const PARALLEL: f64 = 1e-3;
+/// What counts as equal, in sizes of the pair.
+const EQUAL: f64 = 1e-9;
+
+/// A contact point of two cores, in the frame of the pair.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Point {
+    /// On A, m.
+    pub pa: Vec3,
+    /// On B, m.
+    pub pb: Vec3,
+    /// Unit, from A to B.
+    pub n: Vec3,
+    /// m.
+    pub gap: f64,
+    /// Name.
+    pub name: u64,
+}
+
+/// Memory for one pair at a time.
+pub(crate) struct Room {
+    fa: Vec<Corner>,
+    fb: Vec<Corner>,
+    cut: Vec<Cut>,
+    next: Vec<Cut>,
+    /// Corners of one part.
+    pub corners: Vec<Corner>,
+    simplex: VoronoiSimplex,
+    epa: EPA,
+    /// Points of the pair.
+    pub points: Vec<Point>,
+    /// A triangle.
+    pub triangle: Core,
+    /// Another.
+    pub second: Core,
+    /// How far behind a triangle of a mesh a core still belongs to it, m.
+    pub behind: f64,
+    /// Numbers of triangles.
+    pub list: Vec<u32>,
+    /// More of them.
+    pub others: Vec<u32>,
+}
+
+impl Default for Room {
+    fn default() -> Self {
+        Self {
+            fa: Vec::with_capacity(64),
+            fb: Vec::with_capacity(64),
+            cut: Vec::with_capacity(128),
+            next: Vec::with_capacity(128),
+            corners: Vec::with_capacity(64),
+            simplex: VoronoiSimplex::new(),
+            epa: EPA::new(),
+            points: Vec::with_capacity(256),
+            triangle: Core::Poly(Poly::default()),
+            second: Core::Poly(Poly::default()),
+            behind: 0.0,
+            list: Vec::with_capacity(256),
+            others: Vec::with_capacity(256),
+        }
+    }
+}
+
+/// Which of the two a name belongs to.
+const OF_A: u64 = 1;
+const OF_B: u64 = 2;
+
+/// The name of a corner of one on the other.
+pub(crate) fn corner(owner: u64, name: u64) -> u64 {
+    mix(owner, name)
+}
+
+fn crossing(edge_a: u64, edge_b: u64) -> u64 {
+    mix(3, mix(edge_a, edge_b))
+}
+
+/// Appends the contact points of two cores with at most `limit` between them.
+pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut Room) {
+    let Some(mut axis) = axis::best(a, b, limit, BIAS * size) else { return };
+    let from = room.points.len();
+    let equal = EQUAL * size;
+    let mut done = false;
+    if axis.source == Source::Face {
+        across(a, b, &axis, limit, size, room);
+        done = least(&room.points[from..]) <= axis.sep + enough(a, b, &axis.n, size);
+    }
+    let thin = a.core.is_triangle();
+    let complete = axis::complete(a.core, b.core);
+    if done && (axis.sep > 0.0 || complete || thin) {
+        return;
+    }
+    let mut ends = None;
+    if axis.sep > 0.0 || !complete || thin {
+        match refine(a, b, &axis, limit, complete, room) {
+            None => return room.points.truncate(from),
+            Some((n, sep, near)) => {
+                ends = near;
+                if sep > axis.sep + equal {
+                    axis = Axis { n, sep, source: Source::Other };
+                }
+            }
+        }
+    }
+    if done && axis.source == Source::Face || axis.sep > limit {
+        return;
+    }
+    room.points.truncate(from);
+    across(a, b, &axis, limit, size, room);
+    keep_shallower(&mut room.points, from, axis.sep - equal);
+    // A corner that is behind a triangle's plane but not behind the triangle is its neighbour's.
+    let beside = thin && axis.source == Source::Face;
+    if !beside && !(least(&room.points[from..]) <= axis.sep + enough(a, b, &axis.n, size)) {
+        deepest(a, b, &axis, ends, size, room);
+    }
+}
+
+/// Normal, distance and nearest points of cores for which the candidates do not suffice; `None` when they are too far apart.
+fn refine(
+    a: &Placed,
+    b: &Placed,
+    axis: &Axis,
+    limit: f64,
+    complete: bool,
+    room: &mut Room,
+) -> Option<(Vec3, f64, Option<(Vec3, Vec3)>)> {
+    let (n, sep, ends) = match axis::nearest(a, b, limit, &axis.n, &mut room.simplex) {
+        Nearest::Far => return None,
+        Nearest::Apart(pa, pb, n, d) => (n, d, Some((pa, pb))),
+        Nearest::Overlap(n) => {
+            let found = axis::depth(a, b, &room.simplex, &mut room.epa).filter(|_| !complete);
+            let tried =
+                [(n, b.range(&n).0 - a.range(&n).1), found.unwrap_or((n, f64::NEG_INFINITY))];
+            let best = tried.iter().fold((axis.n, axis.sep), |m, t| if t.1 > m.1 { *t } else { m });
+            (best.0, best.1, None)
+        }
+    };
+    if !axis::round(a.core) && !axis::round(b.core) {
+        return Some((n, sep, ends));
+    }
+    let (n, sep) = polish(a, b, &n);
+    Some((n, sep, None))
+}
+
+/// What the deepest point may lack, m: the eight points on the rim of an end that lies flat stand for all of it.
+fn enough(a: &Placed, b: &Placed, n: &Vec3, size: f64) -> f64 {
+    if a.lies_flat(n) || b.lies_flat(n) { BIAS * size } else { EQUAL * size }
+}
+
+/// The smallest distance of some points.
+pub(crate) fn least(points: &[Point]) -> f64 {
+    points.iter().fold(f64::INFINITY, |m, p| if p.gap < m { p.gap } else { m })
+}
+
+/// Removes points deeper than the pair is, behind the first `from`.
+fn keep_shallower(points: &mut Vec<Point>, from: usize, depth: f64) {
+    let mut kept = from;
+    for i in from..points.len() {
+        if points[i].gap >= depth {
+            points[kept] = points[i];
+            kept += 1;
+        }
+    }
+    points.truncate(kept);
+}
+
+/// Points by clipping, when a face of either lies across the normal.
+pub(crate) fn across(a: &Placed, b: &Placed, axis: &Axis, limit: f64, size: f64, room: &mut Room) {
+    let ma = a.facing(&axis.n, &mut room.fa);
+    let mb = b.facing(&-axis.n, &mut room.fb);
+    let ca = ma.map_or(-1.0, |m| m.dot(&axis.n));
+    let cb = mb.map_or(-1.0, |m| -m.dot(&axis.n));
+    if ca.max(cb) < ACROSS {
+        return;
+    }
+    let first = ca + 1e-9 >= cb;
+    let (m, face, other) = match (ma, mb) {
+        (Some(m), _) if first => (m, &room.fa, &room.fb),
+        (_, Some(m)) => (m, &room.fb, &room.fa),
+        _ => return,
+    };
+    clip(face, other, &m, SLACK * size, first, &mut room.cut, &mut room.next);
+    for c in &room.cut {
+        let gap = (c.p - face[0].p).dot(&m);
+        if gap <= limit {
+            let foot = c.p - m * gap;
+            let (pa, pb, n) = if first { (foot, c.p, m) } else { (c.p, foot, -m) };
+            room.points.push(Point { pa, pb, n, gap, name: c.name });
+        }
+    }
+}
+
+/// A corner while it is clipped.
+#[derive(Clone, Copy)]
+struct Cut {
+    p: Vec3,
+    name: u64,
+    /// The edge to the next corner: name, and the plane that made it.
+    edge: u64,
+    plane: usize,
+}
+
+const OWN: usize = usize::MAX;
+
+/// Clips `other` by the planes through the edges of `face` (Sutherland and Hodgman) into `cut`.
+fn clip(
+    face: &[Corner],
+    other: &[Corner],
+    m: &Vec3,
+    slack: f64,
+    first: bool,
+    cut: &mut Vec<Cut>,
+    next: &mut Vec<Cut>,
+) {
+    let (mine, theirs) = if first { (OF_A, OF_B) } else { (OF_B, OF_A) };
+    cut.clear();
+    cut.extend(other.iter().map(|c| Cut {
+        p: c.p,
+        name: corner(theirs, c.name),
+        edge: c.edge,
+        plane: OWN,
+    }));
+    for k in 0..face.len() {
+        let start = &face[k];
+        let out = (face[(k + 1) % face.len()].p - start.p).cross(m);
+        let length = out.norm();
+        if !(length > 0.0) {
+            continue;
+        }
+        let height = |p: &Vec3| (p - start.p).dot(&out) / length - slack;
+        next.clear();
+        for i in 0..cut.len() {
+            let (c, d) = (cut[i], cut[(i + 1) % cut.len()]);
+            let (hc, hd) = (height(&c.p), height(&d.p));
+            if hc <= 0.0 {
+                next.push(c);
+            }
+            if (hc <= 0.0) != (hd <= 0.0) {
+                // A corner that is on the plane within the slack stands for the crossing next to it.
+                if hc.min(hd) > -2.0 * slack {
+                    if let (true, Some(last)) = (hc <= 0.0, next.last_mut()) {
+                        (last.edge, last.plane) = (start.edge, k);
+                    }
+                    continue;
+                }
+                // On the plane itself, not on that which slack gives.
+                let t = ((hc + slack) / (hc - hd)).clamp(0.0, 1.0);
+                let name = if c.plane == OWN {
+                    if first { crossing(start.edge, c.edge) } else { crossing(c.edge, start.edge) }
+                } else {
+                    let shared = if (c.plane + 1) % face.len() == k { k } else { c.plane };
+                    corner(mine, face[shared].name)
+                };
+                let leaving = hc <= 0.0;
+                let (edge, plane) = if leaving { (start.edge, k) } else { (c.edge, c.plane) };
+                let p = c.p + (d.p - c.p) * t;
+                if !next.iter().any(|o| o.name == name) {
+                    next.push(Cut { p, name, edge, plane });
+                }
+            }
+        }
+        std::mem::swap(cut, next);
+    }
+}
+
+/// One or two corners that are farthest along n; how many there are in all.
+fn extreme(c: &Placed, n: &Vec3, room: f64) -> ([Corner; 2], usize) {
+    let d = c.R.tr_mul(n);
+    let none = Corner { p: Vec3::zeros(), name: 0, edge: 0 };
+    let (mut found, mut count) = ([none; 2], 0);
+    let mut put = |p: Vec3, name: u64| {
+        if count < 2 {
+            found[count] = Corner { p: c.R * p + c.p, name, edge: 0 };
+        }
+        count += 1;
+    };
+    match c.core {
+        Core::Point => put(Vec3::zeros(), 0),
+        Core::Segment { h } | Core::Cylinder { h, .. } => {
+            let top = c.core.support(&d);
+            let level = 2.0 * h * d.z.abs() <= room;
+            if let Core::Cylinder { r, .. } = c.core
+                && 2.0 * r * d.x.hypot(d.y) <= room
+            {
+                (0..3).for_each(|_| put(Vec3::new(0.0, 0.0, h.copysign(d.z)), 18));
+                return (found, count);
+            }
+            for (z, name) in [(-h, 16), (*h, 17)] {
+                if level || z * d.z > 0.0 {
+                    put(Vec3::new(top.x, top.y, z), name);
+                }
+            }
+        }
+        Core::Poly(p) => {
+            let far = p.vertices.iter().fold(f64::NEG_INFINITY, |m, v| m.max(v.dot(&d)));
+            for (v, name) in p.vertices.iter().zip(&p.names) {
+                if v.dot(&d) >= far - room {
+                    put(*v, *name);
+                }
+            }
+        }
+    }
+    (found, count)
+}
+
+/// The point that the normal was found from; two where edges lie side by side.
+fn deepest(
+    a: &Placed,
+    b: &Placed,
+    axis: &Axis,
+    ends: Option<(Vec3, Vec3)>,
+    size: f64,
+    room: &mut Room,
+) {
+    let Axis { n, sep, .. } = *axis;
+    let ((ea, na), (eb, nb)) = (extreme(a, &n, 1e-7 * size), extreme(b, &-n, 1e-7 * size));
+    if na == 2 && nb == 2 && side_by_side(&ea, &eb, &n, size, room) {
+        return;
+    }
+    let name = match (na, nb) {
+        (1, _) => corner(OF_A, ea[0].name),
+        (_, 1) => corner(OF_B, eb[0].name),
+        _ => crossing(edge_name(ea[0].name, ea[1].name), edge_name(eb[0].name, eb[1].name)),
+    };
+    let (pa, pb) = match (na, nb) {
+        (1, _) => (ea[0].p, ea[0].p + n * sep),
+        (_, 1) => (eb[0].p - n * sep, eb[0].p),
+        _ if ends.is_some() => ends.unwrap_or_default(),
+        (3.., _) => (eb[0].p - n * sep, eb[0].p),
+        (_, 3..) => (ea[0].p, ea[0].p + n * sep),
+        _ => {
+            let (s, t) = lines(&ea, &eb);
+            let mid = (ea[0].p + (ea[1].p - ea[0].p) * s + eb[0].p + (eb[1].p - eb[0].p) * t) / 2.0;
+            (mid - n * (sep / 2.0), mid + n * (sep / 2.0))
+        }
+    };
+    room.points.push(Point { pa, pb, n, gap: sep, name });
+}
+
+/// Ends of the stretch that two parallel edges share.
+fn side_by_side(ea: &[Corner; 2], eb: &[Corner; 2], n: &Vec3, size: f64, room: &mut Room) -> bool {
+    let (u, v) = (ea[1].p - ea[0].p, eb[1].p - eb[0].p);
+    let length = u.norm();
+    if u.cross(&v).norm() > PARALLEL * length * v.norm() {
+        return false;
+    }
+    let along = |p: &Vec3| (p - ea[0].p).dot(&u) / (length * length);
+    let flip = usize::from(along(&eb[0].p) > along(&eb[1].p));
+    let (b0, b1) = (&eb[flip], &eb[1 - flip]);
+    let (t0, t1) = (along(&b0.p), along(&b1.p));
+    let low = if t0 > 0.0 { (t0, corner(OF_B, b0.name)) } else { (0.0, corner(OF_A, ea[0].name)) };
+    let high = if t1 < 1.0 { (t1, corner(OF_B, b1.name)) } else { (1.0, corner(OF_A, ea[1].name)) };
+    if (high.0 - low.0) * length < 1e-6 * size {
+        return false;
+    }
+    for (t, name) in [low, high] {
+        let pa = ea[0].p + u * t;
+        let pb = b0.p + (b1.p - b0.p) * ((t - t0) / (t1 - t0));
+        let gap = (pb - pa).dot(n);
+        room.points.push(Point { pa, pb: pa + n * gap, n: *n, gap, name });
+    }
+    true
+}
+
+/// Parameters of the nearest points of two edges.
+pub(crate) fn lines(ea: &[Corner; 2], eb: &[Corner; 2]) -> (f64, f64) {
+    let (u, v, w) = (ea[1].p - ea[0].p, eb[1].p - eb[0].p, ea[0].p - eb[0].p);
+    let (uu, uv, vv, uw, vw) = (u.dot(&u), u.dot(&v), v.dot(&v), u.dot(&w), v.dot(&w));
+    let det = uu * vv - uv * uv;
+    let mut s =
+        if det > 1e-14 * uu * vv { ((uv * vw - vv * uw) / det).clamp(0.0, 1.0) } else { 0.5 };
+    let t = (uv * s + vw) / vv;
+    let inside = t.clamp(0.0, 1.0);
+    if t != inside {
+        s = ((uv * inside - uw) / uu).clamp(0.0, 1.0);
+    }
+    (s, inside)
+}

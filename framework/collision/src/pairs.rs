@@ -1,0 +1,303 @@
+//! Contact points of two solids of any kind, in the frame of the first.
+//!
+//! Balls and capsules with each other, balls with cylinders and half spaces with everything have closed forms; the rest is `manifold.rs`.
+//! Surfaces take one triangle after the other; a normal that a neighbour forbids (it would come from an edge inside a flat or hollow part)
+//! is replaced by the triangle's own.
+
+use crate::axis::{Axis, Source, direction};
+use crate::core::{Core, Corner, Placed, mix};
+use crate::manifold::{Point, Room, across, convex, corner, least, lines};
+use crate::solid::{Kind, Solid};
+use crate::surface::{Surface, Triangle};
+use linkwork_multibody::spatial::{Pose, Vec3};
+
+/// What a pair is asked.
+#[derive(Clone, Copy)]
+pub(crate) struct Ask {
+    /// Greatest gap, padding taken off, m.
+    pub margin: f64,
+    /// Padding of the first and the second, m.
+    pub padding: [f64; 2],
+    /// Tolerances are parts of this, m.
+    pub size: f64,
+}
+
+/// Fills `room.points` with the contact points of `a` at the origin and `b` at `X_AB`, with their radii and padding taken into account.
+pub(crate) fn pair(a: &Solid, b: &Solid, X_AB: &Pose, ask: &Ask, room: &mut Room) {
+    room.points.clear();
+    let round = |s: &Solid| if let Kind::Convex { round, .. } = &s.kind { *round } else { 0.0 };
+    let thick = [round(a) + ask.padding[0], round(b) + ask.padding[1]];
+    room.behind = thick[0] + thick[1];
+    let limit = ask.margin + room.behind;
+    if rank(&a.kind) > rank(&b.kind) {
+        // The simpler kind of the two is A in what follows.
+        let X_BA = X_AB.inverse();
+        cores(b, a, &X_BA, limit, ask.size, room);
+        for p in &mut room.points {
+            (p.pa, p.pb) = (X_AB.transform_point(&p.pb), X_AB.transform_point(&p.pa));
+            p.n = -X_AB.transform_vector(&p.n);
+        }
+    } else {
+        cores(a, b, X_AB, limit, ask.size, room);
+    }
+    for p in &mut room.points {
+        p.pa += p.n * thick[0];
+        p.pb -= p.n * thick[1];
+        p.gap -= thick[0] + thick[1];
+    }
+}
+
+/// Half spaces first, then surfaces, then convex solids.
+fn rank(kind: &Kind) -> u8 {
+    match kind {
+        Kind::HalfSpace => 0,
+        Kind::Surface(_) => 1,
+        Kind::Convex { .. } => 2,
+    }
+}
+
+fn cores(a: &Solid, b: &Solid, X_AB: &Pose, limit: f64, size: f64, room: &mut Room) {
+    match (&a.kind, &b.kind) {
+        (Kind::HalfSpace, Kind::Convex { core, .. }) => {
+            half_space(&Placed::at(core, X_AB), limit, size, room);
+        }
+        (Kind::HalfSpace, Kind::Surface(s)) => {
+            for (name, v) in s.vertices() {
+                let pb = X_AB.transform_point(&v);
+                if pb.z <= limit {
+                    push_plane(pb, corner(2, name), room);
+                }
+            }
+        }
+        (Kind::Surface(s), Kind::Convex { core, .. }) => {
+            surface(s, &Placed::at(core, X_AB), limit, size, room);
+        }
+        (Kind::Surface(s), Kind::Surface(t)) => surfaces(s, t, X_AB, limit, size, room),
+        (Kind::Convex { core: a, .. }, Kind::Convex { core: b, .. }) => {
+            let (a, b) = (Placed::here(a), Placed::at(b, X_AB));
+            if !closed_form(&a, &b, limit, size, room) {
+                convex(&a, &b, limit, size, room);
+            }
+        }
+        _ => {}
+    }
+}
+
+fn push_plane(pb: Vec3, name: u64, room: &mut Room) {
+    let pa = Vec3::new(pb.x, pb.y, 0.0);
+    room.points.push(Point { pa, pb, n: Vec3::z(), gap: pb.z, name });
+}
+
+/// The half space z ≤ 0 under a core: the corners that face down, and the lowest point if it is none of them.
+fn half_space(b: &Placed, limit: f64, size: f64, room: &mut Room) {
+    let down = -Vec3::z();
+    let lowest = b.support(&down);
+    if lowest.z > limit {
+        return;
+    }
+    let mut list = std::mem::take(&mut room.corners);
+    b.facing(&down, &mut list);
+    for c in list.iter().filter(|c| c.p.z <= limit) {
+        push_plane(c.p, corner(2, c.name), room);
+    }
+    room.corners = list;
+    if least(&room.points) > lowest.z + 1e-9 * size {
+        let name = if let Core::Poly(p) = b.core {
+            let at = |v: &Vec3| (b.R * v + b.p - lowest).norm_squared();
+            let nearest = (0..p.vertices.len())
+                .min_by(|i, j| at(&p.vertices[*i]).total_cmp(&at(&p.vertices[*j])));
+            nearest.map_or(0, |i| p.names[i])
+        } else {
+            19
+        };
+        push_plane(lowest, corner(2, name), room);
+    }
+}
+
+/// Points, segments, and a point with a cylinder. False when the pair is none of these.
+fn closed_form(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut Room) -> bool {
+    let name = |a: u64, b: u64| mix(4, mix(a, b));
+    let mut push = |pa: Vec3, pb: Vec3, instead: Vec3, name: u64| {
+        let d = pb - pa;
+        let gap = d.norm();
+        if gap <= limit {
+            let n = if gap > 1e-12 * size { d / gap } else { instead };
+            room.points.push(Point { pa, pb, n, gap, name });
+        }
+    };
+    match (a.core, b.core) {
+        (Core::Point, Core::Point) => push(a.p, b.p, Vec3::z(), name(0, 0)),
+        (Core::Point, Core::Segment { h }) => {
+            let (foot, n) = on_segment(b, *h, &a.p);
+            push(a.p, foot, -n, name(0, 1));
+        }
+        (Core::Segment { h }, Core::Point) => {
+            let (foot, n) = on_segment(a, *h, &b.p);
+            push(foot, b.p, n, name(1, 0));
+        }
+        (Core::Segment { h: ha }, Core::Segment { h: hb }) => segments(a, *ha, b, *hb, &mut push),
+        (Core::Cylinder { r, h }, Core::Point) => {
+            let (pa, n, gap) = on_cylinder(a, *r, *h, &b.p);
+            if gap <= limit {
+                room.points.push(Point { pa, pb: b.p, n, gap, name: name(2, 0) });
+            }
+        }
+        (Core::Point, Core::Cylinder { r, h }) => {
+            let (pb, n, gap) = on_cylinder(b, *r, *h, &a.p);
+            if gap <= limit {
+                room.points.push(Point { pa: a.p, pb, n: -n, gap, name: name(0, 2) });
+            }
+        }
+        _ => return false,
+    }
+    true
+}
+
+/// The point of a segment nearest to p, and a direction across the segment.
+fn on_segment(s: &Placed, h: f64, p: &Vec3) -> (Vec3, Vec3) {
+    let z = s.R.column(2).into_owned();
+    (s.p + z * z.dot(&(p - s.p)).clamp(-h, h), s.R.column(0).into_owned())
+}
+
+/// The point of a cylinder's surface nearest to p, the normal there, and the distance, negative inside.
+fn on_cylinder(c: &Placed, r: f64, h: f64, p: &Vec3) -> (Vec3, Vec3, f64) {
+    let q = c.R.tr_mul(&(p - c.p));
+    let s = q.x.hypot(q.y);
+    let u = if s > 1e-14 * r { Vec3::new(q.x / s, q.y / s, 0.0) } else { Vec3::x() };
+    let up = Vec3::new(0.0, 0.0, 1f64.copysign(q.z));
+    let (side, end) = (s - r, q.z.abs() - h);
+    let (n, gap) = if side > 0.0 && end > 0.0 {
+        let d = side.hypot(end);
+        ((u * side + up * end) / d, d)
+    } else if side > end {
+        (u, side)
+    } else {
+        (up, end)
+    };
+    let n = c.R * n;
+    (p - n * gap, n, gap)
+}
+
+/// One point, or two where the segments are side by side.
+fn segments(
+    a: &Placed,
+    ha: f64,
+    b: &Placed,
+    hb: f64,
+    push: &mut impl FnMut(Vec3, Vec3, Vec3, u64),
+) {
+    let (u, v) = (a.R.column(2).into_owned(), b.R.column(2).into_owned());
+    let cross = u.cross(&v);
+    let across = if cross.norm() > 1e-9 { cross } else { a.R.column(0).into_owned() };
+    let toward = across.dot(&(b.p - a.p));
+    let instead = direction(&across) * 1f64.copysign(toward);
+    if cross.norm() < 1e-3 {
+        let (mid, half) = (u.dot(&(b.p - a.p)), hb * u.dot(&v).abs());
+        let (low, high) = (f64::max(-ha, mid - half), f64::min(ha, mid + half));
+        if high - low > 1e-3 * ha.min(hb) {
+            for (t, end) in [(low, 0), (high, 1)] {
+                let pa = a.p + u * t;
+                push(pa, on_segment(b, hb, &pa).0, instead, mix(5, end));
+            }
+            return;
+        }
+    }
+    let ends =
+        |p: &Placed, d: &Vec3, h: f64| [-h, h].map(|h| Corner { p: p.p + d * h, name: 0, edge: 0 });
+    let (ea, eb) = (ends(a, &u, ha), ends(b, &v, hb));
+    let (s, t) = lines(&ea, &eb);
+    push(ea[0].p + (ea[1].p - ea[0].p) * s, eb[0].p + (eb[1].p - eb[0].p) * t, instead, mix(5, 2));
+}
+
+/// A surface and a core.
+fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
+    let reach = |i: usize, sign: f64| {
+        let d = Vec3::ith(i, sign);
+        b.support(&d)[i] + sign * limit
+    };
+    let corner_of = |sign| Vec3::new(reach(0, sign), reach(1, sign), reach(2, sign));
+    let (lo, hi) = (corner_of(-1.0), corner_of(1.0));
+    let mut list = std::mem::take(&mut room.list);
+    s.near(&lo, &hi, &mut list);
+    for i in &list {
+        one_triangle(&s.triangle(*i), b, limit, size, room);
+    }
+    room.list = list;
+    if room.points.is_empty() && s.is_terrain() {
+        sunk(s, b, limit, room);
+    }
+}
+
+fn one_triangle(t: &Triangle, b: &Placed, limit: f64, size: f64, room: &mut Room) {
+    let (low, high) = b.range(&t.n);
+    let plane = t.n.dot(&t.v[0]);
+    if low - plane > limit || high - plane < -room.behind {
+        return;
+    }
+    let from = room.points.len();
+    let Core::Poly(mut poly) = std::mem::replace(&mut room.triangle, Core::Point) else { return };
+    t.write(&mut poly);
+    let core = Core::Poly(poly);
+    let a = Placed::here(&core);
+    convex(&a, b, limit, size, room);
+    let legal = room.points[from..].iter().all(|p| t.admits(&p.n));
+    if !legal {
+        // What does not meet the triangle itself is not below it either.
+        let floor = if least(&room.points[from..]) > 0.0 { 0.0 } else { f64::NEG_INFINITY };
+        room.points.truncate(from);
+        let own = Axis { n: t.n, sep: low - plane, source: Source::Face };
+        across(&a, b, &own, limit, size, room);
+        let mut kept = from;
+        for i in from..room.points.len() {
+            if room.points[i].gap >= floor && t.admits(&room.points[i].n) {
+                room.points[kept] = room.points[i];
+                kept += 1;
+            }
+        }
+        room.points.truncate(kept);
+    }
+    room.triangle = core;
+}
+
+/// What is far under the terrain: its lowest point against the triangle above it.
+fn sunk(s: &Surface, b: &Placed, limit: f64, room: &mut Room) {
+    let low = b.support(&-Vec3::z());
+    let mut list = std::mem::take(&mut room.list);
+    s.near(&low, &low, &mut list);
+    for i in &list {
+        let t = s.triangle(*i);
+        let gap = (low - t.v[0]).dot(&t.n);
+        let over = (0..3).all(|k| {
+            let out = (t.v[(k + 1) % 3] - t.v[k]).cross(&Vec3::z());
+            (low - t.v[k]).dot(&out) <= 1e-12
+        });
+        if over && gap < limit.min(0.0) {
+            room.points.push(Point { pa: low - t.n * gap, pb: low, n: t.n, gap, name: mix(6, 0) });
+            break;
+        }
+    }
+    room.list = list;
+}
+
+/// Two surfaces: every triangle of the second as a thin solid.
+fn surfaces(s: &Surface, t: &Surface, X_AB: &Pose, limit: f64, size: f64, room: &mut Room) {
+    let X_BA = X_AB.inverse();
+    let (lo, hi) = s.bounds();
+    let lo = lo.map(|x| x.max(-1e12));
+    let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    for i in 0..8 {
+        let pick = |k: usize| if i >> k & 1 == 1 { hi[k] } else { lo[k] };
+        let v = X_BA.transform_point(&Vec3::new(pick(0), pick(1), pick(2)));
+        (low, high) = (low.inf(&v), high.sup(&v));
+    }
+    let mut others = std::mem::take(&mut room.others);
+    t.near(&low.add_scalar(-limit.abs()), &high.add_scalar(limit.abs()), &mut others);
+    for i in &others {
+        let Core::Poly(mut poly) = std::mem::replace(&mut room.second, Core::Point) else { break };
+        t.triangle(*i).write(&mut poly);
+        let core = Core::Poly(poly);
+        surface(s, &Placed::at(&core, X_AB), limit, size, room);
+        room.second = core;
+    }
+    room.others = others;
+}

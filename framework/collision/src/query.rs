@@ -1,0 +1,349 @@
+//! Contact points and distances for given poses.
+
+use crate::colliders::{ColliderId, Colliders};
+use crate::manifold::{Point, Room, least};
+use crate::pairs::{Ask, pair};
+use crate::shape::{Detail, Visibility};
+use crate::solid::Solid;
+use crate::thin::thin;
+use linkwork_multibody::BodyId;
+use linkwork_multibody::spatial::{Pose, Vec3};
+
+/// Which colliders take part: the part of a run's state that belongs to collision.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Hiding {
+    pub(crate) hidden: Vec<bool>,
+}
+
+impl Hiding {
+    /// Hides or shows a collider.
+    #[track_caller]
+    pub fn set(&mut self, id: ColliderId, visibility: Visibility) {
+        self.hidden[id.index()] = visibility == Visibility::Hidden;
+    }
+
+    /// Whether a collider is hidden.
+    #[must_use]
+    #[track_caller]
+    pub fn of(&self, id: ColliderId) -> Visibility {
+        if self.hidden[id.index()] { Visibility::Hidden } else { Visibility::Shown }
+    }
+}
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Query<'a> {
+    /// Points with at most this gap are reported, m; may be negative, must be finite.
+    pub margin: f64,
+    /// Fine or coarse shapes.
+    pub detail: Detail,
+    /// What is hidden; `None`: what the specifications hide.
+    pub hiding: Option<&'a Hiding>,
+}
+
+impl Query<'_> {
+    /// Fine shapes, and a margin in m.
+    #[must_use]
+    pub fn margin(margin: f64) -> Self {
+        Self { margin, detail: Detail::Fine, hiding: None }
+    }
+}
+
+/// A point at which two bodies touch or nearly touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactPoint {
+    /// The first collider: the smaller identifier.
+    pub a: ColliderId,
+    /// The second.
+    pub b: ColliderId,
+    /// Body of the first; `None` is the world.
+    pub body_a: Option<BodyId>,
+    /// Body of the second.
+    pub body_b: Option<BodyId>,
+    /// Midway between the two surfaces, world, m.
+    pub point: Vec3,
+    /// From a to b, world, unit.
+    pub normal: Vec3,
+    /// Distance of the surfaces along the normal, m; negative when they overlap. Its rate is normal · (v_b − v_a) at the point.
+    pub gap: f64,
+    /// A name of the point within its pair: made of the corners and edges that meet, the same from step to step while they do.
+    pub feature: u64,
+    /// Coefficient of Coulomb friction of the pair.
+    pub friction: f64,
+    /// Coefficient of restitution of the pair.
+    pub restitution: f64,
+}
+
+/// The nearest points of two colliders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distance {
+    /// m; negative when they overlap: the least motion that would part them.
+    pub distance: f64,
+    /// On the first, world, m.
+    pub point_a: Vec3,
+    /// On the second, world, m.
+    pub point_b: Vec3,
+}
+
+/// The nearest pair of all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// The first collider.
+    pub a: ColliderId,
+    /// The second.
+    pub b: ColliderId,
+    /// How near they are.
+    pub distance: Distance,
+}
+
+/// A collider at its place for this query.
+#[derive(Clone, Copy)]
+struct Seen {
+    pose: Pose,
+    lo: Vec3,
+    hi: Vec3,
+    id: u32,
+}
+
+/// Memory of queries. Nothing in it outlives a query, so it may be shared by runs and thrown away.
+pub struct Scratch {
+    seen: Vec<Seen>,
+    order: Vec<(f64, u32)>,
+    pairs: Vec<(u32, u32)>,
+    room: Room,
+}
+
+impl Scratch {
+    /// Memory for some colliders. It grows when that is not enough.
+    #[must_use]
+    pub fn new(colliders: &Colliders) -> Self {
+        let n = colliders.len();
+        Self {
+            seen: Vec::with_capacity(n),
+            order: Vec::with_capacity(n),
+            pairs: Vec::with_capacity(8 * n),
+            room: Room::default(),
+        }
+    }
+}
+
+/// The box around a solid at a pose, thicker by `grow`.
+fn around(solid: &Solid, X: &Pose, grow: f64) -> (Vec3, Vec3) {
+    let far = f64::INFINITY;
+    let finite = solid.lo.iter().chain(solid.hi.iter()).all(|x| x.is_finite());
+    if !finite {
+        return (Vec3::repeat(-far), Vec3::repeat(far));
+    }
+    let (mid, half) = ((solid.lo + solid.hi) / 2.0, (solid.hi - solid.lo) / 2.0);
+    let R = X.rotation.to_rotation_matrix().into_inner();
+    let at = R * mid + X.position;
+    let reach = crate::convert::magnitudes(&R) * half;
+    let room = grow + 1e-12 * (at.amax() + half.amax());
+    (at - reach.add_scalar(room), at + reach.add_scalar(room))
+}
+
+fn overlap(a: &Seen, b: &Seen) -> bool {
+    (0..3).all(|k| a.lo[k] <= b.hi[k] && b.lo[k] <= a.hi[k])
+}
+
+impl Colliders {
+    /// All contact points with at most `query.margin` between the surfaces, into `out` (emptied first), by pair and then by feature.
+    /// `poses` gives `X_WB` of a body, and the world's own (the identity, as a rule) for `None`.
+    ///
+    /// A pure function of the poses. Allocates nothing once `scratch` and `out` have their size. A pair of which a pose is not finite
+    /// gives no points.
+    pub fn contacts(
+        &self,
+        scratch: &mut Scratch,
+        query: &Query,
+        poses: impl Fn(Option<BodyId>) -> Pose,
+        out: &mut Vec<ContactPoint>,
+    ) {
+        out.clear();
+        self.look(scratch, query, &poses);
+        self.sweep(scratch);
+        let Scratch { seen, pairs, room, .. } = scratch;
+        let mut at = 0;
+        for (i, j) in pairs.iter() {
+            while seen[at].id != *i {
+                at += 1;
+            }
+            let other = seen[at..].binary_search_by_key(j, |s| s.id).map_or(at, |k| at + k);
+            let (a, b) = (&seen[at], &seen[other]);
+            self.points(a, b, query.detail, query.margin, room);
+            let size = self.size(*i, *j, query.detail);
+            thin(&mut room.points, size);
+            let from = out.len();
+            self.report(a, &room.points, (*i, *j), out);
+            out[from..].sort_unstable_by_key(|c| c.feature);
+        }
+    }
+
+    /// Places of all that is shown.
+    fn look(&self, scratch: &mut Scratch, query: &Query, poses: &impl Fn(Option<BodyId>) -> Pose) {
+        scratch.seen.clear();
+        for id in self.ids() {
+            let hidden = match query.hiding {
+                Some(h) => h.of(id),
+                None => self.spec(id).hidden,
+            };
+            let item = &self.items[id.index()];
+            let (Visibility::Shown, Some(solid)) = (hidden, item.solid(query.detail)) else {
+                continue;
+            };
+            let pose = poses(item.body) * item.pose;
+            if pose.is_finite() {
+                let (lo, hi) = around(solid, &pose, item.padding + query.margin / 2.0);
+                scratch.seen.push(Seen { pose, lo, hi, id: id.0 });
+            }
+        }
+    }
+
+    /// Pairs whose boxes overlap and that the rules let through, in order.
+    fn sweep(&self, scratch: &mut Scratch) {
+        let Scratch { seen, order, pairs, .. } = scratch;
+        let axis = widest(seen);
+        order.clear();
+        order.extend(seen.iter().enumerate().map(|(i, s)| (s.lo[axis], i as u32)));
+        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        pairs.clear();
+        for (k, (_, i)) in order.iter().enumerate() {
+            let a = &seen[*i as usize];
+            for (low, j) in &order[k + 1..] {
+                if *low > a.hi[axis] {
+                    break;
+                }
+                let b = &seen[*j as usize];
+                if self.meets[a.id as usize * self.items.len() + b.id as usize] && overlap(a, b) {
+                    pairs.push((a.id.min(b.id), a.id.max(b.id)));
+                }
+            }
+        }
+        pairs.sort_unstable();
+    }
+
+    /// Points of a pair in the frame of the first.
+    fn points(&self, a: &Seen, b: &Seen, detail: Detail, margin: f64, room: &mut Room) {
+        let (ia, ib) = (&self.items[a.id as usize], &self.items[b.id as usize]);
+        let (Some(sa), Some(sb)) = (ia.solid(detail), ib.solid(detail)) else { return };
+        let back = a.pose.rotation.inverse();
+        let X_AB = Pose::new(back * b.pose.rotation, back * (b.pose.position - a.pose.position));
+        let size = self.size(a.id, b.id, detail);
+        let ask = Ask { margin, padding: [ia.padding, ib.padding], size };
+        pair(sa, sb, &X_AB, &ask, room);
+    }
+
+    /// The length that tolerances of a pair are parts of: that of the smaller, m.
+    fn size(&self, i: u32, j: u32, detail: Detail) -> f64 {
+        let of = |i: u32| self.items[i as usize].solid(detail).map_or(1.0, |s| s.size);
+        of(i).min(of(j))
+    }
+
+    fn report(&self, a: &Seen, points: &[Point], (i, j): (u32, u32), out: &mut Vec<ContactPoint>) {
+        let (ca, cb) = (ColliderId(i), ColliderId(j));
+        let (ma, mb) = (self.spec(ca).material, self.spec(cb).material);
+        out.extend(points.iter().map(|p| ContactPoint {
+            a: ca,
+            b: cb,
+            body_a: self.body(ca),
+            body_b: self.body(cb),
+            point: a.pose.transform_point(&((p.pa + p.pb) / 2.0)),
+            normal: a.pose.transform_vector(&p.n),
+            gap: p.gap,
+            feature: p.name,
+            friction: (ma.friction * mb.friction).sqrt(),
+            restitution: ma.restitution.max(mb.restitution),
+        }));
+    }
+
+    /// The nearest points of two colliders, whatever the rules and however far apart; `None` when there are none (two half spaces,
+    /// a pose that is not finite). Surfaces are asked with growing margins, so that far from one it costs as much as all its triangles.
+    #[track_caller]
+    pub fn distance(
+        &self,
+        scratch: &mut Scratch,
+        a: ColliderId,
+        b: ColliderId,
+        detail: Detail,
+        poses: impl Fn(Option<BodyId>) -> Pose,
+    ) -> Option<Distance> {
+        let see = |id: ColliderId| {
+            let item = &self.items[id.index()];
+            let pose = poses(item.body) * item.pose;
+            let (lo, hi) = around(item.solid(detail)?, &pose, item.padding);
+            pose.is_finite().then_some(Seen { pose, lo, hi, id: id.0 })
+        };
+        self.between(&see(a)?, &see(b)?, detail, f64::INFINITY, &mut scratch.room)
+    }
+
+    fn between(
+        &self,
+        a: &Seen,
+        b: &Seen,
+        detail: Detail,
+        limit: f64,
+        room: &mut Room,
+    ) -> Option<Distance> {
+        let mut margin = (apart(a, b) + self.size(a.id, b.id, detail)).min(limit);
+        loop {
+            self.points(a, b, detail, margin, room);
+            let low = least(&room.points);
+            if let Some(p) = room.points.iter().find(|p| p.gap <= low) {
+                return Some(Distance {
+                    distance: p.gap,
+                    point_a: a.pose.transform_point(&p.pa),
+                    point_b: a.pose.transform_point(&p.pb),
+                });
+            }
+            if margin >= limit.min(1e12) {
+                return None;
+            }
+            margin = (margin * 4.0).min(limit);
+        }
+    }
+
+    /// The nearest of all pairs that the rules let meet; `query.margin` is how far to look, and may be infinite.
+    pub fn closest(
+        &self,
+        scratch: &mut Scratch,
+        query: &Query,
+        poses: impl Fn(Option<BodyId>) -> Pose,
+    ) -> Option<Closest> {
+        self.look(scratch, &Query { margin: 0.0, ..*query }, &poses);
+        let Scratch { seen, room, .. } = scratch;
+        let mut best: Option<Closest> = None;
+        for i in 0..seen.len() {
+            for j in i + 1..seen.len() {
+                let (a, b) = (&seen[i], &seen[j]);
+                let limit = best.map_or(query.margin, |c| c.distance.distance);
+                if !self.meet(ColliderId(a.id), ColliderId(b.id)) || apart(a, b) > limit {
+                    continue;
+                }
+                if let Some(distance) = self.between(a, b, query.detail, limit, room)
+                    && best.is_none_or(|c| distance.distance < c.distance.distance)
+                {
+                    best = Some(Closest { a: ColliderId(a.id), b: ColliderId(b.id), distance });
+                }
+            }
+        }
+        best
+    }
+}
+
+/// At least this is between two boxes, m.
+fn apart(a: &Seen, b: &Seen) -> f64 {
+    let gap = |k: usize| f64::max(0.0, f64::max(a.lo[k] - b.hi[k], b.lo[k] - a.hi[k]));
+    Vec3::new(gap(0), gap(1), gap(2)).norm()
+}
+
+/// The axis along which finite boxes are spread most.
+fn widest(seen: &[Seen]) -> usize {
+    let (mut sum, mut square, mut count) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+    let origin = seen.iter().map(|s| s.pose.position).next().unwrap_or_default();
+    for s in seen.iter().filter(|s| s.lo.x.is_finite()) {
+        let p = s.pose.position - origin;
+        (sum, square, count) = (sum + p, square + p.component_mul(&p), count + 1.0);
+    }
+    let variance = square - sum.component_mul(&sum) / f64::max(count, 1.0);
+    (0..3).fold(0, |best, k| if variance[k] > variance[best] { k } else { best })
+}

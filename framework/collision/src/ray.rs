@@ -1,0 +1,186 @@
+//! The first surface along a ray. Padding does not count: a ray sees the shape itself.
+
+use crate::colliders::{ColliderId, Colliders};
+use crate::core::{Core, Poly};
+use crate::query::Query;
+use crate::shape::Visibility;
+use crate::solid::{Kind, Solid};
+use linkwork_multibody::BodyId;
+use linkwork_multibody::spatial::{Pose, Vec3};
+
+/// A ray in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it begins, m.
+    pub origin: Vec3,
+    /// Where it goes; any length but zero.
+    pub direction: Vec3,
+    /// How far to look, m.
+    pub max: f64,
+}
+
+/// What a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayHit {
+    /// The collider.
+    pub collider: ColliderId,
+    /// Its body; `None` is the world.
+    pub body: Option<BodyId>,
+    /// From the origin, m; 0 when the ray begins inside.
+    pub distance: f64,
+    /// Of the surface, against the ray, world, unit. Against the ray's direction when it begins inside.
+    pub normal: Vec3,
+}
+
+impl Colliders {
+    /// The first collider along a ray of those that are shown and that `filter` wants; of equals the first by name. `None` too for
+    /// a ray without a direction or with a NaN. `query.margin` does not count. O(n).
+    pub fn cast_ray(
+        &self,
+        ray: &Ray,
+        query: &Query,
+        poses: impl Fn(Option<BodyId>) -> Pose,
+        filter: impl Fn(ColliderId) -> bool,
+    ) -> Option<RayHit> {
+        let length = ray.direction.norm();
+        let sane = length > 0.0 && length.is_finite() && ray.max >= 0.0;
+        if !sane || !ray.origin.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let direction = ray.direction / length;
+        let mut best: Option<RayHit> = None;
+        for id in self.ids() {
+            let hidden = query.hiding.map_or(self.spec(id).hidden, |h| h.of(id));
+            let item = &self.items[id.index()];
+            let Some(solid) = item.solid(query.detail) else { continue };
+            if hidden == Visibility::Hidden || !filter(id) {
+                continue;
+            }
+            let X_WC = poses(item.body) * item.pose;
+            let back = X_WC.rotation.inverse();
+            let (o, d) = (back * (ray.origin - X_WC.position), back * direction);
+            let limit = best.map_or(ray.max, |b| b.distance);
+            let hit = cast(solid, &o, &d, limit).filter(|(t, _)| *t <= limit);
+            if let Some((distance, n)) = hit.filter(|(t, _)| best.is_none_or(|b| *t < b.distance)) {
+                let normal = X_WC.transform_vector(&n);
+                best = Some(RayHit { collider: id, body: item.body, distance, normal });
+            }
+        }
+        best
+    }
+}
+
+/// Distance and normal in the shape's frame; d is of unit length.
+fn cast(solid: &Solid, o: &Vec3, d: &Vec3, max: f64) -> Option<(f64, Vec3)> {
+    match &solid.kind {
+        Kind::HalfSpace => interval(o, d, &mut [(Vec3::z(), 0.0)].into_iter()),
+        Kind::Surface(s) => s.cast(o, d, max),
+        Kind::Convex { core: Core::Point, round } => sphere(o, d, *round, &Vec3::zeros()),
+        Kind::Convex { core: Core::Poly(p), .. } => interval(o, d, &mut planes(p)),
+        Kind::Convex { core: Core::Cylinder { r, h }, .. } => cylinder(o, d, *r, *h),
+        Kind::Convex { core: Core::Segment { h }, round } => capsule(o, d, *round, *h),
+    }
+}
+
+fn planes(p: &Poly) -> impl Iterator<Item = (Vec3, f64)> + '_ {
+    p.faces.iter().map(|f| (f.n, f.n.dot(&p.vertices[p.ring[f.start as usize] as usize])))
+}
+
+/// A ray that begins inside.
+fn inside(d: &Vec3) -> Option<(f64, Vec3)> {
+    Some((0.0, -d))
+}
+
+/// The solid behind all planes n · x ≤ c.
+fn interval(
+    o: &Vec3,
+    d: &Vec3,
+    planes: &mut impl Iterator<Item = (Vec3, f64)>,
+) -> Option<(f64, Vec3)> {
+    let (mut enter, mut leave, mut normal) = (f64::NEG_INFINITY, f64::INFINITY, -d);
+    for (n, c) in planes {
+        let (height, rate) = (n.dot(o) - c, n.dot(d));
+        if rate == 0.0 {
+            if height > 0.0 {
+                return None;
+            }
+            continue;
+        }
+        let t = -height / rate;
+        if rate > 0.0 {
+            leave = leave.min(t);
+        } else if t > enter {
+            (enter, normal) = (t, n);
+        }
+    }
+    match () {
+        () if enter > leave || leave < 0.0 => None,
+        () if enter < 0.0 => inside(d),
+        () => Some((enter, normal)),
+    }
+}
+
+fn sphere(o: &Vec3, d: &Vec3, r: f64, centre: &Vec3) -> Option<(f64, Vec3)> {
+    let p = o - centre;
+    if p.norm() < r {
+        return inside(d);
+    }
+    let along = p.dot(d);
+    let off = (p - d * along).norm_squared(); // square of the distance from the centre to the line
+    let t = -along - (r * r - off).max(0.0).sqrt();
+    (off <= r * r && t >= 0.0).then(|| (t, (p + d * t) / r))
+}
+
+/// Where a ray is within r of the z axis: first and last distance.
+fn tube(o: &Vec3, d: &Vec3, r: f64) -> Option<(f64, f64)> {
+    let (a, b, c) = (d.x * d.x + d.y * d.y, o.x * d.x + o.y * d.y, o.x * o.x + o.y * o.y - r * r);
+    if a < 1e-24 {
+        return (c <= 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY));
+    }
+    let det = b * b - a * c;
+    (det >= 0.0).then(|| ((-b - det.sqrt()) / a, (-b + det.sqrt()) / a))
+}
+
+fn radial(p: Vec3) -> Vec3 {
+    Vec3::new(p.x, p.y, 0.0).normalize()
+}
+
+fn cylinder(o: &Vec3, d: &Vec3, r: f64, h: f64) -> Option<(f64, Vec3)> {
+    let (side_in, side_out) = tube(o, d, r)?;
+    let ends = [(Vec3::z(), h), (-Vec3::z(), h)];
+    let (mut enter, mut leave, mut end) = (side_in, side_out, None);
+    for (n, c) in ends {
+        let (height, rate) = (n.dot(o) - c, n.dot(d));
+        if rate == 0.0 {
+            if height > 0.0 {
+                return None;
+            }
+        } else if rate > 0.0 {
+            leave = leave.min(-height / rate);
+        } else if -height / rate > enter {
+            (enter, end) = (-height / rate, Some(n));
+        }
+    }
+    match () {
+        () if enter > leave || leave < 0.0 => None,
+        () if enter < 0.0 => inside(d),
+        () => Some((enter, end.unwrap_or_else(|| radial(o + d * enter)))),
+    }
+}
+
+fn capsule(o: &Vec3, d: &Vec3, r: f64, h: f64) -> Option<(f64, Vec3)> {
+    let foot = Vec3::new(0.0, 0.0, o.z.clamp(-h, h));
+    if (o - foot).norm() < r {
+        return inside(d);
+    }
+    let mut best: Option<(f64, Vec3)> = None;
+    let side = tube(o, d, r).map(|t| t.0).filter(|t| *t >= 0.0 && (o + d * *t).z.abs() <= h);
+    let side = side.map(|t| (t, radial(o + d * t)));
+    let caps = [-h, h].map(|z| sphere(o, d, r, &Vec3::new(0.0, 0.0, z)));
+    for hit in [side, caps[0], caps[1]].into_iter().flatten() {
+        if best.is_none_or(|b| hit.0 < b.0) {
+            best = Some(hit);
+        }
+    }
+    best
+}

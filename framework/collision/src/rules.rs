@@ -1,0 +1,89 @@
+//! Which pairs of colliders meet: groups, bodies joined by hinges and loops, lists of names.
+
+use crate::error::Fault;
+use crate::shape::{ColliderSpec, Neighbours, Rules};
+use linkwork_multibody::Multibody;
+
+/// The name of the world.
+pub(crate) const WORLD: &str = "world";
+
+/// The nearest of some names, when it is near.
+pub(crate) fn nearest<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> Option<String> {
+    all.map(|n| (strsim::damerau_levenshtein(name, n), n))
+        .min()
+        .filter(|(d, n)| *d <= 1 + n.chars().count() / 3)
+        .map(|(_, n)| n.to_string())
+}
+
+/// Names in the rules that nothing has.
+pub(crate) fn unknown(rules: &Rules, specs: &[ColliderSpec], multibody: &Multibody) -> Vec<Fault> {
+    let bodies = || multibody.bodies().iter().map(|b| b.name()).chain([WORLD]);
+    let mut faults = Vec::new();
+    let lists = [("ignore", &rules.ignore), ("collide", &rules.collide), ("joined", &rules.joined)];
+    for (list, pairs) in lists {
+        let shapes = || specs.iter().map(|s| s.name.as_str()).filter(|_| list != "joined");
+        for (index, pair) in pairs.iter().enumerate() {
+            for name in pair {
+                if !bodies().chain(shapes()).any(|n| n == name) {
+                    let suggestion = nearest(name, bodies().chain(shapes()));
+                    faults.push(Fault::UnknownName { list, index, name: name.clone(), suggestion });
+                }
+            }
+        }
+    }
+    faults
+}
+
+/// Bodies welded together count as one: for each body (the world last) the first of its group.
+fn welded(multibody: &Multibody) -> Vec<usize> {
+    let world = multibody.bodies().len();
+    let mut group: Vec<usize> = (0..=world).collect();
+    for (i, body) in multibody.bodies().iter().enumerate() {
+        if body.v().is_empty() {
+            group[i] = group[body.parent().map_or(world, |p| p.index())]; // parents come first
+        }
+    }
+    group
+}
+
+/// For each pair of colliders, row after row, whether it meets.
+pub(crate) fn table(
+    rules: &Rules,
+    specs: &[&ColliderSpec],
+    bodies: &[usize],
+    multibody: &Multibody,
+) -> Vec<bool> {
+    let world = multibody.bodies().len();
+    let group = welded(multibody);
+    let place = |name: &str| {
+        if name == WORLD { Some(world) } else { multibody.body(name).map(|b| b.index()) }
+    };
+    let mut joined: Vec<(usize, usize)> = Vec::new();
+    for (i, body) in multibody.bodies().iter().enumerate() {
+        if (1..6).contains(&body.v().len()) {
+            joined.push((group[i], group[body.parent().map_or(world, |p| p.index())]));
+        }
+    }
+    let loops = rules.joined.iter().filter_map(|[a, b]| Some((group[place(a)?], group[place(b)?])));
+    joined.extend(loops);
+    let n = specs.len();
+    let mut meets = vec![false; n * n];
+    for i in 0..n {
+        for j in 0..n {
+            let (a, b) = (specs[i], specs[j]);
+            let (ga, gb) = (group[bodies[i]], group[bodies[j]]);
+            let is = |s: &ColliderSpec, name: &str| {
+                s.name == name || (s.body == name && specs.iter().all(|o| o.name != name))
+            };
+            let listed = |list: &[[String; 2]]| {
+                list.iter().any(|[p, q]| (is(a, p) && is(b, q)) || (is(a, q) && is(b, p)))
+            };
+            let neighbours = rules.neighbours == Neighbours::Pass
+                && joined.iter().any(|(p, q)| (*p, *q) == (ga, gb) || (*q, *p) == (ga, gb))
+                && !listed(&rules.collide);
+            let groups = a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0;
+            meets[i * n + j] = ga != gb && groups && !neighbours && !listed(&rules.ignore);
+        }
+    }
+    meets
+}

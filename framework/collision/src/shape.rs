@@ -1,0 +1,170 @@
+//! What a user says about a collider: shape, place, material, groups.
+
+use linkwork_multibody::spatial::{Pose, Vec3};
+
+/// A shape in its own frame C.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A ball about the origin.
+    Sphere {
+        /// Radius, m.
+        radius: f64,
+    },
+    /// A box about the origin, edges along the axes.
+    Box {
+        /// Half of each edge, m.
+        half: Vec3,
+    },
+    /// All points within `radius` of a segment on the z axis.
+    Capsule {
+        /// Radius, m.
+        radius: f64,
+        /// Half of the segment, without the caps, m.
+        half_length: f64,
+    },
+    /// A cylinder about the z axis with flat ends.
+    Cylinder {
+        /// Radius, m.
+        radius: f64,
+        /// Half of its length, m.
+        half_length: f64,
+    },
+    /// All points with z ≤ 0.
+    HalfSpace,
+    /// The convex hull of points that are not all in one plane.
+    ConvexHull {
+        /// Points, m; those inside the hull are ignored.
+        points: Vec<Vec3>,
+    },
+    /// A surface of triangles, counter-clockwise seen from outside. Only the outside pushes: what
+    /// passes through entirely is no longer seen. Two meshes, or a mesh and a height field, meet triangle by triangle: near the
+    /// surface that is exact, deep in each other it is a way out and not the shortest. A hull is faster and better where it fits.
+    Mesh {
+        /// Corners, m. Corners at exactly one place are one corner.
+        vertices: Vec<Vec3>,
+        /// Indices of corners.
+        triangles: Vec<[u32; 3]>,
+    },
+    /// Terrain: heights over a grid that is centred on the origin, solid below without end. Each
+    /// cell is cut from its corner of low x and y to that of high x and y.
+    HeightField {
+        /// Points along x, at least 2.
+        x: usize,
+        /// Points along y, at least 2.
+        y: usize,
+        /// Distance of neighbouring points along x and y, m.
+        spacing: [f64; 2],
+        /// Heights (z), `x` numbers for the row of lowest y, then the next row, m.
+        heights: Vec<f64>,
+    },
+}
+
+/// How a surface rubs and bounces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Coefficient of Coulomb friction; that of a pair is the geometric mean.
+    pub friction: f64,
+    /// Coefficient of restitution; that of a pair is the larger.
+    pub restitution: f64,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self { friction: 0.5, restitution: 0.0 }
+    }
+}
+
+/// Whether a collider takes part when a run begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Visibility {
+    /// It takes part.
+    #[default]
+    Shown,
+    /// It does not, until it is shown: [`Hiding`](crate::Hiding).
+    Hidden,
+}
+
+/// Which of the two geometries of a collider a query uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Detail {
+    /// The fine shape.
+    #[default]
+    Fine,
+    /// The coarse shape where there is one, else the fine one.
+    Coarse,
+}
+
+/// One collider. The public fields are checked by [`Colliders::new`](crate::Colliders::new).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColliderSpec {
+    /// A name of its own.
+    pub name: String,
+    /// The body that carries it, or `world`.
+    pub body: String,
+    /// `X_BC`: the shape's frame in the body.
+    pub pose: Pose,
+    /// The shape.
+    pub fine: Shape,
+    /// A simpler shape in the same frame, for queries that ask for it.
+    pub coarse: Option<Shape>,
+    /// Groups that it is a member of, one bit each.
+    pub groups: u32,
+    /// Groups that it meets. A pair meets when each is in a group that the other meets.
+    pub collides_with: u32,
+    /// The shape is taken to be this much thicker all around, m. Rays see it without.
+    pub padding: f64,
+    /// Whether it takes part when a run begins.
+    pub hidden: Visibility,
+    /// How it rubs and bounces.
+    pub material: Material,
+}
+
+impl ColliderSpec {
+    /// A shape at a body's origin, in group 0, meeting all.
+    #[must_use]
+    pub fn new(name: impl Into<String>, body: impl Into<String>, fine: Shape) -> Self {
+        Self {
+            name: name.into(),
+            body: body.into(),
+            pose: Pose::identity(),
+            fine,
+            coarse: None,
+            groups: 1,
+            collides_with: u32::MAX,
+            padding: 0.0,
+            hidden: Visibility::Shown,
+            material: Material::default(),
+        }
+    }
+
+    /// At another place: `X_BC`.
+    #[must_use]
+    pub fn at(mut self, X_BC: Pose) -> Self {
+        self.pose = X_BC;
+        self
+    }
+}
+
+/// What happens between colliders of bodies that a hinge or a loop joins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Neighbours {
+    /// They do not meet, except where [`Rules::collide`] lists them.
+    #[default]
+    Pass,
+    /// They meet.
+    Collide,
+}
+
+/// Which pairs meet. Names are those of colliders or of bodies (`world` included); a body's name
+/// stands for all its colliders, and a collider's name goes before a body's.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rules {
+    /// Bodies joined by a hinge of fewer than six degrees of freedom, or by a loop.
+    pub neighbours: Neighbours,
+    /// Pairs of bodies that a loop joins: neighbours as if by a hinge.
+    pub joined: Vec<[String; 2]>,
+    /// Pairs that do not meet.
+    pub ignore: Vec<[String; 2]>,
+    /// Pairs that meet though they are neighbours; `ignore` goes before.
+    pub collide: Vec<[String; 2]>,
+}

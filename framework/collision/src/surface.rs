@@ -1,0 +1,409 @@
+//! Surfaces of triangles: meshes with their neighbours and a tree, height fields by counting.
+//!
+//! A triangle has a unit normal n, and at each edge k a direction t_k in its plane, away from it. A normal that leans over the
+//! edge is legal as far as that of the neighbour leans: n · t_k ≤ lean_k, 0 where the surface is flat or hollow.
+
+use crate::convert::{bounds, to_parry};
+use crate::core::Poly;
+use crate::error::ShapeFault;
+use linkwork_multibody::spatial::Vec3;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use parry3d_f64::query::Ray;
+use std::collections::BTreeMap;
+
+/// A triangle with what its contacts need.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Triangle {
+    /// Corners, m.
+    pub v: [Vec3; 3],
+    /// Names of the corners.
+    pub names: [u64; 3],
+    /// Outward normal, unit.
+    pub n: Vec3,
+    /// How far a normal may lean over the edge from corner k to the next: sine.
+    pub lean: [f64; 3],
+}
+
+impl Triangle {
+    /// In its plane, across the edge from corner k, away from the triangle, unit.
+    pub(crate) fn across(&self, k: usize) -> Vec3 {
+        (self.v[(k + 1) % 3] - self.v[k]).cross(&self.n).normalize()
+    }
+
+    /// Whether a contact normal belongs to this triangle or to its convex edges.
+    pub(crate) fn admits(&self, n: &Vec3) -> bool {
+        n.dot(&self.n) > -1e-9 && (0..3).all(|k| n.dot(&self.across(k)) <= self.lean[k] + 1e-7)
+    }
+
+    /// Fills a polytope with it.
+    pub(crate) fn write(&self, poly: &mut Poly) {
+        poly.set_triangle(&self.v, &self.names, self.n);
+    }
+}
+
+fn normal(v: &[Vec3; 3]) -> Vec3 {
+    (v[1] - v[0]).cross(&(v[2] - v[0])).normalize()
+}
+
+/// How far normals lean over an edge: towards the neighbour's normal where the edge is convex, to the horizon at a border.
+fn lean(n: &Vec3, across: &Vec3, neighbour: Option<Vec3>) -> f64 {
+    match neighbour {
+        None => 1.0,
+        Some(m) if m.dot(across) <= 0.0 => 0.0,
+        Some(m) if m.dot(n) <= 0.0 => 1.0,
+        Some(m) => m.dot(across),
+    }
+}
+
+/// Triangles of either kind.
+#[derive(Debug)]
+pub(crate) enum Surface {
+    /// By index.
+    Mesh(Triangles),
+    /// By place.
+    Grid(Grid),
+}
+
+impl Surface {
+    /// Box around it; a height field goes down without end.
+    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
+        match self {
+            Self::Mesh(m) => (m.lo, m.hi),
+            Self::Grid(g) => (
+                Vec3::new(-g.far[0], -g.far[1], f64::NEG_INFINITY),
+                Vec3::new(g.far[0], g.far[1], g.top),
+            ),
+        }
+    }
+
+    /// Largest extent, m.
+    pub(crate) fn size(&self) -> f64 {
+        match self {
+            Self::Mesh(m) => (m.hi - m.lo).max(),
+            Self::Grid(g) => 2.0 * g.far[0].max(g.far[1]),
+        }
+    }
+
+    /// Whether what is below is solid without end.
+    pub(crate) fn is_terrain(&self) -> bool {
+        matches!(self, Self::Grid(_))
+    }
+
+    /// All vertices.
+    pub(crate) fn vertices(&self) -> impl Iterator<Item = (u64, Vec3)> + '_ {
+        let (mesh, grid) = match self {
+            Self::Mesh(m) => (Some(m), None),
+            Self::Grid(g) => (None, Some(g)),
+        };
+        let of_mesh = mesh.into_iter().flat_map(|m| m.vertices.iter().copied().enumerate());
+        let of_grid = grid
+            .into_iter()
+            .flat_map(|g| (0..g.x * g.y).map(move |i| (i, g.point(i % g.x, i / g.x))));
+        of_mesh.chain(of_grid).map(|(i, v)| (i as u64, v))
+    }
+
+    /// The triangles that a box may meet, as numbers into `out`, ascending. Allocates nothing once `out` has its size.
+    pub(crate) fn near(&self, lo: &Vec3, hi: &Vec3, out: &mut Vec<u32>) {
+        out.clear();
+        match self {
+            Self::Mesh(m) => {
+                let room = 1e-9 * (m.hi - m.lo).max();
+                let query = bounds(&lo.add_scalar(-room), &hi.add_scalar(room));
+                out.extend(m.tree.intersect_aabb(&query));
+                out.sort_unstable();
+            }
+            Self::Grid(g) => g.near(lo, hi, out),
+        }
+    }
+
+    /// A triangle by number.
+    pub(crate) fn triangle(&self, i: u32) -> Triangle {
+        match self {
+            Self::Mesh(m) => m.triangle(i as usize),
+            Self::Grid(g) => g.triangle(i as usize),
+        }
+    }
+
+    /// The first point of a ray on it: distance and normal against the ray.
+    pub(crate) fn cast(&self, origin: &Vec3, direction: &Vec3, max: f64) -> Option<(f64, Vec3)> {
+        let hit = match self {
+            Self::Mesh(m) => {
+                let ray = Ray::new(to_parry(origin), to_parry(direction));
+                let test = |i: u32, best: f64| {
+                    meet(origin, direction, &m.triangle(i as usize).v).filter(|t| *t <= best)
+                };
+                m.tree.cast_ray(&ray, max, test).filter(|(_, t)| *t <= max)
+            }
+            Self::Grid(g) => g.cast(origin, direction, max),
+        };
+        hit.map(|(i, t)| {
+            let n = self.triangle(i).n;
+            (t, if n.dot(direction) > 0.0 { -n } else { n })
+        })
+    }
+}
+
+/// Where a ray meets a triangle, from either side.
+fn meet(origin: &Vec3, direction: &Vec3, v: &[Vec3; 3]) -> Option<f64> {
+    let (e1, e2) = (v[1] - v[0], v[2] - v[0]);
+    let h = direction.cross(&e2);
+    let det = e1.dot(&h);
+    if det == 0.0 {
+        return None;
+    }
+    let s = origin - v[0];
+    let u = s.dot(&h) / det;
+    let q = s.cross(&e1);
+    let w = direction.dot(&q) / det;
+    let t = e2.dot(&q) / det;
+    let inside = u >= -1e-12 && w >= -1e-12 && u + w <= 1.0 + 1e-12 && t >= 0.0;
+    inside.then_some(t)
+}
+
+/// A mesh.
+#[derive(Debug)]
+pub(crate) struct Triangles {
+    vertices: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    lean: Vec<[f64; 3]>,
+    tree: Bvh,
+    lo: Vec3,
+    hi: Vec3,
+}
+
+impl Triangles {
+    /// Checks and builds; corners at one place become one.
+    pub(crate) fn new(given: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self, Vec<ShapeFault>> {
+        let mut faults = Vec::new();
+        let bad = |v: &Vec3| !v.iter().all(|x| x.is_finite());
+        faults.extend(
+            (0..given.len())
+                .filter(|i| bad(&given[*i]))
+                .map(|index| ShapeFault::NotFinite { what: "vertex", index }),
+        );
+        if triangles.is_empty() {
+            faults.push(ShapeFault::Empty);
+        }
+        for (triangle, t) in triangles.iter().enumerate() {
+            let wild = t.iter().find(|i| **i as usize >= given.len());
+            if let Some(index) = wild {
+                faults.push(ShapeFault::Index { triangle, index: *index, count: given.len() });
+                continue;
+            }
+            let v = t.map(|i| given[i as usize]);
+            let longest = (0..3).map(|k| (v[k] - v[(k + 1) % 3]).norm()).fold(0.0, f64::max);
+            let double_area = (v[1] - v[0]).cross(&(v[2] - v[0])).norm();
+            if !v.iter().any(bad) && !(double_area > 1e-12 * longest * longest) {
+                faults.push(ShapeFault::NoArea { triangle });
+            }
+        }
+        if faults.is_empty() { Ok(Self::build(given, triangles)) } else { Err(faults) }
+    }
+
+    fn build(given: &[Vec3], triangles: &[[u32; 3]]) -> Self {
+        let mut first = BTreeMap::new();
+        let same: Vec<u32> = given
+            .iter()
+            .enumerate()
+            .map(|(i, v)| {
+                *first.entry([v.x, v.y, v.z].map(|x| (x + 0.0).to_bits())).or_insert(i as u32)
+            })
+            .collect();
+        let triangles: Vec<[u32; 3]> =
+            triangles.iter().map(|t| t.map(|i| same[i as usize])).collect();
+        let corners = |t: &[u32; 3]| t.map(|i| given[i as usize]);
+        let boxes: Vec<(Vec3, Vec3)> = triangles
+            .iter()
+            .map(|t| {
+                let v = corners(t);
+                (v[0].inf(&v[1]).inf(&v[2]), v[0].sup(&v[1]).sup(&v[2]))
+            })
+            .collect();
+        let far = Vec3::repeat(f64::INFINITY);
+        let (lo, hi) = boxes.iter().fold((far, -far), |(lo, hi), b| (lo.inf(&b.0), hi.sup(&b.1)));
+        let leaves: Vec<_> = boxes.iter().map(|b| bounds(&b.0, &b.1)).collect();
+        let mut owner: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+        for (i, t) in triangles.iter().enumerate() {
+            for k in 0..3 {
+                owner.entry((t[k], t[(k + 1) % 3])).or_insert(i as u32);
+            }
+        }
+        let leans = |t: &[u32; 3]| {
+            let v = corners(t);
+            let n = normal(&v);
+            [0, 1, 2].map(|k| {
+                let l = (k + 1) % 3;
+                let across = (v[l] - v[k]).cross(&n).normalize();
+                let other =
+                    owner.get(&(t[l], t[k])).map(|i| normal(&corners(&triangles[*i as usize])));
+                lean(&n, &across, other)
+            })
+        };
+        let lean = triangles.iter().map(leans).collect();
+        let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves);
+        Self { vertices: given.to_vec(), triangles, lean, tree, lo, hi }
+    }
+
+    fn triangle(&self, i: usize) -> Triangle {
+        let t = self.triangles[i];
+        let v = t.map(|k| self.vertices[k as usize]);
+        Triangle { v, names: t.map(u64::from), n: normal(&v), lean: self.lean[i] }
+    }
+}
+
+/// A height field.
+#[derive(Debug)]
+pub(crate) struct Grid {
+    x: usize,
+    y: usize,
+    spacing: [f64; 2],
+    heights: Vec<f64>,
+    far: [f64; 2],
+    top: f64,
+}
+
+impl Grid {
+    /// Checks and builds.
+    pub(crate) fn new(
+        x: usize,
+        y: usize,
+        spacing: [f64; 2],
+        heights: &[f64],
+    ) -> Result<Self, Vec<ShapeFault>> {
+        let points = x.checked_mul(y).filter(|n| *n < 1 << 31);
+        if x < 2 || y < 2 || points != Some(heights.len()) {
+            return Err(vec![ShapeFault::Grid { x, y, heights: heights.len() }]);
+        }
+        if let Some(index) = heights.iter().position(|h| !h.is_finite()) {
+            return Err(vec![ShapeFault::NotFinite { what: "height", index }]);
+        }
+        let far = [(x - 1) as f64 * spacing[0] / 2.0, (y - 1) as f64 * spacing[1] / 2.0];
+        let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Ok(Self { x, y, spacing, heights: heights.to_vec(), far, top })
+    }
+
+    fn point(&self, i: usize, j: usize) -> Vec3 {
+        let at = |i: usize, axis: usize| i as f64 * self.spacing[axis] - self.far[axis];
+        Vec3::new(at(i, 0), at(j, 1), self.heights[j * self.x + i])
+    }
+
+    /// Corners of the lower right (0) or upper left (1) half of a cell, as columns and rows.
+    fn corners(i: usize, j: usize, half: usize) -> [(usize, usize); 3] {
+        if half == 0 {
+            [(i, j), (i + 1, j), (i + 1, j + 1)]
+        } else {
+            [(i, j), (i + 1, j + 1), (i, j + 1)]
+        }
+    }
+
+    /// Normal of a half cell, when there is one.
+    fn normal(&self, i: Option<usize>, j: Option<usize>, half: usize) -> Option<Vec3> {
+        let (i, j) = (i.filter(|i| *i < self.x - 1)?, j.filter(|j| *j < self.y - 1)?);
+        Some(normal(&Self::corners(i, j, half).map(|(i, j)| self.point(i, j))))
+    }
+
+    fn triangle(&self, number: usize) -> Triangle {
+        let (cell, half) = (number / 2, number % 2);
+        let (i, j) = (cell % (self.x - 1), cell / (self.x - 1));
+        let at = Self::corners(i, j, half);
+        let v = at.map(|(i, j)| self.point(i, j));
+        let n = normal(&v);
+        let (si, sj) = (Some(i), Some(j));
+        let neighbours = if half == 0 {
+            [
+                self.normal(si, j.checked_sub(1), 1),
+                self.normal(Some(i + 1), sj, 1),
+                self.normal(si, sj, 1),
+            ]
+        } else {
+            [
+                self.normal(si, sj, 0),
+                self.normal(si, Some(j + 1), 0),
+                self.normal(i.checked_sub(1), sj, 0),
+            ]
+        };
+        let names = at.map(|(i, j)| (j * self.x + i) as u64);
+        let mut t = Triangle { v, names, n, lean: [0.0; 3] };
+        t.lean = [0, 1, 2].map(|k| lean(&n, &t.across(k), neighbours[k]));
+        t
+    }
+
+    /// Cells from–to along an axis that an interval covers.
+    fn cells(&self, axis: usize, lo: f64, hi: f64) -> std::ops::Range<usize> {
+        let count = [self.x, self.y][axis] - 1;
+        let at = |v: f64| (v + self.far[axis]) / self.spacing[axis];
+        let (lo, hi) = (at(lo) - 1e-9, at(hi) + 1e-9);
+        if hi < 0.0 || lo > count as f64 {
+            return 0..0;
+        }
+        (lo.max(0.0) as usize).min(count - 1)..(hi.max(0.0) as usize).min(count - 1) + 1
+    }
+
+    fn near(&self, lo: &Vec3, hi: &Vec3, out: &mut Vec<u32>) {
+        let columns = self.cells(0, lo.x, hi.x);
+        for j in self.cells(1, lo.y, hi.y) {
+            for i in columns.clone() {
+                for half in 0..2 {
+                    let at = Self::corners(i, j, half).map(|(i, j)| self.heights[j * self.x + i]);
+                    if at[0].max(at[1]).max(at[2]) + 1e-9 * self.far[0] >= lo.z {
+                        out.push((2 * (j * (self.x - 1) + i) + half) as u32);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Walks the cells under a ray.
+    fn cast(&self, origin: &Vec3, direction: &Vec3, max: f64) -> Option<(u32, f64)> {
+        let (mut from, mut to) = (0.0, max.min(1e12));
+        for k in 0..2 {
+            if direction[k] == 0.0 {
+                if origin[k].abs() > self.far[k] {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = (
+                (-self.far[k] - origin[k]) / direction[k],
+                (self.far[k] - origin[k]) / direction[k],
+            );
+            (from, to) = (f64::max(from, a.min(b)), f64::min(to, a.max(b)));
+        }
+        let mut t = from;
+        while t <= to {
+            let at = origin + direction * t;
+            // To the next line of the grid, and a little over it.
+            let mut next = to;
+            for k in 0..2 {
+                if direction[k] != 0.0 {
+                    let u = (at[k] + self.far[k]) / self.spacing[k];
+                    let line = if direction[k] > 0.0 {
+                        (u + 1e-9).floor() + 1.0
+                    } else {
+                        (u - 1e-9).ceil() - 1.0
+                    };
+                    next = next.min(t + (line - u) * self.spacing[k] / direction[k]);
+                }
+            }
+            let end = origin + direction * next.min(to);
+            let mut best: Option<(u32, f64)> = None;
+            for j in self.cells(1, at.y.min(end.y), at.y.max(end.y)) {
+                for i in self.cells(0, at.x.min(end.x), at.x.max(end.x)) {
+                    for half in 0..2 {
+                        let number = (2 * (j * (self.x - 1) + i) + half) as u32;
+                        let hit = meet(origin, direction, &self.triangle(number as usize).v);
+                        if let Some(t) = hit.filter(|t| *t <= max && best.is_none_or(|b| *t < b.1))
+                        {
+                            best = Some((number, t));
+                        }
+                    }
+                }
+            }
+            if best.is_some() || next >= to {
+                return best;
+            }
+            t = next;
+        }
+        None
+    }
+}

@@ -1,0 +1,259 @@
+//! Contact and friction as complementarity: impulses of rows, given their compliance and their free
+//! velocities. No bodies, no geometry, no time.
+//!
+//! ```text
+//! v = W λ + R λ + b,   W = E Eᵀ       velocity after; target and restitution are in b
+//! λ_g and v_g as their cone says      problem.rs: equality, unilateral, dry, Coulomb, with spin
+//! ```
+//! W is usually singular (a box on four points): λ is then one of many, and v is what counts. One
+//! measure of what is left open serves all methods (residual.rs).
+//!
+//! | method | for |
+//! |---|---|
+//! | projected Gauss–Seidel, local solutions exact (gauss_seidel.rs, local.rs) | warm starts, small systems, moderate accuracy |
+//! | semismooth Newton with proximal steps (newton.rs) | large or ill-conditioned systems, 1e-10 |
+//! | Lemke with polyhedral friction (lemke.rs) | small systems, and where the others find nothing |
+#![allow(non_snake_case)]
+
+mod dense;
+mod error;
+mod gauss_seidel;
+mod lemke;
+mod local;
+mod newton;
+mod problem;
+mod residual;
+
+pub use error::ContactError;
+pub use lemke::Failure;
+pub use problem::{Cone, Factor, Problem};
+pub use residual::Measure;
+
+use gauss_seidel::{GaussSeidel, Stop};
+use lemke::Lemke;
+use local::Block;
+use newton::Newton;
+
+/// How to solve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Gauss–Seidel while it is quick, then Newton, then Lemke on small problems: each starts from
+    /// the best so far, and the best is returned.
+    #[default]
+    Auto,
+    /// Projected Gauss–Seidel alone.
+    GaussSeidel,
+    /// Semismooth Newton alone.
+    Newton,
+    /// Lemke alone. Does not use the impulses given. Friction is polyhedral.
+    Lemke,
+}
+
+/// When to stop, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The method.
+    pub method: Method,
+    /// Residual to reach, relative to the largest |b| (see `Measure::residual`).
+    pub tolerance: f64,
+    /// Sweeps of Gauss–Seidel at most.
+    pub sweeps: u32,
+    /// Linear systems of Newton at most.
+    pub steps: u32,
+    /// Over-relaxation of Gauss–Seidel, between 0 and 2, exclusive.
+    pub relaxation: f64,
+    /// Friction directions of Lemke, at least 3.
+    pub directions: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            method: Method::Auto,
+            tolerance: 1e-6,
+            sweeps: 50,
+            steps: 60,
+            relaxation: 1.0,
+            directions: 8,
+        }
+    }
+}
+
+/// What came out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// The method whose answer was taken; never `Auto`.
+    pub method: Method,
+    /// Sweeps, linear systems or pivots of that method.
+    pub iterations: u32,
+    /// How far the answer is from a solution.
+    pub measure: Measure,
+    /// The residual is within the tolerance. False for inconsistent equalities, for which the answer
+    /// is near least squares, and where a method has come to its limit.
+    pub converged: bool,
+    /// Why Lemke's method, when it was tried last, gave nothing; the impulses are then those before.
+    pub failure: Option<Failure>,
+}
+
+/// The solver, with its storage. Storage grows to the largest problem seen and is kept.
+#[derive(Clone, Debug, Default)]
+pub struct Contact {
+    /// May be changed between problems.
+    pub settings: Settings,
+    blocks: Vec<Block>,
+    sweeps: GaussSeidel,
+    newton: Newton,
+    lemke: Lemke,
+    trial: Vec<[f64; 4]>,
+    y: Vec<f64>,
+}
+
+impl Contact {
+    /// With settings.
+    pub fn new(settings: Settings) -> Self {
+        Contact { settings, ..Contact::default() }
+    }
+
+    /// Impulses of the groups of `problem`, one quadruple for each; lanes that a group lacks come
+    /// back 0. What `lambda` holds is where the search begins; what is not finite or outside its
+    /// cone is brought into it first. The same input gives the same bits.
+    ///
+    /// # Errors
+    /// `lambda` of the wrong length, settings that make no sense, numbers that overflow.
+    /// Impulses are then as they were given.
+    pub fn solve(
+        &mut self,
+        problem: &Problem,
+        lambda: &mut [[f64; 4]],
+    ) -> Result<Report, ContactError> {
+        self.check(problem, lambda)?;
+        self.blocks.clear();
+        self.blocks.extend((0..problem.groups()).map(|g| Block::new(problem, g)));
+        if !self.blocks.iter().all(Block::is_finite) {
+            return Err(ContactError::Overflow);
+        }
+        self.sweeps.reserve(problem.factor.dofs);
+        self.y.resize(problem.factor.dofs, 0.0);
+        self.trial.clear();
+        self.trial.extend(lambda.iter().zip(problem.cones).map(|(l, cone)| admitted(cone, *l)));
+        let report = match self.settings.method {
+            Method::Auto => self.automatic(problem),
+            Method::GaussSeidel => self.gauss_seidel(problem, self.settings.sweeps),
+            Method::Newton => self.semismooth(problem, LEAD),
+            Method::Lemke => self.polyhedral(problem),
+        };
+        if !self.trial.iter().flatten().all(|x| x.is_finite())
+            || !report.measure.residual.is_finite()
+        {
+            return Err(ContactError::Overflow);
+        }
+        lambda.copy_from_slice(&self.trial);
+        Ok(report)
+    }
+
+    fn check(&self, problem: &Problem, lambda: &[[f64; 4]]) -> Result<(), ContactError> {
+        if lambda.len() != problem.groups() {
+            let (expected, found) = (problem.groups(), lambda.len());
+            return Err(ContactError::Length { what: "lambda", expected, found });
+        }
+        let Settings { tolerance, relaxation, directions, .. } = self.settings;
+        if !(tolerance >= 0.0) {
+            let help = "give 0 or more; 1e-6 is a millionth of the largest free velocity";
+            return Err(ContactError::Setting { what: "tolerance", value: tolerance, help });
+        }
+        if !(relaxation > 0.0 && relaxation < 2.0) {
+            let help = "give a number between 0 and 2, exclusive; 1 is plain Gauss–Seidel";
+            return Err(ContactError::Setting { what: "relaxation", value: relaxation, help });
+        }
+        if directions < 3 {
+            let (value, help) = (directions as f64, "give 3 directions or more; 8 is usual");
+            return Err(ContactError::Setting { what: "directions", value, help });
+        }
+        Ok(())
+    }
+
+    fn automatic(&mut self, problem: &Problem) -> Report {
+        let first = self.quick(problem);
+        if first.converged {
+            return first;
+        }
+        let second = self.semismooth(problem, 0);
+        if second.converged || Lemke::size(problem, self.settings.directions) > AUTO_ROWS {
+            return second;
+        }
+        let kept = std::mem::take(&mut self.trial);
+        self.trial.extend_from_slice(&kept);
+        let third = self.polyhedral(problem);
+        let polished = if third.converged { third } else { self.semismooth(problem, LEAD) };
+        if polished.measure.residual < second.measure.residual {
+            return polished;
+        }
+        self.trial = kept;
+        second
+    }
+
+    /// Gauss–Seidel while its rate promises an end within the limit of sweeps.
+    fn quick(&mut self, problem: &Problem) -> Report {
+        let limit = self.settings.sweeps;
+        let first = self.gauss_seidel(problem, limit.min(LEAD / 2));
+        if first.converged {
+            return first;
+        }
+        let second = self.gauss_seidel(problem, limit.min(LEAD) - first.iterations);
+        let used = first.iterations + second.iterations;
+        let (before, now) = (first.measure.residual, second.measure.residual);
+        let left = (self.settings.tolerance / now).ln() / (now / before).ln();
+        let total = used as f64 + left * second.iterations as f64;
+        if second.converged || !(now < before && total <= limit as f64) {
+            return Report { iterations: used, ..second };
+        }
+        let third = self.gauss_seidel(problem, limit - used);
+        Report { iterations: used + third.iterations, ..third }
+    }
+
+    fn gauss_seidel(&mut self, problem: &Problem, sweeps: u32) -> Report {
+        let stop = Stop { tolerance: self.settings.tolerance, iterations: sweeps };
+        let relaxation = self.settings.relaxation;
+        let (iterations, measure) =
+            self.sweeps.solve(problem, &mut self.blocks, stop, relaxation, &mut self.trial);
+        self.report(Method::GaussSeidel, iterations, measure)
+    }
+
+    fn semismooth(&mut self, problem: &Problem, lead: u32) -> Report {
+        let stop = Stop { tolerance: self.settings.tolerance, iterations: self.settings.steps };
+        let (iterations, measure) = self.newton.solve(
+            problem,
+            &mut self.blocks,
+            &mut self.sweeps,
+            stop,
+            lead,
+            &mut self.trial,
+        );
+        self.report(Method::Newton, iterations, measure)
+    }
+
+    /// A ray leaves the impulses as they are.
+    fn polyhedral(&mut self, problem: &Problem) -> Report {
+        let pivots = self.lemke.solve(problem, self.settings.directions, &mut self.trial);
+        let scale = |g: usize| self.blocks[g].scale;
+        let measure = residual::measure(problem, scale, &self.trial, &mut self.y);
+        let report = self.report(Method::Lemke, pivots.unwrap_or(0), measure);
+        Report { failure: pivots.err(), ..report }
+    }
+
+    fn report(&self, method: Method, iterations: u32, measure: Measure) -> Report {
+        let converged = measure.residual <= self.settings.tolerance;
+        Report { method, iterations, measure, converged, failure: None }
+    }
+}
+
+/// Sweeps of Gauss–Seidel before Newton: cheap, and they find most of what touches and slides.
+const LEAD: u32 = 8;
+/// Rows of a linear complementarity problem up to which `Auto` tries Lemke.
+const AUTO_ROWS: usize = 60;
+
+/// The impulse brought into its cone; 0 when it is not finite.
+fn admitted(cone: &Cone, l: [f64; 4]) -> [f64; 4] {
+    let l = problem::masked(l, cone.rows());
+    if l.iter().all(|x| x.is_finite()) { gauss_seidel::projected(cone, l) } else { [0.0; 4] }
+}

@@ -1,0 +1,419 @@
+//! Semismooth Newton on the degrees of freedom, with proximal steps outside: large or
+//! ill-conditioned problems.
+//!
+//! ```text
+//! proximal problem k, from λᵏ, with weights ρ:      one answer, however redundant the rows
+//!   z(y) = (ρ λᵏ − E y − b) / d,   d = R + ρ                    the same d for both tangents
+//!   λ(y):  equality z;  unilateral max(0, z);  dry clamp(z, ± bound)
+//!          Coulomb  λn = max(0, zn),  λt = disc(zt; μ λn)       exact, not the associated relaxation
+//!   G(y) = y − Eᵀ λ(y) = 0
+//! Newton:  (1 + Eᵀ H E) δ = −G,   H = −∂λ/∂v by groups; a sliding contact's is not symmetric
+//!   dof side:  1 + Eᵀ H E, dofs × dofs
+//!   row side:  δ = −G + Eᵀ H w,  (1 + W_aa H_aa) w = E_a G        a: groups with H ≠ 0; the smaller side is taken
+//!   y ← y + t δ, t halved until |G|² falls
+//! λᵏ⁺¹ = λ(y), ρ falls while that is easy; else sweeps of Gauss–Seidel from λᵏ, and ρ grows
+//! the limit solves the problem itself: ρ leaves no trace in it
+//! ```
+//! The outer steps contract by ρ / (ρ + σ), σ the least compliance that is not 0; what W leaves
+//! undetermined stays where λ⁰ put it. ρ is relative to each group's own compliance, so that light
+//! and heavy bodies may meet. De Saxcé's term is inside the map: the normal velocity enters λn alone.
+//! Inconsistent equalities: y goes to the least squares solution, each row weighted by 1 / (ρ w_g), while λ
+//! drifts in the null space of Eᵀ; it ends after some steps without progress.
+//! No proof covers a line search on a map that is not a gradient (Coulomb's law has no potential):
+//! what fails is reported by the residual.
+
+use super::dense::solve_lu;
+use super::gauss_seidel::{GaussSeidel, Stop};
+use super::local::Block;
+use super::problem::{Cone, Problem, axpy4, dot4};
+use super::residual::{Measure, measure};
+
+/// Proximal weight relative to the compliance of the group: the first is `START` times the residual
+/// of the start, but at most `FIRST`; it falls tenfold as far as `LAST`.
+const START: f64 = 10.0;
+const FIRST: f64 = 1e-2;
+const LAST: f64 = 1e-5;
+/// Newton steps of one proximal problem, and how few of them let the weight fall.
+const INNER: u32 = 12;
+const EASY: u32 = 4;
+/// Halvings of a step.
+const HALVINGS: u32 = 8;
+/// A proximal problem is solved when |G|² is this part of (ρ (λ − λᵏ))², or is rounding of Σ w λ².
+const INEXACT: f64 = 1.0;
+const NOISE: f64 = 1e-27;
+/// Sweeps of Gauss–Seidel after a proximal problem that was not solved.
+const SWEEPS: u32 = 80;
+/// Proximal steps without progress after which the search ends.
+const STALE: u32 = 8;
+
+/// Storage, made once.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Newton {
+    y: Vec<f64>,
+    trial: Vec<f64>,
+    G: Vec<f64>,
+    step: Vec<f64>,
+    A: Vec<f64>,
+    side: Vec<f64>,
+    extent: Vec<[usize; 2]>,
+    /// Impulses of the proximal problem, and of the best answer.
+    lambda: Vec<[f64; 4]>,
+    best: Vec<[f64; 4]>,
+    center: Vec<[f64; 4]>,
+    /// −∂λ/∂v of each group, by rows: H[i][j].
+    H: Vec<[[f64; 4]; 4]>,
+    active: Vec<usize>,
+    spread: Vec<[f64; 4]>,
+}
+
+impl Newton {
+    /// Improves `lambda` after `lead` sweeps of Gauss–Seidel; linear systems solved, and the
+    /// measure of what came out.
+    pub fn solve(
+        &mut self,
+        problem: &Problem,
+        blocks: &mut [Block],
+        sweeps: &mut GaussSeidel,
+        stop: Stop,
+        lead: u32,
+        lambda: &mut [[f64; 4]],
+    ) -> (u32, Measure) {
+        self.reserve(problem);
+        let (lead, few) = (Stop { iterations: lead, ..stop }, Stop { iterations: SWEEPS, ..stop });
+        let (_, mut best) = sweeps.solve(problem, blocks, lead, 1.0, lambda);
+        problem.scatter_all(lambda, &mut self.y);
+        self.best.copy_from_slice(lambda);
+        let mut rho = (START * best.residual).clamp(10.0 * LAST, FIRST);
+        let (mut steps, mut stale, mut last) = (0, 0, best);
+        while steps < stop.iterations && !(best.residual <= stop.tolerance) && stale < STALE {
+            let limit = (stop.iterations - steps).min(INNER);
+            let (used, solved) = self.proximal(problem, blocks, rho, limit, lambda);
+            steps += used.max(1);
+            std::mem::swap(&mut self.lambda, &mut self.center);
+            let now = measure(problem, |g| blocks[g].scale, &self.center, &mut self.y);
+            if solved || now.residual < best.residual {
+                lambda.copy_from_slice(&self.center);
+                last = now;
+            }
+            stale = if now.residual < 0.7 * best.residual { 0 } else { stale + 1 };
+            self.keep(&mut best, &now, lambda);
+            if !solved {
+                rho = (10.0 * rho).min(1.0);
+                (_, last) = sweeps.solve(problem, blocks, few, 1.0, lambda);
+                problem.scatter_all(lambda, &mut self.y);
+                self.keep(&mut best, &last, lambda);
+            } else if used <= EASY && stale < STALE / 2 {
+                rho = (0.1 * rho).max(LAST);
+            }
+        }
+        // Where nothing is a solution the last step is the least squares one, the best is not.
+        if best.residual <= stop.tolerance || !(last.residual <= 2.0 * best.residual) {
+            lambda.copy_from_slice(&self.best);
+            last = best;
+        }
+        (steps, last)
+    }
+
+    /// Keeps `lambda` when it is the best so far.
+    fn keep(&mut self, best: &mut Measure, now: &Measure, lambda: &[[f64; 4]]) {
+        if now.residual < best.residual {
+            *best = *now;
+            self.best.copy_from_slice(lambda);
+        }
+    }
+
+    fn reserve(&mut self, problem: &Problem) {
+        let (dofs, groups) = (problem.factor.dofs, problem.groups());
+        let n = dofs.min(problem.rows());
+        for x in [&mut self.y, &mut self.trial, &mut self.G, &mut self.step] {
+            x.resize(dofs, 0.0);
+        }
+        self.spread.resize(dofs, [0.0; 4]);
+        self.side.resize(n, 0.0);
+        self.extent.resize(n, [0; 2]);
+        self.A.resize(n * n, 0.0);
+        self.lambda.resize(groups, [0.0; 4]);
+        self.best.resize(groups, [0.0; 4]);
+        self.center.resize(groups, [0.0; 4]);
+        self.H.resize(groups, [[0.0; 4]; 4]);
+        self.active.clear();
+        self.active.reserve(groups);
+    }
+
+    /// Solves the proximal problem around `center` from y = Eᵀ λ; linear systems solved.
+    fn proximal(
+        &mut self,
+        problem: &Problem,
+        blocks: &[Block],
+        rho: f64,
+        limit: u32,
+        center: &[[f64; 4]],
+    ) -> (u32, bool) {
+        let mut size = residual(
+            problem,
+            blocks,
+            rho,
+            center,
+            &self.y,
+            Out::new(&mut self.lambda, &mut self.G),
+        );
+        for steps in 0..limit {
+            let close = steps > 0 && size.G <= INEXACT * size.moved;
+            if close || !(size.G > NOISE * size.total) {
+                return (steps, true);
+            }
+            self.jacobian(problem, blocks, rho, center);
+            if !self.direction(problem) {
+                return (steps + 1, false);
+            }
+            let mut t = 1.0;
+            let mut falls = false;
+            for _ in 0..HALVINGS {
+                for (k, x) in self.trial.iter_mut().enumerate() {
+                    *x = self.y[k] + t * self.step[k];
+                }
+                let out = Out::new(&mut self.lambda, &mut self.G);
+                let now = residual(problem, blocks, rho, center, &self.trial, out);
+                if now.G < (1.0 - 1e-4 * t) * size.G {
+                    (size, falls) = (now, true);
+                    break;
+                }
+                t *= 0.5;
+            }
+            if !falls {
+                let out = Out::new(&mut self.lambda, &mut self.G);
+                residual(problem, blocks, rho, center, &self.y, out);
+                return (steps + 1, false);
+            }
+            std::mem::swap(&mut self.y, &mut self.trial);
+        }
+        (limit, false)
+    }
+}
+
+impl Newton {
+    /// H of each group at y, and which groups have one.
+    fn jacobian(&mut self, problem: &Problem, blocks: &[Block], rho: f64, center: &[[f64; 4]]) {
+        self.active.clear();
+        for (g, cone) in problem.cones.iter().enumerate() {
+            let (z, d) = pulled(problem, blocks, rho, center, g, &self.y);
+            self.H[g] = slope(cone, &z, &d);
+            if self.H[g] != [[0.0; 4]; 4] {
+                self.active.push(g);
+            }
+        }
+    }
+
+    /// δ = −(1 + Eᵀ H E)⁻¹ G, on the smaller side; false when the matrix is singular.
+    fn direction(&mut self, problem: &Problem) -> bool {
+        let rows: usize = self.active.iter().map(|&g| problem.cones[g].rows()).sum();
+        if rows < problem.factor.dofs {
+            self.row_side(problem, rows)
+        } else {
+            self.dof_side(problem)
+        }
+    }
+
+    fn dof_side(&mut self, problem: &Problem) -> bool {
+        let n = problem.factor.dofs;
+        let A = &mut self.A[..n * n];
+        A.fill(0.0);
+        for k in 0..n {
+            A[k * (n + 1)] = 1.0;
+            self.step[k] = -self.G[k];
+        }
+        for &g in &self.active {
+            let (dof, e) = problem.entries(g);
+            let H = &self.H[g];
+            for (&i, left) in dof.iter().zip(e) {
+                // Row i of Eᵀ H.
+                let mut row = [0.0; 4];
+                for k in 0..4 {
+                    row = axpy4(left[k], &H[k], row);
+                }
+                let line = &mut A[i as usize * n..(i as usize + 1) * n];
+                for (&j, right) in dof.iter().zip(e) {
+                    line[j as usize] += dot4(&row, right);
+                }
+            }
+        }
+        solve_lu(A, n, &mut self.step, &mut self.extent)
+    }
+
+    fn row_side(&mut self, problem: &Problem, n: usize) -> bool {
+        let A = &mut self.A[..n * n];
+        let mut first = 0;
+        for &g in &self.active {
+            let (dof, e) = problem.entries(g);
+            let rows = problem.cones[g].rows();
+            let side = problem.gathered(g, &self.G);
+            self.side[first..first + rows].copy_from_slice(&side[..rows]);
+            for (&d, e) in dof.iter().zip(e) {
+                self.spread[d as usize] = *e;
+            }
+            let mut column = 0;
+            for &h in &self.active {
+                let mut W = [[0.0; 4]; 4];
+                let (dofs, es) = problem.entries(h);
+                for (&d, e) in dofs.iter().zip(es) {
+                    let x = &self.spread[d as usize];
+                    for j in 0..4 {
+                        W[j] = axpy4(x[j], e, W[j]);
+                    }
+                }
+                let columns = problem.cones[h].rows();
+                for j in 0..rows {
+                    let mut line = [0.0; 4];
+                    for k in 0..4 {
+                        line = axpy4(W[j][k], &self.H[h][k], line);
+                    }
+                    let at = (first + j) * n + column;
+                    A[at..at + columns].copy_from_slice(&line[..columns]);
+                }
+                column += columns;
+            }
+            for j in 0..rows {
+                A[(first + j) * (n + 1)] += 1.0;
+            }
+            for &d in dof {
+                self.spread[d as usize] = [0.0; 4];
+            }
+            first += rows;
+        }
+        if !solve_lu(A, n, &mut self.side[..n], &mut self.extent) {
+            return false;
+        }
+        for (step, G) in self.step.iter_mut().zip(&self.G) {
+            *step = -G;
+        }
+        let mut first = 0;
+        for &g in &self.active {
+            let rows = problem.cones[g].rows();
+            let mut w = [0.0; 4];
+            w[..rows].copy_from_slice(&self.side[first..first + rows]);
+            let H = &self.H[g];
+            let impulse: [f64; 4] = std::array::from_fn(|i| dot4(&H[i], &w));
+            problem.scatter(g, &impulse, &mut self.step);
+            first += rows;
+        }
+        true
+    }
+}
+
+/// Where a residual is written.
+struct Out<'a> {
+    lambda: &'a mut [[f64; 4]],
+    G: &'a mut [f64],
+}
+
+impl<'a> Out<'a> {
+    fn new(lambda: &'a mut [[f64; 4]], G: &'a mut [f64]) -> Self {
+        Out { lambda, G }
+    }
+}
+
+/// Energies: |G|², Σ w (ρ (λ − λᵏ))² and Σ w λ².
+#[derive(Clone, Copy)]
+struct Sizes {
+    G: f64,
+    moved: f64,
+    total: f64,
+}
+
+/// λ(y), G(y) and their sizes.
+fn residual(
+    problem: &Problem,
+    blocks: &[Block],
+    rho: f64,
+    center: &[[f64; 4]],
+    y: &[f64],
+    out: Out,
+) -> Sizes {
+    out.G.copy_from_slice(y);
+    let (mut moved, mut total) = (0.0, 0.0);
+    for (g, cone) in problem.cones.iter().enumerate() {
+        let (z, _) = pulled(problem, blocks, rho, center, g, y);
+        out.lambda[g] = super::gauss_seidel::projected(cone, z);
+        problem.scatter(g, &out.lambda[g].map(|x| -x), out.G);
+        let step: [f64; 4] = std::array::from_fn(|k| out.lambda[g][k] - center[g][k]);
+        moved += blocks[g].scale * dot4(&step, &step);
+        total += blocks[g].scale * dot4(&out.lambda[g], &out.lambda[g]);
+    }
+    Sizes { G: squared(out.G), moved: rho * rho * moved, total }
+}
+
+/// z and d of a group.
+#[inline(always)]
+fn pulled(
+    problem: &Problem,
+    blocks: &[Block],
+    rho: f64,
+    center: &[[f64; 4]],
+    g: usize,
+    y: &[f64],
+) -> ([f64; 4], [f64; 4]) {
+    let (soft, v, rows) = (problem.soft(g), problem.velocity(g, y), problem.cones[g].rows());
+    // A row that nothing can move still needs a weight: any, since it cannot act.
+    let base = if blocks[g].scale > 0.0 { rho * blocks[g].scale } else { 1.0 };
+    let mut d = soft.map(|r| r + base);
+    if rows >= 3 && !matches!(problem.cones[g], Cone::Equality { .. }) {
+        let most = d[1].max(d[2]);
+        (d[1], d[2]) = (most, most);
+    }
+    let z = std::array::from_fn(|k| {
+        if k < rows { ((d[k] - soft[k]) * center[g][k] - v[k]) / d[k] } else { 0.0 }
+    });
+    (z, d)
+}
+
+/// −∂λ/∂v, by rows.
+fn slope(cone: &Cone, z: &[f64; 4], d: &[f64; 4]) -> [[f64; 4]; 4] {
+    let mut H = [[0.0; 4]; 4];
+    match *cone {
+        Cone::Equality { rows } => {
+            for k in 0..rows {
+                H[k][k] = 1.0 / d[k];
+            }
+        }
+        Cone::Unilateral if z[0] > 0.0 => H[0][0] = 1.0 / d[0],
+        Cone::Dry { bound } if z[0].abs() < bound => H[0][0] = 1.0 / d[0],
+        Cone::Unilateral | Cone::Dry { .. } => {}
+        Cone::Coulomb { friction } => coulomb(friction, z, d, &mut H),
+        Cone::Spinning { friction, spin } => {
+            coulomb(friction, z, d, &mut H);
+            if z[0] > 0.0 {
+                if z[3].abs() <= spin * z[0] {
+                    H[3][3] = 1.0 / d[3];
+                } else {
+                    H[3][0] = spin * z[3].signum() / d[0];
+                }
+            }
+        }
+    }
+    H
+}
+
+fn coulomb(friction: f64, z: &[f64; 4], d: &[f64; 4], H: &mut [[f64; 4]; 4]) {
+    if !(z[0] > 0.0) {
+        return;
+    }
+    H[0][0] = 1.0 / d[0];
+    let (size, radius) = ((z[1] * z[1] + z[2] * z[2]).sqrt(), friction * z[0]);
+    if size <= radius {
+        (H[1][1], H[2][2]) = (1.0 / d[1], 1.0 / d[2]);
+        return;
+    }
+    let u = [z[1] / size, z[2] / size];
+    let stiff = radius / size / d[1];
+    for i in 0..2 {
+        H[1 + i][0] = friction * u[i] / d[0];
+        H[1 + i][1 + i] += stiff;
+        for j in 0..2 {
+            H[1 + i][1 + j] -= stiff * u[i] * u[j];
+        }
+    }
+}
+
+fn squared(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum()
+}

@@ -1,0 +1,264 @@
+//! The contact problem as data: groups of rows with their cones, the factor of the compliance, and
+//! the checks at the door.
+//!
+//! ```text
+//! rows of a group touch few degrees of freedom:   E_g (rows × entries)
+//! y = Eᵀ λ                                        one number for each degree of freedom
+//! v_g = E_g y + b_g + R_g λ_g                     velocity after, targets folded into b
+//! ```
+
+use super::error::ContactError;
+
+/// What impulses a group of rows can give, and what velocities it demands. v is the velocity after
+/// the impulses less its target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cone {
+    /// Bilateral rows: v = 0, impulses of any sign.
+    Equality {
+        /// 1 to 4.
+        rows: usize,
+    },
+    /// One row: 0 ≤ λ ⊥ v ≥ 0. A limit of a joint, a contact without friction.
+    Unilateral,
+    /// One row: |λ| ≤ bound, and λ = −bound sign(v) where v ≠ 0. Dry friction of a hinge.
+    Dry {
+        /// Impulse that the row can give at most (N s or N m s), not negative.
+        bound: f64,
+    },
+    /// Three rows (normal, two tangents), exact isotropic Coulomb friction:
+    /// 0 ≤ λn ⊥ vn ≥ 0, |λt| ≤ μ λn, and λt = −μ λn vt/|vt| where vt ≠ 0.
+    Coulomb {
+        /// μ, not negative.
+        friction: f64,
+    },
+    /// Four rows: those of `Coulomb`, and the spin about the normal:
+    /// |λs| ≤ μs λn, and λs = −μs λn sign(vs) where vs ≠ 0.
+    Spinning {
+        /// μ, not negative.
+        friction: f64,
+        /// μs (m): torque about the normal for each newton of normal force, not negative.
+        spin: f64,
+    },
+}
+
+impl Cone {
+    /// Number of rows, 1 to 4.
+    #[inline]
+    pub fn rows(&self) -> usize {
+        match *self {
+            Cone::Equality { rows } => rows,
+            Cone::Unilateral | Cone::Dry { .. } => 1,
+            Cone::Coulomb { .. } => 3,
+            Cone::Spinning { .. } => 4,
+        }
+    }
+
+    /// The number in it that has to be finite and not negative, with its name.
+    fn numbers(&self) -> [(&'static str, f64); 2] {
+        match *self {
+            Cone::Equality { .. } | Cone::Unilateral => [("", 0.0); 2],
+            Cone::Dry { bound } => [("bound", bound), ("", 0.0)],
+            Cone::Coulomb { friction } => [("friction", friction), ("", 0.0)],
+            Cone::Spinning { friction, spin } => [("friction", friction), ("spin", spin)],
+        }
+    }
+}
+
+/// The compliance of the rows by its factor: W = E Eᵀ. Group g has the entries
+/// `start[g]..start[g + 1]` of `dof` and `e`.
+#[derive(Clone, Copy, Debug)]
+pub struct Factor<'a> {
+    /// First entry of each group; groups + 1 numbers, the first 0.
+    pub start: &'a [u32],
+    /// Degree of freedom of each entry, ascending within a group.
+    pub dof: &'a [u32],
+    /// For each entry one number for each row of its group; lanes that the group lacks are 0.
+    pub e: &'a [[f64; 4]],
+    /// Number of degrees of freedom.
+    pub dofs: usize,
+}
+
+/// A problem that has been checked: everything finite, every index in range.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem<'a> {
+    pub(crate) factor: Factor<'a>,
+    pub(crate) cones: &'a [Cone],
+    pub(crate) b: &'a [[f64; 4]],
+    pub(crate) r: &'a [[f64; 4]],
+}
+
+impl<'a> Problem<'a> {
+    /// `b`: free velocities less their targets (m/s or rad/s), one quadruple for each group; lanes
+    /// that the group lacks are not read. `r`: compliance of the rows (velocity for each unit of
+    /// impulse), not negative; empty when all rows are rigid. O(entries).
+    ///
+    /// # Errors
+    /// The first mistake of shape, else the first number that is not finite or is negative where
+    /// it must not be.
+    pub fn new(
+        factor: Factor<'a>,
+        cones: &'a [Cone],
+        b: &'a [[f64; 4]],
+        r: &'a [[f64; 4]],
+    ) -> Result<Self, ContactError> {
+        let groups = cones.len();
+        same("b", groups, b.len())?;
+        if !r.is_empty() {
+            same("r", groups, r.len())?;
+        }
+        shape(&factor, groups)?;
+        for (g, cone) in cones.iter().enumerate() {
+            let rows = cone.rows();
+            if !(1..=4).contains(&rows) {
+                return Err(ContactError::Rows { group: g, rows });
+            }
+            for (what, value) in cone.numbers() {
+                if !(value >= 0.0 && value.is_finite()) {
+                    return Err(ContactError::Negative { group: g, what, value });
+                }
+            }
+            for k in 0..rows {
+                if !b[g][k].is_finite() {
+                    let (what, value) = ("free velocity", b[g][k]);
+                    return Err(ContactError::NotFinite { group: g, row: k, what, value });
+                }
+                let value = r.get(g).map_or(0.0, |r| r[k]);
+                if !(value >= 0.0 && value.is_finite()) {
+                    let what = "compliance";
+                    return Err(ContactError::Negative { group: g, what, value });
+                }
+            }
+            entries(&factor, g, rows)?;
+        }
+        Ok(Problem { factor, cones, b, r })
+    }
+
+    /// Number of groups.
+    pub fn groups(&self) -> usize {
+        self.cones.len()
+    }
+
+    /// Number of rows of all groups.
+    pub fn rows(&self) -> usize {
+        self.cones.iter().map(Cone::rows).sum()
+    }
+
+    /// Degrees of freedom and factor of a group.
+    #[inline(always)]
+    pub(crate) fn entries(&self, g: usize) -> (&'a [u32], &'a [[f64; 4]]) {
+        let (first, last) = (self.factor.start[g] as usize, self.factor.start[g + 1] as usize);
+        (&self.factor.dof[first..last], &self.factor.e[first..last])
+    }
+
+    /// Compliance of the rows of a group; lanes that it lacks are 0.
+    #[inline(always)]
+    pub(crate) fn soft(&self, g: usize) -> [f64; 4] {
+        if self.r.is_empty() { [0.0; 4] } else { masked(self.r[g], self.cones[g].rows()) }
+    }
+
+    /// E_g y + b_g, without R λ; lanes that the group lacks are 0.
+    #[inline(always)]
+    pub(crate) fn velocity(&self, g: usize, y: &[f64]) -> [f64; 4] {
+        let sum = self.gathered(g, y);
+        let (b, rows) = (self.b[g], self.cones[g].rows());
+        std::array::from_fn(|k| if k < rows { sum[k] + b[k] } else { 0.0 })
+    }
+
+    /// E_g y.
+    #[inline(always)]
+    pub(crate) fn gathered(&self, g: usize, y: &[f64]) -> [f64; 4] {
+        let (dof, e) = self.entries(g);
+        let mut sum = [[0.0; 4]; 4];
+        let (mut ds, mut es) = (dof.chunks_exact(4), e.chunks_exact(4));
+        for (d, e) in ds.by_ref().zip(es.by_ref()) {
+            for j in 0..4 {
+                sum[j] = axpy4(y[d[j] as usize], &e[j], sum[j]);
+            }
+        }
+        for (&d, e) in ds.remainder().iter().zip(es.remainder()) {
+            sum[0] = axpy4(y[d as usize], e, sum[0]);
+        }
+        std::array::from_fn(|k| (sum[0][k] + sum[1][k]) + (sum[2][k] + sum[3][k]))
+    }
+
+    /// y += E_gᵀ λ.
+    #[inline(always)]
+    pub(crate) fn scatter(&self, g: usize, impulse: &[f64; 4], y: &mut [f64]) {
+        let (dof, e) = self.entries(g);
+        for (&d, e) in dof.iter().zip(e) {
+            y[d as usize] += dot4(e, impulse);
+        }
+    }
+
+    /// y = Eᵀ λ.
+    pub(crate) fn scatter_all(&self, lambda: &[[f64; 4]], y: &mut [f64]) {
+        y.fill(0.0);
+        for (g, l) in lambda.iter().enumerate() {
+            self.scatter(g, l, y);
+        }
+    }
+}
+
+fn same(what: &'static str, expected: usize, found: usize) -> Result<(), ContactError> {
+    if expected == found { Ok(()) } else { Err(ContactError::Length { what, expected, found }) }
+}
+
+fn shape(factor: &Factor, groups: usize) -> Result<(), ContactError> {
+    same("start", groups + 1, factor.start.len())?;
+    same("e", factor.dof.len(), factor.e.len())?;
+    if factor.start[0] != 0 {
+        return Err(ContactError::Start { group: 0 });
+    }
+    if let Some(g) = (0..groups).find(|&g| factor.start[g] > factor.start[g + 1]) {
+        return Err(ContactError::Start { group: g });
+    }
+    same("dof", factor.start[groups] as usize, factor.dof.len())
+}
+
+/// Indices ascend and are in range; numbers are finite, and 0 in lanes that the group lacks.
+fn entries(factor: &Factor, g: usize, rows: usize) -> Result<(), ContactError> {
+    let range = factor.start[g] as usize..factor.start[g + 1] as usize;
+    let (dof, e) = (&factor.dof[range.clone()], &factor.e[range]);
+    let rising = dof.windows(2).all(|d| d[0] < d[1]);
+    if !rising || dof.last().is_some_and(|&d| d as usize >= factor.dofs) {
+        return Err(ContactError::Dof { group: g, dofs: factor.dofs });
+    }
+    let sum = e.iter().fold([0.0; 4], |s: [f64; 4], e| std::array::from_fn(|k| s[k] + e[k].abs()));
+    for k in 0..4 {
+        if k >= rows && sum[k] > 0.0 {
+            return Err(ContactError::Lanes { group: g, rows });
+        }
+        // A sum may overflow where no number does.
+        let bad = || e.iter().map(|e| e[k]).find(|x| !x.is_finite());
+        if !sum[k].is_finite()
+            && let Some(value) = bad()
+        {
+            return Err(ContactError::NotFinite { group: g, row: k, what: "factor", value });
+        }
+    }
+    Ok(())
+}
+
+/// The first `rows` lanes; 0 in the others.
+#[inline(always)]
+pub(crate) fn masked(x: [f64; 4], rows: usize) -> [f64; 4] {
+    std::array::from_fn(|k| if k < rows { x[k] } else { 0.0 })
+}
+
+/// a b + c in one rounding where the processor can.
+#[inline(always)]
+pub(crate) fn fma(a: f64, b: f64, c: f64) -> f64 {
+    if cfg!(target_feature = "fma") { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// a x + y, four lanes.
+#[inline(always)]
+pub(crate) fn axpy4(a: f64, x: &[f64; 4], y: [f64; 4]) -> [f64; 4] {
+    std::array::from_fn(|k| fma(a, x[k], y[k]))
+}
+
+/// x · y, four lanes.
+#[inline(always)]
+pub(crate) fn dot4(x: &[f64; 4], y: &[f64; 4]) -> f64 {
+    fma(x[0], y[0], x[2] * y[2]) + fma(x[1], y[1], x[3] * y[3])
+}

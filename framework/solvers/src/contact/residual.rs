@@ -1,0 +1,133 @@
+//! How far impulses are from a solution: the same measure for every method, from λ and b only.
+//!
+//! ```text
+//! y = Eᵀ λ,   v = E y + b + R λ                                     velocity after
+//! w_g = tr(W_gg + R_g) / rows                                       scale of the group's compliance
+//! p = w_g λ                                                         impulses as velocities
+//! natural map, by row:
+//!   equality     v
+//!   unilateral   p − max(0, p − v)
+//!   dry          p − clamp(p − v, ± w_g bound)
+//!   Coulomb      pn − max(0, pn − vn),   pt − disc(pt − vt; μ max(0, pn)),   spin as dry, μs max(0, pn)
+//! residual   = max over rows |natural map| / velocity               0 at a solution, and only there
+//! ```
+//! The natural map is a velocity (m/s or rad/s): how wrong the velocity after is, or how much the
+//! velocity would change if the impulse were put right. `velocity` is the largest |b|, or 1 when
+//! all are 0, so residual × velocity is in m/s.
+
+use super::problem::{Cone, Problem};
+
+/// How far impulses are from a solution.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measure {
+    /// Largest entry of the natural map, divided by `velocity`.
+    pub residual: f64,
+    /// Largest |λ·(v + De Saxcé's term)| of a group, divided by `velocity` and the largest impulse:
+    /// work of the contact forces that should be none.
+    pub complementarity: f64,
+    /// Largest violation of −λn ≤ 0, |λt| ≤ μ λn, |λ| ≤ bound, divided by the largest impulse.
+    pub violation: f64,
+    /// Scale of velocities: the largest |b|, or 1 (m/s or rad/s).
+    pub velocity: f64,
+}
+
+/// Measures `lambda`. `scale[g]` is w_g; `y` is scratch, one number for each degree of freedom, and
+/// is Eᵀ λ afterwards. O(entries).
+pub(crate) fn measure(
+    problem: &Problem,
+    scale: impl Fn(usize) -> f64,
+    lambda: &[[f64; 4]],
+    y: &mut [f64],
+) -> Measure {
+    problem.scatter_all(lambda, y);
+    let (mut residual, mut work, mut violation) = (0.0, 0.0, 0.0);
+    let (mut velocity, mut impulse) = (0.0f64, 0.0f64);
+    for (g, cone) in problem.cones.iter().enumerate() {
+        let (l, soft) = (&lambda[g], problem.soft(g));
+        let mut v = problem.velocity(g, y);
+        for k in 0..cone.rows() {
+            v[k] += soft[k] * l[k];
+            velocity = velocity.max(problem.b[g][k].abs());
+            impulse = impulse.max(l[k].abs());
+        }
+        for x in natural(cone, scale(g), l, &v) {
+            larger(&mut residual, x);
+        }
+        larger(&mut work, idle_work(cone, l, &v));
+        larger(&mut violation, outside(cone, l));
+    }
+    let velocity = if velocity > 0.0 { velocity } else { 1.0 };
+    let impulse = if impulse > 0.0 { impulse } else { 1.0 };
+    Measure {
+        residual: residual / velocity,
+        complementarity: work / velocity / impulse,
+        violation: violation / impulse,
+        velocity,
+    }
+}
+
+/// max that keeps what is not a number.
+#[inline(always)]
+pub(crate) fn larger(most: &mut f64, x: f64) {
+    if !(x.abs() <= *most) && !most.is_nan() {
+        *most = x.abs();
+    }
+}
+
+/// The natural map of a group (m/s or rad/s).
+#[inline(always)]
+pub(crate) fn natural(cone: &Cone, w: f64, l: &[f64; 4], v: &[f64; 4]) -> [f64; 4] {
+    let p = l.map(|x| x * w);
+    let dry = |k: usize, bound: f64| p[k] - (p[k] - v[k]).clamp(-bound, bound);
+    match *cone {
+        Cone::Equality { .. } => *v,
+        Cone::Unilateral => [p[0] - (p[0] - v[0]).max(0.0), 0.0, 0.0, 0.0],
+        Cone::Dry { bound } => [dry(0, w * bound), 0.0, 0.0, 0.0],
+        Cone::Coulomb { friction } => coulomb(friction, &p, v),
+        Cone::Spinning { friction, spin } => {
+            let mut out = coulomb(friction, &p, v);
+            out[3] = dry(3, spin * p[0].max(0.0));
+            out
+        }
+    }
+}
+
+#[inline(always)]
+fn coulomb(friction: f64, p: &[f64; 4], v: &[f64; 4]) -> [f64; 4] {
+    let radius = friction * p[0].max(0.0);
+    let t = [p[1] - v[1], p[2] - v[2]];
+    let size = (t[0] * t[0] + t[1] * t[1]).sqrt();
+    let keep = if size <= radius { 1.0 } else { radius / size };
+    [p[0] - (p[0] - v[0]).max(0.0), p[1] - keep * t[0], p[2] - keep * t[1], 0.0]
+}
+
+/// λ·v and the work that friction rightly takes out: 0 at a solution.
+fn idle_work(cone: &Cone, l: &[f64; 4], v: &[f64; 4]) -> f64 {
+    let slide = l[1] * v[1] + l[2] * v[2];
+    let speed = (v[1] * v[1] + v[2] * v[2]).sqrt();
+    match *cone {
+        Cone::Equality { .. } => 0.0,
+        Cone::Unilateral => l[0] * v[0],
+        Cone::Dry { bound } => l[0] * v[0] + bound * v[0].abs(),
+        Cone::Coulomb { friction } => l[0] * v[0] + slide + friction * speed * l[0],
+        Cone::Spinning { friction, spin } => {
+            let turn = l[3] * v[3] + spin * v[3].abs() * l[0];
+            l[0] * v[0] + slide + friction * speed * l[0] + turn
+        }
+    }
+}
+
+/// How far an impulse is outside what its cone can give; 0 inside.
+fn outside(cone: &Cone, l: &[f64; 4]) -> f64 {
+    let tangent = (l[1] * l[1] + l[2] * l[2]).sqrt();
+    let most = match *cone {
+        Cone::Equality { .. } => 0.0,
+        Cone::Unilateral => -l[0],
+        Cone::Dry { bound } => l[0].abs() - bound,
+        Cone::Coulomb { friction } => (-l[0]).max(tangent - friction * l[0]),
+        Cone::Spinning { friction, spin } => {
+            (-l[0]).max(tangent - friction * l[0]).max(l[3].abs() - spin * l[0])
+        }
+    };
+    most.max(0.0)
+}

@@ -1,0 +1,212 @@
+//! Contact solvers against each other and against energy: identity and conservation.
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use linkwork_solvers::contact::{Cone, Contact, Method, Settings};
+use support::*;
+
+/// Largest difference of velocities after, relative to the largest |b|.
+fn apart(case: &Case, x: &[[f64; 4]], y: &[[f64; 4]]) -> f64 {
+    let (u, v) = (case.velocities(x), case.velocities(y));
+    let scale = case.b.iter().flatten().fold(0.0f64, |m, b| m.max(b.abs()));
+    let mut most = 0.0;
+    for (u, v) in u.iter().flatten().zip(v.iter().flatten()) {
+        let d = (u - v).abs() / scale;
+        if !(d <= most) {
+            most = d;
+        }
+    }
+    most
+}
+
+/// Few rows on many degrees of freedom and moderate friction: one solution.
+#[test]
+fn gauss_seidel_and_newton_agree_where_the_solution_is_unique() {
+    for seed in 0..12 {
+        for case in [random(seed, 40, 10, 12, coulomb), random(seed, 60, 15, 14, mixed)] {
+            let (x, a) = case.solve(Method::GaussSeidel, 1e-12);
+            let (y, b) = case.solve(Method::Newton, 1e-12);
+            assert!(a.converged && b.converged, "seed {seed}: {a:?} {b:?}");
+            let apart = apart(&case, &x, &y);
+            // Measured 9.4e-13.
+            assert!(apart < 1e-9, "seed {seed}: {apart:e}");
+        }
+    }
+}
+
+#[test]
+fn every_large_problem_is_solved_by_newton_to_1e_10() {
+    let cases = [
+        ("pile at rest", pile(0.0)),
+        ("pile pushed", pile(0.02)),
+        ("humanoid", humanoid(1)),
+        ("more rows than dofs", random(4, 30, 60, 8, mixed)),
+        ("many contacts on few dofs", random(7, 20, 100, 6, coulomb)),
+        ("many dofs", random(8, 300, 100, 6, coulomb)),
+    ];
+    for (name, case) in &cases {
+        let (lambda, report) = case.solve(Method::Newton, 1e-10);
+        assert!(report.converged && report.measure.residual <= 1e-10, "{name}: {report:?}");
+        assert!(report.measure.complementarity < 1e-9, "{name}: {report:?}");
+        assert!(report.measure.violation < 1e-12, "{name}: {report:?}");
+        // Measured: 4 to 38.
+        assert!(report.iterations <= 60, "{name}: {report:?}");
+        assert!(energy(case, &lambda) <= 1e-12, "{name}: energy {:e}", energy(case, &lambda));
+        let (same, _) = case.solve(Method::Newton, 1e-10);
+        assert_eq!(lambda, same, "{name}: the same input, other bits");
+    }
+}
+
+/// Sides of the linear system: dofs alone (more rows) and rows alone (more dofs) are both used above;
+/// here the velocities of a problem do not change when degrees of freedom that nothing touches are added.
+#[test]
+fn both_sides_of_the_linear_system_give_one_answer() {
+    for seed in 0..5 {
+        let narrow = random(seed, 14, 8, 9, coulomb);
+        let wide = Case { dofs: 200, ..narrow.clone() };
+        let settings =
+            Settings { method: Method::Newton, tolerance: 1e-11, steps: 80, ..generous() };
+        let (x, a) = narrow.solve(Method::Newton, 1e-11);
+        let mut y = vec![[0.0; 4]; 8];
+        let b = Contact::new(settings).solve(&wide.problem(), &mut y).unwrap();
+        assert!(a.converged && b.converged && a.iterations > 0 && b.iterations > 0);
+        // Measured 5.8e-12.
+        assert!(apart(&narrow, &x, &y) < 1e-9, "seed {seed}: {:e}", apart(&narrow, &x, &y));
+    }
+}
+
+/// Without Coulomb cones the linear complementarity problem is the problem itself.
+#[test]
+fn lemke_agrees_with_newton_without_cones() {
+    for seed in 0..20 {
+        let case = random(seed, 24, 10, 8, |rng, g| match g % 3 {
+            0 => Cone::Unilateral,
+            1 => Cone::Dry { bound: rng.between(0.05, 0.5) },
+            _ => Cone::Equality { rows: 1 + g % 2 },
+        });
+        let (x, a) = case.solve(Method::Lemke, 1e-9);
+        let (y, b) = case.solve(Method::Newton, 1e-11);
+        assert!(a.failure.is_none() && a.converged && b.converged, "seed {seed}: {a:?} {b:?}");
+        // Measured 8.4e-12.
+        assert!(apart(&case, &x, &y) < 1e-9, "seed {seed}: {:e}", apart(&case, &x, &y));
+    }
+}
+
+#[test]
+fn lemke_tends_to_the_circular_cone_with_more_directions() {
+    let worst = |directions: usize| {
+        let mut most = 0.0f64;
+        for seed in 0..8 {
+            let case = random(seed, 18, 3, 9, |rng, g| match g {
+                0 => Cone::Spinning { friction: rng.between(0.2, 0.5), spin: 0.1 },
+                _ => Cone::Coulomb { friction: rng.between(0.2, 0.5) },
+            });
+            let (exact, report) = case.solve(Method::Newton, 1e-11);
+            assert!(report.converged, "{report:?}");
+            let settings = Settings { method: Method::Lemke, directions, ..generous() };
+            let mut lambda = vec![[0.0; 4]; 3];
+            let report = Contact::new(settings).solve(&case.problem(), &mut lambda).unwrap();
+            assert!(report.failure.is_none(), "{report:?}");
+            let apart = apart(&case, &exact, &lambda);
+            assert!(apart.is_finite());
+            most = most.max(apart);
+        }
+        most
+    };
+    let (few, many) = (worst(4), worst(32));
+    assert!(few > 1e-2, "four directions can be told from a circle: {few:e}");
+    // Measured 7.9e-2 and 5.2e-3; 1 − cos(π/n) itself falls sixty-four times.
+    assert!(many < few / 8.0 && many < 1e-2, "{few:e} {many:e}");
+}
+
+/// ½ λᵀ W λ + bᵀ λ: what the impulses add to the kinetic energy.
+fn energy(case: &Case, lambda: &[[f64; 4]]) -> f64 {
+    let y = case.pulled(lambda);
+    let work: f64 = lambda.iter().flatten().zip(case.b.iter().flatten()).map(|(l, b)| l * b).sum();
+    0.5 * y.iter().map(|y| y * y).sum::<f64>() + work
+}
+
+#[test]
+fn impulses_never_add_energy() {
+    for seed in 0..20 {
+        for method in [Method::GaussSeidel, Method::Newton, Method::Auto] {
+            let case = random(seed, 30, 20, 8, mixed);
+            let (lambda, report) = case.solve(method, 1e-10);
+            assert!(report.converged, "seed {seed} {method:?}: {report:?}");
+            let energy = energy(&case, &lambda);
+            assert!(energy < -1e-6, "seed {seed} {method:?}: {energy:e}");
+        }
+    }
+}
+
+/// Newton's restitution is in b: b_n = (1 + e) v⁻_n. One contact, e ≤ 1, no friction or an impact
+/// without slip: λᵀ (v⁺ + v⁻) / 2 ≤ 0. (Several contacts with friction can gain energy with Newton's rule.)
+#[test]
+fn a_bounce_never_gains_energy() {
+    let mut rng = Random(77);
+    for k in 0..200 {
+        let e = [0.0, 0.4, 1.0][k % 3];
+        let seed = rng.bits();
+        let friction = if k % 2 == 0 { 0.0 } else { 0.6 };
+        let mut case = random(seed, 6, 1, 6, |_, _| Cone::Coulomb { friction });
+        let before = case.b[0];
+        if before[0] >= 0.0 {
+            continue;
+        }
+        // Tangents without coupling to the normal, as in a centred impact.
+        for i in 0..6 {
+            let e = &mut case.e[i];
+            *e = if i < 2 { [e[0], 0.0, 0.0, 0.0] } else { [0.0, e[1], e[2], 0.0] };
+        }
+        case.b[0][0] = (1.0 + e) * before[0];
+        let (l, report) = case.solve(Method::Auto, 1e-12);
+        assert!(report.converged);
+        let y = case.pulled(&l);
+        let added: f64 = (0..4).map(|k| l[0][k] * before[k]).sum::<f64>()
+            + 0.5 * y.iter().map(|y| y * y).sum::<f64>();
+        // The work of the impulse is λ·v⁻ + ½ λ W λ = λ (v⁺ + v⁻) / 2.
+        assert!(added <= 1e-12, "{k}: {added:e}");
+        if e == 1.0 && friction == 0.0 {
+            assert!(added.abs() < 1e-12, "a perfect bounce keeps it: {added:e}");
+        }
+    }
+}
+
+/// A warm start at the solution costs nothing, one nearby less than one from nothing.
+#[test]
+fn warm_starts_are_used() {
+    let case = pile(0.02);
+    let (lambda, _) = case.solve(Method::Auto, 1e-11);
+    for method in [Method::Auto, Method::GaussSeidel, Method::Newton] {
+        let mut contact = Contact::new(Settings { method, tolerance: 1e-9, ..generous() });
+        let mut again = lambda.clone();
+        let report = contact.solve(&case.problem(), &mut again).unwrap();
+        assert!(report.converged && report.iterations == 0, "{method:?}: {report:?}");
+        assert!(apart(&case, &again, &lambda) < 1e-15, "{method:?}");
+    }
+    let cold = case.solve(Method::GaussSeidel, 1e-6).1.iterations;
+    let mut near = lambda.iter().map(|l| l.map(|x| x * 1.0001)).collect::<Vec<_>>();
+    let settings = Settings { method: Method::GaussSeidel, sweeps: 20_000, ..generous() };
+    let warm = Contact::new(settings).solve(&case.problem(), &mut near).unwrap();
+    assert!(warm.converged && 3 * warm.iterations < cold, "{} {cold}", warm.iterations);
+}
+
+#[test]
+fn over_relaxation_ends_at_the_same_velocities() {
+    let case = random(5, 60, 15, 14, mixed);
+    let (x, _) = case.solve(Method::Newton, 1e-12);
+    for relaxation in [0.7, 1.2] {
+        let settings = Settings {
+            method: Method::GaussSeidel,
+            relaxation,
+            tolerance: 1e-11,
+            sweeps: 5000,
+            ..generous()
+        };
+        let mut y = vec![[0.0; 4]; 15];
+        let report = Contact::new(settings).solve(&case.problem(), &mut y).unwrap();
+        assert!(report.converged, "{report:?}");
+        assert!(apart(&case, &x, &y) < 1e-9);
+    }
+}
