@@ -260,7 +260,9 @@ fn fault_origin(
             body(name).map(|b| b.origin)
         }
         MechanismFault::UnknownBody { body: name, .. } => body(name).map(|b| b.origin),
-        MechanismFault::NotFinite { .. } => None,
+        MechanismFault::Modes { body: name, .. }
+        | MechanismFault::Attachment { body: name, .. } => body(name).map(|b| b.origin),
+        _ => None,
     }
 }
 
