@@ -138,14 +138,89 @@ fn a_beam_that_spins_up_lags_and_comes_back_as_kane_showed() {
     let modes = kane().modes(count).unwrap();
     let tips = spin_up(modes.clone());
     let least = tips.iter().copied().fold(0.0, f64::min);
-    let at = tips.iter().position(|y| *y == least).unwrap() as f64 * 0.1 + 0.1;
-    println!("XX least {least} at {at}, later {:?}", &tips[150..]);
-    assert!((-0.60..-0.54).contains(&least), "{least}");
+    // Measured −0.576 m at 6.8 s, and 3.8 mm of oscillation after the spin-up.
+    assert!((-0.59..-0.56).contains(&least), "{least}");
+    let rest = tips[155..]
+        .iter()
+        .fold(0.0, |m: f64, y| if y.is_nan() { f64::INFINITY } else { m.max(y.abs()) });
+    assert!(rest < 0.006, "{rest}");
     // Without shortening the same beam gives way: 6 rad/s is above its first frequency, 3.8 rad/s.
     let mut soft = modes;
     soft.stations.iter_mut().for_each(|s| s.shortening = None);
     let soft = spin_up(soft);
     assert!(soft.last().unwrap().abs() > 10.0, "{soft:?}");
+}
+
+/// λ of a cantilever that turns at γ about its root (both times √(ρ A L⁴ / E I)), out of the plane of turning:
+/// w'''' − ½ γ² ((1 − x²) w')' = λ² w by power series, w = w' = 0 at the root, w'' = w''' = 0 at the tip.
+fn turning_beam(gamma: f64) -> f64 {
+    let determinant = |lambda: f64| {
+        let tip = |start: usize| {
+            let mut a = [0.0; 80];
+            a[start] = 1.0;
+            for k in 0..76 {
+                let n = k as f64;
+                let tension = (n + 2.0) * (n + 1.0) * a[k + 2] - n * (n + 1.0) * a[k];
+                let right = 0.5 * gamma * gamma * tension + lambda * lambda * a[k];
+                a[k + 4] = right / ((n + 4.0) * (n + 3.0) * (n + 2.0) * (n + 1.0));
+            }
+            let sum = |f: &dyn Fn(f64) -> f64| -> f64 {
+                a.iter().enumerate().map(|(k, a)| f(k as f64) * a).sum()
+            };
+            [sum(&|n| n * (n - 1.0)), sum(&|n| n * (n - 1.0) * (n - 2.0))]
+        };
+        let (a, b) = (tip(2), tip(3));
+        a[0] * b[1] - a[1] * b[0]
+    };
+    let (mut low, mut high) = (3.0, 4.0 + 1.2 * gamma);
+    assert!(determinant(low) * determinant(high) < 0.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if determinant(low) * determinant(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    low
+}
+
+#[test]
+fn a_turning_beam_stiffens_as_the_differential_equation_says() {
+    // Without turning: the cantilever's own.
+    assert!((turning_beam(1e-6) - 1.875_104_f64.powi(2)).abs() < 1e-5);
+    let (beam, n) = (kane(), 6);
+    let unit = (14_000.0_f64 / (1.2 * 1e4)).sqrt();
+    for (out_of_plane, gamma) in [(true, 1.0), (true, 3.0), (true, 6.0), (false, 3.0), (false, 6.0)]
+    {
+        let (y, z) = if out_of_plane { (0, n) } else { (n, 0) };
+        let count = BeamModes { bending_y: y, bending_z: z, ..BeamModes::default() };
+        let hinge = Hinge::pin(Vec3::z()).prescribed();
+        let tree = Tree::new(&cantilever(beam, count, hinge));
+        let mut ws = Workspace::new(&tree);
+        let mut v = vec![0.0; n + 1];
+        v[0] = gamma * unit;
+        let (zero, mut M, mut K) =
+            (vec![0.0; n + 1], vec![0.0; (n + 1) * (n + 1)], vec![0.0; n * n]);
+        poses(&tree, &mut ws, &zero);
+        mass_matrix(&tree, &mut ws, &mut M);
+        let mut force = |j: usize, x: f64| {
+            let (mut q, mut tau) = (zero.clone(), zero.clone());
+            q[1 + j] = x;
+            inverse_dynamics(&tree, &mut ws, &q, &v, &zero, &mut tau);
+            tau
+        };
+        for j in 0..n {
+            let (a, b) = (force(j, -1e-4), force(j, 1e-4));
+            (0..n).for_each(|i| K[i * n + j] = (b[i + 1] - a[i + 1]) / 2e-4);
+        }
+        let M = DMatrix::from_row_slice(n + 1, n + 1, &M).view((1, 1), (n, n)).into_owned();
+        let L = M.cholesky().unwrap().l();
+        let half = L.solve_lower_triangular(&DMatrix::from_row_slice(n, n, &K)).unwrap();
+        let A = L.solve_lower_triangular(&half.transpose()).unwrap();
+        let least = A.symmetric_eigenvalues().min().sqrt() / unit;
+        // In the plane, what centrifugal force does on the deflection itself comes off: λ² − γ².
+        let flap = turning_beam(gamma);
+        let want = if out_of_plane { flap } else { (flap * flap - gamma * gamma).sqrt() };
+        // Measured at most 6e-5.
+        assert!((least / want - 1.0).abs() < 3e-4, "γ = {gamma}: {least} instead of {want}");
+    }
 }
 
 /// Two beams on a free hub, one with a hand, in free flight.
@@ -232,7 +307,6 @@ fn energy_of_a_flexible_satellite_drifts_at_the_order_of_the_integrator() {
         energy(&mut ws, &q, &v) - E0
     };
     let errors = [100, 200, 400].map(&mut drift);
-    println!("XX {errors:?}");
     for pair in errors.windows(2) {
         let ratio = (pair[0] / pair[1]).abs();
         assert!((12.0..45.0).contains(&ratio), "{errors:?}, ratio {ratio}");
@@ -282,11 +356,10 @@ fn a_stiff_satellite_moves_as_a_rigid_one() {
         }
         let mut tau = vec![0.0; mbs.nv()];
         let mut vdot = tau.clone();
-        // The deflections of this moment, by relaxation: K η balances what acts at η = 0.
         forward_dynamics(&tree, &mut ws, &q, &v, &mut tau, &mut vdot).unwrap();
         let modal: Vec<usize> = mbs.bodies().iter().flat_map(|b| b.modes_v()).collect();
         let hinge: Vec<usize> = (0..mbs.nv()).filter(|i| !modal.contains(i)).collect();
-        (hinge.iter().map(|i| vdot[*i]).collect::<Vec<_>>(), tree, q, v)
+        (hinge.iter().map(|i| vdot[*i]).collect::<Vec<_>>(), tree, v)
     };
     let q = |mbs: &Multibody| {
         let mut q = mbs.neutral_q();
@@ -309,7 +382,7 @@ fn a_stiff_satellite_moves_as_a_rigid_one() {
         let (mut at, modal) =
             (q(&mbs), mbs.bodies().iter().flat_map(|b| b.modes_q().zip(b.modes_v())));
         let modal: Vec<(usize, usize)> = modal.collect();
-        let (_, tree, _, v) = hub(&mbs, at.clone());
+        let (_, tree, v) = hub(&mbs, at.clone());
         let mut ws = Workspace::new(&tree);
         let K: Vec<f64> = mbs
             .bodies()
@@ -342,6 +415,6 @@ fn a_stiff_satellite_moves_as_a_rigid_one() {
         let (got, ..) = hub(&mbs, at);
         errors.push(support::relative_error(&got, &want));
     }
-    println!("XX {errors:?}");
-    assert!(errors[0] < 1e-2 && errors[1] < 1.1e-2 * errors[0], "{errors:?}");
+    // Measured 5.6e-6 and 5.6e-8.
+    assert!(errors[0] < 1e-4 && errors[1] < 1.1e-2 * errors[0], "{errors:?}");
 }

@@ -205,7 +205,6 @@ fn a_truss_of_two_beams_carries_its_load() {
     solver
         .forward_given_kinematics(&tree, &mut ws, (&still, &v), &[], &mut tau, &mut vdot)
         .unwrap();
-    println!("XX {held} {}", greatest(&vdot));
     assert!(held < 1e-4 * greatest(&vdot), "{held} of {}", greatest(&vdot));
     let length = F / (2.0 * 1.0_f64.sin()) / (beam.young * beam.area);
     // What eight modes leave out of N L / E A: Σ 2/(π² (k − ½)²) from the ninth on, 2.5 %.
