@@ -10,8 +10,9 @@ use linkwork_dynamics::multibody::{
     BodySpec, Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, Multibody, Row,
 };
 use linkwork_dynamics::spatial::{Force, Pose, Vec3};
+use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
 use linkwork_dynamics::{
-    Tree, Workspace, forward_dynamics, forward_dynamics_given_kinematics, kinematics,
+    Compliance, Tree, Workspace, forward_dynamics, forward_dynamics_given_kinematics, kinematics,
 };
 use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
 use support::{Rng, Shape, close, random_tree};
@@ -133,6 +134,50 @@ fn loops_through_flexible_bodies_hold_and_their_forces_do_the_same_on_the_tree()
                 (applied[i] - tau[i]).abs() < 1e-7 * (1.0 + tau[i].abs()),
                 "seed {seed}, T {i}"
             );
+        }
+    }
+}
+
+#[test]
+fn a_contact_on_a_flexible_body_moves_with_the_nearest_station() {
+    for seed in 0..12 {
+        let (mbs, q) = machine(seed);
+        let mut q = q;
+        mbs.bodies().iter().for_each(|b| q[b.modes_q()].fill(0.2));
+        let tree = Tree::new(&mbs);
+        let mut ws = Workspace::new(&tree);
+        let (v, nv) = (mbs.random_v(seed), mbs.nv());
+        kinematics(&tree, &mut ws, &q, &v);
+        let units = Units::new(&tree, |_| Treatment::Augment);
+        let mut uw = UnitsWork::new(&tree, &units);
+        let zero = vec![0.0; nv];
+        units.gather(&tree, &mut ws, &mut uw, &zero, &zero, &[]).unwrap();
+        for id in mbs.body_ids().filter(|b| mbs.get(*b).modes().is_some()) {
+            // At each station of the body a node would be: its velocity and compliance.
+            for s in &mbs.get(id).modes().unwrap().stations {
+                let mut b = Builder::from(&mbs);
+                b.node("at", mbs.get(id).name(), s.pose);
+                let with = b.build().unwrap();
+                let (node, other) = (with.node("at").unwrap(), Tree::new(&with));
+                let mut ws2 = Workspace::new(&other);
+                kinematics(&other, &mut ws2, &q, &v);
+                let point = ws2.node_pose(&other, node).position;
+                let axes = [Vec3::x(), Vec3::new(0.6, 0.0, 0.8)];
+                let mut rows = RowSet::default();
+                rows.clear();
+                rows.add_point(&tree, &units, &ws, &uw, (None, Some(id)), &point, &axes);
+                let V = ws2.node_velocity(&other, node).linear;
+                close(&rows.groups()[0].rate[..2], &axes.map(|n| n.dot(&V)), 1e-11, "rate");
+                let mut L = vec![0.0; 36];
+                Compliance::new(&other, &[node]).compute(&other, &mut ws2, &mut L).unwrap();
+                let entry = |a: Vec3, b: Vec3| -> f64 {
+                    (0..9).map(|k| a[k / 3] * L[(3 + k / 3) * 6 + 3 + k % 3] * b[k % 3]).sum()
+                };
+                let W = rows.block(0, 0);
+                let want =
+                    [entry(axes[0], axes[0]), entry(axes[0], axes[1]), entry(axes[1], axes[1])];
+                close(&[W[0][0], W[0][1], W[1][1]], &want, 1e-9, &format!("seed {seed}"));
+            }
         }
     }
 }

@@ -38,8 +38,12 @@ pub(crate) use sums::{bias, com_acceleration, subtree_inertia};
 
 use crate::error::DynamicsError;
 use crate::linear::{M3, S3, V3, V6};
+use crate::query::{v3, vec3};
 use crate::tree::Tree;
 use crate::units::{Treatment, Units, UnitsWork};
+use crate::work::Work;
+use linkwork_multibody::BodyId;
+use linkwork_spatial::Vec3;
 use std::ops::Range;
 
 /// One step of a sweep, parents first.
@@ -191,6 +195,20 @@ impl Tree {
     #[must_use]
     pub fn is_flexible(&self) -> bool {
         self.flexible.is_some()
+    }
+
+    /// What a point (m, world) on a body moves with: the link of a rigid body; of a flexible one the nearest
+    /// station, or its frame when that is nearer.
+    pub(crate) fn slot_near(&self, w: &Work<f64>, body: BodyId, point: &Vec3) -> u32 {
+        let at = self.body(body);
+        let sets = self.flexible.iter().flat_map(|f| f.sets.iter().map(move |s| (f, s)));
+        let own = sets.filter(|(_, s)| s.body as usize == body.index());
+        let slots = own.flat_map(|(f, s)| (s.first..s.end).map(move |i| f.slot(i)));
+        let kin = &w.kin[at.slot as usize];
+        let far = |p: V3<f64>| (vec3(&p) - point).norm_squared();
+        let frame = (far(kin.p + kin.R.mul(v3(&at.p))), at.slot);
+        let nearer = |a: (f64, u32), b: (f64, u32)| if b.0 < a.0 { b } else { a };
+        slots.map(|s| (far(w.kin[s].p), s as u32)).fold(frame, nearer).1
     }
 
     /// Refuses a flexible mechanism for an algorithm (`what`) that is only for rigid ones: for callers of those that

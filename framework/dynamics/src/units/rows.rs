@@ -268,7 +268,9 @@ impl RowSet {
     }
 
     /// Adds rows that measure the velocity of body `b` relative to body `a` at a point (m, world)
-    /// along directions (unit vectors, world), three at most: a contact. `None` is the world.
+    /// along directions (unit vectors, world), three at most: a contact. `None` is the world. On a
+    /// flexible body the point is glued to the nearest station that has mass or carries something,
+    /// or to the body frame when that is nearer.
     pub fn add_point(
         &mut self,
         tree: &Tree,
@@ -308,7 +310,7 @@ impl RowSet {
         self.ends.clear();
         self.terms.clear();
         for (body, sign) in [(a, -1.0), (b, 1.0)] {
-            let slot = body.map_or(0, |b| tree.body(b).slot);
+            let slot = body.map_or(0, |b| tree.slot_near(&ws.work, b, point));
             let kin = &ws.work.kin[slot as usize];
             let arm = v3(point) - kin.p;
             let V = kin.V.to_child(arm);
