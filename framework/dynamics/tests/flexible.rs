@@ -50,7 +50,7 @@ fn flexible(seed: u64, shape: Shape) -> Multibody {
     let mut r = Rng(seed ^ 0xf1e8);
     let mut b = Builder::from(&random_tree(seed, shape));
     for (i, body) in b.bodies_mut().iter_mut().enumerate() {
-        if (i + seed as usize) % 2 == 0 {
+        if (i + seed as usize).is_multiple_of(2) {
             body.modes = Some(random_modes(&mut r));
         }
     }

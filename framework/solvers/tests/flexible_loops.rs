@@ -38,13 +38,13 @@ fn machine(seed: u64) -> (Multibody, Vec<f64>) {
     let shape = Shape {
         bodies: 8,
         floating: seed.is_multiple_of(2),
-        prescribed: seed % 3 == 0,
+        prescribed: seed.is_multiple_of(3),
         armature: true,
     };
     let mut r = Rng(seed ^ 0x77);
     let mut b = Builder::from(&random_tree(seed, shape));
     for (i, body) in b.bodies_mut().iter_mut().enumerate() {
-        if (i + seed as usize) % 2 == 0 {
+        if (i + seed as usize).is_multiple_of(2) {
             body.modes = Some(modes(&mut r));
         }
     }

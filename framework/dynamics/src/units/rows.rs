@@ -361,7 +361,7 @@ impl RowSet {
                         let (v, w) = (link.v + j, first + j);
                         let mut c = f64x4::splat(0.0);
                         for t in terms.iter().filter(|t| t.1 == v) {
-                            c = c + t.2;
+                            c += t.2;
                         }
                         let eps = uw.S[v as usize].block().dot_from(&z, c);
                         let at = w as usize;
@@ -403,7 +403,7 @@ impl RowSet {
                         let own = end.to_parent((-uw.r[slot as usize]).block());
                         z = z + *end;
                         held.push((group, slot, own));
-                        free = free - m.A[place].block().dot(&own);
+                        free -= m.A[place].block().dot(&own);
                         gross = square(&own).mul_add(f64x4::splat(uw.reach[slot as usize]), gross);
                         for j in 0..n {
                             let e = &mut self.e[from + n - 1 - j];
