@@ -72,7 +72,7 @@ impl Default for Settings {
             method: Method::Auto,
             tolerance: 1e-6,
             sweeps: 50,
-            steps: 60,
+            steps: 100,
             relaxation: 1.0,
             directions: 8,
         }

@@ -43,8 +43,8 @@ const INEXACT: f64 = 1.0;
 const NOISE: f64 = 1e-27;
 /// Sweeps of Gauss–Seidel after a proximal problem that was not solved.
 const SWEEPS: u32 = 80;
-/// Proximal steps without progress after which the search ends.
-const STALE: u32 = 8;
+/// Solved proximal problems without progress after which the search ends.
+const STALE: u32 = 20;
 
 /// Storage, made once.
 #[derive(Clone, Debug, Default)]
@@ -95,14 +95,15 @@ impl Newton {
                 lambda.copy_from_slice(&self.center);
                 last = now;
             }
-            stale = if now.residual < 0.7 * best.residual { 0 } else { stale + 1 };
+            // A proximal problem that was not solved says nothing about progress.
+            stale = if now.residual < 0.7 * best.residual { 0 } else { stale + u32::from(solved) };
             self.keep(&mut best, &now, lambda);
             if !solved {
                 rho = (10.0 * rho).min(1.0);
                 (_, last) = sweeps.solve(problem, blocks, few, 1.0, lambda);
                 problem.scatter_all(lambda, &mut self.y);
                 self.keep(&mut best, &last, lambda);
-            } else if used <= EASY && stale < STALE / 2 {
+            } else if used <= EASY && stale < EASY {
                 rho = (0.1 * rho).max(LAST);
             }
         }
