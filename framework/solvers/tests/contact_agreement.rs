@@ -210,3 +210,18 @@ fn over_relaxation_ends_at_the_same_velocities() {
         assert!(apart(&case, &x, &y) < 1e-9);
     }
 }
+
+/// Without sweeps and steps only Lemke is left to `Auto`.
+#[test]
+fn auto_falls_back_on_lemke() {
+    let case = random(4, 24, 10, 8, |rng, g| match g % 2 {
+        0 => Cone::Unilateral,
+        _ => Cone::Dry { bound: rng.between(0.05, 0.5) },
+    });
+    let settings = Settings { sweeps: 0, steps: 0, ..generous() };
+    let mut lambda = vec![[0.0; 4]; 10];
+    let report = Contact::new(settings).solve(&case.problem(), &mut lambda).unwrap();
+    assert!(report.converged && report.method == Method::Lemke, "{report:?}");
+    let (exact, _) = case.solve(Method::GaussSeidel, 1e-12);
+    assert!(apart(&case, &exact, &lambda) < 1e-9);
+}

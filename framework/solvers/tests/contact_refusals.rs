@@ -153,6 +153,22 @@ fn inconsistent_equalities_get_a_compromise_and_are_reported() {
     }
 }
 
+/// The start has the least largest error, 2.5 of 6; the answer is least squares all the same.
+#[test]
+fn inconsistent_equalities_do_not_stay_where_they_began() {
+    let mut case = Case::new(1);
+    for target in [1.0, 2.0, 6.0] {
+        let entries = [(0, [1.0, 0.0, 0.0, 0.0])];
+        case.add(Cone::Equality { rows: 1 }, &entries, [-target, 0.0, 0.0, 0.0]);
+    }
+    let settings = Settings { method: Method::Newton, ..Settings::default() };
+    let mut l = vec![[3.5, 0.0, 0.0, 0.0], [0.0; 4], [0.0; 4]];
+    let report = Contact::new(settings).solve(&case.problem(), &mut l).unwrap();
+    assert!(!report.converged);
+    let y = case.pulled(&l)[0];
+    assert!((y - 3.0).abs() < 1e-3, "{y}");
+}
+
 /// Two walls that approach each other with a mass between them, and a jammed crowd: no solution.
 #[test]
 fn impossible_contacts_end_and_are_reported() {
