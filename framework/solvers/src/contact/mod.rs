@@ -18,6 +18,7 @@
 mod dense;
 mod error;
 mod gauss_seidel;
+mod law;
 mod lemke;
 mod local;
 mod newton;
