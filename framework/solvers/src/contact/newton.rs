@@ -26,7 +26,7 @@ use super::dense::solve_lu;
 use super::gauss_seidel::{GaussSeidel, Stop};
 use super::law::{pulled, slope};
 use super::local::Block;
-use super::problem::{Cone, Problem, axpy4, dot4};
+use super::problem::{Problem, axpy4, dot4};
 use super::residual::{Measure, measure};
 
 /// Proximal weight relative to the compliance of the group: the first is `START` times the residual
@@ -350,7 +350,7 @@ fn squared(x: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::problem::Factor;
+    use super::super::problem::{Cone, Factor};
     use super::*;
 
     fn number(seed: &mut u64) -> f64 {
