@@ -61,7 +61,8 @@ pub(crate) fn best(a: &Placed, b: &Placed, limit: f64, bias: f64) -> Option<Axis
     {
         return boxes(a, b, ha, hb, limit, bias);
     }
-    let mut best = Axis { n: direction(&(b.p - a.p)), sep: f64::NEG_INFINITY, source: Source::Other };
+    let mut best =
+        Axis { n: direction(&(b.p - a.p)), sep: f64::NEG_INFINITY, source: Source::Other };
     let mut take = |n: Vec3, sep: f64, source: Source, lead: f64| {
         if sep > best.sep + lead {
             best = Axis { n, sep, source };
@@ -206,7 +207,13 @@ pub(crate) enum Nearest {
 }
 
 /// Nearest points of two cores.
-pub(crate) fn nearest(a: &Placed, b: &Placed, limit: f64, start: &Vec3, simplex: &mut VoronoiSimplex) -> Nearest {
+pub(crate) fn nearest(
+    a: &Placed,
+    b: &Placed,
+    limit: f64,
+    start: &Vec3,
+    simplex: &mut VoronoiSimplex,
+) -> Nearest {
     let probe = |d: &Vec3| (a.support(d), b.support(&-d));
     let put = |s: &(Vec3, Vec3)| CsoPoint::new(to_parry(&s.0), to_parry(&s.1));
     let first = probe(start);
@@ -263,7 +270,12 @@ impl SupportMap for Shim<'_> {
 }
 
 /// The least depth of overlapping cores: normal and distance (negative). The simplex is that of [`nearest`].
-pub(crate) fn depth(a: &Placed, b: &Placed, simplex: &VoronoiSimplex, epa: &mut EPA) -> Option<(Vec3, f64)> {
+pub(crate) fn depth(
+    a: &Placed,
+    b: &Placed,
+    simplex: &VoronoiSimplex,
+    epa: &mut EPA,
+) -> Option<(Vec3, f64)> {
     let (_, _, n) = epa.closest_points(&ParryPose::IDENTITY, &Shim(*a), &Shim(*b), simplex)?;
     let n = from_parry(n);
     let length = n.norm();

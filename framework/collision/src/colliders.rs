@@ -76,7 +76,11 @@ impl Colliders {
     ///
     /// # Errors
     /// All that is wrong with the colliders and the rules, at once.
-    pub fn new(specs: Vec<ColliderSpec>, rules: Rules, multibody: &Multibody) -> Result<Self, CollisionError> {
+    pub fn new(
+        specs: Vec<ColliderSpec>,
+        rules: Rules,
+        multibody: &Multibody,
+    ) -> Result<Self, CollisionError> {
         let mut specs = specs;
         let mut faults = check(&specs, multibody);
         let mut solids = Vec::with_capacity(specs.len());
@@ -115,7 +119,8 @@ impl Colliders {
         }
         let specs: Vec<&ColliderSpec> = items.iter().map(|i| &book.specs[i.spec]).collect();
         let world = multibody.bodies().len();
-        let bodies: Vec<usize> = items.iter().map(|i| i.body.map_or(world, |b| b.index())).collect();
+        let bodies: Vec<usize> =
+            items.iter().map(|i| i.body.map_or(world, |b| b.index())).collect();
         let meets = rules::table(&book.rules, &specs, &bodies, multibody);
         Self { book, items, meets }
     }
@@ -206,9 +211,17 @@ fn check(specs: &[ColliderSpec], multibody: &Multibody) -> Vec<Fault> {
         if s.body != WORLD && multibody.body(&s.body).is_none() {
             let names = multibody.bodies().iter().map(|b| b.name()).chain([WORLD]);
             let suggestion = rules::nearest(&s.body, names);
-            faults.push(Fault::UnknownBody { collider: collider(), body: s.body.clone(), suggestion });
+            faults.push(Fault::UnknownBody {
+                collider: collider(),
+                body: s.body.clone(),
+                suggestion,
+            });
         }
-        let numbers = [("padding", s.padding), ("friction", s.material.friction), ("restitution", s.material.restitution)];
+        let numbers = [
+            ("padding", s.padding),
+            ("friction", s.material.friction),
+            ("restitution", s.material.restitution),
+        ];
         for (what, value) in numbers {
             if !(value >= 0.0 && value.is_finite()) {
                 faults.push(Fault::Number { collider: collider(), what, value });

@@ -44,7 +44,9 @@ pub enum ShapeFault {
         count: usize,
     },
     /// A triangle without area.
-    #[error("triangle {triangle} has no area\n  help: remove it, or give three corners that are not on one line")]
+    #[error(
+        "triangle {triangle} has no area\n  help: remove it, or give three corners that are not on one line"
+    )]
     NoArea {
         /// Which triangle.
         triangle: usize,
@@ -106,7 +108,9 @@ pub enum Fault {
         value: f64,
     },
     /// A pose with a NaN, an infinity, or a rotation that is not of unit length.
-    #[error("collider `{collider}`: its pose is not a pose\n  help: give finite numbers and a unit quaternion")]
+    #[error(
+        "collider `{collider}`: its pose is not a pose\n  help: give finite numbers and a unit quaternion"
+    )]
     Pose {
         /// The collider.
         collider: String,

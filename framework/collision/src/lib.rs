@@ -53,7 +53,7 @@ mod solid;
 mod surface;
 mod thin;
 
-pub use colliders::{Colliders, ColliderId, Rebuilt};
+pub use colliders::{ColliderId, Colliders, Rebuilt};
 pub use error::{CollisionError, Fault, ShapeFault};
 pub use linkwork_multibody as multibody;
 pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};

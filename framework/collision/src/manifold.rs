@@ -106,11 +106,16 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
     let mut done = false;
     if axis.source == Source::Face {
         across(a, b, &axis, limit, size, room);
-        done = least(&room.points[from..]) <= axis.sep + enough(a, b, &axis.n, size);
+        done = enough(a, b, &axis, size, &room.points[from..]);
     }
     let thin = a.core.is_triangle();
     let complete = axis::complete(a.core, b.core);
-    if done && (axis.sep > 0.0 || complete || thin) {
+    if done
+        && (axis.sep > 0.0
+            || complete
+            || thin
+            || well_inside(&axis, &room.points[from..], room, size))
+    {
         return;
     }
     let mut ends = None;
@@ -133,19 +138,27 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
     keep_shallower(&mut room.points, from, axis.sep - equal);
     // A corner that is behind a triangle's plane but not behind the triangle is its neighbour's.
     let beside = thin && axis.source == Source::Face;
-    if !beside && !(least(&room.points[from..]) <= axis.sep + enough(a, b, &axis.n, size)) {
+    if !beside && !enough(a, b, &axis, size, &room.points[from..]) {
         deepest(a, b, &axis, ends, size, room);
     }
 }
 
 /// Normal, distance and nearest points of cores for which the candidates do not suffice; `None` when they are too far apart.
-fn refine(a: &Placed, b: &Placed, axis: &Axis, limit: f64, complete: bool, room: &mut Room) -> Option<(Vec3, f64, Option<(Vec3, Vec3)>)> {
+fn refine(
+    a: &Placed,
+    b: &Placed,
+    axis: &Axis,
+    limit: f64,
+    complete: bool,
+    room: &mut Room,
+) -> Option<(Vec3, f64, Option<(Vec3, Vec3)>)> {
     let (n, sep, ends) = match axis::nearest(a, b, limit, &axis.n, &mut room.simplex) {
         Nearest::Far => return None,
         Nearest::Apart(pa, pb, n, d) => (n, d, Some((pa, pb))),
         Nearest::Overlap(n) => {
             let found = axis::depth(a, b, &room.simplex, &mut room.epa).filter(|_| !complete);
-            let tried = [(n, b.range(&n).0 - a.range(&n).1), found.unwrap_or((n, f64::NEG_INFINITY))];
+            let tried =
+                [(n, b.range(&n).0 - a.range(&n).1), found.unwrap_or((n, f64::NEG_INFINITY))];
             let best = tried.iter().fold((axis.n, axis.sep), |m, t| if t.1 > m.1 { *t } else { m });
             (best.0, best.1, None)
         }
@@ -157,9 +170,28 @@ fn refine(a: &Placed, b: &Placed, axis: &Axis, limit: f64, complete: bool, room:
     Some((n, sep, None))
 }
 
-/// What the deepest point may lack, m: the eight points on the rim of an end that lies flat stand for all of it.
-fn enough(a: &Placed, b: &Placed, n: &Vec3, size: f64) -> f64 {
-    if a.lies_flat(n) || b.lies_flat(n) { BIAS * size } else { EQUAL * size }
+/// Whether no other direction can be less deep. With depth δ below a face, at least ρ from its border, a normal turned by θ has
+/// sep ≤ −δ cos θ − ρ sin θ, which beats −δ only when tan(θ/2) > ρ/δ: never, unless it is the back of something thinner than δ.
+fn well_inside(axis: &Axis, points: &[Point], room: &Room, size: f64) -> bool {
+    let Some(p) = points.iter().find(|p| p.gap <= least(points)) else { return false };
+    let inset = |face: &[Corner], foot: &Vec3| {
+        (0..face.len()).fold(f64::INFINITY, |m, k| {
+            let out = (face[(k + 1) % face.len()].p - face[k].p).cross(&axis.n);
+            let height = (foot - face[k].p).dot(&out).abs() / out.norm();
+            if height < m { height } else { m }
+        })
+    };
+    let depth = -10.0 * axis.sep;
+    let on = |face: &[Corner], foot: &Vec3| face.len() > 2 && inset(face, foot) > depth;
+    0.1 * size > depth && (on(&room.fa, &p.pa) || on(&room.fb, &p.pb))
+}
+
+/// Whether some points show the distance `sep`. Where flat parts of both lie on each other, a corner that sticks out over the edge may be deeper by
+/// [`BIAS`], and eight points on a rim stand for all of it: what rests would else gain and lose a point with every tremor.
+fn enough(a: &Placed, b: &Placed, axis: &Axis, size: f64, points: &[Point]) -> bool {
+    let missing = least(points) - axis.sep;
+    missing <= EQUAL * size
+        || (missing <= BIAS * size && a.lies_flat(&axis.n) && b.lies_flat(&-axis.n))
 }
 
 /// The smallest distance of some points.
@@ -218,10 +250,23 @@ struct Cut {
 const OWN: usize = usize::MAX;
 
 /// Clips `other` by the planes through the edges of `face` (Sutherland and Hodgman) into `cut`.
-fn clip(face: &[Corner], other: &[Corner], m: &Vec3, slack: f64, first: bool, cut: &mut Vec<Cut>, next: &mut Vec<Cut>) {
+fn clip(
+    face: &[Corner],
+    other: &[Corner],
+    m: &Vec3,
+    slack: f64,
+    first: bool,
+    cut: &mut Vec<Cut>,
+    next: &mut Vec<Cut>,
+) {
     let (mine, theirs) = if first { (OF_A, OF_B) } else { (OF_B, OF_A) };
     cut.clear();
-    cut.extend(other.iter().map(|c| Cut { p: c.p, name: corner(theirs, c.name), edge: c.edge, plane: OWN }));
+    cut.extend(other.iter().map(|c| Cut {
+        p: c.p,
+        name: corner(theirs, c.name),
+        edge: c.edge,
+        plane: OWN,
+    }));
     for k in 0..face.len() {
         let start = &face[k];
         let out = (face[(k + 1) % face.len()].p - start.p).cross(m);
@@ -306,9 +351,16 @@ fn extreme(c: &Placed, n: &Vec3, room: f64) -> ([Corner; 2], usize) {
 }
 
 /// The point that the normal was found from; two where edges lie side by side.
-fn deepest(a: &Placed, b: &Placed, axis: &Axis, ends: Option<(Vec3, Vec3)>, size: f64, room: &mut Room) {
+fn deepest(
+    a: &Placed,
+    b: &Placed,
+    axis: &Axis,
+    ends: Option<(Vec3, Vec3)>,
+    size: f64,
+    room: &mut Room,
+) {
     let Axis { n, sep, .. } = *axis;
-    let ((ea, na), (eb, nb)) = (extreme(a, &n, 1e-7 * size), extreme(b, &-n, 1e-7 * size));
+    let ((ea, na), (eb, nb)) = (extreme(a, &n, BIAS * size), extreme(b, &-n, BIAS * size));
     if na == 2 && nb == 2 && side_by_side(&ea, &eb, &n, size, room) {
         return;
     }
@@ -362,7 +414,8 @@ pub(crate) fn lines(ea: &[Corner; 2], eb: &[Corner; 2]) -> (f64, f64) {
     let (u, v, w) = (ea[1].p - ea[0].p, eb[1].p - eb[0].p, ea[0].p - eb[0].p);
     let (uu, uv, vv, uw, vw) = (u.dot(&u), u.dot(&v), v.dot(&v), u.dot(&w), v.dot(&w));
     let det = uu * vv - uv * uv;
-    let mut s = if det > 1e-14 * uu * vv { ((uv * vw - vv * uw) / det).clamp(0.0, 1.0) } else { 0.5 };
+    let mut s =
+        if det > 1e-14 * uu * vv { ((uv * vw - vv * uw) / det).clamp(0.0, 1.0) } else { 0.5 };
     let t = (uv * s + vw) / vv;
     let inside = t.clamp(0.0, 1.0);
     if t != inside {

@@ -104,7 +104,8 @@ fn half_space(b: &Placed, limit: f64, size: f64, room: &mut Room) {
     if least(&room.points) > lowest.z + 1e-9 * size {
         let name = if let Core::Poly(p) = b.core {
             let at = |v: &Vec3| (b.R * v + b.p - lowest).norm_squared();
-            let nearest = (0..p.vertices.len()).min_by(|i, j| at(&p.vertices[*i]).total_cmp(&at(&p.vertices[*j])));
+            let nearest = (0..p.vertices.len())
+                .min_by(|i, j| at(&p.vertices[*i]).total_cmp(&at(&p.vertices[*j])));
             nearest.map_or(0, |i| p.names[i])
         } else {
             19
@@ -178,7 +179,13 @@ fn on_cylinder(c: &Placed, r: f64, h: f64, p: &Vec3) -> (Vec3, Vec3, f64) {
 }
 
 /// One point, or two where the segments are side by side.
-fn segments(a: &Placed, ha: f64, b: &Placed, hb: f64, push: &mut impl FnMut(Vec3, Vec3, Vec3, u64)) {
+fn segments(
+    a: &Placed,
+    ha: f64,
+    b: &Placed,
+    hb: f64,
+    push: &mut impl FnMut(Vec3, Vec3, Vec3, u64),
+) {
     let (u, v) = (a.R.column(2).into_owned(), b.R.column(2).into_owned());
     let cross = u.cross(&v);
     let across = if cross.norm() > 1e-9 { cross } else { a.R.column(0).into_owned() };
@@ -195,7 +202,8 @@ fn segments(a: &Placed, ha: f64, b: &Placed, hb: f64, push: &mut impl FnMut(Vec3
             return;
         }
     }
-    let ends = |p: &Placed, d: &Vec3, h: f64| [-h, h].map(|h| Corner { p: p.p + d * h, name: 0, edge: 0 });
+    let ends =
+        |p: &Placed, d: &Vec3, h: f64| [-h, h].map(|h| Corner { p: p.p + d * h, name: 0, edge: 0 });
     let (ea, eb) = (ends(a, &u, ha), ends(b, &v, hb));
     let (s, t) = lines(&ea, &eb);
     push(ea[0].p + (ea[1].p - ea[0].p) * s, eb[0].p + (eb[1].p - eb[0].p) * t, instead, mix(5, 2));

@@ -188,7 +188,9 @@ impl Colliders {
                 None => self.spec(id).hidden,
             };
             let item = &self.items[id.index()];
-            let (Visibility::Shown, Some(solid)) = (hidden, item.solid(query.detail)) else { continue };
+            let (Visibility::Shown, Some(solid)) = (hidden, item.solid(query.detail)) else {
+                continue;
+            };
             let pose = poses(item.body) * item.pose;
             if pose.is_finite() {
                 let (lo, hi) = around(solid, &pose, item.padding + query.margin / 2.0);
@@ -274,7 +276,14 @@ impl Colliders {
         self.between(&see(a)?, &see(b)?, detail, f64::INFINITY, &mut scratch.room)
     }
 
-    fn between(&self, a: &Seen, b: &Seen, detail: Detail, limit: f64, room: &mut Room) -> Option<Distance> {
+    fn between(
+        &self,
+        a: &Seen,
+        b: &Seen,
+        detail: Detail,
+        limit: f64,
+        room: &mut Room,
+    ) -> Option<Distance> {
         let mut margin = (apart(a, b) + self.size(a.id, b.id, detail)).min(limit);
         loop {
             self.points(a, b, detail, margin, room);
@@ -307,7 +316,7 @@ impl Colliders {
             for j in i + 1..seen.len() {
                 let (a, b) = (&seen[i], &seen[j]);
                 let limit = best.map_or(query.margin, |c| c.distance.distance);
-                if !self.meet(ColliderId(a.id), ColliderId(b.id)) || apart(a, b) > limit {
+                if !self.meet(ColliderId(a.id), ColliderId(b.id)) || apart(a, b) > limit.max(0.0) {
                     continue;
                 }
                 if let Some(distance) = self.between(a, b, query.detail, limit, room)

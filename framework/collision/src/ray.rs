@@ -92,7 +92,11 @@ fn inside(d: &Vec3) -> Option<(f64, Vec3)> {
 }
 
 /// The solid behind all planes n · x ≤ c.
-fn interval(o: &Vec3, d: &Vec3, planes: &mut impl Iterator<Item = (Vec3, f64)>) -> Option<(f64, Vec3)> {
+fn interval(
+    o: &Vec3,
+    d: &Vec3,
+    planes: &mut impl Iterator<Item = (Vec3, f64)>,
+) -> Option<(f64, Vec3)> {
     let (mut enter, mut leave, mut normal) = (f64::NEG_INFINITY, f64::INFINITY, -d);
     for (n, c) in planes {
         let (height, rate) = (n.dot(o) - c, n.dot(d));

@@ -47,7 +47,12 @@ fn welded(multibody: &Multibody) -> Vec<usize> {
 }
 
 /// For each pair of colliders, row after row, whether it meets.
-pub(crate) fn table(rules: &Rules, specs: &[&ColliderSpec], bodies: &[usize], multibody: &Multibody) -> Vec<bool> {
+pub(crate) fn table(
+    rules: &Rules,
+    specs: &[&ColliderSpec],
+    bodies: &[usize],
+    multibody: &Multibody,
+) -> Vec<bool> {
     let world = multibody.bodies().len();
     let group = welded(multibody);
     let place = |name: &str| {
@@ -67,7 +72,9 @@ pub(crate) fn table(rules: &Rules, specs: &[&ColliderSpec], bodies: &[usize], mu
         for j in 0..n {
             let (a, b) = (specs[i], specs[j]);
             let (ga, gb) = (group[bodies[i]], group[bodies[j]]);
-            let is = |s: &ColliderSpec, name: &str| s.name == name || (s.body == name && specs.iter().all(|o| o.name != name));
+            let is = |s: &ColliderSpec, name: &str| {
+                s.name == name || (s.body == name && specs.iter().all(|o| o.name != name))
+            };
             let listed = |list: &[[String; 2]]| {
                 list.iter().any(|[p, q]| (is(a, p) && is(b, q)) || (is(a, q) && is(b, p)))
             };

@@ -117,9 +117,7 @@ fn hull(points: &[Vec3]) -> Result<Poly, ShapeFault> {
     }
     let flat = ShapeFault::Flat { count: points.len() };
     let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| {
-        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
-    });
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
     sorted.dedup();
     if !spans(&sorted) {
         return Err(flat);

@@ -69,7 +69,10 @@ impl Surface {
     pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
         match self {
             Self::Mesh(m) => (m.lo, m.hi),
-            Self::Grid(g) => (Vec3::new(-g.far[0], -g.far[1], f64::NEG_INFINITY), Vec3::new(g.far[0], g.far[1], g.top)),
+            Self::Grid(g) => (
+                Vec3::new(-g.far[0], -g.far[1], f64::NEG_INFINITY),
+                Vec3::new(g.far[0], g.far[1], g.top),
+            ),
         }
     }
 
@@ -202,7 +205,9 @@ impl Triangles {
         let same: Vec<u32> = given
             .iter()
             .enumerate()
-            .map(|(i, v)| *first.entry([v.x, v.y, v.z].map(|x| (x + 0.0).to_bits())).or_insert(i as u32))
+            .map(|(i, v)| {
+                *first.entry([v.x, v.y, v.z].map(|x| (x + 0.0).to_bits())).or_insert(i as u32)
+            })
             .collect();
         let triangles: Vec<[u32; 3]> =
             triangles.iter().map(|t| t.map(|i| same[i as usize])).collect();
@@ -215,8 +220,7 @@ impl Triangles {
             })
             .collect();
         let far = Vec3::repeat(f64::INFINITY);
-        let (lo, hi) =
-            boxes.iter().fold((far, -far), |(lo, hi), b| (lo.inf(&b.0), hi.sup(&b.1)));
+        let (lo, hi) = boxes.iter().fold((far, -far), |(lo, hi), b| (lo.inf(&b.0), hi.sup(&b.1)));
         let leaves: Vec<_> = boxes.iter().map(|b| bounds(&b.0, &b.1)).collect();
         let mut owner: BTreeMap<(u32, u32), u32> = BTreeMap::new();
         for (i, t) in triangles.iter().enumerate() {
@@ -230,7 +234,8 @@ impl Triangles {
             [0, 1, 2].map(|k| {
                 let l = (k + 1) % 3;
                 let across = (v[l] - v[k]).cross(&n).normalize();
-                let other = owner.get(&(t[l], t[k])).map(|i| normal(&corners(&triangles[*i as usize])));
+                let other =
+                    owner.get(&(t[l], t[k])).map(|i| normal(&corners(&triangles[*i as usize])));
                 lean(&n, &across, other)
             })
         };
@@ -259,7 +264,12 @@ pub(crate) struct Grid {
 
 impl Grid {
     /// Checks and builds.
-    pub(crate) fn new(x: usize, y: usize, spacing: [f64; 2], heights: &[f64]) -> Result<Self, Vec<ShapeFault>> {
+    pub(crate) fn new(
+        x: usize,
+        y: usize,
+        spacing: [f64; 2],
+        heights: &[f64],
+    ) -> Result<Self, Vec<ShapeFault>> {
         let points = x.checked_mul(y).filter(|n| *n < 1 << 31);
         if x < 2 || y < 2 || points != Some(heights.len()) {
             return Err(vec![ShapeFault::Grid { x, y, heights: heights.len() }]);
@@ -300,9 +310,17 @@ impl Grid {
         let n = normal(&v);
         let (si, sj) = (Some(i), Some(j));
         let neighbours = if half == 0 {
-            [self.normal(si, j.checked_sub(1), 1), self.normal(Some(i + 1), sj, 1), self.normal(si, sj, 1)]
+            [
+                self.normal(si, j.checked_sub(1), 1),
+                self.normal(Some(i + 1), sj, 1),
+                self.normal(si, sj, 1),
+            ]
         } else {
-            [self.normal(si, sj, 0), self.normal(si, Some(j + 1), 0), self.normal(i.checked_sub(1), sj, 0)]
+            [
+                self.normal(si, sj, 0),
+                self.normal(si, Some(j + 1), 0),
+                self.normal(i.checked_sub(1), sj, 0),
+            ]
         };
         let names = at.map(|(i, j)| (j * self.x + i) as u64);
         let mut t = Triangle { v, names, n, lean: [0.0; 3] };
@@ -345,7 +363,10 @@ impl Grid {
                 }
                 continue;
             }
-            let (a, b) = ((-self.far[k] - origin[k]) / direction[k], (self.far[k] - origin[k]) / direction[k]);
+            let (a, b) = (
+                (-self.far[k] - origin[k]) / direction[k],
+                (self.far[k] - origin[k]) / direction[k],
+            );
             (from, to) = (f64::max(from, a.min(b)), f64::min(to, a.max(b)));
         }
         let mut t = from;
@@ -356,7 +377,11 @@ impl Grid {
             for k in 0..2 {
                 if direction[k] != 0.0 {
                     let u = (at[k] + self.far[k]) / self.spacing[k];
-                    let line = if direction[k] > 0.0 { (u + 1e-9).floor() + 1.0 } else { (u - 1e-9).ceil() - 1.0 };
+                    let line = if direction[k] > 0.0 {
+                        (u + 1e-9).floor() + 1.0
+                    } else {
+                        (u - 1e-9).ceil() - 1.0
+                    };
                     next = next.min(t + (line - u) * self.spacing[k] / direction[k]);
                 }
             }
@@ -367,7 +392,8 @@ impl Grid {
                     for half in 0..2 {
                         let number = (2 * (j * (self.x - 1) + i) + half) as u32;
                         let hit = meet(origin, direction, &self.triangle(number as usize).v);
-                        if let Some(t) = hit.filter(|t| *t <= max && best.is_none_or(|b| *t < b.1)) {
+                        if let Some(t) = hit.filter(|t| *t <= max && best.is_none_or(|b| *t < b.1))
+                        {
                             best = Some((number, t));
                         }
                     }

@@ -66,7 +66,8 @@ fn spread(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     };
     // Where many are equally deep, a corner of them and not one in their midst.
     let some = points.iter().find(|p| p.gap <= low).map_or_else(Vec3::zeros, at);
-    let first = pick(points, 0, &|p| if p.gap <= low { (at(p) - some).norm_squared() } else { -1.0 });
+    let first =
+        pick(points, 0, &|p| if p.gap <= low { (at(p) - some).norm_squared() } else { -1.0 });
     points.swap(0, first);
     points[1..].sort_unstable_by_key(|p| p.name);
     let a = at(&points[0]);

@@ -18,7 +18,9 @@ fn upright(r: f64, h: f64) -> Shape {
 /// A height field of gentle waves, or flat.
 fn terrain(wave: f64) -> Shape {
     let (x, y) = (21, 25);
-    let heights = (0..x * y).map(|i| wave * ((i % x) as f64 * 0.9).sin() * ((i / x) as f64 * 0.7).cos()).collect();
+    let heights = (0..x * y)
+        .map(|i| wave * ((i % x) as f64 * 0.9).sin() * ((i / x) as f64 * 0.7).cos())
+        .collect();
     Shape::HeightField { x, y, spacing: [0.2, 0.15], heights }
 }
 
@@ -28,18 +30,41 @@ fn resting() -> Vec<(&'static str, Shape, Shape, Pose, usize)> {
     let slab = Shape::Box { half: Vec3::new(1.0, 1.2, 0.1) };
     let half = Vec3::new(0.3, 0.2, 0.1);
     let hull = Shape::ConvexHull {
-        points: (0..16).map(|i| Vec3::new(0.3 * f64::from(i % 8 * 45).to_radians().cos(), 0.3 * f64::from(i % 8 * 45).to_radians().sin(), if i < 8 { -0.2 } else { 0.2 })).collect(),
+        points: (0..16)
+            .map(|i| {
+                Vec3::new(
+                    0.3 * f64::from(i % 8 * 45).to_radians().cos(),
+                    0.3 * f64::from(i % 8 * 45).to_radians().sin(),
+                    if i < 8 { -0.2 } else { 0.2 },
+                )
+            })
+            .collect(),
     };
     let boxed = Shape::Box { half };
     let mesh = box_mesh(Vec3::new(1.0, 1.2, 0.1));
     let mut all = Vec::new();
-    for (ground, shape, top) in [("half space", Shape::HalfSpace, 0.0), ("box", slab, 0.1), ("mesh", mesh, 0.1), ("terrain", terrain(0.0), 0.0)] {
-        let mut put = |what: &Shape, X: Pose, count| all.push((ground, shape.clone(), what.clone(), X, count));
+    for (ground, shape, top) in [
+        ("half space", Shape::HalfSpace, 0.0),
+        ("box", slab, 0.1),
+        ("mesh", mesh, 0.1),
+        ("terrain", terrain(0.0), 0.0),
+    ] {
+        let mut put = |what: &Shape, X: Pose, count| {
+            all.push((ground, shape.clone(), what.clone(), X, count))
+        };
         put(&boxed, up(top + 0.1), 4);
-        put(&boxed, Pose::new(Quat::from_euler_angles(0.0, 0.0, 0.4), Vec3::new(0.21, 0.13, top + 0.1)), 4);
+        put(
+            &boxed,
+            Pose::new(Quat::from_euler_angles(0.0, 0.0, 0.4), Vec3::new(0.21, 0.13, top + 0.1)),
+            4,
+        );
         put(&upright(0.25, 0.2), up(top + 0.2), 4);
         put(&upright(0.25, 0.2), Pose::new(lying, Vec3::new(0.03, 0.07, top + 0.25)), 2);
-        put(&Shape::Capsule { radius: 0.1, half_length: 0.3 }, Pose::new(lying, Vec3::new(0.03, 0.07, top + 0.1)), 2);
+        put(
+            &Shape::Capsule { radius: 0.1, half_length: 0.3 },
+            Pose::new(lying, Vec3::new(0.03, 0.07, top + 0.1)),
+            2,
+        );
         put(&Shape::Sphere { radius: 0.2 }, Pose::translation(0.03, 0.07, top + 0.2), 1);
         put(&hull, up(top + 0.2), 4);
     }
@@ -47,9 +72,27 @@ fn resting() -> Vec<(&'static str, Shape, Shape, Pose, usize)> {
     all.push(("shifted equal box", boxed.clone(), boxed, Pose::translation(0.1, 0.0, 0.2), 4));
     all.push(("equal cylinder", upright(0.25, 0.2), upright(0.25, 0.2), up(0.4), 4));
     let capsule = Shape::Capsule { radius: 0.1, half_length: 0.3 };
-    all.push(("parallel capsule", capsule.clone(), capsule.clone(), Pose::translation(0.2, 0.0, 0.15), 2));
-    all.push(("crossed capsule", capsule.clone(), capsule, Pose::new(lying, Vec3::new(0.0, 0.2, 0.05)), 1));
-    all.push(("lying cylinder", upright(0.25, 0.2), upright(0.25, 0.2), Pose::translation(0.5, 0.0, 0.1), 2));
+    all.push((
+        "parallel capsule",
+        capsule.clone(),
+        capsule.clone(),
+        Pose::translation(0.2, 0.0, 0.15),
+        2,
+    ));
+    all.push((
+        "crossed capsule",
+        capsule.clone(),
+        capsule,
+        Pose::new(lying, Vec3::new(0.0, 0.2, 0.05)),
+        1,
+    ));
+    all.push((
+        "lying cylinder",
+        upright(0.25, 0.2),
+        upright(0.25, 0.2),
+        Pose::translation(0.5, 0.0, 0.1),
+        2,
+    ));
     all
 }
 
@@ -62,10 +105,11 @@ fn points_are_as_many_as_they_should_be_and_keep_their_names() {
             let (v, w) = (r.vec() * size, r.vec() * size);
             Pose::new(Quat::from_scaled_axis(w) * X.rotation, X.position + v)
         };
-        let names = |s: &mut Scene, X: [Pose; 2]| -> Vec<u64> { s.contacts(0.005, &X).iter().map(|c| c.feature).collect() };
+        let names = |s: &mut Scene, X: [Pose; 2]| -> Vec<u64> {
+            s.contacts(0.005, &X).iter().map(|c| c.feature).collect()
+        };
         let still = names(&mut s, [Pose::identity(), X]);
-        let expected = if ground == "mesh" || ground == "terrain" { count.min(still.len()).max(count.min(4)) } else { count };
-        assert_eq!(still.len(), expected, "{b:?} on {ground}");
+        assert_eq!(still.len(), count, "{b:?} on {ground}");
         for k in 0..200 {
             let Y = [place(&mut r, 1e-6, &Pose::identity()), place(&mut r, 1e-6, &X)];
             assert_eq!(names(&mut s, Y), still, "{b:?} on {ground}, jiggle {k}");
@@ -84,16 +128,24 @@ fn points_on_surfaces_are_spread_and_point_up() {
         for _ in 0..100 {
             let turn = Quat::from_euler_angles(0.0, 0.0, 3.0 * r.signed());
             let depth = r.between(-0.004, 0.02);
-            let X = Pose::new(turn, Vec3::new(0.3 * r.signed(), 0.3 * r.signed(), top + 0.2 - depth));
+            let X =
+                Pose::new(turn, Vec3::new(0.3 * r.signed(), 0.3 * r.signed(), top + 0.2 - depth));
             let points = s.contacts(0.005, &[Pose::identity(), X]);
             assert_eq!(points.len(), 4);
-            let local: Vec<Vec3> = points.iter().map(|c| X.inverse().transform_point(&c.point)).collect();
-            let area = (local[0] - local[1]).cross(&(local[2] - local[3])).norm()
+            let local: Vec<Vec3> =
+                points.iter().map(|c| X.inverse().transform_point(&c.point)).collect();
+            let area = (local[0] - local[1])
+                .cross(&(local[2] - local[3]))
+                .norm()
                 .max((local[0] - local[2]).cross(&(local[1] - local[3])).norm())
-                .max((local[0] - local[3]).cross(&(local[1] - local[2])).norm()) / 2.0;
+                .max((local[0] - local[3]).cross(&(local[1] - local[2])).norm())
+                / 2.0;
             assert!(area > 0.99 * 0.8, "{area}");
             for c in &points {
-                assert!((c.normal - Vec3::z()).norm() < 1e-12, "an internal edge turned a normal: {c:?}");
+                assert!(
+                    (c.normal - Vec3::z()).norm() < 1e-12,
+                    "an internal edge turned a normal: {c:?}"
+                );
                 assert!((c.gap + depth).abs() < 1e-12, "{c:?}");
             }
         }
@@ -109,7 +161,10 @@ fn internal_edges_are_not_felt() {
         let X = Pose::translation(r.signed(), r.signed(), r.between(0.1, 0.302));
         let points = s.contacts(0.005, &[Pose::identity(), X]);
         assert_eq!(points.len(), 1);
-        assert!((points[0].normal - Vec3::z()).norm() < 1e-12 && (points[0].gap - (X.position.z - 0.3)).abs() < 1e-12);
+        assert!(
+            (points[0].normal - Vec3::z()).norm() < 1e-12
+                && (points[0].gap - (X.position.z - 0.3)).abs() < 1e-12
+        );
     }
 }
 
@@ -118,7 +173,13 @@ fn internal_edges_are_not_felt() {
 fn balls_on_waves_are_as_far_as_the_nearest_point() {
     let shape = terrain(0.08);
     let Shape::HeightField { x, y, spacing, heights } = &shape else { panic!() };
-    let point = |i: usize, j: usize| Vec3::new((i as f64 - 10.0) * spacing[0], (j as f64 - 12.0) * spacing[1], heights[j * x + i]);
+    let point = |i: usize, j: usize| {
+        Vec3::new(
+            (i as f64 - 10.0) * spacing[0],
+            (j as f64 - 12.0) * spacing[1],
+            heights[j * x + i],
+        )
+    };
     let mut s = scene(&[shape.clone(), Shape::Sphere { radius: 0.1 }]);
     let mut r = Random(9);
     let n = 40;
@@ -127,17 +188,23 @@ fn balls_on_waves_are_as_far_as_the_nearest_point() {
         let mut best = f64::INFINITY;
         for j in 0..y - 1 {
             for i in 0..x - 1 {
-                for t in [[point(i, j), point(i + 1, j), point(i + 1, j + 1)], [point(i, j), point(i + 1, j + 1), point(i, j + 1)]] {
+                for t in [
+                    [point(i, j), point(i + 1, j), point(i + 1, j + 1)],
+                    [point(i, j), point(i + 1, j + 1), point(i, j + 1)],
+                ] {
                     for u in 0..=n {
                         for v in 0..=n - u {
-                            let p = t[0] + (t[1] - t[0]) * (u as f64 / n as f64) + (t[2] - t[0]) * (v as f64 / n as f64);
+                            let p = t[0]
+                                + (t[1] - t[0]) * (u as f64 / n as f64)
+                                + (t[2] - t[0]) * (v as f64 / n as f64);
                             best = best.min((p - centre).norm());
                         }
                     }
                 }
             }
         }
-        let d = s.distance(&[Pose::identity(), Pose::new(Quat::identity(), centre)]).unwrap().distance;
+        let d =
+            s.distance(&[Pose::identity(), Pose::new(Quat::identity(), centre)]).unwrap().distance;
         assert!(d <= best - 0.1 + 1e-12 && d > best - 0.1 - 4e-4, "{d} {}", best - 0.1);
     }
 }
@@ -160,7 +227,8 @@ fn a_tilted_cylinder_touches_at_its_lowest_point() {
     for tilt in [1e-3, 0.01, 0.1, 0.7, 1.5] {
         let q = Quat::from_euler_angles(tilt, 0.0, 0.3);
         let low = 0.3 * tilt.sin() + 0.1 * tilt.cos();
-        let points = s.contacts(0.02, &[Pose::identity(), Pose::new(q, Vec3::new(0.0, 0.0, low - 1e-3))]);
+        let points =
+            s.contacts(0.02, &[Pose::identity(), Pose::new(q, Vec3::new(0.0, 0.0, low - 1e-3))]);
         assert!((deepest(&points).unwrap().gap + 1e-3).abs() < 1e-12, "{tilt}: {points:?}");
     }
 }

@@ -8,7 +8,11 @@ use linkwork_collision::*;
 use support::*;
 
 /// All ordered pairs of shapes, random poses at a distance where they touch or nearly do.
-fn each_pair(shapes: &[Shape], per_pair: usize, mut visit: impl FnMut(&Shape, &Shape, [Pose; 2], &mut Random)) {
+fn each_pair(
+    shapes: &[Shape],
+    per_pair: usize,
+    mut visit: impl FnMut(&Shape, &Shape, [Pose; 2], &mut Random),
+) {
     let mut r = Random(1234);
     for a in shapes {
         for b in shapes {
@@ -46,13 +50,24 @@ fn distances_are_those_of_closed_forms() {
         let cases = [
             (ball.clone(), q.norm() - 0.4),
             (Shape::Box { half }, outside(d_box) + d_box.max().min(0.0)),
-            (Shape::Capsule { radius: 0.2, half_length: 0.35 }, (q - Vec3::z() * q.z.clamp(-0.35, 0.35)).norm() - 0.2),
-            (Shape::Cylinder { radius: 0.3, half_length: 0.45 }, outside(d_cyl) + d_cyl.max().min(0.0)),
+            (
+                Shape::Capsule { radius: 0.2, half_length: 0.35 },
+                (q - Vec3::z() * q.z.clamp(-0.35, 0.35)).norm() - 0.2,
+            ),
+            (
+                Shape::Cylinder { radius: 0.3, half_length: 0.45 },
+                outside(d_cyl) + d_cyl.max().min(0.0),
+            ),
             (Shape::HalfSpace, q.z),
         ];
         for (shape, expected) in cases {
             let d = scene(&[shape.clone(), ball.clone()]).distance(&[X, Y]).unwrap();
-            assert!((d.distance - (expected - R)).abs() < 1e-12, "{k} {shape:?}: {} {}", d.distance, expected - R);
+            assert!(
+                (d.distance - (expected - R)).abs() < 1e-12,
+                "{k} {shape:?}: {} {}",
+                d.distance,
+                expected - R
+            );
             assert!(((d.point_a - d.point_b).norm() - d.distance.abs()).abs() < 1e-12);
         }
     }
@@ -78,7 +93,9 @@ fn r_support(shape: &Shape, d: &Vec3) -> f64 {
         Shape::Sphere { radius } => radius * d.norm(),
         Shape::Box { half } => half.dot(&d.abs()),
         Shape::Capsule { radius, half_length } => radius * d.norm() + half_length * d.z.abs(),
-        Shape::Cylinder { radius, half_length } => radius * d.x.hypot(d.y) + half_length * d.z.abs(),
+        Shape::Cylinder { radius, half_length } => {
+            radius * d.x.hypot(d.y) + half_length * d.z.abs()
+        }
         Shape::ConvexHull { points } => points.iter().map(|p| p.dot(d)).fold(f64::MIN, f64::max),
         _ => f64::INFINITY,
     }
@@ -150,7 +167,10 @@ fn rigid_motions_of_all_change_nothing() {
             let tol = if round { 1e-6 } else { 1e-12 };
             assert_eq!(p.feature, q.feature, "{a:?} {b:?}");
             assert!((p.gap - q.gap).abs() < tol, "{a:?} {b:?}: {p:?} {q:?}");
-            assert!((T.transform_vector(&p.normal) - q.normal).norm() < 10.0 * tol, "{a:?} {b:?} {p:?} {q:?}");
+            assert!(
+                (T.transform_vector(&p.normal) - q.normal).norm() < 10.0 * tol,
+                "{a:?} {b:?} {p:?} {q:?}"
+            );
             assert!((T.transform_point(&p.point) - q.point).norm() < 10.0 * tol, "{a:?} {b:?}");
         }
     });
@@ -163,10 +183,16 @@ fn the_rate_of_the_gap_is_the_normal_times_the_relative_velocity() {
         let mut s = scene(&[a.clone(), b.clone()]);
         let V = [0, 1].map(|_| Motion::new(r.vec(), r.vec()));
         let t = 1e-6;
-        let Some(c) = s.distance(&X).map(|_| s.contacts(0.3, &X)).as_deref().and_then(deepest).copied() else { return };
+        let Some(c) =
+            s.distance(&X).map(|_| s.contacts(0.3, &X)).as_deref().and_then(deepest).copied()
+        else {
+            return;
+        };
         let mut gap = |t: f64| s.contacts(0.4, &[moved(&X[0], &V[0], t), moved(&X[1], &V[1], t)]);
         let (before, after) = (gap(-t), gap(t));
-        let same = |list: &[ContactPoint]| list.iter().find(|p| p.feature == c.feature).map(|p| (p.gap, p.normal));
+        let same = |list: &[ContactPoint]| {
+            list.iter().find(|p| p.feature == c.feature).map(|p| (p.gap, p.normal))
+        };
         let (Some(before), Some(after)) = (same(&before), same(&after)) else { return };
         // A triangle knows nothing of the solid behind it: deep in a mesh normals are a way out, not the nearest one.
         let mesh = matches!(a, Shape::Mesh { .. }) || matches!(b, Shape::Mesh { .. });
@@ -225,7 +251,10 @@ fn far_away_only_the_digits_of_the_positions_are_lost() {
 fn padding_is_taken_off_the_gap() {
     each_pair(&convex_shapes(), 4, |a, b, X, _| {
         let bodies = free_bodies(2);
-        let mut specs = vec![ColliderSpec::new("a", "a00", a.clone()), ColliderSpec::new("b", "a01", b.clone())];
+        let mut specs = vec![
+            ColliderSpec::new("a", "a00", a.clone()),
+            ColliderSpec::new("b", "a01", b.clone()),
+        ];
         let plain = scene_of(specs.clone(), bodies.clone()).distance(&X).unwrap().distance;
         (specs[0].padding, specs[1].padding) = (0.03, 0.02);
         let thick = scene_of(specs, bodies).distance(&X).unwrap().distance;

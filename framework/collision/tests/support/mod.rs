@@ -93,7 +93,10 @@ impl Scene {
             assert!(c.gap.is_finite() && c.point.iter().all(|x| x.is_finite()), "{c:?}");
         }
         for w in out.windows(2) {
-            assert!((w[0].a, w[0].b, w[0].feature) < (w[1].a, w[1].b, w[1].feature), "ordered, names unique: {w:#?}");
+            assert!(
+                (w[0].a, w[0].b, w[0].feature) < (w[1].a, w[1].b, w[1].feature),
+                "ordered, names unique: {w:#?}"
+            );
         }
         out
     }
@@ -124,8 +127,18 @@ pub fn box_mesh(half: Vec3) -> Shape {
         .map(|i| half.component_mul(&Vec3::new(sign(i), sign(i >> 1), sign(i >> 2))))
         .collect();
     let triangles = vec![
-        [0, 4, 6], [0, 6, 2], [1, 3, 7], [1, 7, 5], [0, 1, 5], [0, 5, 4],
-        [2, 6, 7], [2, 7, 3], [0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6],
+        [0, 4, 6],
+        [0, 6, 2],
+        [1, 3, 7],
+        [1, 7, 5],
+        [0, 1, 5],
+        [0, 5, 4],
+        [2, 6, 7],
+        [2, 7, 3],
+        [0, 2, 3],
+        [0, 3, 1],
+        [4, 5, 7],
+        [4, 7, 6],
     ];
     Shape::Mesh { vertices, triangles }
 }
