@@ -232,3 +232,31 @@ fn a_tilted_cylinder_touches_at_its_lowest_point() {
         assert!((deepest(&points).unwrap().gap + 1e-3).abs() < 1e-12, "{tilt}: {points:?}");
     }
 }
+
+/// Boxes at random places and turns on each other, on a mesh and on terrain: names stay while they tremble.
+#[test]
+fn names_stay_at_random_places() {
+    let mut r = Random(41);
+    let half = Vec3::new(0.3, 0.2, 0.1);
+    let grounds = [Shape::Box { half }, box_mesh(half), terrain(0.0)];
+    for (k, ground) in grounds.iter().cycle().take(150).enumerate() {
+        let top = if k % 3 == 2 { 0.0 } else { 0.1 };
+        let mut s = scene(&[ground.clone(), Shape::Box { half }]);
+        let tremble = |r: &mut Random, X: &Pose| {
+            Pose::new(
+                Quat::from_scaled_axis(r.vec() * 1e-6) * X.rotation,
+                X.position + r.vec() * 1e-6,
+            )
+        };
+        let turn = Quat::from_euler_angles(0.0, 0.0, 3.0 * r.signed());
+        let X = Pose::new(turn, Vec3::new(0.3 * r.signed(), 0.2 * r.signed(), top + 0.1));
+        let still: Vec<u64> =
+            s.contacts(0.005, &[Pose::identity(), X]).iter().map(|c| c.feature).collect();
+        assert!((2..=4).contains(&still.len()), "{k}: {}", still.len());
+        for _ in 0..20 {
+            let Y = [tremble(&mut r, &Pose::identity()), tremble(&mut r, &X)];
+            let now: Vec<u64> = s.contacts(0.005, &Y).iter().map(|c| c.feature).collect();
+            assert_eq!(now, still, "{k}: {X:?}");
+        }
+    }
+}
