@@ -155,8 +155,9 @@ fn refine(
     let (n, sep, ends) = match axis::nearest(a, b, limit, &axis.n, &mut room.simplex) {
         Nearest::Far => return None,
         Nearest::Apart(pa, pb, n, d) => (n, d, Some((pa, pb))),
+        Nearest::Overlap(_) if complete => (axis.n, axis.sep, None),
         Nearest::Overlap(n) => {
-            let found = axis::depth(a, b, &room.simplex, &mut room.epa).filter(|_| !complete);
+            let found = axis::depth(a, b, &room.simplex, &mut room.epa);
             let tried =
                 [(n, b.range(&n).0 - a.range(&n).1), found.unwrap_or((n, f64::NEG_INFINITY))];
             let best = tried.iter().fold((axis.n, axis.sep), |m, t| if t.1 > m.1 { *t } else { m });
