@@ -117,6 +117,11 @@ fn no_normal_separates_convex_pairs_more_than_their_distance() {
         };
         let points = s.contacts(10.0, &X);
         let c = deepest(&points).unwrap();
+        let middle = (d.point_a + d.point_b) / 2.0;
+        let alone = points.iter().filter(|p| p.gap < c.gap + 1e-9).count() == 1;
+        assert!(!alone || (c.point - middle).norm() < 1e-9, "midway between the surfaces");
+        let ahead = d.point_a + c.normal * d.distance;
+        assert!((ahead - d.point_b).norm() < 1e-9, "{a:?} {b:?}");
         let error = (sep(&c.normal) - d.distance).abs().max((c.gap - d.distance).abs());
         worst = worst.max(error);
         assert!(error < 1e-6, "{a:?} {b:?}: {} {} {}", sep(&c.normal), d.distance, c.gap);
