@@ -64,6 +64,32 @@ fn the_broad_phase_finds_what_brute_force_finds() {
     }
 }
 
+/// Two colliders on one body, one on another, and the world: bodies are as near as their nearest colliders.
+#[test]
+fn bodies_are_as_near_as_their_nearest_colliders() {
+    let bodies = free_bodies(2);
+    let ball = Shape::Sphere { radius: 0.1 };
+    let specs = vec![
+        ColliderSpec::new("ground", "world", Shape::HalfSpace),
+        ColliderSpec::new("left", "a00", ball.clone()).at(Pose::translation(-1.0, 0.0, 0.0)),
+        ColliderSpec::new("right", "a00", ball.clone()).at(Pose::translation(1.0, 0.0, 0.1)),
+        ColliderSpec::new("other", "a01", ball),
+    ];
+    let all = Colliders::new(specs, Rules::default(), &bodies).unwrap();
+    let mut scratch = Scratch::new(&all);
+    let poses = [Pose::translation(0.0, 0.0, 2.0), Pose::translation(1.5, 0.0, 2.1)];
+    let (a, b) = (bodies.body("a00"), bodies.body("a01"));
+    let far = Query::margin(f64::INFINITY);
+    let mut near = |p, q| all.distance_of_bodies(&mut scratch, &far, [p, q], at(&poses));
+    let found = near(b, a).unwrap();
+    assert_eq!([&all.spec(found.a).name, &all.spec(found.b).name], ["other", "right"]);
+    assert!((found.distance.distance - 0.3).abs() < 1e-12);
+    assert!((near(None, a).unwrap().distance.distance - 1.9).abs() < 1e-12);
+    assert!(near(a, a).is_none());
+    let close = Query::margin(0.2);
+    assert!(all.distance_of_bodies(&mut scratch, &close, [a, b], at(&poses)).is_none());
+}
+
 #[test]
 fn order_of_giving_and_old_scratch_leave_no_trace() {
     let mut r = Random(22);
