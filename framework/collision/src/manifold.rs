@@ -370,16 +370,20 @@ fn deepest(
         (_, 1) => corner(OF_B, eb[0].name),
         _ => crossing(edge_name(ea[0].name, ea[1].name), edge_name(eb[0].name, eb[1].name)),
     };
+    let (half, (s, t)) = (n * (sep / 2.0), lines(&ea, &eb));
+    let crossing = (na, nb) == (2, 2) && [s, t].iter().all(|x| *x > 0.0 && *x < 1.0);
     let (pa, pb) = match (na, nb) {
         (1, _) => (ea[0].p, ea[0].p + n * sep),
         (_, 1) => (eb[0].p - n * sep, eb[0].p),
-        _ if ends.is_some() => ends.unwrap_or_default(),
-        (3.., _) => (eb[0].p - n * sep, eb[0].p),
-        (_, 3..) => (ea[0].p, ea[0].p + n * sep),
         _ => {
-            let (s, t) = lines(&ea, &eb);
-            let mid = (ea[0].p + (ea[1].p - ea[0].p) * s + eb[0].p + (eb[1].p - eb[0].p) * t) / 2.0;
-            (mid - n * (sep / 2.0), mid + n * (sep / 2.0))
+            let on_edges = || (ea[0].p.lerp(&ea[1].p, s) + eb[0].p.lerp(&eb[1].p, t)) / 2.0;
+            let middle = match ends {
+                Some((pa, pb)) if !crossing => (pa + pb) / 2.0,
+                None if na > 2 => eb[0].p,
+                None if nb > 2 => ea[0].p,
+                _ => on_edges(),
+            };
+            (middle - half, middle + half)
         }
     };
     room.points.push(Point { pa, pb, n, gap: sep, name });
