@@ -135,7 +135,7 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
     }
     room.points.truncate(from);
     across(a, b, &axis, limit, size, room);
-    keep_shallower(&mut room.points, from, axis.sep - equal);
+    keep_shallower(&mut room.points, from, &axis, equal);
     // A corner that is behind a triangle's plane but not behind the triangle is its neighbour's.
     let beside = thin && axis.source == Source::Face;
     if !beside && !enough(a, b, &axis, size, &room.points[from..]) {
@@ -190,7 +190,8 @@ fn well_inside(axis: &Axis, points: &[Point], room: &Room, size: f64) -> bool {
 /// Whether some points show the distance `sep`. Where flat parts of both lie on each other, a corner that sticks out over the edge may be deeper by
 /// [`BIAS`], and eight points on a rim stand for all of it: what rests would else gain and lose a point with every tremor.
 fn enough(a: &Placed, b: &Placed, axis: &Axis, size: f64, points: &[Point]) -> bool {
-    let missing = least(points) - axis.sep;
+    let along = points.iter().filter(|p| p.n.dot(&axis.n) > 1.0 - 5e-9);
+    let missing = along.fold(f64::INFINITY, |m, p| if p.gap < m { p.gap } else { m }) - axis.sep;
     missing <= EQUAL * size
         || (missing <= BIAS * size && a.lies_flat(&axis.n) && b.lies_flat(&-axis.n))
 }
@@ -200,11 +201,13 @@ pub(crate) fn least(points: &[Point]) -> f64 {
     points.iter().fold(f64::INFINITY, |m, p| if p.gap < m { p.gap } else { m })
 }
 
-/// Removes points deeper than the pair is, behind the first `from`.
-fn keep_shallower(points: &mut Vec<Point>, from: usize, depth: f64) {
+/// Removes points deeper than the pair is, behind the first `from`; of another normal also those that are as deep.
+fn keep_shallower(points: &mut Vec<Point>, from: usize, axis: &Axis, equal: f64) {
+    let same = |p: &Point| p.n.dot(&axis.n) > 1.0 - 5e-9;
     let mut kept = from;
     for i in from..points.len() {
-        if points[i].gap >= depth {
+        let p = &points[i];
+        if p.gap >= axis.sep + if same(p) { -equal } else { 2.0 * equal } {
             points[kept] = points[i];
             kept += 1;
         }

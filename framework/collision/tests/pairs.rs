@@ -132,7 +132,7 @@ fn no_normal_separates_convex_pairs_more_than_their_distance() {
         // Thinning takes one of several that are equally deep within 1e-5 of the size.
         assert!((-1e-12..6e-6).contains(&(c.gap - d.distance)), "{c:?} {d:?} {points:#?} {X:?}");
         worst = worst.max(error);
-        assert!(error < 1e-12, "{a:?} {b:?}: {} {} {}", sep(&c.normal), d.distance, c.gap);
+        assert!(error < 1e-12, "{} {c:?} {d:?}", sep(&c.normal));
         // Overlapping, a face goes before an edge that is less deep by 1e-5 of the size.
         let room = if d.distance > 0.0 { 1e-9 } else { 1e-5 };
         for scale in [1.0, 1e-1, 1e-2, 1e-3, 1e-5] {
