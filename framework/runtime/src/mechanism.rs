@@ -11,8 +11,8 @@
 use crate::block::{Block, Now};
 use crate::ports::{Lane, NodeState};
 use crate::services::Gravity;
-use crate::value::{Fault, Origin};
 use crate::spec::ContactSpec;
+use crate::value::{Fault, Origin};
 use linkwork_dynamics::{
     DynamicsError, Tree, Workspace, forward_dynamics_given_kinematics, kinematics,
 };
@@ -140,9 +140,8 @@ impl MechanismPlan {
         if let Some(solver) = &mut self.solver {
             let (tree, motions) = (&self.tree, &self.loop_motions[..]);
             let mut projector = Projector::new(tree);
-            let done = projector
-                .positions(tree, &mut ws, solver, motions, &mut self.q)
-                .and_then(|_| {
+            let done =
+                projector.positions(tree, &mut ws, solver, motions, &mut self.q).and_then(|_| {
                     projector.rates(tree, &mut ws, solver, motions, &self.q, &mut self.v)
                 });
             if let Err(e) = done {
@@ -154,9 +153,7 @@ impl MechanismPlan {
         kinematics(&self.tree, &mut ws, &self.q, &self.v);
         let (mut tau, mut vdot) = (vec![0.0; self.v.len()], vec![0.0; self.v.len()]);
         let done = match &mut self.solver {
-            None => {
-                forward_dynamics_given_kinematics(&self.tree, &mut ws, &mut tau, &mut vdot)
-            }
+            None => forward_dynamics_given_kinematics(&self.tree, &mut ws, &mut tau, &mut vdot),
             Some(solver) => {
                 let state = (&self.q[..], &self.v[..]);
                 let motions = &self.loop_motions;
@@ -319,10 +316,8 @@ impl MechanismBlock {
         let at = plan.wiring.x;
         let (q, rest) = x[at..].split_at_mut(nq);
         let (tree, motions) = (&plan.tree, &self.motions[..]);
-        let done = self
-            .projector
-            .positions(tree, &mut self.ws, solver, motions, q)
-            .and_then(|_| {
+        let done =
+            self.projector.positions(tree, &mut self.ws, solver, motions, q).and_then(|_| {
                 self.projector.rates(tree, &mut self.ws, solver, motions, q, &mut rest[..nv])
             });
         if let Err(e) = done {
@@ -468,8 +463,8 @@ impl Block for MechanismBlock {
                 return;
             }
         };
-        let lanes = plan.wiring.reports as usize
-            + MechanismPlan::outputs(&plan.multibody, false).len();
+        let lanes =
+            plan.wiring.reports as usize + MechanismPlan::outputs(&plan.multibody, false).len();
         sig[lanes..lanes + CONTACT_REPORTS.len()].copy_from_slice(&[
             report.contacts as f64,
             report.impacts as f64,
@@ -498,22 +493,16 @@ impl Block for MechanismBlock {
 
     fn save_store(&self) -> Result<Vec<u8>, String> {
         let Some(stepper) = &self.stepper else { return Ok(Vec::new()) };
-        let keep = |i: &Impulse| Kept {
-            pair: i.pair,
-            feature: i.feature,
-            impulse: i.impulse.into(),
-        };
+        let keep =
+            |i: &Impulse| Kept { pair: i.pair, feature: i.feature, impulse: i.impulse.into() };
         let kept: Vec<Kept> = stepper.warm().iter().map(keep).collect();
         rmp_serde::to_vec_named(&kept).map_err(|e| e.to_string())
     }
     fn load_store(&mut self, bytes: &[u8]) -> Result<(), String> {
         let Some(stepper) = &mut self.stepper else { return Ok(()) };
         let kept: Vec<Kept> = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
-        let back = |k: &Kept| Impulse {
-            pair: k.pair,
-            feature: k.feature,
-            impulse: k.impulse.into(),
-        };
+        let back =
+            |k: &Kept| Impulse { pair: k.pair, feature: k.feature, impulse: k.impulse.into() };
         stepper.set_warm(&kept.iter().map(back).collect::<Vec<_>>());
         Ok(())
     }

@@ -600,7 +600,10 @@ fn first_line(doc: &str) -> &str {
 /// A binding target, found.
 enum Target {
     Node(Frame),
-    Hinge { q: u32, v: u32 },
+    Hinge {
+        q: u32,
+        v: u32,
+    },
     /// Place among the loop motions.
     Loop(u32),
 }
