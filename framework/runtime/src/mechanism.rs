@@ -321,7 +321,7 @@ impl MechanismBlock {
                 self.projector.rates(tree, &mut self.ws, solver, motions, q, &mut rest[..nv])
             });
         if let Err(e) = done {
-            self.fault = Some(e.to_string());
+            self.fault.get_or_insert_with(|| e.to_string());
             q.fill(f64::NAN);
         }
     }
@@ -392,7 +392,7 @@ impl Block for MechanismBlock {
         };
         if let Err(why) = done {
             // Reported by the run with the first bad variable.
-            self.fault = Some(why);
+            self.fault.get_or_insert(why);
             self.vdot.fill(f64::NAN);
         }
         self.put_accelerations(sig);
@@ -458,7 +458,7 @@ impl Block for MechanismBlock {
         let report = match report {
             Ok(report) => report,
             Err(e) => {
-                self.fault = Some(e.to_string());
+                self.fault.get_or_insert_with(|| e.to_string());
                 q.fill(f64::NAN);
                 return;
             }
