@@ -301,14 +301,8 @@ fn mechanism() -> MechanismSpec {
     b.node("base/engine", "base", Pose::translation(0.0, 0.05, -0.2));
     b.node("arm/tip", "arm", Pose::translation(0.0, 0.0, -0.8));
     let multibody = Arc::new(b.build().unwrap_or_else(|e| panic!("{e}")));
-    MechanismSpec {
-        path: "mechanism".into(),
-        q: multibody.random_q(11),
-        v: multibody.random_v(12),
-        multibody,
-        gravity: None,
-        origin: Origin::NONE,
-    }
+    let (q, v) = (multibody.random_q(11), multibody.random_v(12));
+    MechanismSpec::new("mechanism", multibody, q, v)
 }
 
 /// The system. Steps of 2 ms; rates of 1/50, 1/30 (offset 1/90) and 1/8 s.

@@ -193,7 +193,8 @@ pub(crate) fn mechanism(
         Ok(multibody) => {
             let (q, v) = start(&multibody, &bodies);
             let path = path.to_string();
-            Some(MechanismSpec { path, multibody: Arc::new(multibody), q, v, gravity, origin })
+            let spec = MechanismSpec::new(path, Arc::new(multibody), q, v);
+            Some(MechanismSpec { gravity, origin, ..spec })
         }
         Err(error) => {
             for fault in error.faults {
@@ -250,11 +251,14 @@ fn fault_origin(
     let body = |name: &str| bodies.get(name).map(|(b, _)| b);
     match fault {
         MechanismFault::Inertia { body: name, .. } => body(name).map(|b| b.inertia_origin),
-        MechanismFault::UnknownParent { body: name, .. }
-        | MechanismFault::BadAxis { body: name, .. }
-        | MechanismFault::BadArmature { body: name, .. }
-        | MechanismFault::BadGear { body: name, .. }
-        | MechanismFault::BadLimits { body: name, .. } => body(name).map(|b| b.origin),
+        MechanismFault::UnknownParent { body: name, .. } => body(name).map(|b| b.origin),
+        MechanismFault::BadAxis { body: what, .. }
+        | MechanismFault::BadArmature { body: what, .. }
+        | MechanismFault::BadGear { body: what, .. }
+        | MechanismFault::BadLimits { body: what, .. } => {
+            let name = what.strip_prefix("body `")?.strip_suffix('`')?;
+            body(name).map(|b| b.origin)
+        }
         MechanismFault::Cycle { path } => body(path.first()?).map(|b| b.parent.origin),
         MechanismFault::Duplicate { name, .. } | MechanismFault::BadName { name, .. } => {
             body(name).map(|b| b.origin)

@@ -123,6 +123,7 @@ impl Printer<'_> {
             let target = match &b.target {
                 BindTarget::Node(node) => format!("node:/{node}"),
                 BindTarget::Hinge { body, index } => format!("hinge:/{body}[{index}]"),
+                BindTarget::Loop { name, index } => format!("loop:/{name}[{index}]"),
             };
             (b.bind.clone(), text(target))
         });

@@ -229,9 +229,17 @@ const FACING: f64 = 0.2;
 const LEVEL: f64 = 1e-4;
 
 impl Placed<'_> {
-    /// Whether a flat end of a cylinder lies across n.
+    /// Whether a flat part of its surface lies across n.
     pub(crate) fn lies_flat(&self, n: &Vec3) -> bool {
-        matches!(self.core, Core::Cylinder { .. }) && self.R.column(2).cross(n).norm() < LEVEL
+        let d = self.R.tr_mul(n);
+        match self.core {
+            Core::Point => false,
+            Core::Segment { .. } => d.z.abs() < LEVEL,
+            Core::Cylinder { .. } => d.z.abs() < LEVEL || d.x.hypot(d.y) < LEVEL,
+            Core::Poly(p) => {
+                p.faces.iter().any(|f| f.n.dot(&d) > 0.5 && f.n.cross(&d).norm() < LEVEL)
+            }
+        }
     }
 
     /// The part of the surface that faces along n: its corners into `out`. Returns its normal when it is a face.

@@ -106,11 +106,16 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
     let mut done = false;
     if axis.source == Source::Face {
         across(a, b, &axis, limit, size, room);
-        done = least(&room.points[from..]) <= axis.sep + enough(a, b, &axis.n, size);
+        done = enough(a, b, &axis, size, &room.points[from..]);
     }
     let thin = a.core.is_triangle();
     let complete = axis::complete(a.core, b.core);
-    if done && (axis.sep > 0.0 || complete || thin) {
+    if done
+        && (axis.sep > 0.0
+            || complete
+            || thin
+            || well_inside(&axis, &room.points[from..], room, size))
+    {
         return;
     }
     let mut ends = None;
@@ -130,10 +135,10 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
     }
     room.points.truncate(from);
     across(a, b, &axis, limit, size, room);
-    keep_shallower(&mut room.points, from, axis.sep - equal);
+    keep_shallower(&mut room.points, from, &axis, equal);
     // A corner that is behind a triangle's plane but not behind the triangle is its neighbour's.
     let beside = thin && axis.source == Source::Face;
-    if !beside && !(least(&room.points[from..]) <= axis.sep + enough(a, b, &axis.n, size)) {
+    if !beside && !enough(a, b, &axis, size, &room.points[from..]) {
         deepest(a, b, &axis, ends, size, room);
     }
 }
@@ -150,8 +155,9 @@ fn refine(
     let (n, sep, ends) = match axis::nearest(a, b, limit, &axis.n, &mut room.simplex) {
         Nearest::Far => return None,
         Nearest::Apart(pa, pb, n, d) => (n, d, Some((pa, pb))),
+        Nearest::Overlap(_) if complete => (axis.n, axis.sep, None),
         Nearest::Overlap(n) => {
-            let found = axis::depth(a, b, &room.simplex, &mut room.epa).filter(|_| !complete);
+            let found = axis::depth(a, b, &room.simplex, &mut room.epa);
             let tried =
                 [(n, b.range(&n).0 - a.range(&n).1), found.unwrap_or((n, f64::NEG_INFINITY))];
             let best = tried.iter().fold((axis.n, axis.sep), |m, t| if t.1 > m.1 { *t } else { m });
@@ -165,9 +171,29 @@ fn refine(
     Some((n, sep, None))
 }
 
-/// What the deepest point may lack, m: the eight points on the rim of an end that lies flat stand for all of it.
-fn enough(a: &Placed, b: &Placed, n: &Vec3, size: f64) -> f64 {
-    if a.lies_flat(n) || b.lies_flat(n) { BIAS * size } else { EQUAL * size }
+/// Whether no other direction can be less deep. With depth δ below a face, at least ρ from its border, a normal turned by θ has
+/// sep ≤ −δ cos θ − ρ sin θ, which beats −δ only when tan(θ/2) > ρ/δ: never, unless it is the back of something thinner than δ.
+fn well_inside(axis: &Axis, points: &[Point], room: &Room, size: f64) -> bool {
+    let Some(p) = points.iter().find(|p| p.gap <= least(points)) else { return false };
+    let inset = |face: &[Corner], foot: &Vec3| {
+        (0..face.len()).fold(f64::INFINITY, |m, k| {
+            let out = (face[(k + 1) % face.len()].p - face[k].p).cross(&axis.n);
+            let height = (foot - face[k].p).dot(&out).abs() / out.norm();
+            if height < m { height } else { m }
+        })
+    };
+    let depth = -10.0 * axis.sep;
+    let on = |face: &[Corner], foot: &Vec3| face.len() > 2 && inset(face, foot) > depth;
+    0.1 * size > depth && (on(&room.fa, &p.pa) || on(&room.fb, &p.pb))
+}
+
+/// Whether some points show the distance `sep`. Where flat parts of both lie on each other, a corner that sticks out over the edge may be deeper by
+/// [`BIAS`], and eight points on a rim stand for all of it: what rests would else gain and lose a point with every tremor.
+fn enough(a: &Placed, b: &Placed, axis: &Axis, size: f64, points: &[Point]) -> bool {
+    let along = points.iter().filter(|p| p.n.dot(&axis.n) > 1.0 - 5e-9);
+    let missing = along.fold(f64::INFINITY, |m, p| if p.gap < m { p.gap } else { m }) - axis.sep;
+    missing <= EQUAL * size
+        || (missing <= BIAS * size && a.lies_flat(&axis.n) && b.lies_flat(&-axis.n))
 }
 
 /// The smallest distance of some points.
@@ -175,11 +201,13 @@ pub(crate) fn least(points: &[Point]) -> f64 {
     points.iter().fold(f64::INFINITY, |m, p| if p.gap < m { p.gap } else { m })
 }
 
-/// Removes points deeper than the pair is, behind the first `from`.
-fn keep_shallower(points: &mut Vec<Point>, from: usize, depth: f64) {
+/// Removes points deeper than the pair is, behind the first `from`; of another normal also those that are as deep.
+fn keep_shallower(points: &mut Vec<Point>, from: usize, axis: &Axis, equal: f64) {
+    let same = |p: &Point| p.n.dot(&axis.n) > 1.0 - 5e-9;
     let mut kept = from;
     for i in from..points.len() {
-        if points[i].gap >= depth {
+        let p = &points[i];
+        if p.gap >= axis.sep + if same(p) { -equal } else { 2.0 * equal } {
             points[kept] = points[i];
             kept += 1;
         }
@@ -336,7 +364,7 @@ fn deepest(
     room: &mut Room,
 ) {
     let Axis { n, sep, .. } = *axis;
-    let ((ea, na), (eb, nb)) = (extreme(a, &n, 1e-7 * size), extreme(b, &-n, 1e-7 * size));
+    let ((ea, na), (eb, nb)) = (extreme(a, &n, BIAS * size), extreme(b, &-n, BIAS * size));
     if na == 2 && nb == 2 && side_by_side(&ea, &eb, &n, size, room) {
         return;
     }
@@ -345,16 +373,20 @@ fn deepest(
         (_, 1) => corner(OF_B, eb[0].name),
         _ => crossing(edge_name(ea[0].name, ea[1].name), edge_name(eb[0].name, eb[1].name)),
     };
+    let (half, (s, t)) = (n * (sep / 2.0), lines(&ea, &eb));
+    let crossing = (na, nb) == (2, 2) && [s, t].iter().all(|x| *x > 0.0 && *x < 1.0);
     let (pa, pb) = match (na, nb) {
         (1, _) => (ea[0].p, ea[0].p + n * sep),
         (_, 1) => (eb[0].p - n * sep, eb[0].p),
-        _ if ends.is_some() => ends.unwrap_or_default(),
-        (3.., _) => (eb[0].p - n * sep, eb[0].p),
-        (_, 3..) => (ea[0].p, ea[0].p + n * sep),
         _ => {
-            let (s, t) = lines(&ea, &eb);
-            let mid = (ea[0].p + (ea[1].p - ea[0].p) * s + eb[0].p + (eb[1].p - eb[0].p) * t) / 2.0;
-            (mid - n * (sep / 2.0), mid + n * (sep / 2.0))
+            let on_edges = || (ea[0].p.lerp(&ea[1].p, s) + eb[0].p.lerp(&eb[1].p, t)) / 2.0;
+            let middle = match ends {
+                Some((pa, pb)) if !crossing => (pa + pb) / 2.0,
+                None if na > 2 => eb[0].p,
+                None if nb > 2 => ea[0].p,
+                _ => on_edges(),
+            };
+            (middle - half, middle + half)
         }
     };
     room.points.push(Point { pa, pb, n, gap: sep, name });

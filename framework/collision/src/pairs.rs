@@ -234,6 +234,9 @@ fn one_triangle(t: &Triangle, b: &Placed, limit: f64, size: f64, room: &mut Room
     if low - plane > limit || high - plane < -room.behind {
         return;
     }
+    if let Core::Point = b.core {
+        return point_on(t, &b.p, limit, size, room);
+    }
     let from = room.points.len();
     let Core::Poly(mut poly) = std::mem::replace(&mut room.triangle, Core::Point) else { return };
     t.write(&mut poly);
@@ -243,7 +246,8 @@ fn one_triangle(t: &Triangle, b: &Placed, limit: f64, size: f64, room: &mut Room
     let legal = room.points[from..].iter().all(|p| t.admits(&p.n));
     if !legal {
         // What does not meet the triangle itself is not below it either.
-        let floor = if least(&room.points[from..]) > 0.0 { 0.0 } else { f64::NEG_INFINITY };
+        let floor =
+            if least(&room.points[from..]) > -1e-5 * size { 0.0 } else { f64::NEG_INFINITY };
         room.points.truncate(from);
         let own = Axis { n: t.n, sep: low - plane, source: Source::Face };
         across(&a, b, &own, limit, size, room);
@@ -257,6 +261,34 @@ fn one_triangle(t: &Triangle, b: &Placed, limit: f64, size: f64, room: &mut Room
         room.points.truncate(kept);
     }
     room.triangle = core;
+}
+
+/// A point and a triangle: the nearest point of the face, else of an edge.
+fn point_on(t: &Triangle, p: &Vec3, limit: f64, size: f64, room: &mut Room) {
+    let height = (p - t.v[0]).dot(&t.n);
+    let mut nearest: Option<(Vec3, f64)> = None;
+    let mut outside = false;
+    for k in 0..3 {
+        let (a, e) = (t.v[k], t.v[(k + 1) % 3] - t.v[k]);
+        if (p - a).dot(&t.across(k)) > 1e-4 * size {
+            outside = true;
+            let foot = a + e * ((p - a).dot(&e) / e.norm_squared()).clamp(0.0, 1.0);
+            let d = (p - foot).norm();
+            if nearest.is_none_or(|n| d < n.1) {
+                nearest = Some((foot, d));
+            }
+        }
+    }
+    let name = corner(2, 0);
+    if !outside && height <= limit {
+        let pa = p - t.n * height;
+        room.points.push(Point { pa, pb: *p, n: t.n, gap: height, name });
+    } else if let Some((pa, gap)) = nearest.filter(|(_, d)| *d <= limit && *d > 1e-12 * size) {
+        let n = (p - pa) / gap;
+        if t.admits(&n) {
+            room.points.push(Point { pa, pb: *p, n, gap, name });
+        }
+    }
 }
 
 /// What is far under the terrain: its lowest point against the triangle above it.

@@ -309,14 +309,40 @@ impl Colliders {
         query: &Query,
         poses: impl Fn(Option<BodyId>) -> Pose,
     ) -> Option<Closest> {
-        self.look(scratch, &Query { margin: 0.0, ..*query }, &poses);
+        self.nearest_of(scratch, query, &poses, |a, b| self.meet(a, b))
+    }
+
+    /// The nearest pair of colliders of two bodies, whatever the rules; `None` stands for the world. `query.margin` is how far to
+    /// look, and may be infinite.
+    pub fn distance_of_bodies(
+        &self,
+        scratch: &mut Scratch,
+        query: &Query,
+        bodies: [Option<BodyId>; 2],
+        poses: impl Fn(Option<BodyId>) -> Pose,
+    ) -> Option<Closest> {
+        let [p, q] = bodies;
+        self.nearest_of(scratch, query, &poses, |a, b| {
+            let pair = (self.body(a), self.body(b));
+            p != q && (pair == (p, q) || pair == (q, p))
+        })
+    }
+
+    fn nearest_of(
+        &self,
+        scratch: &mut Scratch,
+        query: &Query,
+        poses: &impl Fn(Option<BodyId>) -> Pose,
+        wanted: impl Fn(ColliderId, ColliderId) -> bool,
+    ) -> Option<Closest> {
+        self.look(scratch, &Query { margin: 0.0, ..*query }, poses);
         let Scratch { seen, room, .. } = scratch;
         let mut best: Option<Closest> = None;
         for i in 0..seen.len() {
             for j in i + 1..seen.len() {
                 let (a, b) = (&seen[i], &seen[j]);
                 let limit = best.map_or(query.margin, |c| c.distance.distance);
-                if !self.meet(ColliderId(a.id), ColliderId(b.id)) || apart(a, b) > limit {
+                if !wanted(ColliderId(a.id), ColliderId(b.id)) || apart(a, b) > limit.max(0.0) {
                     continue;
                 }
                 if let Some(distance) = self.between(a, b, query.detail, limit, room)

@@ -11,6 +11,9 @@ use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d_f64::query::Ray;
 use std::collections::BTreeMap;
 
+/// How much more a normal may lean, sine: what lies on a face trembles.
+const LEAN: f64 = 1e-4;
+
 /// A triangle with what its contacts need.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Triangle {
@@ -32,7 +35,7 @@ impl Triangle {
 
     /// Whether a contact normal belongs to this triangle or to its convex edges.
     pub(crate) fn admits(&self, n: &Vec3) -> bool {
-        n.dot(&self.n) > -1e-9 && (0..3).all(|k| n.dot(&self.across(k)) <= self.lean[k] + 1e-7)
+        n.dot(&self.n) > -LEAN && (0..3).all(|k| n.dot(&self.across(k)) <= self.lean[k] + LEAN)
     }
 
     /// Fills a polytope with it.

@@ -3,7 +3,7 @@
 //! The choice follows corners and edges, not the last digits of their places: what is equal within a tolerance goes by name.
 
 use crate::core::mix;
-use crate::manifold::{Point, least};
+use crate::manifold::Point;
 use linkwork_multibody::spatial::Vec3;
 
 /// Names are made unique, and points that share a normal are thinned to four that are spread well.
@@ -12,9 +12,7 @@ pub(crate) fn thin(points: &mut Vec<Point>, size: f64) {
     same_names(points);
     let mut rest = 0;
     while rest < points.len() {
-        let low = least(&points[rest..]) + 1e-5 * size;
-        let Some(seed) = (rest..points.len()).find(|i| points[*i].gap <= low) else { break };
-        let n = points[seed].n;
+        let Some(n) = lowest(&points[rest..]).map(|p| p.n) else { break };
         let mut end = rest;
         for i in rest..points.len() {
             if points[i].n.dot(&n) > 0.95 {
@@ -57,7 +55,9 @@ fn spread(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     if count <= 2 {
         return count;
     }
-    let low = least(points) + 1e-5 * size;
+    let Some(low) = lowest(points) else { return count };
+    let (limit, normal) = (low.gap + 1e-5 * size, low.n);
+    let deep = |p: &Point| p.gap <= limit && p.n.dot(&normal) > 1.0 - 5e-9;
     let at = |p: &Point| p.pb;
     let pick = |points: &[Point], from: usize, measure: &dyn Fn(&Point) -> f64| {
         let most = points[from..].iter().map(measure).fold(f64::NEG_INFINITY, f64::max);
@@ -65,9 +65,8 @@ fn spread(points: &mut [Point], n: &Vec3, size: f64) -> usize {
         (from..points.len()).find(|i| measure(&points[*i]) >= enough).unwrap_or(from)
     };
     // Where many are equally deep, a corner of them and not one in their midst.
-    let some = points.iter().find(|p| p.gap <= low).map_or_else(Vec3::zeros, at);
-    let first =
-        pick(points, 0, &|p| if p.gap <= low { (at(p) - some).norm_squared() } else { -1.0 });
+    let some = points.iter().find(|p| deep(p)).map_or_else(Vec3::zeros, at);
+    let first = pick(points, 0, &|p| if deep(p) { (at(p) - some).norm_squared() } else { -1.0 });
     points.swap(0, first);
     points[1..].sort_unstable_by_key(|p| p.name);
     let a = at(&points[0]);
@@ -93,4 +92,9 @@ fn spread(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     let fourth = pick(points, 3, &|p| side * (at(p) - a).dot(&across));
     points.swap(3, fourth);
     4
+}
+
+/// The point with the smallest distance.
+fn lowest(points: &[Point]) -> Option<Point> {
+    points.iter().min_by(|p, q| p.gap.total_cmp(&q.gap)).copied()
 }

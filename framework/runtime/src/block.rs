@@ -61,6 +61,12 @@ pub trait Block: Send {
     fn advance_positions(&mut self, _x: &mut [f64], _h: f64) -> bool {
         false
     }
+    /// A step of `h` s by a method of its own, before the other states are integrated.
+    fn advance(&mut self, _x: &mut [f64], _sig: &mut [f64], _h: f64) {}
+    /// What went wrong when a value became NaN.
+    fn fault(&self) -> Option<&str> {
+        None
+    }
     /// The lanes that `advance_positions` moves.
     fn position_lanes(&self) -> std::ops::Range<usize> {
         0..0

@@ -138,7 +138,7 @@ impl Simulation {
         }
         self.state.clone_from(&s.state);
         for (k, bytes) in &s.stores {
-            let part = self.plan().parts[*k as usize].path.clone();
+            let part = self.plan().block_path(*k).to_owned();
             self.blocks[*k as usize]
                 .load_store(bytes)
                 .map_err(|why| CheckpointError::Store { part, why })?;
@@ -149,7 +149,7 @@ impl Simulation {
 
     fn store(&self, k: u32) -> Result<Vec<u8>, CheckpointError> {
         self.blocks[k as usize].save_store().map_err(|why| CheckpointError::Store {
-            part: self.plan().parts[k as usize].path.clone(),
+            part: self.plan().block_path(k).to_owned(),
             why,
         })
     }
@@ -174,7 +174,7 @@ impl Simulation {
     pub fn checkpoint(&self, configuration: &str) -> Result<Checkpoint, CheckpointError> {
         let mut stores = BTreeMap::new();
         for &k in &self.plan().stored {
-            stores.insert(self.plan().parts[k as usize].path.clone(), self.store(k)?);
+            stores.insert(self.plan().block_path(k).to_owned(), self.store(k)?);
         }
         Ok(Checkpoint {
             version: env!("CARGO_PKG_VERSION").to_string(),
@@ -222,12 +222,13 @@ impl Simulation {
             *lane = values.next().unwrap_or(f64::NAN);
         }
         for (part, bytes) in &c.stores {
-            let Some(k) = self.plan().parts.iter().position(|p| p.path == *part) else {
+            let plan = self.plan();
+            let Some(k) = plan.stored.iter().copied().find(|k| plan.block_path(*k) == part) else {
                 return Err(CheckpointError::Mismatch {
                     why: format!("there is no part `{part}`"),
                 });
             };
-            self.blocks[k]
+            self.blocks[k as usize]
                 .load_store(bytes)
                 .map_err(|why| CheckpointError::Store { part: part.clone(), why })?;
         }

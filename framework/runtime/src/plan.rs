@@ -44,6 +44,8 @@ pub struct Plan {
     pub wires: Vec<WirePlan>,
     /// Blocks with a store.
     pub stored: Vec<u32>,
+    /// The mechanism advances by a method of its own.
+    pub steps: bool,
     /// Source lanes of the reductions.
     pub sums: Vec<Sum>,
     /// Hash of structure and layout: equal plans can exchange states.
@@ -189,5 +191,16 @@ impl Plan {
     /// Number of operations evaluated at every stage.
     pub fn stage_len(&self) -> usize {
         self.stage_ops.len()
+    }
+}
+
+impl Plan {
+    /// Path of a block with a store: a part's, or the mechanism's.
+    pub(crate) fn block_path(&self, k: u32) -> &str {
+        match (self.parts.get(k as usize), &self.mechanism) {
+            (Some(part), _) => &part.path,
+            (None, Some(m)) => &m.path,
+            (None, None) => "",
+        }
     }
 }

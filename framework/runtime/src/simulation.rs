@@ -15,7 +15,11 @@ use std::sync::Arc;
 
 /// A state that left the numbers a simulation may hold.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("t = {time} s: `{path}` became {value}{}", if *.others > 0 { format!(" ({others} more variables are bad)") } else { String::new() })]
+#[error(
+    "t = {time} s: `{path}` became {value}{}{}",
+    if *.others > 0 { format!(" ({others} more variables are bad)") } else { String::new() },
+    .why.as_ref().map_or_else(String::new, |why| format!("\n  {why}"))
+)]
 pub struct RunError {
     /// Simulated time (s).
     pub time: f64,
@@ -25,6 +29,8 @@ pub struct RunError {
     pub value: f64,
     /// How many other variables are bad.
     pub others: usize,
+    /// What the mechanism says of it.
+    pub why: Option<String>,
 }
 
 /// A variable cannot be read or set.
@@ -86,6 +92,10 @@ impl Simulation {
             let at = m.wiring.x;
             state.x[at..at + m.q.len()].copy_from_slice(&m.q);
             state.x[at + m.q.len()..at + m.q.len() + m.v.len()].copy_from_slice(&m.v);
+            let motions = &mut state.x[at + m.q.len() + m.v.len()..];
+            for (lanes, motion) in motions.chunks_exact_mut(2).zip(&m.loop_motions) {
+                lanes.copy_from_slice(&[motion.position, motion.rate]);
+            }
         }
         for &(lane, value) in &plan.constants {
             state.sig[lane as usize] = value;
@@ -185,6 +195,11 @@ impl Simulation {
         let row = &plan.table[self.state.row as usize];
         let now = self.now();
         let h = plan.base.times(row.gap);
+        if plan.steps
+            && let Some(last) = self.blocks.last_mut()
+        {
+            last.advance(&mut self.state.x, &mut self.state.sig, h);
+        }
         if !plan.derivs.is_empty() {
             match plan.integrator {
                 Integrator::SemiImplicitEuler => self.semi_implicit_euler(plan, &now, h),
@@ -301,7 +316,8 @@ impl Simulation {
         let (path, value) = found
             .first()
             .map_or(("a signal without a name".to_string(), f64::NAN), |f| (f.1.clone(), f.2));
-        RunError { time: self.time(), path, value, others: found.len().saturating_sub(1) }
+        let why = self.blocks.last().and_then(|b| b.fault()).map(str::to_owned);
+        RunError { time: self.time(), path, value, others: found.len().saturating_sub(1), why }
     }
 
     fn at(&self, place: Place) -> f64 {

@@ -3,7 +3,10 @@
 //! The assembly floor writes it from RON; a Rust program may write it directly.
 use crate::time::Seconds;
 use crate::value::{Located, Origin, Value};
-use linkwork_multibody::Multibody;
+use linkwork_collision::Colliders;
+use linkwork_multibody::{LoopMotion, Multibody};
+use linkwork_solvers::{ContactSettings, Treatment};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A part: a model or a service at a path.
@@ -111,6 +114,13 @@ pub enum BindTarget {
         /// Coordinate, from 0.
         index: usize,
     },
+    /// A prescribed subhinge of a loop, by the loop's name; `index` chooses among several.
+    Loop {
+        /// The loop.
+        name: String,
+        /// Which of its prescribed subhinges, from 0.
+        index: usize,
+    },
 }
 
 /// The mechanism and how it starts.
@@ -126,8 +136,48 @@ pub struct MechanismSpec {
     pub v: Vec<f64>,
     /// Path of the gravity service; `None`: the only one, or no gravity when there is none.
     pub gravity: Option<String>,
+    /// How each loop and coupling is treated, by name; `Auto` where nothing is said.
+    pub treatments: BTreeMap<String, Treatment>,
+    /// Prescribed subhinges of loops at the start.
+    pub motions: Vec<LoopMotion>,
+    /// Contact, when the mechanism is stepped with it.
+    pub contact: Option<ContactSpec>,
     /// Where it is written.
     pub origin: Origin,
+}
+
+impl MechanismSpec {
+    /// A mechanism without constraints' settings, contact or a gravity of its own.
+    #[must_use]
+    pub fn new(
+        path: impl Into<String>,
+        multibody: Arc<Multibody>,
+        q: Vec<f64>,
+        v: Vec<f64>,
+    ) -> Self {
+        Self {
+            path: path.into(),
+            motions: vec![LoopMotion::default(); multibody.motions()],
+            multibody,
+            q,
+            v,
+            gravity: None,
+            treatments: BTreeMap::new(),
+            contact: None,
+            origin: Origin::NONE,
+        }
+    }
+}
+
+/// Shapes that meet, and how their contact is solved. A mechanism with it advances a step at a time:
+/// velocities and impulses together, first order in the step; other continuous states are
+/// integrated as ever.
+#[derive(Clone)]
+pub struct ContactSpec {
+    /// Shapes with the rules of who meets whom.
+    pub colliders: Arc<Colliders>,
+    /// How contact is solved.
+    pub settings: ContactSettings,
 }
 
 /// Which integrator.

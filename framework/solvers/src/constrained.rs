@@ -336,6 +336,21 @@ impl ConstrainedSolver {
     }
 }
 
+impl ConstrainedSolver {
+    /// Greatest |d| of a constraint's rows, rad or m, at the last kinematics; `q` is that state's.
+    #[must_use]
+    pub fn error(
+        &self,
+        tree: &Tree,
+        ws: &Workspace,
+        constraint: ConstraintId,
+        motions: &[LoopMotion],
+        q: &[f64],
+    ) -> f64 {
+        self.units.error(tree, ws, &self.uw, constraint, motions, q)
+    }
+}
+
 /// Numbers of one group's rows.
 fn group(first: &[u32], all: &[f64], g: usize) -> [f64; WIDTH] {
     let range = first[g] as usize..first[g + 1] as usize;

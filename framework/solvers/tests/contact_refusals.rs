@@ -153,6 +153,22 @@ fn inconsistent_equalities_get_a_compromise_and_are_reported() {
     }
 }
 
+/// The start has the least largest error, 2.5 of 6; the answer is least squares all the same.
+#[test]
+fn inconsistent_equalities_do_not_stay_where_they_began() {
+    let mut case = Case::new(1);
+    for target in [1.0, 2.0, 6.0] {
+        let entries = [(0, [1.0, 0.0, 0.0, 0.0])];
+        case.add(Cone::Equality { rows: 1 }, &entries, [-target, 0.0, 0.0, 0.0]);
+    }
+    let settings = Settings { sweeps: 0, ..Settings::default() };
+    let mut l = vec![[3.5, 0.0, 0.0, 0.0], [0.0; 4], [0.0; 4]];
+    let report = Contact::new(settings).solve(&case.problem(), &mut l).unwrap();
+    assert!(!report.converged);
+    let y = case.pulled(&l)[0];
+    assert!((y - 3.0).abs() < 1e-3, "{y}");
+}
+
 /// Two walls that approach each other with a mass between them, and a jammed crowd: no solution.
 #[test]
 fn impossible_contacts_end_and_are_reported() {
@@ -169,6 +185,11 @@ fn impossible_contacts_end_and_are_reported() {
             let report = Contact::new(settings).solve(&case.problem(), &mut l).unwrap();
             assert!(!report.converged && report.measure.residual > 1e-3, "{method:?} {report:?}");
             assert!(l.iter().flatten().all(|x| x.is_finite()));
+            // What is reported is about the impulses that are returned.
+            let only = Settings { method: Method::GaussSeidel, sweeps: 0, ..Settings::default() };
+            let again = Contact::new(only).solve(&case.problem(), &mut l.clone()).unwrap();
+            let (a, b) = (report.measure.residual, again.measure.residual);
+            assert!((a - b).abs() < 1e-9 * a, "{method:?}: {a} {b}");
             if method == Method::Lemke {
                 assert!(report.failure.is_some(), "{report:?}");
                 assert!(l.iter().flatten().all(|x| *x == 0.0), "a failure leaves what was given");

@@ -594,6 +594,33 @@ impl Units {
     }
 }
 
+impl Units {
+    /// Greatest |d| of a constraint's rows, rad or m, at the kinematics of `ws` and the places of the
+    /// last gather in `uw`.
+    pub fn error(
+        &self,
+        tree: &Tree,
+        ws: &Workspace,
+        uw: &UnitsWork,
+        constraint: ConstraintId,
+        motions: &[LoopMotion],
+        q: &[f64],
+    ) -> f64 {
+        match constraint {
+            ConstraintId::Loop(i) => {
+                let c = &self.closures[i as usize];
+                let rows = c.rows(&ws.work.kin, &uw.r, &self.root, motions);
+                rows.error[..rows.n].iter().fold(0.0, |a, x| nan_max(a, x.abs()))
+            }
+            ConstraintId::Coupling(i) => {
+                let c = &tree.multibody().couplings()[i as usize];
+                let sum: f64 = c.terms.iter().map(|(iq, _, c)| c * q[*iq]).sum();
+                (sum - c.coupling.constant).abs()
+            }
+        }
+    }
+}
+
 /// Coordinates or their rates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {

@@ -1,7 +1,7 @@
 //! Wires and bindings: every input lane gets one source lane; reductions get many.
 use super::Part;
 use super::order::Order;
-use crate::mechanism::{Frame, MechanismWiring};
+use crate::mechanism::{Frame, MechanismPlan, MechanismWiring};
 use crate::plan::{Sizes, Sum, Via, WirePlan};
 use crate::ports::{PortKind, PortSpec};
 use crate::spec::{BindTarget, PortRef, Spec};
@@ -82,6 +82,8 @@ struct Connector<'a, 'b> {
     wrenches: BTreeMap<Frame, Vec<(String, u32)>>,
     torques: BTreeMap<u32, Vec<(String, u32)>>,
     motions: BTreeMap<u32, (String, u32)>,
+    loop_motions: BTreeMap<u32, (String, u32)>,
+    loop_states: BTreeMap<u32, u32>,
 }
 
 pub(crate) fn connect(
@@ -108,6 +110,8 @@ pub(crate) fn connect(
         wrenches: BTreeMap::new(),
         torques: BTreeMap::new(),
         motions: BTreeMap::new(),
+        loop_motions: BTreeMap::new(),
+        loop_states: BTreeMap::new(),
     };
     let mut wires: Vec<_> = spec.wires.iter().collect();
     wires.sort_by_key(|w| (w.from.to_string(), w.to.to_string()));
@@ -350,6 +354,7 @@ impl<'a> Connector<'a, '_> {
         let name = match target {
             BindTarget::Node(n) => format!("node {n}"),
             BindTarget::Hinge { body, .. } => format!("hinge {body}"),
+            BindTarget::Loop { name, .. } => format!("loop {name}"),
         };
         let ports: Vec<(PortSpec, bool)> = d
             .all_inputs()
@@ -438,6 +443,19 @@ impl<'a> Connector<'a, '_> {
                 self.motions.insert(*v, (key.to_string(), lane as u32));
                 None
             }
+            (PortKind::HingeAccel, Target::Loop(i)) => {
+                self.loop_motions.insert(*i, (key.to_string(), lane as u32));
+                None
+            }
+            (PortKind::HingeState, Target::Loop(i)) => Some(match self.loop_states.get(i) {
+                Some(&l) => l,
+                None => {
+                    let l = self.allocate(2);
+                    self.loop_states.insert(*i, l);
+                    self.out.mechanism.loop_states.push((*i, l));
+                    l
+                }
+            }),
             (PortKind::NodeState | PortKind::NodeAccel | PortKind::Wrench, _) => {
                 return Err("node");
             }
@@ -471,7 +489,13 @@ impl<'a> Connector<'a, '_> {
             let first = self.reduce(lanes, 1);
             self.out.mechanism.torques.push((*v, first));
         }
-        self.out.mechanism.motions = self.motions.iter().map(|(v, m)| (*v, m.1)).collect();
+        let lanes = |m: &BTreeMap<u32, (String, u32)>| m.iter().map(|(v, m)| (*v, m.1)).collect();
+        self.out.mechanism.motions = lanes(&self.motions);
+        self.out.mechanism.loop_motions = lanes(&self.loop_motions);
+        if let Some(m) = &spec.mechanism {
+            let reports = MechanismPlan::outputs(&m.multibody, m.contact.is_some()).len();
+            self.out.mechanism.reports = self.allocate(reports);
+        }
         self.out.signals = self.next;
     }
 
@@ -576,7 +600,12 @@ fn first_line(doc: &str) -> &str {
 /// A binding target, found.
 enum Target {
     Node(Frame),
-    Hinge { q: u32, v: u32 },
+    Hinge {
+        q: u32,
+        v: u32,
+    },
+    /// Place among the loop motions.
+    Loop(u32),
 }
 
 fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, String)> {
@@ -591,6 +620,18 @@ fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, Strin
                 let known: Vec<&str> = nodes.chain(mb.bodies().iter().map(|b| b.name())).collect();
                 (format!("there is no node `{name}`"), remedy(name, "nodes and bodies", &known))
             }),
+        BindTarget::Loop { name, index } => {
+            let Some(l) = mb.loops().iter().find(|l| l.closure.name == *name) else {
+                let known: Vec<&str> = mb.loops().iter().map(|l| l.closure.name.as_str()).collect();
+                return Err((format!("there is no loop `{name}`"), remedy(name, "loops", &known)));
+            };
+            let given = l.motions.len();
+            if *index < given {
+                return Ok(Target::Loop((l.motions.start + index) as u32));
+            }
+            let fact = format!("loop `{name}` has {given} prescribed subhinges, not {}", index + 1);
+            Err((fact, "write `prescribed: true` in a slider or pin of its hinge".into()))
+        }
         BindTarget::Hinge { body, index } => {
             let Some(id) = mb.body(body) else {
                 let known: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();

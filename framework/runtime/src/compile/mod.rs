@@ -21,6 +21,7 @@ use crate::services::{Files, Gravity, Services};
 use crate::spec::{MechanismSpec, PartSpec, Spec};
 use crate::value::{Fault, Faults, Origin};
 use linkwork_dynamics::Tree;
+use linkwork_solvers::Treatment;
 use std::sync::Arc;
 
 /// A part while compiling.
@@ -63,25 +64,28 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     let mut wiring = connections.mechanism.clone();
     let mechanism = spec.mechanism.as_ref().map(|m| {
         wiring.x = mechanism_x(&parts);
-        let plan = Arc::new(MechanismPlan {
+        let tree = Arc::new(Tree::new(&m.multibody));
+        let treatments: Vec<Treatment> = (m.multibody.constraints())
+            .map(|c| m.treatments.get(m.multibody.constraint_name(c)))
+            .map(|t| t.copied().unwrap_or(Treatment::Auto))
+            .collect();
+        let mut plan = MechanismPlan {
             path: m.path.clone(),
             multibody: m.multibody.clone(),
-            tree: Arc::new(Tree::new(&m.multibody)),
             uniform: gravity.as_ref().and_then(|g| g.uniform()),
             gravity,
             q: m.q.clone(),
             v: m.v.clone(),
+            loop_motions: m.motions.clone(),
+            solver: MechanismPlan::solver(&tree, &treatments),
+            contact: m.contact.clone(),
+            treatments,
+            tree,
             wiring,
-        });
-        (plan, m.origin)
+        };
+        plan.start().map(|()| Arc::new(plan)).map_err(|f| Fault { origin: m.origin, ..f })
     });
-    let mechanism = match mechanism {
-        Some((m, origin)) => {
-            m.moves().map_err(|f| Faults(vec![Fault { origin, ..f }]))?;
-            Some(m)
-        }
-        None => None,
-    };
+    let mechanism = mechanism.transpose().map_err(|f| Faults(vec![f]))?;
     for (part, (u, ud)) in parts.iter_mut().zip(&connections.inputs) {
         part.wiring.u = u.iter().copied().collect();
         part.wiring.ud = ud.iter().copied().collect();
@@ -93,10 +97,15 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     let sizes = Sizes { sig: connections.signals, ..connections.sizes };
     let wires = connections.listing(&parts, &order);
     let hash = plan_hash(spec, &parts, sizes, &variables, &timing);
-    let stored =
+    let mut stored: Vec<u32> =
         (0..parts.len() as u32).filter(|&k| parts[k as usize].prototype.stored()).collect();
+    let steps = mechanism.as_ref().is_some_and(|m| m.contact.is_some());
+    if steps {
+        stored.push(parts.len() as u32);
+    }
     Ok(Plan {
         stored,
+        steps,
         parts: parts
             .into_iter()
             .map(|p| PartPlan {
@@ -235,7 +244,7 @@ fn layout(parts: &mut [Part<'_>], mechanism: Option<&MechanismSpec>, seed: u64) 
         sizes.sig = w.yd + lanes(&d.direct_outputs);
     }
     if let Some(m) = mechanism {
-        sizes.x += m.multibody.nq() + m.multibody.nv();
+        sizes.x += MechanismPlan::lanes(&m.multibody);
     }
     sizes
 }
@@ -296,5 +305,6 @@ impl MechanismWiring {
             .flat_map(|(_, s)| s.iter().copied())
             .chain(self.torques.iter().map(|t| t.1))
             .chain(self.motions.iter().map(|t| t.1))
+            .chain(self.loop_motions.iter().map(|t| t.1))
     }
 }

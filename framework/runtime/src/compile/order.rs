@@ -147,7 +147,8 @@ fn reads_and_writes(op: Op, parts: &[Part<'_>], c: &Connections) -> (Vec<u32>, V
         Op::Moore(k) if k == m => {
             let w = &c.mechanism;
             let states = w.states.iter().flat_map(|(_, l)| *l..*l + 13);
-            (Vec::new(), states.chain(w.hinges.iter().flat_map(|h| h.2..h.2 + 2)).collect())
+            let hinges = w.hinges.iter().map(|h| h.2).chain(w.loop_states.iter().map(|l| l.1));
+            (Vec::new(), states.chain(hinges.flat_map(|l| l..l + 2)).collect())
         }
         Op::Direct(k) if k == m => {
             let w = &c.mechanism;

@@ -137,4 +137,37 @@ fn mechanism_variables(all: &mut BTreeMap<String, Variable>, m: &MechanismPlan) 
             );
         }
     }
+    let reports = MechanismPlan::outputs(&m.multibody, m.contact.is_some());
+    for (i, (name, unit, doc)) in reports.into_iter().enumerate() {
+        let lane = m.wiring.reports + i as u32;
+        all.insert(
+            format!("{}.{name}", m.path),
+            Variable {
+                place: Place::Signal(lane),
+                role: Role::Output,
+                unit: unit.to_string(),
+                doc,
+                kind: PortKind::Numbers,
+                part: m.path.clone(),
+            },
+        );
+    }
+    for (l, i) in m.multibody.loops().iter().flat_map(|l| l.motions.clone().map(move |i| (l, i))) {
+        let k = i - l.motions.start;
+        let tag = if l.motions.len() > 1 { format!("[{k}]") } else { String::new() };
+        let lane = x + nq + m.multibody.nv() + 2 * i;
+        for (j, name) in ["position", "rate"].into_iter().enumerate() {
+            all.insert(
+                format!("{}.{}{tag}.{name}", m.path, l.closure.name),
+                Variable {
+                    place: Place::X((lane + j) as u32),
+                    role: Role::State,
+                    unit: String::new(),
+                    doc: "Prescribed motion across the loop (rad or m).".to_string(),
+                    kind: PortKind::Numbers,
+                    part: m.path.clone(),
+                },
+            );
+        }
+    }
 }

@@ -18,6 +18,7 @@
 mod dense;
 mod error;
 mod gauss_seidel;
+mod law;
 mod lemke;
 mod local;
 mod newton;
@@ -72,7 +73,7 @@ impl Default for Settings {
             method: Method::Auto,
             tolerance: 1e-6,
             sweeps: 50,
-            steps: 60,
+            steps: 100,
             relaxation: 1.0,
             directions: 8,
         }

@@ -131,3 +131,41 @@ fn outside(cone: &Cone, l: &[f64; 4]) -> f64 {
     };
     most.max(0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_a_number_stays_the_largest() {
+        let mut most = 0.0;
+        for x in [1.0, f64::NAN, 7.0] {
+            larger(&mut most, x);
+        }
+        assert!(most.is_nan());
+    }
+
+    #[test]
+    fn impulses_outside_their_cone_are_told() {
+        let cone = Cone::Coulomb { friction: 0.5 };
+        assert!((outside(&cone, &[1.0, 0.6, 0.8, 0.0]) - 0.5).abs() < 1e-15);
+        assert_eq!(outside(&cone, &[2.0, 0.6, 0.8, 0.0]), 0.0);
+        assert_eq!(outside(&cone, &[-0.3, 0.0, 0.0, 0.0]), 0.3);
+        let cone = Cone::Spinning { friction: 0.5, spin: 0.1 };
+        assert!((outside(&cone, &[2.0, 0.6, 0.8, -0.3]) - 0.1).abs() < 1e-15);
+        assert_eq!(outside(&Cone::Unilateral, &[-0.3, 0.0, 0.0, 0.0]), 0.3);
+        assert_eq!(outside(&Cone::Dry { bound: 1.0 }, &[-1.5, 0.0, 0.0, 0.0]), 0.5);
+        assert_eq!(outside(&Cone::Equality { rows: 1 }, &[-9.0, 0.0, 0.0, 0.0]), 0.0);
+    }
+
+    /// Sliding friction that does not oppose the motion does work that it should not.
+    #[test]
+    fn idle_work_vanishes_only_for_lawful_friction() {
+        let (cone, v) = (Cone::Coulomb { friction: 0.5 }, [0.0, 3.0, -4.0, 0.0]);
+        assert!(idle_work(&cone, &[2.0, -0.6, 0.8, 0.0], &v).abs() < 1e-15);
+        assert!((idle_work(&cone, &[2.0, 0.8, 0.6, 0.0], &v) - 5.0).abs() < 1e-14);
+        let (cone, v) = (Cone::Spinning { friction: 0.5, spin: 0.1 }, [0.0, 3.0, -4.0, 5.0]);
+        assert!(idle_work(&cone, &[2.0, -0.6, 0.8, -0.2], &v).abs() < 1e-14);
+        assert!((idle_work(&cone, &[2.0, -0.6, 0.8, 0.2], &v) - 2.0).abs() < 1e-14);
+    }
+}

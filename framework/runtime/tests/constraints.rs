@@ -1,0 +1,230 @@
+//! Loops, couplings and contact inside a simulation: order, drift, same bits, mistakes.
+#![allow(clippy::unwrap_used, non_snake_case)]
+mod common;
+use common::*;
+use linkwork_collision::{ColliderSpec, Colliders, Material, Rules, Shape};
+use linkwork_multibody::{BodySpec, Builder, Coordinate, Hinge, LoopClosure, Multibody};
+use linkwork_runtime::*;
+use linkwork_solvers::{ContactSettings, Treatment};
+use linkwork_spatial::{MassProperties, Mat3, Pose, Vec3};
+use std::sync::Arc;
+
+fn gravity() -> PartSpec {
+    let mut g = part("world.gravity", "t.gravity", &[], None);
+    let number = |x: f64| Value::Number(x).into();
+    let down = Value::List(vec![number(0.0), number(0.0), number(-9.81)]);
+    g.params = Value::Map(vec![("g".into(), down.into())]).into();
+    g
+}
+
+/// A four-bar of unequal bars in the xz plane, its coupler closed by a pin, and how it starts.
+fn four_bar(driven: bool) -> (Multibody, Vec<f64>) {
+    let mut b = Builder::new();
+    let bar = |l: f64| {
+        let J = Mat3::from_diagonal(&Vec3::new(1e-3, l * l / 12.0, l * l / 12.0));
+        MassProperties::new(1.0, Vec3::new(l / 2.0, 0.0, 0.0), J)
+    };
+    let pin = || Hinge::pin(Vec3::y());
+    b.body(BodySpec::new("crank", "world").hinge(pin()).mass(bar(0.4)));
+    b.body(
+        BodySpec::new("coupler", "crank")
+            .hinge_in_parent(Pose::translation(0.4, 0.0, 0.0))
+            .hinge(pin())
+            .mass(bar(1.0)),
+    );
+    b.body(
+        BodySpec::new("rocker", "world")
+            .hinge_in_parent(Pose::translation(1.0, 0.0, 0.0))
+            .hinge(pin())
+            .mass(bar(0.8)),
+    );
+    let mut hinge = pin();
+    if driven {
+        hinge.subhinges[0].coordinate = Coordinate::Prescribed;
+    }
+    b.loop_closure(LoopClosure {
+        name: "joint".into(),
+        body_a: "rocker".into(),
+        frame_a: Pose::translation(0.8, 0.0, 0.0),
+        body_b: "coupler".into(),
+        frame_b: Pose::translation(1.0, 0.0, 0.0),
+        hinge,
+    });
+    (b.build().unwrap(), START.to_vec())
+}
+
+/// Roughly: the start is closed by `compile`.
+const START: [f64; 3] = [-1.2, 0.5, -1.8];
+
+/// The start with a turning crank, closed: coordinates and rates.
+fn closed() -> (Vec<f64>, Vec<f64>) {
+    let (mbs, q) = four_bar(false);
+    let mut s = spec(vec![gravity()], &[]);
+    s.mechanism = Some(MechanismSpec::new("Linkage", Arc::new(mbs), q, vec![2.0, 0.0, 0.0]));
+    let x = Simulation::new(plan(&s)).state().x.clone();
+    (x[..3].to_vec(), x[3..].to_vec())
+}
+
+fn linkage(treatment: Treatment, integrator: Integrator, step: f64) -> Spec {
+    let (mbs, (q, v)) = (four_bar(false).0, closed());
+    let mut s = spec(vec![gravity()], &[]);
+    let mut m = MechanismSpec::new("Linkage", Arc::new(mbs), q, v);
+    m.treatments.insert("joint".into(), treatment);
+    s.mechanism = Some(m);
+    s.integrator = integrator;
+    s.step = seconds(step);
+    s
+}
+
+const BOTH: [Treatment; 2] = [Treatment::Augment, Treatment::Embed];
+
+#[test]
+fn loops_keep_the_order_and_do_not_drift() {
+    for treatment in BOTH {
+        let end = |integrator, step| {
+            let mut sim = Simulation::new(plan(&linkage(treatment, integrator, step)));
+            sim.run_until(seconds(1.0)).unwrap();
+            assert!(sim.get("Linkage.joint.error").unwrap() < 1e-11);
+            sim.state().x.clone()
+        };
+        let reference = end(Integrator::Rk4, 0.0005);
+        for (integrator, steps, want) in [
+            (Integrator::Rk4, [0.004, 0.002], 4.0),
+            (Integrator::SemiImplicitEuler, [0.001, 0.0005], 1.0),
+        ] {
+            let e = steps.map(|h| {
+                let x = end(integrator, h);
+                x.iter().zip(&reference).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+            });
+            let order = (e[0] / e[1]).log2();
+            // Measured: 4.5 and 1.0.
+            assert!((order - want).abs() < 0.6, "{treatment:?} {integrator:?}: {order} {e:?}");
+        }
+    }
+}
+
+#[test]
+fn forces_of_loops_are_variables() {
+    let force = |treatment| {
+        let mut sim = Simulation::new(plan(&linkage(treatment, Integrator::Rk4, 0.001)));
+        sim.run_until(seconds(0.3)).unwrap();
+        (0..3).map(|i| sim.get(&format!("Linkage.joint.force[{i}]")).unwrap()).collect::<Vec<_>>()
+    };
+    let (a, b) = (force(Treatment::Augment), force(Treatment::Embed));
+    // The force across the plane is one of the redundant rows.
+    let plane = |f: &[f64]| [f[0], f[2]];
+    let scale = plane(&a).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    assert!(scale > 1.0, "{a:?}");
+    for (x, y) in plane(&a).iter().zip(plane(&b)) {
+        assert!((x - y).abs() < 1e-6 * scale, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn loops_that_cannot_close_are_refused() {
+    let mut s = linkage(Treatment::Auto, Integrator::Rk4, 0.001);
+    let (mbs, q) = four_bar(false);
+    let mut b = Builder::from(&mbs);
+    b.loops_mut()[0].frame_a = Pose::translation(3.0, 0.0, 0.0);
+    let m = s.mechanism.as_mut().unwrap();
+    *m = MechanismSpec::new("Linkage", Arc::new(b.build().unwrap()), q, vec![0.0; 3]);
+    let text = faults(&s);
+    assert!(text.contains("the loops do not close: an error of"), "{text}");
+    assert!(text.contains("help: start nearer"), "{text}");
+}
+
+/// A prescribed pin in the loop turns at the rate that it was given.
+#[test]
+fn loop_motions_are_states() {
+    let (mbs, q) = four_bar(true);
+    let mut s = spec(vec![gravity()], &[]);
+    let mut m = MechanismSpec::new("Linkage", Arc::new(mbs), q, vec![0.0; 3]);
+    // The angle of the closed start, so that the loop closes.
+    let x = closed().0;
+    let angle = x[0] + x[1] - x[2];
+    m.motions[0].position = angle;
+    m.motions[0].rate = 0.5;
+    m.q.clone_from(&x);
+    s.mechanism = Some(m);
+    s.step = seconds(0.001);
+    let mut sim = Simulation::new(plan(&s));
+    sim.run_until(seconds(0.4)).unwrap();
+    let now = sim.state().x.clone();
+    assert!((sim.get("Linkage.joint.position").unwrap() - angle - 0.2).abs() < 1e-12);
+    assert!((now[0] + now[1] - now[2] - angle - 0.2).abs() < 1e-9);
+    assert!(sim.get("Linkage.joint.error").unwrap() < 1e-11);
+}
+
+/// A tumbling box above a floor, with a bouncing ball and a stop in a hinge.
+fn box_on_floor() -> Spec {
+    let mut b = Builder::new();
+    let J = Mat3::identity() * 0.01;
+    b.body(BodySpec::new("box", "world").hinge(Hinge::free()).mass(MassProperties::new(
+        1.0,
+        Vec3::zeros(),
+        J,
+    )));
+    b.body(
+        BodySpec::new("flap", "box")
+            .hinge_in_parent(Pose::translation(0.1, 0.0, 0.1))
+            .hinge(Hinge::pin(Vec3::y()).limits(linkwork_multibody::Limits::position(-0.5, 0.5)))
+            .mass(MassProperties::new(0.2, Vec3::new(0.05, 0.0, 0.05), J * 0.1)),
+    );
+    let mbs = b.build().unwrap();
+    let half = Vec3::new(0.1, 0.15, 0.1);
+    let floor = ColliderSpec::new("floor", "world", Shape::HalfSpace);
+    let mut shape = ColliderSpec::new("box", "box", Shape::Box { half });
+    shape.material = Material { friction: 0.4, restitution: 0.3 };
+    let colliders = Colliders::new(vec![floor, shape], Rules::default(), &mbs).unwrap();
+    let mut q = mbs.neutral_q();
+    q[2] = 0.5;
+    let mut v = vec![0.0; mbs.nv()];
+    v[..6].copy_from_slice(&[1.0, 2.0, -0.5, 0.4, 0.2, 0.0]);
+    let mut s = spec(vec![gravity()], &[]);
+    let mut m = MechanismSpec::new("Bodies", Arc::new(mbs), q, v);
+    m.contact =
+        Some(ContactSpec { colliders: Arc::new(colliders), settings: ContactSettings::default() });
+    s.mechanism = Some(m);
+    s.step = seconds(0.001);
+    s
+}
+
+#[test]
+fn contact_rests_and_says_how_well() {
+    let mut sim = Simulation::new(plan(&box_on_floor()));
+    let mut impacts = 0.0;
+    for k in 1..=3000 {
+        sim.run_until(seconds(f64::from(k) * 1e-3)).unwrap();
+        impacts += sim.get("Bodies.contact.impacts").unwrap();
+        assert!(sim.get("flap.angle").unwrap().abs() < 0.51);
+    }
+    let x = &sim.state().x;
+    assert!(impacts > 2.0, "{impacts}");
+    assert!(x[8..].iter().all(|v| v.abs() < 1e-6), "still moving: {x:?}");
+    assert!(sim.get("Bodies.contact.points").unwrap() >= 4.0);
+    assert!(sim.get("Bodies.contact.penetration").unwrap() < 1e-3);
+    assert!(sim.get("Bodies.contact.residual").unwrap() < 1e-6);
+}
+
+#[test]
+fn contact_keeps_its_bits() {
+    let plan = plan(&box_on_floor());
+    let mut whole = Simulation::new(plan.clone());
+    whole.run_until(seconds(1.5)).unwrap();
+    let mut half = Simulation::new(plan.clone());
+    half.run_until(seconds(0.731)).unwrap();
+    let saved = half.checkpoint("").unwrap();
+    assert_eq!(saved.stores.len(), 1);
+    let mut snapshot = Snapshot::default();
+    half.save_into(&mut snapshot).unwrap();
+    let mut restored = Simulation::new(plan.clone());
+    restored.run_until(seconds(0.2)).unwrap();
+    restored.restore(&saved).unwrap();
+    let mut loaded = Simulation::new(plan);
+    loaded.load_from(&snapshot).unwrap();
+    let mut forked = half.fork();
+    for sim in [&mut restored, &mut loaded, &mut forked, &mut half] {
+        sim.run_until(seconds(1.5)).unwrap();
+        assert_eq!(sim.hash(), whole.hash());
+    }
+}
