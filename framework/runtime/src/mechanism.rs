@@ -191,6 +191,11 @@ impl MechanismPlan {
                 format!("body `{body}`: its hinge has nothing to accelerate: no mass or inertia moves with it"),
             )
             .help("give it, or a body that it carries, a mass and an inertia, or its hinge an armature, or prescribe the hinge")),
+            Err(e @ DynamicsError::Flexible { .. }) => {
+                let text = e.to_string();
+                let (fact, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
+                Err(Fault::new(Origin::NONE, fact).help(help))
+            }
         }
     }
 
