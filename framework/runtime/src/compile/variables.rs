@@ -170,4 +170,19 @@ fn mechanism_variables(all: &mut BTreeMap<String, Variable>, m: &MechanismPlan) 
             );
         }
     }
+    let bristles = MechanismPlan::bristles(m.compliant.as_ref());
+    for i in 0..bristles {
+        let lane = x + nq + m.multibody.nv() + 2 * m.multibody.motions() + i;
+        all.insert(
+            format!("{}.contact.bristle[{i}]", m.path),
+            Variable {
+                place: Place::X(lane as u32),
+                role: Role::State,
+                unit: String::new(),
+                doc: "Bristle of a pair of colliders: deflection (m, world), turn (rad).".into(),
+                kind: PortKind::Numbers,
+                part: m.path.clone(),
+            },
+        );
+    }
 }
