@@ -40,11 +40,16 @@ impl Case {
         let mut solver = ConstrainedSolver::new(tree, |_| Treatment::Augment);
         let mut close = Projector::new(tree);
         let one = |i: u64| {
-            let mut q = self.start.clone();
-            let step: Vec<f64> = self.mbs.random_v(i).iter().map(|x| 0.2 * x).collect();
-            self.mbs.integrate(&self.start, &step, &mut q);
+            // As far from the start as can still be closed.
+            let q = [0.2, 0.05, 0.01, 2e-3, 5e-4].into_iter().find_map(|scale| {
+                let mut q = self.start.clone();
+                let step: Vec<f64> = self.mbs.random_v(i).iter().map(|x| scale * x).collect();
+                self.mbs.integrate(&self.start, &step, &mut q);
+                let closed = close.positions(tree, &mut ws, &mut solver, &[], &mut q);
+                closed.is_ok().then_some(q)
+            });
+            let q = q.unwrap_or_else(|| panic!("{} does not close", self.name));
             let mut v = self.mbs.random_v(i + 1000);
-            close.positions(tree, &mut ws, &mut solver, &[], &mut q).expect("closes");
             close.rates(tree, &mut ws, &mut solver, &[], &q, &mut v).expect("closes");
             State { q, v, tau: self.mbs.random_v(i + 9999) }
         };
