@@ -1,8 +1,9 @@
 //! Accelerations of mechanisms with closed loops beside Pinocchio's, in one run.
 //!
 //! `LINKWORK_PINOCCHIO_CONSTRAINED=path cargo bench -p linkwork-solvers --bench constrained
-//! [-- words] [--write]`; the path is the program that `tests/benches/peers/install.sh` builds; words
-//! choose mechanisms by part of their name; `--write` draws `framework/solvers/benches/loops.svg`.
+//! [-- words] [--way=CE] [--write]`; the path is the program that `tests/benches/peers/install.sh`
+//! builds; words choose mechanisms by part of their name; `--way` times one way only (for profiles);
+//! `--write` draws `framework/solvers/benches/loops.svg`.
 //! Both sides start from (q, β, T), kinematics included, and go round the same closed states. The
 //! peer's accelerations must agree with ours to 1e-8 or its time does not count; of its algorithms
 //! and proximal parameters the fastest counts.
@@ -99,10 +100,15 @@ fn row(case: &Case, peer: Option<&Path>) -> Option<f64> {
         WAYS.iter().map(|(_, way)| accelerations(&tree, &states, *way)).collect();
     let own = answers[1..].iter().map(|a| difference(a, &answers[0])).fold(0.0, f64::max);
     // Ours on both sides of the peer: the clock of a busy machine drifts.
-    let mut ns: Vec<f64> = WAYS.iter().map(|(_, way)| time(&tree, &states, *way)).collect();
+    let only = std::env::args().find_map(|a| a.strip_prefix("--way=").map(str::to_owned));
+    let timed = |name: &str, way: Choice| match &only {
+        Some(only) if only != name => f64::INFINITY,
+        _ => time(&tree, &states, way),
+    };
+    let mut ns: Vec<f64> = WAYS.iter().map(|(name, way)| timed(name, *way)).collect();
     let peer = peer.map(|p| run_peer(p, &case.text(&states, &answers[0])));
-    for (ns, (_, way)) in ns.iter_mut().zip(WAYS) {
-        *ns = ns.min(time(&tree, &states, way));
+    for (ns, (name, way)) in ns.iter_mut().zip(WAYS) {
+        *ns = ns.min(timed(name, way));
     }
     let best = ns.iter().copied().fold(f64::INFINITY, f64::min);
     let peer = peer.flatten();
