@@ -82,6 +82,10 @@ pub struct ConstrainedSolver {
     y: Vec<f64>,
     /// λ by constraint in the order of [`Multibody::constraints`](linkwork_multibody::Multibody::constraints).
     forces: Vec<f64>,
+    /// Whether those of embedded constraints are still to be found, from the accelerations in `v`.
+    pending: bool,
+    /// Whether members of embedded loops are prescribed: their forces are needed at once.
+    prescribed: bool,
     place: Vec<usize>,
     v: Vec<f64>,
     still: Vec<f64>,
@@ -137,6 +141,8 @@ impl ConstrainedSolver {
             y: vec![0.0; if n == 0 { 0 } else { units.independent() }],
             forces: vec![0.0; rows],
             place,
+            pending: false,
+            prescribed: mbs.prescribed().contains(&true),
             v: vec![0.0; tree.nv()],
             still: vec![0.0; tree.nv()],
             units,
@@ -198,14 +204,25 @@ impl ConstrainedSolver {
         let lambda = &self.lambda;
         self.rows.relieve(&self.units, &mut self.uw, |g| lambda[g], tau);
         if !self.units.embedded().is_empty() {
+            self.v.copy_from_slice(vdot);
+            self.pending = true;
+            if self.prescribed {
+                self.settle(tree, tau);
+            }
+        }
+        if vdot.iter().all(|x| x.is_finite()) { Ok(report) } else { Err(SolverError::NotFinite) }
+    }
+
+    /// Forces of embedded constraints at the last solution, where they were not asked for yet.
+    fn settle(&mut self, tree: &Tree, tau: &mut [f64]) {
+        if std::mem::take(&mut self.pending) {
             let (place, forces, loops) =
                 (&self.place, &mut self.forces, tree.multibody().loops().len());
-            self.units.constraint_forces(tree, &mut self.uw, vdot, tau, |c, lambda| {
+            self.units.constraint_forces(tree, &mut self.uw, &self.v, tau, |c, lambda| {
                 let at = place[index(c, loops)];
                 forces[at..at + lambda.len()].copy_from_slice(lambda);
             });
         }
-        if vdot.iter().all(|x| x.is_finite()) { Ok(report) } else { Err(SolverError::NotFinite) }
     }
 
     fn solve_rows(
@@ -264,6 +281,8 @@ impl ConstrainedSolver {
         q: &[f64],
         step: &mut [f64],
     ) -> Result<f64, SolverError> {
+        // What follows overwrites what the forces are found from. No member is prescribed here.
+        self.settle(tree, &mut []);
         self.v.copy_from_slice(step);
         step.fill(0.0);
         self.still.fill(0.0);
@@ -316,9 +335,11 @@ impl ConstrainedSolver {
 
     /// Forces of a constraint at the last solution, one a row (N or N m): each acts along its row's
     /// wrench on body B and against it on body A; a coupling's acts on its coordinates by its
-    /// factors. Repeated rows show zero; see [`Report::rank`].
+    /// factors. Repeated rows show zero; see [`Report::rank`]. Those of embedded loops are found when
+    /// they are first asked for after a solution.
     #[must_use]
-    pub fn forces(&self, tree: &Tree, constraint: ConstraintId) -> &[f64] {
+    pub fn forces(&mut self, tree: &Tree, constraint: ConstraintId) -> &[f64] {
+        self.settle(tree, &mut []);
         let mbs = tree.multibody();
         let at = self.place[index(constraint, mbs.loops().len())];
         &self.forces[at..at + mbs.rows(constraint)]
