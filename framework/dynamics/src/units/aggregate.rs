@@ -185,8 +185,7 @@ impl Units {
             if greatest <= REDUNDANT * bound.sqrt() {
                 row[..size].fill(0.0);
             } else {
-                let inverse = 1.0 / greatest;
-                row.iter_mut().for_each(|x| *x *= inverse);
+                row.iter_mut().for_each(|x| *x /= greatest);
             }
         }
         loop {
