@@ -264,6 +264,8 @@ fn fault_origin(
             body(name).map(|b| b.origin)
         }
         MechanismFault::UnknownBody { body: name, .. } => body(name).map(|b| b.origin),
+        MechanismFault::Modes { body: name, .. }
+        | MechanismFault::Attachment { body: name, .. } => body(name).map(|b| b.origin),
         _ => None,
     }
 }
