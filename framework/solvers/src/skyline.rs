@@ -4,7 +4,7 @@
 //! ```text
 //! C_gh = (W_gh − Σ C_gk L_hk*) L_hh⁻*,   L_gh = C_gh D_h⁻¹          left to right in block row g
 //! L_gg D_g L_gg* = W_gg − Σ C_gk L_gk*                              row by row:
-//! d_k ≤ RANK · size_k: row k repeats earlier rows; x_k = 0
+//! d_k ≤ RANK · size_k: row k repeats earlier rows; x_k = 0          or ≤ RANK² · greatest size
 //! ```
 //! A semidefinite matrix needs no pivoting for this: where d_k vanishes, what is left of its row
 //! vanishes too. Each block row is stored from its first block that is not zero; a block is its four
@@ -54,6 +54,11 @@ impl Skyline {
     /// left of larger terms that cancel.
     pub fn factor(&mut self, size: impl Fn(usize) -> [f64; WIDTH]) {
         self.rank = 0;
+        let mut greatest: f64 = 0.0;
+        for g in 0..self.first.len() {
+            greatest = size(g).into_iter().fold(greatest, f64::max);
+        }
+        let least = RANK * RANK * greatest;
         for g in 0..self.first.len() {
             let fg = self.first[g];
             let (done, rest) = self.a.split_at_mut(self.start[g]);
@@ -85,7 +90,7 @@ impl Skyline {
             for j in 0..WIDTH {
                 let column = S[j];
                 let d = column.as_array()[j];
-                let keep = d > RANK * was[j].max(size[j]);
+                let keep = d > (RANK * was[j].max(size[j])).max(least);
                 d_inv[j] = if keep { 1.0 / d } else { 0.0 };
                 self.rank += usize::from(keep);
                 let l = column * f64x4::splat(d_inv[j]);
