@@ -140,7 +140,7 @@ pub fn humanoid() -> Multibody {
 }
 
 /// A rocker-bogie rover, 20 dof: floating chassis, 2 rockers, 2 bogies, 4 steers, 6 wheels.
-fn rover() -> Multibody {
+pub fn rover() -> Multibody {
     let mut b = Builder::new();
     let (pitch, yaw) = (Some(Vec3::y()), Some(Vec3::z()));
     part(&mut b, "chassis", "world", [0.0; 3], None, 30.0);
