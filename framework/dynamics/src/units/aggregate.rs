@@ -63,7 +63,7 @@ pub(crate) struct Embedded {
     used: Vec<bool>,
     /// The greatest |X|² of any member dof.
     pub reach: f64,
-    /// The greatest |S| |w| of each row: what is far below it is rounding.
+    /// The greatest |S|² |w|² of each row: what is far below it is rounding.
     size: Vec<f64>,
     pub inconsistency: f64,
 }
@@ -146,9 +146,10 @@ impl Units {
                             let last = agg.first.get(place + 1).map_or(wide - 1, |f| *f as usize);
                             for j in first..last {
                                 let S = &uw.S[agg.dofs[j] as usize];
+                                let square = S.dot(S);
                                 for (n, wrench) in rows.wrench[..rows.n].iter().enumerate() {
                                     let about = wrench.to_parent(arm);
-                                    let bound = (S.dot(S) * about.dot(&about)).sqrt();
+                                    let bound = square * about.dot(&about);
                                     size[row + n] = nan_max(size[row + n], bound);
                                     out[(row + n) * wide + j] += sign * S.dot(&about);
                                 }
@@ -182,7 +183,7 @@ impl Units {
         }
         for (row, bound) in m.gamma.chunks_exact_mut(wide).zip(&m.size) {
             let greatest = row[..size].iter().fold(0.0, |a, x| nan_max(a, x.abs()));
-            if greatest <= REDUNDANT * bound {
+            if greatest <= REDUNDANT * bound.sqrt() {
                 row[..size].fill(0.0);
             } else {
                 row.iter_mut().for_each(|x| *x /= greatest);
@@ -190,11 +191,13 @@ impl Units {
         }
         loop {
             let mut best = (REDUNDANT, usize::MAX, 0);
-            for i in (0..rows).filter(|i| !used_rows[*i]) {
-                for j in (0..size).filter(|j| !used_columns[*j]) {
-                    let x = m.gamma[i * wide + j].abs();
-                    if x > best.0 {
-                        best = (x, i, j);
+            for (i, row) in m.gamma.chunks_exact(wide).enumerate() {
+                if used_rows[i] {
+                    continue;
+                }
+                for (j, (x, used)) in row.iter().zip(used_columns.iter()).enumerate() {
+                    if x.abs() > best.0 && !used {
+                        best = (x.abs(), i, j);
                     }
                 }
             }
