@@ -1,9 +1,10 @@
 //! A body with numbers: from fields whose parameters have been replaced.
+use crate::collider::Collider;
 use crate::context::{Cx, Text};
 use crate::files::{Files, Home};
 use crate::pose::{pose, vector};
 use crate::read::{fields, name, number, numbers, table, text_field};
-use crate::shape::{BodyShape, inertia, shape, shapes};
+use crate::shape::{BodyShape, Shapes, inertia, shape, shapes};
 use crate::{hinge, initial};
 use linkwork_multibody::Hinge;
 use linkwork_runtime::{Located, Origin, Value};
@@ -20,13 +21,16 @@ pub(crate) struct Body {
     pub q: Vec<f64>,
     pub v: Vec<f64>,
     pub shapes: Vec<BodyShape>,
+    /// Place in `shapes`, collider.
+    pub colliders: Vec<(usize, Collider)>,
     pub nodes: Vec<(String, Pose, Origin)>,
     pub origin: Origin,
     /// Where mass and inertia are written, for faults about them.
     pub inertia_origin: Origin,
 }
 
-const FIELDS: [&str; 16] = [
+/// The fields of a body.
+pub(crate) const FIELDS: [&str; 16] = [
     "parent",
     "at",
     "hinge",
@@ -78,7 +82,8 @@ pub(crate) fn read(
             nodes.push((key.clone(), p, cx.key(node)));
         }
     }
-    let shapes = v.get("shapes").map(|s| shapes(cx, s, full, files)).unwrap_or_default();
+    let Shapes { shown, colliders } =
+        v.get("shapes").map(|s| shapes(cx, s, full, files)).unwrap_or_default();
     Body {
         name: full.into(),
         parent: parent.unwrap_or_else(|| Text::new("world")),
@@ -88,7 +93,8 @@ pub(crate) fn read(
         mass,
         q,
         v: rates,
-        shapes,
+        shapes: shown,
+        colliders,
         nodes,
         origin,
         inertia_origin: v.get("inertia").or(v.get("mass")).map_or(origin, |i| i.origin),
@@ -159,14 +165,4 @@ fn read_inertia(cx: &mut Cx, v: &Located, what: &str, mass: f64) -> Option<Mat3>
             None
         }
     }
-}
-
-/// True for a field that a body has.
-pub(crate) fn known(field: &str) -> bool {
-    FIELDS.contains(&field)
-}
-
-/// The fields of a body, for messages.
-pub(crate) fn known_list() -> String {
-    FIELDS.join(", ")
 }

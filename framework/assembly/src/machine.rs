@@ -1,7 +1,7 @@
 //! A description of a mechanism as an assembly: the same bodies in RON, to every digit.
 use crate::builder::variant;
 use crate::context::set;
-use crate::form::{Assembly, BodyForm};
+use crate::form::{Assembly, ItemForm};
 use linkwork_formats::{BodyShape, Description, Geometry, ShapeRole};
 use linkwork_multibody::{BodySpec, Coordinate, Hinge, Limits, Subhinge, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value};
@@ -42,7 +42,7 @@ impl Assembly {
             if let Some(i) = d.initial.iter().find(|i| i.body == spec.name) {
                 push(&mut out, "initial", initial(&spec.hinge, &i.q));
             }
-            let body = BodyForm { fields: Value::Map(out).into(), origin: Origin::NONE };
+            let body = ItemForm { fields: Value::Map(out).into(), origin: Origin::NONE };
             assembly.bodies.insert(local, body);
         }
         left_out.extend(d.couplings.iter().map(|c| format!("coupling `{}`", c.name)));
