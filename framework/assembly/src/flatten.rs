@@ -387,6 +387,8 @@ fn fault_origin(
             }
         }
         MechanismFault::UnknownBody { body: name, .. } => body(name).map(|b| b.origin),
+        MechanismFault::Modes { body: name, .. }
+        | MechanismFault::Attachment { body: name, .. } => body(name).map(|b| b.origin),
     }
 }
 

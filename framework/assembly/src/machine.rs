@@ -45,6 +45,8 @@ impl Assembly {
             let body = ItemForm { fields: Value::Map(out).into(), origin: Origin::NONE };
             assembly.bodies.insert(local, body);
         }
+        let flexible = d.builder.bodies().iter().filter(|b| b.modes.is_some());
+        left_out.extend(flexible.map(|b| format!("modes of `{}`", b.name)));
         left_out.extend(d.couplings.iter().map(|c| format!("coupling `{}`", c.name)));
         left_out.extend(d.loops.iter().map(|l| format!("loop `{}`", l.name)));
         left_out.extend(d.wheels.iter().map(|w| format!("wheel `{}`", w.body)));

@@ -4,44 +4,61 @@
 
 use crate::composite::roots;
 use crate::error::DynamicsError;
+use crate::flexible::Lanes;
 use crate::kinematics::{check, link_pose, sweep};
 use crate::lane::Lane;
 use crate::linear::{V3, V6};
 use crate::query::v3;
 use crate::tree::Tree;
-use crate::work::Work;
+use crate::work::{Work, Workspace};
 use crate::{Compliance, Derivatives, ForwardDerivatives};
 use crate::{centroidal, composite, forward, inverse, inverse_mass, jacobian};
 use linkwork_multibody::NodeId;
-use linkwork_spatial::Vec3;
+use linkwork_spatial::{Force, Vec3};
 
 /// Working memory for `L::WIDTH` states at once. Same algorithms, same conventions as the
-/// functions on a [`Workspace`](crate::Workspace).
+/// functions on a [`Workspace`](crate::Workspace). Of a mechanism with flexible bodies the states are run one
+/// after another.
 #[derive(Clone, Debug)]
 pub struct Batch<L: Lane> {
     work: Work<L>,
+    /// With flexible bodies: the states one by one.
+    lanes: Option<Box<Lanes>>,
 }
 
 impl<L: Lane> Batch<L> {
     /// Memory for `tree`; it must be used with no other.
     #[must_use]
     pub fn new(tree: &Tree) -> Self {
-        Self { work: Work::new(tree) }
+        Self { work: Work::new(tree), lanes: Lanes::new::<L>(tree) }
     }
 
     /// Sets the acceleration of free fall (m/s², world axes) for every body and state.
     pub fn set_uniform_gravity(&mut self, g: Vec3) {
+        if let Some(lanes) = &mut self.lanes {
+            lanes.each.iter_mut().for_each(|ws| ws.work.gravity = v3(&g));
+        }
         self.work.gravity = V3::splat(&V3 { x: g.x, y: g.y, z: g.z });
     }
 
     /// Forgets all external forces and gravity.
     pub fn clear_forces(&mut self) {
+        if let Some(lanes) = &mut self.lanes {
+            lanes.each.iter_mut().for_each(Workspace::clear_forces);
+        }
         self.work.clear_forces();
     }
 
     /// Adds a wrench on a node in each state: moment about the node's origin (N m), force (N),
     /// world axes, x y z. After [`Batch::kinematics`] of the same states.
     pub fn add_wrench_at_node(&mut self, tree: &Tree, node: NodeId, moment: [L; 3], force: [L; 3]) {
+        if let Some(lanes) = &mut self.lanes {
+            for (l, ws) in lanes.each.iter_mut().enumerate() {
+                let of = |v: &[L; 3]| Vec3::new(v[0].state(l), v[1].state(l), v[2].state(l));
+                ws.add_wrench_at_node(tree, node, Force::new(of(&moment), of(&force)));
+            }
+            return;
+        }
         let slot = tree.node(node).slot as usize;
         let r = self.arm(tree, node);
         let wrench = V6 { n: V3::read(&moment), f: V3::read(&force) };
@@ -51,6 +68,9 @@ impl<L: Lane> Batch<L> {
     /// Position of a node in the world in each state, m.
     #[must_use]
     pub fn node_position(&self, tree: &Tree, node: NodeId) -> [L; 3] {
+        if let Some(lanes) = &self.lanes {
+            return lanes.three(|ws| ws.node_pose(tree, node).position);
+        }
         let p = self.work.kin[tree.node(node).slot as usize].p + self.arm(tree, node);
         [p.x, p.y, p.z]
     }
@@ -58,6 +78,10 @@ impl<L: Lane> Batch<L> {
     /// Velocity of a node's origin in each state: angular (rad/s), linear (m/s), world axes.
     #[must_use]
     pub fn node_velocity(&self, tree: &Tree, node: NodeId) -> ([L; 3], [L; 3]) {
+        if let Some(lanes) = &self.lanes {
+            let V = |ws: &Workspace| ws.node_velocity(tree, node);
+            return (lanes.three(|ws| V(ws).angular), lanes.three(|ws| V(ws).linear));
+        }
         let V = self.work.kin[tree.node(node).slot as usize].V.to_child(self.arm(tree, node));
         ([V.n.x, V.n.y, V.n.z], [V.f.x, V.f.y, V.f.z])
     }
@@ -72,13 +96,19 @@ impl<L: Lane> Batch<L> {
     pub fn kinematics(&mut self, tree: &Tree, q: &[L], v: &[L]) {
         check(q.len(), tree.nq(), "q");
         check(v.len(), tree.nv(), "v");
-        sweep::<L, true>(tree, &mut self.work, q, v);
+        match &mut self.lanes {
+            None => sweep::<L, true>(tree, &mut self.work, q, v),
+            Some(l) => l.always([q, v], [], |ws, [q, v], []| crate::kinematics(tree, ws, q, v)),
+        }
     }
 
     /// As [`poses`](crate::poses).
     pub fn poses(&mut self, tree: &Tree, q: &[L]) {
         check(q.len(), tree.nq(), "q");
-        sweep::<L, false>(tree, &mut self.work, q, &[]);
+        match &mut self.lanes {
+            None => sweep::<L, false>(tree, &mut self.work, q, &[]),
+            Some(l) => l.always([q], [], |ws, [q], []| crate::poses(tree, ws, q)),
+        }
     }
 
     /// As [`forward_dynamics`](crate::forward_dynamics).
@@ -96,7 +126,7 @@ impl<L: Lane> Batch<L> {
         check(tau.len(), tree.nv(), "tau");
         check(vdot.len(), tree.nv(), "vdot");
         self.kinematics(tree, q, v);
-        forward::run(tree, &mut self.work, tau, vdot)
+        self.forward_dynamics_given_kinematics(tree, tau, vdot)
     }
 
     /// As [`forward_dynamics_given_kinematics`](crate::forward_dynamics_given_kinematics).
@@ -111,7 +141,12 @@ impl<L: Lane> Batch<L> {
     ) -> Result<(), DynamicsError> {
         check(tau.len(), tree.nv(), "tau");
         check(vdot.len(), tree.nv(), "vdot");
-        forward::run(tree, &mut self.work, tau, vdot)
+        match &mut self.lanes {
+            None => forward::run(tree, &mut self.work, tau, vdot),
+            Some(l) => l.run([], [tau, vdot], |ws, [], [tau, vdot]| {
+                crate::forward_dynamics_given_kinematics(tree, ws, tau, vdot)
+            }),
+        }
     }
 
     /// As [`inverse_dynamics`](crate::inverse_dynamics).
@@ -119,13 +154,21 @@ impl<L: Lane> Batch<L> {
         check(tau.len(), tree.nv(), "tau");
         check(vdot.len(), tree.nv(), "vdot");
         self.kinematics(tree, q, v);
-        inverse::run(&tree.links, &mut self.work, vdot, tau);
+        match &mut self.lanes {
+            None => inverse::run(&tree.links, &mut self.work, vdot, tau),
+            Some(l) => l.always([vdot], [tau], |ws, [vdot], [tau]| {
+                crate::inverse_dynamics_given_kinematics(tree, ws, vdot, tau);
+            }),
+        }
     }
 
     /// As [`mass_matrix`](crate::mass_matrix), at the last kinematics or poses.
     pub fn mass_matrix(&mut self, tree: &Tree, out: &mut [L]) {
         check(out.len(), tree.nv() * tree.nv(), "mass matrix");
-        composite::matrix(tree, &mut self.work, out);
+        match &mut self.lanes {
+            None => composite::matrix(tree, &mut self.work, out),
+            Some(l) => l.always([], [out], |ws, [], [out]| crate::mass_matrix(tree, ws, out)),
+        }
     }
 
     /// As [`inverse_mass_matrix`](crate::inverse_mass_matrix), at the last kinematics or poses.
@@ -134,18 +177,32 @@ impl<L: Lane> Batch<L> {
     /// [`DynamicsError::Singular`] if any state is.
     pub fn inverse_mass_matrix(&mut self, tree: &Tree, out: &mut [L]) -> Result<(), DynamicsError> {
         check(out.len(), tree.nv() * tree.nv(), "inverse mass matrix");
-        inverse_mass::matrix(tree, &mut self.work, out)
+        match &mut self.lanes {
+            None => inverse_mass::matrix(tree, &mut self.work, out),
+            Some(l) => l.run([], [out], |ws, [], [out]| crate::inverse_mass_matrix(tree, ws, out)),
+        }
     }
 
     /// As [`node_jacobian`](crate::node_jacobian), at the last kinematics or poses.
     pub fn node_jacobian(&self, tree: &Tree, node: NodeId, out: &mut [L]) {
         check(out.len(), 6 * tree.nv(), "Jacobian");
-        jacobian::matrix(tree, &self.work, node, out);
+        let Some(lanes) = &self.lanes else {
+            return jacobian::matrix(tree, &self.work, node, out);
+        };
+        out.fill(L::default());
+        for (l, ws) in lanes.each.iter().enumerate() {
+            jacobian::each_entry(tree, &ws.work, node, |at, x| {
+                out[at] = L::gather(|i| if i == l { x } else { out[at].state(i) });
+            });
+        }
     }
 
     /// As [`node_jacobian_at`](crate::node_jacobian_at): moves only the links inboard of the node.
     pub fn node_jacobian_at(&mut self, tree: &Tree, q: &[L], node: NodeId, out: &mut [L]) {
         check(q.len(), tree.nq(), "q");
+        if self.lanes.is_some() {
+            self.poses(tree, q);
+        }
         for k in &tree.paths[tree.node_path(node)] {
             link_pose(tree, &mut self.work, *k as usize, q);
         }
@@ -155,7 +212,10 @@ impl<L: Lane> Batch<L> {
     /// As [`centroidal_matrix`](crate::centroidal_matrix), at the last kinematics or poses.
     pub fn centroidal_matrix(&mut self, tree: &Tree, out: &mut [L]) {
         check(out.len(), 6 * tree.nv(), "centroidal matrix");
-        centroidal::matrix(tree, &mut self.work, out);
+        match &mut self.lanes {
+            None => centroidal::matrix(tree, &mut self.work, out),
+            Some(l) => l.always([], [out], |ws, [], [out]| crate::centroidal_matrix(tree, ws, out)),
+        }
     }
 }
 
@@ -171,12 +231,20 @@ impl<L: Lane> Compliance<L> {
         out: &mut [L],
     ) -> Result<(), DynamicsError> {
         check(out.len(), self.size() * self.size(), "compliance");
-        self.run(tree, &mut batch.work, out)
+        match (&mut batch.lanes, tree.flexible.as_deref()) {
+            (Some(l), Some(flex)) => l.run([], [out], |ws, [], [out]| {
+                crate::flexible::compliance(tree, flex, ws, self.nodes(), out)
+            }),
+            _ => self.run(tree, &mut batch.work, out),
+        }
     }
 }
 
 impl<L: Lane> Derivatives<L> {
     /// As [`Derivatives::inverse_dynamics`], for the states of a batch.
+    ///
+    /// # Panics
+    /// If a body is flexible: [`Tree::check_rigid`] asks first.
     pub fn inverse_dynamics_batch(
         &mut self,
         tree: &Tree,
@@ -186,6 +254,7 @@ impl<L: Lane> Derivatives<L> {
         dtau_dq: &mut [L],
         dtau_dv: &mut [L],
     ) {
+        tree.assert_rigid("derivatives");
         let n = tree.nv();
         check(v.len(), n, "v");
         check(vdot.len(), n, "vdot");

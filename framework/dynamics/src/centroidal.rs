@@ -22,7 +22,10 @@ use linkwork_spatial::Force;
 /// [`poses`](crate::poses).
 pub fn centroidal_matrix(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     check(out.len(), 6 * tree.nv(), "centroidal matrix");
-    matrix(tree, &mut ws.work, out);
+    match tree.flexible.as_deref() {
+        None => matrix(tree, &mut ws.work, out),
+        Some(flex) => crate::flexible::centroidal_matrix(tree, flex, &mut ws.work, out),
+    }
 }
 
 pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
@@ -53,6 +56,9 @@ pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
 pub fn com_jacobian(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     let nv = tree.nv();
     check(out.len(), 3 * nv, "Jacobian of the centre of mass");
+    if let Some(flex) = tree.flexible.as_deref() {
+        return crate::flexible::com_jacobian(tree, flex, &mut ws.work, out);
+    }
     composites(tree, &mut ws.work);
     let m = tree.total_mass();
     let s = if m > 0.0 { 1.0 / m } else { 0.0 };
@@ -69,6 +75,9 @@ pub fn com_jacobian(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
 pub fn centroidal_bias(tree: &Tree, ws: &Workspace) -> Force {
     let mut total: V6<f64> = V6::default();
     let c = center_from_root(tree, &ws.work);
+    if let Some(flex) = tree.flexible.as_deref() {
+        return crate::flexible::bias(tree, flex, &ws.work, c);
+    }
     let Some(first) = ws.work.kin.get(1) else { return Force::zero() };
     for (link, kin) in tree.links.iter().zip(&ws.work.kin[1..]) {
         let (J, h) = world_inertia(link, kin);

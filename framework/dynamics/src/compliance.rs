@@ -45,7 +45,9 @@ impl<L: Lane> Compliance<L> {
     pub fn new(tree: &Tree, nodes: &[NodeId]) -> Self {
         let (mut path, mut start) = (Vec::new(), vec![0]);
         for n in nodes {
-            let mut slot = tree.node(*n).slot as usize;
+            // With flexible bodies there is no such path, and none is needed.
+            let slot = tree.node(*n).slot as usize;
+            let mut slot = if tree.is_flexible() { 0 } else { slot };
             while slot != 0 {
                 let link = &tree.links[slot - 1];
                 path.extend((link.v..link.v + link.kind.nv() as u32).rev());
@@ -61,6 +63,10 @@ impl<L: Lane> Compliance<L> {
     #[must_use]
     pub fn size(&self) -> usize {
         6 * self.nodes.len()
+    }
+
+    pub(crate) fn nodes(&self) -> &[NodeId] {
+        &self.nodes
     }
 
     pub(crate) fn run(
@@ -170,6 +176,9 @@ impl Compliance {
         out: &mut [f64],
     ) -> Result<(), DynamicsError> {
         check(out.len(), self.size() * self.size(), "compliance");
+        if let Some(flex) = tree.flexible.as_deref() {
+            return crate::flexible::compliance(tree, flex, ws, &self.nodes, out);
+        }
         self.run(tree, &mut ws.work, out)
     }
 }

@@ -21,7 +21,10 @@ use crate::work::{Composite, Kin, Work, Workspace};
 /// zero.
 pub fn mass_matrix(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     check(out.len(), tree.nv() * tree.nv(), "mass matrix");
-    matrix(tree, &mut ws.work, out);
+    match tree.flexible.as_deref() {
+        None => matrix(tree, &mut ws.work, out),
+        Some(flex) => crate::flexible::mass_matrix(tree, flex, &mut ws.work, out),
+    }
 }
 
 /// Inertia and first moment of a link about its own origin, world axes.

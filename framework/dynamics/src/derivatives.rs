@@ -275,6 +275,9 @@ impl Derivatives {
     /// whose rates are `v`, for accelerations `vdot`, with the external wrenches and uniform gravity
     /// of the workspace. ∂τ/∂β̇ is the mass matrix. About 30 multiply-adds for each pair of
     /// coordinates of which one is inboard of the other.
+    ///
+    /// # Panics
+    /// If a body is flexible: [`Tree::check_rigid`] asks first.
     pub fn inverse_dynamics(
         &mut self,
         tree: &Tree,
@@ -284,6 +287,7 @@ impl Derivatives {
         dtau_dq: &mut [f64],
         dtau_dv: &mut [f64],
     ) {
+        tree.assert_rigid("derivatives");
         let n = tree.nv();
         check(v.len(), n, "v");
         check(vdot.len(), n, "vdot");

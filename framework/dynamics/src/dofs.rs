@@ -136,6 +136,28 @@ impl Dofs {
         d
     }
 
+    /// What units ask for, of a tree with flexible bodies: nothing here follows its structure. A modal dof has the
+    /// first station of its body for a link.
+    pub fn flat(links: &[Link], modal: &[(Range<usize>, u32)], nv: usize) -> Self {
+        let padded = nv.next_multiple_of(WIDEST);
+        let mut d = Self {
+            link: vec![0; padded],
+            armature: vec![0.0; padded],
+            prescribed: vec![false; padded],
+            ..Self::default()
+        };
+        for (k, link) in links.iter().enumerate() {
+            let places = link.v as usize..link.v as usize + link.kind.nv();
+            d.link[places.clone()].fill(k as u32 + 1);
+            d.armature[places.clone()].fill(link.armature);
+            d.prescribed[places].fill(link.coordinate == Coordinate::Prescribed);
+        }
+        for (places, slot) in modal {
+            d.link[places.clone()].fill(*slot);
+        }
+        d
+    }
+
     /// Finds the runs, and which rows meet which columns.
     fn follow(&mut self, nv: usize) {
         let mut children = vec![0; nv];

@@ -330,6 +330,9 @@ impl Ensemble {
     }
 
     /// As [`Derivatives::inverse_dynamics`] for each row: `dtau_dq`, `dtau_dv` (n × nv·nv).
+    ///
+    /// # Panics
+    /// If a body is flexible: [`Tree::check_rigid`] asks first.
     pub fn inverse_dynamics_derivatives(
         &mut self,
         q: &[f64],

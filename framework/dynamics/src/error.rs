@@ -16,6 +16,17 @@ pub enum DynamicsError {
         /// First place in β of the subhinge.
         v: usize,
     },
+    /// An algorithm that is only for rigid bodies.
+    #[error(
+        "{what}: body `{body}` is flexible, and this is only for rigid mechanisms\n  help: leave its modes \
+         out, or use the dynamics, Jacobians and matrices that take flexible bodies"
+    )]
+    Flexible {
+        /// The first flexible body.
+        body: String,
+        /// The algorithm.
+        what: &'static str,
+    },
 }
 
 /// What is wrong with numbers that were given.

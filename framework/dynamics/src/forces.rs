@@ -25,23 +25,33 @@ impl Workspace {
         self.add(tree.body(body), &Vec3::zeros(), wrench);
     }
 
-    /// Adds a force (N, world axes) through the centre of mass of a body.
+    /// Adds a force (N, world axes) through the centre of mass of a body. On a flexible body it acts on the body frame:
+    /// it does not bend it.
     pub fn add_force_at_com(&mut self, tree: &Tree, body: BodyId, force: Vec3) {
-        let com = tree.multibody().get(body).inertia().com();
+        let com = match tree.flexible.as_deref() {
+            None => tree.multibody().get(body).inertia().com(),
+            Some(flex) => {
+                let c = crate::flexible::body_com(tree, flex, self, body);
+                self.body_rotation(tree, body).transpose() * c
+            }
+        };
         self.add(tree.body(body), &com, Force::new(Vec3::zeros(), force));
     }
 
     /// Gravity that depends on place: `field` gives the acceleration of free fall (m/s², world
-    /// axes) at the centre of mass of each body that has mass (m, world axes).
+    /// axes) at the centre of mass of each body that has mass (m, world axes), and at each station of a flexible one.
     pub fn apply_gravity(&mut self, tree: &Tree, field: &mut impl FnMut(&Vec3) -> Vec3) {
         for id in tree.multibody().body_ids() {
             let inertia = tree.multibody().get(id).inertia();
             let at = tree.body(id);
             if inertia.mass() > 0.0 && at.slot != 0 {
-                let g = field(&self.body_com(tree, id));
+                let g = field(&self.rigid_com(tree, id));
                 let f = Force::new(Vec3::zeros(), g * inertia.mass());
                 self.add(at, &inertia.com(), f);
             }
+        }
+        if let Some(flex) = tree.flexible.as_deref() {
+            crate::flexible::apply_gravity(flex, &mut self.work, field);
         }
     }
 

@@ -64,7 +64,10 @@ pub fn forward_dynamics_given_kinematics(
 ) -> Result<(), DynamicsError> {
     check(tau.len(), tree.nv(), "tau");
     check(vdot.len(), tree.nv(), "vdot");
-    run(tree, &mut ws.work, tau, vdot)
+    match tree.flexible.as_deref() {
+        None => run(tree, &mut ws.work, tau, vdot),
+        Some(_) => crate::flexible::forward_dynamics(tree, ws, tau, vdot),
+    }
 }
 
 pub(crate) fn run<L: Lane>(
@@ -94,10 +97,23 @@ pub(crate) fn rigid<L: Lane>(
         Kind::Ball | Kind::Free => J.rotate(&kin.R),
     };
     let h = kin.R.mul(V3::splat(&link.h));
+    (J, h, rigid_mass(m, h, J, kin, f_ext, g))
+}
+
+/// M A + b − f_ext of a mass with its inertia and first moment in world axes.
+#[inline(always)]
+pub(crate) fn rigid_mass<L: Lane>(
+    m: L,
+    h: V3<L>,
+    J: S3<L>,
+    kin: &Kin<L>,
+    f_ext: &V6<L>,
+    g: V3<L>,
+) -> V6<L> {
     let (w, a) = (kin.V.n, kin.A.f - g);
     let n = w.cross_add(J.mul(w), h.cross_add(a, J.mul(kin.A.n) - f_ext.n));
     let f = w.cross_add(w.cross(h), kin.A.n.cross_add(h, a.scale(m) - f_ext.f));
-    (J, h, V6 { n, f })
+    V6 { n, f }
 }
 
 /// Returns the outermost link whose free hinge has no inertia to move.

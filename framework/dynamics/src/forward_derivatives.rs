@@ -27,7 +27,7 @@ impl Derivatives {
     /// written as there. Rows of prescribed coordinates are zero: their accelerations are given.
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if a free subhinge has nothing to move.
+    /// [`DynamicsError::Singular`] if a free subhinge has nothing to move, [`DynamicsError::Flexible`].
     pub fn forward_dynamics(
         &mut self,
         tree: &Tree,
@@ -65,6 +65,7 @@ impl<L: Lane> Derivatives<L> {
         vdot: &mut [L],
         out: ForwardDerivatives<'_, L>,
     ) -> Result<(), DynamicsError> {
+        tree.check_rigid("derivatives")?;
         let n = tree.nv();
         check(out.dvdot_dq.len(), n * n, "dvdot_dq");
         check(out.dvdot_dv.len(), n * n, "dvdot_dv");

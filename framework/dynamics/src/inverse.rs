@@ -28,7 +28,8 @@ pub fn inverse_dynamics(
 
 /// Forces `tau` (nv) that produce the accelerations `vdot` (nv) at the state of the last
 /// [`kinematics`], with the external forces and gravity of the workspace; prescribed and free
-/// coordinates alike. About 110
+/// coordinates alike. Springs and dampers of modes are inside: `tau` of a modal coordinate is what
+/// acts from outside. About 110
 /// multiply-adds a one-dof link.
 pub fn inverse_dynamics_given_kinematics(
     tree: &Tree,
@@ -38,7 +39,10 @@ pub fn inverse_dynamics_given_kinematics(
 ) {
     check(vdot.len(), tree.nv(), "vdot");
     check(tau.len(), tree.nv(), "tau");
-    run(&tree.links, &mut ws.work, vdot, tau);
+    match tree.flexible.as_deref() {
+        None => run(&tree.links, &mut ws.work, vdot, tau),
+        Some(flex) => crate::flexible::inverse_dynamics(tree, flex, &mut ws.work, vdot, tau),
+    }
 }
 
 pub(crate) fn run<L: Lane>(links: &[Link], w: &mut Work<L>, vdot: &[L], tau: &mut [L]) {

@@ -29,7 +29,10 @@ pub fn inverse_mass_matrix(
     out: &mut [f64],
 ) -> Result<(), DynamicsError> {
     check(out.len(), tree.nv() * tree.nv(), "inverse mass matrix");
-    matrix(tree, &mut ws.work, out)
+    match tree.flexible.as_deref() {
+        None => matrix(tree, &mut ws.work, out),
+        Some(_) => crate::flexible::inverse_mass_matrix(tree, ws, out),
+    }
 }
 
 /// `x` (nv) becomes M⁻¹ x, as [`inverse_mass_matrix`] defines it, in O(nv).
@@ -42,6 +45,9 @@ pub fn apply_inverse_mass(
     x: &mut [f64],
 ) -> Result<(), DynamicsError> {
     check(x.len(), tree.nv(), "x");
+    if tree.is_flexible() {
+        return crate::flexible::apply_inverse_mass(tree, ws, x);
+    }
     factor(tree, &mut ws.work)?;
     solve(tree, &mut ws.work, x);
     Ok(())

@@ -10,7 +10,8 @@
 //! Everything relative to the root's origin, so that distance from the world's never enters.
 
 use crate::composite::each_axis;
-use crate::kinematics::{check, link_pose};
+use crate::flexible;
+use crate::kinematics::{check, link_pose, poses};
 use crate::lane::Lane;
 use crate::linear::{V3, V6};
 use crate::query::{v3, vec3};
@@ -23,7 +24,27 @@ use linkwork_spatial::{Force, Motion};
 /// world axes. After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). O(nv).
 pub fn node_jacobian(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [f64]) {
     check(out.len(), 6 * tree.nv(), "Jacobian");
-    matrix(tree, &ws.work, node, out);
+    match tree.flexible {
+        None => matrix(tree, &ws.work, node, out),
+        Some(_) => {
+            out.fill(0.0);
+            each_entry(tree, &ws.work, node, |at, x| out[at] = x);
+        }
+    }
+}
+
+/// Each entry of a node's Jacobian that is not zero, with its place, for any tree.
+pub(crate) fn each_entry(
+    tree: &Tree,
+    w: &Work<f64>,
+    node: NodeId,
+    mut each: impl FnMut(usize, f64),
+) {
+    each_column(tree, w, node, |i, J| {
+        for (row, x) in [J.n.x, J.n.y, J.n.z, J.f.x, J.f.y, J.f.z].into_iter().enumerate() {
+            each(row * tree.nv() + i, x);
+        }
+    });
 }
 
 pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &Work<L>, node: NodeId, out: &mut [L]) {
@@ -32,10 +53,33 @@ pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &Work<L>, node: NodeId, out: &mut 
     columns(tree, w, tree.node(node), |i, J, _| put(out, nv, i, J));
 }
 
+/// A node's slot, and the vector from the slot's origin to it.
+fn arm(tree: &Tree, w: &Work<f64>, node: NodeId) -> (usize, V3<f64>) {
+    let at = tree.node(node);
+    let slot = at.slot as usize;
+    (slot, w.kin[slot].R.mul(v3(&at.p)))
+}
+
+/// Each column of a node's Jacobian, for any tree.
+#[inline(always)]
+fn each_column(tree: &Tree, w: &Work<f64>, node: NodeId, mut each: impl FnMut(usize, V6<f64>)) {
+    match tree.flexible.as_deref() {
+        None => columns(tree, w, tree.node(node), |i, J, _| each(i, J)),
+        Some(flex) => {
+            let (slot, d) = arm(tree, w, node);
+            flexible::columns(tree, flex, w, slot, d, |i, J, _, _| each(i, J));
+        }
+    }
+}
+
 /// As [`node_jacobian`], from `q` (nq): moves only the links between the base and the node, so
 /// that the workspace's other poses stay old. O(path).
 pub fn node_jacobian_at(tree: &Tree, ws: &mut Workspace, q: &[f64], node: NodeId, out: &mut [f64]) {
     check(q.len(), tree.nq(), "q");
+    if tree.is_flexible() {
+        // All of them: stations move together.
+        poses(tree, ws, q);
+    }
     let path = &tree.paths[tree.node_path(node)];
     for k in path {
         link_pose(tree, &mut ws.work, *k as usize, q);
@@ -49,6 +93,11 @@ pub fn node_jacobian_rate(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [
     let nv = tree.nv();
     check(out.len(), 6 * nv, "Jacobian rate");
     out.fill(0.0);
+    if let Some(flex) = tree.flexible.as_deref() {
+        let (slot, d) = arm(tree, &ws.work, node);
+        flexible::jacobian_rate(tree, flex, &ws.work, slot, d, |i, J| put(out, nv, i, J));
+        return;
+    }
     let at = tree.node(node);
     let kin = &ws.work.kin[at.slot as usize];
     let v = kin.V.to_child(kin.R.mul(v3(&at.p))).f;
@@ -65,7 +114,7 @@ pub fn node_jacobian_rate(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [
 pub fn node_jacobian_product(tree: &Tree, ws: &Workspace, node: NodeId, v: &[f64]) -> Motion {
     check(v.len(), tree.nv(), "v");
     let mut sum = V6::default();
-    columns(tree, &ws.work, tree.node(node), |i, J, _| sum = J.scale_add(v[i], sum));
+    each_column(tree, &ws.work, node, |i, J| sum = J.scale_add(v[i], sum));
     Motion::new(vec3(&sum.n), vec3(&sum.f))
 }
 
@@ -81,7 +130,7 @@ pub fn node_jacobian_transpose_product(
     check(tau.len(), tree.nv(), "tau");
     tau.fill(0.0);
     let f = V6 { n: v3(&wrench.moment), f: v3(&wrench.force) };
-    columns(tree, &ws.work, tree.node(node), |i, J, _| tau[i] = J.dot(&f));
+    each_column(tree, &ws.work, node, |i, J| tau[i] = J.dot(&f));
 }
 
 #[inline(always)]

@@ -25,14 +25,20 @@ use crate::work::{Kin, Work, Workspace};
 pub fn kinematics(tree: &Tree, ws: &mut Workspace, q: &[f64], v: &[f64]) {
     check(q.len(), tree.nq(), "q");
     check(v.len(), tree.nv(), "v");
-    sweep::<f64, true>(tree, &mut ws.work, q, v);
+    match tree.flexible.as_deref() {
+        None => sweep::<f64, true>(tree, &mut ws.work, q, v),
+        Some(flex) => crate::flexible::sweep::<true>(tree, flex, &mut ws.work, q, v),
+    }
 }
 
 /// Poses of all links from `q` (nq) alone: enough for [`mass_matrix`](crate::mass_matrix), poses and centres of
 /// mass. Velocities and accelerations in the workspace stay those of an earlier call.
 pub fn poses(tree: &Tree, ws: &mut Workspace, q: &[f64]) {
     check(q.len(), tree.nq(), "q");
-    sweep::<f64, false>(tree, &mut ws.work, q, &[]);
+    match tree.flexible.as_deref() {
+        None => sweep::<f64, false>(tree, &mut ws.work, q, &[]),
+        Some(flex) => crate::flexible::sweep::<false>(tree, flex, &mut ws.work, q, &[]),
+    }
 }
 
 #[track_caller]
@@ -71,7 +77,19 @@ fn step<L: Lane, const RATES: bool>(
     v: &[L],
 ) {
     let (done, rest) = kin.split_at_mut(k + 1);
-    let (p, out) = (&done[link.parent as usize], &mut rest[0]);
+    across::<L, RATES>(&done[link.parent as usize], &mut rest[0], link, turn, q, v);
+}
+
+/// From a parent to a link.
+#[inline(always)]
+pub(crate) fn across<L: Lane, const RATES: bool>(
+    p: &Kin<L>,
+    out: &mut Kin<L>,
+    link: &Link,
+    turn: (L, L),
+    q: &[L],
+    v: &[L],
+) {
     let q = &q[link.q as usize..];
     let v = if RATES { &v[link.v as usize..] } else { &[][..] };
     // Every link is fixed to its parent but for what its kind adds.

@@ -19,6 +19,10 @@ use linkwork_spatial::{Force, RigidInertia, Vec3};
 #[must_use]
 pub fn momentum(tree: &Tree, ws: &Workspace) -> Force {
     let Some(first) = ws.work.kin.get(1) else { return Force::zero() };
+    if let Some(flex) = tree.flexible.as_deref() {
+        let c = vec3(&center_from_root(tree, &ws.work));
+        return crate::flexible::momentum(tree, flex, &ws.work).shift_to_parent(&-c);
+    }
     // Everything relative to the first link, so that distance from the world's origin cancels.
     let origin = vec3(&first.p);
     let mut total = Force::zero();
@@ -43,6 +47,9 @@ pub fn momentum(tree: &Tree, ws: &Workspace) -> Force {
 pub fn kinetic_energy(tree: &Tree, ws: &Workspace, v: &[f64]) -> f64 {
     check(v.len(), tree.nv(), "v");
     let mut twice = 0.0;
+    if let Some(flex) = tree.flexible.as_deref() {
+        return crate::flexible::kinetic_energy(tree, flex, &ws.work, v);
+    }
     for (link, kin) in tree.links.iter().zip(&ws.work.kin[1..]) {
         let (J, h) = world_inertia(link, kin);
         let (w, u) = (kin.V.n, kin.V.f);
@@ -68,6 +75,10 @@ pub fn center_of_mass(tree: &Tree, ws: &Workspace) -> Vec3 {
 /// The same from the first root's origin.
 pub(crate) fn center_from_root<L: Lane>(tree: &Tree, w: &Work<L>) -> V3<L> {
     let mut moment = V3::default();
+    if let Some(flex) = tree.flexible.as_deref() {
+        let (m, h) = crate::flexible::mass_moments(tree, flex, w);
+        return if m > 0.0 { h.scale(L::splat(1.0 / m)) } else { h };
+    }
     for (link, kin) in tree.links.iter().zip(&w.kin[1..]) {
         let h = kin.R.mul(V3::splat(&link.h));
         moment = (kin.p - w.kin[1].p).scale_add(L::splat(link.m), moment + h);
@@ -86,6 +97,10 @@ pub fn com_velocity(tree: &Tree, ws: &Workspace) -> Vec3 {
 /// Acceleration of that centre of mass, m/s², world axes. After forward or inverse dynamics.
 #[must_use]
 pub fn com_acceleration(tree: &Tree, ws: &Workspace) -> Vec3 {
+    if let Some(flex) = tree.flexible.as_deref() {
+        let sum = crate::flexible::com_acceleration(tree, flex, &ws.work);
+        return if tree.total_mass() > 0.0 { sum / tree.total_mass() } else { sum };
+    }
     let mut sum = Vec3::zeros();
     for (link, (kin, acc)) in tree.links.iter().zip(ws.work.kin.iter().zip(&ws.work.acc).skip(1)) {
         let (A, w, h) = (kin.A + *acc, kin.V.n, kin.R.mul(link.h));
@@ -109,6 +124,9 @@ pub fn subtree_inertia(tree: &Tree, ws: &Workspace, body: BodyId) -> RigidInerti
         let (p, r, R) = position(b);
         let I = tree.multibody().get(b).inertia().rotate_by(&R);
         sum += I.shift_to_parent(&((p - p0) + (r - r0)));
+        if let Some(flex) = tree.flexible.as_deref() {
+            sum += crate::flexible::subtree_inertia(tree, flex, &ws.work, b, &(p0 + r0));
+        }
     }
     sum
 }

@@ -71,6 +71,15 @@ impl Workspace {
     /// Centre of mass of one body in the world, m (its origin if it has no mass).
     #[must_use]
     pub fn body_com(&self, tree: &Tree, body: BodyId) -> Vec3 {
+        if let Some(flex) = tree.flexible.as_deref() {
+            let c = crate::flexible::body_com(tree, flex, self, body);
+            return self.body_pose(tree, body).position + c;
+        }
+        self.rigid_com(tree, body)
+    }
+
+    /// The same for what does not bend.
+    pub(crate) fn rigid_com(&self, tree: &Tree, body: BodyId) -> Vec3 {
         let at = tree.body(body);
         let c = at.p + at.R * tree.multibody().get(body).inertia().com();
         let kin = &self.work.kin[at.slot as usize];

@@ -44,7 +44,11 @@ pub fn inertial_parameters(inertia: &RigidInertia) -> [f64; PARAMETERS] {
 /// the last [`inverse_dynamics`](crate::inverse_dynamics) or
 /// [`forward_dynamics`](crate::forward_dynamics), with the uniform gravity of the workspace; other
 /// external wrenches are no part of it. O(bodies × depth).
+///
+/// # Panics
+/// If a body is flexible: [`Tree::check_rigid`] asks first.
 pub fn regressor(tree: &Tree, ws: &Workspace, out: &mut [f64]) {
+    tree.assert_rigid("regressor");
     let bodies = tree.multibody().bodies().len();
     let width = PARAMETERS * bodies;
     check(out.len(), tree.nv() * width, "regressor");

@@ -6,6 +6,7 @@
 
 use crate::dofs::Dofs;
 use crate::error::DynamicsError;
+use crate::flexible::{Flexible, FlexibleLayout, Hang};
 use crate::lane::Lane;
 use crate::linear::{M3, S3, V3};
 use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, SubhingeKind};
@@ -83,6 +84,8 @@ pub struct Tree {
     pub(crate) links: Vec<Link>,
     pub(crate) bodies: Vec<OnLink>,
     pub(crate) nodes: Vec<OnLink>,
+    /// Frames A and B of each loop.
+    pub(crate) anchors: Vec<[OnLink; 2]>,
     pub(crate) multi: usize,
     pub(crate) dofs: Dofs,
     /// Links that turn about their z, with their places in q; the last repeats to fill a block.
@@ -94,6 +97,8 @@ pub struct Tree {
     pub(crate) paths: Vec<u32>,
     node_paths: Vec<Range<usize>>,
     pub(crate) multibody: Arc<Multibody>,
+    /// What bends; then links are only to be swept in `Flexible::order`.
+    pub(crate) flexible: Option<Box<Flexible>>,
     moving_mass: f64,
 }
 
@@ -105,7 +110,9 @@ impl Tree {
         for id in multibody.body_ids() {
             build.body(multibody, id);
         }
-        build.finish(multibody)
+        let mut tree = build.finish(multibody);
+        crate::flexible::prepare(&mut tree);
+        tree
     }
 
     /// The mechanism that this was made from.
@@ -130,6 +137,11 @@ impl Tree {
     #[must_use]
     pub fn total_mass(&self) -> f64 {
         self.moving_mass
+    }
+
+    /// Places in the work arrays: the world, links, stations of flexible bodies.
+    pub(crate) fn slots(&self) -> usize {
+        1 + self.links.len() + self.flexible.as_deref().map_or(0, |f| f.stations.len())
     }
 
     /// Links that turn about their z, with their places in q, in whole blocks of a lane.
@@ -163,7 +175,7 @@ impl Tree {
 struct Draft {
     kind: Kind,
     coordinate: Coordinate,
-    parent: usize,
+    parent: Hang,
     q: usize,
     v: usize,
     armature: f64,
@@ -176,17 +188,16 @@ struct Draft {
 #[derive(Default)]
 struct Layout {
     drafts: Vec<Draft>,
-    /// Per body: slot and `X_LB`.
-    bodies: Vec<(usize, Pose)>,
+    /// Per body: what carries it, and `X_LB`.
+    bodies: Vec<(Hang, Pose)>,
+    flexible: FlexibleLayout,
 }
 
 impl Layout {
     fn body(&mut self, mbs: &Multibody, id: BodyId) {
         let body = mbs.get(id);
-        let (mut slot, X_LP) =
-            body.parent().map_or((0, Pose::identity()), |p| self.bodies[p.index()]);
-        // The frame that the next subhinge starts from, in the current link.
-        let mut X_LJ = X_LP * body.hinge_in_parent();
+        // The frame that the next subhinge starts from, in what carries it.
+        let (mut slot, mut X_LJ) = self.hang(mbs, body.parent(), &body.hinge_in_parent());
         for s in body.subhinges() {
             let kind = match s.subhinge.kind {
                 SubhingeKind::Pin { .. } => Kind::Pin,
@@ -213,15 +224,28 @@ impl Layout {
                 inertia: RigidInertia::zero(),
                 body: id.index() as u32,
             });
-            slot = self.drafts.len();
+            self.flexible.link(self.drafts.len() - 1);
+            slot = Hang::Link(self.drafts.len());
             X_LJ = Pose::rotation(turn.inverse());
         }
         let X_LB = X_LJ * body.hinge_in_body().inverse();
-        if slot > 0 {
-            let I = body.inertia().rotate(&X_LB.rotation).shift_to_parent(&X_LB.position);
-            self.drafts[slot - 1].inertia += I;
+        let I = body.inertia().rotate(&X_LB.rotation).shift_to_parent(&X_LB.position);
+        match slot {
+            Hang::Link(0) => {}
+            Hang::Link(k) => self.drafts[k - 1].inertia += I,
+            Hang::Station(i) => self.flexible.add_mass(i, &I),
         }
         self.bodies.push((slot, X_LB));
+        self.flexible.body(mbs, id, slot);
+    }
+
+    /// What carries a frame on a body, and the frame there.
+    fn hang(&mut self, mbs: &Multibody, on: Option<BodyId>, X: &Pose) -> (Hang, Pose) {
+        let Some(on) = on else { return (Hang::Link(0), Pose::identity() * *X) };
+        self.flexible.place(mbs, on, X).unwrap_or_else(|| {
+            let (slot, X_LB) = self.bodies[on.index()];
+            (slot, X_LB * *X)
+        })
     }
 
     /// Turns one-dof links about their own z until J_xy = 0; what hangs on them turns back.
@@ -236,25 +260,45 @@ impl Layout {
                 Pose::rotation(Quat::from_axis_angle(&Vec3::z_axis(), angle))
             };
             d.inertia = d.inertia.rotate(&turn.rotation.inverse());
-            d.X_PL = turns[d.parent].inverse() * d.X_PL * turn;
+            d.X_PL = d.parent.of(&turns).inverse() * d.X_PL * turn;
             turns.push(turn);
         }
         for (slot, X_LB) in &mut self.bodies {
-            *X_LB = turns[*slot].inverse() * *X_LB;
+            *X_LB = slot.of(&turns).inverse() * *X_LB;
         }
     }
 
     fn finish(mut self, mbs: &Multibody) -> Tree {
         self.remove_xy();
+        let nodes: Vec<(Hang, Pose)> =
+            mbs.nodes().iter().map(|n| self.hang(mbs, Some(n.body()), &n.pose())).collect();
         let n = self.drafts.len();
-        let mut last_child = vec![0; n + 1];
+        let anchors: Vec<[(Hang, Pose); 2]> = (mbs.loops().iter())
+            .map(|l| [&l.a, &l.b].map(|a| self.hang(mbs, a.body, &a.pose)))
+            .collect();
+        let layout = std::mem::take(&mut self.flexible);
+        let (flexible, stations) = layout.finish(mbs, n, &self.bodies);
+        let slot = |hang: Hang| match hang {
+            Hang::Link(k) => k,
+            Hang::Station(i) => stations[i],
+        };
+        let inboard = |slot: usize| match slot.checked_sub(n + 1).zip(flexible.as_deref()) {
+            Some((i, flex)) => flex.sets[flex.stations[i].set as usize].base as usize,
+            None => slot,
+        };
+        let mut last_child = vec![0; n + 1 + stations.len()];
         for (k, d) in self.drafts.iter().enumerate() {
-            last_child[d.parent] = k + 1;
+            last_child[slot(d.parent)] = k + 1;
         }
         // Depth-first order: what hangs on a link is contiguous in β.
         let mut v_end: Vec<usize> = self.drafts.iter().map(|d| d.v + d.kind.nv()).collect();
         for k in (0..n).rev() {
-            if let Some(parent) = self.drafts[k].parent.checked_sub(1) {
+            // The link next inboard, through any stations.
+            let mut at = slot(self.drafts[k].parent);
+            while at > n {
+                at = inboard(at);
+            }
+            if let Some(parent) = at.checked_sub(1) {
                 v_end[parent] = v_end[parent].max(v_end[k]);
             }
         }
@@ -265,13 +309,15 @@ impl Layout {
             links.push(Link {
                 kind: d.kind,
                 coordinate: d.coordinate,
-                parent: d.parent as u32,
-                root: links.get(d.parent.wrapping_sub(1)).map_or(k as u32 + 1, |p: &Link| p.root),
+                parent: slot(d.parent) as u32,
+                root: links
+                    .get(slot(d.parent).wrapping_sub(1))
+                    .map_or(k as u32 + 1, |p: &Link| p.root),
                 q: d.q as u32,
                 v: d.v as u32,
                 v_end: v_end[k] as u32,
                 multi,
-                gathers_first: last_child[d.parent] == k + 1,
+                gathers_first: last_child[slot(d.parent)] == k + 1,
                 leaf: last_child[k + 1] == 0,
                 armature: d.armature,
                 pitch: d.pitch,
@@ -296,10 +342,8 @@ impl Layout {
             R: X.rotation.to_rotation_matrix().into_inner(),
             p: X.position,
         };
-        let nodes = mbs.nodes().iter().map(|n| {
-            let (slot, X_LB) = &self.bodies[n.body().index()];
-            on_link(*slot, &(*X_LB * n.pose()))
-        });
+        let nodes = nodes.iter().map(|(at, X)| on_link(slot(*at), X));
+        let anchors = anchors.iter().map(|ends| ends.map(|(at, X)| on_link(slot(at), &X)));
         let mut turns: Vec<_> = (links.iter().enumerate())
             .filter(|(_, l)| matches!(l.kind, Kind::Pin | Kind::Screw))
             .map(|(k, l)| (k as u32, l.q))
@@ -311,7 +355,8 @@ impl Layout {
         let (mut paths, mut node_paths) = (Vec::new(), Vec::new());
         for n in &nodes {
             let start = paths.len();
-            let mut slot = n.slot;
+            // A path through stations is not one of links.
+            let mut slot = if flexible.is_some() { 0 } else { n.slot };
             while slot != 0 {
                 paths.push(slot - 1);
                 slot = links[slot as usize - 1].parent;
@@ -320,17 +365,23 @@ impl Layout {
             node_paths.push(start..paths.len());
         }
         Tree {
-            moving_mass: links.iter().map(|l: &Link| l.m).sum(),
+            moving_mass: links.iter().map(|l: &Link| l.m).sum::<f64>()
+                + flexible.as_deref().map_or(0.0, |f| f.stations.iter().map(|s| s.m).sum()),
             multi: multi as usize,
-            dofs: Dofs::new(&links, mbs.nv()),
+            dofs: match flexible.as_deref() {
+                None => Dofs::new(&links, mbs.nv()),
+                Some(flex) => Dofs::flat(&links, &flex.modal(), mbs.nv()),
+            },
             turns,
             turning,
             one_root: links.iter().filter(|l: &&Link| l.parent == 0).count() == 1,
+            anchors: anchors.collect(),
             nodes,
             paths,
             node_paths,
-            bodies: self.bodies.iter().map(|(slot, X)| on_link(*slot, X)).collect(),
+            bodies: self.bodies.iter().map(|(at, X)| on_link(slot(*at), X)).collect(),
             links,
+            flexible,
             multibody: Arc::new(mbs.clone()),
         }
     }
@@ -346,7 +397,7 @@ fn v3(v: &Vec3) -> V3<f64> {
     V3 { x: v.x, y: v.y, z: v.z }
 }
 
-fn m3(m: &Mat3) -> M3<f64> {
+pub(crate) fn m3(m: &Mat3) -> M3<f64> {
     let c = |j: usize| V3 { x: m[(0, j)], y: m[(1, j)], z: m[(2, j)] };
     M3 { x: c(0), y: c(1), z: c(2) }
 }

@@ -2,6 +2,7 @@
 
 use crate::articulated::Spatial;
 use crate::columns::Columns;
+use crate::flexible::Bend;
 use crate::lane::Lane;
 use crate::linear::{M3, S3, V3, V6};
 use crate::query::v3;
@@ -91,11 +92,13 @@ pub(crate) struct Work<L: Lane> {
     pub outward: Vec<V6<L::Block>>,
     /// Uniform gravity, world axes.
     pub gravity: V3<L>,
+    /// Modes of flexible bodies; empty for rigid trees.
+    pub bend: Bend,
 }
 
 impl<L: Lane> Work<L> {
     pub fn new(tree: &Tree) -> Self {
-        let n = tree.links.len() + 1;
+        let n = tree.slots();
         let mut kin = vec![Kin::default(); n];
         kin.iter_mut().for_each(|k| k.R = M3::identity());
         Self {
@@ -117,6 +120,7 @@ impl<L: Lane> Work<L> {
             sweep: vec![V6::default(); tree.dofs.levels()],
             outward: vec![V6::default(); tree.nv().div_ceil(L::PACK) * tree.dofs.levels()],
             gravity: V3::default(),
+            bend: Bend::new(tree),
         }
     }
 

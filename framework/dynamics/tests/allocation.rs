@@ -66,3 +66,59 @@ fn nothing_is_allocated_after_set_up() {
     let seen = allocation_counter::measure(|| drop(black_box(vec![1])));
     assert_eq!(seen.count_total, 1, "the counter counts");
 }
+
+#[test]
+fn nothing_is_allocated_with_flexible_bodies() {
+    use linkwork_dynamics::multibody::Builder;
+    use linkwork_dynamics::multibody::modes::{Attachment, Beam, BeamModes};
+    let shape = Shape { bodies: 6, floating: true, prescribed: true, armature: true };
+    let mut b = Builder::from(&random_tree(4, shape));
+    let count = BeamModes { bending_y: 2, bending_z: 1, twist: 1, stretch: 1 };
+    let mut modes = Beam::tube(1.0, 0.03, 0.02, 7e10, 0.3, 2700.0).modes(count).unwrap();
+    modes.attachment = Attachment::Nearest { tolerance: 10.0 };
+    b.bodies_mut().iter_mut().step_by(2).for_each(|b| b.modes = Some(modes.clone()));
+    let mbs = b.build().unwrap();
+    let tree = Tree::new(&mbs);
+    let mut ws = Workspace::new(&tree);
+    let (nv, n, body) = (mbs.nv(), mbs.node("n04").unwrap(), mbs.body("b02").unwrap());
+    let (q, v) = (mbs.random_q(1), mbs.random_v(1));
+    let (mut tau, mut vdot, mut M) = (mbs.random_v(2), mbs.random_v(3), vec![0.0; nv * nv]);
+    let (mut J, mut L) = (vec![0.0; 6 * nv], vec![0.0; 36]);
+    let mut compliance = Compliance::new(&tree, &[n]);
+    let counted = allocation_counter::measure(|| {
+        poses(&tree, &mut ws, &q);
+        kinematics(&tree, &mut ws, &q, &v);
+        ws.clear_forces();
+        ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
+        ws.apply_gravity(&tree, &mut |p| -p * 1e-3);
+        ws.add_wrench_at_node(&tree, n, Force::new(Vec3::x(), Vec3::y()));
+        ws.add_force_at_com(&tree, body, Vec3::z());
+        forward_dynamics_given_kinematics(&tree, &mut ws, &mut tau, &mut vdot).unwrap();
+        inverse_dynamics(&tree, &mut ws, &q, &v, &vdot, &mut tau);
+        mass_matrix(&tree, &mut ws, &mut M);
+        inverse_mass_matrix(&tree, &mut ws, &mut M).unwrap();
+        apply_inverse_mass(&tree, &mut ws, &mut tau).unwrap();
+        compliance.compute(&tree, &mut ws, &mut L).unwrap();
+        node_jacobian(&tree, &ws, n, &mut J);
+        node_jacobian_rate(&tree, &ws, n, &mut J);
+        centroidal_matrix(&tree, &mut ws, &mut J);
+        com_jacobian(&tree, &mut ws, &mut J[..3 * nv]);
+        black_box((
+            ws.node_pose(&tree, n),
+            ws.node_velocity(&tree, n),
+            ws.node_acceleration(&tree, n),
+        ));
+        black_box((
+            momentum(&tree, &ws),
+            kinetic_energy(&tree, &ws, &v),
+            elastic_energy(&tree, &ws),
+        ));
+        black_box((
+            center_of_mass(&tree, &ws),
+            com_acceleration(&tree, &ws),
+            ws.body_com(&tree, body),
+        ));
+        black_box((centroidal_bias(&tree, &ws), potential_energy(&tree, &ws)));
+    });
+    assert_eq!(counted.count_total, 0, "allocations while stepping");
+}

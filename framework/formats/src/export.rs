@@ -317,6 +317,9 @@ impl<'d> Writer<'d> {
     /// What URDF has no word for.
     fn leave_out(&mut self, specs: &[BodySpec]) {
         for b in specs {
+            if b.modes.is_some() {
+                self.left_out.push(format!("modes of body `{}`", b.name));
+            }
             for (i, s) in b.hinge.subhinges.iter().enumerate() {
                 let mut tell = |what: &str| {
                     self.left_out.push(format!("body `{}`, subhinge {i}: {what}", b.name));

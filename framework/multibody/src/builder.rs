@@ -3,6 +3,7 @@
 use crate::constraint::{Anchor, Coupled, Loop, rows};
 use crate::error::{BuildError, Fault};
 use crate::mechanism::{Body, Multibody, Node, Parts, SubhingeRange};
+use crate::modes::Modes;
 use crate::{
     BodyId, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, NodeId, SubhingeKind,
 };
@@ -29,6 +30,9 @@ pub struct BodySpec {
     /// Mass properties in body axes.
     #[serde(default)]
     pub mass: MassProperties,
+    /// How it bends; then `mass` is what does not: rigid mass on the body frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modes: Option<Modes>,
 }
 
 impl BodySpec {
@@ -42,6 +46,7 @@ impl BodySpec {
             hinge_in_body: Pose::identity(),
             hinge: Hinge::locked(),
             mass: MassProperties::massless(),
+            modes: None,
         }
     }
 
@@ -70,6 +75,13 @@ impl BodySpec {
     #[must_use]
     pub fn mass(mut self, mass: MassProperties) -> Self {
         self.mass = mass;
+        self
+    }
+
+    /// How it bends.
+    #[must_use]
+    pub fn modes(mut self, modes: Modes) -> Self {
+        self.modes = Some(modes);
         self
     }
 }
@@ -214,6 +226,7 @@ impl Builder {
                 faults.push(Fault::NotFinite { place: format!("node `{}`, pose", n.name) });
             }
         }
+        self.check_modes(&names, &mut faults);
         self.check_cycles(&names, &mut faults);
         self.check_constraints(&names, &mut faults);
         if faults.is_empty() { Ok(self.order(&inertias)) } else { Err(BuildError { faults }) }
@@ -333,6 +346,9 @@ impl Builder {
                 nq += s.kind.nq();
                 nv += s.kind.nv();
             }
+            let (modes_q, modes_v) = (nq, nv);
+            let modes = spec.modes.as_ref().map_or(0, Modes::count);
+            (nq, nv) = (nq + modes, nv + modes);
             bodies.push(Body {
                 name: spec.name.clone(),
                 parent,
@@ -341,8 +357,11 @@ impl Builder {
                 mass: spec.mass,
                 inertia: inertias[i],
                 subhinges,
-                q: q0..nq,
-                v: v0..nv,
+                q: q0..modes_q,
+                v: v0..modes_v,
+                modes: spec.modes.clone(),
+                modes_q: modes_q..nq,
+                modes_v: modes_v..nv,
                 subtree_end: id.0 + 1,
             });
             push(&mut stack, &spec.name, Some(id));

@@ -5,6 +5,7 @@
 //! ball   R' = R exp(ω h)
 //! free   X' = X exp([ω h; v h])        (SE(3): the path of constant body twist)
 //! ```
+//! Modal coordinates of flexible bodies add, like angles and displacements.
 
 use crate::{Multibody, SubhingeKind};
 use linkwork_spatial::nalgebra::Quaternion;
@@ -81,6 +82,9 @@ impl Multibody {
                 _ => out[0] = q[0] + dv[0],
             }
         }
+        for (at, v) in self.modal() {
+            out[at] = q[at] + dv[v];
+        }
     }
 
     /// `dv` such that `integrate(from, dv)` is `to` (rad, m); rotations by the short way.
@@ -107,6 +111,9 @@ impl Multibody {
                 _ => dv[0] = b[0] - a[0],
             }
         }
+        for (at, v) in self.modal() {
+            dv[v] = to[at] - from[at];
+        }
     }
 
     /// `out` = dq/dt lane by lane at rates `v`: for integrators that treat q as plain numbers
@@ -131,6 +138,14 @@ impl Multibody {
                 _ => out[0] = v[0],
             }
         }
+        for (at, rate) in self.modal() {
+            out[at] = v[rate];
+        }
+    }
+
+    /// The places in q and β of all modal coordinates.
+    fn modal(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.bodies().iter().flat_map(|b| b.modes_q().zip(b.modes_v()))
     }
 
     #[track_caller]

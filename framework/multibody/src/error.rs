@@ -1,6 +1,7 @@
 //! What can be wrong with a mechanism's description: place, fact, remedy, all at once.
 
 use crate::constraint::LoopFault;
+use crate::modes::{AttachmentFault, ModesFault};
 use linkwork_spatial::InertiaError;
 use thiserror::Error;
 
@@ -168,6 +169,24 @@ pub enum Fault {
     NotFinite {
         /// Where.
         place: String,
+    },
+    /// Modes that no body has.
+    #[error("body `{body}`, modes: {error}")]
+    Modes {
+        /// The body.
+        body: String,
+        /// What is wrong.
+        error: ModesFault,
+    },
+    /// Nothing carries a frame that hangs on a flexible body.
+    #[error("{place} on flexible body `{body}`: {error}")]
+    Attachment {
+        /// The body or node that hangs.
+        place: String,
+        /// The flexible body.
+        body: String,
+        /// Why.
+        error: AttachmentFault,
     },
     /// Mass properties of a body that cannot exist.
     #[error("body `{body}`: {error}")]

@@ -13,6 +13,8 @@
 //!
 //! "Child axes" are those of the hinge frame on the child: the body's own axes unless the body
 //! places its hinge frame elsewhere ([`BodySpec::hinge_in_body`]).
+//!
+//! A flexible body ([`modes`]) has its modal coordinates η and their rates directly after its hinge's.
 #![allow(non_snake_case)]
 
 mod builder;
@@ -22,6 +24,7 @@ mod error;
 mod hinge;
 mod ids;
 mod mechanism;
+pub mod modes;
 mod subgraph;
 
 pub use builder::{BodySpec, Builder, NodeSpec};
@@ -34,4 +37,5 @@ pub use hinge::{Coordinate, Hinge, Limits, Subhinge, SubhingeKind};
 pub use ids::{BodyId, NodeId};
 pub use linkwork_spatial as spatial;
 pub use mechanism::{Body, Multibody, Node, SubhingeRange};
+pub use modes::Modes;
 pub use subgraph::{Subgraph, SubgraphError};

@@ -1,6 +1,7 @@
 //! The immutable mechanism and what can be asked of it.
 
 use crate::constraint::{ConstraintId, Coupled, Loop};
+use crate::modes::Modes;
 use crate::{BodyId, BodySpec, Coordinate, Hinge, NodeId, Subhinge};
 use linkwork_spatial::{MassProperties, Pose, RigidInertia};
 use serde::Serialize;
@@ -30,6 +31,12 @@ pub struct Body {
     pub(crate) subhinges: Vec<SubhingeRange>,
     pub(crate) q: Range<usize>,
     pub(crate) v: Range<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) modes: Option<Modes>,
+    #[serde(skip_serializing_if = "Range::is_empty")]
+    pub(crate) modes_q: Range<usize>,
+    #[serde(skip_serializing_if = "Range::is_empty")]
+    pub(crate) modes_v: Range<usize>,
     pub(crate) subtree_end: u32,
 }
 
@@ -58,13 +65,32 @@ impl Body {
         self.hinge_in_body
     }
 
-    /// Inertia about the body origin, body axes.
+    /// How it bends; `None` for a rigid body.
+    #[must_use]
+    pub fn modes(&self) -> Option<&Modes> {
+        self.modes.as_ref()
+    }
+
+    /// The modal coordinates' numbers in q, directly after the hinge's; empty for a rigid body.
+    #[must_use]
+    pub fn modes_q(&self) -> Range<usize> {
+        self.modes_q.clone()
+    }
+
+    /// The modal rates' numbers in β, directly after the hinge's; empty for a rigid body.
+    #[must_use]
+    pub fn modes_v(&self) -> Range<usize> {
+        self.modes_v.clone()
+    }
+
+    /// Inertia about the body origin, body axes. Of a flexible body: of what does not bend.
     #[must_use]
     pub fn inertia(&self) -> &RigidInertia {
         &self.inertia
     }
 
-    /// Mass properties as they were given: about the centre of mass, body axes.
+    /// Mass properties as they were given: about the centre of mass, body axes. Of a flexible body: of
+    /// what does not bend.
     #[must_use]
     pub fn mass_properties(&self) -> &MassProperties {
         &self.mass
@@ -307,7 +333,14 @@ impl Multibody {
     /// Sum of all masses, kg.
     #[must_use]
     pub fn total_mass(&self) -> f64 {
-        self.bodies.iter().map(|b| b.inertia.mass()).sum()
+        let of = |b: &Body| b.inertia.mass() + b.modes.as_ref().map_or(0.0, Modes::mass);
+        self.bodies.iter().map(of).sum()
+    }
+
+    /// True when some body bends.
+    #[must_use]
+    pub fn is_flexible(&self) -> bool {
+        self.bodies.iter().any(|b| b.modes.is_some())
     }
 }
 
@@ -325,6 +358,7 @@ impl Multibody {
             hinge_in_body: b.hinge_in_body(),
             hinge,
             mass: *b.mass_properties(),
+            modes: b.modes.clone(),
         }
     }
 
@@ -335,12 +369,19 @@ impl Multibody {
         let mut poses: Vec<Pose> = Vec::with_capacity(self.bodies().len());
         for b in self.bodies() {
             let mut X = b.parent().map_or_else(Pose::identity, |p| poses[p.index()]);
-            X = X * b.hinge_in_parent();
+            X = X * self.carried(b.parent(), &b.hinge_in_parent(), q);
             for s in b.subhinges() {
                 X = X * s.subhinge.kind.pose(&q[s.q.clone()]);
             }
             poses.push(X * b.hinge_in_body().inverse());
         }
         poses
+    }
+
+    /// Where a frame that hangs on a body is in the body frame: where it was put, but for deflection.
+    fn carried(&self, on: Option<BodyId>, X: &Pose, q: &[f64]) -> Pose {
+        let body = on.map(|b| self.get(b));
+        let modes = body.and_then(|b| b.modes.as_ref().map(|m| (m, &q[b.modes_q.clone()])));
+        modes.map_or(*X, |(m, eta)| m.carried(X, eta))
     }
 }

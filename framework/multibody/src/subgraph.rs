@@ -114,8 +114,9 @@ impl Multibody {
         for b in multibody.bodies() {
             let Some(id) = self.body(b.name()) else { unreachable!("names are kept") };
             order.push(id);
-            q.extend(self.get(id).q());
-            v.extend(self.get(id).v());
+            let whole = self.get(id);
+            q.extend(whole.q().chain(whole.modes_q()));
+            v.extend(whole.v().chain(whole.modes_v()));
         }
         Ok(Subgraph { multibody, base, bodies: order, q, v })
     }

@@ -42,7 +42,7 @@ pub use services::{
 };
 pub use simulation::{RunError, Simulation, State, VariableError};
 pub use spec::{
-    BindSpec, BindTarget, Integrator, MechanismSpec, PartSpec, PortRef, Spec, WireSpec,
+    BindSpec, BindTarget, ContactSpec, Integrator, MechanismSpec, PartSpec, PortRef, Spec, WireSpec,
 };
 pub use tap::{Consumer, Group, Row as TapRow, Tap};
 pub use time::{Clock, Seconds};

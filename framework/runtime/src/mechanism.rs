@@ -11,14 +11,16 @@
 use crate::block::{Block, Now};
 use crate::ports::{Lane, NodeState};
 use crate::services::Gravity;
-use crate::spec::ContactSpec;
+use crate::spec::{ContactSpec, MechanismSpec};
 use crate::value::{Fault, Origin};
+use linkwork_collision::Colliders;
 use linkwork_dynamics::{
     DynamicsError, Tree, Workspace, forward_dynamics_given_kinematics, kinematics,
 };
 use linkwork_multibody::{BodyId, ConstraintId, LoopMotion, Multibody, NodeId};
 use linkwork_solvers::{
-    ConstrainedSolver, ContactStepper, Impulse, Projector, SolverError, Treatment,
+    CompliantContact, CompliantSettings, ConstrainedSolver, ContactStepper, Impulse, Projector,
+    SolverError, Treatment,
 };
 use linkwork_spatial::{Force, Vec3};
 use serde::{Deserialize, Serialize};
@@ -80,6 +82,8 @@ pub struct MechanismPlan {
     pub solver: Option<ConstrainedSolver>,
     /// Contact, when the mechanism is stepped with it.
     pub contact: Option<ContactSpec>,
+    /// Compliant contact.
+    pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
     /// Treatment of each constraint.
     pub treatments: Vec<Treatment>,
     /// Lanes.
@@ -87,9 +91,15 @@ pub struct MechanismPlan {
 }
 
 impl MechanismPlan {
-    /// Lanes of x: q, v, then u and u̇ of each loop motion.
-    pub fn lanes(multibody: &Multibody) -> usize {
-        multibody.nq() + multibody.nv() + 2 * multibody.motions()
+    /// Lanes of x: q, v, then u and u̇ of each loop motion, then bristles.
+    pub fn lanes(spec: &MechanismSpec) -> usize {
+        let m = &spec.multibody;
+        m.nq() + m.nv() + 2 * m.motions() + Self::bristles(spec.compliant.as_ref())
+    }
+
+    /// States of compliant contact.
+    pub(crate) fn bristles(compliant: Option<&(Arc<Colliders>, CompliantSettings)>) -> usize {
+        compliant.map_or(0, |c| CompliantContact::states(&c.0))
     }
 
     /// Name, unit and meaning of each report in the order of its signal lanes: for each constraint
@@ -130,12 +140,22 @@ impl MechanismPlan {
         })
     }
 
+    fn compliant(&self) -> Option<CompliantContact> {
+        let (colliders, settings) = self.compliant.as_ref()?;
+        CompliantContact::new(colliders.clone(), *settings).ok()
+    }
+
     /// Whether every free hinge has something to move, and every loop closes, at the start; puts
     /// the start onto the constraints.
     ///
     /// # Errors
     /// What is wrong, without a place.
     pub(crate) fn start(&mut self) -> Result<(), Fault> {
+        if let Some((_, settings)) = &self.compliant
+            && let Err(e) = settings.check()
+        {
+            return Err(fault(&e.to_string()));
+        }
         let mut ws = Workspace::new(&self.tree);
         if let Some(solver) = &mut self.solver {
             let (tree, motions) = (&self.tree, &self.loop_motions[..]);
@@ -145,9 +165,7 @@ impl MechanismPlan {
                     projector.rates(tree, &mut ws, solver, motions, &self.q, &mut self.v)
                 });
             if let Err(e) = done {
-                let text = e.to_string();
-                let (fact, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
-                return Err(Fault::new(Origin::NONE, fact).help(help));
+                return Err(fault(&e.to_string()));
             }
         }
         kinematics(&self.tree, &mut ws, &self.q, &self.v);
@@ -161,7 +179,7 @@ impl MechanismPlan {
                     &self.tree, &mut ws, state, motions, &mut tau, &mut vdot,
                 ) {
                     Err(SolverError::Dynamics(e)) => Err(e),
-                    Err(e) => return Err(Fault::new(Origin::NONE, e.to_string())),
+                    Err(e) => return Err(fault(&e.to_string())),
                     Ok(_) => Ok(()),
                 }
             }
@@ -173,6 +191,11 @@ impl MechanismPlan {
                 format!("body `{body}`: its hinge has nothing to accelerate: no mass or inertia moves with it"),
             )
             .help("give it, or a body that it carries, a mass and an inertia, or its hinge an armature, or prescribe the hinge")),
+            Err(e @ DynamicsError::Flexible { .. }) => {
+                let text = e.to_string();
+                let (fact, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
+                Err(Fault::new(Origin::NONE, fact).help(help))
+            }
         }
     }
 
@@ -185,6 +208,8 @@ impl MechanismPlan {
             solver: self.solver.clone(),
             projector: Projector::new(&self.tree),
             stepper: self.stepper(),
+            compliant: self.compliant(),
+            bristles: vec![0.0; Self::bristles(self.compliant.as_ref())],
             tau: vec![0.0; nv],
             vdot: vec![0.0; nv],
             given: vec![0.0; nv],
@@ -194,6 +219,12 @@ impl MechanismPlan {
             fault: None,
         })
     }
+}
+
+/// A message and its remedy.
+fn fault(text: &str) -> Fault {
+    let (fact, help) = text.split_once("\n  help: ").unwrap_or((text, ""));
+    Fault::new(Origin::NONE, fact).help(help)
 }
 
 /// What contact reports: name, unit, meaning.
@@ -228,6 +259,9 @@ struct MechanismBlock {
     solver: Option<ConstrainedSolver>,
     projector: Projector,
     stepper: Option<ContactStepper>,
+    compliant: Option<CompliantContact>,
+    /// Rates of the bristles at the last evaluation.
+    bristles: Vec<f64>,
     tau: Vec<f64>,
     vdot: Vec<f64>,
     given: Vec<f64>,
@@ -249,6 +283,11 @@ impl MechanismBlock {
         (&x[at..at + nq], &x[at + nq..at + nq + nv])
     }
 
+    /// First lane of the bristles.
+    fn bristle_lanes(&self) -> usize {
+        self.motion_lanes() + 2 * self.motions.len()
+    }
+
     /// First lane of u, u̇ of the loop motions.
     fn motion_lanes(&self) -> usize {
         self.plan.wiring.x + self.plan.multibody.nq() + self.plan.multibody.nv()
@@ -267,8 +306,9 @@ impl MechanismBlock {
         }
     }
 
-    fn forces(&mut self, t: f64, sig: &[f64]) {
-        let plan = &*self.plan;
+    fn forces(&mut self, t: f64, x: &[f64], sig: &[f64]) {
+        let plan = self.plan.clone();
+        let plan = &*plan;
         let ws = &mut self.ws;
         ws.clear_forces();
         match (&plan.gravity, plan.uniform) {
@@ -293,6 +333,11 @@ impl MechanismBlock {
         }
         for &(v, lane) in &plan.wiring.motions {
             self.vdot[v as usize] = sig[lane as usize];
+        }
+        let at = self.bristle_lanes();
+        if let Some(compliant) = &mut self.compliant {
+            let state = &x[at..at + self.bristles.len()];
+            compliant.apply(&plan.tree, &mut self.ws, state, &mut self.bristles);
         }
     }
 
@@ -321,7 +366,7 @@ impl MechanismBlock {
                 self.projector.rates(tree, &mut self.ws, solver, motions, q, &mut rest[..nv])
             });
         if let Err(e) = done {
-            self.fault = Some(e.to_string());
+            self.fault.get_or_insert_with(|| e.to_string());
             q.fill(f64::NAN);
         }
     }
@@ -373,7 +418,7 @@ impl Block for MechanismBlock {
     }
 
     fn direct(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) {
-        self.forces(now.t, sig);
+        self.forces(now.t, x, sig);
         self.read_motions(x, Some(sig));
         if self.stepper.is_some() {
             // Accelerations are those of the last step.
@@ -392,7 +437,7 @@ impl Block for MechanismBlock {
         };
         if let Err(why) = done {
             // Reported by the run with the first bad variable.
-            self.fault = Some(why);
+            self.fault.get_or_insert(why);
             self.vdot.fill(f64::NAN);
         }
         self.put_accelerations(sig);
@@ -413,6 +458,8 @@ impl Block for MechanismBlock {
             xdot[motions + 2 * i] = m.rate;
             xdot[motions + 2 * i + 1] = m.acceleration;
         }
+        let bristles = self.bristle_lanes();
+        xdot[bristles..bristles + self.bristles.len()].copy_from_slice(&self.bristles);
     }
 
     fn update(&mut self, _: &Now, _: &[f64], _: &mut [f64], _: &[f64]) {}
@@ -458,7 +505,7 @@ impl Block for MechanismBlock {
         let report = match report {
             Ok(report) => report,
             Err(e) => {
-                self.fault = Some(e.to_string());
+                self.fault.get_or_insert_with(|| e.to_string());
                 q.fill(f64::NAN);
                 return;
             }

@@ -92,6 +92,10 @@ impl Simulation {
             let at = m.wiring.x;
             state.x[at..at + m.q.len()].copy_from_slice(&m.q);
             state.x[at + m.q.len()..at + m.q.len() + m.v.len()].copy_from_slice(&m.v);
+            let motions = &mut state.x[at + m.q.len() + m.v.len()..];
+            for (lanes, motion) in motions.chunks_exact_mut(2).zip(&m.loop_motions) {
+                lanes.copy_from_slice(&[motion.position, motion.rate]);
+            }
         }
         for &(lane, value) in &plan.constants {
             state.sig[lane as usize] = value;

@@ -5,7 +5,7 @@ use crate::time::Seconds;
 use crate::value::{Located, Origin, Value};
 use linkwork_collision::Colliders;
 use linkwork_multibody::{LoopMotion, Multibody};
-use linkwork_solvers::{ContactSettings, Treatment};
+use linkwork_solvers::{CompliantSettings, ContactSettings, Treatment};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -140,8 +140,10 @@ pub struct MechanismSpec {
     pub treatments: BTreeMap<String, Treatment>,
     /// Prescribed subhinges of loops at the start.
     pub motions: Vec<LoopMotion>,
-    /// Contact, when the mechanism is stepped with it.
+    /// Non-smooth contact, when the mechanism is stepped with it.
     pub contact: Option<ContactSpec>,
+    /// Compliant contact: smooth forces with bristles as states. Not together with `contact`.
+    pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
     /// Where it is written.
     pub origin: Origin,
 }
@@ -164,6 +166,7 @@ impl MechanismSpec {
             gravity: None,
             treatments: BTreeMap::new(),
             contact: None,
+            compliant: None,
             origin: Origin::NONE,
         }
     }

@@ -7,10 +7,12 @@
 //! | constraint embedding | loops become aggregates of the tree | none but β̇ |
 //! | both | each loop by rule or by choice | λ of the rows left |
 //! | non-smooth ([`ContactStepper`]) | the same, and contacts, limits, dry friction | impulses of a step |
+//! | compliant ([`CompliantContact`]) | forces of penetration and bristles | none but its states |
 //!
 //! The first four are one [`ConstrainedSolver`] with another [`Treatment`] of each constraint.
 #![allow(non_snake_case)]
 
+mod compliant;
 mod constrained;
 pub mod contact;
 mod integrators;
@@ -18,6 +20,7 @@ mod projection;
 mod skyline;
 mod stepper;
 
+pub use compliant::{BRISTLE, CompliantContact, CompliantError, CompliantSettings};
 pub use constrained::{ConstrainedSolver, Report, SolverError, Stabilisation};
 pub use integrators::{Rk4, add};
 pub use linkwork_dynamics::units::Treatment;

@@ -15,6 +15,17 @@ pub enum FramesError {
         /// What there is.
         help: String,
     },
+    /// A flexible body, whose frames move with its modes.
+    #[error(
+        "mechanism `{mechanism}`: body `{body}` is flexible, and frames follow rigid bodies only\n  help: leave its \
+         modes out, or ask the workspace for poses of its nodes"
+    )]
+    Flexible {
+        /// The mechanism.
+        mechanism: String,
+        /// Its first flexible body.
+        body: String,
+    },
     /// A second frame of one name.
     #[error("frame `{name}` exists\n  help: give each frame its own name")]
     Duplicate {

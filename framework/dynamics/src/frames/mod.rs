@@ -135,6 +135,10 @@ impl Frames {
         if self.mechanisms.iter().any(|m| m.name == name) {
             return Err(FramesError::Duplicate { name: name.to_owned() });
         }
+        if let Some(b) = mbs.bodies().iter().find(|b| b.modes().is_some()) {
+            let (mechanism, body) = (name.to_owned(), b.name().to_owned());
+            return Err(FramesError::Flexible { mechanism, body });
+        }
         let m = self.mechanisms.len();
         let (mut bodies, mut moved): (Vec<FrameId>, Vec<FrameId>) = (Vec::new(), Vec::new());
         for id in mbs.body_ids() {

@@ -63,7 +63,7 @@ pub struct InverseKinematics {
 }
 
 impl InverseKinematics {
-    /// Memory for `tree`; it must be used with no other. Prescribed coordinates are kept.
+    /// Memory for `tree`; it must be used with no other. Prescribed coordinates are kept, and so are modal ones.
     #[must_use]
     pub fn new(tree: &Tree) -> Self {
         let (nq, nv) = (tree.nq(), tree.nv());
@@ -74,6 +74,9 @@ impl InverseKinematics {
                 (place[s.v.start], limits[s.v.start]) = (Some(s.q.start), s.subhinge.limits);
             }
             moves[s.v.clone()].fill(s.subhinge.coordinate == Coordinate::Free);
+        }
+        for b in tree.multibody().bodies() {
+            moves[b.modes_v()].fill(false);
         }
         Self {
             effort: Effort::default(),

@@ -59,9 +59,10 @@ impl Operators {
     /// `ws`, and computes articulated inertias. O(links). Panics if `ws` was made for another tree.
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if a free subhinge has nothing to move.
+    /// [`DynamicsError::Singular`] if a free subhinge has nothing to move, [`DynamicsError::Flexible`].
     #[track_caller]
     pub fn new(tree: &Tree, ws: &Workspace) -> Result<Self, DynamicsError> {
+        tree.check_rigid("operators")?;
         let system = Arc::new(Snapshot::new(tree, ws, Articulation::AsGiven)?);
         Ok(Self { system })
     }
@@ -72,6 +73,7 @@ impl Operators {
     /// As [`Operators::new`].
     #[track_caller]
     pub fn all_free(tree: &Tree, ws: &Workspace) -> Result<Self, DynamicsError> {
+        tree.check_rigid("operators")?;
         let system = Arc::new(Snapshot::new(tree, ws, Articulation::AllFree)?);
         Ok(Self { system })
     }

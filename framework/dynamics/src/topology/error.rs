@@ -25,6 +25,14 @@ pub enum TopologyError {
         /// Bodies and nodes.
         names: Vec<String>,
     },
+    /// A flexible body: what hangs on it hangs on its stations, and its mass moves with its modes.
+    #[error(
+        "body `{body}` is flexible, and topology is edited of rigid mechanisms only\n  help: leave its modes out"
+    )]
+    Flexible {
+        /// The body.
+        body: String,
+    },
     /// A body cannot hang on itself or on what hangs on it.
     #[error(
         "body `{body}` cannot hang on `{onto}`: that hangs on it\n  help: attach it elsewhere, or \

@@ -113,9 +113,10 @@ impl Edit {
     /// Opens a mechanism with its state (nq, nv).
     ///
     /// # Errors
-    /// [`TopologyError::Length`], [`TopologyError::NotFinite`].
+    /// [`TopologyError::Length`], [`TopologyError::NotFinite`], [`TopologyError::Flexible`].
     pub fn new(mbs: &Multibody, q: &[f64], v: &[f64]) -> Result<Self, TopologyError> {
         check_state("the mechanism", (q, mbs.nq()), (v, mbs.nv()))?;
+        refuse_flexible(mbs)?;
         let scene = Scene { mbs: mbs.clone(), q: q.to_vec(), v: v.to_vec() };
         Ok(Self { scene, original: mbs.clone(), changed: BTreeSet::new() })
     }
@@ -142,10 +143,13 @@ impl Edit {
     ///
     /// # Errors
     /// [`TopologyError::NameClash`], [`TopologyError::Length`], [`TopologyError::NotFinite`],
-    /// [`TopologyError::Build`].
+    /// [`TopologyError::Flexible`], [`TopologyError::Build`].
     pub fn add(&mut self, body: BodySpec, q: &[f64], v: &[f64]) -> Result<Report, TopologyError> {
         let place = format!("body `{}`", body.name);
         check_state(&place, (q, body.hinge.nq()), (v, body.hinge.nv()))?;
+        if body.modes.is_some() {
+            return Err(TopologyError::Flexible { body: body.name });
+        }
         let name = body.name.clone();
         self.refuse_clash("add a body", std::iter::once(name.as_str()), std::iter::empty())?;
         let mut parts = Parts::of(&self.scene);
@@ -169,6 +173,7 @@ impl Edit {
         const ACTION: &str = "add a mechanism";
         let (q, v) = state;
         check_state(&format!("mechanism `{prefix}`"), (q, mbs.nq()), (v, mbs.nv()))?;
+        refuse_flexible(mbs)?;
         self.frame(onto, ACTION)?;
         let added = Parts::of(&Scene { mbs: mbs.clone(), q: q.to_vec(), v: v.to_vec() });
         let mut parts = Parts::of(&self.scene);
@@ -458,6 +463,13 @@ impl Edit {
             return Ok(());
         }
         Err(TopologyError::NameClash { action, names: names.into_iter().collect() })
+    }
+}
+
+fn refuse_flexible(mbs: &Multibody) -> Result<(), TopologyError> {
+    match mbs.bodies().iter().find(|b| b.modes().is_some()) {
+        Some(b) => Err(TopologyError::Flexible { body: b.name().to_owned() }),
+        None => Ok(()),
     }
 }
 

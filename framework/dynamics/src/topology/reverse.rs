@@ -29,6 +29,7 @@ pub(super) fn reversed(child: &Part, parent: &Part) -> Part {
         hinge_in_body: child.spec.hinge_in_parent,
         hinge: Hinge { subhinges: chain },
         mass: parent.spec.mass,
+        modes: None,
     };
     Part { spec, q, v }
 }

@@ -276,8 +276,15 @@ impl Units {
         let n = m.n;
         self.columns(agg, tree, w, m);
         for (place, slot) in agg.links.iter().enumerate() {
-            let k = *slot as usize - 1;
-            let (P, z) = loaded(&tree.links[k], k, w, uw);
+            let (P, z) = match tree.flexible.as_deref() {
+                Some(flex) if *slot as usize > tree.links.len() => {
+                    flex.loaded(*slot as usize, w, uw)
+                }
+                _ => {
+                    let k = *slot as usize - 1;
+                    loaded(&tree.links[k], k, w, uw)
+                }
+            };
             m.P[place] = P;
             m.z[place] = z + P.apply(&m.A[place]);
         }
@@ -306,7 +313,8 @@ impl Units {
             }
         }
         for (d, v) in agg.dofs.iter().enumerate() {
-            let (armature, T) = (tree.dofs.armature[*v as usize], tau[*v as usize]);
+            let elastic = w.bend.elastic.get(*v as usize).copied().unwrap_or(0.0);
+            let (armature, T) = (tree.dofs.armature[*v as usize], tau[*v as usize] - elastic);
             // At prescribed members T is sought.
             m.tau[d] = if tree.dofs.prescribed[*v as usize] { 0.0 } else { T };
             let T = T - armature * m.x[d];
@@ -322,12 +330,12 @@ impl Units {
             return None;
         }
         substitute(&m.D, size, &mut m.column[..n]);
-        for (H, slot) in m.H.chunks_exact_mut(size).zip(&agg.links) {
+        for (H, slot) in m.H.chunks_exact_mut(size.max(1)).zip(&agg.links) {
             substitute(&m.D, size, &mut H[..n]);
             uw.reach[*slot as usize] = H[..n].iter().map(|H| H.dot(H)).sum();
         }
         m.reach = 0.0;
-        for X in m.X.chunks_exact_mut(size) {
+        for X in m.X.chunks_exact_mut(size.max(1)) {
             substitute(&m.D, size, &mut X[..n]);
             m.reach = nan_max(m.reach, X[..n].iter().map(|x| x * x).sum());
         }
@@ -351,6 +359,17 @@ impl Units {
     /// H and A of every member.
     fn columns(&self, agg: &Aggregate, tree: &Tree, w: &Work<f64>, m: &mut Embedded) {
         let (size, n) = (agg.dofs.len(), m.n);
+        if let Some(flex) = tree.flexible.as_deref()
+            && agg.links[0] as usize > tree.links.len()
+        {
+            // Stations: all modes are free, and X is the unit matrix.
+            for (place, slot) in agg.links.iter().enumerate() {
+                let at = flex.station(*slot as usize).map_or(0, |s| flex.stations[s].column);
+                m.H[place * size..(place + 1) * size].copy_from_slice(&w.bend.S[at..at + size]);
+                m.A[place] = V6::default();
+            }
+            return;
+        }
         for (place, slot) in agg.links.iter().enumerate() {
             let (link, kin) = (&tree.links[*slot as usize - 1], &w.kin[*slot as usize]);
             let (done, rest) = m.H.split_at_mut(place * size);
@@ -464,6 +483,9 @@ impl Units {
         mut out: impl FnMut(ConstraintId, &[f64]),
     ) {
         for (agg, m) in self.aggregates.iter().zip(&mut uw.embedded) {
+            if agg.constraints.is_empty() {
+                continue;
+            }
             let (wide, r) = (agg.dofs.len() + 1, m.pivots.len());
             // Force on each member with all that hangs on it, then T + Γ* λ in the place of rates.
             for (place, slot) in agg.links.iter().enumerate() {
@@ -529,6 +551,9 @@ impl Units {
         self.places(tree, w, uw);
         let mut worst = 0.0;
         for (which, agg) in self.aggregates.iter().enumerate() {
+            if agg.constraints.is_empty() {
+                continue;
+            }
             let mut m = std::mem::take(&mut uw.embedded[which]);
             self.closures(agg, w, uw, motions, &mut m);
             let wide = agg.dofs.len() + 1;

@@ -8,6 +8,8 @@
 //! ```text
 //! members of a loop = links on the ways from its two ends to where the ways meet
 //! ```
+//! The modes of a flexible body are an aggregate, too, without constraints: its members are the body's stations,
+//! its independent rates those of the modes. A loop with a flexible body on its way is always a row.
 //! Loops that share a member are one aggregate. The condition that an aggregate has one external
 //! parent holds by construction: two loops with a common member have meeting points on one way to
 //! the base, and the inner one is then a member of the outer loop.
@@ -16,12 +18,14 @@
 
 mod aggregate;
 pub(crate) mod closure;
+mod forces;
 mod rows;
 mod sweep;
 
-use crate::tree::{OnLink, Tree};
+use crate::flexible::Step;
+use crate::tree::Tree;
 use closure::Closure;
-use linkwork_multibody::{Anchor, ConstraintId};
+use linkwork_multibody::ConstraintId;
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use aggregate::Level;
@@ -96,23 +100,8 @@ impl Units {
     #[must_use]
     pub fn new(tree: &Tree, treatment: impl Fn(ConstraintId) -> Treatment) -> Self {
         let mbs = tree.multibody();
-        let anchor = |a: &Anchor| match a.body {
-            None => OnLink {
-                slot: 0,
-                R: a.pose.rotation.to_rotation_matrix().into_inner(),
-                p: a.pose.position,
-            },
-            Some(b) => {
-                let at = tree.body(b);
-                OnLink {
-                    slot: at.slot,
-                    R: at.R * a.pose.rotation.to_rotation_matrix().into_inner(),
-                    p: at.p + at.R * a.pose.position,
-                }
-            }
-        };
-        let closures: Vec<Closure> = (mbs.loops().iter())
-            .map(|l| Closure { a: anchor(&l.a), b: anchor(&l.b), rows: l.rows.clone() })
+        let closures: Vec<Closure> = (mbs.loops().iter().zip(&tree.anchors))
+            .map(|(l, [a, b])| Closure { a: a.clone(), b: b.clone(), rows: l.rows.clone() })
             .collect();
         let slot_of_v = |v: usize| {
             let k = tree.links.iter().position(|l| l.v as usize == v);
@@ -135,7 +124,15 @@ impl Units {
         for c in mbs.constraints() {
             match treatment(c) {
                 Treatment::Augment => augmented.push(c),
-                t => wanted.push((c, t, members(c))),
+                t => {
+                    let members = members(c);
+                    let bends = |slot: &u32| *slot as usize > tree.links.len();
+                    if members.iter().any(bends) {
+                        augmented.push(c);
+                    } else {
+                        wanted.push((c, t, members));
+                    }
+                }
             }
         }
         let clusters = merge(wanted, tree, &mut augmented);
@@ -150,7 +147,7 @@ impl Units {
         couplings: Vec<Vec<(u32, u32, f64)>>,
         augmented: Vec<ConstraintId>,
     ) -> Self {
-        let n = tree.links.len();
+        let n = tree.slots();
         let mut cluster_of: BTreeMap<u32, usize> = BTreeMap::new();
         for (i, (links, _)) in clusters.iter().enumerate() {
             cluster_of.extend(links.iter().map(|k| (*k, i)));
@@ -158,11 +155,11 @@ impl Units {
         let mut out = Self {
             units: Vec::new(),
             aggregates: Vec::new(),
-            of_slot: vec![0; n + 1],
-            member: vec![0; n + 1],
+            of_slot: vec![0; n],
+            member: vec![0; n],
             first: Vec::new(),
             independent: 0,
-            root: vec![0; n + 1],
+            root: vec![0; n],
             closures,
             couplings,
             augmented,
@@ -170,9 +167,16 @@ impl Units {
         };
         out.embedded.sort();
         let mut nw = 0;
-        for (k, link) in tree.links.iter().enumerate() {
-            let slot = k as u32 + 1;
+        for step in tree.steps() {
             let unit = out.units.len() as u32;
+            let k = match step {
+                Step::Link(k) => k,
+                Step::Set(i) => {
+                    nw += out.modes(tree, i, nw);
+                    continue;
+                }
+            };
+            let (link, slot) = (&tree.links[k], k as u32 + 1);
             let Some(cluster) = cluster_of.get(&slot) else {
                 out.root[k + 1] = match link.parent {
                     0 => slot,
@@ -214,6 +218,36 @@ impl Units {
         out
     }
 
+    /// Adds the modes of a flexible body as a unit; returns their number.
+    fn modes(&mut self, tree: &Tree, set: usize, nw: u32) -> u32 {
+        let Some(flex) = tree.flexible.as_deref() else { return 0 };
+        let set = &flex.sets[set];
+        if set.first == set.end {
+            return 0;
+        }
+        let links: Vec<u32> = (set.first..set.end).map(|s| flex.slot(s) as u32).collect();
+        for (place, slot) in links.iter().enumerate() {
+            self.of_slot[*slot as usize] = self.units.len() as u32;
+            self.member[*slot as usize] = place as u32;
+            self.root[*slot as usize] = match set.base {
+                0 => links[0],
+                p => self.root[p as usize],
+            };
+        }
+        self.units.push(Unit::Aggregate(self.aggregates.len() as u32));
+        self.first.push(nw);
+        self.aggregates.push(Aggregate {
+            parent: set.base,
+            inner: vec![None; links.len()],
+            first: vec![0; links.len()],
+            dofs: (set.v..set.v + set.n).map(|v| v as u32).collect(),
+            constraints: Vec::new(),
+            rows: 0,
+            links,
+        });
+        set.n as u32
+    }
+
     /// The constraints that are embedded.
     #[must_use]
     pub fn embedded(&self) -> &[ConstraintId] {
@@ -226,13 +260,10 @@ impl Units {
         &self.augmented
     }
 
-    /// Bodies whose hinges each aggregate holds, by name: for messages and listings.
+    /// Bodies whose hinges each aggregate holds, by name: for messages and listings. The modes of a flexible body are an aggregate of that body alone.
     #[must_use]
     pub fn aggregates(&self, tree: &Tree) -> Vec<Vec<String>> {
-        let name = |s: &u32| {
-            let body = tree.links[*s as usize - 1].body as usize;
-            tree.multibody().bodies()[body].name().to_owned()
-        };
+        let name = |s: &u32| tree.multibody().bodies()[tree.body_of(*s as usize)].name().to_owned();
         self.aggregates
             .iter()
             .map(|a| {
@@ -296,7 +327,7 @@ enum Ends {
 
 /// Links on the ways from the given ones to where all ways meet.
 fn members(tree: &Tree, slots: &[u32], ends: Ends) -> BTreeSet<u32> {
-    let parent = |s: u32| tree.links[s as usize - 1].parent;
+    let parent = |s: u32| tree.inboard_of(s as usize) as u32;
     let way = |s: u32| {
         let mut way = vec![s];
         while let Some(last) = way.last().copied().filter(|s| *s != 0) {

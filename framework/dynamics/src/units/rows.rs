@@ -268,7 +268,9 @@ impl RowSet {
     }
 
     /// Adds rows that measure the velocity of body `b` relative to body `a` at a point (m, world)
-    /// along directions (unit vectors, world), three at most: a contact. `None` is the world.
+    /// along directions (unit vectors, world), three at most: a contact. `None` is the world. On a
+    /// flexible body the point is glued to the nearest station that has mass or carries something,
+    /// or to the body frame when that is nearer.
     pub fn add_point(
         &mut self,
         tree: &Tree,
@@ -308,7 +310,7 @@ impl RowSet {
         self.ends.clear();
         self.terms.clear();
         for (body, sign) in [(a, -1.0), (b, 1.0)] {
-            let slot = body.map_or(0, |b| tree.body(b).slot);
+            let slot = body.map_or(0, |b| tree.slot_near(&ws.work, b, point));
             let kin = &ws.work.kin[slot as usize];
             let arm = v3(point) - kin.p;
             let V = kin.V.to_child(arm);
@@ -359,7 +361,7 @@ impl RowSet {
                         let (v, w) = (link.v + j, first + j);
                         let mut c = f64x4::splat(0.0);
                         for t in terms.iter().filter(|t| t.1 == v) {
-                            c = c + t.2;
+                            c += t.2;
                         }
                         let eps = uw.S[v as usize].block().dot_from(&z, c);
                         let at = w as usize;
@@ -401,7 +403,7 @@ impl RowSet {
                         let own = end.to_parent((-uw.r[slot as usize]).block());
                         z = z + *end;
                         held.push((group, slot, own));
-                        free = free - m.A[place].block().dot(&own);
+                        free -= m.A[place].block().dot(&own);
                         gross = square(&own).mul_add(f64x4::splat(uw.reach[slot as usize]), gross);
                         for j in 0..n {
                             let e = &mut self.e[from + n - 1 - j];

@@ -12,6 +12,7 @@
 use super::{Aggregate, Unit, Units};
 use crate::articulated::{Spatial, column};
 use crate::error::DynamicsError;
+use crate::flexible::Step;
 use crate::forward::rigid;
 use crate::linear::{M3, S3, V3, V6};
 use crate::tree::{Kind, Link, Tree};
@@ -52,7 +53,7 @@ impl UnitsWork {
     /// Memory for these units; it must be used with no others.
     #[must_use]
     pub fn new(tree: &Tree, units: &Units) -> Self {
-        let (n, nv, nw) = (tree.links.len() + 1, tree.nv(), units.independent);
+        let (n, nv, nw) = (tree.slots(), tree.nv(), units.independent);
         Self {
             r: vec![V3::default(); n],
             inertia: vec![Spatial::default(); n],
@@ -128,7 +129,10 @@ impl Units {
                 Unit::Aggregate(i) => {
                     let agg: &Aggregate = &self.aggregates[*i as usize];
                     self.eliminate(tree, w, uw, *i as usize, first, tau, vdot, motions)
-                        .ok_or_else(|| tree.singular(agg.links[0] as usize - 1))?;
+                        .ok_or_else(|| {
+                            let v = agg.dofs.first().copied().unwrap_or(0);
+                            tree.singular_at(agg.links[0] as usize, v as usize)
+                        })?;
                 }
             }
         }
@@ -141,20 +145,45 @@ impl Units {
 
     /// Where links and their axes are.
     pub(super) fn places(&self, tree: &Tree, w: &Work<f64>, uw: &mut UnitsWork) {
-        for (k, link) in tree.links.iter().enumerate() {
-            let slot = k + 1;
-            let r = match (link.parent, self.root[slot] as usize) {
-                (0, root) if root == slot => V3::default(),
-                (0, root) => w.kin[slot].p - w.kin[root].p,
-                (p, _) => uw.r[p as usize] + w.kin[slot].l,
-            };
-            uw.r[slot] = r;
-            let v = link.v as usize;
-            for (j, S) in uw.S[v..v + link.kind.nv()].iter_mut().enumerate() {
-                let own = axis(link, &w.kin[slot], j);
-                *S = V6 { n: own.n, f: r.cross_add(own.n, own.f) };
+        let Some(flex) = tree.flexible.as_deref() else {
+            (0..tree.links.len()).for_each(|k| self.place_link(tree, k, w, uw));
+            return;
+        };
+        for step in &flex.order {
+            match *step {
+                Step::Link(k) => self.place_link(tree, k, w, uw),
+                Step::Set(i) => {
+                    let set = &flex.sets[i];
+                    for slot in (set.first..set.end).map(|s| flex.slot(s)) {
+                        self.place(slot, set.base as usize, w, uw);
+                    }
+                }
             }
         }
+    }
+
+    /// Where a link is, and its axes.
+    #[inline(always)]
+    fn place_link(&self, tree: &Tree, k: usize, w: &Work<f64>, uw: &mut UnitsWork) {
+        let (link, slot) = (&tree.links[k], k + 1);
+        let r = self.place(slot, link.parent as usize, w, uw);
+        let v = link.v as usize;
+        for (j, S) in uw.S[v..v + link.kind.nv()].iter_mut().enumerate() {
+            let own = axis(link, &w.kin[slot], j);
+            *S = V6 { n: own.n, f: r.cross_add(own.n, own.f) };
+        }
+    }
+
+    /// Where a slot is from the origin of its root.
+    #[inline(always)]
+    fn place(&self, slot: usize, parent: usize, w: &Work<f64>, uw: &mut UnitsWork) -> V3<f64> {
+        let r = match (parent, self.root[slot] as usize) {
+            (0, root) if root == slot => V3::default(),
+            (0, root) => w.kin[slot].p - w.kin[root].p,
+            (p, _) => uw.r[p] + w.kin[slot].l,
+        };
+        uw.r[slot] = r;
+        r
     }
 
     /// Base to tips after [`Units::gather`]: accelerations of free coordinates into `vdot`, forces of

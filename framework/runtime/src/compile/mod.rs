@@ -79,6 +79,7 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
             loop_motions: m.motions.clone(),
             solver: MechanismPlan::solver(&tree, &treatments),
             contact: m.contact.clone(),
+            compliant: m.compliant.clone(),
             treatments,
             tree,
             wiring,
@@ -244,7 +245,7 @@ fn layout(parts: &mut [Part<'_>], mechanism: Option<&MechanismSpec>, seed: u64) 
         sizes.sig = w.yd + lanes(&d.direct_outputs);
     }
     if let Some(m) = mechanism {
-        sizes.x += MechanismPlan::lanes(&m.multibody);
+        sizes.x += MechanismPlan::lanes(m);
     }
     sizes
 }

@@ -119,6 +119,23 @@ fn mechanism_variables(all: &mut BTreeMap<String, Variable>, m: &MechanismPlan) 
                 );
             }
         }
+        let modes = body.modes_q().map(|q| (x + q, "mode", "Modal coordinate."));
+        let rates =
+            body.modes_v().map(|v| (x + nq + v, "mode_rate", "Rate of a modal coordinate."));
+        let count = body.modes_q().len();
+        for (i, (lane, name, doc)) in modes.chain(rates).enumerate() {
+            all.insert(
+                format!("{}.{name}[{}]", body.name(), i % count),
+                Variable {
+                    place: Place::X(lane as u32),
+                    role: Role::State,
+                    unit: String::new(),
+                    doc: doc.to_string(),
+                    kind: PortKind::Numbers,
+                    part: body.name().to_string(),
+                },
+            );
+        }
     }
     let reports = MechanismPlan::outputs(&m.multibody, m.contact.is_some());
     for (i, (name, unit, doc)) in reports.into_iter().enumerate() {
@@ -152,5 +169,20 @@ fn mechanism_variables(all: &mut BTreeMap<String, Variable>, m: &MechanismPlan) 
                 },
             );
         }
+    }
+    let bristles = MechanismPlan::bristles(m.compliant.as_ref());
+    for i in 0..bristles {
+        let lane = x + nq + m.multibody.nv() + 2 * m.multibody.motions() + i;
+        all.insert(
+            format!("{}.contact.bristle[{i}]", m.path),
+            Variable {
+                place: Place::X(lane as u32),
+                role: Role::State,
+                unit: String::new(),
+                doc: "Bristle of a pair of colliders: deflection (m, world), turn (rad).".into(),
+                kind: PortKind::Numbers,
+                part: m.path.clone(),
+            },
+        );
     }
 }

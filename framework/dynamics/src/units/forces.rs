@@ -1,0 +1,75 @@
+//! Generalised forces through factored units: M⁻¹ x without an acceleration at rest.
+//!
+//! ```text
+//! ε = x − S · z,   z⁺ = z + G ε                    inward
+//! aggregates: ε = X* x − Σ H* z                     their members' z about their own origins
+//! y = D^{−1/2} ε                                    [`Units::impulse`] of it is M⁻¹ x
+//! ```
+
+use super::{Unit, Units, UnitsWork};
+use crate::linear::V6;
+use crate::tree::Tree;
+
+impl Units {
+    /// What forces x (nv) pull at the independent rates, `y` in the order of [`RowSet`](super::RowSet): the length of a
+    /// difference of two such y is that of their forces in the metric of M⁻¹. After [`Units::gather`], which it leaves good for
+    /// products only.
+    pub fn pull_forces(&self, tree: &Tree, uw: &mut UnitsWork, x: &[f64], y: &mut [f64]) {
+        let last = self.independent.wrapping_sub(1);
+        uw.z.fill(V6::default());
+        for (u, unit) in self.units.iter().enumerate().rev() {
+            let first = self.first[u] as usize;
+            let z = match unit {
+                Unit::Link(k) => {
+                    let link = &tree.links[*k as usize];
+                    let mut z = uw.z[*k as usize + 1];
+                    for j in (0..link.kind.nv()).rev() {
+                        let (i, w) = (link.v as usize + j, first + j);
+                        // G and s are zero at prescribed dofs.
+                        let eps = x[i] - uw.S[i].dot(&z);
+                        y[last - w] = uw.s[w] * eps;
+                        z = uw.G[w].scale_add(eps, z);
+                    }
+                    z
+                }
+                Unit::Aggregate(i) => self.pull_aggregate(*i as usize, first, uw, x, y),
+            };
+            let parent = self.parent_slot(tree, u) as usize;
+            uw.z[parent] = uw.z[parent] + z;
+        }
+    }
+
+    /// The same through an aggregate: returns z about the root's origin.
+    fn pull_aggregate(
+        &self,
+        which: usize,
+        first: usize,
+        uw: &mut UnitsWork,
+        x: &[f64],
+        y: &mut [f64],
+    ) -> V6<f64> {
+        let (agg, m) = (&self.aggregates[which], &uw.embedded[which]);
+        let (size, last) = (agg.dofs.len(), self.independent.wrapping_sub(1));
+        let mut sum = V6::default();
+        for j in 0..size {
+            y[last - (first + j)] = 0.0;
+        }
+        for (place, slot) in agg.links.iter().enumerate() {
+            let slot = *slot as usize;
+            let own = uw.z[slot].to_parent(-uw.r[slot]);
+            sum = sum + uw.z[slot];
+            for j in 0..m.n {
+                y[last - (first + j)] -= m.H[place * size + j].dot(&own);
+            }
+        }
+        for (d, v) in agg.dofs.iter().enumerate() {
+            for j in 0..m.n {
+                y[last - (first + j)] += m.X[d * size + j] * x[*v as usize];
+            }
+        }
+        for j in 0..m.n {
+            sum = uw.G[first + j].scale_add(y[last - (first + j)], sum);
+        }
+        sum
+    }
+}

@@ -1,0 +1,260 @@
+//! Compliant contact: forces of penetration and of bristles, for integrators that see smooth forces.
+//!
+//! For each contact point (Hunt and Crossley), δ its depth and n the normal from a to b:
+//! ```text
+//! f = k δᵖ (1 + d δ̇), never pulling                                 N = Σ f,  c = Σ f p / N
+//! ```
+//! For each pair of colliders one bristle z (m, across the mean normal) and one turn θ (rad) about it,
+//! with v the slip velocity at c, ω the spin, ρ the radius of gyration of the pressure:
+//! ```text
+//! s = √(|v|² + ρ² ω²),  z_max = μ N / k_t,  u = √(|z|² + ρ² θ²) / z_max
+//! α = 0 below u = STICK, 1 above u = 1, smooth between                (elasto-plastic)
+//! r = min(α s / z_max, 1/τ),  ż = v − r z,  θ̇ = ω − r θ    τ: fast slip is followed no faster
+//! F = −k_t z − d_t ż,  T = −ρ² (k_t θ + d_t θ̇),  scaled down to the cone √(|F|² + T²/ρ²) ≤ μ N
+//! ```
+//! Below `STICK` of the limit bristles only bend, so what is parked does not creep. Without contact
+//! bristles relax. Source: Hunt and Crossley (1975); Dupont, Hayward, Armstrong and Altpeter (2002)
+//! for the elasto-plastic bristle. Forces are continuous where depth and normals are.
+
+use linkwork_collision::{Colliders, ContactPoint, Query, Scratch};
+use linkwork_dynamics::{Tree, Workspace};
+use linkwork_multibody::BodyId;
+use linkwork_spatial::{Force, Motion, Pose, Vec3};
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Part of the greatest deflection up to which bristles only bend.
+const STICK: f64 = 0.7;
+/// Time in which bristles relax without contact, s.
+const RELAX: f64 = 0.01;
+/// Numbers of state for each pair.
+pub const BRISTLE: usize = 4;
+
+/// Constants of compliant contact, the same for all pairs; friction is the colliders'.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CompliantSettings {
+    /// k: force of one contact point at 1 m to the exponent, N/mᵖ.
+    pub stiffness: f64,
+    /// p: 1.5 for balls, 1 for faces.
+    pub exponent: f64,
+    /// d: s/m. The coefficient of restitution is about 1 − ⅔ d v (times p/1.5) at impact speed v.
+    pub damping: f64,
+    /// k_t: bristles of a pair, N/m.
+    pub bristle_stiffness: f64,
+    /// d_t: N s/m.
+    pub bristle_damping: f64,
+    /// Shortest time in which bristles follow a slip, s: keep the step below twice this.
+    pub relaxation: f64,
+    /// Radius of a contact at a single point, m: it resists spin.
+    pub radius: f64,
+}
+
+impl Default for CompliantSettings {
+    fn default() -> Self {
+        Self {
+            stiffness: 1e5,
+            exponent: 1.0,
+            damping: 1.0,
+            bristle_stiffness: 1e5,
+            bristle_damping: 100.0,
+            relaxation: 1e-3,
+            radius: 1e-3,
+        }
+    }
+}
+
+/// A constant that makes no sense.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("compliant contact: `{name}` is {value}\n  help: give a finite number, {wanted}")]
+pub struct CompliantError {
+    /// The constant.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it must be.
+    pub wanted: &'static str,
+}
+
+impl CompliantSettings {
+    /// # Errors
+    /// The first constant that makes no sense.
+    pub fn check(&self) -> Result<(), CompliantError> {
+        let all = [
+            ("stiffness", self.stiffness, self.stiffness > 0.0, "above 0"),
+            ("exponent", self.exponent, self.exponent >= 1.0, "1 or more"),
+            ("damping", self.damping, self.damping >= 0.0, "0 or more"),
+            ("bristle_stiffness", self.bristle_stiffness, self.bristle_stiffness > 0.0, "above 0"),
+            ("bristle_damping", self.bristle_damping, self.bristle_damping >= 0.0, "0 or more"),
+            ("relaxation", self.relaxation, self.relaxation > 0.0, "above 0"),
+            ("radius", self.radius, self.radius >= 0.0, "0 or more"),
+        ];
+        match all.into_iter().find(|(_, x, fine, _)| !(*fine && x.is_finite())) {
+            Some((name, value, _, wanted)) => Err(CompliantError { name, value, wanted }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Forces of compliant contact for one mechanism. It holds memory, no state: bristles are the
+/// caller's, [`BRISTLE`] numbers a pair.
+pub struct CompliantContact {
+    settings: CompliantSettings,
+    colliders: Arc<Colliders>,
+    /// Pairs that may meet, ascending.
+    pairs: Vec<(u32, u32)>,
+    scratch: Scratch,
+    points: Vec<ContactPoint>,
+}
+
+/// Sums over the points of a pair.
+#[derive(Default)]
+struct Patch {
+    normal: Vec3,
+    center: Vec3,
+    pressure: f64,
+    friction: f64,
+    spread: f64,
+}
+
+impl CompliantContact {
+    /// For colliders that may meet.
+    ///
+    /// # Errors
+    /// [`CompliantError`].
+    pub fn new(
+        colliders: Arc<Colliders>,
+        settings: CompliantSettings,
+    ) -> Result<Self, CompliantError> {
+        settings.check()?;
+        Ok(Self {
+            settings,
+            pairs: pairs(&colliders),
+            scratch: Scratch::new(&colliders),
+            points: Vec::new(),
+            colliders,
+        })
+    }
+
+    /// Numbers of state that some colliders need.
+    #[must_use]
+    pub fn states(colliders: &Colliders) -> usize {
+        BRISTLE * pairs(colliders).len()
+    }
+
+    /// Contact points of the last call.
+    #[must_use]
+    pub fn points(&self) -> &[ContactPoint] {
+        &self.points
+    }
+
+    /// Adds the forces at the state of the last [`kinematics`](linkwork_dynamics::kinematics()) to the
+    /// workspace; `bristles` is the state (m, m, m, rad a pair; world axes), `rates` takes its
+    /// derivative.
+    pub fn apply(&mut self, tree: &Tree, ws: &mut Workspace, bristles: &[f64], rates: &mut [f64]) {
+        let poses = |b: Option<BodyId>| b.map_or_else(Pose::identity, |b| ws.body_pose(tree, b));
+        let query = Query::margin(0.0);
+        self.colliders.contacts(&mut self.scratch, &query, poses, &mut self.points);
+        let mut at = 0;
+        let states = bristles.chunks_exact(BRISTLE).zip(rates.chunks_exact_mut(BRISTLE));
+        for (pair, (state, rate)) in self.pairs.iter().zip(states) {
+            let key = |p: &ContactPoint| (p.a.index() as u32, p.b.index() as u32);
+            let from = at;
+            while self.points.get(at).is_some_and(|p| key(p) == *pair) {
+                at += 1;
+            }
+            let z = Vec3::new(state[0], state[1], state[2]);
+            let touching = &self.points[from..at];
+            let (z_dot, spin) = press(&self.settings, tree, ws, touching, z, state[3]);
+            rate[..3].copy_from_slice(z_dot.as_slice());
+            rate[3] = spin;
+        }
+    }
+}
+
+fn pairs(colliders: &Colliders) -> Vec<(u32, u32)> {
+    let ids: Vec<_> = colliders.ids().collect();
+    let mut out = Vec::new();
+    for (i, a) in ids.iter().enumerate() {
+        for b in ids[i + 1..].iter().filter(|b| colliders.meet(*a, **b)) {
+            out.push((a.index() as u32, b.index() as u32));
+        }
+    }
+    out
+}
+
+fn velocity(tree: &Tree, ws: &Workspace, body: Option<BodyId>, at: &Vec3) -> Motion {
+    body.map_or_else(
+        || Motion::new(Vec3::zeros(), Vec3::zeros()),
+        |b| {
+            let (V, p) = (ws.body_velocity(tree, b), ws.body_pose(tree, b).position);
+            Motion::new(V.angular, V.linear + V.angular.cross(&(at - p)))
+        },
+    )
+}
+
+/// Moment and force on body b at a point, the opposite on body a.
+fn apply(tree: &Tree, ws: &mut Workspace, p: &ContactPoint, at: &Vec3, w: Force) {
+    for (body, sign) in [(p.body_a, -1.0), (p.body_b, 1.0)] {
+        let Some(body) = body else { continue };
+        let arm = at - ws.body_pose(tree, body).position;
+        let moment = w.moment + arm.cross(&w.force);
+        ws.add_wrench_at_body(tree, body, Force::new(moment * sign, w.force * sign));
+    }
+}
+
+/// Forces of one pair; returns the rates of its bristle.
+fn press(
+    k: &CompliantSettings,
+    tree: &Tree,
+    ws: &mut Workspace,
+    points: &[ContactPoint],
+    z: Vec3,
+    theta: f64,
+) -> (Vec3, f64) {
+    let mut patch = Patch::default();
+    for p in points.iter().filter(|p| p.gap < 0.0) {
+        let (a, b) =
+            (velocity(tree, ws, p.body_a, &p.point), velocity(tree, ws, p.body_b, &p.point));
+        let closing = -(b.linear - a.linear).dot(&p.normal);
+        let f = k.stiffness * (-p.gap).powf(k.exponent) * (1.0 + k.damping * closing).max(0.0);
+        apply(tree, ws, p, &p.point, Force::new(Vec3::zeros(), p.normal * f));
+        patch.pressure += f;
+        patch.normal += p.normal * f;
+        patch.center += (p.point - points[0].point) * f;
+        patch.spread += (p.point - points[0].point).norm_squared() * f;
+        patch.friction = p.friction;
+    }
+    let N = patch.pressure;
+    let limit = patch.friction * N;
+    if !(limit > 0.0) {
+        return (-z / RELAX, -theta / RELAX);
+    }
+    let n = patch.normal.normalize();
+    let offset = patch.center / N;
+    let c = points[0].point + offset;
+    let rho2 = (patch.spread / N - offset.norm_squared()).max(0.0) + k.radius * k.radius;
+    let p = &points[0];
+    let (a, b) = (velocity(tree, ws, p.body_a, &c), velocity(tree, ws, p.body_b, &c));
+    let across = |x: Vec3| x - n * n.dot(&x);
+    let (v, w) = (across(b.linear - a.linear), (b.angular - a.angular).dot(&n));
+    let z = across(z);
+    let slip = (v.norm_squared() + rho2 * w * w).sqrt();
+    let z_max = limit / k.bristle_stiffness;
+    let bent = (z.norm_squared() + rho2 * theta * theta).sqrt() / z_max;
+    let pull = (smooth((bent - STICK) / (1.0 - STICK)) * slip / z_max).min(1.0 / k.relaxation);
+    let (z_dot, theta_dot) = (v - z * pull, w - theta * pull);
+    let mut F = -(z * k.bristle_stiffness + z_dot * k.bristle_damping);
+    let mut T = -rho2 * (k.bristle_stiffness * theta + k.bristle_damping * theta_dot);
+    let size = (F.norm_squared() + if rho2 > 0.0 { T * T / rho2 } else { 0.0 }).sqrt();
+    if size > limit {
+        (F, T) = (F * (limit / size), T * (limit / size));
+    }
+    apply(tree, ws, p, &c, Force::new(n * T, F));
+    (z_dot, theta_dot)
+}
+
+/// 0 below 0, 1 above 1, and a cubic between.
+fn smooth(x: f64) -> f64 {
+    let x = x.clamp(0.0, 1.0);
+    x * x * (3.0 - 2.0 * x)
+}

@@ -1,0 +1,171 @@
+//! Compliant contact: elastic bounces keep energy, damped ones lose it as Hunt and Crossley say,
+//! bristles hold what is parked and let slide what is pushed.
+#![allow(clippy::unwrap_used, non_snake_case)]
+
+mod scene;
+
+use linkwork_collision::{Colliders, Material, Shape};
+use linkwork_dynamics::spatial::{Pose, Vec3};
+use linkwork_dynamics::{forward_dynamics_given_kinematics, kinematics};
+use linkwork_solvers::{CompliantContact, CompliantSettings, Rk4};
+use scene::{Run, Scene, solid_ball, solid_box, turned};
+use std::sync::Arc;
+
+struct Smooth {
+    run: Run,
+    contact: CompliantContact,
+    x: Vec<f64>,
+    rk4: Rk4,
+}
+
+impl Smooth {
+    fn new(scene: &Scene, settings: CompliantSettings) -> Self {
+        let run = scene.run();
+        let colliders = Arc::new(
+            Colliders::new(scene.colliders.clone(), scene.rules.clone(), &run.mbs).unwrap(),
+        );
+        let states = CompliantContact::states(&colliders);
+        let x: Vec<f64> =
+            run.q.iter().chain(&run.v).copied().chain(std::iter::repeat_n(0.0, states)).collect();
+        let contact = CompliantContact::new(colliders, settings).unwrap();
+        Self { rk4: Rk4::new(x.len()), run, contact, x }
+    }
+
+    fn step(&mut self, h: f64) {
+        let Self { run, contact, x, rk4 } = self;
+        let (nq, nv) = (run.mbs.nq(), run.mbs.nv());
+        let mut f = |_: f64, x: &[f64], xdot: &mut [f64]| {
+            let (q, rest) = x.split_at(nq);
+            let (v, bristles) = rest.split_at(nv);
+            kinematics(&run.tree, &mut run.ws, q, v);
+            run.ws.clear_forces();
+            run.ws.apply_uniform_gravity(run.gravity);
+            let (qdot, rest) = xdot.split_at_mut(nq);
+            let (vdot, rates) = rest.split_at_mut(nv);
+            contact.apply(&run.tree, &mut run.ws, bristles, rates);
+            let mut tau = vec![0.0; nv];
+            forward_dynamics_given_kinematics(&run.tree, &mut run.ws, &mut tau, vdot).unwrap();
+            run.mbs.qdot(q, v, qdot);
+        };
+        let mut k1 = vec![0.0; x.len()];
+        f(0.0, x, &mut k1);
+        rk4.step(0.0, h, x, &k1, &mut f);
+        run.mbs.normalize(&mut x[..nq]);
+        run.q.copy_from_slice(&x[..nq]);
+        run.v.copy_from_slice(&x[nq..nq + nv]);
+    }
+}
+
+fn ball(height: f64, friction: f64) -> Scene {
+    let mut s = Scene::default();
+    let material = Material { friction, restitution: 0.0 };
+    s.ground(material);
+    let at = Pose::translation(0.1, 0.2, 0.1 + height);
+    s.body("ball", solid_ball(1.0, 0.1), Shape::Sphere { radius: 0.1 }, material, at, [0.0; 6]);
+    s
+}
+
+/// Without damping and friction a ball comes back to its height, bounce after bounce.
+#[test]
+fn elastic_bounces_keep_energy() {
+    let settings = CompliantSettings {
+        stiffness: 1e6,
+        exponent: 1.5,
+        damping: 0.0,
+        ..CompliantSettings::default()
+    };
+    let mut s = Smooth::new(&ball(0.2, 0.0), settings);
+    let (mut last, mut peaks) = (0.0, Vec::new());
+    for _ in 0..20_000 {
+        s.step(1e-4);
+        let up = s.run.v[5];
+        if last > 0.0 && up <= 0.0 {
+            peaks.push(s.run.q[2] - 0.1);
+        }
+        last = up;
+    }
+    assert!(peaks.len() >= 4, "{peaks:?}");
+    // Measured: 1e-6 after four bounces.
+    assert!(peaks.iter().all(|p| (p - 0.2).abs() < 1e-5), "{peaks:?}");
+}
+
+/// For small d v the ball loses ⅔ d v of its speed (p = 1.5).
+#[test]
+fn damping_gives_restitution() {
+    let d = 0.1;
+    let settings = CompliantSettings {
+        stiffness: 1e6,
+        exponent: 1.5,
+        damping: d,
+        ..CompliantSettings::default()
+    };
+    let mut s = Smooth::new(&ball(0.05, 0.0), settings);
+    let v0 = (2.0 * 9.81 * 0.05_f64).sqrt();
+    let mut speed: f64 = 0.0;
+    for _ in 0..2500 {
+        s.step(1e-4);
+        speed = speed.max(s.run.v[5]);
+    }
+    let (e, want) = (speed / v0, 1.0 - 2.0 / 3.0 * d * v0);
+    assert!((e - want).abs() < 0.01, "{e} {want}");
+}
+
+/// A parked box on a slope does not creep.
+#[test]
+fn bristles_hold() {
+    let half = Vec3::new(0.2, 0.1, 0.05);
+    for angle in [0.1, 0.3] {
+        let rough = Material { friction: 0.6, restitution: 0.0 };
+        let mut s = Scene::default();
+        s.gravity = turned(Vec3::y(), -angle) * Vec3::new(0.0, 0.0, -9.81);
+        s.ground(rough);
+        let at = Pose::translation(0.0, 0.0, half.z);
+        s.body("box", solid_box(2.0, half), Shape::Box { half }, rough, at, [0.0; 6]);
+        let settings =
+            CompliantSettings { bristle_damping: 400.0, damping: 10.0, ..Default::default() };
+        let mut s = Smooth::new(&s, settings);
+        for _ in 0..6000 {
+            s.step(5e-4);
+        }
+        let x = s.run.q[0];
+        let speed = s.run.v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        assert!(speed < 1e-9, "creeps at {speed:e}");
+        let bend = 2.0 * 9.81 * f64::sin(angle) / settings.bristle_stiffness;
+        // Before the weight is on them bristles slip a little.
+        assert!(x.abs() < 2.0 * bend, "{x} {bend}");
+    }
+}
+
+/// A sliding box stops at v²/2μg, and a spinning one stops too.
+#[test]
+fn bristles_slide_and_spin() {
+    let half = Vec3::new(0.2, 0.2, 0.05);
+    let rough = Material { friction: 0.3, restitution: 0.0 };
+    let rates = |k: usize, x: f64| {
+        let mut r = [0.0; 6];
+        r[k] = x;
+        r
+    };
+    let start = |rates| {
+        let mut s = Scene::default();
+        s.ground(rough);
+        let at = Pose::translation(0.0, 0.0, half.z - 5e-5);
+        s.body("box", solid_box(2.0, half), Shape::Box { half }, rough, at, rates);
+        Smooth::new(&s, CompliantSettings { damping: 5.0, ..Default::default() })
+    };
+    let mut s = start(rates(3, 2.0));
+    (0..5000).for_each(|_| s.step(2e-4));
+    let want = 4.0 / (2.0 * 0.3 * 9.81);
+    assert!((s.run.q[0] - want).abs() < 0.01 * want, "{} {want}", s.run.q[0]);
+    let mut s = start(rates(2, 3.0));
+    (0..4000).for_each(|_| s.step(2e-4));
+    assert!(s.run.v.iter().all(|v| v.abs() < 1e-6), "{:?}", s.run.v);
+}
+
+#[test]
+fn senseless_constants_are_refused() {
+    let bad = CompliantSettings { exponent: 0.5, ..Default::default() };
+    let text = bad.check().unwrap_err().to_string();
+    assert!(text.contains("`exponent` is 0.5") && text.contains("help: "), "{text}");
+    assert!(CompliantSettings { stiffness: f64::NAN, ..Default::default() }.check().is_err());
+}
