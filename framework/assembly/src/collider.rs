@@ -248,7 +248,9 @@ fn one(
         cx.fault(item.origin, format!("{what} has no `shape`"), "write `shape: HalfSpace`");
         return;
     };
-    let seen = visible != Some(false) && !collision::only_collides(solid);
+    // A mesh is seen on a body alone: the resolved text holds its triangles and no file.
+    let mesh = matches!(&solid.value, Value::Variant(kind, _) if kind == "Mesh");
+    let seen = visible != Some(false) && !mesh && !collision::only_collides(solid);
     let shown = if seen { shape::shape(cx, solid, &what, Some(place)) } else { None };
     let geometry = match (&shown, seen) {
         (None, true) => None,
