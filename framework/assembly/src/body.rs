@@ -5,8 +5,8 @@ use crate::files::{Files, Home};
 use crate::pose::{pose, vector};
 use crate::read::{fields, name, number, numbers, table, text_field};
 use crate::shape::{BodyShape, Shapes, inertia, shape, shapes};
-use crate::{hinge, initial};
-use linkwork_multibody::Hinge;
+use crate::{hinge, initial, modes};
+use linkwork_multibody::{Hinge, Modes};
 use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, Vec3};
 
@@ -27,10 +27,13 @@ pub(crate) struct Body {
     pub origin: Origin,
     /// Where mass and inertia are written, for faults about them.
     pub inertia_origin: Origin,
+    /// How it bends.
+    pub modes: Option<Modes>,
+    pub modes_origin: Origin,
 }
 
 /// The fields of a body.
-pub(crate) const FIELDS: [&str; 16] = [
+pub(crate) const FIELDS: [&str; 17] = [
     "parent",
     "at",
     "hinge",
@@ -44,6 +47,7 @@ pub(crate) const FIELDS: [&str; 16] = [
     "inertia",
     "inertia_check",
     "initial",
+    "modes",
     "shapes",
     "nodes",
     "doc",
@@ -84,6 +88,7 @@ pub(crate) fn read(
     }
     let Shapes { shown, colliders } =
         v.get("shapes").map(|s| shapes(cx, s, full, files)).unwrap_or_default();
+    let modes = v.get("modes").and_then(|m| modes::read(cx, m, &what, files));
     Body {
         name: full.into(),
         parent: parent.unwrap_or_else(|| Text::new("world")),
@@ -98,10 +103,13 @@ pub(crate) fn read(
         nodes,
         origin,
         inertia_origin: v.get("inertia").or(v.get("mass")).map_or(origin, |i| i.origin),
+        modes,
+        modes_origin: v.get("modes").map_or(origin, |m| m.origin),
     }
 }
 
-fn read_mass(cx: &mut Cx, v: &Located, what: &str, origin: Origin) -> MassProperties {
+/// `mass`, `com`, `inertia`, `inertia_check`.
+pub(crate) fn read_mass(cx: &mut Cx, v: &Located, what: &str, origin: Origin) -> MassProperties {
     let mass = v.get("mass").map(|m| number(cx, m, &format!("{what}: `mass`"), "kg"));
     let com = v.get("com").and_then(|c| vector(cx, c, &format!("{what}: `com`"), "m"));
     let matrix = match (v.get("inertia"), mass) {

@@ -9,7 +9,7 @@ use crate::files::Files;
 use crate::reference::{Target, full_name, resolve, resolve_loop};
 use crate::shape::BodyShape;
 use linkwork_collision::{ColliderSpec, Colliders};
-use linkwork_multibody::{BodySpec, Builder, Fault as MechanismFault, Loop, Multibody};
+use linkwork_multibody::{BodySpec, Builder, Fault as MechanismFault, Loop, Modes, Multibody};
 use linkwork_runtime::{
     BindSpec, BindTarget, ContactSpec, Located, MechanismSpec, Origin, PartSpec, Seconds,
 };
@@ -182,6 +182,8 @@ pub(crate) struct Told {
     pub standing: BTreeMap<String, ColliderSpec>,
     /// References from the top of standing colliders.
     pub on: BTreeMap<String, String>,
+    /// Full name of each flexible body → its modes.
+    pub modes: BTreeMap<String, Modes>,
     /// What `contact` says.
     pub contact: Option<Located>,
 }
@@ -203,13 +205,14 @@ pub(crate) fn mechanism(
     for (full, (body, scope)) in &bodies {
         let (parent, offset, reference) = parent(cx, root, &bodies, body, scope);
         told.parents.insert(full.clone(), reference);
-        builder.body(
-            BodySpec::new(full.clone(), parent)
-                .hinge_in_parent(offset * body.at)
-                .hinge_in_body(body.hinge_frame)
-                .hinge(body.hinge.clone())
-                .mass(body.mass),
-        );
+        let mut spec = BodySpec::new(full.clone(), parent)
+            .hinge_in_parent(offset * body.at)
+            .hinge_in_body(body.hinge_frame)
+            .hinge(body.hinge.clone())
+            .mass(body.mass);
+        spec.modes.clone_from(&body.modes);
+        builder.body(spec);
+        told.modes.extend(body.modes.clone().map(|m| (full.clone(), m)));
         for (node, pose, _) in &body.nodes {
             builder.node(format!("{full}/{node}"), full.clone(), *pose);
         }
@@ -359,6 +362,12 @@ fn fault_origin(
 ) -> Option<Origin> {
     let body = |name: &str| bodies.get(name).map(|(b, _)| b);
     let constraint = |name: &str| constraints.get(name).copied();
+    // A body, or a node of one.
+    let hanging = |place: &str| {
+        let node = named(place, "node").and_then(|n| n.rsplit_once('/'));
+        let of_node = node.and_then(|(b, n)| body(b)?.nodes.iter().find(|x| x.0 == n).map(|x| x.2));
+        of_node.or_else(|| body(named(place, "body")?).map(|b| b.origin))
+    };
     // What carries a hinge, or the place of a number.
     let any = |what: &str| {
         let kinds = ["loop", "coupling"];
@@ -387,8 +396,9 @@ fn fault_origin(
             }
         }
         MechanismFault::UnknownBody { body: name, .. } => body(name).map(|b| b.origin),
-        MechanismFault::Modes { body: name, .. }
-        | MechanismFault::Attachment { body: name, .. } => body(name).map(|b| b.origin),
+        MechanismFault::Modes { body: name, .. } => body(name).map(|b| b.modes_origin),
+        MechanismFault::Attachment { place, body: name, .. } => hanging(place)
+            .or_else(|| body(name).map(|b| b.modes_origin)),
     }
 }
 

@@ -33,6 +33,7 @@ mod import;
 mod initial;
 mod load;
 mod machine;
+mod modes;
 mod place;
 mod pose;
 mod print;

@@ -2,6 +2,7 @@
 use crate::builder::variant;
 use crate::context::{map, set};
 use crate::form::{Assembly, ItemForm};
+use crate::modes;
 use linkwork_formats::{BodyShape, Description, Geometry, ShapeRole, Term};
 use linkwork_multibody::{BodySpec, Coordinate, Hinge, Limits, Subhinge, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value};
@@ -64,8 +65,6 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     if collide == Collide::On {
         on_world(d, &mut assembly, &mut left_out);
     }
-    let flexible = d.builder.bodies().iter().filter(|b| b.modes.is_some());
-    left_out.extend(flexible.map(|b| format!("modes of `{}`", b.name)));
     left_out.extend(d.wheels.iter().map(|w| format!("wheel `{}`", w.body)));
     let visual = |s: &BodyShape| s.role == ShapeRole::Visual;
     let hidden = |s: &&BodyShape| match visual(s) {
@@ -245,6 +244,9 @@ fn body_fields(spec: &BodySpec, names: &BTreeMap<String, String>) -> Vec<(String
     push(&mut out, "hinge_frame", pose(&spec.hinge_in_body));
     push(&mut out, "hinge", hinge(&spec.hinge));
     mass(&mut out, &spec.mass);
+    if let Some(m) = &spec.modes {
+        push(&mut out, "modes", modes::value(m));
+    }
     out
 }
 
@@ -299,7 +301,7 @@ fn limits(l: &Limits) -> Value {
     Value::Map(out)
 }
 
-fn mass(out: &mut Vec<(String, Located)>, m: &MassProperties) {
+pub(crate) fn mass(out: &mut Vec<(String, Located)>, m: &MassProperties) {
     let J = &m.inertia_com;
     if m.mass != 0.0 {
         push(out, "mass", Value::Number(m.mass));

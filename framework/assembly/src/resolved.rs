@@ -4,6 +4,7 @@ use crate::context::{entries, map, set};
 use crate::expand::{Instance, ItemInst, ModelInst, Node};
 use crate::files::{Files, Home};
 use crate::flatten::Told;
+use crate::modes;
 use crate::print::document;
 use crate::reference::full_name;
 use linkwork_collision::ColliderSpec;
@@ -89,6 +90,12 @@ impl Printer<'_> {
                 let full = full_name(&here.path, name);
                 if let Some(parent) = self.told.parents.get(&full) {
                     set(&mut fields, &["parent".into()], &text(parent));
+                }
+                let from_file = fields.get("modes").is_some_and(
+                    |m| matches!(&m.value, Value::Variant(kind, _) if kind == "File"),
+                );
+                if let Some(m) = self.told.modes.get(&full).filter(|_| from_file) {
+                    set(&mut fields, &["modes".into()], &modes::value(m).into());
                 }
                 if let Some(v) = fields.get("shapes").cloned() {
                     let shapes = self.shapes(&full, &v, &b.home);
