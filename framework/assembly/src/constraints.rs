@@ -286,6 +286,7 @@ fn sum(
 ) -> Option<Terms> {
     let what_terms = format!("{what}: `terms`");
     let mut written: Vec<(Text, Option<f64>)> = Vec::new();
+    let mut unread = 0;
     let listed = matches!(v.get("terms").map(|t| &t.value), Some(Value::List(_)));
     match v.get("terms") {
         Some(terms) if listed => {
@@ -293,7 +294,10 @@ fn sum(
                 let what = format!("{what}: a term");
                 fields(cx, item, &what, &["of", "factor"]);
                 let help = "write (of: \"a body\", factor: 1)";
-                let Some(of) = needed(cx, item, item.origin, ("of", &what), help) else { continue };
+                let Some(of) = needed(cx, item, item.origin, ("of", &what), help) else {
+                    unread += 1;
+                    continue;
+                };
                 let factor = match item.get("factor") {
                     Some(f) => number(cx, f, &format!("{what}: `factor`"), ""),
                     None => Some(1.0),
@@ -314,7 +318,7 @@ fn sum(
         cx.fault(origin, format!("{what} has no `terms`"), help);
         return None;
     }
-    let count = written.len();
+    let count = written.len() + unread;
     let mut terms: Vec<(Found, f64)> = Vec::new();
     for (of, factor) in written {
         let found = at(cx, &of);

@@ -46,6 +46,8 @@ pub(crate) struct Contact {
     pub settings: Option<ContactSettings>,
     rules: Rules,
     material: Material,
+    /// Whether every collider could be read.
+    complete: bool,
     /// Body, which of its one-dof coordinates, force.
     dry: Vec<(String, usize, f64)>,
     /// The fields with references from the top.
@@ -65,16 +67,18 @@ fn outermost<'i>(instances: &[&'i Instance]) -> Vec<(&'i Instance, &'i Located)>
     all
 }
 
-/// Reads `contact`; `colliders` are those there are.
+/// Reads `contact`; `colliders` are those there are, all of them when they are complete.
 pub(crate) fn read(
     cx: &mut Cx,
     root: &Instance,
     instances: &[&Instance],
     bodies: &Bodies,
-    colliders: &[Collider],
+    (colliders, complete): (&[Collider], bool),
 ) -> Contact {
     let all = outermost(instances);
-    let Some((here, v)) = all.first() else { return Contact::default() };
+    let Some((here, v)) = all.first() else {
+        return Contact { complete, ..Contact::default() };
+    };
     for (other, again) in &all[1..] {
         let message = format!("`{}` and `{}` both write `contact`", here.path, other.path);
         cx.fault(again.origin, message, "write it once, in the simulation");
@@ -83,8 +87,9 @@ pub(crate) fn read(
         fields(cx, v, "`contact`", &FIELDS);
     }
     let names: BTreeSet<&str> = colliders.iter().map(|c| c.spec.name.as_str()).collect();
-    let scope = Scope { root, path: &here.path, names };
-    let mut out = Contact { settings: Some(settings(cx, v)), ..Contact::default() };
+    let scope = Scope { root, path: &here.path, names, complete };
+    let settings = Some(settings(cx, v));
+    let mut out = Contact { settings, complete, ..Contact::default() };
     let words = [("Pass", Neighbours::Pass), ("Collide", Neighbours::Collide)];
     out.rules.neighbours = choice(cx, v, "`contact`", "neighbours", &words).unwrap_or_default();
     out.rules.ignore = scope.pairs(cx, v, "ignore");
@@ -195,6 +200,7 @@ struct Scope<'s> {
     root: &'s Instance,
     path: &'s str,
     names: BTreeSet<&'s str>,
+    complete: bool,
 }
 
 impl Scope<'_> {
@@ -250,6 +256,7 @@ impl Scope<'_> {
                 cx.fault(origin, message, "name a body or a collider");
                 None
             }
+            Err(_) if !self.complete => None,
             Err(_) => {
                 let bodies = visible(self.root, self.path);
                 let known: Vec<&str> =
@@ -326,6 +333,7 @@ pub(crate) fn colliders(
             for g in meets {
                 match bits.get(&g.text) {
                     Some(bit) => spec.collides_with |= bit,
+                    None if !contact.complete => {}
                     None => {
                         let message =
                             format!("collider `{}`: no collider is in the group `{}`", spec.name, g.text);

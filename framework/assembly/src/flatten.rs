@@ -199,6 +199,7 @@ pub(crate) fn mechanism(
 ) -> Mechanism {
     let mut instances = Vec::new();
     root.walk(&mut instances);
+    let before = cx.faults.len();
     let bodies = bodies(cx, root, &instances, files);
     let (mut shapes, mut told) = (Vec::new(), Told::default());
     let mut builder = Builder::new();
@@ -229,7 +230,9 @@ pub(crate) fn mechanism(
     }
     let of_bodies = bodies.values().flat_map(|(b, _)| b.colliders.iter().map(|(_, c)| c.clone()));
     let all: Vec<Collider> = of_bodies.chain(standing.colliders).collect();
-    let contact = contact::read(cx, root, &instances, &bodies, &all);
+    // After a mistake a collider may be missing: what names it stays silent.
+    let complete = cx.faults.len() == before;
+    let contact = contact::read(cx, root, &instances, &bodies, (&all, complete));
     told.constraints = std::mem::take(&mut constraints.resolved);
     told.contact = contact.resolved.clone();
     if bodies.is_empty() {
