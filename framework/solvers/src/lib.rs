@@ -25,4 +25,4 @@ pub use constrained::{ConstrainedSolver, Report, SolverError, Stabilisation};
 pub use integrators::{Rk4, add};
 pub use linkwork_dynamics::units::Treatment;
 pub use projection::{Closing, ProjectionError, Projector};
-pub use stepper::{ContactSettings, ContactStepper, Impulse, StepError, StepReport};
+pub use stepper::{ContactSettings, ContactStepper, Impulse, JointLimits, StepError, StepReport};
