@@ -47,7 +47,14 @@ pub(crate) struct Collider {
 }
 
 impl Collider {
-    fn new(name: String, body: &str, X: Pose, geometry: Shape, options: Options, o: Origin) -> Self {
+    fn new(
+        name: String,
+        body: &str,
+        X: Pose,
+        geometry: Shape,
+        options: Options,
+        o: Origin,
+    ) -> Self {
         let mut spec = ColliderSpec::new(name, body, geometry).at(X);
         spec.coarse = options.coarse;
         spec.padding = options.padding;
@@ -159,7 +166,11 @@ pub(crate) fn of_shape(
     let shown = match (flagged, collision::only_collides(solid), collide) {
         (_, true, None) => {
             let message = format!("{what}: this shape only collides");
-            cx.fault(solid.origin, message, "add `collide: true`, or use a solid that can be shown");
+            cx.fault(
+                solid.origin,
+                message,
+                "add `collide: true`, or use a solid that can be shown",
+            );
             return Entry::default();
         }
         (Some(false), ..) | (_, true, _) => None,
@@ -178,7 +189,11 @@ pub(crate) fn of_shape(
         }
         other => {
             let message = format!("{what} cannot be {}", other.what());
-            cx.fault(collide.origin, message, "write `collide: true` or `collide: (friction: 0.6)`");
+            cx.fault(
+                collide.origin,
+                message,
+                "write `collide: true` or `collide: (friction: 0.6)`",
+            );
             return Entry { shown, collider: None };
         }
     };
@@ -234,13 +249,16 @@ fn one(
     let on = match v.get("on") {
         Some(t) => text(cx, t, &format!("{what}: `on`")),
         None => {
-            cx.fault(item.origin, format!("{what} has no `on`"), "write `on: \"world\"`, or a body");
+            cx.fault(
+                item.origin,
+                format!("{what} has no `on`"),
+                "write `on: \"world\"`, or a body",
+            );
             None
         }
     };
-    let found = on.and_then(|t| {
-        anchor(cx, root, bodies, (&here.path, &t), &format!("{what}: `on`"))
-    });
+    let found =
+        on.and_then(|t| anchor(cx, root, bodies, (&here.path, &t), &format!("{what}: `on`")));
     let X = pose(cx, v.get("at"), &format!("{what}: `at`"));
     let color = v.get("color").and_then(|c| shape::rgba(cx, c, &what));
     let visible = v.get("visible").and_then(|s| flag(cx, s, &format!("{what}: `visible`")));
@@ -263,7 +281,13 @@ fn one(
     if let Some((shape, turn)) = shown {
         let pose = frame * Pose::rotation(turn);
         // Names of shapes are unique on their body; those of colliders are everywhere.
-        out.shapes.push(BodyShape { body: found.body.clone(), pose, shape, color, name: full.into() });
+        out.shapes.push(BodyShape {
+            body: found.body.clone(),
+            pose,
+            shape,
+            color,
+            name: full.into(),
+        });
     }
     let X = frame * Pose::rotation(turn);
     out.colliders.push(Collider::new(full.into(), &found.body, X, geometry, options, item.origin));

@@ -146,9 +146,8 @@ fn closure(
 
 /// The prescribed subhinges at the start, in the words of a body's `initial`.
 fn motions(cx: &mut Cx, v: Option<&Located>, hinge: &Hinge, what: &str) -> Vec<LoopMotion> {
-    let given = |s: &&Subhinge| {
-        s.coordinate == Coordinate::Prescribed && s.kind != SubhingeKind::Locked
-    };
+    let given =
+        |s: &&Subhinge| s.coordinate == Coordinate::Prescribed && s.kind != SubhingeKind::Locked;
     let given = Hinge { subhinges: hinge.subhinges.iter().filter(given).copied().collect() };
     if given.subhinges.is_empty() {
         if let Some(v) = v {
@@ -227,7 +226,11 @@ fn coupling(
     let (terms, constant) = if let Some(odd) = short.iter().find(|f| v.get(f).is_some()) {
         if v.get("terms").or(v.get("constant")).is_some() {
             let message = format!("{what} has both `terms` and `{odd}`");
-            cx.fault(item.origin, message, "write (terms: {..}, constant: ..) or (mimic: .., of: ..)");
+            cx.fault(
+                item.origin,
+                message,
+                "write (terms: {..}, constant: ..) or (mimic: .., of: ..)",
+            );
             return None;
         }
         mimic(cx, v, item.origin, &what, &mut at)?

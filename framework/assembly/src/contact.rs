@@ -286,7 +286,8 @@ fn resolved(v: &Located, contact: &Contact) -> Located {
             "collide" => pairs(&contact.rules.collide),
             "dry" => {
                 let dry = contact.dry.iter();
-                let dry = dry.map(|(b, i, f)| (format!("hinge:/{b}[{i}]"), Value::Number(*f).into()));
+                let dry =
+                    dry.map(|(b, i, f)| (format!("hinge:/{b}[{i}]"), Value::Number(*f).into()));
                 Value::Map(dry.collect()).into()
             }
             _ => value.clone(),
@@ -335,8 +336,10 @@ pub(crate) fn colliders(
                     Some(bit) => spec.collides_with |= bit,
                     None if !contact.complete => {}
                     None => {
-                        let message =
-                            format!("collider `{}`: no collider is in the group `{}`", spec.name, g.text);
+                        let message = format!(
+                            "collider `{}`: no collider is in the group `{}`",
+                            spec.name, g.text
+                        );
                         cx.fault(g.origin, message, remedy(&g.text, "groups", &known));
                     }
                 }

@@ -400,8 +400,9 @@ fn fault_origin(
         }
         MechanismFault::UnknownBody { body: name, .. } => body(name).map(|b| b.origin),
         MechanismFault::Modes { body: name, .. } => body(name).map(|b| b.modes_origin),
-        MechanismFault::Attachment { place, body: name, .. } => hanging(place)
-            .or_else(|| body(name).map(|b| b.modes_origin)),
+        MechanismFault::Attachment { place, body: name, .. } => {
+            hanging(place).or_else(|| body(name).map(|b| b.modes_origin))
+        }
     }
 }
 

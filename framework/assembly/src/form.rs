@@ -155,17 +155,8 @@ const INLINE: [&str; 12] = [
     "overrides",
 ];
 /// Fields that only an assembly written in place has.
-const MARKS: [&str; 9] = [
-    "parts",
-    "bodies",
-    "loops",
-    "couplings",
-    "colliders",
-    "contact",
-    "import",
-    "wires",
-    "exports",
-];
+const MARKS: [&str; 9] =
+    ["parts", "bodies", "loops", "couplings", "colliders", "contact", "import", "wires", "exports"];
 
 /// Reads the fields that belong to an assembly (the caller has checked for unknown ones).
 pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {

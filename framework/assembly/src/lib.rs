@@ -45,8 +45,8 @@ mod ron_text;
 mod scope;
 mod settings;
 mod shape;
-mod stl;
 mod sidecar;
+mod stl;
 mod tree;
 mod wires;
 

@@ -73,9 +73,8 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     };
     let hidden = d.shapes.iter().filter(hidden);
     left_out.extend(hidden.map(|s| format!("{:?} shape of `{}`", s.role, s.body)));
-    let driven = |j: &&linkwork_formats::Joint| {
-        j.damping != 0.0 || j.friction != 0.0 || j.stiffness != 0.0
-    };
+    let driven =
+        |j: &&linkwork_formats::Joint| j.damping != 0.0 || j.friction != 0.0 || j.stiffness != 0.0;
     let joints = d.joints.iter().filter(driven);
     left_out.extend(joints.map(|j| format!("damping, friction or spring of `{}`", j.name)));
     Converted { assembly, left_out, bodies }
@@ -137,9 +136,9 @@ fn couplings(
         // A map is read in the order of bodies and subhinges; a list keeps its own.
         let place = |t: &Term| (bodies.get(&t.coordinate.body), t.coordinate.subhinge);
         let written = match c.terms.is_sorted_by(|a, b| place(a) < place(b)) {
-            true => Value::Map(
-                terms.into_iter().map(|(k, x)| (k, Value::Number(x).into())).collect(),
-            ),
+            true => {
+                Value::Map(terms.into_iter().map(|(k, x)| (k, Value::Number(x).into())).collect())
+            }
             false => Value::List(
                 (terms.into_iter())
                     .map(|(k, x)| {

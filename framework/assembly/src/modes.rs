@@ -105,8 +105,20 @@ fn count(cx: &mut Cx, v: &Located, what: &str) -> Option<usize> {
 
 fn beam(cx: &mut Cx, v: &Located, inner: &Located, what: &str) -> Option<Modes> {
     let known = [
-        "length", "young", "shear", "poisson", "density", "area", "I_y", "I_z", "J", "diameter",
-        "inner", "ends", "damping_ratio", "count",
+        "length",
+        "young",
+        "shear",
+        "poisson",
+        "density",
+        "area",
+        "I_y",
+        "I_z",
+        "J",
+        "diameter",
+        "inner",
+        "ends",
+        "damping_ratio",
+        "count",
     ];
     fields(cx, inner, what, &known);
     let n = Needed { v, inner, what };
@@ -175,7 +187,14 @@ fn beam_count(cx: &mut Cx, v: &Located, inner: &Located, what: &str) -> Option<B
 
 fn plate(cx: &mut Cx, v: &Located, inner: &Located, what: &str) -> Option<Modes> {
     let known = [
-        "length", "width", "thickness", "young", "poisson", "density", "damping_ratio", "attach",
+        "length",
+        "width",
+        "thickness",
+        "young",
+        "poisson",
+        "density",
+        "damping_ratio",
+        "attach",
         "count",
     ];
     fields(cx, inner, what, &known);
@@ -194,7 +213,11 @@ fn plate(cx: &mut Cx, v: &Located, inner: &Located, what: &str) -> Option<Modes>
     let wanted = match inner.get("count") {
         Some(c) => count(cx, c, &format!("{what}: `count`")),
         None => {
-            cx.fault(v.origin, format!("{what} has no `count`"), "write how many modes: `count: 4`");
+            cx.fault(
+                v.origin,
+                format!("{what} has no `count`"),
+                "write how many modes: `count: 4`",
+            );
             None
         }
     };
@@ -229,7 +252,8 @@ fn file(cx: &mut Cx, inner: &Located, what: &str, (files, home): Place<'_>) -> O
         Ok(modes) => Some(modes),
         Err(why) => {
             let message = format!("{what}: `{}` cannot be read: {why}", name.text);
-            let help = "it holds `(stiffness: [..], stations: [(pose: .., mass: .., translation: [..])])`";
+            let help =
+                "it holds `(stiffness: [..], stations: [(pose: .., mass: .., translation: [..])])`";
             cx.fault(name.origin, message, help);
             None
         }
@@ -281,7 +305,14 @@ fn explicit(cx: &mut Cx, v: &Located, inner: &Located, what: &str) -> Option<Mod
 
 fn station(cx: &mut Cx, v: &Located, what: &str) -> Option<Station> {
     let known = [
-        "position", "rotation", "mass", "com", "inertia", "inertia_check", "translation", "turn",
+        "position",
+        "rotation",
+        "mass",
+        "com",
+        "inertia",
+        "inertia_check",
+        "translation",
+        "turn",
         "shortening",
     ];
     fields(cx, v, what, &known);

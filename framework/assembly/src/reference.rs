@@ -109,7 +109,8 @@ pub(crate) fn resolve_loop(
         return Ok(None);
     }
     let absolute = text.strip_prefix('/');
-    let (below, name) = absolute.unwrap_or(text).rsplit_once('/').unwrap_or(("", absolute.unwrap_or(text)));
+    let (below, name) =
+        absolute.unwrap_or(text).rsplit_once('/').unwrap_or(("", absolute.unwrap_or(text)));
     let mut here = if absolute.is_some() { "" } else { scope };
     let mut known = Vec::new();
     loop {

@@ -91,9 +91,9 @@ impl Printer<'_> {
                 if let Some(parent) = self.told.parents.get(&full) {
                     set(&mut fields, &["parent".into()], &text(parent));
                 }
-                let from_file = fields.get("modes").is_some_and(
-                    |m| matches!(&m.value, Value::Variant(kind, _) if kind == "File"),
-                );
+                let from_file = fields
+                    .get("modes")
+                    .is_some_and(|m| matches!(&m.value, Value::Variant(kind, _) if kind == "File"));
                 if let Some(m) = self.told.modes.get(&full).filter(|_| from_file) {
                     set(&mut fields, &["modes".into()], &modes::value(m).into());
                 }
@@ -125,9 +125,10 @@ impl Printer<'_> {
                 out.push((field, Value::Map(told).into()));
             }
         }
-        let colliders = here.colliders.iter().map(|(name, item)| {
-            (name.clone(), self.collider(&full_name(&here.path, name), item))
-        });
+        let colliders = here
+            .colliders
+            .iter()
+            .map(|(name, item)| (name.clone(), self.collider(&full_name(&here.path, name), item)));
         let colliders: Vec<(String, Located)> = colliders.collect();
         if !colliders.is_empty() {
             out.push(("colliders", Value::Map(colliders).into()));

@@ -77,7 +77,10 @@ fn every_field_of_loops_and_couplings_is_read() {
     let m = spec(&loaded);
     let mb = &m.multibody;
     let [coupler, motor] = [&mb.loops()[0].closure, &mb.loops()[1].closure];
-    assert_eq!((coupler.name.as_str(), coupler.hinge.clone()), ("Arm/coupler", Hinge::pin(Vec3::y())));
+    assert_eq!(
+        (coupler.name.as_str(), coupler.hinge.clone()),
+        ("Arm/coupler", Hinge::pin(Vec3::y()))
+    );
     assert_eq!([&coupler.body_a, &coupler.body_b], ["Arm/rod", "Arm/rocker"]);
     // The node's pose, then the frame's own, whose turn takes the node's back.
     assert!((coupler.frame_a.position - Vec3::new(0.0, 0.0, 0.3)).amax() < 1e-15);
@@ -128,7 +131,11 @@ fn overrides_reach_into_loops_couplings_and_colliders() {
         "{LOOPS}, colliders: {{ \"floor\": (on: \"world\", shape: HalfSpace) }},
          overrides: {{ \"coupler.solve\": Augment, \"pan.ratio\": 3 }}"
     );
-    let text = linkage(&more).replacen("Simulation(", "Simulation(overrides: { \"Arm/floor.friction\": 0.9 }, contact: (), ", 1);
+    let text = linkage(&more).replacen(
+        "Simulation(",
+        "Simulation(overrides: { \"Arm/floor.friction\": 0.9 }, contact: (), ",
+        1,
+    );
     let loaded = good(&text);
     let m = spec(&loaded);
     assert_eq!(m.treatments["Arm/coupler"], Treatment::Augment);
@@ -137,7 +144,10 @@ fn overrides_reach_into_loops_couplings_and_colliders() {
     assert_eq!(colliders.spec(colliders.find("Arm/floor").unwrap()).material.friction, 0.9);
     refused(
         &linkage(&format!("{LOOPS}, overrides: {{ \"/coupler.solv\": 1 }}")),
-        &["override `/coupler.solv` matches nothing", "+loop `coupler` has no such field. fields: a, b,"],
+        &[
+            "override `/coupler.solv` matches nothing",
+            "+loop `coupler` has no such field. fields: a, b,",
+        ],
     );
 }
 
@@ -172,26 +182,75 @@ fn mistakes_in_loops_have_places_and_remedies() {
     let loops = |fields: &str| linkage(&format!("loops: {{\n\"l\": ({fields}),\n}}"));
     let place = "sim.ron:13:2\n";
     for (fields, expected) in [
-        ("a: \"rot\", b: \"rocker\", hinge: Pin([0, 1, 0])", &["loop `Arm/l`: `a`: there is no body `rot`", "+did you mean `rod`?"][..]),
-        ("a: \"rod/ent\", b: \"rocker\"", &["`a`: body `Arm/rod` has no node `ent`", "+did you mean `end`?"]),
+        (
+            "a: \"rot\", b: \"rocker\", hinge: Pin([0, 1, 0])",
+            &["loop `Arm/l`: `a`: there is no body `rot`", "+did you mean `rod`?"][..],
+        ),
+        (
+            "a: \"rod/ent\", b: \"rocker\"",
+            &["`a`: body `Arm/rod` has no node `ent`", "+did you mean `end`?"],
+        ),
         ("a: \"rod\"", &["loop `Arm/l` has no `b`", "+write `b: \"a body or node\"`"]),
-        ("a: \"rod\", b: \"rocker\", hinge: Pinn([0, 1, 0])", &["there is no hinge `Pinn`", "+did you mean `Pin`?"]),
-        ("a: \"rod\", b: \"rocker\", solve: Embedd", &["there is no solve `Embedd`", "+did you mean `Embed`?"]),
-        ("a: \"rod\", b: \"rocker\", att: ()", &["loop `Arm/l` has no field `att`", "+help: did you mean"]),
-        ("a: \"rod\", b: \"rocker\", initial: (angle: 1)", &["`initial` is for prescribed subhinges, and it has none", "+write `prescribed: true`"]),
-        ("a: \"rod\", b: \"rocker\", hinge: Pin(axis: [0, 1, 0], prescribed: true), initial: (angel: 1)", &["`initial` has no field `angel`", "+did you mean `angle`?"]),
-        ("a: \"rod\", b: \"rocker\", hinge: Free", &["loop `Arm/l`: its hinge permits every motion", "+sim.ron:13:2\n", "+leave the loop out"]),
-        ("a: \"rod\", b: \"rod\", hinge: Pin([0, 1, 0])", &["loop `Arm/l`: both ends are on `Arm/rod`", "+sim.ron:13:2\n", "+a loop joins two bodies"]),
-        ("a: \"rod\", b: \"rocker\", hinge: Pin(axis: [0, 1, 0], armature: 1)", &["has armature or limits", "+sim.ron:13:2\n"]),
-        ("a: \"rod\", b: \"rocker\", hinge: Pin(axis: [0, 1, 0], gear: 0)", &["loop `Arm/l`, subhinge 0: gear ratio 0", "+sim.ron:13:2\n"]),
-        ("a: \"rod\", b: \"rocker\", hinge: Chain(Pin([0, 1, 0]), Slider([1, 0, 0]))", &["has a slider behind a turn", "+sim.ron:13:2\n"]),
+        (
+            "a: \"rod\", b: \"rocker\", hinge: Pinn([0, 1, 0])",
+            &["there is no hinge `Pinn`", "+did you mean `Pin`?"],
+        ),
+        (
+            "a: \"rod\", b: \"rocker\", solve: Embedd",
+            &["there is no solve `Embedd`", "+did you mean `Embed`?"],
+        ),
+        (
+            "a: \"rod\", b: \"rocker\", att: ()",
+            &["loop `Arm/l` has no field `att`", "+help: did you mean"],
+        ),
+        (
+            "a: \"rod\", b: \"rocker\", initial: (angle: 1)",
+            &[
+                "`initial` is for prescribed subhinges, and it has none",
+                "+write `prescribed: true`",
+            ],
+        ),
+        (
+            "a: \"rod\", b: \"rocker\", hinge: Pin(axis: [0, 1, 0], prescribed: true), initial: (angel: 1)",
+            &["`initial` has no field `angel`", "+did you mean `angle`?"],
+        ),
+        (
+            "a: \"rod\", b: \"rocker\", hinge: Free",
+            &[
+                "loop `Arm/l`: its hinge permits every motion",
+                "+sim.ron:13:2\n",
+                "+leave the loop out",
+            ],
+        ),
+        (
+            "a: \"rod\", b: \"rod\", hinge: Pin([0, 1, 0])",
+            &[
+                "loop `Arm/l`: both ends are on `Arm/rod`",
+                "+sim.ron:13:2\n",
+                "+a loop joins two bodies",
+            ],
+        ),
+        (
+            "a: \"rod\", b: \"rocker\", hinge: Pin(axis: [0, 1, 0], armature: 1)",
+            &["has armature or limits", "+sim.ron:13:2\n"],
+        ),
+        (
+            "a: \"rod\", b: \"rocker\", hinge: Pin(axis: [0, 1, 0], gear: 0)",
+            &["loop `Arm/l`, subhinge 0: gear ratio 0", "+sim.ron:13:2\n"],
+        ),
+        (
+            "a: \"rod\", b: \"rocker\", hinge: Chain(Pin([0, 1, 0]), Slider([1, 0, 0]))",
+            &["has a slider behind a turn", "+sim.ron:13:2\n"],
+        ),
     ] {
         refused(&loops(fields), expected);
         assert!(bad(&loops(fields)).contains("sim.ron:13:"), "{place} {fields}");
     }
     // All at once, each in its line.
     refused(
-        &linkage("loops: {\n\"l\": (a: \"rot\", b: \"rod\"),\n\"m\": (a: \"rod\", b: \"wrold\") },\ncouplings: {\n\"c\": (terms: { \"cranc\": 1 }) }"),
+        &linkage(
+            "loops: {\n\"l\": (a: \"rot\", b: \"rod\"),\n\"m\": (a: \"rod\", b: \"wrold\") },\ncouplings: {\n\"c\": (terms: { \"cranc\": 1 }) }",
+        ),
         &[
             "sim.ron:13:10\n",
             "loop `Arm/m`: `b`: there is no body `wrold`\n  --> sim.ron:14:20\n  help: did you mean `world`?",
@@ -199,7 +258,9 @@ fn mistakes_in_loops_have_places_and_remedies() {
         ],
     );
     refused(
-        &linkage("loops: { \"x\": (a: \"rod\", b: \"rocker\") }, couplings: { \"x\": (terms: { \"crank\": 1 }) }"),
+        &linkage(
+            "loops: { \"x\": (a: \"rod\", b: \"rocker\") }, couplings: { \"x\": (terms: { \"crank\": 1 }) }",
+        ),
         &["`Arm/x` is both a loop and a coupling", "+give one of them another name"],
     );
 }
@@ -208,20 +269,51 @@ fn mistakes_in_loops_have_places_and_remedies() {
 fn mistakes_in_couplings_have_places_and_remedies() {
     let couplings = |fields: &str| linkage(&format!("couplings: {{\n\"c\": ({fields}),\n}}"));
     for (fields, expected) in [
-        ("terms: {}", &["coupling `Arm/c` has no `terms`", "+sim.ron:13:2\n", "+write `terms: { \"left\": 1"][..]),
+        (
+            "terms: {}",
+            &["coupling `Arm/c` has no `terms`", "+sim.ron:13:2\n", "+write `terms: { \"left\": 1"]
+                [..],
+        ),
         ("constant: 1", &["coupling `Arm/c` has no `terms`"]),
-        ("terms: { \"crank\": 0, \"rod\": 0 }", &["coupling `Arm/c` has no term that is not zero", "+sim.ron:13:2\n"]),
-        ("terms: { \"crank\": 1, \"crank[0]\": 1 }", &["subhinge 0 of `Arm/crank` comes twice", "+sim.ron:13:2\n", "+add the factors up"]),
-        ("terms: { \"crank[1]\": 1 }", &["the hinge of `Arm/crank` has 1 one-dof coordinates, not 2", "+name a pin, slider or screw"]),
+        (
+            "terms: { \"crank\": 0, \"rod\": 0 }",
+            &["coupling `Arm/c` has no term that is not zero", "+sim.ron:13:2\n"],
+        ),
+        (
+            "terms: { \"crank\": 1, \"crank[0]\": 1 }",
+            &["subhinge 0 of `Arm/crank` comes twice", "+sim.ron:13:2\n", "+add the factors up"],
+        ),
+        (
+            "terms: { \"crank[1]\": 1 }",
+            &[
+                "the hinge of `Arm/crank` has 1 one-dof coordinates, not 2",
+                "+name a pin, slider or screw",
+            ],
+        ),
         ("terms: { \"crank[x]\": 1 }", &["`x` is not the number of a coordinate"]),
         ("terms: { \"world\": 1 }", &["the world has neither nodes nor hinges"]),
-        ("terms: { \"crank\": \"1 m\" }", &["`crank`: `1 m` is in m, but a plain number is wanted"]),
-        ("terms: { \"crank\": 1 }, constant: \"1 m\"", &["`constant`: `1 m` is in m, but rad is wanted"]),
-        ("terms: { \"rail\": 1 }, constant: \"1 deg\"", &["`constant`: `1 deg` is in deg, but m is wanted"]),
+        (
+            "terms: { \"crank\": \"1 m\" }",
+            &["`crank`: `1 m` is in m, but a plain number is wanted"],
+        ),
+        (
+            "terms: { \"crank\": 1 }, constant: \"1 m\"",
+            &["`constant`: `1 m` is in m, but rad is wanted"],
+        ),
+        (
+            "terms: { \"rail\": 1 }, constant: \"1 deg\"",
+            &["`constant`: `1 deg` is in deg, but m is wanted"],
+        ),
         ("terms: { \"crank\": 1 }, ratio: 2", &["coupling `Arm/c` has both `terms` and `ratio`"]),
         ("mimic: \"crank\"", &["coupling `Arm/c` has no `of`", "+a = ratio · b + offset"]),
-        ("mimic: \"crank\", of: \"rocket\"", &["there is no body `rocket`", "+did you mean `rocker`?"]),
-        ("mimic: \"rail\", of: \"crank\", offset: \"1 deg\"", &["`offset`: `1 deg` is in deg, but m is wanted"]),
+        (
+            "mimic: \"crank\", of: \"rocket\"",
+            &["there is no body `rocket`", "+did you mean `rocker`?"],
+        ),
+        (
+            "mimic: \"rail\", of: \"crank\", offset: \"1 deg\"",
+            &["`offset`: `1 deg` is in deg, but m is wanted"],
+        ),
         ("terms: [(factor: 1)]", &["a term has no `of`\n  --> sim.ron:13:15\n"]),
     ] {
         refused(&couplings(fields), expected);
@@ -232,13 +324,22 @@ fn mistakes_in_couplings_have_places_and_remedies() {
 #[test]
 fn a_loop_is_bound_by_its_name_and_a_wrong_one_is_told() {
     let bound = |target: &str| {
-        linkage(&LOOPS.replace("loop:motor", target)).replacen("parts: { \"Arm\"", "parts: {\n\"Arm\"", 1)
+        linkage(&LOOPS.replace("loop:motor", target)).replacen(
+            "parts: { \"Arm\"",
+            "parts: {\n\"Arm\"",
+            1,
+        )
     };
     for good_name in ["loop:motor", "loop:motor[0]", "loop:Arm/motor", "loop:/Arm/motor"] {
         let loaded = good(&bound(good_name));
-        assert!(matches!(&loaded.spec.binds[0].target, BindTarget::Loop { name, .. } if name == "Arm/motor"));
+        assert!(
+            matches!(&loaded.spec.binds[0].target, BindTarget::Loop { name, .. } if name == "Arm/motor")
+        );
     }
-    refused(&bound("loop:moter"), &["`Arm.Push`: binding `motion`: there is no loop `moter`", "+help: did you mean `motor`?"]);
+    refused(
+        &bound("loop:moter"),
+        &["`Arm.Push`: binding `motion`: there is no loop `moter`", "+help: did you mean `motor`?"],
+    );
     let error = |target: &str| {
         let loaded = good(&bound(target));
         let faults = compile(&loaded.spec, &catalogue(), &Files::default()).err().unwrap();
@@ -246,7 +347,10 @@ fn a_loop_is_bound_by_its_name_and_a_wrong_one_is_told() {
     };
     let shown = error("loop:coupler");
     assert!(shown.contains("loop `Arm/coupler` has 0 prescribed subhinges, not 1"), "{shown}");
-    assert!(shown.contains("write `prescribed: true`") && shown.contains("--> sim.ron:"), "{shown}");
+    assert!(
+        shown.contains("write `prescribed: true`") && shown.contains("--> sim.ron:"),
+        "{shown}"
+    );
     assert!(error("loop:motor[1]").contains("has 1 prescribed subhinges, not 2"));
 }
 
@@ -328,7 +432,10 @@ fn every_field_of_colliders_and_contact_is_read() {
     // Who meets whom: groups, neighbours, lists.
     let meet = |a, b| colliders.meet(id(a), id(b));
     assert!(meet("deck/roll", "floor") && !meet("deck/hull", "wall"), "ignored");
-    assert!(!meet("deck/shape2", "foot") && meet("deck/hull", "foot"), "neighbours, but one listed");
+    assert!(
+        !meet("deck/shape2", "foot") && meet("deck/hull", "foot"),
+        "neighbours, but one listed"
+    );
     assert!(meet("foot", "wall"));
     // What is seen.
     let seen: Vec<_> = loaded.shapes.iter().map(|s| (s.body.as_str(), s.name.as_str())).collect();
@@ -385,41 +492,146 @@ fn the_outermost_contact_counts_and_none_is_no_contact() {
 fn mistakes_in_colliders_have_places_and_remedies() {
     let told = |from: &str, to: &str, expected: &[&str]| {
         assert!(SOLIDS.contains(from), "{from}");
-        let shown = solids(&SOLIDS.replacen(from, to, 1)).err().unwrap_or_else(|| panic!("{to}")).to_string();
+        let shown = solids(&SOLIDS.replacen(from, to, 1))
+            .err()
+            .unwrap_or_else(|| panic!("{to}"))
+            .to_string();
         for part in expected {
             assert!(shown.contains(part), "\n{part}\nis not in\n{shown}");
         }
         assert_eq!(shown.matches("error: ").count(), 1, "{shown}");
     };
-    told("padding: \"1 mm\"", "padding: -1", &["shape 1: `collide`: `padding` is -1\n  --> sim.ron:6:32\n", "help: write 0 or more"]);
+    told(
+        "padding: \"1 mm\"",
+        "padding: -1",
+        &["shape 1: `collide`: `padding` is -1\n  --> sim.ron:6:32\n", "help: write 0 or more"],
+    );
     told("padding: \"1 mm\"", "pading: 1", &["has no field `pading`\n", "did you mean `padding`?"]);
     told("restitution: 0.2", "restitution: 2", &["`restitution` is 2\n", "from 0 to 1"]);
-    told("meets: [\"ground\"", "meets: [\"grund\"", &["collider `deck/roll`: no collider is in the group `grund`\n  --> sim.ron:6:", "did you mean `ground`?"]);
-    told("coarse: Sphere(0.5)", "coarse: Capsule(radius: 1, length: 1, axis: [1, 0, 0])", &["has no `axis`"]);
-    told("collide: true, visible: false", "collide: 3", &["`collide` cannot be a number\n", "write `collide: true`"]);
-    told("[0, 0, 1]]), collide: true, name: \"hull\"", "[1, 1, 0]]), collide: true, name: \"hull\"", &["collider `deck/hull`, fine shape: the 4 points of the hull lie in one plane", "--> sim.ron:9:9\n"]);
-    told("triangles: [[0, 1, 2]])", "triangles: [[0, 1, 2]]), coarse: Mesh()", &["`coarse`: `Mesh` has neither\n", "`file: \"part.stl\"`"]);
-    told("Capsule(radius: 0.1, length: 0.4)", "HalfSpace", &["this shape only collides\n  --> sim.ron:8:9\n", "add `collide: true`"]);
-    told("ConvexHull(file: \"tetra.stl\")", "ConvexHull(file: \"tetre.stl\")", &["there is no file `tetre.stl`\n"]);
-    told("ConvexHull(file: \"tetra.stl\")", "ConvexHull()", &["has neither", "`points: [[x, y, z], ..]`"]);
-    told("on: \"pivot/foot\", shape: Sphere(0.1), visible: false, at: (position: [0, 0, 0.5])),", "on: \"pivot\", shape: Sphere(0.1), at: (pos: 1)),", &["collider `foot`: `at` has no field `pos`\n"]);
-    told("\"wall\": (on: \"world\"", "\"slab\": (on: \"pivot/fot\", shape: Sphere(1)), \"wall\": (on: \"world\"", &["collider `slab`: `on`: body `pivot` has no node `fot`", "did you mean `foot`?"]);
-    told("on: \"world\", shape: HalfSpace", "shape: HalfSpace", &["collider `floor` has no `on`\n  --> sim.ron:16:6\n"]);
+    told(
+        "meets: [\"ground\"",
+        "meets: [\"grund\"",
+        &[
+            "collider `deck/roll`: no collider is in the group `grund`\n  --> sim.ron:6:",
+            "did you mean `ground`?",
+        ],
+    );
+    told(
+        "coarse: Sphere(0.5)",
+        "coarse: Capsule(radius: 1, length: 1, axis: [1, 0, 0])",
+        &["has no `axis`"],
+    );
+    told(
+        "collide: true, visible: false",
+        "collide: 3",
+        &["`collide` cannot be a number\n", "write `collide: true`"],
+    );
+    told(
+        "[0, 0, 1]]), collide: true, name: \"hull\"",
+        "[1, 1, 0]]), collide: true, name: \"hull\"",
+        &[
+            "collider `deck/hull`, fine shape: the 4 points of the hull lie in one plane",
+            "--> sim.ron:9:9\n",
+        ],
+    );
+    told(
+        "triangles: [[0, 1, 2]])",
+        "triangles: [[0, 1, 2]]), coarse: Mesh()",
+        &["`coarse`: `Mesh` has neither\n", "`file: \"part.stl\"`"],
+    );
+    told(
+        "Capsule(radius: 0.1, length: 0.4)",
+        "HalfSpace",
+        &["this shape only collides\n  --> sim.ron:8:9\n", "add `collide: true`"],
+    );
+    told(
+        "ConvexHull(file: \"tetra.stl\")",
+        "ConvexHull(file: \"tetre.stl\")",
+        &["there is no file `tetre.stl`\n"],
+    );
+    told(
+        "ConvexHull(file: \"tetra.stl\")",
+        "ConvexHull()",
+        &["has neither", "`points: [[x, y, z], ..]`"],
+    );
+    told(
+        "on: \"pivot/foot\", shape: Sphere(0.1), visible: false, at: (position: [0, 0, 0.5])),",
+        "on: \"pivot\", shape: Sphere(0.1), at: (pos: 1)),",
+        &["collider `foot`: `at` has no field `pos`\n"],
+    );
+    told(
+        "\"wall\": (on: \"world\"",
+        "\"slab\": (on: \"pivot/fot\", shape: Sphere(1)), \"wall\": (on: \"world\"",
+        &["collider `slab`: `on`: body `pivot` has no node `fot`", "did you mean `foot`?"],
+    );
+    told(
+        "on: \"world\", shape: HalfSpace",
+        "shape: HalfSpace",
+        &["collider `floor` has no `on`\n  --> sim.ron:16:6\n"],
+    );
     told("shape: HalfSpace", "shape: HalfSpac", &["there is no shape `HalfSpac`", "HalfSpace"]);
-    told("heights: [0, 1, 2, 3, 4, 5]", "heights: [0, 1, 2, 3, 4]", &["collider `hill`", "the height field has 3 by 2 points and 5 heights", "--> sim.ron:19:6\n"]);
-    told("heights: [0, 1, 2, 3, 4, 5]", "heights: [[0, 1, 2], [3, 4]]", &["a row has 2 numbers, the first 3"]);
-    told("triangles: [[0, 1, 2]]", "triangles: [[0, 1, 3]]", &["collider `soup`", "--> sim.ron:20:6\n"]);
+    told(
+        "heights: [0, 1, 2, 3, 4, 5]",
+        "heights: [0, 1, 2, 3, 4]",
+        &[
+            "collider `hill`",
+            "the height field has 3 by 2 points and 5 heights",
+            "--> sim.ron:19:6\n",
+        ],
+    );
+    told(
+        "heights: [0, 1, 2, 3, 4, 5]",
+        "heights: [[0, 1, 2], [3, 4]]",
+        &["a row has 2 numbers, the first 3"],
+    );
+    told(
+        "triangles: [[0, 1, 2]]",
+        "triangles: [[0, 1, 3]]",
+        &["collider `soup`", "--> sim.ron:20:6\n"],
+    );
     told("\"wall\": (on", "\"deck/roll\": (on", &["`deck/roll` cannot be the name of a collider"]);
-    told("margin: \"2 cm\"", "margin: \"2 s\"", &["`contact`: `margin`: `2 s` is in s, but m is wanted\n  --> sim.ron:22:19\n"]);
-    told("margin: \"2 cm\"", "margins: 2", &["`contact` has no field `margins`", "did you mean `margin`?"]);
-    told("method: Newton", "method: Newten", &["there is no method `Newten`", "did you mean `Newton`?"]);
+    told(
+        "margin: \"2 cm\"",
+        "margin: \"2 s\"",
+        &["`contact`: `margin`: `2 s` is in s, but m is wanted\n  --> sim.ron:22:19\n"],
+    );
+    told(
+        "margin: \"2 cm\"",
+        "margins: 2",
+        &["`contact` has no field `margins`", "did you mean `margin`?"],
+    );
+    told(
+        "method: Newton",
+        "method: Newten",
+        &["there is no method `Newten`", "did you mean `Newton`?"],
+    );
     told("sweeps: 20", "sweeps: 2.5", &["`sweeps` is 2.5", "a whole number"]);
     told("correction: 0.3", "correction: 1.5", &["`correction` is 1.5", "from 0 to 1"]);
-    told("\"hinge:pivot\": \"2 N m\"", "\"hinge:pivot\": \"2 N\"", &["`2 N` is in N, but N m is wanted"]);
-    told("\"hinge:pivot\"", "\"hinge:pivit\"", &["`dry`: `hinge:pivit`: there is no body `pivit`", "did you mean `pivot`?"]);
-    told("ignore: [[\"deck\", \"wall\"]]", "ignore: [[\"deck\", \"wal\"]]", &["`contact`: `ignore`: there is no collider or body `wal`", "did you mean `wall`?"]);
-    told("ignore: [[\"deck\", \"wall\"]]", "ignore: [\"deck\"]", &["`ignore` is a list of pairs of names"]);
-    told("collide: [[\"deck/hull\"", "collide: [[\"pivot/foot\"", &["`pivot/foot` is the node `foot` of `pivot`", "name a body or a collider"]);
+    told(
+        "\"hinge:pivot\": \"2 N m\"",
+        "\"hinge:pivot\": \"2 N\"",
+        &["`2 N` is in N, but N m is wanted"],
+    );
+    told(
+        "\"hinge:pivot\"",
+        "\"hinge:pivit\"",
+        &["`dry`: `hinge:pivit`: there is no body `pivit`", "did you mean `pivot`?"],
+    );
+    told(
+        "ignore: [[\"deck\", \"wall\"]]",
+        "ignore: [[\"deck\", \"wal\"]]",
+        &["`contact`: `ignore`: there is no collider or body `wal`", "did you mean `wall`?"],
+    );
+    told(
+        "ignore: [[\"deck\", \"wall\"]]",
+        "ignore: [\"deck\"]",
+        &["`ignore` is a list of pairs of names"],
+    );
+    told(
+        "collide: [[\"deck/hull\"",
+        "collide: [[\"pivot/foot\"",
+        &["`pivot/foot` is the node `foot` of `pivot`", "name a body or a collider"],
+    );
 }
 
 #[test]
@@ -462,16 +674,34 @@ fn modes_are_read_and_their_mistakes_told() {
     let plate = "Plate(length: 2, width: 1, thickness: 0.01, young: 7e10, poisson: 0.3, density: 2700, attach: [[2, 0]], count: 3)";
     assert_eq!(spec(&good(&boom(plate))).multibody.nv(), 4);
     for (modes, expected) in [
-        (beam.replace("length: 2,", ""), &["`Beam` has no `length`\n  --> sim.ron:3:8\n", "+write `length: ..` in m"][..]),
-        (beam.replace("length: 2", "length: -2"), &["beam: `length` is -2\n  --> sim.ron:3:8\n", "+> 0"]),
-        (beam.replace("inner", "innner"), &["`Beam` has no field `innner`\n", "+did you mean `inner`?"]),
+        (
+            beam.replace("length: 2,", ""),
+            &["`Beam` has no `length`\n  --> sim.ron:3:8\n", "+write `length: ..` in m"][..],
+        ),
+        (
+            beam.replace("length: 2", "length: -2"),
+            &["beam: `length` is -2\n  --> sim.ron:3:8\n", "+> 0"],
+        ),
+        (
+            beam.replace("inner", "innner"),
+            &["`Beam` has no field `innner`\n", "+did you mean `inner`?"],
+        ),
         (beam.replace("twist: 1", "twist: 1.5"), &["`twist` is 1.5\n", "+a whole number"]),
-        (beam.replace("ClampedFree", "ClampedFre"), &["there is no ends `ClampedFre`\n", "+did you mean `ClampedFree`?"]),
+        (
+            beam.replace("ClampedFree", "ClampedFre"),
+            &["there is no ends `ClampedFre`\n", "+did you mean `ClampedFree`?"],
+        ),
         (beam.replace("Beam", "Beem"), &["there are no modes `Beem`\n", "+did you mean `Beam`?"]),
-        (beam.replace("length: 2", "length: 1.5"), &["on flexible body `boom`", "+  --> sim.ron:4:2\n"]),
+        (
+            beam.replace("length: 2", "length: 1.5"),
+            &["on flexible body `boom`", "+  --> sim.ron:4:2\n"],
+        ),
         (plate.replace("0.3", "0.7"), &["`poisson` is 0.7\n"]),
         ("File(\"x.ron\")".into(), &["there is no file `x.ron`\n"]),
-        ("Modes(stiffness: [-1], stations: [(translation: [[0, 0, 1]])])".into(), &["body `boom`, modes:", "+  --> sim.ron:3:8\n"]),
+        (
+            "Modes(stiffness: [-1], stations: [(translation: [[0, 0, 1]])])".into(),
+            &["body `boom`, modes:", "+  --> sim.ron:3:8\n"],
+        ),
     ] {
         let shown = bad(&boom(&modes));
         for part in expected {

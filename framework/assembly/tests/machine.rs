@@ -145,7 +145,9 @@ fn constrain(r: &mut Rng, b: &mut Builder) {
     let mut all = Vec::new();
     for spec in b.bodies() {
         let chain = spec.hinge.subhinges.iter().enumerate().filter(|(_, s)| s.kind.nv() == 1);
-        all.extend(chain.map(|(subhinge, _)| HingeCoordinate { body: spec.name.clone(), subhinge }));
+        all.extend(
+            chain.map(|(subhinge, _)| HingeCoordinate { body: spec.name.clone(), subhinge }),
+        );
     }
     for i in 0..all.len() / 3 {
         let first = (r.bits() % all.len() as u64) as usize;
@@ -357,15 +359,13 @@ fn couplings_and_loops_of_a_file_are_simulated() {
     );
     std::fs::write(dir.path().join("urdf/rover.urdf"), mimic).unwrap();
     let load = |more: &str| {
-        let text = format!(
-            "Simulation(parts: {{ \"R\": (import: (file: \"urdf/rover.urdf\"{more})) }})"
-        );
+        let text =
+            format!("Simulation(parts: {{ \"R\": (import: (file: \"urdf/rover.urdf\"{more})) }})");
         load(dir.path(), "sim.ron", &text).unwrap_or_else(|f| panic!("{f}"))
     };
     let loaded = load("");
     let c = &mechanism(&loaded).couplings()[0].coupling;
-    let terms: Vec<_> =
-        c.terms.iter().map(|t| (t.coordinate.body.as_str(), t.factor)).collect();
+    let terms: Vec<_> = c.terms.iter().map(|t| (t.coordinate.body.as_str(), t.factor)).collect();
     assert_eq!(c.name, "R/right_joint");
     assert_eq!((terms, c.constant), (vec![("R/right", 1.0), ("R/left", 2.0)], 0.5));
     // The start is put onto it.

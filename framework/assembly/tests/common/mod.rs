@@ -1,8 +1,8 @@
 //! A small catalogue of toy models, and helpers of the tests.
 #![allow(dead_code)]
 use linkwork_assembly::{Failure, Loaded, Look, Options, load_text};
-use linkwork_runtime::prelude::*;
 use linkwork_collision::Colliders;
+use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Catalogue, Files, Seconds, Simulation, Spec, compile};
 
 /// Winding.
