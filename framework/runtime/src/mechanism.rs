@@ -380,7 +380,7 @@ impl MechanismBlock {
 
     /// Errors and forces of the constraints.
     fn put_constraints(&mut self, q: &[f64], sig: &mut [f64]) {
-        let (plan, Some(solver)) = (self.plan.clone(), &self.solver) else { return };
+        let (plan, Some(solver)) = (self.plan.clone(), &mut self.solver) else { return };
         let mut lane = plan.wiring.reports as usize;
         for c in plan.multibody.constraints() {
             sig[lane] = solver.error(&plan.tree, &self.ws, c, &self.motions, q);

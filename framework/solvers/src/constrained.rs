@@ -76,14 +76,16 @@ pub struct ConstrainedSolver {
     order: Vec<ConstraintId>,
     /// Pairs of groups that meet.
     meets: Vec<(u32, u32)>,
-    /// First row of each group, and one more.
-    first: Vec<u32>,
     W: Skyline,
-    lambda: Vec<f64>,
-    gross: Vec<f64>,
+    /// By group.
+    lambda: Vec<[f64; WIDTH]>,
     y: Vec<f64>,
     /// λ by constraint in the order of [`Multibody::constraints`](linkwork_multibody::Multibody::constraints).
     forces: Vec<f64>,
+    /// Whether those of embedded constraints are still to be found, from the accelerations in `v`.
+    pending: bool,
+    /// Whether members of embedded loops are prescribed: their forces are needed at once.
+    prescribed: bool,
     place: Vec<usize>,
     v: Vec<f64>,
     still: Vec<f64>,
@@ -105,10 +107,10 @@ impl ConstrainedSolver {
             n if n > WIDTH => vec![3, n - 3],
             n => vec![n],
         };
-        let (mut first, mut owner) = (vec![0], Vec::new());
+        let (mut sizes, mut owner) = (Vec::new(), Vec::new());
         for (at, c) in order.iter().enumerate() {
             for n in groups(c) {
-                first.push(first[first.len() - 1] + n as u32);
+                sizes.push(n);
                 owner.push(at);
             }
         }
@@ -122,7 +124,7 @@ impl ConstrainedSolver {
                 meets.push((g as u32, h as u32));
                 least = least.min(h);
             }
-            envelope.extend((first[g]..first[g + 1]).map(|_| first[least]));
+            envelope.push(least);
         }
         let (mut place, mut rows) = (Vec::new(), 0);
         for c in mbs.constraints() {
@@ -135,13 +137,13 @@ impl ConstrainedSolver {
             rows: RowSet::default(),
             order,
             meets,
-            first,
-            W: Skyline::new(envelope),
-            lambda: vec![0.0; n],
-            gross: Vec::with_capacity(n),
+            W: Skyline::new(sizes, envelope),
+            lambda: vec![[0.0; WIDTH]; n],
             y: vec![0.0; if n == 0 { 0 } else { units.independent() }],
             forces: vec![0.0; rows],
             place,
+            pending: false,
+            prescribed: mbs.prescribed().contains(&true),
             v: vec![0.0; tree.nv()],
             still: vec![0.0; tree.nv()],
             quiet: Vec::with_capacity(tree.multibody().motions()),
@@ -201,17 +203,28 @@ impl ConstrainedSolver {
             return Err(SolverError::Contradiction { contradiction });
         }
         self.units.scatter(tree, ws, &mut self.uw, &self.y, tau, vdot);
-        let (first, lambda) = (&self.first, &self.lambda);
-        self.rows.relieve(&self.units, &mut self.uw, |g| group(first, lambda, g), tau);
+        let lambda = &self.lambda;
+        self.rows.relieve(&self.units, &mut self.uw, |g| lambda[g], tau);
         if !self.units.embedded().is_empty() {
+            self.v.copy_from_slice(vdot);
+            self.pending = true;
+            if self.prescribed {
+                self.settle(tree, tau);
+            }
+        }
+        if vdot.iter().all(|x| x.is_finite()) { Ok(report) } else { Err(SolverError::NotFinite) }
+    }
+
+    /// Forces of embedded constraints at the last solution, where they were not asked for yet.
+    fn settle(&mut self, tree: &Tree, tau: &mut [f64]) {
+        if std::mem::take(&mut self.pending) {
             let (place, forces, loops) =
                 (&self.place, &mut self.forces, tree.multibody().loops().len());
-            self.units.constraint_forces(tree, &mut self.uw, vdot, tau, |c, lambda| {
+            self.units.constraint_forces(tree, &mut self.uw, &self.v, tau, |c, lambda| {
                 let at = place[index(c, loops)];
                 forces[at..at + lambda.len()].copy_from_slice(lambda);
             });
         }
-        if vdot.iter().all(|x| x.is_finite()) { Ok(report) } else { Err(SolverError::NotFinite) }
     }
 
     fn solve_rows(
@@ -232,26 +245,30 @@ impl ConstrainedSolver {
                 (2.0 * damping * frequency, frequency * frequency)
             }
         };
-        for (g, row) in self.rows.groups().iter().enumerate() {
-            let at = self.first[g] as usize;
+        for (lambda, row) in self.lambda.iter_mut().zip(self.rows.groups()) {
+            *lambda = [0.0; WIDTH];
             for i in 0..row.n {
                 let held = damping * row.rate[i] + stiffness * row.error[i];
-                self.lambda[at + i] = -(row.free[i] + row.bias[i] + held);
+                lambda[i] = -(row.free[i] + row.bias[i] + held);
                 report.error = greater(report.error, row.error[i].abs());
                 report.rate = greater(report.rate, row.rate[i].abs());
             }
         }
-        report.rows = self.lambda.len();
+        report.rows = self.rows.rows();
         self.factor();
         report.contradiction = greater(report.contradiction, self.W.solve(&mut self.lambda));
         report.rank = self.W.rank;
         self.pull();
         let loops = tree.multibody().loops().len();
-        let mut from = 0;
+        let mut groups = self.rows.groups().iter().zip(&self.lambda);
         for c in &self.order {
-            let (at, n) = (self.place[index(*c, loops)], tree.multibody().rows(*c));
-            self.forces[at..at + n].copy_from_slice(&self.lambda[from..from + n]);
-            from += n;
+            let (mut at, n) = (self.place[index(*c, loops)], tree.multibody().rows(*c));
+            let end = at + n;
+            while at < end {
+                let Some((row, lambda)) = groups.next() else { break };
+                self.forces[at..at + row.n].copy_from_slice(&lambda[..row.n]);
+                at += row.n;
+            }
         }
     }
 
@@ -266,6 +283,8 @@ impl ConstrainedSolver {
         q: &[f64],
         step: &mut [f64],
     ) -> Result<f64, SolverError> {
+        // What follows overwrites what the forces are found from. No member is prescribed here.
+        self.settle(tree, &mut []);
         self.v.copy_from_slice(step);
         step.fill(0.0);
         self.still.fill(0.0);
@@ -293,8 +312,8 @@ impl ConstrainedSolver {
         for c in &self.order {
             self.rows.add_constraint(tree, &self.units, ws, &self.uw, *c, motions, state);
         }
-        for (g, row) in self.rows.groups().iter().enumerate() {
-            let lambda = &mut self.lambda[self.first[g] as usize..];
+        for (lambda, row) in self.lambda.iter_mut().zip(self.rows.groups()) {
+            *lambda = [0.0; WIDTH];
             for (i, to) in lambda.iter_mut().take(row.n).enumerate() {
                 let error = if level == Level::Rate { 0.0 } else { row.error[i] };
                 *to = -(error + row.rate[i]);
@@ -314,37 +333,27 @@ impl ConstrainedSolver {
     fn factor(&mut self) {
         for (g, h) in &self.meets {
             let (g, h) = (*g as usize, *h as usize);
-            let block = self.rows.block(g, h);
-            let (rows, columns) = (self.rows.groups()[g].n, self.rows.groups()[h].n);
-            let (i0, j0) = (self.first[g] as usize, self.first[h] as usize);
-            for (i, row) in block[..rows].iter().enumerate() {
-                let columns = if g == h { i + 1 } else { columns };
-                for (j, x) in row[..columns].iter().enumerate() {
-                    self.W.set(i0 + i, j0 + j, *x);
-                }
-            }
+            self.W.set(g, h, &self.rows.block(h, g));
         }
-        self.gross.clear();
-        for row in self.rows.groups() {
-            self.gross.extend_from_slice(&row.gross[..row.n]);
-        }
-        let gross = &self.gross;
-        self.W.factor(|i| gross[i]);
+        let rows = self.rows.groups();
+        self.W.factor(|g| rows[g].gross);
     }
 
     /// y = E* λ.
     fn pull(&mut self) {
         self.y.fill(0.0);
-        for g in 0..self.rows.groups().len() {
-            self.rows.pull(g, &group(&self.first, &self.lambda, g), &mut self.y);
+        for (g, lambda) in self.lambda.iter().enumerate() {
+            self.rows.pull(g, lambda, &mut self.y);
         }
     }
 
     /// Forces of a constraint at the last solution, one a row (N or N m): each acts along its row's
     /// wrench on body B and against it on body A; a coupling's acts on its coordinates by its
-    /// factors. Repeated rows show zero; see [`Report::rank`].
+    /// factors. Repeated rows show zero; see [`Report::rank`]. Those of embedded loops are found when
+    /// they are first asked for after a solution.
     #[must_use]
-    pub fn forces(&self, tree: &Tree, constraint: ConstraintId) -> &[f64] {
+    pub fn forces(&mut self, tree: &Tree, constraint: ConstraintId) -> &[f64] {
+        self.settle(tree, &mut []);
         let mbs = tree.multibody();
         let at = self.place[index(constraint, mbs.loops().len())];
         &self.forces[at..at + mbs.rows(constraint)]
@@ -364,14 +373,6 @@ impl ConstrainedSolver {
     ) -> f64 {
         self.units.error(tree, ws, &self.uw, constraint, motions, q)
     }
-}
-
-/// Numbers of one group's rows.
-fn group(first: &[u32], all: &[f64], g: usize) -> [f64; WIDTH] {
-    let range = first[g] as usize..first[g + 1] as usize;
-    let mut out = [0.0; WIDTH];
-    out[..range.len()].copy_from_slice(&all[range]);
-    out
 }
 
 /// Place among all constraints.

@@ -1,110 +1,167 @@
-//! L D Lᵀ of a positive semidefinite matrix within its envelope, with dependent rows left out.
+//! L D Lᵀ of a positive semidefinite matrix within its envelope, in blocks of four rows, with
+//! dependent rows left out.
 //!
 //! ```text
-//! d_k = W_kk − Σ L_kj² d_j        d_k ≤ RANK · size_k: row k repeats earlier rows; x_k = 0
+//! C_gh = (W_gh − Σ C_gk L_hk*) L_hh⁻*,   L_gh = C_gh D_h⁻¹          left to right in block row g
+//! L_gg D_g L_gg* = W_gg − Σ C_gk L_gk*                              row by row:
+//! d_k ≤ RANK · size_k: row k repeats earlier rows; x_k = 0          or ≤ RANK² · greatest size
 //! ```
 //! A semidefinite matrix needs no pivoting for this: where d_k vanishes, what is left of its row
-//! vanishes too. Each row is stored from its first entry that is not zero.
+//! vanishes too. Each block row is stored from its first block that is not zero; a block is its four
+//! columns, the rows side by side. Groups of fewer rows are filled up with zeros.
+
+use linkwork_dynamics::units::WIDTH;
+use wide::f64x4;
 
 /// A pivot that has lost all but this part of its row's size stands for a dependent row.
 pub(crate) const RANK: f64 = 1e-11;
 
+/// Columns of a block.
+type Block = [f64x4; WIDTH];
+
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Skyline {
-    /// First column of each row, and where its entries start.
-    first: Vec<u32>,
+    /// Rows of each group.
+    rows: Vec<usize>,
+    /// First block of each block row, and where its blocks start.
+    first: Vec<usize>,
     start: Vec<usize>,
-    a: Vec<f64>,
+    a: Vec<Block>,
     /// D⁻¹; zero for rows left out.
-    d_inv: Vec<f64>,
+    d_inv: Vec<[f64; WIDTH]>,
     pub rank: usize,
 }
 
 impl Skyline {
-    /// With the first column of each row.
-    pub fn new(first: Vec<u32>) -> Self {
+    /// With the rows of each group and the first group that it meets.
+    pub fn new(rows: Vec<usize>, first: Vec<usize>) -> Self {
         let mut start = vec![0];
-        for (i, f) in first.iter().enumerate() {
-            start.push(start[i] + i + 1 - *f as usize);
+        for (g, f) in first.iter().enumerate() {
+            start.push(start[g] + g + 1 - f);
         }
         let (n, size) = (first.len(), start[first.len()]);
-        Self { first, start, a: vec![0.0; size], d_inv: vec![0.0; n], rank: 0 }
+        let zero = [f64x4::splat(0.0); WIDTH];
+        Self { rows, first, start, a: vec![zero; size], d_inv: vec![[0.0; WIDTH]; n], rank: 0 }
     }
 
-    /// Sets an entry of the lower triangle.
+    /// Sets a block of the lower triangle from its columns.
     #[inline(always)]
-    pub fn set(&mut self, i: usize, j: usize, x: f64) {
-        self.a[self.start[i] + j - self.first[i] as usize] = x;
+    pub fn set(&mut self, g: usize, h: usize, columns: &[[f64; WIDTH]; WIDTH]) {
+        self.a[self.start[g] + h - self.first[g]] = columns.map(f64x4::new);
     }
 
-    /// Factors in place. `size(k)` is at least W_kk, and more where W_kk itself is what is left of
-    /// larger terms that cancel.
-    pub fn factor(&mut self, size: impl Fn(usize) -> f64) {
+    /// Factors in place. `size(g)` are at least the diagonal of W, and more where W itself is what is
+    /// left of larger terms that cancel.
+    pub fn factor(&mut self, size: impl Fn(usize) -> [f64; WIDTH]) {
         self.rank = 0;
-        for i in 0..self.first.len() {
-            let fi = self.first[i] as usize;
-            let (done, rest) = self.a.split_at_mut(self.start[i]);
-            let row = &mut rest[..i + 1 - fi];
-            let diagonal = row[i - fi];
-            let mut d = diagonal;
-            for j in fi..i {
-                // L_ij d_j, then L_ij.
-                let fj = self.first[j] as usize;
-                let from = fi.max(fj);
-                let other = &done[self.start[j] + from - fj..self.start[j] + j - fj];
-                let sum = dot(&row[from - fi..j - fi], other);
-                row[j - fi] -= sum;
+        let mut greatest: f64 = 0.0;
+        for g in 0..self.first.len() {
+            greatest = size(g).into_iter().fold(greatest, f64::max);
+        }
+        let least = RANK * RANK * greatest;
+        for g in 0..self.first.len() {
+            let fg = self.first[g];
+            let (done, rest) = self.a.split_at_mut(self.start[g]);
+            let (row, diagonal) = rest[..g + 1 - fg].split_at_mut(g - fg);
+            for h in fg..g {
+                let (fh, start) = (self.first[h], self.start[h]);
+                let (before, from) = (&done[start..start + h - fh], fg.max(fh));
+                let (left, this) = row.split_at_mut(h - fg);
+                let mut C = this[0];
+                for (Cgk, Lhk) in left[from - fg..].iter().zip(&before[from - fh..]) {
+                    subtract(&mut C, Cgk, Lhk);
+                }
+                let L = &done[start + h - fh];
+                for j in 1..WIDTH {
+                    for m in 0..j {
+                        C[j] = C[j] - C[m] * f64x4::splat(L[m].as_array()[j]);
+                    }
+                }
+                this[0] = C;
             }
-            for j in fi..i {
-                let scaled = row[j - fi] * self.d_inv[j];
-                d -= scaled * row[j - fi];
-                row[j - fi] = scaled;
+            let mut S = diagonal[0];
+            let was: [f64; WIDTH] = std::array::from_fn(|i| S[i].as_array()[i]);
+            for (C, d_inv) in row.iter_mut().zip(&self.d_inv[fg..g]) {
+                let L: Block = std::array::from_fn(|m| C[m] * f64x4::splat(d_inv[m]));
+                subtract(&mut S, C, &L);
+                *C = L;
             }
-            let keep = d > RANK * diagonal.max(size(i));
-            self.d_inv[i] = if keep { 1.0 / d } else { 0.0 };
-            self.rank += usize::from(keep);
+            let (size, d_inv) = (size(g), &mut self.d_inv[g]);
+            for j in 0..WIDTH {
+                let column = S[j];
+                let d = column.as_array()[j];
+                let keep = d > (RANK * was[j].max(size[j])).max(least);
+                d_inv[j] = if keep { 1.0 / d } else { 0.0 };
+                self.rank += usize::from(keep);
+                let l = column * f64x4::splat(d_inv[j]);
+                for p in j + 1..WIDTH {
+                    S[p] = S[p] - l * f64x4::splat(column.as_array()[p]);
+                }
+                // Strictly below the diagonal.
+                S[j] = l * f64x4::new(BELOW[j]);
+            }
+            diagonal[0] = S;
         }
     }
 
     /// x ← W⁻¹ x over the rows that were kept; zero at the others. Returns how far the right side
     /// of a row left out is from what the kept rows imply.
-    pub fn solve(&mut self, x: &mut [f64]) -> f64 {
+    pub fn solve(&mut self, x: &mut [[f64; WIDTH]]) -> f64 {
         let n = self.first.len();
         let mut contradiction: f64 = 0.0;
-        for i in 0..n {
-            let fi = self.first[i] as usize;
-            let row = &self.a[self.start[i]..self.start[i] + i - fi];
-            x[i] -= dot(row, &x[fi..i]);
-        }
-        for (x, d) in x[..n].iter_mut().zip(&self.d_inv) {
-            if *d == 0.0 && !(x.abs() <= contradiction) {
-                contradiction = x.abs();
+        for g in 0..n {
+            let fg = self.first[g];
+            let row = &self.a[self.start[g]..self.start[g + 1]];
+            let (before, rest) = x.split_at_mut(g);
+            let mut t = f64x4::new(rest[0]);
+            for (L, x) in row.iter().zip(&before[fg..]) {
+                for (L, x) in L.iter().zip(x) {
+                    t = t - *L * f64x4::splat(*x);
+                }
             }
-            *x *= d;
+            for (j, L) in row[g - fg].iter().enumerate() {
+                t = t - *L * f64x4::splat(t.as_array()[j]);
+            }
+            rest[0] = t.to_array();
         }
-        for i in (0..n).rev() {
-            let fi = self.first[i] as usize;
-            let row = &self.a[self.start[i]..self.start[i] + i - fi];
-            let xi = x[i];
-            for (x, l) in x[fi..i].iter_mut().zip(row) {
-                *x -= l * xi;
+        for ((x, d_inv), rows) in x[..n].iter_mut().zip(&self.d_inv).zip(&self.rows) {
+            for (i, (x, d_inv)) in x.iter_mut().zip(d_inv).enumerate() {
+                if *d_inv == 0.0 && i < *rows && !(x.abs() <= contradiction) {
+                    contradiction = x.abs();
+                }
+                *x *= d_inv;
+            }
+        }
+        for g in (0..n).rev() {
+            let fg = self.first[g];
+            let row = &self.a[self.start[g]..self.start[g + 1]];
+            let (before, rest) = x.split_at_mut(g);
+            let mut t = rest[0];
+            for j in (0..WIDTH).rev() {
+                t[j] -= (row[g - fg][j] * f64x4::new(t)).reduce_add();
+            }
+            rest[0] = t;
+            let t = f64x4::new(t);
+            for (L, x) in row.iter().zip(&mut before[fg..]) {
+                for (L, x) in L.iter().zip(x) {
+                    *x -= (*L * t).reduce_add();
+                }
             }
         }
         contradiction
     }
 }
 
-/// Four sums side by side.
+const BELOW: [[f64; WIDTH]; WIDTH] =
+    [[0.0, 1.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0], [0.0; WIDTH]];
+
+/// S − C L*.
 #[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut s = [0.0; 4];
-    let (ac, bc) = (a.chunks_exact(4), b.chunks_exact(4));
-    let (ar, br) = (ac.remainder(), bc.remainder());
-    for (a, b) in ac.zip(bc) {
-        for k in 0..4 {
-            s[k] += a[k] * b[k];
+fn subtract(S: &mut Block, C: &Block, L: &Block) {
+    for (C, L) in C.iter().zip(L) {
+        let L = L.as_array();
+        for (S, L) in S.iter_mut().zip(L) {
+            *S = (-*C).mul_add(f64x4::splat(*L), *S);
         }
     }
-    let rest: f64 = ar.iter().zip(br).map(|(a, b)| a * b).sum();
-    (s[0] + s[1]) + (s[2] + s[3]) + rest
 }

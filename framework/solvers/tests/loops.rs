@@ -172,7 +172,7 @@ fn forces_balance() {
     for seed in 0..40 {
         let c = case(seed, SHAPES[seed as usize % 3], 1 + seed as usize % 2);
         for (name, t) in TREATMENTS {
-            let (vdot, tau, solver, report) = solve(&c, t);
+            let (vdot, tau, mut solver, report) = solve(&c, t);
             if report.contradiction > 1e-9 {
                 continue;
             }

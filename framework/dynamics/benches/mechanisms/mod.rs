@@ -88,7 +88,7 @@ fn part(b: &mut Builder, name: &str, parent: &str, p: [f64; 3], axis: Option<Vec
 }
 
 /// 37 dof: free pelvis, two legs of six, waist of three, two arms of seven, head of two.
-fn humanoid() -> Multibody {
+pub fn humanoid() -> Multibody {
     let mut b = Builder::new();
     let (x, y, z) = (Some(Vec3::x()), Some(Vec3::y()), Some(Vec3::z()));
     part(&mut b, "pelvis", "world", [0.0; 3], None, 10.0);
@@ -140,7 +140,7 @@ fn humanoid() -> Multibody {
 }
 
 /// A rocker-bogie rover, 20 dof: floating chassis, 2 rockers, 2 bogies, 4 steers, 6 wheels.
-fn rover() -> Multibody {
+pub fn rover() -> Multibody {
     let mut b = Builder::new();
     let (pitch, yaw) = (Some(Vec3::y()), Some(Vec3::z()));
     part(&mut b, "chassis", "world", [0.0; 3], None, 30.0);

@@ -18,6 +18,7 @@
 
 mod aggregate;
 pub(crate) mod closure;
+mod dense;
 mod forces;
 mod rows;
 mod sweep;
@@ -45,7 +46,7 @@ pub enum Treatment {
 
 /// Largest aggregate, in degrees of freedom of its members, that [`Treatment::Auto`] embeds: beyond
 /// it the dense work within the aggregate costs more than rows do.
-pub const EMBED_MAX: usize = 12;
+pub const EMBED_MAX: usize = 6;
 
 /// The links of loops, eliminated at once.
 #[derive(Clone, Debug)]

@@ -1,0 +1,197 @@
+//! Accelerations of mechanisms with closed loops beside Pinocchio's, in one run.
+//!
+//! `LINKWORK_PINOCCHIO_CONSTRAINED=path cargo bench -p linkwork-solvers --bench constrained
+//! [-- words] [--way=CE] [--write]`; the path is the program that `tests/benches/peers/install.sh`
+//! builds; words choose mechanisms by part of their name; `--way` times one way only (for profiles);
+//! `--write` draws `framework/solvers/benches/loops.svg`.
+//! Both sides start from (q, β, T), kinematics included, and go round the same closed states. The
+//! peer's accelerations must agree with ours to 1e-8 or its time does not count; of its algorithms
+//! and proximal parameters the fastest counts.
+#![allow(non_snake_case)]
+
+#[path = "../../dynamics/tests/support/mod.rs"]
+mod support;
+
+#[allow(dead_code)]
+#[path = "../../dynamics/benches/algorithms/mod.rs"]
+mod algorithms;
+mod loops;
+#[allow(dead_code)]
+#[path = "../../dynamics/benches/mechanisms/mod.rs"]
+mod mechanisms;
+
+use linkwork_dynamics::multibody::ConstraintId;
+use linkwork_dynamics::spatial::Vec3;
+use linkwork_dynamics::{Tree, Workspace};
+use linkwork_solvers::{ConstrainedSolver, Treatment};
+use loops::{Case, State};
+use std::hint::black_box;
+use std::path::{Path, PathBuf};
+
+const REPEATS: usize = 9;
+/// Seconds of one repeat.
+const SLICE: f64 = 0.005;
+const TARGET: f64 = 0.75;
+
+type Choice = fn(ConstraintId) -> Treatment;
+
+/// Ours: tree-augmented, embedded, every second loop embedded, and what the rule says.
+const WAYS: [(&str, Choice); 4] = [
+    ("TA", |_| Treatment::Augment),
+    ("CE", |_| Treatment::Embed),
+    ("TA+CE", |c| match c {
+        ConstraintId::Loop(i) if i % 2 == 0 => Treatment::Embed,
+        _ => Treatment::Augment,
+    }),
+    ("Auto", |_| Treatment::Auto),
+];
+
+/// The fastest of the peer that is right.
+struct Peer {
+    name: String,
+    mu: String,
+    off: f64,
+    ns: f64,
+}
+
+fn main() {
+    let peer = std::env::var_os("LINKWORK_PINOCCHIO_CONSTRAINED").map(PathBuf::from);
+    if peer.is_none() {
+        println!(
+            "LINKWORK_PINOCCHIO_CONSTRAINED is not set: no peer (tests/benches/peers/install.sh)"
+        );
+    }
+    let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    println!(
+        "{:<28} {:>4} {:>5} {:>9} {:>9} {:>9} {:>9} {:>9} {:>6}  {:<24} {:>8} {:>8}",
+        "mechanism, ns",
+        "dof",
+        "rows",
+        "peer",
+        "TA",
+        "CE",
+        "TA+CE",
+        "Auto",
+        "ratio",
+        "peer's algorithm",
+        "peer off",
+        "own off"
+    );
+    let mut missed = Vec::new();
+    for case in loops::all() {
+        if !words.is_empty() && !words.iter().any(|w| case.name.contains(w.as_str())) {
+            continue;
+        }
+        if let Some(ratio) = row(&case, peer.as_deref()).filter(|r| *r > TARGET) {
+            missed.push(format!("  {}: {ratio:.2}", case.name));
+        }
+    }
+    if peer.is_some() {
+        println!("cells beyond {TARGET} of the peer: {}", missed.len());
+        missed.iter().for_each(|m| println!("{m}"));
+    }
+}
+
+/// Measures and prints one mechanism; the best of ours beside the peer.
+fn row(case: &Case, peer: Option<&Path>) -> Option<f64> {
+    let tree = Tree::new(&case.mbs);
+    let states = case.states(&tree);
+    let answers: Vec<Vec<Vec<f64>>> =
+        WAYS.iter().map(|(_, way)| accelerations(&tree, &states, *way)).collect();
+    let own = answers[1..].iter().map(|a| difference(a, &answers[0])).fold(0.0, f64::max);
+    // Ours on both sides of the peer: the clock of a busy machine drifts.
+    let only = std::env::args().find_map(|a| a.strip_prefix("--way=").map(str::to_owned));
+    let timed = |name: &str, way: Choice| match &only {
+        Some(only) if only != name => f64::INFINITY,
+        _ => time(&tree, &states, way),
+    };
+    let mut ns: Vec<f64> = WAYS.iter().map(|(name, way)| timed(name, *way)).collect();
+    let peer = peer.map(|p| run_peer(p, &case.text(&states, &answers[0])));
+    for (ns, (name, way)) in ns.iter_mut().zip(WAYS) {
+        *ns = ns.min(timed(name, way));
+    }
+    let best = ns.iter().copied().fold(f64::INFINITY, f64::min);
+    let peer = peer.flatten();
+    let rows: usize = case.mbs.constraints().map(|c| case.mbs.rows(c)).sum();
+    print!("{:<28} {:>4} {rows:>5} ", case.name, case.mbs.nv());
+    match &peer {
+        None => print!("{:>9}", "-"),
+        Some(p) => print!("{:>9.0}", p.ns),
+    }
+    ns.iter().for_each(|x| print!(" {x:>9.0}"));
+    match &peer {
+        None => println!(" {:>6}  {:<24} {:>8} {own:>8.1e}", "-", "-", "-"),
+        Some(p) => println!(
+            " {:>6.2}  {:<24} {:>8.1e} {own:>8.1e}",
+            best / p.ns,
+            format!("{} μ {}", p.name, p.mu),
+            p.off
+        ),
+    }
+    peer.map(|p| best / p.ns)
+}
+
+fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    let one = |(a, b): (&Vec<f64>, &Vec<f64>)| {
+        let size = b.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        a.iter().zip(b).fold(0.0_f64, |m, (x, y)| m.max((x - y).abs())) / size
+    };
+    a.iter().zip(b).map(one).fold(0.0, f64::max)
+}
+
+fn accelerations(tree: &Tree, states: &[State], way: Choice) -> Vec<Vec<f64>> {
+    let (mut ws, mut solver) = (Workspace::new(tree), ConstrainedSolver::new(tree, way));
+    ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
+    let one = |s: &State| {
+        let (mut tau, mut vdot) = (s.tau.clone(), vec![0.0; tree.nv()]);
+        solver.forward(tree, &mut ws, (&s.q, &s.v), &[], &mut tau, &mut vdot).expect("regular");
+        vdot
+    };
+    states.iter().map(one).collect()
+}
+
+/// Nanoseconds of a call: the best of several repeats, each over all states as often as fits.
+#[allow(clippy::disallowed_methods)] // A benchmark reads the clock.
+fn time(tree: &Tree, states: &[State], way: Choice) -> f64 {
+    let (mut ws, mut solver) = (Workspace::new(tree), ConstrainedSolver::new(tree, way));
+    ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
+    let mut taus: Vec<Vec<f64>> = states.iter().map(|s| s.tau.clone()).collect();
+    let mut vdot = vec![0.0; tree.nv()];
+    let mut pass = |loops: usize| {
+        let start = std::time::Instant::now();
+        for _ in 0..loops {
+            for (s, tau) in states.iter().zip(&mut taus) {
+                let done = solver.forward(tree, &mut ws, (&s.q, &s.v), &[], tau, &mut vdot);
+                done.expect("regular");
+                black_box(&vdot);
+            }
+        }
+        start.elapsed().as_secs_f64() / (loops * states.len()) as f64
+    };
+    let loops = (SLICE / (pass(1) * states.len() as f64)).max(1.0) as usize;
+    1e9 * (0..REPEATS).map(|_| pass(loops)).fold(f64::INFINITY, f64::min)
+}
+
+/// The fastest way of the peer that agrees; `None`, and a printed line, if none does.
+fn run_peer(program: &Path, text: &str) -> Option<Peer> {
+    let path = std::env::temp_dir().join(format!("linkwork_loops_{}.txt", std::process::id()));
+    std::fs::write(&path, text).expect("temporary file");
+    let out = std::process::Command::new(program).arg(&path).output().expect("peer runs");
+    std::fs::remove_file(&path).ok();
+    assert!(out.status.success(), "peer failed: {}", String::from_utf8_lossy(&out.stderr));
+    let text = String::from_utf8(out.stdout).expect("text");
+    let mut best: Option<Peer> = None;
+    for line in text.lines().skip(1) {
+        let words: Vec<&str> = line.split(' ').collect();
+        let [name, mu, off, ns] = words[..] else { continue };
+        let Ok(ns) = ns.parse::<f64>() else { continue };
+        if best.as_ref().is_none_or(|b| ns < b.ns) {
+            let off = off.parse().expect("number");
+            best = Some(Peer { name: name.into(), mu: mu.into(), off, ns });
+        }
+    }
+    if best.is_none() {
+        println!("no algorithm of the peer agrees:\n{text}");
+    }
+    best
+}

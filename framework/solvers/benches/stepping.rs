@@ -1,0 +1,228 @@
+//! Steps of mechanisms in contact beside MuJoCo's, in one run: the same mechanism, shapes, friction,
+//! state and step on both sides.
+//!
+//! `LINKWORK_MUJOCO_STEPS=path cargo bench -p linkwork-solvers --bench stepping [-- words]`; the path is
+//! the program that `tests/benches/peers/install.sh --mujoco` builds; words choose scenes by part of
+//! their name. Beside the steps per second: contacts and greatest penetration in the second half, the
+//! change of mechanical energy, how far a body moves in the last tenth, and the error of the coupling.
+//! Lines that begin with `problem` show the size and time of the contact problem of chains of links.
+#![allow(non_snake_case)]
+
+#[path = "../../dynamics/tests/support/mod.rs"]
+mod support;
+
+#[allow(dead_code)]
+#[path = "../../dynamics/benches/mechanisms/mod.rs"]
+mod mechanisms;
+mod mjcf;
+mod scenes;
+
+use linkwork_dynamics::spatial::Vec3;
+use linkwork_dynamics::{Tree, Workspace, kinematics, kinetic_energy, potential_energy};
+use linkwork_solvers::{ContactStepper, StepReport, Treatment};
+use scenes::Scene;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+const RUNS: usize = 5;
+const TARGET: f64 = 1.5;
+
+/// What is measured on either side.
+#[derive(Clone, Copy, Debug, Default)]
+struct Figures {
+    rate: f64,
+    contacts: f64,
+    penetration: f64,
+    energy: [f64; 2],
+    drift: f64,
+    off: f64,
+    /// Steps whose contact problem was not solved to its tolerance.
+    short: usize,
+}
+
+fn main() {
+    let peer = std::env::var_os("LINKWORK_MUJOCO_STEPS").map(PathBuf::from);
+    if peer.is_none() {
+        println!("LINKWORK_MUJOCO_STEPS is not set: no peer (tests/benches/peers/install.sh)");
+    }
+    let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    println!(
+        "{:<34} {:>10} {:>7} {:>9} {:>11} {:>10} {:>10} {:>10} {:>9}",
+        "scene",
+        "steps/s",
+        "ratio",
+        "contacts",
+        "sinks m",
+        "E start J",
+        "E end J",
+        "drift m",
+        "coupling"
+    );
+    for scene in scenes::all() {
+        if !words.is_empty() && !words.iter().any(|w| scene.name.contains(w.as_str())) {
+            continue;
+        }
+        let ours = ours(&scene);
+        let theirs = peer.as_deref().map(|p| run_peer(p, &scene));
+        print_row(&scene.name, &ours, theirs.map(|t| ours.rate / t.rate));
+        if ours.short > 0 {
+            println!("  {} of {} steps short of the tolerance", ours.short, scene.steps);
+        }
+        if let Some(t) = theirs {
+            print_row("  MuJoCo", &t, None);
+            if ours.rate < TARGET * t.rate {
+                println!("  below {TARGET} × MuJoCo's steps per second");
+            }
+        }
+    }
+    if words.is_empty() || words.iter().any(|w| w == "problem") {
+        problems();
+    }
+}
+
+fn print_row(name: &str, f: &Figures, ratio: Option<f64>) {
+    println!(
+        "{name:<34} {:>10.0} {:>7} {:>9.2} {:>11.2e} {:>10.3} {:>10.3} {:>10.2e} {:>9.1e}",
+        f.rate,
+        ratio.map_or(String::new(), |r| format!("{r:.2}")),
+        f.contacts,
+        f.penetration,
+        f.energy[0],
+        f.energy[1],
+        f.drift,
+        f.off
+    );
+}
+
+/// A scene in motion.
+struct Run<'s> {
+    scene: &'s Scene,
+    tree: Tree,
+    ws: Workspace,
+    stepper: ContactStepper,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    tau: Vec<f64>,
+    vdot: Vec<f64>,
+}
+
+impl<'s> Run<'s> {
+    fn new(scene: &'s Scene) -> Self {
+        let tree = Tree::new(&scene.mbs);
+        let colliders = Arc::new(scene.colliders());
+        let stepper =
+            ContactStepper::new(&tree, colliders, scene.settings.clone(), |_| Treatment::Embed);
+        let mut ws = Workspace::new(&tree);
+        ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
+        let nv = tree.nv();
+        Self {
+            scene,
+            ws,
+            stepper,
+            q: scene.q.clone(),
+            v: scene.v.clone(),
+            tau: vec![0.0; nv],
+            vdot: vec![0.0; nv],
+            tree,
+        }
+    }
+
+    fn step(&mut self) -> StepReport {
+        kinematics(&self.tree, &mut self.ws, &self.q, &self.v);
+        for (i, tau) in self.tau.iter_mut().enumerate() {
+            *tau = self.scene.applied[i] - self.scene.damping[i] * self.v[i];
+        }
+        let state = (&mut self.q[..], &mut self.v[..]);
+        let h = self.scene.h;
+        self.stepper
+            .step(&self.tree, &mut self.ws, h, state, &[], None, &mut self.tau, &mut self.vdot)
+            .unwrap_or_else(|e| panic!("{}: {e}", self.scene.name))
+    }
+
+    fn energy(&mut self) -> f64 {
+        kinematics(&self.tree, &mut self.ws, &self.q, &self.v);
+        kinetic_energy(&self.tree, &self.ws, &self.v) + potential_energy(&self.tree, &self.ws)
+    }
+
+    fn places(&mut self) -> Vec<Vec3> {
+        self.scene.mbs.body_poses(&self.q).iter().map(|X| X.position).collect()
+    }
+}
+
+#[allow(clippy::disallowed_methods)] // A benchmark reads the clock.
+fn ours(scene: &Scene) -> Figures {
+    let mut seconds = f64::INFINITY;
+    for _ in 0..RUNS {
+        let mut run = Run::new(scene);
+        let start = std::time::Instant::now();
+        for _ in 0..scene.steps {
+            run.step();
+        }
+        seconds = seconds.min(start.elapsed().as_secs_f64());
+    }
+    let mut run = Run::new(scene);
+    let (mut f, half) = (Figures::default(), scene.steps / 2);
+    let mut places = run.places();
+    f.energy[0] = run.energy();
+    for i in 0..scene.steps {
+        if i == scene.steps - scene.steps / 10 {
+            places = run.places();
+        }
+        let report = run.step();
+        f.short += usize::from(!report.converged);
+        for c in run.tree.multibody().couplings() {
+            let sum: f64 = c.terms.iter().map(|(q, _, factor)| factor * run.q[*q]).sum();
+            f.off = f.off.max((sum - c.coupling.constant).abs());
+        }
+        if i >= half {
+            f.penetration = f.penetration.max(report.penetration);
+            f.contacts +=
+                run.stepper.points().iter().filter(|p| p.gap <= 1e-3).count() as f64 / half as f64;
+        }
+    }
+    f.energy[1] = run.energy();
+    f.drift = run.places().iter().zip(&places).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    f.rate = scene.steps as f64 / seconds;
+    f
+}
+
+fn run_peer(program: &Path, scene: &Scene) -> Figures {
+    let stem = std::env::temp_dir().join(format!("linkwork_steps_{}", std::process::id()));
+    let (model, state) = (stem.with_extension("xml"), stem.with_extension("txt"));
+    std::fs::write(&model, mjcf::model(scene)).expect("temporary file");
+    std::fs::write(&state, mjcf::state(scene)).expect("temporary file");
+    let out = std::process::Command::new(program)
+        .args([&model, &state])
+        .arg(scene.steps.to_string())
+        .output()
+        .expect("peer runs");
+    std::fs::remove_file(&model).ok();
+    std::fs::remove_file(&state).ok();
+    assert!(out.status.success(), "peer failed: {}", String::from_utf8_lossy(&out.stderr));
+    let text = String::from_utf8(out.stdout).expect("text");
+    let x: Vec<f64> = text.split_whitespace().map(|x| x.parse().expect("number")).collect();
+    let [rate, contacts, penetration, e0, e1, drift, off] = x[..] else { panic!("{text}") };
+    Figures { rate, contacts, penetration, energy: [e0, e1], drift, off, short: 0 }
+}
+
+/// The same four contacts on chains of more and more links: rows stay, and so does the problem's time.
+#[allow(clippy::disallowed_methods)] // A benchmark reads the clock.
+fn problems() {
+    println!("\n{:<10} {:>9} {:>6} {:>6} {:>14}", "problem", "links", "dof", "rows", "step µs");
+    for links in [4, 8, 16, 32, 64, 128] {
+        let scene = scenes::chain(links);
+        let mut run = Run::new(&scene);
+        for _ in 0..scene.steps / 2 {
+            run.step();
+        }
+        let mut best = f64::INFINITY;
+        let mut rows = 0;
+        for _ in 0..scene.steps / 2 {
+            let start = std::time::Instant::now();
+            let report = run.step();
+            best = best.min(start.elapsed().as_secs_f64());
+            rows = report.rows;
+        }
+        println!("{:<10} {links:>9} {:>6} {rows:>6} {:>14.2}", "", run.tree.nv(), 1e6 * best);
+    }
+}
