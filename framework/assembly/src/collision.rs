@@ -15,7 +15,7 @@ use linkwork_runtime::{Located, Value};
 use linkwork_spatial::{Quat, Vec3};
 
 /// The kinds that only collide.
-const KINDS: [&str; 4] = ["HalfSpace", "ConvexHull", "HeightField", "Mesh"];
+pub(crate) const KINDS: [&str; 4] = ["HalfSpace", "ConvexHull", "HeightField", "Mesh"];
 
 /// Where the files of a text are.
 pub(crate) type Place<'p> = (&'p Files<'p>, &'p Home);

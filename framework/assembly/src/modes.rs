@@ -281,7 +281,11 @@ fn explicit(cx: &mut Cx, v: &Located, inner: &Located, what: &str) -> Option<Mod
         None => Attachment::default(),
         Some((Value::Variant(word, _), _)) if word == "Beam" => Attachment::Beam,
         Some((Value::Variant(word, inside), _)) if word == "Nearest" => {
-            let Some(t) = inside.get("tolerance") else { return None };
+            let Some(t) = inside.get("tolerance") else {
+                let help = "write `Nearest(tolerance: \"1 mm\")`";
+                cx.fault(inside.origin, format!("{what}: `Nearest` has no `tolerance`"), help);
+                return None;
+            };
             Attachment::Nearest { tolerance: number(cx, t, &format!("{what}: `tolerance`"), "m")? }
         }
         Some((_, origin)) => {

@@ -1,10 +1,11 @@
 //! Shapes of bodies: for display, and for inertia computed from the mass.
 use crate::collider::{self, Collider, Entry};
+use crate::collision;
 use crate::context::Cx;
 use crate::files::{Files, Home};
 use crate::pose::{direction, pose};
 use crate::read::{fields, number, numbers, text_field};
-use linkwork_runtime::{Located, Value, remedy};
+use linkwork_runtime::{Located, Origin, Value, remedy};
 use linkwork_spatial::{Mat3, Pose, Quat, Vec3};
 
 /// A solid; lengths in m.
@@ -141,10 +142,15 @@ pub(crate) fn shape(
             }
         }
         other => {
+            let solids = KINDS.iter().copied();
+            let colliding =
+                collision::KINDS.into_iter().filter(|k| files.is_some() && *k != "Mesh");
+            let known: Vec<&str> = solids.chain(colliding).collect();
+            let origin = Origin { end: v.origin.start + other.len() as u32, ..v.origin };
             cx.fault(
-                v.origin,
+                origin,
                 format!("there is no shape `{other}`"),
-                remedy(other, "shapes", &KINDS),
+                remedy(other, "shapes", &known),
             );
             None
         }

@@ -589,7 +589,11 @@ fn mistakes_in_colliders_have_places_and_remedies() {
         "triangles: [[0, 1, 3]]",
         &["collider `soup`", "--> sim.ron:20:6\n"],
     );
-    told("\"wall\": (on", "\"deck/roll\": (on", &["`deck/roll` cannot be the name of a collider"]);
+    told(
+        "\"wall\": (on",
+        "\"a b\": (on: \"world\", shape: Sphere(1)), \"wall\": (on",
+        &["`a b` cannot be the name of a collider"],
+    );
     told(
         "margin: \"2 cm\"",
         "margin: \"2 s\"",

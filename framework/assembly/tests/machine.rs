@@ -378,6 +378,55 @@ fn couplings_and_loops_of_a_file_are_simulated() {
 }
 
 #[test]
+fn collision_shapes_come_back_to_the_last_digit() {
+    use linkwork_collision::Shape as Solid;
+    let mut r = Rng(7);
+    let mut b = Builder::new();
+    b.body(BodySpec::new("M/a", "world").hinge(Hinge::free()).mass(MassProperties::new(
+        1.0,
+        Vec3::zeros(),
+        Mat3::identity(),
+    )));
+    let size = |r: &mut Rng| r.signed().abs();
+    let box_size = [size(&mut r), size(&mut r), size(&mut r)];
+    let (radius, length) = (size(&mut r), size(&mut r));
+    let mut d = Description { builder: b, ..Description::default() };
+    let all = [
+        ("M/a", "box", ShapeRole::Collision, Geometry::Box { size: box_size }),
+        ("M/a", "foot", ShapeRole::Contact, Geometry::Capsule { radius, length }),
+        ("world", "", ShapeRole::Collision, Geometry::Plane { size: [0.0, 0.0] }),
+        ("M/a", "egg", ShapeRole::Collision, Geometry::Ellipsoid { radii: [1.0, 2.0, 3.0] }),
+    ];
+    for (body, name, role, geometry) in all {
+        d.shapes.push(linkwork_formats::BodyShape {
+            body: body.into(),
+            name: name.into(),
+            role,
+            pose: r.pose(),
+            geometry,
+            color: None,
+        });
+    }
+    let made = Assembly::from_description("M", &d);
+    assert_eq!(made.left_out.len(), 1, "{:?}", made.left_out);
+    assert!(made.left_out[0].contains("Ellipsoid"));
+    let catalogue = catalogue();
+    let loaded = load_text("m.ron", &made.assembly.to_ron(), &Options::new(&catalogue));
+    let loaded = loaded.unwrap_or_else(|f| panic!("{f}"));
+    let colliders = loaded.colliders.as_ref().unwrap();
+    let of = |name: &str| colliders.spec(colliders.find(name).unwrap());
+    let wants = [
+        ("M/a/box", Solid::Box { half: 0.5 * Vec3::from(box_size) }),
+        ("M/a/foot", Solid::Capsule { radius, half_length: 0.5 * length }),
+        ("M/ground", Solid::HalfSpace),
+    ];
+    for ((name, shape), written) in wants.into_iter().zip(&d.shapes) {
+        assert_eq!((&of(name).fine, &of(name).pose), (&shape, &written.pose), "{name}");
+    }
+    assert!(loaded.shapes.is_empty(), "what collides is not shown");
+}
+
+#[test]
 fn shapes_of_the_world_and_of_mujoco_collide() {
     let text = r#"<mujoco><worldbody>
         <geom name="floor" type="plane" size="0 0 1" pos="0 0 -0.5"/>
