@@ -125,7 +125,9 @@ fn compliant(cx: &mut Cx, v: &Located) -> Option<CompliantSettings> {
     match v.value {
         Value::Bool(on) => return on.then_some(out),
         Value::Null => return Some(out),
-        _ => fields(cx, v, "`contact`: `compliant`", &FIELDS),
+        _ => {
+            fields(cx, v, "`contact`: `compliant`", &FIELDS);
+        }
     }
     let (all, some) = ((0.0, f64::INFINITY), (f64::MIN_POSITIVE, f64::INFINITY));
     let mut of = |field: &str, unit: &str, range: (f64, f64), to: &mut f64| {
