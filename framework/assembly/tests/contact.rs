@@ -3,7 +3,7 @@
 mod common;
 use common::*;
 use linkwork_assembly::*;
-use linkwork_collision::{Neighbours, Shape as Solid, Visibility};
+use linkwork_collision::{Shape as Solid, Visibility};
 use linkwork_solvers::JointLimits;
 use linkwork_solvers::contact::Method;
 use linkwork_spatial::Vec3;
@@ -126,9 +126,6 @@ fn the_outermost_contact_counts_and_none_is_no_contact() {
     assert_eq!(friction("", "contact: (friction: 0.3)"), Some(0.3));
     assert_eq!(friction("contact: (friction: 0.2),", "contact: (friction: 0.3)"), Some(0.2));
     assert_eq!(friction("contact: false,", "contact: (friction: 0.3)"), None);
-    let rules = good(&text("contact: (neighbours: Collide),", ""));
-    assert!(spec(&rules).contact.is_some());
-    assert_eq!(Neighbours::default(), Neighbours::Pass);
     let two = text("", "contact: ()").replace(") })", "), \"B\": (contact: (), bodies: {}) })");
     faults(&two, &["`A` and `B` both write `contact`", "+write it once, in the simulation"]);
 }
@@ -293,4 +290,20 @@ fn a_ball_comes_to_rest_on_the_floor_of_a_text() {
         contact: (friction: 1))"#;
     let loaded = good(text);
     assert!(run(&loaded.spec, 1.5).get("Mechanism.contact.points").unwrap() >= 1.0);
+}
+
+#[test]
+fn bodies_that_a_loop_joins_are_neighbours() {
+    let meet = |fields: &str, contact: &str| {
+        let ball = "(parent: \"world\", hinge: Free, mass: 1, inertia: Sphere(1), shapes: [(shape: Sphere(1), collide: true)])";
+        let loaded = good(&format!(
+            "Simulation(bodies: {{ \"a\": {ball}, \"b\": {ball} }}, {fields} contact: ({contact}))"
+        ));
+        let colliders = loaded.colliders.unwrap();
+        let [a, b] = ["a/shape1", "b/shape1"].map(|n| colliders.find(n).unwrap());
+        colliders.meet(a, b)
+    };
+    let joined = "loops: { \"l\": (a: \"a\", b: \"b\", hinge: Ball) },";
+    assert!(meet("", "") && !meet(joined, ""));
+    assert!(meet(joined, "neighbours: Collide") && meet(joined, "collide: [[\"a\", \"b\"]]"));
 }
