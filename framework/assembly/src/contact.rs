@@ -12,10 +12,11 @@ use linkwork_collision::{ColliderSpec, Colliders, Fault, Material, Neighbours, R
 use linkwork_multibody::{Multibody, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value, remedy};
 use linkwork_solvers::contact::Method;
-use linkwork_solvers::{ContactSettings, JointLimits};
+use linkwork_solvers::{CompliantSettings, ContactSettings, JointLimits};
 use std::collections::{BTreeMap, BTreeSet};
 
-const FIELDS: [&str; 19] = [
+const FIELDS: [&str; 20] = [
+    "compliant",
     "margin",
     "slop",
     "correction",
@@ -44,6 +45,8 @@ const DEFAULT: &str = "default";
 pub(crate) struct Contact {
     /// `None`: it is not written, and nothing touches.
     pub settings: Option<ContactSettings>,
+    /// Smooth forces instead of impulses.
+    pub compliant: Option<CompliantSettings>,
     rules: Rules,
     material: Material,
     /// Whether every collider could be read.
@@ -102,8 +105,44 @@ pub(crate) fn read(
     out.material.friction = of("friction", f64::INFINITY, plain.friction);
     out.material.restitution = of("restitution", 1.0, plain.restitution);
     out.dry = dry(cx, v, root, &here.path, bodies);
+    out.compliant = v.get("compliant").and_then(|c| compliant(cx, c));
     out.resolved = Some(resolved(v, &out));
     out
+}
+
+/// `compliant: (stiffness: .., ..)`; `true` or `()` for what is usual.
+fn compliant(cx: &mut Cx, v: &Located) -> Option<CompliantSettings> {
+    const FIELDS: [&str; 7] = [
+        "stiffness",
+        "exponent",
+        "damping",
+        "bristle_stiffness",
+        "bristle_damping",
+        "relaxation",
+        "radius",
+    ];
+    let mut out = CompliantSettings::default();
+    match v.value {
+        Value::Bool(on) => return on.then_some(out),
+        Value::Null => return Some(out),
+        _ => {
+            fields(cx, v, "`contact`: `compliant`", &FIELDS);
+        }
+    }
+    let (all, some) = ((0.0, f64::INFINITY), (f64::MIN_POSITIVE, f64::INFINITY));
+    let mut of = |field: &str, unit: &str, range: (f64, f64), to: &mut f64| {
+        let Some(x) = v.get(field) else { return };
+        let what = format!("`contact`: `compliant`: `{field}`");
+        *to = within(cx, x, &what, unit, range).unwrap_or(*to);
+    };
+    of("stiffness", "", some, &mut out.stiffness);
+    of("exponent", "", (1.0, 10.0), &mut out.exponent);
+    of("damping", "s/m", all, &mut out.damping);
+    of("bristle_stiffness", "N/m", some, &mut out.bristle_stiffness);
+    of("bristle_damping", "N s/m", all, &mut out.bristle_damping);
+    of("relaxation", "s", some, &mut out.relaxation);
+    of("radius", "m", all, &mut out.radius);
+    Some(out)
 }
 
 fn settings(cx: &mut Cx, v: &Located) -> ContactSettings {

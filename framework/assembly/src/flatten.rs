@@ -263,7 +263,10 @@ pub(crate) fn mechanism(
             treatments: constraints.treatments,
             motions,
             origins: constraints.origins,
-            contact: on.map(|(settings, colliders)| ContactSpec { colliders, settings }),
+            contact: on
+                .filter(|_| contact.compliant.is_none())
+                .map(|(settings, colliders)| ContactSpec { colliders, settings }),
+            compliant: colliders.clone().zip(contact.compliant),
             ..MechanismSpec::new(path, multibody, q, v)
         }
     });

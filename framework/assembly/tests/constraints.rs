@@ -430,3 +430,27 @@ fn every_mixture_of_treatments_starts_on_the_constraints() {
         run(&good(&text).spec, 0.0);
     }
 }
+
+#[test]
+fn compliant_contact_replaces_impulses() {
+    let with = |contact: &str| {
+        format!(
+            r#"Simulation(
+                bodies: {{ "ball": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), initial: (position: [0, 0, 0.3]), shapes: [(shape: Sphere(0.1), collide: true)]) }},
+                colliders: {{ "floor": (on: "world", shape: HalfSpace) }},
+                contact: ({contact}), until: "1 s",
+            )"#
+        )
+    };
+    let m = good(&with("compliant: (stiffness: 2e5, exponent: 1.5, relaxation: \"2 ms\")"));
+    let m = m.spec.mechanism.unwrap();
+    assert!(m.contact.is_none());
+    let (colliders, settings) = m.compliant.unwrap();
+    assert_eq!(colliders.len(), 2);
+    assert_eq!((settings.stiffness, settings.exponent), (2e5, 1.5));
+    assert_eq!(settings.relaxation, 2e-3);
+    assert!(good(&with("")).spec.mechanism.unwrap().compliant.is_none());
+    let text = bad(&with("compliant: (stifness: 2e5, exponent: 0.5)"));
+    assert!(text.contains("stifness") && text.contains("did you mean `stiffness`"), "{text}");
+    assert!(text.contains("`exponent`"), "{text}");
+}

@@ -121,7 +121,8 @@ impl Core {
             Core::Point => Vec3::zeros(),
             Core::Segment { h } => Vec3::new(0.0, 0.0, h.copysign(d.z)),
             Core::Cylinder { r, h } => {
-                let s = d.x.hypot(d.y);
+                // d is near unit length: squares neither overflow nor matter where they underflow.
+                let s = (d.x * d.x + d.y * d.y).sqrt();
                 let (x, y) = if s > 0.0 { (d.x / s, d.y / s) } else { (1.0, 0.0) };
                 Vec3::new(r * x, r * y, h.copysign(d.z))
             }
@@ -201,6 +202,17 @@ impl<'a> Placed<'a> {
     #[inline]
     pub(crate) fn support(&self, d: &Vec3) -> Vec3 {
         self.R * self.core.support(&self.R.tr_mul(d)) + self.p
+    }
+
+    /// How fast the point farthest along d moves when d moves by `step`: zero at corners.
+    #[inline]
+    pub(crate) fn support_rate(&self, d: &Vec3, step: &Vec3) -> Vec3 {
+        let Core::Cylinder { r, .. } = self.core else { return Vec3::zeros() };
+        let (d, step) = (self.R.tr_mul(d), self.R.tr_mul(step));
+        let s = (d.x * d.x + d.y * d.y).sqrt();
+        let (x, y) = (d.x / s, d.y / s);
+        let across = r / s * (x * step.y - y * step.x);
+        self.R * Vec3::new(-y * across, x * across, 0.0)
     }
 
     /// Least and greatest d · x.

@@ -3,7 +3,7 @@
 //! ```text
 //! sep(n) = n · (p_B(n) − p_A(n)),   p the support points;   every n gives a lower bound of the distance
 //! two corners or rims:    n free, gradient p_B − p_A across n:               Newton
-//! an edge or an axis e:   n(φ) across e, sep'(φ) = n'(φ) · (p_B − p_A):      regula falsi (Illinois)
+//! an edge or an axis e:   n(φ) across e, sep'(φ) = n'(φ) · (p_B − p_A):      Newton between bounds, else bisection
 //! ```
 //! All are tried; the greatest is the distance, so that nothing has to be decided.
 
@@ -50,28 +50,29 @@ fn basis(n: &Vec3) -> (Vec3, Vec3) {
     (t, n.cross(&t))
 }
 
+/// p_B − p_A turns by this when n moves by `step`.
+fn between_rate(a: &Placed, b: &Placed, n: &Vec3, step: &Vec3) -> Vec3 {
+    b.support_rate(&-n, &-step) - a.support_rate(n, step)
+}
+
 fn free(a: &Placed, b: &Placed, start: &Vec3) -> Option<Vec3> {
     let mut n = *start;
     for _ in 0..8 {
         let (t, u) = basis(&n);
-        let gradient = |n: &Vec3| {
-            let d = between(a, b, n);
-            let d = d - n * n.dot(&d);
-            (t.dot(&d), u.dot(&d))
-        };
-        let h = 1e-6;
-        let at = |s: f64, r: f64| gradient(&(n + t * s + u * r).normalize());
-        let (f, ft, fu) = (gradient(&n), [at(h, 0.0), at(-h, 0.0)], [at(0.0, h), at(0.0, -h)]);
-        let (j11, j21) = ((ft[0].0 - ft[1].0) / (2.0 * h), (ft[0].1 - ft[1].1) / (2.0 * h));
-        let (j12, j22) = ((fu[0].0 - fu[1].0) / (2.0 * h), (fu[0].1 - fu[1].1) / (2.0 * h));
+        let d = between(a, b, &n);
+        let (along, f) = (n.dot(&d), (t.dot(&d), u.dot(&d)));
+        let (dt, du) = (between_rate(a, b, &n, &t), between_rate(a, b, &n, &u));
+        let (j11, j21) = (t.dot(&dt) - along, u.dot(&dt));
+        let (j12, j22) = (t.dot(&du), u.dot(&du) - along);
         let det = j11 * j22 - j12 * j21;
         let (s, r) = ((j12 * f.1 - j22 * f.0) / det, (j21 * f.0 - j11 * f.1) / det);
-        let step = s.hypot(r);
+        let step = (s * s + r * r).sqrt();
         if !(step < TURN) {
             return None;
         }
         n = (n + t * s + u * r).normalize();
-        if step < 1e-15 {
+        // The next step would be the square of this.
+        if step < 1e-9 {
             break;
         }
     }
@@ -81,29 +82,43 @@ fn free(a: &Placed, b: &Placed, start: &Vec3) -> Option<Vec3> {
 fn about(a: &Placed, b: &Placed, start: &Vec3, e: &Vec3) -> Option<Vec3> {
     let n0 = (start - e * e.dot(start)).normalize();
     let side = e.cross(&n0);
-    let turned = |phi: f64| n0 * phi.cos() + side * phi.sin();
-    let slope = |phi: f64| (side * phi.cos() - n0 * phi.sin()).dot(&between(a, b, &turned(phi)));
+    // n, n' and sep'.
+    let slope = |phi: f64| {
+        let (sin, cos) = phi.sin_cos();
+        let (n, turned) = (n0 * cos + side * sin, side * cos - n0 * sin);
+        let d = between(a, b, &n);
+        (n, turned, turned.dot(&d), n.dot(&d))
+    };
     let (mut lo, mut hi) = (-TURN, TURN);
-    let (mut flo, mut fhi) = (slope(lo), slope(hi));
+    let (flo, fhi) = (slope(lo).2, slope(hi).2);
     if !(flo > 0.0 && fhi < 0.0) {
         return None;
     }
-    let mut kept = 0;
-    for _ in 0..60 {
-        let phi = (lo * fhi - hi * flo) / (fhi - flo);
-        let f = slope(phi);
-        if f > 0.0 {
-            (lo, flo) = (phi, f);
-            fhi *= if kept == 1 { 0.5 } else { 1.0 };
-            kept = 1;
-        } else {
-            (hi, fhi) = (phi, f);
-            flo *= if kept == 2 { 0.5 } else { 1.0 };
-            kept = 2;
-        }
-        if f == 0.0 || hi - lo < 1e-15 {
+    // Rounding of the places themselves; sep is off by the square of it.
+    let end = 1e-15 * (flo - fhi);
+    let mut phi = 0.0;
+    let mut best = n0;
+    // Where support points tie, sep has a kink at a normal that the candidates have; no need to find it again.
+    for _ in 0..12 {
+        let (n, turned, f, sep) = slope(phi);
+        best = n;
+        if f.abs() <= end || hi - lo < 1e-15 {
             break;
         }
+        if f > 0.0 {
+            lo = phi;
+        } else {
+            hi = phi;
+        }
+        let curve = turned.dot(&between_rate(a, b, &n, &turned)) - sep;
+        let next = phi - f / curve;
+        let within = next > lo && next < hi;
+        if within && (next - phi).abs() < 1e-12 {
+            // Quadratic from here: the next place is right to the last digit.
+            best = slope(next).0;
+            break;
+        }
+        phi = if within { next } else { 0.5 * (lo + hi) };
     }
-    Some(turned(if flo < -fhi { lo } else { hi }))
+    Some(best)
 }

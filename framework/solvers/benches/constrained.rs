@@ -19,12 +19,15 @@ mod loops;
 #[allow(dead_code)]
 #[path = "../../dynamics/benches/mechanisms/mod.rs"]
 mod mechanisms;
+#[path = "../../dynamics/benches/picture/mod.rs"]
+mod picture;
 
 use linkwork_dynamics::multibody::ConstraintId;
 use linkwork_dynamics::spatial::Vec3;
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_solvers::{ConstrainedSolver, Treatment};
 use loops::{Case, State};
+use picture::{Curve, Panel};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 
@@ -77,23 +80,76 @@ fn main() {
         "peer off",
         "own off"
     );
-    let mut missed = Vec::new();
+    let (mut missed, mut measured) = (Vec::new(), Vec::new());
     for case in loops::all() {
         if !words.is_empty() && !words.iter().any(|w| case.name.contains(w.as_str())) {
             continue;
         }
-        if let Some(ratio) = row(&case, peer.as_deref()).filter(|r| *r > TARGET) {
+        let m = row(&case, peer.as_deref());
+        if let Some(ratio) = m.ratio().filter(|r| *r > TARGET) {
             missed.push(format!("  {}: {ratio:.2}", case.name));
         }
+        measured.push(m);
     }
     if peer.is_some() {
         println!("cells beyond {TARGET} of the peer: {}", missed.len());
         missed.iter().for_each(|m| println!("{m}"));
     }
+    if std::env::args().any(|a| a == "--write") {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/loops.svg");
+        std::fs::write(path, picture::svg("see above", &panels(&measured))).expect("written");
+        println!("written: framework/solvers/benches/loops.svg");
+    }
 }
 
-/// Measures and prints one mechanism; the best of ours beside the peer.
-fn row(case: &Case, peer: Option<&Path>) -> Option<f64> {
+/// Times of one mechanism, ns: ours in the order of [`WAYS`], and the peer's.
+struct Measured {
+    name: String,
+    ns: Vec<f64>,
+    peer: Option<f64>,
+}
+
+impl Measured {
+    /// The best of ours beside the peer.
+    fn ratio(&self) -> Option<f64> {
+        let best = self.ns.iter().copied().fold(f64::INFINITY, f64::min);
+        self.peer.map(|p| best / p)
+    }
+}
+
+/// Where the ways cross: over the number of loops, and over their size.
+fn panels(all: &[Measured]) -> Vec<Panel> {
+    let colors = ["#3066be", "#0b6e4f", "#e09f3e", "#c1292e"];
+    let names = ["TA", "CE", "TA+CE", "Pinocchio's fastest"];
+    let panel = |title: &str, cells: &[(f64, String)], low: f64| {
+        let curve = |k: usize| {
+            let point = |(n, name): &(f64, String)| {
+                let m = all.iter().find(|m| m.name == *name)?;
+                let ns = if k < 3 { Some(m.ns[k]) } else { m.peer };
+                ns.map(|ns| (*n, 1e-3 * ns))
+            };
+            let points: Vec<(f64, f64)> = cells.iter().filter_map(point).collect();
+            Curve { name: names[k].into(), color: colors[k].into(), points }
+        };
+        let curves = (0..4).map(curve).filter(|c| !c.points.is_empty()).collect();
+        Panel { title: title.into(), curves, low }
+    };
+    let grid = [(1, 1), (2, 1), (4, 1), (4, 2), (4, 4)];
+    let bars: Vec<(f64, String)> =
+        (grid.iter()).map(|(b, d)| (f64::from(b * d), format!("four-bars {b} × {d}"))).collect();
+    let chain = |depth: usize| -> Vec<(f64, String)> {
+        let sizes = [2, 5, 10, 20, 40].into_iter().filter(|s| *s <= depth);
+        sizes.map(|s| (s as f64, format!("chains {depth}, loops of {s}"))).collect()
+    };
+    vec![
+        panel("n four-bars on a free base (µs)", &bars, 0.3),
+        panel("two chains of 20, n links a side of a loop (µs)", &chain(20), 1.0),
+        panel("two chains of 40, n links a side of a loop (µs)", &chain(40), 2.0),
+    ]
+}
+
+/// Measures and prints one mechanism.
+fn row(case: &Case, peer: Option<&Path>) -> Measured {
     let tree = Tree::new(&case.mbs);
     let states = case.states(&tree);
     let answers: Vec<Vec<Vec<f64>>> =
@@ -128,7 +184,7 @@ fn row(case: &Case, peer: Option<&Path>) -> Option<f64> {
             p.off
         ),
     }
-    peer.map(|p| best / p.ns)
+    Measured { name: case.name.clone(), ns, peer: peer.map(|p| p.ns) }
 }
 
 fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {

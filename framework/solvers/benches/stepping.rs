@@ -5,7 +5,7 @@
 //! the program that `tests/benches/peers/install.sh --mujoco` builds; words choose scenes by part of
 //! their name. Beside the steps per second: contacts and greatest penetration in the second half, the
 //! change of mechanical energy, how far a body moves in the last tenth, and the error of the coupling.
-//! Lines that begin with `problem` show the size and time of the contact problem of chains of links.
+//! Last come the size and time of one contact problem on chains of more and more links (`problem`).
 #![allow(non_snake_case)]
 
 #[path = "../../dynamics/tests/support/mod.rs"]
@@ -18,7 +18,9 @@ mod mjcf;
 mod scenes;
 
 use linkwork_dynamics::spatial::Vec3;
+use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
 use linkwork_dynamics::{Tree, Workspace, kinematics, kinetic_energy, potential_energy};
+use linkwork_solvers::contact::{Cone, Contact, Factor, Method, Problem, Settings};
 use linkwork_solvers::{ContactStepper, StepReport, Treatment};
 use scenes::Scene;
 use std::path::{Path, PathBuf};
@@ -38,6 +40,9 @@ struct Figures {
     off: f64,
     /// Steps whose contact problem was not solved to its tolerance.
     short: usize,
+    /// Steps that Newton solved, and iterations of all.
+    newton: usize,
+    iterations: usize,
 }
 
 fn main() {
@@ -65,9 +70,13 @@ fn main() {
         let ours = ours(&scene);
         let theirs = peer.as_deref().map(|p| run_peer(p, &scene));
         print_row(&scene.name, &ours, theirs.map(|t| ours.rate / t.rate));
-        if ours.short > 0 {
-            println!("  {} of {} steps short of the tolerance", ours.short, scene.steps);
-        }
+        println!(
+            "  {:.1} iterations a step; Newton in {} of {} steps, {} short of the tolerance",
+            ours.iterations as f64 / scene.steps as f64,
+            ours.newton,
+            scene.steps,
+            ours.short
+        );
         if let Some(t) = theirs {
             print_row("  MuJoCo", &t, None);
             if ours.rate < TARGET * t.rate {
@@ -170,6 +179,8 @@ fn ours(scene: &Scene) -> Figures {
         }
         let report = run.step();
         f.short += usize::from(!report.converged);
+        f.newton += usize::from(report.method == Method::Newton);
+        f.iterations += report.iterations as usize;
         for c in run.tree.multibody().couplings() {
             let sum: f64 = c.terms.iter().map(|(q, _, factor)| factor * run.q[*q]).sum();
             f.off = f.off.max((sum - c.coupling.constant).abs());
@@ -202,27 +213,77 @@ fn run_peer(program: &Path, scene: &Scene) -> Figures {
     let text = String::from_utf8(out.stdout).expect("text");
     let x: Vec<f64> = text.split_whitespace().map(|x| x.parse().expect("number")).collect();
     let [rate, contacts, penetration, e0, e1, drift, off] = x[..] else { panic!("{text}") };
-    Figures { rate, contacts, penetration, energy: [e0, e1], drift, off, short: 0 }
+    Figures { rate, contacts, penetration, energy: [e0, e1], drift, off, ..Figures::default() }
 }
 
-/// The same four contacts on chains of more and more links: rows stay, and so does the problem's time.
-#[allow(clippy::disallowed_methods)] // A benchmark reads the clock.
+/// Contacts of the problems.
+const TOUCHES: usize = 4;
+
+/// Four contacts on chains of more and more links, at the base and at the tip: the rows and the time
+/// of the complementarity problem alone, then of the whole step without collision.
 fn problems() {
-    println!("\n{:<10} {:>9} {:>6} {:>6} {:>14}", "problem", "links", "dof", "rows", "step µs");
-    for links in [4, 8, 16, 32, 64, 128] {
-        let scene = scenes::chain(links);
-        let mut run = Run::new(&scene);
-        for _ in 0..scene.steps / 2 {
-            run.step();
+    println!(
+        "\n{TOUCHES} contacts on a chain {:>5} {:>6} {:>6} {:>12} {:>10} {:>12}",
+        "links", "dof", "rows", "problem µs", "sweeps", "rows made µs"
+    );
+    for (place, name) in [(0, "at the base"), (1, "at the tip")] {
+        for links in [4, 8, 16, 32, 64, 128] {
+            let first = place * (links - TOUCHES);
+            problem(name, links, first);
         }
-        let mut best = f64::INFINITY;
-        let mut rows = 0;
-        for _ in 0..scene.steps / 2 {
-            let start = std::time::Instant::now();
-            let report = run.step();
-            best = best.min(start.elapsed().as_secs_f64());
-            rows = report.rows;
-        }
-        println!("{:<10} {links:>9} {:>6} {rows:>6} {:>14.2}", "", run.tree.nv(), 1e6 * best);
     }
+}
+
+#[allow(clippy::disallowed_methods)] // A benchmark reads the clock.
+fn problem(name: &str, links: usize, first: usize) {
+    let mbs = scenes::chain(links);
+    let tree = Tree::new(&mbs);
+    let units = Units::new(&tree, |_| Treatment::Augment);
+    let (mut ws, mut uw) = (Workspace::new(&tree), UnitsWork::new(&tree, &units));
+    ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
+    let zero = vec![0.0; tree.nv()];
+    let (mut rows, mut cones, mut b) = (RowSet::default(), Vec::new(), Vec::new());
+    let q = mbs.neutral_q();
+    let mut make = || {
+        kinematics(&tree, &mut ws, &q, &zero);
+        units.gather(&tree, &mut ws, &mut uw, &zero, &zero, &[]).expect("regular");
+        rows.clear();
+        for i in 0..TOUCHES {
+            let link = mbs.body(&format!("link{:03}", first + i)).expect("link");
+            let side = if i % 2 == 0 { 0.2 } else { -0.2 };
+            let p = ws.body_pose(&tree, link).position + Vec3::new(0.15, side, -0.05);
+            let frame = [Vec3::z(), Vec3::x(), Vec3::y()];
+            rows.add_point(&tree, &units, &ws, &uw, (None, Some(link)), &p, &frame);
+        }
+    };
+    let mut made = f64::INFINITY;
+    for _ in 0..200 {
+        let start = std::time::Instant::now();
+        make();
+        made = made.min(start.elapsed().as_secs_f64());
+    }
+    for row in rows.groups() {
+        cones.push(Cone::Coulomb { friction: scenes::FRICTION });
+        b.push(std::array::from_fn(|k| row.rate[k] + 2e-3 * row.free[k]));
+    }
+    let factor =
+        Factor { start: rows.start(), dof: rows.dof(), e: rows.e(), dofs: rows.independent() };
+    let problem = Problem::new(factor, &cones, &b, &[]).expect("sound");
+    let mut contact = Contact::new(Settings::default());
+    let (mut best, mut iterations) = (f64::INFINITY, 0);
+    for _ in 0..200 {
+        let mut lambda = [[0.0; 4]; TOUCHES];
+        let start = std::time::Instant::now();
+        let report = contact.solve(&problem, &mut lambda).expect("solved");
+        best = best.min(start.elapsed().as_secs_f64());
+        assert!(report.converged, "{report:?}");
+        iterations = report.iterations;
+    }
+    println!(
+        "{name:<21} {links:>7} {:>6} {:>6} {:>12.2} {iterations:>10} {:>12.2}",
+        tree.nv(),
+        rows.rows(),
+        1e6 * best,
+        1e6 * made
+    );
 }

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Builds and installs the peers that the benchmarks compare with. Nothing leaves the folder given.
-#   tests/benches/peers/install.sh [--pinocchio] [--drake] [--mujoco] [folder, default target/peers]
+#   tests/benches/peers/install.sh [--pinocchio] [--drake] [--mujoco] [--exudyn] [folder, default target/peers]
 # Without an option: Pinocchio. Python packages go into a virtual environment in the folder.
 # The headers of Pinocchio and Eigen come from PyPI; clang compiles the templates, since that is
 # Pinocchio's fastest build.
@@ -10,9 +10,9 @@ dir=target/peers
 want=
 for word in "$@"; do
     case $word in
-    --pinocchio | --drake | --mujoco) want="$want $word" ;;
+    --pinocchio | --drake | --mujoco | --exudyn) want="$want $word" ;;
     -*)
-        echo "error: unknown option $word: --pinocchio, --drake, --mujoco" >&2
+        echo "error: unknown option $word: --pinocchio, --drake, --mujoco, --exudyn" >&2
         exit 1
         ;;
     *) dir=$word ;;
@@ -58,12 +58,30 @@ pinocchio() {
     done
     echo "built:$best"
     echo "run:   LINKWORK_PINOCCHIO_BENCH=$dir/pinocchio_bench_native cargo bench -p linkwork-dynamics"
+    "$cxx" -std=c++17 -O3 -DNDEBUG -march=native -Wno-deprecated-declarations \
+        -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS \
+        -DBOOST_FUSION_INVOKE_MAX_ARITY=12 \
+        -I"$prefix/include" -I"$prefix/include/eigen3" \
+        "$here/pinocchio_constrained.cpp" -o "$dir/pinocchio_constrained"
+    echo "built: $dir/pinocchio_constrained"
+    echo "run:   LINKWORK_PINOCCHIO_CONSTRAINED=$dir/pinocchio_constrained cargo bench -p linkwork-solvers --bench constrained"
+}
+
+mujoco() {
+    cc=${CC:-cc}
+    python_peer 'mujoco>=3'
+    package=$("$dir/venv/bin/python" -c 'import mujoco, os; print(os.path.dirname(mujoco.__file__))')
+    "$cc" -O3 -DNDEBUG -I"$package/include" "$here/mujoco_steps.c" "$package"/libmujoco.so.* \
+        -Wl,-rpath,"$package" -lm -o "$dir/mujoco_steps"
+    echo "built: $dir/mujoco_steps"
+    echo "run:   LINKWORK_MUJOCO_STEPS=$dir/mujoco_steps cargo bench -p linkwork-solvers --bench stepping"
 }
 
 for peer in $want; do
     case $peer in
     --pinocchio) pinocchio ;;
     --drake) python_peer 'drake>=1.51,<2' ;;
-    --mujoco) python_peer 'mujoco>=3' ;;
+    --mujoco) mujoco ;;
+    --exudyn) python_peer 'exudyn>=1.9,<2' ;;
     esac
 done
