@@ -3,7 +3,7 @@
 use linkwork_assembly::{Failure, Loaded, Look, Options, load_text};
 use linkwork_collision::Colliders;
 use linkwork_runtime::prelude::*;
-use linkwork_runtime::{Catalogue, Files, Seconds, Simulation, Spec, compile};
+use linkwork_runtime::{Catalogue, Files, MechanismSpec, Seconds, Simulation, Spec, compile};
 
 /// Winding.
 #[derive(Params, Clone, Debug)]
@@ -246,4 +246,33 @@ pub fn digest(spec: &Spec) -> String {
     }
     let _ = writeln!(out, "{:?} {:?} {}", spec.step, spec.integrator, spec.seed);
     out
+}
+
+/// The mechanism of a text.
+pub fn spec(loaded: &Loaded) -> &MechanismSpec {
+    loaded.spec.mechanism.as_ref().unwrap_or_else(|| panic!("there is no mechanism"))
+}
+
+/// Exactly these faults, in this order; a part with `+` belongs to the one before.
+#[track_caller]
+pub fn faults(text: &str, expected: &[&str]) {
+    let shown = bad(text);
+    let count = shown.matches("error: ").count();
+    for part in expected {
+        let part = part.trim_start_matches('+');
+        assert!(shown.contains(part), "\n{part}\nis not in\n{shown}\nof\n{text}");
+    }
+    assert_eq!(count, expected.iter().filter(|e| !e.starts_with('+')).count(), "{shown}");
+}
+
+/// Loads to the same from the resolved text, and from that of the resolved one.
+#[track_caller]
+pub fn resolves(loaded: &Loaded) {
+    let catalogue = catalogue();
+    let again = load_text("r.ron", &loaded.resolved, &Options::new(&catalogue));
+    let again = again.unwrap_or_else(|f| panic!("{f}\n{}", loaded.resolved));
+    assert_eq!(digest(&again.spec), digest(&loaded.spec));
+    assert_eq!(again.shapes, loaded.shapes);
+    let once = load_text("r.ron", &again.resolved, &Options::new(&catalogue));
+    assert_eq!(once.unwrap_or_else(|f| panic!("{f}")).resolved, again.resolved);
 }
