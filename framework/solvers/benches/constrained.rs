@@ -3,6 +3,7 @@
 //! `LINKWORK_PINOCCHIO_CONSTRAINED=path cargo bench -p linkwork-solvers --bench constrained
 //! [-- words] [--way=CE] [--write]`; the path is the program that `tests/benches/peers/install.sh`
 //! builds; words choose mechanisms by part of their name; `--way` times one way only (for profiles);
+//! `--variants` prints what each algorithm and parameter of the peer did;
 //! `--write` draws `framework/solvers/benches/loops.svg`.
 //! Both sides start from (q, β, T), kinematics included, and go round the same closed states. The
 //! peer's accelerations must agree with ours to 1e-8 or its time does not count; of its algorithms
@@ -247,7 +248,10 @@ fn run_peer(program: &Path, text: &str) -> Option<Peer> {
         }
     }
     if best.is_none() {
-        println!("no algorithm of the peer agrees:\n{text}");
+        println!("no algorithm of the peer agrees");
+    }
+    if best.is_none() || std::env::args().any(|a| a == "--variants") {
+        print!("{text}");
     }
     best
 }
