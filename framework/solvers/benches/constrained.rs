@@ -105,7 +105,7 @@ fn main() {
     }
     if std::env::args().any(|a| a == "--write") {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/loops.svg");
-        std::fs::write(path, picture::svg("see above", &panels(&measured))).expect("written");
+        std::fs::write(path, picture::svg("loops or links", &panels(&measured))).expect("written");
         println!("written: framework/solvers/benches/loops.svg");
     }
 }
