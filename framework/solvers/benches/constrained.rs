@@ -3,10 +3,12 @@
 //! `LINKWORK_PINOCCHIO_CONSTRAINED=path cargo bench -p linkwork-solvers --bench constrained
 //! [-- words] [--way=CE] [--write]`; the path is the program that `tests/benches/peers/install.sh`
 //! builds; words choose mechanisms by part of their name; `--way` times one way only (for profiles);
+//! `--variants` prints what each algorithm and parameter of the peer did;
 //! `--write` draws `framework/solvers/benches/loops.svg`.
 //! Both sides start from (q, β, T), kinematics included, and go round the same closed states. The
 //! peer's accelerations must agree with ours to 1e-8 or its time does not count; of its algorithms
-//! and proximal parameters the fastest counts.
+//! and proximal parameters the fastest counts. The column `loose` is beside the fastest that agrees
+//! to 1e-6.
 #![allow(non_snake_case)]
 
 #[path = "../../dynamics/tests/support/mod.rs"]
@@ -35,6 +37,9 @@ const REPEATS: usize = 9;
 /// Seconds of one repeat.
 const SLICE: f64 = 0.005;
 const TARGET: f64 = 0.75;
+/// Relative difference of accelerations up to which the peer counts as right, and nearly right.
+const RIGHT: f64 = 1e-8;
+const LOOSE: f64 = 1e-6;
 
 type Choice = fn(ConstraintId) -> Treatment;
 
@@ -55,6 +60,8 @@ struct Peer {
     mu: String,
     off: f64,
     ns: f64,
+    /// The fastest that agrees to [`LOOSE`].
+    loose: f64,
 }
 
 fn main() {
@@ -66,7 +73,7 @@ fn main() {
     }
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     println!(
-        "{:<28} {:>4} {:>5} {:>9} {:>9} {:>9} {:>9} {:>9} {:>6}  {:<24} {:>8} {:>8}",
+        "{:<28} {:>4} {:>5} {:>9} {:>9} {:>9} {:>9} {:>9} {:>6} {:>6}  {:<24} {:>8} {:>8}",
         "mechanism, ns",
         "dof",
         "rows",
@@ -76,6 +83,7 @@ fn main() {
         "TA+CE",
         "Auto",
         "ratio",
+        "loose",
         "peer's algorithm",
         "peer off",
         "own off"
@@ -97,7 +105,7 @@ fn main() {
     }
     if std::env::args().any(|a| a == "--write") {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/loops.svg");
-        std::fs::write(path, picture::svg("see above", &panels(&measured))).expect("written");
+        std::fs::write(path, picture::svg("loops or links", &panels(&measured))).expect("written");
         println!("written: framework/solvers/benches/loops.svg");
     }
 }
@@ -176,10 +184,11 @@ fn row(case: &Case, peer: Option<&Path>) -> Measured {
     }
     ns.iter().for_each(|x| print!(" {x:>9.0}"));
     match &peer {
-        None => println!(" {:>6}  {:<24} {:>8} {own:>8.1e}", "-", "-", "-"),
+        None => println!(" {:>6} {:>6}  {:<24} {:>8} {own:>8.1e}", "-", "-", "-", "-"),
         Some(p) => println!(
-            " {:>6.2}  {:<24} {:>8.1e} {own:>8.1e}",
+            " {:>6.2} {:>6.2}  {:<24} {:>8.1e} {own:>8.1e}",
             best / p.ns,
+            best / p.loose,
             format!("{} μ {}", p.name, p.mu),
             p.off
         ),
@@ -236,18 +245,26 @@ fn run_peer(program: &Path, text: &str) -> Option<Peer> {
     std::fs::remove_file(&path).ok();
     assert!(out.status.success(), "peer failed: {}", String::from_utf8_lossy(&out.stderr));
     let text = String::from_utf8(out.stdout).expect("text");
-    let mut best: Option<Peer> = None;
+    let (mut best, mut loose): (Option<Peer>, f64) = (None, f64::INFINITY);
     for line in text.lines().skip(1) {
         let words: Vec<&str> = line.split(' ').collect();
         let [name, mu, off, ns] = words[..] else { continue };
-        let Ok(ns) = ns.parse::<f64>() else { continue };
-        if best.as_ref().is_none_or(|b| ns < b.ns) {
-            let off = off.parse().expect("number");
-            best = Some(Peer { name: name.into(), mu: mu.into(), off, ns });
+        let (Ok(ns), Ok(off)) = (ns.parse::<f64>(), off.parse::<f64>()) else { continue };
+        if off <= LOOSE {
+            loose = loose.min(ns);
+        }
+        if off <= RIGHT && best.as_ref().is_none_or(|b| ns < b.ns) {
+            best = Some(Peer { name: name.into(), mu: mu.into(), off, ns, loose: ns });
         }
     }
+    if let Some(best) = &mut best {
+        best.loose = loose;
+    }
     if best.is_none() {
-        println!("no algorithm of the peer agrees:\n{text}");
+        println!("no algorithm of the peer agrees");
+    }
+    if best.is_none() || std::env::args().any(|a| a == "--variants") {
+        print!("{text}");
     }
     best
 }

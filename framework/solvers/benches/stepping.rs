@@ -21,7 +21,7 @@ use linkwork_dynamics::spatial::Vec3;
 use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
 use linkwork_dynamics::{Tree, Workspace, kinematics, kinetic_energy, potential_energy};
 use linkwork_solvers::contact::{Cone, Contact, Factor, Method, Problem, Settings};
-use linkwork_solvers::{ContactStepper, StepReport, Treatment};
+use linkwork_solvers::{ContactSettings, ContactStepper, StepReport, Treatment};
 use scenes::Scene;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -67,26 +67,42 @@ fn main() {
         if !words.is_empty() && !words.iter().any(|w| scene.name.contains(w.as_str())) {
             continue;
         }
-        let ours = ours(&scene);
+        println!("{}, {} steps of {} s", scene.name, scene.steps, scene.h);
         let theirs = peer.as_deref().map(|p| run_peer(p, &scene));
-        print_row(&scene.name, &ours, theirs.map(|t| ours.rate / t.rate));
-        println!(
-            "  {:.1} iterations a step; Newton in {} of {} steps, {} short of the tolerance",
-            ours.iterations as f64 / scene.steps as f64,
-            ours.newton,
-            scene.steps,
-            ours.short
-        );
-        if let Some(t) = theirs {
-            print_row("  MuJoCo", &t, None);
-            if ours.rate < TARGET * t.rate {
-                println!("  below {TARGET} × MuJoCo's steps per second");
-            }
+        if let Some(t) = &theirs {
+            print_row("  MuJoCo", t, None);
+        }
+        for (name, settings) in settings() {
+            let ours = ours(&scene, &settings);
+            let ratio = theirs.map(|t| ours.rate / t.rate);
+            print_row(name, &ours, ratio);
+            println!(
+                "    {:.1} iterations a step; Newton in {} steps, {} short of the tolerance{}",
+                ours.iterations as f64 / scene.steps as f64,
+                ours.newton,
+                ours.short,
+                if ratio.is_some_and(|r| r < TARGET) { "; below the target" } else { "" }
+            );
         }
     }
     if words.is_empty() || words.iter().any(|w| w == "problem") {
         problems();
     }
+}
+
+/// The default, and what is still far more accurate than the peer: a residual of 1e-4 of the largest
+/// velocity in place of 1e-6 and more sweeps before Newton's method; then also gaps looked at only
+/// from 1 mm in place of 10 mm.
+fn settings() -> [(&'static str, ContactSettings); 3] {
+    let mut loose = ContactSettings::default();
+    loose.solver.tolerance = 1e-4;
+    loose.solver.sweeps = 200;
+    let near = ContactSettings { margin: 1e-3, ..loose.clone() };
+    [
+        ("  default", ContactSettings::default()),
+        ("  tolerance 1e-4", loose),
+        ("  tolerance 1e-4, margin 1 mm", near),
+    ]
 }
 
 fn print_row(name: &str, f: &Figures, ratio: Option<f64>) {
@@ -116,11 +132,10 @@ struct Run<'s> {
 }
 
 impl<'s> Run<'s> {
-    fn new(scene: &'s Scene) -> Self {
+    fn new(scene: &'s Scene, settings: &ContactSettings) -> Self {
         let tree = Tree::new(&scene.mbs);
         let colliders = Arc::new(scene.colliders());
-        let stepper =
-            ContactStepper::new(&tree, colliders, scene.settings.clone(), |_| Treatment::Embed);
+        let stepper = ContactStepper::new(&tree, colliders, settings.clone(), |_| Treatment::Embed);
         let mut ws = Workspace::new(&tree);
         ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
         let nv = tree.nv();
@@ -159,17 +174,17 @@ impl<'s> Run<'s> {
 }
 
 #[allow(clippy::disallowed_methods)] // A benchmark reads the clock.
-fn ours(scene: &Scene) -> Figures {
+fn ours(scene: &Scene, settings: &ContactSettings) -> Figures {
     let mut seconds = f64::INFINITY;
     for _ in 0..RUNS {
-        let mut run = Run::new(scene);
+        let mut run = Run::new(scene, settings);
         let start = std::time::Instant::now();
         for _ in 0..scene.steps {
             run.step();
         }
         seconds = seconds.min(start.elapsed().as_secs_f64());
     }
-    let mut run = Run::new(scene);
+    let mut run = Run::new(scene, settings);
     let (mut f, half) = (Figures::default(), scene.steps / 2);
     let mut places = run.places();
     f.energy[0] = run.energy();

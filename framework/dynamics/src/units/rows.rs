@@ -348,15 +348,21 @@ impl RowSet {
             match units.units[unit as usize] {
                 Unit::Link(k) => {
                     let link = &tree.links[k as usize];
-                    ends.retain(|e| {
-                        let here = e.0 == k + 1;
-                        if here {
-                            gross =
-                                square(&e.1).mul_add(f64x4::splat(uw.reach[k as usize + 1]), gross);
-                            z = z + e.1;
-                        }
-                        !here
-                    });
+                    let reach = f64x4::splat(uw.reach[k as usize + 1]);
+                    if let [(_, only)] = ends[..] {
+                        gross = square(&only).mul_add(reach, gross);
+                        z = only;
+                        ends.clear();
+                    } else {
+                        ends.retain(|e| {
+                            let here = e.0 == k + 1;
+                            if here {
+                                gross = square(&e.1).mul_add(reach, gross);
+                                z = z + e.1;
+                            }
+                            !here
+                        });
+                    }
                     for j in (0..link.kind.nv() as u32).rev() {
                         let (v, w) = (link.v + j, first + j);
                         let mut c = f64x4::splat(0.0);

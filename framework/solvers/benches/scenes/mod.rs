@@ -6,7 +6,6 @@ use linkwork_dynamics::multibody::{
     BodySpec, Builder, Coupling, Hinge, HingeCoordinate, Multibody,
 };
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
-use linkwork_solvers::ContactSettings;
 
 /// A mechanism with shapes, where it starts, what drives it and how long it runs.
 pub struct Scene {
@@ -34,8 +33,6 @@ pub struct Scene {
     pub h: f64,
     /// How many.
     pub steps: usize,
-    /// Of the stepper.
-    pub settings: ContactSettings,
 }
 
 /// Which pairs meet.
@@ -80,7 +77,6 @@ impl Scene {
             armature: 0.0,
             h: 2e-3,
             steps: 2500,
-            settings: ContactSettings::default(),
         }
     }
 }
