@@ -143,9 +143,8 @@ impl Joint {
                 Coordinate::Free => Role::Plain,
             }
         };
-        let roles: Vec<Role> = (body.subhinges().iter())
-            .flat_map(|s| s.v.clone().map(move |_| role(s)))
-            .collect();
+        let roles: Vec<Role> =
+            (body.subhinges().iter()).flat_map(|s| s.v.clone().map(move |_| role(s))).collect();
         Self {
             child,
             parent,
@@ -217,7 +216,13 @@ impl Joint {
                 Some(axis) => before * axis,
                 None => Vec3::zeros(),
             };
-            at += columns(&s.subhinge.kind, &axes, &R.to_rotation_matrix().into_inner(), &(to.c - p), &mut self.H[at..]);
+            at += columns(
+                &s.subhinge.kind,
+                &axes,
+                &R.to_rotation_matrix().into_inner(),
+                &(to.c - p),
+                &mut self.H[at..],
+            );
         }
         let r = to.c - p;
         a += alpha.cross(&r) + w.cross(&w.cross(&r));

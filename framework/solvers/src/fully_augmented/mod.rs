@@ -89,6 +89,8 @@ pub struct FullyAugmentedSolver {
     world: State,
     /// Accelerations of groups, and what they are from applied forces alone.
     A: Vec<V6>,
+    /// λ, and its change in a pass.
+    total: Vec<V6>,
     lambda: Vec<V6>,
     /// λ by constraint, and its place.
     forces: Vec<f64>,
@@ -149,6 +151,7 @@ impl FullyAugmentedSolver {
             states: vec![State::default(); groups.len()],
             world: State::default(),
             A: vec![V6::zeros(); groups.len()],
+            total: vec![V6::zeros(); blocks.len()],
             lambda: vec![V6::zeros(); blocks.len()],
             forces: vec![0.0; rows],
             contradictions: vec![0.0; place.len()],
@@ -250,8 +253,19 @@ impl FullyAugmentedSolver {
         &'a self,
         tree: &'a Tree,
     ) -> impl Iterator<Item = (ConstraintId, usize, f64)> + 'a {
-        let each = tree.multibody().constraints().zip(self.dropped.iter().zip(&self.contradictions));
+        let each =
+            tree.multibody().constraints().zip(self.dropped.iter().zip(&self.contradictions));
         each.filter(|(_, (n, _))| **n > 0).map(|(c, (n, by))| (c, *n, *by))
+    }
+
+    /// Blocks of S = G M⁻¹ G* below its diagonal that are not zero, and blocks of its factor there: equal
+    /// for trees.
+    #[must_use]
+    pub fn fill(&self) -> (usize, usize) {
+        let mut pairs: Vec<_> = self.meets.iter().map(|m| (m.0, m.1)).collect();
+        pairs.retain(|(i, j)| i != j);
+        pairs.dedup();
+        (pairs.len(), self.S.blocks())
     }
 
     fn place_joints(
@@ -374,9 +388,10 @@ impl FullyAugmentedSolver {
             // H⁺* e: a wrench that does work on this coordinate alone.
             let w = j.all.wrench(&unit);
             rhs += w.dot(&j.b);
-            let sides = [Some((j.child, w)), j.parent.map(|p| {
-                (p, -self.states[p].gathered(&w, &self.states[j.child].c))
-            })];
+            let sides = [
+                Some((j.child, w)),
+                j.parent.map(|p| (p, -self.states[p].gathered(&w, &self.states[j.child].c))),
+            ];
             for (g, w) in sides.into_iter().flatten() {
                 let end = block.ends.iter_mut().find(|e| e.0 == g);
                 end.into_iter().for_each(|e| e.1[0] += w);
@@ -408,20 +423,42 @@ impl FullyAugmentedSolver {
         }
         for (b, block) in self.blocks.iter().enumerate() {
             report.rows += block.rows;
-            self.lambda[b] = block.rhs;
-            for (g, G) in &block.ends {
-                for r in 0..block.rows {
-                    self.lambda[b][r] -= G[r].dot(&self.A[*g]);
-                }
-            }
+            self.total[b] = V6::zeros();
             if let Owner::Joint(k) = block.of {
                 add_rotors(&self.joints[k], self.S.block(b, b));
             }
         }
         self.S.factor();
         report.rank = self.S.rank;
+        // The second pass takes away the rounding of the first.
+        for _ in 0..2 {
+            self.pass(mbs, report);
+        }
+        for (block, lambda) in self.blocks.iter().zip(&self.total) {
+            if let Owner::Constraint(c) = block.of {
+                let at = self.place[index(c, mbs)];
+                self.forces[at..at + block.rows].copy_from_slice(&lambda.as_slice()[..block.rows]);
+            }
+        }
+    }
+
+    /// λ += S⁻¹ (γ − G A), A += M⁻¹ G* Δλ.
+    fn pass(&mut self, mbs: &Multibody, report: &mut Report) {
+        for (b, block) in self.blocks.iter().enumerate() {
+            let mut left = block.rhs;
+            for (g, G) in &block.ends {
+                for r in 0..block.rows {
+                    left[r] -= G[r].dot(&self.A[*g]);
+                }
+            }
+            if let Owner::Joint(k) = block.of {
+                left -= rotors_moved(&self.joints[k], &self.total[b]);
+            }
+            self.lambda[b] = left;
+        }
         self.contradictions.fill(0.0);
         self.dropped.fill(0);
+        report.contradiction = 0.0;
         let (blocks, by, count) = (&self.blocks, &mut self.contradictions, &mut self.dropped);
         self.S.solve(&mut self.lambda, |b, lack| {
             report.contradiction = greater(report.contradiction, lack);
@@ -430,21 +467,18 @@ impl FullyAugmentedSolver {
                 count[index(c, mbs)] += 1;
             }
         });
-        for (block, lambda) in self.blocks.iter().zip(&self.lambda) {
+        for ((block, lambda), total) in self.blocks.iter().zip(&self.lambda).zip(&mut self.total) {
+            *total += lambda;
             for (g, G) in &block.ends {
                 let w = (0..block.rows).fold(V6::zeros(), |w, r| w + G[r] * lambda[r]);
                 self.A[*g] += self.states[*g].accelerate(&w);
-            }
-            if let Owner::Constraint(c) = block.of {
-                let at = self.place[index(c, mbs)];
-                self.forces[at..at + block.rows].copy_from_slice(&lambda.as_slice()[..block.rows]);
             }
         }
     }
 
     /// Accelerations of coordinates and forces of prescribed ones.
     fn answer(&mut self, tau: &mut [f64], vdot: &mut [f64]) {
-        for (b, lambda) in self.blocks.iter().zip(&self.lambda) {
+        for (b, lambda) in self.blocks.iter().zip(&self.total) {
             if let Owner::Joint(k) = b.of {
                 let j = &mut self.joints[k];
                 let w = j.N().iter().zip(lambda.iter()).fold(V6::zeros(), |w, (n, l)| w + n * *l);
@@ -468,6 +502,19 @@ impl FullyAugmentedSolver {
             plain.zip(x).for_each(|((_, i), x)| vdot[i] = x);
         }
     }
+}
+
+/// N* H_a I_a⁻¹ H_a* N λ.
+fn rotors_moved(j: &Joint, lambda: &V6) -> V6 {
+    let w = j.N().iter().zip(lambda.iter()).fold(V6::zeros(), |w, (n, l)| w + n * *l);
+    let mut out = V6::zeros();
+    for (role, h) in j.roles.iter().zip(&j.H) {
+        let Role::Rotor(inertia) = role else { continue };
+        for (out, n) in out.iter_mut().zip(j.N()) {
+            *out += n.dot(h) * h.dot(&w) / inertia;
+        }
+    }
+    out
 }
 
 /// N* H_a I_a⁻¹ H_a* N.

@@ -76,8 +76,7 @@ impl Sparse {
         }
     }
 
-    /// Blocks of L below its diagonal: for tests of fill.
-    #[cfg(test)]
+    /// Blocks of L below its diagonal.
     pub fn blocks(&self) -> usize {
         self.a.len()
     }
@@ -230,7 +229,9 @@ mod tests {
         let meets = [(1, 0), (2, 0), (2, 1)];
         let mut seed = 7_u64;
         let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
         let mut G: Vec<Vec<f64>> = (0..8).map(|_| (0..12).map(|_| random()).collect()).collect();
