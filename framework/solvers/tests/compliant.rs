@@ -116,8 +116,8 @@ fn bristles_hold() {
     let half = Vec3::new(0.2, 0.1, 0.05);
     for angle in [0.1, 0.3] {
         let rough = Material { friction: 0.6, restitution: 0.0 };
-        let mut s = Scene::default();
-        s.gravity = turned(Vec3::y(), -angle) * Vec3::new(0.0, 0.0, -9.81);
+        let gravity = turned(Vec3::y(), -angle) * Vec3::new(0.0, 0.0, -9.81);
+        let mut s = Scene { gravity, ..Scene::default() };
         s.ground(rough);
         let at = Pose::translation(0.0, 0.0, half.z);
         s.body("box", solid_box(2.0, half), Shape::Box { half }, rough, at, [0.0; 6]);

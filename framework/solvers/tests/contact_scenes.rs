@@ -138,9 +138,9 @@ fn ten_boxes_stay_stacked() {
 fn slopes_hold_and_let_go() {
     let (mu, half) = (0.5, Vec3::new(0.2, 0.1, 0.05));
     for (angle, slides) in [(0.4, false), (0.55, true)] {
-        let mut s = Scene::default();
         // Tilt gravity rather than the ground.
-        s.gravity = turned(Vec3::y(), -angle) * Vec3::new(0.0, 0.0, -9.81);
+        let gravity = turned(Vec3::y(), -angle) * Vec3::new(0.0, 0.0, -9.81);
+        let mut s = Scene { gravity, ..Scene::default() };
         let at = Pose::translation(0.0, 0.0, half.z);
         s.ground(rough(mu));
         s.body("box", solid_box(2.0, half), Shape::Box { half }, rough(mu), at, [0.0; 6]);
@@ -175,7 +175,7 @@ fn restarts_change_nothing() {
     let mut second = s.run();
     second.q.clone_from(&whole.q);
     second.v.clone_from(&whole.v);
-    second.stepper.set_warm(&whole.stepper.warm().to_vec());
+    second.stepper.set_warm(whole.stepper.warm());
     for _ in 0..200 {
         whole.step(2e-3);
         second.step(2e-3);

@@ -291,3 +291,32 @@ fn prescribed_loop_hinges_drive() {
     }
     close(&answers[0], &answers[1], 1e-10, "both treatments");
 }
+
+/// A loop that closes by an inelastic impact: rates jump onto the constraints, and what is lost is the
+/// energy of the jump itself (Carnot).
+#[test]
+fn loops_close_by_inelastic_impacts() {
+    let mut lost = 0.0_f64;
+    for seed in 0..30 {
+        let (mbs, q) = looped(seed, SHAPES[seed as usize % 2], 1 + seed as usize % 2);
+        let tree = Tree::new(&mbs);
+        let mut ws = Workspace::new(&tree);
+        let before = mbs.random_v(seed);
+        let energy = |ws: &mut Workspace, v: &[f64]| {
+            kinematics(&tree, ws, &q, v);
+            linkwork_dynamics::kinetic_energy(&tree, ws, v)
+        };
+        let mut after = before.clone();
+        let mut solver = ConstrainedSolver::new(&tree, |_| Treatment::Augment);
+        let mut projector = Projector::new(&tree);
+        let speed = projector.rates(&tree, &mut ws, &mut solver, &[], &q, &mut after).unwrap();
+        let again = projector.rates(&tree, &mut ws, &mut solver, &[], &q, &mut after).unwrap();
+        assert!(speed > 1e-2 && again < 1e-9 * (1.0 + speed), "seed {seed}: {speed} {again}");
+        let jump: Vec<f64> = before.iter().zip(&after).map(|(b, a)| b - a).collect();
+        let (T0, T1, T) =
+            (energy(&mut ws, &before), energy(&mut ws, &after), energy(&mut ws, &jump));
+        assert!((T0 - T1 - T).abs() < 1e-9 * T0, "seed {seed}: {T0} {T1} {T}");
+        lost = lost.max(T / T0);
+    }
+    assert!(lost > 0.1, "{lost}");
+}
