@@ -1,11 +1,12 @@
 //! A body with numbers: from fields whose parameters have been replaced.
+use crate::collider::Collider;
 use crate::context::{Cx, Text};
 use crate::files::{Files, Home};
 use crate::pose::{pose, vector};
 use crate::read::{fields, name, number, numbers, table, text_field};
-use crate::shape::{BodyShape, inertia, shape, shapes};
-use crate::{hinge, initial};
-use linkwork_multibody::Hinge;
+use crate::shape::{BodyShape, Shapes, inertia, shape, shapes};
+use crate::{hinge, initial, modes};
+use linkwork_multibody::{Hinge, Modes};
 use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, Vec3};
 
@@ -20,13 +21,19 @@ pub(crate) struct Body {
     pub q: Vec<f64>,
     pub v: Vec<f64>,
     pub shapes: Vec<BodyShape>,
+    /// Place in `shapes`, collider.
+    pub colliders: Vec<(usize, Collider)>,
     pub nodes: Vec<(String, Pose, Origin)>,
     pub origin: Origin,
     /// Where mass and inertia are written, for faults about them.
     pub inertia_origin: Origin,
+    /// How it bends.
+    pub modes: Option<Modes>,
+    pub modes_origin: Origin,
 }
 
-const FIELDS: [&str; 16] = [
+/// The fields of a body.
+pub(crate) const FIELDS: [&str; 17] = [
     "parent",
     "at",
     "hinge",
@@ -40,6 +47,7 @@ const FIELDS: [&str; 16] = [
     "inertia",
     "inertia_check",
     "initial",
+    "modes",
     "shapes",
     "nodes",
     "doc",
@@ -78,7 +86,9 @@ pub(crate) fn read(
             nodes.push((key.clone(), p, cx.key(node)));
         }
     }
-    let shapes = v.get("shapes").map(|s| shapes(cx, s, full, files)).unwrap_or_default();
+    let Shapes { shown, colliders } =
+        v.get("shapes").map(|s| shapes(cx, s, full, files)).unwrap_or_default();
+    let modes = v.get("modes").and_then(|m| modes::read(cx, m, &what, files));
     Body {
         name: full.into(),
         parent: parent.unwrap_or_else(|| Text::new("world")),
@@ -88,14 +98,18 @@ pub(crate) fn read(
         mass,
         q,
         v: rates,
-        shapes,
+        shapes: shown,
+        colliders,
         nodes,
         origin,
         inertia_origin: v.get("inertia").or(v.get("mass")).map_or(origin, |i| i.origin),
+        modes,
+        modes_origin: v.get("modes").map_or(origin, |m| m.origin),
     }
 }
 
-fn read_mass(cx: &mut Cx, v: &Located, what: &str, origin: Origin) -> MassProperties {
+/// `mass`, `com`, `inertia`, `inertia_check`.
+pub(crate) fn read_mass(cx: &mut Cx, v: &Located, what: &str, origin: Origin) -> MassProperties {
     let mass = v.get("mass").map(|m| number(cx, m, &format!("{what}: `mass`"), "kg"));
     let com = v.get("com").and_then(|c| vector(cx, c, &format!("{what}: `com`"), "m"));
     let matrix = match (v.get("inertia"), mass) {
@@ -159,14 +173,4 @@ fn read_inertia(cx: &mut Cx, v: &Located, what: &str, mass: f64) -> Option<Mat3>
             None
         }
     }
-}
-
-/// True for a field that a body has.
-pub(crate) fn known(field: &str) -> bool {
-    FIELDS.contains(&field)
-}
-
-/// The fields of a body, for messages.
-pub(crate) fn known_list() -> String {
-    FIELDS.join(", ")
 }

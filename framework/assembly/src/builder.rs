@@ -127,8 +127,35 @@ impl Assembly {
     /// A body, by the fields of a body in RON.
     #[must_use]
     pub fn body(mut self, name: &str, fields: Value) -> Self {
-        let body = form::BodyForm { fields: fields.into(), origin: Origin::NONE };
-        self.bodies.insert(name.into(), body);
+        self.bodies.insert(name.into(), item(fields));
+        self
+    }
+
+    /// A hinge that closes a loop, by the fields of a loop in RON: `fields! { a: "crank/pin", b: "rod", hinge: .. }`.
+    #[must_use]
+    pub fn loop_closure(mut self, name: &str, fields: Value) -> Self {
+        self.loops.insert(name.into(), item(fields));
+        self
+    }
+
+    /// A relation between hinge coordinates: `fields! { terms: fields! { left: 1.0, right: 1.0 } }`.
+    #[must_use]
+    pub fn coupling(mut self, name: &str, fields: Value) -> Self {
+        self.couplings.insert(name.into(), item(fields));
+        self
+    }
+
+    /// A collision shape: `fields! { on: "world", shape: variant("HalfSpace", Value::Null) }`.
+    #[must_use]
+    pub fn collider(mut self, name: &str, fields: Value) -> Self {
+        self.colliders.insert(name.into(), item(fields));
+        self
+    }
+
+    /// Non-smooth contact: `fields! { margin: "1 cm", friction: 0.6 }`.
+    #[must_use]
+    pub fn contact(mut self, fields: Value) -> Self {
+        self.contact = Some(fields.into());
         self
     }
 
@@ -276,6 +303,10 @@ impl Assembly {
         put("mounts", table(self.mounts.iter(), |m| Value::Text(m.doc.clone())));
         put("import", self.imports.as_ref().map_or(Value::Null, |i| i.value.clone()));
         put("bodies", table(self.bodies.iter(), |b| b.fields.value.clone()));
+        put("loops", table(self.loops.iter(), |l| l.fields.value.clone()));
+        put("couplings", table(self.couplings.iter(), |c| c.fields.value.clone()));
+        put("colliders", table(self.colliders.iter(), |c| c.fields.value.clone()));
+        put("contact", self.contact.as_ref().map_or(Value::Null, contact));
         put("parts", table(self.parts.iter(), part));
         let wires = self.wires.iter().map(|w| text(&w.text)).collect();
         put("wires", Value::List(wires));
@@ -283,6 +314,19 @@ impl Assembly {
         let overrides = self.overrides.iter().map(|(path, v)| (path.text.clone(), v.clone()));
         put("overrides", Value::Map(overrides.collect()));
         Value::Map(out)
+    }
+}
+
+fn item(fields: Value) -> form::ItemForm {
+    form::ItemForm { fields: fields.into(), origin: Origin::NONE }
+}
+
+/// `contact: ()` switches contact on, and must not get lost.
+fn contact(written: &Located) -> Value {
+    match &written.value {
+        Value::Map(fields) if !fields.is_empty() => written.value.clone(),
+        Value::Map(_) | Value::Null => Value::Bool(true),
+        other => other.clone(),
     }
 }
 

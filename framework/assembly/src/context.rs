@@ -79,6 +79,11 @@ pub(crate) fn entries(v: &Located) -> &[(String, Located)] {
     }
 }
 
+/// A map of fields.
+pub(crate) fn map(entries: Vec<(&str, Located)>) -> Located {
+    Value::Map(entries.into_iter().map(|(k, v)| (k.to_string(), v)).collect()).into()
+}
+
 /// An empty map.
 pub(crate) fn empty_map() -> Located {
     Value::Map(Vec::new()).into()

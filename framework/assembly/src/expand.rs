@@ -1,9 +1,11 @@
 //! From assemblies as written to a tree of instances: files read, parameters replaced, overrides
 //! applied, arrays unrolled.
 use crate::body;
+use crate::collider;
+use crate::constraints;
 use crate::context::{Cx, Text, entries, set, sort};
 use crate::files::{Files, Home};
-use crate::form::{Assembly, PartForm, PartKind, read_overrides};
+use crate::form::{Assembly, ItemForm, PartForm, PartKind, read_overrides};
 use crate::globs::segment_matches;
 use crate::import::{self, Import};
 use crate::scope::{Env, bind, substitute, substitute_text};
@@ -24,9 +26,9 @@ pub(crate) struct ModelInst {
     pub origin: Origin,
 }
 
-/// A body at its place, parameters replaced.
+/// A body, loop, coupling or collider at its place, parameters replaced.
 #[derive(Clone, Debug)]
-pub(crate) struct BodyInst {
+pub(crate) struct ItemInst {
     pub fields: Located,
     pub origin: Origin,
     pub home: Home,
@@ -48,7 +50,11 @@ pub(crate) struct Instance {
     pub doc: String,
     pub parts: BTreeMap<String, Node>,
     pub arrays: BTreeMap<String, Vec<String>>,
-    pub bodies: BTreeMap<String, BodyInst>,
+    pub bodies: BTreeMap<String, ItemInst>,
+    pub loops: BTreeMap<String, ItemInst>,
+    pub couplings: BTreeMap<String, ItemInst>,
+    pub colliders: BTreeMap<String, ItemInst>,
+    pub contact: Option<Located>,
     pub mounts: BTreeMap<String, Text>,
     pub exports: BTreeMap<String, Text>,
     pub wires: Vec<Text>,
@@ -229,6 +235,10 @@ impl<'a, 'o> Expander<'a, 'o> {
             parts: BTreeMap::new(),
             arrays: BTreeMap::new(),
             bodies: BTreeMap::new(),
+            loops: BTreeMap::new(),
+            couplings: BTreeMap::new(),
+            colliders: BTreeMap::new(),
+            contact: a.contact.as_ref().map(|c| substitute(self.cx, place.env, c)),
             mounts,
             exports: BTreeMap::new(),
             wires: Vec::new(),
@@ -238,23 +248,17 @@ impl<'a, 'o> Expander<'a, 'o> {
         let written = a.imports.as_ref().map(|i| substitute(self.cx, place.env, i));
         let imported = written.map(|i| {
             let place = (place.path, place.home);
-            import::bodies(self.cx, &self.files, &i, place, &a.bodies, &mut self.imports)
+            import::with_imports(self.cx, &self.files, &i, place, a, &mut self.imports)
         });
-        for (name, form) in imported.as_ref().unwrap_or(&a.bodies) {
-            let mut fields = substitute(self.cx, place.env, &form.fields);
-            for p in &pending {
-                let slashed = p.path[0].strip_prefix('/');
-                let own = slashed.is_some_and(|s| segment_matches(s, name))
-                    || (p.path[0] == *name && !a.parts.contains_key(name));
-                if own && p.path.len() > 1 && body::known(&p.path[1]) {
-                    set(&mut fields, &p.path[1..], &p.value);
-                    self.overrides[p.id].used = true;
-                }
-            }
-            sort(&mut fields);
-            let body = BodyInst { fields, origin: form.origin, home: place.home.clone() };
-            out.bodies.insert(name.clone(), body);
-        }
+        let all = imported.as_ref().unwrap_or(a);
+        let has_part = |name: &str| a.parts.contains_key(name);
+        out.bodies = self.items(&all.bodies, place, &pending, (&has_part, &body::FIELDS));
+        let known = &constraints::LOOP_FIELDS;
+        out.loops = self.items(&all.loops, place, &pending, (&has_part, known));
+        let known = &constraints::COUPLING_FIELDS;
+        out.couplings = self.items(&all.couplings, place, &pending, (&has_part, known));
+        let known = &collider::FIELDS;
+        out.colliders = self.items(&all.colliders, place, &pending, (&has_part, known));
         for (base, form) in &a.parts {
             let form = form.with_values(self.cx, place.env, &join(place.path, base));
             let elements = form.elements(self.cx, base);
@@ -287,6 +291,33 @@ impl<'a, 'o> Expander<'a, 'o> {
         };
         out.wires = a.wires.iter().map(|w| replace(self.cx, w)).collect();
         out.exports = a.exports.iter().map(|(k, t)| (k.clone(), replace(self.cx, t))).collect();
+        out
+    }
+
+    /// Bodies, loops, couplings or colliders with their parameters replaced and overridden, where `known` are their fields.
+    fn items(
+        &mut self,
+        forms: &BTreeMap<String, ItemForm>,
+        place: &Place<'_>,
+        pending: &[Pending],
+        (has_part, known): (&dyn Fn(&str) -> bool, &[&str]),
+    ) -> BTreeMap<String, ItemInst> {
+        let mut out = BTreeMap::new();
+        for (name, form) in forms {
+            let mut fields = substitute(self.cx, place.env, &form.fields);
+            for p in pending {
+                let slashed = p.path[0].strip_prefix('/');
+                let own = slashed.is_some_and(|s| segment_matches(s, name))
+                    || (p.path[0] == *name && !has_part(name));
+                if own && p.path.len() > 1 && known.contains(&p.path[1].as_str()) {
+                    set(&mut fields, &p.path[1..], &p.value);
+                    self.overrides[p.id].used = true;
+                }
+            }
+            sort(&mut fields);
+            let item = ItemInst { fields, origin: form.origin, home: place.home.clone() };
+            out.insert(name.clone(), item);
+        }
         out
     }
 
@@ -466,8 +497,14 @@ fn body_help(here: Option<&Instance>, name: &str) -> String {
     let Some(here) = here else {
         return "a body is `assembly/body`, its fields `assembly/body.mass`".into();
     };
-    if here.bodies.contains_key(name) {
-        return format!("body `{name}` has no such field. fields: {}", body::known_list());
+    let kinds = [
+        ("body", &here.bodies, &body::FIELDS[..]),
+        ("loop", &here.loops, &constraints::LOOP_FIELDS),
+        ("coupling", &here.couplings, &constraints::COUPLING_FIELDS),
+        ("collider", &here.colliders, &collider::FIELDS),
+    ];
+    if let Some((kind, _, known)) = kinds.iter().find(|k| k.1.contains_key(name)) {
+        return format!("{kind} `{name}` has no such field. fields: {}", known.join(", "));
     }
     let known: Vec<&str> = here.bodies.keys().map(String::as_str).collect();
     format!("{} has no body `{name}`. {}", shown(here), remedy(name, "bodies", &known))

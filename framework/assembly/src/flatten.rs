@@ -1,12 +1,18 @@
 //! From the tree of instances to the flat `Spec` that `compile` takes.
 use crate::body::{self, Body};
-use crate::context::{Cx, entries};
+use crate::collider::{self, Collider};
+use crate::constraints::{self, Bodies};
+use crate::contact;
+use crate::context::{Cx, Text, entries};
 use crate::expand::{Instance, ModelInst, Node};
 use crate::files::Files;
-use crate::reference::{Target, full_name, resolve};
+use crate::reference::{Target, full_name, resolve, resolve_loop};
 use crate::shape::BodyShape;
-use linkwork_multibody::{BodySpec, Builder, Fault as MechanismFault, Multibody};
-use linkwork_runtime::{BindSpec, BindTarget, Located, MechanismSpec, Origin, PartSpec, Seconds};
+use linkwork_collision::{ColliderSpec, Colliders};
+use linkwork_multibody::{BodySpec, Builder, Fault as MechanismFault, Loop, Modes, Multibody};
+use linkwork_runtime::{
+    BindSpec, BindTarget, ContactSpec, Located, MechanismSpec, Origin, PartSpec, Seconds,
+};
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -97,40 +103,60 @@ pub(crate) fn binds(cx: &mut Cx, root: &Instance) -> Vec<BindSpec> {
     out
 }
 
-fn bind_target(
+type Problem = (String, String);
+
+/// `name[k]`: the name and k, 0 when it is not written.
+fn indexed(text: &str) -> Result<(&str, usize), Problem> {
+    match text.trim().strip_suffix(']').and_then(|h| h.rsplit_once('[')) {
+        Some((name, digits)) => match digits.parse() {
+            Ok(index) => Ok((name, index)),
+            Err(_) => {
+                let fact = format!("`{digits}` is not the number of a coordinate");
+                Err((fact, "write hinge:body[0]".to_string()))
+            }
+        },
+        None => Ok((text.trim(), 0)),
+    }
+}
+
+fn no_world() -> Problem {
+    ("the world has neither nodes nor hinges".to_string(), "bind to a body".to_string())
+}
+
+/// `body` or `body[k]`: the body's full name and which of its one-dof coordinates; nothing when it could not be read.
+pub(crate) fn coordinate(
     root: &Instance,
     scope: &str,
     text: &str,
-) -> Result<Option<BindTarget>, (String, String)> {
-    let world =
-        || ("the world has neither nodes nor hinges".to_string(), "bind to a body".to_string());
+) -> Result<Option<(String, usize)>, Problem> {
+    let (name, index) = indexed(text)?;
+    match resolve(root, scope, name)? {
+        Target::Unknown => Ok(None),
+        Target::Body(body) => Ok(Some((body, index))),
+        Target::Node(body, node) => Err((
+            format!("`{name}` is the node `{node}` of `{body}`; a hinge is named by its body"),
+            format!("write \"hinge:{}\"", name.rsplit_once('/').map_or(name, |(b, _)| b)),
+        )),
+        Target::World => Err(no_world()),
+    }
+}
+
+fn bind_target(root: &Instance, scope: &str, text: &str) -> Result<Option<BindTarget>, Problem> {
     if let Some(hinge) = text.strip_prefix("hinge:") {
-        let (name, index) = match hinge.trim().strip_suffix(']').and_then(|h| h.rsplit_once('[')) {
-            Some((name, digits)) => (
-                name,
-                digits.parse().map_err(|_| {
-                    let fact = format!("`{digits}` is not the number of a coordinate");
-                    (fact, "write hinge:body[0]".to_string())
-                })?,
-            ),
-            None => (hinge.trim(), 0),
-        };
-        return match resolve(root, scope, name)? {
-            Target::Unknown => Ok(None),
-            Target::Body(body) => Ok(Some(BindTarget::Hinge { body, index })),
-            Target::Node(body, node) => Err((
-                format!("`{name}` is the node `{node}` of `{body}`; a hinge is named by its body"),
-                format!("write \"hinge:{}\"", name.rsplit_once('/').map_or(name, |(b, _)| b)),
-            )),
-            Target::World => Err(world()),
-        };
+        let found = coordinate(root, scope, hinge)?;
+        return Ok(found.map(|(body, index)| BindTarget::Hinge { body, index }));
+    }
+    if let Some(closure) = text.strip_prefix("loop:") {
+        let (name, index) = indexed(closure)?;
+        let found = resolve_loop(root, scope, name)?;
+        return Ok(found.map(|name| BindTarget::Loop { name, index }));
     }
     let name = text.strip_prefix("node:").unwrap_or(text).trim();
     match resolve(root, scope, name)? {
         Target::Unknown => Ok(None),
         Target::Body(body) => Ok(Some(BindTarget::Node(body))),
         Target::Node(body, node) => Ok(Some(BindTarget::Node(format!("{body}/{node}")))),
-        Target::World => Err(world()),
+        Target::World => Err(no_world()),
     }
 }
 
@@ -138,11 +164,31 @@ fn bind_target(
 pub(crate) struct Mechanism {
     pub spec: Option<MechanismSpec>,
     pub shapes: Vec<BodyShape>,
-    /// Full name of each body → full reference of its parent.
-    pub parents: BTreeMap<String, String>,
+    pub colliders: Option<Arc<Colliders>>,
+    /// What the resolved text says instead of what was written.
+    pub told: Told,
 }
 
-/// Reads every body and builds the mechanism.
+/// References from the top, and geometry that came out of files.
+#[derive(Default)]
+pub(crate) struct Told {
+    /// Full name of each body → full reference of its parent; of each standing collider → that of its body.
+    pub parents: BTreeMap<String, String>,
+    /// Full name of each loop and coupling → its fields.
+    pub constraints: BTreeMap<String, Located>,
+    /// Full name of each body → place in its shapes, collider.
+    pub colliders: BTreeMap<String, Vec<(usize, ColliderSpec)>>,
+    /// Full name of each standing collider → itself.
+    pub standing: BTreeMap<String, ColliderSpec>,
+    /// References from the top of standing colliders.
+    pub on: BTreeMap<String, String>,
+    /// Full name of each flexible body → its modes.
+    pub modes: BTreeMap<String, Modes>,
+    /// What `contact` says.
+    pub contact: Option<Located>,
+}
+
+/// Reads every body, loop, coupling and collider, and builds the mechanism.
 pub(crate) fn mechanism(
     cx: &mut Cx,
     root: &Instance,
@@ -153,8 +199,85 @@ pub(crate) fn mechanism(
 ) -> Mechanism {
     let mut instances = Vec::new();
     root.walk(&mut instances);
-    let mut bodies: BTreeMap<String, (Body, String)> = BTreeMap::new();
-    for here in &instances {
+    let before = cx.faults.len();
+    let bodies = bodies(cx, root, &instances, files);
+    let (mut shapes, mut told) = (Vec::new(), Told::default());
+    let mut builder = Builder::new();
+    for (full, (body, scope)) in &bodies {
+        let (parent, offset, reference) = parent(cx, root, &bodies, body, scope);
+        told.parents.insert(full.clone(), reference);
+        let mut spec = BodySpec::new(full.clone(), parent)
+            .hinge_in_parent(offset * body.at)
+            .hinge_in_body(body.hinge_frame)
+            .hinge(body.hinge.clone())
+            .mass(body.mass);
+        spec.modes.clone_from(&body.modes);
+        builder.body(spec);
+        told.modes.extend(body.modes.clone().map(|m| (full.clone(), m)));
+        for (node, pose, _) in &body.nodes {
+            builder.node(format!("{full}/{node}"), full.clone(), *pose);
+        }
+        shapes.extend(body.shapes.iter().cloned());
+        let own = body.colliders.iter().map(|(k, c)| (*k, c.spec.clone())).collect();
+        told.colliders.insert(full.clone(), own);
+    }
+    let mut constraints = constraints::read(cx, root, &instances, &bodies, &mut builder);
+    let standing = collider::standing(cx, root, &instances, files, &bodies);
+    shapes.extend(standing.shapes);
+    told.on = standing.references;
+    for c in &standing.colliders {
+        told.standing.insert(c.spec.name.clone(), c.spec.clone());
+    }
+    let of_bodies = bodies.values().flat_map(|(b, _)| b.colliders.iter().map(|(_, c)| c.clone()));
+    let all: Vec<Collider> = of_bodies.chain(standing.colliders).collect();
+    // After a mistake a collider may be missing: what names it stays silent.
+    let complete = cx.faults.len() == before;
+    let contact = contact::read(cx, root, &instances, &bodies, (&all, complete));
+    told.constraints = std::mem::take(&mut constraints.resolved);
+    told.contact = contact.resolved.clone();
+    if bodies.is_empty() {
+        return Mechanism { spec: None, shapes, colliders: None, told };
+    }
+    let built = match builder.build() {
+        Ok(multibody) => Some(Arc::new(multibody)),
+        Err(error) => {
+            for fault in error.faults {
+                let place = fault_origin(&fault, &bodies, &constraints.origins).unwrap_or(origin);
+                let text = fault.to_string();
+                let (message, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
+                cx.fault(place, message, if help.is_empty() { remedy(&fault) } else { help });
+            }
+            None
+        }
+    };
+    let joined = std::mem::take(&mut constraints.joined);
+    let colliders = contact::colliders(cx, &contact, all, joined, built.as_deref()).map(Arc::new);
+    let spec = built.map(|multibody| {
+        let (q, v) = start(&multibody, &bodies);
+        let on = contact.on(&multibody).zip(colliders.clone());
+        let started = |l: &Loop| constraints.motions.remove(&l.closure.name).unwrap_or_default();
+        let motions = multibody.loops().iter().flat_map(started).collect();
+        MechanismSpec {
+            gravity,
+            origin,
+            treatments: constraints.treatments,
+            motions,
+            origins: constraints.origins,
+            contact: on
+                .filter(|_| contact.compliant.is_none())
+                .map(|(settings, colliders)| ContactSpec { colliders, settings }),
+            compliant: colliders.clone().zip(contact.compliant),
+            ..MechanismSpec::new(path, multibody, q, v)
+        }
+    });
+    let colliders = colliders.filter(|c| !c.is_empty());
+    Mechanism { spec, shapes, colliders, told }
+}
+
+/// Every body of every instance.
+fn bodies(cx: &mut Cx, root: &Instance, instances: &[&Instance], files: &Files<'_>) -> Bodies {
+    let mut bodies = Bodies::new();
+    for here in instances {
         let outer = here.path.rsplit_once('.').map_or("", |(head, _)| head);
         for (mount, text) in &here.mounts {
             if let Err((fact, help)) = resolve(root, outer, &text.text) {
@@ -168,72 +291,61 @@ pub(crate) fn mechanism(
             bodies.insert(full, (body, here.path.clone()));
         }
     }
-    let mut shapes: Vec<BodyShape> = Vec::new();
-    let mut parents = BTreeMap::new();
-    let mut builder = Builder::new();
-    for (full, (body, scope)) in &bodies {
-        let (parent, offset, reference) = parent(cx, root, &bodies, body, scope);
-        parents.insert(full.clone(), reference);
-        builder.body(
-            BodySpec::new(full.clone(), parent)
-                .hinge_in_parent(offset * body.at)
-                .hinge_in_body(body.hinge_frame)
-                .hinge(body.hinge.clone())
-                .mass(body.mass),
-        );
-        for (node, pose, _) in &body.nodes {
-            builder.node(format!("{full}/{node}"), full.clone(), *pose);
+    bodies
+}
+
+/// A body, or a node on one, or the world.
+pub(crate) struct Anchor {
+    /// Full name, or `world`.
+    pub body: String,
+    /// The node's pose, when it is one.
+    pub node: Option<Pose>,
+    /// How it is named from the top.
+    pub reference: String,
+}
+
+/// The body or node that a text names; `None` when there is none, which is recorded, or when it could not be read.
+pub(crate) fn anchor(
+    cx: &mut Cx,
+    root: &Instance,
+    bodies: &Bodies,
+    (scope, text): (&str, &Text),
+    what: &str,
+) -> Option<Anchor> {
+    match resolve(root, scope, &text.text) {
+        Ok(Target::World) => {
+            Some(Anchor { body: "world".into(), node: None, reference: "world".into() })
         }
-        shapes.extend(body.shapes.iter().cloned());
-    }
-    if bodies.is_empty() {
-        return Mechanism { spec: None, shapes, parents };
-    }
-    let spec = match builder.build() {
-        Ok(multibody) => {
-            let (q, v) = start(&multibody, &bodies);
-            let path = path.to_string();
-            let spec = MechanismSpec::new(path, Arc::new(multibody), q, v);
-            Some(MechanismSpec { gravity, origin, ..spec })
+        Ok(Target::Unknown) => None,
+        Ok(Target::Body(p)) => {
+            Some(Anchor { body: p.clone(), node: None, reference: format!("/{p}") })
         }
-        Err(error) => {
-            for fault in error.faults {
-                let place = fault_origin(&fault, &bodies).unwrap_or(origin);
-                let text = fault.to_string();
-                let (message, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
-                cx.fault(place, message, if help.is_empty() { remedy(&fault) } else { help });
-            }
+        Ok(Target::Node(p, node)) => {
+            let pose = bodies.get(&p).and_then(|(b, _)| b.nodes.iter().find(|n| n.0 == node));
+            let reference = format!("/{p}/{node}");
+            Some(Anchor { body: p, node: pose.map(|n| n.1), reference })
+        }
+        Err((fact, help)) => {
+            cx.fault(text.origin, format!("{what}: {fact}"), help);
             None
         }
-    };
-    Mechanism { spec, shapes, parents }
+    }
 }
 
 fn parent(
     cx: &mut Cx,
     root: &Instance,
-    bodies: &BTreeMap<String, (Body, String)>,
+    bodies: &Bodies,
     body: &Body,
     scope: &str,
 ) -> (String, Pose, String) {
+    let what = format!("body `{}`: parent", body.name);
+    let found = anchor(cx, root, bodies, (scope, &body.parent), &what);
     let world = || ("world".to_string(), Pose::identity(), "world".to_string());
-    match resolve(root, scope, &body.parent.text) {
-        Ok(Target::World | Target::Unknown) => world(),
-        Ok(Target::Body(p)) => (p.clone(), Pose::identity(), format!("/{p}")),
-        Ok(Target::Node(p, node)) => {
-            let pose = bodies.get(&p).and_then(|(b, _)| b.nodes.iter().find(|n| n.0 == node));
-            let reference = format!("/{p}/{node}");
-            (p, pose.map_or_else(Pose::identity, |n| n.1), reference)
-        }
-        Err((fact, help)) => {
-            let message = format!("body `{}`: parent: {fact}", body.name);
-            cx.fault(body.parent.origin, message, help);
-            world()
-        }
-    }
+    found.map_or_else(world, |a| (a.body, a.node.unwrap_or_else(Pose::identity), a.reference))
 }
 
-fn start(mb: &Multibody, bodies: &BTreeMap<String, (Body, String)>) -> (Vec<f64>, Vec<f64>) {
+fn start(mb: &Multibody, bodies: &Bodies) -> (Vec<f64>, Vec<f64>) {
     let (mut q, mut v) = (mb.neutral_q(), vec![0.0; mb.nv()]);
     for b in mb.bodies() {
         if let Some((body, _)) = bodies.get(b.name()) {
@@ -244,29 +356,56 @@ fn start(mb: &Multibody, bodies: &BTreeMap<String, (Body, String)>) -> (Vec<f64>
     (q, v)
 }
 
+/// The name behind a word: ``body `NAME` ``.
+fn named<'t>(text: &'t str, kind: &str) -> Option<&'t str> {
+    text.strip_prefix(kind)?.strip_prefix(" `")?.split('`').next()
+}
+
 fn fault_origin(
     fault: &MechanismFault,
-    bodies: &BTreeMap<String, (Body, String)>,
+    bodies: &Bodies,
+    constraints: &BTreeMap<String, Origin>,
 ) -> Option<Origin> {
     let body = |name: &str| bodies.get(name).map(|(b, _)| b);
+    let constraint = |name: &str| constraints.get(name).copied();
+    // A body, or a node of one.
+    let hanging = |place: &str| {
+        let node = named(place, "node").and_then(|n| n.rsplit_once('/'));
+        let of_node = node.and_then(|(b, n)| body(b)?.nodes.iter().find(|x| x.0 == n).map(|x| x.2));
+        of_node.or_else(|| body(named(place, "body")?).map(|b| b.origin))
+    };
+    // What carries a hinge, or the place of a number.
+    let any = |what: &str| {
+        let kinds = ["loop", "coupling"];
+        let loops = kinds.iter().find_map(|kind| constraint(named(what, kind)?));
+        loops.or_else(|| body(named(what, "body")?).map(|b| b.origin))
+    };
     match fault {
         MechanismFault::Inertia { body: name, .. } => body(name).map(|b| b.inertia_origin),
         MechanismFault::UnknownParent { body: name, .. } => body(name).map(|b| b.origin),
         MechanismFault::BadAxis { body: what, .. }
         | MechanismFault::BadArmature { body: what, .. }
         | MechanismFault::BadGear { body: what, .. }
-        | MechanismFault::BadLimits { body: what, .. } => {
-            let name = what.strip_prefix("body `")?.strip_suffix('`')?;
-            body(name).map(|b| b.origin)
-        }
+        | MechanismFault::BadLimits { body: what, .. }
+        | MechanismFault::UnknownEnd { what, .. }
+        | MechanismFault::NotFinite { place: what } => any(what),
+        MechanismFault::Loop { name, .. }
+        | MechanismFault::LoopOnItself { name, .. }
+        | MechanismFault::EmptyCoupling { name }
+        | MechanismFault::NoCoordinate { name, .. }
+        | MechanismFault::CoordinateTwice { name, .. } => constraint(name),
         MechanismFault::Cycle { path } => body(path.first()?).map(|b| b.parent.origin),
-        MechanismFault::Duplicate { name, .. } | MechanismFault::BadName { name, .. } => {
-            body(name).map(|b| b.origin)
+        MechanismFault::Duplicate { what, name, .. } | MechanismFault::BadName { what, name } => {
+            match *what {
+                "loop" | "coupling" => constraint(name),
+                _ => body(name).map(|b| b.origin),
+            }
         }
         MechanismFault::UnknownBody { body: name, .. } => body(name).map(|b| b.origin),
-        MechanismFault::Modes { body: name, .. }
-        | MechanismFault::Attachment { body: name, .. } => body(name).map(|b| b.origin),
-        _ => None,
+        MechanismFault::Modes { body: name, .. } => body(name).map(|b| b.modes_origin),
+        MechanismFault::Attachment { place, body: name, .. } => {
+            hanging(place).or_else(|| body(name).map(|b| b.modes_origin))
+        }
     }
 }
 

@@ -77,9 +77,9 @@ pub struct PartForm {
     pub origin: Origin,
 }
 
-/// A body as written: its fields wait for the parameters.
+/// A body, loop, coupling or collider as written: its fields wait for the parameters.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BodyForm {
+pub struct ItemForm {
     /// The fields.
     pub fields: Located,
     /// Where its name is written.
@@ -100,7 +100,15 @@ pub struct Assembly {
     /// Files whose bodies are added; nothing, one, or a list.
     pub imports: Option<Located>,
     /// Bodies.
-    pub bodies: BTreeMap<String, BodyForm>,
+    pub bodies: BTreeMap<String, ItemForm>,
+    /// Hinges that close loops.
+    pub loops: BTreeMap<String, ItemForm>,
+    /// Linear relations between hinge coordinates.
+    pub couplings: BTreeMap<String, ItemForm>,
+    /// Collision shapes on bodies and on the world, beside those of `shapes`.
+    pub colliders: BTreeMap<String, ItemForm>,
+    /// Non-smooth contact: how it is solved and who meets whom.
+    pub contact: Option<Located>,
     /// Parts.
     pub parts: BTreeMap<String, PartForm>,
     /// Wires.
@@ -114,13 +122,17 @@ pub struct Assembly {
 }
 
 /// The fields of an assembly.
-pub(crate) const FIELDS: [&str; 10] = [
+pub(crate) const FIELDS: [&str; 14] = [
     "doc",
     "name",
     "params",
     "mounts",
     "import",
     "bodies",
+    "loops",
+    "couplings",
+    "colliders",
+    "contact",
     "parts",
     "wires",
     "exports",
@@ -128,8 +140,23 @@ pub(crate) const FIELDS: [&str; 10] = [
 ];
 const MODEL: [&str; 8] = ["model", "params", "rate", "offset", "bind", "array", "doc", "folder"];
 const FILE: [&str; 6] = ["assembly", "params", "mounts", "overrides", "array", "doc"];
-const INLINE: [&str; 8] =
-    ["doc", "params", "import", "bodies", "parts", "wires", "exports", "overrides"];
+const INLINE: [&str; 12] = [
+    "doc",
+    "params",
+    "import",
+    "bodies",
+    "loops",
+    "couplings",
+    "colliders",
+    "contact",
+    "parts",
+    "wires",
+    "exports",
+    "overrides",
+];
+/// Fields that only an assembly written in place has.
+const MARKS: [&str; 9] =
+    ["parts", "bodies", "loops", "couplings", "colliders", "contact", "import", "wires", "exports"];
 
 /// Reads the fields that belong to an assembly (the caller has checked for unknown ones).
 pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
@@ -154,13 +181,11 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
             a.mounts.insert(key.clone(), MountDecl { doc, origin: cx.key(value) });
         }
     }
-    if let Some(bodies) = v.get("bodies") {
-        for (key, value) in table(cx, bodies, &of("bodies")) {
-            name(cx, key, value, "body");
-            let body = BodyForm { fields: value.clone(), origin: cx.key(value) };
-            a.bodies.insert(key.clone(), body);
-        }
-    }
+    a.bodies = items(cx, v, ("bodies", "body"), what);
+    a.loops = items(cx, v, ("loops", "loop"), what);
+    a.couplings = items(cx, v, ("couplings", "coupling"), what);
+    a.colliders = items(cx, v, ("colliders", "collider"), what);
+    a.contact = v.get("contact").cloned();
     if let Some(parts) = v.get("parts") {
         for (key, value) in table(cx, parts, &of("parts")) {
             name(cx, key, value, "part");
@@ -188,6 +213,22 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
         a.overrides = read_overrides(cx, overrides, &of("overrides"));
     }
     a
+}
+
+/// Name → fields, of a field such as `bodies` whose entries are each a `body`.
+fn items(
+    cx: &mut Cx,
+    v: &Located,
+    (field, kind): (&str, &str),
+    what: &str,
+) -> BTreeMap<String, ItemForm> {
+    let mut out = BTreeMap::new();
+    let Some(written) = v.get(field) else { return out };
+    for (key, value) in table(cx, written, &format!("{what}: `{field}`")) {
+        name(cx, key, value, kind);
+        out.insert(key.clone(), ItemForm { fields: value.clone(), origin: cx.key(value) });
+    }
+    out
 }
 
 /// Path → value.
@@ -276,7 +317,7 @@ pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm>
             overrides: or_empty(cx, "overrides"),
         };
         (kind, or_empty(cx, "params"))
-    } else if ["parts", "bodies", "import", "wires", "exports"].iter().any(|f| has(f)) {
+    } else if MARKS.iter().any(|f| has(f)) {
         fields(cx, v, &what, &INLINE);
         (PartKind::Inline(Box::new(read_assembly(cx, v, &what))), empty_map())
     } else {

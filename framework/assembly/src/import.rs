@@ -1,22 +1,22 @@
 //! `import: (file: "leo.urdf", root: Free)`: the bodies of a URDF, MJCF or SDF file in an assembly.
 //!
 //! The file's bodies become bodies of the assembly as if they had been written there: they can be bound,
-//! overridden and hung upon by their names.
+//! overridden and hung upon by their names. So do its couplings and loops, and its collision shapes when they are asked for.
 use crate::context::{Cx, Text, set};
 use crate::files::{Files, Home};
-use crate::form::{Assembly, BodyForm};
+use crate::form::{Assembly, ItemForm};
+use crate::machine::Collide;
 use crate::pose::pose;
-use crate::read::{fields, list, text, text_field};
+use crate::read::{choice, fields, flag, list, text, text_field};
 use crate::render::Failure;
 use crate::{machine, sidecar};
 use linkwork_formats::{Description, FormatError, ReadOptions, Root};
-use linkwork_runtime::{Located, Origin, Value, remedy};
+use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::InertiaCheck;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// A file that an assembly imports, as it was read: with what the runtime does not simulate, and with the list of
-/// what was ignored.
+/// A file that an assembly imports, as it was read, and with the list of what was ignored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Import {
     /// Path of the assembly; empty at the top.
@@ -31,8 +31,17 @@ pub struct Import {
     pub bodies: BTreeMap<String, String>,
 }
 
-const FIELDS: [&str; 8] =
-    ["file", "root", "parent", "at", "inertia_check", "packages", "sidecar", "accept"];
+const FIELDS: [&str; 9] = [
+    "file",
+    "root",
+    "parent",
+    "at",
+    "inertia_check",
+    "packages",
+    "sidecar",
+    "collide",
+    "leave_out",
+];
 
 /// Reads a URDF, MJCF or SDF file and the side-car beside it (`robot.linkwork.ron` for `robot.urdf`), if there is one.
 ///
@@ -73,15 +82,15 @@ fn side_car(cx: &mut Cx, origin: Origin, path: &Path, d: &mut Description) {
     }
 }
 
-/// The bodies of every import of an assembly, beside its own.
-pub(crate) fn bodies(
+/// The assembly with the bodies, loops, couplings and colliders of its imports beside its own.
+pub(crate) fn with_imports(
     cx: &mut Cx,
     files: &Files<'_>,
     imports: &Located,
     place: (&str, &Home),
-    own: &BTreeMap<String, BodyForm>,
+    own: &Assembly,
     found: &mut Vec<Import>,
-) -> BTreeMap<String, BodyForm> {
+) -> Assembly {
     let mut out = own.clone();
     let one = std::slice::from_ref(imports);
     let items = match &imports.value {
@@ -91,10 +100,20 @@ pub(crate) fn bodies(
     };
     for item in items {
         let Some(import) = read(cx, files, item, place) else { continue };
-        for (name, form) in import.1 {
-            if out.insert(name.clone(), form).is_some() {
-                let message = format!("the import has a body `{name}`, which is there already");
-                cx.fault(item.origin, message, "put the import into a part of its own");
+        let more = import.1;
+        let kinds = [
+            ("body", more.bodies, &mut out.bodies),
+            ("loop", more.loops, &mut out.loops),
+            ("coupling", more.couplings, &mut out.couplings),
+            ("collider", more.colliders, &mut out.colliders),
+        ];
+        for (kind, forms, all) in kinds {
+            for (name, form) in forms {
+                if all.insert(name.clone(), form).is_some() {
+                    let message =
+                        format!("the import has a {kind} `{name}`, which is there already");
+                    cx.fault(item.origin, message, "put the import into a part of its own");
+                }
             }
         }
         found.push(import.0);
@@ -107,7 +126,7 @@ fn read(
     files: &Files<'_>,
     v: &Located,
     (path, home): (&str, &Home),
-) -> Option<(Import, BTreeMap<String, BodyForm>)> {
+) -> Option<(Import, Assembly)> {
     let what = "`import`";
     if !fields(cx, v, what, &FIELDS) {
         return None;
@@ -152,18 +171,25 @@ fn read(
     if cx.faults.len() > before {
         return None;
     }
-    accept(cx, v, &file, &d);
+    let mut left_out = leave_out(cx, v, &mut d);
     let name = path.rsplit('.').next().unwrap_or_default();
-    let converted = Assembly::from_description(name, &d);
-    let mut forms = converted.assembly.bodies;
-    for form in forms.values_mut() {
-        form.origin = v.origin;
-        hang(cx, v, form, &what.replace('`', ""));
+    let collide = v.get("collide").and_then(|c| flag(cx, c, "`import`: `collide`"));
+    let collide = if collide == Some(true) { Collide::On } else { Collide::Off };
+    let converted = machine::convert(name, &d, collide);
+    left_out.extend(converted.left_out);
+    let mut made = converted.assembly;
+    for form in made.bodies.values_mut() {
+        hang(cx, v, (form, "parent"), &what.replace('`', ""));
     }
+    for form in made.colliders.values_mut() {
+        hang(cx, v, (form, "on"), &what.replace('`', ""));
+    }
+    let all = [&mut made.bodies, &mut made.loops, &mut made.couplings, &mut made.colliders];
+    all.into_iter().flat_map(BTreeMap::values_mut).for_each(|form| form.origin = v.origin);
     let full = |b: String| crate::reference::full_name(path, &b);
     let bodies = converted.bodies.into_iter().map(|(k, b)| (k, full(b))).collect();
-    let (path, file, left_out) = (path.to_owned(), key, converted.left_out);
-    Some((Import { path, file, description: d, left_out, bodies }, forms))
+    let (path, file) = (path.to_owned(), key);
+    Some((Import { path, file, description: d, left_out, bodies }, made))
 }
 
 fn named_side_car(cx: &mut Cx, files: &Files<'_>, name: &Text, home: &Home, d: &mut Description) {
@@ -180,17 +206,17 @@ fn named_side_car(cx: &mut Cx, files: &Files<'_>, name: &Text, home: &Home, d: &
     }
 }
 
-/// A body on the world hangs on the import's `parent`, at its `at`.
-fn hang(cx: &mut Cx, import: &Located, form: &mut BodyForm, what: &str) {
+/// What is on the world, as `field` says, hangs on the import's `parent`, at its `at`.
+fn hang(cx: &mut Cx, import: &Located, (form, field): (&mut ItemForm, &str), what: &str) {
     let on_world = matches!(
-        form.fields.get("parent").map(|p| &p.value),
+        form.fields.get(field).map(|p| &p.value),
         Some(Value::Text(t)) if t == "world"
     );
     if !on_world {
         return;
     }
     if let Some(parent) = import.get("parent") {
-        set(&mut form.fields, &["parent".into()], parent);
+        set(&mut form.fields, &[field.into()], parent);
     }
     if let Some(at) = import.get("at") {
         let X = pose(cx, Some(at), &format!("{what}: `at`"));
@@ -201,9 +227,10 @@ fn hang(cx: &mut Cx, import: &Located, form: &mut BodyForm, what: &str) {
 }
 
 fn options(cx: &mut Cx, v: &Located, home: &Home) -> ReadOptions {
-    let root = word(
+    let root = choice(
         cx,
         v,
+        "`import`",
         "root",
         &[
             ("AsWritten", Root::AsWritten),
@@ -213,9 +240,10 @@ fn options(cx: &mut Cx, v: &Located, home: &Home) -> ReadOptions {
         ],
     )
     .unwrap_or_default();
-    let inertia = word(
+    let inertia = choice(
         cx,
         v,
+        "`import`",
         "inertia_check",
         &[("Physical", InertiaCheck::Physical), ("PositiveMoments", InertiaCheck::PositiveMoments)],
     )
@@ -233,48 +261,26 @@ fn options(cx: &mut Cx, v: &Located, home: &Home) -> ReadOptions {
     out
 }
 
-/// The meaning of a field that is one of several words.
-fn word<T: Copy>(cx: &mut Cx, v: &Located, field: &str, words: &[(&str, T)]) -> Option<T> {
-    let written = v.get(field)?;
-    let (Value::Variant(given, _) | Value::Text(given)) = &written.value else {
-        let all: Vec<&str> = words.iter().map(|(w, _)| *w).collect();
-        let help = format!("one of: {}", all.join(", "));
-        cx.fault(written.origin, format!("`import`: `{field}` is a word"), help);
-        return None;
-    };
-    let found = words.iter().find(|(w, _)| w == given).map(|(_, t)| *t);
-    if found.is_none() {
-        let all: Vec<&str> = words.iter().map(|(w, _)| *w).collect();
-        let message = format!("`import`: there is no {field} `{given}`");
-        cx.fault(written.origin, message, remedy(given, "words", &all));
-    }
-    found
-}
-
-/// Couplings and loops are not simulated: that must be said, or accepted.
-fn accept(cx: &mut Cx, v: &Located, file: &Text, d: &Description) {
-    let mut accepted = Vec::new();
-    if let Some(written) = v.get("accept") {
-        for item in list(cx, written, "`import`: `accept`").to_vec() {
-            let Some(t) = text(cx, &item, "what is accepted") else { continue };
-            if !["couplings", "loops"].contains(&t.text.as_str()) {
-                let message = format!("`import`: `{}` need not be accepted", t.text);
+/// What is named is taken out of the file: couplings, loops.
+fn leave_out(cx: &mut Cx, v: &Located, d: &mut Description) -> Vec<String> {
+    let mut out = Vec::new();
+    let Some(written) = v.get("leave_out") else { return out };
+    for item in list(cx, written, "`import`: `leave_out`").to_vec() {
+        let Some(t) = text(cx, &item, "what is left out") else { continue };
+        match t.text.as_str() {
+            "couplings" => {
+                out.extend(d.couplings.iter().map(|c| format!("coupling `{}`", c.name)));
+                d.couplings.clear();
+            }
+            "loops" => {
+                out.extend(d.loops.iter().map(|l| format!("loop `{}`", l.name)));
+                d.loops.clear();
+            }
+            other => {
+                let message = format!("`import`: `{other}` cannot be left out");
                 cx.fault(t.origin, message, "one of: couplings, loops");
             }
-            accepted.push(t.text);
         }
     }
-    let names = |all: Vec<&str>| all.join(", ");
-    let couplings = names(d.couplings.iter().map(|c| c.name.as_str()).collect());
-    let loops = names(d.loops.iter().map(|l| l.name.as_str()).collect());
-    for (what, all) in [("couplings", couplings), ("loops", loops)] {
-        if !all.is_empty() && !accepted.iter().any(|a| a == what) {
-            let message = format!("`{}` has {what} ({all}), which are not simulated", file.text);
-            let help = format!(
-                "write `accept: [\"{what}\"]` in the import to run it without them, or take them \
-                 out of the file"
-            );
-            cx.fault(file.origin, message, help);
-        }
-    }
+    out
 }

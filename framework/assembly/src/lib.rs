@@ -17,6 +17,10 @@
 
 mod body;
 mod builder;
+mod collider;
+mod collision;
+mod constraints;
+mod contact;
 mod context;
 mod expand;
 mod expression;
@@ -29,6 +33,7 @@ mod import;
 mod initial;
 mod load;
 mod machine;
+mod modes;
 mod place;
 mod pose;
 mod print;
@@ -41,12 +46,13 @@ mod scope;
 mod settings;
 mod shape;
 mod sidecar;
+mod stl;
 mod tree;
 mod wires;
 
 pub use builder::{IntoValue, variant};
 pub use context::{Text, tidy};
-pub use form::{Assembly, BodyForm, MountDecl, ParamDecl, PartForm, PartKind};
+pub use form::{Assembly, ItemForm, MountDecl, ParamDecl, PartForm, PartKind};
 pub use globs::{match_patterns, path_matches};
 pub use import::{Import, read_machine};
 pub use linkwork_runtime::Value;

@@ -13,10 +13,12 @@ use crate::settings::{self, Settings};
 use crate::shape::BodyShape;
 use crate::tree::{TreeNode, tree};
 use crate::wires::Wiring;
+use linkwork_collision::Colliders;
 use linkwork_runtime::{Catalogue, Fault, Located, Origin, Sources, Spec, Value};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::sync::Arc;
 
 /// What loading needs besides the text.
 #[derive(Clone)]
@@ -67,9 +69,11 @@ pub struct Loaded {
     pub spec: Spec,
     /// Everything else.
     pub simulation: Settings,
-    /// Shapes of the bodies.
+    /// Shapes of the bodies, to be seen.
     pub shapes: Vec<BodyShape>,
-    /// Imported files, with what of them is not simulated or was ignored.
+    /// Shapes that collide, for queries too; nothing touches unless `contact` is written.
+    pub colliders: Option<Arc<Colliders>>,
+    /// Imported files, with what of them is left out or was ignored.
     pub imports: Vec<Import>,
     /// The assembly tree.
     pub tree: TreeNode,
@@ -326,12 +330,13 @@ fn assemble(
         integrator: simulation.integrator,
         seed: simulation.seed,
     };
-    let resolved = resolved::text_all(&root, &files, &settings, &spec, &mechanism.parents);
+    let resolved = resolved::text_all(&root, &files, &settings, &spec, &mechanism.told);
     Some(Loaded {
         tree: tree(&root, options.catalogue),
         spec,
         simulation,
         shapes: mechanism.shapes,
+        colliders: mechanism.colliders,
         imports,
         sources: Sources::default(),
         resolved,

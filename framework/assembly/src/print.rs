@@ -2,8 +2,22 @@
 use linkwork_runtime::{Located, Value};
 
 /// Fields whose keys are names that the author chose.
-const TABLES: [&str; 9] =
-    ["params", "mounts", "bodies", "parts", "exports", "overrides", "bind", "nodes", "figures"];
+const TABLES: [&str; 14] = [
+    "params",
+    "mounts",
+    "bodies",
+    "loops",
+    "couplings",
+    "colliders",
+    "terms",
+    "dry",
+    "parts",
+    "exports",
+    "overrides",
+    "bind",
+    "nodes",
+    "figures",
+];
 const WIDTH: usize = 100;
 
 /// The whole text, with a line end.

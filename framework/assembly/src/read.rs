@@ -79,6 +79,29 @@ pub(crate) fn flag(cx: &mut Cx, v: &Located, what: &str) -> Option<bool> {
     }
 }
 
+/// The meaning of a field that is one of several words; nothing when it is not written.
+pub(crate) fn choice<T: Copy>(
+    cx: &mut Cx,
+    v: &Located,
+    what: &str,
+    field: &str,
+    words: &[(&str, T)],
+) -> Option<T> {
+    let written = v.get(field).filter(|w| !is_unknown(w))?;
+    let all: Vec<&str> = words.iter().map(|(w, _)| *w).collect();
+    let (Value::Variant(given, _) | Value::Text(given)) = &written.value else {
+        let help = format!("one of: {}", all.join(", "));
+        cx.fault(written.origin, format!("{what}: `{field}` is a word"), help);
+        return None;
+    };
+    let found = words.iter().find(|(w, _)| w == given).map(|(_, t)| *t);
+    if found.is_none() {
+        let message = format!("{what}: there is no {field} `{given}`");
+        cx.fault(written.origin, message, remedy(given, "words", &all));
+    }
+    found
+}
+
 fn wants(unit: &str) -> String {
     match unit {
         "" => "write a plain number".into(),

@@ -99,6 +99,45 @@ fn inside(
     }
 }
 
+/// The full name of the loop that a text names: `coupler`, `Arm/coupler`, `/Arm/coupler`; nothing when it could not be read.
+pub(crate) fn resolve_loop(
+    root: &Instance,
+    scope: &str,
+    text: &str,
+) -> Result<Option<String>, (String, String)> {
+    if text.contains('$') {
+        return Ok(None);
+    }
+    let absolute = text.strip_prefix('/');
+    let (below, name) =
+        absolute.unwrap_or(text).rsplit_once('/').unwrap_or(("", absolute.unwrap_or(text)));
+    let mut here = if absolute.is_some() { "" } else { scope };
+    let mut known = Vec::new();
+    loop {
+        if let Some(instance) = root.at(here) {
+            if !below.is_empty() && instance.is_broken(below) {
+                return Ok(None);
+            }
+            if let Some(found) = instance.at(below).filter(|i| i.loops.contains_key(name)) {
+                return Ok(Some(full_name(&found.path, name)));
+            }
+            let mut inner = Vec::new();
+            instance.walk(&mut inner);
+            for i in inner {
+                let path = i.path.strip_prefix(here).unwrap_or(&i.path).trim_start_matches('.');
+                known.extend(i.loops.keys().map(|l| full_name(path, l)));
+            }
+        }
+        if here.is_empty() {
+            break;
+        }
+        here = here.rsplit_once('.').map_or("", |(head, _)| head);
+    }
+    known.dedup();
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    Err((format!("there is no loop `{text}`"), remedy(text, "loops", &known)))
+}
+
 fn on_body(root: &Instance, full: &str, rest: &[&str]) -> Result<Target, (String, String)> {
     match rest {
         [] => Ok(Target::Body(full.to_string())),
@@ -125,7 +164,7 @@ fn nodes(root: &Instance, full: &str) -> Vec<String> {
 }
 
 /// The bodies that a scope can name, each by its shortest name.
-fn visible(root: &Instance, scope: &str) -> Vec<String> {
+pub(crate) fn visible(root: &Instance, scope: &str) -> Vec<String> {
     let mut out: Vec<(String, String)> = Vec::new();
     let mut here = scope;
     loop {

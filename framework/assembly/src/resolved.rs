@@ -1,24 +1,23 @@
 //! One RON text that loads to the same `Spec` without any other file, for logs and checkpoints.
-use crate::context::entries;
-use crate::expand::{Instance, ModelInst, Node};
+use crate::collision;
+use crate::context::{entries, map, set};
+use crate::expand::{Instance, ItemInst, ModelInst, Node};
 use crate::files::{Files, Home};
+use crate::flatten::Told;
+use crate::modes;
 use crate::print::document;
 use crate::reference::full_name;
+use linkwork_collision::ColliderSpec;
 use linkwork_runtime::{BindSpec, BindTarget, Located, Spec, Value};
-use std::collections::BTreeMap;
 
 struct Printer<'a> {
     files: &'a Files<'a>,
-    parents: &'a BTreeMap<String, String>,
+    told: &'a Told,
     binds: &'a [BindSpec],
 }
 
 fn text(t: impl Into<String>) -> Located {
     Value::Text(t.into()).into()
-}
-
-fn map(entries: Vec<(&str, Located)>) -> Located {
-    Value::Map(entries.into_iter().map(|(k, v)| (k.to_string(), v)).collect()).into()
 }
 
 /// Everything expanded: no includes, parameters, mounts, arrays or overrides are left.
@@ -27,9 +26,9 @@ fn value(
     files: &Files<'_>,
     settings: &Located,
     spec: &Spec,
-    parents: &BTreeMap<String, String>,
+    told: &Told,
 ) -> Value {
-    let p = Printer { files, parents, binds: &spec.binds };
+    let p = Printer { files, told, binds: &spec.binds };
     let mut out = vec![("resolved", Value::Bool(true).into())];
     let drop = [
         "assembly",
@@ -37,6 +36,10 @@ fn value(
         "params",
         "import",
         "bodies",
+        "loops",
+        "couplings",
+        "colliders",
+        "contact",
         "parts",
         "wires",
         "exports",
@@ -54,6 +57,7 @@ fn value(
         let mut all: Vec<(String, Located)> =
             out.into_iter().map(|(k, v)| (k.to_string(), v)).collect();
         all.extend(inner);
+        all.extend(told.contact.clone().map(|c| ("contact".to_string(), c)));
         let wires = spec.wires.iter().map(|w| text(format!("{} -> {}", w.from, w.to)));
         all.push(("wires".into(), Value::List(wires.collect()).into()));
         return Value::Variant("Simulation".into(), Box::new(Value::Map(all).into()));
@@ -67,9 +71,9 @@ pub(crate) fn text_all(
     files: &Files<'_>,
     settings: &Located,
     spec: &Spec,
-    parents: &BTreeMap<String, String>,
+    told: &Told,
 ) -> String {
-    document(&value(root, files, settings, spec, parents))
+    document(&value(root, files, settings, spec, told))
 }
 
 impl Printer<'_> {
@@ -84,12 +88,18 @@ impl Printer<'_> {
             .map(|(name, b)| {
                 let mut fields = b.fields.clone();
                 let full = full_name(&here.path, name);
-                if let Some(parent) = self.parents.get(&full) {
-                    crate::context::set(&mut fields, &["parent".into()], &text(parent));
+                if let Some(parent) = self.told.parents.get(&full) {
+                    set(&mut fields, &["parent".into()], &text(parent));
+                }
+                let from_file = fields
+                    .get("modes")
+                    .is_some_and(|m| matches!(&m.value, Value::Variant(kind, _) if kind == "File"));
+                if let Some(m) = self.told.modes.get(&full).filter(|_| from_file) {
+                    set(&mut fields, &["modes".into()], &modes::value(m).into());
                 }
                 if let Some(v) = fields.get("shapes").cloned() {
-                    let shapes = self.meshes(&v, &b.home);
-                    crate::context::set(&mut fields, &["shapes".into()], &shapes);
+                    let shapes = self.shapes(&full, &v, &b.home);
+                    set(&mut fields, &["shapes".into()], &shapes);
                 }
                 (name.clone(), fields)
             })
@@ -104,6 +114,24 @@ impl Printer<'_> {
         let parts: Vec<(String, Located)> = parts.collect();
         if !bodies.is_empty() {
             out.push(("bodies", Value::Map(bodies).into()));
+        }
+        for (field, items) in [("loops", &here.loops), ("couplings", &here.couplings)] {
+            let told = items.iter().map(|(name, item)| {
+                let told = self.told.constraints.get(&full_name(&here.path, name));
+                (name.clone(), told.unwrap_or(&item.fields).clone())
+            });
+            let told: Vec<(String, Located)> = told.collect();
+            if !told.is_empty() {
+                out.push((field, Value::Map(told).into()));
+            }
+        }
+        let colliders = here
+            .colliders
+            .iter()
+            .map(|(name, item)| (name.clone(), self.collider(&full_name(&here.path, name), item)));
+        let colliders: Vec<(String, Located)> = colliders.collect();
+        if !colliders.is_empty() {
+            out.push(("colliders", Value::Map(colliders).into()));
         }
         out.push(("parts", Value::Map(parts).into()));
         map(out)
@@ -137,6 +165,37 @@ impl Printer<'_> {
         map(out)
     }
 
+    /// Shapes with meshes by the path at which they were found, and what collides without files.
+    fn shapes(&self, body: &str, v: &Located, home: &Home) -> Located {
+        let mut out = self.meshes(v, home);
+        let Value::List(items) = &mut out.value else { return out };
+        for (k, spec) in self.told.colliders.get(body).into_iter().flatten() {
+            let Some(item) = items.get_mut(*k) else { continue };
+            let Some(mut collide) = item.get("collide").cloned() else { continue };
+            let own = collide.get("shape").or(item.get("shape"));
+            let fine = own.is_some_and(from_file);
+            let coarse = collide.get("coarse").is_some_and(from_file);
+            if fine || coarse {
+                geometry(&mut collide, spec, [fine, coarse]);
+                set(item, &["collide".into()], &collide);
+            }
+        }
+        out
+    }
+
+    /// A standing collider without files.
+    fn collider(&self, full: &str, item: &ItemInst) -> Located {
+        let mut out = item.fields.clone();
+        if let Some(on) = self.told.on.get(full) {
+            set(&mut out, &["on".into()], &text(on));
+        }
+        let files = ["shape", "coarse"].map(|f| out.get(f).is_some_and(from_file));
+        if let Some(spec) = self.told.standing.get(full).filter(|_| files.contains(&true)) {
+            geometry(&mut out, spec, files);
+        }
+        out
+    }
+
     /// Mesh files by the path at which they were found.
     fn meshes(&self, v: &Located, home: &Home) -> Located {
         let value = match &v.value {
@@ -150,12 +209,27 @@ impl Printer<'_> {
                     && let Some(Value::Text(file)) = inner.get("file").map(|f| &f.value)
                     && let Some(found) = self.files.data(file, home)
                 {
-                    crate::context::set(&mut inner, &["file".into()], &text(found));
+                    set(&mut inner, &["file".into()], &text(found));
                 }
                 Value::Variant(name.clone(), Box::new(inner))
             }
             other => other.clone(),
         };
         value.into()
+    }
+}
+
+/// True for a hull or mesh out of a file.
+fn from_file(v: &Located) -> bool {
+    matches!(&v.value, Value::Variant(_, inner) if inner.get("file").is_some())
+}
+
+/// Puts the fine or coarse geometry in, where it came out of a file.
+fn geometry(fields: &mut Located, spec: &ColliderSpec, [fine, coarse]: [bool; 2]) {
+    if fine {
+        set(fields, &["shape".into()], &collision::value(&spec.fine).into());
+    }
+    if let Some(shape) = spec.coarse.as_ref().filter(|_| coarse) {
+        set(fields, &["coarse".into()], &collision::value(shape).into());
     }
 }

@@ -1,9 +1,11 @@
 //! Shapes of bodies: for display, and for inertia computed from the mass.
+use crate::collider::{self, Collider, Entry};
+use crate::collision;
 use crate::context::Cx;
 use crate::files::{Files, Home};
 use crate::pose::{direction, pose};
 use crate::read::{fields, number, numbers, text_field};
-use linkwork_runtime::{Located, Value, remedy};
+use linkwork_runtime::{Located, Origin, Value, remedy};
 use linkwork_spatial::{Mat3, Pose, Quat, Vec3};
 
 /// A solid; lengths in m.
@@ -140,10 +142,15 @@ pub(crate) fn shape(
             }
         }
         other => {
+            let solids = KINDS.iter().copied();
+            let colliding =
+                collision::KINDS.into_iter().filter(|k| files.is_some() && *k != "Mesh");
+            let known: Vec<&str> = solids.chain(colliding).collect();
+            let origin = Origin { end: v.origin.start + other.len() as u32, ..v.origin };
             cx.fault(
-                v.origin,
+                origin,
                 format!("there is no shape `{other}`"),
-                remedy(other, "shapes", &KINDS),
+                remedy(other, "shapes", &known),
             );
             None
         }
@@ -159,35 +166,33 @@ fn positive(cx: &mut Cx, v: &Located, what: &str) -> Option<f64> {
     Some(x)
 }
 
+/// The shapes of a body: what is seen, and what collides with the place in the list of each.
+#[derive(Default)]
+pub(crate) struct Shapes {
+    pub shown: Vec<BodyShape>,
+    pub colliders: Vec<(usize, Collider)>,
+}
+
 /// The shapes of a body.
-pub(crate) fn shapes(
-    cx: &mut Cx,
-    v: &Located,
-    body: &str,
-    files: (&Files<'_>, &Home),
-) -> Vec<BodyShape> {
+pub(crate) fn shapes(cx: &mut Cx, v: &Located, body: &str, files: (&Files<'_>, &Home)) -> Shapes {
     read_shapes(cx, v, body, Some(files))
 }
 
-/// Shapes without mesh files.
+/// Shapes without mesh files, and only to be seen.
 pub(crate) fn solids(cx: &mut Cx, v: &Located, body: &str) -> Vec<BodyShape> {
-    read_shapes(cx, v, body, None)
+    read_shapes(cx, v, body, None).shown
 }
 
-fn read_shapes(
-    cx: &mut Cx,
-    v: &Located,
-    body: &str,
-    files: Option<(&Files<'_>, &Home)>,
-) -> Vec<BodyShape> {
-    let mut out: Vec<BodyShape> = Vec::new();
+fn read_shapes(cx: &mut Cx, v: &Located, body: &str, files: Option<(&Files<'_>, &Home)>) -> Shapes {
+    let (mut out, mut taken) = (Shapes::default(), Vec::<String>::new());
     for (k, item) in crate::read::list(cx, v, &format!("`{body}`: `shapes`")).iter().enumerate() {
         let what = format!("`{body}`: shape {}", k + 1);
         let framed = matches!(item.value, Value::Map(_));
         let mut at = Pose::identity();
         let (mut color, mut name, mut solid) = (None, None, Some(item));
         if framed {
-            fields(cx, item, &what, &["shape", "at", "color", "name"]);
+            let known = ["shape", "at", "color", "name", "collide", "visible"];
+            fields(cx, item, &what, if files.is_some() { &known } else { &known[..4] });
             at = pose(cx, item.get("at"), &format!("{what}: `at`"));
             color = item.get("color").and_then(|c| rgba(cx, c, &what));
             name = text_field(cx, item, "name", &what).map(|t| t.text);
@@ -200,20 +205,27 @@ fn read_shapes(
                 );
             }
         }
-        let Some((shape, turn)) = solid.and_then(|s| shape(cx, s, &what, files)) else {
-            continue;
-        };
+        let Some(solid) = solid else { continue };
         let mut name = name.unwrap_or_else(|| format!("shape{}", k + 1));
-        while out.iter().any(|s| s.name == name) {
+        while taken.contains(&name) {
             name.push('_');
         }
-        let pose = at * Pose::rotation(turn);
-        out.push(BodyShape { body: body.into(), pose, shape, color, name });
+        let entry = match files {
+            Some(files) => collider::of_shape(cx, (item, solid), (body, &name, &what), at, files),
+            None => Entry { shown: shape(cx, solid, &what, None), collider: None },
+        };
+        out.colliders.extend(entry.collider.map(|c| (k, c)));
+        if let Some((shape, turn)) = entry.shown {
+            let pose = at * Pose::rotation(turn);
+            out.shown.push(BodyShape { body: body.into(), pose, shape, color, name: name.clone() });
+        }
+        taken.push(name);
     }
     out
 }
 
-fn rgba(cx: &mut Cx, v: &Located, what: &str) -> Option<[f64; 4]> {
+/// Red, green, blue, opacity.
+pub(crate) fn rgba(cx: &mut Cx, v: &Located, what: &str) -> Option<[f64; 4]> {
     let what = format!("{what}: `color`");
     let opaque = matches!(&v.value, Value::List(items) if items.len() == 3);
     let c = if opaque {

@@ -11,11 +11,23 @@ fn the_examples_of_the_page_load() {
         .skip(1)
         .map(|piece| piece.split("```").next().unwrap_or_default())
         .collect();
-    assert_eq!(examples.len(), 5);
+    assert_eq!(examples.len(), 8);
     let catalogue = catalogue();
     let options = Options::new(&catalogue).embed("wheel.ron", examples[0]);
     // The rover that the side-car stands beside: a base with two arms.
     let rover = include_str!("../../../tests/fuzz/corpus/rover.urdf");
+    let linkage = load_text("FORMAT.md", examples[1], &options).unwrap_or_else(|f| panic!("{f}"));
+    let spec = linkage.spec.mechanism.clone().unwrap();
+    assert_eq!((spec.multibody.loops().len(), spec.multibody.couplings().len()), (2, 2));
+    assert_eq!(spec.motions.len(), 1);
+    run(&linkage.spec, 5.0);
+    let ball = load_text("FORMAT.md", examples[2], &options).unwrap_or_else(|f| panic!("{f}"));
+    assert_eq!(ball.colliders.clone().unwrap().len(), 4);
+    run(&ball.spec, 0.01);
+    let boom = load_text("FORMAT.md", examples[3], &options).unwrap_or_else(|f| panic!("{f}"));
+    assert_eq!(boom.spec.mechanism.clone().unwrap().multibody.nv(), 1 + 4 + 3);
+    run(&boom.spec, 0.002);
+    let examples = &examples[3..];
     let beside = options.clone().embed("rover.urdf", rover).embed("car.ron", examples[2]);
     let text = examples[1].replace("root: Free", "root: Free, sidecar: \"car.ron\"");
     let rover = load_text("FORMAT.md", &text, &beside).unwrap_or_else(|f| panic!("{f}"));

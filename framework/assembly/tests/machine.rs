@@ -7,7 +7,8 @@ use linkwork_formats::{
     Description, Geometry, Initial, ReadOptions, Root, ShapeRole, WheelRole, read_urdf,
 };
 use linkwork_multibody::{
-    BodySpec, Builder, Coordinate, Hinge, Limits, Multibody, Subhinge, SubhingeKind,
+    BodySpec, Builder, Coordinate, Coupling, Hinge, HingeCoordinate, Limits, LoopClosure,
+    Multibody, Subhinge, SubhingeKind, Term,
 };
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, Quat, Vec3};
 use std::path::Path;
@@ -111,7 +112,92 @@ fn machine(seed: u64) -> Multibody {
                 .mass(r.mass()),
         );
     }
+    constrain(&mut r, &mut b);
     b.build().unwrap_or_else(|e| panic!("seed {seed}: {e}"))
+}
+
+/// A loop of every kind and couplings of coordinates in any order.
+fn constrain(r: &mut Rng, b: &mut Builder) {
+    let slider = |r: &mut Rng| SubhingeKind::Slider { axis: r.vec3() };
+    let pin = |r: &mut Rng| SubhingeKind::Pin { axis: r.vec3() };
+    let screw = SubhingeKind::Screw { axis: r.vec3(), pitch: r.signed() };
+    let mut hinges = vec![
+        Hinge::locked(),
+        Hinge::ball(),
+        Hinge::chain([slider(r), SubhingeKind::Locked, pin(r)]),
+        Hinge::chain([pin(r)]),
+        Hinge::chain([screw]),
+    ];
+    let last = hinges[2].subhinges.len() - 1;
+    hinges[2].subhinges[0].coordinate = Coordinate::Prescribed;
+    hinges[2].subhinges[last].coordinate = Coordinate::Prescribed;
+    for (i, hinge) in hinges.into_iter().enumerate() {
+        let body_a = if i == 2 { "world".into() } else { format!("M/b{i:02}") };
+        b.loop_closure(LoopClosure {
+            name: format!("M/l{i}"),
+            body_a,
+            frame_a: r.pose(),
+            body_b: format!("M/b{:02}", i + 7),
+            frame_b: r.pose(),
+            hinge,
+        });
+    }
+    let mut all = Vec::new();
+    for spec in b.bodies() {
+        let chain = spec.hinge.subhinges.iter().enumerate().filter(|(_, s)| s.kind.nv() == 1);
+        all.extend(
+            chain.map(|(subhinge, _)| HingeCoordinate { body: spec.name.clone(), subhinge }),
+        );
+    }
+    for i in 0..all.len() / 3 {
+        let first = (r.bits() % all.len() as u64) as usize;
+        let mut terms: Vec<Term> = (0..1 + i.min(2))
+            .map(|k| Term {
+                coordinate: all[(first + k * (1 + i)) % all.len()].clone(),
+                factor: r.signed(),
+            })
+            .collect();
+        let same = |a: &Term, b: &Term| a.coordinate == b.coordinate;
+        terms.dedup_by(|a, b| same(a, b));
+        if (1..terms.len()).all(|k| terms[..k].iter().all(|t| !same(t, &terms[k]))) {
+            b.coupling(Coupling { name: format!("M/c{i}"), terms, constant: r.signed() });
+        }
+    }
+}
+
+#[test]
+fn flexible_machines_come_back_bit_for_bit() {
+    use linkwork_multibody::modes::{Beam, BeamModes, Plate};
+    let beam = Beam { damping_ratio: 0.01, ..Beam::tube(1.3, 0.05, 0.04, 7e10, 0.33, 2700.0) };
+    let count = BeamModes { bending_y: 2, bending_z: 1, twist: 1, stretch: 0 };
+    let plate = Plate {
+        length: 0.7,
+        width: 0.4,
+        thickness: 0.003,
+        young: 7e10,
+        poisson: 0.3,
+        density: 2700.0,
+        damping_ratio: 0.0,
+        attach: vec![[0.3, 0.1]],
+    };
+    let mut b = Builder::new();
+    b.body(
+        BodySpec::new("M/boom", "world")
+            .hinge(Hinge::pin(Vec3::z()))
+            .modes(beam.modes(count).unwrap()),
+    );
+    b.body(
+        BodySpec::new("M/panel", "M/boom")
+            .hinge_in_parent(Pose::translation(1.3, 0.0, 0.0))
+            .modes(plate.modes(3).unwrap()),
+    );
+    let mbs = b.build().unwrap();
+    let made = Assembly::from_description("M", &Description::from(&mbs));
+    assert!(made.left_out.is_empty(), "{:?}", made.left_out);
+    let catalogue = catalogue();
+    let loaded = load_text("m.ron", &made.assembly.to_ron(), &Options::new(&catalogue));
+    let loaded = loaded.unwrap_or_else(|f| panic!("{f}"));
+    assert_eq!(format!("{:?}", mechanism(&loaded)), format!("{mbs:?}"));
 }
 
 fn mechanism(loaded: &Loaded) -> &Multibody {
@@ -198,6 +284,7 @@ fn a_urdf_file_becomes_bodies_that_can_be_bound_and_overridden() {
     assert_eq!((import.path.as_str(), import.description.name.as_str()), ("Rover", "rover"));
     assert_eq!(import.bodies["left"], "Rover/left");
     assert_eq!(import.left_out, ["Collision shape of `base`"]);
+    assert!(loaded.colliders.is_none());
     // The resolved text needs the file no more.
     std::fs::remove_file(dir.path().join("urdf/rover.urdf")).unwrap();
     let catalogue = catalogue();
@@ -251,7 +338,8 @@ fn mistakes_of_an_import_are_told_with_both_places() {
     has("(file: \"none.urdf\")", &["there is no file `none.urdf`", "sim.ron:3"]);
     has("(file: \"urdf/rover.urdf\", rot: Free)", &["has no field `rot`", "`root`"]);
     has("(file: \"urdf/rover.urdf\", root: Fre)", &["there is no root `Fre`", "Free"]);
-    has("(file: \"urdf/rover.urdf\", accept: [\"gears\"])", &["`gears` need not be accepted"]);
+    has("(file: \"urdf/rover.urdf\", leave_out: [\"gears\"])", &["`gears` cannot be left out"]);
+    has("(file: \"urdf/rover.urdf\", collide: 1)", &["`collide` is true or false"]);
     has("(file: \"urdf/rover.urdf\", parent: \"onw\")", &["no body `onw`", "own"]);
     std::fs::write(dir.path().join("bad.urdf"), ROVER.replace("revolute", "revolt")).unwrap();
     has(
@@ -263,26 +351,105 @@ fn mistakes_of_an_import_are_told_with_both_places() {
 }
 
 #[test]
-fn couplings_and_loops_must_be_accepted() {
+fn couplings_and_loops_of_a_file_are_simulated() {
     let dir = folder();
     let mimic = ROVER.replace(
         "<axis xyz=\"0 1 0\"/></joint>",
-        "<axis xyz=\"0 1 0\"/><mimic joint=\"left_joint\"/></joint>",
+        "<axis xyz=\"0 1 0\"/><mimic joint=\"left_joint\" multiplier=\"-2\" offset=\"0.5\"/></joint>",
     );
     std::fs::write(dir.path().join("urdf/rover.urdf"), mimic).unwrap();
-    let load = |accept: &str| {
-        load(
-            dir.path(),
-            "sim.ron",
-            &format!("Simulation(import: (file: \"urdf/rover.urdf\"{accept}))"),
-        )
+    let load = |more: &str| {
+        let text =
+            format!("Simulation(parts: {{ \"R\": (import: (file: \"urdf/rover.urdf\"{more})) }})");
+        load(dir.path(), "sim.ron", &text).unwrap_or_else(|f| panic!("{f}"))
     };
-    let error = load("").err().unwrap().to_string();
-    assert!(error.contains("has couplings (right_joint), which are not simulated"), "{error}");
-    assert!(error.contains("accept: [\"couplings\"]"), "{error}");
-    let loaded = load(", accept: [\"couplings\"]").unwrap_or_else(|f| panic!("{f}"));
-    assert_eq!(loaded.imports[0].description.couplings.len(), 1);
-    assert!(loaded.imports[0].left_out.contains(&"coupling `right_joint`".to_string()));
+    let loaded = load("");
+    let c = &mechanism(&loaded).couplings()[0].coupling;
+    let terms: Vec<_> = c.terms.iter().map(|t| (t.coordinate.body.as_str(), t.factor)).collect();
+    assert_eq!(c.name, "R/right_joint");
+    assert_eq!((terms, c.constant), (vec![("R/right", 1.0), ("R/left", 2.0)], 0.5));
+    // The start is put onto it.
+    let sim = run(&loaded.spec, 0.0);
+    let of = |side: &str| sim.get(&format!("R/{side}.angle")).unwrap();
+    assert!((of("right") + 2.0 * of("left") - 0.5).abs() < 1e-12);
+    let without = load(", leave_out: [\"couplings\", \"loops\"]");
+    assert!(mechanism(&without).couplings().is_empty());
+    assert!(without.imports[0].left_out.contains(&"coupling `right_joint`".to_string()));
+}
+
+#[test]
+fn collision_shapes_come_back_to_the_last_digit() {
+    use linkwork_collision::Shape as Solid;
+    let mut r = Rng(7);
+    let mut b = Builder::new();
+    b.body(BodySpec::new("M/a", "world").hinge(Hinge::free()).mass(MassProperties::new(
+        1.0,
+        Vec3::zeros(),
+        Mat3::identity(),
+    )));
+    let size = |r: &mut Rng| r.signed().abs();
+    let box_size = [size(&mut r), size(&mut r), size(&mut r)];
+    let (radius, length) = (size(&mut r), size(&mut r));
+    let mut d = Description { builder: b, ..Description::default() };
+    let all = [
+        ("M/a", "box", ShapeRole::Collision, Geometry::Box { size: box_size }),
+        ("M/a", "foot", ShapeRole::Contact, Geometry::Capsule { radius, length }),
+        ("world", "", ShapeRole::Collision, Geometry::Plane { size: [0.0, 0.0] }),
+        ("M/a", "egg", ShapeRole::Collision, Geometry::Ellipsoid { radii: [1.0, 2.0, 3.0] }),
+    ];
+    for (body, name, role, geometry) in all {
+        d.shapes.push(linkwork_formats::BodyShape {
+            body: body.into(),
+            name: name.into(),
+            role,
+            pose: r.pose(),
+            geometry,
+            color: None,
+        });
+    }
+    let made = Assembly::from_description("M", &d);
+    assert_eq!(made.left_out.len(), 1, "{:?}", made.left_out);
+    assert!(made.left_out[0].contains("Ellipsoid"));
+    let catalogue = catalogue();
+    let loaded = load_text("m.ron", &made.assembly.to_ron(), &Options::new(&catalogue));
+    let loaded = loaded.unwrap_or_else(|f| panic!("{f}"));
+    let colliders = loaded.colliders.as_ref().unwrap();
+    let of = |name: &str| colliders.spec(colliders.find(name).unwrap());
+    let wants = [
+        ("M/a/box", Solid::Box { half: 0.5 * Vec3::from(box_size) }),
+        ("M/a/foot", Solid::Capsule { radius, half_length: 0.5 * length }),
+        ("M/ground", Solid::HalfSpace),
+    ];
+    for ((name, shape), written) in wants.into_iter().zip(&d.shapes) {
+        assert_eq!((&of(name).fine, &of(name).pose), (&shape, &written.pose), "{name}");
+    }
+    assert!(loaded.shapes.is_empty(), "what collides is not shown");
+}
+
+#[test]
+fn shapes_of_the_world_and_of_mujoco_collide() {
+    let text = r#"<mujoco><worldbody>
+        <geom name="floor" type="plane" size="0 0 1" pos="0 0 -0.5"/>
+        <body name="b" pos="0 0 1"><freejoint/><geom type="sphere" size="0.1" mass="1"/></body>
+    </worldbody></mujoco>"#;
+    let catalogue = catalogue();
+    let options = Options::new(&catalogue).embed("m.xml", text);
+    let load = |collide: &str| {
+        let text = format!(
+            "Simulation(bodies: {{ \"deck\": (parent: \"world\") }}, contact: (),
+              import: (file: \"m.xml\", parent: \"deck\", at: (position: [0, 0, 2]){collide}))"
+        );
+        load_text("s.ron", &text, &options).unwrap_or_else(|f| panic!("{f}"))
+    };
+    assert!(load("").colliders.is_none());
+    let loaded = load(", collide: true");
+    let colliders = loaded.colliders.as_ref().unwrap();
+    let floor = colliders.spec(colliders.find("floor").unwrap());
+    assert_eq!((floor.body.as_str(), floor.pose.position.z), ("deck", 1.5));
+    assert_eq!(floor.fine, linkwork_collision::Shape::HalfSpace);
+    assert_eq!(colliders.len(), 2);
+    let again = load_text("r.ron", &loaded.resolved, &options).unwrap_or_else(|f| panic!("{f}"));
+    assert_eq!(digest(&again.spec), digest(&loaded.spec));
 }
 
 const SIDE_CAR: &str = r#"SideCar(
@@ -320,10 +487,15 @@ fn a_side_car_beside_the_file_is_found() {
     std::fs::write(dir.path().join("urdf/rover.linkwork.ron"), SIDE_CAR).unwrap();
     let d = read_machine(dir.path().join("urdf/rover.urdf"), &ReadOptions::default()).unwrap();
     assert_eq!(d.loops.len(), 1);
-    let text =
-        "Simulation(import: (file: \"urdf/rover.urdf\", accept: [\"couplings\", \"loops\"]))";
+    let text = "Simulation(import: (file: \"urdf/rover.urdf\", collide: true))";
     let loaded = load(dir.path(), "sim.ron", text).unwrap_or_else(|f| panic!("{f}"));
     let mbs = mechanism(&loaded);
+    assert_eq!((mbs.loops()[0].closure.name.as_str(), mbs.couplings().len()), ("rod", 1));
+    // The collision shape of the file, and the contact of the side-car.
+    let colliders = loaded.colliders.as_ref().unwrap();
+    let names: Vec<_> = colliders.ids().map(|c| colliders.spec(c).name.as_str()).collect();
+    assert_eq!(names, ["base/shape3", "left/shape1"]);
+    assert_eq!(loaded.shapes.len(), 2, "they are not shown");
     assert_eq!(mbs.get(mbs.body("left").unwrap()).subhinges()[0].subhinge.gear, 50.0);
     assert!(mbs.node("base/imu").is_some());
     std::fs::write(dir.path().join("other.ron"), "SideCar(nodes: { \"x\": (body: \"left\") })")

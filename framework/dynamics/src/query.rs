@@ -5,7 +5,7 @@ use crate::tree::{OnLink, Tree};
 use crate::work::Workspace;
 use linkwork_multibody::{BodyId, NodeId};
 use linkwork_spatial::nalgebra::Rotation3;
-use linkwork_spatial::{Mat3, Motion, Pose, Quat, Vec3};
+use linkwork_spatial::{Force, Mat3, Motion, Pose, Quat, Vec3};
 
 impl Workspace {
     /// `X_WB`: where a body is. After [`kinematics`](crate::kinematics()).
@@ -58,6 +58,28 @@ impl Workspace {
     #[must_use]
     pub fn node_acceleration(&self, tree: &Tree, node: NodeId) -> Motion {
         self.acceleration(tree.node(node))
+    }
+
+    /// Sum of the external wrenches on a body and on everything welded to it, moment about the
+    /// body's origin (N m) and force (N), world axes; gravity of [`Workspace::apply_uniform_gravity`]
+    /// is not among them. Zero for what is welded to the world, and for what bends.
+    #[must_use]
+    pub fn external_wrench(&self, tree: &Tree, body: BodyId) -> Force {
+        let at = tree.body(body);
+        let slot = at.slot as usize;
+        if slot == 0 || slot > tree.links.len() {
+            return Force::new(Vec3::zeros(), Vec3::zeros());
+        }
+        let (w, kin) = (&self.work.f_ext[slot], &self.work.kin[slot]);
+        let (moment, force) = (vec3(&w.n), vec3(&w.f));
+        let arm = vec3(&kin.R.mul(v3(&at.p)));
+        Force::new(moment - arm.cross(&force), force)
+    }
+
+    /// Uniform acceleration of free fall that was added (m/s², world axes).
+    #[must_use]
+    pub fn uniform_gravity(&self) -> Vec3 {
+        vec3(&self.work.gravity)
     }
 
     /// Acceleration that a node would have with every β̇ = 0: the J̇β of a Jacobian. World axes,

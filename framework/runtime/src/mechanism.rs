@@ -24,6 +24,7 @@ use linkwork_solvers::{
 };
 use linkwork_spatial::{Force, Vec3};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A frame that carries ports: a node, or a body's own origin.
@@ -146,11 +147,11 @@ impl MechanismPlan {
     }
 
     /// Whether every free hinge has something to move, and every loop closes, at the start; puts
-    /// the start onto the constraints.
+    /// the start onto the constraints. `origins` say where loops and couplings are written.
     ///
     /// # Errors
-    /// What is wrong, without a place.
-    pub(crate) fn start(&mut self) -> Result<(), Fault> {
+    /// What is wrong; its place is that of the constraint with the greatest error, where one is to blame.
+    pub(crate) fn start(&mut self, origins: &BTreeMap<String, Origin>) -> Result<(), Fault> {
         if let Some((_, settings)) = &self.compliant
             && let Err(e) = settings.check()
         {
@@ -165,7 +166,13 @@ impl MechanismPlan {
                     projector.rates(tree, &mut ws, solver, motions, &self.q, &mut self.v)
                 });
             if let Err(e) = done {
-                return Err(fault(&e.to_string()));
+                kinematics(tree, &mut ws, &self.q, &self.v);
+                let error = |c| solver.error(tree, &ws, c, motions, &self.q);
+                let worst = self.multibody.constraints().map(|c| (error(c), c));
+                let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0)).map(|w| w.1);
+                let name = worst.map_or("", |c| self.multibody.constraint_name(c));
+                let origin = origins.get(name).copied().unwrap_or(Origin::NONE);
+                return Err(Fault { origin, ..fault(&format!("`{name}`: {e}")) });
             }
         }
         kinematics(&self.tree, &mut ws, &self.q, &self.v);

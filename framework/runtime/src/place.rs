@@ -4,11 +4,13 @@
 //! ```text
 //! unknowns  z, roll, pitch, chosen joints        residuals  least gap of the rim of each wheel
 //! ```
+//! Loops and couplings are closed for each trial, so that chosen joints which they join adapt together.
 //! Damped least squares (Levenberg–Marquardt) with numerical derivatives; done once, before a run.
 use crate::plan::Plan;
 use crate::services::Terrain;
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::{BodyId, SubhingeKind};
+use linkwork_solvers::Projector;
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
 use linkwork_spatial::{Pose, Quat, Vec3};
 use std::sync::Arc;
@@ -125,8 +127,18 @@ pub fn place_on_terrain(
         }
     };
     let mut q = start.clone();
+    let motions = mechanism.loop_motions.clone();
+    let (mut solver, mut projector) = (mechanism.solver.clone(), Projector::new(&tree));
     let mut gaps = |u: &DVector<f64>, q: &mut Vec<f64>| -> Result<DVector<f64>, PlaceError> {
         set(u, q);
+        // Joints that loops and couplings join adapt together.
+        if let Some(solver) = &mut solver
+            && let Err(e) = projector.positions(&tree, &mut ws, solver, &motions, q)
+        {
+            let text = e.to_string();
+            let (fact, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
+            return error(fact.into(), help);
+        }
         kinematics(&tree, &mut ws, q, &zeros);
         let mut e = DVector::zeros(wheels.len());
         for (k, (id, radius)) in wheels.iter().enumerate() {

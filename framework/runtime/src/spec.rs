@@ -146,6 +146,8 @@ pub struct MechanismSpec {
     pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
     /// Where it is written.
     pub origin: Origin,
+    /// Where loops and couplings are written, by name.
+    pub origins: BTreeMap<String, Origin>,
 }
 
 impl MechanismSpec {
@@ -168,6 +170,7 @@ impl MechanismSpec {
             contact: None,
             compliant: None,
             origin: Origin::NONE,
+            origins: BTreeMap::new(),
         }
     }
 }

@@ -117,7 +117,8 @@ impl Unit {
 
     /// The number in SI.
     pub fn to_si(&self, number: f64) -> f64 {
-        self.scale * number + self.offset
+        // Without an offset −0 stays −0.
+        if self.offset == 0.0 { self.scale * number } else { self.scale * number + self.offset }
     }
 
     fn times(self, other: Unit, power: i8) -> Unit {

@@ -89,6 +89,7 @@ pub struct ConstrainedSolver {
     place: Vec<usize>,
     v: Vec<f64>,
     still: Vec<f64>,
+    quiet: Vec<LoopMotion>,
     /// Baumgarte's constants.
     pub stabilisation: Stabilisation,
     /// Contradictions above this, rad/s² or m/s², are errors.
@@ -145,6 +146,7 @@ impl ConstrainedSolver {
             prescribed: mbs.prescribed().contains(&true),
             v: vec![0.0; tree.nv()],
             still: vec![0.0; tree.nv()],
+            quiet: Vec::with_capacity(tree.multibody().motions()),
             units,
             stabilisation: Stabilisation::None,
             contradiction_max: f64::INFINITY,
@@ -286,25 +288,37 @@ impl ConstrainedSolver {
         self.v.copy_from_slice(step);
         step.fill(0.0);
         self.still.fill(0.0);
-        let state = (q, &self.v[..]);
         let mut worst = 0.0;
         if !self.units.embedded().is_empty() {
+            let state = (q, &self.v[..]);
             worst = self.units.close(tree, ws, &mut self.uw, motions, state, level, step);
         }
         if self.order.is_empty() {
             return Ok(worst);
         }
+        self.quiet.clear();
+        self.quiet.extend_from_slice(motions);
+        if level == Level::Position {
+            self.quiet.iter_mut().for_each(|m| m.rate = 0.0);
+        }
+        if worst > 0.0 {
+            // What closing the aggregates does to the other rows: their rates at that velocity.
+            self.v.iter_mut().zip(&*step).for_each(|(v, d)| *v += d);
+            kinematics(tree, ws, q, &self.v);
+        }
+        let (state, motions) = ((q, &self.v[..]), &self.quiet[..]);
         self.units.gather(tree, ws, &mut self.uw, &self.still, &self.still, motions)?;
         self.rows.clear();
         for c in &self.order {
             self.rows.add_constraint(tree, &self.units, ws, &self.uw, *c, motions, state);
         }
         for (lambda, row) in self.lambda.iter_mut().zip(self.rows.groups()) {
-            let from = if level == Level::Rate { &row.rate } else { &row.error };
             *lambda = [0.0; WIDTH];
-            for (to, x) in lambda.iter_mut().zip(&from[..row.n]) {
-                *to = -x;
-                worst = greater(worst, x.abs());
+            for (i, to) in lambda.iter_mut().take(row.n).enumerate() {
+                let error = if level == Level::Rate { 0.0 } else { row.error[i] };
+                *to = -(error + row.rate[i]);
+                let before = if level == Level::Rate { row.rate[i] } else { error };
+                worst = greater(worst, before.abs());
             }
         }
         self.factor();

@@ -6,6 +6,7 @@
 //! | tree-augmented | rows beside the tree | λ of every row, dense over rows that meet |
 //! | constraint embedding | loops become aggregates of the tree | none but β̇ |
 //! | both | each loop by rule or by choice | λ of the rows left |
+//! | fully augmented ([`FullyAugmentedSolver`]) | hinges and all others as rows of free bodies | λ of all, sparse |
 //! | non-smooth ([`ContactStepper`]) | the same, and contacts, limits, dry friction | impulses of a step |
 //! | compliant ([`CompliantContact`]) | forces of penetration and bristles | none but its states |
 //!
@@ -15,6 +16,7 @@
 mod compliant;
 mod constrained;
 pub mod contact;
+mod fully_augmented;
 mod integrators;
 mod projection;
 mod skyline;
@@ -22,7 +24,8 @@ mod stepper;
 
 pub use compliant::{BRISTLE, CompliantContact, CompliantError, CompliantSettings};
 pub use constrained::{ConstrainedSolver, Report, SolverError, Stabilisation};
+pub use fully_augmented::{FullyAugmentedError, FullyAugmentedSolver};
 pub use integrators::{Rk4, add};
 pub use linkwork_dynamics::units::Treatment;
 pub use projection::{Closing, ProjectionError, Projector};
-pub use stepper::{ContactSettings, ContactStepper, Impulse, StepError, StepReport};
+pub use stepper::{ContactSettings, ContactStepper, Impulse, JointLimits, StepError, StepReport};

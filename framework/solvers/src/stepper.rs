@@ -24,6 +24,16 @@ use linkwork_spatial::Vec3;
 use std::sync::Arc;
 use thiserror::Error;
 
+/// What limits of hinges do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum JointLimits {
+    /// They stop the coordinate, without bouncing.
+    #[default]
+    Stop,
+    /// Nothing.
+    Ignore,
+}
+
 /// How contact is treated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactSettings {
@@ -37,6 +47,8 @@ pub struct ContactSettings {
     pub push_max: f64,
     /// Contacts that approach more slowly than this do not bounce, m/s.
     pub bounce_min: f64,
+    /// Whether limits of hinges hold.
+    pub limits: JointLimits,
     /// Dry friction of hinges: place in β, force (N m or N).
     pub dry: Vec<(usize, f64)>,
     /// The complementarity solver's.
@@ -51,6 +63,7 @@ impl Default for ContactSettings {
             correction: 0.2,
             push_max: 1.0,
             bounce_min: 0.01,
+            limits: JointLimits::Stop,
             dry: Vec::new(),
             solver: Settings::default(),
         }
@@ -172,13 +185,15 @@ impl ContactStepper {
         Self {
             contact: Contact::new(settings.solver),
             push: Contact::new(push),
-            settings,
             scratch: Scratch::new(&colliders),
             colliders,
             uw: UnitsWork::new(tree, &units),
             rows: RowSet::default(),
             points: Vec::new(),
-            limits: limits(tree.multibody()),
+            limits: match settings.limits {
+                JointLimits::Stop => limits(tree.multibody()),
+                JointLimits::Ignore => Vec::new(),
+            },
             kinds: Vec::new(),
             frames: Vec::new(),
             cones: Vec::new(),
@@ -192,6 +207,7 @@ impl ContactStepper {
             q_next: Vec::with_capacity(tree.nq()),
             warm: Vec::new(),
             units,
+            settings,
         }
     }
 

@@ -183,3 +183,154 @@ fn restarts_change_nothing() {
     assert_eq!(whole.q, second.q);
     assert_eq!(whole.v, second.v);
 }
+
+/// A top that spins upright on its tip sleeps; slower than the critical spin it falls over.
+#[test]
+fn a_top_sleeps_above_its_critical_spin() {
+    // Ball tip of radius r at the bottom, centre of mass at height l above the tip's centre.
+    let (m, r, l, J, Jz) = (0.5, 0.005, 0.05, 4e-4, 5e-4);
+    let J_tip = J + m * l * l;
+    let critical = 2.0 * f64::sqrt(m * 9.81 * l * J_tip) / Jz;
+    let tilt_after = |spin: f64| {
+        let mut s = Scene::default();
+        let inertia = linkwork_dynamics::spatial::MassProperties::new(
+            m,
+            Vec3::new(0.0, 0.0, l),
+            linkwork_dynamics::spatial::Mat3::from_diagonal(&Vec3::new(J, J, Jz)),
+        );
+        let at = Pose::new(turned(Vec3::x(), 0.01), Vec3::new(0.0, 0.0, r));
+        let rates = [0.0, 0.0, spin, 0.0, 0.0, 0.0];
+        s.ground(rough(0.0));
+        s.body("top", inertia, Shape::Sphere { radius: r }, rough(0.0), at, rates);
+        let mut run = s.run();
+        let (mut worst, start) = (0.0_f64, run.energy());
+        for _ in 0..10_000 {
+            run.step(1e-4);
+            let up = run.pose("top").rotation * Vec3::z();
+            worst = worst.max(up.z.acos());
+            assert!(run.energy() < start * (1.0 + 1e-4), "energy grew");
+        }
+        worst
+    };
+    // On a smooth plane the tip is free to slide, which lowers the critical spin: l takes the
+    // place of the lever about the centre of mass alone.
+    let smooth = 2.0 * f64::sqrt(m * 9.81 * l * J) / Jz;
+    assert!(smooth < critical);
+    let (fast, slow) = (tilt_after(1.3 * smooth), tilt_after(0.7 * smooth));
+    assert!(fast < 0.05, "fast top tilts by {fast}");
+    assert!(slow > 0.5, "slow top stays at {slow}");
+}
+
+/// An arch of wedges stands by friction and normal forces alone; without friction it falls.
+#[test]
+fn an_arch_stands_by_friction() {
+    let (blocks, inner, outer, depth) = (9, 1.0, 1.35, 0.3);
+    let settle = |mu: f64| {
+        let mut s = Scene::default();
+        s.settings.solver.tolerance = 1e-8;
+        s.ground(rough(mu));
+        let wedge = std::f64::consts::PI / f64::from(blocks);
+        let (c, sn) = (f64::cos(wedge / 2.0), f64::sin(wedge / 2.0));
+        let mid = 0.5 * (inner + outer);
+        let mut points = Vec::new();
+        for radius in [inner, outer] {
+            for side in [-1.0, 1.0] {
+                for y in [-depth / 2.0, depth / 2.0] {
+                    points.push(Vec3::new(radius * sn * side, y, radius * c - mid));
+                }
+            }
+        }
+        let half = Vec3::new(0.18, 0.15, 0.18);
+        for i in 0..blocks {
+            let angle = (f64::from(i) + 0.5) * wedge - std::f64::consts::FRAC_PI_2;
+            let R = turned(Vec3::y(), angle);
+            let at = Pose::new(R, R * Vec3::new(0.0, 0.0, mid));
+            let shape = Shape::ConvexHull { points: points.clone() };
+            s.body(&format!("b{i}"), solid_box(10.0, half), shape, rough(mu), at, [0.0; 6]);
+        }
+        let mut run = s.run();
+        let mut worst: f64 = 0.0;
+        let start = run.energy();
+        for _ in 0..400 {
+            let report = run.step(5e-3);
+            worst = worst.max(report.measure.residual);
+        }
+        assert!(run.energy() <= start + 1e-6 * start.abs());
+        (run.pose("b4").position.z - mid, worst)
+    };
+    let (stands, residual) = settle(0.8);
+    println!("arch: the crown moved by {stands:e} m");
+    assert!(stands.abs() < 0.02, "the arch fell by {stands}");
+    assert!(residual < 1e-5, "{residual}");
+    let (falls, _) = settle(0.05);
+    assert!(falls < -0.2, "the arch stands without friction: {falls}");
+}
+
+/// A six-wheeled rover, both sides alike, against a step. The friction that the quasi-static balance
+/// wants is 0.705 at the front, 0.746 in the middle, 0.904 at the rear (centre of mass 0.1 m behind
+/// the middle; geometry of a published Curiosity model). Measured: the front climbs between 0.75
+/// and 0.85, as wheels on a rigid face hop.
+#[test]
+fn wheels_climb_a_step_when_friction_suffices() {
+    use linkwork_dynamics::multibody::{BodySpec, Hinge};
+    use linkwork_dynamics::spatial::{MassProperties, Mat3};
+    let (r, height) = (0.25, 0.3);
+    let climb = |mu: f64| {
+        let mut s = Scene::default();
+        s.settings.solver.tolerance = 1e-6;
+        s.ground(rough(mu));
+        let point = |m: f64, c: Vec3, j: f64| MassProperties::new(m, c, Mat3::identity() * j);
+        // Chassis and rockers move as one; x forward from the middle wheel's neighbourhood.
+        s.builder.body(
+            BodySpec::new("frame", "world")
+                .hinge(Hinge::chain([
+                    linkwork_dynamics::multibody::SubhingeKind::Slider { axis: Vec3::x() },
+                    linkwork_dynamics::multibody::SubhingeKind::Slider { axis: Vec3::z() },
+                    linkwork_dynamics::multibody::SubhingeKind::Pin { axis: Vec3::y() },
+                ]))
+                .mass(point(400.0, Vec3::new(-0.1, 0.0, 0.75), 80.0)),
+        );
+        s.builder.body(
+            BodySpec::new("bogie", "frame")
+                .hinge_in_parent(Pose::translation(-0.54, 0.0, 0.6443))
+                .hinge(Hinge::pin(Vec3::y()))
+                .mass(point(4.0, Vec3::zeros(), 1.0)),
+        );
+        let wheels = [
+            ("front", "frame", Vec3::new(1.095, 0.0, r)),
+            ("middle", "bogie", Vec3::new(-0.089 + 0.54, 0.0, r - 0.6443)),
+            ("rear", "bogie", Vec3::new(-1.163 + 0.54, 0.0, r - 0.6443)),
+        ];
+        let shape = Shape::Cylinder { radius: r, half_length: 0.5 };
+        for (name, parent, at) in wheels {
+            s.builder.body(
+                BodySpec::new(name, parent)
+                    .hinge_in_parent(Pose::translation(at.x, at.y, at.z))
+                    .hinge(Hinge::pin(Vec3::y()).prescribed())
+                    .mass(point(2.0, Vec3::zeros(), 0.1)),
+            );
+            let lying = Pose::rotation(turned(Vec3::x(), std::f64::consts::FRAC_PI_2));
+            let mut c = linkwork_collision::ColliderSpec::new(name, name, shape.clone()).at(lying);
+            c.material = rough(mu);
+            s.colliders.push(c);
+        }
+        let half = Vec3::new(5.0, 2.0, height / 2.0);
+        let mut step = linkwork_collision::ColliderSpec::new("step", "world", Shape::Box { half })
+            .at(Pose::translation(1.095 + r + 0.03 + half.x, 0.0, half.z));
+        step.material = rough(mu);
+        s.colliders.push(step);
+        let mut run = s.run();
+        let hinge = |name: &str| run.mbs.hinge(name).unwrap().start;
+        for v in [hinge("front"), hinge("middle"), hinge("rear")] {
+            run.v[v] = 0.6;
+        }
+        for _ in 0..15_000 {
+            run.step(2e-3);
+        }
+        ["front", "middle", "rear"].map(|w| run.pose(w).position.z > height + 0.9 * r)
+    };
+    // Four fifths of what the front wheel needs, six fifths, and six fifths of what the rear needs.
+    assert_eq!(climb(0.8 * 0.705), [false; 3]);
+    assert!(climb(1.2 * 0.705)[0]);
+    assert_eq!(climb(1.2 * 0.904), [true; 3]);
+}

@@ -2,118 +2,19 @@
 //! finite differences.
 #![allow(clippy::unwrap_used, non_snake_case)]
 
+mod mechanisms;
 #[path = "../../dynamics/tests/support/mod.rs"]
 mod support;
 
 use linkwork_dynamics::multibody::{
-    Anchor, BodySpec, Builder, ConstraintId, Coordinate, Coupling, Hinge, HingeCoordinate, Loop,
-    LoopClosure, LoopMotion, Multibody, Row, SubhingeKind, Term,
+    Anchor, BodySpec, Builder, ConstraintId, Coordinate, Hinge, Loop, LoopClosure, LoopMotion, Row,
 };
 use linkwork_dynamics::spatial::{Force, Pose, Vec3};
 use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
 use linkwork_dynamics::{Tree, Workspace, inverse_dynamics, kinematics};
 use linkwork_solvers::{ConstrainedSolver, Projector, Report, Treatment};
-use support::{Rng, Shape, close, random_tree};
-
-fn closing_hinge(r: &mut Rng) -> Hinge {
-    match r.below(8) {
-        0 => Hinge::pin(r.vec3()),
-        1 => Hinge::slider(r.vec3()),
-        2 => Hinge::ball(),
-        3 => Hinge::universal(r.vec3(), r.vec3()),
-        4 => Hinge::cylindrical(r.vec3()),
-        5 => Hinge::planar(),
-        6 => Hinge::screw(r.vec3(), r.signed()),
-        _ => Hinge::chain([SubhingeKind::Slider { axis: r.vec3() }, SubhingeKind::Ball]),
-    }
-}
-
-/// A random tree with loops that close at the configuration given with it.
-fn looped(seed: u64, shape: Shape, loops: usize) -> (Multibody, Vec<f64>) {
-    let tree = random_tree(seed, shape);
-    let mut r = Rng(seed ^ 0x100b);
-    let q = tree.random_q(seed);
-    let poses = tree.body_poses(&q);
-    let mut b = Builder::from(&tree);
-    let name = |i: usize| tree.bodies()[i].name().to_owned();
-    for k in 0..loops {
-        let i = r.below(poses.len());
-        let j = (i + 1 + r.below(poses.len() - 1)) % poses.len();
-        let (frame_a, to_world) = (r.pose(), r.below(4) == 0);
-        let place = poses[i] * frame_a;
-        let (body_a, frame_a) = if to_world { ("world".into(), place) } else { (name(i), frame_a) };
-        b.loop_closure(LoopClosure {
-            name: format!("loop{k}"),
-            body_a,
-            frame_a,
-            body_b: name(j),
-            frame_b: poses[j].inverse() * place,
-            hinge: closing_hinge(&mut r),
-        });
-    }
-    let mut single: Vec<(HingeCoordinate, usize)> = Vec::new();
-    for body in tree.bodies() {
-        for (i, s) in body.subhinges().iter().enumerate() {
-            if s.subhinge.kind.nv() == 1 {
-                let at = HingeCoordinate { body: body.name().into(), subhinge: i };
-                single.push((at, s.q.start));
-            }
-        }
-    }
-    if single.len() >= 2 {
-        let i = r.below(single.len());
-        let j = (i + 1 + r.below(single.len() - 1)) % single.len();
-        let (a, c) = (r.signed(), r.signed());
-        let term = |i: usize, factor| Term { coordinate: single[i].0.clone(), factor };
-        b.coupling(Coupling {
-            name: "gear".into(),
-            terms: vec![term(i, a), term(j, c)],
-            constant: a * q[single[i].1] + c * q[single[j].1],
-        });
-    }
-    (b.build().unwrap_or_else(|e| panic!("seed {seed}: {e}")), q)
-}
-
-const SHAPES: [Shape; 3] = [
-    Shape { bodies: 9, floating: true, prescribed: false, armature: true },
-    Shape { bodies: 11, floating: false, prescribed: false, armature: false },
-    Shape { bodies: 12, floating: true, prescribed: true, armature: true },
-];
-
-struct Case {
-    mbs: Multibody,
-    tree: Tree,
-    ws: Workspace,
-    q: Vec<f64>,
-    v: Vec<f64>,
-    tau: Vec<f64>,
-    vdot: Vec<f64>,
-}
-
-/// A consistent state with forces on it.
-fn case(seed: u64, shape: Shape, loops: usize) -> Case {
-    let (mbs, q) = looped(seed, shape, loops);
-    let tree = Tree::new(&mbs);
-    let mut ws = Workspace::new(&tree);
-    let mut v = mbs.random_v(seed);
-    // Prescribed rates may contradict the loops: let them rest.
-    for (v, p) in v.iter_mut().zip(mbs.prescribed()) {
-        if p {
-            *v = 0.0;
-        }
-    }
-    let mut solver = ConstrainedSolver::new(&tree, |_| Treatment::Augment);
-    Projector::new(&tree).rates(&tree, &mut ws, &mut solver, &[], &q, &mut v).unwrap();
-    let mut r = Rng(seed ^ 77);
-    let tau = r.vec(mbs.nv());
-    let vdot = vec![0.0; mbs.nv()];
-    kinematics(&tree, &mut ws, &q, &v);
-    ws.apply_uniform_gravity(Vec3::new(0.3, -0.7, -9.1));
-    for n in mbs.node_ids() {
-        ws.add_wrench_at_node(&tree, n, Force::new(r.vec3(), r.vec3()));
-    }
-    Case { mbs, tree, ws, q, v, tau, vdot }
-}
+use mechanisms::{Case, SHAPES, case, looped};
+use support::{Rng, close};
 
 /// Accelerations, prescribed forces, and the report.
 fn solve(

@@ -1,8 +1,9 @@
 //! A small catalogue of toy models, and helpers of the tests.
 #![allow(dead_code)]
 use linkwork_assembly::{Failure, Loaded, Look, Options, load_text};
+use linkwork_collision::Colliders;
 use linkwork_runtime::prelude::*;
-use linkwork_runtime::{Catalogue, Spec};
+use linkwork_runtime::{Catalogue, Files, MechanismSpec, Seconds, Simulation, Spec, compile};
 
 /// Winding.
 #[derive(Params, Clone, Debug)]
@@ -137,12 +138,38 @@ impl Model for Pad {
     }
 }
 
+#[derive(Params, Clone, Debug)]
+pub struct PushParams {
+    /// Acceleration.
+    #[param(unit = "m/s^2", default = 0.0)]
+    acceleration: f64,
+}
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct PushOut {
+    /// What the prescribed coordinate follows.
+    #[port(bind = "motion")]
+    accel: HingeAccel,
+}
+pub struct Push {
+    p: PushParams,
+}
+/// A constant acceleration of a prescribed coordinate.
+#[model("test.push")]
+impl Model for Push {
+    type Params = PushParams;
+    type Ym = PushOut;
+    fn moore(&self, _: &Clock, _: &(), _: &()) -> PushOut {
+        PushOut { accel: HingeAccel(self.p.acceleration) }
+    }
+}
+
 pub fn catalogue() -> Catalogue {
     Catalogue::new([vec![
         Entry::model::<Motor>(),
         Entry::model::<Drive>(),
         Entry::model::<Battery>(),
         Entry::model::<Pad>(),
+        Entry::model::<Push>(),
     ]])
 }
 
@@ -172,6 +199,27 @@ pub fn bad(text: &str) -> String {
     }
 }
 
+/// Colliders as text, with who meets whom.
+pub fn shown(colliders: &Colliders) -> String {
+    let mut out = String::new();
+    for a in colliders.ids() {
+        let meets: Vec<usize> =
+            colliders.ids().filter(|b| colliders.meet(a, *b)).map(|b| b.index()).collect();
+        out.push_str(&format!("{:?} meets {meets:?}\n", colliders.spec(a)));
+    }
+    out
+}
+
+/// A run of so many seconds; NaN is a fault of the run.
+#[track_caller]
+pub fn run(spec: &Spec, seconds: f64) -> Simulation {
+    let plan = compile(spec, &catalogue(), &Files::default()).unwrap_or_else(|f| panic!("{f}"));
+    let mut sim = Simulation::new(std::sync::Arc::new(plan));
+    let end = Seconds { num: (seconds * 1000.0).round() as u64, den: 1000 };
+    sim.run_until(end).unwrap_or_else(|e| panic!("{e}"));
+    sim
+}
+
 /// Everything of a spec that matters to a run, as text (no places).
 pub fn digest(spec: &Spec) -> String {
     use std::fmt::Write;
@@ -191,7 +239,40 @@ pub fn digest(spec: &Spec) -> String {
     }
     if let Some(m) = &spec.mechanism {
         let _ = writeln!(out, "{} {:?}\n{:?}\n{:?} {:?}", m.path, m.gravity, m.multibody, m.q, m.v);
+        let _ = writeln!(out, "{:?} {:?}", m.treatments, m.motions);
+        if let Some(c) = &m.contact {
+            let _ = writeln!(out, "{:?}\n{}", c.settings, shown(&c.colliders));
+        }
     }
     let _ = writeln!(out, "{:?} {:?} {}", spec.step, spec.integrator, spec.seed);
     out
+}
+
+/// The mechanism of a text.
+pub fn spec(loaded: &Loaded) -> &MechanismSpec {
+    loaded.spec.mechanism.as_ref().unwrap_or_else(|| panic!("there is no mechanism"))
+}
+
+/// Exactly these faults, in this order; a part with `+` belongs to the one before.
+#[track_caller]
+pub fn faults(text: &str, expected: &[&str]) {
+    let shown = bad(text);
+    let count = shown.matches("error: ").count();
+    for part in expected {
+        let part = part.trim_start_matches('+');
+        assert!(shown.contains(part), "\n{part}\nis not in\n{shown}\nof\n{text}");
+    }
+    assert_eq!(count, expected.iter().filter(|e| !e.starts_with('+')).count(), "{shown}");
+}
+
+/// Loads to the same from the resolved text, and from that of the resolved one.
+#[track_caller]
+pub fn resolves(loaded: &Loaded) {
+    let catalogue = catalogue();
+    let again = load_text("r.ron", &loaded.resolved, &Options::new(&catalogue));
+    let again = again.unwrap_or_else(|f| panic!("{f}\n{}", loaded.resolved));
+    assert_eq!(digest(&again.spec), digest(&loaded.spec));
+    assert_eq!(again.shapes, loaded.shapes);
+    let once = load_text("r.ron", &again.resolved, &Options::new(&catalogue));
+    assert_eq!(once.unwrap_or_else(|f| panic!("{f}")).resolved, again.resolved);
 }

@@ -21,28 +21,51 @@ pub(crate) struct Turn {
     b1: f64,
 }
 
+const SINC: [f64; 7] = over_factorials(1);
+const A: [f64; 7] = over_factorials(2);
+const B: [f64; 7] = over_factorials(3);
+
+/// Coefficients (−1)ᵏ/(2k + n)!.
+const fn over_factorials(n: usize) -> [f64; 7] {
+    let (mut out, mut k) = ([0.0; 7], 0);
+    while k < 7 {
+        let (mut f, mut i) = (1.0, 2);
+        while i <= 2 * k + n {
+            f *= i as f64;
+            i += 1;
+        }
+        out[k] = if k % 2 == 0 { 1.0 / f } else { -1.0 / f };
+        k += 1;
+    }
+    out
+}
+
+/// Coefficients of the derivative.
+#[inline(always)]
+fn slopes(c: [f64; 7]) -> [f64; 6] {
+    std::array::from_fn(|k| (k + 1) as f64 * c[k + 1])
+}
+
+#[inline(always)]
+fn series<const N: usize>(c: &[f64; N], s: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, c| c + s * sum)
+}
+
 impl Turn {
     pub fn new(theta: V3<f64>) -> Self {
         let s = theta.dot(theta);
-        let t = s.sqrt();
         if s < 0.04 {
-            // Series to the eighth order: closed forms lose digits here. The next terms are < 1e-16.
-            let series = |c: [f64; 6]| c.iter().rev().fold(0.0, |sum, c| c + s * sum);
-            let f = |n: u32| (1..=n).map(f64::from).product::<f64>();
-            let (a, b) = ([2, 4, 6, 8, 10, 12, 14], [3, 5, 7, 9, 11, 13, 15]);
-            let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-            let of = |n: [u32; 7]| std::array::from_fn(|k| sign(k) / f(n[k]));
-            let rate =
-                |n: [u32; 7]| std::array::from_fn(|k| sign(k + 1) * (k + 1) as f64 / f(n[k + 1]));
+            // Closed forms lose digits here. The next terms of the series are < 1e-16.
             return Self {
                 theta,
-                sinc: series(of([1, 3, 5, 7, 9, 11, 13])),
-                a: series(of(a)),
-                b: series(of(b)),
-                a1: series(rate(a)),
-                b1: series(rate(b)),
+                sinc: series(&SINC, s),
+                a: series(&A, s),
+                b: series(&B, s),
+                a1: series(&slopes(A), s),
+                b1: series(&slopes(B), s),
             };
         }
+        let t = s.sqrt();
         let (sin, cos) = t.sin_cos();
         let (a, b) = ((1.0 - cos) / s, (t - sin) / (s * t));
         // da/dθ = sin/θ² − 2 a/θ, db/dθ = (1 − cos)/θ³ − 3 b/θ, and d/ds = d/dθ / 2θ.
@@ -111,5 +134,36 @@ impl StationAt {
     pub fn column_rate(&self, turn: &Turn, i: usize, theta_dot: V3<f64>, rate: &[f64]) -> V6<f64> {
         let f = self.shortening.as_ref().map(|(x, _)| x.scale(-self.bent(i, rate)));
         V6 { n: turn.rate_dot(theta_dot, self.rotation[i]), f: f.unwrap_or_default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Turn;
+    use crate::linear::{M3, V3};
+    use crate::query::{v3, vec3};
+    use linkwork_spatial::{Quat, Vec3};
+
+    #[test]
+    fn turns_of_any_size_are_rotations_and_their_rates() {
+        let n = Vec3::new(0.48, -0.6, 0.64);
+        let (theta_dot, u) = (Vec3::new(0.3, 0.7, -0.5), Vec3::new(-0.2, 0.9, 0.4));
+        // On both sides of the change from series to closed forms, at 0.2.
+        for size in [0.0, 1e-9, 1e-3, 0.15, 0.199_999, 0.200_001, 0.25, 1.5, 3.0] {
+            let at = |t: f64| n * size + theta_dot * t;
+            let turn = |t: f64| Turn::new(v3(&at(t)));
+            let R = turn(0.0).rotation(&M3::identity());
+            let want = Quat::from_scaled_axis(at(0.0)) * u;
+            assert!((vec3(&R.mul(v3(&u))) - want).norm() < 2e-15, "{size}");
+            let (h, near) = (1e-5, |a: V3<f64>, b: Vec3| (vec3(&a) - b).norm());
+            let (before, after) = (Quat::from_scaled_axis(at(-h)), Quat::from_scaled_axis(at(h)));
+            let rate = (after * before.inverse()).scaled_axis() / (2.0 * h);
+            let e = near(turn(0.0).rate(v3(&theta_dot)), rate);
+            assert!(e < 1e-8, "{size}: {e:e}");
+            let step = vec3(&turn(h).rate(v3(&u))) - vec3(&turn(-h).rate(v3(&u)));
+            let rate = turn(0.0).rate_dot(v3(&theta_dot), v3(&u));
+            let e = near(rate, step / (2.0 * h));
+            assert!(e < 1e-8, "{size}: {e:e}");
+        }
     }
 }

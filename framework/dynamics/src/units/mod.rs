@@ -18,6 +18,7 @@
 
 mod aggregate;
 pub(crate) mod closure;
+mod dense;
 mod forces;
 mod rows;
 mod sweep;

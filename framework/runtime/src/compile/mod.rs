@@ -84,7 +84,10 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
             tree,
             wiring,
         };
-        plan.start().map(|()| Arc::new(plan)).map_err(|f| Fault { origin: m.origin, ..f })
+        let place = |f: Fault| if f.origin == Origin::NONE { m.origin } else { f.origin };
+        plan.start(&m.origins)
+            .map(|()| Arc::new(plan))
+            .map_err(|f| Fault { origin: place(f.clone()), ..f })
     });
     let mechanism = mechanism.transpose().map_err(|f| Faults(vec![f]))?;
     for (part, (u, ud)) in parts.iter_mut().zip(&connections.inputs) {

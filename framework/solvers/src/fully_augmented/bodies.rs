@@ -1,0 +1,134 @@
+//! Rigid bodies alone in space: what is welded together, its inertia, its state in the world.
+//!
+//! ```text
+//! J ω̇ = n − ω × J ω,     m c̈ = f + m g          about the centre of mass c
+//! M⁻¹ = diag(J⁻¹, 1/m)
+//! ```
+
+use super::FullyAugmentedError;
+use super::joint::join;
+use linkwork_dynamics::{Tree, Workspace};
+use linkwork_multibody::{BodyId, Multibody, SubhingeKind};
+use linkwork_spatial::nalgebra::Vector6;
+use linkwork_spatial::{Mat3, RigidInertia, Vec3};
+
+type V6 = Vector6<f64>;
+
+/// Bodies welded to one that moves.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    /// The one that moves.
+    pub lead: BodyId,
+    inertia: RigidInertia,
+    /// About the centre of mass, in the axes of the lead.
+    J: Mat3,
+    J_inv: Mat3,
+}
+
+/// Where a group is and how it moves, world axes.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    /// Centre of mass.
+    pub c: Vec3,
+    pub w: Vec3,
+    J_inv: Mat3,
+    m_inv: f64,
+    /// M⁻¹ of all applied forces and ω × J ω.
+    pub free: V6,
+}
+
+impl Default for State {
+    /// The world: it does not move.
+    fn default() -> Self {
+        let zero = Vec3::zeros();
+        Self { c: zero, w: zero, J_inv: Mat3::zeros(), m_inv: 0.0, free: V6::zeros() }
+    }
+}
+
+impl State {
+    /// M⁻¹ of a wrench about the centre of mass.
+    pub fn accelerate(&self, w: &V6) -> V6 {
+        let (n, f) = halves(w);
+        join(&(self.J_inv * n), &(f * self.m_inv))
+    }
+
+    /// φ* A: how a point at `to` moves with the group, but for ω × (ω × r).
+    pub fn carried(&self, A: &V6, to: &Vec3) -> V6 {
+        let (alpha, a) = halves(A);
+        join(&alpha, &(a + alpha.cross(&(to - self.c))))
+    }
+
+    /// φ w: a wrench at `from`, about the centre of mass.
+    pub fn gathered(&self, w: &V6, from: &Vec3) -> V6 {
+        let (n, f) = halves(w);
+        join(&(n + (from - self.c).cross(&f)), &f)
+    }
+}
+
+pub(super) fn halves(w: &V6) -> (Vec3, Vec3) {
+    (Vec3::new(w[0], w[1], w[2]), Vec3::new(w[3], w[4], w[5]))
+}
+
+/// The groups of a mechanism, and the group of each body (`None`: the world).
+pub(super) fn groups(
+    mbs: &Multibody,
+) -> Result<(Vec<Group>, Vec<Option<usize>>), FullyAugmentedError> {
+    let poses = mbs.body_poses(&mbs.neutral_q());
+    let (mut out, mut of): (Vec<Group>, Vec<Option<usize>>) = (Vec::new(), Vec::new());
+    for id in mbs.body_ids() {
+        let body = mbs.get(id);
+        if body.modes().is_some() {
+            return Err(FullyAugmentedError::Flexible { body: body.name().to_owned() });
+        }
+        let welded = body.subhinges().iter().all(|s| s.subhinge.kind == SubhingeKind::Locked);
+        let at = match (welded, body.parent()) {
+            (true, parent) => parent.and_then(|p| of[p.index()]),
+            (false, _) => {
+                let (J, J_inv) = (Mat3::zeros(), Mat3::zeros());
+                out.push(Group { lead: id, inertia: RigidInertia::zero(), J, J_inv });
+                Some(out.len() - 1)
+            }
+        };
+        of.push(at);
+        if let Some(at) = at {
+            let group = &mut out[at];
+            let X = poses[group.lead.index()].inverse() * poses[id.index()];
+            group.inertia += body.inertia().rotate(&X.rotation).shift_to_parent(&X.position);
+        }
+    }
+    for g in &mut out {
+        g.J = g.inertia.inertia_com();
+        let moments = g.J.symmetric_eigenvalues();
+        let regular = g.inertia.mass() > 0.0 && moments.min() > 1e-12 * moments.max();
+        match g.J.try_inverse().filter(|_| regular) {
+            Some(inverse) => g.J_inv = inverse,
+            None => {
+                let body = mbs.get(g.lead).name().to_owned();
+                return Err(FullyAugmentedError::Inertia { body });
+            }
+        }
+    }
+    Ok((out, of))
+}
+
+impl Group {
+    /// At the last kinematics, with the forces of the workspace.
+    pub fn state(&self, tree: &Tree, ws: &Workspace) -> State {
+        let R = ws.body_rotation(tree, self.lead);
+        let arm = R * self.inertia.com();
+        let w = ws.body_velocity(tree, self.lead).angular;
+        let external = ws.external_wrench(tree, self.lead);
+        let J = R * self.J * R.transpose();
+        let n = external.moment - arm.cross(&external.force) - w.cross(&(J * w));
+        let f = external.force;
+        let mut out = State {
+            c: ws.body_pose(tree, self.lead).position + arm,
+            w,
+            J_inv: R * self.J_inv * R.transpose(),
+            m_inv: 1.0 / self.inertia.mass(),
+            free: V6::zeros(),
+        };
+        out.free = out.accelerate(&join(&n, &f)) + join(&Vec3::zeros(), &ws.uniform_gravity());
+        out
+    }
+}
