@@ -27,7 +27,7 @@ mod picture;
 use linkwork_dynamics::multibody::ConstraintId;
 use linkwork_dynamics::spatial::Vec3;
 use linkwork_dynamics::{Tree, Workspace};
-use linkwork_solvers::{ConstrainedSolver, Treatment};
+use linkwork_solvers::{ConstrainedSolver, FullyAugmentedSolver, Treatment};
 use loops::{Case, State};
 use picture::{Curve, Panel};
 use std::hint::black_box;
@@ -43,15 +43,22 @@ const LOOSE: f64 = 1e-6;
 
 type Choice = fn(ConstraintId) -> Treatment;
 
-/// Ours: tree-augmented, embedded, every second loop embedded, and what the rule says.
-const WAYS: [(&str, Choice); 4] = [
-    ("TA", |_| Treatment::Augment),
-    ("CE", |_| Treatment::Embed),
-    ("TA+CE", |c| match c {
-        ConstraintId::Loop(i) if i % 2 == 0 => Treatment::Embed,
-        _ => Treatment::Augment,
-    }),
-    ("Auto", |_| Treatment::Auto),
+/// How each loop is treated; `None` is the fully augmented solver.
+type Way = Option<Choice>;
+
+/// Ours: tree-augmented, embedded, every second loop embedded, what the rule says, fully augmented.
+const WAYS: [(&str, Way); 5] = [
+    ("TA", Some(|_| Treatment::Augment)),
+    ("CE", Some(|_| Treatment::Embed)),
+    (
+        "TA+CE",
+        Some(|c| match c {
+            ConstraintId::Loop(i) if i % 2 == 0 => Treatment::Embed,
+            _ => Treatment::Augment,
+        }),
+    ),
+    ("Auto", Some(|_| Treatment::Auto)),
+    ("FA", None),
 ];
 
 /// The fastest of the peer that is right.
@@ -73,15 +80,17 @@ fn main() {
     }
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     println!(
-        "{:<28} {:>4} {:>5} {:>9} {:>9} {:>9} {:>9} {:>9} {:>6} {:>6}  {:<24} {:>8} {:>8}",
+        "{:<28} {:>4} {:>5} {:>4} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>6} {:>6}  {:<24} {:>8} {:>8}",
         "mechanism, ns",
         "dof",
         "rows",
+        "rank",
         "peer",
         "TA",
         "CE",
         "TA+CE",
         "Auto",
+        "FA",
         "ratio",
         "loose",
         "peer's algorithm",
@@ -127,19 +136,20 @@ impl Measured {
 
 /// Where the ways cross: over the number of loops, and over their size.
 fn panels(all: &[Measured]) -> Vec<Panel> {
-    let colors = ["#3066be", "#0b6e4f", "#e09f3e", "#c1292e"];
-    let names = ["TA", "CE", "TA+CE", "Pinocchio's fastest"];
+    let colors = ["#3066be", "#0b6e4f", "#e09f3e", "#7b2d8b", "#c1292e"];
+    let names = ["TA", "CE", "TA+CE", "FA", "Pinocchio's fastest"];
     let panel = |title: &str, cells: &[(f64, String)], low: f64| {
         let curve = |k: usize| {
             let point = |(n, name): &(f64, String)| {
                 let m = all.iter().find(|m| m.name == *name)?;
-                let ns = if k < 3 { Some(m.ns[k]) } else { m.peer };
+                // Auto has no curve: it is one of the others.
+                let ns = if k < 4 { Some(m.ns[[0, 1, 2, 4][k]]) } else { m.peer };
                 ns.map(|ns| (*n, 1e-3 * ns))
             };
             let points: Vec<(f64, f64)> = cells.iter().filter_map(point).collect();
             Curve { name: names[k].into(), color: colors[k].into(), points }
         };
-        let curves = (0..4).map(curve).filter(|c| !c.points.is_empty()).collect();
+        let curves = (0..5).map(curve).filter(|c| !c.points.is_empty()).collect();
         Panel { title: title.into(), curves, low }
     };
     let grid = [(1, 1), (2, 1), (4, 1), (4, 2), (4, 4)];
@@ -163,21 +173,27 @@ fn row(case: &Case, peer: Option<&Path>) -> Measured {
     let answers: Vec<Vec<Vec<f64>>> =
         WAYS.iter().map(|(_, way)| accelerations(&tree, &states, *way)).collect();
     let own = answers[1..].iter().map(|a| difference(a, &answers[0])).fold(0.0, f64::max);
-    // Ours on both sides of the peer: the clock of a busy machine drifts.
+    // Ours and the peer's in turn, twice: the clock of a busy machine drifts.
     let only = std::env::args().find_map(|a| a.strip_prefix("--way=").map(str::to_owned));
-    let timed = |name: &str, way: Choice| match &only {
+    let timed = |name: &str, way: Way| match &only {
         Some(only) if only != name => f64::INFINITY,
         _ => time(&tree, &states, way),
     };
     let mut ns: Vec<f64> = WAYS.iter().map(|(name, way)| timed(name, *way)).collect();
-    let peer = peer.map(|p| run_peer(p, &case.text(&states, &answers[0])));
+    let text = case.text(&states, &answers[0]);
+    let first = peer.and_then(|p| run_peer(p, &text));
     for (ns, (name, way)) in ns.iter_mut().zip(WAYS) {
         *ns = ns.min(timed(name, way));
     }
     let best = ns.iter().copied().fold(f64::INFINITY, f64::min);
-    let peer = peer.flatten();
+    let second = peer.and_then(|p| run_peer(p, &text));
+    let loose =
+        [&first, &second].into_iter().flatten().map(|p| p.loose).fold(f64::INFINITY, f64::min);
+    let peer = [first, second].into_iter().flatten().min_by(|a, b| a.ns.total_cmp(&b.ns));
+    let peer = peer.map(|p| Peer { loose, ..p });
     let rows: usize = case.mbs.constraints().map(|c| case.mbs.rows(c)).sum();
-    print!("{:<28} {:>4} {rows:>5} ", case.name, case.mbs.nv());
+    let rank = rank(&tree, &states);
+    print!("{:<28} {:>4} {rows:>5} {rank:>4} ", case.name, case.mbs.nv());
     match &peer {
         None => print!("{:>9}", "-"),
         Some(p) => print!("{:>9.0}", p.ns),
@@ -204,30 +220,63 @@ fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     a.iter().zip(b).map(one).fold(0.0, f64::max)
 }
 
-fn accelerations(tree: &Tree, states: &[State], way: Choice) -> Vec<Vec<f64>> {
-    let (mut ws, mut solver) = (Workspace::new(tree), ConstrainedSolver::new(tree, way));
+type Solve<'t> = Box<dyn FnMut(&State, &mut [f64], &mut [f64]) + 't>;
+
+/// Gives forces and takes accelerations of a state, kinematics included.
+fn solver(tree: &Tree, way: Way) -> Solve<'_> {
+    let mut ws = Workspace::new(tree);
     ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
+    match way {
+        Some(choice) => {
+            let mut solver = ConstrainedSolver::new(tree, choice);
+            Box::new(move |s, tau, vdot| {
+                let done = solver.forward(tree, &mut ws, (&s.q, &s.v), &[], tau, vdot);
+                done.expect("regular");
+            })
+        }
+        None => {
+            let mut solver = FullyAugmentedSolver::new(tree).expect("rigid bodies with inertia");
+            Box::new(move |s, tau, vdot| {
+                let done = solver.forward(tree, &mut ws, (&s.q, &s.v), &[], tau, vdot);
+                done.expect("regular");
+            })
+        }
+    }
+}
+
+fn accelerations(tree: &Tree, states: &[State], way: Way) -> Vec<Vec<f64>> {
+    let mut solve = solver(tree, way);
     let one = |s: &State| {
         let (mut tau, mut vdot) = (s.tau.clone(), vec![0.0; tree.nv()]);
-        solver.forward(tree, &mut ws, (&s.q, &s.v), &[], &mut tau, &mut vdot).expect("regular");
+        solve(s, &mut tau, &mut vdot);
         vdot
     };
     states.iter().map(one).collect()
 }
 
+/// Independent rows, the fewest of all states.
+fn rank(tree: &Tree, states: &[State]) -> usize {
+    let mut ws = Workspace::new(tree);
+    let mut solver = ConstrainedSolver::new(tree, |_| Treatment::Augment);
+    let one = |s: &State| {
+        let (mut tau, mut vdot) = (s.tau.clone(), vec![0.0; tree.nv()]);
+        let done = solver.forward(tree, &mut ws, (&s.q, &s.v), &[], &mut tau, &mut vdot);
+        done.expect("regular").rank
+    };
+    states.iter().map(one).min().unwrap_or(0)
+}
+
 /// Nanoseconds of a call: the best of several repeats, each over all states as often as fits.
 #[allow(clippy::disallowed_methods)] // A benchmark reads the clock.
-fn time(tree: &Tree, states: &[State], way: Choice) -> f64 {
-    let (mut ws, mut solver) = (Workspace::new(tree), ConstrainedSolver::new(tree, way));
-    ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
+fn time(tree: &Tree, states: &[State], way: Way) -> f64 {
+    let mut solve = solver(tree, way);
     let mut taus: Vec<Vec<f64>> = states.iter().map(|s| s.tau.clone()).collect();
     let mut vdot = vec![0.0; tree.nv()];
     let mut pass = |loops: usize| {
         let start = std::time::Instant::now();
         for _ in 0..loops {
             for (s, tau) in states.iter().zip(&mut taus) {
-                let done = solver.forward(tree, &mut ws, (&s.q, &s.v), &[], tau, &mut vdot);
-                done.expect("regular");
+                solve(s, tau, &mut vdot);
                 black_box(&vdot);
             }
         }

@@ -74,7 +74,8 @@ impl Skyline {
                 let L = &done[start + h - fh];
                 for j in 1..WIDTH {
                     for m in 0..j {
-                        C[j] -= C[m] * f64x4::splat(L[m].as_array()[j]);
+                        let done = C[m] * f64x4::splat(L[m].as_array()[j]);
+                        C[j] -= done;
                     }
                 }
                 this[0] = C;
