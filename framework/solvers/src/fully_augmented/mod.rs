@@ -20,7 +20,7 @@ mod closing;
 mod joint;
 mod sparse;
 
-use crate::constrained::{Report, SolverError, Stabilisation, greater};
+use crate::constrained::{Redundant, Report, SolverError, Stabilisation, contradicted, greater};
 use bodies::{Group, State};
 use closing::End;
 use joint::{Joint, Role};
@@ -224,7 +224,8 @@ impl FullyAugmentedSolver {
             return Err(SolverError::NotFinite);
         }
         if !(report.contradiction <= self.contradiction_max) {
-            return Err(SolverError::Contradiction { contradiction: report.contradiction });
+            let by = (report.contradiction, self.contradiction_max);
+            return Err(contradicted(tree, &self.redundant(tree), by));
         }
         Ok(report)
     }
@@ -247,15 +248,19 @@ impl FullyAugmentedSolver {
         Motion::new(n, f)
     }
 
-    /// Constraints of which rows were left out at the last solution, with how many, and how far they
-    /// contradict the others (rad/s² or m/s²; rounding when they merely repeat them).
-    pub fn redundant<'a>(
-        &'a self,
-        tree: &'a Tree,
-    ) -> impl Iterator<Item = (ConstraintId, usize, f64)> + 'a {
+    /// Constraints of which rows were left out at the last solution, as
+    /// [`ConstrainedSolver::redundant`](crate::ConstrainedSolver::redundant) lists them. Allocates.
+    #[must_use]
+    pub fn redundant(&self, tree: &Tree) -> Vec<Redundant> {
         let each =
             tree.multibody().constraints().zip(self.dropped.iter().zip(&self.contradictions));
-        each.filter(|(_, (n, _))| **n > 0).map(|(c, (n, by))| (c, *n, *by))
+        each.filter(|(_, (rows, _))| **rows > 0)
+            .map(|(constraint, (rows, by))| Redundant {
+                constraint,
+                rows: *rows,
+                contradiction: *by,
+            })
+            .collect()
     }
 
     /// Blocks of S = G M⁻¹ G* below its diagonal that are not zero, and blocks of its factor there: equal
