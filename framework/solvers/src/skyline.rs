@@ -77,7 +77,7 @@ impl Skyline {
                 let L = &done[start + h - fh];
                 for j in 1..WIDTH {
                     for m in 0..j {
-                        C[j] = C[j] - C[m] * f64x4::splat(L[m].as_array()[j]);
+                        C[j] -= C[m] * f64x4::splat(L[m].as_array()[j]);
                     }
                 }
                 this[0] = C;
@@ -98,7 +98,7 @@ impl Skyline {
                 self.rank += usize::from(keep);
                 let l = column * f64x4::splat(d_inv[j]);
                 for p in j + 1..WIDTH {
-                    S[p] = S[p] - l * f64x4::splat(column.as_array()[p]);
+                    S[p] -= l * f64x4::splat(column.as_array()[p]);
                 }
                 // Strictly below the diagonal.
                 S[j] = l * f64x4::new(BELOW[j]);
@@ -130,11 +130,11 @@ impl Skyline {
             let mut t = f64x4::new(rest[0]);
             for (L, x) in row.iter().zip(&before[fg..]) {
                 for (L, x) in L.iter().zip(x) {
-                    t = t - *L * f64x4::splat(*x);
+                    t -= *L * f64x4::splat(*x);
                 }
             }
             for (j, L) in row[g - fg].iter().enumerate() {
-                t = t - *L * f64x4::splat(t.as_array()[j]);
+                t -= *L * f64x4::splat(t.as_array()[j]);
             }
             rest[0] = t.to_array();
         }

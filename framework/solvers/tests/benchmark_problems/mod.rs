@@ -34,8 +34,8 @@ pub enum With {
 }
 
 enum Solver {
-    Constrained(ConstrainedSolver),
-    FullyAugmented(FullyAugmentedSolver),
+    Constrained(Box<ConstrainedSolver>),
+    FullyAugmented(Box<FullyAugmentedSolver>),
 }
 
 /// A problem while it is integrated: classical Runge–Kutta on (q, β), projected after each step.
@@ -63,9 +63,9 @@ impl Run {
         let closer = ConstrainedSolver::new(&tree, |_| treatment);
         let solver = match with {
             With::FullyAugmented => {
-                Solver::FullyAugmented(FullyAugmentedSolver::new(&tree).unwrap())
+                Solver::FullyAugmented(Box::new(FullyAugmentedSolver::new(&tree).unwrap()))
             }
-            _ => Solver::Constrained(closer.clone()),
+            _ => Solver::Constrained(Box::new(closer.clone())),
         };
         let mut x = problem.q.clone();
         x.extend(&problem.v);
