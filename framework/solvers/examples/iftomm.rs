@@ -2,7 +2,7 @@
 //!
 //! Run with `cargo run --release -p linkwork-solvers --example iftomm`;
 //! words behind `--` choose problems whose names hold one of them.
-#![allow(clippy::unwrap_used, clippy::print_stdout, non_snake_case)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, non_snake_case)]
 
 #[path = "../tests/benchmark_problems/mod.rs"]
 mod benchmark_problems;
