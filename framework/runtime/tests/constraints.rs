@@ -129,7 +129,7 @@ fn loops_that_cannot_close_are_refused() {
     let m = s.mechanism.as_mut().unwrap();
     *m = MechanismSpec::new("Linkage", Arc::new(b.build().unwrap()), q, vec![0.0; 3]);
     let text = faults(&s);
-    assert!(text.contains("the loops do not close: an error of"), "{text}");
+    assert!(text.contains("does not close: an error of"), "{text}");
     assert!(text.contains("help: start nearer"), "{text}");
 }
 

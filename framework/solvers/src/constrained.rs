@@ -52,10 +52,14 @@ pub enum SolverError {
     Dynamics(#[from] DynamicsError),
     /// Constraints that cannot hold together at this state.
     #[error(
-        "constraints contradict each other by {contradiction:.3e} (rad/s² or m/s²)\n  help: remove a \
-         constraint, free a prescribed hinge, or start from a configuration that closes all loops"
+        "{}: contradict what else constrains the mechanism, by {contradiction:.3e} (rad/s² or \
+         m/s²)\n  help: remove a constraint, free a prescribed hinge, or start from a configuration \
+         that closes all loops",
+        .constraints.join(", ")
     )]
     Contradiction {
+        /// The constraints with rows that the others rule out, as ``loop `NAME` ``.
+        constraints: Vec<String>,
         /// By how much.
         contradiction: f64,
     },
@@ -64,6 +68,50 @@ pub enum SolverError {
         "the accelerations are not finite\n  help: check the state, forces and loop motions given"
     )]
     NotFinite,
+}
+
+/// A constraint that repeats others at a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Redundant {
+    /// Which.
+    pub constraint: ConstraintId,
+    /// How many of its rows the others imply.
+    pub rows: usize,
+    /// How far they contradict the others, as [`Report::contradiction`].
+    pub contradiction: f64,
+}
+
+impl Redundant {
+    /// Counts one more row that was left out.
+    pub(crate) fn add(list: &mut Vec<Self>, constraint: ConstraintId, by: f64) {
+        match list.iter_mut().find(|r| r.constraint == constraint) {
+            Some(r) => {
+                r.rows += 1;
+                r.contradiction = greater(r.contradiction, by);
+            }
+            None => list.push(Self { constraint, rows: 1, contradiction: by }),
+        }
+    }
+}
+
+/// What is said when constraints contradict each other by more than they may.
+pub(crate) fn contradicted(
+    tree: &Tree,
+    redundant: &[Redundant],
+    (contradiction, most): (f64, f64),
+) -> SolverError {
+    if contradiction.is_nan() {
+        return SolverError::NotFinite;
+    }
+    let guilty = redundant.iter().filter(|r| !(r.contradiction <= most));
+    let constraints = guilty.map(|r| named(tree, r.constraint)).collect();
+    SolverError::Contradiction { constraints, contradiction }
+}
+
+/// ``loop `NAME` `` or ``coupling `NAME` ``.
+pub(crate) fn named(tree: &Tree, c: ConstraintId) -> String {
+    let kind = if matches!(c, ConstraintId::Loop(_)) { "loop" } else { "coupling" };
+    format!("{kind} `{}`", tree.multibody().constraint_name(c))
 }
 
 /// A solver for one mechanism: structure and memory. Nothing is allocated while solving.
@@ -199,8 +247,8 @@ impl ConstrainedSolver {
             self.solve_rows(tree, ws, (q, v), motions, &mut report);
         }
         if !(report.contradiction <= self.contradiction_max) {
-            let contradiction = report.contradiction;
-            return Err(SolverError::Contradiction { contradiction });
+            let by = (report.contradiction, self.contradiction_max);
+            return Err(contradicted(tree, &self.redundant(tree), by));
         }
         self.units.scatter(tree, ws, &mut self.uw, &self.y, tau, vdot);
         let lambda = &self.lambda;
@@ -361,6 +409,26 @@ impl ConstrainedSolver {
 }
 
 impl ConstrainedSolver {
+    /// Constraints of which rows repeated others at the last solution, by constraint. Of rows that
+    /// depend on each other the later ones in the order of elimination are named, of embedded loops those
+    /// that were not chosen as pivots: which of the group it is, is not unique. Allocates.
+    #[must_use]
+    pub fn redundant(&self, tree: &Tree) -> Vec<Redundant> {
+        let mut out = Vec::new();
+        let mut group = 0;
+        for c in &self.order {
+            let mut rows = tree.multibody().rows(*c);
+            while rows > 0 {
+                self.W.left_out(group).for_each(|by| Redundant::add(&mut out, *c, by));
+                rows -= self.W.rows(group).max(1);
+                group += 1;
+            }
+        }
+        self.units.implied(tree, &self.uw, |c, by| Redundant::add(&mut out, c, by));
+        out.sort_by_key(|r| r.constraint);
+        out
+    }
+
     /// Greatest |d| of a constraint's rows, rad or m, at the last kinematics; `q` is that state's.
     #[must_use]
     pub fn error(

@@ -23,7 +23,7 @@ mod skyline;
 mod stepper;
 
 pub use compliant::{BRISTLE, CompliantContact, CompliantError, CompliantSettings};
-pub use constrained::{ConstrainedSolver, Report, SolverError, Stabilisation};
+pub use constrained::{ConstrainedSolver, Redundant, Report, SolverError, Stabilisation};
 pub use fully_augmented::{FullyAugmentedError, FullyAugmentedSolver};
 pub use integrators::{Rk4, add};
 pub use linkwork_dynamics::units::Treatment;

@@ -10,10 +10,10 @@
 //! A step that makes the error larger is halved; where no step helps, the loops cannot be closed
 //! from here, and the error says by how much.
 
-use crate::constrained::{ConstrainedSolver, SolverError};
+use crate::constrained::{ConstrainedSolver, SolverError, named};
 use linkwork_dynamics::units::Level;
 use linkwork_dynamics::{Tree, Workspace, kinematics};
-use linkwork_multibody::LoopMotion;
+use linkwork_multibody::{ConstraintId, LoopMotion};
 use thiserror::Error;
 
 /// How far closing went.
@@ -32,11 +32,13 @@ pub struct Closing {
 pub enum ProjectionError {
     /// Newton's method stopped short.
     #[error(
-        "the loops do not close: an error of {:.3e} (rad or m) is left after {} steps\n  help: start \
-         nearer to a closed configuration, or check lengths, frames and prescribed hinges",
+        "{constraint} does not close: an error of {:.3e} (rad or m) is left after {} steps\n  help: \
+         start nearer to a closed configuration, or check lengths, frames and prescribed hinges",
         closing.error, closing.steps
     )]
     Open {
+        /// The constraint with the greatest error, as ``loop `NAME` ``.
+        constraint: String,
         /// What was reached.
         closing: Closing,
     },
@@ -90,7 +92,11 @@ impl Projector {
         let mut scale = 1.0;
         while !(closing.error <= self.tolerance) {
             if closing.steps == self.steps_max || scale < 1e-3 || !closing.error.is_finite() {
-                return Err(ProjectionError::Open { closing });
+                if !closing.error.is_finite() {
+                    return Err(SolverError::NotFinite.into());
+                }
+                let constraint = solver.worst(tree, ws, motions, q);
+                return Err(ProjectionError::Open { constraint, closing });
             }
             closing.steps += 1;
             self.scaled.iter_mut().zip(&self.step).for_each(|(s, d)| *s = scale * d);
@@ -142,6 +148,14 @@ impl ConstrainedSolver {
             (true, true) => 0,
             _ => 1,
         }
+    }
+
+    /// The constraint that is farthest from closed at q.
+    fn worst(&self, tree: &Tree, ws: &mut Workspace, motions: &[LoopMotion], q: &[f64]) -> String {
+        kinematics(tree, ws, q, &vec![0.0; tree.nv()]);
+        let error = |c: &ConstraintId| self.error(tree, ws, *c, motions, q);
+        let worst = tree.multibody().constraints().max_by(|a, b| error(a).total_cmp(&error(b)));
+        worst.map_or_else(String::new, |c| named(tree, c))
     }
 
     /// The Newton step of the positions and the greatest error before it.

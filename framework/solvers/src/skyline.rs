@@ -29,6 +29,8 @@ pub(crate) struct Skyline {
     a: Vec<Block>,
     /// D⁻¹; zero for rows left out.
     d_inv: Vec<[f64; WIDTH]>,
+    /// What rows left out lacked at the last solution.
+    lack: Vec<[f64; WIDTH]>,
     pub rank: usize,
 }
 
@@ -41,7 +43,8 @@ impl Skyline {
         }
         let (n, size) = (first.len(), start[first.len()]);
         let zero = [f64x4::splat(0.0); WIDTH];
-        Self { rows, first, start, a: vec![zero; size], d_inv: vec![[0.0; WIDTH]; n], rank: 0 }
+        let (d_inv, lack) = (vec![[0.0; WIDTH]; n], vec![[0.0; WIDTH]; n]);
+        Self { rows, first, start, a: vec![zero; size], d_inv, lack, rank: 0 }
     }
 
     /// Sets a block of the lower triangle from its columns.
@@ -105,6 +108,17 @@ impl Skyline {
         }
     }
 
+    /// Rows of a group.
+    pub fn rows(&self, g: usize) -> usize {
+        self.rows[g]
+    }
+
+    /// What each row of a group that was left out lacked at the last solution.
+    pub fn left_out(&self, g: usize) -> impl Iterator<Item = f64> + '_ {
+        let rows = self.d_inv[g].iter().zip(&self.lack[g]).take(self.rows[g]);
+        rows.filter(|(d_inv, _)| **d_inv == 0.0).map(|(_, lack)| *lack)
+    }
+
     /// x ← W⁻¹ x over the rows that were kept; zero at the others. Returns how far the right side
     /// of a row left out is from what the kept rows imply.
     pub fn solve(&mut self, x: &mut [[f64; WIDTH]]) -> f64 {
@@ -125,10 +139,13 @@ impl Skyline {
             }
             rest[0] = t.to_array();
         }
-        for ((x, d_inv), rows) in x[..n].iter_mut().zip(&self.d_inv).zip(&self.rows) {
-            for (i, (x, d_inv)) in x.iter_mut().zip(d_inv).enumerate() {
-                if *d_inv == 0.0 && i < *rows && !(x.abs() <= contradiction) {
-                    contradiction = x.abs();
+        for (g, x) in x[..n].iter_mut().enumerate() {
+            for (i, (x, d_inv)) in x.iter_mut().zip(&self.d_inv[g]).enumerate() {
+                if *d_inv == 0.0 && i < self.rows[g] {
+                    self.lack[g][i] = x.abs();
+                    if !(x.abs() <= contradiction) {
+                        contradiction = x.abs();
+                    }
                 }
                 *x *= d_inv;
             }

@@ -225,7 +225,7 @@ fn repeated_rows_are_named_and_harmless() {
             s.forward_given_kinematics(&tree, &ws, (&q, &v), &[], &mut tau, &mut vdot).unwrap();
         assert_eq!(report.rows - report.rank, lost);
         assert!(report.contradiction < 1e-12, "{report:?}");
-        let named: Vec<_> = s.redundant(&tree).map(|r| (r.0, r.1)).collect();
+        let named: Vec<_> = s.redundant(&tree).iter().map(|r| (r.constraint, r.rows)).collect();
         let want: &[_] = if lost == 0 { &[] } else { &[(ConstraintId::Loop(0), 3)] };
         assert_eq!(named, want);
         answers.push(vdot);

@@ -97,6 +97,15 @@ impl Embedded {
     }
 }
 
+impl Embedded {
+    /// How far a row contradicts the others, if it was taken as implied by them at the last reduction.
+    fn implied(&self, row: usize) -> Option<f64> {
+        let wide = self.X.len().isqrt() + 1;
+        let pivot = self.pivots.iter().any(|(i, _)| *i == row);
+        (!pivot).then(|| self.gamma[row * wide + wide - 1].abs())
+    }
+}
+
 impl Spatial<f64> {
     /// P V.
     #[inline(always)]
@@ -620,6 +629,22 @@ impl Units {
                 let c = &tree.multibody().couplings()[i as usize];
                 let sum: f64 = c.terms.iter().map(|(iq, _, c)| c * q[*iq]).sum();
                 (sum - c.coupling.constant).abs()
+            }
+        }
+    }
+}
+
+impl Units {
+    /// Calls `f` for each row of an embedded constraint that was taken as implied by the others at the
+    /// last gather, with how far it contradicts them (as [`UnitsWork::inconsistency`]).
+    pub fn implied(&self, tree: &Tree, uw: &UnitsWork, mut f: impl FnMut(ConstraintId, f64)) {
+        for (agg, m) in self.aggregates.iter().zip(&uw.embedded) {
+            let mut row = 0;
+            for c in &agg.constraints {
+                for _ in 0..tree.multibody().rows(*c) {
+                    m.implied(row).into_iter().for_each(|by| f(*c, by));
+                    row += 1;
+                }
             }
         }
     }

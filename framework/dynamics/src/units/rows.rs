@@ -340,7 +340,7 @@ impl RowSet {
     fn walk(&mut self, tree: &Tree, units: &Units, uw: &UnitsWork, mut row: Row) {
         let (mut free, mut gross) = (f64x4::splat(0.0), f64x4::splat(0.0));
         self.independent = units.independent;
-        let last = units.independent as u32 - 1;
+        let last = (units.independent as u32).wrapping_sub(1);
         while let Some(unit) = self.ends.iter().map(|e| units.of_slot[e.0 as usize]).max() {
             let first = units.first[unit as usize];
             let (ends, terms) = (&mut self.ends, &self.terms);
