@@ -54,7 +54,8 @@ pub fn svg(x_name: &str, panels: &[Panel]) -> String {
         );
         put(&mut s, &text(x + 34.0, y + 4.0, "start", name));
     }
-    let (x, y) = (62.0 + 300.0, HEIGHT + 14.0 + 22.0 * (seen.len() / 3) as f64);
+    let k = seen.len();
+    let (x, y) = (62.0 + 300.0 * (k % 3) as f64, HEIGHT + 14.0 + 22.0 * (k / 3) as f64);
     put(&mut s, &line((x, y), (x + 26.0, y), DASHED));
     put(&mut s, &text(x + 34.0, y + 4.0, "start", "growth as n and as n³"));
     s + "</svg>\n"
