@@ -329,7 +329,7 @@ fn a_loop_that_cannot_close_has_its_place() {
     let loaded = good(&linkage(LOOPS).replace("default: 0.3", "default: 5"));
     let faults = compile(&loaded.spec, &catalogue(), &Files::default()).err().unwrap();
     let shown = show_faults(&faults.0, &loaded.sources, Look::Plain);
-    assert!(shown.contains("error: `Arm/coupler`: the loops do not close"), "{shown}");
+    assert!(shown.contains("error: loop `Arm/coupler` does not close: an error of"), "{shown}");
     assert!(shown.contains("--> sim.ron:13:6\n  help: start nearer"), "{shown}");
 }
 

@@ -172,7 +172,7 @@ impl MechanismPlan {
                 let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0)).map(|w| w.1);
                 let name = worst.map_or("", |c| self.multibody.constraint_name(c));
                 let origin = origins.get(name).copied().unwrap_or(Origin::NONE);
-                return Err(Fault { origin, ..fault(&format!("`{name}`: {e}")) });
+                return Err(Fault { origin, ..fault(&e.to_string()) });
             }
         }
         kinematics(&self.tree, &mut ws, &self.q, &self.v);
