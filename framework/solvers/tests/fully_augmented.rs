@@ -101,6 +101,28 @@ fn every_solver_agrees_with_driven_loops() {
     assert!(compared > 40 && forces > 100, "only {compared}, {forces}");
 }
 
+/// Rates that break the constraints: every term of the rows' second derivatives counts.
+#[test]
+fn states_off_the_constraints_agree() {
+    let mut compared = 0;
+    for seed in 0..60 {
+        let mut c = driven(seed, SHAPES[seed as usize % 2], 1);
+        c.v = c.mbs.random_v(seed ^ 5);
+        kinematics(&c.tree, &mut c.ws, &c.q, &c.v);
+        c.ws.apply_uniform_gravity(Vec3::new(0.1, 0.2, -9.8));
+        let (a, _, forces, report) = fully_augmented(&c);
+        let (b, _, forces_b, _) = constrained(&c, |_| Treatment::Augment);
+        if report.rank < report.rows {
+            continue;
+        }
+        assert!(report.rate > 1e-3, "seed {seed}: {report:?}");
+        near(&a, &b, &format!("seed {seed}: accelerations"));
+        close(&forces, &forces_b, 1e-9, &format!("seed {seed}: forces"));
+        compared += 1;
+    }
+    assert!(compared > 30, "only {compared}");
+}
+
 /// Without loops: the articulated-body algorithm, prescribed hinges and rotors included.
 #[test]
 fn trees_agree_with_the_sweeps() {

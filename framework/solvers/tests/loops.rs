@@ -208,6 +208,36 @@ fn motion_stays_on_the_constraints() {
     assert!(seen > 10);
 }
 
+/// Rates come onto the constraints under each treatment, rows on members of embedded loops included.
+#[test]
+fn rates_are_closed() {
+    for seed in 0..40 {
+        let mut c = case(seed, SHAPES[seed as usize % 2], 3);
+        let (.., report) = solve(&c, |_| Treatment::Augment);
+        if report.contradiction > 1e-9 {
+            continue;
+        }
+        for (name, t) in TREATMENTS {
+            let mut solver = ConstrainedSolver::new(&c.tree, t);
+            let mut v = c.mbs.random_v(seed ^ 31);
+            let (tree, q) = (&c.tree, &c.q);
+            let mut p = Projector::new(tree);
+            let before = p.rates(tree, &mut c.ws, &mut solver, &[], q, &mut v).unwrap();
+            assert!(before > 1e-3, "seed {seed}, {name}");
+            let left = Projector::new(tree).rates(
+                tree,
+                &mut c.ws,
+                &mut ConstrainedSolver::new(tree, |_| Treatment::Augment),
+                &[],
+                q,
+                &mut v,
+            );
+            let left = left.unwrap();
+            assert!(left < 1e-10 * (1.0 + before), "seed {seed}, {name}: {left:e}");
+        }
+    }
+}
+
 /// From a start that is off, every treatment finds a closed configuration, at second order.
 #[test]
 fn open_loops_are_closed() {
