@@ -168,6 +168,27 @@ fn trees_agree_with_the_sweeps() {
     }
 }
 
+/// Chains of which every other subhinge has a rotor: torques of the plain ones load the rotors.
+#[test]
+fn rotors_beside_plain_coordinates() {
+    for seed in 0..20 {
+        let mut b = Builder::from(&random_tree(seed, SHAPES[0]));
+        for body in b.bodies_mut() {
+            body.hinge.subhinges.iter_mut().skip(1).step_by(2).for_each(|s| s.armature = 0.0);
+        }
+        let mbs = b.build().unwrap();
+        let tree = Tree::new(&mbs);
+        let mut ws = Workspace::new(&tree);
+        let (q, v, mut r) = (mbs.random_q(seed), mbs.random_v(seed), Rng(seed ^ 9));
+        let tau0: Vec<f64> = r.vec(mbs.nv()).iter().map(|x| 10.0 * x).collect();
+        let (mut tau, mut vdot, mut want) = (tau0, vec![0.0; mbs.nv()], vec![0.0; mbs.nv()]);
+        let mut solver = FullyAugmentedSolver::new(&tree).unwrap();
+        solver.forward(&tree, &mut ws, (&q, &v), &[], &mut tau, &mut vdot).unwrap();
+        forward_dynamics(&tree, &mut ws, &q, &v, &mut tau, &mut want).unwrap();
+        near(&vdot, &want, &format!("seed {seed}"));
+    }
+}
+
 /// Baumgarte's terms are the same ones, on loops and couplings.
 #[test]
 fn stabilised_alike() {
