@@ -17,6 +17,7 @@
 //! dynamics" and *Robot and Multibody Dynamics* (aggregation).
 
 mod aggregate;
+mod closing;
 pub(crate) mod closure;
 mod dense;
 mod forces;
@@ -29,7 +30,7 @@ use closure::Closure;
 use linkwork_multibody::ConstraintId;
 use std::collections::{BTreeMap, BTreeSet};
 
-pub use aggregate::Level;
+pub use closing::Level;
 pub use rows::{Row, RowSet, WIDTH};
 pub use sweep::UnitsWork;
 

@@ -14,6 +14,7 @@ use crate::articulated::{Spatial, column};
 use crate::error::DynamicsError;
 use crate::flexible::Step;
 use crate::forward::rigid;
+use crate::kinematics::check;
 use crate::linear::{M3, S3, V3, V6};
 use crate::tree::{Kind, Link, Tree};
 use crate::work::{Kin, Work, Workspace};
@@ -108,6 +109,7 @@ impl Units {
         vdot: &[f64],
         motions: &[LoopMotion],
     ) -> Result<(), DynamicsError> {
+        check(motions.len(), tree.multibody().motions(), "motions");
         let w = &ws.work;
         self.places(tree, w, uw);
         uw.inertia.fill(Spatial::default());
