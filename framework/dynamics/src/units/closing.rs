@@ -1,0 +1,197 @@
+//! What aggregates say of their constraints: forces, errors, which rows others imply; and the
+//! corrections that close them.
+//!
+//! ```text
+//! P α + z = T + Γ* λ                         balance of member dofs: λ on the pivots of Γ
+//! Γ_d Δ = −d,  Γ_d Δβ = −ḋ                   corrections of dependent members alone
+//! ```
+
+use super::dense::eliminate_dense;
+use super::sweep::nan_max;
+use super::{Units, UnitsWork};
+use crate::linear::V6;
+use crate::tree::Tree;
+use crate::work::Workspace;
+use linkwork_multibody::{ConstraintId, LoopMotion};
+
+impl Units {
+    /// Forces of the embedded constraints after [`Units::scatter`](Units::scatter), each given its
+    /// rows' numbers (N or N m; a row acts along its wrench on body B); of rows that repeat others
+    /// only the first found carry force. Forces of prescribed members go into `tau`.
+    ///
+    /// From the balance of each member dof, P α + z = T + Γ* λ.
+    pub fn constraint_forces(
+        &self,
+        tree: &Tree,
+        uw: &mut UnitsWork,
+        vdot: &[f64],
+        tau: &mut [f64],
+        mut out: impl FnMut(ConstraintId, &[f64]),
+    ) {
+        for (agg, m) in self.aggregates.iter().zip(&mut uw.embedded) {
+            if agg.constraints.is_empty() {
+                continue;
+            }
+            let (wide, r) = (agg.dofs.len() + 1, m.pivots.len());
+            // Force on each member with all that hangs on it, then T + Γ* λ in the place of rates.
+            for (place, slot) in agg.links.iter().enumerate() {
+                let own = uw.alpha[*slot as usize].to_child(uw.r[*slot as usize]);
+                m.force[place] = m.P[place].apply(&(own + minus(m.A[place]))) + m.z[place];
+            }
+            for place in (0..agg.links.len()).rev() {
+                let slot = agg.links[place] as usize;
+                let first = agg.first[place] as usize;
+                let link = &tree.links[slot - 1];
+                for j in 0..link.kind.nv() {
+                    let (d, S) = (first + j, &uw.S[link.v as usize + j]);
+                    let about = m.force[place].to_parent(uw.r[slot]);
+                    let armature = link.armature * vdot[agg.dofs[d] as usize];
+                    m.rates[d] = S.dot(&about) + armature;
+                }
+                if let Some(p) = agg.inner[place] {
+                    let l = uw.r[slot] - uw.r[agg.links[p as usize] as usize];
+                    let inner = m.force[place].to_parent(l);
+                    m.force[p as usize] = m.force[p as usize] + inner;
+                }
+            }
+            for (a, (_, d)) in m.pivots.iter().enumerate() {
+                for (b, (i, _)) in m.pivots.iter().enumerate() {
+                    m.square[a * (r + 1) + b] = m.original[i * wide + d];
+                }
+                m.square[a * (r + 1) + r] = m.rates[*d] - m.tau[*d];
+            }
+            eliminate_dense(&mut m.square, r);
+            m.lambda.fill(0.0);
+            for (a, (i, _)) in m.pivots.iter().enumerate() {
+                m.lambda[*i] = m.square[a * (r + 1) + r];
+            }
+            for (d, v) in agg.dofs.iter().enumerate() {
+                if tree.dofs.prescribed[*v as usize] {
+                    let pull = (0..agg.rows).map(|i| m.original[i * wide + d] * m.lambda[i]);
+                    tau[*v as usize] = m.rates[d] - m.tau[d] - pull.sum::<f64>();
+                }
+            }
+            let mut row = 0;
+            for c in &agg.constraints {
+                let n = tree.multibody().rows(*c);
+                out(*c, &m.lambda[row..row + n]);
+                row += n;
+            }
+        }
+    }
+
+    /// Corrections of the members' coordinates (as small changes `dv` of β's kind) that close every
+    /// aggregate to first order, with independent ones left alone; returns the greatest error
+    /// before, rad or m. With `rates`, errors are those of rates, and `dv` corrects β.
+    pub fn close(
+        &self,
+        tree: &Tree,
+        ws: &Workspace,
+        uw: &mut UnitsWork,
+        motions: &[LoopMotion],
+        (q, v): (&[f64], &[f64]),
+        level: Level,
+        dv: &mut [f64],
+    ) -> f64 {
+        let w = &ws.work;
+        self.places(tree, w, uw);
+        let mut worst = 0.0;
+        for (which, agg) in self.aggregates.iter().enumerate() {
+            if agg.constraints.is_empty() {
+                continue;
+            }
+            let mut m = std::mem::take(&mut uw.embedded[which]);
+            self.closures(agg, w, uw, motions, &mut m);
+            let wide = agg.dofs.len() + 1;
+            let mut row = 0;
+            for c in &agg.constraints {
+                let mut put = |n: usize, x: f64| {
+                    worst = nan_max(worst, x.abs());
+                    m.original[(row + n) * wide + wide - 1] = -x;
+                };
+                match c {
+                    ConstraintId::Loop(i) => {
+                        let c = &self.closures[*i as usize];
+                        let rows = c.rows(&w.kin, &uw.r, &self.root, motions);
+                        for n in 0..rows.n {
+                            let x =
+                                [rows.error[n], rows.rate[n]][usize::from(level == Level::Rate)];
+                            put(n, x);
+                        }
+                    }
+                    ConstraintId::Coupling(i) => {
+                        let c = &tree.multibody().couplings()[*i as usize];
+                        let error: f64 = c.terms.iter().map(|(iq, _, c)| c * q[*iq]).sum();
+                        let rate: f64 = c.terms.iter().map(|(_, iv, c)| c * v[*iv]).sum();
+                        let error = error - c.coupling.constant;
+                        put(0, if level == Level::Rate { rate } else { error });
+                    }
+                }
+                row += tree.multibody().rows(*c);
+            }
+            let still = |j: usize| tree.dofs.prescribed[agg.dofs[j] as usize].then_some(0.0);
+            self.reduce(agg, still, &mut m);
+            for (d, x) in agg.dofs.iter().zip(&m.x) {
+                dv[*d as usize] = *x;
+            }
+            uw.embedded[which] = m;
+        }
+        worst
+    }
+}
+
+impl Units {
+    /// Greatest |d| of a constraint's rows, rad or m, at the kinematics of `ws` and the places of the
+    /// last gather in `uw`.
+    pub fn error(
+        &self,
+        tree: &Tree,
+        ws: &Workspace,
+        uw: &UnitsWork,
+        constraint: ConstraintId,
+        motions: &[LoopMotion],
+        q: &[f64],
+    ) -> f64 {
+        match constraint {
+            ConstraintId::Loop(i) => {
+                let c = &self.closures[i as usize];
+                let rows = c.rows(&ws.work.kin, &uw.r, &self.root, motions);
+                rows.error[..rows.n].iter().fold(0.0, |a, x| nan_max(a, x.abs()))
+            }
+            ConstraintId::Coupling(i) => {
+                let c = &tree.multibody().couplings()[i as usize];
+                let sum: f64 = c.terms.iter().map(|(iq, _, c)| c * q[*iq]).sum();
+                (sum - c.coupling.constant).abs()
+            }
+        }
+    }
+}
+
+impl Units {
+    /// Calls `f` for each row of an embedded constraint that was taken as implied by the others at the
+    /// last gather, with how far it contradicts them (as [`UnitsWork::inconsistency`]).
+    pub fn implied(&self, tree: &Tree, uw: &UnitsWork, mut f: impl FnMut(ConstraintId, f64)) {
+        for (agg, m) in self.aggregates.iter().zip(&uw.embedded) {
+            let mut row = 0;
+            for c in &agg.constraints {
+                for _ in 0..tree.multibody().rows(*c) {
+                    m.implied(row).into_iter().for_each(|by| f(*c, by));
+                    row += 1;
+                }
+            }
+        }
+    }
+}
+
+/// Coordinates or their rates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// q.
+    Position,
+    /// β.
+    Rate,
+}
+
+fn minus(a: V6<f64>) -> V6<f64> {
+    V6 { n: -a.n, f: -a.f }
+}
