@@ -78,3 +78,19 @@ fn the_peg_goes_in() {
     assert!(got[2] >= 1.0 && got[0] < 1e-3 && got[1] < 1e-5, "{got:?}");
     assert!(depth < -0.15, "stuck at {depth}");
 }
+
+/// Closing loops, bending and touching allocate nothing once memory has its size.
+#[test]
+fn stepping_allocates_nothing() {
+    for (path, seconds) in [
+        ("slider_crank/sim.ron", 1),
+        ("slider_crank/flexible.ron", 1),
+        ("double_wishbone/sim.ron", 1),
+        ("peg_insertion/sim.ron", 4),
+    ] {
+        let mut sim = sim(path);
+        sim.run_until(Seconds { num: seconds, den: 1 }).unwrap();
+        let counts = allocation_counter::measure(|| (0..200).for_each(|_| sim.step().unwrap()));
+        assert_eq!(counts.count_total, 0, "{path}: {counts:?}");
+    }
+}

@@ -384,7 +384,10 @@ impl MechanismBlock {
         let mut lane = plan.wiring.reports as usize;
         for c in plan.multibody.constraints() {
             sig[lane] = solver.error(&plan.tree, &self.ws, c, &self.motions, q);
-            let forces = solver.forces(&plan.tree, c);
+            let forces = match &self.stepper {
+                None => solver.forces(&plan.tree, c),
+                Some(stepper) => stepper.forces(&plan.tree, c),
+            };
             sig[lane + 1..lane + 1 + forces.len()].copy_from_slice(forces);
             lane += 1 + forces.len();
         }
@@ -517,8 +520,8 @@ impl Block for MechanismBlock {
                 return;
             }
         };
-        let lanes =
-            plan.wiring.reports as usize + MechanismPlan::outputs(&plan.multibody, false).len();
+        let reported = plan.multibody.constraints().map(|c| 1 + plan.multibody.rows(c));
+        let lanes = plan.wiring.reports as usize + reported.sum::<usize>();
         sig[lanes..lanes + CONTACT_REPORTS.len()].copy_from_slice(&[
             report.contacts as f64,
             report.impacts as f64,
@@ -534,6 +537,8 @@ impl Block for MechanismBlock {
             x[motions + 2 * i] += h * x[motions + 2 * i + 1];
         }
         self.close(x);
+        let (q, _) = self.split(x);
+        self.put_constraints(q, sig);
     }
 
     fn fault(&self) -> Option<&str> {

@@ -444,7 +444,7 @@ impl ConstrainedSolver {
 }
 
 /// Place among all constraints.
-fn index(c: ConstraintId, loops: usize) -> usize {
+pub(crate) fn index(c: ConstraintId, loops: usize) -> usize {
     match c {
         ConstraintId::Loop(i) => i as usize,
         ConstraintId::Coupling(i) => loops + i as usize,

@@ -14,7 +14,7 @@
 //! close, and the impact is next step's). Penetration is worked off in positions alone, so it
 //! gives no kinetic energy.
 
-use crate::constrained::{SolverError, greater};
+use crate::constrained::{SolverError, greater, index};
 use crate::contact::{Cone, Contact, ContactError, Factor, Measure, Method, Problem, Settings};
 use linkwork_collision::{ColliderId, Colliders, ContactPoint, Hiding, Query, Scratch};
 use linkwork_dynamics::units::{RowSet, Treatment, Units, UnitsWork, WIDTH};
@@ -148,6 +148,9 @@ pub struct ContactStepper {
     impact: Vec<f64>,
     dq: Vec<f64>,
     q_next: Vec<f64>,
+    /// λ / h by constraint, and where each begins.
+    forces: Vec<f64>,
+    place: Vec<usize>,
     warm: Vec<Impulse>,
 }
 
@@ -181,6 +184,10 @@ impl ContactStepper {
         treatment: impl Fn(ConstraintId) -> Treatment,
     ) -> Self {
         let units = Units::new(tree, treatment);
+        let mut place = vec![0];
+        for c in tree.multibody().constraints() {
+            place.push(place[place.len() - 1] + tree.multibody().rows(c));
+        }
         let push = Settings { method: Method::GaussSeidel, tolerance: 1e-3, ..Settings::default() };
         Self {
             contact: Contact::new(settings.solver),
@@ -205,6 +212,8 @@ impl ContactStepper {
             impact: vec![0.0; units.independent()],
             dq: vec![0.0; tree.nv()],
             q_next: Vec::with_capacity(tree.nq()),
+            forces: vec![0.0; place[place.len() - 1]],
+            place,
             warm: Vec::new(),
             units,
             settings,
@@ -289,6 +298,7 @@ impl ContactStepper {
         if !vdot.iter().all(|x| x.is_finite()) {
             return Err(SolverError::NotFinite.into());
         }
+        self.keep_forces(tree, inverse, tau, vdot);
         for (v, a) in v.iter_mut().zip(vdot.iter()) {
             *v += h * a;
         }
@@ -312,6 +322,37 @@ impl ContactStepper {
             measure: report.measure,
             converged: report.converged,
         })
+    }
+
+    /// Mean forces of the constraints over the step.
+    fn keep_forces(&mut self, tree: &Tree, inverse: f64, tau: &mut [f64], vdot: &[f64]) {
+        let loops = tree.multibody().loops().len();
+        let (place, forces) = (&self.place, &mut self.forces);
+        let mut g = 0;
+        for c in self.units.augmented() {
+            let (mut at, end) = (place[index(*c, loops)], place[index(*c, loops) + 1]);
+            while at < end {
+                let n = self.rows.groups()[g].n;
+                for (to, x) in forces[at..at + n].iter_mut().zip(&self.lambda[g]) {
+                    *to = x * inverse;
+                }
+                at += n;
+                g += 1;
+            }
+        }
+        if !self.units.embedded().is_empty() {
+            self.units.constraint_forces(tree, &mut self.uw, vdot, tau, |c, lambda| {
+                let at = place[index(c, loops)];
+                forces[at..at + lambda.len()].copy_from_slice(lambda);
+            });
+        }
+    }
+
+    /// Mean forces of a constraint over the last step, one a row (N or N m), impacts left out.
+    #[must_use]
+    pub fn forces(&self, tree: &Tree, constraint: ConstraintId) -> &[f64] {
+        let i = index(constraint, tree.multibody().loops().len());
+        &self.forces[self.place[i]..self.place[i + 1]]
     }
 
     /// Contact points near enough to matter in this step.
@@ -347,6 +388,7 @@ impl ContactStepper {
         for c in self.units.augmented() {
             self.rows.add_constraint(tree, &self.units, ws, &self.uw, *c, motions, (q, v));
         }
+        self.rows.silence_rounding();
         for row in self.rows.groups() {
             self.kinds.push(Kind::Constraint);
             self.cones.push(Cone::Equality { rows: row.n });

@@ -18,6 +18,9 @@ use linkwork_multibody::{BodyId, ConstraintId, Coordinate, LoopMotion};
 use linkwork_spatial::Vec3;
 use wide::f64x4;
 
+/// Part of the bound of its diagonal entry below which a row is nothing.
+const ROUNDING: f64 = 1e-20;
+
 /// The most rows side by side.
 pub const WIDTH: usize = 4;
 
@@ -121,6 +124,24 @@ impl RowSet {
         for (dof, e) in self.dof[range.clone()].iter().zip(&self.e[range]) {
             for (v, e) in v.iter_mut().zip(e) {
                 *v += e * y[*dof as usize];
+            }
+        }
+    }
+
+    /// Empties the rows that are rounding: what is left of E where everything in a row cancels, as in
+    /// the three of five rows that a planar loop in space does not need. A solver that divides by W
+    /// would else divide rounding by rounding.
+    pub fn silence_rounding(&mut self) {
+        for (g, row) in self.groups.iter().enumerate() {
+            let range = self.start[g] as usize..self.start[g + 1] as usize;
+            let mut size = [0.0; WIDTH];
+            for e in &self.e[range.clone()] {
+                size.iter_mut().zip(e).for_each(|(s, e)| *s += e * e);
+            }
+            for lane in 0..row.n {
+                if size[lane] <= ROUNDING * row.gross[lane] {
+                    self.e[range.clone()].iter_mut().for_each(|e| e[lane] = 0.0);
+                }
             }
         }
     }
