@@ -85,7 +85,7 @@ fn elastic_bounces_keep_energy() {
         last = up;
     }
     assert!(peaks.len() >= 4, "{peaks:?}");
-    // Measured: 1e-6 after four bounces.
+    // Measured: 2.5e-6 m after four bounces.
     assert!(peaks.iter().all(|p| (p - 0.2).abs() < 1e-5), "{peaks:?}");
 }
 
