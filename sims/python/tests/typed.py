@@ -1,7 +1,8 @@
-"""One program, checked twice: mypy --strict reads it against the stubs, and `test_typed.py` runs it.
+"""One program with right lines and wrong ones. `test_typed.py` runs it; `mypy --strict` reads it.
 
-The lines with `type: ignore` are mistakes that the stubs must name: under --strict, one that is no
-longer found is an error. Runs in a folder that holds `sims`, and writes into the folder given.
+Each wrong line names the error that mypy must find in it. If the stubs let the mistake pass, mypy
+reports the mark itself as unused, and the test script fails. Runs in a folder that holds `sims`, and
+writes into the folder given.
 """
 
 import sys
