@@ -6,6 +6,15 @@ use crate::value::Value;
 use smallvec::SmallVec;
 use std::sync::Arc;
 
+/// What an evaluation is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Evaluation {
+    /// The work of a tick: what is only to be seen is computed too.
+    Tick,
+    /// A stage of the integrator.
+    Stage,
+}
+
 /// The time of an evaluation.
 #[derive(Clone, Copy, Debug)]
 pub struct Now {
@@ -15,6 +24,8 @@ pub struct Now {
     pub dt: f64,
     /// Tick of the common base.
     pub tick: u64,
+    /// What it is for.
+    pub evaluation: Evaluation,
 }
 
 /// Indices of the lanes that feed an input struct, in lane order.

@@ -23,7 +23,7 @@ mod time;
 mod units;
 mod value;
 
-pub use block::{Block, Indices, Now, Prototype, Wiring};
+pub use block::{Block, Evaluation, Indices, Now, Prototype, Wiring};
 pub use catalogue::{Catalogue, Entry};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{check_parts, compile};

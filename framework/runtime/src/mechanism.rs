@@ -8,7 +8,7 @@
 //! After a step q and v are put back onto the constraints. With contact, `direct` only gathers the
 //! forces and the block advances a step at a time (`advance`); nothing but the impulses of the last
 //! contacts passes from step to step, and they are its store.
-use crate::block::{Block, Now};
+use crate::block::{Block, Evaluation, Now};
 use crate::ports::{Lane, NodeState};
 use crate::services::Gravity;
 use crate::spec::{ContactSpec, MechanismSpec};
@@ -451,7 +451,9 @@ impl Block for MechanismBlock {
             self.vdot.fill(f64::NAN);
         }
         self.put_accelerations(sig);
-        self.put_constraints(q, sig);
+        if now.evaluation == Evaluation::Tick {
+            self.put_constraints(q, sig);
+        }
     }
 
     fn deriv(&mut self, _: &Now, x: &[f64], _: &[f64], _: &[f64], xdot: &mut [f64]) {

@@ -5,7 +5,7 @@
 //! to tick k+1:  integrate; each stage evaluates the continuous operations and the mechanism
 //! ```
 //! Between calls the state is always "after the work of a tick", so chunking leaves no trace.
-use crate::block::{Block, Now};
+use crate::block::{Block, Evaluation, Now};
 use crate::plan::{Op, Place, Plan, Role, Variable};
 use crate::spec::Integrator;
 use crate::time::Seconds;
@@ -125,7 +125,8 @@ impl Simulation {
 
     fn now(&self) -> Now {
         let t = self.plan.base.times(self.state.tick);
-        Now { t, dt: self.plan.step.seconds(), tick: self.state.tick }
+        let (dt, tick) = (self.plan.step.seconds(), self.state.tick);
+        Now { t, dt, tick, evaluation: Evaluation::Tick }
     }
 
     /// The plan.
@@ -256,7 +257,7 @@ impl Simulation {
         let Simulation { state, blocks, xdot, rk4, .. } = self;
         let State { x, d, sig, .. } = state;
         rk4.step(now.t, h, x, xdot, |t, x, xdot| {
-            let now = Now { t, ..*now };
+            let now = Now { t, evaluation: Evaluation::Stage, ..*now };
             for &k in &plan.stage_ops {
                 Self::run(blocks, plan, plan.ops[k as usize], &now, x, d, sig);
             }

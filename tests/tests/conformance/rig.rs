@@ -1,7 +1,7 @@
 //! One model on a test bench: its own lanes, inputs that move smoothly, Euler steps of 1 ms.
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{
-    Block, Description, Lane, Now, PortKind, PortSpec, Prototype, Wiring, noise,
+    Block, Description, Evaluation, Lane, Now, PortKind, PortSpec, Prototype, Wiring, noise,
 };
 
 /// Ticks between the samples of a sampled model.
@@ -73,7 +73,7 @@ impl Rig {
     /// One tick: inputs, outputs, update, step.
     pub fn step(&mut self) {
         let t = STEP * self.tick as f64;
-        let now = Now { t, dt: STEP, tick: self.tick };
+        let now = Now { t, dt: STEP, tick: self.tick, evaluation: Evaluation::Tick };
         let mut at = 0;
         for spec in self.description.inputs.iter().chain(&self.description.direct_inputs) {
             move_input(spec, at, t, &mut self.sig[at..at + spec.lanes]);

@@ -417,7 +417,7 @@ impl Units {
         }
     }
 
-    /// Base to tips through an aggregate.
+    /// Base to tips through an aggregate: accelerations from forces.
     pub(super) fn spread(
         &self,
         which: usize,
@@ -427,32 +427,14 @@ impl Units {
         pull: &impl Fn(usize) -> f64,
         vdot: &mut [f64],
     ) {
-        let agg = &self.aggregates[which];
-        let (m, size) = (&mut uw.embedded[which], agg.dofs.len());
-        let a = match agg.parent {
-            0 => V6::default(),
-            p => uw.alpha[p as usize],
-        };
-        let n = m.n;
-        for (j, rate) in m.rates[..n].iter_mut().enumerate() {
-            *rate = uw.G[first + j].dot_from(&a, uw.eps[first + j] + pull(first + j));
+        let m = &mut uw.embedded[which];
+        for (j, rate) in m.rates[..m.n].iter_mut().enumerate() {
+            *rate = uw.eps[first + j] + pull(first + j);
         }
-        for (d, v) in agg.dofs.iter().enumerate() {
-            let X = &m.X[d * size..d * size + n];
-            vdot[*v as usize] = m.rates[..n].iter().zip(X).fold(m.x[d], |s, (r, x)| s + r * x);
-        }
-        for (place, slot) in agg.links.iter().enumerate() {
-            let slot = *slot as usize;
-            let mut own = a.to_child(uw.r[slot]) + m.A[place];
-            for (H, rate) in m.H[place * size..].iter().zip(&m.rates[..n]) {
-                own = H.scale_add(*rate, own);
-            }
-            acc[slot] = own;
-            uw.alpha[slot] = own.to_child(-uw.r[slot]);
-        }
+        self.carry(which, first, uw, Carried::Motion, vdot, |slot, own| acc[slot] = own);
     }
 
-    /// The same for impulses alone.
+    /// Changes of rates from impulses alone.
     pub(super) fn spread_impulse(
         &self,
         which: usize,
@@ -461,27 +443,59 @@ impl Units {
         y: &[f64],
         dv: &mut [f64],
     ) {
+        let (m, last) = (&mut uw.embedded[which], self.independent - 1);
+        for (j, rate) in m.rates[..m.n].iter_mut().enumerate() {
+            *rate = y[last - (first + j)];
+        }
+        self.carry(which, first, uw, Carried::Impulse, dv, |_, _| {});
+    }
+
+    /// From what drives the independent rates (in `rates`) to those of all members, to `out`, and
+    /// what each member does about its own origin, to `own`.
+    fn carry(
+        &self,
+        which: usize,
+        first: usize,
+        uw: &mut UnitsWork,
+        carried: Carried,
+        out: &mut [f64],
+        mut own: impl FnMut(usize, V6<f64>),
+    ) {
         let agg = &self.aggregates[which];
         let (m, size) = (&mut uw.embedded[which], agg.dofs.len());
         let a = match agg.parent {
             0 => V6::default(),
             p => uw.alpha[p as usize],
         };
-        let (n, last) = (m.n, self.independent - 1);
-        for j in 0..n {
-            m.rates[j] = uw.G[first + j].dot_from(&a, y[last - (first + j)]);
+        let (n, moves) = (m.n, carried == Carried::Motion);
+        for (rate, G) in m.rates[..n].iter_mut().zip(&uw.G[first..]) {
+            *rate = G.dot_from(&a, *rate);
         }
         for (d, v) in agg.dofs.iter().enumerate() {
             let X = &m.X[d * size..d * size + n];
-            dv[*v as usize] = m.rates[..n].iter().zip(X).fold(0.0, |s, (r, x)| s + r * x);
+            let x = if moves { m.x[d] } else { 0.0 };
+            out[*v as usize] = m.rates[..n].iter().zip(X).fold(x, |s, (r, x)| s + r * x);
         }
         for (place, slot) in agg.links.iter().enumerate() {
             let slot = *slot as usize;
-            let mut own = a.to_child(uw.r[slot]);
-            for (H, rate) in m.H[place * size..].iter().zip(&m.rates[..n]) {
-                own = H.scale_add(*rate, own);
+            let mut A = a.to_child(uw.r[slot]);
+            if moves {
+                A = A + m.A[place];
             }
-            uw.alpha[slot] = own.to_child(-uw.r[slot]);
+            for (H, rate) in m.H[place * size..].iter().zip(&m.rates[..n]) {
+                A = H.scale_add(*rate, A);
+            }
+            own(slot, A);
+            uw.alpha[slot] = A.to_child(-uw.r[slot]);
         }
     }
+}
+
+/// What goes outward through an aggregate.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Carried {
+    /// Accelerations, with those that the closures demand.
+    Motion,
+    /// Changes of rates, which the closures leave alone.
+    Impulse,
 }
