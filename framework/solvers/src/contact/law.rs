@@ -86,20 +86,8 @@ fn coulomb(friction: f64, z: &[f64; 4], d: &[f64; 4], H: &mut [[f64; 4]; 4]) {
 #[cfg(test)]
 mod tests {
     use super::super::gauss_seidel::projected;
+    use super::super::samples::{CONES, number};
     use super::*;
-
-    fn number(seed: &mut u64) -> f64 {
-        *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (*seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    const CONES: [Cone; 5] = [
-        Cone::Coulomb { friction: 0.6 },
-        Cone::Spinning { friction: 0.4, spin: 0.3 },
-        Cone::Dry { bound: 0.5 },
-        Cone::Unilateral,
-        Cone::Equality { rows: 3 },
-    ];
 
     /// H = −∂λ/∂v by central differences, on every branch.
     #[test]

@@ -24,6 +24,8 @@ mod local;
 mod newton;
 mod problem;
 mod residual;
+#[cfg(test)]
+mod samples;
 
 pub use error::ContactError;
 pub use lemke::Failure;

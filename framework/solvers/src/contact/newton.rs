@@ -350,21 +350,9 @@ fn squared(x: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::problem::{Cone, Factor};
+    use super::super::problem::Factor;
+    use super::super::samples::{CONES, number};
     use super::*;
-
-    fn number(seed: &mut u64) -> f64 {
-        *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (*seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    const CONES: [Cone; 5] = [
-        Cone::Coulomb { friction: 0.6 },
-        Cone::Spinning { friction: 0.4, spin: 0.3 },
-        Cone::Dry { bound: 0.5 },
-        Cone::Unilateral,
-        Cone::Equality { rows: 3 },
-    ];
 
     /// (1 + Eᵀ H E) δ = −G, from either side.
     #[test]
