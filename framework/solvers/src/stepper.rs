@@ -65,7 +65,7 @@ impl Default for ContactSettings {
             bounce_min: 0.01,
             limits: JointLimits::Stop,
             dry: Vec::new(),
-            solver: Settings::default(),
+            solver: Settings { least: 1, ..Settings::default() },
         }
     }
 }
@@ -279,18 +279,15 @@ impl ContactStepper {
         self.look(tree, ws, h, v, hiding);
         self.build(tree, ws, h, (q, v), motions);
         let impacts = self.bounce()?;
-        self.free_velocities(h);
+        let speed = self.free_velocities(h);
         self.recall();
         let factor = factor(&self.rows);
-        let problem = Problem::new(factor, &self.cones, &self.b, &[])?;
+        let problem = Problem::trusted(factor, &self.cones, &self.b, speed);
         let report = self.contact.solve(&problem, &mut self.lambda)?;
         self.remember();
         let inverse = 1.0 / h;
-        for (y, i) in self.y.iter_mut().zip(&self.impact) {
-            *y = i * inverse;
-        }
-        for (g, lambda) in self.lambda.iter().enumerate() {
-            self.rows.pull(g, &lambda.map(|x| x * inverse), &mut self.y);
+        for ((y, a), b) in self.y.iter_mut().zip(&self.impact).zip(self.contact.pulled()) {
+            *y = (a + b) * inverse;
         }
         self.units.scatter(tree, ws, &mut self.uw, &self.y, tau, vdot);
         let lambda = &self.lambda;
@@ -478,14 +475,17 @@ impl ContactStepper {
         v
     }
 
-    /// b of the step: velocities without this step's impulses, less their targets.
-    fn free_velocities(&mut self, h: f64) {
+    /// b of the step: velocities without this step's impulses, less their targets. The largest of the
+    /// velocities, of which residuals are parts: gaps that are far from closing do not count.
+    fn free_velocities(&mut self, h: f64) -> f64 {
         self.b.clear();
+        let mut speed = 0.0;
         for (g, row) in self.rows.groups().iter().enumerate() {
             let mut b = row.rate;
             self.rows.push(g, &self.impact, &mut b);
             for (b, free) in b.iter_mut().zip(&row.free) {
                 *b += h * free;
+                speed = greater(speed, b.abs());
             }
             match self.kinds[g] {
                 Kind::Constraint => {
@@ -504,6 +504,7 @@ impl ContactStepper {
             }
             self.b.push(b);
         }
+        speed
     }
 
     /// Impulses of the last step, where the same points are there again.
@@ -587,11 +588,7 @@ impl ContactStepper {
         let factor = Factor { e: &self.some_e, ..factor(&self.rows) };
         let problem = Problem::new(factor, &self.some, &self.b, &[])?;
         self.push.solve(&problem, &mut self.lambda)?;
-        self.y.fill(0.0);
-        for (g, lambda) in self.lambda.iter().enumerate() {
-            self.rows.pull(g, lambda, &mut self.y);
-        }
-        self.units.impulse(tree, &mut self.uw, &self.y, &mut self.dq);
+        self.units.impulse(tree, &mut self.uw, self.push.pulled(), &mut self.dq);
         Ok(())
     }
 }

@@ -192,6 +192,40 @@ fn warm_starts_are_used() {
     assert!(warm.converged && 3 * warm.iterations < cold, "{} {cold}", warm.iterations);
 }
 
+/// With sweeps at least, a start within the tolerance comes nearer, call after call.
+#[test]
+fn sweeps_at_least_bring_a_good_start_nearer() {
+    let case = pile(0.0);
+    let settings = Settings { tolerance: 1e-4, least: 1, ..generous() };
+    let (mut lambda, _) = case.solve(Method::Auto, 1e-4);
+    let mut contact = Contact::new(settings);
+    let mut last = f64::INFINITY;
+    for _ in 0..5 {
+        let report = (0..40).map(|_| contact.solve(&case.problem(), &mut lambda).unwrap()).last();
+        let now = report.unwrap();
+        assert!(now.converged && now.iterations == 1, "{now:?}");
+        assert!(now.measure.residual < last, "{now:?} after {last:e}");
+        last = now.measure.residual;
+    }
+}
+
+/// Directions take fewer sweeps than plain ones (a relaxation that is hardly one turns them off).
+#[test]
+fn conjugate_directions_save_sweeps() {
+    let case = pile(0.02);
+    let sweeps = |relaxation: f64| {
+        let settings = Settings { method: Method::GaussSeidel, relaxation, ..generous() };
+        let settings = Settings { tolerance: 1e-8, sweeps: 20_000, ..settings };
+        let mut lambda = vec![[0.0; 4]; case.cones.len()];
+        let report = Contact::new(settings).solve(&case.problem(), &mut lambda).unwrap();
+        assert!(report.converged, "{report:?}");
+        report.iterations
+    };
+    let (plain, along) = (sweeps(1.0 - 1e-12), sweeps(1.0));
+    println!("sweeps: plain {plain}, along conjugate directions {along}");
+    assert!(2 * along < plain, "{along} of {plain}");
+}
+
 #[test]
 fn over_relaxation_ends_at_the_same_velocities() {
     let case = random(5, 60, 15, 14, mixed);

@@ -21,7 +21,8 @@ pub(crate) fn pulled(
     g: usize,
     y: &[f64],
 ) -> ([f64; 4], [f64; 4]) {
-    let (soft, v, rows) = (problem.soft(g), problem.velocity(g, y), problem.cones[g].rows());
+    let (soft, rows) = (problem.soft(g), problem.cones[g].rows());
+    let (v, b) = (problem.gathered(g, y), &problem.b[g]);
     // A row that nothing can move still needs a weight: any, since it cannot act.
     let base = if blocks[g].scale > 0.0 { rho * blocks[g].scale } else { 1.0 };
     let mut d = soft.map(|r| r + base);
@@ -30,7 +31,7 @@ pub(crate) fn pulled(
         (d[1], d[2]) = (most, most);
     }
     let z = std::array::from_fn(|k| {
-        if k < rows { ((d[k] - soft[k]) * center[g][k] - v[k]) / d[k] } else { 0.0 }
+        if k < rows { ((d[k] - soft[k]) * center[g][k] - (v[k] + b[k])) / d[k] } else { 0.0 }
     });
     (z, d)
 }

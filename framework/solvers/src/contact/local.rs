@@ -16,29 +16,43 @@
 //! g(0) < 1 outside the cone, and g grows without bound with α when qn < 0: a root exists for any μ. For S a multiple of one and no coupling g is linear, and Newton's step exact.
 //! With a strong coupling (Painlevé) there may be several solutions; λ = 0 is taken where it is one.
 
-use super::problem::{Cone, Problem, axpy4};
+use super::problem::{Cone, Problem, masked};
+use wide::f64x4;
 
 /// What the local solution needs of a group; made once for a problem.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Block {
+    cone: Cone,
     /// W by columns; for an equality W⁺.
-    pub m: [[f64; 4]; 4],
+    m: [f64x4; 4],
+    /// b and R; lanes that the group lacks are 0.
+    b: f64x4,
+    soft: f64x4,
     /// Trace of W divided by the number of rows.
     pub scale: f64,
     /// 1 / W of the normal, or only, row; 0 when W is.
     inverse: f64,
     /// 1 / W of the spin row; 0 when W is.
     spin: f64,
+    /// Wtn / Wnn; S⁻¹ and S: diagonal, and the entry beside.
+    lean: [f64; 2],
+    give: [f64; 3],
+    stiff: [f64; 3],
+    /// What sliding needs, once it does.
+    axes: Option<Axes>,
+    /// α of the last solution.
+    alpha: f64,
+}
+
+/// S in its own axes.
+#[derive(Clone, Copy, Debug)]
+struct Axes {
     /// Cosine and sine of the turn that makes S diagonal.
     turn: [f64; 2],
     /// Eigenvalues of S, not quite 0.
     s: [f64; 2],
-    /// Wtn / Wnn in axes of S.
+    /// Wtn / Wnn.
     couple: [f64; 2],
-    /// 1 / s.
-    flex: [f64; 2],
-    /// α of the last solution.
-    alpha: f64,
 }
 
 /// Relative size below which a compliance counts as none.
@@ -49,24 +63,32 @@ const STEPS: usize = 60;
 const NEAR: f64 = 1e-3;
 
 impl Block {
-    /// From the group's own entries. O(entries).
-    pub fn new(problem: &Problem, g: usize) -> Block {
-        let (cone, soft) = (&problem.cones[g], problem.soft(g));
-        let mut W = [[0.0; 4]; 4];
-        for e in problem.entries(g).1 {
-            for j in 0..4 {
-                W[j] = axpy4(e[j], e, W[j]);
-            }
-        }
+    /// Of group g, from E_g E_gᵀ.
+    #[inline(always)]
+    pub fn new(problem: &Problem, g: usize, mut W: [[f64; 4]; 4]) -> Block {
+        let (cone, soft) = (problem.cones[g], problem.soft(g));
         for k in 0..4 {
             W[k][k] += soft[k];
         }
         let rows = cone.rows();
-        let scale = (0..rows).map(|k| W[k][k]).sum::<f64>() / rows as f64;
-        let mut block = Block { m: W, scale, turn: [1.0, 0.0], ..Block::default() };
-        block.inverse = reciprocal(W[0][0], NONE * scale);
+        let mut block = Block {
+            cone,
+            m: W.map(f64x4::new),
+            b: f64x4::new(masked(problem.b[g], rows)),
+            soft: f64x4::new(soft),
+            scale: (0..rows).map(|k| W[k][k]).sum::<f64>() / rows as f64,
+            inverse: 0.0,
+            spin: 0.0,
+            lean: [0.0; 2],
+            give: [0.0; 3],
+            stiff: [0.0; 3],
+            axes: None,
+            alpha: 0.0,
+        };
         match cone {
-            Cone::Equality { rows } => block.m = super::dense::pseudo_inverse(&W, *rows),
+            Cone::Equality { rows } => {
+                block.m = super::dense::pseudo_inverse(&W, rows).map(f64x4::new);
+            }
             Cone::Unilateral | Cone::Dry { .. } => {}
             Cone::Coulomb { .. } => block.tangents(&W),
             Cone::Spinning { .. } => {
@@ -75,105 +97,149 @@ impl Block {
                 block.tangents(&W);
             }
         }
+        block.inverse = reciprocal(W[0][0], NONE * block.scale);
         block
     }
 
-    /// False when W overflows.
+    /// False when W overflows or is not a number.
     pub fn is_finite(&self) -> bool {
-        let sum = self.m.iter().flatten().fold(0.0, |s, x| s + 0.0 * x);
+        let zero = f64x4::splat(0.0);
+        let sum =
+            self.m.iter().chain([&self.b]).fold(zero, |s, x| zero.mul_add(*x, s)).reduce_add();
         self.scale.is_finite() && sum == 0.0
     }
 
+    /// E_g y + b_g + R_g λ_g; lanes that the group lacks are 0.
+    #[inline(always)]
+    pub fn velocity(&self, gathered: f64x4, l: f64x4) -> f64x4 {
+        self.soft.mul_add(l, gathered + self.b)
+    }
+
+    /// S with its inverse; eigenvalues below the least count as the least.
+    #[inline(always)]
     fn tangents(&mut self, W: &[[f64; 4]; 4]) {
-        let c = [W[0][1] * self.inverse, W[0][2] * self.inverse];
+        let inverse = reciprocal(W[0][0], NONE * self.scale);
+        self.lean = [W[0][1] * inverse, W[0][2] * inverse];
+        let c = self.lean;
         let (a, b) = (W[1][1] - c[0] * W[0][1], W[2][2] - c[1] * W[0][2]);
         let off = W[1][2] - c[0] * W[0][2];
+        self.stiff = [a, b, off];
+        // Well from singular: det S ≥ s₂ tr S / 2.
+        let (trace, det) = (a + b, a * b - off * off);
+        if det > 1e-6 * trace * trace {
+            let per = 1.0 / det;
+            self.give = [b * per, a * per, -off * per];
+        } else {
+            let Axes { turn: [x, y], s, .. } = self.axes();
+            let [f, g] = s.map(|s| 1.0 / s);
+            self.give = [x * x * f + y * y * g, y * y * f + x * x * g, x * y * (f - g)];
+        }
+    }
+
+    /// The axes of S, found once.
+    fn axes(&mut self) -> Axes {
+        if let Some(axes) = self.axes {
+            return axes;
+        }
+        let [a, b, off] = self.stiff;
         let (mean, half) = (0.5 * (a + b), 0.5 * (a - b));
         // In units of the group, so that squares neither overflow nor vanish.
         let unit = if self.scale > 0.0 { self.scale } else { 1.0 };
         let (x, y) = (half / unit, off / unit);
         let size = unit * (x * x + y * y).sqrt();
+        let mut turn = [1.0, 0.0];
         if size > 0.0 {
             // cos 2θ = half / size; the larger of cosine and sine from the half angle.
             let big = (0.5 * (1.0 + half.abs() / size)).sqrt();
             let small = off.abs() / (2.0 * size * big);
             let [x, y] = if half >= 0.0 { [big, small] } else { [small, big] };
-            self.turn = [x, if off < 0.0 { -y } else { y }];
+            turn = [x, if off < 0.0 { -y } else { y }];
         }
         let least = NONE * self.scale + f64::MIN_POSITIVE;
-        self.s = [(mean + size).max(least), (mean - size).max(least)];
-        self.flex = self.s.map(|s| 1.0 / s);
-        self.couple = self.turned(c);
-    }
-
-    #[inline(always)]
-    fn turned(&self, x: [f64; 2]) -> [f64; 2] {
-        let [c, s] = self.turn;
-        [c * x[0] + s * x[1], c * x[1] - s * x[0]]
-    }
-
-    #[inline(always)]
-    fn back(&self, x: [f64; 2]) -> [f64; 2] {
-        let [c, s] = self.turn;
-        [c * x[0] - s * x[1], s * x[0] + c * x[1]]
+        let s = [(mean + size).max(least), (mean - size).max(least)];
+        *self.axes.insert(Axes { turn, s, couple: turned(turn, self.lean) })
     }
 
     /// The new impulse of the group, given its old one and the velocity v with it.
     #[inline(always)]
-    pub fn solve(&mut self, cone: &Cone, l: &[f64; 4], v: &[f64; 4]) -> [f64; 4] {
-        match *cone {
-            Cone::Equality { .. } => std::array::from_fn(|k| {
-                let m = &self.m[k];
-                l[k] - ((m[0] * v[0] + m[1] * v[1]) + (m[2] * v[2] + m[3] * v[3]))
-            }),
-            Cone::Unilateral => [(l[0] - v[0] * self.inverse).max(0.0), 0.0, 0.0, 0.0],
+    pub fn solve(&mut self, l: f64x4, v: f64x4) -> f64x4 {
+        match self.cone {
+            Cone::Coulomb { friction } => f64x4::new(self.coulomb(friction, l, v)),
+            Cone::Equality { .. } => l - self.times(v),
+            Cone::Unilateral => first((l - v * f64x4::splat(self.inverse)).to_array()[0].max(0.0)),
             Cone::Dry { bound } => {
-                [(l[0] - v[0] * self.inverse).clamp(-bound, bound), 0.0, 0.0, 0.0]
+                let free = (l - v * f64x4::splat(self.inverse)).to_array()[0];
+                first(free.clamp(-bound, bound))
             }
-            Cone::Coulomb { friction } => self.coulomb(friction, l, v),
-            Cone::Spinning { friction, spin } => self.spinning(friction, spin, l, v),
+            Cone::Spinning { friction, spin } => f64x4::new(self.spinning(friction, spin, l, v)),
         }
+    }
+
+    /// m x.
+    #[inline(always)]
+    fn times(&self, x: f64x4) -> f64x4 {
+        let (m, [a, b, c, d]) = (&self.m, x.to_array().map(f64x4::splat));
+        m[1].mul_add(b, m[0] * a) + m[3].mul_add(d, m[2] * c)
     }
 
     #[inline(always)]
-    fn coulomb(&mut self, friction: f64, l: &[f64; 4], v: &[f64; 4]) -> [f64; 4] {
-        let W = &self.m;
-        let q: [f64; 3] =
-            std::array::from_fn(|k| v[k] - (W[0][k] * l[0] + W[1][k] * l[1] + W[2][k] * l[2]));
-        if q[0] >= 0.0 || self.inverse == 0.0 {
+    fn coulomb(&mut self, friction: f64, l: f64x4, v: f64x4) -> [f64; 4] {
+        let [qn, qx, qy, _] = {
+            let (W, [a, b, c, _]) = (&self.m, l.to_array().map(f64x4::splat));
+            (v - W[2].mul_add(c, W[1].mul_add(b, W[0] * a))).to_array()
+        };
+        if qn >= 0.0 || self.inverse == 0.0 {
             return [0.0; 4];
         }
-        let n0 = -q[0] * self.inverse;
+        let n0 = -qn * self.inverse;
         if friction == 0.0 {
             return [n0, 0.0, 0.0, 0.0];
         }
-        // q̃ and Wnt λt / Wnn in axes of S.
-        let (qt, c) = (self.turned([q[1], q[2]]), self.couple);
-        let qt = [qt[0] - c[0] * q[0], qt[1] - c[1] * q[0]];
-        let stick = [-qt[0] * self.flex[0], -qt[1] * self.flex[1]];
-        let n = n0 - (c[0] * stick[0] + c[1] * stick[1]);
-        let square = stick[0] * stick[0] + stick[1] * stick[1];
-        if n >= 0.0 && square <= friction * friction * n * n {
-            let t = self.back(stick);
-            return [n, t[0], t[1], 0.0];
+        let ([c, d], [f, g, h]) = (self.lean, self.give);
+        let (qx, qy) = (qx - c * qn, qy - d * qn);
+        let (x, y) = (-(f * qx + h * qy), -(h * qx + g * qy));
+        let n = n0 - (c * x + d * y);
+        if n >= 0.0 && x * x + y * y <= friction * friction * n * n {
+            return [n, x, y, 0.0];
         }
-        let at = |alpha: f64| Trial::new(alpha, &qt, &c, &self.s, n0, friction);
-        let (alpha, trial) = slide(at, self.alpha, self.s[0]);
+        self.slide(friction, n0, [qx, qy])
+    }
+
+    /// From q̃.
+    #[inline(never)]
+    fn slide(&mut self, friction: f64, n0: f64, q: [f64; 2]) -> [f64; 4] {
+        let Axes { turn, s, couple } = self.axes();
+        let q = turned(turn, q);
+        let at = |alpha: f64| Trial::new(alpha, &q, &couple, &s, n0, friction);
+        let (alpha, trial) = root(at, self.alpha, s[0]);
         self.alpha = alpha;
         let n = trial.n.max(0.0);
         let keep = if trial.size > friction * n { friction * n / trial.size } else { 1.0 };
-        let t = self.back([keep * trial.t[0], keep * trial.t[1]]);
-        [n, t[0], t[1], 0.0]
+        let ([x, y], [c, s]) = (trial.t.map(|t| keep * t), turn);
+        [n, c * x - s * y, s * x + c * y, 0.0]
     }
 
-    fn spinning(&mut self, friction: f64, spin: f64, l: &[f64; 4], v: &[f64; 4]) -> [f64; 4] {
+    #[inline(never)]
+    fn spinning(&mut self, friction: f64, spin: f64, l: f64x4, v: f64x4) -> [f64; 4] {
         let mut out = self.coulomb(friction, l, v);
-        let W = &self.m;
-        let vs = v[3] + (0..3).map(|k| W[3][k] * (out[k] - l[k])).sum::<f64>();
-        let most = spin * out[0];
-        out[3] = (l[3] - vs * self.spin).clamp(-most, most);
+        let change = (f64x4::new(out) - l) * f64x4::new([1.0, 1.0, 1.0, 0.0]);
+        let vs = v.to_array()[3] + (self.m[3] * change).reduce_add();
+        let (most, l) = (spin * out[0], l.to_array()[3]);
+        out[3] = (l - vs * self.spin).clamp(-most, most);
         out
     }
+}
+
+/// x in axes that are turned.
+#[inline(always)]
+fn turned([c, s]: [f64; 2], x: [f64; 2]) -> [f64; 2] {
+    [c * x[0] + s * x[1], c * x[1] - s * x[0]]
+}
+
+/// The first lane alone.
+#[inline(always)]
+fn first(x: f64) -> f64x4 {
+    f64x4::new([x, 0.0, 0.0, 0.0])
 }
 
 /// The impulse for a given α.
@@ -204,7 +270,7 @@ impl Trial {
 /// The α > 0 with g(α) = 1, from g(0) < 1: Newton's steps inside a bracket. The last step is one
 /// from |g − 1| < `NEAR` that helps; what it leaves, the next sweep squares again.
 #[inline(always)]
-fn slide(at: impl Fn(f64) -> Trial, guess: f64, stiff: f64) -> (f64, Trial) {
+fn root(at: impl Fn(f64) -> Trial, guess: f64, stiff: f64) -> (f64, Trial) {
     let (mut low, mut high) = (0.0, f64::INFINITY);
     let mut alpha = guess;
     let mut trial = at(guess);

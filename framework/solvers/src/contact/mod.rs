@@ -19,6 +19,7 @@ mod dense;
 mod error;
 mod gauss_seidel;
 mod law;
+mod layout;
 mod lemke;
 mod local;
 mod newton;
@@ -33,6 +34,7 @@ pub use problem::{Cone, Factor, Problem};
 pub use residual::Measure;
 
 use gauss_seidel::{GaussSeidel, Stop};
+use layout::Layout;
 use lemke::Lemke;
 use local::Block;
 use newton::Newton;
@@ -40,7 +42,7 @@ use newton::Newton;
 /// How to solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Gauss–Seidel while it is quick, then Newton, then Lemke on small problems: each starts from
+    /// Gauss–Seidel while it gets on, then Newton, then Lemke on small problems: each starts from
     /// the best so far, and the best is returned.
     #[default]
     Auto,
@@ -61,6 +63,9 @@ pub struct Settings {
     pub tolerance: f64,
     /// Sweeps of Gauss–Seidel at most.
     pub sweeps: u32,
+    /// Sweeps at least, by which a start within the tolerance comes nearer too: what rests then comes
+    /// to rest, step after step.
+    pub least: u32,
     /// Linear systems of Newton at most.
     pub steps: u32,
     /// Over-relaxation of Gauss–Seidel, between 0 and 2, exclusive.
@@ -74,7 +79,8 @@ impl Default for Settings {
         Settings {
             method: Method::Auto,
             tolerance: 1e-6,
-            sweeps: 50,
+            sweeps: 200,
+            least: 0,
             steps: 100,
             relaxation: 1.0,
             directions: 8,
@@ -108,7 +114,7 @@ pub struct Contact {
     newton: Newton,
     lemke: Lemke,
     trial: Vec<[f64; 4]>,
-    y: Vec<f64>,
+    layout: Layout,
 }
 
 impl Contact {
@@ -131,17 +137,17 @@ impl Contact {
     ) -> Result<Report, ContactError> {
         self.check(problem, lambda)?;
         self.blocks.clear();
-        self.blocks.extend((0..problem.groups()).map(|g| Block::new(problem, g)));
-        if !self.blocks.iter().all(Block::is_finite) {
+        self.layout.set(problem);
+        let blocks = &mut self.blocks;
+        self.layout.each_compliance(problem, |g, W| blocks.push(Block::new(problem, g, W)));
+        if !self.blocks.iter().fold(true, |fine, b| fine & b.is_finite()) {
             return Err(ContactError::Overflow);
         }
-        self.sweeps.reserve(problem.factor.dofs);
-        self.y.resize(problem.factor.dofs, 0.0);
         self.trial.clear();
         self.trial.extend(lambda.iter().zip(problem.cones).map(|(l, cone)| admitted(cone, *l)));
         let report = match self.settings.method {
             Method::Auto => self.automatic(problem),
-            Method::GaussSeidel => self.gauss_seidel(problem, self.settings.sweeps),
+            Method::GaussSeidel => self.gauss_seidel(problem, false),
             Method::Newton => self.semismooth(problem, LEAD),
             Method::Lemke => self.polyhedral(problem),
         };
@@ -151,7 +157,15 @@ impl Contact {
             return Err(ContactError::Overflow);
         }
         lambda.copy_from_slice(&self.trial);
+        if report.method != Method::GaussSeidel {
+            self.layout.pull(problem, &self.trial);
+        }
         Ok(report)
+    }
+
+    /// Eᵀ λ of the last answer, by degrees of freedom.
+    pub(crate) fn pulled(&self) -> &[f64] {
+        &self.layout.y[..self.layout.y.len().saturating_sub(1)]
     }
 
     fn check(&self, problem: &Problem, lambda: &[[f64; 4]]) -> Result<(), ContactError> {
@@ -176,7 +190,7 @@ impl Contact {
     }
 
     fn automatic(&mut self, problem: &Problem) -> Report {
-        let first = self.quick(problem);
+        let first = self.gauss_seidel(problem, true);
         if first.converged {
             return first;
         }
@@ -195,38 +209,27 @@ impl Contact {
         second
     }
 
-    /// Gauss–Seidel while its rate promises an end within the limit of sweeps.
-    fn quick(&mut self, problem: &Problem) -> Report {
-        let limit = self.settings.sweeps;
-        let first = self.gauss_seidel(problem, limit.min(LEAD / 2));
-        if first.converged {
-            return first;
-        }
-        let second = self.gauss_seidel(problem, limit.min(LEAD) - first.iterations);
-        let used = first.iterations + second.iterations;
-        let (before, now) = (first.measure.residual, second.measure.residual);
-        let left = (self.settings.tolerance / now).ln() / (now / before).ln();
-        let total = used as f64 + left * second.iterations as f64;
-        if second.converged || !(now < before && total <= limit as f64) {
-            return Report { iterations: used, ..second };
-        }
-        let third = self.gauss_seidel(problem, limit - used);
-        Report { iterations: used + third.iterations, ..third }
-    }
-
-    fn gauss_seidel(&mut self, problem: &Problem, sweeps: u32) -> Report {
-        let stop = Stop { tolerance: self.settings.tolerance, iterations: sweeps };
-        let relaxation = self.settings.relaxation;
-        let (iterations, measure) =
-            self.sweeps.solve(problem, &mut self.blocks, stop, relaxation, &mut self.trial);
+    /// With `quit`, ends when sweeps get nowhere.
+    fn gauss_seidel(&mut self, problem: &Problem, quit: bool) -> Report {
+        let Settings { tolerance, sweeps, least, relaxation, .. } = self.settings;
+        let stop = Stop { tolerance, iterations: sweeps, least, quit };
+        let (iterations, measure) = self.sweeps.solve(
+            problem,
+            &mut self.layout,
+            &mut self.blocks,
+            stop,
+            relaxation,
+            &mut self.trial,
+        );
         self.report(Method::GaussSeidel, iterations, measure)
     }
 
     fn semismooth(&mut self, problem: &Problem, lead: u32) -> Report {
-        let stop = Stop { tolerance: self.settings.tolerance, iterations: self.settings.steps };
+        let Settings { tolerance, steps, .. } = self.settings;
+        let stop = Stop { tolerance, iterations: steps, least: 0, quit: false };
         let (iterations, measure) = self.newton.solve(
             problem,
-            &mut self.blocks,
+            (&mut self.layout, &mut self.blocks),
             &mut self.sweeps,
             stop,
             lead,
@@ -238,8 +241,8 @@ impl Contact {
     /// A ray leaves the impulses as they are.
     fn polyhedral(&mut self, problem: &Problem) -> Report {
         let pivots = self.lemke.solve(problem, self.settings.directions, &mut self.trial);
-        let scale = |g: usize| self.blocks[g].scale;
-        let measure = residual::measure(problem, scale, &self.trial, &mut self.y);
+        self.layout.pull(problem, &self.trial);
+        let measure = residual::measure(problem, &mut self.layout, &self.blocks, &self.trial);
         let report = self.report(Method::Lemke, pivots.unwrap_or(0), measure);
         Report { failure: pivots.err(), ..report }
     }

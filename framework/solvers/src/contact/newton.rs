@@ -25,6 +25,7 @@
 use super::dense::solve_lu;
 use super::gauss_seidel::{GaussSeidel, Stop};
 use super::law::{pulled, slope};
+use super::layout::Layout;
 use super::local::Block;
 use super::problem::{Problem, axpy4, dot4};
 use super::residual::{Measure, measure};
@@ -73,7 +74,7 @@ impl Newton {
     pub fn solve(
         &mut self,
         problem: &Problem,
-        blocks: &mut [Block],
+        (layout, blocks): (&mut Layout, &mut [Block]),
         sweeps: &mut GaussSeidel,
         stop: Stop,
         lead: u32,
@@ -81,8 +82,8 @@ impl Newton {
     ) -> (u32, Measure) {
         self.reserve(problem);
         let (lead, few) = (Stop { iterations: lead, ..stop }, Stop { iterations: SWEEPS, ..stop });
-        let (_, mut best) = sweeps.solve(problem, blocks, lead, 1.0, lambda);
-        problem.scatter_all(lambda, &mut self.y);
+        let (_, mut best) = sweeps.solve(problem, layout, blocks, lead, 1.0, lambda);
+        self.start(layout);
         self.best.copy_from_slice(lambda);
         let mut rho = (START * best.residual).clamp(10.0 * LAST, FIRST);
         let (mut steps, mut stale, mut last) = (0, 0, best);
@@ -91,7 +92,9 @@ impl Newton {
             let (used, solved) = self.proximal(problem, blocks, rho, limit, lambda);
             steps += used.max(1);
             std::mem::swap(&mut self.lambda, &mut self.center);
-            let now = measure(problem, |g| blocks[g].scale, &self.center, &mut self.y);
+            layout.pull(problem, &self.center);
+            let now = measure(problem, layout, blocks, &self.center);
+            self.start(layout);
             if solved || now.residual < best.residual {
                 lambda.copy_from_slice(&self.center);
                 last = now;
@@ -101,8 +104,8 @@ impl Newton {
             self.keep(&mut best, &now, lambda);
             if !solved {
                 rho = (10.0 * rho).min(1.0);
-                (_, last) = sweeps.solve(problem, blocks, few, 1.0, lambda);
-                problem.scatter_all(lambda, &mut self.y);
+                (_, last) = sweeps.solve(problem, layout, blocks, few, 1.0, lambda);
+                self.start(layout);
                 self.keep(&mut best, &last, lambda);
             } else if used <= EASY && stale < EASY {
                 rho = (0.1 * rho).max(LAST);
@@ -117,6 +120,12 @@ impl Newton {
     }
 
     /// Keeps `lambda` when it is the best so far.
+    /// y = Eᵀ λ of the last measure.
+    fn start(&mut self, layout: &Layout) {
+        let n = self.y.len();
+        self.y.copy_from_slice(&layout.y[..n]);
+    }
+
     fn keep(&mut self, best: &mut Measure, now: &Measure, lambda: &[[f64; 4]]) {
         if now.residual < best.residual {
             *best = *now;

@@ -85,6 +85,7 @@ pub struct Problem<'a> {
     pub(crate) cones: &'a [Cone],
     pub(crate) b: &'a [[f64; 4]],
     pub(crate) r: &'a [[f64; 4]],
+    pub(crate) scale: f64,
 }
 
 impl<'a> Problem<'a> {
@@ -107,6 +108,7 @@ impl<'a> Problem<'a> {
             same("r", groups, r.len())?;
         }
         shape(&factor, groups)?;
+        let mut scale = 0.0f64;
         for (g, cone) in cones.iter().enumerate() {
             let rows = cone.rows();
             if !(1..=4).contains(&rows) {
@@ -122,6 +124,7 @@ impl<'a> Problem<'a> {
                     let (what, value) = ("free velocity", b[g][k]);
                     return Err(ContactError::NotFinite { group: g, row: k, what, value });
                 }
+                scale = scale.max(b[g][k].abs());
                 let value = r.get(g).map_or(0.0, |r| r[k]);
                 if !(value >= 0.0 && value.is_finite()) {
                     let what = "compliance";
@@ -130,7 +133,31 @@ impl<'a> Problem<'a> {
             }
             entries(&factor, g, rows)?;
         }
-        Ok(Problem { factor, cones, b, r })
+        let scale = if scale > 0.0 { scale } else { 1.0 };
+        Ok(Problem { factor, cones, b, r, scale })
+    }
+
+    /// Rigid rows that were made here, with this unit of residuals: what is not a number shows when
+    /// their compliances are looked at.
+    pub(crate) fn trusted(
+        factor: Factor<'a>,
+        cones: &'a [Cone],
+        b: &'a [[f64; 4]],
+        velocity: f64,
+    ) -> Self {
+        let scale = if velocity > 0.0 { velocity } else { 1.0 };
+        Problem { factor, cones, b, r: &[], scale }
+    }
+
+    /// With this velocity (m/s or rad/s) in place of the largest |b| as the unit of residuals, where b
+    /// has targets in it that say nothing of how fast things move: gaps that are far from closing.
+    /// What is not finite or not above 0 changes nothing.
+    #[must_use]
+    pub fn scaled(mut self, velocity: f64) -> Self {
+        if velocity > 0.0 && velocity.is_finite() {
+            self.scale = velocity;
+        }
+        self
     }
 
     /// Number of groups.
@@ -156,14 +183,6 @@ impl<'a> Problem<'a> {
         if self.r.is_empty() { [0.0; 4] } else { masked(self.r[g], self.cones[g].rows()) }
     }
 
-    /// E_g y + b_g, without R λ; lanes that the group lacks are 0.
-    #[inline(always)]
-    pub(crate) fn velocity(&self, g: usize, y: &[f64]) -> [f64; 4] {
-        let sum = self.gathered(g, y);
-        let (b, rows) = (self.b[g], self.cones[g].rows());
-        std::array::from_fn(|k| if k < rows { sum[k] + b[k] } else { 0.0 })
-    }
-
     /// E_g y.
     #[inline(always)]
     pub(crate) fn gathered(&self, g: usize, y: &[f64]) -> [f64; 4] {
@@ -187,14 +206,6 @@ impl<'a> Problem<'a> {
         let (dof, e) = self.entries(g);
         for (&d, e) in dof.iter().zip(e) {
             y[d as usize] += dot4(e, impulse);
-        }
-    }
-
-    /// y = Eᵀ λ.
-    pub(crate) fn scatter_all(&self, lambda: &[[f64; 4]], y: &mut [f64]) {
-        y.fill(0.0);
-        for (g, l) in lambda.iter().enumerate() {
-            self.scatter(g, l, y);
         }
     }
 }

@@ -12,10 +12,13 @@
 //! residual   = max over rows |natural map| / velocity               0 at a solution, and only there
 //! ```
 //! The natural map is a velocity (m/s or rad/s): how wrong the velocity after is, or how much the
-//! velocity would change if the impulse were put right. `velocity` is the largest |b|, or 1 when
-//! all are 0, so residual × velocity is in m/s.
+//! velocity would change if the impulse were put right. `velocity` is what the problem was scaled by,
+//! else the largest |b|, or 1 when all are 0; residual × velocity is in m/s.
 
+use super::layout::Layout;
+use super::local::Block;
 use super::problem::{Cone, Problem};
+use wide::f64x4;
 
 /// How far impulses are from a solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,42 +30,37 @@ pub struct Measure {
     pub complementarity: f64,
     /// Largest violation of −λn ≤ 0, |λt| ≤ μ λn, |λ| ≤ bound, divided by the largest impulse.
     pub violation: f64,
-    /// Scale of velocities: the largest |b|, or 1 (m/s or rad/s).
+    /// Scale of velocities (m/s or rad/s): [`Problem::scaled`](super::Problem::scaled), else the
+    /// largest |b|, or 1.
     pub velocity: f64,
 }
 
-/// Measures `lambda`. `scale[g]` is w_g; `y` is scratch, one number for each degree of freedom, and
-/// is Eᵀ λ afterwards. O(entries).
+/// Measures `lambda`, whose Eᵀ λ is `layout.y`. O(entries).
 pub(crate) fn measure(
     problem: &Problem,
-    scale: impl Fn(usize) -> f64,
+    layout: &mut Layout,
+    blocks: &[Block],
     lambda: &[[f64; 4]],
-    y: &mut [f64],
 ) -> Measure {
-    problem.scatter_all(lambda, y);
-    let (mut residual, mut work, mut violation) = (0.0, 0.0, 0.0);
-    let (mut velocity, mut impulse) = (0.0f64, 0.0f64);
-    for (g, cone) in problem.cones.iter().enumerate() {
-        let (l, soft) = (&lambda[g], problem.soft(g));
-        let mut v = problem.velocity(g, y);
-        for k in 0..cone.rows() {
-            v[k] += soft[k] * l[k];
-            velocity = velocity.max(problem.b[g][k].abs());
-            impulse = impulse.max(l[k].abs());
+    let (mut residual, mut work, mut violation, mut impulse) = (0.0, 0.0, 0.0, 0.0f64);
+    layout.each_velocity(problem, |g, gathered| {
+        let (cone, l) = (&problem.cones[g], &lambda[g]);
+        let v = blocks[g].velocity(gathered, f64x4::new(*l)).to_array();
+        for x in l {
+            impulse = impulse.max(x.abs());
         }
-        for x in natural(cone, scale(g), l, &v) {
+        for x in natural(cone, blocks[g].scale, l, &v) {
             larger(&mut residual, x);
         }
         larger(&mut work, idle_work(cone, l, &v));
         larger(&mut violation, outside(cone, l));
-    }
-    let velocity = if velocity > 0.0 { velocity } else { 1.0 };
+    });
     let impulse = if impulse > 0.0 { impulse } else { 1.0 };
     Measure {
-        residual: residual / velocity,
-        complementarity: work / velocity / impulse,
+        residual: residual / problem.scale,
+        complementarity: work / problem.scale / impulse,
         violation: violation / impulse,
-        velocity,
+        velocity: problem.scale,
     }
 }
 
