@@ -279,7 +279,7 @@ impl ContactStepper {
         self.look(tree, ws, h, v, hiding);
         self.build(tree, ws, h, (q, v), motions);
         let impacts = self.bounce()?;
-        let speed = self.free_velocities(h);
+        let speed = self.free_velocities(h, impacts);
         self.recall();
         let factor = factor(&self.rows);
         let problem = Problem::trusted(factor, &self.cones, &self.b, speed);
@@ -477,12 +477,14 @@ impl ContactStepper {
 
     /// b of the step: velocities without this step's impulses, less their targets. The largest of the
     /// velocities, of which residuals are parts: gaps that are far from closing do not count.
-    fn free_velocities(&mut self, h: f64) -> f64 {
+    fn free_velocities(&mut self, h: f64, impacts: usize) -> f64 {
         self.b.clear();
         let mut speed = 0.0;
         for (g, row) in self.rows.groups().iter().enumerate() {
             let mut b = row.rate;
-            self.rows.push(g, &self.impact, &mut b);
+            if impacts > 0 {
+                self.rows.push(g, &self.impact, &mut b);
+            }
             for (b, free) in b.iter_mut().zip(&row.free) {
                 *b += h * free;
                 speed = greater(speed, b.abs());
@@ -588,7 +590,8 @@ impl ContactStepper {
         let factor = Factor { e: &self.some_e, ..factor(&self.rows) };
         let problem = Problem::new(factor, &self.some, &self.b, &[])?;
         self.push.solve(&problem, &mut self.lambda)?;
-        self.units.impulse(tree, &mut self.uw, self.push.pulled(), &mut self.dq);
+        self.y.iter_mut().zip(self.push.pulled()).for_each(|(to, y)| *to = y);
+        self.units.impulse(tree, &mut self.uw, &self.y, &mut self.dq);
         Ok(())
     }
 }

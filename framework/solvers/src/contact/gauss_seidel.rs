@@ -16,7 +16,7 @@
 //! direction's end. Converges for W from E Eᵀ without friction; with friction in practice, and is
 //! stopped by its limit where it does not.
 
-use super::layout::{Layout, gathered, spread};
+use super::layout::Layout;
 use super::local::Block;
 use super::problem::{Cone, Problem};
 use super::residual::{Measure, measure};
@@ -28,8 +28,8 @@ pub(crate) struct GaussSeidel {
     /// Change of a sweep, and the direction; then both as Eᵀ of them.
     r: Vec<[f64; 4]>,
     p: Vec<[f64; 4]>,
-    before: Vec<f64>,
-    q: Vec<f64>,
+    before: Vec<f64x4>,
+    q: Vec<f64x4>,
 }
 
 /// When to stop.
@@ -70,7 +70,7 @@ impl GaussSeidel {
     ) -> (u32, Measure) {
         self.r.resize(lambda.len(), [0.0; 4]);
         self.restart(lambda.len(), layout.y.len());
-        layout.pull(problem, lambda);
+        layout.pull(lambda);
         let mut last = Measure { residual: f64::INFINITY, ..Measure::default() };
         if stop.least.min(stop.iterations) == 0 {
             last = measure(problem, layout, blocks, lambda);
@@ -104,12 +104,12 @@ impl GaussSeidel {
         (sweeps, last)
     }
 
-    fn restart(&mut self, groups: usize, dofs: usize) {
+    fn restart(&mut self, groups: usize, vectors: usize) {
         self.p.clear();
         self.p.resize(groups, [0.0; 4]);
         self.q.clear();
-        self.q.resize(dofs, 0.0);
-        self.before.resize(dofs, 0.0);
+        self.q.resize(vectors, f64x4::splat(0.0));
+        self.before.resize(vectors, f64x4::splat(0.0));
     }
 
     /// Goes on along the direction, and turns it by what the sweep found.
@@ -126,8 +126,8 @@ impl GaussSeidel {
             }
         }
         for ((y, q), before) in layout.y.iter_mut().zip(&mut self.q).zip(&self.before) {
-            let along = beta * *q;
-            *q = along + (*y - before);
+            let along = f64x4::splat(beta) * *q;
+            *q = along + (*y - *before);
             *y += along;
         }
     }
@@ -143,19 +143,24 @@ fn sweep(
     r: &mut [[f64; 4]],
 ) -> Change {
     let mut change = Change::default();
-    layout.each_run(problem, |g, e, y| {
+    layout.each(|g, rows, y| {
         let (block, l) = (&mut blocks[g], f64x4::new(lambda[g]));
-        let mut new = block.solve(l, block.velocity(gathered(e, y), l));
+        let mut new = block.solve(l, block.velocity(rows.gathered(y), l));
         if relaxation != 1.0 {
             let relaxed = (new - l).mul_add(f64x4::splat(relaxation), l);
             new = f64x4::new(projected(&problem.cones[g], relaxed.to_array()));
         }
         let (step, scale) = (new - l, f64x4::splat(block.scale));
-        spread(e, step, y);
+        r[g] = step.to_array();
+        if r[g] == [0.0; 4] {
+            // Most that do not touch.
+            return;
+        }
+        rows.spread(step, y);
         let moved = scale * step;
         change.most = change.most.fast_max(moved.abs());
         change.square = moved.mul_add(step, change.square);
-        (lambda[g], r[g]) = (new.to_array(), step.to_array());
+        lambda[g] = new.to_array();
     });
     change
 }

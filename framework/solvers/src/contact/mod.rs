@@ -139,7 +139,7 @@ impl Contact {
         self.blocks.clear();
         self.layout.set(problem);
         let blocks = &mut self.blocks;
-        self.layout.each_compliance(problem, |g, W| blocks.push(Block::new(problem, g, W)));
+        self.layout.each_compliance(|g, W| blocks.push(Block::new(problem, g, W)));
         if !self.blocks.iter().fold(true, |fine, b| fine & b.is_finite()) {
             return Err(ContactError::Overflow);
         }
@@ -158,14 +158,14 @@ impl Contact {
         }
         lambda.copy_from_slice(&self.trial);
         if report.method != Method::GaussSeidel {
-            self.layout.pull(problem, &self.trial);
+            self.layout.pull(&self.trial);
         }
         Ok(report)
     }
 
     /// Eᵀ λ of the last answer, by degrees of freedom.
-    pub(crate) fn pulled(&self) -> &[f64] {
-        &self.layout.y[..self.layout.y.len().saturating_sub(1)]
+    pub(crate) fn pulled(&self) -> impl Iterator<Item = f64> {
+        self.layout.pulled()
     }
 
     fn check(&self, problem: &Problem, lambda: &[[f64; 4]]) -> Result<(), ContactError> {
@@ -241,7 +241,7 @@ impl Contact {
     /// A ray leaves the impulses as they are.
     fn polyhedral(&mut self, problem: &Problem) -> Report {
         let pivots = self.lemke.solve(problem, self.settings.directions, &mut self.trial);
-        self.layout.pull(problem, &self.trial);
+        self.layout.pull(&self.trial);
         let measure = residual::measure(problem, &mut self.layout, &self.blocks, &self.trial);
         let report = self.report(Method::Lemke, pivots.unwrap_or(0), measure);
         Report { failure: pivots.err(), ..report }

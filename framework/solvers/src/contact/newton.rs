@@ -92,7 +92,7 @@ impl Newton {
             let (used, solved) = self.proximal(problem, blocks, rho, limit, lambda);
             steps += used.max(1);
             std::mem::swap(&mut self.lambda, &mut self.center);
-            layout.pull(problem, &self.center);
+            layout.pull(&self.center);
             let now = measure(problem, layout, blocks, &self.center);
             self.start(layout);
             if solved || now.residual < best.residual {
@@ -122,8 +122,7 @@ impl Newton {
     /// Keeps `lambda` when it is the best so far.
     /// y = Eᵀ λ of the last measure.
     fn start(&mut self, layout: &Layout) {
-        let n = self.y.len();
-        self.y.copy_from_slice(&layout.y[..n]);
+        self.y.iter_mut().zip(layout.pulled()).for_each(|(y, x)| *y = x);
     }
 
     fn keep(&mut self, best: &mut Measure, now: &Measure, lambda: &[[f64; 4]]) {

@@ -43,9 +43,9 @@ pub(crate) fn measure(
     lambda: &[[f64; 4]],
 ) -> Measure {
     let (mut residual, mut work, mut violation, mut impulse) = (0.0, 0.0, 0.0, 0.0f64);
-    layout.each_velocity(problem, |g, gathered| {
+    layout.each(|g, rows, y| {
         let (cone, l) = (&problem.cones[g], &lambda[g]);
-        let v = blocks[g].velocity(gathered, f64x4::new(*l)).to_array();
+        let v = blocks[g].velocity(rows.gathered(y), f64x4::new(*l)).to_array();
         for x in l {
             impulse = impulse.max(x.abs());
         }
