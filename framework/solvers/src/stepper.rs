@@ -58,14 +58,14 @@ pub struct ContactSettings {
 impl Default for ContactSettings {
     fn default() -> Self {
         Self {
-            margin: 0.01,
+            margin: 1e-3,
             slop: 1e-4,
             correction: 0.2,
             push_max: 1.0,
             bounce_min: 0.01,
             limits: JointLimits::Stop,
             dry: Vec::new(),
-            solver: Settings { least: 1, ..Settings::default() },
+            solver: Settings { tolerance: 1e-4, least: 1, ..Settings::default() },
         }
     }
 }

@@ -5,6 +5,7 @@ mod scene;
 
 use linkwork_collision::{Material, Shape};
 use linkwork_dynamics::spatial::{Pose, Vec3};
+use linkwork_solvers::ContactSettings;
 use scene::{Scene, solid_ball, solid_box, turned};
 
 fn rough(friction: f64) -> Material {
@@ -100,9 +101,16 @@ fn newtons_cradle() {
 /// Ten boxes for a minute: nothing slides, tilts or sinks.
 #[test]
 fn ten_boxes_stay_stacked() {
+    stack(ContactSettings::default().solver.tolerance, [1e-6, 1e-4]);
+    stack(1e-10, [1e-9, 1e-10]);
+}
+
+/// Solved to a tolerance; by how much the energy may exceed that at the start, and that of the step
+/// before (J of 98). Measured: 1e-9 and 1.6e-5 at 1e-4; the latter falls with the tolerance.
+fn stack(tolerance: f64, [more, most]: [f64; 2]) {
     let half = Vec3::new(0.1, 0.1, 0.1);
     let mut s = Scene::default();
-    s.settings.solver.tolerance = 1e-10;
+    s.settings.solver.tolerance = tolerance;
     s.ground(rough(0.5));
     for i in 0..10 {
         let at = Pose::translation(0.0, 0.0, 0.1 + 0.2 * f64::from(i));
@@ -118,12 +126,12 @@ fn ten_boxes_stay_stacked() {
         worst = worst.max(report.measure.complementarity);
         let now = run.energy();
         // Penetration that is worked off lifts boxes by what they had sunk.
-        assert!(now <= start + 1e-9, "step {k}: energy grew: {start} to {now}");
+        assert!(now <= start + more, "step {k}: energy grew: {start} to {now}");
         grown = grown.max(now - energy);
         energy = now;
     }
-    assert!(grown < 1e-5, "{grown}");
-    println!("ten boxes: complementarity {worst:e}, greatest growth in a step {grown:e} J");
+    assert!(grown < most, "{grown}");
+    println!("ten boxes at {tolerance:e}: complementarity {worst:e}, greatest growth in a step {grown:e} J");
     for i in 0..10 {
         let X = run.pose(&format!("box{i}"));
         let sunk = 0.1 + 0.2 * f64::from(i) - X.position.z;

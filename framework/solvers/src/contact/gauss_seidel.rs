@@ -45,7 +45,7 @@ pub(crate) struct Stop {
     pub quit: bool,
 }
 
-const CHECK: u32 = 24;
+const CHECK: u32 = 48;
 const GAIN: f64 = 2.0;
 
 /// How far a sweep moved, by lanes.
