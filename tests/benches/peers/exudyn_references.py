@@ -1,9 +1,10 @@
 """A02, A04 and A05 of the IFToMM benchmark problems in Exudyn: the values that
 `framework/solvers/tests/benchmark_problems/references.rs` holds.
 
-Usage: exudyn_references.py [four_bars] [bricard] [suite] [governor] [tree]
-Each problem at three steps, halved each time; then what remains after Richardson's extrapolation for
-second order, and the difference of its last two values, which tells how far it may be trusted.
+Usage: exudyn_references.py [four_bars] [bricard] [suite] [governor] [tree]; without words all, some minutes.
+Each problem at three steps, halved each time; then the limit by Richardson's extrapolation, and how far
+its last two values differ, which tells how far it may be trusted. For Exudyn 1.13; `suite` also wants
+scipy.
 """
 import sys
 
@@ -33,6 +34,7 @@ def settings(end, step, write, radius=1.0):
 
 
 def empty():
+    """A system without anything."""
     return exu.SystemContainer().AddSystem()
 
 
@@ -84,7 +86,7 @@ def four_bars(windows, end, step):
     sensors = [body_sensor(mbs, uprights[0][0], [0.5, 0, 0], k) for k in kinds]
     mbs.Assemble()
     s = settings(end, step, end, radius=0.95)
-    # Near the singular positions an old Jacobian does not serve.
+    # Near the singular positions an old Jacobian does not serve, and many bars come no closer.
     s.timeIntegration.newton.useModifiedNewton = False
     if windows > 2:
         s.timeIntegration.newton.relativeTolerance = 1e-8
@@ -271,6 +273,8 @@ def series(name, solve, steps, order=2):
 
 
 GOVERNOR_TIMES = np.arange(1, 101) / 10
+# The rows of them that are kept: 0.1, 0.2, 0.3, 0.5, 1, 2, 5, 10 s.
+KEPT = [0, 1, 2, 4, 9, 19, 49, 99]
 PROBLEMS = {
     "four_bars": lambda: [
         series(f"A02 {n}", lambda h, n=n: four_bars(n, end, h), [1e-3, 5e-4, 2.5e-4])
@@ -287,7 +291,6 @@ PROBLEMS = {
         "A05 tree", lambda h: tree(GOVERNOR_TIMES, h)[KEPT], [8e-5, 4e-5, 2e-5], order=4
     ),
 }
-KEPT = [0, 1, 2, 4, 9, 19, 49, 99]
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or PROBLEMS:
