@@ -1,4 +1,5 @@
-//! The IFToMM benchmark problems over their full times: a table of error, energy drift and wall time.
+//! The IFToMM benchmark problems over their full times: a table of energy drift, wall time and error, with
+//! the reference behind each error.
 //!
 //! Run with `cargo run --release -p linkwork-solvers --example iftomm`;
 //! words behind `--` choose problems whose names hold one of them.
@@ -7,20 +8,21 @@
 #[path = "../tests/benchmark_problems/mod.rs"]
 mod benchmark_problems;
 
+use benchmark_problems::references::{
+    BRICARD, FOUR_BARS, FOUR_BARS_PUBLISHED, GOVERNOR, apart, limit,
+};
 use benchmark_problems::{
     ANDREWS, ANDREWS_END, Run, With, a01, a02, a02_angle, a03, a04, a05, a05_symmetric,
     pendulum_angle,
 };
+use std::f64::consts::FRAC_PI_2;
 use std::time::Instant;
 
-/// One row of the table. Energy drift is the greatest over a hundred samples.
-fn row(
-    name: &str,
-    with: With,
-    (end, h): (f64, f64),
-    mut run: Run,
-    error: impl Fn(&mut Run) -> f64,
-) {
+/// What stands behind an error, and the error.
+type Error<'a> = (&'a str, &'a dyn Fn(&mut Run) -> f64);
+
+/// Rows of the table, one for each reference. Energy drift is the greatest over a hundred samples.
+fn row(name: &str, with: With, (end, h): (f64, f64), mut run: Run, errors: &[Error]) {
     let mut words = std::env::args().skip(1).peekable();
     if words.peek().is_some() && !words.any(|w| name.contains(&w)) {
         return;
@@ -32,62 +34,107 @@ fn row(
         drift = drift.max((run.energy() - before).abs());
     }
     let wall = start.elapsed().as_secs_f64();
-    let (error, with) = (error(&mut run), format!("{with:?}"));
-    let lost = run.lost;
-    println!(
-        "{name:<22} {with:<15} {end:>6} {h:>8.0e} {error:>10.1e} {drift:>10.1e} {lost:>5} {wall:>8.2}"
-    );
+    let (with, lost) = (format!("{with:?}"), run.lost);
+    for (k, (reference, error)) in errors.iter().enumerate() {
+        let error = error(&mut run);
+        if k == 0 {
+            print!("{name:<18} {with:<15} {end:>5} {h:>6.0e} {drift:>9.1e} {lost:>4} {wall:>7.2}");
+        } else {
+            print!("{:<69}", "");
+        }
+        println!(" {error:>9.1e}  {reference}");
+    }
 }
+
+const ALL: [With; 3] = [With::Rows, With::Embedded, With::FullyAugmented];
 
 fn main() {
     println!(
-        "{:<22} {:<15} {:>6} {:>8} {:>10} {:>10} {:>5} {:>8}",
-        "problem", "treatment", "s", "step", "error", "energy/J", "left", "wall/s"
+        "{:<18} {:<15} {:>5} {:>6} {:>9} {:>4} {:>7} {:>9}  of what, against which reference",
+        "problem", "treatment", "s", "step", "energy/J", "left", "wall/s", "error"
     );
-    let right = std::f64::consts::FRAC_PI_2;
-    let all = [With::Rows, With::Embedded, With::FullyAugmented];
-    for with in all {
-        row("A01 pendulum", with, (10.0, 1e-3), Run::new(a01(), with), |r| {
-            (r.q()[2] - (pendulum_angle(r.t) - right)).abs()
-        });
+    a01_rows();
+    a02_rows();
+    a03_rows();
+    a04_rows();
+    a05_rows();
+}
+
+fn a01_rows() {
+    for with in ALL {
+        let angle = |r: &mut Run| (r.q()[2] - (pendulum_angle(r.t) - FRAC_PI_2)).abs();
+        let errors: [Error; 1] = [("angle, Jacobi's elliptic functions", &angle)];
+        row("A01 pendulum", with, (10.0, 1e-3), Run::new(a01(), with), &errors);
     }
-    for windows in [2, 10, 40] {
-        for with in all {
+}
+
+fn a02_rows() {
+    let pendulum = |windows: usize| {
+        move |r: &mut Run| {
+            let [angle, rate] = a02_angle(windows, r.t);
+            let (s, c) = angle.sin_cos();
+            apart(&r.tip(), &[c, s, -s * rate, c * rate])
+        }
+    };
+    for (windows, end, want, _) in FOUR_BARS {
+        for with in ALL {
             // One aggregate of all uprights and couplers is dense: cubic in its size.
             if with == With::Embedded && windows > 10 {
                 continue;
             }
             let name = format!("A02 {windows} four-bars");
-            row(&name, with, (20.0, 1e-3), Run::new(a02(windows), with), |r| {
-                let [angle, _] = a02_angle(windows, r.t);
-                let B0 = r.place("B0");
-                (B0.x - angle.cos()).abs().max((B0.y - angle.sin()).abs())
-            });
+            let own = pendulum(windows);
+            let foreign = |r: &mut Run| apart(&r.tip(), &want);
+            let mut errors: Vec<Error> = vec![
+                ("B0's place and velocity, one pendulum", &own),
+                ("the same, Exudyn 1.13 extrapolated", &foreign),
+            ];
+            let published = |r: &mut Run| {
+                let tip = r.tip();
+                let lane = |k: usize| limit(FOUR_BARS_PUBLISHED[2][k], FOUR_BARS_PUBLISHED[3][k]);
+                apart(&tip, &[0, 1, 2, 3].map(lane))
+            };
+            if windows == 2 {
+                errors.push(("the same, Exudyn's published series extrapolated", &published));
+            }
+            row(&name, with, (end, 1e-3), Run::new(a02(windows), with), &errors);
+            row(&name, with, (20.0, 1e-3), Run::new(a02(windows), with), &errors[..1]);
         }
     }
-    for with in all {
-        // A torque and a spring do work here: the energy column is theirs.
-        row("A03 Andrews", with, (0.03, 1e-5), Run::new(a03(), with), |r| {
+}
+
+fn a03_rows() {
+    for with in ALL {
+        let angles = |r: &mut Run| {
             let mbs = r.tree.multibody();
             let at = |name: &str| r.q()[mbs.get(mbs.body(name).unwrap()).q().start];
-            let pairs = ANDREWS.into_iter().zip(ANDREWS_END);
-            pairs.map(|(n, want)| (at(n) - want).abs()).fold(0.0, f64::max)
-        });
+            apart(&ANDREWS.map(at), &ANDREWS_END)
+        };
+        // A torque and a spring do work here: the energy column is theirs.
+        let errors: [Error; 1] = [("angles, published by Hairer and Wanner", &angles)];
+        row("A03 Andrews", with, (0.03, 1e-5), Run::new(a03(), with), &errors);
     }
-    // No closed form: the same at half the step.
-    let fine = Run::new(a04(), With::Rows).to(10.0, 5e-4).place("P3");
-    for with in all {
-        row("A04 Bricard", with, (10.0, 1e-3), Run::new(a04(), with), |r| {
-            (r.place("P3") - fine).norm()
-        });
+}
+
+fn a04_rows() {
+    for with in ALL {
+        let P3 = |r: &mut Run| apart(r.place("P3").as_slice(), &BRICARD[r.t.round() as usize - 1]);
+        let errors: [Error; 1] = [("P3, Exudyn 1.13 extrapolated", &P3)];
+        for end in [1.0, 10.0] {
+            row("A04 Bricard", with, (end, 1e-3), Run::new(a04(), with), &errors);
+        }
     }
-    println!("A04 P3 at 10 s: {:.9} {:.9} {:.9} m", fine.x, fine.y, fine.z);
+}
+
+fn a05_rows() {
     for with in [With::Rows, With::FullyAugmented] {
+        let own = |r: &mut Run| apart(&r.governor(), &a05_symmetric(10.0, 2e-5));
+        let foreign = |r: &mut Run| apart(&r.governor(), &GOVERNOR[GOVERNOR.len() - 1].1);
+        let errors: [Error; 2] = [
+            ("s, angle and rate, Lagrange's equations", &own),
+            ("the same, Exudyn 1.13 (kinematic tree, RK44)", &foreign),
+        ];
         // Dampers take energy out: the energy column is theirs.
-        row("A05 governor", with, (10.0, 1e-4), Run::new(a05(), with), |r| {
-            let mbs = r.tree.multibody();
-            let s = r.q()[mbs.get(mbs.body("slider").unwrap()).q().start];
-            (s - a05_symmetric(r.t, 2e-5)[1]).abs()
-        });
+        row("A05 governor", with, (10.0, 1e-4), Run::new(a05(), with), &errors);
     }
 }

@@ -1,11 +1,13 @@
 //! Problems A01 … A05 of the IFToMM library of computational benchmark problems (rigid), and their
-//! independent solutions.
+//! independent solutions; what others found is in `references`.
 //!
 //! Data: the library's specifications (A02: 2N + 1 links of 1 m and 1 kg, ẋ of B0 1 m/s; A05: shaft and
 //! rods 1 × 0.01 × 0.01 m, slider 0.1 m cube, 3000 kg/m³, point masses 5 kg, s = 0.5 m, α = 30°) and, for
 //! A03, the test set for initial value problem solvers (problem Andrews; Hairer and Wanner, *Solving
 //! Ordinary Differential Equations II*), whose solution at 0.03 s is compared with.
 #![allow(dead_code)]
+
+pub mod references;
 
 use linkwork_dynamics::multibody::{
     BodySpec, Builder, Hinge, LoopClosure, Multibody, SubhingeKind,
@@ -149,6 +151,34 @@ impl Run {
         kinematics(&self.tree, &mut self.ws, &self.x[..nq], &self.x[nq..]);
         let node = self.tree.multibody().node(node).unwrap();
         self.ws.node_pose(&self.tree, node).position
+    }
+
+    /// Place and velocity of A02's B0, [x, y, ẋ, ẏ].
+    pub fn tip(&mut self) -> [f64; 4] {
+        let p = self.place("B0");
+        let node = self.tree.multibody().node("B0").unwrap();
+        let v = self.ws.node_velocity(&self.tree, node).linear;
+        [p.x, p.y, v.x, v.y]
+    }
+
+    /// Of every body the place of its frame and its quaternion, one after another.
+    pub fn coordinates(&mut self) -> Vec<f64> {
+        let nq = self.tree.nq();
+        kinematics(&self.tree, &mut self.ws, &self.x[..nq], &self.x[nq..]);
+        let mbs = self.tree.multibody();
+        let mut all = Vec::new();
+        for body in mbs.bodies() {
+            let X = self.ws.body_pose(&self.tree, mbs.body(body.name()).unwrap());
+            all.extend(X.position.iter().chain(X.rotation.coords.iter()));
+        }
+        all
+    }
+
+    /// A05's height of the slider, angle of a rod from straight down, and rate of the shaft.
+    pub fn governor(&self) -> [f64; 3] {
+        let mbs = self.tree.multibody();
+        let q = |name: &str| self.q()[mbs.get(mbs.body(name).unwrap()).q().start];
+        [q("slider"), q("rod east"), self.v()[mbs.hinge("shaft").unwrap().start]]
     }
 }
 
@@ -436,7 +466,7 @@ pub fn a05() -> Problem {
 const THIRD: f64 = std::f64::consts::FRAC_PI_3;
 
 /// A05 by Lagrange's equations in (ψ, a, s): both rods at one angle a from straight down. Returns
-/// [a, s, ψ̇] at `t`.
+/// [s, a, ψ̇] at `t`.
 pub fn a05_symmetric(t: f64, h: f64) -> [f64; 3] {
     let (w, m, ball, slider) = (0.01_f64, 0.3, 5.0, 3.0);
     // About the rod's pin: along the rod, across it in the plane, and about its own axis.
@@ -463,5 +493,5 @@ pub fn a05_symmetric(t: f64, h: f64) -> [f64; 3] {
     };
     let mut x = [THIRD, 0.5, std::f64::consts::TAU, 0.0, 0.0];
     integrate(&mut x, t, h, f);
-    [x[0], x[1], x[2]]
+    [x[1], x[0], x[2]]
 }
