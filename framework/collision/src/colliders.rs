@@ -172,6 +172,19 @@ impl Colliders {
         self.items[id.index()].body
     }
 
+    /// The distance of a collider's farthest point from its body's origin, at most, m; 0 where it has none (a half space).
+    #[must_use]
+    #[track_caller]
+    pub fn extent(&self, id: ColliderId) -> f64 {
+        let item = &self.items[id.index()];
+        let of = |solid: &Arc<Solid>| {
+            let (mid, half) = ((solid.lo + solid.hi) / 2.0, (solid.hi - solid.lo) / 2.0);
+            let far = item.pose.transform_point(&mid).norm() + half.norm() + item.padding;
+            if far.is_finite() { far } else { 0.0 }
+        };
+        item.solids.iter().flatten().map(of).fold(0.0, f64::max)
+    }
+
     /// Whether the rules let a pair meet. What is hidden is another matter.
     #[must_use]
     #[track_caller]

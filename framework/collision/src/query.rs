@@ -39,13 +39,16 @@ pub struct Query<'a> {
     pub detail: Detail,
     /// What is hidden; `None`: what the specifications hide.
     pub hiding: Option<&'a Hiding>,
+    /// How far each collider may come (m, not negative, by identifier): pairs are looked at from that much farther, each from its own.
+    /// Empty: nothing moves.
+    pub reach: &'a [f64],
 }
 
 impl Query<'_> {
     /// Fine shapes, and a margin in m.
     #[must_use]
     pub fn margin(margin: f64) -> Self {
-        Self { margin, detail: Detail::Fine, hiding: None }
+        Self { margin, detail: Detail::Fine, hiding: None, reach: &[] }
     }
 }
 
@@ -103,6 +106,7 @@ struct Seen {
     lo: Vec3,
     hi: Vec3,
     id: u32,
+    reach: f64,
 }
 
 /// Memory of queries. Nothing in it outlives a query, so it may be shared by runs and thrown away.
@@ -147,7 +151,7 @@ fn overlap(a: &Seen, b: &Seen) -> bool {
 }
 
 impl Colliders {
-    /// All contact points with at most `query.margin` between the surfaces, into `out` (emptied first), by pair and then by feature.
+    /// All contact points with at most `query.margin` (and `query.reach` of both) between the surfaces, into `out` (emptied first), by pair and then by feature.
     /// `poses` gives `X_WB` of a body, and the world's own (the identity, as a rule) for `None`.
     ///
     /// A pure function of the poses. Allocates nothing once `scratch` and `out` have their size. A pair of which a pose is not finite
@@ -170,7 +174,7 @@ impl Colliders {
             }
             let other = seen[at..].binary_search_by_key(j, |s| s.id).map_or(at, |k| at + k);
             let (a, b) = (&seen[at], &seen[other]);
-            self.points(a, b, query.detail, query.margin, room);
+            self.points(a, b, query.detail, query.margin + (a.reach + b.reach), room);
             let size = self.size(*i, *j, query.detail);
             thin(&mut room.points, size);
             let from = out.len();
@@ -193,8 +197,9 @@ impl Colliders {
             };
             let pose = poses(item.body) * item.pose;
             if pose.is_finite() {
-                let (lo, hi) = around(solid, &pose, item.padding + query.margin / 2.0);
-                scratch.seen.push(Seen { pose, lo, hi, id: id.0 });
+                let reach = query.reach.get(id.index()).copied().unwrap_or(0.0);
+                let (lo, hi) = around(solid, &pose, item.padding + query.margin / 2.0 + reach);
+                scratch.seen.push(Seen { pose, lo, hi, id: id.0, reach });
             }
         }
     }
@@ -271,7 +276,7 @@ impl Colliders {
             let item = &self.items[id.index()];
             let pose = poses(item.body) * item.pose;
             let (lo, hi) = around(item.solid(detail)?, &pose, item.padding);
-            pose.is_finite().then_some(Seen { pose, lo, hi, id: id.0 })
+            pose.is_finite().then_some(Seen { pose, lo, hi, id: id.0, reach: 0.0 })
         };
         self.between(&see(a)?, &see(b)?, detail, f64::INFINITY, &mut scratch.room)
     }

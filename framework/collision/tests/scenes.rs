@@ -222,7 +222,12 @@ fn hiding_detail_and_materials_are_heeded() {
     let mut scratch = Scratch::new(&all);
     let mut count = |detail, hiding: Option<&Hiding>, margin| {
         let mut out = Vec::new();
-        all.contacts(&mut scratch, &Query { margin, detail, hiding }, at(&poses), &mut out);
+        all.contacts(
+            &mut scratch,
+            &Query { detail, hiding, ..Query::margin(margin) },
+            at(&poses),
+            &mut out,
+        );
         out
     };
     let mut shown = all.hiding();
@@ -352,4 +357,31 @@ fn rays_stop_at_the_first_surface() {
 
 fn ray_from_below(X: &Pose, origin: &Vec3, shape: &Shape) -> bool {
     matches!(shape, Shape::HeightField { .. }) && X.inverse().transform_point(origin).z < 0.1
+}
+
+/// Two of three balls in a row move: pairs are looked at from as far as both of their own may come.
+#[test]
+fn reach_is_each_colliders_own() {
+    let bodies = free_bodies(3);
+    let ball = |i: usize| {
+        ColliderSpec::new(format!("b{i}"), format!("a{i:02}"), Shape::Sphere { radius: 0.1 })
+    };
+    let all = Colliders::new((0..3).map(ball).collect(), Rules::default(), &bodies).unwrap();
+    let poses = [0.0, 0.5, 1.1].map(|x| Pose::translation(x, 0.03, -0.2));
+    let mut scratch = Scratch::new(&all);
+    let mut pairs = |margin: f64, reach: &[f64]| {
+        let mut out = Vec::new();
+        let query = Query { reach, ..Query::margin(margin) };
+        all.contacts(&mut scratch, &query, at(&poses), &mut out);
+        out.iter().map(|c| (c.a.index(), c.b.index())).collect::<Vec<_>>()
+    };
+    // Gaps: 0.3, 0.4 and 0.9 m.
+    assert!(pairs(0.1, &[]).is_empty());
+    assert!(pairs(0.1, &[0.1, 0.09, 0.0]).is_empty());
+    assert_eq!(pairs(0.1, &[0.1, 0.11, 0.0]), [(0, 1)]);
+    assert_eq!(pairs(0.1, &[0.0, 0.0, 0.31]), [(1, 2)]);
+    assert_eq!(pairs(0.1, &[0.5, 0.0, 0.31]), [(0, 1), (0, 2), (1, 2)]);
+    for i in all.ids() {
+        assert!((all.extent(i) - 0.1 * 3.0_f64.sqrt()).abs() < 0.08, "{}", all.extent(i));
+    }
 }

@@ -37,7 +37,7 @@ pub enum JointLimits {
 /// How contact is treated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactSettings {
-    /// Gaps up to this are looked at, m; what moves fast is looked at from farther.
+    /// Gaps up to this are looked at, m; of what moves, up to as much more as it covers in a step.
     pub margin: f64,
     /// Penetration that is left alone, m: it keeps resting contacts in touch.
     pub slop: f64,
@@ -132,6 +132,8 @@ pub struct ContactStepper {
     uw: UnitsWork,
     rows: RowSet,
     scratch: Scratch,
+    extents: Vec<f64>,
+    reach: Vec<f64>,
     points: Vec<ContactPoint>,
     limits: Vec<Limit>,
     contact: Contact,
@@ -193,6 +195,8 @@ impl ContactStepper {
             contact: Contact::new(settings.solver),
             push: Contact::new(push),
             scratch: Scratch::new(&colliders),
+            extents: colliders.ids().map(|id| colliders.extent(id)).collect(),
+            reach: Vec::new(),
             colliders,
             uw: UnitsWork::new(tree, &units),
             rows: RowSet::default(),
@@ -276,7 +280,7 @@ impl ContactStepper {
         vdot: &mut [f64],
     ) -> Result<StepReport, StepError> {
         self.units.gather(tree, ws, &mut self.uw, tau, vdot, motions).map_err(SolverError::from)?;
-        self.look(tree, ws, h, v, hiding);
+        self.look(tree, ws, h, hiding);
         self.build(tree, ws, h, (q, v), motions);
         let impacts = self.bounce()?;
         let speed = self.free_velocities(h, impacts);
@@ -352,17 +356,15 @@ impl ContactStepper {
         &self.forces[self.place[i]..self.place[i + 1]]
     }
 
-    /// Contact points near enough to matter in this step.
-    fn look(&mut self, tree: &Tree, ws: &Workspace, h: f64, v: &[f64], hiding: Option<&Hiding>) {
-        let mbs = tree.multibody();
-        let mut speed: f64 = 0.0;
-        if v.iter().any(|v| *v != 0.0) {
-            for b in mbs.body_ids() {
-                speed = speed.max(ws.body_velocity(tree, b).linear.norm());
-            }
-        }
-        let margin = self.settings.margin + h * speed;
-        let query = Query { hiding, ..Query::margin(margin) };
+    /// Contact points near enough to matter in this step: within the margin of where they may come.
+    fn look(&mut self, tree: &Tree, ws: &Workspace, h: f64, hiding: Option<&Hiding>) {
+        self.reach.clear();
+        self.reach.extend(self.colliders.ids().zip(&self.extents).map(|(id, extent)| {
+            let Some(body) = self.colliders.body(id) else { return 0.0 };
+            let V = ws.body_velocity(tree, body);
+            h * (V.linear.norm() + V.angular.norm() * extent)
+        }));
+        let query = Query { hiding, reach: &self.reach, ..Query::margin(self.settings.margin) };
         let poses = |b: Option<_>| {
             b.map_or_else(linkwork_spatial::Pose::identity, |b| ws.body_pose(tree, b))
         };
