@@ -24,6 +24,7 @@ use crate::linear::V6;
 use crate::tree::Tree;
 use crate::work::Work;
 use linkwork_multibody::{ConstraintId, LoopMotion};
+use wide::f64x4;
 
 /// Rows scaled to one whose pivot is below this are taken as implied by the others.
 pub(crate) const REDUNDANT: f64 = 1e-9;
@@ -141,32 +142,39 @@ impl Units {
                     row += 1;
                 }
                 ConstraintId::Loop(i) => {
-                    let c = &self.closures[*i as usize];
-                    let rows = c.rows(&w.kin, &uw.r, &self.root, motions);
-                    for n in 0..rows.n {
-                        out[(row + n) * wide + wide - 1] = -rows.bias[n];
-                    }
-                    for (end, sign) in [(0, -1.0), (1, 1.0)] {
-                        let mut slot = [c.a.slot, c.b.slot][end];
-                        let arm = uw.r[slot as usize] + rows.arms[end];
-                        while slot != agg.parent {
-                            let place = self.member[slot as usize] as usize;
-                            let first = agg.first[place] as usize;
-                            let last = agg.first.get(place + 1).map_or(wide - 1, |f| *f as usize);
-                            for j in first..last {
-                                let S = &uw.S[agg.dofs[j] as usize];
-                                let square = S.dot(S);
-                                for (n, wrench) in rows.wrench[..rows.n].iter().enumerate() {
-                                    let about = wrench.to_parent(arm);
-                                    let bound = square * about.dot(&about);
-                                    size[row + n] = nan_max(size[row + n], bound);
-                                    out[(row + n) * wide + j] += sign * S.dot(&about);
-                                }
-                            }
-                            slot = agg.inner[place].map_or(agg.parent, |p| agg.links[p as usize]);
+                    let closure = &self.closures[*i as usize];
+                    let ends = closure.ends(&w.kin, &uw.r, &self.root);
+                    for block in &closure.blocks {
+                        let rows = block.rows(&ends, motions);
+                        for n in 0..rows.n {
+                            out[(row + n) * wide + wide - 1] = -rows.bias[n];
                         }
+                        for (end, sign) in [(0, -1.0), (1, 1.0)] {
+                            let mut slot = closure.slots[end];
+                            let arm = uw.r[slot as usize] + ends.arms[end];
+                            let about = rows.wrench.to_parent(arm.block());
+                            let square = about.dot(&about);
+                            while slot != agg.parent {
+                                let place = self.member[slot as usize] as usize;
+                                let first = agg.first[place] as usize;
+                                let last =
+                                    agg.first.get(place + 1).map_or(wide - 1, |f| *f as usize);
+                                for j in first..last {
+                                    let S = &uw.S[agg.dofs[j] as usize];
+                                    let bound = square * f64x4::splat(S.dot(S));
+                                    let through = S.block().dot(&about);
+                                    for n in 0..rows.n {
+                                        let bound = bound.as_array()[n];
+                                        size[row + n] = nan_max(size[row + n], bound);
+                                        out[(row + n) * wide + j] += sign * through.as_array()[n];
+                                    }
+                                }
+                                slot =
+                                    agg.inner[place].map_or(agg.parent, |p| agg.links[p as usize]);
+                            }
+                        }
+                        row += rows.n;
                     }
-                    row += rows.n;
                 }
             }
         }

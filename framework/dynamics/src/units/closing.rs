@@ -6,6 +6,7 @@
 //! Γ_d Δ = −d,  Γ_d Δβ = −ḋ                   corrections of dependent members alone
 //! ```
 
+use super::closure::BlockRows;
 use super::dense::eliminate_dense;
 use super::sweep::nan_max;
 use super::{Units, UnitsWork};
@@ -111,12 +112,14 @@ impl Units {
                 };
                 match c {
                     ConstraintId::Loop(i) => {
-                        let c = &self.closures[*i as usize];
-                        let rows = c.rows(&w.kin, &uw.r, &self.root, motions);
-                        for n in 0..rows.n {
-                            let x =
-                                [rows.error[n], rows.rate[n]][usize::from(level == Level::Rate)];
-                            put(n, x);
+                        let closure = &self.closures[*i as usize];
+                        let ends = closure.ends(&w.kin, &uw.r, &self.root);
+                        let mut at = 0;
+                        for block in &closure.blocks {
+                            let rows = block.rows(&ends, motions);
+                            let lack = if level == Level::Rate { rows.rate } else { rows.error };
+                            lack[..rows.n].iter().enumerate().for_each(|(n, x)| put(at + n, *x));
+                            at += rows.n;
                         }
                     }
                     ConstraintId::Coupling(i) => {
@@ -154,9 +157,13 @@ impl Units {
     ) -> f64 {
         match constraint {
             ConstraintId::Loop(i) => {
-                let c = &self.closures[i as usize];
-                let rows = c.rows(&ws.work.kin, &uw.r, &self.root, motions);
-                rows.error[..rows.n].iter().fold(0.0, |a, x| nan_max(a, x.abs()))
+                let closure = &self.closures[i as usize];
+                let ends = closure.ends(&ws.work.kin, &uw.r, &self.root);
+                let greatest = |worst, rows: BlockRows| {
+                    rows.error[..rows.n].iter().fold(worst, |a, x| nan_max(a, x.abs()))
+                };
+                let blocks = closure.blocks.iter().map(|block| block.rows(&ends, motions));
+                blocks.fold(0.0, greatest)
             }
             ConstraintId::Coupling(i) => {
                 let c = &tree.multibody().couplings()[i as usize];

@@ -9,7 +9,7 @@
 //! Articulated inertias are about each link's own origin; S, G and α about the origin of the root
 //! of the units, so that only inertias are ever shifted.
 
-use super::{Aggregate, Unit, Units};
+use super::{Aggregate, Unit, Units, floating};
 use crate::articulated::{Spatial, column};
 use crate::error::DynamicsError;
 use crate::flexible::Step;
@@ -30,7 +30,8 @@ pub struct UnitsWork {
     pub(crate) z: Vec<V6<f64>>,
     /// H* of each β, about the root's origin.
     pub(crate) S: Vec<V6<f64>>,
-    /// By independent rate: G (free), and P S of prescribed dofs, about the root's origin.
+    /// By independent rate: G (free; K of a floating root), and P S of prescribed dofs, about the
+    /// root's origin.
     pub(crate) G: Vec<V6<f64>>,
     pub(crate) U: Vec<V6<f64>>,
     pub(crate) D_inv: Vec<f64>,
@@ -117,6 +118,11 @@ impl Units {
         for (u, unit) in self.units.iter().enumerate().rev() {
             let first = self.first[u] as usize;
             match unit {
+                Unit::Link(k) if floating::floats(&tree.links[*k as usize]) => {
+                    let k = *k as usize;
+                    floating::eliminate(&tree.links[k], k, first, w, uw, tau)
+                        .ok_or_else(|| tree.singular(k))?;
+                }
                 Unit::Link(k) => {
                     let k = *k as usize;
                     let (P, z) = link(&tree.links[k], k, first, w, uw, tau, vdot)
@@ -207,6 +213,15 @@ impl Units {
         for (u, unit) in self.units.iter().enumerate() {
             let first = self.first[u] as usize;
             match unit {
+                Unit::Link(k) if floating::floats(&tree.links[*k as usize]) => {
+                    let slot = *k as usize + 1;
+                    let v = tree.links[*k as usize].v as usize;
+                    let (K, S, eps) = (&uw.G[first..], &uw.S[v..], &uw.eps);
+                    let x = |j: usize| eps[first + j] + pull(first + j);
+                    let a = floating::moved(K, S, x, &mut vdot[v..v + floating::RATES]);
+                    uw.alpha[slot] = a;
+                    acc[slot] = a;
+                }
                 Unit::Link(k) => {
                     let link = &tree.links[*k as usize];
                     let slot = *k as usize + 1;
@@ -243,6 +258,13 @@ impl Units {
         for (u, unit) in self.units.iter().enumerate() {
             let first = self.first[u] as usize;
             match unit {
+                Unit::Link(k) if floating::floats(&tree.links[*k as usize]) => {
+                    let v = tree.links[*k as usize].v as usize;
+                    let (K, S) = (&uw.G[first..], &uw.S[v..]);
+                    let x = |j: usize| y[last - (first + j)];
+                    let a = floating::moved(K, S, x, &mut dv[v..v + floating::RATES]);
+                    uw.alpha[*k as usize + 1] = a;
+                }
                 Unit::Link(k) => {
                     let link = &tree.links[*k as usize];
                     let v = link.v as usize;
