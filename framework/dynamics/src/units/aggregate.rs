@@ -267,14 +267,14 @@ impl Units {
         tree: &Tree,
         w: &Work<f64>,
         uw: &mut UnitsWork,
-        which: usize,
+        (unit, which): (usize, usize),
         first: usize,
         tau: &[f64],
         vdot: &[f64],
         motions: &[LoopMotion],
     ) -> Option<()> {
         let mut m = std::mem::take(&mut uw.embedded[which]);
-        let moves = self.embed(tree, w, uw, &mut m, which, first, tau, vdot, motions);
+        let moves = self.embed(tree, w, uw, &mut m, (unit, which), first, tau, vdot, motions);
         uw.embedded[which] = m;
         moves
     }
@@ -285,7 +285,7 @@ impl Units {
         w: &Work<f64>,
         uw: &mut UnitsWork,
         m: &mut Embedded,
-        which: usize,
+        (unit, which): (usize, usize),
         first: usize,
         tau: &[f64],
         vdot: &[f64],
@@ -376,8 +376,7 @@ impl Units {
             uw.G[first + j] = if on { m.column[j].to_parent(arm) } else { V6::default() };
         }
         if base != 0 {
-            uw.inertia[base].add(&P_sum);
-            uw.z[base] = uw.z[base] + z_sum;
+            uw.pass(base, &P_sum, z_sum, self.writes[unit]);
         }
         Some(())
     }

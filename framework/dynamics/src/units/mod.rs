@@ -33,7 +33,7 @@ use linkwork_multibody::{ConstraintId, Coordinate};
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use closing::Level;
-pub use rows::{Row, RowSet, WIDTH};
+pub use rows::{Row, RowSet, Run, WIDTH};
 pub use sweep::UnitsWork;
 
 /// How a constraint is treated.
@@ -114,6 +114,8 @@ pub struct Units {
     /// First independent rate of each unit, in the order of units.
     pub(crate) first: Vec<u32>,
     pub(crate) independent: usize,
+    /// Whether a unit is the first that the gather passes to its parent: it writes, others add.
+    pub(crate) writes: Vec<bool>,
     /// Slot whose origin columns of a slot are about.
     pub(crate) root: Vec<u32>,
     /// Loops by place.
@@ -187,6 +189,7 @@ impl Units {
             member: vec![0; n],
             first: Vec::new(),
             independent: 0,
+            writes: Vec::new(),
             root: vec![0; n],
             closures,
             couplings,
@@ -243,6 +246,12 @@ impl Units {
             out.aggregates.push(Aggregate { parent, links, inner, dofs, first, constraints, rows });
         }
         out.independent = nw as usize;
+        let mut written = vec![false; n];
+        out.writes = vec![false; out.units.len()];
+        for unit in (0..out.units.len()).rev() {
+            let parent = out.parent_slot(tree, unit) as usize;
+            out.writes[unit] = !std::mem::replace(&mut written[parent], true);
+        }
         out.inward = (0..n).map(|slot| out.inward_at(tree, slot)).collect();
         out
     }

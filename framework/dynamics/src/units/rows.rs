@@ -181,26 +181,65 @@ impl RowSet {
     /// The block W_gh = Σ e_g e_h* of two groups, row after row.
     #[must_use]
     pub fn block(&self, g: usize, h: usize) -> [[f64; WIDTH]; WIDTH] {
-        let range = |g: usize| self.start[g] as usize..self.start[g + 1] as usize;
-        let (a, b) = (range(g), range(h));
-        let (da, db) = (&self.dof[a.clone()], &self.dof[b.clone()]);
-        let (ea, eb) = (&self.e[a], &self.e[b]);
         let mut out = [f64x4::splat(0.0); WIDTH];
-        let (mut i, mut j) = (0, 0);
-        while i < da.len() && j < db.len() {
-            match da[i].cmp(&db[j]) {
+        self.meeting(g, h, |i, j| add_product(&mut out, &self.e[i as usize], &self.e[j as usize]));
+        out.map(|row| row.to_array())
+    }
+
+    /// Where the entries of two groups are of the same rates, appended to `out`, for
+    /// [`RowSet::product`]. It stays the same as long as [`RowSet::start`] and [`RowSet::dof`] do.
+    pub fn shared(&self, g: usize, h: usize, out: &mut Vec<Run>) {
+        let before = out.len();
+        self.meeting(g, h, |i, j| match out[before..].last_mut() {
+            Some(run) if (run.i + run.n, run.j + run.n) == (i, j) => run.n += 1,
+            _ => out.push(Run { i, j, n: 1 }),
+        });
+    }
+
+    /// [`RowSet::block`] of two groups from what they [share](RowSet::shared).
+    #[must_use]
+    #[inline]
+    pub fn product(&self, shared: &[Run]) -> [f64x4; WIDTH] {
+        let mut out = [f64x4::splat(0.0); WIDTH];
+        for run in shared {
+            let (i, j, n) = (run.i as usize, run.j as usize, run.n as usize);
+            for (left, right) in self.e[i..i + n].iter().zip(&self.e[j..j + n]) {
+                add_product(&mut out, left, right);
+            }
+        }
+        out
+    }
+
+    /// Calls `f` for the entries of two groups that are of one rate.
+    fn meeting(&self, g: usize, h: usize, mut f: impl FnMut(u32, u32)) {
+        let (end_i, end_j) = (self.start[g + 1], self.start[h + 1]);
+        let (mut i, mut j) = (self.start[g], self.start[h]);
+        while i < end_i && j < end_j {
+            match self.dof[i as usize].cmp(&self.dof[j as usize]) {
                 std::cmp::Ordering::Less => i += 1,
                 std::cmp::Ordering::Greater => j += 1,
                 std::cmp::Ordering::Equal => {
-                    let right = f64x4::new(eb[j]);
-                    for (out, x) in out.iter_mut().zip(ea[i]) {
-                        *out = f64x4::splat(x).mul_add(right, *out);
-                    }
-                    i += 1;
-                    j += 1;
+                    f(i, j);
+                    (i, j) = (i + 1, j + 1);
                 }
             }
         }
-        out.map(|row| row.to_array())
     }
+}
+
+/// Adds left right*, row after row.
+#[inline(always)]
+fn add_product(to: &mut [f64x4; WIDTH], left: &[f64; WIDTH], right: &[f64; WIDTH]) {
+    let right = f64x4::new(*right);
+    for (to, x) in to.iter_mut().zip(left) {
+        *to = f64x4::splat(*x).mul_add(right, *to);
+    }
+}
+
+/// Entries of two groups that are of the same rates, one after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    i: u32,
+    j: u32,
+    n: u32,
 }

@@ -25,7 +25,7 @@ use linkwork_multibody::{Coordinate, LoopMotion};
 pub struct UnitsWork {
     /// Origin of the root of the units to each link's.
     pub(crate) r: Vec<V3<f64>>,
-    /// What units outboard pass to each slot, about its origin.
+    /// What units outboard pass to each slot, about its origin: zero where there are none.
     pub(crate) inertia: Vec<Spatial<f64>>,
     pub(crate) z: Vec<V6<f64>>,
     /// H* of each β, about the root's origin.
@@ -74,6 +74,17 @@ impl UnitsWork {
         }
     }
 
+    /// Passes inertia and force to a slot, about its origin.
+    #[inline(always)]
+    pub(super) fn pass(&mut self, slot: usize, P: &Spatial<f64>, z: V6<f64>, writes: bool) {
+        if writes {
+            (self.inertia[slot], self.z[slot]) = (*P, z);
+        } else {
+            self.inertia[slot].add(P);
+            self.z[slot] = self.z[slot] + z;
+        }
+    }
+
     /// How far the closures of aggregates contradict each other at the last gather, in the units of
     /// their rows as scaled to one (rad or m, per s²): zero but for rounding when they are sound.
     #[must_use]
@@ -113,8 +124,6 @@ impl Units {
         check(motions.len(), tree.multibody().motions(), "motions");
         let w = &ws.work;
         self.places(tree, w, uw);
-        uw.inertia.fill(Spatial::default());
-        uw.z.fill(V6::default());
         for (u, unit) in self.units.iter().enumerate().rev() {
             let first = self.first[u] as usize;
             match unit {
@@ -130,13 +139,12 @@ impl Units {
                     let link = &tree.links[k];
                     if link.parent != 0 {
                         let (p, l) = (link.parent as usize, w.kin[k + 1].l);
-                        uw.inertia[p].add(&P.shifted(l));
-                        uw.z[p] = uw.z[p] + z.to_parent(l);
+                        uw.pass(p, &P.shifted(l), z.to_parent(l), self.writes[u]);
                     }
                 }
                 Unit::Aggregate(i) => {
                     let agg: &Aggregate = &self.aggregates[*i as usize];
-                    self.eliminate(tree, w, uw, *i as usize, first, tau, vdot, motions)
+                    self.eliminate(tree, w, uw, (u, *i as usize), first, tau, vdot, motions)
                         .ok_or_else(|| {
                             let v = agg.dofs.first().copied().unwrap_or(0);
                             tree.singular_at(agg.links[0] as usize, v as usize)
