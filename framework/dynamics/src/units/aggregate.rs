@@ -273,9 +273,10 @@ impl Units {
         vdot: &[f64],
         motions: &[LoopMotion],
     ) -> Option<()> {
-        let mut m = std::mem::take(&mut uw.embedded[which]);
-        let moves = self.embed(tree, w, uw, &mut m, (unit, which), first, tau, vdot, motions);
-        uw.embedded[which] = m;
+        let mut all = std::mem::take(&mut uw.embedded);
+        let m = &mut all[which];
+        let moves = self.embed(tree, w, uw, m, (unit, which), first, tau, vdot, motions);
+        uw.embedded = all;
         moves
     }
 

@@ -101,8 +101,9 @@ impl Units {
             if agg.constraints.is_empty() {
                 continue;
             }
-            let mut m = std::mem::take(&mut uw.embedded[which]);
-            self.closures(agg, w, uw, motions, &mut m);
+            let mut all = std::mem::take(&mut uw.embedded);
+            let m = &mut all[which];
+            self.closures(agg, w, uw, motions, m);
             let wide = agg.dofs.len() + 1;
             let mut row = 0;
             for c in &agg.constraints {
@@ -133,11 +134,11 @@ impl Units {
                 row += tree.multibody().rows(*c);
             }
             let still = |j: usize| tree.dofs.prescribed[agg.dofs[j] as usize].then_some(0.0);
-            self.reduce(agg, still, &mut m);
+            self.reduce(agg, still, m);
             for (d, x) in agg.dofs.iter().zip(&m.x) {
                 dv[*d as usize] = *x;
             }
-            uw.embedded[which] = m;
+            uw.embedded = all;
         }
         worst
     }

@@ -13,7 +13,7 @@ use super::UnitsWork;
 use super::sweep::loaded;
 use crate::articulated::Spatial;
 use crate::lane::Lane;
-use crate::linear::{V3, V6};
+use crate::linear::{S3, V3, V6};
 use crate::tree::{Kind, Link};
 use crate::work::Work;
 use linkwork_multibody::Coordinate;
@@ -83,42 +83,47 @@ fn ordered(a: &V6<f64>) -> [f64; RATES] {
     [a.f.x, a.f.y, a.f.z, a.n.x, a.n.y, a.n.z]
 }
 
-/// The inverse of the Cholesky factor of P + armature, row by row: with P = L D L*, D^{−1/2} L⁻¹.
+/// The inverse of the Cholesky factor of P + armature, row by row and in two halves:
+/// ```text
+/// K_M* K_M = M⁻¹,   B = H K_M*,   K_S* K_S = (I − B B*)⁻¹
+/// K = [[K_M, 0], [−K_S B K_M, K_S]]                        force before moment
+/// ```
 #[inline(always)]
 fn inverse_factor(P: &Spatial<f64>, armature: f64) -> Option<[V6<f64>; RATES]> {
-    let (M, H, I) = (&P.M, &P.H, &P.I);
-    // Lower triangle by rows.
-    let mut A = [
-        [M.xx, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [M.xy, M.yy, 0.0, 0.0, 0.0, 0.0],
-        [M.xz, M.yz, M.zz, 0.0, 0.0, 0.0],
-        [H.x.x, H.y.x, H.z.x, I.xx, 0.0, 0.0],
-        [H.x.y, H.y.y, H.z.y, I.xy, I.yy, 0.0],
-        [H.x.z, H.y.z, H.z.z, I.xz, I.yz, I.zz],
-    ];
-    let mut K = [[0.0; RATES]; RATES];
-    let mut D_inv = [0.0; RATES];
-    for j in 0..RATES {
-        let D = A[j][j] + armature;
-        if !(D > 0.0) {
-            return None;
-        }
-        D_inv[j] = 1.0 / D;
-        K[j][j] = 1.0;
-        // Column j of L, what it takes from what is left, and from the rows of L⁻¹ below.
-        let column: [f64; RATES] = std::array::from_fn(|i| A[i][j]);
-        for i in j + 1..RATES {
-            let l = column[i] * D_inv[j];
-            for m in j + 1..=i {
-                A[i][m] = l.fnma(column[m], A[i][m]);
-            }
-            for m in 0..=j {
-                K[i][m] = l.fnma(K[j][m], K[i][m]);
-            }
-        }
+    let J = S3::diagonal(armature);
+    let K_M = inverse_factor3(&P.M.add(&J))?;
+    let B = K_M.map(|row| P.H.mul(row));
+    let S = B.into_iter().fold(P.I.add(&J), |S, b| S.sub_outer(b, b));
+    let K_S = inverse_factor3(&S)?;
+    let o = V3::default();
+    let under = K_S.map(|row| {
+        let [x, y, z] = B.map(|b| -row.dot(b));
+        K_M[0].scale_add(x, K_M[1].scale_add(y, K_M[2].scale(z)))
+    });
+    Some([
+        V6 { n: o, f: K_M[0] },
+        V6 { n: o, f: K_M[1] },
+        V6 { n: o, f: K_M[2] },
+        V6 { n: K_S[0], f: under[0] },
+        V6 { n: K_S[1], f: under[1] },
+        V6 { n: K_S[2], f: under[2] },
+    ])
+}
+
+/// The inverse of the Cholesky factor of a symmetric matrix, row by row; `None` if it is not positive
+/// definite. With A = L D L* it is D^{−1/2} L⁻¹.
+#[inline(always)]
+fn inverse_factor3(A: &S3<f64>) -> Option<[V3<f64>; 3]> {
+    let x = 1.0 / A.xx;
+    let (l_xy, l_xz) = (A.xy * x, A.xz * x);
+    let (D_y, yz) = (l_xy.fnma(A.xy, A.yy), l_xy.fnma(A.xz, A.yz));
+    let y = 1.0 / D_y;
+    let l_yz = yz * y;
+    let D_z = l_yz.fnma(yz, l_xz.fnma(A.xz, A.zz));
+    if !(A.xx > 0.0 && D_y > 0.0 && D_z > 0.0) {
+        return None;
     }
-    Some(std::array::from_fn(|i| {
-        let (K, s) = (&K[i], D_inv[i].sqrt());
-        V6 { n: V3::new(K[3], K[4], K[5]), f: V3::new(K[0], K[1], K[2]) }.scaled(s)
-    }))
+    let (x, y, z) = (x.sqrt(), y.sqrt(), (1.0 / D_z).sqrt());
+    let n_xz = l_yz.fms(l_xy, l_xz);
+    Some([V3::new(x, 0.0, 0.0), V3::new(-l_xy * y, y, 0.0), V3::new(n_xz * z, -l_yz * z, z)])
 }
