@@ -181,6 +181,7 @@ impl Units {
     }
 
     /// X and x from Γ; `prescribed[j]` holds the given rate of member dof j.
+    #[inline(never)]
     pub(super) fn reduce(
         &self,
         agg: &Aggregate,
@@ -280,6 +281,7 @@ impl Units {
         moves
     }
 
+    #[inline(never)]
     fn embed(
         &self,
         tree: &Tree,
@@ -383,6 +385,7 @@ impl Units {
     }
 
     /// H and A of every member.
+    #[inline(never)]
     fn columns(&self, agg: &Aggregate, tree: &Tree, w: &Work<f64>, m: &mut Embedded) {
         let (size, n) = (agg.dofs.len(), m.n);
         if let Some(flex) = tree.flexible.as_deref()
