@@ -416,7 +416,7 @@ impl Units {
             }
             let first = agg.first[place] as usize;
             for j in 0..link.kind.nv() {
-                let (S, d) = (axis(link, kin, j), first + j);
+                let (S, d) = (axis(link.kind, link.pitch, kin, j), first + j);
                 for (to, X) in H.iter_mut().zip(&m.X[d * size..]) {
                     if *X != 0.0 {
                         *to = S.scale_add(*X, *to);

@@ -27,6 +27,7 @@ pub(super) fn floats(link: &Link) -> bool {
 }
 
 /// ε and K; `None` if some direction has nothing to move.
+#[inline(never)]
 pub(super) fn eliminate(
     link: &Link,
     k: usize,

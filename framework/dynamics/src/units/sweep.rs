@@ -134,9 +134,12 @@ impl Units {
                 }
                 Unit::Link(k) => {
                     let k = *k as usize;
-                    let (P, z) = link(&tree.links[k], k, first, w, uw, tau, vdot)
-                        .ok_or_else(|| tree.singular(k))?;
                     let link = &tree.links[k];
+                    let (P, z) = match link.kind {
+                        Kind::Pin => pin(link, k, first, w, uw, tau, vdot),
+                        _ => hinge(link, k, first, w, uw, tau, vdot),
+                    }
+                    .ok_or_else(|| tree.singular(k))?;
                     if link.parent != 0 {
                         let (p, l) = (link.parent as usize, w.kin[k + 1].l);
                         uw.pass(p, &P.shifted(l), z.to_parent(l), self.writes[u]);
@@ -185,7 +188,7 @@ impl Units {
         let r = self.place(slot, link.parent as usize, w, uw);
         let v = link.v as usize;
         for (j, S) in uw.S[v..v + link.kind.nv()].iter_mut().enumerate() {
-            let own = axis(link, &w.kin[slot], j);
+            let own = axis(link.kind, link.pitch, &w.kin[slot], j);
             *S = V6 { n: own.n, f: r.cross_add(own.n, own.f) };
         }
     }
@@ -296,12 +299,12 @@ impl Units {
 
 /// A column of H* about the link's own origin.
 #[inline(always)]
-pub(crate) fn axis(link: &Link, kin: &Kin<f64>, j: usize) -> V6<f64> {
+pub(crate) fn axis(kind: Kind, pitch: f64, kin: &Kin<f64>, j: usize) -> V6<f64> {
     let (R, o) = (&kin.R, V3::default());
-    match (link.kind, j) {
+    match (kind, j) {
         (Kind::Pin, _) => V6 { n: R.z, f: o },
         (Kind::Slider, _) => V6 { n: o, f: R.z },
-        (Kind::Screw, _) => V6 { n: R.z, f: R.z.scale(link.pitch) },
+        (Kind::Screw, _) => V6 { n: R.z, f: R.z.scale(pitch) },
         (_, 0) => V6 { n: R.x, f: o },
         (_, 1) => V6 { n: R.y, f: o },
         (_, 2) => V6 { n: R.z, f: o },
@@ -325,10 +328,38 @@ pub(crate) fn loaded(
     (P, z + uw.z[k + 1])
 }
 
+/// [`eliminate`] at a pin, which most hinges are.
+#[inline(always)]
+fn pin(
+    link: &Link,
+    k: usize,
+    first: usize,
+    w: &Work<f64>,
+    uw: &mut UnitsWork,
+    tau: &[f64],
+    vdot: &[f64],
+) -> Option<(Spatial<f64>, V6<f64>)> {
+    eliminate((link, Kind::Pin), k, first, w, uw, tau, vdot)
+}
+
+/// [`eliminate`] at any hinge.
+#[inline(never)]
+fn hinge(
+    link: &Link,
+    k: usize,
+    first: usize,
+    w: &Work<f64>,
+    uw: &mut UnitsWork,
+    tau: &[f64],
+    vdot: &[f64],
+) -> Option<(Spatial<f64>, V6<f64>)> {
+    eliminate((link, link.kind), k, first, w, uw, tau, vdot)
+}
+
 /// Eliminates the dofs of a link: P⁺ and z⁺ about its own origin; `None` if nothing moves.
 #[inline(always)]
-fn link(
-    link: &Link,
+fn eliminate(
+    (link, kind): (&Link, Kind),
     k: usize,
     first: usize,
     w: &Work<f64>,
@@ -340,10 +371,10 @@ fn link(
     let (mut P, mut z) = loaded(link, k, w, uw);
     let v = link.v as usize;
     let mut reach = 0.0;
-    for j in (0..link.kind.nv()).rev() {
+    for j in (0..kind.nv()).rev() {
         let (i, at) = (v + j, first + j);
-        let (U, D) = column(link.kind, link.pitch, kin, &P, j);
-        let Sz = axis(link, kin, j).dot(&z);
+        let (U, D) = column(kind, link.pitch, kin, &P, j);
+        let Sz = axis(kind, link.pitch, kin, j).dot(&z);
         if link.coordinate == Coordinate::Prescribed {
             uw.U[at] = U.to_parent(r);
             (uw.eps[at], uw.given[at], uw.D_inv[at]) = (Sz, vdot[i], 0.0);
