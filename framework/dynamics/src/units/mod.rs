@@ -22,6 +22,7 @@ pub(crate) mod closure;
 mod dense;
 mod floating;
 mod forces;
+mod reduction;
 mod rows;
 mod sweep;
 mod walk;
