@@ -143,6 +143,14 @@ impl Units {
         self.reduce(agg, prescribed, m);
         let n = m.n;
         self.columns(agg, tree, w, m);
+        let (base, arm) = match agg.parent {
+            0 => (0, uw.r[agg.links[0] as usize]),
+            p => (p as usize, uw.r[p as usize]),
+        };
+        let (mut P_sum, mut z_sum) = (Spatial::default(), V6::default());
+        m.D.fill(0.0);
+        m.column[..n].fill(V6::default());
+        uw.eps[first..first + size].fill(0.0);
         for (place, slot) in agg.links.iter().enumerate() {
             let (P, z) = match tree.flexible.as_deref() {
                 Some(flex) if *slot as usize > tree.links.len() => {
@@ -153,21 +161,9 @@ impl Units {
                     loaded(&tree.links[k], k, w, uw)
                 }
             };
-            m.P[place] = P;
-            m.z[place] = z + P.apply(&m.A[place]);
-        }
-        let (base, arm) = match agg.parent {
-            0 => (0, uw.r[agg.links[0] as usize]),
-            p => (p as usize, uw.r[p as usize]),
-        };
-        let (mut P_sum, mut z_sum) = (Spatial::default(), V6::default());
-        m.D.fill(0.0);
-        m.column[..n].fill(V6::default());
-        let eps = &mut uw.eps[first..first + size];
-        eps.fill(0.0);
-        for (place, slot) in agg.links.iter().enumerate() {
+            let z = z + P.apply(&m.A[place]);
+            (m.P[place], m.z[place]) = (P, z);
             let l = uw.r[*slot as usize] - arm;
-            let (P, z) = (&m.P[place], &m.z[place]);
             P_sum.add(&P.shifted(l));
             z_sum = z_sum + z.to_parent(l);
             let H = &m.H[place * size..place * size + n];
@@ -177,9 +173,10 @@ impl Units {
                 for (i, Hi) in H[..=j].iter().enumerate() {
                     m.D[j * size + i] += Hi.dot(&PH);
                 }
-                eps[j] -= Hj.dot(z);
+                uw.eps[first + j] -= Hj.dot(&z);
             }
         }
+        let eps = &mut uw.eps[first..first + size];
         for (d, v) in agg.dofs.iter().enumerate() {
             let elastic = w.bend.elastic.get(*v as usize).copied().unwrap_or(0.0);
             let (armature, T) = (tree.dofs.armature[*v as usize], tau[*v as usize] - elastic);

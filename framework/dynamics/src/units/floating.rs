@@ -2,7 +2,7 @@
 //!
 //! Nothing lies inboard that would have to be told, and its independent rates may be any six:
 //! ```text
-//! K* K = (P + armature)⁻¹                  K lower triangular, force before moment, world axes
+//! K* K = P⁻¹                               K lower triangular, force before moment, world axes
 //! gather   ε = K (H* T − z)
 //! rows     e = K (H* c − z)
 //! scatter  α = K* (ε + y),   β̇ = H α
@@ -37,7 +37,8 @@ pub(super) fn eliminate(
     tau: &[f64],
 ) -> Option<()> {
     let (P, z) = loaded(link, k, w, uw);
-    let K = inverse_factor(&P, link.armature)?;
+    // A free hinge has no rotor.
+    let K = inverse_factor(&P)?;
     let f = driven(&uw.S[link.v as usize..], &tau[link.v as usize..], &z);
     let mut reach = 0.0;
     for (K, at) in K.iter().zip(first..) {
@@ -84,17 +85,16 @@ fn ordered(a: &V6<f64>) -> [f64; RATES] {
     [a.f.x, a.f.y, a.f.z, a.n.x, a.n.y, a.n.z]
 }
 
-/// The inverse of the Cholesky factor of P + armature, row by row and in two halves:
+/// The inverse of the Cholesky factor of P, row by row and in two halves:
 /// ```text
 /// K_M* K_M = M⁻¹,   B = H K_M*,   K_S* K_S = (I − B B*)⁻¹
 /// K = [[K_M, 0], [−K_S B K_M, K_S]]                        force before moment
 /// ```
 #[inline(always)]
-fn inverse_factor(P: &Spatial<f64>, armature: f64) -> Option<[V6<f64>; RATES]> {
-    let J = S3::diagonal(armature);
-    let K_M = inverse_factor3(&P.M.add(&J))?;
+fn inverse_factor(P: &Spatial<f64>) -> Option<[V6<f64>; RATES]> {
+    let K_M = inverse_factor3(&P.M)?;
     let B = K_M.map(|row| P.H.mul(row));
-    let S = B.into_iter().fold(P.I.add(&J), |S, b| S.sub_outer(b, b));
+    let S = B.into_iter().fold(P.I, |S, b| S.sub_outer(b, b));
     let K_S = inverse_factor3(&S)?;
     let o = V3::default();
     let under = K_S.map(|row| {
