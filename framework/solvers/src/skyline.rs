@@ -3,12 +3,13 @@
 //!
 //! ```text
 //! C_gh = (W_gh − Σ C_gk L_hk*) L_hh⁻*,   L_gh = C_gh D_h⁻¹          left to right in block row g
-//! L_gg D_g L_gg* = W_gg − Σ C_gk L_gk*                              row by row:
+//! L_gg D_g L_gg* = W_gg − Σ C_gk L_gk*                              row by row, and L_gg⁻¹ with it:
 //! d_k ≤ RANK · size_k: row k repeats earlier rows; x_k = 0          or ≤ RANK² · greatest size
+//! x_g ← L_gg⁻¹ (x_g − Σ L_gk x_k),   x_g ← L_gg⁻* (D_g⁻¹ x_g − Σ L_kg* x_k)
 //! ```
 //! A semidefinite matrix needs no pivoting for this: where d_k vanishes, what is left of its row
 //! vanishes too. Each block row is stored from its first block that is not zero; a block is its four
-//! columns, the rows side by side. Groups of fewer rows are filled up with zeros.
+//! columns, the rows side by side; on the diagonal stands the inverse. Groups of fewer rows are filled up with zeros.
 
 use linkwork_dynamics::units::WIDTH;
 use wide::f64x4;
@@ -17,7 +18,7 @@ use wide::f64x4;
 pub(crate) const RANK: f64 = 1e-11;
 
 /// Columns of a block.
-type Block = [f64x4; WIDTH];
+pub(crate) type Block = [f64x4; WIDTH];
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Skyline {
@@ -27,6 +28,10 @@ pub(crate) struct Skyline {
     first: Vec<usize>,
     start: Vec<usize>,
     a: Vec<Block>,
+    /// Rows of each L_gg⁻¹.
+    inverse: Vec<Block>,
+    /// Σ L_kg* x_k of the rows behind, before the four lanes are added.
+    behind: Vec<Block>,
     /// D⁻¹; zero for rows left out.
     d_inv: Vec<[f64; WIDTH]>,
     /// What rows left out lacked at the last solution.
@@ -44,13 +49,14 @@ impl Skyline {
         let (n, size) = (first.len(), start[first.len()]);
         let zero = [f64x4::splat(0.0); WIDTH];
         let (d_inv, lack) = (vec![[0.0; WIDTH]; n], vec![[0.0; WIDTH]; n]);
-        Self { rows, first, start, a: vec![zero; size], d_inv, lack, rank: 0 }
+        let (a, inverse, behind) = (vec![zero; size], vec![zero; n], vec![zero; n]);
+        Self { rows, first, start, a, inverse, behind, d_inv, lack, rank: 0 }
     }
 
     /// Sets a block of the lower triangle from its columns.
     #[inline(always)]
-    pub fn set(&mut self, g: usize, h: usize, columns: &[[f64; WIDTH]; WIDTH]) {
-        self.a[self.start[g] + h - self.first[g]] = columns.map(f64x4::new);
+    pub fn set(&mut self, g: usize, h: usize, columns: Block) {
+        self.a[self.start[g] + h - self.first[g]] = columns;
     }
 
     /// Factors in place. `size(g)` are at least the diagonal of W, and more where W itself is what is
@@ -75,13 +81,9 @@ impl Skyline {
                     subtract(&mut C, Cgk, Lhk);
                 }
                 let L = &done[start + h - fh];
-                for j in 1..WIDTH {
-                    for m in 0..j {
-                        let done = C[m] * f64x4::splat(L[m].as_array()[j]);
-                        C[j] -= done;
-                    }
-                }
-                this[0] = C;
+                this[0] = std::array::from_fn(|j| {
+                    (0..j).fold(C[j], |sum, m| C[m].mul_add(f64x4::splat(L[m].as_array()[j]), sum))
+                });
             }
             let mut S = diagonal[0];
             let was: [f64; WIDTH] = std::array::from_fn(|i| S[i].as_array()[i]);
@@ -91,20 +93,24 @@ impl Skyline {
                 *C = L;
             }
             let (size, d_inv) = (size(g), &mut self.d_inv[g]);
-            for j in 0..WIDTH {
+            let mut inverse = UNIT.map(f64x4::new);
+            for j in 0..self.rows[g] {
                 let column = S[j];
                 let d = column.as_array()[j];
                 let keep = d > (RANK * was[j].max(size[j])).max(least);
                 d_inv[j] = if keep { 1.0 / d } else { 0.0 };
                 self.rank += usize::from(keep);
-                let l = column * f64x4::splat(d_inv[j]);
-                for p in j + 1..WIDTH {
-                    S[p] -= l * f64x4::splat(column.as_array()[p]);
-                }
                 // Strictly below the diagonal.
-                S[j] = l * f64x4::new(BELOW[j]);
+                let l = column * f64x4::splat(d_inv[j]) * f64x4::new(BELOW[j]);
+                for p in j + 1..WIDTH {
+                    S[p] = (-l).mul_add(f64x4::splat(column.as_array()[p]), S[p]);
+                }
+                for N in &mut inverse[..=j] {
+                    *N = (-l).mul_add(f64x4::splat(N.as_array()[j]), *N);
+                }
             }
-            diagonal[0] = S;
+            diagonal[0] = inverse;
+            self.inverse[g] = f64x4::transpose(inverse);
         }
     }
 
@@ -128,41 +134,31 @@ impl Skyline {
             let fg = self.first[g];
             let row = &self.a[self.start[g]..self.start[g + 1]];
             let (before, rest) = x.split_at_mut(g);
-            let mut t = f64x4::new(rest[0]);
+            let mut t = [f64x4::new(rest[0]), f64x4::splat(0.0)];
             for (L, x) in row.iter().zip(&before[fg..]) {
-                for (L, x) in L.iter().zip(x) {
-                    t -= *L * f64x4::splat(*x);
+                for (j, (L, x)) in L.iter().zip(x).enumerate() {
+                    t[j % 2] = (-*L).mul_add(f64x4::splat(*x), t[j % 2]);
                 }
             }
-            for (j, L) in row[g - fg].iter().enumerate() {
-                t -= *L * f64x4::splat(t.as_array()[j]);
-            }
-            rest[0] = t.to_array();
-        }
-        for (g, x) in x[..n].iter_mut().enumerate() {
-            for (i, (x, d_inv)) in x.iter_mut().zip(&self.d_inv[g]).enumerate() {
-                if *d_inv == 0.0 && i < self.rows[g] {
-                    self.lack[g][i] = x.abs();
-                    if !(x.abs() <= contradiction) {
-                        contradiction = x.abs();
-                    }
+            rest[0] = times(&row[g - fg], t[0] + t[1]).to_array();
+            for i in 0..self.rows[g] {
+                if self.d_inv[g][i] == 0.0 {
+                    let lack = rest[0][i].abs();
+                    self.lack[g][i] = lack;
+                    contradiction = if lack <= contradiction { contradiction } else { lack };
                 }
-                *x *= d_inv;
             }
         }
+        self.behind.fill([f64x4::splat(0.0); WIDTH]);
         for g in (0..n).rev() {
-            let fg = self.first[g];
             let row = &self.a[self.start[g]..self.start[g + 1]];
-            let (before, rest) = x.split_at_mut(g);
-            let mut t = rest[0];
-            for j in (0..WIDTH).rev() {
-                t[j] -= (row[g - fg][j] * f64x4::new(t)).reduce_add();
-            }
-            rest[0] = t;
-            let t = f64x4::new(t);
-            for (L, x) in row.iter().zip(&mut before[fg..]) {
-                for (L, x) in L.iter().zip(x) {
-                    *x -= (*L * t).reduce_add();
+            let [a, b, c, d] = f64x4::transpose(self.behind[g]);
+            let t = f64x4::new(x[g]).mul_sub(f64x4::new(self.d_inv[g]), (a + b) + (c + d));
+            let t = times(&self.inverse[g], t);
+            x[g] = t.to_array();
+            for (L, behind) in row.iter().zip(&mut self.behind[self.first[g]..g]) {
+                for (L, behind) in L.iter().zip(behind) {
+                    *behind = L.mul_add(t, *behind);
                 }
             }
         }
@@ -170,8 +166,18 @@ impl Skyline {
     }
 }
 
+const UNIT: [[f64; WIDTH]; WIDTH] =
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+
 const BELOW: [[f64; WIDTH]; WIDTH] =
     [[0.0, 1.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0], [0.0; WIDTH]];
+
+/// A t of a block by columns.
+#[inline(always)]
+fn times(A: &Block, t: f64x4) -> f64x4 {
+    let t = t.as_array().map(f64x4::splat);
+    A[1].mul_add(t[1], A[0] * t[0]) + A[3].mul_add(t[3], A[2] * t[2])
+}
 
 /// S − C L*.
 #[inline(always)]

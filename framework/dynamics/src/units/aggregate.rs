@@ -1,6 +1,6 @@
 //! An aggregate: the links of loops, eliminated as one (constraint embedding).
 //!
-//! The closures g(β̇) = Γ β̇ + bias = 0 of all its loops, with complete pivoting over free members:
+//! With what the closures of all its loops leave (`reduction.rs`):
 //! ```text
 //! β̇ = X β̇_r + x                                     X: unit rows at independent rates
 //! H(k) = φ* H(p) + S X,   A(k) = φ* A(p) + S x        6 × n columns of each member
@@ -12,8 +12,6 @@
 //! P⁺ = Σ φ P φ* − F F*,   z⁺ = Σ φ (z + P A) + F ε
 //! β̇_r = ε + y − F* α,   β̇ = X β̇_r + x,   α(k) = φ* α + H β̇_r + A
 //! ```
-//! Which rates are independent is chosen anew at every state, so near a singularity of one choice
-//! another is taken, and the result is a function of the state alone.
 //! Source: Jain, *Robot and Multibody Dynamics*, constraint embedding.
 
 use super::dense::{cholesky, substitute};
@@ -23,10 +21,7 @@ use crate::articulated::Spatial;
 use crate::linear::V6;
 use crate::tree::Tree;
 use crate::work::Work;
-use linkwork_multibody::{ConstraintId, LoopMotion};
-
-/// Rows scaled to one whose pivot is below this are taken as implied by the others.
-pub(crate) const REDUNDANT: f64 = 1e-9;
+use linkwork_multibody::LoopMotion;
 
 /// What an aggregate holds at a state.
 #[derive(Clone, Debug, Default)]
@@ -97,15 +92,6 @@ impl Embedded {
     }
 }
 
-impl Embedded {
-    /// How far a row contradicts the others, if it was taken as implied by them at the last reduction.
-    pub(super) fn implied(&self, row: usize) -> Option<f64> {
-        let wide = self.X.len().isqrt() + 1;
-        let pivot = self.pivots.iter().any(|(i, _)| *i == row);
-        (!pivot).then(|| self.gamma[row * wide + wide - 1].abs())
-    }
-}
-
 impl Spatial<f64> {
     /// P V.
     #[inline(always)]
@@ -115,169 +101,33 @@ impl Spatial<f64> {
 }
 
 impl Units {
-    /// Γ | −bias of an aggregate.
-    pub(super) fn closures(
-        &self,
-        agg: &Aggregate,
-        w: &Work<f64>,
-        uw: &UnitsWork,
-        motions: &[LoopMotion],
-        m: &mut Embedded,
-    ) {
-        let wide = agg.dofs.len() + 1;
-        let (out, size) = (&mut m.original, &mut m.size);
-        out.fill(0.0);
-        size.fill(0.0);
-        let mut row = 0;
-        for c in &agg.constraints {
-            match c {
-                ConstraintId::Coupling(i) => {
-                    for (slot, v, factor) in &self.couplings[*i as usize] {
-                        let place = self.member[*slot as usize] as usize;
-                        let from = &agg.dofs[agg.first[place] as usize..];
-                        let at = from.iter().position(|d| d == v).unwrap_or(0);
-                        out[row * wide + agg.first[place] as usize + at] = *factor;
-                    }
-                    row += 1;
-                }
-                ConstraintId::Loop(i) => {
-                    let c = &self.closures[*i as usize];
-                    let rows = c.rows(&w.kin, &uw.r, &self.root, motions);
-                    for n in 0..rows.n {
-                        out[(row + n) * wide + wide - 1] = -rows.bias[n];
-                    }
-                    for (end, sign) in [(0, -1.0), (1, 1.0)] {
-                        let mut slot = [c.a.slot, c.b.slot][end];
-                        let arm = uw.r[slot as usize] + rows.arms[end];
-                        while slot != agg.parent {
-                            let place = self.member[slot as usize] as usize;
-                            let first = agg.first[place] as usize;
-                            let last = agg.first.get(place + 1).map_or(wide - 1, |f| *f as usize);
-                            for j in first..last {
-                                let S = &uw.S[agg.dofs[j] as usize];
-                                let square = S.dot(S);
-                                for (n, wrench) in rows.wrench[..rows.n].iter().enumerate() {
-                                    let about = wrench.to_parent(arm);
-                                    let bound = square * about.dot(&about);
-                                    size[row + n] = nan_max(size[row + n], bound);
-                                    out[(row + n) * wide + j] += sign * S.dot(&about);
-                                }
-                            }
-                            slot = agg.inner[place].map_or(agg.parent, |p| agg.links[p as usize]);
-                        }
-                    }
-                    row += rows.n;
-                }
-            }
-        }
-    }
-
-    /// X and x from Γ; `prescribed[j]` holds the given rate of member dof j.
-    pub(super) fn reduce(
-        &self,
-        agg: &Aggregate,
-        free: impl Fn(usize) -> Option<f64>,
-        m: &mut Embedded,
-    ) {
-        let (size, rows) = (agg.dofs.len(), agg.rows);
-        let wide = size + 1;
-        m.gamma.copy_from_slice(&m.original);
-        m.pivots.clear();
-        let (used_rows, used_columns) = m.used.split_at_mut(rows);
-        used_rows.fill(false);
-        for (j, used) in used_columns.iter_mut().enumerate() {
-            *used = false;
-            if let Some(given) = free(j) {
-                *used = true;
-                for row in m.gamma.chunks_exact_mut(wide) {
-                    row[size] -= row[j] * given;
-                    row[j] = 0.0;
-                }
-            }
-        }
-        for (row, bound) in m.gamma.chunks_exact_mut(wide).zip(&m.size) {
-            let greatest = row[..size].iter().fold(0.0, |a, x| nan_max(a, x.abs()));
-            if greatest <= REDUNDANT * bound.sqrt() {
-                row[..size].fill(0.0);
-            } else {
-                row.iter_mut().for_each(|x| *x /= greatest);
-            }
-        }
-        loop {
-            let mut best = (REDUNDANT, usize::MAX, 0);
-            for (i, row) in m.gamma.chunks_exact(wide).enumerate() {
-                if used_rows[i] {
-                    continue;
-                }
-                for (j, (x, used)) in row.iter().zip(used_columns.iter()).enumerate() {
-                    if x.abs() > best.0 && !used {
-                        best = (x.abs(), i, j);
-                    }
-                }
-            }
-            let (_, i, j) = best;
-            if i == usize::MAX {
-                break;
-            }
-            (used_rows[i], used_columns[j]) = (true, true);
-            m.pivots.push((i, j));
-            let inverse = 1.0 / m.gamma[i * wide + j];
-            m.gamma[i * wide..(i + 1) * wide].iter_mut().for_each(|x| *x *= inverse);
-            let (before, rest) = m.gamma.split_at_mut(i * wide);
-            let (pivot, after) = rest.split_at_mut(wide);
-            for row in before.chunks_exact_mut(wide).chain(after.chunks_exact_mut(wide)) {
-                let factor = row[j];
-                if factor != 0.0 {
-                    row.iter_mut().zip(pivot.iter()).for_each(|(x, p)| *x -= factor * p);
-                }
-            }
-        }
-        let left = (0..rows).filter(|i| !used_rows[*i]).map(|i| m.gamma[i * wide + size].abs());
-        m.inconsistency = left.fold(0.0, nan_max);
-        m.X.fill(0.0);
-        m.x.fill(0.0);
-        m.n = 0;
-        for j in 0..size {
-            if !used_columns[j] {
-                m.X[j * size + m.n] = 1.0;
-                for (i, d) in &m.pivots {
-                    m.X[d * size + m.n] = -m.gamma[i * wide + j];
-                }
-                m.n += 1;
-            } else if let Some(given) = free(j) {
-                m.x[j] = given;
-            }
-        }
-        for (i, d) in &m.pivots {
-            m.x[*d] = m.gamma[i * wide + size];
-        }
-    }
-
     /// Eliminates an aggregate and passes it inward; `None` if something has nothing to move.
     pub(super) fn eliminate(
         &self,
         tree: &Tree,
         w: &Work<f64>,
         uw: &mut UnitsWork,
-        which: usize,
+        (unit, which): (usize, usize),
         first: usize,
         tau: &[f64],
         vdot: &[f64],
         motions: &[LoopMotion],
     ) -> Option<()> {
-        let mut m = std::mem::take(&mut uw.embedded[which]);
-        let moves = self.embed(tree, w, uw, &mut m, which, first, tau, vdot, motions);
-        uw.embedded[which] = m;
+        let mut all = std::mem::take(&mut uw.embedded);
+        let m = &mut all[which];
+        let moves = self.embed(tree, w, uw, m, (unit, which), first, tau, vdot, motions);
+        uw.embedded = all;
         moves
     }
 
+    #[inline(never)]
     fn embed(
         &self,
         tree: &Tree,
         w: &Work<f64>,
         uw: &mut UnitsWork,
         m: &mut Embedded,
-        which: usize,
+        (unit, which): (usize, usize),
         first: usize,
         tau: &[f64],
         vdot: &[f64],
@@ -293,6 +143,14 @@ impl Units {
         self.reduce(agg, prescribed, m);
         let n = m.n;
         self.columns(agg, tree, w, m);
+        let (base, arm) = match agg.parent {
+            0 => (0, uw.r[agg.links[0] as usize]),
+            p => (p as usize, uw.r[p as usize]),
+        };
+        let (mut P_sum, mut z_sum) = (Spatial::default(), V6::default());
+        m.D.fill(0.0);
+        m.column[..n].fill(V6::default());
+        uw.eps[first..first + size].fill(0.0);
         for (place, slot) in agg.links.iter().enumerate() {
             let (P, z) = match tree.flexible.as_deref() {
                 Some(flex) if *slot as usize > tree.links.len() => {
@@ -303,21 +161,9 @@ impl Units {
                     loaded(&tree.links[k], k, w, uw)
                 }
             };
-            m.P[place] = P;
-            m.z[place] = z + P.apply(&m.A[place]);
-        }
-        let (base, arm) = match agg.parent {
-            0 => (0, uw.r[agg.links[0] as usize]),
-            p => (p as usize, uw.r[p as usize]),
-        };
-        let (mut P_sum, mut z_sum) = (Spatial::default(), V6::default());
-        m.D.fill(0.0);
-        m.column[..n].fill(V6::default());
-        let eps = &mut uw.eps[first..first + size];
-        eps.fill(0.0);
-        for (place, slot) in agg.links.iter().enumerate() {
+            let z = z + P.apply(&m.A[place]);
+            (m.P[place], m.z[place]) = (P, z);
             let l = uw.r[*slot as usize] - arm;
-            let (P, z) = (&m.P[place], &m.z[place]);
             P_sum.add(&P.shifted(l));
             z_sum = z_sum + z.to_parent(l);
             let H = &m.H[place * size..place * size + n];
@@ -327,9 +173,10 @@ impl Units {
                 for (i, Hi) in H[..=j].iter().enumerate() {
                     m.D[j * size + i] += Hi.dot(&PH);
                 }
-                eps[j] -= Hj.dot(z);
+                uw.eps[first + j] -= Hj.dot(&z);
             }
         }
+        let eps = &mut uw.eps[first..first + size];
         for (d, v) in agg.dofs.iter().enumerate() {
             let elastic = w.bend.elastic.get(*v as usize).copied().unwrap_or(0.0);
             let (armature, T) = (tree.dofs.armature[*v as usize], tau[*v as usize] - elastic);
@@ -368,13 +215,13 @@ impl Units {
             uw.G[first + j] = if on { m.column[j].to_parent(arm) } else { V6::default() };
         }
         if base != 0 {
-            uw.inertia[base].add(&P_sum);
-            uw.z[base] = uw.z[base] + z_sum;
+            uw.pass(base, &P_sum, z_sum, self.writes[unit]);
         }
         Some(())
     }
 
     /// H and A of every member.
+    #[inline(never)]
     fn columns(&self, agg: &Aggregate, tree: &Tree, w: &Work<f64>, m: &mut Embedded) {
         let (size, n) = (agg.dofs.len(), m.n);
         if let Some(flex) = tree.flexible.as_deref()
@@ -405,7 +252,7 @@ impl Units {
             }
             let first = agg.first[place] as usize;
             for j in 0..link.kind.nv() {
-                let (S, d) = (axis(link, kin, j), first + j);
+                let (S, d) = (axis(link.kind, link.pitch, kin, j), first + j);
                 for (to, X) in H.iter_mut().zip(&m.X[d * size..]) {
                     if *X != 0.0 {
                         *to = S.scale_add(*X, *to);

@@ -6,6 +6,7 @@
 //! Γ_d Δ = −d,  Γ_d Δβ = −ḋ                   corrections of dependent members alone
 //! ```
 
+use super::closure::BlockRows;
 use super::dense::eliminate_dense;
 use super::sweep::nan_max;
 use super::{Units, UnitsWork};
@@ -100,8 +101,9 @@ impl Units {
             if agg.constraints.is_empty() {
                 continue;
             }
-            let mut m = std::mem::take(&mut uw.embedded[which]);
-            self.closures(agg, w, uw, motions, &mut m);
+            let mut all = std::mem::take(&mut uw.embedded);
+            let m = &mut all[which];
+            self.closures(agg, w, uw, motions, m);
             let wide = agg.dofs.len() + 1;
             let mut row = 0;
             for c in &agg.constraints {
@@ -111,12 +113,14 @@ impl Units {
                 };
                 match c {
                     ConstraintId::Loop(i) => {
-                        let c = &self.closures[*i as usize];
-                        let rows = c.rows(&w.kin, &uw.r, &self.root, motions);
-                        for n in 0..rows.n {
-                            let x =
-                                [rows.error[n], rows.rate[n]][usize::from(level == Level::Rate)];
-                            put(n, x);
+                        let closure = &self.closures[*i as usize];
+                        let ends = closure.ends(&w.kin, &uw.r, &self.root);
+                        let mut at = 0;
+                        for block in &closure.blocks {
+                            let rows = block.rows(&ends, motions);
+                            let lack = if level == Level::Rate { rows.rate } else { rows.error };
+                            lack[..rows.n].iter().enumerate().for_each(|(n, x)| put(at + n, *x));
+                            at += rows.n;
                         }
                     }
                     ConstraintId::Coupling(i) => {
@@ -130,11 +134,11 @@ impl Units {
                 row += tree.multibody().rows(*c);
             }
             let still = |j: usize| tree.dofs.prescribed[agg.dofs[j] as usize].then_some(0.0);
-            self.reduce(agg, still, &mut m);
+            self.reduce(agg, still, m);
             for (d, x) in agg.dofs.iter().zip(&m.x) {
                 dv[*d as usize] = *x;
             }
-            uw.embedded[which] = m;
+            uw.embedded = all;
         }
         worst
     }
@@ -154,9 +158,13 @@ impl Units {
     ) -> f64 {
         match constraint {
             ConstraintId::Loop(i) => {
-                let c = &self.closures[i as usize];
-                let rows = c.rows(&ws.work.kin, &uw.r, &self.root, motions);
-                rows.error[..rows.n].iter().fold(0.0, |a, x| nan_max(a, x.abs()))
+                let closure = &self.closures[i as usize];
+                let ends = closure.ends(&ws.work.kin, &uw.r, &self.root);
+                let greatest = |worst, rows: BlockRows| {
+                    rows.error[..rows.n].iter().fold(worst, |a, x| nan_max(a, x.abs()))
+                };
+                let blocks = closure.blocks.iter().map(|block| block.rows(&ends, motions));
+                blocks.fold(0.0, greatest)
             }
             ConstraintId::Coupling(i) => {
                 let c = &tree.multibody().couplings()[i as usize];

@@ -12,124 +12,234 @@
 //! screw    f = n, m = −pitch n                    the sum of a slide and a turn
 //! ```
 //! With accelerations for every β̇ = 0 in place of a and α, d̈ is the bias J̇β.
+//! Up to four rows lie side by side; slides and crossings are computed for all of them at once, and
+//! a lane that is neither has zeros for axes.
 
-use crate::linear::{V3, V6};
-use crate::query::{v3, vec3};
+use super::rows::WIDTH;
+use crate::linear::{M3, V3, V6};
+use crate::query::v3;
 use crate::tree::OnLink;
 use crate::work::Kin;
 use linkwork_multibody::{LoopMotion, Row};
 use linkwork_spatial::{Mat3, Vec3};
-
-/// The most rows that a loop can have.
-pub(crate) const ROWS: usize = 6;
-
-/// Rows of a loop, world axes.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct LoopRows {
-    pub n: usize,
-    /// Wrench about B's origin.
-    pub wrench: [V6<f64>; ROWS],
-    pub error: [f64; ROWS],
-    pub rate: [f64; ROWS],
-    pub bias: [f64; ROWS],
-    /// A's and B's link's origin to B's origin.
-    pub arms: [V3<f64>; 2],
-}
+use wide::f64x4;
 
 /// A loop laid out for the kernels.
 #[derive(Clone, Debug)]
 pub(crate) struct Closure {
-    pub a: OnLink,
-    pub b: OnLink,
-    pub rows: Vec<Row>,
+    /// Slots of A's and B's links.
+    pub slots: [u32; 2],
+    /// Origins of A and B in their links.
+    at: [V3<f64>; 2],
+    /// All rows; five or six are three and the rest, which fills two blocks evenly.
+    pub blocks: Vec<Block>,
 }
 
-struct Ends {
-    R: Mat3,
-    w: Vec3,
-    alpha: Vec3,
-    v: Vec3,
-    a: Vec3,
+/// Up to four rows of a loop: constants, directions in the links' axes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Block {
+    n: usize,
+    /// n of slides, in A's link.
+    slide: Option<V3<f64x4>>,
+    /// a in A's link and b in B's, and the cosine.
+    across: Option<(V3<f64x4>, V3<f64x4>, f64x4)>,
+    /// Lane, place among the motions, c.
+    given: Vec<(usize, usize, f64)>,
+    turns: Vec<(usize, Turn)>,
 }
 
-/// A frame on a link: rotation, and rates and bias accelerations of its origin.
-fn end(at: &OnLink, kin: &[Kin<f64>]) -> (Ends, Vec3) {
-    let k = &kin[at.slot as usize];
-    let R = crate::query::mat3(&k.R);
-    let arm = R * at.p;
-    let (w, alpha) = (vec3(&k.V.n), vec3(&k.A.n));
-    let v = vec3(&k.V.f) + w.cross(&arm);
-    let a = vec3(&k.A.f) + alpha.cross(&arm) + w.cross(&w.cross(&arm));
-    (Ends { R: R * at.R, w, alpha, v, a }, arm)
+/// A row with an angle.
+#[derive(Clone, Debug)]
+struct Turn {
+    /// Axis and reference in A's link, reference in B's.
+    axis: V3<f64>,
+    from: V3<f64>,
+    to: V3<f64>,
+    kind: TurnKind,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum TurnKind {
+    /// Place among the motions.
+    Given(usize),
+    /// Pitch.
+    Screw(f64),
+}
+
+/// What all rows of a loop share at a state, world axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ends {
+    R: [M3<f64>; 2],
+    /// Angular velocities of A and B.
+    w: [V3<f64>; 2],
+    /// Those of B less those of A.
+    turning: V3<f64>,
+    alpha: V3<f64>,
+    p: V3<f64>,
+    v: V3<f64>,
+    a: V3<f64>,
+    /// A's and B's link's origin to B's origin.
+    pub arms: [V3<f64>; 2],
+}
+
+/// Rows of a block at a state, world axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BlockRows {
+    pub n: usize,
+    /// Wrench about B's origin.
+    pub wrench: V6<f64x4>,
+    pub error: [f64; WIDTH],
+    pub rate: [f64; WIDTH],
+    pub bias: [f64; WIDTH],
 }
 
 impl Closure {
+    /// From the frames of both ends.
+    pub fn new([a, b]: &[OnLink; 2], rows: &[Row]) -> Self {
+        let split = if rows.len() > WIDTH { 3 } else { rows.len() };
+        let (first, rest) = rows.split_at(split);
+        let blocks = [first, rest].into_iter().filter(|rows| !rows.is_empty());
+        Self {
+            slots: [a.slot, b.slot],
+            at: [v3(&a.p), v3(&b.p)],
+            blocks: blocks.map(|rows| Block::new(rows, &a.R, &b.R)).collect(),
+        }
+    }
+
     /// `r`: each link's origin from that of its root. Between roots, world positions are used.
-    pub fn rows(
-        &self,
-        kin: &[Kin<f64>],
-        r: &[V3<f64>],
-        root: &[u32],
-        motions: &[LoopMotion],
-    ) -> LoopRows {
-        let ((A, arm_a), (B, arm_b)) = (end(&self.a, kin), end(&self.b, kin));
-        let (sa, sb) = (self.a.slot as usize, self.b.slot as usize);
-        let between = if sa != 0 && sb != 0 && root[sa] == root[sb] {
-            r[sb] - r[sa]
-        } else {
-            kin[sb].p - kin[sa].p
+    #[inline]
+    pub fn ends(&self, kin: &[Kin<f64>], r: &[V3<f64>], root: &[u32]) -> Ends {
+        let [sa, sb] = self.slots.map(|s| s as usize);
+        let (A, B) = (&kin[sa], &kin[sb]);
+        let arms = [A.R.mul(self.at[0]), B.R.mul(self.at[1])];
+        let between =
+            if sa != 0 && sb != 0 && root[sa] == root[sb] { r[sb] - r[sa] } else { B.p - A.p };
+        let p = between + arms[1] - arms[0];
+        let point = |k: &Kin<f64>, arm: V3<f64>| {
+            let u = k.V.n.cross(arm);
+            (k.V.f + u, k.V.n.cross_add(u, k.A.n.cross_add(arm, k.A.f)))
         };
-        let p = vec3(&between) + arm_b - arm_a;
-        let v = B.v - A.v - A.w.cross(&p);
-        let a = B.a - A.a - A.alpha.cross(&p) - A.w.cross(&A.w.cross(&p)) - 2.0 * A.w.cross(&v);
-        let (w, alpha) = (B.w - A.w, B.alpha - A.alpha);
-        let mut out = LoopRows { n: self.rows.len(), ..LoopRows::default() };
-        out.arms = [v3(&(arm_a + p)), v3(&arm_b)];
-        for (i, row) in self.rows.iter().enumerate() {
-            let (m, f);
-            (m, f, out.error[i], out.rate[i], out.bias[i]) = match row {
-                Row::Slide { axis, motions: given } => {
-                    let n = A.R * axis;
-                    let mut s = [n.dot(&p), n.dot(&v), n.dot(&a)];
-                    for (u, c) in given {
-                        let u = &motions[*u];
-                        s[0] -= c * u.position;
-                        s[1] -= c * u.rate;
-                        s[2] -= c * u.acceleration;
-                    }
-                    (Vec3::zeros(), n, s[0], s[1], s[2])
+        let ((v_a, a_a), (v_b, a_b)) = (point(A, arms[0]), point(B, arms[1]));
+        let (w, u) = (A.V.n, A.V.n.cross(p));
+        let v = v_b - v_a - u;
+        let a = a_b - a_a - A.A.n.cross_add(p, w.cross(u + v + v));
+        Ends {
+            R: [A.R, B.R],
+            w: [w, B.V.n],
+            turning: B.V.n - w,
+            alpha: B.A.n - A.A.n,
+            p,
+            v,
+            a,
+            arms: [arms[0] + p, arms[1]],
+        }
+    }
+}
+
+impl Block {
+    fn new(rows: &[Row], R_A: &Mat3, R_B: &Mat3) -> Self {
+        let mut out = Self { n: rows.len(), ..Self::default() };
+        for (lane, row) in rows.iter().enumerate() {
+            match row {
+                Row::Slide { axis, motions } => {
+                    put(out.slide.get_or_insert_default(), lane, &(R_A * axis));
+                    out.given.extend(motions.iter().map(|(u, c)| (lane, *u, *c)));
                 }
                 Row::Across { a, b, cosine } => {
-                    let (a, b) = (A.R * a, B.R * b);
-                    let m = b.cross(&a);
-                    let m_dot = B.w.cross(&b).cross(&a) + b.cross(&A.w.cross(&a));
-                    let bias = m.dot(&alpha) + w.dot(&m_dot);
-                    (m, Vec3::zeros(), a.dot(&b) - cosine, m.dot(&w), bias)
+                    let across = out.across.get_or_insert_default();
+                    put(&mut across.0, lane, &(R_A * a));
+                    put(&mut across.1, lane, &(R_B * b));
+                    across.2.as_mut_array()[lane] = *cosine;
                 }
                 Row::Turn { axis, reference, motion } => {
-                    let (n, angle) = angle(&A.R, &B.R, axis, reference);
-                    let u = &motions[*motion];
-                    let bias = n.dot(&alpha) + w.dot(&A.w.cross(&n)) - u.acceleration;
-                    (n, Vec3::zeros(), wrap(angle - u.position), n.dot(&w) - u.rate, bias)
+                    let kind = TurnKind::Given(*motion);
+                    out.turns.push((lane, Turn::new((axis, reference), R_A, R_B, kind)));
                 }
                 Row::Screw { axis, reference, pitch } => {
-                    let (n, angle) = angle(&A.R, &B.R, axis, reference);
-                    let error = pitch * wrap(n.dot(&p) / pitch - angle);
-                    let rate = n.dot(&v) - pitch * n.dot(&w);
-                    let turn = n.dot(&alpha) + w.dot(&A.w.cross(&n));
-                    (-*pitch * n, n, error, rate, n.dot(&a) - pitch * turn)
+                    let kind = TurnKind::Screw(*pitch);
+                    out.turns.push((lane, Turn::new((axis, reference), R_A, R_B, kind)));
                 }
-            };
-            out.wrench[i] = V6 { n: v3(&m), f: v3(&f) };
+            }
+        }
+        out
+    }
+
+    /// The rows where the ends are.
+    #[inline]
+    pub fn rows(&self, ends: &Ends, motions: &[LoopMotion]) -> BlockRows {
+        let o = f64x4::splat(0.0);
+        let (mut wrench, mut error, mut rate, mut bias) = (V6::default(), o, o, o);
+        if let Some(axis) = &self.slide {
+            let n = M3::splat(&ends.R[0]).mul(*axis);
+            wrench.f = n;
+            error = n.dot(ends.p.block());
+            rate = n.dot(ends.v.block());
+            bias = n.dot(ends.a.block());
+        }
+        if let Some((a, b, cosine)) = &self.across {
+            let (a, b) = (M3::splat(&ends.R[0]).mul(*a), M3::splat(&ends.R[1]).mul(*b));
+            let (w_a, w_b) = (ends.w[0].block(), ends.w[1].block());
+            let (w, m) = (ends.turning.block(), b.cross(a));
+            let m_dot = w_b.cross(b).cross_add(a, b.cross(w_a.cross(a)));
+            wrench.n = m;
+            error += a.dot(b) - *cosine;
+            rate += m.dot(w);
+            bias += m.dot(ends.alpha.block()) + w.dot(m_dot);
+        }
+        let [error, rate, bias] = [error, rate, bias].map(|x| x.to_array());
+        let mut out = BlockRows { n: self.n, wrench, error, rate, bias };
+        for (lane, u, c) in &self.given {
+            let u = &motions[*u];
+            out.error[*lane] -= c * u.position;
+            out.rate[*lane] -= c * u.rate;
+            out.bias[*lane] -= c * u.acceleration;
+        }
+        for (lane, turn) in &self.turns {
+            let (wrench, numbers) = turn.row(ends, motions);
+            set(&mut out.wrench, *lane, &wrench);
+            [out.error[*lane], out.rate[*lane], out.bias[*lane]] = numbers;
         }
         out
     }
 }
 
-/// The axis in the world and the turn about it.
-fn angle(R_A: &Mat3, R_B: &Mat3, axis: &Vec3, reference: &Vec3) -> (Vec3, f64) {
-    let (n, x, to) = (R_A * axis, R_A * reference, R_B * reference);
-    (n, n.cross(&x).dot(&to).atan2(x.dot(&to)))
+impl Turn {
+    fn new((axis, reference): (&Vec3, &Vec3), R_A: &Mat3, R_B: &Mat3, kind: TurnKind) -> Self {
+        let (axis, from) = (v3(&(R_A * axis)), v3(&(R_A * reference)));
+        Self { axis, from, to: v3(&(R_B * reference)), kind }
+    }
+
+    /// Wrench; error, rate and bias.
+    fn row(&self, ends: &Ends, motions: &[LoopMotion]) -> (V6<f64>, [f64; 3]) {
+        let (R_A, R_B) = (&ends.R[0], &ends.R[1]);
+        let (n, x, to) = (R_A.mul(self.axis), R_A.mul(self.from), R_B.mul(self.to));
+        let angle = n.cross(x).dot(to).atan2(x.dot(to));
+        let turn = n.dot(ends.alpha) + ends.turning.dot(ends.w[0].cross(n));
+        match self.kind {
+            TurnKind::Given(motion) => {
+                let (u, rate) = (&motions[motion], n.dot(ends.turning));
+                let numbers = [wrap(angle - u.position), rate - u.rate, turn - u.acceleration];
+                (V6 { n, f: V3::default() }, numbers)
+            }
+            TurnKind::Screw(pitch) => {
+                let error = pitch * wrap(n.dot(ends.p) / pitch - angle);
+                let rate = n.dot(ends.v) - pitch * n.dot(ends.turning);
+                let bias = n.dot(ends.a) - pitch * turn;
+                (V6 { n: n.scale(-pitch), f: n }, [error, rate, bias])
+            }
+        }
+    }
+}
+
+fn put(to: &mut V3<f64x4>, lane: usize, x: &Vec3) {
+    for (to, x) in [&mut to.x, &mut to.y, &mut to.z].into_iter().zip(x.iter()) {
+        to.as_mut_array()[lane] = *x;
+    }
+}
+
+fn set(to: &mut V6<f64x4>, lane: usize, x: &V6<f64>) {
+    put(&mut to.n, lane, &crate::query::vec3(&x.n));
+    put(&mut to.f, lane, &crate::query::vec3(&x.f));
 }
 
 /// To −π … π.

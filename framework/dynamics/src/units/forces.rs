@@ -6,7 +6,7 @@
 //! y = D^{−1/2} ε                                    [`Units::impulse`] of it is M⁻¹ x
 //! ```
 
-use super::{Unit, Units, UnitsWork};
+use super::{Unit, Units, UnitsWork, floating};
 use crate::linear::V6;
 use crate::tree::Tree;
 
@@ -20,6 +20,14 @@ impl Units {
         for (u, unit) in self.units.iter().enumerate().rev() {
             let first = self.first[u] as usize;
             let z = match unit {
+                Unit::Link(k) if floating::floats(&tree.links[*k as usize]) => {
+                    let v = tree.links[*k as usize].v as usize;
+                    let f = floating::driven(&uw.S[v..], &x[v..], &uw.z[*k as usize + 1]);
+                    for (j, e) in floating::pulled(&uw.G[first..], &f).into_iter().enumerate() {
+                        y[last - (first + j)] = e;
+                    }
+                    continue;
+                }
                 Unit::Link(k) => {
                     let link = &tree.links[*k as usize];
                     let mut z = uw.z[*k as usize + 1];

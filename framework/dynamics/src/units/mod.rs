@@ -20,18 +20,21 @@ mod aggregate;
 mod closing;
 pub(crate) mod closure;
 mod dense;
+mod floating;
 mod forces;
+mod reduction;
 mod rows;
 mod sweep;
+mod walk;
 
 use crate::flexible::Step;
 use crate::tree::Tree;
 use closure::Closure;
-use linkwork_multibody::ConstraintId;
+use linkwork_multibody::{ConstraintId, Coordinate};
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use closing::Level;
-pub use rows::{Row, RowSet, WIDTH};
+pub use rows::{Row, RowSet, Run, WIDTH};
 pub use sweep::UnitsWork;
 
 /// How a constraint is treated.
@@ -73,12 +76,38 @@ pub(crate) enum Unit {
     Aggregate(u32),
 }
 
+/// What lies at a slot for a row that comes from outboard.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Inward {
+    pub through: Through,
+    /// First place in β, and among the independent rates.
+    pub v: u32,
+    pub first: u32,
+    /// Slot inboard of the unit.
+    pub parent: u32,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) enum Through {
+    /// A hinge of so many free dofs.
+    Free(u32),
+    /// A hinge of so many prescribed dofs.
+    Prescribed(u32),
+    /// A root with six free dofs.
+    Floating,
+    /// A member of an aggregate, or the world.
+    #[default]
+    Aggregate,
+}
+
 /// The structure of a mechanism with closed loops: constants, shared by any number of
 /// [`UnitsWork`]s.
 #[derive(Clone, Debug)]
 pub struct Units {
     pub(crate) units: Vec<Unit>,
     pub(crate) aggregates: Vec<Aggregate>,
+    /// What a row passes at each slot on its way inward.
+    pub(crate) inward: Vec<Inward>,
     /// Unit of each slot (0, the world, has none).
     pub(crate) of_slot: Vec<u32>,
     /// Place of each link among the members of its aggregate.
@@ -86,6 +115,8 @@ pub struct Units {
     /// First independent rate of each unit, in the order of units.
     pub(crate) first: Vec<u32>,
     pub(crate) independent: usize,
+    /// Whether a unit is the first that the gather passes to its parent: it writes, others add.
+    pub(crate) writes: Vec<bool>,
     /// Slot whose origin columns of a slot are about.
     pub(crate) root: Vec<u32>,
     /// Loops by place.
@@ -103,7 +134,7 @@ impl Units {
     pub fn new(tree: &Tree, treatment: impl Fn(ConstraintId) -> Treatment) -> Self {
         let mbs = tree.multibody();
         let closures: Vec<Closure> = (mbs.loops().iter().zip(&tree.anchors))
-            .map(|(l, [a, b])| Closure { a: a.clone(), b: b.clone(), rows: l.rows.clone() })
+            .map(|(l, ends)| Closure::new(ends, &l.rows))
             .collect();
         let slot_of_v = |v: usize| {
             let k = tree.links.iter().position(|l| l.v as usize == v);
@@ -113,10 +144,7 @@ impl Units {
             .map(|c| c.terms.iter().map(|(_, v, c)| (slot_of_v(*v), *v as u32, *c)).collect())
             .collect();
         let members = |c: ConstraintId| match c {
-            ConstraintId::Loop(i) => {
-                let l = &closures[i as usize];
-                members(tree, &[l.a.slot, l.b.slot], Ends::Bodies)
-            }
+            ConstraintId::Loop(i) => members(tree, &closures[i as usize].slots, Ends::Bodies),
             ConstraintId::Coupling(i) => {
                 let slots: Vec<u32> = couplings[i as usize].iter().map(|t| t.0).collect();
                 members(tree, &slots, Ends::Hinges)
@@ -157,10 +185,12 @@ impl Units {
         let mut out = Self {
             units: Vec::new(),
             aggregates: Vec::new(),
+            inward: vec![Inward::default(); n],
             of_slot: vec![0; n],
             member: vec![0; n],
             first: Vec::new(),
             independent: 0,
+            writes: Vec::new(),
             root: vec![0; n],
             closures,
             couplings,
@@ -217,7 +247,37 @@ impl Units {
             out.aggregates.push(Aggregate { parent, links, inner, dofs, first, constraints, rows });
         }
         out.independent = nw as usize;
+        let mut written = vec![false; n];
+        out.writes = vec![false; out.units.len()];
+        for unit in (0..out.units.len()).rev() {
+            let parent = out.parent_slot(tree, unit) as usize;
+            out.writes[unit] = !std::mem::replace(&mut written[parent], true);
+        }
+        out.inward = (0..n).map(|slot| out.inward_at(tree, slot)).collect();
         out
+    }
+
+    fn inward_at(&self, tree: &Tree, slot: usize) -> Inward {
+        if slot == 0 {
+            return Inward::default();
+        }
+        let unit = self.of_slot[slot] as usize;
+        let first = self.first[unit];
+        let k = match self.units[unit] {
+            Unit::Link(k) => k as usize,
+            Unit::Aggregate(i) => {
+                let parent = self.aggregates[i as usize].parent;
+                return Inward { first, parent, ..Inward::default() };
+            }
+        };
+        let link = &tree.links[k];
+        let n = link.kind.nv() as u32;
+        let through = match link.coordinate {
+            _ if floating::floats(link) => Through::Floating,
+            Coordinate::Free => Through::Free(n),
+            Coordinate::Prescribed => Through::Prescribed(n),
+        };
+        Inward { through, v: link.v, first, parent: link.parent }
     }
 
     /// Adds the modes of a flexible body as a unit; returns their number.
@@ -292,10 +352,7 @@ impl Units {
     /// Every unit from the ends of a constraint to the base.
     fn way(&self, tree: &Tree, c: ConstraintId) -> BTreeSet<u32> {
         let mut slots: Vec<u32> = match c {
-            ConstraintId::Loop(i) => {
-                let c = &self.closures[i as usize];
-                vec![c.a.slot, c.b.slot]
-            }
+            ConstraintId::Loop(i) => self.closures[i as usize].slots.to_vec(),
             ConstraintId::Coupling(i) => self.couplings[i as usize].iter().map(|t| t.0).collect(),
         };
         let mut out = BTreeSet::new();

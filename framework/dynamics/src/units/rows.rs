@@ -1,21 +1,13 @@
 //! Rows: constraints that stay outside the units, as a factor of their compliance.
 //!
-//! A row is a wrench on one or two links, or factors of hinge coordinates. Its unit force runs inward
-//! over the units of a factored tree ([`Units::gather`]):
 //! ```text
-//! ε = c − S · z,   e = D^{−1/2} ε,   z⁺ = z + G ε            W = E E*   (E: a row's e side by side)
-//! J β̇ = E e_f + Σ ε β̇ (prescribed) − z · A (aggregates)      e_f: of the applied forces
+//! W = E E*                       E: a row's e side by side, as `walk.rs` finds them
+//! y = E* λ                       enters one scatter
 //! ```
-//! So neither J nor M⁻¹ is formed, and no sweep is made for any row: the forces λ enter one scatter
-//! as y = E*λ. Where the two ways of a row meet, its wrenches meet.
+//! So neither J nor M⁻¹ is formed, and no sweep is made for any row.
 
 use super::{Unit, Units, UnitsWork};
 use crate::linear::{V3, V6};
-use crate::query::v3;
-use crate::tree::Tree;
-use crate::work::Workspace;
-use linkwork_multibody::{BodyId, ConstraintId, Coordinate, LoopMotion};
-use linkwork_spatial::Vec3;
 use wide::f64x4;
 
 /// Part of the bound of its diagonal entry below which a row is nothing.
@@ -45,19 +37,19 @@ pub struct Row {
 /// Rows and their factor E: [`RowSet::clear`], then add; it keeps its memory.
 #[derive(Clone, Debug, Default)]
 pub struct RowSet {
-    start: Vec<u32>,
-    dof: Vec<u32>,
-    e: Vec<[f64; WIDTH]>,
-    groups: Vec<Row>,
+    pub(super) start: Vec<u32>,
+    pub(super) dof: Vec<u32>,
+    pub(super) e: Vec<[f64; WIDTH]>,
+    pub(super) groups: Vec<Row>,
     /// What reaches prescribed dofs: group, place in β, ε.
-    held: Vec<(u32, u32, [f64; WIDTH])>,
+    pub(super) held: Vec<(u32, u32, [f64; WIDTH])>,
     /// What reaches members of aggregates: group, slot, z about the member's origin.
-    held_ends: Vec<(u32, u32, V6<f64x4>)>,
+    pub(super) held_ends: Vec<(u32, u32, V6<f64x4>)>,
     /// Factors on members' dofs: group, unit, place among the members' dofs, c.
-    held_terms: Vec<(u32, u32, u32, f64x4)>,
-    independent: usize,
-    ends: Vec<(u32, V6<f64x4>)>,
-    terms: Vec<(u32, u32, f64x4)>,
+    pub(super) held_terms: Vec<(u32, u32, u32, f64x4)>,
+    pub(super) independent: usize,
+    pub(super) ends: Vec<(u32, V6<f64x4>)>,
+    pub(super) terms: Vec<(u32, u32, f64x4)>,
 }
 
 impl RowSet {
@@ -189,303 +181,65 @@ impl RowSet {
     /// The block W_gh = Σ e_g e_h* of two groups, row after row.
     #[must_use]
     pub fn block(&self, g: usize, h: usize) -> [[f64; WIDTH]; WIDTH] {
-        let range = |g: usize| self.start[g] as usize..self.start[g + 1] as usize;
-        let (a, b) = (range(g), range(h));
-        let (da, db) = (&self.dof[a.clone()], &self.dof[b.clone()]);
-        let (ea, eb) = (&self.e[a], &self.e[b]);
         let mut out = [f64x4::splat(0.0); WIDTH];
-        let (mut i, mut j) = (0, 0);
-        while i < da.len() && j < db.len() {
-            match da[i].cmp(&db[j]) {
-                std::cmp::Ordering::Less => i += 1,
-                std::cmp::Ordering::Greater => j += 1,
-                std::cmp::Ordering::Equal => {
-                    let right = f64x4::new(eb[j]);
-                    for (out, x) in out.iter_mut().zip(ea[i]) {
-                        *out = f64x4::splat(x).mul_add(right, *out);
-                    }
-                    i += 1;
-                    j += 1;
-                }
-            }
-        }
+        self.meeting(g, h, |i, j| add_product(&mut out, &self.e[i as usize], &self.e[j as usize]));
         out.map(|row| row.to_array())
     }
 
-    /// Adds the rows of a constraint at the state of the last [`Units::gather`]: two groups where it
-    /// has more than four.
-    pub fn add_constraint(
-        &mut self,
-        tree: &Tree,
-        units: &Units,
-        ws: &Workspace,
-        uw: &UnitsWork,
-        constraint: ConstraintId,
-        motions: &[LoopMotion],
-        (q, v): (&[f64], &[f64]),
-    ) {
-        match constraint {
-            ConstraintId::Loop(i) => {
-                let c = &units.closures[i as usize];
-                let rows = c.rows(&ws.work.kin, &uw.r, &units.root, motions);
-                // Five or six rows: three and the rest, which fills two blocks evenly.
-                let split = if rows.n > WIDTH { 3 } else { rows.n };
-                for range in [0..split, split..rows.n] {
-                    if range.is_empty() {
-                        continue;
-                    }
-                    let wrench = blocks(&rows.wrench[range.clone()]);
-                    self.ends.clear();
-                    for (end, slot) in [c.a.slot, c.b.slot].into_iter().enumerate() {
-                        let arm = uw.r[slot as usize] + rows.arms[end];
-                        // z is less the force.
-                        let z = wrench.to_parent(arm.block());
-                        self.end(slot, if end == 1 { minus(z) } else { z });
-                    }
-                    let mut row = Row { n: range.len(), ..Row::default() };
-                    row.error[..range.len()].copy_from_slice(&rows.error[range.clone()]);
-                    row.rate[..range.len()].copy_from_slice(&rows.rate[range.clone()]);
-                    row.bias[..range.len()].copy_from_slice(&rows.bias[range.clone()]);
-                    self.terms.clear();
-                    self.walk(tree, units, uw, row);
-                }
-            }
-            ConstraintId::Coupling(i) => {
-                let coupling = &tree.multibody().couplings()[i as usize];
-                let mut row = Row { n: 1, ..Row::default() };
-                row.error[0] = -coupling.coupling.constant;
-                self.ends.clear();
-                self.terms.clear();
-                for ((slot, _, _), (iq, iv, c)) in
-                    units.couplings[i as usize].iter().zip(&coupling.terms)
-                {
-                    row.error[0] += c * q[*iq];
-                    row.rate[0] += c * v[*iv];
-                    self.term(*slot, *iv as u32, *c);
-                }
-                self.walk(tree, units, uw, row);
+    /// Where the entries of two groups are of the same rates, appended to `out`, for
+    /// [`RowSet::product`]. It stays the same as long as [`RowSet::start`] and [`RowSet::dof`] do.
+    pub fn shared(&self, g: usize, h: usize, out: &mut Vec<Run>) {
+        let before = out.len();
+        self.meeting(g, h, |i, j| match out[before..].last_mut() {
+            Some(run) if (run.i + run.n, run.j + run.n) == (i, j) => run.n += 1,
+            _ => out.push(Run { i, j, n: 1 }),
+        });
+    }
+
+    /// [`RowSet::block`] of two groups from what they [share](RowSet::shared).
+    #[must_use]
+    #[inline]
+    pub fn product(&self, shared: &[Run]) -> [f64x4; WIDTH] {
+        let mut out = [f64x4::splat(0.0); WIDTH];
+        for run in shared {
+            let (i, j, n) = (run.i as usize, run.j as usize, run.n as usize);
+            for (left, right) in self.e[i..i + n].iter().zip(&self.e[j..j + n]) {
+                add_product(&mut out, left, right);
             }
         }
+        out
     }
 
-    /// Adds one row on one hinge coordinate (place in q and β), with this factor: a limit, or friction
-    /// in the hinge.
-    pub fn add_coordinate(
-        &mut self,
-        tree: &Tree,
-        units: &Units,
-        uw: &UnitsWork,
-        place: usize,
-        factor: f64,
-        rate: f64,
-    ) {
-        let slot = tree.dofs.link[place];
-        self.ends.clear();
-        self.terms.clear();
-        self.term(slot, place as u32, factor);
-        let mut row = Row { n: 1, ..Row::default() };
-        row.rate[0] = factor * rate;
-        self.walk(tree, units, uw, row);
-    }
-
-    /// Adds rows that measure the velocity of body `b` relative to body `a` at a point (m, world)
-    /// along directions (unit vectors, world), three at most: a contact. `None` is the world. On a
-    /// flexible body the point is glued to the nearest station that has mass or carries something,
-    /// or to the body frame when that is nearer.
-    pub fn add_point(
-        &mut self,
-        tree: &Tree,
-        units: &Units,
-        ws: &Workspace,
-        uw: &UnitsWork,
-        (a, b): (Option<BodyId>, Option<BodyId>),
-        point: &Vec3,
-        directions: &[Vec3],
-    ) {
-        self.add_wrenches(tree, units, ws, uw, (a, b), point, directions, &[]);
-    }
-
-    /// As [`RowSet::add_point`], then rows that measure relative angular velocity about axes.
-    pub fn add_wrenches(
-        &mut self,
-        tree: &Tree,
-        units: &Units,
-        ws: &Workspace,
-        uw: &UnitsWork,
-        (a, b): (Option<BodyId>, Option<BodyId>),
-        point: &Vec3,
-        directions: &[Vec3],
-        axes: &[Vec3],
-    ) {
-        let o = V3::default();
-        let mut wrenches = [V6::default(); WIDTH];
-        let n = directions.len() + axes.len();
-        for (to, f) in wrenches.iter_mut().zip(directions) {
-            *to = V6 { n: o, f: v3(f) };
-        }
-        for (to, m) in wrenches[directions.len()..].iter_mut().zip(axes) {
-            *to = V6 { n: v3(m), f: o };
-        }
-        let wrench = blocks(&wrenches[..n]);
-        let mut row = Row { n, ..Row::default() };
-        self.ends.clear();
-        self.terms.clear();
-        for (body, sign) in [(a, -1.0), (b, 1.0)] {
-            let slot = body.map_or(0, |b| tree.slot_near(&ws.work, b, point));
-            let kin = &ws.work.kin[slot as usize];
-            let arm = v3(point) - kin.p;
-            let V = kin.V.to_child(arm);
-            for (rate, w) in row.rate.iter_mut().zip(&wrenches[..n]) {
-                *rate += sign * w.dot(&V);
-            }
-            let z = wrench.to_parent((uw.r[slot as usize] + arm).block());
-            self.end(slot, if sign > 0.0 { minus(z) } else { z });
-        }
-        self.walk(tree, units, uw, row);
-    }
-
-    fn end(&mut self, slot: u32, z: V6<f64x4>) {
-        if slot != 0 {
-            self.ends.push((slot, z));
-        }
-    }
-
-    fn term(&mut self, slot: u32, v: u32, factor: f64) {
-        self.terms.push((slot, v, f64x4::new([factor, 0.0, 0.0, 0.0])));
-        if !self.ends.iter().any(|e| e.0 == slot) {
-            self.ends.push((slot, V6::default()));
-        }
-    }
-
-    /// Inward over the units from the ends, the outermost unit first.
-    fn walk(&mut self, tree: &Tree, units: &Units, uw: &UnitsWork, mut row: Row) {
-        let (mut free, mut gross) = (f64x4::splat(0.0), f64x4::splat(0.0));
-        self.independent = units.independent;
-        let last = (units.independent as u32).wrapping_sub(1);
-        while let Some(unit) = self.ends.iter().map(|e| units.of_slot[e.0 as usize]).max() {
-            let first = units.first[unit as usize];
-            let (ends, terms) = (&mut self.ends, &self.terms);
-            let mut z = V6::default();
-            match units.units[unit as usize] {
-                Unit::Link(k) => {
-                    let link = &tree.links[k as usize];
-                    let reach = f64x4::splat(uw.reach[k as usize + 1]);
-                    if let [(_, only)] = ends[..] {
-                        gross = square(&only).mul_add(reach, gross);
-                        z = only;
-                        ends.clear();
-                    } else {
-                        ends.retain(|e| {
-                            let here = e.0 == k + 1;
-                            if here {
-                                gross = square(&e.1).mul_add(reach, gross);
-                                z = z + e.1;
-                            }
-                            !here
-                        });
-                    }
-                    for j in (0..link.kind.nv() as u32).rev() {
-                        let (v, w) = (link.v + j, first + j);
-                        let mut c = f64x4::splat(0.0);
-                        for t in terms.iter().filter(|t| t.1 == v) {
-                            c += t.2;
-                        }
-                        let eps = uw.S[v as usize].block().dot_from(&z, c);
-                        let at = w as usize;
-                        if link.coordinate == Coordinate::Prescribed {
-                            free = eps.mul_add(f64x4::splat(uw.given[at]), free);
-                            self.held.push((self.groups.len() as u32, v, eps.to_array()));
-                            continue;
-                        }
-                        z = uw.G[at].block().scale_add(eps, z);
-                        let e = eps * f64x4::splat(uw.s[at]);
-                        free = e.mul_add(f64x4::splat(uw.e[at]), free);
-                        self.dof.push(last - w);
-                        self.e.push(e.to_array());
-                    }
-                }
-                Unit::Aggregate(i) => {
-                    let (agg, m) = (&units.aggregates[i as usize], &uw.embedded[i as usize]);
-                    let (size, n, from) = (agg.dofs.len(), m.n, self.e.len());
-                    let w = |j: usize| first as usize + j;
-                    // Rows of this unit, the last rate first.
-                    for j in (0..n).rev() {
-                        self.dof.push(last - w(j) as u32);
-                        self.e.push([0.0; WIDTH]);
-                    }
-                    for t in terms.iter() {
-                        let Some(d) = agg.dofs.iter().position(|d| *d == t.1) else { continue };
-                        free = t.2.mul_add(f64x4::splat(m.x[d]), free);
-                        self.held_terms.push((self.groups.len() as u32, unit, d as u32, t.2));
-                        gross = (t.2 * t.2).mul_add(f64x4::splat(m.reach), gross);
-                        for j in 0..n {
-                            let e = &mut self.e[from + n - 1 - j];
-                            let x = f64x4::splat(m.X[d * size + j]);
-                            *e = t.2.mul_add(x, f64x4::new(*e)).to_array();
-                        }
-                    }
-                    let (held, group) = (&mut self.held_ends, self.groups.len() as u32);
-                    let mut meet = |slot: u32, end: &V6<f64x4>| {
-                        let place = units.member[slot as usize] as usize;
-                        let own = end.to_parent((-uw.r[slot as usize]).block());
-                        z = z + *end;
-                        held.push((group, slot, own));
-                        free -= m.A[place].block().dot(&own);
-                        gross = square(&own).mul_add(f64x4::splat(uw.reach[slot as usize]), gross);
-                        for j in 0..n {
-                            let e = &mut self.e[from + n - 1 - j];
-                            let H = m.H[place * size + j].block();
-                            *e = H.dot_from(&own, f64x4::new(*e)).to_array();
-                        }
-                    };
-                    ends.retain(|e| {
-                        let here = units.of_slot[e.0 as usize] == unit;
-                        if here {
-                            meet(e.0, &e.1);
-                        }
-                        !here
-                    });
-                    for j in (0..n).rev() {
-                        let e = f64x4::new(self.e[from + n - 1 - j]);
-                        z = uw.G[w(j)].block().scale_add(e, z);
-                        free = e.mul_add(f64x4::splat(uw.e[w(j)]), free);
-                    }
-                }
-            }
-            let parent = units.parent_slot(tree, unit as usize);
-            if parent != 0 {
-                match ends.iter_mut().find(|e| e.0 == parent) {
-                    Some(e) => e.1 = e.1 + z,
-                    None => ends.push((parent, z)),
+    /// Calls `f` for the entries of two groups that are of one rate.
+    fn meeting(&self, g: usize, h: usize, mut f: impl FnMut(u32, u32)) {
+        let (end_i, end_j) = (self.start[g + 1], self.start[h + 1]);
+        let (mut i, mut j) = (self.start[g], self.start[h]);
+        while i < end_i && j < end_j {
+            match self.dof[i as usize].cmp(&self.dof[j as usize]) {
+                std::cmp::Ordering::Less => i += 1,
+                std::cmp::Ordering::Greater => j += 1,
+                std::cmp::Ordering::Equal => {
+                    f(i, j);
+                    (i, j) = (i + 1, j + 1);
                 }
             }
         }
-        row.free = free.to_array();
-        row.gross = gross.to_array();
-        self.groups.push(row);
-        self.start.push(self.dof.len() as u32);
     }
 }
 
-/// |n|² + |f|².
+/// Adds left right*, row after row.
 #[inline(always)]
-fn square(z: &V6<f64x4>) -> f64x4 {
-    z.dot(z)
-}
-
-fn minus(z: V6<f64x4>) -> V6<f64x4> {
-    V6 { n: -z.n, f: -z.f }
-}
-
-/// Up to four wrenches side by side.
-fn blocks(wrenches: &[V6<f64>]) -> V6<f64x4> {
-    let pick = |f: fn(&V6<f64>) -> f64| {
-        let mut out = [0.0; WIDTH];
-        out.iter_mut().zip(wrenches).for_each(|(to, w)| *to = f(w));
-        f64x4::new(out)
-    };
-    V6 {
-        n: V3 { x: pick(|w| w.n.x), y: pick(|w| w.n.y), z: pick(|w| w.n.z) },
-        f: V3 { x: pick(|w| w.f.x), y: pick(|w| w.f.y), z: pick(|w| w.f.z) },
+fn add_product(to: &mut [f64x4; WIDTH], left: &[f64; WIDTH], right: &[f64; WIDTH]) {
+    let right = f64x4::new(*right);
+    for (to, x) in to.iter_mut().zip(left) {
+        *to = f64x4::splat(*x).mul_add(right, *to);
     }
+}
+
+/// Entries of two groups that are of the same rates, one after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    i: u32,
+    j: u32,
+    n: u32,
 }

@@ -9,7 +9,7 @@
 //! Articulated inertias are about each link's own origin; S, G and α about the origin of the root
 //! of the units, so that only inertias are ever shifted.
 
-use super::{Aggregate, Unit, Units};
+use super::{Aggregate, Unit, Units, floating};
 use crate::articulated::{Spatial, column};
 use crate::error::DynamicsError;
 use crate::flexible::Step;
@@ -25,12 +25,13 @@ use linkwork_multibody::{Coordinate, LoopMotion};
 pub struct UnitsWork {
     /// Origin of the root of the units to each link's.
     pub(crate) r: Vec<V3<f64>>,
-    /// What units outboard pass to each slot, about its origin.
+    /// What units outboard pass to each slot, about its origin: zero where there are none.
     pub(crate) inertia: Vec<Spatial<f64>>,
     pub(crate) z: Vec<V6<f64>>,
     /// H* of each β, about the root's origin.
     pub(crate) S: Vec<V6<f64>>,
-    /// By independent rate: G (free), and P S of prescribed dofs, about the root's origin.
+    /// By independent rate: G (free; K of a floating root), and P S of prescribed dofs, about the
+    /// root's origin.
     pub(crate) G: Vec<V6<f64>>,
     pub(crate) U: Vec<V6<f64>>,
     pub(crate) D_inv: Vec<f64>,
@@ -73,6 +74,17 @@ impl UnitsWork {
         }
     }
 
+    /// Passes inertia and force to a slot, about its origin.
+    #[inline(always)]
+    pub(super) fn pass(&mut self, slot: usize, P: &Spatial<f64>, z: V6<f64>, writes: bool) {
+        if writes {
+            (self.inertia[slot], self.z[slot]) = (*P, z);
+        } else {
+            self.inertia[slot].add(P);
+            self.z[slot] = self.z[slot] + z;
+        }
+    }
+
     /// How far the closures of aggregates contradict each other at the last gather, in the units of
     /// their rows as scaled to one (rad or m, per s²): zero but for rounding when they are sound.
     #[must_use]
@@ -112,25 +124,30 @@ impl Units {
         check(motions.len(), tree.multibody().motions(), "motions");
         let w = &ws.work;
         self.places(tree, w, uw);
-        uw.inertia.fill(Spatial::default());
-        uw.z.fill(V6::default());
         for (u, unit) in self.units.iter().enumerate().rev() {
             let first = self.first[u] as usize;
             match unit {
+                Unit::Link(k) if floating::floats(&tree.links[*k as usize]) => {
+                    let k = *k as usize;
+                    floating::eliminate(&tree.links[k], k, first, w, uw, tau)
+                        .ok_or_else(|| tree.singular(k))?;
+                }
                 Unit::Link(k) => {
                     let k = *k as usize;
-                    let (P, z) = link(&tree.links[k], k, first, w, uw, tau, vdot)
-                        .ok_or_else(|| tree.singular(k))?;
                     let link = &tree.links[k];
+                    let (P, z) = match link.kind {
+                        Kind::Pin => pin(link, k, first, w, uw, tau, vdot),
+                        _ => hinge(link, k, first, w, uw, tau, vdot),
+                    }
+                    .ok_or_else(|| tree.singular(k))?;
                     if link.parent != 0 {
                         let (p, l) = (link.parent as usize, w.kin[k + 1].l);
-                        uw.inertia[p].add(&P.shifted(l));
-                        uw.z[p] = uw.z[p] + z.to_parent(l);
+                        uw.pass(p, &P.shifted(l), z.to_parent(l), self.writes[u]);
                     }
                 }
                 Unit::Aggregate(i) => {
                     let agg: &Aggregate = &self.aggregates[*i as usize];
-                    self.eliminate(tree, w, uw, *i as usize, first, tau, vdot, motions)
+                    self.eliminate(tree, w, uw, (u, *i as usize), first, tau, vdot, motions)
                         .ok_or_else(|| {
                             let v = agg.dofs.first().copied().unwrap_or(0);
                             tree.singular_at(agg.links[0] as usize, v as usize)
@@ -171,7 +188,7 @@ impl Units {
         let r = self.place(slot, link.parent as usize, w, uw);
         let v = link.v as usize;
         for (j, S) in uw.S[v..v + link.kind.nv()].iter_mut().enumerate() {
-            let own = axis(link, &w.kin[slot], j);
+            let own = axis(link.kind, link.pitch, &w.kin[slot], j);
             *S = V6 { n: own.n, f: r.cross_add(own.n, own.f) };
         }
     }
@@ -207,6 +224,15 @@ impl Units {
         for (u, unit) in self.units.iter().enumerate() {
             let first = self.first[u] as usize;
             match unit {
+                Unit::Link(k) if floating::floats(&tree.links[*k as usize]) => {
+                    let slot = *k as usize + 1;
+                    let v = tree.links[*k as usize].v as usize;
+                    let (K, S, eps) = (&uw.G[first..], &uw.S[v..], &uw.eps);
+                    let x = |j: usize| eps[first + j] + pull(first + j);
+                    let a = floating::moved(K, S, x, &mut vdot[v..v + floating::RATES]);
+                    uw.alpha[slot] = a;
+                    acc[slot] = a;
+                }
                 Unit::Link(k) => {
                     let link = &tree.links[*k as usize];
                     let slot = *k as usize + 1;
@@ -243,6 +269,13 @@ impl Units {
         for (u, unit) in self.units.iter().enumerate() {
             let first = self.first[u] as usize;
             match unit {
+                Unit::Link(k) if floating::floats(&tree.links[*k as usize]) => {
+                    let v = tree.links[*k as usize].v as usize;
+                    let (K, S) = (&uw.G[first..], &uw.S[v..]);
+                    let x = |j: usize| y[last - (first + j)];
+                    let a = floating::moved(K, S, x, &mut dv[v..v + floating::RATES]);
+                    uw.alpha[*k as usize + 1] = a;
+                }
                 Unit::Link(k) => {
                     let link = &tree.links[*k as usize];
                     let v = link.v as usize;
@@ -266,12 +299,12 @@ impl Units {
 
 /// A column of H* about the link's own origin.
 #[inline(always)]
-pub(crate) fn axis(link: &Link, kin: &Kin<f64>, j: usize) -> V6<f64> {
+pub(crate) fn axis(kind: Kind, pitch: f64, kin: &Kin<f64>, j: usize) -> V6<f64> {
     let (R, o) = (&kin.R, V3::default());
-    match (link.kind, j) {
+    match (kind, j) {
         (Kind::Pin, _) => V6 { n: R.z, f: o },
         (Kind::Slider, _) => V6 { n: o, f: R.z },
-        (Kind::Screw, _) => V6 { n: R.z, f: R.z.scale(link.pitch) },
+        (Kind::Screw, _) => V6 { n: R.z, f: R.z.scale(pitch) },
         (_, 0) => V6 { n: R.x, f: o },
         (_, 1) => V6 { n: R.y, f: o },
         (_, 2) => V6 { n: R.z, f: o },
@@ -295,10 +328,38 @@ pub(crate) fn loaded(
     (P, z + uw.z[k + 1])
 }
 
+/// [`eliminate`] at a pin, which most hinges are.
+#[inline(always)]
+fn pin(
+    link: &Link,
+    k: usize,
+    first: usize,
+    w: &Work<f64>,
+    uw: &mut UnitsWork,
+    tau: &[f64],
+    vdot: &[f64],
+) -> Option<(Spatial<f64>, V6<f64>)> {
+    eliminate((link, Kind::Pin), k, first, w, uw, tau, vdot)
+}
+
+/// [`eliminate`] at any hinge.
+#[inline(never)]
+fn hinge(
+    link: &Link,
+    k: usize,
+    first: usize,
+    w: &Work<f64>,
+    uw: &mut UnitsWork,
+    tau: &[f64],
+    vdot: &[f64],
+) -> Option<(Spatial<f64>, V6<f64>)> {
+    eliminate((link, link.kind), k, first, w, uw, tau, vdot)
+}
+
 /// Eliminates the dofs of a link: P⁺ and z⁺ about its own origin; `None` if nothing moves.
 #[inline(always)]
-fn link(
-    link: &Link,
+fn eliminate(
+    (link, kind): (&Link, Kind),
     k: usize,
     first: usize,
     w: &Work<f64>,
@@ -310,10 +371,10 @@ fn link(
     let (mut P, mut z) = loaded(link, k, w, uw);
     let v = link.v as usize;
     let mut reach = 0.0;
-    for j in (0..link.kind.nv()).rev() {
+    for j in (0..kind.nv()).rev() {
         let (i, at) = (v + j, first + j);
-        let (U, D) = column(link.kind, link.pitch, kin, &P, j);
-        let Sz = axis(link, kin, j).dot(&z);
+        let (U, D) = column(kind, link.pitch, kin, &P, j);
+        let Sz = axis(kind, link.pitch, kin, j).dot(&z);
         if link.coordinate == Coordinate::Prescribed {
             uw.U[at] = U.to_parent(r);
             (uw.eps[at], uw.given[at], uw.D_inv[at]) = (Sz, vdot[i], 0.0);
