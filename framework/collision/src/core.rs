@@ -49,12 +49,14 @@ pub(crate) struct Poly {
     pub edges: Vec<Vec3>,
     /// Half edges when it is a box.
     pub half: Option<Vec3>,
+    /// Half the least distance of a face and the corner farthest behind it, m; zero for a triangle.
+    pub thick: f64,
 }
 
 impl Poly {
     /// A box.
     pub(crate) fn cuboid(half: Vec3) -> Self {
-        let mut p = Self { half: Some(half), ..Self::default() };
+        let mut p = Self { half: Some(half), thick: half.min(), ..Self::default() };
         for i in 0..8u64 {
             let sign = |bit: u64| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
             p.vertices.push(half.component_mul(&Vec3::new(sign(0), sign(1), sign(2))));
@@ -139,7 +141,7 @@ impl Core {
         }
     }
 
-    /// Least and greatest d · x.
+    /// Least and greatest d · x, d of any length.
     #[inline]
     fn range(&self, d: &Vec3) -> (f64, f64) {
         match self {
@@ -153,11 +155,30 @@ impl Core {
                     (if x < lo { x } else { lo }, if x > hi { x } else { hi })
                 })
             }
-            _ => {
-                let e = self.support(d).dot(d);
+            Core::Cylinder { r, h } => {
+                let e = r * (d.x * d.x + d.y * d.y).sqrt() + h * d.z.abs();
                 (-e, e)
             }
+            Core::Segment { h } => {
+                let e = h * d.z.abs();
+                (-e, e)
+            }
+            Core::Point => (0.0, 0.0),
         }
+    }
+
+    /// Half of its least extent, m; between a face and what is behind it for a polytope.
+    pub(crate) fn least_half(&self) -> f64 {
+        match self {
+            Core::Point | Core::Segment { .. } => 0.0,
+            Core::Cylinder { r, h } => r.min(*h),
+            Core::Poly(p) => p.thick,
+        }
+    }
+
+    /// By how much lowest points along two directions may differ for each radian between them, when they lie on a smooth part, m.
+    pub(crate) fn radius(&self) -> f64 {
+        if let Core::Cylinder { r, .. } = self { *r } else { 0.0 }
     }
 
     /// Whether it is a triangle, which has no inside.

@@ -13,18 +13,19 @@
 use crate::axis::{self, Axis, BIAS, Nearest, Source};
 use crate::core::{Core, Corner, Placed, Poly, edge_name, mix};
 use crate::polish::polish;
+use crate::surface::Facet;
 use linkwork_multibody::spatial::Vec3;
 use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::VoronoiSimplex;
 
 /// In sizes of the pair.
-const SLACK: f64 = 1e-4;
+pub(crate) const SLACK: f64 = 1e-4;
 /// A face counts as lying across n above this cosine.
 const ACROSS: f64 = 0.985;
 /// Sine of the angle below which edges are side by side.
 const PARALLEL: f64 = 1e-3;
 /// What counts as equal, in sizes of the pair.
-const EQUAL: f64 = 1e-9;
+pub(crate) const EQUAL: f64 = 1e-9;
 
 /// A contact point of two cores, in the frame of the pair.
 #[derive(Clone, Copy, Debug)]
@@ -134,12 +135,27 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
         return;
     }
     room.points.truncate(from);
-    across(a, b, &axis, limit, size, room);
-    keep_shallower(&mut room.points, from, &axis, equal);
+    settle(a, b, &axis, ends, limit, size, room);
+}
+
+/// Appends the points along an axis that is settled; `ends` are the nearest points when the axis was found from them.
+pub(crate) fn settle(
+    a: &Placed,
+    b: &Placed,
+    axis: &Axis,
+    ends: Option<(Vec3, Vec3)>,
+    limit: f64,
+    size: f64,
+    room: &mut Room,
+) {
+    let from = room.points.len();
+    across(a, b, axis, limit, size, room);
+    keep_shallower(&mut room.points, from, axis, EQUAL * size);
     // A corner that is behind a triangle's plane but not behind the triangle is its neighbour's.
-    let beside = thin && axis.source == Source::Face;
-    if !beside && !enough(a, b, &axis, size, &room.points[from..]) {
-        deepest(a, b, &axis, ends, size, room);
+    let own = || matches!(a.core, Core::Poly(p) if p.faces[0].n.dot(&axis.n) > 1.0 - 1e-12);
+    let beside = a.core.is_triangle() && axis.source == Source::Face && own();
+    if !beside && !enough(a, b, axis, size, &room.points[from..]) {
+        deepest(a, b, axis, ends, size, room);
     }
 }
 
@@ -237,6 +253,24 @@ pub(crate) fn across(a: &Placed, b: &Placed, axis: &Axis, limit: f64, size: f64,
             let foot = c.p - m * gap;
             let (pa, pb, n) = if first { (foot, c.p, m) } else { (c.p, foot, -m) };
             room.points.push(Point { pa, pb, n, gap, name: c.name });
+        }
+    }
+}
+
+/// Appends what of a core lies over a triangle, along the triangle's normal.
+pub(crate) fn over_triangle(t: &Facet, b: &Placed, limit: f64, size: f64, room: &mut Room) {
+    b.facing(&-t.n, &mut room.fb);
+    room.fa.clear();
+    room.fa.extend((0..3).map(|k| {
+        let edge = edge_name(t.names[k], t.names[(k + 1) % 3]);
+        Corner { p: t.v[k], name: t.names[k], edge }
+    }));
+    clip(&room.fa, &room.fb, &t.n, SLACK * size, true, &mut room.cut, &mut room.next);
+    for c in &room.cut {
+        let gap = (c.p - t.v[0]).dot(&t.n);
+        if gap <= limit {
+            let pa = c.p - t.n * gap;
+            room.points.push(Point { pa, pb: c.p, n: t.n, gap, name: c.name });
         }
     }
 }
