@@ -16,7 +16,7 @@ mod ridge;
 #[cfg(test)]
 mod tests;
 
-use crate::axis::{Axis, Source};
+use crate::axis::{Axis, BIAS, Source};
 use crate::core::{Core, Placed};
 use crate::manifold::{EQUAL, Room, SLACK, across, convex, corner, least, over_triangle, settle};
 use crate::manifold::Point;
@@ -83,17 +83,17 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
     let sides = [0, 1, 2].map(|k| f.across(k));
     let out = [0, 1, 2].map(|k| (low - f.v[k]).dot(&sides[k]));
     let slack = SLACK * size;
-    if out.iter().all(|o| *o <= slack) {
-        // A normal that leans by φ over an edge is less deep only when tan(φ/2) > inset/depth.
-        let near = |k: usize| -out[k] < -sep && t.lean(k, &sides[k]) > LEAN;
-        if free || (0..3).any(near) {
-            return None;
-        }
-        over_triangle(f, b, limit, size, room);
-        return Some(());
+    let convex_edge = |k: usize| t.lean(k, &sides[k]) > LEAN;
+    // A normal that leans by φ over an edge is less deep only when tan(φ/2) > inset/depth.
+    if sep < 0.0 && (0..3).any(|k| (sep..slack).contains(&out[k]) && convex_edge(k)) {
+        return None;
     }
-    if let Some(axis) = ridge(t, b, &sides, &out, sep, slack)?
-        && axis.sep > sep + EQUAL * size
+    if !(0..3).any(|k| out[k] > slack || (out[k] > 0.0 && convex_edge(k))) {
+        over_triangle(f, b, limit, size, room);
+        return if free { None } else { Some(()) };
+    }
+    if let Some(axis) = ridge(t, b, &sides, &out, (sep, limit, slack))?
+        && axis.sep > sep + if out.iter().any(|o| *o > slack) { EQUAL } else { BIAS } * size
     {
         if axis.sep > limit {
             return Some(());

@@ -17,74 +17,67 @@ use crate::pairs::on_cylinder;
 use crate::surface::Facet;
 use linkwork_multibody::spatial::Vec3;
 
-/// A normal found, and the core's point.
-struct Found {
-    n: Vec3,
-    sep: f64,
-    p: Vec3,
-}
-
-/// The best legal normal over the edges and corners that the core's lowest point, `sep` over the plane, is beyond by more than `slack`, when there is one.
+/// The best legal normal over the edges and corners that the core's lowest point is `beyond`, by `out`, when there is one. The point is `sep` over the plane.
 /// `None`: not known.
 pub(super) fn ridge(
     t: &Tile,
     b: &Placed,
     sides: &[Vec3; 3],
     out: &[f64; 3],
-    sep: f64,
-    slack: f64,
+    (sep, limit, slack): (f64, f64, f64),
 ) -> Option<Option<Axis>> {
+    let f = &t.facet;
     let mut best: Option<Axis> = None;
     let mut offer = |n: Vec3, sep: f64| {
         if best.is_none_or(|b| sep > b.sep) && t.admits(&n) {
             best = Some(Axis { n, sep, source: Source::Other });
         }
     };
-    let f = &t.facet;
-    let mut corners = [false; 3];
     for k in 0..3 {
-        if out[k] <= slack {
+        // Lowest points along normals within a flat edge are within the slack.
+        if out[k] <= 0.0 {
             continue;
         }
         let lean = t.lean(k, &sides[k]);
-        let next = (k + 1) % 3;
-        // Lowest points along normals this near to each other are within the slack.
         if lean * b.core.radius() <= 0.5 * slack && lean <= 0.5 * LEAN {
             // Beyond a flat or hollow edge and below it: its corners may belong to convex edges.
             if sep < -slack {
                 matches!(b.core, Core::Cylinder { .. }).then_some(())?;
-                (corners[k], corners[next]) = (true, true);
             }
             continue;
         }
-        let e = f.v[next] - f.v[k];
         match *b.core {
             Core::Segment { h } => {
-                let found = segment(f, k, b, h)?;
-                offer(found.n, found.sep);
+                let (n, sep) = segment(f, k, b, h)?;
+                offer(n, sep);
             }
             Core::Cylinder { r, h } => {
                 let w = Wheel { c: b.p, z: b.R.column(2).into_owned(), r, h };
-                let (found, within) = w.over_edge(&f.n, &sides[k], &f.v[k], out[k], lean)?;
-                let (x, length) = ((found.p - f.v[k]).dot(&e), e.norm_squared());
-                corners[k] |= x < 0.0;
-                corners[next] |= x > length;
-                if within && (0.0..=length).contains(&x) {
-                    offer(found.n, found.sep);
+                if let Some(s) = w.over_edge(&f.n, &sides[k], &f.v[k], (out[k], sep), lean)? {
+                    let e = f.v[(k + 1) % 3] - f.v[k];
+                    if (0.0..=e.norm_squared()).contains(&(s.p - f.v[k]).dot(&e)) {
+                        offer(s.n, s.sep);
+                    }
                 }
-                // Beyond two edges it is beyond their corner.
-                corners[k] |= out[(k + 2) % 3] > slack;
-                corners[next] |= out[next] > slack;
             }
             _ => return None,
         }
     }
     if let Core::Cylinder { r, h } = *b.core {
-        for k in (0..3).filter(|k| corners[*k]) {
+        let z = b.R.column(2);
+        for k in 0..3 {
+            let d = f.v[k] - b.p;
+            let along = d.dot(&z);
+            let far = d.norm_squared() - along * along > (r + limit) * (r + limit);
+            if far || along.abs() > h + limit {
+                continue;
+            }
             let (_, n, gap) = on_cylinder(b, r, h, &f.v[k]);
-            let along = |o: usize| -n.dot(&(f.v[(k + o) % 3] - f.v[k]));
-            if along(1) <= 0.0 && along(2) <= 0.0 {
+            let within = |o: usize| n.dot(&(f.v[(k + o) % 3] - f.v[k])) >= 0.0;
+            if within(1) && within(2) {
                 offer(-n, gap);
+            } else if gap < 0.0 {
+                return None;
             }
         }
     }
@@ -92,7 +85,7 @@ pub(super) fn ridge(
 }
 
 /// A segment over edge k, apart; `None` when its nearest point of the triangle is elsewhere.
-fn segment(f: &Facet, k: usize, b: &Placed, h: f64) -> Option<Found> {
+fn segment(f: &Facet, k: usize, b: &Placed, h: f64) -> Option<(Vec3, f64)> {
     let z = b.R.column(2).into_owned();
     let end = |p: Vec3| Corner { p, name: 0, edge: 0 };
     let (ea, eb) = ([end(f.v[k]), end(f.v[(k + 1) % 3])], [end(b.p - z * h), end(b.p + z * h)]);
@@ -101,7 +94,7 @@ fn segment(f: &Facet, k: usize, b: &Placed, h: f64) -> Option<Found> {
     let d = p - pa;
     let sep = d.norm();
     let n = d / sep;
-    (sep > 1e-9 * h && lower(f, b, &n) >= sep - 1e-13 * h).then_some(Found { n, sep, p })
+    (sep > 1e-9 * h && lower(f, b, &n) >= sep - 1e-13 * h).then_some((n, sep))
 }
 
 /// What a normal shows between a triangle and a core: no more than their distance.
@@ -175,28 +168,30 @@ impl Wheel {
         Slope { n, p, sep, first: turned.dot(&d), second }
     }
 
-    /// The normal of greatest separation over an edge at v, and whether it leans no more than `lean`; else what it is at that.
+    /// The normal of greatest separation over an edge at v that leans by `lean` at most, when it is not beyond that; `first` and `sep`
+    /// are those of m. `None`: not known.
     fn over_edge(
         &self,
         m: &Vec3,
         t: &Vec3,
         v: &Vec3,
-        out: f64,
+        (first, sep): (f64, f64),
         lean: f64,
-    ) -> Option<(Found, bool)> {
+    ) -> Option<Option<Slope>> {
         let frame = (m, t, v);
         let sin = (lean + LEAN).min(1.0);
         let far = (sin, if sin < 1.0 { (1.0 - sin * sin).sqrt() } else { -LEAN });
         let end = |(sin, cos): (f64, f64)| -> f64 {
             if m.dot(&self.z) * cos + t.dot(&self.z) * sin > 0.0 { -1.0 } else { 1.0 }
         };
-        let found = |s: Slope| Found { n: s.n, sep: s.sep, p: s.p };
         let ends = [end((0.0, 1.0)), end(far)];
         let last = self.slope(frame, far, ends[1]);
         if !(last.first <= 0.0) {
-            return last.first.is_finite().then_some((found(last), false));
+            // While they overlap sep' may grow again, but no faster than they overlap.
+            let sure = last.sep >= 0.0 || last.first > -4.0 * sep * sin;
+            return sure.then_some(None);
         }
-        let (mut lo, mut hi, mut side) = ((0.0, out), (far.0.atan2(far.1), last.first), ends[1]);
+        let (mut lo, mut hi, mut side) = ((0.0, first), (far.0.atan2(far.1), last.first), ends[1]);
         if ends[0] != ends[1] {
             // Here n is across the axis: a line on the side is lowest.
             let (x, y) = (t.dot(&self.z), -m.dot(&self.z));
@@ -205,7 +200,7 @@ impl Wheel {
             let [before, after] = ends.map(|e| self.slope(frame, at, e));
             if before.first > 0.0 && after.first < 0.0 {
                 let s = before.first / (before.first - after.first);
-                return Some((Found { p: before.p.lerp(&after.p, s), ..found(before) }, true));
+                return Some(Some(Slope { p: before.p.lerp(&after.p, s), ..before }));
             }
             if before.first > 0.0 {
                 lo = (turn, after.first);
@@ -221,7 +216,7 @@ impl Wheel {
             let step = (next - phi).abs();
             if step < 1e-8 {
                 // Quadratic from here: the next place is right to the last digit.
-                return Some((found(self.slope(frame, next.sin_cos(), side)), true));
+                return Some(Some(self.slope(frame, next.sin_cos(), side)));
             }
             phi = if next > lo.0 && next < hi.0 { next } else { 0.5 * (lo.0 + hi.0) };
         }
