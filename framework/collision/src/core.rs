@@ -222,6 +222,16 @@ impl<'a> Placed<'a> {
     /// The point farthest along d.
     #[inline]
     pub(crate) fn support(&self, d: &Vec3) -> Vec3 {
+        if let Core::Cylinder { r, h } = self.core {
+            // Only the axis matters, unless d is nearly along it: then w would lose its digits.
+            let z = self.R.column(2);
+            let along = z.dot(d);
+            let w = d - z * along;
+            let s = w.norm_squared().sqrt();
+            if s > 0.01 {
+                return self.p + z * h.copysign(along) + w * (r / s);
+            }
+        }
         self.R * self.core.support(&self.R.tr_mul(d)) + self.p
     }
 
@@ -239,8 +249,14 @@ impl<'a> Placed<'a> {
     /// Least and greatest d · x.
     #[inline]
     pub(crate) fn range(&self, d: &Vec3) -> (f64, f64) {
-        let (lo, hi) = self.core.range(&self.R.tr_mul(d));
         let at = self.p.dot(d);
+        if let Core::Cylinder { r, h } = self.core {
+            let z = self.R.column(2);
+            let along = z.dot(d);
+            let e = r * (d - z * along).norm_squared().sqrt() + h * along.abs();
+            return (at - e, at + e);
+        }
+        let (lo, hi) = self.core.range(&self.R.tr_mul(d));
         (lo + at, hi + at)
     }
 }
@@ -305,7 +321,7 @@ fn push_line(out: &mut Vec<Corner>, ends: &[Vec3; 2], names: [u64; 2]) {
 
 /// An end (eight points of its rim), a line on the side, or the farthest point of a rim.
 fn facing_cylinder(r: f64, h: f64, d: &Vec3, out: &mut Vec<Corner>) -> Option<Vec3> {
-    let s = d.x.hypot(d.y);
+    let s = (d.x * d.x + d.y * d.y).sqrt();
     let (x, y) = if s > LEVEL { (d.x / s, d.y / s) } else { (1.0, 0.0) };
     if s < FACING {
         let (up, c) = (1f64.copysign(d.z), std::f64::consts::FRAC_1_SQRT_2);

@@ -258,8 +258,26 @@ pub(crate) fn across(a: &Placed, b: &Placed, axis: &Axis, limit: f64, size: f64,
 }
 
 /// Appends what of a core lies over a triangle, along the triangle's normal.
-pub(crate) fn over_triangle(t: &Facet, b: &Placed, limit: f64, size: f64, room: &mut Room) {
+pub(crate) fn over_triangle(
+    t: &Facet,
+    sides: &[Vec3; 3],
+    b: &Placed,
+    limit: f64,
+    size: f64,
+    room: &mut Room,
+) {
     b.facing(&-t.n, &mut room.fb);
+    if let [c, d] = room.fb[..] {
+        let ends = on_line(t, sides, [c, d], SLACK * size);
+        for (p, name) in ends.iter().flatten() {
+            let gap = (p - t.v[0]).dot(&t.n);
+            if gap <= limit {
+                let pa = p - t.n * gap;
+                room.points.push(Point { pa, pb: *p, n: t.n, gap, name: *name });
+            }
+        }
+        return;
+    }
     room.fa.clear();
     room.fa.extend((0..3).map(|k| {
         let edge = edge_name(t.names[k], t.names[(k + 1) % 3]);
@@ -273,6 +291,30 @@ pub(crate) fn over_triangle(t: &Facet, b: &Placed, limit: f64, size: f64, room: 
             room.points.push(Point { pa, pb: c.p, n: t.n, gap, name: c.name });
         }
     }
+}
+
+/// What of a line lies over a triangle, `sides` pointing away from its edges: two ends, or one where they are within the slack of each other.
+fn on_line(t: &Facet, sides: &[Vec3; 3], line: [Corner; 2], slack: f64) -> [Option<(Vec3, u64)>; 2] {
+    let mut ends = line.map(|c| (c.p, corner(OF_B, c.name)));
+    for k in 0..3 {
+        let heights = ends.map(|e| (e.0 - t.v[k]).dot(&sides[k]) - slack);
+        if heights[0] <= 0.0 && heights[1] <= 0.0 {
+            continue;
+        }
+        let Some(inner) = (0..2).find(|i| heights[*i] <= 0.0) else { return [None; 2] };
+        let outer = 1 - inner;
+        // An end that is on the plane within the slack stands for the crossing next to it.
+        if heights[inner] > -2.0 * slack {
+            ends[outer] = ends[inner];
+            continue;
+        }
+        // On the plane itself, not on that which slack gives.
+        let s = (heights[inner] + slack) / (heights[inner] - heights[outer]);
+        let edge = edge_name(t.names[k], t.names[(k + 1) % 3]);
+        ends[outer] =
+            (ends[inner].0.lerp(&ends[outer].0, s.clamp(0.0, 1.0)), crossing(edge, line[0].edge));
+    }
+    [Some(ends[0]), Some(ends[1]).filter(|e| e.1 != ends[0].1)]
 }
 
 /// A corner while it is clipped.

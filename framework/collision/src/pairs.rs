@@ -162,12 +162,12 @@ fn on_segment(s: &Placed, h: f64, p: &Vec3) -> (Vec3, Vec3) {
 /// The point of a cylinder's surface nearest to p, the normal there, and the distance, negative inside.
 pub(crate) fn on_cylinder(c: &Placed, r: f64, h: f64, p: &Vec3) -> (Vec3, Vec3, f64) {
     let q = c.R.tr_mul(&(p - c.p));
-    let s = q.x.hypot(q.y);
+    let s = (q.x * q.x + q.y * q.y).sqrt();
     let u = if s > 1e-14 * r { Vec3::new(q.x / s, q.y / s, 0.0) } else { Vec3::x() };
     let up = Vec3::new(0.0, 0.0, 1f64.copysign(q.z));
     let (side, end) = (s - r, q.z.abs() - h);
     let (n, gap) = if side > 0.0 && end > 0.0 {
-        let d = side.hypot(end);
+        let d = (side * side + end * end).sqrt();
         ((u * side + up * end) / d, d)
     } else if side > end {
         (u, side)

@@ -89,7 +89,7 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
         return None;
     }
     if !(0..3).any(|k| out[k] > slack || (out[k] > 0.0 && convex_edge(k))) {
-        over_triangle(f, b, limit, size, room);
+        over_triangle(f, &sides, b, limit, size, room);
         return if free { None } else { Some(()) };
     }
     if let Some(axis) = ridge(t, b, &sides, &out, (sep, limit, slack))?
@@ -109,7 +109,7 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
         }
     }
     let from = room.points.len();
-    over_triangle(f, b, limit, size, room);
+    over_triangle(f, &sides, b, limit, size, room);
     if least(&room.points[from..]) < 0.0 {
         if free {
             keep(room, from, |p| p.gap >= 0.0);

@@ -159,7 +159,8 @@ impl Wheel {
         let (n, turned) = (m * cos + t * sin, t * cos - m * sin);
         let w = n - self.z * self.z.dot(&n);
         let l = w.norm();
-        let u = w / l;
+        // Along the axis there is no lowest point: NaN makes the search give up.
+        let u = if l > 1e-4 { w / l } else { Vec3::repeat(f64::NAN) };
         let p = self.c + self.z * (self.h * end) - u * self.r;
         let d = p - v;
         let along = turned.dot(&self.z.cross(&u));
