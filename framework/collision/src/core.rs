@@ -235,6 +235,27 @@ impl<'a> Placed<'a> {
         self.R * self.core.support(&self.R.tr_mul(d)) + self.p
     }
 
+    /// From a point to the core, of any length: to the nearest point of a cylinder, a segment or a box, else to the origin. Zero within.
+    #[inline]
+    pub(crate) fn toward(&self, from: &Vec3) -> Vec3 {
+        let q = self.R.tr_mul(&(from - self.p));
+        let beyond = |x: f64, h: f64| x - x.clamp(-h, h);
+        let out = match self.core {
+            Core::Point => q,
+            Core::Segment { h } => Vec3::new(q.x, q.y, beyond(q.z, *h)),
+            Core::Cylinder { r, h } => {
+                let s = (q.x * q.x + q.y * q.y).sqrt();
+                let part = if s > *r { 1.0 - r / s } else { 0.0 };
+                Vec3::new(q.x * part, q.y * part, beyond(q.z, *h))
+            }
+            Core::Poly(Poly { half: Some(h), .. }) => {
+                Vec3::new(beyond(q.x, h.x), beyond(q.y, h.y), beyond(q.z, h.z))
+            }
+            Core::Poly(_) => q,
+        };
+        -(self.R * out)
+    }
+
     /// How fast the point farthest along d moves when d moves by `step`: zero at corners.
     #[inline]
     pub(crate) fn support_rate(&self, d: &Vec3, step: &Vec3) -> Vec3 {

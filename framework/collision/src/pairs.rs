@@ -223,7 +223,7 @@ fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
         let ((low, high), plane, length) = (b.range(n), n.dot(v), n.norm());
         low - plane <= limit * length && high - plane >= -behind * length
     };
-    s.near_planes(&lo, &hi, meets_plane, &mut list);
+    s.near_if(&lo, &hi, |n, v| meets_plane(n, &v[0]) && !far(v, b, limit), &mut list);
     for i in &list {
         one_triangle(&Tile::new(s, *i), b, limit, size, room);
     }
@@ -231,6 +231,14 @@ fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     if room.points.is_empty() && s.is_terrain() {
         sunk(s, b, limit, room);
     }
+}
+
+/// Whether a direction from near a triangle to the core shows more than `limit` between them. Most of what is not beyond a triangle's plane is.
+fn far(v: &[Vec3; 3], b: &Placed, limit: f64) -> bool {
+    let (lo, hi) = (v[0].inf(&v[1]).inf(&v[2]), v[0].sup(&v[1]).sup(&v[2]));
+    let n = b.toward(&b.p.sup(&lo).inf(&hi));
+    let top = f64::max(n.dot(&v[0]), f64::max(n.dot(&v[1]), n.dot(&v[2])));
+    b.range(&n).0 - top > f64::max(limit * n.norm(), 0.0)
 }
 
 /// What is far under the terrain: its lowest point against the triangle above it.

@@ -125,20 +125,20 @@ impl Surface {
         }
     }
 
-    /// Those of the triangles that a box may meet for which `keep` says so, given their normal, of any length, and a point of their plane.
-    pub(crate) fn near_planes(
+    /// Those of the triangles that a box may meet for which `keep` says so, given their normal, of any length, and their corners.
+    pub(crate) fn near_if(
         &self,
         lo: &Vec3,
         hi: &Vec3,
-        keep: impl Fn(&Vec3, &Vec3) -> bool,
+        keep: impl Fn(&Vec3, &[Vec3; 3]) -> bool,
         out: &mut Vec<u32>,
     ) {
         match self {
             Self::Mesh(m) => {
                 self.near(lo, hi, out);
-                out.retain(|i| keep(&m.normals[*i as usize], &m.corner(*i as usize)));
+                out.retain(|i| keep(&m.normals[*i as usize], &m.corners(*i as usize)));
             }
-            Self::Grid(g) => g.near_planes(lo, hi, keep, out),
+            Self::Grid(g) => g.near_if(lo, hi, keep, out),
         }
     }
 
@@ -280,14 +280,13 @@ impl Triangles {
         Self { vertices: given.to_vec(), triangles, normals, lean, tree, lo, hi }
     }
 
-    fn corner(&self, i: usize) -> Vec3 {
-        self.vertices[self.triangles[i][0] as usize]
+    fn corners(&self, i: usize) -> [Vec3; 3] {
+        self.triangles[i].map(|k| self.vertices[k as usize])
     }
 
     fn facet(&self, i: usize) -> Facet {
-        let t = self.triangles[i];
-        let v = t.map(|k| self.vertices[k as usize]);
-        Facet { v, names: t.map(u64::from), n: self.normals[i] }
+        let names = self.triangles[i].map(u64::from);
+        Facet { v: self.corners(i), names, n: self.normals[i] }
     }
 }
 
@@ -393,11 +392,11 @@ impl Grid {
     }
 
     /// As [`Grid::near`], with normals from slopes: (−∂z/∂x, −∂z/∂y, 1).
-    fn near_planes(
+    fn near_if(
         &self,
         lo: &Vec3,
         hi: &Vec3,
-        keep: impl Fn(&Vec3, &Vec3) -> bool,
+        keep: impl Fn(&Vec3, &[Vec3; 3]) -> bool,
         out: &mut Vec<u32>,
     ) {
         out.clear();
@@ -407,19 +406,22 @@ impl Grid {
         for j in self.cells(1, lo.y, hi.y) {
             let row = &self.heights[j * self.x..];
             let (row, above) = (&row[..self.x], &row[self.x..2 * self.x]);
-            let y = j as f64 * self.spacing[1] - self.far[1];
+            let y = [j, j + 1].map(|j| j as f64 * self.spacing[1] - self.far[1]);
             for i in columns.clone() {
                 let (z00, z10, z01, z11) = (row[i], row[i + 1], above[i], above[i + 1]);
-                let corner = Vec3::new(i as f64 * self.spacing[0] - self.far[0], y, z00);
+                let x = [i, i + 1].map(|i| i as f64 * self.spacing[0] - self.far[0]);
+                let (first, last) = (Vec3::new(x[0], y[0], z00), Vec3::new(x[1], y[1], z11));
                 let number = 2 * (j * (self.x - 1) + i) as u32;
-                let lower = Vec3::new((z00 - z10) * per_x, (z10 - z11) * per_y, 1.0);
-                if z00.max(z10).max(z11) >= floor && keep(&lower, &corner) {
-                    out.push(number);
-                }
-                let upper = Vec3::new((z01 - z11) * per_x, (z00 - z01) * per_y, 1.0);
-                if z00.max(z01).max(z11) >= floor && keep(&upper, &corner) {
-                    out.push(number + 1);
-                }
+                let mut offer = |half: u32, n: Vec3, top: f64, v: [Vec3; 3]| {
+                    if top >= floor && keep(&n, &v) {
+                        out.push(number + half);
+                    }
+                };
+                let most = if z00 > z11 { z00 } else { z11 };
+                let n = Vec3::new((z00 - z10) * per_x, (z10 - z11) * per_y, 1.0);
+                offer(0, n, most.max(z10), [first, Vec3::new(x[1], y[0], z10), last]);
+                let n = Vec3::new((z01 - z11) * per_x, (z00 - z01) * per_y, 1.0);
+                offer(1, n, most.max(z01), [first, last, Vec3::new(x[0], y[1], z01)]);
             }
         }
     }
