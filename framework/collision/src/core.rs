@@ -236,7 +236,7 @@ impl<'a> Placed<'a> {
     }
 
     /// From a point to the core, of any length: to the nearest point of a cylinder, a segment or a box, else to the origin. Zero within.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn toward(&self, from: &Vec3) -> Vec3 {
         let q = self.R.tr_mul(&(from - self.p));
         let beyond = |x: f64, h: f64| x - x.clamp(-h, h);
@@ -268,7 +268,7 @@ impl<'a> Placed<'a> {
     }
 
     /// Least and greatest d · x.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn range(&self, d: &Vec3) -> (f64, f64) {
         let at = self.p.dot(d);
         if let Core::Cylinder { r, h } = self.core {

@@ -223,7 +223,8 @@ fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
         let ((low, high), plane, length) = (b.range(n), n.dot(v), n.norm());
         low - plane <= limit * length && high - plane >= -behind * length
     };
-    s.near_if(&lo, &hi, |n, v| meets_plane(n, &v[0]) && !far(v, b, limit), &mut list);
+    let keep = |n: &Vec3, v: &[Vec3; 3]| meets_plane(n, &v[0]) && !far(v, b, limit);
+    s.near_if(&lo, &hi, |cell| far(cell, b, limit), keep, &mut list);
     for i in &list {
         one_triangle(&Tile::new(s, *i), b, limit, size, room);
     }
@@ -233,11 +234,15 @@ fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     }
 }
 
-/// Whether a direction from near a triangle to the core shows more than `limit` between them. Most of what is not beyond a triangle's plane is.
-fn far(v: &[Vec3; 3], b: &Placed, limit: f64) -> bool {
-    let (lo, hi) = (v[0].inf(&v[1]).inf(&v[2]), v[0].sup(&v[1]).sup(&v[2]));
+/// Whether a direction from near some corners to the core shows more than `limit` between them. Most of what is not beyond a triangle's plane is.
+#[inline(always)]
+fn far<const N: usize>(v: &[Vec3; N], b: &Placed, limit: f64) -> bool {
+    let (mut lo, mut hi) = (v[0], v[0]);
+    for v in &v[1..] {
+        (lo, hi) = (lo.inf(v), hi.sup(v));
+    }
     let n = b.toward(&b.p.sup(&lo).inf(&hi));
-    let top = f64::max(n.dot(&v[0]), f64::max(n.dot(&v[1]), n.dot(&v[2])));
+    let top = v.iter().map(|v| n.dot(v)).fold(f64::NEG_INFINITY, |m, x| if x > m { x } else { m });
     b.range(&n).0 - top > f64::max(limit * n.norm(), 0.0)
 }
 

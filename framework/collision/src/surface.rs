@@ -125,11 +125,13 @@ impl Surface {
         }
     }
 
-    /// Those of the triangles that a box may meet for which `keep` says so, given their normal, of any length, and their corners.
+    /// Those of the triangles that a box may meet for which `keep` says so, given their normal, of any length, and their corners; of a height field
+    /// `far` is asked before, given the corners of a cell.
     pub(crate) fn near_if(
         &self,
         lo: &Vec3,
         hi: &Vec3,
+        far: impl Fn(&[Vec3; 4]) -> bool,
         keep: impl Fn(&Vec3, &[Vec3; 3]) -> bool,
         out: &mut Vec<u32>,
     ) {
@@ -138,7 +140,7 @@ impl Surface {
                 self.near(lo, hi, out);
                 out.retain(|i| keep(&m.normals[*i as usize], &m.corners(*i as usize)));
             }
-            Self::Grid(g) => g.near_if(lo, hi, keep, out),
+            Self::Grid(g) => g.near_if(lo, hi, far, keep, out),
         }
     }
 
@@ -396,6 +398,7 @@ impl Grid {
         &self,
         lo: &Vec3,
         hi: &Vec3,
+        far: impl Fn(&[Vec3; 4]) -> bool,
         keep: impl Fn(&Vec3, &[Vec3; 3]) -> bool,
         out: &mut Vec<u32>,
     ) {
@@ -410,18 +413,25 @@ impl Grid {
             for i in columns.clone() {
                 let (z00, z10, z01, z11) = (row[i], row[i + 1], above[i], above[i + 1]);
                 let x = [i, i + 1].map(|i| i as f64 * self.spacing[0] - self.far[0]);
-                let (first, last) = (Vec3::new(x[0], y[0], z00), Vec3::new(x[1], y[1], z11));
-                let number = 2 * (j * (self.x - 1) + i) as u32;
-                let mut offer = |half: u32, n: Vec3, top: f64, v: [Vec3; 3]| {
-                    if top >= floor && keep(&n, &v) {
-                        out.push(number + half);
-                    }
-                };
+                let v = [
+                    Vec3::new(x[0], y[0], z00),
+                    Vec3::new(x[1], y[0], z10),
+                    Vec3::new(x[1], y[1], z11),
+                    Vec3::new(x[0], y[1], z01),
+                ];
                 let most = if z00 > z11 { z00 } else { z11 };
+                if most.max(z10).max(z01) < floor || far(&v) {
+                    continue;
+                }
+                let number = 2 * (j * (self.x - 1) + i) as u32;
                 let n = Vec3::new((z00 - z10) * per_x, (z10 - z11) * per_y, 1.0);
-                offer(0, n, most.max(z10), [first, Vec3::new(x[1], y[0], z10), last]);
+                if most.max(z10) >= floor && keep(&n, &[v[0], v[1], v[2]]) {
+                    out.push(number);
+                }
                 let n = Vec3::new((z01 - z11) * per_x, (z00 - z01) * per_y, 1.0);
-                offer(1, n, most.max(z01), [first, last, Vec3::new(x[0], y[1], z01)]);
+                if most.max(z01) >= floor && keep(&n, &[v[0], v[2], v[3]]) {
+                    out.push(number + 1);
+                }
             }
         }
     }

@@ -84,8 +84,12 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
     let out = [0, 1, 2].map(|k| (low - f.v[k]).dot(&sides[k]));
     let slack = SLACK * size;
     let convex_edge = |k: usize| t.lean(k, &sides[k]) > LEAN;
-    // A normal that leans by φ over an edge is less deep only when tan(φ/2) > inset/depth.
-    if sep < 0.0 && (0..3).any(|k| (sep..slack).contains(&out[k]) && convex_edge(k)) {
+    // A normal that leans by φ over an edge is less deep only when tan(φ/2) > inset/depth; over two edges it may lean more than over one.
+    let near = |k: usize| match -out[k] {
+        inset if inset < 0.0 => out[k] < slack && convex_edge(k),
+        inset => inset < -sep && inset < -2.0 * sep * t.lean(k, &sides[k]),
+    };
+    if sep < 0.0 && (0..3).any(near) {
         return None;
     }
     if !(0..3).any(|k| out[k] > slack || (out[k] > 0.0 && convex_edge(k))) {
