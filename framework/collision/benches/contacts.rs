@@ -5,6 +5,7 @@
 mod support;
 
 use divan::Bencher;
+use divan::counter::ItemsCount;
 use linkwork_collision::multibody::spatial::{Pose, Quat, Vec3};
 use linkwork_collision::*;
 use support::*;
@@ -111,6 +112,59 @@ fn wheel_on_terrain(bencher: Bencher) {
         wheel,
         Pose::new(Quat::from_euler_angles(0.0, 1.57, 0.3), Vec3::new(0.03, 0.02, 0.255)),
     );
+}
+
+/// The six wheels of a rover on waves, at places where each sinks in by 50 µm; argument: margin in mm. An item is a wheel.
+#[divan::bench(args = [1, 10])]
+fn wheels_on_waves(bencher: Bencher, margin_mm: u32) {
+    let (wheels, n, d) = (6, 81, 0.1);
+    let height = |i: usize, j: usize| {
+        let (x, y) = (d * i as f64 - 4.0, d * j as f64 - 4.0);
+        0.1 * (1.0 + 0.5 * (2.0 * x).sin() + 0.5 * (1.7 * y + x).sin())
+    };
+    let heights = (0..n * n).map(|k| height(k % n, k / n)).collect();
+    let field = Shape::HeightField { x: n, y: n, spacing: [d, d], heights };
+    let wheel = Shape::Cylinder { radius: 0.1, half_length: 0.06 };
+    let mut alone = scene(&[field.clone(), wheel.clone()]);
+    let mut r = Random(17);
+    let mut sets = Vec::new();
+    for _ in 0..20 {
+        let mut poses = vec![Pose::identity()];
+        for _ in 0..wheels {
+            let turn = Quat::from_euler_angles(0.0, 0.0, 3.0 * r.signed())
+                * Quat::from_euler_angles(1.57 + 0.1 * r.signed(), 0.0, 0.0)
+                * Quat::from_euler_angles(0.0, 0.0, 3.0 * r.signed());
+            let place = Vec3::new(3.0 * r.signed(), 3.0 * r.signed(), 0.3);
+            let mut X = [Pose::identity(), Pose::new(turn, place)];
+            for _ in 0..3 {
+                let points = alone.contacts(1.0, &X);
+                let c = deepest(&points).unwrap();
+                X[1].position -= c.normal * (c.gap + 5e-5);
+            }
+            poses.push(X[1]);
+        }
+        sets.push(poses);
+    }
+    let bodies = free_bodies(wheels + 1);
+    let specs = (0..=wheels)
+        .map(|i| {
+            let shape = if i == 0 { field.clone() } else { wheel.clone() };
+            let mut s = ColliderSpec::new(format!("a{i:02}"), format!("a{i:02}"), shape);
+            (s.groups, s.collides_with) = if i == 0 { (2, 1) } else { (1, 2) };
+            s
+        })
+        .collect();
+    let mut s = scene_of(specs, bodies);
+    let mut out = Vec::new();
+    let margin = f64::from(margin_mm) * 1e-3;
+    bencher.counter(ItemsCount::new(wheels * sets.len())).bench_local(|| {
+        let mut points = 0;
+        for poses in &sets {
+            s.colliders.contacts(&mut s.scratch, &Query::margin(margin), at(poses), &mut out);
+            points += out.len();
+        }
+        points
+    });
 }
 
 #[divan::bench]

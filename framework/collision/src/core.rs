@@ -49,12 +49,14 @@ pub(crate) struct Poly {
     pub edges: Vec<Vec3>,
     /// Half edges when it is a box.
     pub half: Option<Vec3>,
+    /// Half the least distance of a face and the corner farthest behind it, m; zero for a triangle.
+    pub thick: f64,
 }
 
 impl Poly {
     /// A box.
     pub(crate) fn cuboid(half: Vec3) -> Self {
-        let mut p = Self { half: Some(half), ..Self::default() };
+        let mut p = Self { half: Some(half), thick: half.min(), ..Self::default() };
         for i in 0..8u64 {
             let sign = |bit: u64| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
             p.vertices.push(half.component_mul(&Vec3::new(sign(0), sign(1), sign(2))));
@@ -139,7 +141,7 @@ impl Core {
         }
     }
 
-    /// Least and greatest d · x.
+    /// Least and greatest d · x, d of any length.
     #[inline]
     fn range(&self, d: &Vec3) -> (f64, f64) {
         match self {
@@ -153,11 +155,30 @@ impl Core {
                     (if x < lo { x } else { lo }, if x > hi { x } else { hi })
                 })
             }
-            _ => {
-                let e = self.support(d).dot(d);
+            Core::Cylinder { r, h } => {
+                let e = r * (d.x * d.x + d.y * d.y).sqrt() + h * d.z.abs();
                 (-e, e)
             }
+            Core::Segment { h } => {
+                let e = h * d.z.abs();
+                (-e, e)
+            }
+            Core::Point => (0.0, 0.0),
         }
+    }
+
+    /// Half of its least extent, m; between a face and what is behind it for a polytope.
+    pub(crate) fn least_half(&self) -> f64 {
+        match self {
+            Core::Point | Core::Segment { .. } => 0.0,
+            Core::Cylinder { r, h } => r.min(*h),
+            Core::Poly(p) => p.thick,
+        }
+    }
+
+    /// By how much lowest points along two directions may differ for each radian between them, when they lie on a smooth part, m.
+    pub(crate) fn radius(&self) -> f64 {
+        if let Core::Cylinder { r, .. } = self { *r } else { 0.0 }
     }
 
     /// Whether it is a triangle, which has no inside.
@@ -201,7 +222,38 @@ impl<'a> Placed<'a> {
     /// The point farthest along d.
     #[inline]
     pub(crate) fn support(&self, d: &Vec3) -> Vec3 {
+        if let Core::Cylinder { r, h } = self.core {
+            // Only the axis matters, unless d is nearly along it: then w would lose its digits.
+            let z = self.R.column(2);
+            let along = z.dot(d);
+            let w = d - z * along;
+            let s = w.norm_squared().sqrt();
+            if s > 0.01 {
+                return self.p + z * h.copysign(along) + w * (r / s);
+            }
+        }
         self.R * self.core.support(&self.R.tr_mul(d)) + self.p
+    }
+
+    /// From a point to the core, of any length: to the nearest point of a cylinder, a segment or a box, else to the origin. Zero within.
+    #[inline(always)]
+    pub(crate) fn toward(&self, from: &Vec3) -> Vec3 {
+        let q = self.R.tr_mul(&(from - self.p));
+        let beyond = |x: f64, h: f64| x - x.clamp(-h, h);
+        let out = match self.core {
+            Core::Point => q,
+            Core::Segment { h } => Vec3::new(q.x, q.y, beyond(q.z, *h)),
+            Core::Cylinder { r, h } => {
+                let s = (q.x * q.x + q.y * q.y).sqrt();
+                let part = if s > *r { 1.0 - r / s } else { 0.0 };
+                Vec3::new(q.x * part, q.y * part, beyond(q.z, *h))
+            }
+            Core::Poly(Poly { half: Some(h), .. }) => {
+                Vec3::new(beyond(q.x, h.x), beyond(q.y, h.y), beyond(q.z, h.z))
+            }
+            Core::Poly(_) => q,
+        };
+        -(self.R * out)
     }
 
     /// How fast the point farthest along d moves when d moves by `step`: zero at corners.
@@ -216,10 +268,16 @@ impl<'a> Placed<'a> {
     }
 
     /// Least and greatest d · x.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn range(&self, d: &Vec3) -> (f64, f64) {
-        let (lo, hi) = self.core.range(&self.R.tr_mul(d));
         let at = self.p.dot(d);
+        if let Core::Cylinder { r, h } = self.core {
+            let z = self.R.column(2);
+            let along = z.dot(d);
+            let e = r * (d - z * along).norm_squared().sqrt() + h * along.abs();
+            return (at - e, at + e);
+        }
+        let (lo, hi) = self.core.range(&self.R.tr_mul(d));
         (lo + at, hi + at)
     }
 }
@@ -284,7 +342,7 @@ fn push_line(out: &mut Vec<Corner>, ends: &[Vec3; 2], names: [u64; 2]) {
 
 /// An end (eight points of its rim), a line on the side, or the farthest point of a rim.
 fn facing_cylinder(r: f64, h: f64, d: &Vec3, out: &mut Vec<Corner>) -> Option<Vec3> {
-    let s = d.x.hypot(d.y);
+    let s = (d.x * d.x + d.y * d.y).sqrt();
     let (x, y) = if s > LEVEL { (d.x / s, d.y / s) } else { (1.0, 0.0) };
     if s < FACING {
         let (up, c) = (1f64.copysign(d.z), std::f64::consts::FRAC_1_SQRT_2);

@@ -61,6 +61,7 @@ mod shape;
 mod solid;
 mod surface;
 mod thin;
+mod triangle;
 
 pub use colliders::{ColliderId, Colliders, Rebuilt};
 pub use error::{CollisionError, Fault, ShapeFault};

@@ -13,18 +13,19 @@
 use crate::axis::{self, Axis, BIAS, Nearest, Source};
 use crate::core::{Core, Corner, Placed, Poly, edge_name, mix};
 use crate::polish::polish;
+use crate::surface::Facet;
 use linkwork_multibody::spatial::Vec3;
 use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::VoronoiSimplex;
 
 /// In sizes of the pair.
-const SLACK: f64 = 1e-4;
+pub(crate) const SLACK: f64 = 1e-4;
 /// A face counts as lying across n above this cosine.
 const ACROSS: f64 = 0.985;
 /// Sine of the angle below which edges are side by side.
 const PARALLEL: f64 = 1e-3;
 /// What counts as equal, in sizes of the pair.
-const EQUAL: f64 = 1e-9;
+pub(crate) const EQUAL: f64 = 1e-9;
 
 /// A contact point of two cores, in the frame of the pair.
 #[derive(Clone, Copy, Debug)]
@@ -134,12 +135,27 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
         return;
     }
     room.points.truncate(from);
-    across(a, b, &axis, limit, size, room);
-    keep_shallower(&mut room.points, from, &axis, equal);
-    // A corner that is behind a triangle's plane but not behind the triangle is its neighbour's.
-    let beside = thin && axis.source == Source::Face;
-    if !beside && !enough(a, b, &axis, size, &room.points[from..]) {
-        deepest(a, b, &axis, ends, size, room);
+    settle(a, b, &axis, ends, limit, size, room);
+}
+
+/// Appends the points along an axis that is settled; `ends` are the nearest points when the axis was found from them.
+pub(crate) fn settle(
+    a: &Placed,
+    b: &Placed,
+    axis: &Axis,
+    ends: Option<(Vec3, Vec3)>,
+    limit: f64,
+    size: f64,
+    room: &mut Room,
+) {
+    let from = room.points.len();
+    across(a, b, axis, limit, size, room);
+    keep_shallower(&mut room.points, from, axis, EQUAL * size);
+    // A corner that is behind a face's plane but not behind the face is another's. A round end is more than eight corners: what is between them is its own.
+    let round = || axis::round(b.core) && b.R.column(2).dot(&axis.n).abs() > 1.0 - 1e-12;
+    let beside = a.core.is_triangle() && axis.source == Source::Face && !round();
+    if !beside && !enough(a, b, axis, size, &room.points[from..]) {
+        deepest(a, b, axis, ends, size, room);
     }
 }
 
@@ -239,6 +255,66 @@ pub(crate) fn across(a: &Placed, b: &Placed, axis: &Axis, limit: f64, size: f64,
             room.points.push(Point { pa, pb, n, gap, name: c.name });
         }
     }
+}
+
+/// Appends what of a core lies over a triangle, along the triangle's normal.
+pub(crate) fn over_triangle(
+    t: &Facet,
+    sides: &[Vec3; 3],
+    b: &Placed,
+    limit: f64,
+    size: f64,
+    room: &mut Room,
+) {
+    b.facing(&-t.n, &mut room.fb);
+    if let [c, d] = room.fb[..] {
+        let ends = on_line(t, sides, [c, d], SLACK * size);
+        for (p, name) in ends.iter().flatten() {
+            let gap = (p - t.v[0]).dot(&t.n);
+            if gap <= limit {
+                let pa = p - t.n * gap;
+                room.points.push(Point { pa, pb: *p, n: t.n, gap, name: *name });
+            }
+        }
+        return;
+    }
+    room.fa.clear();
+    room.fa.extend((0..3).map(|k| {
+        let edge = edge_name(t.names[k], t.names[(k + 1) % 3]);
+        Corner { p: t.v[k], name: t.names[k], edge }
+    }));
+    clip(&room.fa, &room.fb, &t.n, SLACK * size, true, &mut room.cut, &mut room.next);
+    for c in &room.cut {
+        let gap = (c.p - t.v[0]).dot(&t.n);
+        if gap <= limit {
+            let pa = c.p - t.n * gap;
+            room.points.push(Point { pa, pb: c.p, n: t.n, gap, name: c.name });
+        }
+    }
+}
+
+/// What of a line lies over a triangle, `sides` pointing away from its edges: two ends, or one where they are within the slack of each other.
+fn on_line(t: &Facet, sides: &[Vec3; 3], line: [Corner; 2], slack: f64) -> [Option<(Vec3, u64)>; 2] {
+    let mut ends = line.map(|c| (c.p, corner(OF_B, c.name)));
+    for k in 0..3 {
+        let heights = ends.map(|e| (e.0 - t.v[k]).dot(&sides[k]) - slack);
+        if heights[0] <= 0.0 && heights[1] <= 0.0 {
+            continue;
+        }
+        let Some(inner) = (0..2).find(|i| heights[*i] <= 0.0) else { return [None; 2] };
+        let outer = 1 - inner;
+        // An end that is on the plane within the slack stands for the crossing next to it.
+        if heights[inner] > -2.0 * slack {
+            ends[outer] = ends[inner];
+            continue;
+        }
+        // On the plane itself, not on that which slack gives.
+        let s = (heights[inner] + slack) / (heights[inner] - heights[outer]);
+        let edge = edge_name(t.names[k], t.names[(k + 1) % 3]);
+        ends[outer] =
+            (ends[inner].0.lerp(&ends[outer].0, s.clamp(0.0, 1.0)), crossing(edge, line[0].edge));
+    }
+    [Some(ends[0]), Some(ends[1]).filter(|e| e.1 != ends[0].1)]
 }
 
 /// A corner while it is clipped.

@@ -1,14 +1,14 @@
 //! Contact points of two solids of any kind, in the frame of the first.
 //!
 //! Balls and capsules with each other, balls with cylinders and half spaces with everything have closed forms; the rest is `manifold.rs`.
-//! Surfaces take one triangle after the other; a normal that a neighbour forbids (it would come from an edge inside a flat or hollow part)
-//! is replaced by the triangle's own.
+//! Surfaces take one triangle after the other (`triangle/mod.rs`).
 
-use crate::axis::{Axis, Source, direction};
+use crate::axis::direction;
 use crate::core::{Core, Corner, Placed, mix};
-use crate::manifold::{Point, Room, across, convex, corner, least, lines};
+use crate::manifold::{Point, Room, convex, corner, least, lines};
 use crate::solid::{Kind, Solid};
-use crate::surface::{Surface, Triangle};
+use crate::surface::Surface;
+use crate::triangle::{Tile, one_triangle};
 use linkwork_multibody::spatial::{Pose, Vec3};
 
 /// What a pair is asked.
@@ -160,14 +160,14 @@ fn on_segment(s: &Placed, h: f64, p: &Vec3) -> (Vec3, Vec3) {
 }
 
 /// The point of a cylinder's surface nearest to p, the normal there, and the distance, negative inside.
-fn on_cylinder(c: &Placed, r: f64, h: f64, p: &Vec3) -> (Vec3, Vec3, f64) {
+pub(crate) fn on_cylinder(c: &Placed, r: f64, h: f64, p: &Vec3) -> (Vec3, Vec3, f64) {
     let q = c.R.tr_mul(&(p - c.p));
-    let s = q.x.hypot(q.y);
+    let s = (q.x * q.x + q.y * q.y).sqrt();
     let u = if s > 1e-14 * r { Vec3::new(q.x / s, q.y / s, 0.0) } else { Vec3::x() };
     let up = Vec3::new(0.0, 0.0, 1f64.copysign(q.z));
     let (side, end) = (s - r, q.z.abs() - h);
     let (n, gap) = if side > 0.0 && end > 0.0 {
-        let d = side.hypot(end);
+        let d = (side * side + end * end).sqrt();
         ((u * side + up * end) / d, d)
     } else if side > end {
         (u, side)
@@ -218,9 +218,15 @@ fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     let corner_of = |sign| Vec3::new(reach(0, sign), reach(1, sign), reach(2, sign));
     let (lo, hi) = (corner_of(-1.0), corner_of(1.0));
     let mut list = std::mem::take(&mut room.list);
-    s.near(&lo, &hi, &mut list);
+    let behind = room.behind;
+    let meets_plane = |n: &Vec3, v: &Vec3| {
+        let ((low, high), plane, length) = (b.range(n), n.dot(v), n.norm());
+        low - plane <= limit * length && high - plane >= -behind * length
+    };
+    let keep = |n: &Vec3, v: &[Vec3; 3]| meets_plane(n, &v[0]) && !far(v, b, limit);
+    s.near_if(&lo, &hi, |cell| far(cell, b, limit), keep, &mut list);
     for i in &list {
-        one_triangle(&s.triangle(*i), b, limit, size, room);
+        one_triangle(&Tile::new(s, *i), b, limit, size, room);
     }
     room.list = list;
     if room.points.is_empty() && s.is_terrain() {
@@ -228,67 +234,16 @@ fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     }
 }
 
-fn one_triangle(t: &Triangle, b: &Placed, limit: f64, size: f64, room: &mut Room) {
-    let (low, high) = b.range(&t.n);
-    let plane = t.n.dot(&t.v[0]);
-    if low - plane > limit || high - plane < -room.behind {
-        return;
+/// Whether a direction from near some corners to the core shows more than `limit` between them. Most of what is not beyond a triangle's plane is.
+#[inline(always)]
+fn far<const N: usize>(v: &[Vec3; N], b: &Placed, limit: f64) -> bool {
+    let (mut lo, mut hi) = (v[0], v[0]);
+    for v in &v[1..] {
+        (lo, hi) = (lo.inf(v), hi.sup(v));
     }
-    if let Core::Point = b.core {
-        return point_on(t, &b.p, limit, size, room);
-    }
-    let from = room.points.len();
-    let Core::Poly(mut poly) = std::mem::replace(&mut room.triangle, Core::Point) else { return };
-    t.write(&mut poly);
-    let core = Core::Poly(poly);
-    let a = Placed::here(&core);
-    convex(&a, b, limit, size, room);
-    let legal = room.points[from..].iter().all(|p| t.admits(&p.n));
-    if !legal {
-        // What does not meet the triangle itself is not below it either.
-        let floor =
-            if least(&room.points[from..]) > -1e-5 * size { 0.0 } else { f64::NEG_INFINITY };
-        room.points.truncate(from);
-        let own = Axis { n: t.n, sep: low - plane, source: Source::Face };
-        across(&a, b, &own, limit, size, room);
-        let mut kept = from;
-        for i in from..room.points.len() {
-            if room.points[i].gap >= floor && t.admits(&room.points[i].n) {
-                room.points[kept] = room.points[i];
-                kept += 1;
-            }
-        }
-        room.points.truncate(kept);
-    }
-    room.triangle = core;
-}
-
-/// A point and a triangle: the nearest point of the face, else of an edge.
-fn point_on(t: &Triangle, p: &Vec3, limit: f64, size: f64, room: &mut Room) {
-    let height = (p - t.v[0]).dot(&t.n);
-    let mut nearest: Option<(Vec3, f64)> = None;
-    let mut outside = false;
-    for k in 0..3 {
-        let (a, e) = (t.v[k], t.v[(k + 1) % 3] - t.v[k]);
-        if (p - a).dot(&t.across(k)) > 1e-4 * size {
-            outside = true;
-            let foot = a + e * ((p - a).dot(&e) / e.norm_squared()).clamp(0.0, 1.0);
-            let d = (p - foot).norm();
-            if nearest.is_none_or(|n| d < n.1) {
-                nearest = Some((foot, d));
-            }
-        }
-    }
-    let name = corner(2, 0);
-    if !outside && height <= limit {
-        let pa = p - t.n * height;
-        room.points.push(Point { pa, pb: *p, n: t.n, gap: height, name });
-    } else if let Some((pa, gap)) = nearest.filter(|(_, d)| *d <= limit && *d > 1e-12 * size) {
-        let n = (p - pa) / gap;
-        if t.admits(&n) {
-            room.points.push(Point { pa, pb: *p, n, gap, name });
-        }
-    }
+    let n = b.toward(&b.p.sup(&lo).inf(&hi));
+    let top = v.iter().map(|v| n.dot(v)).fold(f64::NEG_INFINITY, |m, x| if x > m { x } else { m });
+    b.range(&n).0 - top > f64::max(limit * n.norm(), 0.0)
 }
 
 /// What is far under the terrain: its lowest point against the triangle above it.
@@ -297,7 +252,7 @@ fn sunk(s: &Surface, b: &Placed, limit: f64, room: &mut Room) {
     let mut list = std::mem::take(&mut room.list);
     s.near(&low, &low, &mut list);
     for i in &list {
-        let t = s.triangle(*i);
+        let t = s.facet(*i);
         let gap = (low - t.v[0]).dot(&t.n);
         let over = (0..3).all(|k| {
             let out = (t.v[(k + 1) % 3] - t.v[k]).cross(&Vec3::z());
@@ -326,7 +281,7 @@ fn surfaces(s: &Surface, t: &Surface, X_AB: &Pose, limit: f64, size: f64, room: 
     t.near(&low.add_scalar(-limit.abs()), &high.add_scalar(limit.abs()), &mut others);
     for i in &others {
         let Core::Poly(mut poly) = std::mem::replace(&mut room.second, Core::Point) else { break };
-        t.triangle(*i).write(&mut poly);
+        t.facet(*i).write(&mut poly);
         let core = Core::Poly(poly);
         surface(s, &Placed::at(&core, X_AB), limit, size, room);
         room.second = core;

@@ -138,6 +138,11 @@ fn hull(points: &[Vec3]) -> Result<Poly, ShapeFault> {
         let f = poly.faces[i];
         poly.faces[i].n = normal(poly.ring_of(&f).iter().map(|i| poly.vertices[*i as usize]));
     }
+    let widths = poly.faces.iter().map(|f| {
+        let top = f.n.dot(&poly.vertices[poly.ring[f.start as usize] as usize]);
+        top - poly.vertices.iter().map(|v| v.dot(&f.n)).fold(f64::INFINITY, f64::min)
+    });
+    poly.thick = 0.5 * widths.fold(f64::INFINITY, f64::min);
     for i in 0..poly.faces.len() {
         let ring: Vec<u32> = poly.ring_of(&poly.faces[i]).to_vec();
         for k in 0..ring.len() {

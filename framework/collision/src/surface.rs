@@ -2,6 +2,7 @@
 //!
 //! A triangle has a unit normal n, and at each edge k a direction t_k in its plane, away from it. A normal that leans over the
 //! edge is legal as far as that of the neighbour leans: n · t_k ≤ lean_k, 0 where the surface is flat or hollow.
+//! A facet is a triangle without its neighbours: most queries need no more.
 
 use crate::convert::{bounds, to_parry};
 use crate::core::Poly;
@@ -12,30 +13,35 @@ use parry3d_f64::query::Ray;
 use std::collections::BTreeMap;
 
 /// How much more a normal may lean, sine: what lies on a face trembles.
-const LEAN: f64 = 1e-4;
+pub(crate) const LEAN: f64 = 1e-4;
 
-/// A triangle with what its contacts need.
+/// A triangle by itself.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Triangle {
+pub(crate) struct Facet {
     /// Corners, m.
     pub v: [Vec3; 3],
     /// Names of the corners.
     pub names: [u64; 3],
     /// Outward normal, unit.
     pub n: Vec3,
-    /// How far a normal may lean over the edge from corner k to the next: sine.
-    pub lean: [f64; 3],
 }
 
-impl Triangle {
+impl Facet {
     /// In its plane, across the edge from corner k, away from the triangle, unit.
+    #[inline]
     pub(crate) fn across(&self, k: usize) -> Vec3 {
         (self.v[(k + 1) % 3] - self.v[k]).cross(&self.n).normalize()
     }
 
-    /// Whether a contact normal belongs to this triangle or to its convex edges.
-    pub(crate) fn admits(&self, n: &Vec3) -> bool {
-        n.dot(&self.n) > -LEAN && (0..3).all(|k| n.dot(&self.across(k)) <= self.lean[k] + LEAN)
+    /// Whether a contact normal belongs to this triangle or to its convex edges; `lean` tells how far a normal may lean over the edge from corner k
+    /// to the next: sine.
+    pub(crate) fn admits(&self, n: &Vec3, lean: impl Fn(usize, &Vec3) -> f64) -> bool {
+        n.dot(&self.n) > -LEAN
+            && (0..3).all(|k| {
+                let across = self.across(k);
+                let along = n.dot(&across);
+                along <= LEAN || along <= lean(k, &across) + LEAN
+            })
     }
 
     /// Fills a polytope with it.
@@ -119,11 +125,38 @@ impl Surface {
         }
     }
 
-    /// A triangle by number.
-    pub(crate) fn triangle(&self, i: u32) -> Triangle {
+    /// Those of the triangles that a box may meet for which `keep` says so, given their normal, of any length, and their corners; of a height field
+    /// `far` is asked before, given the corners of a cell.
+    pub(crate) fn near_if(
+        &self,
+        lo: &Vec3,
+        hi: &Vec3,
+        far: impl Fn(&[Vec3; 4]) -> bool,
+        keep: impl Fn(&Vec3, &[Vec3; 3]) -> bool,
+        out: &mut Vec<u32>,
+    ) {
         match self {
-            Self::Mesh(m) => m.triangle(i as usize),
-            Self::Grid(g) => g.triangle(i as usize),
+            Self::Mesh(m) => {
+                self.near(lo, hi, out);
+                out.retain(|i| keep(&m.normals[*i as usize], &m.corners(*i as usize)));
+            }
+            Self::Grid(g) => g.near_if(lo, hi, far, keep, out),
+        }
+    }
+
+    /// A triangle by number.
+    pub(crate) fn facet(&self, i: u32) -> Facet {
+        match self {
+            Self::Mesh(m) => m.facet(i as usize),
+            Self::Grid(g) => g.facet(i as usize),
+        }
+    }
+
+    /// How far a normal may lean over the edge from corner k to the next, whose direction [`Facet::across`] is given: sine.
+    pub(crate) fn lean(&self, i: u32, t: &Facet, k: usize, across: &Vec3) -> f64 {
+        match self {
+            Self::Mesh(m) => m.lean[i as usize][k],
+            Self::Grid(g) => lean(&t.n, across, g.neighbour(i as usize, k)),
         }
     }
 
@@ -133,14 +166,14 @@ impl Surface {
             Self::Mesh(m) => {
                 let ray = Ray::new(to_parry(origin), to_parry(direction));
                 let test = |i: u32, best: f64| {
-                    meet(origin, direction, &m.triangle(i as usize).v).filter(|t| *t <= best)
+                    meet(origin, direction, &m.facet(i as usize).v).filter(|t| *t <= best)
                 };
                 m.tree.cast_ray(&ray, max, test).filter(|(_, t)| *t <= max)
             }
             Self::Grid(g) => g.cast(origin, direction, max),
         };
         hit.map(|(i, t)| {
-            let n = self.triangle(i).n;
+            let n = self.facet(i).n;
             (t, if n.dot(direction) > 0.0 { -n } else { n })
         })
     }
@@ -168,6 +201,7 @@ fn meet(origin: &Vec3, direction: &Vec3, v: &[Vec3; 3]) -> Option<f64> {
 pub(crate) struct Triangles {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
+    normals: Vec<Vec3>,
     lean: Vec<[f64; 3]>,
     tree: Bvh,
     lo: Vec3,
@@ -243,14 +277,18 @@ impl Triangles {
             })
         };
         let lean = triangles.iter().map(leans).collect();
+        let normals = triangles.iter().map(|t| normal(&corners(t))).collect();
         let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves);
-        Self { vertices: given.to_vec(), triangles, lean, tree, lo, hi }
+        Self { vertices: given.to_vec(), triangles, normals, lean, tree, lo, hi }
     }
 
-    fn triangle(&self, i: usize) -> Triangle {
-        let t = self.triangles[i];
-        let v = t.map(|k| self.vertices[k as usize]);
-        Triangle { v, names: t.map(u64::from), n: normal(&v), lean: self.lean[i] }
+    fn corners(&self, i: usize) -> [Vec3; 3] {
+        self.triangles[i].map(|k| self.vertices[k as usize])
+    }
+
+    fn facet(&self, i: usize) -> Facet {
+        let names = self.triangles[i].map(u64::from);
+        Facet { v: self.corners(i), names, n: self.normals[i] }
     }
 }
 
@@ -305,30 +343,29 @@ impl Grid {
         Some(normal(&Self::corners(i, j, half).map(|(i, j)| self.point(i, j))))
     }
 
-    fn triangle(&self, number: usize) -> Triangle {
+    fn place(&self, number: usize) -> (usize, usize, usize) {
         let (cell, half) = (number / 2, number % 2);
-        let (i, j) = (cell % (self.x - 1), cell / (self.x - 1));
+        (cell % (self.x - 1), cell / (self.x - 1), half)
+    }
+
+    fn facet(&self, number: usize) -> Facet {
+        let (i, j, half) = self.place(number);
         let at = Self::corners(i, j, half);
         let v = at.map(|(i, j)| self.point(i, j));
-        let n = normal(&v);
-        let (si, sj) = (Some(i), Some(j));
-        let neighbours = if half == 0 {
-            [
-                self.normal(si, j.checked_sub(1), 1),
-                self.normal(Some(i + 1), sj, 1),
-                self.normal(si, sj, 1),
-            ]
-        } else {
-            [
-                self.normal(si, sj, 0),
-                self.normal(si, Some(j + 1), 0),
-                self.normal(i.checked_sub(1), sj, 0),
-            ]
-        };
-        let names = at.map(|(i, j)| (j * self.x + i) as u64);
-        let mut t = Triangle { v, names, n, lean: [0.0; 3] };
-        t.lean = [0, 1, 2].map(|k| lean(&n, &t.across(k), neighbours[k]));
-        t
+        Facet { v, names: at.map(|(i, j)| (j * self.x + i) as u64), n: normal(&v) }
+    }
+
+    /// Normal of the triangle across the edge from corner k, when there is one.
+    fn neighbour(&self, number: usize, k: usize) -> Option<Vec3> {
+        let (i, j, half) = self.place(number);
+        match (half, k) {
+            (0, 0) => self.normal(Some(i), j.checked_sub(1), 1),
+            (0, 1) => self.normal(Some(i + 1), Some(j), 1),
+            (0, _) => self.normal(Some(i), Some(j), 1),
+            (_, 0) => self.normal(Some(i), Some(j), 0),
+            (_, 1) => self.normal(Some(i), Some(j + 1), 0),
+            _ => self.normal(i.checked_sub(1), Some(j), 0),
+        }
     }
 
     /// Cells from–to along an axis that an interval covers.
@@ -351,6 +388,49 @@ impl Grid {
                     if at[0].max(at[1]).max(at[2]) + 1e-9 * self.far[0] >= lo.z {
                         out.push((2 * (j * (self.x - 1) + i) + half) as u32);
                     }
+                }
+            }
+        }
+    }
+
+    /// As [`Grid::near`], with normals from slopes: (−∂z/∂x, −∂z/∂y, 1).
+    fn near_if(
+        &self,
+        lo: &Vec3,
+        hi: &Vec3,
+        far: impl Fn(&[Vec3; 4]) -> bool,
+        keep: impl Fn(&Vec3, &[Vec3; 3]) -> bool,
+        out: &mut Vec<u32>,
+    ) {
+        out.clear();
+        let [per_x, per_y] = self.spacing.map(|d| 1.0 / d);
+        let floor = lo.z - 1e-9 * self.far[0];
+        let columns = self.cells(0, lo.x, hi.x);
+        for j in self.cells(1, lo.y, hi.y) {
+            let row = &self.heights[j * self.x..];
+            let (row, above) = (&row[..self.x], &row[self.x..2 * self.x]);
+            let y = [j, j + 1].map(|j| j as f64 * self.spacing[1] - self.far[1]);
+            for i in columns.clone() {
+                let (z00, z10, z01, z11) = (row[i], row[i + 1], above[i], above[i + 1]);
+                let x = [i, i + 1].map(|i| i as f64 * self.spacing[0] - self.far[0]);
+                let v = [
+                    Vec3::new(x[0], y[0], z00),
+                    Vec3::new(x[1], y[0], z10),
+                    Vec3::new(x[1], y[1], z11),
+                    Vec3::new(x[0], y[1], z01),
+                ];
+                let most = if z00 > z11 { z00 } else { z11 };
+                if most.max(z10).max(z01) < floor || far(&v) {
+                    continue;
+                }
+                let number = 2 * (j * (self.x - 1) + i) as u32;
+                let n = Vec3::new((z00 - z10) * per_x, (z10 - z11) * per_y, 1.0);
+                if most.max(z10) >= floor && keep(&n, &[v[0], v[1], v[2]]) {
+                    out.push(number);
+                }
+                let n = Vec3::new((z01 - z11) * per_x, (z00 - z01) * per_y, 1.0);
+                if most.max(z01) >= floor && keep(&n, &[v[0], v[2], v[3]]) {
+                    out.push(number + 1);
                 }
             }
         }
@@ -394,7 +474,7 @@ impl Grid {
                 for i in self.cells(0, at.x.min(end.x), at.x.max(end.x)) {
                     for half in 0..2 {
                         let number = (2 * (j * (self.x - 1) + i) + half) as u32;
-                        let hit = meet(origin, direction, &self.triangle(number as usize).v);
+                        let hit = meet(origin, direction, &self.facet(number as usize).v);
                         if let Some(t) = hit.filter(|t| *t <= max && best.is_none_or(|b| *t < b.1))
                         {
                             best = Some((number, t));
