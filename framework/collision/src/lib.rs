@@ -8,7 +8,7 @@
 //! boxes around the shapes, sorted along the axis on which they are spread most      query.rs
 //! pairs that the rules let through                                                  colliders.rs, rules.rs
 //! contact points of a pair, in the frame of one of the two                          pairs.rs, manifold.rs, axis.rs
-//! at most four for each direction, well spread, with names                          thin.rs
+//! at most eight for each direction, an outline, with names                           thin.rs
 //! ```
 //! What is exact and what is not:
 //! * Gaps and normals of convex pairs that are apart are exact to rounding. The depth of an overlap may be told too large by up to 1e-5 of the size of the

@@ -1,4 +1,7 @@
-//! Many contact points of a pair to few: names made unique, at most four points for each direction.
+//! Many contact points of a pair to few: names made unique, and for each direction the corners of an outline, eight at most.
+//!
+//! Two rectangles have no more corners in common, so boxes stand on all of theirs. On fewer a body would tip about the corner that was left out, until that
+//! one is deeper and another is: it would rock without end.
 //!
 //! The choice follows corners and edges, not the last digits of their places: what is equal within a tolerance goes by name.
 
@@ -6,7 +9,11 @@ use crate::core::mix;
 use crate::manifold::Point;
 use linkwork_multibody::spatial::Vec3;
 
-/// Names are made unique, and points that share a normal are thinned to four that are spread well.
+/// Points for each direction: as many are never thinned, and more than the other never left.
+const FEW: usize = 2;
+const MOST: usize = 8;
+
+/// Names are made unique, and points that share a normal are thinned to an outline.
 pub(crate) fn thin(points: &mut Vec<Point>, size: f64) {
     points.sort_unstable_by(|p, q| p.name.cmp(&q.name).then(p.gap.total_cmp(&q.gap)));
     same_names(points);
@@ -21,7 +28,7 @@ pub(crate) fn thin(points: &mut Vec<Point>, size: f64) {
             }
         }
         points[rest..end].sort_unstable_by_key(|p| p.name);
-        let keep = spread(&mut points[rest..end], &n, size);
+        let keep = outline(&mut points[rest..end], &n, size);
         points.drain(rest + keep..end);
         rest += keep;
         points[rest..].sort_unstable_by_key(|p| p.name);
@@ -48,50 +55,74 @@ fn same_names(points: &mut Vec<Point>) {
     points.sort_unstable_by_key(|p| p.name);
 }
 
-/// Moves at most four points to the front: the deepest, the farthest from it, the farthest from their line on either side. Sorted by name; what is equal
-/// within a thousandth goes by name, so that small motions change nothing.
-fn spread(points: &mut [Point], n: &Vec3, size: f64) -> usize {
-    let count = points.len();
-    if count <= 2 {
+/// Moves the points to keep to the front: the corners of the outline seen along n, and one of the deepest. What adds least to the outline goes first; what is
+/// equal within a thousandth goes by name, so that small motions change nothing.
+fn outline(points: &mut [Point], n: &Vec3, size: f64) -> usize {
+    let mut count = points.len();
+    if count <= FEW {
         return count;
     }
     let Some(low) = lowest(points) else { return count };
-    let (limit, normal) = (low.gap + 1e-5 * size, low.n);
-    let deep = |p: &Point| p.gap <= limit && p.n.dot(&normal) > 1.0 - 5e-9;
-    let at = |p: &Point| p.pb;
-    let pick = |points: &[Point], from: usize, measure: &dyn Fn(&Point) -> f64| {
-        let most = points[from..].iter().map(measure).fold(f64::NEG_INFINITY, f64::max);
-        let enough = most - 1e-3 * most.abs();
-        (from..points.len()).find(|i| measure(&points[*i]) >= enough).unwrap_or(from)
+    let mid = points.iter().map(|p| p.pb).sum::<Vec3>() / count as f64;
+    let far = points.iter().map(|p| (p.pb - mid).norm_squared()).fold(0.0, f64::max);
+    let mut e = Vec3::zeros();
+    e[n.iamin()] = 1.0;
+    let x = n.cross(&e);
+    let y = n.cross(&x);
+    // Grows with the angle around the middle. What is in the middle has none.
+    let around = |p: &Point| {
+        let d = p.pb - mid;
+        let (x, y) = (d.dot(&x), d.dot(&y));
+        let part = y / (x.abs() + y.abs());
+        let turn = if x >= 0.0 { part } else { 2.0 - part };
+        if d.norm_squared() > 1e-6 * far { turn } else { f64::INFINITY }
     };
-    // Where many are equally deep, a corner of them and not one in their midst.
-    let some = points.iter().find(|p| deep(p)).map_or_else(Vec3::zeros, at);
-    let first = pick(points, 0, &|p| if deep(p) { (at(p) - some).norm_squared() } else { -1.0 });
-    points.swap(0, first);
+    points.sort_unstable_by(|p, q| around(p).total_cmp(&around(q)).then(p.name.cmp(&q.name)));
+    let deep = |p: &Point| p.gap <= low.gap + 1e-5 * size && p.n.dot(&low.n) > 1.0 - 5e-9;
+    let bend = |i: usize| {
+        let p = |k: usize| points[k % count].pb;
+        (p(i) - p(i + count - 1)).cross(&(p(i + 1) - p(i))).norm()
+    };
+    if (0..count).map(bend).fold(0.0, f64::max) <= 1e-3 * far {
+        return line(points, &mid, deep);
+    }
+    let mut deepest = points.iter().filter(|p| deep(p)).count();
+    while count > FEW {
+        let corner = |i: usize| {
+            let p = |k: usize| points[k % count].pb;
+            (p(i) - p(i + count - 1)).cross(&(p(i + 1) - p(i))).dot(n)
+        };
+        let may_go = |i: &usize| deepest > 1 || !deep(&points[*i]);
+        let least = (0..count).filter(may_go).map(corner).fold(f64::INFINITY, f64::min);
+        if least > 1e-3 * far && count <= MOST {
+            break;
+        }
+        let equal = (0..count).filter(may_go).filter(|i| corner(*i) <= least + 1e-3 * far);
+        let Some(out) = equal.min_by_key(|i| points[*i].name) else { break };
+        deepest -= usize::from(deep(&points[out]));
+        points[out..count].rotate_left(1);
+        count -= 1;
+    }
+    count
+}
+
+/// Of points on a line: its ends, and one of the deepest when they are not among those.
+fn line(points: &mut [Point], mid: &Vec3, deep: impl Fn(&Point) -> bool) -> usize {
+    points.sort_unstable_by_key(|p| p.name);
+    let farthest = |points: &[Point], from: &Vec3| {
+        let most = points.iter().map(|p| (p.pb - from).norm()).fold(0.0, f64::max);
+        points.iter().position(|p| (p.pb - from).norm() >= (1.0 - 1e-3) * most).unwrap_or(0)
+    };
+    points.swap(0, farthest(points, mid));
+    let a = points[0].pb;
     points[1..].sort_unstable_by_key(|p| p.name);
-    let a = at(&points[0]);
-    let second = pick(points, 1, &|p| (at(p) - a).norm_squared());
-    points.swap(1, second);
+    points.swap(1, 1 + farthest(&points[1..], &a));
+    if points[..2].iter().any(&deep) {
+        return 2;
+    }
     points[2..].sort_unstable_by_key(|p| p.name);
-    let across = n.cross(&(at(&points[1]) - a));
-    let third = pick(points, 2, &|p| (at(p) - a).dot(&across).abs());
-    let line = at(&points[1]) - a;
-    if (at(&points[third]) - a).dot(&across).abs() <= 1e-3 * line.norm_squared() {
-        // All on one line: both ends, and the deepest when it is between them.
-        let other = pick(points, 2, &|p| -(at(p) - a).dot(&line));
-        points.swap(2, other);
-        let beyond = -(at(&points[2]) - a).dot(&line) > 1e-3 * line.norm_squared();
-        return if beyond { 3 } else { 2 };
-    }
-    points.swap(2, third);
-    if count == 3 {
-        return 3;
-    }
-    points[3..].sort_unstable_by_key(|p| p.name);
-    let side = -(at(&points[2]) - a).dot(&across).signum();
-    let fourth = pick(points, 3, &|p| side * (at(p) - a).dot(&across));
-    points.swap(3, fourth);
-    4
+    points.swap(2, 2 + points[2..].iter().position(deep).unwrap_or(0));
+    3
 }
 
 /// The point with the smallest distance.

@@ -58,7 +58,7 @@ fn resting() -> Vec<(&'static str, Shape, Shape, Pose, usize)> {
             Pose::new(Quat::from_euler_angles(0.0, 0.0, 0.4), Vec3::new(0.21, 0.13, top + 0.1)),
             4,
         );
-        put(&upright(0.25, 0.2), up(top + 0.2), 4);
+        put(&upright(0.25, 0.2), up(top + 0.2), 8);
         put(&upright(0.25, 0.2), Pose::new(lying, Vec3::new(0.03, 0.07, top + 0.25)), 2);
         put(
             &Shape::Capsule { radius: 0.1, half_length: 0.3 },
@@ -66,11 +66,11 @@ fn resting() -> Vec<(&'static str, Shape, Shape, Pose, usize)> {
             2,
         );
         put(&Shape::Sphere { radius: 0.2 }, Pose::translation(0.03, 0.07, top + 0.2), 1);
-        put(&hull, up(top + 0.2), 4);
+        put(&hull, up(top + 0.2), 8);
     }
     all.push(("equal box", boxed.clone(), boxed.clone(), up(0.2), 4));
     all.push(("shifted equal box", boxed.clone(), boxed, Pose::translation(0.1, 0.0, 0.2), 4));
-    all.push(("equal cylinder", upright(0.25, 0.2), upright(0.25, 0.2), up(0.4), 4));
+    all.push(("equal cylinder", upright(0.25, 0.2), upright(0.25, 0.2), up(0.4), 8));
     let capsule = Shape::Capsule { radius: 0.1, half_length: 0.3 };
     all.push((
         "parallel capsule",
@@ -131,15 +131,12 @@ fn points_on_surfaces_are_spread_and_point_up() {
             let X =
                 Pose::new(turn, Vec3::new(0.3 * r.signed(), 0.3 * r.signed(), top + 0.2 - depth));
             let points = s.contacts(0.005, &[Pose::identity(), X]);
-            assert_eq!(points.len(), 4);
-            let local: Vec<Vec3> =
+            assert!((4..=8).contains(&points.len()), "{}", points.len());
+            let mut local: Vec<Vec3> =
                 points.iter().map(|c| X.inverse().transform_point(&c.point)).collect();
-            let area = (local[0] - local[1])
-                .cross(&(local[2] - local[3]))
-                .norm()
-                .max((local[0] - local[2]).cross(&(local[1] - local[3])).norm())
-                .max((local[0] - local[3]).cross(&(local[1] - local[2])).norm())
-                / 2.0;
+            local.sort_by(|p, q| p.y.atan2(p.x).total_cmp(&q.y.atan2(q.x)));
+            let next = local.iter().cycle().skip(1);
+            let area = local.iter().zip(next).map(|(p, q)| p.cross(q).z).sum::<f64>() / 2.0;
             assert!(area > 0.99 * 0.8, "{area}");
             for c in &points {
                 assert!(
@@ -252,7 +249,7 @@ fn names_stay_at_random_places() {
         let X = Pose::new(turn, Vec3::new(0.3 * r.signed(), 0.2 * r.signed(), top + 0.1));
         let still: Vec<u64> =
             s.contacts(0.005, &[Pose::identity(), X]).iter().map(|c| c.feature).collect();
-        assert!((2..=4).contains(&still.len()), "{k}: {}", still.len());
+        assert!((2..=8).contains(&still.len()), "{k}: {}", still.len());
         for _ in 0..20 {
             let Y = [tremble(&mut r, &Pose::identity()), tremble(&mut r, &X)];
             let now: Vec<u64> = s.contacts(0.005, &Y).iter().map(|c| c.feature).collect();

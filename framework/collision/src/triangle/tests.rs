@@ -61,12 +61,13 @@ fn grounds() -> Vec<Shape> {
     let rough = all[1].clone();
     all.push(field(&mut |x, y| 0.1 * (1.0 + 0.5 * (2.0 * x).sin() + 0.5 * (1.7 * y + x).sin())));
     let Shape::HeightField { heights, .. } = rough else { return all };
-    let at = |k: usize| Vec3::new((k % x) as f64 * spacing[0] - 2.0, (k / x) as f64 * spacing[1] - 2.2, heights[k]);
+    let at = |k: usize| {
+        Vec3::new((k % x) as f64 * spacing[0] - 2.0, (k / x) as f64 * spacing[1] - 2.2, heights[k])
+    };
     let vertices = (0..x * y).map(at).collect();
     let cells = (0..y - 1).flat_map(|j| (0..x - 1).map(move |i| (j * x + i) as u32));
     let w = x as u32;
-    let triangles =
-        cells.flat_map(|k| [[k, k + 1, k + w], [k + 1, k + w + 1, k + w]]).collect();
+    let triangles = cells.flat_map(|k| [[k, k + 1, k + w], [k + 1, k + w + 1, k + w]]).collect();
     all.push(Shape::Mesh { vertices, triangles });
     all
 }
@@ -154,21 +155,50 @@ fn whole() {
                 room.points.truncate(from);
                 general(t, &c.core, c.limit, c.size, room);
                 left += 1;
-            } else { told += 1; }
+            } else {
+                told += 1;
+            }
         }
         cases += 1;
         let low = |p: &[Point]| p.iter().min_by(|p, q| p.gap.total_cmp(&q.gap)).copied();
         let (p, q) = (low(&room.points), low(&theirs));
-        let name = match c.core.core { Core::Cylinder { r, h} => format!("cyl {r} {h}"), Core::Segment {..} => "seg".into(), _ => "poly".into() };
+        let name = match c.core.core {
+            Core::Cylinder { r, h } => format!("cyl {r} {h}"),
+            Core::Segment { .. } => "seg".into(),
+            _ => "poly".into(),
+        };
         match (p, q) {
             (Some(p), Some(q)) => {
-                if (p.gap - q.gap).abs() > 1e-9 { differ += 1; println!("{} {name}: ours {:.3e} theirs {:.3e} diff {:.3e} names {} {} n {:.4}", c.k, p.gap, q.gap, p.gap - q.gap, p.name % 1000, q.name % 1000, (p.n - q.n).norm()); }
-                else if (p.n - q.n).norm() > 1e-6 { normals += 1; }
+                if (p.gap - q.gap).abs() > 1e-9 {
+                    differ += 1;
+                    println!(
+                        "{} {name}: ours {:.3e} theirs {:.3e} diff {:.3e} names {} {} n {:.4}",
+                        c.k,
+                        p.gap,
+                        q.gap,
+                        p.gap - q.gap,
+                        p.name % 1000,
+                        q.name % 1000,
+                        (p.n - q.n).norm()
+                    );
+                } else if (p.n - q.n).norm() > 1e-6 {
+                    normals += 1;
+                }
             }
             (None, None) => {}
-            (p, q) => { differ += 1; println!("{} {name}: ours {:?} theirs {:?}", c.k, p.map(|p| p.gap), q.map(|p| p.gap)); }
+            (p, q) => {
+                differ += 1;
+                println!(
+                    "{} {name}: ours {:?} theirs {:?}",
+                    c.k,
+                    p.map(|p| p.gap),
+                    q.map(|p| p.gap)
+                );
+            }
         }
     });
-    println!("{told} told, {left} left to the general way, {cases} cases, {normals} normals, {differ} differ");
+    println!(
+        "{told} told, {left} left to the general way, {cases} cases, {normals} normals, {differ} differ"
+    );
     let _ = (SHALLOW, TOUCH, EQUAL, SLACK, LEAN, least(&[]), same);
 }
