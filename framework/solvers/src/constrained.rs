@@ -8,8 +8,9 @@
 //! ```
 //! A row that repeats others carries no force; what contradicts them is reported, not hidden.
 
+use crate::shared::Shared;
 use crate::skyline::Skyline;
-use linkwork_dynamics::units::{Level, RowSet, Run, Treatment, Units, UnitsWork, WIDTH};
+use linkwork_dynamics::units::{Level, RowSet, Treatment, Units, UnitsWork, WIDTH};
 use linkwork_dynamics::{DynamicsError, Tree, Workspace, kinematics};
 use linkwork_multibody::{ConstraintId, LoopMotion};
 use thiserror::Error;
@@ -382,8 +383,7 @@ impl ConstrainedSolver {
     /// W from the rows, and its factor.
     fn factor(&mut self) {
         self.shared.update(&self.rows, &self.meets);
-        for ((g, h), end) in self.meets.iter().zip(self.shared.ends.windows(2)) {
-            let runs = &self.shared.runs[end[0]..end[1]];
+        for ((g, h), runs) in self.meets.iter().zip(self.shared.pairs()) {
             self.W.set(*g as usize, *h as usize, self.rows.product(runs));
         }
         let rows = self.rows.groups();
@@ -408,37 +408,6 @@ impl ConstrainedSolver {
         let mbs = tree.multibody();
         let at = self.place[index(constraint, mbs.loops().len())];
         &self.forces[at..at + mbs.rows(constraint)]
-    }
-}
-
-/// What pairs of groups that meet share: the same from state to state, unless embedded loops change
-/// their mobility.
-#[derive(Clone, Debug, Default)]
-struct Shared {
-    /// Rates by which it was found.
-    start: Vec<u32>,
-    dof: Vec<u32>,
-    runs: Vec<Run>,
-    /// Where the runs of each pair start; one more number than pairs.
-    ends: Vec<usize>,
-}
-
-impl Shared {
-    fn update(&mut self, rows: &RowSet, meets: &[(u32, u32)]) {
-        if self.start == rows.start() && self.dof == rows.dof() {
-            return;
-        }
-        self.start.clear();
-        self.start.extend_from_slice(rows.start());
-        self.dof.clear();
-        self.dof.extend_from_slice(rows.dof());
-        self.runs.clear();
-        self.ends.clear();
-        self.ends.push(0);
-        for (g, h) in meets {
-            rows.shared(*h as usize, *g as usize, &mut self.runs);
-            self.ends.push(self.runs.len());
-        }
     }
 }
 

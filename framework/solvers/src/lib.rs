@@ -19,6 +19,7 @@ pub mod contact;
 mod fully_augmented;
 mod integrators;
 mod projection;
+mod shared;
 mod skyline;
 mod stepper;
 

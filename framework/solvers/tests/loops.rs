@@ -7,7 +7,8 @@ mod mechanisms;
 mod support;
 
 use linkwork_dynamics::multibody::{
-    Anchor, BodySpec, Builder, ConstraintId, Coordinate, Hinge, Loop, LoopClosure, LoopMotion, Row,
+    Anchor, BodySpec, Builder, ConstraintId, Coordinate, Coupling, Hinge, HingeCoordinate, Loop,
+    LoopClosure, LoopMotion, Row,
 };
 use linkwork_dynamics::spatial::{Force, Pose, Vec3};
 use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
@@ -349,4 +350,61 @@ fn loops_close_by_inelastic_impacts() {
         lost = lost.max(T / T0);
     }
     assert!(lost > 0.1, "{lost}");
+}
+
+/// A solver that comes from another mobility of an embedded loop gives the bits of a new one: cranks
+/// and coupler in one line have two independent rates, else one. A coupling through the loop is a
+/// row, and so is what it shares with itself.
+#[test]
+fn mobility_may_change_from_state_to_state() {
+    let mut b = Builder::new();
+    let mut r = Rng(5);
+    let places = [("crank", "world", 0.0), ("coupler", "crank", 0.5), ("rocker", "world", 1.0)];
+    for (name, parent, x) in places.into_iter().chain([("bob", "coupler", 0.3)]) {
+        let at = Pose::translation(x, 0.0, 0.0);
+        let body = BodySpec::new(name, parent).hinge_in_parent(at).hinge(Hinge::pin(Vec3::y()));
+        b.body(body.mass(r.mass()));
+    }
+    b.loop_closure(LoopClosure {
+        name: "loop".into(),
+        body_a: "coupler".into(),
+        frame_a: Pose::translation(1.0, 0.0, 0.0),
+        body_b: "rocker".into(),
+        frame_b: Pose::translation(0.5, 0.0, 0.0),
+        hinge: Hinge::ball(),
+    });
+    let at = |body: &str| HingeCoordinate { body: body.into(), subhinge: 0 };
+    b.coupling(Coupling::mimic("gear", at("bob"), at("crank"), 0.7, 0.0));
+    let mbs = b.build().unwrap();
+    let tree = Tree::new(&mbs);
+    let choice = |c: ConstraintId| match c {
+        ConstraintId::Loop(_) => Treatment::Embed,
+        ConstraintId::Coupling(_) => Treatment::Augment,
+    };
+    let q = |angle: f64| {
+        let angles = [("crank", angle), ("coupler", -angle), ("rocker", angle)];
+        let mut q = mbs.neutral_q();
+        for (name, x) in angles.into_iter().chain([("bob", 0.7 * angle)]) {
+            q[mbs.bodies()[mbs.body(name).unwrap().index()].q().start] = x;
+        }
+        q
+    };
+    let run = |solver: &mut ConstrainedSolver, angle: f64| {
+        let (mut ws, v) = (Workspace::new(&tree), vec![0.0; mbs.nv()]);
+        let (mut tau, mut vdot) = (Rng(9).vec(mbs.nv()), v.clone());
+        let state = (&q(angle)[..], &v[..]);
+        solver.forward(&tree, &mut ws, state, &[], &mut tau, &mut vdot).unwrap();
+        let units = Units::new(&tree, choice);
+        let mut uw = UnitsWork::new(&tree, &units);
+        units.gather(&tree, &mut ws, &mut uw, &tau, &vdot, &[]).unwrap();
+        (vdot, uw.mobility().collect::<Vec<usize>>())
+    };
+    let mut old = ConstrainedSolver::new(&tree, choice);
+    for (angle, mobility) in [(0.6, 1), (0.0, 2), (-0.4, 1)] {
+        let (got, n) = run(&mut old, angle);
+        assert_eq!(n, [mobility], "at {angle}");
+        let (want, _) = run(&mut ConstrainedSolver::new(&tree, choice), angle);
+        assert!(want.iter().all(|x| x.is_finite()));
+        assert_eq!(got, want, "at {angle}");
+    }
 }
