@@ -81,9 +81,9 @@ impl Scene {
     }
 }
 
-/// Every scene.
-pub fn all() -> Vec<Scene> {
-    vec![humanoid(), pile(), rover()]
+/// Every scene, with its variants: how boxes fall on each other is chaotic, and so is what it costs.
+pub fn all() -> Vec<Vec<Scene>> {
+    vec![vec![humanoid()], (0..4).map(pile).collect(), vec![rover()]]
 }
 
 /// Capsule along z of its body, from its origin downwards.
@@ -121,12 +121,12 @@ fn humanoid() -> Scene {
     s
 }
 
-/// 20 boxes of three sizes that fall on a heap.
-fn pile() -> Scene {
+/// 20 boxes of three sizes that fall on a heap, turned otherwise in each variant.
+fn pile(variant: u32) -> Scene {
     let mut b = Builder::new();
     let (mut shapes, mut starts) = (Vec::new(), Vec::new());
     for i in 0..20 {
-        let f = f64::from(i);
+        let f = f64::from(i + 20 * variant);
         let half = Vec3::new(0.1, 0.08 + 0.02 * f64::from(i % 3), 0.06 + 0.02 * f64::from(i % 2));
         let m = 1000.0 * half.x * half.y * half.z;
         let (x, y, z) = (half.x * half.x, half.y * half.y, half.z * half.z);
@@ -139,7 +139,8 @@ fn pile() -> Scene {
         )));
         shapes.push(ColliderSpec::new(&name, &name, Shape::Box { half }));
         let turn = Quat::from_scaled_axis(Vec3::new(0.3 * f.sin(), 0.3 * f.cos(), f));
-        let p = Vec3::new(0.12 * (2.1 * f).sin(), 0.12 * (2.1 * f).cos(), 0.15 + 0.14 * f);
+        let p =
+            Vec3::new(0.12 * (2.1 * f).sin(), 0.12 * (2.1 * f).cos(), 0.15 + 0.14 * f64::from(i));
         starts.push((p, turn));
     }
     let mut s = Scene::new("20 boxes in a pile", b.build().expect("boxes"), shapes);
