@@ -210,7 +210,7 @@ fn segments(
 }
 
 /// A surface and a core.
-fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
+pub(crate) fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     let reach = |i: usize, sign: f64| {
         let d = Vec3::ith(i, sign);
         b.support(&d)[i] + sign * limit
