@@ -294,7 +294,12 @@ pub(crate) fn over_triangle(
 }
 
 /// What of a line lies over a triangle, `sides` pointing away from its edges: two ends, or one where they are within the slack of each other.
-fn on_line(t: &Facet, sides: &[Vec3; 3], line: [Corner; 2], slack: f64) -> [Option<(Vec3, u64)>; 2] {
+fn on_line(
+    t: &Facet,
+    sides: &[Vec3; 3],
+    line: [Corner; 2],
+    slack: f64,
+) -> [Option<(Vec3, u64)>; 2] {
     let mut ends = line.map(|c| (c.p, corner(OF_B, c.name)));
     for k in 0..3 {
         let heights = ends.map(|e| (e.0 - t.v[k]).dot(&sides[k]) - slack);

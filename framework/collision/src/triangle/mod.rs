@@ -18,8 +18,8 @@ mod tests;
 
 use crate::axis::{Axis, BIAS, Source};
 use crate::core::{Core, Placed};
-use crate::manifold::{EQUAL, Room, SLACK, across, convex, corner, least, over_triangle, settle};
 use crate::manifold::Point;
+use crate::manifold::{EQUAL, Room, SLACK, across, convex, corner, least, over_triangle, settle};
 use crate::surface::{Facet, LEAN, Surface};
 use linkwork_multibody::spatial::Vec3;
 use ridge::{apart, ridge};
@@ -127,9 +127,8 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
 /// Whether points behind the plane show that the core passes through the triangle, and not beside it: one of them, or one between two, is
 /// farther than `touch` behind it and inside its border; or all are so near the plane that it does not matter.
 fn through(f: &Facet, sides: &[Vec3; 3], points: &[Point], touch: f64) -> bool {
-    let inside = |p: &Vec3, gap: f64| {
-        -gap > touch && (0..3).all(|k| (f.v[k] - p).dot(&sides[k]) > touch)
-    };
+    let inside =
+        |p: &Vec3, gap: f64| -gap > touch && (0..3).all(|k| (f.v[k] - p).dot(&sides[k]) > touch);
     least(points) > -touch
         || (0..points.len()).any(|i| {
             let (p, q) = (&points[i], &points[(i + 1) % points.len()]);

@@ -212,7 +212,11 @@ impl Wheel {
         let mut phi = lo.0 + (hi.0 - lo.0) * lo.1 / (lo.1 - hi.1);
         for _ in 0..16 {
             let s = self.slope(frame, phi.sin_cos(), side);
-            if s.first > 0.0 { lo.0 = phi } else { hi.0 = phi }
+            if s.first > 0.0 {
+                lo.0 = phi
+            } else {
+                hi.0 = phi
+            }
             let next = phi - s.first / s.second;
             let step = (next - phi).abs();
             if step < 1e-8 {

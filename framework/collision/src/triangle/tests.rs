@@ -63,12 +63,13 @@ fn grounds() -> Vec<Shape> {
     let rough = all[1].clone();
     all.push(field(&mut |x, y| 0.1 * (1.0 + 0.5 * (2.0 * x).sin() + 0.5 * (1.7 * y + x).sin())));
     let Shape::HeightField { heights, .. } = rough else { return all };
-    let at = |k: usize| Vec3::new((k % x) as f64 * spacing[0] - 2.0, (k / x) as f64 * spacing[1] - 2.2, heights[k]);
+    let at = |k: usize| {
+        Vec3::new((k % x) as f64 * spacing[0] - 2.0, (k / x) as f64 * spacing[1] - 2.2, heights[k])
+    };
     let vertices = (0..x * y).map(at).collect();
     let cells = (0..y - 1).flat_map(|j| (0..x - 1).map(move |i| (j * x + i) as u32));
     let w = x as u32;
-    let triangles =
-        cells.flat_map(|k| [[k, k + 1, k + w], [k + 1, k + w + 1, k + w]]).collect();
+    let triangles = cells.flat_map(|k| [[k, k + 1, k + w], [k + 1, k + w + 1, k + w]]).collect();
     all.push(Shape::Mesh { vertices, triangles });
     all
 }
