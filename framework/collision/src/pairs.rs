@@ -5,7 +5,8 @@
 
 use crate::axis::direction;
 use crate::core::{Core, Corner, Placed, mix};
-use crate::manifold::{Point, Room, convex, corner, least, lines};
+use crate::edges::lines;
+use crate::manifold::{Point, Room, convex, corner, least};
 use crate::solid::{Kind, Solid};
 use crate::surface::Surface;
 use crate::triangle::{Tile, one_triangle};
