@@ -330,3 +330,34 @@ fn a_peak_is_found_wherever_it_is_under_a_cylinder() {
         assert!((c.gap - gap).abs() < 1e-12 && (c.normal - Vec3::z()).norm() < 1e-9, "{c:?}");
     }
 }
+
+/// Wheels that lie, stand or lean on waves: names stay while they tremble, but where a point passes the margin or a corner just then.
+#[test]
+fn names_stay_on_waves() {
+    let mut r = Random(43);
+    let mut s = scene(&[terrain(0.08), upright(0.2, 0.12)]);
+    let (mut same, mut changed) = (0, 0);
+    for k in 0..120 {
+        let tilt = [1.57, 0.0, 0.7][k % 3] + 0.1 * r.signed();
+        let turn = Quat::from_euler_angles(0.0, 0.0, 3.0 * r.signed())
+            * Quat::from_euler_angles(tilt, 0.0, 0.0);
+        let mut X = Pose::new(turn, Vec3::new(r.signed(), r.signed(), 0.5));
+        for _ in 0..3 {
+            let points = s.contacts(1.0, &[Pose::identity(), X]);
+            let c = deepest(&points).unwrap();
+            X.position -= c.normal * (c.gap + 5e-5);
+        }
+        let mut names = |X: Pose| -> Vec<u64> {
+            let points = s.contacts(0.005, &[Pose::identity(), X]);
+            points.iter().map(|c| c.feature).collect()
+        };
+        let still = names(X);
+        for _ in 0..20 {
+            let q = Quat::from_scaled_axis(r.vec() * 1e-7) * X.rotation;
+            let now = names(Pose::new(q, X.position + r.vec() * 1e-7));
+            if now == still { same += 1 } else { changed += 1 }
+        }
+    }
+    println!("{same} the same, {changed} changed");
+    assert!(same > 2000 && 20 * changed < same, "{same} {changed}");
+}
