@@ -98,20 +98,33 @@ fn lying_cylinder_on_box(bencher: Bencher) {
     );
 }
 
-#[divan::bench]
-fn wheel_on_terrain(bencher: Bencher) {
-    let wheel = Shape::Cylinder { radius: 0.25, half_length: 0.1 };
+/// Waves of 2 cm.
+fn waves() -> Shape {
     let n = 101;
     let heights = (0..n * n)
         .map(|i| 0.02 * ((i % n) as f64 * 0.7).sin() * ((i / n) as f64 * 0.5).cos())
         .collect();
-    let ground = Shape::HeightField { x: n, y: n, spacing: [0.1, 0.1], heights };
-    two(
-        bencher,
-        ground,
-        wheel,
-        Pose::new(Quat::from_euler_angles(0.0, 1.57, 0.3), Vec3::new(0.03, 0.02, 0.255)),
-    );
+    Shape::HeightField { x: n, y: n, spacing: [0.1, 0.1], heights }
+}
+
+fn lying(height: f64) -> Pose {
+    Pose::new(Quat::from_euler_angles(0.0, 1.57, 0.3), Vec3::new(0.03, 0.02, height))
+}
+
+#[divan::bench]
+fn wheel_on_terrain(bencher: Bencher) {
+    two(bencher, waves(), Shape::Cylinder { radius: 0.25, half_length: 0.1 }, lying(0.255));
+}
+
+#[divan::bench]
+fn capsule_on_terrain(bencher: Bencher) {
+    two(bencher, waves(), Shape::Capsule { radius: 0.1, half_length: 0.2 }, lying(0.105));
+}
+
+#[divan::bench]
+fn box_on_terrain(bencher: Bencher) {
+    let half = Vec3::new(0.1, 0.2, 0.15);
+    two(bencher, waves(), Shape::Box { half }, lying(0.105));
 }
 
 /// The six wheels of a rover on waves, at places where each sinks in by 50 µm; argument: margin in mm. An item is a wheel.
@@ -169,10 +182,6 @@ fn wheels_on_waves(bencher: Bencher, margin_mm: u32) {
 
 #[divan::bench]
 fn ball_on_terrain(bencher: Bencher) {
-    let n = 101;
-    let heights = (0..n * n)
-        .map(|i| 0.02 * ((i % n) as f64 * 0.7).sin() * ((i / n) as f64 * 0.5).cos())
-        .collect();
-    let ground = Shape::HeightField { x: n, y: n, spacing: [0.1, 0.1], heights };
-    two(bencher, ground, Shape::Sphere { radius: 0.2 }, Pose::translation(0.03, 0.02, 0.2));
+    let ball = Shape::Sphere { radius: 0.2 };
+    two(bencher, waves(), ball, Pose::translation(0.03, 0.02, 0.2));
 }

@@ -7,8 +7,9 @@
 //! ```text
 //! boxes around the shapes, sorted along the axis on which they are spread most      query.rs
 //! pairs that the rules let through                                                  colliders.rs, rules.rs
-//! contact points of a pair, in the frame of one of the two                          pairs.rs, manifold.rs, axis.rs
-//! at most eight for each direction, an outline, with names                           thin.rs
+//! contact points of a pair, in the frame of one of the two                          pairs.rs, manifold.rs, edges.rs, axis.rs
+//! of a surface: one triangle after the other                                        triangle/mod.rs
+//! for each direction the corners of an outline, eight at most, with names           thin.rs
 //! ```
 //! What is exact and what is not:
 //! * Gaps and normals of convex pairs that are apart are exact to rounding. The depth of an overlap may be told too large by up to 1e-5 of the size of the
@@ -16,7 +17,8 @@
 //!   Pairs are solved in relative poses: far from the origin only the digits are lost that the positions themselves have not.
 //! * While faces lie on each other within 1e-4 rad, the smallest gap may lack up to 1e-5 of the size of the smaller shape (a corner that sticks
 //!   out over an edge, the rim between eight points): else points would come and go with every tremor.
-//! * Where surfaces are convex in parts only (meshes, height fields), an overlap is resolved triangle by triangle, outwards.
+//! * Where surfaces are convex in parts only (meshes, height fields), an overlap is resolved triangle by triangle, outwards, along a normal that the neighbours
+//!   permit; over a convex edge that is one of least depth near the triangle's own normal.
 //! * Capsules within 1e-3 rad of parallel touch along a line, told by its two ends.
 //!
 //! The output is in the order of the colliders' names, whatever the order in which they were given.
@@ -50,6 +52,7 @@ mod axis;
 mod colliders;
 mod convert;
 mod core;
+mod edges;
 mod error;
 mod manifold;
 mod pairs;

@@ -5,7 +5,8 @@
 
 use crate::axis::direction;
 use crate::core::{Core, Corner, Placed, mix};
-use crate::manifold::{Point, Room, convex, corner, least, lines};
+use crate::edges::lines;
+use crate::manifold::{Point, Room, convex, corner, least};
 use crate::solid::{Kind, Solid};
 use crate::surface::Surface;
 use crate::triangle::{Tile, one_triangle};
@@ -210,7 +211,7 @@ fn segments(
 }
 
 /// A surface and a core.
-fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
+pub(crate) fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     let reach = |i: usize, sign: f64| {
         let d = Vec3::ith(i, sign);
         b.support(&d)[i] + sign * limit

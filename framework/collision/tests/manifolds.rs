@@ -257,3 +257,104 @@ fn names_stay_at_random_places() {
         }
     }
 }
+
+/// Three by three heights, all zero but the middle row or the middle one.
+fn roof(top: f64, peak: bool) -> Shape {
+    let heights = (0..9).map(|k| if k == 4 || (!peak && k % 3 == 1) { top } else { 0.0 }).collect();
+    Shape::HeightField { x: 3, y: 3, spacing: [1.0, 1.0], heights }
+}
+
+/// A wheel over the ridge of a roof, its axis along it or turned: the distance of the ridge and the axis, less the radius; then over the slope.
+#[test]
+fn a_wheel_on_a_ridge_is_as_far_as_the_ridge() {
+    let (r, top) = (0.2, 0.08);
+    let mut s = scene(&[roof(top, false), upright(r, 0.1)]);
+    let lying = Quat::from_euler_angles(std::f64::consts::FRAC_PI_2, 0.0, 0.0);
+    let mut random = Random(12);
+    let slope = f64::atan(top);
+    for k in 0..200 {
+        // The direction from the ridge to the axis, within the normals of both sides or beyond them.
+        let lean = slope * 1.5 * random.signed();
+        let gap = random.between(-1e-3, 4e-3);
+        let (turn, y) = (3.0 * f64::from(k % 2) * random.signed(), 0.3 * random.signed());
+        let n = Vec3::new(lean.sin(), 0.0, lean.cos());
+        let on_ridge = Vec3::new(0.0, y, top);
+        let turned = Quat::from_scaled_axis(n * turn) * Quat::from_euler_angles(0.0, lean, 0.0);
+        let place = on_ridge + n * (r + gap);
+        let X = Pose::new(turned * lying, place);
+        let axis = X.transform_vector(&Vec3::z());
+        // Beyond the normals of a side it is the side that is nearest: its plane, under the lowest point of the wheel.
+        let side = lean.abs() > slope;
+        let expected = if side {
+            let m = Vec3::new(slope.sin().copysign(lean), 0.0, slope.cos());
+            let along = m.dot(&axis);
+            (place - Vec3::z() * top).dot(&m) - r * (m - axis * along).norm() - 0.1 * along.abs()
+        } else {
+            gap
+        };
+        let points = s.contacts(0.005, &[Pose::identity(), X]);
+        let Some(c) = deepest(&points) else {
+            assert!(expected > 0.005, "{k}: {expected}");
+            continue;
+        };
+        assert!((c.gap - expected).abs() < 1e-12, "{k}: {} {expected} {lean}", c.gap);
+        let m = if side { Vec3::new(slope.sin().copysign(lean), 0.0, slope.cos()) } else { n };
+        assert!((c.normal - m).norm() < 1e-9, "{k}: {c:?} {m:?}");
+    }
+}
+
+/// A peak under the end of an upright cylinder, also where it is between the rim and the eight points that stand for it; and under a wheel.
+#[test]
+fn a_peak_is_found_wherever_it_is_under_a_cylinder() {
+    let (r, h, top) = (0.3, 0.1, 0.25);
+    let mut s = scene(&[roof(top, true), upright(r, h)]);
+    let mut random = Random(13);
+    let lying = Quat::from_euler_angles(std::f64::consts::FRAC_PI_2, 0.0, 0.0);
+    for _ in 0..200 {
+        let (turn, gap) = (3.0 * random.signed(), random.between(-1e-3, 4e-3));
+        let (angle, out) = (3.2 * random.signed(), 0.99 * r * random.between(0.0, 1.0).sqrt());
+        let place = Vec3::new(out * angle.cos(), out * angle.sin(), top + gap + h);
+        let X = Pose::new(Quat::from_euler_angles(0.0, 0.0, turn), place);
+        let points = s.contacts(0.005, &[Pose::identity(), X]);
+        let c = deepest(&points).unwrap();
+        assert!((c.gap - gap).abs() < 1e-12 && (c.normal - Vec3::z()).norm() < 1e-9, "{c:?}");
+        let X = Pose::new(
+            Quat::from_euler_angles(0.0, 0.0, turn) * lying,
+            Vec3::new(0.0, 0.0, top + gap + r),
+        );
+        let points = s.contacts(0.005, &[Pose::identity(), X]);
+        let c = deepest(&points).unwrap();
+        assert!((c.gap - gap).abs() < 1e-12 && (c.normal - Vec3::z()).norm() < 1e-9, "{c:?}");
+    }
+}
+
+/// Wheels that lie, stand or lean on waves: names stay while they tremble, but where a point passes the margin or a corner just then.
+#[test]
+fn names_stay_on_waves() {
+    let mut r = Random(43);
+    let mut s = scene(&[terrain(0.08), upright(0.2, 0.12)]);
+    let (mut same, mut changed) = (0, 0);
+    for k in 0..120 {
+        let tilt = [1.57, 0.0, 0.7][k % 3] + 0.1 * r.signed();
+        let turn = Quat::from_euler_angles(0.0, 0.0, 3.0 * r.signed())
+            * Quat::from_euler_angles(tilt, 0.0, 0.0);
+        let mut X = Pose::new(turn, Vec3::new(r.signed(), r.signed(), 0.5));
+        for _ in 0..3 {
+            let points = s.contacts(1.0, &[Pose::identity(), X]);
+            let c = deepest(&points).unwrap();
+            X.position -= c.normal * (c.gap + 5e-5);
+        }
+        let mut names = |X: Pose| -> Vec<u64> {
+            let points = s.contacts(0.005, &[Pose::identity(), X]);
+            points.iter().map(|c| c.feature).collect()
+        };
+        let still = names(X);
+        for _ in 0..20 {
+            let q = Quat::from_scaled_axis(r.vec() * 1e-7) * X.rotation;
+            let now = names(Pose::new(q, X.position + r.vec() * 1e-7));
+            if now == still { same += 1 } else { changed += 1 }
+        }
+    }
+    println!("{same} the same, {changed} changed");
+    assert!(same > 2000 && 20 * changed < same, "{same} {changed}");
+}

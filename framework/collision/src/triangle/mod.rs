@@ -76,6 +76,7 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
     if sep > limit {
         return Some(());
     }
+    // Far behind the plane, but beside the triangle.
     let free = -sep > SHALLOW * b.core.least_half();
     if free && !apart(f, b)? {
         return None;

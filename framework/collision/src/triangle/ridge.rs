@@ -12,7 +12,7 @@
 use super::{LEAN, Tile};
 use crate::axis::{Axis, Source};
 use crate::core::{Core, Corner, Placed};
-use crate::manifold::lines;
+use crate::edges::lines;
 use crate::pairs::on_cylinder;
 use crate::surface::Facet;
 use linkwork_multibody::spatial::Vec3;
