@@ -10,7 +10,7 @@ use crate::manifold::Point;
 use linkwork_multibody::spatial::Vec3;
 
 /// Points for each direction: as many are never thinned, and more than the other never left.
-const FEW: usize = 2;
+const FEW: usize = 4;
 const MOST: usize = 8;
 
 /// Names are made unique, and points that share a normal are thinned to an outline.
@@ -59,12 +59,21 @@ fn same_names(points: &mut Vec<Point>) {
 /// equal within a thousandth goes by name, so that small motions change nothing.
 fn outline(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     let mut count = points.len();
-    if count <= FEW {
+    if count <= 2 {
         return count;
     }
     let Some(low) = lowest(points) else { return count };
+    let deep = |p: &Point| p.gap <= low.gap + 1e-5 * size && p.n.dot(&low.n) > 1.0 - 5e-9;
     let mid = points.iter().map(|p| p.pb).sum::<Vec3>() / count as f64;
     let far = points.iter().map(|p| (p.pb - mid).norm_squared()).fold(0.0, f64::max);
+    // Whatever their order: of points on a line no three span anything.
+    let flat = |p: &[Point]| (p[1].pb - p[0].pb).cross(&(p[2].pb - p[0].pb)).norm() <= 1e-3 * far;
+    if points.windows(3).all(flat) {
+        return line(points, &mid, deep);
+    }
+    if count <= FEW {
+        return count;
+    }
     let mut e = Vec3::zeros();
     e[n.iamin()] = 1.0;
     let x = n.cross(&e);
@@ -78,14 +87,6 @@ fn outline(points: &mut [Point], n: &Vec3, size: f64) -> usize {
         if d.norm_squared() > 1e-6 * far { turn } else { f64::INFINITY }
     };
     points.sort_unstable_by(|p, q| around(p).total_cmp(&around(q)).then(p.name.cmp(&q.name)));
-    let deep = |p: &Point| p.gap <= low.gap + 1e-5 * size && p.n.dot(&low.n) > 1.0 - 5e-9;
-    let bend = |i: usize| {
-        let p = |k: usize| points[k % count].pb;
-        (p(i) - p(i + count - 1)).cross(&(p(i + 1) - p(i))).norm()
-    };
-    if (0..count).map(bend).fold(0.0, f64::max) <= 1e-3 * far {
-        return line(points, &mid, deep);
-    }
     let mut deepest = points.iter().filter(|p| deep(p)).count();
     while count > FEW {
         let corner = |i: usize| {
