@@ -247,17 +247,21 @@ impl Colliders {
     fn report(&self, a: &Seen, points: &[Point], (i, j): (u32, u32), out: &mut Vec<ContactPoint>) {
         let (ca, cb) = (ColliderId(i), ColliderId(j));
         let (ma, mb) = (self.spec(ca).material, self.spec(cb).material);
+        let friction = (ma.friction * mb.friction).sqrt();
+        let restitution = ma.restitution.max(mb.restitution);
+        let (body_a, body_b) = (self.body(ca), self.body(cb));
+        let (R, at) = (a.pose.rotation.to_rotation_matrix(), a.pose.position);
         out.extend(points.iter().map(|p| ContactPoint {
             a: ca,
             b: cb,
-            body_a: self.body(ca),
-            body_b: self.body(cb),
-            point: a.pose.transform_point(&((p.pa + p.pb) / 2.0)),
-            normal: a.pose.transform_vector(&p.n),
+            body_a,
+            body_b,
+            point: R * ((p.pa + p.pb) / 2.0) + at,
+            normal: R * p.n,
             gap: p.gap,
             feature: p.name,
-            friction: (ma.friction * mb.friction).sqrt(),
-            restitution: ma.restitution.max(mb.restitution),
+            friction,
+            restitution,
         }));
     }
 

@@ -23,6 +23,11 @@ use linkwork_multibody::{ConstraintId, LoopMotion, Multibody};
 use linkwork_spatial::Vec3;
 use std::sync::Arc;
 use thiserror::Error;
+use wide::f64x4;
+
+/// The part of the velocity that forces alone would give in a step which counts as motion: below it all
+/// rests, and residuals are parts of that.
+const REST: f64 = 0.01;
 
 /// What limits of hinges do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,7 +56,8 @@ pub struct ContactSettings {
     pub limits: JointLimits,
     /// Dry friction of hinges: place in β, force (N m or N).
     pub dry: Vec<(usize, f64)>,
-    /// The complementarity solver's.
+    /// The complementarity solver's. Its tolerance is a part of the largest velocity of any row, or of
+    /// 0.01 of what forces alone would give it in the step when that is more.
     pub solver: Settings,
 }
 
@@ -65,7 +71,7 @@ impl Default for ContactSettings {
             bounce_min: 0.01,
             limits: JointLimits::Stop,
             dry: Vec::new(),
-            solver: Settings { tolerance: 1e-4, least: 1, ..Settings::default() },
+            solver: Settings { tolerance: 1e-3, least: 1, ..Settings::default() },
         }
     }
 }
@@ -481,16 +487,15 @@ impl ContactStepper {
     /// velocities, of which residuals are parts: gaps that are far from closing do not count.
     fn free_velocities(&mut self, h: f64, impacts: usize) -> f64 {
         self.b.clear();
-        let mut speed = 0.0;
+        let mut most = f64x4::splat(0.0);
         for (g, row) in self.rows.groups().iter().enumerate() {
             let mut b = row.rate;
             if impacts > 0 {
                 self.rows.push(g, &self.impact, &mut b);
             }
-            for (b, free) in b.iter_mut().zip(&row.free) {
-                *b += h * free;
-                speed = greater(speed, b.abs());
-            }
+            let (rate, gain) = (f64x4::new(b), f64x4::splat(h) * f64x4::new(row.free));
+            most = most.fast_max(rate.abs()).fast_max(f64x4::splat(REST) * gain.abs());
+            let mut b = (rate + gain).to_array();
             match self.kinds[g] {
                 Kind::Constraint => {
                     b.iter_mut().zip(&row.bias).for_each(|(b, bias)| *b += h * bias);
@@ -508,7 +513,7 @@ impl ContactStepper {
             }
             self.b.push(b);
         }
-        speed
+        most.to_array().into_iter().fold(0.0, f64::max)
     }
 
     /// Impulses of the last step, where the same points are there again.
@@ -620,10 +625,12 @@ fn mask(rows: &RowSet, out: &mut Vec<[f64; WIDTH]>, lanes: impl Fn(usize) -> usi
     }
 }
 
-/// The normal and two tangents.
+/// The normal and two tangents (T. Duff et al., "Building an orthonormal basis, revisited", Journal of
+/// Computer Graphics Techniques 6, 2017).
 fn frame(n: &Vec3) -> [Vec3; 3] {
-    let mut e = Vec3::zeros();
-    e[n.iamin()] = 1.0;
-    let x = n.cross(&e).normalize();
-    [*n, x, n.cross(&x)]
+    let sign = 1.0_f64.copysign(n.z);
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    let x = Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x);
+    [*n, x, Vec3::new(b, sign + n.y * n.y * a, -n.y)]
 }

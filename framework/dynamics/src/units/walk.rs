@@ -125,33 +125,24 @@ impl RowSet {
         directions: &[Vec3],
         axes: &[Vec3],
     ) {
-        let o = V3::default();
-        let mut wrenches = [V6::default(); WIDTH];
-        let n = directions.len() + axes.len();
-        for (to, f) in wrenches.iter_mut().zip(directions) {
-            *to = V6 { n: o, f: v3(f) };
-        }
-        for (to, m) in wrenches[directions.len()..].iter_mut().zip(axes) {
-            *to = V6 { n: v3(m), f: o };
-        }
-        let wrench = blocks(&wrenches[..n]);
-        let mut row = Row { n, ..Row::default() };
+        let wrench = V6 { n: side_by_side(directions.len(), axes), f: side_by_side(0, directions) };
+        let mut rate = f64x4::splat(0.0);
         self.ends.clear();
         self.terms.clear();
         for (body, sign) in [(a, -1.0), (b, 1.0)] {
             let slot = body.map_or(0, |b| tree.slot_near(&ws.work, b, point));
+            if slot == 0 {
+                continue;
+            }
             let kin = &ws.work.kin[slot as usize];
             let arm = v3(point) - kin.p;
-            let V = kin.V.to_child(arm);
-            for (rate, w) in row.rate.iter_mut().zip(&wrenches[..n]) {
-                *rate += sign * w.dot(&V);
-            }
+            let V = kin.V.to_child(arm).block();
+            rate = wrench.dot(&V).mul_add(f64x4::splat(sign), rate);
             let z = wrench.to_parent((uw.r[slot as usize] + arm).block());
-            if slot != 0 {
-                self.ends.push((slot, if sign > 0.0 { minus(z) } else { z }));
-            }
+            self.ends.push((slot, if sign > 0.0 { minus(z) } else { z }));
         }
-        self.walk(units, uw, row);
+        let n = directions.len() + axes.len();
+        self.walk(units, uw, Row { n, rate: rate.to_array(), ..Row::default() });
     }
 
     fn term(&mut self, slot: u32, v: u32, factor: f64) {
@@ -166,6 +157,7 @@ impl RowSet {
         let o = f64x4::splat(0.0);
         let mut sums = Sums { free: o, gross: o };
         self.independent = units.independent;
+        self.afloat(units, uw, &mut sums);
         loop {
             if let [(slot, z)] = self.ends[..]
                 && self.terms.is_empty()
@@ -200,6 +192,28 @@ impl RowSet {
         row.gross = sums.gross.to_array();
         self.groups.push(row);
         self.start.push(self.dof.len() as u32);
+    }
+
+    /// Two ends on floating roots, which never meet.
+    #[inline(always)]
+    fn afloat(&mut self, units: &Units, uw: &UnitsWork, sums: &mut Sums) {
+        let [(p, x), (q, y)] = self.ends[..] else { return };
+        let floats = |slot: u32| matches!(units.inward[slot as usize].through, Through::Floating);
+        if p == q || !self.terms.is_empty() || !(floats(p) && floats(q)) {
+            return;
+        }
+        let last = (units.independent as u32).wrapping_sub(1);
+        let ends = if units.of_slot[p as usize] > units.of_slot[q as usize] {
+            [(p, x), (q, y)]
+        } else {
+            [(q, y), (p, x)]
+        };
+        for (slot, z) in ends {
+            let slot = slot as usize;
+            sums.gross = square(&z).mul_add(f64x4::splat(uw.reach[slot]), sums.gross);
+            self.floating(uw, units.inward[slot].first as usize, last, &minus(z), sums);
+        }
+        self.ends.clear();
     }
 
     /// One end alone, from link to link; returns it where something else than a free hinge comes.
@@ -256,12 +270,15 @@ impl RowSet {
         sums: &mut Sums,
     ) {
         let e = floating::pulled(&uw.G[first..first + floating::RATES], f);
-        for j in (0..floating::RATES).rev() {
-            let w = first + j;
-            sums.free = e[j].mul_add(f64x4::splat(uw.e[w]), sums.free);
-            self.dof.push(last - w as u32);
-            self.e.push(e[j].to_array());
+        for (e, f) in e.iter().zip(&uw.e[first..]) {
+            sums.free = e.mul_add(f64x4::splat(*f), sums.free);
         }
+        // The last rate first.
+        let least = last - (first + floating::RATES - 1) as u32;
+        self.dof.extend(std::array::from_fn::<u32, { floating::RATES }, _>(|i| least + i as u32));
+        self.e.extend(std::array::from_fn::<_, { floating::RATES }, _>(|i| {
+            e[floating::RATES - 1 - i].to_array()
+        }));
     }
 
     /// A hinge where ends meet or terms act; returns z inboard of it.
@@ -378,15 +395,12 @@ fn minus(z: V6<f64x4>) -> V6<f64x4> {
     V6 { n: -z.n, f: -z.f }
 }
 
-/// Up to four wrenches side by side.
-fn blocks(wrenches: &[V6<f64>]) -> V6<f64x4> {
-    let pick = |f: fn(&V6<f64>) -> f64| {
-        let mut out = [0.0; WIDTH];
-        out.iter_mut().zip(wrenches).for_each(|(to, w)| *to = f(w));
-        f64x4::new(out)
-    };
-    V6 {
-        n: V3 { x: pick(|w| w.n.x), y: pick(|w| w.n.y), z: pick(|w| w.n.z) },
-        f: V3 { x: pick(|w| w.f.x), y: pick(|w| w.f.y), z: pick(|w| w.f.z) },
+/// Up to four vectors side by side, the first at a lane.
+#[inline(always)]
+fn side_by_side(lane: usize, vectors: &[Vec3]) -> V3<f64x4> {
+    let (mut x, mut y, mut z) = ([0.0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);
+    for (v, k) in vectors.iter().zip(lane..) {
+        (x[k], y[k], z[k]) = (v.x, v.y, v.z);
     }
+    V3 { x: f64x4::new(x), y: f64x4::new(y), z: f64x4::new(z) }
 }

@@ -83,7 +83,7 @@ impl Scene {
 
 /// Every scene, with its variants: how boxes fall on each other is chaotic, and so is what it costs.
 pub fn all() -> Vec<Vec<Scene>> {
-    vec![vec![humanoid()], (0..4).map(pile).collect(), vec![rover()]]
+    vec![vec![humanoid()], (0..8).map(pile).collect(), vec![rover()]]
 }
 
 /// Capsule along z of its body, from its origin downwards.

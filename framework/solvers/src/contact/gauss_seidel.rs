@@ -45,6 +45,9 @@ pub(crate) struct Stop {
     pub quit: bool,
 }
 
+/// One sweep in so many looks at every group; the others pass over those that took no impulse when they
+/// were last seen. The measure looks at all.
+const ALL: u32 = 2;
 const CHECK: u32 = 48;
 const GAIN: f64 = 2.0;
 
@@ -80,7 +83,8 @@ impl GaussSeidel {
         let (mut sweeps, mut square, mut checked) = (0, f64::INFINITY, f64::INFINITY);
         while sweeps < stop.iterations && !(last.residual <= stop.tolerance) {
             self.before.copy_from_slice(&layout.y);
-            let change = sweep(problem, layout, blocks, relaxation, lambda, &mut self.r);
+            let all = sweeps.is_multiple_of(ALL);
+            let change = sweep(problem, layout, blocks, (relaxation, all), lambda, &mut self.r);
             let most = change.most.to_array().into_iter().fold(0.0, f64::max);
             let moved = change.square.reduce_add();
             sweeps += 1;
@@ -133,35 +137,40 @@ impl GaussSeidel {
     }
 }
 
-/// One sweep; `r` is what it changed.
+/// One sweep, over all groups or those that did not rest at 0; `r` is what it changed.
 fn sweep(
     problem: &Problem,
     layout: &mut Layout,
     blocks: &mut [Block],
-    relaxation: f64,
+    (relaxation, all): (f64, bool),
     lambda: &mut [[f64; 4]],
     r: &mut [[f64; 4]],
 ) -> Change {
     let mut change = Change::default();
-    layout.each(|g, rows, y| {
-        let (block, l) = (&mut blocks[g], f64x4::new(lambda[g]));
+    let (rows, y) = layout.parts();
+    let groups = rows.zip(blocks).zip(lambda).zip(r).zip(problem.cones);
+    for ((((rows, block), lambda), r), cone) in groups {
+        if block.rests && !all && *lambda == [0.0; 4] {
+            continue;
+        }
+        let l = f64x4::new(*lambda);
         let mut new = block.solve(l, block.velocity(rows.gathered(y), l));
         if relaxation != 1.0 {
             let relaxed = (new - l).mul_add(f64x4::splat(relaxation), l);
-            new = f64x4::new(projected(&problem.cones[g], relaxed.to_array()));
+            new = f64x4::new(projected(cone, relaxed.to_array()));
         }
         let (step, scale) = (new - l, f64x4::splat(block.scale));
-        r[g] = step.to_array();
-        if r[g] == [0.0; 4] {
-            // Most that do not touch.
-            return;
+        *r = step.to_array();
+        block.rests = *r == [0.0; 4];
+        if block.rests {
+            continue;
         }
         rows.spread(step, y);
         let moved = scale * step;
         change.most = change.most.fast_max(moved.abs());
         change.square = moved.mul_add(step, change.square);
-        lambda[g] = new.to_array();
-    });
+        *lambda = new.to_array();
+    }
     change
 }
 

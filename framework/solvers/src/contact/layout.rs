@@ -69,7 +69,11 @@ impl Layout {
         if k != u32::MAX {
             self.at.push(k);
             let e = f64x4::transpose(lanes.map(f64x4::new));
-            self.e.extend_from_slice(&e[..rows]);
+            if rows == 3 {
+                self.e.extend_from_slice(&[e[0], e[1], e[2]]);
+            } else {
+                self.e.extend_from_slice(&e[..rows]);
+            }
         }
     }
 
@@ -78,12 +82,22 @@ impl Layout {
         Rows { at: &self.at[at..at + n], e: &self.e[e..e + n * rows], rows }
     }
 
+    /// The rows of each group in order, and y.
+    #[inline(always)]
+    pub fn parts(&mut self) -> (impl Iterator<Item = Rows<'_>>, &mut [f64x4]) {
+        let rows = self.groups.iter().map(|p| {
+            let (at, e) = (&self.at[p.at..p.at + p.n], &self.e[p.e..p.e + p.n * p.rows]);
+            Rows { at, e, rows: p.rows }
+        });
+        (rows, &mut self.y)
+    }
+
     /// Calls `f` with each group, its rows and y, in order; what `f` does to y is kept.
     #[inline(always)]
     pub fn each(&mut self, mut f: impl FnMut(usize, Rows<'_>, &mut [f64x4])) {
-        for (g, p) in self.groups.iter().enumerate() {
-            let (at, e) = (&self.at[p.at..p.at + p.n], &self.e[p.e..p.e + p.n * p.rows]);
-            f(g, Rows { at, e, rows: p.rows }, &mut self.y);
+        let (rows, y) = self.parts();
+        for (g, rows) in rows.enumerate() {
+            f(g, rows, y);
         }
     }
 

@@ -42,6 +42,8 @@ pub(crate) struct Block {
     axes: Option<Axes>,
     /// α of the last solution.
     alpha: f64,
+    /// Whether the last sweep that saw the group left it as it was.
+    pub rests: bool,
 }
 
 /// S in its own axes.
@@ -84,6 +86,7 @@ impl Block {
             stiff: [0.0; 3],
             axes: None,
             alpha: 0.0,
+            rests: false,
         };
         match cone {
             Cone::Equality { rows } => {
@@ -255,14 +258,18 @@ struct Trial {
 impl Trial {
     #[inline(always)]
     fn new(alpha: f64, q: &[f64; 2], c: &[f64; 2], s: &[f64; 2], n0: f64, friction: f64) -> Trial {
-        let u = [1.0 / (s[0] + alpha), 1.0 / (s[1] + alpha)];
+        // Two divisions and a root in all.
+        let (x, y) = (s[0] + alpha, s[1] + alpha);
+        let per = 1.0 / (x * y);
+        let u = [y * per, x * per];
         let t = [-q[0] * u[0], -q[1] * u[1]];
         let square = t[0] * t[0] + t[1] * t[1];
         let size = square.sqrt();
+        let per = 1.0 / size;
         let n = n0 - (c[0] * t[0] + c[1] * t[1]);
         let n_slope = c[0] * t[0] * u[0] + c[1] * t[1] * u[1];
-        let shrink = (t[0] * t[0] * u[0] + t[1] * t[1] * u[1]) / square;
-        let per = friction / size;
+        let shrink = (t[0] * t[0] * u[0] + t[1] * t[1] * u[1]) * (per * per);
+        let per = friction * per;
         Trial { n, t, size, g: per * n, slope: per * (n_slope + n * shrink) }
     }
 }
