@@ -209,6 +209,24 @@ fn sweeps_at_least_bring_a_good_start_nearer() {
     }
 }
 
+/// However many sweeps are wanted at least, the answer is what the last of them left: it has the residual
+/// that is told, and every impulse is in its cone.
+#[test]
+fn an_answer_is_what_a_sweep_left() {
+    let case = pile(0.02);
+    for least in 1..8 {
+        let settings = Settings { tolerance: 0.5, least, ..generous() };
+        let mut lambda = vec![[0.0; 4]; case.cones.len()];
+        let report = Contact::new(settings).solve(&case.problem(), &mut lambda).unwrap();
+        assert!(report.converged && report.iterations >= least, "{report:?}");
+        assert!(report.measure.violation < 1e-12, "{report:?}");
+        let again = Settings { sweeps: 0, method: Method::GaussSeidel, ..generous() };
+        let mut same = lambda.clone();
+        let told = Contact::new(again).solve(&case.problem(), &mut same).unwrap().measure;
+        assert!((told.residual - report.measure.residual).abs() < 1e-12, "{told:?} {report:?}");
+    }
+}
+
 /// Directions take fewer sweeps than plain ones (a relaxation that is hardly one turns them off).
 #[test]
 fn conjugate_directions_save_sweeps() {

@@ -48,6 +48,7 @@ pub(crate) struct Stop {
 /// One sweep in so many looks at every group; the others pass over those that took no impulse when they
 /// were last seen. The measure looks at all.
 const ALL: u32 = 2;
+/// Sweeps after which progress is looked at, and how much there must be.
 const CHECK: u32 = 48;
 const GAIN: f64 = 2.0;
 
@@ -74,14 +75,17 @@ impl GaussSeidel {
         self.r.resize(lambda.len(), [0.0; 4]);
         self.restart(lambda.len(), layout.y.len());
         layout.pull(lambda);
-        let mut last = Measure { residual: f64::INFINITY, ..Measure::default() };
+        let mut last = Measure::default();
         if stop.least.min(stop.iterations) == 0 {
             last = measure(problem, layout, blocks, lambda);
+            if last.residual <= stop.tolerance {
+                return (0, last);
+            }
         }
         // Change of a sweep (m/s) below which it is worth measuring.
         let mut small = stop.tolerance * problem.scale;
         let (mut sweeps, mut square, mut checked) = (0, f64::INFINITY, f64::INFINITY);
-        while sweeps < stop.iterations && !(last.residual <= stop.tolerance) {
+        while sweeps < stop.iterations {
             self.before.copy_from_slice(&layout.y);
             let all = sweeps.is_multiple_of(ALL);
             let change = sweep(problem, layout, blocks, (relaxation, all), lambda, &mut self.r);
@@ -95,8 +99,11 @@ impl GaussSeidel {
             }
             if end || !(most > small) {
                 last = measure(problem, layout, blocks, lambda);
-                small = 0.5 * small.min(most);
-                if end || most == 0.0 || (last.residual <= stop.tolerance && sweeps >= stop.least) {
+                if most > 0.0 {
+                    small = 0.5 * small.min(most);
+                }
+                let still = all && most == 0.0;
+                if end || still || (last.residual <= stop.tolerance && sweeps >= stop.least) {
                     break;
                 }
             }
