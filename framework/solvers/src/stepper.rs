@@ -292,7 +292,7 @@ impl ContactStepper {
         let speed = self.free_velocities(h, impacts);
         self.recall();
         let factor = factor(&self.rows);
-        let problem = Problem::trusted(factor, &self.cones, &self.b, speed);
+        let problem = Problem::trusted(factor, &self.cones, &self.b).scaled(speed);
         let report = self.contact.solve(&problem, &mut self.lambda)?;
         self.remember();
         let inverse = 1.0 / h;

@@ -1,8 +1,8 @@
 """One program with right lines and wrong ones. `test_typed.py` runs it; `mypy --strict` reads it.
 
-Each wrong line names the error that mypy must find in it. If the stubs let the mistake pass, mypy
-reports the mark itself as unused, and the test script fails. Runs in a folder that holds `sims`, and
-writes into the folder given.
+A wrong line is marked with the error that mypy has for it. `test_typed.py` takes the marks away and
+compares: these lines must be refused, with these errors, and no others. Runs in a folder that holds
+`sims`, and writes into the folder given.
 """
 
 import sys

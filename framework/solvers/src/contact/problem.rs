@@ -137,16 +137,10 @@ impl<'a> Problem<'a> {
         Ok(Problem { factor, cones, b, r, scale })
     }
 
-    /// Rigid rows that were made here, with this unit of residuals: what is not a number shows when
-    /// their compliances are looked at.
-    pub(crate) fn trusted(
-        factor: Factor<'a>,
-        cones: &'a [Cone],
-        b: &'a [[f64; 4]],
-        velocity: f64,
-    ) -> Self {
-        let scale = if velocity > 0.0 { velocity } else { 1.0 };
-        Problem { factor, cones, b, r: &[], scale }
+    /// Rigid rows that were made here, unit of residuals 1 until it is [`scaled`](Problem::scaled): what
+    /// is not a number shows when their compliances are looked at.
+    pub(crate) fn trusted(factor: Factor<'a>, cones: &'a [Cone], b: &'a [[f64; 4]]) -> Self {
+        Problem { factor, cones, b, r: &[], scale: 1.0 }
     }
 
     /// With this velocity (m/s or rad/s) in place of the largest |b| as the unit of residuals, where b
