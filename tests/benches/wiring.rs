@@ -206,6 +206,6 @@ fn main() {
     let lanes = plan.sizes.x + plan.sizes.d + plan.sizes.sig;
     let sim = Simulation::new(plan);
     let mut snapshot = Snapshot::default();
-    let ns = best(20, 10_000, || sim.save_into(&mut snapshot).unwrap());
+    let ns = best(20, 10_000, || sim.save_into(&mut snapshot));
     print(&format!("checkpoint of {lanes} lanes in memory"), 300.0, ns, None);
 }

@@ -1,7 +1,7 @@
 //! The rover of `sims/rover_traverse`, and small scenes with it, loaded as the command line does.
 #![allow(dead_code, missing_docs)]
 use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down};
-use linkwork_runtime::{Catalogue, Files, Plan, Simulation, compile};
+use linkwork_runtime::{Catalogue, Files, Program, Simulation};
 use std::sync::Arc;
 
 pub fn catalogue() -> Catalogue {
@@ -15,28 +15,37 @@ fn options<'a>(catalogue: &'a Catalogue, set: &[&str]) -> Options<'a> {
     options
 }
 
-/// The finished plan; every mistake in one text.
-fn finish(loaded: Result<Loaded, Failure>, catalogue: &Catalogue) -> Result<Plan, String> {
+/// The finished program; every mistake in one text.
+pub fn finish(loaded: Result<Loaded, Failure>, catalogue: &Catalogue) -> Result<Program, String> {
     let loaded = loaded.map_err(|f| f.render(false))?;
-    let mut plan =
-        compile(&loaded.spec, catalogue, &Files::default()).map_err(|f| format!("{f:?}"))?;
+    let mut program =
+        loaded.compile(catalogue, &Files::default()).map_err(|f| format!("{f:?}"))?;
     if let Some(place) = &loaded.simulation.place {
-        put_down(&mut plan, place).map_err(|f| format!("{f:?}"))?;
+        let plan = Arc::get_mut(&mut program.phases[0].plan).ok_or("the plan is shared")?;
+        put_down(plan, place).map_err(|f| format!("{f:?}"))?;
     }
-    Ok(plan)
+    Ok(program)
+}
+
+/// A simulation of the repository, by its path below `sims`.
+pub fn repository(path: &str, set: &[&str]) -> Result<Simulation, String> {
+    let catalogue = catalogue();
+    let file = linkwork_tests::root().join("sims").join(path);
+    let program = finish(load_file(file, &options(&catalogue, set)), &catalogue)?;
+    Ok(Simulation::of(Arc::new(program)))
 }
 
 /// `sims/rover_traverse` with parameters set from outside, at its start.
 pub fn traverse(set: &[&str]) -> Result<Simulation, String> {
     let catalogue = catalogue();
     let file = linkwork_tests::root().join("sims/rover_traverse/sim.ron");
-    let plan = finish(load_file(file, &options(&catalogue, set)), &catalogue)?;
-    Ok(Simulation::new(Arc::new(plan)))
+    let program = finish(load_file(file, &options(&catalogue, set)), &catalogue)?;
+    Ok(Simulation::of(Arc::new(program)))
 }
 
 /// A simulation in RON.
 pub fn scene(text: &str, set: &[&str]) -> Result<Simulation, String> {
     let catalogue = catalogue();
-    let plan = finish(load_text("scene.ron", text, &options(&catalogue, set)), &catalogue)?;
-    Ok(Simulation::new(Arc::new(plan)))
+    let program = finish(load_text("scene.ron", text, &options(&catalogue, set)), &catalogue)?;
+    Ok(Simulation::of(Arc::new(program)))
 }

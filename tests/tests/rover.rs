@@ -140,7 +140,7 @@ fn level_it_weighs_what_it_weighs() {
     let mut sim = on_slope(0.0, false);
     run(&mut sim, 6);
     let plan = sim.plan().clone();
-    let mass = plan.mechanism.as_ref().unwrap().multibody.total_mass();
+    let mass = plan.mechanism().unwrap().multibody.total_mass();
     let load: f64 = (1..=6).map(|k| contact(&sim, k, "normal_force")).sum();
     let off = load / (mass * GRAVITY) - 1.0;
     println!("mass {mass} kg, loads {load} N, off by {off:e}");

@@ -2,6 +2,7 @@
 
 pub mod arithmetic;
 pub mod continuous;
+pub mod events;
 pub mod ports;
 pub mod sampled;
 pub mod sources;
@@ -25,6 +26,8 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<continuous::Lag>(),
         Entry::model::<continuous::EnergyMeter>(),
         Entry::model::<continuous::PathMeter>(),
+        Entry::model::<events::BouncingBall>(),
+        Entry::model::<events::Relay>(),
         Entry::model::<sampled::Hold>(),
         Entry::model::<sampled::Delay>(),
         Entry::model::<sampled::Differentiator>(),

@@ -1,10 +1,14 @@
 //! Component library: flight.
 
 pub mod drag;
+pub mod separation_spring;
 
 use linkwork_runtime::prelude::Entry;
 
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
-    vec![Entry::model::<drag::Drag>()]
+    vec![
+        Entry::model::<drag::Drag>(),
+        Entry::model::<separation_spring::SeparationSpring>(),
+    ]
 }

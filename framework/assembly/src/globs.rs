@@ -1,33 +1,8 @@
-//! Patterns over paths of variables: `*` stands for one segment or a piece of one, `**` for any
-//! number. Dots and slashes both end a segment, so `Rover.**` takes the bodies of `Rover` too.
+//! Patterns over paths of variables, as users write them: what they choose, and which choose nothing.
 use crate::context::Text;
+pub use linkwork_runtime::pattern::path_matches;
+pub(crate) use linkwork_runtime::pattern::segment_matches;
 use linkwork_runtime::{Fault, did_you_mean};
-
-/// True when a pattern of one segment matches a name: `Wheel*`, `*`, `Motor`.
-pub(crate) fn segment_matches(pattern: &str, name: &str) -> bool {
-    let Some((head, tail)) = pattern.split_once('*') else { return pattern == name };
-    let Some(rest) = name.strip_prefix(head) else { return false };
-    (0..=rest.len())
-        .filter(|k| rest.is_char_boundary(*k))
-        .any(|k| segment_matches(tail, &rest[k..]))
-}
-
-/// True when a pattern matches a path.
-pub fn path_matches(pattern: &str, path: &str) -> bool {
-    let pattern: Vec<&str> = pattern.split(['.', '/']).collect();
-    let path: Vec<&str> = path.split(['.', '/']).collect();
-    segments(&pattern, &path)
-}
-
-fn segments(pattern: &[&str], path: &[&str]) -> bool {
-    match pattern.split_first() {
-        None => path.is_empty(),
-        Some((&"**", rest)) => (0..=path.len()).any(|k| segments(rest, &path[k..])),
-        Some((first, rest)) => path
-            .split_first()
-            .is_some_and(|(head, tail)| segment_matches(first, head) && segments(rest, tail)),
-    }
-}
 
 /// Indices of the names that any pattern matches, in the order of the names.
 ///

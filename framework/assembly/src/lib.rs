@@ -34,6 +34,7 @@ mod initial;
 mod load;
 mod machine;
 mod modes;
+mod phases;
 mod place;
 mod pose;
 mod print;

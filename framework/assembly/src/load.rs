@@ -5,6 +5,7 @@ use crate::files::{Files, Home};
 use crate::flatten;
 use crate::form::{self, Assembly, PartForm, PartKind};
 use crate::import::Import;
+use crate::phases;
 use crate::read::{fields, text_field};
 use crate::render::Failure;
 use crate::resolved;
@@ -14,7 +15,9 @@ use crate::shape::BodyShape;
 use crate::tree::{TreeNode, tree};
 use crate::wires::Wiring;
 use linkwork_collision::Colliders;
-use linkwork_runtime::{Catalogue, Fault, Located, Origin, Sources, Spec, Value};
+use linkwork_runtime::{
+    Catalogue, Fault, Faults, Located, Origin, PhaseSpec, Program, Sources, Spec, Value,
+};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -65,8 +68,10 @@ impl<'a> Options<'a> {
 /// A simulation, ready for `compile`.
 #[derive(Clone)]
 pub struct Loaded {
-    /// Parts, wires, bindings, mechanism.
+    /// Parts, wires, bindings, mechanism: of the phase in which a run begins.
     pub spec: Spec,
+    /// All phases, that one first; a simulation without phases is its only one.
+    pub phases: Vec<PhaseSpec>,
     /// Everything else.
     pub simulation: Settings,
     /// Shapes of the bodies, to be seen.
@@ -82,6 +87,20 @@ pub struct Loaded {
     /// One RON text with everything included, expanded and overridden: it loads to the same
     /// `spec` without any other file.
     pub resolved: String,
+}
+
+impl Loaded {
+    /// Compiles all phases.
+    ///
+    /// # Errors
+    /// Every fault of every phase.
+    pub fn compile(
+        &self,
+        catalogue: &Catalogue,
+        files: &linkwork_runtime::Files,
+    ) -> Result<Program, Faults> {
+        linkwork_runtime::compile_program(&self.phases, catalogue, files)
+    }
 }
 
 /// Loads a simulation or an assembly from a file, or from the embedded texts.
@@ -128,7 +147,15 @@ fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<L
             loaded.sources = cx.sources;
             Ok(loaded)
         }
-        _ => Err(Failure { faults: tidy(cx.faults), sources: cx.sources }),
+        _ => {
+            // Phases share most of a file: what is wrong in several of them is told once.
+            let mut told = std::collections::BTreeSet::new();
+            let faults = std::mem::take(&mut cx.faults);
+            let faults = faults.into_iter();
+            let faults = faults.filter(|f| told.insert((cx.place(f.origin), f.message.clone())));
+            let faults = faults.collect();
+            Err(Failure { faults: tidy(faults), sources: cx.sources })
+        }
     }
 }
 
@@ -153,13 +180,6 @@ fn file_part(assembly: Text, mounts: Located, origin: Origin) -> PartForm {
 }
 
 fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>) -> Option<Loaded> {
-    let mut files = Files {
-        search: &options.search,
-        embedded: &options.embedded,
-        read: BTreeMap::new(),
-        own: None,
-        lenient: false,
-    };
     let (kind, mut inner) = match v.value {
         Value::Variant(kind, inner) if kind == "Simulation" || kind == "Assembly" => (kind, *inner),
         ref other => {
@@ -172,6 +192,49 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
             return None;
         }
     };
+    if kind == "Assembly" {
+        let (mut loaded, resolved) = single(cx, name, (&kind, inner, v.origin), home, options)?;
+        loaded.resolved = crate::print::document(&resolved);
+        return Some(loaded);
+    }
+    let all = phases::split(cx, &mut inner);
+    let mut compiled = Vec::new();
+    for phase in all {
+        let phases::Phase { name: phase, file, transitions, origin } = phase;
+        let one = single(cx, name, (&kind, file, v.origin), home.clone(), options);
+        compiled.extend(one.map(|(loaded, text)| (phase, loaded, text, transitions, origin)));
+    }
+    if !cx.faults.is_empty() {
+        return None;
+    }
+    let resolved: Vec<_> = compiled.iter().map(|(n, _, v, t, _)| (n.as_str(), v, t)).collect();
+    let resolved = resolved::with_phases(&resolved);
+    let specs = compiled.iter().map(|(name, loaded, _, transitions, origin)| PhaseSpec {
+        name: name.clone(),
+        spec: loaded.spec.clone(),
+        transitions: transitions.clone(),
+        origin: *origin,
+    });
+    let phases = specs.collect();
+    let (_, loaded, ..) = compiled.into_iter().next()?;
+    Some(Loaded { phases, resolved: crate::print::document(&resolved), ..loaded })
+}
+
+/// One phase; what it is in full.
+fn single(
+    cx: &mut Cx,
+    name: &str,
+    (kind, mut inner, origin): (&str, Located, Origin),
+    home: Home,
+    options: &Options<'_>,
+) -> Option<(Loaded, Value)> {
+    let mut files = Files {
+        search: &options.search,
+        embedded: &options.embedded,
+        read: BTreeMap::new(),
+        own: None,
+        lenient: false,
+    };
     let mut holder;
     if kind == "Assembly" {
         let what = format!("assembly `{name}`");
@@ -183,7 +246,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
         let mounts: Located = Value::Map(mounts.collect()).into();
         files.own = Some((name.to_string(), home.clone(), Rc::new(own)));
         holder = Assembly::default();
-        let origin = Origin { start: v.origin.start, end: v.origin.start + 8, ..v.origin };
+        let origin = Origin { start: origin.start, end: origin.start + 8, ..origin };
         holder
             .parts
             .insert(part_name, file_part(Text { text: name.into(), origin }, mounts, origin));
@@ -282,7 +345,7 @@ fn assemble(
     files: Files<'_>,
     outer: &[(Text, Located)],
     options: &Options<'_>,
-) -> Option<Loaded> {
+) -> Option<(Loaded, Value)> {
     let mut expander = Expander::new(cx, files, options.catalogue);
     let (root, env) = expander.root(holder, &home, outer);
     let (files, imports) = (expander.files, expander.imports);
@@ -312,7 +375,7 @@ fn assemble(
     let wires = wiring.wires(cx);
     if !cx.faults.is_empty() {
         // What the models say of their parameters belongs into the same report.
-        let files = linkwork_runtime::Files { folders: options.search.clone() };
+        let files = linkwork_runtime::Files::of(options.search.clone());
         let spec = Spec { parts, ..Spec::default() };
         let more = linkwork_runtime::check_parts(&spec, options.catalogue, &files);
         // But not what only follows from a fault at the same place.
@@ -325,20 +388,29 @@ fn assemble(
         parts,
         wires,
         binds,
-        mechanism: mechanism.spec,
+        host: mechanism.spec.map(|m| Box::new(m) as Box<dyn linkwork_runtime::Host>),
         step: simulation.step,
         integrator: simulation.integrator,
+        accuracy: simulation.accuracy.clone(),
         seed: simulation.seed,
     };
-    let resolved = resolved::text_all(&root, &files, &settings, &spec, &mechanism.told);
-    Some(Loaded {
+    let resolved = resolved::value(&root, &files, &settings, &spec, &mechanism.told);
+    let only = PhaseSpec {
+        name: String::new(),
+        spec: spec.clone(),
+        transitions: Vec::new(),
+        origin: Origin::NONE,
+    };
+    let loaded = Loaded {
         tree: tree(&root, options.catalogue),
         spec,
+        phases: vec![only],
         simulation,
         shapes: mechanism.shapes,
         colliders: mechanism.colliders,
         imports,
         sources: Sources::default(),
-        resolved,
-    })
+        resolved: String::new(),
+    };
+    Some((loaded, resolved))
 }

@@ -83,8 +83,7 @@ fn required<T>(
 pub fn put_down(plan: &mut Plan, v: &Located) -> Result<f64, Fault> {
     only(v, "place", &["body", "at", "heading", "wheels", "radius", "joints", "terrain"])?;
     let mb = plan
-        .mechanism
-        .as_ref()
+        .mechanism()
         .map(|m| m.multibody.clone())
         .ok_or_else(|| Fault::new(v.origin, "`place`: there are no bodies"))?;
     let names: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();

@@ -5,10 +5,9 @@ use crate::expand::{Instance, ItemInst, ModelInst, Node};
 use crate::files::{Files, Home};
 use crate::flatten::Told;
 use crate::modes;
-use crate::print::document;
 use crate::reference::full_name;
 use linkwork_collision::ColliderSpec;
-use linkwork_runtime::{BindSpec, BindTarget, Located, Spec, Value};
+use linkwork_runtime::{BindSpec, BindTarget, Located, Spec, TransitionSpec, Value};
 
 struct Printer<'a> {
     files: &'a Files<'a>,
@@ -21,7 +20,7 @@ fn text(t: impl Into<String>) -> Located {
 }
 
 /// Everything expanded: no includes, parameters, mounts, arrays or overrides are left.
-fn value(
+pub(crate) fn value(
     root: &Instance,
     files: &Files<'_>,
     settings: &Located,
@@ -65,15 +64,28 @@ fn value(
     Value::Null
 }
 
-/// The text of everything.
-pub(crate) fn text_all(
-    root: &Instance,
-    files: &Files<'_>,
-    settings: &Located,
-    spec: &Spec,
-    told: &Told,
-) -> String {
-    document(&value(root, files, settings, spec, told))
+/// The first phase with all phases in it, each in full.
+pub(crate) fn with_phases(phases: &[(&str, &Value, &Vec<TransitionSpec>)]) -> Value {
+    let Some((first, value, _)) = phases.first() else { return Value::Null };
+    let fields = |v: &Value| match v {
+        Value::Variant(_, inner) => entries(inner).to_vec(),
+        _ => Vec::new(),
+    };
+    if first.is_empty() {
+        return (*value).clone();
+    }
+    let mut all = fields(value);
+    all.push(("start".into(), text(*first)));
+    let each = phases.iter().map(|(name, value, transitions)| {
+        let mut own = fields(value);
+        own.retain(|(key, _)| crate::phases::may_change(key));
+        own.push(("whole".into(), Value::Bool(true).into()));
+        let to = transitions.iter().map(|t| (t.to.clone(), text(&*t.when)));
+        own.push(("to".into(), Value::Map(to.collect()).into()));
+        ((*name).to_string(), Value::Map(own).into())
+    });
+    all.push(("phases".into(), Value::Map(each.collect()).into()));
+    Value::Variant("Simulation".into(), Box::new(Value::Map(all).into()))
 }
 
 impl Printer<'_> {

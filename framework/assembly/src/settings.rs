@@ -3,7 +3,7 @@ use crate::context::{Cx, Text};
 use crate::flatten::period;
 use crate::form;
 use crate::read::{fields, list, table, text, text_field};
-use linkwork_runtime::{Integrator, Located, Origin, Seconds, Unit, Value, remedy};
+use linkwork_runtime::{Accuracy, Integrator, Located, Origin, Seconds, Unit, Value, remedy};
 
 /// One rule of what to log.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +68,8 @@ pub struct Settings {
     pub step: Seconds,
     /// Integrator.
     pub integrator: Integrator,
+    /// Adaptive steps between rows; `None`: steps of the size of `step`.
+    pub accuracy: Option<Accuracy>,
     /// Seed of all noise.
     pub seed: u64,
     /// Path of the gravity service.
@@ -91,10 +93,11 @@ pub struct Settings {
 }
 
 /// The fields of a simulation that an assembly has not.
-pub(crate) const FIELDS: [&str; 14] = [
+pub(crate) const FIELDS: [&str; 17] = [
     "assembly",
     "step",
     "integrator",
+    "accuracy",
     "until",
     "stop_when",
     "seed",
@@ -106,6 +109,8 @@ pub(crate) const FIELDS: [&str; 14] = [
     "figures",
     "plots",
     "resolved",
+    "phases",
+    "start",
 ];
 
 /// All fields.
@@ -124,10 +129,17 @@ pub(crate) fn read(cx: &mut Cx, v: &Located) -> Settings {
         cx.fault(at.origin, "the integration step is zero", "write for example step: \"1 ms\"");
     }
     let until = time(cx, "until");
+    let integrator = v.get("integrator").map_or(Integrator::Rk4, |i| integrator(cx, i));
+    let adaptive = integrator.method().error_order() > 0;
+    let accuracy = match v.get("accuracy") {
+        Some(a) => accuracy(cx, a, integrator),
+        None => adaptive.then(Accuracy::default),
+    };
     Settings {
         doc: text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default(),
         step,
-        integrator: v.get("integrator").map_or(Integrator::Rk4, |i| integrator(cx, i)),
+        integrator,
+        accuracy,
         seed: v.get("seed").and_then(|s| seed(cx, s)).unwrap_or(0),
         gravity: text_field(cx, v, "gravity", what),
         mechanism: text_field(cx, v, "mechanism", what)
@@ -151,17 +163,63 @@ fn word(v: &Located) -> Option<&str> {
 }
 
 fn integrator(cx: &mut Cx, v: &Located) -> Integrator {
-    const WORDS: [&str; 2] = ["rk4", "semi_implicit_euler"];
-    match word(v) {
-        Some("rk4") => Integrator::Rk4,
-        Some("semi_implicit_euler") => Integrator::SemiImplicitEuler,
-        other => {
+    let known = Integrator::ALL.iter().find(|(name, _)| word(v) == Some(name));
+    match (known, word(v)) {
+        (Some((_, integrator)), _) => *integrator,
+        (None, other) => {
             let shown = other.map_or_else(|| v.value.what().to_string(), |w| format!("`{w}`"));
-            let help = remedy(other.unwrap_or(""), "integrators", &WORDS);
+            let help = remedy(other.unwrap_or(""), "integrators", &Integrator::ALL.map(|i| i.0));
             cx.fault(v.origin, format!("simulation: there is no integrator {shown}"), help);
             Integrator::Rk4
         }
     }
+}
+
+/// `(relative: 1e-9, absolute: 1e-9, step_max: "10 s", of: {"Body.position.*": 1e-3})`, or `fixed`.
+fn accuracy(cx: &mut Cx, v: &Located, integrator: Integrator) -> Option<Accuracy> {
+    let what = "simulation: `accuracy`";
+    if word(v) == Some("fixed") {
+        return None;
+    }
+    if integrator.method().error_order() == 0 {
+        let adaptive = Integrator::ALL.iter().filter(|i| i.1.method().error_order() > 0);
+        let names: Vec<&str> = adaptive.map(|i| i.0).collect();
+        cx.fault(
+            v.origin,
+            format!("{what}: this integrator has no error estimate"),
+            format!("choose one that has: {}", names.join(", ")),
+        );
+        return None;
+    }
+    if !fields(cx, v, what, &["relative", "absolute", "step_max", "of"]) {
+        return None;
+    }
+    let mut out = Accuracy::default();
+    let number = |cx: &mut Cx, field: &str, into: &mut f64| {
+        if let Some(at) = v.get(field) {
+            match at.value {
+                Value::Number(x) if x >= 0.0 && x.is_finite() => *into = x,
+                _ => {
+                    let shown = crate::print::inline(&at.value);
+                    cx.fault(at.origin, format!("{what}: `{field}` cannot be {shown}"), "write a number such as 1e-9");
+                }
+            }
+        }
+    };
+    number(cx, "relative", &mut out.relative);
+    number(cx, "absolute", &mut out.absolute);
+    if let Some(t) = v.get("step_max").and_then(|x| period(cx, x, what)) {
+        out.step_max = t.seconds();
+    }
+    if let Some(of) = v.get("of") {
+        for (pattern, item) in table(cx, of, what) {
+            match item.value {
+                Value::Number(x) => out.of.push((pattern.clone(), x, cx.key(item))),
+                _ => cx.fault(item.origin, format!("{what}: `{pattern}` wants a number"), "in the unit of the state, e.g. 1e-6"),
+            }
+        }
+    }
+    Some(out)
 }
 
 /// A whole number; as a text when it has more digits than a double holds.

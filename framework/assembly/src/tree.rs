@@ -37,7 +37,7 @@ pub(crate) fn tree(here: &Instance, catalogue: &Catalogue) -> TreeNode {
         Node::Model(m) => {
             let known = catalogue.iter().find(|e| e.description.name == m.model.text);
             let doc =
-                if m.doc.is_empty() { known.map_or("", |e| e.description.doc) } else { &m.doc };
+                if m.doc.is_empty() { known.map_or("", |e| &*e.description.doc) } else { &m.doc };
             TreeNode {
                 name: name.clone(),
                 path: m.path.clone(),

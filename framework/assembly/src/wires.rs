@@ -258,7 +258,7 @@ impl Wiring<'_> {
             let Some(ports) = self.ports(&m.model.text, None) else { continue };
             let port = end.port.split('.').next().unwrap_or(&end.port);
             if !ports.iter().any(|p| p.name == port) {
-                let known: Vec<&str> = ports.iter().map(|p| p.name).collect();
+                let known: Vec<&str> = ports.iter().map(|p| &*p.name).collect();
                 let fact = format!("`{}` ({}) has no port `{port}`", end.part, m.model.text);
                 return Err((fact, remedy(port, "ports", &known)));
             }
@@ -290,7 +290,7 @@ impl Wiring<'_> {
     ) -> Result<Vec<PortRef>, Problem> {
         let Some((last, inner)) = rest.split_last() else {
             let ports = self.ports(model, Some(output)).unwrap_or_default();
-            let known: Vec<&str> = ports.iter().map(|p| p.name).collect();
+            let known: Vec<&str> = ports.iter().map(|p| &*p.name).collect();
             let kind = if output { "outputs" } else { "inputs" };
             let help = format!("add a port: {}", remedy("", kind, &known));
             return Err((format!("`{part}` is a part, not a port"), help));

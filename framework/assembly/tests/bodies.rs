@@ -7,7 +7,7 @@ use linkwork_runtime::{BindTarget, MechanismSpec};
 
 fn mechanism(bodies: &str) -> MechanismSpec {
     let text = format!("Simulation(parts: {{ \"R\": (bodies: {{ {bodies} }}) }})");
-    good(&text).spec.mechanism.unwrap()
+    good(&text).spec.mechanism().cloned().unwrap()
 }
 
 /// Moments about x and z of a solid of revolution about z: slices of radius ρ(z), each with

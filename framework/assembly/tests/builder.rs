@@ -64,7 +64,7 @@ fn a_built_assembly_loads_alone_and_in_a_simulation() {
         r#"{"gear": 30.0, "resistance": "0.6 ohm"}"#
     );
     assert_eq!(inside.spec.wires[0].from.to_string(), "Rover.Axle.Drive.volts[1]");
-    let m = inside.spec.mechanism.unwrap();
+    let m = inside.spec.mechanism().cloned().unwrap();
     let wheel = m.multibody.get(m.multibody.body("Rover.Axle/wheel").unwrap());
     assert_eq!(wheel.hinge_in_parent().position.x, 0.6);
 }

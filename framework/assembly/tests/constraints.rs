@@ -443,13 +443,13 @@ fn compliant_contact_replaces_impulses() {
         )
     };
     let m = good(&with("compliant: (stiffness: 2e5, exponent: 1.5, relaxation: \"2 ms\")"));
-    let m = m.spec.mechanism.unwrap();
+    let m = m.spec.mechanism().cloned().unwrap();
     assert!(m.contact.is_none());
     let (colliders, settings) = m.compliant.unwrap();
     assert_eq!(colliders.len(), 2);
     assert_eq!((settings.stiffness, settings.exponent), (2e5, 1.5));
     assert_eq!(settings.relaxation, 2e-3);
-    assert!(good(&with("")).spec.mechanism.unwrap().compliant.is_none());
+    assert!(good(&with("")).spec.mechanism().cloned().unwrap().compliant.is_none());
     let text = bad(&with("compliant: (stifness: 2e5, exponent: 0.5)"));
     assert!(text.contains("stifness") && text.contains("did you mean `stiffness`"), "{text}");
     assert!(text.contains("`exponent`"), "{text}");

@@ -83,7 +83,7 @@ fn settings_can_be_set_from_outside() {
         let gear = loaded.spec.parts[k].params.get("gear").unwrap();
         assert_eq!(gear.value.to_string(), "7.0", "the outermost override wins");
     }
-    let m = loaded.spec.mechanism.as_ref().unwrap();
+    let m = loaded.spec.mechanism().unwrap();
     let body = |name: &str| m.multibody.get(m.multibody.body(name).unwrap());
     assert_eq!(body("Rover/chassis").inertia().mass(), 50.0);
     assert_eq!(m.q[body("Rover/chassis").q().start + 2], 3.0);

@@ -17,7 +17,7 @@ fn the_examples_of_the_page_load() {
     // The rover that the side-car stands beside: a base with two arms.
     let rover = include_str!("../../../tests/fuzz/corpus/rover.urdf");
     let linkage = load_text("FORMAT.md", examples[1], &options).unwrap_or_else(|f| panic!("{f}"));
-    let spec = linkage.spec.mechanism.clone().unwrap();
+    let spec = linkage.spec.mechanism().cloned().unwrap();
     assert_eq!((spec.multibody.loops().len(), spec.multibody.couplings().len()), (2, 2));
     assert_eq!(spec.motions.len(), 1);
     run(&linkage.spec, 5.0);
@@ -25,7 +25,7 @@ fn the_examples_of_the_page_load() {
     assert_eq!(ball.colliders.clone().unwrap().len(), 4);
     run(&ball.spec, 0.01);
     let boom = load_text("FORMAT.md", examples[3], &options).unwrap_or_else(|f| panic!("{f}"));
-    assert_eq!(boom.spec.mechanism.clone().unwrap().multibody.nv(), 1 + 4 + 3);
+    assert_eq!(boom.spec.mechanism().cloned().unwrap().multibody.nv(), 1 + 4 + 3);
     run(&boom.spec, 0.002);
     let examples = &examples[3..];
     let beside = options.clone().embed("rover.urdf", rover).embed("car.ron", examples[2]);
@@ -33,11 +33,11 @@ fn the_examples_of_the_page_load() {
     let rover = load_text("FORMAT.md", &text, &beside).unwrap_or_else(|f| panic!("{f}"));
     let said = &rover.imports[0].description;
     assert_eq!((said.couplings.len(), said.loops.len(), said.wheels.len()), (1, 1, 1));
-    assert_eq!(rover.spec.mechanism.unwrap().multibody.nv(), 8);
+    assert_eq!(rover.spec.mechanism().cloned().unwrap().multibody.nv(), 8);
     let two = load_text("FORMAT.md", examples[3], &options).unwrap_or_else(|f| panic!("{f}"));
     assert_eq!(two.spec.wires.len(), 4);
     assert_eq!(two.spec.parts[3].params.get("gear").unwrap().value.to_string(), "20.0");
     let three = load_text("FORMAT.md", examples[4], &options).unwrap_or_else(|f| panic!("{f}"));
     assert_eq!(three.simulation.figures[0].take, Take::Max);
-    assert_eq!(three.spec.mechanism.unwrap().multibody.bodies().len(), 2);
+    assert_eq!(three.spec.mechanism().cloned().unwrap().multibody.bodies().len(), 2);
 }

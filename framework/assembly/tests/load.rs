@@ -51,7 +51,7 @@ fn a_simulation_expands_to_parts_wires_bindings_and_a_mechanism() {
 #[test]
 fn the_mechanism_has_the_numbers_of_the_files() {
     let loaded = good(SIM);
-    let m = loaded.spec.mechanism.unwrap();
+    let m = loaded.spec.mechanism().cloned().unwrap();
     let mb = &m.multibody;
     let wheel = mb.get(mb.body("Rover.Hardware.Wheel1/wheel").unwrap());
     assert_eq!(mb.get(wheel.parent().unwrap()).name(), "Rover/chassis");

@@ -201,7 +201,7 @@ fn flexible_machines_come_back_bit_for_bit() {
 }
 
 fn mechanism(loaded: &Loaded) -> &Multibody {
-    &loaded.spec.mechanism.as_ref().unwrap().multibody
+    &loaded.spec.mechanism().unwrap().multibody
 }
 
 #[test]
@@ -267,7 +267,7 @@ fn a_urdf_file_becomes_bodies_that_can_be_bound_and_overridden() {
     let s = left.subhinges()[0].subhinge;
     assert_eq!(s.limits, Limits { lower: -0.5, upper: 0.5, rate: 1.0, effort: 20.0 });
     assert_eq!((s.armature, left.hinge_in_parent().position), (0.25, Vec3::new(0.0, 0.5, 0.0)));
-    assert_eq!(&loaded.spec.mechanism.as_ref().unwrap().q[..3], [1.0, 2.0, 3.0]);
+    assert_eq!(&loaded.spec.mechanism().unwrap().q[..3], [1.0, 2.0, 3.0]);
     assert_eq!(loaded.spec.binds.len(), 1);
     // What the viewer shows: the visual shapes, meshes by the path at which they were found.
     assert_eq!(loaded.shapes.len(), 2);
@@ -573,7 +573,7 @@ fn descriptions_keep_their_picture_and_odd_names() {
     let loaded = loaded.unwrap_or_else(|f| panic!("{f}"));
     let mbs = mechanism(&loaded);
     assert_eq!(mbs.get(mbs.body("M/x__a").unwrap()).parent(), mbs.body("M/x__a_1"));
-    assert_eq!(loaded.spec.mechanism.as_ref().unwrap().q, [q, turn, both].concat());
+    assert_eq!(loaded.spec.mechanism().unwrap().q, [q, turn, both].concat());
 }
 
 #[test]

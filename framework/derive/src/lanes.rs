@@ -11,6 +11,7 @@ struct PortAttr {
     bind: Option<LitStr>,
     frame: Option<LitStr>,
     sum: bool,
+    direction: Option<&'static str>,
 }
 
 fn attribute(field: &syn::Field) -> syn::Result<PortAttr> {
@@ -24,7 +25,8 @@ fn attribute(field: &syn::Field) -> syn::Result<PortAttr> {
     Ok(out)
 }
 
-/// `"unit", default = 0.0, sum, bind = "shaft", frame = "body"`, each optional, in any order.
+/// `"unit", default = 0.0, sum, bind = "shaft", frame = "body", rising | falling`, each optional, in any
+/// order.
 fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
     while !input.is_empty() {
         if input.peek(LitStr) {
@@ -33,6 +35,8 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
             let key: Ident = input.parse()?;
             match key.to_string().as_str() {
                 "sum" => out.sum = true,
+                "rising" => out.direction = Some("Rising"),
+                "falling" => out.direction = Some("Falling"),
                 "default" => {
                     input.parse::<Token![=]>()?;
                     out.default = Some(input.parse()?);
@@ -48,7 +52,7 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
                 _ => {
                     return Err(syn::Error::new(
                         key.span(),
-                        "unknown port attribute; known: a unit string, default, bind, frame, sum",
+                        "unknown port attribute; known: a unit string, default, bind, frame, sum, rising, falling",
                     ));
                 }
             }
@@ -94,8 +98,10 @@ pub fn derive(input: &DeriveInput) -> syn::Result<Tokens> {
             None => quote!(None),
         };
         let (bind, frame, sum) = (opt(&attr.bind), opt(&attr.frame), attr.sum);
+        let direction = quote::format_ident!("{}", attr.direction.unwrap_or("Either"));
         specs.push(quote! {
             #rt::PortSpec::new::<#ty>(#text, #unit, #doc, #default, #sum, #bind, #frame)
+                .when(#rt::Direction::#direction)
         });
         puts.push(quote!(#rt::Lane::put(&self.#ident, &mut s[o..o + <#ty as #rt::Lane>::N]);));
         idents.push(ident);

@@ -5,11 +5,13 @@ use quote::{format_ident, quote};
 use syn::{FnArg, ImplItem, ImplItemFn, ItemImpl, LitStr, Pat, parse_quote};
 
 /// Function, full number of arguments after `&self`, and the types that may be left out at the end.
-const FUNCTIONS: [(&str, &[&str]); 4] = [
+const FUNCTIONS: [(&str, &[&str]); 6] = [
     ("moore", &["Clock", "X", "D", "Store"]),
     ("direct", &["Clock", "X", "D", "Ud", "Store"]),
     ("deriv", &["Clock", "X", "D", "U", "Ud", "Store", "Yd"]),
     ("update", &["Clock", "X", "D", "U", "Ud", "Store!"]),
+    ("guards", &["Clock", "X", "D", "U", "Ud", "Store"]),
+    ("fired", &["Clock", "usize", "X", "D", "U", "Ud", "Store!"]),
 ];
 
 pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
@@ -31,15 +33,31 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
         })
         .collect();
     let has = |n: &str| written.iter().any(|w| w == n);
-    for (ty, function) in [("Ym", "moore"), ("Yd", "direct"), ("X", "deriv"), ("D", "update")] {
-        if has(ty) && !has(function) {
+    let needs: [(&str, &[&str]); 6] = [
+        ("Ym", &["moore"]),
+        ("Yd", &["direct"]),
+        ("X", &["deriv"]),
+        ("D", &["update", "fired"]),
+        ("G", &["guards"]),
+        ("G", &["fired"]),
+    ];
+    for (ty, functions) in needs {
+        if has(ty) && !functions.iter().any(|f| has(f)) {
             return Err(syn::Error::new_spanned(
                 &item.self_ty,
-                format!("`type {ty}` is declared but there is no `fn {function}`"),
+                format!("`type {ty}` is declared but there is no `fn {}`", functions.join("` or `fn ")),
             ));
         }
     }
-    let mut timed = [false; 4];
+    for function in ["guards", "fired"] {
+        if has(function) && !has("G") {
+            return Err(syn::Error::new_spanned(
+                &item.self_ty,
+                format!("`fn {function}` needs `type G`: a struct of the guards, deriving `Ports`"),
+            ));
+        }
+    }
+    let mut timed = [false; 6];
     let mut outputs = false;
     for it in &mut item.items {
         let ImplItem::Fn(f) = it else { continue };
@@ -54,7 +72,7 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
         outputs |= reads_outputs;
         timed[k] = complete(f, FUNCTIONS[k].1, &rt)?;
     }
-    for ty in ["Params", "U", "Ud", "Ym", "Yd", "X", "D", "Store"] {
+    for ty in ["Params", "U", "Ud", "Ym", "Yd", "X", "D", "Store", "G"] {
         if !has(ty) {
             let ident = format_ident!("{ty}");
             item.items.push(parse_quote!(type #ident = ();));
@@ -71,14 +89,14 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
             });
         }
     }
-    let [m, d, v, u] = ["moore", "direct", "deriv", "update"].map(has);
-    let [tm, td, _, _] = timed;
+    let [m, d, v, u, g] = ["moore", "direct", "deriv", "update", "guards"].map(has);
+    let (tm, td) = (timed[0], timed[1]);
     item.items.push(parse_quote!(const NAME: &'static str = #name;));
     item.items.push(parse_quote!(const DOC: &'static str = #doc;));
     item.items.push(parse_quote! {
         const FUNCTIONS: #rt::Functions = #rt::Functions {
             moore: #m, direct: #d, deriv: #v, update: #u, moore_timed: #tm, direct_timed: #td,
-            deriv_outputs: #outputs,
+            deriv_outputs: #outputs, direct_after_moore: false, guards: #g, steps: false,
         };
     });
     Ok(quote!(#item))
@@ -89,7 +107,11 @@ fn complete(f: &mut ImplItemFn, full: &[&str], rt: &Tokens) -> syn::Result<bool>
     let given = f.sig.inputs.len().saturating_sub(1);
     if !matches!(f.sig.inputs.first(), Some(FnArg::Receiver(_))) || given == 0 || given > full.len()
     {
-        let list = full.iter().map(|t| format!("&{t}")).collect::<Vec<_>>().join(", ");
+        let list = full
+            .iter()
+            .map(|t| if *t == "usize" { (*t).to_string() } else { format!("&{t}") })
+            .collect::<Vec<_>>()
+            .join(", ");
         return Err(syn::Error::new_spanned(
             &f.sig,
             format!("`{}` takes (&self, {list}), trailing ones optional", f.sig.ident),
@@ -99,6 +121,7 @@ fn complete(f: &mut ImplItemFn, full: &[&str], rt: &Tokens) -> syn::Result<bool>
         let arg = format_ident!("_arg{k}");
         f.sig.inputs.push(match *ty {
             "Clock" => parse_quote!(#arg: &#rt::Clock),
+            "usize" => parse_quote!(#arg: usize),
             "Store!" => parse_quote!(#arg: &mut Self::Store),
             other => {
                 let t = format_ident!("{other}");

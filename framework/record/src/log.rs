@@ -116,7 +116,7 @@ impl Log {
             groups.push(group);
             channels.push(list);
         }
-        let transforms = match (spec.transforms, &plan.mechanism) {
+        let transforms = match (spec.transforms, plan.mechanism()) {
             (Some(period), Some(_)) => {
                 let (t, group) = open_transforms(&mut writer, plan, period, groups.len() as u32)
                     .map_err(|e| fail(e.to_string()))?;
@@ -191,12 +191,12 @@ fn open_transforms(
     group: u32,
 ) -> Result<(Transforms, Group), mcap::McapError> {
     let bad = || mcap::McapError::BadMagic;
-    let m = plan.mechanism.as_ref().ok_or_else(bad)?;
+    let m = plan.mechanism().ok_or_else(bad)?;
     let schema = FrameTransforms::get_schema().ok_or_else(bad)?;
     let id = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
     let id = writer.add_channel(id, "/tf", "protobuf", &BTreeMap::new())?;
     let n = m.multibody.nq() + m.multibody.nv();
-    let places = (0..n).map(|k| Place::X((m.wiring.x + k) as u32)).collect();
+    let places = (0..n).map(|k| Place::X((m.x + k) as u32)).collect();
     let name = |b: &linkwork_multibody::Body| b.name().to_string();
     let names = m.multibody.bodies().iter().map(|b| ("world".to_string(), name(b))).collect();
     let ws = Workspace::new(&m.tree);

@@ -1,15 +1,17 @@
-//! A model erased to what the scheduler calls: operations on flat lanes, with the wiring inside.
+//! What the scheduler calls: operations on flat lanes, with the wiring inside. Models, the
+//! mechanism, contact and foreign units are all blocks; the scheduler knows no other kind.
 use crate::model::{Description, Model};
 use crate::ports::Lanes;
 use crate::time::Clock;
 use crate::value::Value;
 use smallvec::SmallVec;
+use std::any::Any;
 use std::sync::Arc;
 
 /// What an evaluation is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Evaluation {
-    /// The work of a tick: what is only to be seen is computed too.
+    /// The work of a tick or an event: what is only to be seen is computed too.
     Tick,
     /// A stage of the integrator.
     Stage,
@@ -26,7 +28,33 @@ pub struct Now {
     pub tick: u64,
     /// What it is for.
     pub evaluation: Evaluation,
+    /// Number of this evaluation. All operations of one evaluation see one state, so a block may keep
+    /// work between two of them when their numbers are equal, and must not otherwise.
+    pub number: u64,
 }
+
+/// Why an operation has no result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+impl Failure {
+    /// From a message that may end in a line `  help: …`.
+    pub fn boxed(text: &str) -> Box<Failure> {
+        let (message, help) = match text.split_once("\n  help: ") {
+            Some((message, help)) => (message, Some(help.to_string())),
+            None => (text, None),
+        };
+        Box::new(Failure { message: message.to_string(), help })
+    }
+}
+
+/// Result of an operation of a block.
+pub type Outcome = Result<(), Box<Failure>>;
 
 /// Indices of the lanes that feed an input struct, in lane order.
 pub type Indices = SmallVec<[u32; 8]>;
@@ -56,42 +84,87 @@ pub struct Wiring {
     pub key: u64,
 }
 
-/// A wired model that a run owns. Parameters are shared; only the store is its own.
+/// A wired model that a run owns. Parameters are shared; only the store is its own. Every operation
+/// is a function of its arguments and the store: what else a block keeps is work space.
 pub trait Block: Send {
     /// Outputs from state.
-    fn moore(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]);
+    fn moore(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
     /// Outputs with feedthrough.
-    fn direct(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]);
+    fn direct(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
     /// Derivatives.
-    fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]);
+    fn deriv(
+        &mut self,
+        now: &Now,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+        xdot: &mut [f64],
+    ) -> Outcome;
     /// Next discrete state, in place: other blocks read signals, never `d`.
-    fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]);
-    /// After a step of an integrator that works on lanes: unit quaternions again.
-    fn normalize(&mut self, _x: &mut [f64]) {}
-    /// Positions to h later with the velocities in `x`, for semi-implicit Euler. False: none.
-    fn advance_positions(&mut self, _x: &mut [f64], _h: f64) -> bool {
-        false
+    fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome;
+    /// Values of the guards.
+    fn guards(
+        &mut self,
+        _now: &Now,
+        _x: &[f64],
+        _d: &[f64],
+        _sig: &[f64],
+        _values: &mut [f64],
+    ) -> Outcome {
+        Ok(())
     }
-    /// A step of `h` s by a method of its own, before the other states are integrated.
-    fn advance(&mut self, _x: &mut [f64], _sig: &mut [f64], _h: f64) {}
-    /// What went wrong when a value became NaN.
-    fn fault(&self) -> Option<&str> {
-        None
+    /// State after guard `which` changed sign.
+    fn fired(
+        &mut self,
+        _now: &Now,
+        _which: usize,
+        _x: &mut [f64],
+        _d: &mut [f64],
+        _sig: &[f64],
+    ) -> Outcome {
+        Ok(())
     }
-    /// The lanes that `advance_positions` moves.
-    fn position_lanes(&self) -> std::ops::Range<usize> {
-        0..0
+    /// After a step of an integrator: the state back onto its manifold (unit quaternions, closed loops).
+    fn project(&mut self, _x: &mut [f64]) -> Outcome {
+        Ok(())
+    }
+    /// Semi-implicit Euler: [`Description::positions`] to `h` s later along the velocities in `x`.
+    fn retract(&mut self, _x: &mut [f64], _h: f64) -> Outcome {
+        Ok(())
+    }
+    /// A step of `h` s by a method of its own, before the other states are integrated. Outputs
+    /// that no operation writes are written here.
+    fn advance(&mut self, _now: &Now, _h: f64, _x: &mut [f64], _sig: &mut [f64]) -> Outcome {
+        Ok(())
     }
     /// The store as bytes; empty when the model has none.
+    ///
+    /// # Errors
+    /// Why it cannot be saved.
     fn save_store(&self) -> Result<Vec<u8>, String>;
     /// Takes the store back.
+    ///
+    /// # Errors
+    /// Why these bytes are not one.
     fn load_store(&mut self, bytes: &[u8]) -> Result<(), String>;
+    /// Copies the store; what `into` holds of the same type is used again.
+    fn copy_store(&self, _into: &mut Option<Box<dyn Any + Send>>) {}
+    /// Takes a copy back.
+    fn take_store(&mut self, _from: &dyn Any) {}
     /// A copy with its own store, for a fork of the run.
     fn fork(&self) -> Box<dyn Block>;
 }
 
+/// A store into a slot, without allocating when the slot has one already.
+pub(crate) fn copy_into<T: Clone + Send + 'static>(store: &T, into: &mut Option<Box<dyn Any + Send>>) {
+    match into.as_mut().and_then(|slot| slot.downcast_mut::<T>()) {
+        Some(old) => old.clone_from(store),
+        None => *into = Some(Box::new(store.clone())),
+    }
+}
+
 /// A built model, not yet wired.
-pub trait Prototype: Send + Sync {
+pub trait Prototype: Any + Send + Sync {
     /// What is known of it.
     fn description(&self) -> &Description;
     /// Its parameters, resolved.
@@ -102,6 +175,73 @@ pub trait Prototype: Send + Sync {
     fn stored(&self) -> bool;
     /// Wires it.
     fn block(&self, wiring: Wiring) -> Box<dyn Block>;
+    /// Names of its states and outputs, where they are not `<path>.<port>`.
+    fn names(&self, _wiring: &Wiring) -> Option<Vec<Named>> {
+        None
+    }
+    /// The last preparation, once every wire is right.
+    ///
+    /// # Errors
+    /// What of the part cannot start.
+    fn settle(&mut self, _wiring: &Wiring) -> Result<(), crate::value::Fault> {
+        Ok(())
+    }
+    /// What else tells it from others with the same parameters, for the hash of the plan.
+    fn fingerprint(&self) -> String {
+        String::new()
+    }
+    /// State of this part when a run moves here from another plan, in which `old` stood at the same
+    /// path with lanes `x`; `false` when nothing of it can be taken over. Given lanes hold the initial
+    /// state.
+    ///
+    /// # Errors
+    /// Why the two do not go together.
+    fn carry(
+        &self,
+        old: &dyn Prototype,
+        from: (&[f64], &[f64]),
+        to: (&mut [f64], &mut [f64]),
+    ) -> Result<Carried, Box<Failure>> {
+        let (a, b) = (old.description(), self.description());
+        let same = |a: &[crate::PortSpec], b: &[crate::PortSpec]| {
+            a.len() == b.len()
+                && a.iter().zip(b).all(|(a, b)| (&a.name, a.lanes) == (&b.name, b.lanes))
+        };
+        if a.name != b.name || !same(&a.continuous, &b.continuous) || !same(&a.discrete, &b.discrete)
+        {
+            return Ok(Carried::New);
+        }
+        to.0.copy_from_slice(from.0);
+        to.1.copy_from_slice(from.1);
+        Ok(Carried::Whole)
+    }
+}
+
+/// What of a part's state a move between plans took over.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Carried {
+    /// Nothing: it starts anew.
+    New,
+    /// All, the store too.
+    Whole,
+    /// The state, by rules of its own, but no store; with what is to be told of it.
+    State(Vec<String>),
+}
+
+/// A variable that a block names itself.
+pub struct Named {
+    /// Whole path.
+    pub path: String,
+    /// Where.
+    pub place: crate::plan::Place,
+    /// What.
+    pub role: crate::plan::Role,
+    /// Unit.
+    pub unit: String,
+    /// Meaning.
+    pub doc: String,
+    /// Path of the part or body that it belongs to.
+    pub part: String,
 }
 
 /// [`Prototype`] of a model type.
@@ -139,15 +279,19 @@ struct Wired<M: Model> {
     none: M::Yd,
 }
 
-impl<M: Model> Wired<M> {
+impl Wiring {
+    /// The clock of a model with this wiring.
     #[inline(always)]
-    fn clock(&self, now: &Now) -> Clock {
-        let since = now.tick.saturating_sub(self.w.offset);
-        match since.checked_div(self.w.period) {
-            None => Clock { t: now.t, dt: now.dt, n: 0, key: self.w.key },
-            Some(n) => Clock { t: now.t, dt: self.w.period_s, n, key: self.w.key },
+    pub fn clock(&self, now: &Now) -> Clock {
+        let since = now.tick.saturating_sub(self.offset);
+        match since.checked_div(self.period) {
+            None => Clock { t: now.t, dt: now.dt, n: 0, key: self.key },
+            Some(n) => Clock { t: now.t, dt: self.period_s, n, key: self.key },
         }
     }
+}
+
+impl<M: Model> Wired<M> {
     #[inline(always)]
     fn x(&self, x: &[f64]) -> M::X {
         if M::X::N == 0 { M::X::get(&[]) } else { M::X::get(&x[self.w.x..]) }
@@ -156,21 +300,34 @@ impl<M: Model> Wired<M> {
     fn d(&self, d: &[f64]) -> M::D {
         if M::D::N == 0 { M::D::get(&[]) } else { M::D::get(&d[self.w.d..]) }
     }
+    #[inline(always)]
+    fn inputs(&self, sig: &[f64]) -> (M::U, M::Ud) {
+        (M::U::gather(sig, &self.w.u), M::Ud::gather(sig, &self.w.ud))
+    }
 }
 
 impl<M: Model> Block for Wired<M> {
-    fn moore(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) {
-        let (c, x, d) = (self.clock(now), self.x(x), self.d(d));
+    fn moore(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+        let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         self.model.moore(&c, &x, &d, &self.store).put(&mut sig[self.w.ym..]);
+        Ok(())
     }
-    fn direct(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) {
-        let (c, x, d) = (self.clock(now), self.x(x), self.d(d));
+    fn direct(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+        let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let ud = M::Ud::gather(sig, &self.w.ud);
         self.model.direct(&c, &x, &d, &ud, &self.store).put(&mut sig[self.w.yd..]);
+        Ok(())
     }
-    fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) {
-        let (c, x, d) = (self.clock(now), self.x(x), self.d(d));
-        let (u, ud) = (M::U::gather(sig, &self.w.u), M::Ud::gather(sig, &self.w.ud));
+    fn deriv(
+        &mut self,
+        now: &Now,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+        xdot: &mut [f64],
+    ) -> Outcome {
+        let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
+        let (u, ud) = self.inputs(sig);
         let rate = if M::FUNCTIONS.deriv_outputs {
             let yd = M::Yd::get(&sig[self.w.yd..]);
             self.model.deriv(&c, &x, &d, &u, &ud, &self.store, &yd)
@@ -178,14 +335,48 @@ impl<M: Model> Block for Wired<M> {
             self.model.deriv(&c, &x, &d, &u, &ud, &self.store, &self.none)
         };
         rate.put(&mut xdot[self.w.x..]);
+        Ok(())
     }
-    fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) {
-        let (c, x, old) = (self.clock(now), self.x(x), self.d(d));
-        let (u, ud) = (M::U::gather(sig, &self.w.u), M::Ud::gather(sig, &self.w.ud));
+    fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
+        let (c, x, old) = (self.w.clock(now), self.x(x), self.d(d));
+        let (u, ud) = self.inputs(sig);
         let new = self.model.update(&c, &x, &old, &u, &ud, &mut self.store);
         if M::D::N > 0 {
             new.put(&mut d[self.w.d..]);
         }
+        Ok(())
+    }
+    fn guards(
+        &mut self,
+        now: &Now,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+        values: &mut [f64],
+    ) -> Outcome {
+        let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
+        let (u, ud) = self.inputs(sig);
+        self.model.guards(&c, &x, &d, &u, &ud, &self.store).put(values);
+        Ok(())
+    }
+    fn fired(
+        &mut self,
+        now: &Now,
+        which: usize,
+        x: &mut [f64],
+        d: &mut [f64],
+        sig: &[f64],
+    ) -> Outcome {
+        let (c, old_x, old_d) = (self.w.clock(now), self.x(x), self.d(d));
+        let (u, ud) = self.inputs(sig);
+        let (x1, d1) = self.model.fired(&c, which, &old_x, &old_d, &u, &ud, &mut self.store);
+        if M::X::N > 0 {
+            x1.put(&mut x[self.w.x..]);
+        }
+        if M::D::N > 0 {
+            d1.put(&mut d[self.w.d..]);
+        }
+        Ok(())
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {
         if std::mem::size_of::<M::Store>() == 0 {
@@ -198,6 +389,16 @@ impl<M: Model> Block for Wired<M> {
             self.store = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
         }
         Ok(())
+    }
+    fn copy_store(&self, into: &mut Option<Box<dyn Any + Send>>) {
+        if std::mem::size_of::<M::Store>() > 0 {
+            copy_into(&self.store, into);
+        }
+    }
+    fn take_store(&mut self, from: &dyn Any) {
+        if let Some(store) = from.downcast_ref::<M::Store>() {
+            self.store.clone_from(store);
+        }
     }
     fn fork(&self) -> Box<dyn Block> {
         let (model, w, store) = (self.model.clone(), self.w.clone(), self.store.clone());

@@ -61,16 +61,11 @@ impl Entry {
     pub fn service<S: Service>() -> Entry {
         Entry {
             description: Arc::new(Description {
-                name: S::NAME,
-                doc: S::DOC,
+                name: S::NAME.into(),
+                doc: S::DOC.into(),
                 functions: Functions::default(),
                 params: S::Params::specs(),
-                inputs: Vec::new(),
-                direct_inputs: Vec::new(),
-                moore_outputs: Vec::new(),
-                direct_outputs: Vec::new(),
-                continuous: Vec::new(),
-                discrete: Vec::new(),
+                ..Description::default()
             }),
             maker: Maker::Service(S::KIND, |params, files, cx| {
                 let p = S::Params::read_map(params, cx)?;
@@ -112,7 +107,7 @@ impl Entry {
 /// All models and services that a simulation may name.
 #[derive(Clone, Default)]
 pub struct Catalogue {
-    entries: BTreeMap<&'static str, Entry>,
+    entries: BTreeMap<String, Entry>,
 }
 
 impl Catalogue {
@@ -123,8 +118,9 @@ impl Catalogue {
     pub fn new(libraries: impl IntoIterator<Item = Vec<Entry>>) -> Self {
         let mut entries = BTreeMap::new();
         for entry in libraries.into_iter().flatten() {
-            let name = entry.description.name;
-            assert!(entries.insert(name, entry).is_none(), "two models are named `{name}`");
+            let name = entry.description.name.to_string();
+            assert!(!entries.contains_key(&name), "two models are named `{name}`");
+            entries.insert(name, entry);
         }
         Catalogue { entries }
     }
@@ -137,7 +133,7 @@ impl Catalogue {
     /// One, or the fault that says what there is.
     pub fn find(&self, name: &str, origin: crate::Origin, user: &str) -> Result<&Entry, Fault> {
         self.entries.get(name).ok_or_else(|| {
-            let known: Vec<&str> = self.entries.keys().copied().collect();
+            let known: Vec<&str> = self.entries.keys().map(String::as_str).collect();
             Fault::new(origin, format!("`{user}`: there is no model `{name}`"))
                 .help(remedy(name, "models", &known))
         })

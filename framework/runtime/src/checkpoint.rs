@@ -2,21 +2,24 @@
 //!
 //! Lanes are raw little-endian doubles (NaN, ±∞ and −0 survive); stores are MessagePack with names.
 use crate::noise;
-use crate::plan::Place;
-use crate::simulation::{Simulation, State};
+use crate::plan::{Place, Plan};
+use crate::step::{GuardState, Simulation, State};
+use linkwork_integrate::Memory;
+use std::any::Any;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-const MAGIC: &[u8; 8] = b"LWCKPT01";
+const MAGIC: &[u8; 8] = b"LWCKPT02";
 
-/// A state in memory. Make it once, fill it often: nothing is allocated when it is filled again,
-/// but for models with stores.
-#[derive(Clone, Debug, Default)]
+/// A state in memory, stores included. Make it once, fill it often: nothing is allocated when it is
+/// filled again, but for what in a store has grown.
+#[derive(Default)]
 pub struct Snapshot {
+    program: u64,
     state: State,
-    stores: Vec<(u32, Vec<u8>)>,
+    stores: Vec<Option<Box<dyn Any + Send>>>,
 }
 
 /// A state in a file, with all that a fresh process needs.
@@ -30,6 +33,10 @@ pub struct Checkpoint {
     pub tick: u64,
     /// Row of the table.
     pub row: u32,
+    /// Time after the tick (s), events at this instant, phase, memory of the integrator.
+    pub instant: Instant,
+    /// Guards: value, change, side, due.
+    pub guards: Vec<(f64, f64, i8, bool)>,
     /// Simulated time (s), for readers.
     pub time: f64,
     /// Seed of all noise.
@@ -45,6 +52,19 @@ pub struct Checkpoint {
     pub configuration: String,
     /// Further data of the program that runs the simulation, by name.
     pub extra: BTreeMap<String, Vec<u8>>,
+}
+
+/// Where between two rows a state stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Instant {
+    /// Time after the tick (s).
+    pub since: f64,
+    /// Events that have fired at this instant.
+    pub micro: u32,
+    /// Place of the phase in the program.
+    pub phase: u32,
+    /// The step that the integrator proposes (s), and the error of its last.
+    pub memory: (f64, f64),
 }
 
 mod serde_bytes_vec {
@@ -109,41 +129,32 @@ pub enum CheckpointError {
 
 impl Simulation {
     /// Fills a snapshot.
-    ///
-    /// # Errors
-    /// [`CheckpointError::Store`] when a model's store cannot be written.
-    pub fn save_into(&self, s: &mut Snapshot) -> Result<(), CheckpointError> {
-        s.state.tick = self.state.tick;
-        s.state.row = self.state.row;
-        s.state.x.clone_from(&self.state.x);
-        s.state.d.clone_from(&self.state.d);
-        s.state.sig.clone_from(&self.state.sig);
-        s.stores.clear();
-        for &k in &self.plan().stored {
-            s.stores.push((k, self.store(k)?));
+    pub fn save_into(&self, s: &mut Snapshot) {
+        s.program = self.program().hash;
+        s.state.copy_from(&self.state);
+        s.stores.resize_with(self.plan().stored.len(), || None);
+        for (&k, slot) in self.plan().stored.iter().zip(&mut s.stores) {
+            self.blocks[k as usize].copy_store(slot);
         }
-        Ok(())
     }
 
     /// Takes a snapshot back.
     ///
     /// # Errors
-    /// [`CheckpointError::Mismatch`] when it is of another plan.
+    /// [`CheckpointError::Mismatch`] when it is of another program.
     pub fn load_from(&mut self, s: &Snapshot) -> Result<(), CheckpointError> {
-        let here = (self.state.x.len(), self.state.d.len(), self.state.sig.len());
-        let there = (s.state.x.len(), s.state.d.len(), s.state.sig.len());
-        if here != there {
-            let why = format!("it has {there:?} lanes, the plan has {here:?}");
+        if s.program != self.program().hash {
+            let why = "parameters, rates or wires differ".to_string();
             return Err(CheckpointError::Mismatch { why });
         }
-        self.state.clone_from(&s.state);
-        for (k, bytes) in &s.stores {
-            let part = self.plan().block_path(*k).to_owned();
-            self.blocks[*k as usize]
-                .load_store(bytes)
-                .map_err(|why| CheckpointError::Store { part, why })?;
+        self.enter(s.state.phase);
+        self.state.copy_from(&s.state);
+        for (&k, store) in self.plan().clone().stored.iter().zip(&s.stores) {
+            if let Some(store) = store {
+                self.blocks[k as usize].take_store(&**store);
+            }
         }
-        self.rework();
+        self.replaced();
         Ok(())
     }
 
@@ -152,19 +163,6 @@ impl Simulation {
             part: self.plan().block_path(k).to_owned(),
             why,
         })
-    }
-
-    fn layout(&self) -> Vec<String> {
-        let plan = self.plan();
-        let mut names = vec![String::new(); plan.sizes.x + plan.sizes.d];
-        for (path, v) in &plan.variables {
-            match v.place {
-                Place::X(k) => names[k as usize].clone_from(path),
-                Place::D(k) => names[plan.sizes.x + k as usize].clone_from(path),
-                Place::Signal(_) => {}
-            }
-        }
-        names
     }
 
     /// The state as a checkpoint; `configuration` rebuilds the simulation.
@@ -178,12 +176,21 @@ impl Simulation {
         }
         Ok(Checkpoint {
             version: env!("CARGO_PKG_VERSION").to_string(),
-            plan: self.plan().hash,
+            plan: self.program().hash,
             tick: self.state.tick,
             row: self.state.row,
+            instant: Instant {
+                since: self.state.since,
+                micro: self.state.micro,
+                phase: self.state.phase,
+                memory: (self.state.memory.next, self.state.memory.error),
+            },
+            guards: (self.state.guards.iter())
+                .map(|g| (g.value, g.change, g.side, g.due))
+                .collect(),
             time: self.time(),
             seed: self.plan().seed,
-            layout: self.layout(),
+            layout: layout(self.plan()),
             lanes: self.lane_bytes(),
             stores,
             configuration: configuration.to_string(),
@@ -201,21 +208,41 @@ impl Simulation {
     /// # Errors
     /// [`CheckpointError::Mismatch`] naming the lanes that differ; [`CheckpointError::Store`].
     pub fn restore(&mut self, c: &Checkpoint) -> Result<(), CheckpointError> {
-        let layout = self.layout();
+        let mismatch = |why: String| Err(CheckpointError::Mismatch { why });
+        let Some(phase) = self.program().phases.get(c.instant.phase as usize) else {
+            return mismatch(format!("it is in phase {}, which is not here", c.instant.phase));
+        };
+        let plan = phase.plan.clone();
+        let layout = layout(&plan);
         if layout != c.layout {
             let missing: Vec<&String> =
                 c.layout.iter().filter(|n| !layout.contains(n)).take(3).collect();
             let extra: Vec<&String> =
                 layout.iter().filter(|n| !c.layout.contains(n)).take(3).collect();
-            let why = format!("only in the checkpoint: {missing:?}; only here: {extra:?}");
-            return Err(CheckpointError::Mismatch { why });
+            return mismatch(format!("only in the checkpoint: {missing:?}; only here: {extra:?}"));
         }
-        if self.plan().hash != c.plan || c.lanes.len() != 8 * self.lane_count() {
-            let why = "parameters, rates or wires differ".to_string();
-            return Err(CheckpointError::Mismatch { why });
+        let lanes = plan.sizes.x + plan.sizes.d + plan.sizes.sig;
+        if self.program().hash != c.plan
+            || c.lanes.len() != 8 * lanes
+            || c.guards.len() != plan.guards.len()
+        {
+            return mismatch("parameters, files, rates or wires differ".to_string());
         }
+        let hyper: u64 = plan.table.iter().map(|r| r.gap).sum();
+        let fits = plan.table.get(c.row as usize).is_some_and(|r| {
+            c.tick >= r.at && (c.tick - r.at) % hyper.max(1) == 0 && c.instant.since >= 0.0
+        });
+        if !fits {
+            return mismatch(format!("tick {} is not at row {} of the table", c.tick, c.row));
+        }
+        self.enter(c.instant.phase);
         self.state.tick = c.tick;
         self.state.row = c.row;
+        (self.state.since, self.state.micro) = (c.instant.since, c.instant.micro);
+        self.state.memory = Memory { next: c.instant.memory.0, error: c.instant.memory.1 };
+        self.state.guards = (c.guards.iter())
+            .map(|&(value, change, side, due)| GuardState { value, change, side, due })
+            .collect();
         let mut values = c.lanes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
         let s = &mut self.state;
         for lane in s.x.iter_mut().chain(&mut s.d).chain(&mut s.sig) {
@@ -232,23 +259,35 @@ impl Simulation {
                 .load_store(bytes)
                 .map_err(|why| CheckpointError::Store { part: part.clone(), why })?;
         }
-        self.rework();
+        self.replaced();
         Ok(())
-    }
-
-    fn lane_count(&self) -> usize {
-        self.state.x.len() + self.state.d.len() + self.state.sig.len()
     }
 
     /// Hash of tick, lanes and stores: equal hashes, equal bits.
     pub fn hash(&self) -> u64 {
-        let mut bytes = self.state.tick.to_le_bytes().to_vec();
+        let s = &self.state;
+        let mut bytes = s.tick.to_le_bytes().to_vec();
+        bytes.extend(s.since.to_le_bytes());
+        bytes.extend([s.micro, s.phase].into_iter().flat_map(u32::to_le_bytes));
         bytes.extend(self.lane_bytes());
         for &k in &self.plan().stored {
             bytes.extend(self.blocks[k as usize].save_store().unwrap_or_default());
         }
         noise::hash(bytes)
     }
+}
+
+/// Names of the states, in the order of their lanes.
+fn layout(plan: &Plan) -> Vec<String> {
+    let mut names = vec![String::new(); plan.sizes.x + plan.sizes.d];
+    for (path, v) in &plan.variables {
+        match v.place {
+            Place::X(k) => names[k as usize].clone_from(path),
+            Place::D(k) => names[plan.sizes.x + k as usize].clone_from(path),
+            Place::Signal(_) => {}
+        }
+    }
+    names
 }
 
 impl Checkpoint {
@@ -269,7 +308,10 @@ impl Checkpoint {
             file.write_all(&noise::hash(body.iter().copied()).to_le_bytes())?;
             file.write_all(&body)?;
             file.sync_all()?;
-            std::fs::rename(&temporary, path)
+            std::fs::rename(&temporary, path)?;
+            // The name lasts only when its folder is on disk.
+            let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+            std::fs::File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
         };
         write().map_err(|e| {
             let _ = std::fs::remove_file(&temporary);

@@ -8,42 +8,53 @@ mod block;
 mod catalogue;
 mod checkpoint;
 mod compile;
+mod condition;
 mod mechanism;
 mod model;
 pub mod noise;
 mod params;
-mod place;
+pub mod pattern;
 mod plan;
 mod ports;
+mod program;
 mod services;
-mod simulation;
 mod spec;
+mod step;
 mod tap;
 mod time;
 mod units;
 mod value;
 
-pub use block::{Block, Evaluation, Indices, Now, Prototype, Wiring};
+pub use block::{
+    Block, Carried, Evaluation, Failure, Indices, Named, Now, Outcome, Prototype, Wiring,
+};
 pub use catalogue::{Catalogue, Entry};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
-pub use compile::{check_parts, compile};
-pub use mechanism::{Frame, MechanismPlan, MechanismWiring};
+pub use compile::{Bound, End, Host, HostWire, check_parts, compile};
+pub use condition::{Condition, ConditionError};
+pub use mechanism::{
+    ContactSpec, Frame, MechanismPart, MechanismPlan, MechanismPorts, MechanismSpec, PlaceError,
+    Placement, place_on_terrain,
+};
 pub use model::{BuildError, Description, Functions, Model, Store};
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};
-pub use place::{PlaceError, Placement, place_on_terrain};
-pub use plan::{Op, PartPlan, Place, Plan, Role, Row, Sizes, TickWork, Variable, Via, WirePlan};
-pub use ports::{
-    HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec,
-    Wrench,
+pub use plan::{
+    Fires, GuardPlan, Guarded, Integration, Op, PartPlan, Place, Plan, Role, Row, Sizes, Sum,
+    TickWork, Variable, Via, Watched, WirePlan,
 };
+pub use ports::{
+    Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind,
+    PortSpec, Text, Wrench,
+};
+pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
 pub use services::{
     Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
     ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
 };
-pub use simulation::{RunError, Simulation, State, VariableError};
 pub use spec::{
-    BindSpec, BindTarget, ContactSpec, Integrator, MechanismSpec, PartSpec, PortRef, Spec, WireSpec,
+    Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec,
 };
+pub use step::{GuardState, MoveReport, RunError, Simulation, State, Stop, VariableError};
 pub use tap::{Consumer, Group, Row as TapRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};

@@ -1,6 +1,6 @@
 //! A model: pure functions of plain data. What depends on what is read from their signatures.
 use crate::params::{ParamSpec, Params};
-use crate::ports::{Lanes, PortSpec};
+use crate::ports::{Lanes, PortSpec, Text};
 use crate::time::Clock;
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -21,6 +21,12 @@ pub struct Functions {
     pub direct_timed: bool,
     /// `deriv` reads the model's own direct outputs of the same evaluation.
     pub deriv_outputs: bool,
+    /// `direct` uses what `moore` found in the same evaluation.
+    pub direct_after_moore: bool,
+    /// Numbers whose change of sign is an event.
+    pub guards: bool,
+    /// Its continuous state advances by a method of its own, from row to row.
+    pub steps: bool,
 }
 
 /// A model cannot be built from these parameters.
@@ -62,6 +68,8 @@ impl<T: Serialize + DeserializeOwned + Clone + Default + Send + Sync + 'static> 
 /// y_k   = moore(x_k, d_k), direct(x_k, d_k, ud_k)
 /// ẋ     = deriv(x, d, u, ud, yd)          at every stage of the integrator; yd: of the same evaluation
 /// d_k+1 = update(x_k, d_k, u_k, ud_k)     at the part's own ticks
+/// g     = guards(x, d, u, ud)             a change of sign is located, then
+/// x, d  = fired(which, x, d, u, ud)       at that instant
 /// ```
 #[allow(unused_variables)]
 pub trait Model: Sized + Send + Sync + 'static {
@@ -87,6 +95,8 @@ pub trait Model: Sized + Send + Sync + 'static {
     type D: Lanes;
     /// Large discrete state.
     type Store: Store;
+    /// Guards: numbers whose change of sign is an event.
+    type G: Lanes;
 
     /// Makes the model.
     fn build(p: Self::Params) -> Result<Self, BuildError>;
@@ -143,15 +153,45 @@ pub trait Model: Sized + Send + Sync + 'static {
     ) -> Self::D {
         Self::D::zero()
     }
+    /// Numbers whose change of sign is an event: continuous between events.
+    fn guards(
+        &self,
+        c: &Clock,
+        x: &Self::X,
+        d: &Self::D,
+        u: &Self::U,
+        ud: &Self::Ud,
+        store: &Self::Store,
+    ) -> Self::G {
+        Self::G::zero()
+    }
+    /// State after the guard `which` (its place among the lanes of `G`) changed sign. Outputs and
+    /// inputs are those of the instant before.
+    fn fired(
+        &self,
+        c: &Clock,
+        which: usize,
+        x: &Self::X,
+        d: &Self::D,
+        u: &Self::U,
+        ud: &Self::Ud,
+        store: &mut Self::Store,
+    ) -> (Self::X, Self::D) {
+        let mut lanes = vec![0.0; Self::X::N + Self::D::N];
+        let (a, b) = lanes.split_at_mut(Self::X::N);
+        x.put(a);
+        d.put(b);
+        (Self::X::get(a), Self::D::get(b))
+    }
 }
 
-/// What is known of a model or service without building it.
-#[derive(Clone, Debug)]
+/// What is known of a model or service: of its type before it is built, of the instance after.
+#[derive(Clone, Debug, Default)]
 pub struct Description {
     /// Name in the catalogue.
-    pub name: &'static str,
+    pub name: Text,
     /// Documentation.
-    pub doc: &'static str,
+    pub doc: Text,
     /// Functions.
     pub functions: Functions,
     /// Parameters.
@@ -168,14 +208,19 @@ pub struct Description {
     pub continuous: Vec<PortSpec>,
     /// Discrete state.
     pub discrete: Vec<PortSpec>,
+    /// Guards.
+    pub guards: Vec<PortSpec>,
+    /// Lanes of the continuous state that the block itself brings onto their manifold after a step,
+    /// and moves along their velocities in semi-implicit Euler.
+    pub positions: std::ops::Range<usize>,
 }
 
 impl Description {
     /// Of a model type.
     pub fn of<M: Model>() -> Self {
         Description {
-            name: M::NAME,
-            doc: M::DOC,
+            name: M::NAME.into(),
+            doc: M::DOC.into(),
             functions: M::FUNCTIONS,
             params: M::Params::specs(),
             inputs: M::U::specs(),
@@ -184,6 +229,8 @@ impl Description {
             direct_outputs: M::Yd::specs(),
             continuous: M::X::specs(),
             discrete: M::D::specs(),
+            guards: M::G::specs(),
+            positions: 0..0,
         }
     }
     /// All inputs, U first.
@@ -195,13 +242,18 @@ impl Description {
         self.moore_outputs.iter().chain(&self.direct_outputs)
     }
     /// The names that `bind` may use, each once.
-    pub fn bindings(&self) -> Vec<&'static str> {
-        let mut names = Vec::new();
-        for bind in self.all_inputs().chain(self.all_outputs()).filter_map(|p| p.bind) {
+    pub fn bindings(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        for bind in self.all_inputs().chain(self.all_outputs()).filter_map(|p| p.bind.as_deref()) {
             if !names.contains(&bind) {
                 names.push(bind);
             }
         }
         names
     }
+}
+
+/// Lanes of some ports.
+pub(crate) fn lanes(ports: &[PortSpec]) -> usize {
+    ports.iter().map(|p| p.lanes).sum()
 }

@@ -1,19 +1,18 @@
 //! The plan: everything about a simulation that does not change while it runs. Shared between runs.
 use crate::block::{Prototype, Wiring};
-use crate::mechanism::MechanismPlan;
-use crate::ports::PortKind;
+use crate::condition::Condition;
+use crate::model::lanes;
+use crate::ports::{Direction, PortKind};
 use crate::services::Services;
-use crate::spec::Integrator;
 use crate::time::Seconds;
+use linkwork_integrate::{Control, Method};
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::ops::Range;
 
 /// A compiled simulation.
 pub struct Plan {
     /// Models by path, in canonical order.
     pub parts: Vec<PartPlan>,
-    /// The mechanism: the last block.
-    pub mechanism: Option<Arc<MechanismPlan>>,
     /// Services by path.
     pub services: Services,
     /// Numbers of lanes: continuous, discrete, signals.
@@ -22,6 +21,8 @@ pub struct Plan {
     pub ops: Vec<Op>,
     /// What is evaluated again at every stage of the integrator (indices into `ops`).
     pub stage_ops: Vec<u32>,
+    /// All but the sampled operations: what follows at once from a change of state (indices into `ops`).
+    pub continuous_ops: Vec<u32>,
     /// Blocks with derivatives.
     pub derivs: Vec<u32>,
     /// Distinct sets of work at a tick.
@@ -32,8 +33,8 @@ pub struct Plan {
     pub base: Seconds,
     /// Integration step.
     pub step: Seconds,
-    /// Integrator.
-    pub integrator: Integrator,
+    /// How it is integrated.
+    pub integration: Integration,
     /// Seed of all noise.
     pub seed: u64,
     /// Every variable, by path.
@@ -44,8 +45,26 @@ pub struct Plan {
     pub wires: Vec<WirePlan>,
     /// Blocks with a store.
     pub stored: Vec<u32>,
-    /// The mechanism advances by a method of its own.
-    pub steps: bool,
+    /// Blocks that advance by a method of their own.
+    pub steps: Vec<u32>,
+    /// Blocks whose state lies on a manifold.
+    pub manifold: Vec<u32>,
+    /// Lanes of x that semi-implicit Euler moves along their velocities.
+    pub positions: Vec<Range<usize>>,
+    /// Lanes of x without a derivative.
+    pub still: Vec<Range<usize>>,
+    /// Lanes of x that blocks advance by themselves.
+    pub stepped: Vec<Range<usize>>,
+    /// Signal lanes that they write while they do.
+    pub stepped_outputs: Vec<Range<usize>>,
+    /// Guards: those of parts in path order, then conditions of transitions in the order of the file.
+    pub guards: Vec<GuardPlan>,
+    /// Blocks with guards, and where their values go.
+    pub guarded: Vec<Guarded>,
+    /// Conditions, and where their values go.
+    pub conditions: Vec<Watched>,
+    /// What is evaluated to know the guards (indices into `ops`).
+    pub guard_ops: Vec<u32>,
     /// Source lanes of the reductions.
     pub sums: Vec<Sum>,
     /// Hash of structure and layout: equal plans can exchange states.
@@ -61,6 +80,70 @@ pub struct Sizes {
     pub d: usize,
     /// Signals.
     pub sig: usize,
+}
+
+/// How continuous states are integrated.
+#[derive(Clone, Debug)]
+pub struct Integration {
+    /// The method.
+    pub method: Method,
+    /// Tolerances and bounds of adaptive steps; without them every step has the size of the row.
+    pub control: Option<Control>,
+}
+
+/// A guard.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GuardPlan {
+    /// `<part>.<guard>`, or the condition as written.
+    pub name: String,
+    /// Which change of sign is an event.
+    pub direction: Direction,
+    /// What happens then.
+    pub fires: Fires,
+}
+
+impl GuardPlan {
+    /// Conditions act as soon as they hold, not only when they begin to.
+    pub(crate) fn level(&self) -> bool {
+        matches!(self.fires, Fires::Transition { .. })
+    }
+}
+
+/// What a guard fires.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fires {
+    /// `fired` of a part.
+    Part {
+        /// The block.
+        block: u32,
+        /// Place among its guards.
+        which: u32,
+    },
+    /// A transition to another phase.
+    Transition {
+        /// Its place in the program.
+        to: u32,
+    },
+}
+
+/// A block with guards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Guarded {
+    /// The block.
+    pub block: u32,
+    /// First of its guards.
+    pub first: u32,
+    /// How many.
+    pub count: u32,
+}
+
+/// A condition that is watched.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Watched {
+    /// Its guard.
+    pub guard: u32,
+    /// The condition.
+    pub condition: Condition,
 }
 
 /// One model in the plan.
@@ -194,13 +277,21 @@ impl Plan {
     }
 }
 
-impl Plan {
-    /// Path of a block with a store: a part's, or the mechanism's.
-    pub(crate) fn block_path(&self, k: u32) -> &str {
-        match (self.parts.get(k as usize), &self.mechanism) {
-            (Some(part), _) => &part.path,
-            (None, Some(m)) => &m.path,
-            (None, None) => "",
+impl PartPlan {
+    /// Numbers of its own lanes; of the signals its outputs.
+    pub fn lanes(&self) -> Sizes {
+        let d = self.prototype.description();
+        Sizes {
+            x: lanes(&d.continuous),
+            d: lanes(&d.discrete),
+            sig: lanes(&d.moore_outputs) + lanes(&d.direct_outputs),
         }
+    }
+}
+
+impl Plan {
+    /// Path of a block.
+    pub(crate) fn block_path(&self, k: u32) -> &str {
+        &self.parts[k as usize].path
     }
 }

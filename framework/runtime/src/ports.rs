@@ -2,6 +2,22 @@
 use crate::units::Unit;
 use linkwork_spatial::nalgebra::{Quaternion, UnitQuaternion};
 use linkwork_spatial::{Quat, Vec3};
+use std::borrow::Cow;
+
+/// A name, unit or doc string of a description: written in a Rust type, or made when a part is built.
+pub type Text = Cow<'static, str>;
+
+/// Which change of sign of a guard is an event.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Direction {
+    /// From negative to positive.
+    Rising,
+    /// From positive to negative.
+    Falling,
+    /// Both.
+    #[default]
+    Either,
+}
 
 /// What a port carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,23 +48,25 @@ pub enum PortKind {
 #[derive(Clone, Debug)]
 pub struct PortSpec {
     /// Name.
-    pub name: &'static str,
+    pub name: Text,
     /// What it carries.
     pub kind: PortKind,
     /// Number of lanes.
     pub lanes: usize,
     /// Unit as written; empty for composite kinds.
-    pub unit: &'static str,
+    pub unit: Text,
     /// Meaning.
-    pub doc: &'static str,
+    pub doc: Text,
     /// Value when nothing is wired; `None`: a wire is required.
     pub default: Option<Vec<f64>>,
     /// Many wires may end here; they are summed in path order.
     pub sum: bool,
     /// Name of the binding (node or hinge) that serves this port.
-    pub bind: Option<&'static str>,
+    pub bind: Option<Text>,
     /// Frame tag, checked against that of the other end when both are given.
-    pub frame: Option<&'static str>,
+    pub frame: Option<Text>,
+    /// For a guard: which change of sign is an event.
+    pub direction: Direction,
 }
 
 impl PortSpec {
@@ -62,25 +80,88 @@ impl PortSpec {
         bind: Option<&'static str>,
         frame: Option<&'static str>,
     ) -> Self {
-        let unit = unit.unwrap_or(T::UNIT);
-        PortSpec { name, kind: T::KIND, lanes: T::N, unit, doc, default, sum, bind, frame }
+        PortSpec {
+            name: name.into(),
+            kind: T::KIND,
+            lanes: T::N,
+            unit: unit.unwrap_or(T::UNIT).into(),
+            doc: doc.into(),
+            default,
+            sum,
+            bind: bind.map(Text::from),
+            frame: frame.map(Text::from),
+            direction: Direction::Either,
+        }
+    }
+
+    /// A port that is named when its part is built: required, not bound.
+    pub fn named(name: impl Into<Text>, kind: PortKind, lanes: usize) -> Self {
+        PortSpec {
+            name: name.into(),
+            kind,
+            lanes,
+            unit: Text::Borrowed(""),
+            doc: Text::Borrowed(""),
+            default: None,
+            sum: false,
+            bind: None,
+            frame: None,
+            direction: Direction::Either,
+        }
+    }
+
+    /// With a unit.
+    #[must_use]
+    pub fn unit_of(mut self, unit: impl Into<Text>) -> Self {
+        self.unit = unit.into();
+        self
+    }
+
+    /// With a meaning.
+    #[must_use]
+    pub fn doc_of(mut self, doc: impl Into<Text>) -> Self {
+        self.doc = doc.into();
+        self
+    }
+
+    /// Many wires may end here.
+    #[must_use]
+    pub fn summed(mut self) -> Self {
+        self.sum = true;
+        self
+    }
+
+    /// With a value when nothing is wired, the same on every lane.
+    #[must_use]
+    pub fn or(mut self, value: f64) -> Self {
+        self.default = Some(vec![value; self.lanes]);
+        self
+    }
+
+    /// A guard with a direction.
+    #[must_use]
+    pub fn when(mut self, direction: Direction) -> Self {
+        self.direction = direction;
+        self
     }
 
     /// The unit, parsed (composite kinds have none).
     pub fn unit(&self) -> Unit {
-        Unit::parse(self.unit).unwrap_or(Unit::ONE)
+        Unit::parse(&self.unit).unwrap_or(Unit::ONE)
     }
 
     /// Name and unit of each lane, relative to the port: `("", "V")`, `(".x", "m")`.
-    pub fn lane_names(&self) -> Vec<(String, &'static str)> {
-        let xyz =
-            |stem: &str, unit: &'static str| ["x", "y", "z"].map(|c| (format!("{stem}.{c}"), unit));
+    pub fn lane_names(&self) -> Vec<(String, &str)> {
+        fn xyz<'u>(stem: &str, unit: &'u str) -> [(String, &'u str); 3] {
+            ["x", "y", "z"].map(|c| (format!("{stem}.{c}"), unit))
+        }
         let quat = |stem: &str| ["x", "y", "z", "w"].map(|c| (format!("{stem}.{c}"), ""));
+        let unit: &str = &self.unit;
         match self.kind {
             PortKind::Bool => vec![(String::new(), "")],
-            PortKind::Numbers if self.lanes == 1 => vec![(String::new(), self.unit)],
-            PortKind::Numbers => (0..self.lanes).map(|k| (format!("[{k}]"), self.unit)).collect(),
-            PortKind::Vector => xyz("", self.unit).to_vec(),
+            PortKind::Numbers if self.lanes == 1 => vec![(String::new(), unit)],
+            PortKind::Numbers => (0..self.lanes).map(|k| (format!("[{k}]"), unit)).collect(),
+            PortKind::Vector => xyz("", unit).to_vec(),
             PortKind::Quaternion => quat("").to_vec(),
             PortKind::NodeState => {
                 let mut v = xyz(".position", "m").to_vec();

@@ -208,24 +208,58 @@ pub trait Service: Sized + Send + Sync + 'static {
 pub struct Files {
     /// Folders tried in turn.
     pub folders: Vec<PathBuf>,
+    /// What was found: name and fingerprint of the content, shared by copies.
+    pub(crate) found: Arc<std::sync::Mutex<BTreeMap<String, u64>>>,
 }
 
 impl Files {
+    /// Looked for in these folders, in turn.
+    pub fn of(folders: Vec<PathBuf>) -> Files {
+        Files { folders, ..Files::default() }
+    }
+
     /// The first existing match; the error lists the folders tried.
     pub fn resolve(&self, name: &str) -> Result<PathBuf, crate::BuildError> {
-        if Path::new(name).is_absolute() && Path::new(name).exists() {
-            return Ok(name.into());
-        }
-        for folder in &self.folders {
-            let path = folder.join(name);
-            if path.exists() {
-                return Ok(path);
+        let absolute = Path::new(name).is_absolute() && Path::new(name).exists();
+        let path = match absolute {
+            true => Some(PathBuf::from(name)),
+            false => self.folders.iter().map(|f| f.join(name)).find(|p| p.exists()),
+        };
+        if let Some(path) = path {
+            if let (Ok(print), Ok(mut found)) = (fingerprint(&path), self.found.lock()) {
+                found.insert(name.to_string(), print);
             }
+            return Ok(path);
         }
         let tried: Vec<String> = self.folders.iter().map(|f| f.display().to_string()).collect();
         Err(crate::BuildError::new(format!("there is no file `{name}`"))
             .help(format!("folders tried: {}", tried.join(", "))))
     }
+}
+
+/// Bytes above which a file is known by samples of it.
+const WHOLE: u64 = 64 << 20;
+
+/// Hash of a file's length and content; of large files 64 pieces, evenly spread.
+fn fingerprint(path: &Path) -> std::io::Result<u64> {
+    use std::io::{Read, Seek, SeekFrom};
+    let mut file = std::fs::File::open(path)?;
+    let length = file.metadata()?.len();
+    let mut bytes = length.to_le_bytes().to_vec();
+    if !file.metadata()?.is_file() {
+        return Ok(0);
+    }
+    if length <= WHOLE {
+        file.read_to_end(&mut bytes)?;
+    } else {
+        let mut piece = vec![0; 1 << 16];
+        for k in 0..64 {
+            file.seek(SeekFrom::Start((length - piece.len() as u64) / 63 * k))?;
+            file.read_exact(&mut piece)?;
+            bytes.extend_from_slice(&piece);
+        }
+    }
+    Ok(crate::noise::hash(bytes))
 }
 
 /// A trait that services provide.

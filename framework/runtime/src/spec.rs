@@ -1,13 +1,10 @@
-//! The flat specification that `compile` takes: parts, wires, bindings, a mechanism. Paths are dotted.
+//! The flat specification that `compile` takes: parts, wires, bindings, and what parts bind to. Paths are dotted.
 //!
 //! The assembly floor writes it from RON; a Rust program may write it directly.
+use crate::compile::Host;
 use crate::time::Seconds;
 use crate::value::{Located, Origin, Value};
-use linkwork_collision::Colliders;
-use linkwork_multibody::{LoopMotion, Multibody};
-use linkwork_solvers::{CompliantSettings, ContactSettings, Treatment};
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use linkwork_integrate::Method;
 
 /// A part: a model or a service at a path.
 #[derive(Clone, Debug)]
@@ -123,69 +120,6 @@ pub enum BindTarget {
     },
 }
 
-/// The mechanism and how it starts.
-#[derive(Clone)]
-pub struct MechanismSpec {
-    /// Path of the mechanism as a part: its outputs are `<path>.<body>…`.
-    pub path: String,
-    /// Structure.
-    pub multibody: Arc<Multibody>,
-    /// Coordinates at the start.
-    pub q: Vec<f64>,
-    /// Velocities at the start.
-    pub v: Vec<f64>,
-    /// Path of the gravity service; `None`: the only one, or no gravity when there is none.
-    pub gravity: Option<String>,
-    /// How each loop and coupling is treated, by name; `Auto` where nothing is said.
-    pub treatments: BTreeMap<String, Treatment>,
-    /// Prescribed subhinges of loops at the start.
-    pub motions: Vec<LoopMotion>,
-    /// Non-smooth contact, when the mechanism is stepped with it.
-    pub contact: Option<ContactSpec>,
-    /// Compliant contact: smooth forces with bristles as states. Not together with `contact`.
-    pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
-    /// Where it is written.
-    pub origin: Origin,
-    /// Where loops and couplings are written, by name.
-    pub origins: BTreeMap<String, Origin>,
-}
-
-impl MechanismSpec {
-    /// A mechanism without constraints' settings, contact or a gravity of its own.
-    #[must_use]
-    pub fn new(
-        path: impl Into<String>,
-        multibody: Arc<Multibody>,
-        q: Vec<f64>,
-        v: Vec<f64>,
-    ) -> Self {
-        Self {
-            path: path.into(),
-            motions: vec![LoopMotion::default(); multibody.motions()],
-            multibody,
-            q,
-            v,
-            gravity: None,
-            treatments: BTreeMap::new(),
-            contact: None,
-            compliant: None,
-            origin: Origin::NONE,
-            origins: BTreeMap::new(),
-        }
-    }
-}
-
-/// Shapes that meet, and how their contact is solved. A mechanism with it advances a step at a time:
-/// velocities and impulses together, first order in the step; other continuous states are
-/// integrated as ever.
-#[derive(Clone)]
-pub struct ContactSpec {
-    /// Shapes with the rules of who meets whom.
-    pub colliders: Arc<Colliders>,
-    /// How contact is solved.
-    pub settings: ContactSettings,
-}
-
 /// Which integrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Integrator {
@@ -193,6 +127,59 @@ pub enum Integrator {
     SemiImplicitEuler,
     /// The classical Runge–Kutta method. Order 4.
     Rk4,
+    /// Bogacki–Shampine 3(2).
+    BogackiShampine,
+    /// Dormand–Prince 5(4).
+    DormandPrince,
+    /// Verner 8(7): for orbits.
+    Verner,
+    /// Rosenbrock method Rodas4P of order 4, L-stable: for stiff systems.
+    Rodas,
+}
+
+impl Integrator {
+    /// All, by the names that files use.
+    pub const ALL: [(&'static str, Integrator); 6] = [
+        ("semi_implicit_euler", Integrator::SemiImplicitEuler),
+        ("rk4", Integrator::Rk4),
+        ("bogacki_shampine_32", Integrator::BogackiShampine),
+        ("dormand_prince_54", Integrator::DormandPrince),
+        ("verner_87", Integrator::Verner),
+        ("rodas4p", Integrator::Rodas),
+    ];
+
+    /// The method.
+    pub fn method(self) -> Method {
+        Method::by_name(match self {
+            Integrator::SemiImplicitEuler => "semi-implicit-euler",
+            Integrator::Rk4 => "rk4",
+            Integrator::BogackiShampine => "bogacki-shampine-32",
+            Integrator::DormandPrince => "dormand-prince-54",
+            Integrator::Verner => "verner-87",
+            Integrator::Rodas => "rodas-4p",
+        })
+        .unwrap_or(linkwork_integrate::METHODS[0])
+    }
+}
+
+/// Errors that adaptive steps may make, each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Accuracy {
+    /// Part of the size of a state.
+    pub relative: f64,
+    /// In the unit of the state.
+    pub absolute: f64,
+    /// Longest step (s).
+    pub step_max: f64,
+    /// Absolute tolerances of states by a pattern of their paths (`*`: within a name, `**`: anything), the
+    /// last that matches.
+    pub of: Vec<(String, f64, Origin)>,
+}
+
+impl Default for Accuracy {
+    fn default() -> Self {
+        Accuracy { relative: 1e-9, absolute: 1e-9, step_max: f64::INFINITY, of: Vec::new() }
+    }
 }
 
 /// A whole simulation, flat.
@@ -204,12 +191,14 @@ pub struct Spec {
     pub wires: Vec<WireSpec>,
     /// Bindings.
     pub binds: Vec<BindSpec>,
-    /// The mechanism.
-    pub mechanism: Option<MechanismSpec>,
+    /// What parts bind to.
+    pub host: Option<Box<dyn Host>>,
     /// Integration step.
     pub step: Seconds,
     /// Integrator.
     pub integrator: Integrator,
+    /// Adaptive steps of this accuracy between rows; `None`: steps of the size of `step`.
+    pub accuracy: Option<Accuracy>,
     /// Seed of all noise.
     pub seed: u64,
 }
@@ -220,9 +209,10 @@ impl Default for Spec {
             parts: Vec::new(),
             wires: Vec::new(),
             binds: Vec::new(),
-            mechanism: None,
+            host: None,
             step: Seconds { num: 1, den: 1000 },
             integrator: Integrator::Rk4,
+            accuracy: None,
             seed: 0,
         }
     }

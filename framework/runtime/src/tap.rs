@@ -3,7 +3,7 @@
 //! A tap reads the state and never writes it (law 6). The ring is bounded: a slow consumer makes
 //! the run wait; nothing is dropped, nothing grows (law 12).
 use crate::plan::Place;
-use crate::simulation::Simulation;
+use crate::step::Simulation;
 use crate::time::Seconds;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;

@@ -60,7 +60,7 @@ const START: [f64; 3] = [-1.2, 0.5, -1.8];
 fn closed() -> (Vec<f64>, Vec<f64>) {
     let (mbs, q) = four_bar(false);
     let mut s = spec(vec![gravity()], &[]);
-    s.mechanism = Some(MechanismSpec::new("Linkage", Arc::new(mbs), q, vec![2.0, 0.0, 0.0]));
+    s.set_mechanism(MechanismSpec::new("Linkage", Arc::new(mbs), q, vec![2.0, 0.0, 0.0]));
     let x = Simulation::new(plan(&s)).state().x.clone();
     (x[..3].to_vec(), x[3..].to_vec())
 }
@@ -70,7 +70,7 @@ fn linkage(treatment: Treatment, integrator: Integrator, step: f64) -> Spec {
     let mut s = spec(vec![gravity()], &[]);
     let mut m = MechanismSpec::new("Linkage", Arc::new(mbs), q, v);
     m.treatments.insert("joint".into(), treatment);
-    s.mechanism = Some(m);
+    s.set_mechanism(m);
     s.integrator = integrator;
     s.step = seconds(step);
     s
@@ -126,7 +126,7 @@ fn loops_that_cannot_close_are_refused() {
     let (mbs, q) = four_bar(false);
     let mut b = Builder::from(&mbs);
     b.loops_mut()[0].frame_a = Pose::translation(3.0, 0.0, 0.0);
-    let m = s.mechanism.as_mut().unwrap();
+    let m = s.mechanism_mut().unwrap();
     *m = MechanismSpec::new("Linkage", Arc::new(b.build().unwrap()), q, vec![0.0; 3]);
     let text = faults(&s);
     assert!(text.contains("does not close: an error of"), "{text}");
@@ -145,7 +145,7 @@ fn loop_motions_are_states() {
     m.motions[0].position = angle;
     m.motions[0].rate = 0.5;
     m.q.clone_from(&x);
-    s.mechanism = Some(m);
+    s.set_mechanism(m);
     s.step = seconds(0.001);
     let mut sim = Simulation::new(plan(&s));
     sim.run_until(seconds(0.4)).unwrap();
@@ -185,7 +185,7 @@ fn box_on_floor() -> Spec {
     let mut settings = ContactSettings::default();
     settings.solver.tolerance = 5e-7;
     m.contact = Some(ContactSpec { colliders: Arc::new(colliders), settings });
-    s.mechanism = Some(m);
+    s.set_mechanism(m);
     s.step = seconds(0.001);
     s
 }
@@ -217,7 +217,7 @@ fn contact_keeps_its_bits() {
     let saved = half.checkpoint("").unwrap();
     assert_eq!(saved.stores.len(), 1);
     let mut snapshot = Snapshot::default();
-    half.save_into(&mut snapshot).unwrap();
+    half.save_into(&mut snapshot);
     let mut restored = Simulation::new(plan.clone());
     restored.run_until(seconds(0.2)).unwrap();
     restored.restore(&saved).unwrap();
@@ -235,7 +235,7 @@ fn contact_keeps_its_bits() {
 fn loops_report_their_forces_beside_contact() {
     let force = |treatment, contact: bool| {
         let mut s = linkage(treatment, Integrator::Rk4, 1e-4);
-        let m = s.mechanism.as_mut().unwrap();
+        let m = s.mechanism_mut().unwrap();
         let none = Colliders::new(Vec::new(), Rules::default(), &m.multibody).unwrap();
         m.contact = contact.then(|| ContactSpec {
             colliders: Arc::new(none),

@@ -53,7 +53,7 @@ fn swing(integrator: Integrator, step: f64) -> Spec {
         target: BindTarget::Hinge { body: "arm".into(), index: 0 },
         origin: Origin::NONE,
     });
-    s.mechanism = Some(MechanismSpec::new("Mechanism", multibody, q, v));
+    s.set_mechanism(MechanismSpec::new("Mechanism", multibody, q, v));
     s.integrator = integrator;
     s.step = seconds(step);
     s

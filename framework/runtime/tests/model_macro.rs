@@ -70,7 +70,7 @@ fn map(entries: Vec<(&str, Value)>) -> Located {
 #[test]
 fn description_is_read_from_the_source() {
     let d = Description::of::<Motor>();
-    assert_eq!((d.name, d.doc), ("test.motor", "A motor."));
+    assert_eq!((&*d.name, &*d.doc), ("test.motor", "A motor."));
     let f = Functions { moore: true, deriv: true, ..Functions::default() };
     assert_eq!(d.functions, f);
     assert_eq!(d.bindings(), ["shaft"]);

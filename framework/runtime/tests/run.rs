@@ -63,7 +63,7 @@ fn chunks_forks_and_checkpoints_leave_no_trace() {
     let file = folder.path().join("half.lwck");
     half.checkpoint("(here)").unwrap().write(&file).unwrap();
     let mut snapshot = Snapshot::default();
-    half.save_into(&mut snapshot).unwrap();
+    half.save_into(&mut snapshot);
     let mut forked = half.fork();
     half.run_until(seconds(4.0)).unwrap();
     forked.run_until(seconds(4.0)).unwrap();

@@ -106,9 +106,9 @@ impl Viewer {
             terrain: Vec::new(),
             follow: None,
         };
-        if let Some(m) = &plan.mechanism {
+        if let Some(m) = plan.mechanism() {
             let mb = &m.multibody;
-            places.extend((0..mb.nq() + mb.nv()).map(|k| Place::X((m.wiring.x + k) as u32)));
+            places.extend((0..mb.nq() + mb.nv()).map(|k| Place::X((m.x + k) as u32)));
             viewer.tree = Some(m.tree.clone());
             viewer.ws = Some(Workspace::new(&m.tree));
             viewer.bodies =
@@ -127,7 +127,7 @@ impl Viewer {
             viewer.follow = scene.follow.as_ref().and_then(|b| mb.body(b));
         }
         let mut target = Vec3::zeros();
-        if let (Some(m), Some(ws), Some(body)) = (&plan.mechanism, &mut viewer.ws, viewer.follow) {
+        if let (Some(m), Some(ws), Some(body)) = (plan.mechanism(), &mut viewer.ws, viewer.follow) {
             kinematics(&m.tree, ws, &m.q, &m.v);
             target = ws.body_pose(&m.tree, body).position;
         }

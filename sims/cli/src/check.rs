@@ -22,7 +22,7 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
         p.step,
         p.stage_len()
     );
-    if let Some(m) = &p.mechanism {
+    if let Some(m) = p.mechanism() {
         say!(
             "    mechanism: {} bodies, {} degrees of freedom, {:.3} kg",
             m.multibody.bodies().len(),

@@ -25,7 +25,7 @@ fn first_line(doc: &str) -> &str {
 pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
     let Some(path) = sim else {
         for e in load::catalogue().iter() {
-            say!("{:36} {}", e.description.name, first_line(e.description.doc));
+            say!("{:36} {}", e.description.name, first_line(&e.description.doc));
         }
         return exit::OK;
     };
@@ -34,7 +34,7 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
         let text = path.display().to_string();
         let catalogue = load::catalogue();
         let found: Vec<_> =
-            catalogue.iter().filter(|e| path_matches(&text, e.description.name)).collect();
+            catalogue.iter().filter(|e| path_matches(&text, &e.description.name)).collect();
         if found.is_empty() {
             eprintln!(
                 "error: `{text}` is neither a simulation nor a pattern of models\n  help: `linkwork list` shows all models"
@@ -42,7 +42,7 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
             return exit::INPUT;
         }
         for e in found {
-            say!("{:36} {}", e.description.name, first_line(e.description.doc));
+            say!("{:36} {}", e.description.name, first_line(&e.description.doc));
         }
         return exit::OK;
     }
@@ -80,7 +80,7 @@ fn ports(out: &mut String, title: &str, list: &[PortSpec]) {
     let _ = writeln!(out, "\n{title}");
     for p in list {
         let mut notes = Vec::new();
-        if let Some(b) = p.bind {
+        if let Some(b) = &p.bind {
             notes.push(format!("bind \"{b}\""));
         }
         if p.sum {
@@ -97,7 +97,7 @@ fn ports(out: &mut String, title: &str, list: &[PortSpec]) {
         };
         let notes =
             if notes.is_empty() { String::new() } else { format!(" ({})", notes.join(", ")) };
-        let _ = writeln!(out, "  {:24} {:12} {}{notes}", p.name, kind + &lanes, first_line(p.doc));
+        let _ = writeln!(out, "  {:24} {:12} {}{notes}", p.name, kind + &lanes, first_line(&p.doc));
     }
 }
 
@@ -112,7 +112,7 @@ fn params(out: &mut String, list: &[ParamSpec], indent: usize) {
         };
         let range = p.range.map_or(String::new(), |r| format!(", range {}", r.text()));
         let name = format!("{}{}", " ".repeat(indent), p.name);
-        let _ = writeln!(out, "  {name:24} {unit:12} {} ({default}{range})", first_line(p.doc));
+        let _ = writeln!(out, "  {name:24} {unit:12} {} ({default}{range})", first_line(&p.doc));
         params(out, &p.fields, indent + 2);
     }
 }

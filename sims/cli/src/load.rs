@@ -68,7 +68,7 @@ pub fn ready_text(name: &str, text: &str) -> Result<Ready, u8> {
 }
 
 fn finish(loaded: Loaded, catalogue: &Catalogue) -> Result<Ready, u8> {
-    let files = Files { folders: vec![PathBuf::from("."), PathBuf::from("assemblies")] };
+    let files = Files::of(vec![PathBuf::from("."), PathBuf::from("assemblies")]);
     let faulty = |faults: Vec<Fault>, sources: &Sources| {
         report(&Failure { faults: tidy(faults), sources: sources.clone() })
     };

@@ -121,7 +121,7 @@ fn view(
             ),
         }
     }
-    let (bodies, nodes): (Vec<&str>, Vec<&str>) = match &plan.mechanism {
+    let (bodies, nodes): (Vec<&str>, Vec<&str>) = match plan.mechanism() {
         Some(m) => (
             m.multibody.bodies().iter().map(|b| b.name()).collect(),
             m.multibody.nodes().iter().map(|n| n.name()).collect(),

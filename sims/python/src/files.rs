@@ -54,7 +54,7 @@ fn ron_machine(path: &Path, root: Root) -> Result<Machine, String> {
     let catalogue = catalogue();
     let loaded = read(path, &options(&catalogue))?;
     let none = || format!("`{}` has no mechanism\n  help: give it bodies", path.display());
-    let m = loaded.spec.mechanism.ok_or_else(none)?;
+    let m = loaded.spec.mechanism().cloned().ok_or_else(none)?;
     let (mbs, initial) = match root {
         Root::AsWritten => ((*m.multibody).clone(), m.q),
         other => {

@@ -457,22 +457,22 @@ impl Simulation {
     /// The mechanism; its q and v are this simulation's.
     #[getter]
     fn mechanism(&self) -> PyResult<Mechanism> {
-        let m = self.plan.mechanism.as_ref().ok_or_else(no_mechanism)?;
+        let m = self.plan.mechanism().ok_or_else(no_mechanism)?;
         let gravity = m.uniform.unwrap_or(GRAVITY);
         Ok(Mechanism { core: Arc::new(Core::new((*m.multibody).clone(), gravity)?) })
     }
     /// Configuration of the mechanism now (nq,), a copy.
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
-        let m = self.plan.mechanism.as_ref().ok_or_else(no_mechanism)?;
-        let at = m.wiring.x..m.wiring.x + m.multibody.nq();
+        let m = self.plan.mechanism().ok_or_else(no_mechanism)?;
+        let at = m.x..m.x + m.multibody.nq();
         Ok(out1(py, self.with(py, |r| r.sim.state().x[at].to_vec())))
     }
     /// Velocity of the mechanism now (nv,), a copy.
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
-        let m = self.plan.mechanism.as_ref().ok_or_else(no_mechanism)?;
-        let at = m.wiring.x + m.multibody.nq();
+        let m = self.plan.mechanism().ok_or_else(no_mechanism)?;
+        let at = m.x + m.multibody.nq();
         let at = at..at + m.multibody.nv();
         Ok(out1(py, self.with(py, |r| r.sim.state().x[at].to_vec())))
     }

@@ -237,7 +237,7 @@ pub fn digest(spec: &Spec) -> String {
     for b in &spec.binds {
         let _ = writeln!(out, "{} {} {:?}", b.part, b.bind, b.target);
     }
-    if let Some(m) = &spec.mechanism {
+    if let Some(m) = spec.mechanism() {
         let _ = writeln!(out, "{} {:?}\n{:?}\n{:?} {:?}", m.path, m.gravity, m.multibody, m.q, m.v);
         let _ = writeln!(out, "{:?} {:?}", m.treatments, m.motions);
         if let Some(c) = &m.contact {
@@ -250,7 +250,7 @@ pub fn digest(spec: &Spec) -> String {
 
 /// The mechanism of a text.
 pub fn spec(loaded: &Loaded) -> &MechanismSpec {
-    loaded.spec.mechanism.as_ref().unwrap_or_else(|| panic!("there is no mechanism"))
+    loaded.spec.mechanism().unwrap_or_else(|| panic!("there is no mechanism"))
 }
 
 /// Exactly these faults, in this order; a part with `+` belongs to the one before.

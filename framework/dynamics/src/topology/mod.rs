@@ -13,12 +13,14 @@
 //! as it was. Poses between bodies go through their nearest common ancestor ([`Frames`]), so that
 //! distance from the world's origin costs no digits.
 
+mod carry;
 mod error;
 mod impact;
 mod joint;
 mod reverse;
 mod scene;
 
+pub use carry::{Carried, carry};
 pub use error::TopologyError;
 
 use crate::frames::Frames;

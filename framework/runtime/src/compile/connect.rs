@@ -1,12 +1,12 @@
-//! Wires and bindings: every input lane gets one source lane; reductions get many.
+//! Wires: every input lane gets one source lane; reductions get many.
 use super::Part;
+use super::host::{End, HostWire};
 use super::order::Order;
-use crate::mechanism::{Frame, MechanismPlan, MechanismWiring};
+use crate::model::lanes;
 use crate::plan::{Sizes, Sum, Via, WirePlan};
 use crate::ports::{PortKind, PortSpec};
-use crate::spec::{BindTarget, PortRef, Spec};
+use crate::spec::{PortRef, Spec};
 use crate::value::{Fault, Origin, remedy};
-use linkwork_multibody::Multibody;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The result of connecting.
@@ -18,8 +18,6 @@ pub(crate) struct Connections {
     pub sums: Vec<Sum>,
     /// Signal lanes with constant content.
     pub constants: Vec<(u32, f64)>,
-    /// Lanes of the mechanism.
-    pub mechanism: MechanismWiring,
     /// All signal lanes.
     pub signals: usize,
     /// Continuous and discrete lanes.
@@ -36,7 +34,7 @@ pub(crate) struct Link {
     pub via: Via,
     pub origin: Origin,
     pub source: u32,
-    /// Reading part; `usize::MAX`: the mechanism.
+    /// Reading part.
     pub reader: usize,
 }
 
@@ -67,7 +65,6 @@ struct Found<'a> {
 struct Connector<'a, 'b> {
     parts: &'a [Part<'b>],
     index: BTreeMap<&'a str, usize>,
-    mechanism: Option<&'a Multibody>,
     /// Parts without ports: services (true), and those whose own faults are told already (false).
     absent: BTreeMap<&'a str, bool>,
     /// Input lanes that a wire names, even a faulty one: they are not reported as unwired too.
@@ -77,41 +74,27 @@ struct Connector<'a, 'b> {
     sources: Vec<Vec<Vec<(String, u32)>>>,
     written: Vec<Vec<Option<(String, Origin)>>>,
     out: Connections,
-    nodes: BTreeMap<(Frame, bool), u32>,
-    hinges: BTreeMap<u32, u32>,
-    wrenches: BTreeMap<Frame, Vec<(String, u32)>>,
-    torques: BTreeMap<u32, Vec<(String, u32)>>,
-    motions: BTreeMap<u32, (String, u32)>,
-    loop_motions: BTreeMap<u32, (String, u32)>,
-    loop_states: BTreeMap<u32, u32>,
 }
 
 pub(crate) fn connect(
     spec: &Spec,
     parts: &[Part<'_>],
     absent: BTreeMap<&str, bool>,
+    bound: &[HostWire],
     sizes: Sizes,
     faults: &mut Vec<Fault>,
 ) -> Connections {
-    let lanes = |p: &Part<'_>| p.prototype.description().all_inputs().map(|s| s.lanes).sum();
-    let counts: Vec<usize> = parts.iter().map(lanes).collect();
+    let inputs = |p: &Part<'_>| p.prototype.description().all_inputs().map(|s| s.lanes).sum();
+    let counts: Vec<usize> = parts.iter().map(inputs).collect();
     let mut c = Connector {
         parts,
         index: parts.iter().enumerate().map(|(k, p)| (p.spec.path.as_str(), k)).collect(),
-        mechanism: spec.mechanism.as_ref().map(|m| m.multibody.as_ref()),
         absent,
         excused: BTreeSet::new(),
         next: sizes.sig,
         sources: counts.iter().map(|n| vec![Vec::new(); *n]).collect(),
         written: counts.iter().map(|n| vec![None; *n]).collect(),
         out: Connections { sizes, ..Connections::default() },
-        nodes: BTreeMap::new(),
-        hinges: BTreeMap::new(),
-        wrenches: BTreeMap::new(),
-        torques: BTreeMap::new(),
-        motions: BTreeMap::new(),
-        loop_motions: BTreeMap::new(),
-        loop_states: BTreeMap::new(),
     };
     let mut wires: Vec<_> = spec.wires.iter().collect();
     wires.sort_by_key(|w| (w.from.to_string(), w.to.to_string()));
@@ -120,12 +103,8 @@ pub(crate) fn connect(
             faults.append(&mut fault);
         }
     }
-    let mut binds: Vec<_> = spec.binds.iter().collect();
-    binds.sort_by(|a, b| (&a.part, &a.bind).cmp(&(&b.part, &b.bind)));
-    for bind in binds {
-        if let Err(fault) = c.bind(&bind.part, &bind.bind, &bind.target, bind.origin) {
-            faults.push(fault);
-        }
+    if let Some(host) = spec.host.as_ref().and_then(|h| c.index.get(h.path()).copied()) {
+        bound.iter().for_each(|wire| c.bound(host, wire));
     }
     c.finish(spec, faults);
     c.out
@@ -213,12 +192,12 @@ impl<'a> Connector<'a, '_> {
             lane += spec.lanes;
         }
         let (this, other) = if output { ("output", "input") } else { ("input", "output") };
-        let known: Vec<&str> = ports.iter().map(|p| p.name).collect();
+        let known: Vec<&str> = ports.iter().map(|p| &*p.name).collect();
         let mut help = remedy(&name, &format!("{this}s"), &known);
         let others: Vec<&str> = if output {
-            d.all_inputs().map(|p| p.name).collect()
+            d.all_inputs().map(|p| &*p.name).collect()
         } else {
-            d.all_outputs().map(|p| p.name).collect()
+            d.all_outputs().map(|p| &*p.name).collect()
         };
         if others.contains(&name.as_str()) {
             help =
@@ -283,7 +262,7 @@ impl<'a> Connector<'a, '_> {
                 );
             }
         }
-        if let (Some(f), Some(g)) = (src.spec.frame, dst.spec.frame)
+        if let (Some(f), Some(g)) = (&src.spec.frame, &dst.spec.frame)
             && f != g
         {
             return fault(
@@ -321,180 +300,57 @@ impl<'a> Connector<'a, '_> {
         lane
     }
 
-    fn bind(
-        &mut self,
-        part: &str,
-        bind: &str,
-        target: &BindTarget,
-        origin: Origin,
-    ) -> Result<(), Fault> {
-        let Some(&k) = self.index.get(part) else {
-            return match self.absent.contains_key(part) {
-                true => Ok(()),
-                false => Err(Fault::new(origin, format!("binding of `{part}`: no such part"))),
-            };
+    /// A wire between a part and the host; both ports exist and are of one kind.
+    fn bound(&mut self, host: usize, wire: &HostWire) {
+        let Some(&part) = self.index.get(wire.part.as_str()) else { return };
+        let (Some(far), Some(near)) = (
+            self.port(host, &wire.host_port, wire.end == End::Input),
+            self.port(part, &wire.port, wire.end == End::Output),
+        ) else {
+            return;
         };
-        let d = self.parts[k].prototype.description();
-        if !d.bindings().contains(&bind) {
-            return Err(Fault::new(origin, format!("`{part}` has no binding `{bind}`"))
-                .help(remedy(bind, "bindings", &d.bindings())));
+        let key = format!("{}.{}", wire.part, wire.port);
+        let (from, to) = match wire.end {
+            End::Input => (far, near),
+            End::Output => (near, far),
+        };
+        for k in 0..from.spec.lanes.min(to.spec.lanes) {
+            let at = to.lane + k;
+            self.sources[to.part][at].push((key.clone(), (from.lane + k) as u32));
+            self.written[to.part][at] = Some((format!("bind {key}"), Origin::NONE));
         }
-        let Some(mb) = self.mechanism else {
-            return Err(Fault::new(
-                origin,
-                format!("`{part}` binds `{bind}` but there are no bodies"),
-            )
-            .help("add `bodies` to the assembly"));
+        let (a, b) = match wire.end {
+            End::Input => (wire.label.clone(), key),
+            End::Output => (key, wire.label.clone()),
         };
-        let at = resolve(mb, target).map_err(|(fact, help)| {
-            Fault::new(origin, format!("`{part}`: binding `{bind}`: {fact}")).help(help)
-        })?;
-        let wiring = &self.parts[k].wiring;
-        let (mut input, mut output) = (0, wiring.ym);
-        let name = match target {
-            BindTarget::Node(n) => format!("node {n}"),
-            BindTarget::Hinge { body, .. } => format!("hinge {body}"),
-            BindTarget::Loop { name, .. } => format!("loop {name}"),
-        };
-        let ports: Vec<(PortSpec, bool)> = d
-            .all_inputs()
-            .map(|p| (p.clone(), false))
-            .chain(d.all_outputs().map(|p| (p.clone(), true)))
-            .collect();
-        for (port, is_output) in ports {
-            let lane = if is_output { output } else { input };
-            if is_output {
-                output += port.lanes;
-            } else {
-                input += port.lanes;
-            }
-            if port.bind != Some(bind) {
-                continue;
-            }
-            let key = format!("{part}.{}", port.name);
-            self.bind_port(k, &port, lane, &at, &key).map_err(|wants| {
-                Fault::new(
-                    origin,
-                    format!(
-                        "`{part}`: binding `{bind}` is served by a {wants}, but `{name}` is not one"
-                    ),
-                )
-                .help(format!("write `\"{bind}\": \"{wants}:…\"`"))
-            })?;
-            let (from, to) = if is_output { (key, name.clone()) } else { (name.clone(), key) };
-            let source = if is_output {
-                lane as u32
-            } else {
-                self.sources[k][lane].last().map_or(0, |s| s.1)
-            };
-            let reader = if is_output { usize::MAX } else { k };
-            self.out.links.push(Link { from, to, via: Via::Bind, origin, source, reader });
-        }
-        Ok(())
+        self.out.links.push(Link {
+            from: a,
+            to: b,
+            via: Via::Bind,
+            origin: wire.origin,
+            source: from.lane as u32,
+            reader: to.part,
+        });
     }
 
-    /// Connects one bound port; the error names the kind of target that it wants.
-    fn bind_port(
-        &mut self,
-        part: usize,
-        port: &PortSpec,
-        lane: usize,
-        at: &Target,
-        key: &str,
-    ) -> Result<(), &'static str> {
-        let source = match (port.kind, at) {
-            (PortKind::NodeState | PortKind::NodeAccel, Target::Node(node)) => {
-                let accel = port.kind == PortKind::NodeAccel;
-                let id = (*node, accel);
-                let first = match self.nodes.get(&id) {
-                    Some(&l) => l,
-                    None => {
-                        let l = self.allocate(port.lanes);
-                        self.nodes.insert(id, l);
-                        let list = if accel {
-                            &mut self.out.mechanism.accels
-                        } else {
-                            &mut self.out.mechanism.states
-                        };
-                        list.push((*node, l));
-                        l
-                    }
-                };
-                Some(first)
+    /// A port of a part by its name.
+    fn port(&self, part: usize, name: &str, output: bool) -> Option<Found<'a>> {
+        let d = self.parts[part].prototype.description();
+        let mut lane = if output { self.parts[part].wiring.ym } else { 0 };
+        let ports: Vec<&'a PortSpec> =
+            if output { d.all_outputs().collect() } else { d.all_inputs().collect() };
+        for spec in ports {
+            if spec.name == name {
+                return Some(Found { part, spec, lane });
             }
-            (PortKind::HingeState, Target::Hinge { q, v }) => Some(match self.hinges.get(v) {
-                Some(&l) => l,
-                None => {
-                    let l = self.allocate(2);
-                    self.hinges.insert(*v, l);
-                    self.out.mechanism.hinges.push((*q, *v, l));
-                    l
-                }
-            }),
-            (PortKind::Wrench, Target::Node(node)) => {
-                self.wrenches.entry(*node).or_default().push((key.to_string(), lane as u32));
-                None
-            }
-            (PortKind::HingeTorque, Target::Hinge { v, .. }) => {
-                self.torques.entry(*v).or_default().push((key.to_string(), lane as u32));
-                None
-            }
-            (PortKind::HingeAccel, Target::Hinge { v, .. }) => {
-                self.motions.insert(*v, (key.to_string(), lane as u32));
-                None
-            }
-            (PortKind::HingeAccel, Target::Loop(i)) => {
-                self.loop_motions.insert(*i, (key.to_string(), lane as u32));
-                None
-            }
-            (PortKind::HingeState, Target::Loop(i)) => Some(match self.loop_states.get(i) {
-                Some(&l) => l,
-                None => {
-                    let l = self.allocate(2);
-                    self.loop_states.insert(*i, l);
-                    self.out.mechanism.loop_states.push((*i, l));
-                    l
-                }
-            }),
-            (PortKind::NodeState | PortKind::NodeAccel | PortKind::Wrench, _) => {
-                return Err("node");
-            }
-            _ => return Err("hinge"),
-        };
-        if let Some(first) = source {
-            for k in 0..port.lanes {
-                self.sources[part][lane + k].push((key.to_string(), first + k as u32));
-                self.written[part][lane + k] = Some((format!("bind {key}"), Origin::NONE));
-            }
+            lane += spec.lanes;
         }
-        Ok(())
+        None
     }
 
     fn finish(&mut self, spec: &Spec, faults: &mut Vec<Fault>) {
         for k in 0..self.parts.len() {
             self.finish_part(k, spec, faults);
-        }
-        let mut wrenches = std::mem::take(&mut self.wrenches);
-        for (node, sources) in &mut wrenches {
-            sources.sort();
-            let lanes: Vec<u32> =
-                sources.iter().flat_map(|(_, l)| (0..6).map(move |k| l + k)).collect();
-            let first = self.reduce(lanes, 6);
-            self.out.mechanism.wrenches.push((*node, std::array::from_fn(|k| first + k as u32)));
-        }
-        let mut torques = std::mem::take(&mut self.torques);
-        for (v, sources) in &mut torques {
-            sources.sort();
-            let lanes = sources.iter().map(|s| s.1).collect();
-            let first = self.reduce(lanes, 1);
-            self.out.mechanism.torques.push((*v, first));
-        }
-        let lanes = |m: &BTreeMap<u32, (String, u32)>| m.iter().map(|(v, m)| (*v, m.1)).collect();
-        self.out.mechanism.motions = lanes(&self.motions);
-        self.out.mechanism.loop_motions = lanes(&self.loop_motions);
-        if let Some(m) = &spec.mechanism {
-            let reports = MechanismPlan::outputs(&m.multibody, m.contact.is_some()).len();
-            self.out.mechanism.reports = self.allocate(reports);
         }
         self.out.signals = self.next;
     }
@@ -509,6 +365,39 @@ impl<'a> Connector<'a, '_> {
         dst
     }
 
+    /// Source lanes of one input port.
+    fn finish_port(&mut self, k: usize, port: &PortSpec, lane: usize, all: &mut Vec<u32>) {
+        let mut sources: Vec<Vec<(String, u32)>> =
+            self.sources[k][lane..lane + port.lanes].iter_mut().map(std::mem::take).collect();
+        sources.iter_mut().for_each(|s| s.sort());
+        let count = sources.first().map_or(0, Vec::len);
+        if count > 1 && sources.iter().all(|s| s.len() == count) {
+            // Whole ports are summed by one operation.
+            let each = |j: usize| sources.iter().map(move |s| s[j].1);
+            let lanes = (0..count).flat_map(each).collect();
+            let first = self.reduce(lanes, port.lanes);
+            all.extend((0..port.lanes as u32).map(|i| first + i));
+            return;
+        }
+        for (i, sources) in sources.iter().enumerate() {
+            let default = port.default.as_ref().map_or(0.0, |d| d[i]);
+            let source = match sources.as_slice() {
+                [] => {
+                    let l = self.allocate(1);
+                    self.out.constants.push((l, default));
+                    self.out.free.insert((k, lane + i), l);
+                    l
+                }
+                [one] => one.1,
+                many => {
+                    let lanes = many.iter().map(|s| s.1).collect();
+                    self.reduce(lanes, 1)
+                }
+            };
+            all.push(source);
+        }
+    }
+
     fn finish_part(&mut self, k: usize, spec: &Spec, faults: &mut Vec<Fault>) {
         let d = self.parts[k].prototype.description();
         let path = &self.parts[k].spec.path;
@@ -517,7 +406,7 @@ impl<'a> Connector<'a, '_> {
             .into_iter()
             .filter(|b| !spec.binds.iter().any(|x| x.part == *path && x.bind == *b))
             .collect();
-        let (u_lanes, mut lane) = (d.inputs.iter().map(|s| s.lanes).sum::<usize>(), 0);
+        let (u_lanes, mut lane) = (lanes(&d.inputs), 0);
         let mut all = Vec::new();
         let mut missing: Vec<&str> = Vec::new();
         for port in d.all_inputs() {
@@ -525,14 +414,14 @@ impl<'a> Connector<'a, '_> {
                 self.sources[k][lane + i].is_empty() && !self.excused.contains(&(k, lane + i))
             });
             if empty && port.default.is_none() && !port.sum {
-                match port.bind.filter(|b| unbound.contains(b)) {
+                match port.bind.as_deref().filter(|b| unbound.contains(b)) {
                     Some(bind) if !missing.contains(&bind) => missing.push(bind),
                     Some(_) => {}
                     None if port.bind.is_some() => {}
                     None => faults.push(
                         Fault::new(
                             self.parts[k].spec.origin,
-                            match port.unit {
+                            match &*port.unit {
                                 "" | "1" | "*" => {
                                     format!("required input `{path}.{}` is not wired", port.name)
                                 }
@@ -544,37 +433,19 @@ impl<'a> Connector<'a, '_> {
                         )
                         .help(format!(
                             "{}: add a wire `… -> {path}.{}`",
-                            first_line(port.doc),
+                            first_line(&port.doc),
                             port.name
                         )),
                     ),
                 }
             }
-            for i in 0..port.lanes {
-                let mut sources = std::mem::take(&mut self.sources[k][lane + i]);
-                sources.sort();
-                let default = port.default.as_ref().map_or(0.0, |d| d[i]);
-                let source = match sources.as_slice() {
-                    [] => {
-                        let l = self.allocate(1);
-                        self.out.constants.push((l, default));
-                        self.out.free.insert((k, lane + i), l);
-                        l
-                    }
-                    [one] => one.1,
-                    many => {
-                        let lanes = many.iter().map(|s| s.1).collect();
-                        self.reduce(lanes, 1)
-                    }
-                };
-                all.push(source);
-            }
+            self.finish_port(k, port, lane, &mut all);
             lane += port.lanes;
         }
         for port in d.all_outputs() {
-            if let Some(bind) = port.bind.filter(|b| unbound.contains(b))
+            if let Some(bind) = port.bind.as_deref().filter(|b| unbound.contains(b))
                 && !missing.contains(&bind)
-                && !d.all_inputs().any(|p| p.bind == Some(bind))
+                && !d.all_inputs().any(|p| p.bind.as_deref() == Some(bind))
             {
                 missing.push(bind);
             }
@@ -595,62 +466,4 @@ impl<'a> Connector<'a, '_> {
 
 fn first_line(doc: &str) -> &str {
     doc.lines().next().unwrap_or_default().trim_end_matches('.')
-}
-
-/// A binding target, found.
-enum Target {
-    Node(Frame),
-    Hinge {
-        q: u32,
-        v: u32,
-    },
-    /// Place among the loop motions.
-    Loop(u32),
-}
-
-fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, String)> {
-    match target {
-        BindTarget::Node(name) => mb
-            .node(name)
-            .map(Frame::Node)
-            .or_else(|| mb.body(name).map(Frame::Body))
-            .map(Target::Node)
-            .ok_or_else(|| {
-                let nodes = mb.nodes().iter().map(|n| n.name());
-                let known: Vec<&str> = nodes.chain(mb.bodies().iter().map(|b| b.name())).collect();
-                (format!("there is no node `{name}`"), remedy(name, "nodes and bodies", &known))
-            }),
-        BindTarget::Loop { name, index } => {
-            let Some(l) = mb.loops().iter().find(|l| l.closure.name == *name) else {
-                let known: Vec<&str> = mb.loops().iter().map(|l| l.closure.name.as_str()).collect();
-                return Err((format!("there is no loop `{name}`"), remedy(name, "loops", &known)));
-            };
-            let given = l.motions.len();
-            if *index < given {
-                return Ok(Target::Loop((l.motions.start + index) as u32));
-            }
-            let fact = format!("loop `{name}` has {given} prescribed subhinges, not {}", index + 1);
-            Err((fact, "write `prescribed: true` in a slider or pin of its hinge".into()))
-        }
-        BindTarget::Hinge { body, index } => {
-            let Some(id) = mb.body(body) else {
-                let known: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();
-                return Err((format!("there is no body `{body}`"), remedy(body, "bodies", &known)));
-            };
-            let b = &mb.bodies()[id.index()];
-            let one_dof: Vec<_> =
-                b.subhinges().iter().filter(|s| s.q.len() == 1 && s.v.len() == 1).collect();
-            match one_dof.get(*index) {
-                Some(s) => Ok(Target::Hinge { q: s.q.start as u32, v: s.v.start as u32 }),
-                None => Err((
-                    format!(
-                        "the hinge of `{body}` has {} one-dof coordinates, not {}",
-                        one_dof.len(),
-                        index + 1
-                    ),
-                    "bind to a pin, slider or screw".into(),
-                )),
-            }
-        }
-    }
 }

@@ -6,23 +6,26 @@
 //! ```
 //! Nothing depends on the order of the specification: parts are taken by path (law 6).
 
+mod bindings;
 mod connect;
+mod guards;
+mod host;
 mod order;
+mod settings;
 mod table;
 mod variables;
 
 use crate::block::{Prototype, Wiring};
 use crate::catalogue::{Catalogue, Entry};
-use crate::mechanism::{MechanismPlan, MechanismWiring};
+use crate::model::lanes;
 use crate::noise;
 use crate::params::ReadCx;
 use crate::plan::{PartPlan, Plan, Sizes};
-use crate::services::{Files, Gravity, Services};
-use crate::spec::{MechanismSpec, PartSpec, Spec};
+use crate::services::{Files, Services};
+use crate::spec::{PartSpec, Spec};
 use crate::value::{Fault, Faults, Origin};
-use linkwork_dynamics::Tree;
-use linkwork_solvers::Treatment;
-use std::sync::Arc;
+pub(crate) use guards::WhenSpec;
+pub use host::{Bound, End, Host, HostWire};
 
 /// A part while compiling.
 pub(crate) struct Part<'a> {
@@ -36,6 +39,16 @@ pub(crate) struct Part<'a> {
 /// # Errors
 /// Every fault of the specification, in the order of the files.
 pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan, Faults> {
+    compile_phase(spec, &[], catalogue, files)
+}
+
+/// Compiles one phase of a program, with the conditions on which it is left.
+pub(crate) fn compile_phase(
+    spec: &Spec,
+    whens: &[WhenSpec<'_>],
+    catalogue: &Catalogue,
+    files: &Files,
+) -> Result<Plan, Faults> {
     let mut faults = Vec::new();
     if spec.step.num == 0 {
         faults.push(
@@ -47,69 +60,68 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     let entries = find_entries(spec, catalogue, &mut faults);
     let services = build_services(&entries, files, &mut faults);
     let mut parts = build_models(&entries, &services, &mut faults);
-    let sizes = layout(&mut parts, spec.mechanism.as_ref(), spec.seed);
-    let absent = spec
+    let absent: std::collections::BTreeMap<&str, bool> = spec
         .parts
         .iter()
         .filter(|p| !parts.iter().any(|built| built.spec.path == p.path))
         .map(|p| (p.path.as_str(), services.iter().any(|(path, _)| path == p.path)))
         .collect();
-    let connections = connect::connect(spec, &parts, absent, sizes, &mut faults);
-    let gravity = spec.mechanism.as_ref().and_then(|m| find_gravity(m, &services, &mut faults));
+    let host_spec = bindings::host_spec(spec);
+    let (host, bound) = bindings::bind(spec, &parts, &absent, &services, &mut faults);
+    if let (Some(prototype), Some(spec)) = (host, &host_spec) {
+        bindings::add_host(&mut parts, spec, prototype);
+    }
+    let sizes = layout(&mut parts, spec.seed);
+    let connections = connect::connect(spec, &parts, absent, &bound, sizes, &mut faults);
     table::rates(spec, &mut parts, &mut faults);
     if !faults.is_empty() {
         return Err(Faults(in_file_order(faults)));
     }
-
-    let mut wiring = connections.mechanism.clone();
-    let mechanism = spec.mechanism.as_ref().map(|m| {
-        wiring.x = mechanism_x(&parts);
-        let tree = Arc::new(Tree::new(&m.multibody));
-        let treatments: Vec<Treatment> = (m.multibody.constraints())
-            .map(|c| m.treatments.get(m.multibody.constraint_name(c)))
-            .map(|t| t.copied().unwrap_or(Treatment::Auto))
-            .collect();
-        let mut plan = MechanismPlan {
-            path: m.path.clone(),
-            multibody: m.multibody.clone(),
-            uniform: gravity.as_ref().and_then(|g| g.uniform()),
-            gravity,
-            q: m.q.clone(),
-            v: m.v.clone(),
-            loop_motions: m.motions.clone(),
-            solver: MechanismPlan::solver(&tree, &treatments),
-            contact: m.contact.clone(),
-            compliant: m.compliant.clone(),
-            treatments,
-            tree,
-            wiring,
-        };
-        let place = |f: Fault| if f.origin == Origin::NONE { m.origin } else { f.origin };
-        plan.start(&m.origins)
-            .map(|()| Arc::new(plan))
-            .map_err(|f| Fault { origin: place(f.clone()), ..f })
-    });
-    let mechanism = mechanism.transpose().map_err(|f| Faults(vec![f]))?;
     for (part, (u, ud)) in parts.iter_mut().zip(&connections.inputs) {
         part.wiring.u = u.iter().copied().collect();
         part.wiring.ud = ud.iter().copied().collect();
+        if let Err(fault) = part.prototype.settle(&part.wiring) {
+            return Err(Faults(vec![fault]));
+        }
     }
-    let order = order::order(&parts, mechanism.as_deref(), &connections)
+    let order = order::order(&parts, &connections)
         .map_err(|f| Faults(in_file_order(f)))?;
     let timing = table::table(spec, &parts, &order).map_err(|f| Faults(in_file_order(f)))?;
-    let variables = variables::variables(&parts, mechanism.as_deref(), &connections);
+    let variables = variables::variables(&parts, &connections);
     let sizes = Sizes { sig: connections.signals, ..connections.sizes };
     let wires = connections.listing(&parts, &order);
-    let hash = plan_hash(spec, &parts, sizes, &variables, &timing);
-    let mut stored: Vec<u32> =
-        (0..parts.len() as u32).filter(|&k| parts[k as usize].prototype.stored()).collect();
-    let steps = mechanism.as_ref().is_some_and(|m| m.contact.is_some());
-    if steps {
-        stored.push(parts.len() as u32);
-    }
+    let watch = guards::guards(whens, &parts, &connections, &order, &variables)
+        .map_err(|f| Faults(in_file_order(f)))?;
+    let integration = settings::integration(spec, &parts, &variables, sizes.x)
+        .map_err(|f| Faults(in_file_order(f)))?;
+    let hash = plan_hash(spec, &parts, sizes, &variables, &timing, (&services, files), whens);
+    let with = |test: &dyn Fn(&Part<'_>) -> bool| -> Vec<u32> {
+        (0..parts.len() as u32).filter(|&k| test(&parts[k as usize])).collect()
+    };
+    let stored = with(&|p| p.prototype.stored());
+    let steps = with(&|p| p.prototype.description().functions.steps);
+    let moved = with(&|p| {
+        let d = p.prototype.description();
+        !d.positions.is_empty() || d.functions.steps
+    });
     Ok(Plan {
         stored,
+        positions: settings::lanes_of(&parts, |d, x| x + d.positions.start..x + d.positions.end),
+        still: settings::lanes_of(&parts, |d, x| match d.functions.deriv {
+            true => 0..0,
+            false => x..x + lanes(&d.continuous),
+        }),
+        stepped: settings::lanes_of(&parts, |d, x| match d.functions.steps {
+            true => x..x + lanes(&d.continuous),
+            false => 0..0,
+        }),
+        stepped_outputs: settings::stepped_outputs(&parts),
         steps,
+        manifold: moved,
+        guards: watch.guards,
+        guarded: watch.guarded,
+        conditions: watch.conditions,
+        guard_ops: watch.ops,
         parts: parts
             .into_iter()
             .map(|p| PartPlan {
@@ -119,17 +131,17 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
                 wiring: p.wiring,
             })
             .collect(),
-        mechanism,
         services,
         sizes,
         stage_ops: order.stage_ops(),
+        continuous_ops: order.unsampled(),
         derivs: order.derivs.clone(),
         ops: order.ops,
         works: timing.works,
         table: timing.rows,
         base: timing.base,
         step: spec.step,
-        integrator: spec.integrator,
+        integration,
         seed: spec.seed,
         variables,
         constants: connections.constants,
@@ -233,10 +245,9 @@ fn located(mut faults: Vec<Fault>, part: &PartSpec) -> Vec<Fault> {
     faults
 }
 
-/// Gives every part its lanes, in path order; the mechanism's states come last.
-fn layout(parts: &mut [Part<'_>], mechanism: Option<&MechanismSpec>, seed: u64) -> Sizes {
+/// Gives every part its lanes, in path order.
+fn layout(parts: &mut [Part<'_>], seed: u64) -> Sizes {
     let mut sizes = Sizes::default();
-    let lanes = |specs: &[crate::PortSpec]| specs.iter().map(|s| s.lanes).sum::<usize>();
     for part in parts.iter_mut() {
         let d = part.prototype.description();
         let w = &mut part.wiring;
@@ -247,35 +258,7 @@ fn layout(parts: &mut [Part<'_>], mechanism: Option<&MechanismSpec>, seed: u64) 
         sizes.d += lanes(&d.discrete);
         sizes.sig = w.yd + lanes(&d.direct_outputs);
     }
-    if let Some(m) = mechanism {
-        sizes.x += MechanismPlan::lanes(m);
-    }
     sizes
-}
-
-fn mechanism_x(parts: &[Part<'_>]) -> usize {
-    parts
-        .iter()
-        .map(|p| p.prototype.description().continuous.iter().map(|s| s.lanes).sum::<usize>())
-        .sum()
-}
-
-fn find_gravity(
-    m: &MechanismSpec,
-    services: &Services,
-    faults: &mut Vec<Fault>,
-) -> Option<Arc<dyn Gravity>> {
-    let any = services.iter().any(|(_, o)| o.kind() == crate::ServiceKind::Gravity);
-    if m.gravity.is_none() && !any {
-        return None;
-    }
-    match services.find::<dyn Gravity>(m.gravity.as_deref(), &m.path) {
-        Ok(handle) => Some(handle.object().clone()),
-        Err((message, help)) => {
-            faults.push(Fault::new(m.origin, format!("the mechanism: {message}")).help(help));
-            None
-        }
-    }
 }
 
 fn plan_hash(
@@ -284,31 +267,34 @@ fn plan_hash(
     sizes: Sizes,
     variables: &std::collections::BTreeMap<String, crate::plan::Variable>,
     timing: &table::Timing,
+    (services, files): (&Services, &Files),
+    whens: &[WhenSpec<'_>],
 ) -> u64 {
     let mut text = format!(
-        "{sizes:?} {} {:?} {} {}\n",
+        "{sizes:?} {} {:?} {:?} {} {}\n",
         spec.step,
         spec.integrator,
+        spec.accuracy,
         timing.base,
         timing.rows.len()
     );
     for part in parts {
-        text += &format!("{} {} {}\n", part.spec.path, part.spec.model, part.prototype.params());
+        let (path, model) = (&part.spec.path, &part.spec.model);
+        text += &format!("{path} {model} {}\n", part.prototype.params());
+        text += &part.prototype.fingerprint();
     }
     for (path, v) in variables {
         text += &format!("{path} {:?}\n", v.place);
     }
-    noise::hash(text.bytes())
-}
-
-impl MechanismWiring {
-    /// All signal lanes that the dynamics reads.
-    pub(crate) fn inputs(&self) -> impl Iterator<Item = u32> + '_ {
-        self.wrenches
-            .iter()
-            .flat_map(|(_, s)| s.iter().copied())
-            .chain(self.torques.iter().map(|t| t.1))
-            .chain(self.motions.iter().map(|t| t.1))
-            .chain(self.loop_motions.iter().map(|t| t.1))
+    // Services: what was asked of them, and the content of the files that they read.
+    for part in spec.parts.iter().filter(|p| services.iter().any(|(path, _)| path == p.path)) {
+        text += &format!("{} {} {}\n", part.path, part.model, part.params.value);
     }
+    if let Ok(found) = files.found.lock() {
+        text += &format!("{found:?}\n");
+    }
+    for when in whens {
+        text += &format!("{} {}\n", when.to, when.when);
+    }
+    noise::hash(text.bytes())
 }

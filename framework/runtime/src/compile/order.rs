@@ -1,7 +1,7 @@
 //! The order of evaluation: from the wires alone. Loops of direct outputs are reported wire by wire.
 use super::Part;
 use super::connect::Connections;
-use crate::mechanism::MechanismPlan;
+use crate::model::{Description, lanes};
 use crate::plan::Op;
 use crate::value::Fault;
 use petgraph::algo::tarjan_scc;
@@ -44,6 +44,7 @@ pub(crate) struct Order {
     /// Blocks whose continuous outputs depend on a discrete state.
     pub hybrid: BTreeSet<u32>,
     producer: Vec<u32>,
+    depends: Vec<Vec<u32>>,
 }
 
 const NONE: u32 = u32::MAX;
@@ -51,6 +52,35 @@ const NONE: u32 = u32::MAX;
 impl Order {
     pub(crate) fn stage_ops(&self) -> Vec<u32> {
         (0..self.ops.len() as u32).filter(|&k| self.staged[k as usize]).collect()
+    }
+
+    /// All but the sampled: what follows at once from a state or input that is set, or from an event.
+    pub(crate) fn unsampled(&self) -> Vec<u32> {
+        let sampled = |k: u32| matches!(self.variability[k as usize], Variability::Sampled(_));
+        (0..self.ops.len() as u32).filter(|&k| !sampled(k)).collect()
+    }
+
+    /// Continuous operations that these lanes follow from, in order.
+    pub(crate) fn upstream(&self, lanes: impl Iterator<Item = u32>) -> Vec<u32> {
+        let producer = |lane: u32| self.producer.get(lane as usize).copied();
+        let mut stack: Vec<u32> = lanes.filter_map(producer).filter(|&p| p != NONE).collect();
+        let mut needed = vec![false; self.ops.len()];
+        while let Some(k) = stack.pop() {
+            if !needed[k as usize] {
+                needed[k as usize] = true;
+                stack.extend(&self.depends[k as usize]);
+            }
+        }
+        let continuous = |k: usize| self.variability[k] == Variability::Continuous;
+        (0..self.ops.len()).filter(|&k| needed[k] && continuous(k)).map(|k| k as u32).collect()
+    }
+
+    /// True when the lane never changes after the first tick.
+    pub(crate) fn constant_lane(&self, lane: u32) -> bool {
+        match self.producer.get(lane as usize) {
+            Some(&op) if op != NONE => self.variability[op as usize] == Variability::Constant,
+            _ => true,
+        }
     }
 
     /// True when the lane changes at ticks only.
@@ -66,10 +96,8 @@ impl Order {
 
 pub(crate) fn order(
     parts: &[Part<'_>],
-    mechanism: Option<&MechanismPlan>,
     c: &Connections,
 ) -> Result<Order, Vec<Fault>> {
-    let m = parts.len() as u32;
     let mut ops = Vec::new();
     for (k, part) in parts.iter().enumerate() {
         let f = part.prototype.description().functions;
@@ -81,10 +109,6 @@ pub(crate) fn order(
         }
     }
     ops.extend((0..c.sums.len() as u32).map(Op::Sum));
-    if mechanism.is_some() {
-        ops.push(Op::Moore(m));
-        ops.push(Op::Direct(m));
-    }
     let io: Vec<(Vec<u32>, Vec<u32>)> =
         ops.iter().map(|op| reads_and_writes(*op, parts, c)).collect();
     let mut producer = vec![NONE; c.signals];
@@ -99,9 +123,10 @@ pub(crate) fn order(
         .map(|(op, (reads, _))| {
             let mut set: BTreeSet<u32> =
                 reads.iter().map(|&l| producer[l as usize]).filter(|&p| p != NONE).collect();
-            if *op == Op::Direct(m) && mechanism.is_some() {
-                // Dynamics uses the kinematics of the same evaluation.
-                set.extend(ops.iter().position(|o| *o == Op::Moore(m)).map(|p| p as u32));
+            if let Op::Direct(k) = *op
+                && parts[k as usize].prototype.description().functions.direct_after_moore
+            {
+                set.extend(ops.iter().position(|o| *o == Op::Moore(k)).map(|p| p as u32));
             }
             set
         })
@@ -125,10 +150,10 @@ pub(crate) fn order(
     }
     let mut variability: Vec<Variability> = Vec::with_capacity(ops.len());
     for (op, depends) in ops.iter().zip(&depends) {
-        let v = vary(*op, depends, &variability, parts, m);
+        let v = vary(*op, depends, &variability, parts);
         variability.push(v);
     }
-    let (derivs, staged) = stage(&ops, &depends, &variability, &producer, parts, mechanism, c);
+    let (derivs, staged) = stage(&ops, &depends, &variability, &producer, parts, c);
     let hybrid = parts
         .iter()
         .enumerate()
@@ -138,30 +163,18 @@ pub(crate) fn order(
         })
         .map(|(k, _)| k as u32)
         .collect();
-    Ok(Order { ops, variability, staged, derivs, hybrid, producer })
+    Ok(Order { ops, variability, staged, derivs, hybrid, producer, depends })
 }
 
 fn reads_and_writes(op: Op, parts: &[Part<'_>], c: &Connections) -> (Vec<u32>, Vec<u32>) {
-    let m = parts.len() as u32;
     match op {
-        Op::Moore(k) if k == m => {
-            let w = &c.mechanism;
-            let states = w.states.iter().flat_map(|(_, l)| *l..*l + 13);
-            let hinges = w.hinges.iter().map(|h| h.2).chain(w.loop_states.iter().map(|l| l.1));
-            (Vec::new(), states.chain(hinges.flat_map(|l| l..l + 2)).collect())
-        }
-        Op::Direct(k) if k == m => {
-            let w = &c.mechanism;
-            (w.inputs().collect(), w.accels.iter().flat_map(|(_, l)| *l..*l + 6).collect())
-        }
         Op::Moore(k) => {
             let w = &parts[k as usize].wiring;
             (Vec::new(), (w.ym as u32..w.yd as u32).collect())
         }
         Op::Direct(k) => {
             let part = &parts[k as usize];
-            let n: usize =
-                part.prototype.description().direct_outputs.iter().map(|s| s.lanes).sum();
+            let n = lanes(&part.prototype.description().direct_outputs);
             let yd = part.wiring.yd as u32;
             (c.inputs[k as usize].1.clone(), (yd..yd + n as u32).collect())
         }
@@ -196,10 +209,9 @@ fn sort(depends: &[BTreeSet<u32>]) -> Option<Vec<u32>> {
     (sequence.len() == depends.len()).then_some(sequence)
 }
 
-fn vary(op: Op, depends: &[u32], known: &[Variability], parts: &[Part<'_>], m: u32) -> Variability {
+fn vary(op: Op, depends: &[u32], known: &[Variability], parts: &[Part<'_>]) -> Variability {
     let inputs = || depends.iter().fold(Variability::Constant, |v, &d| v.join(&known[d as usize]));
     match op {
-        Op::Moore(k) | Op::Direct(k) if k == m => Variability::Continuous,
         Op::Sum(_) => inputs(),
         Op::Moore(k) | Op::Direct(k) => {
             let part = &parts[k as usize];
@@ -208,7 +220,7 @@ fn vary(op: Op, depends: &[u32], known: &[Variability], parts: &[Part<'_>], m: u
                 Op::Moore(_) => d.functions.moore_timed,
                 _ => d.functions.direct_timed,
             };
-            if !d.continuous.is_empty() {
+            if !d.continuous.is_empty() || d.functions.guards {
                 Variability::Continuous
             } else if part.wiring.period > 0 {
                 Variability::Sampled([(part.wiring.period, part.wiring.offset)].into())
@@ -221,35 +233,32 @@ fn vary(op: Op, depends: &[u32], known: &[Variability], parts: &[Part<'_>], m: u
     }
 }
 
-/// Blocks with derivatives, and the continuous operations that these need.
+/// Blocks with derivatives, and the continuous operations that an integrator needs again at a stage:
+/// those upstream of derivatives and of blocks that advance by themselves.
 fn stage(
     ops: &[Op],
     depends: &[Vec<u32>],
     variability: &[Variability],
     producer: &[u32],
     parts: &[Part<'_>],
-    mechanism: Option<&MechanismPlan>,
     c: &Connections,
 ) -> (Vec<u32>, Vec<bool>) {
-    let m = parts.len() as u32;
-    let mut derivs: Vec<u32> = (0..m)
-        .filter(|&k| !parts[k as usize].prototype.description().continuous.is_empty())
-        .collect();
+    let with = |test: &dyn Fn(&Description) -> bool| -> Vec<u32> {
+        let all = 0..parts.len() as u32;
+        all.filter(|&k| test(parts[k as usize].prototype.description())).collect()
+    };
+    let derivs = with(&|d| d.functions.deriv && !d.continuous.is_empty());
+    let staged = with(&|d| {
+        (d.functions.deriv && !d.continuous.is_empty()) || d.functions.steps
+    });
     let mut needed = vec![false; ops.len()];
     let mut stack: Vec<u32> = Vec::new();
-    for &k in &derivs {
+    for &k in &staged {
         let (u, ud) = &c.inputs[k as usize];
         stack.extend(u.iter().chain(ud).map(|&l| producer[l as usize]).filter(|&p| p != NONE));
         if parts[k as usize].prototype.description().functions.deriv_outputs {
             stack.extend(ops.iter().position(|o| *o == Op::Direct(k)).map(|p| p as u32));
         }
-    }
-    if mechanism.is_some() {
-        derivs.push(m);
-        stack.extend(
-            (0..ops.len() as u32)
-                .filter(|&k| matches!(ops[k as usize], Op::Moore(b) | Op::Direct(b) if b == m)),
-        );
     }
     while let Some(k) = stack.pop() {
         if !needed[k as usize] {
@@ -282,7 +291,7 @@ fn loops(
     }
     let name = |k: usize| match ops[k] {
         Op::Moore(b) | Op::Direct(b) => {
-            parts.get(b as usize).map_or("the mechanism's dynamics", |p| p.spec.path.as_str())
+            parts[b as usize].spec.path.as_str()
         }
         Op::Sum(_) => "a sum",
     };
@@ -295,7 +304,7 @@ fn loops(
         }
         let reader_op = |reader: usize| {
             ops.iter().position(|o| match o {
-                Op::Direct(b) => *b as usize == reader.min(parts.len()),
+                Op::Direct(b) => *b as usize == reader,
                 _ => false,
             })
         };

@@ -13,7 +13,6 @@ use linkwork_multibody::{BodyId, SubhingeKind};
 use linkwork_solvers::Projector;
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
 use linkwork_spatial::{Pose, Quat, Vec3};
-use std::sync::Arc;
 
 /// Where and how to put a machine down.
 #[derive(Clone, Debug)]
@@ -69,7 +68,7 @@ pub fn place_on_terrain(
     terrain: &dyn Terrain,
     p: &Placement,
 ) -> Result<f64, PlaceError> {
-    let Some(mechanism) = plan.mechanism.as_mut().and_then(Arc::get_mut) else {
+    let Some(mechanism) = plan.mechanism_mut() else {
         return error(
             "there is no mechanism, or it is already running".into(),
             "place before the run",

@@ -1,0 +1,204 @@
+//! Models that change at events: a ball that bounces, a relay with hysteresis.
+//! ```text
+//! ball    ḣ = v, v̇ = −g;  where h falls through 0:  v⁺ = −e v⁻
+//! relay   1 when u rises through `on`, 0 when it falls through `off`, in between as it was
+//! ```
+//! The instants are located on the dense output of the integrator, not at the next step.
+
+use crate::ports::{Input, Output};
+use linkwork_runtime::prelude::*;
+
+/// A ball over a floor.
+#[derive(Params, Clone, Debug)]
+pub struct BallParams {
+    /// Height at the start.
+    #[param(unit = "m", range = 0.0..)]
+    pub height: f64,
+    /// Speed after an impact over the speed before it.
+    #[param(default = 0.8, range = 0.0..=1.0)]
+    pub restitution: f64,
+    /// Gravity.
+    #[param(unit = "m/s^2", default = 9.80665, range = 0.0..)]
+    pub gravity: f64,
+    /// Impacts slower than this stop the ball: what follows would be endless.
+    #[param(unit = "m/s", default = 1e-3, range = 1e-9..)]
+    pub speed_min: f64,
+}
+
+/// Motion of the ball.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Fall {
+    /// Height of its lowest point above the floor.
+    #[port("m")]
+    pub height: f64,
+    /// Speed upwards.
+    #[port("m/s")]
+    pub speed: f64,
+}
+
+/// What impacts leave behind.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Impacts {
+    /// Impacts so far.
+    #[port("1")]
+    pub impacts: f64,
+    /// Time of the last one.
+    #[port("s")]
+    pub last_impact: f64,
+    /// The ball lies still.
+    #[port]
+    pub rests: bool,
+}
+
+/// Motion and impacts.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct BallOut {
+    /// Height of its lowest point above the floor.
+    #[port("m")]
+    pub height: f64,
+    /// Speed upwards.
+    #[port("m/s")]
+    pub speed: f64,
+    /// Impacts so far.
+    #[port("1")]
+    pub impacts: f64,
+    /// Time of the last one.
+    #[port("s")]
+    pub last_impact: f64,
+}
+
+/// The floor.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Floor {
+    /// Gap to the floor.
+    #[port("m", falling)]
+    pub gap: f64,
+}
+
+/// A ball.
+pub struct BouncingBall {
+    p: BallParams,
+}
+
+/// A ball that falls and bounces: the smallest model with an event.
+#[model("basics.bouncing_ball")]
+impl Model for BouncingBall {
+    type Params = BallParams;
+    type Ym = BallOut;
+    type X = Fall;
+    type D = Impacts;
+    type G = Floor;
+    fn init_x(&self) -> Fall {
+        Fall { height: self.p.height, speed: 0.0 }
+    }
+    fn moore(&self, _: &Clock, x: &Fall, d: &Impacts) -> BallOut {
+        let Fall { height, speed } = *x;
+        BallOut { height, speed, impacts: d.impacts, last_impact: d.last_impact }
+    }
+    fn deriv(&self, _: &Clock, x: &Fall, d: &Impacts) -> Fall {
+        if d.rests {
+            return Fall { height: 0.0, speed: 0.0 };
+        }
+        Fall { height: x.speed, speed: -self.p.gravity }
+    }
+    fn guards(&self, _: &Clock, x: &Fall) -> Floor {
+        Floor { gap: x.height }
+    }
+    fn fired(&self, c: &Clock, _: usize, x: &Fall, d: &Impacts) -> (Fall, Impacts) {
+        let speed = -self.p.restitution * x.speed;
+        let rests = speed < self.p.speed_min;
+        let after = Fall { height: 0.0, speed: if rests { 0.0 } else { speed } };
+        (after, Impacts { impacts: d.impacts + 1.0, last_impact: c.t, rests })
+    }
+}
+
+/// Two thresholds.
+#[derive(Params, Clone, Debug)]
+pub struct RelayParams {
+    /// Switches on where the input rises through this.
+    pub on: f64,
+    /// Switches off where the input falls through this.
+    pub off: f64,
+    /// On at the start.
+    #[param(default = false)]
+    pub start: bool,
+}
+
+/// On or off.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Switched {
+    /// On.
+    #[port]
+    pub on: bool,
+}
+
+/// The thresholds.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Thresholds {
+    /// Input over the upper threshold.
+    #[port("1", rising)]
+    pub above_on: f64,
+    /// Input over the lower threshold.
+    #[port("1", falling)]
+    pub above_off: f64,
+}
+
+/// A relay.
+pub struct Relay {
+    p: RelayParams,
+}
+
+/// A relay with hysteresis: a thermostat, a pressure switch.
+#[model("basics.relay")]
+impl Model for Relay {
+    type Params = RelayParams;
+    type U = Input;
+    type Ym = Output;
+    type D = Switched;
+    type G = Thresholds;
+    fn build(p: RelayParams) -> Result<Self, BuildError> {
+        if p.off > p.on {
+            return Err(BuildError::new(format!("it switches off at {} and on at {}", p.off, p.on))
+                .help("write `off` at or below `on`")
+                .at("off"));
+        }
+        Ok(Relay { p })
+    }
+    fn init_d(&self) -> Switched {
+        Switched { on: self.p.start }
+    }
+    fn moore(&self, _: &Clock, _: &(), d: &Switched) -> Output {
+        Output { y: f64::from(u8::from(d.on)) }
+    }
+    fn guards(&self, _: &Clock, _: &(), _: &Switched, u: &Input) -> Thresholds {
+        Thresholds { above_on: u.u - self.p.on, above_off: u.u - self.p.off }
+    }
+    fn fired(&self, _: &Clock, which: usize, _: &(), _: &Switched) -> ((), Switched) {
+        ((), Switched { on: which == 0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_impact_turns_the_speed_and_a_slow_one_stops_the_ball() {
+        let p = BallParams { height: 1.0, restitution: 0.5, gravity: 9.8, speed_min: 1e-3 };
+        let ball = BouncingBall { p };
+        let clock = Clock { t: 2.5, dt: 0.1, n: 0, key: 0 };
+        let before = Impacts { impacts: 3.0, last_impact: 0.0, rests: false };
+        let fall = |speed| Fall { height: -1e-13, speed };
+        let (x, d) = ball.fired(&clock, 0, &fall(-4.0), &before, &(), &(), &mut ());
+        assert_eq!((x.height, x.speed), (0.0, 2.0));
+        assert_eq!((d.impacts, d.last_impact, d.rests), (4.0, 2.5, false));
+        let (x, d) = ball.fired(&clock, 0, &fall(-1e-3), &before, &(), &(), &mut ());
+        assert_eq!((x.speed, d.rests), (0.0, true));
+    }
+
+    #[test]
+    fn a_relay_whose_thresholds_are_crossed_is_refused() {
+        let wrong = Relay::build(RelayParams { on: 1.0, off: 2.0, start: false });
+        assert!(wrong.is_err_and(|e| e.param.as_deref() == Some("off")));
+    }
+}

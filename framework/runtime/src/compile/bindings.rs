@@ -1,0 +1,83 @@
+//! Bindings: gathered with the ports that they serve, and handed to the host.
+use super::Part;
+use super::host::{Bound, End, HostWire};
+use crate::block::{Prototype, Wiring};
+use crate::services::Services;
+use crate::spec::{BindSpec, PartSpec, Spec};
+use crate::value::{Fault, Value, remedy};
+use std::collections::BTreeMap;
+
+/// The host's part as the parts' specifications have it; none when nothing binds and there is none.
+pub(super) fn host_spec(spec: &Spec) -> Option<PartSpec> {
+    spec.host.as_ref().map(|h| {
+        let mut part = PartSpec::new(h.path(), h.kind(), Value::Map(Vec::new()));
+        part.origin = h.origin();
+        part
+    })
+}
+
+/// The host's part, and its wires. `absent`: parts that were not built (their faults are told), and
+/// services.
+pub(super) fn bind(
+    spec: &Spec,
+    parts: &[Part<'_>],
+    absent: &BTreeMap<&str, bool>,
+    services: &Services,
+    faults: &mut Vec<Fault>,
+) -> (Option<Box<dyn Prototype>>, Vec<HostWire>) {
+    let index: BTreeMap<&str, usize> =
+        parts.iter().enumerate().map(|(k, p)| (p.spec.path.as_str(), k)).collect();
+    let mut binds: Vec<&BindSpec> = spec.binds.iter().collect();
+    binds.sort_by(|a, b| (&a.part, &a.bind).cmp(&(&b.part, &b.bind)));
+    let mut bound = Vec::new();
+    for bind in binds {
+        match find(bind, parts, &index, absent, spec.host.is_some()) {
+            Ok(Some(b)) => bound.push(b),
+            Ok(None) => {}
+            Err(fault) => faults.push(fault),
+        }
+    }
+    let mut wires = Vec::new();
+    let host = spec.host.as_ref();
+    let prototype = host.map(|h| h.lower(&bound, services, &mut wires, faults));
+    (prototype, wires)
+}
+
+fn find<'a>(
+    bind: &'a BindSpec,
+    parts: &'a [Part<'_>],
+    index: &BTreeMap<&str, usize>,
+    absent: &BTreeMap<&str, bool>,
+    host: bool,
+) -> Result<Option<Bound<'a>>, Fault> {
+    let (part, name, origin) = (&bind.part, &bind.bind, bind.origin);
+    let Some(&k) = index.get(part.as_str()) else {
+        return match absent.contains_key(part.as_str()) {
+            true => Ok(None),
+            false => Err(Fault::new(origin, format!("binding of `{part}`: no such part"))),
+        };
+    };
+    let d = parts[k].prototype.description();
+    if !d.bindings().contains(&name.as_str()) {
+        return Err(Fault::new(origin, format!("`{part}` has no binding `{name}`"))
+            .help(remedy(name, "bindings", &d.bindings())));
+    }
+    if !host {
+        let fact = format!("`{part}` binds `{name}` but there are no bodies");
+        return Err(Fault::new(origin, fact).help("add `bodies` to the assembly"));
+    }
+    let inputs = d.all_inputs().map(|p| (p, End::Input));
+    let ports = inputs.chain(d.all_outputs().map(|p| (p, End::Output)));
+    let ports = ports.filter(|(p, _)| p.bind.as_deref() == Some(name)).collect();
+    Ok(Some(Bound { spec: bind, ports }))
+}
+
+/// A part for the host, in its place among the others.
+pub(super) fn add_host<'a>(
+    parts: &mut Vec<Part<'a>>,
+    spec: &'a PartSpec,
+    prototype: Box<dyn Prototype>,
+) {
+    let at = parts.partition_point(|p| p.spec.path < spec.path);
+    parts.insert(at, Part { spec, prototype, wiring: Wiring::default() });
+}

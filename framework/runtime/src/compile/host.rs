@@ -1,0 +1,68 @@
+//! What parts bind to. A host turns bindings into ordinary wires on ports of a part of its own, so
+//! that everything after this step knows parts and wires only.
+use crate::block::Prototype;
+use crate::ports::PortSpec;
+use crate::services::Services;
+use crate::spec::BindSpec;
+use crate::value::{Fault, Origin};
+use std::any::Any;
+
+/// A part that others bind to.
+pub trait Host: Any + Send + Sync {
+    /// Path of its part.
+    fn path(&self) -> &str;
+    /// Name of its kind, as a model's name.
+    fn kind(&self) -> &'static str;
+    /// Where it is written.
+    fn origin(&self) -> Origin;
+    /// The part with the ports that these bindings ask for, and the wires on them. A binding that
+    /// cannot be served is a fault.
+    fn lower(
+        &self,
+        bound: &[Bound<'_>],
+        services: &Services,
+        wires: &mut Vec<HostWire>,
+        faults: &mut Vec<Fault>,
+    ) -> Box<dyn Prototype>;
+    /// A copy.
+    fn boxed(&self) -> Box<dyn Host>;
+}
+
+impl Clone for Box<dyn Host> {
+    fn clone(&self) -> Self {
+        (**self).boxed()
+    }
+}
+
+/// Which end of a wire a port is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// It is read.
+    Input,
+    /// It is written.
+    Output,
+}
+
+/// A binding with the ports of the part that it serves.
+pub struct Bound<'a> {
+    /// The binding.
+    pub spec: &'a BindSpec,
+    /// Ports that name it.
+    pub ports: Vec<(&'a PortSpec, End)>,
+}
+
+/// A wire between a port of the host and a port of a part.
+pub struct HostWire {
+    /// Name of the host's port.
+    pub host_port: String,
+    /// Which end the part's port is.
+    pub end: End,
+    /// Path of the part.
+    pub part: String,
+    /// Its port.
+    pub port: String,
+    /// The target in words, for listings: `node chassis`.
+    pub label: String,
+    /// Where the binding is written.
+    pub origin: Origin,
+}

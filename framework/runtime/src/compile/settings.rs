@@ -1,0 +1,92 @@
+//! How the states are integrated, and which of their lanes follow rules of their own.
+use super::Part;
+use crate::model::{Description, lanes};
+use crate::pattern;
+use crate::plan::{Integration, Place, Variable};
+use crate::spec::Spec;
+use crate::value::{Fault, Origin};
+use linkwork_integrate::{Control, Limits, Norm, Tolerances};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Ranges of lanes of all parts, the empty ones left out.
+pub(super) fn lanes_of(
+    parts: &[Part<'_>],
+    range: impl Fn(&Description, usize) -> Range<usize>,
+) -> Vec<Range<usize>> {
+    let all = parts.iter().map(|p| range(p.prototype.description(), p.wiring.x));
+    all.filter(|r| !r.is_empty()).collect()
+}
+
+/// Signal lanes that blocks write while they advance by themselves.
+pub(super) fn stepped_outputs(parts: &[Part<'_>]) -> Vec<Range<usize>> {
+    let steps = parts.iter().filter(|p| p.prototype.description().functions.steps);
+    let all = steps.map(|p| {
+        let n = lanes(&p.prototype.description().direct_outputs);
+        p.wiring.yd..p.wiring.yd + n
+    });
+    all.filter(|r| !r.is_empty()).collect()
+}
+
+pub(super) fn integration(
+    spec: &Spec,
+    parts: &[Part<'_>],
+    variables: &BTreeMap<String, Variable>,
+    n: usize,
+) -> Result<Integration, Vec<Fault>> {
+    let method = spec.integrator.method();
+    let Some(accuracy) = &spec.accuracy else { return Ok(Integration { method, control: None }) };
+    let mut faults = Vec::new();
+    let mut refuse = |origin, fact: String, help: &str| {
+        faults.push(Fault::new(origin, fact).help(help));
+    };
+    let positive = |v: f64| v > 0.0 && v.is_finite();
+    if !positive(accuracy.absolute) || !(accuracy.relative >= 0.0 && accuracy.relative < 1.0) {
+        let fact = format!(
+            "accuracy: absolute {} and relative {}",
+            accuracy.absolute, accuracy.relative
+        );
+        refuse(Origin::NONE, fact, "absolute above zero, relative from 0 to below 1, e.g. 1e-9");
+    }
+    if !(accuracy.step_max > 0.0) {
+        let fact = format!("accuracy: the longest step is {} s", accuracy.step_max);
+        refuse(Origin::NONE, fact, "write a time above zero");
+    }
+    let mut absolute = vec![accuracy.absolute; n];
+    for (wanted, value, origin) in &accuracy.of {
+        let mut any = false;
+        for (path, v) in variables {
+            if let Place::X(k) = v.place
+                && pattern::path_matches(wanted, path)
+            {
+                absolute[k as usize] = *value;
+                any = true;
+            }
+        }
+        if !any {
+            let fact = format!("accuracy of `{wanted}`: it matches no continuous state");
+            refuse(*origin, fact, "states are listed by `linkwork list`; `*` stands for a part of a name, `**` for anything");
+        } else if !positive(*value) {
+            refuse(*origin, format!("accuracy of `{wanted}`: {value}"), "write a number above zero");
+        }
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    for still in lanes_of(parts, |d, x| match d.functions.deriv {
+        true => 0..0,
+        false => x..x + lanes(&d.continuous),
+    }) {
+        absolute[still].fill(f64::INFINITY);
+    }
+    let limits = Limits { step_max: accuracy.step_max, ..Limits::default() };
+    let control = Tolerances::new(absolute, vec![accuracy.relative; n])
+        .and_then(|t| Control::new(method, t, Norm::Max, limits));
+    match control {
+        Ok(control) => Ok(Integration { method, control: Some(control) }),
+        Err(e) => Err(vec![
+            Fault::new(Origin::NONE, format!("accuracy: {e}"))
+                .help("choose a method with an error estimate, or leave `accuracy` out"),
+        ]),
+    }
+}

@@ -1,0 +1,432 @@
+//! Conditions over variables: `"Capsule.Aero.mach < 1.8 and time > 10 s"`, compiled to lanes once.
+//!
+//! ```text
+//! any    = all { "or" all }                    the largest
+//! all    = test { "and" test }                 the least
+//! test   = sum ("<" | "<=" | ">" | ">=") sum   how far it holds: right − left, or left − right
+//!        | "(" any ")"
+//! sum    = product { ("+" | "-") product }
+//! product = factor { ("*" | "/") factor }
+//! factor = "-" factor | number [unit] | "time" | path | "abs(" sum ")" | "(" sum ")"
+//! ```
+//! The value of a condition is above zero where it holds, so that the instant from which it holds is
+//! where a continuous number changes its sign. Both sides of a test have the same quantity.
+use crate::plan::{Place, Variable};
+use crate::units::Unit;
+use crate::value::remedy;
+use std::collections::BTreeMap;
+
+/// A compiled condition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Condition {
+    /// As it was written.
+    pub text: String,
+    /// In postfix order.
+    code: Vec<Code>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Code {
+    Number(f64),
+    Time,
+    Value(Place),
+    Negate,
+    Abs,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Least,
+    Largest,
+}
+
+/// Deepest stack of an evaluation; deeper conditions are refused.
+const DEPTH: usize = 16;
+
+/// Why a condition was refused.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("condition `{text}`: {message}")]
+pub struct ConditionError {
+    /// The condition.
+    pub text: String,
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it.
+    pub help: String,
+}
+
+impl Condition {
+    /// Reads a condition over these variables.
+    ///
+    /// # Errors
+    /// The first thing that cannot be read, an unknown variable, or two sides of different quantities.
+    pub fn parse(
+        text: &str,
+        variables: &BTreeMap<String, Variable>,
+    ) -> Result<Condition, ConditionError> {
+        let mut reader = Reader { text, rest: text, variables, code: Vec::new(), depth: (0, 0) };
+        let result = reader.any().and_then(|()| {
+            reader.space();
+            match reader.rest {
+                "" => Ok(()),
+                rest => Err((
+                    format!("`{rest}` is left over"),
+                    "write tests such as `Body.angle < 10 deg`, joined by `and` or `or`".into(),
+                )),
+            }
+        });
+        let refuse = |message, help| ConditionError { text: text.to_string(), message, help };
+        result.map_err(|(message, help)| refuse(message, help))?;
+        if reader.depth.1 > DEPTH {
+            let message = format!("it is nested more than {DEPTH} deep");
+            return Err(refuse(message, "move a part of it into a model with a guard".into()));
+        }
+        Ok(Condition { text: text.to_string(), code: reader.code })
+    }
+
+    /// Above zero where it holds.
+    #[inline]
+    pub fn value(&self, t: f64, x: &[f64], d: &[f64], sig: &[f64]) -> f64 {
+        let mut stack = [0.0_f64; DEPTH];
+        let mut n = 0;
+        for code in &self.code {
+            let push = match *code {
+                Code::Number(v) => v,
+                Code::Time => t,
+                Code::Value(Place::X(k)) => x[k as usize],
+                Code::Value(Place::D(k)) => d[k as usize],
+                Code::Value(Place::Signal(k)) => sig[k as usize],
+                Code::Negate | Code::Abs => {
+                    n -= 1;
+                    if *code == Code::Abs { stack[n].abs() } else { -stack[n] }
+                }
+                _ => {
+                    n -= 2;
+                    let (a, b) = (stack[n], stack[n + 1]);
+                    match code {
+                        Code::Add => a + b,
+                        Code::Subtract => a - b,
+                        Code::Multiply => a * b,
+                        Code::Divide => a / b,
+                        Code::Least => a.min(b),
+                        _ => a.max(b),
+                    }
+                }
+            };
+            stack[n] = push;
+            n += 1;
+        }
+        stack[0]
+    }
+
+    /// The lanes that it reads.
+    pub fn places(&self) -> impl Iterator<Item = Place> + '_ {
+        self.code.iter().filter_map(|c| match c {
+            Code::Value(place) => Some(*place),
+            _ => None,
+        })
+    }
+
+    /// Whether it changes with time by itself.
+    pub fn timed(&self) -> bool {
+        self.code.contains(&Code::Time)
+    }
+}
+
+type Refusal = (String, String);
+
+struct Reader<'a> {
+    text: &'a str,
+    rest: &'a str,
+    variables: &'a BTreeMap<String, Variable>,
+    code: Vec<Code>,
+    /// Numbers on the stack: now, at the most.
+    depth: (usize, usize),
+}
+
+impl<'a> Reader<'a> {
+    fn space(&mut self) {
+        self.rest = self.rest.trim_start();
+    }
+
+    fn take(&mut self, token: &str) -> bool {
+        self.space();
+        match self.rest.strip_prefix(token) {
+            Some(rest) => {
+                self.rest = rest;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// `and`, `or`: a whole word.
+    fn word(&mut self, word: &str) -> bool {
+        self.space();
+        let Some(rest) = self.rest.strip_prefix(word) else { return false };
+        if rest.starts_with(|c: char| c.is_alphanumeric() || "_.".contains(c)) {
+            return false;
+        }
+        self.rest = rest;
+        true
+    }
+
+    fn emit(&mut self, code: Code) {
+        let change = match code {
+            Code::Number(_) | Code::Time | Code::Value(_) => 1,
+            Code::Negate | Code::Abs => 0,
+            _ => -1,
+        };
+        self.depth.0 = self.depth.0.saturating_add_signed(change);
+        self.depth.1 = self.depth.1.max(self.depth.0);
+        self.code.push(code);
+    }
+
+    fn any(&mut self) -> Result<(), Refusal> {
+        self.all()?;
+        while self.word("or") {
+            self.all()?;
+            self.emit(Code::Largest);
+        }
+        Ok(())
+    }
+
+    fn all(&mut self) -> Result<(), Refusal> {
+        self.test()?;
+        while self.word("and") {
+            self.test()?;
+            self.emit(Code::Least);
+        }
+        Ok(())
+    }
+
+    fn test(&mut self) -> Result<(), Refusal> {
+        // `(a < b or c < d)` and `(a + b) * 2 < c` begin alike: try the first, go back for the second.
+        let (rest, length, depth) = (self.rest, self.code.len(), self.depth);
+        if self.take("(") && self.any().is_ok() && self.take(")") {
+            let rest = self.rest.trim_start();
+            if !rest.starts_with(|c: char| "<>+-*/".contains(c)) {
+                return Ok(());
+            }
+        }
+        (self.rest, self.depth) = (rest, depth);
+        self.code.truncate(length);
+        let left = self.sum()?;
+        let tests = ["<=", ">=", "<", ">"];
+        let Some(test) = tests.into_iter().find(|t| self.take(t)) else {
+            return Err((
+                format!("a test is missing before `{}`", self.rest),
+                "write e.g. `… < 3 m/s`".into(),
+            ));
+        };
+        let right = self.sum()?;
+        self.same(&left, &right, test)?;
+        self.emit(Code::Subtract);
+        if test.starts_with('<') {
+            self.emit(Code::Negate);
+        }
+        Ok(())
+    }
+
+    fn same(&self, a: &Unit, b: &Unit, what: &str) -> Result<(), Refusal> {
+        if a.same_quantity(b) {
+            return Ok(());
+        }
+        Err((
+            format!("the two sides of `{what}` are different quantities"),
+            "give the number the unit of the variable, as in `10 deg` or `3 m/s`".into(),
+        ))
+    }
+
+    fn sum(&mut self) -> Result<Unit, Refusal> {
+        let unit = self.product()?;
+        loop {
+            let (what, code) = match () {
+                () if self.take("+") => ("+", Code::Add),
+                () if self.take("-") => ("-", Code::Subtract),
+                () => return Ok(unit),
+            };
+            let next = self.product()?;
+            self.same(&unit, &next, what)?;
+            self.emit(code);
+        }
+    }
+
+    fn product(&mut self) -> Result<Unit, Refusal> {
+        let mut unit = self.factor()?;
+        loop {
+            let (sign, code) = match () {
+                () if self.take("*") => (1, Code::Multiply),
+                () if self.take("/") => (-1, Code::Divide),
+                () => return Ok(unit),
+            };
+            let next = self.factor()?;
+            if unit == Unit::ANY || next == Unit::ANY {
+                unit = Unit::ANY;
+            } else {
+                for (a, b) in unit.exponents.iter_mut().zip(next.exponents) {
+                    *a = a.saturating_add(b.saturating_mul(sign));
+                }
+            }
+            self.emit(code);
+        }
+    }
+
+    fn factor(&mut self) -> Result<Unit, Refusal> {
+        if self.take("-") {
+            let unit = self.factor()?;
+            self.emit(Code::Negate);
+            return Ok(unit);
+        }
+        let abs = self.take("abs(");
+        if abs || self.take("(") {
+            let unit = self.sum()?;
+            if !self.take(")") {
+                return Err(("a `)` is missing".into(), "close every bracket".into()));
+            }
+            if abs {
+                self.emit(Code::Abs);
+            }
+            return Ok(unit);
+        }
+        self.space();
+        if self.rest.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+            return self.number();
+        }
+        self.variable()
+    }
+
+    fn number(&mut self) -> Result<Unit, Refusal> {
+        let bytes = self.rest.as_bytes();
+        let digits = |mut i: usize| {
+            while i < bytes.len() && (bytes[i].is_ascii_digit() || bytes[i] == b'.') {
+                i += 1;
+            }
+            i
+        };
+        let mut end = digits(0);
+        if end < bytes.len() && matches!(bytes[end], b'e' | b'E') {
+            let sign = usize::from(bytes.get(end + 1).is_some_and(|b| matches!(b, b'+' | b'-')));
+            let exponent = digits(end + 1 + sign);
+            if exponent > end + 1 + sign {
+                end = exponent;
+            }
+        }
+        let (number, rest) = self.rest.split_at(end);
+        let Ok(value) = number.parse::<f64>() else {
+            return Err((format!("`{number}` is no number"), "write e.g. `1.8` or `3e5`".into()));
+        };
+        self.rest = rest;
+        let after = rest.trim_start();
+        let stop = |c: char| c.is_whitespace() || "<>()+-,".contains(c);
+        let word = after.split(stop).next().unwrap_or_default();
+        let word = word.trim_end_matches(['*', '/']);
+        let unit = match word {
+            "" | "and" | "or" => None,
+            _ if !word.starts_with(|c: char| c.is_alphabetic() || c == '°' || c == '%') => None,
+            _ => Some(Unit::parse(word).map_err(|e| {
+                (e.to_string(), "write a unit such as `m/s`, `deg` or `km`".to_string())
+            })?),
+        };
+        if unit.is_some() {
+            self.rest = &after[word.len()..];
+        }
+        let unit = unit.unwrap_or(Unit::ONE);
+        self.emit(Code::Number(unit.to_si(value)));
+        Ok(unit)
+    }
+
+    fn variable(&mut self) -> Result<Unit, Refusal> {
+        let part = |c: char| c.is_alphanumeric() || "_.[]".contains(c);
+        let end = self.rest.find(|c| !part(c)).unwrap_or(self.rest.len());
+        let (path, rest) = self.rest.split_at(end);
+        if path.is_empty() {
+            let found = self.rest.chars().next().map_or("the end".into(), |c| format!("`{c}`"));
+            let at = self.text.len() - self.rest.len();
+            return Err((
+                format!("a number or a variable is missing at {found} (character {})", at + 1),
+                "write e.g. `Capsule.Aero.mach < 1.8`".into(),
+            ));
+        }
+        self.rest = rest;
+        if path == "time" {
+            self.emit(Code::Time);
+            return Ok(Unit::parse("s").unwrap_or(Unit::ONE));
+        }
+        let Some(v) = self.variables.get(path) else {
+            let known: Vec<&str> = self.variables.keys().map(String::as_str).collect();
+            return Err((
+                format!("there is no variable `{path}`"),
+                remedy(path, "variables", &known),
+            ));
+        };
+        self.emit(Code::Value(v.place));
+        Ok(Unit::parse(&v.unit).unwrap_or(Unit::ONE))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::Role;
+    use crate::ports::PortKind;
+
+    fn variables() -> BTreeMap<String, Variable> {
+        let v = |place, unit: &str| Variable {
+            place,
+            role: Role::Output,
+            unit: unit.into(),
+            doc: String::new(),
+            kind: PortKind::Numbers,
+            part: String::new(),
+        };
+        [
+            ("A.mach".to_string(), v(Place::Signal(0), "1")),
+            ("A.speed".to_string(), v(Place::X(0), "m/s")),
+            ("Arm.rate[1]".to_string(), v(Place::D(0), "rad/s")),
+        ]
+        .into()
+    }
+
+    fn value(text: &str) -> f64 {
+        let c = Condition::parse(text, &variables()).unwrap_or_else(|e| panic!("{e}: {}", e.help));
+        c.value(7.0, &[30.0], &[-2.0], &[1.5])
+    }
+
+    #[test]
+    fn conditions_are_distances_from_the_instant_they_hold() {
+        assert_eq!(value("A.mach < 1.8"), 1.8 - 1.5);
+        assert_eq!(value("A.mach >= 1.8"), 1.5 - 1.8);
+        assert_eq!(value("A.speed > 36 km/h"), 30.0 - 36.0 * (1000.0 / 3600.0));
+        assert_eq!(value("time > 10 s"), -3.0);
+        assert_eq!(value("time > 5s and A.mach < 1.8"), 1.8_f64 - 1.5);
+        assert_eq!(value("time > 5 s or A.mach < 1"), 2.0);
+        assert_eq!(value("(A.speed + 2 m/s) * 2 < 100 m/s"), 36.0);
+        assert_eq!(value("abs(Arm.rate[1]) > 1 rad/s and (time < 1 s or time > 6 s)"), 1.0);
+        assert_eq!(value("-A.speed / 2 s < -3 m/s^2"), 12.0);
+        assert_eq!(value("A.mach * 1e2 > 1.2e+2"), 30.0);
+    }
+
+    #[test]
+    fn mistakes_say_what_is_wrong() {
+        for (text, part) in [
+            ("A.mach < 3 m/s", "different quantities"),
+            ("A.speed < 3", "different quantities"),
+            ("A.mach", "a test is missing"),
+            ("A.mack < 1", "there is no variable `A.mack`"),
+            ("A.mach < ", "is missing at the end"),
+            ("A.mach < 1 A", "different quantities"),
+            ("A.mach < 1 foo", "is not a unit"),
+            ("A.mach < 1 and", "is missing at the end"),
+            ("(A.mach < 1", "is missing"),
+            ("A.mach < 1 )", "is left over"),
+            ("A.speed + 1 kg > 2 m/s", "different quantities"),
+        ] {
+            let e = Condition::parse(text, &variables()).unwrap_err();
+            assert!(e.to_string().contains(part), "{text}: {e}");
+            assert!(!e.help.is_empty(), "{text}");
+        }
+        let deep = format!("{}A.mach{} < 1", "(1 + ".repeat(20), ")".repeat(20));
+        assert!(Condition::parse(&deep, &variables()).unwrap_err().to_string().contains("deep"));
+    }
+}

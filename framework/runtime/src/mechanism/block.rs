@@ -1,0 +1,400 @@
+//! The mechanism's operations, with its work space.
+use super::plan::{CONTACT_REPORTS, MechanismPlan};
+use super::ports::Frame;
+use crate::block::{Block, Evaluation, Failure, Now, Outcome, Wiring, copy_into};
+use crate::ports::{Lane, NodeState};
+use linkwork_dynamics::{Workspace, forward_dynamics_given_kinematics, kinematics};
+use linkwork_multibody::LoopMotion;
+use linkwork_solvers::{CompliantContact, ConstrainedSolver, ContactStepper, Impulse, Projector};
+use linkwork_spatial::{Force, Vec3};
+use serde::{Deserialize, Serialize};
+use std::any::Any;
+use std::sync::Arc;
+
+/// An impulse of the last contacts: what the mechanism remembers from step to step.
+#[derive(Clone, Serialize, Deserialize)]
+struct Kept {
+    pair: (u32, u32),
+    feature: u64,
+    impulse: [f64; 3],
+}
+
+pub(super) struct MechanismBlock {
+    plan: Arc<MechanismPlan>,
+    w: Wiring,
+    ws: Workspace,
+    /// Number of the evaluation that the kinematics in `ws` belong to.
+    at: u64,
+    solver: Option<ConstrainedSolver>,
+    projector: Projector,
+    stepper: Option<ContactStepper>,
+    compliant: Option<CompliantContact>,
+    tau: Vec<f64>,
+    vdot: Vec<f64>,
+    motions: Vec<LoopMotion>,
+    q: Vec<f64>,
+    dv: Vec<f64>,
+    /// The store: impulses of the last contacts.
+    kept: Vec<Kept>,
+}
+
+#[inline(always)]
+fn put3(sig: &mut [f64], at: usize, v: &Vec3) {
+    sig[at..at + 3].copy_from_slice(&[v.x, v.y, v.z]);
+}
+
+/// A number that no evaluation has.
+const NEVER: u64 = u64::MAX;
+
+impl MechanismBlock {
+    pub fn new(plan: Arc<MechanismPlan>, w: Wiring) -> Self {
+        let (nq, nv) = (plan.multibody.nq(), plan.multibody.nv());
+        MechanismBlock {
+            w,
+            ws: Workspace::new(&plan.tree),
+            at: NEVER,
+            solver: plan.solver.clone(),
+            projector: Projector::new(&plan.tree),
+            stepper: plan.stepper(),
+            compliant: plan.compliant_contact(),
+            tau: vec![0.0; nv],
+            vdot: vec![0.0; nv],
+            motions: plan.loop_motions.clone(),
+            q: vec![0.0; nq],
+            dv: vec![0.0; nv],
+            kept: Vec::new(),
+            plan,
+        }
+    }
+
+    fn split<'x>(&self, x: &'x [f64]) -> (&'x [f64], &'x [f64]) {
+        let (nq, nv) = (self.plan.multibody.nq(), self.plan.multibody.nv());
+        let at = self.w.x;
+        (&x[at..at + nq], &x[at + nq..at + nq + nv])
+    }
+
+    /// First lane of u, u̇ of the loop motions.
+    fn motion_lanes(&self) -> usize {
+        self.w.x + self.plan.multibody.nq() + self.plan.multibody.nv()
+    }
+
+    /// First lane of the bristles.
+    fn bristle_lanes(&self) -> usize {
+        self.motion_lanes() + 2 * self.motions.len()
+    }
+
+    /// First signal lanes of the bristles' rates, the reports and the accelerations of frames.
+    fn outputs(&self) -> [usize; 3] {
+        let rates = self.w.yd + self.plan.multibody.nv();
+        let reports = rates + self.plan.bristles();
+        let constraints = self.plan.multibody.constraints();
+        let rows: usize = constraints.map(|c| 1 + self.plan.multibody.rows(c)).sum();
+        let contact = if self.stepper.is_some() { CONTACT_REPORTS.len() } else { 0 };
+        [rates, reports, reports + rows + contact]
+    }
+
+    /// Kinematics of this evaluation, once.
+    fn kinematics(&mut self, now: &Now, x: &[f64]) {
+        if self.at != now.number {
+            let (q, v) = self.split(x);
+            kinematics(&self.plan.tree, &mut self.ws, q, v);
+            self.at = now.number;
+        }
+    }
+
+    /// Loop motions at a state.
+    fn read_motions(&mut self, x: &[f64]) {
+        let at = self.motion_lanes();
+        for (i, m) in self.motions.iter_mut().enumerate() {
+            (m.position, m.rate) = (x[at + 2 * i], x[at + 2 * i + 1]);
+        }
+    }
+
+    /// Gravity and what the wires bring: forces into the work space, torques and prescribed
+    /// accelerations into `tau` and `vdot`, loop motions; rates of bristles into `rates`.
+    fn forces(&mut self, now: &Now, x: &[f64], sig: &[f64]) {
+        let plan = &*self.plan;
+        let ws = &mut self.ws;
+        ws.clear_forces();
+        match (&plan.gravity, plan.uniform) {
+            (_, Some(g)) => ws.apply_uniform_gravity(g),
+            (Some(field), None) => {
+                ws.apply_gravity(&plan.tree, &mut |p| field.acceleration(now.t, *p));
+            }
+            (None, None) => {}
+        }
+        let ud = &self.w.ud[..];
+        let (wrenches, rest) = ud.split_at(6 * plan.ports.wrenches.len());
+        for (frame, lanes) in plan.ports.wrenches.iter().zip(wrenches.as_chunks::<6>().0) {
+            let f: [f64; 6] = std::array::from_fn(|k| sig[lanes[k] as usize]);
+            let wrench = Force::new(Vec3::new(f[0], f[1], f[2]), Vec3::new(f[3], f[4], f[5]));
+            match frame {
+                Frame::Node(n) => ws.add_wrench_at_node(&plan.tree, *n, wrench),
+                Frame::Body(b) => ws.add_wrench_at_body(&plan.tree, *b, wrench),
+            }
+        }
+        let (torques, rest) = rest.split_at(plan.ports.torques.len());
+        let (motions, loops) = rest.split_at(plan.ports.motions.len());
+        self.tau.fill(0.0);
+        self.vdot.fill(0.0);
+        for (v, lane) in plan.ports.torques.iter().zip(torques) {
+            self.tau[*v as usize] = sig[*lane as usize];
+        }
+        for (v, lane) in plan.ports.motions.iter().zip(motions) {
+            self.vdot[*v as usize] = sig[*lane as usize];
+        }
+        let at = self.w.x + plan.multibody.nq() + plan.multibody.nv();
+        for (i, m) in self.motions.iter_mut().enumerate() {
+            (m.position, m.rate) = (x[at + 2 * i], x[at + 2 * i + 1]);
+        }
+        for (i, lane) in plan.ports.loop_motions.iter().zip(loops) {
+            self.motions[*i as usize].acceleration = sig[*lane as usize];
+        }
+    }
+
+    fn put_accelerations(&self, sig: &mut [f64]) {
+        let plan = &*self.plan;
+        let [_, _, first] = self.outputs();
+        for (i, frame) in plan.ports.accels.iter().enumerate() {
+            let a = match frame {
+                Frame::Node(n) => self.ws.node_acceleration(&plan.tree, *n),
+                Frame::Body(b) => self.ws.body_acceleration(&plan.tree, *b),
+            };
+            put3(sig, first + 6 * i, &a.angular);
+            put3(sig, first + 6 * i + 3, &a.linear);
+        }
+    }
+
+    /// Positions and rates back onto the constraints.
+    fn close(&mut self, x: &mut [f64]) -> Outcome {
+        self.read_motions(x);
+        self.at = NEVER;
+        let Some(solver) = &mut self.solver else { return Ok(()) };
+        let plan = &*self.plan;
+        let (nq, nv) = (plan.multibody.nq(), plan.multibody.nv());
+        let (q, rest) = x[self.w.x..].split_at_mut(nq);
+        let (tree, motions) = (&plan.tree, &self.motions[..]);
+        self.projector
+            .positions(tree, &mut self.ws, solver, motions, q)
+            .and_then(|_| {
+                self.projector.rates(tree, &mut self.ws, solver, motions, q, &mut rest[..nv])
+            })
+            .map(|_| ())
+            .map_err(|e| Failure::boxed(&e.to_string()))
+    }
+
+    /// Errors and forces of the constraints.
+    fn put_constraints(&mut self, q: &[f64], sig: &mut [f64]) {
+        let [_, mut lane, _] = self.outputs();
+        let Some(solver) = &mut self.solver else { return };
+        let plan = &*self.plan;
+        for c in plan.multibody.constraints() {
+            sig[lane] = solver.error(&plan.tree, &self.ws, c, &self.motions, q);
+            let forces = match &self.stepper {
+                None => solver.forces(&plan.tree, c),
+                Some(stepper) => stepper.forces(&plan.tree, c),
+            };
+            sig[lane + 1..lane + 1 + forces.len()].copy_from_slice(forces);
+            lane += 1 + forces.len();
+        }
+    }
+}
+
+impl Block for MechanismBlock {
+    fn moore(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+        self.kinematics(now, x);
+        let plan = &*self.plan;
+        let mut lane = self.w.ym;
+        for frame in &plan.ports.states {
+            let (pose, velocity) = match frame {
+                Frame::Node(n) => {
+                    (self.ws.node_pose(&plan.tree, *n), self.ws.node_velocity(&plan.tree, *n))
+                }
+                Frame::Body(b) => {
+                    (self.ws.body_pose(&plan.tree, *b), self.ws.body_velocity(&plan.tree, *b))
+                }
+            };
+            NodeState {
+                position: pose.position,
+                rotation: pose.rotation,
+                angular: velocity.angular,
+                velocity: velocity.linear,
+            }
+            .put(&mut sig[lane..]);
+            lane += 13;
+        }
+        let (q, v) = self.split(x);
+        for &(iq, iv) in &plan.ports.hinges {
+            (sig[lane], sig[lane + 1]) = (q[iq as usize], v[iv as usize]);
+            lane += 2;
+        }
+        let motions = self.motion_lanes();
+        for &i in &plan.ports.loop_states {
+            let from = motions + 2 * i as usize;
+            sig[lane..lane + 2].copy_from_slice(&x[from..from + 2]);
+            lane += 2;
+        }
+        Ok(())
+    }
+
+    fn direct(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+        self.kinematics(now, x);
+        self.forces(now, x, sig);
+        let (rates, nv) = (self.w.yd + self.vdot.len(), self.vdot.len());
+        let (at, bristles) = (self.bristle_lanes(), self.plan.bristles());
+        if let Some(compliant) = &mut self.compliant {
+            let state = &x[at..at + bristles];
+            let out = &mut sig[rates..rates + bristles];
+            compliant.apply(&self.plan.tree, &mut self.ws, state, out);
+        }
+        let (q, v) = self.split(x);
+        let tree = &self.plan.tree;
+        match &mut self.solver {
+            None => {
+                forward_dynamics_given_kinematics(tree, &mut self.ws, &mut self.tau, &mut self.vdot)
+                    .map_err(|e| Failure::boxed(&e.to_string()))?;
+            }
+            Some(solver) => {
+                solver
+                    .forward_given_kinematics(
+                        tree,
+                        &mut self.ws,
+                        (q, v),
+                        &self.motions,
+                        &mut self.tau,
+                        &mut self.vdot,
+                    )
+                    .map_err(|e| Failure::boxed(&e.to_string()))?;
+            }
+        }
+        sig[self.w.yd..self.w.yd + nv].copy_from_slice(&self.vdot);
+        self.put_accelerations(sig);
+        if now.evaluation == Evaluation::Tick {
+            self.put_constraints(q, sig);
+        }
+        Ok(())
+    }
+
+    fn deriv(
+        &mut self,
+        _: &Now,
+        x: &[f64],
+        _: &[f64],
+        sig: &[f64],
+        xdot: &mut [f64],
+    ) -> Outcome {
+        let (q, v) = self.split(x);
+        let (at, nq, nv) = (self.w.x, q.len(), v.len());
+        self.plan.multibody.qdot(q, v, &mut xdot[at..at + nq]);
+        xdot[at + nq..at + nq + nv].copy_from_slice(&sig[self.w.yd..self.w.yd + nv]);
+        let motions = self.motion_lanes();
+        let given = &self.plan.ports.loop_motions;
+        let lanes = &self.w.ud[self.w.ud.len() - given.len()..];
+        for i in 0..self.motions.len() {
+            let lane = given.iter().position(|g| *g as usize == i).map(|k| lanes[k] as usize);
+            let constant = self.plan.loop_motions[i].acceleration;
+            xdot[motions + 2 * i] = x[motions + 2 * i + 1];
+            xdot[motions + 2 * i + 1] = lane.map_or(constant, |l| sig[l]);
+        }
+        let (first, n) = (self.bristle_lanes(), self.plan.bristles());
+        let rates = self.w.yd + nv;
+        xdot[first..first + n].copy_from_slice(&sig[rates..rates + n]);
+        Ok(())
+    }
+
+    fn update(&mut self, _: &Now, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {
+        Ok(())
+    }
+
+    fn project(&mut self, x: &mut [f64]) -> Outcome {
+        let at = self.w.x;
+        self.at = NEVER;
+        self.plan.multibody.normalize(&mut x[at..at + self.plan.multibody.nq()]);
+        if self.stepper.is_none() { self.close(x) } else { Ok(()) }
+    }
+
+    fn retract(&mut self, x: &mut [f64], h: f64) -> Outcome {
+        let (nq, nv) = (self.plan.multibody.nq(), self.plan.multibody.nv());
+        let at = self.w.x;
+        let (q, rest) = x[at..].split_at_mut(nq);
+        self.dv.iter_mut().zip(&rest[..nv]).for_each(|(dv, v)| *dv = h * v);
+        self.plan.multibody.integrate(q, &self.dv, &mut self.q);
+        q.copy_from_slice(&self.q);
+        Ok(())
+    }
+
+    fn advance(&mut self, now: &Now, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
+        self.kinematics(now, x);
+        self.forces(now, x, sig);
+        let Some(stepper) = &mut self.stepper else { return Ok(()) };
+        let plan = &*self.plan;
+        let (nq, nv) = (plan.multibody.nq(), plan.multibody.nv());
+        let at = self.w.x;
+        let (q, v) = x[at..at + nq + nv].split_at_mut(nq);
+        let motions = &self.motions;
+        let (ws, tau, vdot) = (&mut self.ws, &mut self.tau, &mut self.vdot);
+        let report = stepper
+            .step(&plan.tree, ws, h, (q, v), motions, None, tau, vdot)
+            .map_err(|e| Failure::boxed(&e.to_string()))?;
+        self.kept.clear();
+        self.kept.extend(stepper.warm().iter().map(|i| Kept {
+            pair: i.pair,
+            feature: i.feature,
+            impulse: i.impulse.into(),
+        }));
+        sig[self.w.yd..self.w.yd + nv].copy_from_slice(&self.vdot);
+        let [_, _, end] = self.outputs();
+        sig[end - CONTACT_REPORTS.len()..end].copy_from_slice(&[
+            report.contacts as f64,
+            report.impacts as f64,
+            report.penetration.max(0.0),
+            report.measure.residual,
+            report.measure.complementarity,
+            f64::from(report.iterations),
+        ]);
+        self.put_accelerations(sig);
+        let lanes = self.motion_lanes();
+        for (i, m) in self.motions.iter().enumerate() {
+            x[lanes + 2 * i + 1] += h * m.acceleration;
+            x[lanes + 2 * i] += h * x[lanes + 2 * i + 1];
+        }
+        self.close(x)?;
+        let (q, _) = self.split(x);
+        self.put_constraints(q, sig);
+        Ok(())
+    }
+
+    fn save_store(&self) -> Result<Vec<u8>, String> {
+        match &self.stepper {
+            None => Ok(Vec::new()),
+            Some(_) => rmp_serde::to_vec_named(&self.kept).map_err(|e| e.to_string()),
+        }
+    }
+    fn load_store(&mut self, bytes: &[u8]) -> Result<(), String> {
+        if self.stepper.is_some() {
+            let kept: Vec<Kept> = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
+            self.take_store(&kept);
+        }
+        Ok(())
+    }
+    fn copy_store(&self, into: &mut Option<Box<dyn Any + Send>>) {
+        if self.stepper.is_some() {
+            copy_into(&self.kept, into);
+        }
+    }
+    fn take_store(&mut self, from: &dyn Any) {
+        let (Some(stepper), Some(kept)) = (&mut self.stepper, from.downcast_ref::<Vec<Kept>>())
+        else {
+            return;
+        };
+        self.kept.clone_from(kept);
+        let back =
+            |k: &Kept| Impulse { pair: k.pair, feature: k.feature, impulse: k.impulse.into() };
+        stepper.set_warm(&kept.iter().map(back).collect::<Vec<_>>());
+    }
+    fn fork(&self) -> Box<dyn Block> {
+        let mut copy = MechanismBlock::new(self.plan.clone(), self.w.clone());
+        copy.take_store(&self.kept);
+        Box::new(copy)
+    }
+}

@@ -1,0 +1,98 @@
+//! The mechanism's state in a move between plans: poses and motion stay, momentum is booked.
+use super::plan::{MechanismPart, MechanismPlan};
+use crate::block::{Carried, Failure, Prototype};
+use linkwork_dynamics::Workspace;
+use linkwork_dynamics::topology::{self, Report};
+use linkwork_solvers::Projector;
+use std::any::Any;
+
+pub(super) fn carry(
+    new: &MechanismPlan,
+    old: &dyn Prototype,
+    from: &[f64],
+    to: &mut [f64],
+) -> Result<Carried, Box<Failure>> {
+    let any: &dyn Any = old;
+    let Some(old) = any.downcast_ref::<MechanismPart>().map(|p| &*p.plan) else {
+        return Ok(Carried::New);
+    };
+    let (nq, nv) = (old.multibody.nq(), old.multibody.nv());
+    let (mq, mv) = (new.multibody.nq(), new.multibody.nv());
+    let failure = |e: String| Failure::boxed(&e);
+    let carried = topology::carry(
+        &old.multibody,
+        (&from[..nq], &from[nq..nq + nv]),
+        &new.multibody,
+        (&to[..mq], &to[mq..mq + mv]),
+    )
+    .map_err(|e| failure(e.to_string()))?;
+    to[..mq].copy_from_slice(&carried.q);
+    to[mq..mq + mv].copy_from_slice(&carried.v);
+    loop_motions(new, old, &from[nq + nv..], &mut to[mq + mv..]);
+    let closed = close(new, to)?;
+    let mut notes = Vec::new();
+    let list = |what: &str, names: &[String]| {
+        (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")))
+    };
+    notes.extend(list("on another hinge", &carried.changed));
+    notes.extend(list("added", &carried.added));
+    notes.extend(list("gone", &carried.gone));
+    if closed {
+        notes.push("rates were brought onto the loops and couplings by an inelastic impact".into());
+    }
+    if let Some(report) = carried.report.filter(|_| !notes.is_empty()) {
+        notes.push(books(&report));
+    }
+    let same = old.fingerprint() == new.fingerprint();
+    Ok(if same { Carried::Whole } else { Carried::State(notes) })
+}
+
+/// Prescribed motions of loops, by the loop's name.
+fn loop_motions(new: &MechanismPlan, old: &MechanismPlan, from: &[f64], to: &mut [f64]) {
+    for l in new.multibody.loops() {
+        let was = old.multibody.loops().iter().find(|o| o.closure.name == l.closure.name);
+        let Some(was) = was.filter(|o| o.motions.len() == l.motions.len()) else { continue };
+        for (i, j) in l.motions.clone().zip(was.motions.clone()) {
+            to[2 * i..2 * i + 2].copy_from_slice(&from[2 * j..2 * j + 2]);
+        }
+    }
+}
+
+/// Puts the state onto the loops and couplings of the new mechanism; whether rates changed by it.
+fn close(new: &MechanismPlan, lanes: &mut [f64]) -> Result<bool, Box<Failure>> {
+    let Some(solver) = &new.solver else { return Ok(false) };
+    let mut solver = solver.clone();
+    let (nq, nv) = (new.multibody.nq(), new.multibody.nv());
+    let mut motions = new.loop_motions.clone();
+    for (i, m) in motions.iter_mut().enumerate() {
+        (m.position, m.rate) = (lanes[nq + nv + 2 * i], lanes[nq + nv + 2 * i + 1]);
+    }
+    let (q, rest) = lanes.split_at_mut(nq);
+    let v = &mut rest[..nv];
+    let before = v.to_vec();
+    let mut ws = Workspace::new(&new.tree);
+    let mut projector = Projector::new(&new.tree);
+    projector
+        .positions(&new.tree, &mut ws, &mut solver, &motions, q)
+        .and_then(|_| projector.rates(&new.tree, &mut ws, &mut solver, &motions, q, v))
+        .map_err(|e| Failure::boxed(&e.to_string()))?;
+    let fastest = before.iter().fold(0.0f64, |m, b| m.max(b.abs()));
+    Ok(before.iter().zip(&*v).any(|(a, b)| (a - b).abs() > 1e-9 * fastest))
+}
+
+/// Momentum and energy in words.
+fn books(r: &Report) -> String {
+    let vector = |v: &linkwork_spatial::Vec3| format!("({:.9e}, {:.9e}, {:.9e})", v.x, v.y, v.z);
+    format!(
+        "momentum {} → {} N s, about ({:.3}, {:.3}, {:.3}) m {} → {} N m s, energy {:.9e} → {:.9e} J",
+        vector(&r.momentum_before.force),
+        vector(&r.momentum_after.force),
+        r.point.x,
+        r.point.y,
+        r.point.z,
+        vector(&r.momentum_before.moment),
+        vector(&r.momentum_after.moment),
+        r.energy_before,
+        r.energy_after
+    )
+}

@@ -1,0 +1,61 @@
+//! The mechanism as one part with two operations: kinematics (from state) and dynamics (from forces).
+//!
+//! ```text
+//! moore:  q, v → poses and velocities of the bound nodes, hinge states
+//! direct: Σ wrenches, Σ torques, gravity → accelerations, forces of constraints
+//! deriv:  q̇ = N(q) v,  v̇ from direct
+//! ```
+//! After a step q and v are put back onto the constraints. With contact, the part advances a step at a
+//! time (`advance`); nothing but the impulses of the last contacts passes from step to step, and they
+//! are its store.
+mod block;
+mod carry;
+mod names;
+mod placement;
+mod plan;
+mod ports;
+mod spec;
+
+pub use placement::{PlaceError, Placement, place_on_terrain};
+pub use plan::{MechanismPart, MechanismPlan};
+pub use ports::{Frame, MechanismPorts};
+pub use spec::{ContactSpec, MechanismSpec};
+
+use crate::plan::Plan;
+use crate::spec::Spec;
+use std::any::Any;
+use std::sync::Arc;
+
+impl Spec {
+    /// The mechanism, when parts bind to one.
+    pub fn mechanism(&self) -> Option<&MechanismSpec> {
+        let host: &dyn Any = &**self.host.as_ref()?;
+        host.downcast_ref()
+    }
+    /// The same, to change it.
+    pub fn mechanism_mut(&mut self) -> Option<&mut MechanismSpec> {
+        let host: &mut dyn Any = &mut **self.host.as_mut()?;
+        host.downcast_mut()
+    }
+    /// Gives the parts a mechanism to bind to.
+    pub fn set_mechanism(&mut self, mechanism: MechanismSpec) {
+        self.host = Some(Box::new(mechanism));
+    }
+}
+
+impl Plan {
+    /// The mechanism of a plan. O(parts).
+    pub fn mechanism(&self) -> Option<&Arc<MechanismPlan>> {
+        self.parts.iter().find_map(|p| {
+            let prototype: &dyn Any = &*p.prototype;
+            prototype.downcast_ref::<MechanismPart>().map(|m| &m.plan)
+        })
+    }
+    /// The same, to change how it starts, while no run uses the plan.
+    pub fn mechanism_mut(&mut self) -> Option<&mut MechanismPlan> {
+        self.parts.iter_mut().find_map(|p| {
+            let prototype: &mut dyn Any = &mut *p.prototype;
+            Arc::get_mut(&mut prototype.downcast_mut::<MechanismPart>()?.plan)
+        })
+    }
+}

@@ -1,0 +1,334 @@
+//! The constant part of a mechanism, and the part that the scheduler sees.
+use super::block::MechanismBlock;
+use super::ports::MechanismPorts;
+use super::spec::{ContactSpec, MechanismSpec};
+use crate::block::{Block, Carried, Failure, Named, Prototype, Wiring};
+use crate::model::{Description, Functions};
+use crate::ports::{PortKind, PortSpec};
+use crate::services::Gravity;
+use crate::value::{Fault, Origin, Value};
+use linkwork_collision::Colliders;
+use linkwork_dynamics::{
+    DynamicsError, Tree, Workspace, forward_dynamics_given_kinematics, kinematics,
+};
+use linkwork_multibody::{ConstraintId, LoopMotion, Multibody};
+use linkwork_solvers::{
+    CompliantContact, CompliantSettings, ConstrainedSolver, ContactStepper, Projector, SolverError,
+    Treatment,
+};
+use linkwork_spatial::Vec3;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The constant part.
+pub struct MechanismPlan {
+    /// Path as a part.
+    pub path: String,
+    /// Structure.
+    pub multibody: Arc<Multibody>,
+    /// Kernels' constants.
+    pub tree: Arc<Tree>,
+    /// Gravity field.
+    pub gravity: Option<Arc<dyn Gravity>>,
+    /// The field, when it is the same everywhere.
+    pub uniform: Option<Vec3>,
+    /// Coordinates at the start.
+    pub q: Vec<f64>,
+    /// Velocities at the start.
+    pub v: Vec<f64>,
+    /// Prescribed subhinges of loops at the start.
+    pub loop_motions: Vec<LoopMotion>,
+    /// Solver of constrained motion, when there are constraints.
+    pub solver: Option<ConstrainedSolver>,
+    /// Contact, when the mechanism is stepped with it.
+    pub contact: Option<ContactSpec>,
+    /// Compliant contact.
+    pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
+    /// Treatment of each constraint.
+    pub treatments: Vec<Treatment>,
+    /// What is read and written through wires.
+    pub ports: MechanismPorts,
+    /// First lane of q in x; v follows, then u and u̇ of each loop motion, then bristles.
+    pub x: usize,
+    /// Where it is written.
+    origin: Origin,
+    /// Where loops and couplings are written, by name.
+    origins: BTreeMap<String, Origin>,
+}
+
+/// The mechanism as the scheduler sees it.
+pub struct MechanismPart {
+    /// The constant part.
+    pub plan: Arc<MechanismPlan>,
+    description: Description,
+    params: Value,
+}
+
+impl MechanismPart {
+    pub(super) fn new(
+        spec: &MechanismSpec,
+        gravity: Option<Arc<dyn Gravity>>,
+        ports: MechanismPorts,
+    ) -> Self {
+        let m = &spec.multibody;
+        let tree = Arc::new(Tree::new(m));
+        let treatments: Vec<Treatment> = (m.constraints())
+            .map(|c| spec.treatments.get(m.constraint_name(c)))
+            .map(|t| t.copied().unwrap_or(Treatment::Auto))
+            .collect();
+        let plan = MechanismPlan {
+            path: spec.path.clone(),
+            multibody: m.clone(),
+            uniform: gravity.as_ref().and_then(|g| g.uniform()),
+            gravity,
+            q: spec.q.clone(),
+            v: spec.v.clone(),
+            loop_motions: spec.motions.clone(),
+            solver: MechanismPlan::solver(&tree, &treatments),
+            contact: spec.contact.clone(),
+            compliant: spec.compliant.clone(),
+            treatments,
+            tree,
+            ports,
+            x: 0,
+            origin: spec.origin,
+            origins: spec.origins.clone(),
+        };
+        let description = plan.describe();
+        MechanismPart { plan: Arc::new(plan), description, params: Value::Map(Vec::new()) }
+    }
+}
+
+impl Prototype for MechanismPart {
+    fn description(&self) -> &Description {
+        &self.description
+    }
+    fn params(&self) -> &Value {
+        &self.params
+    }
+    fn initial(&self, x: &mut [f64], _: &mut [f64]) {
+        let m = &*self.plan;
+        let (nq, nv) = (m.q.len(), m.v.len());
+        x[..nq].copy_from_slice(&m.q);
+        x[nq..nq + nv].copy_from_slice(&m.v);
+        for (lanes, motion) in x[nq + nv..].chunks_exact_mut(2).zip(&m.loop_motions) {
+            lanes.copy_from_slice(&[motion.position, motion.rate]);
+        }
+    }
+    fn stored(&self) -> bool {
+        self.plan.contact.is_some()
+    }
+    fn block(&self, wiring: Wiring) -> Box<dyn Block> {
+        Box::new(MechanismBlock::new(self.plan.clone(), wiring))
+    }
+    fn names(&self, wiring: &Wiring) -> Option<Vec<Named>> {
+        Some(super::names::names(&self.plan, wiring))
+    }
+    fn settle(&mut self, wiring: &Wiring) -> Result<(), Fault> {
+        let Some(plan) = Arc::get_mut(&mut self.plan) else { return Ok(()) };
+        plan.x = wiring.x;
+        plan.start().map_err(|f| Fault {
+            origin: if f.origin == Origin::NONE { plan.origin } else { f.origin },
+            ..f
+        })
+    }
+    fn fingerprint(&self) -> String {
+        self.plan.fingerprint()
+    }
+    fn carry(
+        &self,
+        old: &dyn Prototype,
+        from: (&[f64], &[f64]),
+        to: (&mut [f64], &mut [f64]),
+    ) -> Result<Carried, Box<Failure>> {
+        super::carry::carry(&self.plan, old, from.0, to.0)
+    }
+}
+
+impl MechanismPlan {
+    /// Lanes of compliant contact.
+    pub(super) fn bristles(&self) -> usize {
+        self.compliant.as_ref().map_or(0, |c| CompliantContact::states(&c.0))
+    }
+
+    /// Lanes of x: q, v, then u and u̇ of each loop motion, then bristles.
+    fn lanes(&self) -> usize {
+        let m = &self.multibody;
+        m.nq() + m.nv() + 2 * m.motions() + self.bristles()
+    }
+
+    fn describe(&self) -> Description {
+        let steps = self.contact.is_some();
+        let mut d = Description {
+            name: "mechanism".into(),
+            doc: "Bodies on hinges, with loops, couplings and contact.".into(),
+            functions: Functions {
+                moore: true,
+                direct: !steps,
+                deriv: !steps,
+                deriv_outputs: !steps,
+                direct_after_moore: !steps,
+                steps,
+                ..Functions::default()
+            },
+            positions: if steps { 0..0 } else { 0..self.multibody.nq() },
+            ..Description::default()
+        };
+        let numbers = |name: &'static str, n| PortSpec::named(name, PortKind::Numbers, n);
+        d.continuous.push(numbers("coordinates", self.lanes()));
+        d.direct_outputs.push(numbers("acceleration", self.multibody.nv()));
+        d.direct_outputs.push(numbers("bristle_rate", self.bristles()));
+        d.direct_outputs.push(numbers("report", self.reports().len()));
+        self.ports.describe(&mut d);
+        d
+    }
+
+    /// Name, unit and meaning of each report in the order of its signal lanes: for each constraint
+    /// its error and the forces of its rows, then what contact says.
+    pub fn reports(&self) -> Vec<(String, &'static str, String)> {
+        let mut out = Vec::new();
+        let multibody = &self.multibody;
+        for c in multibody.constraints() {
+            let name = multibody.constraint_name(c);
+            let kind = if matches!(c, ConstraintId::Loop(_)) { "loop" } else { "coupling" };
+            let doc = format!("Greatest error of {kind} `{name}` (rad or m).");
+            out.push((format!("{name}.error"), "", doc));
+            for i in 0..multibody.rows(c) {
+                let doc = format!("Force of row {i} of {kind} `{name}` (N or N m).");
+                out.push((format!("{name}.force[{i}]"), "", doc));
+            }
+        }
+        if self.contact.is_some() {
+            for (name, unit, doc) in CONTACT_REPORTS {
+                out.push((format!("contact.{name}"), unit, doc.to_owned()));
+            }
+        }
+        out
+    }
+
+    /// The solver of a tree, when it has constraints.
+    pub(super) fn solver(tree: &Tree, treatments: &[Treatment]) -> Option<ConstrainedSolver> {
+        let loops = tree.multibody().loops().len();
+        let any = tree.multibody().constraints().next().is_some();
+        any.then(|| ConstrainedSolver::new(tree, |c| treatments[place(c, loops)]))
+    }
+
+    pub(super) fn stepper(&self) -> Option<ContactStepper> {
+        let loops = self.multibody.loops().len();
+        self.contact.as_ref().map(|c| {
+            ContactStepper::new(&self.tree, c.colliders.clone(), c.settings.clone(), |id| {
+                self.treatments[place(id, loops)]
+            })
+        })
+    }
+
+    pub(super) fn compliant_contact(&self) -> Option<CompliantContact> {
+        let (colliders, settings) = self.compliant.as_ref()?;
+        CompliantContact::new(colliders.clone(), *settings).ok()
+    }
+
+    /// Everything that makes it move as it does: structure and masses to the last bit, treatments,
+    /// contact.
+    pub(super) fn fingerprint(&self) -> String {
+        let m = &self.multibody;
+        let mut text = String::new();
+        for id in m.body_ids() {
+            text += &format!("{:?}\n", m.spec(id));
+        }
+        for node in m.nodes() {
+            text += &format!("{} {} {:?}\n", node.name(), m.get(node.body()).name(), node.pose());
+        }
+        text += &format!("{:?}\n{:?}\n{:?}\n", m.loops(), m.couplings(), self.treatments);
+        if let Some(contact) = &self.contact {
+            text += &format!("{:?} {:?}\n", contact.settings, contact.colliders);
+        }
+        if let Some((colliders, settings)) = &self.compliant {
+            text += &format!("{settings:?} {colliders:?}\n");
+        }
+        text
+    }
+
+    /// Whether every free hinge has something to move, and every loop closes, at the start; puts
+    /// the start onto the constraints.
+    ///
+    /// # Errors
+    /// What is wrong; its place is that of the constraint with the greatest error, where one is to blame.
+    fn start(&mut self) -> Result<(), Fault> {
+        if let Some((_, settings)) = &self.compliant
+            && let Err(e) = settings.check()
+        {
+            return Err(fault(&e.to_string()));
+        }
+        let mut ws = Workspace::new(&self.tree);
+        if let Some(solver) = &mut self.solver {
+            let (tree, motions) = (&self.tree, &self.loop_motions[..]);
+            let mut projector = Projector::new(tree);
+            let done =
+                projector.positions(tree, &mut ws, solver, motions, &mut self.q).and_then(|_| {
+                    projector.rates(tree, &mut ws, solver, motions, &self.q, &mut self.v)
+                });
+            if let Err(e) = done {
+                kinematics(tree, &mut ws, &self.q, &self.v);
+                let error = |c| solver.error(tree, &ws, c, motions, &self.q);
+                let worst = self.multibody.constraints().map(|c| (error(c), c));
+                let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0)).map(|w| w.1);
+                let name = worst.map_or("", |c| self.multibody.constraint_name(c));
+                let origin = self.origins.get(name).copied().unwrap_or(Origin::NONE);
+                return Err(Fault { origin, ..fault(&e.to_string()) });
+            }
+        }
+        kinematics(&self.tree, &mut ws, &self.q, &self.v);
+        let (mut tau, mut vdot) = (vec![0.0; self.v.len()], vec![0.0; self.v.len()]);
+        let done = match &mut self.solver {
+            None => forward_dynamics_given_kinematics(&self.tree, &mut ws, &mut tau, &mut vdot),
+            Some(solver) => {
+                let state = (&self.q[..], &self.v[..]);
+                let motions = &self.loop_motions;
+                match solver.forward_given_kinematics(
+                    &self.tree, &mut ws, state, motions, &mut tau, &mut vdot,
+                ) {
+                    Err(SolverError::Dynamics(e)) => Err(e),
+                    Err(e) => return Err(fault(&e.to_string())),
+                    Ok(_) => Ok(()),
+                }
+            }
+        };
+        match done {
+            Ok(()) => Ok(()),
+            Err(DynamicsError::Singular { body, .. }) => Err(Fault::new(
+                Origin::NONE,
+                format!("body `{body}`: its hinge has nothing to accelerate: no mass or inertia moves with it"),
+            )
+            .help("give it, or a body that it carries, a mass and an inertia, or its hinge an armature, or prescribe the hinge")),
+            Err(e @ DynamicsError::Flexible { .. }) => {
+                let text = e.to_string();
+                let (fact, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
+                Err(Fault::new(Origin::NONE, fact).help(help))
+            }
+        }
+    }
+}
+
+/// A message and its remedy.
+fn fault(text: &str) -> Fault {
+    let (fact, help) = text.split_once("\n  help: ").unwrap_or((text, ""));
+    Fault::new(Origin::NONE, fact).help(help)
+}
+
+/// What contact reports: name, unit, meaning.
+pub(super) const CONTACT_REPORTS: [(&str, &str, &str); 6] = [
+    ("points", "", "Contact points looked at in the last step."),
+    ("impacts", "", "Impacts of the last step."),
+    ("penetration", "m", "Deepest penetration at the start of the last step."),
+    ("residual", "", "Residual of the impulses, relative to the greatest velocity."),
+    ("complementarity", "", "Work that contact forces should not do, relative."),
+    ("iterations", "", "Sweeps, linear systems or pivots of the last step."),
+];
+
+/// Place among all constraints.
+fn place(c: ConstraintId, loops: usize) -> usize {
+    match c {
+        ConstraintId::Loop(i) => i as usize,
+        ConstraintId::Coupling(i) => loops + i as usize,
+    }
+}

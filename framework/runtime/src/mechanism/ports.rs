@@ -1,0 +1,225 @@
+//! The ports of a mechanism: those that bindings ask for, and no others.
+use crate::compile::{Bound, HostWire};
+use crate::model::Description;
+use crate::ports::{PortKind, PortSpec};
+use crate::spec::BindTarget;
+use crate::value::{Fault, remedy};
+use linkwork_multibody::{BodyId, Multibody, NodeId};
+
+/// A frame that carries ports: a node, or a body's own origin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Frame {
+    /// A named node.
+    Node(NodeId),
+    /// A body's origin.
+    Body(BodyId),
+}
+
+/// What is read from the mechanism and put into it, each list in the order of its lanes.
+#[derive(Clone, Debug, Default)]
+pub struct MechanismPorts {
+    /// Frames whose pose and velocity are read (13 lanes each).
+    pub states: Vec<Frame>,
+    /// Hinge coordinates that are read: place in q, place in v (2 lanes each).
+    pub hinges: Vec<(u32, u32)>,
+    /// Loop motions that are read (2 lanes each).
+    pub loop_states: Vec<u32>,
+    /// Frames whose acceleration is read (6 lanes each).
+    pub accels: Vec<Frame>,
+    /// Frames that wrenches act on (6 lanes each).
+    pub wrenches: Vec<Frame>,
+    /// Places in v that torques act on.
+    pub torques: Vec<u32>,
+    /// Places in v whose acceleration is prescribed.
+    pub motions: Vec<u32>,
+    /// Loop motions whose acceleration is prescribed.
+    pub loop_motions: Vec<u32>,
+}
+
+/// A binding target, found.
+enum Target {
+    Node(Frame),
+    Hinge { q: u32, v: u32 },
+    Loop(u32),
+}
+
+/// A place in a list, added when it is not there yet.
+fn add<T: PartialEq>(list: &mut Vec<T>, item: T) {
+    if !list.contains(&item) {
+        list.push(item);
+    }
+}
+
+/// Serves bindings: ports and wires.
+pub(super) fn lower(
+    mb: &Multibody,
+    bound: &[Bound<'_>],
+    wires: &mut Vec<HostWire>,
+    faults: &mut Vec<Fault>,
+) -> MechanismPorts {
+    let mut ports = MechanismPorts::default();
+    for b in bound {
+        let (part, bind, origin) = (&b.spec.part, &b.spec.bind, b.spec.origin);
+        let target = match resolve(mb, &b.spec.target) {
+            Ok(target) => target,
+            Err((fact, help)) => {
+                let fact = format!("`{part}`: binding `{bind}`: {fact}");
+                faults.push(Fault::new(origin, fact).help(help));
+                continue;
+            }
+        };
+        let label = match &b.spec.target {
+            BindTarget::Node(n) => format!("node {n}"),
+            BindTarget::Hinge { body, .. } => format!("hinge {body}"),
+            BindTarget::Loop { name, .. } => format!("loop {name}"),
+        };
+        for (port, end) in &b.ports {
+            match ports.serve(port, &target) {
+                Ok(host_port) => wires.push(HostWire {
+                    host_port,
+                    end: *end,
+                    part: part.clone(),
+                    port: port.name.to_string(),
+                    label: label.clone(),
+                    origin,
+                }),
+                Err(wants) => {
+                    faults.push(
+                        Fault::new(
+                            origin,
+                            format!("`{part}`: binding `{bind}` is served by a {wants}, but `{label}` is not one"),
+                        )
+                        .help(format!("write `\"{bind}\": \"{wants}:…\"`")),
+                    );
+                    break;
+                }
+            }
+        }
+    }
+    ports
+}
+
+impl MechanismPorts {
+    /// Name of the port that serves this one; the error names the kind of target that it wants.
+    fn serve(&mut self, port: &PortSpec, at: &Target) -> Result<String, &'static str> {
+        Ok(match (port.kind, at) {
+            (PortKind::NodeState, Target::Node(f)) => {
+                add(&mut self.states, *f);
+                name("state", *f)
+            }
+            (PortKind::NodeAccel, Target::Node(f)) => {
+                add(&mut self.accels, *f);
+                name("accel", *f)
+            }
+            (PortKind::Wrench, Target::Node(f)) => {
+                add(&mut self.wrenches, *f);
+                name("wrench", *f)
+            }
+            (PortKind::HingeState, Target::Hinge { q, v }) => {
+                add(&mut self.hinges, (*q, *v));
+                format!("hinge:{v}")
+            }
+            (PortKind::HingeTorque, Target::Hinge { v, .. }) => {
+                add(&mut self.torques, *v);
+                format!("torque:{v}")
+            }
+            (PortKind::HingeAccel, Target::Hinge { v, .. }) => {
+                add(&mut self.motions, *v);
+                format!("motion:{v}")
+            }
+            (PortKind::HingeAccel, Target::Loop(i)) => {
+                add(&mut self.loop_motions, *i);
+                format!("loop_motion:{i}")
+            }
+            (PortKind::HingeState, Target::Loop(i)) => {
+                add(&mut self.loop_states, *i);
+                format!("loop:{i}")
+            }
+            (PortKind::NodeState | PortKind::NodeAccel | PortKind::Wrench, _) => {
+                return Err("node");
+            }
+            _ => return Err("hinge"),
+        })
+    }
+
+    /// Puts the ports into a description, in the order of their lanes.
+    pub(super) fn describe(&self, d: &mut Description) {
+        let moore = &mut d.moore_outputs;
+        moore.extend(self.states.iter().map(|f| port("state", *f, PortKind::NodeState, 13)));
+        moore.extend(self.hinges.iter().map(|(_, v)| hinge_state(format!("hinge:{v}"))));
+        moore.extend(self.loop_states.iter().map(|i| hinge_state(format!("loop:{i}"))));
+        let inputs = &mut d.direct_inputs;
+        let wrench = |f: &Frame| port("wrench", *f, PortKind::Wrench, 6).summed();
+        inputs.extend(self.wrenches.iter().map(wrench));
+        let torque =
+            |v: &u32| PortSpec::named(format!("torque:{v}"), PortKind::HingeTorque, 1).summed();
+        inputs.extend(self.torques.iter().map(torque));
+        let motion = |name: String| PortSpec::named(name, PortKind::HingeAccel, 1);
+        inputs.extend(self.motions.iter().map(|v| motion(format!("motion:{v}"))));
+        inputs.extend(self.loop_motions.iter().map(|i| motion(format!("loop_motion:{i}"))));
+        let accels = self.accels.iter().map(|f| port("accel", *f, PortKind::NodeAccel, 6));
+        d.direct_outputs.extend(accels);
+    }
+}
+
+fn name(what: &str, frame: Frame) -> String {
+    match frame {
+        Frame::Node(n) => format!("{what}:node:{}", n.index()),
+        Frame::Body(b) => format!("{what}:body:{}", b.index()),
+    }
+}
+
+fn port(what: &str, frame: Frame, kind: PortKind, lanes: usize) -> PortSpec {
+    PortSpec::named(name(what, frame), kind, lanes)
+}
+
+fn hinge_state(name: String) -> PortSpec {
+    PortSpec::named(name, PortKind::HingeState, 2)
+}
+
+fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, String)> {
+    match target {
+        BindTarget::Node(name) => mb
+            .node(name)
+            .map(Frame::Node)
+            .or_else(|| mb.body(name).map(Frame::Body))
+            .map(Target::Node)
+            .ok_or_else(|| {
+                let nodes = mb.nodes().iter().map(|n| n.name());
+                let known: Vec<&str> = nodes.chain(mb.bodies().iter().map(|b| b.name())).collect();
+                (format!("there is no node `{name}`"), remedy(name, "nodes and bodies", &known))
+            }),
+        BindTarget::Loop { name, index } => {
+            let Some(l) = mb.loops().iter().find(|l| l.closure.name == *name) else {
+                let known: Vec<&str> = mb.loops().iter().map(|l| l.closure.name.as_str()).collect();
+                return Err((format!("there is no loop `{name}`"), remedy(name, "loops", &known)));
+            };
+            let given = l.motions.len();
+            if *index < given {
+                return Ok(Target::Loop((l.motions.start + index) as u32));
+            }
+            let fact = format!("loop `{name}` has {given} prescribed subhinges, not {}", index + 1);
+            Err((fact, "write `prescribed: true` in a slider or pin of its hinge".into()))
+        }
+        BindTarget::Hinge { body, index } => {
+            let Some(id) = mb.body(body) else {
+                let known: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();
+                return Err((format!("there is no body `{body}`"), remedy(body, "bodies", &known)));
+            };
+            let b = &mb.bodies()[id.index()];
+            let one_dof: Vec<_> =
+                b.subhinges().iter().filter(|s| s.q.len() == 1 && s.v.len() == 1).collect();
+            match one_dof.get(*index) {
+                Some(s) => Ok(Target::Hinge { q: s.q.start as u32, v: s.v.start as u32 }),
+                None => Err((
+                    format!(
+                        "the hinge of `{body}` has {} one-dof coordinates, not {}",
+                        one_dof.len(),
+                        index + 1
+                    ),
+                    "bind to a pin, slider or screw".into(),
+                )),
+            }
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! The mechanism of a specification: structure, how it starts, how it is solved.
+use super::plan::MechanismPart;
+use crate::block::Prototype;
+use crate::compile::{Bound, Host, HostWire};
+use crate::services::{Gravity, ServiceKind, Services};
+use crate::value::{Fault, Origin};
+use linkwork_collision::Colliders;
+use linkwork_multibody::{LoopMotion, Multibody};
+use linkwork_solvers::{CompliantSettings, ContactSettings, Treatment};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The mechanism and how it starts.
+#[derive(Clone)]
+pub struct MechanismSpec {
+    /// Path of the mechanism as a part: its outputs are `<path>.<body>…`.
+    pub path: String,
+    /// Structure.
+    pub multibody: Arc<Multibody>,
+    /// Coordinates at the start.
+    pub q: Vec<f64>,
+    /// Velocities at the start.
+    pub v: Vec<f64>,
+    /// Path of the gravity service; `None`: the only one, or no gravity when there is none.
+    pub gravity: Option<String>,
+    /// How each loop and coupling is treated, by name; `Auto` where nothing is said.
+    pub treatments: BTreeMap<String, Treatment>,
+    /// Prescribed subhinges of loops at the start.
+    pub motions: Vec<LoopMotion>,
+    /// Non-smooth contact, when the mechanism is stepped with it.
+    pub contact: Option<ContactSpec>,
+    /// Compliant contact: smooth forces with bristles as states. Not together with `contact`.
+    pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
+    /// Where it is written.
+    pub origin: Origin,
+    /// Where loops and couplings are written, by name.
+    pub origins: BTreeMap<String, Origin>,
+}
+
+impl MechanismSpec {
+    /// A mechanism without constraints' settings, contact or a gravity of its own.
+    #[must_use]
+    pub fn new(
+        path: impl Into<String>,
+        multibody: Arc<Multibody>,
+        q: Vec<f64>,
+        v: Vec<f64>,
+    ) -> Self {
+        Self {
+            path: path.into(),
+            motions: vec![LoopMotion::default(); multibody.motions()],
+            multibody,
+            q,
+            v,
+            gravity: None,
+            treatments: BTreeMap::new(),
+            contact: None,
+            compliant: None,
+            origin: Origin::NONE,
+            origins: BTreeMap::new(),
+        }
+    }
+}
+
+/// Shapes that meet, and how their contact is solved. A mechanism with it advances a step at a time:
+/// velocities and impulses together, first order in the step; other continuous states are
+/// integrated as ever.
+#[derive(Clone)]
+pub struct ContactSpec {
+    /// Shapes with the rules of who meets whom.
+    pub colliders: Arc<Colliders>,
+    /// How contact is solved.
+    pub settings: ContactSettings,
+}
+
+
+impl Host for MechanismSpec {
+    fn path(&self) -> &str {
+        &self.path
+    }
+    fn kind(&self) -> &'static str {
+        "mechanism"
+    }
+    fn origin(&self) -> Origin {
+        self.origin
+    }
+    fn lower(
+        &self,
+        bound: &[Bound<'_>],
+        services: &Services,
+        wires: &mut Vec<HostWire>,
+        faults: &mut Vec<Fault>,
+    ) -> Box<dyn Prototype> {
+        let gravity = self.find_gravity(services, faults);
+        let ports = super::ports::lower(&self.multibody, bound, wires, faults);
+        Box::new(MechanismPart::new(self, gravity, ports))
+    }
+    fn boxed(&self) -> Box<dyn Host> {
+        Box::new(self.clone())
+    }
+}
+
+impl MechanismSpec {
+    /// The named field, or the only one; none when there is none.
+    fn find_gravity(
+        &self,
+        services: &Services,
+        faults: &mut Vec<Fault>,
+    ) -> Option<Arc<dyn Gravity>> {
+        let any = services.iter().any(|(_, o)| o.kind() == ServiceKind::Gravity);
+        if self.gravity.is_none() && !any {
+            return None;
+        }
+        match services.find::<dyn Gravity>(self.gravity.as_deref(), &self.path) {
+            Ok(handle) => Some(handle.object().clone()),
+            Err((message, help)) => {
+                let fact = format!("the mechanism: {message}");
+                faults.push(Fault::new(self.origin, fact).help(help));
+                None
+            }
+        }
+    }
+}

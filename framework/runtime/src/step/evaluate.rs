@@ -1,0 +1,184 @@
+//! Evaluations: operations in their order, derivatives, and what an integrator sees of them.
+use crate::block::{Block, Evaluation, Failure, Now, Outcome};
+use crate::plan::{Op, Plan};
+use linkwork_integrate::System;
+use std::ops::Range;
+
+/// Why an evaluation failed: the block and its message.
+#[derive(Clone, Debug)]
+pub(super) struct Stopped {
+    pub block: u32,
+    pub failure: Box<Failure>,
+}
+
+fn of(block: u32) -> impl Fn(Box<Failure>) -> Stopped {
+    move |failure| Stopped { block, failure }
+}
+
+/// One operation.
+#[inline(always)]
+pub(super) fn run(
+    blocks: &mut [Box<dyn Block>],
+    plan: &Plan,
+    op: Op,
+    now: &Now,
+    x: &[f64],
+    d: &[f64],
+    sig: &mut [f64],
+) -> Result<(), Stopped> {
+    match op {
+        Op::Moore(k) => blocks[k as usize].moore(now, x, d, sig).map_err(of(k)),
+        Op::Direct(k) => blocks[k as usize].direct(now, x, d, sig).map_err(of(k)),
+        Op::Sum(j) => {
+            let sum = &plan.sums[j as usize];
+            let (dst, n) = (sum.dst as usize, sum.lanes as usize);
+            for k in 0..n {
+                let mut total = 0.0;
+                for source in sum.sources[k..].iter().step_by(n) {
+                    total += sig[*source as usize];
+                }
+                sig[dst + k] = total;
+            }
+            Ok(())
+        }
+    }
+}
+
+/// Operations by their indices, in order.
+#[inline]
+pub(super) fn run_all(
+    blocks: &mut [Box<dyn Block>],
+    plan: &Plan,
+    ops: &[u32],
+    now: &Now,
+    x: &[f64],
+    d: &[f64],
+    sig: &mut [f64],
+) -> Result<(), Stopped> {
+    for &k in ops {
+        run(blocks, plan, plan.ops[k as usize], now, x, d, sig)?;
+    }
+    Ok(())
+}
+
+/// Derivatives, when the signals are those of this state.
+#[inline]
+pub(super) fn derivatives(
+    blocks: &mut [Box<dyn Block>],
+    plan: &Plan,
+    now: &Now,
+    x: &[f64],
+    d: &[f64],
+    sig: &[f64],
+    xdot: &mut [f64],
+) -> Result<(), Stopped> {
+    for still in &plan.still {
+        xdot[still.clone()].fill(0.0);
+    }
+    for &k in &plan.derivs {
+        blocks[k as usize].deriv(now, x, d, sig, xdot).map_err(of(k))?;
+    }
+    Ok(())
+}
+
+/// Values of all guards, when the signals that they read are those of this state.
+pub(super) fn guards(
+    blocks: &mut [Box<dyn Block>],
+    plan: &Plan,
+    now: &Now,
+    (x, d, sig): (&[f64], &[f64], &[f64]),
+    values: &mut [f64],
+) -> Result<(), Stopped> {
+    for g in &plan.guarded {
+        let values = &mut values[g.first as usize..(g.first + g.count) as usize];
+        blocks[g.block as usize].guards(now, x, d, sig, values).map_err(of(g.block))?;
+    }
+    for c in &plan.conditions {
+        values[c.guard as usize] = c.condition.value(now.t, x, d, sig);
+    }
+    Ok(())
+}
+
+/// A run as an integrator sees it.
+pub(super) struct Running<'a> {
+    pub plan: &'a Plan,
+    pub blocks: &'a mut [Box<dyn Block>],
+    pub d: &'a [f64],
+    pub sig: &'a mut [f64],
+    pub now: Now,
+    /// Counts evaluations.
+    pub number: &'a mut u64,
+}
+
+impl Running<'_> {
+    /// The time of one more evaluation.
+    #[inline(always)]
+    fn next(&mut self, t: f64) -> Now {
+        *self.number += 1;
+        Now { t, evaluation: Evaluation::Stage, number: *self.number, ..self.now }
+    }
+
+    /// Values of the guards at a state within a step.
+    pub fn guards_at(&mut self, t: f64, x: &[f64], values: &mut [f64]) -> Result<(), Stopped> {
+        let now = self.next(t);
+        let Running { plan, blocks, d, sig, .. } = self;
+        run_all(blocks, plan, &plan.guard_ops, &now, x, d, sig)?;
+        guards(blocks, plan, &now, (x, d, sig), values)
+    }
+}
+
+impl System for Running<'_> {
+    type Error = Stopped;
+
+    #[inline]
+    fn derivatives(&mut self, t: f64, x: &[f64], xdot: &mut [f64]) -> Result<(), Stopped> {
+        let now = self.next(t);
+        let Running { plan, blocks, d, sig, .. } = self;
+        run_all(blocks, plan, &plan.stage_ops, &now, x, d, sig)?;
+        derivatives(blocks, plan, &now, x, d, sig, xdot)
+    }
+
+    #[inline]
+    fn project(&mut self, _: f64, x: &mut [f64]) -> Result<(), Stopped> {
+        project(self.blocks, self.plan, x)
+    }
+
+    fn positions(&self) -> &[Range<usize>] {
+        &self.plan.positions
+    }
+
+    fn retract(&mut self, x: &mut [f64], _: &[f64], h: f64) -> Result<(), Stopped> {
+        for &k in &self.plan.manifold {
+            self.blocks[k as usize].retract(x, h).map_err(of(k))?;
+        }
+        Ok(())
+    }
+}
+
+/// Every state back onto its manifold.
+pub(super) fn project(
+    blocks: &mut [Box<dyn Block>],
+    plan: &Plan,
+    x: &mut [f64],
+) -> Result<(), Stopped> {
+    for &k in &plan.manifold {
+        blocks[k as usize].project(x).map_err(of(k))?;
+    }
+    Ok(())
+}
+
+/// Blocks that advance by themselves, over `h` s.
+pub(super) fn advance(
+    blocks: &mut [Box<dyn Block>],
+    plan: &Plan,
+    now: &Now,
+    h: f64,
+    x: &mut [f64],
+    sig: &mut [f64],
+) -> Result<(), Stopped> {
+    for &k in &plan.steps {
+        let outcome: Outcome = blocks[k as usize].advance(now, h, x, sig);
+        outcome.map_err(of(k))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,332 @@
+//! Events: where guards change their sign, and what they fire.
+//!
+//! ```text
+//! after a step:   guards at its end, and inside where they may have crossed twice
+//! a crossing:     located to 1 ps; all guards that cross within 1 ns of it are due, in path order
+//! an event:       the first that is due fires → operations that follow → guards again
+//! ```
+//! A guard that has fired counts again when it has left its zero. Conditions of transitions are due
+//! as soon as they hold.
+use super::evaluate::{self, Running, Stopped};
+use super::integrate::Purpose;
+use super::{GuardState, Simulation, State};
+use crate::block::{Evaluation, Failure, Now};
+use crate::plan::{Fires, Plan};
+use crate::ports::Direction;
+use linkwork_integrate::Failure as StepFailure;
+
+/// Guards that cross within this time (s) of the first are one instant.
+const WINDOW: f64 = 1e-9;
+/// A crossing is located to this (s): errors of a thousand events in a row stay below the window.
+const EXACT: f64 = 1e-12;
+/// Events at one instant, beyond which a cascade has no end.
+const CASCADE_MAX: u32 = 1000;
+
+fn sign(value: f64) -> i8 {
+    i8::from(value > 0.0) - i8::from(value < 0.0)
+}
+
+impl Direction {
+    /// Whether a change to this side counts.
+    fn counts(self, to: i8) -> bool {
+        match self {
+            Direction::Rising => to > 0,
+            Direction::Falling => to < 0,
+            Direction::Either => to != 0,
+        }
+    }
+}
+
+impl GuardState {
+    /// Looks at a value: whether it has changed sides in a direction that counts.
+    fn see(&mut self, value: f64, direction: Direction, level: bool) -> bool {
+        self.value = value;
+        let to = sign(value);
+        let crossed = to != 0 && self.side != 0 && to != self.side && direction.counts(to);
+        if to != 0 {
+            self.side = to;
+        }
+        crossed || (level && value > 0.0)
+    }
+}
+
+impl Simulation {
+    pub(super) fn is_due(&self) -> bool {
+        self.state.guards.iter().any(|g| g.due)
+    }
+
+    /// Guards at the present instant, into `work.end`.
+    fn values_now(&mut self, plan: &Plan) -> Result<(), Stopped> {
+        let now = self.next(Evaluation::Tick);
+        let State { x, d, sig, .. } = &self.state;
+        evaluate::guards(&mut self.blocks, plan, &now, (x, d, sig), &mut self.work.end)
+    }
+
+    /// At the start of a run or phase: the side on which each guard stands.
+    pub(super) fn arm(&mut self) -> Result<(), Stopped> {
+        let plan = self.plan.clone();
+        self.values_now(&plan)?;
+        for (k, guard) in plan.guards.iter().enumerate() {
+            let (state, value) = (&mut self.state.guards[k], self.work.end[k]);
+            state.due |= guard.level() && value > 0.0;
+            (state.value, state.side, state.change) = (value, sign(value), f64::INFINITY);
+        }
+        Ok(())
+    }
+
+    /// After the work of a row, or of an event: guards that jumped are due.
+    pub(super) fn look(&mut self, plan: &Plan) -> Result<(), Stopped> {
+        self.values_now(plan)?;
+        for (k, guard) in plan.guards.iter().enumerate() {
+            let (state, value) = (&mut self.state.guards[k], self.work.end[k]);
+            state.due |= state.see(value, guard.direction, guard.level());
+        }
+        Ok(())
+    }
+
+    /// Fires the first guard that is due.
+    pub(super) fn fire(&mut self) -> Result<(), Stopped> {
+        let plan = self.plan.clone();
+        let Some(k) = self.state.guards.iter().position(|g| g.due) else { return Ok(()) };
+        let guard = &plan.guards[k];
+        self.state.micro += 1;
+        if self.state.micro > CASCADE_MAX {
+            return Err(self.endless(&plan, k));
+        }
+        self.state.guards[k].due = false;
+        let GuardState { change, side, .. } = self.state.guards[k];
+        match guard.fires {
+            Fires::Part { block, which } => {
+                let now = self.next(Evaluation::Tick);
+                let State { x, d, sig, .. } = &mut self.state;
+                let fired = self.blocks[block as usize].fired(&now, which as usize, x, d, sig);
+                fired.map_err(|failure| Stopped { block, failure })?;
+                self.refresh()?;
+                self.state.guards[k].side = 0;
+                self.look(&plan)?;
+                self.leave_zero(&plan, k, side, change);
+            }
+            Fires::Transition { to } => self.transition(to, &guard.name)?,
+        }
+        // The step size of before says nothing about after.
+        self.state.memory = linkwork_integrate::Memory::START;
+        Ok(())
+    }
+
+    /// The guard that has just fired stands at its zero and waits until it leaves it; unless what it
+    /// fired threw it back to the other side, which is a change of sign like any other. Within a
+    /// millionth of its last change a value is rounding.
+    fn leave_zero(&mut self, plan: &Plan, fired: usize, side: i8, change: f64) {
+        let guard = &mut self.state.guards[fired];
+        let rounding = if change.is_finite() { 1e-6 * change.abs() } else { 0.0 };
+        let to = sign(guard.value);
+        let back = to == -side && to != 0 && guard.value.abs() > rounding;
+        guard.due |= back && plan.guards[fired].direction.counts(to);
+        guard.side = if back { to } else { 0 };
+        // How fast guards move after an event is not known.
+        self.state.guards.iter_mut().for_each(|g| g.change = f64::INFINITY);
+    }
+
+    #[cold]
+    fn endless(&self, plan: &Plan, k: usize) -> Stopped {
+        let names: Vec<&str> = (plan.guards.iter().zip(&self.state.guards))
+            .filter(|(_, s)| s.due)
+            .map(|(g, _)| &*g.name)
+            .collect();
+        let message = format!(
+            "{CASCADE_MAX} events at one instant, and still due: {}",
+            names.join(", ")
+        );
+        let help = "each fires the other, or itself, without end: let a guard change its state so that it leaves zero";
+        let block = match plan.guards[k].fires {
+            Fires::Part { block, .. } => block,
+            Fires::Transition { .. } => 0,
+        };
+        Stopped { block, failure: Box::new(Failure { message, help: Some(help.into()) }) }
+    }
+
+    /// After a step of h s: where in it the first guard crosses; all that cross within 1 ns of that are
+    /// due. Without a crossing the guards take their values at the end.
+    pub(super) fn crossing(
+        &mut self,
+        plan: &Plan,
+        h: f64,
+    ) -> Result<Option<f64>, StepFailure<Stopped>> {
+        let t1 = self.time() + h;
+        let mut end = std::mem::take(&mut self.work.end);
+        let x = std::mem::take(&mut self.state.x);
+        let seen = self.guards_at(plan, t1, &x, &mut end);
+        self.state.x = x;
+        let found = seen
+            .map_err(StepFailure::System)
+            .and_then(|()| self.first_crossing(plan, h, &end));
+        if let Ok(None) = found {
+            for (k, guard) in plan.guards.iter().enumerate() {
+                let state = &mut self.state.guards[k];
+                state.change = end[k] - state.value;
+                state.see(end[k], guard.direction, false);
+            }
+        }
+        self.work.end = end;
+        found
+    }
+
+    fn guards_at(
+        &mut self,
+        plan: &Plan,
+        t: f64,
+        x: &[f64],
+        values: &mut [f64],
+    ) -> Result<(), Stopped> {
+        let now = Now {
+            t,
+            dt: plan.step.seconds(),
+            tick: self.state.tick,
+            evaluation: Evaluation::Stage,
+            number: 0,
+        };
+        let Simulation { state, blocks, work, .. } = self;
+        let State { d, sig, .. } = state;
+        let mut running = Running { plan, blocks, d, sig, now, number: &mut work.number };
+        running.guards_at(t, x, values)
+    }
+
+    /// Value of every guard at θ of the last step, into `work.middle`.
+    fn look_at(&mut self, plan: &Plan, h: f64, theta: f64) -> Result<(), StepFailure<Stopped>> {
+        self.state_at(plan, h, theta, Purpose::Look)?;
+        let t = self.time() + theta * h;
+        let inside = std::mem::take(&mut self.work.inside);
+        let mut values = std::mem::take(&mut self.work.middle);
+        let seen = self.guards_at(plan, t, &inside, &mut values);
+        (self.work.inside, self.work.middle) = (inside, values);
+        seen.map_err(StepFailure::System)
+    }
+
+    fn first_crossing(
+        &mut self,
+        plan: &Plan,
+        h: f64,
+        end: &[f64],
+    ) -> Result<Option<f64>, StepFailure<Stopped>> {
+        let mut first: Option<(f64, usize)> = None;
+        for k in 0..plan.guards.len() {
+            let limit = first.map_or(1.0, |f| f.0);
+            if let Some(bracket) = self.bracket(plan, h, k, end[k], limit)? {
+                let theta = self.locate(plan, h, k, bracket)?;
+                if theta < first.map_or(f64::INFINITY, |f| f.0) {
+                    first = Some((theta, k));
+                }
+            }
+        }
+        let Some((theta, k)) = first else { return Ok(None) };
+        for (state, end) in self.state.guards.iter_mut().zip(end) {
+            state.change = end - state.value;
+        }
+        self.state.guards[k].due = true;
+        // Others within the window: on the other side by its end.
+        let later = (theta + WINDOW / h).min(1.0);
+        self.look_at(plan, h, later)?;
+        for (k, guard) in plan.guards.iter().enumerate() {
+            let value = self.work.middle[k];
+            let state = &mut self.state.guards[k];
+            if !state.due {
+                state.due = state.see(value, guard.direction, guard.level());
+            }
+        }
+        Ok(Some(theta))
+    }
+
+    /// Two places in (0, limit] between which guard k changes its side in its direction, when there
+    /// are: the end of the step, or a place inside where it may have crossed twice.
+    fn bracket(
+        &mut self,
+        plan: &Plan,
+        h: f64,
+        k: usize,
+        end: f64,
+        limit: f64,
+    ) -> Result<Option<[(f64, f64); 2]>, StepFailure<Stopped>> {
+        let GuardState { value: start, change, side, .. } = self.state.guards[k];
+        let direction = plan.guards[k].direction;
+        let crosses = |from: i8, to: f64| {
+            let to = sign(to);
+            from != 0 && to != 0 && to != from && direction.counts(to)
+        };
+        if limit >= 1.0 && crosses(side, end) {
+            return Ok(Some([(0.0, start), (1.0, end)]));
+        }
+        // It may have gone to zero and come back only if it moved about as far as it stands from it.
+        let moved = (end - start).abs().max(change.abs());
+        let near = start.abs().min(end.abs());
+        if side != 0 && limit >= 1.0 && near > 2.0 * moved {
+            return Ok(None);
+        }
+        let mut last = (0.0, start, side);
+        let middle = 0.5 * limit;
+        self.look_at(plan, h, middle)?;
+        let value = self.work.middle[k];
+        let at_limit = match limit < 1.0 {
+            true => {
+                self.look_at(plan, h, limit)?;
+                self.work.middle[k]
+            }
+            false => end,
+        };
+        // The parabola through the three, where it turns.
+        let (a, b) = (2.0 * (start + at_limit - 2.0 * value), 4.0 * value - 3.0 * start - at_limit);
+        let turn = if a == 0.0 { -1.0 } else { -b / (2.0 * a) * limit };
+        let mut places = [(middle, value), (limit, at_limit), (f64::NAN, 0.0)];
+        if turn > 0.0 && turn < limit {
+            self.look_at(plan, h, turn)?;
+            places[2] = (turn, self.work.middle[k]);
+            places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        for (theta, value) in places.into_iter().filter(|p| !p.0.is_nan()) {
+            if crosses(last.2, value) {
+                return Ok(Some([(last.0, last.1), (theta, value)]));
+            }
+            let to = sign(value);
+            last = (theta, value, if to == 0 { last.2 } else { to });
+        }
+        Ok(None)
+    }
+
+    /// The place of a change of sign between two places, to 1 ps: the later end of the last bracket,
+    /// where the guard is on its new side. Brackets shrink by the Illinois form of regula falsi,
+    /// and are halved where that is slow.
+    fn locate(
+        &mut self,
+        plan: &Plan,
+        h: f64,
+        k: usize,
+        [(mut a, mut ga), (mut b, mut gb)]: [(f64, f64); 2],
+    ) -> Result<f64, StepFailure<Stopped>> {
+        let to = sign(gb);
+        // Which end was kept last, and how often in a row: Illinois halves its value.
+        let (mut kept, mut times) = (0, 0);
+        for _ in 0..200 {
+            let width = b - a;
+            if width * h <= EXACT || width <= 4.0 * f64::EPSILON {
+                break;
+            }
+            let between = if ga == gb { 0.5 } else { ga / (ga - gb) };
+            // A little off the ends, so that the bracket closes from both sides; halved where slow.
+            let margin = (0.25 * EXACT / (h * width)).min(0.5);
+            let part = if times > 3 { 0.5 } else { between.clamp(margin, 1.0 - margin) };
+            let m = a + part * width;
+            self.look_at(plan, h, m)?;
+            let g = self.work.middle[k];
+            let side = if sign(g) == to { 1 } else { -1 };
+            times = if side == kept { times + 1 } else { 0 };
+            if side > 0 {
+                (b, gb) = (m, g);
+                ga *= if kept == 1 { 0.5 } else { 1.0 };
+            } else {
+                (a, ga) = (m, g);
+                gb *= if kept == -1 { 0.5 } else { 1.0 };
+            }
+            kept = side;
+        }
+        Ok(b)
+    }
+}

@@ -1,0 +1,226 @@
+//! From an instant towards the next row: steps of the integrator, and of blocks that advance by
+//! themselves. A guard that changes its sign on the way ends it there.
+use super::evaluate::{self, Running, Stopped};
+use super::{RunError, Simulation, State, Stop};
+use crate::block::{Evaluation, Now};
+use crate::plan::{Place, Plan};
+use linkwork_integrate::Failure;
+
+impl Simulation {
+    /// To the end of the present row, or to the first event before it.
+    #[inline]
+    pub(super) fn integrate(&mut self, plan: &Plan) -> Result<Stop, RunError> {
+        let gap = plan.base.times(plan.table[self.state.row as usize].gap);
+        if plan.derivs.is_empty() && plan.steps.is_empty() && plan.guards.is_empty() {
+            return Ok(Stop::Row);
+        }
+        // k₁ of the first step comes from the signals of this instant.
+        let mut known = true;
+        loop {
+            let rest = gap - self.state.since;
+            if rest <= 0.0 {
+                return Ok(Stop::Row);
+            }
+            let result = self.one_step(plan, rest, known);
+            let (h, end) = result.map_err(|failure| self.failed(failure))?;
+            let event = match plan.guards.is_empty() {
+                true => None,
+                false => self.crossing(plan, h).map_err(|failure| self.failed(failure))?,
+            };
+            if let Some(theta) = event {
+                let moved = self.go_to_event(plan, h, theta, gap);
+                moved.map_err(|failure| self.failed(failure))?;
+                return Ok(Stop::Event);
+            }
+            if end {
+                return Ok(Stop::Row);
+            }
+            self.state.since += h;
+            self.state.micro = 0;
+            known = false;
+        }
+    }
+
+    /// One step of at most `rest` s; gives its length, and whether it ends at the row.
+    #[inline]
+    fn one_step(
+        &mut self,
+        plan: &Plan,
+        rest: f64,
+        known: bool,
+    ) -> Result<(f64, bool), Failure<Stopped>> {
+        let t = self.time();
+        let now = Now {
+            t,
+            dt: plan.step.seconds(),
+            tick: self.state.tick,
+            evaluation: Evaluation::Tick,
+            number: self.work.number,
+        };
+        if !plan.steps.is_empty() {
+            if !plan.guards.is_empty() {
+                self.keep(plan);
+            }
+            let State { x, sig, .. } = &mut self.state;
+            evaluate::advance(&mut self.blocks, plan, &now, rest, x, sig)
+                .map_err(Failure::System)?;
+            self.work.number += 1;
+        }
+        if plan.derivs.is_empty() {
+            return Ok((rest, true));
+        }
+        let Simulation { state, blocks, work, .. } = self;
+        let State { x, d, sig, memory, .. } = state;
+        let k1 = match known {
+            false => work.integrator.end_derivatives().map(|k| work.xdot.copy_from_slice(k)),
+            true => {
+                let derived = evaluate::derivatives(blocks, plan, &now, x, d, sig, &mut work.xdot);
+                Some(derived.map_err(Failure::System)?)
+            }
+        };
+        let k1 = k1.map(|()| &work.xdot[..]);
+        let mut system = Running { plan, blocks, d, sig, now, number: &mut work.number };
+        match &plan.integration.control {
+            None => {
+                work.integrator.step_fixed(&mut system, t, rest, x, k1)?;
+                Ok((rest, true))
+            }
+            Some(control) => {
+                let step =
+                    work.integrator.advance(&mut system, control, t, rest, x, k1, memory)?;
+                Ok((step.h, step.end))
+            }
+        }
+    }
+
+    /// Keeps the state at the start of a step with blocks that advance by themselves.
+    fn keep(&mut self, plan: &Plan) {
+        self.work.before.copy_from(&self.state);
+        for (&k, slot) in plan.steps.iter().zip(&mut self.work.stores) {
+            self.blocks[k as usize].copy_store(slot);
+        }
+    }
+
+    /// The state at θ of the last step, with everything evaluated there.
+    fn go_to_event(
+        &mut self,
+        plan: &Plan,
+        h: f64,
+        theta: f64,
+        gap: f64,
+    ) -> Result<(), Failure<Stopped>> {
+        self.state_at(plan, h, theta, Purpose::Event)?;
+        self.state.x.copy_from_slice(&self.work.inside);
+        self.state.since = (self.state.since + theta * h).min(gap);
+        self.state.micro = 0;
+        evaluate::project(&mut self.blocks, plan, &mut self.state.x).map_err(Failure::System)?;
+        self.refresh().map_err(Failure::System)
+    }
+
+    /// The state at θ of the last step, into `work.inside`. Blocks that advance by themselves are
+    /// interpolated while an event is looked for, and do their step again when it is taken.
+    pub(super) fn state_at(
+        &mut self,
+        plan: &Plan,
+        h: f64,
+        theta: f64,
+        purpose: Purpose,
+    ) -> Result<(), Failure<Stopped>> {
+        let now = Now {
+            t: self.time(),
+            dt: plan.step.seconds(),
+            tick: self.state.tick,
+            evaluation: Evaluation::Stage,
+            number: self.work.number,
+        };
+        let Simulation { state, blocks, work, .. } = self;
+        if plan.derivs.is_empty() {
+            work.inside.copy_from_slice(&state.x);
+        } else {
+            let State { d, sig, .. } = state;
+            let mut system = Running { plan, blocks, d, sig, now, number: &mut work.number };
+            let dense = work.integrator.dense(&mut system)?;
+            dense.at(theta, &mut work.inside);
+        }
+        if plan.steps.is_empty() {
+            return Ok(());
+        }
+        if purpose == Purpose::Look {
+            for lanes in plan.stepped.iter().flat_map(Clone::clone) {
+                let (a, b) = (work.before.x[lanes], state.x[lanes]);
+                work.inside[lanes] = a + theta * (b - a);
+            }
+            return Ok(());
+        }
+        // Again from the start, as far as the event.
+        for (&k, slot) in plan.steps.iter().zip(&work.stores) {
+            if let Some(store) = slot {
+                blocks[k as usize].take_store(&**store);
+            }
+        }
+        work.number += 1;
+        let now = Now { evaluation: Evaluation::Tick, number: work.number, ..now };
+        let State { x, d, sig, .. } = &mut work.before;
+        evaluate::run_all(blocks, plan, &plan.continuous_ops, &now, x, d, sig)
+            .and_then(|()| evaluate::advance(blocks, plan, &now, theta * h, x, sig))
+            .map_err(Failure::System)?;
+        work.number += 1;
+        for lanes in &plan.stepped {
+            work.inside[lanes.clone()].copy_from_slice(&x[lanes.clone()]);
+        }
+        // What the step itself reports.
+        for lanes in &plan.stepped_outputs {
+            state.sig[lanes.clone()].copy_from_slice(&sig[lanes.clone()]);
+        }
+        Ok(())
+    }
+
+    /// The error of a step, with names for lanes.
+    #[cold]
+    fn failed(&self, failure: Failure<Stopped>) -> RunError {
+        let name = |lane: usize| {
+            let at = |p: &Place| *p == Place::X(lane as u32);
+            let found = self.plan.variables.iter().find(|(_, v)| at(&v.place));
+            found.map_or_else(|| format!("state {lane}"), |(path, _)| path.clone())
+        };
+        let error = |lane: usize, message: String, help: &str| RunError {
+            time: self.time(),
+            path: name(lane),
+            message,
+            help: Some(help.to_string()),
+        };
+        match failure {
+            Failure::System(stopped) => self.stopped(stopped),
+            Failure::Start { lane, .. } => error(
+                lane,
+                format!("`{}` or its rate became infinite or NaN", name(lane)),
+                "look at what drives it at this instant",
+            ),
+            Failure::NotFinite { lane, h, .. } => error(
+                lane,
+                format!("`{}` became infinite or NaN in a step of {h} s", name(lane)),
+                "take a shorter step, or look at what drives it",
+            ),
+            Failure::StepTooSmall { lane, h, error: e, .. } => error(
+                lane,
+                format!("`{}` has {e:.3} times its tolerance in a step of {h:.3e} s, the least there is", name(lane)),
+                "loosen its tolerance, or use the stiff method `rodas4p`",
+            ),
+            Failure::Rejections { lane, rejections, .. } => error(
+                lane,
+                format!("{rejections} steps in a row were rejected, the last for `{}`", name(lane)),
+                "loosen its tolerance; a model that jumps without a guard looks like this",
+            ),
+            Failure::NoStep => error(0, "no step was taken".into(), "tell the authors"),
+        }
+    }
+}
+
+/// What a state within a step is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// To look at the guards there.
+    Look,
+    /// To go on from there.
+    Event,
+}

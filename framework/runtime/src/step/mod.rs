@@ -1,0 +1,464 @@
+//! A run: the state, and what advances it.
+//!
+//! ```text
+//! at a row:       operations due, in one topological order → updates due (all see the same signals)
+//! between rows:   the integrator steps; each stage evaluates the continuous operations
+//! at an event:    what a guard fires → the operations that follow → guards again, until none fires
+//! ```
+//! Between calls the state is always "after the work of an instant", so chunking leaves no trace.
+mod evaluate;
+mod events;
+mod integrate;
+mod moves;
+mod state;
+
+pub use moves::MoveReport;
+pub use state::{GuardState, State};
+
+use crate::block::{Block, Evaluation, Now};
+use crate::plan::{Place, Plan, Role, Variable};
+use crate::program::Program;
+use crate::time::Seconds;
+use crate::value::remedy;
+use evaluate::Stopped;
+use linkwork_integrate::Integrator;
+use std::sync::Arc;
+
+/// A run that cannot go on. The state is that of the instant before, or of the bad row.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "t = {time} s: {message}{}",
+    .help.as_ref().map_or_else(String::new, |help| format!("\n  help: {help}"))
+)]
+pub struct RunError {
+    /// Simulated time (s).
+    pub time: f64,
+    /// The part or variable that it is about.
+    pub path: String,
+    /// What happened.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+/// A variable cannot be read or set.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{message}\n  help: {help}")]
+pub struct VariableError {
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it.
+    pub help: String,
+}
+
+/// Beyond this magnitude a continuous state is a runaway.
+const RUNAWAY: f64 = 1e15;
+
+/// Where a run stands after [`Simulation::step_event`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// At a row of the table, with its work done.
+    Row,
+    /// At an event, with what one guard fired done.
+    Event,
+}
+
+/// A run of a program.
+pub struct Simulation {
+    program: Arc<Program>,
+    plan: Arc<Plan>,
+    pub(crate) state: State,
+    pub(crate) blocks: Vec<Box<dyn Block>>,
+    work: Work,
+    /// Transitions since they were asked for last: time (s), what, and what went over.
+    moved: Vec<(f64, String, MoveReport)>,
+}
+
+/// Storage made once for a plan. Nothing in it outlives a step.
+pub(crate) struct Work {
+    /// Counts evaluations.
+    number: u64,
+    xdot: Vec<f64>,
+    integrator: Integrator,
+    /// A state within a step.
+    inside: Vec<f64>,
+    /// The state at the start of a step that may have to be done again.
+    before: State,
+    stores: Vec<Option<Box<dyn std::any::Any + Send>>>,
+    /// Guards at the end of a step, and within.
+    end: Vec<f64>,
+    middle: Vec<f64>,
+}
+
+impl Work {
+    pub(crate) fn new(plan: &Plan) -> Work {
+        let (n, guards) = (plan.sizes.x, plan.guards.len());
+        Work {
+            number: 0,
+            xdot: vec![0.0; n],
+            integrator: Integrator::new(plan.integration.method, n),
+            inside: vec![0.0; n],
+            before: State::default(),
+            stores: plan.steps.iter().map(|_| None).collect(),
+            end: vec![0.0; guards],
+            middle: vec![0.0; guards],
+        }
+    }
+}
+
+pub(crate) fn blocks_of(plan: &Plan) -> Vec<Box<dyn Block>> {
+    plan.parts.iter().map(|p| p.prototype.block(p.wiring.clone())).collect()
+}
+
+/// The state of a plan before the first evaluation.
+pub(crate) fn initial(plan: &Plan) -> State {
+    let mut state = State {
+        tick: plan.table.first().map_or(0, |r| r.at),
+        x: vec![0.0; plan.sizes.x],
+        d: vec![0.0; plan.sizes.d],
+        sig: vec![0.0; plan.sizes.sig],
+        guards: vec![GuardState::default(); plan.guards.len()],
+        ..State::default()
+    };
+    for part in &plan.parts {
+        let (w, n) = (&part.wiring, part.lanes());
+        part.prototype.initial(&mut state.x[w.x..w.x + n.x], &mut state.d[w.d..w.d + n.d]);
+    }
+    for &(lane, value) in &plan.constants {
+        state.sig[lane as usize] = value;
+    }
+    state
+}
+
+impl Simulation {
+    /// A run of one plan, at time zero, with the work of tick 0 done. What fails there is told by
+    /// [`Simulation::check`] and by the first step.
+    pub fn new(plan: Arc<Plan>) -> Self {
+        Self::of(Arc::new(Program::single(plan)))
+    }
+
+    /// A run of a program, at time zero in its first phase.
+    pub fn of(program: Arc<Program>) -> Self {
+        let plan = program.phases[0].plan.clone();
+        let (blocks, state, work) = (blocks_of(&plan), initial(&plan), Work::new(&plan));
+        let mut sim = Simulation { program, plan, state, blocks, work, moved: Vec::new() };
+        if let Err(stopped) = sim.first_row() {
+            // The first step meets the same failure again and reports it.
+            debug_assert!(!stopped.failure.message.is_empty());
+        }
+        sim
+    }
+
+    /// Everything once, in order; then the updates that are due at tick 0.
+    fn first_row(&mut self) -> Result<(), Stopped> {
+        let plan = self.plan.clone();
+        let now = self.next(Evaluation::Tick);
+        let State { x, d, sig, .. } = &mut self.state;
+        for op in &plan.ops {
+            evaluate::run(&mut self.blocks, &plan, *op, &now, x, d, sig)?;
+        }
+        self.updates(&plan, &now)?;
+        self.arm()
+    }
+
+    /// One more evaluation at this instant.
+    fn next(&mut self, evaluation: Evaluation) -> Now {
+        self.work.number += 1;
+        let (t, tick) = (self.time(), self.state.tick);
+        Now { t, dt: self.plan.step.seconds(), tick, evaluation, number: self.work.number }
+    }
+
+    /// The plan of the present phase.
+    pub fn plan(&self) -> &Arc<Plan> {
+        &self.plan
+    }
+    /// All phases.
+    pub fn program(&self) -> &Arc<Program> {
+        &self.program
+    }
+    /// Name of the present phase.
+    pub fn phase(&self) -> &str {
+        &self.program.phases[self.state.phase as usize].name
+    }
+    /// The state.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+    /// Simulated time (s).
+    pub fn time(&self) -> f64 {
+        self.plan.base.times(self.state.tick) + self.state.since
+    }
+
+    fn updates(&mut self, plan: &Plan, now: &Now) -> Result<(), Stopped> {
+        let work = &plan.works[plan.table[self.state.row as usize].work as usize];
+        let State { x, d, sig, .. } = &mut self.state;
+        for &k in &work.updates {
+            let outcome = self.blocks[k as usize].update(now, x, d, sig);
+            outcome.map_err(|failure| Stopped { block: k, failure })?;
+        }
+        if work.refresh {
+            evaluate::run_all(&mut self.blocks, plan, &plan.stage_ops, now, x, d, sig)?;
+        }
+        Ok(())
+    }
+
+    /// Advances to the next row of the table, through all events on the way and at it.
+    ///
+    /// # Errors
+    /// The first bad variable, when a state is no number or ran away; a part that failed.
+    pub fn step(&mut self) -> Result<(), RunError> {
+        let plan = self.plan.clone();
+        self.to_row(&plan)
+    }
+
+    /// Advances to the next row or event. Events of one instant come one at a time; the run may be saved
+    /// after each.
+    ///
+    /// # Errors
+    /// As [`Simulation::step`].
+    pub fn step_event(&mut self) -> Result<Stop, RunError> {
+        let plan = self.plan.clone();
+        self.to_stop(&plan)
+    }
+
+    #[inline]
+    fn to_row(&mut self, plan: &Plan) -> Result<(), RunError> {
+        if plan.guards.is_empty() {
+            return self.to_stop(plan).map(|_| ());
+        }
+        let mut stop = self.to_stop(plan)?;
+        while stop == Stop::Event || self.is_due() {
+            // An event may have moved the run to another plan.
+            stop = self.step_event()?;
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn to_stop(&mut self, plan: &Plan) -> Result<Stop, RunError> {
+        if !plan.guards.is_empty() && self.is_due() {
+            self.fire().map_err(|stopped| self.stopped(stopped))?;
+            self.check()?;
+            return Ok(Stop::Event);
+        }
+        if self.integrate(plan)? == Stop::Event {
+            self.fire().map_err(|stopped| self.stopped(stopped))?;
+            self.check()?;
+            return Ok(Stop::Event);
+        }
+        self.row(plan).map_err(|stopped| self.stopped(stopped))?;
+        self.check()?;
+        Ok(Stop::Row)
+    }
+
+    /// The work of the next row.
+    #[inline]
+    fn row(&mut self, plan: &Plan) -> Result<(), Stopped> {
+        let row = &plan.table[self.state.row as usize];
+        self.state.tick += row.gap;
+        self.state.row += 1;
+        (self.state.since, self.state.micro) = (0.0, 0);
+        if self.state.row as usize == plan.table.len() {
+            self.state.row = 0;
+        }
+        let now = self.next(Evaluation::Tick);
+        let work = &plan.works[plan.table[self.state.row as usize].work as usize];
+        let State { x, d, sig, .. } = &mut self.state;
+        evaluate::run_all(&mut self.blocks, plan, &work.ops, &now, x, d, sig)?;
+        self.updates(plan, &now)?;
+        if plan.guards.is_empty() { Ok(()) } else { self.look(plan) }
+    }
+
+    /// Whether all values are numbers and no state ran away. Every step ends with this; before the
+    /// first step it finds what is bad from the start.
+    ///
+    /// # Errors
+    /// The first bad variable.
+    pub fn check(&self) -> Result<(), RunError> {
+        if self.is_bad() { Err(self.first_bad()) } else { Ok(()) }
+    }
+
+    /// Runs to the first row at or after `t`; equal states whatever the chunks.
+    ///
+    /// # Errors
+    /// As [`Simulation::step`]. The state is then that of the bad instant.
+    pub fn run_until(&mut self, t: Seconds) -> Result<(), RunError> {
+        let mut plan = self.plan.clone();
+        while self.before(t) {
+            self.to_row(&plan)?;
+            if !Arc::ptr_eq(&plan, &self.plan) {
+                plan = self.plan.clone();
+            }
+        }
+        Ok(())
+    }
+
+    /// True while the present tick is before `t`, exactly.
+    pub fn before(&self, t: Seconds) -> bool {
+        let base = self.plan.base;
+        u128::from(self.state.tick) * u128::from(base.num) * u128::from(t.den)
+            < u128::from(t.num) * u128::from(base.den)
+    }
+
+    fn is_bad(&self) -> bool {
+        // NaN and ∞ times zero are NaN; one pass without branches.
+        let runaway =
+            self.state.x.iter().fold(0.0f64, |m, v| m + f64::from(u8::from(!(v.abs() < RUNAWAY))));
+        let signals = self.state.sig.iter().fold(0.0f64, |m, v| m + v * 0.0);
+        let discrete = self.state.d.iter().fold(0.0f64, |m, v| m + v * 0.0);
+        runaway > 0.0 || signals + discrete != 0.0
+    }
+
+    fn first_bad(&self) -> RunError {
+        let bad = |v: &Variable| {
+            let value = self.value(v.place);
+            let limit = if matches!(v.place, Place::X(_)) { RUNAWAY } else { f64::INFINITY };
+            (!(value.abs() < limit)).then_some(value)
+        };
+        let mut found: Vec<(bool, &String, f64)> = self
+            .plan
+            .variables
+            .iter()
+            .filter(|(_, v)| v.role != Role::Input)
+            .filter_map(|(path, v)| Some((v.role != Role::State, path, bad(v)?)))
+            .collect();
+        found.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)));
+        let (path, value) = found
+            .first()
+            .map_or(("a signal without a name".to_string(), f64::NAN), |f| (f.1.clone(), f.2));
+        let others = match found.len() {
+            0 | 1 => String::new(),
+            n => format!(" ({} more variables are bad)", n - 1),
+        };
+        let message = format!("`{path}` became {value}{others}");
+        RunError { time: self.time(), path, message, help: None }
+    }
+
+    /// The error of a block.
+    #[cold]
+    fn stopped(&self, stopped: Stopped) -> RunError {
+        let Stopped { block, failure } = stopped;
+        let path = self.plan.block_path(block).to_string();
+        let message = format!("`{path}`: {}", failure.message);
+        RunError { time: self.time(), path, message, help: failure.help }
+    }
+
+    /// The value at a place found before ([`Simulation::variable`]).
+    #[inline]
+    pub fn value(&self, place: Place) -> f64 {
+        match place {
+            Place::X(k) => self.state.x[k as usize],
+            Place::D(k) => self.state.d[k as usize],
+            Place::Signal(k) => self.state.sig[k as usize],
+        }
+    }
+
+    /// Finds a variable by path.
+    ///
+    /// # Errors
+    /// No such variable; the message guesses which was meant.
+    pub fn variable(&self, path: &str) -> Result<&Variable, VariableError> {
+        self.plan.variable(path)
+    }
+
+    /// Reads a variable by path.
+    ///
+    /// # Errors
+    /// As [`Simulation::variable`].
+    pub fn get(&self, path: &str) -> Result<f64, VariableError> {
+        Ok(self.value(self.variable(path)?.place))
+    }
+
+    /// Sets a state or an input without a wire, by path. It acts from the present instant on.
+    ///
+    /// # Errors
+    /// No such variable, a value that is not finite, or a variable that something else drives.
+    pub fn set(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
+        let v = self.variable(path)?.clone();
+        let refuse =
+            |message: String, help: &str| Err(VariableError { message, help: help.to_string() });
+        if !value.is_finite() {
+            return refuse(format!("`{path}` cannot be set to {value}"), "give a finite number");
+        }
+        match (v.role, v.place) {
+            (Role::State, Place::X(k)) => self.state.x[k as usize] = value,
+            (Role::State, Place::D(k)) => self.state.d[k as usize] = value,
+            (Role::Free, Place::Signal(k)) => self.state.sig[k as usize] = value,
+            (Role::Output, _) => {
+                return refuse(
+                    format!("`{path}` is an output: it follows from the model"),
+                    "set a state, a parameter or an input without a wire",
+                );
+            }
+            _ => {
+                return refuse(
+                    format!("`{path}` is driven by a wire"),
+                    "set what drives it, or remove the wire",
+                );
+            }
+        }
+        self.refresh().map_err(|stopped| {
+            let e = self.stopped(stopped);
+            VariableError { message: e.message, help: e.help.unwrap_or_default() }
+        })
+    }
+
+    /// Evaluates everything but sampled operations at this instant, after the state was changed.
+    fn refresh(&mut self) -> Result<(), Stopped> {
+        let plan = self.plan.clone();
+        let now = self.next(Evaluation::Tick);
+        let State { x, d, sig, .. } = &mut self.state;
+        evaluate::run_all(&mut self.blocks, &plan, &plan.continuous_ops, &now, x, d, sig)
+    }
+
+    /// Transitions since this was asked last: time (s), what, and what went over.
+    pub fn take_moves(&mut self) -> Vec<(f64, String, MoveReport)> {
+        std::mem::take(&mut self.moved)
+    }
+
+    /// A copy that runs on by itself; plan and program are shared.
+    pub fn fork(&self) -> Simulation {
+        let mut work = Work::new(&self.plan);
+        work.number = self.work.number + 1;
+        Simulation {
+            program: self.program.clone(),
+            plan: self.plan.clone(),
+            state: self.state.clone(),
+            blocks: self.blocks.iter().map(|b| b.fork()).collect(),
+            work,
+            moved: Vec::new(),
+        }
+    }
+
+    /// Makes no work of an earlier state hold for this one: after the state was replaced.
+    pub(crate) fn replaced(&mut self) {
+        self.work.number += 1;
+    }
+
+    /// Goes to a phase with fresh blocks, for a state that is put in from outside.
+    pub(crate) fn enter(&mut self, phase: u32) {
+        if phase != self.state.phase {
+            self.plan = self.program.phases[phase as usize].plan.clone();
+            self.blocks = blocks_of(&self.plan);
+            self.state = State { phase, ..initial(&self.plan) };
+            let number = self.work.number + 1;
+            self.work = Work { number, ..Work::new(&self.plan) };
+        }
+    }
+}
+
+impl Plan {
+    /// Finds a variable by path.
+    ///
+    /// # Errors
+    /// No such variable; the message guesses which was meant.
+    pub fn variable(&self, path: &str) -> Result<&Variable, VariableError> {
+        self.variables.get(path).ok_or_else(|| {
+            let known: Vec<&str> = self.variables.keys().map(String::as_str).collect();
+            VariableError {
+                message: format!("there is no variable `{path}`"),
+                help: remedy(path, "variables", &known),
+            }
+        })
+    }
+}

@@ -1,0 +1,194 @@
+//! Moves between plans: the state goes over by path. What both plans have goes on; what only the new
+//! one has starts anew; the mechanism keeps poses and motion.
+use super::evaluate::Stopped;
+use super::{GuardState, RunError, Simulation, State, Work, blocks_of, evaluate, initial};
+use crate::block::{Carried, Evaluation, Now};
+use crate::plan::{Op, Place, Plan, Role};
+use crate::program::Program;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// What a move did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MoveReport {
+    /// Paths of parts that went on.
+    pub kept: Vec<String>,
+    /// Paths of parts that started anew.
+    pub new: Vec<String>,
+    /// Paths of parts that are gone.
+    pub dropped: Vec<String>,
+    /// What parts say of it: momentum and energy of a mechanism.
+    pub notes: Vec<String>,
+}
+
+impl Simulation {
+    /// Moves the run to another plan, at this instant. The program is then that plan alone.
+    ///
+    /// # Errors
+    /// A part that cannot go over; the run is then as it was.
+    pub fn move_to(&mut self, plan: Arc<Plan>) -> Result<MoveReport, RunError> {
+        let program = Arc::new(Program::single(plan.clone()));
+        let report = self.go_over(&plan, 0).map_err(|stopped| self.stopped(stopped))?;
+        self.program = program;
+        Ok(report)
+    }
+
+    /// Moves the run to another phase of its program.
+    pub(super) fn transition(&mut self, to: u32, why: &str) -> Result<(), Stopped> {
+        let plan = self.program.phases[to as usize].plan.clone();
+        let from = self.phase().to_string();
+        let report = self.go_over(&plan, to)?;
+        self.moved.push((self.time(), format!("`{from}` → `{}`: {why}", self.phase()), report));
+        Ok(())
+    }
+
+    fn go_over(&mut self, plan: &Arc<Plan>, phase: u32) -> Result<MoveReport, Stopped> {
+        let mut report = MoveReport::default();
+        let mut state = State { phase, micro: self.state.micro, ..initial(plan) };
+        place_in_time(&self.state, &self.plan, &mut state, plan);
+        let mut blocks = blocks_of(plan);
+        let old: BTreeMap<&str, usize> =
+            self.plan.parts.iter().enumerate().map(|(k, p)| (p.path.as_str(), k)).collect();
+        let mut whole = vec![false; plan.parts.len()];
+        for (k, part) in plan.parts.iter().enumerate() {
+            let carried = match old.get(part.path.as_str()) {
+                None => Carried::New,
+                Some(&j) => self.carry(plan, k, j, &mut state)?,
+            };
+            match carried {
+                Carried::New => report.new.push(part.path.clone()),
+                Carried::Whole => {
+                    let j = old[part.path.as_str()];
+                    let mut slot = None;
+                    self.blocks[j].copy_store(&mut slot);
+                    if let Some(store) = slot {
+                        blocks[k].take_store(&*store);
+                    }
+                    whole[k] = true;
+                    report.kept.push(part.path.clone());
+                }
+                Carried::State(notes) => {
+                    whole[k] = true;
+                    report.kept.push(part.path.clone());
+                    report.notes.extend(notes);
+                }
+            }
+        }
+        let here = |path: &str| plan.parts.iter().any(|p| p.path == path);
+        let gone = self.plan.parts.iter().filter(|p| !here(&p.path));
+        report.dropped = gone.map(|p| p.path.clone()).collect();
+        signals(&self.state, &self.plan, &mut state, plan);
+        self.begin(plan, state, blocks, &whole)?;
+        Ok(report)
+    }
+
+    /// The state of one part.
+    fn carry(
+        &self,
+        plan: &Plan,
+        k: usize,
+        j: usize,
+        state: &mut State,
+    ) -> Result<Carried, Stopped> {
+        let (new, old) = (&plan.parts[k], &self.plan.parts[j]);
+        let (w, n, v, m) = (&new.wiring, new.lanes(), &old.wiring, old.lanes());
+        let from = (&self.state.x[v.x..v.x + m.x], &self.state.d[v.d..v.d + m.d]);
+        let to = (&mut state.x[w.x..w.x + n.x], &mut state.d[w.d..w.d + n.d]);
+        new.prototype
+            .carry(&*old.prototype, from, to)
+            .map_err(|failure| Stopped { block: j as u32, failure })
+    }
+
+    /// Takes the new plan, and evaluates what is new or continuous at this instant.
+    fn begin(
+        &mut self,
+        plan: &Arc<Plan>,
+        mut state: State,
+        mut blocks: Vec<Box<dyn crate::block::Block>>,
+        whole: &[bool],
+    ) -> Result<(), Stopped> {
+        let mut work = Work::new(plan);
+        work.number = self.work.number + 1;
+        let now = Now {
+            t: plan.base.times(state.tick) + state.since,
+            dt: plan.step.seconds(),
+            tick: state.tick,
+            evaluation: Evaluation::Tick,
+            number: work.number,
+        };
+        let mut due = vec![false; plan.ops.len()];
+        plan.continuous_ops.iter().for_each(|&k| due[k as usize] = true);
+        let (at_tick, tick) = (state.since == 0.0, state.tick);
+        let State { x, d, sig, .. } = &mut state;
+        for (op, due) in plan.ops.iter().zip(due) {
+            let fresh = match op {
+                Op::Moore(k) | Op::Direct(k) => !whole[*k as usize],
+                Op::Sum(_) => true,
+            };
+            if due || fresh {
+                evaluate::run(&mut blocks, plan, *op, &now, x, d, sig)?;
+            }
+        }
+        // New sampled parts whose tick is now.
+        for (k, part) in plan.parts.iter().enumerate() {
+            let w = &part.wiring;
+            let due = w.period > 0 && at_tick && tick % w.period == w.offset;
+            if due && !whole[k] && part.prototype.description().functions.update {
+                let outcome = blocks[k].update(&now, x, d, sig);
+                outcome.map_err(|failure| Stopped { block: k as u32, failure })?;
+            }
+        }
+        let names: BTreeMap<&str, GuardState> = (self.plan.guards.iter())
+            .zip(&self.state.guards)
+            .filter(|(g, _)| !g.level())
+            .map(|(g, s)| (&*g.name, *s))
+            .collect();
+        let old: Vec<Option<GuardState>> =
+            plan.guards.iter().map(|g| names.get(&*g.name).copied()).collect();
+        (self.plan, self.state, self.blocks, self.work) = (plan.clone(), state, blocks, work);
+        self.arm()?;
+        for (new, old) in self.state.guards.iter_mut().zip(old) {
+            // A guard of a part that goes on: what is due stays due.
+            if let Some(old) = old {
+                (new.side, new.due) = (old.side, old.due);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The same instant on the ticks of another plan: the last of its rows, and the time since.
+fn place_in_time(old: &State, from: &Plan, new: &mut State, to: &Plan) {
+    // Exact: t = tick · base.
+    let (a, b) = (from.base, to.base);
+    let num = u128::from(old.tick) * u128::from(a.num) * u128::from(b.den);
+    let den = u128::from(a.den) * u128::from(b.num);
+    let ticks = (num / den) as u64;
+    let rest = (num % den) as f64 / den as f64 * b.seconds() + old.since;
+    let hyper: u64 = to.table.iter().map(|r| r.gap).sum();
+    let first = to.table.first().map_or(0, |r| r.at);
+    let in_table = |tick: u64| tick.saturating_sub(first) % hyper.max(1) + first;
+    let at = in_table(ticks);
+    let row = to.table.partition_point(|r| r.at <= at).saturating_sub(1);
+    new.row = row as u32;
+    new.tick = ticks - (at - to.table[row].at);
+    new.since = rest + b.times(ticks - new.tick);
+    // Rows of the new plan that lie between the tick and now have passed.
+    while new.since > 0.0 && new.since >= to.base.times(to.table[new.row as usize].gap) {
+        let gap = to.table[new.row as usize].gap;
+        new.since -= to.base.times(gap);
+        new.tick += gap;
+        new.row = (new.row + 1) % to.table.len() as u32;
+    }
+}
+
+/// Held outputs and inputs that were set, by path.
+fn signals(old: &State, from: &Plan, new: &mut State, to: &Plan) {
+    for (path, v) in &to.variables {
+        let (Place::Signal(k), Role::Output | Role::Free) = (v.place, v.role) else { continue };
+        let Some(o) = from.variables.get(path) else { continue };
+        if let (Place::Signal(j), true) = (o.place, o.role == v.role) {
+            new.sig[k as usize] = old.sig[j as usize];
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! All that changes in a run, but for the models' stores.
+use linkwork_integrate::Memory;
+
+/// What is known of a guard between two looks at it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GuardState {
+    /// Its value at this instant.
+    pub value: f64,
+    /// Its change over the last step.
+    pub change: f64,
+    /// The side of zero on which it was seen last: −1 or 1; 0 after it has fired, until it leaves zero.
+    pub side: i8,
+    /// It has changed its sign, and what it fires is still to be done.
+    pub due: bool,
+}
+
+/// All that changes in a run, but for the models' stores.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    /// Tick of the common base.
+    pub tick: u64,
+    /// Row of the table whose work was done last.
+    pub row: u32,
+    /// Time after the tick (s): 0 at rows, above it at an event between rows.
+    pub since: f64,
+    /// How many events have fired at this instant.
+    pub micro: u32,
+    /// Which configuration of the program.
+    pub phase: u32,
+    /// What the integrator remembers from step to step.
+    pub memory: Memory,
+    /// Continuous lanes.
+    pub x: Vec<f64>,
+    /// Discrete lanes.
+    pub d: Vec<f64>,
+    /// Signal lanes (sampled outputs are held here).
+    pub sig: Vec<f64>,
+    /// Guards, in the order of the plan.
+    pub guards: Vec<GuardState>,
+}
+
+impl State {
+    /// Copies without allocating when the lengths are equal.
+    pub fn copy_from(&mut self, other: &State) {
+        let State { tick, row, since, micro, phase, memory, x, d, sig, guards } = other;
+        (self.tick, self.row, self.since, self.micro) = (*tick, *row, *since, *micro);
+        (self.phase, self.memory) = (*phase, *memory);
+        self.x.clone_from(x);
+        self.d.clone_from(d);
+        self.sig.clone_from(sig);
+        self.guards.clone_from(guards);
+    }
+}
