@@ -111,7 +111,7 @@ fn a_mistake_in_the_last_phase_is_found_at_load() {
     };
     for (from, to, parts) in [
         ("\"1 kN/m\"", "\"1 kN\"", ["sim.ron", "stiffness"]),
-        ("node:payload/bottom", "node:payload/buttom", ["payload/buttom", "payload/bottom"]),
+        ("node:payload/bottom", "node:payload/buttom", ["no node `buttom`", "did you mean `bottom`"]),
         ("Spring1.force < 1 N", "Spring1.force < 1 s", ["different quantities", "sim.ron"]),
         ("Spring1.force < 1 N", "Spring2.force < 1 N", ["Spring2.force", "sim.ron"]),
         ("to: { \"second_separation\"", "to: { \"second\"", ["no phase `second`", "second_separation"]),

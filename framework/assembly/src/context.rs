@@ -54,15 +54,19 @@ pub fn tidy(mut faults: Vec<Fault>) -> Vec<Fault> {
     // Wheel1 … Wheel6 are one mistake in wheel.ron: digits apart, the message is the same.
     let plain = |m: &str| m.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
     faults.sort_by_key(|f| f.origin);
-    let mut kept: Vec<(String, usize, Fault)> = Vec::new();
+    let mut kept: Vec<(usize, Fault)> = Vec::new();
+    let mut known: BTreeMap<(Origin, String), usize> = BTreeMap::new();
     for fault in faults {
-        let text = plain(&fault.message);
-        match kept.iter_mut().find(|(t, _, f)| f.origin == fault.origin && *t == text) {
-            Some((_, count, _)) if fault.origin != Origin::NONE => *count += 1,
-            _ => kept.push((text, 1, fault)),
+        let key = (fault.origin, plain(&fault.message));
+        match known.get(&key) {
+            Some(&at) if fault.origin != Origin::NONE => kept[at].0 += 1,
+            _ => {
+                known.insert(key, kept.len());
+                kept.push((1, fault));
+            }
         }
     }
-    let count_in = |(_, count, mut fault): (String, usize, Fault)| {
+    let count_in = |(count, mut fault): (usize, Fault)| {
         if count > 1 {
             fault.message.push_str(&format!(" (and {} more like it)", count - 1));
         }

@@ -156,8 +156,7 @@ impl<'a, 'o> Expander<'a, 'o> {
 
     /// The model's description, when the catalogue has it.
     fn description(&self, model: &str) -> Option<&'o Description> {
-        let entry = self.catalogue.iter().find(|e| e.description.name == model)?;
-        Some(&entry.description)
+        Some(&self.catalogue.get(model)?.description)
     }
 
     fn pend(&mut self, scope: &str, path: &Text, value: Located) -> Pending {

@@ -35,7 +35,7 @@ pub(crate) fn tree(here: &Instance, catalogue: &Catalogue) -> TreeNode {
     let children = here.parts.iter().map(|(name, node)| match node {
         Node::Assembly(inner) => tree(inner, catalogue),
         Node::Model(m) => {
-            let known = catalogue.iter().find(|e| e.description.name == m.model.text);
+            let known = catalogue.get(&m.model.text);
             let doc =
                 if m.doc.is_empty() { known.map_or("", |e| &*e.description.doc) } else { &m.doc };
             TreeNode {

@@ -1,7 +1,10 @@
 //! Wires and exports: relative paths, exports of nested assemblies, `[*]` over arrays and lanes.
 use crate::context::{Cx, Text};
-use crate::expand::{Instance, Node};
-use linkwork_runtime::{Catalogue, PortRef, PortSpec, WireSpec, did_you_mean, remedy};
+use crate::expand::{Instance, ModelInst, Node};
+use linkwork_runtime::{
+    Catalogue, Description, PortRef, PortSpec, WireSpec, did_you_mean, remedy,
+};
+use std::sync::Arc;
 
 /// One segment: `Motor`, `Wheel[*]`, `rate[2]`.
 #[derive(Clone, Debug, PartialEq)]
@@ -185,7 +188,7 @@ impl Wiring<'_> {
 
     fn below(&self, node: &Node, rest: &[Segment], output: bool) -> Result<Vec<PortRef>, Problem> {
         match node {
-            Node::Model(m) => self.port(&m.path, &m.model.text, rest, output),
+            Node::Model(m) => self.port(m, rest, output),
             Node::Assembly(inner) => match rest {
                 [port] => self.exported(inner, port, output),
                 [] => Err((format!("`{}` is an assembly", inner.path), exports_help(inner, ""))),
@@ -232,7 +235,7 @@ impl Wiring<'_> {
                     let help = format!("add a port: {}", exports_help(i, ""));
                     return Err((format!("`{}` is an assembly, not a port", i.path), help));
                 }
-                Some(Node::Model(m)) => return self.port(&m.path, &m.model.text, &[], output),
+                Some(Node::Model(m)) => return self.port(m, &[], output),
                 None => {}
             }
             let fact = format!("`{}` exports no `{}`", inner.path, port.name);
@@ -255,7 +258,8 @@ impl Wiring<'_> {
         let segment = Segment { name: name.into(), index: None };
         for end in self.exported(inner, &segment, true)? {
             let Some(Node::Model(m)) = self.node(&end.part) else { continue };
-            let Some(ports) = self.ports(&m.model.text, None) else { continue };
+            let Some(d) = self.ports(m) else { continue };
+            let ports: Vec<&PortSpec> = d.all_inputs().chain(d.all_outputs()).collect();
             let port = end.port.split('.').next().unwrap_or(&end.port);
             if !ports.iter().any(|p| p.name == port) {
                 let known: Vec<&str> = ports.iter().map(|p| &*p.name).collect();
@@ -271,25 +275,25 @@ impl Wiring<'_> {
         self.root.at(head)?.parts.get(name)
     }
 
-    /// Ports of a model (`Some(true)`: outputs); `None` when the catalogue does not know it.
-    fn ports(&self, model: &str, output: Option<bool>) -> Option<Vec<&PortSpec>> {
-        let d = &self.catalogue.iter().find(|e| e.description.name == model)?.description;
-        Some(match output {
-            Some(true) => d.all_outputs().collect(),
-            Some(false) => d.all_inputs().collect(),
-            None => d.all_inputs().chain(d.all_outputs()).collect(),
-        })
+    /// Ports of a part; `None` when the catalogue does not know its model, or its parameters do not say.
+    fn ports(&self, m: &ModelInst) -> Option<Arc<Description>> {
+        self.catalogue.get(&m.model.text)?.describe(&m.params)
     }
 
     fn port(
         &self,
-        part: &str,
-        model: &str,
+        m: &ModelInst,
         rest: &[Segment],
         output: bool,
     ) -> Result<Vec<PortRef>, Problem> {
+        let part = &m.path;
+        let described = self.ports(m);
+        let ports: Option<Vec<&PortSpec>> = described.as_deref().map(|d| match output {
+            true => d.all_outputs().collect(),
+            false => d.all_inputs().collect(),
+        });
         let Some((last, inner)) = rest.split_last() else {
-            let ports = self.ports(model, Some(output)).unwrap_or_default();
+            let ports = ports.unwrap_or_default();
             let known: Vec<&str> = ports.iter().map(|p| &*p.name).collect();
             let kind = if output { "outputs" } else { "inputs" };
             let help = format!("add a port: {}", remedy("", kind, &known));
@@ -302,13 +306,13 @@ impl Wiring<'_> {
         let mut port: Vec<&str> = inner.iter().map(|s| s.name.as_str()).collect();
         port.push(&last.name);
         let port = port.join(".");
-        let one = |port: &str, index| PortRef { part: part.into(), port: port.into(), index };
+        let one = |port: &str, index| PortRef { part: part.clone(), port: port.into(), index };
         match last.index {
             None => Ok(vec![one(&port, None)]),
             Some(Index::At(k)) => Ok(vec![one(&port, Some(k))]),
             Some(Index::All) => {
                 // A model or port that does not exist is for `compile` to report.
-                let Some(ports) = self.ports(model, Some(output)) else {
+                let Some(ports) = ports else {
                     return Ok(vec![one(&port, None)]);
                 };
                 let Some(spec) = ports.iter().find(|p| p.name == port) else {

@@ -1,5 +1,6 @@
 //! The catalogue: every model and service by name. Explicit; nothing registers itself.
 use crate::block::{Built, Prototype};
+use crate::sized::{self, BuiltSized, SizedModel};
 use crate::model::{BuildError, Description, Functions, Model};
 use crate::params::{Params, ReadCx};
 use crate::services::{Files, Service, ServiceKind, ServiceObject};
@@ -10,9 +11,12 @@ use std::sync::Arc;
 type MakeModel = fn(&Arc<Description>, &Located, &mut ReadCx<'_>) -> Option<Box<dyn Prototype>>;
 type MakeService = fn(&Located, &Files, &mut ReadCx<'_>) -> Option<ServiceObject>;
 
+type Describe = fn(&Located) -> Option<Description>;
+
 #[derive(Clone)]
 enum Maker {
     Model(MakeModel),
+    Sized(MakeModel, Describe),
     Service(ServiceKind, MakeService),
 }
 
@@ -57,6 +61,41 @@ impl Entry {
         }
     }
 
+    /// A type of model whose ports follow from its parameters.
+    pub fn sized<M: SizedModel>() -> Entry {
+        let description = Description {
+            name: M::NAME.into(),
+            doc: M::DOC.into(),
+            params: M::Params::specs(),
+            ..Description::default()
+        };
+        let make: MakeModel = |_, params, cx| {
+            let p = M::Params::read_map(params, cx)?;
+            let (shown, description) = (p.show_map(), sized::describe::<M>(&p));
+            let model = built(M::build(p), params, cx)?;
+            Some(Box::new(BuiltSized {
+                model: Arc::new(model),
+                params: shown,
+                description: Arc::new(description),
+            }))
+        };
+        let describe: Describe = |params| {
+            let none = crate::services::Services::default();
+            let p = M::Params::read_map(params, &mut ReadCx::new("", &none))?;
+            Some(sized::describe::<M>(&p))
+        };
+        Entry { description: Arc::new(description), maker: Maker::Sized(make, describe) }
+    }
+
+    /// What is known of the instance with these parameters. Ports of a sized model are known only when
+    /// its parameters can be read (`None` else; reading them again tells why).
+    pub fn describe(&self, params: &Located) -> Option<Arc<Description>> {
+        match self.maker {
+            Maker::Sized(_, describe) => describe(params).map(Arc::new),
+            _ => Some(self.description.clone()),
+        }
+    }
+
     /// A service type.
     pub fn service<S: Service>() -> Entry {
         Entry {
@@ -77,7 +116,7 @@ impl Entry {
     /// What it provides, when it is a service.
     pub fn service_kind(&self) -> Option<ServiceKind> {
         match self.maker {
-            Maker::Model(_) => None,
+            Maker::Model(_) | Maker::Sized(..) => None,
             Maker::Service(kind, _) => Some(kind),
         }
     }
@@ -85,7 +124,7 @@ impl Entry {
     /// Builds a model; `None` (with faults in `cx`) when the parameters are wrong or it is a service.
     pub fn make_model(&self, params: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>> {
         match self.maker {
-            Maker::Model(make) => make(&self.description, params, cx),
+            Maker::Model(make) | Maker::Sized(make, _) => make(&self.description, params, cx),
             Maker::Service(..) => None,
         }
     }
@@ -98,7 +137,7 @@ impl Entry {
         cx: &mut ReadCx<'_>,
     ) -> Option<ServiceObject> {
         match self.maker {
-            Maker::Model(_) => None,
+            Maker::Model(_) | Maker::Sized(..) => None,
             Maker::Service(_, make) => make(params, files, cx),
         }
     }
@@ -128,6 +167,11 @@ impl Catalogue {
     /// All, by name.
     pub fn iter(&self) -> impl Iterator<Item = &Entry> {
         self.entries.values()
+    }
+
+    /// One by its name.
+    pub fn get(&self, name: &str) -> Option<&Entry> {
+        self.entries.get(name)
     }
 
     /// One, or the fault that says what there is.

@@ -18,6 +18,7 @@ mod plan;
 mod ports;
 mod program;
 mod services;
+mod sized;
 mod spec;
 mod step;
 mod tap;
@@ -30,7 +31,7 @@ pub use block::{
 };
 pub use catalogue::{Catalogue, Entry};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
-pub use compile::{Bound, End, Host, HostWire, check_parts, compile};
+pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile};
 pub use condition::{Condition, ConditionError};
 pub use mechanism::{
     ContactSpec, Frame, MechanismPart, MechanismPlan, MechanismPorts, MechanismSpec, PlaceError,
@@ -47,6 +48,7 @@ pub use ports::{
     PortSpec, Text, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
+pub use sized::{SizedModel, SizedPorts};
 pub use services::{
     Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
     ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,

@@ -5,6 +5,7 @@ use crate::model::lanes;
 use crate::ports::{Direction, PortKind};
 use crate::services::Services;
 use crate::time::Seconds;
+use crate::value::Fault;
 use linkwork_integrate::{Control, Method};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -67,6 +68,8 @@ pub struct Plan {
     pub guard_ops: Vec<u32>,
     /// Source lanes of the reductions.
     pub sums: Vec<Sum>,
+    /// What is allowed and probably not meant.
+    pub warnings: Vec<Fault>,
     /// Hash of structure and layout: equal plans can exchange states.
     pub hash: u64,
 }

@@ -43,6 +43,7 @@ pub struct Ground {
     #[port("m", falling)]
     gap: f64,
 }
+/// A ball.
 pub struct Ball {
     p: BallParams,
 }
@@ -92,6 +93,7 @@ pub struct Passed {
     #[port("1", rising)]
     over: f64,
 }
+/// A counter.
 pub struct Link {
     p: ChainParams,
 }
@@ -151,6 +153,7 @@ pub struct WaveParams {
     /// Amplitude.
     size: f64,
 }
+/// A bump.
 pub struct Wave {
     p: WaveParams,
 }

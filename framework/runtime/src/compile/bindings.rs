@@ -1,8 +1,10 @@
 //! Bindings: gathered with the ports that they serve, and handed to the host.
 use super::Part;
-use super::host::{Bound, End, HostWire};
+use super::connect::Connections;
+use super::host::{Bound, End, Lowering};
 use crate::block::{Prototype, Wiring};
 use crate::services::Services;
+use crate::ports::PortKind;
 use crate::spec::{BindSpec, PartSpec, Spec};
 use crate::value::{Fault, Value, remedy};
 use std::collections::BTreeMap;
@@ -23,8 +25,8 @@ pub(super) fn bind(
     parts: &[Part<'_>],
     absent: &BTreeMap<&str, bool>,
     services: &Services,
-    faults: &mut Vec<Fault>,
-) -> (Option<Box<dyn Prototype>>, Vec<HostWire>) {
+    out: &mut Lowering<'_>,
+) -> Option<Box<dyn Prototype>> {
     let index: BTreeMap<&str, usize> =
         parts.iter().enumerate().map(|(k, p)| (p.spec.path.as_str(), k)).collect();
     let mut binds: Vec<&BindSpec> = spec.binds.iter().collect();
@@ -34,13 +36,36 @@ pub(super) fn bind(
         match find(bind, parts, &index, absent, spec.host.is_some()) {
             Ok(Some(b)) => bound.push(b),
             Ok(None) => {}
-            Err(fault) => faults.push(fault),
+            Err(fault) => out.faults.push(fault),
         }
     }
-    let mut wires = Vec::new();
-    let host = spec.host.as_ref();
-    let prototype = host.map(|h| h.lower(&bound, services, &mut wires, faults));
-    (prototype, wires)
+    spec.host.as_ref().map(|h| h.lower(&bound, services, out))
+}
+
+/// A part that drives a hinge and has inputs of its own, none of them wired: it does what it does with
+/// defaults, which is rarely meant.
+pub(super) fn uncommanded(parts: &[Part<'_>], c: &Connections, warnings: &mut Vec<Fault>) {
+    for (k, part) in parts.iter().enumerate() {
+        let d = part.prototype.description();
+        let drives = d.all_outputs().any(|p| p.kind == PortKind::HingeTorque && p.bind.is_some());
+        let own: Vec<(usize, &str)> = (d.all_inputs())
+            .scan(0, |lane, p| {
+                let first = *lane;
+                *lane += p.lanes;
+                Some((first, p))
+            })
+            .filter(|(_, p)| p.bind.is_none())
+            .map(|(lane, p)| (lane, &*p.name))
+            .collect();
+        let free = own.iter().all(|(lane, _)| c.free.contains_key(&(k, *lane)));
+        if drives && free && !own.is_empty() {
+            let names: Vec<&str> = own.iter().map(|(_, name)| *name).collect();
+            let path = &part.spec.path;
+            let fact = format!("`{path}` drives a hinge and nothing commands it");
+            let help = format!("wire {}", names.join(" or "));
+            warnings.push(Fault::new(part.spec.origin, fact).help(help));
+        }
+    }
 }
 
 fn find<'a>(

@@ -69,6 +69,8 @@ struct Connector<'a, 'b> {
     absent: BTreeMap<&'a str, bool>,
     /// Input lanes that a wire names, even a faulty one: they are not reported as unwired too.
     excused: BTreeSet<(usize, usize)>,
+    /// Parts and their bindings that are given.
+    bound: BTreeSet<(&'a str, &'a str)>,
     next: usize,
     /// Per part and input lane: sources, as (sort key, lane).
     sources: Vec<Vec<Vec<(String, u32)>>>,
@@ -76,10 +78,10 @@ struct Connector<'a, 'b> {
     out: Connections,
 }
 
-pub(crate) fn connect(
-    spec: &Spec,
-    parts: &[Part<'_>],
-    absent: BTreeMap<&str, bool>,
+pub(crate) fn connect<'a>(
+    spec: &'a Spec,
+    parts: &'a [Part<'_>],
+    absent: BTreeMap<&'a str, bool>,
     bound: &[HostWire],
     sizes: Sizes,
     faults: &mut Vec<Fault>,
@@ -91,6 +93,7 @@ pub(crate) fn connect(
         index: parts.iter().enumerate().map(|(k, p)| (p.spec.path.as_str(), k)).collect(),
         absent,
         excused: BTreeSet::new(),
+        bound: spec.binds.iter().map(|b| (b.part.as_str(), b.bind.as_str())).collect(),
         next: sizes.sig,
         sources: counts.iter().map(|n| vec![Vec::new(); *n]).collect(),
         written: counts.iter().map(|n| vec![None; *n]).collect(),
@@ -106,7 +109,7 @@ pub(crate) fn connect(
     if let Some(host) = spec.host.as_ref().and_then(|h| c.index.get(h.path()).copied()) {
         bound.iter().for_each(|wire| c.bound(host, wire));
     }
-    c.finish(spec, faults);
+    c.finish(faults);
     c.out
 }
 
@@ -348,9 +351,9 @@ impl<'a> Connector<'a, '_> {
         None
     }
 
-    fn finish(&mut self, spec: &Spec, faults: &mut Vec<Fault>) {
+    fn finish(&mut self, faults: &mut Vec<Fault>) {
         for k in 0..self.parts.len() {
-            self.finish_part(k, spec, faults);
+            self.finish_part(k, faults);
         }
         self.out.signals = self.next;
     }
@@ -398,13 +401,13 @@ impl<'a> Connector<'a, '_> {
         }
     }
 
-    fn finish_part(&mut self, k: usize, spec: &Spec, faults: &mut Vec<Fault>) {
+    fn finish_part(&mut self, k: usize, faults: &mut Vec<Fault>) {
         let d = self.parts[k].prototype.description();
         let path = &self.parts[k].spec.path;
         let unbound: Vec<&str> = d
             .bindings()
             .into_iter()
-            .filter(|b| !spec.binds.iter().any(|x| x.part == *path && x.bind == *b))
+            .filter(|b| !self.bound.contains(&(path.as_str(), *b)))
             .collect();
         let (u_lanes, mut lane) = (lanes(&d.inputs), 0);
         let mut all = Vec::new();

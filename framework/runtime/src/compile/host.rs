@@ -21,8 +21,7 @@ pub trait Host: Any + Send + Sync {
         &self,
         bound: &[Bound<'_>],
         services: &Services,
-        wires: &mut Vec<HostWire>,
-        faults: &mut Vec<Fault>,
+        out: &mut Lowering<'_>,
     ) -> Box<dyn Prototype>;
     /// A copy.
     fn boxed(&self) -> Box<dyn Host>;
@@ -32,6 +31,16 @@ impl Clone for Box<dyn Host> {
     fn clone(&self) -> Self {
         (**self).boxed()
     }
+}
+
+/// What comes of turning bindings into wires.
+pub struct Lowering<'a> {
+    /// The wires.
+    pub wires: Vec<HostWire>,
+    /// Bindings that cannot be served.
+    pub faults: &'a mut Vec<Fault>,
+    /// What is allowed and probably not meant.
+    pub warnings: &'a mut Vec<Fault>,
 }
 
 /// Which end of a wire a port is.

@@ -24,8 +24,9 @@ use crate::plan::{PartPlan, Plan, Sizes};
 use crate::services::{Files, Services};
 use crate::spec::{PartSpec, Spec};
 use crate::value::{Fault, Faults, Origin};
+use std::collections::{BTreeMap, BTreeSet};
 pub(crate) use guards::WhenSpec;
-pub use host::{Bound, End, Host, HostWire};
+pub use host::{Bound, End, Host, HostWire, Lowering};
 
 /// A part while compiling.
 pub(crate) struct Part<'a> {
@@ -60,19 +61,24 @@ pub(crate) fn compile_phase(
     let entries = find_entries(spec, catalogue, &mut faults);
     let services = build_services(&entries, files, &mut faults);
     let mut parts = build_models(&entries, &services, &mut faults);
-    let absent: std::collections::BTreeMap<&str, bool> = spec
-        .parts
-        .iter()
-        .filter(|p| !parts.iter().any(|built| built.spec.path == p.path))
-        .map(|p| (p.path.as_str(), services.iter().any(|(path, _)| path == p.path)))
+    let built: BTreeSet<&str> = parts.iter().map(|p| p.spec.path.as_str()).collect();
+    let serving: BTreeSet<&str> = services.iter().map(|(path, _)| path).collect();
+    let absent: BTreeMap<&str, bool> = (spec.parts.iter().map(|p| p.path.as_str()))
+        .filter(|path| !built.contains(path))
+        .map(|path| (path, serving.contains(path)))
         .collect();
     let host_spec = bindings::host_spec(spec);
-    let (host, bound) = bindings::bind(spec, &parts, &absent, &services, &mut faults);
+    let mut warnings = Vec::new();
+    let mut lowering =
+        host::Lowering { wires: Vec::new(), faults: &mut faults, warnings: &mut warnings };
+    let host = bindings::bind(spec, &parts, &absent, &services, &mut lowering);
+    let bound = lowering.wires;
     if let (Some(prototype), Some(spec)) = (host, &host_spec) {
         bindings::add_host(&mut parts, spec, prototype);
     }
     let sizes = layout(&mut parts, spec.seed);
     let connections = connect::connect(spec, &parts, absent, &bound, sizes, &mut faults);
+    bindings::uncommanded(&parts, &connections, &mut warnings);
     table::rates(spec, &mut parts, &mut faults);
     if !faults.is_empty() {
         return Err(Faults(in_file_order(faults)));
@@ -105,6 +111,7 @@ pub(crate) fn compile_phase(
         !d.positions.is_empty() || d.functions.steps
     });
     Ok(Plan {
+        warnings: in_file_order(warnings),
         stored,
         positions: settings::lanes_of(&parts, |d, x| x + d.positions.start..x + d.positions.end),
         still: settings::lanes_of(&parts, |d, x| match d.functions.deriv {
@@ -265,7 +272,7 @@ fn plan_hash(
     spec: &Spec,
     parts: &[Part<'_>],
     sizes: Sizes,
-    variables: &std::collections::BTreeMap<String, crate::plan::Variable>,
+    variables: &BTreeMap<String, crate::plan::Variable>,
     timing: &table::Timing,
     (services, files): (&Services, &Files),
     whens: &[WhenSpec<'_>],
@@ -287,7 +294,8 @@ fn plan_hash(
         text += &format!("{path} {:?}\n", v.place);
     }
     // Services: what was asked of them, and the content of the files that they read.
-    for part in spec.parts.iter().filter(|p| services.iter().any(|(path, _)| path == p.path)) {
+    let serving: BTreeSet<&str> = services.iter().map(|(path, _)| path).collect();
+    for part in spec.parts.iter().filter(|p| serving.contains(p.path.as_str())) {
         text += &format!("{} {} {}\n", part.path, part.model, part.params.value);
     }
     if let Ok(found) = files.found.lock() {

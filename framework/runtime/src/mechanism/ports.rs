@@ -1,5 +1,5 @@
 //! The ports of a mechanism: those that bindings ask for, and no others.
-use crate::compile::{Bound, HostWire};
+use crate::compile::{Bound, HostWire, Lowering};
 use crate::model::Description;
 use crate::ports::{PortKind, PortSpec};
 use crate::spec::BindTarget;
@@ -54,9 +54,9 @@ fn add<T: PartialEq>(list: &mut Vec<T>, item: T) {
 pub(super) fn lower(
     mb: &Multibody,
     bound: &[Bound<'_>],
-    wires: &mut Vec<HostWire>,
-    faults: &mut Vec<Fault>,
+    out: &mut Lowering<'_>,
 ) -> MechanismPorts {
+    let prescribed = mb.prescribed();
     let mut ports = MechanismPorts::default();
     for b in bound {
         let (part, bind, origin) = (&b.spec.part, &b.spec.bind, b.spec.origin);
@@ -64,7 +64,7 @@ pub(super) fn lower(
             Ok(target) => target,
             Err((fact, help)) => {
                 let fact = format!("`{part}`: binding `{bind}`: {fact}");
-                faults.push(Fault::new(origin, fact).help(help));
+                out.faults.push(Fault::new(origin, fact).help(help));
                 continue;
             }
         };
@@ -74,8 +74,11 @@ pub(super) fn lower(
             BindTarget::Loop { name, .. } => format!("loop {name}"),
         };
         for (port, end) in &b.ports {
+            if let Target::Hinge { v, .. } = &target {
+                treatment(b, (port, prescribed[*v as usize]), &label, out);
+            }
             match ports.serve(port, &target) {
-                Ok(host_port) => wires.push(HostWire {
+                Ok(host_port) => out.wires.push(HostWire {
                     host_port,
                     end: *end,
                     part: part.clone(),
@@ -84,7 +87,7 @@ pub(super) fn lower(
                     origin,
                 }),
                 Err(wants) => {
-                    faults.push(
+                    out.faults.push(
                         Fault::new(
                             origin,
                             format!("`{part}`: binding `{bind}` is served by a {wants}, but `{label}` is not one"),
@@ -97,6 +100,32 @@ pub(super) fn lower(
         }
     }
     ports
+}
+
+/// A torque on a prescribed coordinate does nothing; an acceleration for a free one is not followed.
+fn treatment(
+    b: &Bound<'_>,
+    (port, prescribed): (&PortSpec, bool),
+    label: &str,
+    out: &mut Lowering<'_>,
+) {
+    let (part, bind, origin) = (&b.spec.part, &b.spec.bind, b.spec.origin);
+    match port.kind {
+        PortKind::HingeTorque if prescribed => {
+            let fact = format!(
+                "`{part}`: binding `{bind}`: `{label}` is prescribed, so its torque moves nothing"
+            );
+            let help = "take `prescribed` out of the hinge, or bind a part that gives its motion";
+            out.warnings.push(Fault::new(origin, fact).help(help));
+        }
+        PortKind::HingeAccel if !prescribed => {
+            let fact = format!(
+                "`{part}`: binding `{bind}`: it prescribes the motion of `{label}`, which is free"
+            );
+            out.faults.push(Fault::new(origin, fact).help("write `prescribed: true` in its hinge"));
+        }
+        _ => {}
+    }
 }
 
 impl MechanismPorts {

@@ -1,7 +1,7 @@
 //! The mechanism of a specification: structure, how it starts, how it is solved.
 use super::plan::MechanismPart;
 use crate::block::Prototype;
-use crate::compile::{Bound, Host, HostWire};
+use crate::compile::{Bound, Host, Lowering};
 use crate::services::{Gravity, ServiceKind, Services};
 use crate::value::{Fault, Origin};
 use linkwork_collision::Colliders;
@@ -88,11 +88,10 @@ impl Host for MechanismSpec {
         &self,
         bound: &[Bound<'_>],
         services: &Services,
-        wires: &mut Vec<HostWire>,
-        faults: &mut Vec<Fault>,
+        out: &mut Lowering<'_>,
     ) -> Box<dyn Prototype> {
-        let gravity = self.find_gravity(services, faults);
-        let ports = super::ports::lower(&self.multibody, bound, wires, faults);
+        let gravity = self.find_gravity(services, out.faults);
+        let ports = super::ports::lower(&self.multibody, bound, out);
         Box::new(MechanismPart::new(self, gravity, ports))
     }
     fn boxed(&self) -> Box<dyn Host> {
