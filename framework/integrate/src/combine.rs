@@ -1,0 +1,169 @@
+//! Sums over stages, one pass over the lanes: out = x + h Σⱼ wⱼ kⱼ.
+//!
+//! Weights that are zero are left out when an integrator is made. The number of weights is a
+//! constant of the inner loop, so that it is unrolled and the loop over lanes is vectorised.
+
+/// The weights of a sum that are not zero, and the stages that they belong to.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Row {
+    /// Weights, none zero.
+    pub weights: Vec<f64>,
+    /// Stage of each.
+    pub stages: Vec<usize>,
+}
+
+impl Row {
+    /// Leaves out zeros.
+    pub fn new(weights: &[f64]) -> Self {
+        let kept = || weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
+        Row { weights: kept().map(|(_, w)| *w).collect(), stages: kept().map(|(j, _)| j).collect() }
+    }
+}
+
+/// Most weights that are not zero in any sum.
+pub(crate) const WIDTH_MAX: usize = 16;
+
+/// out = x + h Σⱼ wⱼ kⱼ; `k` holds the stages one after the other, each as long as `out`.
+/// Returns whether all of `out` is finite.
+#[inline]
+pub(crate) fn combine(out: &mut [f64], x: &[f64], h: f64, row: &Row, k: &[f64]) -> bool {
+    sum(out, x, h, &row.weights, &row.stages, k)
+}
+
+/// The same over plain slices.
+#[inline]
+pub(crate) fn sum(
+    out: &mut [f64],
+    x: &[f64],
+    h: f64,
+    weights: &[f64],
+    stages: &[usize],
+    k: &[f64],
+) -> bool {
+    macro_rules! by_width {
+        ($($n:literal)*) => {
+            match weights.len() {
+                0 => {
+                    out.copy_from_slice(x);
+                    finite(out)
+                }
+                $($n => fused::<$n>(out, x, h, weights, stages, k),)*
+                width => panic!("{width} weights in a sum over stages; at most {WIDTH_MAX}"),
+            }
+        };
+    }
+    by_width!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
+}
+
+fn fused<const N: usize>(
+    out: &mut [f64],
+    x: &[f64],
+    h: f64,
+    weights: &[f64],
+    stages: &[usize],
+    k: &[f64],
+) -> bool {
+    let n = out.len();
+    let x = &x[..n];
+    let w: [f64; N] = std::array::from_fn(|j| h * weights[j]);
+    let k: [&[f64]; N] = std::array::from_fn(|j| &k[stages[j] * n..][..n]);
+    let mut bad = 0;
+    for i in 0..n {
+        let mut sum = w[0] * k[0][i];
+        for j in 1..N {
+            sum += w[j] * k[j][i];
+        }
+        let value = x[i] + sum;
+        bad |= trace(value);
+        out[i] = value;
+    }
+    bad == 0
+}
+
+/// out = h Σⱼ wⱼ kⱼ.
+#[inline]
+pub(crate) fn weigh(out: &mut [f64], h: f64, row: &Row, k: &[f64]) {
+    let n = out.len();
+    out.fill(0.0);
+    for (w, stage) in row.weights.iter().zip(&row.stages) {
+        let w = h * w;
+        for (o, k) in out.iter_mut().zip(&k[stage * n..][..n]) {
+            *o += w * k;
+        }
+    }
+}
+
+/// The same sum as [`combine`] for one lane, with the same bits.
+pub(crate) fn lane(
+    x: f64,
+    h: f64,
+    weights: &[f64],
+    stages: &[usize],
+    k: &[f64],
+    n: usize,
+    i: usize,
+) -> f64 {
+    let mut terms = weights.iter().zip(stages).map(|(w, j)| (h * w) * k[j * n + i]);
+    match terms.next() {
+        None => x,
+        Some(first) => x + terms.fold(first, |sum, term| sum + term),
+    }
+}
+
+/// Zero where v is finite, else not: v − v is +0 or NaN. Two vector instructions in a loop.
+#[inline(always)]
+fn trace(v: f64) -> u64 {
+    (v - v).to_bits()
+}
+
+/// Whether every lane is finite.
+#[inline]
+pub(crate) fn finite(x: &[f64]) -> bool {
+    x.iter().fold(0, |bad, v| bad | trace(*v)) == 0
+}
+
+/// The first lane that is not finite.
+pub(crate) fn first_bad(x: &[f64]) -> Option<usize> {
+    x.iter().position(|v| !v.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every width against the plain double loop, and the single lane to the bit.
+    #[test]
+    fn sums_of_all_widths() {
+        let (n, stages) = (7, 19);
+        let k: Vec<f64> = (0..n * stages).map(|i| ((i * i + 3) as f64).sin()).collect();
+        let x: Vec<f64> = (0..n).map(|i| (i as f64 + 0.3).cos()).collect();
+        for width in 0..=WIDTH_MAX {
+            // Every stage but those at multiples of five, up to the width.
+            let mut weights = vec![0.0; stages];
+            for j in (0..stages).filter(|j| j % 7 != 5).take(width) {
+                weights[j] = 0.3 + (j as f64).sin();
+            }
+            let row = Row::new(&weights);
+            assert_eq!(row.weights.len(), width);
+            let mut out = vec![0.0; n];
+            assert!(combine(&mut out, &x, 0.7, &row, &k));
+            for i in 0..n {
+                let plain: f64 = (0..stages).map(|j| weights[j] * k[j * n + i]).sum();
+                assert!((out[i] - x[i] - 0.7 * plain).abs() < 1e-14, "width {width} lane {i}");
+                let single = lane(x[i], 0.7, &row.weights, &row.stages, &k, n, i);
+                assert_eq!(single.to_bits(), out[i].to_bits(), "width {width} lane {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_seen() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let k = [1.0, 2.0, 3.0, bad, 5.0];
+            let mut out = [0.0; 5];
+            assert!(!combine(&mut out, &[0.0; 5], 1.0, &Row::new(&[1.0]), &k));
+            assert_eq!(first_bad(&out), Some(3));
+            assert!(!finite(&out) && finite(&out[..3]));
+        }
+    }
+}

@@ -1,0 +1,303 @@
+//! The integrator: a method with its storage; steps of fixed size; what is known after a step.
+use crate::combine::{finite, first_bad, sum, weigh};
+use crate::dense::{Dense, Polynomials};
+use crate::errors::Failure;
+use crate::explicit::Rows;
+use crate::method::Method;
+use crate::rosenbrock::Stiff;
+use crate::system::System;
+use crate::work::{Attempt, Work};
+
+/// A method with its storage for n lanes. It holds nothing that outlives a step but the dense
+/// output and f at the end of the last one: what a simulation must save is in its own state and
+/// in [`crate::Memory`].
+#[derive(Clone, Debug)]
+pub struct Integrator {
+    method: Method,
+    n: usize,
+    engine: Engine,
+    polynomials: Polynomials,
+    pub(crate) work: Work,
+    last: Option<Last>,
+}
+
+#[derive(Clone, Debug)]
+enum Engine {
+    Explicit(Rows),
+    Rosenbrock(Box<Stiff>),
+    SemiImplicitEuler,
+}
+
+/// The last accepted step.
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    t: f64,
+    h: f64,
+    /// The last stage is f at the end, and the projection left x as it was.
+    slope_known: bool,
+    /// Extra stages and defect are there.
+    dense_ready: bool,
+}
+
+impl Integrator {
+    /// For n lanes. Memory: n times the stages of the method, n² more for stiff ones; nothing is
+    /// allocated later.
+    pub fn new(method: Method, n: usize) -> Self {
+        let (engine, polynomials, stages) = match method {
+            Method::Explicit(table) => {
+                let polynomials = Polynomials::new(table.dense.iter().copied());
+                (Engine::Explicit(Rows::new(table)), polynomials, table.a.len())
+            }
+            Method::Rosenbrock(table) => {
+                let rows = crate::rosenbrock::bezier(table);
+                let polynomials = Polynomials::new(rows.iter().map(|row| &row[..]));
+                (Engine::Rosenbrock(Box::new(Stiff::new(table, n))), polynomials, table.a.len())
+            }
+            Method::SemiImplicitEuler => {
+                (Engine::SemiImplicitEuler, Polynomials::new(std::iter::empty()), 1)
+            }
+        };
+        Integrator { method, n, engine, polynomials, work: Work::new(n, stages), last: None }
+    }
+
+    /// The method.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// Number of lanes.
+    pub fn lanes(&self) -> usize {
+        self.n
+    }
+
+    /// One step of `h` (s, either sign) from `t`: `x` is moved, projected, and left as it was
+    /// when anything fails. `k1` = f(t, x) when the caller has it; it must be just that.
+    ///
+    /// # Errors
+    /// [`Failure::System`], [`Failure::Start`], [`Failure::NotFinite`].
+    ///
+    /// # Panics
+    /// When `x` or `k1` has not n lanes.
+    pub fn step_fixed<S: System>(
+        &mut self,
+        system: &mut S,
+        t: f64,
+        h: f64,
+        x: &mut [f64],
+        k1: Option<&[f64]>,
+    ) -> Result<(), Failure<S::Error>> {
+        self.begin(system, t, x, k1)?;
+        match self.attempt(system, t, h)? {
+            Attempt::Finite => self.accept(system, t, h, x),
+            Attempt::Bad { lane } => {
+                Err(self.start_fault(t).unwrap_or(Failure::NotFinite { t, h, lane }))
+            }
+        }
+    }
+
+    /// f at the end of the last step, where the method has it: the last stage is there, and the
+    /// projection did not move x. It is f at time t + h; hand it to the next step as `k1`.
+    pub fn end_derivatives(&self) -> Option<&[f64]> {
+        let (Engine::Explicit(rows), Some(last)) = (&self.engine, &self.last) else { return None };
+        let at = (rows.table.stages - 1) * self.n;
+        last.slope_known.then(|| &self.work.k[at..at + self.n])
+    }
+
+    /// The solution within the last accepted step. The first call after a step may evaluate
+    /// `system` for more stages (RK4 one, Verner 8(7) four, the others none), so the system must
+    /// be as it was during the step.
+    ///
+    /// # Errors
+    /// [`Failure::NoStep`] when no step was taken or the last one failed; [`Failure::System`] and
+    /// [`Failure::NotFinite`] of the extra stages.
+    pub fn dense<S: System>(&mut self, system: &mut S) -> Result<Dense<'_>, Failure<S::Error>> {
+        let Some(Last { t, h, dense_ready, .. }) = self.last else { return Err(Failure::NoStep) };
+        if !dense_ready {
+            self.prepare_dense(system, t, h)?;
+        }
+        Ok(Dense {
+            work: &self.work,
+            polynomials: &self.polynomials,
+            scale: self.scale(h),
+            t,
+            h,
+            straight: self.method.dense_order() == 1,
+        })
+    }
+
+    fn prepare_dense<S: System>(
+        &mut self,
+        system: &mut S,
+        t: f64,
+        h: f64,
+    ) -> Result<(), Failure<S::Error>> {
+        let scale = self.scale(h);
+        if let Engine::Explicit(rows) = &self.engine {
+            let bad = rows.extra_stages(system, &mut self.work, t, h).map_err(Failure::System)?;
+            if let Some(lane) = bad {
+                return Err(Failure::NotFinite { t, h, lane });
+            }
+        }
+        let weights = self.polynomials.weights(1.0);
+        let stages = &self.polynomials.stages;
+        let Work { x0, x1, k, defect, .. } = &mut self.work;
+        sum(defect, x0, scale, &weights[..stages.len()], stages, k);
+        for (d, x1) in defect.iter_mut().zip(x1.iter()) {
+            *d = x1 - *d;
+        }
+        if let Some(last) = &mut self.last {
+            last.dense_ready = true;
+        }
+        Ok(())
+    }
+
+    /// What the stages are multiplied by.
+    fn scale(&self, h: f64) -> f64 {
+        match self.engine {
+            Engine::Rosenbrock(_) => 1.0,
+            _ => h,
+        }
+    }
+
+    /// Takes x and k₁ in; from here on the last step is forgotten.
+    #[inline]
+    pub(crate) fn begin<S: System>(
+        &mut self,
+        system: &mut S,
+        t: f64,
+        x: &[f64],
+        k1: Option<&[f64]>,
+    ) -> Result<(), Failure<S::Error>> {
+        assert_eq!(x.len(), self.n, "lanes of the state and of the integrator");
+        self.last = None;
+        self.work.x0.copy_from_slice(x);
+        let first = match &mut self.engine {
+            Engine::Rosenbrock(stiff) => {
+                stiff.fresh = false;
+                &mut stiff.f0[..]
+            }
+            _ => &mut self.work.k[..self.n],
+        };
+        match k1 {
+            Some(k1) => first.copy_from_slice(k1),
+            None => system.derivatives(t, x, first).map_err(Failure::System)?,
+        }
+        Ok(())
+    }
+
+    /// f at the start.
+    pub(crate) fn first(&self) -> &[f64] {
+        match &self.engine {
+            Engine::Rosenbrock(stiff) => &stiff.f0,
+            _ => &self.work.k[..self.n],
+        }
+    }
+
+    /// The fault when x or f at the start is not finite.
+    #[cold]
+    pub(crate) fn start_fault<E>(&self, t: f64) -> Option<Failure<E>> {
+        let lane = first_bad(&self.work.x0).or_else(|| first_bad(self.first()))?;
+        Some(Failure::Start { t, lane })
+    }
+
+    /// Tries a step of h from what [`Integrator::begin`] took in; may be repeated with another h.
+    #[inline]
+    pub(crate) fn attempt<S: System>(
+        &mut self,
+        system: &mut S,
+        t: f64,
+        h: f64,
+    ) -> Result<Attempt, Failure<S::Error>> {
+        let work = &mut self.work;
+        match &mut self.engine {
+            Engine::Explicit(rows) => rows.attempt(system, work, t, h),
+            Engine::Rosenbrock(stiff) => stiff.attempt(system, work, t, h),
+            Engine::SemiImplicitEuler => semi_implicit_euler(system, work, h),
+        }
+        .map_err(Failure::System)
+    }
+
+    /// f(t + h, x + h f) − f into `work.error`, for the first step; false when x + h f is not finite.
+    pub(crate) fn probe<S: System>(
+        &mut self,
+        system: &mut S,
+        t: f64,
+        h: f64,
+    ) -> Result<bool, Failure<S::Error>> {
+        let Work { x0, stage, k, error, .. } = &mut self.work;
+        let first = match &self.engine {
+            Engine::Rosenbrock(stiff) => &stiff.f0[..],
+            _ => &k[..self.n],
+        };
+        for (out, (x, f)) in stage.iter_mut().zip(x0.iter().zip(first)) {
+            *out = x + h * f;
+        }
+        if !finite(stage) {
+            return Ok(false);
+        }
+        system.derivatives(t + h, stage, error).map_err(Failure::System)?;
+        for (e, f) in error.iter_mut().zip(first) {
+            *e -= f;
+        }
+        Ok(true)
+    }
+
+    /// The error estimate of the attempt, into `work.error`.
+    pub(crate) fn estimate(&mut self, h: f64) {
+        let scale = self.scale(h);
+        let row = match &self.engine {
+            Engine::Explicit(rows) => &rows.error,
+            Engine::Rosenbrock(stiff) => &stiff.error,
+            Engine::SemiImplicitEuler => return,
+        };
+        weigh(&mut self.work.error, scale, row, &self.work.k);
+    }
+
+    /// Projects the end of the attempt and hands it to the caller.
+    #[inline]
+    pub(crate) fn accept<S: System>(
+        &mut self,
+        system: &mut S,
+        t: f64,
+        h: f64,
+        x: &mut [f64],
+    ) -> Result<(), Failure<S::Error>> {
+        let Work { x1, stage, .. } = &mut self.work;
+        let same_as_last = match &self.engine {
+            Engine::Explicit(rows) => rows.table.first_same_as_last,
+            _ => false,
+        };
+        if same_as_last {
+            stage.copy_from_slice(x1);
+        }
+        system.project(t + h, x1).map_err(Failure::System)?;
+        if !finite(x1) {
+            return Err(Failure::NotFinite { t, h, lane: first_bad(x1).unwrap_or(0) });
+        }
+        let slope_known = same_as_last && same_bits(stage, x1);
+        x.copy_from_slice(x1);
+        self.last = Some(Last { t, h, slope_known, dense_ready: false });
+        Ok(())
+    }
+}
+
+fn same_bits(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).fold(true, |same, (a, b)| same & (a.to_bits() == b.to_bits()))
+}
+
+/// Velocities by h f, then the system moves its positions along them.
+fn semi_implicit_euler<S: System>(
+    system: &mut S,
+    work: &mut Work,
+    h: f64,
+) -> Result<Attempt, S::Error> {
+    let Work { x0, x1, k, .. } = work;
+    for (out, (x, k)) in x1.iter_mut().zip(x0.iter().zip(k.iter())) {
+        *out = x + h * k;
+    }
+    for lanes in system.positions() {
+        x1[lanes.clone()].copy_from_slice(&x0[lanes.clone()]);
+    }
+    system.retract(x1, k, h)?;
+    Ok(if finite(x1) { Attempt::Finite } else { Attempt::bad(x1) })
+}

@@ -1,0 +1,159 @@
+//! One attempt of a Rosenbrock step: Jacobian, one LU, s solutions.
+use crate::combine::{Row, combine, first_bad};
+use crate::lu::Lu;
+use crate::method::Rosenbrock;
+use crate::system::System;
+use crate::work::{Attempt, Work};
+
+/// Table and storage of a Rosenbrock method.
+#[derive(Clone, Debug)]
+pub(crate) struct Stiff {
+    table: &'static Rosenbrock,
+    a: Vec<Row>,
+    c: Vec<Row>,
+    m: Row,
+    pub error: Row,
+    /// f at the start.
+    pub f0: Vec<f64>,
+    /// ∂f/∂t at the start.
+    slope: Vec<f64>,
+    /// ∂f/∂x at the start, row by row.
+    jacobian: Vec<f64>,
+    /// Whether `slope` and `jacobian` belong to this start.
+    pub fresh: bool,
+    lu: Lu,
+}
+
+impl Stiff {
+    pub fn new(table: &'static Rosenbrock, n: usize) -> Self {
+        Stiff {
+            table,
+            a: table.a.iter().map(|row| Row::new(row)).collect(),
+            c: table.c.iter().map(|row| Row::new(row)).collect(),
+            m: Row::new(table.m),
+            error: Row::new(table.error),
+            f0: vec![0.0; n],
+            slope: vec![0.0; n],
+            jacobian: vec![0.0; n * n],
+            fresh: false,
+            lu: Lu::new(n),
+        }
+    }
+
+    /// From `x0` and `f0` to `x1`, the uᵢ in `k`.
+    pub fn attempt<S: System>(
+        &mut self,
+        system: &mut S,
+        work: &mut Work,
+        t: f64,
+        h: f64,
+    ) -> Result<Attempt, S::Error> {
+        if !self.fresh {
+            self.linearise(system, work, t, h)?;
+            self.fresh = true;
+        }
+        let n = work.x0.len();
+        if !self.factor(h) {
+            // Singular or not finite: a shorter step is nearer to the identity.
+            return Ok(Attempt::Bad { lane: first_bad(&self.jacobian).map_or(0, |at| at / n) });
+        }
+        for i in 0..self.a.len() {
+            let Work { x0, stage, k, error: rhs, .. } = &mut *work;
+            if i == 0 {
+                rhs.copy_from_slice(&self.f0);
+            } else {
+                if !combine(stage, x0, 1.0, &self.a[i], k) {
+                    return Ok(Attempt::bad(stage));
+                }
+                system.derivatives(t + self.table.alpha[i] * h, stage, rhs)?;
+            }
+            let u = &mut stage[..];
+            combine(u, rhs, 1.0 / h, &self.c[i], k);
+            let hd = h * self.table.d[i];
+            if hd != 0.0 {
+                u.iter_mut().zip(&self.slope).for_each(|(u, s)| *u += hd * s);
+            }
+            self.lu.solve(u);
+            k[i * n..(i + 1) * n].copy_from_slice(u);
+        }
+        if !combine(&mut work.x1, &work.x0, 1.0, &self.m, &work.k) {
+            return Ok(Attempt::bad(&work.x1));
+        }
+        Ok(Attempt::Finite)
+    }
+
+    /// W = 1/(γh) − J.
+    fn factor(&mut self, h: f64) -> bool {
+        let n = self.f0.len();
+        for (w, j) in self.lu.a.iter_mut().zip(&self.jacobian) {
+            *w = -j;
+        }
+        let diagonal = 1.0 / (self.table.gamma * h);
+        self.lu.a.iter_mut().step_by(n + 1).for_each(|w| *w += diagonal);
+        self.lu.factor()
+    }
+
+    /// ∂f/∂x and ∂f/∂t, from the system or by differences.
+    fn linearise<S: System>(
+        &mut self,
+        system: &mut S,
+        work: &mut Work,
+        t: f64,
+        h: f64,
+    ) -> Result<(), S::Error> {
+        if !system.jacobian(t, &work.x0, &mut self.jacobian)? {
+            self.differences(system, work, t, h)?;
+        }
+        if !system.time_derivative(t, &work.x0, &mut self.slope)? {
+            let step = increment(t, h);
+            system.derivatives(t + step, &work.x0, &mut self.slope)?;
+            for (s, f) in self.slope.iter_mut().zip(&self.f0) {
+                *s = (*s - f) / step;
+            }
+        }
+        Ok(())
+    }
+
+    /// ∂f/∂x by one-sided differences, n evaluations.
+    fn differences<S: System>(
+        &mut self,
+        system: &mut S,
+        work: &mut Work,
+        t: f64,
+        h: f64,
+    ) -> Result<(), S::Error> {
+        let n = self.f0.len();
+        let Work { x0, stage, error: f, .. } = work;
+        stage.copy_from_slice(x0);
+        for j in 0..n {
+            let step = increment(x0[j], h * self.f0[j]);
+            stage[j] = x0[j] + step;
+            system.derivatives(t, stage, f)?;
+            stage[j] = x0[j];
+            for i in 0..n {
+                self.jacobian[i * n + j] = (f[i] - self.f0[i]) / step;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The increment of a difference: √ε of the lane's size, which is the larger of its value, its
+/// change in a step and 3e-3 (the floor of Hairer's RODAS); towards where the lane is going, so
+/// that a lane which may not leave its range does not; exactly representable.
+fn increment(x: f64, change: f64) -> f64 {
+    let size = x.abs().max(change.abs()).max(3e-3);
+    let size = if size.is_finite() { size } else { x.abs().max(3e-3) };
+    let step = (f64::EPSILON.sqrt() * size).copysign(change);
+    (x + step) - x
+}
+
+/// The interpolant of each uᵢ in Bernstein form: (m + h₁)/3, (2m + h₁ + h₂)/3, m.
+pub(crate) fn bezier(table: &Rosenbrock) -> Vec<[f64; 3]> {
+    let [h1, h2] = table.dense;
+    let row = |i: usize| {
+        let (m, h1, h2) = (table.m[i], h1[i], h2[i]);
+        [(m + h1) / 3.0, (2.0 * m + h1 + h2) / 3.0, m]
+    };
+    (0..table.m.len()).map(row).collect()
+}
