@@ -23,22 +23,78 @@ impl Row {
 /// Most weights that are not zero in any sum.
 pub(crate) const WIDTH_MAX: usize = 16;
 
-/// out = x + h Σⱼ wⱼ kⱼ; `k` holds the stages one after the other, each as long as `out`.
-/// Returns whether all of `out` is finite.
-#[inline]
-pub(crate) fn combine(out: &mut [f64], x: &[f64], h: f64, row: &Row, k: &[f64]) -> bool {
-    sum(out, x, h, &row.weights, &row.stages, k)
+/// The stages of a step: the first where it lies, the others in one vector.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stages<'a> {
+    /// The first, of n lanes.
+    pub first: &'a [f64],
+    /// All, one after the other, each of n lanes; the first of them is not read.
+    pub all: &'a [f64],
 }
 
-/// The same over plain slices.
+impl<'a> Stages<'a> {
+    /// All of them in one vector.
+    pub fn new(all: &'a [f64], n: usize) -> Self {
+        Stages { first: &all[..n], all }
+    }
+
+    /// Stage j of n lanes.
+    #[inline(always)]
+    fn get(&self, j: usize, n: usize) -> &'a [f64] {
+        if j == 0 { &self.first[..n] } else { &self.all[j * n..][..n] }
+    }
+}
+
+/// out = x + h Σⱼ wⱼ kⱼ. Returns whether all of `out` is finite.
 #[inline]
+pub(crate) fn combine(out: &mut [f64], x: &[f64], h: f64, row: &Row, k: Stages) -> bool {
+    let Row { weights, stages } = row;
+    match (&weights[..], &stages[..]) {
+        ([w], [j]) => axpy(out, x, h * w, k.get(*j, x.len())),
+        _ => sum(out, x, h, weights, stages, k),
+    }
+}
+
+/// out = x + a k.
+#[inline(never)] // its parameters are known to be apart
+fn axpy(out: &mut [f64], x: &[f64], a: f64, k: &[f64]) -> bool {
+    let n = out.len();
+    let (x, k) = (&x[..n], &k[..n]);
+    let mut bad = 0;
+    for i in 0..n {
+        let value = x[i] + a * k[i];
+        bad |= trace(value);
+        out[i] = value;
+    }
+    bad == 0
+}
+
+/// What became of x₁ in x.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Compared {
+    pub finite: bool,
+    pub same: bool,
+}
+
+/// Whether x is finite, and the same as x₁ bit for bit.
+#[inline]
+pub(crate) fn compare(x: &[f64], x1: &[f64]) -> Compared {
+    let (mut bad, mut moved) = (0, 0);
+    for (x, x1) in x.iter().zip(x1) {
+        bad |= trace(*x);
+        moved |= x.to_bits() ^ x1.to_bits();
+    }
+    Compared { finite: bad == 0, same: moved == 0 }
+}
+
+/// The same over plain slices, of any width.
 pub(crate) fn sum(
     out: &mut [f64],
     x: &[f64],
     h: f64,
     weights: &[f64],
     stages: &[usize],
-    k: &[f64],
+    k: Stages,
 ) -> bool {
     macro_rules! by_width {
         ($($n:literal)*) => {
@@ -47,7 +103,7 @@ pub(crate) fn sum(
                     out.copy_from_slice(x);
                     finite(out)
                 }
-                $($n => fused::<$n>(out, x, h, weights, stages, k),)*
+                $($n => fused::<$n>(out, x, h, weights, stages, (k.first, k.all)),)*
                 width => panic!("{width} weights in a sum over stages; at most {WIDTH_MAX}"),
             }
         };
@@ -55,18 +111,24 @@ pub(crate) fn sum(
     by_width!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
 }
 
+/// One function for each width, whose parameters are known to be apart.
+#[inline(never)]
 fn fused<const N: usize>(
     out: &mut [f64],
     x: &[f64],
     h: f64,
     weights: &[f64],
     stages: &[usize],
-    k: &[f64],
+    (first, all): (&[f64], &[f64]),
 ) -> bool {
     let n = out.len();
     let x = &x[..n];
-    let w: [f64; N] = std::array::from_fn(|j| h * weights[j]);
-    let k: [&[f64]; N] = std::array::from_fn(|j| &k[stages[j] * n..][..n]);
+    let mut w = [0.0; N];
+    let mut k: [&[f64]; N] = [&[]; N];
+    for j in 0..N {
+        w[j] = h * weights[j];
+        k[j] = Stages { first, all }.get(stages[j], n);
+    }
     let mut bad = 0;
     for i in 0..n {
         let mut sum = w[0] * k[0][i];
@@ -76,6 +138,48 @@ fn fused<const N: usize>(
         let value = x[i] + sum;
         bad |= trace(value);
         out[i] = value;
+    }
+    bad == 0
+}
+
+/// The end of a step from the caller's x and k₁, four weights, in one pass: x₁ into `x` and `x1`,
+/// what x was into `x0`. Returns whether all of x₁ is finite.
+#[inline]
+pub(crate) fn end_of_four(
+    x: &mut [f64],
+    [x0, x1]: [&mut [f64]; 2],
+    h: f64,
+    row: &Row,
+    k: Stages,
+) -> bool {
+    let n = x.len();
+    let w = [h * row.weights[0], h * row.weights[1], h * row.weights[2], h * row.weights[3]];
+    let stage = |j: usize| k.get(row.stages[j], n);
+    four(x, x0, x1, w, stage(0), stage(1), stage(2), stage(3))
+}
+
+#[inline(never)] // its parameters are known to be apart
+fn four(
+    x: &mut [f64],
+    x0: &mut [f64],
+    x1: &mut [f64],
+    w: [f64; 4],
+    k0: &[f64],
+    k1: &[f64],
+    k2: &[f64],
+    k3: &[f64],
+) -> bool {
+    let n = x.len();
+    let (x0, x1) = (&mut x0[..n], &mut x1[..n]);
+    let (k0, k1, k2, k3) = (&k0[..n], &k1[..n], &k2[..n], &k3[..n]);
+    let mut bad = 0;
+    for i in 0..n {
+        let old = x[i];
+        let value = old + (w[0] * k0[i] + w[1] * k1[i] + w[2] * k2[i] + w[3] * k3[i]);
+        bad |= trace(value);
+        x0[i] = old;
+        x1[i] = value;
+        x[i] = value;
     }
     bad == 0
 }
@@ -112,6 +216,7 @@ pub(crate) fn lane(
 
 /// Zero where v is finite, else not: v − v is +0 or NaN. Two vector instructions in a loop.
 #[inline(always)]
+#[allow(clippy::eq_op)] // the test of finiteness that costs least
 fn trace(v: f64) -> u64 {
     (v - v).to_bits()
 }
@@ -146,7 +251,7 @@ mod tests {
             let row = Row::new(&weights);
             assert_eq!(row.weights.len(), width);
             let mut out = vec![0.0; n];
-            assert!(combine(&mut out, &x, 0.7, &row, &k));
+            assert!(combine(&mut out, &x, 0.7, &row, Stages::new(&k, n)));
             for i in 0..n {
                 let plain: f64 = (0..stages).map(|j| weights[j] * k[j * n + i]).sum();
                 assert!((out[i] - x[i] - 0.7 * plain).abs() < 1e-14, "width {width} lane {i}");
@@ -161,7 +266,7 @@ mod tests {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let k = [1.0, 2.0, 3.0, bad, 5.0];
             let mut out = [0.0; 5];
-            assert!(!combine(&mut out, &[0.0; 5], 1.0, &Row::new(&[1.0]), &k));
+            assert!(!combine(&mut out, &[0.0; 5], 1.0, &Row::new(&[1.0]), Stages::new(&k, 5)));
             assert_eq!(first_bad(&out), Some(3));
             assert!(!finite(&out) && finite(&out[..3]));
         }

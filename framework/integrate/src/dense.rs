@@ -7,7 +7,7 @@
 //! ```
 //! A projection moves x by no more than the step's own error, so the defect costs no order; with
 //! it the ends are x₀ and x₁ to the bit, and neighbouring steps join.
-use crate::combine::{WIDTH_MAX, lane, sum};
+use crate::combine::{Stages, WIDTH_MAX, lane, sum};
 use crate::work::Work;
 
 /// Highest degree of an interpolant.
@@ -103,7 +103,7 @@ impl Dense<'_> {
         }
         let weights = self.polynomials.weights(theta);
         let stages = &self.polynomials.stages;
-        sum(out, x0, self.scale, &weights[..stages.len()], stages, k);
+        sum(out, x0, self.scale, &weights[..stages.len()], stages, Stages::new(k, x0.len()));
         let blend = self.blend(theta);
         for (o, d) in out.iter_mut().zip(defect) {
             *o += blend * d;

@@ -1,5 +1,5 @@
 //! One attempt of an explicit Runge–Kutta step, from its table.
-use crate::combine::{Row, combine, first_bad};
+use crate::combine::{Row, Stages, combine, end_of_four, first_bad};
 use crate::method::Explicit;
 use crate::system::System;
 use crate::work::{Attempt, Work};
@@ -33,20 +33,72 @@ impl Rows {
         t: f64,
         h: f64,
     ) -> Result<Attempt, S::Error> {
+        Ok(match self.stages(system, work, (t, h), None)? {
+            Attempt::Finite => self.end(work, h),
+            bad => bad,
+        })
+    }
+
+    /// The same from the caller's x and k₁, which end up in `work`; `x` is x₁ then, and as it
+    /// was when the system refuses or a stage is bad. Nothing is copied that is read soon after.
+    #[inline]
+    pub fn attempt_from<S: System>(
+        &self,
+        system: &mut S,
+        work: &mut Work,
+        (t, h): (f64, f64),
+        x: &mut [f64],
+        k1: &[f64],
+    ) -> Result<Attempt, S::Error> {
+        let stages = self.stages(system, work, (t, h), Some((x, k1)))?;
+        let Work { x0, x1, k, .. } = &mut *work;
+        if stages == Attempt::Finite && self.b.weights.len() == 4 {
+            let stages = Stages { first: k1, all: k };
+            let finite = end_of_four(x, [x0, x1], h, &self.b, stages);
+            k[..x.len()].copy_from_slice(k1);
+            return Ok(if finite { Attempt::Finite } else { Attempt::bad(x1) });
+        }
+        x0.copy_from_slice(x);
+        k[..x.len()].copy_from_slice(k1);
+        if stages != Attempt::Finite {
+            return Ok(stages);
+        }
+        let end = self.end(work, h);
+        x.copy_from_slice(&work.x1);
+        Ok(end)
+    }
+
+    /// All stages after the first; x and k₁ from the caller, or in `work`.
+    #[inline(always)]
+    fn stages<S: System>(
+        &self,
+        system: &mut S,
+        work: &mut Work,
+        (t, h): (f64, f64),
+        start: Option<(&[f64], &[f64])>,
+    ) -> Result<Attempt, S::Error> {
         let n = work.x0.len();
         for i in 1..self.table.stages {
-            if !combine(&mut work.stage, &work.x0, h, &self.a[i], &work.k) {
-                return Ok(Attempt::bad(&work.stage));
+            let Work { x0, stage, k, .. } = &mut *work;
+            let (x, first) = start.unwrap_or((x0, &k[..n]));
+            if !combine(stage, x, h, &self.a[i], Stages { first, all: k }) {
+                return Ok(Attempt::bad(stage));
             }
-            let k = &mut work.k[i * n..(i + 1) * n];
-            system.derivatives(t + self.table.c[i] * h, &work.stage, k)?;
-        }
-        if self.table.first_same_as_last {
-            std::mem::swap(&mut work.x1, &mut work.stage);
-        } else if !combine(&mut work.x1, &work.x0, h, &self.b, &work.k) {
-            return Ok(Attempt::bad(&work.x1));
+            let k = &mut k[i * n..(i + 1) * n];
+            system.derivatives(t + self.table.c[i] * h, stage, k)?;
         }
         Ok(Attempt::Finite)
+    }
+
+    /// x₁ from all stages.
+    fn end(&self, work: &mut Work, h: f64) -> Attempt {
+        let Work { x0, x1, stage, k, .. } = work;
+        if self.table.first_same_as_last {
+            std::mem::swap(x1, stage);
+        } else if !combine(x1, x0, h, &self.b, Stages::new(k, x0.len())) {
+            return Attempt::bad(x1);
+        }
+        Attempt::Finite
     }
 
     /// The stages that only the dense output needs; a lane that is not finite is returned.
@@ -59,11 +111,12 @@ impl Rows {
     ) -> Result<Option<usize>, S::Error> {
         let n = work.x0.len();
         for i in self.table.stages..self.a.len() {
-            if !combine(&mut work.stage, &work.x0, h, &self.a[i], &work.k) {
-                return Ok(first_bad(&work.stage));
+            let Work { x0, stage, k, .. } = &mut *work;
+            if !combine(stage, x0, h, &self.a[i], Stages::new(k, n)) {
+                return Ok(first_bad(stage));
             }
-            let k = &mut work.k[i * n..(i + 1) * n];
-            system.derivatives(t + self.table.c[i] * h, &work.stage, k)?;
+            let k = &mut k[i * n..(i + 1) * n];
+            system.derivatives(t + self.table.c[i] * h, stage, k)?;
             if let Some(lane) = first_bad(k) {
                 return Ok(Some(lane));
             }

@@ -1,5 +1,5 @@
 //! The integrator: a method with its storage; steps of fixed size; what is known after a step.
-use crate::combine::{finite, first_bad, sum, weigh};
+use crate::combine::{Compared, Stages, compare, finite, first_bad, sum, weigh};
 use crate::dense::{Dense, Polynomials};
 use crate::errors::Failure;
 use crate::explicit::Rows;
@@ -33,7 +33,7 @@ enum Engine {
 struct Last {
     t: f64,
     h: f64,
-    /// The last stage is f at the end, and the projection left x as it was.
+    /// The projection left x as it was, so that a last stage at the end is f there.
     slope_known: bool,
     /// Extra stages and defect are there.
     dense_ready: bool,
@@ -86,13 +86,35 @@ impl Integrator {
         x: &mut [f64],
         k1: Option<&[f64]>,
     ) -> Result<(), Failure<S::Error>> {
+        if let (Engine::Explicit(rows), Some(k1)) = (&self.engine, k1) {
+            assert_eq!(x.len(), self.n, "lanes of the state and of the integrator");
+            assert_eq!(k1.len(), self.n, "lanes of k1 and of the integrator");
+            self.last = None;
+            let attempt = rows.attempt_from(system, &mut self.work, (t, h), x, k1);
+            return match attempt {
+                Ok(Attempt::Finite) => self.settle(system, t, h, x),
+                Ok(Attempt::Bad { lane }) => Err(self.undo(x, self.not_finite(t, h, lane))),
+                Err(fault) => Err(Failure::System(fault)),
+            };
+        }
         self.begin(system, t, x, k1)?;
         match self.attempt(system, t, h)? {
             Attempt::Finite => self.accept(system, t, h, x),
-            Attempt::Bad { lane } => {
-                Err(self.start_fault(t).unwrap_or(Failure::NotFinite { t, h, lane }))
-            }
+            Attempt::Bad { lane } => Err(self.not_finite(t, h, lane)),
         }
+    }
+
+    /// The fault of a step that is not finite: of its start, or of its size.
+    #[cold]
+    fn not_finite<E>(&self, t: f64, h: f64, lane: usize) -> Failure<E> {
+        self.start_fault(t).unwrap_or(Failure::NotFinite { t, h, lane })
+    }
+
+    /// Gives x back as it was at the start.
+    #[cold]
+    fn undo<E>(&self, x: &mut [f64], failure: Failure<E>) -> Failure<E> {
+        x.copy_from_slice(&self.work.x0);
+        failure
     }
 
     /// f at the end of the last step, where the method has it: the last stage is there, and the
@@ -100,7 +122,8 @@ impl Integrator {
     pub fn end_derivatives(&self) -> Option<&[f64]> {
         let (Engine::Explicit(rows), Some(last)) = (&self.engine, &self.last) else { return None };
         let at = (rows.table.stages - 1) * self.n;
-        last.slope_known.then(|| &self.work.k[at..at + self.n])
+        let known = rows.table.first_same_as_last && last.slope_known;
+        known.then(|| &self.work.k[at..at + self.n])
     }
 
     /// The solution within the last accepted step. The first call after a step may evaluate
@@ -141,7 +164,7 @@ impl Integrator {
         let weights = self.polynomials.weights(1.0);
         let stages = &self.polynomials.stages;
         let Work { x0, x1, k, defect, .. } = &mut self.work;
-        sum(defect, x0, scale, &weights[..stages.len()], stages, k);
+        sum(defect, x0, scale, &weights[..stages.len()], stages, Stages::new(k, x0.len()));
         for (d, x1) in defect.iter_mut().zip(x1.iter()) {
             *d = x1 - *d;
         }
@@ -253,8 +276,7 @@ impl Integrator {
         weigh(&mut self.work.error, scale, row, &self.work.k);
     }
 
-    /// Projects the end of the attempt and hands it to the caller.
-    #[inline]
+    /// Hands the end of the attempt to the caller, projected.
     pub(crate) fn accept<S: System>(
         &mut self,
         system: &mut S,
@@ -262,27 +284,33 @@ impl Integrator {
         h: f64,
         x: &mut [f64],
     ) -> Result<(), Failure<S::Error>> {
-        let Work { x1, stage, .. } = &mut self.work;
-        let same_as_last = match &self.engine {
-            Engine::Explicit(rows) => rows.table.first_same_as_last,
-            _ => false,
-        };
-        if same_as_last {
-            stage.copy_from_slice(x1);
+        x.copy_from_slice(&self.work.x1);
+        self.settle(system, t, h, x)
+    }
+
+    /// Projects `x`, which is x₁, and remembers the step; gives `x` back as it was on a fault.
+    #[inline]
+    fn settle<S: System>(
+        &mut self,
+        system: &mut S,
+        t: f64,
+        h: f64,
+        x: &mut [f64],
+    ) -> Result<(), Failure<S::Error>> {
+        if let Err(fault) = system.project(t + h, x) {
+            return Err(self.undo(x, Failure::System(fault)));
         }
-        system.project(t + h, x1).map_err(Failure::System)?;
-        if !finite(x1) {
-            return Err(Failure::NotFinite { t, h, lane: first_bad(x1).unwrap_or(0) });
+        let Compared { finite, same } = compare(x, &self.work.x1);
+        if !finite {
+            let lane = first_bad(x).unwrap_or(0);
+            return Err(self.undo(x, Failure::NotFinite { t, h, lane }));
         }
-        let slope_known = same_as_last && same_bits(stage, x1);
-        x.copy_from_slice(x1);
-        self.last = Some(Last { t, h, slope_known, dense_ready: false });
+        if !same {
+            self.work.x1.copy_from_slice(x);
+        }
+        self.last = Some(Last { t, h, slope_known: same, dense_ready: false });
         Ok(())
     }
-}
-
-fn same_bits(a: &[f64], b: &[f64]) -> bool {
-    a.iter().zip(b).fold(true, |same, (a, b)| same & (a.to_bits() == b.to_bits()))
 }
 
 /// Velocities by h f, then the system moves its positions along them.

@@ -1,5 +1,5 @@
 //! One attempt of a Rosenbrock step: Jacobian, one LU, s solutions.
-use crate::combine::{Row, combine, first_bad};
+use crate::combine::{Row, Stages, combine, first_bad};
 use crate::lu::Lu;
 use crate::method::Rosenbrock;
 use crate::system::System;
@@ -62,13 +62,13 @@ impl Stiff {
             if i == 0 {
                 rhs.copy_from_slice(&self.f0);
             } else {
-                if !combine(stage, x0, 1.0, &self.a[i], k) {
+                if !combine(stage, x0, 1.0, &self.a[i], Stages::new(k, n)) {
                     return Ok(Attempt::bad(stage));
                 }
                 system.derivatives(t + self.table.alpha[i] * h, stage, rhs)?;
             }
             let u = &mut stage[..];
-            combine(u, rhs, 1.0 / h, &self.c[i], k);
+            combine(u, rhs, 1.0 / h, &self.c[i], Stages::new(k, n));
             let hd = h * self.table.d[i];
             if hd != 0.0 {
                 u.iter_mut().zip(&self.slope).for_each(|(u, s)| *u += hd * s);
@@ -76,7 +76,7 @@ impl Stiff {
             self.lu.solve(u);
             k[i * n..(i + 1) * n].copy_from_slice(u);
         }
-        if !combine(&mut work.x1, &work.x0, 1.0, &self.m, &work.k) {
+        if !combine(&mut work.x1, &work.x0, 1.0, &self.m, Stages::new(&work.k, n)) {
             return Ok(Attempt::bad(&work.x1));
         }
         Ok(Attempt::Finite)
