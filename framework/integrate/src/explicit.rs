@@ -1,5 +1,5 @@
 //! One attempt of an explicit Runge–Kutta step, from its table.
-use crate::combine::{Row, Stages, combine, end_of_four, first_bad};
+use crate::combine::{Row, Stages, combine, combine_unchecked, end_of_four, first_bad};
 use crate::method::Explicit;
 use crate::system::System;
 use crate::work::{Attempt, Work};
@@ -51,12 +51,13 @@ impl Rows {
         k1: &[f64],
     ) -> Result<Attempt, S::Error> {
         let stages = self.stages(system, work, (t, h), Some((x, k1)))?;
-        let Work { x0, x1, k, .. } = &mut *work;
-        if stages == Attempt::Finite && self.b.weights.len() == 4 {
+        let Work { x0, k, .. } = &mut *work;
+        if stages == Attempt::Finite && self.b.weights.len() == 4 && !self.table.first_same_as_last
+        {
             let stages = Stages { first: k1, all: k };
-            let finite = end_of_four(x, [x0, x1], h, &self.b, stages);
+            end_of_four(x, x0, h, &self.b, stages);
             k[..x.len()].copy_from_slice(k1);
-            return Ok(if finite { Attempt::Finite } else { Attempt::bad(x1) });
+            return Ok(Attempt::Finite);
         }
         x0.copy_from_slice(x);
         k[..x.len()].copy_from_slice(k1);
@@ -81,9 +82,7 @@ impl Rows {
         for i in 1..self.table.stages {
             let Work { x0, stage, k, .. } = &mut *work;
             let (x, first) = start.unwrap_or((x0, &k[..n]));
-            if !combine(stage, x, h, &self.a[i], Stages { first, all: k }) {
-                return Ok(Attempt::bad(stage));
-            }
+            combine_unchecked(stage, x, h, &self.a[i], Stages { first, all: k });
             let k = &mut k[i * n..(i + 1) * n];
             system.derivatives(t + self.table.c[i] * h, stage, k)?;
         }
