@@ -14,6 +14,7 @@ mod coefficients;
 mod combine;
 pub mod dense;
 pub mod errors;
+pub mod events;
 mod explicit;
 pub mod integrator;
 mod lu;
