@@ -9,6 +9,7 @@
 use crate::errors::{Failure, Setup};
 use crate::integrator::Integrator;
 use crate::method::{METHODS, Method};
+use crate::rosenbrock::SIZE;
 use crate::system::System;
 use crate::tolerances::{Norm, Tolerances};
 use crate::work::Attempt;
@@ -60,6 +61,8 @@ pub struct Control {
     limits: Limits,
     /// Order of the error estimate, plus one.
     k: f64,
+    /// Least sizes of lanes in differences.
+    sizes: Vec<f64>,
 }
 
 /// A step that was taken.
@@ -106,7 +109,8 @@ impl Control {
             return Err(Setup::Steps { min, max });
         }
         let k = f64::from(method.error_order() + 1);
-        Ok(Control { tolerances, norm, limits, k })
+        let sizes = tolerances.sizes(SIZE);
+        Ok(Control { tolerances, norm, limits, k, sizes })
     }
 
     /// The tolerances.
@@ -165,7 +169,7 @@ impl Integrator {
             f64::from(self.method().error_order() + 1),
             "settings of this method"
         );
-        self.begin(system, t, x, k1)?;
+        self.begin(system, t, x, k1, Some(&control.sizes))?;
         let fresh = !(memory.next > 0.0);
         let least =
             control.limits.step_min.max(16.0 * f64::EPSILON * t.abs()).max(f64::MIN_POSITIVE);

@@ -33,7 +33,7 @@ impl Rows {
         t: f64,
         h: f64,
     ) -> Result<Attempt, S::Error> {
-        Ok(match self.stages(system, work, (t, h), None)? {
+        Ok(match self.stages::<S, true>(system, work, (t, h), None)? {
             Attempt::Finite => self.end(work, h),
             bad => bad,
         })
@@ -50,7 +50,7 @@ impl Rows {
         x: &mut [f64],
         k1: &[f64],
     ) -> Result<Attempt, S::Error> {
-        let stages = self.stages(system, work, (t, h), Some((x, k1)))?;
+        let stages = self.stages::<S, false>(system, work, (t, h), Some((x, k1)))?;
         let Work { x0, k, .. } = &mut *work;
         if stages == Attempt::Finite && self.b.weights.len() == 4 && !self.table.first_same_as_last
         {
@@ -69,9 +69,10 @@ impl Rows {
         Ok(end)
     }
 
-    /// All stages after the first; x and k₁ from the caller, or in `work`.
+    /// All stages after the first; x and k₁ from the caller, or in `work`. With CHECKED the system
+    /// sees finite stages only.
     #[inline(always)]
-    fn stages<S: System>(
+    fn stages<S: System, const CHECKED: bool>(
         &self,
         system: &mut S,
         work: &mut Work,
@@ -82,7 +83,12 @@ impl Rows {
         for i in 1..self.table.stages {
             let Work { x0, stage, k, .. } = &mut *work;
             let (x, first) = start.unwrap_or((x0, &k[..n]));
-            combine_unchecked(stage, x, h, &self.a[i], Stages { first, all: k });
+            let stages = Stages { first, all: k };
+            if !CHECKED {
+                combine_unchecked(stage, x, h, &self.a[i], stages);
+            } else if !combine(stage, x, h, &self.a[i], stages) {
+                return Ok(Attempt::bad(stage));
+            }
             let k = &mut k[i * n..(i + 1) * n];
             system.derivatives(t + self.table.c[i] * h, stage, k)?;
         }

@@ -97,7 +97,7 @@ impl Integrator {
                 Err(fault) => Err(Failure::System(fault)),
             };
         }
-        self.begin(system, t, x, k1)?;
+        self.begin(system, t, x, k1, None)?;
         match self.attempt(system, t, h)? {
             Attempt::Finite => self.accept(system, t, h, x),
             Attempt::Bad { lane } => Err(self.not_finite(t, h, lane)),
@@ -181,7 +181,8 @@ impl Integrator {
         }
     }
 
-    /// Takes x and k₁ in; from here on the last step is forgotten.
+    /// Takes x and k₁ in; from here on the last step is forgotten. `sizes` are the least sizes of
+    /// lanes in differences, where they are known.
     #[inline]
     pub(crate) fn begin<S: System>(
         &mut self,
@@ -189,15 +190,13 @@ impl Integrator {
         t: f64,
         x: &[f64],
         k1: Option<&[f64]>,
+        sizes: Option<&[f64]>,
     ) -> Result<(), Failure<S::Error>> {
         assert_eq!(x.len(), self.n, "lanes of the state and of the integrator");
         self.last = None;
         self.work.x0.copy_from_slice(x);
         let first = match &mut self.engine {
-            Engine::Rosenbrock(stiff) => {
-                stiff.fresh = false;
-                &mut stiff.f0[..]
-            }
+            Engine::Rosenbrock(stiff) => stiff.begin(sizes),
             _ => &mut self.work.k[..self.n],
         };
         match k1 {
@@ -305,7 +304,7 @@ impl Integrator {
         let same = same_as_last && same_bits(x, &self.work.x1);
         if !keep(&mut self.work.x1, x) {
             let lane = first_bad(x).unwrap_or(0);
-            return Err(self.undo(x, Failure::NotFinite { t, h, lane }));
+            return Err(self.undo(x, self.not_finite(t, h, lane)));
         }
         self.last = Some(Last { t, h, slope_known: same, dense_ready: false });
         Ok(())

@@ -1,5 +1,5 @@
 //! One attempt of a Rosenbrock step: Jacobian, one LU, s solutions.
-use crate::combine::{Row, Stages, combine, first_bad};
+use crate::combine::{Row, Stages, combine, finite, first_bad};
 use crate::lu::Lu;
 use crate::method::Rosenbrock;
 use crate::system::System;
@@ -15,12 +15,14 @@ pub(crate) struct Stiff {
     pub error: Row,
     /// f at the start.
     pub f0: Vec<f64>,
+    /// Least size of each lane in differences.
+    sizes: Vec<f64>,
     /// ∂f/∂t at the start.
     slope: Vec<f64>,
     /// ∂f/∂x at the start, row by row.
     jacobian: Vec<f64>,
     /// Whether `slope` and `jacobian` belong to this start.
-    pub fresh: bool,
+    fresh: bool,
     lu: Lu,
 }
 
@@ -33,11 +35,22 @@ impl Stiff {
             m: Row::new(table.m),
             error: Row::new(table.error),
             f0: vec![0.0; n],
+            sizes: vec![SIZE; n],
             slope: vec![0.0; n],
             jacobian: vec![0.0; n * n],
             fresh: false,
             lu: Lu::new(n),
         }
+    }
+
+    /// A new start: nothing is known of it; `sizes` are the least sizes of lanes.
+    pub fn begin(&mut self, sizes: Option<&[f64]>) -> &mut [f64] {
+        self.fresh = false;
+        match sizes {
+            Some(sizes) => self.sizes.copy_from_slice(sizes),
+            None => self.sizes.fill(SIZE),
+        }
+        &mut self.f0
     }
 
     /// From `x0` and `f0` to `x1`, the uᵢ in `k`.
@@ -50,12 +63,18 @@ impl Stiff {
     ) -> Result<Attempt, S::Error> {
         if !self.fresh {
             self.linearise(system, work, t, h)?;
+            let n = work.x0.len();
+            let row = first_bad(&self.jacobian).map(|at| at / n);
+            if let Some(lane) = first_bad(&self.slope).or(row) {
+                // A shorter attempt looks less far ahead.
+                return Ok(Attempt::Bad { lane });
+            }
             self.fresh = true;
         }
         let n = work.x0.len();
         if !self.factor(h) {
-            // Singular or not finite: a shorter step is nearer to the identity.
-            return Ok(Attempt::Bad { lane: first_bad(&self.jacobian).map_or(0, |at| at / n) });
+            // Singular: a shorter step is nearer to the identity.
+            return Ok(Attempt::Bad { lane: 0 });
         }
         for i in 0..self.a.len() {
             let Work { x0, stage, k, error: rhs, .. } = &mut *work;
@@ -66,6 +85,10 @@ impl Stiff {
                     return Ok(Attempt::bad(stage));
                 }
                 system.derivatives(t + self.table.alpha[i] * h, stage, rhs)?;
+                if !finite(rhs) {
+                    // Here, because the solution spreads it over all lanes.
+                    return Ok(Attempt::bad(rhs));
+                }
             }
             let u = &mut stage[..];
             combine(u, rhs, 1.0 / h, &self.c[i], Stages::new(k, n));
@@ -105,7 +128,7 @@ impl Stiff {
             self.differences(system, work, t, h)?;
         }
         if !system.time_derivative(t, &work.x0, &mut self.slope)? {
-            let step = increment(t, h);
+            let step = look_ahead(t, h);
             system.derivatives(t + step, &work.x0, &mut self.slope)?;
             for (s, f) in self.slope.iter_mut().zip(&self.f0) {
                 *s = (*s - f) / step;
@@ -126,7 +149,7 @@ impl Stiff {
         let Work { x0, stage, error: f, .. } = work;
         stage.copy_from_slice(x0);
         for j in 0..n {
-            let step = increment(x0[j], h * self.f0[j]);
+            let step = increment(x0[j], h * self.f0[j], self.sizes[j]);
             stage[j] = x0[j] + step;
             system.derivatives(t, stage, f)?;
             stage[j] = x0[j];
@@ -138,14 +161,25 @@ impl Stiff {
     }
 }
 
-/// The increment of a difference: √ε of the lane's size, which is the larger of its value, its
-/// change in a step and 3e-3 (the floor of Hairer's RODAS); towards where the lane is going, so
-/// that a lane which may not leave its range does not; exactly representable.
-fn increment(x: f64, change: f64) -> f64 {
-    let size = x.abs().max(change.abs()).max(3e-3);
-    let size = if size.is_finite() { size } else { x.abs().max(3e-3) };
+/// Least size of a lane of which nothing is known (RODAS of Hairer has √ε √1e-5, too).
+pub(crate) const SIZE: f64 = 3e-3;
+
+/// The increment of a difference: √ε of the lane's size, which is the largest of its value, its
+/// change in a step and `least`; towards where the lane is going, so that a lane which may not
+/// leave its range does not; exactly representable.
+fn increment(x: f64, change: f64, least: f64) -> f64 {
+    let change = if change.is_finite() { change } else { 0.0 };
+    let size = x.abs().max(change.abs()).max(least);
     let step = (f64::EPSILON.sqrt() * size).copysign(change);
     (x + step) - x
+}
+
+/// The increment of the difference in time: √ε of t or h, within a tenth of the step. Its rounding
+/// error is ε f / increment, and is multiplied by h.
+fn look_ahead(t: f64, h: f64) -> f64 {
+    let most = (f64::EPSILON.sqrt() * t.abs().max(h.abs())).min(0.1 * h.abs());
+    let step = most.max(4.0 * f64::EPSILON * t.abs()).copysign(h);
+    (t + step) - t
 }
 
 /// The interpolant of each uᵢ in Bernstein form: (m + h₁)/3, (2m + h₁ + h₂)/3, m.

@@ -11,7 +11,9 @@ pub trait System {
     /// ẋ = f(t, x). Writes every lane of `xdot`, in the lane's unit per second.
     ///
     /// `x` may be a stage and so need not lie on the manifold exactly (a quaternion that is
-    /// not quite of unit length); it is always finite.
+    /// not quite of unit length). In adaptive steps it is always finite; in a step of fixed size
+    /// a stage may follow from an infinite or NaN derivative of the stage before, and the step
+    /// is refused at its end.
     ///
     /// # Errors
     /// Whatever the system refuses.

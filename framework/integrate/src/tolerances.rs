@@ -62,6 +62,13 @@ impl Tolerances {
         self.abs.len()
     }
 
+    /// Where the absolute tolerance takes over from the relative one, which is how small a lane
+    /// matters; at most `most`.
+    pub(crate) fn sizes(&self, most: f64) -> Vec<f64> {
+        let size = |(abs, rel): (&f64, &f64)| (abs / rel.max(1e-6)).min(most);
+        self.abs.iter().zip(&self.rel).map(size).collect()
+    }
+
     /// qᵢ.
     #[inline]
     fn ratio(&self, i: usize, error: f64, x0: f64, x1: f64) -> f64 {
