@@ -71,6 +71,9 @@ impl System for Decay {
         decay(x, xdot);
         Ok(())
     }
+    fn projects(&self) -> bool {
+        false
+    }
 }
 
 const STEPS: usize = 1000;

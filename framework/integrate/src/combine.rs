@@ -3,6 +3,16 @@
 //! Weights that are zero are left out when an integrator is made. The number of weights is a
 //! constant of the inner loop, so that it is unrolled and the loop over lanes is vectorised.
 
+/// a b + c, rounded once where the processor that the program is compiled for can.
+#[inline(always)]
+fn fma(a: f64, b: f64, c: f64) -> f64 {
+    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
+        a.mul_add(b, c)
+    } else {
+        a * b + c
+    }
+}
+
 /// The weights of a sum that are not zero, and the stages that they belong to.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Row {
@@ -57,10 +67,10 @@ pub(crate) fn combine_unchecked(out: &mut [f64], x: &[f64], h: f64, row: &Row, k
 }
 
 /// out = x + a k.
-#[inline(always)]
-fn axpy_unchecked(out: &mut [f64], x: &[f64], a: f64, k: &[f64]) {
+#[inline(never)] // its parameters are known to be apart
+pub(crate) fn axpy_unchecked(out: &mut [f64], x: &[f64], a: f64, k: &[f64]) {
     for ((o, x), k) in out.iter_mut().zip(x).zip(k) {
-        *o = x + a * k;
+        *o = fma(a, *k, *x);
     }
 }
 
@@ -81,7 +91,7 @@ fn axpy(out: &mut [f64], x: &[f64], a: f64, k: &[f64]) -> bool {
     let (x, k) = (&x[..n], &k[..n]);
     let mut bad = 0;
     for i in 0..n {
-        let value = x[i] + a * k[i];
+        let value = fma(a, k[i], x[i]);
         bad |= trace(value);
         out[i] = value;
     }
@@ -149,7 +159,7 @@ fn fused<const N: usize>(
     for i in 0..n {
         let mut sum = w[0] * k[0][i];
         for j in 1..N {
-            sum += w[j] * k[j][i];
+            sum = fma(w[j], k[j][i], sum);
         }
         let value = x[i] + sum;
         bad |= trace(value);
@@ -158,18 +168,10 @@ fn fused<const N: usize>(
     bad == 0
 }
 
-/// The end of a step from the caller's x and k₁, four weights, in one pass: x₁ into `x`, what x
-/// was into `x0`.
-#[inline(always)]
-pub(crate) fn end_of_four(x: &mut [f64], x0: &mut [f64], h: f64, row: &Row, k: Stages) {
-    let n = x.len();
-    let w = [h * row.weights[0], h * row.weights[1], h * row.weights[2], h * row.weights[3]];
-    let stage = |j: usize| k.get(row.stages[j], n);
-    four(x, x0, w, stage(0), stage(1), stage(2), stage(3));
-}
-
+/// The end of a step from the caller's x, four stages in one pass: x₁ into `x`, what x was into
+/// `x0`; the bits of [`combine`].
 #[inline(never)] // its parameters are known to be apart
-fn four(
+pub(crate) fn four(
     x: &mut [f64],
     x0: &mut [f64],
     w: [f64; 4],
@@ -183,7 +185,8 @@ fn four(
     let (k0, k1, k2, k3) = (&k0[..n], &k1[..n], &k2[..n], &k3[..n]);
     for i in 0..n {
         let old = x[i];
-        let value = old + (w[0] * k0[i] + w[1] * k1[i] + w[2] * k2[i] + w[3] * k3[i]);
+        let sum = fma(w[2], k2[i], fma(w[1], k1[i], w[0] * k0[i]));
+        let value = old + fma(w[3], k3[i], sum);
         x0[i] = old;
         x[i] = value;
     }
@@ -202,7 +205,7 @@ pub(crate) fn weigh(out: &mut [f64], h: f64, row: &Row, k: &[f64]) {
     }
 }
 
-/// The same sum as [`combine`] for one lane, with the same bits.
+/// The same as [`sum`] for one lane, with the same bits.
 pub(crate) fn lane(
     x: f64,
     h: f64,
@@ -212,10 +215,10 @@ pub(crate) fn lane(
     n: usize,
     i: usize,
 ) -> f64 {
-    let mut terms = weights.iter().zip(stages).map(|(w, j)| (h * w) * k[j * n + i]);
+    let mut terms = weights.iter().zip(stages).map(|(w, j)| (h * w, k[j * n + i]));
     match terms.next() {
         None => x,
-        Some(first) => x + terms.fold(first, |sum, term| sum + term),
+        Some((w, k)) => x + terms.fold(w * k, |sum, (w, k)| fma(w, k, sum)),
     }
 }
 
@@ -248,7 +251,7 @@ mod tests {
         let k: Vec<f64> = (0..n * stages).map(|i| ((i * i + 3) as f64).sin()).collect();
         let x: Vec<f64> = (0..n).map(|i| (i as f64 + 0.3).cos()).collect();
         for width in 0..=WIDTH_MAX {
-            // Every stage but those at multiples of five, up to the width.
+            // Every stage but two in fourteen, up to the width.
             let mut weights = vec![0.0; stages];
             for j in (0..stages).filter(|j| j % 7 != 5).take(width) {
                 weights[j] = 0.3 + (j as f64).sin();
@@ -260,6 +263,8 @@ mod tests {
             for i in 0..n {
                 let plain: f64 = (0..stages).map(|j| weights[j] * k[j * n + i]).sum();
                 assert!((out[i] - x[i] - 0.7 * plain).abs() < 1e-14, "width {width} lane {i}");
+                // What dense output calls; one weight alone is fused with x in `combine`.
+                assert!(sum(&mut out, &x, 0.7, &row.weights, &row.stages, Stages::new(&k, n)));
                 let single = lane(x[i], 0.7, &row.weights, &row.stages, &k, n, i);
                 assert_eq!(single.to_bits(), out[i].to_bits(), "width {width} lane {i}");
             }

@@ -23,7 +23,7 @@ pub struct Integrator {
 
 #[derive(Clone, Debug)]
 enum Engine {
-    Explicit(Rows),
+    Explicit(Box<Rows>),
     Rosenbrock(Box<Stiff>),
     SemiImplicitEuler,
 }
@@ -35,6 +35,8 @@ struct Last {
     h: f64,
     /// The last stage is f at the end: the projection left x as it was.
     slope_known: bool,
+    /// x₁ was copied after the projection; else it follows from the stages.
+    end_kept: bool,
     /// Extra stages and defect are there.
     dense_ready: bool,
 }
@@ -46,7 +48,7 @@ impl Integrator {
         let (engine, polynomials, stages) = match method {
             Method::Explicit(table) => {
                 let polynomials = Polynomials::new(table.dense.iter().copied());
-                (Engine::Explicit(Rows::new(table)), polynomials, table.a.len())
+                (Engine::Explicit(Box::new(Rows::new(table))), polynomials, table.a.len())
             }
             Method::Rosenbrock(table) => {
                 let rows = crate::rosenbrock::bezier(table);
@@ -133,9 +135,10 @@ impl Integrator {
     /// [`Failure::NoStep`] when no step was taken or the last one failed; [`Failure::System`] and
     /// [`Failure::NotFinite`] of the extra stages.
     pub fn dense<S: System>(&mut self, system: &mut S) -> Result<Dense<'_>, Failure<S::Error>> {
-        let Some(Last { t, h, dense_ready, .. }) = self.last else { return Err(Failure::NoStep) };
-        if !dense_ready {
-            self.prepare_dense(system, t, h)?;
+        let Some(last) = self.last else { return Err(Failure::NoStep) };
+        let Last { t, h, .. } = last;
+        if !last.dense_ready {
+            self.prepare_dense(system, last)?;
         }
         Ok(Dense {
             work: &self.work,
@@ -150,11 +153,13 @@ impl Integrator {
     fn prepare_dense<S: System>(
         &mut self,
         system: &mut S,
-        t: f64,
-        h: f64,
+        Last { t, h, end_kept, .. }: Last,
     ) -> Result<(), Failure<S::Error>> {
         let scale = self.scale(h);
         if let Engine::Explicit(rows) = &self.engine {
+            if !end_kept {
+                rows.recall_end(&mut self.work, h);
+            }
             let bad = rows.extra_stages(system, &mut self.work, t, h).map_err(Failure::System)?;
             if let Some(lane) = bad {
                 return Err(Failure::NotFinite { t, h, lane });
@@ -295,18 +300,20 @@ impl Integrator {
         h: f64,
         x: &mut [f64],
     ) -> Result<(), Failure<S::Error>> {
-        if let Err(fault) = system.project(t + h, x) {
+        let projects = system.projects();
+        if projects && let Err(fault) = system.project(t + h, x) {
             return Err(self.undo(x, Failure::System(fault)));
         }
         let same_as_last =
             matches!(&self.engine, Engine::Explicit(rows) if rows.table.first_same_as_last);
         // Only a last stage at the end asks whether the projection moved x.
-        let same = same_as_last && same_bits(x, &self.work.x1);
-        if !keep(&mut self.work.x1, x) {
+        let slope_known = same_as_last && same_bits(x, &self.work.x1);
+        let finite = if projects { keep(&mut self.work.x1, x) } else { finite(x) };
+        if !finite {
             let lane = first_bad(x).unwrap_or(0);
             return Err(self.undo(x, self.not_finite(t, h, lane)));
         }
-        self.last = Some(Last { t, h, slope_known: same, dense_ready: false });
+        self.last = Some(Last { t, h, slope_known, end_kept: projects, dense_ready: false });
         Ok(())
     }
 }

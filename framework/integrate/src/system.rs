@@ -28,6 +28,13 @@ pub trait System {
         Ok(())
     }
 
+    /// Whether [`System::project`] may move anything. Where it cannot, it is not called, and the
+    /// copy that the dense output needs of the end of a step is left until it is asked for.
+    /// Default: true.
+    fn projects(&self) -> bool {
+        true
+    }
+
     /// The lanes that [`System::retract`] moves: positions. Only semi-implicit Euler asks.
     /// Default: none, which makes that method the explicit one.
     fn positions(&self) -> &[Range<usize>] {
