@@ -68,12 +68,13 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 14] = [
+const FLOORS: [(&str, u32); 15] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
     ("framework/dynamics", 30),
     ("framework/formats", 30),
+    ("framework/integrate", 30),
     ("framework/solvers", 40),
     ("framework/collision", 40),
     ("framework/embedded", 50),

@@ -1,0 +1,284 @@
+//! Sums over stages, one pass over the lanes: out = x + h Σⱼ wⱼ kⱼ.
+//!
+//! Weights that are zero are left out when an integrator is made. The number of weights is a
+//! constant of the inner loop, so that it is unrolled and the loop over lanes is vectorised.
+
+/// a b + c, rounded once where the processor that the program is compiled for can.
+#[inline(always)]
+fn fma(a: f64, b: f64, c: f64) -> f64 {
+    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
+        a.mul_add(b, c)
+    } else {
+        a * b + c
+    }
+}
+
+/// The weights of a sum that are not zero, and the stages that they belong to.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Row {
+    /// Weights, none zero.
+    pub weights: Vec<f64>,
+    /// Stage of each.
+    pub stages: Vec<usize>,
+}
+
+impl Row {
+    /// Leaves out zeros.
+    pub fn new(weights: &[f64]) -> Self {
+        let kept = || weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
+        Row { weights: kept().map(|(_, w)| *w).collect(), stages: kept().map(|(j, _)| j).collect() }
+    }
+}
+
+/// Most weights that are not zero in any sum.
+pub(crate) const WIDTH_MAX: usize = 16;
+
+/// The stages of a step: the first where it lies, the others in one vector.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stages<'a> {
+    /// The first, of n lanes.
+    pub first: &'a [f64],
+    /// All, one after the other, each of n lanes; the first of them is not read.
+    pub all: &'a [f64],
+}
+
+impl<'a> Stages<'a> {
+    /// All of them in one vector.
+    pub fn new(all: &'a [f64], n: usize) -> Self {
+        Stages { first: &all[..n], all }
+    }
+
+    /// Stage j of n lanes.
+    #[inline(always)]
+    fn get(&self, j: usize, n: usize) -> &'a [f64] {
+        if j == 0 { &self.first[..n] } else { &self.all[j * n..][..n] }
+    }
+}
+
+/// out = x + h Σⱼ wⱼ kⱼ, unchecked.
+#[inline(always)]
+pub(crate) fn combine_unchecked(out: &mut [f64], x: &[f64], h: f64, row: &Row, k: Stages) {
+    match (&row.weights[..], &row.stages[..]) {
+        ([w], [j]) => axpy_unchecked(out, x, h * w, k.get(*j, x.len())),
+        (weights, stages) => {
+            sum(out, x, h, weights, stages, k);
+        }
+    }
+}
+
+/// out = x + a k.
+#[inline(never)] // its parameters are known to be apart
+pub(crate) fn axpy_unchecked(out: &mut [f64], x: &[f64], a: f64, k: &[f64]) {
+    for ((o, x), k) in out.iter_mut().zip(x).zip(k) {
+        *o = fma(a, *k, *x);
+    }
+}
+
+/// out = x + h Σⱼ wⱼ kⱼ. Returns whether all of `out` is finite.
+#[inline]
+pub(crate) fn combine(out: &mut [f64], x: &[f64], h: f64, row: &Row, k: Stages) -> bool {
+    let Row { weights, stages } = row;
+    match (&weights[..], &stages[..]) {
+        ([w], [j]) => axpy(out, x, h * w, k.get(*j, x.len())),
+        _ => sum(out, x, h, weights, stages, k),
+    }
+}
+
+/// out = x + a k.
+#[inline(never)] // its parameters are known to be apart
+fn axpy(out: &mut [f64], x: &[f64], a: f64, k: &[f64]) -> bool {
+    let n = out.len();
+    let (x, k) = (&x[..n], &k[..n]);
+    let mut bad = 0;
+    for i in 0..n {
+        let value = fma(a, k[i], x[i]);
+        bad |= trace(value);
+        out[i] = value;
+    }
+    bad == 0
+}
+
+/// x₁ = x to the bit, in a loop that is not made a call of `memcpy`, whose stores a following
+/// load may not find. Returns whether all is finite.
+#[inline]
+pub(crate) fn keep(x1: &mut [f64], x: &[f64]) -> bool {
+    // v − 0 is v to the bit, also for −0; the compiler does not know that it is zero.
+    let zero = std::hint::black_box(0.0);
+    let mut bad = 0;
+    for (x1, x) in x1.iter_mut().zip(x) {
+        let value = x - zero;
+        bad |= trace(value);
+        *x1 = value;
+    }
+    bad == 0
+}
+
+/// The same over plain slices, of any width.
+pub(crate) fn sum(
+    out: &mut [f64],
+    x: &[f64],
+    h: f64,
+    weights: &[f64],
+    stages: &[usize],
+    k: Stages,
+) -> bool {
+    macro_rules! by_width {
+        ($($n:literal)*) => {
+            match weights.len() {
+                0 => {
+                    out.copy_from_slice(x);
+                    finite(out)
+                }
+                $($n => fused::<$n>(out, x, h, weights, stages, (k.first, k.all)),)*
+                width => panic!("{width} weights in a sum over stages; at most {WIDTH_MAX}"),
+            }
+        };
+    }
+    by_width!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
+}
+
+/// One function for each width, whose parameters are known to be apart.
+#[inline(never)]
+fn fused<const N: usize>(
+    out: &mut [f64],
+    x: &[f64],
+    h: f64,
+    weights: &[f64],
+    stages: &[usize],
+    (first, all): (&[f64], &[f64]),
+) -> bool {
+    let n = out.len();
+    let x = &x[..n];
+    let mut w = [0.0; N];
+    let mut k: [&[f64]; N] = [&[]; N];
+    for j in 0..N {
+        w[j] = h * weights[j];
+        k[j] = Stages { first, all }.get(stages[j], n);
+    }
+    let mut bad = 0;
+    for i in 0..n {
+        let mut sum = w[0] * k[0][i];
+        for j in 1..N {
+            sum = fma(w[j], k[j][i], sum);
+        }
+        let value = x[i] + sum;
+        bad |= trace(value);
+        out[i] = value;
+    }
+    bad == 0
+}
+
+/// The end of a step from the caller's x, four stages in one pass: x₁ into `x`, what x was into
+/// `x0`; the bits of [`combine`].
+#[inline(never)] // its parameters are known to be apart
+pub(crate) fn four(
+    x: &mut [f64],
+    x0: &mut [f64],
+    w: [f64; 4],
+    k0: &[f64],
+    k1: &[f64],
+    k2: &[f64],
+    k3: &[f64],
+) {
+    let n = x.len();
+    let x0 = &mut x0[..n];
+    let (k0, k1, k2, k3) = (&k0[..n], &k1[..n], &k2[..n], &k3[..n]);
+    for i in 0..n {
+        let old = x[i];
+        let sum = fma(w[2], k2[i], fma(w[1], k1[i], w[0] * k0[i]));
+        let value = old + fma(w[3], k3[i], sum);
+        x0[i] = old;
+        x[i] = value;
+    }
+}
+
+/// out = h Σⱼ wⱼ kⱼ.
+#[inline]
+pub(crate) fn weigh(out: &mut [f64], h: f64, row: &Row, k: &[f64]) {
+    let n = out.len();
+    out.fill(0.0);
+    for (w, stage) in row.weights.iter().zip(&row.stages) {
+        let w = h * w;
+        for (o, k) in out.iter_mut().zip(&k[stage * n..][..n]) {
+            *o += w * k;
+        }
+    }
+}
+
+/// The same as [`sum`] for one lane, with the same bits.
+pub(crate) fn lane(
+    x: f64,
+    h: f64,
+    weights: &[f64],
+    stages: &[usize],
+    k: &[f64],
+    n: usize,
+    i: usize,
+) -> f64 {
+    let mut terms = weights.iter().zip(stages).map(|(w, j)| (h * w, k[j * n + i]));
+    match terms.next() {
+        None => x,
+        Some((w, k)) => x + terms.fold(w * k, |sum, (w, k)| fma(w, k, sum)),
+    }
+}
+
+/// Zero where v is finite, else not: v − v is +0 or NaN. Two vector instructions in a loop.
+#[inline(always)]
+#[allow(clippy::eq_op)] // the test of finiteness that costs least
+fn trace(v: f64) -> u64 {
+    (v - v).to_bits()
+}
+
+/// Whether every lane is finite.
+#[inline]
+pub(crate) fn finite(x: &[f64]) -> bool {
+    x.iter().fold(0, |bad, v| bad | trace(*v)) == 0
+}
+
+/// The first lane that is not finite.
+pub(crate) fn first_bad(x: &[f64]) -> Option<usize> {
+    x.iter().position(|v| !v.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every width against the plain double loop, and the single lane to the bit.
+    #[test]
+    fn sums_of_all_widths() {
+        let (n, stages) = (7, 19);
+        let k: Vec<f64> = (0..n * stages).map(|i| ((i * i + 3) as f64).sin()).collect();
+        let x: Vec<f64> = (0..n).map(|i| (i as f64 + 0.3).cos()).collect();
+        for width in 0..=WIDTH_MAX {
+            // Every stage but two in fourteen, up to the width.
+            let mut weights = vec![0.0; stages];
+            for j in (0..stages).filter(|j| j % 7 != 5).take(width) {
+                weights[j] = 0.3 + (j as f64).sin();
+            }
+            let row = Row::new(&weights);
+            assert_eq!(row.weights.len(), width);
+            let mut out = vec![0.0; n];
+            assert!(combine(&mut out, &x, 0.7, &row, Stages::new(&k, n)));
+            for i in 0..n {
+                let plain: f64 = (0..stages).map(|j| weights[j] * k[j * n + i]).sum();
+                assert!((out[i] - x[i] - 0.7 * plain).abs() < 1e-14, "width {width} lane {i}");
+                // What dense output calls; one weight alone is fused with x in `combine`.
+                assert!(sum(&mut out, &x, 0.7, &row.weights, &row.stages, Stages::new(&k, n)));
+                let single = lane(x[i], 0.7, &row.weights, &row.stages, &k, n, i);
+                assert_eq!(single.to_bits(), out[i].to_bits(), "width {width} lane {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_seen() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let k = [1.0, 2.0, 3.0, bad, 5.0];
+            let mut out = [0.0; 5];
+            assert!(!combine(&mut out, &[0.0; 5], 1.0, &Row::new(&[1.0]), Stages::new(&k, 5)));
+            assert_eq!(first_bad(&out), Some(3));
+            assert!(!finite(&out) && finite(&out[..3]));
+        }
+    }
+}

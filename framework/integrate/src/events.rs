@@ -1,0 +1,344 @@
+//! Where a guard changes its sign within a step: sampling, dips between samples, bracketing.
+//!
+//! A guard is a number g(θ) along the step, θ in [0, 1]. It *crosses* when it comes from one side
+//! of zero and goes to the other; touching zero and turning back is not a crossing. A guard that
+//! starts on zero is armed when it has left zero, unless the caller remembers the side that it
+//! was on before ([`Side`], one plain value for each guard, kept in the caller's state).
+//!
+//! 1. g at a few samples. A change of sign between two neighbours brackets a crossing.
+//! 2. Between two neighbours of one sign: when a parabola through them and a third sample has an
+//!    extremum towards zero there, the extremum is sought. If it lies beyond zero, there are two
+//!    crossings. What two crossings less than the time tolerance apart enclose is a touch.
+//! 3. A bracket is narrowed to the time tolerance by ITP (Oliveira, Takahashi: An enhancement of
+//!    the bisection method average performance preserving minmax optimality. ACM Transactions on
+//!    Mathematical Software 47 (2020) 5:1–24): never more than one evaluation above bisection.
+//!
+//! What lies wholly between samples and does not bend the parabola is not seen.
+
+/// Which way a guard crosses zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// From below to above.
+    Rising,
+    /// From above to below.
+    Falling,
+    /// Both count.
+    Either,
+}
+
+/// Where a guard was when it was last off its zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// Below zero.
+    Below,
+    /// Not known: not armed until the guard has left its zero.
+    #[default]
+    Zero,
+    /// Above zero.
+    Above,
+}
+
+impl Side {
+    /// The side of a value.
+    pub fn of(value: f64) -> Side {
+        match value.partial_cmp(&0.0) {
+            Some(std::cmp::Ordering::Less) => Side::Below,
+            Some(std::cmp::Ordering::Greater) => Side::Above,
+            _ => Side::Zero,
+        }
+    }
+}
+
+/// What is sought, and how closely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Search {
+    /// Crossings that count.
+    pub direction: Direction,
+    /// Length of the step, s, above zero.
+    pub h: f64,
+    /// How late a crossing may be located, s.
+    pub tolerance: f64,
+    /// Samples inside the step, 1 to [`SAMPLES_MAX`].
+    pub samples: usize,
+}
+
+/// Most samples inside a step.
+pub const SAMPLES_MAX: usize = 15;
+
+impl Search {
+    /// Three samples, 1 ns.
+    pub fn new(direction: Direction, h: f64) -> Self {
+        Search { direction, h, tolerance: 1e-9, samples: 3 }
+    }
+}
+
+/// A crossing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Where the guard is on its new side, or on zero, and was not yet at most the tolerance earlier.
+    pub theta: f64,
+    /// The guard there.
+    pub value: f64,
+    /// Rising or falling.
+    pub direction: Direction,
+}
+
+/// What a search found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// The first crossing that counts.
+    pub crossing: Option<Crossing>,
+    /// The side to remember: at the crossing, or at the end of the step.
+    pub side: Side,
+}
+
+/// Why a search stopped.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Fault<E> {
+    /// The guard's own refusal.
+    #[error("{0}")]
+    Guard(E),
+    /// A guard that is not a number has no side.
+    #[error("the guard is NaN at {theta} of the step")]
+    NotANumber {
+        /// θ.
+        theta: f64,
+    },
+}
+
+/// A place and the guard there.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    theta: f64,
+    value: f64,
+}
+
+/// The first crossing within a step.
+///
+/// `ends` are g at θ = 0 and 1; `guard` is called inside only, in an order that depends on
+/// nothing but its values. `side` is what the last search left, or [`Side::Zero`]. A guard that
+/// is on the other side of zero at θ = 0 than `side` has jumped, and crosses there.
+///
+/// Cost where nothing is near zero: `samples` calls of `guard`.
+///
+/// # Errors
+/// [`Fault::Guard`], [`Fault::NotANumber`].
+///
+/// # Panics
+/// When the number of samples, the step or the tolerance is out of range.
+pub fn first_crossing<E>(
+    mut guard: impl FnMut(f64) -> Result<f64, E>,
+    ends: [f64; 2],
+    side: Side,
+    search: &Search,
+) -> Result<Found, Fault<E>> {
+    assert!(search.h > 0.0 && search.tolerance > 0.0, "step and tolerance above zero: {search:?}");
+    let mut g = |theta: f64| point(theta, guard(theta).map_err(Fault::Guard)?);
+    let width = (search.tolerance / search.h).max(4.0 * f64::EPSILON);
+    let (points, count) = sample(&mut g, ends, search.samples)?;
+    let points = &points[..count];
+    // What is returned for a crossing that began on side `from`, when it counts.
+    let at = |p: Point, from: Side| -> Option<Found> {
+        let way = if from == Side::Below { Direction::Rising } else { Direction::Falling };
+        let crossing = Crossing { theta: p.theta, value: p.value, direction: way };
+        (search.direction == Direction::Either || search.direction == way)
+            .then(|| Found { crossing: Some(crossing), side: Side::of(p.value) })
+    };
+    let mut side = side;
+    // The last point off zero, where a bracket begins.
+    let mut from = points[0];
+    if opposite(side, Side::of(from.value))
+        && let Some(found) = at(from, side)
+    {
+        return Ok(found);
+    }
+    if from.value != 0.0 {
+        side = Side::of(from.value);
+    }
+    for i in 1..count {
+        let (last, to) = (points[i - 1], points[i]);
+        let now = Side::of(to.value);
+        if opposite(side, now) {
+            if let Some(found) = at(narrow(&mut g, from, to, width)?, side) {
+                return Ok(found);
+            }
+        } else if now == side
+            && Side::of(last.value) == side
+            && side != Side::Zero
+            && let Some(dip) = beyond(&mut g, points, i, width)?
+        {
+            // Two crossings: away and back.
+            if let Some(found) = at(narrow(&mut g, last, dip, width)?, side) {
+                return Ok(found);
+            }
+            if let Some(found) = at(narrow(&mut g, dip, to, width)?, Side::of(dip.value)) {
+                return Ok(found);
+            }
+        }
+        if now != Side::Zero {
+            (side, from) = (now, to);
+        } else if side == Side::Zero {
+            from = to;
+        }
+    }
+    Ok(Found { crossing: None, side })
+}
+
+/// The guard at both ends and evenly between; the number of places.
+fn sample<E>(
+    g: &mut impl FnMut(f64) -> Result<Point, Fault<E>>,
+    ends: [f64; 2],
+    samples: usize,
+) -> Result<([Point; SAMPLES_MAX + 2], usize), Fault<E>> {
+    assert!((1..=SAMPLES_MAX).contains(&samples), "{samples} samples; 1 to {SAMPLES_MAX}");
+    let mut points = [point(0.0, ends[0])?; SAMPLES_MAX + 2];
+    for i in 1..=samples {
+        points[i] = g(i as f64 / (samples + 1) as f64)?;
+    }
+    points[samples + 1] = point(1.0, ends[1])?;
+    Ok((points, samples + 2))
+}
+
+fn point<E>(theta: f64, value: f64) -> Result<Point, Fault<E>> {
+    if value.is_nan() { Err(Fault::NotANumber { theta }) } else { Ok(Point { theta, value }) }
+}
+
+fn opposite(a: Side, b: Side) -> bool {
+    matches!((a, b), (Side::Below, Side::Above) | (Side::Above, Side::Below))
+}
+
+/// The end of a bracket that is on the new side or on zero, once the bracket is at most `width`.
+fn narrow<E>(
+    g: &mut impl FnMut(f64) -> Result<Point, Fault<E>>,
+    from: Point,
+    to: Point,
+    width: f64,
+) -> Result<Point, Fault<E>> {
+    // y is below zero at a and above at b.
+    let sign = if to.value > 0.0 { 1.0 } else { -1.0 };
+    let (mut a, mut b, mut end) = (from.theta, to.theta, to);
+    let (mut ya, mut yb) = (sign * from.value, sign * to.value);
+    let slack = 0.2 / (b - a);
+    // Half the width times 2 to the number of bisections that are left, and one.
+    let mut radius = 0.5 * width;
+    while radius < b - a {
+        radius *= 2.0;
+    }
+    while b - a > width {
+        let half = a + 0.5 * (b - a);
+        let x = itp(a, b, ya, yb, radius, slack);
+        let x = if a < x && x < b { x } else { half };
+        if !(a < x && x < b) {
+            break;
+        }
+        let p = g(x)?;
+        let y = sign * p.value;
+        if y < 0.0 {
+            (a, ya) = (x, y);
+        } else {
+            (b, yb, end) = (x, y, p);
+            if y == 0.0 {
+                break;
+            }
+        }
+        radius *= 0.5;
+    }
+    Ok(end)
+}
+
+/// Interpolate, truncate towards the middle, project into the radius that bisection would allow.
+fn itp(a: f64, b: f64, ya: f64, yb: f64, radius: f64, slack: f64) -> f64 {
+    let (half, chord) = (a + 0.5 * (b - a), (yb * a - ya * b) / (yb - ya));
+    if !chord.is_finite() {
+        return half;
+    }
+    let (gap, delta) = (half - chord, slack * (b - a) * (b - a));
+    let truncated = if delta <= gap.abs() { chord + delta.copysign(gap) } else { half };
+    let reach = (radius - 0.5 * (b - a)).max(0.0);
+    if (truncated - half).abs() <= reach { truncated } else { half - reach.copysign(gap) }
+}
+
+/// A point beyond zero between samples i − 1 and i, which are on one side; none when the guard
+/// does not reach zero there or only touches it.
+fn beyond<E>(
+    g: &mut impl FnMut(f64) -> Result<Point, Fault<E>>,
+    points: &[Point],
+    i: usize,
+    width: f64,
+) -> Result<Option<Point>, Fault<E>> {
+    let sign = if points[i].value > 0.0 { 1.0 } else { -1.0 };
+    let (mut a, mut c) = (points[i - 1], points[i]);
+    let ends = (sign * a.value).min(sign * c.value);
+    // The extremum of a parabola through a third sample, when it is inside and well below the ends.
+    let guess = |three: [Point; 3]| {
+        let x = vertex(three, sign).filter(|x| a.theta < *x && *x < c.theta)?;
+        (lowest(three, sign, x) < 0.5 * ends).then_some(x)
+    };
+    let before = if i >= 2 { guess([points[i - 2], a, c]) } else { None };
+    let after = points.get(i + 1).and_then(|d| guess([a, c, *d]));
+    let start = match (before, after) {
+        (Some(b), Some(a)) => 0.5 * (a + b),
+        (Some(x), None) | (None, Some(x)) => x,
+        (None, None) => return Ok(None),
+    };
+    let mut low = g(start)?;
+    // a, low, c bracket the extremum; their parabola says whether to look further.
+    for step in 0..DIP_STEPS_MAX {
+        let depth = sign * low.value;
+        if depth < 0.0 {
+            return Ok(if wide(g, low, sign, width)? { Some(low) } else { None });
+        }
+        let Some(x) = vertex([a, low, c], sign) else { return Ok(None) };
+        let bracketed = depth < (sign * a.value).min(sign * c.value) && a.theta < x && x < c.theta;
+        let still = (x - low.theta).abs() < 0.25 * width;
+        let sure = step >= 2 && lowest([a, low, c], sign, x) > 0.9 * depth;
+        if !bracketed || still || sure {
+            return Ok(None);
+        }
+        let next = g(x)?;
+        let (left, right) = if next.theta < low.theta { (next, low) } else { (low, next) };
+        if sign * next.value <= depth {
+            (a, c) = if next.theta < low.theta { (a, low) } else { (low, c) };
+            low = next;
+        } else if next.theta < low.theta {
+            a = left;
+        } else {
+            c = right;
+        }
+    }
+    Ok(None)
+}
+
+/// Most evaluations that go into one dip.
+const DIP_STEPS_MAX: usize = 30;
+
+/// Whether a dip beyond zero is still beyond it half the tolerance before or after; else its two
+/// crossings are less than the tolerance apart, and it is a touch.
+fn wide<E>(
+    g: &mut impl FnMut(f64) -> Result<Point, Fault<E>>,
+    dip: Point,
+    sign: f64,
+    width: f64,
+) -> Result<bool, Fault<E>> {
+    let before = g((dip.theta - 0.5 * width).max(0.0))?;
+    Ok(sign * before.value < 0.0 || sign * g((dip.theta + 0.5 * width).min(1.0))?.value < 0.0)
+}
+
+/// Where the parabola through three points has its extremum, when that is towards zero.
+fn vertex([a, b, c]: [Point; 3], sign: f64) -> Option<f64> {
+    let (slope, next) = (chord(a, b), chord(b, c));
+    let bend = (next - slope) / (c.theta - a.theta);
+    let x = 0.5 * (a.theta + b.theta) - 0.5 * slope / bend;
+    (sign * bend > 0.0 && x.is_finite()).then_some(x)
+}
+
+/// sign · the parabola through three points at x.
+fn lowest([a, b, c]: [Point; 3], sign: f64, x: f64) -> f64 {
+    let (slope, next) = (chord(a, b), chord(b, c));
+    let bend = (next - slope) / (c.theta - a.theta);
+    sign * (a.value + (x - a.theta) * (slope + bend * (x - b.theta)))
+}
+
+fn chord(a: Point, b: Point) -> f64 {
+    (b.value - a.value) / (b.theta - a.theta)
+}

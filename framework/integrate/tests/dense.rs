@@ -1,0 +1,125 @@
+//! Dense output: ends to the bit, neighbours join, single lanes, projections, slopes.
+#![allow(clippy::unwrap_used)]
+mod common;
+use common::{Ode, coupled, coupled_solution, distance};
+use linkwork_integrate::{Integrator, METHODS, System};
+use std::convert::Infallible;
+
+const THETAS: [f64; 7] = [1e-9, 0.1, 0.37, 0.5, 0.81, 0.999, 1.0 - 1e-12];
+
+#[test]
+fn ends_are_exact_and_single_lanes_have_the_bits_of_all() {
+    for method in METHODS {
+        let mut integrator = Integrator::new(method, 2);
+        let mut x = coupled_solution(0.3);
+        let x0 = x;
+        integrator.step_fixed(&mut Ode(coupled), 0.3, 0.2, &mut x, None).unwrap();
+        let dense = integrator.dense(&mut Ode(coupled)).unwrap();
+        assert_eq!((dense.t(), dense.h()), (0.3, 0.2));
+        let mut out = [0.0; 2];
+        for (theta, end) in [(0.0, x0), (1.0, x)] {
+            dense.at(theta, &mut out);
+            assert_eq!(out.map(f64::to_bits), end.map(f64::to_bits), "{}", method.name());
+        }
+        for theta in THETAS.into_iter().chain([0.0, 1.0]) {
+            dense.at(theta, &mut out);
+            let lanes = [dense.lane(theta, 0), dense.lane(theta, 1)];
+            assert_eq!(out.map(f64::to_bits), lanes.map(f64::to_bits), "{}", method.name());
+        }
+        // No jump at the ends.
+        dense.at(1e-13, &mut out);
+        assert!(distance(&out, &x0) < 1e-12, "{}", method.name());
+        dense.at(1.0 - 1e-13, &mut out);
+        assert!(distance(&out, &x) < 1e-12, "{}", method.name());
+    }
+}
+
+/// A pendulum in the plane as a unit vector and a rate; the projection makes the vector unit.
+struct OnCircle;
+
+impl System for OnCircle {
+    type Error = Infallible;
+    fn derivatives(&mut self, _: f64, x: &[f64], d: &mut [f64]) -> Result<(), Infallible> {
+        d[0] = -x[2] * x[1];
+        d[1] = x[2] * x[0];
+        d[2] = -9.81 * x[0];
+        Ok(())
+    }
+    fn project(&mut self, _: f64, x: &mut [f64]) -> Result<(), Infallible> {
+        let length = x[0].hypot(x[1]);
+        x[0] /= length;
+        x[1] /= length;
+        Ok(())
+    }
+}
+
+/// What a projection moves is spread over the step: the ends stay exact, and the order stays.
+#[test]
+fn projections_join_and_keep_the_order() {
+    for method in METHODS.into_iter().filter(|m| m.order() > 1) {
+        let miss = |h: f64| {
+            let mut x = [0.6, -0.8, 1.3];
+            let mut integrator = Integrator::new(method, 3);
+            integrator.step_fixed(&mut OnCircle, 0.0, h, &mut x, None).unwrap();
+            assert!((x[0].hypot(x[1]) - 1.0).abs() < 1e-15);
+            let dense = integrator.dense(&mut OnCircle).unwrap();
+            let mut out = [0.0; 3];
+            dense.at(1.0, &mut out);
+            assert_eq!(out, x, "{}", method.name());
+            dense.at(1.0 - 1e-13, &mut out);
+            assert!(distance(&out, &x) < 1e-12, "{}", method.name());
+            // Against many small steps.
+            let mut exact = [0.6, -0.8, 1.3];
+            let steps = 400;
+            common::fixed(
+                linkwork_integrate::Method::by_name("verner-87").unwrap(),
+                &mut OnCircle,
+                (0.0, 0.6 * h),
+                steps,
+                &mut exact,
+            )
+            .unwrap();
+            dense.at(0.6, &mut out);
+            distance(&out, &exact)
+        };
+        let q = f64::from(method.dense_order());
+        let (a, b) = (miss(0.1), miss(0.05));
+        let rate = (a / b).log2();
+        println!("{}: {a:.1e} {b:.1e}, order {rate:.2}", method.name());
+        // Measured within 0.5; some come out better.
+        assert!(rate > q + 0.4 && rate < q + 2.6, "{}: {a:e} {b:e} {rate}", method.name());
+    }
+}
+
+/// Hermite-like interpolants have the slopes of f at both ends.
+#[test]
+fn slopes_at_the_ends_are_f() {
+    for method in METHODS.into_iter().filter(|m| m.order() > 1) {
+        let mut x = coupled_solution(0.3);
+        let mut first = [0.0; 2];
+        coupled(0.3, &x, &mut first);
+        let mut integrator = Integrator::new(method, 2);
+        let h = 0.01;
+        integrator.step_fixed(&mut Ode(coupled), 0.3, h, &mut x, None).unwrap();
+        let mut last = [0.0; 2];
+        coupled(0.3 + h, &x, &mut last);
+        let dense = integrator.dense(&mut Ode(coupled)).unwrap();
+        let e = 1e-5;
+        for i in 0..2 {
+            let start = (dense.lane(e, i) - dense.lane(0.0, i)) / (e * h);
+            let end = (dense.lane(1.0, i) - dense.lane(1.0 - e, i)) / (e * h);
+            // The step's own error is 1e-9 at most here; the difference quotients', 1e-7.
+            assert!((start - first[i]).abs() < 1e-5, "{}: {start} {}", method.name(), first[i]);
+            assert!((end - last[i]).abs() < 1e-5, "{}: {end} {}", method.name(), last[i]);
+        }
+    }
+}
+
+#[test]
+#[should_panic(expected = "outside the step")]
+fn outside_the_step_is_refused() {
+    let mut integrator = Integrator::new(METHODS[2], 1);
+    let mut decay = Ode(|_: f64, x: &[f64], d: &mut [f64]| d[0] = -x[0]);
+    integrator.step_fixed(&mut decay, 0.0, 0.1, &mut [1.0], None).unwrap();
+    integrator.dense(&mut decay).unwrap().lane(1.5, 0);
+}
