@@ -4,20 +4,10 @@ use linkwork_spatial::nalgebra::{Quaternion, UnitQuaternion};
 use linkwork_spatial::{Quat, Vec3};
 use std::borrow::Cow;
 
+pub use linkwork_integrate::events::Direction;
+
 /// A name, unit or doc string of a description: written in a Rust type, or made when a part is built.
 pub type Text = Cow<'static, str>;
-
-/// Which change of sign of a guard is an event.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Direction {
-    /// From negative to positive.
-    Rising,
-    /// From positive to negative.
-    Falling,
-    /// Both.
-    #[default]
-    Either,
-}
 
 /// What a port carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,8 +12,8 @@ use super::integrate::Purpose;
 use super::{GuardState, Simulation, State};
 use crate::block::{Evaluation, Failure, Now};
 use crate::plan::{Fires, Plan};
-use crate::ports::Direction;
 use linkwork_integrate::Failure as StepFailure;
+use linkwork_integrate::events::{Direction, Fault, Search, Side, first_crossing};
 
 /// Guards that cross within this time (s) of the first are one instant.
 const WINDOW: f64 = 1e-9;
@@ -26,14 +26,12 @@ fn sign(value: f64) -> i8 {
     i8::from(value > 0.0) - i8::from(value < 0.0)
 }
 
-impl Direction {
-    /// Whether a change to this side counts.
-    fn counts(self, to: i8) -> bool {
-        match self {
-            Direction::Rising => to > 0,
-            Direction::Falling => to < 0,
-            Direction::Either => to != 0,
-        }
+/// Whether a change to this side counts.
+fn counts(direction: Direction, to: i8) -> bool {
+    match direction {
+        Direction::Rising => to > 0,
+        Direction::Falling => to < 0,
+        Direction::Either => to != 0,
     }
 }
 
@@ -42,7 +40,7 @@ impl GuardState {
     fn see(&mut self, value: f64, direction: Direction, level: bool) -> bool {
         self.value = value;
         let to = sign(value);
-        let crossed = to != 0 && self.side != 0 && to != self.side && direction.counts(to);
+        let crossed = to != 0 && self.side != 0 && to != self.side && counts(direction, to);
         if to != 0 {
             self.side = to;
         }
@@ -121,7 +119,7 @@ impl Simulation {
         let rounding = if change.is_finite() { 1e-6 * change.abs() } else { 0.0 };
         let to = sign(guard.value);
         let back = to == -side && to != 0 && guard.value.abs() > rounding;
-        guard.due |= back && plan.guards[fired].direction.counts(to);
+        guard.due |= back && counts(plan.guards[fired].direction, to);
         guard.side = if back { to } else { 0 };
         // How fast guards move after an event is not known.
         self.state.guards.iter_mut().for_each(|g| g.change = f64::INFINITY);
@@ -210,12 +208,10 @@ impl Simulation {
     ) -> Result<Option<f64>, StepFailure<Stopped>> {
         let mut first: Option<(f64, usize)> = None;
         for k in 0..plan.guards.len() {
-            let limit = first.map_or(1.0, |f| f.0);
-            if let Some(bracket) = self.bracket(plan, h, k, end[k], limit)? {
-                let theta = self.locate(plan, h, k, bracket)?;
-                if theta < first.map_or(f64::INFINITY, |f| f.0) {
-                    first = Some((theta, k));
-                }
+            if let Some(theta) = self.find(plan, h, k, end[k])?
+                && theta < first.map_or(f64::INFINITY, |f| f.0)
+            {
+                first = Some((theta, k));
             }
         }
         let Some((theta, k)) = first else { return Ok(None) };
@@ -236,97 +232,45 @@ impl Simulation {
         Ok(Some(theta))
     }
 
-    /// Two places in (0, limit] between which guard k changes its side in its direction, when there
-    /// are: the end of the step, or a place inside where it may have crossed twice.
-    fn bracket(
+    /// Where in the last step guard k first changes its side in its direction: at the end of the step,
+    /// or inside it, where it may also have come back.
+    fn find(
         &mut self,
         plan: &Plan,
         h: f64,
         k: usize,
         end: f64,
-        limit: f64,
-    ) -> Result<Option<[(f64, f64); 2]>, StepFailure<Stopped>> {
+    ) -> Result<Option<f64>, StepFailure<Stopped>> {
         let GuardState { value: start, change, side, .. } = self.state.guards[k];
-        let direction = plan.guards[k].direction;
-        let crosses = |from: i8, to: f64| {
-            let to = sign(to);
-            from != 0 && to != 0 && to != from && direction.counts(to)
-        };
-        if limit >= 1.0 && crosses(side, end) {
-            return Ok(Some([(0.0, start), (1.0, end)]));
-        }
         // It may have gone to zero and come back only if it moved about as far as it stands from it.
         let moved = (end - start).abs().max(change.abs());
         let near = start.abs().min(end.abs());
-        if side != 0 && limit >= 1.0 && near > 2.0 * moved {
+        if side != 0 && sign(end) == side && near > 2.0 * moved {
             return Ok(None);
         }
-        let mut last = (0.0, start, side);
-        let middle = 0.5 * limit;
-        self.look_at(plan, h, middle)?;
-        let value = self.work.middle[k];
-        let at_limit = match limit < 1.0 {
-            true => {
-                self.look_at(plan, h, limit)?;
-                self.work.middle[k]
-            }
-            false => end,
+        let side = match side {
+            -1 => Side::Below,
+            1 => Side::Above,
+            _ => Side::Zero,
         };
-        // The parabola through the three, where it turns.
-        let (a, b) = (2.0 * (start + at_limit - 2.0 * value), 4.0 * value - 3.0 * start - at_limit);
-        let turn = if a == 0.0 { -1.0 } else { -b / (2.0 * a) * limit };
-        let mut places = [(middle, value), (limit, at_limit), (f64::NAN, 0.0)];
-        if turn > 0.0 && turn < limit {
-            self.look_at(plan, h, turn)?;
-            places[2] = (turn, self.work.middle[k]);
-            places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let direction = plan.guards[k].direction;
+        let search = Search { direction, h, tolerance: EXACT, samples: 1 };
+        let value = |theta: f64| self.look_at(plan, h, theta).map(|()| self.work.middle[k]);
+        match first_crossing(value, [start, end], side, &search) {
+            Ok(found) => Ok(found.crossing.map(|c| c.theta)),
+            Err(Fault::Guard(failure)) => Err(failure),
+            Err(Fault::NotANumber { .. }) => Err(StepFailure::System(self.nan(plan, k))),
         }
-        for (theta, value) in places.into_iter().filter(|p| !p.0.is_nan()) {
-            if crosses(last.2, value) {
-                return Ok(Some([(last.0, last.1), (theta, value)]));
-            }
-            let to = sign(value);
-            last = (theta, value, if to == 0 { last.2 } else { to });
-        }
-        Ok(None)
     }
 
-    /// The place of a change of sign between two places, to 1 ps: the later end of the last bracket,
-    /// where the guard is on its new side. Brackets shrink by the Illinois form of regula falsi,
-    /// and are halved where that is slow.
-    fn locate(
-        &mut self,
-        plan: &Plan,
-        h: f64,
-        k: usize,
-        [(mut a, mut ga), (mut b, mut gb)]: [(f64, f64); 2],
-    ) -> Result<f64, StepFailure<Stopped>> {
-        let to = sign(gb);
-        // Which end was kept last, and how often in a row: Illinois halves its value.
-        let (mut kept, mut times) = (0, 0);
-        for _ in 0..200 {
-            let width = b - a;
-            if width * h <= EXACT || width <= 4.0 * f64::EPSILON {
-                break;
-            }
-            let between = if ga == gb { 0.5 } else { ga / (ga - gb) };
-            // A little off the ends, so that the bracket closes from both sides; halved where slow.
-            let margin = (0.25 * EXACT / (h * width)).min(0.5);
-            let part = if times > 3 { 0.5 } else { between.clamp(margin, 1.0 - margin) };
-            let m = a + part * width;
-            self.look_at(plan, h, m)?;
-            let g = self.work.middle[k];
-            let side = if sign(g) == to { 1 } else { -1 };
-            times = if side == kept { times + 1 } else { 0 };
-            if side > 0 {
-                (b, gb) = (m, g);
-                ga *= if kept == 1 { 0.5 } else { 1.0 };
-            } else {
-                (a, ga) = (m, g);
-                gb *= if kept == -1 { 0.5 } else { 1.0 };
-            }
-            kept = side;
-        }
-        Ok(b)
+    #[cold]
+    fn nan(&self, plan: &Plan, k: usize) -> Stopped {
+        let guard = &plan.guards[k];
+        let block = match guard.fires {
+            Fires::Part { block, .. } => block,
+            Fires::Transition { .. } => 0,
+        };
+        let message = format!("guard `{}` is no number", guard.name);
+        Stopped { block, failure: Box::new(Failure { message, help: None }) }
     }
 }
