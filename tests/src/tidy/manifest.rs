@@ -68,10 +68,11 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 14] = [
+const FLOORS: [(&str, u32); 15] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
+    ("framework/world", 20),
     ("framework/dynamics", 30),
     ("framework/formats", 30),
     ("framework/solvers", 40),
@@ -128,9 +129,12 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 17] = [
+pub const HOMES: [(&str, &str); 20] = [
     ("nalgebra", "framework/spatial"),
     ("petgraph", "framework/runtime"),
+    ("hifitime", "framework/world"),
+    ("sofars", "framework/world"),
+    ("tobari", "framework/world"),
     ("rayon", "framework/dynamics"),
     ("roxmltree", "framework/formats"),
     ("ron", "framework/assembly"),
