@@ -11,6 +11,7 @@
 
 pub mod error;
 pub mod gravity;
+pub mod planet;
 
 pub use error::WorldError;
 pub use linkwork_spatial as spatial;
