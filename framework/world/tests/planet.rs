@@ -80,13 +80,18 @@ fn sofa_agrees_about_wgs84() {
     let e = wgs84();
     let mut random = Random(2);
     for _ in 0..1000 {
-        let p = random.on_sphere(10f64.powf(random.0 as f64 / u64::MAX as f64 * 2.0 + 6.5));
+        let p = random.on_sphere(10f64.powf(random.0 as f64 / u64::MAX as f64 * 1.2 + 6.81));
         let ours = e.geodetic(&p).unwrap();
         let theirs =
             sofars::coords::gc2gde(e.equatorial_radius(), e.flattening(), [p.x, p.y, p.z]).unwrap();
         let (longitude, latitude, altitude) = theirs;
         near(ours.longitude, longitude, 1e-15, "longitude");
-        near(ours.latitude, latitude, 1e-10, "latitude: SOFA takes one step of iteration");
+        near(
+            ours.latitude,
+            latitude,
+            2e-10,
+            "latitude: SOFA takes one step; ours comes back to 1e-15",
+        );
         near(ours.altitude, altitude, 1e-7 * (1.0 + p.norm() / 6e6), "altitude");
     }
 }
