@@ -9,6 +9,7 @@
 //! ```
 #![allow(non_snake_case)]
 
+pub mod atmosphere;
 pub mod error;
 pub mod gravity;
 pub mod planet;
