@@ -10,6 +10,8 @@
 #![allow(non_snake_case)]
 
 pub mod atmosphere;
+pub mod eclipse;
+pub mod ephemeris;
 pub mod error;
 pub mod gravity;
 pub mod planet;
