@@ -14,6 +14,7 @@ pub mod eclipse;
 pub mod ephemeris;
 pub mod error;
 pub mod gravity;
+pub mod orbit;
 pub mod planet;
 
 pub use error::WorldError;
