@@ -129,10 +129,9 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 20] = [
+pub const HOMES: [(&str, &str); 19] = [
     ("nalgebra", "framework/spatial"),
     ("petgraph", "framework/runtime"),
-    ("hifitime", "framework/world"),
     ("sofars", "framework/world"),
     ("tobari", "framework/world"),
     ("rayon", "framework/dynamics"),

@@ -29,9 +29,9 @@ pub struct Turbulence {
 }
 
 impl Turbulence {
-    /// The model of MIL-F-8785C at `height` [m] above the ground, 3 m at least. `wind_20ft` [m/s] is the
+    /// The model of MIL-F-8785C at `height` (m) above the ground, 3 m at least. `wind_20ft` (m/s) is the
     /// wind at 20 ft (15, 30, 45 knots: light, moderate, severe), which sets what happens below 1000 ft;
-    /// `sigma_high` [m/s] that above 2000 ft, where L is 1750 ft. Between the two, straight lines.
+    /// `sigma_high` (m/s) that above 2000 ft, where L is 1750 ft. Between the two, straight lines.
     /// ```text
     /// h in ft below 1000:  L_w = h,  L_u = L_v = h/(0.177 + 0.000823 h)^1.2
     ///                      σ_w = 0.1 W₂₀,  σ_u = σ_v = σ_w/(0.177 + 0.000823 h)^0.4
@@ -96,7 +96,7 @@ impl Dryden {
         DrydenState { u: noise[0], v: pair(noise[1], noise[2]), w: pair(noise[3], noise[4]) }
     }
 
-    /// The state `dt` [s] later at `airspeed` V [m/s], given five independent standard normal numbers. Exact
+    /// The state `dt` (s) later at `airspeed` V (m/s), given five independent standard normal numbers. Exact
     /// for every dt while V and L are constant. Without airspeed nothing changes.
     #[must_use]
     pub fn step(

@@ -11,7 +11,7 @@ pub struct Exponential {
 }
 
 impl Exponential {
-    /// ρ₀ [kg/m³] at altitude h₀ [m], scale height H [m].
+    /// ρ₀ (kg/m³) at altitude h₀ (m), scale height H (m).
     ///
     /// # Errors
     /// ρ₀ below zero, H not above zero, numbers not finite.
@@ -22,7 +22,7 @@ impl Exponential {
         Ok(Self { density, altitude, scale_height })
     }
 
-    /// ρ at altitude `h` [m], kg/m³.
+    /// ρ at altitude `h` (m), kg/m³.
     #[must_use]
     pub fn density(&self, h: f64) -> f64 {
         self.density * ((self.altitude - h) / self.scale_height).exp()

@@ -34,7 +34,7 @@ impl Gas {
         (self.gamma * self.constant * temperature).sqrt()
     }
 
-    /// From density [kg/m³] and temperature [K]: p = ρ R T.
+    /// From density (kg/m³) and temperature (K): p = ρ R T.
     #[must_use]
     pub fn air(&self, density: f64, temperature: f64) -> Air {
         Air {
@@ -46,7 +46,7 @@ impl Gas {
     }
 }
 
-/// Speed relative to the air [m/s] over the speed of sound.
+/// Speed relative to the air (m/s) over the speed of sound.
 #[must_use]
 pub fn mach(speed: f64, air: &Air) -> f64 {
     speed / air.sound_speed

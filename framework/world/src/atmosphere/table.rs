@@ -81,7 +81,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// From rows (altitude [m], ρ [kg/m³], T [K]) in rising or falling order of altitude.
+    /// From rows (altitude (m), ρ (kg/m³), T (K)) in rising or falling order of altitude.
     ///
     /// # Errors
     /// Fewer than two rows, altitudes not in order, ρ or T not above zero, numbers not finite; `line` in the
@@ -178,7 +178,7 @@ impl Table {
         (self.altitude[0], self.altitude[self.altitude.len() - 1])
     }
 
-    /// Air at the geometric altitude `h` [m]. O(log n).
+    /// Air at the geometric altitude `h` (m). O(log n).
     #[must_use]
     pub fn at(&self, h: f64) -> Air {
         let h = match self.kind {

@@ -9,7 +9,7 @@ pub struct WindProfile {
     entries: Vec<(f64, Vec3)>,
 }
 
-/// Velocity of the air, east-north-up, m/s, for a wind as weather reports give it: `speed` [m/s] and the
+/// Velocity of the air, east-north-up, m/s, for a wind as weather reports give it: `speed` (m/s) and the
 /// bearing it comes *from*, rad from north over east. A wind from the west blows to the east.
 #[must_use]
 pub fn wind_from(speed: f64, bearing: f64) -> Vec3 {
@@ -18,7 +18,7 @@ pub fn wind_from(speed: f64, bearing: f64) -> Vec3 {
 }
 
 impl WindProfile {
-    /// From (altitude [m], velocity of the air east-north-up [m/s]) in rising order.
+    /// From (altitude (m), velocity of the air east-north-up (m/s)) in rising order.
     ///
     /// # Errors
     /// No entry, altitudes that do not rise, numbers that are not finite.
@@ -41,7 +41,7 @@ impl WindProfile {
         Ok(Self { entries })
     }
 
-    /// Velocity of the air at altitude `h` [m], east-north-up relative to the ground, m/s. O(log n).
+    /// Velocity of the air at altitude `h` (m), east-north-up relative to the ground, m/s. O(log n).
     #[must_use]
     pub fn at(&self, h: f64) -> Vec3 {
         let e = &self.entries;

@@ -6,7 +6,7 @@ use linkwork_spatial::Vec3;
 /// Pressure of sunlight at one astronomical unit on what swallows it, N/m².
 pub const PRESSURE_AU: f64 = 4.56e-6;
 
-/// P (AU/d)², N/m², at `d` [m] from the Sun.
+/// P (AU/d)², N/m², at `d` (m) from the Sun.
 #[must_use]
 pub fn pressure(d: f64) -> f64 {
     PRESSURE_AU * (AU / d) * (AU / d)

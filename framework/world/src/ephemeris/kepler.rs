@@ -8,7 +8,7 @@ use crate::error::WorldError;
 use crate::planet::{AU, MU_SUN, PointMotion};
 use linkwork_spatial::{Quat, Vec3, nalgebra};
 
-/// a [AU], e, I, L, ϖ, Ω [degrees], and their rates in a century.
+/// a (AU), e, I, L, ϖ, Ω (degrees), and their rates in a century.
 type Elements = [[f64; 6]; 2];
 
 const MERCURY: Elements = [

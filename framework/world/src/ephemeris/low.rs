@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 const OBLIQUITY_DEG: f64 = 23.43929111;
 const ARCSEC: f64 = TAU / 1_296_000.0;
 
-/// From ecliptic longitude and latitude [rad] and distance [m] to the equator of J2000.
+/// From ecliptic longitude and latitude (rad) and distance (m) to the equator of J2000.
 fn equatorial(longitude: f64, latitude: f64, distance: f64) -> Vec3 {
     let ((sb, cb), (sl, cl)) = (latitude.sin_cos(), longitude.sin_cos());
     let (se, ce) = OBLIQUITY_DEG.to_radians().sin_cos();

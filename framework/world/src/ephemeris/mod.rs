@@ -71,7 +71,7 @@ impl Body {
 
 /// A source of positions.
 pub trait Ephemeris {
-    /// Position [m] and velocity [m/s] of `target` from `origin`, ICRF axes, geometric (no light time), at
+    /// Position (m) and velocity (m/s) of `target` from `origin`, ICRF axes, geometric (no light time), at
     /// `tdb` days past J2000.
     ///
     /// # Errors

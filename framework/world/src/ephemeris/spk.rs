@@ -133,7 +133,7 @@ impl Spk {
         &self.segments
     }
 
-    /// Position [m] and velocity [m/s] of NAIF body `target` from `origin` at `et`, TDB seconds past J2000,
+    /// Position (m) and velocity (m/s) of NAIF body `target` from `origin` at `et`, TDB seconds past J2000,
     /// ICRF axes. The way goes up from both to the first body that they share.
     ///
     /// # Errors

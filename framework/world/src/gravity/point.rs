@@ -2,7 +2,7 @@
 
 use linkwork_spatial::{Mat3, Vec3};
 
-/// −μ p/|p|³, m/s²: what a point mass μ [m³/s²] at the origin does at `p` [m], any axes.
+/// −μ p/|p|³, m/s²: what a point mass μ (m³/s²) at the origin does at `p` (m), any axes.
 /// NaN at the origin.
 #[must_use]
 pub fn point_mass(mu: f64, p: &Vec3) -> Vec3 {

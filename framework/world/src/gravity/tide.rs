@@ -16,7 +16,7 @@ pub struct TideRaiser {
     pub position: Vec3,
 }
 
-/// Acceleration at `p` [m] by the tide that `raiser` raises on a body of radius `radius` [m], m/s².
+/// Acceleration at `p` (m) by the tide that `raiser` raises on a body of radius `radius` (m), m/s².
 /// ```text
 /// V = k₂ μⱼ R⁵/(rⱼ³ r³) P₂(cos ψ),   cos ψ = r̂·r̂ⱼ
 /// a = k₂ μⱼ R⁵/(2 rⱼ³ r⁴) [(3 − 15 cos²ψ) r̂ + 6 cos ψ r̂ⱼ]

@@ -30,7 +30,7 @@ pub struct Relative {
 }
 
 impl ClohessyWiltshire {
-    /// A chief on a circle of `radius` [m] about μ [m³/s²]: n = √(μ/r³).
+    /// A chief on a circle of `radius` (m) about μ (m³/s²): n = √(μ/r³).
     ///
     /// # Errors
     /// μ or radius not above zero.
@@ -46,7 +46,7 @@ impl ClohessyWiltshire {
         self.rate
     }
 
-    /// The four blocks of the transition over `t` [s]: position and velocity from position, from velocity.
+    /// The four blocks of the transition over `t` (s): position and velocity from position, from velocity.
     #[must_use]
     pub fn transition(&self, t: f64) -> [[Mat3; 2]; 2] {
         let n = self.rate;
@@ -61,7 +61,7 @@ impl ClohessyWiltshire {
         [[rr, rv], [vr, vv]]
     }
 
-    /// The state `t` [s] later, without thrust.
+    /// The state `t` (s) later, without thrust.
     #[must_use]
     pub fn after(&self, state: &Relative, t: f64) -> Relative {
         let [[rr, rv], [vr, vv]] = self.transition(t);
@@ -78,7 +78,7 @@ impl ClohessyWiltshire {
         Vec3::new(3.0 * n * n * p.x + 2.0 * n * v.y, -2.0 * n * v.x, -n * n * p.z)
     }
 
-    /// Velocity with which the deputy must leave `from` to be at `to` after `t` [s].
+    /// Velocity with which the deputy must leave `from` to be at `to` after `t` (s).
     ///
     /// # Errors
     /// A time at which some place cannot be reached: whole and half turns, and zero.

@@ -27,7 +27,7 @@ pub struct Elements {
 const FLAT: f64 = 1e-11;
 
 impl Elements {
-    /// From the major half axis [m] in place of p.
+    /// From the major half axis (m) in place of p.
     ///
     /// # Errors
     /// e not in 0 … 1 for a above zero, not above 1 for a below zero.
@@ -59,14 +59,14 @@ impl Elements {
         self.semi_latus_rectum / (1.0 - self.eccentricity * self.eccentricity)
     }
 
-    /// Time of a turn about μ [m³/s²], s; NaN unless an ellipse.
+    /// Time of a turn about μ (m³/s²), s; NaN unless an ellipse.
     #[must_use]
     pub fn period(&self, mu: f64) -> f64 {
         let a = self.semi_major_axis();
         TAU * (a * a * a / mu).sqrt()
     }
 
-    /// Position [m] and velocity [m/s] about μ [m³/s²].
+    /// Position (m) and velocity (m/s) about μ (m³/s²).
     /// ```text
     /// R = R_z(Ω) R_x(i) R_z(ω),  p_perifocal = p/(1 + e cos ν) (cos ν, sin ν, 0)
     /// v_perifocal = √(μ/p) (−sin ν, e + cos ν, 0)
@@ -87,7 +87,7 @@ impl Elements {
         }
     }
 
-    /// From position [m] and velocity [m/s] about μ [m³/s²].
+    /// From position (m) and velocity (m/s) about μ (m³/s²).
     ///
     /// # Errors
     /// Position and velocity that span no plane.

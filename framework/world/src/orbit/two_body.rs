@@ -39,7 +39,7 @@ fn stumpff(psi: f64) -> [f64; 4] {
     [c0, c1, c2, c3]
 }
 
-/// Position and velocity `dt` [s] later (or earlier) about a point mass μ [m³/s²], any inertial axes.
+/// Position and velocity `dt` (s) later (or earlier) about a point mass μ (m³/s²), any inertial axes.
 /// Circles, ellipses, parabolas, hyperbolas. Some 0.5 µs.
 ///
 /// # Errors

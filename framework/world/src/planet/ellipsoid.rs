@@ -32,7 +32,7 @@ pub struct Ellipsoid {
 }
 
 impl Ellipsoid {
-    /// From the equatorial radius [m] and the flattening f = (a − b)/a.
+    /// From the equatorial radius (m) and the flattening f = (a − b)/a.
     ///
     /// # Errors
     /// A radius not above zero, a flattening outside of 0 … 0.5.
@@ -82,7 +82,7 @@ impl Ellipsoid {
         Vec3::new(rho * cl, rho * sl, (n * (1.0 - e2) + place.altitude) * sin)
     }
 
-    /// Geodetic coordinates of a position [m, planet's axes]. Right to some nanometres up to thousands
+    /// Geodetic coordinates of a position (m, planet's axes). Right to some nanometres up to thousands
     /// of radii away; on the axis the longitude is 0.
     ///
     /// # Errors

@@ -84,7 +84,7 @@ impl Epoch {
         (2_415_020.5 + day as f64, ns.rem_euclid(DAY_NS) as f64 / DAY_NS as f64)
     }
 
-    /// UT1 as a Julian date in two parts, given ΔUT1 = UT1 − UTC [s], as the IERS publishes it.
+    /// UT1 as a Julian date in two parts, given ΔUT1 = UT1 − UTC (s), as the IERS publishes it.
     #[must_use]
     pub fn ut1(&self, dut1: f64) -> (f64, f64) {
         let (day, fraction) = self.tt();

@@ -86,7 +86,7 @@ impl FrameMotion {
     }
 }
 
-/// What is added to a true acceleration to have the one seen in axes that turn with constant ω [rad/s]
+/// What is added to a true acceleration to have the one seen in axes that turn with constant ω (rad/s)
 /// about their origin: −2 ω × v − ω × (ω × p), m/s²; all in the turning axes. The minus signs: the axes run
 /// ahead, so what keeps its inertial velocity falls behind.
 #[must_use]

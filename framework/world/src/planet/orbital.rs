@@ -15,8 +15,8 @@ pub enum OrbitalAxes {
     Vnc,
 }
 
-/// Frame O of an orbit in inertial axes I: its origin is the satellite, its axes follow position `r` [m] and
-/// velocity `v` [m/s]; `a` [m/s²], the acceleration, is what makes the axes turn besides the motion itself.
+/// Frame O of an orbit in inertial axes I: its origin is the satellite, its axes follow position `r` (m) and
+/// velocity `v` (m/s); `a` (m/s²), the acceleration, is what makes the axes turn besides the motion itself.
 /// ω_IO = ½ Σ e × ė over the three axes, with ė of r̂, v̂, ĥ by the quotient rule, ḣ = r × a.
 ///
 /// # Errors

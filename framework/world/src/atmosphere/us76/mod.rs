@@ -51,7 +51,7 @@ impl Us76 {
         Self { lower: lower::Layers::new(), upper: upper::Profile::new() }
     }
 
-    /// Air at the geometric altitude `z` [m]. Below −5 km the lowest layer goes on; above 1000 km density
+    /// Air at the geometric altitude `z` (m). Below −5 km the lowest layer goes on; above 1000 km density
     /// and pressure fall on as in the last kilometre. The speed of sound above 86 km is √(1.4 p/ρ), which
     /// the standard does not define.
     #[must_use]

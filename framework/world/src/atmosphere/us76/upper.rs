@@ -51,13 +51,13 @@ const TRANSPORT: [[f64; 3]; 5] = [
 ];
 /// q, u, w of atomic oxygen, below u.
 const OXYGEN: [f64; 3] = [-3.416248e-3, 97.0, 5.008765e-4];
-/// Hydrogen: n at 500 km, φ [1/(m² s)], a, b, α.
+/// Hydrogen: n at 500 km, φ (1/(m² s)), a, b, α.
 const HYDROGEN: [f64; 5] = [8.0e10, 7.2e11, 3.305e21, 0.5, -0.25];
 /// Hydrogen is counted from here, km; its integrals start at the other.
 const H_FROM: f64 = 150.0;
 const Z11: f64 = 500.0;
 
-/// Temperature [K] and its slope [K/km]; `mid`, a height within the step, says which law holds at a seam.
+/// Temperature (K) and its slope (K/km); `mid`, a height within the step, says which law holds at a seam.
 fn temperature(z: f64, mid: f64) -> (f64, f64) {
     if mid < 91.0 {
         (186.8673, 0.0)

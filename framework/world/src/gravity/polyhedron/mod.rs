@@ -52,7 +52,7 @@ struct Edge {
 }
 
 impl Polyhedron {
-    /// From vertices [m] and triangles, counter-clockwise seen from outside, indices from 0; `g_rho` is
+    /// From vertices (m) and triangles, counter-clockwise seen from outside, indices from 0; `g_rho` is
     /// G times the density, 1/s². O(n log n).
     ///
     /// # Errors
@@ -94,7 +94,7 @@ impl Polyhedron {
         &self.vertices
     }
 
-    /// Potential [m²/s²], acceleration [m/s²] and gradient [1/s²] at `p` [m], axes of the vertices.
+    /// Potential (m²/s²), acceleration (m/s²) and gradient (1/s²) at `p` (m), axes of the vertices.
     /// A logarithm for each edge and an arctangent for each triangle; no memory.
     #[must_use]
     pub fn gravity(&self, p: &Vec3) -> Gravity {
@@ -126,13 +126,13 @@ impl Polyhedron {
         }
     }
 
-    /// Σω/4π at `p` [m]: 1 inside, 0 outside, ½ on a face.
+    /// Σω/4π at `p` (m): 1 inside, 0 outside, ½ on a face.
     #[must_use]
     pub fn winding(&self, p: &Vec3) -> f64 {
         self.faces.iter().map(|f| self.solid_angle(f, p).0).sum::<f64>() / (4.0 * PI)
     }
 
-    /// Whether `p` [m] is inside.
+    /// Whether `p` (m) is inside.
     #[must_use]
     pub fn contains(&self, p: &Vec3) -> bool {
         self.winding(p) > 0.5

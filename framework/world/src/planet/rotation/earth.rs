@@ -76,7 +76,7 @@ pub struct Earth {
 }
 
 impl Earth {
-    /// Prepares the table for t from 0 to `duration` [s] after `epoch`. 0.1 ms for each six hours.
+    /// Prepares the table for t from 0 to `duration` (s) after `epoch`. 0.1 ms for each six hours.
     ///
     /// # Errors
     /// Parameters that are not finite, ΔUT1 above 1 s, a pole beyond 5″, a duration below zero or above a
@@ -157,7 +157,7 @@ fn piece(points: &[Xys]) -> Piece {
 }
 
 impl Piece {
-    /// Values and rates [1/s] at `x`, 0 … 1 in the interval: Horner on Newton's form.
+    /// Values and rates (1/s) at `x`, 0 … 1 in the interval: Horner on Newton's form.
     fn at(&self, x: f64) -> (Xys, Xys) {
         let x = x + offset() as f64;
         let (mut value, mut slope) = ([0.0; 3], [0.0; 3]);

@@ -55,7 +55,7 @@ fn phase(turns: f64, t: f64) -> f64 {
 }
 
 impl FixedRate {
-    /// Pole along inertial z, prime meridian at `angle` [rad] from inertial x at t = 0, `rate` [rad/s].
+    /// Pole along inertial z, prime meridian at `angle` (rad) from inertial x at t = 0, `rate` (rad/s).
     ///
     /// # Errors
     /// NaN or infinity.
@@ -96,7 +96,7 @@ impl Rotation {
         Self::Iau(IauRotation::moon(epoch.tdb_days()))
     }
 
-    /// The spin at `t` [s]. No memory is taken. Some 50 ns for a fixed rate and for the Earth within its
+    /// The spin at `t` (s). No memory is taken. Some 50 ns for a fixed rate and for the Earth within its
     /// table, 0.4 µs for the Moon.
     #[must_use]
     pub fn at(&self, t: f64) -> Spin {
