@@ -72,6 +72,7 @@ const FLOORS: [(&str, u32); 15] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
+    ("framework/world", 20),
     ("framework/dynamics", 30),
     ("framework/formats", 30),
     ("framework/integrate", 30),
@@ -129,9 +130,11 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 17] = [
+pub const HOMES: [(&str, &str); 19] = [
     ("nalgebra", "framework/spatial"),
     ("petgraph", "framework/runtime"),
+    ("sofars", "framework/world"),
+    ("tobari", "framework/world"),
     ("rayon", "framework/dynamics"),
     ("roxmltree", "framework/formats"),
     ("ron", "framework/assembly"),

@@ -1,0 +1,153 @@
+//! Gusts: the Dryden spectra of MIL-F-8785C, discretised exactly.
+//!
+//! For white noise ⟨w w⟩ = δ(τ), with T = L/V:
+//! ```text
+//! H_u = σ √(2T)/(1 + T s),    H_v,w = σ √T (1 + √3 T s)/(1 + T s)²
+//! R_u = σ² e^(−x),            R_v = σ² e^(−x) (1 − x/2),   x = τ/T
+//! ```
+//! √(2L/πV) in place of √(2L/V) belongs to one-sided spectra over noise of another density: a trap.
+//! The transverse filter as two states q₁, q₂ of unit time:
+//! ```text
+//! q₁' = −q₁ + w, q₂' = q₁ − q₂,   v = σ (√3 q₁ + (1 − √3) q₂)
+//! over a step x:  q₁ ← e^(−x) q₁ + n₁,   q₂ ← e^(−x)(q₂ + x q₁) + n₂
+//! ⟨n₁n₁⟩ = (1 − e^(−2x))/2,  ⟨n₁n₂⟩ = (1 − (1 + 2x) e^(−2x))/4,  ⟨n₂n₂⟩ = (1 − (1 + 2x + 2x²) e^(−2x))/4
+//! ```
+//! The states have no unit and do not change when V, L or σ do, so that these may vary along a flight.
+
+use crate::error::{WorldError, number};
+use linkwork_spatial::Vec3;
+
+const FOOT: f64 = 0.3048;
+
+/// Lengths and intensities of gusts: along the flight, sideways, vertical.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turbulence {
+    /// L_u, L_v, L_w, m.
+    pub length: Vec3,
+    /// σ_u, σ_v, σ_w, m/s.
+    pub sigma: Vec3,
+}
+
+impl Turbulence {
+    /// The model of MIL-F-8785C at `height` (m) above the ground, 3 m at least. `wind_20ft` (m/s) is the
+    /// wind at 20 ft (15, 30, 45 knots: light, moderate, severe), which sets what happens below 1000 ft;
+    /// `sigma_high` (m/s) that above 2000 ft, where L is 1750 ft. Between the two, straight lines.
+    /// ```text
+    /// h in ft below 1000:  L_w = h,  L_u = L_v = h/(0.177 + 0.000823 h)^1.2
+    ///                      σ_w = 0.1 W₂₀,  σ_u = σ_v = σ_w/(0.177 + 0.000823 h)^0.4
+    /// ```
+    ///
+    /// # Errors
+    /// Winds or intensities below zero, a height that is not finite.
+    pub fn mil_f_8785c(height: f64, wind_20ft: f64, sigma_high: f64) -> Result<Self, WorldError> {
+        number("height above the ground, m", height, |_| true, "a finite height")?;
+        number("wind at 20 ft, m/s", wind_20ft, |x| x >= 0.0, "a speed of at least 0")?;
+        number("sigma above 2000 ft, m/s", sigma_high, |x| x >= 0.0, "at least 0")?;
+        let low = |h: f64| {
+            let k = 0.177 + 0.000823 * h;
+            let (along, sigma) = (h / k.powf(1.2) * FOOT, 0.1 * wind_20ft);
+            let across = sigma / k.powf(0.4);
+            Self {
+                length: Vec3::new(along, along, h * FOOT),
+                sigma: Vec3::new(across, across, sigma),
+            }
+        };
+        let high = Self {
+            length: Vec3::from_element(1750.0 * FOOT),
+            sigma: Vec3::from_element(sigma_high),
+        };
+        let h = (height / FOOT).max(10.0);
+        Ok(if h <= 1000.0 {
+            low(h)
+        } else if h >= 2000.0 {
+            high
+        } else {
+            let (a, s) = (low(1000.0), (h - 1000.0) / 1000.0);
+            Self {
+                length: a.length + (high.length - a.length) * s,
+                sigma: a.sigma + (high.sigma - a.sigma) * s,
+            }
+        })
+    }
+}
+
+/// State of the filters; zeros are calm air.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DrydenState {
+    /// The longitudinal filter.
+    pub u: f64,
+    /// The two states of the sideways filter.
+    pub v: [f64; 2],
+    /// The two of the vertical filter.
+    pub w: [f64; 2],
+}
+
+/// The filters as functions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dryden;
+
+impl Dryden {
+    /// A state of gusts that have gone on for ever, from five standard normal numbers: the first step is
+    /// as gusty as the thousandth.
+    #[must_use]
+    pub fn stationary(noise: &[f64; 5]) -> DrydenState {
+        // x → ∞: ⟨q₁q₁⟩ = ½, ⟨q₁q₂⟩ = ¼, ⟨q₂q₂⟩ = ¼.
+        let pair = |a: f64, b: f64| [a * 0.5f64.sqrt(), a * 0.125f64.sqrt() + b * 0.125f64.sqrt()];
+        DrydenState { u: noise[0], v: pair(noise[1], noise[2]), w: pair(noise[3], noise[4]) }
+    }
+
+    /// The state `dt` (s) later at `airspeed` V (m/s), given five independent standard normal numbers. Exact
+    /// for every dt while V and L are constant. Without airspeed nothing changes.
+    #[must_use]
+    pub fn step(
+        state: &DrydenState,
+        turbulence: &Turbulence,
+        airspeed: f64,
+        dt: f64,
+        noise: &[f64; 5],
+    ) -> DrydenState {
+        let x = turbulence.length.map(|l| (airspeed * dt / l).max(0.0));
+        let u = (-x.x).exp() * state.u + (-f64::exp_m1(-2.0 * x.x)).sqrt() * noise[0];
+        DrydenState {
+            u,
+            v: transverse(state.v, x.y, [noise[1], noise[2]]),
+            w: transverse(state.w, x.z, [noise[3], noise[4]]),
+        }
+    }
+
+    /// Gust velocity, m/s: along the flight through the air, to the side, and across both.
+    #[must_use]
+    pub fn gust(state: &DrydenState, turbulence: &Turbulence) -> Vec3 {
+        let root3 = 3.0_f64.sqrt();
+        let across = |q: [f64; 2]| root3 * q[0] + (1.0 - root3) * q[1];
+        turbulence.sigma.component_mul(&Vec3::new(state.u, across(state.v), across(state.w)))
+    }
+}
+
+/// One step of the transverse filter: Cholesky factor of the noise's covariance times the noise.
+fn transverse(q: [f64; 2], x: f64, noise: [f64; 2]) -> [f64; 2] {
+    let [c11, c12, c22] = covariance(x);
+    let l11 = c11.sqrt();
+    let l21 = if l11 > 0.0 { c12 / l11 } else { 0.0 };
+    let l22 = (c22 - l21 * l21).max(0.0).sqrt();
+    let e = (-x).exp();
+    [e * q[0] + l11 * noise[0], e * (q[1] + x * q[0]) + l21 * noise[0] + l22 * noise[1]]
+}
+
+/// ⟨n₁n₁⟩, ⟨n₁n₂⟩, ⟨n₂n₂⟩; by series for small steps, where the closed forms cancel.
+fn covariance(x: f64) -> [f64; 3] {
+    let first = -0.5 * f64::exp_m1(-2.0 * x);
+    if x < 0.02 {
+        // ∫ y e^(−2y) and ∫ y² e^(−2y) from 0 to x, term by term.
+        let (mut term, mut c12, mut c22) = (1.0, 0.0, 0.0);
+        for k in 0..8 {
+            let k = f64::from(k);
+            c12 += term * x * x / (k + 2.0);
+            c22 += term * x * x * x / (k + 3.0);
+            term *= -2.0 * x / (k + 1.0);
+        }
+        return [first, c12, c22];
+    }
+    let e = (-2.0 * x).exp();
+    [first, 0.25 * (1.0 - (1.0 + 2.0 * x) * e), 0.25 * (1.0 - (1.0 + 2.0 * x + 2.0 * x * x) * e)]
+}

@@ -1,0 +1,24 @@
+//! Air: density, temperature, pressure and speed of sound over altitude, winds and gusts.
+//!
+//! Altitudes are *geometric*, above the ellipsoid or mean sea level as the model says, in metres; where a
+//! source counts geopotential altitude it is converted and the item says so.
+
+mod dryden;
+mod exponential;
+mod gas;
+mod mars;
+#[cfg(feature = "msis")]
+mod msis;
+mod table;
+mod us76;
+mod wind;
+
+pub use dryden::{Dryden, DrydenState, Turbulence};
+pub use exponential::Exponential;
+pub use gas::{Air, Gas, dynamic_pressure, mach};
+pub use mars::mars_simple;
+#[cfg(feature = "msis")]
+pub use msis::{Msis, MsisAir, SpaceWeather};
+pub use table::{AltitudeKind, Layout, Outside, Table};
+pub use us76::{Us76, geometric_altitude, geopotential_altitude};
+pub use wind::{WindProfile, wind_from};

@@ -1,0 +1,211 @@
+//! Air from a table over altitude: ln ρ and T are straight lines between the entries.
+
+use super::gas::{Air, Gas};
+use super::us76::geopotential_altitude;
+use crate::error::WorldError;
+
+/// What the first column counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AltitudeKind {
+    /// Metres of length.
+    Geometric,
+    /// Geopotential metres of the US Standard Atmosphere (r₀ = 6356766 m): 86 km are 84.852 of these.
+    Geopotential,
+}
+
+/// What lies beyond the ends of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outside {
+    /// The value of the nearest entry.
+    Clamp,
+    /// ρ goes on with the slope of the outermost entries, T stays.
+    Continue,
+}
+
+/// Columns of a text table.
+#[derive(Clone, Copy, Debug)]
+pub struct Layout<'a> {
+    /// Heading of the column of altitude.
+    pub altitude: &'a str,
+    /// Metres for a unit of it.
+    pub altitude_unit: f64,
+    /// What it counts.
+    pub kind: AltitudeKind,
+    /// Heading of the column of density, kg/m³.
+    pub density: &'a str,
+    /// Heading of the column of temperature, K.
+    pub temperature: &'a str,
+    /// Lines between the headings and the numbers, such as units.
+    pub skip: usize,
+}
+
+impl Layout<'static> {
+    /// Output of Earth-GRAM: geometric km above the ellipsoid.
+    pub const EARTH_GRAM: Self = Self {
+        altitude: "Hgtkm",
+        altitude_unit: 1000.0,
+        kind: AltitudeKind::Geometric,
+        density: "DensMean",
+        temperature: "Tmean",
+        skip: 0,
+    };
+    /// Output of Mars-GRAM: geometric km above the areoid (MOLA).
+    pub const MARS_GRAM: Self = Self {
+        altitude: "HgtMOLA",
+        altitude_unit: 1000.0,
+        kind: AltitudeKind::Geometric,
+        density: "Denkgm3",
+        temperature: "Temp",
+        skip: 0,
+    };
+    /// Basilisk's `USStandardAtmosphere1976.csv`: its altitude is *geopotential*, though its notes do not say.
+    pub const BASILISK_US76: Self = Self {
+        altitude: "Altitude",
+        altitude_unit: 1.0,
+        kind: AltitudeKind::Geopotential,
+        density: "Density",
+        temperature: "Temperature",
+        skip: 1,
+    };
+}
+
+/// Air over altitude.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    gas: Gas,
+    kind: AltitudeKind,
+    outside: Outside,
+    altitude: Vec<f64>,
+    log_density: Vec<f64>,
+    temperature: Vec<f64>,
+}
+
+impl Table {
+    /// From rows (altitude (m), ρ (kg/m³), T (K)) in rising or falling order of altitude.
+    ///
+    /// # Errors
+    /// Fewer than two rows, altitudes not in order, ρ or T not above zero, numbers not finite; `line` in the
+    /// message is the row, from 1.
+    pub fn new(
+        rows: &[[f64; 3]],
+        kind: AltitudeKind,
+        outside: Outside,
+        gas: Gas,
+    ) -> Result<Self, WorldError> {
+        let numbered: Vec<(usize, [f64; 3])> =
+            rows.iter().enumerate().map(|(k, r)| (k + 1, *r)).collect();
+        Self::checked("table", numbered, kind, outside, gas)
+    }
+
+    /// From text with columns under headings, apart by commas or blanks. `file` is the name for messages.
+    ///
+    /// # Errors
+    /// A heading that is not there, rows that are too short or no numbers, and as [`Table::new`].
+    pub fn read(
+        file: &str,
+        text: &str,
+        layout: &Layout,
+        outside: Outside,
+        gas: Gas,
+    ) -> Result<Self, WorldError> {
+        let mut lines = text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty());
+        let heads = lines.next().map(|(_, l)| words(l)).unwrap_or_default();
+        let column = |name: &str| {
+            heads.iter().position(|h| *h == name).ok_or_else(|| {
+                let fact = format!("there is no column `{name}`; there are {}", heads.join(", "));
+                wrong(file, 1, fact, "give the headings of this file in the layout")
+            })
+        };
+        let columns =
+            [column(layout.altitude)?, column(layout.density)?, column(layout.temperature)?];
+        let mut rows = Vec::new();
+        for (k, line) in lines.skip(layout.skip) {
+            let words = words(line);
+            let mut row = [0.0; 3];
+            for (value, c) in row.iter_mut().zip(columns) {
+                let word = words.get(c).copied().unwrap_or("");
+                *value = word.parse().map_err(|_| {
+                    let fact = format!("`{word}` in column `{}` is no number", heads[c]);
+                    wrong(file, k + 1, fact, "each row needs a number under each heading")
+                })?;
+            }
+            row[0] *= layout.altitude_unit;
+            rows.push((k + 1, row));
+        }
+        Self::checked(file, rows, layout.kind, outside, gas)
+    }
+
+    fn checked(
+        file: &str,
+        mut rows: Vec<(usize, [f64; 3])>,
+        kind: AltitudeKind,
+        outside: Outside,
+        gas: Gas,
+    ) -> Result<Self, WorldError> {
+        if rows.len() < 2 {
+            let fact = format!("{} rows", rows.len());
+            return Err(wrong(file, 0, fact, "a table needs two at least"));
+        }
+        for (line, [h, rho, t]) in &rows {
+            if !(h.is_finite() && rho.is_finite() && *rho > 0.0 && t.is_finite() && *t > 0.0) {
+                let fact = format!("altitude {h} m, density {rho} kg/m³, temperature {t} K");
+                return Err(wrong(file, *line, fact, "density and temperature are above 0"));
+            }
+        }
+        if rows[0].1[0] > rows[1].1[0] {
+            rows.reverse();
+        }
+        for pair in rows.windows(2) {
+            let ((_, a), (line, b)) = (&pair[0], &pair[1]);
+            if !(a[0] < b[0]) {
+                let fact = format!("altitude {} m beside {} m", b[0], a[0]);
+                return Err(wrong(file, *line, fact, "altitudes rise or fall throughout"));
+            }
+        }
+        Ok(Self {
+            gas,
+            kind,
+            outside,
+            altitude: rows.iter().map(|(_, r)| r[0]).collect(),
+            log_density: rows.iter().map(|(_, r)| r[1].ln()).collect(),
+            temperature: rows.iter().map(|(_, r)| r[2]).collect(),
+        })
+    }
+
+    /// Lowest and highest entry, m, in what the table counts.
+    #[must_use]
+    pub fn range(&self) -> (f64, f64) {
+        (self.altitude[0], self.altitude[self.altitude.len() - 1])
+    }
+
+    /// Air at the geometric altitude `h` (m). O(log n).
+    #[must_use]
+    pub fn at(&self, h: f64) -> Air {
+        let h = match self.kind {
+            AltitudeKind::Geometric => h,
+            AltitudeKind::Geopotential => geopotential_altitude(h),
+        };
+        let x = &self.altitude;
+        let k = x.partition_point(|a| *a <= h).clamp(1, x.len() - 1) - 1;
+        let s = (h - x[k]) / (x[k + 1] - x[k]);
+        let clamped = s.clamp(0.0, 1.0);
+        let along = match self.outside {
+            Outside::Clamp => clamped,
+            Outside::Continue => s,
+        };
+        let line = |y: &[f64], s: f64| y[k] + (y[k + 1] - y[k]) * s;
+        self.gas.air(line(&self.log_density, along).exp(), line(&self.temperature, clamped))
+    }
+}
+
+fn words(line: &str) -> Vec<&str> {
+    if line.contains(',') {
+        line.split(',').map(str::trim).collect()
+    } else {
+        line.split_whitespace().collect()
+    }
+}
+
+fn wrong(file: &str, line: usize, fact: String, help: &'static str) -> WorldError {
+    WorldError::Line { file: file.to_string(), line, fact, help }
+}

@@ -1,0 +1,61 @@
+//! US Standard Atmosphere 1976, −5 to 1000 km.
+//!
+//! Below 86 km geometric altitude in closed form, above from the species' equations of diffusion,
+//! integrated once and tabulated as cubics of ln ρ and ln p in each kilometre.
+//! NOAA-S/T 76-1562, *U.S. Standard Atmosphere, 1976*.
+
+mod lower;
+mod upper;
+
+use super::gas::Air;
+
+/// The Earth's radius of the geopotential, m.
+const R0: f64 = 6_356_766.0;
+/// R*, J/(kmol K); M₀, kg/kmol; g₀, m/s²; γ.
+const R_STAR: f64 = 8314.32;
+const M0: f64 = 28.9644;
+const G0: f64 = 9.80665;
+const GAMMA: f64 = 1.4;
+/// From here up the upper part holds, m.
+const SEAM: f64 = 86_000.0;
+
+/// H = r₀ z/(r₀ + z), m: geopotential altitude of a geometric one, r₀ = 6356766 m.
+#[must_use]
+pub fn geopotential_altitude(z: f64) -> f64 {
+    R0 * z / (R0 + z)
+}
+
+/// z = r₀ H/(r₀ − H), m.
+#[must_use]
+pub fn geometric_altitude(H: f64) -> f64 {
+    R0 * H / (R0 - H)
+}
+
+/// The standard atmosphere, ready to be evaluated.
+#[derive(Clone, Debug)]
+pub struct Us76 {
+    lower: lower::Layers,
+    upper: upper::Profile,
+}
+
+impl Default for Us76 {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Us76 {
+    /// Integrates the upper part: some milliseconds, 60 kB.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { lower: lower::Layers::new(), upper: upper::Profile::new() }
+    }
+
+    /// Air at the geometric altitude `z` (m). Below −5 km the lowest layer goes on; above 1000 km density
+    /// and pressure fall on as in the last kilometre. The speed of sound above 86 km is √(1.4 p/ρ), which
+    /// the standard does not define.
+    #[must_use]
+    pub fn at(&self, z: f64) -> Air {
+        if z < SEAM { self.lower.at(z) } else { self.upper.at(z) }
+    }
+}

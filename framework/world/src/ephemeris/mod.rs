@@ -1,0 +1,125 @@
+//! Where Sun, Moon and planets are, without kernels.
+//!
+//! | function | method | error against DE440 |
+//! |---|---|---|
+//! | [`sun`], [`earth`] | SOFA `epv00`, VSOP2000 shortened | 2–8 km |
+//! | [`moon`] | SOFA `moon98`, ELP of Meeus | 2–7 km |
+//! | [`planet`] | Keplerian elements of JPL, 1800–2050 | Mars 2–27″ |
+//! | [`sun_low`] | Keplerian Sun | 9–20″ |
+//! | [`moon_low`] | 14 terms in longitude | 15–75″, 130 km |
+//!
+//! Axes are those of the ICRF (mean equator of J2000 for the low ones, 0.02″ from it). `tdb` is in days
+//! past J2000 in two parts, as [`crate::planet::Epoch::tdb_days`] gives it. [`Ephemeris`] is the door for
+//! kernels.
+
+mod kepler;
+mod low;
+mod series;
+mod spk;
+
+pub use kepler::planet;
+pub use low::{moon_low, sun_low};
+pub use series::{earth, moon, sun};
+pub use spk::{Spk, SpkSegment};
+
+use crate::error::WorldError;
+use crate::planet::PointMotion;
+
+/// The bodies that an ephemeris knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Body {
+    /// The Sun.
+    Sun,
+    /// Mercury.
+    Mercury,
+    /// Venus.
+    Venus,
+    /// The Earth itself.
+    Earth,
+    /// The Earth's Moon.
+    Moon,
+    /// Mars, or the barycentre of its system, 0.2 m away.
+    Mars,
+    /// The barycentre of Jupiter's system.
+    Jupiter,
+    /// The barycentre of Saturn's system.
+    Saturn,
+    /// The barycentre of Uranus' system.
+    Uranus,
+    /// The barycentre of Neptune's system.
+    Neptune,
+}
+
+impl Body {
+    /// NAIF's number: barycentres for Mercury, Venus and the outer planets.
+    #[must_use]
+    pub fn naif(self) -> i32 {
+        match self {
+            Self::Sun => 10,
+            Self::Mercury => 1,
+            Self::Venus => 2,
+            Self::Earth => 399,
+            Self::Moon => 301,
+            Self::Mars => 4,
+            Self::Jupiter => 5,
+            Self::Saturn => 6,
+            Self::Uranus => 7,
+            Self::Neptune => 8,
+        }
+    }
+}
+
+/// A source of positions.
+pub trait Ephemeris {
+    /// Position (m) and velocity (m/s) of `target` from `origin`, ICRF axes, geometric (no light time), at
+    /// `tdb` days past J2000.
+    ///
+    /// # Errors
+    /// A body or a time that the source does not cover.
+    fn state(&self, target: Body, origin: Body, tdb: (f64, f64))
+    -> Result<PointMotion, WorldError>;
+}
+
+/// Sun, Earth and Moon by SOFA, the other planets by Keplerian elements.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Analytic;
+
+impl Analytic {
+    /// From the Sun.
+    fn heliocentric(body: Body, tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
+        let zero = linkwork_spatial::Vec3::zeros();
+        match body {
+            Body::Sun => Ok(PointMotion { position: zero, velocity: zero }),
+            Body::Earth => earth(tdb),
+            Body::Moon => {
+                let (e, m) = (earth(tdb)?, moon(tdb));
+                Ok(PointMotion {
+                    position: e.position + m.position,
+                    velocity: e.velocity + m.velocity,
+                })
+            }
+            other => planet(other, tdb),
+        }
+    }
+}
+
+impl Ephemeris for Analytic {
+    fn state(
+        &self,
+        target: Body,
+        origin: Body,
+        tdb: (f64, f64),
+    ) -> Result<PointMotion, WorldError> {
+        // The Moon from the Earth without the way over the Sun, which costs digits.
+        match (target, origin) {
+            (Body::Moon, Body::Earth) => return Ok(moon(tdb)),
+            (Body::Earth, Body::Moon) => {
+                let m = moon(tdb);
+                return Ok(PointMotion { position: -m.position, velocity: -m.velocity });
+            }
+            _ => {}
+        }
+        let (a, b) = (Self::heliocentric(target, tdb)?, Self::heliocentric(origin, tdb)?);
+        Ok(PointMotion { position: a.position - b.position, velocity: a.velocity - b.velocity })
+    }
+}

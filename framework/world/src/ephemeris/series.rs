@@ -1,0 +1,39 @@
+//! Earth and Moon by the series of SOFA.
+
+use crate::error::WorldError;
+use crate::planet::{AU, JD_J2000, PointMotion};
+use linkwork_spatial::Vec3;
+
+fn from_au(pv: [[f64; 3]; 2]) -> PointMotion {
+    PointMotion { position: Vec3::from(pv[0]) * AU, velocity: Vec3::from(pv[1]) * (AU / 86400.0) }
+}
+
+/// The Earth from the Sun: `epv00`. Some 30 µs.
+///
+/// # Errors
+/// A time outside of 1900 to 2100, for which the series were made.
+pub fn earth(tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
+    match sofars::eph::epv00(JD_J2000 + tdb.0, tdb.1) {
+        Some((heliocentric, _)) => Ok(from_au(heliocentric)),
+        None => Err(WorldError::Number {
+            what: "tdb, days past J2000",
+            value: tdb.0 + tdb.1,
+            help: "the Earth's series hold from 1900 to 2100",
+        }),
+    }
+}
+
+/// The Sun from the Earth.
+///
+/// # Errors
+/// As [`earth`].
+pub fn sun(tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
+    let e = earth(tdb)?;
+    Ok(PointMotion { position: -e.position, velocity: -e.velocity })
+}
+
+/// The Moon from the Earth: `moon98`. TDB is taken for TT: 2 m. Some microseconds.
+#[must_use]
+pub fn moon(tdb: (f64, f64)) -> PointMotion {
+    from_au(sofars::eph::moon98(JD_J2000 + tdb.0, tdb.1))
+}

@@ -1,0 +1,244 @@
+//! SPK kernels of NAIF, types 2 and 3: Chebyshev polynomials in a DAF file, such as DE440.
+//!
+//! NAIF, *DAF Required Reading* and *SPK Required Reading*:
+//! ```text
+//! record 1 of 1024 bytes   "DAF/SPK", ND = 2, NI = 6, first record of summaries, "LTL-IEEE" or "BIG-IEEE"
+//! summaries                next, previous, count; for each two times (TDB seconds past J2000) and
+//!                          target, centre, frame, type, first and last address (of 8 bytes, from 1)
+//! segment                  records of (middle, half length, coefficients of x, y, z[, ẋ, ẏ, ż]);
+//!                          at the end: first time, length of a record's interval, record size, count
+//! ```
+//! Kilometres in the file, metres here. The whole file is read at once: no memory is taken later.
+
+use super::{Body, Ephemeris};
+use crate::error::WorldError;
+use crate::planet::PointMotion;
+use linkwork_spatial::Vec3;
+
+const RECORD: usize = 1024;
+
+/// One body's motion about another over an interval.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpkSegment {
+    /// NAIF's number of the body.
+    pub target: i32,
+    /// NAIF's number of what it is counted from.
+    pub centre: i32,
+    /// First and last TDB second past J2000.
+    pub range: [f64; 2],
+    velocities: bool,
+    init: f64,
+    length: f64,
+    size: usize,
+    data: Vec<f64>,
+}
+
+/// A kernel. Later segments go before earlier ones, as NAIF has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spk {
+    segments: Vec<SpkSegment>,
+}
+
+fn wrong(file: &str, fact: impl Into<String>, help: &'static str) -> WorldError {
+    WorldError::Line { file: file.to_string(), line: 0, fact: fact.into(), help }
+}
+
+/// Numbers of a file in its byte order.
+struct Bytes<'a> {
+    file: &'a str,
+    data: &'a [u8],
+    little: bool,
+}
+
+impl Bytes<'_> {
+    fn take<const N: usize>(&self, at: usize) -> Result<[u8; N], WorldError> {
+        let end = at.checked_add(N);
+        end.and_then(|end| self.data.get(at..end)).and_then(|s| s.try_into().ok()).ok_or_else(
+            || wrong(self.file, format!("it ends before byte {at}"), "the file was cut"),
+        )
+    }
+
+    fn int(&self, at: usize) -> Result<i32, WorldError> {
+        let b = self.take::<4>(at)?;
+        Ok(if self.little { i32::from_le_bytes(b) } else { i32::from_be_bytes(b) })
+    }
+
+    fn double(&self, at: usize) -> Result<f64, WorldError> {
+        let b = self.take::<8>(at)?;
+        Ok(if self.little { f64::from_le_bytes(b) } else { f64::from_be_bytes(b) })
+    }
+
+    /// A count or an address.
+    fn index(&self, at: usize, what: &str) -> Result<usize, WorldError> {
+        let x = self.int(at)?;
+        let help = "the file is damaged";
+        usize::try_from(x).map_err(|_| wrong(self.file, format!("{what} is {x}"), help))
+    }
+}
+
+impl Spk {
+    /// Reads a kernel from its bytes; `file` is the name for messages.
+    ///
+    /// # Errors
+    /// What is no SPK, is cut, or holds no segment of type 2 or 3 in J2000 axes (others are passed over).
+    pub fn parse(file: &str, data: &[u8]) -> Result<Self, WorldError> {
+        if !data.starts_with(b"DAF/SPK ") {
+            return Err(wrong(
+                file,
+                "it does not begin with `DAF/SPK`",
+                "give an SPK kernel (.bsp)",
+            ));
+        }
+        let little = match data.get(88..96) {
+            Some(b"LTL-IEEE") => true,
+            Some(b"BIG-IEEE") => false,
+            _ => {
+                let help = "only IEEE files are read; convert it with NAIF's `bingo`";
+                return Err(wrong(
+                    file,
+                    "its number format is neither LTL-IEEE nor BIG-IEEE",
+                    help,
+                ));
+            }
+        };
+        let b = Bytes { file, data, little };
+        if (b.int(8)?, b.int(12)?) != (2, 6) {
+            return Err(wrong(file, "ND, NI are not 2, 6", "give an SPK kernel (.bsp)"));
+        }
+        let mut segments = Vec::new();
+        let mut record = b.index(76, "the first record of summaries")?;
+        // Each record is visited once: a ring in a damaged file ends too.
+        for _ in 0..data.len() / RECORD + 1 {
+            if record == 0 {
+                break;
+            }
+            let at = (record - 1) * RECORD;
+            let count = b.double(at + 16)? as usize;
+            for k in 0..count.min(25) {
+                segments.extend(segment(&b, at + 24 + 40 * k)?);
+            }
+            record = b.double(at)? as usize;
+        }
+        if segments.is_empty() {
+            let help = "types 2 and 3 in J2000 are read: planets, not small bodies or spacecraft";
+            return Err(wrong(file, "no segment of a type that is known", help));
+        }
+        segments.reverse();
+        Ok(Self { segments })
+    }
+
+    /// What the kernel holds.
+    #[must_use]
+    pub fn segments(&self) -> &[SpkSegment] {
+        &self.segments
+    }
+
+    /// Position (m) and velocity (m/s) of NAIF body `target` from `origin` at `et`, TDB seconds past J2000,
+    /// ICRF axes. The way goes up from both to the first body that they share.
+    ///
+    /// # Errors
+    /// A body or a time that the kernel does not cover.
+    pub fn between(&self, target: i32, origin: i32, et: f64) -> Result<PointMotion, WorldError> {
+        let (mut p, mut v) = (Vec3::zeros(), Vec3::zeros());
+        let mut from = target;
+        loop {
+            // From the origin up, as far as `from`.
+            let (mut q, mut w) = (Vec3::zeros(), Vec3::zeros());
+            let mut up = origin;
+            loop {
+                if up == from {
+                    return Ok(PointMotion { position: p - q, velocity: v - w });
+                }
+                let Some(s) = self.find(up, et) else { break };
+                let m = s.at(et);
+                (q, w, up) = (q + m.position, w + m.velocity, s.centre);
+            }
+            let Some(s) = self.find(from, et) else {
+                let what = "a body and a time, NAIF's number";
+                let help = "the kernel has no way between the two bodies at this time";
+                return Err(WorldError::Number { what, value: f64::from(target), help });
+            };
+            let m = s.at(et);
+            (p, v, from) = (p + m.position, v + m.velocity, s.centre);
+        }
+    }
+
+    fn find(&self, target: i32, et: f64) -> Option<&SpkSegment> {
+        self.segments.iter().find(|s| s.target == target && s.range[0] <= et && et <= s.range[1])
+    }
+}
+
+impl Ephemeris for Spk {
+    fn state(
+        &self,
+        target: Body,
+        origin: Body,
+        tdb: (f64, f64),
+    ) -> Result<PointMotion, WorldError> {
+        let et = tdb.0 * 86400.0 + tdb.1 * 86400.0;
+        self.between(target.naif(), origin.naif(), et)
+    }
+}
+
+/// One segment from its summary; `None` for types and axes that are not read.
+fn segment(b: &Bytes, at: usize) -> Result<Option<SpkSegment>, WorldError> {
+    let range = [b.double(at)?, b.double(at + 8)?];
+    let (target, centre) = (b.int(at + 16)?, b.int(at + 20)?);
+    let (frame, kind) = (b.int(at + 24)?, b.int(at + 28)?);
+    if frame != 1 || !matches!(kind, 2 | 3) {
+        return Ok(None);
+    }
+    let (first, last) = (b.index(at + 32, "an address")?, b.index(at + 36, "an address")?);
+    let name = format!("segment of {target} about {centre}");
+    if first == 0 || last < first + 4 {
+        return Err(wrong(b.file, format!("{name}: addresses {first} to {last}"), "it is damaged"));
+    }
+    let word = |k: usize| b.double((k - 1) * 8);
+    let (init, length) = (word(last - 3)?, word(last - 2)?);
+    let (size, count) = (word(last - 1)? as usize, word(last)? as usize);
+    let parts = if kind == 3 { 6 } else { 3 };
+    let fits = count > 0
+        && size > 2 + parts
+        && (size - 2).is_multiple_of(parts)
+        && size.checked_mul(count) == Some(last - first - 3);
+    if !fits || !(length > 0.0) {
+        let fact = format!("{name}: {count} records of {size} numbers do not fill it");
+        return Err(wrong(b.file, fact, "it is damaged"));
+    }
+    let data = (first..=last - 4).map(word).collect::<Result<Vec<f64>, WorldError>>()?;
+    Ok(Some(SpkSegment { target, centre, range, velocities: kind == 3, init, length, size, data }))
+}
+
+impl SpkSegment {
+    /// Position and velocity at `et`, which must be in the range.
+    fn at(&self, et: f64) -> PointMotion {
+        let count = self.data.len() / self.size;
+        let k = (((et - self.init) / self.length).max(0.0) as usize).min(count - 1);
+        let record = &self.data[k * self.size..][..self.size];
+        let (middle, half) = (record[0], record[1]);
+        let x = (et - middle) / half;
+        let n = (self.size - 2) / if self.velocities { 6 } else { 3 };
+        let (mut p, mut v) = (Vec3::zeros(), Vec3::zeros());
+        for axis in 0..3 {
+            let (value, slope) = chebyshev(&record[2 + axis * n..][..n], x);
+            p[axis] = value * 1000.0;
+            v[axis] = if self.velocities {
+                chebyshev(&record[2 + (axis + 3) * n..][..n], x).0 * 1000.0
+            } else {
+                slope / half * 1000.0
+            };
+        }
+        PointMotion { position: p, velocity: v }
+    }
+}
+
+/// Σ c_k T_k(x) and its slope, by Clenshaw's recurrence.
+fn chebyshev(c: &[f64], x: f64) -> (f64, f64) {
+    let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
+    for ck in c.iter().skip(1).rev() {
+        let d = 2.0 * b1 + 2.0 * x * d1 - d2;
+        let b = ck + 2.0 * x * b1 - b2;
+        (b2, b1, d2, d1) = (b1, b, d1, d);
+    }
+    (c[0] + x * b1 - b2, b1 + x * d1 - d2)
+}

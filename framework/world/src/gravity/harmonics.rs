@@ -1,0 +1,344 @@
+//! Acceleration and its gradient from spherical harmonics, without a singularity at the poles.
+//!
+//! Pines, *Uniform representation of the gravitational potential and its derivatives*, AIAA Journal
+//! 11 (1973): with r̂ = (s, t, u) the potential is a polynomial in s, t, u,
+//! ```text
+//! V = μ/r Σ_m [p_m(u) r_m(s,t) + q_m(u) i_m(s,t)],   r_m + i i_m = (s + i t)ᵐ
+//! p_m = Σ_n F_nm C̄_nm,  q_m = Σ_n F_nm S̄_nm,   F_nm = (R/r)ⁿ Ā_nm(u),  Ā_nm = P̄_nm / cosᵐφ
+//! Ā_mm = √((2m+1)/2m) Ā_m-1,m-1,  Ā_11 = √3,  Ā_00 = 1
+//! Ā_nm = a u Ā_n-1,m − b Ā_n-2,m      a² = (2n−1)(2n+1)/((n−m)(n+m))
+//!                                     b² = (2n+1)(n+m−1)(n−m−1)/((n−m)(n+m)(2n−3))
+//! ```
+//! The column recursion is stable (the forward column method of Holmes & Featherstone,
+//! *J. Geodesy* 76 (2002)). Derivatives
+//! along u follow from the same recursion differentiated: Ā' = a (u Ā' + Ā) − b Ā'.
+//!
+//! Sums over n come first: for each order m a handful of numbers p, p' …, then one step of (s + it)ᵐ.
+//! Four orders go side by side; an evaluation needs no memory beyond registers.
+//!
+//! With P = 1 − r̂ r̂ᵀ, g = ∂W/∂(s,t,u), K = ∂g/∂(s,t,u), W = V r/μ, and the weights n + 1 and
+//! (n + 1)(n + 2) that ∂/∂r brings (index 1 and 2):
+//! ```text
+//! a = μ/r² (P g − W₁ r̂)
+//! ∂a/∂x = μ/r³ (P K P − (r̂·g) P − Pg r̂ᵀ − r̂ (Pg)ᵀ − Pg₁ r̂ᵀ − r̂ (Pg₁)ᵀ − W₁ P + W₂ r̂ r̂ᵀ)
+//! ```
+
+use super::coefficients::Coefficients;
+use linkwork_spatial::{Mat3, Vec3};
+
+/// Orders that go side by side.
+const LANES: usize = 4;
+type Lanes = [f64; LANES];
+const ZERO: Lanes = [0.0; LANES];
+
+/// One degree of four orders.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+struct Row {
+    a: Lanes,
+    b: Lanes,
+    c: Lanes,
+    s: Lanes,
+}
+
+/// Potential, acceleration and gravity gradient at a point, axes of the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gravity {
+    /// V, m²/s²; positive, zero at infinity. The potential energy of a mass is −m V.
+    pub potential: f64,
+    /// ∂V/∂x, m/s².
+    pub acceleration: Vec3,
+    /// ∂²V/∂x∂x, 1/s²; symmetric, its trace is zero outside the body.
+    pub gradient: Mat3,
+}
+
+/// A field ready to be evaluated: degree after degree for four orders at a time.
+#[derive(Clone, Debug)]
+pub struct Harmonics {
+    mu: f64,
+    radius: f64,
+    degree: usize,
+    order: usize,
+    /// Blocks of four orders one after the other; block k has degrees 4k … degree.
+    rows: Vec<Row>,
+    /// Ā_mm.
+    diagonal: Vec<Lanes>,
+}
+
+/// Sums over degrees of one block: index 0 for C̄, 1 for S̄.
+#[derive(Clone, Copy)]
+struct Sums {
+    /// F, (n+1) F, F'.
+    f: [Lanes; 2],
+    f1: [Lanes; 2],
+    d: [Lanes; 2],
+    /// (n+1)(n+2) F, (n+1) F', F''; only with the gradient.
+    f2: [Lanes; 2],
+    d1: [Lanes; 2],
+    dd: [Lanes; 2],
+}
+
+impl Harmonics {
+    /// Prepares a field. O(degree × order) memory, 128 bytes for four coefficients.
+    #[must_use]
+    pub fn new(field: &Coefficients) -> Self {
+        let (degree, order) = (field.degree(), field.order());
+        let mut rows = Vec::new();
+        let mut diagonal = Vec::new();
+        let mut a_mm = 1.0;
+        for first in (0..=order).step_by(LANES) {
+            let mut start = ZERO;
+            for (lane, start) in start.iter_mut().enumerate() {
+                let m = first + lane;
+                if m > 0 {
+                    let k = if m == 1 { 3.0 } else { (2 * m + 1) as f64 / (2 * m) as f64 };
+                    a_mm *= f64::sqrt(k);
+                }
+                *start = if m <= order { a_mm } else { 0.0 };
+            }
+            diagonal.push(start);
+            rows.extend((first..=degree).map(|n| row(field, n, first)));
+        }
+        Self { mu: field.mu, radius: field.radius, degree, order, rows, diagonal }
+    }
+
+    /// μ, m³/s².
+    #[must_use]
+    pub fn mu(&self) -> f64 {
+        self.mu
+    }
+
+    /// Reference radius, m.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Highest degree.
+    #[must_use]
+    pub fn degree(&self) -> usize {
+        self.degree
+    }
+
+    /// ∂V/∂x at `p`, m from the centre, in the body's axes; m/s² in the same axes.
+    ///
+    /// Holds outside the sphere around the body; inside it the series diverges for high degrees.
+    /// At the centre itself the result is NaN. Degree × order × 7 fused operations.
+    #[must_use]
+    pub fn acceleration(&self, p: &Vec3) -> Vec3 {
+        let (at, t) = self.totals::<false>(p);
+        self.first(&at, &t)
+    }
+
+    /// V at `p`, m²/s². Costs what [`Harmonics::acceleration`] costs.
+    #[must_use]
+    pub fn potential(&self, p: &Vec3) -> f64 {
+        let (at, t) = self.totals::<false>(p);
+        self.mu / at.r * t.w
+    }
+
+    /// Potential, acceleration and gradient together; twice the cost of the acceleration.
+    #[must_use]
+    pub fn full(&self, p: &Vec3) -> Gravity {
+        let (at, t) = self.totals::<true>(p);
+        let n = at.n;
+        let off = |x: &Vec3| x - n * n.dot(x);
+        let (pg, pg1) = (off(&t.g), off(&t.g1));
+        let nn = n * n.transpose();
+        let P = Mat3::identity() - nn;
+        let sum = pg + pg1;
+        let H = P * t.k * P - P * (n.dot(&t.g) + t.w1) - sum * n.transpose() - n * sum.transpose()
+            + nn * t.w2;
+        Gravity {
+            potential: self.mu / at.r * t.w,
+            acceleration: self.first(&at, &t),
+            gradient: H * (self.mu / (at.r * at.r * at.r)),
+        }
+    }
+
+    fn first(&self, at: &Place, t: &Totals) -> Vec3 {
+        let n = at.n;
+        (t.g - n * (n.dot(&t.g) + t.w1)) * (self.mu / (at.r * at.r))
+    }
+
+    /// The sums over all degrees and orders.
+    fn totals<const GRADIENT: bool>(&self, p: &Vec3) -> (Place, Totals) {
+        let r = p.norm();
+        let at = Place { r, n: p / r };
+        let rho = self.radius / r;
+        let (u_rho, rho2) = (at.n.z * rho, rho * rho);
+        let mut t = Totals::default();
+        let mut power = Powers::START;
+        let mut rho_m = 1.0;
+        let mut from = 0;
+        for (k, diagonal) in self.diagonal.iter().enumerate() {
+            let first = k * LANES;
+            let count = self.degree + 1 - first;
+            let mut start = ZERO;
+            for lane in 0..LANES {
+                start[lane] = diagonal[lane] * rho_m;
+                rho_m *= rho;
+            }
+            let rows = &self.rows[from..from + count];
+            let sums = block::<GRADIENT>(rows, first, &start, u_rho, rho, rho2);
+            from += count;
+            for lane in 0..LANES.min(self.order + 1 - first) {
+                t.add::<GRADIENT>(&sums, lane, (first + lane) as f64, &power);
+                power.next(at.n.x, at.n.y);
+            }
+        }
+        (at, t)
+    }
+}
+
+/// Factors of the recursion and coefficients of degree `n`, orders `first` … `first + 3`.
+fn row(field: &Coefficients, n: usize, first: usize) -> Row {
+    let mut row = Row { a: ZERO, b: ZERO, c: ZERO, s: ZERO };
+    for lane in 0..LANES {
+        let m = first + lane;
+        if m > n || m > field.order() {
+            continue;
+        }
+        (row.c[lane], row.s[lane]) = field.get(n, m);
+        if n > m {
+            let (n, m) = (n as f64, m as f64);
+            let d = (n - m) * (n + m);
+            row.a[lane] = ((2.0 * n - 1.0) * (2.0 * n + 1.0) / d).sqrt();
+            let b = (2.0 * n + 1.0) * (n + m - 1.0) * (n - m - 1.0) / (d * (2.0 * n - 3.0));
+            // At n = m + 1 the factor is zero; for n = 1 its sign is none.
+            row.b[lane] = b.max(0.0).sqrt();
+        }
+    }
+    row
+}
+
+/// Sums over the degrees of four orders. The first four rows bring the diagonal in, lane by lane.
+#[inline(always)]
+fn block<const GRADIENT: bool>(
+    rows: &[Row],
+    first: usize,
+    start: &Lanes,
+    u_rho: f64,
+    rho: f64,
+    rho2: f64,
+) -> Sums {
+    let z = [ZERO; 2];
+    let mut sums = Sums { f: z, f1: z, d: z, f2: z, d1: z, dd: z };
+    // F, F', F'' of the last degree and of the one before.
+    let mut last = [ZERO; 3];
+    let mut before = [ZERO; 3];
+    for (k, row) in rows.iter().enumerate() {
+        let n1 = (first + k + 1) as f64;
+        let mut now = [ZERO; 3];
+        for i in 0..LANES {
+            let (au, a, b) = (row.a[i] * u_rho, row.a[i] * rho, row.b[i] * rho2);
+            now[0][i] = au.mul_add(last[0][i], -(b * before[0][i]));
+            let d = a.mul_add(last[0][i], -(b * before[1][i]));
+            now[1][i] = au.mul_add(last[1][i], d);
+            if GRADIENT {
+                let dd = (2.0 * a).mul_add(last[1][i], -(b * before[2][i]));
+                now[2][i] = au.mul_add(last[2][i], dd);
+            }
+        }
+        if k < LANES {
+            now[0][k] = start[k];
+        }
+        sums.add::<GRADIENT>(row, &now, n1);
+        (before, last) = (last, now);
+    }
+    sums
+}
+
+impl Sums {
+    /// One degree of four orders.
+    #[inline(always)]
+    fn add<const GRADIENT: bool>(&mut self, row: &Row, now: &[Lanes; 3], n1: f64) {
+        for i in 0..LANES {
+            let (f, d) = (now[0][i], now[1][i]);
+            let f1 = n1 * f;
+            for (j, x) in [row.c[i], row.s[i]].into_iter().enumerate() {
+                self.f[j][i] = f.mul_add(x, self.f[j][i]);
+                self.f1[j][i] = f1.mul_add(x, self.f1[j][i]);
+                self.d[j][i] = d.mul_add(x, self.d[j][i]);
+                if GRADIENT {
+                    self.f2[j][i] = ((n1 + 1.0) * f1).mul_add(x, self.f2[j][i]);
+                    self.d1[j][i] = (n1 * d).mul_add(x, self.d1[j][i]);
+                    self.dd[j][i] = now[2][i].mul_add(x, self.dd[j][i]);
+                }
+            }
+        }
+    }
+}
+
+/// Distance and direction.
+struct Place {
+    r: f64,
+    n: Vec3,
+}
+
+/// (s + it) to the powers m, m − 1, m − 2.
+struct Powers {
+    m: (f64, f64),
+    m1: (f64, f64),
+    m2: (f64, f64),
+}
+
+impl Powers {
+    const START: Self = Self { m: (1.0, 0.0), m1: (0.0, 0.0), m2: (0.0, 0.0) };
+
+    #[inline(always)]
+    fn next(&mut self, s: f64, t: f64) {
+        self.m2 = self.m1;
+        self.m1 = self.m;
+        let (re, im) = self.m;
+        self.m = (s * re - t * im, s * im + t * re);
+    }
+}
+
+/// W, g, K and those with weights n + 1 and (n + 1)(n + 2).
+#[derive(Default)]
+struct Totals {
+    w: f64,
+    w1: f64,
+    w2: f64,
+    g: Vec3,
+    g1: Vec3,
+    k: Mat3,
+}
+
+impl Totals {
+    /// One order: p r_m + q i_m and its derivatives, of which ∂/∂s brings r_m to m r_m-1.
+    #[inline(always)]
+    fn add<const GRADIENT: bool>(&mut self, sums: &Sums, i: usize, m: f64, z: &Powers) {
+        let (f, f1, d) = (pick(&sums.f, i), pick(&sums.f1, i), pick(&sums.d, i));
+        self.w += re(f, z.m);
+        self.w1 += re(f1, z.m);
+        self.g += Vec3::new(m * re(f, z.m1), m * im(f, z.m1), re(d, z.m));
+        if GRADIENT {
+            let (f2, d1, dd) = (pick(&sums.f2, i), pick(&sums.d1, i), pick(&sums.dd, i));
+            self.w2 += re(f2, z.m);
+            self.g1 += Vec3::new(m * re(f1, z.m1), m * im(f1, z.m1), re(d1, z.m));
+            let mm = m * (m - 1.0);
+            let (ss, st) = (mm * re(f, z.m2), mm * im(f, z.m2));
+            let (su, tu) = (m * re(d, z.m1), m * im(d, z.m1));
+            self.k += Mat3::new(ss, st, su, st, -ss, tu, su, tu, re(dd, z.m));
+        }
+    }
+}
+
+#[inline(always)]
+fn pick(x: &[Lanes; 2], i: usize) -> (f64, f64) {
+    (x[0][i], x[1][i])
+}
+
+/// p r + q i.
+#[inline(always)]
+fn re(x: (f64, f64), z: (f64, f64)) -> f64 {
+    x.0 * z.0 + x.1 * z.1
+}
+
+/// q r − p i.
+#[inline(always)]
+fn im(x: (f64, f64), z: (f64, f64)) -> f64 {
+    x.1 * z.0 - x.0 * z.1
+}

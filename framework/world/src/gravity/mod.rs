@@ -1,0 +1,20 @@
+//! Gravity: fields of harmonics and of polyhedra, third bodies, tides, torque.
+//!
+//! Positions are from the centre of the body and in its own axes unless an item says otherwise;
+//! accelerations are in the same axes. Gravity is a force on matter: nothing here knows of rotating
+//! axes and their centrifugal terms.
+
+mod coefficients;
+mod harmonics;
+mod point;
+pub mod polyhedron;
+mod read;
+mod third_body;
+mod tide;
+
+pub use coefficients::{Coefficients, DEGREE_MAX, TideSystem, normalisation};
+pub use harmonics::{Gravity, Harmonics};
+pub use point::{point_mass, point_mass_gradient, torque, zonal};
+pub use read::{Format, Keep, read};
+pub use third_body::{indirect, third_body};
+pub use tide::{TideRaiser, solid_tide, solid_tide_coefficients};

@@ -1,0 +1,64 @@
+//! Point mass, zonal harmonics in closed form, and the torque of a gravity gradient.
+
+use linkwork_spatial::{Mat3, Vec3};
+
+/// −μ p/|p|³, m/s²: what a point mass μ (m³/s²) at the origin does at `p` (m), any axes.
+/// NaN at the origin.
+#[must_use]
+pub fn point_mass(mu: f64, p: &Vec3) -> Vec3 {
+    let r2 = p.norm_squared();
+    p * (-mu / (r2 * r2.sqrt()))
+}
+
+/// ∂a/∂p = μ/r³ (3 r̂ r̂ᵀ − 1) of a point mass, 1/s².
+#[must_use]
+pub fn point_mass_gradient(mu: f64, p: &Vec3) -> Mat3 {
+    let r2 = p.norm_squared();
+    (p * p.transpose() * (3.0 / r2) - Mat3::identity()) * (mu / (r2 * r2.sqrt()))
+}
+
+/// Point mass and zonal harmonics J₂, J₃, …, not normalised (`j[0]` is J₂); z is the axis of the body.
+/// m/s². Costs less than [`super::Harmonics`] for a few degrees.
+///
+/// ```text
+/// V = μ/r (1 − Σ_n J_n (R/r)ⁿ P_n(u)),  u = z/r
+/// a = −μ/r² r̂ + μ/r² Σ_n J_n (R/r)ⁿ [((n+1) P_n + u P'_n) r̂ − P'_n ẑ]
+/// n P_n = (2n−1) u P_n-1 − (n−1) P_n-2,   P'_n = P'_n-2 + (2n−1) P_n-1
+/// ```
+/// The gradient of V written out; the factor of r̂ is P'_n+1.
+#[must_use]
+pub fn zonal(mu: f64, radius: f64, j: &[f64], p: &Vec3) -> Vec3 {
+    let r = p.norm();
+    let n = p / r;
+    let u = n.z;
+    // P_0, P_1 and their derivatives.
+    let (mut before, mut last) = ([1.0, 0.0], [u, 1.0]);
+    let rho = radius / r;
+    let mut power = rho;
+    let (mut along, mut axial) = (-1.0, 0.0);
+    for (k, j) in j.iter().enumerate() {
+        let n = (k + 2) as f64;
+        let value = ((2.0 * n - 1.0) * u * last[0] - (n - 1.0) * before[0]) / n;
+        let slope = before[1] + (2.0 * n - 1.0) * last[0];
+        power *= rho;
+        along += j * power * ((n + 1.0) * value + u * slope);
+        axial -= j * power * slope;
+        (before, last) = (last, [value, slope]);
+    }
+    (n * along + Vec3::z() * axial) * (mu / (r * r))
+}
+
+/// Torque of a gravity gradient about the centre of mass of a body, N m, body axes.
+///
+/// `inertia` kg m² about the centre of mass and `p_body` m, from the attracting centre to it, both in
+/// body axes. For a point mass:
+/// ```text
+/// τ = 3 μ/r³ r̂ × (I r̂)
+/// ```
+/// The term of first order in the body's size over its distance.
+#[must_use]
+pub fn torque(mu: f64, inertia: &Mat3, p_body: &Vec3) -> Vec3 {
+    let r2 = p_body.norm_squared();
+    let n = p_body / r2.sqrt();
+    n.cross(&(inertia * n)) * (3.0 * mu / (r2 * r2.sqrt()))
+}

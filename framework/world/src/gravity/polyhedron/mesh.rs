@@ -1,0 +1,94 @@
+//! From triangles to faces and edges, and whether they close.
+
+use super::{Edge, Face};
+use crate::error::WorldError;
+use linkwork_spatial::Vec3;
+use std::collections::BTreeMap;
+
+fn wrong(place: String, fact: String, help: &'static str) -> WorldError {
+    WorldError::Mesh { place, fact, help }
+}
+
+/// Triangles with their normals.
+pub(super) fn faces(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Result<Vec<Face>, WorldError> {
+    if let Some(k) = vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
+        let fact = "has a NaN or an infinity".to_string();
+        return Err(wrong(format!("vertex {k}"), fact, "give finite numbers"));
+    }
+    let mut out = Vec::with_capacity(triangles.len());
+    for (k, corners) in triangles.iter().enumerate() {
+        let place = || format!("triangle {k}");
+        if let Some(i) = corners.iter().find(|i| **i as usize >= vertices.len()) {
+            let fact = format!("names vertex {i} of {}", vertices.len());
+            return Err(wrong(place(), fact, "indices count from 0"));
+        }
+        let [a, b, c] = corners.map(|i| vertices[i as usize]);
+        let (ab, ac) = (b - a, c - a);
+        let normal = ab.cross(&ac);
+        let scale = ab.norm() * ac.norm();
+        if !(normal.norm() > 1e-12 * scale) {
+            let help = "remove it, or give three corners that are not on one line";
+            return Err(wrong(place(), "has no area".to_string(), help));
+        }
+        out.push(Face { corners: *corners, normal: normal.normalize() });
+    }
+    Ok(out)
+}
+
+/// Each edge once, from its smaller to its larger vertex.
+pub(super) fn edges(vertices: &[Vec3], faces: &[Face]) -> Result<Vec<Edge>, WorldError> {
+    // From a directed edge to its face; in order, so that sums are in order.
+    let mut sides: BTreeMap<(u32, u32), usize> = BTreeMap::new();
+    for (k, f) in faces.iter().enumerate() {
+        let [a, b, c] = f.corners;
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            if let Some(other) = sides.insert((from, to), k) {
+                let fact = format!("triangles {other} and {k} both run from {from} to {to}");
+                let help = "turn one of them: neighbours run through their edge in opposite senses";
+                return Err(wrong(format!("edge {from}-{to}"), fact, help));
+            }
+        }
+    }
+    let mut out = Vec::with_capacity(sides.len() / 2);
+    for (&(a, b), &A) in &sides {
+        let Some(&B) = sides.get(&(b, a)) else {
+            let fact = format!("only triangle {A} is there");
+            return Err(wrong(format!("edge {a}-{b}"), fact, "close the surface"));
+        };
+        if a > b {
+            continue;
+        }
+        let along = vertices[b as usize] - vertices[a as usize];
+        let length = along.norm();
+        let along = along / length;
+        // Out of the face across its edge: along × normal, for the sense in which the face runs.
+        let (n_A, n_B) = (faces[A].normal, faces[B].normal);
+        let (e_A, e_B) = (along.cross(&n_A), -along.cross(&n_B));
+        let E = n_A * e_A.transpose() + n_B * e_B.transpose();
+        // Symmetric but for rounding; made so exactly.
+        out.push(Edge { ends: [a, b], length, E: (E + E.transpose()) * 0.5 });
+    }
+    Ok(out)
+}
+
+/// Volume and centroid, as a sum of tetrahedra with one corner at the first vertex.
+pub(super) fn volume(vertices: &[Vec3], faces: &[Face]) -> Result<(f64, Vec3), WorldError> {
+    let Some(origin) = vertices.first() else {
+        let help = "give at least four vertices and four triangles";
+        return Err(wrong("the mesh".to_string(), "has no vertices".to_string(), help));
+    };
+    let (mut volume, mut moment) = (0.0, Vec3::zeros());
+    for f in faces {
+        let [a, b, c] = f.corners.map(|k| vertices[k as usize] - origin);
+        let v = a.dot(&b.cross(&c)) / 6.0;
+        volume += v;
+        moment += (a + b + c) * (v / 4.0);
+    }
+    if volume > 0.0 {
+        Ok((volume, origin + moment / volume))
+    } else {
+        let fact = format!("has a volume of {volume} m³");
+        let help = "give corners counter-clockwise as seen from outside";
+        Err(wrong("the mesh".to_string(), fact, help))
+    }
+}

@@ -1,0 +1,60 @@
+//! Vertices and faces from the text of a Wavefront OBJ file: lines `v` and `f`; the rest is looks.
+
+use super::Polyhedron;
+use crate::error::WorldError;
+use linkwork_spatial::Vec3;
+
+/// Reads a mesh. `file` is the name for messages; `scale` is metres for a unit of the file (1000 for
+/// the usual shape models in km); `g_rho` as in [`Polyhedron::new`]. Faces with more than three corners
+/// become a fan of triangles.
+///
+/// # Errors
+/// Lines that cannot be read, with their number, and all that [`Polyhedron::new`] refuses.
+pub fn from_obj(file: &str, text: &str, scale: f64, g_rho: f64) -> Result<Polyhedron, WorldError> {
+    crate::error::number("scale", scale, |x| x > 0.0, "metres for a unit of the file")?;
+    let mut vertices: Vec<Vec3> = Vec::new();
+    let mut triangles = Vec::new();
+    for (k, raw) in text.lines().enumerate() {
+        let place = || format!("{file}:{}", k + 1);
+        let mut words = raw.split('#').next().unwrap_or("").split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let numbers: Vec<f64> = words.filter_map(|w| w.parse().ok()).collect();
+                let [x, y, z, ..] = numbers[..] else {
+                    let fact = "a vertex without three numbers".to_string();
+                    return Err(WorldError::Mesh { place: place(), fact, help: "`v x y z`" });
+                };
+                vertices.push(Vec3::new(x, y, z) * scale);
+            }
+            Some("f") => {
+                let corners = words
+                    .map(|w| corner(w, vertices.len()))
+                    .collect::<Result<Vec<u32>, String>>()
+                    .and_then(|c| {
+                        if c.len() < 3 { Err("fewer than three corners".into()) } else { Ok(c) }
+                    })
+                    .map_err(|fact| WorldError::Mesh {
+                        place: place(),
+                        fact,
+                        help: "`f 1 2 3`, counted from 1; negative from the end",
+                    })?;
+                triangles.extend(
+                    (1..corners.len() - 1).map(|i| [corners[0], corners[i], corners[i + 1]]),
+                );
+            }
+            _ => {}
+        }
+    }
+    Polyhedron::new(vertices, &triangles, g_rho)
+}
+
+/// Vertex of `7`, `7/1/3` or `-1`, from 0.
+fn corner(word: &str, count: usize) -> Result<u32, String> {
+    let text = word.split('/').next().unwrap_or("");
+    let k: i64 = text.parse().map_err(|_| format!("`{word}` is no corner"))?;
+    let k = if k < 0 { count as i64 + k } else { k - 1 };
+    u32::try_from(k)
+        .ok()
+        .filter(|k| (*k as usize) < count)
+        .ok_or_else(|| format!("`{word}` names no vertex of the {count} above"))
+}

@@ -1,0 +1,29 @@
+//! What a third body does to a satellite relative to its planet, without cancellation.
+
+use linkwork_spatial::Vec3;
+
+/// Acceleration of a satellite relative to the planet by a third body, m/s²; any inertial axes.
+///
+/// `r` from the planet to the satellite, `s` from the planet to the third body, both m. The plain
+/// difference of two accelerations loses |s|/|r| digits; Battin's form (*An Introduction to the
+/// Mathematics and Methods of Astrodynamics*) loses none:
+/// ```text
+/// q = r·(r − 2s)/s²,   f = q (3 + 3q + q²)/(1 + (1 + q)^1.5)
+/// a = −μ₃/|r − s|³ (r + f s)
+/// ```
+#[must_use]
+pub fn third_body(mu: f64, r: &Vec3, s: &Vec3) -> Vec3 {
+    let q = r.dot(&(r - s * 2.0)) / s.norm_squared();
+    let k = 1.0 + q;
+    let f = q * (3.0 + 3.0 * q + q * q) / (1.0 + k * k.sqrt());
+    let d2 = (r - s).norm_squared();
+    (r + s * f) * (-mu / (d2 * d2.sqrt()))
+}
+
+/// What the planet itself feels from the third body, m/s²: μ₃ s/|s|³. For equations whose origin is
+/// not the planet.
+#[must_use]
+pub fn indirect(mu: f64, s: &Vec3) -> Vec3 {
+    let s2 = s.norm_squared();
+    s * (mu / (s2 * s2.sqrt()))
+}

@@ -1,0 +1,68 @@
+//! Solid tides of degree 2: the body's answer to what the Sun and moons do to it.
+//!
+//! One Love number k₂, real: no phase lag, no dependence on frequency. For the Earth this is the
+//! first step of IERS Conventions 2010 section 6.2 and some 10 % from the full answer.
+
+use crate::error::WorldError;
+use crate::gravity::Coefficients;
+use linkwork_spatial::Vec3;
+
+/// A body that raises a tide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TideRaiser {
+    /// Gravitational parameter, m³/s².
+    pub mu: f64,
+    /// Position from the centre of the tidal body, m; in the axes in which the answer is wanted.
+    pub position: Vec3,
+}
+
+/// Acceleration at `p` (m) by the tide that `raiser` raises on a body of radius `radius` (m), m/s².
+/// ```text
+/// V = k₂ μⱼ R⁵/(rⱼ³ r³) P₂(cos ψ),   cos ψ = r̂·r̂ⱼ
+/// a = k₂ μⱼ R⁵/(2 rⱼ³ r⁴) [(3 − 15 cos²ψ) r̂ + 6 cos ψ r̂ⱼ]
+/// ```
+/// Montenbruck & Gill, *Satellite Orbits*, section 3.7.
+#[must_use]
+pub fn solid_tide(k2: f64, radius: f64, raiser: &TideRaiser, p: &Vec3) -> Vec3 {
+    let (r, rj) = (p.norm(), raiser.position.norm());
+    let (n, nj) = (p / r, raiser.position / rj);
+    let c = n.dot(&nj);
+    let x = radius / rj;
+    let y = radius / r;
+    // R⁵/(rⱼ³ r⁴) = (R/rⱼ)³ (R/r)⁴ / R²
+    let k = k2 * raiser.mu * x * x * x * y * y * y * y / (2.0 * radius * radius);
+    (n * (3.0 - 15.0 * c * c) + nj * (6.0 * c)) * k
+}
+
+/// The same tide as an increase of the normalised coefficients of degree 2, in body-fixed axes:
+/// `field` gets it added. Positions of the raisers in the axes of the field.
+/// ```text
+/// ΔC̄₂ₘ − i ΔS̄₂ₘ = k₂/5 Σⱼ (μⱼ/μ) (R/rⱼ)³ P̄₂ₘ(sin φⱼ) e^(−i m λⱼ)
+/// ```
+/// IERS Conventions 2010, eq. 6.6.
+///
+/// # Errors
+/// A field of degree or order below 2.
+pub fn solid_tide_coefficients(
+    k2: f64,
+    raisers: &[TideRaiser],
+    field: &mut Coefficients,
+) -> Result<(), WorldError> {
+    for raiser in raisers {
+        let r = raiser.position.norm();
+        let n = raiser.position / r;
+        let k = k2 / 5.0 * (raiser.mu / field.mu) * (field.radius / r).powi(3);
+        // P̄₂ₘ e^(imλ), the factor cosᵐφ inside (s + it)ᵐ.
+        let (root5, root15) = (5.0_f64.sqrt(), 15.0_f64.sqrt());
+        let terms = [
+            (root5 * 0.5 * (3.0 * n.z * n.z - 1.0), 0.0),
+            (root15 * n.z * n.x, root15 * n.z * n.y),
+            (root15 * 0.5 * (n.x * n.x - n.y * n.y), root15 * n.x * n.y),
+        ];
+        for (m, (c, s)) in terms.into_iter().enumerate() {
+            let (c0, s0) = field.get(2, m);
+            field.set(2, m, c0 + k * c, s0 + k * s)?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,141 @@
+//! Points in time and the scales that astronomy counts them in. Home of hifitime.
+//!
+//! ```text
+//! TAI  atoms                        UTC = TAI − leap seconds
+//! TT = TAI + 32.184 s               Earth's precession and nutation
+//! TDB = TT + up to 1.7 ms           ephemerides; pole and meridian of other planets
+//! UT1 = UTC + ΔUT1                  turn of the Earth: see `rotation::Earth`
+//! ```
+//! A simulation counts seconds of TT from its epoch: small numbers, so that the angle of a planet is
+//! known to 1e-15 and not to the 1e-11 that a product of a rate with decades would leave.
+
+use crate::error::WorldError;
+use hifitime::TimeScale;
+use std::str::FromStr;
+
+/// A point in time, to the nanosecond.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Epoch(hifitime::Epoch);
+
+const DAY_NS: i128 = 86_400_000_000_000;
+/// Julian date of J2000, days.
+pub const JD_J2000: f64 = 2_451_545.0;
+
+impl Epoch {
+    /// Reads `2012-08-06 05:17:57 UTC`; also TAI, TT, TDB, GPST at the end; none means UTC.
+    ///
+    /// # Errors
+    /// What is no date, with its text.
+    pub fn parse(text: &str) -> Result<Self, WorldError> {
+        let wrong = |fact: String| WorldError::Epoch { text: text.to_string(), fact };
+        let epoch = hifitime::Epoch::from_str(text.trim()).map_err(|e| wrong(e.to_string()))?;
+        Ok(Self(epoch))
+    }
+
+    /// From a UTC date; `second` may have a fraction, down to nanoseconds.
+    ///
+    /// # Errors
+    /// A date that does not exist.
+    pub fn utc(
+        year: i32,
+        month: u8,
+        day: u8,
+        hour: u8,
+        minute: u8,
+        second: f64,
+    ) -> Result<Self, WorldError> {
+        let text = format!("{year}-{month:02}-{day:02} {hour:02}:{minute:02}:{second} UTC");
+        let wrong = |fact: String| WorldError::Epoch { text: text.clone(), fact };
+        if !(0.0..61.0).contains(&second) {
+            return Err(wrong(format!("{second} is no second of a minute")));
+        }
+        let ns = ((second - second.floor()) * 1e9).round().min(999_999_999.0) as u32;
+        let scale = TimeScale::UTC;
+        let whole = second.floor() as u8;
+        hifitime::Epoch::maybe_from_gregorian(year, month, day, hour, minute, whole, ns, scale)
+            .map(Self)
+            .map_err(|e| wrong(e.to_string()))
+    }
+
+    /// J2000: 2000-01-01 12:00 TT.
+    #[must_use]
+    pub fn j2000() -> Self {
+        Self(hifitime::Epoch::from_gregorian(2000, 1, 1, 12, 0, 0, 0, TimeScale::TT))
+    }
+
+    /// This many seconds of TT later.
+    #[must_use]
+    pub fn plus(&self, seconds: f64) -> Self {
+        Self(self.0 + hifitime::Duration::from_seconds(seconds))
+    }
+
+    /// Seconds of TT since another epoch.
+    #[must_use]
+    pub fn since(&self, other: &Self) -> f64 {
+        (self.0.to_tt_duration() - other.0.to_tt_duration()).to_seconds()
+    }
+
+    /// TT as a Julian date in two parts: whole days (ending in .5, at midnight) and a fraction 0 … 1.
+    #[must_use]
+    pub fn tt(&self) -> (f64, f64) {
+        // hifitime counts from 1900-01-01 00:00, JD 2415020.5.
+        let ns = self.0.to_tt_duration().total_nanoseconds();
+        let day = ns.div_euclid(DAY_NS);
+        (2_415_020.5 + day as f64, ns.rem_euclid(DAY_NS) as f64 / DAY_NS as f64)
+    }
+
+    /// UT1 as a Julian date in two parts, given ΔUT1 = UT1 − UTC (s), as the IERS publishes it.
+    #[must_use]
+    pub fn ut1(&self, dut1: f64) -> (f64, f64) {
+        let (day, fraction) = self.tt();
+        (day, fraction + (dut1 - self.tt_minus_utc()) / 86400.0)
+    }
+
+    /// TT − UTC, s: leap seconds and 32.184. Before 1972 UTC is taken as TAI − 10 s.
+    #[must_use]
+    pub fn tt_minus_utc(&self) -> f64 {
+        self.0.leap_seconds(true).unwrap_or(10.0) + 32.184
+    }
+
+    /// TDB in days past J2000 as whole days and a fraction.
+    #[must_use]
+    pub fn tdb_days(&self) -> (f64, f64) {
+        let (day, fraction) = self.tt();
+        let days = day - JD_J2000;
+        (days, fraction + tdb_minus_tt((days + fraction) / 36525.0) / 86400.0)
+    }
+
+    /// Day of the year (1 …) and second of the day, UTC.
+    #[must_use]
+    pub fn utc_day_and_second(&self) -> (u32, f64) {
+        let (year, month, day, h, m, s, ns) = self.0.to_gregorian(TimeScale::UTC);
+        let leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
+        let before = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
+        let month = usize::from(month);
+        let extra = u32::from(leap && month > 2);
+        let second = f64::from(h) * 3600.0 + f64::from(m) * 60.0 + f64::from(s);
+        (before[month - 1] + u32::from(day) + extra, second + f64::from(ns) * 1e-9)
+    }
+}
+
+impl std::fmt::Display for Epoch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0.to_gregorian_str(TimeScale::UTC))
+    }
+}
+
+/// TDB − TT, s, at the centre of the Earth; `T` centuries of TT past J2000. Within 10 µs from 1600 to
+/// 2200: Kaplan, *The IAU Resolutions …*, USNO Circular 179 (2005), eq. 2.6.
+#[must_use]
+pub fn tdb_minus_tt(T: f64) -> f64 {
+    const TERMS: [[f64; 3]; 6] = [
+        [0.001657, 628.3076, 6.2401],
+        [0.000022, 575.3385, 4.2970],
+        [0.000014, 1256.6152, 6.1969],
+        [0.000005, 606.9777, 4.0212],
+        [0.000005, 52.9691, 0.4444],
+        [0.000002, 21.3299, 5.5431],
+    ];
+    let sum: f64 = TERMS.iter().map(|[a, w, p]| a * (w * T + p).sin()).sum();
+    sum + 0.000010 * T * (628.3076 * T + 4.2490).sin()
+}

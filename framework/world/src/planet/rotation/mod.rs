@@ -1,0 +1,124 @@
+//! How planets turn: orientation and angular velocity at a time.
+
+mod earth;
+mod iau;
+
+pub use earth::{Earth, EarthParameters, earth_rotation_angle, gcrs_to_itrs};
+pub use iau::{IauRotation, IauTerm};
+
+use super::{Epoch, FrameMotion};
+use crate::error::{WorldError, number};
+use linkwork_spatial::{Motion, Pose, Quat, Vec3, nalgebra};
+use std::f64::consts::TAU;
+
+/// Orientation and angular velocity of a planet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spin {
+    /// `R_IP`: the planet's axes to inertial axes.
+    pub R_IP: Quat,
+    /// ω of P in I, inertial axes, rad/s.
+    pub omega_I: Vec3,
+}
+
+impl Spin {
+    /// As a frame at the planet's centre.
+    #[must_use]
+    pub fn motion(&self) -> FrameMotion {
+        FrameMotion {
+            pose: Pose::rotation(self.R_IP),
+            velocity: Motion::new(self.omega_I, Vec3::zeros()),
+        }
+    }
+
+    /// ω of P in I, the planet's axes, rad/s.
+    #[must_use]
+    pub fn omega_P(&self) -> Vec3 {
+        self.R_IP.inverse() * self.omega_I
+    }
+}
+
+/// Turning about one axis at one rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FixedRate {
+    /// `R_IP` at t = 0.
+    pub R_I0: Quat,
+    /// About z of the planet, east positive, rad/s.
+    pub rate: f64,
+}
+
+/// rate · t without whole turns, rad; `turns` is the rate in turns per second. The product is taken exactly,
+/// so that a planet does not move in steps of a micrometre after a month.
+fn phase(turns: f64, t: f64) -> f64 {
+    let product = turns * t;
+    let rest = turns.mul_add(t, -product);
+    ((product - product.round()) + rest) * TAU
+}
+
+impl FixedRate {
+    /// Pole along inertial z, prime meridian at `angle` (rad) from inertial x at t = 0, `rate` (rad/s).
+    ///
+    /// # Errors
+    /// NaN or infinity.
+    pub fn about_z(angle: f64, rate: f64) -> Result<Self, WorldError> {
+        number("angle of the prime meridian, rad", angle, |_| true, "a finite angle")?;
+        number("rate of rotation, rad/s", rate, |_| true, "a finite rate")?;
+        Ok(Self { R_I0: about_z(angle), rate })
+    }
+}
+
+/// A rule by which a planet turns. `t` counts seconds of TT from the epoch of the simulation.
+#[derive(Clone, Debug)]
+pub enum Rotation {
+    /// One axis, one rate.
+    Fixed(FixedRate),
+    /// Pole and prime meridian of the IAU.
+    Iau(IauRotation),
+    /// The Earth by IAU 2006/2000A.
+    Earth(Box<Earth>),
+}
+
+impl Rotation {
+    /// A planet that does not turn.
+    #[must_use]
+    pub fn none() -> Self {
+        Self::Fixed(FixedRate { R_I0: Quat::identity(), rate: 0.0 })
+    }
+
+    /// Mars at `epoch` (IAU 2009).
+    #[must_use]
+    pub fn mars(epoch: &Epoch) -> Self {
+        Self::Iau(IauRotation::mars(epoch.tdb_days()))
+    }
+
+    /// The Moon at `epoch` (IAU 2009, thirteen angles of libration).
+    #[must_use]
+    pub fn moon(epoch: &Epoch) -> Self {
+        Self::Iau(IauRotation::moon(epoch.tdb_days()))
+    }
+
+    /// The spin at `t` (s). No memory is taken. Some 50 ns for a fixed rate and for the Earth within its
+    /// table, 0.4 µs for the Moon.
+    #[must_use]
+    pub fn at(&self, t: f64) -> Spin {
+        match self {
+            Self::Fixed(f) => Spin {
+                R_IP: f.R_I0 * about_z(phase(f.rate / TAU, t)),
+                omega_I: f.R_I0 * Vec3::z() * f.rate,
+            },
+            Self::Iau(iau) => iau.at(t),
+            Self::Earth(earth) => earth.at(t),
+        }
+    }
+}
+
+fn about_z(angle: f64) -> Quat {
+    Quat::from_axis_angle(&nalgebra::Vector3::z_axis(), angle)
+}
+
+fn about_x(angle: f64) -> Quat {
+    Quat::from_axis_angle(&nalgebra::Vector3::x_axis(), angle)
+}
+
+fn about_y(angle: f64) -> Quat {
+    Quat::from_axis_angle(&nalgebra::Vector3::y_axis(), angle)
+}

@@ -1,0 +1,48 @@
+//! A site: a frame on an ellipsoid that turns with its planet.
+
+use super::{Ellipsoid, FrameMotion, Geodetic, Spin};
+use linkwork_spatial::{Pose, Quat, Vec3, nalgebra};
+
+/// A frame E fixed to a planet: x east, y north, z up, or turned about the vertical.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Site {
+    /// Where.
+    pub place: Geodetic,
+    /// `X_PE`: the site in the planet's axes.
+    pub pose: Pose,
+}
+
+impl Site {
+    /// At a place of an ellipsoid; `heading` turns x from east towards north, rad.
+    #[must_use]
+    pub fn new(ellipsoid: &Ellipsoid, place: Geodetic, heading: f64) -> Self {
+        let turn = Quat::from_axis_angle(&nalgebra::Vector3::z_axis(), heading);
+        let pose = Pose::new(place.east_north_up() * turn, ellipsoid.position(&place));
+        Self { place, pose }
+    }
+
+    /// Motion of the site in inertial axes about the planet's centre, given the planet's rotation now.
+    #[must_use]
+    pub fn motion(&self, spin: &Spin) -> FrameMotion {
+        spin.motion().then(&FrameMotion::fixed(self.pose))
+    }
+
+    /// `X_EF`: another site of the same planet, seen from this one; it stands still.
+    #[must_use]
+    pub fn other(&self, site: &Self) -> Pose {
+        let R = self.pose.rotation.inverse();
+        Pose::new(R * site.pose.rotation, R * (site.pose.position - self.pose.position))
+    }
+
+    /// Position in the planet's axes of a point given in the site, m.
+    #[must_use]
+    pub fn to_planet(&self, p_EQ: &Vec3) -> Vec3 {
+        self.pose.transform_point(p_EQ)
+    }
+
+    /// Position in the site of a point given in the planet's axes, m.
+    #[must_use]
+    pub fn from_planet(&self, p_PQ: &Vec3) -> Vec3 {
+        self.pose.rotation.inverse() * (p_PQ - self.pose.position)
+    }
+}

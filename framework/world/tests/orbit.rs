@@ -1,0 +1,155 @@
+//! A low orbit with all forces at once, against `flight/orbit_full_force.json`: what the parts give together.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod support;
+
+use linkwork_world::atmosphere::Exponential;
+use linkwork_world::eclipse::{cannonball, visible_fraction};
+use linkwork_world::ephemeris::{moon, sun};
+use linkwork_world::gravity::{Format, Harmonics, Keep, read, third_body};
+use linkwork_world::planet::rotation::{Earth, EarthParameters, FixedRate};
+use linkwork_world::planet::{Epoch, Rotation};
+use linkwork_world::spatial::{Mat3, Vec3};
+use serde_json::Value;
+use support::*;
+
+struct Case {
+    field: Harmonics,
+    rotation: Rotation,
+    air: Exponential,
+    sc: Value,
+    inputs: Value,
+    /// Sun and Moon from the Earth.
+    bodies: Box<dyn Fn(f64) -> (Vec3, Vec3)>,
+}
+
+/// Gravity, Sun, Moon, light, drag.
+fn forces(c: &Case, t: f64, r: &Vec3, v: &Vec3) -> ([Vec3; 5], f64) {
+    let n = |key: &str| number(&c.inputs[key]);
+    let sc = |key: &str| number(&c.sc[key]);
+    let spin = c.rotation.at(t);
+    let gravity = spin.R_IP * c.field.acceleration(&(spin.R_IP.inverse() * r));
+    let (sun, moon) = (c.bodies)(t);
+    let light = visible_fraction(r, &sun, n("R_earth_shadow"), n("R_sun"));
+    let srp = cannonball(&(sun - r), sc("A_srp") / sc("mass"), sc("Cr"), light);
+    // The air turns about the pole; precession is none of its business.
+    let pole = spin.R_IP * Vec3::z();
+    let wind = (pole * n("omega")).cross(r);
+    let u = v - wind;
+    let rho = c.air.density(r.norm() - n("R_drag"));
+    let drag = u * (-0.5 * rho * u.norm() * sc("Cd") * sc("A_drag") / sc("mass"));
+    let parts =
+        [gravity, third_body(n("mu_sun"), r, &sun), third_body(n("mu_moon"), r, &moon), srp, drag];
+    (parts, light)
+}
+
+fn load() -> Option<(Value, Value, Harmonics)> {
+    let all: Value = serde_json::from_str(&reference("flight/orbit_full_force.json")?).unwrap();
+    let text = reference("gravity/basilisk_GGM03S.txt")?;
+    let field = read(Format::Basilisk, "GGM03S", &text, Keep::Degree(20)).unwrap();
+    Some((all["inputs"].clone(), all, Harmonics::new(&field)))
+}
+
+fn case(
+    inputs: &Value,
+    field: &Harmonics,
+    rotation: Rotation,
+    bodies: Box<dyn Fn(f64) -> (Vec3, Vec3)>,
+) -> Case {
+    let a = &inputs["atmosphere"];
+    let air = Exponential::new(number(&a["rho0"]), number(&a["h0"]), number(&a["H"])).unwrap();
+    Case {
+        field: field.clone(),
+        rotation,
+        air,
+        sc: inputs["sc"].clone(),
+        inputs: inputs.clone(),
+        bodies,
+    }
+}
+
+fn check(c: &Case, variant: &Value, tolerances: [f64; 5]) {
+    let rows: Vec<Vec<f64>> =
+        variant["t_rx_ry_rz_vx_vy_vz"].as_array().unwrap().iter().map(numbers).collect();
+    let start = &rows[0];
+    let (r, v) = (Vec3::from_column_slice(&start[1..4]), Vec3::from_column_slice(&start[4..7]));
+    let R: Mat3 = *c.rotation.at(0.0).R_IP.inverse().to_rotation_matrix().matrix();
+    near33(&R, &mat3(&variant["R_eci_to_ecef_at_t0"]), 2e-14, "rotation");
+    let (parts, light) = forces(c, 0.0, &r, &v);
+    near(light, number(&variant["accelerations_at_t0"]["sunlit_fraction"]), 0.0, "light");
+    for (k, name) in ["gravity", "sun", "moon", "srp", "drag"].into_iter().enumerate() {
+        let golden = vec3(&variant["accelerations_at_t0"][name]);
+        near3(&parts[k], &golden, tolerances[k] * golden.norm(), name);
+    }
+    // Six hours, Runge–Kutta 4 with 5 s; light at the outputs.
+    let lit = numbers(&variant["sunlit_fraction_at_outputs"]);
+    let f = |t: f64, r: &Vec3, v: &Vec3| forces(c, t, r, v).0.iter().sum::<Vec3>();
+    let (mut r, mut v, h) = (r, v, 5.0);
+    let mut worst: f64 = 0.0;
+    for (k, row) in rows.iter().enumerate() {
+        if k > 0 {
+            let from = rows[k - 1][0];
+            for i in 0..((row[0] - from) / h).round() as usize {
+                let t = from + i as f64 * h;
+                let a1 = f(t, &r, &v);
+                let (r2, v2) = (r + v * (h / 2.0), v + a1 * (h / 2.0));
+                let a2 = f(t + h / 2.0, &r2, &v2);
+                let (r3, v3) = (r + v2 * (h / 2.0), v + a2 * (h / 2.0));
+                let a3 = f(t + h / 2.0, &r3, &v3);
+                let (r4, v4) = (r + v3 * h, v + a3 * h);
+                let a4 = f(t + h, &r4, &v4);
+                r += (v + (v2 + v3) * 2.0 + v4) * (h / 6.0);
+                v += (a1 + (a2 + a3) * 2.0 + a4) * (h / 6.0);
+            }
+        }
+        near(forces(c, row[0], &r, &v).1, lit[k], 1e-6, "light");
+        let error = (r - Vec3::from_column_slice(&row[1..4])).norm();
+        assert!(error.is_finite());
+        worst = worst.max(error);
+    }
+    assert_eq!(rows.last().unwrap()[0], 21600.0);
+    println!("{} m after six hours at worst", worst);
+    assert!(worst < 0.05, "{worst} m");
+}
+
+/// Variant A: all in closed form. Accelerations to the reference's rounding.
+#[test]
+fn with_a_simple_earth_sun_and_moon() {
+    let Some((inputs, all, field)) = load() else { return };
+    let variant = &all["variant_A"];
+    let (sp, mp) = (variant["sun_params"].clone(), variant["moon_params"].clone());
+    let bodies = move |t: f64| {
+        let n = |v: &Value, key: &str| number(&v[key]);
+        let l = n(&sp, "l0").to_radians() + n(&sp, "n") * t;
+        let e = n(&sp, "e").to_radians();
+        let sun = Vec3::new(l.cos(), l.sin() * e.cos(), l.sin() * e.sin()) * n(&sp, "dist");
+        let u = n(&mp, "u0").to_radians() + n(&mp, "n") * t;
+        let (i, o) = (n(&mp, "inc").to_radians(), n(&mp, "raan").to_radians());
+        let p = Vec3::new(u.cos(), u.sin() * i.cos(), u.sin() * i.sin());
+        let moon = Vec3::new(o.cos() * p.x - o.sin() * p.y, o.sin() * p.x + o.cos() * p.y, p.z);
+        (sun, moon * n(&mp, "dist"))
+    };
+    near3(&bodies(0.0).0, &vec3(&variant["sun_at_t0"]), 1e-4, "Sun");
+    near3(&bodies(0.0).1, &vec3(&variant["moon_at_t0"]), 1e-6, "Moon");
+    let turn = FixedRate::about_z(number(&inputs["theta0"]), number(&inputs["omega"])).unwrap();
+    let c = case(&inputs, &field, Rotation::Fixed(turn), Box::new(bodies));
+    check(&c, variant, [1e-14; 5]);
+}
+
+/// Variant B: IAU 2006/2000A, Sun and Moon of SOFA.
+#[test]
+fn with_the_real_earth_sun_and_moon() {
+    let Some((inputs, all, field)) = load() else { return };
+    let variant = &all["variant_B"];
+    let epoch = Epoch::parse("2012-08-06 00:00:00 UTC").unwrap();
+    let p = EarthParameters { dut1: number(&variant["dut1"]), ..EarthParameters::default() };
+    let earth = Earth::new(&epoch, p, 21600.0).unwrap();
+    let bodies = move |t: f64| {
+        let now = epoch.plus(t).tdb_days();
+        (sun(now).unwrap().position, moon(now).position)
+    };
+    near3(&bodies(0.0).0, &vec3(&variant["sun_at_t0"]), 60.0, "Sun: TT for TDB is 50 m");
+    near3(&bodies(0.0).1, &vec3(&variant["moon_at_t0"]), 2.0, "Moon: TT for TDB is 2 m");
+    let c = case(&inputs, &field, Rotation::Earth(Box::new(earth)), Box::new(bodies));
+    check(&c, variant, [1e-13, 1e-8, 1e-7, 1e-8, 1e-11]);
+}

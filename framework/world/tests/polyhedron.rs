@@ -1,0 +1,142 @@
+//! Polyhedra: golden numbers, gradients, far field, inside and outside, meshes that are none.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod support;
+
+use linkwork_world::gravity::point_mass;
+use linkwork_world::gravity::polyhedron::{Polyhedron, from_obj};
+use linkwork_world::spatial::Vec3;
+use std::f64::consts::PI;
+use support::*;
+
+const TETRAHEDRON: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+
+fn corners() -> Vec<Vec3> {
+    vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()]
+}
+
+fn tetrahedron() -> Polyhedron {
+    Polyhedron::new(corners(), &TETRAHEDRON, 1.0).unwrap()
+}
+
+const CUBE: &str = "# side 1, centre at the origin; quads\nv -0.5 -0.5 -0.5\nv 0.5 -0.5 -0.5\nv 0.5 0.5 -0.5\nv -0.5 0.5 -0.5\n\
+    v -0.5 -0.5 0.5\nv 0.5 -0.5 0.5\nv 0.5 0.5 0.5\nv -0.5 0.5 0.5\nvn 0 0 1\n\
+    f 1 4 3 2\nf 5/1/1 6/2/1 7/3/1 8/4/1\nf 1 2 6 5\nf 2 3 7 6\nf -6 -5 -1 -2\nf 4 1 5 8\n";
+
+/// EDL.md b: unit cube, Gρ = 1, at (1, 2, 3).
+#[test]
+fn the_cube_gives_the_golden_numbers() {
+    let cube = from_obj("cube.obj", CUBE, 1.0, 1.0).unwrap();
+    relative(cube.volume(), 1.0, 1e-15, "volume");
+    near3(&cube.centroid(), &Vec3::zeros(), 3e-16, "centroid");
+    let g = cube.gravity(&Vec3::new(1.0, 2.0, 3.0));
+    near(g.potential, 0.26726619638669, 5e-15, "U");
+    let a = Vec3::new(-0.0190855177453643, -0.0381776796414790, -0.0572817004062692);
+    near3(&g.acceleration, &a, 5e-16, "a");
+}
+
+/// EDL.md b (cubature) and quick_golden.json, polyhedron_tetrahedron_G_rho_1.
+#[test]
+fn the_tetrahedron_gives_the_golden_numbers() {
+    let t = tetrahedron();
+    let a = Vec3::new(-0.02407492538373, -0.01055451085095, -0.01733143971333);
+    near3(&t.gravity(&Vec3::new(2.0, 1.0, 1.5)).acceleration, &a, 5e-15, "a");
+    let Some(golden) = golden() else { return };
+    let cases = golden["polyhedron_tetrahedron_G_rho_1"]["cases"].as_array().unwrap();
+    assert_eq!(cases.len(), 4);
+    for case in cases {
+        let g = t.gravity(&vec3(&case["r"]));
+        near3(&g.acceleration, &vec3(&case["acc"]), 3e-15, "a");
+        near(g.potential, number(&case["potential"]), 3e-15, "U");
+        near(g.gradient.trace(), number(&case["laplacian"]), 1e-13, "∇²U");
+    }
+}
+
+/// An ellipsoid-like body without symmetry: the asteroid of the reference data.
+fn asteroid() -> Option<Polyhedron> {
+    let file = reference("flight/asteroid_touch_and_go.json")?;
+    let all: serde_json::Value = serde_json::from_str(&file).unwrap();
+    let a = &all["asteroid"];
+    let list = |what: &str| a[what].as_array().unwrap().clone();
+    let vertices = list("vertices_m").iter().map(vec3).collect();
+    let faces: Vec<[u32; 3]> = list("faces_outward_0based")
+        .iter()
+        .map(|f| numbers(f).iter().map(|x| *x as u32).collect::<Vec<_>>().try_into().unwrap())
+        .collect();
+    let body = Polyhedron::new(vertices, &faces, number(&a["G"]) * number(&a["density"])).unwrap();
+    relative(body.volume(), number(&a["volume"]), 1e-14, "volume");
+    relative(body.mu(), number(&a["mu"]), 1e-14, "mu");
+    Some(body)
+}
+
+#[test]
+fn acceleration_and_gradient_are_slopes_and_laplace_holds() {
+    let Some(body) = asteroid() else { return };
+    let mut random = Random(4);
+    for k in 0..20 {
+        // Inside and outside.
+        let p = random.on_sphere(if k % 2 == 0 { 400.0 } else { 60.0 });
+        let g = body.gravity(&p);
+        let a = gradient(|p| body.gravity(p).potential, &p, 0.5);
+        near3(&g.acceleration, &a, 1e-8 * g.acceleration.norm(), "a = ∂V/∂x");
+        let H = slope(|p| body.gravity(p).acceleration, &p, 0.5);
+        near33(&g.gradient, &H, 1e-7 * H.norm(), "∂a/∂x");
+        let inside = k % 2 == 1;
+        assert_eq!(body.contains(&p), inside, "{p:?}");
+        near(body.winding(&p), f64::from(u8::from(inside)), 1e-13, "winding");
+        let laplace = if inside { -4.0 * PI * body.mu() / body.volume() } else { 0.0 };
+        near(g.gradient.trace(), laplace, 1e-12 * H.norm(), "∇²V");
+    }
+}
+
+#[test]
+fn far_away_it_is_a_point_at_the_centroid() {
+    let Some(body) = asteroid() else { return };
+    let p = Vec3::new(1.5e4, -2e4, 1e4);
+    let point = point_mass(body.mu(), &(p - body.centroid()));
+    let d = (body.gravity(&p).acceleration - point).norm() / point.norm();
+    assert!(d < 1e-4 && d > 1e-6, "the rest is of second order: {d:e}");
+}
+
+#[test]
+fn edges_and_corners_have_finite_accelerations() {
+    let t = tetrahedron();
+    for p in [Vec3::zeros(), Vec3::new(0.5, 0.0, 0.0), Vec3::new(0.2, 0.2, 0.0), Vec3::x() * 3.0] {
+        let near_by = t.gravity(&(p + Vec3::new(1e-9, 2e-9, -1e-9)));
+        let g = t.gravity(&p);
+        assert!(g.acceleration.iter().all(|x| x.is_finite()), "{p:?}");
+        near3(&g.acceleration, &near_by.acceleration, 1e-6, "continuous");
+    }
+}
+
+#[test]
+fn meshes_that_do_not_close_are_refused() {
+    let fault = |v: Vec<Vec3>, f: &[[u32; 3]]| Polyhedron::new(v, f, 1.0).unwrap_err().to_string();
+    let turned = TETRAHEDRON.map(|[a, b, c]| [a, c, b]);
+    assert!(fault(corners(), &turned).contains("counter-clockwise as seen from outside"));
+    assert!(fault(corners(), &TETRAHEDRON[..3]).contains("close the surface"));
+    let mut one = TETRAHEDRON;
+    one[3] = [1, 3, 2];
+    assert!(fault(corners(), &one).contains("both run from"));
+    one[3] = [1, 2, 4];
+    assert!(fault(corners(), &one).contains("triangle 3: names vertex 4 of 4"));
+    one[3] = [1, 2, 1];
+    assert!(fault(corners(), &one).contains("triangle 3: has no area"));
+    let mut bad = corners();
+    bad[2].y = f64::NAN;
+    assert!(fault(bad, &TETRAHEDRON).contains("vertex 2: has a NaN"));
+    assert!(fault(vec![], &[]).contains("has no vertices"));
+    assert!(
+        Polyhedron::new(corners(), &TETRAHEDRON, -1.0).unwrap_err().to_string().contains("g_rho")
+    );
+}
+
+#[test]
+fn wrong_obj_lines_are_refused_with_their_number() {
+    let fault = |t: &str| from_obj("rock.obj", t, 1.0, 1.0).unwrap_err().to_string();
+    assert!(fault("v 1 2\n").contains("rock.obj:1: a vertex without three numbers"));
+    assert!(fault("v 0 0 0\nf 1 2 3\n").contains("rock.obj:2: `2` names no vertex of the 1 above"));
+    assert!(fault("v 0 0 0\nf 1 1\n").contains("rock.obj:2: fewer than three corners"));
+    assert!(fault("v 0 0 0\nf 1 x 1\n").contains("`x` is no corner"));
+    assert!(fault("f 0 0 0\n").contains("names no vertex"));
+}
