@@ -15,6 +15,7 @@ mod params;
 mod place;
 mod plan;
 mod ports;
+mod schedule;
 mod services;
 mod simulation;
 mod spec;
@@ -36,6 +37,7 @@ pub use ports::{
     HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec,
     Wrench,
 };
+pub use schedule::Schedule;
 pub use services::{
     Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
     ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
@@ -44,7 +46,7 @@ pub use simulation::{RunError, Simulation, State, VariableError};
 pub use spec::{
     BindSpec, BindTarget, ContactSpec, Integrator, MechanismSpec, PartSpec, PortRef, Spec, WireSpec,
 };
-pub use tap::{Consumer, Group, Row as TapRow, Tap};
+pub use tap::{Consumer, Group, Overflow, Row as TapRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{Fault, Faults, Located, Origin, Sources, Value, did_you_mean, remedy};

@@ -68,7 +68,7 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 14] = [
+const FLOORS: [(&str, u32); 15] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
@@ -81,6 +81,7 @@ const FLOORS: [(&str, u32); 14] = [
     ("framework/assembly", 60),
     ("framework/record", 60),
     ("framework/viz", 60),
+    ("framework/runner", 63),
     ("framework", 65),
     ("assemblies", 80),
 ];

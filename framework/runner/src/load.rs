@@ -1,0 +1,88 @@
+//! Loading: a file or text, compiled and put down, with all mistakes at once.
+use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down, tidy};
+use linkwork_runtime::{Catalogue, Fault, Files, Origin, Plan, Sources, compile};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// What a program brings along: its models, and the assemblies inside it.
+pub struct Library {
+    /// Models and services.
+    pub catalogue: Catalogue,
+    /// Assemblies in the program: path → text.
+    pub embedded: BTreeMap<String, String>,
+}
+
+/// A simulation, compiled and placed, with what else its file says.
+pub struct Ready {
+    /// As loaded.
+    pub loaded: Loaded,
+    /// As compiled.
+    pub plan: Plan,
+}
+
+/// The sim.ron of a folder, or the file itself.
+pub fn sim_file(path: &Path) -> PathBuf {
+    if path.is_dir() { path.join("sim.ron") } else { path.to_path_buf() }
+}
+
+impl Library {
+    /// Options with `PATH=VALUE` overrides and a seed in place of the file's.
+    pub fn options(&self, set: &[String], seed: Option<u64>) -> Options<'_> {
+        let mut options = Options::new(&self.catalogue);
+        options.embedded.clone_from(&self.embedded);
+        options.search = vec![PathBuf::from("assemblies")];
+        options.overrides = set.to_vec();
+        options.seed = seed;
+        options
+    }
+
+    /// Loads a file without compiling it: no ground is made, no file but the texts is read.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once; also that there is no such simulation.
+    pub fn loaded(
+        &self,
+        path: &Path,
+        set: &[String],
+        seed: Option<u64>,
+    ) -> Result<Loaded, Failure> {
+        let file = sim_file(path);
+        if !file.exists() && !self.embedded.contains_key(&file.display().to_string()) {
+            let fault = Fault::new(
+                Origin::NONE,
+                format!("there is no simulation `{}`", file.display()),
+            )
+            .help("name a sim.ron file or the folder that holds it, from the folder you are in");
+            return Err(Failure { faults: vec![fault], sources: Sources::default() });
+        }
+        load_file(file, &self.options(set, seed))
+    }
+
+    /// Loads, compiles and places a file.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn file(&self, path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, Failure> {
+        self.finish(self.loaded(path, set, seed)?)
+    }
+
+    /// The same from a text that needs no other file: the configuration in a checkpoint.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn text(&self, name: &str, text: &str) -> Result<Ready, Failure> {
+        self.finish(load_text(name, text, &self.options(&[], None))?)
+    }
+
+    fn finish(&self, loaded: Loaded) -> Result<Ready, Failure> {
+        let files = Files { folders: vec![PathBuf::from("."), PathBuf::from("assemblies")] };
+        let faulty =
+            |faults: Vec<Fault>| Failure { faults: tidy(faults), sources: loaded.sources.clone() };
+        let mut plan =
+            compile(&loaded.spec, &self.catalogue, &files).map_err(|faults| faulty(faults.0))?;
+        if let Some(place) = &loaded.simulation.place {
+            put_down(&mut plan, place).map_err(|fault| faulty(vec![fault]))?;
+        }
+        Ok(Ready { loaded, plan })
+    }
+}
