@@ -6,7 +6,7 @@
 use crate::log::{LogError, why};
 use crate::schema::decode;
 use mcap::McapError;
-use mcap::read::{ChunkReader, parse_record};
+use mcap::read::parse_record;
 use mcap::records::{ChunkHeader, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use prost_types::FileDescriptorSet;
@@ -124,7 +124,7 @@ struct Gathered {
 impl Gathered {
     fn record(&mut self, opcode: u8, data: &[u8]) -> Result<(), String> {
         match parse_record(opcode, data).map_err(|e| why(&e))? {
-            Record::Chunk { header, data } => self.chunk(header, &data),
+            Record::Chunk { header, .. } => self.chunk(&header, data),
             // These repeat what stands before them.
             _ if opcode >= op::MESSAGE_INDEX && opcode != op::ATTACHMENT => Ok(()),
             Record::Attachment { .. } => Ok(()),
@@ -132,17 +132,35 @@ impl Gathered {
         }
     }
 
-    fn chunk(&mut self, header: ChunkHeader, data: &[u8]) -> Result<(), String> {
-        let most = EXPANSION * (data.len() as u64 + 1024);
-        if header.uncompressed_size > most || header.compressed_size != data.len() as u64 {
+    /// `record` is the whole record of a chunk. Its checksum is compared before any of it is read.
+    fn chunk(&mut self, header: &ChunkHeader, record: &[u8]) -> Result<(), String> {
+        let size = record.len() as u64;
+        let most = EXPANSION * (size + 1024);
+        if header.uncompressed_size > most || header.compressed_size > size {
             return Err(format!(
-                "a chunk of {} bytes cannot hold {}",
-                data.len(),
+                "a chunk of {size} bytes cannot hold {}",
                 header.uncompressed_size
             ));
         }
-        for record in ChunkReader::new(header, data).map_err(|e| why(&e))? {
-            self.take(record.map_err(|e| why(&e))?)?;
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(header.uncompressed_size.max(size) as usize);
+        let mut reader = LinearReader::new_with_options(options);
+        let head = [&[op::CHUNK][..], &size.to_le_bytes()].concat();
+        let mut rest = head.chain(record);
+        while let Some(event) = reader.next_event() {
+            match event.map_err(|e| why(&e))? {
+                LinearReadEvent::ReadRequest(need) => {
+                    let into = reader.insert(need.clamp(1, READ));
+                    let n = rest.read(into).map_err(|e| e.to_string())?;
+                    reader.notify_read(n);
+                }
+                LinearReadEvent::Record { data, opcode } => {
+                    self.take(parse_record(opcode, data).map_err(|e| why(&e))?)?;
+                }
+            }
         }
         Ok(())
     }

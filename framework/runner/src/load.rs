@@ -36,26 +36,32 @@ impl Library {
         options
     }
 
+    /// That there is a simulation of this name, in the program or as a file.
+    ///
+    /// # Errors
+    /// A fault that names the file.
+    pub fn find(&self, path: &Path) -> Result<(), Failure> {
+        let file = sim_file(path);
+        if file.exists() || self.embedded.contains_key(&file.display().to_string()) {
+            return Ok(());
+        }
+        let message = format!("there is no simulation `{}`", file.display());
+        let fault = Fault::new(Origin::NONE, message)
+            .help("name a sim.ron file or the folder that holds it, from the folder you are in");
+        Err(Failure { faults: vec![fault], sources: Sources::default() })
+    }
+
     /// Loads a file without compiling it: no ground is made, no file but the texts is read.
     ///
     /// # Errors
-    /// Everything that is wrong, at once; also that there is no such simulation.
+    /// Everything that is wrong, at once.
     pub fn loaded(
         &self,
         path: &Path,
         set: &[String],
         seed: Option<u64>,
     ) -> Result<Loaded, Failure> {
-        let file = sim_file(path);
-        if !file.exists() && !self.embedded.contains_key(&file.display().to_string()) {
-            let fault = Fault::new(
-                Origin::NONE,
-                format!("there is no simulation `{}`", file.display()),
-            )
-            .help("name a sim.ron file or the folder that holds it, from the folder you are in");
-            return Err(Failure { faults: vec![fault], sources: Sources::default() });
-        }
-        load_file(file, &self.options(set, seed))
+        load_file(sim_file(path), &self.options(set, seed))
     }
 
     /// Loads, compiles and places a file.
@@ -63,6 +69,7 @@ impl Library {
     /// # Errors
     /// Everything that is wrong, at once.
     pub fn file(&self, path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, Failure> {
+        self.find(path)?;
         self.finish(self.loaded(path, set, seed)?)
     }
 

@@ -9,7 +9,7 @@ use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{BodyId, NodeId};
 use linkwork_runtime::{Consumer, Group, Place, Plan, Seconds, ServiceObject, Surface, TapRow};
 use linkwork_spatial::Vec3;
-use rerun::{EntityPath, RecordingStream};
+use rerun::{AsComponents, EntityPath, RecordingStream};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -168,6 +168,8 @@ pub struct Viewer {
     curves: Vec<(Curve, usize, f64)>,
     terrain: Vec<(EntityPath, Tiles)>,
     follow: Option<BodyId>,
+    /// What is seldom sent, and its times: it comes after the poses of its stretch of time.
+    seldom: Vec<(f64, EntityPath, Box<dyn AsComponents + Send>)>,
     /// Instants that are not sent yet, and when the last were.
     waiting: usize,
     sent: Instant,
@@ -178,8 +180,9 @@ impl Viewer {
     /// Sends the blueprint and what does not move.
     fn open(view: View, rec: RecordingStream, fresh: Duration) -> Result<Viewer, Wrap> {
         let scene = &view.scene;
-        rec.disable_timeline("log_time");
-        rec.disable_timeline("log_tick");
+        // No stamps of the wall clock: a recording is of simulated time.
+        rec.set_log_time_enabled(false);
+        rec.set_log_tick_enabled(false);
         rec.log_static("/", &rerun::ViewCoordinates::RIGHT_HAND_Z_UP())?;
         // The viewer tracks what has an extent: a shape, not a bare transform.
         let tracked = scene.follow.as_ref().map(|b| {
@@ -235,6 +238,7 @@ impl Viewer {
             curves,
             terrain,
             follow: view.follow,
+            seldom: Vec::new(),
             waiting: 0,
             sent: now(),
             fresh,
@@ -248,20 +252,20 @@ impl Viewer {
             let bodies = self.bodies.iter().map(|b| ws.body_pose(tree, *b));
             let nodes = self.nodes.iter().map(|n| ws.node_pose(tree, *n));
             self.frames.push(row.t, bodies.chain(nodes));
-            self.rec.set_duration_secs("sim_time", row.t);
             for trail in &mut self.trails {
                 if trail.add(&ws.body_pose(tree, trail.body).position) {
                     let strip = rerun::LineStrips3D::new([trail.points.clone()])
                         .with_colors([rerun::Color::from_rgb(255, 230, 60)])
                         .with_radii([0.015]);
-                    self.rec.log(trail.path.clone(), &strip)?;
+                    self.seldom.push((row.t, trail.path.clone(), Box::new(strip)));
                 }
             }
             if let Some(body) = self.follow {
                 let p = ws.body_pose(tree, body).position;
                 for (path, tiles) in &mut self.terrain {
                     for (k, mesh) in tiles.approach(p.x, p.y, 4.0) {
-                        self.rec.log(path.join(&format!("tile{k}").into()), &mesh)?;
+                        let tile = path.join(&format!("tile{k}").into());
+                        self.seldom.push((row.t, tile, Box::new(mesh)));
                     }
                 }
             }
@@ -289,6 +293,10 @@ impl Viewer {
         }
         for (curve, ..) in &mut self.curves {
             curve.send(&self.rec)?;
+        }
+        for (t, path, what) in self.seldom.drain(..) {
+            self.rec.set_duration_secs("sim_time", t);
+            self.rec.log(path, &*what)?;
         }
         (self.waiting, self.sent) = (0, now());
         match &self.file {

@@ -24,7 +24,11 @@ pub fn ready(path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, u8
 
 /// Loads without compiling: no ground is made, no file but the texts is read.
 pub fn loaded(path: &Path) -> Result<Loaded, u8> {
-    library().loaded(path, &[], None).map_err(|failure| report(&failure))
+    let library = library();
+    library
+        .find(path)
+        .and_then(|()| library.loaded(path, &[], None))
+        .map_err(|failure| report(&failure))
 }
 
 /// The same from a resolved configuration (of a checkpoint).

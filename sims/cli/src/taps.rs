@@ -64,14 +64,21 @@ fn without_viewer(option: &str) -> u8 {
 
 /// Whether two paths name one file, which may not exist yet.
 fn same(a: &Path, b: &Path) -> bool {
-    let whole = |p: &Path| {
-        p.canonicalize().ok().or_else(|| {
-            let p = std::path::absolute(p).ok()?;
-            let folder = p.parent()?;
-            Some(folder.canonicalize().unwrap_or(folder.into()).join(p.file_name()?))
-        })
-    };
-    a == b || matches!((whole(a), whole(b)), (Some(a), Some(b)) if a == b || one_inode(&a, &b))
+    let (a, b) = (whole(a), whole(b));
+    a == b || one_inode(&a, &b)
+}
+
+/// The path from the root, as the system sees it where it exists; `..` is undone elsewhere.
+fn whole(path: &Path) -> PathBuf {
+    if let Ok(found) = path.canonicalize() {
+        return found;
+    }
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
+    match (path.parent(), path.file_name()) {
+        (Some(folder), Some(name)) => whole(folder).join(name),
+        (Some(folder), None) => whole(folder).parent().map_or(path.clone(), Path::to_path_buf),
+        _ => path,
+    }
 }
 
 #[cfg(unix)]
