@@ -72,3 +72,4 @@ pub use linkwork_multibody as multibody;
 pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};
 pub use ray::{Ray, RayHit};
 pub use shape::{ColliderSpec, Detail, Material, Neighbours, Rules, Shape, Visibility};
+pub use solid::hull_surface;

@@ -110,6 +110,21 @@ fn sizes(shape: &Shape) -> Vec<ShapeFault> {
         .collect()
 }
 
+/// The surface of the convex hull of points, to be drawn: corners, and triangles that are
+/// counter-clockwise seen from outside.
+///
+/// # Errors
+/// [`ShapeFault`]: a number is missing, or the points do not span a volume.
+pub fn hull_surface(points: &[Vec3]) -> Result<(Vec<Vec3>, Vec<[u32; 3]>), ShapeFault> {
+    let poly = hull(points)?;
+    let fan = |ring: &[u32]| {
+        let first = ring[0];
+        ring[1..].windows(2).map(move |w| [first, w[0], w[1]]).collect::<Vec<_>>()
+    };
+    let triangles = poly.faces.iter().flat_map(|f| fan(poly.ring_of(f))).collect();
+    Ok((poly.vertices, triangles))
+}
+
 /// The hull of points, its faces merged where they are flat. The order of the points leaves no trace.
 fn hull(points: &[Vec3]) -> Result<Poly, ShapeFault> {
     if let Some(index) = points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {

@@ -1,59 +1,138 @@
 //! A file that keeps some room in reserve, so that a full disk still leaves a readable log.
+//!
+//! The reserve is a file that has no name any more: however the process ends, the system frees it.
+//! When the disk or a quota is full the reserve is given up and writing goes on; when a limit on
+//! the size of files comes near, or the disk fails, the owner is told in time to come to an
+//! orderly end. What cannot be ended in order is cut back to its last whole part.
 use std::fs::{File, OpenOptions};
-use std::io::{Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 /// Bytes kept in reserve: the last chunk, the log's index and a checkpoint fit.
 const RESERVE: usize = 4 << 20;
 
-/// A file with a reserve beside it. When the disk is full the reserve is given up, `spent` is set
-/// and writing goes on: the owner then comes to an orderly end.
+/// The reserve: its file, and its name where the system does not let a file without name be.
+struct Reserve {
+    file: File,
+    path: Option<PathBuf>,
+}
+
+impl Reserve {
+    /// Real bytes: a sparse file would reserve nothing.
+    fn fill(beside: &Path) -> std::io::Result<Reserve> {
+        let path = beside.with_extension("reserve");
+        let file = File::create(&path)?;
+        let mut reserve = Reserve { file, path: Some(path.clone()) };
+        reserve.file.write_all(&vec![0x5a; RESERVE])?;
+        reserve.file.sync_all()?;
+        if std::fs::remove_file(&path).is_ok() {
+            reserve.path = None;
+        }
+        Ok(reserve)
+    }
+}
+
+impl Drop for Reserve {
+    fn drop(&mut self) {
+        // The blocks are free when the file is closed or empty, whichever the system waits for.
+        let _ = self.file.set_len(0);
+        if let Some(path) = &self.path {
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+/// How a file stands; seen from outside the writers that are stacked on it.
+#[derive(Debug, Default)]
+pub struct Gauge {
+    spent: AtomicU8,
+    /// Where the next byte goes.
+    at: AtomicU64,
+    /// Bytes that make a file that can be read.
+    whole: AtomicU64,
+}
+
+impl Gauge {
+    /// Why the owner is to come to an orderly end, if it is.
+    pub fn spent(&self) -> Option<&'static str> {
+        match self.spent.load(Ordering::Relaxed) {
+            0 => None,
+            1 => Some("the disk is full"),
+            _ => Some("the limit on the size of files (ulimit -f) is reached"),
+        }
+    }
+
+    /// All bytes written so far make a file that can be read: a failure later leaves these.
+    pub fn mark_whole(&self) {
+        self.whole.store(self.at.load(Ordering::Relaxed), Ordering::Relaxed);
+    }
+}
+
+/// A file with a reserve. When the reserve was needed, or soon will be, the gauge says so and
+/// writing goes on: the owner then comes to an orderly end.
 pub struct Ballast {
     file: File,
-    reserve: Option<PathBuf>,
-    spent: Arc<AtomicBool>,
+    reserve: Option<Reserve>,
+    gauge: Arc<Gauge>,
+    /// Beyond this the limit on the size of files is near.
+    limit: u64,
 }
 
 impl Ballast {
-    /// Creates `path` and its reserve; `spent` is set when the reserve was needed.
+    /// Creates `path` and its reserve.
     ///
     /// # Errors
     /// When either cannot be written: better at the start than at the end of a long run.
-    pub fn create(path: &Path, spent: Arc<AtomicBool>) -> std::io::Result<Ballast> {
+    pub fn create(path: &Path, gauge: Arc<Gauge>) -> std::io::Result<Ballast> {
         let file =
             OpenOptions::new().create(true).truncate(true).write(true).read(true).open(path)?;
-        let reserve = path.with_extension("reserve");
-        let mut r = File::create(&reserve)?;
-        // Real bytes: a sparse file would reserve nothing.
-        if let Err(e) = r.write_all(&vec![0x5a; RESERVE]).and_then(|()| r.sync_all()) {
-            let _ = std::fs::remove_file(&reserve);
-            let _ = std::fs::remove_file(path);
-            return Err(e);
+        let limit = size_limit().map_or(u64::MAX, |l| l.saturating_sub(RESERVE as u64));
+        let reserve = Reserve::fill(path).and_then(|r| match limit {
+            0 => Err(std::io::Error::from(ErrorKind::FileTooLarge)),
+            _ => Ok(r),
+        });
+        match reserve {
+            Ok(r) => Ok(Ballast { file, reserve: Some(r), gauge, limit }),
+            Err(e) => {
+                let _ = std::fs::remove_file(path);
+                Err(e)
+            }
         }
-        Ok(Ballast { file, reserve: Some(reserve), spent })
+    }
+
+    /// Cuts back to the last whole part.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn cut(&mut self) -> std::io::Result<()> {
+        self.file.set_len(self.gauge.whole.load(Ordering::Relaxed))
     }
 
     fn give_up(&mut self) -> bool {
-        match self.reserve.take() {
-            Some(path) => {
-                self.spent.store(true, Ordering::Relaxed);
-                std::fs::remove_file(path).is_ok()
-            }
-            None => false,
+        let had = self.reserve.take().is_some();
+        if had {
+            self.gauge.spent.store(1, Ordering::Relaxed);
         }
+        had
     }
 }
 
 impl Write for Ballast {
     fn write(&mut self, buf: &[u8]) -> std::io::Result<usize> {
-        match self.file.write(buf) {
-            Err(e) if e.kind() == std::io::ErrorKind::StorageFull && self.give_up() => {
-                self.file.write(buf)
-            }
+        let full = |e: &std::io::Error| {
+            matches!(e.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
+        };
+        let written = match self.file.write(buf) {
+            Err(e) if full(&e) && self.give_up() => self.file.write(buf),
             other => other,
+        }?;
+        let at = self.gauge.at.fetch_add(written as u64, Ordering::Relaxed) + written as u64;
+        if at > self.limit {
+            self.gauge.spent.store(2, Ordering::Relaxed);
         }
+        Ok(written)
     }
     fn flush(&mut self) -> std::io::Result<()> {
         self.file.flush()
@@ -62,24 +141,25 @@ impl Write for Ballast {
 
 impl Seek for Ballast {
     fn seek(&mut self, pos: SeekFrom) -> std::io::Result<u64> {
-        self.file.seek(pos)
+        let at = self.file.seek(pos)?;
+        self.gauge.at.store(at, Ordering::Relaxed);
+        Ok(at)
     }
 }
 
-impl Drop for Ballast {
-    fn drop(&mut self) {
-        self.give_up();
-    }
+/// The limit on the size of files of this process (bytes), where the system tells one.
+fn size_limit() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits.lines().find_map(|l| l.strip_prefix("Max file size"))?;
+    line.split_whitespace().next()?.parse().ok()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn reserve(name: &str) -> PathBuf {
-        let path = std::env::temp_dir().join(format!("linkwork-{name}-{}", std::process::id()));
-        std::fs::write(&path, [0; 16]).unwrap();
-        path
+    fn room() -> tempfile::TempDir {
+        tempfile::tempdir().unwrap()
     }
 
     #[test]
@@ -89,27 +169,47 @@ mod tests {
             println!("skipped: there is no /dev/full here");
             return;
         };
-        let (path, spent) = (reserve("full"), Arc::new(AtomicBool::new(false)));
-        let mut b = Ballast { file, reserve: Some(path.clone()), spent: spent.clone() };
+        let (folder, gauge) = (room(), Arc::new(Gauge::default()));
+        let reserve = Some(Reserve::fill(&folder.path().join("full.log")).unwrap());
+        let mut b = Ballast { file, reserve, gauge: gauge.clone(), limit: u64::MAX };
         let e = b.write(b"row").unwrap_err();
-        assert_eq!(e.kind(), std::io::ErrorKind::StorageFull);
-        assert!(spent.load(Ordering::Relaxed) && !path.exists(), "the reserve is kept");
+        assert_eq!(e.kind(), ErrorKind::StorageFull);
+        assert_eq!(gauge.spent(), Some("the disk is full"));
+        assert!(b.reserve.is_none(), "the reserve is kept");
         assert!(b.write(b"row").is_err());
     }
 
     #[test]
-    fn without_need_the_reserve_stays_until_the_end() {
-        let path =
-            std::env::temp_dir().join(format!("linkwork-ballast-{}.log", std::process::id()));
-        let spent = Arc::new(AtomicBool::new(false));
-        let mut b = Ballast::create(&path, spent.clone()).unwrap();
-        let beside = path.with_extension("reserve");
+    fn the_reserve_has_no_name_that_a_killed_process_could_leave() {
+        let (folder, gauge) = (room(), Arc::new(Gauge::default()));
+        let path = folder.path().join("run.log");
+        let mut b = Ballast::create(&path, gauge.clone()).unwrap();
         b.write_all(b"row").unwrap();
-        assert_eq!(std::fs::metadata(&beside).unwrap().len(), RESERVE as u64);
-        assert!(!spent.load(Ordering::Relaxed));
+        if cfg!(unix) {
+            let entries = std::fs::read_dir(folder.path()).unwrap();
+            let names: Vec<_> = entries.map(|e| e.unwrap().file_name()).collect();
+            assert_eq!(names, ["run.log"]);
+            let held = b.reserve.as_ref().unwrap().file.metadata().unwrap();
+            assert_eq!(held.len(), RESERVE as u64);
+        }
+        assert_eq!(gauge.spent(), None);
         drop(b);
-        assert!(!beside.exists());
         assert_eq!(std::fs::read(&path).unwrap(), b"row");
-        std::fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn near_the_limit_the_owner_is_told_and_a_cut_leaves_what_is_whole() {
+        let (folder, gauge) = (room(), Arc::new(Gauge::default()));
+        let path = folder.path().join("run.log");
+        let mut b = Ballast::create(&path, gauge.clone()).unwrap();
+        b.limit = 10;
+        b.write_all(b"0123456789").unwrap();
+        gauge.mark_whole();
+        assert_eq!(gauge.spent(), None);
+        b.write_all(b"half a row").unwrap();
+        assert!(gauge.spent().is_some_and(|why| why.contains("ulimit")), "nobody was told");
+        b.cut().unwrap();
+        drop(b);
+        assert_eq!(std::fs::read(&path).unwrap(), b"0123456789");
     }
 }

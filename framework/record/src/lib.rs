@@ -5,8 +5,7 @@ mod plot;
 mod read;
 mod schema;
 
-pub use ballast::Ballast;
 pub use log::{Log, LogError, LogSpec};
 pub use plot::{Curve, Plot, PlotError, draw};
-pub use read::{Difference, Series, compare, read_log};
+pub use read::{Difference, End, LogContents, Series, compare, read_log, read_log_contents};
 pub use schema::{Schema, decode};

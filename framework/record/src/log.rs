@@ -1,17 +1,17 @@
 //! The MCAP log: one protobuf channel per part, transforms of all bodies, everything needed to rerun.
-use crate::ballast::Ballast;
+use crate::ballast::{Ballast, Gauge};
 use crate::schema::Schema;
 use foxglove::Encode;
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
-use linkwork_runtime::{Consumer, Group, Place, Plan, PortKind, Role, Seconds, TapRow};
+use linkwork_runtime::{Consumer, Group, Place, Plan, PortKind, Program, Role, Seconds, TapRow};
 use mcap::records::{MessageHeader, Metadata};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::BufWriter;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// What goes into a log.
 #[derive(Clone, Debug, Default)]
@@ -26,7 +26,7 @@ pub struct LogSpec {
     pub about: BTreeMap<String, String>,
 }
 
-/// Why a log cannot be made.
+/// Why a log cannot be made or read.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
     /// The file cannot be written.
@@ -37,15 +37,44 @@ pub enum LogError {
         /// Why.
         why: String,
     },
-    /// The file cannot be read.
-    #[error("log `{path}`: {why}")]
+    /// The file cannot be opened, or is no log.
+    #[error("log `{path}`: {why}\n  help: give a .mcap file that a run wrote")]
     Read {
         /// The file.
         path: String,
         /// Why.
         why: String,
     },
+    /// Something in the file is not what was written.
+    #[error(
+        "log `{path}` is damaged at byte {at}: {why}\n  help: take a copy that is whole, or make the log again: its \
+         configuration and the seed give the same rows"
+    )]
+    Damaged {
+        /// The file.
+        path: String,
+        /// Where: the beginning of the record.
+        at: u64,
+        /// What is wrong with it.
+        why: String,
+    },
 }
+
+/// An error of the log's format, with what caused it.
+pub(crate) fn why(e: &mcap::McapError) -> String {
+    match std::error::Error::source(e) {
+        Some(cause) => format!("{e}: {cause}"),
+        None => e.to_string(),
+    }
+}
+
+/// Rows are brought to the file in parts (chunks) of about so many bytes. A part is the least
+/// that a reader can read.
+const PART: usize = 256 << 10;
+
+/// Rows of a slow run do not wait longer than this for their part to be full: what is in the file
+/// when the process is killed is that fresh.
+const FRESH: Duration = Duration::from_secs(2);
 
 struct Channel {
     id: u16,
@@ -60,20 +89,23 @@ struct Transforms {
     group: u32,
     id: u16,
     sequence: u32,
-    tree: Arc<Tree>,
-    ws: Workspace,
-    names: Vec<(String, String)>,
+    /// For each phase: its mechanism, and the names of its bodies.
+    phases: Vec<Option<(Arc<Tree>, Workspace, Vec<(String, String)>)>>,
 }
 
 /// Writes rows as MCAP; runs in a tap's thread.
 pub struct Log {
     path: String,
-    writer: mcap::Writer<BufWriter<Ballast>>,
+    /// `None` once it is finished.
+    writer: Option<mcap::Writer<BufWriter<Ballast>>>,
     /// Channels of each group.
     channels: Vec<Vec<Channel>>,
     transforms: Option<Transforms>,
     buffer: Vec<u8>,
-    full: Arc<AtomicBool>,
+    gauge: Arc<Gauge>,
+    /// Bytes in the open part, and when the last one was brought to the file.
+    open: usize,
+    last: Instant,
 }
 
 impl Log {
@@ -81,18 +113,24 @@ impl Log {
     ///
     /// # Errors
     /// [`LogError::Write`].
-    pub fn create(path: &Path, plan: &Plan, spec: &LogSpec) -> Result<(Log, Vec<Group>), LogError> {
+    pub fn create(
+        path: &Path,
+        program: &Program,
+        spec: &LogSpec,
+    ) -> Result<(Log, Vec<Group>), LogError> {
+        let plan = &*program.phases[0].plan;
         let name = path.display().to_string();
         let fail = |why: String| LogError::Write { path: name.clone(), why };
-        let full = Arc::new(AtomicBool::new(false));
-        let file = Ballast::create(path, full.clone()).map_err(|e| fail(e.to_string()))?;
+        let gauge = Arc::new(Gauge::default());
+        let file = Ballast::create(path, gauge.clone()).map_err(|e| fail(e.to_string()))?;
         let mut writer = mcap::WriteOptions::new()
             .compression(Some(mcap::Compression::Lz4))
-            .chunk_size(Some(1 << 20))
+            .chunk_size(None) // Parts end when we say so.
+            .disable_seeking(true) // A part is written as a whole.
             .profile("linkwork")
             .library(format!("linkwork {}", env!("CARGO_PKG_VERSION")))
             .create(BufWriter::with_capacity(1 << 16, file))
-            .map_err(|e| fail(e.to_string()))?;
+            .map_err(|e| fail(why(&e)))?;
         let mut about = spec.about.clone();
         about.insert("seed".into(), plan.seed.to_string());
         about.insert("plan".into(), format!("{:016x}", plan.hash));
@@ -100,7 +138,7 @@ impl Log {
         about.insert("step".into(), plan.step.to_string());
         writer
             .write_metadata(&Metadata { name: "linkwork".into(), metadata: about })
-            .map_err(|e| fail(e.to_string()))?;
+            .map_err(|e| fail(why(&e)))?;
         let attachment = mcap::Attachment {
             log_time: 0,
             create_time: 0,
@@ -108,38 +146,60 @@ impl Log {
             media_type: "text/plain".into(),
             data: Cow::Borrowed(spec.configuration.as_bytes()),
         };
-        writer.attach(&attachment).map_err(|e| fail(e.to_string()))?;
+        writer.attach(&attachment).map_err(|e| fail(why(&e)))?;
         let (mut groups, mut channels) = (Vec::new(), Vec::new());
         for (period, paths) in &spec.groups {
             let (group, list) =
-                open_group(&mut writer, plan, *period, paths).map_err(|e| fail(e.to_string()))?;
+                open_group(&mut writer, plan, *period, paths).map_err(|e| fail(why(&e)))?;
             groups.push(group);
             channels.push(list);
         }
-        let transforms = match (spec.transforms, plan.mechanism()) {
-            (Some(period), Some(_)) => {
-                let (t, group) = open_transforms(&mut writer, plan, period, groups.len() as u32)
-                    .map_err(|e| fail(e.to_string()))?;
+        let bodies = program.phases.iter().any(|p| p.plan.mechanism().is_some());
+        let transforms = match spec.transforms {
+            Some(period) if bodies => {
+                let (t, group) = open_transforms(&mut writer, program, period, groups.len() as u32)
+                    .map_err(|e| fail(why(&e)))?;
                 groups.push(group);
                 Some(t)
             }
             _ => None,
         };
-        let log = Log { path: name, writer, channels, transforms, buffer: Vec::new(), full };
+        // Schemas and channels are on disk before the first row: a killed run leaves a log.
+        writer.flush().map_err(|e| fail(why(&e)))?;
+        gauge.mark_whole();
+        let writer = Some(writer);
+        let (buffer, last) = (Vec::new(), now());
+        let log = Log { path: name, writer, channels, transforms, buffer, gauge, open: 0, last };
         Ok((log, groups))
     }
 
-    /// Set when the disk was full and the log came to an early, readable end.
-    pub fn full_flag(&self) -> Arc<AtomicBool> {
-        self.full.clone()
+    fn fault(&self, why: &str) -> String {
+        format!("log `{}`: {why}", self.path)
     }
 
     fn write(&mut self, id: u16, sequence: u32, ns: u64) -> Result<(), String> {
         let header = MessageHeader { channel_id: id, sequence, log_time: ns, publish_time: ns };
-        self.writer
-            .write_to_known_channel(&header, &self.buffer)
-            .map_err(|e| format!("log `{}`: {e}", self.path))
+        let Some(writer) = &mut self.writer else { return Err(self.fault("it is finished")) };
+        self.open += self.buffer.len() + 31;
+        let written = writer.write_to_known_channel(&header, &self.buffer);
+        written.map_err(|e| self.fault(&why(&e)))
     }
+
+    /// Ends the open part, and brings it to the file.
+    fn end_part(&mut self) -> Result<(), String> {
+        let Some(writer) = &mut self.writer else { return Ok(()) };
+        let flushed = writer.flush();
+        flushed.map_err(|e| self.fault(&why(&e)))?;
+        self.gauge.mark_whole();
+        (self.open, self.last) = (0, now());
+        Ok(())
+    }
+}
+
+/// The wall clock: only where parts of the file end depends on it, never a row.
+#[allow(clippy::disallowed_methods)]
+fn now() -> Instant {
+    Instant::now()
 }
 
 fn open_group(
@@ -162,7 +222,7 @@ fn open_group(
         list.sort_by_key(|(_, v)| match v.place {
             Place::X(k) => (1, k),
             Place::D(k) => (2, k),
-            Place::Signal(k) => (0, k),
+            Place::Signal(k) | Place::Channel(k) => (0, k),
         });
         let from = places.len();
         let columns: Vec<(String, bool)> = list
@@ -181,42 +241,44 @@ fn open_group(
         let id = writer.add_channel(id, &topic, "protobuf", &metadata)?;
         channels.push(Channel { id, sequence: 0, schema, from, to: places.len() });
     }
-    Ok((Group { period, places }, channels))
+    Ok((Group { period, places, coordinates: Vec::new() }, channels))
 }
 
 fn open_transforms(
     writer: &mut mcap::Writer<BufWriter<Ballast>>,
-    plan: &Plan,
+    program: &Program,
     period: Seconds,
     group: u32,
 ) -> Result<(Transforms, Group), mcap::McapError> {
     let bad = || mcap::McapError::BadMagic;
-    let m = plan.mechanism().ok_or_else(bad)?;
     let schema = FrameTransforms::get_schema().ok_or_else(bad)?;
     let id = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
     let id = writer.add_channel(id, "/tf", "protobuf", &BTreeMap::new())?;
-    let n = m.multibody.nq() + m.multibody.nv();
-    let places = (0..n).map(|k| Place::X((m.x + k) as u32)).collect();
-    let name = |b: &linkwork_multibody::Body| b.name().to_string();
-    let names = m.multibody.bodies().iter().map(|b| ("world".to_string(), name(b))).collect();
-    let ws = Workspace::new(&m.tree);
-    let t = Transforms { group, id, sequence: 0, tree: m.tree.clone(), ws, names };
-    Ok((t, Group { period, places }))
+    let name = |b: &linkwork_multibody::Body| ("world".to_string(), b.name().to_string());
+    let phases = program.phases.iter().map(|p| {
+        let m = p.plan.mechanism()?;
+        let names = m.multibody.bodies().iter().map(name).collect();
+        Some((m.tree.clone(), Workspace::new(&m.tree), names))
+    });
+    let t = Transforms { group, id, sequence: 0, phases: phases.collect() };
+    let coordinates = program.coordinates();
+    Ok((t, Group { period, places: Vec::new(), coordinates }))
 }
 
 impl Transforms {
     fn message(&mut self, row: &TapRow, out: &mut Vec<u8>) -> Result<(), String> {
-        let nq = self.tree.nq();
-        kinematics(&self.tree, &mut self.ws, &row.values[..nq], &row.values[nq..]);
+        let phase = self.phases.get_mut(row.phase as usize).and_then(Option::as_mut);
+        let Some((tree, ws, names)) = phase else { return Ok(()) };
+        let nq = tree.nq();
+        kinematics(tree, ws, &row.values[..nq], &row.values[nq..]);
         let timestamp =
             Timestamp::new((row.ns / 1_000_000_000) as u32, (row.ns % 1_000_000_000) as u32);
-        let transforms = self
-            .tree
+        let transforms = tree
             .multibody()
             .body_ids()
-            .zip(&self.names)
+            .zip(&*names)
             .map(|(id, (parent, child))| {
-                let pose = self.ws.body_pose(&self.tree, id);
+                let pose = ws.body_pose(tree, id);
                 let (p, q) = (pose.position, pose.rotation);
                 FrameTransform {
                     timestamp: Some(timestamp),
@@ -250,13 +312,38 @@ impl Consumer for Log {
             }
             self.channels[row.group as usize] = channels;
         }
-        if self.full.load(Ordering::Relaxed) {
-            return Err(format!("log `{}`: the disk is full", self.path));
+        if self.open >= PART || self.last.elapsed() >= FRESH {
+            self.end_part()?;
         }
-        Ok(())
+        self.gauge.spent().map_or(Ok(()), |why| Err(self.fault(why)))
+    }
+
+    fn flush(&mut self) -> Result<(), String> {
+        self.end_part()?;
+        self.gauge.spent().map_or(Ok(()), |why| Err(self.fault(why)))
     }
 
     fn finish(&mut self) -> Result<(), String> {
-        self.writer.finish().map(|_| ()).map_err(|e| format!("log `{}`: {e}", self.path))
+        let Some(mut writer) = self.writer.take() else { return Ok(()) };
+        let finished = writer.finish().map(|_| ()).map_err(|e| self.fault(&why(&e)));
+        let (mut file, flushed) = match writer.into_inner().into_inner() {
+            Ok(file) => (file, Ok(())),
+            Err(e) => {
+                let (e, buffered) = e.into_parts();
+                (buffered.into_parts().0, Err(self.fault(&e.to_string())))
+            }
+        };
+        let ended = finished.and(flushed);
+        if ended.is_err() {
+            // What is whole stays, without the log's end: readers go as far as it goes.
+            file.cut().map_err(|e| self.fault(&e.to_string()))?;
+        }
+        ended
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        let _ = self.finish();
     }
 }

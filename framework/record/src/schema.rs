@@ -226,15 +226,16 @@ fn decode_message(m: &DescriptorProto, prefix: &str, data: &[u8], out: &mut Vec<
                 out.push((path, v as f64));
             }
             1 => {
-                let Some(bytes) = data.get(at..at + 8) else { return };
+                let Some(bytes) = data.get(at..).and_then(|d| d.get(..8)) else { return };
                 at += 8;
                 out.push((path, f64::from_le_bytes(bytes.try_into().unwrap_or_default())));
             }
             5 => at += 4,
             2 => {
                 let Some(n) = take_varint(data, &mut at) else { return };
-                let Some(body) = data.get(at..at + n as usize) else { return };
-                at += n as usize;
+                let end = usize::try_from(n).ok().and_then(|n| at.checked_add(n));
+                let Some(body) = end.and_then(|end| data.get(at..end)) else { return };
+                at += body.len();
                 let Some(f) = field else { continue };
                 if f.r#type() == Type::Double {
                     for (k, b) in body.as_chunks::<8>().0.iter().enumerate() {

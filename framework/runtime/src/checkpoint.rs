@@ -280,11 +280,11 @@ impl Simulation {
 /// Names of the states, in the order of their lanes.
 fn layout(plan: &Plan) -> Vec<String> {
     let mut names = vec![String::new(); plan.sizes.x + plan.sizes.d];
-    for (path, v) in &plan.variables {
+    for (path, v) in &*plan.lanes {
         match v.place {
             Place::X(k) => names[k as usize].clone_from(path),
             Place::D(k) => names[plan.sizes.x + k as usize].clone_from(path),
-            Place::Signal(_) => {}
+            Place::Signal(_) | Place::Channel(_) => {}
         }
     }
     names

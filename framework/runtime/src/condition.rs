@@ -96,6 +96,8 @@ impl Condition {
                 Code::Value(Place::X(k)) => x[k as usize],
                 Code::Value(Place::D(k)) => d[k as usize],
                 Code::Value(Place::Signal(k)) => sig[k as usize],
+                // Conditions are read over the lanes of their own plan.
+                Code::Value(Place::Channel(_)) => f64::NAN,
                 Code::Negate | Code::Abs => {
                     n -= 1;
                     if *code == Code::Abs { stack[n].abs() } else { -stack[n] }

@@ -17,6 +17,7 @@ pub mod pattern;
 mod plan;
 mod ports;
 mod program;
+mod schedule;
 mod services;
 mod sized;
 mod spec;
@@ -49,6 +50,7 @@ pub use ports::{
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
 pub use sized::{SizedModel, SizedPorts};
+pub use schedule::Schedule;
 pub use services::{
     Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
     ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
@@ -57,7 +59,7 @@ pub use spec::{
     Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec,
 };
 pub use step::{GuardState, MoveReport, RunError, Simulation, State, Stop, VariableError};
-pub use tap::{Consumer, Group, Row as TapRow, Tap};
+pub use tap::{Consumer, Group, Overflow, Row as TapRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{Fault, Faults, Located, Origin, Sources, Value, did_you_mean, remedy};

@@ -9,6 +9,7 @@ use crate::value::Fault;
 use linkwork_integrate::{Control, Method};
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A compiled simulation.
 pub struct Plan {
@@ -38,8 +39,11 @@ pub struct Plan {
     pub integration: Integration,
     /// Seed of all noise.
     pub seed: u64,
-    /// Every variable, by path.
-    pub variables: BTreeMap<String, Variable>,
+    /// Every variable of the whole program, by path: what outside handles refer to. In a program with
+    /// several phases the places are channels.
+    pub variables: Arc<BTreeMap<String, Variable>>,
+    /// The variables of this plan, in its own lanes.
+    pub lanes: Arc<BTreeMap<String, Variable>>,
     /// Signal lanes with constant content, set before the first tick.
     pub constants: Vec<(u32, f64)>,
     /// Wires as resolved, for listings.
@@ -214,6 +218,8 @@ pub enum Place {
     D(u32),
     /// Signal lane.
     Signal(u32),
+    /// A variable of a program with several phases: each has it in another lane, or not at all.
+    Channel(u32),
 }
 
 /// What a variable is.

@@ -1,13 +1,14 @@
 //! A program: phases, each a plan of its own, and the conditions on which a run goes from one to another.
 //! All are compiled before the first step, so that a mistake in the last is found at load.
 use crate::catalogue::Catalogue;
-use crate::compile::{WhenSpec, compile_phase};
+use crate::compile::{WhenSpec, Within, common_tick, compile_phase};
 use crate::noise;
-use crate::plan::Plan;
+use crate::plan::{Place, Plan, Variable};
 use crate::services::Files;
 use crate::spec::Spec;
+use crate::time::Seconds;
 use crate::value::{Fault, Faults, Origin, remedy};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// One phase of a specification.
@@ -38,6 +39,8 @@ pub struct TransitionSpec {
 pub struct Program {
     /// Phases.
     pub phases: Vec<Phase>,
+    /// For each phase, the lane of each channel ([`Place::Channel`]).
+    pub channels: Vec<Vec<Option<Place>>>,
     /// Hash over all plans.
     pub hash: u64,
 }
@@ -54,15 +57,63 @@ impl Program {
     /// A program that never changes.
     pub fn single(plan: Arc<Plan>) -> Program {
         let hash = plan.hash;
-        Program { phases: vec![Phase { name: String::new(), plan }], hash }
+        Program {
+            phases: vec![Phase { name: String::new(), plan }],
+            channels: vec![Vec::new()],
+            hash,
+        }
     }
 
-    /// A program of these phases.
-    pub fn new(phases: Vec<Phase>) -> Program {
+    /// A program of these phases, by name. Their plans get the variables of all, and one hash.
+    pub fn new(phases: Vec<(String, Plan)>) -> Program {
+        let several = phases.len() > 1;
         let text: Vec<String> =
-            phases.iter().map(|p| format!("{} {}\n", p.name, p.plan.hash)).collect();
-        Program { hash: noise::hash(text.concat().bytes()), phases }
+            phases.iter().map(|(name, plan)| format!("{name} {}\n", plan.hash)).collect();
+        let hash = match (&phases[..], several) {
+            ([(_, only)], false) => only.hash,
+            _ => noise::hash(text.concat().bytes()),
+        };
+        let (variables, channels) = channels(&phases);
+        let variables = Arc::new(variables);
+        let join = |(name, mut plan): (String, Plan)| {
+            if several {
+                plan.variables = variables.clone();
+                plan.hash = hash;
+            }
+            Phase { name, plan: Arc::new(plan) }
+        };
+        Program { phases: phases.into_iter().map(join).collect(), channels, hash }
     }
+}
+
+/// The variables of all phases, and the lane of each in each phase. Channels are numbered in the order
+/// of the lanes of the first phase that has them.
+fn channels(phases: &[(String, Plan)]) -> (BTreeMap<String, Variable>, Vec<Vec<Option<Place>>>) {
+    let mut variables: BTreeMap<String, Variable> = BTreeMap::new();
+    for (_, plan) in phases {
+        let mut lanes: Vec<(&String, &Variable)> = plan.lanes.iter().collect();
+        lanes.sort_by_key(|(_, v)| match v.place {
+            Place::Signal(k) => (0, k),
+            Place::X(k) => (1, k),
+            Place::D(k) => (2, k),
+            Place::Channel(k) => (3, k),
+        });
+        for (path, v) in lanes {
+            if !variables.contains_key(path) {
+                let place = Place::Channel(variables.len() as u32);
+                variables.insert(path.clone(), Variable { place, ..v.clone() });
+            }
+        }
+    }
+    let mut table = vec![vec![None; variables.len()]; phases.len()];
+    for (row, (_, plan)) in table.iter_mut().zip(phases) {
+        for (path, v) in &*plan.lanes {
+            if let Some(Place::Channel(k)) = variables.get(path).map(|v| v.place) {
+                row[k as usize] = Some(v.place);
+            }
+        }
+    }
+    (variables, table)
 }
 
 /// Compiles all phases.
@@ -77,14 +128,22 @@ pub fn compile_program(
 ) -> Result<Program, Faults> {
     let names: Vec<&str> = phases.iter().map(|p| p.name.as_str()).collect();
     let mut faults = check(phases, &names);
+    let ticks: Vec<Seconds> = phases.iter().filter_map(|p| common_tick(&p.spec)).collect();
+    let tick = match &ticks[..] {
+        [first, rest @ ..] if !rest.is_empty() => {
+            rest.iter().try_fold(*first, |a, b| a.common(*b))
+        }
+        _ => None,
+    };
     let mut compiled = Vec::new();
     for phase in phases {
         let place = |to: &str| names.iter().position(|n| *n == to).map(|k| k as u32);
-        let whens: Vec<WhenSpec<'_>> = (phase.transitions.iter())
+        let whens = (phase.transitions.iter())
             .filter_map(|t| Some(WhenSpec { to: place(&t.to)?, when: &t.when, origin: t.origin }))
             .collect();
-        match compile_phase(&phase.spec, &whens, catalogue, files) {
-            Ok(plan) => compiled.push(Phase { name: phase.name.clone(), plan: Arc::new(plan) }),
+        let within = Within { whens, tick };
+        match compile_phase(&phase.spec, &within, catalogue, files) {
+            Ok(plan) => compiled.push((phase.name.clone(), plan)),
             Err(Faults(found)) => {
                 for mut fault in found {
                     let known = |f: &Fault| f.origin == fault.origin && f.message == fault.message;

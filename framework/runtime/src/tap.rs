@@ -1,18 +1,25 @@
 //! Taps: rows of chosen variables, copied at their own periods to a consumer in its own thread.
 //!
-//! A tap reads the state and never writes it (law 6). The ring is bounded: a slow consumer makes
-//! the run wait; nothing is dropped, nothing grows (law 12).
+//! A tap reads the state and never writes it (law 6). The ring is bounded, so nothing grows
+//! (law 12). What a slow consumer costs is said where the tap is started: a log makes the run
+//! wait and loses nothing; a viewer makes it wait a little in all, and then loses rows, which are
+//! counted.
 use crate::plan::Place;
+use crate::schedule::Schedule;
 use crate::step::Simulation;
 use crate::time::Seconds;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{
+    Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel,
+};
+use std::time::Duration;
 
 /// One row.
 #[derive(Clone, Debug, Default)]
 pub struct Row {
     /// Index of the group.
     pub group: u32,
+    /// Phase of the program.
+    pub phase: u32,
     /// Simulated time (s).
     pub t: f64,
     /// Simulated time (ns), exact for bases that are whole nanoseconds.
@@ -28,6 +35,8 @@ pub struct Group {
     pub period: Seconds,
     /// What is read.
     pub places: Vec<Place>,
+    /// Continuous lanes that are read after that, for each phase: the coordinates of its mechanism.
+    pub coordinates: Vec<std::ops::Range<usize>>,
 }
 
 /// What a tap feeds, in its own thread.
@@ -37,6 +46,13 @@ pub trait Consumer: Send {
     /// # Errors
     /// A message; the tap ends, the run is told at its next sample.
     fn row(&mut self, row: &Row) -> Result<(), String>;
+    /// Brings the rows so far to where a killed process leaves them ([`Tap::flush`]).
+    ///
+    /// # Errors
+    /// A message; the tap ends.
+    fn flush(&mut self) -> Result<(), String> {
+        Ok(())
+    }
     /// After the last row, also after a failed one.
     ///
     /// # Errors
@@ -44,17 +60,41 @@ pub trait Consumer: Send {
     fn finish(&mut self) -> Result<(), String>;
 }
 
+/// What happens to rows that the consumer is too slow for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Overflow {
+    /// The run waits: every row arrives.
+    Wait,
+    /// The run waits two seconds in all, for as long as the consumer takes nothing; then rows are
+    /// dropped and counted.
+    Drop,
+}
+
+/// A wait for a consumer that may drop rows, and how many of them there are in a run.
+const PATIENCE: (Duration, u32) = (Duration::from_millis(10), 200);
+
+enum Message {
+    Row(Row),
+    /// The answer goes back.
+    Flush(SyncSender<Result<(), String>>),
+}
+
 /// A running tap.
 pub struct Tap {
-    groups: Vec<(Group, u64)>,
-    full: Option<SyncSender<Row>>,
+    groups: Vec<(Group, Schedule)>,
+    full: Option<SyncSender<Message>>,
     empty: Receiver<Row>,
-    thread: Option<JoinHandle<Result<(), String>>>,
+    done: Receiver<Result<(), String>>,
+    overflow: Overflow,
+    /// Waits left.
+    patience: u32,
+    dropped: u64,
 }
 
 impl Tap {
-    /// Starts the consumer's thread. Rows begin at the present tick when the run is at its start,
-    /// and after it when the run was resumed (that row is in the earlier log).
+    /// Starts the consumer's thread; the run waits for it when it is slow. Rows begin at the
+    /// present tick when the run is at its start, and after it when the run was resumed (that row
+    /// is in the earlier log).
     ///
     /// # Errors
     /// When the thread cannot be started.
@@ -62,38 +102,49 @@ impl Tap {
         sim: &Simulation,
         groups: Vec<Group>,
         depth: usize,
-        mut consumer: Box<dyn Consumer>,
+        consumer: Box<dyn Consumer>,
     ) -> std::io::Result<Tap> {
-        let width = groups.iter().map(|g| g.places.len()).max().unwrap_or(0);
-        let (full, rows) = sync_channel::<Row>(depth);
+        Self::with(sim, groups, depth, Overflow::Wait, consumer)
+    }
+
+    /// The same, and what to do when the consumer is slow.
+    ///
+    /// # Errors
+    /// When the thread cannot be started.
+    pub fn with(
+        sim: &Simulation,
+        groups: Vec<Group>,
+        depth: usize,
+        overflow: Overflow,
+        consumer: Box<dyn Consumer>,
+    ) -> std::io::Result<Tap> {
+        let lanes = |g: &Group| g.coordinates.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
+        let width = groups.iter().map(|g| g.places.len() + lanes(g)).max().unwrap_or(0);
+        let (full, rows) = sync_channel::<Message>(depth);
         let (back, empty) = sync_channel::<Row>(depth);
         for _ in 0..depth {
             // Fits: the channel holds `depth`.
             let _ = back.try_send(Row { values: Vec::with_capacity(width), ..Row::default() });
         }
-        let thread = std::thread::Builder::new().name("tap".into()).spawn(move || {
-            let mut result = Ok(());
-            while let Ok(row) = rows.recv() {
-                result = consumer.row(&row);
-                if result.is_err() {
-                    break;
-                }
-                let _ = back.try_send(row);
-            }
-            // The first failure is the one that matters.
-            let finished = consumer.finish();
-            result.and(finished)
+        let (end, done) = sync_channel(1);
+        std::thread::Builder::new().name("tap".into()).spawn(move || {
+            // Nobody may be waiting any more: then nobody wants to know.
+            let _ = end.send(consume(consumer, &rows, &back));
         })?;
-        let start = sim.state().tick;
-        let base = sim.plan().base;
+        let (start, base) = (sim.state().tick, sim.plan().base);
+        let first = |period| match start {
+            0 => Schedule::from(0, base, period),
+            _ => Schedule::after(start, base, period),
+        };
         let groups = groups
             .into_iter()
             .map(|g| {
-                let next = if start == 0 { 0 } else { passed(start, base, g.period) + 1 };
-                (g, next)
+                let schedule = first(g.period);
+                (g, schedule)
             })
             .collect();
-        Ok(Tap { groups, full: Some(full), empty, thread: Some(thread) })
+        let patience = PATIENCE.1;
+        Ok(Tap { groups, full: Some(full), empty, done, overflow, patience, dropped: 0 })
     }
 
     /// Copies the rows that are due.
@@ -101,27 +152,90 @@ impl Tap {
     /// # Errors
     /// The consumer's message, once it has failed.
     pub fn sample(&mut self, sim: &Simulation) -> Result<(), String> {
-        let (tick, base) = (sim.state().tick, sim.plan().base);
+        let tick = sim.state().tick;
         for k in 0..self.groups.len() {
-            let (group, next) = &mut self.groups[k];
-            let due = u128::from(tick) * u128::from(base.num) * u128::from(group.period.den)
-                >= u128::from(*next) * u128::from(group.period.num) * u128::from(base.den);
-            if !due {
+            if !self.groups[k].1.is_due(tick) {
                 continue;
             }
-            *next = passed(tick, base, group.period) + 1;
-            let Some(full) = &self.full else { return Err("the tap has ended".into()) };
-            let Ok(mut row) = self.empty.recv() else { return self.end() };
+            let Some(mut row) = self.room()? else { continue };
+            let base = sim.plan().base;
             row.group = k as u32;
             row.t = base.times(tick);
             row.ns = nanoseconds(tick, base);
             row.values.clear();
+            row.phase = sim.state().phase;
+            let group = &self.groups[k].0;
             row.values.extend(group.places.iter().map(|p| sim.value(*p)));
-            if full.send(row).is_err() {
+            if let Some(lanes) = group.coordinates.get(row.phase as usize) {
+                row.values.extend_from_slice(&sim.state().x[lanes.clone()]);
+            }
+            let Some(full) = &self.full else { return self.end() };
+            // There is room: as many rows go round as the channel holds. Only a flush can be
+            // in the way, and none is when rows may be dropped.
+            let sent = match self.overflow {
+                Overflow::Wait => full.send(Message::Row(row)).is_ok(),
+                Overflow::Drop => match full.try_send(Message::Row(row)) {
+                    Ok(()) => true,
+                    Err(TrySendError::Full(_)) => {
+                        self.dropped += 1;
+                        true
+                    }
+                    Err(TrySendError::Disconnected(_)) => false,
+                },
+            };
+            if !sent {
                 return self.end();
             }
         }
         Ok(())
+    }
+
+    /// An empty row; `None` when this one is dropped.
+    fn room(&mut self) -> Result<Option<Row>, String> {
+        if self.overflow == Overflow::Wait {
+            return match self.empty.recv() {
+                Ok(row) => Ok(Some(row)),
+                Err(_) => self.end().map(|()| None),
+            };
+        }
+        loop {
+            match self.empty.try_recv() {
+                Ok(row) => return Ok(Some(row)),
+                Err(TryRecvError::Disconnected) => return self.end().map(|()| None),
+                Err(TryRecvError::Empty) if self.patience == 0 => {
+                    self.dropped += 1;
+                    return Ok(None);
+                }
+                Err(TryRecvError::Empty) => match self.empty.recv_timeout(PATIENCE.0) {
+                    Ok(row) => return Ok(Some(row)),
+                    Err(RecvTimeoutError::Timeout) => self.patience -= 1,
+                    Err(RecvTimeoutError::Disconnected) => return self.end().map(|()| None),
+                },
+            }
+        }
+    }
+
+    /// Waits until the consumer has brought all rows so far to where a killed process leaves
+    /// them. Nothing happens when rows may be dropped: nobody counts on such a consumer.
+    ///
+    /// # Errors
+    /// The consumer's message.
+    pub fn flush(&mut self) -> Result<(), String> {
+        if self.overflow == Overflow::Drop {
+            return Ok(());
+        }
+        let (answer, answered) = sync_channel(1);
+        let sent = self.full.as_ref().is_some_and(|f| f.send(Message::Flush(answer)).is_ok());
+        match sent.then(|| answered.recv()) {
+            Some(Ok(Ok(()))) => Ok(()),
+            // The thread has ended, or does so now: with the message that matters.
+            _ => self.end(),
+        }
+    }
+
+    /// How many rows the consumer did not take.
+    pub fn dropped(&self) -> u64 {
+        self.dropped
     }
 
     /// Waits for the consumer to take the last row and finish.
@@ -132,29 +246,69 @@ impl Tap {
         self.end()
     }
 
-    fn end(&mut self) -> Result<(), String> {
+    /// The same, but no longer than this; then the consumer is left to itself.
+    ///
+    /// # Errors
+    /// The consumer's message, or that it did not finish.
+    pub fn finish_within(mut self, patience: Duration) -> Result<(), String> {
         self.full = None;
-        match self.thread.take().map(JoinHandle::join) {
-            None => Err("the tap has ended".into()),
-            Some(Ok(result)) => result,
-            Some(Err(_)) => Err("the consumer of the tap panicked".into()),
+        match self.done.recv_timeout(patience) {
+            Ok(result) => result,
+            Err(RecvTimeoutError::Disconnected) => Err(PANICKED.into()),
+            Err(RecvTimeoutError::Timeout) => {
+                self.overflow = Overflow::Drop; // Nobody waits for it when it is dropped.
+                Err(format!("it did not take its last rows within {} s", patience.as_secs_f64()))
+            }
         }
     }
+
+    fn end(&mut self) -> Result<(), String> {
+        match self.full.take() {
+            None => Err("the tap has ended".into()),
+            Some(full) => {
+                drop(full);
+                self.done.recv().unwrap_or_else(|_| Err(PANICKED.into()))
+            }
+        }
+    }
+}
+
+const PANICKED: &str = "the consumer of the tap panicked";
+
+fn consume(
+    mut consumer: Box<dyn Consumer>,
+    rows: &Receiver<Message>,
+    back: &SyncSender<Row>,
+) -> Result<(), String> {
+    let mut result = Ok(());
+    while let Ok(message) = rows.recv() {
+        match message {
+            Message::Row(row) => {
+                result = consumer.row(&row);
+                if result.is_ok() {
+                    let _ = back.try_send(row);
+                }
+            }
+            Message::Flush(answer) => {
+                result = consumer.flush();
+                let _ = answer.send(result.clone());
+            }
+        }
+        if result.is_err() {
+            break;
+        }
+    }
+    // The first failure is the one that matters.
+    let finished = consumer.finish();
+    result.and(finished)
 }
 
 impl Drop for Tap {
     fn drop(&mut self) {
-        if self.thread.is_some() {
+        if self.overflow == Overflow::Wait {
             let _ = self.end();
         }
     }
-}
-
-/// How many whole periods fit into `tick` ticks.
-fn passed(tick: u64, base: Seconds, period: Seconds) -> u64 {
-    let n = u128::from(tick) * u128::from(base.num) * u128::from(period.den);
-    let d = u128::from(base.den) * u128::from(period.num);
-    u64::try_from(n / d.max(1)).unwrap_or(u64::MAX - 1)
 }
 
 fn nanoseconds(tick: u64, base: Seconds) -> u64 {

@@ -1,10 +1,23 @@
 //! The Rerun scene, stream and blueprint. Entity paths are the assembly paths.
 //!
-//! The viewer reads rows of a tap; it never changes the run.
+//! The viewer reads rows of a tap; it never changes the run. Without the feature `viewer` only the
+//! description of the scene is left, and Rerun is not built.
+#[cfg(feature = "viewer")]
+mod batch;
+#[cfg(feature = "viewer")]
 mod layout;
 mod scene;
+#[cfg(feature = "viewer")]
+mod shapes;
+#[cfg(feature = "viewer")]
+mod stream;
+#[cfg(feature = "viewer")]
 mod terrain;
+#[cfg(feature = "viewer")]
 mod viewer;
 
 pub use scene::{Arrow, Form, Marker, Panel, Scene, Shape};
-pub use viewer::{Sink, Viewer, VizError};
+#[cfg(feature = "viewer")]
+pub use stream::VizError;
+#[cfg(feature = "viewer")]
+pub use viewer::{View, Viewer};

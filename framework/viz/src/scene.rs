@@ -30,6 +30,24 @@ pub enum Form {
         /// Metres per unit of the file.
         scale: f64,
     },
+    /// All points below z = 0: shown as a piece of its surface.
+    HalfSpace,
+    /// The convex hull of points.
+    Hull {
+        /// Points; those inside are ignored.
+        points: Vec<Vec3>,
+    },
+    /// Heights over a grid that is centred on the shape's origin.
+    HeightField {
+        /// Points along x.
+        x: usize,
+        /// Points along y.
+        y: usize,
+        /// Distance of neighbours along x and y.
+        spacing: [f64; 2],
+        /// Heights (z), `x` numbers for the row of lowest y, then the next row.
+        heights: Vec<f64>,
+    },
 }
 
 /// A shape on a body.

@@ -1,46 +1,198 @@
-//! The stream to Rerun: a tap's consumer that writes a file or feeds a live viewer.
+//! A tap's consumer that draws rows: into a file, or in a viewer that listens.
+use crate::batch::{Arrows, Curve, Frames, INSTANTS};
 use crate::layout::{self, plot_path};
-use crate::scene::{Form, Scene, Shape};
+use crate::scene::Scene;
+use crate::shapes::{self, entity, f3, shape_path};
+use crate::stream::{self, RrdFile, VizError, Wrap};
 use crate::terrain::Tiles;
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{BodyId, NodeId};
-use linkwork_runtime::{Consumer, Group, Place, Plan, Seconds, ServiceObject, TapRow};
-use linkwork_spatial::{Pose, Vec3};
-use rerun::{EntityPath, RecordingStream, RecordingStreamBuilder};
-use std::path::PathBuf;
+use linkwork_runtime::{Consumer, Group, Program, Seconds, ServiceObject, Surface, TapRow};
+use linkwork_spatial::Pose;
+use linkwork_spatial::Vec3;
+use rerun::{AsComponents, EntityPath, RecordingStream};
+use std::path::Path;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-/// Where the stream goes.
-#[derive(Clone, Debug)]
-pub enum Sink {
-    /// An `.rrd` file.
-    File(PathBuf),
-    /// A viewer that listens (`rerun+http://127.0.0.1:9876/proxy` unless given).
-    Live(Option<String>),
-    /// Both.
-    Both(PathBuf, Option<String>),
+/// How old an instant may be before it is sent, in a file and live.
+const FRESH: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(40)];
+
+/// What of a plan is shown: everything is looked up, nothing is opened.
+pub struct View {
+    scene: Scene,
+    /// For each phase: its mechanism, and which of its bodies and nodes the entities are.
+    phases: Vec<Option<Phase>>,
+    /// First the bodies, then the nodes.
+    entities: Vec<EntityPath>,
+    /// Among the entities.
+    bodies: Vec<String>,
+    nodes: usize,
+    trails: Vec<(usize, EntityPath)>,
+    follow: Option<usize>,
+    /// Where the eye looks at the start.
+    target: Vec3,
+    /// First column of the six of each arrow.
+    arrows: Vec<usize>,
+    /// Entity, label, column, factor.
+    curves: Vec<(EntityPath, String, usize, f64)>,
+    terrain: Vec<(EntityPath, Surface)>,
 }
 
-/// The stream cannot be opened or written.
-#[derive(Debug, thiserror::Error)]
-#[error("rerun: {0}")]
-pub struct VizError(String);
+/// The mechanism of one phase, and the frames of the entities in it; `None`: it has no such body.
+struct Phase {
+    tree: Arc<Tree>,
+    ws: Workspace,
+    bodies: Vec<Option<BodyId>>,
+    nodes: Vec<Option<NodeId>>,
+}
 
-impl<E: std::error::Error> From<E> for Wrap {
-    fn from(e: E) -> Wrap {
-        Wrap(e.to_string())
+impl View {
+    /// Looks up what a scene shows. The group is for [`Tap::start`](linkwork_runtime::Tap::start).
+    ///
+    /// # Errors
+    /// A variable is unknown.
+    pub fn new(
+        program: &Program,
+        scene: &Scene,
+        period: Seconds,
+    ) -> Result<(View, Vec<Group>), VizError> {
+        Ok(Self::look_up(program, scene, period)?)
+    }
+
+    fn look_up(
+        program: &Program,
+        scene: &Scene,
+        period: Seconds,
+    ) -> Result<(View, Vec<Group>), Wrap> {
+        let plan = &program.phases[0].plan;
+        let mut places = Vec::new();
+        let mut view = View {
+            scene: scene.clone(),
+            phases: Vec::new(),
+            entities: Vec::new(),
+            bodies: Vec::new(),
+            nodes: 0,
+            trails: Vec::new(),
+            follow: None,
+            target: Vec3::zeros(),
+            arrows: Vec::new(),
+            curves: Vec::new(),
+            terrain: Vec::new(),
+        };
+        view.look_up_bodies(program);
+        for arrow in &scene.arrows {
+            view.arrows.push(places.len());
+            for name in arrow.origin.iter().chain(&arrow.vector) {
+                places.push(plan.variable(name)?.place);
+            }
+        }
+        for panel in &scene.panels {
+            for (label, name, factor) in &panel.series {
+                let path = EntityPath::from(plot_path(&panel.title))
+                    .join(&EntityPath::from_single_string(label.clone()));
+                view.curves.push((path, label.clone(), places.len(), *factor));
+                places.push(plan.variable(name)?.place);
+            }
+        }
+        for (path, object) in plan.services.iter() {
+            if let ServiceObject::Terrain(t) = object {
+                view.terrain.push((entity(path), t.surface()));
+            }
+        }
+        Ok((view, vec![Group { period, places, coordinates: program.coordinates() }]))
+    }
+
+    /// The bodies and nodes of all phases, each once.
+    fn look_up_bodies(&mut self, program: &Program) {
+        let mechanisms = || program.phases.iter().filter_map(|p| p.plan.mechanism());
+        for m in mechanisms() {
+            for body in m.multibody.bodies() {
+                if !self.bodies.iter().any(|b| b == body.name()) {
+                    self.bodies.push(body.name().to_owned());
+                }
+            }
+        }
+        let known = |n: &&String| mechanisms().any(|m| m.multibody.node(n).is_some());
+        let nodes: Vec<&String> = self.scene.frames.iter().filter(known).collect();
+        self.entities = self.bodies.iter().map(|b| entity(b)).collect();
+        self.entities.extend(nodes.iter().map(|n| entity(&format!("{n}/axes"))));
+        self.nodes = nodes.len();
+        self.phases = (program.phases.iter())
+            .map(|p| {
+                let m = p.plan.mechanism()?;
+                Some(Phase {
+                    tree: m.tree.clone(),
+                    ws: Workspace::new(&m.tree),
+                    bodies: self.bodies.iter().map(|b| m.multibody.body(b)).collect(),
+                    nodes: nodes.iter().map(|n| m.multibody.node(n)).collect(),
+                })
+            })
+            .collect();
+        let place = |name: &String| self.bodies.iter().position(|b| b == name);
+        let trail = |b: &String| Some((place(b)?, entity(&format!("trails/{b}"))));
+        self.trails = self.scene.trails.iter().filter_map(trail).collect();
+        self.follow = self.scene.follow.as_ref().and_then(place);
+        let first = program.phases[0].plan.mechanism();
+        let followed = self.follow.and_then(|k| Some((k, first?)));
+        if let Some((k, m)) = followed
+            && let Some(body) = m.multibody.body(&self.bodies[k])
+        {
+            let mut ws = Workspace::new(&m.tree);
+            kinematics(&m.tree, &mut ws, &m.q, &m.v);
+            self.target = ws.body_pose(&m.tree, body).position;
+        }
+    }
+
+    /// Opens an `.rrd` file and writes the blueprint and what does not move.
+    ///
+    /// # Errors
+    /// The file cannot be written, or a mesh file cannot be read.
+    pub fn file(self, path: &Path) -> Result<Viewer, VizError> {
+        let (rec, file) = RrdFile::open(path, &self.scene.title)?;
+        let mut viewer = Viewer::open(self, rec, FRESH[0])?;
+        viewer.file = Some(file);
+        viewer.send()?;
+        Ok(viewer)
+    }
+
+    /// A consumer that connects to a viewer in its own thread, at its first row
+    /// (`rerun+http://127.0.0.1:9876/proxy` unless an address is given): a viewer that does not
+    /// answer holds up nobody else.
+    ///
+    /// # Errors
+    /// The address is none.
+    pub fn live(self, url: Option<&str>) -> Result<impl Consumer + 'static, VizError> {
+        let uri = stream::address(url)?;
+        let open = move || {
+            let rec = stream::live(uri, &self.scene.title)?;
+            Viewer::open(self, rec, FRESH[1])
+        };
+        Ok(Live { open: Some(open), viewer: None })
     }
 }
-/// Any error of the SDK, as text.
-struct Wrap(String);
-impl From<Wrap> for VizError {
-    fn from(w: Wrap) -> VizError {
-        VizError(w.0)
+
+/// A viewer that is opened in the thread of its tap.
+struct Live<F> {
+    open: Option<F>,
+    viewer: Option<Viewer>,
+}
+
+impl<F: FnOnce() -> Result<Viewer, Wrap> + Send> Consumer for Live<F> {
+    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+        if let Some(open) = self.open.take() {
+            self.viewer = Some(open().map_err(|e| format!("rerun: {}", e.0))?);
+        }
+        self.viewer.as_mut().map_or(Ok(()), |v| v.row(row))
+    }
+    fn finish(&mut self) -> Result<(), String> {
+        self.viewer.as_mut().map_or(Ok(()), Viewer::finish)
     }
 }
 
 struct Trail {
-    body: BodyId,
+    /// Among the entities.
+    body: usize,
     path: EntityPath,
     points: Vec<[f32; 3]>,
     spacing: f64,
@@ -49,238 +201,180 @@ struct Trail {
 /// Draws rows.
 pub struct Viewer {
     rec: RecordingStream,
-    tree: Option<Arc<Tree>>,
-    ws: Option<Workspace>,
-    bodies: Vec<(BodyId, EntityPath)>,
-    frames: Vec<(NodeId, EntityPath)>,
+    file: Option<RrdFile>,
+    phases: Vec<Option<Phase>>,
+    /// Poses of the entities, as of the last row that had them.
+    poses: Vec<Pose>,
+    frames: Frames,
     trails: Vec<Trail>,
-    /// Entity, first column of the six, scale, colour.
-    arrows: Vec<(EntityPath, usize, f64, [u8; 4])>,
-    /// Entity, column, factor.
-    curves: Vec<(EntityPath, usize, f64)>,
+    /// First column of the six, scale.
+    arrows: Vec<(Arrows, usize, f64)>,
+    /// Column, factor.
+    curves: Vec<(Curve, usize, f64)>,
     terrain: Vec<(EntityPath, Tiles)>,
-    follow: Option<BodyId>,
-}
-
-/// `Rover.Hardware.Wheels.Wheel1/wheel` → `/Rover/Hardware/Wheels/Wheel1/wheel`.
-fn entity(path: &str) -> EntityPath {
-    let parts: Vec<&str> = path.split(['.', '/']).filter(|p| !p.is_empty()).collect();
-    EntityPath::from(parts.into_iter().map(rerun::EntityPathPart::from).collect::<Vec<_>>())
+    /// Among the entities.
+    follow: Option<usize>,
+    /// What is seldom sent, and its times: it comes after the poses of its stretch of time.
+    seldom: Vec<(f64, EntityPath, Box<dyn AsComponents + Send>)>,
+    /// Instants that are not sent yet, and when the last were.
+    waiting: usize,
+    sent: Instant,
+    fresh: Duration,
 }
 
 impl Viewer {
-    /// Opens the stream, sends the blueprint and what does not move. The group is for
-    /// [`Tap::start`](linkwork_runtime::Tap::start).
-    ///
-    /// # Errors
-    /// The stream cannot be opened, a mesh file cannot be read, or a variable is unknown.
-    pub fn open(
-        sink: &Sink,
-        plan: &Plan,
-        scene: &Scene,
-        period: Seconds,
-    ) -> Result<(Viewer, Vec<Group>), VizError> {
-        Ok(Self::start(sink, plan, scene, period)?)
-    }
-
-    fn start(
-        sink: &Sink,
-        plan: &Plan,
-        scene: &Scene,
-        period: Seconds,
-    ) -> Result<(Viewer, Vec<Group>), Wrap> {
-        let rec = stream(sink, &scene.title)?;
-        rec.disable_timeline("log_time");
-        rec.disable_timeline("log_tick");
+    /// Sends the blueprint and what does not move.
+    fn open(view: View, rec: RecordingStream, fresh: Duration) -> Result<Viewer, Wrap> {
+        let scene = &view.scene;
+        // No stamps of the wall clock: a recording is of simulated time.
+        rec.set_log_time_enabled(false);
+        rec.set_log_tick_enabled(false);
         rec.log_static("/", &rerun::ViewCoordinates::RIGHT_HAND_Z_UP())?;
-        let mut places = Vec::new();
-        let mut viewer = Viewer {
-            rec,
-            tree: None,
-            ws: None,
-            bodies: Vec::new(),
-            frames: Vec::new(),
-            trails: Vec::new(),
-            arrows: Vec::new(),
-            curves: Vec::new(),
-            terrain: Vec::new(),
-            follow: None,
-        };
-        if let Some(m) = plan.mechanism() {
-            let mb = &m.multibody;
-            places.extend((0..mb.nq() + mb.nv()).map(|k| Place::X((m.x + k) as u32)));
-            viewer.tree = Some(m.tree.clone());
-            viewer.ws = Some(Workspace::new(&m.tree));
-            viewer.bodies =
-                mb.body_ids().zip(mb.bodies()).map(|(i, b)| (i, entity(b.name()))).collect();
-            let node = |n: &String| Some((mb.node(n)?, entity(&format!("{n}/axes"))));
-            viewer.frames = scene.frames.iter().filter_map(node).collect();
-            let trail = |b: &String| {
-                Some(Trail {
-                    body: mb.body(b)?,
-                    path: entity(&format!("trails/{b}")),
-                    points: Vec::new(),
-                    spacing: 0.05,
-                })
-            };
-            viewer.trails = scene.trails.iter().filter_map(trail).collect();
-            viewer.follow = scene.follow.as_ref().and_then(|b| mb.body(b));
-        }
-        let mut target = Vec3::zeros();
-        if let (Some(m), Some(ws), Some(body)) = (plan.mechanism(), &mut viewer.ws, viewer.follow) {
-            kinematics(&m.tree, ws, &m.q, &m.v);
-            target = ws.body_pose(&m.tree, body).position;
-        }
         // The viewer tracks what has an extent: a shape, not a bare transform.
         let tracked = scene.follow.as_ref().map(|b| {
             let shape = scene.shapes.iter().find(|s| s.body == *b);
             shape.map_or_else(|| entity(b), shape_path)
         });
-        layout::send(&viewer.rec, scene, tracked, target)?;
+        layout::send(&rec, scene, tracked, view.target)?;
         for shape in &scene.shapes {
-            viewer.shape(shape)?;
+            shapes::send(&rec, shape)?;
         }
-        for (_, path) in &viewer.frames {
-            viewer.rec.log_static(path.clone(), &rerun::TransformAxes3D::new(0.3))?;
+        for path in &view.entities[view.entities.len() - view.nodes..] {
+            rec.log_static(path.clone(), &rerun::TransformAxes3D::new(0.3))?;
         }
-        for arrow in &scene.arrows {
-            let first = places.len();
-            for name in arrow.origin.iter().chain(&arrow.vector) {
-                places.push(plan.variable(name)?.place);
+        let frames = Frames::new(&view.entities);
+        let mut arrows = Vec::new();
+        for (arrow, first) in scene.arrows.iter().zip(&view.arrows) {
+            let drawn = Arrows::open(&rec, entity(&arrow.path), arrow.color)?;
+            arrows.push((drawn, *first, arrow.scale));
+        }
+        let mut curves = Vec::new();
+        for (path, label, column, factor) in view.curves {
+            let style = rerun::SeriesLines::new().with_names([label.as_str()]);
+            rec.log_static(path.clone(), &style)?;
+            curves.push((Curve::new(path), column, factor));
+        }
+        let mut terrain = Vec::new();
+        for (path, surface) in view.terrain {
+            let Some(tiles) = Tiles::new(surface) else { continue };
+            rec.set_duration_secs("sim_time", 0.0);
+            for (k, mesh) in tiles.coarse() {
+                rec.log(path.join(&format!("tile{k}").into()), &mesh)?;
             }
-            viewer.arrows.push((entity(&arrow.path), first, arrow.scale, arrow.color));
-        }
-        for panel in &scene.panels {
-            for (label, name, factor) in &panel.series {
-                let mut path = EntityPath::from(plot_path(&panel.title));
-                path = path.join(&EntityPath::from_single_string(label.clone()));
-                let style = rerun::SeriesLines::new().with_names([label.as_str()]);
-                viewer.rec.log_static(path.clone(), &style)?;
-                viewer.curves.push((path, places.len(), *factor));
-                places.push(plan.variable(name)?.place);
-            }
-        }
-        for (path, object) in plan.services.iter() {
-            if let ServiceObject::Terrain(t) = object
-                && let Some(tiles) = Tiles::new(t.surface())
-            {
-                let path = entity(path);
-                viewer.rec.set_duration_secs("sim_time", 0.0);
-                for (k, mesh) in tiles.coarse() {
-                    viewer.rec.log(path.join(&format!("tile{k}").into()), &mesh)?;
-                }
-                viewer.terrain.push((path, tiles));
-            }
+            terrain.push((path, tiles));
         }
         if !scene.markers.is_empty() {
-            let at = scene.markers.iter().map(|m| f3(&m.at));
-            let points = rerun::Points3D::new(at)
+            let points = rerun::Points3D::new(scene.markers.iter().map(|m| f3(&m.at)))
                 .with_labels(scene.markers.iter().map(|m| m.label.as_str()))
                 .with_colors([rerun::Color::from_rgb(40, 200, 255)])
                 .with_radii([0.12]);
-            viewer.rec.log_static("markers", &points)?;
+            rec.log_static("markers", &points)?;
         }
-        Ok((viewer, vec![Group { period, places }]))
+        let trail = |(body, path)| Trail { body, path, points: Vec::new(), spacing: 0.05 };
+        Ok(Viewer {
+            rec,
+            file: None,
+            poses: vec![Pose::identity(); view.entities.len()],
+            phases: view.phases,
+            frames,
+            trails: view.trails.into_iter().map(trail).collect(),
+            arrows,
+            curves,
+            terrain,
+            follow: view.follow,
+            seldom: Vec::new(),
+            waiting: 0,
+            sent: now(),
+            fresh,
+        })
     }
 
-    fn shape(&self, shape: &Shape) -> Result<(), Wrap> {
-        let path = shape_path(shape);
-        let fill = rerun::FillMode::Solid;
-        let [r, g, b, a] = shape.color;
-        let color = rerun::Color::from_unmultiplied_rgba(r, g, b, a);
-        match &shape.form {
-            Form::Box(size) => {
-                let boxes = rerun::Boxes3D::from_half_sizes([f3(&(size * 0.5))])
-                    .with_fill_mode(fill)
-                    .with_colors([color]);
-                self.rec.log_static(path.clone(), &boxes)?;
-            }
-            Form::Sphere(radius) => {
-                let ball = rerun::Ellipsoids3D::from_half_sizes([[*radius as f32; 3]])
-                    .with_fill_mode(fill)
-                    .with_colors([color]);
-                self.rec.log_static(path.clone(), &ball)?;
-            }
-            Form::Cylinder { radius, length } => {
-                let body =
-                    rerun::Cylinders3D::from_lengths_and_radii([*length as f32], [*radius as f32])
-                        .with_fill_mode(fill)
-                        .with_colors([color]);
-                self.rec.log_static(path.clone(), &body)?;
-            }
-            Form::Capsule { radius, length } => {
-                let body =
-                    rerun::Capsules3D::from_lengths_and_radii([*length as f32], [*radius as f32])
-                        .with_translations([[0.0, 0.0, -0.5 * *length as f32]])
-                        .with_fill_mode(fill)
-                        .with_colors([color]);
-                self.rec.log_static(path.clone(), &body)?;
-            }
-            Form::Mesh { file, scale } => {
-                let mut input = std::io::BufReader::new(
-                    std::fs::File::open(file)
-                        .map_err(|e| Wrap(format!("{}: {e}", file.display())))?,
-                );
-                let stl = stl_io::read_stl(&mut input)
-                    .map_err(|e| Wrap(format!("{}: {e}", file.display())))?;
-                let points = stl.vertices.iter().map(|v| [0, 1, 2].map(|k| v[k] * *scale as f32));
-                let faces = stl.faces.iter().map(|f| f.vertices.map(|i| i as u32));
-                let mesh =
-                    rerun::Mesh3D::new(points).with_triangle_indices(faces).with_albedo_factor(
-                        rerun::datatypes::Rgba32::from_unmultiplied_rgba(r, g, b, a),
-                    );
-                self.rec.log_static(path.clone(), &mesh)?;
-            }
-        }
-        self.rec.log_static(path, &transform(&shape.pose))?;
-        Ok(())
-    }
-
-    fn draw(&mut self, row: &TapRow) -> Result<(), Wrap> {
-        self.rec.set_duration_secs("sim_time", row.t);
-        if let (Some(tree), Some(ws)) = (&self.tree, &mut self.ws) {
+    fn gather(&mut self, row: &TapRow) -> Result<(), Wrap> {
+        if let Some(Some(phase)) = self.phases.get_mut(row.phase as usize) {
+            let Phase { tree, ws, bodies, nodes } = phase;
             let (nq, nv) = (tree.nq(), tree.nv());
-            kinematics(tree, ws, &row.values[..nq], &row.values[nq..nq + nv]);
-            for (id, path) in &self.bodies {
-                self.rec.log(path.clone(), &transform(&ws.body_pose(tree, *id)))?;
+            let (q, v) = row.values[row.values.len() - nq - nv..].split_at(nq);
+            kinematics(tree, ws, q, v);
+            // A body that this phase has not stays where it was seen last.
+            let now = bodies.iter().map(|b| b.map(|b| ws.body_pose(tree, b)));
+            let now = now.chain(nodes.iter().map(|n| n.map(|n| ws.node_pose(tree, n))));
+            for (pose, now) in self.poses.iter_mut().zip(now) {
+                *pose = now.unwrap_or(*pose);
             }
-            for (id, path) in &self.frames {
-                self.rec
-                    .log(path.clone(), &transform_absolute(ws, tree, *id, path, &self.bodies))?;
-            }
+            self.frames.push(row.t, self.poses.iter().copied());
             for trail in &mut self.trails {
-                let p = ws.body_pose(tree, trail.body).position;
-                if trail.add(&p) {
+                if trail.add(&self.poses[trail.body].position) {
                     let strip = rerun::LineStrips3D::new([trail.points.clone()])
                         .with_colors([rerun::Color::from_rgb(255, 230, 60)])
                         .with_radii([0.015]);
-                    self.rec.log(trail.path.clone(), &strip)?;
+                    self.seldom.push((row.t, trail.path.clone(), Box::new(strip)));
                 }
             }
             if let Some(body) = self.follow {
-                let p = ws.body_pose(tree, body).position;
+                let p = self.poses[body].position;
                 for (path, tiles) in &mut self.terrain {
                     for (k, mesh) in tiles.approach(p.x, p.y, 4.0) {
-                        self.rec.log(path.join(&format!("tile{k}").into()), &mesh)?;
+                        let tile = path.join(&format!("tile{k}").into());
+                        self.seldom.push((row.t, tile, Box::new(mesh)));
                     }
                 }
             }
         }
-        for (path, first, scale, [r, g, b, a]) in &self.arrows {
-            let v = &row.values[*first..first + 6];
+        for (arrow, first, scale) in &mut self.arrows {
+            let v = &row.values[*first..*first + 6];
+            // In a phase without it there is nothing to point at.
+            if v.iter().any(|v| v.is_nan()) {
+                continue;
+            }
             let origin = [v[0] as f32, v[1] as f32, v[2] as f32];
-            let vector = [3, 4, 5].map(|k| (v[k] * scale) as f32);
-            let arrow = rerun::Arrows3D::from_vectors([vector])
-                .with_origins([origin])
-                .with_colors([rerun::Color::from_unmultiplied_rgba(*r, *g, *b, *a)])
-                .with_radii([0.02]);
-            self.rec.log(path.clone(), &arrow)?;
+            arrow.push(row.t, origin, [3, 4, 5].map(|k| (v[k] * *scale) as f32));
         }
-        for (path, column, factor) in &self.curves {
-            self.rec.log(path.clone(), &rerun::Scalars::single(row.values[*column] * factor))?;
+        for (curve, column, factor) in &mut self.curves {
+            curve.push(row.t, row.values[*column] * *factor);
+        }
+        self.waiting += 1;
+        if self.waiting >= INSTANTS || self.sent.elapsed() >= self.fresh {
+            self.send()?;
         }
         Ok(())
     }
+
+    /// Sends what has been gathered, poses first.
+    fn send(&mut self) -> Result<(), Wrap> {
+        self.frames.send(&self.rec)?;
+        for (arrow, ..) in &mut self.arrows {
+            arrow.send(&self.rec)?;
+        }
+        for (curve, ..) in &mut self.curves {
+            curve.send(&self.rec)?;
+        }
+        for (t, path, what) in self.seldom.drain(..) {
+            self.rec.set_duration_secs("sim_time", t);
+            self.rec.log(path, &*what)?;
+        }
+        (self.waiting, self.sent) = (0, now());
+        match &self.file {
+            Some(file) => {
+                self.rec.flush_blocking()?;
+                file.flush()
+            }
+            None => Ok(self.rec.flush_async()?),
+        }
+    }
+
+    fn end(&mut self) -> Result<(), Wrap> {
+        let sent = self.send();
+        match &self.file {
+            Some(file) => sent.and(file.finish()),
+            None => sent.and_then(|()| Ok(self.rec.flush_blocking()?)),
+        }
+    }
+}
+
+/// The wall clock: when rows are sent, never what they say.
+#[allow(clippy::disallowed_methods)]
+fn now() -> Instant {
+    Instant::now()
 }
 
 impl Trail {
@@ -308,54 +402,12 @@ impl Trail {
 
 impl Consumer for Viewer {
     fn row(&mut self, row: &TapRow) -> Result<(), String> {
-        self.draw(row).map_err(|e| format!("rerun: {}", e.0))
+        self.gather(row).map_err(|e| format!("rerun: {}", e.0))
+    }
+    fn flush(&mut self) -> Result<(), String> {
+        self.send().map_err(|e| format!("rerun: {}", e.0))
     }
     fn finish(&mut self) -> Result<(), String> {
-        self.rec.flush_blocking().map_err(|e| format!("rerun: {e}"))
-    }
-}
-
-fn stream(sink: &Sink, title: &str) -> Result<RecordingStream, Wrap> {
-    let name = format!("linkwork {title}");
-    let builder =
-        RecordingStreamBuilder::new(rerun::external::re_log_types::ApplicationId::try_from(name)?);
-    let live = "rerun+http://127.0.0.1:9876/proxy".to_string();
-    Ok(match sink {
-        Sink::File(path) => builder.save(path)?,
-        Sink::Live(url) => builder.connect_grpc_opts(url.clone().unwrap_or(live))?,
-        Sink::Both(path, url) => {
-            let file = rerun::sink::FileSink::new(path)?;
-            let url: rerun::external::re_uri::ProxyUri = url.clone().unwrap_or(live).parse()?;
-            builder.set_sinks((file, rerun::sink::GrpcSink::new(url)))?
-        }
-    })
-}
-
-fn shape_path(shape: &Shape) -> EntityPath {
-    entity(&shape.body).join(&entity(&format!("shapes/{}", shape.name)))
-}
-
-fn f3(v: &Vec3) -> [f32; 3] {
-    [v.x as f32, v.y as f32, v.z as f32]
-}
-
-fn transform(pose: &Pose) -> rerun::Transform3D {
-    let q = pose.rotation;
-    let q = rerun::Quaternion::from_xyzw([q.i as f32, q.j as f32, q.k as f32, q.w as f32]);
-    rerun::Transform3D::from_translation_rotation(f3(&pose.position), q)
-}
-
-/// A node's pose relative to the body entity that it is shown under (or to W).
-fn transform_absolute(
-    ws: &Workspace,
-    tree: &Tree,
-    node: NodeId,
-    path: &EntityPath,
-    bodies: &[(BodyId, EntityPath)],
-) -> rerun::Transform3D {
-    let pose = ws.node_pose(tree, node);
-    match bodies.iter().find(|(_, b)| path.starts_with(b)) {
-        Some((id, _)) => transform(&(ws.body_pose(tree, *id).inverse() * pose)),
-        None => transform(&pose),
+        self.end().map_err(|e| format!("rerun: {}", e.0))
     }
 }

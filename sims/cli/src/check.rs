@@ -11,7 +11,7 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
     if let Err(code) = run::prepare(&ready) {
         return code;
     }
-    let p = &ready.plan;
+    let p = ready.plan();
     say!(
         "ok: {} models, {} services, {} wires, {} variables; tick {}, step {}, {} operations a stage",
         p.parts.len(),

@@ -1,5 +1,5 @@
 //! `linkwork list`, `describe`, `tree`, `graph`: what there is and how it hangs together.
-use crate::say_text;
+use crate::voice::say_text;
 use crate::{exit, load};
 use clap::ValueEnum;
 use linkwork_assembly::{TreeKind, TreeNode, path_matches};
@@ -36,7 +36,7 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
         let found: Vec<_> =
             catalogue.iter().filter(|e| path_matches(&text, &e.description.name)).collect();
         if found.is_empty() {
-            eprintln!(
+            tell!(
                 "error: `{text}` is neither a simulation nor a pattern of models\n  help: `linkwork list` shows all models"
             );
             return exit::INPUT;
@@ -51,7 +51,7 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
         Err(code) => return code,
     };
     let mut n = 0;
-    for (path, v) in &ready.plan.variables {
+    for (path, v) in &*ready.plan().variables {
         if pattern.is_none_or(|p| path_matches(p, path)) {
             let role = match v.role {
                 Role::Output => "output",
@@ -64,7 +64,7 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
         }
     }
     if n == 0 {
-        eprintln!(
+        tell!(
             "error: `{}` matches no variable\n  help: `*` is one part of a path, `**` any number",
             pattern.unwrap_or("")
         );
@@ -123,10 +123,7 @@ pub fn describe(model: &str) -> u8 {
     let entry = match catalogue.find(model, Origin::NONE, "describe") {
         Ok(e) => e,
         Err(fault) => {
-            eprintln!(
-                "error: there is no model `{model}`\n  help: {}",
-                fault.help.unwrap_or_default()
-            );
+            tell!("error: there is no model `{model}`\n  help: {}", fault.help.unwrap_or_default());
             return exit::INPUT;
         }
     };
@@ -188,7 +185,7 @@ pub fn graph(sim: &Path, format: GraphFormat) -> u8 {
         Ok(r) => r,
         Err(code) => return code,
     };
-    let plan = &ready.plan;
+    let plan = ready.plan();
     let mut ids: BTreeMap<String, usize> = BTreeMap::new();
     let part = |path: &str| {
         let mut p = path;

@@ -1,33 +1,26 @@
 //! What the command line does, as functions: loading, running with taps, inspecting, comparing.
-use std::fmt::Arguments;
-use std::io::Write;
-
-/// Prints a line to standard output; ends in silence when the reader has gone (`linkwork list | head`).
-macro_rules! say {
-    ($($t:tt)*) => { $crate::say_text(format_args!("{}\n", format_args!($($t)*))) };
-}
-
-/// Prints text to standard output, as [`say!`].
-pub(crate) fn say_text(text: Arguments<'_>) {
-    if std::io::stdout().write_fmt(text).is_err() {
-        std::process::exit(i32::from(exit::OK));
-    }
-}
+//!
+//! The run itself is `linkwork_runner`; this crate gives it options, files, a progress bar and
+//! words.
+#[macro_use]
+pub mod voice;
 
 pub mod check;
 pub mod diff;
-pub mod figures;
 pub mod inspect;
 pub mod load;
+pub mod options;
+pub mod picture;
 pub mod run;
 pub mod scene;
 pub mod summary;
+mod taps;
 
 /// Exit codes.
 pub mod exit {
     /// All is well.
     pub const OK: u8 = 0;
-    /// The run failed, or two files differ.
+    /// The run failed, something could not be written, or two files differ.
     pub const FAILED: u8 = 1;
     /// The input is wrong: nothing was written.
     pub const INPUT: u8 = 2;

@@ -1,6 +1,7 @@
 //! The command line: linkwork run, resume, check, list, describe, tree, graph, diff.
 use clap::{Parser, Subcommand};
-use linkwork_cli::{check, diff, inspect, run};
+use linkwork_cli::options::RunOptions;
+use linkwork_cli::{check, diff, exit, inspect, run, voice};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -31,7 +32,7 @@ enum Command {
         /// A sim.ron file, or the folder that holds it.
         sim: PathBuf,
         #[command(flatten)]
-        options: run::RunOptions,
+        options: RunOptions,
         /// Set a parameter (repeatable): Rover.Hardware.Wheels.Wheel1.Motor.resistance="0.7 ohm".
         #[arg(long = "set", value_name = "PATH=VALUE")]
         set: Vec<String>,
@@ -44,7 +45,7 @@ enum Command {
         /// A .lwck file.
         checkpoint: PathBuf,
         #[command(flatten)]
-        options: run::RunOptions,
+        options: RunOptions,
     },
     /// Load and compile, and report every mistake.
     Check {
@@ -94,8 +95,29 @@ enum Command {
     },
 }
 
+/// A limit on the size of files is an error of the write that meets it, not the end of the
+/// process. Fails only where there is no such signal.
+#[cfg(unix)]
+fn survive_size_limits() {
+    let met = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, met);
+}
+
+#[cfg(not(unix))]
+fn survive_size_limits() {}
+
 fn main() -> ExitCode {
-    let code = match Cli::parse().command {
+    survive_size_limits();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        // Help and version, or what is wrong with the arguments.
+        Err(e) => {
+            let code = u8::try_from(e.exit_code()).unwrap_or(exit::INPUT);
+            let lost = e.print().is_err() && code == exit::OK;
+            return ExitCode::from(if lost { exit::FAILED } else { voice::exit_code(code) });
+        }
+    };
+    let code = match cli.command {
         Command::Run { sim, options, set, seed } => run::run(&sim, &options, &set, seed),
         Command::Resume { checkpoint, options } => run::resume(&checkpoint, &options),
         Command::Check { sim, set } => check::check(&sim, &set),
@@ -105,5 +127,5 @@ fn main() -> ExitCode {
         Command::Graph { sim, format } => inspect::graph(&sim, format),
         Command::Diff { a, b, abs, rel } => diff::diff(&a, &b, abs, rel),
     };
-    ExitCode::from(code)
+    ExitCode::from(voice::exit_code(code))
 }

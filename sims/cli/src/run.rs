@@ -1,93 +1,42 @@
-//! `linkwork run` and `resume`: stepping with taps, checkpoints, progress, and an orderly end.
-use crate::figures::{Figures, Running};
+//! `linkwork run` and `resume`: a run with its files, progress on the terminal, an orderly end.
 use crate::load::{self, Ready};
-use crate::summary::{self, Ending, Picture, Summary};
-use crate::{exit, scene};
-use clap::Args;
+use crate::options::{RunOptions, period, time};
+use crate::picture::Picture;
+use crate::summary::{self, Ending, Summary};
+use crate::voice::report;
+use crate::{exit, scene, taps};
 use indicatif::{ProgressBar, ProgressStyle};
-use linkwork_assembly::{Failure, match_patterns};
-use linkwork_record::{Log, LogSpec};
-use linkwork_runtime::{
-    Checkpoint, Fault, Place, Plan, Role, RunError, Seconds, Simulation, Snapshot, Tap, Value,
+use linkwork_assembly::Failure;
+use linkwork_record::LogSpec;
+use linkwork_runner::{
+    Ended, Figures, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, time_name,
 };
-use linkwork_viz::{Scene, Sink, Viewer};
+use linkwork_runtime::{Checkpoint, Fault, RunError, Seconds, Simulation};
+use linkwork_viz::Scene;
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
-
-/// What a run may be told.
-#[derive(Args, Clone, Debug, Default)]
-pub struct RunOptions {
-    /// Simulated time at which to stop, e.g. 20, "20 s", "2 min".
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    pub until: Option<String>,
-    /// Folder for the files; `runs/NAME` unless given.
-    #[arg(long, value_name = "FOLDER")]
-    pub out: Option<PathBuf>,
-    /// Write a checkpoint every so much simulated time, e.g. "10 s".
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    pub checkpoint_every: Option<String>,
-    /// Also stream to a running Rerun viewer (at an address, or at Rerun's usual one).
-    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "")]
-    pub rerun: Option<String>,
-    /// Where the Rerun recording goes; `off` writes none.
-    #[arg(long, value_name = "FILE|off")]
-    pub save_rrd: Option<String>,
-    /// Write no MCAP log.
-    #[arg(long)]
-    pub no_log: bool,
-    /// Do not run faster than real time.
-    #[arg(long)]
-    pub realtime: bool,
-    /// No progress bar and no summary on the terminal.
-    #[arg(long, short)]
-    pub quiet: bool,
-}
+use std::time::{Duration, Instant};
 
 /// What is looked up before a run: nothing is written before all of it is right.
-pub struct Prepared {
+pub struct Looked {
     /// The scene and the period of its rows.
     pub scene: (Scene, Seconds),
-    /// Variables to log.
-    pub groups: Vec<(Seconds, Vec<String>)>,
-    /// Figures.
-    pub figures: Figures,
-    /// The variable that stops the run.
-    pub stop_when: Option<Place>,
+    /// Everything else.
+    pub prepared: Prepared,
 }
 
 /// Looks up every pattern and variable that the file names.
-pub fn prepare(ready: &Ready) -> Result<Prepared, u8> {
-    let (plan, file) = (&ready.plan, &ready.loaded.simulation);
+pub fn prepare(ready: &Ready) -> Result<Looked, u8> {
+    let (plan, file) = (ready.plan(), &ready.loaded.simulation);
     let mut faults: Vec<Fault> = Vec::new();
-    let names = load::names(plan);
-    let mut groups = Vec::new();
-    for rule in &file.log {
-        match match_patterns(&rule.channels, &names) {
-            Ok(found) => groups.push((
-                rule.rate.unwrap_or(plan.step),
-                found.iter().map(|&k| names[k].to_string()).collect(),
-            )),
-            Err(mut f) => faults.append(&mut f),
-        }
-    }
-    let figures = Figures::new(plan, &file.figures).map_err(|mut f| faults.append(&mut f));
-    let stop_when = file.stop_when.as_ref().and_then(|t| match plan.variable(&t.text) {
-        Ok(v) => Some(v.place),
-        Err(e) => {
-            faults.push(Fault::new(t.origin, format!("stop_when: {}", e.message)).help(e.help));
-            None
-        }
-    });
+    let prepared = linkwork_runner::prepare(plan, file).map_err(|mut f| faults.append(&mut f));
     let title = title(ready);
     let scene = scene::scene(&title, &ready.loaded, plan).map_err(|mut f| faults.append(&mut f));
-    match (scene, figures) {
-        (Ok(scene), Ok(figures)) if faults.is_empty() => {
-            Ok(Prepared { scene, groups, figures, stop_when })
-        }
-        _ => Err(load::report(&Failure { faults, sources: ready.loaded.sources.clone() })),
+    match (scene, prepared) {
+        (Ok(scene), Ok(prepared)) => Ok(Looked { scene, prepared }),
+        _ => Err(report(&Failure { faults, sources: ready.loaded.sources.clone() })),
     }
 }
 
@@ -103,7 +52,7 @@ fn title(ready: &Ready) -> String {
 pub fn run(sim: &Path, options: &RunOptions, set: &[String], seed: Option<u64>) -> u8 {
     let name = title_of(sim);
     match load::ready(sim, set, seed) {
-        Ok(ready) => start(ready, &name, options, None),
+        Ok(ready) => start(ready, &name, options, Source { file: sim, checkpoint: None }),
         Err(code) => code,
     }
 }
@@ -121,7 +70,7 @@ pub fn resume(file: &Path, options: &RunOptions) -> u8 {
     let checkpoint = match Checkpoint::read(file) {
         Ok(c) => c,
         Err(e) => {
-            eprintln!("error: {e}\n  help: give a .lwck file that `linkwork run` wrote, whole");
+            tell!("error: {e}\n  help: give a .lwck file that `linkwork run` wrote, whole");
             return exit::INPUT;
         }
     };
@@ -130,173 +79,166 @@ pub fn resume(file: &Path, options: &RunOptions) -> u8 {
         .get("name")
         .map_or_else(|| "resumed".to_string(), |n| String::from_utf8_lossy(n).into_owned());
     match load::ready_text(&format!("{name}.ron"), &checkpoint.configuration) {
-        Ok(ready) => start(ready, &name, options, Some(&checkpoint)),
+        Ok(ready) => start(ready, &name, options, Source { file, checkpoint: Some(&checkpoint) }),
         Err(code) => code,
     }
 }
 
-fn time(text: &str, what: &str) -> Result<Seconds, u8> {
-    let value = text.parse::<f64>().map_or_else(|_| Value::Text(text.to_string()), Value::Number);
-    let read = match &value {
-        Value::Number(x) => (*x >= 0.0).then(|| Seconds::from_decimal(*x)).flatten(),
-        // A rate is no time here: "2 Hz" would mean half a second.
-        text => Seconds::period(text).ok().filter(|_| !value.to_string().contains("Hz")),
-    };
-    read.ok_or_else(|| {
-        eprintln!("error: {what} `{text}` is not a time\n  help: write 20, \"20 s\" or \"2 min\"");
-        exit::INPUT
-    })
+/// What a run is made from.
+struct Source<'a> {
+    file: &'a Path,
+    checkpoint: Option<&'a Checkpoint>,
 }
 
-/// What a tap feeds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Feeds {
-    /// The log: without it a run is not worth going on.
-    Log,
-    /// The viewer: it never changes the run, not even when it fails.
-    Viewer,
-}
-
-struct Runner {
-    sim: Simulation,
-    name: String,
-    out: PathBuf,
-    configuration: String,
+/// Figures and picture, taken at every tick.
+struct Watched {
     figures: Figures,
     picture: Picture,
-    taps: Vec<(Tap, Feeds)>,
-    files: Vec<PathBuf>,
-    stop_when: Option<Place>,
-    until: Option<Seconds>,
-    every: Option<Seconds>,
-    realtime: bool,
-    bar: ProgressBar,
 }
 
-fn start(ready: Ready, name: &str, options: &RunOptions, from: Option<&Checkpoint>) -> u8 {
-    match try_start(ready, name, options, from) {
-        Ok(code) | Err(code) => code,
+impl Watch for Watched {
+    fn tick(&mut self, sim: &Simulation) {
+        self.figures.sample(sim);
+        self.picture.sample(sim);
+    }
+    fn carry(&self, extra: &mut BTreeMap<String, Vec<u8>>) -> Result<(), String> {
+        extra.insert("figures".into(), self.figures.save()?);
+        Ok(())
     }
 }
 
-fn try_start(
-    ready: Ready,
-    name: &str,
-    options: &RunOptions,
-    from: Option<&Checkpoint>,
-) -> Result<u8, u8> {
-    let prepared = prepare(&ready)?;
-    let file = &ready.loaded.simulation;
+/// A run under way, and what is told of it.
+struct Run {
+    runner: Runner<Watched>,
+    goal: Goal,
+    name: String,
+    /// Locked until the end.
+    folder: Folder,
+    files: Vec<PathBuf>,
+    /// What could not be written.
+    problems: Vec<String>,
+    dropped: u64,
+    bar: ProgressBar,
+}
+
+fn start(ready: Ready, name: &str, options: &RunOptions, source: Source<'_>) -> u8 {
+    match open(ready, name, options, &source) {
+        Ok(mut run) => run.go(options.quiet),
+        Err(code) => code,
+    }
+}
+
+fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> Result<Run, u8> {
+    let Looked { scene: (scene, scene_period), prepared } = prepare(&ready)?;
     let until = match &options.until {
         Some(text) => Some(time(text, "--until")?),
-        None => file.until,
+        None => ready.loaded.simulation.until,
     };
     if until.is_none() && prepared.stop_when.is_none() {
-        eprintln!(
+        tell!(
             "error: nothing says when to stop\n  help: give --until, or write `until` in the file"
         );
         return Err(exit::INPUT);
     }
     let every =
-        options.checkpoint_every.as_deref().map(|t| time(t, "--checkpoint-every")).transpose()?;
-    if every.is_some_and(|e| e.num == 0) {
-        eprintln!("error: --checkpoint-every is zero\n  help: write 10, \"10 s\" or \"2 min\"");
-        return Err(exit::INPUT);
-    }
-    let mut sim = Simulation::new(Arc::new(ready.plan));
+        options.checkpoint_every.as_deref().map(|t| period(t, "--checkpoint-every")).transpose()?;
+    let configuration = ready.loaded.resolved;
+    let mut sim = Simulation::of(Arc::new(ready.program));
     let mut figures = prepared.figures;
-    if let Some(c) = from {
-        if let Err(e) = sim.restore(c) {
-            eprintln!("error: {e}");
-            return Err(exit::INPUT);
-        }
-        if let Some(u) = until.filter(|u| u.seconds() < c.time) {
-            eprintln!(
-                "error: the checkpoint is at {} s, which is past the end at {} s\n  help: give a later --until",
-                c.time,
-                u.seconds()
-            );
-            return Err(exit::INPUT);
-        }
-        let kept: Option<Vec<Running>> =
-            c.extra.get("figures").and_then(|b| rmp_serde::from_slice(b).ok());
-        if let Some(kept) = kept.filter(|k| k.len() == figures.running.len()) {
-            figures.running = kept;
-        }
+    if let Some(c) = source.checkpoint {
+        restore(&mut sim, &mut figures, c, until)?;
     }
-    // A resumed run has a folder of its own: the log of what came before is kept.
-    let folder = from.map_or(name.to_string(), |c| format!("{name}_from_{}", trim(c.time)));
-    let out = options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(folder));
-    std::fs::create_dir_all(&out).map_err(|e| {
-        eprintln!("error: the folder `{}` cannot be made: {e}", out.display());
+    let out = folder_of(name, options, source);
+    let log = out.join("run.mcap");
+    let products = ["summary.json", "plots.svg"].map(|f| out.join(f));
+    let others = [&products[..], &[log.clone(), load::sim_file(source.file)]].concat();
+    let recording = taps::recording(options, &out, &others)?;
+    let folder = Folder::claim(&out, sim.plan(), &configuration).map_err(|e| {
+        tell!("error: {e}");
         exit::INPUT
     })?;
-    let (mut taps, mut files) = (Vec::new(), Vec::new());
+    if let Some((aside, count)) = &folder.moved {
+        tell!(
+            "note: {count} checkpoints of another run, or another configuration, are now in `{}`",
+            aside.display()
+        );
+    }
+    let saves = Saves::new(&sim, out.clone(), name, &configuration, every);
+    let picture = Picture::new(&sim, &scene);
+    let mut runner = Runner::new(sim, Watched { figures, picture });
+    runner.save_with(saves);
+    let mut files = Vec::new();
     if !options.no_log {
-        let path = out.join("run.mcap");
         let spec = LogSpec {
             groups: prepared.groups,
-            transforms: Some(prepared.scene.1),
-            configuration: ready.loaded.resolved.clone(),
+            transforms: Some(scene_period),
+            configuration,
             about: [("simulation".to_string(), name.to_string())].into(),
         };
-        let opened = Log::create(&path, sim.plan(), &spec).map_err(|e| e.to_string()).and_then(
-            |(log, groups)| Tap::start(&sim, groups, 256, Box::new(log)).map_err(|e| e.to_string()),
-        );
-        taps.push((opened.map_err(fail)?, Feeds::Log));
-        files.push(path);
+        taps::log(&mut runner, &log, &spec).map_err(fail)?;
+        files.push(log);
     }
-    if let Some(sink) = sink(options, &out) {
-        if let Sink::File(path) | Sink::Both(path, _) = &sink {
-            files.push(path.clone());
-        }
-        let opened = Viewer::open(&sink, sim.plan(), &prepared.scene.0, prepared.scene.1)
-            .map_err(|e| e.to_string())
-            .and_then(|(viewer, groups)| {
-                Tap::start(&sim, groups, 256, Box::new(viewer)).map_err(|e| e.to_string())
-            });
-        taps.push((opened.map_err(fail)?, Feeds::Viewer));
+    taps::viewers(
+        &mut runner,
+        recording.as_deref(),
+        options.rerun.as_deref(),
+        &scene,
+        scene_period,
+    )
+    .map_err(fail)?;
+    files.extend(recording);
+    if options.realtime {
+        runner.pace();
     }
-    let picture = Picture::new(&sim, &prepared.scene.0);
-    let bar = bar(until, options.quiet);
-    let mut runner = Runner {
-        picture,
-        sim,
+    Ok(Run {
+        runner,
+        goal: Goal { until, steps: None, stop_when: prepared.stop_when },
         name: name.to_string(),
-        out,
-        configuration: ready.loaded.resolved,
-        figures,
-        taps,
+        folder,
         files,
-        stop_when: prepared.stop_when,
-        until,
-        every,
-        realtime: options.realtime,
-        bar,
-    };
-    Ok(runner.go(options.quiet))
+        problems: Vec::new(),
+        dropped: 0,
+        bar: bar(until, options.quiet),
+    })
+}
+
+fn restore(
+    sim: &mut Simulation,
+    figures: &mut Figures,
+    c: &Checkpoint,
+    until: Option<Seconds>,
+) -> Result<(), u8> {
+    if let Err(e) = sim.restore(c) {
+        tell!("error: {e}");
+        return Err(exit::INPUT);
+    }
+    if let Some(u) = until.filter(|u| u.seconds() < c.time) {
+        tell!(
+            "error: the checkpoint is at {} s, which is past the end at {} s\n  help: give a later --until",
+            c.time,
+            u.seconds()
+        );
+        return Err(exit::INPUT);
+    }
+    if let Some(saved) = c.extra.get("figures") {
+        figures.restore(saved, sim);
+    }
+    Ok(())
+}
+
+/// A resumed run has a folder of its own: the log of what came before is kept.
+fn folder_of(name: &str, options: &RunOptions, source: &Source<'_>) -> PathBuf {
+    let own = source
+        .checkpoint
+        .map_or(name.to_string(), |c| format!("{name}_from_{}", time_name(c.time)));
+    options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(own))
 }
 
 fn fail(e: String) -> u8 {
-    eprintln!(
+    tell!(
         "error: {e}\n  help: choose another folder with --out, or make room; --no-log writes no log"
     );
     exit::FAILED
-}
-
-fn sink(options: &RunOptions, out: &Path) -> Option<Sink> {
-    let file = match options.save_rrd.as_deref() {
-        Some("off") => None,
-        Some(path) => Some(PathBuf::from(path)),
-        None => Some(out.join("run.rrd")),
-    };
-    let live = options.rerun.as_ref().map(|u| (!u.is_empty()).then(|| u.clone()));
-    match (file, live) {
-        (Some(f), Some(l)) => Some(Sink::Both(f, l)),
-        (Some(f), None) => Some(Sink::File(f)),
-        (None, Some(l)) => Some(Sink::Live(l)),
-        (None, None) => None,
-    }
 }
 
 fn bar(until: Option<Seconds>, quiet: bool) -> ProgressBar {
@@ -312,218 +254,173 @@ fn bar(until: Option<Seconds>, quiet: bool) -> ProgressBar {
     bar
 }
 
-impl Runner {
+impl Run {
     fn go(&mut self, quiet: bool) -> u8 {
-        let stop = Arc::new(AtomicBool::new(false));
-        let flag = stop.clone();
+        let stop = self.runner.stop();
         // Fails only when a handler is already set (several runs in one process).
         let _ = ctrlc::set_handler(move || {
-            if flag.swap(true, Ordering::SeqCst) {
+            if stop.set() {
                 std::process::exit(i32::from(exit::STOPPED));
             }
         });
-        let (ending, wall) = self.steps(&stop);
-        let mut ending = ending;
-        for (tap, feeds) in self.taps.drain(..) {
-            match (tap.finish(), feeds, &ending) {
-                (Ok(()), ..) => {}
-                (Err(e), Feeds::Viewer, _) => no_viewer(&e),
-                (Err(e), _, Ending::Until | Ending::StopWhen | Ending::Interrupted) => {
-                    ending = Ending::LogFailed(e);
-                }
-                _ => {}
-            }
+        let (ended, wall, simulated) = self.steps();
+        // The state is safe before anybody is waited for.
+        if matches!(ended, Ended::Stopped | Ended::Tap(_)) {
+            self.runner.save("interrupted.lwck");
+        }
+        let finished = self.runner.finish_taps();
+        let mut ending = ending(ended);
+        if let Some(e) = self.taps(finished)
+            && matches!(ending, Ending::Until | Ending::StopWhen | Ending::Interrupted)
+        {
+            self.runner.save("interrupted.lwck");
+            ending = Ending::LogFailed(e);
         }
         self.bar.finish_and_clear();
-        if matches!(ending, Ending::Interrupted | Ending::LogFailed(_)) {
-            self.save(
-                &self.sim.checkpoint(&self.configuration).map_err(|e| e.to_string()),
-                "interrupted.lwck",
-            );
-        }
-        let picture = self.out.join("plots.svg");
-        match self.picture.draw(&picture) {
-            Ok(()) if picture.exists() => self.files.push(picture),
-            Ok(()) => {}
-            Err(e) => eprintln!("warning: {e}"),
-        }
-        let time = self.sim.time();
-        let summary = Summary {
-            simulation: self.name.clone(),
-            time,
-            state_hash: format!("{:016x}", self.sim.hash()),
-            wall_time: wall.0,
-            real_time_factor: wall.1 / wall.0.max(1e-9),
-            seed: self.sim.plan().seed,
-            figures: summary::figures(&self.figures),
-            files: self.files.clone(),
-            ended: ending.clone(),
-        };
-        let path = self.out.join("summary.json");
-        let text = serde_json::to_string_pretty(&summary).unwrap_or_default();
-        if let Err(e) = std::fs::write(&path, text + "\n") {
-            eprintln!("error: `{}`: {e}", path.display());
-        }
+        self.told_saves();
+        let summary = self.summary(&ending, wall, simulated);
+        let failed = !self.problems.is_empty();
         if !quiet {
-            summary::print(&Summary {
-                files: [summary.files.clone(), vec![path]].concat(),
-                ..summary
-            });
+            summary::print(&summary);
         }
         match ending {
-            Ending::Until | Ending::StopWhen => exit::OK,
-            Ending::Interrupted => exit::STOPPED,
             Ending::Failed(e) => {
-                eprintln!("error: {e}");
+                tell!("error: {e}");
                 exit::FAILED
             }
             Ending::LogFailed(e) => {
-                eprintln!(
+                tell!(
                     "error: {e}\n  help: make room, then go on with: linkwork resume {}",
-                    self.out.join("interrupted.lwck").display()
+                    self.folder.path().join("interrupted.lwck").display()
                 );
                 exit::FAILED
             }
+            Ending::Interrupted if !failed => exit::STOPPED,
+            _ if failed => exit::FAILED,
+            _ => exit::OK,
         }
     }
 
     /// Steps to the end. Gives the ending, the wall time and the simulated time of this process.
     #[allow(clippy::disallowed_methods)] // The wall clock is shown, never simulated.
-    fn steps(&mut self, stop: &AtomicBool) -> (Ending, (f64, f64)) {
+    fn steps(&mut self) -> (Ended, f64, f64) {
         let clock = Instant::now();
-        let begin = self.sim.time();
-        let mut shown = 0.0;
-        let mut next_save = self.every.map(|e| self.next_multiple(e));
-        let mut rescue = (Snapshot::default(), self.figures.running.clone());
-        let mut next_rescue = begin;
-        self.figures.begin(&self.sim);
-        let ending = loop {
-            if let Err(e) = self.observe() {
-                break Ending::LogFailed(e);
+        let begin = self.runner.sim().time();
+        let (mut chunk, mut last) = (1, clock);
+        let ended = loop {
+            match self.runner.go(&mut self.goal, chunk) {
+                Pause::Ended(ended) => break ended,
+                Pause::Calls(_) | Pause::Chunk => {}
             }
-            // A step checks itself: this finds what is bad from the start.
-            if self.sim.time() == begin
-                && let Err(e) = self.sim.check()
-            {
-                break Ending::Failed(format!(
-                    "{e}\n  help: it is so from the start; look at what drives `{}`, and at its parameters",
-                    e.path
-                ));
+            // As many steps as take some hundredths of a second.
+            let now = Instant::now();
+            let took = now - last;
+            last = now;
+            if took < Duration::from_millis(20) {
+                chunk = (2 * chunk).min(1 << 20);
+            } else if took > Duration::from_millis(80) {
+                chunk = (chunk / 2).max(1);
             }
-            if let Some((at, every)) = next_save
-                && !self.sim.before(at)
-            {
-                let name = format!("checkpoint_{}.lwck", trim(self.sim.time()));
-                self.save(
-                    &self.sim.checkpoint(&self.configuration).map_err(|e| e.to_string()),
-                    &name,
-                );
-                next_save = Some(self.next_multiple(every));
-            }
-            if self.stop_when.is_some_and(|p| self.sim.value(p) > 0.5) {
-                break Ending::StopWhen;
-            }
-            if self.until.is_some_and(|u| !self.sim.before(u)) {
-                break Ending::Until;
-            }
-            if stop.load(Ordering::Relaxed) {
-                break Ending::Interrupted;
-            }
-            let t = self.sim.time();
-            if t >= next_rescue {
-                // For a failed run: the state a second before.
-                let _ = self.sim.save_into(&mut rescue.0);
-                rescue.1.clone_from(&self.figures.running);
-                next_rescue = t + 1.0;
-            }
-            if let Err(e) = self.sim.step() {
-                self.rescue(&rescue.0, &rescue.1);
-                break Ending::Failed(explain(&e));
-            }
-            self.figures.sample(&self.sim);
-            if self.realtime || !self.bar.is_hidden() {
-                let wall = clock.elapsed().as_secs_f64();
-                let ahead = t - begin - wall;
-                if self.realtime && ahead > 0.0 {
-                    std::thread::sleep(std::time::Duration::from_secs_f64(ahead));
-                }
-                if wall > shown + 0.1 {
-                    shown = wall;
-                    self.bar.set_position((t * 1000.0) as u64);
-                    self.bar.set_message(format!(
-                        "t = {t:.1} s, {:.0} × real time",
-                        (t - begin) / wall
-                    ));
-                }
+            let failed = self.runner.ended_taps();
+            self.taps(failed);
+            self.told_saves();
+            if !self.bar.is_hidden() {
+                let (t, wall) = (self.runner.sim().time(), clock.elapsed().as_secs_f64());
+                self.bar.set_position((t * 1000.0) as u64);
+                let factor = (t - begin) / wall.max(1e-9);
+                self.bar.set_message(format!("t = {t:.1} s, {factor:.0} × real time"));
             }
         };
-        (ending, (clock.elapsed().as_secs_f64(), self.sim.time() - begin))
+        (ended, clock.elapsed().as_secs_f64(), self.runner.sim().time() - begin)
     }
 
-    fn observe(&mut self) -> Result<(), String> {
-        self.picture.sample(&self.sim);
-        let mut gone = None;
-        for (k, (tap, feeds)) in self.taps.iter_mut().enumerate() {
-            match (tap.sample(&self.sim), feeds) {
-                (Ok(()), _) => {}
-                (Err(e), Feeds::Log) => return Err(e),
-                (Err(e), Feeds::Viewer) => {
-                    no_viewer(&e);
-                    gone = Some(k);
+    /// Tells how taps ended. Gives the message of one that the run cannot do without.
+    fn taps(&mut self, ends: Vec<TapEnd>) -> Option<String> {
+        let mut fatal = None;
+        for end in ends {
+            self.dropped += end.dropped;
+            match (end.result, end.need, end.name.as_str()) {
+                (Ok(()), ..) => {}
+                (Err(e), Need::Must, _) => fatal = Some(e),
+                (Err(e), Need::May, "recording") => {
+                    self.problem(&format!("the recording: {e}"), "the run and its log are whole");
                 }
+                (Err(e), Need::May, _) => no_viewer(&e),
             }
         }
-        if let Some(k) = gone {
-            self.taps.remove(k);
+        fatal
+    }
+
+    /// Something could not be written: it is said now, and the exit code says it at the end.
+    fn problem(&mut self, e: &str, help: &str) {
+        self.bar.suspend(|| tell!("error: {e}\n  help: {help}"));
+        self.problems.push(e.to_string());
+    }
+
+    /// Tells which checkpoints could not be written since this was asked last.
+    fn told_saves(&mut self) {
+        let failures = self.runner.new_save_failures();
+        for e in failures {
+            self.problem(&e, "make room, or choose another folder with --out; the run goes on");
         }
-        Ok(())
     }
 
-    fn next_multiple(&self, every: Seconds) -> (Seconds, Seconds) {
-        let k = (self.sim.time() / every.seconds() + 1e-9).floor() as u128 + 1;
-        let at = Seconds::new(u128::from(every.num) * k, u128::from(every.den)).unwrap_or(every);
-        (at, every)
-    }
-
-    fn save(&mut self, checkpoint: &Result<Checkpoint, String>, name: &str) {
-        let path = self.out.join(name);
-        let written = checkpoint.clone().and_then(|mut c| {
-            c.extra.insert("name".into(), self.name.clone().into_bytes());
-            let figures =
-                rmp_serde::to_vec_named(&self.figures.running).map_err(|e| e.to_string())?;
-            c.extra.insert("figures".into(), figures);
-            let signals =
-                rmp_serde::to_vec(&signals(self.sim.plan())).map_err(|e| e.to_string())?;
-            c.extra.insert("signals".into(), signals);
-            c.write(&path).map_err(|e| e.to_string())
-        });
+    /// Writes the summary, then the picture: a picture can wait, and can fail.
+    fn summary(&mut self, ending: &Ending, wall: f64, simulated: f64) -> Summary {
+        if let Some(saves) = self.runner.saves() {
+            self.files.extend(saves.written.iter().cloned());
+            if saves.failed > 1 {
+                self.problems.push(format!("{} checkpoints were not written", saves.failed));
+            }
+        }
+        let sim = self.runner.sim();
+        let mut summary = Summary {
+            simulation: self.name.clone(),
+            ended: ending.clone(),
+            time: sim.time(),
+            state_hash: format!("{:016x}", sim.hash()),
+            wall_time: wall,
+            real_time_factor: simulated / wall.max(1e-9),
+            seed: sim.plan().seed,
+            figures: summary::figures(&self.runner.watch.figures),
+            files: self.files.clone(),
+            problems: self.problems.clone(),
+            rows_dropped: self.dropped,
+        };
+        let path = self.folder.path().join("summary.json");
+        let mut written = summary.write(&path);
+        let picture = self.folder.path().join("plots.svg");
+        if !self.runner.watch.picture.is_empty() {
+            match self.runner.watch.picture.draw(&picture) {
+                Ok(()) => summary.files.push(picture),
+                Err(e) => {
+                    let _ = std::fs::remove_file(&picture);
+                    self.problem(&e, "make room, or choose another folder with --out");
+                }
+            }
+            summary.problems.clone_from(&self.problems);
+            written = summary.write(&path);
+        }
         match written {
-            Ok(()) => self.files.push(path),
-            Err(e) => eprintln!("error: {e}"),
+            Ok(()) => summary.files.push(path),
+            Err(e) => self.problem(&e, "make room, or choose another folder with --out"),
         }
-    }
-
-    /// After a failure: writes the last good state, about a second before.
-    fn rescue(&mut self, snapshot: &Snapshot, figures: &[Running]) {
-        let mut sim = self.sim.fork();
-        if sim.load_from(snapshot).is_ok() {
-            let checkpoint = sim.checkpoint(&self.configuration).map_err(|e| e.to_string());
-            let last = std::mem::replace(&mut self.figures.running, figures.to_vec());
-            self.save(&checkpoint, "before_failure.lwck");
-            self.figures.running = last;
-        }
+        summary
     }
 }
 
-/// Names of the signal lanes, for `diff`; a lane that only carries an input goes without.
-fn signals(plan: &Plan) -> Vec<String> {
-    let mut names = vec![String::new(); plan.sizes.sig];
-    for (path, v) in &plan.variables {
-        if let (Place::Signal(k), true) = (v.place, v.role != Role::Input) {
-            names[k as usize].clone_from(path);
-        }
+fn ending(ended: Ended) -> Ending {
+    match ended {
+        Ended::Goal => Ending::Until,
+        Ended::StopWhen => Ending::StopWhen,
+        Ended::Stopped => Ending::Interrupted,
+        Ended::Failed(e) => Ending::Failed(explain(&e)),
+        Ended::Bad(e) => Ending::Failed(format!(
+            "{e}\n  help: it is so from the start; look at what drives `{}`, and at its parameters",
+            e.path
+        )),
+        Ended::Tap(e) => Ending::LogFailed(e),
     }
-    names
 }
 
 fn explain(e: &RunError) -> String {
@@ -540,13 +437,8 @@ fn explain(e: &RunError) -> String {
 }
 
 fn no_viewer(e: &str) {
-    eprintln!(
-        "warning: {e}\n  help: the run and its log are whole; for --rerun start a viewer first: \
+    tell!(
+        "warning: the viewer: {e}\n  help: the run and its log are whole; for --rerun start a viewer first: \
          `rerun` (pip install rerun-sdk==0.36.3)"
     );
-}
-
-/// `10`, `2.5`: a time in a file name.
-fn trim(t: f64) -> String {
-    format!("{t:.3}").trim_end_matches('0').trim_end_matches('.').to_string()
 }

@@ -1,6 +1,7 @@
 //! What the viewer shows, from the shapes of the bodies and the `view` of the simulation file.
 use crate::load::{dotted, numbers, only, params_of, texts};
 use linkwork_assembly::{BodyShape, Loaded, Shape as Solid, match_patterns, path_matches};
+use linkwork_collision::Shape as Collides;
 use linkwork_runtime::{Fault, Located, Place, Plan, Seconds, ServiceObject, Unit, Value};
 use linkwork_spatial::Vec3;
 use linkwork_viz::{Arrow, Form, Marker, Panel, Scene, Shape};
@@ -10,7 +11,7 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
     let mut faults = Vec::new();
     let mut scene = Scene {
         title: title.to_string(),
-        shapes: loaded.shapes.iter().map(shape).collect(),
+        shapes: loaded.shapes.iter().map(shape).chain(grounds(loaded)).collect(),
         panels: panels(loaded, plan, &mut faults),
         ..Scene::default()
     };
@@ -31,6 +32,25 @@ fn shape(s: &BodyShape) -> Shape {
         Solid::Mesh { file, scale } => Form::Mesh { file: file.into(), scale: *scale },
     };
     Shape { body: s.body.clone(), name: s.name.clone(), pose: s.pose, form, color: [r, g, b, a] }
+}
+
+/// Colliders that no shape stands for: what a machine meets is seen.
+fn grounds(loaded: &Loaded) -> impl Iterator<Item = Shape> {
+    let shown = |name: &str| loaded.shapes.iter().any(|s| format!("{}/{}", s.body, s.name) == name);
+    let colliders = loaded.colliders.iter().flat_map(|all| all.ids().map(|id| all.spec(id)));
+    colliders.filter(move |c| !shown(&c.name)).filter_map(|c| {
+        let form = match &c.fine {
+            Collides::HalfSpace => Form::HalfSpace,
+            Collides::ConvexHull { points } => Form::Hull { points: points.clone() },
+            Collides::HeightField { x, y, spacing, heights } => {
+                Form::HeightField { x: *x, y: *y, spacing: *spacing, heights: heights.clone() }
+            }
+            // Solids and mesh files are shown as shapes, unless the file says that they are not.
+            _ => return None,
+        };
+        let (body, name) = (c.body.clone(), c.name.replace(['.', '/'], "_"));
+        Some(Shape { body, name, pose: c.pose, form, color: [150, 135, 115, 255] })
+    })
 }
 
 /// What differs between paths of one pattern: `Rover.Wheels.Wheel1.Motor.torque` → `Wheel1`.

@@ -1,10 +1,8 @@
-//! `summary.json`, the picture of the plots, and what is said at the end of a run.
-use crate::figures::{Figures, Thinned};
-use linkwork_record::{Curve, Plot, draw};
-use linkwork_runtime::{Place, Simulation};
-use linkwork_viz::{Marker, Scene};
+//! `summary.json`, and what is said at the end of a run.
+use linkwork_runner::Figures;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// How a run ended.
@@ -36,7 +34,8 @@ pub struct Summary {
     pub state_hash: String,
     /// Wall time of stepping (s).
     pub wall_time: f64,
-    /// Simulated over wall time, of this process.
+    /// Simulated over wall time, the mean over this process's part of the run: everything counts
+    /// from the first row to the last, the waiting for taps included.
     pub real_time_factor: f64,
     /// Seed of all noise.
     pub seed: u64,
@@ -44,89 +43,31 @@ pub struct Summary {
     pub figures: BTreeMap<String, (f64, String)>,
     /// Files written.
     pub files: Vec<PathBuf>,
+    /// What could not be written.
+    pub problems: Vec<String>,
+    /// Rows that a viewer did not take.
+    pub rows_dropped: u64,
 }
 
-/// Curves for the picture, in fixed memory.
-pub struct Picture {
-    curves: Vec<Vec<(String, Place, f64, Thinned)>>,
-    titles: Vec<String>,
-    map: Option<(Place, Place, Thinned)>,
-    markers: Vec<Marker>,
-    next: f64,
-}
-
-/// Time between points of the picture (s).
-const EVERY: f64 = 0.05;
-
-impl Picture {
-    /// Of the panels of a scene, and the map of the followed body.
-    pub fn new(sim: &Simulation, scene: &Scene) -> Picture {
-        let plan = sim.plan();
-        let curves = scene
-            .panels
-            .iter()
-            .map(|p| {
-                p.series
-                    .iter()
-                    .filter_map(|(label, path, factor)| {
-                        let place = plan.variables.get(path)?.place;
-                        Some((label.clone(), place, *factor, Thinned::new()))
-                    })
-                    .collect()
-            })
-            .collect();
-        let map = scene
-            .follow
-            .as_ref()
-            .and_then(|b| crate::scene::position(plan, b))
-            .map(|(x, y)| (x, y, Thinned::new()));
-        let titles = scene.panels.iter().map(|p| p.title.clone()).collect();
-        Picture { curves, titles, map, markers: scene.markers.clone(), next: sim.time() }
-    }
-
-    /// Takes points when they are due.
-    #[inline]
-    pub fn sample(&mut self, sim: &Simulation) {
-        let t = sim.time();
-        if t < self.next {
-            return;
-        }
-        self.next = t + EVERY;
-        for (_, place, factor, points) in self.curves.iter_mut().flatten() {
-            points.add(t, sim.value(*place) * *factor);
-        }
-        if let Some((x, y, points)) = &mut self.map {
-            points.add(sim.value(*x), sim.value(*y));
-        }
-    }
-
-    /// Draws it.
+impl Summary {
+    /// Writes it beside the target and renames: a full disk leaves no half.
     ///
     /// # Errors
-    /// When the file cannot be written.
-    pub fn draw(&self, path: &Path) -> Result<(), String> {
-        let mut plots = Vec::new();
-        if let Some((_, _, points)) = &self.map {
-            let mut curves = vec![Curve { name: "driven".into(), points: points.points.clone() }];
-            if !self.markers.is_empty() {
-                let points = self.markers.iter().map(|m| (m.at.x, m.at.y)).collect();
-                curves.push(Curve { name: "waypoints".into(), points });
-            }
-            let (x, y) = ("x [m]".into(), "y [m]".into());
-            plots.push(Plot { title: "Map".into(), x, y, curves, equal: true });
-        }
-        for (title, curves) in self.titles.iter().zip(&self.curves) {
-            let curves = curves
-                .iter()
-                .map(|(name, _, _, t)| Curve { name: name.clone(), points: t.points.clone() })
-                .collect();
-            let (x, y) = ("time [s]".into(), String::new());
-            plots.push(Plot { title: title.clone(), x, y, curves, equal: false });
-        }
-        if plots.is_empty() {
-            return Ok(());
-        }
-        draw(path, &plots).map_err(|e| e.to_string())
+    /// A message with the path.
+    pub fn write(&self, path: &Path) -> Result<(), String> {
+        let fail = |e: &dyn std::fmt::Display| format!("`{}`: {e}", path.display());
+        let text = serde_json::to_string_pretty(self).map_err(|e| fail(&e))? + "\n";
+        let beside = path.with_extension("part");
+        let write = || {
+            let mut file = std::fs::File::create(&beside)?;
+            file.write_all(text.as_bytes())?;
+            file.sync_all()?;
+            std::fs::rename(&beside, path)
+        };
+        write().map_err(|e: std::io::Error| {
+            let _ = std::fs::remove_file(&beside);
+            fail(&e)
+        })
     }
 }
 
@@ -146,11 +87,14 @@ pub fn print(s: &Summary) {
     };
     say!("{}: {how} at t = {:.3} s", s.simulation, s.time);
     say!(
-        "  {:.2} s of wall time, {:.0} times real time; state {}",
+        "  {:.2} s of wall time, {} times real time on average; state {}",
         s.wall_time,
-        s.real_time_factor,
+        factor(s.real_time_factor),
         s.state_hash
     );
+    if s.rows_dropped > 0 {
+        say!("  the viewer did not take {} rows: they are in the log", s.rows_dropped);
+    }
     let width = s.figures.keys().map(String::len).max().unwrap_or(0);
     for (name, (value, unit)) in &s.figures {
         let unit = if unit == "1" { "" } else { unit };
@@ -170,6 +114,11 @@ pub fn print(s: &Summary) {
         };
         say!("  {}{hint}", file.display());
     }
+}
+
+/// Two digits or whole numbers.
+fn factor(x: f64) -> String {
+    if x < 10.0 { format!("{x:.2}") } else { format!("{x:.0}") }
 }
 
 /// Six digits, without trailing zeros.

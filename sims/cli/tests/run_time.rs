@@ -1,10 +1,10 @@
 //! What goes wrong during a run: runaway states, Ctrl-C, full disks. And the memory of long runs.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 mod common;
-use common::{Lab, Said, edited, names};
+use common::{Lab, Said, Small, edited, names, signal, wait_for};
 use linkwork_record::read_log;
-use std::process::{Child, Command};
-use std::time::{Duration, Instant};
+use std::process::Child;
+use std::time::Duration;
 
 /// A state that grows as exp(20 t): 1e15 at t = 34.5/20 = 1.727 s.
 fn runaway() -> String {
@@ -80,14 +80,9 @@ fn ctrl_c_ends_in_order() {
         "1000s",
         "--realtime",
     ]);
-    let patience = Instant::now();
-    while !lab.path("out/run.mcap").exists() && patience.elapsed() < Duration::from_secs(20) {
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_for(&lab.path("out/run.mcap"));
     std::thread::sleep(Duration::from_millis(500));
-    assert!(
-        Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success()
-    );
+    signal(&child, "INT");
     ended(child).code(130);
     let summary = lab.summary("out");
     let t = summary["time"].as_f64().unwrap();
@@ -103,25 +98,6 @@ fn ctrl_c_ends_in_order() {
         names(&lab.path("out")),
         ["interrupted.lwck", "plots.svg", "run.mcap", "summary.json"]
     );
-}
-
-/// A small file system in memory.
-struct Small(std::path::PathBuf);
-
-impl Small {
-    fn mount(at: std::path::PathBuf, size: &str) -> Option<Small> {
-        std::fs::create_dir_all(&at).unwrap();
-        let options = format!("size={size}");
-        let done =
-            Command::new("mount").args(["-t", "tmpfs", "-o", &options, "small"]).arg(&at).output();
-        done.is_ok_and(|o| o.status.success()).then_some(Small(at))
-    }
-}
-
-impl Drop for Small {
-    fn drop(&mut self) {
-        let _ = Command::new("umount").arg(&self.0).output();
-    }
 }
 
 #[test]

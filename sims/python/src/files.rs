@@ -1,23 +1,20 @@
 //! Reading mechanisms (RON, URDF, MJCF, SDF) and simulations, with every model of the component
 //! libraries.
-use linkwork_assembly::{
-    Failure, Loaded, Options, load_file, load_text, put_down, read_machine, tidy,
-};
+use linkwork_assembly::read_machine;
 use linkwork_formats::{Description, ReadOptions, Root};
 use linkwork_multibody::{Hinge, Multibody};
-use linkwork_runtime::{Catalogue, Fault, Files, Plan, Sources, compile};
-use std::path::{Path, PathBuf};
+use linkwork_runner::Library;
+pub use linkwork_runner::Ready;
+use linkwork_runtime::Catalogue;
+use std::path::Path;
 
 /// Every model and service of the component libraries.
 pub fn catalogue() -> Catalogue {
     Catalogue::new(linkwork_assemblies::libraries())
 }
 
-fn options(catalogue: &Catalogue) -> Options<'_> {
-    let mut options = Options::new(catalogue);
-    options.embedded = linkwork_assemblies::embedded();
-    options.search = vec![PathBuf::from("assemblies")];
-    options
+fn library() -> Library {
+    Library { catalogue: catalogue(), embedded: linkwork_assemblies::embedded() }
 }
 
 /// A mechanism as a file has it.
@@ -51,8 +48,7 @@ fn foreign_machine(path: &Path, options: &ReadOptions) -> Result<Machine, String
 }
 
 fn ron_machine(path: &Path, root: Root) -> Result<Machine, String> {
-    let catalogue = catalogue();
-    let loaded = read(path, &options(&catalogue))?;
+    let loaded = library().loaded(path, &[], None).map_err(|f| f.to_string())?;
     let none = || format!("`{}` has no mechanism\n  help: give it bodies", path.display());
     let m = loaded.spec.mechanism().cloned().ok_or_else(none)?;
     let (mbs, initial) = match root {
@@ -89,44 +85,12 @@ fn with_root(mbs: &Multibody, root: Root) -> Result<Multibody, String> {
     parts.build().map_err(|e| e.to_string())
 }
 
-fn read(path: &Path, options: &Options<'_>) -> Result<Loaded, String> {
-    let file = if path.is_dir() { path.join("sim.ron") } else { path.to_path_buf() };
-    load_file(file, options).map_err(|f| f.to_string())
-}
-
-/// A simulation, compiled and put down.
-pub struct Ready {
-    /// As loaded.
-    pub loaded: Loaded,
-    /// As compiled.
-    pub plan: Plan,
-}
-
-/// Loads and compiles a simulation with `PATH=VALUE` overrides.
+/// Loads, compiles and puts down a simulation with `PATH=VALUE` overrides.
 pub fn simulation(path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, String> {
-    let catalogue = catalogue();
-    let mut options = options(&catalogue);
-    options.overrides = set.to_vec();
-    options.seed = seed;
-    finish(read(path, &options)?, &catalogue)
+    library().file(path, set, seed).map_err(|f| f.to_string())
 }
 
 /// The same from a text that needs no other file: the configuration in a checkpoint.
 pub fn simulation_text(name: &str, text: &str) -> Result<Ready, String> {
-    let catalogue = catalogue();
-    let loaded = load_text(name, text, &options(&catalogue)).map_err(|f| f.to_string())?;
-    finish(loaded, &catalogue)
-}
-
-fn finish(loaded: Loaded, catalogue: &Catalogue) -> Result<Ready, String> {
-    let files = Files { folders: vec![PathBuf::from("."), PathBuf::from("assemblies")] };
-    let faulty = |faults: Vec<Fault>, sources: &Sources| {
-        Failure { faults: tidy(faults), sources: sources.clone() }.to_string()
-    };
-    let mut plan = compile(&loaded.spec, catalogue, &files)
-        .map_err(|faults| faulty(faults.0, &loaded.sources))?;
-    if let Some(place) = &loaded.simulation.place {
-        put_down(&mut plan, place).map_err(|fault| faulty(vec![fault], &loaded.sources))?;
-    }
-    Ok(Ready { loaded, plan })
+    library().text(name, text).map_err(|f| f.to_string())
 }

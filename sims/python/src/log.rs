@@ -2,7 +2,7 @@
 use crate::array::{Array1, out1};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
-use linkwork_runtime::{Place, Seconds, Simulation, remedy};
+use linkwork_runtime::{Place, Simulation, remedy};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -134,35 +134,4 @@ pub fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
         all.set_item(name, Py::new(py, Series { t, y, unit: s.unit })?)?;
     }
     Ok(all)
-}
-
-/// When something is due that happens at the first tick at or after each multiple of a period.
-pub struct Schedule {
-    period: Seconds,
-    next: u128,
-}
-
-impl Schedule {
-    /// From the present tick on.
-    pub fn new(sim: &Simulation, period: Seconds) -> Self {
-        let (n, d) = Self::multiples(sim, period);
-        Self { period, next: n.div_ceil(d) }
-    }
-
-    /// The present time as n/d periods.
-    fn multiples(sim: &Simulation, period: Seconds) -> (u128, u128) {
-        let (tick, base) = (u128::from(sim.state().tick), sim.plan().base);
-        let n = tick * u128::from(base.num) * u128::from(period.den);
-        (n, (u128::from(base.den) * u128::from(period.num)).max(1))
-    }
-
-    /// True once for each multiple that has been reached.
-    pub fn is_due(&mut self, sim: &Simulation) -> bool {
-        let (n, d) = Self::multiples(sim, self.period);
-        let due = n >= self.next * d;
-        if due {
-            self.next = n / d + 1;
-        }
-        due
-    }
 }

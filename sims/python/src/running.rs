@@ -1,44 +1,46 @@
-//! A simulation under way: steps, with what is due at each tick before it.
+//! A simulation under way: the runner's loop, with logs in memory and functions of Python.
 //!
-//! ```text
-//! at each tick:   callbacks due → rows of logs and recordings due → the next step
-//! ```
-//! Rows thus show what a callback has set. Between two calls of a run the state is always "after
-//! the work of a tick", so neither callbacks nor logs nor the cuts of a run leave a trace in it.
-use crate::log::{Filling, Schedule};
-use linkwork_runtime::{Place, RunError, Seconds, Simulation, Tap};
+//! The loop is `linkwork_runner`'s, as on the command line; here are only what it feeds and calls.
+use crate::log::Filling;
+use linkwork_runner::{Ended, Goal, Pause, Runner, Watch};
+use linkwork_runtime::{RunError, Schedule, Simulation};
 use pyo3::prelude::*;
 
 /// Steps between two looks at Ctrl-C and at other threads.
 const CHUNK: u64 = 256;
 
-/// What changes in a run.
-pub struct Running {
-    /// The simulation.
-    pub sim: Simulation,
-    /// Logs in memory, each at its own times; `None`: every step.
-    pub logs: Vec<(Option<Schedule>, Filling)>,
-    /// The recording into a file.
-    pub tap: Option<Tap>,
-    /// Functions, each at its own times.
-    pub calls: Vec<(Schedule, Py<PyAny>)>,
+/// The tap of the recording.
+pub const RECORDING: &str = "recording";
+
+/// Logs in memory, each at its own times; `None`: every step.
+#[derive(Default)]
+pub struct Logs {
+    list: Vec<(Option<Schedule>, Filling)>,
     /// The tick whose rows have been taken.
-    sampled: Option<u64>,
+    taken: Option<u64>,
 }
 
-/// When to stop.
-#[derive(Clone, Copy, Default)]
-pub struct Goal {
-    /// At the first tick at or after this time.
-    pub until: Option<Seconds>,
-    /// After so many steps.
-    pub steps: Option<u64>,
-    /// When this variable is true.
-    pub stop_when: Option<Place>,
+impl Watch for Logs {
+    fn tick(&mut self, sim: &Simulation) {
+        let tick = sim.state().tick;
+        let first = self.taken.replace(tick) != Some(tick);
+        for (schedule, log) in &mut self.list {
+            if schedule.as_mut().map_or(first, |s| s.is_due(tick)) {
+                log.sample(sim);
+            }
+        }
+    }
+}
+
+/// What changes in a run.
+pub struct Running {
+    runner: Runner<Logs>,
+    /// Functions, by the number of their call.
+    pub calls: Vec<Py<PyAny>>,
 }
 
 /// Why `go` came back.
-pub enum Pause {
+pub enum Stopped {
     /// The goal is reached.
     Done,
     /// Functions are due: indices of `calls`.
@@ -54,52 +56,40 @@ pub enum Pause {
 impl Running {
     /// At its start.
     pub fn new(sim: Simulation) -> Self {
-        Self { sim, logs: Vec::new(), tap: None, calls: Vec::new(), sampled: None }
+        Self { runner: Runner::new(sim, Logs::default()), calls: Vec::new() }
     }
 
-    /// Forgets which rows were taken: a log was added.
-    pub fn sample_again(&mut self) {
-        self.sampled = None;
+    /// The simulation.
+    pub fn sim(&self) -> &Simulation {
+        self.runner.sim()
+    }
+
+    /// The simulation, to be changed.
+    pub fn sim_mut(&mut self) -> &mut Simulation {
+        self.runner.sim_mut()
+    }
+
+    /// The runner, for its taps and calls.
+    pub fn runner(&mut self) -> &mut Runner<Logs> {
+        &mut self.runner
+    }
+
+    /// Fills a log from the present tick on.
+    pub fn log(&mut self, schedule: Option<Schedule>, filling: Filling) {
+        let logs = &mut self.runner.watch;
+        logs.list.push((schedule, filling));
+        logs.taken = None;
+        self.runner.see_again();
     }
 
     /// Steps until something has to be done outside. Touches nothing of Python.
-    pub fn go(&mut self, goal: &mut Goal) -> Pause {
-        for _ in 0..CHUNK {
-            let sim = &self.sim;
-            let due = |(k, c): (usize, &mut (Schedule, Py<PyAny>))| c.0.is_due(sim).then_some(k);
-            let calls: Vec<usize> = self.calls.iter_mut().enumerate().filter_map(due).collect();
-            if !calls.is_empty() {
-                return Pause::Calls(calls);
-            }
-            if let Err(e) = self.sample() {
-                self.tap = None;
-                return Pause::Recording(e);
-            }
-            let late = goal.until.is_some_and(|t| !self.sim.before(t));
-            if late
-                || goal.steps == Some(0)
-                || goal.stop_when.is_some_and(|p| self.sim.value(p) > 0.5)
-            {
-                return Pause::Done;
-            }
-            if let Err(e) = self.sim.step() {
-                return Pause::Failed(e);
-            }
-            goal.steps = goal.steps.map(|n| n - 1);
+    pub fn go(&mut self, goal: &mut Goal) -> Stopped {
+        match self.runner.go(goal, CHUNK) {
+            Pause::Chunk => Stopped::Chunk,
+            Pause::Calls(due) => Stopped::Calls(due),
+            Pause::Ended(Ended::Failed(e) | Ended::Bad(e)) => Stopped::Failed(e),
+            Pause::Ended(Ended::Tap(e)) => Stopped::Recording(e),
+            Pause::Ended(Ended::Goal | Ended::StopWhen | Ended::Stopped) => Stopped::Done,
         }
-        Pause::Chunk
-    }
-
-    /// Takes the rows that are due.
-    fn sample(&mut self) -> Result<(), String> {
-        let tick = self.sim.state().tick;
-        let first = self.sampled.replace(tick) != Some(tick);
-        for (schedule, log) in &mut self.logs {
-            let due = schedule.as_mut().map_or(first, |s| s.is_due(&self.sim));
-            if due {
-                log.sample(&self.sim);
-            }
-        }
-        self.tap.as_mut().map_or(Ok(()), |tap| tap.sample(&self.sim))
     }
 }

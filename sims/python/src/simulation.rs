@@ -3,14 +3,15 @@ use crate::array::{Array1, Input, out1};
 use crate::core::{Core, GRAVITY, lock};
 use crate::error::{no_variable, refuse, refuse_with, run_failed};
 use crate::files::{self, Ready};
-use crate::log::{Filling, Log, Rows, Schedule};
+use crate::log::{Filling, Log, Rows};
 use crate::mechanism::Mechanism;
-use crate::running::{Goal, Pause, Running};
+use crate::running::{RECORDING, Running, Stopped};
 use crate::values::{Variable, object, overrides, period, seconds};
 use linkwork_assembly::{LogRule, Text, match_patterns};
 use linkwork_record::LogSpec;
-use linkwork_runtime::{self as runtime, Checkpoint, Origin, Place, Plan, PortKind, Role, Seconds};
-use linkwork_runtime::{Tap, Value, remedy};
+use linkwork_runner::{Goal, Need};
+use linkwork_runtime::{self as runtime, Checkpoint, Origin, Place, Plan, PortKind, Program, Role, Seconds};
+use linkwork_runtime::{Schedule, Tap, Value, remedy};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat};
@@ -27,6 +28,7 @@ use std::sync::{Arc, Mutex};
 #[pyclass(frozen, module = "linkwork")]
 pub struct Simulation {
     plan: Arc<Plan>,
+    program: Arc<Program>,
     configuration: String,
     rules: Vec<LogRule>,
     until: Option<Seconds>,
@@ -48,15 +50,16 @@ impl Drop for Busy<'_> {
 
 impl Simulation {
     fn from_ready(ready: Ready, until: Option<Seconds>) -> PyResult<Self> {
-        let file = ready.loaded.simulation;
-        let stop_when = match &file.stop_when {
-            Some(text) => Some(ready.plan.variable(&text.text).map_err(|e| no_variable(&e))?.place),
+        let stop_when = match &ready.loaded.simulation.stop_when {
+            Some(text) => Some(ready.plan().variable(&text.text).map_err(|e| no_variable(&e))?.place),
             None => None,
         };
-        let plan = Arc::new(ready.plan);
-        let sim = runtime::Simulation::new(plan.clone());
+        let file = ready.loaded.simulation;
+        let program = Arc::new(ready.program);
+        let sim = runtime::Simulation::of(program.clone());
         Ok(Self {
-            plan,
+            plan: program.phases[0].plan.clone(),
+            program,
             configuration: ready.loaded.resolved,
             rules: file.log,
             until: until.or(file.until),
@@ -92,7 +95,7 @@ impl Simulation {
         let _busy = this.claim()?;
         loop {
             py.check_signals()?;
-            let pause = py.detach(|| {
+            let stopped = py.detach(|| {
                 // The lock is not fair: those who wait go first, as long as they come soon.
                 for _ in 0..1000 {
                     if this.waiting.load(Ordering::SeqCst) == 0 {
@@ -102,17 +105,17 @@ impl Simulation {
                 }
                 lock(&this.running).go(&mut goal)
             });
-            match pause {
-                Pause::Done => return Ok(()),
-                Pause::Chunk => {}
-                Pause::Failed(e) => return Err(run_failed(&e)),
-                Pause::Recording(e) => {
+            match stopped {
+                Stopped::Done => return Ok(()),
+                Stopped::Chunk => {}
+                Stopped::Failed(e) => return Err(run_failed(&e)),
+                Stopped::Recording(e) => {
                     return Err(refuse_with(e, "the run can go on without the recording"));
                 }
-                Pause::Calls(due) => {
+                Stopped::Calls(due) => {
                     let functions: Vec<Py<PyAny>> = {
                         let running = lock(&this.running);
-                        due.iter().map(|k| running.calls[*k].1.clone_ref(py)).collect()
+                        due.iter().map(|k| running.calls[*k].clone_ref(py)).collect()
                     };
                     for f in functions {
                         f.call1(py, (slf,))?;
@@ -212,14 +215,14 @@ impl Simulation {
         };
         let (checkpoint, ready) = py.detach(read).map_err(|e: String| refuse(e))?;
         let this = Self::from_ready(ready, until)?;
-        this.with(py, |r| r.sim.restore(&checkpoint)).map_err(refuse)?;
+        this.with(py, |r| r.sim_mut().restore(&checkpoint)).map_err(refuse)?;
         Ok(this)
     }
 
     /// Writes a checkpoint (.lwck) from which `resume`, or `linkwork resume`, goes on.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let write =
-            |r: &mut Running| r.sim.checkpoint(&self.configuration).and_then(|c| c.write(&path));
+            |r: &mut Running| r.sim().checkpoint(&self.configuration).and_then(|c| c.write(&path));
         self.with(py, write).map_err(refuse)
     }
 
@@ -227,11 +230,12 @@ impl Simulation {
     fn fork(&self, py: Python<'_>) -> Self {
         Self {
             plan: self.plan.clone(),
+            program: self.program.clone(),
             configuration: self.configuration.clone(),
             rules: self.rules.clone(),
             until: self.until,
             stop_when: self.stop_when,
-            running: Mutex::new(Running::new(self.with(py, |r| r.sim.fork()))),
+            running: Mutex::new(Running::new(self.with(py, |r| r.sim().fork()))),
             busy: AtomicBool::new(false),
             waiting: AtomicUsize::new(0),
         }
@@ -240,7 +244,7 @@ impl Simulation {
     /// Simulated time, s.
     #[getter]
     fn time(&self, py: Python<'_>) -> f64 {
-        self.with(py, |r| r.sim.time())
+        self.with(py, |r| r.sim().time())
     }
     /// Integration step, s.
     #[getter]
@@ -260,7 +264,7 @@ impl Simulation {
     /// Hash of the state: equal hashes, equal bits. As in summary.json of the command line.
     #[getter]
     fn state_hash(&self, py: Python<'_>) -> String {
-        self.with(py, |r| format!("{:016x}", r.sim.hash()))
+        self.with(py, |r| format!("{:016x}", r.sim().hash()))
     }
     /// The whole configuration as one RON text that needs no other file.
     #[getter]
@@ -324,9 +328,8 @@ impl Simulation {
         let filling =
             Filling { places: variables.iter().map(|v| v.place).collect(), rows: rows.clone() };
         self.with(py, |r| {
-            let schedule = period.map(|p| Schedule::new(&r.sim, p));
-            r.logs.push((schedule, filling));
-            r.sample_again();
+            let (tick, base) = (r.sim().state().tick, r.sim().plan().base);
+            r.log(period.map(|p| Schedule::from(tick, base, p)), filling);
         });
         let units = variables.iter().map(|v| v.unit.clone()).collect();
         Ok(Log { names, units, rows })
@@ -363,21 +366,20 @@ impl Simulation {
             about: [("program".to_string(), "the Python package".to_string())].into(),
         };
         let open = |r: &mut Running| {
-            if r.tap.is_some() {
+            if r.runner().has_tap(RECORDING) {
                 return Err("a recording is under way\n  help: call stop_recording() first".into());
             }
-            let (log, groups) = linkwork_record::Log::create(&path, &self.plan, &spec)
+            let (log, groups) = linkwork_record::Log::create(&path, &self.program, &spec)
                 .map_err(|e| e.to_string())?;
-            let tap = Tap::start(&r.sim, groups, 256, Box::new(log));
-            r.tap = Some(tap.map_err(|e| e.to_string())?);
-            r.sample_again();
+            let tap = Tap::start(r.sim(), groups, 256, Box::new(log)).map_err(|e| e.to_string())?;
+            r.runner().tap(RECORDING, Need::Must, tap);
             Ok(())
         };
         self.with(py, open).map_err(|e: String| refuse(e))
     }
     /// Ends the recording: the file is whole when this returns. Nothing happens without one.
     fn stop_recording(&self, py: Python<'_>) -> PyResult<()> {
-        self.with(py, |r| r.tap.take().map_or(Ok(()), Tap::finish)).map_err(refuse)
+        self.with(py, |r| r.runner().finish_tap(RECORDING)).map_err(refuse)
     }
 
     /// The value of a variable, in its unit: a float, or a bool for truth values. The path of a
@@ -385,7 +387,8 @@ impl Simulation {
     fn __getitem__<'py>(&self, py: Python<'py>, path: &str) -> PyResult<Bound<'py, PyAny>> {
         let names = self.places(path)?;
         let places: Vec<Place> = names.iter().map(|n| self.plan.variables[n].place).collect();
-        let values = self.with(py, |r| places.iter().map(|p| r.sim.value(*p)).collect::<Vec<_>>());
+        let values =
+            self.with(py, |r| places.iter().map(|p| r.sim().value(*p)).collect::<Vec<_>>());
         let [name] = &names[..] else { return Ok(out1(py, values).into_any()) };
         if name != path {
             return Ok(out1(py, values).into_any());
@@ -414,7 +417,7 @@ impl Simulation {
             ));
         }
         let set = |r: &mut Running| {
-            names.iter().zip(&values).try_for_each(|(name, x)| r.sim.set(name, *x))
+            names.iter().zip(&values).try_for_each(|(name, x)| r.sim_mut().set(name, *x))
         };
         self.with(py, set).map_err(|e| no_variable(&e))
     }
@@ -454,37 +457,54 @@ impl Simulation {
         object(py, found.prototype.params())
     }
 
-    /// The mechanism; its q and v are this simulation's.
+    /// Name of the present phase; an empty text for a simulation without phases.
     #[getter]
-    fn mechanism(&self) -> PyResult<Mechanism> {
-        let m = self.plan.mechanism().ok_or_else(no_mechanism)?;
+    fn phase(&self, py: Python<'_>) -> String {
+        self.with(py, |r| r.sim().phase().to_owned())
+    }
+
+    /// The mechanism of the present phase; its q and v are this simulation's.
+    #[getter]
+    fn mechanism(&self, py: Python<'_>) -> PyResult<Mechanism> {
+        let plan = self.with(py, |r| r.sim().plan().clone());
+        let m = plan.mechanism().ok_or_else(no_mechanism)?;
         let gravity = m.uniform.unwrap_or(GRAVITY);
         Ok(Mechanism { core: Arc::new(Core::new((*m.multibody).clone(), gravity)?) })
     }
     /// Configuration of the mechanism now (nq,), a copy.
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
-        let m = self.plan.mechanism().ok_or_else(no_mechanism)?;
-        let at = m.x..m.x + m.multibody.nq();
-        Ok(out1(py, self.with(py, |r| r.sim.state().x[at].to_vec())))
+        let read = |r: &mut Running| {
+            let sim = r.sim();
+            let m = sim.plan().mechanism()?;
+            Some(sim.state().x[m.x..m.x + m.multibody.nq()].to_vec())
+        };
+        Ok(out1(py, self.with(py, read).ok_or_else(no_mechanism)?))
     }
     /// Velocity of the mechanism now (nv,), a copy.
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
-        let m = self.plan.mechanism().ok_or_else(no_mechanism)?;
-        let at = m.x + m.multibody.nq();
-        let at = at..at + m.multibody.nv();
-        Ok(out1(py, self.with(py, |r| r.sim.state().x[at].to_vec())))
+        let read = |r: &mut Running| {
+            let sim = r.sim();
+            let m = sim.plan().mechanism()?;
+            let at = m.x + m.multibody.nq();
+            Some(sim.state().x[at..at + m.multibody.nv()].to_vec())
+        };
+        Ok(out1(py, self.with(py, read).ok_or_else(no_mechanism)?))
     }
 
     /// Callbacks often hold the simulation that holds them: the garbage collector may see that.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         // A simulation that steps just now is in use, and is left alone.
         let Ok(running) = self.running.try_lock() else { return Ok(()) };
-        running.calls.iter().try_for_each(|(_, f)| visit.call(f))
+        running.calls.iter().try_for_each(|f| visit.call(f))
     }
     fn __clear__(&self) {
-        let calls = std::mem::take(&mut lock(&self.running).calls);
+        let calls = {
+            let mut running = lock(&self.running);
+            running.runner().clear_calls();
+            std::mem::take(&mut running.calls)
+        };
         drop(calls);
     }
 
@@ -507,8 +527,8 @@ impl Simulation {
             ));
         }
         self.with(py, |r| {
-            let schedule = Schedule::new(&r.sim, period);
-            r.calls.push((schedule, function));
+            r.runner().call(period);
+            r.calls.push(function);
         });
         Ok(())
     }

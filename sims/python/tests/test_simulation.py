@@ -192,7 +192,7 @@ def test_refusals():
         (lambda: sim.run_until("2 Hz"), "is not a time"),
         (lambda: sim.run_until(np.nan), "is not a time"),
         (lambda: sim.parameters("Frictoin"), "did you mean `Friction`"),
-        (lambda: lw.Simulation("sims/none"), "cannot be read"),
+        (lambda: lw.Simulation("sims/none"), "there is no simulation"),
         (lambda: lw.Simulation(PENDULUM, {"Friction.dampin": 1}), "dampin"),
         (lambda: lw.Simulation(PENDULUM, {"Friction.damping": "3 kg"}), "damping"),
         (lambda: lw.Simulation(PENDULUM, {"Friction.damping": None}), "override of `Friction.damping`"),

@@ -68,7 +68,7 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 15] = [
+const FLOORS: [(&str, u32); 17] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
@@ -83,6 +83,7 @@ const FLOORS: [(&str, u32); 15] = [
     ("framework/assembly", 60),
     ("framework/record", 60),
     ("framework/viz", 60),
+    ("framework/runner", 63),
     ("framework", 65),
     ("assemblies", 80),
 ];

@@ -92,6 +92,7 @@ fn condition(
     let moves = |p: Place| match p {
         Place::X(_) | Place::D(_) => true,
         Place::Signal(lane) => !order.constant_lane(lane) || free(lane),
+        Place::Channel(_) => false,
     };
     if !condition.timed() && !condition.places().any(moves) {
         let fact = format!("condition `{}`: nothing in it ever changes", when.when);

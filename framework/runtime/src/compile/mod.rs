@@ -23,9 +23,12 @@ use crate::params::ReadCx;
 use crate::plan::{PartPlan, Plan, Sizes};
 use crate::services::{Files, Services};
 use crate::spec::{PartSpec, Spec};
+use crate::time::Seconds;
 use crate::value::{Fault, Faults, Origin};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 pub(crate) use guards::WhenSpec;
+pub(crate) use table::common_tick;
 pub use host::{Bound, End, Host, HostWire, Lowering};
 
 /// A part while compiling.
@@ -40,13 +43,22 @@ pub(crate) struct Part<'a> {
 /// # Errors
 /// Every fault of the specification, in the order of the files.
 pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan, Faults> {
-    compile_phase(spec, &[], catalogue, files)
+    compile_phase(spec, &Within::default(), catalogue, files)
 }
 
-/// Compiles one phase of a program, with the conditions on which it is left.
+/// What a phase has of its program.
+#[derive(Default)]
+pub(crate) struct Within<'a> {
+    /// The conditions on which it is left.
+    pub whens: Vec<WhenSpec<'a>>,
+    /// A tick of which all phases' ticks are multiples, so that one count of ticks serves the whole run.
+    pub tick: Option<Seconds>,
+}
+
+/// Compiles one phase of a program.
 pub(crate) fn compile_phase(
     spec: &Spec,
-    whens: &[WhenSpec<'_>],
+    within: &Within<'_>,
     catalogue: &Catalogue,
     files: &Files,
 ) -> Result<Plan, Faults> {
@@ -79,7 +91,7 @@ pub(crate) fn compile_phase(
     let sizes = layout(&mut parts, spec.seed);
     let connections = connect::connect(spec, &parts, absent, &bound, sizes, &mut faults);
     bindings::uncommanded(&parts, &connections, &mut warnings);
-    table::rates(spec, &mut parts, &mut faults);
+    table::rates(spec, &mut parts, within.tick, &mut faults);
     if !faults.is_empty() {
         return Err(Faults(in_file_order(faults)));
     }
@@ -92,15 +104,15 @@ pub(crate) fn compile_phase(
     }
     let order = order::order(&parts, &connections)
         .map_err(|f| Faults(in_file_order(f)))?;
-    let timing = table::table(spec, &parts, &order).map_err(|f| Faults(in_file_order(f)))?;
-    let variables = variables::variables(&parts, &connections);
+    let timing = table::table(spec, &parts, within.tick, &order).map_err(|f| Faults(in_file_order(f)))?;
+    let variables = Arc::new(variables::variables(&parts, &connections));
     let sizes = Sizes { sig: connections.signals, ..connections.sizes };
     let wires = connections.listing(&parts, &order);
-    let watch = guards::guards(whens, &parts, &connections, &order, &variables)
+    let watch = guards::guards(&within.whens, &parts, &connections, &order, &variables)
         .map_err(|f| Faults(in_file_order(f)))?;
     let integration = settings::integration(spec, &parts, &variables, sizes.x)
         .map_err(|f| Faults(in_file_order(f)))?;
-    let hash = plan_hash(spec, &parts, sizes, &variables, &timing, (&services, files), whens);
+    let hash = plan_hash(spec, &parts, sizes, &variables, &timing, (&services, files), &within.whens);
     let with = |test: &dyn Fn(&Part<'_>) -> bool| -> Vec<u32> {
         (0..parts.len() as u32).filter(|&k| test(&parts[k as usize])).collect()
     };
@@ -150,6 +162,7 @@ pub(crate) fn compile_phase(
         step: spec.step,
         integration,
         seed: spec.seed,
+        lanes: variables.clone(),
         variables,
         constants: connections.constants,
         wires,

@@ -11,8 +11,14 @@ use std::collections::{BTreeMap, BTreeSet};
 const ROWS_MAX: u64 = 1 << 20;
 
 /// Checks the rates and gives each sampled part its period and offset in ticks.
-pub(crate) fn rates(spec: &Spec, parts: &mut [Part<'_>], faults: &mut Vec<Fault>) {
-    let base = match base(spec, parts) {
+/// `tick`: of the whole program.
+pub(crate) fn rates(
+    spec: &Spec,
+    parts: &mut [Part<'_>],
+    tick: Option<Seconds>,
+    faults: &mut Vec<Fault>,
+) {
+    let base = match base(spec, parts, tick) {
         Some(base) => base,
         None => {
             faults.push(
@@ -72,8 +78,9 @@ pub(crate) fn rates(spec: &Spec, parts: &mut [Part<'_>], faults: &mut Vec<Fault>
     }
 }
 
-fn base(spec: &Spec, parts: &[Part<'_>]) -> Option<Seconds> {
-    parts.iter().try_fold(spec.step, |base, part| match part.spec.rate {
+fn base(spec: &Spec, parts: &[Part<'_>], tick: Option<Seconds>) -> Option<Seconds> {
+    let step = tick.map_or(Some(spec.step), |tick| spec.step.common(tick))?;
+    parts.iter().try_fold(step, |base, part| match part.spec.rate {
         Some(rate) if rate.num > 0 => {
             let base = base.common(rate)?;
             if part.spec.offset.num > 0 { base.common(part.spec.offset) } else { Some(base) }
@@ -89,14 +96,19 @@ pub(crate) struct Timing {
     pub works: Vec<TickWork>,
 }
 
-pub(crate) fn table(spec: &Spec, parts: &[Part<'_>], order: &Order) -> Result<Timing, Vec<Fault>> {
+pub(crate) fn table(
+    spec: &Spec,
+    parts: &[Part<'_>],
+    tick: Option<Seconds>,
+    order: &Order,
+) -> Result<Timing, Vec<Fault>> {
     let none = || {
         vec![
             Fault::new(Origin::NONE, "the sample periods and the step have no small common period")
                 .help(format!("they are: {}", listing(spec, parts))),
         ]
     };
-    let base = base(spec, parts).ok_or_else(none)?;
+    let base = base(spec, parts, tick).ok_or_else(none)?;
     let step = spec.step.ticks(base).ok_or_else(none)?;
     let mut classes: BTreeSet<(u64, u64)> = parts
         .iter()
@@ -160,6 +172,12 @@ fn work_at(at: u64, parts: &[Part<'_>], order: &Order) -> TickWork {
         .collect();
     let refresh = updates.iter().any(|k| order.hybrid.contains(k));
     TickWork { ops, updates, refresh }
+}
+
+/// The greatest tick of which the step and all periods and offsets are multiples.
+pub(crate) fn common_tick(spec: &Spec) -> Option<Seconds> {
+    let times = spec.parts.iter().flat_map(|p| p.rate.into_iter().chain([p.offset]));
+    times.filter(|t| t.num > 0).try_fold(spec.step, Seconds::common)
 }
 
 fn listing(spec: &Spec, parts: &[Part<'_>]) -> String {

@@ -22,6 +22,7 @@ pub use ports::{Frame, MechanismPorts};
 pub use spec::{ContactSpec, MechanismSpec};
 
 use crate::plan::Plan;
+use crate::program::Program;
 use crate::spec::Spec;
 use std::any::Any;
 use std::sync::Arc;
@@ -40,6 +41,14 @@ impl Spec {
     /// Gives the parts a mechanism to bind to.
     pub fn set_mechanism(&mut self, mechanism: MechanismSpec) {
         self.host = Some(Box::new(mechanism));
+    }
+}
+
+impl Program {
+    /// For each phase the lanes of its mechanism's q and v in x, one after the other; empty without one.
+    pub fn coordinates(&self) -> Vec<std::ops::Range<usize>> {
+        let lanes = |m: &Arc<MechanismPlan>| m.x..m.x + m.multibody.nq() + m.multibody.nv();
+        self.phases.iter().map(|p| p.plan.mechanism().map_or(0..0, lanes)).collect()
     }
 }
 

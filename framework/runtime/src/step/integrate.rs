@@ -180,7 +180,7 @@ impl Simulation {
     fn failed(&self, failure: Failure<Stopped>) -> RunError {
         let name = |lane: usize| {
             let at = |p: &Place| *p == Place::X(lane as u32);
-            let found = self.plan.variables.iter().find(|(_, v)| at(&v.place));
+            let found = self.plan.lanes.iter().find(|(_, v)| at(&v.place));
             found.map_or_else(|| format!("state {lane}"), |(path, _)| path.clone())
         };
         let error = |lane: usize, message: String, help: &str| RunError {

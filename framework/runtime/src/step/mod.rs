@@ -317,7 +317,7 @@ impl Simulation {
         };
         let mut found: Vec<(bool, &String, f64)> = self
             .plan
-            .variables
+            .lanes
             .iter()
             .filter(|(_, v)| v.role != Role::Input)
             .filter_map(|(path, v)| Some((v.role != Role::State, path, bad(v)?)))
@@ -343,13 +343,18 @@ impl Simulation {
         RunError { time: self.time(), path, message, help: failure.help }
     }
 
-    /// The value at a place found before ([`Simulation::variable`]).
+    /// The value at a place found before ([`Simulation::variable`]); NaN in a phase that has no such
+    /// variable.
     #[inline]
     pub fn value(&self, place: Place) -> f64 {
         match place {
             Place::X(k) => self.state.x[k as usize],
             Place::D(k) => self.state.d[k as usize],
             Place::Signal(k) => self.state.sig[k as usize],
+            Place::Channel(k) => {
+                let place = self.program.channels[self.state.phase as usize][k as usize];
+                place.map_or(f64::NAN, |place| self.value(place))
+            }
         }
     }
 
@@ -366,7 +371,16 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::variable`].
     pub fn get(&self, path: &str) -> Result<f64, VariableError> {
-        Ok(self.value(self.variable(path)?.place))
+        Ok(self.value(self.here(path)?.place))
+    }
+
+    /// A variable of the present phase.
+    fn here(&self, path: &str) -> Result<&Variable, VariableError> {
+        let known = self.variable(path)?;
+        self.plan.lanes.get(path).ok_or_else(|| VariableError {
+            message: format!("`{path}` of `{}` is not there in phase `{}`", known.part, self.phase()),
+            help: "read or set it in a phase that has it".into(),
+        })
     }
 
     /// Sets a state or an input without a wire, by path. It acts from the present instant on.
@@ -374,7 +388,7 @@ impl Simulation {
     /// # Errors
     /// No such variable, a value that is not finite, or a variable that something else drives.
     pub fn set(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
-        let v = self.variable(path)?.clone();
+        let v = self.here(path)?.clone();
         let refuse =
             |message: String, help: &str| Err(VariableError { message, help: help.to_string() });
         if !value.is_finite() {

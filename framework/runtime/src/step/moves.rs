@@ -184,9 +184,9 @@ fn place_in_time(old: &State, from: &Plan, new: &mut State, to: &Plan) {
 
 /// Held outputs and inputs that were set, by path.
 fn signals(old: &State, from: &Plan, new: &mut State, to: &Plan) {
-    for (path, v) in &to.variables {
+    for (path, v) in &*to.lanes {
         let (Place::Signal(k), Role::Output | Role::Free) = (v.place, v.role) else { continue };
-        let Some(o) = from.variables.get(path) else { continue };
+        let Some(o) = from.lanes.get(path) else { continue };
         if let (Place::Signal(j), true) = (o.place, o.role == v.role) {
             new.sig[k as usize] = old.sig[j as usize];
         }

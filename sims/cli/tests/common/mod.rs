@@ -104,6 +104,50 @@ impl Lab {
     }
 }
 
+/// A small file system in memory.
+pub struct Small(PathBuf);
+
+impl Small {
+    /// `None` where this process may not mount one.
+    pub fn mount(at: PathBuf, size: &str) -> Option<Small> {
+        std::fs::create_dir_all(&at).unwrap();
+        let options = format!("size={size}");
+        let done =
+            Command::new("mount").args(["-t", "tmpfs", "-o", &options, "small"]).arg(&at).output();
+        done.is_ok_and(|o| o.status.success()).then_some(Small(at))
+    }
+}
+
+impl Drop for Small {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(&self.0).output();
+    }
+}
+
+/// Sends a signal, by name.
+pub fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status();
+    assert!(sent.unwrap().success());
+}
+
+/// `kill -9`.
+pub fn killed(child: &mut Child) {
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+/// Waits until a file is there.
+#[track_caller]
+pub fn wait_for(path: &Path) {
+    for _ in 0..1500 {
+        if path.exists() {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    panic!("`{}` does not come", path.display());
+}
+
 /// Names in a folder, sorted.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();

@@ -1,6 +1,6 @@
-//! The simulation's own figures and the curves of its plots: taken in passing, in fixed memory.
+//! The simulation's own figures: taken in passing, in fixed memory.
 use linkwork_assembly::{Figure, Take};
-use linkwork_runtime::{Place, Plan, Simulation, Unit};
+use linkwork_runtime::{Fault, Place, Plan, Simulation, Unit};
 use serde::{Deserialize, Serialize};
 
 /// A running figure.
@@ -60,22 +60,21 @@ pub struct Figures {
     pub list: Vec<Tracked>,
     /// Where they stand.
     pub running: Vec<Running>,
+    /// The tick that was taken last.
+    taken: Option<u64>,
 }
 
 impl Figures {
     /// From the file; faults name the variable that is not there, or a unit that does not fit.
-    pub fn new(plan: &Plan, figures: &[Figure]) -> Result<Figures, Vec<linkwork_runtime::Fault>> {
+    pub fn new(plan: &Plan, figures: &[Figure]) -> Result<Figures, Vec<Fault>> {
         let (mut list, mut faults) = (Vec::new(), Vec::new());
         for f in figures {
             let v = match plan.variable(&f.of.text) {
                 Ok(v) => v,
                 Err(e) => {
                     faults.push(
-                        linkwork_runtime::Fault::new(
-                            f.of.origin,
-                            format!("figure `{}`: {}", f.name, e.message),
-                        )
-                        .help(e.help),
+                        Fault::new(f.of.origin, format!("figure `{}`: {}", f.name, e.message))
+                            .help(e.help),
                     );
                     continue;
                 }
@@ -94,7 +93,7 @@ impl Figures {
                     });
                 }
                 Ok(_) => faults.push(
-                    linkwork_runtime::Fault::new(
+                    Fault::new(
                         f.origin,
                         format!(
                             "figure `{}`: `{}` is in {}, which is no {unit}",
@@ -103,28 +102,47 @@ impl Figures {
                     )
                     .help("choose a unit of the same quantity"),
                 ),
-                Err(e) => faults.push(linkwork_runtime::Fault::new(f.origin, e.to_string())),
+                Err(e) => faults.push(Fault::new(f.origin, e.to_string())),
             }
         }
         if !faults.is_empty() {
             return Err(faults);
         }
         let running = vec![Running::default(); list.len()];
-        Ok(Figures { list, running })
+        Ok(Figures { list, running, taken: None })
     }
 
-    /// Takes the first values, unless a checkpoint brought them along.
-    pub fn begin(&mut self, sim: &Simulation) {
-        if self.running.iter().all(|r| r.n == 0.0) {
-            self.sample(sim);
+    /// Takes the values of this tick, unless they are taken already.
+    #[inline]
+    pub fn sample(&mut self, sim: &Simulation) {
+        let tick = sim.state().tick;
+        if self.taken.replace(tick) == Some(tick) {
+            return;
+        }
+        for (f, r) in self.list.iter().zip(&mut self.running) {
+            let value = sim.value(f.place);
+            // NaN: this phase has no such variable.
+            if !value.is_nan() {
+                r.add(value);
+            }
         }
     }
 
-    /// Takes the present values.
-    #[inline]
-    pub fn sample(&mut self, sim: &Simulation) {
-        for (f, r) in self.list.iter().zip(&mut self.running) {
-            r.add(sim.value(f.place));
+    /// Where they stand, for a checkpoint.
+    ///
+    /// # Errors
+    /// A message, when they cannot be written down.
+    pub fn save(&self) -> Result<Vec<u8>, String> {
+        rmp_serde::to_vec_named(&self.running).map_err(|e| format!("the figures: {e}"))
+    }
+
+    /// Goes on where a checkpoint stood, whose tick `sim` has: that tick is among its values.
+    /// Figures of another simulation are left alone.
+    pub fn restore(&mut self, saved: &[u8], sim: &Simulation) {
+        let kept: Option<Vec<Running>> = rmp_serde::from_slice(saved).ok();
+        if let Some(kept) = kept.filter(|k| k.len() == self.running.len()) {
+            self.running = kept;
+            self.taken = Some(sim.state().tick);
         }
     }
 
@@ -134,58 +152,5 @@ impl Figures {
             let value = (r.take(f.take) - f.unit_read.offset) / f.unit_read.scale;
             (f.name.as_str(), value, f.unit.as_str())
         })
-    }
-}
-
-/// Points of a curve, thinned to a fixed number however long the run.
-#[derive(Clone, Debug, Default)]
-pub struct Thinned {
-    /// Points kept.
-    pub points: Vec<(f64, f64)>,
-    every: u64,
-    seen: u64,
-}
-
-impl Thinned {
-    const MOST: usize = 4096;
-
-    /// Room for all points it will ever keep.
-    pub fn new() -> Self {
-        Thinned { points: Vec::with_capacity(Self::MOST), every: 1, seen: 0 }
-    }
-
-    /// Takes a point, or passes it over.
-    pub fn add(&mut self, x: f64, y: f64) {
-        if self.seen.is_multiple_of(self.every) {
-            if self.points.len() == Self::MOST {
-                let mut k = 0;
-                self.points.retain(|_| {
-                    k += 1;
-                    k % 2 == 1
-                });
-                self.every *= 2;
-            }
-            if self.seen.is_multiple_of(self.every) {
-                self.points.push((x, y));
-            }
-        }
-        self.seen += 1;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn thinning_keeps_memory_and_the_shape() {
-        let mut t = Thinned::new();
-        for k in 0..1_000_000 {
-            t.add(f64::from(k), f64::from(k) * 2.0);
-        }
-        assert!(t.points.len() <= 4096 && t.points.len() > 2000);
-        assert_eq!(t.points.capacity(), 4096);
-        let gaps: Vec<f64> = t.points.windows(2).map(|w| w[1].0 - w[0].0).collect();
-        assert!(gaps.iter().all(|g| *g == gaps[0]), "evenly spaced");
     }
 }

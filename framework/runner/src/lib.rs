@@ -1,0 +1,36 @@
+//! A run from file to end, as one library: load → compile → place → taps → run → stop.
+//!
+//! The command line and the Python package are thin programs on it, so that a run means the same
+//! in both. There is one time loop, [`Runner::go`]:
+//! ```text
+//! at each tick:   calls due → watcher → rows of the taps → checkpoint due → stop? → step
+//! ```
+//! What a row shows is therefore what a call has set, and a checkpoint comes after the rows of its
+//! tick. Nothing in the loop but the step and the calls changes the state (law 6).
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | `load` | files → a compiled simulation with what else its file says |
+//! | `prepare` | every name of the file looked up, all mistakes at once |
+//! | `run` | the loop, with its taps |
+//! | `saves` | when checkpoints are written, their names, what they carry |
+//! | `folder` | the folder of a run: one run at a time, nothing of another run in the way |
+//! | `figures` | a simulation's own figures, in fixed memory |
+//! | `pace` | not faster than real time |
+//!
+//! Viewers are taps that the program hands in; this crate knows none.
+mod figures;
+mod folder;
+mod load;
+mod pace;
+mod prepare;
+mod run;
+mod saves;
+
+pub use figures::{Figures, Running, Tracked};
+pub use folder::{Folder, FolderError};
+pub use load::{Library, Ready, sim_file};
+pub use pace::Pace;
+pub use prepare::{Prepared, prepare};
+pub use run::{Ended, Goal, Need, Pause, Runner, Stop, TapEnd, Watch};
+pub use saves::{Saves, signal_names, time_name};

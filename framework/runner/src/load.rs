@@ -1,0 +1,104 @@
+//! Loading: a file or text, compiled and put down, with all mistakes at once.
+use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down, tidy};
+use linkwork_runtime::{Catalogue, Fault, Files, Origin, Plan, Program, Sources};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// What a program brings along: its models, and the assemblies inside it.
+pub struct Library {
+    /// Models and services.
+    pub catalogue: Catalogue,
+    /// Assemblies in the program: path → text.
+    pub embedded: BTreeMap<String, String>,
+}
+
+/// A simulation, compiled and placed, with what else its file says.
+pub struct Ready {
+    /// As loaded.
+    pub loaded: Loaded,
+    /// As compiled.
+    pub program: Program,
+}
+
+impl Ready {
+    /// The plan of the phase in which the run begins; its variables are those of all phases.
+    pub fn plan(&self) -> &Plan {
+        &self.program.phases[0].plan
+    }
+}
+
+/// The sim.ron of a folder, or the file itself.
+pub fn sim_file(path: &Path) -> PathBuf {
+    if path.is_dir() { path.join("sim.ron") } else { path.to_path_buf() }
+}
+
+impl Library {
+    /// Options with `PATH=VALUE` overrides and a seed in place of the file's.
+    pub fn options(&self, set: &[String], seed: Option<u64>) -> Options<'_> {
+        let mut options = Options::new(&self.catalogue);
+        options.embedded.clone_from(&self.embedded);
+        options.search = vec![PathBuf::from("assemblies")];
+        options.overrides = set.to_vec();
+        options.seed = seed;
+        options
+    }
+
+    /// That there is a simulation of this name, in the program or as a file.
+    ///
+    /// # Errors
+    /// A fault that names the file.
+    pub fn find(&self, path: &Path) -> Result<(), Failure> {
+        let file = sim_file(path);
+        if file.exists() || self.embedded.contains_key(&file.display().to_string()) {
+            return Ok(());
+        }
+        let message = format!("there is no simulation `{}`", file.display());
+        let fault = Fault::new(Origin::NONE, message)
+            .help("name a sim.ron file or the folder that holds it, from the folder you are in");
+        Err(Failure { faults: vec![fault], sources: Sources::default() })
+    }
+
+    /// Loads a file without compiling it: no ground is made, no file but the texts is read.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn loaded(
+        &self,
+        path: &Path,
+        set: &[String],
+        seed: Option<u64>,
+    ) -> Result<Loaded, Failure> {
+        load_file(sim_file(path), &self.options(set, seed))
+    }
+
+    /// Loads, compiles and places a file.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn file(&self, path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, Failure> {
+        self.find(path)?;
+        self.finish(self.loaded(path, set, seed)?)
+    }
+
+    /// The same from a text that needs no other file: the configuration in a checkpoint.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn text(&self, name: &str, text: &str) -> Result<Ready, Failure> {
+        self.finish(load_text(name, text, &self.options(&[], None))?)
+    }
+
+    fn finish(&self, loaded: Loaded) -> Result<Ready, Failure> {
+        let files = Files::of(vec![PathBuf::from("."), PathBuf::from("assemblies")]);
+        let faulty =
+            |faults: Vec<Fault>| Failure { faults: tidy(faults), sources: loaded.sources.clone() };
+        let compiled = loaded.compile(&self.catalogue, &files);
+        let mut program = compiled.map_err(|faults| faulty(faults.0))?;
+        if let Some(place) = &loaded.simulation.place
+            && let Some(plan) = std::sync::Arc::get_mut(&mut program.phases[0].plan)
+        {
+            put_down(plan, place).map_err(|fault| faulty(vec![fault]))?;
+        }
+        Ok(Ready { loaded, program })
+    }
+}

@@ -1,0 +1,354 @@
+//! The time loop, and what is due at a tick: calls, rows, checkpoints, the end.
+use crate::pace::Pace;
+use crate::saves::Saves;
+use linkwork_runtime::{Place, RunError, Schedule, Seconds, Simulation, Tap};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Asks a run to stop at its next tick; may be set from a signal handler or another thread.
+#[derive(Clone, Debug, Default)]
+pub struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    /// The run is to stop. True when it was asked before.
+    pub fn set(&self) -> bool {
+        self.0.swap(true, Ordering::SeqCst)
+    }
+    /// Whether the run is to stop.
+    pub fn is_set(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Goal {
+    /// At the first tick at or after this time.
+    pub until: Option<Seconds>,
+    /// After so many steps.
+    pub steps: Option<u64>,
+    /// When this variable is true.
+    pub stop_when: Option<Place>,
+}
+
+/// What a program takes in passing, in the thread of the run.
+pub trait Watch: Send {
+    /// The state after the work of a tick, before the rows of the taps. Called once for a tick,
+    /// and again for the tick at which a run goes on after a pause or a change.
+    fn tick(&mut self, sim: &Simulation);
+
+    /// What a checkpoint of this tick carries along, by name.
+    ///
+    /// # Errors
+    /// A message: the checkpoint cannot be written.
+    fn carry(&self, _extra: &mut BTreeMap<String, Vec<u8>>) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// What a run owes to a tap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    /// A log: without it the run is not worth going on.
+    Must,
+    /// A viewer: when it fails the run goes on without it.
+    May,
+}
+
+/// Why a run came to its end.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ended {
+    /// The time given by `until`, or the number of steps.
+    Goal,
+    /// The variable given by `stop_when` is true.
+    StopWhen,
+    /// It was asked to stop.
+    Stopped,
+    /// The state left the numbers, in a step.
+    Failed(RunError),
+    /// The state is no number from the start.
+    Bad(RunError),
+    /// A tap that the run needs has failed.
+    Tap(String),
+}
+
+/// Why [`Runner::go`] came back.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pause {
+    /// The run is at its end.
+    Ended(Ended),
+    /// Calls are due, by the number that [`Runner::call`] gave: make them, then go on.
+    Calls(Vec<usize>),
+    /// The steps asked for are done.
+    Chunk,
+}
+
+/// How a tap ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TapEnd {
+    /// As given to [`Runner::tap`].
+    pub name: String,
+    /// What the run owed it.
+    pub need: Need,
+    /// Rows that it did not take.
+    pub dropped: u64,
+    /// Its message, or nothing.
+    pub result: Result<(), String>,
+}
+
+struct Feed {
+    name: String,
+    need: Need,
+    tap: Tap,
+}
+
+/// How long a viewer may take for its last rows.
+const LAST_ROWS: Duration = Duration::from_secs(3);
+
+/// A simulation under way.
+pub struct Runner<W> {
+    sim: Simulation,
+    /// What the program takes in passing.
+    pub watch: W,
+    feeds: Vec<Feed>,
+    ended: Vec<TapEnd>,
+    calls: Vec<Schedule>,
+    saves: Option<Saves>,
+    pace: Option<Pace>,
+    stop: Stop,
+    /// The tick that the watcher and the saves have seen.
+    seen: Option<u64>,
+    checked: bool,
+}
+
+impl<W: Watch> Runner<W> {
+    /// From where the simulation stands.
+    pub fn new(sim: Simulation, watch: W) -> Self {
+        Runner {
+            sim,
+            watch,
+            feeds: Vec::new(),
+            ended: Vec::new(),
+            calls: Vec::new(),
+            saves: None,
+            pace: None,
+            stop: Stop::default(),
+            seen: None,
+            checked: false,
+        }
+    }
+
+    /// The simulation.
+    pub fn sim(&self) -> &Simulation {
+        &self.sim
+    }
+
+    /// The simulation, to be changed between two calls of [`Runner::go`].
+    pub fn sim_mut(&mut self) -> &mut Simulation {
+        self.checked = false;
+        &mut self.sim
+    }
+
+    /// The watcher sees the present tick again: it has something new to take.
+    pub fn see_again(&mut self) {
+        self.seen = None;
+    }
+
+    /// Feeds a tap from the present tick on.
+    pub fn tap(&mut self, name: impl Into<String>, need: Need, tap: Tap) {
+        self.feeds.push(Feed { name: name.into(), need, tap });
+    }
+
+    /// Whether a tap of this name is fed.
+    pub fn has_tap(&self, name: &str) -> bool {
+        self.feeds.iter().any(|f| f.name == name)
+    }
+
+    /// Something that the program does at the first tick at or after each multiple of a period,
+    /// from the present tick on. Gives its number, counted from 0.
+    pub fn call(&mut self, period: Seconds) -> usize {
+        self.calls.push(Schedule::from(self.sim.state().tick, self.sim.plan().base, period));
+        self.calls.len() - 1
+    }
+
+    /// Forgets all calls.
+    pub fn clear_calls(&mut self) {
+        self.calls.clear();
+    }
+
+    /// Writes checkpoints.
+    pub fn save_with(&mut self, saves: Saves) {
+        self.saves = Some(saves);
+    }
+
+    /// Where checkpoints go and how they fared.
+    pub fn saves(&self) -> Option<&Saves> {
+        self.saves.as_ref()
+    }
+
+    /// The checkpoints that could not be written since this was asked last.
+    pub fn new_save_failures(&mut self) -> Vec<String> {
+        self.saves.as_mut().map_or_else(Vec::new, |s| std::mem::take(&mut s.failures))
+    }
+
+    /// Not faster than real time, from now on.
+    pub fn pace(&mut self) {
+        self.pace = Some(Pace::from(self.sim.time()));
+    }
+
+    /// Asks this run to stop.
+    pub fn stop(&self) -> Stop {
+        self.stop.clone()
+    }
+
+    /// Takes `steps` steps, or fewer when something comes in between.
+    pub fn go(&mut self, goal: &mut Goal, steps: u64) -> Pause {
+        for _ in 0..steps {
+            if let Some(pause) = self.at_tick(goal) {
+                return pause;
+            }
+            if let Err(e) = self.sim.step() {
+                if let Some(saves) = &mut self.saves {
+                    saves.before_failure();
+                }
+                return Pause::Ended(Ended::Failed(e));
+            }
+            goal.steps = goal.steps.map(|n| n - 1);
+        }
+        Pause::Chunk
+    }
+
+    /// What is due at the present tick.
+    #[inline]
+    fn at_tick(&mut self, goal: &Goal) -> Option<Pause> {
+        let tick = self.sim.state().tick;
+        if !self.calls.is_empty() {
+            let due = |(k, s): (usize, &mut Schedule)| s.is_due(tick).then_some(k);
+            let calls: Vec<usize> = self.calls.iter_mut().enumerate().filter_map(due).collect();
+            if !calls.is_empty() {
+                return Some(Pause::Calls(calls));
+            }
+        }
+        let fresh = self.seen.replace(tick) != Some(tick);
+        if fresh {
+            self.watch.tick(&self.sim);
+        }
+        if let Err(e) = self.rows() {
+            return Some(Pause::Ended(Ended::Tap(e)));
+        }
+        // A step checks itself: this finds what is bad from the start.
+        if !self.checked {
+            if let Err(e) = self.sim.check() {
+                return Some(Pause::Ended(Ended::Bad(e)));
+            }
+            self.checked = true;
+        }
+        if fresh && self.saves.as_mut().is_some_and(|s| s.is_due(tick)) {
+            if let Err(e) = self.flush() {
+                return Some(Pause::Ended(Ended::Tap(e)));
+            }
+            if let Some(saves) = &mut self.saves {
+                saves.periodic(&self.sim, &self.watch);
+            }
+        }
+        if let Some(end) = self.end(goal) {
+            return Some(Pause::Ended(end));
+        }
+        if let Some(saves) = &mut self.saves {
+            saves.keep(&self.sim, &self.watch);
+        }
+        if let Some(pace) = &self.pace {
+            pace.wait(self.sim.time(), &self.stop);
+        }
+        None
+    }
+
+    fn end(&self, goal: &Goal) -> Option<Ended> {
+        if goal.stop_when.is_some_and(|p| self.sim.value(p) > 0.5) {
+            return Some(Ended::StopWhen);
+        }
+        let late = goal.until.is_some_and(|t| !self.sim.before(t));
+        if late || goal.steps == Some(0) {
+            return Some(Ended::Goal);
+        }
+        self.stop.is_set().then_some(Ended::Stopped)
+    }
+
+    /// Takes the rows that are due. A tap that the run can do without is let go when it fails.
+    fn rows(&mut self) -> Result<(), String> {
+        let mut k = 0;
+        while let Some(feed) = self.feeds.get_mut(k) {
+            match (feed.tap.sample(&self.sim), feed.need) {
+                (Ok(()), _) => k += 1,
+                (Err(e), Need::Must) => {
+                    self.feeds.remove(k);
+                    return Err(e);
+                }
+                (Err(e), Need::May) => {
+                    let Feed { name, need, tap } = self.feeds.remove(k);
+                    let dropped = tap.dropped();
+                    self.ended.push(TapEnd { name, need, dropped, result: Err(e) });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings the rows so far to where a killed process leaves them.
+    fn flush(&mut self) -> Result<(), String> {
+        let mut k = 0;
+        while let Some(feed) = self.feeds.get_mut(k) {
+            match (feed.tap.flush(), feed.need) {
+                (Err(e), Need::Must) => {
+                    self.feeds.remove(k);
+                    return Err(e);
+                }
+                (Err(e), Need::May) => {
+                    let Feed { name, need, tap } = self.feeds.remove(k);
+                    let dropped = tap.dropped();
+                    self.ended.push(TapEnd { name, need, dropped, result: Err(e) });
+                }
+                (Ok(()), _) => k += 1,
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a checkpoint of the present tick under this name, whatever the policy says.
+    pub fn save(&mut self, name: &str) {
+        if let Some(saves) = &mut self.saves {
+            saves.write(&self.sim, &self.watch, name);
+        }
+    }
+
+    /// Taps that have ended since this was asked last, those that failed on the way.
+    pub fn ended_taps(&mut self) -> Vec<TapEnd> {
+        std::mem::take(&mut self.ended)
+    }
+
+    /// Finishes one tap, if there is one of this name.
+    ///
+    /// # Errors
+    /// Its message.
+    pub fn finish_tap(&mut self, name: &str) -> Result<(), String> {
+        match self.feeds.iter().position(|f| f.name == name) {
+            Some(k) => self.feeds.remove(k).tap.finish(),
+            None => Ok(()),
+        }
+    }
+
+    /// Finishes all taps: logs are waited for, viewers for a few seconds.
+    pub fn finish_taps(&mut self) -> Vec<TapEnd> {
+        for Feed { name, need, tap } in self.feeds.drain(..) {
+            let dropped = tap.dropped();
+            let result = match need {
+                Need::Must => tap.finish(),
+                Need::May => tap.finish_within(LAST_ROWS),
+            };
+            self.ended.push(TapEnd { name, need, dropped, result });
+        }
+        self.ended_taps()
+    }
+}

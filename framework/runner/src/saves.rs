@@ -1,0 +1,136 @@
+//! Checkpoints of a run: when they are written, what they are called, what they carry along.
+use crate::run::Watch;
+use linkwork_runtime::{Checkpoint, Place, Plan, Role, Schedule, Seconds, Simulation};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// What a checkpoint carries beside the state, by name.
+type Extra = BTreeMap<String, Vec<u8>>;
+
+/// The policy, and how it fared.
+pub struct Saves {
+    folder: PathBuf,
+    name: String,
+    configuration: String,
+    every: Option<Schedule>,
+    /// A state about a simulated second old, for when a step fails.
+    last: Option<(Simulation, Extra)>,
+    next_last: f64,
+    /// Files written, in order.
+    pub written: Vec<PathBuf>,
+    /// What could not be written, the first few messages.
+    pub(crate) failures: Vec<String>,
+    /// How many could not be written.
+    pub failed: u64,
+}
+
+/// Messages that are kept: a full disk would make one for each period.
+const MESSAGES: u64 = 3;
+
+/// Simulated time between two states that are kept in memory (s).
+const KEEP: f64 = 1.0;
+
+impl Saves {
+    /// Into a folder. `name` is the simulation's, `configuration` rebuilds it, `every` is the
+    /// period of checkpoints (none: only when something goes wrong).
+    pub fn new(
+        sim: &Simulation,
+        folder: PathBuf,
+        name: &str,
+        configuration: &str,
+        every: Option<Seconds>,
+    ) -> Saves {
+        let (tick, base) = (sim.state().tick, sim.plan().base);
+        Saves {
+            folder,
+            name: name.into(),
+            configuration: configuration.into(),
+            every: every.map(|e| Schedule::after(tick, base, e)),
+            last: None,
+            next_last: sim.time(),
+            written: Vec::new(),
+            failures: Vec::new(),
+            failed: 0,
+        }
+    }
+
+    #[inline]
+    pub(crate) fn is_due(&mut self, tick: u64) -> bool {
+        self.every.as_mut().is_some_and(|e| e.is_due(tick))
+    }
+
+    pub(crate) fn periodic(&mut self, sim: &Simulation, watch: &impl Watch) {
+        let name = format!("checkpoint_{}.lwck", time_name(sim.time()));
+        self.write(sim, watch, &name);
+    }
+
+    /// Keeps the present state in memory, about once in a simulated second.
+    #[inline]
+    pub(crate) fn keep(&mut self, sim: &Simulation, watch: &impl Watch) {
+        let t = sim.time();
+        if t >= self.next_last {
+            self.next_last = t + KEEP;
+            let mut extra = Extra::new();
+            self.last = watch.carry(&mut extra).is_ok().then(|| (sim.fork(), extra));
+        }
+    }
+
+    /// After a failed step: writes the state that was kept last.
+    pub(crate) fn before_failure(&mut self) {
+        if let Some((sim, extra)) = self.last.take() {
+            self.put(&sim, Ok(extra), "before_failure.lwck");
+        }
+    }
+
+    pub(crate) fn write(&mut self, sim: &Simulation, watch: &impl Watch, name: &str) {
+        let mut extra = Extra::new();
+        let carried = watch.carry(&mut extra).map(|()| extra);
+        self.put(sim, carried, name);
+    }
+
+    fn put(&mut self, sim: &Simulation, extra: Result<Extra, String>, name: &str) {
+        let path = self.folder.join(name);
+        let written = extra.and_then(|extra| {
+            let mut c = sim.checkpoint(&self.configuration).map_err(|e| e.to_string())?;
+            fill(&mut c, &self.name, sim.plan())?;
+            c.extra.extend(extra);
+            c.write(&path).map_err(|e| e.to_string())
+        });
+        match written {
+            Ok(()) => {
+                self.written.retain(|w| *w != path);
+                self.written.push(path);
+            }
+            Err(e) => {
+                self.failed += 1;
+                if self.failed <= MESSAGES {
+                    self.failures.push(e);
+                }
+            }
+        }
+    }
+}
+
+/// What every checkpoint of a run carries: the simulation's name, the names of the signals.
+fn fill(c: &mut Checkpoint, name: &str, plan: &Plan) -> Result<(), String> {
+    c.extra.insert("name".into(), name.as_bytes().to_vec());
+    let signals = rmp_serde::to_vec(&signal_names(plan)).map_err(|e| e.to_string())?;
+    c.extra.insert("signals".into(), signals);
+    Ok(())
+}
+
+/// Names of the signal lanes, for comparisons; a lane that only carries an input goes without.
+pub fn signal_names(plan: &Plan) -> Vec<String> {
+    let mut names = vec![String::new(); plan.sizes.sig];
+    for (path, v) in &*plan.lanes {
+        if let (Place::Signal(k), true) = (v.place, v.role != Role::Input) {
+            names[k as usize].clone_from(path);
+        }
+    }
+    names
+}
+
+/// A time in the name of a file: `10`, `2.5`, `0.3333`. Different ticks have different names.
+pub fn time_name(t: f64) -> String {
+    format!("{t}")
+}

@@ -1,0 +1,166 @@
+//! The forms of bodies and grounds as what Rerun draws; none of them changes in a run.
+use crate::scene::{Form, Shape};
+use crate::stream::Wrap;
+use linkwork_spatial::{Pose, Vec3};
+use rerun::{EntityPath, RecordingStream};
+use std::path::Path;
+
+/// Edge of the piece of a half space that is shown (m).
+const PIECE: f64 = 40.0;
+/// Points of a height field along an edge that are shown at most.
+const NODES: usize = 512;
+
+/// `Rover.Hardware.Wheels.Wheel1/wheel` → `/Rover/Hardware/Wheels/Wheel1/wheel`.
+pub fn entity(path: &str) -> EntityPath {
+    let parts: Vec<&str> = path.split(['.', '/']).filter(|p| !p.is_empty()).collect();
+    EntityPath::from(parts.into_iter().map(rerun::EntityPathPart::from).collect::<Vec<_>>())
+}
+
+/// Where a shape stands in the tree of entities: below its body.
+pub fn shape_path(shape: &Shape) -> EntityPath {
+    entity(&shape.body).join(&entity(&format!("shapes/{}", shape.name)))
+}
+
+pub fn f3(v: &Vec3) -> [f32; 3] {
+    [v.x as f32, v.y as f32, v.z as f32]
+}
+
+fn transform(pose: &Pose) -> rerun::Transform3D {
+    let q = pose.rotation;
+    let q = rerun::Quaternion::from_xyzw([q.i as f32, q.j as f32, q.k as f32, q.w as f32]);
+    rerun::Transform3D::from_translation_rotation(f3(&pose.position), q)
+}
+
+/// Sends a shape.
+pub fn send(rec: &RecordingStream, shape: &Shape) -> Result<(), Wrap> {
+    let path = shape_path(shape);
+    let fill = rerun::FillMode::Solid;
+    let [r, g, b, a] = shape.color;
+    let color = rerun::Color::from_unmultiplied_rgba(r, g, b, a);
+    match &shape.form {
+        Form::Box(size) => {
+            let boxes = rerun::Boxes3D::from_half_sizes([f3(&(size * 0.5))]);
+            rec.log_static(path.clone(), &boxes.with_fill_mode(fill).with_colors([color]))?;
+        }
+        Form::Sphere(radius) => {
+            let ball = rerun::Ellipsoids3D::from_half_sizes([[*radius as f32; 3]]);
+            rec.log_static(path.clone(), &ball.with_fill_mode(fill).with_colors([color]))?;
+        }
+        Form::Cylinder { radius, length } => {
+            let body =
+                rerun::Cylinders3D::from_lengths_and_radii([*length as f32], [*radius as f32]);
+            rec.log_static(path.clone(), &body.with_fill_mode(fill).with_colors([color]))?;
+        }
+        Form::Capsule { radius, length } => {
+            let body =
+                rerun::Capsules3D::from_lengths_and_radii([*length as f32], [*radius as f32])
+                    .with_translations([[0.0, 0.0, -0.5 * *length as f32]]);
+            rec.log_static(path.clone(), &body.with_fill_mode(fill).with_colors([color]))?;
+        }
+        Form::Mesh { file, scale } => {
+            let (points, faces) = stl(file, *scale)?;
+            rec.log_static(path.clone(), &mesh(points, faces, shape.color))?;
+        }
+        Form::HalfSpace => {
+            let e = 0.5 * PIECE;
+            let corners = [[-e, -e], [e, -e], [e, e], [-e, e]].map(|[x, y]| Vec3::new(x, y, 0.0));
+            let faces = vec![[0, 1, 2], [0, 2, 3]];
+            rec.log_static(path.clone(), &mesh(corners.to_vec(), faces, shape.color))?;
+        }
+        Form::Hull { points } => {
+            let (points, faces) = linkwork_collision::hull_surface(points)?;
+            rec.log_static(path.clone(), &mesh(points, faces, shape.color))?;
+        }
+        Form::HeightField { x, y, spacing, heights } => {
+            let (points, faces) = field(*x, *y, *spacing, heights);
+            rec.log_static(path.clone(), &mesh(points, faces, shape.color))?;
+        }
+    }
+    rec.log_static(path, &transform(&shape.pose))?;
+    Ok(())
+}
+
+/// Triangles, each with its own corners, so that edges are seen.
+fn mesh(points: Vec<Vec3>, faces: Vec<[u32; 3]>, [r, g, b, a]: [u8; 4]) -> rerun::Mesh3D {
+    let (mut corners, mut normals) = (Vec::new(), Vec::new());
+    for face in &faces {
+        let [p, q, s] = face.map(|k| points[k as usize]);
+        let n = (q - p).cross(&(s - p));
+        let n = n / n.norm().max(f64::MIN_POSITIVE);
+        for v in [p, q, s] {
+            corners.push(f3(&v));
+            normals.push(f3(&n));
+        }
+    }
+    let indices = (0..faces.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]);
+    rerun::Mesh3D::new(corners)
+        .with_triangle_indices(indices)
+        .with_vertex_normals(normals)
+        .with_albedo_factor(rerun::datatypes::Rgba32::from_unmultiplied_rgba(r, g, b, a))
+}
+
+type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
+
+fn stl(file: &Path, scale: f64) -> Result<Triangles, Wrap> {
+    let wrap = |e: std::io::Error| Wrap(format!("{}: {e}", file.display()));
+    let mut input = std::io::BufReader::new(std::fs::File::open(file).map_err(wrap)?);
+    let stl = stl_io::read_stl(&mut input).map_err(wrap)?;
+    let count = stl.vertices.len();
+    let faces: Vec<[u32; 3]> = stl.faces.iter().map(|f| f.vertices.map(|i| i as u32)).collect();
+    if faces.iter().flatten().any(|k| *k as usize >= count) {
+        return Err(Wrap(format!(
+            "{}: a triangle names a corner that is not there",
+            file.display()
+        )));
+    }
+    let point = |v: &stl_io::Vertex| Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+    Ok((stl.vertices.iter().map(|v| point(v) * scale).collect(), faces))
+}
+
+/// The surface over a grid about the origin, cut as the collision has it; thinned when it is large.
+fn field(x: usize, y: usize, spacing: [f64; 2], heights: &[f64]) -> Triangles {
+    let kept = |n: usize| {
+        let mut k: Vec<usize> = (0..n).step_by(n.div_ceil(NODES).max(1)).collect();
+        if k.last() != Some(&(n - 1)) {
+            k.push(n - 1);
+        }
+        k
+    };
+    let (xs, ys) = (kept(x), kept(y));
+    let at = |k: usize, n: usize, d: f64| (k as f64 - 0.5 * (n - 1) as f64) * d;
+    let points = ys
+        .iter()
+        .flat_map(|&j| xs.iter().map(move |&i| (i, j)))
+        .map(|(i, j)| Vec3::new(at(i, x, spacing[0]), at(j, y, spacing[1]), heights[j * x + i]))
+        .collect();
+    let w = xs.len() as u32;
+    let faces = (0..ys.len() as u32 - 1)
+        .flat_map(|j| (0..w - 1).map(move |i| j * w + i))
+        .flat_map(|p| [[p, p + 1, p + w + 1], [p, p + w + 1, p + w]])
+        .collect();
+    (points, faces)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_height_field_has_its_heights_where_they_are() {
+        let heights = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+        let (points, faces) = field(3, 2, [0.5, 2.0], &heights);
+        assert_eq!(points[0], Vec3::new(-0.5, -1.0, 0.0));
+        assert_eq!(points[5], Vec3::new(0.5, 1.0, 5.0));
+        assert_eq!(faces.len(), 4);
+        for f in &faces {
+            let [p, q, s] = f.map(|k| points[k as usize]);
+            assert!((q - p).cross(&(s - p)).z > 0.0, "{f:?} looks down");
+        }
+        // A large one is thinned, and keeps its corners.
+        let n = 3000;
+        let (points, faces) = field(n, 2, [1.0, 1.0], &vec![0.0; 2 * n]);
+        assert!(faces.len() < 2 * 2 * NODES);
+        assert_eq!(points[0].x, -0.5 * (n - 1) as f64);
+        assert_eq!(points.last().unwrap().x, 0.5 * (n - 1) as f64);
+    }
+}

@@ -1,0 +1,122 @@
+//! Where recorded messages go: a file whose errors are told, or a viewer that listens.
+use rerun::external::re_log_encoding::{Encoder, EncodingOptions};
+use rerun::log::{ChunkBatcherConfig, LogMsg};
+use rerun::{RecordingStream, RecordingStreamBuilder};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The stream cannot be opened or written.
+#[derive(Debug, thiserror::Error)]
+#[error("rerun: {0}")]
+pub struct VizError(pub(crate) String);
+
+/// Any error of the SDK, as text.
+pub(crate) struct Wrap(pub(crate) String);
+
+impl<E: std::error::Error> From<E> for Wrap {
+    fn from(e: E) -> Wrap {
+        Wrap(e.to_string())
+    }
+}
+
+impl From<Wrap> for VizError {
+    fn from(w: Wrap) -> VizError {
+        VizError(w.0)
+    }
+}
+
+/// The usual address of a viewer on this machine.
+const LIVE: &str = "rerun+http://127.0.0.1:9876/proxy";
+
+fn builder(title: &str) -> Result<RecordingStreamBuilder, Wrap> {
+    let name = format!("linkwork {title}");
+    let id = rerun::external::re_log_types::ApplicationId::try_from(name)?;
+    // Batches are made by us, in time order; the SDK's own timer would cut them anywhere.
+    Ok(RecordingStreamBuilder::new(id).batcher_config(ChunkBatcherConfig::NEVER))
+}
+
+/// An `.rrd` file and the first error that writing it met.
+#[derive(Clone)]
+pub(crate) struct RrdFile(Arc<Mutex<Inner>>);
+
+struct Inner {
+    encoder: Encoder<BufWriter<File>>,
+    name: String,
+    error: Option<String>,
+}
+
+impl RrdFile {
+    /// Creates the file, and a stream into it.
+    pub fn open(path: &Path, title: &str) -> Result<(RecordingStream, RrdFile), Wrap> {
+        let name = path.display().to_string();
+        let file = File::create(path).map_err(|e| Wrap(format!("`{name}`: {e}")))?;
+        let options = EncodingOptions::PROTOBUF_COMPRESSED;
+        let version = rerun::build_info().version;
+        let mut encoder = Encoder::new_eager(version, options, BufWriter::new(file))?;
+        // An index at the end would be kept in memory until then, and grow with the run.
+        encoder.do_not_emit_footer();
+        let file = RrdFile(Arc::new(Mutex::new(Inner { encoder, name, error: None })));
+        let sink = file.clone();
+        let rec = builder(title)?.buffered()?;
+        rec.set_sink(Box::new(rerun::sink::CallbackSink::new(move |m| sink.append(m))));
+        Ok((rec, file))
+    }
+
+    fn with<R>(&self, f: impl FnOnce(&mut Inner) -> R) -> R {
+        f(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn append(&self, messages: &[LogMsg]) {
+        self.with(|i| {
+            for message in messages {
+                if i.error.is_none()
+                    && let Err(e) = i.encoder.append(message)
+                {
+                    i.error = Some(format!("`{}`: {e}", i.name));
+                }
+            }
+        });
+    }
+
+    /// Brings everything to the file. The stream has been flushed before.
+    pub fn flush(&self) -> Result<(), Wrap> {
+        self.with(|i| {
+            if i.error.is_none()
+                && let Err(e) = i.encoder.flush_blocking()
+            {
+                i.error = Some(format!("`{}`: {e}", i.name));
+            }
+            i.error.clone().map_or(Ok(()), |e| Err(Wrap(e)))
+        })
+    }
+
+    /// Ends the file.
+    pub fn finish(&self) -> Result<(), Wrap> {
+        self.with(|i| {
+            if i.error.is_none()
+                && let Err(e) = i.encoder.finish()
+            {
+                i.error = Some(format!("`{}`: {e}", i.name));
+            }
+        });
+        self.flush()
+    }
+}
+
+/// The address of a viewer, checked.
+pub(crate) fn address(url: Option<&str>) -> Result<rerun::external::re_uri::ProxyUri, Wrap> {
+    let url = url.unwrap_or(LIVE);
+    url.parse().map_err(|e| Wrap(format!("`{url}` is no address of a viewer: {e}")))
+}
+
+/// A stream to a viewer that listens.
+pub(crate) fn live(
+    uri: rerun::external::re_uri::ProxyUri,
+    title: &str,
+) -> Result<RecordingStream, Wrap> {
+    let rec = builder(title)?.buffered()?;
+    rec.set_sink(Box::new(rerun::sink::GrpcSink::new(uri)));
+    Ok(rec)
+}

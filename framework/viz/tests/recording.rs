@@ -1,0 +1,256 @@
+//! Recordings are written and read back: they change no bits, hold every instant whole and in the
+//! order of time, and show what a machine meets. A viewer that is silent holds nobody up.
+#![cfg(feature = "viewer")]
+#![allow(clippy::unwrap_used)]
+use linkwork_dynamics::{Workspace, kinematics};
+use linkwork_multibody::{BodySpec, Builder, Hinge};
+use linkwork_runtime::*;
+use linkwork_spatial::nalgebra::Matrix3;
+use linkwork_spatial::{MassProperties, Pose, Vec3};
+use linkwork_viz::{Arrow, Form, Panel, Scene, Shape, View};
+use rerun::components::{TransformFrameId, Translation3D};
+use rerun::external::re_log_encoding::DecoderApp;
+use rerun::log::{Chunk, LogMsg};
+use rerun::time::TimeInt;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::BufReader;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+const PERIOD: Seconds = Seconds { num: 1, den: 100 };
+const END: Seconds = Seconds { num: 3, den: 1 };
+
+/// An arm and a ball-hinged weight, without gravity.
+fn plan() -> Arc<Plan> {
+    let mut b = Builder::new();
+    let solid = |m: f64, c: [f64; 3]| {
+        MassProperties::new(m, c.into(), Matrix3::from_diagonal(&Vec3::new(0.11, 0.23, 0.19)))
+    };
+    b.body(
+        BodySpec::new("Robot.arm", "world")
+            .hinge(Hinge::pin(Vec3::new(0.0, 1.0, 0.0)))
+            .mass(solid(1.3, [0.1, 0.02, -0.6])),
+    );
+    b.body(
+        BodySpec::new("Robot.arm/weight", "Robot.arm")
+            .hinge_in_parent(Pose::translation(0.0, 0.0, -1.0))
+            .hinge(Hinge::ball())
+            .mass(solid(0.7, [0.05, -0.1, -0.3])),
+    );
+    b.node("tip", "Robot.arm", Pose::translation(0.0, 0.1, -1.0));
+    let multibody = Arc::new(b.build().unwrap());
+    let mut q = multibody.neutral_q();
+    q[0] = 0.8;
+    let v = vec![0.3, 1.0, -0.7, 0.4];
+    let spec = Spec {
+        mechanism: Some(MechanismSpec::new("Mechanism", multibody, q, v)),
+        ..Spec::default()
+    };
+    let catalogue = Catalogue::new(Vec::<Vec<Entry>>::new());
+    compile(&spec, &catalogue, &Files::default()).unwrap().into()
+}
+
+fn scene(plan: &Plan) -> Scene {
+    let shape = |body: &str, name: &str, form: Form| Shape {
+        body: body.into(),
+        name: name.into(),
+        pose: Pose::identity(),
+        form,
+        color: [200, 100, 50, 255],
+    };
+    let corners = |e: f64| {
+        let signs = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(|b| e * (2.0 * b as f64 - 1.0)));
+        signs.map(Vec3::from).collect::<Vec<_>>()
+    };
+    let field = Form::HeightField {
+        x: 3,
+        y: 2,
+        spacing: [1.0, 1.0],
+        heights: vec![0.0, 0.1, 0.2, 0.3, 0.4, 0.5],
+    };
+    // One inside point is ignored.
+    let hull = Form::Hull { points: [corners(0.2), vec![Vec3::zeros()]].concat() };
+    let variable = plan.variables.keys().find(|k| k.ends_with("arm.angle")).unwrap().clone();
+    Scene {
+        title: "test".into(),
+        shapes: vec![
+            shape("Robot.arm", "box", Form::Box(Vec3::new(0.1, 0.1, 1.0))),
+            shape("Robot.arm/weight", "hull", hull),
+            shape("world", "ground", Form::HalfSpace),
+            shape("world", "field", field),
+        ],
+        arrows: vec![Arrow {
+            path: "Robot.arm.push".into(),
+            origin: [(); 3].map(|()| variable.clone()),
+            vector: [(); 3].map(|()| variable.clone()),
+            scale: 0.5,
+            color: [1, 2, 3, 255],
+        }],
+        frames: vec!["tip".into()],
+        trails: vec!["Robot.arm/weight".into()],
+        panels: vec![Panel { title: "Angle".into(), series: vec![("arm".into(), variable, 57.3)] }],
+        follow: Some("Robot.arm".into()),
+        ..Scene::default()
+    }
+}
+
+fn room() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// Runs to the end with a recording; gives the hash.
+fn recorded(plan: &Arc<Plan>, path: &Path) -> u64 {
+    let mut sim = Simulation::new(plan.clone());
+    let (view, groups) = View::new(plan, &scene(plan), PERIOD).unwrap();
+    let mut tap = Tap::start(&sim, groups, 16, Box::new(view.file(path).unwrap())).unwrap();
+    tap.sample(&sim).unwrap();
+    while sim.before(END) {
+        sim.step().unwrap();
+        tap.sample(&sim).unwrap();
+    }
+    tap.finish().unwrap();
+    sim.hash()
+}
+
+/// The chunks of the recording itself, as they stand in the file.
+fn chunks(path: &Path) -> Vec<Chunk> {
+    let file = BufReader::new(std::fs::File::open(path).unwrap());
+    DecoderApp::decode_eager(file)
+        .unwrap()
+        .filter_map(|message| match message.unwrap() {
+            LogMsg::ArrowMsg(store, arrow) if store.is_recording() => {
+                Some(Chunk::from_arrow_msg(&arrow).unwrap())
+            }
+            _ => None,
+        })
+        .collect()
+}
+
+fn times(chunk: &Chunk) -> Vec<i64> {
+    assert!(chunk.timelines().len() <= 1, "{} has other times", chunk.entity_path());
+    let column = chunk.timelines().get(&"sim_time".into());
+    column.map_or(Vec::new(), |c| c.times().map(TimeInt::as_i64).collect())
+}
+
+#[test]
+fn a_recording_changes_no_bits_and_holds_every_instant_whole() {
+    let (plan, folder) = (plan(), room());
+    let path = folder.path().join("run.rrd");
+    let mut plain = Simulation::new(plan.clone());
+    plain.run_until(END).unwrap();
+    assert_eq!(recorded(&plan, &path), plain.hash());
+
+    let frames = ["tf#/Robot/arm", "tf#/Robot/arm/weight", "tf#/tip/axes"];
+    let (child, translation) = (
+        rerun::Transform3D::descriptor_child_frame().component,
+        rerun::Transform3D::descriptor_translation().component,
+    );
+    let (mut rows, mut latest) = (Vec::new(), i64::MIN);
+    for chunk in chunks(&path) {
+        let t = times(&chunk);
+        if chunk.entity_path().to_string() == "/transforms" {
+            assert!(
+                t.is_sorted() && t[0] > latest,
+                "poses go back in time: {} after {latest}",
+                t[0]
+            );
+            let names = chunk.iter_component::<TransformFrameId>(child);
+            let places = chunk.iter_component::<Translation3D>(translation);
+            let names: Vec<String> = names.map(|n| n[0].to_string()).collect();
+            let places: Vec<[f32; 3]> = places.map(|p| p[0].0.0).collect();
+            assert_eq!((names.len(), places.len()), (t.len(), t.len()));
+            // A chunk begins and ends with a whole instant.
+            assert_eq!((names[0].as_str(), names[t.len() - 1].as_str()), (frames[0], frames[2]));
+            latest = t[t.len() - 1];
+            rows.extend(t.into_iter().zip(names).zip(places));
+        } else if let Some(last) =
+            t.last().filter(|_| !chunk.entity_path().to_string().contains("tile"))
+        {
+            assert!(*last <= latest, "{} is ahead of the poses", chunk.entity_path());
+        }
+    }
+    assert_eq!(rows.len(), 301 * frames.len());
+    let mut sim = Simulation::new(plan.clone());
+    let m = plan.mechanism.as_ref().unwrap();
+    let (mb, tree, mut ws) = (&m.multibody, &m.tree, Workspace::new(&m.tree));
+    for (k, instant) in rows.chunks(frames.len()).enumerate() {
+        sim.run_until(Seconds { num: k as u64, den: 100 }).unwrap();
+        let x = &sim.state().x;
+        kinematics(tree, &mut ws, &x[..mb.nq()], &x[mb.nq()..mb.nq() + mb.nv()]);
+        let body = |n: &str| ws.body_pose(tree, mb.body(n).unwrap()).position;
+        let tip = ws.node_pose(tree, mb.node("tip").unwrap()).position;
+        let wanted = [body("Robot.arm"), body("Robot.arm/weight"), tip];
+        for (((t, name), place), (frame, p)) in instant.iter().zip(frames.iter().zip(wanted)) {
+            assert_eq!((*t, name.as_str()), (10_000_000 * k as i64, *frame));
+            let p = [p.x, p.y, p.z].map(|v| v as f32);
+            assert_eq!(*place, p, "{name} at instant {k}");
+        }
+    }
+}
+
+#[test]
+fn what_a_machine_meets_is_shown() {
+    let (plan, folder) = (plan(), room());
+    let path = folder.path().join("run.rrd");
+    recorded(&plan, &path);
+    let mut seen: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for chunk in chunks(&path).iter().filter(|c| c.is_static()) {
+        let components = chunk.components().component_descriptors();
+        let names = components.map(|d| d.component.as_str().to_string());
+        seen.entry(chunk.entity_path().to_string()).or_default().extend(names);
+    }
+    for (shape, what) in [
+        ("/Robot/arm/shapes/box", "Boxes3D:half_sizes"),
+        ("/Robot/arm/weight/shapes/hull", "Mesh3D:triangle_indices"),
+        ("/world/shapes/ground", "Mesh3D:triangle_indices"),
+        ("/world/shapes/field", "Mesh3D:triangle_indices"),
+        ("/Robot/arm/push", "Arrows3D:colors"),
+    ] {
+        let found = seen.get(shape).unwrap_or_else(|| panic!("`{shape}` is not shown: {seen:#?}"));
+        assert!(found.contains(what), "`{shape}` has no `{what}`: {found:?}");
+    }
+    // A hull is its outside: six faces of a cube, two triangles each, with corners of their own.
+    let positions = rerun::Mesh3D::descriptor_vertex_positions().component;
+    let corners: Vec<rerun::components::Position3D> = chunks(&path)
+        .iter()
+        .filter(|c| c.entity_path().to_string().ends_with("hull"))
+        .flat_map(|c| c.iter_component(positions).flat_map(|c| c.to_vec()).collect::<Vec<_>>())
+        .collect();
+    assert_eq!(corners.len(), 36);
+    assert!(corners.iter().all(|c| [c.x(), c.y(), c.z()].iter().all(|v| v.abs() == 0.2)));
+}
+
+#[test]
+fn a_recording_that_cannot_be_written_says_so() {
+    let plan = plan();
+    let open = |path: PathBuf| View::new(&plan, &scene(&plan), PERIOD).unwrap().0.file(&path).err();
+    let e = open("/nowhere/at/all.rrd".into()).expect("it was written").to_string();
+    assert!(e.contains("/nowhere/at/all.rrd"), "{e}");
+    if Path::new("/dev/full").exists() {
+        let e = open("/dev/full".into()).expect("a full disk was written").to_string();
+        assert!(e.contains("/dev/full") && e.contains("space"), "{e}");
+    }
+    let e = View::new(&plan, &scene(&plan), PERIOD).unwrap().0.live(Some("nonsense")).err();
+    assert!(e.expect("it is an address").to_string().contains("nonsense"));
+}
+
+/// A socket that takes the connection and never says a word.
+#[test]
+fn a_silent_viewer_holds_nobody_up() {
+    let plan = plan();
+    let silent = TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("rerun+http://{}/proxy", silent.local_addr().unwrap());
+    let mut sim = Simulation::new(plan.clone());
+    let (view, groups) = View::new(&plan, &scene(&plan), PERIOD).unwrap();
+    let live = view.live(Some(&url)).unwrap();
+    let mut tap = Tap::with(&sim, groups, 4, Overflow::Drop, Box::new(live)).unwrap();
+    while sim.before(END) {
+        sim.step().unwrap();
+        tap.sample(&sim).unwrap();
+    }
+    // The rows wait in the stream, or were dropped; the end does not wait for them.
+    let ended = tap.finish_within(Duration::from_millis(300));
+    assert!(ended.is_err(), "the silent viewer is said to have taken everything");
+}

@@ -1,0 +1,87 @@
+//! What a run may be told, and the times in it.
+use crate::exit;
+use clap::Args;
+use linkwork_runtime::{Seconds, Value};
+use std::path::PathBuf;
+
+/// What a run may be told.
+#[derive(Args, Clone, Debug, Default)]
+pub struct RunOptions {
+    /// Simulated time at which to stop, e.g. 20, "20 s", "2 min".
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    pub until: Option<String>,
+    /// Folder for the files; `runs/NAME` unless given.
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Write a checkpoint every so much simulated time, e.g. "10 s", 1/3.
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    pub checkpoint_every: Option<String>,
+    /// Also stream to a running Rerun viewer (at an address, or at Rerun's usual one).
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "")]
+    pub rerun: Option<String>,
+    /// Where the Rerun recording goes; `off` writes none.
+    #[arg(long, value_name = "FILE|off")]
+    pub save_rrd: Option<String>,
+    /// Write no MCAP log.
+    #[arg(long)]
+    pub no_log: bool,
+    /// Do not run faster than real time.
+    #[arg(long)]
+    pub realtime: bool,
+    /// No progress bar and no summary on the terminal.
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// A time of an option; says what is wrong with it, and gives the exit code.
+pub fn time(text: &str, what: &str) -> Result<Seconds, u8> {
+    let read = fraction(text).or_else(|| {
+        let number = text.parse::<f64>();
+        let value = number.map_or_else(|_| Value::Text(text.to_string()), Value::Number);
+        match &value {
+            Value::Number(x) => (*x >= 0.0).then(|| Seconds::from_decimal(*x)).flatten(),
+            // A rate is no time here: "2 Hz" would mean half a second.
+            text => Seconds::period(text).ok().filter(|_| !value.to_string().contains("Hz")),
+        }
+    });
+    read.ok_or_else(|| {
+        tell!("error: {what} `{text}` is not a time\n  help: write 20, \"20 s\", \"2 min\" or 1/3");
+        exit::INPUT
+    })
+}
+
+/// `1/3`, `1/3 s`.
+fn fraction(text: &str) -> Option<Seconds> {
+    let (num, den) = text.trim().trim_end_matches('s').trim_end().split_once('/')?;
+    Seconds::new(num.trim().parse::<u64>().ok()?.into(), den.trim().parse::<u64>().ok()?.into())
+}
+
+/// A period of checkpoints: a time above zero.
+pub fn period(text: &str, what: &str) -> Result<Seconds, u8> {
+    let period = time(text, what)?;
+    if period.num == 0 {
+        tell!("error: {what} is zero\n  help: write 10, \"10 s\" or \"2 min\"");
+        return Err(exit::INPUT);
+    }
+    Ok(period)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_exact() {
+        let third = Ok(Seconds { num: 1, den: 3 });
+        assert_eq!(
+            (time("1/3", "x"), time("1/3 s", "x"), time("2 / 6", "x")),
+            (third, third, third)
+        );
+        assert_eq!(time("0.1", "x"), Ok(Seconds { num: 1, den: 10 }));
+        assert_eq!(time("2 min", "x"), Ok(Seconds { num: 120, den: 1 }));
+        for wrong in ["1/0", "2 Hz", "-1", "nan", "1/3 m", "/", "1/-3", ""] {
+            assert_eq!(time(wrong, "x"), Err(exit::INPUT), "{wrong}");
+        }
+        assert_eq!(period("0", "x"), Err(exit::INPUT));
+    }
+}

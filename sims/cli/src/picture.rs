@@ -1,0 +1,147 @@
+//! The picture of the plots: its curves, taken in passing, in fixed memory.
+use linkwork_record::{Curve, Plot, draw};
+use linkwork_runtime::{Place, Simulation};
+use linkwork_viz::{Marker, Scene};
+use std::path::Path;
+
+/// Curves for the picture, in fixed memory.
+pub struct Picture {
+    curves: Vec<Vec<(String, Place, f64, Thinned)>>,
+    titles: Vec<String>,
+    map: Option<(Place, Place, Thinned)>,
+    markers: Vec<Marker>,
+    next: f64,
+}
+
+/// Time between points of the picture (s).
+const EVERY: f64 = 0.05;
+
+impl Picture {
+    /// Of the panels of a scene, and the map of the followed body.
+    pub fn new(sim: &Simulation, scene: &Scene) -> Picture {
+        let plan = sim.plan();
+        let curves = scene
+            .panels
+            .iter()
+            .map(|p| {
+                p.series
+                    .iter()
+                    .filter_map(|(label, path, factor)| {
+                        let place = plan.variables.get(path)?.place;
+                        Some((label.clone(), place, *factor, Thinned::new()))
+                    })
+                    .collect()
+            })
+            .collect();
+        let map = scene
+            .follow
+            .as_ref()
+            .and_then(|b| crate::scene::position(plan, b))
+            .map(|(x, y)| (x, y, Thinned::new()));
+        let titles = scene.panels.iter().map(|p| p.title.clone()).collect();
+        Picture { curves, titles, map, markers: scene.markers.clone(), next: sim.time() }
+    }
+
+    /// Takes points when they are due.
+    #[inline]
+    pub fn sample(&mut self, sim: &Simulation) {
+        let t = sim.time();
+        if t < self.next {
+            return;
+        }
+        self.next = t + EVERY;
+        for (_, place, factor, points) in self.curves.iter_mut().flatten() {
+            let value = sim.value(*place);
+            if !value.is_nan() {
+                points.add(t, value * *factor);
+            }
+        }
+        if let Some((x, y, points)) = &mut self.map {
+            points.add(sim.value(*x), sim.value(*y));
+        }
+    }
+
+    /// Whether there is anything to draw.
+    pub fn is_empty(&self) -> bool {
+        self.map.is_none() && self.titles.is_empty()
+    }
+
+    /// Draws it.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn draw(&self, path: &Path) -> Result<(), String> {
+        let mut plots = Vec::new();
+        if let Some((_, _, points)) = &self.map {
+            let mut curves = vec![Curve { name: "driven".into(), points: points.points.clone() }];
+            if !self.markers.is_empty() {
+                let points = self.markers.iter().map(|m| (m.at.x, m.at.y)).collect();
+                curves.push(Curve { name: "waypoints".into(), points });
+            }
+            let (x, y) = ("x [m]".into(), "y [m]".into());
+            plots.push(Plot { title: "Map".into(), x, y, curves, equal: true });
+        }
+        for (title, curves) in self.titles.iter().zip(&self.curves) {
+            let curves = curves
+                .iter()
+                .map(|(name, _, _, t)| Curve { name: name.clone(), points: t.points.clone() })
+                .collect();
+            let (x, y) = ("time [s]".into(), String::new());
+            plots.push(Plot { title: title.clone(), x, y, curves, equal: false });
+        }
+        draw(path, &plots).map_err(|e| e.to_string())
+    }
+}
+
+/// Points of a curve, thinned to a fixed number however long the run.
+#[derive(Clone, Debug, Default)]
+pub struct Thinned {
+    /// Points kept.
+    pub points: Vec<(f64, f64)>,
+    every: u64,
+    seen: u64,
+}
+
+impl Thinned {
+    const MOST: usize = 4096;
+
+    /// Room for all points it will ever keep.
+    pub fn new() -> Self {
+        Thinned { points: Vec::with_capacity(Self::MOST), every: 1, seen: 0 }
+    }
+
+    /// Takes a point, or passes it over.
+    pub fn add(&mut self, x: f64, y: f64) {
+        if self.seen.is_multiple_of(self.every) {
+            if self.points.len() == Self::MOST {
+                let mut k = 0;
+                self.points.retain(|_| {
+                    k += 1;
+                    k % 2 == 1
+                });
+                self.every *= 2;
+            }
+            if self.seen.is_multiple_of(self.every) {
+                self.points.push((x, y));
+            }
+        }
+        self.seen += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thinning_keeps_memory_and_the_shape() {
+        let mut t = Thinned::new();
+        for k in 0..1_000_000 {
+            t.add(f64::from(k), f64::from(k) * 2.0);
+        }
+        assert!(t.points.len() <= 4096 && t.points.len() > 2000);
+        assert_eq!(t.points.capacity(), 4096);
+        let gaps: Vec<f64> = t.points.windows(2).map(|w| w[1].0 - w[0].0).collect();
+        assert!(gaps.iter().all(|g| *g == gaps[0]), "evenly spaced");
+    }
+}

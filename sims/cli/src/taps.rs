@@ -1,0 +1,137 @@
+//! The taps of a run: its log, its recording, a viewer that watches.
+use crate::exit;
+use crate::options::RunOptions;
+use linkwork_record::{Log, LogSpec};
+use linkwork_runner::{Need, Runner, Watch};
+use linkwork_runtime::{Seconds, Tap};
+use linkwork_viz::Scene;
+use std::path::{Path, PathBuf};
+
+/// Rows between the run and a consumer.
+const DEPTH: usize = 256;
+
+/// Opens the log.
+///
+/// # Errors
+/// What could not be written.
+pub fn log<W: Watch>(runner: &mut Runner<W>, path: &Path, spec: &LogSpec) -> Result<(), String> {
+    let (log, groups) = Log::create(path, runner.sim().program(), spec).map_err(|e| e.to_string())?;
+    let tap = Tap::start(runner.sim(), groups, DEPTH, Box::new(log)).map_err(|e| e.to_string())?;
+    runner.tap("log", Need::Must, tap);
+    Ok(())
+}
+
+/// Where the recording goes, if there is one. It may not be any other file of the run.
+///
+/// # Errors
+/// An exit code; the fault is said.
+pub fn recording(
+    options: &RunOptions,
+    out: &Path,
+    others: &[PathBuf],
+) -> Result<Option<PathBuf>, u8> {
+    let viewer = cfg!(feature = "viewer");
+    if !viewer && options.rerun.is_some() {
+        return Err(without_viewer("--rerun"));
+    }
+    let path = match options.save_rrd.as_deref() {
+        Some("off") => return Ok(None),
+        Some(_) if !viewer => return Err(without_viewer("--save-rrd")),
+        None if !viewer => return Ok(None),
+        Some(path) => PathBuf::from(path),
+        None => out.join("run.rrd"),
+    };
+    if let Some(taken) = others.iter().find(|o| same(o, &path)) {
+        tell!(
+            "error: --save-rrd `{}` is `{}`, which this run reads or writes itself\n  help: choose another file, \
+             for example `{}`",
+            path.display(),
+            taken.display(),
+            out.join("run.rrd").display()
+        );
+        return Err(exit::INPUT);
+    }
+    Ok(Some(path))
+}
+
+fn without_viewer(option: &str) -> u8 {
+    tell!(
+        "error: {option}: this program was built without the viewer\n  help: build it with the feature `viewer` (it \
+         is on by default), or look at the log"
+    );
+    exit::INPUT
+}
+
+/// Whether two paths name one file, which may not exist yet.
+fn same(a: &Path, b: &Path) -> bool {
+    let (a, b) = (whole(a), whole(b));
+    a == b || one_inode(&a, &b)
+}
+
+/// The path from the root, as the system sees it where it exists; `..` is undone elsewhere.
+fn whole(path: &Path) -> PathBuf {
+    if let Ok(found) = path.canonicalize() {
+        return found;
+    }
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
+    match (path.parent(), path.file_name()) {
+        (Some(folder), Some(name)) => whole(folder).join(name),
+        (Some(folder), None) => whole(folder).parent().map_or(path.clone(), Path::to_path_buf),
+        _ => path,
+    }
+}
+
+#[cfg(unix)]
+fn one_inode(a: &Path, b: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let id = |p: &Path| p.metadata().ok().map(|m| (m.dev(), m.ino()));
+    id(a).is_some_and(|x| id(b) == Some(x))
+}
+
+#[cfg(not(unix))]
+fn one_inode(_: &Path, _: &Path) -> bool {
+    false
+}
+
+/// Opens the recording and the stream to a viewer. The recording is waited for, since a disk is
+/// fast or full; a viewer is not.
+#[cfg(feature = "viewer")]
+pub fn viewers<W: Watch>(
+    runner: &mut Runner<W>,
+    file: Option<&Path>,
+    live: Option<&str>,
+    scene: &Scene,
+    period: Seconds,
+) -> Result<(), String> {
+    use linkwork_runtime::Overflow;
+    use linkwork_viz::View;
+    let program = runner.sim().program().clone();
+    if let Some(path) = file {
+        let (view, groups) = View::new(&program, scene, period).map_err(|e| e.to_string())?;
+        let viewer = view.file(path).map_err(|e| e.to_string())?;
+        let tap =
+            Tap::start(runner.sim(), groups, DEPTH, Box::new(viewer)).map_err(|e| e.to_string())?;
+        runner.tap("recording", Need::May, tap);
+    }
+    if let Some(url) = live {
+        let (view, groups) = View::new(&program, scene, period).map_err(|e| e.to_string())?;
+        let url = (!url.is_empty()).then_some(url);
+        let viewer = view.live(url).map_err(|e| e.to_string())?;
+        let tap = Tap::with(runner.sim(), groups, DEPTH, Overflow::Drop, Box::new(viewer))
+            .map_err(|e| e.to_string())?;
+        runner.tap("viewer", Need::May, tap);
+    }
+    Ok(())
+}
+
+/// Without the feature there is nothing to open.
+#[cfg(not(feature = "viewer"))]
+pub fn viewers<W: Watch>(
+    _: &mut Runner<W>,
+    _: Option<&Path>,
+    _: Option<&str>,
+    _: &Scene,
+    _: Seconds,
+) -> Result<(), String> {
+    Ok(())
+}
