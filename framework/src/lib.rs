@@ -11,11 +11,14 @@
 //! | [`multibody`] | bodies, hinges, nodes: the structure of a mechanism |
 //! | [`dynamics`] | scatter and gather: kinematics, inverse and forward dynamics, matrices, derivatives; frames, operators, topology |
 //! | [`formats`] | URDF, MJCF and SDF files; URDF export |
-//! | [`solvers`] | integrators |
+//! | [`world`] | planets: ellipsoids, rotation, epochs, gravity, atmospheres, ephemerides |
+//! | [`integrate`] | integrators, dense output, location of events |
+//! | [`solvers`] | constraints and contact |
 //! | [`collision`] | shapes of bodies: contact points, distances, rays |
 //! | [`runtime`] | models, ports, wires, plan, clock, state, checkpoints |
 //! | [`assembly`] | RON and the builder: files → one flat specification, all faults at once |
 //! | [`record`] | logs, reading them back, comparison, plots |
+//! | [`runner`] | a run from file to end |
 //!
 //! A model and a run, in one page: a pendulum as a model of its own (for mechanisms with bodies and
 //! hinges see [`runtime::MechanismSpec`] and `assembly`).
@@ -80,11 +83,14 @@ pub use linkwork_assembly as assembly;
 pub use linkwork_collision as collision;
 pub use linkwork_dynamics as dynamics;
 pub use linkwork_formats as formats;
+pub use linkwork_integrate as integrate;
 pub use linkwork_multibody as multibody;
 pub use linkwork_record as record;
+pub use linkwork_runner as runner;
 pub use linkwork_runtime as runtime;
 pub use linkwork_solvers as solvers;
 pub use linkwork_spatial as spatial;
+pub use linkwork_world as world;
 
 /// What the author of models needs in scope: the traits, the derives, ports, services, vectors.
 pub mod prelude {

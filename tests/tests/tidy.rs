@@ -121,6 +121,30 @@ fn documents_name_paths_that_exist() {
     none(found);
 }
 
+/// The scheduler knows parts and blocks: what a mechanism is, only its folder does.
+#[test]
+fn only_its_own_folder_names_the_mechanism() {
+    let names = |line: &str| {
+        let code = line.split("//").next().unwrap_or_default();
+        code.to_lowercase().contains("mechanism") && !code.trim_start().starts_with("mod ")
+    };
+    let found: Vec<String> = all_files()
+        .into_iter()
+        .filter(|(name, _)| {
+            name.starts_with("framework/runtime/src/")
+                && !name.starts_with("framework/runtime/src/mechanism/")
+                && name != "framework/runtime/src/lib.rs"
+        })
+        .flat_map(|(name, path)| {
+            let text = std::fs::read_to_string(path).unwrap();
+            let lines = text.lines().enumerate().filter(|(_, line)| names(line));
+            lines.map(|(k, line)| format!("{name}:{}: {line}", k + 1)).collect::<Vec<_>>()
+        })
+        .collect();
+    assert!(names("    let m: MechanismPlan;") && !names("// the mechanism"), "the test sees code");
+    none(found);
+}
+
 #[test]
 fn both_licences_are_here() {
     for (name, phrase) in [

@@ -354,7 +354,7 @@ mod tests {
     #[test]
     fn a_file_becomes_a_level_centred_terrain() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference/terrain");
-        let files = Files { folders: vec![folder.into()] };
+        let files = Files::of(vec![folder.into()]);
         if files.resolve("gzcommon_dem_moon.tif").is_err() {
             println!("skipped: reference data absent");
             return;

@@ -162,7 +162,7 @@ fn rig(model: &str, slope: f64, rate: f64, integrator: Integrator) -> Simulation
             bind("drive", "shaft", BindTarget::Hinge { body: "wheel".into(), index: 0 }),
             bind("contact", "hub", BindTarget::Node("wheel/hub".into())),
         ],
-        mechanism: Some(MechanismSpec::new("Mechanism", multibody, q, v)),
+        host: Some(Box::new(MechanismSpec::new("Mechanism", multibody, q, v))),
         integrator,
         step: Seconds { num: 1, den: 1000 },
         ..Spec::default()

@@ -2,6 +2,7 @@
 mod common;
 use common::*;
 use linkwork_assembly::*;
+use linkwork_runtime::{Files, Seconds, Simulation};
 
 #[test]
 fn the_examples_of_the_page_load() {
@@ -11,7 +12,7 @@ fn the_examples_of_the_page_load() {
         .skip(1)
         .map(|piece| piece.split("```").next().unwrap_or_default())
         .collect();
-    assert_eq!(examples.len(), 8);
+    assert_eq!(examples.len(), 9);
     let catalogue = catalogue();
     let options = Options::new(&catalogue).embed("wheel.ron", examples[0]);
     // The rover that the side-car stands beside: a base with two arms.
@@ -40,4 +41,12 @@ fn the_examples_of_the_page_load() {
     let three = load_text("FORMAT.md", examples[4], &options).unwrap_or_else(|f| panic!("{f}"));
     assert_eq!(three.simulation.figures[0].take, Take::Max);
     assert_eq!(three.spec.mechanism().cloned().unwrap().multibody.bodies().len(), 2);
+    let apart = load_text("FORMAT.md", examples[5], &options);
+    let apart = apart.unwrap_or_else(|f| panic!("{f}"));
+    let names: Vec<&str> = apart.phases.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!(names, ["together", "apart", "spent"]);
+    let program = apart.compile(&catalogue, &Files::default()).unwrap_or_else(|f| panic!("{f}"));
+    let mut sim = Simulation::of(std::sync::Arc::new(program));
+    sim.run_until(Seconds { num: 10, den: 1 }).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(sim.phase(), "spent");
 }

@@ -68,8 +68,8 @@ pub use value::{Fault, Faults, Located, Origin, Sources, Value, did_you_mean, re
 pub mod prelude {
     pub use crate::{
         Air, Atmosphere, BuildError, Clock, Entry, Files, Gravity, Ground, Handle, HingeAccel,
-        HingeState, HingeTorque, Lanes, Model, NodeAccel, NodeState, Rock, Service, Soil, Sun,
-        SunState, Surface, Terrain, Wrench,
+        Direction, HingeState, HingeTorque, Lanes, Model, NodeAccel, NodeState, PortKind, PortSpec,
+        Rock, Service, SizedModel, SizedPorts, Soil, Sun, SunState, Surface, Terrain, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

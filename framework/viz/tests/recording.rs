@@ -44,12 +44,14 @@ fn plan() -> Arc<Plan> {
     let mut q = multibody.neutral_q();
     q[0] = 0.8;
     let v = vec![0.3, 1.0, -0.7, 0.4];
-    let spec = Spec {
-        mechanism: Some(MechanismSpec::new("Mechanism", multibody, q, v)),
-        ..Spec::default()
-    };
+    let mut spec = Spec::default();
+    spec.set_mechanism(MechanismSpec::new("Mechanism", multibody, q, v));
     let catalogue = Catalogue::new(Vec::<Vec<Entry>>::new());
     compile(&spec, &catalogue, &Files::default()).unwrap().into()
+}
+
+fn program(plan: &Arc<Plan>) -> Program {
+    Program::single(plan.clone())
 }
 
 fn scene(plan: &Plan) -> Scene {
@@ -103,7 +105,7 @@ fn room() -> tempfile::TempDir {
 /// Runs to the end with a recording; gives the hash.
 fn recorded(plan: &Arc<Plan>, path: &Path) -> u64 {
     let mut sim = Simulation::new(plan.clone());
-    let (view, groups) = View::new(plan, &scene(plan), PERIOD).unwrap();
+    let (view, groups) = View::new(&program(plan), &scene(plan), PERIOD).unwrap();
     let mut tap = Tap::start(&sim, groups, 16, Box::new(view.file(path).unwrap())).unwrap();
     tap.sample(&sim).unwrap();
     while sim.before(END) {
@@ -173,7 +175,7 @@ fn a_recording_changes_no_bits_and_holds_every_instant_whole() {
     }
     assert_eq!(rows.len(), 301 * frames.len());
     let mut sim = Simulation::new(plan.clone());
-    let m = plan.mechanism.as_ref().unwrap();
+    let m = plan.mechanism().unwrap();
     let (mb, tree, mut ws) = (&m.multibody, &m.tree, Workspace::new(&m.tree));
     for (k, instant) in rows.chunks(frames.len()).enumerate() {
         sim.run_until(Seconds { num: k as u64, den: 100 }).unwrap();
@@ -225,14 +227,14 @@ fn what_a_machine_meets_is_shown() {
 #[test]
 fn a_recording_that_cannot_be_written_says_so() {
     let plan = plan();
-    let open = |path: PathBuf| View::new(&plan, &scene(&plan), PERIOD).unwrap().0.file(&path).err();
+    let open = |path: PathBuf| View::new(&program(&plan), &scene(&plan), PERIOD).unwrap().0.file(&path).err();
     let e = open("/nowhere/at/all.rrd".into()).expect("it was written").to_string();
     assert!(e.contains("/nowhere/at/all.rrd"), "{e}");
     if Path::new("/dev/full").exists() {
         let e = open("/dev/full".into()).expect("a full disk was written").to_string();
         assert!(e.contains("/dev/full") && e.contains("space"), "{e}");
     }
-    let e = View::new(&plan, &scene(&plan), PERIOD).unwrap().0.live(Some("nonsense")).err();
+    let e = View::new(&program(&plan), &scene(&plan), PERIOD).unwrap().0.live(Some("nonsense")).err();
     assert!(e.expect("it is an address").to_string().contains("nonsense"));
 }
 
@@ -243,7 +245,7 @@ fn a_silent_viewer_holds_nobody_up() {
     let silent = TcpListener::bind("127.0.0.1:0").unwrap();
     let url = format!("rerun+http://{}/proxy", silent.local_addr().unwrap());
     let mut sim = Simulation::new(plan.clone());
-    let (view, groups) = View::new(&plan, &scene(&plan), PERIOD).unwrap();
+    let (view, groups) = View::new(&program(&plan), &scene(&plan), PERIOD).unwrap();
     let live = view.live(Some(&url)).unwrap();
     let mut tap = Tap::with(&sim, groups, 4, Overflow::Drop, Box::new(live)).unwrap();
     while sim.before(END) {

@@ -80,9 +80,69 @@ impl Service for Weightless {
     }
 }
 
+/// Tanks in a row.
+#[derive(Params, Clone, Debug)]
+pub struct TanksParams {
+    /// How many tanks.
+    #[param(range = 1.0..=100.0)]
+    pub tanks: f64,
+    /// Content of each at the start.
+    #[param(unit = "kg", range = 0.0..)]
+    pub filled: f64,
+}
+/// Tanks that empty, each by its own drain. A tank that runs dry closes.
+pub struct Tanks {
+    p: TanksParams,
+}
+impl SizedModel for Tanks {
+    const NAME: &'static str = "outsider.tanks";
+    const DOC: &'static str = "Tanks that empty, each by its own drain; one that runs dry closes.";
+    type Params = TanksParams;
+    type Store = ();
+    fn ports(p: &TanksParams) -> SizedPorts {
+        let each = |name: &'static str, unit: &'static str, doc: &'static str| {
+            PortSpec::named(name, PortKind::Numbers, p.tanks as usize).unit_of(unit).doc_of(doc)
+        };
+        let dry = PortSpec::named("dry", PortKind::Numbers, 1).unit_of("1").doc_of("Dry tanks.");
+        SizedPorts {
+            inputs: vec![each("drain", "kg/s", "Mass flow out of each tank.").or(0.0)],
+            moore_outputs: vec![each("mass", "kg", "Content of each tank."), dry.clone()],
+            continuous: vec![each("mass", "kg", "Content of each tank.")],
+            discrete: vec![each("closed", "1", "Whether a tank is closed."), dry],
+            guards: vec![each("left", "kg", "Content that is left.").when(Direction::Falling)],
+            ..SizedPorts::default()
+        }
+    }
+    fn build(p: TanksParams) -> Result<Self, BuildError> {
+        match p.tanks.fract() == 0.0 {
+            true => Ok(Tanks { p }),
+            false => Err(BuildError::new("tanks are whole").help("write e.g. 3").at("tanks")),
+        }
+    }
+    fn initial(&self, x: &mut [f64], _: &mut [f64]) {
+        x.fill(self.p.filled);
+    }
+    fn moore(&self, _: &Clock, x: &[f64], d: &[f64], _: &(), y: &mut [f64]) {
+        y[..x.len()].copy_from_slice(x);
+        y[x.len()] = d[x.len()];
+    }
+    fn deriv(&self, _: &Clock, x: &[f64], d: &[f64], u: &[f64], _: &(), xdot: &mut [f64]) {
+        for k in 0..x.len() {
+            xdot[k] = if d[k] > 0.5 { 0.0 } else { -u[k] };
+        }
+    }
+    fn guards(&self, _: &Clock, x: &[f64], _: &[f64], _: &[f64], _: &(), g: &mut [f64]) {
+        g.copy_from_slice(x);
+    }
+    fn fired(&self, _: &Clock, k: usize, x: &mut [f64], d: &mut [f64], _: &[f64], _: &mut ()) {
+        (x[k], d[k]) = (0.0, 1.0);
+        d[x.len()] += 1.0;
+    }
+}
+
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
-    vec![Entry::model::<Fan>(), Entry::service::<Weightless>()]
+    vec![Entry::model::<Fan>(), Entry::sized::<Tanks>(), Entry::service::<Weightless>()]
 }
 
 #[cfg(test)]
@@ -108,5 +168,37 @@ mod tests {
         sim.run_until(Seconds { num: 1, den: 1 }).unwrap();
         let volts = 2.0 * (1.0 - (-1f64).exp());
         assert!((sim.get("fan.torque").unwrap() - 0.1 * volts * volts).abs() < 1e-9);
+    }
+
+    /// A state machine over a part with as many ports as a parameter says, and guards.
+    #[test]
+    fn tanks_run_dry_one_after_another_and_the_mission_goes_on() {
+        use linkwork::assembly::{Options, load_text};
+        let text = r#"Simulation(
+            parts: {
+                "Tanks": (model: "outsider.tanks", params: { "tanks": 3, "filled": "2 kg" }),
+            },
+            step: "100 ms", integrator: "dormand_prince_54", until: "10 s",
+            start: "draining",
+            phases: {
+                "draining": (to: { "coasting": "Tanks.dry > 1.5" }),
+                "coasting": (parts: { "Fan": (model: "outsider.fan") }),
+            },
+        )"#;
+        let catalogue = Catalogue::new([super::catalogue()]);
+        let loaded = load_text("tanks.ron", text, &Options::new(&catalogue)).unwrap();
+        let program = loaded.compile(&catalogue, &Files::default()).unwrap();
+        let mut sim = Simulation::of(program.into());
+        for (k, drain) in [1.0, 0.5, 0.0].into_iter().enumerate() {
+            sim.set(&format!("Tanks.drain[{k}]"), drain).unwrap();
+        }
+        sim.run_until(Seconds { num: 3, den: 1 }).unwrap();
+        assert_eq!((sim.get("Tanks.dry").unwrap(), sim.phase()), (1.0, "draining"));
+        sim.run_until(Seconds { num: 5, den: 1 }).unwrap();
+        // Dry at 2 s and 4 s; the fan runs up from then on.
+        assert_eq!((sim.get("Tanks.dry").unwrap(), sim.phase()), (2.0, "coasting"));
+        assert_eq!(sim.get("Tanks.mass[2]").unwrap(), 2.0);
+        let volts = 2.0 * (1.0 - (-1f64).exp());
+        assert!((sim.get("Fan.torque").unwrap() - 0.1 * volts).abs() < 1e-8);
     }
 }

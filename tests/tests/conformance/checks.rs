@@ -13,9 +13,9 @@ pub fn documented(entry: &Entry) -> Vec<String> {
             found.push(format!("`{}`: {what} has no documentation", d.name));
         }
     };
-    ask("the model".into(), d.doc);
+    ask("the model".into(), &d.doc);
     for s in all_ports(entry) {
-        ask(format!("port `{}`", s.name), s.doc);
+        ask(format!("port `{}`", s.name), &s.doc);
     }
     for (path, s) in all_params(&d.params, &[]) {
         ask(format!("parameter `{}`", path.join(".")), s.doc);
@@ -25,7 +25,7 @@ pub fn documented(entry: &Entry) -> Vec<String> {
 
 /// Units can be read; numbers have one.
 pub fn units(entry: &Entry) -> Vec<String> {
-    let name = entry.description.name;
+    let name = &entry.description.name;
     let mut found = Vec::new();
     for s in all_ports(entry) {
         let plain = matches!(s.kind, PortKind::Numbers | PortKind::Vector);
@@ -34,7 +34,7 @@ pub fn units(entry: &Entry) -> Vec<String> {
         }
         // Composite kinds have the units of their parts.
         if !s.unit.is_empty()
-            && let Err(e) = Unit::parse(s.unit)
+            && let Err(e) = Unit::parse(&s.unit)
         {
             found.push(format!("`{name}`: port `{}`: {e}", s.name));
         }
@@ -50,7 +50,7 @@ pub fn units(entry: &Entry) -> Vec<String> {
 /// No name twice among inputs and outputs: they share the paths `<part>.<port>`.
 pub fn names(entry: &Entry) -> Vec<String> {
     let d = &entry.description;
-    let mut all: Vec<&str> = d.all_inputs().chain(d.all_outputs()).map(|p| p.name).collect();
+    let mut all: Vec<&str> = d.all_inputs().chain(d.all_outputs()).map(|p| &*p.name).collect();
     all.sort_unstable();
     all.windows(2)
         .filter(|w| w[0] == w[1])
@@ -73,7 +73,7 @@ pub fn builds(entry: &Entry, services: &Services) -> Vec<String> {
 pub fn runs(entry: &Entry, services: &Services) -> Vec<String> {
     const TICKS: usize = 200;
     const HALF: usize = 97;
-    let name = entry.description.name;
+    let name = &entry.description.name;
     let mut found = Vec::new();
     let rig = || match build(entry, &params(entry), services) {
         Ok(prototype) => Some(Rig::new(&*prototype)),
@@ -110,7 +110,7 @@ pub fn runs(entry: &Entry, services: &Services) -> Vec<String> {
 
 /// Ends of ranges are taken (by models), the next number outside is refused by name.
 pub fn ranges(entry: &Entry, services: &Services) -> Vec<String> {
-    let name = entry.description.name;
+    let name = &entry.description.name;
     let base = params(entry);
     let mut found = Vec::new();
     for (path, spec) in all_params(&entry.description.params, &[]) {
@@ -165,7 +165,8 @@ fn refusal(entry: &Entry, params: &Value, services: &Services) -> Option<String>
 
 fn all_ports(entry: &Entry) -> Vec<&PortSpec> {
     let d = &entry.description;
-    d.all_inputs().chain(d.all_outputs()).chain(&d.continuous).chain(&d.discrete).collect()
+    let states = d.continuous.iter().chain(&d.discrete).chain(&d.guards);
+    d.all_inputs().chain(d.all_outputs()).chain(states).collect()
 }
 
 /// Parameters and those inside them, by path.

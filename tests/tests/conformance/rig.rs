@@ -19,6 +19,9 @@ pub struct Rig {
     sig: Vec<f64>,
     xdot: Vec<f64>,
     outputs: usize,
+    /// Values of the guards at the last tick.
+    guards: Vec<f64>,
+    values: Vec<f64>,
     /// Evaluate everything this many times: more than once changes nothing in a pure model.
     pub repeats: usize,
 }
@@ -26,7 +29,7 @@ pub struct Rig {
 /// What a checkpoint holds of it.
 pub struct Saved {
     tick: u64,
-    lanes: [Vec<f64>; 3],
+    lanes: [Vec<f64>; 4],
     store: Vec<u8>,
 }
 
@@ -42,6 +45,7 @@ impl Rig {
         let ym = nu + nud;
         let yd = ym + lanes(&description.moore_outputs);
         let end = yd + lanes(&description.direct_outputs);
+        let guards = lanes(&description.guards);
         let period = if description.functions.update { PERIOD } else { 0 };
         let wiring = Wiring {
             u: (0..nu as u32).collect(),
@@ -64,6 +68,8 @@ impl Rig {
             sig: vec![0.0; end],
             xdot: vec![0.0; nx],
             outputs: ym,
+            guards: vec![0.0; guards],
+            values: vec![0.0; guards],
             repeats: 1,
         };
         prototype.initial(&mut rig.x, &mut rig.d);
@@ -73,7 +79,8 @@ impl Rig {
     /// One tick: inputs, outputs, update, step.
     pub fn step(&mut self) {
         let t = STEP * self.tick as f64;
-        let now = Now { t, dt: STEP, tick: self.tick, evaluation: Evaluation::Tick };
+        let evaluation = Evaluation::Tick;
+        let now = Now { t, dt: STEP, tick: self.tick, evaluation, number: self.tick };
         let mut at = 0;
         for spec in self.description.inputs.iter().chain(&self.description.direct_inputs) {
             move_input(spec, at, t, &mut self.sig[at..at + spec.lanes]);
@@ -84,24 +91,43 @@ impl Rig {
         let continuous = !self.x.is_empty();
         for _ in 0..self.repeats {
             if f.moore && (due || continuous) {
-                self.block.moore(&now, &self.x, &self.d, &mut self.sig);
+                self.block.moore(&now, &self.x, &self.d, &mut self.sig).unwrap();
             }
             if f.direct && (due || continuous) {
-                self.block.direct(&now, &self.x, &self.d, &mut self.sig);
+                self.block.direct(&now, &self.x, &self.d, &mut self.sig).unwrap();
             }
         }
         if f.update && due {
-            self.block.update(&now, &self.x, &mut self.d, &self.sig);
+            self.block.update(&now, &self.x, &mut self.d, &self.sig).unwrap();
         }
         if f.deriv {
             for _ in 0..self.repeats {
-                self.block.deriv(&now, &self.x, &self.d, &self.sig, &mut self.xdot);
+                let (x, d, sig) = (&self.x, &self.d, &self.sig);
+                self.block.deriv(&now, x, d, sig, &mut self.xdot).unwrap();
             }
             for (x, dx) in self.x.iter_mut().zip(&self.xdot) {
                 *x += STEP * dx;
             }
         }
+        if f.guards {
+            self.events(&now);
+        }
         self.tick += 1;
+    }
+
+    /// Guards that changed their sign since the last tick fire.
+    fn events(&mut self, now: &Now) {
+        let (x, d, sig) = (&self.x, &self.d, &self.sig);
+        for _ in 0..self.repeats {
+            self.block.guards(now, x, d, sig, &mut self.values).unwrap();
+        }
+        for k in 0..self.values.len() {
+            let value = self.values[k];
+            if value * self.guards[k] < 0.0 {
+                self.block.fired(now, k, &mut self.x, &mut self.d, &self.sig).unwrap();
+            }
+            self.guards[k] = value;
+        }
     }
 
     /// Steps, and the hash of all bits after each.
@@ -141,7 +167,7 @@ impl Rig {
     pub fn save(&self) -> Saved {
         Saved {
             tick: self.tick,
-            lanes: [self.x.clone(), self.d.clone(), self.sig.clone()],
+            lanes: [self.x.clone(), self.d.clone(), self.sig.clone(), self.guards.clone()],
             store: self.block.save_store().unwrap(),
         }
     }
@@ -149,7 +175,7 @@ impl Rig {
     /// Takes it back.
     pub fn load(&mut self, s: &Saved) {
         self.tick = s.tick;
-        [self.x, self.d, self.sig] = s.lanes.clone();
+        [self.x, self.d, self.sig, self.guards] = s.lanes.clone();
         self.block.load_store(&s.store).unwrap();
     }
 }
@@ -188,7 +214,7 @@ fn move_input(spec: &PortSpec, at: usize, t: f64, out: &mut [f64]) {
             for (k, lane) in out.iter_mut().enumerate() {
                 let middle = match &spec.default {
                     Some(d) => d[k],
-                    None if POSITIVE.contains(&spec.unit) => 1.0,
+                    None if POSITIVE.contains(&&*spec.unit) => 1.0,
                     None => 0.0,
                 };
                 *lane = middle + 0.5 * wave(k).0;

@@ -83,7 +83,7 @@ pub fn params(entry: &Entry) -> Value {
     let d = &entry.description;
     let Value::Map(mut entries) = map(&d.params) else { return Value::Null };
     for (name, value) in &mut entries {
-        if let Some(better) = written(d.name, name) {
+        if let Some(better) = written(&d.name, name) {
             *value = better.into();
         }
     }

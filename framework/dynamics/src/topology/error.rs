@@ -89,6 +89,19 @@ pub enum TopologyError {
         /// The root of its tree.
         root: String,
     },
+    /// Loops or couplings stand in the way.
+    #[error(
+        "{action}: body `{body}` is in a mechanism with {constraint}\n  help: take that out first, or go over to \
+         the new mechanism by `carry`, which puts the state onto its loops and couplings"
+    )]
+    Constrained {
+        /// What was to be done.
+        action: &'static str,
+        /// The body.
+        body: String,
+        /// A loop or coupling, in words.
+        constraint: String,
+    },
     /// The new mechanism is not sound.
     #[error("{0}")]
     Build(#[from] BuildError),

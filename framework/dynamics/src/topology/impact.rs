@@ -70,8 +70,9 @@ pub(super) fn report(before: &Scene, after: &Scene, point: Vec3, taken: Option<&
     }
 }
 
-/// Makes the rates of `after` those that the impact leaves of the velocities in `before`.
-pub(super) fn take_hold(before: &Scene, after: &mut Scene) -> Result<(), TopologyError> {
+/// Makes the rates of `after` those that the impact leaves of the velocities in `before`; whether
+/// there was one. Loops and couplings take no part.
+pub(super) fn take_hold(before: &Scene, after: &mut Scene) -> Result<bool, TopologyError> {
     let ((tree0, ws0), (tree, mut ws)) = (before.moving(), after.moving());
     let (mut fastest, mut worst) = (0.0_f64, 0.0_f64);
     let mut impulses = Vec::with_capacity(after.mbs.bodies().len());
@@ -85,7 +86,7 @@ pub(super) fn take_hold(before: &Scene, after: &mut Scene) -> Result<(), Topolog
         impulses.push((body, momentum_of(&tree, &ws, body, &missing)));
     }
     if worst <= ROUNDING * fastest {
-        return Ok(());
+        return Ok(false);
     }
     let at_rest = vec![0.0; after.mbs.nv()];
     let (mut tau, mut change) = (at_rest.clone(), at_rest.clone());
@@ -96,5 +97,5 @@ pub(super) fn take_hold(before: &Scene, after: &mut Scene) -> Result<(), Topolog
     }
     forward_dynamics(&tree, &mut ws, &after.q, &at_rest, &mut tau, &mut change)?;
     after.v.iter_mut().zip(&change).for_each(|(v, d)| *v += d);
-    Ok(())
+    Ok(true)
 }

@@ -100,6 +100,8 @@ pub struct Edited {
     pub v: Vec<f64>,
     /// From the mechanism that the edit began with to this one.
     pub places: Places,
+    /// Loops and couplings that went with bodies that were deleted, or with hinges that were replaced.
+    pub dropped: Vec<String>,
 }
 
 /// A mechanism in motion, open to changes of its structure. Bodies go by name; `world` is the world.
@@ -109,6 +111,8 @@ pub struct Edit {
     original: Multibody,
     /// Bodies whose hinge is no more what it was in the original.
     changed: BTreeSet<String>,
+    /// Loops and couplings that are gone.
+    dropped: Vec<String>,
 }
 
 impl Edit {
@@ -120,7 +124,12 @@ impl Edit {
         check_state("the mechanism", (q, mbs.nq()), (v, mbs.nv()))?;
         refuse_flexible(mbs)?;
         let scene = Scene { mbs: mbs.clone(), q: q.to_vec(), v: v.to_vec() };
-        Ok(Self { scene, original: mbs.clone(), changed: BTreeSet::new() })
+        Ok(Self {
+            scene,
+            original: mbs.clone(),
+            changed: BTreeSet::new(),
+            dropped: Vec::new(),
+        })
     }
 
     /// The mechanism as it is now.
@@ -200,6 +209,22 @@ impl Edit {
             pose: n.pose,
         }));
         let about = names.first().cloned().unwrap_or_default();
+        let moved = |body: &str| if body == "world" { onto.to_owned() } else { named(body) };
+        for mut l in added.loops {
+            if l.body_a == "world" {
+                l.frame_a = X_PW * l.frame_a;
+            }
+            if l.body_b == "world" {
+                l.frame_b = X_PW * l.frame_b;
+            }
+            (l.name, l.body_a, l.body_b) = (named(&l.name), moved(&l.body_a), moved(&l.body_b));
+            parts.loops.push(l);
+        }
+        for mut c in added.couplings {
+            c.name = named(&c.name);
+            c.terms.iter_mut().for_each(|t| t.coordinate.body = named(&t.coordinate.body));
+            parts.couplings.push(c);
+        }
         self.commit(&parts, &about, &names.iter().map(String::as_str).collect::<Vec<_>>())
     }
 
@@ -213,8 +238,12 @@ impl Edit {
         let mut parts = Parts::of(&self.scene);
         parts.bodies.retain(|p| !gone.contains(&p.spec.name));
         parts.nodes.retain(|n| !gone.contains(&n.body));
+        let mut dropped = parts.open_loops(&gone);
+        dropped.extend(gone.iter().flat_map(|b| parts.uncouple(b)));
         let lost: Vec<&str> = gone.iter().map(String::as_str).collect();
-        self.commit(&parts, body, &lost)
+        let report = self.commit(&parts, body, &lost)?;
+        self.dropped.extend(dropped);
+        Ok(report)
     }
 
     /// Puts a body, with its subtree, on a free hinge on `base`: it is where it was and moves as it
@@ -226,7 +255,10 @@ impl Edit {
         self.check_base(body, base, "detach")?;
         let mut parts = Parts::of(&self.scene);
         self.set_free(&mut parts, body, base, Coordinate::Free)?;
-        self.commit(&parts, body, &[body])
+        let dropped = parts.uncouple(body);
+        let report = self.commit(&parts, body, &[body])?;
+        self.dropped.extend(dropped);
+        Ok(report)
     }
 
     /// Makes a body the root of the free tree that it is in: it gets the free hinge, and the hinges
@@ -260,6 +292,16 @@ impl Edit {
         let path = self.names(path.into_iter());
         let mut parts = Parts::of(&self.scene);
         if path.len() > 1 {
+            let turned = |c: &&linkwork_multibody::Coupling| {
+                c.terms.iter().any(|t| path.contains(&t.coordinate.body))
+            };
+            if let Some(c) = parts.couplings.iter().find(turned) {
+                return Err(TopologyError::Constrained {
+                    action: "reroot",
+                    body: body.to_owned(),
+                    constraint: format!("coupling `{}` of a hinge that would turn round", c.name),
+                });
+            }
             reverse::turn_path(&mut parts, &path);
             self.set_free(&mut parts, body, &base, coordinate)?;
         }
@@ -274,7 +316,8 @@ impl Edit {
     ///
     /// # Errors
     /// [`TopologyError::Unknown`], [`TopologyError::OwnSubtree`], [`TopologyError::Unreachable`],
-    /// [`TopologyError::Length`], [`TopologyError::Build`], [`TopologyError::Dynamics`].
+    /// [`TopologyError::Length`], [`TopologyError::Build`], [`TopologyError::Dynamics`];
+    /// [`TopologyError::Constrained`] when the impact would go through loops or couplings.
     pub fn attach(
         &mut self,
         body: &str,
@@ -307,8 +350,17 @@ impl Edit {
             }
         }
         part.v = Joint::new(&part.spec)?.rates(&part.q, &V_PB);
+        let dropped = parts.uncouple(body);
         let mut after = parts.assemble()?;
-        impact::take_hold(&self.scene, &mut after)?;
+        let impact = impact::take_hold(&self.scene, &mut after)?;
+        if let (true, Some(c)) = (impact, after.mbs.constraints().next()) {
+            return Err(TopologyError::Constrained {
+                action: "attach with an impact",
+                body: body.to_owned(),
+                constraint: format!("constraint `{}`", after.mbs.constraint_name(c)),
+            });
+        }
+        self.dropped.extend(dropped);
         Ok(self.accept(after, body, Some(body), &[body]))
     }
 
@@ -349,7 +401,8 @@ impl Edit {
                 body.v().zip(now.v()).for_each(|(from, to)| places.v[from] = Some(to));
             }
         }
-        Edited { multibody: self.scene.mbs, q: self.scene.q, v: self.scene.v, places }
+        let Scene { mbs: multibody, q, v } = self.scene;
+        Edited { multibody, q, v, places, dropped: self.dropped }
     }
 
     fn commit(

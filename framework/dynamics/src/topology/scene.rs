@@ -4,7 +4,7 @@ use super::TopologyError;
 use crate::kinematics::kinematics;
 use crate::tree::Tree;
 use crate::work::Workspace;
-use linkwork_multibody::{BodySpec, Builder, Multibody, NodeSpec};
+use linkwork_multibody::{BodySpec, Builder, Coupling, LoopClosure, Multibody, NodeSpec};
 use linkwork_spatial::{Motion, Pose};
 
 /// A body, its hinge, and the state of the hinge.
@@ -19,6 +19,8 @@ pub(super) struct Part {
 pub(super) struct Parts {
     pub bodies: Vec<Part>,
     pub nodes: Vec<NodeSpec>,
+    pub loops: Vec<LoopClosure>,
+    pub couplings: Vec<Coupling>,
 }
 
 /// The parts put together, in canonical order.
@@ -42,7 +44,30 @@ impl Parts {
             body: mbs.get(n.body()).name().into(),
             pose: n.pose(),
         });
-        Self { bodies: bodies.collect(), nodes: nodes.collect() }
+        Self {
+            bodies: bodies.collect(),
+            nodes: nodes.collect(),
+            loops: mbs.loops().iter().map(|l| l.closure.clone()).collect(),
+            couplings: mbs.couplings().iter().map(|c| c.coupling.clone()).collect(),
+        }
+    }
+
+    /// Takes out the couplings of coordinates that are no more; gives their names.
+    pub fn uncouple(&mut self, body: &str) -> Vec<String> {
+        let of = |c: &Coupling| c.terms.iter().any(|t| t.coordinate.body == body);
+        let gone: Vec<String> =
+            self.couplings.iter().filter(|c| of(c)).map(|c| c.name.clone()).collect();
+        self.couplings.retain(|c| !of(c));
+        gone
+    }
+
+    /// Takes out the loops of bodies that are no more; gives their names.
+    pub fn open_loops(&mut self, bodies: &[String]) -> Vec<String> {
+        let of = |l: &LoopClosure| bodies.contains(&l.body_a) || bodies.contains(&l.body_b);
+        let gone: Vec<String> =
+            self.loops.iter().filter(|l| of(l)).map(|l| l.name.clone()).collect();
+        self.loops.retain(|l| !of(l));
+        gone
     }
 
     pub fn find(&mut self, name: &str) -> Option<&mut Part> {
@@ -55,6 +80,8 @@ impl Parts {
             builder.body(part.spec.clone());
         }
         builder.nodes_mut().extend(self.nodes.iter().cloned());
+        builder.loops_mut().extend(self.loops.iter().cloned());
+        builder.couplings_mut().extend(self.couplings.iter().cloned());
         let mbs = builder.build()?;
         let (mut q, mut v) = (vec![0.0; mbs.nq()], vec![0.0; mbs.nv()]);
         for part in &self.bodies {

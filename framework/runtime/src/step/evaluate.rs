@@ -143,6 +143,10 @@ impl System for Running<'_> {
         project(self.blocks, self.plan, x)
     }
 
+    fn projects(&self) -> bool {
+        !self.plan.manifold.is_empty()
+    }
+
     fn positions(&self) -> &[Range<usize>] {
         &self.plan.positions
     }
