@@ -1,5 +1,5 @@
 //! The integrator: a method with its storage; steps of fixed size; what is known after a step.
-use crate::combine::{Stages, finite, first_bad, keep, sum, weigh};
+use crate::combine::{Stages, finite, first_bad, sum, weigh};
 use crate::dense::{Dense, Polynomials};
 use crate::errors::Failure;
 use crate::explicit::Rows;
@@ -308,8 +308,10 @@ impl Integrator {
             matches!(&self.engine, Engine::Explicit(rows) if rows.table.first_same_as_last);
         // Only a last stage at the end asks whether the projection moved x.
         let slope_known = same_as_last && same_bits(x, &self.work.x1);
-        let finite = if projects { keep(&mut self.work.x1, x) } else { finite(x) };
-        if !finite {
+        if projects {
+            self.work.x1.copy_from_slice(x);
+        }
+        if !finite(x) {
             let lane = first_bad(x).unwrap_or(0);
             return Err(self.undo(x, self.not_finite(t, h, lane)));
         }

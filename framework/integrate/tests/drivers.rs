@@ -249,6 +249,20 @@ fn what_is_not_finite_is_refused_with_its_lane() {
         );
         assert_eq!(fault.unwrap_err(), Failure::Start { t: 4.0, lane: 2 }, "{}", method.name());
     }
+    // Adaptive steps, the first and later ones.
+    for method in adaptive() {
+        for memory in [Memory::START, Memory { next: 0.1, error: 0.5 }] {
+            let settings = control(method, 3, 1e-6, 1e-6);
+            let mut integrator = Integrator::new(method, 3);
+            let (mut x, mut m) = ([1.0, 2.0, 3.0], memory);
+            let mut system = Brittle { left: 0, refuse: false };
+            let fault = integrator
+                .advance(&mut system, &settings, 4.0, 1.0, &mut x, None, &mut m)
+                .unwrap_err();
+            assert_eq!(fault, Failure::Start { t: 4.0, lane: 1 }, "{}", method.name());
+            assert_eq!((x, m), ([1.0, 2.0, 3.0], memory), "{}", method.name());
+        }
+    }
     // A later stage.
     for name in ["rk4", "bogacki-shampine-32", "dormand-prince-54", "verner-87", "rodas-4p"] {
         let mut x = [1.0, 2.0, 3.0];
