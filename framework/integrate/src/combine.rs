@@ -25,8 +25,14 @@ pub(crate) struct Row {
 impl Row {
     /// Leaves out zeros.
     pub fn new(weights: &[f64]) -> Self {
-        let kept = || weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
-        Row { weights: kept().map(|(_, w)| *w).collect(), stages: kept().map(|(j, _)| j).collect() }
+        let kept = weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
+        let (stages, weights): (Vec<_>, Vec<_>) = kept.unzip();
+        assert!(
+            weights.len() <= WIDTH_MAX,
+            "{} weights in a row; at most {WIDTH_MAX}",
+            weights.len()
+        );
+        Row { weights, stages }
     }
 }
 

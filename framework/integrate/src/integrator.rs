@@ -44,6 +44,10 @@ struct Last {
 impl Integrator {
     /// For n lanes. Memory: n times the stages of the method, n² more for stiff ones; nothing is
     /// allocated later.
+    ///
+    /// # Panics
+    /// When a table has more than 16 weights that are not zero in a row, or an interpolant of
+    /// more than degree 7.
     pub fn new(method: Method, n: usize) -> Self {
         let (engine, polynomials, stages) = match method {
             Method::Explicit(table) => {
