@@ -282,7 +282,8 @@ fn what_is_not_finite_is_refused_with_its_lane() {
 /// ẋ = 1/(1 − t) beyond t = 1: NaN. Steps shrink towards 1 and stop with a typed error.
 #[test]
 fn a_wall_of_nan_is_approached_and_named() {
-    let wall = |t: f64, _: &[f64], d: &mut [f64]| {
+    let wall = |t: f64, x: &[f64], d: &mut [f64]| {
+        assert!(x.iter().all(|v| v.is_finite()), "adaptive stages are finite");
         d[0] = 1.0;
         d[1] = if t > 1.0 { f64::NAN } else { 0.5 };
     };
