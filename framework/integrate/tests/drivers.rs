@@ -287,8 +287,9 @@ fn a_wall_of_nan_is_approached_and_named() {
         d[0] = 1.0;
         d[1] = if t > 1.0 { f64::NAN } else { 0.5 };
     };
-    for method in adaptive() {
-        let settings = control(method, 2, 1e-6, 1e-6);
+    for (method, norm) in adaptive().flat_map(|m| [(m, Norm::Rms), (m, Norm::Max)]) {
+        let tolerances = Tolerances::uniform(2, 1e-6, 1e-6).unwrap();
+        let settings = Control::new(method, tolerances, norm, Limits::default()).unwrap();
         let mut integrator = Integrator::new(method, 2);
         let (mut x, mut t, mut memory) = ([0.0, 0.0], 0.0, Memory::START);
         let fault = loop {
