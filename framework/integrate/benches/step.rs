@@ -1,6 +1,18 @@
 //! What a fixed RK4 step costs beside its evaluations, against the hand-written loop that the
 //! simulator had before (`Peer`), for 1, 13 and 100 lanes; and the other methods' overhead.
 //! `cargo bench -p linkwork-integrate --bench step`
+//!
+//! Least time of a step with its four calls of ẋ = −x, ns, on a 2-core Xeon with AVX2, loaded
+//! (November 2026):
+//!
+//! ```text
+//! lanes    peer   table
+//!     1    26.8    25–28
+//!    13    39–46   44–47
+//!   100    121     115–119
+//! ```
+//! The table's step also keeps what dense output needs and refuses what is not finite. It has
+//! no projection here, like the peer; one that may move x costs a copy more.
 #![allow(missing_docs)]
 use divan::{Bencher, black_box};
 use linkwork_integrate::{Control, Integrator, Limits, Memory, Method, Norm, System, Tolerances};

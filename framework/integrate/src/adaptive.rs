@@ -147,7 +147,8 @@ impl Integrator {
     /// last free step, and rows or samples leave no trace in later steps.
     ///
     /// # Errors
-    /// [`Failure::System`], [`Failure::Start`], [`Failure::StepTooSmall`], [`Failure::Rejections`].
+    /// [`Failure::System`], [`Failure::Start`], [`Failure::StepTooSmall`], [`Failure::Rejections`];
+    /// [`Failure::NotFinite`] when the projection makes x so.
     ///
     /// # Panics
     /// When `control` is for another number of lanes or a method of another order, `x` or `k1`
@@ -179,7 +180,7 @@ impl Integrator {
         proposal = proposal.max(least).min(control.limits.step_max);
         let mut rejections = 0;
         loop {
-            let end = proposal * STRETCH >= h_max;
+            let end = proposal * STRETCH >= h_max && h_max <= control.limits.step_max;
             let h = if end { h_max } else { proposal };
             let (q, worst) = self.try_step(system, control, t, h)?;
             if q <= 1.0 {

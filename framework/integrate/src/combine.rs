@@ -25,8 +25,14 @@ pub(crate) struct Row {
 impl Row {
     /// Leaves out zeros.
     pub fn new(weights: &[f64]) -> Self {
-        let kept = || weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
-        Row { weights: kept().map(|(_, w)| *w).collect(), stages: kept().map(|(j, _)| j).collect() }
+        let kept = weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
+        let (stages, weights): (Vec<_>, Vec<_>) = kept.unzip();
+        assert!(
+            weights.len() <= WIDTH_MAX,
+            "{} weights in a row; at most {WIDTH_MAX}",
+            weights.len()
+        );
+        Row { weights, stages }
     }
 }
 
@@ -55,65 +61,36 @@ impl<'a> Stages<'a> {
     }
 }
 
-/// out = x + h Σⱼ wⱼ kⱼ, unchecked.
+/// out = x + h Σⱼ wⱼ kⱼ. Returns whether all of `out` is finite; a single weight is looked at only
+/// when CHECKED, because that pass is as short as the look.
 #[inline(always)]
-pub(crate) fn combine_unchecked(out: &mut [f64], x: &[f64], h: f64, row: &Row, k: Stages) {
+pub(crate) fn combine<const CHECKED: bool>(
+    out: &mut [f64],
+    x: &[f64],
+    h: f64,
+    row: &Row,
+    k: Stages,
+) -> bool {
     match (&row.weights[..], &row.stages[..]) {
-        ([w], [j]) => axpy_unchecked(out, x, h * w, k.get(*j, x.len())),
-        (weights, stages) => {
-            sum(out, x, h, weights, stages, k);
+        ([w], [j]) => axpy::<CHECKED>(out, x, h * w, k.get(*j, x.len())),
+        (weights, stages) => sum(out, x, h, weights, stages, k),
+    }
+}
+
+/// out = x + a k. Returns whether all of it is finite, true unless CHECKED.
+#[inline(never)] // its parameters are known to be apart
+pub(crate) fn axpy<const CHECKED: bool>(out: &mut [f64], x: &[f64], a: f64, k: &[f64]) -> bool {
+    let mut bad = 0;
+    for ((out, x), k) in out.iter_mut().zip(x).zip(k) {
+        *out = fma(a, *k, *x);
+        if CHECKED {
+            bad |= trace(*out);
         }
     }
-}
-
-/// out = x + a k.
-#[inline(never)] // its parameters are known to be apart
-pub(crate) fn axpy_unchecked(out: &mut [f64], x: &[f64], a: f64, k: &[f64]) {
-    for ((o, x), k) in out.iter_mut().zip(x).zip(k) {
-        *o = fma(a, *k, *x);
-    }
-}
-
-/// out = x + h Σⱼ wⱼ kⱼ. Returns whether all of `out` is finite.
-#[inline]
-pub(crate) fn combine(out: &mut [f64], x: &[f64], h: f64, row: &Row, k: Stages) -> bool {
-    let Row { weights, stages } = row;
-    match (&weights[..], &stages[..]) {
-        ([w], [j]) => axpy(out, x, h * w, k.get(*j, x.len())),
-        _ => sum(out, x, h, weights, stages, k),
-    }
-}
-
-/// out = x + a k.
-#[inline(never)] // its parameters are known to be apart
-fn axpy(out: &mut [f64], x: &[f64], a: f64, k: &[f64]) -> bool {
-    let n = out.len();
-    let (x, k) = (&x[..n], &k[..n]);
-    let mut bad = 0;
-    for i in 0..n {
-        let value = fma(a, k[i], x[i]);
-        bad |= trace(value);
-        out[i] = value;
-    }
     bad == 0
 }
 
-/// x₁ = x to the bit, in a loop that is not made a call of `memcpy`, whose stores a following
-/// load may not find. Returns whether all is finite.
-#[inline]
-pub(crate) fn keep(x1: &mut [f64], x: &[f64]) -> bool {
-    // v − 0 is v to the bit, also for −0; the compiler does not know that it is zero.
-    let zero = std::hint::black_box(0.0);
-    let mut bad = 0;
-    for (x1, x) in x1.iter_mut().zip(x) {
-        let value = x - zero;
-        bad |= trace(value);
-        *x1 = value;
-    }
-    bad == 0
-}
-
-/// The same over plain slices, of any width.
+/// The same over plain slices, of any width, always looked at.
 pub(crate) fn sum(
     out: &mut [f64],
     x: &[f64],
@@ -259,7 +236,7 @@ mod tests {
             let row = Row::new(&weights);
             assert_eq!(row.weights.len(), width);
             let mut out = vec![0.0; n];
-            assert!(combine(&mut out, &x, 0.7, &row, Stages::new(&k, n)));
+            assert!(combine::<true>(&mut out, &x, 0.7, &row, Stages::new(&k, n)));
             for i in 0..n {
                 let plain: f64 = (0..stages).map(|j| weights[j] * k[j * n + i]).sum();
                 assert!((out[i] - x[i] - 0.7 * plain).abs() < 1e-14, "width {width} lane {i}");
@@ -276,7 +253,13 @@ mod tests {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let k = [1.0, 2.0, 3.0, bad, 5.0];
             let mut out = [0.0; 5];
-            assert!(!combine(&mut out, &[0.0; 5], 1.0, &Row::new(&[1.0]), Stages::new(&k, 5)));
+            assert!(!combine::<true>(
+                &mut out,
+                &[0.0; 5],
+                1.0,
+                &Row::new(&[1.0]),
+                Stages::new(&k, 5)
+            ));
             assert_eq!(first_bad(&out), Some(3));
             assert!(!finite(&out) && finite(&out[..3]));
         }

@@ -1,5 +1,5 @@
 //! One attempt of an explicit Runge–Kutta step, from its table.
-use crate::combine::{Row, Stages, axpy_unchecked, combine, combine_unchecked, first_bad, four};
+use crate::combine::{Row, Stages, axpy, combine, first_bad, four};
 use crate::method::Explicit;
 use crate::system::System;
 use crate::work::{Attempt, Work};
@@ -82,9 +82,7 @@ impl Rows {
             let Work { x0, stage, k, .. } = &mut *work;
             let (x, first) = start.unwrap_or((x0, &k[..n]));
             let stages = Stages { first, all: k };
-            if !CHECKED {
-                combine_unchecked(stage, x, h, &self.a[i], stages);
-            } else if !combine(stage, x, h, &self.a[i], stages) {
+            if !combine::<CHECKED>(stage, x, h, &self.a[i], stages) {
                 return Ok(Attempt::bad(stage));
             }
             let k = &mut k[i * n..(i + 1) * n];
@@ -105,7 +103,7 @@ impl Rows {
         let Work { x0, x1, stage, k, .. } = work;
         if self.table.first_same_as_last {
             std::mem::swap(x1, stage);
-        } else if !combine(x1, x0, h, &self.b, Stages::new(k, x0.len())) {
+        } else if !combine::<true>(x1, x0, h, &self.b, Stages::new(k, x0.len())) {
             return Attempt::bad(x1);
         }
         Attempt::Finite
@@ -122,7 +120,7 @@ impl Rows {
         let n = work.x0.len();
         for i in self.table.stages..self.a.len() {
             let Work { x0, stage, k, .. } = &mut *work;
-            if !combine(stage, x0, h, &self.a[i], Stages::new(k, n)) {
+            if !combine::<true>(stage, x0, h, &self.a[i], Stages::new(k, n)) {
                 return Ok(first_bad(stage));
             }
             let k = &mut k[i * n..(i + 1) * n];
@@ -174,11 +172,11 @@ impl Chain {
         let (k2, k) = k.split_at_mut(n);
         let (k3, k) = k.split_at_mut(n);
         let k4 = &mut k[..n];
-        axpy_unchecked(stage, x, h * self.a[0], k1);
+        axpy::<false>(stage, x, h * self.a[0], k1);
         system.derivatives(t + self.c[0] * h, stage, k2)?;
-        axpy_unchecked(stage, x, h * self.a[1], k2);
+        axpy::<false>(stage, x, h * self.a[1], k2);
         system.derivatives(t + self.c[1] * h, stage, k3)?;
-        axpy_unchecked(stage, x, h * self.a[2], k3);
+        axpy::<false>(stage, x, h * self.a[2], k3);
         system.derivatives(t + self.c[2] * h, stage, k4)?;
         four(x, x0, self.b.map(|b| h * b), k1, k2, k3, k4);
         first.copy_from_slice(k1);

@@ -1,5 +1,5 @@
 //! The integrator: a method with its storage; steps of fixed size; what is known after a step.
-use crate::combine::{Stages, finite, first_bad, keep, sum, weigh};
+use crate::combine::{Stages, finite, first_bad, sum, weigh};
 use crate::dense::{Dense, Polynomials};
 use crate::errors::Failure;
 use crate::explicit::Rows;
@@ -44,6 +44,10 @@ struct Last {
 impl Integrator {
     /// For n lanes. Memory: n times the stages of the method, n² more for stiff ones; nothing is
     /// allocated later.
+    ///
+    /// # Panics
+    /// When a table has more than 16 weights that are not zero in a row, or an interpolant of
+    /// more than degree 7.
     pub fn new(method: Method, n: usize) -> Self {
         let (engine, polynomials, stages) = match method {
             Method::Explicit(table) => {
@@ -308,8 +312,10 @@ impl Integrator {
             matches!(&self.engine, Engine::Explicit(rows) if rows.table.first_same_as_last);
         // Only a last stage at the end asks whether the projection moved x.
         let slope_known = same_as_last && same_bits(x, &self.work.x1);
-        let finite = if projects { keep(&mut self.work.x1, x) } else { finite(x) };
-        if !finite {
+        if projects {
+            self.work.x1.copy_from_slice(x);
+        }
+        if !finite(x) {
             let lane = first_bad(x).unwrap_or(0);
             return Err(self.undo(x, self.not_finite(t, h, lane)));
         }

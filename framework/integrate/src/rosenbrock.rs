@@ -81,7 +81,7 @@ impl Stiff {
             if i == 0 {
                 rhs.copy_from_slice(&self.f0);
             } else {
-                if !combine(stage, x0, 1.0, &self.a[i], Stages::new(k, n)) {
+                if !combine::<true>(stage, x0, 1.0, &self.a[i], Stages::new(k, n)) {
                     return Ok(Attempt::bad(stage));
                 }
                 system.derivatives(t + self.table.alpha[i] * h, stage, rhs)?;
@@ -91,7 +91,7 @@ impl Stiff {
                 }
             }
             let u = &mut stage[..];
-            combine(u, rhs, 1.0 / h, &self.c[i], Stages::new(k, n));
+            combine::<false>(u, rhs, 1.0 / h, &self.c[i], Stages::new(k, n));
             let hd = h * self.table.d[i];
             if hd != 0.0 {
                 u.iter_mut().zip(&self.slope).for_each(|(u, s)| *u += hd * s);
@@ -99,7 +99,7 @@ impl Stiff {
             self.lu.solve(u);
             k[i * n..(i + 1) * n].copy_from_slice(u);
         }
-        if !combine(&mut work.x1, &work.x0, 1.0, &self.m, Stages::new(&work.k, n)) {
+        if !combine::<true>(&mut work.x1, &work.x0, 1.0, &self.m, Stages::new(&work.k, n)) {
             return Ok(Attempt::bad(&work.x1));
         }
         Ok(Attempt::Finite)

@@ -101,3 +101,26 @@ impl Tolerances {
         worst
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// NaN in any lane is the norm, whatever the other lanes are.
+    #[test]
+    fn nan_is_the_largest_error() {
+        let tolerances = Tolerances::uniform(3, 1.0, 0.5).unwrap();
+        for norm in [Norm::Rms, Norm::Max] {
+            for lane in 0..3 {
+                let mut error = [0.0, 3.0, 0.1];
+                assert!(tolerances.norm(norm, &error, &[0.0; 3], &[0.0; 3]).is_finite());
+                error[lane] = f64::NAN;
+                let q = tolerances.norm(norm, &error, &[0.0; 3], &[0.0; 3]);
+                assert!(q.is_nan(), "{norm:?} lane {lane}: {q}");
+                assert_eq!(tolerances.worst(&error, &[0.0; 3], &[0.0; 3]).0, lane);
+            }
+        }
+        let zero = tolerances.norm(Norm::Max, &[0.0, 0.0, f64::NAN], &[0.0; 3], &[0.0; 3]);
+        assert!(zero.is_nan());
+    }
+}

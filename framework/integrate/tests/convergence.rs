@@ -1,8 +1,9 @@
 //! Measured orders on nonlinear nonautonomous problems: steps, dense output, adaptive accuracy.
 #![allow(clippy::unwrap_used)]
 mod common;
-use common::{Ode, control, coupled, coupled_solution, distance, largest, through};
-use linkwork_integrate::{Integrator, METHODS, Memory, Method};
+use common::{Ode, control, coupled, coupled_solution, distance, fixed, largest, through};
+use linkwork_integrate::{Integrator, METHODS, Memory, Method, System};
+use std::convert::Infallible;
 
 /// Steps for which the error is far from rounding and in the asymptotic range.
 fn steps(method: &Method) -> [u32; 3] {
@@ -73,7 +74,64 @@ fn every_dense_output_has_its_order() {
     }
 }
 
-/// A hundredth of the tolerance makes between 1/30 and 1/300 of the error, which stays within 100 times the tolerance.
+/// A free top: Euler's equations and a quaternion (w, x, y, z; x, y, z; body rates last), made
+/// unit after every step.
+struct FreeTop;
+
+impl System for FreeTop {
+    type Error = Infallible;
+    fn derivatives(&mut self, _: f64, x: &[f64], d: &mut [f64]) -> Result<(), Infallible> {
+        let ([w, i, j, k], [p, q, r]) = ([x[0], x[1], x[2], x[3]], [x[4], x[5], x[6]]);
+        d[0] = 0.5 * (-i * p - j * q - k * r);
+        d[1] = 0.5 * (w * p + j * r - k * q);
+        d[2] = 0.5 * (w * q + k * p - i * r);
+        d[3] = 0.5 * (w * r + i * q - j * p);
+        let [a, b, c] = INERTIA;
+        (d[4], d[5], d[6]) = ((b - c) / a * q * r, (c - a) / b * r * p, (a - b) / c * p * q);
+        Ok(())
+    }
+    fn project(&mut self, _: f64, x: &mut [f64]) -> Result<(), Infallible> {
+        let length = x[..4].iter().map(|v| v * v).sum::<f64>().sqrt();
+        x[..4].iter_mut().for_each(|v| *v /= length);
+        Ok(())
+    }
+}
+
+const INERTIA: [f64; 3] = [1.3, 2.1, 2.9];
+
+/// Angular momentum in space, which a free top keeps.
+fn momentum(x: &[f64]) -> [f64; 3] {
+    let l = [INERTIA[0] * x[4], INERTIA[1] * x[5], INERTIA[2] * x[6]];
+    let cross = |a: [f64; 3], b: [f64; 3]| {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    };
+    let axis = [x[1], x[2], x[3]];
+    let once = cross(axis, l);
+    let twice = cross(axis, once);
+    std::array::from_fn(|i| l[i] + 2.0 * (x[0] * once[i] + twice[i]))
+}
+
+/// The projection onto unit quaternions costs no method its order: angular momentum in space.
+#[test]
+fn attitude_keeps_the_order_under_projection() {
+    for method in METHODS.into_iter().filter(|m| m.order() > 1) {
+        let start = [1.0, 0.0, 0.0, 0.0, 0.7, 1.1, -0.4];
+        let error = |n: u32| {
+            let mut x = start;
+            fixed(method, &mut FreeTop, (0.0, 4.0), n, &mut x).unwrap();
+            assert!((x[..4].iter().map(|v| v * v).sum::<f64>() - 1.0).abs() < 1e-14);
+            distance(&momentum(&x), &momentum(&start))
+        };
+        let n = if method.order() > 5 { 10 } else { 80 };
+        let (a, b) = (error(n), error(2 * n));
+        let (rate, p, name) = ((a / b).log2(), f64::from(method.order()), method.name());
+        println!("{name}: order {p}, measured {rate:.2}, errors {a:.1e} {b:.1e}");
+        assert!(rate > p - 0.5 && rate < p + 1.5, "{name}: {a:e} {b:e} {rate}");
+    }
+}
+
+/// A hundredth of the tolerance makes less than a fifth of the error, which stays within 100
+/// times the tolerance.
 #[test]
 fn errors_follow_the_tolerance() {
     for method in METHODS.into_iter().filter(|m| m.error_order() > 0) {

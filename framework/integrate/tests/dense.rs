@@ -115,6 +115,60 @@ fn slopes_at_the_ends_are_f() {
     }
 }
 
+/// Where nothing is projected the end is not copied, but found again with its bits.
+#[test]
+fn ends_are_exact_without_a_projection() {
+    struct Free;
+    impl System for Free {
+        type Error = Infallible;
+        fn derivatives(&mut self, t: f64, x: &[f64], d: &mut [f64]) -> Result<(), Infallible> {
+            coupled(t, x, d);
+            Ok(())
+        }
+        fn projects(&self) -> bool {
+            false
+        }
+    }
+    for method in METHODS {
+        let mut integrator = Integrator::new(method, 2);
+        let mut x = coupled_solution(0.3);
+        for k in 0..3 {
+            let (t, x0) = (0.3 + 0.1 * f64::from(k), x);
+            let mut k1 = [0.0; 2];
+            coupled(t, &x, &mut k1);
+            integrator.step_fixed(&mut Free, t, 0.1, &mut x, Some(&k1)).unwrap();
+            let dense = integrator.dense(&mut Free).unwrap();
+            assert_eq!([dense.lane(0.0, 0), dense.lane(0.0, 1)], x0, "{}", method.name());
+            assert_eq!([dense.lane(1.0, 0), dense.lane(1.0, 1)], x, "{}", method.name());
+        }
+    }
+}
+
+/// A projection's push is spread with no slope at the ends.
+#[test]
+fn projections_leave_the_slopes_at_the_ends() {
+    struct Pushed;
+    impl System for Pushed {
+        type Error = Infallible;
+        fn derivatives(&mut self, _: f64, _: &[f64], d: &mut [f64]) -> Result<(), Infallible> {
+            d[0] = 2.0;
+            Ok(())
+        }
+        fn project(&mut self, _: f64, x: &mut [f64]) -> Result<(), Infallible> {
+            x[0] += 1e-3;
+            Ok(())
+        }
+    }
+    for method in METHODS.into_iter().filter(|m| m.order() > 1) {
+        let mut integrator = Integrator::new(method, 1);
+        integrator.step_fixed(&mut Pushed, 0.0, 1.0, &mut [1.0], None).unwrap();
+        let dense = integrator.dense(&mut Pushed).unwrap();
+        let push = |theta: f64| dense.lane(theta, 0) - (1.0 + 2.0 * theta);
+        assert!(push(1e-3).abs() < 1e-8 && (push(0.999) - 1e-3).abs() < 1e-8, "{}", method.name());
+        assert!((push(0.5) - 5e-4).abs() < 1e-12, "{}", method.name());
+    }
+}
+
 #[test]
 #[should_panic(expected = "outside the step")]
 fn outside_the_step_is_refused() {

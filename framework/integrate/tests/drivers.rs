@@ -249,12 +249,31 @@ fn what_is_not_finite_is_refused_with_its_lane() {
         );
         assert_eq!(fault.unwrap_err(), Failure::Start { t: 4.0, lane: 2 }, "{}", method.name());
     }
+    // Adaptive steps, the first and later ones.
+    for method in adaptive() {
+        for memory in [Memory::START, Memory { next: 0.1, error: 0.5 }] {
+            let settings = control(method, 3, 1e-6, 1e-6);
+            let mut integrator = Integrator::new(method, 3);
+            let (mut x, mut m) = ([1.0, 2.0, 3.0], memory);
+            let mut system = Brittle { left: 0, refuse: false };
+            let fault = integrator
+                .advance(&mut system, &settings, 4.0, 1.0, &mut x, None, &mut m)
+                .unwrap_err();
+            assert_eq!(fault, Failure::Start { t: 4.0, lane: 1 }, "{}", method.name());
+            assert_eq!((x, m), ([1.0, 2.0, 3.0], memory), "{}", method.name());
+        }
+    }
     // A later stage.
     for name in ["rk4", "bogacki-shampine-32", "dormand-prince-54", "verner-87", "rodas-4p"] {
         let mut x = [1.0, 2.0, 3.0];
         let mut system = Brittle { left: 1, refuse: false };
         let mut integrator = Integrator::new(named(name), 3);
         let fault = integrator.step_fixed(&mut system, 4.0, 0.1, &mut x, None).unwrap_err();
+        assert_eq!(x, [1.0, 2.0, 3.0], "{name}");
+        // With the first stage given, which takes the shorter way.
+        let mut system = Brittle { left: 0, refuse: false };
+        let again = integrator.step_fixed(&mut system, 4.0, 0.1, &mut x, Some(&[-1.0, -2.0, -3.0]));
+        assert!(matches!(again.unwrap_err(), Failure::NotFinite { .. }), "{name}");
         assert_eq!(x, [1.0, 2.0, 3.0], "{name}");
         assert!(matches!(fault, Failure::NotFinite { t: 4.0, h: 0.1, .. }), "{name}: {fault}");
     }
@@ -263,12 +282,14 @@ fn what_is_not_finite_is_refused_with_its_lane() {
 /// ẋ = 1/(1 − t) beyond t = 1: NaN. Steps shrink towards 1 and stop with a typed error.
 #[test]
 fn a_wall_of_nan_is_approached_and_named() {
-    let wall = |t: f64, _: &[f64], d: &mut [f64]| {
+    let wall = |t: f64, x: &[f64], d: &mut [f64]| {
+        assert!(x.iter().all(|v| v.is_finite()), "adaptive stages are finite");
         d[0] = 1.0;
         d[1] = if t > 1.0 { f64::NAN } else { 0.5 };
     };
-    for method in adaptive() {
-        let settings = control(method, 2, 1e-6, 1e-6);
+    for (method, norm) in adaptive().flat_map(|m| [(m, Norm::Rms), (m, Norm::Max)]) {
+        let tolerances = Tolerances::uniform(2, 1e-6, 1e-6).unwrap();
+        let settings = Control::new(method, tolerances, norm, Limits::default()).unwrap();
         let mut integrator = Integrator::new(method, 2);
         let (mut x, mut t, mut memory) = ([0.0, 0.0], 0.0, Memory::START);
         let fault = loop {

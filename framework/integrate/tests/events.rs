@@ -125,6 +125,14 @@ fn a_touch_is_not_a_crossing() {
     }
 }
 
+/// A dip of 0.2 ns is a touch, one of 20 ns is two crossings.
+#[test]
+fn dips_shorter_than_the_tolerance_are_touches() {
+    let dip = |depth: f64| move |x: f64| (x - 0.4) * (x - 0.4) - depth;
+    assert_eq!(theta(dip(1e-14), Direction::Either, 1e-3), None);
+    assert!(theta(dip(1e-10), Direction::Either, 1e-3).is_some());
+}
+
 #[test]
 fn a_guard_on_zero_is_armed_when_it_has_left() {
     // Leaves zero upwards: a ball that has just bounced.
