@@ -112,8 +112,8 @@ impl Spk {
             if record == 0 {
                 break;
             }
-            let at = (record - 1) * RECORD;
-            let count = b.double(at + 16)? as usize;
+            let at = (record - 1).saturating_mul(RECORD);
+            let count = b.double(at.saturating_add(16))? as usize;
             for k in 0..count.min(25) {
                 segments.extend(segment(&b, at + 24 + 40 * k)?);
             }

@@ -114,9 +114,9 @@ impl Earth {
         let (xys, rate) = match usize::try_from(k as i64).ok().and_then(|i| self.pieces.get(i)) {
             Some(piece) => piece.at(t / STEP - k),
             None => {
-                let points: Vec<Xys> = (0..POINTS as i64)
-                    .map(|j| sample(self.tt, &self.parameters, k as i64 + j - offset()))
-                    .collect();
+                let from = k as i64 - offset();
+                let points: [Xys; POINTS] =
+                    std::array::from_fn(|j| sample(self.tt, &self.parameters, from + j as i64));
                 piece(&points).at(t / STEP - k)
             }
         };
