@@ -63,7 +63,7 @@ fn rotation_earth_series(bencher: Bencher) {
 
 #[divan::bench]
 fn geodetic(bencher: Bencher) {
-    let ellipsoid = wgs84();
+    let ellipsoid = Ellipsoid::wgs84();
     bencher.bench(|| ellipsoid.geodetic(black_box(&P)));
 }
 
@@ -72,6 +72,13 @@ const TDB: (f64, f64) = (4601.0, 0.25);
 #[divan::bench]
 fn ephemeris_sun() -> f64 {
     ephemeris::sun(black_box(TDB)).map_or(0.0, |s| s.position.x)
+}
+
+#[divan::bench]
+fn ephemeris_sampled(bencher: Bencher) {
+    use ephemeris::{Analytic, Sampled};
+    let sampled = Sampled::new(&Analytic, Body::Sun, Body::Earth, &epoch(), 1e6).expect("years");
+    bencher.bench(|| sampled.at(black_box(123_456.7)));
 }
 
 #[divan::bench]

@@ -11,13 +11,13 @@
 //! ```
 //! use linkwork_world::atmosphere::mars_simple;
 //! use linkwork_world::gravity::{Coefficients, Harmonics};
-//! use linkwork_world::planet::{Epoch, Geodetic, PointMotion, Rotation, Site, mars};
+//! use linkwork_world::planet::{Ellipsoid, Epoch, Geodetic, PointMotion, Rotation, Site};
 //! use linkwork_world::spatial::Vec3;
 //!
 //! # fn main() -> Result<(), linkwork_world::WorldError> {
 //! let epoch = Epoch::parse("2012-08-06 05:17:57 UTC")?;
 //! let rotation = Rotation::mars(&epoch);
-//! let site = Site::new(&mars(), Geodetic::from_degrees(-4.5895, 137.4417, -4501.0), 0.0);
+//! let site = Site::new(&Ellipsoid::mars(), Geodetic::from_degrees(-4.5895, 137.4417, -4501.0), 0.0);
 //! let field = Harmonics::new(&Coefficients::zonal(4.2828375e13, 3.39619e6, &[1.9566e-3])?);
 //!
 //! // The lander, two metres up, falls at 0.75 m/s; t in seconds from the epoch.

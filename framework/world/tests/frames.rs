@@ -17,7 +17,8 @@ fn matrix(R: &Quat) -> Mat3 {
 fn a_site_keeps_micrometres() {
     let epoch = Epoch::parse("2012-08-06 05:17:57 UTC").unwrap();
     let rotation = Rotation::mars(&epoch);
-    let site = Site::new(&mars(), Geodetic::from_degrees(-4.5895, 137.4417, -4501.0), 0.3);
+    let site =
+        Site::new(&Ellipsoid::mars(), Geodetic::from_degrees(-4.5895, 137.4417, -4501.0), 0.3);
     let rock = PointMotion {
         position: Vec3::new(1.2345678901, -2.5, 0.25),
         velocity: Vec3::new(0.0, 1e-3, 0.0),
@@ -48,8 +49,8 @@ fn a_site_keeps_micrometres() {
 #[test]
 fn two_sites_see_each_other_without_the_planet() {
     let (a, b) = (
-        Site::new(&wgs84(), Geodetic::from_degrees(48.0, 11.0, 500.0), 0.0),
-        Site::new(&wgs84(), Geodetic::from_degrees(48.001, 11.001, 510.0), 0.7),
+        Site::new(&Ellipsoid::wgs84(), Geodetic::from_degrees(48.0, 11.0, 500.0), 0.0),
+        Site::new(&Ellipsoid::wgs84(), Geodetic::from_degrees(48.001, 11.001, 510.0), 0.7),
     );
     let spin =
         Spin { R_IP: Quat::from_euler_angles(0.1, 0.2, 2.0), omega_I: Vec3::new(0.0, 1e-6, 7e-5) };

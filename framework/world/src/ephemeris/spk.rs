@@ -233,7 +233,7 @@ impl SpkSegment {
 }
 
 /// Σ c_k T_k(x) and its slope, by Clenshaw's recurrence.
-fn chebyshev(c: &[f64], x: f64) -> (f64, f64) {
+pub(super) fn chebyshev(c: &[f64], x: f64) -> (f64, f64) {
     let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
     for ck in c.iter().skip(1).rev() {
         let d = 2.0 * b1 + 2.0 * x * d1 - d2;

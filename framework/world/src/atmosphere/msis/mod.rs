@@ -83,7 +83,7 @@ impl Msis {
         Self { coefficients: Box::new(Coefficients::new()) }
     }
 
-    /// Air at a geodetic place of WGS 84 and an epoch. Some microseconds, no memory. Local time is that of
+    /// Air at a geodetic place of WGS 84 and an epoch. 3 to 6 µs, no memory. Local time is that of
     /// the longitude, as the model's authors take it.
     ///
     /// # Errors
