@@ -40,6 +40,7 @@ pub mod eclipse;
 pub mod ephemeris;
 pub mod error;
 pub mod gravity;
+pub mod magnetic;
 pub mod orbit;
 pub mod planet;
 

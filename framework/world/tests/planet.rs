@@ -170,6 +170,7 @@ fn epochs_are_read_and_scales_converted() {
     let tt = Epoch::parse("2007-04-05 12:01:05.184 TT").unwrap();
     near(tt.since(&e), 0.0, 1e-9, "TT text");
     assert_eq!(e.utc_day_and_second(), (95, 43200.0));
+    near(Epoch::utc(2020, 7, 2, 0, 0, 0.0).unwrap().decimal_year(), 2020.5, 1e-12, "half a year");
     assert_eq!(Epoch::utc(2012, 12, 31, 0, 0, 1.5).unwrap().utc_day_and_second(), (366, 1.5));
     assert_eq!(e.to_string(), "2007-04-05T12:00:00 UTC");
     // Over a leap second: 2016-12-31 23:59:60.

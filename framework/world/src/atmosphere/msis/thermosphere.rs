@@ -157,9 +157,7 @@ impl Column<'_> {
     fn ground_mixed_by(&self, g: &Gas, factor: f64, scale: f64, middle: f64) -> f64 {
         let (pdm, start) = (&self.c.pdm[g.pdm], self.start(g));
         let n = self.diffusive(g, start);
-        // Helium's limit belongs to what is above, the others' to what is below.
-        let above = if g.pd == HELIUM.pd { self.z >= g.limit } else { self.z > g.limit };
-        if above {
+        if self.z > g.limit {
             return n;
         }
         let turbopause = self.at_turbopause(g, pdm[2], start);
