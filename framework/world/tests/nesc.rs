@@ -61,16 +61,7 @@ fn a_sphere_dropped_on_the_ellipsoid() {
     for row in &rows {
         while t < row[0] - 1e-6 {
             let h = 0.1_f64.min(row[0] - t);
-            let (r, v) = (s.position, s.velocity);
-            let a1 = a(t, &r, &v);
-            let (r2, v2) = (r + v * (h / 2.0), v + a1 * (h / 2.0));
-            let a2 = a(t + h / 2.0, &r2, &v2);
-            let (r3, v3) = (r + v2 * (h / 2.0), v + a2 * (h / 2.0));
-            let a3 = a(t + h / 2.0, &r3, &v3);
-            let (r4, v4) = (r + v3 * h, v + a3 * h);
-            let a4 = a(t + h, &r4, &v4);
-            s.position += (v + (v2 + v3) * 2.0 + v4) * (h / 6.0);
-            s.velocity += (a1 + (a2 + a3) * 2.0 + a4) * (h / 6.0);
+            (s.position, s.velocity) = rk4(a, t, (s.position, s.velocity), h);
             t += h;
         }
         let (gravity, _, air, place, relative_wind) = at(t, &s.position, &s.velocity);

@@ -28,8 +28,8 @@ pub struct Sampled {
 
 impl Sampled {
     /// Samples `source` for t from 0 to `duration` (s) after `epoch`: fourteen looks for each day with the Moon,
-    /// for each four days without. A millimetre of error for the Moon, centimetres for planets; the velocity is the rate of the position, which the
-    /// source's own need not be.
+    /// for each four days without. A millimetre of error for the Moon, centimetres for planets. The velocity
+    /// is the rate of the position, which the source's own need not be.
     ///
     /// # Errors
     /// What the source refuses; a duration not above zero or above a hundred years.

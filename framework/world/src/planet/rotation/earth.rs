@@ -5,8 +5,8 @@
 //! ERA = 2π (0.7790572732640 + 1.00273781191135448 d_UT1)
 //! ω = ERȦ p + p × ṗ,   p = (X, Y, √(1 − X² − Y²))
 //! ```
-//! IERS Conventions 2010, chapter 5; SOFA's `xys06a`, `era00`, `sp00`, `c2ixys`, `pom00`. The second term of
-//! ω: the origin is chosen so that precession and nutation have no part along the pole.
+//! IERS Conventions 2010, chapter 5; SOFA's `xys06a`, `era00`, `sp00`, `c2ixys`, `pom00` in
+//! sofars' translation (its results rest on software of the IAU's SOFA board). The second term of ω: the origin is chosen so that precession and nutation have no part along the pole.
 //!
 //! X, Y and s take some thousands of terms (40 µs), but change slowly: they are tabulated every six hours and
 //! interpolated with polynomials of degree 7, right to 1e-13 in the matrix; beyond the table an evaluation costs 0.4 ms.
