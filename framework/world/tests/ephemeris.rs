@@ -4,7 +4,7 @@
 mod support;
 
 use linkwork_world::ephemeris::*;
-use linkwork_world::planet::{AU, PointMotion};
+use linkwork_world::planet::{AU, Epoch, PointMotion};
 use linkwork_world::spatial::Vec3;
 use support::*;
 
@@ -118,6 +118,38 @@ fn the_way_back_is_minus_the_way() {
     let late = earth((40_000.0, 0.0)).unwrap_err().to_string();
     assert!(late.contains("1900 to 2100"), "{late}");
     assert!(Analytic.state(Body::Mars, Body::Earth, (f64::NAN, 0.0)).is_err());
+}
+
+/// Against its source, within its intervals, at their seams, at both ends.
+#[test]
+fn a_sampled_ephemeris_is_its_source() {
+    let epoch = Epoch::parse("2012-08-06 05:17:57 UTC").unwrap();
+    let tdb = epoch.tdb_days();
+    for (target, origin, tolerance) in [
+        (Body::Moon, Body::Earth, 1e-3),
+        (Body::Sun, Body::Earth, 0.02),
+        (Body::Mars, Body::Earth, 0.05),
+    ] {
+        let sampled = Sampled::new(&Analytic, target, origin, &epoch, 2e6).unwrap();
+        for t in [0.0, 1.0, 43_200.0, 86_400.0, 345_600.0, 777_777.7, 1.9e6, 2e6] {
+            let now = (tdb.0, tdb.1 + t / 86_400.0);
+            let source = Analytic.state(target, origin, now).unwrap();
+            let out = sampled.at(t).unwrap();
+            near3(&out.position, &source.position, tolerance, &format!("{target:?} at {t}"));
+            let h = 100.0;
+            let at = |t: f64| sampled.at(t.clamp(0.0, 2e6)).unwrap().position;
+            if t > h && t + h < 2e6 {
+                let rate = (at(t + h) - at(t - h)) / (2.0 * h);
+                near3(&out.velocity, &rate, 2e-4, "velocity");
+            }
+        }
+        for t in [-2.0, 2e6 + 2.0, f64::NAN] {
+            let message = sampled.at(t).unwrap_err().to_string();
+            assert!(message.contains("sample the ephemeris over the whole"), "{message}");
+        }
+    }
+    assert!(Sampled::new(&Analytic, Body::Sun, Body::Earth, &epoch, 0.0).is_err());
+    assert!(Sampled::new(&Analytic, Body::Sun, Body::Earth, &epoch.plus(3.1e9), 1e5).is_err());
 }
 
 /// Chebyshev coefficients of f on [a, b] by its values at the nodes.

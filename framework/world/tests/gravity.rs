@@ -206,13 +206,7 @@ fn energy_is_kept_at_the_order_of_the_integrator() {
         let energy = |x: &(Vec3, Vec3)| x.1.norm_squared() / 2.0 - field.potential(&x.0);
         let E = energy(&x);
         for _ in 0..steps {
-            let f = |p: Vec3, v: Vec3| (v, field.acceleration(&p));
-            let k1 = f(x.0, x.1);
-            let k2 = f(x.0 + k1.0 * (h / 2.0), x.1 + k1.1 * (h / 2.0));
-            let k3 = f(x.0 + k2.0 * (h / 2.0), x.1 + k2.1 * (h / 2.0));
-            let k4 = f(x.0 + k3.0 * h, x.1 + k3.1 * h);
-            x.0 += (k1.0 + (k2.0 + k3.0) * 2.0 + k4.0) * (h / 6.0);
-            x.1 += (k1.1 + (k2.1 + k3.1) * 2.0 + k4.1) * (h / 6.0);
+            x = rk4(|_, p, _| field.acceleration(p), 0.0, x, h);
         }
         (energy(&x) - E).abs() / E.abs()
     };

@@ -236,6 +236,47 @@ fn wrong_icgem_files_are_refused() {
     }
 }
 
+/// Whatever a file holds, it is read or refused, but nothing panics.
+#[test]
+fn bent_files_do_no_harm() {
+    let gmat = "COMMENT   1\nPOTFIELD  2  2  0 4.00000000000000e+14 6.40000000000000e+06 1.00000000000000e+00\n\
+        RECOEF    2  0   -4.84000000000000e-04\nRECOEF    2  1   -2.00000000000000e-10-1.50000000000000e-09\n\
+        RECOEF    2  2    2.43000000000000e-06-1.40000000000000e-06\nEND \n";
+    let list = "6.4e3, 4.0e5, 0.001, 2, 2, 1, 0.0, 0.0\n2,0,-4.84E-04,0,0,0\n2,1,-2.0E-10,-1.5E-09\n2,2,2e-6,1e-6\n";
+    let icgem = "earth_gravity_constant 4e14\nradius 6.4e6\nmax_degree 2\nend_of_head\ngfc 2 0 1e-4 0\n\
+        gfc 2 1 1e-9 1e-9\ngfc 2 2 1e-6 1e-6\n";
+    let files = [
+        (Format::Gmat, gmat),
+        (Format::Basilisk, list),
+        (Format::Shadr, list),
+        (Format::Icgem, icgem),
+    ];
+    let signs: Vec<char> = "0123456789 ,.-+eED\nµ".chars().collect();
+    let mut random = Random(5);
+    for (format, text) in files {
+        assert!(read(format, "whole", text, Keep::All).is_ok(), "{format:?}");
+        for k in 0..4000 {
+            let mut bent: Vec<char> = text.chars().collect();
+            for _ in 0..=k % 3 {
+                let at = random.next() as usize % bent.len();
+                let sign = signs[random.next() as usize % signs.len()];
+                match random.next() % 3 {
+                    0 => bent[at] = sign,
+                    1 => bent.insert(at, sign),
+                    _ => drop(bent.drain(at..(at + 9).min(bent.len()))),
+                }
+            }
+            let bent: String = bent.into_iter().collect();
+            for keep in [Keep::All, Keep::Degree(2)] {
+                let _ = read(format, "bent", &bent, keep);
+            }
+        }
+    }
+    let huge = icgem.replace("max_degree 2", "max_degree 18446744073709551615");
+    let message = read(Format::Icgem, "huge", &huge, Keep::Degree(2)).unwrap_err().to_string();
+    assert!(message.contains("no field is as large"), "{message}");
+}
+
 /// A header that lies about its normalisation, both ways.
 #[test]
 fn wrong_normalisation_is_noticed() {

@@ -19,7 +19,7 @@ fn matrix(R: &Quat) -> Mat3 {
 fn geodetic_and_back_keeps_nanometres() {
     let mut random = Random(1);
     let oblate = Ellipsoid::new(7e6, 0.1).unwrap();
-    for e in [wgs84(), mars(), moon(), oblate] {
+    for e in [Ellipsoid::wgs84(), Ellipsoid::mars(), Ellipsoid::moon(), oblate] {
         let mut worst: f64 = 0.0;
         for k in 0..4000 {
             let latitude = match k % 4 {
@@ -52,7 +52,7 @@ fn geodetic_and_back_keeps_nanometres() {
 /// at the pole a²/b.
 #[test]
 fn places_with_closed_forms() {
-    let e = wgs84();
+    let e = Ellipsoid::wgs84();
     let b = e.polar_radius();
     near(b, 6356752.3142, 1e-4, "b of WGS 84");
     for sign in [1.0, -1.0] {
@@ -77,7 +77,7 @@ fn places_with_closed_forms() {
 /// Against SOFA's own conversion, another algorithm (Fukushima 2006): 1000 places.
 #[test]
 fn sofa_agrees_about_wgs84() {
-    let e = wgs84();
+    let e = Ellipsoid::wgs84();
     let mut random = Random(2);
     for _ in 0..1000 {
         let p = random.on_sphere(10f64.powf(random.0 as f64 / u64::MAX as f64 * 1.2 + 6.81));
@@ -98,7 +98,7 @@ fn sofa_agrees_about_wgs84() {
 
 #[test]
 fn geodetic_and_geocentric_latitude_are_two_things() {
-    let e = wgs84();
+    let e = Ellipsoid::wgs84();
     let place = Geodetic::from_degrees(45.0, 10.0, 0.0);
     let p = e.position(&place);
     let geocentric = geocentric_latitude(&p);
@@ -110,7 +110,7 @@ fn geodetic_and_geocentric_latitude_are_two_things() {
 
 #[test]
 fn east_north_up_follows_the_ellipsoid() {
-    let e = mars();
+    let e = Ellipsoid::mars();
     let place = Geodetic::from_degrees(-37.0, 137.4, -4500.0);
     let R = place.east_north_up();
     let h = 1e-3;
@@ -137,11 +137,19 @@ fn east_north_up_follows_the_ellipsoid() {
 #[test]
 fn ellipsoids_refuse() {
     let text = |r: Result<Geodetic, linkwork_world::WorldError>| r.unwrap_err().to_string();
-    assert!(text(wgs84().geodetic(&Vec3::new(1e4, 0.0, 2e4))).contains("no geodetic latitude"));
-    assert!(text(wgs84().geodetic(&Vec3::zeros())).contains("help: stay at least 42841"));
-    assert!(text(moon().geodetic(&Vec3::zeros())).contains("no geodetic latitude"));
-    assert!(moon().geodetic(&Vec3::new(1.0, 0.0, 0.0)).is_ok());
-    assert!(text(wgs84().geodetic(&Vec3::new(f64::NAN, 0.0, 7e6))).contains("a coordinate, m"));
+    assert!(
+        text(Ellipsoid::wgs84().geodetic(&Vec3::new(1e4, 0.0, 2e4)))
+            .contains("no geodetic latitude")
+    );
+    assert!(
+        text(Ellipsoid::wgs84().geodetic(&Vec3::zeros())).contains("help: stay at least 42841")
+    );
+    assert!(text(Ellipsoid::moon().geodetic(&Vec3::zeros())).contains("no geodetic latitude"));
+    assert!(Ellipsoid::moon().geodetic(&Vec3::new(1.0, 0.0, 0.0)).is_ok());
+    assert!(
+        text(Ellipsoid::wgs84().geodetic(&Vec3::new(f64::NAN, 0.0, 7e6)))
+            .contains("a coordinate, m")
+    );
     assert!(Ellipsoid::new(-1.0, 0.0).unwrap_err().to_string().contains("equatorial radius"));
     assert!(Ellipsoid::new(1.0, 298.25).unwrap_err().to_string().contains("flattening"));
     assert!(Ellipsoid::new(1.0, -0.1).is_err());
@@ -162,6 +170,7 @@ fn epochs_are_read_and_scales_converted() {
     let tt = Epoch::parse("2007-04-05 12:01:05.184 TT").unwrap();
     near(tt.since(&e), 0.0, 1e-9, "TT text");
     assert_eq!(e.utc_day_and_second(), (95, 43200.0));
+    near(Epoch::utc(2020, 7, 2, 0, 0, 0.0).unwrap().decimal_year(), 2020.5, 1e-12, "half a year");
     assert_eq!(Epoch::utc(2012, 12, 31, 0, 0, 1.5).unwrap().utc_day_and_second(), (366, 1.5));
     assert_eq!(e.to_string(), "2007-04-05T12:00:00 UTC");
     // Over a leap second: 2016-12-31 23:59:60.

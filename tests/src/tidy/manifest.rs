@@ -131,11 +131,10 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 19] = [
+pub const HOMES: [(&str, &str); 18] = [
     ("nalgebra", "framework/spatial"),
     ("petgraph", "framework/runtime"),
     ("sofars", "framework/world"),
-    ("tobari", "framework/world"),
     ("rayon", "framework/dynamics"),
     ("roxmltree", "framework/formats"),
     ("ron", "framework/assembly"),

@@ -7,7 +7,6 @@ mod dryden;
 mod exponential;
 mod gas;
 mod mars;
-#[cfg(feature = "msis")]
 mod msis;
 mod table;
 mod us76;
@@ -17,8 +16,7 @@ pub use dryden::{Dryden, DrydenState, Turbulence};
 pub use exponential::Exponential;
 pub use gas::{Air, Gas, dynamic_pressure, mach};
 pub use mars::mars_simple;
-#[cfg(feature = "msis")]
-pub use msis::{Msis, MsisAir, SpaceWeather};
+pub use msis::{Magnetic, Msis, MsisAir, SpaceWeather};
 pub use table::{AltitudeKind, Layout, Outside, Table};
 pub use us76::{Us76, geometric_altitude, geopotential_altitude};
 pub use wind::{WindProfile, wind_from};

@@ -10,15 +10,17 @@
 //!
 //! Axes are those of the ICRF (mean equator of J2000 for the low ones, 0.02″ from it). `tdb` is in days
 //! past J2000 in two parts, as [`crate::planet::Epoch::tdb_days`] gives it. [`Ephemeris`] is the door for
-//! kernels.
+//! kernels ([`Spk`]); [`Sampled`] makes any of them fast for one simulation.
 
 mod kepler;
 mod low;
+mod sampled;
 mod series;
 mod spk;
 
 pub use kepler::planet;
 pub use low::{moon_low, sun_low};
+pub use sampled::Sampled;
 pub use series::{earth, moon, sun};
 pub use spk::{Spk, SpkSegment};
 

@@ -8,7 +8,7 @@ fn from_au(pv: [[f64; 3]; 2]) -> PointMotion {
     PointMotion { position: Vec3::from(pv[0]) * AU, velocity: Vec3::from(pv[1]) * (AU / 86400.0) }
 }
 
-/// The Earth from the Sun: `epv00`. Some 30 µs.
+/// The Earth from the Sun: `epv00`. 26 µs.
 ///
 /// # Errors
 /// A time outside of 1900 to 2100, for which the series were made.
@@ -32,7 +32,7 @@ pub fn sun(tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
     Ok(PointMotion { position: -e.position, velocity: -e.velocity })
 }
 
-/// The Moon from the Earth: `moon98`. TDB is taken for TT: 2 m. Some microseconds.
+/// The Moon from the Earth: `moon98`. TDB is taken for TT: 2 m. 2 µs.
 #[must_use]
 pub fn moon(tdb: (f64, f64)) -> PointMotion {
     from_au(sofars::eph::moon98(JD_J2000 + tdb.0, tdb.1))

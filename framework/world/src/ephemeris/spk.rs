@@ -112,8 +112,8 @@ impl Spk {
             if record == 0 {
                 break;
             }
-            let at = (record - 1) * RECORD;
-            let count = b.double(at + 16)? as usize;
+            let at = (record - 1).saturating_mul(RECORD);
+            let count = b.double(at.saturating_add(16))? as usize;
             for k in 0..count.min(25) {
                 segments.extend(segment(&b, at + 24 + 40 * k)?);
             }
@@ -233,7 +233,7 @@ impl SpkSegment {
 }
 
 /// Σ c_k T_k(x) and its slope, by Clenshaw's recurrence.
-fn chebyshev(c: &[f64], x: f64) -> (f64, f64) {
+pub(super) fn chebyshev(c: &[f64], x: f64) -> (f64, f64) {
     let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
     for ck in c.iter().skip(1).rev() {
         let d = 2.0 * b1 + 2.0 * x * d1 - d2;

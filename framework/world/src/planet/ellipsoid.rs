@@ -43,8 +43,22 @@ impl Ellipsoid {
         Ok(Self { a: radius, f: flattening })
     }
 
-    pub(super) fn known(a: f64, f: f64) -> Self {
-        Self { a, f }
+    /// The Earth: WGS 84, a 6378137 m, 1/f 298.257223563.
+    #[must_use]
+    pub fn wgs84() -> Self {
+        Self { a: 6_378_137.0, f: 1.0 / 298.257_223_563 }
+    }
+
+    /// Mars: radii 3396190 and 3376200 m (IAU Working Group on Cartographic Coordinates).
+    #[must_use]
+    pub fn mars() -> Self {
+        Self { a: 3_396_190.0, f: (3_396_190.0 - 3_376_200.0) / 3_396_190.0 }
+    }
+
+    /// The Moon: a sphere of 1737400 m (the same group).
+    #[must_use]
+    pub fn moon() -> Self {
+        Self { a: 1_737_400.0, f: 0.0 }
     }
 
     /// a, m.

@@ -105,6 +105,16 @@ impl Epoch {
         (days, fraction + tdb_minus_tt((days + fraction) / 36525.0) / 86400.0)
     }
 
+    /// The year with its fraction, UTC: 2020.5 is 2020-07-02 00:00.
+    #[must_use]
+    pub fn decimal_year(&self) -> f64 {
+        let (year, ..) = self.0.to_gregorian(TimeScale::UTC);
+        let (day, second) = self.utc_day_and_second();
+        let leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
+        let days = if leap { 366.0 } else { 365.0 };
+        f64::from(year) + (f64::from(day) - 1.0 + second / 86400.0) / days
+    }
+
     /// Day of the year (1 …) and second of the day, UTC.
     #[must_use]
     pub fn utc_day_and_second(&self) -> (u32, f64) {

@@ -1,6 +1,6 @@
 //! A site: a frame on an ellipsoid that turns with its planet.
 
-use super::{Ellipsoid, FrameMotion, Geodetic, Spin};
+use super::{Ellipsoid, FrameMotion, Geodetic, PointMotion, Spin, apparent_acceleration};
 use linkwork_spatial::{Pose, Quat, Vec3, nalgebra};
 
 /// A frame E fixed to a planet: x east, y north, z up, or turned about the vertical.
@@ -25,6 +25,19 @@ impl Site {
     #[must_use]
     pub fn motion(&self, spin: &Spin) -> FrameMotion {
         spin.motion().then(&FrameMotion::fixed(self.pose))
+    }
+
+    /// What is added to a true acceleration to have the one seen in the site, m/s², axes of the site: the
+    /// turning of the planet at ω_P (rad/s, the planet's axes, constant), Coriolis' and the centrifugal part;
+    /// `point` in the site. What a plumb line shows is this and gravity.
+    #[must_use]
+    pub fn apparent_acceleration(&self, omega_P: &Vec3, point: &PointMotion) -> Vec3 {
+        let R = self.pose.rotation;
+        let planet = PointMotion {
+            position: self.pose.transform_point(&point.position),
+            velocity: R * point.velocity,
+        };
+        R.inverse() * apparent_acceleration(omega_P, &planet)
     }
 
     /// `X_EF`: another site of the same planet, seen from this one; it stands still.

@@ -122,3 +122,20 @@ pub fn gradient(f: impl Fn(&Vec3) -> f64, p: &Vec3, h: f64) -> Vec3 {
     };
     Vec3::new(line(0), line(1), line(2))
 }
+
+/// One step of Runge and Kutta's fourth order for r̈ = a(t, r, v).
+pub fn rk4(
+    a: impl Fn(f64, &Vec3, &Vec3) -> Vec3,
+    t: f64,
+    (r, v): (Vec3, Vec3),
+    h: f64,
+) -> (Vec3, Vec3) {
+    let a1 = a(t, &r, &v);
+    let (r2, v2) = (r + v * (h / 2.0), v + a1 * (h / 2.0));
+    let a2 = a(t + h / 2.0, &r2, &v2);
+    let (r3, v3) = (r + v2 * (h / 2.0), v + a2 * (h / 2.0));
+    let a3 = a(t + h / 2.0, &r3, &v3);
+    let (r4, v4) = (r + v3 * h, v + a3 * h);
+    let a4 = a(t + h, &r4, &v4);
+    (r + (v + (v2 + v3) * 2.0 + v4) * (h / 6.0), v + (a1 + (a2 + a3) * 2.0 + a4) * (h / 6.0))
+}

@@ -45,7 +45,7 @@ impl Default for Us76 {
 }
 
 impl Us76 {
-    /// Integrates the upper part: some milliseconds, 60 kB.
+    /// Integrates the upper part: 3 ms, 60 kB.
     #[must_use]
     pub fn new() -> Self {
         Self { lower: lower::Layers::new(), upper: upper::Profile::new() }

@@ -107,6 +107,10 @@ fn whole(file: &str, line: usize, what: &str, text: &str) -> Result<usize, World
 
 impl<'a> Reading<'a> {
     fn new(file: &'a str, at: usize, header: Header, keep: Keep) -> Result<Self, WorldError> {
+        if header.degree.max(header.order) > 100_000 {
+            let fact = format!("degree {}, order {}", header.degree, header.order);
+            return Err(wrong(file, at, fact, "no field is as large; correct the header"));
+        }
         let degree = match keep {
             Keep::All if header.degree > DEGREE_MAX => {
                 let fact = format!("the field has degree {}", header.degree);

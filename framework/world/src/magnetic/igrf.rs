@@ -1,0 +1,146 @@
+//! The International Geomagnetic Reference Field: coefficients every five years, straight lines between them.
+
+use super::RADIUS;
+use crate::error::{WorldError, number};
+use crate::gravity::{Coefficients, Harmonics};
+use crate::planet::Epoch;
+use linkwork_spatial::Vec3;
+
+/// Coefficients over the years.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Igrf {
+    years: Vec<f64>,
+    degree: usize,
+    rows: Vec<Row>,
+}
+
+/// One coefficient: g or h, its values, its rate after the last year; nT, nT/year.
+#[derive(Clone, Debug, PartialEq)]
+struct Row {
+    cosine: bool,
+    n: usize,
+    m: usize,
+    values: Vec<f64>,
+    rate: f64,
+}
+
+/// Years beyond the last ones for which the rate is published.
+const YEARS_AFTER: f64 = 5.0;
+
+fn wrong(file: &str, line: usize, fact: String, help: &'static str) -> WorldError {
+    WorldError::Line { file: file.to_string(), line, fact, help }
+}
+
+impl Igrf {
+    /// The fourteenth generation, 1900 to 2030; coefficients of 2005 to 2020, of which IAGA gives 0.01 nT, to
+    /// 0.1 nT: half a nanotesla of the field. [`Igrf::parse`] reads IAGA's own file.
+    #[must_use]
+    pub fn v14() -> Self {
+        match Self::parse("igrf14.txt", include_str!("igrf14.txt")) {
+            Ok(igrf) => igrf,
+            Err(e) => unreachable!("the built-in table is read by a test: {e}"),
+        }
+    }
+
+    /// Reads IAGA's table of coefficients: `g/h n m 1900.0 … SV`, then rows of these; `#` begins a comment.
+    /// `file` is the name for messages.
+    ///
+    /// # Errors
+    /// No heading, rows of another length, no numbers, a degree above 60.
+    pub fn parse(file: &str, text: &str) -> Result<Self, WorldError> {
+        let (mut years, mut rows, mut degree) = (Vec::new(), Vec::new(), 0);
+        for (k, raw) in text.lines().enumerate() {
+            let line = k + 1;
+            let words: Vec<&str> = raw.split_whitespace().collect();
+            let float = |word: &str| {
+                word.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| {
+                    wrong(file, line, format!("`{word}` is no number"), "nT as 123.4")
+                })
+            };
+            match words[..] {
+                [] => {}
+                [first, ..] if first.starts_with('#') || first == "c/s" => {}
+                ["g/h", "n", "m", ref heads @ .., _] => {
+                    years = heads.iter().map(|w| float(w)).collect::<Result<_, _>>()?;
+                }
+                [kind @ ("g" | "h"), n, m, ref values @ .., rate] => {
+                    if years.is_empty() || values.len() != years.len() {
+                        let fact = format!("{} values for {} years", values.len(), years.len());
+                        return Err(wrong(file, line, fact, "one for each year, and a rate"));
+                    }
+                    let (n, m) = (float(n)? as usize, float(m)? as usize);
+                    if n == 0 || n > 60 || m > n {
+                        let fact = format!("degree {n}, order {m}");
+                        return Err(wrong(
+                            file,
+                            line,
+                            fact,
+                            "degrees from 1 to 60, orders up to it",
+                        ));
+                    }
+                    degree = degree.max(n);
+                    let values = values.iter().map(|w| float(w)).collect::<Result<_, _>>()?;
+                    rows.push(Row { cosine: kind == "g", n, m, values, rate: float(rate)? });
+                }
+                _ => {
+                    let fact = format!("`{}` is no row", raw.trim());
+                    return Err(wrong(file, line, fact, "`g n m` or `h n m`, values, rate"));
+                }
+            }
+        }
+        if years.len() < 2 || rows.is_empty() {
+            let fact = format!("{} years and {} rows", years.len(), rows.len());
+            return Err(wrong(file, 0, fact, "is this IAGA's igrf…coeffs.txt?"));
+        }
+        Ok(Self { years, degree, rows })
+    }
+
+    /// First and last year that the field holds for.
+    #[must_use]
+    pub fn range(&self) -> (f64, f64) {
+        (self.years[0], self.years[self.years.len() - 1] + YEARS_AFTER)
+    }
+
+    /// The field at an epoch. It changes by some 100 nT a year: for a flight of days it is constant.
+    ///
+    /// # Errors
+    /// An epoch outside of the range.
+    pub fn at(&self, epoch: &Epoch) -> Result<MagneticField, WorldError> {
+        let year = epoch.decimal_year();
+        let (first, last) = self.range();
+        let help = "the years of the table, and five after it";
+        number("year of a magnetic field", year, |y| (first..=last).contains(&y), help)?;
+        let end = self.years.len() - 1;
+        let k = self.years.partition_point(|y| *y <= year).clamp(1, end) - 1;
+        let s = (year - self.years[k]) / (self.years[k + 1] - self.years[k]);
+        let mut field = Coefficients::new(RADIUS * RADIUS, RADIUS, self.degree, self.degree)?;
+        field.set(0, 0, 0.0, 0.0)?;
+        for row in &self.rows {
+            let nano = if year > self.years[end] {
+                row.values[end] + row.rate * (year - self.years[end])
+            } else {
+                row.values[k] + (row.values[k + 1] - row.values[k]) * s
+            };
+            let value = nano * 1e-9 / ((2 * row.n + 1) as f64).sqrt();
+            let (c, s) = field.get(row.n, row.m);
+            let (c, s) = if row.cosine { (value, s) } else { (c, value) };
+            field.set(row.n, row.m, c, s)?;
+        }
+        Ok(MagneticField { harmonics: Harmonics::new(&field) })
+    }
+}
+
+/// The field of one epoch.
+#[derive(Clone, Debug)]
+pub struct MagneticField {
+    harmonics: Harmonics,
+}
+
+impl MagneticField {
+    /// B at `p` (m, the Earth's axes), T, the same axes. 0.3 µs.
+    #[must_use]
+    pub fn at(&self, p: &Vec3) -> Vec3 {
+        // Gravity is +∇V.
+        -self.harmonics.acceleration(p)
+    }
+}

@@ -1,0 +1,80 @@
+//! Magnetic field: golden numbers, dipole, no sources, refusals.
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use linkwork_world::magnetic::*;
+use linkwork_world::planet::{Ellipsoid, Epoch, Geodetic};
+use linkwork_world::spatial::Vec3;
+use support::*;
+
+/// North, east, down, nT.
+fn ned(epoch: &str, lat: f64, lon: f64, h: f64) -> Vec3 {
+    let field = Igrf::v14().at(&Epoch::parse(epoch).unwrap()).unwrap();
+    let place = Geodetic::from_degrees(lat, lon, h);
+    let b = place.east_north_up().inverse() * field.at(&Ellipsoid::wgs84().position(&place));
+    Vec3::new(b.y, b.x, -b.z) * 1e9
+}
+
+/// EDL.md j (ppigrf). The built-in coefficients of 2005 to 2020 are rounded to 0.1 nT: measured 0.3 nT; the
+/// tolerance suggested there is 1 nT.
+#[test]
+fn igrf_gives_the_golden_numbers() {
+    let a = ned("2020-01-01 00:00:00 UTC", 0.0, 0.0, 4e5);
+    near3(&a, &Vec3::new(22639.778, -1986.686, -11680.552), 0.6, "(0°, 0°, 400 km, 2020)");
+    let b = ned("2025-01-01 00:00:00 UTC", 60.0, -30.0, 5e5);
+    near3(&b, &Vec3::new(11941.127, -2695.961, 40152.011), 0.01, "(60°, −30°, 500 km, 2025)");
+    let Some(golden) = golden() else { return };
+    for case in golden["igrf14_ned_nT"]["cases"].as_array().unwrap() {
+        let n = |key: &str| number(&case[key]);
+        let epoch = format!("{} UTC", case["date"].as_str().unwrap());
+        let b = ned(&epoch, n("lat"), n("lon"), n("h_m"));
+        near3(&b, &vec3(&case["B_ned"]), 0.6, &epoch);
+    }
+}
+
+/// quick_golden.json, tilted_dipole; and the reference field far away.
+#[test]
+fn far_away_it_is_a_dipole() {
+    let m = Vec3::new(-1.4509e-6, 4.6525e-6, -2.94048e-5);
+    let b = dipole(&m, &Vec3::new(6.9e6, 1e6, 2e6));
+    let golden = Vec3::new(-1.6128006771743223e-05, -5.633075575567971e-06, 1.4968916584129132e-05);
+    near3(&b, &golden, 1e-19, "dipole");
+    // 2020: g₁₀ −29403.41, g₁₁ −1451.37, h₁₁ 4653.35 nT.
+    let field = Igrf::v14().at(&Epoch::parse("2020-01-01 00:00:00 UTC").unwrap()).unwrap();
+    let m = Vec3::new(-1451.37e-9, 4653.35e-9, -29403.41e-9);
+    let p = Vec3::new(6e8, 1e8, -3e8);
+    let (whole, part) = (field.at(&p), dipole(&m, &p));
+    assert!((whole - part).norm() < 0.01 * part.norm(), "{whole:?} {part:?}");
+}
+
+#[test]
+fn the_field_has_no_sources_and_no_currents() {
+    let field = Igrf::v14().at(&Epoch::parse("2013-05-05 00:00:00 UTC").unwrap()).unwrap();
+    for p in [Vec3::new(6.6e6, 1e6, 2e6), Vec3::new(0.0, 0.0, 6.9e6), Vec3::new(-4e6, 4e6, -4e6)] {
+        let slope = slope(|p| field.at(p), &p, 1e3);
+        near(slope.trace(), 0.0, 1e-8 * slope.norm(), "divergence");
+        near33(&slope, &slope.transpose(), 1e-8 * slope.norm(), "curl");
+    }
+}
+
+#[test]
+fn years_and_tables_are_checked() {
+    let igrf = Igrf::v14();
+    assert_eq!(igrf.range(), (1900.0, 2030.0));
+    let late = igrf.at(&Epoch::parse("2031-01-01 00:00:00 UTC").unwrap()).unwrap_err().to_string();
+    assert!(late.contains("year of a magnetic field"), "{late}");
+    // Continuous where the rate takes over, and moving after it.
+    let b = |d: &str| ned(d, 30.0, 40.0, 0.0);
+    let (before, after) = (b("2024-12-31 23:59:00 UTC"), b("2025-01-01 00:01:00 UTC"));
+    near3(&before, &after, 1e-3, "no step");
+    assert!((b("2028-01-01 00:00:00 UTC") - after).norm() > 10.0);
+    let fault = |t: &str| Igrf::parse("t", t).unwrap_err().to_string();
+    let head = "g/h n m 2020.0 2025.0 SV\n";
+    assert!(fault("").contains("0 years and 0 rows"));
+    assert!(fault(&format!("{head}g 1 0 -29404 1\n")).contains("t:2: 1 values for 2 years"));
+    assert!(fault(&format!("{head}g 1 0 -29404 x 1\n")).contains("`x` is no number"));
+    assert!(fault(&format!("{head}g 1 2 -29404 1 1\n")).contains("degree 1, order 2"));
+    assert!(fault(&format!("{head}k 1 1 -29404 1 1\n")).contains("is no row"));
+    assert!(fault("g 1 0 -29404 1 2\n").contains("for 0 years"));
+}
