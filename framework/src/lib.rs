@@ -16,6 +16,7 @@
 //! | [`runtime`] | models, ports, wires, plan, clock, state, checkpoints |
 //! | [`assembly`] | RON and the builder: files → one flat specification, all faults at once |
 //! | [`record`] | logs, reading them back, comparison, plots |
+//! | [`runner`] | a run from file to end: load, taps, the time loop, checkpoints, stopping |
 //!
 //! A model and a run, in one page: a pendulum as a model of its own (for mechanisms with bodies and
 //! hinges see [`runtime::MechanismSpec`] and `assembly`).
@@ -82,6 +83,7 @@ pub use linkwork_dynamics as dynamics;
 pub use linkwork_formats as formats;
 pub use linkwork_multibody as multibody;
 pub use linkwork_record as record;
+pub use linkwork_runner as runner;
 pub use linkwork_runtime as runtime;
 pub use linkwork_solvers as solvers;
 pub use linkwork_spatial as spatial;
