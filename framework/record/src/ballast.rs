@@ -96,7 +96,9 @@ impl Ballast {
         match reserve {
             Ok(r) => Ok(Ballast { file, reserve: Some(r), gauge, limit }),
             Err(e) => {
-                let _ = std::fs::remove_file(path);
+                if file.metadata().is_ok_and(|m| m.is_file()) {
+                    let _ = std::fs::remove_file(path);
+                }
                 Err(e)
             }
         }
