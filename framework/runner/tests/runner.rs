@@ -22,14 +22,14 @@ fn plan(seed: u64) -> Arc<Plan> {
     let multibody = Arc::new(b.build().unwrap());
     let q = multibody.neutral_q();
     let mechanism = MechanismSpec::new("Mechanism", multibody, q, vec![1.0, -0.7, 0.4]);
-    let spec = Spec { mechanism: Some(mechanism), seed, ..Spec::default() };
+    let spec = Spec { host: Some(Box::new(mechanism)), seed, ..Spec::default() };
     let catalogue = Catalogue::new(Vec::<Vec<Entry>>::new());
     compile(&spec, &catalogue, &Files::default()).unwrap().into()
 }
 
 /// A rate of the top.
 fn rate(plan: &Plan) -> String {
-    let nq = plan.mechanism.as_ref().unwrap().multibody.nq() as u32;
+    let nq = plan.mechanism().unwrap().multibody.nq() as u32;
     let found =
         plan.variables.iter().find(|(_, v)| v.role == Role::State && v.place == Place::X(nq));
     found.unwrap().0.clone()
@@ -80,7 +80,7 @@ impl Consumer for Rows {
 
 fn tap(sim: &Simulation, notes: &Notes, den: u64, fails_after: usize) -> Tap {
     let places = sim.plan().variables.values().map(|v| v.place).collect();
-    let group = Group { period: Seconds { num: 1, den }, places };
+    let group = Group { period: Seconds { num: 1, den }, places, coordinates: Vec::new() };
     let rows = Rows { notes: notes.clone(), fails_after, seen: 0 };
     Tap::start(sim, vec![group], 8, Box::new(rows)).unwrap()
 }
