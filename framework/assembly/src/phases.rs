@@ -164,7 +164,9 @@ fn build(
         }
     }
     for (key, value) in entries(overlay) {
-        if OWN.contains(&key.as_str()) || FIXED.contains(&key.as_str()) || key == "doc" {
+        let own = OWN.contains(&key.as_str()) || key == "doc";
+        // What a phase cannot say has been refused.
+        if own || !may_change(key) {
             continue;
         }
         lay(&mut base, key, value);

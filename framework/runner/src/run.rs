@@ -151,6 +151,11 @@ impl<W: Watch> Runner<W> {
         &mut self.sim
     }
 
+    /// Transitions between phases since this was asked last: time (s), what, and what went over.
+    pub fn new_moves(&mut self) -> Vec<(f64, String, linkwork_runtime::MoveReport)> {
+        self.sim.take_moves()
+    }
+
     /// The watcher sees the present tick again: it has something new to take.
     pub fn see_again(&mut self) {
         self.seen = None;

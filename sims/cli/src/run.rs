@@ -130,6 +130,7 @@ fn start(ready: Ready, name: &str, options: &RunOptions, source: Source<'_>) -> 
 
 fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> Result<Run, u8> {
     let Looked { scene: (scene, scene_period), prepared } = prepare(&ready)?;
+    load::warn(&ready);
     let until = match &options.until {
         Some(text) => Some(time(text, "--until")?),
         None => ready.loaded.simulation.until,
@@ -255,6 +256,19 @@ fn bar(until: Option<Seconds>, quiet: bool) -> ProgressBar {
 }
 
 impl Run {
+    /// What happened at transitions, a line each.
+    fn told_moves(&mut self) {
+        for (t, what, report) in self.runner.new_moves() {
+            let list = |what: &str, names: &[String]| {
+                (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")))
+            };
+            let lines = [list("new parts", &report.new), list("parts gone", &report.dropped)];
+            let lines = lines.into_iter().flatten().chain(report.notes);
+            let lines: String = lines.map(|l| format!("\n    {l}")).collect();
+            self.bar.suspend(|| tell!("t = {t:.6} s: {what}{lines}"));
+        }
+    }
+
     fn go(&mut self, quiet: bool) -> u8 {
         let stop = self.runner.stop();
         // Fails only when a handler is already set (several runs in one process).
@@ -277,6 +291,7 @@ impl Run {
             ending = Ending::LogFailed(e);
         }
         self.bar.finish_and_clear();
+        self.told_moves();
         self.told_saves();
         let summary = self.summary(&ending, wall, simulated);
         let failed = !self.problems.is_empty();
@@ -324,6 +339,7 @@ impl Run {
             let failed = self.runner.ended_taps();
             self.taps(failed);
             self.told_saves();
+            self.told_moves();
             if !self.bar.is_hidden() {
                 let (t, wall) = (self.runner.sim().time(), clock.elapsed().as_secs_f64());
                 self.bar.set_position((t * 1000.0) as u64);

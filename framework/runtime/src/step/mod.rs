@@ -425,7 +425,7 @@ impl Simulation {
         evaluate::run_all(&mut self.blocks, &plan, &plan.continuous_ops, &now, x, d, sig)
     }
 
-    /// Transitions since this was asked last: time (s), what, and what went over.
+    /// Transitions since this was asked last, the last 256 of them: time (s), what, and what went over.
     pub fn take_moves(&mut self) -> Vec<(f64, String, MoveReport)> {
         std::mem::take(&mut self.moved)
     }
