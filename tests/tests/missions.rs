@@ -110,14 +110,30 @@ fn a_mistake_in_the_last_phase_is_found_at_load() {
     };
     for (from, to, parts) in [
         ("\"1 kN/m\"", "\"1 kN\"", ["sim.ron", "stiffness"]),
-        ("node:payload/bottom", "node:payload/buttom", ["no node `buttom`", "did you mean `bottom`"]),
+        (
+            "node:payload/bottom",
+            "node:payload/buttom",
+            ["no node `buttom`", "did you mean `bottom`"],
+        ),
         ("Spring1.force < 1 N", "Spring1.force < 1 s", ["different quantities", "sim.ron"]),
         ("Spring1.force < 1 N", "Spring2.force < 1 N", ["Spring2.force", "sim.ron"]),
-        ("to: { \"second_separation\"", "to: { \"second\"", ["no phase `second`", "second_separation"]),
+        (
+            "to: { \"second_separation\"",
+            "to: { \"second\"",
+            ["no phase `second`", "second_separation"],
+        ),
         ("like: \"first_separation\"", "like: \"first\"", ["no phase `first`", "first_separation"]),
         ("start: \"stacked\"", "start: \"staked\"", ["staked", "stacked"]),
-        ("doc: \"The payload leaves", "remove: [\"Sprin1\"], doc: \"The payload leaves", ["Sprin1", "Spring1"]),
-        ("doc: \"The payload leaves", "until: \"3 s\", doc: \"The payload leaves", ["until", "cannot change"]),
+        (
+            "doc: \"The payload leaves",
+            "remove: [\"Sprin1\"], doc: \"The payload leaves",
+            ["Sprin1", "Spring1"],
+        ),
+        (
+            "doc: \"The payload leaves",
+            "until: \"3 s\", doc: \"The payload leaves",
+            ["until", "cannot change"],
+        ),
         ("doc: \"The payload leaves", "steps: 3, doc: \"The payload leaves", ["steps", "step"]),
     ] {
         let report = told(from, to);
@@ -140,7 +156,9 @@ fn split_equals_straight_across_phases_and_in_a_fresh_process() {
     while sim.before(seconds(20.0)) {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         match random >> 62 {
-            0 => sim.run_until(seconds(((sim.time() * 100.0).round() / 100.0 + 0.7).min(20.0))).unwrap(),
+            0 => sim
+                .run_until(seconds(((sim.time() * 100.0).round() / 100.0 + 0.7).min(20.0)))
+                .unwrap(),
             _ => events += u32::from(sim.step_event().unwrap() == Stop::Event),
         }
         if (random >> 40) % 16 == 0 {

@@ -7,8 +7,5 @@ use linkwork_runtime::prelude::Entry;
 
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
-    vec![
-        Entry::model::<drag::Drag>(),
-        Entry::model::<separation_spring::SeparationSpring>(),
-    ]
+    vec![Entry::model::<drag::Drag>(), Entry::model::<separation_spring::SeparationSpring>()]
 }

@@ -289,7 +289,8 @@ fn a_cascade_runs_through_links_at_one_instant_and_can_be_cut_anywhere() {
     straight.run_until(seconds(1.0)).unwrap();
     assert_eq!(straight.get("c3.n").unwrap(), 1.0);
     // Cut after every stop, the cascade included, by a checkpoint and by a snapshot.
-    let (mut sim, mut snapshot, mut events) = (Simulation::new(plan.clone()), Snapshot::default(), 0);
+    let (mut sim, mut snapshot, mut events) =
+        (Simulation::new(plan.clone()), Snapshot::default(), 0);
     while sim.before(seconds(1.0)) || sim.state().guards.iter().any(|g| g.due) {
         events += u32::from(sim.step_event().unwrap() == Stop::Event);
         let checkpoint = sim.checkpoint("").unwrap();

@@ -15,7 +15,8 @@ const DEPTH: usize = 256;
 /// # Errors
 /// What could not be written.
 pub fn log<W: Watch>(runner: &mut Runner<W>, path: &Path, spec: &LogSpec) -> Result<(), String> {
-    let (log, groups) = Log::create(path, runner.sim().program(), spec).map_err(|e| e.to_string())?;
+    let (log, groups) =
+        Log::create(path, runner.sim().program(), spec).map_err(|e| e.to_string())?;
     let tap = Tap::start(runner.sim(), groups, DEPTH, Box::new(log)).map_err(|e| e.to_string())?;
     runner.tap("log", Need::Must, tap);
     Ok(())

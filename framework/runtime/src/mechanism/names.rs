@@ -53,11 +53,9 @@ fn quaternion() -> Vec<Lane> {
 fn lanes(kind: SubhingeKind) -> [Vec<Lane>; 3] {
     let one = |name: &str, unit| vec![(name.to_string(), unit)];
     match kind {
-        SubhingeKind::Pin { .. } | SubhingeKind::Screw { .. } => [
-            one("angle", "rad"),
-            one("rate", "rad/s"),
-            one("acceleration", "rad/s^2"),
-        ],
+        SubhingeKind::Pin { .. } | SubhingeKind::Screw { .. } => {
+            [one("angle", "rad"), one("rate", "rad/s"), one("acceleration", "rad/s^2")]
+        }
         SubhingeKind::Slider { .. } => {
             [one("displacement", "m"), one("speed", "m/s"), one("acceleration", "m/s^2")]
         }

@@ -378,7 +378,11 @@ impl Simulation {
     fn here(&self, path: &str) -> Result<&Variable, VariableError> {
         let known = self.variable(path)?;
         self.plan.lanes.get(path).ok_or_else(|| VariableError {
-            message: format!("`{path}` of `{}` is not there in phase `{}`", known.part, self.phase()),
+            message: format!(
+                "`{path}` of `{}` is not there in phase `{}`",
+                known.part,
+                self.phase()
+            ),
             help: "read or set it in a phase that has it".into(),
         })
     }
