@@ -339,13 +339,13 @@ impl Run {
         let mut fatal = None;
         for end in ends {
             self.dropped += end.dropped;
-            match (end.result, end.need, end.name.as_str()) {
-                (Ok(()), ..) => {}
-                (Err(e), Need::Must, _) => fatal = Some(e),
-                (Err(e), Need::May, "recording") => {
+            match (end.result, end.need) {
+                (Ok(()), _) => {}
+                (Err(e), Need::Must) => fatal = Some(e),
+                (Err(e), Need::Should) => {
                     self.problem(&format!("the recording: {e}"), "the run and its log are whole");
                 }
-                (Err(e), Need::May, _) => no_viewer(&e),
+                (Err(e), Need::May) => no_viewer(&e),
             }
         }
         fatal
