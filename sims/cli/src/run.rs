@@ -153,16 +153,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
     let products = ["summary.json", "plots.svg"].map(|f| out.join(f));
     let others = [&products[..], &[log.clone(), load::sim_file(source.file)]].concat();
     let recording = taps::recording(options, &out, &others)?;
-    let folder = Folder::claim(&out, sim.plan(), &configuration).map_err(|e| {
-        tell!("error: {e}");
-        exit::INPUT
-    })?;
-    if let Some((aside, count)) = &folder.moved {
-        tell!(
-            "note: {count} checkpoints of another run, or another configuration, are now in `{}`",
-            aside.display()
-        );
-    }
+    let folder = claim(&out, &sim, &configuration)?;
     let saves = Saves::new(&sim, out.clone(), name, &configuration, every);
     let picture = Picture::new(&sim, &scene);
     let mut runner = Runner::new(sim, Watched { figures, picture });
@@ -200,6 +191,20 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
         dropped: 0,
         bar: bar(until, options.quiet),
     })
+}
+
+fn claim(out: &Path, sim: &Simulation, configuration: &str) -> Result<Folder, u8> {
+    let folder = Folder::claim(out, sim.plan(), configuration).map_err(|e| {
+        tell!("error: {e}");
+        exit::INPUT
+    })?;
+    if let Some((aside, count)) = &folder.moved {
+        tell!(
+            "note: {count} checkpoints of another run, or another configuration, are now in `{}`",
+            aside.display()
+        );
+    }
+    Ok(folder)
 }
 
 fn restore(
