@@ -53,7 +53,9 @@ pub trait Watch: Send {
 pub enum Need {
     /// A log: without it the run is not worth going on.
     Must,
-    /// A viewer: when it fails the run goes on without it.
+    /// A recording: it is waited for, and when it fails the run goes on without it.
+    Should,
+    /// A viewer: it is hardly waited for, and when it fails the run goes on without it.
     May,
 }
 
@@ -291,7 +293,7 @@ impl<W: Watch> Runner<W> {
                     self.feeds.remove(k);
                     return Err(e);
                 }
-                (Err(e), Need::May) => {
+                (Err(e), Need::Should | Need::May) => {
                     let Feed { name, need, tap } = self.feeds.remove(k);
                     let dropped = tap.dropped();
                     self.ended.push(TapEnd { name, need, dropped, result: Err(e) });
@@ -310,7 +312,7 @@ impl<W: Watch> Runner<W> {
                     self.feeds.remove(k);
                     return Err(e);
                 }
-                (Err(e), Need::May) => {
+                (Err(e), Need::Should | Need::May) => {
                     let Feed { name, need, tap } = self.feeds.remove(k);
                     let dropped = tap.dropped();
                     self.ended.push(TapEnd { name, need, dropped, result: Err(e) });
@@ -349,7 +351,7 @@ impl<W: Watch> Runner<W> {
         for Feed { name, need, tap } in self.feeds.drain(..) {
             let dropped = tap.dropped();
             let result = match need {
-                Need::Must => tap.finish(),
+                Need::Must | Need::Should => tap.finish(),
                 Need::May => tap.finish_within(LAST_ROWS),
             };
             self.ended.push(TapEnd { name, need, dropped, result });

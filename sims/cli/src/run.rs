@@ -154,16 +154,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
     let products = ["summary.json", "plots.svg"].map(|f| out.join(f));
     let others = [&products[..], &[log.clone(), load::sim_file(source.file)]].concat();
     let recording = taps::recording(options, &out, &others)?;
-    let folder = Folder::claim(&out, sim.plan(), &configuration).map_err(|e| {
-        tell!("error: {e}");
-        exit::INPUT
-    })?;
-    if let Some((aside, count)) = &folder.moved {
-        tell!(
-            "note: {count} checkpoints of another run, or another configuration, are now in `{}`",
-            aside.display()
-        );
-    }
+    let folder = claim(&out, &sim, &configuration)?;
     let saves = Saves::new(&sim, out.clone(), name, &configuration, every);
     let picture = Picture::new(&sim, &scene);
     let mut runner = Runner::new(sim, Watched { figures, picture });
@@ -201,6 +192,20 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
         dropped: 0,
         bar: bar(until, options.quiet),
     })
+}
+
+fn claim(out: &Path, sim: &Simulation, configuration: &str) -> Result<Folder, u8> {
+    let folder = Folder::claim(out, sim.plan(), configuration).map_err(|e| {
+        tell!("error: {e}");
+        exit::INPUT
+    })?;
+    if let Some((aside, count)) = &folder.moved {
+        tell!(
+            "note: {count} checkpoints of another run, or another configuration, are now in `{}`",
+            aside.display()
+        );
+    }
+    Ok(folder)
 }
 
 fn restore(
@@ -355,13 +360,13 @@ impl Run {
         let mut fatal = None;
         for end in ends {
             self.dropped += end.dropped;
-            match (end.result, end.need, end.name.as_str()) {
-                (Ok(()), ..) => {}
-                (Err(e), Need::Must, _) => fatal = Some(e),
-                (Err(e), Need::May, "recording") => {
+            match (end.result, end.need) {
+                (Ok(()), _) => {}
+                (Err(e), Need::Must) => fatal = Some(e),
+                (Err(e), Need::Should) => {
                     self.problem(&format!("the recording: {e}"), "the run and its log are whole");
                 }
-                (Err(e), Need::May, _) => no_viewer(&e),
+                (Err(e), Need::May) => no_viewer(&e),
             }
         }
         fatal

@@ -112,7 +112,7 @@ pub fn viewers<W: Watch>(
         let viewer = view.file(path).map_err(|e| e.to_string())?;
         let tap =
             Tap::start(runner.sim(), groups, DEPTH, Box::new(viewer)).map_err(|e| e.to_string())?;
-        runner.tap("recording", Need::May, tap);
+        runner.tap("recording", Need::Should, tap);
     }
     if let Some(url) = live {
         let (view, groups) = View::new(&program, scene, period).map_err(|e| e.to_string())?;
