@@ -74,7 +74,7 @@ pub(crate) fn split(cx: &mut Cx, file: &mut Located) -> Vec<Phase> {
         return vec![Phase { name: String::new(), file, transitions: Vec::new(), origin }];
     };
     let overlays: BTreeMap<String, (Located, Origin)> = table(cx, &written, "`phases`")
-        .into_iter()
+        .iter()
         .map(|(k, v)| (k.clone(), (v.clone(), cx.key(v))))
         .collect();
     let names: Vec<&str> = overlays.keys().map(String::as_str).collect();

@@ -1,5 +1,6 @@
 //! Events: located where the guard is zero, one after another at one instant, without a trace of how the
 //! run was cut.
+#![allow(clippy::unwrap_used)]
 mod common;
 use common::*;
 use linkwork_runtime::prelude::*;
@@ -130,7 +131,7 @@ impl Model for Flip {
         *d
     }
     fn guards(&self, c: &Clock, _: &(), d: &Fired) -> Passed2 {
-        let side = if d.n as u64 % 2 == 0 { 1.0 } else { -1.0 };
+        let side = if (d.n as u64).is_multiple_of(2) { 1.0 } else { -1.0 };
         Passed2 { a: side * (c.t - self.p.at), b: side }
     }
     fn fired(&self, _: &Clock, _: usize, _: &(), d: &Fired) -> ((), Fired) {

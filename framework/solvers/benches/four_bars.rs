@@ -12,7 +12,7 @@ use linkwork_dynamics::multibody::{
 };
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::{Tree, Workspace, kinematics, kinetic_energy, potential_energy};
-use linkwork_integrate::{Integrator, Method, System};
+use linkwork_integrate::{Field, Integrator, Method};
 use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
 
 const LOOPS: usize = 40;
@@ -58,20 +58,6 @@ struct Run {
     error: f64,
 }
 
-/// ẋ = f(x).
-struct Field<F>(F);
-
-impl<F: FnMut(&[f64], &mut [f64])> System for Field<F> {
-    type Error = ();
-    fn derivatives(&mut self, _: f64, x: &[f64], xdot: &mut [f64]) -> Result<(), ()> {
-        (self.0)(x, xdot);
-        Ok(())
-    }
-    fn projects(&self) -> bool {
-        false
-    }
-}
-
 #[allow(clippy::disallowed_methods)] // A benchmark reads the clock.
 fn ours(h: f64) -> Run {
     let mbs = mechanism();
@@ -100,7 +86,7 @@ fn ours(h: f64) -> Run {
     let (mut worst, mut error, mut spent) = (0.0_f64, 0.0_f64, 0.0);
     for step in 0..(END / h).round() as usize {
         let start = std::time::Instant::now();
-        let f = |x: &[f64], d: &mut [f64]| {
+        let f = |_: f64, x: &[f64], d: &mut [f64]| {
             d[..n].copy_from_slice(&x[n..]);
             let (q, v) = x.split_at(n);
             solver.forward(&tree, &mut ws, (q, v), &[], &mut tau, &mut d[n..]).expect("regular");

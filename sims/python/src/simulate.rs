@@ -110,7 +110,7 @@ struct Run<'a> {
 impl Run<'_> {
     fn step<'f>(&'f mut self, k: usize, forces: &'f mut Forces<'f>) -> PyResult<()> {
         let Run { core, wrenches, integrator, dt, x } = self;
-        let positions = [0..core.nq()];
+        let positions = std::array::from_fn(|_| 0..core.nq());
         let mut motion = Motion { core, wrenches, k, forces, positions };
         let t = k as f64 * *dt;
         integrator.step_fixed(&mut motion, t, *dt, x, None).map_err(|failure| match failure {

@@ -41,7 +41,7 @@ pub(super) fn integration(
         faults.push(Fault::new(origin, fact).help(help));
     };
     let positive = |v: f64| v > 0.0 && v.is_finite();
-    if !positive(accuracy.absolute) || !(accuracy.relative >= 0.0 && accuracy.relative < 1.0) {
+    if !(positive(accuracy.absolute) && accuracy.relative >= 0.0 && accuracy.relative < 1.0) {
         let fact =
             format!("accuracy: absolute {} and relative {}", accuracy.absolute, accuracy.relative);
         refuse(Origin::NONE, fact, "absolute above zero, relative from 0 to below 1, e.g. 1e-9");
