@@ -261,3 +261,24 @@ def test_a_simulation_and_its_callback_do_not_keep_each_other_alive():
     alive = make()
     gc.collect()
     assert alive() is None
+
+
+def test_a_simulation_goes_through_its_phases(tmp_path):
+    sim = lw.Simulation("sims/staging")
+    assert (sim.phase, sim.q.shape, sim.v.shape) == ("stacked", (7,), (6,))
+    log = sim.log(["upper.position.x", "booster.position.x", "Spring1.extension"], rate=10)
+    sim.run_until(6)
+    assert (sim.phase, sim.q.shape, sim.v.shape) == ("first_separation", (14,), (12,))
+    assert len(sim.mechanism.bodies) == 3
+    sim.save(tmp_path / "here.lwck")
+    sim.run_until(12)
+    assert (sim.phase, sim.q.shape) == ("second_separation", (21,))
+    # What a phase has not is NaN in a log, before it is there.
+    there = log["t"] >= 5
+    for name in ["upper.position.x", "Spring1.extension"]:
+        assert np.isnan(log[name][~there]).all() and np.isfinite(log[name][there]).all()
+    assert np.isfinite(log["booster.position.x"]).all()
+    again = lw.Simulation.resume(tmp_path / "here.lwck")
+    assert again.phase == "first_separation"
+    again.run_until(12)
+    assert np.array_equal(again.q, sim.q) and np.array_equal(again.v, sim.v)
