@@ -263,6 +263,7 @@ pub(crate) fn mechanism(
             treatments: constraints.treatments,
             motions,
             origins: constraints.origins,
+            bodies: bodies.iter().map(|(name, (body, _))| (name.clone(), body.origin)).collect(),
             contact: on
                 .filter(|_| contact.compliant.is_none())
                 .map(|(settings, colliders)| ContactSpec { colliders, settings }),
@@ -387,6 +388,10 @@ fn fault_origin(
         | MechanismFault::BadArmature { body: what, .. }
         | MechanismFault::BadGear { body: what, .. }
         | MechanismFault::BadLimits { body: what, .. }
+        | MechanismFault::BadDamping { body: what, .. }
+        | MechanismFault::BadFriction { body: what, .. }
+        | MechanismFault::BadStop { body: what, .. }
+        | MechanismFault::NotOnLoop { body: what, .. }
         | MechanismFault::UnknownEnd { what, .. }
         | MechanismFault::NotFinite { place: what } => any(what),
         MechanismFault::Loop { name, .. }
