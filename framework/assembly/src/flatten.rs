@@ -235,6 +235,9 @@ pub(crate) fn mechanism(
     let contact = contact::read(cx, root, &instances, &bodies, (&all, complete));
     told.constraints = std::mem::take(&mut constraints.resolved);
     told.contact = contact.resolved.clone();
+    if contact.compliant.is_some() {
+        contact.rub(builder.bodies_mut());
+    }
     if bodies.is_empty() {
         return Mechanism { spec: None, shapes, colliders: None, told };
     }

@@ -119,6 +119,25 @@ fn sdf_mjcf_and_side_cars_keep_damping_and_friction() {
 }
 
 #[test]
+fn friction_with_smooth_contact_is_that_of_hinges() {
+    let text = |contact: &str, fields: &str| {
+        let body = body("Pin([0, 0, 1])", fields);
+        body.replace("Simulation(", &format!("Simulation(contact: ({contact}), "))
+    };
+    let dry = "dry: { \"hinge:arm\": \"0.3 N m\" }";
+    let l = loaded(&text(&format!("compliant: true, {dry}"), "friction: (force: 9, rate: 0.1)"), &[]);
+    assert_eq!(first(&l, "arm").friction, Friction { force: 0.3, rate: 0.1 });
+    assert!(run(&l, 0.01).1.is_empty());
+    let l = loaded(&text(&format!("compliant: true, {dry}"), ""), &[]);
+    let (_, warnings) = run(&l, 0.01);
+    assert!(warnings.len() == 1 && warnings[0].message.contains("friction of 0.3"), "{warnings:?}");
+    // With impulses it is a row, and `dry` counts before the body's.
+    let l = loaded(&text(dry, "friction: 9, initial: (rate: 1)"), &[]);
+    let ([_, v], warnings) = run(&l, 1.0);
+    assert!(warnings.is_empty() && (v - 0.7).abs() < 1e-6, "{v}");
+}
+
+#[test]
 fn what_of_a_file_is_not_used_is_a_warning_at_its_import() {
     let l = wheel("1", "0", "");
     let warnings = l.warnings();
