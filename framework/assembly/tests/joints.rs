@@ -125,7 +125,8 @@ fn friction_with_smooth_contact_is_that_of_hinges() {
         body.replace("Simulation(", &format!("Simulation(contact: ({contact}), "))
     };
     let dry = "dry: { \"hinge:arm\": \"0.3 N m\" }";
-    let l = loaded(&text(&format!("compliant: true, {dry}"), "friction: (force: 9, rate: 0.1)"), &[]);
+    let l =
+        loaded(&text(&format!("compliant: true, {dry}"), "friction: (force: 9, rate: 0.1)"), &[]);
     assert_eq!(first(&l, "arm").friction, Friction { force: 0.3, rate: 0.1 });
     assert!(run(&l, 0.01).1.is_empty());
     let l = loaded(&text(&format!("compliant: true, {dry}"), ""), &[]);

@@ -2,7 +2,9 @@
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_dynamics::{Tree, Workspace, kinematics, mass_matrix};
-use linkwork_formats::multibody::{BodySpec, Builder, Friction, Hinge, Limits, Multibody, Stop, SubhingeKind};
+use linkwork_formats::multibody::{
+    BodySpec, Builder, Friction, Hinge, Limits, Multibody, Stop, SubhingeKind,
+};
 use linkwork_formats::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_formats::{Description, ExportFault, ReadOptions, read_file, read_urdf, write_urdf};
 

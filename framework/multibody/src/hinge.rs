@@ -142,7 +142,7 @@ impl Limits {
 /// F = max(0, k p (1 + min(1, c ṗ)))      p > 0: how far past the limit; inwards, never outwards
 /// ```
 /// Hunt and Crossley's law, with its loss held to once the spring's force, so that a fast impact is no
-/// stiffer than a slow one. A coordinate leaves its stop no faster than 1/c.
+/// stiffer than a slow one. A coordinate leaves its stop no faster than 1/c, where the step can follow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Stop {
     /// A soft stop whose stiffness follows from the inertia behind the coordinate and the step.

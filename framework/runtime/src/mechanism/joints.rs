@@ -9,7 +9,8 @@
 //! ```
 //! m is the inertia behind the coordinate at the start, 1 / (M⁻¹)ᵢᵢ of the tree, loops left out. A
 //! coordinate that meets a usual stop at the speed v, pushed by an acceleration a, passes it by no more
-//! than 5 h v + 50 h² a while the inertia is m; with μ m, by √μ of the first and μ of the second.
+//! than 5 h v + 50 h² a while the inertia is m; with μ m, by √μ of the first and μ of the second. With
+//! semi-implicit Euler it may be a step's motion, h v, more. It comes back no faster than it went in.
 //! With contact the step is explicit in damping: it wants h d / m < 2. Prescribed coordinates feel
 //! none of these.
 use super::spec::MechanismSpec;
@@ -203,7 +204,7 @@ impl At<'_> {
                 m / d
             );
             let help = format!(
-                "take a step below {:.1e} s, less damping, more armature, or the stiff integrator",
+                "take a step below {:.1e} s, less damping, more armature, or `rodas4p`",
                 STABLE * m / d
             );
             self.warn(warnings, &fact, &help);
