@@ -196,6 +196,17 @@ fn no_impact_on_a_usual_stop_gives_energy_or_goes_too_deep() {
 }
 
 #[test]
+fn a_stop_never_pulls() {
+    // Inside the stop, outwards faster than 1/c: nothing holds it back.
+    let stop = Stop::Soft { stiffness: 400.0, damping: 1.0 };
+    let hinge = pin().limits(Limits::position(-1.0, 0.3)).stop(stop);
+    let spec = bar(hinge, [0.0; 3], 0.0, (vec![0.5], vec![-5.0]), Contact::Off);
+    for [t, q, v] in track(&spec, 100) {
+        assert!(v == -5.0 && (q - (0.5 - 5.0 * t)).abs() < 1e-12, "{t} {q} {v}");
+    }
+}
+
+#[test]
 fn a_written_stop_has_its_stiffness_and_contact_its_own() {
     let stop = Stop::Soft { stiffness: 400.0, damping: 3.0 };
     let hinge = pin().limits(Limits::position(-0.3, 0.3)).stop(stop).damping(0.2);
