@@ -33,7 +33,7 @@ pub(crate) struct Body {
 }
 
 /// The fields of a body.
-pub(crate) const FIELDS: [&str; 17] = [
+pub(crate) const FIELDS: [&str; 20] = [
     "parent",
     "at",
     "hinge",
@@ -42,6 +42,9 @@ pub(crate) const FIELDS: [&str; 17] = [
     "armature",
     "gear",
     "limits",
+    "stop",
+    "damping",
+    "friction",
     "mass",
     "com",
     "inertia",

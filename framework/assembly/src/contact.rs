@@ -9,7 +9,7 @@ use crate::flatten::coordinate;
 use crate::read::{choice, fields, flag, list, table, text};
 use crate::reference::{Target, resolve, visible};
 use linkwork_collision::{ColliderSpec, Colliders, Fault, Material, Neighbours, Rules};
-use linkwork_multibody::{Multibody, SubhingeKind};
+use linkwork_multibody::{BodySpec, Multibody, Subhinge, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value, remedy};
 use linkwork_solvers::contact::Method;
 use linkwork_solvers::{CompliantSettings, ContactSettings, JointLimits};
@@ -415,6 +415,18 @@ pub(crate) fn colliders(
 }
 
 impl Contact {
+    /// Dry friction as that of hinges: where contact is smooth there are no rows for it.
+    pub fn rub(&self, bodies: &mut [BodySpec]) {
+        for (body, index, force) in &self.dry {
+            let spec = bodies.iter_mut().find(|b| b.name == *body);
+            let one = |s: &&mut Subhinge| s.kind.nv() == 1;
+            let hinge = spec.map(|b| b.hinge.subhinges.iter_mut().filter(one));
+            if let Some(s) = hinge.and_then(|mut h| h.nth(*index)) {
+                s.friction.force = *force;
+            }
+        }
+    }
+
     /// The settings with dry friction at its places in β.
     pub fn on(&self, multibody: &Multibody) -> Option<ContactSettings> {
         let place = |(body, index, force): &(String, usize, f64)| {

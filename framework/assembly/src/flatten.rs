@@ -235,6 +235,9 @@ pub(crate) fn mechanism(
     let contact = contact::read(cx, root, &instances, &bodies, (&all, complete));
     told.constraints = std::mem::take(&mut constraints.resolved);
     told.contact = contact.resolved.clone();
+    if contact.compliant.is_some() {
+        contact.rub(builder.bodies_mut());
+    }
     if bodies.is_empty() {
         return Mechanism { spec: None, shapes, colliders: None, told };
     }
@@ -263,6 +266,7 @@ pub(crate) fn mechanism(
             treatments: constraints.treatments,
             motions,
             origins: constraints.origins,
+            bodies: bodies.iter().map(|(name, (body, _))| (name.clone(), body.origin)).collect(),
             contact: on
                 .filter(|_| contact.compliant.is_none())
                 .map(|(settings, colliders)| ContactSpec { colliders, settings }),
@@ -387,6 +391,10 @@ fn fault_origin(
         | MechanismFault::BadArmature { body: what, .. }
         | MechanismFault::BadGear { body: what, .. }
         | MechanismFault::BadLimits { body: what, .. }
+        | MechanismFault::BadDamping { body: what, .. }
+        | MechanismFault::BadFriction { body: what, .. }
+        | MechanismFault::BadStop { body: what, .. }
+        | MechanismFault::NotOnLoop { body: what, .. }
         | MechanismFault::UnknownEnd { what, .. }
         | MechanismFault::NotFinite { place: what } => any(what),
         MechanismFault::Loop { name, .. }

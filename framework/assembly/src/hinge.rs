@@ -2,7 +2,7 @@
 use crate::context::Cx;
 use crate::pose::direction;
 use crate::read::{fields, flag, number};
-use linkwork_multibody::{Coordinate, Hinge, Limits, Subhinge, SubhingeKind};
+use linkwork_multibody::{Coordinate, Friction, Hinge, Limits, Stop, Subhinge, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value, remedy};
 
 const HINGES: [&str; 11] = [
@@ -18,6 +18,10 @@ const HINGES: [&str; 11] = [
     "Planar",
     "Chain",
 ];
+
+/// What a subhinge has beside its kind.
+pub(crate) const OPTIONS: [&str; 7] =
+    ["prescribed", "armature", "gear", "limits", "stop", "damping", "friction"];
 
 /// Reads a hinge as written: `Pin([0, 1, 0])`, `Chain(Slider(..), Pin(..))`.
 pub(crate) fn read(cx: &mut Cx, v: &Located, what: &str) -> Option<Hinge> {
@@ -39,12 +43,8 @@ pub(crate) fn read(cx: &mut Cx, v: &Located, what: &str) -> Option<Hinge> {
     }
     let named = matches!(inner.value, Value::Map(_));
     if named {
-        fields(
-            cx,
-            inner,
-            &at,
-            &["axis", "axes", "pitch", "prescribed", "armature", "gear", "limits"],
-        );
+        let own = ["axis", "axes", "pitch"];
+        fields(cx, inner, &at, &[&own[..], &OPTIONS].concat());
     }
     let axis = |cx: &mut Cx| {
         let given = if named { inner.get("axis") } else { Some(&**inner) };
@@ -112,12 +112,12 @@ fn link(cx: &mut Cx, item: &Located, what: &str) -> Option<Vec<Subhinge>> {
         return Some(read(cx, item, what)?.subhinges);
     }
     let (mut locked, at) = ([SubhingeKind::Locked.into()], format!("{what}: `Locked`"));
-    fields(cx, inner, &at, &["prescribed", "armature", "gear", "limits"]);
+    fields(cx, inner, &at, &OPTIONS);
     options(cx, inner, &at, &mut locked);
     Some(locked.into())
 }
 
-/// `prescribed`, `armature`, `gear` and `limits`, of a body for its whole hinge or of one hinge of a chain.
+/// [`OPTIONS`] of a body for its whole hinge or of one hinge of a chain.
 pub(crate) fn options(cx: &mut Cx, v: &Located, what: &str, chain: &mut [Subhinge]) {
     if let Some(p) = v.get("prescribed")
         && flag(cx, p, &format!("{what}: `prescribed`")) == Some(true)
@@ -136,7 +136,61 @@ pub(crate) fn options(cx: &mut Cx, v: &Located, what: &str, chain: &mut [Subhing
         if let Some(l) = v.get("limits") {
             s.limits = limits(cx, l, what, &s.kind);
         }
+        let slides = matches!(s.kind, SubhingeKind::Slider { .. });
+        if let Some(d) = v.get("damping") {
+            let unit = if slides { "N s/m" } else { "N m s/rad" };
+            s.damping = number(cx, d, &format!("{what}: `damping`"), unit).unwrap_or(0.0);
+        }
+        if let Some(f) = v.get("friction") {
+            s.friction = friction(cx, f, what, slides);
+        }
+        if let Some(x) = v.get("stop") {
+            s.stop = stop(cx, x, what, slides);
+        }
     }
+}
+
+/// `"0.2 N m"`, or `(force: "0.2 N m", rate: "0.01 rad/s")` with the smooth form.
+fn friction(cx: &mut Cx, v: &Located, what: &str, slides: bool) -> Friction {
+    let what = format!("{what}: `friction`");
+    let units = if slides { ["N", "m/s"] } else { ["N m", "rad/s"] };
+    if !matches!(v.value, Value::Map(_)) {
+        let force = number(cx, v, &what, units[0]).unwrap_or(0.0);
+        return Friction { force, rate: 0.0 };
+    }
+    fields(cx, v, &what, &["force", "rate"]);
+    let mut of = |field: &str, unit: &str| match v.get(field) {
+        Some(x) => number(cx, x, &format!("{what}: `{field}`"), unit).unwrap_or(0.0),
+        None => 0.0,
+    };
+    Friction { force: of("force", units[0]), rate: of("rate", units[1]) }
+}
+
+/// `false`, `true`, or `(stiffness: "500 N m/rad", damping: "1 s/rad")`.
+fn stop(cx: &mut Cx, v: &Located, what: &str, slides: bool) -> Stop {
+    let what = format!("{what}: `stop`");
+    match v.value {
+        Value::Bool(true) => return Stop::Usual,
+        Value::Bool(false) => return Stop::Off,
+        _ => {}
+    }
+    if !fields(cx, v, &what, &["stiffness", "damping"]) {
+        return Stop::Usual;
+    }
+    let units = if slides { ["N/m", "s/m"] } else { ["N m/rad", "s/rad"] };
+    let mut of = |field: &str, unit: &str, none: f64| match v.get(field) {
+        Some(x) => number(cx, x, &format!("{what}: `{field}`"), unit).unwrap_or(none),
+        None => none,
+    };
+    // What could not be read is told already.
+    let (stiffness, damping) = (of("stiffness", units[0], 1.0), of("damping", units[1], 0.0));
+    if v.get("stiffness").is_none() {
+        let help =
+            "write `stop: (stiffness: ..)`, or `false` if the coordinate may pass its limits";
+        cx.fault(v.origin, format!("{what} has no `stiffness`"), help);
+        return Stop::Usual;
+    }
+    Stop::Soft { stiffness, damping }
 }
 
 /// `(lower: "-90 deg", upper: "90 deg", rate: "2 rad/s", effort: "5 N m")`; what is not written has no limit.

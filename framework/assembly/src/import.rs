@@ -11,7 +11,7 @@ use crate::read::{choice, fields, flag, list, text, text_field};
 use crate::render::Failure;
 use crate::{machine, sidecar};
 use linkwork_formats::{Description, FormatError, ReadOptions, Root};
-use linkwork_runtime::{Located, Origin, Value};
+use linkwork_runtime::{Fault, Located, Origin, Value};
 use linkwork_spatial::InertiaCheck;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,46 @@ pub struct Import {
     pub left_out: Vec<String>,
     /// Body in the file → full name in the mechanism.
     pub bodies: BTreeMap<String, String>,
+    /// Where the import is written.
+    pub origin: Origin,
 }
+
+impl Import {
+    /// What of the file is not in the assembly, and what the reader did not use: one warning for each
+    /// kind of thing, with its first places.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Fault> {
+        let mut kinds: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        for line in &self.left_out {
+            let (what, of) = line.split_once(" of ").unwrap_or((line, ""));
+            kinds.entry(format!("{what} is left out")).or_default().push(of.into());
+        }
+        for i in &self.description.ignored {
+            let place = format!("{} (line {})", i.path, i.line);
+            kinds.entry(format!("ignored: {}", i.what)).or_default().push(place);
+        }
+        let told = kinds.into_iter().map(|(what, places)| {
+            let mut first: Vec<&str> = places.iter().map(String::as_str).collect();
+            first.retain(|p| !p.is_empty());
+            let more = first.len().saturating_sub(SHOWN);
+            first.truncate(SHOWN);
+            let mut text = format!("`{}`: {what}", self.file);
+            if !first.is_empty() {
+                text += &format!(": {}", first.join(", "));
+            }
+            if more > 0 {
+                text += &format!(" and {more} more");
+            }
+            let help = "the simulation runs without it: write what matters of it in the assembly \
+                        or in the side-car, or take it out of the file";
+            Fault::new(self.origin, text).help(help)
+        });
+        told.collect()
+    }
+}
+
+/// Places that a warning names.
+const SHOWN: usize = 5;
 
 const FIELDS: [&str; 9] = [
     "file",
@@ -189,7 +228,8 @@ fn read(
     let full = |b: String| crate::reference::full_name(path, &b);
     let bodies = converted.bodies.into_iter().map(|(k, b)| (k, full(b))).collect();
     let (path, file) = (path.to_owned(), key);
-    Some((Import { path, file, description: d, left_out, bodies }, made))
+    let origin = v.origin;
+    Some((Import { path, file, description: d, left_out, bodies, origin }, made))
 }
 
 fn named_side_car(cx: &mut Cx, files: &Files<'_>, name: &Text, home: &Home, d: &mut Description) {

@@ -101,6 +101,12 @@ impl Loaded {
     ) -> Result<Program, Faults> {
         linkwork_runtime::compile_program(&self.phases, catalogue, files)
     }
+
+    /// What imported files say and the simulation does not do, told at the `import` that brought it.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Fault> {
+        self.imports.iter().flat_map(Import::warnings).collect()
+    }
 }
 
 /// Loads a simulation or an assembly from a file, or from the embedded texts.
@@ -388,7 +394,10 @@ fn assemble(
         parts,
         wires,
         binds,
-        host: mechanism.spec.map(|m| Box::new(m) as Box<dyn linkwork_runtime::Host>),
+        host: mechanism.spec.map(|mut m| {
+            m.step = Some(simulation.step.seconds());
+            Box::new(m) as Box<dyn linkwork_runtime::Host>
+        }),
         step: simulation.step,
         integrator: simulation.integrator,
         accuracy: simulation.accuracy.clone(),

@@ -4,7 +4,9 @@ use crate::context::{map, set};
 use crate::form::{Assembly, ItemForm};
 use crate::modes;
 use linkwork_formats::{BodyShape, Description, Geometry, ShapeRole, Term};
-use linkwork_multibody::{BodySpec, Coordinate, Hinge, Limits, Subhinge, SubhingeKind};
+use linkwork_multibody::{
+    BodySpec, Coordinate, Friction, Hinge, Limits, Stop, Subhinge, SubhingeKind,
+};
 use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::{InertiaCheck, MassProperties, Pose, Vec3};
 use std::collections::BTreeMap;
@@ -73,10 +75,19 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     };
     let hidden = d.shapes.iter().filter(hidden);
     left_out.extend(hidden.map(|s| format!("{:?} shape of `{}`", s.role, s.body)));
-    let driven =
-        |j: &&linkwork_formats::Joint| j.damping != 0.0 || j.friction != 0.0 || j.stiffness != 0.0;
-    let joints = d.joints.iter().filter(driven);
-    left_out.extend(joints.map(|j| format!("damping, friction or spring of `{}`", j.name)));
+    for j in &d.joints {
+        let spec = d.builder.bodies().iter().find(|b| b.name == j.body);
+        let own = spec.and_then(|b| b.hinge.subhinges.get(j.subhinge));
+        for (what, said, acts) in [
+            ("spring", j.stiffness, 0.0),
+            ("damping", j.damping, own.map_or(0.0, |s| s.damping)),
+            ("friction", j.friction, own.map_or(0.0, |s| s.friction.force)),
+        ] {
+            if said != 0.0 && acts == 0.0 {
+                left_out.push(format!("{what} of `{}`", j.name));
+            }
+        }
+    }
     Converted { assembly, left_out, bodies }
 }
 
@@ -286,7 +297,30 @@ fn subhinge(s: &Subhinge) -> Value {
         push(&mut out, "gear", Value::Number(s.gear));
     }
     push(&mut out, "limits", limits(&s.limits));
+    resistances(s, &mut out);
     if out.is_empty() { variant(name.0, Value::Null) } else { variant(name.0, Value::Map(out)) }
+}
+
+/// Stop, damping and friction.
+fn resistances(s: &Subhinge, out: &mut Vec<(String, Located)>) {
+    let pair = |a: &str, x: f64, b: &str, y: f64| {
+        let number = |x| Located::from(Value::Number(x));
+        Value::Map(vec![(a.to_owned(), number(x)), (b.to_owned(), number(y))])
+    };
+    match s.stop {
+        Stop::Usual => {}
+        Stop::Off => push(out, "stop", Value::Bool(false)),
+        Stop::Soft { stiffness, damping } => {
+            push(out, "stop", pair("stiffness", stiffness, "damping", damping));
+        }
+    }
+    if s.damping != 0.0 {
+        push(out, "damping", Value::Number(s.damping));
+    }
+    let Friction { force, rate } = s.friction;
+    if s.friction != Friction::NONE {
+        push(out, "friction", pair("force", force, "rate", rate));
+    }
 }
 
 fn limits(l: &Limits) -> Value {

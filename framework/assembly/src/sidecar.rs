@@ -100,16 +100,15 @@ fn coordinate(
     found
 }
 
-/// `(armature: .., gear: .., limits: (..), damping: .., friction: ..)`.
+/// `(armature: .., gear: .., limits: (..), stop: (..), damping: .., friction: ..)`.
 fn joint(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
     let what = format!("joint `{key}`");
-    fields(cx, v, &what, &["armature", "gear", "limits", "prescribed", "damping", "friction"]);
+    fields(cx, v, &what, &hinge::OPTIONS);
     let origin = cx.key(v);
     let Some(at) = coordinate(cx, origin, "`joints`", key, d) else { return };
     let spec = d.builder.bodies_mut().iter_mut().find(|b| b.name == at.body);
     let Some(s) = spec.and_then(|b| b.hinge.subhinges.get_mut(at.subhinge)) else { return };
     hinge::options(cx, v, &what, std::slice::from_mut(s));
-    let slides = matches!(s.kind, SubhingeKind::Slider { .. });
     let multiple = s.kind.nv() != 1;
     if (s.limits != Limits::NONE && multiple) || !s.limits.is_valid() {
         let place = v.get("limits").map_or(origin, |l| l.origin);
@@ -124,22 +123,16 @@ fn joint(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
         let place = v.get("gear").map_or(origin, |l| l.origin);
         cx.fault(place, format!("{what}: the gear ratio is 0"), "write turns of the rotor a turn");
     }
-    let units = if slides { ["N s/m", "N"] } else { ["N m s/rad", "N m"] };
-    let mut of = |field: &str, unit: &str| {
-        let x = number(cx, v.get(field)?, &format!("{what}: `{field}`"), unit)?;
-        if x < 0.0 {
-            cx.fault(
-                v.get(field)?.origin,
-                format!("{what}: `{field}` is negative"),
-                "write 0 or more",
-            );
+    for (field, x) in [("damping", s.damping), ("friction", s.friction.force)] {
+        if !(x >= 0.0) {
+            let place = v.get(field).map_or(origin, |l| l.origin);
+            cx.fault(place, format!("{what}: `{field}` is negative"), "write 0 or more");
         }
-        Some(x)
-    };
-    let (damping, friction) = (of("damping", units[0]), of("friction", units[1]));
+    }
+    let (damping, friction) = (s.damping, s.friction.force);
     if let Some(j) = d.joints.iter_mut().find(|j| j.name == key) {
-        j.damping = damping.unwrap_or(j.damping);
-        j.friction = friction.unwrap_or(j.friction);
+        j.damping = if v.get("damping").is_some() { damping } else { j.damping };
+        j.friction = if v.get("friction").is_some() { friction } else { j.friction };
     }
 }
 

@@ -7,8 +7,8 @@ use linkwork_formats::{
     Description, Geometry, Initial, ReadOptions, Root, ShapeRole, WheelRole, read_urdf,
 };
 use linkwork_multibody::{
-    BodySpec, Builder, Coordinate, Coupling, Hinge, HingeCoordinate, Limits, LoopClosure,
-    Multibody, Subhinge, SubhingeKind, Term,
+    BodySpec, Builder, Coordinate, Coupling, Friction, Hinge, HingeCoordinate, Limits, LoopClosure,
+    Multibody, Stop, Subhinge, SubhingeKind, Term,
 };
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, Quat, Vec3};
 use std::path::Path;
@@ -87,7 +87,27 @@ impl Rng {
                 effort: f64::INFINITY,
             };
         }
+        self.resistances(&mut s);
         s
+    }
+
+    fn resistances(&mut self, s: &mut Subhinge) {
+        let barred = matches!(s.kind, SubhingeKind::Free | SubhingeKind::Locked);
+        if !barred && self.bits().is_multiple_of(2) {
+            s.damping = self.signed().abs();
+        }
+        if s.kind.nv() != 1 {
+            return;
+        }
+        if self.bits().is_multiple_of(2) {
+            let rate = if self.bits().is_multiple_of(2) { self.signed().abs() } else { 0.0 };
+            s.friction = Friction { force: self.signed().abs(), rate };
+        }
+        s.stop = match self.bits() % 3 {
+            0 => Stop::Usual,
+            1 => Stop::Off,
+            _ => Stop::Soft { stiffness: self.signed().abs(), damping: self.signed().abs() },
+        };
     }
 }
 

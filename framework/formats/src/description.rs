@@ -109,7 +109,8 @@ pub enum Geometry {
     },
 }
 
-/// A joint of the file.
+/// A joint of the file, as the file says it. What acts is in the hinge of its body: damping of all
+/// coordinates, friction of joints with one; springs do not act.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     /// Its name in the file.

@@ -10,7 +10,7 @@
 
 use crate::{BodyShape, Coupling, Description, Geometry, HingeCoordinate, Joint, ShapeRole};
 use linkwork_multibody::{
-    BodySpec, Builder, Coordinate, Limits, Multibody, Subhinge, SubhingeKind,
+    BodySpec, Builder, Coordinate, Limits, Multibody, Stop, Subhinge, SubhingeKind,
 };
 use linkwork_spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
@@ -296,11 +296,14 @@ impl<'d> Writer<'d> {
             let _ = writeln!(inside, "    <axis xyz=\"{}\"/>", three(&axis));
             inside.push_str(&limit(kind, &l));
         }
-        if let Some(j) = data.filter(|j| j.damping != 0.0 || j.friction != 0.0) {
+        // What the hinge has counts before what the file's joint once said.
+        let or = |own: f64, said: Option<f64>| if own != 0.0 { own } else { said.unwrap_or(0.0) };
+        let damping = or(s.damping, data.map(|j| j.damping));
+        let friction = or(s.friction.force, data.map(|j| j.friction));
+        if damping != 0.0 || friction != 0.0 {
             let _ = writeln!(
                 inside,
-                "    <dynamics damping=\"{:?}\" friction=\"{:?}\"/>",
-                j.damping, j.friction
+                "    <dynamics damping=\"{damping:?}\" friction=\"{friction:?}\"/>"
             );
         }
         if let Some((other, ratio, offset)) = self.mimics.get(name) {
@@ -332,6 +335,15 @@ impl<'d> Writer<'d> {
                 }
                 if s.coordinate == Coordinate::Prescribed {
                     tell("prescribed");
+                }
+                if s.friction.rate != 0.0 {
+                    tell(&format!("friction's rate {:?}", s.friction.rate));
+                }
+                if s.stop != Stop::Usual {
+                    tell(&format!("stop {:?}", s.stop));
+                }
+                if s.damping != 0.0 && s.kind == SubhingeKind::Ball {
+                    tell(&format!("damping {:?}", s.damping));
                 }
             }
         }

@@ -11,7 +11,7 @@ use crate::error::FaultKind;
 use crate::read::{Cx, ReadOptions, Root, report_massless, root_hinge};
 use crate::xml::{Element, parse};
 use crate::{BodyShape, Coupling, Description, FormatError, Joint, ShapeRole, geometry};
-use linkwork_multibody::{BodySpec, Hinge, Limits, SubhingeKind};
+use linkwork_multibody::{BodySpec, Friction, Hinge, Limits, SubhingeKind};
 use linkwork_spatial::{MassProperties, Mat3, Pose, Vec3};
 use std::collections::BTreeMap;
 
@@ -349,8 +349,14 @@ fn mover(cx: &mut Cx<'_>, child: &str, m: &Mover<'_>, d: &mut Description) -> Bo
         };
         (joint.damping, joint.friction) = (number("damping"), number("friction"));
     }
+    let hinge = match hinge.nv() {
+        1 => {
+            let friction = Friction { force: joint.friction, rate: 0.0 };
+            hinge.limits(limits).damping(joint.damping).friction(friction)
+        }
+        _ => hinge,
+    };
     d.joints.push(joint);
-    let hinge = if hinge.nv() == 1 { hinge.limits(limits) } else { hinge };
     BodySpec::new(child, m.parent).hinge_in_parent(X_PJ).hinge(hinge)
 }
 

@@ -2,7 +2,9 @@
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_dynamics::{Tree, Workspace, kinematics, mass_matrix};
-use linkwork_formats::multibody::{BodySpec, Builder, Hinge, Limits, Multibody, SubhingeKind};
+use linkwork_formats::multibody::{
+    BodySpec, Builder, Friction, Hinge, Limits, Multibody, Stop, SubhingeKind,
+};
 use linkwork_formats::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_formats::{Description, ExportFault, ReadOptions, read_file, read_urdf, write_urdf};
 
@@ -229,4 +231,22 @@ fn mujoco_s_chains_become_links_of_urdf() {
     let back = read_urdf(&written.text, &ReadOptions::default()).unwrap();
     assert_eq!(back.builder.build().unwrap().nv(), d.builder.build().unwrap().nv());
     assert_eq!(back.couplings.len(), 1);
+}
+
+#[test]
+fn damping_and_friction_are_written_and_what_urdf_cannot_say_is_listed() {
+    let friction = Friction { force: 0.2, rate: 0.01 };
+    let mut b = Builder::new();
+    let mass = MassProperties::new(1.0, Vec3::zeros(), Mat3::identity());
+    b.body(BodySpec::new("base", "world").mass(mass));
+    let pin = Hinge::pin(Vec3::y()).damping(0.7).friction(friction).stop(Stop::Off);
+    b.body(BodySpec::new("arm", "base").hinge(pin).mass(mass));
+    let d = Description::from(&b.build().unwrap());
+    let made = write_urdf(&d).unwrap();
+    let again = read_urdf(&made.text, &ReadOptions::default()).unwrap();
+    let arm = again.builder.bodies().iter().find(|b| b.name == "arm").unwrap();
+    let s = arm.hinge.subhinges[0];
+    assert_eq!((s.damping, s.friction), (0.7, Friction { rate: 0.0, ..friction }));
+    let list = ["body `arm`, subhinge 0: friction's rate 0.01", "body `arm`, subhinge 0: stop Off"];
+    assert_eq!(made.left_out, list);
 }

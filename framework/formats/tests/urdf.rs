@@ -1,7 +1,7 @@
 //! URDF: what is read, and every refusal with its place.
 #![allow(clippy::unwrap_used)]
 
-use linkwork_formats::multibody::{Hinge, Limits};
+use linkwork_formats::multibody::{Friction, Hinge, Limits};
 use linkwork_formats::spatial::{InertiaCheck, Pose, Quat, Vec3};
 use linkwork_formats::{
     FaultKind, FormatError, Geometry, HingeCoordinate, ReadOptions, Root, ShapeRole, read_file,
@@ -22,7 +22,9 @@ fn every_joint_type_becomes_its_hinge() {
     let hinge = |body: &str| mbs.spec(mbs.body(body).unwrap()).hinge;
     assert_eq!(hinge("base"), Hinge::locked());
     let limits = Limits { lower: -1.5, upper: 2.0, rate: 3.0, effort: 40.0 };
-    assert_eq!(hinge("upper"), Hinge::pin(Vec3::new(0.0, 0.6, 0.8)).limits(limits));
+    let upper = Hinge::pin(Vec3::new(0.0, 0.6, 0.8)).limits(limits);
+    let friction = Friction { force: 0.2, rate: 0.0 };
+    assert_eq!(hinge("upper"), upper.damping(0.7).friction(friction));
     assert_eq!(hinge("finger"), Hinge::pin(Vec3::z()));
     assert_eq!(hinge("slide"), Hinge::slider(Vec3::x()));
     assert_eq!(hinge("drone"), Hinge::free());

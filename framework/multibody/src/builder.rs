@@ -1,5 +1,6 @@
 //! From parts in any order to a mechanism in canonical order.
 
+use crate::checks::{check_hinge, check_loop_hinge, check_names, check_numbers, nearest};
 use crate::constraint::{Anchor, Coupled, Loop, rows};
 use crate::error::{BuildError, Fault};
 use crate::mechanism::{Body, Multibody, Node, Parts, SubhingeRange};
@@ -258,6 +259,7 @@ impl Builder {
             }
             let before = more.len();
             check_hinge(&what(), &l.hinge, &mut more);
+            check_loop_hinge(&what(), &l.hinge, &mut more);
             if more.len() == before {
                 let hinge = normalised_hinge(&l.hinge);
                 if let Err(error) = rows(&hinge, 0) {
@@ -463,69 +465,4 @@ fn normalised(mut s: crate::Subhinge) -> crate::Subhinge {
         s.coordinate = Coordinate::Free;
     }
     s
-}
-
-fn check_names<'a>(
-    what: &'static str,
-    names: impl Iterator<Item = &'a str>,
-    faults: &mut Vec<Fault>,
-) {
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for name in names {
-        *counts.entry(name).or_default() += 1;
-    }
-    for (name, count) in counts {
-        if count > 1 {
-            faults.push(Fault::Duplicate { what, name: name.into(), count });
-        }
-        if name.is_empty() || name == "world" {
-            faults.push(Fault::BadName { what, name: name.into() });
-        }
-    }
-}
-
-fn check_numbers(b: &BodySpec, faults: &mut Vec<Fault>) {
-    for (pose, which) in [(&b.hinge_in_parent, "parent"), (&b.hinge_in_body, "body")] {
-        if !pose.is_finite() {
-            let place = format!("body `{}`, hinge frame in the {which}", b.name);
-            faults.push(Fault::NotFinite { place });
-        }
-    }
-    check_hinge(&format!("body `{}`", b.name), &b.hinge, faults);
-}
-
-/// `what` carries the hinge.
-fn check_hinge(what: &str, hinge: &Hinge, faults: &mut Vec<Fault>) {
-    let body = || what.to_owned();
-    for (i, s) in hinge.subhinges.iter().enumerate() {
-        if s.kind.axis().is_some_and(|a| !(a.norm().is_finite() && a.norm() > 1e-100)) {
-            faults.push(Fault::BadAxis { body: body(), subhinge: i });
-        }
-        if matches!(s.kind, SubhingeKind::Screw { pitch, .. } if !pitch.is_finite()) {
-            let place = format!("{what}, subhinge {i}, pitch");
-            faults.push(Fault::NotFinite { place });
-        }
-        let barred = matches!(s.kind, SubhingeKind::Free | SubhingeKind::Locked);
-        let a = s.armature;
-        if !(a.is_finite() && a >= 0.0) || (barred && a != 0.0) {
-            let body = body();
-            faults.push(Fault::BadArmature { body, subhinge: i, armature: a });
-        }
-        if !(s.gear.is_finite() && s.gear != 0.0) {
-            faults.push(Fault::BadGear { body: body(), subhinge: i, gear: s.gear });
-        }
-        let limited = s.limits != crate::Limits::NONE;
-        if !s.limits.is_valid() || (limited && s.kind.nv() != 1) {
-            let body = body();
-            faults.push(Fault::BadLimits { body, subhinge: i, limits: s.limits });
-        }
-    }
-}
-
-/// The most alike name, if it is alike enough to be a slip.
-fn nearest<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> Option<String> {
-    all.map(|c| (strsim::jaro_winkler(name, c), c))
-        .filter(|(score, _)| *score > 0.7)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, c)| c.to_owned())
 }

@@ -105,6 +105,56 @@ pub enum Fault {
         /// The values.
         limits: crate::Limits,
     },
+    /// Viscous damping that is impossible or out of place.
+    #[error(
+        "{body}, subhinge {subhinge}: damping {damping} is not usable\n  help: it must be finite \
+         and ≥ 0, and 0 on a free or locked subhinge"
+    )]
+    BadDamping {
+        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        body: String,
+        /// Which link of the chain.
+        subhinge: usize,
+        /// The value, N m s/rad or N s/m.
+        damping: f64,
+    },
+    /// Dry friction that is impossible or out of place.
+    #[error(
+        "{body}, subhinge {subhinge}: friction {friction:?} is not usable\n  help: force and rate \
+         must be finite and ≥ 0, and friction belongs on pins, sliders and screws"
+    )]
+    BadFriction {
+        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        body: String,
+        /// Which link of the chain.
+        subhinge: usize,
+        /// The values.
+        friction: crate::Friction,
+    },
+    /// A stop that is impossible or out of place.
+    #[error(
+        "{body}, subhinge {subhinge}: stop {stop:?} is not usable\n  help: stiffness must be > 0 \
+         and damping ≥ 0, both finite, and stops belong on pins, sliders and screws"
+    )]
+    BadStop {
+        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        body: String,
+        /// Which link of the chain.
+        subhinge: usize,
+        /// The values.
+        stop: crate::Stop,
+    },
+    /// Damping, friction or a stop on the hinge of a loop.
+    #[error(
+        "{body}, subhinge {subhinge}: damping, friction and stops do not act on the hinge of a \
+         loop\n  help: write them on hinges of bodies"
+    )]
+    NotOnLoop {
+        /// What carries the hinge: ``loop `NAME` ``.
+        body: String,
+        /// Which link of the chain.
+        subhinge: usize,
+    },
     /// A constraint on a body that does not exist.
     #[error("{what}: no body `{body}`{}", suggest(suggestion))]
     UnknownEnd {

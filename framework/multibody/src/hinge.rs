@@ -92,8 +92,8 @@ impl SubhingeKind {
     }
 }
 
-/// What a one-dof subhinge may do. Dynamics does not enforce it: inverse kinematics stays within
-/// `lower … upper`, models of stops and motors read the rest.
+/// What a one-dof subhinge may do. The kernels of dynamics do not enforce it: inverse kinematics stays
+/// within `lower … upper`, a simulation stops there (see [`Stop`]), models of motors read the rest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Limits {
@@ -135,6 +135,51 @@ impl Limits {
     }
 }
 
+/// What a simulation does at `lower` and `upper` of a one-dof subhinge, where it is integrated. Where it
+/// is stepped with contact, limits are rows of the contact problem and this is not used.
+///
+/// ```text
+/// F = max(0, k p (1 + min(1, c ṗ)))      p > 0: how far past the limit; inwards, never outwards
+/// ```
+/// Hunt and Crossley's law, with its loss held to once the spring's force, so that a fast impact is no
+/// stiffer than a slow one. A coordinate leaves its stop no faster than 1/c, where the step can follow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Stop {
+    /// A soft stop whose stiffness follows from the inertia behind the coordinate and the step.
+    #[default]
+    Usual,
+    /// Nothing: the coordinate may pass.
+    Off,
+    /// A soft stop.
+    Soft {
+        /// k: N m/rad or N/m.
+        stiffness: f64,
+        /// c: s/rad or s/m.
+        damping: f64,
+    },
+}
+
+/// Dry friction of a one-dof subhinge.
+///
+/// ```text
+/// τ = −force · tanh(q̇ / rate)      where it is integrated, with rate > 0
+/// |τ| ≤ force, sticking            where it is stepped with contact
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Friction {
+    /// Greatest force, N m or N.
+    pub force: f64,
+    /// Speed over which the smooth form rises, rad/s or m/s. A coordinate that should stick creeps at
+    /// less than this. 0: there is no smooth form, and friction acts only together with contact.
+    pub rate: f64,
+}
+
+impl Friction {
+    /// No friction.
+    pub const NONE: Self = Self { force: 0.0, rate: 0.0 };
+}
+
 /// One link of the chain.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Subhinge {
@@ -153,6 +198,16 @@ pub struct Subhinge {
     /// Limits; only for one-dof subhinges.
     #[serde(default)]
     pub limits: Limits,
+    /// What happens at the limits of the coordinate.
+    #[serde(default)]
+    pub stop: Stop,
+    /// Viscous damping d, N m s/rad (pin, screw, each ball rate) or N s/m (slider): τ = −d q̇. Not for
+    /// free subhinges. A simulation adds it; the kernels of dynamics and their derivatives do not know it.
+    #[serde(default)]
+    pub damping: f64,
+    /// Dry friction; only for one-dof subhinges. As with damping, the kernels do not know it.
+    #[serde(default)]
+    pub friction: Friction,
 }
 
 fn unity() -> f64 {
@@ -169,7 +224,16 @@ impl Subhinge {
 
 impl From<SubhingeKind> for Subhinge {
     fn from(kind: SubhingeKind) -> Self {
-        Self { kind, coordinate: Coordinate::Free, armature: 0.0, gear: 1.0, limits: Limits::NONE }
+        Self {
+            kind,
+            coordinate: Coordinate::Free,
+            armature: 0.0,
+            gear: 1.0,
+            limits: Limits::NONE,
+            stop: Stop::Usual,
+            damping: 0.0,
+            friction: Friction::NONE,
+        }
     }
 }
 
@@ -289,6 +353,33 @@ impl Hinge {
     pub fn limits(mut self, limits: Limits) -> Self {
         for s in &mut self.subhinges {
             s.limits = limits;
+        }
+        self
+    }
+
+    /// The same stops on every subhinge (see [`Stop`]).
+    #[must_use]
+    pub fn stop(mut self, stop: Stop) -> Self {
+        for s in &mut self.subhinges {
+            s.stop = stop;
+        }
+        self
+    }
+
+    /// The same viscous damping on every subhinge (see [`Subhinge::damping`]).
+    #[must_use]
+    pub fn damping(mut self, damping: f64) -> Self {
+        for s in &mut self.subhinges {
+            s.damping = damping;
+        }
+        self
+    }
+
+    /// The same dry friction on every subhinge (see [`Friction`]).
+    #[must_use]
+    pub fn friction(mut self, friction: Friction) -> Self {
+        for s in &mut self.subhinges {
+            s.friction = friction;
         }
         self
     }

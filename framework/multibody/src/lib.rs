@@ -18,6 +18,7 @@
 #![allow(non_snake_case)]
 
 mod builder;
+mod checks;
 mod constraint;
 mod coordinates;
 mod error;
@@ -33,7 +34,7 @@ pub use constraint::{
     LoopMotion, Row, Term,
 };
 pub use error::{BuildError, Fault};
-pub use hinge::{Coordinate, Hinge, Limits, Subhinge, SubhingeKind};
+pub use hinge::{Coordinate, Friction, Hinge, Limits, Stop, Subhinge, SubhingeKind};
 pub use ids::{BodyId, NodeId};
 pub use linkwork_spatial as spatial;
 pub use mechanism::{Body, Multibody, Node, SubhingeRange};

@@ -3,8 +3,8 @@
 
 use linkwork_multibody::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_multibody::{
-    BodySpec, Builder, Coordinate, Fault, Hinge, Limits, Subgraph, SubgraphError, Subhinge,
-    SubhingeKind,
+    BodySpec, Builder, Coordinate, Fault, Friction, Hinge, Limits, LoopClosure, Stop, Subgraph,
+    SubgraphError, Subhinge, SubhingeKind,
 };
 
 fn rover() -> Vec<BodySpec> {
@@ -212,4 +212,50 @@ fn gears_and_limits_are_checked() {
     }
     let s = pin().gear(-50.0).armature(1e-4).subhinges[0];
     assert!((s.reflected_inertia() - 0.25).abs() < 1e-15);
+}
+
+#[test]
+fn damping_friction_and_stops_that_cannot_be_are_refused() {
+    let built = |hinge: Hinge| {
+        let mut b = Builder::new();
+        b.body(BodySpec::new("arm", "world").hinge(hinge));
+        b.build().map(|m| m.get(m.body("arm").unwrap()).subhinges()[0].subhinge)
+    };
+    let pin = || Hinge::pin(Vec3::y());
+    let soft = |stiffness, damping| Stop::Soft { stiffness, damping };
+    let friction = |force, rate| Friction { force, rate };
+    let kept = built(pin().damping(0.7).friction(friction(0.2, 0.01)).stop(soft(30.0, 0.0)));
+    let kept = kept.unwrap();
+    assert_eq!((kept.damping, kept.friction), (0.7, friction(0.2, 0.01)));
+    assert_eq!(kept.stop, soft(30.0, 0.0));
+    assert!(built(Hinge::ball().damping(0.7)).is_ok());
+    let bad = [
+        (pin().damping(-0.1), "damping -0.1"),
+        (pin().damping(f64::NAN), "damping NaN"),
+        (pin().damping(f64::INFINITY), "damping inf"),
+        (Hinge::free().damping(0.1), "damping 0.1"),
+        (pin().friction(friction(-1.0, 0.0)), "friction"),
+        (pin().friction(friction(1.0, f64::NAN)), "friction"),
+        (Hinge::ball().friction(friction(1.0, 0.1)), "friction"),
+        (pin().stop(soft(0.0, 1.0)), "stop"),
+        (pin().stop(soft(1.0, -1.0)), "stop"),
+        (Hinge::ball().stop(soft(1.0, 1.0)), "stop"),
+    ];
+    for (hinge, fact) in bad {
+        let error = built(hinge.clone()).unwrap_err().to_string();
+        let wanted = format!("body `arm`, subhinge 0: {fact}");
+        assert!(error.contains(&wanted) && error.contains("help: "), "{hinge:?}: {error}");
+    }
+    let mut b = Builder::new();
+    b.body(BodySpec::new("arm", "world").hinge(pin()));
+    b.loop_closure(LoopClosure {
+        name: "l".into(),
+        body_a: "arm".into(),
+        frame_a: Pose::identity(),
+        body_b: "world".into(),
+        frame_b: Pose::identity(),
+        hinge: pin().damping(0.1),
+    });
+    let error = b.build().unwrap_err().to_string();
+    assert!(error.contains("loop `l`, subhinge 0: damping"), "{error}");
 }

@@ -13,7 +13,7 @@ use crate::error::FaultKind;
 use crate::read::{Cx, root_body};
 use crate::xml::Element;
 use crate::{Description, Initial, Joint};
-use linkwork_multibody::{BodySpec, Hinge, Limits, Subhinge, SubhingeKind};
+use linkwork_multibody::{BodySpec, Friction, Hinge, Limits, Subhinge, SubhingeKind};
 use linkwork_spatial::{Pose, Vec3};
 
 /// A site: also those on the world, which are no nodes.
@@ -245,6 +245,10 @@ impl<'e> Mj<'e> {
             data.damping = self.size(cx, at, "damping", &what);
             data.friction = self.size(cx, at, "frictionloss", &what);
             data.stiffness = self.size(cx, at, "stiffness", &what);
+            subhinge.damping = data.damping;
+            if kind.nv() == 1 {
+                subhinge.friction = Friction { force: data.friction, rate: 0.0 };
+            }
         }
         let anchor = i.pose.transform_point(&Vec3::from(anchor));
         Some(Mover { name: name.into(), kind, anchor, reference, subhinge, data })

@@ -13,7 +13,7 @@ use crate::error::FaultKind;
 use crate::read::Cx;
 use crate::xml::Element;
 use crate::{Coupling, Description, HingeCoordinate, Joint, LoopClosure, Term};
-use linkwork_multibody::{BodySpec, Hinge, Limits, Subhinge, SubhingeKind};
+use linkwork_multibody::{BodySpec, Friction, Hinge, Limits, Subhinge, SubhingeKind};
 use linkwork_spatial::Vec3;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -57,6 +57,14 @@ impl<'e> Sdf<'e> {
         let frame = |body: &str| self.frames.on_body(&j.key, self.frames.key_of_body(body));
         let (X_PJ, X_BJ) = (frame(&parent), frame(&child));
         if movers.contains_key(&child) {
+            let mut hinge = hinge;
+            for s in &mut hinge.subhinges {
+                if s.damping != 0.0 || s.friction != Friction::NONE {
+                    let note = "damping and friction do not act on a joint that closes a loop";
+                    cx.ignored.push(j.e.ignored(what.as_str(), note));
+                }
+                (s.damping, s.friction) = (0.0, Friction::NONE);
+            }
             let name = j.name.clone();
             let (body_a, frame_a, body_b, frame_b) = (parent, X_PJ, child, X_BJ);
             d.loops.push(LoopClosure { name, body_a, frame_a, body_b, frame_b, hinge });
@@ -87,7 +95,8 @@ impl<'e> Sdf<'e> {
                 (data.damping, data.friction) = (own.damping, own.friction);
                 (data.stiffness, data.spring_reference) = (own.stiffness, own.spring_reference);
             }
-            Subhinge { limits, ..make(axis).into() }
+            let friction = Friction { force: own.friction, rate: 0.0 };
+            Subhinge { limits, damping: own.damping, friction, ..make(axis).into() }
         };
         let pin = |axis| SubhingeKind::Pin { axis };
         let subhinges = match kind {

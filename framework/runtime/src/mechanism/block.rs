@@ -110,7 +110,7 @@ impl MechanismBlock {
         }
     }
 
-    /// Gravity and what the wires bring: forces into the work space, torques and prescribed
+    /// Gravity, hinges' own forces and what the wires bring: forces into the work space, torques and prescribed
     /// accelerations into `tau` and `vdot`, loop motions; rates of bristles into `rates`.
     fn forces(&mut self, now: &Now, x: &[f64], sig: &[f64]) {
         let plan = &*self.plan;
@@ -140,10 +140,13 @@ impl MechanismBlock {
         for (v, lane) in plan.ports.torques.iter().zip(torques) {
             self.tau[*v as usize] = sig[*lane as usize];
         }
+        let (nq, nv) = (plan.multibody.nq(), plan.multibody.nv());
+        let (q, rest) = x[self.w.x..].split_at(nq);
+        plan.joints.add(q, &rest[..nv], &mut self.tau);
         for (v, lane) in plan.ports.motions.iter().zip(motions) {
             self.vdot[*v as usize] = sig[*lane as usize];
         }
-        let at = self.w.x + plan.multibody.nq() + plan.multibody.nv();
+        let at = self.w.x + nq + nv;
         for (i, m) in self.motions.iter_mut().enumerate() {
             (m.position, m.rate) = (x[at + 2 * i], x[at + 2 * i + 1]);
         }

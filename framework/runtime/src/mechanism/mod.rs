@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! moore:  q, v → poses and velocities of the bound nodes, hinge states
-//! direct: Σ wrenches, Σ torques, gravity → accelerations, forces of constraints
+//! direct: Σ wrenches, Σ torques, gravity, damping and stops of hinges → accelerations, forces of constraints
 //! deriv:  q̇ = N(q) v,  v̇ from direct
 //! ```
 //! After a step q and v are put back onto the constraints. With contact, the part advances a step at a
@@ -10,6 +10,7 @@
 //! are its store.
 mod block;
 mod carry;
+mod joints;
 mod names;
 mod placement;
 mod plan;

@@ -1,5 +1,6 @@
 //! The constant part of a mechanism, and the part that the scheduler sees.
 use super::block::MechanismBlock;
+use super::joints::{self, JointForces};
 use super::ports::MechanismPorts;
 use super::spec::{ContactSpec, MechanismSpec};
 use crate::block::{Block, Carried, Failure, Named, Prototype, Wiring};
@@ -46,6 +47,8 @@ pub struct MechanismPlan {
     pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
     /// Treatment of each constraint.
     pub treatments: Vec<Treatment>,
+    /// Damping, friction and stops of hinges.
+    pub(super) joints: JointForces,
     /// What is read and written through wires.
     pub ports: MechanismPorts,
     /// First lane of q in x; v follows, then u and u̇ of each loop motion, then bristles.
@@ -69,6 +72,7 @@ impl MechanismPart {
         spec: &MechanismSpec,
         gravity: Option<Arc<dyn Gravity>>,
         ports: MechanismPorts,
+        warnings: &mut Vec<Fault>,
     ) -> Self {
         let m = &spec.multibody;
         let tree = Arc::new(Tree::new(m));
@@ -76,7 +80,12 @@ impl MechanismPart {
             .map(|c| spec.treatments.get(m.constraint_name(c)))
             .map(|t| t.copied().unwrap_or(Treatment::Auto))
             .collect();
+        let mut contact = spec.contact.clone();
+        if let Some(contact) = &mut contact {
+            joints::dry(m, &mut contact.settings.dry);
+        }
         let plan = MechanismPlan {
+            joints: joints::lower(spec, &tree, warnings),
             path: spec.path.clone(),
             multibody: m.clone(),
             uniform: gravity.as_ref().and_then(|g| g.uniform()),
@@ -85,7 +94,7 @@ impl MechanismPart {
             v: spec.v.clone(),
             loop_motions: spec.motions.clone(),
             solver: MechanismPlan::solver(&tree, &treatments),
-            contact: spec.contact.clone(),
+            contact,
             compliant: spec.compliant.clone(),
             treatments,
             tree,
@@ -239,6 +248,7 @@ impl MechanismPlan {
             text += &format!("{} {} {:?}\n", node.name(), m.get(node.body()).name(), node.pose());
         }
         text += &format!("{:?}\n{:?}\n{:?}\n", m.loops(), m.couplings(), self.treatments);
+        text += &format!("{:?}\n", self.joints);
         if let Some(contact) = &self.contact {
             text += &format!("{:?} {:?}\n", contact.settings, contact.colliders);
         }

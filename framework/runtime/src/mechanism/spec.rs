@@ -35,6 +35,10 @@ pub struct MechanismSpec {
     pub origin: Origin,
     /// Where loops and couplings are written, by name.
     pub origins: BTreeMap<String, Origin>,
+    /// Where bodies are written, by name.
+    pub bodies: BTreeMap<String, Origin>,
+    /// The step, s, from which the stiffness of usual stops follows; `None`: not known, and they do not act.
+    pub step: Option<f64>,
 }
 
 impl MechanismSpec {
@@ -58,6 +62,8 @@ impl MechanismSpec {
             compliant: None,
             origin: Origin::NONE,
             origins: BTreeMap::new(),
+            bodies: BTreeMap::new(),
+            step: None,
         }
     }
 }
@@ -91,7 +97,7 @@ impl Host for MechanismSpec {
     ) -> Box<dyn Prototype> {
         let gravity = self.find_gravity(services, out.faults);
         let ports = super::ports::lower(&self.multibody, bound, out);
-        Box::new(MechanismPart::new(self, gravity, ports))
+        Box::new(MechanismPart::new(self, gravity, ports, out.warnings))
     }
     fn boxed(&self) -> Box<dyn Host> {
         Box::new(self.clone())

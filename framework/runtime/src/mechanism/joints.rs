@@ -1,0 +1,213 @@
+//! Damping, dry friction and stops of hinges: forces on coordinates that depend on their own motion.
+//!
+//! ```text
+//! damping    τ = −d q̇
+//! friction   τ = −F tanh(q̇ / w)                    only where it is integrated
+//! stop       τ = ± max(0, k p (1 + min(1, c ṗ)))   only where it is integrated; p: how far past the limit
+//!
+//! usual stop     k = m (0.2 / h)²,  c = 1 s/rad or 10 s/m
+//! ```
+//! m is the inertia behind the coordinate at the start, 1 / (M⁻¹)ᵢᵢ of the tree, loops left out. A
+//! coordinate that meets a usual stop at the speed v, pushed by an acceleration a, passes it by no more
+//! than 5 h v + 50 h² a while the inertia is m; with μ m, by √μ of the first and μ of the second. With
+//! semi-implicit Euler it may be a step's motion, h v, more. It comes back no faster than it went in.
+//! With contact the step is explicit in damping: it wants h d / m < 2. Prescribed coordinates feel
+//! none of these.
+use super::spec::MechanismSpec;
+use crate::value::Fault;
+use linkwork_dynamics::{Tree, Workspace, apply_inverse_mass, kinematics};
+use linkwork_multibody::{
+    Coordinate, Friction, Multibody, Stop, Subhinge, SubhingeKind, SubhingeRange,
+};
+
+/// Natural frequency of a usual stop in radians a step.
+const SOFT: f64 = 0.2;
+/// Above this part of a step an explicit method amplifies what decays.
+const STABLE: f64 = 2.0;
+
+/// A stop of one coordinate.
+#[derive(Clone, Copy, Debug)]
+struct SoftStop {
+    q: usize,
+    v: usize,
+    lower: f64,
+    upper: f64,
+    stiffness: f64,
+    damping: f64,
+}
+
+/// Forces of hinges by place in β; empty where no hinge has any.
+#[derive(Clone, Debug, Default)]
+pub(super) struct JointForces {
+    damping: Vec<(usize, f64)>,
+    /// Place, force, 1 / rate.
+    friction: Vec<(usize, f64, f64)>,
+    stops: Vec<SoftStop>,
+}
+
+impl JointForces {
+    /// Adds the forces at (q, β) to `tau`.
+    #[inline]
+    pub fn add(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
+        for &(i, d) in &self.damping {
+            tau[i] -= d * v[i];
+        }
+        for &(i, force, inverse) in &self.friction {
+            tau[i] -= force * (v[i] * inverse).tanh();
+        }
+        for s in &self.stops {
+            let (q, v) = (q[s.q], v[s.v]);
+            if q < s.lower {
+                tau[s.v] += s.force(s.lower - q, -v);
+            } else if q > s.upper {
+                tau[s.v] -= s.force(q - s.upper, v);
+            }
+        }
+    }
+}
+
+impl SoftStop {
+    /// Inwards, at the depth `p` that grows by `rate`.
+    fn force(&self, p: f64, rate: f64) -> f64 {
+        self.stiffness * p * (1.0 + (self.damping * rate).min(1.0)).max(0.0)
+    }
+}
+
+/// Dry friction of hinges for the contact stepper: place in β, force; what `given` has stays.
+pub(super) fn dry(m: &Multibody, given: &mut Vec<(usize, f64)>) {
+    for (_, s) in m.subhinges().filter(|(_, s)| moves(s)) {
+        let force = s.subhinge.friction.force;
+        if force > 0.0 && !given.iter().any(|g| g.0 == s.v.start) {
+            given.push((s.v.start, force));
+        }
+    }
+}
+
+fn moves(s: &SubhingeRange) -> bool {
+    s.subhinge.coordinate == Coordinate::Free && !s.v.is_empty()
+}
+
+/// One hinge with something to say.
+struct At<'a> {
+    spec: &'a MechanismSpec,
+    body: &'a str,
+    range: &'a SubhingeRange,
+    /// 1 / (M⁻¹)ᵢᵢ of its coordinates, the least; `None`: unknown.
+    inertia: Option<f64>,
+}
+
+/// The forces of a mechanism's hinges; what of them cannot act is a warning.
+pub(super) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>) -> JointForces {
+    let (m, mut out) = (&*spec.multibody, JointForces::default());
+    let smooth = spec.contact.is_none();
+    let all: Vec<_> = m.subhinges().filter(|(_, s)| moves(s) && acts(&s.subhinge)).collect();
+    if all.is_empty() {
+        return out;
+    }
+    let mut ws = Workspace::new(tree);
+    kinematics(tree, &mut ws, &spec.q, &spec.v);
+    let mut unit = vec![0.0; m.nv()];
+    let mut inertia = |i: usize| {
+        unit.fill(0.0);
+        unit[i] = 1.0;
+        apply_inverse_mass(tree, &mut ws, &mut unit).ok()?;
+        (unit[i].is_finite() && unit[i] > 0.0).then(|| 1.0 / unit[i])
+    };
+    for (id, range) in all {
+        let least = range.v.clone().map(&mut inertia).reduce(|a, b| Some(a?.min(b?)));
+        let at = At { spec, body: m.get(id).name(), range, inertia: least.flatten() };
+        let s = &range.subhinge;
+        if s.damping != 0.0 {
+            out.damping.extend(range.v.clone().map(|i| (i, s.damping)));
+        }
+        if smooth {
+            at.friction(&mut out, warnings);
+            at.stop(&mut out, warnings);
+        }
+        at.stiff(smooth, warnings);
+    }
+    out
+}
+
+fn limited(s: &Subhinge) -> bool {
+    s.limits.lower.is_finite() || s.limits.upper.is_finite()
+}
+
+fn acts(s: &Subhinge) -> bool {
+    s.damping != 0.0 || s.friction != Friction::NONE || (limited(s) && s.stop != Stop::Off)
+}
+
+impl At<'_> {
+    fn warn(&self, warnings: &mut Vec<Fault>, fact: &str, help: &str) {
+        let origin = self.spec.bodies.get(self.body).copied().unwrap_or(self.spec.origin);
+        let fact = format!("body `{}`: {fact}", self.body);
+        warnings.push(Fault::new(origin, fact).help(help));
+    }
+
+    fn friction(&self, out: &mut JointForces, warnings: &mut Vec<Fault>) {
+        let Friction { force, rate } = self.range.subhinge.friction;
+        if force > 0.0 && rate > 0.0 {
+            out.friction.push((self.range.v.start, force, 1.0 / rate));
+        } else if force > 0.0 {
+            self.warn(
+                warnings,
+                &format!("its dry friction of {force} does not act without `contact`"),
+                "write `friction: (force: .., rate: ..)` for a smooth form, use `contact`, or take \
+                 the friction out",
+            );
+        }
+    }
+
+    fn stop(&self, out: &mut JointForces, warnings: &mut Vec<Fault>) {
+        let s = &self.range.subhinge;
+        if !limited(s) || s.stop == Stop::Off {
+            return;
+        }
+        let slides = matches!(s.kind, SubhingeKind::Slider { .. });
+        let (stiffness, damping) = match (s.stop, self.spec.step, self.inertia) {
+            (Stop::Soft { stiffness, damping }, ..) => (stiffness, damping),
+            (_, Some(h), Some(m)) if h > 0.0 => {
+                (m * (SOFT / h) * (SOFT / h), if slides { 10.0 } else { 1.0 })
+            }
+            _ => {
+                self.warn(
+                    warnings,
+                    "its limits do not act: the step, or the inertia behind them, is not known",
+                    "write `stop: (stiffness: ..)`, or `stop: false` if it may pass them",
+                );
+                return;
+            }
+        };
+        let (q, lower, upper) = (self.range.q.start, s.limits.lower, s.limits.upper);
+        let start = self.spec.q.get(q).copied().unwrap_or_default();
+        if start < lower || start > upper {
+            self.warn(
+                warnings,
+                &format!("it begins at {start}, outside its limits {lower} … {upper}"),
+                "begin within the limits, or write `stop: false` if it may pass them",
+            );
+        }
+        out.stops.push(SoftStop { q, v: self.range.v.start, lower, upper, stiffness, damping });
+    }
+
+    /// Damping that decays faster than the step can follow.
+    fn stiff(&self, smooth: bool, warnings: &mut Vec<Fault>) {
+        let s = &self.range.subhinge;
+        let rubs = smooth && s.friction.force > 0.0 && s.friction.rate > 0.0;
+        let slope = if rubs { s.friction.force / s.friction.rate } else { 0.0 };
+        let d = s.damping + slope;
+        let (Some(h), Some(m)) = (self.spec.step, self.inertia) else { return };
+        if h * d > STABLE * m {
+            let fact = format!(
+                "its damping and friction act within {:.2e} s, the step is {h:.2e} s: explicit \
+                 methods become unstable",
+                m / d
+            );
+            let help = format!(
+                "take a step below {:.1e} s, less damping, more armature, or `rodas4p`",
+                STABLE * m / d
+            );
+            self.warn(warnings, &fact, &help);
+        }
+    }
+}
