@@ -237,6 +237,38 @@ fn accelerations_of_the_full_force_model() {
     assert!((b.acceleration(0.0, r) - sum).norm() < 1e-14);
 }
 
+/// Six hours of all forces, against an independent DOP853 of the same model (right to 1.8 mm).
+#[test]
+fn full_force_for_six_hours() {
+    let Some(text) = reference("flight/orbit_full_force.json") else { return };
+    let all: Value = serde_json::from_str(&text).unwrap();
+    let b = &all["variant_B"];
+    let lit: Vec<f64> = b["sunlit_fraction_at_outputs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|x| x.as_f64().unwrap())
+        .collect();
+    let mut sim = common::repository("earth_orbit/full_force.ron", &[]).unwrap();
+    let (mut position, mut velocity) = (Worst(0.0), Worst(0.0));
+    let rows = b["t_rx_ry_rz_vx_vy_vz"].as_array().unwrap();
+    assert!(rows.len() == 13 && lit.len() == 13);
+    for (row, lit) in rows.iter().zip(&lit) {
+        sim.run_until(seconds(row[0].as_f64().unwrap())).unwrap();
+        let now = body(&sim, "craft");
+        let want = |from: usize| Vec3::from_fn(|k, _| row[from + k].as_f64().unwrap());
+        position.take((now.position - want(1)).norm());
+        velocity.take((now.velocity - want(4)).norm());
+        assert!(
+            (sim.get("Light.visible").unwrap() - lit).abs() < 1e-6,
+            "light at {} s",
+            sim.time()
+        );
+    }
+    position.below(0.05, "all forces, position over 6 h, m");
+    velocity.below(5e-5, "all forces, velocity over 6 h, m/s");
+}
+
 /// Rows of a check case, by column.
 struct Case {
     heads: Vec<String>,

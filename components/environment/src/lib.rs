@@ -10,6 +10,7 @@ pub mod height_field;
 pub mod mars_sun;
 pub mod planet;
 pub mod planet_air;
+pub mod planet_sun;
 pub mod random;
 pub mod soil;
 pub mod terrain;
@@ -30,6 +31,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::service::<planet_air::StandardAtmosphere>(),
         Entry::service::<planet_air::MsisAtmosphere>(),
         Entry::service::<planet_air::MarsAtmosphere>(),
+        Entry::service::<planet_sun::EphemerisSun>(),
         Entry::service::<fields::MarsSun>(),
         Entry::service::<fields::FixedSun>(),
     ]
@@ -42,7 +44,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_documented() {
         let all = Catalogue::new([super::catalogue()]);
-        assert_eq!(all.iter().count(), 13);
+        assert_eq!(all.iter().count(), 14);
         assert!(all.iter().all(|e| !e.description.doc.is_empty()));
     }
 }

@@ -1,6 +1,7 @@
 //! Component library: flight.
 
 pub mod drag;
+pub mod radiation_pressure;
 pub mod separation_spring;
 
 use linkwork_runtime::prelude::Entry;
@@ -9,6 +10,7 @@ use linkwork_runtime::prelude::Entry;
 pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::model::<drag::Drag>(),
+        Entry::model::<radiation_pressure::RadiationPressure>(),
         Entry::model::<separation_spring::SeparationSpring>(),
     ]
 }
