@@ -158,9 +158,12 @@ impl Model for Relay {
     type G = Thresholds;
     fn build(p: RelayParams) -> Result<Self, BuildError> {
         if p.off > p.on {
-            return Err(BuildError::new(format!("it switches off at {} and on at {}", p.off, p.on))
-                .help("write `off` at or below `on`")
-                .at("off"));
+            return Err(BuildError::new(format!(
+                "it switches off at {} and on at {}",
+                p.off, p.on
+            ))
+            .help("write `off` at or below `on`")
+            .at("off"));
         }
         Ok(Relay { p })
     }

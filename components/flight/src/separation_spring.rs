@@ -160,12 +160,14 @@ mod tests {
     fn it_does_not_pull_and_does_not_push_again() {
         assert_eq!(push(0.11, false).force, 0.0);
         assert_eq!(push(0.04, true).force, 0.0);
-        assert!(SeparationSpring::build(SpringParams {
-            stiffness: 1.0,
-            stroke: 1.0,
-            damping: 0.0,
-            axis: Vec3::zeros()
-        })
-        .is_err_and(|e| e.param.as_deref() == Some("axis")));
+        assert!(
+            SeparationSpring::build(SpringParams {
+                stiffness: 1.0,
+                stroke: 1.0,
+                damping: 0.0,
+                axis: Vec3::zeros()
+            })
+            .is_err_and(|e| e.param.as_deref() == Some("axis"))
+        );
     }
 }

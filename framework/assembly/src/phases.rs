@@ -20,12 +20,22 @@ use std::collections::BTreeMap;
 const OWN: [&str; 4] = ["to", "remove", "like", "whole"];
 /// Fields of a simulation that a phase cannot change.
 const FIXED: [&str; 13] = [
-    "assembly", "name", "mounts", "until", "stop_when", "seed", "place", "log", "view", "figures",
-    "plots", "phases", "start",
+    "assembly",
+    "name",
+    "mounts",
+    "until",
+    "stop_when",
+    "seed",
+    "place",
+    "log",
+    "view",
+    "figures",
+    "plots",
+    "phases",
+    "start",
 ];
 /// Maps of things with names.
-const MAPS: [&str; 7] =
-    ["bodies", "parts", "loops", "couplings", "colliders", "params", "exports"];
+const MAPS: [&str; 7] = ["bodies", "parts", "loops", "couplings", "colliders", "params", "exports"];
 
 /// A phase: its name, and the whole file as it is then.
 pub(crate) struct Phase {
@@ -64,7 +74,7 @@ pub(crate) fn split(cx: &mut Cx, file: &mut Located) -> Vec<Phase> {
         return vec![Phase { name: String::new(), file, transitions: Vec::new(), origin }];
     };
     let overlays: BTreeMap<String, (Located, Origin)> = table(cx, &written, "`phases`")
-        .into_iter()
+        .iter()
         .map(|(k, v)| (k.clone(), (v.clone(), cx.key(v))))
         .collect();
     let names: Vec<&str> = overlays.keys().map(String::as_str).collect();
@@ -92,12 +102,7 @@ pub(crate) fn split(cx: &mut Cx, file: &mut Located) -> Vec<Phase> {
         name(cx, phase, overlay, "phase");
         let merged = build(cx, file, &overlays, phase, &mut Vec::new());
         let transitions = transitions(cx, overlay, phase);
-        out.push(Phase {
-            name: phase.to_string(),
-            file: merged,
-            transitions,
-            origin: *origin,
-        });
+        out.push(Phase { name: phase.to_string(), file: merged, transitions, origin: *origin });
     }
     out
 }
@@ -164,7 +169,9 @@ fn build(
         }
     }
     for (key, value) in entries(overlay) {
-        if OWN.contains(&key.as_str()) || FIXED.contains(&key.as_str()) || key == "doc" {
+        let own = OWN.contains(&key.as_str()) || key == "doc";
+        // What a phase cannot say has been refused.
+        if own || !may_change(key) {
             continue;
         }
         lay(&mut base, key, value);

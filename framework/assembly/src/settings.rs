@@ -201,7 +201,11 @@ fn accuracy(cx: &mut Cx, v: &Located, integrator: Integrator) -> Option<Accuracy
                 Value::Number(x) if x >= 0.0 && x.is_finite() => *into = x,
                 _ => {
                     let shown = crate::print::inline(&at.value);
-                    cx.fault(at.origin, format!("{what}: `{field}` cannot be {shown}"), "write a number such as 1e-9");
+                    cx.fault(
+                        at.origin,
+                        format!("{what}: `{field}` cannot be {shown}"),
+                        "write a number such as 1e-9",
+                    );
                 }
             }
         }
@@ -215,7 +219,11 @@ fn accuracy(cx: &mut Cx, v: &Located, integrator: Integrator) -> Option<Accuracy
         for (pattern, item) in table(cx, of, what) {
             match item.value {
                 Value::Number(x) => out.of.push((pattern.clone(), x, cx.key(item))),
-                _ => cx.fault(item.origin, format!("{what}: `{pattern}` wants a number"), "in the unit of the state, e.g. 1e-6"),
+                _ => cx.fault(
+                    item.origin,
+                    format!("{what}: `{pattern}` wants a number"),
+                    "in the unit of the state, e.g. 1e-6",
+                ),
             }
         }
     }

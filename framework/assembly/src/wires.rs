@@ -1,9 +1,7 @@
 //! Wires and exports: relative paths, exports of nested assemblies, `[*]` over arrays and lanes.
 use crate::context::{Cx, Text};
 use crate::expand::{Instance, ModelInst, Node};
-use linkwork_runtime::{
-    Catalogue, Description, PortRef, PortSpec, WireSpec, did_you_mean, remedy,
-};
+use linkwork_runtime::{Catalogue, Description, PortRef, PortSpec, WireSpec, did_you_mean, remedy};
 use std::sync::Arc;
 
 /// One segment: `Motor`, `Wheel[*]`, `rate[2]`.
@@ -280,12 +278,7 @@ impl Wiring<'_> {
         self.catalogue.get(&m.model.text)?.describe(&m.params)
     }
 
-    fn port(
-        &self,
-        m: &ModelInst,
-        rest: &[Segment],
-        output: bool,
-    ) -> Result<Vec<PortRef>, Problem> {
+    fn port(&self, m: &ModelInst, rest: &[Segment], output: bool) -> Result<Vec<PortRef>, Problem> {
         let part = &m.path;
         let described = self.ports(m);
         let ports: Option<Vec<&PortSpec>> = described.as_deref().map(|d| match output {

@@ -45,7 +45,10 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
         if has(ty) && !functions.iter().any(|f| has(f)) {
             return Err(syn::Error::new_spanned(
                 &item.self_ty,
-                format!("`type {ty}` is declared but there is no `fn {}`", functions.join("` or `fn ")),
+                format!(
+                    "`type {ty}` is declared but there is no `fn {}`",
+                    functions.join("` or `fn ")
+                ),
             ));
         }
     }

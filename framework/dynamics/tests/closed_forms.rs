@@ -10,7 +10,7 @@ use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::nalgebra::{Quaternion, Unit};
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_dynamics::*;
-use linkwork_solvers::Rk4;
+use linkwork_integrate::{Field, Integrator, Method};
 use support::{Rng, close};
 
 /// A mechanism and the memory to run it.
@@ -52,7 +52,7 @@ impl System {
     fn run(&mut self, q: &mut [f64], v: &mut [f64], tau: &[f64], time: f64, steps: usize) {
         let (nq, h) = (q.len(), time / steps as f64);
         let mut x = [&*q, &*v].concat();
-        let (mut rk, mut k1) = (Rk4::new(x.len()), vec![0.0; x.len()]);
+        let mut rk = Integrator::new(Method::by_name("rk4").unwrap(), x.len());
         let mut tau = tau.to_vec();
         let mut rate = |_: f64, x: &[f64], dx: &mut [f64]| {
             let (q, v) = x.split_at(nq);
@@ -62,8 +62,7 @@ impl System {
         };
         for k in 0..steps {
             let t = k as f64 * h;
-            rate(t, &x, &mut k1);
-            rk.step(t, h, &mut x, &k1, &mut rate);
+            rk.step_fixed(&mut Field(&mut rate), t, h, &mut x, None).unwrap();
         }
         q.copy_from_slice(&x[..nq]);
         v.copy_from_slice(&x[nq..]);

@@ -8,6 +8,7 @@ use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::spatial::{Force, MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::*;
+use linkwork_integrate::{Field, Integrator, Method};
 use support::{Rng, close};
 
 /// Kane, Ryan and Banerjee's beam: 10 m, 1.2 kg/m, EI = 14 kN m².
@@ -105,7 +106,7 @@ fn spin_up(modes: Modes) -> Vec<f64> {
     let (mut q, mut v, h) = (vec![0.0; nv], vec![0.0; nv], 0.01);
     for step in 0..2000 {
         let t0 = f64::from(step) * h;
-        let mut f = |t: f64, x: &[f64], out: &mut [f64]| {
+        let f = |t: f64, x: &[f64], out: &mut [f64]| {
             let (mut tau, mut vdot) = (vec![0.0; nv], vec![0.0; nv]);
             vdot[0] = drive(t);
             let (q, v) = x.split_at(nv);
@@ -114,9 +115,7 @@ fn spin_up(modes: Modes) -> Vec<f64> {
             out[nv..].copy_from_slice(&vdot);
         };
         let mut x: Vec<f64> = q.iter().chain(&v).copied().collect();
-        let mut k1 = vec![0.0; 2 * nv];
-        f(t0, &x, &mut k1);
-        linkwork_solvers::Rk4::new(2 * nv).step(t0, h, &mut x, &k1, f);
+        classical(2 * nv).step_fixed(&mut Field(f), t0, h, &mut x, None).unwrap();
         q.copy_from_slice(&x[..nv]);
         v.copy_from_slice(&x[nv..]);
         if step % 10 == 9 {
@@ -271,18 +270,21 @@ fn start(mbs: &Multibody) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// One classical Runge–Kutta step on the lanes of q and v.
+/// The classical Runge–Kutta method.
+fn classical(n: usize) -> Integrator {
+    Integrator::new(Method::by_name("rk4").unwrap(), n)
+}
+
 fn rk4(tree: &Tree, ws: &mut Workspace, q: &mut [f64], v: &mut [f64], h: f64) {
     let (mbs, nq, nv) = (tree.multibody(), q.len(), v.len());
-    let mut f = |_: f64, x: &[f64], out: &mut [f64]| {
+    let f = |_: f64, x: &[f64], out: &mut [f64]| {
         let (q, v) = x.split_at(nq);
         let (rate, vdot) = out.split_at_mut(nq);
         mbs.qdot(q, v, rate);
         forward_dynamics(tree, ws, q, v, &mut vec![0.0; nv], vdot).unwrap();
     };
     let mut x: Vec<f64> = q.iter().chain(&*v).copied().collect();
-    let mut k1 = vec![0.0; nq + nv];
-    f(0.0, &x, &mut k1);
-    linkwork_solvers::Rk4::new(nq + nv).step(0.0, h, &mut x, &k1, f);
+    classical(nq + nv).step_fixed(&mut Field(f), 0.0, h, &mut x, None).unwrap();
     q.copy_from_slice(&x[..nq]);
     v.copy_from_slice(&x[nq..]);
     mbs.normalize(q);

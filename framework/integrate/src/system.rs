@@ -76,3 +76,20 @@ pub trait System {
         Ok(false)
     }
 }
+
+/// A right side alone, without a manifold: ẋ = f(t, x) as a function that writes ẋ.
+#[derive(Clone, Copy, Debug)]
+pub struct Field<F>(pub F);
+
+impl<F: FnMut(f64, &[f64], &mut [f64])> System for Field<F> {
+    type Error = std::convert::Infallible;
+
+    fn derivatives(&mut self, t: f64, x: &[f64], xdot: &mut [f64]) -> Result<(), Self::Error> {
+        (self.0)(t, x, xdot);
+        Ok(())
+    }
+
+    fn projects(&self) -> bool {
+        false
+    }
+}

@@ -44,8 +44,11 @@ pub struct Folder {
     pub moved: Option<(PathBuf, usize)>,
 }
 
-/// What a run writes anew, and what an earlier one may have left half-written.
+/// What a run writes anew.
 const STALE: [&str; 2] = ["summary.json", "plots.svg"];
+
+/// How the names of what a run writes beside its log begin; other files in the folder are not ours.
+const OURS: [&str; 4] = ["checkpoint_", "interrupted", "before_failure", "summary"];
 
 impl Folder {
     /// Makes the folder, takes its lock, and puts aside what is not of this plan and
@@ -78,8 +81,10 @@ impl Folder {
         for entry in std::fs::read_dir(&self.path)? {
             let path = entry?.path();
             let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
-            let ends = |e: &str| path.extension().is_some_and(|x| x == e);
-            if STALE.contains(&name) || ends("part") {
+            let ours = OURS.iter().any(|o| name.starts_with(o));
+            let ends = |e: &str| ours && path.extension().is_some_and(|x| x == e);
+            // Half-written by an earlier run that was killed, or said of an earlier run.
+            if ends("part") || STALE.contains(&name) {
                 std::fs::remove_file(&path)?;
             } else if ends("lwck") && !is_of(&path, plan, configuration) {
                 strange.push(path);

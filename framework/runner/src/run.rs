@@ -53,7 +53,9 @@ pub trait Watch: Send {
 pub enum Need {
     /// A log: without it the run is not worth going on.
     Must,
-    /// A viewer: when it fails the run goes on without it.
+    /// A recording: it is waited for, and when it fails the run goes on without it.
+    Should,
+    /// A viewer: it is hardly waited for, and when it fails the run goes on without it.
     May,
 }
 
@@ -149,6 +151,11 @@ impl<W: Watch> Runner<W> {
     pub fn sim_mut(&mut self) -> &mut Simulation {
         self.checked = false;
         &mut self.sim
+    }
+
+    /// Transitions between phases since this was asked last: time (s), what, and what went over.
+    pub fn new_moves(&mut self) -> Vec<(f64, String, linkwork_runtime::MoveReport)> {
+        self.sim.take_moves()
     }
 
     /// The watcher sees the present tick again: it has something new to take.
@@ -286,7 +293,7 @@ impl<W: Watch> Runner<W> {
                     self.feeds.remove(k);
                     return Err(e);
                 }
-                (Err(e), Need::May) => {
+                (Err(e), Need::Should | Need::May) => {
                     let Feed { name, need, tap } = self.feeds.remove(k);
                     let dropped = tap.dropped();
                     self.ended.push(TapEnd { name, need, dropped, result: Err(e) });
@@ -305,7 +312,7 @@ impl<W: Watch> Runner<W> {
                     self.feeds.remove(k);
                     return Err(e);
                 }
-                (Err(e), Need::May) => {
+                (Err(e), Need::Should | Need::May) => {
                     let Feed { name, need, tap } = self.feeds.remove(k);
                     let dropped = tap.dropped();
                     self.ended.push(TapEnd { name, need, dropped, result: Err(e) });
@@ -344,7 +351,7 @@ impl<W: Watch> Runner<W> {
         for Feed { name, need, tap } in self.feeds.drain(..) {
             let dropped = tap.dropped();
             let result = match need {
-                Need::Must => tap.finish(),
+                Need::Must | Need::Should => tap.finish(),
                 Need::May => tap.finish_within(LAST_ROWS),
             };
             self.ended.push(TapEnd { name, need, dropped, result });

@@ -233,7 +233,13 @@ fn a_folder_is_for_one_run_and_its_own_checkpoints() {
     write("checkpoint_1.lwck");
     std::fs::write(path.join("checkpoint_2.lwck"), b"a wreck").unwrap();
     std::fs::write(path.join("summary.json"), b"{}").unwrap();
-    std::fs::write(path.join("notes.txt"), b"mine").unwrap();
+    for half in ["checkpoint_3.part", "summary.part"] {
+        std::fs::write(path.join(half), b"half").unwrap();
+    }
+    let mine = ["film.part", "mine.lwck", "notes.txt"];
+    for name in mine {
+        std::fs::write(path.join(name), b"mine").unwrap();
+    }
     drop(first);
     let names = |p: &Path| {
         let mut all: Vec<String> = std::fs::read_dir(p)
@@ -245,7 +251,8 @@ fn a_folder_is_for_one_run_and_its_own_checkpoints() {
     };
     let second = Folder::claim(&path, &here, CONFIGURATION).unwrap();
     assert_eq!(second.moved, Some((path.join("earlier_1"), 1)));
-    assert_eq!(names(&path), ["checkpoint_1.lwck", "earlier_1", "notes.txt"]);
+    let left = [&["checkpoint_1.lwck", "earlier_1"][..], &mine].concat();
+    assert_eq!(names(&path), left);
     drop(second);
     // Another seed, another text: not the same run.
     let third = Folder::claim(&path, &plan(2), CONFIGURATION).unwrap();

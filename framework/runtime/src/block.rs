@@ -92,14 +92,7 @@ pub trait Block: Send {
     /// Outputs with feedthrough.
     fn direct(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
     /// Derivatives.
-    fn deriv(
-        &mut self,
-        now: &Now,
-        x: &[f64],
-        d: &[f64],
-        sig: &[f64],
-        xdot: &mut [f64],
-    ) -> Outcome;
+    fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome;
     /// Next discrete state, in place: other blocks read signals, never `d`.
     fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome;
     /// Values of the guards.
@@ -156,7 +149,10 @@ pub trait Block: Send {
 }
 
 /// A store into a slot, without allocating when the slot has one already.
-pub(crate) fn copy_into<T: Clone + Send + 'static>(store: &T, into: &mut Option<Box<dyn Any + Send>>) {
+pub(crate) fn copy_into<T: Clone + Send + 'static>(
+    store: &T,
+    into: &mut Option<Box<dyn Any + Send>>,
+) {
     match into.as_mut().and_then(|slot| slot.downcast_mut::<T>()) {
         Some(old) => old.clone_from(store),
         None => *into = Some(Box::new(store.clone())),
@@ -207,7 +203,9 @@ pub trait Prototype: Any + Send + Sync {
             a.len() == b.len()
                 && a.iter().zip(b).all(|(a, b)| (&a.name, a.lanes) == (&b.name, b.lanes))
         };
-        if a.name != b.name || !same(&a.continuous, &b.continuous) || !same(&a.discrete, &b.discrete)
+        if a.name != b.name
+            || !same(&a.continuous, &b.continuous)
+            || !same(&a.discrete, &b.discrete)
         {
             return Ok(Carried::New);
         }
@@ -318,14 +316,7 @@ impl<M: Model> Block for Wired<M> {
         self.model.direct(&c, &x, &d, &ud, &self.store).put(&mut sig[self.w.yd..]);
         Ok(())
     }
-    fn deriv(
-        &mut self,
-        now: &Now,
-        x: &[f64],
-        d: &[f64],
-        sig: &[f64],
-        xdot: &mut [f64],
-    ) -> Outcome {
+    fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let (u, ud) = self.inputs(sig);
         let rate = if M::FUNCTIONS.deriv_outputs {

@@ -1,9 +1,9 @@
 //! The catalogue: every model and service by name. Explicit; nothing registers itself.
 use crate::block::{Built, Prototype};
-use crate::sized::{self, BuiltSized, SizedModel};
 use crate::model::{BuildError, Description, Functions, Model};
 use crate::params::{Params, ReadCx};
 use crate::services::{Files, Service, ServiceKind, ServiceObject};
+use crate::sized::{self, BuiltSized, SizedModel};
 use crate::value::{Fault, Located, remedy};
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -5,8 +5,8 @@ use crate::noise;
 use crate::plan::{Place, Plan};
 use crate::step::{GuardState, Simulation, State};
 use linkwork_integrate::Memory;
-use std::any::Any;
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -230,7 +230,7 @@ impl Simulation {
         }
         let hyper: u64 = plan.table.iter().map(|r| r.gap).sum();
         let fits = plan.table.get(c.row as usize).is_some_and(|r| {
-            c.tick >= r.at && (c.tick - r.at) % hyper.max(1) == 0 && c.instant.since >= 0.0
+            c.tick >= r.at && (c.tick - r.at).is_multiple_of(hyper.max(1)) && c.instant.since >= 0.0
         });
         if !fits {
             return mismatch(format!("tick {} is not at row {} of the table", c.tick, c.row));

@@ -49,15 +49,13 @@ pub use ports::{
     PortSpec, Text, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
-pub use sized::{SizedModel, SizedPorts};
 pub use schedule::Schedule;
 pub use services::{
     Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
     ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
 };
-pub use spec::{
-    Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec,
-};
+pub use sized::{SizedModel, SizedPorts};
+pub use spec::{Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec};
 pub use step::{GuardState, MoveReport, RunError, Simulation, State, Stop, VariableError};
 pub use tap::{Consumer, Group, Overflow, Row as TapRow, Tap};
 pub use time::{Clock, Seconds};
@@ -67,9 +65,10 @@ pub use value::{Fault, Faults, Located, Origin, Sources, Value, did_you_mean, re
 /// What a library of models needs in scope.
 pub mod prelude {
     pub use crate::{
-        Air, Atmosphere, BuildError, Clock, Entry, Files, Gravity, Ground, Handle, HingeAccel,
-        Direction, HingeState, HingeTorque, Lanes, Model, NodeAccel, NodeState, PortKind, PortSpec,
-        Rock, Service, SizedModel, SizedPorts, Soil, Sun, SunState, Surface, Terrain, Wrench,
+        Air, Atmosphere, BuildError, Clock, Direction, Entry, Files, Gravity, Ground, Handle,
+        HingeAccel, HingeState, HingeTorque, Lanes, Model, NodeAccel, NodeState, PortKind,
+        PortSpec, Rock, Service, SizedModel, SizedPorts, Soil, Sun, SunState, Surface, Terrain,
+        Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

@@ -27,7 +27,8 @@ pub fn path_matches(pattern: &str, path: &str) -> bool {
 
 /// Whether a pattern of one segment matches a name: `Wheel*`, `*`, `Motor`. O(pattern × name).
 pub fn segment_matches(pattern: &str, name: &str) -> bool {
-    let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
+    let (pattern, name): (Vec<char>, Vec<char>) =
+        (pattern.chars().collect(), name.chars().collect());
     let (mut p, mut n) = (0, 0);
     // The last star, and how much of the name it has taken.
     let mut star: Option<(usize, usize)> = None;

@@ -130,9 +130,7 @@ pub fn compile_program(
     let mut faults = check(phases, &names);
     let ticks: Vec<Seconds> = phases.iter().filter_map(|p| common_tick(&p.spec)).collect();
     let tick = match &ticks[..] {
-        [first, rest @ ..] if !rest.is_empty() => {
-            rest.iter().try_fold(*first, |a, b| a.common(*b))
-        }
+        [first, rest @ ..] if !rest.is_empty() => rest.iter().try_fold(*first, |a, b| a.common(*b)),
         _ => None,
     };
     let mut compiled = Vec::new();
@@ -174,7 +172,8 @@ fn check(phases: &[PhaseSpec], names: &[&str]) -> Vec<Fault> {
                 let fact = format!("phase `{}`: there is no phase `{}` to go to", phase.name, t.to);
                 faults.push(Fault::new(t.origin, fact).help(remedy(&t.to, "phases", names)));
             } else if t.to == phase.name {
-                let fact = format!("phase `{}`: a transition to itself changes nothing", phase.name);
+                let fact =
+                    format!("phase `{}`: a transition to itself changes nothing", phase.name);
                 let help = "name another phase, or use a model with a guard for what happens there";
                 faults.push(Fault::new(t.origin, fact).help(help));
             }

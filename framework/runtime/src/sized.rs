@@ -194,14 +194,7 @@ impl<M: SizedModel> Block for WiredSized<M> {
         self.model.direct(&c, x, d, &self.u[self.w.u.len()..], &self.store, y);
         Ok(())
     }
-    fn deriv(
-        &mut self,
-        now: &Now,
-        x: &[f64],
-        d: &[f64],
-        sig: &[f64],
-        xdot: &mut [f64],
-    ) -> Outcome {
+    fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome {
         self.gather(sig);
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let rates = &mut xdot[self.w.x..self.w.x + self.sizes[0]];

@@ -1,5 +1,6 @@
 //! Events: located where the guard is zero, one after another at one instant, without a trace of how the
 //! run was cut.
+#![allow(clippy::unwrap_used)]
 mod common;
 use common::*;
 use linkwork_runtime::prelude::*;
@@ -130,7 +131,7 @@ impl Model for Flip {
         *d
     }
     fn guards(&self, c: &Clock, _: &(), d: &Fired) -> Passed2 {
-        let side = if d.n as u64 % 2 == 0 { 1.0 } else { -1.0 };
+        let side = if (d.n as u64).is_multiple_of(2) { 1.0 } else { -1.0 };
         Passed2 { a: side * (c.t - self.p.at), b: side }
     }
     fn fired(&self, _: &Clock, _: usize, _: &(), d: &Fired) -> ((), Fired) {
@@ -289,7 +290,8 @@ fn a_cascade_runs_through_links_at_one_instant_and_can_be_cut_anywhere() {
     straight.run_until(seconds(1.0)).unwrap();
     assert_eq!(straight.get("c3.n").unwrap(), 1.0);
     // Cut after every stop, the cascade included, by a checkpoint and by a snapshot.
-    let (mut sim, mut snapshot, mut events) = (Simulation::new(plan.clone()), Snapshot::default(), 0);
+    let (mut sim, mut snapshot, mut events) =
+        (Simulation::new(plan.clone()), Snapshot::default(), 0);
     while sim.before(seconds(1.0)) || sim.state().guards.iter().any(|g| g.due) {
         events += u32::from(sim.step_event().unwrap() == Stop::Event);
         let checkpoint = sim.checkpoint("").unwrap();

@@ -73,15 +73,20 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn each_integrator_has_its_order_on_the_whole_system() {
-    let reference = final_x(Integrator::Rk4, 0.000_5);
+    let reference = final_x(Integrator::Verner, 0.005);
     for (integrator, steps, expected) in [
         (Integrator::Rk4, [0.02, 0.01], 4.0),
         (Integrator::SemiImplicitEuler, [0.001, 0.000_5], 1.0),
+        (Integrator::BogackiShampine, [0.02, 0.01], 3.0),
+        (Integrator::DormandPrince, [0.04, 0.02], 5.0),
+        (Integrator::Verner, [0.1, 0.05], 8.0),
+        (Integrator::Rodas, [0.02, 0.01], 4.0),
     ] {
+        // `accuracy: None`: one step from row to row, so that the step is the file's.
         let e = steps.map(|h| distance(&final_x(integrator, h), &reference));
         let order = (e[0] / e[1]).log2();
-        // Measured: 3.99 and 1.00.
-        assert!((order - expected).abs() < 0.15, "{integrator:?}: order {order}, errors {e:?}");
+        println!("{integrator:?}: order {order:.3}, errors {e:?}");
+        assert!((order - expected).abs() < 0.5, "{integrator:?}: order {order}, errors {e:?}");
     }
 }
 

@@ -1,4 +1,5 @@
 //! Models whose ports follow from their parameters.
+#![allow(clippy::unwrap_used)]
 mod common;
 use common::*;
 use linkwork_runtime::prelude::*;

@@ -12,7 +12,8 @@ use linkwork_dynamics::multibody::{
 };
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::{Tree, Workspace, kinematics, kinetic_energy, potential_energy};
-use linkwork_solvers::{ConstrainedSolver, Projector, Rk4, Treatment};
+use linkwork_integrate::{Field, Integrator, Method};
+use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
 
 const LOOPS: usize = 40;
 const END: f64 = 10.0;
@@ -74,7 +75,9 @@ fn ours(h: f64) -> Run {
         let sign = if b.name().starts_with("crank") { 1.0 } else { -1.0 };
         (x[b.q().start], x[n + b.v().start]) = (sign * right, -sign);
     }
-    let (mut tau, mut k1, mut rk) = (vec![0.0; n], vec![0.0; 2 * n], Rk4::new(2 * n));
+    let method = Method::by_name("rk4").expect("a method");
+    let mut rk = Integrator::new(method, 2 * n);
+    let mut tau = vec![0.0; n];
     let energy = |x: &[f64], ws: &mut Workspace| {
         kinematics(&tree, ws, &x[..n], &x[n..]);
         kinetic_energy(&tree, ws, &x[n..]) + potential_energy(&tree, ws)
@@ -83,13 +86,12 @@ fn ours(h: f64) -> Run {
     let (mut worst, mut error, mut spent) = (0.0_f64, 0.0_f64, 0.0);
     for step in 0..(END / h).round() as usize {
         let start = std::time::Instant::now();
-        let mut f = |_: f64, x: &[f64], d: &mut [f64]| {
+        let f = |_: f64, x: &[f64], d: &mut [f64]| {
             d[..n].copy_from_slice(&x[n..]);
             let (q, v) = x.split_at(n);
             solver.forward(&tree, &mut ws, (q, v), &[], &mut tau, &mut d[n..]).expect("regular");
         };
-        f(0.0, &x, &mut k1);
-        rk.step(0.0, h, &mut x, &k1, f);
+        rk.step_fixed(&mut Field(f), 0.0, h, &mut x, None).expect("regular");
         let (q, v) = x.split_at_mut(n);
         let closed = close.positions(&tree, &mut ws, &mut solver, &[], q);
         let closed = closed.unwrap_or_else(|e| panic!("t = {}: {e}", step as f64 * h));

@@ -1,4 +1,4 @@
-//! Solvers of constrained motion over the sweeps of the dynamics floor, contact, and integrators.
+//! Solvers of constrained motion over the sweeps of the dynamics floor, and contact.
 //!
 //! | solver | constraints | unknowns |
 //! |---|---|---|
@@ -17,7 +17,6 @@ mod compliant;
 mod constrained;
 pub mod contact;
 mod fully_augmented;
-mod integrators;
 mod projection;
 mod shared;
 mod skyline;
@@ -26,7 +25,6 @@ mod stepper;
 pub use compliant::{BRISTLE, CompliantContact, CompliantError, CompliantSettings};
 pub use constrained::{ConstrainedSolver, Redundant, Report, SolverError, Stabilisation};
 pub use fully_augmented::{FullyAugmentedError, FullyAugmentedSolver};
-pub use integrators::{Rk4, add};
 pub use linkwork_dynamics::units::Treatment;
 pub use projection::{Closing, ProjectionError, Projector};
 pub use stepper::{ContactSettings, ContactStepper, Impulse, JointLimits, StepError, StepReport};

@@ -7,7 +7,8 @@ mod scene;
 use linkwork_collision::{Colliders, Material, Shape};
 use linkwork_dynamics::spatial::{Pose, Vec3};
 use linkwork_dynamics::{forward_dynamics_given_kinematics, kinematics};
-use linkwork_solvers::{CompliantContact, CompliantSettings, Rk4};
+use linkwork_integrate::{Field, Integrator, Method};
+use linkwork_solvers::{CompliantContact, CompliantSettings};
 use scene::{Run, Scene, solid_ball, solid_box, turned};
 use std::sync::Arc;
 
@@ -15,7 +16,7 @@ struct Smooth {
     run: Run,
     contact: CompliantContact,
     x: Vec<f64>,
-    rk4: Rk4,
+    rk4: Integrator,
 }
 
 impl Smooth {
@@ -28,13 +29,14 @@ impl Smooth {
         let x: Vec<f64> =
             run.q.iter().chain(&run.v).copied().chain(std::iter::repeat_n(0.0, states)).collect();
         let contact = CompliantContact::new(colliders, settings).unwrap();
-        Self { rk4: Rk4::new(x.len()), run, contact, x }
+        let rk4 = Integrator::new(Method::by_name("rk4").unwrap(), x.len());
+        Self { rk4, run, contact, x }
     }
 
     fn step(&mut self, h: f64) {
         let Self { run, contact, x, rk4 } = self;
         let (nq, nv) = (run.mbs.nq(), run.mbs.nv());
-        let mut f = |_: f64, x: &[f64], xdot: &mut [f64]| {
+        let f = |_: f64, x: &[f64], xdot: &mut [f64]| {
             let (q, rest) = x.split_at(nq);
             let (v, bristles) = rest.split_at(nv);
             kinematics(&run.tree, &mut run.ws, q, v);
@@ -47,9 +49,7 @@ impl Smooth {
             forward_dynamics_given_kinematics(&run.tree, &mut run.ws, &mut tau, vdot).unwrap();
             run.mbs.qdot(q, v, qdot);
         };
-        let mut k1 = vec![0.0; x.len()];
-        f(0.0, x, &mut k1);
-        rk4.step(0.0, h, x, &k1, &mut f);
+        rk4.step_fixed(&mut Field(f), 0.0, h, x, None).unwrap();
         run.mbs.normalize(&mut x[..nq]);
         run.q.copy_from_slice(&x[..nq]);
         run.v.copy_from_slice(&x[nq..nq + nv]);

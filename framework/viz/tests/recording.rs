@@ -227,14 +227,17 @@ fn what_a_machine_meets_is_shown() {
 #[test]
 fn a_recording_that_cannot_be_written_says_so() {
     let plan = plan();
-    let open = |path: PathBuf| View::new(&program(&plan), &scene(&plan), PERIOD).unwrap().0.file(&path).err();
+    let open = |path: PathBuf| {
+        View::new(&program(&plan), &scene(&plan), PERIOD).unwrap().0.file(&path).err()
+    };
     let e = open("/nowhere/at/all.rrd".into()).expect("it was written").to_string();
     assert!(e.contains("/nowhere/at/all.rrd"), "{e}");
     if Path::new("/dev/full").exists() {
         let e = open("/dev/full".into()).expect("a full disk was written").to_string();
         assert!(e.contains("/dev/full") && e.contains("space"), "{e}");
     }
-    let e = View::new(&program(&plan), &scene(&plan), PERIOD).unwrap().0.live(Some("nonsense")).err();
+    let e =
+        View::new(&program(&plan), &scene(&plan), PERIOD).unwrap().0.live(Some("nonsense")).err();
     assert!(e.expect("it is an address").to_string().contains("nonsense"));
 }
 

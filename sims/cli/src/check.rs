@@ -30,5 +30,10 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
             m.tree.total_mass()
         );
     }
+    if ready.program.phases.len() > 1 {
+        let names: Vec<&str> = ready.program.phases.iter().map(|p| p.name.as_str()).collect();
+        say!("    phases: {}", names.join(", "));
+    }
+    load::warn(&ready);
     exit::OK
 }

@@ -112,7 +112,7 @@ fn params(out: &mut String, list: &[ParamSpec], indent: usize) {
         };
         let range = p.range.map_or(String::new(), |r| format!(", range {}", r.text()));
         let name = format!("{}{}", " ".repeat(indent), p.name);
-        let _ = writeln!(out, "  {name:24} {unit:12} {} ({default}{range})", first_line(&p.doc));
+        let _ = writeln!(out, "  {name:24} {unit:12} {} ({default}{range})", first_line(p.doc));
         params(out, &p.fields, indent + 2);
     }
 }

@@ -4,7 +4,7 @@ use linkwork_assembly::Loaded;
 pub use linkwork_assembly::{dotted, numbers, only, texts};
 use linkwork_runner::Library;
 pub use linkwork_runner::{Ready, sim_file};
-use linkwork_runtime::{Catalogue, Plan, Value};
+use linkwork_runtime::{Catalogue, Fault, Plan, Value};
 use std::path::Path;
 
 /// Every model and service of the component libraries.
@@ -34,6 +34,21 @@ pub fn loaded(path: &Path) -> Result<Loaded, u8> {
 /// The same from a resolved configuration (of a checkpoint).
 pub fn ready_text(name: &str, text: &str) -> Result<Ready, u8> {
     library().text(name, text).map_err(|failure| report(&failure))
+}
+
+/// Prints what is allowed and probably not meant, each once.
+pub fn warn(ready: &Ready) {
+    let mut told: Vec<&Fault> = Vec::new();
+    for fault in ready.program.phases.iter().flat_map(|p| &p.plan.warnings) {
+        if told.contains(&fault) {
+            continue;
+        }
+        told.push(fault);
+        let place = ready.loaded.sources.place(fault.origin);
+        let at = place.map_or(String::new(), |(n, l, c)| format!("\n  --> {n}:{l}:{c}"));
+        let help = fault.help.as_ref().map_or(String::new(), |h| format!("\n  help: {h}"));
+        tell!("warning: {}{at}{help}", fault.message);
+    }
 }
 
 /// Names of all variables that may be logged or plotted.

@@ -130,6 +130,7 @@ fn start(ready: Ready, name: &str, options: &RunOptions, source: Source<'_>) -> 
 
 fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> Result<Run, u8> {
     let Looked { scene: (scene, scene_period), prepared } = prepare(&ready)?;
+    load::warn(&ready);
     let until = match &options.until {
         Some(text) => Some(time(text, "--until")?),
         None => ready.loaded.simulation.until,
@@ -153,16 +154,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
     let products = ["summary.json", "plots.svg"].map(|f| out.join(f));
     let others = [&products[..], &[log.clone(), load::sim_file(source.file)]].concat();
     let recording = taps::recording(options, &out, &others)?;
-    let folder = Folder::claim(&out, sim.plan(), &configuration).map_err(|e| {
-        tell!("error: {e}");
-        exit::INPUT
-    })?;
-    if let Some((aside, count)) = &folder.moved {
-        tell!(
-            "note: {count} checkpoints of another run, or another configuration, are now in `{}`",
-            aside.display()
-        );
-    }
+    let folder = claim(&out, &sim, &configuration)?;
     let saves = Saves::new(&sim, out.clone(), name, &configuration, every);
     let picture = Picture::new(&sim, &scene);
     let mut runner = Runner::new(sim, Watched { figures, picture });
@@ -200,6 +192,20 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
         dropped: 0,
         bar: bar(until, options.quiet),
     })
+}
+
+fn claim(out: &Path, sim: &Simulation, configuration: &str) -> Result<Folder, u8> {
+    let folder = Folder::claim(out, sim.plan(), configuration).map_err(|e| {
+        tell!("error: {e}");
+        exit::INPUT
+    })?;
+    if let Some((aside, count)) = &folder.moved {
+        tell!(
+            "note: {count} checkpoints of another run, or another configuration, are now in `{}`",
+            aside.display()
+        );
+    }
+    Ok(folder)
 }
 
 fn restore(
@@ -255,6 +261,19 @@ fn bar(until: Option<Seconds>, quiet: bool) -> ProgressBar {
 }
 
 impl Run {
+    /// What happened at transitions, a line each.
+    fn told_moves(&mut self) {
+        for (t, what, report) in self.runner.new_moves() {
+            let list = |what: &str, names: &[String]| {
+                (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")))
+            };
+            let lines = [list("new parts", &report.new), list("parts gone", &report.dropped)];
+            let lines = lines.into_iter().flatten().chain(report.notes);
+            let lines: String = lines.map(|l| format!("\n    {l}")).collect();
+            self.bar.suspend(|| tell!("t = {t:.6} s: {what}{lines}"));
+        }
+    }
+
     fn go(&mut self, quiet: bool) -> u8 {
         let stop = self.runner.stop();
         // Fails only when a handler is already set (several runs in one process).
@@ -277,6 +296,7 @@ impl Run {
             ending = Ending::LogFailed(e);
         }
         self.bar.finish_and_clear();
+        self.told_moves();
         self.told_saves();
         let summary = self.summary(&ending, wall, simulated);
         let failed = !self.problems.is_empty();
@@ -324,6 +344,7 @@ impl Run {
             let failed = self.runner.ended_taps();
             self.taps(failed);
             self.told_saves();
+            self.told_moves();
             if !self.bar.is_hidden() {
                 let (t, wall) = (self.runner.sim().time(), clock.elapsed().as_secs_f64());
                 self.bar.set_position((t * 1000.0) as u64);
@@ -339,13 +360,13 @@ impl Run {
         let mut fatal = None;
         for end in ends {
             self.dropped += end.dropped;
-            match (end.result, end.need, end.name.as_str()) {
-                (Ok(()), ..) => {}
-                (Err(e), Need::Must, _) => fatal = Some(e),
-                (Err(e), Need::May, "recording") => {
+            match (end.result, end.need) {
+                (Ok(()), _) => {}
+                (Err(e), Need::Must) => fatal = Some(e),
+                (Err(e), Need::Should) => {
                     self.problem(&format!("the recording: {e}"), "the run and its log are whole");
                 }
-                (Err(e), Need::May, _) => no_viewer(&e),
+                (Err(e), Need::May) => no_viewer(&e),
             }
         }
         fatal

@@ -15,7 +15,8 @@ const DEPTH: usize = 256;
 /// # Errors
 /// What could not be written.
 pub fn log<W: Watch>(runner: &mut Runner<W>, path: &Path, spec: &LogSpec) -> Result<(), String> {
-    let (log, groups) = Log::create(path, runner.sim().program(), spec).map_err(|e| e.to_string())?;
+    let (log, groups) =
+        Log::create(path, runner.sim().program(), spec).map_err(|e| e.to_string())?;
     let tap = Tap::start(runner.sim(), groups, DEPTH, Box::new(log)).map_err(|e| e.to_string())?;
     runner.tap("log", Need::Must, tap);
     Ok(())
@@ -111,7 +112,7 @@ pub fn viewers<W: Watch>(
         let viewer = view.file(path).map_err(|e| e.to_string())?;
         let tap =
             Tap::start(runner.sim(), groups, DEPTH, Box::new(viewer)).map_err(|e| e.to_string())?;
-        runner.tap("recording", Need::May, tap);
+        runner.tap("recording", Need::Should, tap);
     }
     if let Some(url) = live {
         let (view, groups) = View::new(&program, scene, period).map_err(|e| e.to_string())?;

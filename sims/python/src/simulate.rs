@@ -10,21 +10,16 @@ use crate::core::Core;
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::{Mechanism, choice};
 use linkwork_dynamics::forward_dynamics_given_kinematics;
+use linkwork_integrate::{Failure, Integrator, Method, System};
 use linkwork_multibody::NodeId;
-use linkwork_solvers::Rk4;
 use linkwork_spatial::Force;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::ops::Range;
 
 /// Steps between two looks at Ctrl-C.
 const CHUNK: usize = 4096;
-
-#[derive(Clone, Copy)]
-enum Method {
-    Rk4,
-    SemiImplicitEuler,
-}
 
 /// Where the forces come from.
 enum Torque<'py> {
@@ -53,34 +48,27 @@ impl<'py> Torque<'py> {
     }
 }
 
-/// A run in progress.
-struct Run<'a> {
-    core: &'a Core,
-    wrenches: &'a [(NodeId, Force)],
-    method: Method,
-    dt: f64,
-    /// q, then v.
-    x: Vec<f64>,
-    xdot: Vec<f64>,
-    rk4: Rk4,
-}
-
 /// Writes the forces at t, q, v; the step is for tables.
 type Forces<'a> = dyn FnMut(usize, f64, &[f64], &[f64], &mut [f64]) -> PyResult<()> + 'a;
 
-impl Run<'_> {
-    /// ẋ at t, x.
-    fn derivative(
-        &self,
-        k: usize,
-        t: f64,
-        x: &[f64],
-        out: &mut [f64],
-        forces: &mut Forces<'_>,
-    ) -> PyResult<()> {
+/// A mechanism as an integrator sees it.
+struct Motion<'a> {
+    core: &'a Core,
+    wrenches: &'a [(NodeId, Force)],
+    /// The step.
+    k: usize,
+    forces: &'a mut Forces<'a>,
+    /// q.
+    positions: [Range<usize>; 1],
+}
+
+impl System for Motion<'_> {
+    type Error = PyErr;
+
+    fn derivatives(&mut self, t: f64, x: &[f64], out: &mut [f64]) -> PyResult<()> {
         let (q, v) = x.split_at(self.core.nq());
         let mut tau = vec![0.0; v.len()];
-        forces(k, t, q, v, &mut tau)?;
+        (self.forces)(self.k, t, q, v, &mut tau)?;
         let (qdot, vdot) = out.split_at_mut(q.len());
         self.core.mbs.qdot(q, v, qdot);
         vdot.fill(0.0);
@@ -91,41 +79,47 @@ impl Run<'_> {
         result.map_err(|e| refuse(format!("t = {t} s: {e}")))
     }
 
-    fn step(&mut self, k: usize, forces: &mut Forces<'_>) -> PyResult<()> {
-        let (t, nq) = (k as f64 * self.dt, self.core.nq());
-        let mut xdot = std::mem::take(&mut self.xdot);
-        let mut result = self.derivative(k, t, &self.x, &mut xdot, forces);
-        if result.is_ok() {
-            match self.method {
-                Method::Rk4 => {
-                    let mut x = std::mem::take(&mut self.x);
-                    let mut rk4 = std::mem::replace(&mut self.rk4, Rk4::new(0));
-                    rk4.step(t, self.dt, &mut x, &xdot, |t, x, out| {
-                        if result.is_ok() {
-                            result = self.derivative(k, t, x, out, forces);
-                        }
-                    });
-                    self.core.mbs.normalize(&mut x[..nq]);
-                    (self.x, self.rk4) = (x, rk4);
-                }
-                Method::SemiImplicitEuler => {
-                    let (q, v) = self.x.split_at_mut(nq);
-                    linkwork_solvers::add(v, self.dt, &xdot[nq..]);
-                    let dv: Vec<f64> = v.iter().map(|v| v * self.dt).collect();
-                    let from = q.to_vec();
-                    self.core.mbs.integrate(&from, &dv, q);
-                }
-            }
-        }
-        self.xdot = xdot;
-        result?;
-        if self.x.iter().all(|x| x.is_finite()) {
-            return Ok(());
-        }
-        Err(refuse_with(
-            format!("t = {} s: the state is no number any more", t + self.dt),
-            "take a smaller dt, and look at the torques",
-        ))
+    fn project(&mut self, _: f64, x: &mut [f64]) -> PyResult<()> {
+        self.core.mbs.normalize(&mut x[..self.core.nq()]);
+        Ok(())
+    }
+
+    fn positions(&self) -> &[Range<usize>] {
+        &self.positions
+    }
+
+    fn retract(&mut self, x: &mut [f64], _: &[f64], h: f64) -> PyResult<()> {
+        let (q, v) = x.split_at_mut(self.core.nq());
+        let dv: Vec<f64> = v.iter().map(|v| v * h).collect();
+        let from = q.to_vec();
+        self.core.mbs.integrate(&from, &dv, q);
+        Ok(())
+    }
+}
+
+/// A run in progress.
+struct Run<'a> {
+    core: &'a Core,
+    wrenches: &'a [(NodeId, Force)],
+    integrator: Integrator,
+    dt: f64,
+    /// q, then v.
+    x: Vec<f64>,
+}
+
+impl Run<'_> {
+    fn step<'f>(&'f mut self, k: usize, forces: &'f mut Forces<'f>) -> PyResult<()> {
+        let Run { core, wrenches, integrator, dt, x } = self;
+        let positions = std::array::from_fn(|_| 0..core.nq());
+        let mut motion = Motion { core, wrenches, k, forces, positions };
+        let t = k as f64 * *dt;
+        integrator.step_fixed(&mut motion, t, *dt, x, None).map_err(|failure| match failure {
+            Failure::System(e) => e,
+            _ => refuse_with(
+                format!("t = {} s: the state is no number any more", t + *dt),
+                "take a smaller dt, and look at the torques",
+            ),
+        })
     }
 }
 
@@ -154,14 +148,17 @@ impl Mechanism {
         if !(dt.is_finite() && dt > 0.0) {
             return Err(refuse_with(format!("`dt` is {dt}"), "give a step above zero, in s"));
         }
-        let known = [("rk4", Method::Rk4), ("semi_implicit_euler", Method::SemiImplicitEuler)];
-        let method = choice("integrator", integrator, &known)?;
+        let known = ["rk4", "semi_implicit_euler"].map(|name| (name, name.replace('_', "-")));
+        let known: Vec<(&str, &str)> = known.iter().map(|(a, b)| (*a, b.as_str())).collect();
+        let name = choice("integrator", integrator, &known)?;
+        let method = Method::by_name(name)
+            .ok_or_else(|| refuse(format!("there is no integrator `{integrator}`")))?;
         let (q, v) = (vector(q, nq, "q")?, vector(v, nv, "v")?);
         let torque = Torque::read(torque, nv, steps)?;
         let wrenches = core.wrenches(wrenches)?;
         let x = [q.slice(), v.slice()].concat();
-        let (xdot, rk4) = (vec![0.0; nq + nv], Rk4::new(nq + nv));
-        let mut run = Run { core, wrenches: &wrenches, method, dt, x, xdot, rk4 };
+        let integrator = Integrator::new(method, nq + nv);
+        let mut run = Run { core, wrenches: &wrenches, integrator, dt, x };
         let (mut qs, mut vs) = (q.slice().to_vec(), v.slice().to_vec());
         qs.reserve(steps * nq);
         vs.reserve(steps * nv);

@@ -10,7 +10,9 @@ use crate::values::{Variable, object, overrides, period, seconds};
 use linkwork_assembly::{LogRule, Text, match_patterns};
 use linkwork_record::LogSpec;
 use linkwork_runner::{Goal, Need};
-use linkwork_runtime::{self as runtime, Checkpoint, Origin, Place, Plan, PortKind, Program, Role, Seconds};
+use linkwork_runtime::{
+    self as runtime, Checkpoint, Origin, Place, Plan, PortKind, Program, Role, Seconds,
+};
 use linkwork_runtime::{Schedule, Tap, Value, remedy};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
@@ -51,7 +53,9 @@ impl Drop for Busy<'_> {
 impl Simulation {
     fn from_ready(ready: Ready, until: Option<Seconds>) -> PyResult<Self> {
         let stop_when = match &ready.loaded.simulation.stop_when {
-            Some(text) => Some(ready.plan().variable(&text.text).map_err(|e| no_variable(&e))?.place),
+            Some(text) => {
+                Some(ready.plan().variable(&text.text).map_err(|e| no_variable(&e))?.place)
+            }
             None => None,
         };
         let file = ready.loaded.simulation;

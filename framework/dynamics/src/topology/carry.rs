@@ -50,7 +50,8 @@ pub fn carry(
             continue;
         };
         let was = old.get(from);
-        if (body.modes_q().len(), body.modes_v().len()) == (was.modes_q().len(), was.modes_v().len())
+        if (body.modes_q().len(), body.modes_v().len())
+            == (was.modes_q().len(), was.modes_v().len())
         {
             q[body.modes_q()].copy_from_slice(&state.0[was.modes_q()]);
             v[body.modes_v()].copy_from_slice(&state.1[was.modes_v()]);
@@ -84,9 +85,8 @@ pub fn carry(
             let about = changed.iter().chain(&gone).find_map(|name| old.body(name));
             let poses = old.body_poses(state.0);
             let about = about.or_else(|| old.body_ids().next());
-            let point = about.map_or_else(linkwork_spatial::Vec3::zeros, |b| {
-                poses[b.index()].position
-            });
+            let point =
+                about.map_or_else(linkwork_spatial::Vec3::zeros, |b| poses[b.index()].position);
             report = Some(impact::report(&before, &after, point, None));
         }
     }

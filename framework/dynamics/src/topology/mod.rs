@@ -124,12 +124,7 @@ impl Edit {
         check_state("the mechanism", (q, mbs.nq()), (v, mbs.nv()))?;
         refuse_flexible(mbs)?;
         let scene = Scene { mbs: mbs.clone(), q: q.to_vec(), v: v.to_vec() };
-        Ok(Self {
-            scene,
-            original: mbs.clone(),
-            changed: BTreeSet::new(),
-            dropped: Vec::new(),
-        })
+        Ok(Self { scene, original: mbs.clone(), changed: BTreeSet::new(), dropped: Vec::new() })
     }
 
     /// The mechanism as it is now.

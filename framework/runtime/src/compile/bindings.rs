@@ -3,8 +3,8 @@ use super::Part;
 use super::connect::Connections;
 use super::host::{Bound, End, Lowering};
 use crate::block::{Prototype, Wiring};
-use crate::services::Services;
 use crate::ports::PortKind;
+use crate::services::Services;
 use crate::spec::{BindSpec, PartSpec, Spec};
 use crate::value::{Fault, Value, remedy};
 use std::collections::BTreeMap;
@@ -84,8 +84,11 @@ fn find<'a>(
     };
     let d = parts[k].prototype.description();
     if !d.bindings().contains(&name.as_str()) {
-        return Err(Fault::new(origin, format!("`{part}` has no binding `{name}`"))
-            .help(remedy(name, "bindings", &d.bindings())));
+        return Err(Fault::new(origin, format!("`{part}` has no binding `{name}`")).help(remedy(
+            name,
+            "bindings",
+            &d.bindings(),
+        )));
     }
     if !host {
         let fact = format!("`{part}` binds `{name}` but there are no bodies");

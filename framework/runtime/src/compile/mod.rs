@@ -25,11 +25,11 @@ use crate::services::{Files, Services};
 use crate::spec::{PartSpec, Spec};
 use crate::time::Seconds;
 use crate::value::{Fault, Faults, Origin};
+pub(crate) use guards::WhenSpec;
+pub use host::{Bound, End, Host, HostWire, Lowering};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-pub(crate) use guards::WhenSpec;
 pub(crate) use table::common_tick;
-pub use host::{Bound, End, Host, HostWire, Lowering};
 
 /// A part while compiling.
 pub(crate) struct Part<'a> {
@@ -102,9 +102,9 @@ pub(crate) fn compile_phase(
             return Err(Faults(vec![fault]));
         }
     }
-    let order = order::order(&parts, &connections)
-        .map_err(|f| Faults(in_file_order(f)))?;
-    let timing = table::table(spec, &parts, within.tick, &order).map_err(|f| Faults(in_file_order(f)))?;
+    let order = order::order(&parts, &connections).map_err(|f| Faults(in_file_order(f)))?;
+    let timing =
+        table::table(spec, &parts, within.tick, &order).map_err(|f| Faults(in_file_order(f)))?;
     let variables = Arc::new(variables::variables(&parts, &connections));
     let sizes = Sizes { sig: connections.signals, ..connections.sizes };
     let wires = connections.listing(&parts, &order);
@@ -112,7 +112,8 @@ pub(crate) fn compile_phase(
         .map_err(|f| Faults(in_file_order(f)))?;
     let integration = settings::integration(spec, &parts, &variables, sizes.x)
         .map_err(|f| Faults(in_file_order(f)))?;
-    let hash = plan_hash(spec, &parts, sizes, &variables, &timing, (&services, files), &within.whens);
+    let hash =
+        plan_hash(spec, &parts, sizes, &variables, &timing, (&services, files), &within.whens);
     let with = |test: &dyn Fn(&Part<'_>) -> bool| -> Vec<u32> {
         (0..parts.len() as u32).filter(|&k| test(&parts[k as usize])).collect()
     };

@@ -94,10 +94,7 @@ impl Order {
     }
 }
 
-pub(crate) fn order(
-    parts: &[Part<'_>],
-    c: &Connections,
-) -> Result<Order, Vec<Fault>> {
+pub(crate) fn order(parts: &[Part<'_>], c: &Connections) -> Result<Order, Vec<Fault>> {
     let mut ops = Vec::new();
     for (k, part) in parts.iter().enumerate() {
         let f = part.prototype.description().functions;
@@ -248,9 +245,7 @@ fn stage(
         all.filter(|&k| test(parts[k as usize].prototype.description())).collect()
     };
     let derivs = with(&|d| d.functions.deriv && !d.continuous.is_empty());
-    let staged = with(&|d| {
-        (d.functions.deriv && !d.continuous.is_empty()) || d.functions.steps
-    });
+    let staged = with(&|d| (d.functions.deriv && !d.continuous.is_empty()) || d.functions.steps);
     let mut needed = vec![false; ops.len()];
     let mut stack: Vec<u32> = Vec::new();
     for &k in &staged {
@@ -290,9 +285,7 @@ fn loops(
         }
     }
     let name = |k: usize| match ops[k] {
-        Op::Moore(b) | Op::Direct(b) => {
-            parts[b as usize].spec.path.as_str()
-        }
+        Op::Moore(b) | Op::Direct(b) => parts[b as usize].spec.path.as_str(),
         Op::Sum(_) => "a sum",
     };
     let mut faults = Vec::new();

@@ -41,11 +41,9 @@ pub(super) fn integration(
         faults.push(Fault::new(origin, fact).help(help));
     };
     let positive = |v: f64| v > 0.0 && v.is_finite();
-    if !positive(accuracy.absolute) || !(accuracy.relative >= 0.0 && accuracy.relative < 1.0) {
-        let fact = format!(
-            "accuracy: absolute {} and relative {}",
-            accuracy.absolute, accuracy.relative
-        );
+    if !(positive(accuracy.absolute) && accuracy.relative >= 0.0 && accuracy.relative < 1.0) {
+        let fact =
+            format!("accuracy: absolute {} and relative {}", accuracy.absolute, accuracy.relative);
         refuse(Origin::NONE, fact, "absolute above zero, relative from 0 to below 1, e.g. 1e-9");
     }
     if !(accuracy.step_max > 0.0) {
@@ -65,9 +63,17 @@ pub(super) fn integration(
         }
         if !any {
             let fact = format!("accuracy of `{wanted}`: it matches no continuous state");
-            refuse(*origin, fact, "states are listed by `linkwork list`; `*` stands for a part of a name, `**` for anything");
+            refuse(
+                *origin,
+                fact,
+                "states are listed by `linkwork list`; `*` stands for a part of a name, `**` for anything",
+            );
         } else if !positive(*value) {
-            refuse(*origin, format!("accuracy of `{wanted}`: {value}"), "write a number above zero");
+            refuse(
+                *origin,
+                format!("accuracy of `{wanted}`: {value}"),
+                "write a number above zero",
+            );
         }
     }
     if !faults.is_empty() {

@@ -6,10 +6,7 @@ use crate::plan::{Place, Role, Variable};
 use crate::ports::{PortKind, PortSpec};
 use std::collections::BTreeMap;
 
-pub(crate) fn variables(
-    parts: &[Part<'_>],
-    c: &Connections,
-) -> BTreeMap<String, Variable> {
+pub(crate) fn variables(parts: &[Part<'_>], c: &Connections) -> BTreeMap<String, Variable> {
     let mut all = BTreeMap::new();
     for (k, part) in parts.iter().enumerate() {
         let (d, path, w) = (part.prototype.description(), &part.spec.path, &part.wiring);

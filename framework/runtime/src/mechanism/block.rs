@@ -251,8 +251,13 @@ impl Block for MechanismBlock {
         let tree = &self.plan.tree;
         match &mut self.solver {
             None => {
-                forward_dynamics_given_kinematics(tree, &mut self.ws, &mut self.tau, &mut self.vdot)
-                    .map_err(|e| Failure::boxed(&e.to_string()))?;
+                forward_dynamics_given_kinematics(
+                    tree,
+                    &mut self.ws,
+                    &mut self.tau,
+                    &mut self.vdot,
+                )
+                .map_err(|e| Failure::boxed(&e.to_string()))?;
             }
             Some(solver) => {
                 solver
@@ -275,14 +280,7 @@ impl Block for MechanismBlock {
         Ok(())
     }
 
-    fn deriv(
-        &mut self,
-        _: &Now,
-        x: &[f64],
-        _: &[f64],
-        sig: &[f64],
-        xdot: &mut [f64],
-    ) -> Outcome {
+    fn deriv(&mut self, _: &Now, x: &[f64], _: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome {
         let (q, v) = self.split(x);
         let (at, nq, nv) = (self.w.x, q.len(), v.len());
         self.plan.multibody.qdot(q, v, &mut xdot[at..at + nq]);

@@ -10,8 +10,8 @@ pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
         coordinates(&mut all, m, w, body);
         modes(&mut all, m, w, body);
     }
-    let mut lane = w.yd + m.multibody.nv() + m.bristles();
-    for (name, unit, doc) in m.reports() {
+    let first = w.yd + m.multibody.nv() + m.bristles();
+    for (lane, (name, unit, doc)) in (first..).zip(m.reports()) {
         all.push(Named {
             path: format!("{}.{name}", m.path),
             place: Place::Signal(lane as u32),
@@ -20,7 +20,6 @@ pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
             doc,
             part: m.path.clone(),
         });
-        lane += 1;
     }
     loop_motions(&mut all, m, w);
     let state = |path: String, lane: usize, doc: &str| Named {
@@ -53,11 +52,9 @@ fn quaternion() -> Vec<Lane> {
 fn lanes(kind: SubhingeKind) -> [Vec<Lane>; 3] {
     let one = |name: &str, unit| vec![(name.to_string(), unit)];
     match kind {
-        SubhingeKind::Pin { .. } | SubhingeKind::Screw { .. } => [
-            one("angle", "rad"),
-            one("rate", "rad/s"),
-            one("acceleration", "rad/s^2"),
-        ],
+        SubhingeKind::Pin { .. } | SubhingeKind::Screw { .. } => {
+            [one("angle", "rad"), one("rate", "rad/s"), one("acceleration", "rad/s^2")]
+        }
         SubhingeKind::Slider { .. } => {
             [one("displacement", "m"), one("speed", "m/s"), one("acceleration", "m/s^2")]
         }

@@ -51,11 +51,7 @@ fn add<T: PartialEq>(list: &mut Vec<T>, item: T) {
 }
 
 /// Serves bindings: ports and wires.
-pub(super) fn lower(
-    mb: &Multibody,
-    bound: &[Bound<'_>],
-    out: &mut Lowering<'_>,
-) -> MechanismPorts {
+pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>) -> MechanismPorts {
     let prescribed = mb.prescribed();
     let mut ports = MechanismPorts::default();
     for b in bound {

@@ -73,7 +73,6 @@ pub struct ContactSpec {
     pub settings: ContactSettings,
 }
 
-
 impl Host for MechanismSpec {
     fn path(&self) -> &str {
         &self.path

@@ -131,10 +131,8 @@ impl Simulation {
             .filter(|(_, s)| s.due)
             .map(|(g, _)| &*g.name)
             .collect();
-        let message = format!(
-            "{CASCADE_MAX} events at one instant, and still due: {}",
-            names.join(", ")
-        );
+        let message =
+            format!("{CASCADE_MAX} events at one instant, and still due: {}", names.join(", "));
         let help = "each fires the other, or itself, without end: let a guard change its state so that it leaves zero";
         let block = match plan.guards[k].fires {
             Fires::Part { block, .. } => block,
@@ -155,9 +153,8 @@ impl Simulation {
         let x = std::mem::take(&mut self.state.x);
         let seen = self.guards_at(plan, t1, &x, &mut end);
         self.state.x = x;
-        let found = seen
-            .map_err(StepFailure::System)
-            .and_then(|()| self.first_crossing(plan, h, &end));
+        let found =
+            seen.map_err(StepFailure::System).and_then(|()| self.first_crossing(plan, h, &end));
         if let Ok(None) = found {
             for (k, guard) in plan.guards.iter().enumerate() {
                 let state = &mut self.state.guards[k];

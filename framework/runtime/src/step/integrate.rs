@@ -86,8 +86,7 @@ impl Simulation {
                 Ok((rest, true))
             }
             Some(control) => {
-                let step =
-                    work.integrator.advance(&mut system, control, t, rest, x, k1, memory)?;
+                let step = work.integrator.advance(&mut system, control, t, rest, x, k1, memory)?;
                 Ok((step.h, step.end))
             }
         }
@@ -203,7 +202,10 @@ impl Simulation {
             ),
             Failure::StepTooSmall { lane, h, error: e, .. } => error(
                 lane,
-                format!("`{}` has {e:.3} times its tolerance in a step of {h:.3e} s, the least there is", name(lane)),
+                format!(
+                    "`{}` has {e:.3} times its tolerance in a step of {h:.3e} s, the least there is",
+                    name(lane)
+                ),
                 "loosen its tolerance, or use the stiff method `rodas4p`",
             ),
             Failure::Rejections { lane, rejections, .. } => error(

@@ -208,7 +208,7 @@ impl Simulation {
     /// The first bad variable, when a state is no number or ran away; a part that failed.
     pub fn step(&mut self) -> Result<(), RunError> {
         let plan = self.plan.clone();
-        self.to_row(&plan)
+        self.go_to_row(&plan)
     }
 
     /// Advances to the next row or event. Events of one instant come one at a time; the run may be saved
@@ -218,15 +218,15 @@ impl Simulation {
     /// As [`Simulation::step`].
     pub fn step_event(&mut self) -> Result<Stop, RunError> {
         let plan = self.plan.clone();
-        self.to_stop(&plan)
+        self.go_to_stop(&plan)
     }
 
     #[inline]
-    fn to_row(&mut self, plan: &Plan) -> Result<(), RunError> {
+    fn go_to_row(&mut self, plan: &Plan) -> Result<(), RunError> {
         if plan.guards.is_empty() {
-            return self.to_stop(plan).map(|_| ());
+            return self.go_to_stop(plan).map(|_| ());
         }
-        let mut stop = self.to_stop(plan)?;
+        let mut stop = self.go_to_stop(plan)?;
         while stop == Stop::Event || self.is_due() {
             // An event may have moved the run to another plan.
             stop = self.step_event()?;
@@ -235,7 +235,7 @@ impl Simulation {
     }
 
     #[inline]
-    fn to_stop(&mut self, plan: &Plan) -> Result<Stop, RunError> {
+    fn go_to_stop(&mut self, plan: &Plan) -> Result<Stop, RunError> {
         if !plan.guards.is_empty() && self.is_due() {
             self.fire().map_err(|stopped| self.stopped(stopped))?;
             self.check()?;
@@ -285,7 +285,7 @@ impl Simulation {
     pub fn run_until(&mut self, t: Seconds) -> Result<(), RunError> {
         let mut plan = self.plan.clone();
         while self.before(t) {
-            self.to_row(&plan)?;
+            self.go_to_row(&plan)?;
             if !Arc::ptr_eq(&plan, &self.plan) {
                 plan = self.plan.clone();
             }
@@ -378,7 +378,11 @@ impl Simulation {
     fn here(&self, path: &str) -> Result<&Variable, VariableError> {
         let known = self.variable(path)?;
         self.plan.lanes.get(path).ok_or_else(|| VariableError {
-            message: format!("`{path}` of `{}` is not there in phase `{}`", known.part, self.phase()),
+            message: format!(
+                "`{path}` of `{}` is not there in phase `{}`",
+                known.part,
+                self.phase()
+            ),
             help: "read or set it in a phase that has it".into(),
         })
     }
@@ -425,7 +429,7 @@ impl Simulation {
         evaluate::run_all(&mut self.blocks, &plan, &plan.continuous_ops, &now, x, d, sig)
     }
 
-    /// Transitions since this was asked last: time (s), what, and what went over.
+    /// Transitions since this was asked last, the last 256 of them: time (s), what, and what went over.
     pub fn take_moves(&mut self) -> Vec<(f64, String, MoveReport)> {
         std::mem::take(&mut self.moved)
     }

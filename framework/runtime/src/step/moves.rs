@@ -8,6 +8,9 @@ use crate::program::Program;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// Reports of transitions that are kept until somebody asks.
+const MOVES_KEPT: usize = 256;
+
 /// What a move did.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MoveReport {
@@ -38,6 +41,10 @@ impl Simulation {
         let plan = self.program.phases[to as usize].plan.clone();
         let from = self.phase().to_string();
         let report = self.go_over(&plan, to)?;
+        // Nobody may ever ask: the oldest go.
+        if self.moved.len() >= MOVES_KEPT {
+            self.moved.remove(0);
+        }
         self.moved.push((self.time(), format!("`{from}` → `{}`: {why}", self.phase()), report));
         Ok(())
     }

@@ -1,5 +1,5 @@
 //! Toy models and a short way to write specifications.
-#![allow(dead_code)]
+#![allow(dead_code, clippy::unwrap_used)]
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
 use std::sync::Arc;

@@ -14,7 +14,8 @@ use linkwork_dynamics::multibody::{
 };
 use linkwork_dynamics::spatial::{Force, MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::{Tree, Workspace, kinematics, kinetic_energy, potential_energy};
-use linkwork_solvers::{ConstrainedSolver, FullyAugmentedSolver, Projector, Rk4, Treatment};
+use linkwork_integrate::{Field, Integrator, Method};
+use linkwork_solvers::{ConstrainedSolver, FullyAugmentedSolver, Projector, Treatment};
 
 /// Forces beside gravity: wrenches into the workspace, forces into `tau`. After kinematics.
 type Forces = fn(&Tree, &mut Workspace, &mut [f64]);
@@ -48,7 +49,7 @@ pub struct Run {
     solver: Solver,
     closer: ConstrainedSolver,
     projector: Projector,
-    rk: Rk4,
+    rk: Integrator,
     tau: Vec<f64>,
     /// q, then β.
     pub x: Vec<f64>,
@@ -74,7 +75,7 @@ impl Run {
         Self {
             ws: Workspace::new(&tree),
             projector: Projector::new(&tree),
-            rk: Rk4::new(x.len()),
+            rk: rk4(x.len()),
             tau: vec![0.0; tree.nv()],
             closer,
             solver,
@@ -90,7 +91,7 @@ impl Run {
     pub fn step(&mut self, h: f64) {
         let Self { problem, tree, ws, solver, tau, rk, x, t, lost, contradiction, .. } = self;
         let nq = tree.nq();
-        let mut f = |_: f64, x: &[f64], out: &mut [f64]| {
+        let f = |_: f64, x: &[f64], out: &mut [f64]| {
             let (q, v) = x.split_at(nq);
             let (qdot, vdot) = out.split_at_mut(nq);
             kinematics(tree, ws, q, v);
@@ -111,9 +112,7 @@ impl Run {
             *contradiction = contradiction.max(report.contradiction);
             tree.multibody().qdot(q, v, qdot);
         };
-        let mut k1 = vec![0.0; x.len()];
-        f(*t, x, &mut k1);
-        rk.step(*t, h, x, &k1, f);
+        rk.step_fixed(&mut Field(f), *t, h, x, None).unwrap();
         self.t += h;
         let (q, v) = self.x.split_at_mut(nq);
         let (ws, p) = (&mut self.ws, &mut self.projector);
@@ -301,11 +300,14 @@ pub fn a02_angle(windows: usize, t: f64) -> [f64; 2] {
 
 fn integrate(x: &mut [f64], t: f64, h: f64, f: impl Fn(f64, &[f64], &mut [f64])) {
     let n = (t / h).ceil() as usize;
-    let (h, mut rk, mut k1) = (t / n as f64, Rk4::new(x.len()), vec![0.0; x.len()]);
+    let (h, mut rk) = (t / n as f64, rk4(x.len()));
     for _ in 0..n {
-        f(0.0, x, &mut k1);
-        rk.step(0.0, h, x, &k1, &f);
+        rk.step_fixed(&mut Field(&f), 0.0, h, x, None).unwrap();
     }
+}
+
+fn rk4(n: usize) -> Integrator {
+    Integrator::new(Method::by_name("rk4").unwrap(), n)
 }
 
 /// A03: Andrews' squeezer. Coordinates by name of body: K1 β, K2 θ, K3 γ, K4 φ, K5 δ, K6 Ω, K7 ε.
