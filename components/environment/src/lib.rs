@@ -1,11 +1,16 @@
 //! Component library: environment. Terrain, gravity, air and sun as services.
+#![allow(non_snake_case)]
 
 pub mod air;
 pub mod dem;
 pub mod fields;
 pub mod generator;
+pub mod gravity;
 pub mod height_field;
 pub mod mars_sun;
+pub mod planet;
+pub mod planet_air;
+pub mod planet_sun;
 pub mod random;
 pub mod soil;
 pub mod terrain;
@@ -21,6 +26,12 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::service::<fields::UniformGravity>(),
         Entry::service::<fields::PointMassGravity>(),
         Entry::service::<fields::ExponentialAtmosphere>(),
+        Entry::service::<gravity::SphericalHarmonics>(),
+        Entry::service::<gravity::ZonalGravity>(),
+        Entry::service::<planet_air::StandardAtmosphere>(),
+        Entry::service::<planet_air::MsisAtmosphere>(),
+        Entry::service::<planet_air::MarsAtmosphere>(),
+        Entry::service::<planet_sun::EphemerisSun>(),
         Entry::service::<fields::MarsSun>(),
         Entry::service::<fields::FixedSun>(),
     ]
@@ -33,7 +44,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_documented() {
         let all = Catalogue::new([super::catalogue()]);
-        assert_eq!(all.iter().count(), 8);
+        assert_eq!(all.iter().count(), 14);
         assert!(all.iter().all(|e| !e.description.doc.is_empty()));
     }
 }

@@ -1,0 +1,371 @@
+//! Gravity of planets: `environment.spherical_harmonics`, `environment.zonal_gravity`.
+//! ```text
+//! a_I = R_IP ∇V(R_IPᵀ p)  +  Σ_k third body k             R_IP at the time of the stage
+//! V   = μ/r Σ_n (R/r)ⁿ Σ_m P̄_nm(sin φ)(C̄_nm cos mλ + S̄_nm sin mλ)        Pines 1973, no singular poles
+//! third body:  a = −μ₃/|r − s|³ (r + f s)                  Battin: what it does to the craft minus what it does to the planet
+//! zonal: V = μ/r (1 − Σ J_n (R/r)ⁿ P_n(z/r))
+//! ```
+//! A series of high degree means nothing below the planet's surface.
+
+use crate::planet::{Centre, PlanetParams, fault};
+use linkwork_runtime::prelude::*;
+use linkwork_world::ephemeris::{Analytic, Body, Ephemeris, Sampled};
+use linkwork_world::gravity::{Format, Harmonics, Keep, read, third_body, zonal};
+use linkwork_world::planet::{
+    Epoch, MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS, Rotation,
+};
+
+/// Layouts of coefficient files.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FieldFormat {
+    /// `.cof` of GMAT.
+    Gmat,
+    /// Text of Basilisk: header, then n, m, C, S; metres.
+    Basilisk,
+    /// `.gfc` of ICGEM.
+    Icgem,
+    /// SHADR of the Planetary Data System; kilometres.
+    Shadr,
+}
+
+/// Bodies that pull from afar.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Third {
+    /// The Sun.
+    Sun,
+    /// The Moon.
+    Moon,
+    /// The Earth.
+    Earth,
+    /// Venus.
+    Venus,
+    /// Mars.
+    Mars,
+    /// Jupiter and its moons.
+    Jupiter,
+}
+
+impl Third {
+    fn body(self) -> (Body, f64) {
+        match self {
+            Third::Sun => (Body::Sun, MU_SUN),
+            Third::Moon => (Body::Moon, MU_MOON),
+            Third::Earth => (Body::Earth, MU_EARTH),
+            Third::Venus => (Body::Venus, MU_VENUS),
+            Third::Mars => (Body::Mars, MU_MARS),
+            Third::Jupiter => (Body::Jupiter, MU_JUPITER),
+        }
+    }
+}
+
+/// A field of harmonics, the planet that carries it, and who else pulls.
+#[derive(Params, Clone, Debug)]
+pub struct HarmonicsParams {
+    /// File of coefficients.
+    pub file: String,
+    /// Its layout: gmat, basilisk, icgem, shadr.
+    pub format: FieldFormat,
+    /// Highest degree.
+    #[param(default = 20, range = 0.0..=360.0)]
+    pub degree: usize,
+    /// Highest order; unwritten: the degree.
+    #[param(range = 0.0..=360.0)]
+    pub order: Option<usize>,
+    /// The planet.
+    #[param(default = PlanetParams::of(Centre::Earth))]
+    pub planet: PlanetParams,
+    /// Who else pulls: sun, moon, earth, venus, mars, jupiter; needs an epoch in `planet`.
+    #[param(default = Vec::new())]
+    pub third_bodies: Vec<Third>,
+}
+
+/// A third body: its table, and the ephemeris itself for times that the table has not.
+struct Puller {
+    mu: f64,
+    body: Body,
+    table: Sampled,
+}
+
+/// A field of harmonics on a turning planet, and third bodies.
+pub struct SphericalHarmonics {
+    field: Harmonics,
+    rotation: Rotation,
+    centre: Body,
+    /// TDB at t = 0, days past J2000 in two parts.
+    start: (f64, f64),
+    pullers: Vec<Puller>,
+}
+
+impl SphericalHarmonics {
+    /// From the planet to a third body, m, W; NaN where the ephemeris has nothing (centuries away).
+    fn towards(&self, third: &Puller, t: f64) -> Vec3 {
+        let beyond = || {
+            let now = (self.start.0, self.start.1 + t / 86_400.0);
+            Analytic.state(third.body, self.centre, now)
+        };
+        let state = third.table.at(t).or_else(|_| beyond());
+        state.map_or(Vec3::repeat(f64::NAN), |s| s.position)
+    }
+
+    /// Acceleration (m/s²) of the planet's field alone at `p` (m), both in W.
+    pub fn field(&self, t: f64, p: Vec3) -> Vec3 {
+        let R_IP = self.rotation.at(t).R_IP;
+        R_IP * self.field.acceleration(&(R_IP.inverse() * p))
+    }
+
+    /// Acceleration (m/s²) relative to the planet by the third bodies alone, in the order written.
+    pub fn thirds(&self, t: f64, p: Vec3) -> impl Iterator<Item = Vec3> + '_ {
+        self.pullers.iter().map(move |k| third_body(k.mu, &p, &self.towards(k, t)))
+    }
+}
+
+impl Gravity for SphericalHarmonics {
+    fn acceleration(&self, t: f64, p: Vec3) -> Vec3 {
+        self.thirds(t, p).fold(self.field(t, p), |a, b| a + b)
+    }
+}
+
+/// The pullers and TDB at the epoch.
+fn pullers(p: &HarmonicsParams) -> Result<((f64, f64), Vec<Puller>), BuildError> {
+    if p.third_bodies.is_empty() {
+        return Ok(((0.0, 0.0), Vec::new()));
+    }
+    let epoch: Epoch = p.planet.epoch("a third body")?;
+    let centre = p.planet.body.body();
+    let mut all = Vec::new();
+    for (k, third) in p.third_bodies.iter().enumerate() {
+        let (body, mu) = third.body();
+        let wrong = if body == centre {
+            Some("is the planet itself")
+        } else if p.third_bodies[..k].contains(third) {
+            Some("is named twice")
+        } else {
+            None
+        };
+        if let Some(fact) = wrong {
+            return Err(BuildError::new(format!("the third body {body:?} {fact}"))
+                .help("name each other body once")
+                .at("third_bodies"));
+        }
+        let table = Sampled::new(&Analytic, body, centre, &epoch, p.planet.span)
+            .map_err(|e| fault(&e, "third_bodies"))?;
+        all.push(Puller { mu, body, table });
+    }
+    Ok((epoch.tdb_days(), all))
+}
+
+/// Gravity of a planet from a file of spherical harmonics, turning with the planet, and of third bodies.
+/// W is inertial with the planet at its origin; with `turns: iau` or third bodies its axes are those of the ICRF.
+#[service("environment.spherical_harmonics", Gravity)]
+impl Service for SphericalHarmonics {
+    type Params = HarmonicsParams;
+    fn build(p: HarmonicsParams, files: &Files) -> Result<Self, BuildError> {
+        let path = files.resolve(&p.file).map_err(|e| e.at("file"))?;
+        let text = std::fs::read_to_string(&path).map_err(|e| {
+            BuildError::new(format!("`{}`: {e}", p.file)).help("a text file is wanted").at("file")
+        })?;
+        let format = match p.format {
+            FieldFormat::Gmat => Format::Gmat,
+            FieldFormat::Basilisk => Format::Basilisk,
+            FieldFormat::Icgem => Format::Icgem,
+            FieldFormat::Shadr => Format::Shadr,
+        };
+        let all =
+            read(format, &p.file, &text, Keep::Degree(p.degree)).map_err(|e| fault(&e, "file"))?;
+        let order = p.order.unwrap_or_else(|| p.degree.min(all.order()));
+        let kept = all.truncated(p.degree, order).map_err(|e| fault(&e, "order"))?;
+        let (start, pullers) = pullers(&p)?;
+        Ok(SphericalHarmonics {
+            field: Harmonics::new(&kept),
+            rotation: p.planet.planet()?.rotation,
+            centre: p.planet.body.body(),
+            start,
+            pullers,
+        })
+    }
+}
+
+/// An oblate planet at the origin of W whose axis is z of W.
+#[derive(Params, Clone, Debug)]
+pub struct ZonalParams {
+    /// Gravitational parameter.
+    #[param(unit = "m^3/s^2", default = 3.986_004_418e14, range = 1e-9..)]
+    pub mu: f64,
+    /// Radius that belongs to the coefficients.
+    #[param(unit = "m", default = 6_378_137.0, range = 1e-3..)]
+    pub radius: f64,
+    /// J₂, not normalised; unwritten: the Earth (as J₃ and J₄, zero).
+    #[param(default = 1.082_629_82e-3)]
+    pub j2: f64,
+    /// J₃, not normalised.
+    #[param(default = 0.0)]
+    pub j3: f64,
+    /// J₄, not normalised.
+    #[param(default = 0.0)]
+    pub j4: f64,
+}
+
+/// Point mass and J₂ to J₄.
+pub struct ZonalGravity(ZonalParams);
+
+impl Gravity for ZonalGravity {
+    fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
+        let ZonalParams { mu, radius, j2, j3, j4 } = self.0;
+        zonal(mu, radius, &[j2, j3, j4], &p)
+    }
+}
+
+/// Point mass and zonal harmonics J₂, J₃, J₄ of a planet at the origin of W, its axis along z: how it turns does not matter.
+#[service("environment.zonal_gravity", Gravity)]
+impl Service for ZonalGravity {
+    type Params = ZonalParams;
+    fn build(p: ZonalParams, _: &Files) -> Result<Self, BuildError> {
+        Ok(ZonalGravity(p))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::planet::Turning;
+
+    /// A lopsided field up to degree and order 3, in Basilisk's layout.
+    const FIELD: &str = "\
+6378136.3, 3.986004415e14, 7.2921150E-5, 3, 3, 1, 0.0, 0.0
+0, 0, 1.0, 0.0, 0.0, 0.0
+1, 0, 0.0, 0.0, 0.0, 0.0
+1, 1, 0.0, 0.0, 0.0, 0.0
+2, 0, -4.8416e-04, 0.0, 0.0, 0.0
+2, 1, -2.0e-10, 1.38e-09, 0.0, 0.0
+2, 2, 2.4e-05, -1.4e-05, 0.0, 0.0
+3, 0, 9.57e-07, 0.0, 0.0, 0.0
+3, 1, 2.03e-05, 2.48e-06, 0.0, 0.0
+3, 2, 9.04e-06, -6.19e-06, 0.0, 0.0
+3, 3, 7.21e-06, 1.41e-05, 0.0, 0.0
+";
+
+    fn params() -> HarmonicsParams {
+        HarmonicsParams {
+            file: "field.txt".into(),
+            format: FieldFormat::Basilisk,
+            degree: 3,
+            order: None,
+            planet: PlanetParams { angle: 0.7, ..PlanetParams::of(Centre::Earth) },
+            third_bodies: vec![],
+        }
+    }
+
+    fn built(p: &HarmonicsParams, text: &str) -> Result<SphericalHarmonics, BuildError> {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("field.txt"), text).unwrap();
+        SphericalHarmonics::build(p.clone(), &Files::of(vec![dir.path().to_path_buf()]))
+    }
+
+    const P: Vec3 = Vec3::new(-4_292_653.41, 955_168.47, 5_139_356.57);
+
+    #[test]
+    fn the_field_turns_with_the_planet() {
+        let turning = built(&params(), FIELD).unwrap();
+        let (t, rate) = (4321.0, Centre::Earth.rate());
+        let still = HarmonicsParams {
+            planet: PlanetParams {
+                turns: Turning::Still,
+                angle: 0.7 + rate * t,
+                ..params().planet
+            },
+            ..params()
+        };
+        let still = built(&still, FIELD).unwrap();
+        let (a, b) = (turning.acceleration(t, P), still.acceleration(0.0, P));
+        assert!((a - b).norm() < 1e-14, "{a} {b}");
+        assert!((a - turning.acceleration(0.0, P)).norm() > 1e-4, "the turning matters");
+        assert!(turning.uniform().is_none());
+    }
+
+    #[test]
+    fn degree_and_order_cut_and_zonals_agree_with_the_closed_form() {
+        let p = HarmonicsParams { order: Some(0), ..params() };
+        let cut = built(&p, FIELD).unwrap().acceleration(100.0, P);
+        let (root5, root7) = (5f64.sqrt(), 7f64.sqrt());
+        let j = ZonalParams {
+            mu: 3.986004415e14,
+            radius: 6_378_136.3,
+            j2: 4.8416e-4 * root5,
+            j3: -9.57e-7 * root7,
+            j4: 0.0,
+        };
+        let closed = ZonalGravity::build(j, &Files::default()).unwrap();
+        let want = closed.acceleration(0.0, P);
+        assert!((cut - want).norm() < 1e-14 * want.norm() * 10.0, "{cut} {want}");
+        // And the gradient of its potential, J₄ included.
+        let j = ZonalParams { mu: 4e14, radius: 6.4e6, j2: 1e-3, j3: -2e-3, j4: 3e-3 };
+        let field = ZonalGravity::build(j, &Files::default()).unwrap();
+        let v = |p: Vec3| {
+            let (r, u) = (p.norm(), p.z / p.norm());
+            let p2 = (3.0 * u * u - 1.0) / 2.0;
+            let p3 = (5.0 * u.powi(3) - 3.0 * u) / 2.0;
+            let p4 = (35.0 * u.powi(4) - 30.0 * u * u + 3.0) / 8.0;
+            let k = 6.4e6 / r;
+            4e14 / r * (1.0 - 1e-3 * k * k * p2 + 2e-3 * k.powi(3) * p3 - 3e-3 * k.powi(4) * p4)
+        };
+        for k in 0..3 {
+            let mut e = Vec3::zeros();
+            e[k] = 50.0;
+            let slope = (v(P + e) - v(P - e)) / 100.0;
+            assert!((field.acceleration(0.0, P)[k] - slope).abs() < 1e-8, "{k}");
+        }
+    }
+
+    #[test]
+    fn third_bodies_raise_a_tide_and_go_on_beyond_their_table() {
+        let epoch = Some("2012-08-06 00:00:00 UTC".to_string());
+        let planet = PlanetParams { epoch, span: 3600.0, ..PlanetParams::of(Centre::Earth) };
+        let p = HarmonicsParams { planet, third_bodies: vec![Third::Sun, Third::Moon], ..params() };
+        let g = built(&p, FIELD).unwrap();
+        // Sun and Moon by the plain difference of two pulls.
+        for (k, third) in g.pullers.iter().enumerate() {
+            let s = g.towards(third, 100.0);
+            let plain =
+                (s - P) * (third.mu / (s - P).norm().powi(3)) - s * (third.mu / s.norm().powi(3));
+            let a = g.thirds(100.0, P).nth(k).unwrap();
+            assert!((a - plain).norm() < 1e-12 && a.norm() > 1e-7, "{a} {plain}");
+        }
+        let sum = g.field(100.0, P) + g.thirds(100.0, P).sum::<Vec3>();
+        assert!((g.acceleration(100.0, P) - sum).norm() < 1e-14);
+        // The table ends after an hour; the Moon's place has no jump there.
+        let moon = &g.pullers[1];
+        let (before, after) = (g.towards(moon, 3600.9), g.towards(moon, 3601.1));
+        assert!((after - before).norm() < 300.0 && (before.norm() - 3.9e8).abs() < 4e7);
+    }
+
+    #[test]
+    fn mistakes_have_place_fact_and_remedy() {
+        let told = |p: &HarmonicsParams, text: &str| {
+            let e = built(p, text).err().unwrap();
+            (e.message.clone(), e.help.clone().unwrap(), e.param.clone().unwrap())
+        };
+        let (fact, _, param) = told(&params(), &FIELD.replace("2.4e-05", "?"));
+        assert!(fact.contains("field.txt:7") && fact.contains('?') && param == "file", "{fact}");
+        let (fact, _, _) = told(&params(), FIELD.rsplit_once("3, 3").unwrap().0);
+        assert!(fact.contains("has 3 of its 4 orders"), "{fact}");
+        let (fact, help, _) = told(&HarmonicsParams { degree: 4, ..params() }, FIELD);
+        assert!(fact.contains("degree 3, not 4") && help.contains("ask for less"), "{fact}");
+        let (fact, _, param) = told(&HarmonicsParams { order: Some(4), ..params() }, FIELD);
+        assert!(fact.contains("order 4") && param == "order", "{fact}");
+        let (fact, _, _) = told(&HarmonicsParams { file: "none.txt".into(), ..params() }, FIELD);
+        assert!(fact.contains("none.txt"));
+        let sun = HarmonicsParams { third_bodies: vec![Third::Sun], ..params() };
+        let (fact, _, _) = told(&sun, FIELD);
+        assert!(fact.contains("a third body needs an epoch"), "{fact}");
+        let epoch = Some("2012-08-06 00:00:00 UTC".to_string());
+        let planet = PlanetParams { epoch, ..params().planet };
+        for (thirds, words) in [
+            (vec![Third::Earth], "is the planet itself"),
+            (vec![Third::Moon, Third::Moon], "is named twice"),
+        ] {
+            let p = HarmonicsParams { planet: planet.clone(), third_bodies: thirds, ..params() };
+            let (fact, _, param) = told(&p, FIELD);
+            assert!(fact.contains(words) && param == "third_bodies", "{fact}");
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! The planet around which a simulation is: what gravity and air fixed to a planet share.
+//! ```text
+//! W = I     inertial axes, origin at the planet's centre; t = 0 is the epoch, t counts seconds of TT
+//! p_P = R_IPᵀ p_I                       fixed: R_IP = R_z(angle + rate t)
+//!                                       iau:   Earth IAU 2006/2000A (W = GCRS), Mars and Moon IAU 2009 (W = ICRF)
+//! v_air = ω_I × p_I + R_IP R_PE w       w: wind over the ground, east-north-up
+//! ```
+//! Everything is evaluated at the time that the caller names, which is the integrator's stage.
+
+use linkwork_runtime::prelude::*;
+use linkwork_world::WorldError;
+use linkwork_world::ephemeris::Body;
+use linkwork_world::planet::rotation::{Earth, EarthParameters, FixedRate};
+use linkwork_world::planet::{Ellipsoid, Epoch, Geodetic, Rotation, Spin};
+
+/// A mistake that the physics found, as the runtime tells it: the fact, the remedy, the parameter.
+pub(crate) fn fault(e: &WorldError, param: &str) -> BuildError {
+    let text = e.to_string();
+    let (fact, help) = text.split_once("\n  help: ").unwrap_or((&text, "see the documentation"));
+    BuildError::new(fact).help(help).at(param)
+}
+
+/// Bodies that have a shape and a rotation here.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Centre {
+    /// The Earth.
+    Earth,
+    /// Mars.
+    Mars,
+    /// The Moon.
+    Moon,
+}
+
+impl Centre {
+    /// As the ephemerides name it.
+    pub fn body(self) -> Body {
+        match self {
+            Centre::Earth => Body::Earth,
+            Centre::Mars => Body::Mars,
+            Centre::Moon => Body::Moon,
+        }
+    }
+
+    /// Mean sidereal rate, rad/s: IERS; IAU 2009 (350.89198226 and 13.17635815 deg/day).
+    pub fn rate(self) -> f64 {
+        match self {
+            Centre::Earth => 7.292_115e-5,
+            Centre::Mars => 350.891_982_26_f64.to_radians() / 86_400.0,
+            Centre::Moon => 13.176_358_15_f64.to_radians() / 86_400.0,
+        }
+    }
+
+    /// Ellipsoid for heights.
+    pub fn ellipsoid(self) -> Ellipsoid {
+        match self {
+            Centre::Earth => Ellipsoid::wgs84(),
+            Centre::Mars => Ellipsoid::mars(),
+            Centre::Moon => Ellipsoid::moon(),
+        }
+    }
+}
+
+/// How a planet turns in W.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turning {
+    /// Not at all: W is fixed to the planet's axes at `angle`.
+    Still,
+    /// About z of W at one rate.
+    Fixed,
+    /// Pole and meridian of the IAU; needs an epoch.
+    Iau,
+}
+
+/// A planet: shape, rotation, and when the simulation begins.
+#[derive(Params, Clone, Debug)]
+pub struct PlanetParams {
+    /// Which body.
+    #[param(default = Centre::Earth)]
+    pub body: Centre,
+    /// How it turns: still, fixed (about z of W), iau (W is then the ICRF).
+    #[param(default = Turning::Fixed)]
+    pub turns: Turning,
+    /// Rate about z of W for `fixed`; unwritten: the body's own.
+    #[param(unit = "rad/s")]
+    pub rate: Option<f64>,
+    /// Angle from x of W to the prime meridian at t = 0, for `still` and `fixed`.
+    #[param(unit = "rad", default = 0.0)]
+    pub angle: f64,
+    /// Date of t = 0, such as 2012-08-06 05:17:57 UTC (or TAI, TT, TDB).
+    #[param(default = None)]
+    pub epoch: Option<String>,
+    /// How long tables of the Earth's axis and of Sun and Moon are made for; beyond it they are computed
+    /// anew at each look, a thousand times slower.
+    #[param(unit = "s", default = 172_800.0, range = 1.0..=1e9)]
+    pub span: f64,
+    /// UT1 − UTC at the epoch, for the Earth; 0 is wrong by up to 0.9 s, 400 m on the ground.
+    #[param(unit = "s", default = 0.0, range = -1.0..=1.0)]
+    pub dut1: f64,
+    /// Coordinates x, y of the Earth's pole, rad.
+    #[param(default = [0.0, 0.0])]
+    pub pole: [f64; 2],
+    /// Equatorial radius for heights; unwritten: the body's (WGS 84, IAU).
+    #[param(unit = "m", range = 1.0..)]
+    pub radius: Option<f64>,
+    /// Flattening for heights; unwritten: the body's.
+    #[param(range = 0.0..=0.5)]
+    pub flattening: Option<f64>,
+}
+
+impl PlanetParams {
+    /// A body that turns about z of W at its own rate.
+    pub fn of(body: Centre) -> PlanetParams {
+        PlanetParams {
+            body,
+            turns: Turning::Fixed,
+            rate: None,
+            angle: 0.0,
+            epoch: None,
+            span: 172_800.0,
+            dut1: 0.0,
+            pole: [0.0, 0.0],
+            radius: None,
+            flattening: None,
+        }
+    }
+
+    /// The epoch; `why` says what needs it.
+    pub fn epoch(&self, why: &str) -> Result<Epoch, BuildError> {
+        let Some(text) = &self.epoch else {
+            return Err(BuildError::new(format!("{why} needs an epoch, and there is none"))
+                .help("write `epoch: \"2012-08-06 05:17:57 UTC\"` in `planet`")
+                .at("planet"));
+        };
+        Epoch::parse(text).map_err(|e| fault(&e, "planet"))
+    }
+
+    fn rotation(&self) -> Result<Rotation, BuildError> {
+        let fixed = |rate: f64| FixedRate::about_z(self.angle, rate).map(Rotation::Fixed);
+        let made = match (self.turns, self.body) {
+            (Turning::Still, _) => fixed(0.0),
+            (Turning::Fixed, body) => fixed(self.rate.unwrap_or_else(|| body.rate())),
+            (Turning::Iau, Centre::Mars) => Ok(Rotation::mars(&self.epoch("`turns: iau`")?)),
+            (Turning::Iau, Centre::Moon) => Ok(Rotation::moon(&self.epoch("`turns: iau`")?)),
+            (Turning::Iau, Centre::Earth) => {
+                let epoch = self.epoch("`turns: iau`")?;
+                let bulletin = EarthParameters {
+                    dut1: self.dut1,
+                    pole: self.pole,
+                    ..EarthParameters::default()
+                };
+                Earth::new(&epoch, bulletin, self.span).map(|e| Rotation::Earth(Box::new(e)))
+            }
+        };
+        made.map_err(|e| fault(&e, "planet"))
+    }
+
+    /// Checks it and makes its tables.
+    pub fn planet(&self) -> Result<Planet, BuildError> {
+        if self.rate.is_some() && self.turns != Turning::Fixed {
+            return Err(BuildError::new("`rate` is written, but the planet does not turn by it")
+                .help("remove `rate`, or write `turns: fixed`")
+                .at("planet"));
+        }
+        let own = self.body.ellipsoid();
+        let radius = self.radius.unwrap_or_else(|| own.equatorial_radius());
+        let flattening = self.flattening.unwrap_or_else(|| own.flattening());
+        let ellipsoid = Ellipsoid::new(radius, flattening).map_err(|e| fault(&e, "planet"))?;
+        Ok(Planet { ellipsoid, rotation: self.rotation()? })
+    }
+}
+
+/// A layer of wind over the ground.
+#[derive(Params, Clone, Debug)]
+pub struct WindLayer {
+    /// Height above the ellipsoid.
+    #[param(unit = "m")]
+    pub altitude: f64,
+    /// Velocity of the air to the east: a wind *from* the west is positive.
+    #[param(unit = "m/s", default = 0.0)]
+    pub east: f64,
+    /// Velocity of the air to the north.
+    #[param(unit = "m/s", default = 0.0)]
+    pub north: f64,
+    /// Velocity of the air upwards.
+    #[param(unit = "m/s", default = 0.0)]
+    pub up: f64,
+}
+
+/// Shape and rotation, ready to be evaluated.
+#[derive(Clone, Debug)]
+pub struct Planet {
+    /// Shape for heights.
+    pub ellipsoid: Ellipsoid,
+    /// Rotation in W.
+    pub rotation: Rotation,
+}
+
+impl Planet {
+    /// The spin at t (s) and the geodetic place of a point (m, W); no place within 43 km of the centre.
+    pub fn place(&self, t: f64, p: Vec3) -> (Spin, Option<Geodetic>) {
+        let spin = self.rotation.at(t);
+        let place = self.ellipsoid.geodetic(&(spin.R_IP.inverse() * p)).ok();
+        (spin, place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(p: &PlanetParams) -> BuildError {
+        p.planet().err().unwrap()
+    }
+
+    #[test]
+    fn bodies_turn_at_their_own_rate_or_the_written_one() {
+        for (body, day) in
+            [(Centre::Earth, 86_164.1), (Centre::Mars, 88_642.66), (Centre::Moon, 2_360_591.5)]
+        {
+            let planet = PlanetParams::of(body).planet().unwrap();
+            let turn = planet.rotation.at(day).R_IP * Vec3::x();
+            assert!((turn - Vec3::x()).norm() < 1e-5, "{body:?}: {turn}");
+            // A quarter of a day later east is where the meridian points: the turning is eastward.
+            assert!((planet.rotation.at(day / 4.0).R_IP * Vec3::x() - Vec3::y()).norm() < 1e-5);
+        }
+        let p = PlanetParams { rate: Some(0.01), angle: 0.5, ..PlanetParams::of(Centre::Mars) };
+        let x = p.planet().unwrap().rotation.at(20.0).R_IP * Vec3::x();
+        assert!((x - Vec3::new(0.7f64.cos(), 0.7f64.sin(), 0.0)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn the_iau_rotation_is_the_bodys_own() {
+        let epoch = Some("2007-11-20 00:00:00 UTC".to_string());
+        for (body, rate) in [(Centre::Earth, 7.292_115e-5), (Centre::Mars, 7.088_218e-5)] {
+            let p = PlanetParams {
+                turns: Turning::Iau,
+                epoch: epoch.clone(),
+                ..PlanetParams::of(body)
+            };
+            let point = Vec3::new(0.0, 7e6, 1e6);
+            let (spin, place) = p.planet().unwrap().place(3600.0, point);
+            assert!((spin.omega_I.norm() - rate).abs() < 1e-10, "{}", spin.omega_I.norm());
+            // Latitude counts from the body's own equator; geodetic and geocentric are 0.3° apart.
+            let sine = (spin.R_IP * Vec3::z()).dot(&point) / point.norm();
+            assert!((place.unwrap().latitude.sin() - sine).abs() < 0.005);
+        }
+        // The pole of Mars leans by 37° from that of the Earth.
+        let p = PlanetParams { turns: Turning::Iau, epoch, ..PlanetParams::of(Centre::Mars) };
+        let pole = p.planet().unwrap().rotation.at(0.0).R_IP * Vec3::z();
+        assert!((pole.z - 52.88_f64.to_radians().sin()).abs() < 1e-3, "{pole}");
+    }
+
+    #[test]
+    fn mistakes_have_fact_and_remedy() {
+        let iau = PlanetParams { turns: Turning::Iau, ..PlanetParams::of(Centre::Earth) };
+        let e = refused(&iau);
+        assert!(e.message.contains("needs an epoch") && e.help.unwrap().contains("epoch: "));
+        let e = refused(&PlanetParams { epoch: Some("noon".into()), ..iau.clone() });
+        assert!(e.message.contains("`noon` is no epoch") && e.help.unwrap().contains("UTC"));
+        assert_eq!(e.param.as_deref(), Some("planet"));
+        let date = Some("2012-08-06 05:17:57 UTC".to_string());
+        let e = refused(&PlanetParams { epoch: date.clone(), pole: [0.3, 0.2], ..iau.clone() });
+        assert!(e.message.contains("pole"), "arc seconds taken for radians: {}", e.message);
+        let e = refused(&PlanetParams { epoch: date, rate: Some(1e-4), ..iau });
+        assert!(e.message.contains("`rate`") && e.help.unwrap().contains("fixed"));
+    }
+}

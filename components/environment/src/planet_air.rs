@@ -1,0 +1,322 @@
+//! Air that turns with its planet: `environment.us76`, `environment.msis`, `environment.mars_air`.
+//! ```text
+//! h     geodetic height above the planet's ellipsoid
+//! wind  ω_I × p + R_IP R_PE w(h)        what drag sees as moving air; w: straight lines between layers, east-north-up
+//! us76  NOAA-S/T 76-1562; heights are turned into geopotential ones with r₀ = 6356766 m inside
+//! msis  NRLMSISE-00 (Picone et al. 2002); p = k T Σ n, a = √(γ p/ρ)
+//! mars  a Mars-GRAM table (ln ρ and T linear between rows), or one line each: p = 699 e^(−0.00009 h)
+//! ```
+//! Nearer to the centre than 43 km (Earth) there is no geodetic height and the numbers are NaN.
+
+use crate::planet::{Centre, Planet, PlanetParams, WindLayer, fault};
+use linkwork_runtime::prelude::*;
+use linkwork_world::atmosphere::{
+    self as world, Gas, Layout, Magnetic, Msis, Outside, SpaceWeather, Table, Us76, WindProfile,
+};
+use linkwork_world::planet::{Epoch, Geodetic};
+
+/// Boltzmann's constant, J/K (exact).
+const BOLTZMANN: f64 = 1.380_649e-23;
+/// Highest place of NRLMSISE-00 here, m.
+const MSIS_TOP: f64 = 2e6;
+
+/// The ground under the air, and the wind over it.
+struct Around {
+    planet: Planet,
+    winds: Option<WindProfile>,
+}
+
+impl Around {
+    fn new(planet: &PlanetParams, winds: &[WindLayer]) -> Result<Around, BuildError> {
+        let entries: Vec<(f64, Vec3)> =
+            winds.iter().map(|w| (w.altitude, Vec3::new(w.east, w.north, w.up))).collect();
+        let winds = match entries.is_empty() {
+            true => None,
+            false => Some(WindProfile::new(entries).map_err(|e| fault(&e, "winds"))?),
+        };
+        Ok(Around { planet: planet.planet()?, winds })
+    }
+
+    /// The air at `p`, given what it is at a geodetic place.
+    fn air(&self, t: f64, p: Vec3, gas: impl FnOnce(&Geodetic) -> world::Air) -> Air {
+        let (spin, place) = self.planet.place(t, p);
+        let Some(place) = place else {
+            let nan = f64::NAN;
+            return Air {
+                density: nan,
+                pressure: nan,
+                temperature: nan,
+                speed_of_sound: nan,
+                wind: Vec3::repeat(nan),
+            };
+        };
+        let over_ground = self
+            .winds
+            .as_ref()
+            .map_or(Vec3::zeros(), |w| spin.R_IP * (place.east_north_up() * w.at(place.altitude)));
+        let a = gas(&place);
+        Air {
+            density: a.density,
+            pressure: a.pressure,
+            temperature: a.temperature,
+            speed_of_sound: a.sound_speed,
+            wind: spin.omega_I.cross(&p) + over_ground,
+        }
+    }
+}
+
+/// The standard atmosphere around a planet.
+#[derive(Params, Clone, Debug)]
+pub struct Us76Params {
+    /// Shape and rotation.
+    #[param(default = PlanetParams::of(Centre::Earth))]
+    pub planet: PlanetParams,
+    /// Wind over the ground by height, in rising order; none: still air that turns with the planet.
+    #[param(default = Vec::new())]
+    pub winds: Vec<WindLayer>,
+}
+
+/// US Standard Atmosphere 1976 around a planet.
+pub struct StandardAtmosphere {
+    around: Around,
+    model: Us76,
+}
+
+impl Atmosphere for StandardAtmosphere {
+    fn air(&self, t: f64, p: Vec3) -> Air {
+        self.around.air(t, p, |place| self.model.at(place.altitude))
+    }
+}
+
+/// US Standard Atmosphere 1976 from −5 to 1000 km above an ellipsoid that turns, with winds.
+#[service("environment.us76", Atmosphere)]
+impl Service for StandardAtmosphere {
+    type Params = Us76Params;
+    fn build(p: Us76Params, _: &Files) -> Result<Self, BuildError> {
+        Ok(StandardAtmosphere { around: Around::new(&p.planet, &p.winds)?, model: Us76::new() })
+    }
+}
+
+/// NRLMSISE-00: the date is in `planet`.
+#[derive(Params, Clone, Debug)]
+pub struct MsisParams {
+    /// The Earth, its rotation and the epoch.
+    pub planet: PlanetParams,
+    /// Solar flux at 10.7 cm of the day before, 1e-22 W/(m² Hz).
+    #[param(default = 150.0, range = 1.0..=500.0)]
+    pub f107: f64,
+    /// Its mean over 81 days; unwritten: as `f107`.
+    #[param(range = 1.0..=500.0)]
+    pub f107_mean: Option<f64>,
+    /// Daily magnetic index A_p.
+    #[param(default = 4.0, range = 0.0..=400.0)]
+    pub ap: f64,
+    /// Wind over the ground by height, in rising order.
+    #[param(default = Vec::new())]
+    pub winds: Vec<WindLayer>,
+}
+
+/// NRLMSISE-00 around the Earth.
+pub struct MsisAtmosphere {
+    around: Around,
+    model: Msis,
+    epoch: Epoch,
+    weather: SpaceWeather,
+}
+
+impl MsisAtmosphere {
+    /// The model's air; below 0 m as at 0 m, above 2000 km nothing.
+    fn at(&self, t: f64, place: &Geodetic) -> world::Air {
+        let inside = Geodetic { altitude: place.altitude.clamp(0.0, MSIS_TOP), ..*place };
+        let found = self.model.at(&self.epoch.plus(t), &inside, &self.weather);
+        let Ok(air) = found else {
+            let nan = f64::NAN;
+            return world::Air { density: nan, temperature: nan, pressure: nan, sound_speed: nan };
+        };
+        let pressure = air.species.iter().sum::<f64>() * BOLTZMANN * air.temperature;
+        let sound_speed = (Gas::EARTH.gamma * pressure / air.density).sqrt();
+        let share = if place.altitude > MSIS_TOP { 0.0 } else { 1.0 };
+        world::Air {
+            density: air.density * share,
+            temperature: air.temperature,
+            pressure: pressure * share,
+            sound_speed,
+        }
+    }
+}
+
+impl Atmosphere for MsisAtmosphere {
+    fn air(&self, t: f64, p: Vec3) -> Air {
+        self.around.air(t, p, |place| self.at(t, place))
+    }
+}
+
+/// NRLMSISE-00 of the Earth by date, place, hour and the Sun's mood, 0 to 2000 km; 5 µs a look.
+#[service("environment.msis", Atmosphere)]
+impl Service for MsisAtmosphere {
+    type Params = MsisParams;
+    fn build(p: MsisParams, _: &Files) -> Result<Self, BuildError> {
+        if p.planet.body != Centre::Earth {
+            return Err(BuildError::new("NRLMSISE-00 is the air of the Earth")
+                .help("write `body: earth` in `planet`, or take another atmosphere")
+                .at("planet"));
+        }
+        let epoch = p.planet.epoch("NRLMSISE-00")?;
+        let weather = SpaceWeather {
+            f107: p.f107,
+            f107_mean: p.f107_mean.unwrap_or(p.f107),
+            magnetic: Magnetic::Daily(p.ap),
+        };
+        let around = Around::new(&p.planet, &p.winds)?;
+        Ok(MsisAtmosphere { around, model: Msis::new(), epoch, weather })
+    }
+}
+
+/// The air of Mars.
+#[derive(Params, Clone, Debug)]
+pub struct MarsAirParams {
+    /// Output of Mars-GRAM with columns HgtMOLA, Denkgm3, Temp; unwritten: the simple model, which holds below 30 km.
+    #[param(default = None)]
+    pub table: Option<String>,
+    /// Shape and rotation.
+    #[param(default = PlanetParams::of(Centre::Mars))]
+    pub planet: PlanetParams,
+    /// Wind over the ground by height, in rising order.
+    #[param(default = Vec::new())]
+    pub winds: Vec<WindLayer>,
+}
+
+/// A table of Mars-GRAM or the simple model, around Mars.
+pub struct MarsAtmosphere {
+    around: Around,
+    table: Option<Table>,
+}
+
+impl Atmosphere for MarsAtmosphere {
+    fn air(&self, t: f64, p: Vec3) -> Air {
+        self.around.air(t, p, |place| match &self.table {
+            Some(table) => table.at(place.altitude),
+            None => world::mars_simple(place.altitude),
+        })
+    }
+}
+
+/// The air of Mars from a Mars-GRAM table, or as one line each; heights are above the ellipsoid, the areoid
+/// differs from it by up to 2 km. Beyond the table density goes on with its last slope.
+#[service("environment.mars_air", Atmosphere)]
+impl Service for MarsAtmosphere {
+    type Params = MarsAirParams;
+    fn build(p: MarsAirParams, files: &Files) -> Result<Self, BuildError> {
+        let around = Around::new(&p.planet, &p.winds)?;
+        let Some(name) = &p.table else { return Ok(MarsAtmosphere { around, table: None }) };
+        let path = files.resolve(name).map_err(|e| e.at("table"))?;
+        let text = std::fs::read_to_string(&path).map_err(|e| {
+            BuildError::new(format!("`{name}`: {e}")).help("a text file is wanted").at("table")
+        })?;
+        let table = Table::read(name, &text, &Layout::MARS_GRAM, Outside::Continue, Gas::MARS)
+            .map_err(|e| fault(&e, "table"))?;
+        Ok(MarsAtmosphere { around, table: Some(table) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::planet::Turning;
+
+    fn earth() -> PlanetParams {
+        PlanetParams { rate: Some(1e-4), angle: 0.4, ..PlanetParams::of(Centre::Earth) }
+    }
+
+    #[test]
+    fn the_standard_atmosphere_moves_with_the_ground_and_the_wind() {
+        // 20 ft/s from the west at the ground, more above: NESC's case 8 upside down.
+        let layer = |altitude: f64, east: f64| WindLayer { altitude, east, north: 1.0, up: 0.0 };
+        let winds = vec![layer(0.0, 6.0), layer(10_000.0, 16.0)];
+        let p = Us76Params { planet: earth(), winds };
+        let air = StandardAtmosphere::build(p, &Files::default()).unwrap();
+        let (t, r) = (3000.0, 6_378_137.0 + 5000.0);
+        // A point above the equator, at longitude 0.4 after the turning.
+        let at: f64 = 0.4 + 1e-4 * t + 0.4;
+        let (up, east) = (Vec3::new(at.cos(), at.sin(), 0.0), Vec3::new(-at.sin(), at.cos(), 0.0));
+        let a = air.air(t, up * r);
+        assert!((a.wind - (east * (1e-4 * r + 11.0) + Vec3::z())).norm() < 1e-8, "{}", a.wind);
+        // The standard's table at 5 km.
+        assert!((a.temperature - 255.676).abs() < 1e-2 && (a.density - 0.736_43).abs() < 1e-4);
+        assert!((a.pressure / 54_048.0 - 1.0).abs() < 1e-4, "{}", a.pressure);
+        // Height counts from the ellipsoid: at the pole it is 21.4 km further in.
+        let pole = air.air(t, Vec3::z() * (6_356_752.314 + 5000.0));
+        assert!((pole.density - a.density).abs() < 1e-7);
+        assert!(air.air(t, Vec3::zeros()).density.is_nan());
+    }
+
+    #[test]
+    fn msis_knows_day_and_night_and_ends_above() {
+        let epoch = Some("2012-08-06 05:17:57 UTC".to_string());
+        let planet = PlanetParams { turns: Turning::Iau, epoch, ..PlanetParams::of(Centre::Earth) };
+        let p = MsisParams { planet, f107: 150.0, f107_mean: None, ap: 4.0, winds: vec![] };
+        let air = MsisAtmosphere::build(p.clone(), &Files::default()).unwrap();
+        // Early August: the Sun is at right ascension 136°; the bulge is some 30° behind.
+        let at = |degrees: f64, h: f64| {
+            let l = degrees.to_radians();
+            air.air(0.0, Vec3::new(l.cos(), l.sin(), 0.0) * (6_378_137.0 + h))
+        };
+        let (day, night) = (at(166.0, 4e5), at(346.0, 4e5));
+        assert!(day.density > 2.0 * night.density && day.temperature > night.temperature + 100.0);
+        assert!(day.density > 1e-12 && day.density < 2e-11, "{}", day.density);
+        let ground = at(50.0, 0.0);
+        assert!(
+            (ground.density - 1.18).abs() < 0.05 && (ground.speed_of_sound - 346.0).abs() < 6.0
+        );
+        assert!((ground.pressure / 101_325.0 - 1.0).abs() < 0.02, "{}", ground.pressure);
+        assert_eq!(at(50.0, 2.1e6).density, 0.0);
+        let mars = MsisParams { planet: PlanetParams::of(Centre::Mars), ..p.clone() };
+        let e = MsisAtmosphere::build(mars, &Files::default()).err().unwrap();
+        assert!(e.message.contains("Earth") && e.help.is_some());
+        let no_date = MsisParams { planet: PlanetParams::of(Centre::Earth), ..p };
+        let e = MsisAtmosphere::build(no_date, &Files::default()).err().unwrap();
+        assert!(e.message.contains("needs an epoch"), "{}", e.message);
+    }
+
+    #[test]
+    fn the_air_of_mars_from_a_line_or_a_table() {
+        let planet = PlanetParams::of(Centre::Mars);
+        let p = MarsAirParams { table: None, planet, winds: vec![] };
+        let simple = MarsAtmosphere::build(p.clone(), &Files::default()).unwrap();
+        let point = |h: f64| Vec3::x() * (3_396_190.0 + h);
+        let a = simple.air(0.0, point(5000.0));
+        let (kelvin, pascal) = (-31.0 - 0.000998 * 5000.0 + 273.1, 699.0 * (-0.45f64).exp());
+        assert!((a.temperature - kelvin).abs() < 1e-6 && (a.pressure - pascal).abs() < 1e-6);
+        assert!((a.wind.y - 7.088_218e-5 * 3_401_190.0).abs() < 1e-3, "{}", a.wind);
+
+        let dir = tempfile::tempdir().unwrap();
+        let file = |text: &str| {
+            std::fs::write(dir.path().join("air.txt"), text).unwrap();
+            let files = Files::of(vec![dir.path().to_path_buf()]);
+            MarsAtmosphere::build(
+                MarsAirParams { table: Some("air.txt".into()), ..p.clone() },
+                &files,
+            )
+        };
+        let rows = "HgtMOLA Temp Denkgm3\n0 220 0.02\n10 200 0.005\n20 180 0.002\n";
+        let a = file(rows).unwrap().air(0.0, point(5000.0));
+        assert!((a.density - 0.01).abs() < 1e-9 && (a.temperature - 210.0).abs() < 1e-6);
+        // Place, fact, remedy.
+        let e = file(&rows.replace("200", "hot")).err().unwrap();
+        assert!(e.message.contains("air.txt:3") && e.message.contains("`hot`"), "{}", e.message);
+        assert_eq!(e.param.as_deref(), Some("table"));
+        let e = file(&rows.replace("Denkgm3", "Dens")).err().unwrap();
+        assert!(e.message.contains("no column `Denkgm3`") && e.help.is_some(), "{}", e.message);
+        let missing = MarsAirParams { table: Some("none.txt".into()), ..p };
+        let e = MarsAtmosphere::build(missing, &Files::default()).err().unwrap();
+        assert!(e.message.contains("none.txt"));
+    }
+
+    #[test]
+    fn winds_that_do_not_rise_are_refused() {
+        let layer = |altitude: f64| WindLayer { altitude, east: 1.0, north: 0.0, up: 0.0 };
+        let p = Us76Params { planet: earth(), winds: vec![layer(10.0), layer(10.0)] };
+        let e = StandardAtmosphere::build(p, &Files::default()).err().unwrap();
+        assert!(e.message.contains("altitude 10 m") && e.param.as_deref() == Some("winds"));
+    }
+}
