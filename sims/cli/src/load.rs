@@ -39,7 +39,9 @@ pub fn ready_text(name: &str, text: &str) -> Result<Ready, u8> {
 /// Prints what is allowed and probably not meant, each once.
 pub fn warn(ready: &Ready) {
     let mut told: Vec<&Fault> = Vec::new();
-    for fault in ready.program.phases.iter().flat_map(|p| &p.plan.warnings) {
+    let of_files = ready.loaded.warnings();
+    let of_plans = ready.program.phases.iter().flat_map(|p| &p.plan.warnings);
+    for fault in of_files.iter().chain(of_plans) {
         if told.contains(&fault) {
             continue;
         }
