@@ -1,6 +1,6 @@
 //! What the scheduler calls: operations on flat lanes, with the wiring inside. Models, the
 //! mechanism, contact and foreign units are all blocks; the scheduler knows no other kind.
-use crate::model::{Description, Model};
+use crate::model::{Description, Model, Store};
 use crate::ports::Lanes;
 use crate::time::Clock;
 use crate::value::Value;
@@ -157,6 +157,22 @@ pub(crate) fn copy_into<T: Clone + Send + 'static>(
         Some(old) => old.clone_from(store),
         None => *into = Some(Box::new(store.clone())),
     }
+}
+
+/// A store as bytes; none for a model without.
+pub(crate) fn store_bytes<T: Store>(store: &T) -> Result<Vec<u8>, String> {
+    if std::mem::size_of::<T>() == 0 {
+        return Ok(Vec::new());
+    }
+    rmp_serde::to_vec_named(store).map_err(|e| e.to_string())
+}
+
+/// A store from its bytes.
+pub(crate) fn read_store<T: Store>(store: &mut T, bytes: &[u8]) -> Result<(), String> {
+    if std::mem::size_of::<T>() > 0 {
+        *store = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
+    }
+    Ok(())
 }
 
 /// A built model, not yet wired.
@@ -370,16 +386,10 @@ impl<M: Model> Block for Wired<M> {
         Ok(())
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {
-        if std::mem::size_of::<M::Store>() == 0 {
-            return Ok(Vec::new());
-        }
-        rmp_serde::to_vec_named(&self.store).map_err(|e| e.to_string())
+        store_bytes(&self.store)
     }
     fn load_store(&mut self, bytes: &[u8]) -> Result<(), String> {
-        if std::mem::size_of::<M::Store>() > 0 {
-            self.store = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
-        }
-        Ok(())
+        read_store(&mut self.store, bytes)
     }
     fn copy_store(&self, into: &mut Option<Box<dyn Any + Send>>) {
         if std::mem::size_of::<M::Store>() > 0 {

@@ -1,6 +1,6 @@
 //! Models whose ports follow from their parameters: n wheels, n tanks, a table of thrusters. Lanes are
 //! slices in the order of the ports; the scheduler sees the same block as of any other model.
-use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into};
+use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into, read_store, store_bytes};
 use crate::model::{BuildError, Description, Functions, Store, lanes};
 use crate::params::Params;
 use crate::ports::PortSpec;
@@ -237,16 +237,10 @@ impl<M: SizedModel> Block for WiredSized<M> {
         Ok(())
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {
-        if std::mem::size_of::<M::Store>() == 0 {
-            return Ok(Vec::new());
-        }
-        rmp_serde::to_vec_named(&self.store).map_err(|e| e.to_string())
+        store_bytes(&self.store)
     }
     fn load_store(&mut self, bytes: &[u8]) -> Result<(), String> {
-        if std::mem::size_of::<M::Store>() > 0 {
-            self.store = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
-        }
-        Ok(())
+        read_store(&mut self.store, bytes)
     }
     fn copy_store(&self, into: &mut Option<Box<dyn Any + Send>>) {
         if std::mem::size_of::<M::Store>() > 0 {

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 mod common;
 use common::*;
-use linkwork_multibody::{BodySpec, Builder, Hinge};
+use linkwork_multibody::{BodySpec, Builder, Coordinate, Hinge};
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;
 use linkwork_spatial::{MassProperties, Pose, Vec3};
@@ -131,4 +131,32 @@ fn bindings_that_match_nothing_are_refused() {
     assert!(faults(&s).contains("binding `shaft` is served by a hinge"));
     s.binds[0].bind = "shaftt".into();
     assert!(faults(&s).contains("has no binding `shaftt`\n  help: did you mean `shaft`?"));
+}
+
+#[test]
+fn what_is_probably_not_meant_is_a_warning() {
+    let free = |gravity: Option<&str>, parts: Vec<PartSpec>| {
+        let mut b = Builder::new();
+        let solid = MassProperties::new(1.3, Vec3::zeros(), Matrix3::identity());
+        b.body(BodySpec::new("rock", "world").hinge(Hinge::free()).mass(solid));
+        let multibody = Arc::new(b.build().unwrap());
+        let (q, v) = (multibody.neutral_q(), vec![0.0; 6]);
+        let mut s = spec(parts, &[]);
+        s.set_mechanism(MechanismSpec {
+            gravity: gravity.map(Into::into),
+            ..MechanismSpec::new("Mechanism", multibody, q, v)
+        });
+        plan(&s).warnings.iter().map(|w| format!("{} {:?}", w.message, w.help)).collect::<Vec<_>>()
+    };
+    let [told] = &free(None, vec![])[..] else { panic!("one warning") };
+    assert!(told.contains("`rock` is free") && told.contains("gravity: \\\"none\\\""), "{told}");
+    assert!(free(Some("none"), vec![]).is_empty());
+    // A motion for a hinge that is free is an error, a torque on a prescribed one a warning.
+    let mut s = swing(Integrator::Rk4, 0.001);
+    let m = s.mechanism_mut().unwrap();
+    let arm = m.multibody.body("arm").unwrap();
+    let held = (*m.multibody).clone().with_coordinate(arm, Coordinate::Prescribed);
+    m.multibody = Arc::new(held);
+    let warnings: Vec<String> = plan(&s).warnings.iter().map(|w| w.message.clone()).collect();
+    assert!(warnings.iter().any(|w| w.contains("`hinge arm` is prescribed")), "{warnings:?}");
 }

@@ -248,6 +248,7 @@ impl MechanismPlan {
             text += &format!("{} {} {:?}\n", node.name(), m.get(node.body()).name(), node.pose());
         }
         text += &format!("{:?}\n{:?}\n{:?}\n", m.loops(), m.couplings(), self.treatments);
+        text += &format!("gravity {} {:?}\n", self.gravity.is_some(), self.uniform);
         text += &format!("{:?}\n", self.joints);
         if let Some(contact) = &self.contact {
             text += &format!("{:?} {:?}\n", contact.settings, contact.colliders);

@@ -5,7 +5,7 @@ use crate::compile::{Bound, Host, Lowering};
 use crate::services::{Gravity, ServiceKind, Services};
 use crate::value::{Fault, Origin};
 use linkwork_collision::Colliders;
-use linkwork_multibody::{LoopMotion, Multibody};
+use linkwork_multibody::{Body, LoopMotion, Multibody, SubhingeKind};
 use linkwork_solvers::{CompliantSettings, ContactSettings, Treatment};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -95,7 +95,7 @@ impl Host for MechanismSpec {
         services: &Services,
         out: &mut Lowering<'_>,
     ) -> Box<dyn Prototype> {
-        let gravity = self.find_gravity(services, out.faults);
+        let gravity = self.find_gravity(services, out);
         let ports = super::ports::lower(&self.multibody, bound, out);
         Box::new(MechanismPart::new(self, gravity, ports, out.warnings))
     }
@@ -105,21 +105,33 @@ impl Host for MechanismSpec {
 }
 
 impl MechanismSpec {
-    /// The named field, or the only one; none when there is none.
+    /// The named field, or the only one; none when there is none, or `"none"` is written.
     fn find_gravity(
         &self,
         services: &Services,
-        faults: &mut Vec<Fault>,
+        out: &mut Lowering<'_>,
     ) -> Option<Arc<dyn Gravity>> {
+        if self.gravity.as_deref() == Some("none") {
+            return None;
+        }
         let any = services.iter().any(|(_, o)| o.kind() == ServiceKind::Gravity);
         if self.gravity.is_none() && !any {
+            let free = |b: &&Body| {
+                b.parent().is_none()
+                    && b.subhinges().iter().any(|s| s.subhinge.kind == SubhingeKind::Free)
+            };
+            if let Some(body) = self.multibody.bodies().iter().find(free) {
+                let fact = format!("`{}` is free and there is no gravity", body.name());
+                let help = "add a gravity part, e.g. `environment.uniform_gravity`; for a flight without it write gravity: \"none\"";
+                out.warnings.push(Fault::new(self.origin, fact).help(help));
+            }
             return None;
         }
         match services.find::<dyn Gravity>(self.gravity.as_deref(), &self.path) {
             Ok(handle) => Some(handle.object().clone()),
             Err((message, help)) => {
                 let fact = format!("the mechanism: {message}");
-                faults.push(Fault::new(self.origin, fact).help(help));
+                out.faults.push(Fault::new(self.origin, fact).help(help));
                 None
             }
         }
