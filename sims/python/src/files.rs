@@ -27,6 +27,43 @@ pub struct Machine {
     pub description: Option<Description>,
 }
 
+impl Machine {
+    /// What the file says that kernels on a tree do not know, in words; `None` when there is nothing.
+    pub fn beyond_the_kernels(&self) -> Option<String> {
+        let mut names: Vec<String> =
+            (self.mbs.constraints()).map(|c| self.mbs.constraint_name(c).to_owned()).collect();
+        if let Some(d) = &self.description {
+            names.extend(d.couplings.iter().map(|c| c.name.clone()));
+            names.extend(d.loops.iter().map(|l| l.name.clone()));
+        }
+        names.sort();
+        names.dedup();
+        let lossy = self
+            .mbs
+            .subhinges()
+            .filter(|(_, s)| s.subhinge.damping > 0.0 || s.subhinge.friction.force > 0.0);
+        let mut bodies: Vec<&str> = lossy.map(|(b, _)| self.mbs.get(b).name()).collect();
+        bodies.dedup();
+        let list = |what: &str, names: &[String]| match names {
+            [] => None,
+            [a, b, c, _, ..] => Some(format!("{what} {a}, {b}, {c} and {} more", names.len() - 3)),
+            few => Some(format!("{what} {}", few.join(", "))),
+        };
+        let bodies: Vec<String> = bodies.into_iter().map(str::to_owned).collect();
+        let told = [
+            list("loops and couplings", &names),
+            list("damping or friction of the hinges of", &bodies),
+        ];
+        let told: Vec<String> = told.into_iter().flatten().collect();
+        (!told.is_empty()).then(|| {
+            format!(
+                "{} are left out of the dynamics of a Mechanism\n  help: linkwork.Simulation simulates them",
+                told.join("; ")
+            )
+        })
+    }
+}
+
 /// The mechanism of a file: RON, or what `linkwork_formats` reads.
 pub fn machine(path: &Path, options: &ReadOptions) -> Result<Machine, String> {
     let ron = path.extension().is_none_or(|e| e == "ron");

@@ -29,7 +29,8 @@ pub struct Mechanism {
 /// root: None takes the file as it is; "fixed", "free" or "planar" say how the body that no joint
 /// moves hangs on the world. inertia_check: "physical", or "positive_moments" for published data
 /// that break the triangle inequality of principal moments. packages: folders that hold packages,
-/// for `package://name/..`. What was not used is in `ignored`.
+/// for `package://name/..`. What was not used is in `ignored`. Loops, couplings, damping and friction
+/// are no part of a Mechanism's dynamics: a file that has them gives a UserWarning that names them.
 /// Raises LinkworkError with every mistake in the file, each with its place.
 #[pyfunction]
 #[pyo3(signature = (path, root=None, *, inertia_check="physical", packages=None))]
@@ -46,6 +47,13 @@ pub fn load(
     let package_paths = packages.unwrap_or_default();
     let options = ReadOptions { root, inertia, package_paths, file: None };
     let machine = py.detach(|| crate::files::machine(&path, &options)).map_err(refuse)?;
+    if let Some(text) = machine.beyond_the_kernels() {
+        let text = format!("{}: {text}", path.display());
+        let category = py.get_type::<pyo3::exceptions::PyUserWarning>();
+        // A path may hold anything but a zero.
+        let text = std::ffi::CString::new(text.replace('\0', " ")).unwrap_or_default();
+        PyErr::warn(py, &category, &text, 1)?;
+    }
     let mut core = Core::new(machine.mbs, GRAVITY)?;
     core.initial = machine.initial;
     core.description = machine.description;

@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import threading
+import warnings
 import weakref
 
 import numpy as np
@@ -282,3 +283,12 @@ def test_a_simulation_goes_through_its_phases(tmp_path):
     assert again.phase == "first_separation"
     again.run_until(12)
     assert np.array_equal(again.q, sim.q) and np.array_equal(again.v, sim.v)
+
+
+def test_what_the_kernels_do_not_know_is_a_warning(tmp_path):
+    with pytest.warns(UserWarning, match="couplings.*left out"):
+        rover = lw.load(ROVER)
+    assert rover.nv > 6
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        lw.load("sims/ballistic_entry")
