@@ -176,7 +176,7 @@ pub enum Op {
     Sum(u32),
 }
 
-/// A reduction: dst[k] = Σ sources[j·lanes + k].
+/// A reduction: `dst[k] = Σ sources[j·lanes + k]`, summed over j.
 #[derive(Clone, Debug)]
 pub struct Sum {
     /// First destination lane.
