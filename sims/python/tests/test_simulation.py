@@ -136,7 +136,8 @@ def test_variables_are_read_and_set():
     assert (v.unit, v.role, v.part, v.path) == ("rad/s", "state", "bob", "bob.rate") and v.doc
     assert "bob.rate" in sim and "bob.speed" not in sim
     assert sim.variables("Friction.**").keys() == {"Friction.shaft.angle", "Friction.shaft.rate", "Friction.torque"}
-    assert sim.parts == ["Friction"]
+    # The mechanism is a part like any other.
+    assert sim.parts == ["Friction", "Mechanism"]
 
     rover = lw.Simulation(ROVER)
     chassis = "Rover.Hardware.Chassis/chassis"
@@ -275,7 +276,7 @@ def test_a_simulation_goes_through_its_phases(tmp_path):
     sim.run_until(12)
     assert (sim.phase, sim.q.shape) == ("second_separation", (21,))
     # What a phase has not is NaN in a log, before it is there.
-    there = log["t"] >= 5
+    there = log["t"] > 5  # `time > 5 s` does not hold at 5 s
     for name in ["upper.position.x", "Spring1.extension"]:
         assert np.isnan(log[name][~there]).all() and np.isfinite(log[name][there]).all()
     assert np.isfinite(log["booster.position.x"]).all()
