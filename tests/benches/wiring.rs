@@ -111,6 +111,7 @@ fn chain(n: usize, integrator: linkwork_runtime::Integrator) -> Spec {
         spec.parts.push(part(&format!("p{k:04}"), model, rate));
         if k > 0 {
             spec.wires.push(WireSpec {
+                timing: Default::default(),
                 from: end(format!("p{:04}", k - 1), "y"),
                 to: end(format!("p{k:04}"), "u"),
                 text: String::new(),

@@ -273,7 +273,13 @@ pub fn wire(from: &str, to: &str) -> WireSpec {
         let (part, port) = s.rsplit_once('.').unwrap_or(("", s));
         PortRef { part: part.into(), port: port.into(), index: None }
     };
-    WireSpec { from: end(from), to: end(to), text: format!("{from} -> {to}"), origin: Origin::NONE }
+    WireSpec {
+        from: end(from),
+        to: end(to),
+        timing: Default::default(),
+        text: format!("{from} -> {to}"),
+        origin: Origin::NONE,
+    }
 }
 
 fn mechanism() -> MechanismSpec {

@@ -1,6 +1,8 @@
 //! Component library: flight.
 
 pub mod drag;
+pub mod engine;
+pub mod propellant_tank;
 pub mod radiation_pressure;
 pub mod separation_spring;
 
@@ -10,6 +12,8 @@ use linkwork_runtime::prelude::Entry;
 pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::model::<drag::Drag>(),
+        Entry::model::<engine::Engine>(),
+        Entry::model::<propellant_tank::PropellantTank>(),
         Entry::model::<radiation_pressure::RadiationPressure>(),
         Entry::model::<separation_spring::SeparationSpring>(),
     ]

@@ -110,7 +110,13 @@ impl Wiring<'_> {
         let text = || wire.text.clone();
         let each = from.into_iter().zip(to);
         Ok(each
-            .map(|(from, to)| WireSpec { from, to, text: text(), origin: wire.origin })
+            .map(|(from, to)| WireSpec {
+                from,
+                to,
+                timing: Default::default(),
+                text: text(),
+                origin: wire.origin,
+            })
             .collect())
     }
 

@@ -119,14 +119,9 @@ impl Dofs {
                 }
             }
             let i = v + n - 1;
-            let (b, lane, J) = (&mut d.blocks[i / WIDEST], i % WIDEST, &link.J);
-            b.needs.inertia = true;
-            b.needs.xy |= J.xy != 0.0;
-            b.m[lane] = link.m;
-            let h = [link.h.x, link.h.y, link.h.z];
-            b.h.iter_mut().zip(h).for_each(|(to, x)| to[lane] = x);
-            let J = [J.xx, J.xy, J.xz, J.yy, J.yz, J.zz];
-            b.J.iter_mut().zip(J).for_each(|(to, x)| to[lane] = x);
+            d.blocks[i / WIDEST].needs.inertia = true;
+            d.blocks[i / WIDEST].needs.xy |= link.J.xy != 0.0;
+            d.put_inertia(link);
             last[k + 1] = (i + 1) as u32;
         }
         d.follow(nv);
@@ -134,6 +129,26 @@ impl Dofs {
         let fill = d.link.get(nv.wrapping_sub(1)).copied().unwrap_or(0);
         d.link[nv..].fill(fill);
         d
+    }
+
+    /// Another inertia of a link. From then on its block takes xy terms, whether there is one or not, so that
+    /// the same inertias give the same bits whatever was there before.
+    pub fn set_inertia(&mut self, link: &Link) {
+        let i = link.v as usize + link.kind.nv() - 1;
+        if let Some(block) = self.blocks.get_mut(i / WIDEST) {
+            block.needs.xy = true;
+            self.put_inertia(link);
+        }
+    }
+
+    fn put_inertia(&mut self, link: &Link) {
+        let i = link.v as usize + link.kind.nv() - 1;
+        let (b, lane, J) = (&mut self.blocks[i / WIDEST], i % WIDEST, &link.J);
+        b.m[lane] = link.m;
+        let h = [link.h.x, link.h.y, link.h.z];
+        b.h.iter_mut().zip(h).for_each(|(to, x)| to[lane] = x);
+        let J = [J.xx, J.xy, J.xz, J.yy, J.yz, J.zz];
+        b.J.iter_mut().zip(J).for_each(|(to, x)| to[lane] = x);
     }
 
     /// What units ask for, of a tree with flexible bodies: nothing here follows its structure. A modal dof has the

@@ -83,6 +83,9 @@ pub(crate) struct OnLink {
 pub struct Tree {
     pub(crate) links: Vec<Link>,
     pub(crate) bodies: Vec<OnLink>,
+    /// Bodies by the slot that they move with, and where those of each link begin.
+    welded: Vec<u32>,
+    welded_from: Vec<u32>,
     pub(crate) nodes: Vec<OnLink>,
     /// Frames A and B of each loop.
     pub(crate) anchors: Vec<[OnLink; 2]>,
@@ -137,6 +140,39 @@ impl Tree {
     #[must_use]
     pub fn total_mass(&self) -> f64 {
         self.moving_mass
+    }
+
+    /// Another inertia for a body, about its origin, body axes. What moves with one link is added up
+    /// anew in the order of the bodies, so the result depends on the present inertias alone. Allocates
+    /// at the first call, when the tree was made of a mechanism that others share.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Flexible`] when the body moves with a station of a flexible one.
+    pub fn set_inertia(
+        &mut self,
+        body: BodyId,
+        inertia: RigidInertia,
+    ) -> Result<(), DynamicsError> {
+        let slot = self.bodies[body.index()].slot as usize;
+        if slot > self.links.len() {
+            let body = self.multibody.get(body).name().to_owned();
+            return Err(DynamicsError::Flexible { what: "change of inertia", body });
+        }
+        Arc::make_mut(&mut self.multibody).set_inertia(body, inertia);
+        let Some(link) = slot.checked_sub(1) else { return Ok(()) };
+        let mut sum = RigidInertia::zero();
+        let (from, to) = (self.welded_from[slot] as usize, self.welded_from[slot + 1] as usize);
+        for &b in &self.welded[from..to] {
+            let (at, body) = (&self.bodies[b as usize], &self.multibody.bodies()[b as usize]);
+            sum += body.inertia().rotate_by(&at.R).shift_to_parent(&at.p);
+        }
+        let J = sum.inertia();
+        let link = &mut self.links[link];
+        (link.m, link.h) = (sum.mass(), v3(&sum.h()));
+        link.J = s3(&J);
+        self.dofs.set_inertia(link);
+        self.moving_mass = moving_mass(&self.links, self.flexible.as_deref());
+        Ok(())
     }
 
     /// Places in the work arrays: the world, links, stations of flexible bodies.
@@ -325,14 +361,7 @@ impl Layout {
                 l: v3(&d.X_PL.position),
                 m: d.inertia.mass(),
                 h: v3(&d.inertia.h()),
-                J: S3 {
-                    xx: J[(0, 0)],
-                    xy: J[(0, 1)],
-                    xz: J[(0, 2)],
-                    yy: J[(1, 1)],
-                    yz: J[(1, 2)],
-                    zz: J[(2, 2)],
-                },
+                J: s3(&J),
                 body: d.body,
             });
             multi += u32::from(matches!(d.kind, Kind::Ball | Kind::Free));
@@ -352,6 +381,12 @@ impl Layout {
         let fill = turns.last().copied().unwrap_or_default();
         turns.resize(turning.next_multiple_of(<f64 as Lane>::PACK), fill);
         let nodes: Vec<OnLink> = nodes.collect();
+        let bodies: Vec<OnLink> = self.bodies.iter().map(|(at, X)| on_link(slot(*at), X)).collect();
+        let mut welded: Vec<u32> = (0..bodies.len() as u32).collect();
+        welded.sort_by_key(|b| bodies[*b as usize].slot);
+        let begin =
+            |slot: usize| welded.partition_point(|b| bodies[*b as usize].slot < slot as u32);
+        let welded_from = (0..links.len() + 2).map(|slot| begin(slot) as u32).collect();
         let (mut paths, mut node_paths) = (Vec::new(), Vec::new());
         for n in &nodes {
             let start = paths.len();
@@ -365,8 +400,7 @@ impl Layout {
             node_paths.push(start..paths.len());
         }
         Tree {
-            moving_mass: links.iter().map(|l: &Link| l.m).sum::<f64>()
-                + flexible.as_deref().map_or(0.0, |f| f.stations.iter().map(|s| s.m).sum()),
+            moving_mass: moving_mass(&links, flexible.as_deref()),
             multi: multi as usize,
             dofs: match flexible.as_deref() {
                 None => Dofs::new(&links, mbs.nv()),
@@ -379,7 +413,9 @@ impl Layout {
             nodes,
             paths,
             node_paths,
-            bodies: self.bodies.iter().map(|(at, X)| on_link(slot(*at), X)).collect(),
+            bodies,
+            welded,
+            welded_from,
             links,
             flexible,
             multibody: Arc::new(mbs.clone()),
@@ -395,6 +431,16 @@ fn z_to(axis: &Vec3) -> Quat {
 
 fn v3(v: &Vec3) -> V3<f64> {
     V3 { x: v.x, y: v.y, z: v.z }
+}
+
+fn moving_mass(links: &[Link], flexible: Option<&Flexible>) -> f64 {
+    links.iter().map(|l| l.m).sum::<f64>()
+        + flexible.map_or(0.0, |f| f.stations.iter().map(|s| s.m).sum())
+}
+
+fn s3(J: &Mat3) -> S3<f64> {
+    let [xx, xy, xz] = [J[(0, 0)], J[(0, 1)], J[(0, 2)]];
+    S3 { xx, xy, xz, yy: J[(1, 1)], yz: J[(1, 2)], zz: J[(2, 2)] }
 }
 
 pub(crate) fn m3(m: &Mat3) -> M3<f64> {

@@ -261,6 +261,14 @@ impl Multibody {
         self.body(body).map(|b| self.get(b).v())
     }
 
+    /// Another inertia for a body, about its origin, body axes: propellant was spent, a sample taken.
+    pub fn set_inertia(&mut self, body: BodyId, inertia: RigidInertia) {
+        let body = &mut self.bodies[body.index()];
+        body.inertia = inertia;
+        (body.mass.mass, body.mass.com) = (inertia.mass(), inertia.com());
+        body.mass.inertia_com = inertia.inertia_com();
+    }
+
     /// A body by identifier.
     #[must_use]
     pub fn get(&self, body: BodyId) -> &Body {

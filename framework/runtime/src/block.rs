@@ -29,7 +29,8 @@ pub struct Now {
     /// What it is for.
     pub evaluation: Evaluation,
     /// Number of this evaluation. All operations of one evaluation see one state, so a block may keep
-    /// work between two of them when their numbers are equal, and must not otherwise.
+    /// work that follows from the state between two of them when their numbers are equal, and must not
+    /// otherwise. Inputs may differ: in an algebraic loop they do.
     pub number: u64,
 }
 
@@ -203,15 +204,14 @@ pub trait Prototype: Any + Send + Sync {
         String::new()
     }
     /// State of this part when a run moves here from another plan, in which `old` stood at the same
-    /// path with lanes `x`; `false` when nothing of it can be taken over. Given lanes hold the initial
-    /// state.
+    /// path. `to` (its lanes of x and d) holds the initial state.
     ///
     /// # Errors
     /// Why the two do not go together.
     fn carry(
         &self,
         old: &dyn Prototype,
-        from: (&[f64], &[f64]),
+        from: OldState<'_>,
         to: (&mut [f64], &mut [f64]),
     ) -> Result<Carried, Box<Failure>> {
         let (a, b) = (old.description(), self.description());
@@ -225,10 +225,21 @@ pub trait Prototype: Any + Send + Sync {
         {
             return Ok(Carried::New);
         }
-        to.0.copy_from_slice(from.0);
-        to.1.copy_from_slice(from.1);
+        to.0.copy_from_slice(from.x);
+        to.1.copy_from_slice(from.d);
         Ok(Carried::Whole)
     }
+}
+
+/// The state of a part in the plan that a run leaves.
+#[derive(Clone, Copy, Debug)]
+pub struct OldState<'a> {
+    /// Its continuous lanes.
+    pub x: &'a [f64],
+    /// Its discrete lanes.
+    pub d: &'a [f64],
+    /// All signals of the old plan.
+    pub sig: &'a [f64],
 }
 
 /// What of a part's state a move between plans took over.

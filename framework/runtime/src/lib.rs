@@ -45,8 +45,8 @@ pub use plan::{
     TickWork, Variable, Via, Watched, WirePlan,
 };
 pub use ports::{
-    Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind,
-    PortSpec, Text, Wrench,
+    AddedMass, Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState,
+    PortKind, PortSpec, Text, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
 pub use schedule::Schedule;
@@ -55,7 +55,9 @@ pub use services::{
     ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
 };
 pub use sized::{SizedModel, SizedPorts};
-pub use spec::{Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec};
+pub use spec::{
+    Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
+};
 pub use step::{GuardState, MoveReport, RunError, Simulation, State, Stop, VariableError};
 pub use tap::{Consumer, Group, Overflow, Row as TapRow, Tap};
 pub use time::{Clock, Seconds};
@@ -65,8 +67,8 @@ pub use value::{Fault, Faults, Located, Origin, Sources, Value, did_you_mean, re
 /// What a library of models needs in scope.
 pub mod prelude {
     pub use crate::{
-        Air, Atmosphere, BuildError, Clock, Direction, Entry, Files, Gravity, Ground, Handle,
-        HingeAccel, HingeState, HingeTorque, Lanes, Model, NodeAccel, NodeState, PortKind,
+        AddedMass, Air, Atmosphere, BuildError, Clock, Direction, Entry, Files, Gravity, Ground,
+        Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model, NodeAccel, NodeState, PortKind,
         PortSpec, Rock, Service, SizedModel, SizedPorts, Soil, Sun, SunState, Surface, Terrain,
         Wrench,
     };

@@ -72,6 +72,8 @@ pub struct Plan {
     pub guard_ops: Vec<u32>,
     /// Source lanes of the reductions.
     pub sums: Vec<Sum>,
+    /// Algebraic loops that are solved.
+    pub loops: Vec<Loop>,
     /// What is allowed and probably not meant.
     pub warnings: Vec<Fault>,
     /// Hash of structure and layout: equal plans can exchange states.
@@ -174,6 +176,23 @@ pub enum Op {
     Direct(u32),
     /// A reduction (index into `sums`).
     Sum(u32),
+    /// An algebraic loop (index into `loops`).
+    Loop(u32),
+}
+
+/// An algebraic loop: operations that follow from each other, and the lanes whose values are sought.
+#[derive(Clone, Debug)]
+pub struct Loop {
+    /// The operations, in order, when the sought lanes are known.
+    pub ops: Vec<Op>,
+    /// Sought lane, the lane that it is to equal, the difference that is left.
+    pub tears: Vec<(u32, u32, f64)>,
+    /// Signal lanes of its report (iterations, residual), then work space: a matrix and three vectors.
+    pub work: u32,
+    /// A block whose input is sought, to name when there is no solution.
+    pub block: u32,
+    /// The wires that are solved for, as written.
+    pub wires: Vec<String>,
 }
 
 /// A reduction: `dst[k] = Σ sources[j·lanes + k]`, summed over j.

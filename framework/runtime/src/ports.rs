@@ -26,6 +26,8 @@ pub enum PortKind {
     NodeAccel,
     /// Moment and force at a node in W.
     Wrench,
+    /// Mass, first moment and inertia that are added to a body, about a node.
+    AddedMass,
     /// Angle and rate of a hinge coordinate.
     HingeState,
     /// Generalised force on a hinge coordinate.
@@ -168,6 +170,13 @@ impl PortSpec {
             PortKind::Wrench => {
                 let mut v = xyz(".moment", "N m").to_vec();
                 v.extend(xyz(".force", "N"));
+                v
+            }
+            PortKind::AddedMass => {
+                let mut v = vec![(".mass".into(), "kg")];
+                v.extend(xyz(".first_moment", "kg m"));
+                let names = ["xx", "yy", "zz", "xy", "xz", "yz"];
+                v.extend(names.map(|c| (format!(".inertia.{c}"), "kg m^2")));
                 v
             }
             PortKind::HingeState => vec![(".angle".into(), "rad"), (".rate".into(), "rad/s")],
@@ -388,6 +397,22 @@ composite!(
     }
 );
 composite!(
+    /// Mass that is added to a body while the run goes on (propellant, cargo): its moments about a node N
+    /// of the body, N axes. All that is added to one body is summed.
+    ///
+    /// The mechanism moves as a body with these moments moves at each instant: what leaves it goes with
+    /// the velocity of the place where it was, and so pushes nothing. A part that lets mass flow gives
+    /// the force and moment of the flow itself, as a wrench (thrust, jet damping).
+    AddedMass, AddedMass, 10, {
+        /// Mass (kg).
+        mass: f64 = 0,
+        /// First moment: mass times its centre from N (kg m).
+        first_moment: Vec3 = 1,
+        /// Inertia about N: xx, yy, zz, xy, xz, yz, with −∫ x y dm off the diagonal (kg m²).
+        inertia: [f64; 6] = 4
+    }
+);
+composite!(
     /// A one-dof hinge coordinate (sliders: m and m/s).
     HingeState, HingeState, 2, {
         /// Angle (rad).
@@ -436,6 +461,31 @@ impl NodeState {
             rotation: Quat::identity(),
             angular: Vec3::zeros(),
             velocity: Vec3::zeros(),
+        }
+    }
+}
+
+impl AddedMass {
+    /// Nothing.
+    pub fn zero() -> Self {
+        AddedMass { mass: 0.0, first_moment: Vec3::zeros(), inertia: [0.0; 6] }
+    }
+
+    /// A body of `mass` kg with its centre at `com` (m, node axes) and principal moments `central` about
+    /// it (kg m², node axes).
+    pub fn of(mass: f64, com: &Vec3, central: &Vec3) -> Self {
+        let (c, m) = (com, mass);
+        AddedMass {
+            mass,
+            first_moment: c * m,
+            inertia: [
+                central.x + m * (c.y * c.y + c.z * c.z),
+                central.y + m * (c.x * c.x + c.z * c.z),
+                central.z + m * (c.x * c.x + c.y * c.y),
+                -m * c.x * c.y,
+                -m * c.x * c.z,
+                -m * c.y * c.z,
+            ],
         }
     }
 }

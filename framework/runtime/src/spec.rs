@@ -73,6 +73,27 @@ impl std::fmt::Display for PortRef {
     }
 }
 
+/// When what a wire carries arrives.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum WireTiming {
+    /// At once.
+    #[default]
+    AtOnce,
+    /// Some samples later: of the reader, else of the writer, else integration steps.
+    Delayed {
+        /// How many, at least one.
+        samples: u32,
+        /// What arrives before the first sample does: one number for each lane, or one for all.
+        initial: Vec<f64>,
+    },
+    /// At once, and the wire closes an algebraic loop: the values that it carries are found by Newton's
+    /// method, so that what arrives is what is sent.
+    Solved {
+        /// Difference between both ends that is left, relative to the value where that is above one.
+        tolerance: f64,
+    },
+}
+
 /// A wire.
 #[derive(Clone, Debug)]
 pub struct WireSpec {
@@ -80,6 +101,8 @@ pub struct WireSpec {
     pub from: PortRef,
     /// An input.
     pub to: PortRef,
+    /// When it arrives.
+    pub timing: WireTiming,
     /// As the user wrote it, for messages.
     pub text: String,
     /// Where it is written.

@@ -101,6 +101,7 @@ fn run(wired: bool, step: Seconds, integrator: Integrator) -> Simulation {
         |part: &str, port: &str| PortRef { part: part.into(), port: port.into(), index: None };
     for to in ["A", "B"].into_iter().filter(|_| wired) {
         spec.wires.push(WireSpec {
+            timing: Default::default(),
             from: end("Z", "y"),
             to: end(to, "u"),
             text: format!("Z.y -> {to}.u"),

@@ -222,7 +222,7 @@ fn loops_are_named_wire_by_wire() {
         text.contains("loop of direct outputs through a, b: `a.y -> b.u`, `b.y -> a.u`"),
         "{text}"
     );
-    assert!(text.contains("help: put a `basics.delay`"), "{text}");
+    assert!(text.contains("help: write `delay: 1`"), "{text}");
 }
 
 #[test]

@@ -90,7 +90,13 @@ fn compiled(wheels: f64, wires: &[&str]) -> Result<Arc<Plan>, String> {
                 };
                 PortRef { part: part.into(), port: port.into(), index }
             };
-            WireSpec { from: end(from), to: end(to), text: (*w).into(), origin: Origin::NONE }
+            WireSpec {
+                from: end(from),
+                to: end(to),
+                timing: Default::default(),
+                text: (*w).into(),
+                origin: Origin::NONE,
+            }
         })
         .collect();
     s.step = seconds(0.1);

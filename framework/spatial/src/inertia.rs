@@ -45,6 +45,8 @@ pub enum InertiaFault {
     NegativeMass(f64),
     /// No mass, but a moment of inertia of this size, kg m².
     MasslessButInertia(f64),
+    /// No mass, but a first moment of this size, kg m.
+    MasslessButMoment(f64),
     /// The inertia matrix is not symmetric; the largest difference, kg m².
     NotSymmetric(f64),
     /// The smallest principal moment, kg m², is below zero.
@@ -65,6 +67,9 @@ impl std::fmt::Display for InertiaFault {
             Self::NegativeMass(m) => write!(f, "mass {m} kg is negative"),
             Self::MasslessButInertia(i) => {
                 write!(f, "mass is zero but a moment of inertia is {i} kg m²")
+            }
+            Self::MasslessButMoment(h) => {
+                write!(f, "mass is zero but its first moment is {h} kg m")
             }
             Self::NotSymmetric(d) => {
                 write!(f, "inertia is not symmetric: mirrored entries differ by {d} kg m²")
@@ -188,6 +193,35 @@ impl RigidInertia {
     /// As [`MassProperties::validate`].
     pub fn new(mass: f64, com: Vec3, inertia_com: Mat3) -> Result<Self, InertiaError> {
         MassProperties::new(mass, com, inertia_com).validate()
+    }
+
+    /// From mass (kg), first moment (kg m) and inertia matrix (kg m²; its upper half is read), both about
+    /// the origin: what adds up over the pieces of a body. Allocates nothing when they are possible.
+    ///
+    /// # Errors
+    /// As [`MassProperties::validate`]; the tolerance is 1e-9 of the largest entry about the origin.
+    pub fn from_moments(mass: f64, h: Vec3, inertia: Mat3) -> Result<Self, InertiaError> {
+        let inertia = Mat3::from_fn(|i, j| inertia[(i.min(j), i.max(j))]);
+        let body = Self { mass, h, inertia };
+        let J = body.inertia_com();
+        // ∫ r rᵀ dm about the centre of mass: no direction has a negative part of it exactly when the
+        // principal moments are not negative and obey the triangle inequality.
+        let half = 0.5 * J.trace();
+        let tolerance = 1e-9 * (inertia.abs().max() + f64::MIN_POSITIVE);
+        let S = Mat3::from_diagonal_element(half + tolerance) - J;
+        let minor = S[(0, 0)] * S[(1, 1)] - S[(0, 1)] * S[(0, 1)];
+        let possible = mass > 0.0 && S[(0, 0)] >= 0.0 && minor >= 0.0 && S.determinant() >= 0.0;
+        let empty = mass == 0.0 && h == Vec3::zeros() && inertia == Mat3::zeros();
+        if (possible && mass.is_finite()) || empty {
+            return Ok(body);
+        }
+        let as_given = MassProperties::new(mass, body.com(), J).validate();
+        // What the test above does not let pass is told by the exact one, or by the mass.
+        match as_given {
+            Err(error) => Err(error),
+            Ok(_) if mass > 0.0 => Ok(body),
+            Ok(_) => Err(InertiaError { faults: vec![InertiaFault::MasslessButMoment(h.norm())] }),
+        }
     }
 
     /// No mass.

@@ -159,6 +159,7 @@ pub fn six_wheels() -> Spec {
             let (part, port) = from.rsplit_once('.').unwrap();
             let (to_part, to_port) = to.split_once('.').unwrap();
             spec.wires.push(WireSpec {
+                timing: Default::default(),
                 from: end(part.into(), port),
                 to: end(format!("w{w}.{to_part}"), to_port),
                 text: String::new(),

@@ -72,6 +72,7 @@ fn the_remedy_for_a_loop_exists() {
     let (d, params) = (&gain.description, sample::params(gain));
     let (u, y) = (&*d.direct_inputs[0].name, &*d.direct_outputs[0].name);
     let wire = |from, to| WireSpec {
+        timing: Default::default(),
         from: end(from, y),
         to: end(to, u),
         text: String::new(),

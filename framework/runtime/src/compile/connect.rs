@@ -5,7 +5,7 @@ use super::order::Order;
 use crate::model::lanes;
 use crate::plan::{Sizes, Sum, Via, WirePlan};
 use crate::ports::{PortKind, PortSpec};
-use crate::spec::{PortRef, Spec};
+use crate::spec::{PortRef, Spec, WireSpec, WireTiming};
 use crate::value::{Fault, Origin, remedy};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,8 +24,23 @@ pub(crate) struct Connections {
     pub sizes: Sizes,
     /// Signal lanes of inputs without a wire: (part, input lane) → lane.
     pub free: BTreeMap<(usize, usize), u32>,
+    /// Wires whose values are sought: the algebraic loops are cut there.
+    pub tears: Vec<Tear>,
     /// For listings and loop reports: (from path, to path, via, origin, first source lane).
     pub links: Vec<Link>,
+}
+
+/// A wire that is solved for.
+pub(crate) struct Tear {
+    /// What the writer sends.
+    pub sources: Vec<u32>,
+    /// First of the lanes that the reader sees.
+    pub sought: u32,
+    pub tolerance: f64,
+    pub reader: usize,
+    pub text: String,
+    pub to: String,
+    pub origin: Origin,
 }
 
 pub(crate) struct Link {
@@ -78,8 +93,19 @@ struct Connector<'a, 'b> {
     out: Connections,
 }
 
+/// Finds outputs of parts before they are wired: the port, and which of its lanes an end names.
+pub(crate) fn outputs<'a>(
+    parts: &'a [Part<'_>],
+) -> impl Fn(&PortRef) -> Option<(PortSpec, std::ops::Range<usize>)> {
+    let c = Connector::new(parts, BTreeMap::new(), Sizes::default());
+    move |end| {
+        let (found, first, n) = c.find(end, true, "", Origin::NONE).ok()?;
+        Some((found.spec.clone(), first..first + n))
+    }
+}
+
 pub(crate) fn connect<'a>(
-    spec: &'a Spec,
+    (spec, wires): (&'a Spec, &[WireSpec]),
     parts: &'a [Part<'_>],
     absent: BTreeMap<&'a str, bool>,
     bound: &[HostWire],
@@ -89,20 +115,15 @@ pub(crate) fn connect<'a>(
     let inputs = |p: &Part<'_>| p.prototype.description().all_inputs().map(|s| s.lanes).sum();
     let counts: Vec<usize> = parts.iter().map(inputs).collect();
     let mut c = Connector {
-        parts,
-        index: parts.iter().enumerate().map(|(k, p)| (p.spec.path.as_str(), k)).collect(),
-        absent,
-        excused: BTreeSet::new(),
         bound: spec.binds.iter().map(|b| (b.part.as_str(), b.bind.as_str())).collect(),
-        next: sizes.sig,
         sources: counts.iter().map(|n| vec![Vec::new(); *n]).collect(),
         written: counts.iter().map(|n| vec![None; *n]).collect(),
-        out: Connections { sizes, ..Connections::default() },
+        ..Connector::new(parts, absent, sizes)
     };
-    let mut wires: Vec<_> = spec.wires.iter().collect();
+    let mut wires: Vec<_> = wires.iter().collect();
     wires.sort_by_key(|w| (w.from.to_string(), w.to.to_string()));
     for wire in wires {
-        if let Err(mut fault) = c.wire(&wire.from, &wire.to, &wire.text, wire.origin) {
+        if let Err(mut fault) = c.wire(wire) {
             faults.append(&mut fault);
         }
     }
@@ -116,7 +137,21 @@ pub(crate) fn connect<'a>(
 /// A fault, or none when it would only follow from one that is told already.
 type Told = Option<Fault>;
 
-impl<'a> Connector<'a, '_> {
+impl<'a, 'b> Connector<'a, 'b> {
+    fn new(parts: &'a [Part<'b>], absent: BTreeMap<&'a str, bool>, sizes: Sizes) -> Self {
+        Connector {
+            parts,
+            index: parts.iter().enumerate().map(|(k, p)| (p.spec.path.as_str(), k)).collect(),
+            absent,
+            excused: BTreeSet::new(),
+            bound: BTreeSet::new(),
+            next: sizes.sig,
+            sources: Vec::new(),
+            written: Vec::new(),
+            out: Connections { sizes, ..Connections::default() },
+        }
+    }
+
     fn part(&self, end: &PortRef, wire: &str, origin: Origin) -> Result<(usize, String), Told> {
         // `IMU.accel.x` arrives as part `IMU.accel`, port `x`: lanes have names too.
         let mut part = end.part.as_str();
@@ -161,7 +196,16 @@ impl<'a> Connector<'a, '_> {
         origin: Origin,
     ) -> Result<(Found<'a>, usize, usize), Told> {
         let (k, port) = self.part(end, wire, origin)?;
+        let whole = |d: &crate::Description| {
+            end.index.is_none()
+                && match output {
+                    true => d.all_outputs().any(|p| p.name == port),
+                    false => d.all_inputs().any(|p| p.name == port),
+                }
+        };
         let (name, sub) = match port.split_once('.') {
+            // A port of a sized model may have such a name itself: `wheels[2].rate`.
+            _ if whole(self.parts[k].prototype.description()) => (port.clone(), None),
             Some((n, s)) => (n.to_string(), Some(format!(".{s}"))),
             None => (port.clone(), end.index.map(|i| format!("[{i}]"))),
         };
@@ -210,13 +254,9 @@ impl<'a> Connector<'a, '_> {
         Err(Some(Fault::new(origin, fact).help(help)))
     }
 
-    fn wire(
-        &mut self,
-        from: &PortRef,
-        to: &PortRef,
-        text: &str,
-        origin: Origin,
-    ) -> Result<(), Vec<Fault>> {
+    fn wire(&mut self, wire: &WireSpec) -> Result<(), Vec<Fault>> {
+        let WireSpec { from, to, text, origin, .. } = wire;
+        let origin = *origin;
         let (a, b) = (self.find(from, true, text, origin), self.find(to, false, text, origin));
         if let Ok((found, first, n)) = &b {
             let lanes = found.lane + first..found.lane + first + n;
@@ -273,8 +313,15 @@ impl<'a> Connector<'a, '_> {
                 "put a frame transformation between them",
             );
         }
+        let sent = (src.lane + s0) as u32;
+        let first = match wire.timing {
+            WireTiming::Solved { tolerance } => {
+                self.tear(wire, (dst, d0), (sent, sn), tolerance)?
+            }
+            WireTiming::AtOnce | WireTiming::Delayed { .. } => sent,
+        };
         for k in 0..sn {
-            let (source, at) = ((src.lane + s0 + k) as u32, dst.lane + d0 + k);
+            let (source, at) = (first + k as u32, dst.lane + d0 + k);
             if !dst.spec.sum
                 && let Some((other, _)) = &self.written[dst.part][at]
             {
@@ -283,7 +330,7 @@ impl<'a> Connector<'a, '_> {
                     "remove one of the two: only inputs marked `sum` take several wires",
                 );
             }
-            self.written[dst.part][at] = Some((text.to_string(), origin));
+            self.written[dst.part][at] = Some((text.clone(), origin));
             self.sources[dst.part][at].push((from.to_string(), source));
         }
         self.out.links.push(Link {
@@ -291,10 +338,39 @@ impl<'a> Connector<'a, '_> {
             to: to.to_string(),
             via: Via::Wire,
             origin,
-            source: (src.lane + s0) as u32,
+            source: first,
             reader: dst.part,
         });
         Ok(())
+    }
+
+    /// Lanes for what a wire carries whose values are sought; they start at the default of the input.
+    fn tear(
+        &mut self,
+        wire: &WireSpec,
+        (dst, at): (Found<'_>, usize),
+        (sent, n): (u32, usize),
+        tolerance: f64,
+    ) -> Result<u32, Vec<Fault>> {
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            let fact = format!("wire `{}`: a tolerance of {tolerance}", wire.text);
+            return Err(vec![
+                Fault::new(wire.origin, fact).help("write one above 0 and below 1, e.g. 1e-10"),
+            ]);
+        }
+        let sought = self.allocate(n);
+        let start = |k: usize| dst.spec.default.as_ref().map_or(0.0, |d| d[at + k]);
+        self.out.constants.extend((0..n).map(|k| (sought + k as u32, start(k))));
+        self.out.tears.push(Tear {
+            sources: (0..n as u32).map(|k| sent + k).collect(),
+            sought,
+            tolerance,
+            reader: dst.part,
+            text: wire.text.clone(),
+            to: wire.to.to_string(),
+            origin: wire.origin,
+        });
+        Ok(sought)
     }
 
     fn allocate(&mut self, n: usize) -> u32 {

@@ -8,10 +8,12 @@
 
 mod bindings;
 mod connect;
+mod delays;
 mod guards;
 mod host;
 mod order;
 mod settings;
+mod solved;
 mod table;
 mod variables;
 
@@ -27,6 +29,7 @@ use crate::time::Seconds;
 use crate::value::{Fault, Faults, Origin};
 pub(crate) use guards::WhenSpec;
 pub use host::{Bound, End, Host, HostWire, Lowering};
+pub(crate) use solved::REPORT;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 pub(crate) use table::common_tick;
@@ -80,6 +83,7 @@ pub(crate) fn compile_phase(
         .map(|path| (path, serving.contains(path)))
         .collect();
     let host_spec = bindings::host_spec(spec);
+    let delays = delays::split(spec);
     let mut warnings = Vec::new();
     let mut lowering =
         host::Lowering { wires: Vec::new(), faults: &mut faults, warnings: &mut warnings };
@@ -88,8 +92,10 @@ pub(crate) fn compile_phase(
     if let (Some(prototype), Some(spec)) = (host, &host_spec) {
         bindings::add_host(&mut parts, spec, prototype);
     }
+    delays.add(&mut parts, &mut faults);
     let sizes = layout(&mut parts, spec.seed);
-    let connections = connect::connect(spec, &parts, absent, &bound, sizes, &mut faults);
+    let connections =
+        connect::connect((spec, &delays.wires), &parts, absent, &bound, sizes, &mut faults);
     bindings::uncommanded(&parts, &connections, &mut warnings);
     table::rates(spec, &mut parts, within.tick, &mut faults);
     if !faults.is_empty() {
@@ -105,8 +111,8 @@ pub(crate) fn compile_phase(
     let order = order::order(&parts, &connections).map_err(|f| Faults(in_file_order(f)))?;
     let timing =
         table::table(spec, &parts, within.tick, &order).map_err(|f| Faults(in_file_order(f)))?;
-    let variables = Arc::new(variables::variables(&parts, &connections));
-    let sizes = Sizes { sig: connections.signals, ..connections.sizes };
+    let variables = Arc::new(variables::variables(&parts, &connections, &order.loops));
+    let sizes = Sizes { sig: connections.signals + order.work, ..connections.sizes };
     let wires = connections.listing(&parts, &order);
     let watch = guards::guards(&within.whens, &parts, &connections, &order, &variables)
         .map_err(|f| Faults(in_file_order(f)))?;
@@ -168,6 +174,7 @@ pub(crate) fn compile_phase(
         constants: connections.constants,
         wires,
         sums: connections.sums,
+        loops: order.loops,
         hash,
     })
 }

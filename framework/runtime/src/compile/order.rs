@@ -1,8 +1,9 @@
 //! The order of evaluation: from the wires alone. Loops of direct outputs are reported wire by wire.
 use super::Part;
 use super::connect::Connections;
+use super::solved;
 use crate::model::{Description, lanes};
-use crate::plan::Op;
+use crate::plan::{Loop, Op};
 use crate::value::Fault;
 use petgraph::algo::tarjan_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
@@ -20,7 +21,7 @@ pub(crate) enum Variability {
 }
 
 impl Variability {
-    fn join(self, other: &Variability) -> Variability {
+    pub(super) fn join(self, other: &Variability) -> Variability {
         match (self, other) {
             (Variability::Continuous, _) | (_, Variability::Continuous) => Variability::Continuous,
             (Variability::Constant, o) => o.clone(),
@@ -43,11 +44,15 @@ pub(crate) struct Order {
     pub derivs: Vec<u32>,
     /// Blocks whose continuous outputs depend on a discrete state.
     pub hybrid: BTreeSet<u32>,
+    /// Algebraic loops.
+    pub loops: Vec<Loop>,
+    /// Signal lanes that they need beside those of the connections.
+    pub work: usize,
     producer: Vec<u32>,
     depends: Vec<Vec<u32>>,
 }
 
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
 impl Order {
     pub(crate) fn stage_ops(&self) -> Vec<u32> {
@@ -94,46 +99,87 @@ impl Order {
     }
 }
 
-pub(crate) fn order(parts: &[Part<'_>], c: &Connections) -> Result<Order, Vec<Fault>> {
-    let mut ops = Vec::new();
-    for (k, part) in parts.iter().enumerate() {
-        let f = part.prototype.description().functions;
-        if f.moore {
-            ops.push(Op::Moore(k as u32));
-        }
-        if f.direct {
-            ops.push(Op::Direct(k as u32));
-        }
-    }
-    ops.extend((0..c.sums.len() as u32).map(Op::Sum));
-    let io: Vec<(Vec<u32>, Vec<u32>)> =
-        ops.iter().map(|op| reads_and_writes(*op, parts, c)).collect();
-    let mut producer = vec![NONE; c.signals];
-    for (k, (_, writes)) in io.iter().enumerate() {
-        for &lane in writes {
-            producer[lane as usize] = k as u32;
-        }
-    }
-    let depends: Vec<BTreeSet<u32>> = ops
-        .iter()
-        .zip(&io)
-        .map(|(op, (reads, _))| {
-            let mut set: BTreeSet<u32> =
-                reads.iter().map(|&l| producer[l as usize]).filter(|&p| p != NONE).collect();
-            if let Op::Direct(k) = *op
-                && parts[k as usize].prototype.description().functions.direct_after_moore
-            {
-                set.extend(ops.iter().position(|o| *o == Op::Moore(k)).map(|p| p as u32));
-            }
-            set
-        })
-        .collect();
-    let sequence = sort(&depends).ok_or_else(|| loops(&ops, &depends, parts, c, &producer))?;
+/// Operations without an order, with what they follow from.
+pub(super) struct Flat {
+    pub ops: Vec<Op>,
+    pub reads: Vec<Vec<u32>>,
+    /// Operation that writes a lane.
+    pub producer: Vec<u32>,
+    pub depends: Vec<BTreeSet<u32>>,
+}
 
-    // Renumber in order of evaluation.
-    let mut place = vec![0u32; ops.len()];
+impl Flat {
+    fn new(parts: &[Part<'_>], c: &Connections) -> Flat {
+        let mut ops = Vec::new();
+        // The moore operation of each block.
+        let mut moore = vec![NONE; parts.len()];
+        for (k, part) in parts.iter().enumerate() {
+            let f = part.prototype.description().functions;
+            if f.moore {
+                moore[k] = ops.len() as u32;
+                ops.push(Op::Moore(k as u32));
+            }
+            if f.direct {
+                ops.push(Op::Direct(k as u32));
+            }
+        }
+        ops.extend((0..c.sums.len() as u32).map(Op::Sum));
+        let mut reads = Vec::with_capacity(ops.len());
+        let mut producer = vec![NONE; c.signals];
+        for (k, op) in ops.iter().enumerate() {
+            let (read, written) = reads_and_writes(*op, parts, c);
+            for lane in written {
+                producer[lane as usize] = k as u32;
+            }
+            reads.push(read);
+        }
+        let depends = (ops.iter().zip(&reads))
+            .map(|(op, reads)| {
+                let mut set: BTreeSet<u32> =
+                    reads.iter().map(|&l| producer[l as usize]).filter(|&p| p != NONE).collect();
+                if let Op::Direct(k) = *op
+                    && parts[k as usize].prototype.description().functions.direct_after_moore
+                    && moore[k as usize] != NONE
+                {
+                    set.insert(moore[k as usize]);
+                }
+                set
+            })
+            .collect();
+        Flat { ops, reads, producer, depends }
+    }
+}
+
+pub(crate) fn order(parts: &[Part<'_>], c: &Connections) -> Result<Order, Vec<Fault>> {
+    let mut flat = Flat::new(parts, c);
+    let sequence = sort(&flat.depends)
+        .ok_or_else(|| loops(&flat.ops, &flat.depends, parts, c, &flat.producer))?;
+    let (sequence, loops, work) = match c.tears.is_empty() {
+        true => (sequence, Vec::new(), 0),
+        false => solved::close(&mut flat, &sequence, c)?,
+    };
+    let Flat { ops, mut producer, depends, .. } = flat;
+
+    // Renumber in order of evaluation; what is inside a loop has the place of the loop.
+    let mut place = vec![NONE; ops.len()];
     for (new, &old) in sequence.iter().enumerate() {
         place[old as usize] = new as u32;
+    }
+    let inside: Vec<(Op, usize)> = (loops.iter().enumerate())
+        .flat_map(|(g, l)| l.ops.iter().map(move |op| (*op, g)))
+        .collect();
+    let mut directs = vec![NONE; parts.len()];
+    for (k, op) in ops.iter().enumerate() {
+        if let Op::Direct(block) = op {
+            directs[*block as usize] = place[k];
+        }
+    }
+    for (op, g) in inside {
+        if let (Op::Direct(block), Some(at)) =
+            (op, ops.iter().position(|o| *o == Op::Loop(g as u32)))
+        {
+            directs[block as usize] = place[at];
+        }
     }
     let ops: Vec<Op> = sequence.iter().map(|&k| ops[k as usize]).collect();
     let depends: Vec<Vec<u32>> = sequence
@@ -147,10 +193,13 @@ pub(crate) fn order(parts: &[Part<'_>], c: &Connections) -> Result<Order, Vec<Fa
     }
     let mut variability: Vec<Variability> = Vec::with_capacity(ops.len());
     for (op, depends) in ops.iter().zip(&depends) {
-        let v = vary(*op, depends, &variability, parts);
+        let v = match op {
+            Op::Loop(g) => solved::vary(&loops[*g as usize], depends, &variability, parts, c)?,
+            _ => vary(*op, depends, &variability, parts),
+        };
         variability.push(v);
     }
-    let (derivs, staged) = stage(&ops, &depends, &variability, &producer, parts, c);
+    let (derivs, staged) = stage(&directs, &depends, &variability, &producer, parts, c);
     let hybrid = parts
         .iter()
         .enumerate()
@@ -160,7 +209,7 @@ pub(crate) fn order(parts: &[Part<'_>], c: &Connections) -> Result<Order, Vec<Fa
         })
         .map(|(k, _)| k as u32)
         .collect();
-    Ok(Order { ops, variability, staged, derivs, hybrid, producer, depends })
+    Ok(Order { ops, variability, staged, derivs, hybrid, loops, work, producer, depends })
 }
 
 fn reads_and_writes(op: Op, parts: &[Part<'_>], c: &Connections) -> (Vec<u32>, Vec<u32>) {
@@ -179,11 +228,12 @@ fn reads_and_writes(op: Op, parts: &[Part<'_>], c: &Connections) -> (Vec<u32>, V
             let s = &c.sums[j as usize];
             (s.sources.clone(), (s.dst..s.dst + s.lanes).collect())
         }
+        Op::Loop(_) => (Vec::new(), Vec::new()),
     }
 }
 
 /// Kahn's algorithm; among the ready the lowest number first, so the order is canonical.
-fn sort(depends: &[BTreeSet<u32>]) -> Option<Vec<u32>> {
+pub(super) fn sort(depends: &[BTreeSet<u32>]) -> Option<Vec<u32>> {
     let mut waiting: Vec<usize> = depends.iter().map(BTreeSet::len).collect();
     let mut readers = vec![Vec::new(); depends.len()];
     for (k, set) in depends.iter().enumerate() {
@@ -206,10 +256,15 @@ fn sort(depends: &[BTreeSet<u32>]) -> Option<Vec<u32>> {
     (sequence.len() == depends.len()).then_some(sequence)
 }
 
-fn vary(op: Op, depends: &[u32], known: &[Variability], parts: &[Part<'_>]) -> Variability {
+pub(super) fn vary(
+    op: Op,
+    depends: &[u32],
+    known: &[Variability],
+    parts: &[Part<'_>],
+) -> Variability {
     let inputs = || depends.iter().fold(Variability::Constant, |v, &d| v.join(&known[d as usize]));
     match op {
-        Op::Sum(_) => inputs(),
+        Op::Sum(_) | Op::Loop(_) => inputs(),
         Op::Moore(k) | Op::Direct(k) => {
             let part = &parts[k as usize];
             let d = part.prototype.description();
@@ -233,7 +288,7 @@ fn vary(op: Op, depends: &[u32], known: &[Variability], parts: &[Part<'_>]) -> V
 /// Blocks with derivatives, and the continuous operations that an integrator needs again at a stage:
 /// those upstream of derivatives and of blocks that advance by themselves.
 fn stage(
-    ops: &[Op],
+    directs: &[u32],
     depends: &[Vec<u32>],
     variability: &[Variability],
     producer: &[u32],
@@ -246,13 +301,13 @@ fn stage(
     };
     let derivs = with(&|d| d.functions.deriv && !d.continuous.is_empty());
     let staged = with(&|d| (d.functions.deriv && !d.continuous.is_empty()) || d.functions.steps);
-    let mut needed = vec![false; ops.len()];
+    let mut needed = vec![false; depends.len()];
     let mut stack: Vec<u32> = Vec::new();
     for &k in &staged {
         let (u, ud) = &c.inputs[k as usize];
         stack.extend(u.iter().chain(ud).map(|&l| producer[l as usize]).filter(|&p| p != NONE));
         if parts[k as usize].prototype.description().functions.deriv_outputs {
-            stack.extend(ops.iter().position(|o| *o == Op::Direct(k)).map(|p| p as u32));
+            stack.extend(Some(directs[k as usize]).filter(|&p| p != NONE));
         }
     }
     while let Some(k) = stack.pop() {
@@ -286,7 +341,7 @@ fn loops(
     }
     let name = |k: usize| match ops[k] {
         Op::Moore(b) | Op::Direct(b) => parts[b as usize].spec.path.as_str(),
-        Op::Sum(_) => "a sum",
+        Op::Sum(_) | Op::Loop(_) => "a sum",
     };
     let mut faults = Vec::new();
     for component in tarjan_scc(&graph) {
@@ -324,7 +379,7 @@ fn loops(
                     wires.join(", ")
                 ),
             )
-            .help("put a `basics.delay` or a model with state (a lag, an integrator) on one of these wires"),
+            .help("write `delay: 1` at one of these wires, or `solve: 1e-10` to find the values that agree, or put a model with state (a lag, an integrator) on it"),
         );
     }
     faults

@@ -2,12 +2,35 @@
 use super::Part;
 use super::connect::Connections;
 use crate::block::Named;
-use crate::plan::{Place, Role, Variable};
+use crate::plan::{Loop, Place, Role, Variable};
 use crate::ports::{PortKind, PortSpec};
 use std::collections::BTreeMap;
 
-pub(crate) fn variables(parts: &[Part<'_>], c: &Connections) -> BTreeMap<String, Variable> {
+pub(crate) fn variables(
+    parts: &[Part<'_>],
+    c: &Connections,
+    loops: &[Loop],
+) -> BTreeMap<String, Variable> {
     let mut all = BTreeMap::new();
+    // Each wire that is solved for reports on its loop.
+    for tear in &c.tears {
+        let Some(l) = loops.iter().find(|l| l.wires.contains(&tear.text)) else { continue };
+        let names = [
+            ("iterations", "Newton steps of the last solution of this wire's loop."),
+            ("residual", "Greatest difference that is left, as a part of its tolerance."),
+        ];
+        for (k, (name, doc)) in names.into_iter().enumerate() {
+            let variable = Variable {
+                place: Place::Signal(l.work + k as u32),
+                role: Role::Output,
+                unit: String::new(),
+                doc: doc.to_string(),
+                kind: PortKind::Numbers,
+                part: parts[tear.reader].spec.path.clone(),
+            };
+            all.insert(format!("{}.solve.{name}", tear.to), variable);
+        }
+    }
     for (k, part) in parts.iter().enumerate() {
         let (d, path, w) = (part.prototype.description(), &part.spec.path, &part.wiring);
         if let Some(names) = part.prototype.names(w) {

@@ -3,7 +3,7 @@ use super::plan::{CONTACT_REPORTS, MechanismPlan};
 use super::ports::Frame;
 use crate::block::{Block, Evaluation, Failure, Now, Outcome, Wiring, copy_into};
 use crate::ports::{Lane, NodeState};
-use linkwork_dynamics::{Workspace, forward_dynamics_given_kinematics, kinematics};
+use linkwork_dynamics::{Tree, Workspace, forward_dynamics_given_kinematics, kinematics};
 use linkwork_multibody::LoopMotion;
 use linkwork_solvers::{CompliantContact, ConstrainedSolver, ContactStepper, Impulse, Projector};
 use linkwork_spatial::{Force, Vec3};
@@ -22,6 +22,8 @@ struct Kept {
 pub(super) struct MechanismBlock {
     plan: Arc<MechanismPlan>,
     w: Wiring,
+    /// The plan's, or one of its own when masses change.
+    tree: Arc<Tree>,
     ws: Workspace,
     /// Number of the evaluation that the kinematics in `ws` belong to.
     at: u64,
@@ -51,6 +53,10 @@ impl MechanismBlock {
         let (nq, nv) = (plan.multibody.nq(), plan.multibody.nv());
         MechanismBlock {
             w,
+            tree: match plan.varies.is_empty() {
+                true => plan.tree.clone(),
+                false => Arc::new(Tree::clone(&plan.tree)),
+            },
             ws: Workspace::new(&plan.tree),
             at: NEVER,
             solver: plan.solver.clone(),
@@ -97,7 +103,7 @@ impl MechanismBlock {
     fn kinematics(&mut self, now: &Now, x: &[f64]) {
         if self.at != now.number {
             let (q, v) = self.split(x);
-            kinematics(&self.plan.tree, &mut self.ws, q, v);
+            kinematics(&self.tree, &mut self.ws, q, v);
             self.at = now.number;
         }
     }
@@ -110,27 +116,43 @@ impl MechanismBlock {
         }
     }
 
-    /// Gravity, hinges' own forces and what the wires bring: forces into the work space, torques and prescribed
+    /// Inertias of the bodies that mass is added to.
+    fn masses(&mut self, sig: &[f64]) -> Outcome {
+        let plan = &*self.plan;
+        let Some(tree) = Arc::get_mut(&mut self.tree) else { return Ok(()) };
+        for varying in &plan.varies {
+            let inertia = varying
+                .inertia(&plan.multibody, |lane| sig[self.w.ud[lane] as usize])
+                .map_err(|(fact, help)| Box::new(Failure { message: fact, help: Some(help) }))?;
+            tree.set_inertia(varying.body, inertia).map_err(|e| Failure::boxed(&e.to_string()))?;
+        }
+        Ok(())
+    }
+
+    /// Masses, gravity, hinges' own forces and what the wires bring: forces into the work space, torques and prescribed
     /// accelerations into `tau` and `vdot`, loop motions; rates of bristles into `rates`.
-    fn forces(&mut self, now: &Now, x: &[f64], sig: &[f64]) {
+    fn forces(&mut self, now: &Now, x: &[f64], sig: &[f64]) -> Outcome {
+        if !self.plan.varies.is_empty() {
+            self.masses(sig)?;
+        }
         let plan = &*self.plan;
         let ws = &mut self.ws;
         ws.clear_forces();
         match (&plan.gravity, plan.uniform) {
             (_, Some(g)) => ws.apply_uniform_gravity(g),
             (Some(field), None) => {
-                ws.apply_gravity(&plan.tree, &mut |p| field.acceleration(now.t, *p));
+                ws.apply_gravity(&self.tree, &mut |p| field.acceleration(now.t, *p));
             }
             (None, None) => {}
         }
-        let ud = &self.w.ud[..];
+        let ud = &self.w.ud[10 * plan.ports.masses.len()..];
         let (wrenches, rest) = ud.split_at(6 * plan.ports.wrenches.len());
         for (frame, lanes) in plan.ports.wrenches.iter().zip(wrenches.as_chunks::<6>().0) {
             let f: [f64; 6] = std::array::from_fn(|k| sig[lanes[k] as usize]);
             let wrench = Force::new(Vec3::new(f[0], f[1], f[2]), Vec3::new(f[3], f[4], f[5]));
             match frame {
-                Frame::Node(n) => ws.add_wrench_at_node(&plan.tree, *n, wrench),
-                Frame::Body(b) => ws.add_wrench_at_body(&plan.tree, *b, wrench),
+                Frame::Node(n) => ws.add_wrench_at_node(&self.tree, *n, wrench),
+                Frame::Body(b) => ws.add_wrench_at_body(&self.tree, *b, wrench),
             }
         }
         let (torques, rest) = rest.split_at(plan.ports.torques.len());
@@ -153,6 +175,7 @@ impl MechanismBlock {
         for (i, lane) in plan.ports.loop_motions.iter().zip(loops) {
             self.motions[*i as usize].acceleration = sig[*lane as usize];
         }
+        Ok(())
     }
 
     fn put_accelerations(&self, sig: &mut [f64]) {
@@ -160,8 +183,8 @@ impl MechanismBlock {
         let [_, _, first] = self.outputs();
         for (i, frame) in plan.ports.accels.iter().enumerate() {
             let a = match frame {
-                Frame::Node(n) => self.ws.node_acceleration(&plan.tree, *n),
-                Frame::Body(b) => self.ws.body_acceleration(&plan.tree, *b),
+                Frame::Node(n) => self.ws.node_acceleration(&self.tree, *n),
+                Frame::Body(b) => self.ws.body_acceleration(&self.tree, *b),
             };
             put3(sig, first + 6 * i, &a.angular);
             put3(sig, first + 6 * i + 3, &a.linear);
@@ -176,7 +199,7 @@ impl MechanismBlock {
         let plan = &*self.plan;
         let (nq, nv) = (plan.multibody.nq(), plan.multibody.nv());
         let (q, rest) = x[self.w.x..].split_at_mut(nq);
-        let (tree, motions) = (&plan.tree, &self.motions[..]);
+        let (tree, motions) = (&self.tree, &self.motions[..]);
         self.projector
             .positions(tree, &mut self.ws, solver, motions, q)
             .and_then(|_| {
@@ -192,10 +215,10 @@ impl MechanismBlock {
         let Some(solver) = &mut self.solver else { return };
         let plan = &*self.plan;
         for c in plan.multibody.constraints() {
-            sig[lane] = solver.error(&plan.tree, &self.ws, c, &self.motions, q);
+            sig[lane] = solver.error(&self.tree, &self.ws, c, &self.motions, q);
             let forces = match &self.stepper {
-                None => solver.forces(&plan.tree, c),
-                Some(stepper) => stepper.forces(&plan.tree, c),
+                None => solver.forces(&self.tree, c),
+                Some(stepper) => stepper.forces(&self.tree, c),
             };
             sig[lane + 1..lane + 1 + forces.len()].copy_from_slice(forces);
             lane += 1 + forces.len();
@@ -211,10 +234,10 @@ impl Block for MechanismBlock {
         for frame in &plan.ports.states {
             let (pose, velocity) = match frame {
                 Frame::Node(n) => {
-                    (self.ws.node_pose(&plan.tree, *n), self.ws.node_velocity(&plan.tree, *n))
+                    (self.ws.node_pose(&self.tree, *n), self.ws.node_velocity(&self.tree, *n))
                 }
                 Frame::Body(b) => {
-                    (self.ws.body_pose(&plan.tree, *b), self.ws.body_velocity(&plan.tree, *b))
+                    (self.ws.body_pose(&self.tree, *b), self.ws.body_velocity(&self.tree, *b))
                 }
             };
             NodeState {
@@ -242,16 +265,16 @@ impl Block for MechanismBlock {
 
     fn direct(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         self.kinematics(now, x);
-        self.forces(now, x, sig);
+        self.forces(now, x, sig)?;
         let (rates, nv) = (self.w.yd + self.vdot.len(), self.vdot.len());
         let (at, bristles) = (self.bristle_lanes(), self.plan.bristles());
         if let Some(compliant) = &mut self.compliant {
             let state = &x[at..at + bristles];
             let out = &mut sig[rates..rates + bristles];
-            compliant.apply(&self.plan.tree, &mut self.ws, state, out);
+            compliant.apply(&self.tree, &mut self.ws, state, out);
         }
         let (q, v) = self.split(x);
-        let tree = &self.plan.tree;
+        let tree = &self.tree;
         match &mut self.solver {
             None => {
                 forward_dynamics_given_kinematics(
@@ -326,7 +349,7 @@ impl Block for MechanismBlock {
 
     fn advance(&mut self, now: &Now, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
         self.kinematics(now, x);
-        self.forces(now, x, sig);
+        self.forces(now, x, sig)?;
         let Some(stepper) = &mut self.stepper else { return Ok(()) };
         let plan = &*self.plan;
         let (nq, nv) = (plan.multibody.nq(), plan.multibody.nv());
@@ -335,7 +358,7 @@ impl Block for MechanismBlock {
         let motions = &self.motions;
         let (ws, tau, vdot) = (&mut self.ws, &mut self.tau, &mut self.vdot);
         let report = stepper
-            .step(&plan.tree, ws, h, (q, v), motions, None, tau, vdot)
+            .step(&self.tree, ws, h, (q, v), motions, None, tau, vdot)
             .map_err(|e| Failure::boxed(&e.to_string()))?;
         self.kept.clear();
         self.kept.extend(stepper.warm().iter().map(|i| Kept {

@@ -1,35 +1,41 @@
 //! The mechanism's state in a move between plans: poses and motion stay, momentum is booked.
 use super::plan::{MechanismPart, MechanismPlan};
-use crate::block::{Carried, Failure, Prototype};
-use linkwork_dynamics::Workspace;
+use crate::block::{Carried, Failure, OldState, Prototype};
 use linkwork_dynamics::topology::{self, Report};
+use linkwork_dynamics::{Tree, Workspace};
+use linkwork_multibody::Multibody;
 use linkwork_solvers::Projector;
 use std::any::Any;
+use std::borrow::Cow;
+use std::sync::Arc;
 
 pub(super) fn carry(
     new: &MechanismPlan,
     old: &dyn Prototype,
-    from: &[f64],
+    old_state: OldState<'_>,
     to: &mut [f64],
 ) -> Result<Carried, Box<Failure>> {
     let any: &dyn Any = old;
     let Some(old) = any.downcast_ref::<MechanismPart>().map(|p| &*p.plan) else {
         return Ok(Carried::New);
     };
+    let from = old_state.x;
+    let before = old.present(old_state.sig)?;
+    let after = inherit(&before, old, new);
     let (nq, nv) = (old.multibody.nq(), old.multibody.nv());
     let (mq, mv) = (new.multibody.nq(), new.multibody.nv());
     let failure = |e: String| Failure::boxed(&e);
     let carried = topology::carry(
-        &old.multibody,
+        &before,
         (&from[..nq], &from[nq..nq + nv]),
-        &new.multibody,
+        &after,
         (&to[..mq], &to[mq..mq + mv]),
     )
     .map_err(|e| failure(e.to_string()))?;
     to[..mq].copy_from_slice(&carried.q);
     to[mq..mq + mv].copy_from_slice(&carried.v);
     loop_motions(new, old, &from[nq + nv..], &mut to[mq + mv..]);
-    let closed = close(new, to)?;
+    let closed = close(new, &after, to)?;
     let mut notes = Vec::new();
     let list = |what: &str, names: &[String]| {
         (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")))
@@ -47,6 +53,23 @@ pub(super) fn carry(
     Ok(if same { Carried::Whole } else { Carried::State(notes) })
 }
 
+/// The new bodies with the inertias that those of the old names have now: what a new part adds is not known
+/// before the move.
+fn inherit<'a>(
+    before: &Multibody,
+    old: &MechanismPlan,
+    new: &'a MechanismPlan,
+) -> Cow<'a, Multibody> {
+    let mut after = Cow::Borrowed(&*new.multibody);
+    for varying in &old.varies {
+        let body = before.get(varying.body);
+        if let Some(id) = new.multibody.body(body.name()) {
+            after.to_mut().set_inertia(id, *body.inertia());
+        }
+    }
+    after
+}
+
 /// Prescribed motions of loops, by the loop's name.
 fn loop_motions(new: &MechanismPlan, old: &MechanismPlan, from: &[f64], to: &mut [f64]) {
     for l in new.multibody.loops() {
@@ -59,8 +82,17 @@ fn loop_motions(new: &MechanismPlan, old: &MechanismPlan, from: &[f64], to: &mut
 }
 
 /// Puts the state onto the loops and couplings of the new mechanism; whether rates changed by it.
-fn close(new: &MechanismPlan, lanes: &mut [f64]) -> Result<bool, Box<Failure>> {
+fn close(
+    new: &MechanismPlan,
+    bodies: &Cow<'_, Multibody>,
+    lanes: &mut [f64],
+) -> Result<bool, Box<Failure>> {
     let Some(solver) = &new.solver else { return Ok(false) };
+    let tree = match bodies {
+        Cow::Borrowed(_) => new.tree.clone(),
+        Cow::Owned(bodies) => Arc::new(Tree::new(bodies)),
+    };
+    let tree = &*tree;
     let mut solver = solver.clone();
     let (nq, nv) = (new.multibody.nq(), new.multibody.nv());
     let mut motions = new.loop_motions.clone();
@@ -70,11 +102,11 @@ fn close(new: &MechanismPlan, lanes: &mut [f64]) -> Result<bool, Box<Failure>> {
     let (q, rest) = lanes.split_at_mut(nq);
     let v = &mut rest[..nv];
     let before = v.to_vec();
-    let mut ws = Workspace::new(&new.tree);
-    let mut projector = Projector::new(&new.tree);
+    let mut ws = Workspace::new(tree);
+    let mut projector = Projector::new(tree);
     projector
-        .positions(&new.tree, &mut ws, &mut solver, &motions, q)
-        .and_then(|_| projector.rates(&new.tree, &mut ws, &mut solver, &motions, q, v))
+        .positions(tree, &mut ws, &mut solver, &motions, q)
+        .and_then(|_| projector.rates(tree, &mut ws, &mut solver, &motions, q, v))
         .map_err(|e| Failure::boxed(&e.to_string()))?;
     let fastest = before.iter().fold(0.0f64, |m, b| m.max(b.abs()));
     Ok(before.iter().zip(&*v).any(|(a, b)| (a - b).abs() > 1e-9 * fastest))

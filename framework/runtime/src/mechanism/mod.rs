@@ -11,6 +11,7 @@
 mod block;
 mod carry;
 mod joints;
+mod masses;
 mod names;
 mod placement;
 mod plan;

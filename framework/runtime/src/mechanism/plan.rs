@@ -1,9 +1,10 @@
 //! The constant part of a mechanism, and the part that the scheduler sees.
 use super::block::MechanismBlock;
 use super::joints::{self, JointForces};
+use super::masses::Varying;
 use super::ports::MechanismPorts;
 use super::spec::{ContactSpec, MechanismSpec};
-use crate::block::{Block, Carried, Failure, Named, Prototype, Wiring};
+use crate::block::{Block, Carried, Failure, Named, OldState, Prototype, Wiring};
 use crate::model::{Description, Functions};
 use crate::ports::{PortKind, PortSpec};
 use crate::services::Gravity;
@@ -18,6 +19,7 @@ use linkwork_solvers::{
     Treatment,
 };
 use linkwork_spatial::Vec3;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -51,6 +53,10 @@ pub struct MechanismPlan {
     pub(super) joints: JointForces,
     /// What is read and written through wires.
     pub ports: MechanismPorts,
+    /// Bodies that mass is added to.
+    pub(super) varies: Vec<Varying>,
+    /// Signal lanes of what is added, ten for each frame.
+    masses: Vec<u32>,
     /// First lane of q in x; v follows, then u and u̇ of each loop motion, then bristles.
     pub x: usize,
     /// Where it is written.
@@ -98,7 +104,9 @@ impl MechanismPart {
             compliant: spec.compliant.clone(),
             treatments,
             tree,
+            varies: Varying::all(m, &ports),
             ports,
+            masses: Vec::new(),
             x: 0,
             origin: spec.origin,
             origins: spec.origins.clone(),
@@ -136,6 +144,7 @@ impl Prototype for MechanismPart {
     fn settle(&mut self, wiring: &Wiring) -> Result<(), Fault> {
         let Some(plan) = Arc::get_mut(&mut self.plan) else { return Ok(()) };
         plan.x = wiring.x;
+        plan.masses.extend(&wiring.ud[..10 * plan.ports.masses.len()]);
         plan.start().map_err(|f| Fault {
             origin: if f.origin == Origin::NONE { plan.origin } else { f.origin },
             ..f
@@ -147,10 +156,10 @@ impl Prototype for MechanismPart {
     fn carry(
         &self,
         old: &dyn Prototype,
-        from: (&[f64], &[f64]),
+        from: OldState<'_>,
         to: (&mut [f64], &mut [f64]),
     ) -> Result<Carried, Box<Failure>> {
-        super::carry::carry(&self.plan, old, from.0, to.0)
+        super::carry::carry(&self.plan, old, from, to.0)
     }
 }
 
@@ -213,6 +222,18 @@ impl MechanismPlan {
             }
         }
         out
+    }
+
+    /// The bodies with their present inertias, when those change; `sig`: the signals of its plan.
+    pub(super) fn present(&self, sig: &[f64]) -> Result<Cow<'_, Multibody>, Box<Failure>> {
+        let mut bodies = Cow::Borrowed(&*self.multibody);
+        for varying in &self.varies {
+            let inertia = varying
+                .inertia(&self.multibody, |lane| sig[self.masses[lane] as usize])
+                .map_err(|(fact, help)| Box::new(Failure { message: fact, help: Some(help) }))?;
+            bodies.to_mut().set_inertia(varying.body, inertia);
+        }
+        Ok(bodies)
     }
 
     /// The solver of a tree, when it has constraints.

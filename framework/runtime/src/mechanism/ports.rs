@@ -26,6 +26,8 @@ pub struct MechanismPorts {
     pub loop_states: Vec<u32>,
     /// Frames whose acceleration is read (6 lanes each).
     pub accels: Vec<Frame>,
+    /// Frames about which mass is added to their bodies (10 lanes each).
+    pub masses: Vec<Frame>,
     /// Frames that wrenches act on (6 lanes each).
     pub wrenches: Vec<Frame>,
     /// Places in v that torques act on.
@@ -136,6 +138,10 @@ impl MechanismPorts {
                 add(&mut self.accels, *f);
                 name("accel", *f)
             }
+            (PortKind::AddedMass, Target::Node(f)) => {
+                add(&mut self.masses, *f);
+                name("mass", *f)
+            }
             (PortKind::Wrench, Target::Node(f)) => {
                 add(&mut self.wrenches, *f);
                 name("wrench", *f)
@@ -160,7 +166,10 @@ impl MechanismPorts {
                 add(&mut self.loop_states, *i);
                 format!("loop:{i}")
             }
-            (PortKind::NodeState | PortKind::NodeAccel | PortKind::Wrench, _) => {
+            (
+                PortKind::NodeState | PortKind::NodeAccel | PortKind::Wrench | PortKind::AddedMass,
+                _,
+            ) => {
                 return Err("node");
             }
             _ => return Err("hinge"),
@@ -174,6 +183,8 @@ impl MechanismPorts {
         moore.extend(self.hinges.iter().map(|(_, v)| hinge_state(format!("hinge:{v}"))));
         moore.extend(self.loop_states.iter().map(|i| hinge_state(format!("loop:{i}"))));
         let inputs = &mut d.direct_inputs;
+        let mass = |f: &Frame| port("mass", *f, PortKind::AddedMass, 10).summed();
+        inputs.extend(self.masses.iter().map(mass));
         let wrench = |f: &Frame| port("wrench", *f, PortKind::Wrench, 6).summed();
         inputs.extend(self.wrenches.iter().map(wrench));
         let torque =

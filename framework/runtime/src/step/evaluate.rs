@@ -1,4 +1,5 @@
 //! Evaluations: operations in their order, derivatives, and what an integrator sees of them.
+use super::solve;
 use crate::block::{Block, Evaluation, Failure, Now, Outcome};
 use crate::plan::{Op, Plan};
 use linkwork_integrate::System;
@@ -41,6 +42,7 @@ pub(super) fn run(
             }
             Ok(())
         }
+        Op::Loop(j) => solve::solve(blocks, plan, &plan.loops[j as usize], now, (x, d, sig)),
     }
 }
 

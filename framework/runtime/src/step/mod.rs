@@ -10,6 +10,7 @@ mod evaluate;
 mod events;
 mod integrate;
 mod moves;
+mod solve;
 mod state;
 
 pub use moves::MoveReport;
@@ -72,6 +73,8 @@ pub struct Simulation {
     work: Work,
     /// Transitions since they were asked for last: time (s), what, and what went over.
     moved: Vec<(f64, String, MoveReport)>,
+    /// Why the work of tick 0 could not be done.
+    broken: Option<Box<RunError>>,
 }
 
 /// Storage made once for a plan. Nothing in it outlives a step.
@@ -141,10 +144,10 @@ impl Simulation {
     pub fn of(program: Arc<Program>) -> Self {
         let plan = program.phases[0].plan.clone();
         let (blocks, state, work) = (blocks_of(&plan), initial(&plan), Work::new(&plan));
-        let mut sim = Simulation { program, plan, state, blocks, work, moved: Vec::new() };
+        let (moved, broken) = (Vec::new(), None);
+        let mut sim = Simulation { program, plan, state, blocks, work, moved, broken };
         if let Err(stopped) = sim.first_row() {
-            // The first step meets the same failure again and reports it.
-            debug_assert!(!stopped.failure.message.is_empty());
+            sim.broken = Some(Box::new(sim.stopped(stopped)));
         }
         sim
     }
@@ -236,6 +239,9 @@ impl Simulation {
 
     #[inline]
     fn go_to_stop(&mut self, plan: &Plan) -> Result<Stop, RunError> {
+        if let Some(error) = &self.broken {
+            return Err(RunError::clone(error));
+        }
         if !plan.guards.is_empty() && self.is_due() {
             self.fire().map_err(|stopped| self.stopped(stopped))?;
             self.check()?;
@@ -273,8 +279,11 @@ impl Simulation {
     /// first step it finds what is bad from the start.
     ///
     /// # Errors
-    /// The first bad variable.
+    /// The part that failed at tick 0; the first bad variable.
     pub fn check(&self) -> Result<(), RunError> {
+        if let Some(error) = &self.broken {
+            return Err(RunError::clone(error));
+        }
         if self.is_bad() { Err(self.first_bad()) } else { Ok(()) }
     }
 
@@ -426,7 +435,9 @@ impl Simulation {
         let plan = self.plan.clone();
         let now = self.next(Evaluation::Tick);
         let State { x, d, sig, .. } = &mut self.state;
-        evaluate::run_all(&mut self.blocks, &plan, &plan.continuous_ops, &now, x, d, sig)
+        evaluate::run_all(&mut self.blocks, &plan, &plan.continuous_ops, &now, x, d, sig)?;
+        self.broken = None;
+        Ok(())
     }
 
     /// Transitions since this was asked last, the last 256 of them: time (s), what, and what went over.
@@ -445,6 +456,7 @@ impl Simulation {
             blocks: self.blocks.iter().map(|b| b.fork()).collect(),
             work,
             moved: Vec::new(),
+            broken: self.broken.clone(),
         }
     }
 

@@ -2,7 +2,7 @@
 //! one has starts anew; the mechanism keeps poses and motion.
 use super::evaluate::Stopped;
 use super::{GuardState, RunError, Simulation, State, Work, blocks_of, evaluate, initial};
-use crate::block::{Carried, Evaluation, Now};
+use crate::block::{Carried, Evaluation, Now, OldState};
 use crate::plan::{Op, Place, Plan, Role};
 use crate::program::Program;
 use std::collections::BTreeMap;
@@ -99,7 +99,8 @@ impl Simulation {
     ) -> Result<Carried, Stopped> {
         let (new, old) = (&plan.parts[k], &self.plan.parts[j]);
         let (w, n, v, m) = (&new.wiring, new.lanes(), &old.wiring, old.lanes());
-        let from = (&self.state.x[v.x..v.x + m.x], &self.state.d[v.d..v.d + m.d]);
+        let State { x, d, sig, .. } = &self.state;
+        let from = OldState { x: &x[v.x..v.x + m.x], d: &d[v.d..v.d + m.d], sig };
         let to = (&mut state.x[w.x..w.x + n.x], &mut state.d[w.d..w.d + n.d]);
         new.prototype
             .carry(&*old.prototype, from, to)
@@ -130,7 +131,7 @@ impl Simulation {
         for (op, due) in plan.ops.iter().zip(due) {
             let fresh = match op {
                 Op::Moore(k) | Op::Direct(k) => !whole[*k as usize],
-                Op::Sum(_) => true,
+                Op::Sum(_) | Op::Loop(_) => true,
             };
             if due || fresh {
                 evaluate::run(&mut blocks, plan, *op, &now, x, d, sig)?;

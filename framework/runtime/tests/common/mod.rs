@@ -58,7 +58,9 @@ pub struct Count {
 }
 
 macro_rules! with_factor { ($($n:ident),*) => {$(pub struct $n { p: Factor })*}; }
-with_factor!(Gain, Integral, Hold, Noise, Volts, Recall, Bounce, Adder);
+with_factor!(
+    Gain, Integral, Hold, Noise, Volts, Recall, Bounce, Adder, Cosine, Square, Felt, Push, Sampled
+);
 
 /// y = k u.
 #[model("t.gain")]
@@ -192,6 +194,70 @@ impl Model for Spring {
         Torque { torque: HingeTorque(-self.p.k * u.shaft.angle) }
     }
 }
+/// y = cos k u.
+#[model("t.cosine")]
+impl Model for Cosine {
+    type Params = Factor;
+    type Ud = U;
+    type Yd = One;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &U) -> One {
+        One { y: (self.p.k * u.u).cos() }
+    }
+}
+/// y = u² + k: for k = 1 never u.
+#[model("t.square")]
+impl Model for Square {
+    type Params = Factor;
+    type Ud = U;
+    type Yd = One;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &U) -> One {
+        One { y: u.u * u.u + self.p.k }
+    }
+}
+/// y = k u, at its samples.
+#[model("t.sampled")]
+impl Model for Sampled {
+    type Params = Factor;
+    type Ud = U;
+    type Yd = One;
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &U) -> One {
+        One { y: self.p.k * u.u + 0.0 * c.t }
+    }
+}
+/// A node's acceleration.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Accelerated {
+    /// The node.
+    #[port(bind = "body")]
+    pub body: NodeAccel,
+}
+/// k times the acceleration of a node along x.
+#[model("t.felt")]
+impl Model for Felt {
+    type Params = Factor;
+    type Ud = Accelerated;
+    type Yd = One;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Accelerated) -> One {
+        One { y: self.p.k * u.body.linear.x }
+    }
+}
+/// A force on a node.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Pushed {
+    /// The force.
+    #[port(bind = "body")]
+    pub load: Wrench,
+}
+/// A force of k u along x.
+#[model("t.push")]
+impl Model for Push {
+    type Params = Factor;
+    type Ud = U;
+    type Yd = Pushed;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &U) -> Pushed {
+        Pushed { load: Wrench { force: Vec3::x() * (self.p.k * u.u), moment: Vec3::zeros() } }
+    }
+}
 /// Gravity.
 #[derive(Params, Clone, Debug)]
 pub struct GravityParams {
@@ -228,6 +294,11 @@ pub fn catalogue() -> Catalogue {
         Entry::model::<Recall>(),
         Entry::model::<Bounce>(),
         Entry::model::<Spring>(),
+        Entry::model::<Cosine>(),
+        Entry::model::<Square>(),
+        Entry::model::<Sampled>(),
+        Entry::model::<Felt>(),
+        Entry::model::<Push>(),
         Entry::service::<Uniform>(),
     ]])
 }
@@ -253,7 +324,13 @@ pub fn wire(text: &str) -> WireSpec {
         let (part, port) = s.rsplit_once('.').unwrap();
         PortRef { part: part.into(), port: port.into(), index: None }
     };
-    WireSpec { from: end(from), to: end(to), text: text.into(), origin: Origin::NONE }
+    WireSpec {
+        from: end(from),
+        to: end(to),
+        timing: Default::default(),
+        text: text.into(),
+        origin: Origin::NONE,
+    }
 }
 
 pub fn spec(parts: Vec<PartSpec>, wires: &[&str]) -> Spec {

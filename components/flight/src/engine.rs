@@ -1,0 +1,136 @@
+//! `flight.engine`: thrust of a rocket engine, its mass flow, and what the flow does to a turning vehicle.
+//! ```text
+//! T = c T_vac − p A_e  (c: throttle, 0 … 1; at rest 0)        ṁ = c T_vac/(I_sp g₀)        g₀ = 9.80665 m/s²
+//! F = T z at the nozzle (node z: against the jet)
+//! flow from the surface of the propellant to the nozzle, along L: F_c = −2 ṁ ω × L in the middle of L
+//! ```
+//! F_c is the Coriolis force of what flows inside (Thomson, Introduction to Space Dynamics, 8.4): about
+//! the centre of mass it is the jet damping ṁ (k² − l²) ω with k, l the distances of the two ends of L.
+
+use linkwork_runtime::prelude::*;
+
+/// Standard gravity, m/s², of which the specific impulse is made.
+const G0: f64 = 9.80665;
+
+/// An engine.
+#[derive(Params, Clone, Debug)]
+pub struct EngineParams {
+    /// Thrust in vacuum at full throttle.
+    #[param(unit = "N", range = 0.0..)]
+    pub thrust: f64,
+    /// Specific impulse in vacuum.
+    #[param(unit = "s", range = 1e-3..)]
+    pub specific_impulse: f64,
+    /// Area of the nozzle's exit, on which the ambient pressure acts.
+    #[param(unit = "m^2", default = 0.0, range = 0.0..)]
+    pub exit_area: f64,
+    /// Way of the propellant from its surface to the nozzle, nozzle axes; zero: no jet damping.
+    #[param(unit = "m", default = Vec3::zeros())]
+    pub flow_path: Vec3,
+    /// Throttle below which it does not burn.
+    #[param(unit = "1", default = 0.0, range = 0.0..=1.0)]
+    pub throttle_min: f64,
+}
+
+/// Command and supply.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct EngineIn {
+    /// The nozzle.
+    #[port(bind = "nozzle")]
+    pub nozzle: NodeState,
+    /// Throttle: 0 off, 1 full; what is outside is cut off.
+    #[port("1")]
+    pub throttle: f64,
+    /// There is propellant.
+    #[port(default = true)]
+    pub supply: bool,
+    /// Ambient pressure.
+    #[port("Pa", default = 0.0)]
+    pub pressure: f64,
+}
+
+/// Force and flow.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct EngineOut {
+    /// Thrust and jet damping.
+    #[port(bind = "nozzle")]
+    pub load: Wrench,
+    /// Propellant that it takes.
+    #[port("kg/s")]
+    pub flow: f64,
+    /// Thrust.
+    #[port("N")]
+    pub thrust: f64,
+}
+
+/// A rocket engine.
+pub struct Engine {
+    p: EngineParams,
+}
+
+/// A rocket engine: thrust, mass flow, jet damping.
+#[model("flight.engine")]
+impl Model for Engine {
+    type Params = EngineParams;
+    type Ud = EngineIn;
+    type Yd = EngineOut;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &EngineIn) -> EngineOut {
+        let p = &self.p;
+        let throttle = u.throttle.clamp(0.0, 1.0);
+        if !u.supply || throttle <= 0.0 || throttle < p.throttle_min {
+            return EngineOut { load: Wrench::zero(), flow: 0.0, thrust: 0.0 };
+        }
+        let thrust = throttle * p.thrust - u.pressure * p.exit_area;
+        let flow = throttle * p.thrust / (p.specific_impulse * G0);
+        let path = u.nozzle.rotation * p.flow_path;
+        let coriolis = u.nozzle.angular.cross(&path) * (-2.0 * flow);
+        let force = u.nozzle.rotation * Vec3::z() * thrust + coriolis;
+        let moment = (path * -0.5).cross(&coriolis);
+        EngineOut { load: Wrench { moment, force }, flow, thrust }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn engine() -> Engine {
+        let p = EngineParams {
+            thrust: 1000.0,
+            specific_impulse: 300.0,
+            exit_area: 0.01,
+            flow_path: Vec3::new(0.0, 0.0, -2.0),
+            throttle_min: 0.4,
+        };
+        Engine { p }
+    }
+
+    fn at(throttle: f64, supply: bool, pressure: f64, angular: Vec3) -> EngineOut {
+        let nozzle = NodeState { angular, ..NodeState::identity() };
+        let u = EngineIn { nozzle, throttle, supply, pressure };
+        engine().direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &())
+    }
+
+    #[test]
+    fn thrust_and_flow_follow_throttle_supply_and_pressure() {
+        let full = at(2.0, true, 0.0, Vec3::zeros());
+        assert_eq!((full.thrust, full.load.force), (1000.0, Vec3::new(0.0, 0.0, 1000.0)));
+        assert!((full.flow * 300.0 * 9.80665 - 1000.0).abs() < 1e-12);
+        let air = at(0.5, true, 1e4, Vec3::zeros());
+        assert!((air.thrust - 400.0).abs() < 1e-12 && (air.flow - 0.5 * full.flow).abs() < 1e-15);
+        for off in [at(0.3, true, 0.0, Vec3::x()), at(1.0, false, 1e5, Vec3::x())] {
+            assert_eq!((off.flow, off.thrust, off.load), (0.0, 0.0, Wrench::zero()));
+        }
+    }
+
+    #[test]
+    fn jet_damping_is_that_of_the_flow_between_two_points() {
+        // Nozzle at −3 m, surface at −1 m from the centre of mass: ṁ (k² − l²) ω.
+        let omega = Vec3::new(0.1, 0.0, 0.0);
+        let y = at(1.0, true, 0.0, omega);
+        let coriolis = y.load.force - Vec3::new(0.0, 0.0, 1000.0);
+        let about_com = y.load.moment + Vec3::new(0.0, 0.0, -3.0).cross(&coriolis);
+        let want = omega * (y.flow * (1.0 - 9.0));
+        assert!((about_com - want).norm() < 1e-14, "{about_com} {want}");
+    }
+}
