@@ -141,20 +141,24 @@ impl Simulation {
         Stopped { block, failure: Box::new(Failure { message, help: Some(help.into()) }) }
     }
 
-    /// After a step of h s: where in it the first guard crosses; all that cross within 1 ns of that are
+    /// After a step of h s, the `last` before the row or not: where in it the first guard crosses; all that cross within 1 ns of that are
     /// due. Without a crossing the guards take their values at the end.
     pub(super) fn crossing(
         &mut self,
         plan: &Plan,
-        h: f64,
+        (h, last): (f64, bool),
     ) -> Result<Option<f64>, StepFailure<Stopped>> {
-        let t1 = self.time() + h;
         let mut end = std::mem::take(&mut self.work.end);
-        let x = std::mem::take(&mut self.state.x);
-        let seen = self.guards_at(plan, t1, &x, &mut end);
-        self.state.x = x;
-        let found =
-            seen.map_err(StepFailure::System).and_then(|()| self.first_crossing(plan, h, &end));
+        let seen = if last || plan.steps.is_empty() {
+            let (t1, x) = (self.time() + h, std::mem::take(&mut self.state.x));
+            let seen = self.guards_at(plan, t1, &x, &mut end);
+            self.state.x = x;
+            seen.map_err(StepFailure::System)
+        } else {
+            // What advances by itself is at the row already.
+            self.look_at(plan, h, 1.0).map(|()| end.copy_from_slice(&self.work.middle))
+        };
+        let found = seen.and_then(|()| self.first_crossing(plan, h, &end));
         if let Ok(None) = found {
             for (k, guard) in plan.guards.iter().enumerate() {
                 let state = &mut self.state.guards[k];

@@ -14,6 +14,11 @@ impl Simulation {
         if plan.derivs.is_empty() && plan.steps.is_empty() && plan.guards.is_empty() {
             return Ok(Stop::Row);
         }
+        if !plan.steps.is_empty() {
+            // Once, as far as the row, however many steps the integrator takes for the other states.
+            let moved = self.advance(plan, gap - self.state.since);
+            moved.map_err(|failure| self.failed(failure))?;
+        }
         // k₁ of the first step comes from the signals of this instant.
         let mut known = true;
         loop {
@@ -25,7 +30,7 @@ impl Simulation {
             let (h, end) = result.map_err(|failure| self.failed(failure))?;
             let event = match plan.guards.is_empty() {
                 true => None,
-                false => self.crossing(plan, h).map_err(|failure| self.failed(failure))?,
+                false => self.crossing(plan, (h, end)).map_err(|failure| self.failed(failure))?,
             };
             if let Some(theta) = event {
                 let moved = self.go_to_event(plan, h, theta, gap);
@@ -57,15 +62,6 @@ impl Simulation {
             evaluation: Evaluation::Tick,
             number: self.work.number,
         };
-        if !plan.steps.is_empty() {
-            if !plan.guards.is_empty() {
-                self.keep(plan);
-            }
-            let State { x, sig, .. } = &mut self.state;
-            evaluate::advance(&mut self.blocks, plan, &now, rest, x, sig)
-                .map_err(Failure::System)?;
-            self.work.number += 1;
-        }
         if plan.derivs.is_empty() {
             return Ok((rest, true));
         }
@@ -90,6 +86,28 @@ impl Simulation {
                 Ok((step.h, step.end))
             }
         }
+    }
+
+    /// Blocks that advance by themselves, over `length` s from the present instant.
+    fn advance(&mut self, plan: &Plan, length: f64) -> Result<(), Failure<Stopped>> {
+        if length <= 0.0 {
+            return Ok(());
+        }
+        if !plan.guards.is_empty() {
+            self.keep(plan);
+        }
+        self.work.advanced = (self.state.since, length);
+        let now = Now {
+            t: self.time(),
+            dt: plan.step.seconds(),
+            tick: self.state.tick,
+            evaluation: Evaluation::Tick,
+            number: self.work.number,
+        };
+        let State { x, sig, .. } = &mut self.state;
+        evaluate::advance(&mut self.blocks, plan, &now, length, x, sig).map_err(Failure::System)?;
+        self.work.number += 1;
+        Ok(())
     }
 
     /// Keeps the state at the start of a step with blocks that advance by themselves.
@@ -144,10 +162,13 @@ impl Simulation {
         if plan.steps.is_empty() {
             return Ok(());
         }
+        let (from, length) = work.advanced;
+        let so_far = state.since + theta * h - from;
         if purpose == Purpose::Look {
+            let part = so_far / length;
             for lanes in plan.stepped.iter().flat_map(Clone::clone) {
                 let (a, b) = (work.before.x[lanes], state.x[lanes]);
-                work.inside[lanes] = a + theta * (b - a);
+                work.inside[lanes] = a + part * (b - a);
             }
             return Ok(());
         }
@@ -161,7 +182,7 @@ impl Simulation {
         let now = Now { evaluation: Evaluation::Tick, number: work.number, ..now };
         let State { x, d, sig, .. } = &mut work.before;
         evaluate::run_all(blocks, plan, &plan.continuous_ops, &now, x, d, sig)
-            .and_then(|()| evaluate::advance(blocks, plan, &now, theta * h, x, sig))
+            .and_then(|()| evaluate::advance(blocks, plan, &now, so_far, x, sig))
             .map_err(Failure::System)?;
         work.number += 1;
         for lanes in &plan.stepped {

@@ -88,6 +88,8 @@ pub(crate) struct Work {
     /// The state at the start of a step that may have to be done again.
     before: State,
     stores: Vec<Option<Box<dyn std::any::Any + Send>>>,
+    /// Over what blocks that advance by themselves did so last: time after the tick at its start, length (s).
+    advanced: (f64, f64),
     /// Guards at the end of a step, and within.
     end: Vec<f64>,
     middle: Vec<f64>,
@@ -103,6 +105,7 @@ impl Work {
             inside: vec![0.0; n],
             before: State::default(),
             stores: plan.steps.iter().map(|_| None).collect(),
+            advanced: (0.0, 0.0),
             end: vec![0.0; guards],
             middle: vec![0.0; guards],
         }
