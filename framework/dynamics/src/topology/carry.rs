@@ -3,7 +3,7 @@ use super::joint::Joint;
 use super::scene::{Scene, free_state};
 use super::{Report, TopologyError, check_state, impact};
 use crate::frames::{Frames, FramesError};
-use linkwork_multibody::{BodyId, Multibody, SubhingeKind};
+use linkwork_multibody::{BodyId, Coordinate, Multibody, SubhingeKind};
 use linkwork_spatial::{Motion, Pose};
 
 /// The state of a mechanism that bodies of another went over to.
@@ -25,7 +25,9 @@ pub struct Carried {
 
 /// Takes the state of `old` over to `new`. Bodies go by name: one on the same hinge keeps its
 /// coordinates to the bit; one on another hinge keeps its pose and motion, and what the new hinge does
-/// not permit goes in an inelastic impact; one that is new gets the state given with `new`.
+/// not permit goes in an inelastic impact; one that is new gets the state given with `new`. Prescribed
+/// coordinates of another hinge take their place from where the body is and their rates from `start`: a
+/// prescribed free hinge that starts at rest grasps a body wherever it is.
 ///
 /// # Errors
 /// [`TopologyError::Length`] and [`TopologyError::NotFinite`] of a state;
@@ -65,6 +67,12 @@ pub fn carry(
         let (hq, hv) = seen.hinge(new, id, from)?;
         q[body.q()].copy_from_slice(&hq);
         v[body.v()].copy_from_slice(&hv);
+        // What is prescribed moves as it is told from now on.
+        for s in body.subhinges() {
+            if s.subhinge.coordinate == Coordinate::Prescribed {
+                v[s.v.clone()].copy_from_slice(&start.1[s.v.clone()]);
+            }
+        }
     }
     let gone = old.bodies().iter().filter(|b| new.body(b.name()).is_none());
     let gone: Vec<String> = gone.map(|b| b.name().to_owned()).collect();
@@ -108,7 +116,10 @@ fn same_hinge((old, a): (&Multibody, BodyId), (new, b): (&Multibody, BodyId)) ->
 
 /// Any pose and any motion is permitted.
 fn is_free(mbs: &Multibody, body: BodyId) -> bool {
-    mbs.get(body).subhinges().iter().any(|s| s.subhinge.kind == SubhingeKind::Free)
+    mbs.get(body)
+        .subhinges()
+        .iter()
+        .any(|s| s.subhinge.kind == SubhingeKind::Free && s.subhinge.coordinate == Coordinate::Free)
 }
 
 /// The old mechanism, looked at where a hinge has changed.
