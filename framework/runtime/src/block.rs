@@ -1,6 +1,6 @@
 //! What the scheduler calls: operations on flat lanes, with the wiring inside. Models, the
 //! mechanism, contact and foreign units are all blocks; the scheduler knows no other kind.
-use crate::model::{Description, Model, Store};
+use crate::model::{BuildError, Description, Model, Store};
 use crate::ports::Lanes;
 use crate::time::Clock;
 use crate::value::Value;
@@ -117,6 +117,10 @@ pub trait Block: Send {
         _sig: &[f64],
     ) -> Outcome {
         Ok(())
+    }
+    /// What is allowed and probably not meant, seen at the start of a run.
+    fn remarks(&mut self, _now: &Now, _x: &[f64], _d: &[f64], _sig: &[f64]) -> Vec<BuildError> {
+        Vec::new()
     }
     /// After a step of an integrator: the state back onto its manifold (unit quaternions, closed loops).
     fn project(&mut self, _x: &mut [f64]) -> Outcome {
@@ -395,6 +399,11 @@ impl<M: Model> Block for Wired<M> {
             d1.put(&mut d[self.w.d..]);
         }
         Ok(())
+    }
+    fn remarks(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64]) -> Vec<BuildError> {
+        let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
+        let (u, ud) = self.inputs(sig);
+        self.model.remarks(&c, &x, &d, &u, &ud, &self.store)
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {
         store_bytes(&self.store)
