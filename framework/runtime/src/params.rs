@@ -1,5 +1,5 @@
 //! Parameters: reading them from located values with units, ranges and defaults; showing them back.
-use crate::services::{Handle, Provided, Services};
+use crate::services::{Files, Handle, Provided, Services};
 use crate::units::{Unit, split_quantity};
 use crate::value::{Fault, Located, Origin, Value, remedy};
 use linkwork_spatial::Vec3;
@@ -132,6 +132,8 @@ pub struct ReadCx<'a> {
     pub path: String,
     /// Services to bind.
     pub services: &'a Services,
+    /// Where the files are that parameters name.
+    pub files: Files,
     /// The faults so far.
     pub faults: Vec<Fault>,
 }
@@ -139,7 +141,7 @@ pub struct ReadCx<'a> {
 impl<'a> ReadCx<'a> {
     /// A context for one part.
     pub fn new(path: impl Into<String>, services: &'a Services) -> Self {
-        ReadCx { path: path.into(), services, faults: Vec::new() }
+        ReadCx { path: path.into(), services, files: Files::default(), faults: Vec::new() }
     }
 
     /// Records a fault.
