@@ -149,7 +149,8 @@ pub trait Block: Send {
     fn copy_store(&self, _into: &mut Option<Box<dyn Any + Send>>) {}
     /// Takes a copy back.
     fn take_store(&mut self, _from: &dyn Any) {}
-    /// A copy with its own store, for a fork of the run.
+    /// A copy with its own store, for a fork of the run. Where [`Prototype::can_save`] says no, every
+    /// operation of the copy is an error that says so.
     fn fork(&self) -> Box<dyn Block>;
 }
 
@@ -190,6 +191,13 @@ pub trait Prototype: Any + Send + Sync {
     fn initial(&self, x: &mut [f64], d: &mut [f64]);
     /// True when it has a store.
     fn stored(&self) -> bool;
+    /// Whether what its block stores can be saved and copied.
+    ///
+    /// # Errors
+    /// Why not: checkpoints, forks and snapshots are refused with the part's path.
+    fn can_save(&self) -> Result<(), String> {
+        Ok(())
+    }
     /// Wires it.
     fn block(&self, wiring: Wiring) -> Box<dyn Block>;
     /// Names of its states and outputs, where they are not `<path>.<port>`.

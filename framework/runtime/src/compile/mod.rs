@@ -234,7 +234,7 @@ fn build_services(
     for (part, entry) in entries.iter().filter(|(_, e)| e.service_kind().is_some()) {
         let none = Services::default();
         let mut cx = ReadCx::new(&part.path, &none);
-        let files = files_of(part, files);
+        let files = files.first(part.folder.as_deref());
         if let Some(object) = entry.make_service(&part.params, &files, &mut cx) {
             services.add(&part.path, object);
         } else if let Some(kind) = entry.service_kind() {
@@ -243,15 +243,6 @@ fn build_services(
         faults.append(&mut located(cx.faults, part));
     }
     services
-}
-
-/// Files that a part names are looked for beside the file that writes it, too.
-fn files_of(part: &PartSpec, files: &Files) -> Files {
-    let mut files = files.clone();
-    if let Some(folder) = &part.folder {
-        files.folders.insert(0, folder.clone());
-    }
-    files
 }
 
 fn build_models<'a>(
@@ -263,7 +254,7 @@ fn build_models<'a>(
     let mut parts = Vec::new();
     for (part, entry) in entries.iter().filter(|(_, e)| e.service_kind().is_none()) {
         let mut cx = ReadCx::new(&part.path, services);
-        cx.files = files_of(part, files);
+        cx.files = files.first(part.folder.as_deref());
         if let Some(prototype) = entry.make_model(&part.params, &mut cx) {
             parts.push(Part { spec: part, prototype, wiring: Wiring::default() });
         }
