@@ -49,18 +49,16 @@ pub(crate) fn interface(
         ),
     };
     match (wanted, other) {
-        (Some(found), _) if found.needs_tool => {
-            Err(Refusal::new(format!("`{name}` only talks to another program that has to be there"))
-                .help("export the unit so that it runs by itself"))
-        }
+        (Some(found), _) if found.needs_tool => Err(Refusal::new(format!(
+            "`{name}` only talks to another program that has to be there"
+        ))
+        .help("export the unit so that it runs by itself")),
         (Some(found), _) => Ok(found.clone()),
-        (None, Some(_)) => {
-            Err(Refusal::new(format!("`{name}` is no unit for {what}")).help(help))
-        }
-        (None, None) => {
-            Err(Refusal::new(format!("`{name}` is a unit neither for co-simulation nor for model exchange"))
-                .help("export the unit for one of the two"))
-        }
+        (None, Some(_)) => Err(Refusal::new(format!("`{name}` is no unit for {what}")).help(help)),
+        (None, None) => Err(Refusal::new(format!(
+            "`{name}` is a unit neither for co-simulation nor for model exchange"
+        ))
+        .help("export the unit for one of the two")),
     }
 }
 

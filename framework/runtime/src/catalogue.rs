@@ -29,10 +29,20 @@ pub trait Foreign: 'static {
     fn make(p: Self::Params, written: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>>;
 }
 
+/// Makes parts of one name for a program that has no Rust type for them: models of another language.
+pub trait Making: Send + Sync {
+    /// What is known of the instance with these parameters; `None` when they do not tell (making it
+    /// tells why).
+    fn describe(&self, params: &Located) -> Option<Description>;
+    /// Makes it; `None` with faults in `cx`.
+    fn make(&self, params: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>>;
+}
+
 #[derive(Clone)]
 enum Maker {
     Model(MakeModel),
     Sized(MakeModel, Describe),
+    Given(Arc<dyn Making>),
     Service(ServiceKind, MakeService),
 }
 
@@ -123,12 +133,18 @@ impl Entry {
         Entry { description: Arc::new(description), maker: Maker::Sized(make, describe) }
     }
 
+    /// Parts that `making` makes; `description` says what is known before parameters are.
+    pub fn given(description: Description, making: Arc<dyn Making>) -> Entry {
+        Entry { description: Arc::new(description), maker: Maker::Given(making) }
+    }
+
     /// What is known of the instance with these parameters. Ports of a sized model, or of one that a
     /// file describes, are known only when its parameters can be read (`None` else; reading them again
     /// tells why).
     pub fn describe(&self, params: &Located, files: &Files) -> Option<Arc<Description>> {
-        match self.maker {
+        match &self.maker {
             Maker::Sized(_, describe) => describe(params, files).map(Arc::new),
+            Maker::Given(making) => making.describe(params).map(Arc::new),
             _ => Some(self.description.clone()),
         }
     }
@@ -153,15 +169,16 @@ impl Entry {
     /// What it provides, when it is a service.
     pub fn service_kind(&self) -> Option<ServiceKind> {
         match self.maker {
-            Maker::Model(_) | Maker::Sized(..) => None,
+            Maker::Model(_) | Maker::Sized(..) | Maker::Given(_) => None,
             Maker::Service(kind, _) => Some(kind),
         }
     }
 
     /// Builds a model; `None` (with faults in `cx`) when the parameters are wrong or it is a service.
     pub fn make_model(&self, params: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>> {
-        match self.maker {
+        match &self.maker {
             Maker::Model(make) | Maker::Sized(make, _) => make(&self.description, params, cx),
+            Maker::Given(making) => making.make(params, cx),
             Maker::Service(..) => None,
         }
     }
@@ -174,7 +191,7 @@ impl Entry {
         cx: &mut ReadCx<'_>,
     ) -> Option<ServiceObject> {
         match self.maker {
-            Maker::Model(_) | Maker::Sized(..) => None,
+            Maker::Model(_) | Maker::Sized(..) | Maker::Given(_) => None,
             Maker::Service(_, make) => make(params, files, cx),
         }
     }
@@ -199,6 +216,19 @@ impl Catalogue {
             entries.insert(name, entry);
         }
         Catalogue { entries }
+    }
+
+    /// Adds one.
+    ///
+    /// # Errors
+    /// Its name, when there is one of that name.
+    pub fn add(&mut self, entry: Entry) -> Result<(), String> {
+        let name = entry.description.name.to_string();
+        if self.entries.contains_key(&name) {
+            return Err(name);
+        }
+        self.entries.insert(name, entry);
+        Ok(())
     }
 
     /// All, by name.

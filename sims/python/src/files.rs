@@ -5,7 +5,7 @@ use linkwork_formats::{Description, ReadOptions, Root};
 use linkwork_multibody::{Hinge, Multibody};
 use linkwork_runner::Library;
 pub use linkwork_runner::Ready;
-use linkwork_runtime::Catalogue;
+use linkwork_runtime::{Catalogue, Entry};
 use std::path::Path;
 
 /// Every model and service of the component libraries.
@@ -15,6 +15,17 @@ pub fn catalogue() -> Catalogue {
 
 fn library() -> Library {
     Library { catalogue: catalogue(), embedded: linkwork_assemblies::embedded() }
+}
+
+/// The library with more models.
+fn library_with(more: Vec<Entry>) -> Result<Library, String> {
+    let mut library = library();
+    for entry in more {
+        library.catalogue.add(entry).map_err(|name| {
+            format!("there is a model `{name}` already\n  help: give yours another name")
+        })?;
+    }
+    Ok(library)
 }
 
 /// A mechanism as a file has it.
@@ -122,12 +133,17 @@ fn with_root(mbs: &Multibody, root: Root) -> Result<Multibody, String> {
     parts.build().map_err(|e| e.to_string())
 }
 
-/// Loads, compiles and puts down a simulation with `PATH=VALUE` overrides.
-pub fn simulation(path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, String> {
-    library().file(path, set, seed).map_err(|f| f.to_string())
+/// Loads, compiles and puts down a simulation with `PATH=VALUE` overrides, and models of one's own.
+pub fn simulation(
+    path: &Path,
+    set: &[String],
+    seed: Option<u64>,
+    models: Vec<Entry>,
+) -> Result<Ready, String> {
+    library_with(models)?.file(path, set, seed).map_err(|f| f.to_string())
 }
 
 /// The same from a text that needs no other file: the configuration in a checkpoint.
-pub fn simulation_text(name: &str, text: &str) -> Result<Ready, String> {
-    library().text(name, text).map_err(|f| f.to_string())
+pub fn simulation_text(name: &str, text: &str, models: Vec<Entry>) -> Result<Ready, String> {
+    library_with(models)?.text(name, text).map_err(|f| f.to_string())
 }

@@ -12,6 +12,7 @@
 //! | `operators` | `Operators`, `Operator`: expressions |
 //! | `simulate` | a small time integration of one mechanism |
 //! | `files`, `formats` | reading files with all component libraries; what a file says besides; URDF and RON out |
+//! | `parts` | parts of a simulation that are Python classes |
 //! | `simulation`, `running`, `log`, `values` | `Simulation` and its logs |
 #![allow(non_snake_case)]
 // Python passes references to what it owns.
@@ -33,6 +34,7 @@ mod inverse_kinematics;
 mod log;
 mod mechanism;
 mod operators;
+mod parts;
 mod running;
 mod simulate;
 mod simulation;

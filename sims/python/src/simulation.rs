@@ -5,6 +5,7 @@ use crate::error::{no_variable, refuse, refuse_with, run_failed};
 use crate::files::{self, Ready};
 use crate::log::{Filling, Log, Rows};
 use crate::mechanism::Mechanism;
+use crate::parts;
 use crate::running::{RECORDING, Running, Stopped};
 use crate::values::{Variable, object, overrides, period, seconds};
 use linkwork_assembly::{LogRule, Text, match_patterns};
@@ -25,7 +26,12 @@ use std::sync::{Arc, Mutex};
 ///
 /// path: a sim.ron or its folder. overrides: {path: value} of parameters and settings, as
 /// `--set` on the command line. seed: replaces the file's. until: when `run()` stops, replaces
-/// the file's; s, or a text such as "2 min".
+/// the file's; s, or a text such as "2 min". models: {name: class}, parts in Python: a class has
+/// `inputs` and `outputs` ({name: unit}, {name: (unit, length)}; or, bound to the mechanism under that
+/// name, "hinge state", "node state", "hinge torque", "wrench", ..) and `step(self, t, u)`, which is
+/// called at the part's rate with t in s and u = {input: value} and returns {output: value}; the
+/// part's `params` in the file are arguments of the class. `save(self)` and `load(self, saved)`, or
+/// `stateless = True`, make checkpoints and forks possible.
 /// Raises LinkworkError with every mistake, each with its place.
 #[pyclass(frozen, module = "linkwork")]
 pub struct Simulation {
@@ -51,7 +57,7 @@ impl Drop for Busy<'_> {
 }
 
 impl Simulation {
-    fn from_ready(ready: Ready, until: Option<Seconds>) -> PyResult<Self> {
+    fn from_ready(py: Python<'_>, ready: Ready, until: Option<Seconds>) -> PyResult<Self> {
         let stop_when = match &ready.loaded.simulation.stop_when {
             Some(text) => {
                 Some(ready.plan().variable(&text.text).map_err(|e| no_variable(&e))?.place)
@@ -61,6 +67,8 @@ impl Simulation {
         let file = ready.loaded.simulation;
         let program = Arc::new(ready.program);
         let sim = runtime::Simulation::of(program.clone());
+        // A part that raised at the first tick.
+        sim.check().map_err(|e| parts::raised(py, run_failed(&e)))?;
         Ok(Self {
             plan: program.phases[0].plan.clone(),
             program,
@@ -74,17 +82,31 @@ impl Simulation {
         })
     }
 
-    /// Does something with the run; other threads go on while this waits for its turn.
-    fn with<R: Send>(&self, py: Python<'_>, f: impl FnOnce(&mut Running) -> R + Send) -> R {
-        py.detach(|| {
+    /// Does something with the run; other threads go on while this waits for its turn. A part that
+    /// runs in it cannot.
+    fn with<R: Send>(
+        &self,
+        py: Python<'_>,
+        f: impl FnOnce(&mut Running) -> R + Send,
+    ) -> PyResult<R> {
+        if parts::inside() {
+            return Err(refuse_with(
+                "a part asks the simulation that runs it",
+                "declare what it needs in `inputs`, and wire it",
+            ));
+        }
+        Ok(py.detach(|| {
             self.waiting.fetch_add(1, Ordering::SeqCst);
             let mut running = lock(&self.running);
             self.waiting.fetch_sub(1, Ordering::SeqCst);
             f(&mut running)
-        })
+        }))
     }
 
     fn claim(&self) -> PyResult<Busy<'_>> {
+        if parts::inside() {
+            return Err(refuse_with("a part runs a simulation", "run it outside of `step`"));
+        }
         if self.busy.swap(true, Ordering::SeqCst) {
             return Err(refuse_with(
                 "the simulation is already running",
@@ -112,7 +134,7 @@ impl Simulation {
             match stopped {
                 Stopped::Done => return Ok(()),
                 Stopped::Chunk => {}
-                Stopped::Failed(e) => return Err(run_failed(&e)),
+                Stopped::Failed(e) => return Err(parts::raised(py, run_failed(&e))),
                 Stopped::Recording(e) => {
                     return Err(refuse_with(e, "the run can go on without the recording"));
                 }
@@ -190,36 +212,46 @@ impl Simulation {
 #[pymethods]
 impl Simulation {
     #[new]
-    #[pyo3(signature = (path, overrides=None, *, seed=None, until=None))]
+    #[pyo3(signature = (path, overrides=None, *, seed=None, until=None, models=None))]
     fn new(
         py: Python<'_>,
         path: PathBuf,
         overrides: Option<&Bound<'_, PyDict>>,
         seed: Option<u64>,
         until: Option<&Bound<'_, PyAny>>,
+        models: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let set = self::overrides(overrides)?;
         let until = until.map(|u| seconds(u, "until")).transpose()?;
-        let ready = py.detach(|| files::simulation(&path, &set, seed)).map_err(refuse)?;
-        Self::from_ready(ready, until)
+        let models = parts::entries(models)?;
+        let ready = py.detach(|| files::simulation(&path, &set, seed, models)).map_err(refuse)?;
+        Self::from_ready(py, ready, until)
     }
 
     /// A run as it was when `save` (or the command line) wrote the checkpoint; it goes on to the
-    /// same bits. The checkpoint holds the whole configuration: no other file is needed.
+    /// same bits. The checkpoint holds the whole configuration: no other file is needed, but the
+    /// `models` that were given.
     #[staticmethod]
-    #[pyo3(signature = (path, *, until=None))]
-    fn resume(py: Python<'_>, path: PathBuf, until: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    #[pyo3(signature = (path, *, until=None, models=None))]
+    fn resume(
+        py: Python<'_>,
+        path: PathBuf,
+        until: Option<&Bound<'_, PyAny>>,
+        models: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let models = parts::entries(models)?;
         let until = until.map(|u| seconds(u, "until")).transpose()?;
-        let read = || {
+        let read = move || {
             let checkpoint = Checkpoint::read(&path).map_err(|e| {
                 format!("{e}\n  help: give a .lwck file that `save` or `linkwork run` wrote, whole")
             })?;
-            let ready = files::simulation_text("checkpoint.ron", &checkpoint.configuration)?;
+            let ready =
+                files::simulation_text("checkpoint.ron", &checkpoint.configuration, models)?;
             Ok((checkpoint, ready))
         };
         let (checkpoint, ready) = py.detach(read).map_err(|e: String| refuse(e))?;
-        let this = Self::from_ready(ready, until)?;
-        this.with(py, |r| r.sim_mut().restore(&checkpoint)).map_err(refuse)?;
+        let this = Self::from_ready(py, ready, until)?;
+        this.with(py, |r| r.sim_mut().restore(&checkpoint))?.map_err(refuse)?;
         Ok(this)
     }
 
@@ -227,27 +259,29 @@ impl Simulation {
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let write =
             |r: &mut Running| r.sim().checkpoint(&self.configuration).and_then(|c| c.write(&path));
-        self.with(py, write).map_err(refuse)
+        self.with(py, write)?.map_err(refuse)
     }
 
     /// Another run from the present state on, without this one's logs and callbacks.
-    fn fork(&self, py: Python<'_>) -> Self {
-        Self {
+    fn fork(&self, py: Python<'_>) -> PyResult<Self> {
+        let forked = self.with(py, |r| r.sim().can_save().map(|()| r.sim().fork()))?;
+        let forked = forked.map_err(|e| parts::raised(py, refuse(e)))?;
+        Ok(Self {
             plan: self.plan.clone(),
             program: self.program.clone(),
             configuration: self.configuration.clone(),
             rules: self.rules.clone(),
             until: self.until,
             stop_when: self.stop_when,
-            running: Mutex::new(Running::new(self.with(py, |r| r.sim().fork()))),
+            running: Mutex::new(Running::new(forked)),
             busy: AtomicBool::new(false),
             waiting: AtomicUsize::new(0),
-        }
+        })
     }
 
     /// Simulated time, s.
     #[getter]
-    fn time(&self, py: Python<'_>) -> f64 {
+    fn time(&self, py: Python<'_>) -> PyResult<f64> {
         self.with(py, |r| r.sim().time())
     }
     /// Integration step, s.
@@ -267,7 +301,7 @@ impl Simulation {
     }
     /// Hash of the state: equal hashes, equal bits. As in summary.json of the command line.
     #[getter]
-    fn state_hash(&self, py: Python<'_>) -> String {
+    fn state_hash(&self, py: Python<'_>) -> PyResult<String> {
         self.with(py, |r| format!("{:016x}", r.sim().hash()))
     }
     /// The whole configuration as one RON text that needs no other file.
@@ -334,7 +368,7 @@ impl Simulation {
         self.with(py, |r| {
             let (tick, base) = (r.sim().state().tick, r.sim().plan().base);
             r.log(period.map(|p| Schedule::from(tick, base, p)), filling);
-        });
+        })?;
         let units = variables.iter().map(|v| v.unit.clone()).collect();
         Ok(Log { names, units, rows })
     }
@@ -379,11 +413,11 @@ impl Simulation {
             r.runner().tap(RECORDING, Need::Must, tap);
             Ok(())
         };
-        self.with(py, open).map_err(|e: String| refuse(e))
+        self.with(py, open)?.map_err(|e: String| refuse(e))
     }
     /// Ends the recording: the file is whole when this returns. Nothing happens without one.
     fn stop_recording(&self, py: Python<'_>) -> PyResult<()> {
-        self.with(py, |r| r.runner().finish_tap(RECORDING)).map_err(refuse)
+        self.with(py, |r| r.runner().finish_tap(RECORDING))?.map_err(refuse)
     }
 
     /// The value of a variable, in its unit: a float, or a bool for truth values. The path of a
@@ -392,7 +426,7 @@ impl Simulation {
         let names = self.places(path)?;
         let places: Vec<Place> = names.iter().map(|n| self.plan.variables[n].place).collect();
         let values =
-            self.with(py, |r| places.iter().map(|p| r.sim().value(*p)).collect::<Vec<_>>());
+            self.with(py, |r| places.iter().map(|p| r.sim().value(*p)).collect::<Vec<_>>())?;
         let [name] = &names[..] else { return Ok(out1(py, values).into_any()) };
         if name != path {
             return Ok(out1(py, values).into_any());
@@ -423,7 +457,7 @@ impl Simulation {
         let set = |r: &mut Running| {
             names.iter().zip(&values).try_for_each(|(name, x)| r.sim_mut().set(name, *x))
         };
-        self.with(py, set).map_err(|e| no_variable(&e))
+        self.with(py, set)?.map_err(|e| no_variable(&e))
     }
     fn __contains__(&self, path: &str) -> bool {
         self.plan.variables.contains_key(path)
@@ -463,14 +497,14 @@ impl Simulation {
 
     /// Name of the present phase; an empty text for a simulation without phases.
     #[getter]
-    fn phase(&self, py: Python<'_>) -> String {
+    fn phase(&self, py: Python<'_>) -> PyResult<String> {
         self.with(py, |r| r.sim().phase().to_owned())
     }
 
     /// The mechanism of the present phase; its q and v are this simulation's.
     #[getter]
     fn mechanism(&self, py: Python<'_>) -> PyResult<Mechanism> {
-        let plan = self.with(py, |r| r.sim().plan().clone());
+        let plan = self.with(py, |r| r.sim().plan().clone())?;
         let m = plan.mechanism().ok_or_else(no_mechanism)?;
         let gravity = m.uniform.unwrap_or(GRAVITY);
         Ok(Mechanism { core: Arc::new(Core::new((*m.multibody).clone(), gravity)?) })
@@ -483,7 +517,7 @@ impl Simulation {
             let m = sim.plan().mechanism()?;
             Some(sim.state().x[m.x..m.x + m.multibody.nq()].to_vec())
         };
-        Ok(out1(py, self.with(py, read).ok_or_else(no_mechanism)?))
+        Ok(out1(py, self.with(py, read)?.ok_or_else(no_mechanism)?))
     }
     /// Velocity of the mechanism now (nv,), a copy.
     #[getter]
@@ -494,7 +528,7 @@ impl Simulation {
             let at = m.x + m.multibody.nq();
             Some(sim.state().x[at..at + m.multibody.nv()].to_vec())
         };
-        Ok(out1(py, self.with(py, read).ok_or_else(no_mechanism)?))
+        Ok(out1(py, self.with(py, read)?.ok_or_else(no_mechanism)?))
     }
 
     /// Callbacks often hold the simulation that holds them: the garbage collector may see that.
@@ -512,9 +546,9 @@ impl Simulation {
         drop(calls);
     }
 
-    fn __repr__(&self, py: Python<'_>) -> String {
-        let (parts, t) = (self.plan.parts.len(), self.time(py));
-        format!("Simulation({parts} parts, {} variables, t = {t} s)", self.plan.variables.len())
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (parts, t) = (self.plan.parts.len(), self.time(py)?);
+        Ok(format!("Simulation({parts} parts, {} variables, t = {t} s)", self.plan.variables.len()))
     }
 }
 
@@ -533,7 +567,6 @@ impl Simulation {
         self.with(py, |r| {
             r.runner().call(period);
             r.calls.push(function);
-        });
-        Ok(())
+        })
     }
 }
