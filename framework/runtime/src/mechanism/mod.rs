@@ -16,11 +16,13 @@ mod names;
 mod placement;
 mod plan;
 mod ports;
+mod rank;
 mod spec;
 
 pub use placement::{PlaceError, Placement, place_on_terrain};
 pub use plan::{MechanismPart, MechanismPlan};
 pub use ports::{Frame, MechanismPorts};
+pub use rank::RankReport;
 pub use spec::{ContactSpec, MechanismSpec};
 
 use crate::plan::Plan;
