@@ -157,7 +157,7 @@ fn colliders_without_contact_are_told() {
         format!(
             r#"Simulation(
                 bodies: {{
-                    "ball": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), shapes: [(shape: Sphere(0.1), collide: true)]),
+                    "ball": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), initial: (position: [0, 0, 1]), shapes: [(shape: Sphere(0.1), collide: true)]),
                 }},
                 colliders: {{ "floor": (on: "world", shape: HalfSpace) }},
                 gravity: "none", until: "1 s", {more}

@@ -1,10 +1,10 @@
 //! Parts that act on nothing and that nobody reads: a sensor that was put in and forgotten.
 use linkwork_assembly::{Loaded, Text, match_patterns};
-use linkwork_runtime::{Fault, Plan, Program, Value};
+use linkwork_runtime::{Fault, Origin, PartSpec, Plan, PortSpec, Program, Value};
 use std::collections::BTreeSet;
 
-/// A warning for each part of the first phase none of whose outputs is wired, bound, logged, shown, watched or
-/// plotted, in no phase.
+/// A warning for each part of the first phase of which no output is wired, bound, logged, shown, watched or
+/// plotted in any phase.
 pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
     let file = &loaded.simulation;
     let plan = &program.phases[0].plan;
@@ -17,8 +17,7 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
     if let Some(view) = &file.view {
         texts(&view.value, &mut words);
     }
-    let origin = loaded.spec.parts.first().map_or(linkwork_runtime::Origin::NONE, |p| p.origin);
-    patterns.extend(words.into_iter().map(|text| Text { text, origin }));
+    patterns.extend(words.into_iter().map(|text| Text { text, origin: Origin::NONE }));
     let names: Vec<&String> = plan.variables.keys().collect();
     let mut seen: BTreeSet<&str> = BTreeSet::new();
     for pattern in patterns {
@@ -29,7 +28,7 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
     }
     for phase in &loaded.phases {
         for transition in &phase.transitions {
-            let named = |p: &&linkwork_runtime::PartSpec| transition.when.contains(&p.path);
+            let named = |p: &&PartSpec| transition.when.contains(&p.path);
             seen.extend(phase.spec.parts.iter().filter(named).map(|p| p.path.as_str()));
         }
     }
@@ -56,7 +55,7 @@ fn read(plan: &Plan) -> Vec<usize> {
     for (k, part) in plan.parts.iter().enumerate() {
         let d = part.prototype.description();
         let count =
-            |ports: &[linkwork_runtime::PortSpec]| ports.iter().map(|p| p.lanes).sum::<usize>();
+            |ports: &[PortSpec]| ports.iter().map(|p| p.lanes).sum::<usize>();
         let w = &part.wiring;
         let (m, n) = (count(&d.moore_outputs), count(&d.direct_outputs));
         own.push((k, w.ym..w.ym + m, w.yd..w.yd + n));
