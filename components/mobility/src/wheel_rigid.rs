@@ -43,7 +43,7 @@ pub struct WheelRigidParams {
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WheelIn {
     /// Hub of the wheel: its y axis is the axle.
-    #[port(bind = "hub")]
+    #[port(bind = "hub", axle = "y")]
     pub hub: NodeState,
 }
 
@@ -108,6 +108,22 @@ impl BristleState {
 /// Rigid wheel on rigid ground: Hunt-Crossley normal force and elasto-plastic bristle friction on three discs.
 pub struct WheelRigid {
     p: WheelRigidParams,
+}
+
+/// A rigid wheel that starts deeper than this part of its radius is thrown out.
+const STARTS_IN: f64 = 0.1;
+
+/// What there is to say of a wheel that starts in the ground.
+pub(crate) fn in_the_ground(depth: f64, radius: f64, most: f64) -> Vec<BuildError> {
+    if !(depth > most * radius) {
+        return Vec::new();
+    }
+    let fact = format!(
+        "the wheel starts {depth:.3} m deep in the ground, {:.0} % of its radius: it is thrown out",
+        100.0 * depth / radius
+    );
+    let help = "start higher, or let `place` put the machine on the ground";
+    vec![BuildError::new(fact).help(help)]
 }
 
 /// Pose and motion of a hub as the contacts want them.
@@ -191,6 +207,10 @@ impl Model for WheelRigid {
         y: &RigidOut,
     ) -> BristleState {
         BristleState { right: y.right_rate, middle: y.middle_rate, left: y.left_rate }
+    }
+    fn remarks(&self, c: &Clock, x: &BristleState, d: &(), _: &(), u: &WheelIn) -> Vec<BuildError> {
+        let depth = self.direct(c, x, d, u, &()).sinkage;
+        in_the_ground(depth, self.p.radius, STARTS_IN)
     }
 }
 

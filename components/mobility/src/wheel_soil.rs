@@ -6,7 +6,7 @@ use crate::rigid_contact::Hub;
 use crate::soil_contact::{SoilContact, SoilState};
 use crate::terramechanics::Shear;
 use crate::wheel_geometry::Cylinder;
-use crate::wheel_rigid::{WheelIn, hub_of};
+use crate::wheel_rigid::{WheelIn, hub_of, in_the_ground};
 use linkwork_runtime::prelude::*;
 
 /// How shear stress is shared between the two directions.
@@ -199,7 +199,14 @@ impl Model for WheelSoilModel {
             rolled: y.rolled_rate,
         }
     }
+    fn remarks(&self, c: &Clock, x: &SoilLanes, d: &(), _: &(), u: &WheelIn) -> Vec<BuildError> {
+        let depth = self.direct(c, x, d, u, &()).sinkage;
+        in_the_ground(depth, self.p.radius, STARTS_IN)
+    }
 }
+
+/// Soft ground carries a wheel at a fifth of its radius or so; a wheel that starts deeper is thrown out.
+const STARTS_IN: f64 = 0.4;
 
 #[cfg(test)]
 mod tests {

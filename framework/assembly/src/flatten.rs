@@ -165,6 +165,8 @@ pub(crate) struct Mechanism {
     pub spec: Option<MechanismSpec>,
     pub shapes: Vec<BodyShape>,
     pub colliders: Option<Arc<Colliders>>,
+    /// Where the first collider is written.
+    pub collides: Option<Origin>,
     /// What the resolved text says instead of what was written.
     pub told: Told,
 }
@@ -230,6 +232,7 @@ pub(crate) fn mechanism(
     }
     let of_bodies = bodies.values().flat_map(|(b, _)| b.colliders.iter().map(|(_, c)| c.clone()));
     let all: Vec<Collider> = of_bodies.chain(standing.colliders).collect();
+    let collides = all.first().map(|c| c.origin);
     // After a mistake a collider may be missing: what names it stays silent.
     let complete = cx.faults.len() == before;
     let contact = contact::read(cx, root, &instances, &bodies, (&all, complete));
@@ -239,7 +242,7 @@ pub(crate) fn mechanism(
         contact.rub(builder.bodies_mut());
     }
     if bodies.is_empty() {
-        return Mechanism { spec: None, shapes, colliders: None, told };
+        return Mechanism { spec: None, shapes, colliders: None, collides: None, told };
     }
     let built = match builder.build() {
         Ok(multibody) => Some(Arc::new(multibody)),
@@ -275,7 +278,7 @@ pub(crate) fn mechanism(
         }
     });
     let colliders = colliders.filter(|c| !c.is_empty());
-    Mechanism { spec, shapes, colliders, told }
+    Mechanism { spec, shapes, colliders, collides, told }
 }
 
 /// Every body of every instance.

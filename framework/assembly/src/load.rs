@@ -78,6 +78,8 @@ pub struct Loaded {
     pub shapes: Vec<BodyShape>,
     /// Shapes that collide, for queries too; nothing touches unless `contact` is written.
     pub colliders: Option<Arc<Colliders>>,
+    /// Where the first of them is written.
+    pub(crate) collides: Option<Origin>,
     /// Imported files, with what of them is left out or was ignored.
     pub imports: Vec<Import>,
     /// The assembly tree.
@@ -102,10 +104,30 @@ impl Loaded {
         linkwork_runtime::compile_program(&self.phases, catalogue, files)
     }
 
-    /// What imported files say and the simulation does not do, told at the `import` that brought it.
+    /// What imported files say and the simulation does not do, told at the `import` that brought it; and
+    /// shapes that collide while no phase has contact.
     #[must_use]
     pub fn warnings(&self) -> Vec<Fault> {
-        self.imports.iter().flat_map(Import::warnings).collect()
+        let mut all: Vec<Fault> = self.imports.iter().flat_map(Import::warnings).collect();
+        let touches = |p: &PhaseSpec| {
+            p.spec.mechanism().is_some_and(|m| m.contact.is_some() || m.compliant.is_some())
+        };
+        if let (Some(colliders), Some(origin)) = (&self.colliders, self.collides)
+            && !self.phases.iter().any(touches)
+        {
+            let n = colliders.len();
+            let fact = format!(
+                "{n} {} and nothing touches: there is no `contact`",
+                match n {
+                    1 => "shape collides",
+                    _ => "shapes collide",
+                }
+            );
+            let help =
+                "write `contact: ()` in the simulation, or take `collide` and `colliders` out";
+            all.push(Fault::new(origin, fact).help(help));
+        }
+        all
     }
 }
 
@@ -421,6 +443,7 @@ fn assemble(
         simulation,
         shapes: mechanism.shapes,
         colliders: mechanism.colliders,
+        collides: mechanism.collides,
         imports,
         sources: Sources::default(),
         resolved: String::new(),

@@ -12,6 +12,7 @@ struct PortAttr {
     frame: Option<LitStr>,
     sum: bool,
     direction: Option<&'static str>,
+    axle: Option<LitStr>,
 }
 
 fn attribute(field: &syn::Field) -> syn::Result<PortAttr> {
@@ -25,7 +26,7 @@ fn attribute(field: &syn::Field) -> syn::Result<PortAttr> {
     Ok(out)
 }
 
-/// `"unit", default = 0.0, sum, bind = "shaft", frame = "body", rising | falling`, each optional, in any
+/// `"unit", default = 0.0, sum, bind = "shaft", frame = "body", axle = "y", rising | falling`, each optional, in any
 /// order.
 fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
     while !input.is_empty() {
@@ -49,10 +50,14 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
                     input.parse::<Token![=]>()?;
                     out.frame = Some(input.parse()?);
                 }
+                "axle" => {
+                    input.parse::<Token![=]>()?;
+                    out.axle = Some(input.parse()?);
+                }
                 _ => {
                     return Err(syn::Error::new(
                         key.span(),
-                        "unknown port attribute; known: a unit string, default, bind, frame, sum, rising, falling",
+                        "unknown port attribute; known: a unit string, default, bind, frame, axle, sum, rising, falling",
                     ));
                 }
             }
@@ -99,9 +104,18 @@ pub fn derive(input: &DeriveInput) -> syn::Result<Tokens> {
         };
         let (bind, frame, sum) = (opt(&attr.bind), opt(&attr.frame), attr.sum);
         let direction = quote::format_ident!("{}", attr.direction.unwrap_or("Either"));
+        let axle = match attr.axle.as_ref().map(|a| (a, a.value())) {
+            None => quote!(),
+            Some((_, a)) if a == "x" => quote!(.about([1.0, 0.0, 0.0])),
+            Some((_, a)) if a == "y" => quote!(.about([0.0, 1.0, 0.0])),
+            Some((_, a)) if a == "z" => quote!(.about([0.0, 0.0, 1.0])),
+            Some((a, _)) => {
+                return Err(syn::Error::new_spanned(a, "an axle is \"x\", \"y\" or \"z\""));
+            }
+        };
         specs.push(quote! {
             #rt::PortSpec::new::<#ty>(#text, #unit, #doc, #default, #sum, #bind, #frame)
-                .when(#rt::Direction::#direction)
+                .when(#rt::Direction::#direction) #axle
         });
         puts.push(quote!(#rt::Lane::put(&self.#ident, &mut s[o..o + <#ty as #rt::Lane>::N]);));
         idents.push(ident);

@@ -26,6 +26,7 @@ mod pace;
 mod prepare;
 mod run;
 mod saves;
+mod unread;
 
 pub use figures::{Figures, Running, Tracked};
 pub use folder::{Folder, FolderError};

@@ -1,4 +1,5 @@
 //! Loading: a file or text, compiled and put down, with all mistakes at once.
+use crate::unread::unread;
 use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down, tidy};
 use linkwork_runtime::{Catalogue, Fault, Files, Origin, Plan, Program, Simulation, Sources};
 use std::collections::BTreeMap;
@@ -24,6 +25,18 @@ impl Ready {
     /// The plan of the phase in which the run begins; its variables are those of all phases.
     pub fn plan(&self) -> &Plan {
         &self.program.phases[0].plan
+    }
+
+    /// What is allowed and probably not meant, each once: of the files, of every phase, and of the start.
+    pub fn warnings(&self) -> Vec<Fault> {
+        let of_plans = self.program.phases.iter().flat_map(|p| p.plan.warnings.clone());
+        let mut all: Vec<Fault> = Vec::new();
+        for fault in self.loaded.warnings().into_iter().chain(of_plans) {
+            if !all.contains(&fault) {
+                all.push(fault);
+            }
+        }
+        all
     }
 }
 
@@ -99,7 +112,11 @@ impl Library {
         {
             put_down(plan, place).map_err(|fault| faulty(vec![fault]))?;
         }
-        let remarks = Simulation::new(program.phases[0].plan.clone()).remarks();
+        let mut start = Simulation::new(program.phases[0].plan.clone());
+        let mut remarks = start.remarks();
+        remarks.extend(start.stiffness());
+        drop(start);
+        remarks.extend(unread(&loaded, &program));
         if let Some(plan) = std::sync::Arc::get_mut(&mut program.phases[0].plan) {
             plan.warnings.extend(remarks);
         }

@@ -36,7 +36,7 @@ pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile};
 pub use condition::{Condition, ConditionError};
 pub use mechanism::{
     ContactSpec, Frame, MechanismPart, MechanismPlan, MechanismPorts, MechanismSpec, PlaceError,
-    Placement, place_on_terrain,
+    Placement, RankReport, place_on_terrain,
 };
 pub use model::{BuildError, Description, Functions, Model, Store};
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};

@@ -59,6 +59,8 @@ pub struct PortSpec {
     pub frame: Option<Text>,
     /// For a guard: which change of sign is an event.
     pub direction: Direction,
+    /// For a node of a wheel or rotor: the axis about which it is meant to turn, in the node's axes.
+    pub axle: Option<[f64; 3]>,
 }
 
 impl PortSpec {
@@ -83,6 +85,7 @@ impl PortSpec {
             bind: bind.map(Text::from),
             frame: frame.map(Text::from),
             direction: Direction::Either,
+            axle: None,
         }
     }
 
@@ -99,6 +102,7 @@ impl PortSpec {
             bind: None,
             frame: None,
             direction: Direction::Either,
+            axle: None,
         }
     }
 
@@ -134,6 +138,13 @@ impl PortSpec {
     #[must_use]
     pub fn when(mut self, direction: Direction) -> Self {
         self.direction = direction;
+        self
+    }
+
+    /// A node that is meant to turn about an axis of its own.
+    #[must_use]
+    pub fn about(mut self, axle: [f64; 3]) -> Self {
+        self.axle = Some(axle);
         self
     }
 

@@ -1,5 +1,6 @@
 //! `linkwork check`: load, compile, place, and look up every pattern, without running.
 use crate::{exit, load, run};
+use linkwork_runtime::RankReport;
 use std::path::Path;
 
 /// Prints every mistake, or what there is.
@@ -29,6 +30,9 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
             m.multibody.nv(),
             m.tree.total_mass()
         );
+        if let Some(rank) = m.rank() {
+            constraints(&rank);
+        }
     }
     if ready.program.phases.len() > 1 {
         let names: Vec<&str> = ready.program.phases.iter().map(|p| p.name.as_str()).collect();
@@ -36,4 +40,21 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
     }
     load::warn(&ready);
     exit::OK
+}
+
+/// What loops and couplings leave of the motion, and which of them repeat others.
+fn constraints(r: &RankReport) {
+    say!(
+        "    constraints: {} equations of rank {} on {} free rates: mobility {}; {} prescribed",
+        r.rows,
+        r.rank,
+        r.free,
+        r.mobility(),
+        r.prescribed
+    );
+    let again: Vec<String> =
+        r.redundant.iter().map(|(name, rows, of)| format!("{name} ({rows} of {of})")).collect();
+    if !again.is_empty() {
+        say!("    repeat others: {}", again.join(", "));
+    }
 }

@@ -4,7 +4,7 @@ use linkwork_assembly::Loaded;
 pub use linkwork_assembly::{dotted, numbers, only, texts};
 use linkwork_runner::Library;
 pub use linkwork_runner::{Ready, sim_file};
-use linkwork_runtime::{Catalogue, Fault, Plan, Value};
+use linkwork_runtime::{Catalogue, Plan, Value};
 use std::path::Path;
 
 /// Every model and service of the component libraries.
@@ -38,14 +38,7 @@ pub fn ready_text(name: &str, text: &str) -> Result<Ready, u8> {
 
 /// Prints what is allowed and probably not meant, each once.
 pub fn warn(ready: &Ready) {
-    let mut told: Vec<&Fault> = Vec::new();
-    let of_files = ready.loaded.warnings();
-    let of_plans = ready.program.phases.iter().flat_map(|p| &p.plan.warnings);
-    for fault in of_files.iter().chain(of_plans) {
-        if told.contains(&fault) {
-            continue;
-        }
-        told.push(fault);
+    for fault in ready.warnings() {
         let place = ready.loaded.sources.place(fault.origin);
         let at = place.map_or(String::new(), |(n, l, c)| format!("\n  --> {n}:{l}:{c}"));
         let help = fault.help.as_ref().map_or(String::new(), |h| format!("\n  help: {h}"));

@@ -2,6 +2,7 @@
 use super::plan::{CONTACT_REPORTS, MechanismPlan};
 use super::ports::Frame;
 use crate::block::{Block, Evaluation, Failure, Now, Outcome, Wiring, copy_into};
+use crate::model::BuildError;
 use crate::ports::{Lane, NodeState};
 use linkwork_dynamics::{Tree, Workspace, forward_dynamics_given_kinematics, kinematics};
 use linkwork_multibody::LoopMotion;
@@ -386,6 +387,19 @@ impl Block for MechanismBlock {
         let (q, _) = self.split(x);
         self.put_constraints(q, sig);
         Ok(())
+    }
+
+    fn remarks(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64]) -> Vec<BuildError> {
+        let over = self.plan.rank().map(|r| r.over_prescribed).unwrap_or_default();
+        if over.is_empty() {
+            return Vec::new();
+        }
+        let fact = format!(
+            "{}: held only while prescribed motions agree with each other",
+            over.join(", ")
+        );
+        let help = "take `prescribed` out of all but as many hinges as the mechanism has degrees of freedom";
+        vec![BuildError::new(fact).help(help)]
     }
 
     fn save_store(&self) -> Result<Vec<u8>, String> {

@@ -8,6 +8,7 @@
 //! After a step q and v are put back onto the constraints. With contact, the part advances a step at a
 //! time (`advance`); nothing but the impulses of the last contacts passes from step to step, and they
 //! are its store.
+mod axle;
 mod block;
 mod carry;
 mod joints;
@@ -16,11 +17,13 @@ mod names;
 mod placement;
 mod plan;
 mod ports;
+mod rank;
 mod spec;
 
 pub use placement::{PlaceError, Placement, place_on_terrain};
 pub use plan::{MechanismPart, MechanismPlan};
 pub use ports::{Frame, MechanismPorts};
+pub use rank::RankReport;
 pub use spec::{ContactSpec, MechanismSpec};
 
 use crate::plan::Plan;

@@ -243,6 +243,11 @@ impl MechanismPlan {
         any.then(|| ConstrainedSolver::new(tree, |c| treatments[place(c, loops)]))
     }
 
+    /// Where a loop or coupling is written.
+    pub(super) fn origin_of(&self, name: &str) -> Origin {
+        self.origins.get(name).copied().unwrap_or(Origin::NONE)
+    }
+
     pub(super) fn stepper(&self) -> Option<ContactStepper> {
         let loops = self.multibody.loops().len();
         self.contact.as_ref().map(|c| {
@@ -299,14 +304,23 @@ impl MechanismPlan {
                 projector.positions(tree, &mut ws, solver, motions, &mut self.q).and_then(|_| {
                     projector.rates(tree, &mut ws, solver, motions, &self.q, &mut self.v)
                 });
+            if done.is_err()
+                && let Some(fault) = self.contradiction()
+            {
+                return Err(fault);
+            }
+            let Some(solver) = &mut self.solver else { return Ok(()) };
             if let Err(e) = done {
                 kinematics(tree, &mut ws, &self.q, &self.v);
                 let error = |c| solver.error(tree, &ws, c, motions, &self.q);
                 let worst = self.multibody.constraints().map(|c| (error(c), c));
                 let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0)).map(|w| w.1);
                 let name = worst.map_or("", |c| self.multibody.constraint_name(c));
-                let origin = self.origins.get(name).copied().unwrap_or(Origin::NONE);
+                let origin = self.origin_of(name);
                 return Err(Fault { origin, ..fault(&e.to_string()) });
+            }
+            if let Some(fault) = self.contradiction() {
+                return Err(fault);
             }
         }
         kinematics(&self.tree, &mut ws, &self.q, &self.v);

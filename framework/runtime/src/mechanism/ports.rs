@@ -76,6 +76,9 @@ pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>)
                 treatment(b, (port, prescribed[*v as usize]), &label, out);
             }
             quantity(mb, b, (port, &target), out);
+            if let (Some(axle), Target::Node(frame)) = (port.axle, &target) {
+                super::axle::check(mb, b, (axle, *frame), &label, out);
+            }
             match ports.serve(port, &target) {
                 Ok(host_port) => out.wires.push(HostWire {
                     host_port,

@@ -13,6 +13,7 @@ mod moves;
 mod remarks;
 mod solve;
 mod state;
+mod stiffness;
 
 pub use moves::MoveReport;
 pub use state::{GuardState, State};

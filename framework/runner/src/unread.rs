@@ -1,0 +1,84 @@
+//! Parts that act on nothing and that nobody reads: a sensor that was put in and forgotten.
+use linkwork_assembly::{Loaded, Text, match_patterns};
+use linkwork_runtime::{Fault, Origin, PartSpec, Plan, PortSpec, Program, Value};
+use std::collections::BTreeSet;
+
+/// A warning for each part of the first phase of which no output is wired, bound, logged, shown, watched or
+/// plotted in any phase.
+pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
+    let file = &loaded.simulation;
+    let plan = &program.phases[0].plan;
+    let mut patterns: Vec<Text> = Vec::new();
+    patterns.extend(file.log.iter().flat_map(|l| l.channels.clone()));
+    patterns.extend(file.plots.iter().flat_map(|p| p.of.clone()));
+    patterns.extend(file.figures.iter().map(|f| f.of.clone()));
+    patterns.extend(file.stop_when.clone());
+    let mut words = Vec::new();
+    if let Some(view) = &file.view {
+        texts(&view.value, &mut words);
+    }
+    patterns.extend(words.into_iter().map(|text| Text { text, origin: Origin::NONE }));
+    let names: Vec<&String> = plan.variables.keys().collect();
+    let mut seen: BTreeSet<&str> = BTreeSet::new();
+    for pattern in patterns {
+        // What matches nothing is told elsewhere.
+        for k in match_patterns(&[pattern], &names).unwrap_or_default() {
+            seen.insert(&plan.variables[names[k]].part);
+        }
+    }
+    for phase in &loaded.phases {
+        for transition in &phase.transitions {
+            let named = |p: &&PartSpec| transition.when.contains(&p.path);
+            seen.extend(phase.spec.parts.iter().filter(named).map(|p| p.path.as_str()));
+        }
+    }
+    for phase in &program.phases {
+        let read = read(&phase.plan);
+        seen.extend(read.iter().map(|k| phase.plan.parts[*k].path.as_str()));
+    }
+    let idle = plan.parts.iter().filter(|p| {
+        let d = p.prototype.description();
+        let mut outputs = d.all_outputs().peekable();
+        outputs.peek().is_some() && !seen.contains(p.path.as_str()) && p.path != file.mechanism
+    });
+    idle.map(|p| {
+        let fact = format!("nobody reads anything of `{}`", p.path);
+        Fault::new(p.origin, fact).help("wire, log or plot one of its outputs, or take it out")
+    })
+    .collect()
+}
+
+/// Parts of which another part reads an output.
+fn read(plan: &Plan) -> Vec<usize> {
+    let mut lanes: BTreeSet<usize> = BTreeSet::new();
+    let mut own = Vec::new();
+    for (k, part) in plan.parts.iter().enumerate() {
+        let d = part.prototype.description();
+        let count =
+            |ports: &[PortSpec]| ports.iter().map(|p| p.lanes).sum::<usize>();
+        let w = &part.wiring;
+        let (m, n) = (count(&d.moore_outputs), count(&d.direct_outputs));
+        own.push((k, w.ym..w.ym + m, w.yd..w.yd + n));
+    }
+    for (k, part) in plan.parts.iter().enumerate() {
+        let (_, moore, direct) = &own[k];
+        let all = part.wiring.u.iter().chain(&part.wiring.ud).map(|lane| *lane as usize);
+        lanes.extend(all.filter(|lane| !moore.contains(lane) && !direct.contains(lane)));
+    }
+    lanes.extend(plan.sums.iter().flat_map(|s| &s.sources).map(|lane| *lane as usize));
+    let reads = |(k, a, b): (usize, std::ops::Range<usize>, std::ops::Range<usize>)| {
+        a.chain(b).any(|lane| lanes.contains(&lane)).then_some(k)
+    };
+    own.into_iter().filter_map(reads).collect()
+}
+
+/// All texts in a value.
+fn texts(v: &Value, out: &mut Vec<String>) {
+    match v {
+        Value::Text(t) => out.push(t.clone()),
+        Value::List(items) => items.iter().for_each(|i| texts(&i.value, out)),
+        Value::Map(entries) => entries.iter().for_each(|(_, i)| texts(&i.value, out)),
+        Value::Variant(_, inner) => texts(&inner.value, out),
+        Value::Null | Value::Bool(_) | Value::Number(_) => {}
+    }
+}
