@@ -4,6 +4,8 @@
 //! ```text
 //! import:  .fmu → archive (bounded) → description → ports;  shared library → instance
 //!          fmi.co_simulation: a sampled part      fmi.model_exchange: a continuous part
+//! export:  simulation → description, configuration, shared library → .fmu
+//!          importer → C functions of `export_unit!` → the simulation inside
 //! ```
 //! | module | what it holds |
 //! |---|---|
@@ -14,17 +16,24 @@
 //! | `ports`, `start` | ports and start values from the description |
 //! | `part` | what both kinds of parts share; the unit's state as bytes |
 //! | `co_simulation`, `model_exchange` | the parts |
+//! | `export` | a simulation into an archive |
+//! | `provide` | what stands behind the C functions of an exported unit |
 mod abi;
 mod archive;
 mod co_simulation;
+mod export;
 mod instance;
 mod model_exchange;
 mod part;
 mod ports;
+#[doc(hidden)]
+pub mod provide;
 mod start;
 mod unit;
 
+pub use archive::write_archive;
 pub use co_simulation::CoSimulation;
+pub use export::{Export, Exported, export, find_library, library_name};
 pub use model_exchange::ModelExchange;
 pub use start::{Starts, UnitParams};
 

@@ -72,7 +72,7 @@ impl Part {
 
     /// Whether its state can be saved.
     pub fn can_save(&self) -> std::result::Result<(), String> {
-        savable(&self.unit.interface)
+        savable(self.unit.description.version, &self.unit.interface)
     }
 
     /// An initialized instance at time `t` (s), and when it wants its first event (model exchange:

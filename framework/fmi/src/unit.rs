@@ -140,14 +140,15 @@ impl Unit {
 }
 
 /// Why the state of a unit cannot be saved.
-pub(crate) fn savable(interface: &Interface) -> Result<(), String> {
+pub(crate) fn savable(version: FmiVersion, interface: &Interface) -> Result<(), String> {
     let lacks = match (interface.state, interface.serialize) {
         (true, true) => return Ok(()),
-        (true, false) => "canSerializeFMUState",
-        (false, _) => "canGetAndSetFMUState",
+        (true, false) => "canSerializeFMU",
+        (false, _) => "canGetAndSetFMU",
     };
+    let state = if version == FmiVersion::V2 { "state" } else { "State" };
     Err(format!(
-        "the foreign unit `{}` cannot save its state (it lacks `{lacks}`)",
+        "the foreign unit `{}` cannot save its state (it lacks `{lacks}{state}`)",
         interface.identifier
     ))
 }
