@@ -132,6 +132,10 @@ impl Block for Stepping {
         self.live.get_mut().take_copy(from);
     }
     fn fork(&self) -> Box<dyn Block> {
-        Box::new(Stepping { live: RefCell::new(self.live.borrow_mut().fork()), w: self.w.clone(), u: self.u.clone() })
+        Box::new(Stepping {
+            live: RefCell::new(self.live.borrow_mut().fork()),
+            w: self.w.clone(),
+            u: self.u.clone(),
+        })
     }
 }

@@ -59,9 +59,8 @@ pub fn find_library(package: &str) -> Result<PathBuf, Fault> {
     let tried: Vec<String> = places.iter().map(|p| format!("`{}`", p.display())).collect();
     let message =
         format!("the library that goes into the unit is not there; tried {}", tried.join(", "));
-    let help = format!(
-        "build it with `cargo build --release -p {package}`, or name it with --library"
-    );
+    let help =
+        format!("build it with `cargo build --release -p {package}`, or name it with --library");
     Err(Fault::new(Origin::NONE, message).help(help))
 }
 
@@ -73,9 +72,8 @@ pub fn find_library(package: &str) -> Result<PathBuf, Fault> {
 pub fn export(ready: Ready, what: &Export, out: &Path) -> Result<Exported, Failure> {
     let sources = ready.loaded.sources.clone();
     let fail = |faults: Vec<Fault>| Failure { faults, sources: sources.clone() };
-    let plain = |message: String, help: &str| {
-        fail(vec![Fault::new(Origin::NONE, message).help(help)])
-    };
+    let plain =
+        |message: String, help: &str| fail(vec![Fault::new(Origin::NONE, message).help(help)]);
     let files = ready.files.names();
     if !files.is_empty() {
         let message = format!(
@@ -172,7 +170,8 @@ fn choose(ready: &Ready, what: &Export) -> Result<(Vec<String>, Vec<String>), Ve
         true => free.iter().map(|p| (*p).clone()).collect(),
         false => pick(&written(&what.inputs), &free).unwrap_or_else(|found| {
             faults.extend(found.into_iter().map(|f| {
-                let message = format!("{}: inputs of a unit are inputs that nothing drives", f.message);
+                let message =
+                    format!("{}: inputs of a unit are inputs that nothing drives", f.message);
                 Fault { message, ..f }
             }));
             Vec::new()
@@ -191,14 +190,15 @@ fn choose(ready: &Ready, what: &Export) -> Result<(Vec<String>, Vec<String>), Ve
         // What the file logs may be inputs too: they are no outputs.
         false if what.outputs.is_empty() => {
             let all: Vec<&String> = plan.variables.keys().collect();
-            pick(&patterns, &all).map(|mut found| {
-                found.retain(|p| seen.contains(&p));
-                found
-            })
-            .unwrap_or_else(|found| {
-                faults.extend(found);
-                Vec::new()
-            })
+            pick(&patterns, &all)
+                .map(|mut found| {
+                    found.retain(|p| seen.contains(&p));
+                    found
+                })
+                .unwrap_or_else(|found| {
+                    faults.extend(found);
+                    Vec::new()
+                })
         }
         false => pick(&patterns, &seen).unwrap_or_else(|found| {
             faults.extend(found);
@@ -212,7 +212,11 @@ fn choose(ready: &Ready, what: &Export) -> Result<(Vec<String>, Vec<String>), Ve
 fn identifier(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-    if plain.starts_with(|c: char| c.is_ascii_alphabetic()) { plain } else { format!("unit_{plain}") }
+    if plain.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        plain
+    } else {
+        format!("unit_{plain}")
+    }
 }
 
 struct Head<'a> {
@@ -242,7 +246,11 @@ fn escaped(text: &str) -> String {
 }
 
 /// `modelDescription.xml`.
-fn description(head: &Head<'_>, variables: &[(&String, &Variable, bool)], sim: &Simulation) -> String {
+fn description(
+    head: &Head<'_>,
+    variables: &[(&String, &Variable, bool)],
+    sim: &Simulation,
+) -> String {
     let mut units: BTreeMap<String, [i8; 8]> = BTreeMap::new();
     let unit_of = |v: &Variable| -> Option<(String, [i8; 8])> {
         let unit = Measure::parse(&v.unit).ok().filter(|u| *u != Measure::ANY)?;
@@ -284,10 +292,7 @@ fn description(head: &Head<'_>, variables: &[(&String, &Variable, bool)], sim: &
         line(format_args!("  </UnitDefinitions>"));
     }
     let stop = head.until.map(|t| format!(" stopTime=\"{t}\"")).unwrap_or_default();
-    line(format_args!(
-        "  <DefaultExperiment startTime=\"0\"{stop} stepSize=\"{}\"/>",
-        head.step
-    ));
+    line(format_args!("  <DefaultExperiment startTime=\"0\"{stop} stepSize=\"{}\"/>", head.step));
     line(format_args!("  <ModelVariables>"));
     line(format_args!(
         "    <Float64 name=\"time\" valueReference=\"0\" causality=\"independent\" variability=\"continuous\"/>"

@@ -401,13 +401,19 @@ impl Instance {
                     K::Int8 => through!(i8, there(f.get_int8, "fmi3GetInt8")?, (n), "GetInt8"),
                     K::UInt8 => through!(u8, there(f.get_uint8, "fmi3GetUInt8")?, (n), "GetUInt8"),
                     K::Int16 => through!(i16, there(f.get_int16, "fmi3GetInt16")?, (n), "GetInt16"),
-                    K::UInt16 => through!(u16, there(f.get_uint16, "fmi3GetUInt16")?, (n), "GetUInt16"),
+                    K::UInt16 => {
+                        through!(u16, there(f.get_uint16, "fmi3GetUInt16")?, (n), "GetUInt16")
+                    }
                     K::Int32 => through!(i32, there(f.get_int32, "fmi3GetInt32")?, (n), "GetInt32"),
-                    K::UInt32 => through!(u32, there(f.get_uint32, "fmi3GetUInt32")?, (n), "GetUInt32"),
+                    K::UInt32 => {
+                        through!(u32, there(f.get_uint32, "fmi3GetUInt32")?, (n), "GetUInt32")
+                    }
                     K::Int64 | K::Enumeration => {
                         through!(i64, there(f.get_int64, "fmi3GetInt64")?, (n), "GetInt64")
                     }
-                    K::UInt64 => through!(u64, there(f.get_uint64, "fmi3GetUInt64")?, (n), "GetUInt64"),
+                    K::UInt64 => {
+                        through!(u64, there(f.get_uint64, "fmi3GetUInt64")?, (n), "GetUInt64")
+                    }
                     K::Boolean => {
                         through!(u8, there(f.get_boolean, "fmi3GetBoolean")?, (n), "GetBoolean")
                     }
@@ -490,13 +496,19 @@ impl Instance {
                     K::Int8 => through!(i8, there(f.set_int8, "fmi3SetInt8")?, (n), "SetInt8"),
                     K::UInt8 => through!(u8, there(f.set_uint8, "fmi3SetUInt8")?, (n), "SetUInt8"),
                     K::Int16 => through!(i16, there(f.set_int16, "fmi3SetInt16")?, (n), "SetInt16"),
-                    K::UInt16 => through!(u16, there(f.set_uint16, "fmi3SetUInt16")?, (n), "SetUInt16"),
+                    K::UInt16 => {
+                        through!(u16, there(f.set_uint16, "fmi3SetUInt16")?, (n), "SetUInt16")
+                    }
                     K::Int32 => through!(i32, there(f.set_int32, "fmi3SetInt32")?, (n), "SetInt32"),
-                    K::UInt32 => through!(u32, there(f.set_uint32, "fmi3SetUInt32")?, (n), "SetUInt32"),
+                    K::UInt32 => {
+                        through!(u32, there(f.set_uint32, "fmi3SetUInt32")?, (n), "SetUInt32")
+                    }
                     K::Int64 | K::Enumeration => {
                         through!(i64, there(f.set_int64, "fmi3SetInt64")?, (n), "SetInt64")
                     }
-                    K::UInt64 => through!(u64, there(f.set_uint64, "fmi3SetUInt64")?, (n), "SetUInt64"),
+                    K::UInt64 => {
+                        through!(u64, there(f.set_uint64, "fmi3SetUInt64")?, (n), "SetUInt64")
+                    }
                     K::Boolean => {
                         through!(u8, there(f.set_boolean, "fmi3SetBoolean")?, (n), "SetBoolean")
                     }
@@ -588,7 +600,14 @@ impl Instance {
         if xdot.is_empty() {
             return Ok(());
         }
-        both!(self, f, get_derivatives, "GetDerivatives" | "GetContinuousStateDerivatives", xdot.as_mut_ptr(), xdot.len())
+        both!(
+            self,
+            f,
+            get_derivatives,
+            "GetDerivatives" | "GetContinuousStateDerivatives",
+            xdot.as_mut_ptr(),
+            xdot.len()
+        )
     }
     pub fn indicators(&mut self, z: &mut [f64]) -> Result<()> {
         if z.is_empty() {
@@ -680,7 +699,14 @@ impl Instance {
 
     fn serialized(&mut self, state: Raw) -> Result<Vec<u8>> {
         let mut size = 0usize;
-        both!(self, f, state_size, "SerializedFMUstateSize" | "SerializedFMUStateSize", state, &raw mut size)?;
+        both!(
+            self,
+            f,
+            state_size,
+            "SerializedFMUstateSize" | "SerializedFMUStateSize",
+            state,
+            &raw mut size
+        )?;
         if size > STATE_MAX {
             return Err(failure(format!("its state has {size} bytes, the limit is 1 GiB"), ASK));
         }
@@ -695,7 +721,15 @@ impl Instance {
     pub fn load(&mut self, bytes: &[u8]) -> Result<()> {
         let mut state: Raw = null_mut();
         let (from, size) = (bytes.as_ptr(), bytes.len());
-        both!(self, f, deserialize, "DeSerializeFMUstate" | "DeserializeFMUState", from, size, &raw mut state)?;
+        both!(
+            self,
+            f,
+            deserialize,
+            "DeSerializeFMUstate" | "DeserializeFMUState",
+            from,
+            size,
+            &raw mut state
+        )?;
         let set = both!(self, f, set_state, "SetFMUstate" | "SetFMUState", state);
         let freed = both!(self, f, free_state, "FreeFMUstate" | "FreeFMUState", &raw mut state);
         set.and(freed)

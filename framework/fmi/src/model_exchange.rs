@@ -251,14 +251,7 @@ impl Block for Continuous {
             Ok(())
         })
     }
-    fn fired(
-        &mut self,
-        now: &Now,
-        _: usize,
-        x: &mut [f64],
-        _: &mut [f64],
-        sig: &[f64],
-    ) -> Outcome {
+    fn fired(&mut self, now: &Now, _: usize, x: &mut [f64], _: &mut [f64], sig: &[f64]) -> Outcome {
         let (first, n) = (self.w.x, self.work.x.len());
         let mut next = vec![0.0; n];
         self.at(now, x, sig, |unit, saved, part, u| {

@@ -5,7 +5,9 @@
 //! are no ports.
 use crate::Refusal;
 use crate::instance::{Kind, Slot};
-use linkwork_formats::fmi::{Causality, FmiVariable, ModelDescription, VALUES_MAX, Variability, VariableKind};
+use linkwork_formats::fmi::{
+    Causality, FmiVariable, ModelDescription, VALUES_MAX, Variability, VariableKind,
+};
 use linkwork_runtime::{Description, Direction, Functions, PortKind, PortSpec, Unit as Measure};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -102,7 +104,8 @@ pub(crate) fn ports(
         .filter(|(_, v)| v.causality == Causality::Output && v.kind.is_numeric())
         .collect();
     let at_events = |v: &FmiVariable| {
-        kind == Kind::ModelExchange && !(v.kind.is_float() && v.variability == Variability::Continuous)
+        kind == Kind::ModelExchange
+            && !(v.kind.is_float() && v.variability == Variability::Continuous)
     };
     // What each output sees at once: names of inputs that may change between events.
     let mut direct: BTreeSet<&str> = BTreeSet::new();
@@ -131,8 +134,10 @@ pub(crate) fn ports(
     distinct(u.iter().chain(&ud).chain(&moore).chain(&through))?;
     let lanes: usize = u.iter().chain(&ud).chain(&moore).chain(&through).map(|v| v.size).sum();
     if lanes > VALUES_MAX {
-        return Err(Refusal::new(format!("the unit has {lanes} values at its ports, the limit is {VALUES_MAX}"))
-            .help("export it with fewer inputs and outputs"));
+        return Err(Refusal::new(format!(
+            "the unit has {lanes} values at its ports, the limit is {VALUES_MAX}"
+        ))
+        .help("export it with fewer inputs and outputs"));
     }
     let me = kind == Kind::ModelExchange;
     let states: Vec<&FmiVariable> =

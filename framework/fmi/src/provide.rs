@@ -200,17 +200,19 @@ impl Provided {
                 self.step.seconds()
             ));
         }
-        let target = Seconds::new(
-            u128::from(self.step.num) * whole as u128,
-            u128::from(self.step.den),
-        )
-        .ok_or("the time is too large")?;
+        let target =
+            Seconds::new(u128::from(self.step.num) * whole as u128, u128::from(self.step.den))
+                .ok_or("the time is too large")?;
         if let Err(e) = self.sim.run_until(target) {
             self.stage = Stage::Over;
             return Err(e.to_string());
         }
         if !near(self.time(), t + h) {
-            return Err(format!("there is no row at {} s: the next is at {} s", t + h, self.time()));
+            return Err(format!(
+                "there is no row at {} s: the next is at {} s",
+                t + h,
+                self.time()
+            ));
         }
         Ok(())
     }
@@ -551,8 +553,7 @@ pub unsafe fn deserialize(
     // SAFETY: by the contract.
     unsafe {
         on(instance, |_| {
-            let bytes: &[u8] =
-                if size == 0 { &[] } else { std::slice::from_raw_parts(from, size) };
+            let bytes: &[u8] = if size == 0 { &[] } else { std::slice::from_raw_parts(from, size) };
             let kept: Kept = rmp_serde::from_slice(bytes)
                 .map_err(|e| format!("these bytes are no state of this unit: {e}"))?;
             state.write(Box::into_raw(Box::new(kept)).cast());

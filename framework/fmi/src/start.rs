@@ -5,11 +5,11 @@ use crate::instance::{Instance, Slot};
 use linkwork_formats::fmi::{
     Causality, FmiVariable, Initial, ModelDescription, Variability, VariableKind,
 };
+use linkwork_runtime::prelude::Params;
 use linkwork_runtime::{
     Failure, Located, Origin, Param, ParamSpec, ReadCx, Unit as Measure, Value, remedy,
     split_quantity,
 };
-use linkwork_runtime::prelude::Params;
 
 /// What a part says of its unit.
 #[derive(Params, Clone, Debug)]
@@ -110,8 +110,11 @@ fn one(name: &str, value: &Value, description: &ModelDescription) -> Result<Star
     let Some(v) = description.variables.iter().find(|v| v.name == name) else {
         let known: Vec<&str> =
             description.variables.iter().filter(|v| settable(v)).map(|v| &*v.name).collect();
-        return Err(Refusal::new(format!("the unit has no variable `{name}`"))
-            .help(remedy(name, "variables that can be set", &known)));
+        return Err(Refusal::new(format!("the unit has no variable `{name}`")).help(remedy(
+            name,
+            "variables that can be set",
+            &known,
+        )));
     };
     if !settable(v) {
         let why = match (v.causality, v.variability) {
@@ -125,8 +128,10 @@ fn one(name: &str, value: &Value, description: &ModelDescription) -> Result<Star
     if v.kind == VariableKind::String {
         return match value {
             Value::Text(text) if v.size == 1 => Ok(Start::Text(v.reference, text.clone())),
-            other => Err(Refusal::new(format!("variable `{name}` is a text, this is {}", other.what()))
-                .help("write it in quotes")),
+            other => {
+                Err(Refusal::new(format!("variable `{name}` is a text, this is {}", other.what()))
+                    .help("write it in quotes"))
+            }
         };
     }
     if !v.kind.is_numeric() {
@@ -153,9 +158,8 @@ fn one(name: &str, value: &Value, description: &ModelDescription) -> Result<Star
 /// A number in SI.
 fn number(v: &FmiVariable, value: &Value) -> Result<f64, Refusal> {
     let name = &v.name;
-    let wrong = |what: &str| {
-        Refusal::new(format!("variable `{name}` is {what}, this is {}", value.what()))
-    };
+    let wrong =
+        |what: &str| Refusal::new(format!("variable `{name}` is {what}, this is {}", value.what()));
     match (v.kind, value) {
         (VariableKind::Boolean, Value::Bool(b)) => Ok(f64::from(u8::from(*b))),
         (VariableKind::Boolean, _) => Err(wrong("true or false").help("write true or false")),

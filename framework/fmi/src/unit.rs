@@ -49,18 +49,12 @@ pub(crate) fn interface(
         ),
     };
     match (wanted, other) {
-        (Some(found), _) if found.needs_tool => {
-            Err(Refusal::new(format!("`{name}` only talks to another program that has to be there"))
-                .help("export the unit so that it runs by itself"))
-        }
         (Some(found), _) => Ok(found.clone()),
-        (None, Some(_)) => {
-            Err(Refusal::new(format!("`{name}` is no unit for {what}")).help(help))
-        }
-        (None, None) => {
-            Err(Refusal::new(format!("`{name}` is a unit neither for co-simulation nor for model exchange"))
-                .help("export the unit for one of the two"))
-        }
+        (None, Some(_)) => Err(Refusal::new(format!("`{name}` is no unit for {what}")).help(help)),
+        (None, None) => Err(Refusal::new(format!(
+            "`{name}` is a unit neither for co-simulation nor for model exchange"
+        ))
+        .help("export the unit for one of the two")),
     }
 }
 
@@ -79,7 +73,8 @@ impl Unit {
         // SAFETY: running the code of a unit is what the user asked for by naming it: it runs with
         // all rights of this process, as the documentation of the parameter says.
         let library = unsafe { Library::new(folder.path().join(&inside)) }.map_err(|e| {
-            Refusal::new(format!("`{inside}` of `{name}` cannot be loaded: {e}"))
+            let tool = if interface.needs_tool { ": it needs another program" } else { "" };
+            Refusal::new(format!("`{inside}` of `{name}` cannot be loaded{tool}: {e}"))
                 .help("a library that it needs is missing, or it is for another system")
         })?;
         let functions = match description.version {

@@ -275,12 +275,7 @@ impl Reader {
     }
 
     /// An attribute that need not be there, of a type that texts parse to.
-    fn get<T: std::str::FromStr>(
-        &mut self,
-        e: &Element,
-        name: &str,
-        expected: &str,
-    ) -> Option<T> {
+    fn get<T: std::str::FromStr>(&mut self, e: &Element, name: &str, expected: &str) -> Option<T> {
         let text = e.attr(name)?;
         match text.parse() {
             Ok(value) => Some(value),
@@ -549,9 +544,16 @@ impl Reader {
         let start = match kind {
             VariableKind::String => match typed.attr("start") {
                 Some(text) => vec![text.to_string()],
-                None => typed.all("Start").filter_map(|s| s.attr("value")).map(str::to_string).collect(),
+                None => {
+                    typed.all("Start").filter_map(|s| s.attr("value")).map(str::to_string).collect()
+                }
             },
-            _ => typed.attr("start").unwrap_or_default().split_whitespace().map(str::to_string).collect(),
+            _ => typed
+                .attr("start")
+                .unwrap_or_default()
+                .split_whitespace()
+                .map(str::to_string)
+                .collect(),
         };
         let doc = e.attr("description").unwrap_or_default().to_string();
         Some(FmiVariable {
@@ -593,7 +595,9 @@ impl Reader {
                     let kind = FaultKind::Missing {
                         what: format!("a dimension of <{}>", e.label()),
                         missing: "size".into(),
-                        help: "give it a `start`, or the reference of a structural parameter with one".into(),
+                        help:
+                            "give it a `start`, or the reference of a structural parameter with one"
+                                .into(),
                     };
                     self.fault(d, "", kind);
                     return None;
@@ -828,11 +832,20 @@ mod tests {
         refused(&TWO.replace("derivative=\"1\"", ""), &["der(h)", "`derivative`"]);
         refused(&TWO.replace("name=\"n\"", "name=\"h\""), &["`h` is defined again"]);
         // Several at once.
-        let twice = TWO.replace("start=\"1\"", "").replace("causality=\"input\"", "causality=\"in\"");
+        let twice =
+            TWO.replace("start=\"1\"", "").replace("causality=\"input\"", "causality=\"in\"");
         let twice = twice.replace("valueReference=\"1\"", "valueReference=\"-1\"");
         refused(&twice, &["`in`", "`-1`"]);
-        refused(&THREE.replace("start=\"2\"/><Dim", "start=\"999999999\"/><Dim"), &["the limit is"]);
+        refused(
+            &THREE.replace("start=\"2\"/><Dim", "start=\"999999999\"/><Dim"),
+            &["the limit is"],
+        );
         refused(&THREE.replace("valueReference=\"9\"/>", "valueReference=\"8\"/>"), &["no size"]);
-        refused(&THREE.replace("reference=\"4\"", "reference=\"4\"").replace("\"3\" causality", "\"2\" causality"), &["unique"]);
+        refused(
+            &THREE
+                .replace("reference=\"4\"", "reference=\"4\"")
+                .replace("\"3\" causality", "\"2\" causality"),
+            &["unique"],
+        );
     }
 }

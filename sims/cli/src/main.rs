@@ -1,7 +1,7 @@
 //! The command line: linkwork run, resume, check, list, describe, tree, graph, export, diff.
 use clap::{Parser, Subcommand};
-use linkwork_cli::options::RunOptions;
 use linkwork_cli::export::{self, ExportOptions};
+use linkwork_cli::options::RunOptions;
 use linkwork_cli::{check, diff, exit, inspect, run, voice};
 use std::path::PathBuf;
 use std::process::ExitCode;

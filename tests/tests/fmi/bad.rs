@@ -56,10 +56,7 @@ fn units_for_another_platform_or_kind() {
     let bench = Bench::new();
     let text = description(2, Model::Spring);
     let (file, code) = (bench.path("unit.fmu"), library(bench.dir.path(), 2, Model::Spring));
-    pack(
-        &file,
-        &[("modelDescription.xml", text.as_bytes()), ("binaries/plan9/unit.so", b"x")],
-    );
+    pack(&file, &[("modelDescription.xml", text.as_bytes()), ("binaries/plan9/unit.so", b"x")]);
     refused(&bench, PART, &["another platform", "plan9", &platform(2)]);
     pack(&file, &[("modelDescription.xml", text.as_bytes()), (&binary(2), b"no library")]);
     refused(&bench, PART, &["cannot be loaded"]);
@@ -128,8 +125,9 @@ fn units_that_fail_on_the_way() {
                 &format!("\"file\": \"unit.fmu\", \"start\": {{ \"fault\": {fault} }}"),
             );
             let text = match kind {
-                "me" => text
-                    .replace("fmi.co_simulation\", rate: \"10 ms\"", "fmi.model_exchange\""),
+                "me" => {
+                    text.replace("fmi.co_simulation\", rate: \"10 ms\"", "fmi.model_exchange\"")
+                }
                 _ => text,
             };
             bench.sim(&text).unwrap()

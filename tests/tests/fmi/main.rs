@@ -2,6 +2,7 @@
 //! cut anywhere without a trace, refused in words when they are bad.
 #![allow(clippy::unwrap_used)]
 mod bad;
+mod export;
 mod saves;
 mod support;
 
@@ -95,7 +96,8 @@ fn co_simulation_comes_nearer_with_the_communication_step() {
         }
         assert!(errors[3] < 1e-3, "{errors:?}");
         // Without inputs only the unit's own solver is left: fourth order with 10 ms / 4.
-        let alone = r#"model: "fmi.co_simulation", rate: "10 ms", params: { "file": "spring.fmu" }"#;
+        let alone =
+            r#"model: "fmi.co_simulation", rate: "10 ms", params: { "file": "spring.fmu" }"#;
         let mut sim = bench.sim(&spring(alone, "10 ms", "")).unwrap();
         run(&mut sim, 2.0);
         let (zeta, t) = (0.2f64, 2.0f64);
@@ -129,7 +131,10 @@ fn a_ball_bounces_like_the_native_one() {
     for version in VERSIONS {
         let bench = Bench::new();
         bench.unit("ball.fmu", version, Model::Ball, |t| t);
-        let text = ball(r#"model: "fmi.model_exchange", params: { "file": "ball.fmu", "start": { "on_at": "0.26 s" } }"#, "");
+        let text = ball(
+            r#"model: "fmi.model_exchange", params: { "file": "ball.fmu", "start": { "on_at": "0.26 s" } }"#,
+            "",
+        );
         let mut sim = bench.sim(&text).unwrap();
         let (mut worst, mut lamp) = (0.0f64, None);
         while sim.time() < 2.0 {
@@ -148,7 +153,10 @@ fn a_ball_bounces_like_the_native_one() {
         assert!((lamp.unwrap() - 0.26).abs() < 1e-11, "{lamp:?}");
 
         // With its own solver: the same at the communication points.
-        let text = ball(r#"model: "fmi.co_simulation", rate: "50 ms", params: { "file": "ball.fmu" }"#, "");
+        let text = ball(
+            r#"model: "fmi.co_simulation", rate: "50 ms", params: { "file": "ball.fmu" }"#,
+            "",
+        );
         let mut sim = bench.sim(&text).unwrap();
         run(&mut sim, 2.0);
         let (h, native) = (sim.get("Ball.h").unwrap(), sim.get("Native.height").unwrap());
@@ -196,7 +204,9 @@ fn arrays_are_lanes_and_units_are_converted() {
         t.replace("start=\"1\" unit=\"m\"", "start=\"1\" unit=\"mm\"")
     });
     let part = |file: &str, x: &str| {
-        format!(r#"(model: "fmi.model_exchange", params: {{ "file": "{file}", "start": {{ "x": "{x}" }} }})"#)
+        format!(
+            r#"(model: "fmi.model_exchange", params: {{ "file": "{file}", "start": {{ "x": "{x}" }} }})"#
+        )
     };
     let text = format!(
         r#"Simulation(parts: {{ "A": {}, "B": {} }}, step: "10 ms", integrator: "rk4", until: "1 s")"#,

@@ -8,7 +8,10 @@ fn text(kind: &str, file: &str) -> String {
         _ => ("", "Drive.y -> Unit.force"),
     };
     let (wires, drive) = match file {
-        "spring.fmu" => (sine, r#""Drive": (model: "basics.sine", params: { "amplitude": 1.0, "frequency": "2 Hz" }),"#),
+        "spring.fmu" => (
+            sine,
+            r#""Drive": (model: "basics.sine", params: { "amplitude": 1.0, "frequency": "2 Hz" }),"#,
+        ),
         _ => ("", ""),
     };
     let wires = if wires.is_empty() { String::new() } else { format!("\"{wires}\"") };
@@ -76,9 +79,7 @@ fn cut(bench: &Bench, text: &str, what: &str) {
 }
 
 fn without(attribute: &'static str) -> impl Fn(String) -> String {
-    move |t: String| {
-        t.replace(&format!("{attribute}=\"true\""), &format!("{attribute}=\"false\""))
-    }
+    move |t: String| t.replace(&format!("{attribute}=\"true\""), &format!("{attribute}=\"false\""))
 }
 
 #[test]

@@ -216,10 +216,8 @@ impl Bench {
 
     /// A unit, with its description changed.
     pub fn unit(&self, name: &str, version: u8, model: Model, edit: impl Fn(String) -> String) {
-        let (text, code) = (
-            edit(description(version, model)),
-            library(self.dir.path(), version, model),
-        );
+        let (text, code) =
+            (edit(description(version, model)), library(self.dir.path(), version, model));
         let entries: [(&str, &[u8]); 2] =
             [("modelDescription.xml", text.as_bytes()), (&binary(version), &code)];
         pack(&self.path(name), &entries);
@@ -231,11 +229,13 @@ impl Bench {
         std::fs::write(&file, text).unwrap();
         let libraries = linkwork_assemblies::libraries().into_iter();
         let catalogue = Catalogue::new(libraries.chain([linkwork_fmi::catalogue()]));
-        let loaded =
-            load_file(&file, &Options::new(&catalogue)).map_err(|f| f.render(false))?;
+        let loaded = load_file(&file, &Options::new(&catalogue)).map_err(|f| f.render(false))?;
         let program = loaded
             .compile(&catalogue, &Files::default())
-            .map_err(|f| linkwork_assembly::Failure { faults: f.0, sources: loaded.sources.clone() })
+            .map_err(|f| linkwork_assembly::Failure {
+                faults: f.0,
+                sources: loaded.sources.clone(),
+            })
             .map_err(|f| f.render(false))?;
         Ok(Simulation::of(Arc::new(program)))
     }
