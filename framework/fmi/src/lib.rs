@@ -12,22 +12,26 @@
 //! | `archive` | the zip file, not trusted |
 //! | `abi` | the C functions of both versions |
 //! | `unit` | description and shared library |
+//! | `log` | what a unit says |
 //! | `instance` | a living instance, one set of safe operations for both versions |
-//! | `ports`, `start` | ports and start values from the description |
+//! | `ports`, `slot`, `start` | ports and start values from the description |
 //! | `part` | what both kinds of parts share; the unit's state as bytes |
 //! | `co_simulation`, `model_exchange` | the parts |
 //! | `export` | a simulation into an archive |
-//! | `provide` | what stands behind the C functions of an exported unit |
+//! | `provide`, `functions` | an exported unit, and its C functions |
 mod abi;
 mod archive;
 mod co_simulation;
 mod export;
+mod functions;
 mod instance;
+mod log;
 mod model_exchange;
 mod part;
 mod ports;
 #[doc(hidden)]
 pub mod provide;
+mod slot;
 mod start;
 mod unit;
 

@@ -4,8 +4,9 @@
 //! The unit's own state lives in the instance. A copy of a run (fork, snapshot, checkpoint) is the
 //! instance's state as bytes; the copy makes an instance of its own and puts the bytes in. A part
 //! whose instance failed stays failed until a state is put back.
-use crate::instance::{Instance, Kind, Result, Slot};
+use crate::instance::{Instance, Kind, Result};
 use crate::ports::{Ports, ports};
+use crate::slot::Slot;
 use crate::start::{Start, UnitParams, apply, find};
 use crate::unit::{Unit, savable};
 use crate::{Refusal, archive::Archive};
