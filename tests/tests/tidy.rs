@@ -121,6 +121,20 @@ fn documents_name_paths_that_exist() {
     none(found);
 }
 
+/// Lints of the workspace forbid `unsafe`; the one crate that calls foreign code has its own.
+#[test]
+fn unsafe_code_has_one_home() {
+    let manifests = all_files().into_iter().filter(|(name, _)| name.ends_with("/Cargo.toml"));
+    let own: Vec<String> = manifests
+        .filter(|(name, _)| !name.starts_with("tests/fuzz/"))
+        .filter(|(_, path)| {
+            !std::fs::read_to_string(path).unwrap().contains("[lints]\nworkspace = true")
+        })
+        .map(|(name, _)| name)
+        .collect();
+    assert_eq!(own, ["framework/fmi/Cargo.toml"]);
+}
+
 /// The scheduler knows parts and blocks: what a mechanism is, only its folder does.
 #[test]
 fn only_its_own_folder_names_the_mechanism() {

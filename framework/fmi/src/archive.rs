@@ -156,9 +156,64 @@ pub(crate) fn platform(version: FmiVersion) -> String {
     }
 }
 
+/// Writes an archive of named contents, in this order. The same contents give the same bytes.
+///
+/// # Errors
+/// What the system says of the file; a name that is there twice.
+pub fn write_archive(path: &Path, entries: &[(&str, &[u8])]) -> std::io::Result<()> {
+    let mut zip = zip::ZipWriter::new(std::io::BufWriter::new(File::create(path)?));
+    // Without a time of day the bytes depend on the contents alone.
+    let options = zip::write::SimpleFileOptions::default()
+        .last_modified_time(zip::DateTime::default())
+        .unix_permissions(0o644);
+    for (name, bytes) in entries {
+        zip.start_file(*name, options).map_err(std::io::Error::other)?;
+        zip.write_all(bytes)?;
+    }
+    zip.finish().map_err(std::io::Error::other)?.flush()
+}
+
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
+
+    fn refused(make: impl FnOnce(&mut zip::ZipWriter<File>)) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bad.fmu");
+        let mut zip = zip::ZipWriter::new(File::create(&path).unwrap());
+        make(&mut zip);
+        zip.finish().unwrap();
+        match Archive::open(&path, "bad.fmu").and_then(|mut a| a.unpack()) {
+            Ok(_) => panic!("taken"),
+            Err(refusal) => refusal.message,
+        }
+    }
+
+    #[test]
+    fn names_that_lead_out_and_links_are_refused() {
+        let options = zip::write::SimpleFileOptions::default();
+        for name in ["resources/../../evil", "/etc/evil", "..\\evil"] {
+            let told = refused(|zip| {
+                zip.start_file("resources/good", options).unwrap();
+                zip.start_file(name, options).unwrap();
+            });
+            assert!(told.contains("leads out of the archive"), "{told}");
+        }
+        let told = refused(|zip| zip.add_symlink("resources/link", "/etc", options).unwrap());
+        assert!(told.contains("`resources/link` leads out"), "{told}");
+    }
+
+    #[test]
+    fn a_small_archive_with_a_huge_description_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bomb.fmu");
+        let zeros = vec![b' '; (DESCRIPTION_MAX + 1) as usize];
+        write_archive(&path, &[("modelDescription.xml", &zeros)]).unwrap();
+        assert!(std::fs::metadata(&path).unwrap().len() < 1 << 20);
+        let refusal = Archive::open(&path, "bomb.fmu").unwrap().description().unwrap_err();
+        assert!(refusal.message.contains("larger than 64 MiB"), "{}", refusal.message);
+    }
 
     #[test]
     fn what_is_copied_is_counted() {

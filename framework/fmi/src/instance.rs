@@ -7,12 +7,14 @@
 //! Every call's status is looked at. After an error the instance takes no further call but its end;
 //! after a fatal one not even that.
 use crate::abi::{Callbacks2, EventInfo2, Raw, Status, calloc, free};
+use crate::log::{Log, logger2, logger3};
+use crate::slot::Slot;
 use crate::unit::{Functions, Unit};
-use linkwork_formats::fmi::{FmiVariable, FmiVersion, VariableKind};
+use linkwork_formats::fmi::{FmiVersion, VariableKind};
 use linkwork_runtime::Failure;
-use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ffi::{CString, c_int, c_void};
 use std::ptr::null_mut;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 /// How a unit is run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,66 +25,8 @@ pub(crate) enum Kind {
     ModelExchange,
 }
 
-/// Messages of a unit that are kept for its next error.
-const MESSAGES_MAX: usize = 6;
-/// Characters of one.
-const MESSAGE_MAX: usize = 300;
 /// Most bytes of a serialised state.
 const STATE_MAX: usize = 1 << 30;
-
-/// What the unit said last. Foreign code writes it, so nothing here may panic.
-#[derive(Default)]
-struct Log(Mutex<Vec<String>>);
-
-impl Log {
-    fn add(&self, message: *const c_char) {
-        if message.is_null() {
-            return;
-        }
-        // SAFETY: a C string that lives during the call, by the standard.
-        let text = unsafe { CStr::from_ptr(message) }.to_string_lossy();
-        let text: String = text.trim().chars().take(MESSAGE_MAX).collect();
-        if let Ok(mut kept) = self.0.lock()
-            && !text.is_empty()
-        {
-            if kept.len() >= MESSAGES_MAX {
-                kept.remove(0);
-            }
-            kept.push(text);
-        }
-    }
-
-    /// What was said since the last time, for a message.
-    fn take(&self) -> String {
-        let said = self.0.lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default();
-        if said.is_empty() { String::new() } else { format!("; it says: {}", said.join("; ")) }
-    }
-}
-
-unsafe extern "C" fn logger2(
-    environment: *mut c_void,
-    _: *const c_char,
-    _: c_int,
-    _: *const c_char,
-    message: *const c_char,
-) {
-    // SAFETY: null, or the log that the instance was made with and keeps.
-    if let Some(log) = unsafe { environment.cast::<Log>().as_ref() } {
-        log.add(message);
-    }
-}
-
-unsafe extern "C" fn logger3(
-    environment: *mut c_void,
-    _: c_int,
-    _: *const c_char,
-    message: *const c_char,
-) {
-    // SAFETY: as for `logger2`.
-    if let Some(log) = unsafe { environment.cast::<Log>().as_ref() } {
-        log.add(message);
-    }
-}
 
 /// What a unit says after an event.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -93,34 +37,6 @@ pub(crate) struct Discrete {
     pub terminate: bool,
     /// Time of the next event (s).
     pub next: Option<f64>,
-}
-
-/// A variable as values of SI: value = factor × number + offset.
-#[derive(Clone, Debug)]
-pub(crate) struct Slot {
-    pub name: String,
-    pub reference: u32,
-    pub kind: VariableKind,
-    pub size: usize,
-    pub factor: f64,
-    pub offset: f64,
-}
-
-impl Slot {
-    pub fn of(v: &FmiVariable) -> Slot {
-        let (factor, offset) = match v.unit.as_ref().and_then(|u| u.base) {
-            Some((_, factor, offset)) if v.kind.is_float() => (factor, offset),
-            _ => (1.0, 0.0),
-        };
-        Slot {
-            name: v.name.clone(),
-            reference: v.reference,
-            kind: v.kind,
-            size: v.size,
-            factor,
-            offset,
-        }
-    }
 }
 
 /// Where the instance stands.

@@ -4,27 +4,40 @@
 //! ```text
 //! import:  .fmu → archive (bounded) → description → ports;  shared library → instance
 //!          fmi.co_simulation: a sampled part      fmi.model_exchange: a continuous part
+//! export:  simulation → description, configuration, shared library → .fmu
+//!          importer → C functions of `export_unit!` → the simulation inside
 //! ```
 //! | module | what it holds |
 //! |---|---|
 //! | `archive` | the zip file, not trusted |
 //! | `abi` | the C functions of both versions |
 //! | `unit` | description and shared library |
+//! | `log` | what a unit says |
 //! | `instance` | a living instance, one set of safe operations for both versions |
-//! | `ports`, `start` | ports and start values from the description |
+//! | `ports`, `slot`, `start` | ports and start values from the description |
 //! | `part` | what both kinds of parts share; the unit's state as bytes |
 //! | `co_simulation`, `model_exchange` | the parts |
+//! | `export` | a simulation into an archive |
+//! | `provide`, `functions` | an exported unit, and its C functions |
 mod abi;
 mod archive;
 mod co_simulation;
+mod export;
+mod functions;
 mod instance;
+mod log;
 mod model_exchange;
 mod part;
 mod ports;
+#[doc(hidden)]
+pub mod provide;
+mod slot;
 mod start;
 mod unit;
 
+pub use archive::write_archive;
 pub use co_simulation::CoSimulation;
+pub use export::{Export, Exported, export, find_library, library_name};
 pub use model_exchange::ModelExchange;
 pub use start::{Starts, UnitParams};
 

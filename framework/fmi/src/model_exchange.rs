@@ -11,8 +11,9 @@
 //! The unit is told of a completed step at each row of the run and at each event; with an adaptive
 //! method, steps between two rows are not told one by one. Inputs that are no continuous numbers
 //! reach the unit at events: when one of them has changed at the end of a row, that is an event.
-use crate::instance::{Instance, Kind, Result, Slot};
+use crate::instance::{Instance, Kind, Result};
 use crate::part::{Live, Part, Saved, describe, get_all, settle};
+use crate::slot::Slot;
 use crate::start::UnitParams;
 use linkwork_runtime::{
     Block, Description, Evaluation, Failure, Files, Foreign, Located, Now, Outcome, Prototype,

@@ -4,8 +4,9 @@
 //! The unit's own state lives in the instance. A copy of a run (fork, snapshot, checkpoint) is the
 //! instance's state as bytes; the copy makes an instance of its own and puts the bytes in. A part
 //! whose instance failed stays failed until a state is put back.
-use crate::instance::{Instance, Kind, Result, Slot};
+use crate::instance::{Instance, Kind, Result};
 use crate::ports::{Ports, ports};
+use crate::slot::Slot;
 use crate::start::{Start, UnitParams, apply, find};
 use crate::unit::{Unit, savable};
 use crate::{Refusal, archive::Archive};
@@ -72,7 +73,7 @@ impl Part {
 
     /// Whether its state can be saved.
     pub fn can_save(&self) -> std::result::Result<(), String> {
-        savable(&self.unit.interface)
+        savable(self.unit.description.version, &self.unit.interface)
     }
 
     /// An initialized instance at time `t` (s), and when it wants its first event (model exchange:

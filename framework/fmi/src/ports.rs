@@ -4,7 +4,8 @@
 //! Numbers cross in SI; a variable without a unit goes with any (`*`). Texts, binaries and clocks
 //! are no ports.
 use crate::Refusal;
-use crate::instance::{Kind, Slot};
+use crate::instance::Kind;
+use crate::slot::Slot;
 use linkwork_formats::fmi::{
     Causality, FmiVariable, ModelDescription, VALUES_MAX, Variability, VariableKind,
 };

@@ -1,7 +1,8 @@
 //! What a part says of its unit: the file, and start values of parameters and other variables by
 //! their names in the unit's description.
 use crate::Refusal;
-use crate::instance::{Instance, Slot};
+use crate::instance::Instance;
+use crate::slot::Slot;
 use linkwork_formats::fmi::{
     Causality, FmiVariable, Initial, ModelDescription, Variability, VariableKind,
 };

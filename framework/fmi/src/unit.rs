@@ -49,10 +49,6 @@ pub(crate) fn interface(
         ),
     };
     match (wanted, other) {
-        (Some(found), _) if found.needs_tool => Err(Refusal::new(format!(
-            "`{name}` only talks to another program that has to be there"
-        ))
-        .help("export the unit so that it runs by itself")),
         (Some(found), _) => Ok(found.clone()),
         (None, Some(_)) => Err(Refusal::new(format!("`{name}` is no unit for {what}")).help(help)),
         (None, None) => Err(Refusal::new(format!(
@@ -77,7 +73,8 @@ impl Unit {
         // SAFETY: running the code of a unit is what the user asked for by naming it: it runs with
         // all rights of this process, as the documentation of the parameter says.
         let library = unsafe { Library::new(folder.path().join(&inside)) }.map_err(|e| {
-            Refusal::new(format!("`{inside}` of `{name}` cannot be loaded: {e}"))
+            let tool = if interface.needs_tool { ": it needs another program" } else { "" };
+            Refusal::new(format!("`{inside}` of `{name}` cannot be loaded{tool}: {e}"))
                 .help("a library that it needs is missing, or it is for another system")
         })?;
         let functions = match description.version {
@@ -138,14 +135,15 @@ impl Unit {
 }
 
 /// Why the state of a unit cannot be saved.
-pub(crate) fn savable(interface: &Interface) -> Result<(), String> {
+pub(crate) fn savable(version: FmiVersion, interface: &Interface) -> Result<(), String> {
     let lacks = match (interface.state, interface.serialize) {
         (true, true) => return Ok(()),
-        (true, false) => "canSerializeFMUState",
-        (false, _) => "canGetAndSetFMUState",
+        (true, false) => "canSerializeFMU",
+        (false, _) => "canGetAndSetFMU",
     };
+    let state = if version == FmiVersion::V2 { "state" } else { "State" };
     Err(format!(
-        "the foreign unit `{}` cannot save its state (it lacks `{lacks}`)",
+        "the foreign unit `{}` cannot save its state (it lacks `{lacks}{state}`)",
         interface.identifier
     ))
 }

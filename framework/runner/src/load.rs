@@ -19,6 +19,8 @@ pub struct Ready {
     pub loaded: Loaded,
     /// As compiled.
     pub program: Program,
+    /// The files that it read besides its texts.
+    pub files: Files,
 }
 
 impl Ready {
@@ -120,6 +122,6 @@ impl Library {
         if let Some(plan) = std::sync::Arc::get_mut(&mut program.phases[0].plan) {
             plan.warnings.extend(remarks);
         }
-        Ok(Ready { loaded, program })
+        Ok(Ready { loaded, program, files })
     }
 }

@@ -218,6 +218,11 @@ impl Files {
         Files { folders, ..Files::default() }
     }
 
+    /// Names of the files whose content is part of the plan's hash.
+    pub fn names(&self) -> Vec<String> {
+        self.found.lock().map(|found| found.keys().cloned().collect()).unwrap_or_default()
+    }
+
     /// The same, with `folder` tried first.
     #[must_use]
     pub fn first(&self, folder: Option<&Path>) -> Files {

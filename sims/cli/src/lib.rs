@@ -7,6 +7,7 @@ pub mod voice;
 
 pub mod check;
 pub mod diff;
+pub mod export;
 pub mod inspect;
 pub mod load;
 pub mod options;

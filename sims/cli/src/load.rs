@@ -7,9 +7,10 @@ pub use linkwork_runner::{Ready, sim_file};
 use linkwork_runtime::{Catalogue, Plan, Value};
 use std::path::Path;
 
-/// Every model and service of the component libraries.
+/// Every model and service of the component libraries, and foreign units.
 pub fn catalogue() -> Catalogue {
-    Catalogue::new(linkwork_assemblies::libraries())
+    let libraries = linkwork_assemblies::libraries().into_iter();
+    Catalogue::new(libraries.chain([linkwork_fmi::catalogue()]))
 }
 
 /// The catalogue and the assemblies in the program.

@@ -1,5 +1,6 @@
-//! The command line: linkwork run, resume, check, list, describe, tree, graph, diff.
+//! The command line: linkwork run, resume, check, list, describe, tree, graph, export, diff.
 use clap::{Parser, Subcommand};
+use linkwork_cli::export::{self, ExportOptions};
 use linkwork_cli::options::RunOptions;
 use linkwork_cli::{check, diff, exit, inspect, run, voice};
 use std::path::PathBuf;
@@ -23,6 +24,7 @@ const EXAMPLES: &str = "Examples:
   linkwork list sims/rover_traverse 'Rover.**.torque'   variables by pattern
   linkwork describe actuators.dc_motor                  parameters, ports, units
   linkwork graph sims/pendulum --format mermaid         the wires as a picture
+  linkwork export sims/pendulum --fmu pendulum.fmu      as a unit of FMI 3.0
   linkwork diff a/run.mcap b/run.mcap --rel 1e-9        compare logs or checkpoints";
 
 #[derive(Subcommand)]
@@ -80,6 +82,16 @@ enum Command {
         #[arg(long, value_enum, default_value_t = inspect::GraphFormat::Dot)]
         format: inspect::GraphFormat,
     },
+    /// Write a simulation as a co-simulation unit of FMI 3.0, for other programs.
+    Export {
+        /// A sim.ron file, or the folder that holds it.
+        sim: PathBuf,
+        #[command(flatten)]
+        options: ExportOptions,
+        /// Set a parameter (repeatable).
+        #[arg(long = "set", value_name = "PATH=VALUE")]
+        set: Vec<String>,
+    },
     /// Compare two logs (.mcap) or two checkpoints (.lwck). Exit code 1 when they differ.
     Diff {
         /// The first.
@@ -125,6 +137,7 @@ fn main() -> ExitCode {
         Command::Describe { model } => inspect::describe(&model),
         Command::Tree { sim } => inspect::tree(&sim),
         Command::Graph { sim, format } => inspect::graph(&sim, format),
+        Command::Export { sim, options, set } => export::export(&sim, &options, &set),
         Command::Diff { a, b, abs, rel } => diff::diff(&a, &b, abs, rel),
     };
     ExitCode::from(voice::exit_code(code))

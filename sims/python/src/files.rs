@@ -10,7 +10,8 @@ use std::path::Path;
 
 /// Every model and service of the component libraries.
 pub fn catalogue() -> Catalogue {
-    Catalogue::new(linkwork_assemblies::libraries())
+    let libraries = linkwork_assemblies::libraries().into_iter();
+    Catalogue::new(libraries.chain([linkwork_fmi::catalogue()]))
 }
 
 fn library() -> Library {

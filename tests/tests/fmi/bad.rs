@@ -1,0 +1,181 @@
+//! Bad units: refused at load with place, fact and remedy, or an orderly end of the run.
+use crate::support::{
+    Bench, Model, TOKEN, binary, compiler, description, library, pack, platform, seconds,
+};
+
+const PART: &str = r#"Simulation(
+    parts: { "Spring": (model: "fmi.co_simulation", rate: "10 ms", params: { "file": "unit.fmu" }) },
+    step: "10 ms", until: "1 s",
+)"#;
+
+/// The report of a load names the line of the part, the fact and a remedy.
+fn refused(bench: &Bench, text: &str, phrases: &[&str]) {
+    match bench.sim(text) {
+        Ok(_) => panic!("taken, but should say {phrases:?}"),
+        Err(told) => {
+            for phrase in phrases.iter().chain(&["sim.ron:", "Help"]) {
+                let there = told.to_lowercase().contains(&phrase.to_lowercase());
+                assert!(there, "{phrase:?} is not in\n{told}");
+            }
+        }
+    }
+}
+
+#[test]
+fn archives_that_are_none() {
+    if !compiler() {
+        return;
+    }
+    let bench = Bench::new();
+    refused(&bench, PART, &["there is no file `unit.fmu`"]);
+    let file = bench.path("unit.fmu");
+    std::fs::write(&file, b"no archive at all").unwrap();
+    refused(&bench, PART, &["`unit.fmu` is not a readable archive"]);
+    bench.unit("unit.fmu", 2, Model::Spring, |t| t);
+    let good = std::fs::read(&file).unwrap();
+    assert!(bench.sim(PART).is_ok());
+    std::fs::write(&file, &good[..good.len() / 2]).unwrap();
+    refused(&bench, PART, &["`unit.fmu` is not a readable archive"]);
+    // A flipped byte in the library's compressed content.
+    let mut flipped = good.clone();
+    let at = good.len() / 2;
+    flipped[at] ^= 0x55;
+    std::fs::write(&file, &flipped).unwrap();
+    refused(&bench, PART, &["`unit.fmu` is not a readable archive"]);
+    pack(&file, &[("readme.txt", b"hello")]);
+    refused(&bench, PART, &["no modelDescription.xml"]);
+    pack(&file, &[("modelDescription.xml", b"<fmiModelDescription")]);
+    refused(&bench, PART, &["unit.fmu/modelDescription.xml:1:", "well-formed"]);
+}
+
+#[test]
+fn units_for_another_platform_or_kind() {
+    if !compiler() {
+        return;
+    }
+    let bench = Bench::new();
+    let text = description(2, Model::Spring);
+    let (file, code) = (bench.path("unit.fmu"), library(bench.dir.path(), 2, Model::Spring));
+    pack(&file, &[("modelDescription.xml", text.as_bytes()), ("binaries/plan9/unit.so", b"x")]);
+    refused(&bench, PART, &["another platform", "plan9", &platform(2)]);
+    pack(&file, &[("modelDescription.xml", text.as_bytes()), (&binary(2), b"no library")]);
+    refused(&bench, PART, &["cannot be loaded"]);
+    // The library of the other version: its functions have other names.
+    let other = library(bench.dir.path(), 3, Model::Spring);
+    pack(&file, &[("modelDescription.xml", text.as_bytes()), (&binary(2), &other)]);
+    refused(&bench, PART, &["no function `fmi2Instantiate`"]);
+    // Only equations.
+    let equations: String = text.lines().filter(|l| !l.contains("<CoSim")).collect();
+    pack(&file, &[("modelDescription.xml", equations.as_bytes()), (&binary(2), &code)]);
+    refused(&bench, PART, &["no unit for co-simulation", "fmi.model_exchange"]);
+    // A description that was changed after the library was made.
+    let changed = text.replace(TOKEN, "{another}");
+    pack(&file, &[("modelDescription.xml", changed.as_bytes()), (&binary(2), &code)]);
+    refused(&bench, PART, &["cannot be instantiated", "the guid is of another model"]);
+}
+
+#[test]
+fn start_values_that_cannot_be() {
+    if !compiler() {
+        return;
+    }
+    let bench = Bench::new();
+    for version in [2, 3] {
+        bench.unit("unit.fmu", version, Model::Spring, |t| t);
+        let start = |values: &str| {
+            PART.replace(
+                "\"file\": \"unit.fmu\"",
+                &format!("\"file\": \"unit.fmu\",\n \"start\": {{ {values} }}"),
+            )
+        };
+        for (values, phrases) in [
+            ("\"mas\": 2", vec!["no variable `mas`", "did you mean `mass`", "sim.ron:3"]),
+            ("\"mass\": \"2 s\"", vec!["`mass` is in kg"]),
+            ("\"mass\": true", vec!["`mass` is a number"]),
+            ("\"mass\": [1, 2]", vec!["takes 1 values, there are 2"]),
+            ("\"spring.a\": 2", vec!["cannot be set", "computes it"]),
+            ("\"fault\": 1.5", vec!["a whole number", "1.5"]),
+            ("\"stiffness\": \"3 N/m\"", vec!["no defined unit"]),
+            ("\"mass\": 2, \"mass\": 3", vec!["mass"]),
+            ("\"fault\": 1", vec!["EnterInitializationMode", "returned error"]),
+        ] {
+            refused(&bench, &start(values), &phrases);
+        }
+    }
+    let rateless = PART.replace("rate: \"10 ms\", ", "");
+    refused(&bench, &rateless, &["rate"]);
+    let unknown = PART.replace("step:", "wires: [\"Spring.y -> Spring.force\"], step:");
+    refused(&bench, &unknown, &["Spring.y", "spring_a"]);
+    let typo = PART.replace("\"file\"", "\"fil\"");
+    refused(&bench, &typo, &["no parameter `fil`"]);
+}
+
+/// What goes wrong on the way ends the run with time, path, what the unit says, and a remedy.
+#[test]
+fn units_that_fail_on_the_way() {
+    if !compiler() {
+        return;
+    }
+    let bench = Bench::new();
+    for version in [2, 3] {
+        bench.unit("unit.fmu", version, Model::Spring, |t| t);
+        let sim = |kind: &str, fault: u8| {
+            let text = PART.replace(
+                "\"file\": \"unit.fmu\"",
+                &format!("\"file\": \"unit.fmu\", \"start\": {{ \"fault\": {fault} }}"),
+            );
+            let text = match kind {
+                "me" => {
+                    text.replace("fmi.co_simulation\", rate: \"10 ms\"", "fmi.model_exchange\"")
+                }
+                _ => text,
+            };
+            bench.sim(&text).unwrap()
+        };
+        let mut cases = vec![
+            ("cs", 2, vec!["`Spring`", "DoStep", "error", "the step failed"]),
+            ("cs", 3, vec!["`Spring.", "NaN"]),
+            ("cs", 4, vec!["`Spring`", "discard", "shorter communication step"]),
+            ("cs", 5, vec!["`Spring`", "fatal"]),
+            ("me", 2, vec!["`Spring`", "Derivatives", "error"]),
+            ("me", 3, vec!["Spring", "NaN"]),
+            ("me", 5, vec!["`Spring`", "fatal"]),
+        ];
+        // In 2.0 a unit of equations is asked after each step, in 3.0 a stepping one answers.
+        cases.push((
+            if version == 2 { "me" } else { "cs" },
+            6,
+            vec!["`Spring`", "asks to end the simulation"],
+        ));
+        for (kind, fault, phrases) in cases {
+            let mut run = sim(kind, fault);
+            let error = run.run_until(seconds(1.0)).unwrap_err();
+            let told = error.to_string();
+            for phrase in phrases {
+                assert!(told.contains(phrase), "FMI {version} {kind} {fault}: {phrase:?}\n{told}");
+            }
+            assert!((0.04..0.09).contains(&error.time), "FMI {version} {kind} {fault}: {told}");
+            // The unit is not called again.
+            let again = run.run_until(seconds(1.0)).unwrap_err().to_string();
+            assert!(again.contains("Spring"), "{again}");
+        }
+    }
+}
+
+/// A communication step that the unit cannot take.
+#[test]
+fn a_rate_that_the_unit_cannot_take() {
+    if !compiler() {
+        return;
+    }
+    let bench = Bench::new();
+    bench.unit("unit.fmu", 3, Model::Spring, |t| {
+        t.replace(
+            "canHandleVariableCommunicationStepSize=\"true\"",
+            "fixedInternalStepSize=\"0.004\"",
+        )
+    });
+    let told = bench.sim(PART).err().unwrap();
+    assert!(told.contains("no multiple of the unit's own step 0.004 s"), "{told}");
+    assert!(bench.sim(&PART.replace("rate: \"10 ms\"", "rate: \"20 ms\"")).is_ok());
+}
