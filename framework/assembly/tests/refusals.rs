@@ -133,8 +133,8 @@ fn wrong_kinds_of_values() {
         &[
             "`step`: `1 m` is not a time\n  --> sim.ron:2:18\n",
             "there is no integrator `rk5`\n  --> sim.ron:2:37\n  help: did you mean `rk4`?",
-            "a log rule has no `channels`\n",
-            "`take` cannot be \"lst\"",
+            "`log`: item 1 has no `channels`\n",
+            "`take`: there is no word `lst`",
             "`metre` is not a unit",
         ],
     );
@@ -406,13 +406,13 @@ fn bodies_that_cannot_exist() {
     refused(
         &rover("bodies: { \"b\": (parent: \"world\", hinge: Pin([0, 0, 0])) }"),
         &[
-            "error: body `Rover/b`: `Pin`: the axis has no direction\n  --> sim.ron:3:45\n  help: write for example [0, 0, 1]",
+            "error: body `Rover/b`: `hinge`: `Pin`: `axis` has no direction\n  --> sim.ron:3:45\n  help: write for example [0, 0, 1]",
         ],
     );
     refused(
         &rover("bodies: { \"b\": (parent: \"world\", hinge: Pinn([0, 0, 1])) }"),
         &[
-            "error: body `Rover/b`: there is no hinge `Pinn`\n  --> sim.ron:3:41\n  help: did you mean `Pin`?",
+            "error: body `Rover/b`: `hinge`: there is no hinge `Pinn`\n  --> sim.ron:3:41\n  help: did you mean `Pin`?",
         ],
     );
     refused(

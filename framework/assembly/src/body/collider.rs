@@ -1,32 +1,73 @@
 //! Colliders as written, with their groups and surfaces.
-use crate::body::geometry;
-use crate::schema::read::{flag, list, number, text};
-use crate::text::files::Near;
+use crate::body::solid::{colliding, seen};
+use crate::schema::describe::Schema;
+use crate::schema::kind::{At, Kind, color, flag, number, raw, text, texts};
+use crate::schema::record::{Presence, record};
 use crate::text::report::Cx;
 use crate::text::value::Text;
 use linkwork_collision::{ColliderSpec, Shape, Visibility};
 use linkwork_runtime::{Located, Origin, Value};
-use linkwork_spatial::Pose;
+use linkwork_spatial::{Pose, Quat};
 
-/// The fields of a collider of its own.
-pub(crate) const FIELDS: [&str; 13] = [
-    "on",
-    "shape",
-    "at",
-    "color",
-    "visible",
-    "padding",
-    "group",
-    "meets",
-    "friction",
-    "restitution",
-    "hidden",
-    "coarse",
-    "doc",
-];
-/// The fields of `collide` of a body's shape.
-pub(crate) const COLLIDE: [&str; 8] =
-    ["shape", "padding", "group", "meets", "friction", "restitution", "hidden", "coarse"];
+record! {
+    /// What a shape of a body says when it collides, and a collider of its own.
+    pub(crate) struct Surface: "surface" {
+        /// The shape is taken to be this much thicker all around.
+        padding: f64 = number("m").at_least(0.0).or(0.0),
+        /// Groups that it is in; `default` when none is written.
+        group: Vec<Text> = texts().or(Vec::new()),
+        /// Groups that it meets; all when none is written.
+        meets: Option<Vec<Text>> = texts().maybe(),
+        /// Coefficient of friction; a pair takes the geometric mean.
+        friction: Option<f64> = number("").at_least(0.0).maybe(),
+        /// Coefficient of restitution; a pair takes the larger.
+        restitution: Option<f64> = number("").within(0.0, 1.0).maybe(),
+        /// Not there when the run begins.
+        hidden: bool = flag().or(false),
+        /// A simpler shape in the same frame, for queries that ask for it.
+        coarse: Option<Shape> = CoarseKind.maybe(),
+    }
+}
+record! {
+    /// A collider that stands on its own, beside its [`Surface`].
+    pub(crate) struct Standing: "collider" {
+        /// Body, node or `world`.
+        on: Option<Text> = text().wanted("write `on: \"world\"`, or a body"),
+        /// The shape.
+        shape: Located = raw(seen().describe()).need("write `shape: HalfSpace`"),
+        /// The shape's frame in that of `on`.
+        at: Pose = crate::schema::record::of::<Pose>().or(Pose::identity()),
+        /// Red, green, blue, opacity.
+        color: Option<[f64; 4]> = color().maybe(),
+        /// Whether it is seen.
+        visible: bool = flag().or(true),
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+    }
+}
+
+struct CoarseKind;
+
+impl Kind for CoarseKind {
+    type Of = Shape;
+    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Shape> {
+        if let Value::Variant(_, inner) = &v.value
+            && let Some(axis) = inner.get("axis")
+        {
+            let what = &at.what;
+            let fact = format!("{what} stands in the frame of the fine shape, so it has no `axis`");
+            cx.fault(axis.origin, fact, "leave the axis out");
+            return None;
+        }
+        colliding().read(cx, v, at).map(|(shape, _)| shape)
+    }
+    fn write(&self, x: &Shape) -> Value {
+        colliding().write(&(x.clone(), Quat::identity()))
+    }
+    fn describe(&self) -> Schema {
+        colliding().describe()
+    }
+}
 
 /// A collider, ready but for its groups and what it takes from `contact`.
 #[derive(Clone, Debug)]
@@ -42,98 +83,12 @@ pub(crate) struct Collider {
 }
 
 impl Collider {
-    pub fn new(
-        name: String,
-        body: &str,
-        X: Pose,
-        geometry: Shape,
-        options: Options,
-        o: Origin,
-    ) -> Self {
-        let mut spec = ColliderSpec::new(name, body, geometry).at(X);
-        spec.coarse = options.coarse;
-        spec.padding = options.padding;
-        spec.hidden = options.hidden;
-        Collider {
-            spec,
-            groups: options.groups,
-            meets: options.meets,
-            friction: options.friction,
-            restitution: options.restitution,
-            origin: o,
-        }
-    }
-}
-
-pub(crate) struct Options {
-    padding: f64,
-    groups: Vec<Text>,
-    meets: Option<Vec<Text>>,
-    friction: Option<f64>,
-    restitution: Option<f64>,
-    hidden: Visibility,
-    coarse: Option<Shape>,
-}
-
-/// A number in a range, or a fault.
-pub(crate) fn within(
-    cx: &mut Cx,
-    v: &Located,
-    what: &str,
-    unit: &str,
-    (low, high): (f64, f64),
-) -> Option<f64> {
-    let x = number(cx, v, what, unit)?;
-    if x >= low && x <= high {
-        return Some(x);
-    }
-    let help = match high.is_finite() {
-        true => format!("write a number from {low} to {high}"),
-        false => format!("write {low} or more"),
-    };
-    cx.fault(v.origin, format!("{what} is {x}"), help);
-    None
-}
-
-/// One name or a list of names.
-fn names(cx: &mut Cx, v: &Located, what: &str) -> Vec<Text> {
-    if let Value::Text(t) = &v.value {
-        return vec![Text { text: t.clone(), origin: v.origin }];
-    }
-    list(cx, v, what).to_vec().iter().filter_map(|item| text(cx, item, what)).collect()
-}
-
-pub(crate) fn options(cx: &mut Cx, v: &Located, what: &str, files: Near<'_>) -> Options {
-    let positive = (0.0, f64::INFINITY);
-    let mut of = |field: &str, unit: &str, range| {
-        within(cx, v.get(field)?, &format!("{what}: `{field}`"), unit, range)
-    };
-    let padding = of("padding", "m", positive).unwrap_or(0.0);
-    let (friction, restitution) = (of("friction", "", positive), of("restitution", "", (0.0, 1.0)));
-    let groups = v.get("group").map(|g| names(cx, g, &format!("{what}: `group`")));
-    let meets = v.get("meets").map(|g| names(cx, g, &format!("{what}: `meets`")));
-    let hidden = v.get("hidden").and_then(|h| flag(cx, h, &format!("{what}: `hidden`")));
-    let coarse = v.get("coarse").and_then(|c| {
-        let what = format!("{what}: `coarse`");
-        if let Value::Variant(_, inner) = &c.value
-            && let Some(axis) = inner.get("axis")
-        {
-            cx.fault(
-                axis.origin,
-                format!("{what} stands in the frame of the fine shape, so it has no `axis`"),
-                "leave the axis out",
-            );
-            return None;
-        }
-        geometry::read(cx, c, &what, Some(files)).map(|c| c.0)
-    });
-    Options {
-        padding,
-        groups: groups.unwrap_or_default(),
-        meets,
-        friction,
-        restitution,
-        hidden: if hidden == Some(true) { Visibility::Hidden } else { Visibility::Shown },
-        coarse,
+    pub fn new(name: &str, body: &str, X: Pose, shape: Shape, s: Surface, origin: Origin) -> Self {
+        let mut spec = ColliderSpec::new(name, body, shape).at(X);
+        spec.coarse = s.coarse;
+        spec.padding = s.padding;
+        spec.hidden = if s.hidden { Visibility::Hidden } else { Visibility::Shown };
+        let Surface { group, meets, friction, restitution, .. } = s;
+        Collider { spec, groups: group, meets, friction, restitution, origin }
     }
 }

@@ -1,10 +1,15 @@
 //! Hinges as written: chains of subhinges with their drives and limits.
-use crate::schema::pose::direction;
-use crate::schema::read::{fields, flag, number};
+use crate::schema::describe::Schema;
+use crate::schema::kind::{
+    At, Kind, direction, drive_number, flag, list_of, mapped, number, short,
+};
+use crate::schema::read::fields;
+use crate::schema::record::{Presence, Record, argument, of, record, variant_name, variant_of};
 use crate::text::report::Cx;
-use crate::text::value::{self, push, variant};
+use crate::text::value::variant;
 use linkwork_multibody::{Coordinate, Friction, Hinge, Limits, Stop, Subhinge, SubhingeKind};
-use linkwork_runtime::{Located, Origin, Value, remedy};
+use linkwork_runtime::{Located, Value};
+use linkwork_spatial::Vec3;
 
 const HINGES: [&str; 11] = [
     "Pin",
@@ -20,275 +25,261 @@ const HINGES: [&str; 11] = [
     "Chain",
 ];
 
-/// What a subhinge has beside its kind.
-pub(crate) const OPTIONS: [&str; 7] =
-    ["prescribed", "armature", "gear", "limits", "stop", "damping", "friction"];
+record! {
+    struct Axis: "axis" {
+        /// Axis, in the frames of the hinge.
+        axis: Vec3 = direction().need("write for example Pin([0, 0, 1])"),
+    }
+}
+record! {
+    struct Thread: "thread" {
+        /// Axis, in the frames of the hinge.
+        axis: Vec3 = direction().need("write Screw(axis: [0, 0, 1], pitch: \"1 mm/rev\")"),
+        /// Way along the axis for the turn about it.
+        pitch: f64 = number("m/rad").need("write Screw(axis: [0, 0, 1], pitch: \"1 mm/rev\")"),
+    }
+}
+record! {
+    struct Axes: "axes" {
+        /// The first axis, on the parent's side, and the second.
+        axes: Vec<Vec3> = list_of(direction()).need("write Universal([1, 0, 0], [0, 1, 0])"),
+    }
+}
+record! {
+    struct Bare: "hinge without axes" {}
+}
 
-/// Reads a hinge as written: `Pin([0, 1, 0])`, `Chain(Slider(..), Pin(..))`.
-pub(crate) fn read(cx: &mut Cx, v: &Located, what: &str) -> Option<Hinge> {
-    let Value::Variant(kind, inner) = &v.value else {
-        let message = format!("{what}: `hinge` is a hinge, this is {}", v.value.what());
-        cx.fault(v.origin, message, format!("one of: {}", HINGES.join(", ")));
-        return None;
-    };
-    let at = format!("{what}: `{kind}`");
-    if kind == "Chain" {
-        let mut chain = Vec::new();
-        // A chain of one arrives as the one itself.
-        let one = std::slice::from_ref(&**inner);
-        let items = if let Value::List(items) = &inner.value { items.as_slice() } else { one };
-        for item in items {
-            chain.extend(link(cx, item, what)?);
-        }
-        return Some(Hinge { subhinges: chain });
+record! {
+    /// What a subhinge has beside its kind; of a body for its whole hinge.
+    pub(crate) struct Drive: "drive" {
+        /// The coordinate follows a command instead of forces.
+        prescribed: Option<bool> = flag().maybe(),
+        /// Inertia of a rotor, as the coordinate feels it.
+        armature: Option<f64> = drive_number("kg m^2", "kg").maybe(),
+        /// Turns of the rotor for a turn of the coordinate.
+        gear: Option<f64> = number("").maybe(),
+        /// Limits of the coordinate.
+        limits: Option<Limits> = of::<Limits>().maybe(),
+        /// What acts at the limits: `true`, `false`, or a spring with a damper.
+        stop: Option<Stop> = stop().maybe(),
+        /// Viscous damping.
+        damping: Option<f64> = drive_number("N m s/rad", "N s/m").maybe(),
+        /// Dry friction, with the rate at which its smooth form reaches it.
+        friction: Option<Friction> = friction().maybe(),
     }
-    let named = matches!(inner.value, Value::Map(_));
-    if named {
-        let own = ["axis", "axes", "pitch"];
-        fields(cx, inner, &at, &[&own[..], &OPTIONS].concat());
+}
+
+record! {
+    for Limits: "limits" {
+        /// Lowest coordinate.
+        lower: drive_number("rad", "m").or(f64::NEG_INFINITY),
+        /// Highest coordinate.
+        upper: drive_number("rad", "m").or(f64::INFINITY),
+        /// Largest rate, either way.
+        rate: drive_number("rad/s", "m/s").or(f64::INFINITY),
+        /// Largest force or torque of what drives the coordinate, either way.
+        effort: drive_number("N m", "N").or(f64::INFINITY),
     }
-    let axis = |cx: &mut Cx| {
-        let given = if named { inner.get("axis") } else { Some(&**inner) };
-        match given.filter(|a| a.value != Value::Null) {
-            Some(a) => direction(cx, a, &format!("{at}: the axis")),
-            None => {
-                cx.fault(v.origin, format!("{at} has no axis"), format!("write {kind}([0, 0, 1])"));
-                None
+}
+record! {
+    for Friction: "friction" {
+        /// Force or torque.
+        force: drive_number("N m", "N").or(0.0),
+        /// Rate at which the smooth form reaches 3/4 of it; 0: the usual one.
+        rate: drive_number("rad/s", "m/s").or(0.0),
+    }
+}
+record! {
+    struct Soft: "stop" {
+        /// Stiffness past the limit.
+        stiffness: f64 = drive_number("N m/rad", "N/m")
+            .need("write `stop: (stiffness: ..)`, or `false` if the coordinate may pass its limits"),
+        /// Damping past the limit, as part of the stiffness.
+        damping: f64 = drive_number("s/rad", "s/m").or(0.0),
+    }
+}
+
+fn friction() -> impl Kind<Of = Friction> {
+    let force = mapped(drive_number("N m", "N"), |force| Friction { force, rate: 0.0 }, |_| None);
+    short(force, of::<Friction>())
+}
+
+fn stop() -> impl Kind<Of = Stop> {
+    let usual = mapped(
+        flag(),
+        |on| if on { Stop::Usual } else { Stop::Off },
+        |s| match s {
+            Stop::Usual => Some(true),
+            Stop::Off => Some(false),
+            Stop::Soft { .. } => None,
+        },
+    );
+    let soft = mapped(
+        of::<Soft>(),
+        |Soft { stiffness, damping }| Stop::Soft { stiffness, damping },
+        |s| match *s {
+            Stop::Soft { stiffness, damping } => Some(Soft { stiffness, damping }),
+            _ => None,
+        },
+    );
+    short(usual, soft)
+}
+
+/// A hinge: `Pin([0, 1, 0])`, `Chain(Slider(..), Pin(..))`.
+pub(crate) struct HingeKind;
+
+pub(crate) fn hinge() -> HingeKind {
+    HingeKind
+}
+
+impl Kind for HingeKind {
+    type Of = Hinge;
+    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Hinge> {
+        let (kind, inner) = variant_name(cx, v, &at.what, ("hinge", "hinges", &HINGES))?;
+        if kind == "Chain" {
+            let mut chain = Vec::new();
+            // A chain of one arrives as the one itself.
+            let one = std::slice::from_ref(inner);
+            let items = if let Value::List(items) = &inner.value { items.as_slice() } else { one };
+            for item in items {
+                chain.extend(link(cx, item, at)?);
             }
+            return Some(Hinge { subhinges: chain });
         }
-    };
-    let mut hinge = match kind.as_str() {
-        "Pin" => Hinge::pin(axis(cx)?),
-        "Slider" => Hinge::slider(axis(cx)?),
-        "Screw" => {
-            let axis = axis(cx)?;
-            match inner.get("pitch") {
-                Some(p) => Hinge::screw(axis, number(cx, p, &format!("{at}: `pitch`"), "m/rad")?),
-                None => {
-                    let help = "write Screw(axis: [0, 0, 1], pitch: \"1 mm/rev\")";
-                    cx.fault(v.origin, format!("{at} has no `pitch`"), help);
+        let at = at.field(kind);
+        let mut hinge = match kind {
+            "Pin" => Hinge::pin(driven::<Axis>(cx, inner, &at, "axis")?.axis),
+            "Slider" => Hinge::slider(driven::<Axis>(cx, inner, &at, "axis")?.axis),
+            "Cylindrical" => Hinge::cylindrical(driven::<Axis>(cx, inner, &at, "axis")?.axis),
+            "Screw" => {
+                let Thread { axis, pitch } = driven(cx, inner, &at, "axis")?;
+                Hinge::screw(axis, pitch)
+            }
+            "Universal" => {
+                let Axes { axes } = driven(cx, inner, &at, "axes")?;
+                let [first, second] = axes[..] else {
+                    let help = "write Universal([1, 0, 0], [0, 1, 0])";
+                    cx.fault(inner.origin, format!("{} has two axes", at.what), help);
                     return None;
+                };
+                Hinge::universal(first, second)
+            }
+            _ => {
+                driven::<Bare>(cx, inner, &at, "")?;
+                match kind {
+                    "Ball" => Hinge::ball(),
+                    "Free" => Hinge::free(),
+                    "Gimbal" => Hinge::gimbal(),
+                    "Planar" => Hinge::planar(),
+                    _ => Hinge::locked(),
                 }
             }
-        }
-        "Cylindrical" => Hinge::cylindrical(axis(cx)?),
-        "Universal" => {
-            let axes = inner.get("axes").unwrap_or(inner);
-            let Value::List(pair) = &axes.value else {
-                let help = "write Universal([1, 0, 0], [0, 1, 0])";
-                cx.fault(v.origin, format!("{at} has two axes"), help);
-                return None;
-            };
-            if pair.len() != 2 {
-                let help = "write Universal([1, 0, 0], [0, 1, 0])";
-                cx.fault(axes.origin, format!("{at} has two axes"), help);
-                return None;
+        };
+        options(cx, inner, &at, &mut hinge.subhinges);
+        Some(hinge)
+    }
+    fn write(&self, h: &Hinge) -> Value {
+        match &h.subhinges[..] {
+            [] => Value::Null,
+            [one] if one.kind != SubhingeKind::Locked => subhinge(one),
+            many => {
+                let links = many.iter().map(|s| subhinge(s).into()).collect();
+                Value::Variant("Chain".into(), Box::new(Value::List(links).into()))
             }
-            let first = direction(cx, &pair[0], &format!("{at}: the first axis"));
-            let second = direction(cx, &pair[1], &format!("{at}: the second axis"));
-            Hinge::universal(first?, second?)
         }
-        "Ball" => Hinge::ball(),
-        "Free" => Hinge::free(),
-        "Locked" => Hinge::locked(),
-        "Gimbal" => Hinge::gimbal(),
-        "Planar" => Hinge::planar(),
-        other => {
-            let origin = Origin { end: v.origin.start + other.len() as u32, ..v.origin };
-            let message = format!("{what}: there is no hinge `{other}`");
-            cx.fault(origin, message, remedy(other, "hinges", &HINGES));
-            return None;
-        }
-    };
-    options(cx, inner, &at, &mut hinge.subhinges);
-    Some(hinge)
+    }
+    fn describe(&self) -> Schema {
+        Schema::Named("hinge", || {
+            let axis = |name| variant_of::<(Axis, Drive)>(name, "axis");
+            let bare = |name| variant_of::<Driven>(name, "");
+            let mut all = vec![axis("Pin"), axis("Slider"), axis("Cylindrical")];
+            all.push(variant_of::<(Thread, Drive)>("Screw", ""));
+            all.push(variant_of::<(Axes, Drive)>("Universal", "axes"));
+            all.extend(["Ball", "Free", "Gimbal", "Planar", "Locked"].map(bare));
+            let chain = Schema::List(Box::new(hinge().describe()), None);
+            all.push(Schema::Variant(
+                "Chain",
+                Box::new(Schema::Any(vec![chain, hinge().describe()])),
+            ));
+            Schema::Any(all)
+        })
+    }
+}
+
+type Driven = (Bare, Drive);
+
+/// Reads what is in the brackets but the drive, and refuses what belongs to neither.
+fn driven<T: Record>(cx: &mut Cx, inner: &Located, at: &At<'_>, short: &str) -> Option<T> {
+    if matches!(inner.value, Value::Map(_)) {
+        fields(cx, inner, &at.what, &[T::names(), Drive::names()].concat());
+        return T::read_fields(cx, inner, at);
+    }
+    argument(cx, inner, at, short)
 }
 
 /// The subhinges of one item of a chain; `Locked` is a subhinge there.
-fn link(cx: &mut Cx, item: &Located, what: &str) -> Option<Vec<Subhinge>> {
-    let Value::Variant(kind, inner) = &item.value else {
-        return Some(read(cx, item, what)?.subhinges);
-    };
-    if kind != "Locked" {
-        return Some(read(cx, item, what)?.subhinges);
+fn link(cx: &mut Cx, item: &Located, at: &At<'_>) -> Option<Vec<Subhinge>> {
+    match &item.value {
+        Value::Variant(kind, inner) if kind == "Locked" => {
+            let (mut locked, at) = ([SubhingeKind::Locked.into()], at.field("Locked"));
+            driven::<Bare>(cx, inner, &at, "")?;
+            options(cx, inner, &at, &mut locked);
+            Some(locked.into())
+        }
+        _ => Some(hinge().read(cx, item, at)?.subhinges),
     }
-    let (mut locked, at) = ([SubhingeKind::Locked.into()], format!("{what}: `Locked`"));
-    fields(cx, inner, &at, &OPTIONS);
-    options(cx, inner, &at, &mut locked);
-    Some(locked.into())
 }
 
-/// [`OPTIONS`] of a body for its whole hinge or of one hinge of a chain.
-pub(crate) fn options(cx: &mut Cx, v: &Located, what: &str, chain: &mut [Subhinge]) {
-    if let Some(p) = v.get("prescribed")
-        && flag(cx, p, &format!("{what}: `prescribed`")) == Some(true)
-    {
-        for s in chain.iter_mut() {
+/// A coordinate that is a length.
+pub(crate) fn slides(kind: &SubhingeKind) -> bool {
+    matches!(kind, SubhingeKind::Slider { .. })
+}
+
+/// [`Drive`] of a body for its whole hinge or of one hinge of a chain.
+pub(crate) fn options(cx: &mut Cx, v: &Located, at: &At<'_>, chain: &mut [Subhinge]) {
+    for s in chain {
+        let at = at.clone().sliding(slides(&s.kind));
+        let Some(drive) = Drive::read_fields(cx, v, &at) else { continue };
+        if drive.prescribed == Some(true) {
             s.coordinate = Coordinate::Prescribed;
         }
-    }
-    for s in chain {
-        if let Some(a) = v.get("armature") {
-            s.armature = armature(cx, a, what, &s.kind).unwrap_or(0.0);
-        }
-        if let Some(g) = v.get("gear") {
-            s.gear = number(cx, g, &format!("{what}: `gear`"), "").unwrap_or(1.0);
-        }
-        if let Some(l) = v.get("limits") {
-            s.limits = limits(cx, l, what, &s.kind);
-        }
-        let slides = matches!(s.kind, SubhingeKind::Slider { .. });
-        if let Some(d) = v.get("damping") {
-            let unit = if slides { "N s/m" } else { "N m s/rad" };
-            s.damping = number(cx, d, &format!("{what}: `damping`"), unit).unwrap_or(0.0);
-        }
-        if let Some(f) = v.get("friction") {
-            s.friction = friction(cx, f, what, slides);
-        }
-        if let Some(x) = v.get("stop") {
-            s.stop = stop(cx, x, what, slides);
-        }
-    }
-}
-
-/// `"0.2 N m"`, or `(force: "0.2 N m", rate: "0.01 rad/s")` with the smooth form.
-fn friction(cx: &mut Cx, v: &Located, what: &str, slides: bool) -> Friction {
-    let what = format!("{what}: `friction`");
-    let units = if slides { ["N", "m/s"] } else { ["N m", "rad/s"] };
-    if !matches!(v.value, Value::Map(_)) {
-        let force = number(cx, v, &what, units[0]).unwrap_or(0.0);
-        return Friction { force, rate: 0.0 };
-    }
-    fields(cx, v, &what, &["force", "rate"]);
-    let mut of = |field: &str, unit: &str| match v.get(field) {
-        Some(x) => number(cx, x, &format!("{what}: `{field}`"), unit).unwrap_or(0.0),
-        None => 0.0,
-    };
-    Friction { force: of("force", units[0]), rate: of("rate", units[1]) }
-}
-
-/// `false`, `true`, or `(stiffness: "500 N m/rad", damping: "1 s/rad")`.
-fn stop(cx: &mut Cx, v: &Located, what: &str, slides: bool) -> Stop {
-    let what = format!("{what}: `stop`");
-    match v.value {
-        Value::Bool(true) => return Stop::Usual,
-        Value::Bool(false) => return Stop::Off,
-        _ => {}
-    }
-    if !fields(cx, v, &what, &["stiffness", "damping"]) {
-        return Stop::Usual;
-    }
-    let units = if slides { ["N/m", "s/m"] } else { ["N m/rad", "s/rad"] };
-    let mut of = |field: &str, unit: &str, none: f64| match v.get(field) {
-        Some(x) => number(cx, x, &format!("{what}: `{field}`"), unit).unwrap_or(none),
-        None => none,
-    };
-    // What could not be read is told already.
-    let (stiffness, damping) = (of("stiffness", units[0], 1.0), of("damping", units[1], 0.0));
-    if v.get("stiffness").is_none() {
-        let help =
-            "write `stop: (stiffness: ..)`, or `false` if the coordinate may pass its limits";
-        cx.fault(v.origin, format!("{what} has no `stiffness`"), help);
-        return Stop::Usual;
-    }
-    Stop::Soft { stiffness, damping }
-}
-
-/// `(lower: "-90 deg", upper: "90 deg", rate: "2 rad/s", effort: "5 N m")`; what is not written has no limit.
-pub(crate) fn limits(cx: &mut Cx, v: &Located, what: &str, kind: &SubhingeKind) -> Limits {
-    let what = format!("{what}: `limits`");
-    fields(cx, v, &what, &["lower", "upper", "rate", "effort"]);
-    let slides = matches!(kind, SubhingeKind::Slider { .. });
-    let units = if slides { ["m", "m/s", "N"] } else { ["rad", "rad/s", "N m"] };
-    let mut of = |field: &str, unit: &str, none: f64| match v.get(field) {
-        Some(x) => number(cx, x, &format!("{what}: `{field}`"), unit).unwrap_or(none),
-        None => none,
-    };
-    Limits {
-        lower: of("lower", units[0], f64::NEG_INFINITY),
-        upper: of("upper", units[0], f64::INFINITY),
-        rate: of("rate", units[1], f64::INFINITY),
-        effort: of("effort", units[2], f64::INFINITY),
-    }
-}
-
-/// A rotor inertia in the unit of its subhinge.
-pub(crate) fn armature(cx: &mut Cx, v: &Located, what: &str, kind: &SubhingeKind) -> Option<f64> {
-    let unit = if matches!(kind, SubhingeKind::Slider { .. }) { "kg" } else { "kg m^2" };
-    number(cx, v, &format!("{what}: `armature`"), unit)
-}
-
-/// A hinge with all its numbers; `Null` for a locked one.
-pub(crate) fn value(h: &Hinge) -> Value {
-    match &h.subhinges[..] {
-        [] => Value::Null,
-        [one] if one.kind != SubhingeKind::Locked => subhinge(one),
-        many => {
-            let links = many.iter().map(|s| subhinge(s).into()).collect();
-            Value::Variant("Chain".into(), Box::new(Value::List(links).into()))
-        }
+        s.armature = drive.armature.unwrap_or(s.armature);
+        s.gear = drive.gear.unwrap_or(s.gear);
+        s.limits = drive.limits.unwrap_or(s.limits);
+        s.damping = drive.damping.unwrap_or(s.damping);
+        s.friction = drive.friction.unwrap_or(s.friction);
+        s.stop = drive.stop.unwrap_or(s.stop);
     }
 }
 
 fn subhinge(s: &Subhinge) -> Value {
     let mut out = Vec::new();
-    let name = match &s.kind {
-        SubhingeKind::Pin { axis } => ("Pin", Some(axis)),
-        SubhingeKind::Slider { axis } => ("Slider", Some(axis)),
-        SubhingeKind::Screw { axis, .. } => ("Screw", Some(axis)),
-        SubhingeKind::Ball => ("Ball", None),
-        SubhingeKind::Free => ("Free", None),
-        SubhingeKind::Locked => ("Locked", None),
-    };
-    if let Some(axis) = name.1 {
-        push(&mut out, "axis", value::vector(axis));
-    }
-    if let SubhingeKind::Screw { pitch, .. } = s.kind {
-        push(&mut out, "pitch", Value::Number(pitch));
-    }
-    if s.coordinate == Coordinate::Prescribed {
-        push(&mut out, "prescribed", Value::Bool(true));
-    }
-    if s.armature != 0.0 {
-        push(&mut out, "armature", Value::Number(s.armature));
-    }
-    if s.gear != 1.0 {
-        push(&mut out, "gear", Value::Number(s.gear));
-    }
-    push(&mut out, "limits", limits_value(&s.limits));
-    resistances(s, &mut out);
-    if out.is_empty() { variant(name.0, Value::Null) } else { variant(name.0, Value::Map(out)) }
-}
-
-/// Stop, damping and friction.
-fn resistances(s: &Subhinge, out: &mut Vec<(String, Located)>) {
-    let pair = |a: &str, x: f64, b: &str, y: f64| {
-        let number = |x| Located::from(Value::Number(x));
-        Value::Map(vec![(a.to_owned(), number(x)), (b.to_owned(), number(y))])
-    };
-    match s.stop {
-        Stop::Usual => {}
-        Stop::Off => push(out, "stop", Value::Bool(false)),
-        Stop::Soft { stiffness, damping } => {
-            push(out, "stop", pair("stiffness", stiffness, "damping", damping));
+    let name = match s.kind {
+        SubhingeKind::Screw { axis, pitch } => {
+            Thread { axis, pitch }.write_fields(&mut out);
+            "Screw"
         }
-    }
-    if s.damping != 0.0 {
-        push(out, "damping", Value::Number(s.damping));
-    }
-    let Friction { force, rate } = s.friction;
-    if s.friction != Friction::NONE {
-        push(out, "friction", pair("force", force, "rate", rate));
-    }
-}
-
-fn limits_value(l: &Limits) -> Value {
-    let mut out = Vec::new();
-    for (key, x) in [("lower", l.lower), ("upper", l.upper), ("rate", l.rate), ("effort", l.effort)]
-    {
-        if x.is_finite() {
-            push(&mut out, key, Value::Number(x));
+        SubhingeKind::Pin { axis } => {
+            Axis { axis }.write_fields(&mut out);
+            "Pin"
         }
-    }
-    Value::Map(out)
+        SubhingeKind::Slider { axis } => {
+            Axis { axis }.write_fields(&mut out);
+            "Slider"
+        }
+        SubhingeKind::Ball => "Ball",
+        SubhingeKind::Free => "Free",
+        SubhingeKind::Locked => "Locked",
+    };
+    let drive = Drive {
+        prescribed: (s.coordinate == Coordinate::Prescribed).then_some(true),
+        armature: Some(s.armature).filter(|x| *x != 0.0),
+        gear: Some(s.gear).filter(|x| *x != 1.0),
+        limits: Some(s.limits).filter(|l| *l != Limits::NONE),
+        stop: Some(s.stop).filter(|s| *s != Stop::Usual),
+        damping: Some(s.damping).filter(|x| *x != 0.0),
+        friction: Some(s.friction).filter(|f| *f != Friction::NONE),
+    };
+    drive.write_fields(&mut out);
+    if out.is_empty() { variant(name, Value::Null) } else { variant(name, Value::Map(out)) }
 }

@@ -1,18 +1,76 @@
 //! How a body starts: `initial: (angle: "5 deg", rate: 0)`, or poses and velocities.
-use crate::schema::pose::{rotation, vector};
-use crate::schema::read::{fields, list, number};
+use crate::body::hinge::slides;
+use crate::schema::describe::Schema;
+use crate::schema::kind::{At, Kind, drive_number, list_of, number, vector};
+use crate::schema::pose::rotation;
+use crate::schema::record::{Presence, Record, record};
 use crate::text::report::Cx;
-use crate::text::value::{list as numbers, set};
 use linkwork_multibody::{Hinge, Subhinge, SubhingeKind};
 use linkwork_runtime::{Located, Value};
 use linkwork_spatial::{Quat, Vec3};
+
+record! {
+    struct Floating: "start of a free body" {
+        /// Origin in the parent's frame of the hinge.
+        position: Vec3 = vector("m").or(Vec3::zeros()),
+        /// Rotation in the parent's frame of the hinge.
+        rotation: Quat = rotation().or(Quat::identity()),
+        /// Velocity of the origin, axes of the parent's frame.
+        velocity: Vec3 = vector("m/s").or(Vec3::zeros()),
+        /// Angular velocity, body axes.
+        angular: Vec3 = vector("rad/s").or(Vec3::zeros()),
+    }
+}
+record! {
+    struct Turning: "start of a ball" {
+        /// Rotation in the parent's frame of the hinge.
+        rotation: Quat = rotation().or(Quat::identity()),
+        /// Angular velocity, body axes.
+        angular: Vec3 = vector("rad/s").or(Vec3::zeros()),
+    }
+}
+record! {
+    struct Pinned: "start of a pin or screw" {
+        /// Angle.
+        angle: f64 = number("rad").or(0.0),
+        /// Rate of the angle.
+        rate: f64 = number("rad/s").or(0.0),
+    }
+}
+record! {
+    struct Sliding: "start of a slider" {
+        /// Way along the axis.
+        position: f64 = number("m").or(0.0),
+        /// Rate of the way.
+        rate: f64 = number("m/s").or(0.0),
+    }
+}
+record! {
+    struct Chained: "start of a chain" {
+        /// A number for each subhinge, parent's side first; with a ball in the chain all numbers, in SI.
+        coordinates: Option<Located> = crate::schema::kind::raw(list_of(drive_number("rad", "m")).describe()).maybe(),
+        /// Their rates.
+        rates: Option<Located> = crate::schema::kind::raw(list_of(drive_number("rad/s", "m/s")).describe()).maybe(),
+    }
+}
+
+/// `initial` in the schema: which of these it is, the hinge says.
+pub(crate) fn schema() -> Schema {
+    Schema::Any(vec![
+        Floating::describe(),
+        Turning::describe(),
+        Pinned::describe(),
+        Sliding::describe(),
+        Chained::describe(),
+    ])
+}
 
 /// Coordinates and rates of one hinge; neutral where nothing is written.
 pub(crate) fn read(
     cx: &mut Cx,
     v: Option<&Located>,
     hinge: &Hinge,
-    what: &str,
+    at: &At<'_>,
 ) -> (Vec<f64>, Vec<f64>) {
     let (mut q, mut rates) = (Vec::new(), Vec::new());
     for s in &hinge.subhinges {
@@ -24,144 +82,117 @@ pub(crate) fn read(
         rates.extend(vec![0.0; s.kind.nv()]);
     }
     let Some(v) = v.filter(|v| v.value != Value::Null) else { return (q, rates) };
-    let what = format!("{what}: `initial`");
     match hinge.subhinges.as_slice() {
         [s] if matches!(s.kind, SubhingeKind::Free) => {
-            fields(cx, v, &what, &["position", "rotation", "velocity", "angular"]);
-            free(cx, v, &what, &mut q, &mut rates);
+            if let Some(x) = Floating::read(cx, v, at) {
+                let (p, R) = (x.position, x.rotation);
+                q.copy_from_slice(&[p.x, p.y, p.z, R.i, R.j, R.k, R.w]);
+                rates[..3].copy_from_slice(x.angular.as_slice());
+                // β holds the velocity in child axes.
+                rates[3..].copy_from_slice((R.inverse() * x.velocity).as_slice());
+            }
         }
         [s] if matches!(s.kind, SubhingeKind::Ball) => {
-            fields(cx, v, &what, &["rotation", "angular"]);
-            let (R, w) = attitude(cx, v, &what);
-            q.copy_from_slice(&[R.i, R.j, R.k, R.w]);
-            rates.copy_from_slice(w.as_slice());
+            if let Some(x) = Turning::read(cx, v, at) {
+                let R = x.rotation;
+                q.copy_from_slice(&[R.i, R.j, R.k, R.w]);
+                rates.copy_from_slice(x.angular.as_slice());
+            }
+        }
+        [s] if slides(&s.kind) => {
+            let x = Sliding::read(cx, v, at);
+            (q[0], rates[0]) = x.map_or((0.0, 0.0), |x| (x.position, x.rate));
         }
         [s] if s.kind.nv() == 1 => {
-            let slides = matches!(s.kind, SubhingeKind::Slider { .. });
-            let (name, unit, per_second) =
-                if slides { ("position", "m", "m/s") } else { ("angle", "rad", "rad/s") };
-            fields(cx, v, &what, &[name, "rate"]);
-            let mut read = |field: &str, unit: &str| {
-                let x = v.get(field)?;
-                number(cx, x, &format!("{what}: `{field}`"), unit)
-            };
-            q[0] = read(name, unit).unwrap_or(0.0);
-            rates[0] = read("rate", per_second).unwrap_or(0.0);
+            let x = Pinned::read(cx, v, at);
+            (q[0], rates[0]) = x.map_or((0.0, 0.0), |x| (x.angle, x.rate));
         }
         [] => {
             let help =
                 "a locked hinge has no coordinate: leave `initial` out or choose another hinge";
-            cx.fault(v.origin, format!("{what} cannot be set for this hinge"), help);
-        }
-        chain if chain.iter().any(|s| s.kind.nv() > 1) => {
-            whole_chain(cx, v, &what, chain, &mut q, &mut rates)
+            cx.fault(v.origin, format!("{} cannot be set for this hinge", at.what), help);
         }
         chain => {
-            fields(cx, v, &what, &["coordinates", "rates"]);
-            for (field, out, angle, length) in
-                [("coordinates", &mut q, "rad", "m"), ("rates", &mut rates, "rad/s", "m/s")]
+            let whole = chain.iter().any(|s| s.kind.nv() > 1);
+            let Some(x) = Chained::read(cx, v, at) else { return (q, rates) };
+            let (turns, ways) = (["rad", "rad/s"], ["m", "m/s"]);
+            for (k, written, field, out) in
+                [(0, x.coordinates, "coordinates", &mut q), (1, x.rates, "rates", &mut rates)]
             {
-                let Some(written) = v.get(field) else { continue };
-                let items = list(cx, written, &format!("{what}: `{field}`")).to_vec();
-                if items.len() != chain.len() {
-                    let message = format!(
-                        "{what}: `{field}` has {} numbers, the hinge has {}",
-                        items.len(),
-                        chain.len()
-                    );
-                    cx.fault(written.origin, message, "one for each subhinge, parent's side first");
-                    continue;
+                let Some(written) = written else { continue };
+                let at = at.field(field);
+                if !whole {
+                    let unit = drive_number(turns[k], ways[k]);
+                    numbers(cx, &written, &at, out, |j| slides(&chain[j].kind), &unit);
+                } else {
+                    numbers(cx, &written, &at, out, |_| false, &number(""));
                 }
-                for ((item, s), x) in items.iter().zip(chain).zip(out) {
-                    let slides = matches!(s.kind, SubhingeKind::Slider { .. });
-                    let unit = if slides { length } else { angle };
-                    *x = number(cx, item, &format!("{what}: `{field}`"), unit).unwrap_or(0.0);
-                }
+            }
+            if whole {
+                unit_quaternions(cx, v, at, chain, &q);
             }
         }
     }
     (q, rates)
 }
 
-/// All numbers of q and β of a chain that holds a ball, in SI.
-fn whole_chain(
+/// As many numbers as there are, each in the unit of its subhinge.
+fn numbers(
     cx: &mut Cx,
     v: &Located,
-    what: &str,
-    chain: &[Subhinge],
-    q: &mut [f64],
-    rates: &mut [f64],
+    at: &At<'_>,
+    out: &mut [f64],
+    slides: impl Fn(usize) -> bool,
+    kind: &impl Kind<Of = f64>,
 ) {
-    fields(cx, v, what, &["coordinates", "rates"]);
-    for (field, out) in [("coordinates", &mut *q), ("rates", rates)] {
-        let Some(written) = v.get(field) else { continue };
-        let what = format!("{what}: `{field}`");
-        let items = list(cx, written, &what).to_vec();
-        if items.len() != out.len() {
-            let message =
-                format!("{what} has {} numbers, the hinge has {}", items.len(), out.len());
-            let help = "a chain with a ball takes all its numbers; a quaternion is x, y, z, w";
-            cx.fault(written.origin, message, help);
-            return;
-        }
-        for (item, x) in items.iter().zip(out) {
-            *x = number(cx, item, &what, "").unwrap_or(0.0);
-        }
+    let items = crate::schema::read::list(cx, v, &at.what);
+    if items.len() != out.len() {
+        let message =
+            format!("{} has {} numbers, the hinge has {}", at.what, items.len(), out.len());
+        let help = "one for each subhinge, parent's side first; a chain with a ball takes all its \
+                    numbers, a quaternion as x, y, z, w";
+        cx.fault(v.origin, message, help);
+        return;
     }
-    let mut at = 0;
+    for (j, (item, x)) in items.iter().zip(out).enumerate() {
+        *x = kind.read(cx, item, &at.clone().sliding(slides(j))).unwrap_or(0.0);
+    }
+}
+
+fn unit_quaternions(cx: &mut Cx, v: &Located, at: &At<'_>, chain: &[Subhinge], q: &[f64]) {
+    let mut start = 0;
     for s in chain {
-        let end = at + s.kind.nq();
-        let turn = &q[end.saturating_sub(4).max(at)..end];
+        let end = start + s.kind.nq();
+        let turn = &q[end.saturating_sub(4).max(start)..end];
         let length = turn.iter().map(|x| x * x).sum::<f64>().sqrt();
         if s.kind.nv() > 1 && !((length - 1.0).abs() < 1e-6) {
-            let message = format!("{what}: a quaternion has length {length}, not 1");
+            let message = format!("{}: a quaternion has length {length}, not 1", at.what);
             cx.fault(v.origin, message, "the order is x, y, z, w; divide by the length");
         }
-        at = end;
+        start = end;
     }
-}
-
-/// Rotation of the child in the parent and body rates in child axes.
-fn attitude(cx: &mut Cx, v: &Located, what: &str) -> (Quat, Vec3) {
-    let R = v.get("rotation").and_then(|r| rotation(cx, r, &format!("{what}: `rotation`")));
-    let w = v.get("angular").and_then(|w| vector(cx, w, &format!("{what}: `angular`"), "rad/s"));
-    (R.unwrap_or_else(Quat::identity), w.unwrap_or_else(Vec3::zeros))
-}
-
-/// Position and velocity in the parent's hinge frame, angular rates in the body's own axes.
-fn free(cx: &mut Cx, v: &Located, what: &str, q: &mut [f64], rates: &mut [f64]) {
-    let (R, w) = attitude(cx, v, what);
-    let mut read = |field: &str, unit: &str| {
-        let x = v.get(field)?;
-        vector(cx, x, &format!("{what}: `{field}`"), unit)
-    };
-    let p = read("position", "m").unwrap_or_else(Vec3::zeros);
-    let velocity = read("velocity", "m/s").unwrap_or_else(Vec3::zeros);
-    q.copy_from_slice(&[p.x, p.y, p.z, R.i, R.j, R.k, R.w]);
-    rates[..3].copy_from_slice(w.as_slice());
-    // β holds the velocity in child axes.
-    rates[3..].copy_from_slice((R.inverse() * velocity).as_slice());
 }
 
 /// A hinge's numbers of q in the words of its kind.
 pub(crate) fn value(h: &Hinge, q: &[f64]) -> Value {
-    let quat = |q: &[f64]| Value::Map(vec![("quat".to_owned(), numbers(q.iter().copied()).into())]);
-    let mut out: Located = Value::Map(Vec::new()).into();
-    let mut put = |key: &str, v: Value| set(&mut out, &[key.to_owned()], &v.into());
+    let quat = |q: &[f64]| {
+        Quat::new_unchecked(linkwork_spatial::nalgebra::Quaternion::new(q[3], q[0], q[1], q[2]))
+    };
+    let (zero, first) = (Vec3::zeros(), q.first().copied().unwrap_or(0.0));
     match &h.subhinges[..] {
-        [] => {}
+        [] => Value::Null,
         [s] if s.kind == SubhingeKind::Free && q.len() == 7 => {
-            put("position", numbers(q[..3].iter().copied()));
-            put("rotation", quat(&q[3..]));
+            let position = Vec3::new(q[0], q[1], q[2]);
+            Floating { position, rotation: quat(&q[3..]), velocity: zero, angular: zero }.write()
         }
-        [s] if s.kind == SubhingeKind::Ball => put("rotation", quat(q)),
-        [s] if matches!(s.kind, SubhingeKind::Slider { .. }) => put("position", list1(q)),
-        [s] if s.kind.nv() == 1 => put("angle", list1(q)),
-        _ => put("coordinates", numbers(q.iter().copied())),
+        [s] if s.kind == SubhingeKind::Ball && q.len() == 4 => {
+            Turning { rotation: quat(q), angular: zero }.write()
+        }
+        [s] if slides(&s.kind) => Sliding { position: first, rate: 0.0 }.write(),
+        [s] if s.kind.nv() == 1 => Pinned { angle: first, rate: 0.0 }.write(),
+        _ => {
+            let all = crate::text::value::list(q.iter().copied());
+            Chained { coordinates: Some(all.into()), rates: None }.write()
+        }
     }
-    out.value
-}
-
-fn list1(q: &[f64]) -> Value {
-    Value::Number(q.first().copied().unwrap_or(0.0))
 }

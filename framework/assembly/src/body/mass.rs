@@ -1,100 +1,131 @@
-//! Mass, centre of mass and inertia: reading and writing them.
-use crate::body::solid::{inertia, shape};
-use crate::schema::pose::vector;
-use crate::schema::read::{number, numbers};
+//! Mass, centre of mass and inertia.
+use crate::body::solid::{inertia, solid};
+use crate::schema::describe::{Field, Schema};
+use crate::schema::kind::{At, Kind, number, numbers, vector, word};
+use crate::schema::record::{Presence, Record, record};
 use crate::text::report::Cx;
-use crate::text::value::{self, push, variant};
-use linkwork_runtime::{Located, Origin, Value};
-use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Vec3};
+use crate::text::value;
+use linkwork_collision::Shape;
+use linkwork_runtime::{Located, Value};
+use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Quat, Vec3};
 
-/// `mass`, `com`, `inertia`, `inertia_check`.
-pub(crate) fn read_mass(cx: &mut Cx, v: &Located, what: &str, origin: Origin) -> MassProperties {
-    let mass = v.get("mass").map(|m| number(cx, m, &format!("{what}: `mass`"), "kg"));
-    let com = v.get("com").and_then(|c| vector(cx, c, &format!("{what}: `com`"), "m"));
-    let matrix = match (v.get("inertia"), mass) {
-        (Some(i), mass) => read_inertia(cx, i, what, mass.flatten().unwrap_or(0.0)),
-        (None, Some(Some(m))) if m != 0.0 => {
-            let help = "write `inertia: [ixx, iyy, izz]` about the centre of mass, \
-                        or a solid such as `inertia: Sphere(0.1)`";
-            cx.fault(origin, format!("{what} has mass but no `inertia`"), help);
-            None
-        }
-        _ => Some(Mat3::zeros()),
-    };
-    // After a mistake the rest of the body is still checked, with a mass that can exist.
-    let (Some(Some(mass)), Some(matrix)) = (mass.or(Some(Some(0.0))), matrix) else {
-        return MassProperties::massless();
-    };
-    let check = match v.get("inertia_check").map(|c| &c.value) {
-        None => InertiaCheck::Physical,
-        Some(Value::Variant(w, _) | Value::Text(w)) if w == "Physical" => InertiaCheck::Physical,
-        Some(Value::Variant(w, _) | Value::Text(w)) if w == "PositiveMoments" => {
-            InertiaCheck::PositiveMoments
-        }
-        Some(_) => {
-            let place = v.get("inertia_check").map_or(origin, |c| c.origin);
-            let help = "one of: Physical, PositiveMoments";
-            cx.fault(place, format!("{what}: `inertia_check` is one of two words"), help);
-            InertiaCheck::Physical
-        }
-    };
-    MassProperties::new(mass, com.unwrap_or_else(Vec3::zeros), matrix).with_check(check)
-}
-
-fn read_inertia(cx: &mut Cx, v: &Located, what: &str, mass: f64) -> Option<Mat3> {
-    let what = format!("{what}: `inertia`");
-    let unit = "kg m^2";
-    match &v.value {
-        Value::List(items) if items.len() == 6 => {
-            let [xx, yy, zz, xy, xz, yz] = numbers::<6>(cx, v, &what, unit)?;
-            Some(Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))
-        }
-        Value::List(items) if items.len() == 9 => {
-            let rows = numbers::<9>(cx, v, &what, unit)?;
-            Some(Mat3::from_row_slice(&rows))
-        }
-        Value::List(items) if items.len() == 3 => {
-            let d = numbers::<3>(cx, v, &what, unit)?;
-            Some(Mat3::from_diagonal(&Vec3::from(d)))
-        }
-        Value::Variant(..) => {
-            let (solid, turn) = shape(cx, v, &what, None)?;
-            inertia(mass, &solid, &turn)
-        }
-        other => {
-            let help = "write [ixx, iyy, izz], [ixx, iyy, izz, ixy, ixz, iyz], nine numbers by \
-                        rows, or a solid such as Cylinder(radius: .., length: ..)";
-            let found = match other {
-                Value::List(items) => format!("a list of {}", items.len()),
-                other => other.what().into(),
-            };
-            cx.fault(v.origin, format!("{what} cannot be {found}"), help);
-            None
-        }
+record! {
+    struct MassForm: "mass" {
+        /// Mass.
+        mass: Option<f64> = number("kg").maybe(),
+        /// Centre of mass in the body's frame.
+        com: Vec3 = vector("m").or(Vec3::zeros()),
+        /// About the centre of mass, body axes: `[xx, yy, zz]`, `[xx, yy, zz, xy, xz, yz]`, nine numbers by rows, or a solid with the body's mass.
+        inertia: Option<Inertia> = InertiaKind.maybe(),
+        /// `PositiveMoments` accepts published data with lumped rotors.
+        inertia_check: InertiaCheck = inertia_check().or(InertiaCheck::Physical),
     }
 }
 
-/// `mass`, `com`, `inertia` and `inertia_check`, as far as they are not neutral.
-pub(crate) fn mass(out: &mut Vec<(String, Located)>, m: &MassProperties) {
-    let J = &m.inertia_com;
-    if m.mass != 0.0 {
-        push(out, "mass", Value::Number(m.mass));
+/// What inertia has to be.
+pub(crate) fn inertia_check() -> impl Kind<Of = InertiaCheck> {
+    word(&[
+        ("Physical", InertiaCheck::Physical),
+        ("PositiveMoments", InertiaCheck::PositiveMoments),
+    ])
+}
+
+enum Inertia {
+    Matrix(Mat3),
+    Solid(Shape, Quat),
+}
+
+struct InertiaKind;
+
+impl Kind for InertiaKind {
+    type Of = Inertia;
+    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Inertia> {
+        const UNIT: &str = "kg m^2";
+        let found = match &v.value {
+            Value::List(items) => match items.len() {
+                3 => {
+                    let d = numbers::<3>(UNIT).read(cx, v, at)?;
+                    return Some(Inertia::Matrix(Mat3::from_diagonal(&Vec3::from(d))));
+                }
+                6 => {
+                    let [xx, yy, zz, xy, xz, yz] = numbers::<6>(UNIT).read(cx, v, at)?;
+                    let J = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+                    return Some(Inertia::Matrix(J));
+                }
+                9 => {
+                    let rows = numbers::<9>(UNIT).read(cx, v, at)?;
+                    return Some(Inertia::Matrix(Mat3::from_row_slice(&rows)));
+                }
+                n => format!("a list of {n}"),
+            },
+            Value::Variant(..) => {
+                let (shape, turn) = solid().read(cx, v, at)?;
+                return Some(Inertia::Solid(shape, turn));
+            }
+            other => other.what().into(),
+        };
+        let help = "write [ixx, iyy, izz], [ixx, iyy, izz, ixy, ixz, iyz], nine numbers by \
+                    rows, or a solid such as Cylinder(radius: .., length: ..)";
+        cx.fault(v.origin, format!("{} cannot be {found}", at.what), help);
+        None
     }
-    if m.com != Vec3::zeros() {
-        push(out, "com", value::vector(&m.com));
+    fn write(&self, x: &Inertia) -> Value {
+        let Inertia::Matrix(J) = x else { return Value::Null };
+        if *J != J.transpose() {
+            return value::list(J.transpose().iter().copied());
+        }
+        let (d, off) = (J.diagonal(), [J[(0, 1)], J[(0, 2)], J[(1, 2)]]);
+        let off = off.iter().any(|x| *x != 0.0).then_some(off);
+        value::list(d.iter().copied().chain(off.into_iter().flatten()))
     }
-    if m.mass != 0.0 || J.amax() != 0.0 {
-        let off = J[(0, 1)] != 0.0 || J[(0, 2)] != 0.0 || J[(1, 2)] != 0.0;
-        let inertia = match (*J == J.transpose(), off) {
-            (false, _) => value::list(J.transpose().iter().copied()),
-            (true, false) => value::vector(&J.diagonal()),
-            (true, true) => {
-                value::list([J[(0, 0)], J[(1, 1)], J[(2, 2)], J[(0, 1)], J[(0, 2)], J[(1, 2)]])
+    fn describe(&self) -> Schema {
+        let list = Schema::List(Box::new(number("kg m^2").describe()), None);
+        Schema::Any(vec![list, solid().describe()])
+    }
+}
+
+/// The fields are those of [`MassForm`], beside those of a body or station.
+impl Record for MassProperties {
+    const TITLE: &'static str = MassForm::TITLE;
+    fn names() -> Vec<&'static str> {
+        MassForm::names()
+    }
+    fn fields() -> Vec<Field> {
+        MassForm::fields()
+    }
+    fn read_fields(cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Self> {
+        let form = MassForm::read_fields(cx, v, at)?;
+        // After a mistake the rest of the body is still checked, with a mass that can exist.
+        if form.mass.is_none() && v.get("mass").is_some() {
+            return None;
+        }
+        let mass = form.mass.unwrap_or(0.0);
+        let matrix = match form.inertia {
+            Some(Inertia::Matrix(J)) => J,
+            Some(Inertia::Solid(shape, turn)) => inertia(mass, &shape, &turn)?,
+            None => {
+                if mass != 0.0 && v.get("inertia").is_none() {
+                    let help = "write `inertia: [ixx, iyy, izz]` about the centre of mass, \
+                                or a solid such as `inertia: Sphere(0.1)`";
+                    let origin = at.origin.unwrap_or(v.origin);
+                    cx.fault(origin, format!("{} has mass but no `inertia`", at.what), help);
+                }
+                if mass != 0.0 {
+                    return None;
+                }
+                Mat3::zeros()
             }
         };
-        push(out, "inertia", inertia);
+        Some(MassProperties::new(mass, form.com, matrix).with_check(form.inertia_check))
     }
-    if m.check == InertiaCheck::PositiveMoments {
-        push(out, "inertia_check", variant("PositiveMoments", Value::Null));
+    fn write_fields(&self, out: &mut Vec<(String, Located)>) {
+        let there = self.mass != 0.0 || self.inertia_com.amax() != 0.0;
+        let form = MassForm {
+            mass: Some(self.mass).filter(|m| *m != 0.0),
+            com: self.com,
+            inertia: there.then_some(Inertia::Matrix(self.inertia_com)),
+            inertia_check: self.check,
+        };
+        form.write_fields(out);
     }
 }

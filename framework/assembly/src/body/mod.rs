@@ -1,6 +1,7 @@
 //! A body with numbers: from fields whose parameters have been replaced.
 pub(crate) mod collider;
-pub(crate) mod geometry;
+pub(crate) mod constraint;
+pub(crate) mod contact;
 pub(crate) mod hinge;
 pub(crate) mod initial;
 pub(crate) mod mass;
@@ -10,16 +11,44 @@ pub(crate) mod solid;
 mod stl;
 
 use crate::body::collider::Collider;
-use crate::body::mass::read_mass;
+use crate::body::hinge::{Drive, hinge};
+use crate::body::modes::modes;
 use crate::body::shapes::{BodyShape, Shapes, shapes};
-use crate::schema::pose::pose;
-use crate::schema::read::{fields, name, table, text_field};
-use crate::text::files::Near;
+use crate::schema::kind::{At, raw, table_of, text};
+use crate::schema::read::{fields, name};
+use crate::schema::record::{Presence, Record, of, record};
 use crate::text::report::Cx;
 use crate::text::value::Text;
 use linkwork_multibody::{Hinge, Modes};
 use linkwork_runtime::{Located, Origin};
 use linkwork_spatial::{MassProperties, Pose};
+
+record! {
+    /// A body, beside its mass and the drive of its hinge.
+    pub(crate) struct BodyForm: "body" {
+        /// `world`, a body, a node or a mount that it hangs on.
+        parent: Option<Text> = text().wanted("write `parent: \"world\"`, another body, or a mount"),
+        /// The hinge's frame in the parent.
+        at: Pose = of::<Pose>().or(Pose::identity()),
+        /// How it may move; without one it is fixed.
+        hinge: Hinge = hinge().or(Hinge::locked()),
+        /// The hinge's frame in the body.
+        hinge_frame: Pose = of::<Pose>().or(Pose::identity()),
+        /// Where it starts and how it moves then.
+        initial: Option<Located> = raw(initial::schema()).maybe(),
+        /// How it bends.
+        modes: Option<Modes> = modes().maybe(),
+        /// What it looks like, and what of it collides.
+        shapes: Option<Located> = raw(shapes::schema()).maybe(),
+        /// Frames on it that can be named.
+        nodes: Vec<(Text, Pose)> = table_of(of::<Pose>()).or(Vec::new()),
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+    }
+}
+
+/// All that can be written in a body.
+pub(crate) type BodyFields = (BodyForm, (Drive, MassProperties));
 
 /// A body, ready but for its parent's name.
 pub(crate) struct Body {
@@ -43,83 +72,35 @@ pub(crate) struct Body {
     pub modes_origin: Origin,
 }
 
-/// The fields of a body.
-pub(crate) const FIELDS: [&str; 20] = [
-    "parent",
-    "at",
-    "hinge",
-    "hinge_frame",
-    "prescribed",
-    "armature",
-    "gear",
-    "limits",
-    "stop",
-    "damping",
-    "friction",
-    "mass",
-    "com",
-    "inertia",
-    "inertia_check",
-    "initial",
-    "modes",
-    "shapes",
-    "nodes",
-    "doc",
-];
-
-/// The fields of a loop.
-pub(crate) const LOOP_FIELDS: [&str; 9] =
-    ["a", "b", "at_a", "at_b", "hinge", "prescribed", "solve", "initial", "doc"];
-
-/// The fields of a coupling.
-pub(crate) const COUPLING_FIELDS: [&str; 8] =
-    ["terms", "constant", "mimic", "of", "ratio", "offset", "solve", "doc"];
-
 /// Reads a body; what cannot be read is recorded and left at its neutral value.
-pub(crate) fn read(cx: &mut Cx, full: &str, v: &Located, origin: Origin, files: Near<'_>) -> Body {
-    let what = format!("body `{full}`");
-    fields(cx, v, &what, &FIELDS);
-    let parent = match v.get("parent") {
-        Some(_) => text_field(cx, v, "parent", &what),
-        None => {
-            let help = "write `parent: \"world\"`, another body, or a mount";
-            cx.fault(origin, format!("{what} has no `parent`"), help);
-            None
-        }
-    };
-    let mut hinge = match v.get("hinge") {
-        Some(h) => hinge::read(cx, h, &what).unwrap_or_default(),
-        None => Hinge::locked(),
-    };
-    hinge::options(cx, v, &what, &mut hinge.subhinges);
-    let (q, rates) = initial::read(cx, v.get("initial"), &hinge, &what);
-    let mass = read_mass(cx, v, &what, origin);
-    let mut nodes = Vec::new();
-    if let Some(written) = v.get("nodes") {
-        for (key, node) in table(cx, written, &format!("{what}: `nodes`")) {
-            name(cx, key, node, "node");
-            let p = pose(cx, Some(node), &format!("node `{full}/{key}`"));
-            nodes.push((key.clone(), p, cx.key(node)));
-        }
+pub(crate) fn read(cx: &mut Cx, full: &str, v: &Located, at: &At<'_>) -> Option<Body> {
+    let origin = at.origin.unwrap_or(v.origin);
+    fields(cx, v, &at.what, &BodyFields::names());
+    let form = BodyForm::read_fields(cx, v, at)?;
+    let mut hinge = form.hinge;
+    hinge::options(cx, v, at, &mut hinge.subhinges);
+    let (q, rates) = initial::read(cx, form.initial.as_ref(), &hinge, &at.field("initial"));
+    let mass = MassProperties::read_fields(cx, v, at).unwrap_or_else(MassProperties::massless);
+    for (key, _) in &form.nodes {
+        name(cx, &key.text, key.origin, "node");
     }
     let Shapes { shown, colliders } =
-        v.get("shapes").map(|s| shapes(cx, s, full, files)).unwrap_or_default();
-    let modes = v.get("modes").and_then(|m| modes::read(cx, m, &what, files));
-    Body {
+        form.shapes.map(|s| shapes(cx, &s, full, at)).unwrap_or_default();
+    Some(Body {
         name: full.into(),
-        parent: parent.unwrap_or_else(|| Text::new("world")),
-        at: pose(cx, v.get("at"), &format!("{what}: `at`")),
-        hinge_frame: pose(cx, v.get("hinge_frame"), &format!("{what}: `hinge_frame`")),
+        parent: form.parent.unwrap_or_else(|| Text::new("world")),
+        at: form.at,
+        hinge_frame: form.hinge_frame,
         hinge,
         mass,
         q,
         v: rates,
         shapes: shown,
         colliders,
-        nodes,
+        nodes: form.nodes.into_iter().map(|(key, p)| (key.text, p, key.origin)).collect(),
         origin,
         inertia_origin: v.get("inertia").or(v.get("mass")).map_or(origin, |i| i.origin),
-        modes,
+        modes: form.modes,
         modes_origin: v.get("modes").map_or(origin, |m| m.origin),
-    }
+    })
 }

@@ -7,68 +7,248 @@
 //! File("boom.modes.ron")      as `multibody::modes` reads it
 //! Modes(stiffness: [..], damping: [..], attachment: Beam, stations: [(position: .., mass: .., translation: [..])])
 //! ```
-use crate::body::mass::{self, read_mass};
-use crate::schema::pose::{pose_of, pose_value};
-use crate::schema::read::{choice, fields, list, number, numbers, text};
-use crate::text::files::{Home, Near};
+use crate::schema::describe::Schema;
+use crate::schema::kind::{
+    At, Kind, list_of, mapped, number, numbers, short, text, vector, whole, word,
+};
+use crate::schema::record::{Presence, Record, argument, of, record, variant_name, variant_of};
+use crate::text::files::Home;
 use crate::text::report::Cx;
-use crate::text::value::{list as numbers_of, variant, vector};
+use crate::text::value::variant;
 use linkwork_multibody::Modes;
 use linkwork_multibody::modes::{
     Attachment, Beam, BeamModes, Ends, GeneratorFault, Plate, Shortening, Station,
 };
-use linkwork_runtime::{Located, Origin, Value, remedy};
-use linkwork_spatial::Vec3;
+use linkwork_runtime::{Located, Origin, Value};
+use linkwork_spatial::{MassProperties, Pose, Vec3};
 
 const KINDS: [&str; 4] = ["Beam", "Plate", "File", "Modes"];
+const COUNT: &str = "write `count: (bending_y: 2, bending_z: 2, twist: 1, stretch: 1)`";
+const SECTION: &str = "write `diameter: ..` of a tube, or `area`, `I_y`, `I_z`, `J`";
 
-/// The modes of a body; what cannot be read is recorded.
-pub(crate) fn read(cx: &mut Cx, v: &Located, what: &str, files: Near<'_>) -> Option<Modes> {
-    let what = format!("{what}: `modes`");
-    let Value::Variant(kind, inner) = &v.value else {
-        let message = format!("{what} cannot be {}", v.value.what());
-        cx.fault(v.origin, message, format!("one of: {}", KINDS.join(", ")));
-        return None;
-    };
-    let at = format!("{what}: `{kind}`");
-    match kind.as_str() {
-        "Beam" => beam(cx, v, inner, &at),
-        "Plate" => plate(cx, v, inner, &at),
-        "File" => file(cx, inner, &at, files),
-        "Modes" => explicit(cx, v, inner, &at),
-        other => {
-            let origin = Origin { end: v.origin.start + other.len() as u32, ..v.origin };
-            let message = format!("{what}: there are no modes `{other}`");
-            cx.fault(origin, message, remedy(other, "kinds of modes", &KINDS));
-            None
-        }
+record! {
+    struct BeamForm: "beam" {
+        /// Length along x from the body's frame.
+        length: f64 = number("m").need("write `length: ..` in m"),
+        /// Young's modulus.
+        young: f64 = number("Pa").need("write `young: ..` in Pa"),
+        /// Shear modulus, when not `poisson`.
+        shear: Option<f64> = number("Pa").maybe(),
+        /// Poisson's ratio, when not `shear`.
+        poisson: Option<f64> = number("").maybe(),
+        /// Density.
+        density: f64 = number("kg/m^3").need("write `density: ..` in kg/m^3"),
+        /// Area of the section.
+        area: Option<f64> = number("m^2").maybe(),
+        /// Second moment of area of bending along z.
+        I_y: Option<f64> = number("m^4").maybe(),
+        /// Second moment of area of bending along y.
+        I_z: Option<f64> = number("m^4").maybe(),
+        /// Torsion constant.
+        J: Option<f64> = number("m^4").maybe(),
+        /// Outer diameter of a tube, instead of the four before.
+        diameter: Option<f64> = number("m").maybe(),
+        /// Inner diameter of a tube.
+        inner: f64 = number("m").or(0.0),
+        /// How the ends are held.
+        ends: Ends = word(&[
+            ("ClampedFree", Ends::ClampedFree),
+            ("ClampedClamped", Ends::ClampedClamped),
+            ("ClampedPinned", Ends::ClampedPinned),
+            ("PinnedPinned", Ends::PinnedPinned),
+            ("FreeFree", Ends::FreeFree),
+        ]).or(Ends::default()),
+        /// Damping ratio of every mode.
+        damping_ratio: f64 = number("").or(0.0),
+        /// Modes: so many along y and along z, or of each kind.
+        count: BeamModes = beam_count().need(COUNT),
+    }
+}
+record! {
+    for BeamModes: "modes of a beam" {
+        /// Bending along y.
+        bending_y: count().or(0),
+        /// Bending along z.
+        bending_z: count().or(0),
+        /// Twist about x.
+        twist: count().or(0),
+        /// Stretch along x.
+        stretch: count().or(0),
+    }
+}
+record! {
+    struct PlateForm: "plate" {
+        /// Length along x, clamped at x = 0.
+        length: f64 = number("m").need("write `length: ..` in m"),
+        /// Width along y.
+        width: f64 = number("m").need("write `width: ..` in m"),
+        /// Thickness.
+        thickness: f64 = number("m").need("write `thickness: ..` in m"),
+        /// Young's modulus.
+        young: f64 = number("Pa").need("write `young: ..` in Pa"),
+        /// Poisson's ratio.
+        poisson: f64 = number("").need("write `poisson: 0.33`"),
+        /// Density.
+        density: f64 = number("kg/m^3").need("write `density: ..` in kg/m^3"),
+        /// Damping ratio of every mode.
+        damping_ratio: f64 = number("").or(0.0),
+        /// Places where other things hang, beside the corners.
+        attach: Vec<[f64; 2]> = list_of(numbers::<2>("m")).or(Vec::new()),
+        /// How many modes.
+        count: usize = count().need("write how many modes: `count: 4`"),
+    }
+}
+record! {
+    for Modes: "modes" {
+        /// Stiffness of each mode, or the matrix row by row.
+        stiffness: list_of(number("")).or(Vec::new()),
+        /// Damping likewise.
+        damping: list_of(number("")).or(Vec::new()),
+        /// What hangs on it at a place: on the `Beam` between stations, or at the nearest.
+        attachment: attachment().or(Attachment::default()),
+        /// Stations, each with mass and mode shapes.
+        stations: list_of(StationKind).need(
+            "write `stations: [(position: .., mass: .., inertia: .., translation: [..])]`"),
+    }
+}
+record! {
+    struct StationForm: "station" {
+        /// Translation of each mode.
+        translation: Vec<Vec3> = list_of(vector("")).or(Vec::new()),
+        /// Rotation of each mode.
+        turn: Vec<Vec3> = list_of(vector("")).or(Vec::new()),
+        /// Shortening of second order.
+        shortening: Option<Shortening> = of::<Shortening>().maybe(),
+    }
+}
+record! {
+    for Shortening: "shortening" {
+        /// Direction.
+        axis: vector("").need("write `axis: [1, 0, 0]`"),
+        /// Matrix over the modes, row by row.
+        matrix: list_of(number("")).need("write `matrix: [..]`"),
+    }
+}
+record! {
+    struct Nearest: "nearest station" {
+        /// Farthest distance of a station.
+        tolerance: f64 = number("m").need("write `Nearest(tolerance: \"1 mm\")`"),
     }
 }
 
-/// Numbers that must be there, one after another; `None` when one is not or cannot be read.
-struct Needed<'v> {
-    v: &'v Located,
-    inner: &'v Located,
-    what: &'v str,
+/// A whole number of modes.
+fn count() -> impl Kind<Of = usize> {
+    mapped(whole::<u32>(0, 1000), |n| n as usize, |n| u32::try_from(*n).ok())
 }
 
-impl Needed<'_> {
-    fn of(&self, cx: &mut Cx, field: &str, unit: &str) -> Option<f64> {
-        match self.inner.get(field) {
-            Some(x) => number(cx, x, &format!("{}: `{field}`", self.what), unit),
-            None => {
-                let help = match unit {
-                    "" => format!("write `{field}: ..`"),
-                    _ => format!("write `{field}: ..` in {unit}"),
-                };
-                cx.fault(self.v.origin, format!("{} has no `{field}`", self.what), help);
-                None
+/// `count: 3` is three of bending along y and three along z.
+fn beam_count() -> impl Kind<Of = BeamModes> {
+    let both = |n| BeamModes { bending_y: n, bending_z: n, ..BeamModes::default() };
+    short(mapped(count(), both, |_| None), of::<BeamModes>())
+}
+
+fn attachment() -> impl Kind<Of = Attachment> {
+    struct Attach;
+    impl Kind for Attach {
+        type Of = Attachment;
+        fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Attachment> {
+            let known = ("attachment", "attachments", &["Beam", "Nearest"][..]);
+            match variant_name(cx, v, &at.what, known)? {
+                ("Beam", _) => Some(Attachment::Beam),
+                (_, inner) => {
+                    let at = at.field("Nearest");
+                    let Nearest { tolerance } = argument(cx, inner, &at, "")?;
+                    Some(Attachment::Nearest { tolerance })
+                }
             }
         }
+        fn write(&self, x: &Attachment) -> Value {
+            match *x {
+                Attachment::Beam => variant("Beam", Value::Null),
+                Attachment::Nearest { tolerance } => {
+                    variant("Nearest", Nearest { tolerance }.write())
+                }
+            }
+        }
+        fn describe(&self) -> Schema {
+            let nearest = variant_of::<Nearest>("Nearest", "");
+            Schema::Any(vec![Schema::Words(vec!["Beam"]), nearest])
+        }
     }
+    Attach
+}
 
-    fn or(&self, cx: &mut Cx, field: &str, unit: &str, default: f64) -> Option<f64> {
-        if self.inner.get(field).is_some() { self.of(cx, field, unit) } else { Some(default) }
+/// A station: pose, mass and mode shapes in one map.
+struct StationKind;
+type StationFields = (Pose, (MassProperties, StationForm));
+
+impl Kind for StationKind {
+    type Of = Station;
+    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Station> {
+        let (pose, (mass, form)) = StationFields::read(cx, v, at)?;
+        let StationForm { translation, turn, shortening } = form;
+        Some(Station { pose, mass, translation, rotation: turn, shortening })
+    }
+    fn write(&self, s: &Station) -> Value {
+        let form = StationForm {
+            translation: s.translation.clone(),
+            turn: s.rotation.clone(),
+            shortening: s.shortening.clone(),
+        };
+        (s.pose, (s.mass, form)).write()
+    }
+    fn describe(&self) -> Schema {
+        Schema::Record("station", StationFields::fields)
+    }
+}
+
+/// The modes of a flexible body.
+pub(crate) struct ModesKind;
+
+pub(crate) fn modes() -> ModesKind {
+    ModesKind
+}
+
+impl Kind for ModesKind {
+    type Of = Modes;
+    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Modes> {
+        let (kind, inner) =
+            variant_name(cx, v, &at.what, ("kind of modes", "kinds of modes", &KINDS))?;
+        let at = At { origin: Some(v.origin), ..at.field(kind) };
+        match kind {
+            "Beam" => {
+                let form = argument(cx, inner, &at, "")?;
+                beam(cx, v, form, &at)
+            }
+            "Plate" => {
+                let p: PlateForm = argument(cx, inner, &at, "")?;
+                let plate = Plate {
+                    length: p.length,
+                    width: p.width,
+                    thickness: p.thickness,
+                    young: p.young,
+                    poisson: p.poisson,
+                    density: p.density,
+                    damping_ratio: p.damping_ratio,
+                    attach: p.attach,
+                };
+                generated(cx, v.origin, &at.what, plate.modes(p.count))
+            }
+            "File" => file(cx, inner, &at),
+            _ => argument(cx, inner, &at, ""),
+        }
+    }
+    /// Number by number, to every digit.
+    fn write(&self, m: &Modes) -> Value {
+        variant("Modes", Record::write(m))
+    }
+    fn describe(&self) -> Schema {
+        Schema::Any(vec![
+            variant_of::<BeamForm>("Beam", ""),
+            variant_of::<PlateForm>("Plate", ""),
+            Schema::Variant("File", Box::new(Schema::Text)),
+            variant_of::<Modes>("Modes", ""),
+        ])
     }
 }
 
@@ -78,163 +258,59 @@ fn generated(
     what: &str,
     modes: Result<Modes, Vec<GeneratorFault>>,
 ) -> Option<Modes> {
-    match modes {
-        Ok(modes) => Some(modes),
-        Err(faults) => {
-            for fault in faults {
-                let text = fault.to_string();
-                let (message, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
-                cx.fault(origin, format!("{what}: {message}"), help);
-            }
-            None
-        }
-    }
+    modes.map_err(|faults| cx.explained(origin, what, faults)).ok()
 }
 
-/// A whole number of modes.
-fn count(cx: &mut Cx, v: &Located, what: &str) -> Option<usize> {
-    let n = number(cx, v, what, "")?;
-    if n.fract() != 0.0 || !(0.0..=1000.0).contains(&n) {
-        cx.fault(v.origin, format!("{what} is {n}"), "write a whole number");
+fn beam(cx: &mut Cx, v: &Located, b: BeamForm, at: &At<'_>) -> Option<Modes> {
+    let none = |cx: &mut Cx, field: &str, help: &str| {
+        cx.fault(v.origin, format!("{} has no `{field}`", at.what), help);
+    };
+    if b.shear.is_some() && b.poisson.is_some() {
+        let message = format!("{} has both `shear` and `poisson`", at.what);
+        cx.fault(v.origin, message, "write one of them; the other follows with `young`");
         return None;
     }
-    Some(n as usize)
-}
-
-fn beam(cx: &mut Cx, v: &Located, inner: &Located, what: &str) -> Option<Modes> {
-    let known = [
-        "length",
-        "young",
-        "shear",
-        "poisson",
-        "density",
-        "area",
-        "I_y",
-        "I_z",
-        "J",
-        "diameter",
-        "inner",
-        "ends",
-        "damping_ratio",
-        "count",
-    ];
-    fields(cx, inner, what, &known);
-    let n = Needed { v, inner, what };
-    let (length, young) = (n.of(cx, "length", "m"), n.of(cx, "young", "Pa"));
-    let density = n.of(cx, "density", "kg/m^3");
-    let damping = n.or(cx, "damping_ratio", "", 0.0);
-    let words = [
-        ("ClampedFree", Ends::ClampedFree),
-        ("ClampedClamped", Ends::ClampedClamped),
-        ("ClampedPinned", Ends::ClampedPinned),
-        ("PinnedPinned", Ends::PinnedPinned),
-        ("FreeFree", Ends::FreeFree),
-    ];
-    let ends = choice(cx, inner, what, "ends", &words).unwrap_or_default();
-    let count = beam_count(cx, v, inner, what);
-    let shear = match (inner.get("poisson"), young) {
-        (Some(_), Some(E)) => n.of(cx, "poisson", "").map(|nu| E / (2.0 * (1.0 + nu))),
-        (Some(_), None) => None,
-        (None, _) => n.of(cx, "shear", "Pa"),
+    let shear = b.shear.or(b.poisson.map(|nu| b.young / (2.0 * (1.0 + nu))));
+    if shear.is_none() {
+        none(cx, "shear", "write `shear: ..` in Pa, or `poisson: 0.33`");
+    }
+    let section = [("area", b.area), ("I_y", b.I_y), ("I_z", b.I_z), ("J", b.J)];
+    let [area, I_y, I_z, J] = match b.diameter {
+        Some(outer) => {
+            if let Some((field, _)) = section.iter().find(|(_, x)| x.is_some()) {
+                let message = format!("{} has both `diameter` and `{field}`", at.what);
+                cx.fault(v.origin, message, SECTION);
+                return None;
+            }
+            let tube = Beam::tube(1.0, outer, b.inner, 1.0, 0.0, 1.0);
+            [tube.area, tube.I_y, tube.I_z, tube.J].map(Some)
+        }
+        None => section.map(|(field, x)| {
+            if x.is_none() {
+                none(cx, field, SECTION);
+            }
+            x
+        }),
     };
-    let section = if inner.get("diameter").is_some() {
-        let (outer, hole) = (n.of(cx, "diameter", "m")?, n.or(cx, "inner", "m", 0.0)?);
-        let tube = Beam::tube(1.0, outer, hole, 1.0, 0.0, 1.0);
-        [tube.area, tube.I_y, tube.I_z, tube.J].map(Some)
-    } else {
-        let units = [("area", "m^2"), ("I_y", "m^4"), ("I_z", "m^4"), ("J", "m^4")];
-        units.map(|(field, unit)| n.of(cx, field, unit))
-    };
-    let [area, I_y, I_z, J] = section;
     let beam = Beam {
-        length: length?,
-        young: young?,
+        length: b.length,
+        young: b.young,
         shear: shear?,
-        density: density?,
+        density: b.density,
         area: area?,
         I_y: I_y?,
         I_z: I_z?,
         J: J?,
-        ends,
-        damping_ratio: damping?,
+        ends: b.ends,
+        damping_ratio: b.damping_ratio,
     };
-    generated(cx, v.origin, what, beam.modes(count?))
-}
-
-/// `count: 3` is three of bending along y and three along z.
-fn beam_count(cx: &mut Cx, v: &Located, inner: &Located, what: &str) -> Option<BeamModes> {
-    let what_count = format!("{what}: `count`");
-    let Some(written) = inner.get("count") else {
-        let help = "write `count: (bending_y: 2, bending_z: 2, twist: 1, stretch: 1)`";
-        cx.fault(v.origin, format!("{what} has no `count`"), help);
-        return None;
-    };
-    if !matches!(written.value, Value::Map(_)) {
-        let n = count(cx, written, &what_count)?;
-        return Some(BeamModes { bending_y: n, bending_z: n, ..BeamModes::default() });
-    }
-    fields(cx, written, &what_count, &["bending_y", "bending_z", "twist", "stretch"]);
-    let mut of = |field: &str| match written.get(field) {
-        Some(n) => count(cx, n, &format!("{what_count}: `{field}`")),
-        None => Some(0),
-    };
-    let (bending_y, bending_z) = (of("bending_y"), of("bending_z"));
-    let (twist, stretch) = (of("twist")?, of("stretch")?);
-    Some(BeamModes { bending_y: bending_y?, bending_z: bending_z?, twist, stretch })
-}
-
-fn plate(cx: &mut Cx, v: &Located, inner: &Located, what: &str) -> Option<Modes> {
-    let known = [
-        "length",
-        "width",
-        "thickness",
-        "young",
-        "poisson",
-        "density",
-        "damping_ratio",
-        "attach",
-        "count",
-    ];
-    fields(cx, inner, what, &known);
-    let n = Needed { v, inner, what };
-    let (length, width) = (n.of(cx, "length", "m"), n.of(cx, "width", "m"));
-    let (thickness, young) = (n.of(cx, "thickness", "m"), n.of(cx, "young", "Pa"));
-    let (poisson, density) = (n.of(cx, "poisson", ""), n.of(cx, "density", "kg/m^3"));
-    let damping = n.or(cx, "damping_ratio", "", 0.0);
-    let mut attach = Vec::new();
-    if let Some(places) = inner.get("attach") {
-        let at = format!("{what}: `attach`");
-        for p in list(cx, places, &at) {
-            attach.push(numbers::<2>(cx, p, &at, "m")?);
-        }
-    }
-    let wanted = match inner.get("count") {
-        Some(c) => count(cx, c, &format!("{what}: `count`")),
-        None => {
-            cx.fault(
-                v.origin,
-                format!("{what} has no `count`"),
-                "write how many modes: `count: 4`",
-            );
-            None
-        }
-    };
-    let plate = Plate {
-        length: length?,
-        width: width?,
-        thickness: thickness?,
-        young: young?,
-        poisson: poisson?,
-        density: density?,
-        damping_ratio: damping?,
-        attach,
-    };
-    generated(cx, v.origin, what, plate.modes(wanted?))
+    generated(cx, v.origin, &at.what, beam.modes(b.count))
 }
 
 /// `File("boom.ron")`: modes as serde writes them.
-fn file(cx: &mut Cx, inner: &Located, what: &str, (files, home): Near<'_>) -> Option<Modes> {
-    let name = text(cx, inner, what)?;
+fn file(cx: &mut Cx, inner: &Located, at: &At<'_>) -> Option<Modes> {
+    let (what, (files, home)) = (&at.what, at.near?);
+    let name = text().read(cx, inner, at)?;
     let read = match files.find(&name.text, home) {
         Ok((key, Home::Folder(_))) => std::fs::read_to_string(&key).map_err(|e| e.to_string()),
         Ok((key, Home::Embedded(_))) => {
@@ -256,135 +332,4 @@ fn file(cx: &mut Cx, inner: &Located, what: &str, (files, home): Near<'_>) -> Op
             None
         }
     }
-}
-
-/// All numbers of a list.
-fn flat(cx: &mut Cx, v: &Located, what: &str) -> Option<Vec<f64>> {
-    list(cx, v, what).iter().map(|x| number(cx, x, what, "")).collect()
-}
-
-fn vectors(cx: &mut Cx, v: &Located, what: &str) -> Option<Vec<Vec3>> {
-    let items = list(cx, v, what).iter();
-    items.map(|x| numbers::<3>(cx, x, what, "").map(Vec3::from)).collect()
-}
-
-fn explicit(cx: &mut Cx, v: &Located, inner: &Located, what: &str) -> Option<Modes> {
-    fields(cx, inner, what, &["stiffness", "damping", "attachment", "stations"]);
-    let mut of = |field: &str| match inner.get(field) {
-        Some(x) => flat(cx, x, &format!("{what}: `{field}`")),
-        None => Some(Vec::new()),
-    };
-    let (stiffness, damping) = (of("stiffness"), of("damping"));
-    let attachment = match inner.get("attachment").map(|a| (&a.value, a.origin)) {
-        None => Attachment::default(),
-        Some((Value::Variant(word, _), _)) if word == "Beam" => Attachment::Beam,
-        Some((Value::Variant(word, inside), _)) if word == "Nearest" => {
-            let Some(t) = inside.get("tolerance") else {
-                let help = "write `Nearest(tolerance: \"1 mm\")`";
-                cx.fault(inside.origin, format!("{what}: `Nearest` has no `tolerance`"), help);
-                return None;
-            };
-            Attachment::Nearest { tolerance: number(cx, t, &format!("{what}: `tolerance`"), "m")? }
-        }
-        Some((_, origin)) => {
-            let message = format!("{what}: `attachment` is one of two");
-            cx.fault(origin, message, "write `Beam` or `Nearest(tolerance: \"1 mm\")`");
-            return None;
-        }
-    };
-    let Some(written) = inner.get("stations") else {
-        let help = "write `stations: [(position: .., mass: .., inertia: .., translation: [..])]`";
-        cx.fault(v.origin, format!("{what} has no `stations`"), help);
-        return None;
-    };
-    let mut stations = Vec::new();
-    for (k, s) in list(cx, written, what).to_vec().iter().enumerate() {
-        stations.push(station(cx, s, &format!("{what}: station {}", k + 1)));
-    }
-    let stations = stations.into_iter().collect::<Option<Vec<_>>>()?;
-    Some(Modes { stiffness: stiffness?, damping: damping?, stations, attachment })
-}
-
-fn station(cx: &mut Cx, v: &Located, what: &str) -> Option<Station> {
-    let known = [
-        "position",
-        "rotation",
-        "mass",
-        "com",
-        "inertia",
-        "inertia_check",
-        "translation",
-        "turn",
-        "shortening",
-    ];
-    fields(cx, v, what, &known);
-    let pose = pose_of(cx, v, what);
-    let mass = read_mass(cx, v, what, v.origin);
-    let mut of = |field: &str| match v.get(field) {
-        Some(x) => vectors(cx, x, &format!("{what}: `{field}`")),
-        None => Some(Vec::new()),
-    };
-    let (translation, rotation) = (of("translation"), of("turn"));
-    let shortening = match v.get("shortening") {
-        Some(s) => {
-            let at = format!("{what}: `shortening`");
-            fields(cx, s, &at, &["axis", "matrix"]);
-            let (Some(axis), Some(matrix)) = (s.get("axis"), s.get("matrix")) else {
-                cx.fault(s.origin, format!("{at} has an `axis` and a `matrix`"), "");
-                return None;
-            };
-            let axis = numbers::<3>(cx, axis, &at, "").map(Vec3::from);
-            let matrix = flat(cx, matrix, &at);
-            Some(Shortening { axis: axis?, matrix: matrix? })
-        }
-        None => None,
-    };
-    Some(Station { pose, mass, translation: translation?, rotation: rotation?, shortening })
-}
-
-/// Number by number, to every digit.
-pub(crate) fn value(m: &Modes) -> Value {
-    let of = |fields: Vec<(&str, Value)>| {
-        let written = fields.into_iter().filter(|(_, v)| match v {
-            Value::List(items) => !items.is_empty(),
-            Value::Null => false,
-            _ => true,
-        });
-        Value::Map(written.map(|(k, v)| (k.to_owned(), v.into())).collect())
-    };
-    let vectors = |all: &[Vec3]| Value::List(all.iter().map(|x| vector(x).into()).collect());
-    let station = |s: &Station| -> Located {
-        let mut out = Vec::new();
-        if let Value::Map(pose) = pose_value(&s.pose) {
-            out.extend(pose);
-        }
-        mass::mass(&mut out, &s.mass);
-        let shortening = s.shortening.as_ref().map_or(Value::Null, |x| {
-            let matrix = numbers_of(x.matrix.iter().copied());
-            of(vec![("axis", vector(&x.axis)), ("matrix", matrix)])
-        });
-        let rest = of(vec![
-            ("translation", vectors(&s.translation)),
-            ("turn", vectors(&s.rotation)),
-            ("shortening", shortening),
-        ]);
-        if let Value::Map(rest) = rest {
-            out.extend(rest);
-        }
-        Value::Map(out).into()
-    };
-    let attachment = match m.attachment {
-        Attachment::Beam => variant("Beam", Value::Null),
-        Attachment::Nearest { tolerance } => {
-            variant("Nearest", of(vec![("tolerance", Value::Number(tolerance))]))
-        }
-    };
-    let stations = Value::List(m.stations.iter().map(station).collect());
-    let all = of(vec![
-        ("stiffness", numbers_of(m.stiffness.iter().copied())),
-        ("damping", numbers_of(m.damping.iter().copied())),
-        ("attachment", attachment),
-        ("stations", stations),
-    ]);
-    variant("Modes", all)
 }

@@ -1,6 +1,7 @@
 //! Assembly files as they are named by parts.
-use crate::form::assembly::{self, Assembly};
+use crate::form::assembly::{self, Assembly, AssemblyForm};
 use crate::schema::read::fields;
+use crate::schema::record::Record;
 use crate::text::files::{Files, Home};
 use crate::text::parse::parse;
 use crate::text::report::Cx;
@@ -70,7 +71,7 @@ fn read_file(cx: &mut Cx, file: u32, key: &str) -> Option<Assembly> {
     match &v.value {
         Value::Variant(name, inner) if name == "Assembly" => {
             let what = format!("assembly `{key}`");
-            fields(cx, inner, &what, &assembly::FIELDS);
+            fields(cx, inner, &what, &AssemblyForm::names());
             Some(assembly::read_assembly(cx, inner, &what))
         }
         Value::Variant(name, _) => {

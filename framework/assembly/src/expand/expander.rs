@@ -1,11 +1,14 @@
 //! From assemblies as written to a tree of instances: files read, parameters replaced, overrides
 //! applied, arrays unrolled.
-use crate::body::{self, collider};
+use crate::body::BodyFields;
+use crate::body::collider::{Standing, Surface};
+use crate::body::constraint::{CouplingForm, LoopForm};
 use crate::expand::assemblies::Assemblies;
 use crate::expand::instance::{Instance, ItemInst, ModelInst, Node};
 use crate::form::assembly::{Assembly, ItemForm, PartForm, PartKind, read_overrides};
 use crate::machine::import::{self, Import};
 use crate::schema::read::text;
+use crate::schema::record::Record;
 use crate::scope::parameters::{Env, bind, substitute, substitute_text};
 use crate::text::files::Home;
 use crate::text::patterns::segment_matches;
@@ -157,13 +160,14 @@ impl<'a, 'o> Expander<'a, 'o> {
         });
         let all = imported.as_ref().unwrap_or(a);
         let has_part = |name: &str| a.parts.contains_key(name);
-        out.bodies = self.items(&all.bodies, place, &pending, (&has_part, &body::FIELDS));
-        let known = &body::LOOP_FIELDS;
-        out.loops = self.items(&all.loops, place, &pending, (&has_part, known));
-        let known = &body::COUPLING_FIELDS;
-        out.couplings = self.items(&all.couplings, place, &pending, (&has_part, known));
-        let known = &collider::FIELDS;
-        out.colliders = self.items(&all.colliders, place, &pending, (&has_part, known));
+        let known = BodyFields::names();
+        out.bodies = self.items(&all.bodies, place, &pending, (&has_part, &known));
+        let known = LoopForm::names();
+        out.loops = self.items(&all.loops, place, &pending, (&has_part, &known));
+        let known = CouplingForm::names();
+        out.couplings = self.items(&all.couplings, place, &pending, (&has_part, &known));
+        let known = <(Standing, Surface)>::names();
+        out.colliders = self.items(&all.colliders, place, &pending, (&has_part, &known));
         for (base, form) in &a.parts {
             let form = form.with_values(self.cx, place.env, &join(place.path, base));
             let elements = form.elements(self.cx, base);
@@ -403,10 +407,10 @@ fn body_help(here: Option<&Instance>, name: &str) -> String {
         return "a body is `assembly/body`, its fields `assembly/body.mass`".into();
     };
     let kinds = [
-        ("body", &here.bodies, &body::FIELDS[..]),
-        ("loop", &here.loops, &body::LOOP_FIELDS),
-        ("coupling", &here.couplings, &body::COUPLING_FIELDS),
-        ("collider", &here.colliders, &collider::FIELDS),
+        ("body", &here.bodies, BodyFields::names()),
+        ("loop", &here.loops, LoopForm::names()),
+        ("coupling", &here.couplings, CouplingForm::names()),
+        ("collider", &here.colliders, <(Standing, Surface)>::names()),
     ];
     if let Some((kind, _, known)) = kinds.iter().find(|k| k.1.contains_key(name)) {
         return format!("{kind} `{name}` has no such field. fields: {}", known.join(", "));

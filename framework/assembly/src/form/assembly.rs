@@ -1,8 +1,16 @@
 //! The intermediate form: an assembly as written, before parameters are known.
 //!
 //! RON and the Rust builder both make this; values that may hold `$name` stay located values.
-use crate::schema::read::{fields, list, name, table, text, text_field};
-use crate::scope::parameters::{ParamDecl, read_param};
+use crate::body::BodyFields;
+use crate::body::collider::{Standing, Surface};
+use crate::body::constraint::{CouplingForm, LoopForm};
+use crate::body::contact::ContactForm;
+use crate::form::import::ImportForm;
+use crate::schema::describe::Schema;
+use crate::schema::kind::{Kind, list_of, period, raw, table_of, text};
+use crate::schema::read::{self, fields, list, name, table, text_field};
+use crate::schema::record::{Presence, Record, of, record};
+use crate::scope::parameters::{ParamDecl, ParamForm, read_param};
 use crate::text::report::Cx;
 use crate::text::value::{Text, empty_map, is_unknown};
 use linkwork_runtime::{Located, Origin, Value};
@@ -105,43 +113,102 @@ pub struct Assembly {
     pub(crate) broken: BTreeSet<String>,
 }
 
-/// The fields of an assembly.
-pub(crate) const FIELDS: [&str; 14] = [
-    "doc",
-    "name",
-    "params",
-    "mounts",
-    "import",
-    "bodies",
-    "loops",
-    "couplings",
-    "colliders",
-    "contact",
-    "parts",
-    "wires",
-    "exports",
-    "overrides",
-];
-const INLINE: [&str; 12] = [
-    "doc",
-    "params",
-    "import",
-    "bodies",
-    "loops",
-    "couplings",
-    "colliders",
-    "contact",
-    "parts",
-    "wires",
-    "exports",
-    "overrides",
-];
-const MODEL: [&str; 8] = ["model", "params", "rate", "offset", "bind", "array", "doc", "folder"];
-const FILE: [&str; 6] = ["assembly", "params", "mounts", "overrides", "array", "doc"];
+record! {
+    /// The fields of an assembly.
+    pub(crate) struct AssemblyForm: "assembly" {
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+        /// Name, when it stands alone.
+        name: Option<Text> = text().maybe(),
+        /// Parameters by name.
+        params: Option<Located> = raw(table_of(of::<ParamForm>()).describe()).maybe(),
+        /// Bodies or nodes that the parent must name, each with its meaning.
+        mounts: Option<Located> = raw(table_of(text()).describe()).maybe(),
+        /// Files of other programs whose bodies are added: one, or a list.
+        import: Option<Located> = raw(import_schema()).maybe(),
+        /// Bodies by name.
+        bodies: Option<Located> = raw(table_of(of::<BodyFields>()).describe()).maybe(),
+        /// Hinges that close loops, by name.
+        loops: Option<Located> = raw(table_of(of::<LoopForm>()).describe()).maybe(),
+        /// Linear relations between hinge coordinates, by name.
+        couplings: Option<Located> = raw(table_of(of::<CouplingForm>()).describe()).maybe(),
+        /// Collision shapes on bodies and on the world, by name.
+        colliders: Option<Located> = raw(table_of(of::<(Standing, Surface)>()).describe()).maybe(),
+        /// How contact is solved, and who meets whom.
+        contact: Option<Located> = raw(Schema::Any(vec![Schema::Flag, ContactForm::describe()])).maybe(),
+        /// Parts by name.
+        parts: Option<Located> = raw(Schema::Table(Box::new(part_schema()))).maybe(),
+        /// Wires: `"Part.output -> Part.input"`.
+        wires: Option<Located> = raw(list_of(text()).describe()).maybe(),
+        /// Ports seen from outside, by name.
+        exports: Option<Located> = raw(table_of(text()).describe()).maybe(),
+        /// Deep parameters by path.
+        overrides: Option<Located> = raw(Schema::Table(Box::new(Schema::Any(Vec::new())))).maybe(),
+    }
+}
 
-/// Fields that only an assembly written in place has.
-const MARKS: [&str; 9] =
-    ["parts", "bodies", "loops", "couplings", "colliders", "contact", "import", "wires", "exports"];
+record! {
+    /// A part that is a model or service of the catalogue.
+    struct ModelForm: "model" {
+        /// Its name there.
+        model: Option<Text> = text().maybe(),
+        /// Its parameters, which `linkwork describe` lists.
+        params: Option<Located> = raw(anything()).maybe(),
+        /// Sample period, of sampled models.
+        rate: Option<Located> = raw(period().describe()).maybe(),
+        /// Time of the first sample.
+        offset: Option<Located> = raw(period().describe()).maybe(),
+        /// Binding → node, `hinge:BODY` or `loop:LOOP`.
+        bind: Option<Located> = raw(anything()).maybe(),
+        /// Elements, when it is an array: each with what differs.
+        array: Option<Located> = raw(Schema::List(Box::new(anything()), None)).maybe(),
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+        /// Folder in which its files are looked for first.
+        folder: Option<Text> = text().maybe(),
+    }
+}
+record! {
+    /// A part that is an assembly in a file of its own.
+    struct FileForm: "assembly file" {
+        /// The file: beside this one, then in the search folders, then embedded.
+        assembly: Option<Text> = text().maybe(),
+        /// Values of its parameters.
+        params: Option<Located> = raw(anything()).maybe(),
+        /// Mount → body or node.
+        mounts: Option<Located> = raw(anything()).maybe(),
+        /// Deep parameters by path.
+        overrides: Option<Located> = raw(anything()).maybe(),
+        /// Elements, when it is an array: each with what differs.
+        array: Option<Located> = raw(Schema::List(Box::new(anything()), None)).maybe(),
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+    }
+}
+
+fn anything() -> Schema {
+    Schema::Any(Vec::new())
+}
+
+fn import_schema() -> Schema {
+    let one = ImportForm::describe();
+    Schema::Any(vec![one.clone(), Schema::List(Box::new(one), None)])
+}
+
+/// Fields of an assembly that one written in place has not.
+const STANDING_ALONE: [&str; 2] = ["name", "mounts"];
+
+/// A part: a model, an assembly file, or an assembly written in place.
+fn part_schema() -> Schema {
+    Schema::Named("part", || {
+        let inline = Schema::Record("assembly in place", || {
+            let mut fields = AssemblyForm::fields();
+            fields.retain(|f| !STANDING_ALONE.contains(&f.name));
+            fields
+        });
+        Schema::Any(vec![ModelForm::describe(), FileForm::describe(), inline])
+    })
+}
 
 /// Reads the fields that belong to an assembly (the caller has checked for unknown ones).
 pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
@@ -151,17 +218,17 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
         imports: v.get("import").filter(|i| i.value != Value::Null).cloned(),
         ..Assembly::default()
     };
-    let of = |field: &str| format!("{what}: `{field}`");
+    let field_of = |field: &str| format!("{what}: `{field}`");
     if let Some(params) = v.get("params") {
-        for (key, value) in table(cx, params, &of("params")) {
-            name(cx, key, value, "parameter");
+        for (key, value) in table(cx, params, &field_of("params")) {
+            name_at(cx, key, value, "parameter");
             a.params.insert(key.clone(), read_param(cx, key, value));
         }
     }
     if let Some(mounts) = v.get("mounts") {
-        for (key, value) in table(cx, mounts, &of("mounts")) {
-            name(cx, key, value, "mount");
-            let doc = text(cx, value, &format!("mount `{key}`"));
+        for (key, value) in table(cx, mounts, &field_of("mounts")) {
+            name_at(cx, key, value, "mount");
+            let doc = read::text(cx, value, &format!("mount `{key}`"));
             let doc = doc.map(|t| t.text).unwrap_or_default();
             a.mounts.insert(key.clone(), MountDecl { doc, origin: cx.key(value) });
         }
@@ -172,8 +239,8 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
     a.colliders = items(cx, v, ("colliders", "collider"), what);
     a.contact = v.get("contact").cloned();
     if let Some(parts) = v.get("parts") {
-        for (key, value) in table(cx, parts, &of("parts")) {
-            name(cx, key, value, "part");
+        for (key, value) in table(cx, parts, &field_of("parts")) {
+            name_at(cx, key, value, "part");
             if let Some(part) = read_part(cx, key, value) {
                 a.parts.insert(key.clone(), part);
             } else {
@@ -182,22 +249,28 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
         }
     }
     if let Some(wires) = v.get("wires") {
-        for wire in list(cx, wires, &of("wires")) {
-            a.wires.extend(text(cx, wire, "a wire"));
+        for wire in list(cx, wires, &field_of("wires")) {
+            a.wires.extend(read::text(cx, wire, "a wire"));
         }
     }
     if let Some(exports) = v.get("exports") {
-        for (key, value) in table(cx, exports, &of("exports")) {
-            name(cx, key, value, "export");
-            if let Some(t) = text(cx, value, &format!("export `{key}`")) {
+        for (key, value) in table(cx, exports, &field_of("exports")) {
+            name_at(cx, key, value, "export");
+            if let Some(t) = read::text(cx, value, &format!("export `{key}`")) {
                 a.exports.insert(key.clone(), t);
             }
         }
     }
     if let Some(overrides) = v.get("overrides") {
-        a.overrides = read_overrides(cx, overrides, &of("overrides"));
+        a.overrides = read_overrides(cx, overrides, &field_of("overrides"));
     }
     a
+}
+
+/// That a key can be a name.
+fn name_at(cx: &mut Cx, key: &str, v: &Located, kind: &str) {
+    let origin = cx.key(v);
+    name(cx, key, origin, kind);
 }
 
 /// Name → fields, of a field such as `bodies` whose entries are each a `body`.
@@ -210,7 +283,7 @@ fn items(
     let mut out = BTreeMap::new();
     let Some(written) = v.get(field) else { return out };
     for (key, value) in table(cx, written, &format!("{what}: `{field}`")) {
-        name(cx, key, value, kind);
+        name_at(cx, key, value, kind);
         out.insert(key.clone(), ItemForm { fields: value.clone(), origin: cx.key(value) });
     }
     out
@@ -239,6 +312,13 @@ fn doc(cx: &mut Cx, v: &Located, what: &str) -> String {
     text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default()
 }
 
+/// Fields that only an assembly written in place has.
+fn inline_marks() -> Vec<&'static str> {
+    let not = [&STANDING_ALONE[..], &FileForm::names()].concat();
+    AssemblyForm::names().into_iter().filter(|f| !not.contains(f)).collect()
+}
+
+/// A part as written; `None` when it cannot be told what it is, or is no map (recorded).
 pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm> {
     let what = format!("part `{key}`");
     let origin = cx.key(v);
@@ -250,7 +330,7 @@ pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm>
     let has = |field: &str| written.iter().any(|(k, _)| k == field);
     let or_empty = |cx: &mut Cx, field: &str| map_field(cx, v, field, &what);
     let (kind, params) = if has("model") {
-        fields(cx, v, &what, &MODEL);
+        fields(cx, v, &what, &ModelForm::names());
         let kind = PartKind::Model {
             model: text_field(cx, v, "model", &what)?,
             rate: v.get("rate").cloned(),
@@ -260,15 +340,17 @@ pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm>
         };
         (kind, or_empty(cx, "params"))
     } else if has("assembly") {
-        fields(cx, v, &what, &FILE);
+        fields(cx, v, &what, &FileForm::names());
         let kind = PartKind::File {
             assembly: text_field(cx, v, "assembly", &what)?,
             mounts: or_empty(cx, "mounts"),
             overrides: or_empty(cx, "overrides"),
         };
         (kind, or_empty(cx, "params"))
-    } else if MARKS.iter().any(|f| has(f)) {
-        fields(cx, v, &what, &INLINE);
+    } else if inline_marks().iter().any(|f| has(f)) {
+        let mut known = AssemblyForm::names();
+        known.retain(|f| !STANDING_ALONE.contains(f));
+        fields(cx, v, &what, &known);
         (PartKind::Inline(Box::new(read_assembly(cx, v, &what))), empty_map())
     } else {
         let help = "write `model: \"..\"`, `assembly: \"file.ron\"` or `parts: {..}`";

@@ -14,8 +14,11 @@
 //!     .export("volts", "Motor.volts");
 //! assert!(wheel.to_ron().starts_with("Assembly("));
 //! ```
-use crate::form::assembly::{self, Assembly, PartForm, PartKind, read_assembly, read_part};
+use crate::form::assembly::{
+    self, Assembly, AssemblyForm, PartForm, PartKind, read_assembly, read_part,
+};
 use crate::schema::read::fields as known_fields;
+use crate::schema::record::Record;
 use crate::scope::parameters::read_param;
 use crate::text::parse::parse;
 use crate::text::print::document;
@@ -197,7 +200,7 @@ impl Assembly {
         let read = parse(&mut cx, file).and_then(|v| match v.value {
             Value::Variant(kind, inner) if kind == "Assembly" => {
                 let what = format!("assembly `{name}`");
-                known_fields(&mut cx, &inner, &what, &assembly::FIELDS);
+                known_fields(&mut cx, &inner, &what, &AssemblyForm::names());
                 Some(read_assembly(&mut cx, &inner, &what))
             }
             _ => {

@@ -9,15 +9,41 @@
 //! ```
 //! Bodies, parts and the like are laid over those of the same name, field by field; wires are added; other
 //! fields are replaced. `like` builds on another phase. What is removed takes its wires along.
-use crate::form::{assembly, settings};
-use crate::schema::read::{fields, list, name, table, text, text_field};
+use crate::form::assembly::AssemblyForm;
+use crate::form::settings;
+use crate::schema::describe::Schema;
+use crate::schema::kind::{Kind, list_of, raw, table_of, text};
+use crate::schema::read::{self, fields, list, name, table, text_field};
+use crate::schema::record::{Presence, Record, record};
 use crate::text::report::Cx;
 use crate::text::value::{Text, entries, set};
 use linkwork_runtime::{Located, Origin, TransitionSpec, Value, remedy};
 use std::collections::BTreeMap;
 
-/// Fields that only phases have.
-const OWN: [&str; 4] = ["to", "remove", "like", "whole"];
+record! {
+    /// What only phases have.
+    struct PhaseForm: "phase" {
+        /// Phase → the condition on which the run goes there.
+        to: Option<Located> = raw(table_of(text()).describe()).maybe(),
+        /// Names of bodies, parts, loops, couplings, colliders that are gone.
+        remove: Option<Located> = raw(list_of(text()).describe()).maybe(),
+        /// The phase that this one begins from, instead of the file.
+        like: Option<Text> = text().maybe(),
+        /// It replaces all of the machine (resolved texts).
+        whole: Option<Located> = raw(Schema::Flag).maybe(),
+    }
+}
+
+/// `phases` in the schema.
+pub(crate) fn schema() -> Schema {
+    Schema::Table(Box::new(Schema::Record("phase", || {
+        let mut fields = settings::schema_fields();
+        fields.retain(|f| may_change(f.name));
+        fields.extend(PhaseForm::fields());
+        fields
+    })))
+}
+
 /// Fields of a simulation that a phase cannot change.
 const FIXED: [&str; 13] = [
     "assembly",
@@ -47,7 +73,7 @@ pub(crate) struct Phase {
 
 /// Fields that a phase may have.
 fn allowed() -> Vec<&'static str> {
-    let all = settings::all_fields().into_iter().chain(OWN);
+    let all = settings::all_fields().into_iter().chain(PhaseForm::names());
     all.filter(|f| !FIXED.contains(f) && *f != "resolved").collect()
 }
 
@@ -99,7 +125,7 @@ pub(crate) fn split(cx: &mut Cx, file: &mut Located) -> Vec<Phase> {
     let mut out = Vec::new();
     for phase in order {
         let Some((overlay, origin)) = overlays.get(phase) else { continue };
-        name(cx, phase, overlay, "phase");
+        name(cx, phase, *origin, "phase");
         let merged = build(cx, file, &overlays, phase, &mut Vec::new());
         let transitions = transitions(cx, overlay, phase);
         out.push(Phase { name: phase.to_string(), file: merged, transitions, origin: *origin });
@@ -112,7 +138,7 @@ fn transitions(cx: &mut Cx, overlay: &Located, phase: &str) -> Vec<TransitionSpe
     let what = format!("phase `{phase}`: `to`");
     let mut out = Vec::new();
     for (target, when) in table(cx, to, &what) {
-        if let Some(when) = text(cx, when, &format!("{what}: `{target}`")) {
+        if let Some(when) = read::text(cx, when, &format!("{what}: `{target}`")) {
             let Text { text, origin } = when;
             out.push(TransitionSpec { to: target.clone(), when: text, origin });
         }
@@ -158,19 +184,20 @@ fn build(
     if matches!(overlay.get("whole").map(|w| &w.value), Some(Value::Bool(true)))
         && let Value::Map(entries) = &mut base.value
     {
-        entries
-            .retain(|(k, _)| !assembly::FIELDS.contains(&k.as_str()) || k == "doc" || k == "name");
+        entries.retain(|(k, _)| {
+            !AssemblyForm::names().contains(&k.as_str()) || k == "doc" || k == "name"
+        });
     }
     if let Some(gone) = overlay.get("remove") {
         let gone = list(cx, gone, &format!("{what}: `remove`")).to_vec();
         for item in gone {
-            if let Some(t) = text(cx, &item, &format!("{what}: `remove`")) {
+            if let Some(t) = read::text(cx, &item, &format!("{what}: `remove`")) {
                 remove(cx, &mut base, &t, &what);
             }
         }
     }
     for (key, value) in entries(overlay) {
-        let own = OWN.contains(&key.as_str()) || key == "doc";
+        let own = PhaseForm::names().contains(&key.as_str()) || key == "doc";
         // What a phase cannot say has been refused.
         if own || !may_change(key) {
             continue;

@@ -1,22 +1,28 @@
-//! What a simulation file says besides its parts: steps, stopping, logs, figures, plots.
+//! What a simulation file says besides its parts: steps, stopping, logs, figures, plots, view.
 use crate::form::assembly;
-use crate::schema::read::{fields, list, period, table, text, text_field};
+use crate::schema::describe::{Field, Schema};
+use crate::schema::kind::{
+    At, Kind, color, list_of, mapped, number, numbers, period, raw, table_of, text, texts, unit,
+    vector, word,
+};
+use crate::schema::record::{Presence, Record, of, record};
 use crate::text::print::inline;
 use crate::text::report::Cx;
 use crate::text::value::Text;
-use linkwork_runtime::{Accuracy, Integrator, Located, Origin, Seconds, Unit, Value, remedy};
+use linkwork_runtime::{Accuracy, Integrator, Located, Origin, Seconds, Value, remedy};
+use linkwork_spatial::Vec3;
 
-/// One rule of what to log.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LogRule {
-    /// Patterns over variable paths; see [`match_patterns`](crate::match_patterns).
-    pub channels: Vec<Text>,
-    /// Sample period; `None`: every step.
-    pub rate: Option<Seconds>,
-    /// Where it is written.
-    pub origin: Origin,
+record! {
+    /// One rule of what to log.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct LogRule: "log rule" {
+        /// Patterns over variable paths; see [`match_patterns`](crate::match_patterns).
+        channels: Vec<Text> = texts().need("write channels: [\"Rover.**\"]"),
+        /// Sample period; `None`: every step.
+        rate: Option<Seconds> = period().maybe();
+        origin
+    }
 }
-
 /// Which number of a variable's history a figure is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Take {
@@ -31,7 +37,23 @@ pub enum Take {
     /// Root of the mean square.
     Rms,
 }
-
+record! {
+    struct FigureForm: "figure" {
+        /// Variable.
+        of: Text = text().need("write of: \"Part.output\""),
+        /// Which number of its history.
+        take: Take = word(&[
+            ("last", Take::Last),
+            ("min", Take::Min),
+            ("max", Take::Max),
+            ("mean", Take::Mean),
+            ("rms", Take::Rms),
+        ]).or(Take::Last),
+        /// Unit as shown; that of the variable when none is written.
+        unit: Option<Text> = unit().maybe();
+        origin
+    }
+}
 /// A number that sums up a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
@@ -46,18 +68,126 @@ pub struct Figure {
     /// Where it is written.
     pub origin: Origin,
 }
-
-/// A plot over time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Plot {
-    /// Title.
-    pub title: String,
-    /// Patterns over variable paths.
-    pub of: Vec<Text>,
-    /// Unit as shown; `None`: that of the variables.
-    pub unit: Option<Text>,
-    /// Where it is written.
-    pub origin: Origin,
+record! {
+    /// A plot over time.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct Plot: "plot" {
+        /// Title.
+        title: String = mapped(text(), |t| t.text, |s| Some(Text::new(s))).or(String::new()),
+        /// Patterns over variable paths.
+        of: Vec<Text> = texts().need("write of: [\"Part.output\"]"),
+        /// Unit as shown; `None`: that of the variables.
+        unit: Option<Text> = unit().maybe();
+        origin
+    }
+}
+record! {
+    /// Where a machine is put on the ground.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct PlaceForm: "place" {
+        /// The free root body.
+        body: Text = text().need("write `body: \"Rover/chassis\"`"),
+        /// x, y of its origin in the site frame (m).
+        at: [f64; 2] = numbers::<2>("m").need("write `at: [x, y]` in m"),
+        /// Heading about the vertical (rad).
+        heading: f64 = number("rad").or(0.0),
+        /// Bodies that stand on the ground, by patterns; each axle is its body's y axis.
+        wheels: Vec<Text> = texts().need("write `wheels: [\"Rover.Hardware.Wheels.*/wheel\"]`"),
+        /// Radius of the wheels (m).
+        radius: f64 = number("m").positive().need("write `radius: \"0.25 m\"`"),
+        /// Bodies whose hinges adapt to the ground, by patterns.
+        joints: Vec<Text> = texts().or(Vec::new()),
+        /// Path of the terrain, when there are several.
+        terrain: Option<Text> = text().maybe();
+        origin
+    }
+}
+record! {
+    /// What a viewer shows beside the bodies.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct ViewForm: "view" {
+        /// Time between rows that are sent; 1/30 s when none is written.
+        rate: Option<Seconds> = period().maybe(),
+        /// The body that the eye follows.
+        follow: Option<Text> = text().maybe(),
+        /// Where the eye stands, from that body (m).
+        eye: Option<Vec3> = vector("m").maybe(),
+        /// Bodies whose paths are drawn, by patterns.
+        trails: Vec<Text> = texts().or(Vec::new()),
+        /// Nodes whose axes are drawn, by patterns.
+        frames: Vec<Text> = texts().or(Vec::new()),
+        /// Vectors that are drawn.
+        arrows: Vec<ArrowForm> = list_of(of::<ArrowForm>()).or(Vec::new()),
+        /// `PART.PARAMETER` that is a list of [x, y].
+        markers: Option<Text> = text().maybe();
+        origin
+    }
+}
+record! {
+    /// Vectors of a view.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct ArrowForm: "arrow" {
+        /// Pattern of the vectors at whose ends arrows begin.
+        at: Text = text().need("write `at: \"Part.point\"`"),
+        /// Pattern of the vectors that they show.
+        along: Text = text().need("write `along: \"Part.force\"`"),
+        /// Length for one unit of the vector (m).
+        scale: f64 = number("").or(1.0),
+        /// Red, green, blue, opacity.
+        color: Option<[f64; 4]> = color().maybe();
+        origin
+    }
+}
+record! {
+    struct AccuracyForm: "accuracy" {
+        /// Part of the size of a state.
+        relative: f64 = number("").at_least(0.0).or(Accuracy::default().relative),
+        /// In the unit of the state.
+        absolute: f64 = number("").at_least(0.0).or(Accuracy::default().absolute),
+        /// Longest step.
+        step_max: Option<Seconds> = period().maybe(),
+        /// Absolute tolerances, in their own units, of the states that a pattern matches.
+        of: Vec<(Text, f64)> = table_of(number("").at_least(0.0)).or(Vec::new()),
+    }
+}
+record! {
+    /// The fields of a simulation that an assembly has not.
+    pub(crate) struct SettingsForm: "settings" {
+        /// Assembly file that is the whole machine, in short.
+        assembly: Option<Text> = text().maybe(),
+        /// Time between rows: of logs, of sampled parts, of contact.
+        step: Seconds = period().or(Seconds { num: 1, den: 1000 }),
+        /// How it is integrated between rows.
+        integrator: Option<Located> = raw(Schema::Words(Integrator::ALL.iter().map(|i| i.0).collect())).maybe(),
+        /// Errors that adaptive steps may make, or `"fixed"`.
+        accuracy: Option<Located> = raw(Schema::Any(vec![Schema::Words(vec!["fixed"]), AccuracyForm::describe()])).maybe(),
+        /// When the run ends.
+        until: Option<Seconds> = period().maybe(),
+        /// Variable that ends the run when it becomes true.
+        stop_when: Option<Text> = text().maybe(),
+        /// Seed of all noise: a whole number, above 9e15 in quotes.
+        seed: Option<Located> = raw(Schema::Any(vec![Schema::Whole { low: 0.0, high: 9e15 }, Schema::Text])).maybe(),
+        /// Path of the gravity service, or `none`.
+        gravity: Option<Text> = text().maybe(),
+        /// Path of the mechanism as a part.
+        mechanism: Option<Text> = text().maybe(),
+        /// Puts a machine on the ground.
+        place: Option<PlaceForm> = of::<PlaceForm>().maybe(),
+        /// What to log.
+        log: Vec<LogRule> = list_of(of::<LogRule>()).or(Vec::new()),
+        /// What a viewer shows.
+        view: Option<ViewForm> = of::<ViewForm>().maybe(),
+        /// Numbers that sum up a run.
+        figures: Option<Located> = raw(table_of(of::<FigureForm>()).describe()).maybe(),
+        /// Plots over time.
+        plots: Vec<Plot> = list_of(of::<Plot>()).or(Vec::new()),
+        /// The text needs no other file.
+        resolved: Option<Located> = raw(Schema::Flag).maybe(),
+        /// Phases, each the file with an overlay on it.
+        phases: Option<Located> = raw(crate::form::phases::schema()).maybe(),
+        /// The phase in which a run begins.
+        start: Option<Text> = text().maybe(),
+    }
 }
 
 /// Settings of a simulation.
@@ -81,10 +211,10 @@ pub struct Settings {
     pub until: Option<Seconds>,
     /// Variable that stops the run when it becomes true.
     pub stop_when: Option<Text>,
-    /// Putting the mechanism on the ground: for the caller to read.
-    pub place: Option<Located>,
-    /// For the viewer to read.
-    pub view: Option<Located>,
+    /// Putting the mechanism on the ground.
+    pub place: Option<PlaceForm>,
+    /// What a viewer shows.
+    pub view: Option<ViewForm>,
     /// What to log.
     pub log: Vec<LogRule>,
     /// Numbers that sum up a run, by name.
@@ -93,69 +223,54 @@ pub struct Settings {
     pub plots: Vec<Plot>,
 }
 
-/// The fields of a simulation that an assembly has not.
-pub(crate) const FIELDS: [&str; 17] = [
-    "assembly",
-    "step",
-    "integrator",
-    "accuracy",
-    "until",
-    "stop_when",
-    "seed",
-    "gravity",
-    "mechanism",
-    "place",
-    "log",
-    "view",
-    "figures",
-    "plots",
-    "resolved",
-    "phases",
-    "start",
-];
-
-/// All fields.
+/// All fields of a simulation.
 pub(crate) fn all_fields() -> Vec<&'static str> {
-    assembly::FIELDS.into_iter().filter(|f| *f != "mounts").chain(FIELDS).collect()
+    let of_assembly = assembly::AssemblyForm::names().into_iter().filter(|f| *f != "mounts");
+    of_assembly.chain(SettingsForm::names()).collect()
+}
+
+/// The same in the schema.
+pub(crate) fn schema_fields() -> Vec<Field> {
+    let of_assembly = assembly::AssemblyForm::fields().into_iter().filter(|f| f.name != "mounts");
+    of_assembly.chain(SettingsForm::fields()).collect()
 }
 
 /// Reads the settings; parameters have been replaced.
 pub(crate) fn read(cx: &mut Cx, v: &Located) -> Settings {
-    let what = "simulation";
-    let time = |cx: &mut Cx, field: &str| {
-        v.get(field).and_then(|x| period(cx, x, &format!("{what}: `{field}`")))
-    };
-    let step = time(cx, "step").unwrap_or(Seconds { num: 1, den: 1000 });
-    if let Some(at) = v.get("step").filter(|_| step.num == 0) {
-        cx.fault(at.origin, "the integration step is zero", "write for example step: \"1 ms\"");
+    let at = At::new("simulation");
+    let empty = Value::Null.into();
+    let form = SettingsForm::read_fields(cx, v, &at)
+        .or_else(|| SettingsForm::read_fields(cx, &empty, &at));
+    let Some(form) = form else { unreachable!("all fields have a default") };
+    if let Some(step) = v.get("step").filter(|_| form.step.num == 0) {
+        cx.fault(step.origin, "the integration step is zero", "write for example step: \"1 ms\"");
     }
-    let until = time(cx, "until");
-    let integrator = v.get("integrator").map_or(Integrator::Rk4, |i| integrator(cx, i));
+    let integrator = form.integrator.map_or(Integrator::Rk4, |i| integrator(cx, &i));
     let adaptive = integrator.method().error_order() > 0;
-    let accuracy = match v.get("accuracy") {
-        Some(a) => accuracy(cx, a, integrator),
+    let accuracy = match form.accuracy {
+        Some(a) => accuracy(cx, &a, integrator, &at.field("accuracy")),
         None => adaptive.then(Accuracy::default),
     };
+    let doc = v.get("doc").and_then(|d| text().read(cx, d, &at.field("doc")));
     Settings {
-        doc: text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default(),
-        step,
+        doc: doc.map(|t| t.text).unwrap_or_default(),
+        step: form.step,
         integrator,
         accuracy,
-        seed: v.get("seed").and_then(|s| seed(cx, s)).unwrap_or(0),
-        gravity: text_field(cx, v, "gravity", what),
-        mechanism: text_field(cx, v, "mechanism", what)
-            .map_or_else(|| "Mechanism".into(), |t| t.text),
-        until,
-        stop_when: text_field(cx, v, "stop_when", what),
-        place: v.get("place").cloned(),
-        view: v.get("view").cloned(),
-        log: v.get("log").map(|l| log(cx, l)).unwrap_or_default(),
-        figures: v.get("figures").map(|f| figures(cx, f)).unwrap_or_default(),
-        plots: v.get("plots").map(|p| plots(cx, p)).unwrap_or_default(),
+        seed: form.seed.and_then(|s| seed(cx, &s)).unwrap_or(0),
+        gravity: form.gravity,
+        mechanism: form.mechanism.map_or_else(|| "Mechanism".into(), |t| t.text),
+        until: form.until,
+        stop_when: form.stop_when,
+        place: form.place,
+        view: form.view,
+        log: form.log,
+        figures: form.figures.map(|f| figures(cx, &f)).unwrap_or_default(),
+        plots: form.plots,
     }
 }
 
-fn word(v: &Located) -> Option<&str> {
+fn plain_word(v: &Located) -> Option<&str> {
     match &v.value {
         Value::Text(t) => Some(t),
         Value::Variant(name, inner) if inner.value == Value::Null => Some(name),
@@ -164,8 +279,8 @@ fn word(v: &Located) -> Option<&str> {
 }
 
 fn integrator(cx: &mut Cx, v: &Located) -> Integrator {
-    let known = Integrator::ALL.iter().find(|(name, _)| word(v) == Some(name));
-    match (known, word(v)) {
+    let known = Integrator::ALL.iter().find(|(name, _)| plain_word(v) == Some(name));
+    match (known, plain_word(v)) {
         (Some((_, integrator)), _) => *integrator,
         (None, other) => {
             let shown = other.map_or_else(|| v.value.what().to_string(), |w| format!("`{w}`"));
@@ -177,9 +292,8 @@ fn integrator(cx: &mut Cx, v: &Located) -> Integrator {
 }
 
 /// `(relative: 1e-9, absolute: 1e-9, step_max: "10 s", of: {"Body.position.*": 1e-3})`, or `fixed`.
-fn accuracy(cx: &mut Cx, v: &Located, integrator: Integrator) -> Option<Accuracy> {
-    let what = "simulation: `accuracy`";
-    if word(v) == Some("fixed") {
+fn accuracy(cx: &mut Cx, v: &Located, integrator: Integrator, at: &At<'_>) -> Option<Accuracy> {
+    if plain_word(v) == Some("fixed") {
         return None;
     }
     if integrator.method().error_order() == 0 {
@@ -187,48 +301,18 @@ fn accuracy(cx: &mut Cx, v: &Located, integrator: Integrator) -> Option<Accuracy
         let names: Vec<&str> = adaptive.map(|i| i.0).collect();
         cx.fault(
             v.origin,
-            format!("{what}: this integrator has no error estimate"),
+            format!("{}: this integrator has no error estimate", at.what),
             format!("choose one that has: {}", names.join(", ")),
         );
         return None;
     }
-    if !fields(cx, v, what, &["relative", "absolute", "step_max", "of"]) {
-        return None;
-    }
-    let mut out = Accuracy::default();
-    let number = |cx: &mut Cx, field: &str, into: &mut f64| {
-        if let Some(at) = v.get(field) {
-            match at.value {
-                Value::Number(x) if x >= 0.0 && x.is_finite() => *into = x,
-                _ => {
-                    let shown = inline(&at.value);
-                    cx.fault(
-                        at.origin,
-                        format!("{what}: `{field}` cannot be {shown}"),
-                        "write a number such as 1e-9",
-                    );
-                }
-            }
-        }
-    };
-    number(cx, "relative", &mut out.relative);
-    number(cx, "absolute", &mut out.absolute);
-    if let Some(t) = v.get("step_max").and_then(|x| period(cx, x, what)) {
-        out.step_max = t.seconds();
-    }
-    if let Some(of) = v.get("of") {
-        for (pattern, item) in table(cx, of, what) {
-            match item.value {
-                Value::Number(x) => out.of.push((pattern.clone(), x, cx.key(item))),
-                _ => cx.fault(
-                    item.origin,
-                    format!("{what}: `{pattern}` wants a number"),
-                    "in the unit of the state, e.g. 1e-6",
-                ),
-            }
-        }
-    }
-    Some(out)
+    let form = AccuracyForm::read(cx, v, at)?;
+    Some(Accuracy {
+        relative: form.relative,
+        absolute: form.absolute,
+        step_max: form.step_max.map_or(f64::INFINITY, Seconds::seconds),
+        of: form.of.into_iter().map(|(p, x)| (p.text, x, p.origin)).collect(),
+    })
 }
 
 /// A whole number; as a text when it has more digits than a double holds.
@@ -245,96 +329,14 @@ fn seed(cx: &mut Cx, v: &Located) -> Option<u64> {
     seed
 }
 
-fn texts(cx: &mut Cx, v: &Located, what: &str) -> Vec<Text> {
-    if let Value::Text(t) = &v.value {
-        return vec![Text { text: t.clone(), origin: v.origin }];
-    }
-    list(cx, v, what).iter().filter_map(|item| text(cx, item, what)).collect()
-}
-
-fn log(cx: &mut Cx, v: &Located) -> Vec<LogRule> {
-    let mut out = Vec::new();
-    for item in list(cx, v, "simulation: `log`") {
-        let what = "a log rule";
-        if !fields(cx, item, what, &["channels", "rate"]) {
-            continue;
-        }
-        let channels = match item.get("channels") {
-            Some(c) => texts(cx, c, "log: `channels`"),
-            None => {
-                cx.fault(
-                    item.origin,
-                    "a log rule has no `channels`",
-                    "write channels: [\"Rover.**\"]",
-                );
-                continue;
-            }
-        };
-        let rate = item.get("rate").and_then(|r| period(cx, r, "log: `rate`"));
-        out.push(LogRule { channels, rate, origin: item.origin });
-    }
-    out
-}
-
-fn unit(cx: &mut Cx, v: &Located, what: &str) -> Option<Text> {
-    let t = text_field(cx, v, "unit", what)?;
-    if let Err(e) = Unit::parse(&t.text) {
-        cx.fault(t.origin, format!("{what}: {e}"), "write for example \"N m\" or \"deg/s\"");
-        return None;
-    }
-    Some(t)
-}
-
 fn figures(cx: &mut Cx, v: &Located) -> Vec<Figure> {
-    const WORDS: [&str; 5] = ["last", "min", "max", "mean", "rms"];
     let mut out = Vec::new();
-    for (name, item) in table(cx, v, "simulation: `figures`") {
-        let what = format!("figure `{name}`");
-        if !fields(cx, item, &what, &["of", "take", "unit"]) {
-            continue;
+    for (name, item) in crate::schema::read::table(cx, v, "simulation: `figures`") {
+        let at = At::new(format!("figure `{name}`")).origin(cx.key(item));
+        if let Some(FigureForm { of, take, unit, origin }) = FigureForm::read(cx, item, &at) {
+            out.push(Figure { name: name.clone(), of, take, unit, origin });
         }
-        let take = match item.get("take").map(|t| (t, word(t))) {
-            None | Some((_, Some("last"))) => Take::Last,
-            Some((_, Some("min"))) => Take::Min,
-            Some((_, Some("max"))) => Take::Max,
-            Some((_, Some("mean"))) => Take::Mean,
-            Some((_, Some("rms"))) => Take::Rms,
-            Some((t, other)) => {
-                let help = remedy(other.unwrap_or(""), "words", &WORDS);
-                cx.fault(t.origin, format!("{what}: `take` cannot be {}", t.value), help);
-                Take::Last
-            }
-        };
-        let unit = unit(cx, item, &what);
-        let Some(of) = text_field(cx, item, "of", &what) else {
-            if item.get("of").is_none() {
-                cx.fault(cx.key(item), format!("{what} has no `of`"), "write of: \"Part.output\"");
-            }
-            continue;
-        };
-        out.push(Figure { name: name.clone(), of, take, unit, origin: cx.key(item) });
     }
     out.sort_by(|a, b| a.name.cmp(&b.name));
-    out
-}
-
-fn plots(cx: &mut Cx, v: &Located) -> Vec<Plot> {
-    let mut out = Vec::new();
-    for item in list(cx, v, "simulation: `plots`") {
-        let what = "a plot";
-        if !fields(cx, item, what, &["title", "of", "unit"]) {
-            continue;
-        }
-        let Some(of) = item.get("of") else {
-            cx.fault(item.origin, "a plot has no `of`", "write of: [\"Part.output\"]");
-            continue;
-        };
-        out.push(Plot {
-            title: text_field(cx, item, "title", what).map(|t| t.text).unwrap_or_default(),
-            of: texts(cx, of, "plot: `of`"),
-            unit: unit(cx, item, what),
-            origin: item.origin,
-        });
-    }
     out
 }

@@ -1,19 +1,22 @@
 //! Loading: a file or text to a flat `Spec` and everything else that a simulation says.
+mod format;
 mod place;
 mod resolved;
 
-pub use place::{dotted, numbers, only, put_down, texts};
+pub use format::schema;
+pub use place::{dotted, put_down};
 
 use crate::body::shapes::BodyShape;
 use crate::expand::assemblies::Assemblies;
 use crate::expand::expander::Expander;
 use crate::expand::tree::{TreeNode, tree};
-use crate::form::assembly::{self, Assembly, PartForm, PartKind};
+use crate::form::assembly::{self, Assembly, AssemblyForm, PartForm, PartKind};
 use crate::form::phases;
-use crate::form::settings::{self, Settings};
+use crate::form::settings::{self, Settings, SettingsForm};
 use crate::machine::import::Import;
 use crate::mechanism;
 use crate::schema::read::{fields, text_field};
+use crate::schema::record::Record;
 use crate::scope::parameters::substitute;
 use crate::text::files::{Files, Home};
 use crate::text::parse::parse;
@@ -248,7 +251,7 @@ fn single(
     let mut holder;
     if kind == "Assembly" {
         let what = format!("assembly `{name}`");
-        fields(cx, &inner, &what, &assembly::FIELDS);
+        fields(cx, &inner, &what, &AssemblyForm::names());
         let own = assembly::read_assembly(cx, &inner, &what);
         let part_name = own.name.clone().unwrap_or_else(|| camel(name));
         // On its own, an assembly hangs on the world.
@@ -308,7 +311,7 @@ fn outside(
         let segments: Vec<String> = path.split('.').map(str::to_string).collect();
         let first = segments[0].as_str();
         let taken = holder.parts.contains_key(first) || holder.params.contains_key(first);
-        if !taken && settings::FIELDS.contains(&first) && first != "assembly" {
+        if !taken && SettingsForm::names().contains(&first) && first != "assembly" {
             if settings.value == Value::Null {
                 *settings = empty_map();
             }
@@ -361,7 +364,8 @@ fn assemble(
     let (root, env) = expander.root(holder, &home, outer);
     let (files, imports) = (expander.files.files, expander.imports);
     if let Value::Map(entries) = &mut settings.value {
-        for (key, v) in entries.iter_mut().filter(|(k, _)| settings::FIELDS.contains(&k.as_str())) {
+        let known = SettingsForm::names();
+        for (key, v) in entries.iter_mut().filter(|(k, _)| known.contains(&k.as_str())) {
             if key != "assembly" {
                 *v = substitute(cx, &env, v);
             }

@@ -1,8 +1,9 @@
 //! One RON text that loads to the same `Spec` without any other file, for logs and checkpoints.
-use crate::body::{geometry, modes};
+use crate::body::{modes::modes, solid};
 use crate::expand::instance::{Instance, ItemInst, ModelInst, Node};
 use crate::form::phases::may_change;
 use crate::mechanism::Told;
+use crate::schema::kind::Kind;
 use crate::text::files::{Files, Home};
 use crate::text::value::{entries, full_name, map, set};
 use linkwork_collision::ColliderSpec;
@@ -106,7 +107,7 @@ impl Printer<'_> {
                     .get("modes")
                     .is_some_and(|m| matches!(&m.value, Value::Variant(kind, _) if kind == "File"));
                 if let Some(m) = self.told.modes.get(&full).filter(|_| from_file) {
-                    set(&mut fields, &["modes".into()], &modes::value(m).into());
+                    set(&mut fields, &["modes".into()], &modes().write(m).into());
                 }
                 if let Some(v) = fields.get("shapes").cloned() {
                     let shapes = self.shapes(&full, &v, &b.home);
@@ -238,9 +239,9 @@ fn from_file(v: &Located) -> bool {
 /// Puts the fine or coarse geometry in, where it came out of a file.
 fn geometry(fields: &mut Located, spec: &ColliderSpec, [fine, coarse]: [bool; 2]) {
     if fine {
-        set(fields, &["shape".into()], &geometry::value(&spec.fine).into());
+        set(fields, &["shape".into()], &solid::value(&spec.fine).into());
     }
     if let Some(shape) = spec.coarse.as_ref().filter(|_| coarse) {
-        set(fields, &["coarse".into()], &geometry::value(shape).into());
+        set(fields, &["coarse".into()], &solid::value(shape).into());
     }
 }

@@ -1,7 +1,8 @@
 //! A description of a mechanism as an assembly: the same bodies in RON, to every digit.
-use crate::body::{hinge, initial, mass, modes};
+use crate::body::{hinge::hinge, initial, modes::modes};
 use crate::form::assembly::{Assembly, ItemForm};
-use crate::schema::pose::pose_value as pose;
+use crate::schema::kind::Kind;
+use crate::schema::record::Record;
 use crate::text::value::{list, map, plain, push, variant};
 use linkwork_formats::{BodyShape, Description, Geometry, ShapeRole, Term};
 use linkwork_multibody::BodySpec;
@@ -114,10 +115,10 @@ fn loops(
             Value::Text(bodies.get(body).map_or("world", String::as_str).to_owned())
         };
         push(&mut out, "a", end(&l.body_a));
-        push(&mut out, "at_a", pose(&l.frame_a));
+        push(&mut out, "at_a", l.frame_a.write());
         push(&mut out, "b", end(&l.body_b));
-        push(&mut out, "at_b", pose(&l.frame_b));
-        push(&mut out, "hinge", hinge::value(&l.hinge));
+        push(&mut out, "at_b", l.frame_b.write());
+        push(&mut out, "hinge", hinge().write(&l.hinge));
         assembly.loops.insert(own_name(name, &l.name, taken), item(out));
     }
 }
@@ -199,12 +200,12 @@ fn body_fields(spec: &BodySpec, names: &BTreeMap<String, String>) -> Vec<(String
     let mut out = Vec::new();
     let parent = names.get(&spec.parent).map_or("world", String::as_str);
     push(&mut out, "parent", Value::Text(parent.into()));
-    push(&mut out, "at", pose(&spec.hinge_in_parent));
-    push(&mut out, "hinge_frame", pose(&spec.hinge_in_body));
-    push(&mut out, "hinge", hinge::value(&spec.hinge));
-    mass::mass(&mut out, &spec.mass);
+    push(&mut out, "at", spec.hinge_in_parent.write());
+    push(&mut out, "hinge_frame", spec.hinge_in_body.write());
+    push(&mut out, "hinge", hinge().write(&spec.hinge));
+    spec.mass.write_fields(&mut out);
     if let Some(m) = &spec.modes {
-        push(&mut out, "modes", modes::value(m));
+        push(&mut out, "modes", modes().write(m));
     }
     out
 }
@@ -215,7 +216,7 @@ fn nodes(spec: &BodySpec, local: &str, name: &str, d: &Description) -> Value {
     for n in d.builder.nodes().iter().filter(|n| n.body == spec.name) {
         let short = prefixes.iter().find_map(|p| n.name.strip_prefix(p.as_str()));
         let key = plain(short.unwrap_or(&n.name), |k| out.iter().any(|(o, _)| o == k));
-        out.push((key, pose(&n.pose).into()));
+        out.push((key, n.pose.write().into()));
     }
     Value::Map(out)
 }
@@ -240,7 +241,7 @@ fn shape(s: &BodyShape, left_out: &mut Vec<String>) -> Option<Value> {
             Some(of("Capsule", vec![("radius", number(*radius)), ("length", number(*length))]))
         }
         Geometry::Mesh { path: Some(path), scale: [x, y, z], .. }
-            if (x == y && y == z) || (collides && *x * *y * *z > 0.0) =>
+            if (x == y && y == z) || *x * *y * *z > 0.0 =>
         {
             let stl = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("stl"));
             let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
@@ -258,7 +259,7 @@ fn shape(s: &BodyShape, left_out: &mut Vec<String>) -> Option<Value> {
     };
     let mut out = Vec::new();
     push(&mut out, "shape", solid);
-    push(&mut out, "at", pose(&s.pose));
+    push(&mut out, "at", s.pose.write());
     if let Some(c) = s.color {
         push(&mut out, "color", list(c.map(|x| x.clamp(0.0, 1.0))));
     }

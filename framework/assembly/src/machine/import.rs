@@ -3,17 +3,18 @@
 //! The file's bodies become bodies of the assembly as if they had been written there: they can be bound,
 //! overridden and hung upon by their names. So do its couplings and loops, and its collision shapes when they are asked for.
 use crate::form::assembly::{Assembly, ItemForm};
+use crate::form::import::{ImportForm, Kept};
 use crate::machine::convert::{self, Collide};
 use crate::machine::sidecar;
-use crate::schema::pose::{pose, pose_value};
-use crate::schema::read::{choice, fields, flag, list, text, text_field};
+use crate::schema::kind::At;
+use crate::schema::record::Record;
 use crate::text::files::{Files, Home};
 use crate::text::report::Cx;
 use crate::text::show::Failure;
 use crate::text::value::{Text, full_name, set};
-use linkwork_formats::{Description, FormatError, ReadOptions, Root};
+use linkwork_formats::{Description, FormatError, ReadOptions};
 use linkwork_runtime::{Fault, Located, Origin, Value};
-use linkwork_spatial::InertiaCheck;
+use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -71,18 +72,6 @@ impl Import {
 /// Places that a warning names.
 const SHOWN: usize = 5;
 
-const FIELDS: [&str; 9] = [
-    "file",
-    "root",
-    "parent",
-    "at",
-    "inertia_check",
-    "packages",
-    "sidecar",
-    "collide",
-    "leave_out",
-];
-
 /// Reads a URDF, MJCF or SDF file and the side-car beside it (`robot.linkwork.ron` for `robot.urdf`), if there is one.
 ///
 /// # Errors
@@ -108,17 +97,17 @@ fn beside(path: &Path) -> Option<PathBuf> {
 }
 
 fn faults(cx: &mut Cx, origin: Origin, error: FormatError) {
-    for fault in error.faults {
-        let text = fault.to_string();
-        let (message, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
-        cx.fault(origin, message, help);
-    }
+    cx.explained(origin, "", error.faults);
 }
 
 fn side_car(cx: &mut Cx, origin: Origin, path: &Path, d: &mut Description) {
     match std::fs::read_to_string(path) {
         Ok(text) => sidecar::read(cx, &path.display().to_string(), &text, d),
-        Err(e) => cx.fault(origin, format!("`{}` cannot be read: {e}", path.display()), ""),
+        Err(e) => cx.fault(
+            origin,
+            format!("`{}` cannot be read: {e}", path.display()),
+            "it must be a readable UTF-8 text",
+        ),
     }
 }
 
@@ -167,14 +156,8 @@ fn read(
     v: &Located,
     (path, home): (&str, &Home),
 ) -> Option<(Import, Assembly)> {
-    let what = "`import`";
-    if !fields(cx, v, what, &FIELDS) {
-        return None;
-    }
-    let Some(file) = text_field(cx, v, "file", what) else {
-        cx.fault(v.origin, "`import` has no `file`", "write `import: (file: \"robot.urdf\")`");
-        return None;
-    };
+    let form = ImportForm::read(cx, v, &At::new("`import`"))?;
+    let file = &form.file;
     let (key, found) = match files.find(&file.text, home) {
         Ok(found) => found,
         Err(tried) => {
@@ -183,7 +166,7 @@ fn read(
             return None;
         }
     };
-    let options = options(cx, v, home);
+    let options = options(&form, home);
     let read = match &found {
         Home::Folder(_) => linkwork_formats::read_file(&key, &options),
         Home::Embedded(_) => {
@@ -199,8 +182,8 @@ fn read(
         }
     };
     let before = cx.faults.len();
-    match (text_field(cx, v, "sidecar", what), &found) {
-        (Some(name), _) => named_side_car(cx, files, &name, home, &mut d),
+    match (&form.sidecar, &found) {
+        (Some(name), _) => named_side_car(cx, files, name, home, &mut d),
         (None, Home::Folder(_)) => {
             if let Some(path) = beside(Path::new(&key)).filter(|p| p.is_file()) {
                 side_car(cx, file.origin, &path, &mut d);
@@ -211,18 +194,17 @@ fn read(
     if cx.faults.len() > before {
         return None;
     }
-    let mut left_out = leave_out(cx, v, &mut d);
+    let mut left_out = leave_out(&form, &mut d);
     let name = path.rsplit('.').next().unwrap_or_default();
-    let collide = v.get("collide").and_then(|c| flag(cx, c, "`import`: `collide`"));
-    let collide = if collide == Some(true) { Collide::On } else { Collide::Off };
+    let collide = if form.collide { Collide::On } else { Collide::Off };
     let converted = convert::convert(name, &d, collide);
     left_out.extend(converted.left_out);
-    let mut made = converted.assembly;
+    let (mut made, import) = (converted.assembly, &form);
     for form in made.bodies.values_mut() {
-        hang(cx, v, (form, "parent"), &what.replace('`', ""));
+        hang(cx, import, (form, "parent"));
     }
     for form in made.colliders.values_mut() {
-        hang(cx, v, (form, "on"), &what.replace('`', ""));
+        hang(cx, import, (form, "on"));
     }
     let all = [&mut made.bodies, &mut made.loops, &mut made.couplings, &mut made.colliders];
     all.into_iter().flat_map(BTreeMap::values_mut).for_each(|form| form.origin = v.origin);
@@ -248,7 +230,7 @@ fn named_side_car(cx: &mut Cx, files: &Files<'_>, name: &Text, home: &Home, d: &
 }
 
 /// What is on the world, as `field` says, hangs on the import's `parent`, at its `at`.
-fn hang(cx: &mut Cx, import: &Located, (form, field): (&mut ItemForm, &str), what: &str) {
+fn hang(cx: &mut Cx, import: &ImportForm, (form, field): (&mut ItemForm, &str)) {
     let on_world = matches!(
         form.fields.get(field).map(|p| &p.value),
         Some(Value::Text(t)) if t == "world"
@@ -256,71 +238,36 @@ fn hang(cx: &mut Cx, import: &Located, (form, field): (&mut ItemForm, &str), wha
     if !on_world {
         return;
     }
-    if let Some(parent) = import.get("parent") {
-        set(&mut form.fields, &[field.into()], parent);
+    if let Some(Text { text, origin }) = &import.parent {
+        let parent = Located { value: Value::Text(text.clone()), origin: *origin };
+        set(&mut form.fields, &[field.into()], &parent);
     }
-    if let Some(at) = import.get("at") {
-        let X = pose(cx, Some(at), &format!("{what}: `at`"));
-        let own = pose(cx, form.fields.get("at"), what);
-        let both = pose_value(&(X * own));
-        set(&mut form.fields, &["at".into()], &both.into());
+    if import.at != Pose::identity() {
+        let own = form.fields.get("at").and_then(|at| Pose::read(cx, at, &At::new("`import`")));
+        let both = import.at * own.unwrap_or_else(Pose::identity);
+        set(&mut form.fields, &["at".into()], &both.write().into());
     }
 }
 
-fn options(cx: &mut Cx, v: &Located, home: &Home) -> ReadOptions {
-    let root = choice(
-        cx,
-        v,
-        "`import`",
-        "root",
-        &[
-            ("AsWritten", Root::AsWritten),
-            ("Fixed", Root::Fixed),
-            ("Free", Root::Free),
-            ("Planar", Root::Planar),
-        ],
-    )
-    .unwrap_or_default();
-    let inertia = choice(
-        cx,
-        v,
-        "`import`",
-        "inertia_check",
-        &[("Physical", InertiaCheck::Physical), ("PositiveMoments", InertiaCheck::PositiveMoments)],
-    )
-    .unwrap_or_default();
-    let mut out = ReadOptions { root, inertia, ..ReadOptions::default() };
-    if let Some(folders) = v.get("packages") {
-        for folder in list(cx, folders, "`import`: `packages`").to_vec() {
-            let Some(t) = text(cx, &folder, "a folder of packages") else { continue };
-            out.package_paths.push(match home {
-                Home::Folder(home) => home.join(t.text),
-                Home::Embedded(_) => t.text.into(),
-            });
-        }
-    }
+fn options(import: &ImportForm, home: &Home) -> ReadOptions {
+    let mut out =
+        ReadOptions { root: import.root, inertia: import.inertia_check, ..ReadOptions::default() };
+    out.package_paths.extend(import.packages.iter().map(|t| match home {
+        Home::Folder(home) => home.join(&t.text),
+        Home::Embedded(_) => t.text.clone().into(),
+    }));
     out
 }
 
 /// What is named is taken out of the file: couplings, loops.
-fn leave_out(cx: &mut Cx, v: &Located, d: &mut Description) -> Vec<String> {
+fn leave_out(import: &ImportForm, d: &mut Description) -> Vec<String> {
     let mut out = Vec::new();
-    let Some(written) = v.get("leave_out") else { return out };
-    for item in list(cx, written, "`import`: `leave_out`").to_vec() {
-        let Some(t) = text(cx, &item, "what is left out") else { continue };
-        match t.text.as_str() {
-            "couplings" => {
-                out.extend(d.couplings.iter().map(|c| format!("coupling `{}`", c.name)));
-                d.couplings.clear();
+    for kept in &import.leave_out {
+        match kept {
+            Kept::Couplings => {
+                out.extend(d.couplings.drain(..).map(|c| format!("coupling `{}`", c.name)));
             }
-            "loops" => {
-                out.extend(d.loops.iter().map(|l| format!("loop `{}`", l.name)));
-                d.loops.clear();
-            }
-            other => {
-                let message = format!("`import`: `{other}` cannot be left out");
-                cx.fault(t.origin, message, "one of: couplings, loops");
-            }
+            Kept::Loops => out.extend(d.loops.drain(..).map(|l| format!("loop `{}`", l.name))),
         }
     }
     out

@@ -1,13 +1,17 @@
 //! What URDF cannot say, in a RON file beside it: `robot.linkwork.ron`.
 //!
 //! Joints and links are named as in the file that it stands beside; a name that is not there is an error.
-use crate::body::{hinge, shapes, solid};
-use crate::schema::pose::{direction, pose_of};
-use crate::schema::read::{fields, name, number, table, text_field};
+use crate::body::hinge::{self, Drive, hinge, slides};
+use crate::body::shapes::{self, shapes};
+use crate::schema::describe::Schema;
+use crate::schema::kind::{At, Kind, direction, drive_number, number, raw, table_of, text, word};
+use crate::schema::read::{fields, name, table};
+use crate::schema::record::{Presence, Record, of, record};
 use crate::text::parse::parse;
 use crate::text::report::{Cx, tidy};
 use crate::text::show::Failure;
 use crate::text::value::Text;
+use linkwork_collision::{Seen, Shape};
 use linkwork_formats::{
     BodyShape, Coupling, Description, Geometry, HingeCoordinate, LoopClosure, ShapeRole, Term,
     Wheel, WheelRole,
@@ -16,7 +20,75 @@ use linkwork_multibody::{Hinge, Limits, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value, remedy};
 use linkwork_spatial::{Pose, Vec3};
 
-const FIELDS: [&str; 7] = ["doc", "joints", "couplings", "loops", "wheels", "contacts", "nodes"];
+record! {
+    struct SideCar: "side-car" {
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+        /// Joint → what its coordinate has beside the file.
+        joints: Option<Located> = raw(table_of(of::<Drive>()).describe()).maybe(),
+        /// Couplings by name.
+        couplings: Option<Located> = raw(table_of(of::<CouplingForm>()).describe()).maybe(),
+        /// Loops by name.
+        loops: Option<Located> = raw(table_of(of::<LoopForm>()).describe()).maybe(),
+        /// Link → its wheel.
+        wheels: Option<Located> = raw(table_of(of::<WheelForm>()).describe()).maybe(),
+        /// Link → shapes that collide.
+        contacts: Option<Located> = raw(Schema::Table(Box::new(shapes::schema()))).maybe(),
+        /// Nodes by name.
+        nodes: Option<Located> = raw(table_of(of::<(OnLink, Pose)>()).describe()).maybe(),
+    }
+}
+record! {
+    struct CouplingForm: "coupling of a side-car" {
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+        /// Joint → factor.
+        terms: Vec<(Text, f64)> = table_of(number("")).or(Vec::new()),
+        /// What the sum of factor · coordinate is.
+        constant: Option<Located> = raw(drive_number("rad", "m").describe()).maybe(),
+    }
+}
+record! {
+    struct LoopForm: "loop of a side-car" {
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+        /// One end.
+        a: Option<(OnLink, Pose)> = of::<(OnLink, Pose)>().wanted("write `a: (body: \"link\", position: [0, 0, 0])`"),
+        /// The other end.
+        b: Option<(OnLink, Pose)> = of::<(OnLink, Pose)>().wanted("write `b: (body: \"link\", position: [0, 0, 0])`"),
+        /// The motion that it permits.
+        hinge: Hinge = hinge().or(Hinge::locked()),
+    }
+}
+record! {
+    struct OnLink: "place on a link" {
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+        /// Link, or `world`.
+        body: Text = text().need("name a link"),
+    }
+}
+record! {
+    struct WheelForm: "wheel" {
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+        /// Radius.
+        radius: f64 = number("m").positive().need("write `radius: ..` in m"),
+        /// Width.
+        width: f64 = number("m").positive().need("write `width: ..` in m"),
+        /// Axle, in the link's frame.
+        axis: Vec3 = direction().or(Vec3::y()),
+        /// Whether it is driven.
+        role: WheelRole = word(&[("Driven", WheelRole::Driven), ("Idle", WheelRole::Idle)]).or(WheelRole::Driven),
+        /// Joint that steers it.
+        steering: Option<Text> = text().maybe(),
+    }
+}
+
+/// The side-car in the schema.
+pub(crate) fn schema() -> Schema {
+    Schema::Variant("SideCar", Box::new(SideCar::describe()))
+}
 
 /// Reads a `SideCar(..)` text and adds what it says to a description.
 ///
@@ -43,7 +115,7 @@ pub(crate) fn read(cx: &mut Cx, name: &str, text: &str, d: &mut Description) {
             return;
         }
     };
-    fields(cx, inner, "the side-car", &FIELDS);
+    fields(cx, inner, "the side-car", &SideCar::names());
     let empty: Located = Value::Null.into();
     let of = |field: &str| inner.get(field).unwrap_or(&empty);
     for (key, v) in table(cx, of("joints"), "`joints`") {
@@ -102,13 +174,12 @@ fn coordinate(
 
 /// `(armature: .., gear: .., limits: (..), stop: (..), damping: .., friction: ..)`.
 fn joint(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
-    let what = format!("joint `{key}`");
-    fields(cx, v, &what, &hinge::OPTIONS);
-    let origin = cx.key(v);
+    let (what, origin) = (format!("joint `{key}`"), cx.key(v));
+    fields(cx, v, &what, &Drive::names());
     let Some(at) = coordinate(cx, origin, "`joints`", key, d) else { return };
     let spec = d.builder.bodies_mut().iter_mut().find(|b| b.name == at.body);
     let Some(s) = spec.and_then(|b| b.hinge.subhinges.get_mut(at.subhinge)) else { return };
-    hinge::options(cx, v, &what, std::slice::from_mut(s));
+    hinge::options(cx, v, &At::new(&*what), std::slice::from_mut(s));
     let multiple = s.kind.nv() != 1;
     if (s.limits != Limits::NONE && multiple) || !s.limits.is_valid() {
         let place = v.get("limits").map_or(origin, |l| l.origin);
@@ -138,126 +209,83 @@ fn joint(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
 
 /// `(terms: { "left": 1, "right": 1 }, constant: 0)`: the sum of factor times coordinate is the constant.
 fn coupling(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<Coupling> {
-    let what = format!("coupling `{key}`");
-    fields(cx, v, &what, &["doc", "terms", "constant"]);
-    let origin = cx.key(v);
+    let at = At::new(format!("coupling `{key}`")).origin(cx.key(v));
+    let form = CouplingForm::read(cx, v, &at)?;
     let mut terms = Vec::new();
-    let mut slides = Vec::new();
-    let written = v.get("terms").map(|t| table(cx, t, &format!("{what}: `terms`")).to_vec());
-    for (joint, factor) in written.iter().flatten() {
-        let at = cx.key(factor);
-        let found = coordinate(cx, at, &what, joint, d);
-        let factor = number(cx, factor, &format!("{what}: `{joint}`"), "");
-        let (Some(coordinate), Some(factor)) = (found, factor) else { continue };
-        slides.push(is_slider(d, &coordinate));
-        terms.push(Term { coordinate, factor });
+    for (joint, factor) in form.terms {
+        let found = coordinate(cx, joint.origin, &at.what, &joint.text, d);
+        terms.extend(found.map(|coordinate| Term { coordinate, factor }));
     }
-    if written.is_none_or(|w| w.is_empty()) {
+    if terms.is_empty() && v.get("terms").is_none_or(|t| crate::text::value::entries(t).is_empty())
+    {
         let help = "write `terms: { \"left\": 1, \"right\": 1 }`: Σ factor · coordinate = constant";
-        cx.fault(origin, format!("{what} has no `terms`"), help);
+        cx.fault(cx.key(v), format!("{} has no `terms`", at.what), help);
         return None;
     }
     // The unit of the sum, when all terms have one.
-    let unit = match (slides.iter().all(|s| *s), slides.iter().any(|s| *s)) {
-        (true, true) => "m",
-        (false, false) => "rad",
-        _ => "",
+    let lengths = terms.iter().filter(|t| is_slider(d, &t.coordinate)).count();
+    let unit = match lengths {
+        0 => number("rad"),
+        n if n == terms.len() => number("m"),
+        _ => number(""),
     };
-    let constant =
-        v.get("constant").and_then(|c| number(cx, c, &format!("{what}: `constant`"), unit));
+    let constant = form.constant.and_then(|c| unit.read(cx, &c, &at.field("constant")));
     Some(Coupling { name: key.into(), terms, constant: constant.unwrap_or(0.0) })
 }
 
 fn is_slider(d: &Description, at: &HingeCoordinate) -> bool {
     let body = d.builder.bodies().iter().find(|b| b.name == at.body);
     let s = body.and_then(|b| b.hinge.subhinges.get(at.subhinge));
-    s.is_some_and(|s| matches!(s.kind, SubhingeKind::Slider { .. }))
+    s.is_some_and(|s| slides(&s.kind))
 }
 
 /// `(a: (body: .., position: .., rotation: ..), b: (..), hinge: Ball)`.
 fn closure(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<LoopClosure> {
-    let what = format!("loop `{key}`");
-    fields(cx, v, &what, &["doc", "a", "b", "hinge"]);
-    let origin = cx.key(v);
-    let mut end = |field: &str| {
-        let Some(e) = v.get(field) else {
-            let help = format!("write `{field}: (body: \"link\", position: [0, 0, 0])`");
-            cx.fault(origin, format!("{what} has no `{field}`"), help);
-            return None;
-        };
-        framed(cx, e, &format!("{what}: `{field}`"), d)
+    let at = At::new(format!("loop `{key}`")).origin(cx.key(v));
+    let form = LoopForm::read(cx, v, &at)?;
+    let mut end = |end: Option<(OnLink, Pose)>, field: &str| {
+        let (on, frame) = end?;
+        Some((on_link(cx, &on, &at.field(field).what, d)?, frame))
     };
-    let (a, b) = (end("a"), end("b"));
-    let hinge = match v.get("hinge") {
-        Some(h) => hinge::read(cx, h, &what),
-        None => Some(Hinge::locked()),
-    };
+    let (a, b) = (end(form.a, "a"), end(form.b, "b"));
     let ((body_a, frame_a), (body_b, frame_b)) = (a?, b?);
-    Some(LoopClosure { name: key.into(), body_a, frame_a, body_b, frame_b, hinge: hinge? })
+    Some(LoopClosure { name: key.into(), body_a, frame_a, body_b, frame_b, hinge: form.hinge })
 }
 
-/// `(body: "link", position: .., rotation: ..)`; `world` is a body too.
-fn framed(cx: &mut Cx, v: &Located, what: &str, d: &Description) -> Option<(String, Pose)> {
-    fields(cx, v, what, &["doc", "body", "position", "rotation"]);
-    let pose = pose_of(cx, v, what);
-    let Some(Text { text, origin }) = text_field(cx, v, "body", what) else {
-        cx.fault(v.origin, format!("{what} has no `body`"), "name a link");
-        return None;
-    };
-    if text == "world" {
-        return Some((text, pose));
-    }
-    Some((body(cx, origin, what, &text, d)?, pose))
+/// The link that is named; `world` is one too.
+fn on_link(cx: &mut Cx, on: &OnLink, what: &str, d: &Description) -> Option<String> {
+    let Text { text, origin } = &on.body;
+    if text == "world" { Some(text.clone()) } else { body(cx, *origin, what, text, d) }
 }
 
 /// `(radius: .., width: .., axis: [0, 1, 0], role: Driven, steering: "joint")`.
 fn wheel(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<Wheel> {
-    let what = format!("wheel `{key}`");
-    fields(cx, v, &what, &["doc", "radius", "width", "axis", "role", "steering"]);
-    let origin = cx.key(v);
-    let link = body(cx, origin, "`wheels`", key, d);
-    let mut length = |field: &str| {
-        let x = v.get(field).and_then(|x| number(cx, x, &format!("{what}: `{field}`"), "m"));
-        if v.get(field).is_none() || x.is_some_and(|x| x <= 0.0) {
-            cx.fault(origin, format!("{what} has no `{field}` above zero"), "write it in m");
-        }
-        x
-    };
-    let (radius, width) = (length("radius"), length("width"));
-    let axis = match v.get("axis") {
-        Some(a) => direction(cx, a, &format!("{what}: `axis`"))?.normalize(),
-        None => Vec3::y(),
-    };
-    let role = match v.get("role").map(|r| (&r.value, r.origin)) {
-        None => WheelRole::Driven,
-        Some((Value::Variant(w, _) | Value::Text(w), _)) if w == "Driven" => WheelRole::Driven,
-        Some((Value::Variant(w, _) | Value::Text(w), _)) if w == "Idle" => WheelRole::Idle,
-        Some((_, at)) => {
-            cx.fault(at, format!("{what}: `role` is one of two words"), "one of: Driven, Idle");
-            WheelRole::Driven
-        }
-    };
-    let steering = text_field(cx, v, "steering", &what);
-    if let Some(s) = &steering {
-        coordinate(cx, s.origin, &format!("{what}: `steering`"), &s.text, d);
+    let at = At::new(format!("wheel `{key}`")).origin(cx.key(v));
+    let link = body(cx, cx.key(v), "`wheels`", key, d);
+    let form = WheelForm::read(cx, v, &at)?;
+    if let Some(s) = &form.steering {
+        coordinate(cx, s.origin, &at.field("steering").what, &s.text, d);
     }
-    let steering = steering.map(|s| s.text);
-    Some(Wheel { body: link?, axis, radius: radius?, width: width?, role, steering })
+    let WheelForm { radius, width, axis, role, steering, .. } = form;
+    let (axis, steering) = (axis.normalize(), steering.map(|s| s.text));
+    Some(Wheel { body: link?, axis, radius, width, role, steering })
 }
 
 /// Shapes as those of a body in an assembly, by link.
 fn contacts(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
-    let origin = cx.key(v);
-    let Some(link) = body(cx, origin, "`contacts`", key, d) else { return };
-    for s in shapes::solids(cx, v, key) {
+    let Some(link) = body(cx, cx.key(v), "`contacts`", key, d) else { return };
+    for s in shapes(cx, v, key, &At::new(key)).shown {
         let geometry = match s.shape {
-            solid::Shape::Cylinder { radius, length } => Geometry::Cylinder { radius, length },
-            solid::Shape::Box { size } => Geometry::Box { size },
-            solid::Shape::Sphere { radius } => Geometry::Sphere { radius },
-            solid::Shape::Capsule { radius, length } => Geometry::Capsule { radius, length },
-            solid::Shape::Mesh { file, scale } => {
-                Geometry::Mesh { file, path: None, scale: [scale; 3] }
+            Seen::Shape(Shape::Cylinder { radius, half_length }) => {
+                Geometry::Cylinder { radius, length: 2.0 * half_length }
             }
+            Seen::Shape(Shape::Capsule { radius, half_length }) => {
+                Geometry::Capsule { radius, length: 2.0 * half_length }
+            }
+            Seen::Shape(Shape::Box { half }) => Geometry::Box { size: (2.0 * half).into() },
+            Seen::Shape(Shape::Sphere { radius }) => Geometry::Sphere { radius },
+            // A side-car names no other shapes: they have been refused.
+            _ => continue,
         };
         let (body, name, pose, color) = (link.clone(), s.name, s.pose, s.color);
         let role = ShapeRole::Contact;
@@ -266,13 +294,15 @@ fn contacts(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
 }
 
 fn node(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
-    let what = format!("node `{key}`");
-    name(cx, key, v, "node");
-    if let Some((body, pose)) = framed(cx, v, &what, d) {
+    let (what, origin) = (format!("node `{key}`"), cx.key(v));
+    name(cx, key, origin, "node");
+    let form = <(OnLink, Pose)>::read(cx, v, &At::new(&*what).origin(origin));
+    let Some((on, pose)) = form else { return };
+    if let Some(body) = on_link(cx, &on, &what, d) {
         let taken = d.builder.nodes().iter().any(|n| n.name == key);
         if body == "world" || taken {
             let fact = if taken { "is there already" } else { "is on the world" };
-            cx.fault(cx.key(v), format!("{what} {fact}"), "give it another name, or a link");
+            cx.fault(origin, format!("{what} {fact}"), "give it another name, or a link");
         } else {
             d.builder.node(key, body, pose);
         }

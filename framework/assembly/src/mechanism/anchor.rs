@@ -86,3 +86,34 @@ pub(crate) fn anchor(
 
 /// Bodies by full name, each with the path of its assembly.
 pub(crate) type Bodies = BTreeMap<String, (Body, String)>;
+
+/// The one-dof coordinate that a text names: body, which of its one-dof coordinates, and which of its subhinges that is.
+pub(crate) fn one_dof(
+    cx: &mut Cx,
+    root: &Instance,
+    scope: &str,
+    bodies: &Bodies,
+    (written, what): (&Text, &str),
+) -> Option<(String, usize, usize)> {
+    let name = written.text.strip_prefix("hinge:").unwrap_or(&written.text);
+    let (body, index) = match coordinate(root, scope, name) {
+        Ok(found) => found?,
+        Err((fact, help)) => {
+            cx.fault(written.origin, format!("{what}: {fact}"), help);
+            return None;
+        }
+    };
+    let chain = &bodies.get(&body)?.0.hinge.subhinges;
+    let all: Vec<usize> =
+        chain.iter().enumerate().filter(|(_, s)| s.kind.nv() == 1).map(|(k, _)| k).collect();
+    let Some(subhinge) = all.get(index) else {
+        let message = format!(
+            "{what}: the hinge of `{body}` has {} one-dof coordinates, not {}",
+            all.len(),
+            index + 1
+        );
+        cx.fault(written.origin, message, "name a pin, slider or screw");
+        return None;
+    };
+    Some((body, index, *subhinge))
+}

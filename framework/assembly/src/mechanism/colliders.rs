@@ -1,11 +1,11 @@
 //! Colliders that stand on their own: those of `colliders`.
-use crate::body::collider::{self, Collider};
+use crate::body::collider::{self, Collider, Surface};
 use crate::body::shapes::BodyShape;
-use crate::body::{geometry, solid};
+use crate::body::solid::{colliding, only_collides, seen};
 use crate::expand::instance::{Instance, ItemInst};
 use crate::mechanism::anchor::{Bodies, anchor};
-use crate::schema::pose::pose;
-use crate::schema::read::{fields, flag, text};
+use crate::schema::kind::{At, Kind};
+use crate::schema::record::Record;
 use crate::text::files::Files;
 use crate::text::report::Cx;
 use crate::text::value::full_name;
@@ -48,52 +48,29 @@ fn one(
     bodies: &Bodies,
     out: &mut Standing,
 ) {
-    let (what, v) = (format!("collider `{full}`"), &item.fields);
-    let place = (files, &item.home);
-    fields(cx, v, &what, &collider::FIELDS);
-    let on = match v.get("on") {
-        Some(t) => text(cx, t, &format!("{what}: `on`")),
-        None => {
-            cx.fault(
-                item.origin,
-                format!("{what} has no `on`"),
-                "write `on: \"world\"`, or a body",
-            );
-            None
-        }
-    };
-    let found =
-        on.and_then(|t| anchor(cx, root, bodies, (&here.path, &t), &format!("{what}: `on`")));
-    let X = pose(cx, v.get("at"), &format!("{what}: `at`"));
-    let color = v.get("color").and_then(|c| solid::rgba(cx, c, &what));
-    let visible = v.get("visible").and_then(|s| flag(cx, s, &format!("{what}: `visible`")));
-    let Some(solid) = v.get("shape") else {
-        cx.fault(item.origin, format!("{what} has no `shape`"), "write `shape: HalfSpace`");
-        return;
-    };
+    let at = At::new(format!("collider `{full}`")).origin(item.origin).among((files, &item.home));
+    let read = <(collider::Standing, Surface)>::read(cx, &item.fields, &at);
+    let Some((form, surface)) = read else { return };
+    let on = form.on.as_ref();
+    let found = on.and_then(|on| anchor(cx, root, bodies, (&here.path, on), &at.field("on").what));
     // A mesh is seen on a body alone: the resolved text holds its triangles and no file.
-    let mesh = matches!(&solid.value, Value::Variant(kind, _) if kind == "Mesh");
-    let seen = visible != Some(false) && !mesh && !geometry::only_collides(solid);
-    let shown = if seen { solid::shape(cx, solid, &what, Some(place)) } else { None };
-    let geometry = match (&shown, seen) {
-        (None, true) => None,
-        _ => geometry::read(cx, solid, &what, Some(place)),
+    let mesh = matches!(&form.shape.value, Value::Variant(kind, _) if kind == "Mesh");
+    let shown = form.visible && !mesh && !only_collides(&form.shape);
+    let shown = match shown.then(|| seen().read(cx, &form.shape, &at)) {
+        None => None,
+        Some(None) => return,
+        Some(shown) => shown,
     };
-    let options = collider::options(cx, v, &what, place);
+    let geometry = colliding().read(cx, &form.shape, &at);
     let (Some(found), Some((geometry, turn))) = (found, geometry) else { return };
-    let frame = found.node.map_or(X, |node| node * X);
+    let frame = found.node.map_or(form.at, |node| node * form.at);
     out.references.insert(full.into(), found.reference);
     if let Some((shape, turn)) = shown {
         let pose = frame * Pose::rotation(turn);
         // Names of shapes are unique on their body; those of colliders are everywhere.
-        out.shapes.push(BodyShape {
-            body: found.body.clone(),
-            pose,
-            shape,
-            color,
-            name: full.into(),
-        });
+        let (body, color, name) = (found.body.clone(), form.color, full.into());
+        out.shapes.push(BodyShape { body, pose, shape, color, name });
     }
     let X = frame * Pose::rotation(turn);
-    out.colliders.push(Collider::new(full.into(), &found.body, X, geometry, options, item.origin));
+    out.colliders.push(Collider::new(full, &found.body, X, geometry, surface, item.origin));
 }

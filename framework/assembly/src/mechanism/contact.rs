@@ -1,42 +1,22 @@
 //! `contact: (..)`: how contact is solved, who meets whom, and the colliders with all that they need.
 //!
 //! The outermost assembly that writes it counts. Without it, colliders are only there for queries.
-use crate::body::collider::{Collider, within};
+use crate::body::collider::Collider;
+use crate::body::contact::ContactForm;
+use crate::body::hinge::slides;
 use crate::expand::instance::Instance;
 use crate::expand::reference::{Target, resolve, visible};
-use crate::mechanism::anchor::{Bodies, coordinate};
-use crate::schema::read::{choice, fields, flag, list, table, text};
+use crate::mechanism::anchor::{Bodies, one_dof};
+use crate::schema::kind::{At, Kind, drive_number};
+use crate::schema::record::Record;
 use crate::text::report::Cx;
 use crate::text::value::{Text, entries, map, outer};
-use linkwork_collision::{ColliderSpec, Colliders, Fault, Material, Neighbours, Rules};
-use linkwork_multibody::{BodySpec, Multibody, Subhinge, SubhingeKind};
+use linkwork_collision::{ColliderSpec, Colliders, Fault, Material, Rules};
+use linkwork_multibody::{BodySpec, Multibody, Subhinge};
 use linkwork_runtime::{Located, Origin, Value, remedy};
-use linkwork_solvers::contact::Method;
-use linkwork_solvers::{CompliantSettings, ContactSettings, JointLimits};
+use linkwork_solvers::{CompliantSettings, ContactSettings};
 use std::collections::{BTreeMap, BTreeSet};
 
-const FIELDS: [&str; 20] = [
-    "compliant",
-    "margin",
-    "slop",
-    "correction",
-    "push_max",
-    "bounce_min",
-    "friction",
-    "restitution",
-    "limits",
-    "dry",
-    "method",
-    "tolerance",
-    "sweeps",
-    "steps",
-    "relaxation",
-    "directions",
-    "neighbours",
-    "ignore",
-    "collide",
-    "doc",
-];
 /// The group of colliders that name none.
 const DEFAULT: &str = "default";
 
@@ -86,148 +66,56 @@ pub(crate) fn read(
         let message = format!("`{}` and `{}` both write `contact`", here.path, other.path);
         cx.fault(again.origin, message, "write it once, in the simulation");
     }
-    if !matches!(v.value, Value::Bool(true)) {
-        fields(cx, v, "`contact`", &FIELDS);
-    }
+    let at = At::new("`contact`");
+    let empty = Value::Null.into();
+    let written = if v.value == Value::Bool(true) { &empty } else { *v };
+    let Some(form) = ContactForm::read(cx, written, &at) else {
+        return Contact { complete, ..Contact::default() };
+    };
     let names: BTreeSet<&str> = colliders.iter().map(|c| c.spec.name.as_str()).collect();
     let scope = Scope { root, path: &here.path, names, complete };
-    let settings = Some(settings(cx, v));
-    let mut out = Contact { settings, complete, ..Contact::default() };
-    let words = [("Pass", Neighbours::Pass), ("Collide", Neighbours::Collide)];
-    out.rules.neighbours = choice(cx, v, "`contact`", "neighbours", &words).unwrap_or_default();
-    out.rules.ignore = scope.pairs(cx, v, "ignore");
-    out.rules.collide = scope.pairs(cx, v, "collide");
-    let plain = Material::default();
-    let mut of = |field: &str, high: f64, default: f64| {
-        let Some(x) = v.get(field) else { return default };
-        within(cx, x, &format!("`contact`: `{field}`"), "", (0.0, high)).unwrap_or(default)
+    let rules = Rules {
+        neighbours: form.neighbours,
+        ignore: scope.pairs(cx, v, &form.ignore, "ignore"),
+        collide: scope.pairs(cx, v, &form.collide, "collide"),
+        joined: Vec::new(),
     };
-    out.material.friction = of("friction", f64::INFINITY, plain.friction);
-    out.material.restitution = of("restitution", 1.0, plain.restitution);
-    out.dry = dry(cx, v, root, &here.path, bodies);
-    out.compliant = v.get("compliant").and_then(|c| compliant(cx, c));
+    let mut out = Contact {
+        settings: Some(form.settings()),
+        rules,
+        material: Material { friction: form.friction, restitution: form.restitution },
+        complete,
+        dry: dry(cx, &form.dry, root, &here.path, bodies, &at.field("dry")),
+        compliant: form.compliant,
+        resolved: None,
+    };
     out.resolved = Some(resolved(v, &out));
-    out
-}
-
-/// `compliant: (stiffness: .., ..)`; `true` or `()` for what is usual.
-fn compliant(cx: &mut Cx, v: &Located) -> Option<CompliantSettings> {
-    const FIELDS: [&str; 7] = [
-        "stiffness",
-        "exponent",
-        "damping",
-        "bristle_stiffness",
-        "bristle_damping",
-        "relaxation",
-        "radius",
-    ];
-    let mut out = CompliantSettings::default();
-    match v.value {
-        Value::Bool(on) => return on.then_some(out),
-        Value::Null => return Some(out),
-        _ => {
-            fields(cx, v, "`contact`: `compliant`", &FIELDS);
-        }
-    }
-    let (all, some) = ((0.0, f64::INFINITY), (f64::MIN_POSITIVE, f64::INFINITY));
-    let mut of = |field: &str, unit: &str, range: (f64, f64), to: &mut f64| {
-        let Some(x) = v.get(field) else { return };
-        let what = format!("`contact`: `compliant`: `{field}`");
-        *to = within(cx, x, &what, unit, range).unwrap_or(*to);
-    };
-    of("stiffness", "", some, &mut out.stiffness);
-    of("exponent", "", (1.0, 10.0), &mut out.exponent);
-    of("damping", "s/m", all, &mut out.damping);
-    of("bristle_stiffness", "N/m", some, &mut out.bristle_stiffness);
-    of("bristle_damping", "N s/m", all, &mut out.bristle_damping);
-    of("relaxation", "s", some, &mut out.relaxation);
-    of("radius", "m", all, &mut out.radius);
-    Some(out)
-}
-
-fn settings(cx: &mut Cx, v: &Located) -> ContactSettings {
-    let d = ContactSettings::default();
-    let all = (0.0, f64::INFINITY);
-    let mut of = |field: &str, unit: &str, range: (f64, f64), default: f64| {
-        let Some(x) = v.get(field) else { return default };
-        within(cx, x, &format!("`contact`: `{field}`"), unit, range).unwrap_or(default)
-    };
-    let mut out = ContactSettings {
-        margin: of("margin", "m", all, d.margin),
-        slop: of("slop", "m", all, d.slop),
-        correction: of("correction", "", (0.0, 1.0), d.correction),
-        push_max: of("push_max", "m/s", all, d.push_max),
-        bounce_min: of("bounce_min", "m/s", all, d.bounce_min),
-        ..d
-    };
-    let solver = &mut out.solver;
-    solver.tolerance = of("tolerance", "", (1e-15, 1.0), solver.tolerance);
-    solver.relaxation = of("relaxation", "", (1e-3, 1.999), solver.relaxation);
-    let mut count = |field: &str, least: u32, default: u32| {
-        let Some(x) = v.get(field) else { return default };
-        let what = format!("`contact`: `{field}`");
-        let Some(n) = within(cx, x, &what, "", (f64::from(least), 1e9)) else { return default };
-        if n.fract() != 0.0 {
-            cx.fault(x.origin, format!("{what} is {n}"), "write a whole number");
-        }
-        n as u32
-    };
-    solver.sweeps = count("sweeps", 0, solver.sweeps);
-    solver.steps = count("steps", 0, solver.steps);
-    solver.directions = count("directions", 3, solver.directions as u32) as usize;
-    let methods = [
-        ("Auto", Method::Auto),
-        ("GaussSeidel", Method::GaussSeidel),
-        ("Newton", Method::Newton),
-        ("Lemke", Method::Lemke),
-    ];
-    solver.method = choice(cx, v, "`contact`", "method", &methods).unwrap_or_default();
-    if let Some(l) = v.get("limits")
-        && flag(cx, l, "`contact`: `limits`") == Some(false)
-    {
-        out.limits = JointLimits::Ignore;
-    }
     out
 }
 
 /// `dry: { "hinge:arm": "2 N m" }`.
 fn dry(
     cx: &mut Cx,
-    v: &Located,
+    written: &[(Text, Located)],
     root: &Instance,
     scope: &str,
     bodies: &Bodies,
+    at: &At<'_>,
 ) -> Vec<(String, usize, f64)> {
     let mut out: Vec<(String, usize, f64)> = Vec::new();
-    let Some(written) = v.get("dry") else { return out };
-    for (key, force) in table(cx, written, "`contact`: `dry`") {
-        let (what, origin) = (format!("`contact`: `dry`: `{key}`"), cx.key(force));
-        let name = key.strip_prefix("hinge:").unwrap_or(key);
-        let (body, index) = match coordinate(root, scope, name) {
-            Ok(Some(found)) => found,
-            Ok(None) => continue,
-            Err((fact, help)) => {
-                cx.fault(origin, format!("{what}: {fact}"), help);
-                continue;
-            }
-        };
-        let Some((found, _)) = bodies.get(&body) else { continue };
-        let one_dof: Vec<_> = found.hinge.subhinges.iter().filter(|s| s.kind.nv() == 1).collect();
-        let Some(s) = one_dof.get(index) else {
-            let message = format!(
-                "{what}: the hinge of `{body}` has {} one-dof coordinates, not {}",
-                one_dof.len(),
-                index + 1
-            );
-            cx.fault(origin, message, "name a pin, slider or screw");
+    for (key, force) in written {
+        let at = at.field(&key.text);
+        let Some((body, index, subhinge)) = one_dof(cx, root, scope, bodies, (key, &at.what))
+        else {
             continue;
         };
         if out.iter().any(|(b, i, _)| *b == body && *i == index) {
-            cx.fault(origin, format!("{what}: this coordinate comes twice"), "keep one of them");
+            let message = format!("{}: this coordinate comes twice", at.what);
+            cx.fault(key.origin, message, "keep one of them");
         }
-        let slides = matches!(s.kind, SubhingeKind::Slider { .. });
-        let unit = if slides { "N" } else { "N m" };
-        let force = within(cx, force, &what, unit, (0.0, f64::INFINITY));
+        let kind = bodies.get(&body).map(|b| b.0.hinge.subhinges[subhinge].kind);
+        let at = at.sliding(kind.is_some_and(|k| slides(&k)));
+        let force = drive_number("N m", "N").at_least(0.0).read(cx, force, &at);
         out.extend(force.map(|f| (body, index, f)));
     }
     out.sort_by(|a, b| (&a.0, a.1).cmp(&(&b.0, b.1)));
@@ -244,34 +132,30 @@ struct Scope<'s> {
 
 impl Scope<'_> {
     /// `[["a", "b"], ..]`: pairs of colliders or bodies, by full names.
-    fn pairs(&self, cx: &mut Cx, v: &Located, field: &str) -> Vec<[String; 2]> {
-        let mut out = Vec::new();
-        let Some(written) = v.get(field) else { return out };
+    fn pairs(&self, cx: &mut Cx, v: &Located, all: &[Vec<Text>], field: &str) -> Vec<[String; 2]> {
         let what = format!("`contact`: `{field}`");
-        for pair in list(cx, written, &what).to_vec() {
-            let items = match &pair.value {
-                Value::List(items) if items.len() == 2 => items.clone(),
-                _ => {
-                    let help = "write [[\"body or collider\", \"another\"], ..]";
-                    cx.fault(pair.origin, format!("{what} is a list of pairs of names"), help);
-                    continue;
-                }
+        let mut out = Vec::new();
+        for pair in all {
+            let [a, b] = &pair[..] else {
+                let origin = pair.first().map(|t| t.origin);
+                let origin = origin.or(v.get(field).map(|f| f.origin)).unwrap_or(v.origin);
+                let help = "write [[\"body or collider\", \"another\"], ..]";
+                cx.fault(origin, format!("{what} is a list of pairs of names"), help);
+                continue;
             };
-            let found: Vec<_> = items.iter().map(|i| self.name(cx, i, &what)).collect();
-            if let [Some(a), Some(b)] = &found[..] {
-                out.push([a.clone(), b.clone()]);
-            }
+            let (a, b) = (self.name(cx, a, &what), self.name(cx, b, &what));
+            out.extend(a.zip(b).map(|(a, b)| [a, b]));
         }
         out
     }
 
     /// The full name of a collider or body.
-    fn name(&self, cx: &mut Cx, v: &Located, what: &str) -> Option<String> {
-        let Text { text, origin } = text(cx, v, what)?;
+    fn name(&self, cx: &mut Cx, written: &Text, what: &str) -> Option<String> {
+        let (text, origin) = (&written.text, written.origin);
         let mut here = self.path;
         let short = text.strip_prefix('/');
         here = if short.is_some() { "" } else { here };
-        let text = short.unwrap_or(&text);
+        let text = short.unwrap_or(text);
         loop {
             let near = match here {
                 "" => [text.to_owned(), text.to_owned()],
@@ -405,9 +289,7 @@ pub(crate) fn colliders(
                     }
                     Fault::UnknownName { .. } => None,
                 };
-                let text = fault.to_string();
-                let (message, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
-                cx.fault(origin.unwrap_or(Origin::NONE), message, help);
+                cx.explained(origin.unwrap_or(Origin::NONE), "", [fault]);
             }
             None
         }

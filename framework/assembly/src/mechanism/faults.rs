@@ -61,12 +61,18 @@ pub(crate) fn fault_origin(
     }
 }
 
-pub(crate) fn remedy(fault: &MechanismFault) -> &'static str {
-    match fault {
-        MechanismFault::Inertia { .. } => {
-            "inertia is about the centre of mass in body axes; a solid such as \
-             Cylinder(radius: .., length: ..) computes it from the mass"
+/// A fault with the remedy that it has in the words of a file.
+pub(crate) struct Placed(pub MechanismFault);
+
+impl std::fmt::Display for Placed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.0)?;
+        match self.0 {
+            MechanismFault::Inertia { .. } => f.write_str(
+                "\n  help: inertia is about the centre of mass in body axes; a solid such as \
+                 Cylinder(radius: .., length: ..) computes it from the mass",
+            ),
+            _ => Ok(()),
         }
-        _ => "",
     }
 }

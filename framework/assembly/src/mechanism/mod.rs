@@ -11,6 +11,7 @@ use crate::body::{self, Body};
 use crate::expand::instance::Instance;
 use crate::expand::reference::resolve;
 use crate::mechanism::anchor::{Bodies, anchor};
+use crate::schema::kind::At;
 use crate::text::files::Files;
 use crate::text::report::Cx;
 use crate::text::value::{full_name, outer};
@@ -108,13 +109,7 @@ pub(crate) fn mechanism(
             for fault in error.faults {
                 let place =
                     faults::fault_origin(&fault, &bodies, &constraints.origins).unwrap_or(origin);
-                let text = fault.to_string();
-                let (message, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
-                cx.fault(
-                    place,
-                    message,
-                    if help.is_empty() { faults::remedy(&fault) } else { help },
-                );
+                cx.explained(place, "", [faults::Placed(fault)]);
             }
             None
         }
@@ -157,8 +152,9 @@ fn bodies(cx: &mut Cx, root: &Instance, instances: &[&Instance], files: &Files<'
         }
         for (name, b) in &here.bodies {
             let full = full_name(&here.path, name);
-            let body = body::read(cx, &full, &b.fields, b.origin, (files, &b.home));
-            bodies.insert(full, (body, here.path.clone()));
+            let at = At::new(format!("body `{full}`")).origin(b.origin).among((files, &b.home));
+            let body = body::read(cx, &full, &b.fields, &at);
+            bodies.extend(body.map(|body| (full, (body, here.path.clone()))));
         }
     }
     bodies

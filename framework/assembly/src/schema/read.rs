@@ -1,7 +1,7 @@
 //! Typed values out of located ones: units, ranges and lists, each mistake with its place.
 use crate::text::report::Cx;
 use crate::text::value::{Text, is_unknown};
-use linkwork_runtime::{Located, Seconds, Unit, Value, remedy, split_quantity};
+use linkwork_runtime::{Located, Origin, Seconds, Unit, Value, remedy, split_quantity};
 
 /// Refuses what is no map and fields that nobody knows. `what` names the owner: "body `wheel`".
 pub(crate) fn fields(cx: &mut Cx, v: &Located, what: &str, known: &[&str]) -> bool {
@@ -73,33 +73,10 @@ pub(crate) fn flag(cx: &mut Cx, v: &Located, what: &str) -> Option<bool> {
         Value::Bool(b) => Some(b),
         _ => {
             let message = format!("{what} is true or false, this is {}", v.value.what());
-            cx.fault(v.origin, message, "");
+            cx.fault(v.origin, message, "write true or false");
             None
         }
     }
-}
-
-/// The meaning of a field that is one of several words; nothing when it is not written.
-pub(crate) fn choice<T: Copy>(
-    cx: &mut Cx,
-    v: &Located,
-    what: &str,
-    field: &str,
-    words: &[(&str, T)],
-) -> Option<T> {
-    let written = v.get(field).filter(|w| !is_unknown(w))?;
-    let all: Vec<&str> = words.iter().map(|(w, _)| *w).collect();
-    let (Value::Variant(given, _) | Value::Text(given)) = &written.value else {
-        let help = format!("one of: {}", all.join(", "));
-        cx.fault(written.origin, format!("{what}: `{field}` is a word"), help);
-        return None;
-    };
-    let found = words.iter().find(|(w, _)| w == given).map(|(_, t)| *t);
-    if found.is_none() {
-        let message = format!("{what}: there is no {field} `{given}`");
-        cx.fault(written.origin, message, remedy(given, "words", &all));
-    }
-    found
 }
 
 fn wants(unit: &str) -> String {
@@ -176,14 +153,14 @@ pub(crate) fn numbers<const N: usize>(
 }
 
 /// A name of a part, body, node, mount or port: no dots, slashes, brackets, stars or spaces.
-pub(crate) fn name(cx: &mut Cx, name: &str, v: &Located, kind: &str) {
+pub(crate) fn name(cx: &mut Cx, name: &str, origin: Origin, kind: &str) {
     let bad = |c: char| c.is_whitespace() || "./[]*$\"'->:".contains(c);
     if name.is_empty() || name.contains(bad) {
         let message = format!("`{name}` cannot be the name of a {kind}");
-        cx.fault(cx.key(v), message, "use letters, digits and `_`");
+        cx.fault(origin, message, "use letters, digits and `_`");
     }
     if kind == "body" && name == "world" {
-        cx.fault(cx.key(v), "a body cannot be named `world`", "the world is there already");
+        cx.fault(origin, "a body cannot be named `world`", "the world is there already");
     }
 }
 

@@ -1,5 +1,8 @@
 //! Parameters in force: `$name`, `-$name`, arithmetic and `${name}` inside texts.
+use crate::schema::describe::Schema;
+use crate::schema::kind::{raw, text};
 use crate::schema::read::{fields, number, text_field};
+use crate::schema::record::{Presence, Record, record};
 use crate::scope::expression::{Quantity, evaluate};
 use crate::text::print::inline;
 use crate::text::report::Cx;
@@ -297,9 +300,23 @@ pub struct ParamDecl {
     pub origin: Origin,
 }
 
+record! {
+    /// A parameter as written.
+    pub(crate) struct ParamForm: "parameter" {
+        /// Unit; a bare number is in it.
+        unit: Option<Text> = text().maybe(),
+        /// Value when the parent gives none.
+        default: Option<Located> = raw(Schema::Any(Vec::new())).maybe(),
+        /// Lowest and highest value.
+        range: Option<Located> = raw(Schema::List(Box::new(Schema::Any(Vec::new())), Some(2))).maybe(),
+        /// Meaning.
+        doc: Option<Text> = text().maybe(),
+    }
+}
+
 pub(crate) fn read_param(cx: &mut Cx, key: &str, v: &Located) -> ParamDecl {
     let what = format!("parameter `{key}`");
-    fields(cx, v, &what, &["unit", "default", "range", "doc"]);
+    fields(cx, v, &what, &ParamForm::names());
     let unit = text_field(cx, v, "unit", &what);
     if let Some(u) = &unit
         && let Err(e) = Unit::parse(&u.text)

@@ -19,6 +19,21 @@ impl Cx {
         self.faults.push(if help.is_empty() { fault } else { fault.help(help) });
     }
 
+    /// Records what another crate says is wrong, at a place of ours: fact and remedy are the two halves of its text.
+    pub fn explained<E: std::fmt::Display>(
+        &mut self,
+        origin: Origin,
+        what: &str,
+        faults: impl IntoIterator<Item = E>,
+    ) {
+        for fault in faults {
+            let text = fault.to_string();
+            let (fact, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
+            let message = if what.is_empty() { fact.into() } else { format!("{what}: {fact}") };
+            self.fault(origin, message, help);
+        }
+    }
+
     /// Where the key of a map entry is written; the value itself when there is no key.
     pub fn key(&self, v: &Located) -> Origin {
         self.keys.get(&v.origin).copied().unwrap_or(v.origin)
