@@ -150,15 +150,15 @@ const ASSEMBLY: [(&str, &[&str]); 10] = [
     ("text", &[]),
     ("schema", &["text"]),
     ("scope", &["text", "schema"]),
-    ("form", &["text", "schema", "scope"]),
     ("body", &["text", "schema"]),
-    ("machine", &["text", "schema", "form", "body"]),
-    ("expand", &["text", "schema", "scope", "form", "body", "machine"]),
+    ("form", &["text", "schema", "scope", "body"]),
+    ("machine", &["text", "schema", "body", "form"]),
+    ("expand", &["text", "schema", "scope", "body", "form", "machine"]),
     ("mechanism", &["text", "schema", "body", "expand"]),
     ("wiring", &["text", "schema", "expand", "mechanism"]),
     (
         "load",
-        &["text", "schema", "scope", "form", "body", "machine", "expand", "mechanism", "wiring"],
+        &["text", "schema", "scope", "body", "form", "machine", "expand", "mechanism", "wiring"],
     ),
 ];
 

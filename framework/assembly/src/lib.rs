@@ -9,10 +9,10 @@
 //! | folder | what it is |
 //! |---|---|
 //! | `text` | texts, located values in them, faults as text, finding files |
-//! | `schema` | typed values out of located ones: numbers with units, poses |
+//! | `schema` | records of the format: `record!` declares one, and that is its reader, its writer and its JSON Schema |
 //! | `scope` | parameters in force, arithmetic with them |
+//! | `body` | records of bodies, loops, couplings, colliders, contact |
 //! | `form` | assemblies, phases and settings as written; the Rust builder |
-//! | `body` | a body with numbers: hinge, mass, shapes, modes |
 //! | `machine` | mechanisms of URDF, MJCF and SDF files, and any other, as assemblies; side-cars |
 //! | `expand` | the tree of instances, and references in it |
 //! | `mechanism` | bodies, loops, couplings, contact as one mechanism |

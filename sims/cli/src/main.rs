@@ -1,4 +1,4 @@
-//! The command line: linkwork run, resume, check, list, describe, tree, graph, diff.
+//! The command line: linkwork run, resume, check, list, describe, tree, graph, schema, diff.
 use clap::{Parser, Subcommand};
 use linkwork_cli::options::RunOptions;
 use linkwork_cli::{check, diff, exit, inspect, run, voice};
@@ -23,6 +23,7 @@ const EXAMPLES: &str = "Examples:
   linkwork list sims/rover_traverse 'Rover.**.torque'   variables by pattern
   linkwork describe actuators.dc_motor                  parameters, ports, units
   linkwork graph sims/pendulum --format mermaid         the wires as a picture
+  linkwork schema > linkwork.schema.json                the file format, for editors and programs
   linkwork diff a/run.mcap b/run.mcap --rel 1e-9        compare logs or checkpoints";
 
 #[derive(Subcommand)]
@@ -80,6 +81,8 @@ enum Command {
         #[arg(long, value_enum, default_value_t = inspect::GraphFormat::Dot)]
         format: inspect::GraphFormat,
     },
+    /// Print the JSON Schema of simulation, assembly and side-car files.
+    Schema,
     /// Compare two logs (.mcap) or two checkpoints (.lwck). Exit code 1 when they differ.
     Diff {
         /// The first.
@@ -125,6 +128,7 @@ fn main() -> ExitCode {
         Command::Describe { model } => inspect::describe(&model),
         Command::Tree { sim } => inspect::tree(&sim),
         Command::Graph { sim, format } => inspect::graph(&sim, format),
+        Command::Schema => inspect::schema(),
         Command::Diff { a, b, abs, rel } => diff::diff(&a, &b, abs, rel),
     };
     ExitCode::from(voice::exit_code(code))

@@ -44,7 +44,8 @@ pub(crate) struct Expander<'a, 'o> {
     pub imports: Vec<Import>,
 }
 
-struct Place<'p> {
+/// What is in force where an assembly stands.
+struct Around<'p> {
     path: &'p str,
     kind: &'p str,
     env: &'p Env,
@@ -99,8 +100,8 @@ impl<'a, 'o> Expander<'a, 'o> {
             outer.iter().map(|(path, v)| self.pend("", path, v.clone())).collect();
         let given = self.given(&a.params, Value::Map(Vec::new()).into(), &pending);
         let env = bind(self.cx, "simulation", Origin::NONE, &a.params, &given, &Env::new());
-        let place = Place { path: "", kind: "simulation", env: &env, home };
-        let root = self.instance(a, &place, BTreeMap::new(), pending);
+        let around = Around { path: "", kind: "simulation", env: &env, home };
+        let root = self.instance(a, &around, BTreeMap::new(), pending);
         self.unused(&root);
         (root, env)
     }
@@ -124,21 +125,21 @@ impl<'a, 'o> Expander<'a, 'o> {
     fn instance(
         &mut self,
         a: &Assembly,
-        place: &Place<'_>,
+        around: &Around<'_>,
         mounts: BTreeMap<String, Text>,
         outer: Vec<Pending>,
     ) -> Instance {
         // Own overrides first, those from outside after them: the outermost wins.
         let mut pending = Vec::new();
         for (path, value) in &a.overrides {
-            let path = substitute_text(self.cx, place.env, path);
-            let value = substitute(self.cx, place.env, value);
-            pending.push(self.pend(place.path, &path, value));
+            let path = substitute_text(self.cx, around.env, path);
+            let value = substitute(self.cx, around.env, value);
+            pending.push(self.pend(around.path, &path, value));
         }
         pending.extend(outer.into_iter().filter(|p| p.path.len() > 1));
         let mut out = Instance {
-            path: place.path.to_string(),
-            kind: place.kind.to_string(),
+            path: around.path.to_string(),
+            kind: around.kind.to_string(),
             doc: a.doc.clone(),
             parts: BTreeMap::new(),
             arrays: BTreeMap::new(),
@@ -146,30 +147,30 @@ impl<'a, 'o> Expander<'a, 'o> {
             loops: BTreeMap::new(),
             couplings: BTreeMap::new(),
             colliders: BTreeMap::new(),
-            contact: a.contact.as_ref().map(|c| substitute(self.cx, place.env, c)),
+            contact: a.contact.as_ref().map(|c| substitute(self.cx, around.env, c)),
             mounts,
             exports: BTreeMap::new(),
             wires: Vec::new(),
             params: a.params.keys().cloned().collect(),
             broken: a.broken.clone(),
         };
-        let written = a.imports.as_ref().map(|i| substitute(self.cx, place.env, i));
+        let written = a.imports.as_ref().map(|i| substitute(self.cx, around.env, i));
         let imported = written.map(|i| {
-            let place = (place.path, place.home);
+            let place = (around.path, around.home);
             import::with_imports(self.cx, &self.files.files, &i, place, a, &mut self.imports)
         });
         let all = imported.as_ref().unwrap_or(a);
         let has_part = |name: &str| a.parts.contains_key(name);
         let known = BodyFields::names();
-        out.bodies = self.items(&all.bodies, place, &pending, (&has_part, &known));
+        out.bodies = self.items(&all.bodies, around, &pending, (&has_part, &known));
         let known = LoopForm::names();
-        out.loops = self.items(&all.loops, place, &pending, (&has_part, &known));
+        out.loops = self.items(&all.loops, around, &pending, (&has_part, &known));
         let known = CouplingForm::names();
-        out.couplings = self.items(&all.couplings, place, &pending, (&has_part, &known));
+        out.couplings = self.items(&all.couplings, around, &pending, (&has_part, &known));
         let known = <(Standing, Surface)>::names();
-        out.colliders = self.items(&all.colliders, place, &pending, (&has_part, &known));
+        out.colliders = self.items(&all.colliders, around, &pending, (&has_part, &known));
         for (base, form) in &a.parts {
-            let form = form.with_values(self.cx, place.env, &join(place.path, base));
+            let form = form.with_values(self.cx, around.env, &join(around.path, base));
             let elements = form.elements(self.cx, base);
             if form.array.is_some() {
                 out.arrays.insert(base.clone(), elements.iter().map(|e| e.0.clone()).collect());
@@ -180,12 +181,12 @@ impl<'a, 'o> Expander<'a, 'o> {
                     .filter(|p| p.path.len() > 1 && segment_matches(&p.path[0], &name))
                     .map(|p| Pending { path: p.path[1..].to_vec(), ..p.clone() })
                     .collect();
-                let Some(node) = self.part(&name, &part, place, inner) else {
+                let Some(node) = self.part(&name, &part, around, inner) else {
                     out.broken.insert(name);
                     continue;
                 };
                 if out.parts.insert(name.clone(), node).is_some() {
-                    let message = format!("`{}`: two parts are named `{name}`", place.path);
+                    let message = format!("`{}`: two parts are named `{name}`", around.path);
                     self.cx.fault(part.origin, message, "give the array's elements other names");
                 }
             }
@@ -195,7 +196,7 @@ impl<'a, 'o> Expander<'a, 'o> {
             self.cx.fault(a.bodies[name].origin, message, "give one of them another name");
         }
         let replace = |cx: &mut Cx, t: &Text| match t.text.contains("${") {
-            true => substitute_text(cx, place.env, t),
+            true => substitute_text(cx, around.env, t),
             false => t.clone(),
         };
         out.wires = a.wires.iter().map(|w| replace(self.cx, w)).collect();
@@ -207,13 +208,13 @@ impl<'a, 'o> Expander<'a, 'o> {
     fn items(
         &mut self,
         forms: &BTreeMap<String, ItemForm>,
-        place: &Place<'_>,
+        around: &Around<'_>,
         pending: &[Pending],
         (has_part, known): (&dyn Fn(&str) -> bool, &[&str]),
     ) -> BTreeMap<String, ItemInst> {
         let mut out = BTreeMap::new();
         for (name, form) in forms {
-            let mut fields = substitute(self.cx, place.env, &form.fields);
+            let mut fields = substitute(self.cx, around.env, &form.fields);
             for p in pending {
                 let slashed = p.path[0].strip_prefix('/');
                 let own = slashed.is_some_and(|s| segment_matches(s, name))
@@ -224,7 +225,7 @@ impl<'a, 'o> Expander<'a, 'o> {
                 }
             }
             sort(&mut fields);
-            let item = ItemInst { fields, origin: form.origin, home: place.home.clone() };
+            let item = ItemInst { fields, origin: form.origin, home: around.home.clone() };
             out.insert(name.clone(), item);
         }
         out
@@ -234,14 +235,14 @@ impl<'a, 'o> Expander<'a, 'o> {
         &mut self,
         name: &str,
         part: &PartForm,
-        place: &Place<'_>,
+        around: &Around<'_>,
         pending: Vec<Pending>,
     ) -> Option<Node> {
-        let path = join(place.path, name);
+        let path = join(around.path, name);
         let params = part.params.clone();
         match &part.kind {
             PartKind::Model { model, rate, offset, bind, folder } => {
-                let folder = match (folder, place.home) {
+                let folder = match (folder, around.home) {
                     (Some(f), _) => Some(f.text.clone().into()),
                     (None, Home::Folder(f)) => Some(f.clone()),
                     (None, Home::Embedded(_)) => None,
@@ -249,7 +250,7 @@ impl<'a, 'o> Expander<'a, 'o> {
                 let mut m = ModelInst {
                     path,
                     doc: part.doc.clone(),
-                    model: substitute_text(self.cx, place.env, model),
+                    model: substitute_text(self.cx, around.env, model),
                     params,
                     rate: rate.clone(),
                     offset: offset.clone(),
@@ -269,8 +270,8 @@ impl<'a, 'o> Expander<'a, 'o> {
                 Some(Node::Model(m))
             }
             PartKind::File { assembly, mounts, overrides } => {
-                let file = substitute_text(self.cx, place.env, assembly);
-                let (key, home, read) = self.files.assembly(self.cx, &file, place.home, &path)?;
+                let file = substitute_text(self.cx, around.env, assembly);
+                let (key, home, read) = self.files.assembly(self.cx, &file, around.home, &path)?;
                 if self.stack.contains(&key) {
                     let ring = format!("{} -> {key}", self.stack.join(" -> "));
                     let message = format!("`{path}`: assembly `{key}` contains itself: {ring}");
@@ -288,15 +289,15 @@ impl<'a, 'o> Expander<'a, 'o> {
                 }
                 all.extend(pending);
                 self.stack.push(key.clone());
-                let inner = Place { path: &path, kind: &key, env: &env, home: &home };
+                let inner = Around { path: &path, kind: &key, env: &env, home: &home };
                 let instance = self.instance(&read, &inner, mounts, all);
                 self.stack.pop();
                 Some(Node::Assembly(instance))
             }
             PartKind::Inline(inner) => {
                 let given = self.given(&inner.params, params, &pending);
-                let env = bind(self.cx, &path, part.origin, &inner.params, &given, place.env);
-                let here = Place { path: &path, kind: "inline", env: &env, home: place.home };
+                let env = bind(self.cx, &path, part.origin, &inner.params, &given, around.env);
+                let here = Around { path: &path, kind: "inline", env: &env, home: around.home };
                 Some(Node::Assembly(self.instance(inner, &here, BTreeMap::new(), pending)))
             }
         }

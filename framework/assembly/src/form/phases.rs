@@ -10,58 +10,13 @@
 //! Bodies, parts and the like are laid over those of the same name, field by field; wires are added; other
 //! fields are replaced. `like` builds on another phase. What is removed takes its wires along.
 use crate::form::assembly::AssemblyForm;
-use crate::form::settings;
-use crate::schema::describe::Schema;
-use crate::schema::kind::{Kind, list_of, raw, table_of, text};
+use crate::form::settings::{FIXED, MAPS, PhaseForm, may_change, phase_fields};
 use crate::schema::read::{self, fields, list, name, table, text_field};
-use crate::schema::record::{Presence, Record, record};
+use crate::schema::record::Record;
 use crate::text::report::Cx;
 use crate::text::value::{Text, entries, set};
 use linkwork_runtime::{Located, Origin, TransitionSpec, Value, remedy};
 use std::collections::BTreeMap;
-
-record! {
-    /// What only phases have.
-    struct PhaseForm: "phase" {
-        /// Phase → the condition on which the run goes there.
-        to: Option<Located> = raw(table_of(text()).describe()).maybe(),
-        /// Names of bodies, parts, loops, couplings, colliders that are gone.
-        remove: Option<Located> = raw(list_of(text()).describe()).maybe(),
-        /// The phase that this one begins from, instead of the file.
-        like: Option<Text> = text().maybe(),
-        /// It replaces all of the machine (resolved texts).
-        whole: Option<Located> = raw(Schema::Flag).maybe(),
-    }
-}
-
-/// `phases` in the schema.
-pub(crate) fn schema() -> Schema {
-    Schema::Table(Box::new(Schema::Record("phase", || {
-        let mut fields = settings::schema_fields();
-        fields.retain(|f| may_change(f.name));
-        fields.extend(PhaseForm::fields());
-        fields
-    })))
-}
-
-/// Fields of a simulation that a phase cannot change.
-const FIXED: [&str; 13] = [
-    "assembly",
-    "name",
-    "mounts",
-    "until",
-    "stop_when",
-    "seed",
-    "place",
-    "log",
-    "view",
-    "figures",
-    "plots",
-    "phases",
-    "start",
-];
-/// Maps of things with names.
-const MAPS: [&str; 7] = ["bodies", "parts", "loops", "couplings", "colliders", "params", "exports"];
 
 /// A phase: its name, and the whole file as it is then.
 pub(crate) struct Phase {
@@ -69,17 +24,6 @@ pub(crate) struct Phase {
     pub file: Located,
     pub transitions: Vec<TransitionSpec>,
     pub origin: Origin,
-}
-
-/// Fields that a phase may have.
-fn allowed() -> Vec<&'static str> {
-    let all = settings::all_fields().into_iter().chain(PhaseForm::names());
-    all.filter(|f| !FIXED.contains(f) && *f != "resolved").collect()
-}
-
-/// Whether a phase may say this.
-pub(crate) fn may_change(field: &str) -> bool {
-    allowed().contains(&field)
 }
 
 /// Takes the phases out of a file, the first one first. Without `phases` the file is its only phase.
@@ -164,7 +108,7 @@ fn build(
             }
         }
     }
-    let known: Vec<&str> = allowed().into_iter().chain(FIXED).collect();
+    let known: Vec<&str> = phase_fields().into_iter().chain(FIXED).collect();
     fields(cx, overlay, &what, &known);
     above.push(phase.to_string());
     let mut base = file.clone();

@@ -184,7 +184,7 @@ record! {
         /// The text needs no other file.
         resolved: Option<Located> = raw(Schema::Flag).maybe(),
         /// Phases, each the file with an overlay on it.
-        phases: Option<Located> = raw(crate::form::phases::schema()).maybe(),
+        phases: Option<Located> = raw(phases_schema()).maybe(),
         /// The phase in which a run begins.
         start: Option<Text> = text().maybe(),
     }
@@ -233,6 +233,65 @@ pub(crate) fn all_fields() -> Vec<&'static str> {
 pub(crate) fn schema_fields() -> Vec<Field> {
     let of_assembly = assembly::AssemblyForm::fields().into_iter().filter(|f| f.name != "mounts");
     of_assembly.chain(SettingsForm::fields()).collect()
+}
+
+record! {
+    /// What only phases have.
+    pub(crate) struct PhaseForm: "phase" {
+        /// Phase → the condition on which the run goes there.
+        to: Option<Located> = raw(table_of(text()).describe()).maybe(),
+        /// Names of bodies, parts, loops, couplings, colliders that are gone.
+        remove: Option<Located> = raw(list_of(text()).describe()).maybe(),
+        /// The phase that this one begins from, instead of the file.
+        like: Option<Text> = text().maybe(),
+        /// It replaces all of the machine (resolved texts).
+        whole: Option<Located> = raw(Schema::Flag).maybe(),
+    }
+}
+
+/// `phases` in the schema.
+fn phases_schema() -> Schema {
+    Schema::Table(Box::new(Schema::Record("phase", || {
+        let mut fields = schema_fields();
+        fields.retain(|f| may_change(f.name));
+        // What is laid over something has not all of its fields.
+        for f in fields.iter_mut().filter(|f| MAPS.contains(&f.name)) {
+            f.schema = Schema::Table(Box::new(Schema::Any(Vec::new())));
+        }
+        fields.extend(PhaseForm::fields());
+        fields
+    })))
+}
+
+/// Fields of a simulation that a phase cannot change.
+pub(crate) const FIXED: [&str; 13] = [
+    "assembly",
+    "name",
+    "mounts",
+    "until",
+    "stop_when",
+    "seed",
+    "place",
+    "log",
+    "view",
+    "figures",
+    "plots",
+    "phases",
+    "start",
+];
+/// Maps of things with names.
+pub(crate) const MAPS: [&str; 7] =
+    ["bodies", "parts", "loops", "couplings", "colliders", "params", "exports"];
+
+/// Fields that a phase may have.
+pub(crate) fn phase_fields() -> Vec<&'static str> {
+    let all = all_fields().into_iter().chain(PhaseForm::names());
+    all.filter(|f| !FIXED.contains(f) && *f != "resolved").collect()
+}
+
+/// Whether a phase may say this.
+pub(crate) fn may_change(field: &str) -> bool {
+    phase_fields().contains(&field)
 }
 
 /// Reads the settings; parameters have been replaced.

@@ -1,7 +1,7 @@
 //! One RON text that loads to the same `Spec` without any other file, for logs and checkpoints.
 use crate::body::{modes::modes, solid};
 use crate::expand::instance::{Instance, ItemInst, ModelInst, Node};
-use crate::form::phases::may_change;
+use crate::form::settings::may_change;
 use crate::mechanism::Told;
 use crate::schema::kind::Kind;
 use crate::text::files::{Files, Home};

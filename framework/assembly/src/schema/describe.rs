@@ -58,14 +58,12 @@ pub(crate) fn document(title: &str, root: &Schema) -> Json {
     })
 }
 
-/// A parameter `$name` or an expression may stand for any value but a table of names.
-fn or_parameter(mut schema: Json) -> Json {
-    if let Some(map) = schema.as_object_mut()
-        && map.get("type") != Some(&json!("string"))
-    {
-        return json!({ "anyOf": [schema, { "type": "string", "pattern": "\\$" }] });
+/// A parameter `$name` or an expression may stand for any value.
+fn or_parameter(schema: Json) -> Json {
+    if schema == json!({}) || schema["type"] == "string" || schema["type"] == "object" {
+        return schema;
     }
-    schema
+    json!({ "anyOf": [schema, { "type": "string", "pattern": "\\$" }] })
 }
 
 fn json(schema: &Schema, defs: &mut Map<String, Json>) -> Json {
@@ -88,25 +86,23 @@ fn json(schema: &Schema, defs: &mut Map<String, Json>) -> Json {
         }
         Schema::Number { unit, low, high } => {
             let mut number = range(json!({ "type": "number" }), *low, *high);
-            if unit.is_empty() {
-                return or_parameter(number);
+            if !unit.is_empty() {
+                number["description"] = json!(format!("in {unit}"));
             }
-            number["description"] = json!(format!("in {unit}"));
-            json!({ "anyOf": [number, { "type": "string", "description": "a number with a unit, or an expression" }] })
+            let text = "a number with a unit, or an expression of parameters";
+            json!({ "anyOf": [number, { "type": "string", "description": text }] })
         }
-        Schema::Whole { low, high } => {
-            or_parameter(range(json!({ "type": "integer" }), *low, *high))
-        }
-        Schema::Flag => or_parameter(json!({ "type": "boolean" })),
+        Schema::Whole { low, high } => range(json!({ "type": "integer" }), *low, *high),
+        Schema::Flag => json!({ "type": "boolean" }),
         Schema::Text => json!({ "type": "string" }),
-        Schema::Words(words) => or_parameter(json!({ "enum": words })),
+        Schema::Words(words) => json!({ "enum": words }),
         Schema::List(of, count) => {
-            let mut out = json!({ "type": "array", "items": json(of, defs) });
+            let mut out = json!({ "type": "array", "items": or_parameter(json(of, defs)) });
             if let Some(n) = count {
                 out["minItems"] = json!(n);
                 out["maxItems"] = json!(n);
             }
-            or_parameter(out)
+            out
         }
         Schema::Table(of) => json!({ "type": "object", "additionalProperties": json(of, defs) }),
         Schema::Variant(name, of) => json!({
@@ -135,7 +131,7 @@ fn named(
 fn record(fields: &[Field], defs: &mut Map<String, Json>) -> Json {
     let mut properties = Map::new();
     for f in fields {
-        let mut one = json(&f.schema, defs);
+        let mut one = or_parameter(json(&f.schema, defs));
         if let Some(one) = one.as_object_mut() {
             one.insert("description".into(), json!(f.doc.trim()));
             if let Some(default) = &f.default {
@@ -145,8 +141,9 @@ fn record(fields: &[Field], defs: &mut Map<String, Json>) -> Json {
         properties.insert(f.name.into(), one);
     }
     let required: Vec<&str> = fields.iter().filter(|f| f.required).map(|f| f.name).collect();
-    let mut out =
-        json!({ "type": "object", "properties": properties, "additionalProperties": false });
+    // `()` is a record in which nothing is written.
+    let kind = if required.is_empty() { json!(["object", "null"]) } else { json!("object") };
+    let mut out = json!({ "type": kind, "properties": properties, "additionalProperties": false });
     if !required.is_empty() {
         out["required"] = json!(required);
     }

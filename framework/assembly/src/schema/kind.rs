@@ -178,7 +178,7 @@ plain_kinds! {
     Flag / flag -> bool,
         |cx, v, at| read::flag(cx, v, &at.what), |x| Value::Bool(*x), Schema::Flag;
     /// A text with its place.
-    Words / text -> Text,
+    TextKind / text -> Text,
         |cx, v, at| read::text(cx, v, &at.what), |x| Value::Text(x.text.clone()), Schema::Text;
     /// One text or a list of them.
     Many / texts -> Vec<Text>,

@@ -278,7 +278,8 @@ pub(crate) fn argument<T: Record>(
     match &inner.value {
         Value::Map(_) | Value::Null => T::read(cx, inner, at),
         _ if short.is_empty() => {
-            let message = format!("{} takes no {}", at.what, inner.value.what());
+            let message =
+                format!("{} takes nothing but fields, this is {}", at.what, inner.value.what());
             cx.fault(inner.origin, message, "write the name alone, or fields in brackets");
             None
         }

@@ -7,7 +7,7 @@ use crate::scope::expression::{Quantity, evaluate};
 use crate::text::print::inline;
 use crate::text::report::Cx;
 use crate::text::value::{Text, entries, is_unknown};
-use linkwork_runtime::{Located, Origin, Unit, Value, remedy, split_quantity};
+use linkwork_runtime::{Located, Origin, Unit, Value, nearest, remedy, split_quantity};
 use std::collections::BTreeMap;
 
 /// The parameters in force at a place, by name.
@@ -145,8 +145,10 @@ pub(crate) fn bind(
     around: &Env,
 ) -> Env {
     let known: Vec<&str> = decls.keys().map(String::as_str).collect();
+    let mut meant = Vec::new();
     for (key, v) in entries(given) {
         if !decls.contains_key(key) {
+            meant.extend(nearest(key, known.iter().copied()));
             let message = format!("`{at}` has no parameter `{key}`");
             cx.fault(cx.key(v), message, remedy(key, "parameters", &known));
         }
@@ -174,6 +176,11 @@ pub(crate) fn bind(
         });
         waiting = rest;
         for (key, decl) in ready {
+            // A parameter that a misspelt one was meant for is not missing as well.
+            if decl.default.is_none() && meant.contains(&key.as_str()) {
+                env.insert(key.clone(), refused(key, origin));
+                continue;
+            }
             let v = default(cx, at, origin, key, decl, &env);
             env.insert(key.clone(), v.unwrap_or_else(|| refused(key, origin)));
         }
