@@ -157,6 +157,15 @@ impl Fault {
         Fault { message: message.into(), origin, help: None }
     }
 
+    /// What an error of another crate says: its text is the fact, then `\n  help: ` and the remedy.
+    pub fn of(origin: Origin, error: &dyn fmt::Display) -> Self {
+        let text = error.to_string();
+        match text.split_once("\n  help: ") {
+            Some((fact, remedy)) => Fault::new(origin, fact).help(remedy),
+            None => Fault::new(origin, text),
+        }
+    }
+
     /// With a remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());

@@ -39,8 +39,8 @@ mod tests {
             let Some(all) = s[any].as_array() else { continue };
             let whys: Vec<_> = all.iter().filter_map(|s| misfit(v, s, root, path)).collect();
             if whys.len() == all.len() {
-                // What went deepest is what was meant.
-                return whys.into_iter().max_by_key(|w| w.matches('/').count());
+                // What went deepest is what was meant; of several the first.
+                return whys.into_iter().rev().max_by_key(|w| w.matches('/').count());
             }
         }
         let kinds = match &s["type"] {

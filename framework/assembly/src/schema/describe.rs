@@ -60,6 +60,10 @@ pub(crate) fn document(title: &str, root: &Schema) -> Json {
 
 /// A parameter `$name` or an expression may stand for any value.
 fn or_parameter(schema: Json) -> Json {
+    let texts = schema["anyOf"].as_array().into_iter().flatten();
+    if texts.into_iter().any(|s| s["type"] == "string" && s["pattern"].is_null()) {
+        return schema;
+    }
     if schema == json!({}) || schema["type"] == "string" || schema["type"] == "object" {
         return schema;
     }

@@ -19,7 +19,7 @@ impl Cx {
         self.faults.push(if help.is_empty() { fault } else { fault.help(help) });
     }
 
-    /// Records what another crate says is wrong, at a place of ours: fact and remedy are the two halves of its text.
+    /// Records what another crate says is wrong, at a place of ours.
     pub fn explained<E: std::fmt::Display>(
         &mut self,
         origin: Origin,
@@ -27,10 +27,11 @@ impl Cx {
         faults: impl IntoIterator<Item = E>,
     ) {
         for fault in faults {
-            let text = fault.to_string();
-            let (fact, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
-            let message = if what.is_empty() { fact.into() } else { format!("{what}: {fact}") };
-            self.fault(origin, message, help);
+            let mut fault = Fault::of(origin, &fault);
+            if !what.is_empty() {
+                fault.message = format!("{what}: {}", fault.message);
+            }
+            self.faults.push(fault);
         }
     }
 
