@@ -4,8 +4,11 @@ pub mod arithmetic;
 pub mod continuous;
 pub mod events;
 pub mod ports;
+pub mod profile;
+pub mod rows;
 pub mod sampled;
 pub mod sources;
+pub mod trajectory;
 
 use linkwork_runtime::prelude::Entry;
 
@@ -32,5 +35,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<sampled::Delay>(),
         Entry::model::<sampled::Differentiator>(),
         Entry::model::<sampled::Statistics>(),
+        Entry::model::<trajectory::HingeTrajectory>(),
+        Entry::model::<trajectory::SliderTrajectory>(),
     ]
 }

@@ -5,13 +5,14 @@ use quote::{format_ident, quote};
 use syn::{FnArg, ImplItem, ImplItemFn, ItemImpl, LitStr, Pat, parse_quote};
 
 /// Function, full number of arguments after `&self`, and the types that may be left out at the end.
-const FUNCTIONS: [(&str, &[&str]); 6] = [
+const FUNCTIONS: [(&str, &[&str]); 7] = [
     ("moore", &["Clock", "X", "D", "Store"]),
     ("direct", &["Clock", "X", "D", "Ud", "Store"]),
     ("deriv", &["Clock", "X", "D", "U", "Ud", "Store", "Yd"]),
     ("update", &["Clock", "X", "D", "U", "Ud", "Store!"]),
     ("guards", &["Clock", "X", "D", "U", "Ud", "Store"]),
     ("fired", &["Clock", "usize", "X", "D", "U", "Ud", "Store!"]),
+    ("remarks", &["Clock", "X", "D", "U", "Ud", "Store"]),
 ];
 
 pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
@@ -60,7 +61,7 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
             ));
         }
     }
-    let mut timed = [false; 6];
+    let mut timed = [false; 7];
     let mut outputs = false;
     for it in &mut item.items {
         let ImplItem::Fn(f) = it else { continue };

@@ -8,6 +8,8 @@
 //! 2. `urdf`, `mjcf`, `sdf`: elements → [`Description`].
 //! 3. what was never read → [`Description::ignored`].
 //!
+//! `fmi` reads the descriptions of foreign units (FMI 2.0 and 3.0) the same way.
+//!
 //! ```
 //! use linkwork_formats::{ReadOptions, Root, read_text, write_urdf};
 //!
@@ -40,6 +42,7 @@
 mod description;
 mod error;
 mod export;
+pub mod fmi;
 mod geometry;
 mod mesh;
 mod mjcf;

@@ -1,6 +1,6 @@
 //! Loading: a file or text, compiled and put down, with all mistakes at once.
 use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down, tidy};
-use linkwork_runtime::{Catalogue, Fault, Files, Origin, Plan, Program, Sources};
+use linkwork_runtime::{Catalogue, Fault, Files, Origin, Plan, Program, Simulation, Sources};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -98,6 +98,10 @@ impl Library {
             && let Some(plan) = std::sync::Arc::get_mut(&mut program.phases[0].plan)
         {
             put_down(plan, place).map_err(|fault| faulty(vec![fault]))?;
+        }
+        let remarks = Simulation::new(program.phases[0].plan.clone()).remarks();
+        if let Some(plan) = std::sync::Arc::get_mut(&mut program.phases[0].plan) {
+            plan.warnings.extend(remarks);
         }
         Ok(Ready { loaded, program })
     }

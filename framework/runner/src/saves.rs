@@ -16,6 +16,8 @@ pub struct Saves {
     /// A state about a simulated second old, for when a step fails.
     last: Option<(Simulation, Extra)>,
     next_last: f64,
+    /// Why there is none.
+    unsaved: Option<String>,
     /// Files written, in order.
     pub written: Vec<PathBuf>,
     /// What could not be written, the first few messages.
@@ -48,6 +50,7 @@ impl Saves {
             every: every.map(|e| Schedule::after(tick, base, e)),
             last: None,
             next_last: sim.time(),
+            unsaved: None,
             written: Vec::new(),
             failures: Vec::new(),
             failed: 0,
@@ -70,6 +73,11 @@ impl Saves {
         let t = sim.time();
         if t >= self.next_last {
             self.next_last = t + KEEP;
+            if let Err(e) = sim.can_save() {
+                (self.last, self.unsaved) = (None, Some(e.to_string()));
+                return;
+            }
+            self.unsaved = None;
             let mut extra = Extra::new();
             self.last = watch.carry(&mut extra).is_ok().then(|| (sim.fork(), extra));
         }
@@ -79,6 +87,8 @@ impl Saves {
     pub(crate) fn before_failure(&mut self) {
         if let Some((sim, extra)) = self.last.take() {
             self.put(&sim, Ok(extra), "before_failure.lwck");
+        } else if let Some(why) = self.unsaved.take() {
+            self.lost(why);
         }
     }
 
@@ -101,12 +111,14 @@ impl Saves {
                 self.written.retain(|w| *w != path);
                 self.written.push(path);
             }
-            Err(e) => {
-                self.failed += 1;
-                if self.failed <= MESSAGES {
-                    self.failures.push(e);
-                }
-            }
+            Err(e) => self.lost(e),
+        }
+    }
+
+    fn lost(&mut self, why: String) {
+        self.failed += 1;
+        if self.failed <= MESSAGES {
+            self.failures.push(why);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What the scheduler calls: operations on flat lanes, with the wiring inside. Models, the
 //! mechanism, contact and foreign units are all blocks; the scheduler knows no other kind.
-use crate::model::{Description, Model, Store};
+use crate::model::{BuildError, Description, Model, Store};
 use crate::ports::Lanes;
 use crate::time::Clock;
 use crate::value::Value;
@@ -118,6 +118,10 @@ pub trait Block: Send {
     ) -> Outcome {
         Ok(())
     }
+    /// What is allowed and probably not meant, seen at the start of a run.
+    fn remarks(&mut self, _now: &Now, _x: &[f64], _d: &[f64], _sig: &[f64]) -> Vec<BuildError> {
+        Vec::new()
+    }
     /// After a step of an integrator: the state back onto its manifold (unit quaternions, closed loops).
     fn project(&mut self, _x: &mut [f64]) -> Outcome {
         Ok(())
@@ -145,7 +149,8 @@ pub trait Block: Send {
     fn copy_store(&self, _into: &mut Option<Box<dyn Any + Send>>) {}
     /// Takes a copy back.
     fn take_store(&mut self, _from: &dyn Any) {}
-    /// A copy with its own store, for a fork of the run.
+    /// A copy with its own store, for a fork of the run. Where [`Prototype::can_save`] says no, every
+    /// operation of the copy is an error that says so.
     fn fork(&self) -> Box<dyn Block>;
 }
 
@@ -186,6 +191,13 @@ pub trait Prototype: Any + Send + Sync {
     fn initial(&self, x: &mut [f64], d: &mut [f64]);
     /// True when it has a store.
     fn stored(&self) -> bool;
+    /// Whether what its block stores can be saved and copied.
+    ///
+    /// # Errors
+    /// Why not: checkpoints, forks and snapshots are refused with the part's path.
+    fn can_save(&self) -> Result<(), String> {
+        Ok(())
+    }
     /// Wires it.
     fn block(&self, wiring: Wiring) -> Box<dyn Block>;
     /// Names of its states and outputs, where they are not `<path>.<port>`.
@@ -395,6 +407,11 @@ impl<M: Model> Block for Wired<M> {
             d1.put(&mut d[self.w.d..]);
         }
         Ok(())
+    }
+    fn remarks(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64]) -> Vec<BuildError> {
+        let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
+        let (u, ud) = self.inputs(sig);
+        self.model.remarks(&c, &x, &d, &u, &ud, &self.store)
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {
         store_bytes(&self.store)

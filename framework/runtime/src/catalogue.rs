@@ -11,7 +11,23 @@ use std::sync::Arc;
 type MakeModel = fn(&Arc<Description>, &Located, &mut ReadCx<'_>) -> Option<Box<dyn Prototype>>;
 type MakeService = fn(&Located, &Files, &mut ReadCx<'_>) -> Option<ServiceObject>;
 
-type Describe = fn(&Located) -> Option<Description>;
+type Describe = fn(&Located, &Files) -> Option<Description>;
+
+/// A part that is made from a file as well as from parameters: a foreign unit. Its ports and states
+/// are those that the file says.
+pub trait Foreign: 'static {
+    /// Name in the catalogue.
+    const NAME: &'static str;
+    /// Documentation.
+    const DOC: &'static str;
+    /// Parameters.
+    type Params: Params;
+    /// What is known of the instance, without starting anything; `None` when the file does not tell
+    /// (making it tells why).
+    fn describe(p: &Self::Params, files: &Files) -> Option<Description>;
+    /// Makes it; `None` with faults in `cx`, whose `files` find what the parameters name.
+    fn make(p: Self::Params, written: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>>;
+}
 
 #[derive(Clone)]
 enum Maker {
@@ -79,7 +95,7 @@ impl Entry {
                 description: Arc::new(description),
             }))
         };
-        let describe: Describe = |params| {
+        let describe: Describe = |params, _| {
             let none = crate::services::Services::default();
             let p = M::Params::read_map(params, &mut ReadCx::new("", &none))?;
             Some(sized::describe::<M>(&p))
@@ -87,11 +103,32 @@ impl Entry {
         Entry { description: Arc::new(description), maker: Maker::Sized(make, describe) }
     }
 
-    /// What is known of the instance with these parameters. Ports of a sized model are known only when
-    /// its parameters can be read (`None` else; reading them again tells why).
-    pub fn describe(&self, params: &Located) -> Option<Arc<Description>> {
+    /// A type of part whose ports follow from a file.
+    pub fn foreign<F: Foreign>() -> Entry {
+        let description = Description {
+            name: F::NAME.into(),
+            doc: F::DOC.into(),
+            params: F::Params::specs(),
+            ..Description::default()
+        };
+        let make: MakeModel = |_, params, cx| {
+            let p = F::Params::read_map(params, cx)?;
+            F::make(p, params, cx)
+        };
+        let describe: Describe = |params, files| {
+            let none = crate::services::Services::default();
+            let p = F::Params::read_map(params, &mut ReadCx::new("", &none))?;
+            F::describe(&p, files)
+        };
+        Entry { description: Arc::new(description), maker: Maker::Sized(make, describe) }
+    }
+
+    /// What is known of the instance with these parameters. Ports of a sized model, or of one that a
+    /// file describes, are known only when its parameters can be read (`None` else; reading them again
+    /// tells why).
+    pub fn describe(&self, params: &Located, files: &Files) -> Option<Arc<Description>> {
         match self.maker {
-            Maker::Sized(_, describe) => describe(params).map(Arc::new),
+            Maker::Sized(_, describe) => describe(params, files).map(Arc::new),
             _ => Some(self.description.clone()),
         }
     }

@@ -138,14 +138,27 @@ impl Simulation {
         }
     }
 
+    /// Whether every part of the present phase can be saved and copied: whether checkpoints, forks and
+    /// snapshots are whole.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Store`] with the first part that cannot.
+    pub fn can_save(&self) -> Result<(), CheckpointError> {
+        savable(self.plan())
+    }
+
     /// Takes a snapshot back.
     ///
     /// # Errors
-    /// [`CheckpointError::Mismatch`] when it is of another program.
+    /// [`CheckpointError::Mismatch`] when it is of another program; [`CheckpointError::Store`] when it
+    /// lacks the store of a part that cannot be saved.
     pub fn load_from(&mut self, s: &Snapshot) -> Result<(), CheckpointError> {
         if s.program != self.program().hash {
             let why = "parameters, rates or wires differ".to_string();
             return Err(CheckpointError::Mismatch { why });
+        }
+        if let Some(phase) = self.program().phases.get(s.state.phase as usize) {
+            savable(&phase.plan)?;
         }
         self.enter(s.state.phase);
         self.state.copy_from(&s.state);
@@ -275,6 +288,15 @@ impl Simulation {
         }
         noise::hash(bytes)
     }
+}
+
+/// That every store of a plan can be saved.
+fn savable(plan: &Plan) -> Result<(), CheckpointError> {
+    for part in plan.stored.iter().map(|&k| &plan.parts[k as usize]) {
+        let can = part.prototype.can_save();
+        can.map_err(|why| CheckpointError::Store { part: part.path.clone(), why })?;
+    }
+    Ok(())
 }
 
 /// Names of the states, in the order of their lanes.

@@ -30,7 +30,7 @@ mod value;
 pub use block::{
     Block, Carried, Evaluation, Failure, Indices, Named, Now, Outcome, Prototype, Wiring,
 };
-pub use catalogue::{Catalogue, Entry};
+pub use catalogue::{Catalogue, Entry, Foreign};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile};
 pub use condition::{Condition, ConditionError};

@@ -183,6 +183,18 @@ pub trait Model: Sized + Send + Sync + 'static {
         d.put(b);
         (Self::X::get(a), Self::D::get(b))
     }
+    /// What is allowed and probably not meant, seen at the start of a run: each a fact with its remedy.
+    fn remarks(
+        &self,
+        c: &Clock,
+        x: &Self::X,
+        d: &Self::D,
+        u: &Self::U,
+        ud: &Self::Ud,
+        store: &Self::Store,
+    ) -> Vec<BuildError> {
+        Vec::new()
+    }
 }
 
 /// What is known of a model or service: of its type before it is built, of the instance after.

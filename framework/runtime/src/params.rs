@@ -1,5 +1,5 @@
 //! Parameters: reading them from located values with units, ranges and defaults; showing them back.
-use crate::services::{Handle, Provided, Services};
+use crate::services::{Files, Handle, Provided, Services};
 use crate::units::{Unit, split_quantity};
 use crate::value::{Fault, Located, Origin, Value, nearest, remedy};
 use linkwork_spatial::Vec3;
@@ -126,12 +126,14 @@ pub trait Param: Sized {
     fn show(&self) -> Value;
 }
 
-/// What reading needs: the part's path, the services, the place for faults.
+/// What reading needs: the part's path, the services, the files, the place for faults.
 pub struct ReadCx<'a> {
     /// Path of the part, for messages.
     pub path: String,
     /// Services to bind.
     pub services: &'a Services,
+    /// Where the files are that parameters name.
+    pub files: Files,
     /// The faults so far.
     pub faults: Vec<Fault>,
     /// Parameters that a misspelt name was meant for, with the place of their map: they are not missing as well.
@@ -141,7 +143,24 @@ pub struct ReadCx<'a> {
 impl<'a> ReadCx<'a> {
     /// A context for one part.
     pub fn new(path: impl Into<String>, services: &'a Services) -> Self {
-        ReadCx { path: path.into(), services, faults: Vec::new(), meant: Vec::new() }
+        let (files, faults) = (Files::default(), Vec::new());
+        ReadCx { path: path.into(), services, files, faults, meant: Vec::new() }
+    }
+
+    /// The text of a file that a parameter names; why there is none is a fault at `origin`.
+    pub fn text(&mut self, name: &str, origin: Origin) -> Option<String> {
+        let found = self.files.resolve(name).map_err(|e| (e.message, e.help));
+        let read = found.and_then(|path| {
+            std::fs::read_to_string(path)
+                .map_err(|e| (format!("the file `{name}` cannot be read: {e}"), None))
+        });
+        match read {
+            Ok(text) => Some(text),
+            Err((message, help)) => {
+                self.fault(origin, format!("`{}`: {message}", self.path), help);
+                None
+            }
+        }
     }
 
     /// Records a fault.

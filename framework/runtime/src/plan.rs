@@ -5,7 +5,7 @@ use crate::model::lanes;
 use crate::ports::{Direction, PortKind};
 use crate::services::Services;
 use crate::time::Seconds;
-use crate::value::Fault;
+use crate::value::{Fault, Origin};
 use linkwork_integrate::{Control, Method};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -159,6 +159,8 @@ pub struct Watched {
 pub struct PartPlan {
     /// Dotted path.
     pub path: String,
+    /// Where it is written.
+    pub origin: Origin,
     /// The built model.
     pub prototype: Box<dyn Prototype>,
     /// Where its lanes are.

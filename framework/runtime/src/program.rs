@@ -155,11 +155,30 @@ pub fn compile_program(
             }
         }
     }
+    faults.extend(carried(&compiled));
     if !faults.is_empty() {
         faults.sort_by_key(|f| f.origin);
         return Err(Faults(faults));
     }
     Ok(Program::new(compiled))
+}
+
+/// Parts that would go from phase to phase, and have a store that cannot.
+fn carried(phases: &[(String, Plan)]) -> Vec<Fault> {
+    let mut faults: BTreeMap<&str, Fault> = BTreeMap::new();
+    let mut seen: BTreeMap<&str, &str> = BTreeMap::new();
+    for (phase, plan) in phases {
+        for part in &plan.parts {
+            let Err(why) = part.prototype.can_save() else { continue };
+            if let Some(other) = seen.insert(&part.path, phase) {
+                let fact =
+                    format!("`{}` cannot go from phase `{other}` to `{phase}`: {why}", part.path);
+                let help = "keep it in one phase only, or use a unit that can save its state";
+                faults.insert(&part.path, Fault::new(Origin::NONE, fact).help(help));
+            }
+        }
+    }
+    faults.into_values().collect()
 }
 
 /// The graph of phases.

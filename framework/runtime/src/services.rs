@@ -218,17 +218,32 @@ impl Files {
         Files { folders, ..Files::default() }
     }
 
-    /// The first existing match; the error lists the folders tried.
+    /// The same, with `folder` tried first.
+    #[must_use]
+    pub fn first(&self, folder: Option<&Path>) -> Files {
+        let mut files = self.clone();
+        files.folders.splice(0..0, folder.map(Path::to_path_buf));
+        files
+    }
+
+    /// The first existing match, whose content becomes part of the plan's hash; the error lists the
+    /// folders tried.
     pub fn resolve(&self, name: &str) -> Result<PathBuf, crate::BuildError> {
+        let path = self.find(name)?;
+        if let (Ok(print), Ok(mut found)) = (fingerprint(&path), self.found.lock()) {
+            found.insert(name.to_string(), print);
+        }
+        Ok(path)
+    }
+
+    /// The first existing match, only to be looked at; the error lists the folders tried.
+    pub fn find(&self, name: &str) -> Result<PathBuf, crate::BuildError> {
         let absolute = Path::new(name).is_absolute() && Path::new(name).exists();
         let path = match absolute {
             true => Some(PathBuf::from(name)),
             false => self.folders.iter().map(|f| f.join(name)).find(|p| p.exists()),
         };
         if let Some(path) = path {
-            if let (Ok(print), Ok(mut found)) = (fingerprint(&path), self.found.lock()) {
-                found.insert(name.to_string(), print);
-            }
             return Ok(path);
         }
         let tried: Vec<String> = self.folders.iter().map(|f| f.display().to_string()).collect();

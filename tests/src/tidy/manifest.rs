@@ -68,7 +68,7 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 17] = [
+const FLOORS: [(&str, u32); 18] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
@@ -84,6 +84,7 @@ const FLOORS: [(&str, u32); 17] = [
     ("framework/record", 60),
     ("framework/viz", 60),
     ("framework/runner", 63),
+    ("framework/fmi", 64),
     ("framework", 65),
     ("assemblies", 80),
 ];
@@ -131,7 +132,9 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 18] = [
+pub const HOMES: [(&str, &str); 20] = [
+    ("libloading", "framework/fmi"),
+    ("zip", "framework/fmi"),
     ("nalgebra", "framework/spatial"),
     ("petgraph", "framework/runtime"),
     ("sofars", "framework/world"),

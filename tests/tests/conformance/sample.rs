@@ -20,6 +20,9 @@ fn written(model: &str, param: &str) -> Option<Value> {
         ("actuators.soft_stop", "lower") => Some(Value::Number(-0.4)),
         ("actuators.soft_stop", "upper") => Some(Value::Number(0.3)),
         ("basics.lookup", "table") => Some(pairs(&[[-1.0, 2.0], [0.0, 0.5], [3.0, 4.0]])),
+        ("basics.hinge_trajectory" | "basics.slider_trajectory", "profile") => {
+            Some(pairs(&[[0.3, 0.0], [0.7, 0.4], [1.2, -0.1]]))
+        }
         ("environment.mars_sun", "epoch") => Some(Value::Text("2012-08-06T05:17:57Z".into())),
         _ => None,
     }

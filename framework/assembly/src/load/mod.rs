@@ -385,8 +385,12 @@ fn assemble(
     let gravity = simulation.gravity.as_ref().map(|g| g.text.clone());
     let place = simulation.gravity.as_ref().map_or(settings.origin, |g| g.origin);
     let mechanism = mechanism::mechanism(cx, &root, &files, &simulation.mechanism, gravity, place);
-    let wiring =
-        Wiring { root: &root, catalogue: options.catalogue, mechanism: &simulation.mechanism };
+    let wiring = Wiring {
+        root: &root,
+        catalogue: options.catalogue,
+        files: linkwork_runtime::Files::of(options.search.clone()),
+        mechanism: &simulation.mechanism,
+    };
     let wires = wiring.wires(cx);
     if !cx.faults.is_empty() {
         // What the models say of their parameters belongs into the same report.

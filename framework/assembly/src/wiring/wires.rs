@@ -56,6 +56,8 @@ fn segments(text: &str) -> Result<Vec<Segment>, Problem> {
 pub(crate) struct Wiring<'a> {
     pub root: &'a Instance,
     pub catalogue: &'a Catalogue,
+    /// Where files are that tell the ports of a part.
+    pub files: linkwork_runtime::Files,
     /// Path of the mechanism: its variables are left to `compile`.
     pub mechanism: &'a str,
 }
@@ -281,7 +283,8 @@ impl Wiring<'_> {
 
     /// Ports of a part; `None` when the catalogue does not know its model, or its parameters do not say.
     fn ports(&self, m: &ModelInst) -> Option<Arc<Description>> {
-        self.catalogue.get(&m.model.text)?.describe(&m.params)
+        let files = self.files.first(m.folder.as_deref());
+        self.catalogue.get(&m.model.text)?.describe(&m.params, &files)
     }
 
     fn port(&self, m: &ModelInst, rest: &[Segment], output: bool) -> Result<Vec<PortRef>, Problem> {

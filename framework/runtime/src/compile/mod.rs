@@ -75,7 +75,7 @@ pub(crate) fn compile_phase(
     }
     let entries = find_entries(spec, catalogue, &mut faults);
     let services = build_services(&entries, files, &mut faults);
-    let mut parts = build_models(&entries, &services, &mut faults);
+    let mut parts = build_models(&entries, &services, files, &mut faults);
     let built: BTreeSet<&str> = parts.iter().map(|p| p.spec.path.as_str()).collect();
     let serving: BTreeSet<&str> = services.iter().map(|(path, _)| path).collect();
     let absent: BTreeMap<&str, bool> = (spec.parts.iter().map(|p| p.path.as_str()))
@@ -152,6 +152,7 @@ pub(crate) fn compile_phase(
             .into_iter()
             .map(|p| PartPlan {
                 path: p.spec.path.clone(),
+                origin: p.spec.origin,
                 prototype: p.prototype,
                 rate: (p.wiring.period > 0).then_some(p.spec.rate).flatten(),
                 wiring: p.wiring,
@@ -185,7 +186,7 @@ pub fn check_parts(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Vec<Fau
     let mut faults = Vec::new();
     let entries = find_entries(spec, catalogue, &mut faults);
     let services = build_services(&entries, files, &mut faults);
-    build_models(&entries, &services, &mut faults);
+    build_models(&entries, &services, files, &mut faults);
     faults
 }
 
@@ -233,10 +234,7 @@ fn build_services(
     for (part, entry) in entries.iter().filter(|(_, e)| e.service_kind().is_some()) {
         let none = Services::default();
         let mut cx = ReadCx::new(&part.path, &none);
-        let mut files = files.clone();
-        if let Some(folder) = &part.folder {
-            files.folders.insert(0, folder.clone());
-        }
+        let files = files.first(part.folder.as_deref());
         if let Some(object) = entry.make_service(&part.params, &files, &mut cx) {
             services.add(&part.path, object);
         } else if let Some(kind) = entry.service_kind() {
@@ -250,11 +248,13 @@ fn build_services(
 fn build_models<'a>(
     entries: &[(&'a PartSpec, &Entry)],
     services: &Services,
+    files: &Files,
     faults: &mut Vec<Fault>,
 ) -> Vec<Part<'a>> {
     let mut parts = Vec::new();
     for (part, entry) in entries.iter().filter(|(_, e)| e.service_kind().is_none()) {
         let mut cx = ReadCx::new(&part.path, services);
+        cx.files = files.first(part.folder.as_deref());
         if let Some(prototype) = entry.make_model(&part.params, &mut cx) {
             parts.push(Part { spec: part, prototype, wiring: Wiring::default() });
         }

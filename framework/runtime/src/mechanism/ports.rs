@@ -4,7 +4,7 @@ use crate::model::Description;
 use crate::ports::{PortKind, PortSpec};
 use crate::spec::BindTarget;
 use crate::value::{Fault, remedy};
-use linkwork_multibody::{BodyId, Multibody, NodeId};
+use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, Subhinge, SubhingeKind};
 
 /// A frame that carries ports: a node, or a body's own origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -75,6 +75,7 @@ pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>)
             if let Target::Hinge { v, .. } = &target {
                 treatment(b, (port, prescribed[*v as usize]), &label, out);
             }
+            quantity(mb, b, (port, &target), out);
             match ports.serve(port, &target) {
                 Ok(host_port) => out.wires.push(HostWire {
                     host_port,
@@ -123,6 +124,46 @@ fn treatment(
             out.faults.push(Fault::new(origin, fact).help("write `prescribed: true` in its hinge"));
         }
         _ => {}
+    }
+}
+
+/// A part that says in which unit it reads a hinge is for such hinges only: an angle would be taken for metres.
+fn quantity(
+    mb: &Multibody,
+    b: &Bound<'_>,
+    (port, at): (&PortSpec, &Target),
+    out: &mut Lowering<'_>,
+) {
+    if port.kind != PortKind::HingeState || port.unit.is_empty() {
+        return;
+    }
+    let kind = match at {
+        Target::Hinge { v, .. } => mb
+            .subhinges()
+            .find(|(_, s)| s.v.contains(&(*v as usize)))
+            .map(|(_, s)| s.subhinge.kind.clone()),
+        Target::Loop(i) => {
+            mb.loops().iter().find(|l| l.motions.contains(&(*i as usize))).and_then(|l| {
+                let given = |s: &&Subhinge| s.coordinate == Coordinate::Prescribed;
+                let which = *i as usize - l.motions.start;
+                l.closure.hinge.subhinges.iter().filter(given).nth(which).map(|s| s.kind.clone())
+            })
+        }
+        Target::Node(_) => None,
+    };
+    let Some(kind) = kind else { return };
+    let (is, moves) = match kind {
+        SubhingeKind::Slider { .. } => ("a slider", "m"),
+        _ => ("a pin or screw", "rad"),
+    };
+    if port.unit != moves {
+        let (part, bind) = (&b.spec.part, &b.spec.bind);
+        let fact = format!(
+            "`{part}`: binding `{bind}` is for coordinates in {}, and this is {is}",
+            port.unit
+        );
+        let help = format!("take a model for coordinates in {moves}");
+        out.faults.push(Fault::new(b.spec.origin, fact).help(help));
     }
 }
 

@@ -10,6 +10,7 @@ mod evaluate;
 mod events;
 mod integrate;
 mod moves;
+mod remarks;
 mod solve;
 mod state;
 

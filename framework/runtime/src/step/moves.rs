@@ -2,7 +2,7 @@
 //! one has starts anew; the mechanism keeps poses and motion.
 use super::evaluate::Stopped;
 use super::{GuardState, RunError, Simulation, State, Work, blocks_of, evaluate, initial};
-use crate::block::{Carried, Evaluation, Now, OldState};
+use crate::block::{Carried, Evaluation, Failure, Now, OldState};
 use crate::plan::{Op, Place, Plan, Role};
 use crate::program::Program;
 use std::collections::BTreeMap;
@@ -66,6 +66,13 @@ impl Simulation {
                 Carried::New => report.new.push(part.path.clone()),
                 Carried::Whole => {
                     let j = old[part.path.as_str()];
+                    if let (true, Err(why)) = (part.prototype.stored(), part.prototype.can_save()) {
+                        let help =
+                            "keep it in one phase only, or use a unit that can save its state";
+                        let message = format!("it cannot go over to another plan: {why}");
+                        let failure = Box::new(Failure { message, help: Some(help.into()) });
+                        return Err(Stopped { block: j as u32, failure });
+                    }
                     let mut slot = None;
                     self.blocks[j].copy_store(&mut slot);
                     if let Some(store) = slot {

@@ -1,0 +1,286 @@
+//! Prescribed motion of a hinge: a profile of position, rate or acceleration over time.
+//! ```text
+//! β̇ = q̈_p + 2 ω (q̇_p − q̇) + ω² (q_p − q)          ω: natural frequency, critically damped
+//! ```
+//! The hinge is prescribed: its acceleration is given, and integrated. The feedback takes away what a start
+//! beside the profile or the integrator leaves, as e^(−ω t) (1 + ω t); without it (ω = 0) the error of the
+//! integrator stays, and grows with the time at most as its rate's error. Every row of the profile is an
+//! event, so that no step of an integrator goes across a jump of q̈ or of its derivative: the whole system
+//! keeps the order of its integrator.
+
+use crate::profile::{Between, Motion, Profile};
+use crate::rows::Rows;
+use linkwork_runtime::prelude::*;
+
+/// What the rows of a profile give.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gives {
+    /// Positions.
+    Position,
+    /// Rates.
+    Rate,
+    /// Accelerations.
+    Acceleration,
+}
+
+/// How a profile goes from row to row.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// As suits what the rows give: positions smooth, rates and accelerations straight.
+    Usual,
+    /// Without a jump up to the acceleration.
+    Smooth,
+    /// Standing still at every row.
+    Stops,
+    /// Straight from row to row.
+    Straight,
+    /// The value of a row until the next.
+    Hold,
+}
+
+/// Which piece of the profile holds.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Held {
+    /// Rows that have been passed.
+    #[port("1")]
+    pub passed: f64,
+}
+
+/// The next row.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct NextRow {
+    /// Time since the next row.
+    #[port("s", rising)]
+    pub since_row: f64,
+}
+
+/// A profile as its parameters say, or why there is none.
+fn profile(
+    rows: &Rows,
+    (gives, way): (Gives, Way),
+    (start, start_rate): (Option<f64>, Option<f64>),
+    units: [&str; 3],
+) -> Result<Profile, BuildError> {
+    rows.check().map_err(|e| e.at("profile"))?;
+    rows.check_unit(units[gives as usize]).map_err(|e| e.at("profile"))?;
+    let useless = |name: &str, what: &str| {
+        BuildError::new(format!("{what} leave no choice of it"))
+            .help(format!("take `{name}` out"))
+            .at(name)
+    };
+    if gives == Gives::Position && start.is_some() {
+        return Err(useless("start", "positions"));
+    }
+    if gives != Gives::Acceleration && start_rate.is_some() {
+        return Err(useless("start_rate", "positions and rates"));
+    }
+    let (start, start_rate) = (start.unwrap_or(0.0), start_rate.unwrap_or(0.0));
+    let impossible = |words: &str| {
+        let fact = format!("a profile of {gives:?}s cannot go so from row to row").to_lowercase();
+        Err(BuildError::new(fact).help(format!("write one of: {words}")).at("between"))
+    };
+    match (gives, way) {
+        (Gives::Position, Way::Usual | Way::Smooth) => {
+            Ok(Profile::of_positions(&rows.rows, Between::Smooth))
+        }
+        (Gives::Position, Way::Stops) => Ok(Profile::of_positions(&rows.rows, Between::Stops)),
+        (Gives::Position, _) => impossible("smooth, stops"),
+        (Gives::Rate, Way::Usual | Way::Straight) => {
+            Ok(Profile::of_rates(&rows.rows, Between::Straight, start))
+        }
+        (Gives::Rate, Way::Smooth) => Ok(Profile::of_rates(&rows.rows, Between::Smooth, start)),
+        (Gives::Rate, _) => impossible("straight, smooth"),
+        (Gives::Acceleration, Way::Usual | Way::Straight) => {
+            Ok(Profile::of_accelerations(&rows.rows, Between::Straight, (start, start_rate)))
+        }
+        (Gives::Acceleration, Way::Hold) => {
+            Ok(Profile::of_accelerations(&rows.rows, Between::Hold, (start, start_rate)))
+        }
+        (Gives::Acceleration, _) => impossible("straight, hold"),
+    }
+}
+
+/// What both models do.
+struct Follower {
+    profile: Profile,
+    omega: f64,
+}
+
+impl Follower {
+    /// The piece of the state; `None` when the part came into a run later than that piece.
+    fn held(&self, c: &Clock, d: &Held) -> Option<usize> {
+        let k = d.passed as usize;
+        let (begin, end) = self.profile.ends(k);
+        (c.t >= begin - c.dt && c.t <= end + c.dt).then_some(k)
+    }
+
+    fn piece(&self, c: &Clock, d: &Held) -> usize {
+        self.held(c, d).unwrap_or_else(|| self.profile.piece(c.t))
+    }
+
+    fn motion(&self, c: &Clock, d: &Held) -> Motion {
+        self.profile.at(self.piece(c, d), c.t)
+    }
+
+    fn acceleration(&self, m: &Motion, hinge: &HingeState) -> f64 {
+        let w = self.omega;
+        m.acceleration + 2.0 * w * (m.rate - hinge.rate) + w * w * (m.position - hinge.angle)
+    }
+
+    fn next_row(&self, c: &Clock, d: &Held) -> NextRow {
+        let k = self.piece(c, d);
+        let end = self.profile.ends(k).1;
+        let rest = if end.is_finite() { end - c.t } else { 1.0 };
+        // Without a piece of its own yet: the sign changes at every row, and at one of the next two it rises.
+        let late = self.held(c, d).is_none() && k % 2 == 1;
+        NextRow { since_row: if late { rest } else { -rest } }
+    }
+
+    fn passed(&self, c: &Clock, d: &Held) -> Held {
+        let k = self.piece(c, d);
+        let end = self.profile.ends(k).1;
+        // The event is at the row, to 1 ps: either side of it.
+        Held { passed: (if c.t > end - 1e-9 { k + 1 } else { k }) as f64 }
+    }
+
+    /// The hinge does not start on the profile.
+    fn remark(
+        &self,
+        c: &Clock,
+        d: &Held,
+        hinge: &HingeState,
+        (unit, field): (&str, &str),
+    ) -> Vec<BuildError> {
+        let m = self.motion(c, d);
+        let (dq, dv) = (hinge.angle - m.position, hinge.rate - m.rate);
+        let scale = |a: f64, b: f64| 1e-9 * (1.0 + a.abs().max(b.abs()));
+        if dq.abs() <= scale(hinge.angle, m.position) && dv.abs() <= scale(hinge.rate, m.rate) {
+            return Vec::new();
+        }
+        let then = match self.omega > 0.0 {
+            true => "it is brought there with the natural frequency",
+            false => "it stays beside the profile",
+        };
+        let fact = format!(
+            "the hinge starts at {:.6} {unit} and {:.6} {unit}/s, the profile at {:.6} and {:.6}: {then}",
+            hinge.angle, hinge.rate, m.position, m.rate
+        );
+        let help = format!(
+            "write `initial: ({field}: {:?}, rate: {:?})` in the body of the hinge",
+            m.position, m.rate
+        );
+        vec![BuildError::new(fact).help(help)]
+    }
+}
+
+macro_rules! trajectory {
+    (
+        $(#[$doc:meta])* $model:ident, $params:ident, $in:ident, $out:ident, $name:tt, $field:tt,
+        $u0:tt, $u1:tt, $u2:tt
+    ) => {
+        /// A profile, and how it is followed.
+        #[derive(Params, Clone, Debug)]
+        pub struct $params {
+            /// Rows (time, value), or a column of a CSV file.
+            pub profile: Rows,
+            /// What the rows give.
+            #[param(default = Gives::Position)]
+            pub gives: Gives,
+            /// How the profile goes from row to row; positions: smooth or stops, rates: straight or smooth,
+            /// accelerations: straight or hold.
+            #[param(default = Way::Usual)]
+            pub between: Way,
+            /// Of rates and accelerations: the position at the first row; 0 when not written.
+            #[param(unit = $u0)]
+            pub start: Option<f64>,
+            /// Of accelerations: the rate at the first row; 0 when not written.
+            #[param(unit = $u1)]
+            pub start_rate: Option<f64>,
+            /// How fast what lies beside the profile goes away; 0: never. Explicit methods want
+            /// step · frequency below 2.
+            #[param(unit = "rad/s", default = 10.0, range = 0.0..)]
+            pub natural_frequency: f64,
+        }
+
+        /// The hinge.
+        #[derive(Ports, Clone, Copy, Debug)]
+        pub struct $in {
+            /// The prescribed hinge.
+            #[port($u0, bind = "hinge")]
+            pub hinge: HingeState,
+        }
+
+        /// The motion, as the profile has it.
+        #[derive(Ports, Clone, Copy, Debug)]
+        pub struct $out {
+            /// Acceleration of the hinge.
+            #[port($u2, bind = "hinge")]
+            pub prescribed: HingeAccel,
+            /// Position by the profile.
+            #[port($u0)]
+            pub position: f64,
+            /// Rate by the profile.
+            #[port($u1)]
+            pub rate: f64,
+            /// Acceleration by the profile.
+            #[port($u2)]
+            pub acceleration: f64,
+            /// Position of the hinge less that of the profile.
+            #[port($u0)]
+            pub error: f64,
+        }
+
+        $(#[$doc])*
+        pub struct $model {
+            follower: Follower,
+        }
+
+        $(#[$doc])*
+        #[model($name)]
+        impl Model for $model {
+            type Params = $params;
+            type Ud = $in;
+            type Yd = $out;
+            type D = Held;
+            type G = NextRow;
+            fn build(p: $params) -> Result<Self, BuildError> {
+                let starts = (p.start, p.start_rate);
+                let profile = profile(&p.profile, (p.gives, p.between), starts, [$u0, $u1, $u2])?;
+                Ok($model { follower: Follower { profile, omega: p.natural_frequency } })
+            }
+            fn init_d(&self) -> Held {
+                Held { passed: self.follower.profile.piece(0.0) as f64 }
+            }
+            fn direct(&self, c: &Clock, _: &(), d: &Held, u: &$in) -> $out {
+                let m = self.follower.motion(c, d);
+                $out {
+                    prescribed: HingeAccel(self.follower.acceleration(&m, &u.hinge)),
+                    position: m.position,
+                    rate: m.rate,
+                    acceleration: m.acceleration,
+                    error: u.hinge.angle - m.position,
+                }
+            }
+            fn guards(&self, c: &Clock, _: &(), d: &Held) -> NextRow {
+                self.follower.next_row(c, d)
+            }
+            fn fired(&self, c: &Clock, _: usize, _: &(), d: &Held) -> ((), Held) {
+                ((), self.follower.passed(c, d))
+            }
+            fn remarks(&self, c: &Clock, _: &(), d: &Held, _: &(), u: &$in) -> Vec<BuildError> {
+                self.follower.remark(c, d, &u.hinge, ($u0, $field))
+            }
+        }
+    };
+}
+
+trajectory!(
+    /// Prescribes a pin or screw: angles, rates or accelerations over time, from rows or a CSV file.
+    HingeTrajectory, HingeTrajectoryParams, HingeTrajectoryIn, HingeTrajectoryOut,
+    "basics.hinge_trajectory", "angle", "rad", "rad/s", "rad/s^2"
+);
+trajectory!(
+    /// Prescribes a slider: displacements, rates or accelerations over time, from rows or a CSV file.
+    SliderTrajectory, SliderTrajectoryParams, SliderTrajectoryIn, SliderTrajectoryOut,
+    "basics.slider_trajectory", "position", "m", "m/s", "m/s^2"
+);

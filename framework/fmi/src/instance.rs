@@ -1,0 +1,780 @@
+//! A living instance of a unit: one safe set of operations over both versions of the C interface.
+//!
+//! ```text
+//! instantiated → set start values → initialization → step (co-simulation)
+//!                                                  → event ⇄ continuous time (model exchange)
+//! ```
+//! Every call's status is looked at. After an error the instance takes no further call but its end;
+//! after a fatal one not even that.
+use crate::abi::{Callbacks2, EventInfo2, Raw, Status, calloc, free};
+use crate::unit::{Functions, Unit};
+use linkwork_formats::fmi::{FmiVariable, FmiVersion, VariableKind};
+use linkwork_runtime::Failure;
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ptr::null_mut;
+use std::sync::{Arc, Mutex};
+
+/// How a unit is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// With a solver of its own.
+    CoSimulation,
+    /// As equations.
+    ModelExchange,
+}
+
+/// Messages of a unit that are kept for its next error.
+const MESSAGES_MAX: usize = 6;
+/// Characters of one.
+const MESSAGE_MAX: usize = 300;
+/// Most bytes of a serialised state.
+const STATE_MAX: usize = 1 << 30;
+
+/// What the unit said last. Foreign code writes it, so nothing here may panic.
+#[derive(Default)]
+struct Log(Mutex<Vec<String>>);
+
+impl Log {
+    fn add(&self, message: *const c_char) {
+        if message.is_null() {
+            return;
+        }
+        // SAFETY: a C string that lives during the call, by the standard.
+        let text = unsafe { CStr::from_ptr(message) }.to_string_lossy();
+        let text: String = text.trim().chars().take(MESSAGE_MAX).collect();
+        if let Ok(mut kept) = self.0.lock()
+            && !text.is_empty()
+        {
+            if kept.len() >= MESSAGES_MAX {
+                kept.remove(0);
+            }
+            kept.push(text);
+        }
+    }
+
+    /// What was said since the last time, for a message.
+    fn take(&self) -> String {
+        let said = self.0.lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default();
+        if said.is_empty() { String::new() } else { format!("; it says: {}", said.join("; ")) }
+    }
+}
+
+unsafe extern "C" fn logger2(
+    environment: *mut c_void,
+    _: *const c_char,
+    _: c_int,
+    _: *const c_char,
+    message: *const c_char,
+) {
+    // SAFETY: null, or the log that the instance was made with and keeps.
+    if let Some(log) = unsafe { environment.cast::<Log>().as_ref() } {
+        log.add(message);
+    }
+}
+
+unsafe extern "C" fn logger3(
+    environment: *mut c_void,
+    _: c_int,
+    _: *const c_char,
+    message: *const c_char,
+) {
+    // SAFETY: as for `logger2`.
+    if let Some(log) = unsafe { environment.cast::<Log>().as_ref() } {
+        log.add(message);
+    }
+}
+
+/// What a unit says after an event.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Discrete {
+    /// One more pass is needed.
+    pub needed: bool,
+    /// The unit asks to end the simulation.
+    pub terminate: bool,
+    /// Time of the next event (s).
+    pub next: Option<f64>,
+}
+
+/// A variable as values of SI: value = factor × number + offset.
+#[derive(Clone, Debug)]
+pub(crate) struct Slot {
+    pub name: String,
+    pub reference: u32,
+    pub kind: VariableKind,
+    pub size: usize,
+    pub factor: f64,
+    pub offset: f64,
+}
+
+impl Slot {
+    pub fn of(v: &FmiVariable) -> Slot {
+        let (factor, offset) = match v.unit.as_ref().and_then(|u| u.base) {
+            Some((_, factor, offset)) if v.kind.is_float() => (factor, offset),
+            _ => (1.0, 0.0),
+        };
+        Slot {
+            name: v.name.clone(),
+            reference: v.reference,
+            kind: v.kind,
+            size: v.size,
+            factor,
+            offset,
+        }
+    }
+}
+
+/// Where the instance stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    Instantiated,
+    Initialized,
+    /// After an error: only its end is left.
+    Failed,
+    /// After a fatal error: not even that.
+    Dead,
+}
+
+/// A living instance.
+pub(crate) struct Instance {
+    raw: Raw,
+    stage: Stage,
+    kind: Kind,
+    unit: Arc<Unit>,
+    /// Foreign code points at these until the instance is freed.
+    log: Box<Log>,
+    _callbacks: Option<Box<Callbacks2>>,
+    numbers: Vec<f64>,
+    bytes: Vec<u8>,
+}
+
+// SAFETY: an instance is used by one thread at a time (every operation takes `&mut self`), which is
+// what the standard asks for; the log is shared only with calls of that thread and behind a mutex.
+unsafe impl Send for Instance {}
+
+pub(crate) type Result<T> = std::result::Result<T, Box<Failure>>;
+
+fn failure(message: impl Into<String>, help: &str) -> Box<Failure> {
+    Box::new(Failure { message: message.into(), help: Some(help.into()) })
+}
+
+const ASK: &str = "the unit itself refuses: look at its start values and inputs at this instant";
+
+/// `Ok` where the function exists.
+fn there<F>(function: Option<F>, name: &str) -> Result<F> {
+    function.ok_or_else(|| {
+        failure(
+            format!("its shared library has no function `{name}`"),
+            "it lacks what its description promises: export the unit again",
+        )
+    })
+}
+
+/// The table of the version, for calls that both have with the same arguments.
+macro_rules! both {
+    ($self:ident, $f:ident, $may:ident, $name:literal $(, $arg:expr)*) => {
+        both!($self, $f, $may, $name | $name $(, $arg)*)
+    };
+    ($self:ident, $f:ident, $may:ident, $two:literal | $three:literal $(, $arg:expr)*) => {{
+        let unit = $self.unit.clone();
+        let (status, name) = match &unit.functions {
+            Functions::V2($f) => { let f = there($f.$may, concat!("fmi2", $two))?;
+                // SAFETY: arguments as the header says; pointers are valid for the call.
+                (unsafe { f($self.raw $(, $arg)*) }, $two) }
+            Functions::V3($f) => { let f = there($f.$may, concat!("fmi3", $three))?;
+                // SAFETY: as above.
+                (unsafe { f($self.raw $(, $arg)*) }, $three) }
+        };
+        $self.check(status, name)
+    }};
+}
+
+impl Instance {
+    /// Instantiates a unit.
+    pub fn new(unit: &Arc<Unit>, kind: Kind, name: &str) -> Result<Instance> {
+        unit.claim(name)?;
+        let made = Self::instantiate(unit, kind, name);
+        if made.is_err() {
+            unit.release();
+        }
+        made
+    }
+
+    fn instantiate(unit: &Arc<Unit>, kind: Kind, name: &str) -> Result<Instance> {
+        let text = |t: &str| CString::new(t.replace('\0', "")).unwrap_or_default();
+        let (label, token) = (text(name), text(&unit.description.token));
+        let log = Box::<Log>::default();
+        let environment = std::ptr::from_ref::<Log>(&log).cast_mut().cast::<c_void>();
+        let mut callbacks = None;
+        let raw = match &unit.functions {
+            Functions::V2(f) => {
+                let resources = text(&unit.resources_uri());
+                let table = callbacks.insert(Box::new(Callbacks2 {
+                    logger: logger2,
+                    allocate: calloc,
+                    free,
+                    step_finished: None,
+                    environment,
+                }));
+                let kind = c_int::from(kind == Kind::CoSimulation);
+                // SAFETY: strings and callbacks live until the instance is freed, or longer than
+                // this call where the standard lets the unit keep no reference.
+                unsafe {
+                    (f.instantiate)(
+                        label.as_ptr(),
+                        kind,
+                        token.as_ptr(),
+                        resources.as_ptr(),
+                        &**table,
+                        0,
+                        0,
+                    )
+                }
+            }
+            Functions::V3(f) => {
+                let resources = text(&unit.resources_path());
+                match kind {
+                    Kind::CoSimulation => {
+                        let make = there(f.instantiate_cs, "fmi3InstantiateCoSimulation")?;
+                        // SAFETY: as above; no event mode, no early return, no intermediate update.
+                        unsafe {
+                            make(
+                                label.as_ptr(),
+                                token.as_ptr(),
+                                resources.as_ptr(),
+                                false,
+                                false,
+                                false,
+                                false,
+                                std::ptr::null(),
+                                0,
+                                environment,
+                                logger3,
+                                std::ptr::null(),
+                            )
+                        }
+                    }
+                    Kind::ModelExchange => {
+                        let make = there(f.instantiate_me, "fmi3InstantiateModelExchange")?;
+                        // SAFETY: as above.
+                        unsafe {
+                            make(
+                                label.as_ptr(),
+                                token.as_ptr(),
+                                resources.as_ptr(),
+                                false,
+                                false,
+                                environment,
+                                logger3,
+                            )
+                        }
+                    }
+                }
+            }
+        };
+        if raw.is_null() {
+            return Err(failure(
+                format!("the unit cannot be instantiated{}", log.take()),
+                "its description and shared library may not belong together (token or guid), or \
+                 its resources are missing: export the unit again",
+            ));
+        }
+        Ok(Instance {
+            raw,
+            stage: Stage::Instantiated,
+            kind,
+            unit: unit.clone(),
+            log,
+            _callbacks: callbacks,
+            numbers: Vec::new(),
+            bytes: Vec::new(),
+        })
+    }
+
+    /// What a status says.
+    fn check(&mut self, status: Status, call: &str) -> Result<()> {
+        let word = match status {
+            0 | 1 => return Ok(()),
+            2 => "discard",
+            3 => "error",
+            4 => "fatal error",
+            5 => "pending",
+            _ => "an unknown status",
+        };
+        self.stage = if status == 3 { Stage::Failed } else { self.stage };
+        if !(0..=3).contains(&status) {
+            self.stage = Stage::Dead;
+        }
+        let prefix = match self.unit.description.version {
+            FmiVersion::V2 => "fmi2",
+            FmiVersion::V3 => "fmi3",
+        };
+        let message = format!("`{prefix}{call}` of the unit returned {word}{}", self.log.take());
+        let help = match (status, call) {
+            (2, "DoStep") => "take a shorter communication step (the part's `rate`)",
+            _ => ASK,
+        };
+        Err(failure(message, help))
+    }
+
+    /// Start values come before this.
+    pub fn initialize(&mut self, start: f64, tolerance: Option<f64>) -> Result<()> {
+        let unit = self.unit.clone();
+        let (defined, tolerance) = (tolerance.is_some(), tolerance.unwrap_or(0.0));
+        match &unit.functions {
+            Functions::V2(f) => {
+                let flag = c_int::from(defined);
+                // SAFETY: a living instance; arguments are numbers.
+                let status = unsafe { (f.setup)(self.raw, flag, tolerance, start, 0, 0.0) };
+                self.check(status, "SetupExperiment")?;
+                // SAFETY: as above.
+                let status = unsafe { (f.enter_initialization)(self.raw) };
+                self.check(status, "EnterInitializationMode")?;
+                // SAFETY: as above.
+                let status = unsafe { (f.exit_initialization)(self.raw) };
+                self.check(status, "ExitInitializationMode")?;
+            }
+            Functions::V3(f) => {
+                // SAFETY: as above.
+                let status = unsafe {
+                    (f.enter_initialization)(self.raw, defined, tolerance, start, false, 0.0)
+                };
+                self.check(status, "EnterInitializationMode")?;
+                // SAFETY: as above.
+                let status = unsafe { (f.exit_initialization)(self.raw) };
+                self.check(status, "ExitInitializationMode")?;
+            }
+        }
+        self.stage = Stage::Initialized;
+        Ok(())
+    }
+
+    /// Values of a variable, in SI.
+    pub fn get(&mut self, slot: &Slot, out: &mut [f64]) -> Result<()> {
+        let unit = self.unit.clone();
+        let (vr, n) = (&raw const slot.reference, out.len());
+        let raw = self.raw;
+        // A type that is not f64: through a buffer of its own.
+        macro_rules! through {
+            ($ty:ty, $call:expr, ($($n:expr)?), $name:literal) => {{
+                let mut small = [<$ty>::default(); 16];
+                let mut large = Vec::new();
+                let buffer: &mut [$ty] = if n <= 16 {
+                    &mut small[..n]
+                } else {
+                    large.resize(n, <$ty>::default());
+                    &mut large
+                };
+                let call = $call;
+                // SAFETY: one reference, and room for its values.
+                let status = unsafe { call(raw, vr, 1, buffer.as_mut_ptr() $(, $n)?) };
+                for (o, b) in out.iter_mut().zip(buffer.iter()) {
+                    *o = *b as f64;
+                }
+                self.check(status, $name)
+            }};
+        }
+        match &unit.functions {
+            Functions::V2(f) => match slot.kind {
+                VariableKind::Float64 => {
+                    // SAFETY: one reference and one value.
+                    let status = unsafe { (f.get_real)(raw, vr, 1, out.as_mut_ptr()) };
+                    self.check(status, "GetReal")?;
+                }
+                VariableKind::Boolean => {
+                    through!(c_int, f.get_boolean, (), "GetBoolean")?;
+                }
+                _ => {
+                    through!(c_int, f.get_integer, (), "GetInteger")?;
+                }
+            },
+            Functions::V3(f) => {
+                use VariableKind as K;
+                match slot.kind {
+                    K::Float64 => {
+                        // SAFETY: one reference and room for its values.
+                        let status = unsafe { (f.get_float64)(raw, vr, 1, out.as_mut_ptr(), n) };
+                        self.check(status, "GetFloat64")
+                    }
+                    K::Float32 => {
+                        through!(f32, there(f.get_float32, "fmi3GetFloat32")?, (n), "GetFloat32")
+                    }
+                    K::Int8 => through!(i8, there(f.get_int8, "fmi3GetInt8")?, (n), "GetInt8"),
+                    K::UInt8 => through!(u8, there(f.get_uint8, "fmi3GetUInt8")?, (n), "GetUInt8"),
+                    K::Int16 => through!(i16, there(f.get_int16, "fmi3GetInt16")?, (n), "GetInt16"),
+                    K::UInt16 => {
+                        through!(u16, there(f.get_uint16, "fmi3GetUInt16")?, (n), "GetUInt16")
+                    }
+                    K::Int32 => through!(i32, there(f.get_int32, "fmi3GetInt32")?, (n), "GetInt32"),
+                    K::UInt32 => {
+                        through!(u32, there(f.get_uint32, "fmi3GetUInt32")?, (n), "GetUInt32")
+                    }
+                    K::Int64 | K::Enumeration => {
+                        through!(i64, there(f.get_int64, "fmi3GetInt64")?, (n), "GetInt64")
+                    }
+                    K::UInt64 => {
+                        through!(u64, there(f.get_uint64, "fmi3GetUInt64")?, (n), "GetUInt64")
+                    }
+                    K::Boolean => {
+                        through!(u8, there(f.get_boolean, "fmi3GetBoolean")?, (n), "GetBoolean")
+                    }
+                    K::String | K::Binary | K::Clock => Err(not_numeric(slot)),
+                }?;
+            }
+        }
+        if slot.factor != 1.0 || slot.offset != 0.0 {
+            out.iter_mut().for_each(|v| *v = slot.factor * *v + slot.offset);
+        }
+        Ok(())
+    }
+
+    /// Sets the values of a variable, given in SI.
+    pub fn set(&mut self, slot: &Slot, values: &[f64]) -> Result<()> {
+        let unit = self.unit.clone();
+        let (vr, n, raw) = (&raw const slot.reference, values.len(), self.raw);
+        self.numbers.clear();
+        let own = values.iter().map(|v| (v - slot.offset) / slot.factor);
+        if slot.factor == 1.0 && slot.offset == 0.0 {
+            self.numbers.extend_from_slice(values);
+        } else {
+            self.numbers.extend(own);
+        }
+        if slot.kind == VariableKind::Boolean {
+            self.numbers.iter_mut().for_each(|v| *v = f64::from(u8::from(*v > 0.5)));
+        }
+        let numbers = std::mem::take(&mut self.numbers);
+        macro_rules! through {
+            ($ty:ty, $call:expr, ($($n:expr)?), $name:literal) => {{
+                let mut small = [<$ty>::default(); 16];
+                let mut large = Vec::new();
+                let buffer: &mut [$ty] = if n <= 16 {
+                    &mut small[..n]
+                } else {
+                    large.resize(n, <$ty>::default());
+                    &mut large
+                };
+                for (b, v) in buffer.iter_mut().zip(&numbers) {
+                    *b = *v as $ty;
+                    if *b as f64 != *v {
+                        return Err(not_whole(slot, *v, stringify!($ty)));
+                    }
+                }
+                let call = $call;
+                // SAFETY: one reference and its values.
+                let status = unsafe { call(raw, vr, 1, buffer.as_ptr() $(, $n)?) };
+                self.check(status, $name)
+            }};
+        }
+        let done = match &unit.functions {
+            Functions::V2(f) => match slot.kind {
+                VariableKind::Float64 => {
+                    // SAFETY: one reference and one value.
+                    let status = unsafe { (f.set_real)(raw, vr, 1, numbers.as_ptr()) };
+                    self.check(status, "SetReal")
+                }
+                VariableKind::Boolean => {
+                    through!(c_int, f.set_boolean, (), "SetBoolean")
+                }
+                _ => {
+                    through!(c_int, f.set_integer, (), "SetInteger")
+                }
+            },
+            Functions::V3(f) => {
+                use VariableKind as K;
+                match slot.kind {
+                    K::Float64 => {
+                        // SAFETY: one reference and its values.
+                        let status = unsafe { (f.set_float64)(raw, vr, 1, numbers.as_ptr(), n) };
+                        self.check(status, "SetFloat64")
+                    }
+                    K::Float32 => {
+                        let narrow: Vec<f32> = numbers.iter().map(|v| *v as f32).collect();
+                        let call = there(f.set_float32, "fmi3SetFloat32")?;
+                        // SAFETY: as above.
+                        let status = unsafe { call(raw, vr, 1, narrow.as_ptr(), n) };
+                        self.check(status, "SetFloat32")
+                    }
+                    K::Int8 => through!(i8, there(f.set_int8, "fmi3SetInt8")?, (n), "SetInt8"),
+                    K::UInt8 => through!(u8, there(f.set_uint8, "fmi3SetUInt8")?, (n), "SetUInt8"),
+                    K::Int16 => through!(i16, there(f.set_int16, "fmi3SetInt16")?, (n), "SetInt16"),
+                    K::UInt16 => {
+                        through!(u16, there(f.set_uint16, "fmi3SetUInt16")?, (n), "SetUInt16")
+                    }
+                    K::Int32 => through!(i32, there(f.set_int32, "fmi3SetInt32")?, (n), "SetInt32"),
+                    K::UInt32 => {
+                        through!(u32, there(f.set_uint32, "fmi3SetUInt32")?, (n), "SetUInt32")
+                    }
+                    K::Int64 | K::Enumeration => {
+                        through!(i64, there(f.set_int64, "fmi3SetInt64")?, (n), "SetInt64")
+                    }
+                    K::UInt64 => {
+                        through!(u64, there(f.set_uint64, "fmi3SetUInt64")?, (n), "SetUInt64")
+                    }
+                    K::Boolean => {
+                        through!(u8, there(f.set_boolean, "fmi3SetBoolean")?, (n), "SetBoolean")
+                    }
+                    K::String | K::Binary | K::Clock => Err(not_numeric(slot)),
+                }
+            }
+        };
+        self.numbers = numbers;
+        done
+    }
+
+    /// Sets a text.
+    pub fn set_text(&mut self, reference: u32, text: &str) -> Result<()> {
+        let unit = self.unit.clone();
+        let text = CString::new(text)
+            .map_err(|_| failure("a text holds the character 0", "write another text"))?;
+        let (vr, list) = (&raw const reference, [text.as_ptr()]);
+        let status = match &unit.functions {
+            // SAFETY: one reference and one C string that lives during the call.
+            Functions::V2(f) => unsafe { (f.set_string)(self.raw, vr, 1, list.as_ptr()) },
+            Functions::V3(f) => {
+                let set = there(f.set_string, "fmi3SetString")?;
+                // SAFETY: as above.
+                unsafe { set(self.raw, vr, 1, list.as_ptr(), 1) }
+            }
+        };
+        self.check(status, "SetString")
+    }
+
+    /// After an error only its end is left.
+    pub fn is_over(&self) -> bool {
+        matches!(self.stage, Stage::Failed | Stage::Dead)
+    }
+
+    /// Advances a co-simulation unit from `t` by `h` (s).
+    pub fn step(&mut self, t: f64, h: f64) -> Result<()> {
+        let unit = self.unit.clone();
+        match &unit.functions {
+            Functions::V2(f) => {
+                let step = there(f.do_step, "fmi2DoStep")?;
+                // SAFETY: a living co-simulation instance; arguments are numbers.
+                let status = unsafe { step(self.raw, t, h, 0) };
+                self.check(status, "DoStep")
+            }
+            Functions::V3(f) => {
+                let step = there(f.do_step, "fmi3DoStep")?;
+                let (mut event, mut end, mut early, mut reached) = (0, 0, 0, t + h);
+                // SAFETY: as above, with room for four answers.
+                let status = unsafe {
+                    step(self.raw, t, h, false, &mut event, &mut end, &mut early, &mut reached)
+                };
+                self.check(status, "DoStep")?;
+                if end != 0 {
+                    return Err(ended(&self.log));
+                }
+                if early != 0 {
+                    return Err(failure(
+                        format!("the unit stopped inside its step, at {reached} s"),
+                        "it was told not to: ask the maker of the unit, or take a shorter step",
+                    ));
+                }
+                Ok(())
+            }
+        }
+    }
+
+    pub fn enter_event(&mut self) -> Result<()> {
+        both!(self, f, enter_event, "EnterEventMode")
+    }
+    pub fn enter_continuous(&mut self) -> Result<()> {
+        both!(self, f, enter_continuous, "EnterContinuousTimeMode")
+    }
+    pub fn set_time(&mut self, t: f64) -> Result<()> {
+        both!(self, f, set_time, "SetTime", t)
+    }
+    pub fn set_states(&mut self, x: &[f64]) -> Result<()> {
+        if x.is_empty() {
+            return Ok(());
+        }
+        both!(self, f, set_states, "SetContinuousStates", x.as_ptr(), x.len())
+    }
+    pub fn states(&mut self, x: &mut [f64]) -> Result<()> {
+        if x.is_empty() {
+            return Ok(());
+        }
+        both!(self, f, get_states, "GetContinuousStates", x.as_mut_ptr(), x.len())
+    }
+    pub fn derivatives(&mut self, xdot: &mut [f64]) -> Result<()> {
+        if xdot.is_empty() {
+            return Ok(());
+        }
+        both!(
+            self,
+            f,
+            get_derivatives,
+            "GetDerivatives" | "GetContinuousStateDerivatives",
+            xdot.as_mut_ptr(),
+            xdot.len()
+        )
+    }
+    pub fn indicators(&mut self, z: &mut [f64]) -> Result<()> {
+        if z.is_empty() {
+            return Ok(());
+        }
+        both!(self, f, get_indicators, "GetEventIndicators", z.as_mut_ptr(), z.len())
+    }
+
+    /// One pass of an event.
+    pub fn discrete_states(&mut self) -> Result<Discrete> {
+        let unit = self.unit.clone();
+        let found = match &unit.functions {
+            Functions::V2(f) => {
+                let update = there(f.discrete_states, "fmi2NewDiscreteStates")?;
+                let mut info = EventInfo2::default();
+                // SAFETY: room for the answer.
+                let status = unsafe { update(self.raw, &mut info) };
+                self.check(status, "NewDiscreteStates")?;
+                Discrete {
+                    needed: info.needed != 0,
+                    terminate: info.terminate != 0,
+                    next: (info.next_defined != 0).then_some(info.next),
+                }
+            }
+            Functions::V3(f) => {
+                let update = there(f.discrete_states, "fmi3UpdateDiscreteStates")?;
+                let (mut needed, mut end, mut nominals, mut values, mut defined) = (0, 0, 0, 0, 0);
+                let mut next = 0.0;
+                // SAFETY: room for six answers.
+                let status = unsafe {
+                    update(
+                        self.raw,
+                        &mut needed,
+                        &mut end,
+                        &mut nominals,
+                        &mut values,
+                        &mut defined,
+                        &mut next,
+                    )
+                };
+                self.check(status, "UpdateDiscreteStates")?;
+                Discrete {
+                    needed: needed != 0,
+                    terminate: end != 0,
+                    next: (defined != 0).then_some(next),
+                }
+            }
+        };
+        if found.terminate {
+            return Err(ended(&self.log));
+        }
+        Ok(found)
+    }
+
+    /// After a step of the integrator; `true` when the unit asks for an event.
+    pub fn completed_step(&mut self) -> Result<bool> {
+        let unit = self.unit.clone();
+        let (event, end) = match &unit.functions {
+            Functions::V2(f) => {
+                let call = there(f.completed_step, "fmi2CompletedIntegratorStep")?;
+                let (mut event, mut end) = (0, 0);
+                // SAFETY: room for two answers. A state may be set back later, so the first flag is
+                // false.
+                let status = unsafe { call(self.raw, 0, &mut event, &mut end) };
+                self.check(status, "CompletedIntegratorStep")?;
+                (event != 0, end != 0)
+            }
+            Functions::V3(f) => {
+                let call = there(f.completed_step, "fmi3CompletedIntegratorStep")?;
+                let (mut event, mut end) = (0, 0);
+                // SAFETY: as above.
+                let status = unsafe { call(self.raw, false, &mut event, &mut end) };
+                self.check(status, "CompletedIntegratorStep")?;
+                (event != 0, end != 0)
+            }
+        };
+        if end { Err(ended(&self.log)) } else { Ok(event) }
+    }
+
+    /// The whole state of the unit, as bytes.
+    pub fn save(&mut self) -> Result<Vec<u8>> {
+        let mut state: Raw = null_mut();
+        both!(self, f, get_state, "GetFMUstate" | "GetFMUState", &raw mut state)?;
+        let read = self.serialized(state);
+        let freed = both!(self, f, free_state, "FreeFMUstate" | "FreeFMUState", &raw mut state);
+        let bytes = read?;
+        freed.map(|()| bytes)
+    }
+
+    fn serialized(&mut self, state: Raw) -> Result<Vec<u8>> {
+        let mut size = 0usize;
+        both!(
+            self,
+            f,
+            state_size,
+            "SerializedFMUstateSize" | "SerializedFMUStateSize",
+            state,
+            &raw mut size
+        )?;
+        if size > STATE_MAX {
+            return Err(failure(format!("its state has {size} bytes, the limit is 1 GiB"), ASK));
+        }
+        self.bytes.clear();
+        self.bytes.resize(size, 0);
+        let into = self.bytes.as_mut_ptr();
+        both!(self, f, serialize, "SerializeFMUstate" | "SerializeFMUState", state, into, size)?;
+        Ok(std::mem::take(&mut self.bytes))
+    }
+
+    /// Takes a state back.
+    pub fn load(&mut self, bytes: &[u8]) -> Result<()> {
+        let mut state: Raw = null_mut();
+        let (from, size) = (bytes.as_ptr(), bytes.len());
+        both!(
+            self,
+            f,
+            deserialize,
+            "DeSerializeFMUstate" | "DeserializeFMUState",
+            from,
+            size,
+            &raw mut state
+        )?;
+        let set = both!(self, f, set_state, "SetFMUstate" | "SetFMUState", state);
+        let freed = both!(self, f, free_state, "FreeFMUstate" | "FreeFMUState", &raw mut state);
+        set.and(freed)
+    }
+}
+
+fn ended(log: &Log) -> Box<Failure> {
+    failure(
+        format!("the unit asks to end the simulation{}", log.take()),
+        "end the run before this time (`until`), or look at what the unit says",
+    )
+}
+
+fn not_numeric(slot: &Slot) -> Box<Failure> {
+    failure(format!("variable `{}` is no number", slot.name), "use another variable")
+}
+
+fn not_whole(slot: &Slot, value: f64, ty: &str) -> Box<Failure> {
+    failure(
+        format!("variable `{}` takes a whole number ({ty}), this is {value}", slot.name),
+        "drive it with whole numbers in range",
+    )
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        if self.stage != Stage::Dead {
+            let (terminate, free): (
+                unsafe extern "C" fn(Raw) -> Status,
+                unsafe extern "C" fn(Raw),
+            ) = match &self.unit.functions {
+                Functions::V2(f) => (f.terminate, f.free_instance),
+                Functions::V3(f) => (f.terminate, f.free_instance),
+            };
+            let mut fatal = false;
+            if self.stage == Stage::Initialized {
+                // SAFETY: a living instance that was initialized and has not failed.
+                fatal = unsafe { terminate(self.raw) } >= 4;
+            }
+            if !fatal {
+                // SAFETY: the last call to this instance.
+                unsafe { free(self.raw) };
+            }
+        }
+        self.unit.release();
+        debug_assert!(matches!(self.kind, Kind::CoSimulation | Kind::ModelExchange));
+    }
+}

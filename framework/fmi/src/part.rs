@@ -1,0 +1,280 @@
+//! What both kinds of parts share: the loaded unit with its start values, an instance that is made
+//! when it is first needed, and its state as bytes.
+//!
+//! The unit's own state lives in the instance. A copy of a run (fork, snapshot, checkpoint) is the
+//! instance's state as bytes; the copy makes an instance of its own and puts the bytes in. A part
+//! whose instance failed stays failed until a state is put back.
+use crate::instance::{Instance, Kind, Result, Slot};
+use crate::ports::{Ports, ports};
+use crate::start::{Start, UnitParams, apply, find};
+use crate::unit::{Unit, savable};
+use crate::{Refusal, archive::Archive};
+use linkwork_runtime::{Description, Failure, Files, Located, ReadCx, Value};
+use serde::{Deserialize, Serialize};
+use std::any::Any;
+use std::sync::Arc;
+
+/// A unit that is a part: all that does not change.
+pub(crate) struct Part {
+    pub unit: Arc<Unit>,
+    pub kind: Kind,
+    /// Path of the part, which is the instance's name.
+    pub path: String,
+    pub starts: Vec<Start>,
+    pub ports: Ports,
+    pub description: Description,
+    pub params: Value,
+}
+
+/// Passes of one event, beyond which it has no end.
+const PASSES_MAX: usize = 1000;
+
+/// The description without loading the library.
+pub(crate) fn describe(
+    p: &UnitParams,
+    files: &Files,
+    kind: Kind,
+    model: (&'static str, &'static str),
+) -> std::result::Result<Description, Refusal> {
+    let path = files.find(&p.file).map_err(Refusal::from)?;
+    let description = Archive::open(&path, &p.file)?.description()?;
+    crate::unit::interface(&description, kind, &p.file)?;
+    Ok(ports(&description, kind, model)?.0)
+}
+
+impl Part {
+    /// Loads the unit and finds its ports and start values; faults go to `cx`.
+    pub fn make(
+        p: &UnitParams,
+        written: &Located,
+        cx: &mut ReadCx<'_>,
+        kind: Kind,
+        model: (&'static str, &'static str),
+    ) -> Option<Arc<Part>> {
+        let at = written.get("file").unwrap_or(written).origin;
+        let loaded = cx.files.resolve(&p.file).map_err(Refusal::from).and_then(|path| {
+            let unit = Unit::load(&path, &p.file, kind)?;
+            let (description, ports) = ports(&unit.description, kind, model)?;
+            Ok((unit, description, ports))
+        });
+        let (unit, description, ports) = match loaded {
+            Ok(loaded) => loaded,
+            Err(refusal) => {
+                refusal.tell(at, cx);
+                return None;
+            }
+        };
+        let starts = find(&p.start, &unit.description, cx)?;
+        let params = linkwork_runtime::Params::show_map(p);
+        let path = cx.path.clone();
+        Some(Arc::new(Part { unit, kind, path, starts, ports, description, params }))
+    }
+
+    /// Whether its state can be saved.
+    pub fn can_save(&self) -> std::result::Result<(), String> {
+        savable(&self.unit.interface)
+    }
+
+    /// An initialized instance at time `t` (s), and when it wants its first event (model exchange:
+    /// it is then in continuous time).
+    pub fn begin(&self, t: f64) -> Result<(Instance, Option<f64>)> {
+        let mut instance = Instance::new(&self.unit, self.kind, &self.path)?;
+        apply(&mut instance, &self.starts)?;
+        instance.initialize(t, self.unit.description.tolerance)?;
+        let next = match self.kind {
+            Kind::CoSimulation => None,
+            Kind::ModelExchange => {
+                let next = settle(&mut instance)?;
+                instance.enter_continuous()?;
+                next
+            }
+        };
+        Ok((instance, next))
+    }
+}
+
+/// The passes of an event; gives the time of the next one.
+pub(crate) fn settle(instance: &mut Instance) -> Result<Option<f64>> {
+    for _ in 0..PASSES_MAX {
+        let pass = instance.discrete_states()?;
+        if !pass.needed {
+            return Ok(pass.next);
+        }
+    }
+    Err(Box::new(Failure {
+        message: format!("an event of the unit has not ended after {PASSES_MAX} passes"),
+        help: Some("the unit asks for one more pass each time: ask its maker".into()),
+    }))
+}
+
+/// Gets variables one after another.
+pub(crate) fn get_all(instance: &mut Instance, slots: &[Slot], mut out: &mut [f64]) -> Result<()> {
+    for slot in slots {
+        let (own, rest) = out.split_at_mut(slot.size);
+        instance.get(slot, own)?;
+        out = rest;
+    }
+    Ok(())
+}
+
+/// All that changes in a part, as data.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Saved {
+    /// There is an instance, which began at this time (s).
+    pub began: Option<f64>,
+    /// Outputs of the last communication step (co-simulation).
+    pub outputs: Vec<f64>,
+    /// Model exchange: time of the next event (s).
+    pub next_event: Option<f64>,
+    /// The unit asked for an event that has not been handled.
+    pub asks: bool,
+    /// Time of the last step that the unit was told to be complete (s).
+    pub completed: Option<f64>,
+    /// Inputs as the unit had them at its last event.
+    pub held: Vec<f64>,
+    /// The unit's own state.
+    pub state: Vec<u8>,
+}
+
+/// A part's instance, with what is known about it.
+pub(crate) struct Live {
+    pub part: Arc<Part>,
+    instance: Option<Instance>,
+    failed: Option<Box<Failure>>,
+    /// A state that waits for its instance.
+    waiting: Option<Vec<u8>>,
+    /// All but the unit's own state.
+    pub now: Saved,
+}
+
+/// What a copy of a run holds of a part.
+type Copy = std::result::Result<Saved, Box<Failure>>;
+
+impl Live {
+    pub fn new(part: Arc<Part>) -> Live {
+        Live { part, instance: None, failed: None, waiting: None, now: Saved::default() }
+    }
+
+    /// Does something with the instance, which is made at time `t` when there is none. After the
+    /// first failure there is no other answer.
+    pub fn with<T>(
+        &mut self,
+        t: f64,
+        f: impl FnOnce(&mut Instance, &mut Saved, &Part) -> Result<T>,
+    ) -> Result<T> {
+        if let Some(failure) = &self.failed {
+            return Err(failure.clone());
+        }
+        let part = self.part.clone();
+        let done = self.ready(t).and_then(|()| match &mut self.instance {
+            Some(instance) => f(instance, &mut self.now, &part),
+            None => Err(Failure::boxed("the unit has no instance")),
+        });
+        if let Err(failure) = &done {
+            self.failed = Some(failure.clone());
+        }
+        done
+    }
+
+    fn ready(&mut self, t: f64) -> Result<()> {
+        if self.instance.is_none() {
+            let began = self.now.began.unwrap_or(t);
+            let (mut instance, next) = self.part.begin(began)?;
+            if self.now.began.is_none() {
+                let ports = &self.part.ports;
+                self.now.next_event = next;
+                self.now.outputs = vec![0.0; ports.outputs[0].iter().map(|s| s.size).sum()];
+                if self.part.kind == Kind::CoSimulation {
+                    get_all(&mut instance, &ports.outputs[0], &mut self.now.outputs)?;
+                }
+                self.now.held = held(&self.part.description);
+            }
+            self.now.began = Some(began);
+            self.instance = Some(instance);
+        }
+        if let (Some(state), Some(instance)) = (self.waiting.take(), &mut self.instance) {
+            instance.load(&state)?;
+        }
+        Ok(())
+    }
+
+    fn saved(&mut self) -> Copy {
+        if let Some(failure) = &self.failed {
+            return Err(failure.clone());
+        }
+        self.part.can_save().map_err(|why| Failure::boxed(&why))?;
+        let state = match (&self.waiting, &mut self.instance) {
+            (Some(waiting), _) => waiting.clone(),
+            (None, Some(instance)) => instance.save()?,
+            (None, None) => Vec::new(),
+        };
+        Ok(Saved { state, ..self.now.clone() })
+    }
+
+    fn take(&mut self, copy: Copy) {
+        (self.failed, self.waiting) = (None, None);
+        match copy {
+            Err(failure) => self.failed = Some(failure),
+            Ok(Saved { state, began, .. }) if began.is_none() => {
+                debug_assert!(state.is_empty());
+                (self.instance, self.now) = (None, Saved::default());
+            }
+            Ok(saved) => {
+                // After an error only a new instance goes on.
+                if self.instance.as_ref().is_some_and(Instance::is_over) {
+                    self.instance = None;
+                }
+                self.now = Saved { state: Vec::new(), ..saved };
+                self.waiting = Some(saved.state);
+            }
+        }
+    }
+
+    /// The store as bytes.
+    pub fn save(&mut self) -> std::result::Result<Vec<u8>, String> {
+        let saved = self.saved().map_err(|f| f.message)?;
+        rmp_serde::to_vec_named(&saved).map_err(|e| e.to_string())
+    }
+
+    /// Takes the store back.
+    pub fn load(&mut self, bytes: &[u8]) -> std::result::Result<(), String> {
+        self.part.can_save()?;
+        let saved: Saved = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
+        let sizes = |s: &[Slot]| s.iter().map(|s| s.size).sum::<usize>();
+        let fits = saved.began.is_none()
+            || (saved.outputs.len() == sizes(&self.part.ports.outputs[0])
+                && saved.held.len() == self.part.ports.input_lanes());
+        if !fits {
+            return Err("it has other ports than this unit".into());
+        }
+        self.take(Ok(saved));
+        if self.now.began.is_some() {
+            self.ready(0.0).map_err(|f| f.message)?;
+        }
+        Ok(())
+    }
+
+    /// Copies the store into a slot.
+    pub fn copy(&mut self, into: &mut Option<Box<dyn Any + Send>>) {
+        *into = Some(Box::new(self.saved()));
+    }
+
+    /// Takes a copy back.
+    pub fn take_copy(&mut self, from: &dyn Any) {
+        if let Some(copy) = from.downcast_ref::<Copy>() {
+            self.take(copy.clone());
+        }
+    }
+
+    /// A copy with an instance of its own.
+    pub fn fork(&mut self) -> Live {
+        let mut live = Live::new(self.part.clone());
+        live.take(self.saved());
+        live
+    }
+}
+
+/// Start values of the inputs.
+fn held(d: &Description) -> Vec<f64> {
+    d.all_inputs().flat_map(|p| p.default.clone().unwrap_or_default()).collect()
+}

@@ -1,0 +1,151 @@
+//! A unit: its description and, once loaded, its shared library with the unpacked resources.
+use crate::Refusal;
+use crate::abi::{Fmi2, Fmi3};
+use crate::archive::Archive;
+use crate::instance::Kind;
+use libloading::Library;
+use linkwork_formats::fmi::{FmiVersion, Interface, ModelDescription};
+use linkwork_runtime::Failure;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use tempfile::TempDir;
+
+/// Functions of the shared library.
+pub(crate) enum Functions {
+    V2(Box<Fmi2>),
+    V3(Box<Fmi3>),
+}
+
+/// A loaded unit. Functions first: they go before the library, and that before its folder.
+pub(crate) struct Unit {
+    pub description: ModelDescription,
+    pub interface: Interface,
+    pub functions: Functions,
+    _library: Library,
+    folder: TempDir,
+    /// Living instances.
+    living: AtomicUsize,
+}
+
+/// The interface of a kind.
+pub(crate) fn interface(
+    description: &ModelDescription,
+    kind: Kind,
+    name: &str,
+) -> Result<Interface, Refusal> {
+    let (wanted, other, what, help) = match kind {
+        Kind::CoSimulation => (
+            &description.co_simulation,
+            &description.model_exchange,
+            "co-simulation",
+            "write model: \"fmi.model_exchange\" and no rate",
+        ),
+        Kind::ModelExchange => (
+            &description.model_exchange,
+            &description.co_simulation,
+            "model exchange",
+            "write model: \"fmi.co_simulation\" and a rate",
+        ),
+    };
+    match (wanted, other) {
+        (Some(found), _) if found.needs_tool => Err(Refusal::new(format!(
+            "`{name}` only talks to another program that has to be there"
+        ))
+        .help("export the unit so that it runs by itself")),
+        (Some(found), _) => Ok(found.clone()),
+        (None, Some(_)) => Err(Refusal::new(format!("`{name}` is no unit for {what}")).help(help)),
+        (None, None) => Err(Refusal::new(format!(
+            "`{name}` is a unit neither for co-simulation nor for model exchange"
+        ))
+        .help("export the unit for one of the two")),
+    }
+}
+
+impl Unit {
+    /// Unpacks an archive and loads its library.
+    pub fn load(path: &Path, name: &str, kind: Kind) -> Result<Arc<Unit>, Refusal> {
+        let mut archive = Archive::open(path, name)?;
+        let description = archive.description()?;
+        let interface = interface(&description, kind, name)?;
+        let inside = archive.library(description.version, &interface)?;
+        let folder = archive.unpack()?;
+        // Units may expect the folder, filled or not.
+        let resources = folder.path().join("resources");
+        std::fs::create_dir_all(resources)
+            .map_err(|e| Refusal::new(format!("`{name}` cannot be unpacked: {e}")))?;
+        // SAFETY: running the code of a unit is what the user asked for by naming it: it runs with
+        // all rights of this process, as the documentation of the parameter says.
+        let library = unsafe { Library::new(folder.path().join(&inside)) }.map_err(|e| {
+            Refusal::new(format!("`{inside}` of `{name}` cannot be loaded: {e}"))
+                .help("a library that it needs is missing, or it is for another system")
+        })?;
+        let functions = match description.version {
+            FmiVersion::V2 => Functions::V2(Box::new(Fmi2::of(&library, name)?)),
+            FmiVersion::V3 => Functions::V3(Box::new(Fmi3::of(&library, name)?)),
+        };
+        Ok(Arc::new(Unit {
+            description,
+            interface,
+            functions,
+            _library: library,
+            folder,
+            living: AtomicUsize::new(0),
+        }))
+    }
+
+    /// Folder of the resources, as FMI 3.0 wants it: absolute, with a separator at its end.
+    pub fn resources_path(&self) -> String {
+        let folder = self.folder.path().join("resources");
+        format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR)
+    }
+
+    /// The same as FMI 2.0 wants it: a URI.
+    pub fn resources_uri(&self) -> String {
+        let path = self.folder.path().join("resources").display().to_string().replace('\\', "/");
+        let path = path.trim_start_matches('/');
+        let mut uri = String::from("file:///");
+        for b in path.bytes() {
+            if b.is_ascii_alphanumeric() || b"/-._~:".contains(&b) {
+                uri.push(char::from(b));
+            } else {
+                uri.push_str(&format!("%{b:02X}"));
+            }
+        }
+        uri
+    }
+
+    /// Counts one more instance, where one more may be.
+    pub fn claim(&self, name: &str) -> Result<(), Box<Failure>> {
+        let before = self.living.fetch_add(1, Ordering::SeqCst);
+        if before > 0 && self.interface.only_once {
+            self.release();
+            return Err(Box::new(Failure {
+                message: format!(
+                    "a second instance `{name}` of the unit is needed (a fork, or a part in \
+                     another phase), and it can be instantiated only once in a process"
+                ),
+                help: Some("run it without forks, in a process of its own".into()),
+            }));
+        }
+        Ok(())
+    }
+
+    /// One instance less.
+    pub fn release(&self) {
+        self.living.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// Why the state of a unit cannot be saved.
+pub(crate) fn savable(interface: &Interface) -> Result<(), String> {
+    let lacks = match (interface.state, interface.serialize) {
+        (true, true) => return Ok(()),
+        (true, false) => "canSerializeFMUState",
+        (false, _) => "canGetAndSetFMUState",
+    };
+    Err(format!(
+        "the foreign unit `{}` cannot save its state (it lacks `{lacks}`)",
+        interface.identifier
+    ))
+}

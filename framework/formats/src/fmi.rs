@@ -1,0 +1,851 @@
+//! The description of a foreign unit: `modelDescription.xml` of FMI 2.0 and 3.0 → one neutral
+//! [`ModelDescription`] for both.
+//!
+//! What the two versions call differently has one name here: a guid and an instantiation token are
+//! the [`token`](ModelDescription::token); indices of scalar variables (2.0) and value references
+//! (3.0) in the model structure are places in [`variables`](ModelDescription::variables).
+//! Read with the FMI 2.0.4 and 3.0.2 standards.
+use crate::FormatError;
+use crate::error::{Fault, FaultKind};
+use crate::xml::{self, Element};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A version of the standard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FmiVersion {
+    /// 2.0.
+    V2,
+    /// 3.0.
+    V3,
+}
+
+/// How a unit is run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Interface {
+    /// Name of its shared library, a C identifier.
+    pub identifier: String,
+    /// Only one instance may live in a process.
+    pub only_once: bool,
+    /// Its state can be taken and put back.
+    pub state: bool,
+    /// The state can be written as bytes.
+    pub serialize: bool,
+    /// It is to be told when a step of the integrator is complete (model exchange).
+    pub completed_step: bool,
+    /// The communication step must be a multiple of this (s) (co-simulation, 3.0).
+    pub fixed_step: Option<f64>,
+    /// It only talks to another program that has to be there.
+    pub needs_tool: bool,
+}
+
+/// The type of a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VariableKind {
+    /// `Real` (2.0), `Float64`.
+    Float64,
+    /// `Float32`.
+    Float32,
+    /// `Int8`.
+    Int8,
+    /// `UInt8`.
+    UInt8,
+    /// `Int16`.
+    Int16,
+    /// `UInt16`.
+    UInt16,
+    /// `Integer` (2.0), `Int32`.
+    Int32,
+    /// `UInt32`.
+    UInt32,
+    /// `Int64`.
+    Int64,
+    /// `UInt64`.
+    UInt64,
+    /// `Boolean`.
+    Boolean,
+    /// `Enumeration`: a whole number.
+    Enumeration,
+    /// `String`.
+    String,
+    /// `Binary`.
+    Binary,
+    /// `Clock`.
+    Clock,
+}
+
+impl VariableKind {
+    fn of(element: &str) -> Option<Self> {
+        Some(match element {
+            "Real" | "Float64" => Self::Float64,
+            "Float32" => Self::Float32,
+            "Int8" => Self::Int8,
+            "UInt8" => Self::UInt8,
+            "Int16" => Self::Int16,
+            "UInt16" => Self::UInt16,
+            "Integer" | "Int32" => Self::Int32,
+            "UInt32" => Self::UInt32,
+            "Int64" => Self::Int64,
+            "UInt64" => Self::UInt64,
+            "Boolean" => Self::Boolean,
+            "Enumeration" => Self::Enumeration,
+            "String" => Self::String,
+            "Binary" => Self::Binary,
+            "Clock" => Self::Clock,
+            _ => return None,
+        })
+    }
+
+    /// Floating point.
+    pub fn is_float(self) -> bool {
+        matches!(self, Self::Float64 | Self::Float32)
+    }
+
+    /// A number or a truth value: something that a lane can hold.
+    pub fn is_numeric(self) -> bool {
+        !matches!(self, Self::String | Self::Binary | Self::Clock)
+    }
+}
+
+/// What a variable is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Causality {
+    /// Set before the start.
+    Parameter,
+    /// Follows from parameters.
+    CalculatedParameter,
+    /// Sizes of arrays follow from it.
+    StructuralParameter,
+    /// Driven from outside.
+    Input,
+    /// Seen from outside.
+    Output,
+    /// Inside.
+    Local,
+    /// Time.
+    Independent,
+}
+
+/// When a variable may change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variability {
+    /// Never.
+    Constant,
+    /// Not after the start.
+    Fixed,
+    /// At events, from outside.
+    Tunable,
+    /// At events.
+    Discrete,
+    /// Always.
+    Continuous,
+}
+
+/// How a start value is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Initial {
+    /// It is the value.
+    Exact,
+    /// It is a guess.
+    Approx,
+    /// There is none: the unit computes it.
+    Calculated,
+}
+
+/// A unit of measurement: SI value = `factor` × number + `offset`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnitDefinition {
+    /// As written.
+    pub name: String,
+    /// Exponents of kg, m, s, A, K, mol, cd, rad with factor and offset; `None` when the file
+    /// does not define it.
+    pub base: Option<([i8; 8], f64, f64)>,
+}
+
+/// A variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FmiVariable {
+    /// Name, unique in the file.
+    pub name: String,
+    /// Value reference.
+    pub reference: u32,
+    /// Type.
+    pub kind: VariableKind,
+    /// What it is for.
+    pub causality: Causality,
+    /// When it may change.
+    pub variability: Variability,
+    /// How its start value is meant, with the default of the standard.
+    pub initial: Option<Initial>,
+    /// Start values as written, in the order of the array (row by row).
+    pub start: Vec<String>,
+    /// Number of values: 1, or the product of the dimensions.
+    pub size: usize,
+    /// It has dimensions, if only one of size 1.
+    pub is_array: bool,
+    /// Unit, when it has one.
+    pub unit: Option<UnitDefinition>,
+    /// Typical magnitude.
+    pub nominal: Option<f64>,
+    /// Meaning.
+    pub doc: String,
+}
+
+/// An output and what of the inputs it sees at once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputStructure {
+    /// Place among the variables.
+    pub variable: usize,
+    /// Places of what it depends on; `None`: not said, on everything.
+    pub dependencies: Option<Vec<usize>>,
+}
+
+/// A foreign unit as its description has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelDescription {
+    /// Version of the standard.
+    pub version: FmiVersion,
+    /// Name.
+    pub name: String,
+    /// Meaning.
+    pub doc: String,
+    /// What the shared library compares, to know that the description belongs to it.
+    pub token: String,
+    /// As a unit with a solver of its own.
+    pub co_simulation: Option<Interface>,
+    /// As equations.
+    pub model_exchange: Option<Interface>,
+    /// All variables, in the order of the file.
+    pub variables: Vec<FmiVariable>,
+    /// Outputs, in the order of the model structure.
+    pub outputs: Vec<OutputStructure>,
+    /// Continuous states and their derivatives (places among the variables), in the order in which
+    /// the unit gives them.
+    pub states: Vec<(usize, usize)>,
+    /// Number of event indicators.
+    pub event_indicators: usize,
+    /// Relative tolerance of the default experiment.
+    pub tolerance: Option<f64>,
+}
+
+/// Most values that one array, or all ports together, may have.
+pub const VALUES_MAX: usize = 1 << 20;
+
+/// Reads a model description.
+///
+/// # Errors
+/// Every mistake with its place: not XML, an unknown version, missing or wrong attributes,
+/// references that lead nowhere.
+pub fn read_model_description(text: &str, file: &str) -> Result<ModelDescription, FormatError> {
+    let root = xml::parse(text, file)?;
+    let mut reader = Reader { faults: Vec::new() };
+    let read = reader.whole(&root);
+    match read {
+        Some(description) if reader.faults.is_empty() => Ok(description),
+        _ => Err(FormatError { faults: reader.faults }),
+    }
+}
+
+struct Reader {
+    faults: Vec<Fault>,
+}
+
+/// Units and types by name.
+struct Names {
+    units: BTreeMap<String, UnitDefinition>,
+    /// Unit and nominal value of a type.
+    types: BTreeMap<String, (Option<String>, Option<f64>)>,
+}
+
+impl Reader {
+    fn fault(&mut self, at: &Element, attribute: &str, kind: FaultKind) {
+        self.faults.push(Fault { place: at.place_of(attribute), kind });
+    }
+
+    fn need<'e>(&mut self, e: &'e Element, name: &str) -> Option<&'e str> {
+        let found = e.attr(name);
+        if found.is_none() {
+            let kind = FaultKind::Missing {
+                what: format!("<{}>", e.label()),
+                missing: format!("attribute `{name}`"),
+                help: "the standard demands it: ask the maker of the unit".into(),
+            };
+            self.fault(e, name, kind);
+        }
+        found
+    }
+
+    /// An attribute that need not be there, of a type that texts parse to.
+    fn get<T: std::str::FromStr>(&mut self, e: &Element, name: &str, expected: &str) -> Option<T> {
+        let text = e.attr(name)?;
+        match text.parse() {
+            Ok(value) => Some(value),
+            Err(_) => {
+                self.bad(e, name, text, expected);
+                None
+            }
+        }
+    }
+
+    fn bad(&mut self, e: &Element, name: &str, text: &str, expected: &str) {
+        let kind = FaultKind::BadValue {
+            what: format!("`{name}` of <{}>", e.label()),
+            text: text.into(),
+            expected: expected.into(),
+            help: "the description is not one of the standard: ask the maker of the unit".into(),
+        };
+        self.fault(e, name, kind);
+    }
+
+    fn flag(&mut self, e: &Element, name: &str) -> bool {
+        match e.attr(name) {
+            None | Some("false" | "0") => false,
+            Some("true" | "1") => true,
+            Some(other) => {
+                self.bad(e, name, other, "true or false");
+                false
+            }
+        }
+    }
+
+    fn whole(&mut self, root: &Element) -> Option<ModelDescription> {
+        if root.name != "fmiModelDescription" {
+            let kind = FaultKind::WrongRoot {
+                found: root.name.clone(),
+                expected: "<fmiModelDescription>",
+                help: "this is no description of an FMI unit".into(),
+            };
+            self.fault(root, "", kind);
+            return None;
+        }
+        let version = match self.need(root, "fmiVersion")? {
+            v if v == "2.0" || v.starts_with("2.0.") => FmiVersion::V2,
+            v if v == "3.0" || v.starts_with("3.0.") => FmiVersion::V3,
+            other => {
+                let kind = FaultKind::Unsupported {
+                    what: format!("this is a unit of FMI {other}"),
+                    help: "export the unit again as FMI 2.0 or 3.0".into(),
+                };
+                self.fault(root, "fmiVersion", kind);
+                return None;
+            }
+        };
+        let token = match version {
+            FmiVersion::V2 => self.need(root, "guid"),
+            FmiVersion::V3 => self.need(root, "instantiationToken"),
+        };
+        let name = self.need(root, "modelName");
+        let co_simulation = root.child("CoSimulation").and_then(|e| self.interface(e, version));
+        let model_exchange = root.child("ModelExchange").and_then(|e| self.interface(e, version));
+        let names = self.names(root);
+        let (variables, elements) = self.variables(root, version, &names);
+        self.unique(&variables, &elements);
+        let mut out = ModelDescription {
+            version,
+            name: name.unwrap_or_default().into(),
+            doc: root.attr("description").unwrap_or_default().into(),
+            token: token.unwrap_or_default().into(),
+            co_simulation,
+            model_exchange,
+            variables,
+            outputs: Vec::new(),
+            states: Vec::new(),
+            event_indicators: 0,
+            tolerance: None,
+        };
+        if let Some(e) = root.child("DefaultExperiment") {
+            out.tolerance = self.get(e, "tolerance", "a number");
+        }
+        match version {
+            FmiVersion::V2 => self.structure2(root, &elements, &mut out),
+            FmiVersion::V3 => self.structure3(root, &elements, &mut out),
+        }
+        Some(out)
+    }
+
+    fn interface(&mut self, e: &Element, version: FmiVersion) -> Option<Interface> {
+        let identifier = self.need(e, "modelIdentifier")?;
+        let plain = identifier.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        if !plain || identifier.is_empty() || identifier.len() > 200 {
+            let kind = FaultKind::BadName {
+                kind: "model identifier",
+                name: identifier.into(),
+                help: "it names a file and C functions: letters, digits and _ only".into(),
+            };
+            self.fault(e, "modelIdentifier", kind);
+            return None;
+        }
+        let (state, serialize) = match version {
+            FmiVersion::V2 => ("canGetAndSetFMUstate", "canSerializeFMUstate"),
+            FmiVersion::V3 => ("canGetAndSetFMUState", "canSerializeFMUState"),
+        };
+        Some(Interface {
+            identifier: identifier.into(),
+            only_once: self.flag(e, "canBeInstantiatedOnlyOncePerProcess"),
+            state: self.flag(e, state),
+            serialize: self.flag(e, serialize),
+            completed_step: match version {
+                FmiVersion::V2 => !self.flag(e, "completedIntegratorStepNotNeeded"),
+                FmiVersion::V3 => self.flag(e, "needsCompletedIntegratorStep"),
+            },
+            fixed_step: self
+                .get(e, "fixedInternalStepSize", "a number")
+                .filter(|h: &f64| *h > 0.0 && h.is_finite()),
+            needs_tool: self.flag(e, "needsExecutionTool"),
+        })
+    }
+
+    fn names(&mut self, root: &Element) -> Names {
+        let mut units = BTreeMap::new();
+        for e in root.child("UnitDefinitions").into_iter().flat_map(|d| d.all("Unit")) {
+            let Some(name) = self.need(e, "name") else { continue };
+            let base = e.child("BaseUnit").map(|b| {
+                let mut exponents = [0i8; 8];
+                let symbols = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+                for (k, symbol) in symbols.iter().enumerate() {
+                    exponents[k] = self.get(b, symbol, "a small whole number").unwrap_or(0);
+                }
+                let factor = self.get(b, "factor", "a number").unwrap_or(1.0);
+                let offset = self.get(b, "offset", "a number").unwrap_or(0.0);
+                (exponents, factor, offset)
+            });
+            units.insert(name.to_string(), UnitDefinition { name: name.into(), base });
+        }
+        let mut types = BTreeMap::new();
+        for e in root.child("TypeDefinitions").iter().flat_map(|d| &d.children) {
+            e.touch();
+            let Some(name) = e.attr("name") else { continue };
+            // 2.0: <SimpleType name><Real unit/></SimpleType>; 3.0: <Float64Type name unit/>.
+            let inner = if e.name == "SimpleType" { e.child("Real") } else { Some(e) };
+            let Some(inner) = inner else { continue };
+            let nominal = self.get(inner, "nominal", "a number");
+            types.insert(name.to_string(), (inner.attr("unit").map(str::to_string), nominal));
+        }
+        Names { units, types }
+    }
+
+    fn variables<'e>(
+        &mut self,
+        root: &'e Element,
+        version: FmiVersion,
+        names: &Names,
+    ) -> (Vec<FmiVariable>, Vec<&'e Element>) {
+        let (mut variables, mut elements) = (Vec::new(), Vec::new());
+        let Some(list) = root.child("ModelVariables") else {
+            let kind = FaultKind::Missing {
+                what: "the description".into(),
+                missing: "<ModelVariables>".into(),
+                help: "the standard demands it: ask the maker of the unit".into(),
+            };
+            self.fault(root, "", kind);
+            return (variables, elements);
+        };
+        let sizes = structural_sizes(list, version);
+        for e in &list.children {
+            e.touch();
+            let read = match version {
+                FmiVersion::V2 if e.name == "ScalarVariable" => {
+                    let typed = e.children.iter().find(|c| VariableKind::of(&c.name).is_some());
+                    match typed {
+                        Some(typed) => self.variable(e, typed, names, &sizes),
+                        None => {
+                            let kind = FaultKind::Missing {
+                                what: format!("<{}>", e.label()),
+                                missing: "type (<Real>, <Integer>, <Boolean>, ..)".into(),
+                                help: "the standard demands it: ask the maker of the unit".into(),
+                            };
+                            self.fault(e, "", kind);
+                            None
+                        }
+                    }
+                }
+                FmiVersion::V3 if VariableKind::of(&e.name).is_some() => {
+                    self.variable(e, e, names, &sizes)
+                }
+                _ => {
+                    let kind = FaultKind::Unsupported {
+                        what: format!("<{}> is no variable of this version", e.label()),
+                        help: "the description is not one of the standard: ask the maker of the \
+                               unit"
+                            .into(),
+                    };
+                    self.fault(e, "", kind);
+                    None
+                }
+            };
+            if let Some(variable) = read {
+                variables.push(variable);
+                elements.push(e);
+            }
+        }
+        (variables, elements)
+    }
+
+    /// A variable: `e` has its name, `typed` its type (in 3.0 the same element).
+    fn variable(
+        &mut self,
+        e: &Element,
+        typed: &Element,
+        names: &Names,
+        sizes: &BTreeMap<u32, u64>,
+    ) -> Option<FmiVariable> {
+        let name = self.need(e, "name")?.to_string();
+        self.need(e, "valueReference")?;
+        let reference = self.get(e, "valueReference", "a whole number")?;
+        let kind = VariableKind::of(&typed.name)?;
+        let causality = match e.attr("causality") {
+            None | Some("local") => Causality::Local,
+            Some("parameter") => Causality::Parameter,
+            Some("calculatedParameter") => Causality::CalculatedParameter,
+            Some("structuralParameter") => Causality::StructuralParameter,
+            Some("input") => Causality::Input,
+            Some("output") => Causality::Output,
+            Some("independent") => Causality::Independent,
+            Some(other) => {
+                self.bad(e, "causality", other, "one of the standard's");
+                return None;
+            }
+        };
+        let of_parameter = matches!(
+            causality,
+            Causality::Parameter | Causality::CalculatedParameter | Causality::StructuralParameter
+        );
+        let variability = match e.attr("variability") {
+            Some("constant") => Variability::Constant,
+            Some("fixed") => Variability::Fixed,
+            Some("tunable") => Variability::Tunable,
+            Some("discrete") => Variability::Discrete,
+            Some("continuous") => Variability::Continuous,
+            None if of_parameter => Variability::Fixed,
+            None if kind.is_float() => Variability::Continuous,
+            None => Variability::Discrete,
+            Some(other) => {
+                self.bad(e, "variability", other, "one of the standard's");
+                return None;
+            }
+        };
+        let initial = match e.attr("initial") {
+            Some("exact") => Some(Initial::Exact),
+            Some("approx") => Some(Initial::Approx),
+            Some("calculated") => Some(Initial::Calculated),
+            Some(other) => {
+                self.bad(e, "initial", other, "exact, approx or calculated");
+                return None;
+            }
+            None => match (causality, variability) {
+                (Causality::Independent, _) => None,
+                (Causality::Input, _) => Some(Initial::Exact),
+                (Causality::Parameter | Causality::StructuralParameter, _)
+                | (_, Variability::Constant) => Some(Initial::Exact),
+                _ => Some(Initial::Calculated),
+            },
+        };
+        let (unit, nominal) = self.measure(typed, names);
+        let (size, is_array) = self.size(e, sizes)?;
+        let start = match kind {
+            VariableKind::String => match typed.attr("start") {
+                Some(text) => vec![text.to_string()],
+                None => {
+                    typed.all("Start").filter_map(|s| s.attr("value")).map(str::to_string).collect()
+                }
+            },
+            _ => typed
+                .attr("start")
+                .unwrap_or_default()
+                .split_whitespace()
+                .map(str::to_string)
+                .collect(),
+        };
+        let doc = e.attr("description").unwrap_or_default().to_string();
+        Some(FmiVariable {
+            name,
+            reference,
+            kind,
+            causality,
+            variability,
+            initial,
+            start,
+            size,
+            is_array,
+            unit,
+            nominal,
+            doc,
+        })
+    }
+
+    fn measure(&mut self, e: &Element, names: &Names) -> (Option<UnitDefinition>, Option<f64>) {
+        let of_type = e.attr("declaredType").and_then(|t| names.types.get(t));
+        let nominal = self.get(e, "nominal", "a number").or(of_type.and_then(|t| t.1));
+        let unit = e.attr("unit").map(str::to_string).or(of_type.and_then(|t| t.0.clone()));
+        let unit = unit.map(|name| match names.units.get(&name) {
+            Some(defined) => defined.clone(),
+            None => UnitDefinition { name, base: None },
+        });
+        (unit, nominal)
+    }
+
+    fn size(&mut self, e: &Element, sizes: &BTreeMap<u32, u64>) -> Option<(usize, bool)> {
+        let (mut size, mut any) = (1u64, false);
+        for d in e.all("Dimension") {
+            any = true;
+            let fixed: Option<u64> = self.get(d, "start", "a whole number");
+            let by: Option<u32> = self.get(d, "valueReference", "a whole number");
+            match fixed.or_else(|| sizes.get(&by?).copied()) {
+                Some(n) => size = size.saturating_mul(n),
+                None => {
+                    let kind = FaultKind::Missing {
+                        what: format!("a dimension of <{}>", e.label()),
+                        missing: "size".into(),
+                        help:
+                            "give it a `start`, or the reference of a structural parameter with one"
+                                .into(),
+                    };
+                    self.fault(d, "", kind);
+                    return None;
+                }
+            }
+        }
+        if size > VALUES_MAX as u64 {
+            let kind = FaultKind::Unsupported {
+                what: format!("<{}> has {size} values, the limit is {VALUES_MAX}", e.label()),
+                help: "export a smaller array".into(),
+            };
+            self.fault(e, "", kind);
+            return None;
+        }
+        Some((size as usize, any))
+    }
+
+    fn unique(&mut self, variables: &[FmiVariable], elements: &[&Element]) {
+        let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+        for (k, v) in variables.iter().enumerate() {
+            if let Some(first) = seen.insert(&v.name, k) {
+                let kind = FaultKind::Duplicate {
+                    kind: "variable",
+                    name: v.name.clone(),
+                    first: elements[first].place(),
+                };
+                self.fault(elements[k], "name", kind);
+            }
+        }
+    }
+
+    fn lost(&mut self, e: &Element, attribute: &str, text: &str) {
+        let kind = FaultKind::UnknownName {
+            what: format!("<{}>", e.name),
+            kind: "variable",
+            name: text.into(),
+            help: "the model structure refers to what is not among the variables".into(),
+        };
+        self.fault(e, attribute, kind);
+    }
+
+    /// Places of the variables that a list attribute names.
+    fn places(
+        &mut self,
+        e: &Element,
+        attribute: &str,
+        place: &dyn Fn(u32) -> Option<usize>,
+    ) -> Option<Vec<usize>> {
+        let text = e.attr(attribute)?;
+        let mut out = Vec::new();
+        for word in text.split_whitespace() {
+            match word.parse().ok().and_then(place) {
+                Some(k) => out.push(k),
+                None => self.lost(e, attribute, word),
+            }
+        }
+        Some(out)
+    }
+
+    fn structure2(&mut self, root: &Element, elements: &[&Element], out: &mut ModelDescription) {
+        out.event_indicators = self
+            .get(root, "numberOfEventIndicators", "a whole number")
+            .filter(|n| *n <= VALUES_MAX)
+            .unwrap_or(0);
+        let count = out.variables.len();
+        let place = |index: u32| (index as usize).checked_sub(1).filter(|k| *k < count);
+        let Some(structure) = root.child("ModelStructure") else { return };
+        for e in structure.child("Outputs").into_iter().flat_map(|o| o.all("Unknown")) {
+            let Some(k) = self.places(e, "index", &place).and_then(|k| k.first().copied()) else {
+                self.need(e, "index");
+                continue;
+            };
+            let dependencies = self.places(e, "dependencies", &place);
+            out.outputs.push(OutputStructure { variable: k, dependencies });
+        }
+        for e in structure.child("Derivatives").into_iter().flat_map(|o| o.all("Unknown")) {
+            let Some(k) = self.places(e, "index", &place).and_then(|k| k.first().copied()) else {
+                self.need(e, "index");
+                continue;
+            };
+            let real = elements[k].child("Real");
+            let state = real.and_then(|r| self.places(r, "derivative", &place));
+            match state.and_then(|s| s.first().copied()) {
+                Some(state) => out.states.push((state, k)),
+                None => self.no_derivative(elements[k]),
+            }
+        }
+    }
+
+    fn structure3(&mut self, root: &Element, elements: &[&Element], out: &mut ModelDescription) {
+        let places: BTreeMap<u32, usize> =
+            out.variables.iter().enumerate().map(|(k, v)| (v.reference, k)).collect();
+        if places.len() < out.variables.len() {
+            let mut seen = BTreeSet::new();
+            for (v, e) in out.variables.iter().zip(elements) {
+                if !seen.insert(v.reference) {
+                    let text = v.reference.to_string();
+                    self.bad(e, "valueReference", &text, "unique");
+                }
+            }
+        }
+        let place = |reference: u32| places.get(&reference).copied();
+        let Some(structure) = root.child("ModelStructure") else { return };
+        for e in &structure.children {
+            e.touch();
+            if !["Output", "ContinuousStateDerivative", "EventIndicator"].contains(&e.name.as_str())
+            {
+                continue;
+            }
+            let found = self.places(e, "valueReference", &place);
+            let Some(k) = found.and_then(|k| k.first().copied()) else {
+                self.need(e, "valueReference");
+                continue;
+            };
+            match e.name.as_str() {
+                "Output" => {
+                    let dependencies = self.places(e, "dependencies", &place);
+                    out.outputs.push(OutputStructure { variable: k, dependencies });
+                }
+                "EventIndicator" => out.event_indicators += out.variables[k].size,
+                _ => match self
+                    .places(elements[k], "derivative", &place)
+                    .and_then(|s| s.first().copied())
+                {
+                    Some(state) => out.states.push((state, k)),
+                    None => self.no_derivative(elements[k]),
+                },
+            }
+        }
+        out.event_indicators = out.event_indicators.min(VALUES_MAX);
+    }
+
+    fn no_derivative(&mut self, e: &Element) {
+        let kind = FaultKind::Missing {
+            what: format!("the state derivative <{}>", e.label()),
+            missing: "attribute `derivative`".into(),
+            help: "it says which state it is the derivative of: ask the maker of the unit".into(),
+        };
+        self.fault(e, "derivative", kind);
+    }
+}
+
+/// Start values of structural parameters and constants, by reference: sizes of arrays.
+fn structural_sizes(list: &Element, version: FmiVersion) -> BTreeMap<u32, u64> {
+    if version == FmiVersion::V2 {
+        return BTreeMap::new();
+    }
+    let of = |e: &Element| {
+        let reference = e.attr("valueReference")?.parse().ok()?;
+        Some((reference, e.attr("start")?.parse().ok()?))
+    };
+    list.children.iter().filter(|e| e.name == "UInt64").filter_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    const TWO: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="ball" guid="{1}" numberOfEventIndicators="1">
+  <ModelExchange modelIdentifier="ball" canGetAndSetFMUstate="true" completedIntegratorStepNotNeeded="true"/>
+  <UnitDefinitions><Unit name="m"><BaseUnit m="1"/></Unit><Unit name="deg"><BaseUnit rad="1" factor="0.0174532925199433"/></Unit></UnitDefinitions>
+  <TypeDefinitions><SimpleType name="Length"><Real unit="m"/></SimpleType></TypeDefinitions>
+  <ModelVariables>
+    <ScalarVariable name="h" valueReference="0" causality="output" initial="exact"><Real declaredType="Length" start="1"/></ScalarVariable>
+    <ScalarVariable name="der(h)" valueReference="1"><Real derivative="1"/></ScalarVariable>
+    <ScalarVariable name="u" valueReference="2" causality="input"><Real start="0" unit="deg"/></ScalarVariable>
+    <ScalarVariable name="n" valueReference="0" causality="output"><Integer/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="1" dependencies=""/><Unknown index="4"/></Outputs>
+    <Derivatives><Unknown index="2"/></Derivatives>
+  </ModelStructure>
+</fmiModelDescription>"#;
+
+    const THREE: &str = r#"<fmiModelDescription fmiVersion="3.0" modelName="arrays" instantiationToken="{2}">
+  <CoSimulation modelIdentifier="arrays" canGetAndSetFMUState="true" canSerializeFMUState="true" fixedInternalStepSize="0.001"/>
+  <UnitDefinitions><Unit name="A"><BaseUnit A="1"/></Unit></UnitDefinitions>
+  <ModelVariables>
+    <UInt64 name="n" valueReference="9" causality="structuralParameter" start="3"/>
+    <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
+    <Float64 name="i" valueReference="1" causality="input" unit="A" start="1 2 3"><Dimension valueReference="9"/></Float64>
+    <Float64 name="y" valueReference="2" causality="output"><Dimension start="2"/><Dimension start="2"/></Float64>
+    <Boolean name="on" valueReference="3" causality="output"/>
+    <String name="s" valueReference="4" causality="parameter"><Start value="a b"/></String>
+  </ModelVariables>
+  <ModelStructure><Output valueReference="2" dependencies="1"/><Output valueReference="3"/></ModelStructure>
+</fmiModelDescription>"#;
+
+    #[test]
+    fn both_versions_give_one_structure() {
+        let d = read_model_description(TWO, "two").unwrap();
+        assert_eq!((d.version, &*d.token, d.event_indicators), (FmiVersion::V2, "{1}", 1));
+        assert_eq!(d.states, [(0, 1)]);
+        let me = d.model_exchange.unwrap();
+        assert!(me.state && !me.serialize && !me.completed_step && d.co_simulation.is_none());
+        assert_eq!(d.outputs[0].dependencies.as_deref(), Some(&[][..]), "empty: on nothing");
+        assert_eq!(d.outputs[1].dependencies, None, "absent: on everything");
+        let unit = d.variables[0].unit.clone().unwrap();
+        assert_eq!((&*unit.name, unit.base), ("m", Some(([0, 1, 0, 0, 0, 0, 0, 0], 1.0, 0.0))));
+        assert_eq!(d.variables[2].unit.clone().unwrap().base.unwrap().1, 0.0174532925199433);
+        assert_eq!(d.variables[3].variability, Variability::Discrete);
+
+        let d = read_model_description(THREE, "three").unwrap();
+        let sizes: Vec<usize> = d.variables.iter().map(|v| v.size).collect();
+        assert_eq!(sizes, [1, 1, 3, 4, 1, 1]);
+        assert_eq!(d.variables[2].start, ["1", "2", "3"]);
+        assert_eq!(d.variables[5].start, ["a b"]);
+        assert_eq!(d.variables[2].unit.clone().unwrap().base.unwrap().0, [0, 0, 0, 1, 0, 0, 0, 0]);
+        assert_eq!(d.outputs[0].dependencies.as_deref(), Some(&[2][..]));
+        assert_eq!(d.co_simulation.unwrap().fixed_step, Some(0.001));
+    }
+
+    #[test]
+    fn mistakes_are_told_with_their_place() {
+        let refused = |text: &str, phrases: &[&str]| {
+            let e = read_model_description(text, "d.xml").unwrap_err().to_string();
+            for phrase in phrases {
+                assert!(e.contains(phrase), "{phrase}\n{e}");
+            }
+        };
+        refused("<a", &["d.xml:1:", "well-formed"]);
+        refused("<robot/>", &["d.xml:1:1", "<robot>"]);
+        refused(&TWO.replace("fmiVersion=\"2.0\"", "fmiVersion=\"1.0\""), &["FMI 1.0", "help"]);
+        refused(&TWO.replace(" guid=\"{1}\"", ""), &["d.xml:2:1", "`guid`"]);
+        refused(
+            &TWO.replace("=\"ball\" can", "=\"../../evil\" can"),
+            &["../../evil", "letters, digits"],
+        );
+        refused(&TWO.replace("<Unknown index=\"4\"/>", "<Unknown index=\"9\"/>"), &["`9`"]);
+        refused(&TWO.replace("derivative=\"1\"", ""), &["der(h)", "`derivative`"]);
+        refused(&TWO.replace("name=\"n\"", "name=\"h\""), &["`h` is defined again"]);
+        // Several at once.
+        let twice =
+            TWO.replace("start=\"1\"", "").replace("causality=\"input\"", "causality=\"in\"");
+        let twice = twice.replace("valueReference=\"1\"", "valueReference=\"-1\"");
+        refused(&twice, &["`in`", "`-1`"]);
+        refused(
+            &THREE.replace("start=\"2\"/><Dim", "start=\"999999999\"/><Dim"),
+            &["the limit is"],
+        );
+        refused(&THREE.replace("valueReference=\"9\"/>", "valueReference=\"8\"/>"), &["no size"]);
+        refused(
+            &THREE
+                .replace("reference=\"4\"", "reference=\"4\"")
+                .replace("\"3\" causality", "\"2\" causality"),
+            &["unique"],
+        );
+    }
+}

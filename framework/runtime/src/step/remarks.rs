@@ -1,0 +1,22 @@
+//! What parts find allowed and probably not meant, once a run stands at its start.
+use super::{Simulation, State};
+use crate::block::Evaluation;
+use crate::value::Fault;
+
+impl Simulation {
+    /// Remarks of all parts on the present instant, in path order: a wheel that starts in the ground, a
+    /// hinge beside the motion that is prescribed for it. Asked before the first step of a run.
+    pub fn remarks(&mut self) -> Vec<Fault> {
+        let plan = self.plan.clone();
+        let now = self.next(Evaluation::Tick);
+        let State { x, d, sig, .. } = &self.state;
+        let mut all = Vec::new();
+        for (part, block) in plan.parts.iter().zip(&mut self.blocks) {
+            for remark in block.remarks(&now, x, d, sig) {
+                let message = format!("`{}`: {}", part.path, remark.message);
+                all.push(Fault { message, origin: part.origin, help: remark.help });
+            }
+        }
+        all
+    }
+}
