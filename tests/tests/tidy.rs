@@ -1,7 +1,7 @@
 //! The house rules, applied to this repository.
 #![allow(clippy::unwrap_used)]
 use linkwork_tests::root;
-use linkwork_tests::tidy::{docs, manifest, sources};
+use linkwork_tests::tidy::{docs, layers, manifest, sources};
 use std::path::{Path, PathBuf};
 
 /// Test dependencies that point up, each with its reason.
@@ -157,6 +157,37 @@ fn only_its_own_folder_names_the_mechanism() {
         .collect();
     assert!(names("    let m: MechanismPlan;") && !names("// the mechanism"), "the test sees code");
     none(found);
+}
+
+/// Who imports whom on the assembly floor: each folder, and those above it in this list that it uses.
+const ASSEMBLY: [(&str, &[&str]); 10] = [
+    ("text", &[]),
+    ("schema", &["text"]),
+    ("scope", &["text", "schema"]),
+    ("body", &["text", "schema"]),
+    ("form", &["text", "schema", "scope", "body"]),
+    ("machine", &["text", "schema", "body", "form"]),
+    ("expand", &["text", "schema", "scope", "body", "form", "machine"]),
+    ("mechanism", &["text", "schema", "body", "expand"]),
+    ("wiring", &["text", "schema", "expand", "mechanism"]),
+    (
+        "load",
+        &["text", "schema", "scope", "body", "form", "machine", "expand", "mechanism", "wiring"],
+    ),
+];
+
+#[test]
+fn the_assembly_floor_has_layers_without_circles() {
+    let folder = "framework/assembly/src/";
+    let files: layers::Files = (all_files().into_iter())
+        .filter_map(|(name, path)| {
+            let short = name.strip_prefix(folder).filter(|n| n.ends_with(".rs"))?.to_string();
+            Some((short, std::fs::read_to_string(path).ok()?))
+        })
+        .collect();
+    assert!(files.len() > 30, "only {} files found", files.len());
+    none(layers::layers(&files, &ASSEMBLY));
+    none(layers::circles(&files));
 }
 
 #[test]

@@ -4,64 +4,44 @@
 //! names, replace parameters, apply overrides, and give the flat `Spec` that the runtime
 //! compiles. Everything that is wrong is reported together, each mistake at its line and column.
 //!
-//! Passes, in order:
-//! 1. `ron_text`: text → located values.
-//! 2. `form`: located values → [`Assembly`], as written.
-//! 3. `expand` (`scope`, `expression`, `files`): → tree of instances with numbers.
-//! 4. `flatten` (`body`, `reference`, `wires`): → parts, bindings, mechanism, wires.
-//! 5. `resolved`: the same as one text that needs no other file.
+//! Folders, each of which uses only those before it (`tests/tests/tidy.rs` holds that):
 //!
-//! Beside them: `import` brings the bodies of URDF, MJCF and SDF files into an assembly, `sidecar` reads what such a file
-//! cannot say, and `machine` writes any mechanism as an assembly ([`Assembly::from_description`]).
+//! | folder | what it is |
+//! |---|---|
+//! | `text` | texts, located values in them, faults as text, finding files |
+//! | `schema` | records of the format: `record!` declares one, and that is its reader, its writer and its JSON Schema |
+//! | `scope` | parameters in force, arithmetic with them |
+//! | `body` | records of bodies, loops, couplings, colliders, contact |
+//! | `form` | assemblies, phases and settings as written; the Rust builder |
+//! | `machine` | mechanisms of URDF, MJCF and SDF files, and any other, as assemblies; side-cars |
+//! | `expand` | the tree of instances, and references in it |
+//! | `mechanism` | bodies, loops, couplings, contact as one mechanism |
+//! | `wiring` | parts, bindings, wires |
+//! | `load` | all of these in order, and the resolved text that needs no other file |
 #![allow(non_snake_case)]
 
 mod body;
-mod builder;
-mod collider;
-mod collision;
-mod constraints;
-mod contact;
-mod context;
 mod expand;
-mod expression;
-mod files;
-mod flatten;
 mod form;
-mod globs;
-mod hinge;
-mod import;
-mod initial;
 mod load;
 mod machine;
-mod modes;
-mod phases;
-mod place;
-mod pose;
-mod print;
-mod read;
-mod reference;
-mod render;
-mod resolved;
-mod ron_text;
+mod mechanism;
+mod schema;
 mod scope;
-mod settings;
-mod shape;
-mod sidecar;
-mod stl;
-mod tree;
-mod wires;
+mod text;
+mod wiring;
 
-pub use builder::{IntoValue, variant};
-pub use context::{Text, tidy};
-pub use form::{Assembly, ItemForm, MountDecl, ParamDecl, PartForm, PartKind};
-pub use globs::{match_patterns, path_matches};
-pub use import::{Import, read_machine};
+pub use body::shapes::BodyShape;
+pub use expand::tree::{TreeKind, TreeNode};
+pub use form::assembly::{Assembly, ItemForm, MountDecl, PartForm, PartKind};
+pub use form::settings::{ArrowForm, Figure, LogRule, PlaceForm, Plot, Settings, Take, ViewForm};
 pub use linkwork_runtime::Value;
-pub use load::{Loaded, Options, load_file, load_text};
-pub use machine::Converted;
-pub use place::{dotted, numbers, only, put_down, texts};
-pub use render::{Failure, Look, show_faults};
-pub use settings::{Figure, LogRule, Plot, Settings, Take};
-pub use shape::{BodyShape, Shape};
-pub use sidecar::apply_side_car;
-pub use tree::{TreeKind, TreeNode};
+pub use load::{Loaded, Options, dotted, load_file, load_text, put_down, schema};
+pub use machine::convert::Converted;
+pub use machine::import::{Import, read_machine};
+pub use machine::sidecar::apply_side_car;
+pub use scope::parameters::ParamDecl;
+pub use text::patterns::{match_patterns, path_matches};
+pub use text::report::tidy;
+pub use text::show::{Failure, Look, show_faults};
+pub use text::value::{IntoValue, Text, variant};

@@ -167,7 +167,7 @@ fn mistakes_in_loops_have_places_and_remedies() {
         ),
         (
             "a: \"rod\", b: \"rocker\", solve: Embedd",
-            &["there is no solve `Embedd`", "+did you mean `Embed`?"],
+            &["`solve`: there is no word `Embedd`", "+did you mean `Embed`?"],
         ),
         (
             "a: \"rod\", b: \"rocker\", att: ()",
@@ -284,7 +284,7 @@ fn mistakes_in_couplings_have_places_and_remedies() {
             "mimic: \"rail\", of: \"crank\", offset: \"1 deg\"",
             &["`offset`: `1 deg` is in deg, but m is wanted"],
         ),
-        ("terms: [(factor: 1)]", &["a term has no `of`\n  --> sim.ron:13:15\n"]),
+        ("terms: [(factor: 1)]", &["`terms`: item 1 has no `of`\n  --> sim.ron:13:15\n"]),
     ] {
         faults(&couplings(fields), expected);
         assert!(bad(&couplings(fields)).contains("sim.ron:13:"), "{fields}");
@@ -376,9 +376,12 @@ fn modes_are_read_and_their_mistakes_told() {
         (beam.replace("twist: 1", "twist: 1.5"), &["`twist` is 1.5\n", "+a whole number"]),
         (
             beam.replace("ClampedFree", "ClampedFre"),
-            &["there is no ends `ClampedFre`\n", "+did you mean `ClampedFree`?"],
+            &["`ends`: there is no word `ClampedFre`\n", "+did you mean `ClampedFree`?"],
         ),
-        (beam.replace("Beam", "Beem"), &["there are no modes `Beem`\n", "+did you mean `Beam`?"]),
+        (
+            beam.replace("Beam", "Beem"),
+            &["there is no kind of modes `Beem`\n", "+did you mean `Beam`?"],
+        ),
         (
             beam.replace("length: 2", "length: 1.5"),
             &["on flexible body `boom`", "+  --> sim.ron:4:2\n"],

@@ -146,7 +146,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "padding: \"1 mm\"",
         "padding: -1",
-        &["shape 1: `collide`: `padding` is -1\n  --> sim.ron:6:32\n", "help: write 0 or more"],
+        &["shape 1: `collide`: `padding` is -1 m\n  --> sim.ron:6:32\n", "help: write 0 or more"],
     );
     told("padding: \"1 mm\"", "pading: 1", &["has no field `pading`\n", "did you mean `padding`?"]);
     told("restitution: 0.2", "restitution: 2", &["`restitution` is 2\n", "from 0 to 1"]);
@@ -249,7 +249,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "method: Newton",
         "method: Newten",
-        &["there is no method `Newten`", "did you mean `Newton`?"],
+        &["`method`: there is no word `Newten`", "did you mean `Newton`?"],
     );
     told("sweeps: 20", "sweeps: 2.5", &["`sweeps` is 2.5", "a whole number"]);
     told("correction: 0.3", "correction: 1.5", &["`correction` is 1.5", "from 0 to 1"]);
@@ -271,7 +271,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "ignore: [[\"deck\", \"wall\"]]",
         "ignore: [\"deck\"]",
-        &["`ignore` is a list of pairs of names"],
+        &["`ignore`: item 1 is a list, this is a text"],
     );
     told(
         "collide: [[\"deck/hull\"",

@@ -3,6 +3,7 @@
 mod common;
 use common::*;
 use linkwork_assembly::*;
+use linkwork_collision::Seen;
 use linkwork_formats::{
     Description, Geometry, Initial, ReadOptions, Root, ShapeRole, WheelRole, read_urdf,
 };
@@ -296,10 +297,8 @@ fn a_urdf_file_becomes_bodies_that_can_be_bound_and_overridden() {
         ("deck", "Rover/base")
     );
     assert_eq!(loaded.shapes[0].color, Some([1.0, 0.0, 0.0, 1.0]));
-    let Shape::Mesh { file, scale } = &loaded.shapes[1].shape else {
-        panic!("{:?}", loaded.shapes)
-    };
-    assert!(Path::new(file).is_file() && *scale == 0.001, "{file}");
+    let Seen::File { file, scale } = &loaded.shapes[1].shape else { panic!("{:?}", loaded.shapes) };
+    assert!(Path::new(file).is_file() && *scale == Vec3::repeat(0.001), "{file}");
     let import = &loaded.imports[0];
     assert_eq!((import.path.as_str(), import.description.name.as_str()), ("Rover", "rover"));
     assert_eq!(import.bodies["left"], "Rover/left");
@@ -357,8 +356,11 @@ fn mistakes_of_an_import_are_told_with_both_places() {
     has("(root: Free)", &["`import` has no `file`"]);
     has("(file: \"none.urdf\")", &["there is no file `none.urdf`", "sim.ron:3"]);
     has("(file: \"urdf/rover.urdf\", rot: Free)", &["has no field `rot`", "`root`"]);
-    has("(file: \"urdf/rover.urdf\", root: Fre)", &["there is no root `Fre`", "Free"]);
-    has("(file: \"urdf/rover.urdf\", leave_out: [\"gears\"])", &["`gears` cannot be left out"]);
+    has("(file: \"urdf/rover.urdf\", root: Fre)", &["`root`: there is no word `Fre`", "Free"]);
+    has(
+        "(file: \"urdf/rover.urdf\", leave_out: [\"gears\"])",
+        &["`leave_out`: item 1: there is no word `gears`"],
+    );
     has("(file: \"urdf/rover.urdf\", collide: 1)", &["`collide` is true or false"]);
     has("(file: \"urdf/rover.urdf\", parent: \"onw\")", &["no body `onw`", "own"]);
     std::fs::write(dir.path().join("bad.urdf"), ROVER.replace("revolute", "revolt")).unwrap();
@@ -551,8 +553,8 @@ fn a_side_car_with_names_that_lead_nowhere_is_refused_all_at_once() {
         "no link `lfet`",
         "loop `l` has no `b`",
         "no link `rihgt`",
-        "no `width` above zero",
-        "`role` is one of two words",
+        "`width` is 0 m",
+        "`role`: there is no word `Lazy`",
         "no joint `x`",
         "no link `bas`",
         "cannot be used here",

@@ -133,8 +133,8 @@ fn wrong_kinds_of_values() {
         &[
             "`step`: `1 m` is not a time\n  --> sim.ron:2:18\n",
             "there is no integrator `rk5`\n  --> sim.ron:2:37\n  help: did you mean `rk4`?",
-            "a log rule has no `channels`\n",
-            "`take` cannot be \"lst\"",
+            "`log`: item 1 has no `channels`\n",
+            "`take`: there is no word `lst`",
             "`metre` is not a unit",
         ],
     );
@@ -406,13 +406,13 @@ fn bodies_that_cannot_exist() {
     refused(
         &rover("bodies: { \"b\": (parent: \"world\", hinge: Pin([0, 0, 0])) }"),
         &[
-            "error: body `Rover/b`: `Pin`: the axis has no direction\n  --> sim.ron:3:45\n  help: write for example [0, 0, 1]",
+            "error: body `Rover/b`: `hinge`: `Pin`: `axis` has no direction\n  --> sim.ron:3:45\n  help: write for example [0, 0, 1]",
         ],
     );
     refused(
         &rover("bodies: { \"b\": (parent: \"world\", hinge: Pinn([0, 0, 1])) }"),
         &[
-            "error: body `Rover/b`: there is no hinge `Pinn`\n  --> sim.ron:3:41\n  help: did you mean `Pin`?",
+            "error: body `Rover/b`: `hinge`: there is no hinge `Pinn`\n  --> sim.ron:3:41\n  help: did you mean `Pin`?",
         ],
     );
     refused(
@@ -451,4 +451,67 @@ fn all_mistakes_are_reported_together_in_the_order_of_the_files() {
         assert!(f.show(look).contains("4 mistakes"));
     }
     assert!(f.render(true).contains('\u{1b}') && !f.render(false).contains('\u{1b}'));
+}
+
+#[test]
+fn numbers_of_place_and_view_have_units_and_are_never_zero_by_mistake() {
+    let place = "body: \"b\", at: [0, 0], wheels: [\"b\"], radius: \"25 cm\"";
+    let ok = good(&format!(
+        "Simulation(parts: {{}}, place: ({place}, heading: \"90 deg\"), \
+         view: (eye: [\"10 cm\", 0, 1], rate: \"20 Hz\", arrows: [(at: \"a\", along: \"b\", scale: 0.5)]))"
+    ));
+    let (place_form, view) = (ok.simulation.place.unwrap(), ok.simulation.view.unwrap());
+    assert_eq!((place_form.radius, place_form.heading), (0.25, std::f64::consts::FRAC_PI_2));
+    assert_eq!((view.eye.unwrap().x, view.arrows[0].scale), (0.1, 0.5));
+    for (fields, fact) in [
+        ("place: (PLACE, heading: \"north\")", "`heading`: `north` is not a quantity\n"),
+        ("place: (PLACE, heading: \"1 m\")", "`1 m` is in m, but rad is wanted"),
+        ("place: (body: \"b\", at: [0, 0], wheels: [], radius: \"0.25 kg\")", "`0.25 kg` is in kg"),
+        ("place: (body: \"b\", at: [0, 0], wheels: [], radius: 0)", "`radius` is 0 m\n"),
+        (
+            "place: (body: \"b\", at: [0], wheels: [], radius: 1)",
+            "`at` takes 2 numbers, there are 1",
+        ),
+        ("place: (body: \"b\", at: [0, 0], wheels: [])", "`place` has no `radius`\n"),
+        ("place: (PLACE, headng: 0)", "`place` has no field `headng`\n"),
+        ("place: (PLACE, joints: [3])", "`joints`: item 1 is a text, this is a number"),
+        ("view: (rate: \"often\")", "`rate`: `often` is not a time\n"),
+        ("view: (eye: [0, 1])", "`eye` takes 3 numbers, there are 2"),
+        (
+            "view: (arrows: [(at: \"a\", along: \"b\", scale: \"big\")])",
+            "`scale`: `big` is not a quantity",
+        ),
+        ("view: (arrows: [(at: \"a\", along: \"b\", color: [2, 0, 0])])", "outside 0 .. 1"),
+        ("view: (arrows: [(along: \"b\")])", "`arrows`: item 1 has no `at`\n"),
+        (
+            "accuracy: (absolute: \"tiny\"), integrator: \"dormand_prince_54\"",
+            "`tiny` is not a quantity",
+        ),
+    ] {
+        faults(&format!("Simulation(parts: {{}}, {})", fields.replace("PLACE", place)), &[fact]);
+    }
+}
+
+#[test]
+fn a_misspelt_parameter_is_one_mistake() {
+    let motor = "Simulation(parts: { \"M\": (model: \"test.motor\", params: { \"resistanse\": 1 }) }, x: 1)";
+    faults(
+        motor,
+        &["`M` has no parameter `resistanse`\n", "+did you mean `resistance`?", "no field `x`"],
+    );
+    let both = motor.replace("\"resistanse\"", "\"gaer\"");
+    faults(&both, &["`M` has no parameter `gaer`", "`resistance` is missing", "no field `x`"]);
+}
+
+#[test]
+fn what_a_hinge_does_not_take_is_refused() {
+    for (hinge, fact) in [
+        ("Ball(3)", "`hinge`: `Ball` takes nothing but fields, this is a number"),
+        ("Ball(axis: [0, 0, 1])", "`Ball` has no field `axis`"),
+        ("Pin(axis: [0, 0, 1], pitch: 1)", "`Pin` has no field `pitch`"),
+        ("Pin", "`Pin` has no `axis`"),
+    ] {
+        let text = format!("Simulation(bodies: {{ \"b\": (parent: \"world\", hinge: {hinge}) }})");
+        faults(&text, &[fact]);
+    }
 }

@@ -71,5 +71,5 @@ pub use error::{CollisionError, Fault, ShapeFault};
 pub use linkwork_multibody as multibody;
 pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};
 pub use ray::{Ray, RayHit};
-pub use shape::{ColliderSpec, Detail, Material, Neighbours, Rules, Shape, Visibility};
+pub use shape::{ColliderSpec, Detail, Material, Neighbours, Rules, Seen, Shape, Visibility};
 pub use solid::hull_surface;

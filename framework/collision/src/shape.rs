@@ -59,6 +59,20 @@ pub enum Shape {
     },
 }
 
+/// A shape as it is shown: with the geometry of what collides, or as a mesh file that only a viewer reads.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Seen {
+    /// A geometry.
+    Shape(Shape),
+    /// A mesh file.
+    File {
+        /// Its path, as found.
+        file: String,
+        /// Factors to m along x, y, z.
+        scale: Vec3,
+    },
+}
+
 /// How a surface rubs and bounces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {

@@ -1,7 +1,7 @@
 //! Parameters: reading them from located values with units, ranges and defaults; showing them back.
 use crate::services::{Files, Handle, Provided, Services};
 use crate::units::{Unit, split_quantity};
-use crate::value::{Fault, Located, Origin, Value, remedy};
+use crate::value::{Fault, Located, Origin, Value, nearest, remedy};
 use linkwork_spatial::Vec3;
 use std::ops::{Range as StdRange, RangeFrom, RangeInclusive, RangeTo, RangeToInclusive};
 
@@ -136,12 +136,15 @@ pub struct ReadCx<'a> {
     pub files: Files,
     /// The faults so far.
     pub faults: Vec<Fault>,
+    /// Parameters that a misspelt name was meant for, with the place of their map: they are not missing as well.
+    meant: Vec<(Origin, String)>,
 }
 
 impl<'a> ReadCx<'a> {
     /// A context for one part.
     pub fn new(path: impl Into<String>, services: &'a Services) -> Self {
-        ReadCx { path: path.into(), services, files: Files::default(), faults: Vec::new() }
+        let (files, faults) = (Files::default(), Vec::new());
+        ReadCx { path: path.into(), services, files, faults, meant: Vec::new() }
     }
 
     /// The text of a file that a parameter names; why there is none is a fault at `origin`.
@@ -183,6 +186,8 @@ impl<'a> ReadCx<'a> {
             if !names.contains(&key.as_str()) {
                 let message = format!("`{}` has no parameter `{key}`", self.path);
                 self.fault(v.origin, message, Some(remedy(key, "parameters", &names)));
+                let meant = nearest(key, names.iter().copied());
+                self.meant.extend(meant.map(|m| (map.origin, m.to_string())));
                 ok = false;
             }
             if entries[..k].iter().any(|(other, _)| other == key) {
@@ -206,6 +211,11 @@ impl<'a> ReadCx<'a> {
             None => match (default, T::missing(spec, self)) {
                 (Some(make), _) => Some(make()),
                 (None, Some(result)) => result,
+                (None, None)
+                    if self.meant.iter().any(|m| m.0 == map.origin && m.1 == spec.name) =>
+                {
+                    None
+                }
                 (None, None) => {
                     let unit = spec.unit.map(|u| format!(", in {u}")).unwrap_or_default();
                     let message = format!(

@@ -157,6 +157,15 @@ impl Fault {
         Fault { message: message.into(), origin, help: None }
     }
 
+    /// What an error of another crate says: its text is the fact, then `\n  help: ` and the remedy.
+    pub fn of(origin: Origin, error: &dyn fmt::Display) -> Self {
+        let text = error.to_string();
+        match text.split_once("\n  help: ") {
+            Some((fact, remedy)) => Fault::new(origin, fact).help(remedy),
+            None => Fault::new(origin, text),
+        }
+    }
+
     /// With a remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
@@ -185,8 +194,8 @@ impl fmt::Display for Faults {
 
 impl std::error::Error for Faults {}
 
-/// The candidates nearest to a misspelt name, best first: `did you mean …`.
-pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+/// The candidate that a misspelt name is most like.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let mut scored: Vec<(f64, &str)> = known
         .into_iter()
         .map(|k| {
@@ -198,7 +207,12 @@ pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
         .filter(|(score, _)| *score > 0.75)
         .collect();
     scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(b.1)));
-    scored.first().map(|(_, k)| format!("did you mean `{k}`?"))
+    scored.first().map(|(_, k)| *k)
+}
+
+/// The candidate nearest to a misspelt name: `did you mean …`.
+pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    nearest(name, known).map(|k| format!("did you mean `{k}`?"))
 }
 
 /// `did you mean …`, and the list of what there is.

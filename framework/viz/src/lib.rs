@@ -16,7 +16,7 @@ mod terrain;
 #[cfg(feature = "viewer")]
 mod viewer;
 
-pub use scene::{Arrow, Form, Marker, Panel, Scene, Shape};
+pub use scene::{Arrow, Marker, Panel, Scene, Shape};
 #[cfg(feature = "viewer")]
 pub use stream::VizError;
 #[cfg(feature = "viewer")]

@@ -1,54 +1,6 @@
 //! What is shown: shapes on bodies, arrows, trails, frames, plots, markers.
+use linkwork_collision::Seen;
 use linkwork_spatial::{Pose, Vec3};
-use std::path::PathBuf;
-
-/// The form of a shape; lengths in metres.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Form {
-    /// Full edge lengths.
-    Box(Vec3),
-    /// Radius.
-    Sphere(f64),
-    /// Radius and length; the axis is the shape's z, the middle its origin.
-    Cylinder {
-        /// Radius.
-        radius: f64,
-        /// Length along the axis.
-        length: f64,
-    },
-    /// Radius and length between the centres of the caps; the axis is the shape's z.
-    Capsule {
-        /// Radius.
-        radius: f64,
-        /// Length between the centres of the caps.
-        length: f64,
-    },
-    /// A binary or text STL file, scaled.
-    Mesh {
-        /// The file.
-        file: PathBuf,
-        /// Metres per unit of the file.
-        scale: f64,
-    },
-    /// All points below z = 0: shown as a piece of its surface.
-    HalfSpace,
-    /// The convex hull of points.
-    Hull {
-        /// Points; those inside are ignored.
-        points: Vec<Vec3>,
-    },
-    /// Heights over a grid that is centred on the shape's origin.
-    HeightField {
-        /// Points along x.
-        x: usize,
-        /// Points along y.
-        y: usize,
-        /// Distance of neighbours along x and y.
-        spacing: [f64; 2],
-        /// Heights (z), `x` numbers for the row of lowest y, then the next row.
-        heights: Vec<f64>,
-    },
-}
 
 /// A shape on a body.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,8 +11,8 @@ pub struct Shape {
     pub name: String,
     /// X_BS: the shape in the body.
     pub pose: Pose,
-    /// Its form.
-    pub form: Form,
+    /// What it is.
+    pub form: Seen,
     /// Red, green, blue, alpha: 0 to 255.
     pub color: [u8; 4],
 }

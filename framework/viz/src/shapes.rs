@@ -1,6 +1,7 @@
 //! The forms of bodies and grounds as what Rerun draws; none of them changes in a run.
-use crate::scene::{Form, Shape};
+use crate::scene::Shape;
 use crate::stream::Wrap;
+use linkwork_collision::{Seen, Shape as Geometry};
 use linkwork_spatial::{Pose, Vec3};
 use rerun::{EntityPath, RecordingStream};
 use std::path::Path;
@@ -38,40 +39,44 @@ pub fn send(rec: &RecordingStream, shape: &Shape) -> Result<(), Wrap> {
     let [r, g, b, a] = shape.color;
     let color = rerun::Color::from_unmultiplied_rgba(r, g, b, a);
     match &shape.form {
-        Form::Box(size) => {
-            let boxes = rerun::Boxes3D::from_half_sizes([f3(&(size * 0.5))]);
+        Seen::Shape(Geometry::Box { half }) => {
+            let boxes = rerun::Boxes3D::from_half_sizes([f3(half)]);
             rec.log_static(path.clone(), &boxes.with_fill_mode(fill).with_colors([color]))?;
         }
-        Form::Sphere(radius) => {
+        Seen::Shape(Geometry::Sphere { radius }) => {
             let ball = rerun::Ellipsoids3D::from_half_sizes([[*radius as f32; 3]]);
             rec.log_static(path.clone(), &ball.with_fill_mode(fill).with_colors([color]))?;
         }
-        Form::Cylinder { radius, length } => {
-            let body =
-                rerun::Cylinders3D::from_lengths_and_radii([*length as f32], [*radius as f32]);
+        Seen::Shape(Geometry::Cylinder { radius, half_length }) => {
+            let length = (2.0 * half_length) as f32;
+            let body = rerun::Cylinders3D::from_lengths_and_radii([length], [*radius as f32]);
             rec.log_static(path.clone(), &body.with_fill_mode(fill).with_colors([color]))?;
         }
-        Form::Capsule { radius, length } => {
-            let body =
-                rerun::Capsules3D::from_lengths_and_radii([*length as f32], [*radius as f32])
-                    .with_translations([[0.0, 0.0, -0.5 * *length as f32]]);
+        Seen::Shape(Geometry::Capsule { radius, half_length }) => {
+            let length = (2.0 * half_length) as f32;
+            let body = rerun::Capsules3D::from_lengths_and_radii([length], [*radius as f32])
+                .with_translations([[0.0, 0.0, -0.5 * length]]);
             rec.log_static(path.clone(), &body.with_fill_mode(fill).with_colors([color]))?;
         }
-        Form::Mesh { file, scale } => {
-            let (points, faces) = stl(file, *scale)?;
+        Seen::File { file, scale } => {
+            let (points, faces) = stl(Path::new(file), scale)?;
             rec.log_static(path.clone(), &mesh(points, faces, shape.color))?;
         }
-        Form::HalfSpace => {
+        Seen::Shape(Geometry::Mesh { vertices, triangles }) => {
+            let mesh = mesh(vertices.clone(), triangles.clone(), shape.color);
+            rec.log_static(path.clone(), &mesh)?;
+        }
+        Seen::Shape(Geometry::HalfSpace) => {
             let e = 0.5 * PIECE;
             let corners = [[-e, -e], [e, -e], [e, e], [-e, e]].map(|[x, y]| Vec3::new(x, y, 0.0));
             let faces = vec![[0, 1, 2], [0, 2, 3]];
             rec.log_static(path.clone(), &mesh(corners.to_vec(), faces, shape.color))?;
         }
-        Form::Hull { points } => {
+        Seen::Shape(Geometry::ConvexHull { points }) => {
             let (points, faces) = linkwork_collision::hull_surface(points)?;
             rec.log_static(path.clone(), &mesh(points, faces, shape.color))?;
         }
-        Form::HeightField { x, y, spacing, heights } => {
+        Seen::Shape(Geometry::HeightField { x, y, spacing, heights }) => {
             let (points, faces) = field(*x, *y, *spacing, heights);
             rec.log_static(path.clone(), &mesh(points, faces, shape.color))?;
         }
@@ -101,7 +106,7 @@ fn mesh(points: Vec<Vec3>, faces: Vec<[u32; 3]>, [r, g, b, a]: [u8; 4]) -> rerun
 
 type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
 
-fn stl(file: &Path, scale: f64) -> Result<Triangles, Wrap> {
+fn stl(file: &Path, scale: &Vec3) -> Result<Triangles, Wrap> {
     let wrap = |e: std::io::Error| Wrap(format!("{}: {e}", file.display()));
     let mut input = std::io::BufReader::new(std::fs::File::open(file).map_err(wrap)?);
     let stl = stl_io::read_stl(&mut input).map_err(wrap)?;
@@ -114,7 +119,7 @@ fn stl(file: &Path, scale: f64) -> Result<Triangles, Wrap> {
         )));
     }
     let point = |v: &stl_io::Vertex| Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
-    Ok((stl.vertices.iter().map(|v| point(v) * scale).collect(), faces))
+    Ok((stl.vertices.iter().map(|v| point(v).component_mul(scale)).collect(), faces))
 }
 
 /// The surface over a grid about the origin, cut as the collision has it; thinned when it is large.

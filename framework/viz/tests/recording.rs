@@ -2,12 +2,13 @@
 //! order of time, and show what a machine meets. A viewer that is silent holds nobody up.
 #![cfg(feature = "viewer")]
 #![allow(clippy::unwrap_used)]
+use linkwork_collision::{Seen, Shape as Geometry};
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;
 use linkwork_spatial::{MassProperties, Pose, Vec3};
-use linkwork_viz::{Arrow, Form, Panel, Scene, Shape, View};
+use linkwork_viz::{Arrow, Panel, Scene, Shape, View};
 use rerun::components::{TransformFrameId, Translation3D};
 use rerun::external::re_log_encoding::DecoderApp;
 use rerun::log::{Chunk, LogMsg};
@@ -55,32 +56,32 @@ fn program(plan: &Arc<Plan>) -> Program {
 }
 
 fn scene(plan: &Plan) -> Scene {
-    let shape = |body: &str, name: &str, form: Form| Shape {
+    let shape = |body: &str, name: &str, form: Geometry| Shape {
         body: body.into(),
         name: name.into(),
         pose: Pose::identity(),
-        form,
+        form: Seen::Shape(form),
         color: [200, 100, 50, 255],
     };
     let corners = |e: f64| {
         let signs = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(|b| e * (2.0 * b as f64 - 1.0)));
         signs.map(Vec3::from).collect::<Vec<_>>()
     };
-    let field = Form::HeightField {
+    let field = Geometry::HeightField {
         x: 3,
         y: 2,
         spacing: [1.0, 1.0],
         heights: vec![0.0, 0.1, 0.2, 0.3, 0.4, 0.5],
     };
     // One inside point is ignored.
-    let hull = Form::Hull { points: [corners(0.2), vec![Vec3::zeros()]].concat() };
+    let hull = Geometry::ConvexHull { points: [corners(0.2), vec![Vec3::zeros()]].concat() };
     let variable = plan.variables.keys().find(|k| k.ends_with("arm.angle")).unwrap().clone();
     Scene {
         title: "test".into(),
         shapes: vec![
-            shape("Robot.arm", "box", Form::Box(Vec3::new(0.1, 0.1, 1.0))),
+            shape("Robot.arm", "box", Geometry::Box { half: Vec3::new(0.05, 0.05, 0.5) }),
             shape("Robot.arm/weight", "hull", hull),
-            shape("world", "ground", Form::HalfSpace),
+            shape("world", "ground", Geometry::HalfSpace),
             shape("world", "field", field),
         ],
         arrows: vec![Arrow {

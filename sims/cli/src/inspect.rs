@@ -150,6 +150,12 @@ pub fn describe(model: &str) -> u8 {
     exit::OK
 }
 
+/// Prints the JSON Schema of the file format.
+pub fn schema() -> u8 {
+    say_text(format_args!("{:#}\n", linkwork_assembly::schema()));
+    exit::OK
+}
+
 /// Prints the assembly tree.
 pub fn tree(sim: &Path) -> u8 {
     let loaded = match load::loaded(sim) {

@@ -1,7 +1,7 @@
 //! The catalogue of all component libraries, and loading a simulation with it.
 use crate::voice::report;
 use linkwork_assembly::Loaded;
-pub use linkwork_assembly::{dotted, numbers, only, texts};
+pub use linkwork_assembly::dotted;
 use linkwork_runner::Library;
 pub use linkwork_runner::{Ready, sim_file};
 use linkwork_runtime::{Catalogue, Plan, Value};

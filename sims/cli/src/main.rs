@@ -1,4 +1,4 @@
-//! The command line: linkwork run, resume, check, list, describe, tree, graph, export, diff.
+//! The command line: linkwork run, resume, check, list, describe, tree, graph, export, schema, diff.
 use clap::{Parser, Subcommand};
 use linkwork_cli::export::{self, ExportOptions};
 use linkwork_cli::options::RunOptions;
@@ -25,6 +25,7 @@ const EXAMPLES: &str = "Examples:
   linkwork describe actuators.dc_motor                  parameters, ports, units
   linkwork graph sims/pendulum --format mermaid         the wires as a picture
   linkwork export sims/pendulum --fmu pendulum.fmu      as a unit of FMI 3.0
+  linkwork schema > linkwork.schema.json                the file format, for editors and programs
   linkwork diff a/run.mcap b/run.mcap --rel 1e-9        compare logs or checkpoints";
 
 #[derive(Subcommand)]
@@ -92,6 +93,8 @@ enum Command {
         #[arg(long = "set", value_name = "PATH=VALUE")]
         set: Vec<String>,
     },
+    /// Print the JSON Schema of simulation, assembly and side-car files.
+    Schema,
     /// Compare two logs (.mcap) or two checkpoints (.lwck). Exit code 1 when they differ.
     Diff {
         /// The first.
@@ -138,6 +141,7 @@ fn main() -> ExitCode {
         Command::Tree { sim } => inspect::tree(&sim),
         Command::Graph { sim, format } => inspect::graph(&sim, format),
         Command::Export { sim, options, set } => export::export(&sim, &options, &set),
+        Command::Schema => inspect::schema(),
         Command::Diff { a, b, abs, rel } => diff::diff(&a, &b, abs, rel),
     };
     ExitCode::from(voice::exit_code(code))

@@ -133,7 +133,7 @@ fn wrong_values() {
     );
     one(
         &[("rate: \"20 Hz\")", "rate: \"20 kg\")")],
-        &["`view.rate`: `20 kg` is not a time", "--> bad.ron:20:33", "help: "],
+        &["`view`: `rate`: `20 kg` is not a time", "--> bad.ron:20:33", "help: "],
     );
 }
 
@@ -234,7 +234,7 @@ fn patterns_and_bindings_that_match_nothing() {
     );
     one(
         &[("follow: \"bob\"", "follow: \"bub\"")],
-        &["`view.follow`: `bub` matches no body", "--> bad.ron:20:20", "did you mean `bob`?"],
+        &["`view`: `follow`: `bub` matches no body", "--> bad.ron:20:20", "did you mean `bob`?"],
     );
     one(
         &[("\"hinge:bob\"", "\"hinge:bub\"")],

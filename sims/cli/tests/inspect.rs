@@ -198,10 +198,19 @@ fn check_finds_what_run_would_refuse() {
 }
 
 #[test]
+fn the_schema_is_json() {
+    let out = Lab::new().linkwork(&["schema"]).code(0).out;
+    let schema: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(schema["$defs"]["body"]["properties"]["mass"]["anyOf"][0]["description"], "in kg");
+    assert_eq!(schema["$defs"]["body"]["required"], serde_json::json!(["parent"]));
+}
+
+#[test]
 fn help_has_examples() {
     let lab = Lab::new();
     let help = lab.linkwork(&["--help"]).code(0).out;
-    for command in ["run", "resume", "check", "list", "describe", "tree", "graph", "diff"] {
+    for command in ["run", "resume", "check", "list", "describe", "tree", "graph", "schema", "diff"]
+    {
         assert!(
             help.contains(&format!("  linkwork {command} ")),
             "no example of `{command}`:\n{help}"

@@ -195,7 +195,12 @@ pub fn good(text: &str) -> Loaded {
 pub fn bad(text: &str) -> String {
     match load(text) {
         Ok(_) => panic!("loaded, but should have been refused:\n{text}"),
-        Err(f) => f.show(Look::Plain),
+        Err(f) => {
+            for fault in &f.faults {
+                assert!(fault.help.is_some(), "no remedy: {}", fault.message);
+            }
+            f.show(Look::Plain)
+        }
     }
 }
 

@@ -1,0 +1,94 @@
+//! Colliders as written, with their groups and surfaces.
+use crate::body::solid::{colliding, seen};
+use crate::schema::describe::Schema;
+use crate::schema::kind::{At, Kind, color, flag, number, raw, text, texts};
+use crate::schema::record::{Presence, record};
+use crate::text::report::Cx;
+use crate::text::value::Text;
+use linkwork_collision::{ColliderSpec, Shape, Visibility};
+use linkwork_runtime::{Located, Origin, Value};
+use linkwork_spatial::{Pose, Quat};
+
+record! {
+    /// What a shape of a body says when it collides, and a collider of its own.
+    pub(crate) struct Surface: "surface" {
+        /// The shape is taken to be this much thicker all around.
+        padding: f64 = number("m").at_least(0.0).or(0.0),
+        /// Groups that it is in; `default` when none is written.
+        group: Vec<Text> = texts().or(Vec::new()),
+        /// Groups that it meets; all when none is written.
+        meets: Option<Vec<Text>> = texts().maybe(),
+        /// Coefficient of friction; a pair takes the geometric mean.
+        friction: Option<f64> = number("").at_least(0.0).maybe(),
+        /// Coefficient of restitution; a pair takes the larger.
+        restitution: Option<f64> = number("").within(0.0, 1.0).maybe(),
+        /// Not there when the run begins.
+        hidden: bool = flag().or(false),
+        /// A simpler shape in the same frame, for queries that ask for it.
+        coarse: Option<Shape> = CoarseKind.maybe(),
+    }
+}
+record! {
+    /// A collider that stands on its own, beside its [`Surface`].
+    pub(crate) struct Standing: "collider" {
+        /// Body, node or `world`.
+        on: Option<Text> = text().wanted("write `on: \"world\"`, or a body"),
+        /// The shape.
+        shape: Located = raw(seen().describe()).need("write `shape: HalfSpace`"),
+        /// The shape's frame in that of `on`.
+        at: Pose = crate::schema::record::of::<Pose>().or(Pose::identity()),
+        /// Red, green, blue, opacity.
+        color: Option<[f64; 4]> = color().maybe(),
+        /// Whether it is seen.
+        visible: bool = flag().or(true),
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+    }
+}
+
+struct CoarseKind;
+
+impl Kind for CoarseKind {
+    type Of = Shape;
+    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Shape> {
+        if let Value::Variant(_, inner) = &v.value
+            && let Some(axis) = inner.get("axis")
+        {
+            let what = &at.what;
+            let fact = format!("{what} stands in the frame of the fine shape, so it has no `axis`");
+            cx.fault(axis.origin, fact, "leave the axis out");
+            return None;
+        }
+        colliding().read(cx, v, at).map(|(shape, _)| shape)
+    }
+    fn write(&self, x: &Shape) -> Value {
+        colliding().write(&(x.clone(), Quat::identity()))
+    }
+    fn describe(&self) -> Schema {
+        colliding().describe()
+    }
+}
+
+/// A collider, ready but for its groups and what it takes from `contact`.
+#[derive(Clone, Debug)]
+pub(crate) struct Collider {
+    pub spec: ColliderSpec,
+    /// Groups that it is in; none: `default`.
+    pub groups: Vec<Text>,
+    /// Groups that it meets; `None`: all.
+    pub meets: Option<Vec<Text>>,
+    pub friction: Option<f64>,
+    pub restitution: Option<f64>,
+    pub origin: Origin,
+}
+
+impl Collider {
+    pub fn new(name: &str, body: &str, X: Pose, shape: Shape, s: Surface, origin: Origin) -> Self {
+        let mut spec = ColliderSpec::new(name, body, shape).at(X);
+        spec.coarse = s.coarse;
+        spec.padding = s.padding;
+        spec.hidden = if s.hidden { Visibility::Hidden } else { Visibility::Shown };
+        let Surface { group, meets, friction, restitution, .. } = s;
+        Collider { spec, groups: group, meets, friction, restitution, origin }
+    }
+}

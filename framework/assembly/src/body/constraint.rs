@@ -1,0 +1,162 @@
+//! Loops and couplings as written.
+//!
+//! ```text
+//! loop       frame of B in frame of A moves as its hinge permits;   frame = node · at
+//! coupling   Σ factor · coordinate = constant;                      mimic: a − ratio · of = offset
+//! ```
+use crate::body::hinge::hinge;
+use crate::body::initial;
+use crate::schema::describe::Schema;
+use crate::schema::kind::{
+    At, Kind, drive_number, flag, list_of, number, raw, table_of, text, word,
+};
+use crate::schema::record::{Presence, of, record};
+use crate::text::report::Cx;
+use crate::text::value::Text;
+use linkwork_multibody::Hinge;
+use linkwork_runtime::{Located, Value};
+use linkwork_solvers::Treatment;
+use linkwork_spatial::Pose;
+
+record! {
+    /// A hinge that closes a loop.
+    pub(crate) struct LoopForm: "loop" {
+        /// Body, node or `world` on one side.
+        a: Option<Text> = text().wanted("write `a: \"a body or node\"`, or \"world\""),
+        /// Body, node or `world` on the other side.
+        b: Option<Text> = text().wanted("write `b: \"a body or node\"`, or \"world\""),
+        /// The hinge's frame on the first side.
+        at_a: Pose = of::<Pose>().or(Pose::identity()),
+        /// The hinge's frame on the other side.
+        at_b: Pose = of::<Pose>().or(Pose::identity()),
+        /// The motion that it permits; without one the frames stay together.
+        hinge: Hinge = hinge().or(Hinge::locked()),
+        /// Its coordinates follow commands.
+        prescribed: bool = flag().or(false),
+        /// How it is solved.
+        solve: Treatment = treatment().or(Treatment::Auto),
+        /// Where the prescribed coordinates start.
+        initial: Option<Located> = raw(initial::schema()).maybe(),
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+    }
+}
+record! {
+    /// A linear relation between hinge coordinates.
+    pub(crate) struct CouplingForm: "coupling" {
+        /// Coordinate → factor, or a list that keeps its order.
+        terms: Option<Terms> = TermsKind.maybe(),
+        /// What the sum of factor · coordinate is.
+        constant: Option<Located> = raw(drive_number("rad", "m").describe()).maybe(),
+        /// The coordinate that follows another, in short.
+        mimic: Option<Text> = text().maybe(),
+        /// The coordinate that it follows.
+        of: Option<Text> = text().maybe(),
+        /// How far it follows.
+        ratio: Option<f64> = number("").maybe(),
+        /// Its value when the other is zero.
+        offset: Option<Located> = raw(drive_number("rad", "m").describe()).maybe(),
+        /// How it is solved.
+        solve: Treatment = treatment().or(Treatment::Auto),
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+    }
+}
+record! {
+    struct Term: "term" {
+        /// Coordinate.
+        of: Text = text().need("write (of: \"a body\", factor: 1)"),
+        /// Factor.
+        factor: f64 = number("").or(1.0),
+    }
+}
+
+fn treatment() -> impl Kind<Of = Treatment> {
+    word(&[("Auto", Treatment::Auto), ("Embed", Treatment::Embed), ("Augment", Treatment::Augment)])
+}
+
+/// Coordinates with their factors.
+pub(crate) enum Terms {
+    /// Whose order means nothing.
+    Map(Vec<(Text, f64)>),
+    /// Whose order is kept.
+    List(Vec<(Text, f64)>),
+}
+
+struct TermsKind;
+
+impl Kind for TermsKind {
+    type Of = Terms;
+    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Terms> {
+        if matches!(v.value, Value::List(_)) {
+            let terms = list_of(of::<Term>()).read(cx, v, at)?;
+            return Some(Terms::List(terms.into_iter().map(|t| (t.of, t.factor)).collect()));
+        }
+        table_of(number("")).read(cx, v, at).map(Terms::Map)
+    }
+    fn write(&self, x: &Terms) -> Value {
+        match x {
+            Terms::Map(terms) => table_of(number("")).write(terms),
+            Terms::List(terms) => {
+                let term = |(of, factor): &(Text, f64)| {
+                    let mut fields = vec![("of".to_string(), text().write(of).into())];
+                    fields.push(("factor".to_string(), Value::Number(*factor).into()));
+                    Value::Map(fields).into()
+                };
+                Value::List(terms.iter().map(term).collect())
+            }
+        }
+    }
+    fn describe(&self) -> Schema {
+        Schema::Any(vec![table_of(number("")).describe(), list_of(of::<Term>()).describe()])
+    }
+}
+
+impl CouplingForm {
+    /// Coordinates and factors, and whether their order is kept; faults when they are written in no way or in two.
+    pub fn terms(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<(Vec<(Text, f64)>, bool)> {
+        let origin = at.origin.unwrap_or(v.origin);
+        let short = ["mimic", "of", "ratio", "offset"].into_iter().find(|f| v.get(f).is_some());
+        if let Some(odd) = short {
+            if v.get("terms").or(v.get("constant")).is_some() {
+                let message = format!("{} has both `terms` and `{odd}`", at.what);
+                let help = "write (terms: {..}, constant: ..) or (mimic: .., of: ..)";
+                cx.fault(origin, message, help);
+                return None;
+            }
+            for field in ["mimic", "of"].into_iter().filter(|f| v.get(f).is_none()) {
+                let help =
+                    "write (mimic: \"a\", of: \"b\", ratio: 1, offset: 0): a = ratio · b + offset";
+                cx.fault(origin, format!("{} has no `{field}`", at.what), help);
+            }
+            let (a, b) = (self.mimic.clone()?, self.of.clone()?);
+            return Some((vec![(a, 1.0), (b, -self.ratio.unwrap_or(1.0))], true));
+        }
+        match &self.terms {
+            Some(Terms::List(terms)) => Some((terms.clone(), true)),
+            Some(Terms::Map(terms)) if !terms.is_empty() => Some((terms.clone(), false)),
+            None if v.get("terms").is_some_and(|t| t.value != Value::Null) => None,
+            _ => {
+                let help = "write `terms: { \"left\": 1, \"right\": 1 }`: Σ factor · coordinate = constant";
+                cx.fault(origin, format!("{} has no `terms`", at.what), help);
+                None
+            }
+        }
+    }
+
+    /// What the sum is, in the unit of the sum when all terms have one: `slides` says which are lengths.
+    pub fn constant(&self, cx: &mut Cx, slides: &[bool], at: &At<'_>) -> Option<f64> {
+        if let Some(offset) = &self.offset {
+            let slides = slides.first() == Some(&true);
+            let at = at.field("offset").sliding(slides);
+            return drive_number("rad", "m").read(cx, offset, &at);
+        }
+        let Some(constant) = &self.constant else { return Some(0.0) };
+        let at = at.field("constant");
+        match (slides.iter().all(|s| *s), slides.iter().any(|s| *s)) {
+            (true, true) => number("m").read(cx, constant, &at),
+            (_, false) => number("rad").read(cx, constant, &at),
+            _ => number("").read(cx, constant, &at),
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! Hinges as written: chains of subhinges with their drives and limits.
+use crate::schema::describe::Schema;
+use crate::schema::kind::{
+    At, Kind, direction, drive_number, flag, list_of, mapped, number, short,
+};
+use crate::schema::read::fields;
+use crate::schema::record::{Presence, Record, argument, of, record, variant_name, variant_of};
+use crate::text::report::Cx;
+use crate::text::value::variant;
+use linkwork_multibody::{Coordinate, Friction, Hinge, Limits, Stop, Subhinge, SubhingeKind};
+use linkwork_runtime::{Located, Value};
+use linkwork_spatial::Vec3;
+
+const HINGES: [&str; 11] = [
+    "Pin",
+    "Slider",
+    "Screw",
+    "Ball",
+    "Free",
+    "Locked",
+    "Universal",
+    "Cylindrical",
+    "Gimbal",
+    "Planar",
+    "Chain",
+];
+
+record! {
+    struct Axis: "axis" {
+        /// Axis, in the frames of the hinge.
+        axis: Vec3 = direction().need("write for example Pin([0, 0, 1])"),
+    }
+}
+record! {
+    struct Thread: "thread" {
+        /// Axis, in the frames of the hinge.
+        axis: Vec3 = direction().need("write Screw(axis: [0, 0, 1], pitch: \"1 mm/rev\")"),
+        /// Way along the axis for the turn about it.
+        pitch: f64 = number("m/rad").need("write Screw(axis: [0, 0, 1], pitch: \"1 mm/rev\")"),
+    }
+}
+record! {
+    struct Axes: "axes" {
+        /// The first axis, on the parent's side, and the second.
+        axes: Vec<Vec3> = list_of(direction()).need("write Universal([1, 0, 0], [0, 1, 0])"),
+    }
+}
+record! {
+    struct Bare: "hinge without axes" {}
+}
+
+record! {
+    /// What a subhinge has beside its kind; of a body for its whole hinge.
+    pub(crate) struct Drive: "drive" {
+        /// The coordinate follows a command instead of forces.
+        prescribed: Option<bool> = flag().maybe(),
+        /// Inertia of a rotor, as the coordinate feels it.
+        armature: Option<f64> = drive_number("kg m^2", "kg").maybe(),
+        /// Turns of the rotor for a turn of the coordinate.
+        gear: Option<f64> = number("").maybe(),
+        /// Limits of the coordinate.
+        limits: Option<Limits> = of::<Limits>().maybe(),
+        /// What acts at the limits: `true`, `false`, or a spring with a damper.
+        stop: Option<Stop> = stop().maybe(),
+        /// Viscous damping.
+        damping: Option<f64> = drive_number("N m s/rad", "N s/m").maybe(),
+        /// Dry friction, with the rate at which its smooth form reaches it.
+        friction: Option<Friction> = friction().maybe(),
+    }
+}
+
+record! {
+    for Limits: "limits" {
+        /// Lowest coordinate.
+        lower: drive_number("rad", "m").or(f64::NEG_INFINITY),
+        /// Highest coordinate.
+        upper: drive_number("rad", "m").or(f64::INFINITY),
+        /// Largest rate, either way.
+        rate: drive_number("rad/s", "m/s").or(f64::INFINITY),
+        /// Largest force or torque of what drives the coordinate, either way.
+        effort: drive_number("N m", "N").or(f64::INFINITY),
+    }
+}
+record! {
+    for Friction: "friction" {
+        /// Force or torque.
+        force: drive_number("N m", "N").or(0.0),
+        /// Rate at which the smooth form reaches 3/4 of it; 0: the usual one.
+        rate: drive_number("rad/s", "m/s").or(0.0),
+    }
+}
+record! {
+    struct Soft: "stop" {
+        /// Stiffness past the limit.
+        stiffness: f64 = drive_number("N m/rad", "N/m")
+            .need("write `stop: (stiffness: ..)`, or `false` if the coordinate may pass its limits"),
+        /// Damping past the limit, as part of the stiffness.
+        damping: f64 = drive_number("s/rad", "s/m").or(0.0),
+    }
+}
+
+fn friction() -> impl Kind<Of = Friction> {
+    let force = mapped(drive_number("N m", "N"), |force| Friction { force, rate: 0.0 }, |_| None);
+    short(force, of::<Friction>())
+}
+
+fn stop() -> impl Kind<Of = Stop> {
+    let usual = mapped(
+        flag(),
+        |on| if on { Stop::Usual } else { Stop::Off },
+        |s| match s {
+            Stop::Usual => Some(true),
+            Stop::Off => Some(false),
+            Stop::Soft { .. } => None,
+        },
+    );
+    let soft = mapped(
+        of::<Soft>(),
+        |Soft { stiffness, damping }| Stop::Soft { stiffness, damping },
+        |s| match *s {
+            Stop::Soft { stiffness, damping } => Some(Soft { stiffness, damping }),
+            _ => None,
+        },
+    );
+    short(usual, soft)
+}
+
+/// A hinge: `Pin([0, 1, 0])`, `Chain(Slider(..), Pin(..))`.
+pub(crate) struct HingeKind;
+
+pub(crate) fn hinge() -> HingeKind {
+    HingeKind
+}
+
+impl Kind for HingeKind {
+    type Of = Hinge;
+    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Hinge> {
+        let (kind, inner) = variant_name(cx, v, &at.what, ("hinge", "hinges", &HINGES))?;
+        if kind == "Chain" {
+            let mut chain = Vec::new();
+            // A chain of one arrives as the one itself.
+            let one = std::slice::from_ref(inner);
+            let items = if let Value::List(items) = &inner.value { items.as_slice() } else { one };
+            for item in items {
+                chain.extend(link(cx, item, at)?);
+            }
+            return Some(Hinge { subhinges: chain });
+        }
+        let at = at.field(kind);
+        let mut hinge = match kind {
+            "Pin" => Hinge::pin(driven::<Axis>(cx, inner, &at, "axis")?.axis),
+            "Slider" => Hinge::slider(driven::<Axis>(cx, inner, &at, "axis")?.axis),
+            "Cylindrical" => Hinge::cylindrical(driven::<Axis>(cx, inner, &at, "axis")?.axis),
+            "Screw" => {
+                let Thread { axis, pitch } = driven(cx, inner, &at, "axis")?;
+                Hinge::screw(axis, pitch)
+            }
+            "Universal" => {
+                let Axes { axes } = driven(cx, inner, &at, "axes")?;
+                let [first, second] = axes[..] else {
+                    let help = "write Universal([1, 0, 0], [0, 1, 0])";
+                    cx.fault(inner.origin, format!("{} has two axes", at.what), help);
+                    return None;
+                };
+                Hinge::universal(first, second)
+            }
+            _ => {
+                driven::<Bare>(cx, inner, &at, "")?;
+                match kind {
+                    "Ball" => Hinge::ball(),
+                    "Free" => Hinge::free(),
+                    "Gimbal" => Hinge::gimbal(),
+                    "Planar" => Hinge::planar(),
+                    _ => Hinge::locked(),
+                }
+            }
+        };
+        options(cx, inner, &at, &mut hinge.subhinges);
+        Some(hinge)
+    }
+    fn write(&self, h: &Hinge) -> Value {
+        match &h.subhinges[..] {
+            [] => Value::Null,
+            [one] if one.kind != SubhingeKind::Locked => subhinge(one),
+            many => {
+                let links = many.iter().map(|s| subhinge(s).into()).collect();
+                Value::Variant("Chain".into(), Box::new(Value::List(links).into()))
+            }
+        }
+    }
+    fn describe(&self) -> Schema {
+        Schema::Named("hinge", || {
+            let axis = |name| variant_of::<(Axis, Drive)>(name, "axis");
+            let bare = |name| variant_of::<Driven>(name, "");
+            let mut all = vec![axis("Pin"), axis("Slider"), axis("Cylindrical")];
+            all.push(variant_of::<(Thread, Drive)>("Screw", ""));
+            all.push(variant_of::<(Axes, Drive)>("Universal", "axes"));
+            all.extend(["Ball", "Free", "Gimbal", "Planar", "Locked"].map(bare));
+            let chain = Schema::List(Box::new(hinge().describe()), None);
+            all.push(Schema::Variant(
+                "Chain",
+                Box::new(Schema::Any(vec![chain, hinge().describe()])),
+            ));
+            Schema::Any(all)
+        })
+    }
+}
+
+type Driven = (Bare, Drive);
+
+/// Reads what is in the brackets but the drive, and refuses what belongs to neither.
+fn driven<T: Record>(cx: &mut Cx, inner: &Located, at: &At<'_>, short: &str) -> Option<T> {
+    if matches!(inner.value, Value::Map(_)) {
+        fields(cx, inner, &at.what, &[T::names(), Drive::names()].concat());
+        return T::read_fields(cx, inner, at);
+    }
+    argument(cx, inner, at, short)
+}
+
+/// The subhinges of one item of a chain; `Locked` is a subhinge there.
+fn link(cx: &mut Cx, item: &Located, at: &At<'_>) -> Option<Vec<Subhinge>> {
+    match &item.value {
+        Value::Variant(kind, inner) if kind == "Locked" => {
+            let (mut locked, at) = ([SubhingeKind::Locked.into()], at.field("Locked"));
+            driven::<Bare>(cx, inner, &at, "")?;
+            options(cx, inner, &at, &mut locked);
+            Some(locked.into())
+        }
+        _ => Some(hinge().read(cx, item, at)?.subhinges),
+    }
+}
+
+/// A coordinate that is a length.
+pub(crate) fn slides(kind: &SubhingeKind) -> bool {
+    matches!(kind, SubhingeKind::Slider { .. })
+}
+
+/// [`Drive`] of a body for its whole hinge or of one hinge of a chain.
+pub(crate) fn options(cx: &mut Cx, v: &Located, at: &At<'_>, chain: &mut [Subhinge]) {
+    for s in chain {
+        let at = at.clone().sliding(slides(&s.kind));
+        let Some(drive) = Drive::read_fields(cx, v, &at) else { continue };
+        if drive.prescribed == Some(true) {
+            s.coordinate = Coordinate::Prescribed;
+        }
+        s.armature = drive.armature.unwrap_or(s.armature);
+        s.gear = drive.gear.unwrap_or(s.gear);
+        s.limits = drive.limits.unwrap_or(s.limits);
+        s.damping = drive.damping.unwrap_or(s.damping);
+        s.friction = drive.friction.unwrap_or(s.friction);
+        s.stop = drive.stop.unwrap_or(s.stop);
+    }
+}
+
+fn subhinge(s: &Subhinge) -> Value {
+    let mut out = Vec::new();
+    let name = match s.kind {
+        SubhingeKind::Screw { axis, pitch } => {
+            Thread { axis, pitch }.write_fields(&mut out);
+            "Screw"
+        }
+        SubhingeKind::Pin { axis } => {
+            Axis { axis }.write_fields(&mut out);
+            "Pin"
+        }
+        SubhingeKind::Slider { axis } => {
+            Axis { axis }.write_fields(&mut out);
+            "Slider"
+        }
+        SubhingeKind::Ball => "Ball",
+        SubhingeKind::Free => "Free",
+        SubhingeKind::Locked => "Locked",
+    };
+    let drive = Drive {
+        prescribed: (s.coordinate == Coordinate::Prescribed).then_some(true),
+        armature: Some(s.armature).filter(|x| *x != 0.0),
+        gear: Some(s.gear).filter(|x| *x != 1.0),
+        limits: Some(s.limits).filter(|l| *l != Limits::NONE),
+        stop: Some(s.stop).filter(|s| *s != Stop::Usual),
+        damping: Some(s.damping).filter(|x| *x != 0.0),
+        friction: Some(s.friction).filter(|f| *f != Friction::NONE),
+    };
+    drive.write_fields(&mut out);
+    if out.is_empty() { variant(name, Value::Null) } else { variant(name, Value::Map(out)) }
+}

@@ -1,0 +1,198 @@
+//! How a body starts: `initial: (angle: "5 deg", rate: 0)`, or poses and velocities.
+use crate::body::hinge::slides;
+use crate::schema::describe::Schema;
+use crate::schema::kind::{At, Kind, drive_number, list_of, number, vector};
+use crate::schema::pose::rotation;
+use crate::schema::record::{Presence, Record, record};
+use crate::text::report::Cx;
+use linkwork_multibody::{Hinge, Subhinge, SubhingeKind};
+use linkwork_runtime::{Located, Value};
+use linkwork_spatial::{Quat, Vec3};
+
+record! {
+    struct Floating: "start of a free body" {
+        /// Origin in the parent's frame of the hinge.
+        position: Vec3 = vector("m").or(Vec3::zeros()),
+        /// Rotation in the parent's frame of the hinge.
+        rotation: Quat = rotation().or(Quat::identity()),
+        /// Velocity of the origin, axes of the parent's frame.
+        velocity: Vec3 = vector("m/s").or(Vec3::zeros()),
+        /// Angular velocity, body axes.
+        angular: Vec3 = vector("rad/s").or(Vec3::zeros()),
+    }
+}
+record! {
+    struct Turning: "start of a ball" {
+        /// Rotation in the parent's frame of the hinge.
+        rotation: Quat = rotation().or(Quat::identity()),
+        /// Angular velocity, body axes.
+        angular: Vec3 = vector("rad/s").or(Vec3::zeros()),
+    }
+}
+record! {
+    struct Pinned: "start of a pin or screw" {
+        /// Angle.
+        angle: f64 = number("rad").or(0.0),
+        /// Rate of the angle.
+        rate: f64 = number("rad/s").or(0.0),
+    }
+}
+record! {
+    struct Sliding: "start of a slider" {
+        /// Way along the axis.
+        position: f64 = number("m").or(0.0),
+        /// Rate of the way.
+        rate: f64 = number("m/s").or(0.0),
+    }
+}
+record! {
+    struct Chained: "start of a chain" {
+        /// A number for each subhinge, parent's side first; with a ball in the chain all numbers, in SI.
+        coordinates: Option<Located> = crate::schema::kind::raw(list_of(drive_number("rad", "m")).describe()).maybe(),
+        /// Their rates.
+        rates: Option<Located> = crate::schema::kind::raw(list_of(drive_number("rad/s", "m/s")).describe()).maybe(),
+    }
+}
+
+/// `initial` in the schema: which of these it is, the hinge says.
+pub(crate) fn schema() -> Schema {
+    Schema::Any(vec![
+        Floating::describe(),
+        Turning::describe(),
+        Pinned::describe(),
+        Sliding::describe(),
+        Chained::describe(),
+    ])
+}
+
+/// Coordinates and rates of one hinge; neutral where nothing is written.
+pub(crate) fn read(
+    cx: &mut Cx,
+    v: Option<&Located>,
+    hinge: &Hinge,
+    at: &At<'_>,
+) -> (Vec<f64>, Vec<f64>) {
+    let (mut q, mut rates) = (Vec::new(), Vec::new());
+    for s in &hinge.subhinges {
+        match s.kind {
+            SubhingeKind::Free => q.extend([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+            SubhingeKind::Ball => q.extend([0.0, 0.0, 0.0, 1.0]),
+            _ => q.extend(vec![0.0; s.kind.nq()]),
+        }
+        rates.extend(vec![0.0; s.kind.nv()]);
+    }
+    let Some(v) = v.filter(|v| v.value != Value::Null) else { return (q, rates) };
+    match hinge.subhinges.as_slice() {
+        [s] if matches!(s.kind, SubhingeKind::Free) => {
+            if let Some(x) = Floating::read(cx, v, at) {
+                let (p, R) = (x.position, x.rotation);
+                q.copy_from_slice(&[p.x, p.y, p.z, R.i, R.j, R.k, R.w]);
+                rates[..3].copy_from_slice(x.angular.as_slice());
+                // β holds the velocity in child axes.
+                rates[3..].copy_from_slice((R.inverse() * x.velocity).as_slice());
+            }
+        }
+        [s] if matches!(s.kind, SubhingeKind::Ball) => {
+            if let Some(x) = Turning::read(cx, v, at) {
+                let R = x.rotation;
+                q.copy_from_slice(&[R.i, R.j, R.k, R.w]);
+                rates.copy_from_slice(x.angular.as_slice());
+            }
+        }
+        [s] if slides(&s.kind) => {
+            let x = Sliding::read(cx, v, at);
+            (q[0], rates[0]) = x.map_or((0.0, 0.0), |x| (x.position, x.rate));
+        }
+        [s] if s.kind.nv() == 1 => {
+            let x = Pinned::read(cx, v, at);
+            (q[0], rates[0]) = x.map_or((0.0, 0.0), |x| (x.angle, x.rate));
+        }
+        [] => {
+            let help =
+                "a locked hinge has no coordinate: leave `initial` out or choose another hinge";
+            cx.fault(v.origin, format!("{} cannot be set for this hinge", at.what), help);
+        }
+        chain => {
+            let whole = chain.iter().any(|s| s.kind.nv() > 1);
+            let Some(x) = Chained::read(cx, v, at) else { return (q, rates) };
+            let (turns, ways) = (["rad", "rad/s"], ["m", "m/s"]);
+            for (k, written, field, out) in
+                [(0, x.coordinates, "coordinates", &mut q), (1, x.rates, "rates", &mut rates)]
+            {
+                let Some(written) = written else { continue };
+                let at = at.field(field);
+                if !whole {
+                    let unit = drive_number(turns[k], ways[k]);
+                    numbers(cx, &written, &at, out, |j| slides(&chain[j].kind), &unit);
+                } else {
+                    numbers(cx, &written, &at, out, |_| false, &number(""));
+                }
+            }
+            if whole {
+                unit_quaternions(cx, v, at, chain, &q);
+            }
+        }
+    }
+    (q, rates)
+}
+
+/// As many numbers as there are, each in the unit of its subhinge.
+fn numbers(
+    cx: &mut Cx,
+    v: &Located,
+    at: &At<'_>,
+    out: &mut [f64],
+    slides: impl Fn(usize) -> bool,
+    kind: &impl Kind<Of = f64>,
+) {
+    let items = crate::schema::read::list(cx, v, &at.what);
+    if items.len() != out.len() {
+        let message =
+            format!("{} has {} numbers, the hinge has {}", at.what, items.len(), out.len());
+        let help = "one for each subhinge, parent's side first; a chain with a ball takes all its \
+                    numbers, a quaternion as x, y, z, w";
+        cx.fault(v.origin, message, help);
+        return;
+    }
+    for (j, (item, x)) in items.iter().zip(out).enumerate() {
+        *x = kind.read(cx, item, &at.clone().sliding(slides(j))).unwrap_or(0.0);
+    }
+}
+
+fn unit_quaternions(cx: &mut Cx, v: &Located, at: &At<'_>, chain: &[Subhinge], q: &[f64]) {
+    let mut start = 0;
+    for s in chain {
+        let end = start + s.kind.nq();
+        let turn = &q[end.saturating_sub(4).max(start)..end];
+        let length = turn.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if s.kind.nv() > 1 && !((length - 1.0).abs() < 1e-6) {
+            let message = format!("{}: a quaternion has length {length}, not 1", at.what);
+            cx.fault(v.origin, message, "the order is x, y, z, w; divide by the length");
+        }
+        start = end;
+    }
+}
+
+/// A hinge's numbers of q in the words of its kind.
+pub(crate) fn value(h: &Hinge, q: &[f64]) -> Value {
+    let quat = |q: &[f64]| {
+        Quat::new_unchecked(linkwork_spatial::nalgebra::Quaternion::new(q[3], q[0], q[1], q[2]))
+    };
+    let (zero, first) = (Vec3::zeros(), q.first().copied().unwrap_or(0.0));
+    match &h.subhinges[..] {
+        [] => Value::Null,
+        [s] if s.kind == SubhingeKind::Free && q.len() == 7 => {
+            let position = Vec3::new(q[0], q[1], q[2]);
+            Floating { position, rotation: quat(&q[3..]), velocity: zero, angular: zero }.write()
+        }
+        [s] if s.kind == SubhingeKind::Ball && q.len() == 4 => {
+            Turning { rotation: quat(q), angular: zero }.write()
+        }
+        [s] if slides(&s.kind) => Sliding { position: first, rate: 0.0 }.write(),
+        [s] if s.kind.nv() == 1 => Pinned { angle: first, rate: 0.0 }.write(),
+        _ => {
+            let all = crate::text::value::list(q.iter().copied());
+            Chained { coordinates: Some(all.into()), rates: None }.write()
+        }
+    }
+}

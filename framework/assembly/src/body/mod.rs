@@ -1,0 +1,106 @@
+//! A body with numbers: from fields whose parameters have been replaced.
+pub(crate) mod collider;
+pub(crate) mod constraint;
+pub(crate) mod contact;
+pub(crate) mod hinge;
+pub(crate) mod initial;
+pub(crate) mod mass;
+pub(crate) mod modes;
+pub(crate) mod shapes;
+pub(crate) mod solid;
+mod stl;
+
+use crate::body::collider::Collider;
+use crate::body::hinge::{Drive, hinge};
+use crate::body::modes::modes;
+use crate::body::shapes::{BodyShape, Shapes, shapes};
+use crate::schema::kind::{At, raw, table_of, text};
+use crate::schema::read::{fields, name};
+use crate::schema::record::{Presence, Record, of, record};
+use crate::text::report::Cx;
+use crate::text::value::Text;
+use linkwork_multibody::{Hinge, Modes};
+use linkwork_runtime::{Located, Origin};
+use linkwork_spatial::{MassProperties, Pose};
+
+record! {
+    /// A body, beside its mass and the drive of its hinge.
+    pub(crate) struct BodyForm: "body" {
+        /// `world`, a body, a node or a mount that it hangs on.
+        parent: Option<Text> = text().wanted("write `parent: \"world\"`, another body, or a mount"),
+        /// The hinge's frame in the parent.
+        at: Pose = of::<Pose>().or(Pose::identity()),
+        /// How it may move; without one it is fixed.
+        hinge: Hinge = hinge().or(Hinge::locked()),
+        /// The hinge's frame in the body.
+        hinge_frame: Pose = of::<Pose>().or(Pose::identity()),
+        /// Where it starts and how it moves then.
+        initial: Option<Located> = raw(initial::schema()).maybe(),
+        /// How it bends.
+        modes: Option<Modes> = modes().maybe(),
+        /// What it looks like, and what of it collides.
+        shapes: Option<Located> = raw(shapes::schema()).maybe(),
+        /// Frames on it that can be named.
+        nodes: Vec<(Text, Pose)> = table_of(of::<Pose>()).or(Vec::new()),
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+    }
+}
+
+/// All that can be written in a body.
+pub(crate) type BodyFields = (BodyForm, (Drive, MassProperties));
+
+/// A body, ready but for its parent's name.
+pub(crate) struct Body {
+    pub name: String,
+    pub parent: Text,
+    pub at: Pose,
+    pub hinge_frame: Pose,
+    pub hinge: Hinge,
+    pub mass: MassProperties,
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    pub shapes: Vec<BodyShape>,
+    /// Place in `shapes`, collider.
+    pub colliders: Vec<(usize, Collider)>,
+    pub nodes: Vec<(String, Pose, Origin)>,
+    pub origin: Origin,
+    /// Where mass and inertia are written, for faults about them.
+    pub inertia_origin: Origin,
+    /// How it bends.
+    pub modes: Option<Modes>,
+    pub modes_origin: Origin,
+}
+
+/// Reads a body; what cannot be read is recorded and left at its neutral value.
+pub(crate) fn read(cx: &mut Cx, full: &str, v: &Located, at: &At<'_>) -> Option<Body> {
+    let origin = at.origin.unwrap_or(v.origin);
+    fields(cx, v, &at.what, &BodyFields::names());
+    let form = BodyForm::read_fields(cx, v, at)?;
+    let mut hinge = form.hinge;
+    hinge::options(cx, v, at, &mut hinge.subhinges);
+    let (q, rates) = initial::read(cx, form.initial.as_ref(), &hinge, &at.field("initial"));
+    let mass = MassProperties::read_fields(cx, v, at).unwrap_or_else(MassProperties::massless);
+    for (key, _) in &form.nodes {
+        name(cx, &key.text, key.origin, "node");
+    }
+    let Shapes { shown, colliders } =
+        form.shapes.map(|s| shapes(cx, &s, full, at)).unwrap_or_default();
+    Some(Body {
+        name: full.into(),
+        parent: form.parent.unwrap_or_else(|| Text::new("world")),
+        at: form.at,
+        hinge_frame: form.hinge_frame,
+        hinge,
+        mass,
+        q,
+        v: rates,
+        shapes: shown,
+        colliders,
+        nodes: form.nodes.into_iter().map(|(key, p)| (key.text, p, key.origin)).collect(),
+        origin,
+        inertia_origin: v.get("inertia").or(v.get("mass")).map_or(origin, |i| i.origin),
+        modes: form.modes,
+        modes_origin: v.get("modes").map_or(origin, |m| m.origin),
+    })
+}

@@ -1,0 +1,155 @@
+//! The shapes of a body: what is seen, and what collides.
+use crate::body::collider::{Collider, Surface};
+use crate::body::solid::{colliding, only_collides, seen};
+use crate::schema::describe::Schema;
+use crate::schema::kind::{At, Kind, color, flag, raw, text};
+use crate::schema::read::{fields, list};
+use crate::schema::record::{Presence, Record, of, record};
+use crate::text::report::Cx;
+use crate::text::value::Text;
+use linkwork_collision::Seen;
+use linkwork_runtime::{Located, Origin, Value};
+use linkwork_spatial::{Pose, Quat};
+
+/// A shape on a body, for display.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyShape {
+    /// Full name of the body.
+    pub body: String,
+    /// The shape's frame in the body.
+    pub pose: Pose,
+    /// What it is.
+    pub shape: Seen,
+    /// Red, green, blue, opacity in 0 … 1.
+    pub color: Option<[f64; 4]>,
+    /// Name, unique on its body.
+    pub name: String,
+}
+
+record! {
+    /// A shape with its frame.
+    struct Framed: "shape" {
+        /// The shape.
+        shape: Located = raw(seen().describe()).need("write `shape: Sphere(0.1)`"),
+        /// Its frame in the body.
+        at: Pose = of::<Pose>().or(Pose::identity()),
+        /// Red, green, blue, opacity.
+        color: Option<[f64; 4]> = color().maybe(),
+        /// Its name, unique on its body.
+        name: Option<Text> = text().maybe(),
+    }
+}
+record! {
+    /// What a shape says when it may collide.
+    struct Touch: "touch" {
+        /// `true`, or how it collides.
+        collide: Option<Located> = raw(Schema::Any(vec![Schema::Flag, Collide::describe()])).maybe(),
+        /// Whether it is seen.
+        visible: bool = flag().or(true),
+    }
+}
+record! {
+    struct OwnShape: "collide" {
+        /// What collides instead of what is shown.
+        shape: Option<Located> = raw(seen().describe()).maybe(),
+    }
+}
+type Collide = (OwnShape, Surface);
+
+/// `shapes` of a body in the schema.
+pub(crate) fn schema() -> Schema {
+    let framed = <(Framed, Touch)>::describe();
+    Schema::List(Box::new(Schema::Any(vec![framed, seen().describe()])), None)
+}
+
+/// The shapes of a body: what is seen, and what collides with the place in the list of each.
+#[derive(Default)]
+pub(crate) struct Shapes {
+    pub shown: Vec<BodyShape>,
+    pub colliders: Vec<(usize, Collider)>,
+}
+
+/// The shapes of a body; where no files can be named, only to be seen.
+pub(crate) fn shapes(cx: &mut Cx, v: &Located, body: &str, at: &At<'_>) -> Shapes {
+    let (mut out, mut taken) = (Shapes::default(), Vec::<String>::new());
+    for (k, item) in list(cx, v, &format!("`{body}`: `shapes`")).iter().enumerate() {
+        let at = At { what: format!("`{body}`: shape {}", k + 1), ..at.clone() };
+        let (framed, touch) = match (&item.value, at.near.is_some()) {
+            (Value::Map(_), true) => match <(Framed, Touch)>::read(cx, item, &at) {
+                Some(both) => both,
+                None => continue,
+            },
+            (Value::Map(_), false) => match Framed::read(cx, item, &at) {
+                Some(framed) => (framed, Touch { collide: None, visible: true }),
+                None => continue,
+            },
+            _ => {
+                let shape = item.clone();
+                let framed = Framed { shape, at: Pose::identity(), color: None, name: None };
+                (framed, Touch { collide: None, visible: true })
+            }
+        };
+        let mut name = framed.name.map_or_else(|| format!("shape{}", k + 1), |t| t.text);
+        while taken.contains(&name) {
+            name.push('_');
+        }
+        taken.push(name.clone());
+        let full = format!("{body}/{name}");
+        let origin = if item.origin == Origin::NONE { framed.shape.origin } else { item.origin };
+        let entry = entry(cx, &framed.shape, &touch, &at);
+        if let Some((shape, turn)) = entry.shown {
+            let pose = framed.at * Pose::rotation(turn);
+            out.shown.push(BodyShape { body: body.into(), pose, shape, color: framed.color, name });
+        }
+        if let Some(((shape, turn), surface)) = entry.collides {
+            let X = framed.at * Pose::rotation(turn);
+            out.colliders.push((k, Collider::new(&full, body, X, shape, surface, origin)));
+        }
+    }
+    out
+}
+
+/// What one entry of `shapes` gives.
+#[derive(Default)]
+struct Entry {
+    shown: Option<(Seen, Quat)>,
+    collides: Option<((linkwork_collision::Shape, Quat), Surface)>,
+}
+
+fn entry(cx: &mut Cx, shape: &Located, touch: &Touch, at: &At<'_>) -> Entry {
+    let collide = touch.collide.as_ref().filter(|c| c.value != Value::Bool(false));
+    let only = only_collides(shape);
+    if only && collide.is_none() {
+        let message = format!("{}: this shape only collides", at.what);
+        cx.fault(shape.origin, message, "add `collide: true`, or use a solid that can be shown");
+        return Entry::default();
+    }
+    let mut out = Entry::default();
+    if touch.visible && !only {
+        out.shown = seen().read(cx, shape, at);
+        if out.shown.is_none() {
+            return out;
+        }
+    }
+    let Some(collide) = collide else { return out };
+    let at = at.field("collide");
+    let (own, surface) = match &collide.value {
+        Value::Bool(_) => (None, Surface::read_fields(cx, &Value::Null.into(), &at)),
+        Value::Map(_) => {
+            fields(cx, collide, &at.what, &Collide::names());
+            (collide.get("shape"), Surface::read_fields(cx, collide, &at))
+        }
+        other => {
+            let message = format!("{} cannot be {}", at.what, other.what());
+            let help = "write `collide: true` or `collide: (friction: 0.6)`";
+            cx.fault(collide.origin, message, help);
+            return out;
+        }
+    };
+    let geometry = match own {
+        Some(own) => colliding().read(cx, own, &at.field("shape")),
+        None => colliding().read(cx, shape, &at),
+    };
+    out.collides = geometry.zip(surface);
+    out
+}

@@ -1,0 +1,421 @@
+//! From assemblies as written to a tree of instances: files read, parameters replaced, overrides
+//! applied, arrays unrolled.
+use crate::body::BodyFields;
+use crate::body::collider::{Standing, Surface};
+use crate::body::constraint::{CouplingForm, LoopForm};
+use crate::expand::assemblies::Assemblies;
+use crate::expand::instance::{Instance, ItemInst, ModelInst, Node};
+use crate::form::assembly::{Assembly, ItemForm, PartForm, PartKind, read_overrides};
+use crate::machine::import::{self, Import};
+use crate::schema::read::text;
+use crate::schema::record::Record;
+use crate::scope::parameters::{Env, bind, substitute, substitute_text};
+use crate::text::files::Home;
+use crate::text::patterns::segment_matches;
+use crate::text::report::Cx;
+use crate::text::value::{Text, entries, join, set, sort};
+use linkwork_runtime::{Catalogue, Description, Located, Origin, Value, did_you_mean, remedy};
+use std::collections::BTreeMap;
+
+/// An override on its way down.
+#[derive(Clone)]
+pub(crate) struct Pending {
+    id: usize,
+    path: Vec<String>,
+    value: Located,
+}
+
+struct Written {
+    text: String,
+    origin: Origin,
+    scope: String,
+    used: bool,
+}
+
+/// Expands; holds what all levels share.
+pub(crate) struct Expander<'a, 'o> {
+    pub cx: &'a mut Cx,
+    pub files: Assemblies<'o>,
+    pub catalogue: &'o Catalogue,
+    /// Files open above this place.
+    stack: Vec<String>,
+    overrides: Vec<Written>,
+    /// The files that were imported.
+    pub imports: Vec<Import>,
+}
+
+/// What is in force where an assembly stands.
+struct Around<'p> {
+    path: &'p str,
+    kind: &'p str,
+    env: &'p Env,
+    home: &'p Home,
+}
+
+impl<'a, 'o> Expander<'a, 'o> {
+    pub fn new(cx: &'a mut Cx, files: Assemblies<'o>, catalogue: &'o Catalogue) -> Self {
+        Expander {
+            cx,
+            files,
+            catalogue,
+            stack: Vec::new(),
+            overrides: Vec::new(),
+            imports: Vec::new(),
+        }
+    }
+
+    /// The model's description, when the catalogue has it.
+    fn description(&self, model: &str) -> Option<&'o Description> {
+        Some(&self.catalogue.get(model)?.description)
+    }
+
+    fn pend(&mut self, scope: &str, path: &Text, value: Located) -> Pending {
+        self.overrides.push(Written {
+            text: path.text.clone(),
+            origin: path.origin,
+            scope: scope.to_string(),
+            used: false,
+        });
+        let mut segments = Vec::new();
+        for segment in path.text.split('.') {
+            match segment.split_once('/') {
+                Some((head, body)) => {
+                    segments.extend((!head.is_empty()).then(|| head.to_string()));
+                    segments.push(format!("/{body}"));
+                }
+                None => segments.push(segment.to_string()),
+            }
+        }
+        Pending { id: self.overrides.len() - 1, path: segments, value }
+    }
+
+    /// The whole tree; faults of overrides that match nothing come last.
+    pub fn root(
+        &mut self,
+        a: &Assembly,
+        home: &Home,
+        outer: &[(Text, Located)],
+    ) -> (Instance, Env) {
+        let pending: Vec<Pending> =
+            outer.iter().map(|(path, v)| self.pend("", path, v.clone())).collect();
+        let given = self.given(&a.params, Value::Map(Vec::new()).into(), &pending);
+        let env = bind(self.cx, "simulation", Origin::NONE, &a.params, &given, &Env::new());
+        let around = Around { path: "", kind: "simulation", env: &env, home };
+        let root = self.instance(a, &around, BTreeMap::new(), pending);
+        self.unused(&root);
+        (root, env)
+    }
+
+    /// Values of parameters with the overrides that name them.
+    fn given<T>(
+        &mut self,
+        decls: &BTreeMap<String, T>,
+        mut given: Located,
+        pending: &[Pending],
+    ) -> Located {
+        for p in pending.iter().filter(|p| p.path.len() == 1) {
+            for name in decls.keys().filter(|n| segment_matches(&p.path[0], n)) {
+                set(&mut given, std::slice::from_ref(name), &p.value);
+                self.overrides[p.id].used = true;
+            }
+        }
+        given
+    }
+
+    fn instance(
+        &mut self,
+        a: &Assembly,
+        around: &Around<'_>,
+        mounts: BTreeMap<String, Text>,
+        outer: Vec<Pending>,
+    ) -> Instance {
+        // Own overrides first, those from outside after them: the outermost wins.
+        let mut pending = Vec::new();
+        for (path, value) in &a.overrides {
+            let path = substitute_text(self.cx, around.env, path);
+            let value = substitute(self.cx, around.env, value);
+            pending.push(self.pend(around.path, &path, value));
+        }
+        pending.extend(outer.into_iter().filter(|p| p.path.len() > 1));
+        let mut out = Instance {
+            path: around.path.to_string(),
+            kind: around.kind.to_string(),
+            doc: a.doc.clone(),
+            parts: BTreeMap::new(),
+            arrays: BTreeMap::new(),
+            bodies: BTreeMap::new(),
+            loops: BTreeMap::new(),
+            couplings: BTreeMap::new(),
+            colliders: BTreeMap::new(),
+            contact: a.contact.as_ref().map(|c| substitute(self.cx, around.env, c)),
+            mounts,
+            exports: BTreeMap::new(),
+            wires: Vec::new(),
+            params: a.params.keys().cloned().collect(),
+            broken: a.broken.clone(),
+        };
+        let written = a.imports.as_ref().map(|i| substitute(self.cx, around.env, i));
+        let imported = written.map(|i| {
+            let place = (around.path, around.home);
+            import::with_imports(self.cx, &self.files.files, &i, place, a, &mut self.imports)
+        });
+        let all = imported.as_ref().unwrap_or(a);
+        let has_part = |name: &str| a.parts.contains_key(name);
+        let known = BodyFields::names();
+        out.bodies = self.items(&all.bodies, around, &pending, (&has_part, &known));
+        let known = LoopForm::names();
+        out.loops = self.items(&all.loops, around, &pending, (&has_part, &known));
+        let known = CouplingForm::names();
+        out.couplings = self.items(&all.couplings, around, &pending, (&has_part, &known));
+        let known = <(Standing, Surface)>::names();
+        out.colliders = self.items(&all.colliders, around, &pending, (&has_part, &known));
+        for (base, form) in &a.parts {
+            let form = form.with_values(self.cx, around.env, &join(around.path, base));
+            let elements = form.elements(self.cx, base);
+            if form.array.is_some() {
+                out.arrays.insert(base.clone(), elements.iter().map(|e| e.0.clone()).collect());
+            }
+            for (name, part) in elements {
+                let inner: Vec<Pending> = pending
+                    .iter()
+                    .filter(|p| p.path.len() > 1 && segment_matches(&p.path[0], &name))
+                    .map(|p| Pending { path: p.path[1..].to_vec(), ..p.clone() })
+                    .collect();
+                let Some(node) = self.part(&name, &part, around, inner) else {
+                    out.broken.insert(name);
+                    continue;
+                };
+                if out.parts.insert(name.clone(), node).is_some() {
+                    let message = format!("`{}`: two parts are named `{name}`", around.path);
+                    self.cx.fault(part.origin, message, "give the array's elements other names");
+                }
+            }
+        }
+        for name in a.bodies.keys().filter(|n| out.mounts.contains_key(*n)) {
+            let message = format!("`{name}` is both a body and a mount");
+            self.cx.fault(a.bodies[name].origin, message, "give one of them another name");
+        }
+        let replace = |cx: &mut Cx, t: &Text| match t.text.contains("${") {
+            true => substitute_text(cx, around.env, t),
+            false => t.clone(),
+        };
+        out.wires = a.wires.iter().map(|w| replace(self.cx, w)).collect();
+        out.exports = a.exports.iter().map(|(k, t)| (k.clone(), replace(self.cx, t))).collect();
+        out
+    }
+
+    /// Bodies, loops, couplings or colliders with their parameters replaced and overridden, where `known` are their fields.
+    fn items(
+        &mut self,
+        forms: &BTreeMap<String, ItemForm>,
+        around: &Around<'_>,
+        pending: &[Pending],
+        (has_part, known): (&dyn Fn(&str) -> bool, &[&str]),
+    ) -> BTreeMap<String, ItemInst> {
+        let mut out = BTreeMap::new();
+        for (name, form) in forms {
+            let mut fields = substitute(self.cx, around.env, &form.fields);
+            for p in pending {
+                let slashed = p.path[0].strip_prefix('/');
+                let own = slashed.is_some_and(|s| segment_matches(s, name))
+                    || (p.path[0] == *name && !has_part(name));
+                if own && p.path.len() > 1 && known.contains(&p.path[1].as_str()) {
+                    set(&mut fields, &p.path[1..], &p.value);
+                    self.overrides[p.id].used = true;
+                }
+            }
+            sort(&mut fields);
+            let item = ItemInst { fields, origin: form.origin, home: around.home.clone() };
+            out.insert(name.clone(), item);
+        }
+        out
+    }
+
+    fn part(
+        &mut self,
+        name: &str,
+        part: &PartForm,
+        around: &Around<'_>,
+        pending: Vec<Pending>,
+    ) -> Option<Node> {
+        let path = join(around.path, name);
+        let params = part.params.clone();
+        match &part.kind {
+            PartKind::Model { model, rate, offset, bind, folder } => {
+                let folder = match (folder, around.home) {
+                    (Some(f), _) => Some(f.text.clone().into()),
+                    (None, Home::Folder(f)) => Some(f.clone()),
+                    (None, Home::Embedded(_)) => None,
+                };
+                let mut m = ModelInst {
+                    path,
+                    doc: part.doc.clone(),
+                    model: substitute_text(self.cx, around.env, model),
+                    params,
+                    rate: rate.clone(),
+                    offset: offset.clone(),
+                    bind: bind.clone(),
+                    folder,
+                    origin: part.origin,
+                };
+                let known = self.description(&m.model.text);
+                for p in &pending {
+                    let has = known.is_none_or(|d| d.params.iter().any(|s| s.name == p.path[0]));
+                    if has {
+                        set(&mut m.params, &p.path, &p.value);
+                        self.overrides[p.id].used = true;
+                    }
+                }
+                sort(&mut m.params);
+                Some(Node::Model(m))
+            }
+            PartKind::File { assembly, mounts, overrides } => {
+                let file = substitute_text(self.cx, around.env, assembly);
+                let (key, home, read) = self.files.assembly(self.cx, &file, around.home, &path)?;
+                if self.stack.contains(&key) {
+                    let ring = format!("{} -> {key}", self.stack.join(" -> "));
+                    let message = format!("`{path}`: assembly `{key}` contains itself: {ring}");
+                    self.cx.fault(file.origin, message, "take one of these parts out");
+                    return None;
+                }
+                let given = self.given(&read.params, params, &pending);
+                let env = bind(self.cx, &path, part.origin, &read.params, &given, &Env::new());
+                let mounts = self.mounts(&path, part.origin, &read, mounts);
+                // Overrides written at the part are the parent's: between its own and the outer.
+                let mut all = Vec::new();
+                let what = format!("`{path}`: `overrides`");
+                for (text, value) in read_overrides(self.cx, overrides, &what) {
+                    all.push(self.pend(&path, &text, value));
+                }
+                all.extend(pending);
+                self.stack.push(key.clone());
+                let inner = Around { path: &path, kind: &key, env: &env, home: &home };
+                let instance = self.instance(&read, &inner, mounts, all);
+                self.stack.pop();
+                Some(Node::Assembly(instance))
+            }
+            PartKind::Inline(inner) => {
+                let given = self.given(&inner.params, params, &pending);
+                let env = bind(self.cx, &path, part.origin, &inner.params, &given, around.env);
+                let here = Around { path: &path, kind: "inline", env: &env, home: around.home };
+                Some(Node::Assembly(self.instance(inner, &here, BTreeMap::new(), pending)))
+            }
+        }
+    }
+
+    fn mounts(
+        &mut self,
+        path: &str,
+        origin: Origin,
+        a: &Assembly,
+        given: &Located,
+    ) -> BTreeMap<String, Text> {
+        let known: Vec<&str> = a.mounts.keys().map(String::as_str).collect();
+        let mut out = BTreeMap::new();
+        for (key, v) in entries(given) {
+            if !a.mounts.contains_key(key) {
+                let message = format!("`{path}` has no mount `{key}`");
+                self.cx.fault(self.cx.key(v), message, remedy(key, "mounts", &known));
+            } else if let Some(t) = text(self.cx, v, &format!("mount `{key}`")) {
+                out.insert(key.clone(), t);
+            }
+        }
+        for (key, decl) in a.mounts.iter().filter(|(k, _)| given.get(k).is_none()) {
+            let doc = decl.doc.trim_end_matches('.');
+            let message = format!("`{path}`: mount `{key}` is not bound ({doc})");
+            let help = format!("write `mounts: {{ \"{key}\": \"a body or node\" }}`");
+            self.cx.fault(origin, message, help);
+            // So that what hangs on it is not reported as well.
+            out.insert(key.clone(), Text::new("world"));
+        }
+        out
+    }
+
+    /// Faults for overrides that matched nothing: where their path stops to exist.
+    fn unused(&mut self, root: &Instance) {
+        for w in std::mem::take(&mut self.overrides).into_iter().filter(|w| !w.used) {
+            let help = match root.at(&w.scope) {
+                Some(scope) if scope.is_broken(&w.text) => continue,
+                Some(scope) => self.why_unused(scope, &w.text),
+                None => String::new(),
+            };
+            self.cx.fault(w.origin, format!("override `{}` matches nothing", w.text), help);
+        }
+    }
+
+    fn why_unused(&self, scope: &Instance, text: &str) -> String {
+        let mut here = scope;
+        let segments: Vec<&str> = text.split('.').collect();
+        for (k, segment) in segments.iter().enumerate() {
+            let last = k + 1 == segments.len();
+            if let Some((head, name)) = segment.split_once('/') {
+                return body_help(here.at(head), name);
+            }
+            match here.parts.get(*segment) {
+                Some(Node::Assembly(inner)) if !last => here = inner,
+                Some(Node::Assembly(inner)) => {
+                    let list = names("parameters", inner.params.iter());
+                    return format!("`{}` is an assembly: add a parameter. {list}", inner.path);
+                }
+                Some(Node::Model(m)) => {
+                    let params = self.description(&m.model.text).map(|d| &d.params);
+                    let known: Vec<&str> = params.into_iter().flatten().map(|p| p.name).collect();
+                    let what = format!("`{}` ({})", m.path, m.model.text);
+                    return match segments.get(k + 1) {
+                        Some(next) => {
+                            let list = remedy(next, "parameters", &known);
+                            format!("{what} has no such parameter. {list}")
+                        }
+                        None => {
+                            let list = remedy("", "parameters", &known);
+                            format!("{what} is a part: add a parameter. {list}")
+                        }
+                    };
+                }
+                None if segment.contains('*') => {
+                    return "no part has a parameter at such a path".into();
+                }
+                None => {
+                    let known: Vec<&str> = here.parts.keys().map(String::as_str).collect();
+                    let params: Vec<&str> = here.params.iter().map(String::as_str).collect();
+                    return if last {
+                        let list = remedy(segment, "parameters", &params);
+                        format!("{} has no parameter `{segment}`. {list}", shown(here))
+                    } else {
+                        let guess = did_you_mean(segment, known.iter().copied());
+                        let guess = guess.map(|g| format!("{g} ")).unwrap_or_default();
+                        let list = names("parts", here.parts.keys());
+                        format!("{guess}{} has no part `{segment}`; {list}", shown(here))
+                    };
+                }
+            }
+        }
+        String::new()
+    }
+}
+
+fn shown(here: &Instance) -> String {
+    if here.path.is_empty() { "the simulation".into() } else { format!("`{}`", here.path) }
+}
+
+fn names<'n>(kind: &str, names: impl Iterator<Item = &'n String>) -> String {
+    let known: Vec<&str> = names.map(String::as_str).collect();
+    remedy("", kind, &known)
+}
+
+fn body_help(here: Option<&Instance>, name: &str) -> String {
+    let Some(here) = here else {
+        return "a body is `assembly/body`, its fields `assembly/body.mass`".into();
+    };
+    let kinds = [
+        ("body", &here.bodies, BodyFields::names()),
+        ("loop", &here.loops, LoopForm::names()),
+        ("coupling", &here.couplings, CouplingForm::names()),
+        ("collider", &here.colliders, <(Standing, Surface)>::names()),
+    ];
+    if let Some((kind, _, known)) = kinds.iter().find(|k| k.1.contains_key(name)) {
+        return format!("{kind} `{name}` has no such field. fields: {}", known.join(", "));
+    }
+    let known: Vec<&str> = here.bodies.keys().map(String::as_str).collect();
+    format!("{} has no body `{name}`. {}", shown(here), remedy(name, "bodies", &known))
+}

@@ -1,0 +1,6 @@
+//! From assemblies as written to a tree of instances, and what is named in it.
+pub(crate) mod assemblies;
+pub(crate) mod expander;
+pub(crate) mod instance;
+pub(crate) mod reference;
+pub(crate) mod tree;

@@ -1,0 +1,362 @@
+//! The intermediate form: an assembly as written, before parameters are known.
+//!
+//! RON and the Rust builder both make this; values that may hold `$name` stay located values.
+use crate::body::BodyFields;
+use crate::body::collider::{Standing, Surface};
+use crate::body::constraint::{CouplingForm, LoopForm};
+use crate::body::contact::ContactForm;
+use crate::form::import::ImportForm;
+use crate::schema::describe::Schema;
+use crate::schema::kind::{Kind, list_of, period, raw, table_of, text};
+use crate::schema::read::{self, fields, list, name, table, text_field};
+use crate::schema::record::{Presence, Record, of, record};
+use crate::scope::parameters::{ParamDecl, ParamForm, read_param};
+use crate::text::report::Cx;
+use crate::text::value::{Text, empty_map, is_unknown};
+use linkwork_runtime::{Located, Origin, Value};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A mount: a body or node that the parent must name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MountDecl {
+    /// Meaning.
+    pub doc: String,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
+/// What a part is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PartKind {
+    /// A model or service of the catalogue.
+    Model {
+        /// Its name there.
+        model: Text,
+        /// Sample period.
+        rate: Option<Located>,
+        /// First sample.
+        offset: Option<Located>,
+        /// Nodes and hinges: binding → target.
+        bind: Located,
+        /// Folder in which its files are looked for first.
+        folder: Option<Text>,
+    },
+    /// An assembly in a file of its own.
+    File {
+        /// The file.
+        assembly: Text,
+        /// Mount → body or node.
+        mounts: Located,
+        /// Deep parameters.
+        overrides: Located,
+    },
+    /// An assembly written in place; it sees the parameters around it.
+    Inline(Box<Assembly>),
+}
+
+/// A part as written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartForm {
+    /// What it is.
+    pub kind: PartKind,
+    /// Parameters (a map).
+    pub params: Located,
+    /// Elements, when it is an array.
+    pub array: Option<Vec<Located>>,
+    /// Documentation.
+    pub doc: String,
+    /// Where its name is written.
+    pub origin: Origin,
+}
+
+/// A body, loop, coupling or collider as written: its fields wait for the parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ItemForm {
+    /// The fields.
+    pub fields: Located,
+    /// Where its name is written.
+    pub origin: Origin,
+}
+
+/// An assembly as written.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Assembly {
+    /// Name, when it stands alone.
+    pub name: Option<String>,
+    /// Documentation.
+    pub doc: String,
+    /// Parameters.
+    pub params: BTreeMap<String, ParamDecl>,
+    /// Attachment points.
+    pub mounts: BTreeMap<String, MountDecl>,
+    /// Files whose bodies are added; nothing, one, or a list.
+    pub imports: Option<Located>,
+    /// Bodies.
+    pub bodies: BTreeMap<String, ItemForm>,
+    /// Hinges that close loops.
+    pub loops: BTreeMap<String, ItemForm>,
+    /// Linear relations between hinge coordinates.
+    pub couplings: BTreeMap<String, ItemForm>,
+    /// Collision shapes on bodies and on the world, beside those of `shapes`.
+    pub colliders: BTreeMap<String, ItemForm>,
+    /// Non-smooth contact: how it is solved and who meets whom.
+    pub contact: Option<Located>,
+    /// Parts.
+    pub parts: BTreeMap<String, PartForm>,
+    /// Wires.
+    pub wires: Vec<Text>,
+    /// Ports seen from outside.
+    pub exports: BTreeMap<String, Text>,
+    /// Deep parameters: path → value.
+    pub overrides: Vec<(Text, Located)>,
+    /// Parts that could not be read: what names them stays silent.
+    pub(crate) broken: BTreeSet<String>,
+}
+
+record! {
+    /// The fields of an assembly.
+    pub(crate) struct AssemblyForm: "assembly" {
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+        /// Name, when it stands alone.
+        name: Option<Text> = text().maybe(),
+        /// Parameters by name.
+        params: Option<Located> = raw(table_of(of::<ParamForm>()).describe()).maybe(),
+        /// Bodies or nodes that the parent must name, each with its meaning.
+        mounts: Option<Located> = raw(table_of(text()).describe()).maybe(),
+        /// Files of other programs whose bodies are added: one, or a list.
+        import: Option<Located> = raw(import_schema()).maybe(),
+        /// Bodies by name.
+        bodies: Option<Located> = raw(table_of(of::<BodyFields>()).describe()).maybe(),
+        /// Hinges that close loops, by name.
+        loops: Option<Located> = raw(table_of(of::<LoopForm>()).describe()).maybe(),
+        /// Linear relations between hinge coordinates, by name.
+        couplings: Option<Located> = raw(table_of(of::<CouplingForm>()).describe()).maybe(),
+        /// Collision shapes on bodies and on the world, by name.
+        colliders: Option<Located> = raw(table_of(of::<(Standing, Surface)>()).describe()).maybe(),
+        /// How contact is solved, and who meets whom.
+        contact: Option<Located> = raw(Schema::Any(vec![Schema::Flag, ContactForm::describe()])).maybe(),
+        /// Parts by name.
+        parts: Option<Located> = raw(Schema::Table(Box::new(part_schema()))).maybe(),
+        /// Wires: `"Part.output -> Part.input"`.
+        wires: Option<Located> = raw(list_of(text()).describe()).maybe(),
+        /// Ports seen from outside, by name.
+        exports: Option<Located> = raw(table_of(text()).describe()).maybe(),
+        /// Deep parameters by path.
+        overrides: Option<Located> = raw(Schema::Table(Box::new(Schema::Any(Vec::new())))).maybe(),
+    }
+}
+
+record! {
+    /// A part that is a model or service of the catalogue.
+    struct ModelForm: "model" {
+        /// Its name there.
+        model: Option<Text> = text().maybe(),
+        /// Its parameters, which `linkwork describe` lists.
+        params: Option<Located> = raw(anything()).maybe(),
+        /// Sample period, of sampled models.
+        rate: Option<Located> = raw(period().describe()).maybe(),
+        /// Time of the first sample.
+        offset: Option<Located> = raw(period().describe()).maybe(),
+        /// Binding → node, `hinge:BODY` or `loop:LOOP`.
+        bind: Option<Located> = raw(anything()).maybe(),
+        /// Elements, when it is an array: each with what differs.
+        array: Option<Located> = raw(Schema::List(Box::new(anything()), None)).maybe(),
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+        /// Folder in which its files are looked for first.
+        folder: Option<Text> = text().maybe(),
+    }
+}
+record! {
+    /// A part that is an assembly in a file of its own.
+    struct FileForm: "assembly file" {
+        /// The file: beside this one, then in the search folders, then embedded.
+        assembly: Option<Text> = text().maybe(),
+        /// Values of its parameters.
+        params: Option<Located> = raw(anything()).maybe(),
+        /// Mount → body or node.
+        mounts: Option<Located> = raw(anything()).maybe(),
+        /// Deep parameters by path.
+        overrides: Option<Located> = raw(anything()).maybe(),
+        /// Elements, when it is an array: each with what differs.
+        array: Option<Located> = raw(Schema::List(Box::new(anything()), None)).maybe(),
+        /// Documentation.
+        doc: Option<Text> = text().maybe(),
+    }
+}
+
+fn anything() -> Schema {
+    Schema::Any(Vec::new())
+}
+
+fn import_schema() -> Schema {
+    let one = ImportForm::describe();
+    Schema::Any(vec![one.clone(), Schema::List(Box::new(one), None)])
+}
+
+/// Fields of an assembly that one written in place has not.
+const STANDING_ALONE: [&str; 2] = ["name", "mounts"];
+
+/// A part: a model, an assembly file, or an assembly written in place.
+fn part_schema() -> Schema {
+    Schema::Named("part", || {
+        let inline = Schema::Record("assembly in place", || {
+            let mut fields = AssemblyForm::fields();
+            fields.retain(|f| !STANDING_ALONE.contains(&f.name));
+            fields
+        });
+        Schema::Any(vec![ModelForm::describe(), FileForm::describe(), inline])
+    })
+}
+
+/// Reads the fields that belong to an assembly (the caller has checked for unknown ones).
+pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
+    let mut a = Assembly {
+        doc: doc(cx, v, what),
+        name: text_field(cx, v, "name", what).map(|t| t.text),
+        imports: v.get("import").filter(|i| i.value != Value::Null).cloned(),
+        ..Assembly::default()
+    };
+    let field_of = |field: &str| format!("{what}: `{field}`");
+    if let Some(params) = v.get("params") {
+        for (key, value) in table(cx, params, &field_of("params")) {
+            name_at(cx, key, value, "parameter");
+            a.params.insert(key.clone(), read_param(cx, key, value));
+        }
+    }
+    if let Some(mounts) = v.get("mounts") {
+        for (key, value) in table(cx, mounts, &field_of("mounts")) {
+            name_at(cx, key, value, "mount");
+            let doc = read::text(cx, value, &format!("mount `{key}`"));
+            let doc = doc.map(|t| t.text).unwrap_or_default();
+            a.mounts.insert(key.clone(), MountDecl { doc, origin: cx.key(value) });
+        }
+    }
+    a.bodies = items(cx, v, ("bodies", "body"), what);
+    a.loops = items(cx, v, ("loops", "loop"), what);
+    a.couplings = items(cx, v, ("couplings", "coupling"), what);
+    a.colliders = items(cx, v, ("colliders", "collider"), what);
+    a.contact = v.get("contact").cloned();
+    if let Some(parts) = v.get("parts") {
+        for (key, value) in table(cx, parts, &field_of("parts")) {
+            name_at(cx, key, value, "part");
+            if let Some(part) = read_part(cx, key, value) {
+                a.parts.insert(key.clone(), part);
+            } else {
+                a.broken.insert(key.clone());
+            }
+        }
+    }
+    if let Some(wires) = v.get("wires") {
+        for wire in list(cx, wires, &field_of("wires")) {
+            a.wires.extend(read::text(cx, wire, "a wire"));
+        }
+    }
+    if let Some(exports) = v.get("exports") {
+        for (key, value) in table(cx, exports, &field_of("exports")) {
+            name_at(cx, key, value, "export");
+            if let Some(t) = read::text(cx, value, &format!("export `{key}`")) {
+                a.exports.insert(key.clone(), t);
+            }
+        }
+    }
+    if let Some(overrides) = v.get("overrides") {
+        a.overrides = read_overrides(cx, overrides, &field_of("overrides"));
+    }
+    a
+}
+
+/// That a key can be a name.
+fn name_at(cx: &mut Cx, key: &str, v: &Located, kind: &str) {
+    let origin = cx.key(v);
+    name(cx, key, origin, kind);
+}
+
+/// Name → fields, of a field such as `bodies` whose entries are each a `body`.
+fn items(
+    cx: &mut Cx,
+    v: &Located,
+    (field, kind): (&str, &str),
+    what: &str,
+) -> BTreeMap<String, ItemForm> {
+    let mut out = BTreeMap::new();
+    let Some(written) = v.get(field) else { return out };
+    for (key, value) in table(cx, written, &format!("{what}: `{field}`")) {
+        name_at(cx, key, value, kind);
+        out.insert(key.clone(), ItemForm { fields: value.clone(), origin: cx.key(value) });
+    }
+    out
+}
+
+/// Path → value.
+pub(crate) fn read_overrides(cx: &mut Cx, v: &Located, what: &str) -> Vec<(Text, Located)> {
+    table(cx, v, what)
+        .iter()
+        .map(|(key, value)| (Text { text: key.clone(), origin: cx.key(value) }, value.clone()))
+        .collect()
+}
+
+/// A field that is a map; empty when it is not written or is none (recorded).
+pub(crate) fn map_field(cx: &mut Cx, v: &Located, field: &str, what: &str) -> Located {
+    let Some(written) = v.get(field) else { return empty_map() };
+    if is_unknown(written) {
+        // `params: "$world"`: a map once the parameter is known.
+        return written.clone();
+    }
+    table(cx, written, &format!("{what}: `{field}`"));
+    if matches!(written.value, Value::Map(_)) { written.clone() } else { empty_map() }
+}
+
+fn doc(cx: &mut Cx, v: &Located, what: &str) -> String {
+    text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default()
+}
+
+/// Fields that only an assembly written in place has.
+fn inline_marks() -> Vec<&'static str> {
+    let not = [&STANDING_ALONE[..], &FileForm::names()].concat();
+    AssemblyForm::names().into_iter().filter(|f| !not.contains(f)).collect()
+}
+
+/// A part as written; `None` when it cannot be told what it is, or is no map (recorded).
+pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm> {
+    let what = format!("part `{key}`");
+    let origin = cx.key(v);
+    let Value::Map(written) = &v.value else {
+        let message = format!("{what} is `(field: ..)`, this is {}", v.value.what());
+        cx.fault(v.origin, message, "write (model: \"..\", params: {..}) or (assembly: \"..\")");
+        return None;
+    };
+    let has = |field: &str| written.iter().any(|(k, _)| k == field);
+    let or_empty = |cx: &mut Cx, field: &str| map_field(cx, v, field, &what);
+    let (kind, params) = if has("model") {
+        fields(cx, v, &what, &ModelForm::names());
+        let kind = PartKind::Model {
+            model: text_field(cx, v, "model", &what)?,
+            rate: v.get("rate").cloned(),
+            offset: v.get("offset").cloned(),
+            bind: or_empty(cx, "bind"),
+            folder: text_field(cx, v, "folder", &what),
+        };
+        (kind, or_empty(cx, "params"))
+    } else if has("assembly") {
+        fields(cx, v, &what, &FileForm::names());
+        let kind = PartKind::File {
+            assembly: text_field(cx, v, "assembly", &what)?,
+            mounts: or_empty(cx, "mounts"),
+            overrides: or_empty(cx, "overrides"),
+        };
+        (kind, or_empty(cx, "params"))
+    } else if inline_marks().iter().any(|f| has(f)) {
+        let mut known = AssemblyForm::names();
+        known.retain(|f| !STANDING_ALONE.contains(f));
+        fields(cx, v, &what, &known);
+        (PartKind::Inline(Box::new(read_assembly(cx, v, &what))), empty_map())
+    } else {
+        let help = "write `model: \"..\"`, `assembly: \"file.ron\"` or `parts: {..}`";
+        cx.fault(origin, format!("{what} is neither a model nor an assembly"), help);
+        return None;
+    };
+    let array = v.get("array").map(|a| list(cx, a, &format!("{what}: `array`")).to_vec());
+    Some(PartForm { kind, params, array, doc: doc(cx, v, &what), origin })
+}

@@ -1,0 +1,203 @@
+//! The file format as a JSON Schema.
+use crate::form::assembly::AssemblyForm;
+use crate::form::settings;
+use crate::machine::sidecar;
+use crate::schema::describe::{Schema, document};
+use crate::schema::record::Record;
+
+/// The JSON Schema (draft 2020-12) of the files that this crate reads: `Simulation(..)`, `Assembly(..)`, `SideCar(..)`,
+/// as serde would write their RON in JSON: `(a: 1)` is an object, `Name` is `"Name"`, `Name(x)` is `{ "Name": x }`.
+/// Numbers have their unit in the description; what parameters a model takes, the catalogue says.
+#[must_use]
+pub fn schema() -> serde_json::Value {
+    let simulation = Schema::Record("simulation", settings::schema_fields);
+    let files = vec![
+        Schema::Variant("Simulation", Box::new(simulation)),
+        Schema::Variant("Assembly", Box::new(AssemblyForm::describe())),
+        sidecar::schema(),
+    ];
+    document("Linkwork simulation, assembly or side-car", &Schema::Any(files))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::schema::describe::plain;
+    use crate::text::parse::parse;
+    use crate::text::report::Cx;
+    use serde_json::{Value as Json, json};
+    use std::collections::BTreeSet;
+    use std::path::{Path, PathBuf};
+
+    /// Why a value does not fit, at a path; the keywords are those that [`schema`] uses.
+    fn misfit(v: &Json, s: &Json, root: &Json, path: &str) -> Option<String> {
+        if let Some(name) = s["$ref"].as_str() {
+            let def = root.pointer(&name.replacen('#', "", 1));
+            return misfit(v, def.expect("a definition"), root, path);
+        }
+        for any in ["anyOf", "oneOf"] {
+            let Some(all) = s[any].as_array() else { continue };
+            let whys: Vec<_> = all.iter().filter_map(|s| misfit(v, s, root, path)).collect();
+            if whys.len() == all.len() {
+                // What went deepest is what was meant; of several the first.
+                return whys.into_iter().rev().max_by_key(|w| w.matches('/').count());
+            }
+        }
+        let kinds = match &s["type"] {
+            Json::Array(kinds) => kinds.iter().filter_map(Json::as_str).collect(),
+            one => Vec::from_iter(one.as_str()),
+        };
+        let is = |kind: &&str| match *kind {
+            "object" => v.is_object(),
+            "array" => v.is_array(),
+            "string" => v.is_string(),
+            "boolean" => v.is_boolean(),
+            "null" => v.is_null(),
+            "integer" => v.as_f64().is_some_and(|x| x.fract() == 0.0),
+            _ => v.is_number(),
+        };
+        if !kinds.is_empty() && !kinds.iter().any(is) {
+            return Some(format!("{path}: {v} is no {kinds:?}"));
+        }
+        if s["pattern"].is_string() && !v.as_str().is_some_and(|t| t.contains('$')) {
+            return Some(format!("{path}: {v} is no parameter"));
+        }
+        if s["enum"].as_array().is_some_and(|words| !words.contains(v)) {
+            return Some(format!("{path}: {v} is none of {}", s["enum"]));
+        }
+        let x = v.as_f64().unwrap_or(f64::NAN);
+        if s["minimum"].as_f64().is_some_and(|low| x < low)
+            || s["maximum"].as_f64().is_some_and(|high| x > high)
+            || s["exclusiveMinimum"].as_f64().is_some_and(|low| x <= low)
+        {
+            return Some(format!("{path}: {x} is out of range"));
+        }
+        if let Some(items) = v.as_array() {
+            let n = json!(items.len());
+            if [&s["minItems"], &s["maxItems"]].iter().any(|m| m.is_number() && **m != n) {
+                return Some(format!("{path}: {n} items"));
+            }
+            let mut whys = items.iter().filter_map(|i| misfit(i, &s["items"], root, path));
+            return whys.next();
+        }
+        let fields = v.as_object()?;
+        if let Some(gone) = s["required"]
+            .as_array()
+            .and_then(|all| all.iter().filter_map(Json::as_str).find(|f| !fields.contains_key(*f)))
+        {
+            return Some(format!("{path}: no `{gone}`"));
+        }
+        fields.iter().find_map(|(k, v)| {
+            let path = format!("{path}/{k}");
+            match (s["properties"].get(k), &s["additionalProperties"]) {
+                (Some(s), _) => misfit(v, s, root, &path),
+                (None, Json::Bool(false)) => Some(format!("{path} is not in the schema")),
+                (None, more) => misfit(v, more, root, &path),
+            }
+        })
+    }
+
+    fn read(text: &str) -> Json {
+        let mut cx = Cx::default();
+        let file = cx.sources.add("t", text);
+        plain(&parse(&mut cx, file).expect("RON").value)
+    }
+
+    fn found(folder: &Path, out: &mut Vec<PathBuf>) {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            match path.is_dir() {
+                true if !path.ends_with("runs") => found(&path, out),
+                _ if path.extension().is_some_and(|e| e == "ron") => out.push(path),
+                _ => {}
+            }
+        }
+    }
+
+    fn page() -> &'static str {
+        include_str!("../../FORMAT.md")
+    }
+
+    #[test]
+    fn all_files_of_the_repository_and_of_the_page_fit() {
+        let top = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut files = Vec::new();
+        ["sims", "assemblies"].iter().for_each(|f| found(&top.join(f), &mut files));
+        assert!(files.len() > 20, "{files:?}");
+        let mut texts: Vec<(String, String)> = Vec::new();
+        for f in files {
+            texts.push((f.display().to_string(), std::fs::read_to_string(&f).expect("a text")));
+        }
+        let examples = page().split("```ron\n").skip(1);
+        texts.extend(examples.map(|e| {
+            ("FORMAT.md".to_string(), e.split("```").next().unwrap_or_default().to_string())
+        }));
+        let schema = schema();
+        let wrong: Vec<String> = (texts.iter())
+            .filter_map(|(name, text)| {
+                Some(format!("{name}: {}", misfit(&read(text), &schema, &schema, "")?))
+            })
+            .collect();
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+
+    #[test]
+    fn what_the_reader_refuses_does_not_fit() {
+        let schema = schema();
+        for (text, why) in [
+            ("Simulation(bodys: {})", "/bodys is not in"),
+            ("Simulation(bodies: { \"b\": (parent: \"world\", mas: 1) })", "/mas is not in"),
+            ("Simulation(bodies: { \"b\": (mass: 1) })", "no `parent`"),
+            ("Simulation(view: (eye: [0, 1]))", "2 items"),
+            ("Simulation(contact: (method: Newten))", "is none of"),
+            ("Simulation(contact: (restitution: 2))", "out of range"),
+            ("Simulation(parts: { \"P\": (model: 3) })", "is no [\"string\"]"),
+        ] {
+            let misfit = misfit(&read(text), &schema, &schema, "").unwrap_or_default();
+            assert!(misfit.contains(why), "{text}: {misfit}");
+        }
+    }
+
+    /// All names of fields, and the names of variants and words.
+    fn names(s: &Json, fields: &mut BTreeSet<String>, words: &mut BTreeSet<String>) {
+        match s {
+            Json::Object(map) => {
+                let properties = map.get("properties").and_then(Json::as_object);
+                fields.extend(properties.into_iter().flatten().map(|(k, _)| k.clone()));
+                let all = map.get("enum").and_then(Json::as_array);
+                words.extend(all.into_iter().flatten().filter_map(Json::as_str).map(String::from));
+                map.values().for_each(|v| names(v, fields, words));
+            }
+            Json::Array(all) => all.iter().for_each(|v| names(v, fields, words)),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn the_page_names_every_field_and_no_other() {
+        let (mut fields, mut words) = (BTreeSet::new(), BTreeSet::new());
+        names(&schema(), &mut fields, &mut words);
+        assert!(fields.len() > 150, "{}", fields.len());
+        let split = |text: &str| -> BTreeSet<String> {
+            text.split(|c: char| !(c.is_alphanumeric() || c == '_')).map(String::from).collect()
+        };
+        // What only resolved texts have.
+        let own = ["resolved", "whole", "folder"];
+        let said = split(page());
+        let lost: Vec<_> =
+            fields.iter().filter(|f| !said.contains(*f) && !own.contains(&f.as_str())).collect();
+        assert!(lost.is_empty(), "FORMAT.md does not say: {lost:?}");
+        // The first column of tables of fields.
+        let mut odd = Vec::new();
+        for row in page().lines().filter(|l| l.starts_with("| `")) {
+            let cell = row.trim_start_matches("| ").split(" | ").next().unwrap_or_default();
+            for name in cell.split('`').skip(1).step_by(2) {
+                let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_');
+                if plain && !fields.contains(name) && !words.contains(name) {
+                    odd.push(name);
+                }
+            }
+        }
+        assert!(odd.is_empty(), "FORMAT.md has fields that are not there: {odd:?}");
+    }
+}

@@ -1,0 +1,461 @@
+//! Loading: a file or text to a flat `Spec` and everything else that a simulation says.
+mod format;
+mod place;
+mod resolved;
+
+pub use format::schema;
+pub use place::{dotted, put_down};
+
+use crate::body::shapes::BodyShape;
+use crate::expand::assemblies::Assemblies;
+use crate::expand::expander::Expander;
+use crate::expand::tree::{TreeNode, tree};
+use crate::form::assembly::{self, Assembly, AssemblyForm, PartForm, PartKind};
+use crate::form::phases;
+use crate::form::settings::{self, Settings, SettingsForm};
+use crate::machine::import::Import;
+use crate::mechanism;
+use crate::schema::read::{fields, text_field};
+use crate::schema::record::Record;
+use crate::scope::parameters::substitute;
+use crate::text::files::{Files, Home};
+use crate::text::parse::parse;
+use crate::text::print::document;
+use crate::text::report::{Cx, tidy};
+use crate::text::show::Failure;
+use crate::text::value::{Text, empty_map, set, sort};
+use crate::wiring::parts::{binds, parts};
+use crate::wiring::wires::Wiring;
+use linkwork_collision::Colliders;
+use linkwork_runtime::{
+    Catalogue, Fault, Faults, Located, Origin, PhaseSpec, Program, Sources, Spec, Value,
+};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// What loading needs besides the text.
+#[derive(Clone)]
+pub struct Options<'a> {
+    /// Models and services.
+    pub catalogue: &'a Catalogue,
+    /// Assemblies in the program: path → text.
+    pub embedded: BTreeMap<String, String>,
+    /// Folders in which files are looked for after the folder of the file that names them.
+    pub search: Vec<PathBuf>,
+    /// `PATH=VALUE`: parameters set from outside; the last one wins.
+    pub overrides: Vec<String>,
+    /// Replaces the seed of the file.
+    pub seed: Option<u64>,
+}
+
+impl<'a> Options<'a> {
+    /// Nothing but a catalogue.
+    pub fn new(catalogue: &'a Catalogue) -> Self {
+        Options {
+            catalogue,
+            embedded: BTreeMap::new(),
+            search: Vec::new(),
+            overrides: Vec::new(),
+            seed: None,
+        }
+    }
+
+    /// With an embedded assembly.
+    #[must_use]
+    pub fn embed(mut self, path: impl Into<String>, text: impl Into<String>) -> Self {
+        self.embedded.insert(path.into(), text.into());
+        self
+    }
+
+    /// With a parameter set from outside: `Rover.Motor.resistance=0.7 ohm`.
+    #[must_use]
+    pub fn set(mut self, path_value: impl Into<String>) -> Self {
+        self.overrides.push(path_value.into());
+        self
+    }
+}
+
+/// A simulation, ready for `compile`.
+#[derive(Clone)]
+pub struct Loaded {
+    /// Parts, wires, bindings, mechanism: of the phase in which a run begins.
+    pub spec: Spec,
+    /// All phases, that one first; a simulation without phases is its only one.
+    pub phases: Vec<PhaseSpec>,
+    /// Everything else.
+    pub simulation: Settings,
+    /// Shapes of the bodies, to be seen.
+    pub shapes: Vec<BodyShape>,
+    /// Shapes that collide, for queries too; nothing touches unless `contact` is written.
+    pub colliders: Option<Arc<Colliders>>,
+    /// Where the first of them is written.
+    pub(crate) collides: Option<Origin>,
+    /// Imported files, with what of them is left out or was ignored.
+    pub imports: Vec<Import>,
+    /// The assembly tree.
+    pub tree: TreeNode,
+    /// The texts that origins point into.
+    pub sources: Sources,
+    /// One RON text with everything included, expanded and overridden: it loads to the same
+    /// `spec` without any other file.
+    pub resolved: String,
+}
+
+impl Loaded {
+    /// Compiles all phases.
+    ///
+    /// # Errors
+    /// Every fault of every phase.
+    pub fn compile(
+        &self,
+        catalogue: &Catalogue,
+        files: &linkwork_runtime::Files,
+    ) -> Result<Program, Faults> {
+        linkwork_runtime::compile_program(&self.phases, catalogue, files)
+    }
+
+    /// What imported files say and the simulation does not do, told at the `import` that brought it; and
+    /// shapes that collide while no phase has contact.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Fault> {
+        let mut all: Vec<Fault> = self.imports.iter().flat_map(Import::warnings).collect();
+        let touches = |p: &PhaseSpec| {
+            p.spec.mechanism().is_some_and(|m| m.contact.is_some() || m.compliant.is_some())
+        };
+        if let (Some(colliders), Some(origin)) = (&self.colliders, self.collides)
+            && !self.phases.iter().any(touches)
+        {
+            let n = colliders.len();
+            let fact = format!(
+                "{n} {} and nothing touches: there is no `contact`",
+                match n {
+                    1 => "shape collides",
+                    _ => "shapes collide",
+                }
+            );
+            let help =
+                "write `contact: ()` in the simulation, or take `collide` and `colliders` out";
+            all.push(Fault::new(origin, fact).help(help));
+        }
+        all
+    }
+}
+
+/// Loads a simulation or an assembly from a file, or from the embedded texts.
+///
+/// # Errors
+/// Everything that is wrong, at once.
+pub fn load_file(path: impl AsRef<Path>, options: &Options<'_>) -> Result<Loaded, Failure> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    match std::fs::read_to_string(path) {
+        Ok(text) => {
+            let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+            load(&name, text, Home::Folder(folder), options)
+        }
+        Err(error) => match options.embedded.get(&name) {
+            Some(text) => {
+                let folder = name.rsplit_once('/').map_or(String::new(), |(f, _)| format!("{f}/"));
+                load(&name, text.clone(), Home::Embedded(folder), options)
+            }
+            None => {
+                let known: Vec<&str> = options.embedded.keys().map(String::as_str).collect();
+                let fault = Fault::new(Origin::NONE, format!("`{name}` cannot be read: {error}"))
+                    .help(linkwork_runtime::remedy(&name, "embedded files", &known));
+                Err(Failure { faults: vec![fault], sources: Sources::default() })
+            }
+        },
+    }
+}
+
+/// Loads a simulation or an assembly from a text; its neighbours are the embedded ones.
+///
+/// # Errors
+/// Everything that is wrong, at once.
+pub fn load_text(name: &str, text: &str, options: &Options<'_>) -> Result<Loaded, Failure> {
+    load(name, text.to_string(), Home::Embedded(String::new()), options)
+}
+
+fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<Loaded, Failure> {
+    let mut cx = Cx::default();
+    let file = cx.sources.add(name, text);
+    let loaded = parse(&mut cx, file).and_then(|v| whole(&mut cx, name, v, home, options));
+    match loaded {
+        Some(mut loaded) if cx.faults.is_empty() => {
+            loaded.sources = cx.sources;
+            Ok(loaded)
+        }
+        _ => {
+            // Phases share most of a file: what is wrong in several of them is told once.
+            let mut told = std::collections::BTreeSet::new();
+            let faults = std::mem::take(&mut cx.faults);
+            let faults = faults.into_iter();
+            let faults = faults.filter(|f| told.insert((cx.place(f.origin), f.message.clone())));
+            let faults = faults.collect();
+            Err(Failure { faults: tidy(faults), sources: cx.sources })
+        }
+    }
+}
+
+/// `rovers/rocker_bogie.ron` → `RockerBogie`.
+fn camel(name: &str) -> String {
+    let stem = name.rsplit('/').next().unwrap_or(name);
+    let stem = stem.strip_suffix(".ron").unwrap_or(stem);
+    let pieces = stem.split(|c: char| !c.is_alphanumeric()).filter(|p| !p.is_empty());
+    let upper = |p: &str| {
+        let mut chars = p.chars();
+        let first = chars.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+        first + chars.as_str()
+    };
+    let joined: String = pieces.map(upper).collect();
+    if joined.is_empty() { "Assembly".into() } else { joined }
+}
+
+/// A part that is an assembly file.
+fn file_part(assembly: Text, mounts: Located, origin: Origin) -> PartForm {
+    let kind = PartKind::File { assembly, mounts, overrides: empty_map() };
+    PartForm { kind, params: empty_map(), array: None, doc: String::new(), origin }
+}
+
+fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>) -> Option<Loaded> {
+    let (kind, mut inner) = match v.value {
+        Value::Variant(kind, inner) if kind == "Simulation" || kind == "Assembly" => (kind, *inner),
+        ref other => {
+            let found = match other {
+                Value::Variant(kind, _) => format!("`{kind}(..)`"),
+                other => other.what().to_string(),
+            };
+            let help = "begin the file with `Simulation(` or `Assembly(`";
+            cx.fault(v.origin, format!("`{name}` holds {found}"), help);
+            return None;
+        }
+    };
+    if kind == "Assembly" {
+        let (mut loaded, resolved) = single(cx, name, (&kind, inner, v.origin), home, options)?;
+        loaded.resolved = document(&resolved);
+        return Some(loaded);
+    }
+    let all = phases::split(cx, &mut inner);
+    let mut compiled = Vec::new();
+    for phase in all {
+        let phases::Phase { name: phase, file, transitions, origin } = phase;
+        let one = single(cx, name, (&kind, file, v.origin), home.clone(), options);
+        compiled.extend(one.map(|(loaded, text)| (phase, loaded, text, transitions, origin)));
+    }
+    if !cx.faults.is_empty() {
+        return None;
+    }
+    let resolved: Vec<_> = compiled.iter().map(|(n, _, v, t, _)| (n.as_str(), v, t)).collect();
+    let resolved = resolved::with_phases(&resolved);
+    let specs = compiled.iter().map(|(name, loaded, _, transitions, origin)| PhaseSpec {
+        name: name.clone(),
+        spec: loaded.spec.clone(),
+        transitions: transitions.clone(),
+        origin: *origin,
+    });
+    let phases = specs.collect();
+    let (_, loaded, ..) = compiled.into_iter().next()?;
+    Some(Loaded { phases, resolved: document(&resolved), ..loaded })
+}
+
+/// One phase; what it is in full.
+fn single(
+    cx: &mut Cx,
+    name: &str,
+    (kind, mut inner, origin): (&str, Located, Origin),
+    home: Home,
+    options: &Options<'_>,
+) -> Option<(Loaded, Value)> {
+    let near = Files { search: &options.search, embedded: &options.embedded, lenient: false };
+    let mut files = Assemblies { files: near, read: BTreeMap::new(), own: None };
+    let mut holder;
+    if kind == "Assembly" {
+        let what = format!("assembly `{name}`");
+        fields(cx, &inner, &what, &AssemblyForm::names());
+        let own = assembly::read_assembly(cx, &inner, &what);
+        let part_name = own.name.clone().unwrap_or_else(|| camel(name));
+        // On its own, an assembly hangs on the world.
+        let mounts = own.mounts.keys().map(|m| (m.clone(), Value::Text("world".into()).into()));
+        let mounts: Located = Value::Map(mounts.collect()).into();
+        files.own = Some((name.to_string(), home.clone(), Rc::new(own)));
+        holder = Assembly::default();
+        let origin = Origin { start: origin.start, end: origin.start + 8, ..origin };
+        holder
+            .parts
+            .insert(part_name, file_part(Text { text: name.into(), origin }, mounts, origin));
+        inner = empty_map();
+    } else {
+        fields(cx, &inner, "simulation", &settings::all_fields());
+        holder = assembly::read_assembly(cx, &inner, "simulation");
+        if let Some(assembly) = text_field(cx, &inner, "assembly", "simulation") {
+            let part_name = holder.name.clone().unwrap_or_else(|| camel(&assembly.text));
+            let origin = assembly.origin;
+            if holder.parts.contains_key(&part_name) {
+                let message =
+                    format!("`{part_name}` is also the name of the simulation's assembly");
+                cx.fault(origin, message, "set `name: \"..\"` for it");
+            }
+            holder.parts.insert(part_name, file_part(assembly, empty_map(), origin));
+        }
+    }
+    files.files.lenient =
+        matches!(inner.get("resolved").map(|r| &r.value), Some(Value::Bool(true)));
+    let outer = outside(cx, &mut inner, &options.overrides, &holder);
+    assemble(cx, &holder, inner, home, files, &outer, options)
+}
+
+/// Overrides from the command line: settings go into the file's map, the rest is returned.
+fn outside(
+    cx: &mut Cx,
+    settings: &mut Located,
+    overrides: &[String],
+    holder: &Assembly,
+) -> Vec<(Text, Located)> {
+    let mut out = Vec::new();
+    for written in overrides {
+        let file = cx.sources.add("--set", written.clone());
+        let Some((path, value)) = written.split_once('=') else {
+            let origin = Origin { file, start: 0, end: written.len() as u32 };
+            let message = format!("`--set {written}` has no `=`");
+            cx.fault(
+                origin,
+                message,
+                "write PATH=VALUE, for example Rover.Motor.resistance=\"0.7 ohm\"",
+            );
+            continue;
+        };
+        let start = path.len() as u32 + 1;
+        let origin = Origin { file, start, end: written.len() as u32 };
+        let value = plain_value(value, origin);
+        let path = path.trim();
+        let segments: Vec<String> = path.split('.').map(str::to_string).collect();
+        let first = segments[0].as_str();
+        let taken = holder.parts.contains_key(first) || holder.params.contains_key(first);
+        if !taken && SettingsForm::names().contains(&first) && first != "assembly" {
+            if settings.value == Value::Null {
+                *settings = empty_map();
+            }
+            set(settings, &segments, &value);
+        } else {
+            let origin = Origin { file, start: 0, end: path.len() as u32 };
+            out.push((Text { text: path.into(), origin }, value));
+        }
+    }
+    out
+}
+
+/// A value from the command line: RON, or else the text itself (`0.7 ohm`, `rk4`).
+fn plain_value(text: &str, origin: Origin) -> Located {
+    fn at(v: Located, origin: Origin) -> Located {
+        let value = match v.value {
+            Value::List(items) => Value::List(items.into_iter().map(|i| at(i, origin)).collect()),
+            Value::Map(entries) => {
+                Value::Map(entries.into_iter().map(|(k, i)| (k, at(i, origin))).collect())
+            }
+            Value::Variant(name, inner) => Value::Variant(name, Box::new(at(*inner, origin))),
+            other => other,
+        };
+        Located { value, origin }
+    }
+    let mut scratch = Cx::default();
+    let file = scratch.sources.add("", text);
+    let value = match parse(&mut scratch, file) {
+        Some(v) if scratch.faults.is_empty() => match v.value {
+            Value::Variant(_, ref inner) if inner.value == Value::Null => {
+                Value::Text(text.trim().into()).into()
+            }
+            _ => v,
+        },
+        _ => Value::Text(text.trim().into()).into(),
+    };
+    at(value, origin)
+}
+
+fn assemble(
+    cx: &mut Cx,
+    holder: &Assembly,
+    mut settings: Located,
+    home: Home,
+    files: Assemblies<'_>,
+    outer: &[(Text, Located)],
+    options: &Options<'_>,
+) -> Option<(Loaded, Value)> {
+    let mut expander = Expander::new(cx, files, options.catalogue);
+    let (root, env) = expander.root(holder, &home, outer);
+    let (files, imports) = (expander.files.files, expander.imports);
+    if let Value::Map(entries) = &mut settings.value {
+        let known = SettingsForm::names();
+        for (key, v) in entries.iter_mut().filter(|(k, _)| known.contains(&k.as_str())) {
+            if key != "assembly" {
+                *v = substitute(cx, &env, v);
+            }
+        }
+    }
+    if let Some(seed) = options.seed {
+        let text = Value::Text(seed.to_string());
+        if settings.value == Value::Null {
+            settings = empty_map();
+        }
+        set(&mut settings, &["seed".to_string()], &text.into());
+    }
+    sort(&mut settings);
+    let simulation = settings::read(cx, &settings);
+    let parts = parts(cx, &root);
+    let binds = binds(cx, &root);
+    let gravity = simulation.gravity.as_ref().map(|g| g.text.clone());
+    let place = simulation.gravity.as_ref().map_or(settings.origin, |g| g.origin);
+    let mechanism = mechanism::mechanism(cx, &root, &files, &simulation.mechanism, gravity, place);
+    let wiring = Wiring {
+        root: &root,
+        catalogue: options.catalogue,
+        files: linkwork_runtime::Files::of(options.search.clone()),
+        mechanism: &simulation.mechanism,
+    };
+    let wires = wiring.wires(cx);
+    if !cx.faults.is_empty() {
+        // What the models say of their parameters belongs into the same report.
+        let files = linkwork_runtime::Files::of(options.search.clone());
+        let spec = Spec { parts, ..Spec::default() };
+        let more = linkwork_runtime::check_parts(&spec, options.catalogue, &files);
+        // But not what only follows from a fault at the same place.
+        let touches = |a: Origin, b: Origin| a.file == b.file && a.start < b.end && b.start < a.end;
+        let told: Vec<Origin> = cx.faults.iter().map(|f| f.origin).collect();
+        cx.faults.extend(more.into_iter().filter(|f| !told.iter().any(|t| touches(*t, f.origin))));
+        return None;
+    }
+    let spec = Spec {
+        parts,
+        wires,
+        binds,
+        host: mechanism.spec.map(|mut m| {
+            m.step = Some(simulation.step.seconds());
+            Box::new(m) as Box<dyn linkwork_runtime::Host>
+        }),
+        step: simulation.step,
+        integrator: simulation.integrator,
+        accuracy: simulation.accuracy.clone(),
+        seed: simulation.seed,
+    };
+    let resolved = resolved::value(&root, &files, &settings, &spec, &mechanism.told);
+    let only = PhaseSpec {
+        name: String::new(),
+        spec: spec.clone(),
+        transitions: Vec::new(),
+        origin: Origin::NONE,
+    };
+    let loaded = Loaded {
+        tree: tree(&root, options.catalogue),
+        spec,
+        phases: vec![only],
+        simulation,
+        shapes: mechanism.shapes,
+        colliders: mechanism.colliders,
+        collides: mechanism.collides,
+        imports,
+        sources: Sources::default(),
+        resolved: String::new(),
+    };
+    Some((loaded, resolved))
+}

@@ -1,0 +1,274 @@
+//! A description of a mechanism as an assembly: the same bodies in RON, to every digit.
+use crate::body::{hinge::hinge, initial, modes::modes};
+use crate::form::assembly::{Assembly, ItemForm};
+use crate::schema::kind::Kind;
+use crate::schema::record::Record;
+use crate::text::value::{list, map, plain, push, variant};
+use linkwork_formats::{BodyShape, Description, Geometry, ShapeRole, Term};
+use linkwork_multibody::BodySpec;
+use linkwork_runtime::{Located, Origin, Value};
+use std::collections::BTreeMap;
+
+/// An assembly made from a description.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Converted {
+    /// The assembly: [`Assembly::to_ron`] is its text.
+    pub assembly: Assembly,
+    /// What a description may hold and an assembly may not, a line each.
+    pub left_out: Vec<String>,
+    /// Name in the description → name in the assembly. They differ where the first has characters that
+    /// mean something in a reference, or is `NAME/..` already.
+    pub bodies: BTreeMap<String, String>,
+}
+
+/// Whether collision shapes come along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Collide {
+    On,
+    Off,
+}
+
+impl Assembly {
+    /// The bodies, nodes, shapes, loops and couplings of a description as an assembly of this name. Loaded on its own, it
+    /// gives the description's mechanism bit for bit, its bodies, loops and couplings named `NAME/..`.
+    #[must_use]
+    pub fn from_description(name: &str, d: &Description) -> Converted {
+        convert(name, d, Collide::On)
+    }
+}
+
+/// The same, with or without collision shapes.
+pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converted {
+    let mut left_out = Vec::new();
+    let bodies = local_names(name, d);
+    let mut assembly = Assembly::new(name);
+    for spec in d.builder.bodies() {
+        let local = bodies[&spec.name].clone();
+        let mut out = body_fields(spec, &bodies);
+        let nodes = nodes(spec, &local, name, d);
+        push(&mut out, "nodes", nodes);
+        let shapes: Vec<Located> = (d.shapes.iter())
+            .filter(|s| s.body == spec.name)
+            .filter(|s| s.role == ShapeRole::Visual || collide == Collide::On)
+            .filter_map(|s| shape(s, &mut left_out))
+            .map(Located::from)
+            .collect();
+        push(&mut out, "shapes", Value::List(shapes));
+        if let Some(i) = d.initial.iter().find(|i| i.body == spec.name) {
+            push(&mut out, "initial", initial::value(&spec.hinge, &i.q));
+        }
+        assembly.bodies.insert(local, item(out));
+    }
+    let mut taken = Vec::new();
+    loops(name, d, &bodies, &mut assembly, &mut taken);
+    couplings(name, d, &bodies, &mut assembly, &mut taken);
+    if collide == Collide::On {
+        on_world(d, &mut assembly, &mut left_out);
+    }
+    left_out.extend(d.wheels.iter().map(|w| format!("wheel `{}`", w.body)));
+    let visual = |s: &BodyShape| s.role == ShapeRole::Visual;
+    let hidden = |s: &&BodyShape| match visual(s) {
+        true => s.body == "world",
+        false => collide == Collide::Off,
+    };
+    let hidden = d.shapes.iter().filter(hidden);
+    left_out.extend(hidden.map(|s| format!("{:?} shape of `{}`", s.role, s.body)));
+    for j in &d.joints {
+        let spec = d.builder.bodies().iter().find(|b| b.name == j.body);
+        let own = spec.and_then(|b| b.hinge.subhinges.get(j.subhinge));
+        for (what, said, acts) in [
+            ("spring", j.stiffness, 0.0),
+            ("damping", j.damping, own.map_or(0.0, |s| s.damping)),
+            ("friction", j.friction, own.map_or(0.0, |s| s.friction.force)),
+        ] {
+            if said != 0.0 && acts == 0.0 {
+                left_out.push(format!("{what} of `{}`", j.name));
+            }
+        }
+    }
+    Converted { assembly, left_out, bodies }
+}
+
+fn item(fields: Vec<(String, Located)>) -> ItemForm {
+    ItemForm { fields: Value::Map(fields).into(), origin: Origin::NONE }
+}
+
+/// A name of its own among those of loops and couplings.
+fn own_name(name: &str, written: &str, taken: &mut Vec<String>) -> String {
+    let short = written.strip_prefix(&format!("{name}/")).unwrap_or(written);
+    let out = plain(short, |n| taken.iter().any(|t| t == n));
+    taken.push(out.clone());
+    out
+}
+
+/// Loops of the builder, and those that stand beside it.
+fn loops(
+    name: &str,
+    d: &Description,
+    bodies: &BTreeMap<String, String>,
+    assembly: &mut Assembly,
+    taken: &mut Vec<String>,
+) {
+    for l in d.builder.loops().iter().chain(&d.loops) {
+        let mut out = Vec::new();
+        let end = |body: &String| {
+            Value::Text(bodies.get(body).map_or("world", String::as_str).to_owned())
+        };
+        push(&mut out, "a", end(&l.body_a));
+        push(&mut out, "at_a", l.frame_a.write());
+        push(&mut out, "b", end(&l.body_b));
+        push(&mut out, "at_b", l.frame_b.write());
+        push(&mut out, "hinge", hinge().write(&l.hinge));
+        assembly.loops.insert(own_name(name, &l.name, taken), item(out));
+    }
+}
+
+/// Couplings of the builder, and those that stand beside it.
+fn couplings(
+    name: &str,
+    d: &Description,
+    bodies: &BTreeMap<String, String>,
+    assembly: &mut Assembly,
+    taken: &mut Vec<String>,
+) {
+    for c in d.builder.couplings().iter().chain(&d.couplings) {
+        let term = |t: &Term| {
+            let at = &t.coordinate;
+            let spec = d.builder.bodies().iter().find(|b| b.name == at.body);
+            let chain = spec.map_or(&[][..], |b| &b.hinge.subhinges);
+            let before = chain.iter().take(at.subhinge).filter(|s| s.kind.nv() == 1).count();
+            let local = bodies.get(&at.body).unwrap_or(&at.body);
+            let one = chain.iter().filter(|s| s.kind.nv() == 1).count() < 2;
+            (if one { local.clone() } else { format!("{local}[{before}]") }, t.factor)
+        };
+        let terms: Vec<(String, f64)> = c.terms.iter().map(term).collect();
+        // A map is read in the order of bodies and subhinges; a list keeps its own.
+        let place = |t: &Term| (bodies.get(&t.coordinate.body), t.coordinate.subhinge);
+        let written = match c.terms.is_sorted_by(|a, b| place(a) < place(b)) {
+            true => {
+                Value::Map(terms.into_iter().map(|(k, x)| (k, Value::Number(x).into())).collect())
+            }
+            false => Value::List(
+                (terms.into_iter())
+                    .map(|(k, x)| {
+                        map(vec![
+                            ("of", Value::Text(k).into()),
+                            ("factor", Value::Number(x).into()),
+                        ])
+                    })
+                    .collect(),
+            ),
+        };
+        let mut out = Vec::new();
+        push(&mut out, "terms", written);
+        push(&mut out, "constant", Value::Number(c.constant));
+        assembly.couplings.insert(own_name(name, &c.name, taken), item(out));
+    }
+}
+
+/// Collision shapes of the world as colliders.
+fn on_world(d: &Description, assembly: &mut Assembly, left_out: &mut Vec<String>) {
+    let world = d.shapes.iter().filter(|s| s.body == "world" && s.role != ShapeRole::Visual);
+    for s in world {
+        let Some(Value::Map(fields)) = shape(s, left_out) else { continue };
+        let keep = |k: &str| ["shape", "at", "color"].contains(&k);
+        let mut out = vec![("on".to_owned(), Value::Text("world".into()).into())];
+        out.extend(fields.into_iter().filter(|(k, _)| keep(k)));
+        let written = if s.name.is_empty() { "ground" } else { &s.name };
+        let key = plain(written, |n| assembly.colliders.contains_key(n));
+        assembly.colliders.insert(key, item(out));
+    }
+}
+
+fn local_names(name: &str, d: &Description) -> BTreeMap<String, String> {
+    let mut out: BTreeMap<String, String> = BTreeMap::new();
+    let mut taken: Vec<String> = Vec::new();
+    let prefix = format!("{name}/");
+    let short = |n: &str| n.strip_prefix(&prefix).unwrap_or(n).to_owned();
+    // Names that can stay come first, so that nothing takes them.
+    let mut names: Vec<&str> = d.builder.bodies().iter().map(|b| b.name.as_str()).collect();
+    names.sort_by_key(|n| (plain(&short(n), |_| false) != short(n), *n));
+    for n in names {
+        let local = plain(&short(n), |l| taken.iter().any(|t| t == l));
+        taken.push(local.clone());
+        out.insert(n.to_owned(), local);
+    }
+    out
+}
+
+fn body_fields(spec: &BodySpec, names: &BTreeMap<String, String>) -> Vec<(String, Located)> {
+    let mut out = Vec::new();
+    let parent = names.get(&spec.parent).map_or("world", String::as_str);
+    push(&mut out, "parent", Value::Text(parent.into()));
+    push(&mut out, "at", spec.hinge_in_parent.write());
+    push(&mut out, "hinge_frame", spec.hinge_in_body.write());
+    push(&mut out, "hinge", hinge().write(&spec.hinge));
+    spec.mass.write_fields(&mut out);
+    if let Some(m) = &spec.modes {
+        push(&mut out, "modes", modes().write(m));
+    }
+    out
+}
+
+fn nodes(spec: &BodySpec, local: &str, name: &str, d: &Description) -> Value {
+    let mut out: Vec<(String, Located)> = Vec::new();
+    let prefixes = [format!("{name}/{local}/"), format!("{}/", spec.name)];
+    for n in d.builder.nodes().iter().filter(|n| n.body == spec.name) {
+        let short = prefixes.iter().find_map(|p| n.name.strip_prefix(p.as_str()));
+        let key = plain(short.unwrap_or(&n.name), |k| out.iter().any(|(o, _)| o == k));
+        out.push((key, n.pose.write().into()));
+    }
+    Value::Map(out)
+}
+
+fn shape(s: &BodyShape, left_out: &mut Vec<String>) -> Option<Value> {
+    let number = Value::Number;
+    let collides = s.role != ShapeRole::Visual;
+    let of = |name: &str, fields: Vec<(&str, Value)>| {
+        let fields = fields.into_iter().map(|(k, v)| (k.to_owned(), v.into())).collect();
+        variant(name, Value::Map(fields))
+    };
+    let positive = |sizes: &[f64]| sizes.iter().all(|x| *x > 0.0);
+    let solid = match &s.geometry {
+        Geometry::Box { size } if positive(size) => Some(variant("Box", list(*size))),
+        Geometry::Sphere { radius } if positive(&[*radius]) => {
+            Some(variant("Sphere", number(*radius)))
+        }
+        Geometry::Cylinder { radius, length } if positive(&[*radius, *length]) => {
+            Some(of("Cylinder", vec![("radius", number(*radius)), ("length", number(*length))]))
+        }
+        Geometry::Capsule { radius, length } if positive(&[*radius, *length]) => {
+            Some(of("Capsule", vec![("radius", number(*radius)), ("length", number(*length))]))
+        }
+        Geometry::Mesh { path: Some(path), scale: [x, y, z], .. }
+            if (x == y && y == z) || *x * *y * *z > 0.0 =>
+        {
+            let stl = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("stl"));
+            let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+            let file = Value::Text(path.display().to_string());
+            let scale = if x == y && y == z { number(*x) } else { list([*x, *y, *z]) };
+            let readable = stl || !collides;
+            readable.then(|| of("Mesh", vec![("file", file), ("scale", scale)]))
+        }
+        Geometry::Plane { .. } if collides => Some(variant("HalfSpace", Value::Null)),
+        _ => None,
+    };
+    let Some(solid) = solid else {
+        left_out.push(format!("shape of `{}`: {:?}", s.body, s.geometry));
+        return None;
+    };
+    let mut out = Vec::new();
+    push(&mut out, "shape", solid);
+    push(&mut out, "at", s.pose.write());
+    if let Some(c) = s.color {
+        push(&mut out, "color", list(c.map(|x| x.clamp(0.0, 1.0))));
+    }
+    if !s.name.is_empty() {
+        push(&mut out, "name", Value::Text(s.name.replace('$', "_")));
+    }
+    if collides {
+        push(&mut out, "collide", Value::Bool(true));
+        push(&mut out, "visible", Value::Bool(false));
+    }
+    Some(Value::Map(out))
+}

@@ -1,0 +1,274 @@
+//! `import: (file: "leo.urdf", root: Free)`: the bodies of a URDF, MJCF or SDF file in an assembly.
+//!
+//! The file's bodies become bodies of the assembly as if they had been written there: they can be bound,
+//! overridden and hung upon by their names. So do its couplings and loops, and its collision shapes when they are asked for.
+use crate::form::assembly::{Assembly, ItemForm};
+use crate::form::import::{ImportForm, Kept};
+use crate::machine::convert::{self, Collide};
+use crate::machine::sidecar;
+use crate::schema::kind::At;
+use crate::schema::record::Record;
+use crate::text::files::{Files, Home};
+use crate::text::report::Cx;
+use crate::text::show::Failure;
+use crate::text::value::{Text, full_name, set};
+use linkwork_formats::{Description, FormatError, ReadOptions};
+use linkwork_runtime::{Fault, Located, Origin, Value};
+use linkwork_spatial::Pose;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A file that an assembly imports, as it was read, and with the list of what was ignored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Import {
+    /// Path of the assembly; empty at the top.
+    pub path: String,
+    /// The file.
+    pub file: String,
+    /// What it says, side-car included.
+    pub description: Description,
+    /// What of it is not in the assembly, a line each.
+    pub left_out: Vec<String>,
+    /// Body in the file → full name in the mechanism.
+    pub bodies: BTreeMap<String, String>,
+    /// Where the import is written.
+    pub origin: Origin,
+}
+
+impl Import {
+    /// What of the file is not in the assembly, and what the reader did not use: one warning for each
+    /// kind of thing, with its first places.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Fault> {
+        let mut kinds: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        for line in &self.left_out {
+            let (what, of) = line.split_once(" of ").unwrap_or((line, ""));
+            kinds.entry(format!("{what} is left out")).or_default().push(of.into());
+        }
+        for i in &self.description.ignored {
+            let place = format!("{} (line {})", i.path, i.line);
+            kinds.entry(format!("ignored: {}", i.what)).or_default().push(place);
+        }
+        let told = kinds.into_iter().map(|(what, places)| {
+            let mut first: Vec<&str> = places.iter().map(String::as_str).collect();
+            first.retain(|p| !p.is_empty());
+            let more = first.len().saturating_sub(SHOWN);
+            first.truncate(SHOWN);
+            let mut text = format!("`{}`: {what}", self.file);
+            if !first.is_empty() {
+                text += &format!(": {}", first.join(", "));
+            }
+            if more > 0 {
+                text += &format!(" and {more} more");
+            }
+            let help = "the simulation runs without it: write what matters of it in the assembly \
+                        or in the side-car, or take it out of the file";
+            Fault::new(self.origin, text).help(help)
+        });
+        told.collect()
+    }
+}
+
+/// Places that a warning names.
+const SHOWN: usize = 5;
+
+/// Reads a URDF, MJCF or SDF file and the side-car beside it (`robot.linkwork.ron` for `robot.urdf`), if there is one.
+///
+/// # Errors
+/// Everything that is wrong with the file, or with the side-car.
+pub fn read_machine(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Description, Failure> {
+    let (path, mut cx) = (path.as_ref(), Cx::default());
+    let read = linkwork_formats::read_file(path, options);
+    if let Ok(mut d) = read.map_err(|e| faults(&mut cx, Origin::NONE, e)) {
+        if let Some(beside) = beside(path).filter(|p| p.is_file()) {
+            side_car(&mut cx, Origin::NONE, &beside, &mut d);
+        }
+        if cx.faults.is_empty() {
+            return Ok(d);
+        }
+    }
+    Err(Failure { faults: cx.faults, sources: cx.sources })
+}
+
+/// `robot.linkwork.ron` for `robot.urdf`.
+fn beside(path: &Path) -> Option<PathBuf> {
+    let stem = path.file_stem()?.to_string_lossy().into_owned();
+    Some(path.with_file_name(format!("{stem}.linkwork.ron")))
+}
+
+fn faults(cx: &mut Cx, origin: Origin, error: FormatError) {
+    cx.explained(origin, "", error.faults);
+}
+
+fn side_car(cx: &mut Cx, origin: Origin, path: &Path, d: &mut Description) {
+    match std::fs::read_to_string(path) {
+        Ok(text) => sidecar::read(cx, &path.display().to_string(), &text, d),
+        Err(e) => cx.fault(
+            origin,
+            format!("`{}` cannot be read: {e}", path.display()),
+            "it must be a readable UTF-8 text",
+        ),
+    }
+}
+
+/// The assembly with the bodies, loops, couplings and colliders of its imports beside its own.
+pub(crate) fn with_imports(
+    cx: &mut Cx,
+    files: &Files<'_>,
+    imports: &Located,
+    place: (&str, &Home),
+    own: &Assembly,
+    found: &mut Vec<Import>,
+) -> Assembly {
+    let mut out = own.clone();
+    let one = std::slice::from_ref(imports);
+    let items = match &imports.value {
+        Value::Null => &[],
+        Value::List(items) => items.as_slice(),
+        _ => one,
+    };
+    for item in items {
+        let Some(import) = read(cx, files, item, place) else { continue };
+        let more = import.1;
+        let kinds = [
+            ("body", more.bodies, &mut out.bodies),
+            ("loop", more.loops, &mut out.loops),
+            ("coupling", more.couplings, &mut out.couplings),
+            ("collider", more.colliders, &mut out.colliders),
+        ];
+        for (kind, forms, all) in kinds {
+            for (name, form) in forms {
+                if all.insert(name.clone(), form).is_some() {
+                    let message =
+                        format!("the import has a {kind} `{name}`, which is there already");
+                    cx.fault(item.origin, message, "put the import into a part of its own");
+                }
+            }
+        }
+        found.push(import.0);
+    }
+    out
+}
+
+fn read(
+    cx: &mut Cx,
+    files: &Files<'_>,
+    v: &Located,
+    (path, home): (&str, &Home),
+) -> Option<(Import, Assembly)> {
+    let form = ImportForm::read(cx, v, &At::new("`import`"))?;
+    let file = &form.file;
+    let (key, found) = match files.find(&file.text, home) {
+        Ok(found) => found,
+        Err(tried) => {
+            let message = format!("`import`: there is no file `{}`", file.text);
+            cx.fault(file.origin, message, format!("tried: {}", tried.join(", ")));
+            return None;
+        }
+    };
+    let options = options(&form, home);
+    let read = match &found {
+        Home::Folder(_) => linkwork_formats::read_file(&key, &options),
+        Home::Embedded(_) => {
+            let text = files.embedded.get(&key).map(String::as_str).unwrap_or_default();
+            linkwork_formats::read_text(text, &options)
+        }
+    };
+    let mut d = match read {
+        Ok(d) => d,
+        Err(error) => {
+            faults(cx, file.origin, error);
+            return None;
+        }
+    };
+    let before = cx.faults.len();
+    match (&form.sidecar, &found) {
+        (Some(name), _) => named_side_car(cx, files, name, home, &mut d),
+        (None, Home::Folder(_)) => {
+            if let Some(path) = beside(Path::new(&key)).filter(|p| p.is_file()) {
+                side_car(cx, file.origin, &path, &mut d);
+            }
+        }
+        (None, Home::Embedded(_)) => {}
+    }
+    if cx.faults.len() > before {
+        return None;
+    }
+    let mut left_out = leave_out(&form, &mut d);
+    let name = path.rsplit('.').next().unwrap_or_default();
+    let collide = if form.collide { Collide::On } else { Collide::Off };
+    let converted = convert::convert(name, &d, collide);
+    left_out.extend(converted.left_out);
+    let (mut made, import) = (converted.assembly, &form);
+    for form in made.bodies.values_mut() {
+        hang(cx, import, (form, "parent"));
+    }
+    for form in made.colliders.values_mut() {
+        hang(cx, import, (form, "on"));
+    }
+    let all = [&mut made.bodies, &mut made.loops, &mut made.couplings, &mut made.colliders];
+    all.into_iter().flat_map(BTreeMap::values_mut).for_each(|form| form.origin = v.origin);
+    let full = |b: String| full_name(path, &b);
+    let bodies = converted.bodies.into_iter().map(|(k, b)| (k, full(b))).collect();
+    let (path, file) = (path.to_owned(), key);
+    let origin = v.origin;
+    Some((Import { path, file, description: d, left_out, bodies, origin }, made))
+}
+
+fn named_side_car(cx: &mut Cx, files: &Files<'_>, name: &Text, home: &Home, d: &mut Description) {
+    match files.find(&name.text, home) {
+        Ok((key, Home::Folder(_))) => side_car(cx, name.origin, Path::new(&key), d),
+        Ok((key, Home::Embedded(_))) => {
+            let text = files.embedded.get(&key).cloned().unwrap_or_default();
+            sidecar::read(cx, &key, &text, d);
+        }
+        Err(tried) => {
+            let message = format!("`import`: there is no side-car `{}`", name.text);
+            cx.fault(name.origin, message, format!("tried: {}", tried.join(", ")));
+        }
+    }
+}
+
+/// What is on the world, as `field` says, hangs on the import's `parent`, at its `at`.
+fn hang(cx: &mut Cx, import: &ImportForm, (form, field): (&mut ItemForm, &str)) {
+    let on_world = matches!(
+        form.fields.get(field).map(|p| &p.value),
+        Some(Value::Text(t)) if t == "world"
+    );
+    if !on_world {
+        return;
+    }
+    if let Some(Text { text, origin }) = &import.parent {
+        let parent = Located { value: Value::Text(text.clone()), origin: *origin };
+        set(&mut form.fields, &[field.into()], &parent);
+    }
+    if import.at != Pose::identity() {
+        let own = form.fields.get("at").and_then(|at| Pose::read(cx, at, &At::new("`import`")));
+        let both = import.at * own.unwrap_or_else(Pose::identity);
+        set(&mut form.fields, &["at".into()], &both.write().into());
+    }
+}
+
+fn options(import: &ImportForm, home: &Home) -> ReadOptions {
+    let mut out =
+        ReadOptions { root: import.root, inertia: import.inertia_check, ..ReadOptions::default() };
+    out.package_paths.extend(import.packages.iter().map(|t| match home {
+        Home::Folder(home) => home.join(&t.text),
+        Home::Embedded(_) => t.text.clone().into(),
+    }));
+    out
+}
+
+/// What is named is taken out of the file: couplings, loops.
+fn leave_out(import: &ImportForm, d: &mut Description) -> Vec<String> {
+    let mut out = Vec::new();
+    for kept in &import.leave_out {
+        match kept {
+            Kept::Couplings => {
+                out.extend(d.couplings.drain(..).map(|c| format!("coupling `{}`", c.name)));
+            }
+            Kept::Loops => out.extend(d.loops.drain(..).map(|l| format!("loop `{}`", l.name))),
+        }
+    }
+    out
+}

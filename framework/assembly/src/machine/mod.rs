@@ -1,0 +1,4 @@
+//! Mechanisms from files of other programs as assemblies.
+pub(crate) mod convert;
+pub(crate) mod import;
+pub(crate) mod sidecar;

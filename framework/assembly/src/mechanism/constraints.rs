@@ -1,0 +1,194 @@
+//! Loops and couplings as written, with their ends found: what `Builder` and the solvers are told.
+//!
+//! ```text
+//! loop       frame of B in frame of A moves as its hinge permits;   frame = node · at
+//! coupling   Σ factor · coordinate = constant;                      mimic: a − ratio · of = offset
+//! ```
+use crate::body::constraint::{CouplingForm, LoopForm, Terms};
+use crate::body::hinge::slides;
+use crate::body::initial;
+use crate::expand::instance::{Instance, ItemInst};
+use crate::mechanism::anchor::{Bodies, anchor, one_dof};
+use crate::schema::kind::At;
+use crate::schema::record::Record;
+use crate::text::report::Cx;
+use crate::text::value::{Text, full_name, set};
+use linkwork_multibody::{
+    Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, LoopMotion, Subhinge,
+    SubhingeKind, Term,
+};
+use linkwork_runtime::{Located, Origin, Value};
+use linkwork_solvers::Treatment;
+use linkwork_spatial::Pose;
+use std::collections::BTreeMap;
+
+/// What loops and couplings say beside the mechanism's structure, by full name.
+#[derive(Default)]
+pub(crate) struct Constraints {
+    pub treatments: BTreeMap<String, Treatment>,
+    /// The prescribed subhinges of each loop at the start.
+    pub motions: BTreeMap<String, Vec<LoopMotion>>,
+    /// Where each is written.
+    pub origins: BTreeMap<String, Origin>,
+    /// Pairs of bodies that a loop joins.
+    pub joined: Vec<[String; 2]>,
+    /// The fields of each with references from the top.
+    pub resolved: BTreeMap<String, Located>,
+}
+
+/// Reads every loop and coupling of the tree into the builder.
+pub(crate) fn read(
+    cx: &mut Cx,
+    root: &Instance,
+    instances: &[&Instance],
+    bodies: &Bodies,
+    builder: &mut Builder,
+) -> Constraints {
+    let mut out = Constraints::default();
+    for here in instances {
+        for (name, item) in &here.loops {
+            let full = full_name(&here.path, name);
+            out.origins.insert(full.clone(), item.origin);
+            if let Some(closure) = closure(cx, root, here, bodies, (&full, item), &mut out) {
+                out.joined.push([closure.body_a.clone(), closure.body_b.clone()]);
+                builder.loop_closure(closure);
+            }
+        }
+        for (name, item) in &here.couplings {
+            let full = full_name(&here.path, name);
+            if here.loops.contains_key(name) {
+                let message = format!("`{full}` is both a loop and a coupling");
+                cx.fault(item.origin, message, "give one of them another name");
+                continue;
+            }
+            out.origins.insert(full.clone(), item.origin);
+            if let Some(coupling) = coupling(cx, root, here, bodies, (&full, item), &mut out) {
+                builder.coupling(coupling);
+            }
+        }
+    }
+    out
+}
+
+/// The loop, when both ends and the hinge could be read.
+fn closure(
+    cx: &mut Cx,
+    root: &Instance,
+    here: &Instance,
+    bodies: &Bodies,
+    (full, item): (&str, &ItemInst),
+    out: &mut Constraints,
+) -> Option<LoopClosure> {
+    let at = At::new(format!("loop `{full}`")).origin(item.origin);
+    let form = LoopForm::read(cx, &item.fields, &at)?;
+    let mut end = |text: Option<&Text>, X: Pose, field: &str| {
+        let what = at.field(field).what;
+        let found = anchor(cx, root, bodies, (&here.path, text?), &what)?;
+        let frame = found.node.map_or(X, |node| node * X);
+        Some((found.body, frame, found.reference))
+    };
+    let (a, b) = (end(form.a.as_ref(), form.at_a, "a"), end(form.b.as_ref(), form.at_b, "b"));
+    let mut hinge = form.hinge;
+    if form.prescribed {
+        hinge.subhinges.iter_mut().for_each(|s| s.coordinate = Coordinate::Prescribed);
+    }
+    let motions = motions(cx, form.initial.as_ref(), &hinge, &at);
+    let ((body_a, frame_a, of_a), (body_b, frame_b, of_b)) = (a?, b?);
+    let mut all = item.fields.clone();
+    set(&mut all, &["a".into()], &Value::Text(of_a).into());
+    set(&mut all, &["b".into()], &Value::Text(of_b).into());
+    out.resolved.insert(full.into(), all);
+    out.treatments.insert(full.into(), form.solve);
+    out.motions.insert(full.into(), motions);
+    Some(LoopClosure { name: full.into(), body_a, frame_a, body_b, frame_b, hinge })
+}
+
+/// The prescribed subhinges at the start, in the words of a body's `initial`.
+fn motions(cx: &mut Cx, v: Option<&Located>, hinge: &Hinge, at: &At<'_>) -> Vec<LoopMotion> {
+    let given =
+        |s: &&Subhinge| s.coordinate == Coordinate::Prescribed && s.kind != SubhingeKind::Locked;
+    let given = Hinge { subhinges: hinge.subhinges.iter().filter(given).copied().collect() };
+    if given.subhinges.is_empty() {
+        if let Some(v) = v {
+            let message =
+                format!("{}: `initial` is for prescribed subhinges, and it has none", at.what);
+            let help = "write `prescribed: true` in a slider or pin of its hinge; what is free \
+                        follows from the bodies' own `initial`";
+            cx.fault(v.origin, message, help);
+        }
+        return Vec::new();
+    }
+    if given.subhinges.iter().any(|s| s.kind.nv() != 1) {
+        // The builder says what can be prescribed.
+        return Vec::new();
+    }
+    let (q, rates) = initial::read(cx, v, &given, &at.field("initial"));
+    let motion = |(&position, &rate)| LoopMotion { position, rate, acceleration: 0.0 };
+    q.iter().zip(&rates).map(motion).collect()
+}
+
+/// A coordinate with the subhinge that it is, and how it is named from the top.
+struct Found {
+    at: HingeCoordinate,
+    kind: SubhingeKind,
+    reference: String,
+}
+
+/// The coordinate that a text names: `arm`, `arm[1]`, `Arm/link1`.
+fn find(
+    cx: &mut Cx,
+    root: &Instance,
+    scope: &str,
+    bodies: &Bodies,
+    (written, what): (&Text, &str),
+) -> Option<Found> {
+    let (body, index, subhinge) = one_dof(cx, root, scope, bodies, (written, what))?;
+    let kind = bodies.get(&body)?.0.hinge.subhinges[subhinge].kind;
+    let reference = format!("/{body}[{index}]");
+    Some(Found { at: HingeCoordinate { body, subhinge }, kind, reference })
+}
+
+/// The coupling, when all its coordinates could be found.
+fn coupling(
+    cx: &mut Cx,
+    root: &Instance,
+    here: &Instance,
+    bodies: &Bodies,
+    (full, item): (&str, &ItemInst),
+    out: &mut Constraints,
+) -> Option<Coupling> {
+    let at = At::new(format!("coupling `{full}`")).origin(item.origin);
+    let form = CouplingForm::read(cx, &item.fields, &at)?;
+    let (written, keeps_order) = form.terms(cx, &item.fields, &at)?;
+    let count = written.len();
+    let mut terms: Vec<(Found, f64)> = Vec::new();
+    for (of, factor) in written {
+        let found = find(cx, root, &here.path, bodies, (&of, &at.what));
+        terms.extend(found.map(|f| (f, factor)));
+    }
+    if terms.len() < count {
+        return None;
+    }
+    if !keeps_order {
+        // The order in which a map is written leaves no trace.
+        terms.sort_by_key(|t| (t.0.at.body.clone(), t.0.at.subhinge));
+    }
+    let sliders = terms.iter().map(|t| slides(&t.0.kind)).collect::<Vec<_>>();
+    let constant = form.constant(cx, &sliders, &at)?;
+    let resolved = CouplingForm {
+        terms: Some(Terms::List(
+            terms.iter().map(|(f, factor)| (Text::new(&*f.reference), *factor)).collect(),
+        )),
+        constant: Some(Value::Number(constant).into()),
+        solve: form.solve,
+        mimic: None,
+        of: None,
+        ratio: None,
+        offset: None,
+        doc: form.doc,
+    };
+    out.resolved.insert(full.into(), resolved.write().into());
+    out.treatments.insert(full.into(), form.solve);
+    let terms = terms.into_iter().map(|(f, factor)| Term { coordinate: f.at, factor }).collect();
+    Some(Coupling { name: full.into(), terms, constant })
+}

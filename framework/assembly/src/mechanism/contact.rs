@@ -1,0 +1,322 @@
+//! `contact: (..)`: how contact is solved, who meets whom, and the colliders with all that they need.
+//!
+//! The outermost assembly that writes it counts. Without it, colliders are only there for queries.
+use crate::body::collider::Collider;
+use crate::body::contact::ContactForm;
+use crate::body::hinge::slides;
+use crate::expand::instance::Instance;
+use crate::expand::reference::{Target, resolve, visible};
+use crate::mechanism::anchor::{Bodies, one_dof};
+use crate::schema::kind::{At, Kind, drive_number};
+use crate::schema::record::Record;
+use crate::text::report::Cx;
+use crate::text::value::{Text, entries, map, outer};
+use linkwork_collision::{ColliderSpec, Colliders, Fault, Material, Rules};
+use linkwork_multibody::{BodySpec, Multibody, Subhinge};
+use linkwork_runtime::{Located, Origin, Value, remedy};
+use linkwork_solvers::{CompliantSettings, ContactSettings};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The group of colliders that name none.
+const DEFAULT: &str = "default";
+
+/// What `contact` says, with names found.
+#[derive(Default)]
+pub(crate) struct Contact {
+    /// `None`: it is not written, and nothing touches.
+    pub settings: Option<ContactSettings>,
+    /// Smooth forces instead of impulses.
+    pub compliant: Option<CompliantSettings>,
+    rules: Rules,
+    material: Material,
+    /// Whether every collider could be read.
+    complete: bool,
+    /// Body, which of its one-dof coordinates, force.
+    dry: Vec<(String, usize, f64)>,
+    /// The fields with references from the top.
+    pub resolved: Option<Located>,
+}
+
+/// Instances that write `contact`, the outermost first; those of one depth in path order.
+fn outermost<'i>(instances: &[&'i Instance]) -> Vec<(&'i Instance, &'i Located)> {
+    let depth = |i: &Instance| if i.path.is_empty() { 0 } else { 1 + i.path.matches('.').count() };
+    let off = Value::Bool(false);
+    let all = instances.iter().filter_map(|i| Some((*i, i.contact.as_ref()?)));
+    let mut all: Vec<_> = all.collect();
+    all.sort_by_key(|(i, _)| depth(i));
+    let first = all.first().map_or(0, |(i, _)| depth(i));
+    all.retain(|(i, _)| depth(i) == first);
+    all.retain(|(_, c)| c.value != off);
+    all
+}
+
+/// Reads `contact`; `colliders` are those there are, all of them when they are complete.
+pub(crate) fn read(
+    cx: &mut Cx,
+    root: &Instance,
+    instances: &[&Instance],
+    bodies: &Bodies,
+    (colliders, complete): (&[Collider], bool),
+) -> Contact {
+    let all = outermost(instances);
+    let Some((here, v)) = all.first() else {
+        return Contact { complete, ..Contact::default() };
+    };
+    for (other, again) in &all[1..] {
+        let message = format!("`{}` and `{}` both write `contact`", here.path, other.path);
+        cx.fault(again.origin, message, "write it once, in the simulation");
+    }
+    let at = At::new("`contact`");
+    let empty = Value::Null.into();
+    let written = if v.value == Value::Bool(true) { &empty } else { *v };
+    let Some(form) = ContactForm::read(cx, written, &at) else {
+        return Contact { complete, ..Contact::default() };
+    };
+    let names: BTreeSet<&str> = colliders.iter().map(|c| c.spec.name.as_str()).collect();
+    let scope = Scope { root, path: &here.path, names, complete };
+    let rules = Rules {
+        neighbours: form.neighbours,
+        ignore: scope.pairs(cx, v, &form.ignore, "ignore"),
+        collide: scope.pairs(cx, v, &form.collide, "collide"),
+        joined: Vec::new(),
+    };
+    let mut out = Contact {
+        settings: Some(form.settings()),
+        rules,
+        material: Material { friction: form.friction, restitution: form.restitution },
+        complete,
+        dry: dry(cx, &form.dry, root, &here.path, bodies, &at.field("dry")),
+        compliant: form.compliant,
+        resolved: None,
+    };
+    out.resolved = Some(resolved(v, &out));
+    out
+}
+
+/// `dry: { "hinge:arm": "2 N m" }`.
+fn dry(
+    cx: &mut Cx,
+    written: &[(Text, Located)],
+    root: &Instance,
+    scope: &str,
+    bodies: &Bodies,
+    at: &At<'_>,
+) -> Vec<(String, usize, f64)> {
+    let mut out: Vec<(String, usize, f64)> = Vec::new();
+    for (key, force) in written {
+        let at = at.field(&key.text);
+        let Some((body, index, subhinge)) = one_dof(cx, root, scope, bodies, (key, &at.what))
+        else {
+            continue;
+        };
+        if out.iter().any(|(b, i, _)| *b == body && *i == index) {
+            let message = format!("{}: this coordinate comes twice", at.what);
+            cx.fault(key.origin, message, "keep one of them");
+        }
+        let kind = bodies.get(&body).map(|b| b.0.hinge.subhinges[subhinge].kind);
+        let at = at.sliding(kind.is_some_and(|k| slides(&k)));
+        let force = drive_number("N m", "N").at_least(0.0).read(cx, force, &at);
+        out.extend(force.map(|f| (body, index, f)));
+    }
+    out.sort_by(|a, b| (&a.0, a.1).cmp(&(&b.0, b.1)));
+    out
+}
+
+/// Where the names of rules are looked up.
+struct Scope<'s> {
+    root: &'s Instance,
+    path: &'s str,
+    names: BTreeSet<&'s str>,
+    complete: bool,
+}
+
+impl Scope<'_> {
+    /// `[["a", "b"], ..]`: pairs of colliders or bodies, by full names.
+    fn pairs(&self, cx: &mut Cx, v: &Located, all: &[Vec<Text>], field: &str) -> Vec<[String; 2]> {
+        let what = format!("`contact`: `{field}`");
+        let mut out = Vec::new();
+        for pair in all {
+            let [a, b] = &pair[..] else {
+                let origin = pair.first().map(|t| t.origin);
+                let origin = origin.or(v.get(field).map(|f| f.origin)).unwrap_or(v.origin);
+                let help = "write [[\"body or collider\", \"another\"], ..]";
+                cx.fault(origin, format!("{what} is a list of pairs of names"), help);
+                continue;
+            };
+            let (a, b) = (self.name(cx, a, &what), self.name(cx, b, &what));
+            out.extend(a.zip(b).map(|(a, b)| [a, b]));
+        }
+        out
+    }
+
+    /// The full name of a collider or body.
+    fn name(&self, cx: &mut Cx, written: &Text, what: &str) -> Option<String> {
+        let (text, origin) = (&written.text, written.origin);
+        let mut here = self.path;
+        let short = text.strip_prefix('/');
+        here = if short.is_some() { "" } else { here };
+        let text = short.unwrap_or(text);
+        loop {
+            let near = match here {
+                "" => [text.to_owned(), text.to_owned()],
+                _ => [format!("{here}/{text}"), format!("{here}.{text}")],
+            };
+            if let Some(full) = near.into_iter().find(|n| self.names.contains(n.as_str())) {
+                return Some(full);
+            }
+            if here.is_empty() {
+                break;
+            }
+            here = outer(here);
+        }
+        let reference = if short.is_some() { format!("/{text}") } else { text.to_owned() };
+        match resolve(self.root, self.path, &reference) {
+            Ok(Target::World) => Some("world".into()),
+            Ok(Target::Body(full)) => Some(full),
+            Ok(Target::Unknown) => None,
+            Ok(Target::Node(body, node)) => {
+                let message = format!("{what}: `{text}` is the node `{node}` of `{body}`");
+                cx.fault(origin, message, "name a body or a collider");
+                None
+            }
+            Err(_) if !self.complete => None,
+            Err(_) => {
+                let bodies = visible(self.root, self.path);
+                let known: Vec<&str> =
+                    bodies.iter().map(String::as_str).chain(self.names.iter().copied()).collect();
+                let message = format!("{what}: there is no collider or body `{text}`");
+                cx.fault(origin, message, remedy(text, "colliders and bodies", &known));
+                None
+            }
+        }
+    }
+}
+
+/// The fields with names from the top.
+fn resolved(v: &Located, contact: &Contact) -> Located {
+    let pairs = |all: &[[String; 2]]| -> Located {
+        let name = |n: &String| match n.as_str() {
+            "world" => Value::Text(n.clone()).into(),
+            _ => Value::Text(format!("/{n}")).into(),
+        };
+        let pair = |p: &[String; 2]| Value::List(p.iter().map(name).collect()).into();
+        Value::List(all.iter().map(pair).collect()).into()
+    };
+    let mut out: Vec<(&str, Located)> = Vec::new();
+    for (key, value) in entries(v) {
+        let value = match key.as_str() {
+            "ignore" => pairs(&contact.rules.ignore),
+            "collide" => pairs(&contact.rules.collide),
+            "dry" => {
+                let dry = contact.dry.iter();
+                let dry =
+                    dry.map(|(b, i, f)| (format!("hinge:/{b}[{i}]"), Value::Number(*f).into()));
+                Value::Map(dry.collect()).into()
+            }
+            _ => value.clone(),
+        };
+        out.push((key, value));
+    }
+    if out.is_empty() { Value::Bool(true).into() } else { map(out) }
+}
+
+/// Group → bit. At most 32.
+fn groups(cx: &mut Cx, colliders: &[Collider]) -> BTreeMap<String, u32> {
+    let named: BTreeSet<&str> = (colliders.iter().flat_map(|c| &c.groups))
+        .map(|g| g.text.as_str())
+        .filter(|g| *g != DEFAULT)
+        .collect();
+    if named.len() > 31
+        && let Some(c) = colliders.iter().find(|c| !c.groups.is_empty())
+    {
+        let message = format!("the colliders are in {} groups", named.len());
+        cx.fault(c.origin, message, "31 is the most; take together those that meet the same");
+    }
+    let all = std::iter::once(DEFAULT).chain(named).enumerate();
+    all.map(|(bit, g)| (g.to_owned(), 1 << bit.min(31))).collect()
+}
+
+/// The colliders with groups and materials; checked when there is a mechanism.
+pub(crate) fn colliders(
+    cx: &mut Cx,
+    contact: &Contact,
+    all: Vec<Collider>,
+    joined: Vec<[String; 2]>,
+    multibody: Option<&Multibody>,
+) -> Option<Colliders> {
+    let bits = groups(cx, &all);
+    let known: Vec<&str> = bits.keys().map(String::as_str).collect();
+    let mut specs: Vec<ColliderSpec> = Vec::new();
+    for c in &all {
+        let mut spec = c.spec.clone();
+        if !c.groups.is_empty() {
+            spec.groups = c.groups.iter().filter_map(|g| bits.get(&g.text)).fold(0, |a, b| a | b);
+        }
+        if let Some(meets) = &c.meets {
+            spec.collides_with = 0;
+            for g in meets {
+                match bits.get(&g.text) {
+                    Some(bit) => spec.collides_with |= bit,
+                    None if !contact.complete => {}
+                    None => {
+                        let message = format!(
+                            "collider `{}`: no collider is in the group `{}`",
+                            spec.name, g.text
+                        );
+                        cx.fault(g.origin, message, remedy(&g.text, "groups", &known));
+                    }
+                }
+            }
+        }
+        spec.material = Material {
+            friction: c.friction.unwrap_or(contact.material.friction),
+            restitution: c.restitution.unwrap_or(contact.material.restitution),
+        };
+        specs.push(spec);
+    }
+    let rules = Rules { joined, ..contact.rules.clone() };
+    match Colliders::new(specs, rules, multibody?) {
+        Ok(colliders) => Some(colliders),
+        Err(error) => {
+            for fault in error.faults {
+                let origin = match &fault {
+                    Fault::Shape { collider, .. }
+                    | Fault::UnknownBody { collider, .. }
+                    | Fault::Duplicate { name: collider, .. }
+                    | Fault::Number { collider, .. }
+                    | Fault::Pose { collider } => {
+                        all.iter().find(|c| c.spec.name == *collider).map(|c| c.origin)
+                    }
+                    Fault::UnknownName { .. } => None,
+                };
+                cx.explained(origin.unwrap_or(Origin::NONE), "", [fault]);
+            }
+            None
+        }
+    }
+}
+
+impl Contact {
+    /// Dry friction as that of hinges: where contact is smooth there are no rows for it.
+    pub fn rub(&self, bodies: &mut [BodySpec]) {
+        for (body, index, force) in &self.dry {
+            let spec = bodies.iter_mut().find(|b| b.name == *body);
+            let one = |s: &&mut Subhinge| s.kind.nv() == 1;
+            let hinge = spec.map(|b| b.hinge.subhinges.iter_mut().filter(one));
+            if let Some(s) = hinge.and_then(|mut h| h.nth(*index)) {
+                s.friction.force = *force;
+            }
+        }
+    }
+
+    /// The settings with dry friction at its places in β.
+    pub fn on(&self, multibody: &Multibody) -> Option<ContactSettings> {
+        let place = |(body, index, force): &(String, usize, f64)| {
+            let body = multibody.get(multibody.body(body)?);
+            let s = body.subhinges().iter().filter(|s| s.v.len() == 1).nth(*index)?;
+            Some((s.v.start, *force))
+        };
+        let settings = self.settings.clone()?;
+        Some(ContactSettings { dry: self.dry.iter().filter_map(place).collect(), ..settings })
+    }
+}

@@ -1,0 +1,188 @@
+//! From the tree of instances to the mechanism: bodies, loops, couplings, colliders, contact.
+pub(crate) mod anchor;
+mod colliders;
+mod constraints;
+mod contact;
+mod faults;
+
+use crate::body::collider::Collider;
+use crate::body::shapes::BodyShape;
+use crate::body::{self, Body};
+use crate::expand::instance::Instance;
+use crate::expand::reference::resolve;
+use crate::mechanism::anchor::{Bodies, anchor};
+use crate::schema::kind::At;
+use crate::text::files::Files;
+use crate::text::report::Cx;
+use crate::text::value::{full_name, outer};
+use linkwork_collision::{ColliderSpec, Colliders};
+use linkwork_multibody::{BodySpec, Builder, Loop, Modes, Multibody};
+use linkwork_runtime::{ContactSpec, Located, MechanismSpec, Origin};
+use linkwork_spatial::Pose;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The mechanism with its shapes.
+pub(crate) struct Mechanism {
+    pub spec: Option<MechanismSpec>,
+    pub shapes: Vec<BodyShape>,
+    pub colliders: Option<Arc<Colliders>>,
+    /// Where the first collider is written.
+    pub collides: Option<Origin>,
+    /// What the resolved text says instead of what was written.
+    pub told: Told,
+}
+
+/// References from the top, and geometry that came out of files.
+#[derive(Default)]
+pub(crate) struct Told {
+    /// Full name of each body → full reference of its parent; of each standing collider → that of its body.
+    pub parents: BTreeMap<String, String>,
+    /// Full name of each loop and coupling → its fields.
+    pub constraints: BTreeMap<String, Located>,
+    /// Full name of each body → place in its shapes, collider.
+    pub colliders: BTreeMap<String, Vec<(usize, ColliderSpec)>>,
+    /// Full name of each standing collider → itself.
+    pub standing: BTreeMap<String, ColliderSpec>,
+    /// References from the top of standing colliders.
+    pub on: BTreeMap<String, String>,
+    /// Full name of each flexible body → its modes.
+    pub modes: BTreeMap<String, Modes>,
+    /// What `contact` says.
+    pub contact: Option<Located>,
+}
+
+/// Reads every body, loop, coupling and collider, and builds the mechanism.
+pub(crate) fn mechanism(
+    cx: &mut Cx,
+    root: &Instance,
+    files: &Files<'_>,
+    path: &str,
+    gravity: Option<String>,
+    origin: Origin,
+) -> Mechanism {
+    let mut instances = Vec::new();
+    root.walk(&mut instances);
+    let before = cx.faults.len();
+    let bodies = bodies(cx, root, &instances, files);
+    let (mut shapes, mut told) = (Vec::new(), Told::default());
+    let mut builder = Builder::new();
+    for (full, (body, scope)) in &bodies {
+        let (parent, offset, reference) = parent(cx, root, &bodies, body, scope);
+        told.parents.insert(full.clone(), reference);
+        let mut spec = BodySpec::new(full.clone(), parent)
+            .hinge_in_parent(offset * body.at)
+            .hinge_in_body(body.hinge_frame)
+            .hinge(body.hinge.clone())
+            .mass(body.mass);
+        spec.modes.clone_from(&body.modes);
+        builder.body(spec);
+        told.modes.extend(body.modes.clone().map(|m| (full.clone(), m)));
+        for (node, pose, _) in &body.nodes {
+            builder.node(format!("{full}/{node}"), full.clone(), *pose);
+        }
+        shapes.extend(body.shapes.iter().cloned());
+        let own = body.colliders.iter().map(|(k, c)| (*k, c.spec.clone())).collect();
+        told.colliders.insert(full.clone(), own);
+    }
+    let mut constraints = constraints::read(cx, root, &instances, &bodies, &mut builder);
+    let standing = colliders::standing(cx, root, &instances, files, &bodies);
+    shapes.extend(standing.shapes);
+    told.on = standing.references;
+    for c in &standing.colliders {
+        told.standing.insert(c.spec.name.clone(), c.spec.clone());
+    }
+    let of_bodies = bodies.values().flat_map(|(b, _)| b.colliders.iter().map(|(_, c)| c.clone()));
+    let all: Vec<Collider> = of_bodies.chain(standing.colliders).collect();
+    let collides = all.first().map(|c| c.origin);
+    // After a mistake a collider may be missing: what names it stays silent.
+    let complete = cx.faults.len() == before;
+    let contact = contact::read(cx, root, &instances, &bodies, (&all, complete));
+    told.constraints = std::mem::take(&mut constraints.resolved);
+    told.contact = contact.resolved.clone();
+    if contact.compliant.is_some() {
+        contact.rub(builder.bodies_mut());
+    }
+    if bodies.is_empty() {
+        return Mechanism { spec: None, shapes, colliders: None, collides: None, told };
+    }
+    let built = match builder.build() {
+        Ok(multibody) => Some(Arc::new(multibody)),
+        Err(error) => {
+            for fault in error.faults {
+                let place =
+                    faults::fault_origin(&fault, &bodies, &constraints.origins).unwrap_or(origin);
+                cx.explained(place, "", [faults::Placed(fault)]);
+            }
+            None
+        }
+    };
+    let joined = std::mem::take(&mut constraints.joined);
+    let colliders = contact::colliders(cx, &contact, all, joined, built.as_deref()).map(Arc::new);
+    let spec = built.map(|multibody| {
+        let (q, v) = start(&multibody, &bodies);
+        let on = contact.on(&multibody).zip(colliders.clone());
+        let started = |l: &Loop| constraints.motions.remove(&l.closure.name).unwrap_or_default();
+        let motions = multibody.loops().iter().flat_map(started).collect();
+        MechanismSpec {
+            gravity,
+            origin,
+            treatments: constraints.treatments,
+            motions,
+            origins: constraints.origins,
+            bodies: bodies.iter().map(|(name, (body, _))| (name.clone(), body.origin)).collect(),
+            contact: on
+                .filter(|_| contact.compliant.is_none())
+                .map(|(settings, colliders)| ContactSpec { colliders, settings }),
+            compliant: colliders.clone().zip(contact.compliant),
+            ..MechanismSpec::new(path, multibody, q, v)
+        }
+    });
+    let colliders = colliders.filter(|c| !c.is_empty());
+    Mechanism { spec, shapes, colliders, collides, told }
+}
+
+/// Every body of every instance.
+fn bodies(cx: &mut Cx, root: &Instance, instances: &[&Instance], files: &Files<'_>) -> Bodies {
+    let mut bodies = Bodies::new();
+    for here in instances {
+        let around = outer(&here.path);
+        for (mount, text) in &here.mounts {
+            if let Err((fact, help)) = resolve(root, around, &text.text) {
+                let message = format!("`{}`: mount `{mount}`: {fact}", here.path);
+                cx.fault(text.origin, message, help);
+            }
+        }
+        for (name, b) in &here.bodies {
+            let full = full_name(&here.path, name);
+            let at = At::new(format!("body `{full}`")).origin(b.origin).among((files, &b.home));
+            let body = body::read(cx, &full, &b.fields, &at);
+            bodies.extend(body.map(|body| (full, (body, here.path.clone()))));
+        }
+    }
+    bodies
+}
+
+fn parent(
+    cx: &mut Cx,
+    root: &Instance,
+    bodies: &Bodies,
+    body: &Body,
+    scope: &str,
+) -> (String, Pose, String) {
+    let what = format!("body `{}`: parent", body.name);
+    let found = anchor(cx, root, bodies, (scope, &body.parent), &what);
+    let world = || ("world".to_string(), Pose::identity(), "world".to_string());
+    found.map_or_else(world, |a| (a.body, a.node.unwrap_or_else(Pose::identity), a.reference))
+}
+
+fn start(mb: &Multibody, bodies: &Bodies) -> (Vec<f64>, Vec<f64>) {
+    let (mut q, mut v) = (mb.neutral_q(), vec![0.0; mb.nv()]);
+    for b in mb.bodies() {
+        if let Some((body, _)) = bodies.get(b.name()) {
+            q[b.q()].copy_from_slice(&body.q);
+            v[b.v()].copy_from_slice(&body.v);
+        }
+    }
+    (q, v)
+}

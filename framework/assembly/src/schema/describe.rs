@@ -1,0 +1,173 @@
+//! What the file format is, as data: the JSON Schema of a simulation file is made of it.
+//!
+//! RON stands in JSON as serde would have it: `(a: 1)` and `{ "a": 1 }` are objects, tuples are lists, `Name` is
+//! `"Name"`, and `Name(x)` is `{ "Name": x }`.
+use linkwork_runtime::Value;
+use serde_json::{Map, Value as Json, json};
+
+/// What may be written at a place.
+#[derive(Clone)]
+pub(crate) enum Schema {
+    /// Whatever fits one of these; with none, anything.
+    Any(Vec<Schema>),
+    /// A number, or a text with a unit; the range is in SI.
+    Number {
+        unit: String,
+        low: f64,
+        high: f64,
+    },
+    /// A whole number.
+    Whole {
+        low: f64,
+        high: f64,
+    },
+    Flag,
+    Text,
+    Words(Vec<&'static str>),
+    /// A list, of so many items when that is said.
+    List(Box<Schema>, Option<usize>),
+    /// Names, each with a value.
+    Table(Box<Schema>),
+    /// Fields, by a title that stands for them.
+    Record(&'static str, fn() -> Vec<Field>),
+    /// `Name(value)`.
+    Variant(&'static str, Box<Schema>),
+    /// Something with a title of its own that may hold itself.
+    Named(&'static str, fn() -> Schema),
+}
+
+/// A field of a record.
+#[derive(Clone)]
+pub(crate) struct Field {
+    pub name: &'static str,
+    pub doc: &'static str,
+    pub schema: Schema,
+    pub required: bool,
+    pub default: Option<Value>,
+}
+
+/// The JSON Schema of what begins at a place.
+pub(crate) fn document(title: &str, root: &Schema) -> Json {
+    let mut defs = Map::new();
+    let root = json(root, &mut defs);
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": title,
+        "oneOf": [root],
+        "$defs": defs,
+    })
+}
+
+/// A parameter `$name` or an expression may stand for any value.
+fn or_parameter(schema: Json) -> Json {
+    let texts = schema["anyOf"].as_array().into_iter().flatten();
+    if texts.into_iter().any(|s| s["type"] == "string" && s["pattern"].is_null()) {
+        return schema;
+    }
+    if schema == json!({}) || schema["type"] == "string" || schema["type"] == "object" {
+        return schema;
+    }
+    json!({ "anyOf": [schema, { "type": "string", "pattern": "\\$" }] })
+}
+
+fn json(schema: &Schema, defs: &mut Map<String, Json>) -> Json {
+    let range = |mut out: Json, low: f64, high: f64| {
+        if low.is_finite() && low != f64::MIN_POSITIVE {
+            out["minimum"] = json!(low);
+        } else if low == f64::MIN_POSITIVE {
+            out["exclusiveMinimum"] = json!(0);
+        }
+        if high.is_finite() {
+            out["maximum"] = json!(high);
+        }
+        out
+    };
+    match schema {
+        Schema::Any(all) if all.is_empty() => json!({}),
+        Schema::Any(all) => {
+            let all: Vec<Json> = all.iter().map(|s| json(s, defs)).collect();
+            json!({ "anyOf": all })
+        }
+        Schema::Number { unit, low, high } => {
+            let mut number = range(json!({ "type": "number" }), *low, *high);
+            if !unit.is_empty() {
+                number["description"] = json!(format!("in {unit}"));
+            }
+            let text = "a number with a unit, or an expression of parameters";
+            json!({ "anyOf": [number, { "type": "string", "description": text }] })
+        }
+        Schema::Whole { low, high } => range(json!({ "type": "integer" }), *low, *high),
+        Schema::Flag => json!({ "type": "boolean" }),
+        Schema::Text => json!({ "type": "string" }),
+        Schema::Words(words) => json!({ "enum": words }),
+        Schema::List(of, count) => {
+            let mut out = json!({ "type": "array", "items": or_parameter(json(of, defs)) });
+            if let Some(n) = count {
+                out["minItems"] = json!(n);
+                out["maxItems"] = json!(n);
+            }
+            out
+        }
+        Schema::Table(of) => json!({ "type": "object", "additionalProperties": json(of, defs) }),
+        Schema::Variant(name, of) => json!({
+            "type": "object", "properties": { *name: json(of, defs) },
+            "required": [name], "additionalProperties": false,
+        }),
+        Schema::Record(title, fields) => named(title, defs, |defs| record(&fields(), defs)),
+        Schema::Named(title, of) => named(title, defs, |defs| json(&of(), defs)),
+    }
+}
+
+/// A reference to a definition, which is made once.
+fn named(
+    title: &str,
+    defs: &mut Map<String, Json>,
+    make: impl FnOnce(&mut Map<String, Json>) -> Json,
+) -> Json {
+    if !defs.contains_key(title) {
+        defs.insert(title.into(), Json::Null);
+        let made = make(defs);
+        defs.insert(title.into(), made);
+    }
+    json!({ "$ref": format!("#/$defs/{title}") })
+}
+
+fn record(fields: &[Field], defs: &mut Map<String, Json>) -> Json {
+    let mut properties = Map::new();
+    for f in fields {
+        let mut one = or_parameter(json(&f.schema, defs));
+        if let Some(one) = one.as_object_mut() {
+            one.insert("description".into(), json!(f.doc.trim()));
+            if let Some(default) = &f.default {
+                one.insert("default".into(), plain(default));
+            }
+        }
+        properties.insert(f.name.into(), one);
+    }
+    let required: Vec<&str> = fields.iter().filter(|f| f.required).map(|f| f.name).collect();
+    // `()` is a record in which nothing is written.
+    let kind = if required.is_empty() { json!(["object", "null"]) } else { json!("object") };
+    let mut out = json!({ "type": kind, "properties": properties, "additionalProperties": false });
+    if !required.is_empty() {
+        out["required"] = json!(required);
+    }
+    out
+}
+
+/// A value of a file as JSON.
+pub(crate) fn plain(v: &Value) -> Json {
+    match v {
+        Value::Null => Json::Null,
+        Value::Bool(b) => json!(b),
+        Value::Number(x) => json!(x),
+        Value::Text(t) => json!(t),
+        Value::List(items) => Json::Array(items.iter().map(|i| plain(&i.value)).collect()),
+        Value::Map(entries) => {
+            Json::Object(entries.iter().map(|(k, v)| (k.clone(), plain(&v.value))).collect())
+        }
+        Value::Variant(name, inner) => match &inner.value {
+            Value::Null => json!(name),
+            inner => json!({ name: plain(inner) }),
+        },
+    }
+}

@@ -1,0 +1,6 @@
+//! Records of the file format, and the typed values in them: each kind of value is read, written and described in one place.
+pub(crate) mod describe;
+pub(crate) mod kind;
+pub(crate) mod pose;
+pub(crate) mod read;
+pub(crate) mod record;

@@ -1,0 +1,180 @@
+//! Typed values out of located ones: units, ranges and lists, each mistake with its place.
+use crate::text::report::Cx;
+use crate::text::value::{Text, is_unknown};
+use linkwork_runtime::{Located, Origin, Seconds, Unit, Value, remedy, split_quantity};
+
+/// Refuses what is no map and fields that nobody knows. `what` names the owner: "body `wheel`".
+pub(crate) fn fields(cx: &mut Cx, v: &Located, what: &str, known: &[&str]) -> bool {
+    let entries = match &v.value {
+        Value::Map(entries) => entries,
+        Value::Null => return true,
+        other => {
+            let help = format!("fields: {}", known.join(", "));
+            cx.fault(v.origin, format!("{what} is `(field: ..)`, this is {}", other.what()), help);
+            return false;
+        }
+    };
+    for (key, value) in entries {
+        if !known.contains(&key.as_str()) {
+            let message = format!("{what} has no field `{key}`");
+            cx.fault(cx.key(value), message, remedy(key, "fields", known));
+        }
+    }
+    true
+}
+
+/// A text.
+pub(crate) fn text(cx: &mut Cx, v: &Located, what: &str) -> Option<Text> {
+    match &v.value {
+        Value::Text(t) => Some(Text { text: t.clone(), origin: v.origin }),
+        other => {
+            let message = format!("{what} is a text, this is {}", other.what());
+            cx.fault(v.origin, message, "write it in double quotes");
+            None
+        }
+    }
+}
+
+/// The text of an optional field.
+pub(crate) fn text_field(cx: &mut Cx, map: &Located, field: &str, what: &str) -> Option<Text> {
+    let v = map.get(field)?;
+    text(cx, v, &format!("{what}: `{field}`"))
+}
+
+/// A map, entry by entry.
+pub(crate) fn table<'v>(cx: &mut Cx, v: &'v Located, what: &str) -> &'v [(String, Located)] {
+    match &v.value {
+        Value::Map(entries) => entries,
+        Value::Null => &[],
+        other => {
+            let message = format!("{what} is a map, this is {}", other.what());
+            cx.fault(v.origin, message, "write { \"name\": .. }");
+            &[]
+        }
+    }
+}
+
+/// A list, item by item.
+pub(crate) fn list<'v>(cx: &mut Cx, v: &'v Located, what: &str) -> &'v [Located] {
+    match &v.value {
+        Value::List(items) => items,
+        Value::Null => &[],
+        other => {
+            let message = format!("{what} is a list, this is {}", other.what());
+            cx.fault(v.origin, message, "write [ .., .. ]");
+            &[]
+        }
+    }
+}
+
+/// True or false.
+pub(crate) fn flag(cx: &mut Cx, v: &Located, what: &str) -> Option<bool> {
+    match v.value {
+        Value::Bool(b) => Some(b),
+        _ => {
+            let message = format!("{what} is true or false, this is {}", v.value.what());
+            cx.fault(v.origin, message, "write true or false");
+            None
+        }
+    }
+}
+
+fn wants(unit: &str) -> String {
+    match unit {
+        "" => "write a plain number".into(),
+        u => format!("write a number in {u}, or a text with a unit such as \"1 {u}\""),
+    }
+}
+
+/// A finite number in SI; a bare one is in `unit` (empty: no unit).
+pub(crate) fn number(cx: &mut Cx, v: &Located, what: &str, unit: &str) -> Option<f64> {
+    if is_unknown(v) {
+        return None;
+    }
+    let wanted = Unit::parse(if unit.is_empty() { "1" } else { unit }).unwrap_or(Unit::ONE);
+    let x = match &v.value {
+        Value::Number(x) => wanted.to_si(*x),
+        Value::Text(text) => match quantity(text, &wanted, unit) {
+            Ok(x) => x,
+            Err(fact) => {
+                cx.fault(v.origin, format!("{what}: {fact}"), wants(unit));
+                return None;
+            }
+        },
+        other => {
+            let message = format!("{what} is a number, this is {}", other.what());
+            cx.fault(v.origin, message, wants(unit));
+            return None;
+        }
+    };
+    if !x.is_finite() {
+        cx.fault(v.origin, format!("{what} is {x}"), "write a finite number");
+        return None;
+    }
+    Some(x)
+}
+
+fn quantity(text: &str, wanted: &Unit, unit: &str) -> Result<f64, String> {
+    let (number, unit_text) =
+        split_quantity(text).ok_or_else(|| format!("`{text}` is not a quantity"))?;
+    if unit_text.is_empty() {
+        return Ok(wanted.to_si(number));
+    }
+    let given = Unit::parse(unit_text).map_err(|e| e.to_string())?;
+    if !given.same_quantity(wanted) {
+        let wanted = if unit.is_empty() { "a plain number" } else { unit };
+        return Err(format!("`{text}` is in {unit_text}, but {wanted} is wanted"));
+    }
+    Ok(given.to_si(number))
+}
+
+/// Numbers in one unit, exactly `N`.
+pub(crate) fn numbers<const N: usize>(
+    cx: &mut Cx,
+    v: &Located,
+    what: &str,
+    unit: &str,
+) -> Option<[f64; N]> {
+    if is_unknown(v) {
+        return None;
+    }
+    let Value::List(items) = &v.value else {
+        let message = format!("{what} is a list of {N} numbers, this is {}", v.value.what());
+        cx.fault(v.origin, message, wants(unit));
+        return None;
+    };
+    if items.len() != N {
+        let message = format!("{what} takes {N} numbers, there are {}", items.len());
+        cx.fault(v.origin, message, wants(unit));
+        return None;
+    }
+    let read: Vec<Option<f64>> = items.iter().map(|item| number(cx, item, what, unit)).collect();
+    read.into_iter().collect::<Option<Vec<f64>>>()?.try_into().ok()
+}
+
+/// A name of a part, body, node, mount or port: no dots, slashes, brackets, stars or spaces.
+pub(crate) fn name(cx: &mut Cx, name: &str, origin: Origin, kind: &str) {
+    let bad = |c: char| c.is_whitespace() || "./[]*$\"'->:".contains(c);
+    if name.is_empty() || name.contains(bad) {
+        let message = format!("`{name}` cannot be the name of a {kind}");
+        cx.fault(origin, message, "use letters, digits and `_`");
+    }
+    if kind == "body" && name == "world" {
+        cx.fault(origin, "a body cannot be named `world`", "the world is there already");
+    }
+}
+
+/// A period or time: `"50 Hz"`, `"20 ms"`, seconds.
+pub(crate) fn period(cx: &mut Cx, v: &Located, what: &str) -> Option<Seconds> {
+    match Seconds::period(&v.value) {
+        Ok(s) => Some(s),
+        Err(fact) => {
+            // The fact without the remedy, which stands in the help.
+            let fact = fact.split(": write").next().unwrap_or(&fact).replace('"', "");
+            let fact = fact.replace("a period", "a time");
+            let help = "write \"50 Hz\", \"20 ms\", \"2 min\" or a number of seconds";
+            cx.fault(v.origin, format!("{what}: {fact}"), help);
+            None
+        }
+    }
+}

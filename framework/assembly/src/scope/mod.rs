@@ -1,0 +1,3 @@
+//! Parameters: their values in force, and arithmetic with them.
+mod expression;
+pub(crate) mod parameters;

@@ -1,0 +1,8 @@
+//! Texts, the located values in them, and what is said about them.
+pub(crate) mod files;
+pub(crate) mod parse;
+pub(crate) mod patterns;
+pub(crate) mod print;
+pub(crate) mod report;
+pub(crate) mod show;
+pub(crate) mod value;

@@ -1,0 +1,76 @@
+//! What is gathered on the way: the texts, the faults so far, and where keys were written.
+use linkwork_runtime::{Fault, Located, Origin, Sources};
+use std::collections::BTreeMap;
+
+/// Sources, faults and places of keys.
+#[derive(Default)]
+pub(crate) struct Cx {
+    pub sources: Sources,
+    pub faults: Vec<Fault>,
+    /// Origin of a value in a map → origin of its key.
+    pub keys: BTreeMap<Origin, Origin>,
+}
+
+impl Cx {
+    /// Records a fault.
+    pub fn fault(&mut self, origin: Origin, message: impl Into<String>, help: impl Into<String>) {
+        let help: String = help.into();
+        let fault = Fault::new(origin, message);
+        self.faults.push(if help.is_empty() { fault } else { fault.help(help) });
+    }
+
+    /// Records what another crate says is wrong, at a place of ours.
+    pub fn explained<E: std::fmt::Display>(
+        &mut self,
+        origin: Origin,
+        what: &str,
+        faults: impl IntoIterator<Item = E>,
+    ) {
+        for fault in faults {
+            let mut fault = Fault::of(origin, &fault);
+            if !what.is_empty() {
+                fault.message = format!("{what}: {}", fault.message);
+            }
+            self.faults.push(fault);
+        }
+    }
+
+    /// Where the key of a map entry is written; the value itself when there is no key.
+    pub fn key(&self, v: &Located) -> Origin {
+        self.keys.get(&v.origin).copied().unwrap_or(v.origin)
+    }
+
+    /// `file:line:column`, or a word when there is no file.
+    pub fn place(&self, origin: Origin) -> String {
+        match self.sources.place(origin) {
+            Some((name, line, column)) => format!("{name}:{line}:{column}"),
+            None => "the program".into(),
+        }
+    }
+}
+
+/// Sorts faults by place and tells those of several instances of one text only once.
+pub fn tidy(mut faults: Vec<Fault>) -> Vec<Fault> {
+    // Wheel1 … Wheel6 are one mistake in wheel.ron: digits apart, the message is the same.
+    let plain = |m: &str| m.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
+    faults.sort_by_key(|f| f.origin);
+    let mut kept: Vec<(usize, Fault)> = Vec::new();
+    let mut known: BTreeMap<(Origin, String), usize> = BTreeMap::new();
+    for fault in faults {
+        let key = (fault.origin, plain(&fault.message));
+        match known.get(&key) {
+            Some(&at) if fault.origin != Origin::NONE => kept[at].0 += 1,
+            _ => {
+                known.insert(key, kept.len());
+                kept.push((1, fault));
+            }
+        }
+    }
+    let count_in = |(count, mut fault): (usize, Fault)| {
+        if count > 1 {
+            fault.message.push_str(&format!(" (and {} more like it)", count - 1));
+        }
+        fault
+    };
+    kept.into_iter().map(count_in).collect()
+}
