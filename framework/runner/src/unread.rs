@@ -1,6 +1,6 @@
 //! Parts that act on nothing and that nobody reads: a sensor that was put in and forgotten.
 use linkwork_assembly::{Loaded, Text, match_patterns};
-use linkwork_runtime::{Fault, Origin, PartSpec, Plan, PortSpec, Program, Value};
+use linkwork_runtime::{Fault, PartSpec, Plan, PortSpec, Program};
 use std::collections::BTreeSet;
 
 /// A warning for each part of the first phase of which no output is wired, bound, logged, shown, watched or
@@ -13,11 +13,10 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
     patterns.extend(file.plots.iter().flat_map(|p| p.of.clone()));
     patterns.extend(file.figures.iter().map(|f| f.of.clone()));
     patterns.extend(file.stop_when.clone());
-    let mut words = Vec::new();
     if let Some(view) = &file.view {
-        texts(&view.value, &mut words);
+        patterns.extend(view.arrows.iter().flat_map(|a| [a.at.clone(), a.along.clone()]));
+        patterns.extend(view.markers.clone());
     }
-    patterns.extend(words.into_iter().map(|text| Text { text, origin: Origin::NONE }));
     let names: Vec<&String> = plan.variables.keys().collect();
     let mut seen: BTreeSet<&str> = BTreeSet::new();
     for pattern in patterns {
@@ -54,8 +53,7 @@ fn read(plan: &Plan) -> Vec<usize> {
     let mut own = Vec::new();
     for (k, part) in plan.parts.iter().enumerate() {
         let d = part.prototype.description();
-        let count =
-            |ports: &[PortSpec]| ports.iter().map(|p| p.lanes).sum::<usize>();
+        let count = |ports: &[PortSpec]| ports.iter().map(|p| p.lanes).sum::<usize>();
         let w = &part.wiring;
         let (m, n) = (count(&d.moore_outputs), count(&d.direct_outputs));
         own.push((k, w.ym..w.ym + m, w.yd..w.yd + n));
@@ -70,15 +68,4 @@ fn read(plan: &Plan) -> Vec<usize> {
         a.chain(b).any(|lane| lanes.contains(&lane)).then_some(k)
     };
     own.into_iter().filter_map(reads).collect()
-}
-
-/// All texts in a value.
-fn texts(v: &Value, out: &mut Vec<String>) {
-    match v {
-        Value::Text(t) => out.push(t.clone()),
-        Value::List(items) => items.iter().for_each(|i| texts(&i.value, out)),
-        Value::Map(entries) => entries.iter().for_each(|(_, i)| texts(&i.value, out)),
-        Value::Variant(_, inner) => texts(&inner.value, out),
-        Value::Null | Value::Bool(_) | Value::Number(_) => {}
-    }
 }

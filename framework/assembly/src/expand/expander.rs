@@ -6,6 +6,7 @@ use crate::body::constraint::{CouplingForm, LoopForm};
 use crate::expand::assemblies::Assemblies;
 use crate::expand::instance::{Instance, ItemInst, ModelInst, Node};
 use crate::form::assembly::{Assembly, ItemForm, PartForm, PartKind, read_overrides};
+use crate::form::wire::WireText;
 use crate::machine::import::{self, Import};
 use crate::schema::read::text;
 use crate::schema::record::Record;
@@ -199,7 +200,9 @@ impl<'a, 'o> Expander<'a, 'o> {
             true => substitute_text(cx, around.env, t),
             false => t.clone(),
         };
-        out.wires = a.wires.iter().map(|w| replace(self.cx, w)).collect();
+        for w in &a.wires {
+            out.wires.push(WireText { text: replace(self.cx, &w.text), timing: w.timing.clone() });
+        }
         out.exports = a.exports.iter().map(|(k, t)| (k.clone(), replace(self.cx, t))).collect();
         out
     }

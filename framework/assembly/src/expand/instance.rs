@@ -1,4 +1,5 @@
 //! The tree of instances: assemblies and models at their places, parameters replaced.
+use crate::form::wire::WireText;
 use crate::text::files::Home;
 use crate::text::patterns::segment_matches;
 use crate::text::value::Text;
@@ -50,7 +51,7 @@ pub(crate) struct Instance {
     pub contact: Option<Located>,
     pub mounts: BTreeMap<String, Text>,
     pub exports: BTreeMap<String, Text>,
-    pub wires: Vec<Text>,
+    pub wires: Vec<WireText>,
     /// Names of the parameters, for messages.
     pub params: Vec<String>,
     /// Parts that could not be read or found: what names them stays silent.

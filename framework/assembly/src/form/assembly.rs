@@ -6,8 +6,9 @@ use crate::body::collider::{Standing, Surface};
 use crate::body::constraint::{CouplingForm, LoopForm};
 use crate::body::contact::ContactForm;
 use crate::form::import::ImportForm;
+use crate::form::wire::{WireText, read_wire, wire_schema};
 use crate::schema::describe::Schema;
-use crate::schema::kind::{Kind, list_of, period, raw, table_of, text};
+use crate::schema::kind::{Kind, period, raw, table_of, text};
 use crate::schema::read::{self, fields, list, name, table, text_field};
 use crate::schema::record::{Presence, Record, of, record};
 use crate::scope::parameters::{ParamDecl, ParamForm, read_param};
@@ -104,7 +105,7 @@ pub struct Assembly {
     /// Parts.
     pub parts: BTreeMap<String, PartForm>,
     /// Wires.
-    pub wires: Vec<Text>,
+    pub wires: Vec<WireText>,
     /// Ports seen from outside.
     pub exports: BTreeMap<String, Text>,
     /// Deep parameters: path → value.
@@ -139,7 +140,7 @@ record! {
         /// Parts by name.
         parts: Option<Located> = raw(Schema::Table(Box::new(part_schema()))).maybe(),
         /// Wires: `"Part.output -> Part.input"`.
-        wires: Option<Located> = raw(list_of(text()).describe()).maybe(),
+        wires: Option<Located> = raw(Schema::List(Box::new(wire_schema()), None)).maybe(),
         /// Ports seen from outside, by name.
         exports: Option<Located> = raw(table_of(text()).describe()).maybe(),
         /// Deep parameters by path.
@@ -250,7 +251,7 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
     }
     if let Some(wires) = v.get("wires") {
         for wire in list(cx, wires, &field_of("wires")) {
-            a.wires.extend(read::text(cx, wire, "a wire"));
+            a.wires.extend(read_wire(cx, wire));
         }
     }
     if let Some(exports) = v.get("exports") {

@@ -17,6 +17,7 @@
 use crate::form::assembly::{
     self, Assembly, AssemblyForm, PartForm, PartKind, read_assembly, read_part,
 };
+use crate::form::wire::{WireText, write_wire};
 use crate::schema::read::fields as known_fields;
 use crate::schema::record::Record;
 use crate::scope::parameters::read_param;
@@ -25,7 +26,7 @@ use crate::text::print::document;
 use crate::text::report::{Cx, tidy};
 use crate::text::show::Failure;
 use crate::text::value::{IntoValue, Text, empty_map, entries, set};
-use linkwork_runtime::{Located, Origin, Value};
+use linkwork_runtime::{Located, Origin, Value, WireTiming};
 
 /// A map: `fields! { resistance: "0.6 ohm", "gear": 20.0 }`.
 #[macro_export]
@@ -172,7 +173,7 @@ impl Assembly {
     /// A wire: `"Drive.volts[*] -> Wheel[*].volts"`.
     #[must_use]
     pub fn wire(mut self, wire: &str) -> Self {
-        self.wires.push(Text::new(wire));
+        self.wires.push(WireText { text: Text::new(wire), timing: WireTiming::AtOnce });
         self
     }
 
@@ -262,7 +263,8 @@ impl Assembly {
         put("colliders", table(self.colliders.iter(), |c| c.fields.value.clone()));
         put("contact", self.contact.as_ref().map_or(Value::Null, contact));
         put("parts", table(self.parts.iter(), part));
-        let wires = self.wires.iter().map(|w| text(&w.text)).collect();
+        let wires = self.wires.iter();
+        let wires = wires.map(|w| write_wire(w.text.text.clone(), &w.timing).into()).collect();
         put("wires", Value::List(wires));
         put("exports", table(self.exports.iter(), |t| Value::Text(t.text.clone())));
         let overrides = self.overrides.iter().map(|(path, v)| (path.text.clone(), v.clone()));

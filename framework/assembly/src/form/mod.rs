@@ -5,3 +5,4 @@ pub(crate) mod import;
 mod part;
 pub(crate) mod phases;
 pub(crate) mod settings;
+pub(crate) mod wire;

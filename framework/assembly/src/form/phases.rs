@@ -215,9 +215,9 @@ fn remove(cx: &mut Cx, base: &mut Located, gone: &Text, what: &str) {
     let of = |end: &str| end.trim().split(['.', '[']).next().unwrap_or("").trim() == gone.text;
     for (key, wires) in file.iter_mut() {
         if let (true, Value::List(items)) = (key == "wires", &mut wires.value) {
-            items.retain(|w| match &w.value {
-                Value::Text(t) => !t.split("->").any(of),
-                _ => true,
+            items.retain(|w| {
+                let wire = w.get("wire").unwrap_or(w);
+                !matches!(&wire.value, Value::Text(t) if t.split("->").any(of))
             });
         }
     }

@@ -2,6 +2,7 @@
 use crate::body::{modes::modes, solid};
 use crate::expand::instance::{Instance, ItemInst, ModelInst, Node};
 use crate::form::settings::may_change;
+use crate::form::wire::write_wire;
 use crate::mechanism::Told;
 use crate::schema::kind::Kind;
 use crate::text::files::{Files, Home};
@@ -57,7 +58,8 @@ pub(crate) fn value(
             out.into_iter().map(|(k, v)| (k.to_string(), v)).collect();
         all.extend(inner);
         all.extend(told.contact.clone().map(|c| ("contact".to_string(), c)));
-        let wires = spec.wires.iter().map(|w| text(format!("{} -> {}", w.from, w.to)));
+        let wires = spec.wires.iter();
+        let wires = wires.map(|w| write_wire(format!("{} -> {}", w.from, w.to), &w.timing).into());
         all.push(("wires".into(), Value::List(wires.collect()).into()));
         return Value::Variant("Simulation".into(), Box::new(Value::Map(all).into()));
     }

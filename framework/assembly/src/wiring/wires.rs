@@ -1,8 +1,11 @@
 //! Wires and exports: relative paths, exports of nested assemblies, `[*]` over arrays and lanes.
 use crate::expand::instance::{Instance, ModelInst, Node};
+use crate::form::wire::WireText;
 use crate::text::report::Cx;
 use crate::text::value::{Text, outer};
-use linkwork_runtime::{Catalogue, Description, PortRef, PortSpec, WireSpec, did_you_mean, remedy};
+use linkwork_runtime::{
+    Catalogue, Description, PortRef, PortSpec, WireSpec, WireTiming, did_you_mean, remedy,
+};
 use std::sync::Arc;
 
 /// One segment: `Motor`, `Wheel[*]`, `rate[2]`.
@@ -69,8 +72,8 @@ impl Wiring<'_> {
         self.root.walk(&mut instances);
         let mut out = Vec::new();
         for instance in &instances {
-            for wire in &instance.wires {
-                match self.wire(instance, wire) {
+            for WireText { text: wire, timing } in &instance.wires {
+                match self.wire(instance, wire, timing) {
                     Ok(found) => out.extend(found),
                     Err((fact, _)) if fact.is_empty() => {}
                     Err((fact, help)) => {
@@ -91,7 +94,12 @@ impl Wiring<'_> {
         out
     }
 
-    fn wire(&self, scope: &Instance, wire: &Text) -> Result<Vec<WireSpec>, Problem> {
+    fn wire(
+        &self,
+        scope: &Instance,
+        wire: &Text,
+        timing: &WireTiming,
+    ) -> Result<Vec<WireSpec>, Problem> {
         let ends: Vec<&str> = wire.text.split("->").map(str::trim).collect();
         let [from, to] = ends.as_slice() else {
             return Err((
@@ -116,7 +124,7 @@ impl Wiring<'_> {
             .map(|(from, to)| WireSpec {
                 from,
                 to,
-                timing: Default::default(),
+                timing: timing.clone(),
                 text: text(),
                 origin: wire.origin,
             })
@@ -301,9 +309,8 @@ impl Wiring<'_> {
             let help = format!("add a port: {}", remedy("", kind, &known));
             return Err((format!("`{part}` is a part, not a port"), help));
         };
-        if let Some(odd) = inner.iter().find(|s| s.index.is_some()) {
-            let fact = format!("`{part}` is a model: `{}[..]` cannot stand inside", odd.name);
-            return Err((fact, "only the last name of a path takes a lane".into()));
+        if inner.iter().any(|s| s.index.is_some()) {
+            return elements(part, ports.as_deref(), rest);
         }
         let mut port: Vec<&str> = inner.iter().map(|s| s.name.as_str()).collect();
         port.push(&last.name);
@@ -333,6 +340,35 @@ impl Wiring<'_> {
             }
         }
     }
+}
+
+/// Ports of a sized model whose names have an element inside: `wheels[2].rate`, or all `wheels[*].rate`.
+fn elements(
+    part: &str,
+    ports: Option<&[&PortSpec]>,
+    rest: &[Segment],
+) -> Result<Vec<PortRef>, Problem> {
+    let name = |of_all: Option<usize>| {
+        let each = rest.iter().map(|s| match (s.index, of_all) {
+            (None, _) => s.name.clone(),
+            (Some(Index::At(k)), _) | (Some(Index::All), Some(k)) => format!("{}[{k}]", s.name),
+            (Some(Index::All), None) => format!("{}[*]", s.name),
+        });
+        each.collect::<Vec<_>>().join(".")
+    };
+    let one = |port: String| PortRef { part: part.into(), port, index: None };
+    if !rest.iter().any(|s| s.index == Some(Index::All)) {
+        return Ok(vec![one(name(None))]);
+    }
+    let ports = ports.unwrap_or_default();
+    let is = |port: &str| ports.iter().any(|p| p.name == port);
+    let found: Vec<PortRef> = (0..).map(|k| name(Some(k))).take_while(|n| is(n)).map(one).collect();
+    if found.is_empty() {
+        let known: Vec<&str> = ports.iter().map(|p| &*p.name).collect();
+        let fact = format!("`{part}` has no port `{}`", name(Some(0)));
+        return Err((fact, remedy(&name(Some(0)), "ports", &known)));
+    }
+    Ok(found)
 }
 
 fn exports_help(inner: &Instance, name: &str) -> String {

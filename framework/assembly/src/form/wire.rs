@@ -1,0 +1,74 @@
+//! A wire as written: `"Part.output -> Part.input"`, or with when it arrives.
+use crate::schema::describe::Schema;
+use crate::schema::kind::{At, list_of, number, text, whole};
+use crate::schema::read;
+use crate::schema::record::{Presence, Record, record};
+use crate::text::report::Cx;
+use crate::text::value::Text;
+use linkwork_runtime::{Located, Value, WireTiming};
+
+/// A wire as written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WireText {
+    /// `Part.output -> Part.input`.
+    pub text: Text,
+    /// When it arrives.
+    pub timing: WireTiming,
+}
+
+record! {
+    /// A wire whose values arrive later, or close a loop that is solved.
+    pub(crate) struct WireForm: "wire" {
+        /// The wire: `"Part.output -> Part.input"`.
+        wire: Text = text().need("write (wire: \"Part.output -> Part.input\", delay: 1)"),
+        /// Samples after which it arrives: of the reader, else of the writer, else integration steps.
+        delay: Option<u32> = whole::<u32>(1, 100_000).maybe(),
+        /// What arrives before the first sample does, SI: one number, or one for each lane. Zeros when not written.
+        initial: Vec<f64> = list_of(number("")).or(Vec::new()),
+        /// The wire closes an algebraic loop, which is solved until its two ends differ by less than this, relative
+        /// to the value where that is above one.
+        solve: Option<f64> = number("").within(1e-15, 0.1).maybe(),
+    }
+}
+
+/// What a wire may be.
+pub(crate) fn wire_schema() -> Schema {
+    Schema::Any(vec![Schema::Text, WireForm::describe()])
+}
+
+/// A wire; `None` when it is none (recorded).
+pub(crate) fn read_wire(cx: &mut Cx, v: &Located) -> Option<WireText> {
+    let Value::Map(_) = v.value else {
+        let text = read::text(cx, v, "a wire")?;
+        return Some(WireText { text, timing: WireTiming::AtOnce });
+    };
+    let form = WireForm::read(cx, v, &At::new("a wire"))?;
+    let timing = match (form.delay, form.solve) {
+        (Some(_), Some(_)) => {
+            let message = format!("wire `{}` has `delay` and `solve`", form.wire.text);
+            cx.fault(v.origin, message, "a delay breaks a loop, so that nothing is left to solve");
+            return None;
+        }
+        (Some(samples), None) => WireTiming::Delayed { samples, initial: form.initial },
+        (None, _) if !form.initial.is_empty() => {
+            let message = format!("wire `{}` has `initial` and no `delay`", form.wire.text);
+            cx.fault(v.origin, message, "write `delay: 1`, or leave `initial` out");
+            return None;
+        }
+        (None, Some(tolerance)) => WireTiming::Solved { tolerance },
+        (None, None) => WireTiming::AtOnce,
+    };
+    Some(WireText { text: form.wire, timing })
+}
+
+/// As it is written.
+pub(crate) fn write_wire(text: String, timing: &WireTiming) -> Value {
+    let form = WireForm { wire: Text::new(&text), delay: None, initial: Vec::new(), solve: None };
+    match timing {
+        WireTiming::AtOnce => Value::Text(text),
+        WireTiming::Delayed { samples, initial } => {
+            WireForm { delay: Some(*samples), initial: initial.clone(), ..form }.write()
+        }
+        WireTiming::Solved { tolerance } => WireForm { solve: Some(*tolerance), ..form }.write(),
+    }
+}
