@@ -171,10 +171,8 @@ fn carried(phases: &[(String, Plan)]) -> Vec<Fault> {
         for part in &plan.parts {
             let Err(why) = part.prototype.can_save() else { continue };
             if let Some(other) = seen.insert(&part.path, phase) {
-                let fact = format!(
-                    "`{}` cannot go from phase `{other}` to `{phase}`: {why}",
-                    part.path
-                );
+                let fact =
+                    format!("`{}` cannot go from phase `{other}` to `{phase}`: {why}", part.path);
                 let help = "keep it in one phase only, or use a unit that can save its state";
                 faults.insert(&part.path, Fault::new(Origin::NONE, fact).help(help));
             }

@@ -141,10 +141,9 @@ fn quantity(
         return;
     }
     let kind = match at {
-        Target::Hinge { v, .. } => mb
-            .subhinges()
-            .find(|(_, s)| s.v.contains(&(*v as usize)))
-            .map(|(_, s)| s.subhinge.kind),
+        Target::Hinge { v, .. } => {
+            mb.subhinges().find(|(_, s)| s.v.contains(&(*v as usize))).map(|(_, s)| s.subhinge.kind)
+        }
         Target::Loop(i) => {
             mb.loops().iter().find(|l| l.motions.contains(&(*i as usize))).and_then(|l| {
                 let given = |s: &&Subhinge| s.coordinate == Coordinate::Prescribed;
