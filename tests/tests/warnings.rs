@@ -200,7 +200,9 @@ fn a_step_too_long_is_told_with_the_one_that_would_do() {
     // The lag: RK4 wants h / T < 2.785: 5.57 ms; the spring's 100 rad/s would take 28 ms.
     let told = only(&stiff("6 ms", ""));
     assert!(
-        told.starts_with("6: the step of 0.006 s is too long: `Lag.state.x` decays in 2.000e-3 s"),
+        told.starts_with(
+            "6: the step of 0.006 s is too long: errors of `Lag.state.x` grow by 1.375 in each"
+        ),
         "{told}"
     );
     assert!(
@@ -215,16 +217,21 @@ fn a_step_too_long_is_told_with_the_one_that_would_do() {
     // The spring alone.
     let spring = |step: &str, more: &str| stiff(step, more).replace("2 ms\" }", "2 s\" }");
     let told = only(&spring("30 ms", ""));
-    assert!(
-        told.contains("`mass.") && told.contains("swings at 15.9") && told.contains("0.022 s"),
-        "{told}"
-    );
+    assert!(told.contains("`mass.") && told.contains("0.022 s"), "{told}");
     assert!(warnings(&spring("22 ms", "")).is_empty());
     assert!(only(&spring("30 ms", euler)).contains("`step: \"0.015 s\"`"));
     // Adaptive methods find their steps.
     for integrator in ["dormand_prince_54", "rodas4p"] {
         assert!(warnings(&stiff("6 ms", &format!("integrator: \"{integrator}\","))).is_empty());
     }
+    // A whole machine: back-EMF 55.6 N m s/rad on the 0.33 kg m² of a wheel, and what it drives on.
+    let set = ["step=30 ms".to_string()];
+    let file = linkwork_tests::root().join("sims/rocky8/sim.ron");
+    let ready = library().file(&file, &set, None).map_err(|f| f.render(false)).unwrap();
+    let told = ready.warnings();
+    assert_eq!(told.len(), 1, "{told:?}");
+    let fact = &told[0].message;
+    assert!(fact.contains("the step of 0.03 s is too long"), "{fact}");
     // Said and shown: just above the step that is told it grows, at that step it does not.
     let end = |step: &str| {
         let ready =

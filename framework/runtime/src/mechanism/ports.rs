@@ -141,15 +141,14 @@ fn quantity(
         return;
     }
     let kind = match at {
-        Target::Hinge { v, .. } => mb
-            .subhinges()
-            .find(|(_, s)| s.v.contains(&(*v as usize)))
-            .map(|(_, s)| s.subhinge.kind.clone()),
+        Target::Hinge { v, .. } => {
+            mb.subhinges().find(|(_, s)| s.v.contains(&(*v as usize))).map(|(_, s)| s.subhinge.kind)
+        }
         Target::Loop(i) => {
             mb.loops().iter().find(|l| l.motions.contains(&(*i as usize))).and_then(|l| {
                 let given = |s: &&Subhinge| s.coordinate == Coordinate::Prescribed;
                 let which = *i as usize - l.motions.start;
-                l.closure.hinge.subhinges.iter().filter(given).nth(which).map(|s| s.kind.clone())
+                l.closure.hinge.subhinges.iter().filter(given).nth(which).map(|s| s.kind)
             })
         }
         Target::Node(_) => None,

@@ -1,49 +1,28 @@
 //! A step that is too long for what decays or swings fast, found from the whole system at its start.
 //!
 //! ```text
-//! J = ∂ẋ/∂x             by differences to both sides; where they differ, the smaller one or nothing
-//! explicit methods      |R(h λ)| ≤ 1, R(z) = 1 + z Σ bᵢ gᵢ, gᵢ = 1 + z Σ aᵢⱼ gⱼ
-//! semi-implicit Euler   h² |λ|² + 4 h |Re λ| ≤ 4, for a real λ h |λ| ≤ 2
+//! J = ∂ẋ/∂x               by differences to both sides; where they differ, the smaller one or nothing
+//! A(h)                    what a step makes of a deviation: explicit methods Σ of powers of h J by their
+//!                         coefficients, semi-implicit Euler (1 + h J_positions)(1 + h J_others)
+//! ρ(A) = lim ‖Aⁿ‖^(1/n)   growth in a step, n = 2¹⁶ by squaring
+//! too long                ρ(A(h)) > 1.001 ρ(A(h/m))ᵐ, m steps so short that ‖h/m J‖ < 1/4: what the system does
 //! ```
-//! for all eigenvalues λ of J that decay or swing. What is not yet there at the start, a contact that does not
-//! yet press, is not seen; sampled controllers are not, either. Adaptive methods find their step themselves.
-//! Cubic in the number of states; beyond [`STATES_MAX`] nothing is asked.
+//! What is not yet there at the start, a contact that does not yet press, is not seen; sampled controllers are
+//! not, either. Adaptive methods find their step themselves. Cubic in the number of states; beyond
+//! [`STATES_MAX`] nothing is asked.
 #![allow(non_snake_case)]
 use super::evaluate::Running;
 use super::{Simulation, State};
 use crate::block::{Evaluation, Now};
-use crate::plan::Place;
+use crate::plan::{Place, Plan};
 use crate::value::{Fault, Origin};
 use linkwork_integrate::{Method, System};
-use linkwork_spatial::nalgebra::{Complex, DMatrix, DVector, Schur};
+use linkwork_spatial::nalgebra::DMatrix;
 
-/// States beyond which eigenvalues take longer than they are worth.
+/// States beyond which this takes longer than it is worth.
 pub const STATES_MAX: usize = 400;
-/// Iterations of the QR algorithm, beyond which nothing is said.
-const ITERATIONS_MAX: usize = 20_000;
-/// An eigenvalue grows by itself when its real part is more than this of its size.
-const GROWS: f64 = 1e-3;
-/// Growth in a step that is rounding, or the slow growth of methods on undamped swings.
-const SLACK: f64 = 1e-3;
-
-/// |R(z)| less 1 for a method, positive where a step of it amplifies.
-fn amplifies(method: &Method, z: Complex<f64>) -> f64 {
-    match method {
-        Method::Rosenbrock(_) => -1.0,
-        Method::SemiImplicitEuler if z.im == 0.0 => z.re.abs() - 2.0,
-        Method::SemiImplicitEuler => z.norm_sqr() + 4.0 * z.re.abs() - 4.0,
-        Method::Explicit(table) => {
-            let one = Complex::new(1.0, 0.0);
-            let mut g: Vec<Complex<f64>> = Vec::with_capacity(table.stages);
-            for row in table.a.iter().take(table.stages) {
-                let sum: Complex<f64> = row.iter().zip(&g).map(|(a, g)| g * *a).sum();
-                g.push(one + z * sum);
-            }
-            let sum: Complex<f64> = table.b.iter().zip(&g).map(|(b, g)| g * *b).sum();
-            (one + z * sum).norm() - 1.0
-        }
-    }
-}
+/// Growth in a step, relative to that of the system, that is rounding.
+const SLACK: f64 = 1.001;
 
 /// The smaller of two numbers of one sign; of two signs nothing.
 fn cautious(a: f64, b: f64) -> f64 {
@@ -56,6 +35,59 @@ fn cautious(a: f64, b: f64) -> f64 {
     }
 }
 
+/// What a step of h s makes of a small deviation.
+fn step_map(plan: &Plan, J: &DMatrix<f64>, h: f64) -> Option<DMatrix<f64>> {
+    let n = J.nrows();
+    let one = DMatrix::identity(n, n);
+    match &plan.integration.method {
+        Method::Rosenbrock(_) => None,
+        Method::SemiImplicitEuler => {
+            let (mut first, mut second) = (J * h, J * h);
+            for i in 0..n {
+                let moved = plan.positions.iter().any(|p| p.contains(&i));
+                if moved { first.row_mut(i).fill(0.0) } else { second.row_mut(i).fill(0.0) }
+            }
+            Some((&one + second) * (one + first))
+        }
+        Method::Explicit(table) => {
+            // gᵢ = 1 + z Σ aᵢⱼ gⱼ and 1 + z Σ bᵢ gᵢ, as matrices.
+            let z = J * h;
+            let sum = |weights: &[f64], g: &[DMatrix<f64>]| {
+                let zero = DMatrix::zeros(n, n);
+                weights.iter().zip(g).fold(zero, |s, (w, g)| s + g * *w)
+            };
+            let mut g: Vec<DMatrix<f64>> = Vec::with_capacity(table.stages);
+            for row in table.a.iter().take(table.stages) {
+                let next = &one + &z * sum(row, &g);
+                g.push(next);
+            }
+            Some(one + z * sum(table.b, &g))
+        }
+    }
+}
+
+/// Spectral radius of a matrix, and of a high power of it, normed, the diagonal: the share of each state in what
+/// grows most, which no choice of units changes.
+fn growth(mut A: DMatrix<f64>) -> Option<(f64, Vec<f64>)> {
+    let (mut log, mut power) = (0.0, 1.0);
+    for _ in 0..16 {
+        let norm = A.norm();
+        if !norm.is_finite() || norm == 0.0 {
+            return None;
+        }
+        A /= norm;
+        log += norm.ln() / power;
+        A = &A * &A;
+        power *= 2.0;
+    }
+    let norm = A.norm();
+    if !(norm > 0.0) {
+        return None;
+    }
+    let shares = A.diagonal().iter().map(|v| v.abs()).collect();
+    Some(((log + norm.ln() / power).exp(), shares))
+}
+
 impl Simulation {
     /// Why the step of a fixed method is too long for the system as it stands, with the step that would
     /// do; nothing when it is not, or when steps are adaptive. Asked before the first step of a run.
@@ -65,35 +97,32 @@ impl Simulation {
         if plan.integration.control.is_some() || plan.derivs.is_empty() || n > STATES_MAX {
             return None;
         }
-        let method = &plan.integration.method;
         let J = self.jacobian()?;
-        let decays = |l: &Complex<f64>| l.norm() > 0.0 && l.re <= GROWS * l.norm();
-        let schur = Schur::try_new(J.clone(), f64::EPSILON, ITERATIONS_MAX)?;
-        let all: Vec<Complex<f64>> =
-            schur.complex_eigenvalues().iter().copied().filter(decays).collect();
-        let worst = |h: f64| {
-            let by = all.iter().map(|l| (amplifies(method, l * h), *l));
-            by.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|w| w.0 > SLACK)
+        // What the system itself does in a second.
+        let short_step = h.min(0.25 / J.norm().max(1e-300));
+        let own = growth(step_map(&plan, &J, short_step)?)?.0.ln() / short_step;
+        let excess = |h: f64| {
+            let (by, shares) = growth(step_map(&plan, &J, h)?)?;
+            (by > SLACK * (own.max(0.0) * h).exp()).then_some((by, shares))
         };
-        let (_, mode) = worst(h)?;
+        let (by, shares) = excess(h)?;
         let (mut low, mut high) = (0.0, h);
-        for _ in 0..40 {
+        for _ in 0..20 {
             let middle = 0.5 * (low + high);
-            if worst(middle).is_some() { high = middle } else { low = middle }
+            if excess(middle).is_some() { high = middle } else { low = middle }
         }
         if low == 0.0 {
             return None;
         }
-        let lane = participant(&J, mode)?;
+        let lane = (0..n).max_by(|a, b| shares[*a].total_cmp(&shares[*b]))?;
         let (path, _) = plan.lanes.iter().find(|(_, v)| v.place == Place::X(lane as u32))?;
         let has =
             |p: &&crate::plan::PartPlan| (p.wiring.x..p.wiring.x + p.lanes().x).contains(&lane);
         let origin = plan.parts.iter().find(has).map_or(Origin::NONE, |p| p.origin);
-        let what = match mode.im.abs() > mode.re.abs() {
-            true => format!("swings at {:.3} Hz", mode.norm() / std::f64::consts::TAU),
-            false => format!("decays in {:.3e} s", 1.0 / mode.re.abs()),
-        };
-        let fact = format!("the step of {} s is too long: `{path}` {what}", short(h));
+        let fact = format!(
+            "the step of {} s is too long: errors of `{path}` grow by {by:.3} in each",
+            short(h)
+        );
         let help = format!(
             "write `step: \"{} s\"` or less, or an adaptive integrator; for stiff parts `rodas4p`",
             short(round_down(0.8 * low))
@@ -136,27 +165,6 @@ impl Simulation {
         }
         J.iter().all(|v| v.is_finite()).then_some(J)
     }
-}
-
-/// The state with the greatest share in a mode: |vᵢ wᵢ| of its right and left eigenvectors, which no choice of
-/// units changes.
-fn participant(J: &DMatrix<f64>, mode: Complex<f64>) -> Option<usize> {
-    let n = J.nrows();
-    let near = mode * (1.0 + 1e-7);
-    let vector = |J: DMatrix<f64>| {
-        let shifted = J.map(|v| Complex::new(v, 0.0)) - DMatrix::from_diagonal_element(n, n, near);
-        let lu = shifted.lu();
-        let mut v = DVector::from_fn(n, |i, _| Complex::new(1.0 + 0.1 * (i % 7) as f64, 0.3));
-        for _ in 0..3 {
-            v = lu.solve(&v)?;
-            let norm = v.norm();
-            v /= Complex::new(norm, 0.0);
-        }
-        Some(v)
-    };
-    let (v, w) = (vector(J.clone())?, vector(J.transpose())?);
-    let share = |i: usize| v[i].norm() * w[i].norm();
-    (0..n).max_by(|a, b| share(*a).total_cmp(&share(*b)))
 }
 
 /// Two digits, rounded down.
