@@ -135,10 +135,10 @@ def test_units_from_python_run(module, tmp_path):
             continuous=", variability=V.continuous",
             fixed=", variability=V.fixed",
         )
-    (tmp_path / "tank.py").write_text(TANK.format(module=module, **words))
-    subprocess.run(
-        [sys.executable, "-m", module, "build", "-f", "tank.py"], cwd=tmp_path, check=True
-    )
+    # Units share the interpreter of this process: each script is a module of its own name.
+    script = f"tank_{module}.py"
+    (tmp_path / script).write_text(TANK.format(module=module, **words))
+    subprocess.run([sys.executable, "-m", module, "build", "-f", script], cwd=tmp_path, check=True)
     (tmp_path / "sim.ron").write_text(
         """Simulation(
     parts: {
