@@ -39,7 +39,7 @@ impl Archive {
         let mut archive = Archive { zip, name: name.to_string() };
         for k in 0..archive.zip.len() {
             let entry = archive.zip.by_index_raw(k).map_err(|e| corrupt(name, e))?;
-            let outside = entry.enclosed_name().is_none() || entry.name().contains('\\');
+            let outside = entry.enclosed_name().is_none() || leads_out(entry.name());
             if outside || entry.is_symlink() {
                 let why = format!("its entry `{}` leads out of the archive", entry.name());
                 return Err(Refusal::new(format!("`{name}` is refused: {why}"))
@@ -132,6 +132,11 @@ impl Archive {
     }
 }
 
+/// Names that are absolute, climb, or mean something else on another system.
+fn leads_out(name: &str) -> bool {
+    name.starts_with('/') || name.contains(['\\', ':', '\0']) || name.split('/').any(|p| p == "..")
+}
+
 /// Copies at most `limit` bytes; more is an error.
 fn copy(from: &mut impl Read, to: &mut impl Write, limit: u64) -> std::io::Result<u64> {
     let copied = std::io::copy(&mut from.take(limit + 1), to)?;
@@ -193,7 +198,8 @@ mod tests {
     #[test]
     fn names_that_lead_out_and_links_are_refused() {
         let options = zip::write::SimpleFileOptions::default();
-        for name in ["resources/../../evil", "/etc/evil", "..\\evil"] {
+        for name in ["resources/../../evil", "resources/../evil", "/etc/evil", "C:evil", "..\\evil"]
+        {
             let told = refused(|zip| {
                 zip.start_file("resources/good", options).unwrap();
                 zip.start_file(name, options).unwrap();

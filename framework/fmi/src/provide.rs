@@ -322,7 +322,7 @@ pub unsafe fn free_instance(instance: *mut c_void) {
 /// `fmi3EnterInitializationMode`.
 ///
 /// # Safety
-/// As [`on`].
+/// `instance` is one of [`instantiate`].
 pub unsafe fn enter_initialization(instance: *mut c_void, start: f64) -> c_int {
     // SAFETY: by the contract.
     unsafe { on(instance, |unit| unit.begin(start)) }

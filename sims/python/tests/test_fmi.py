@@ -67,8 +67,9 @@ def test_fmpy_validates_and_runs_what_is_exported(arm):
     rows, half = [angle()], None
     for k in range(n):
         if k == n // 2:
-            half = unit.getFMUState()
-            half = unit.serializeFMUState(half), unit.freeFMUState(half)
+            state = unit.getFMUState()
+            half = unit.serializeFMUState(state)
+            unit.freeFMUState(state)
         unit.setFloat64([refs["Servo.angle"]], [command(k * h)])
         unit.doStep(k * h, h)
         rows.append(angle())
@@ -76,7 +77,7 @@ def test_fmpy_validates_and_runs_what_is_exported(arm):
     assert max(abs(a - b) for a, b in zip(rows, native(h, n))) < 1e-12
     assert max(rows) - min(rows) > 0.5
     # The second half again, out of the serialised state.
-    state = unit.deserializeFMUState(half[0])
+    state = unit.deserializeFMUState(half)
     unit.setFMUState(state)
     for k in range(n // 2, n):
         unit.setFloat64([refs["Servo.angle"]], [command(k * h)])
@@ -134,10 +135,10 @@ def test_units_from_python_run(module, tmp_path):
             continuous=", variability=V.continuous",
             fixed=", variability=V.fixed",
         )
-    (tmp_path / "tank.py").write_text(TANK.format(module=module, **words))
-    subprocess.run(
-        [sys.executable, "-m", module, "build", "-f", "tank.py"], cwd=tmp_path, check=True
-    )
+    # Units share the interpreter of this process: each script is a module of its own name.
+    script = f"tank_{module}.py"
+    (tmp_path / script).write_text(TANK.format(module=module, **words))
+    subprocess.run([sys.executable, "-m", module, "build", "-f", script], cwd=tmp_path, check=True)
     (tmp_path / "sim.ron").write_text(
         """Simulation(
     parts: {
