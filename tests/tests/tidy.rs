@@ -169,7 +169,7 @@ const ASSEMBLY: [(&str, &[&str]); 10] = [
     ("machine", &["text", "schema", "body", "form"]),
     ("expand", &["text", "schema", "scope", "body", "form", "machine"]),
     ("mechanism", &["text", "schema", "body", "expand"]),
-    ("wiring", &["text", "schema", "expand", "mechanism"]),
+    ("wiring", &["text", "schema", "form", "expand", "mechanism"]),
     (
         "load",
         &["text", "schema", "scope", "body", "form", "machine", "expand", "mechanism", "wiring"],

@@ -189,7 +189,7 @@ fn wires_that_cannot_be() {
         &[
             "loop of direct outputs through Gain, Source: `Gain.y -> Source.u`, `Source.y -> Gain.u`",
             "--> bad.ron:15:",
-            "basics.delay",
+            "`delay: 1`",
         ],
     );
 }
@@ -202,9 +202,12 @@ fn the_remedy_for_a_loop_works() {
         &edited(&[
             (
                 "\"Source\": (model: \"basics.constant\", params: { \"value\": 1 })",
-                "\"Source\": (model: \"basics.delay\", rate: \"100 Hz\")",
+                "\"Source\": (model: \"basics.gain\", params: { \"k\": 1 })",
             ),
-            ("\"Source.y -> Gain.u\"", "\"Source.y -> Gain.u\", \"Gain.y -> Source.u\""),
+            (
+                "\"Source.y -> Gain.u\"",
+                "\"Source.y -> Gain.u\", (wire: \"Gain.y -> Source.u\", delay: 1)",
+            ),
         ]),
     );
     lab.run("delayed.ron", "out", &[]).code(0);

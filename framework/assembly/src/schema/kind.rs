@@ -373,7 +373,8 @@ impl<A: Kind, B: Kind<Of = A::Of>> Kind for Short<A, B> {
     type Of = A::Of;
     fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<A::Of> {
         match v.value {
-            Value::Map(_) => self.1.read(cx, v, at),
+            // `()`: the long form, with nothing in it.
+            Value::Map(_) | Value::Null => self.1.read(cx, v, at),
             _ => self.0.read(cx, v, at),
         }
     }

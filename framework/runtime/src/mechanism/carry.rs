@@ -35,7 +35,7 @@ pub(super) fn carry(
     to[..mq].copy_from_slice(&carried.q);
     to[mq..mq + mv].copy_from_slice(&carried.v);
     loop_motions(new, old, &from[nq + nv..], &mut to[mq + mv..]);
-    let closed = close(new, &after, to)?;
+    let closed = close(new, matches!(after, Cow::Owned(_)).then_some(&*after), to)?;
     let mut notes = Vec::new();
     let list = |what: &str, names: &[String]| {
         (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")))
@@ -81,16 +81,17 @@ fn loop_motions(new: &MechanismPlan, old: &MechanismPlan, from: &[f64], to: &mut
     }
 }
 
-/// Puts the state onto the loops and couplings of the new mechanism; whether rates changed by it.
+/// Puts the state onto the loops and couplings of the new mechanism, whose `bodies` have other masses
+/// than in its file; whether rates changed by it.
 fn close(
     new: &MechanismPlan,
-    bodies: &Cow<'_, Multibody>,
+    bodies: Option<&Multibody>,
     lanes: &mut [f64],
 ) -> Result<bool, Box<Failure>> {
     let Some(solver) = &new.solver else { return Ok(false) };
     let tree = match bodies {
-        Cow::Borrowed(_) => new.tree.clone(),
-        Cow::Owned(bodies) => Arc::new(Tree::new(bodies)),
+        None => new.tree.clone(),
+        Some(bodies) => Arc::new(Tree::new(bodies)),
     };
     let tree = &*tree;
     let mut solver = solver.clone();
