@@ -61,10 +61,12 @@ fn each_check_can_fail() {
     }
 }
 
-/// The remedy for a loop is a model that somebody can add: the framework names one of a library.
+/// What the message about a loop advises makes it compile.
 #[test]
 fn the_remedy_for_a_loop_exists() {
-    use linkwork_runtime::{Catalogue, Files, Origin, PartSpec, PortRef, Spec, WireSpec, WireTiming};
+    use linkwork_runtime::{
+        Catalogue, Files, Origin, PartSpec, PortRef, Spec, WireSpec, WireTiming,
+    };
     let catalogue = Catalogue::new(libraries());
     let end =
         |part: &str, port: &str| PortRef { part: part.into(), port: port.into(), index: None };
