@@ -3,9 +3,10 @@
 use crate::catalogue::Catalogue;
 use crate::compile::{WhenSpec, Within, common_tick, compile_phase};
 use crate::noise;
-use crate::plan::{Place, Plan, Variable};
+use crate::plan::{Fires, Place, Plan, Variable};
 use crate::services::Files;
 use crate::spec::Spec;
+use crate::step::Route;
 use crate::time::Seconds;
 use crate::value::{Fault, Faults, Origin, remedy};
 use std::collections::{BTreeMap, BTreeSet};
@@ -43,6 +44,8 @@ pub struct Program {
     pub channels: Vec<Vec<Option<Place>>>,
     /// Hash over all plans.
     pub hash: u64,
+    /// For each transition from phase to phase: where the state goes.
+    pub(crate) routes: BTreeMap<(u32, u32), Route>,
 }
 
 /// One phase.
@@ -61,6 +64,7 @@ impl Program {
             phases: vec![Phase { name: String::new(), plan }],
             channels: vec![Vec::new()],
             hash,
+            routes: BTreeMap::new(),
         }
     }
 
@@ -82,7 +86,17 @@ impl Program {
             }
             Phase { name, plan: Arc::new(plan) }
         };
-        Program { phases: phases.into_iter().map(join).collect(), channels, hash }
+        let phases: Vec<Phase> = phases.into_iter().map(join).collect();
+        let mut routes = BTreeMap::new();
+        for (k, phase) in phases.iter().enumerate() {
+            for guard in &phase.plan.guards {
+                if let Fires::Transition { to } = guard.fires {
+                    let route = || Route::new(&phase.plan, &phases[to as usize].plan);
+                    routes.entry((k as u32, to)).or_insert_with(route);
+                }
+            }
+        }
+        Program { phases, channels, hash, routes }
     }
 }
 

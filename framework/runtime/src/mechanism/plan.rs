@@ -21,7 +21,7 @@ use linkwork_solvers::{
 use linkwork_spatial::Vec3;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The constant part.
 pub struct MechanismPlan {
@@ -57,6 +57,8 @@ pub struct MechanismPlan {
     pub(super) varies: Vec<Varying>,
     /// Signal lanes of what is added, ten for each frame.
     masses: Vec<u32>,
+    /// Its fingerprint, once somebody has asked.
+    print: OnceLock<String>,
     /// First lane of q in x; v follows, then u and u̇ of each loop motion, then bristles.
     pub x: usize,
     /// Where it is written.
@@ -107,6 +109,7 @@ impl MechanismPart {
             varies: Varying::all(m, &ports),
             ports,
             masses: Vec::new(),
+            print: OnceLock::new(),
             x: 0,
             origin: spec.origin,
             origins: spec.origins.clone(),
@@ -151,7 +154,7 @@ impl Prototype for MechanismPart {
         })
     }
     fn fingerprint(&self) -> String {
-        self.plan.fingerprint()
+        self.plan.fingerprint().to_owned()
     }
     fn carry(
         &self,
@@ -264,7 +267,11 @@ impl MechanismPlan {
 
     /// Everything that makes it move as it does: structure and masses to the last bit, treatments,
     /// contact.
-    pub(super) fn fingerprint(&self) -> String {
+    pub(super) fn fingerprint(&self) -> &str {
+        self.print.get_or_init(|| self.describe_all())
+    }
+
+    fn describe_all(&self) -> String {
         let m = &self.multibody;
         let mut text = String::new();
         for id in m.body_ids() {

@@ -16,6 +16,7 @@ mod state;
 mod stiffness;
 
 pub use moves::MoveReport;
+pub(crate) use moves::Route;
 pub use state::{GuardState, State};
 
 use crate::block::{Block, Evaluation, Now};
@@ -277,7 +278,8 @@ impl Simulation {
         let State { x, d, sig, .. } = &mut self.state;
         evaluate::run_all(&mut self.blocks, plan, &work.ops, &now, x, d, sig)?;
         self.updates(plan, &now)?;
-        if plan.guards.is_empty() { Ok(()) } else { self.look(plan) }
+        // Without a jump the guards stand where the step's end has shown them.
+        if plan.guards.is_empty() || !work.jumps { Ok(()) } else { self.look(plan) }
     }
 
     /// Whether all values are numbers and no state ran away. Every step ends with this; before the

@@ -5,7 +5,7 @@ use super::{GuardState, RunError, Simulation, State, Work, blocks_of, evaluate, 
 use crate::block::{Carried, Evaluation, Failure, Now, OldState};
 use crate::plan::{Op, Place, Plan, Role};
 use crate::program::Program;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// Reports of transitions that are kept until somebody asks.
@@ -24,6 +24,43 @@ pub struct MoveReport {
     pub notes: Vec<String>,
 }
 
+/// Where a state goes from one plan to another, by path.
+pub(crate) struct Route {
+    /// For each part of the new plan, the one of that path in the old.
+    parts: Vec<Option<u32>>,
+    /// Held outputs and inputs that were set: lane in the new plan, lane in the old.
+    signals: Vec<(u32, u32)>,
+    /// For each guard of the new plan, the one of that name in the old that is not a condition.
+    guards: Vec<Option<u32>>,
+    /// Parts of the old plan that the new one has not.
+    gone: Vec<u32>,
+}
+
+impl Route {
+    pub fn new(from: &Plan, to: &Plan) -> Route {
+        let paths: BTreeMap<&str, u32> =
+            from.parts.iter().zip(0..).map(|(p, k)| (p.path.as_str(), k)).collect();
+        let here: BTreeSet<&str> = to.parts.iter().map(|p| p.path.as_str()).collect();
+        let guards = from.guards.iter().zip(0..).filter(|(g, _)| !g.level());
+        let guards: BTreeMap<&str, u32> = guards.map(|(g, k)| (g.name.as_str(), k)).collect();
+        let mut signals = Vec::new();
+        for (path, v) in &*to.lanes {
+            let (Place::Signal(k), Role::Output | Role::Free) = (v.place, v.role) else { continue };
+            if let Some(o) = from.lanes.get(path)
+                && let (Place::Signal(j), true) = (o.place, o.role == v.role)
+            {
+                signals.push((k, j));
+            }
+        }
+        Route {
+            parts: to.parts.iter().map(|p| paths.get(p.path.as_str()).copied()).collect(),
+            signals,
+            guards: to.guards.iter().map(|g| guards.get(g.name.as_str()).copied()).collect(),
+            gone: paths.iter().filter(|(p, _)| !here.contains(*p)).map(|(_, k)| *k).collect(),
+        }
+    }
+}
+
 impl Simulation {
     /// Moves the run to another plan, at this instant. The program is then that plan alone.
     ///
@@ -31,7 +68,8 @@ impl Simulation {
     /// A part that cannot go over; the run is then as it was.
     pub fn move_to(&mut self, plan: Arc<Plan>) -> Result<MoveReport, RunError> {
         let program = Arc::new(Program::single(plan.clone()));
-        let report = self.go_over(&plan, 0).map_err(|stopped| self.stopped(stopped))?;
+        let route = Route::new(&self.plan, &plan);
+        let report = self.go_over(&plan, 0, &route).map_err(|stopped| self.stopped(stopped))?;
         self.program = program;
         Ok(report)
     }
@@ -40,7 +78,11 @@ impl Simulation {
     pub(super) fn transition(&mut self, to: u32, why: &str) -> Result<(), Stopped> {
         let plan = self.program.phases[to as usize].plan.clone();
         let from = self.phase().to_string();
-        let report = self.go_over(&plan, to)?;
+        let program = self.program.clone();
+        let report = match program.routes.get(&(self.state.phase, to)) {
+            Some(route) => self.go_over(&plan, to, route)?,
+            None => self.go_over(&plan, to, &Route::new(&self.plan, &plan))?,
+        };
         // Nobody may ever ask: the oldest go.
         if self.moved.len() >= MOVES_KEPT {
             self.moved.remove(0);
@@ -49,23 +91,27 @@ impl Simulation {
         Ok(())
     }
 
-    fn go_over(&mut self, plan: &Arc<Plan>, phase: u32) -> Result<MoveReport, Stopped> {
+    fn go_over(
+        &mut self,
+        plan: &Arc<Plan>,
+        phase: u32,
+        route: &Route,
+    ) -> Result<MoveReport, Stopped> {
         let mut report = MoveReport::default();
         let mut state = State { phase, micro: self.state.micro, ..initial(plan) };
         place_in_time(&self.state, &self.plan, &mut state, plan);
         let mut blocks = blocks_of(plan);
-        let old: BTreeMap<&str, usize> =
-            self.plan.parts.iter().enumerate().map(|(k, p)| (p.path.as_str(), k)).collect();
         let mut whole = vec![false; plan.parts.len()];
         for (k, part) in plan.parts.iter().enumerate() {
-            let carried = match old.get(part.path.as_str()) {
+            let old = route.parts[k].map(|j| j as usize);
+            let carried = match old {
                 None => Carried::New,
-                Some(&j) => self.carry(plan, k, j, &mut state)?,
+                Some(j) => self.carry(plan, k, j, &mut state)?,
             };
             match carried {
                 Carried::New => report.new.push(part.path.clone()),
                 Carried::Whole => {
-                    let j = old[part.path.as_str()];
+                    let j = old.unwrap_or_default();
                     if let (true, Err(why)) = (part.prototype.stored(), part.prototype.can_save()) {
                         let help =
                             "keep it in one phase only, or use a unit that can save its state";
@@ -88,11 +134,12 @@ impl Simulation {
                 }
             }
         }
-        let here = |path: &str| plan.parts.iter().any(|p| p.path == path);
-        let gone = self.plan.parts.iter().filter(|p| !here(&p.path));
-        report.dropped = gone.map(|p| p.path.clone()).collect();
-        signals(&self.state, &self.plan, &mut state, plan);
-        self.begin(plan, state, blocks, &whole)?;
+        let gone = route.gone.iter().map(|j| self.plan.parts[*j as usize].path.clone());
+        report.dropped = gone.collect();
+        for (k, j) in &route.signals {
+            state.sig[*k as usize] = self.state.sig[*j as usize];
+        }
+        self.begin(plan, state, blocks, (&whole, route))?;
         Ok(report)
     }
 
@@ -120,7 +167,7 @@ impl Simulation {
         plan: &Arc<Plan>,
         mut state: State,
         mut blocks: Vec<Box<dyn crate::block::Block>>,
-        whole: &[bool],
+        (whole, route): (&[bool], &Route),
     ) -> Result<(), Stopped> {
         let mut work = Work::new(plan);
         work.number = self.work.number + 1;
@@ -153,13 +200,8 @@ impl Simulation {
                 outcome.map_err(|failure| Stopped { block: k as u32, failure })?;
             }
         }
-        let names: BTreeMap<&str, GuardState> = (self.plan.guards.iter())
-            .zip(&self.state.guards)
-            .filter(|(g, _)| !g.level())
-            .map(|(g, s)| (&*g.name, *s))
-            .collect();
         let old: Vec<Option<GuardState>> =
-            plan.guards.iter().map(|g| names.get(&*g.name).copied()).collect();
+            route.guards.iter().map(|g| g.map(|j| self.state.guards[j as usize])).collect();
         (self.plan, self.state, self.blocks, self.work) = (plan.clone(), state, blocks, work);
         self.arm()?;
         for (new, old) in self.state.guards.iter_mut().zip(old) {
@@ -194,16 +236,5 @@ fn place_in_time(old: &State, from: &Plan, new: &mut State, to: &Plan) {
         new.since -= to.base.times(gap);
         new.tick += gap;
         new.row = (new.row + 1) % to.table.len() as u32;
-    }
-}
-
-/// Held outputs and inputs that were set, by path.
-fn signals(old: &State, from: &Plan, new: &mut State, to: &Plan) {
-    for (path, v) in &*to.lanes {
-        let (Place::Signal(k), Role::Output | Role::Free) = (v.place, v.role) else { continue };
-        let Some(o) = from.lanes.get(path) else { continue };
-        if let (Place::Signal(j), true) = (o.place, o.role == v.role) {
-            new.sig[k as usize] = old.sig[j as usize];
-        }
     }
 }
