@@ -8,6 +8,7 @@ use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Force, Mat3, Motion, Pose, Quat, Vec3};
 use numpy::PyUntypedArrayMethods;
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -160,6 +161,25 @@ fn matrix_pose(x: &[f64], what: &str) -> PyResult<Pose> {
 /// A vector as an array, without a copy.
 pub fn out1(py: Python<'_>, values: Vec<f64>) -> Array1<'_> {
     PyArray1::from_vec(py, values)
+}
+
+/// An empty vector with room for rows of so many numbers; `MemoryError` where there is none, as of numpy.
+pub fn room(rows: usize, width: usize) -> PyResult<Vec<f64>> {
+    let mut values = Vec::new();
+    let fits = rows.checked_mul(width).is_some_and(|n| values.try_reserve_exact(n).is_ok());
+    match fits {
+        true => Ok(values),
+        false => Err(PyMemoryError::new_err(format!(
+            "there is no memory for {rows} rows of {width} numbers"
+        ))),
+    }
+}
+
+/// The same, filled with zeros.
+pub fn zeros(rows: usize, width: usize) -> PyResult<Vec<f64>> {
+    let mut values = room(rows, width)?;
+    values.resize(rows * width, 0.0);
+    Ok(values)
 }
 
 /// Refuses a result that overflowed.

@@ -3,11 +3,12 @@
 //! Inputs of shape (w,) serve all states; of shape (n, w) one each. An algorithm is a closure over
 //! the numbers of one state; many states of a hot algorithm go through an `Ensemble` instead, four
 //! or eight at once. The number of threads changes no bit.
-use crate::array::{Array, Input, out};
+use crate::array::{Array, Input, out, zeros};
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
 use linkwork_dynamics::{DynamicsError, Ensemble, Tree, Workspace};
 use pyo3::prelude::*;
+use std::sync::OnceLock;
 
 /// Inputs of an algorithm, checked against each other.
 pub struct Rows<'py> {
@@ -107,7 +108,7 @@ pub fn states<'py>(
     kernel: impl Kernel,
 ) -> PyResult<Array<'py>> {
     let (view, width) = (rows.view(), each.iter().product::<usize>());
-    let mut values = vec![0.0; view.n * width];
+    let mut values = zeros(view.n, width)?;
     let piece = |first: usize, out: &mut [f64], ws: &mut Workspace| {
         let mut inputs: Vec<&[f64]> = Vec::with_capacity(view.inputs.len());
         for (k, out) in out.chunks_mut(width.max(1)).enumerate() {
@@ -140,7 +141,10 @@ fn checked(threads: usize) -> PyResult<usize> {
     if threads == 0 {
         return Err(refuse_with("`threads` is 0", "give 1 or more"));
     }
-    Ok(threads.min(std::thread::available_parallelism().map_or(1, usize::from)))
+    // One call on one state must not ask the system, which takes longer than the call.
+    static PROCESSORS: OnceLock<usize> = OnceLock::new();
+    let count = || std::thread::available_parallelism().map_or(1, usize::from);
+    Ok(if threads == 1 { 1 } else { threads.min(*PROCESSORS.get_or_init(count)) })
 }
 
 /// How rows are dealt to threads.
@@ -193,8 +197,8 @@ pub fn ensemble<'py>(
 ) -> PyResult<Option<Vec<Array<'py>>>> {
     let (threads, Some(n)) = (checked(threads)?, rows.n) else { return Ok(None) };
     let view = rows.view();
-    let size = |shape: &&[usize]| vec![0.0; n * shape.iter().product::<usize>()];
-    let mut results: Vec<Vec<f64>> = each.iter().map(size).collect();
+    let size = |shape: &&[usize]| zeros(n, shape.iter().product());
+    let mut results: Vec<Vec<f64>> = each.iter().map(size).collect::<PyResult<_>>()?;
     let run = || {
         let inputs: Vec<Vec<f64>> = view.inputs.iter().map(|i| table(i, n)).collect();
         core.with_ensemble(threads, |ensemble| f(ensemble, &inputs, &mut results))

@@ -5,7 +5,7 @@
 //!                       length 1 after each step: order 4
 //! semi_implicit_euler   v += h v̇(t, q, v), then q moved by h v on its manifold: order 1
 //! ```
-use crate::array::{Array1, Array2, Input, out1, out2, vector};
+use crate::array::{Array1, Array2, Input, out1, out2, room, vector};
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::{Mechanism, choice};
@@ -159,9 +159,10 @@ impl Mechanism {
         let x = [q.slice(), v.slice()].concat();
         let integrator = Integrator::new(method, nq + nv);
         let mut run = Run { core, wrenches: &wrenches, integrator, dt, x };
-        let (mut qs, mut vs) = (q.slice().to_vec(), v.slice().to_vec());
-        qs.reserve(steps * nq);
-        vs.reserve(steps * nv);
+        let rows = steps.saturating_add(1);
+        let (mut qs, mut vs, mut t) = (room(rows, nq)?, room(rows, nv)?, room(rows, 1)?);
+        qs.extend_from_slice(q.slice());
+        vs.extend_from_slice(v.slice());
         for begin in (0..steps).step_by(CHUNK) {
             py.check_signals()?;
             let chunk = begin..(begin + CHUNK).min(steps);
@@ -189,7 +190,7 @@ impl Mechanism {
                 }),
             }?;
         }
-        let t = (0..=steps).map(|k| k as f64 * dt).collect();
+        t.extend((0..=steps).map(|k| k as f64 * dt));
         Ok((out1(py, t), out2(py, qs, steps + 1, nq)?, out2(py, vs, steps + 1, nv)?))
     }
 }

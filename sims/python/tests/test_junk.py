@@ -128,3 +128,12 @@ def test_empty_mechanisms_answer():
     assert np.all(welded.compliance(e, ["n"]) == 0) and welded.compliance(e, []).shape == (0, 0)
     assert np.array_equal(welded.compliance(np.zeros((2, 0)), ["n"]), np.zeros((2, 6, 6)))
     assert list(welded.state(e).position("a")) == [0, 0, 0]
+
+
+def test_too_much_is_a_memory_error_and_the_interpreter_lives():
+    arm = lw.Builder().body("a", hinge=lw.Hinge.pin([0, 1, 0]), mass=1.0, inertia=np.eye(3)).build()
+    for steps in (10**12, 2**62, 2**63):
+        with pytest.raises(MemoryError):
+            arm.simulate([0.1], [0.0], 1e-3, steps)
+    t, _, _ = arm.simulate([0.1], [0.0], 1e-3, 10)
+    assert len(t) == 11

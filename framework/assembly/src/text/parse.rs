@@ -4,6 +4,7 @@
 //! slice lies in the text.
 use crate::text::report::Cx;
 use linkwork_runtime::{Located, Origin, Value};
+use std::collections::BTreeMap;
 use ron::Deserializer;
 use ron::value::RawValue;
 use serde::de::{self, DeserializeSeed, MapAccess, SeqAccess, Visitor};
@@ -162,7 +163,7 @@ impl<'t> Reader<'_, 't> {
 
     fn entries(&mut self, raw: Vec<(Key<'t>, &'t str)>) -> Option<Vec<(String, Located)>> {
         let mut out: Vec<(String, Located)> = Vec::with_capacity(raw.len());
-        let mut places: Vec<Origin> = Vec::new();
+        let mut seen: BTreeMap<String, Origin> = BTreeMap::new();
         let mut whole = true;
         for (key, piece) in raw {
             let value = self.value(piece);
@@ -171,20 +172,18 @@ impl<'t> Reader<'_, 't> {
                 Key::Borrowed(k) => (k.to_string(), self.origin(k)),
                 Key::Owned(k) => (k, fallback),
             };
-            if let Some(first) = out.iter().position(|(k, _)| *k == name) {
+            if let Some(first) = seen.get(&name) {
                 let message = format!("`{name}` is written twice");
-                let help = format!(
-                    "keep one of the two; the first is at {}",
-                    self.cx.place(places[first])
-                );
+                let help =
+                    format!("keep one of the two; the first is at {}", self.cx.place(*first));
                 self.cx.fault(place, message, help);
                 whole = false;
             }
             match value {
                 Some(v) => {
                     self.cx.keys.insert(v.origin, place);
+                    seen.entry(name.clone()).or_insert(place);
                     out.push((name, v));
-                    places.push(place);
                 }
                 None => whole = false,
             }
