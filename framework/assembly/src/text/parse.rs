@@ -4,10 +4,10 @@
 //! slice lies in the text.
 use crate::text::report::Cx;
 use linkwork_runtime::{Located, Origin, Value};
-use std::collections::BTreeMap;
 use ron::Deserializer;
 use ron::value::RawValue;
 use serde::de::{self, DeserializeSeed, MapAccess, SeqAccess, Visitor};
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// Reads a whole text; on a mistake records it and gives `None`.
