@@ -217,8 +217,6 @@ pub struct TickWork {
     pub updates: Vec<u32>,
     /// A continuous output depends on a discrete state updated here: evaluate the stage again.
     pub refresh: bool,
-    /// Something sampled is due: values may differ from those at the end of the step before.
-    pub jumps: bool,
 }
 
 /// One row of the static rate table.

@@ -153,7 +153,7 @@ pub(crate) fn table(
 
 fn work_at(at: u64, parts: &[Part<'_>], order: &Order) -> TickWork {
     let due = |set: &BTreeSet<(u64, u64)>| set.iter().any(|&(p, o)| at % p == o);
-    let ops: Vec<u32> = (0..order.ops.len())
+    let ops = (0..order.ops.len())
         .filter(|&k| match &order.variability[k] {
             Variability::Constant => false,
             Variability::Sampled(set) => due(set),
@@ -171,9 +171,7 @@ fn work_at(at: u64, parts: &[Part<'_>], order: &Order) -> TickWork {
         .map(|(k, _)| k as u32)
         .collect();
     let refresh = updates.iter().any(|k| order.hybrid.contains(k));
-    let sampled = |k: &u32| matches!(order.variability[*k as usize], Variability::Sampled(_));
-    let jumps = !updates.is_empty() || ops.iter().any(sampled);
-    TickWork { ops, updates, refresh, jumps }
+    TickWork { ops, updates, refresh }
 }
 
 /// The greatest tick of which the step and all periods and offsets are multiples.

@@ -278,8 +278,7 @@ impl Simulation {
         let State { x, d, sig, .. } = &mut self.state;
         evaluate::run_all(&mut self.blocks, plan, &work.ops, &now, x, d, sig)?;
         self.updates(plan, &now)?;
-        // Without a jump the guards stand where the step's end has shown them.
-        if plan.guards.is_empty() || !work.jumps { Ok(()) } else { self.look(plan) }
+        if plan.guards.is_empty() { Ok(()) } else { self.look(plan) }
     }
 
     /// Whether all values are numbers and no state ran away. Every step ends with this; before the
