@@ -158,6 +158,7 @@ pub struct Ring {
     samples: Vec<f64>,
     next: usize,
 }
+impl Store for Ring {}
 /// Mean of the last eight samples, times k.
 #[model("zoo.mean")]
 impl Model for Mean {

@@ -1,8 +1,10 @@
-//! Derive macros: `#[derive(Ports)]`, `#[derive(State)]`, `#[derive(Params)]`, `#[model]`, `#[service]`.
+//! Derive macros: `#[derive(Ports)]`, `#[derive(State)]`, `#[derive(Params)]`, `#[model]`, `#[service]`,
+//! `#[field]`.
 //!
 //! They turn plain structs into lanes with names, units and documentation, and they read from
 //! the *signatures* of a model's functions what depends on what (ARCHITECTURE.md, law 3).
 
+mod field;
 mod lanes;
 mod model;
 mod params;
@@ -49,6 +51,13 @@ pub fn model(attr: TokenStream, item: TokenStream) -> TokenStream {
 pub fn service(attr: TokenStream, item: TokenStream) -> TokenStream {
     let attr = syn::parse_macro_input!(attr as service::Attr);
     finish(service::expand(&attr, syn::parse_macro_input!(item as syn::ItemImpl)))
+}
+
+/// Completes an `impl Field`: `#[field("mobility.ruts")]`.
+#[proc_macro_attribute]
+pub fn field(attr: TokenStream, item: TokenStream) -> TokenStream {
+    let name = syn::parse_macro_input!(attr as syn::LitStr);
+    finish(field::expand(&name, syn::parse_macro_input!(item as syn::ItemImpl)))
 }
 
 fn finish(result: syn::Result<Tokens>) -> TokenStream {

@@ -1,5 +1,6 @@
 //! What the scheduler calls: operations on flat lanes, with the wiring inside. Models, the
 //! mechanism, contact and foreign units are all blocks; the scheduler knows no other kind.
+use crate::field::Shown;
 use crate::model::{BuildError, Description, Model, Store};
 use crate::ports::Lanes;
 use crate::time::Clock;
@@ -135,6 +136,12 @@ pub trait Block: Send {
     fn advance(&mut self, _now: &Now, _h: f64, _x: &mut [f64], _sig: &mut [f64]) -> Outcome {
         Ok(())
     }
+    /// Of a field: itself with its data, as its readers see it.
+    fn shown(&self) -> Option<Shown> {
+        None
+    }
+    /// Takes the field that it reads, or lets go of it.
+    fn see(&mut self, _shown: Option<&Shown>) {}
     /// The store as bytes; empty when the model has none.
     ///
     /// # Errors
@@ -198,6 +205,8 @@ pub trait Prototype: Any + Send + Sync {
     fn can_save(&self) -> Result<(), String> {
         Ok(())
     }
+    /// Of a field: the parts that write to it, in path order; its inputs follow from them.
+    fn written_by(&mut self, _writers: &[&str]) {}
     /// Wires it.
     fn block(&self, wiring: Wiring) -> Box<dyn Block>;
     /// Names of its states and outputs, where they are not `<path>.<port>`.
@@ -412,6 +421,9 @@ impl<M: Model> Block for Wired<M> {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let (u, ud) = self.inputs(sig);
         self.model.remarks(&c, &x, &d, &u, &ud, &self.store)
+    }
+    fn see(&mut self, shown: Option<&Shown>) {
+        self.store.see(shown);
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {
         store_bytes(&self.store)

@@ -1,5 +1,6 @@
 //! The catalogue: every model and service by name. Explicit; nothing registers itself.
 use crate::block::{Built, Prototype};
+use crate::field::{self, BuiltField, Field};
 use crate::model::{BuildError, Description, Functions, Model};
 use crate::params::{Params, ReadCx};
 use crate::services::{Files, Service, ServiceKind, ServiceObject};
@@ -111,6 +112,23 @@ impl Entry {
             Some(sized::describe::<M>(&p))
         };
         Entry { description: Arc::new(description), maker: Maker::Sized(make, describe) }
+    }
+
+    /// A type of field.
+    pub fn field<F: Field>() -> Entry {
+        Entry {
+            description: Arc::new(field::describe::<F>()),
+            maker: Maker::Model(|_, params, cx| {
+                let p = F::Params::read_map(params, cx)?;
+                let shown = p.show_map();
+                let field = Arc::new(built(F::build(p), params, cx)?);
+                Some(Box::new(BuiltField {
+                    field,
+                    params: shown,
+                    description: field::describe::<F>(),
+                }))
+            }),
+        }
     }
 
     /// A type of part whose ports follow from a file.

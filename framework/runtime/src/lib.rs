@@ -9,6 +9,7 @@ mod catalogue;
 mod checkpoint;
 mod compile;
 mod condition;
+mod field;
 mod mechanism;
 mod model;
 pub mod noise;
@@ -34,6 +35,7 @@ pub use catalogue::{Catalogue, Entry, Foreign, Making};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile};
 pub use condition::{Condition, ConditionError};
+pub use field::{Field, Shown, View};
 pub use mechanism::{
     ContactSpec, Frame, MechanismPart, MechanismPlan, MechanismPorts, MechanismSpec, PlaceError,
     Placement, RankReport, place_on_terrain,
@@ -41,8 +43,8 @@ pub use mechanism::{
 pub use model::{BuildError, Description, Functions, Model, Store};
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};
 pub use plan::{
-    Fires, GuardPlan, Guarded, Integration, Op, PartPlan, Place, Plan, Role, Row, Sizes, Sum,
-    TickWork, Variable, Via, Watched, WirePlan,
+    FieldPlan, Fires, GuardPlan, Guarded, Integration, Op, PartPlan, Place, Plan, Role, Row, Sizes,
+    Sum, TickWork, Variable, Via, Watched, WirePlan,
 };
 pub use ports::{
     AddedMass, Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState,
@@ -67,11 +69,11 @@ pub use value::{Fault, Faults, Located, Origin, Sources, Value, did_you_mean, ne
 /// What a library of models needs in scope.
 pub mod prelude {
     pub use crate::{
-        AddedMass, Air, Atmosphere, BuildError, Clock, Direction, Entry, Files, Gravity, Ground,
-        Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model, NodeAccel, NodeState, PortKind,
-        PortSpec, Rock, Service, SizedModel, SizedPorts, Soil, Sun, SunState, Surface, Terrain,
-        Wrench,
+        AddedMass, Air, Atmosphere, BuildError, Clock, Direction, Entry, Field, Files, Gravity,
+        Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model, NodeAccel, NodeState,
+        PortKind, PortSpec, Rock, Service, SizedModel, SizedPorts, Soil, Store, Sun, SunState,
+        Surface, Terrain, View, Wrench,
     };
-    pub use linkwork_derive::{Params, Ports, State, model, service};
+    pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};
 }

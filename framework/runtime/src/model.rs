@@ -1,4 +1,5 @@
 //! A model: pure functions of plain data. What depends on what is read from their signatures.
+use crate::field::{BINDING, Shown};
 use crate::params::{ParamSpec, Params};
 use crate::ports::{Lanes, PortSpec, Text};
 use crate::time::Clock;
@@ -58,9 +59,16 @@ impl BuildError {
     }
 }
 
-/// Large mutable data of a model: saved with the state, changed only in `update`.
-pub trait Store: Serialize + DeserializeOwned + Clone + Default + Send + Sync + 'static {}
-impl<T: Serialize + DeserializeOwned + Clone + Default + Send + Sync + 'static> Store for T {}
+/// Large mutable data of a model: saved with the state, changed only in `update`. A type becomes one by
+/// `impl Store for T {}`; one with a [`View`](crate::View) of a field in it says so.
+pub trait Store: Serialize + DeserializeOwned + Clone + Default + Send + Sync + 'static {
+    /// Name of the field that the view in it sees.
+    const READS: Option<&'static str> = None;
+    /// Hands the field to the view in it, or takes it away.
+    fn see(&mut self, _shown: Option<&Shown>) {}
+}
+impl Store for () {}
+impl<T: Serialize + DeserializeOwned + Clone + Send + Sync + 'static> Store for Vec<T> {}
 
 /// A model. Write the functions it has; `#[model("library.name")]` fills in the rest.
 ///
@@ -225,6 +233,10 @@ pub struct Description {
     /// Lanes of the continuous state that the block itself brings onto their manifold after a step,
     /// and moves along their velocities in semi-implicit Euler.
     pub positions: std::ops::Range<usize>,
+    /// Name of the kind of field that it reads.
+    pub reads: Option<Text>,
+    /// Of a field: the ports of what one part does to it.
+    pub imprint: Vec<PortSpec>,
 }
 
 impl Description {
@@ -243,6 +255,8 @@ impl Description {
             discrete: M::D::specs(),
             guards: M::G::specs(),
             positions: 0..0,
+            reads: M::Store::READS.map(Text::from),
+            imprint: Vec::new(),
         }
     }
     /// All inputs, U first.
@@ -260,6 +274,9 @@ impl Description {
             if !names.contains(&bind) {
                 names.push(bind);
             }
+        }
+        if self.reads.is_some() && !names.contains(&BINDING) {
+            names.push(BINDING);
         }
         names
     }

@@ -50,6 +50,8 @@ pub struct Plan {
     pub wires: Vec<WirePlan>,
     /// Blocks with a store.
     pub stored: Vec<u32>,
+    /// Fields and their readers.
+    pub fields: Vec<FieldPlan>,
     /// Blocks that advance by a method of their own.
     pub steps: Vec<u32>,
     /// Blocks whose state lies on a manifold.
@@ -78,6 +80,15 @@ pub struct Plan {
     pub warnings: Vec<Fault>,
     /// Hash of structure and layout: equal plans can exchange states.
     pub hash: u64,
+}
+
+/// A field.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FieldPlan {
+    /// Its block.
+    pub block: u32,
+    /// Blocks that read it.
+    pub readers: Vec<u32>,
 }
 
 /// Numbers of lanes.
@@ -213,9 +224,11 @@ pub struct Sum {
 pub struct TickWork {
     /// Operations due, in order (indices into `ops`).
     pub ops: Vec<u32>,
-    /// Blocks whose `update` is due.
+    /// Blocks whose `update` is due, but for fields.
     pub updates: Vec<u32>,
-    /// A continuous output depends on a discrete state updated here: evaluate the stage again.
+    /// Fields whose `update` is due, after the others (indices into `fields`).
+    pub fields: Vec<u32>,
+    /// Continuous outputs depend on what is updated here: they are evaluated again.
     pub refresh: bool,
 }
 

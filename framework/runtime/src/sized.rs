@@ -1,9 +1,10 @@
 //! Models whose ports follow from their parameters: n wheels, n tanks, a table of thrusters. Lanes are
 //! slices in the order of the ports; the scheduler sees the same block as of any other model.
 use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into, read_store, store_bytes};
+use crate::field::Shown;
 use crate::model::{BuildError, Description, Functions, Store, lanes};
 use crate::params::Params;
-use crate::ports::PortSpec;
+use crate::ports::{PortSpec, Text};
 use crate::time::Clock;
 use crate::value::Value;
 use std::any::Any;
@@ -114,6 +115,8 @@ pub(crate) fn describe<M: SizedModel>(p: &M::Params) -> Description {
         discrete: ports.discrete,
         guards: ports.guards,
         positions: 0..0,
+        reads: M::Store::READS.map(Text::from),
+        imprint: Vec::new(),
     }
 }
 
@@ -235,6 +238,9 @@ impl<M: SizedModel> Block for WiredSized<M> {
         let d = &mut d[self.w.d..self.w.d + self.sizes[1]];
         self.model.fired(&c, which, x, d, &self.u, &mut self.store);
         Ok(())
+    }
+    fn see(&mut self, shown: Option<&Shown>) {
+        self.store.see(shown);
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {
         store_bytes(&self.store)

@@ -141,6 +141,8 @@ pub enum BindTarget {
         /// Which of its prescribed subhinges, from 0.
         index: usize,
     },
+    /// A field: the path of its part, or its end as seen from an assembly around the part that binds.
+    Field(String),
 }
 
 /// Which integrator.

@@ -143,6 +143,10 @@ pub fn describe(model: &str) -> u8 {
     ports(&mut out, "outputs (with feedthrough)", &d.direct_outputs);
     ports(&mut out, "continuous state", &d.continuous);
     ports(&mut out, "discrete state", &d.discrete);
+    ports(&mut out, "a field: outputs of the parts that write to it", &d.imprint);
+    if let Some(field) = &d.reads {
+        let _ = writeln!(out, "\nReads a field: {field}, the nearest, when there is one.");
+    }
     if d.functions.update && d.continuous.is_empty() {
         out.push_str("\nSampled: give the part a `rate`.\n");
     }

@@ -86,6 +86,7 @@ pub struct Leaky {
     #[serde(skip)]
     lost: f64,
 }
+impl Store for Leaky {}
 /// Forgets.
 pub struct Forgetful {}
 /// Forgets a field of its store.

@@ -166,6 +166,7 @@ impl Printer<'_> {
                 BindTarget::Node(node) => format!("node:/{node}"),
                 BindTarget::Hinge { body, index } => format!("hinge:/{body}[{index}]"),
                 BindTarget::Loop { name, index } => format!("loop:/{name}[{index}]"),
+                BindTarget::Field(path) => format!("field:{path}"),
             };
             (b.bind.clone(), text(target))
         });

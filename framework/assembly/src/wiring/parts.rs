@@ -88,6 +88,9 @@ fn bind_target(root: &Instance, scope: &str, text: &str) -> Result<Option<BindTa
         let found = resolve_loop(root, scope, name)?;
         return Ok(found.map(|name| BindTarget::Loop { name, index }));
     }
+    if let Some(field) = text.strip_prefix("field:") {
+        return Ok(Some(BindTarget::Field(field.trim().to_string())));
+    }
     let name = text.strip_prefix("node:").unwrap_or(text).trim();
     match resolve(root, scope, name)? {
         Target::Unknown => Ok(None),

@@ -3,6 +3,7 @@ use super::Part;
 use super::connect::Connections;
 use super::host::{Bound, End, Lowering};
 use crate::block::{Prototype, Wiring};
+use crate::field::BINDING;
 use crate::ports::PortKind;
 use crate::services::Services;
 use crate::spec::{BindSpec, PartSpec, Spec};
@@ -29,7 +30,9 @@ pub(super) fn bind(
 ) -> Option<Box<dyn Prototype>> {
     let index: BTreeMap<&str, usize> =
         parts.iter().enumerate().map(|(k, p)| (p.spec.path.as_str(), k)).collect();
-    let mut binds: Vec<&BindSpec> = spec.binds.iter().collect();
+    // Fields find their readers themselves.
+    let hosted = |b: &&BindSpec| !(b.bind == BINDING && known(b, parts, &index));
+    let mut binds: Vec<&BindSpec> = spec.binds.iter().filter(hosted).collect();
     binds.sort_by(|a, b| (&a.part, &a.bind).cmp(&(&b.part, &b.bind)));
     let mut bound = Vec::new();
     for bind in binds {
@@ -66,6 +69,12 @@ pub(super) fn uncommanded(parts: &[Part<'_>], c: &Connections, warnings: &mut Ve
             warnings.push(Fault::new(part.spec.origin, fact).help(help));
         }
     }
+}
+
+/// Whether the part is there and has the binding.
+fn known(bind: &BindSpec, parts: &[Part<'_>], index: &BTreeMap<&str, usize>) -> bool {
+    let part = index.get(bind.part.as_str()).map(|&k| parts[k].prototype.description());
+    part.is_some_and(|d| d.bindings().contains(&bind.bind.as_str()))
 }
 
 fn find<'a>(

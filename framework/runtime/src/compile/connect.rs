@@ -2,6 +2,7 @@
 use super::Part;
 use super::host::{End, HostWire};
 use super::order::Order;
+use crate::field::BINDING;
 use crate::model::lanes;
 use crate::plan::{Sizes, Sum, Via, WirePlan};
 use crate::ports::{PortKind, PortSpec};
@@ -108,7 +109,7 @@ pub(crate) fn connect<'a>(
     (spec, wires): (&'a Spec, &[WireSpec]),
     parts: &'a [Part<'_>],
     absent: BTreeMap<&'a str, bool>,
-    bound: &[HostWire],
+    bound: &[(&str, &HostWire)],
     sizes: Sizes,
     faults: &mut Vec<Fault>,
 ) -> Connections {
@@ -127,8 +128,10 @@ pub(crate) fn connect<'a>(
             faults.append(&mut fault);
         }
     }
-    if let Some(host) = spec.host.as_ref().and_then(|h| c.index.get(h.path()).copied()) {
-        bound.iter().for_each(|wire| c.bound(host, wire));
+    for (host, wire) in bound {
+        if let Some(host) = c.index.get(host).copied() {
+            c.bound(host, wire);
+        }
     }
     c.finish(faults);
     c.out
@@ -483,7 +486,7 @@ impl<'a, 'b> Connector<'a, 'b> {
         let unbound: Vec<&str> = d
             .bindings()
             .into_iter()
-            .filter(|b| !self.bound.contains(&(path.as_str(), *b)))
+            .filter(|b| *b != BINDING && !self.bound.contains(&(path.as_str(), *b)))
             .collect();
         let (u_lanes, mut lane) = (lanes(&d.inputs), 0);
         let mut all = Vec::new();

@@ -9,6 +9,7 @@
 mod bindings;
 mod connect;
 mod delays;
+mod fields;
 mod guards;
 mod host;
 mod order;
@@ -22,7 +23,7 @@ use crate::catalogue::{Catalogue, Entry};
 use crate::model::lanes;
 use crate::noise;
 use crate::params::ReadCx;
-use crate::plan::{PartPlan, Plan, Sizes};
+use crate::plan::{FieldPlan, PartPlan, Plan, Sizes};
 use crate::services::{Files, Services};
 use crate::spec::{PartSpec, Spec};
 use crate::time::Seconds;
@@ -93,9 +94,13 @@ pub(crate) fn compile_phase(
         bindings::add_host(&mut parts, spec, prototype);
     }
     delays.add(&mut parts, &mut faults);
+    let fields = fields::join(spec, &mut parts, &mut faults);
     let sizes = layout(&mut parts, spec.seed);
+    let hosted = spec.host.iter().flat_map(|h| bound.iter().map(|wire| (h.path(), wire)));
+    let hosted: Vec<(&str, &HostWire)> =
+        hosted.chain(fields.wires.iter().map(|(field, wire)| (field.as_str(), wire))).collect();
     let connections =
-        connect::connect((spec, &delays.wires), &parts, absent, &bound, sizes, &mut faults);
+        connect::connect((spec, &delays.wires), &parts, absent, &hosted, sizes, &mut faults);
     bindings::uncommanded(&parts, &connections, &mut warnings);
     table::rates(spec, &mut parts, within.tick, &mut faults);
     if !faults.is_empty() {
@@ -109,8 +114,9 @@ pub(crate) fn compile_phase(
         }
     }
     let order = order::order(&parts, &connections).map_err(|f| Faults(in_file_order(f)))?;
-    let timing =
-        table::table(spec, &parts, within.tick, &order).map_err(|f| Faults(in_file_order(f)))?;
+    let fields = fields.plans(&parts);
+    let timing = table::table(spec, &parts, within.tick, &order, &fields)
+        .map_err(|f| Faults(in_file_order(f)))?;
     let variables = Arc::new(variables::variables(&parts, &connections, &order.loops));
     let sizes = Sizes { sig: connections.signals + order.work, ..connections.sizes };
     let wires = connections.listing(&parts, &order);
@@ -118,8 +124,8 @@ pub(crate) fn compile_phase(
         .map_err(|f| Faults(in_file_order(f)))?;
     let integration = settings::integration(spec, &parts, &variables, sizes.x)
         .map_err(|f| Faults(in_file_order(f)))?;
-    let hash =
-        plan_hash(spec, &parts, sizes, &variables, &timing, (&services, files), &within.whens);
+    let world = (&services, files, &fields[..]);
+    let hash = plan_hash(spec, &parts, sizes, &variables, &timing, world, &within.whens);
     let with = |test: &dyn Fn(&Part<'_>) -> bool| -> Vec<u32> {
         (0..parts.len() as u32).filter(|&k| test(&parts[k as usize])).collect()
     };
@@ -132,6 +138,7 @@ pub(crate) fn compile_phase(
     Ok(Plan {
         warnings: in_file_order(warnings),
         stored,
+        fields,
         positions: settings::lanes_of(&parts, |d, x| x + d.positions.start..x + d.positions.end),
         still: settings::lanes_of(&parts, |d, x| match d.functions.deriv {
             true => 0..0,
@@ -295,7 +302,7 @@ fn plan_hash(
     sizes: Sizes,
     variables: &BTreeMap<String, crate::plan::Variable>,
     timing: &table::Timing,
-    (services, files): (&Services, &Files),
+    (services, files, fields): (&Services, &Files, &[FieldPlan]),
     whens: &[WhenSpec<'_>],
 ) -> u64 {
     let mut text = format!(
@@ -321,6 +328,9 @@ fn plan_hash(
     }
     if let Ok(found) = files.found.lock() {
         text += &format!("{found:?}\n");
+    }
+    for field in fields {
+        text += &format!("{field:?}\n");
     }
     for when in whens {
         text += &format!("{} {}\n", when.to, when.when);

@@ -276,7 +276,7 @@ pub(super) fn vary(
                 Variability::Continuous
             } else if part.wiring.period > 0 {
                 Variability::Sampled([(part.wiring.period, part.wiring.offset)].into())
-            } else if timed {
+            } else if timed || d.reads.is_some() {
                 Variability::Continuous
             } else {
                 inputs()

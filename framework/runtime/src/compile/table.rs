@@ -1,7 +1,7 @@
 //! Rates: the common tick, and the static table of what is due when.
 use super::Part;
 use super::order::{Order, Variability};
-use crate::plan::{Row, TickWork};
+use crate::plan::{FieldPlan, Row, TickWork};
 use crate::spec::Spec;
 use crate::time::Seconds;
 use crate::value::{Fault, Origin};
@@ -101,6 +101,7 @@ pub(crate) fn table(
     parts: &[Part<'_>],
     tick: Option<Seconds>,
     order: &Order,
+    fields: &[FieldPlan],
 ) -> Result<Timing, Vec<Fault>> {
     let none = || {
         vec![
@@ -134,7 +135,7 @@ pub(crate) fn table(
         let index = match by_classes.get(&due) {
             Some(&index) => index,
             None => {
-                let work = work_at(at, parts, order);
+                let work = work_at(at, parts, order, fields);
                 let n = known.len() as u32;
                 let index = *known.entry(work).or_insert(n);
                 by_classes.insert(due, index);
@@ -151,7 +152,7 @@ pub(crate) fn table(
     Ok(Timing { base, rows, works })
 }
 
-fn work_at(at: u64, parts: &[Part<'_>], order: &Order) -> TickWork {
+fn work_at(at: u64, parts: &[Part<'_>], order: &Order, fields: &[FieldPlan]) -> TickWork {
     let due = |set: &BTreeSet<(u64, u64)>| set.iter().any(|&(p, o)| at % p == o);
     let ops = (0..order.ops.len())
         .filter(|&k| match &order.variability[k] {
@@ -161,17 +162,19 @@ fn work_at(at: u64, parts: &[Part<'_>], order: &Order) -> TickWork {
         })
         .map(|k| k as u32)
         .collect();
-    let updates: Vec<u32> = parts
-        .iter()
-        .enumerate()
-        .filter(|(_, p)| {
-            let w = &p.wiring;
-            p.prototype.description().functions.update && w.period > 0 && at % w.period == w.offset
-        })
-        .map(|(k, _)| k as u32)
-        .collect();
-    let refresh = updates.iter().any(|k| order.hybrid.contains(k));
-    TickWork { ops, updates, refresh }
+    let updated = |k: u32| {
+        let p = &parts[k as usize];
+        let w = &p.wiring;
+        p.prototype.description().functions.update && w.period > 0 && at % w.period == w.offset
+    };
+    let field = |k: u32| fields.iter().any(|f| f.block == k);
+    let updates: Vec<u32> = (0..parts.len() as u32).filter(|&k| updated(k) && !field(k)).collect();
+    let continuous = |k: &u32| parts[*k as usize].wiring.period == 0;
+    let fields: Vec<(u32, &FieldPlan)> =
+        (0..).zip(fields).filter(|(_, f)| updated(f.block)).collect();
+    let refresh = updates.iter().any(|k| order.hybrid.contains(k))
+        || fields.iter().any(|(_, f)| f.readers.iter().any(continuous));
+    TickWork { ops, updates, fields: fields.into_iter().map(|(k, _)| k).collect(), refresh }
 }
 
 /// The greatest tick of which the step and all periods and offsets are multiples.

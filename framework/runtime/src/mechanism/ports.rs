@@ -70,6 +70,7 @@ pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>)
             BindTarget::Node(n) => format!("node {n}"),
             BindTarget::Hinge { body, .. } => format!("hinge {body}"),
             BindTarget::Loop { name, .. } => format!("loop {name}"),
+            BindTarget::Field(path) => format!("field {path}"),
         };
         for (port, end) in &b.ports {
             if let Target::Hinge { v, .. } = &target {
@@ -279,6 +280,10 @@ fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, Strin
             }
             let fact = format!("loop `{name}` has {given} prescribed subhinges, not {}", index + 1);
             Err((fact, "write `prescribed: true` in a slider or pin of its hinge".into()))
+        }
+        BindTarget::Field(path) => {
+            let help = "a field is bound by `field: \"field:…\"`; bind this to a node or a hinge";
+            Err((format!("`{path}` is named as a field"), help.into()))
         }
         BindTarget::Hinge { body, index } => {
             let Some(id) = mb.body(body) else {

@@ -20,7 +20,7 @@ pub(crate) use moves::Route;
 pub use state::{GuardState, State};
 
 use crate::block::{Block, Evaluation, Now};
-use crate::plan::{Place, Plan, Role, Variable};
+use crate::plan::{FieldPlan, Place, Plan, Role, Variable};
 use crate::program::Program;
 use crate::time::Seconds;
 use crate::value::remedy;
@@ -115,6 +115,12 @@ impl Work {
     }
 }
 
+/// Hands a field to its readers.
+pub(crate) fn show(blocks: &mut [Box<dyn Block>], field: &FieldPlan) {
+    let shown = blocks[field.block as usize].shown();
+    field.readers.iter().for_each(|&r| blocks[r as usize].see(shown.as_ref()));
+}
+
 pub(crate) fn blocks_of(plan: &Plan) -> Vec<Box<dyn Block>> {
     plan.parts.iter().map(|p| p.prototype.block(p.wiring.clone())).collect()
 }
@@ -161,6 +167,7 @@ impl Simulation {
     /// Everything once, in order; then the updates that are due at tick 0.
     fn first_row(&mut self) -> Result<(), Stopped> {
         let plan = self.plan.clone();
+        self.replaced();
         let now = self.next(Evaluation::Tick);
         let State { x, d, sig, .. } = &mut self.state;
         for op in &plan.ops {
@@ -205,8 +212,16 @@ impl Simulation {
             let outcome = self.blocks[k as usize].update(now, x, d, sig);
             outcome.map_err(|failure| Stopped { block: k, failure })?;
         }
+        for &k in &work.fields {
+            let FieldPlan { block, readers } = &plan.fields[k as usize];
+            // The readers let go, so that the field changes in place.
+            readers.iter().for_each(|&r| self.blocks[r as usize].see(None));
+            let outcome = self.blocks[*block as usize].update(now, x, d, sig);
+            show(&mut self.blocks, &plan.fields[k as usize]);
+            outcome.map_err(|failure| Stopped { block: *block, failure })?;
+        }
         if work.refresh {
-            evaluate::run_all(&mut self.blocks, plan, &plan.stage_ops, now, x, d, sig)?;
+            evaluate::run_all(&mut self.blocks, plan, &plan.continuous_ops, now, x, d, sig)?;
         }
         Ok(())
     }
@@ -469,6 +484,9 @@ impl Simulation {
     /// Makes no work of an earlier state hold for this one: after the state was replaced.
     pub(crate) fn replaced(&mut self) {
         self.work.number += 1;
+        for field in &self.plan.fields {
+            show(&mut self.blocks, field);
+        }
     }
 
     /// Goes to a phase with fresh blocks, for a state that is put in from outside.

@@ -1,7 +1,7 @@
 //! Moves between plans: the state goes over by path. What both plans have goes on; what only the new
 //! one has starts anew; the mechanism keeps poses and motion.
 use super::evaluate::Stopped;
-use super::{GuardState, RunError, Simulation, State, Work, blocks_of, evaluate, initial};
+use super::{GuardState, RunError, Simulation, State, Work, blocks_of, evaluate, initial, show};
 use crate::block::{Carried, Evaluation, Failure, Now, OldState};
 use crate::plan::{Op, Place, Plan, Role};
 use crate::program::Program;
@@ -178,6 +178,7 @@ impl Simulation {
             evaluation: Evaluation::Tick,
             number: work.number,
         };
+        plan.fields.iter().for_each(|field| show(&mut blocks, field));
         let mut due = vec![false; plan.ops.len()];
         plan.continuous_ops.iter().for_each(|&k| due[k as usize] = true);
         let (at_tick, tick) = (state.since == 0.0, state.tick);

@@ -1,0 +1,168 @@
+//! Fields: each reader finds its own, and the imprints of its writers become wires.
+use super::Part;
+use super::host::{End, HostWire};
+use crate::field::{BINDING, imprint_port};
+use crate::plan::FieldPlan;
+use crate::ports::PortSpec;
+use crate::spec::{BindTarget, Spec};
+use crate::value::{Fault, remedy};
+use std::collections::BTreeMap;
+
+/// What a part has to do with a field.
+struct Use {
+    part: usize,
+    field: usize,
+    reads: bool,
+    writes: bool,
+}
+
+/// Fields with their readers, by path; their wires, by the path of the field.
+pub(super) struct Fields {
+    pub plans: Vec<(String, Vec<String>)>,
+    pub wires: Vec<(String, HostWire)>,
+}
+
+impl Fields {
+    /// The blocks that the paths stand for.
+    pub fn plans(&self, parts: &[Part<'_>]) -> Vec<FieldPlan> {
+        let index: BTreeMap<&str, u32> =
+            parts.iter().map(|p| p.spec.path.as_str()).zip(0..).collect();
+        let of = |path: &String| index.get(path.as_str()).copied();
+        let plan = |(field, readers): &(String, Vec<String>)| {
+            let readers = readers.iter().filter_map(of).collect();
+            of(field).map(|block| FieldPlan { block, readers })
+        };
+        self.plans.iter().filter_map(plan).collect()
+    }
+}
+
+/// Joins parts to the fields that they bind, or else to the nearest of its kind.
+pub(super) fn join(spec: &Spec, parts: &mut [Part<'_>], faults: &mut Vec<Fault>) -> Fields {
+    let uses: Vec<Use> = (0..parts.len())
+        .filter_map(|k| match find(k, spec, parts) {
+            Ok(found) => found,
+            Err(fault) => {
+                faults.push(fault);
+                None
+            }
+        })
+        .collect();
+    let mut out = Fields { plans: Vec::new(), wires: Vec::new() };
+    for field in 0..parts.len() {
+        if !is_field(&parts[field]) {
+            continue;
+        }
+        let path = parts[field].spec.path.clone();
+        let of = || uses.iter().filter(|u| u.field == field);
+        let name = |u: &Use| parts[u.part].spec.path.clone();
+        let writers: Vec<String> = of().filter(|u| u.writes).map(name).collect();
+        out.plans.push((path.clone(), of().filter(|u| u.reads).map(name).collect()));
+        let imprint = parts[field].prototype.description().imprint.clone();
+        for (k, writer) in writers.iter().enumerate() {
+            out.wires.extend(imprint.iter().map(|port| {
+                let wire = HostWire {
+                    host_port: imprint_port(k, &port.name),
+                    end: End::Output,
+                    part: writer.clone(),
+                    port: port.name.to_string(),
+                    label: format!("field {path}"),
+                    origin: parts[field].spec.origin,
+                };
+                (path.clone(), wire)
+            }));
+        }
+        let writers: Vec<&str> = writers.iter().map(String::as_str).collect();
+        parts[field].prototype.written_by(&writers);
+    }
+    out
+}
+
+fn is_field(part: &Part<'_>) -> bool {
+    !part.prototype.description().imprint.is_empty()
+}
+
+/// The field of one part.
+fn find(k: usize, spec: &Spec, parts: &[Part<'_>]) -> Result<Option<Use>, Fault> {
+    let part = &parts[k];
+    let (d, path) = (part.prototype.description(), part.spec.path.as_str());
+    let writes: Vec<&PortSpec> =
+        d.all_outputs().filter(|p| p.bind.as_deref() == Some(BINDING)).collect();
+    let bind = spec.binds.iter().find(|b| b.part == path && b.bind == BINDING);
+    let fits = |f: &Part<'_>| {
+        let field = f.prototype.description();
+        let has = |port: &PortSpec| field.imprint.iter().any(|i| i.name == port.name);
+        is_field(f)
+            && d.reads.as_ref().is_none_or(|name| *name == field.name)
+            && writes.iter().all(|port| has(port))
+    };
+    if d.reads.is_none() && writes.is_empty() {
+        return Ok(None);
+    }
+    let known: Vec<usize> = (0..parts.len()).filter(|&f| fits(&parts[f])).collect();
+    let paths: Vec<&str> = known.iter().map(|&f| parts[f].spec.path.as_str()).collect();
+    let kind = d.reads.as_deref().unwrap_or("field");
+    let field = match bind.map(|b| (b, &b.target)) {
+        Some((b, BindTarget::Field(text))) => {
+            let found = scopes(path, text)
+                .find_map(|full| known.iter().copied().find(|&f| parts[f].spec.path == full));
+            match found {
+                Some(f) => f,
+                None => {
+                    let fact = format!("`{path}`: there is no {kind} `{text}`");
+                    return Err(Fault::new(b.origin, fact).help(remedy(text, "fields", &paths)));
+                }
+            }
+        }
+        Some((b, _)) => {
+            let fact = format!("`{path}` binds `{BINDING}` to what is no field");
+            return Err(Fault::new(b.origin, fact).help(remedy("", "fields", &paths)));
+        }
+        None => {
+            let shared = |f: usize| {
+                let other = parts[f].spec.path.split('.');
+                other.zip(path.split('.')).take_while(|(a, b)| a == b).count()
+            };
+            let best = known.iter().map(|&f| shared(f)).max();
+            let nearest: Vec<usize> =
+                known.iter().copied().filter(|&f| Some(shared(f)) == best).collect();
+            match nearest.as_slice() {
+                [] => return Ok(None),
+                [f] => *f,
+                several => {
+                    let n = several.len();
+                    let fact = format!("`{path}` reads a {kind} and there are {n}");
+                    let help = format!("bind `{BINDING}` to one of: {}", paths.join(", "));
+                    return Err(Fault::new(part.spec.origin, fact).help(help));
+                }
+            }
+        }
+    };
+    let imprint = &parts[field].prototype.description().imprint;
+    let missing: Vec<&str> = imprint
+        .iter()
+        .filter(|i| !writes.iter().any(|w| w.name == i.name && w.kind == i.kind))
+        .map(|i| &*i.name)
+        .collect();
+    if !writes.is_empty() && !missing.is_empty() {
+        let field = &parts[field].spec.path;
+        let fact = format!("`{path}` writes to `{field}`, but not {}", missing.join(", "));
+        let help = "give the model an output for each port of the field's imprint";
+        return Err(Fault::new(part.spec.origin, fact).help(help));
+    }
+    let (reads, writes) = (d.reads.is_some(), !writes.is_empty());
+    Ok(Some(Use { part: k, field, reads, writes }))
+}
+
+/// A path as seen from a part: in its own assembly, then in those around.
+fn scopes<'a>(user: &'a str, text: &'a str) -> impl Iterator<Item = String> + 'a {
+    let mut scope = Some(user);
+    std::iter::from_fn(move || {
+        let here = scope?;
+        scope = match here.rsplit_once('.') {
+            Some((outer, _)) => Some(outer),
+            None if here.is_empty() => None,
+            None => Some(""),
+        };
+        Some(if here.is_empty() { text.to_string() } else { format!("{here}.{text}") })
+    })
+}
