@@ -182,9 +182,8 @@ pub(crate) fn ports(
         moore_outputs: specs(&moore, port),
         direct_outputs: specs(&through, port),
         continuous: specs(&states, port),
-        discrete: Vec::new(),
         guards,
-        positions: 0..0,
+        ..Description::default()
     };
     let slots = |list: &[&FmiVariable]| list.iter().map(|v| Slot::of(v)).collect();
     let ports = Ports {

@@ -1,0 +1,166 @@
+//! Law 6 for what ships: every simulation with every integrator, cut at random instants (rows and events),
+//! copied, saved and resumed by a new instance, and run in several threads at once, ends in the same bits.
+#![allow(clippy::unwrap_used)]
+use linkwork_runner::{Library, Ready};
+use linkwork_runtime::{Catalogue, Integrator, Program, Seconds, Simulation};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+fn library() -> Library {
+    Library {
+        catalogue: Catalogue::new(linkwork_assemblies::libraries()),
+        embedded: linkwork_assemblies::embedded(),
+    }
+}
+
+/// Every file with a simulation, but those that need what their READMEs make first (a unit, a class).
+fn simulations() -> Vec<PathBuf> {
+    let elsewhere = ["fmu/side_by_side.ron", "python_controller/cart_pole.ron", "fmu/arm.ron"];
+    let mut files = Vec::new();
+    gather(&linkwork_tests::root().join("sims"), &mut files);
+    files.retain(|file| !elsewhere.iter().any(|e| file.ends_with(e)));
+    assert!(files.len() >= 19, "{files:?}");
+    files
+}
+
+fn gather(folder: &Path, out: &mut Vec<PathBuf>) {
+    let mut all: Vec<PathBuf> =
+        std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    all.sort();
+    for path in all {
+        if path.is_dir() {
+            gather(&path, out);
+        } else if path.extension().is_some_and(|e| e == "ron")
+            && std::fs::read_to_string(&path).unwrap().contains("Simulation(")
+        {
+            out.push(path);
+        }
+    }
+}
+
+/// Every integrator, and those with adaptive steps both ways.
+fn methods() -> Vec<(&'static str, Option<&'static str>)> {
+    let each = Integrator::ALL.iter().flat_map(|(name, integrator)| {
+        let adaptive = integrator.method().error_order() > 0;
+        [Some((*name, Some("fixed"))), adaptive.then_some((*name, None))]
+    });
+    each.flatten().collect()
+}
+
+fn load(file: &Path, (name, accuracy): (&str, Option<&str>)) -> Ready {
+    let mut set = vec![format!("integrator={name}")];
+    set.extend(accuracy.map(|a| format!("accuracy={a}")));
+    if file.ends_with("rover_traverse/sim.ron") {
+        // Ground on a coarse grid is made sooner.
+        set.push("Rover.Environment.spacing=0.5".into());
+    }
+    let ready = library().file(file, &set, None);
+    ready.map_err(|f| format!("{}: {}", file.display(), f.render(false))).unwrap()
+}
+
+/// Random numbers by a fixed recurrence.
+struct Dice(u64);
+impl Dice {
+    fn below(&mut self, n: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (self.0 >> 33) % n
+    }
+}
+
+/// How a run ended: its bits, or what stopped it.
+type Ended = Result<u64, String>;
+
+fn ended(sim: &Simulation, result: Result<(), linkwork_runtime::RunError>) -> Ended {
+    result.map(|()| sim.hash()).map_err(|e| e.to_string())
+}
+
+fn straight(program: &Arc<Program>, end: Seconds) -> Ended {
+    let mut sim = Simulation::of(program.clone());
+    let result = sim.run_until(end);
+    ended(&sim, result)
+}
+
+/// The same, cut at random instants: rows, and events between them and at them.
+fn cut(program: &Arc<Program>, end: Seconds, seed: u64) -> Ended {
+    let (mut sim, mut dice) = (Simulation::of(program.clone()), Dice(seed));
+    let mut snapshot = Default::default();
+    while sim.before(end) {
+        let steps = dice.below(7);
+        for _ in 0..steps {
+            if sim.before(end)
+                && let Err(error) = sim.step_event()
+            {
+                return Err(error.to_string());
+            }
+        }
+        match dice.below(3) {
+            0 => sim = sim.fork(),
+            1 => {
+                let checkpoint = sim.checkpoint("").unwrap();
+                sim = Simulation::of(program.clone());
+                sim.restore(&checkpoint).unwrap();
+            }
+            _ => {
+                // Ahead and back, as after a step that is rejected.
+                sim.save_into(&mut snapshot);
+                let _ = sim.step_event();
+                sim.load_from(&snapshot).unwrap();
+            }
+        }
+    }
+    // Events may be left at the last row.
+    let result = sim.run_until(end);
+    ended(&sim, result)
+}
+
+#[test]
+fn every_simulation_with_every_integrator_split_equals_straight() {
+    let mut stopped = Vec::new();
+    for file in simulations() {
+        for method in methods() {
+            let ready = load(&file, method);
+            let step = ready.plan().step;
+            let program = Arc::new(ready.program);
+            // Stages come and go until 20 s; elsewhere sixty steps show as much as a thousand.
+            let staging = file.ends_with("staging/sim.ron");
+            let rows = if staging { 2000 } else { 60 };
+            let end = Seconds::new(u128::from(step.num) * rows, u128::from(step.den));
+            let end = end.unwrap();
+            let expected = straight(&program, end);
+            let what = format!("{} with {method:?}", file.display());
+            assert_eq!(cut(&program, end, 3), expected, "{what}");
+            if let Err(why) = expected {
+                stopped.push(format!("{what}: {why}"));
+            }
+        }
+    }
+    // Semi-implicit Euler does not hold the flexible wishbone; nothing else may stop a run.
+    assert!(stopped.len() <= 1, "{}", stopped.join("\n"));
+}
+
+#[test]
+fn runs_in_several_threads_do_not_know_of_each_other() {
+    let sims = ["rover_traverse/sim.ron", "staging/sim.ron", "peg_insertion/sim.ron"];
+    for name in sims {
+        let file = linkwork_tests::root().join("sims").join(name);
+        let ready = load(&file, ("semi_implicit_euler", Some("fixed")));
+        let (step, program) = (ready.plan().step, Arc::new(ready.program));
+        let end = Seconds::new(u128::from(step.num) * 300, u128::from(step.den)).unwrap();
+        let expected = straight(&program, end);
+        assert!(expected.is_ok(), "{name}: {expected:?}");
+        for threads in 1..=4 {
+            let ended: Vec<Ended> = std::thread::scope(|scope| {
+                let start = |k: u64| {
+                    let program = &program;
+                    scope.spawn(move || match k {
+                        0 => straight(program, end),
+                        k => cut(program, end, k),
+                    })
+                };
+                let running: Vec<_> = (0..threads).map(start).collect();
+                running.into_iter().map(|run| run.join().unwrap()).collect()
+            });
+            assert!(ended.iter().all(|e| *e == expected), "{name}, {threads}: {ended:?}");
+        }
+    }
+}
