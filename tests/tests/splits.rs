@@ -164,3 +164,35 @@ fn runs_in_several_threads_do_not_know_of_each_other() {
         }
     }
 }
+
+/// Lanes, stores and fields of a machine that did not change go over whole, bristles of its contacts too.
+#[test]
+fn a_move_to_the_same_plan_leaves_no_trace() {
+    let slope = "Simulation(until: \"1 s\", step: \"1 ms\", integrator: \"rk4\", parts: { \"G\": (model: \"environment.uniform_gravity\", params: { \"acceleration\": [2, 0, -9.6] }) },
+        contact: (compliant: ()),
+        colliders: { \"ground\": (on: \"world\", shape: HalfSpace, friction: 0.8) },
+        bodies: { \"block\": (parent: \"world\", hinge: Free, mass: 2, inertia: [0.01, 0.01, 0.01],
+            at: (position: [0, 0, 0.1]), shapes: [(shape: Box([0.2, 0.2, 0.2]), collide: (friction: 0.8))]) })";
+    let fixed = ("semi_implicit_euler", Some("fixed"));
+    let mut all: Vec<(String, Ready)> = simulations()
+        .into_iter()
+        .filter(|file| {
+            !file.ends_with("staging/sim.ron") && !file.ends_with("double_wishbone/flexible.ron")
+        })
+        .map(|file| (file.display().to_string(), load(&file, fixed)))
+        .collect();
+    let ready = library().text("slope.ron", slope).map_err(|f| f.render(false)).unwrap();
+    all.push(("a block on a slope".into(), ready));
+    for (what, ready) in all {
+        let (step, program) = (ready.plan().step, Arc::new(ready.program));
+        let at =
+            |rows: u128| Seconds::new(u128::from(step.num) * rows, u128::from(step.den)).unwrap();
+        let expected = straight(&program, at(60)).unwrap();
+        let mut sim = Simulation::of(program.clone());
+        sim.run_until(at(20)).unwrap();
+        let report = sim.move_to(sim.plan().clone()).unwrap();
+        assert!(report.new.is_empty() && report.dropped.is_empty(), "{what}: {report:?}");
+        sim.run_until(at(60)).unwrap();
+        assert_eq!(sim.hash(), expected, "{what}");
+    }
+}

@@ -103,15 +103,13 @@ impl Simulation {
         let mut blocks = blocks_of(plan);
         let mut whole = vec![false; plan.parts.len()];
         for (k, part) in plan.parts.iter().enumerate() {
-            let old = route.parts[k].map(|j| j as usize);
-            let carried = match old {
-                None => Carried::New,
-                Some(j) => self.carry(plan, k, j, &mut state)?,
+            let Some(j) = route.parts[k].map(|j| j as usize) else {
+                report.new.push(part.path.clone());
+                continue;
             };
-            match carried {
+            match self.carry(plan, k, j, &mut state)? {
                 Carried::New => report.new.push(part.path.clone()),
                 Carried::Whole => {
-                    let j = old.unwrap_or_default();
                     if let (true, Err(why)) = (part.prototype.stored(), part.prototype.can_save()) {
                         let help =
                             "keep it in one phase only, or use a unit that can save its state";
