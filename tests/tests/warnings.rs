@@ -246,3 +246,39 @@ fn a_step_too_long_is_told_with_the_one_that_would_do() {
     assert!(end("4.4 ms").unwrap().abs() < 2.0);
     assert!(end("6 ms").map_or(true, |y| y.abs() > 1e3));
 }
+
+/// One report, whatever it is about: a unit, a parameter, a body, a wire, and a plot of a variable that is not there.
+#[test]
+fn mistakes_of_all_kinds_are_in_one_report() {
+    let told = |text: &str| library().text("test.ron", text).err().unwrap().render(false);
+    let parts = "\"A\": (model: \"basics.constant\", params: { \"value\": 1 }),
+        \"B\": (model: \"basics.gain\", params: { PARAMS }), \"D\": (model: \"basics.gain\", params: { MORE }),";
+    let text = |params: &str, more: &str, wires: &str, log: &str| {
+        let parts = parts.replace("PARAMS", params).replace("MORE", more);
+        format!(
+            "Simulation(until: \"1 s\", step: \"1 ms\", parts: {{ {parts} }}, wires: [{wires}],
+            plots: [(title: \"Twice\", of: [\"B.yy\"])], log: [(channels: [{log}])])"
+        )
+    };
+    // Found while reading.
+    let report = told(&text("\"k\": \"2 dge\"", "", "\"A.y -> B.u\"", "\"**\", \"B.state.x\""));
+    for part in [
+        "`dge` is not a unit: there is no such symbol",
+        "`B.yy` matches no variable",
+        "did you mean `B.y`?",
+        "`B.state.x` matches no variable",
+        "4 mistakes",
+    ] {
+        assert!(report.contains(part), "{part} is missing in\n{report}");
+    }
+    // Found while compiling.
+    let report = told(&text("\"k\": 2", "\"kk\": 3", "\"A.y -> B.v\"", "\"A.*\""));
+    for part in ["`D` has no parameter `kk`", "`B` has no input `v`", "`B.yy` matches no variable"]
+    {
+        assert!(report.contains(part), "{part} is missing in\n{report}");
+    }
+    // Of what cannot be known nothing is said.
+    let report =
+        told(&text("", "\"kk\": 3", "\"A.y -> B.v\"", "\"chassis/body.angle\", \"C.*.y\""));
+    assert!(!report.contains("chassis") && !report.contains("`C.*.y`"), "{report}");
+}

@@ -41,7 +41,7 @@ pub use machine::convert::Converted;
 pub use machine::import::{Import, read_machine};
 pub use machine::sidecar::apply_side_car;
 pub use scope::parameters::ParamDecl;
-pub use text::patterns::{match_patterns, path_matches};
+pub use text::patterns::{match_patterns, misspelt, path_matches};
 pub use text::report::tidy;
 pub use text::show::{Failure, Look, show_faults};
 pub use text::value::{IntoValue, Text, variant};

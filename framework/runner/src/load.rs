@@ -1,6 +1,6 @@
 //! Loading: a file or text, compiled and put down, with all mistakes at once.
 use crate::unread::unread;
-use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down, tidy};
+use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, misspelt, put_down, tidy};
 use linkwork_runtime::{Catalogue, Fault, Files, Origin, Plan, Program, Simulation, Sources};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -108,7 +108,12 @@ impl Library {
         let faulty =
             |faults: Vec<Fault>| Failure { faults: tidy(faults), sources: loaded.sources.clone() };
         let compiled = loaded.compile(&self.catalogue, &files);
-        let mut program = compiled.map_err(|faults| faulty(faults.0))?;
+        let mut program = compiled.map_err(|faults| {
+            let mut faults = faults.0;
+            let patterns = loaded.simulation.patterns();
+            faults.extend(misspelt(&patterns, &loaded.spec, &self.catalogue, &files));
+            faulty(faults)
+        })?;
         if let Some(place) = &loaded.simulation.place
             && let Some(plan) = std::sync::Arc::get_mut(&mut program.phases[0].plan)
         {

@@ -1,5 +1,5 @@
 //! Parts that act on nothing and that nobody reads: a sensor that was put in and forgotten.
-use linkwork_assembly::{Loaded, Text, match_patterns};
+use linkwork_assembly::{Loaded, match_patterns};
 use linkwork_runtime::{Fault, PartSpec, Plan, PortSpec, Program};
 use std::collections::BTreeSet;
 
@@ -8,15 +8,8 @@ use std::collections::BTreeSet;
 pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
     let file = &loaded.simulation;
     let plan = &program.phases[0].plan;
-    let mut patterns: Vec<Text> = Vec::new();
-    patterns.extend(file.log.iter().flat_map(|l| l.channels.clone()));
-    patterns.extend(file.plots.iter().flat_map(|p| p.of.clone()));
-    patterns.extend(file.figures.iter().map(|f| f.of.clone()));
-    patterns.extend(file.stop_when.clone());
-    if let Some(view) = &file.view {
-        patterns.extend(view.arrows.iter().flat_map(|a| [a.at.clone(), a.along.clone()]));
-        patterns.extend(view.markers.clone());
-    }
+    let mut patterns = file.patterns();
+    patterns.extend(file.view.iter().flat_map(|view| view.markers.clone()));
     let names: Vec<&String> = plan.variables.keys().collect();
     let mut seen: BTreeSet<&str> = BTreeSet::new();
     for pattern in patterns {

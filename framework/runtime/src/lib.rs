@@ -33,7 +33,7 @@ pub use block::{
 };
 pub use catalogue::{Catalogue, Entry, Foreign, Making};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
-pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile};
+pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
 pub use condition::{Condition, ConditionError};
 pub use field::{Field, Shown, View};
 pub use mechanism::{

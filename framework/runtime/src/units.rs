@@ -202,8 +202,13 @@ impl Reader<'_> {
                 self.at += 1;
             }
             let symbol: String = self.chars[start..self.at].iter().collect();
-            lookup(&symbol)
-                .ok_or_else(|| self.error(&format!("`{symbol}` is not a unit symbol")))?
+            match lookup(&symbol) {
+                Some(unit) => unit,
+                None if symbol == self.text => {
+                    return Err(self.error("there is no such symbol"));
+                }
+                None => return Err(self.error(&format!("there is no symbol `{symbol}`"))),
+            }
         };
         let power = self.power()?;
         Ok(Unit::ONE.times(unit, power))

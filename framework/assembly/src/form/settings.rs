@@ -223,6 +223,22 @@ pub struct Settings {
     pub plots: Vec<Plot>,
 }
 
+impl Settings {
+    /// Every pattern of variables in it: of logs, plots, figures, arrows, markers, and what stops the run.
+    #[must_use]
+    pub fn patterns(&self) -> Vec<Text> {
+        let mut all: Vec<Text> = Vec::new();
+        all.extend(self.log.iter().flat_map(|l| l.channels.clone()));
+        all.extend(self.plots.iter().flat_map(|p| p.of.clone()));
+        all.extend(self.figures.iter().map(|f| f.of.clone()));
+        all.extend(self.stop_when.clone());
+        if let Some(view) = &self.view {
+            all.extend(view.arrows.iter().flat_map(|a| [a.at.clone(), a.along.clone()]));
+        }
+        all
+    }
+}
+
 /// All fields of a simulation.
 pub(crate) fn all_fields() -> Vec<&'static str> {
     let of_assembly = assembly::AssemblyForm::names().into_iter().filter(|f| *f != "mounts");

@@ -20,6 +20,7 @@ use crate::schema::record::Record;
 use crate::scope::parameters::substitute;
 use crate::text::files::{Files, Home};
 use crate::text::parse::parse;
+use crate::text::patterns::misspelt;
 use crate::text::print::document;
 use crate::text::report::{Cx, tidy};
 use crate::text::show::Failure;
@@ -418,7 +419,8 @@ fn assemble(
         // What the models say of their parameters belongs into the same report.
         let files = linkwork_runtime::Files::of(options.search.clone());
         let spec = Spec { parts, ..Spec::default() };
-        let more = linkwork_runtime::check_parts(&spec, options.catalogue, &files);
+        let mut more = linkwork_runtime::check_parts(&spec, options.catalogue, &files);
+        more.extend(misspelt(&simulation.patterns(), &spec, options.catalogue, &files));
         // But not what only follows from a fault at the same place.
         let touches = |a: Origin, b: Origin| a.file == b.file && a.start < b.end && b.start < a.end;
         let told: Vec<Origin> = cx.faults.iter().map(|f| f.origin).collect();

@@ -2,7 +2,48 @@
 use crate::text::value::Text;
 pub use linkwork_runtime::pattern::path_matches;
 pub(crate) use linkwork_runtime::pattern::segment_matches;
-use linkwork_runtime::{Fault, did_you_mean};
+use linkwork_runtime::{Catalogue, Fault, Files, Spec, did_you_mean, known_variables};
+
+fn no_match<S: AsRef<str>>(p: &Text, names: &[S]) -> Fault {
+    let plain = p.text.replace("**", "").replace('*', "");
+    let guess = did_you_mean(&plain, names.iter().map(AsRef::as_ref));
+    Fault::new(p.origin, format!("`{}` matches no variable", p.text)).help(format!(
+        "{}`*` stands for one part of a path, `**` for any number; \
+         `linkwork list` shows all {} variables",
+        guess.map(|g| format!("{g} ")).unwrap_or_default(),
+        names.len()
+    ))
+}
+
+/// What patterns name that cannot be there, in a simulation that has other mistakes and no plan: a variable
+/// that its part has not. Of bodies, and of parts that are not known, nothing is said.
+pub fn misspelt(
+    patterns: &[Text],
+    spec: &Spec,
+    catalogue: &Catalogue,
+    files: &Files,
+) -> Vec<Fault> {
+    let (names, dark) = known_variables(spec, catalogue, files);
+    let known = |part: &str| !dark.iter().any(|d| d == part);
+    let mut faults = Vec::new();
+    for p in patterns.iter().filter(|p| !p.text.contains("**") && !p.text.contains('/')) {
+        let owner = spec.parts.iter().filter(|part| known(&part.path)).find(|part| {
+            let n = part.path.split('.').count();
+            let head: Vec<&str> = p.text.split('.').take(n).collect();
+            p.text.split('.').count() > n && path_matches(&head.join("."), &part.path)
+        });
+        let below = format!("{}.**", p.text);
+        let is = |name: &String| {
+            path_matches(&p.text, name)
+                || path_matches(&below, name)
+                || name.starts_with(&format!("{}[", p.text))
+        };
+        if owner.is_some() && !names.iter().any(is) {
+            faults.push(no_match(p, &names));
+        }
+    }
+    faults
+}
 
 /// Indices of the names that any pattern matches, in the order of the names.
 ///
@@ -32,17 +73,7 @@ pub fn match_patterns<S: AsRef<str>>(
             }
         }
         if !any {
-            let fault = Fault::new(p.origin, format!("`{}` matches no variable", p.text));
-            let guess = did_you_mean(
-                &p.text.replace("**", "").replace('*', ""),
-                names.iter().map(AsRef::as_ref),
-            );
-            faults.push(fault.help(format!(
-                "{}`*` stands for one part of a path, `**` for any number; \
-                 `linkwork list` shows all {} variables",
-                guess.map(|g| format!("{g} ")).unwrap_or_default(),
-                names.len()
-            )));
+            faults.push(no_match(p, names));
         }
     }
     if !faults.is_empty() {

@@ -34,6 +34,7 @@ pub(crate) use solved::REPORT;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 pub(crate) use table::common_tick;
+pub use variables::known_variables;
 
 /// A part while compiling.
 pub(crate) struct Part<'a> {

@@ -1,9 +1,12 @@
 //! Every variable by path: `<part>.<port>`, `<part>.state.<name>`, `<body>.angle`.
 use super::Part;
 use super::connect::Connections;
+use crate::Catalogue;
 use crate::block::Named;
 use crate::plan::{Loop, Place, Role, Variable};
 use crate::ports::{PortKind, PortSpec};
+use crate::services::Files;
+use crate::spec::Spec;
 use std::collections::BTreeMap;
 
 pub(crate) fn variables(
@@ -68,6 +71,30 @@ pub(crate) fn variables(
         }
     }
     all
+}
+
+/// Variables of the parts of a specification that cannot be compiled, as far as they follow from the
+/// catalogue; and the paths of the parts of which nothing is known.
+pub fn known_variables(
+    spec: &Spec,
+    catalogue: &Catalogue,
+    files: &Files,
+) -> (Vec<String>, Vec<String>) {
+    let (mut all, mut dark) = (BTreeMap::new(), Vec::new());
+    for part in &spec.parts {
+        let path = &part.path;
+        let entry = catalogue.get(&part.model);
+        let files = files.first(part.folder.as_deref());
+        let Some(d) = entry.and_then(|e| e.describe(&part.params, &files)) else {
+            dark.push(path.clone());
+            continue;
+        };
+        let place = |_| (Place::Signal(0), Role::Output);
+        d.all_inputs().chain(d.all_outputs()).for_each(|p| add(&mut all, path, "", p, place));
+        let states = d.continuous.iter().chain(&d.discrete);
+        states.for_each(|p| add(&mut all, path, "state.", p, place));
+    }
+    (all.into_keys().collect(), dark)
 }
 
 fn add(
