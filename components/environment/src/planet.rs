@@ -15,9 +15,7 @@ use linkwork_world::planet::{Ellipsoid, Epoch, Geodetic, Rotation, Spin};
 
 /// A mistake that the physics found, as the runtime tells it: the fact, the remedy, the parameter.
 pub(crate) fn fault(e: &WorldError, param: &str) -> BuildError {
-    let text = e.to_string();
-    let (fact, help) = text.split_once("\n  help: ").unwrap_or((&text, "see the documentation"));
-    BuildError::new(fact).help(help).at(param)
+    BuildError::of(e).at(param)
 }
 
 /// Bodies that have a shape and a rotation here.

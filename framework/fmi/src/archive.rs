@@ -68,7 +68,7 @@ impl Archive {
         let text = String::from_utf8(text)
             .map_err(|_| corrupt(&name, "its model description is not UTF-8"))?;
         read_model_description(&text, &format!("{name}/modelDescription.xml"))
-            .map_err(|e| Refusal::of_text(&e.to_string()))
+            .map_err(|e| Refusal::of(&e))
     }
 
     /// The path of the shared library for this machine inside the archive.

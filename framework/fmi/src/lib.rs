@@ -63,12 +63,10 @@ impl Refusal {
         self.help = Some(help.into());
         self
     }
-    /// From a text that may end in a line `  help: …`.
-    pub fn of_text(text: &str) -> Self {
-        match text.rsplit_once("\n  help: ") {
-            Some((message, help)) => Refusal::new(message).help(help),
-            None => Refusal::new(text),
-        }
+    /// What an error of another crate says.
+    pub fn of(error: &dyn std::fmt::Display) -> Self {
+        let (message, help) = linkwork_runtime::told(error);
+        Refusal { message, help }
     }
 }
 

@@ -169,7 +169,7 @@ impl Live {
         let part = self.part.clone();
         let done = self.ready(t).and_then(|()| match &mut self.instance {
             Some(instance) => f(instance, &mut self.now, &part),
-            None => Err(Failure::boxed("the unit has no instance")),
+            None => Err(Failure::of(&"the unit has no instance")),
         });
         if let Err(failure) = &done {
             self.failed = Some(failure.clone());
@@ -203,7 +203,7 @@ impl Live {
         if let Some(failure) = &self.failed {
             return Err(failure.clone());
         }
-        self.part.can_save().map_err(|why| Failure::boxed(&why))?;
+        self.part.can_save().map_err(|why| Failure::of(&why))?;
         let state = match (&self.waiting, &mut self.instance) {
             (Some(waiting), _) => waiting.clone(),
             (None, Some(instance)) => instance.save()?,

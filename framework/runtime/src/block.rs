@@ -45,13 +45,10 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// From a message that may end in a line `  help: …`.
-    pub fn boxed(text: &str) -> Box<Failure> {
-        let (message, help) = match text.split_once("\n  help: ") {
-            Some((message, help)) => (message, Some(help.to_string())),
-            None => (text, None),
-        };
-        Box::new(Failure { message: message.to_string(), help })
+    /// What an error says.
+    pub fn of(error: &dyn std::fmt::Display) -> Box<Failure> {
+        let (message, help) = crate::value::told(error);
+        Box::new(Failure { message, help })
     }
 }
 

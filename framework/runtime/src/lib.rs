@@ -64,7 +64,9 @@ pub use step::{GuardState, MoveReport, RunError, Simulation, State, Stop, Variab
 pub use tap::{Consumer, Group, Overflow, Row as TapRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
-pub use value::{Fault, Faults, Located, Origin, Sources, Value, did_you_mean, nearest, remedy};
+pub use value::{
+    Fault, Faults, Located, Origin, Sources, Value, did_you_mean, nearest, remedy, told,
+};
 
 /// What a library of models needs in scope.
 pub mod prelude {

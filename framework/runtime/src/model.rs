@@ -47,6 +47,11 @@ impl BuildError {
     pub fn new(message: impl Into<String>) -> Self {
         BuildError { message: message.into(), help: None, param: None }
     }
+    /// What an error of another crate says.
+    pub fn of(error: &dyn std::fmt::Display) -> Self {
+        let (message, help) = crate::value::told(error);
+        BuildError { message, help, param: None }
+    }
     /// With a remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());

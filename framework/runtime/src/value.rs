@@ -157,19 +157,26 @@ impl Fault {
         Fault { message: message.into(), origin, help: None }
     }
 
-    /// What an error of another crate says: its text is the fact, then `\n  help: ` and the remedy.
+    /// What an error of another crate says.
     pub fn of(origin: Origin, error: &dyn fmt::Display) -> Self {
-        let text = error.to_string();
-        match text.split_once("\n  help: ") {
-            Some((fact, remedy)) => Fault::new(origin, fact).help(remedy),
-            None => Fault::new(origin, text),
-        }
+        let (message, help) = told(error);
+        Fault { message, origin, help }
     }
 
     /// With a remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
+    }
+}
+
+/// The fact and the remedy of an error of a lower floor. Those have no places, so that they are plain error
+/// types; all of them print the fact, then `\n  help: ` and the remedy.
+pub fn told(error: &dyn fmt::Display) -> (String, Option<String>) {
+    let text = error.to_string();
+    match text.split_once("\n  help: ") {
+        Some((fact, remedy)) => (fact.to_string(), Some(remedy.to_string())),
+        None => (text, None),
     }
 }
 

@@ -125,7 +125,7 @@ impl MechanismBlock {
             let inertia = varying
                 .inertia(&plan.multibody, |lane| sig[self.w.ud[lane] as usize])
                 .map_err(|(fact, help)| Box::new(Failure { message: fact, help: Some(help) }))?;
-            tree.set_inertia(varying.body, inertia).map_err(|e| Failure::boxed(&e.to_string()))?;
+            tree.set_inertia(varying.body, inertia).map_err(|e| Failure::of(&e))?;
         }
         Ok(())
     }
@@ -207,7 +207,7 @@ impl MechanismBlock {
                 self.projector.rates(tree, &mut self.ws, solver, motions, q, &mut rest[..nv])
             })
             .map(|_| ())
-            .map_err(|e| Failure::boxed(&e.to_string()))
+            .map_err(|e| Failure::of(&e))
     }
 
     /// Errors and forces of the constraints.
@@ -284,7 +284,7 @@ impl Block for MechanismBlock {
                     &mut self.tau,
                     &mut self.vdot,
                 )
-                .map_err(|e| Failure::boxed(&e.to_string()))?;
+                .map_err(|e| Failure::of(&e))?;
             }
             Some(solver) => {
                 solver
@@ -296,7 +296,7 @@ impl Block for MechanismBlock {
                         &mut self.tau,
                         &mut self.vdot,
                     )
-                    .map_err(|e| Failure::boxed(&e.to_string()))?;
+                    .map_err(|e| Failure::of(&e))?;
             }
         }
         sig[self.w.yd..self.w.yd + nv].copy_from_slice(&self.vdot);
@@ -360,7 +360,7 @@ impl Block for MechanismBlock {
         let (ws, tau, vdot) = (&mut self.ws, &mut self.tau, &mut self.vdot);
         let report = stepper
             .step(&self.tree, ws, h, (q, v), motions, None, tau, vdot)
-            .map_err(|e| Failure::boxed(&e.to_string()))?;
+            .map_err(|e| Failure::of(&e))?;
         self.kept.clear();
         self.kept.extend(stepper.warm().iter().map(|i| Kept {
             pair: i.pair,

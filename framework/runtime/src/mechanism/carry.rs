@@ -28,14 +28,13 @@ pub(super) fn carry(
     let after = inherit(&before, old, new);
     let (nq, nv) = (old.multibody.nq(), old.multibody.nv());
     let (mq, mv) = (new.multibody.nq(), new.multibody.nv());
-    let failure = |e: String| Failure::boxed(&e);
     let carried = topology::carry(
         &before,
         (&from[..nq], &from[nq..nq + nv]),
         &after,
         (&to[..mq], &to[mq..mq + mv]),
     )
-    .map_err(|e| failure(e.to_string()))?;
+    .map_err(|e| Failure::of(&e))?;
     to[..mq].copy_from_slice(&carried.q);
     to[mq..mq + mv].copy_from_slice(&carried.v);
     loop_motions(new, old, &from[nq + nv..], &mut to[mq + mv..]);
@@ -111,7 +110,7 @@ fn close(
     projector
         .positions(tree, &mut ws, &mut solver, &motions, q)
         .and_then(|_| projector.rates(tree, &mut ws, &mut solver, &motions, q, v))
-        .map_err(|e| Failure::boxed(&e.to_string()))?;
+        .map_err(|e| Failure::of(&e))?;
     let fastest = before.iter().fold(0.0f64, |m, b| m.max(b.abs()));
     Ok(before.iter().zip(&*v).any(|(a, b)| (a - b).abs() > 1e-9 * fastest))
 }

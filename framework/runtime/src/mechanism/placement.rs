@@ -134,9 +134,8 @@ pub fn place_on_terrain(
         if let Some(solver) = &mut solver
             && let Err(e) = projector.positions(&tree, &mut ws, solver, &motions, q)
         {
-            let text = e.to_string();
-            let (fact, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
-            return error(fact.into(), help);
+            let (fact, help) = crate::value::told(&e);
+            return error(fact, &help.unwrap_or_default());
         }
         kinematics(&tree, &mut ws, q, &zeros);
         let mut e = DVector::zeros(wheels.len());

@@ -301,7 +301,7 @@ impl MechanismPlan {
         if let Some((_, settings)) = &self.compliant
             && let Err(e) = settings.check()
         {
-            return Err(fault(&e.to_string()));
+            return Err(Fault::of(Origin::NONE, &e));
         }
         let mut ws = Workspace::new(&self.tree);
         if let Some(solver) = &mut self.solver {
@@ -324,7 +324,7 @@ impl MechanismPlan {
                 let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0)).map(|w| w.1);
                 let name = worst.map_or("", |c| self.multibody.constraint_name(c));
                 let origin = self.origin_of(name);
-                return Err(Fault { origin, ..fault(&e.to_string()) });
+                return Err(Fault::of(origin, &e));
             }
             if let Some(fault) = self.contradiction() {
                 return Err(fault);
@@ -341,7 +341,7 @@ impl MechanismPlan {
                     &self.tree, &mut ws, state, motions, &mut tau, &mut vdot,
                 ) {
                     Err(SolverError::Dynamics(e)) => Err(e),
-                    Err(e) => return Err(fault(&e.to_string())),
+                    Err(e) => return Err(Fault::of(Origin::NONE, &e)),
                     Ok(_) => Ok(()),
                 }
             }
@@ -353,19 +353,9 @@ impl MechanismPlan {
                 format!("body `{body}`: its hinge has nothing to accelerate: no mass or inertia moves with it"),
             )
             .help("give it, or a body that it carries, a mass and an inertia, or its hinge an armature, or prescribe the hinge")),
-            Err(e @ DynamicsError::Flexible { .. }) => {
-                let text = e.to_string();
-                let (fact, help) = text.split_once("\n  help: ").unwrap_or((&text, ""));
-                Err(Fault::new(Origin::NONE, fact).help(help))
-            }
+            Err(e @ DynamicsError::Flexible { .. }) => Err(Fault::of(Origin::NONE, &e)),
         }
     }
-}
-
-/// A message and its remedy.
-fn fault(text: &str) -> Fault {
-    let (fact, help) = text.split_once("\n  help: ").unwrap_or((text, ""));
-    Fault::new(Origin::NONE, fact).help(help)
 }
 
 /// What contact reports: name, unit, meaning.
