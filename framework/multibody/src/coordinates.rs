@@ -104,7 +104,7 @@ impl Multibody {
                     let R = quaternion(&a[3..]);
                     let w = (R.inverse() * quaternion(&b[3..])).scaled_axis();
                     let d = R.inverse() * (vec3(b) - vec3(a));
-                    let v = v_matrix(&w).lu().solve(&d).unwrap_or(d);
+                    let v = straight(&w, &d);
                     dv[..3].copy_from_slice(w.as_slice());
                     dv[3..].copy_from_slice(v.as_slice());
                 }
@@ -181,6 +181,27 @@ fn quat_dot(q: &[f64], w: &Vec3, out: &mut [f64]) {
     let (u, s) = (vec3(q), q[3]);
     let d = (w * s + u.cross(w)) * 0.5;
     out.copy_from_slice(&[d.x, d.y, d.z, -0.5 * u.dot(w)]);
+}
+
+/// The linear part (m) that a displacement with the turn `w` (rad) needs so that the origin of a free hinge
+/// goes by `d` (m), both in the axes at its start: V⁻¹ d, with
+/// ```text
+/// V⁻¹ = 1 − ½ ω~ + (1 − ½θ cot ½θ)/θ² ω~²
+/// ```
+/// A turn of a whole revolution has no such part; from 6 rad on that of the turn without its last factor is
+/// given.
+#[must_use]
+pub fn straight(w: &Vec3, d: &Vec3) -> Vec3 {
+    let t2 = w.norm_squared();
+    let c = if t2 < 1e-2 {
+        1.0 / 12.0 + t2 / 720.0 * (1.0 + t2 / 42.0 * (1.0 + t2 / 40.0))
+    } else if t2 < 36.0 {
+        let half = 0.5 * t2.sqrt();
+        (1.0 - half / half.tan()) / t2
+    } else {
+        0.0
+    };
+    d - w.cross(d) * 0.5 + w.cross(&w.cross(d)) * c
 }
 
 /// V with exp([ω; v]) = (exp ω, V v):  1 + (1−cos θ)/θ² ω~ + (θ−sin θ)/θ³ ω~².

@@ -33,6 +33,7 @@ pub use constraint::{
     Anchor, ConstraintId, Coupled, Coupling, HingeCoordinate, Loop, LoopClosure, LoopFault,
     LoopMotion, Row, Term,
 };
+pub use coordinates::straight;
 pub use error::{BuildError, Fault};
 pub use hinge::{Coordinate, Friction, Hinge, Limits, Stop, Subhinge, SubhingeKind};
 pub use ids::{BodyId, NodeId};

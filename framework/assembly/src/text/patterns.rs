@@ -26,11 +26,11 @@ pub fn misspelt(
     let (names, dark) = known_variables(spec, catalogue, files);
     let known = |part: &str| !dark.iter().any(|d| d == part);
     let mut faults = Vec::new();
-    for p in patterns.iter().filter(|p| !p.text.contains("**") && !p.text.contains('/')) {
-        let owner = spec.parts.iter().filter(|part| known(&part.path)).find(|part| {
-            let n = part.path.split('.').count();
-            let head: Vec<&str> = p.text.split('.').take(n).collect();
-            p.text.split('.').count() > n && path_matches(&head.join("."), &part.path)
+    // A star may mean a part that could not be read.
+    for p in patterns.iter().filter(|p| !p.text.contains(['*', '/'])) {
+        let owner = spec.parts.iter().find(|part| {
+            let below = p.text.strip_prefix(&part.path);
+            below.is_some_and(|rest| rest.starts_with('.')) && known(&part.path)
         });
         let below = format!("{}.**", p.text);
         let is = |name: &String| {

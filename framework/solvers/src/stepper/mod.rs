@@ -9,10 +9,14 @@
 //! y = E* λ, scatter                   β⁺ = β + h β̇_f + M⁻¹ J* λ
 //! q⁺ = q ⊕ h β⁺                       then out of penetration, without touching β⁺
 //! ```
+//! The velocity of a free hinge has the body's axes. In a step it is that in the axes at the start, so that what
+//! flies keeps its momentum and what rolls stays on the ground, however fast it spins; then it is turned.
 //! The size of the problem is that of the rows, whatever the bodies and hinges. A gap that is still
 //! open may close within the step but not further (unless the contact bounces: then it is left to
 //! close, and the impact is next step's). Penetration is worked off in positions alone, so it
 //! gives no kinetic energy.
+
+mod turning;
 
 use crate::constrained::{SolverError, greater, index};
 use crate::contact::{Cone, Contact, ContactError, Factor, Measure, Method, Problem, Settings};
@@ -23,6 +27,7 @@ use linkwork_multibody::{ConstraintId, LoopMotion, Multibody};
 use linkwork_spatial::Vec3;
 use std::sync::Arc;
 use thiserror::Error;
+use turning::Turning;
 use wide::f64x4;
 
 /// The part of the velocity that forces alone would give in a step which counts as motion: below it all
@@ -142,6 +147,7 @@ pub struct ContactStepper {
     reach: Vec<f64>,
     points: Vec<ContactPoint>,
     limits: Vec<Limit>,
+    turning: Turning,
     contact: Contact,
     push: Contact,
     kinds: Vec<Kind>,
@@ -211,6 +217,7 @@ impl ContactStepper {
                 JointLimits::Stop => limits(tree.multibody()),
                 JointLimits::Ignore => Vec::new(),
             },
+            turning: Turning::new(tree.multibody()),
             kinds: Vec::new(),
             frames: Vec::new(),
             cones: Vec::new(),
@@ -286,6 +293,7 @@ impl ContactStepper {
         vdot: &mut [f64],
     ) -> Result<StepReport, StepError> {
         self.units.gather(tree, ws, &mut self.uw, tau, vdot, motions).map_err(SolverError::from)?;
+        self.turning.begin(tree, ws, v);
         self.look(tree, ws, h, hiding);
         self.build(tree, ws, h, (q, v), motions);
         let impacts = self.bounce()?;
@@ -309,11 +317,13 @@ impl ContactStepper {
         for (v, a) in v.iter_mut().zip(vdot.iter()) {
             *v += h * a;
         }
+        self.turning.into_start_axes(h, v);
         self.push_out(tree, h)?;
         for (d, v) in self.dq.iter_mut().zip(v.iter()) {
             *d += h * v;
         }
         let mbs = tree.multibody();
+        self.turning.out_of_start_axes(h, &mut self.dq, v);
         // `integrate` wants another place for its answer.
         self.q_next.clear();
         self.q_next.extend_from_slice(q);
@@ -502,6 +512,9 @@ impl ContactStepper {
                 }
                 Kind::Contact(i) => {
                     let p = &self.points[i as usize];
+                    let carried = self.turning.carried(p.body_b) - self.turning.carried(p.body_a);
+                    let axes = &self.frames[i as usize];
+                    b.iter_mut().zip(axes).for_each(|(b, axis)| *b += h * axis.dot(&carried));
                     let bounces = p.restitution > 0.0 && row.rate[0] < -self.settings.bounce_min;
                     if p.gap > 0.0 {
                         // What will bounce may touch first, and a little more.

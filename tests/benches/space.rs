@@ -1,0 +1,84 @@
+//! Spacecraft beside Basilisk, wired its usual way, in the same run: J2 orbit with attitude, three reaction wheels
+//! with control, a hub with a chain of sixteen hinged plates. All by Runge–Kutta 4, without logs. Peers:
+//! `tests/benches/peers/install.sh --basilisk`; one command for all benches: tests/benches/run.
+#![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
+#[path = "../common/mod.rs"]
+mod common;
+
+use linkwork_runtime::Simulation;
+use std::process::Command;
+use std::time::Instant;
+
+const CRAFT: &str =
+    "\"craft\": (parent: \"world\", hinge: Free, mass: 750, inertia: [900, 800, 600],
+    initial: (position: [7e6, 0, 0], velocity: [0, 6000, 4500], angular: [0.01, 0.02, -0.03]))";
+
+fn orbit() -> String {
+    format!(
+        "Simulation(until: \"10 h\", step: \"10 s\", integrator: \"rk4\", bodies: {{ {CRAFT} }}, gravity: \"Field\",
+        parts: {{ \"Field\": (model: \"environment.zonal_gravity\",
+            params: {{ \"mu\": 3.986004415e14, \"radius\": 6378136.6, \"j2\": 1.08262668e-3 }}) }})"
+    )
+}
+
+fn chain() -> String {
+    let mut bodies = CRAFT.to_string();
+    let mut parts = String::new();
+    for k in 0..16 {
+        // A plate one metre long: its hinge at one end, its mass in the middle.
+        let (parent, at) = match k {
+            0 => (
+                "craft".to_string(),
+                "at: (position: [0.5, 0, 1], rotation: (rpy: [0, 0, \"180 deg\"]))",
+            ),
+            k => (format!("plate{}", k - 1), "at: (position: [-1, 0, 0])"),
+        };
+        bodies += &format!(
+            ", \"plate{k}\": (parent: \"{parent}\", {at}, hinge: Pin([0, 1, 0]), mass: 5, com: [-0.5, 0, 0],
+                inertia: [5, 3, 2.5], initial: (angle: {}))",
+            0.01
+        );
+        parts += &format!(
+            "\"Spring{k}\": (model: \"actuators.spring_damper\",
+                params: {{ \"stiffness\": 50, \"damping\": 0.1 }}, bind: {{ \"hinge\": \"hinge:plate{k}\" }}),"
+        );
+    }
+    format!(
+        "Simulation(until: \"1 h\", step: \"10 ms\", integrator: \"rk4\", bodies: {{ {bodies} }},
+        parts: {{ {parts} }})"
+    )
+}
+
+/// Microseconds a step, the median of five runs.
+fn measure(sim: &Simulation, steps: u32) -> f64 {
+    let mut all: Vec<f64> = (0..5)
+        .map(|_| {
+            let mut run = sim.fork();
+            (0..steps / 10).for_each(|_| run.step().unwrap());
+            let begin = Instant::now();
+            (0..steps).for_each(|_| run.step().unwrap());
+            begin.elapsed().as_secs_f64() / f64::from(steps) * 1e6
+        })
+        .collect();
+    all.sort_by(f64::total_cmp);
+    all[2]
+}
+
+fn peer(name: &str) -> Option<String> {
+    let python = std::env::var("LINKWORK_BASILISK_PYTHON").ok()?;
+    let script = linkwork_tests::root().join("tests/benches/peers/basilisk_space.py");
+    let out = Command::new(python).arg(script).arg(name).output().ok()?;
+    let text = String::from_utf8_lossy(&out.stdout);
+    text.lines().find_map(|l| Some(l.strip_prefix(name)?.split_whitespace().next()?.to_string()))
+}
+
+fn main() {
+    for (name, text, steps, target) in
+        [("orbit", orbit(), 20_000, 1.0), ("chain", chain(), 5000, 8.0)]
+    {
+        let sim = common::scene(&text, &[]).unwrap();
+        let ours = measure(&sim, steps);
+        let theirs = peer(name).unwrap_or_else(|| "not installed".into());
+        println!("{name}: {ours:.2} µs a step (target {target}); Basilisk {theirs}");
+    }
+}
