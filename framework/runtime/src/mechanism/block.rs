@@ -342,8 +342,7 @@ impl Block for MechanismBlock {
         let (nq, nv) = (self.plan.multibody.nq(), self.plan.multibody.nv());
         let at = self.w.x;
         let (q, rest) = x[at..].split_at_mut(nq);
-        self.dv.iter_mut().zip(&rest[..nv]).for_each(|(dv, v)| *dv = h * v);
-        self.plan.multibody.integrate(q, &self.dv, &mut self.q);
+        self.plan.multibody.step_positions(q, &mut rest[..nv], h, &mut self.dv, &mut self.q);
         q.copy_from_slice(&self.q);
         Ok(())
     }

@@ -8,7 +8,7 @@
 //! With w the origin goes straight and keeps its momentum; with v + h v̇ its speed would grow by ω²h/2 in each
 //! second, and what rolls would rise from the ground in the eyes of its contact.
 use linkwork_dynamics::{Tree, Workspace};
-use linkwork_multibody::{BodyId, Coordinate, Multibody, SubhingeKind, straight};
+use linkwork_multibody::{BodyId, Multibody, straight};
 use linkwork_spatial::{Quat, Vec3};
 
 /// One free hinge.
@@ -33,14 +33,9 @@ pub(super) struct Turning {
 
 impl Turning {
     pub fn new(mbs: &Multibody) -> Self {
-        let free = mbs.body_ids().filter_map(|body| match mbs.get(body).subhinges() {
-            [s] if s.subhinge.kind == SubhingeKind::Free
-                && s.subhinge.coordinate == Coordinate::Free =>
-            {
-                let axes = mbs.get(body).hinge_in_body().rotation;
-                Some(FreeHinge { body, v: s.v.start, axes, transport: Vec3::zeros() })
-            }
-            _ => None,
+        let free = mbs.turning().map(|(body, v)| {
+            let axes = mbs.get(body).hinge_in_body().rotation;
+            FreeHinge { body, v, axes, transport: Vec3::zeros() }
         });
         Turning { hinges: free.collect(), carried: vec![Vec3::zeros(); mbs.bodies().len()] }
     }
