@@ -21,6 +21,29 @@ fn orbit() -> String {
     )
 }
 
+fn wheels() -> String {
+    // Wheels of 50 N m s at 6000 rpm, turning at 100 rad/s; K = 3.5, P = 30 about each axis.
+    let (mut nodes, mut parts, mut wires) = (String::new(), String::new(), String::new());
+    for (k, turn) in ["[0, \"90 deg\", 0]", "[\"-90 deg\", 0, 0]", "[0, 0, 0]"].iter().enumerate() {
+        nodes += &format!("\"wheel{k}\": (rotation: (rpy: {turn})),");
+        parts += &format!(
+            "\"Wheel{k}\": (model: \"flight.reaction_wheel\", params: {{ \"inertia\": 0.0796, \"speed\": 100,
+                \"torque_max\": 0.2 }}, bind: {{ \"wheel\": \"node:craft/wheel{k}\" }}),"
+        );
+        wires += &format!("\"Share.torques[{k}] -> Wheel{k}.torque\",");
+    }
+    let craft = CRAFT.replace("inertia: [900", &format!("nodes: {{ {nodes} }}, inertia: [900"));
+    format!(
+        "Simulation(until: \"1 h\", step: \"100 ms\", integrator: \"rk4\", bodies: {{ {craft} }}, parts: {{ {parts}
+        \"Motion\": (model: \"sensors.motion\", bind: {{ \"mount\": \"node:craft\" }}),
+        \"Target\": (model: \"basics.constant\", params: {{ \"value\": 1 }}),
+        \"Pointing\": (model: \"control.pointing\", params: {{ \"inertia\": [900, 800, 600], \"frequency\": 0.06 }}),
+        \"Share\": (model: \"control.wheel_distribution\", params: {{ \"axes\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }}),
+        }}, wires: [ \"Motion.attitude -> Pointing.attitude\", \"Motion.rate -> Pointing.rate\",
+        \"Target.y -> Pointing.target.w\", \"Pointing.torque -> Share.torque\", {wires} ])"
+    )
+}
+
 fn chain() -> String {
     let mut bodies = CRAFT.to_string();
     let mut parts = String::new();
@@ -73,9 +96,11 @@ fn peer(name: &str) -> Option<String> {
 }
 
 fn main() {
-    for (name, text, steps, target) in
-        [("orbit", orbit(), 20_000, 1.0), ("chain", chain(), 5000, 8.0)]
-    {
+    for (name, text, steps, target) in [
+        ("orbit", orbit(), 20_000, 1.0),
+        ("wheels", wheels(), 20_000, 2.5),
+        ("chain", chain(), 5000, 8.0),
+    ] {
         let sim = common::scene(&text, &[]).unwrap();
         let ours = measure(&sim, steps);
         let theirs = peer(name).unwrap_or_else(|| "not installed".into());

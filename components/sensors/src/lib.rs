@@ -2,6 +2,7 @@
 
 pub mod encoder;
 pub mod imu;
+pub mod motion;
 pub mod pose;
 pub mod sun_sensor;
 
@@ -12,6 +13,7 @@ pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::model::<encoder::Encoder>(),
         Entry::model::<imu::Imu>(),
+        Entry::model::<motion::Motion>(),
         Entry::model::<pose::PoseSensor>(),
         Entry::model::<sun_sensor::SunSensor>(),
     ]
