@@ -1,6 +1,6 @@
 #!/bin/sh
 # Builds and installs the peers that the benchmarks compare with. Nothing leaves the folder given.
-#   tests/benches/peers/install.sh [--pinocchio] [--drake] [--mujoco] [--exudyn] [folder, default target/peers]
+#   tests/benches/peers/install.sh [--pinocchio] [--drake] [--mujoco] [--exudyn] [--basilisk] [folder, default target/peers]
 # Without an option: Pinocchio. Python packages go into a virtual environment in the folder.
 # The headers of Pinocchio and Eigen come from PyPI; clang compiles the templates, since that is
 # Pinocchio's fastest build.
@@ -10,9 +10,9 @@ dir=target/peers
 want=
 for word in "$@"; do
     case $word in
-    --pinocchio | --drake | --mujoco | --exudyn) want="$want $word" ;;
+    --pinocchio | --drake | --mujoco | --exudyn | --basilisk) want="$want $word" ;;
     -*)
-        echo "error: unknown option $word: --pinocchio, --drake, --mujoco, --exudyn" >&2
+        echo "error: unknown option $word: --pinocchio, --drake, --mujoco, --exudyn, --basilisk" >&2
         exit 1
         ;;
     *) dir=$word ;;
@@ -83,5 +83,9 @@ for peer in $want; do
     --drake) python_peer 'drake>=1.51,<2' ;;
     --mujoco) mujoco ;;
     --exudyn) python_peer 'exudyn>=1.9,<2' ;;
+    --basilisk)
+        python_peer 'bsk>=2.12,<3'
+        echo "run:   LINKWORK_BASILISK_PYTHON=$dir/venv/bin/python cargo bench -p linkwork-tests --bench space"
+        ;;
     esac
 done
