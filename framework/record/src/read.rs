@@ -43,6 +43,10 @@ pub enum End {
 pub struct LogContents {
     /// All series, by `part.field`.
     pub series: BTreeMap<String, Series>,
+    /// The configuration that the run was made from; empty when the log carries none.
+    pub configuration: String,
+    /// Seed, hash of the plan, versions: by name.
+    pub about: BTreeMap<String, String>,
     /// How it ends.
     pub end: End,
 }
@@ -101,7 +105,7 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
                 if size < mcap::MAGIC.len() as u64 {
                     return Err(fail(format!("its {size} bytes do not make a log")));
                 }
-                return Ok(LogContents { series: gathered.series, end: End::Cut { at } });
+                return Ok(gathered.contents(End::Cut { at }));
             }
             Err(McapError::BadMagic) if at == mcap::MAGIC.len() as u64 => {
                 return Err(fail("it does not begin as an MCAP file".into()));
@@ -109,7 +113,7 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
             Err(e) => return Err(damaged(at, why(&e))),
         }
     }
-    Ok(LogContents { series: gathered.series, end: End::Whole })
+    Ok(gathered.contents(End::Whole))
 }
 
 /// What has been read so far.
@@ -119,15 +123,36 @@ struct Gathered {
     /// Part, schema and metadata.
     channels: BTreeMap<u16, (String, u16, BTreeMap<String, String>)>,
     series: BTreeMap<String, Series>,
+    configuration: String,
+    about: BTreeMap<String, String>,
 }
 
 impl Gathered {
+    fn contents(self, end: End) -> LogContents {
+        let Gathered { series, configuration, about, .. } = self;
+        LogContents { series, configuration, about, end }
+    }
+
     fn record(&mut self, opcode: u8, data: &[u8]) -> Result<(), String> {
         match parse_record(opcode, data).map_err(|e| why(&e))? {
             Record::Chunk { header, .. } => self.chunk(&header, data),
             // These repeat what stands before them.
-            _ if opcode >= op::MESSAGE_INDEX && opcode != op::ATTACHMENT => Ok(()),
-            Record::Attachment { .. } => Ok(()),
+            _ if opcode >= op::MESSAGE_INDEX
+                && opcode != op::ATTACHMENT
+                && opcode != op::METADATA =>
+            {
+                Ok(())
+            }
+            Record::Attachment { header, data, .. } => {
+                if header.name == "configuration.ron" {
+                    self.configuration = String::from_utf8_lossy(&data).into_owned();
+                }
+                Ok(())
+            }
+            Record::Metadata(metadata) if metadata.name == "linkwork" => {
+                self.about = metadata.metadata;
+                Ok(())
+            }
             record => self.take(record),
         }
     }

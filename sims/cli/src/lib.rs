@@ -12,6 +12,7 @@ pub mod inspect;
 pub mod load;
 pub mod options;
 pub mod picture;
+pub mod replay;
 pub mod run;
 pub mod scene;
 pub mod summary;

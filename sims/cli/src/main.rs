@@ -1,8 +1,8 @@
-//! The command line: linkwork run, resume, check, list, describe, tree, graph, export, schema, diff.
+//! The command line: linkwork run, resume, check, list, describe, tree, graph, export, schema, replay, diff.
 use clap::{Parser, Subcommand};
 use linkwork_cli::export::{self, ExportOptions};
 use linkwork_cli::options::RunOptions;
-use linkwork_cli::{check, diff, exit, inspect, run, voice};
+use linkwork_cli::{check, diff, exit, inspect, replay, run, voice};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -26,6 +26,7 @@ const EXAMPLES: &str = "Examples:
   linkwork graph sims/pendulum --format mermaid         the wires as a picture
   linkwork export sims/pendulum --fmu pendulum.fmu      as a unit of FMI 3.0
   linkwork schema > linkwork.schema.json                the file format, for editors and programs
+  linkwork replay runs/rover/run.mcap --verify         simulate again and compare every number
   linkwork diff a/run.mcap b/run.mcap --rel 1e-9        compare logs or checkpoints";
 
 #[derive(Subcommand)]
@@ -95,6 +96,14 @@ enum Command {
     },
     /// Print the JSON Schema of simulation, assembly and side-car files.
     Schema,
+    /// Simulate again what a log holds. Exit code 1 when a number differs, with the first tick and variable.
+    Replay {
+        /// A .mcap file that a run wrote; it holds the whole configuration.
+        log: PathBuf,
+        /// Compare every logged number, bit for bit.
+        #[arg(long, required = true)]
+        verify: bool,
+    },
     /// Compare two logs (.mcap) or two checkpoints (.lwck). Exit code 1 when they differ.
     Diff {
         /// The first.
@@ -142,6 +151,7 @@ fn main() -> ExitCode {
         Command::Graph { sim, format } => inspect::graph(&sim, format),
         Command::Export { sim, options, set } => export::export(&sim, &options, &set),
         Command::Schema => inspect::schema(),
+        Command::Replay { log, .. } => replay::verify(&log),
         Command::Diff { a, b, abs, rel } => diff::diff(&a, &b, abs, rel),
     };
     ExitCode::from(voice::exit_code(code))
