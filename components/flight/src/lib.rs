@@ -1,16 +1,23 @@
 //! Component library: flight.
+#![allow(non_snake_case)]
 
+pub mod aerodynamics;
 pub mod drag;
 pub mod engine;
 pub mod propellant_tank;
 pub mod radiation_pressure;
 pub mod separation_spring;
+pub mod table;
 
 use linkwork_runtime::prelude::Entry;
 
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
     vec![
+        Entry::model::<aerodynamics::axisymmetric::Axisymmetric>(),
+        Entry::model::<aerodynamics::dave::DaveAerodynamics>(),
+        Entry::model::<aerodynamics::entry::EntryAerodynamics>(),
+        Entry::model::<aerodynamics::panels::PanelAerodynamics>(),
         Entry::model::<drag::Drag>(),
         Entry::model::<engine::Engine>(),
         Entry::model::<propellant_tank::PropellantTank>(),
