@@ -23,6 +23,19 @@ fn written(model: &str, param: &str) -> Option<Value> {
         ("basics.hinge_trajectory" | "basics.slider_trajectory", "profile") => {
             Some(pairs(&[[0.3, 0.0], [0.7, 0.4], [1.2, -0.1]]))
         }
+        ("flight.axisymmetric_aerodynamics", "angles") => Some(list(&[0.0, 2.0, 4.0])),
+        ("flight.axisymmetric_aerodynamics", "axial" | "normal" | "pitch") => {
+            let row = |x: f64| list(&[x]).into();
+            Some(Value::List(vec![row(1.5), row(0.7), row(-0.2)]))
+        }
+        ("flight.entry_aerodynamics", "drag" | "lift_to_drag") => {
+            Some(pairs(&[[0.0, 1.1], [2.0, 1.4], [5.0, 1.3]]))
+        }
+        ("flight.dave_aerodynamics", "model") => {
+            let text = include_str!("../../../sims/nesc/brick.dml");
+            let entry = |key: &str, text: &str| (key.into(), Value::Text(text.into()).into());
+            Some(Value::Map(vec![entry("name", "brick.dml"), entry("text", text)]))
+        }
         ("environment.mars_sun", "epoch") => Some(Value::Text("2012-08-06T05:17:57Z".into())),
         _ => None,
     }
