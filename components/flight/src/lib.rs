@@ -4,6 +4,7 @@
 pub mod aerodynamics;
 pub mod drag;
 pub mod engine;
+pub mod parachute;
 pub mod propellant_tank;
 pub mod radiation_pressure;
 pub mod separation_spring;
@@ -18,8 +19,11 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<aerodynamics::dave::DaveAerodynamics>(),
         Entry::model::<aerodynamics::entry::EntryAerodynamics>(),
         Entry::model::<aerodynamics::panels::PanelAerodynamics>(),
+        Entry::model::<aerodynamics::rate_damping::RateDamping>(),
         Entry::model::<drag::Drag>(),
         Entry::model::<engine::Engine>(),
+        Entry::model::<parachute::canopy::Canopy>(),
+        Entry::model::<parachute::line::Line>(),
         Entry::model::<propellant_tank::PropellantTank>(),
         Entry::model::<radiation_pressure::RadiationPressure>(),
         Entry::model::<separation_spring::SeparationSpring>(),

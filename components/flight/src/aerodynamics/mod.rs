@@ -9,6 +9,7 @@ pub mod dave;
 pub mod entry;
 pub mod panels;
 pub mod rarefied;
+pub mod rate_damping;
 pub mod sphere_cone;
 
 pub use air_data::AirData;
