@@ -2,9 +2,11 @@
 #![allow(non_snake_case)]
 
 pub mod aerodynamics;
+pub mod attitude;
 pub mod drag;
 pub mod engine;
 pub mod parachute;
+pub mod program;
 pub mod propellant_tank;
 pub mod radiation_pressure;
 pub mod separation_spring;
@@ -20,10 +22,16 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<aerodynamics::entry::EntryAerodynamics>(),
         Entry::model::<aerodynamics::panels::PanelAerodynamics>(),
         Entry::model::<aerodynamics::rate_damping::RateDamping>(),
+        Entry::model::<attitude::control_moment_gyro::ControlMomentGyro>(),
+        Entry::model::<attitude::magnetic::MagneticField>(),
+        Entry::model::<attitude::magnetic::MagneticTorquer>(),
+        Entry::model::<attitude::reaction_wheel::ReactionWheel>(),
         Entry::model::<drag::Drag>(),
         Entry::model::<engine::Engine>(),
         Entry::model::<parachute::canopy::Canopy>(),
         Entry::model::<parachute::line::Line>(),
+        Entry::model::<program::BodyLoad>(),
+        Entry::model::<program::Sequence>(),
         Entry::model::<propellant_tank::PropellantTank>(),
         Entry::model::<radiation_pressure::RadiationPressure>(),
         Entry::model::<separation_spring::SeparationSpring>(),

@@ -124,8 +124,16 @@ pub struct Left {
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Edge {
     /// How far inside the tables, as a share of their width.
-    #[port("1", falling)]
+    #[port("1")]
     pub inside: f64,
+}
+
+/// What is said of a flow that begins outside the tables.
+pub(super) fn remark(inside: f64) -> Vec<BuildError> {
+    let fact = format!("the flow begins outside the tables, by {:.3} of their width", -inside);
+    let help = "the value at the end is taken; extend the tables, or write `outside: stop`";
+    let outside = inside < 0.0;
+    outside.then(|| BuildError::new(fact).help(help).at("outside")).into_iter().collect()
 }
 
 /// A capsule by tables.
@@ -212,6 +220,9 @@ impl Model for Axisymmetric {
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
+    }
+    fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
+        remark(self.air(c.t, &u.body).1)
     }
 }
 

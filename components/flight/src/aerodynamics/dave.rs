@@ -11,7 +11,7 @@
 //! fails its own shots is refused. `set` replaces constants. Where a table ends it clamps or stops.
 
 use super::air_data::{AirData, Outside};
-use super::axisymmetric::{Edge, Left};
+use super::axisymmetric::{Edge, Left, remark};
 use linkwork_formats::daveml::{DaveModel, Role, read_dave, unit_text};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value};
@@ -242,6 +242,11 @@ impl DaveAerodynamics {
         }
     }
 
+    fn inside(&self, t: f64, u: &DaveIn) -> f64 {
+        let air = self.p.atmosphere.air(t, u.body.position);
+        self.evaluate(&AirData::of(&u.body, &air, &self.p.air_rate), &u.controls).1
+    }
+
     fn evaluate(&self, a: &AirData, controls: &[f64; CONTROLS]) -> ([f64; RESULTS.len()], f64) {
         let mut memory = [0.0; VARIABLES];
         let values = &mut memory[..self.start.len()];
@@ -405,11 +410,12 @@ impl Model for DaveAerodynamics {
         }
     }
     fn guards(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Edge {
-        let air = self.p.atmosphere.air(c.t, u.body.position);
-        let a = AirData::of(&u.body, &air, &self.p.air_rate);
-        Edge { inside: self.evaluate(&a, &u.controls).1 }
+        Edge { inside: self.inside(c.t, u) }
     }
     fn fired(&self, _: &Clock, _: usize, _: &(), _: &Left) -> ((), Left) {
         ((), Left { outside: true })
+    }
+    fn remarks(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Vec<BuildError> {
+        remark(self.inside(c.t, u))
     }
 }

@@ -8,7 +8,7 @@
 //! event. The body's attitude is not asked and gets no moment. Straight up or down there is no lift.
 
 use super::air_data::{AirData, Outside};
-use super::axisymmetric::{Edge, Heat, Left, Passed};
+use super::axisymmetric::{Edge, Heat, Left, Passed, remark};
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
 
@@ -100,6 +100,12 @@ impl EntryAerodynamics {
     fn inside(&self, mach: f64) -> f64 {
         self.drag.inside(mach).min(self.ratio.inside(mach))
     }
+
+    fn edge(&self, t: f64, body: &NodeState) -> f64 {
+        let air = self.p.atmosphere.air(t, body.position);
+        let speed = (body.velocity - air.wind).norm();
+        self.inside(speed / air.speed_of_sound.max(1e-9))
+    }
 }
 
 /// Lift, drag and heating of a point by tables over Mach number, with a bank angle as input.
@@ -152,12 +158,13 @@ impl Model for EntryAerodynamics {
         Heat { load: y.heating }
     }
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Edge {
-        let air = self.p.atmosphere.air(c.t, u.body.position);
-        let speed = (u.body.velocity - air.wind).norm();
-        Edge { inside: self.inside(speed / air.speed_of_sound.max(1e-9)) }
+        Edge { inside: self.edge(c.t, &u.body) }
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
+    }
+    fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Vec<BuildError> {
+        remark(self.edge(c.t, &u.body))
     }
 }
 

@@ -80,12 +80,15 @@ pub struct TautOut {
     pub changes: f64,
 }
 
-/// Where it changes.
+/// Where it changes; both are continuous whether it is taut or not.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Change {
-    /// Tension over stiffness of a taut line, length that a slack one has left.
+    /// Length over that without tension: where it rises through 0 a slack line is taut.
+    #[port("m", rising)]
+    pub extension: f64,
+    /// Tension of a taut line over its stiffness: where it falls through 0 the line is slack.
     #[port("m", falling)]
-    pub left: f64,
+    pub pull: f64,
 }
 
 /// A line.
@@ -137,13 +140,14 @@ impl Model for Line {
             rate,
         }
     }
-    fn guards(&self, _: &Clock, _: &(), d: &Taut, _: &(), u: &LineIn) -> Change {
+    fn guards(&self, _: &Clock, _: &(), _: &Taut, _: &(), u: &LineIn) -> Change {
         let (_, extension, rate) = stretch(u, self.p.length);
-        let pull = extension + self.p.damping / self.p.stiffness * rate;
-        Change { left: if d.taut { pull } else { -extension } }
+        Change { extension, pull: extension + self.p.damping / self.p.stiffness * rate }
     }
-    fn fired(&self, _: &Clock, _: usize, _: &(), d: &Taut) -> ((), Taut) {
-        ((), Taut { taut: !d.taut, changes: d.changes + 1.0 })
+    fn fired(&self, _: &Clock, which: usize, _: &(), d: &Taut) -> ((), Taut) {
+        let taut = which == 0;
+        let changes = d.changes + f64::from(u8::from(taut != d.taut));
+        ((), Taut { taut, changes })
     }
     fn remarks(&self, _: &Clock, _: &(), d: &Taut, _: &(), u: &LineIn) -> Vec<BuildError> {
         let (_, extension, _) = stretch(u, self.p.length);
@@ -169,10 +173,10 @@ mod tests {
         LineIn { a, b }
     }
 
-    fn at(d: bool, apart: f64, rate: f64) -> (LineOut, f64) {
-        let (m, d, u) = (line(5.0), Taut { taut: d, changes: 0.0 }, ends(apart, rate));
+    fn at(taut: bool, apart: f64, rate: f64) -> (LineOut, Change) {
+        let (m, d, u) = (line(5.0), Taut { taut, changes: 0.0 }, ends(apart, rate));
         let c = Clock::at(0.0, 0.01, 0);
-        (m.direct(&c, &(), &d, &u, &()), m.guards(&c, &(), &d, &(), &u, &()).left)
+        (m.direct(&c, &(), &d, &u, &()), m.guards(&c, &(), &d, &(), &u, &()))
     }
 
     #[test]
@@ -187,24 +191,17 @@ mod tests {
     }
 
     #[test]
-    fn its_guard_falls_where_it_changes_and_is_not_due_again_at_once() {
-        // Slack and about to be taut; then taut, and far from slack.
-        assert!(at(false, 4.99, 1.0).1 > 0.0 && at(false, 5.01, 1.0).1 < 0.0);
-        assert!(at(true, 5.0, 1.0).1 > 0.0);
-        // Taut and about to be slack though stretched; then slack, and on the same side.
-        assert!(at(true, 5.06, -1.0).1 > 0.0 && at(true, 5.04, -1.0).1 < 0.0);
-        assert!(at(false, 5.04, -1.0).1 < 0.0);
-        let c = Clock::at(0.0, 0.01, 0);
-        let (_, d) = line(5.0).fired(
-            &c,
-            0,
-            &(),
-            &Taut { taut: false, changes: 2.0 },
-            &(),
-            &ends(5.0, 1.0),
-            &mut (),
-        );
-        assert!(d.taut && d.changes == 3.0);
+    fn it_is_taut_when_long_and_slack_when_it_would_push() {
+        assert!(at(false, 4.99, 1.0).1.extension < 0.0 && at(false, 5.01, 1.0).1.extension > 0.0);
+        // Stretched, and let go all the same: the damper would push.
+        assert!(at(true, 5.06, -1.0).1.pull > 0.0 && at(true, 5.04, -1.0).1.pull < 0.0);
+        let fire = |which: usize, taut: bool| {
+            let (c, u, d) = (Clock::at(0.0, 0.01, 0), ends(5.0, 1.0), Taut { taut, changes: 2.0 });
+            let (_, d) = line(5.0).fired(&c, which, &(), &d, &(), &u, &mut ());
+            (d.taut, d.changes)
+        };
+        assert_eq!((fire(0, false), fire(0, true)), ((true, 3.0), (true, 2.0)));
+        assert_eq!((fire(1, true), fire(1, false)), ((false, 3.0), (false, 2.0)));
     }
 
     #[test]
