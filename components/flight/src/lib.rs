@@ -5,9 +5,11 @@ pub mod aerodynamics;
 pub mod attitude;
 pub mod drag;
 pub mod engine;
+pub mod guidance;
 pub mod parachute;
 pub mod program;
 pub mod propellant_tank;
+pub mod propulsion;
 pub mod radiation_pressure;
 pub mod separation_spring;
 pub mod table;
@@ -28,10 +30,18 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<attitude::reaction_wheel::ReactionWheel>(),
         Entry::model::<drag::Drag>(),
         Entry::model::<engine::Engine>(),
+        Entry::model::<guidance::ascent::LinearTangent>(),
+        Entry::model::<guidance::entry_guidance::EntryGuidance>(),
+        Entry::model::<guidance::powered_descent::PoweredDescent>(),
+        Entry::model::<guidance::rendezvous::StationKeeping>(),
         Entry::model::<parachute::canopy::Canopy>(),
         Entry::model::<parachute::line::Line>(),
         Entry::model::<program::BodyLoad>(),
         Entry::model::<program::Sequence>(),
+        Entry::model::<propulsion::blow_down::BlowDown>(),
+        Entry::model::<propulsion::solid_motor::SolidMotor>(),
+        Entry::model::<propulsion::thruster::Thruster>(),
+        Entry::model::<propulsion::vector_thrust::VectorThrust>(),
         Entry::model::<propellant_tank::PropellantTank>(),
         Entry::model::<radiation_pressure::RadiationPressure>(),
         Entry::model::<separation_spring::SeparationSpring>(),

@@ -31,6 +31,12 @@ fn written(model: &str, param: &str) -> Option<Value> {
         ("flight.entry_aerodynamics", "drag" | "lift_to_drag") => {
             Some(pairs(&[[0.0, 1.1], [2.0, 1.4], [5.0, 1.3]]))
         }
+        ("flight.solid_motor", "curve") => Some(pairs(&[[0.0, 0.0], [0.05, 9.0], [0.1, 0.0]])),
+        ("flight.body_load", "rows") => {
+            let row = |t: f64| Value::Map(vec![("time".into(), Value::Number(t).into())]).into();
+            Some(Value::List(vec![row(0.0), row(0.1)]))
+        }
+        ("flight.sequence", "rows") => Some(pairs(&[[0.0, 1.0], [0.1, 2.0], [5.0, 0.0]])),
         ("flight.dave_aerodynamics", "model") => {
             let text = include_str!("../../../sims/nesc/brick.dml");
             let entry = |key: &str, text: &str| (key.into(), Value::Text(text.into()).into());
