@@ -6,6 +6,8 @@ pub mod attitude;
 pub mod drag;
 pub mod engine;
 pub mod guidance;
+pub mod kickoff_spring;
+pub mod landing;
 pub mod parachute;
 pub mod program;
 pub mod propellant_tank;
@@ -34,6 +36,9 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<guidance::entry_guidance::EntryGuidance>(),
         Entry::model::<guidance::powered_descent::PoweredDescent>(),
         Entry::model::<guidance::rendezvous::StationKeeping>(),
+        Entry::model::<kickoff_spring::KickoffSpring>(),
+        Entry::model::<landing::airbag::Airbag>(),
+        Entry::model::<landing::crushable_leg::CrushableLeg>(),
         Entry::model::<parachute::canopy::Canopy>(),
         Entry::model::<parachute::line::Line>(),
         Entry::model::<program::BodyLoad>(),
