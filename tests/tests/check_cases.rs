@@ -68,7 +68,8 @@ fn cannonball(earth: &Earth, r: Vec3, v: Vec3) -> (Vec3, Vec3) {
         let density = earth.air.at(earth.place(&r).altitude).density;
         let drag = v * (-0.5 * density * v.norm() * 0.1 * area / SLUG);
         let pull = zonal(3.986004418e14, earth.radius, &[earth.j2], &r);
-        let a = pull + drag + apparent_acceleration(&omega, &PointMotion { position: r, velocity: v });
+        let a =
+            pull + drag + apparent_acceleration(&omega, &PointMotion { position: r, velocity: v });
         [v.x, v.y, v.z, a.x, a.y, a.z]
     };
     let mut y = [r.x, r.y, r.z, v.x, v.y, v.z];
@@ -167,7 +168,8 @@ fn brick(earth: &Earth, air_rate: Vec3) -> (Quat, Vec3) {
 #[test]
 fn nesc_3_a_tumbling_brick_with_damping() {
     let mut ends = Vec::new();
-    for (air_rate, set) in [(7.292_115e-5, "air_rate=[0, 0, 7.292115e-5]"), (0.0, "air_rate=[0, 0, 0]")]
+    for (air_rate, set) in
+        [(7.292_115e-5, "air_rate=[0, 0, 7.292115e-5]"), (0.0, "air_rate=[0, 0, 0]")]
     {
         let mut sim = common::repository("nesc/case_03.ron", &[set]).unwrap();
         sim.run_until(seconds(30.0)).unwrap();

@@ -181,8 +181,7 @@ fn mars_entry_with_six_degrees_of_freedom() {
     };
     let i: Vec<Vec<f64>> = input["I"].as_array().unwrap().iter().map(row).collect();
     let inertia = list(&[i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2]]);
-    let angles: Vec<f64> =
-        row(&aero["alpha_total_deg"]).into_iter().map(f64::to_radians).collect();
+    let angles: Vec<f64> = row(&aero["alpha_total_deg"]).into_iter().map(f64::to_radians).collect();
     let nose: Vec<f64> = row(&aero["cg_from_nose_body"]).into_iter().map(|x| -x).collect();
     // Each pair of equal times is a jump.
     let (times, torques) = (row(&all["roll_torque"]["t_s"]), row(&all["roll_torque"]["N_m"]));

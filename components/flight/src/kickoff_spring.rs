@@ -149,6 +149,9 @@ mod tests {
         };
         let y = at(0.15, false);
         assert!((y.on_b.force - n * 100.0).norm() < 1e-9 && y.on_a.force == -y.on_b.force);
-        assert_eq!((at(0.21, false).force, at(0.15, true).force, at(0.0, false).force), (0.0, 0.0, 0.0));
+        assert_eq!(
+            (at(0.21, false).force, at(0.15, true).force, at(0.0, false).force),
+            (0.0, 0.0, 0.0)
+        );
     }
 }

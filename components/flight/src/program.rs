@@ -210,7 +210,8 @@ mod tests {
     #[test]
     fn a_load_turns_with_its_body() {
         let row = |time: f64, x: f64| LoadRow { time, force: Vec3::x() * x, moment: Vec3::z() * x };
-        let m = BodyLoad::build(BodyLoadParams { rows: vec![row(0.0, 0.0), row(1.0, 5.0)] }).unwrap();
+        let m =
+            BodyLoad::build(BodyLoadParams { rows: vec![row(0.0, 0.0), row(1.0, 5.0)] }).unwrap();
         let rotation = Quat::from_scaled_axis(Vec3::new(0.3, 0.2, -0.9));
         let u = BodyLoadIn { body: NodeState { rotation, ..NodeState::identity() } };
         let y = m.direct(&Clock::at(1.5, 0.1, 0), &(), &Passed { rows: 1.0 }, &u, &());

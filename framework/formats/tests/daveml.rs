@@ -72,7 +72,10 @@ fn tables_and_formulas_give_what_they_say() {
     let m = read_dave(FILE, "wing.dml").unwrap();
     assert_eq!((m.name.as_str(), m.variables.len(), m.shots.len()), ("Small wing", 7, 1));
     let v = &m.variables[m.find("ALPHA").unwrap()];
-    assert_eq!((v.units.as_str(), v.sign.as_str(), v.role, v.standard), ("deg", "ANU", Role::Input, true));
+    assert_eq!(
+        (v.units.as_str(), v.sign.as_str(), v.role, v.standard),
+        ("deg", "ANU", Role::Input, true)
+    );
     // Without a value and a formula it is an input, though nothing says so.
     assert_eq!(m.variables[m.find("MACH").unwrap()].role, Role::Input);
     assert_eq!(m.variables[m.find("K").unwrap()].role, Role::Constant);
@@ -89,7 +92,10 @@ fn tables_and_formulas_give_what_they_say() {
         let (y, margin) = at(&m, alpha, mach, "CL0");
         assert!((y - want).abs() < 1e-14, "{alpha} {mach}: {y} {want}");
         // The floor table has breakpoints 0 to 2.
-        assert!((margin - inside.min(mach / 2.0).min(1.0 - mach / 2.0)).abs() < 1e-14, "{alpha} {mach}: {margin}");
+        assert!(
+            (margin - inside.min(mach / 2.0).min(1.0 - mach / 2.0)).abs() < 1e-14,
+            "{alpha} {mach}: {margin}"
+        );
     }
     assert_eq!(at(&m, 0.0, 0.9, "EARLY").0, -0.9);
     assert_eq!(at(&m, 0.0, 0.4, "EARLY").0, 1f64.atan2(-1.0));
@@ -132,23 +138,47 @@ fn shots_are_tests_of_the_file() {
 #[test]
 fn mistakes_are_told_with_place_fact_and_remedy() {
     for (old, new, phrases) in [
-        ("<ci>EARLY</ci>", "<ci>EARLI</ci>", vec!["wing.dml:12:", "`EARLI`", "did you mean `EARLY`"]),
+        (
+            "<ci>EARLY</ci>",
+            "<ci>EARLI</ci>",
+            vec!["wing.dml:12:", "`EARLI`", "did you mean `EARLY`"],
+        ),
         ("2.0,  3.0", "2.0", vec!["5 numbers", "6 (3 × 2)", "last variable fastest"]),
         ("-10, 0, 20", "-10, 0, 0", vec!["rising"]),
         ("bpRef bpID=\"M\"", "bpRef bpID=\"N\"", vec!["breakpoints `N`", "help"]),
         ("gtID=\"CL_TABLE\"/>", "gtID=\"CL_TABEL\"/>", vec!["did you mean `CL_TABLE`"]),
-        ("encoding=\"text\">atan2<", "encoding=\"text\">bessel<", vec!["<bessel> of MathML is not understood"]),
+        (
+            "encoding=\"text\">atan2<",
+            "encoding=\"text\">bessel<",
+            vec!["<bessel> of MathML is not understood"],
+        ),
         ("interpolate=\"floor\"", "interpolate=\"cubicSpline\"", vec!["`cubicSpline`", "resample"]),
         ("<cn>0.5</cn>", "<cn>half</cn>", vec!["`half`, not a number"]),
         ("varID=\"LATE\"", "varID=\"K\"", vec!["variable `K` is defined again"]),
         ("<DAVEfunc ", "<DAVE ", vec!["not well-formed"]),
         ("<signalUnits>deg<", "<signalUnits>rad<", vec!["`rad`, not `deg` as the variable"]),
         ("<varID>MACH</varID>", "<varID>EARLY</varID>", vec!["not an input", "internalValues"]),
-        ("<ci>MACH</ci></apply><apply><and/>", "<ci>LATE</ci></apply><apply><and/>", vec!["circle: LATE, EARLY"]),
-        (" varID=\"LINE\">5, 6, 7", " varID=\"CL0\">5, 6, 7", vec!["formula of `CL0` is defined again"]),
-        ("<isStdAIAA/>", "<calculation><math><cn>1</cn></math></calculation>", vec!["no input", "take <isInput/> out"]),
+        (
+            "<ci>MACH</ci></apply><apply><and/>",
+            "<ci>LATE</ci></apply><apply><and/>",
+            vec!["circle: LATE, EARLY"],
+        ),
+        (
+            " varID=\"LINE\">5, 6, 7",
+            " varID=\"CL0\">5, 6, 7",
+            vec!["formula of `CL0` is defined again"],
+        ),
+        (
+            "<isStdAIAA/>",
+            "<calculation><math><cn>1</cn></math></calculation>",
+            vec!["no input", "take <isInput/> out"],
+        ),
         ("minValue=\"-1\"", "minValue=\"31\"", vec!["`minValue`", "at most maxValue"]),
-        ("<griddedTableRef gtID=\"CL_TABLE\"/>", "<ungriddedTableRef utID=\"x\"/>", vec!["without a grid", "resample"]),
+        (
+            "<griddedTableRef gtID=\"CL_TABLE\"/>",
+            "<ungriddedTableRef utID=\"x\"/>",
+            vec!["without a grid", "resample"],
+        ),
     ] {
         assert!(FILE.contains(old), "{old}");
         let text = match read_dave(&FILE.replacen(old, new, 1), "wing.dml") {
@@ -169,7 +199,9 @@ fn mistakes_are_told_with_place_fact_and_remedy() {
 fn files_of_the_check_cases_are_read_whole() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference/nesc");
     let mut values = Vec::new();
-    for name in ["brick_aero.dml", "brick_inertia.dml", "cannonball_aero.dml", "cannonball_inertia.dml"] {
+    for name in
+        ["brick_aero.dml", "brick_inertia.dml", "cannonball_aero.dml", "cannonball_inertia.dml"]
+    {
         let text = match std::fs::read_to_string(format!("{folder}/{name}")) {
             Ok(text) => text,
             Err(e) if std::env::var("CI").is_ok_and(|v| v == "true") => panic!("{name}: {e}"),
@@ -188,7 +220,8 @@ fn files_of_the_check_cases_are_read_whole() {
             }
         }
         m.evaluate(&mut v);
-        values.extend(["Cl", "Cm", "Cn", "CD", "XIYY"].iter().filter_map(|id| Some(v[m.find(id)?])));
+        values
+            .extend(["Cl", "Cm", "Cn", "CD", "XIYY"].iter().filter_map(|id| Some(v[m.find(id)?])));
     }
     // Airspeed below its minimum of 0.5 ft/s counts as that.
     let want = [

@@ -31,6 +31,12 @@ fn written(model: &str, param: &str) -> Option<Value> {
         ("flight.entry_aerodynamics", "drag" | "lift_to_drag") => {
             Some(pairs(&[[0.0, 1.1], [2.0, 1.4], [5.0, 1.3]]))
         }
+        ("control.wheel_distribution", "axes") => {
+            let axis = |v: [f64; 3]| list(&v).into();
+            let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            Some(Value::List(axes.map(axis).to_vec()))
+        }
+        ("flight.entry_guidance", "ballistic") => Some(Value::Number(137.0)),
         ("flight.solid_motor", "curve") => Some(pairs(&[[0.0, 0.0], [0.05, 9.0], [0.1, 0.0]])),
         ("flight.body_load", "rows") => {
             let row = |t: f64| Value::Map(vec![("time".into(), Value::Number(t).into())]).into();

@@ -117,6 +117,9 @@ mod tests {
         assert!((rotation * a.angular - Vec3::new(0.1, 0.2, 0.0)).norm() < 1e-15);
         assert!((a.lean().norm() - 1.0).abs() < 1e-15 && a.lean().dot(&v) > 0.0);
         let still = AirData::of(&NodeState::identity(), &air(0.02, Vec3::zeros()), &rate);
-        assert_eq!((still.alpha, still.beta, still.alpha_total, still.lean()), (0.0, 0.0, 0.0, Vec3::zeros()));
+        assert_eq!(
+            (still.alpha, still.beta, still.alpha_total, still.lean()),
+            (0.0, 0.0, 0.0, Vec3::zeros())
+        );
     }
 }

@@ -236,9 +236,12 @@ impl DaveAerodynamics {
             // An angle may be written without a unit.
             Some(u) if u.same_quantity(&want) => Ok(u.scale),
             Some(u) if wanted == "rad" && u.same_quantity(&Unit::ONE) => Ok(u.scale),
-            _ => Err(BuildError::new(format!("`{}` is in `{}`, not in a unit of {wanted}", v.id, v.units))
-                .help("mend `units` in the file")
-                .at("model")),
+            _ => Err(BuildError::new(format!(
+                "`{}` is in `{}`, not in a unit of {wanted}",
+                v.id, v.units
+            ))
+            .help("mend `units` in the file")
+            .at("model")),
         }
     }
 
@@ -345,7 +348,11 @@ impl Model for DaveAerodynamics {
             .collect();
         if !open.is_empty() {
             let fact = format!("nothing gives {} its input {}", p.model.name, open.join(", "));
-            return wrong("controls", fact, format!("write controls: [\"{}\"]", open.join("\", \"")));
+            return wrong(
+                "controls",
+                fact,
+                format!("write controls: [\"{}\"]", open.join("\", \"")),
+            );
         }
         let mut results = [None; RESULTS.len()];
         for (slot, (name, unit)) in results.iter_mut().zip(RESULTS) {
@@ -394,10 +401,8 @@ impl Model for DaveAerodynamics {
         let qs = a.pressure * area;
         let arms = Vec3::new(span, chord, span);
         let R = u.body.rotation;
-        let load = Wrench {
-            moment: R * (moment.component_mul(&arms) * qs),
-            force: R * (force * qs),
-        };
+        let load =
+            Wrench { moment: R * (moment.component_mul(&arms) * qs), force: R * (force * qs) };
         DaveOut {
             load: self.p.outside.apply(load, inside),
             force_coefficient: force,

@@ -128,9 +128,12 @@ impl Model for PanelAerodynamics {
         for (k, panel) in p.panels.iter_mut().enumerate() {
             let length = panel.normal.norm();
             if !(length > 1e-9) {
-                return Err(BuildError::new(format!("the normal of panel {} has no length", k + 1))
-                    .help("write a direction, e.g. normal: [1, 0, 0]")
-                    .at("panels"));
+                return Err(BuildError::new(format!(
+                    "the normal of panel {} has no length",
+                    k + 1
+                ))
+                .help("write a direction, e.g. normal: [1, 0, 0]")
+                .at("panels"));
             }
             panel.normal /= length;
         }
@@ -153,12 +156,7 @@ impl Model for PanelAerodynamics {
             load.force = u.body.rotation * (f * data.pressure);
             load.moment = u.body.rotation * (m * data.pressure);
         }
-        PanelOut {
-            load,
-            knudsen,
-            dynamic_pressure: data.pressure,
-            alpha_total: data.alpha_total,
-        }
+        PanelOut { load, knudsen, dynamic_pressure: data.pressure, alpha_total: data.alpha_total }
     }
 }
 

@@ -97,8 +97,8 @@ impl ReactionWheel {
     /// Friction torque at a speed; against the motion.
     pub fn friction(&self, speed: f64) -> f64 {
         let p = &self.p;
-        let dry = p.coulomb
-            + (p.breakaway - p.coulomb).max(0.0) * (-(speed / p.stribeck).powi(2)).exp();
+        let dry =
+            p.coulomb + (p.breakaway - p.coulomb).max(0.0) * (-(speed / p.stribeck).powi(2)).exp();
         dry * (speed / p.smoothing).tanh() + p.viscous * speed
     }
 }
@@ -129,7 +129,16 @@ impl Model for ReactionWheel {
         let load = Wrench { moment, force: out * p.static_imbalance };
         WheelOut { load, speed, net_torque, momentum: x.momentum }
     }
-    fn deriv(&self, _: &Clock, _: &Spin, _: &(), _: &(), _: &WheelIn, _: &(), y: &WheelOut) -> Spin {
+    fn deriv(
+        &self,
+        _: &Clock,
+        _: &Spin,
+        _: &(),
+        _: &(),
+        _: &WheelIn,
+        _: &(),
+        y: &WheelOut,
+    ) -> Spin {
         Spin { momentum: y.net_torque, angle: y.speed }
     }
 }
@@ -229,7 +238,8 @@ mod tests {
         let before = total(&y);
         for _ in 0..4000 {
             let h = 0.01;
-            let add = |k: &[f64; 8], c: f64| -> [f64; 8] { std::array::from_fn(|i| y[i] + c * k[i]) };
+            let add =
+                |k: &[f64; 8], c: f64| -> [f64; 8] { std::array::from_fn(|i| y[i] + c * k[i]) };
             let a = slope(&y);
             let b = slope(&add(&a, 0.5 * h));
             let c = slope(&add(&b, 0.5 * h));

@@ -13,9 +13,9 @@ use linkwork_runtime::prelude::*;
 /// Steering that reaches a height and a vertical speed: sin θ = A + B t.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steering {
-    /// A.
+    /// A of sin θ = A + B t.
     pub a: f64,
-    /// B, 1/s.
+    /// B of sin θ = A + B t, 1/s.
     pub b: f64,
     /// Burn time left, s.
     pub to_go: f64,
@@ -140,10 +140,10 @@ pub struct TangentOut {
 /// The last solution.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Solved {
-    /// A at `since`.
+    /// A of sin θ = A + B t, t from `since`.
     #[port("1")]
     pub a: f64,
-    /// B.
+    /// B of sin θ = A + B t.
     #[port("1/s")]
     pub b: f64,
     /// Time of burnout; 0: not solved yet.

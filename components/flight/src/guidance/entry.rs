@@ -58,17 +58,13 @@ impl Vehicle {
         let g = self.gravity * (self.radius / r).powi(2);
         let d = self.drag(h, v);
         let (s, c) = gamma.sin_cos();
-        [
-            v * c,
-            -d - g * s,
-            (self.lift_to_drag * u * d - (g - v * v / r) * c) / v,
-            v * s,
-        ]
+        [v * c, -d - g * s, (self.lift_to_drag * u * d - (g - v * v / r) * c) / v, v * s]
     }
 
     /// One step of RK4 of length `h` s.
     pub fn step(&self, x: &[f64; 4], u: f64, h: f64) -> [f64; 4] {
-        let at = |k: &[f64; 4], c: f64| -> [f64; 4] { std::array::from_fn(|i| x[i] + c * h * k[i]) };
+        let at =
+            |k: &[f64; 4], c: f64| -> [f64; 4] { std::array::from_fn(|i| x[i] + c * h * k[i]) };
         let a = self.slope(x, u);
         let b = self.slope(&at(&a, 0.5), u);
         let c = self.slope(&at(&b, 0.5), u);
@@ -84,7 +80,8 @@ impl Vehicle {
         let mut x = start;
         while x[1] > end {
             x = self.step(&x, u, h);
-            if x[3] < 0.0 || path.len() as f64 * h > 2000.0 {
+            // NaN ends it as well.
+            if !(x[3] >= 0.0) || path.len() as f64 * h > 2000.0 {
                 return None;
             }
             path.push(x);

@@ -22,22 +22,22 @@ pub struct EntryGuidanceParams {
     #[param(unit = "rad/s", default = 7.088_218_1e-5)]
     pub planet_rate: f64,
     /// Radius of the planet.
-    #[param(unit = "m", default = 3_396_190.0, range = 1.0..)]
+    #[param(unit = "m", default = 3_396_190.0)]
     pub planet_radius: f64,
     /// Gravity at its surface, for the reference.
-    #[param(unit = "m/s^2", default = 3.71, range = 1e-3..)]
+    #[param(unit = "m/s^2", default = 3.71)]
     pub gravity: f64,
     /// Density at height 0 of the reference.
-    #[param(unit = "kg/m^3", default = 0.0158, range = 1e-9..)]
+    #[param(unit = "kg/m^3", default = 0.0158)]
     pub density: f64,
     /// Scale height of the reference.
-    #[param(unit = "m", default = 9354.0, range = 1.0..)]
+    #[param(unit = "m", default = 9354.0)]
     pub scale_height: f64,
     /// m/(C_D S) of the reference.
-    #[param(unit = "kg/m^2", range = 1e-3..)]
+    #[param(unit = "kg/m^2")]
     pub ballistic: f64,
     /// L/D of the reference.
-    #[param(default = 0.24, range = 1e-3..)]
+    #[param(default = 0.24)]
     pub lift_to_drag: f64,
     /// cos σ of the reference.
     #[param(default = 0.5, range = -1.0..=1.0)]
@@ -46,13 +46,13 @@ pub struct EntryGuidanceParams {
     #[param(unit = "m", default = 80_000.0)]
     pub start_height: f64,
     /// Speed there.
-    #[param(unit = "m/s", default = 5845.0, range = 1.0..)]
+    #[param(unit = "m/s", default = 5845.0)]
     pub start_speed: f64,
     /// Path angle there, negative down.
-    #[param(unit = "rad", default = -0.26, range = -1.57..=0.0)]
+    #[param(unit = "rad", default = -0.26)]
     pub start_angle: f64,
     /// Speed at which the reference ends.
-    #[param(unit = "m/s", default = 450.0, range = 1.0..)]
+    #[param(unit = "m/s", default = 450.0)]
     pub end_speed: f64,
     /// Gain K.
     #[param(default = 5.0, range = 0.0..)]
@@ -209,6 +209,21 @@ impl Model for EntryGuidance {
                 .at("target"));
         }
         p.target /= length;
+        for (name, value) in [
+            ("planet_radius", p.planet_radius),
+            ("gravity", p.gravity),
+            ("density", p.density),
+            ("scale_height", p.scale_height),
+            ("ballistic", p.ballistic),
+            ("lift_to_drag", p.lift_to_drag),
+            ("start_speed", p.start_speed),
+            ("end_speed", p.end_speed),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                let fact = format!("{name} is {value}: there is no reference");
+                return Err(BuildError::new(fact).help("write a number above 0").at(name));
+            }
+        }
         let vehicle = Vehicle {
             radius: p.planet_radius,
             gravity: p.gravity,
@@ -283,7 +298,10 @@ mod tests {
         // 0.1 rad ahead, a little to the south: to the right of a track to the east.
         let target = Vec3::new(0.1f64.cos(), 0.1f64.sin(), -0.002).normalize();
         let (range, error, speed, rise) = to_target(&body, &target, (7e-5, 3.4e6, 0.0));
-        assert!((range - 3.4e6 * target.x.acos()).abs() < 1e-3 && (error - 0.02).abs() < 1e-3, "{range} {error}");
+        assert!(
+            (range - 3.4e6 * target.x.acos()).abs() < 1e-3 && (error - 0.02).abs() < 1e-3,
+            "{range} {error}"
+        );
         assert!((rise + 500.0).abs() < 1e-9 && (speed - 4031.1).abs() < 0.1);
         // The target turns with the planet.
         let later = to_target(&body, &target, (7e-5, 3.4e6, 100.0));
@@ -294,8 +312,7 @@ mod tests {
     fn miss(thicker: f64, aside: f64, guided: bool) -> (f64, f64, f64) {
         let (rate, radius) = (7.088_218_1e-5, 3_396_190.0);
         let omega = Vec3::z() * rate;
-        let vehicle =
-            Vehicle {
+        let vehicle = Vehicle {
             radius,
             gravity: 3.71,
             density: 0.0158,
@@ -310,7 +327,8 @@ mod tests {
         let target = Vec3::new(angle.cos(), angle.sin(), aside / radius);
         let m = EntryGuidance::build(params(target)).unwrap();
         let mut r = start * (radius + 80_000.0);
-        let mut v = (Vec3::y() * 0.26f64.cos() - Vec3::x() * 0.26f64.sin()) * 5845.0 + omega.cross(&r);
+        let mut v =
+            (Vec3::y() * 0.26f64.cos() - Vec3::x() * 0.26f64.sin()) * 5845.0 + omega.cross(&r);
         let mut d = Banking { bank: 0.0, side: 0.0, phase: 0.0, reversals: 0.0 };
         let (mut t, h) = (0.0, 0.05);
         loop {
@@ -341,7 +359,9 @@ mod tests {
         for (thicker, aside) in [(1.0, 0.0), (1.1, 4000.0), (0.9, -4000.0)] {
             let (along, across, reversals) = miss(thicker, aside, true);
             let (free_along, free_across, _) = miss(thicker, aside, false);
-            println!("air × {thicker}, {aside} m aside: {along:.0}, {across:.0} m after {reversals} reversals; without {free_along:.0}, {free_across:.0} m");
+            println!(
+                "air × {thicker}, {aside} m aside: {along:.0}, {across:.0} m after {reversals} reversals; without {free_along:.0}, {free_across:.0} m"
+            );
             assert!(along.hypot(across) < 0.4 * free_along.hypot(free_across));
             assert!(along.abs() < 6000.0 && across.abs() < 2500.0 && reversals >= 1.0);
         }
@@ -349,7 +369,10 @@ mod tests {
 
     #[test]
     fn a_target_without_a_direction_is_refused() {
-        assert!(EntryGuidance::build(params(Vec3::zeros())).is_err_and(|e| e.param.as_deref() == Some("target")));
+        assert!(
+            EntryGuidance::build(params(Vec3::zeros()))
+                .is_err_and(|e| e.param.as_deref() == Some("target"))
+        );
         let p = EntryGuidanceParams { start_angle: -1.2, ..params(Vec3::x()) };
         assert!(EntryGuidance::build(p).is_err_and(|e| e.help.is_some()));
     }

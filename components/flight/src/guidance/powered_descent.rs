@@ -45,7 +45,12 @@ pub fn quadratic_coefficients(r: &Vec3, v: &Vec3, target: &Target, to_go: f64) -
 }
 
 /// Speed and its angle from straight down under thrust against the velocity: derivatives (V̇, ψ̇).
-pub fn gravity_turn(speed: f64, from_nadir: f64, thrust_over_mass: f64, gravity: f64) -> (f64, f64) {
+pub fn gravity_turn(
+    speed: f64,
+    from_nadir: f64,
+    thrust_over_mass: f64,
+    gravity: f64,
+) -> (f64, f64) {
     let (s, c) = from_nadir.sin_cos();
     (-thrust_over_mass + gravity * c, -gravity * s / speed)
 }
@@ -145,14 +150,12 @@ impl Model for PoweredDescent {
     type D = Last;
     fn build(p: DescentParams) -> Result<Self, BuildError> {
         if p.thrust_min > p.thrust_max {
-            let fact = format!("thrust_min {} N is above thrust_max {} N", p.thrust_min, p.thrust_max);
+            let fact =
+                format!("thrust_min {} N is above thrust_max {} N", p.thrust_min, p.thrust_max);
             return Err(BuildError::new(fact).help("exchange the two").at("thrust_min"));
         }
-        let target = Target {
-            position: p.position,
-            velocity: p.velocity,
-            acceleration: p.acceleration,
-        };
+        let target =
+            Target { position: p.position, velocity: p.velocity, acceleration: p.acceleration };
         Ok(PoweredDescent { p, target })
     }
     fn direct(&self, c: &Clock, _: &(), d: &Last, u: &DescentIn) -> DescentOut {
@@ -185,11 +188,7 @@ mod tests {
     const V: [f64; 3] = [-180.0, 30.0, -45.0];
 
     fn target() -> Target {
-        Target {
-            position: Vec3::z() * 30.0,
-            velocity: -Vec3::z(),
-            acceleration: Vec3::z() * 0.2,
-        }
+        Target { position: Vec3::z() * 30.0, velocity: -Vec3::z(), acceleration: Vec3::z() * 0.2 }
     }
 
     #[test]
@@ -205,8 +204,7 @@ mod tests {
         let position = |s: f64| {
             r + v * s + c0 * (s * s / 2.0) + c1 * (s.powi(3) / 6.0) + c2 * (s.powi(4) / 12.0)
         };
-        let velocity =
-            |s: f64| v + c0 * s + c1 * (s * s / 2.0) + c2 * (s.powi(3) / 3.0);
+        let velocity = |s: f64| v + c0 * s + c1 * (s * s / 2.0) + c2 * (s.powi(3) / 3.0);
         assert!((position(70.0) - Vec3::new(3112.5, -362.5, 565.625)).norm() < 1e-9);
         assert!((position(t) - target().position).norm() < 1e-9);
         assert!((velocity(t) - target().velocity).norm() < 1e-11);

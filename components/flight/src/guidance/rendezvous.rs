@@ -128,7 +128,9 @@ mod tests {
         };
         let h = 0.5;
         for _ in 0..(until / h) as usize {
-            let at = |k: &[f64; 12], c: f64| -> [f64; 12] { std::array::from_fn(|i| y[i] + c * h * k[i]) };
+            let at = |k: &[f64; 12], c: f64| -> [f64; 12] {
+                std::array::from_fn(|i| y[i] + c * h * k[i])
+            };
             let a = slope(&y);
             let b = slope(&at(&a, 0.5));
             let c = slope(&at(&b, 0.5));

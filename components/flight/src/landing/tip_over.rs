@@ -38,8 +38,7 @@ impl Lander {
     /// Speed along (m/s) at which it just tips, at a speed down.
     pub fn tipping_speed(&self, down: f64, gravity: f64) -> f64 {
         let reach = self.height.hypot(self.radius);
-        let turn =
-            (2.0 * self.mass * gravity * (reach - self.height) / self.about_edge()).sqrt();
+        let turn = (2.0 * self.mass * gravity * (reach - self.height) / self.about_edge()).sqrt();
         (turn * self.about_edge() / self.mass + down * self.radius) / self.height
     }
 

@@ -283,9 +283,12 @@ impl Model for Canopy {
     fn remarks(&self, c: &Clock, _: &(), d: &Filling) -> Vec<BuildError> {
         let late = self.p.start.filter(|s| d.stage < 0.5 && *s < c.t - 1e-9);
         let told = late.map(|s| {
-            BuildError::new(format!("it should have opened at {s} s and the run begins at {} s", c.t))
-                .help("write a later `start`, or wire `deploy`: as it stands it never opens")
-                .at("start")
+            BuildError::new(format!(
+                "it should have opened at {s} s and the run begins at {} s",
+                c.t
+            ))
+            .help("write a later `start`, or wire `deploy`: as it stands it never opens")
+            .at("start")
         });
         told.into_iter().collect()
     }
@@ -336,8 +339,7 @@ mod tests {
     }
 
     fn input(height: f64, velocity: Vec3) -> CanopyIn {
-        let canopy =
-            NodeState { position: Vec3::z() * height, velocity, ..NodeState::identity() };
+        let canopy = NodeState { position: Vec3::z() * height, velocity, ..NodeState::identity() };
         CanopyIn { canopy, deploy: 0.0 }
     }
 
@@ -448,6 +450,9 @@ mod tests {
             assert!(e.param.as_deref() == Some("stages") && e.help.is_some());
         }
         let m = Canopy::build(params(1.0)).unwrap();
-        assert_eq!(m.remarks(&at(3.0), &(), &Filling::zero(), &(), &input(0.0, Vec3::x()), &()).len(), 1);
+        assert_eq!(
+            m.remarks(&at(3.0), &(), &Filling::zero(), &(), &input(0.0, Vec3::x()), &()).len(),
+            1
+        );
     }
 }

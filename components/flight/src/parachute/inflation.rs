@@ -113,14 +113,57 @@ mod tests {
     fn shocks_are_those_of_the_closed_form_and_of_an_integration() {
         // C_D S of MSL: 0.65 of a disk of 21.35 m. Golden numbers computed elsewhere, and integrated there.
         for (m, cds, rho, v, tf, n, a, tau, peak, end) in [
-            (2920.0, 232.70140031790172, 0.0065, 405.0, 0.635, 2.0, 15.013147285297082, 1.0, 118718.47360112572, 396.2031948330804),
-            (600.0, 180.0, 0.01, 330.0, 1.2, 1.0, 1.6835016835016836, 1.0, 58262.67722976158, 254.43330763299923),
-            (400.0, 120.0, 0.4, 70.0, 1.5, 2.0, 0.15873015873015872, 0.6197980942410934, 20078.22315052765, 22.58064516129032),
+            (
+                2920.0,
+                232.70140031790172,
+                0.0065,
+                405.0,
+                0.635,
+                2.0,
+                15.013147285297082,
+                1.0,
+                118718.47360112572,
+                396.2031948330804,
+            ),
+            (
+                600.0,
+                180.0,
+                0.01,
+                330.0,
+                1.2,
+                1.0,
+                1.6835016835016836,
+                1.0,
+                58262.67722976158,
+                254.43330763299923,
+            ),
+            (
+                400.0,
+                120.0,
+                0.4,
+                70.0,
+                1.5,
+                2.0,
+                0.15873015873015872,
+                0.6197980942410934,
+                20078.22315052765,
+                22.58064516129032,
+            ),
         ] {
-            let f = FiniteMass { mass: m, drag_area: cds, density: rho, speed: v, filling: tf, exponent: n };
-            for (found, want) in
-                [(f.ballistic(), a), (f.peak(), tau), (f.force_at(f.peak()), peak), (f.speed_at(1.0), end)]
-            {
+            let f = FiniteMass {
+                mass: m,
+                drag_area: cds,
+                density: rho,
+                speed: v,
+                filling: tf,
+                exponent: n,
+            };
+            for (found, want) in [
+                (f.ballistic(), a),
+                (f.peak(), tau),
+                (f.force_at(f.peak()), peak),
+                (f.speed_at(1.0), end),
+            ] {
                 assert!((found / want - 1.0).abs() < 1e-13, "{found} {want}");
             }
             // Newton's law, in steps.

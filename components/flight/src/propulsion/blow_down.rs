@@ -84,7 +84,9 @@ mod tests {
             thrust_exponent: 0.9,
         };
         let m = BlowDown { p };
-        let at = |left: f64| m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &BlowDownIn { propellant: left }, &());
+        let at = |left: f64| {
+            m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &BlowDownIn { propellant: left }, &())
+        };
         assert_eq!((at(150.0).pressure, at(150.0).throttle), (2e6, 1.0));
         for left in [120.0, 60.0, 0.0] {
             let y = at(left);

@@ -166,7 +166,8 @@ mod tests {
         assert!(end.thrust == 0.0 && (end.burnt / total - 1.0).abs() < 1e-14);
         let middle = m.direct(&at(3.0), &(), &Burn { rows: 2.0, lit: 1.0 }, &u(0.0), &());
         assert!((middle.thrust - (900.0 - 50.0)).abs() < 1e-12);
-        for curve in [vec![[0.1, 1.0], [1.0, 1.0]], vec![[0.0, 1.0]], vec![[0.0, 1.0], [1.0, -1.0]]] {
+        for curve in [vec![[0.1, 1.0], [1.0, 1.0]], vec![[0.0, 1.0]], vec![[0.0, 1.0], [1.0, -1.0]]]
+        {
             let e = SolidMotor::build(SolidMotorParams { curve, ..p.clone() }).err().unwrap();
             assert!(e.param.as_deref() == Some("curve") && e.help.is_some());
         }

@@ -262,7 +262,8 @@ mod tests {
             for k in 0..300_000 {
                 let open = f64::from(k) * h < w - 0.5 * h;
                 let d = Valve { open, opens: NEVER, closes: NEVER, pulses: 0.0 };
-                let rate = |x: &Chamber| m.deriv(&c, x, &d, &(), &u, &(), &m.direct(&c, x, &d, &u, &()));
+                let rate =
+                    |x: &Chamber| m.deriv(&c, x, &d, &(), &u, &(), &m.direct(&c, x, &d, &u, &()));
                 let half = Chamber { share: x.share + 0.5 * h * rate(&x).share, impulse: 0.0 };
                 let r = rate(&half);
                 x = Chamber { share: x.share + h * r.share, impulse: x.impulse + h * r.impulse };
@@ -272,7 +273,13 @@ mod tests {
             assert!((x.impulse / want - 1.0).abs() < 1e-6, "{w}: {} {want}", x.impulse);
             assert!((y * 220.0 * G0 / want - 1.0).abs() < 1e-6);
         }
-        let dry = m.direct(&c, &Chamber { share: 1.0, impulse: 0.0 }, &m.init_d(), &ThrusterIn { supply: false, ..u }, &());
+        let dry = m.direct(
+            &c,
+            &Chamber { share: 1.0, impulse: 0.0 },
+            &m.init_d(),
+            &ThrusterIn { supply: false, ..u },
+            &(),
+        );
         assert_eq!((dry.force, dry.flow), (0.0, 0.0));
     }
 }

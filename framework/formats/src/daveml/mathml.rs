@@ -276,7 +276,11 @@ impl Formulas<'_> {
         }
         if let Some(f) = many(name) {
             let empty = args.is_empty();
-            return if empty { wrong(self, "one or more") } else { Some(Expression::Many(f, args)) };
+            return if empty {
+                wrong(self, "one or more")
+            } else {
+                Some(Expression::Many(f, args))
+            };
         }
         if let Some(f) = chain(name) {
             let few = count < 2;
@@ -303,7 +307,13 @@ impl Formulas<'_> {
     }
 
     /// `<root/><degree>3</degree>x`, `<log/><logbase>2</logbase>x`.
-    fn qualified(&mut self, e: &Element, name: &str, rest: &[Element], k: usize) -> Option<Expression> {
+    fn qualified(
+        &mut self,
+        e: &Element,
+        name: &str,
+        rest: &[Element],
+        k: usize,
+    ) -> Option<Expression> {
         rest[k].touch_all();
         let others: Vec<&Element> =
             rest.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, c)| c).collect();

@@ -178,20 +178,20 @@ impl Reader {
             return;
         }
         let limit = |r: &mut Self, name: &str, none: f64| r.number(e, name).unwrap_or(none);
-        let limits = [
-            limit(self, "minValue", f64::NEG_INFINITY),
-            limit(self, "maxValue", f64::INFINITY),
-        ];
+        let limits =
+            [limit(self, "minValue", f64::NEG_INFINITY), limit(self, "maxValue", f64::INFINITY)];
         if limits[0] > limits[1] {
             let text = format!("{}", limits[0]);
             self.bad(e, "minValue", &text, "at most maxValue", "exchange the two");
             return;
         }
         let initial = self.number(e, "initialValue");
-        let flag = |name: &str| e.child(name).is_some_and(|c| {
-            c.touch_all();
-            true
-        });
+        let flag = |name: &str| {
+            e.child(name).is_some_and(|c| {
+                c.touch_all();
+                true
+            })
+        };
         // What the caller must give, even when it has a value to begin with.
         let given = flag("isInput") | flag("isControl") | flag("isDisturbance");
         let doc = e.child_text("description").map_or("", |(_, t)| t);

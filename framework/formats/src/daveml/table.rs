@@ -83,7 +83,8 @@ impl Function {
                 let (k, f) = at[i];
                 let up = corner >> i & 1 == 1;
                 weight *= if up { f } else { 1.0 - f };
-                index = index * axis.points.len() + (k + usize::from(up)).min(axis.points.len() - 1);
+                index =
+                    index * axis.points.len() + (k + usize::from(up)).min(axis.points.len() - 1);
             }
             // A corner without weight may hold no number.
             if weight != 0.0 {
