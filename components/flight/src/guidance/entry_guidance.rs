@@ -40,7 +40,7 @@ pub struct EntryGuidanceParams {
     #[param(default = 0.24)]
     pub lift_to_drag: f64,
     /// cos σ of the reference.
-    #[param(default = 0.5, range = -1.0..=1.0)]
+    #[param(default = 0.5)]
     pub lift_ref: f64,
     /// Height at which the reference begins.
     #[param(unit = "m", default = 80_000.0)]
@@ -223,6 +223,10 @@ impl Model for EntryGuidance {
                 let fact = format!("{name} is {value}: there is no reference");
                 return Err(BuildError::new(fact).help("write a number above 0").at(name));
             }
+        }
+        if !(p.lift_ref.abs() <= 1.0) {
+            let fact = format!("cos σ of the reference is {}", p.lift_ref);
+            return Err(BuildError::new(fact).help("write a cosine").at("lift_ref"));
         }
         let vehicle = Vehicle {
             radius: p.planet_radius,
