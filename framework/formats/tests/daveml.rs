@@ -119,7 +119,7 @@ fn between_breakpoints_a_table_is_linear_in_each_variable() {
         let s = f64::from(k) / 39.0;
         let (alpha, mach) = (-10.0 + 10.0 * s, 0.2 + 0.6 * (1.0 - s) * s * 3.9);
         let f = (mach - 0.2) / 0.6;
-        let want = (1.0 - s) * ((1.0 - f) * -1.0 + f * -1.2) + s * ((1.0 - f) * 0.1 + f * 0.2);
+        let want = (1.0 - s) * (f - 1.0 - 1.2 * f) + s * ((1.0 - f) * 0.1 + f * 0.2);
         assert!((y(alpha, mach) - want).abs() < 1e-14);
     }
 }
