@@ -424,3 +424,102 @@ impl Model for DaveAerodynamics {
         remark(self.inside(c.t, u))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = r#"<DAVEfunc xmlns="http://daveml.org/2010/DAVEML"><fileHeader name="wing"/>
+    <variableDef name="referenceWingArea" varID="S" units="ft2" initialValue="10"/>
+    <variableDef name="referenceWingSpan" varID="b" units="m" initialValue="4"/>
+    <variableDef name="referenceWingChord" varID="c" units="m" initialValue="0.5"/>
+    <variableDef name="angleOfAttack" varID="ALP" units="deg"><isInput/></variableDef>
+    <variableDef name="elevator" varID="EL" units="deg"/>
+    <variableDef name="totalCoefficientOfLift" varID="CL" units="nd"/>
+    <variableDef name="totalCoefficientOfDrag" varID="CD" units="nd" initialValue="0.05"/>
+    <variableDef name="aeroBodyMomentCoefficient_Pitch" varID="CM" units="nd">
+      <calculation><math><apply><times/><cn>-0.01</cn><ci>EL</ci></apply></math></calculation></variableDef>
+    <function name="lift"><independentVarPts varID="ALP">-10, 20</independentVarPts>
+      <dependentVarPts varID="CL">-1, 2</dependentVarPts></function></DAVEfunc>"#;
+
+    struct Still;
+    impl Atmosphere for Still {
+        fn air(&self, _: f64, _: Vec3) -> Air {
+            let wind = Vec3::zeros();
+            Air { density: 1.2, pressure: 1e5, temperature: 280.0, speed_of_sound: 340.0, wind }
+        }
+    }
+
+    fn params(text: &str) -> DaveParams {
+        DaveParams {
+            model: DaveFile::new("wing.dml", text).unwrap(),
+            forces: Forces::Found,
+            set: vec![],
+            controls: vec!["EL".into()],
+            air_rate: Vec3::zeros(),
+            outside: Outside::Stop,
+            atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
+        }
+    }
+
+    fn at(m: &DaveAerodynamics, alpha: f64, elevator: f64) -> DaveOut {
+        let velocity = Vec3::new(alpha.cos(), 0.0, alpha.sin()) * 100.0;
+        let body = NodeState { velocity, ..NodeState::identity() };
+        let mut controls = [0.0; CONTROLS];
+        controls[0] = elevator;
+        let u = DaveIn { body, controls };
+        m.direct(&Clock::at(0.0, 0.01, 0), &(), &Left { outside: false }, &u, &())
+    }
+
+    #[test]
+    fn units_axes_and_controls_are_those_of_the_file() {
+        let set = vec![Replacement { variable: "CD".into(), value: 0.1 }];
+        let m = DaveAerodynamics::build(DaveParams { set, ..params(FILE) }).unwrap();
+        let alpha = 5f64.to_radians();
+        let y = at(&m, alpha, 2f64.to_radians());
+        // 5° give C_L = 0.5; 10 ft² of reference.
+        let qs = 0.5 * 1.2 * 1e4 * 10.0 * 0.3048 * 0.3048;
+        let (s, c) = alpha.sin_cos();
+        let want = Vec3::new(-0.1 * c + 0.5 * s, 0.0, -0.1 * s - 0.5 * c) * qs;
+        assert!((y.load.force - want).norm() < 1e-9 * qs, "{} {want}", y.load.force);
+        assert!((y.load.moment - Vec3::y() * (-0.02 * 0.5 * qs)).norm() < 1e-9 * qs);
+        assert!(at(&m, 0.5, 0.0).load.force.x.is_nan(), "28° are beyond the table, and it stops");
+    }
+
+    #[test]
+    fn files_and_parameters_that_do_not_fit_are_refused() {
+        let build = |p: DaveParams| DaveAerodynamics::build(p).err().unwrap();
+        let lack = |name: &str| params(&FILE.replace(name, "x"));
+        let set = vec![Replacement { variable: "ALP".into(), value: 1.0 }];
+        let both = FILE.replace(
+            "name=\"elevator\" varID=\"EL\" units=\"deg\"",
+            "name=\"aeroBodyForceCoefficient_X\" varID=\"EL\" units=\"nd\"",
+        );
+        for (e, param, phrase) in [
+            (build(DaveParams { controls: vec![], ..params(FILE) }), "controls", "its input EL"),
+            (
+                build(DaveParams { controls: vec!["ELL".into()], ..params(FILE) }),
+                "controls",
+                "no input `ELL`",
+            ),
+            (build(DaveParams { set, ..params(FILE) }), "set", "no constant"),
+            (build(lack("referenceWingArea")), "model", "no `referenceWingArea`"),
+            (build(lack("referenceWingChord")), "model", "no `referenceWingChord`"),
+            (
+                build(params(&FILE.replace("units=\"ft2\"", "units=\"ft\""))),
+                "model",
+                "not in a unit of m^2",
+            ),
+            (build(params(&both)), "forces", "body forces, and lift and drag"),
+        ] {
+            assert!(e.message.contains(phrase) && e.help.is_some(), "{phrase}: {}", e.message);
+            assert_eq!(e.param.as_deref(), Some(param));
+        }
+        // A file that fails its own shots does not load.
+        let shot = "<checkData><staticShot name=\"s\"><checkInputs><signal><varID>EL</varID><signalValue>1\
+                    </signalValue></signal></checkInputs><checkOutputs><signal><varID>CM</varID><signalValue>0.3\
+                    </signalValue></signal></checkOutputs></staticShot></checkData></DAVEfunc>";
+        let e = DaveFile::new("wing.dml", &FILE.replace("</DAVEfunc>", shot)).unwrap_err();
+        assert!(e.contains("fails its own check data") && e.contains("`CM` is -0.01"), "{e}");
+    }
+}
