@@ -1,6 +1,7 @@
-//! Component library: control. Steering, waypoint following, hinge controllers, odometry.
+//! Component library: control. Steering, waypoint following, hinge controllers, odometry, attitude.
 
 pub mod ackermann;
+pub mod attitude;
 pub mod follower;
 pub mod geometry;
 pub mod odometry;
@@ -12,6 +13,12 @@ use linkwork_runtime::prelude::Entry;
 pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::model::<ackermann::Ackermann>(),
+        Entry::model::<attitude::estimator::AttitudeFilter>(),
+        Entry::model::<attitude::momentum::Desaturation>(),
+        Entry::model::<attitude::momentum::WheelDistribution>(),
+        Entry::model::<attitude::phase_plane::PhasePlane>(),
+        Entry::model::<attitude::phase_plane::PulseWidth>(),
+        Entry::model::<attitude::pointing::Pointing>(),
         Entry::model::<follower::Follower>(),
         Entry::model::<pid::RateController>(),
         Entry::model::<pid::PositionController>(),

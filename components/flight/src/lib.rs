@@ -1,18 +1,52 @@
 //! Component library: flight.
+#![allow(non_snake_case)]
 
+pub mod aerodynamics;
+pub mod attitude;
 pub mod drag;
 pub mod engine;
+pub mod guidance;
+pub mod kickoff_spring;
+pub mod landing;
+pub mod parachute;
+pub mod program;
 pub mod propellant_tank;
+pub mod propulsion;
 pub mod radiation_pressure;
 pub mod separation_spring;
+pub mod table;
 
 use linkwork_runtime::prelude::Entry;
 
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
     vec![
+        Entry::model::<aerodynamics::axisymmetric::Axisymmetric>(),
+        Entry::model::<aerodynamics::dave::DaveAerodynamics>(),
+        Entry::model::<aerodynamics::entry::EntryAerodynamics>(),
+        Entry::model::<aerodynamics::panels::PanelAerodynamics>(),
+        Entry::model::<aerodynamics::rate_damping::RateDamping>(),
+        Entry::model::<attitude::control_moment_gyro::ControlMomentGyro>(),
+        Entry::model::<attitude::magnetic::MagneticField>(),
+        Entry::model::<attitude::magnetic::MagneticTorquer>(),
+        Entry::model::<attitude::reaction_wheel::ReactionWheel>(),
         Entry::model::<drag::Drag>(),
         Entry::model::<engine::Engine>(),
+        Entry::model::<guidance::ascent::LinearTangent>(),
+        Entry::model::<guidance::entry_guidance::EntryGuidance>(),
+        Entry::model::<guidance::powered_descent::PoweredDescent>(),
+        Entry::model::<guidance::rendezvous::StationKeeping>(),
+        Entry::model::<kickoff_spring::KickoffSpring>(),
+        Entry::model::<landing::airbag::Airbag>(),
+        Entry::model::<landing::crushable_leg::CrushableLeg>(),
+        Entry::model::<parachute::canopy::Canopy>(),
+        Entry::model::<parachute::line::Line>(),
+        Entry::model::<program::BodyLoad>(),
+        Entry::model::<program::Sequence>(),
+        Entry::model::<propulsion::blow_down::BlowDown>(),
+        Entry::model::<propulsion::solid_motor::SolidMotor>(),
+        Entry::model::<propulsion::thruster::Thruster>(),
+        Entry::model::<propulsion::vector_thrust::VectorThrust>(),
         Entry::model::<propellant_tank::PropellantTank>(),
         Entry::model::<radiation_pressure::RadiationPressure>(),
         Entry::model::<separation_spring::SeparationSpring>(),

@@ -8,7 +8,8 @@
 //! 2. `urdf`, `mjcf`, `sdf`: elements → [`Description`].
 //! 3. what was never read → [`Description::ignored`].
 //!
-//! `fmi` reads the descriptions of foreign units (FMI 2.0 and 3.0) the same way.
+//! `fmi` reads the descriptions of foreign units (FMI 2.0 and 3.0) the same way, `daveml` static models
+//! of aircraft and entry vehicles (DAVE-ML 2.0).
 //!
 //! ```
 //! use linkwork_formats::{ReadOptions, Root, read_text, write_urdf};
@@ -39,6 +40,7 @@
 //! ```
 #![allow(non_snake_case)]
 
+pub mod daveml;
 mod description;
 mod error;
 mod export;

@@ -147,12 +147,32 @@ impl<'a> Lines<'a> {
     }
 }
 
+/// Whether a text may declare its document type. Declarations are never fetched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Declarations {
+    Refused,
+    Allowed,
+}
+
 /// The outermost element of a text.
 pub(crate) fn parse(text: &str, file: &str) -> Result<Element, FormatError> {
+    parse_with(text, file, Declarations::Refused)
+}
+
+/// The outermost element of a text that may declare its document type.
+pub(crate) fn parse_with(
+    text: &str,
+    file: &str,
+    declarations: Declarations,
+) -> Result<Element, FormatError> {
     let one = |line, column, kind| FormatError {
         faults: vec![Fault { place: Place { file: file.into(), line, column }, kind }],
     };
-    let doc = roxmltree::Document::parse(text).map_err(|e| {
+    let options = roxmltree::ParsingOptions {
+        allow_dtd: declarations == Declarations::Allowed,
+        ..roxmltree::ParsingOptions::default()
+    };
+    let doc = roxmltree::Document::parse_with_options(text, options).map_err(|e| {
         let p = e.pos();
         let reason = match &e {
             roxmltree::Error::UnknownNamespace(prefix, _) => format!(
@@ -199,8 +219,10 @@ fn convert(node: roxmltree::Node<'_, '_>, file: &Rc<str>, lines: &Lines<'_>) -> 
         let name = prefixed(a.namespace(), a.name());
         Attribute { name, value: a.value().to_owned(), line, column, used: Cell::new(false) }
     });
-    let text: String =
-        node.children().filter(|c| c.is_text()).filter_map(|c| c.text()).collect::<String>();
+    // An element between two texts separates them: <cn>1.2<sep/>-3</cn>.
+    let text: String = (node.children())
+        .filter_map(|c| if c.is_element() { Some(" ") } else { c.text().filter(|_| c.is_text()) })
+        .collect();
     Element {
         name: prefixed(node.tag_name().namespace(), node.tag_name().name()),
         attributes: attributes.collect(),

@@ -132,7 +132,7 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 20] = [
+pub const HOMES: [(&str, &str); 21] = [
     ("libloading", "framework/fmi"),
     ("zip", "framework/fmi"),
     ("nalgebra", "framework/spatial"),
@@ -149,6 +149,7 @@ pub const HOMES: [(&str, &str); 20] = [
     ("rerun", "framework/viz"),
     ("re_sdk_types", "framework/viz"),
     ("parry*", "framework/collision"),
+    ("clarabel", "components/flight"),
     ("clap", "sims/cli"),
     ("indicatif", "sims/cli"),
     ("pyo3", "sims/python"),

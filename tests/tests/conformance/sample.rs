@@ -23,6 +23,31 @@ fn written(model: &str, param: &str) -> Option<Value> {
         ("basics.hinge_trajectory" | "basics.slider_trajectory", "profile") => {
             Some(pairs(&[[0.3, 0.0], [0.7, 0.4], [1.2, -0.1]]))
         }
+        ("flight.axisymmetric_aerodynamics", "angles") => Some(list(&[0.0, 2.0, 4.0])),
+        ("flight.axisymmetric_aerodynamics", "axial" | "normal" | "pitch") => {
+            let row = |x: f64| list(&[x]).into();
+            Some(Value::List(vec![row(1.5), row(0.7), row(-0.2)]))
+        }
+        ("flight.entry_aerodynamics", "drag" | "lift_to_drag") => {
+            Some(pairs(&[[0.0, 1.1], [2.0, 1.4], [5.0, 1.3]]))
+        }
+        ("control.wheel_distribution", "axes") => {
+            let axis = |v: [f64; 3]| list(&v).into();
+            let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            Some(Value::List(axes.map(axis).to_vec()))
+        }
+        ("flight.entry_guidance", "ballistic") => Some(Value::Number(137.0)),
+        ("flight.solid_motor", "curve") => Some(pairs(&[[0.0, 0.0], [0.05, 9.0], [0.1, 0.0]])),
+        ("flight.body_load", "rows") => {
+            let row = |t: f64| Value::Map(vec![("time".into(), Value::Number(t).into())]).into();
+            Some(Value::List(vec![row(0.0), row(0.1)]))
+        }
+        ("flight.sequence", "rows") => Some(pairs(&[[0.0, 1.0], [0.1, 2.0], [5.0, 0.0]])),
+        ("flight.dave_aerodynamics", "model") => {
+            let text = include_str!("../../../sims/nesc/brick.dml");
+            let entry = |key: &str, text: &str| (key.into(), Value::Text(text.into()).into());
+            Some(Value::Map(vec![entry("name", "brick.dml"), entry("text", text)]))
+        }
         ("environment.mars_sun", "epoch") => Some(Value::Text("2012-08-06T05:17:57Z".into())),
         _ => None,
     }

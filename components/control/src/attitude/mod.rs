@@ -1,0 +1,6 @@
+//! Attitude of a spacecraft: pointing and slews, jets by pulses, wheels that are full, estimation.
+
+pub mod estimator;
+pub mod momentum;
+pub mod phase_plane;
+pub mod pointing;

@@ -1,0 +1,240 @@
+//! `control.phase_plane`: jets about one axis, switched by lines in the plane of angle and rate.
+//! ```text
+//! s = e + k ω        on towards zero when |s| > deadband, off when |s| < hysteresis · deadband
+//! a jet that is on stays on for `minimum` s at least: the minimum impulse bit
+//! limit cycle: one shortest pulse at each side, rate = M · minimum/(2 J)
+//! ```
+//! `control.pulse_width` gives the time that a jet is on within a period: |M|/M_jet · Δt, nothing below the minimum.
+
+use linkwork_runtime::prelude::*;
+
+/// Lines of switching.
+#[derive(Params, Clone, Debug)]
+pub struct PhasePlaneParams {
+    /// Half width of the deadband.
+    #[param(unit = "rad", range = 0.0..)]
+    pub deadband: f64,
+    /// Weight k of the rate.
+    #[param(unit = "s", default = 1.0, range = 0.0..)]
+    pub rate_weight: f64,
+    /// Share of the deadband below which a jet goes off.
+    #[param(default = 0.8, range = 0.0..=1.0)]
+    pub hysteresis: f64,
+    /// Shortest time on.
+    #[param(unit = "s", default = 0.0, range = 0.0..)]
+    pub minimum: f64,
+}
+
+/// Angle and rate.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct AxisIn {
+    /// Error of the angle.
+    #[port("rad")]
+    pub angle: f64,
+    /// Error of the rate.
+    #[port("rad/s")]
+    pub rate: f64,
+}
+
+/// Jets.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Jets {
+    /// The jet that turns forwards: 1 on, 0 off.
+    #[port("1")]
+    pub forward: f64,
+    /// The jet that turns backwards.
+    #[port("1")]
+    pub backward: f64,
+    /// Pulses so far.
+    #[port("1")]
+    pub pulses: f64,
+}
+
+/// What is on.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Firing {
+    /// 1 forwards, −1 backwards, 0 off.
+    #[port("1")]
+    pub jet: f64,
+    /// Since when.
+    #[port("s")]
+    pub since: f64,
+    /// Pulses so far.
+    #[port("1")]
+    pub pulses: f64,
+}
+
+/// Phase-plane logic.
+pub struct PhasePlane {
+    p: PhasePlaneParams,
+}
+
+impl PhasePlane {
+    fn decide(&self, c: &Clock, d: &Firing, u: &AxisIn) -> Firing {
+        let p = &self.p;
+        let s = u.angle + p.rate_weight * u.rate;
+        let stays = d.jet != 0.0 && c.t < d.since + p.minimum - 1e-9;
+        let wanted = if s.abs() > p.deadband {
+            -s.signum()
+        } else if d.jet * s < 0.0 && s.abs() >= p.hysteresis * p.deadband {
+            d.jet
+        } else {
+            0.0
+        };
+        if stays || wanted == d.jet {
+            return *d;
+        }
+        Firing { jet: wanted, since: c.t, pulses: d.pulses + f64::from(u8::from(wanted != 0.0)) }
+    }
+}
+
+/// Jets about one axis by switching lines in the phase plane, with hysteresis and a shortest pulse; sampled.
+#[model("control.phase_plane")]
+impl Model for PhasePlane {
+    type Params = PhasePlaneParams;
+    type Ud = AxisIn;
+    type Yd = Jets;
+    type D = Firing;
+    fn direct(&self, c: &Clock, _: &(), d: &Firing, u: &AxisIn) -> Jets {
+        let f = self.decide(c, d, u);
+        Jets { forward: f.jet.max(0.0), backward: (-f.jet).max(0.0), pulses: f.pulses }
+    }
+    fn update(&self, c: &Clock, _: &(), d: &Firing, _: &(), u: &AxisIn) -> Firing {
+        self.decide(c, d, u)
+    }
+}
+
+/// A jet and its period.
+#[derive(Params, Clone, Debug)]
+pub struct PulseWidthParams {
+    /// Torque of the jet.
+    #[param(unit = "N m", range = 1e-9..)]
+    pub jet: f64,
+    /// Shortest pulse; a shorter one is left out.
+    #[param(unit = "s", default = 0.0, range = 0.0..)]
+    pub minimum: f64,
+}
+
+/// What is wanted.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct PulseIn {
+    /// Torque that is wanted about the axis, mean of the period.
+    #[port("N m")]
+    pub torque: f64,
+}
+
+/// Widths.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct PulseOut {
+    /// Time on of the jet that turns forwards, in this period.
+    #[port("s")]
+    pub forward: f64,
+    /// Time on of the jet that turns backwards.
+    #[port("s")]
+    pub backward: f64,
+}
+
+/// What was left out.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Rest {
+    /// Impulse that was too small for a pulse, carried to the next period.
+    #[port("N m s")]
+    pub impulse: f64,
+}
+
+/// Pulse-width logic.
+pub struct PulseWidth {
+    p: PulseWidthParams,
+}
+
+impl PulseWidth {
+    fn width(&self, c: &Clock, d: &Rest, u: &PulseIn) -> (f64, f64) {
+        let wanted = u.torque * c.dt + d.impulse;
+        let width = (wanted.abs() / self.p.jet).min(c.dt);
+        let width = if width < self.p.minimum { 0.0 } else { width };
+        let signed = width * wanted.signum();
+        let left = wanted - signed * self.p.jet;
+        // What is beyond a whole period is not saved up.
+        (signed, left.clamp(-self.p.jet * self.p.minimum, self.p.jet * self.p.minimum))
+    }
+}
+
+/// Time on of two jets in each period, for a mean torque; what is too small for a pulse is carried on; sampled.
+#[model("control.pulse_width")]
+impl Model for PulseWidth {
+    type Params = PulseWidthParams;
+    type Ud = PulseIn;
+    type Yd = PulseOut;
+    type D = Rest;
+    fn direct(&self, c: &Clock, _: &(), d: &Rest, u: &PulseIn) -> PulseOut {
+        let (w, _) = self.width(c, d, u);
+        PulseOut { forward: w.max(0.0), backward: (-w).max(0.0) }
+    }
+    fn update(&self, c: &Clock, _: &(), d: &Rest, _: &(), u: &PulseIn) -> Rest {
+        Rest { impulse: self.width(c, d, u).1 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One axis, double integrator: the limit cycle has the rate of half a shortest pulse.
+    #[test]
+    fn the_limit_cycle_has_half_the_rate_of_a_pulse() {
+        let (inertia, torque, minimum) = (200.0, 4.0, 0.02);
+        let p = PhasePlaneParams { deadband: 0.01, rate_weight: 2.0, hysteresis: 1.0, minimum };
+        let m = PhasePlane { p };
+        let bit = torque * minimum / inertia;
+        // Inside the deadband at half a bit: each pulse turns the rate around.
+        let (mut e, mut w, mut d) = (0.0, 0.5 * bit, Firing { jet: 0.0, since: 0.0, pulses: 0.0 });
+        let h = 0.001;
+        let mut fastest = 0.0_f64;
+        for k in 0..600_000 {
+            let c = Clock::at(f64::from(k) * h, h, 0);
+            d = m.update(&c, &(), &d, &(), &AxisIn { angle: e, rate: w }, &mut ());
+            let a = d.jet * torque / inertia;
+            e += w * h + 0.5 * a * h * h;
+            w += a * h;
+            fastest = fastest.max(w.abs());
+            assert!(e.abs() < 0.011, "{e}");
+        }
+        assert!((fastest / (torque * minimum / (2.0 * inertia)) - 1.0).abs() < 0.05, "{fastest}");
+        // Across the deadband and back: 2 · 0.02 rad at 2e-4 rad/s between two pulses.
+        assert!((4.0..9.0).contains(&d.pulses), "{}", d.pulses);
+    }
+
+    #[test]
+    fn a_large_error_is_taken_away_with_hysteresis() {
+        let p =
+            PhasePlaneParams { deadband: 0.01, rate_weight: 2.0, hysteresis: 0.5, minimum: 0.0 };
+        let m = PhasePlane { p };
+        let off = Firing { jet: 0.0, since: 0.0, pulses: 0.0 };
+        let c = Clock::at(1.0, 0.01, 0);
+        let jet = |d: &Firing, angle: f64| m.decide(&c, d, &AxisIn { angle, rate: 0.0 }).jet;
+        assert_eq!((jet(&off, 0.02), jet(&off, -0.02), jet(&off, 0.009)), (-1.0, 1.0, 0.0));
+        let on = Firing { jet: -1.0, ..off };
+        assert_eq!((jet(&on, 0.006), jet(&on, 0.004), jet(&on, -0.02)), (-1.0, 0.0, 1.0));
+    }
+
+    #[test]
+    fn pulses_have_the_mean_torque_though_each_has_a_minimum() {
+        let m = PulseWidth { p: PulseWidthParams { jet: 5.0, minimum: 0.02 } };
+        let c = Clock::at(0.0, 0.1, 0);
+        let run = |torque: f64| {
+            let (mut d, mut sum) = (Rest { impulse: 0.0 }, 0.0);
+            for _ in 0..1000 {
+                let u = PulseIn { torque };
+                let y = m.direct(&c, &(), &d, &u, &());
+                assert!(y.forward == 0.0 || y.forward >= 0.02);
+                sum += (y.forward - y.backward) * 5.0;
+                d = m.update(&c, &(), &d, &(), &u, &mut ());
+            }
+            sum / 100.0
+        };
+        for torque in [0.3, -0.3, 2.0, -4.9] {
+            assert!((run(torque) / torque - 1.0).abs() < 0.01, "{torque}: {}", run(torque));
+        }
+        assert!((run(9.0) - 5.0).abs() < 1e-9, "a jet gives no more than it has");
+    }
+}

@@ -1,0 +1,125 @@
+//! What the air does past a body: speed, angles, pressure.
+//! ```text
+//! v_B = R_WBᵀ (v − wind) = (u, v, w)      V = |v_B|      q = ½ ρ V²      M = V/a
+//! α = atan2(w, u)      β = asin(v/V)      α_t = acos(u/V)      all zero at rest
+//! ω_B = R_WBᵀ (ω − ω_air)                 ω_air: how the air turns with its planet; zero: inertial rates
+//! ```
+
+use linkwork_runtime::prelude::*;
+
+/// Motion through the air, body axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AirData {
+    /// Velocity through the air, body axes, m/s.
+    pub velocity: Vec3,
+    /// Angular velocity against the air, body axes, rad/s.
+    pub angular: Vec3,
+    /// Speed through the air, m/s.
+    pub speed: f64,
+    /// Angle of attack, rad.
+    pub alpha: f64,
+    /// Angle of sideslip, rad.
+    pub beta: f64,
+    /// Angle between x and the velocity, rad.
+    pub alpha_total: f64,
+    /// Mach number.
+    pub mach: f64,
+    /// Dynamic pressure, Pa.
+    pub pressure: f64,
+    /// Density, kg/m³.
+    pub density: f64,
+}
+
+impl AirData {
+    /// Of a node in `air` that turns at `air_rate` (rad/s, W).
+    pub fn of(node: &NodeState, air: &Air, air_rate: &Vec3) -> AirData {
+        let velocity = node.rotation.inverse() * (node.velocity - air.wind);
+        let speed = velocity.norm();
+        let (mut alpha, mut beta, mut alpha_total) = (0.0, 0.0, 0.0);
+        if speed > 0.0 {
+            alpha = velocity.z.atan2(velocity.x);
+            let across = velocity.y.hypot(velocity.z);
+            beta = velocity.y.atan2(velocity.x.hypot(velocity.z));
+            // acos would lose half the digits at small angles.
+            alpha_total = across.atan2(velocity.x);
+        }
+        AirData {
+            velocity,
+            angular: node.rotation.inverse() * (node.angular - air_rate),
+            speed,
+            alpha,
+            beta,
+            alpha_total,
+            mach: speed / air.speed_of_sound.max(1e-9),
+            pressure: 0.5 * air.density * speed * speed,
+            density: air.density,
+        }
+    }
+
+    /// Unit vector across x along which the velocity leans, body axes (0, v, w)/√(v² + w²); zero when it does not.
+    pub fn lean(&self) -> Vec3 {
+        let across = self.velocity.y.hypot(self.velocity.z);
+        if across > 0.0 {
+            Vec3::new(0.0, self.velocity.y / across, self.velocity.z / across)
+        } else {
+            Vec3::zeros()
+        }
+    }
+}
+
+/// What to do where a table ends.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outside {
+    /// Go on with the value at the end; that it happened is an event and stays to be seen in `outside`.
+    Clamp,
+    /// Stop the run: the load is no number there, and the run says which.
+    Stop,
+}
+
+impl Outside {
+    /// The load itself, or none that a run could go on with.
+    pub fn apply(self, load: Wrench, inside: f64) -> Wrench {
+        match self {
+            Outside::Stop if !(inside >= 0.0) => {
+                Wrench { moment: Vec3::repeat(f64::NAN), force: Vec3::repeat(f64::NAN) }
+            }
+            _ => load,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    pub(crate) fn air(density: f64, wind: Vec3) -> Air {
+        Air { density, pressure: 1.0, temperature: 200.0, speed_of_sound: 250.0, wind }
+    }
+
+    #[test]
+    fn angles_are_those_of_the_velocity_in_body_axes() {
+        let (alpha, beta, speed) = (0.3_f64, -0.2_f64, 500.0);
+        let v = Vec3::new(alpha.cos() * beta.cos(), beta.sin(), alpha.sin() * beta.cos()) * speed;
+        let rotation = Quat::from_scaled_axis(Vec3::new(0.4, -1.1, 0.7));
+        let wind = Vec3::new(10.0, -20.0, 5.0);
+        let node = NodeState {
+            rotation,
+            velocity: rotation * v + wind,
+            angular: Vec3::new(0.1, 0.2, 0.3),
+            ..NodeState::identity()
+        };
+        let rate = Vec3::new(0.0, 0.0, 0.3);
+        let a = AirData::of(&node, &air(0.02, wind), &rate);
+        assert!((a.alpha - alpha).abs() < 1e-14 && (a.beta - beta).abs() < 1e-14);
+        assert!((a.alpha_total.cos() - alpha.cos() * beta.cos()).abs() < 1e-14);
+        assert!((a.speed - speed).abs() < 1e-11 && (a.mach - 2.0).abs() < 1e-13);
+        assert!((a.pressure - 2500.0).abs() < 1e-9);
+        assert!((rotation * a.angular - Vec3::new(0.1, 0.2, 0.0)).norm() < 1e-15);
+        assert!((a.lean().norm() - 1.0).abs() < 1e-15 && a.lean().dot(&v) > 0.0);
+        let still = AirData::of(&NodeState::identity(), &air(0.02, Vec3::zeros()), &rate);
+        assert_eq!(
+            (still.alpha, still.beta, still.alpha_total, still.lean()),
+            (0.0, 0.0, 0.0, Vec3::zeros())
+        );
+    }
+}

@@ -1,0 +1,319 @@
+//! `flight.axisymmetric_aerodynamics`: a capsule or a shell by tables over total angle of attack and Mach number.
+//! ```text
+//! F = q S (−C_A, −C_N l_y, −C_N l_z)             l = (0, v, w)/√(v² + w²): the velocity leans to l
+//! M_ref = q S D C_m (0, l_z, −l_y)               about the point that the tables speak of
+//! M = M_ref + p_ref × F + q S D²/(2V) (C_lp p, C_mq q, C_mq r)       p_ref: from the node, body axes
+//! q̇ = k √(ρ/r_n) V³      Q = ∫ q̇ dt              heat at the stagnation point (Sutton, Graves)
+//! ```
+//! Positive C_m raises the nose at positive α; a stable shell has a negative one. Tables are linear
+//! between their points; where they end, `outside` says what happens.
+
+use super::air_data::{AirData, Outside};
+use crate::table::Surface;
+use linkwork_runtime::prelude::*;
+
+/// Shape and tables.
+#[derive(Params, Clone, Debug)]
+pub struct AxisymmetricParams {
+    /// Reference area S.
+    #[param(unit = "m^2", range = 0.0..)]
+    pub area: f64,
+    /// Reference length D.
+    #[param(unit = "m", range = 1e-6..)]
+    pub length: f64,
+    /// Total angles of attack of the rows, rising.
+    #[param(unit = "rad")]
+    pub angles: Vec<f64>,
+    /// Mach numbers of the columns, rising; none: one column for every Mach number.
+    #[param(default = Vec::new())]
+    pub machs: Vec<f64>,
+    /// C_A: a row for each angle, a column for each Mach number.
+    pub axial: Vec<Vec<f64>>,
+    /// C_N.
+    pub normal: Vec<Vec<f64>>,
+    /// C_m about the reference point.
+    pub pitch: Vec<Vec<f64>>,
+    /// The reference point of C_m, from the node, body axes.
+    #[param(unit = "m", default = Vec3::zeros())]
+    pub reference: Vec3,
+    /// Damping (C_lp, C_mq, C_nr), for rates times D/(2V).
+    #[param(default = Vec3::zeros())]
+    pub damping: Vec3,
+    /// How the air turns with its planet, W, for the damping; zero: inertial rates.
+    #[param(unit = "rad/s", default = Vec3::zeros())]
+    pub air_rate: Vec3,
+    /// What happens where the tables end: clamp, stop.
+    #[param(default = Outside::Clamp)]
+    pub outside: Outside,
+    /// Nose radius, for heating.
+    #[param(unit = "m", default = 1.0, range = 1e-6..)]
+    pub nose_radius: f64,
+    /// Sutton-Graves constant, SI: Mars 1.9027e-4, Earth 1.7415e-4.
+    #[param(default = 1.9027e-4, range = 0.0..)]
+    pub heating_constant: f64,
+    /// The air.
+    #[param(service)]
+    pub atmosphere: Handle<dyn Atmosphere>,
+}
+
+/// The body.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct BodyIn {
+    /// Node with body axes, usually at the centre of mass.
+    #[port(bind = "body")]
+    pub body: NodeState,
+}
+
+/// Load and flow.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct AxisymmetricOut {
+    /// Force and moment at the node.
+    #[port(bind = "body")]
+    pub load: Wrench,
+    /// Speed through the air.
+    #[port("m/s")]
+    pub airspeed: f64,
+    /// Mach number.
+    #[port("1")]
+    pub mach: f64,
+    /// Dynamic pressure.
+    #[port("Pa")]
+    pub dynamic_pressure: f64,
+    /// Angle of attack.
+    #[port("rad")]
+    pub alpha: f64,
+    /// Angle of sideslip.
+    #[port("rad")]
+    pub beta: f64,
+    /// Size of the aerodynamic force.
+    #[port("N")]
+    pub force: f64,
+    /// Heat flux at the stagnation point.
+    #[port("W/m^2")]
+    pub heating: f64,
+}
+
+/// What has come so far.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Passed {
+    /// Heat at the stagnation point so far.
+    #[port("J/m^2")]
+    pub heat_load: f64,
+    /// The flow has been outside the tables.
+    #[port]
+    pub outside: bool,
+}
+
+/// Heat so far.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Heat {
+    /// Heat at the stagnation point.
+    #[port("J/m^2")]
+    pub load: f64,
+}
+
+/// What has happened.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Left {
+    /// The flow has been outside the tables.
+    #[port]
+    pub outside: bool,
+}
+
+/// The edge of the tables.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Edge {
+    /// How far inside the tables, as a share of their width.
+    #[port("1")]
+    pub inside: f64,
+}
+
+/// What is said of a flow that begins outside the tables.
+pub(super) fn remark(inside: f64) -> Vec<BuildError> {
+    let fact = format!("the flow begins outside the tables, by {:.3} of their width", -inside);
+    let help = "the value at the end is taken; extend the tables, or write `outside: stop`";
+    let outside = inside < 0.0;
+    outside.then(|| BuildError::new(fact).help(help).at("outside")).into_iter().collect()
+}
+
+/// A capsule by tables.
+pub struct Axisymmetric {
+    p: AxisymmetricParams,
+    tables: [Surface; 3],
+}
+
+impl Axisymmetric {
+    /// The flow, and how far inside the tables it is; an axis of angles that begins at 0 has no lower end.
+    fn air(&self, t: f64, body: &NodeState) -> (AirData, f64) {
+        let air = self.p.atmosphere.air(t, body.position);
+        let data = AirData::of(body, &air, &self.p.air_rate);
+        let (angles, table) = (&self.p.angles, &self.tables[0]);
+        let (first, last) = (angles[0], angles[angles.len() - 1]);
+        if first > 0.0 || last == first {
+            return (data, table.inside(data.alpha_total, data.mach));
+        }
+        let by_angle = (last - data.alpha_total) / (last - first);
+        (data, by_angle.min(table.inside(0.5 * (first + last), data.mach)))
+    }
+}
+
+/// Force and moment of a capsule by tables over total angle of attack and Mach number, with stagnation heating.
+#[model("flight.axisymmetric_aerodynamics")]
+impl Model for Axisymmetric {
+    type Params = AxisymmetricParams;
+    type Ud = BodyIn;
+    type Ym = Passed;
+    type Yd = AxisymmetricOut;
+    type X = Heat;
+    type D = Left;
+    type G = Edge;
+    fn build(p: AxisymmetricParams) -> Result<Self, BuildError> {
+        let table = |rows: &[Vec<f64>], name: &str| {
+            Surface::new((&p.angles, "angles"), (&p.machs, "machs"), (rows, name))
+        };
+        let tables =
+            [table(&p.axial, "axial")?, table(&p.normal, "normal")?, table(&p.pitch, "pitch")?];
+        Ok(Axisymmetric { p, tables })
+    }
+    fn moore(&self, _: &Clock, x: &Heat, d: &Left) -> Passed {
+        Passed { heat_load: x.load, outside: d.outside }
+    }
+    fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &BodyIn) -> AxisymmetricOut {
+        let p = &self.p;
+        let (a, inside) = self.air(c.t, &u.body);
+        let [axial, normal, pitch] = [0, 1, 2].map(|k| self.tables[k].at(a.alpha_total, a.mach));
+        let lean = a.lean();
+        let qs = a.pressure * p.area;
+        let force = Vec3::new(-axial, -normal * lean.y, -normal * lean.z) * qs;
+        let about = Vec3::new(0.0, lean.z, -lean.y) * (qs * p.length * pitch);
+        // q S D²/(2V) = ρ V S D²/4, which is no division by zero at rest.
+        let rate = 0.25 * a.density * a.speed * p.area * p.length * p.length;
+        let damping = a.angular.component_mul(&p.damping) * rate;
+        let moment = about + p.reference.cross(&force) + damping;
+        let R = u.body.rotation;
+        let load = Wrench { moment: R * moment, force: R * force };
+        AxisymmetricOut {
+            load: p.outside.apply(load, inside),
+            airspeed: a.speed,
+            mach: a.mach,
+            dynamic_pressure: a.pressure,
+            alpha: a.alpha,
+            beta: a.beta,
+            force: force.norm(),
+            heating: p.heating_constant * (a.density / p.nose_radius).sqrt() * a.speed.powi(3),
+        }
+    }
+    fn deriv(
+        &self,
+        _: &Clock,
+        _: &Heat,
+        _: &Left,
+        _: &(),
+        _: &BodyIn,
+        _: &(),
+        y: &AxisymmetricOut,
+    ) -> Heat {
+        Heat { load: y.heating }
+    }
+    fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Edge {
+        Edge { inside: self.air(c.t, &u.body).1 }
+    }
+    fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
+        (*x, Left { outside: true })
+    }
+    fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
+        remark(self.air(c.t, &u.body).1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    struct Still;
+    impl Atmosphere for Still {
+        fn air(&self, _: f64, _: Vec3) -> Air {
+            let wind = Vec3::zeros();
+            Air { density: 0.02, pressure: 1.0, temperature: 200.0, speed_of_sound: 250.0, wind }
+        }
+    }
+
+    fn capsule(outside: Outside) -> Axisymmetric {
+        let column = |v: [f64; 3]| v.map(|x| vec![x]).to_vec();
+        Axisymmetric::build(AxisymmetricParams {
+            area: 4.0,
+            length: 2.0,
+            angles: vec![0.0, 0.2, 0.4],
+            machs: vec![],
+            axial: column([1.6, 1.5, 1.3]),
+            normal: column([0.0, 0.05, 0.09]),
+            pitch: column([0.0, -0.06, -0.11]),
+            reference: Vec3::new(0.7, 0.0, 0.02),
+            damping: Vec3::new(-0.1, -0.3, -0.2),
+            air_rate: Vec3::zeros(),
+            outside,
+            nose_radius: 0.5,
+            heating_constant: 1.9027e-4,
+            atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
+        })
+        .unwrap()
+    }
+
+    fn at(m: &Axisymmetric, v: Vec3, angular: Vec3) -> AxisymmetricOut {
+        let body = NodeState { velocity: v, angular, ..NodeState::identity() };
+        let (x, d) = (Heat { load: 0.0 }, Left { outside: false });
+        m.direct(&Clock::at(0.0, 0.01, 0), &x, &d, &BodyIn { body }, &())
+    }
+
+    #[test]
+    fn force_and_moment_follow_the_lean_of_the_velocity() {
+        let m = capsule(Outside::Clamp);
+        let (speed, total) = (500.0, 0.3_f64);
+        let qs = 0.5 * 0.02 * speed * speed * 4.0;
+        for roll in [0.0_f64, 1.0, -2.5] {
+            let lean = Vec3::new(0.0, roll.sin(), roll.cos());
+            let v = (Vec3::x() * total.cos() + lean * total.sin()) * speed;
+            let y = at(&m, v, Vec3::zeros());
+            let want = (Vec3::x() * -1.4 - lean * 0.07) * qs;
+            assert!((y.load.force - want).norm() < 1e-9, "{}", y.load.force);
+            let about = Vec3::new(0.0, lean.z, -lean.y) * (-0.085 * qs * 2.0);
+            let want = about + Vec3::new(0.7, 0.0, 0.02).cross(&want);
+            assert!((y.load.moment - want).norm() < 1e-9);
+        }
+        // A positive angle of attack (w > 0) with C_m < 0: the nose goes down (−y).
+        let y = at(&m, Vec3::new(490.0, 0.0, 80.0), Vec3::zeros());
+        assert!(y.alpha > 0.0 && y.load.force.z < 0.0);
+        let heat = 1.9027e-4 * (0.02f64 / 0.5).sqrt() * y.airspeed.powi(3);
+        assert!((y.heating - heat).abs() < 1e-9 * heat);
+    }
+
+    #[test]
+    fn damping_takes_energy_and_vanishes_at_rest() {
+        let m = capsule(Outside::Clamp);
+        let omega = Vec3::new(0.3, -0.2, 0.5);
+        let (with, without) =
+            (at(&m, Vec3::x() * 300.0, omega), at(&m, Vec3::x() * 300.0, Vec3::zeros()));
+        let damping = with.load.moment - without.load.moment;
+        let scale = 0.5 * 0.02 * 9e4 * 4.0 * 4.0 / 600.0;
+        let want = Vec3::new(-0.1 * 0.3, 0.3 * 0.2, -0.2 * 0.5) * scale;
+        assert!((damping - want).norm() < 1e-12 && damping.dot(&omega) < 0.0);
+        assert_eq!(at(&m, Vec3::zeros(), omega).load, Wrench::zero());
+    }
+
+    #[test]
+    fn where_the_tables_end_it_clamps_or_stops() {
+        let v = Vec3::new(400.0, 0.0, 300.0);
+        let clamped = at(&capsule(Outside::Clamp), v, Vec3::zeros());
+        assert!((clamped.load.force.x + 1.3 * clamped.dynamic_pressure * 4.0).abs() < 1e-9);
+        assert!(at(&capsule(Outside::Stop), v, Vec3::zeros()).load.force.x.is_nan());
+        assert!(at(&capsule(Outside::Stop), Vec3::x() * 9.0, Vec3::zeros()).load.force.x < 0.0);
+        let m = capsule(Outside::Clamp);
+        let body = NodeState { velocity: v, ..NodeState::identity() };
+        let (c, x, d) = (Clock::at(0.0, 0.01, 0), Heat { load: 3.0 }, Left { outside: false });
+        assert!(m.guards(&c, &x, &d, &(), &BodyIn { body }, &()).inside < 0.0);
+        let (x, d) = m.fired(&c, 0, &x, &d, &(), &BodyIn { body }, &mut ());
+        let y = m.moore(&c, &x, &d, &());
+        assert!(y.outside && y.heat_load == 3.0);
+    }
+}

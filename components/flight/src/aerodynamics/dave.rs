@@ -1,0 +1,525 @@
+//! `flight.dave_aerodynamics`: the aerodynamic model of a DAVE-ML file, as NASA and others publish them.
+//! ```text
+//! inputs   standard names of AIAA S-119: trueAirspeed, angleOfAttack, angleOfSideslip, mach (machNumber),
+//!          dynamicPressure, airDensity, totalAngleOfAttack, bodyAngularRate_Roll, _Pitch, _Yaw;
+//!          other inputs of the file are named in `controls` and come through the port of that name
+//! force    body: q S (C_X, C_Y, C_Z)     or from lift and drag: q S (−C_D cos α + C_L sin α, C_Y, −C_D sin α − C_L cos α)
+//! moment   q S (b C_l, c̄ C_m, b C_n) about the node, body axes
+//! S, c̄, b  referenceWingArea, referenceWingChord, referenceWingSpan of the file
+//! ```
+//! The file's units are converted to SI. Its static shots are run when it is loaded, and a file that
+//! fails its own shots is refused. `set` replaces constants. Where a table ends it clamps or stops.
+
+use super::air_data::{AirData, Outside};
+use super::axisymmetric::{Edge, Left, remark};
+use linkwork_formats::daveml::{DaveModel, Role, read_dave, unit_text};
+use linkwork_runtime::prelude::*;
+use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value};
+use std::sync::Arc;
+
+/// Variables that a file may have.
+const VARIABLES: usize = 1024;
+/// Inputs that come from outside.
+const CONTROLS: usize = 12;
+
+/// A DAVE-ML file as a parameter: its name, or (name, text) with the text in place.
+#[derive(Clone, Debug)]
+pub struct DaveFile {
+    name: String,
+    text: Arc<str>,
+    model: Arc<DaveModel>,
+}
+
+impl DaveFile {
+    /// From a text.
+    ///
+    /// # Errors
+    /// Every mistake of the text, with its place; shots of the file that fail.
+    pub fn new(name: &str, text: &str) -> Result<DaveFile, String> {
+        let model = read_dave(text, name).map_err(|e| e.to_string())?;
+        let failed = model.check();
+        if !failed.is_empty() {
+            let lines: Vec<String> = failed.iter().map(ToString::to_string).collect();
+            return Err(format!("{name} fails its own check data:\n{}", lines.join("\n")));
+        }
+        Ok(DaveFile { name: name.into(), text: text.into(), model: Arc::new(model) })
+    }
+}
+
+impl Param for DaveFile {
+    fn kind() -> String {
+        "name of a DAVE-ML file, or (name, text)".into()
+    }
+    fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<DaveFile> {
+        let at = format!("`{}.{}`", cx.path, spec.name);
+        let word = |key: &str| match v.get(key).map(|l| &l.value) {
+            Some(Value::Text(t)) => Some(t.clone()),
+            _ => None,
+        };
+        let (name, text) = match &v.value {
+            Value::Text(name) => (name.clone(), cx.text(name, v.origin)?),
+            Value::Map(_) => match (word("name"), word("text")) {
+                (Some(name), Some(text)) => (name, text),
+                _ => {
+                    let fact = format!("{at}: `name` or `text` is missing");
+                    cx.fault(v.origin, fact, Some("write (name: \"…\", text: \"…\")".into()));
+                    return None;
+                }
+            },
+            other => {
+                let fact = format!("{at} is the name of a file, this is {}", other.what());
+                cx.fault(v.origin, fact, Some("write e.g. \"brick_aero.dml\"".into()));
+                return None;
+            }
+        };
+        match DaveFile::new(&name, &text) {
+            Ok(file) => Some(file),
+            Err(e) => {
+                let (fact, help) = e.split_once("\n  help: ").unwrap_or((&e, "mend the file"));
+                cx.fault(v.origin, format!("{at}: {fact}"), Some(help.into()));
+                None
+            }
+        }
+    }
+    fn show(&self) -> Value {
+        Value::Map(vec![
+            ("name".into(), Value::Text(self.name.clone()).into()),
+            ("text".into(), Value::Text(self.text.to_string()).into()),
+        ])
+    }
+}
+
+/// From which coefficients the force comes.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Forces {
+    /// From those that the file has; it must have one kind only.
+    Found,
+    /// aeroBodyForceCoefficient_X, _Y, _Z.
+    Body,
+    /// totalCoefficientOfLift, totalCoefficientOfDrag, and aeroBodyForceCoefficient_Y.
+    Stability,
+}
+
+/// A constant of the file with another value.
+#[derive(Params, Clone, Debug)]
+pub struct Replacement {
+    /// Its `varID`.
+    pub variable: String,
+    /// The value, in the file's units.
+    pub value: f64,
+}
+
+/// A file and what is not in it.
+#[derive(Params, Clone, Debug)]
+pub struct DaveParams {
+    /// The file.
+    pub model: DaveFile,
+    /// From which coefficients the force comes: found, body, stability.
+    #[param(default = Forces::Found)]
+    pub forces: Forces,
+    /// Constants of the file that have other values here.
+    #[param(default = Vec::new())]
+    pub set: Vec<Replacement>,
+    /// Inputs of the file (`varID`), in the order of the port `controls`; at most twelve.
+    #[param(default = Vec::new())]
+    pub controls: Vec<String>,
+    /// How the air turns with its planet, W, for the body rates; zero: inertial rates.
+    #[param(unit = "rad/s", default = Vec3::zeros())]
+    pub air_rate: Vec3,
+    /// What happens where the tables end: clamp, stop.
+    #[param(default = Outside::Clamp)]
+    pub outside: Outside,
+    /// The air.
+    #[param(service)]
+    pub atmosphere: Handle<dyn Atmosphere>,
+}
+
+/// Body and controls.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct DaveIn {
+    /// Node with body axes at the reference point of the moments.
+    #[port(bind = "body")]
+    pub body: NodeState,
+    /// The inputs named in `controls`, each in SI (angles in rad).
+    #[port("*", default = [0.0; CONTROLS])]
+    pub controls: [f64; CONTROLS],
+}
+
+/// Load and flow.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct DaveOut {
+    /// Force and moment at the node.
+    #[port(bind = "body")]
+    pub load: Wrench,
+    /// Force over q S, body axes.
+    #[port("1")]
+    pub force_coefficient: Vec3,
+    /// Moment over q S and (b, c̄, b).
+    #[port("1")]
+    pub moment_coefficient: Vec3,
+    /// Speed through the air.
+    #[port("m/s")]
+    pub airspeed: f64,
+    /// Mach number.
+    #[port("1")]
+    pub mach: f64,
+    /// Dynamic pressure.
+    #[port("Pa")]
+    pub dynamic_pressure: f64,
+    /// Angle of attack.
+    #[port("rad")]
+    pub alpha: f64,
+    /// Angle of sideslip.
+    #[port("rad")]
+    pub beta: f64,
+}
+
+/// Whether the tables were left.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Seen {
+    /// The flow has been outside the tables.
+    #[port]
+    pub outside: bool,
+}
+
+/// What of the flow goes into the file.
+const FLOW: [(&[&str], &str); 10] = [
+    (&["trueAirspeed"], "m/s"),
+    (&["angleOfAttack"], "rad"),
+    (&["angleOfSideslip"], "rad"),
+    (&["mach", "machNumber", "Mach"], "1"),
+    (&["dynamicPressure"], "Pa"),
+    (&["airDensity", "density"], "kg/m^3"),
+    (&["bodyAngularRate_Roll"], "rad/s"),
+    (&["bodyAngularRate_Pitch"], "rad/s"),
+    (&["bodyAngularRate_Yaw"], "rad/s"),
+    (&["totalAngleOfAttack"], "rad"),
+];
+
+/// Coefficients and lengths that come out.
+const RESULTS: [(&str, &str); 11] = [
+    ("aeroBodyForceCoefficient_X", "1"),
+    ("aeroBodyForceCoefficient_Y", "1"),
+    ("aeroBodyForceCoefficient_Z", "1"),
+    ("totalCoefficientOfLift", "1"),
+    ("totalCoefficientOfDrag", "1"),
+    ("aeroBodyMomentCoefficient_Roll", "1"),
+    ("aeroBodyMomentCoefficient_Pitch", "1"),
+    ("aeroBodyMomentCoefficient_Yaw", "1"),
+    ("referenceWingArea", "m^2"),
+    ("referenceWingChord", "m"),
+    ("referenceWingSpan", "m"),
+];
+
+/// A variable of the file, and the factor from its unit to SI.
+type Place = Option<(usize, f64)>;
+
+/// The aerodynamics of a file.
+pub struct DaveAerodynamics {
+    p: DaveParams,
+    flow: [Place; FLOW.len()],
+    controls: Vec<(usize, f64)>,
+    results: [Place; RESULTS.len()],
+    /// Force from lift and drag.
+    stability: bool,
+    /// Values before inputs come.
+    start: Vec<f64>,
+}
+
+impl DaveAerodynamics {
+    /// The factor to SI of a variable, which must be of the same quantity as `wanted`.
+    fn factor(model: &DaveModel, k: usize, wanted: &str) -> Result<f64, BuildError> {
+        let v = &model.variables[k];
+        let unit = unit_text(&v.units).and_then(|t| Unit::parse(&t).ok());
+        let want = Unit::parse(wanted).map_err(|e| BuildError::new(e.to_string()))?;
+        match unit {
+            // An angle may be written without a unit.
+            Some(u) if u.same_quantity(&want) => Ok(u.scale),
+            Some(u) if wanted == "rad" && u.same_quantity(&Unit::ONE) => Ok(u.scale),
+            _ => Err(BuildError::new(format!(
+                "`{}` is in `{}`, not in a unit of {wanted}",
+                v.id, v.units
+            ))
+            .help("mend `units` in the file")
+            .at("model")),
+        }
+    }
+
+    fn inside(&self, t: f64, u: &DaveIn) -> f64 {
+        let air = self.p.atmosphere.air(t, u.body.position);
+        self.evaluate(&AirData::of(&u.body, &air, &self.p.air_rate), &u.controls).1
+    }
+
+    fn evaluate(&self, a: &AirData, controls: &[f64; CONTROLS]) -> ([f64; RESULTS.len()], f64) {
+        let mut memory = [0.0; VARIABLES];
+        let values = &mut memory[..self.start.len()];
+        values.copy_from_slice(&self.start);
+        let flow = [
+            a.speed,
+            a.alpha,
+            a.beta,
+            a.mach,
+            a.pressure,
+            a.density,
+            a.angular.x,
+            a.angular.y,
+            a.angular.z,
+            a.alpha_total,
+        ];
+        for (place, value) in self.flow.iter().zip(flow) {
+            if let Some((k, factor)) = place {
+                values[*k] = value / factor;
+            }
+        }
+        for ((k, factor), value) in self.controls.iter().zip(controls) {
+            values[*k] = value / factor;
+        }
+        let inside = self.p.model.model.evaluate(values);
+        (self.results.map(|r| r.map_or(0.0, |(k, factor)| values[k] * factor)), inside)
+    }
+}
+
+/// The aerodynamic model of a DAVE-ML file: tables and formulas over the flow, the body's rates and controls.
+#[model("flight.dave_aerodynamics")]
+impl Model for DaveAerodynamics {
+    type Params = DaveParams;
+    type Ud = DaveIn;
+    type Ym = Seen;
+    type Yd = DaveOut;
+    type D = Left;
+    type G = Edge;
+    fn build(p: DaveParams) -> Result<Self, BuildError> {
+        let m = p.model.model.clone();
+        let wrong = |param: &str, fact: String, help: String| {
+            Err(BuildError::new(fact).help(help).at(param))
+        };
+        if m.variables.len() > VARIABLES {
+            let fact = format!("{} has {} variables", p.model.name, m.variables.len());
+            return wrong("model", fact, format!("split it: at most {VARIABLES}"));
+        }
+        let mut start = vec![0.0; m.variables.len()];
+        m.start(&mut start);
+        let ids = || m.variables.iter().map(|v| v.id.as_str()).collect::<Vec<_>>();
+        for r in &p.set {
+            match m.find(&r.variable) {
+                Some(k) if m.variables[k].role == Role::Constant => start[k] = r.value,
+                Some(_) => {
+                    let fact = format!("`{}` is no constant of {}", r.variable, p.model.name);
+                    return wrong("set", fact, "only constants have a value to replace".into());
+                }
+                None => {
+                    let fact = format!("{} has no variable `{}`", p.model.name, r.variable);
+                    let help = linkwork_runtime::remedy(&r.variable, "variables", &ids());
+                    return wrong("set", fact, help);
+                }
+            }
+        }
+        let mut flow = [None; FLOW.len()];
+        for (slot, (names, unit)) in flow.iter_mut().zip(FLOW) {
+            if let Some(k) = names.iter().find_map(|n| m.named(n))
+                && m.variables[k].role == Role::Input
+            {
+                *slot = Some((k, Self::factor(&m, k, unit)?));
+            }
+        }
+        let mut controls = Vec::new();
+        for id in &p.controls {
+            match m.find(id) {
+                Some(k) if m.variables[k].role == Role::Input => {
+                    let unit = unit_text(&m.variables[k].units).and_then(|t| Unit::parse(&t).ok());
+                    controls.push((k, unit.map_or(1.0, |u| u.scale)));
+                }
+                _ => {
+                    let fact = format!("{} has no input `{id}`", p.model.name);
+                    let help = linkwork_runtime::remedy(id, "variables", &ids());
+                    return wrong("controls", fact, help);
+                }
+            }
+        }
+        if controls.len() > CONTROLS {
+            let fact = format!("{} controls", controls.len());
+            return wrong("controls", fact, format!("there are {CONTROLS} at most"));
+        }
+        let known = |k: usize| flow.iter().flatten().chain(&controls).any(|(i, _)| *i == k);
+        let open: Vec<&str> = (0..m.variables.len())
+            .filter(|k| m.variables[*k].role == Role::Input && !known(*k))
+            .filter(|k| m.variables[*k].initial.is_none())
+            .map(|k| m.variables[k].id.as_str())
+            .collect();
+        if !open.is_empty() {
+            let fact = format!("nothing gives {} its input {}", p.model.name, open.join(", "));
+            return wrong(
+                "controls",
+                fact,
+                format!("write controls: [\"{}\"]", open.join("\", \"")),
+            );
+        }
+        let mut results = [None; RESULTS.len()];
+        for (slot, (name, unit)) in results.iter_mut().zip(RESULTS) {
+            if let Some(k) = m.named(name) {
+                *slot = Some((k, Self::factor(&m, k, unit)?));
+            }
+        }
+        let (body, lift) = (results[0].or(results[2]), results[3].or(results[4]));
+        let stability = match (p.forces, body, lift) {
+            (Forces::Stability, _, _) | (Forces::Found, None, Some(_)) => true,
+            (Forces::Body, _, _) | (Forces::Found, _, None) => false,
+            (Forces::Found, Some(_), Some(_)) => {
+                let fact = format!("{} has body forces, and lift and drag", p.model.name);
+                return wrong("forces", fact, "write forces: body or stability".into());
+            }
+        };
+        let needed = |k: usize| {
+            let turns = results[5].is_some() || results[7].is_some();
+            match k {
+                8 => true,
+                9 => results[6].is_some(),
+                _ => turns,
+            }
+        };
+        if let Some(k) = (8..RESULTS.len()).find(|k| results[*k].is_none() && needed(*k)) {
+            let fact = format!("{} has no `{}`", p.model.name, RESULTS[k].0);
+            return wrong("model", fact, "coefficients need it: define it in the file".into());
+        }
+        Ok(DaveAerodynamics { p, flow, controls, results, stability, start })
+    }
+    fn moore(&self, _: &Clock, _: &(), d: &Left) -> Seen {
+        Seen { outside: d.outside }
+    }
+    fn direct(&self, c: &Clock, _: &(), _: &Left, u: &DaveIn) -> DaveOut {
+        let air = self.p.atmosphere.air(c.t, u.body.position);
+        let a = AirData::of(&u.body, &air, &self.p.air_rate);
+        let (r, inside) = self.evaluate(&a, &u.controls);
+        let (s, co) = a.alpha.sin_cos();
+        let force = if self.stability {
+            Vec3::new(-r[4] * co + r[3] * s, r[1], -r[4] * s - r[3] * co)
+        } else {
+            Vec3::new(r[0], r[1], r[2])
+        };
+        let moment = Vec3::new(r[5], r[6], r[7]);
+        let (area, chord, span) = (r[8], r[9], r[10]);
+        let qs = a.pressure * area;
+        let arms = Vec3::new(span, chord, span);
+        let R = u.body.rotation;
+        let load =
+            Wrench { moment: R * (moment.component_mul(&arms) * qs), force: R * (force * qs) };
+        DaveOut {
+            load: self.p.outside.apply(load, inside),
+            force_coefficient: force,
+            moment_coefficient: moment,
+            airspeed: a.speed,
+            mach: a.mach,
+            dynamic_pressure: a.pressure,
+            alpha: a.alpha,
+            beta: a.beta,
+        }
+    }
+    fn guards(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Edge {
+        Edge { inside: self.inside(c.t, u) }
+    }
+    fn fired(&self, _: &Clock, _: usize, _: &(), _: &Left) -> ((), Left) {
+        ((), Left { outside: true })
+    }
+    fn remarks(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Vec<BuildError> {
+        remark(self.inside(c.t, u))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = r#"<DAVEfunc xmlns="http://daveml.org/2010/DAVEML"><fileHeader name="wing"/>
+    <variableDef name="referenceWingArea" varID="S" units="ft2" initialValue="10"/>
+    <variableDef name="referenceWingSpan" varID="b" units="m" initialValue="4"/>
+    <variableDef name="referenceWingChord" varID="c" units="m" initialValue="0.5"/>
+    <variableDef name="angleOfAttack" varID="ALP" units="deg"><isInput/></variableDef>
+    <variableDef name="elevator" varID="EL" units="deg"/>
+    <variableDef name="totalCoefficientOfLift" varID="CL" units="nd"/>
+    <variableDef name="totalCoefficientOfDrag" varID="CD" units="nd" initialValue="0.05"/>
+    <variableDef name="aeroBodyMomentCoefficient_Pitch" varID="CM" units="nd">
+      <calculation><math><apply><times/><cn>-0.01</cn><ci>EL</ci></apply></math></calculation></variableDef>
+    <function name="lift"><independentVarPts varID="ALP">-10, 20</independentVarPts>
+      <dependentVarPts varID="CL">-1, 2</dependentVarPts></function></DAVEfunc>"#;
+
+    struct Still;
+    impl Atmosphere for Still {
+        fn air(&self, _: f64, _: Vec3) -> Air {
+            let wind = Vec3::zeros();
+            Air { density: 1.2, pressure: 1e5, temperature: 280.0, speed_of_sound: 340.0, wind }
+        }
+    }
+
+    fn params(text: &str) -> DaveParams {
+        DaveParams {
+            model: DaveFile::new("wing.dml", text).unwrap(),
+            forces: Forces::Found,
+            set: vec![],
+            controls: vec!["EL".into()],
+            air_rate: Vec3::zeros(),
+            outside: Outside::Stop,
+            atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
+        }
+    }
+
+    fn at(m: &DaveAerodynamics, alpha: f64, elevator: f64) -> DaveOut {
+        let velocity = Vec3::new(alpha.cos(), 0.0, alpha.sin()) * 100.0;
+        let body = NodeState { velocity, ..NodeState::identity() };
+        let mut controls = [0.0; CONTROLS];
+        controls[0] = elevator;
+        let u = DaveIn { body, controls };
+        m.direct(&Clock::at(0.0, 0.01, 0), &(), &Left { outside: false }, &u, &())
+    }
+
+    #[test]
+    fn units_axes_and_controls_are_those_of_the_file() {
+        let set = vec![Replacement { variable: "CD".into(), value: 0.1 }];
+        let m = DaveAerodynamics::build(DaveParams { set, ..params(FILE) }).unwrap();
+        let alpha = 5f64.to_radians();
+        let y = at(&m, alpha, 2f64.to_radians());
+        // 5° give C_L = 0.5; 10 ft² of reference.
+        let qs = 0.5 * 1.2 * 1e4 * 10.0 * 0.3048 * 0.3048;
+        let (s, c) = alpha.sin_cos();
+        let want = Vec3::new(-0.1 * c + 0.5 * s, 0.0, -0.1 * s - 0.5 * c) * qs;
+        assert!((y.load.force - want).norm() < 1e-9 * qs, "{} {want}", y.load.force);
+        assert!((y.load.moment - Vec3::y() * (-0.02 * 0.5 * qs)).norm() < 1e-9 * qs);
+        assert!(at(&m, 0.5, 0.0).load.force.x.is_nan(), "28° are beyond the table, and it stops");
+    }
+
+    #[test]
+    fn files_and_parameters_that_do_not_fit_are_refused() {
+        let build = |p: DaveParams| DaveAerodynamics::build(p).err().unwrap();
+        let lack = |name: &str| params(&FILE.replace(name, "x"));
+        let set = vec![Replacement { variable: "ALP".into(), value: 1.0 }];
+        let both = FILE.replace(
+            "name=\"elevator\" varID=\"EL\" units=\"deg\"",
+            "name=\"aeroBodyForceCoefficient_X\" varID=\"EL\" units=\"nd\"",
+        );
+        for (e, param, phrase) in [
+            (build(DaveParams { controls: vec![], ..params(FILE) }), "controls", "its input EL"),
+            (
+                build(DaveParams { controls: vec!["ELL".into()], ..params(FILE) }),
+                "controls",
+                "no input `ELL`",
+            ),
+            (build(DaveParams { set, ..params(FILE) }), "set", "no constant"),
+            (build(lack("referenceWingArea")), "model", "no `referenceWingArea`"),
+            (build(lack("referenceWingChord")), "model", "no `referenceWingChord`"),
+            (
+                build(params(&FILE.replace("units=\"ft2\"", "units=\"ft\""))),
+                "model",
+                "not in a unit of m^2",
+            ),
+            (build(params(&both)), "forces", "body forces, and lift and drag"),
+        ] {
+            assert!(e.message.contains(phrase) && e.help.is_some(), "{phrase}: {}", e.message);
+            assert_eq!(e.param.as_deref(), Some(param));
+        }
+        // A file that fails its own shots does not load.
+        let shot = "<checkData><staticShot name=\"s\"><checkInputs><signal><varID>EL</varID><signalValue>1\
+                    </signalValue></signal></checkInputs><checkOutputs><signal><varID>CM</varID><signalValue>0.3\
+                    </signalValue></signal></checkOutputs></staticShot></checkData></DAVEfunc>";
+        let e = DaveFile::new("wing.dml", &FILE.replace("</DAVEfunc>", shot)).unwrap_err();
+        assert!(e.contains("fails its own check data") && e.contains("`CM` is -0.01"), "{e}");
+    }
+}

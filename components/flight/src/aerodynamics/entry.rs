@@ -1,0 +1,190 @@
+//! `flight.entry_aerodynamics`: a point with lift, drag and a bank angle, for entry in three degrees of freedom.
+//! ```text
+//! e = v/V (through the air)      l₀ = up − (up · e) e, made unit      up = p/|p|, from the planet's centre
+//! F = q S C_D (−e + (L/D) (cos σ l₀ + sin σ e × l₀))                   σ: bank; positive turns to the right
+//! q̇ = k √(ρ/r_n) V³      Q = ∫ q̇ dt
+//! ```
+//! C_D and L/D are tables over Mach number, linear, clamped at their ends; that the flow left them is an
+//! event. The body's attitude is not asked and gets no moment. Straight up or down there is no lift.
+
+use super::air_data::{AirData, Outside};
+use super::axisymmetric::{Edge, Heat, Left, Passed, remark};
+use crate::table::Curve;
+use linkwork_runtime::prelude::*;
+
+/// Coefficients and air.
+#[derive(Params, Clone, Debug)]
+pub struct EntryParams {
+    /// Reference area S.
+    #[param(unit = "m^2", range = 0.0..)]
+    pub area: f64,
+    /// Rows (Mach, C_D), rising.
+    pub drag: Vec<[f64; 2]>,
+    /// Rows (Mach, L/D), rising.
+    pub lift_to_drag: Vec<[f64; 2]>,
+    /// What happens where the tables end: clamp, stop.
+    #[param(default = Outside::Clamp)]
+    pub outside: Outside,
+    /// Nose radius, for heating.
+    #[param(unit = "m", default = 1.0, range = 1e-6..)]
+    pub nose_radius: f64,
+    /// Sutton-Graves constant, SI: Mars 1.9027e-4, Earth 1.7415e-4.
+    #[param(default = 1.9027e-4, range = 0.0..)]
+    pub heating_constant: f64,
+    /// The air.
+    #[param(service)]
+    pub atmosphere: Handle<dyn Atmosphere>,
+}
+
+/// Body and bank.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct EntryIn {
+    /// Where the force acts.
+    #[port(bind = "body")]
+    pub body: NodeState,
+    /// Bank angle: 0 lifts up, positive to the right.
+    #[port("rad", default = 0.0)]
+    pub bank: f64,
+}
+
+/// Force and flow.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct EntryOut {
+    /// Lift and drag.
+    #[port(bind = "body")]
+    pub load: Wrench,
+    /// Lift.
+    #[port("N")]
+    pub lift: f64,
+    /// Drag.
+    #[port("N")]
+    pub drag: f64,
+    /// Speed through the air.
+    #[port("m/s")]
+    pub airspeed: f64,
+    /// Mach number.
+    #[port("1")]
+    pub mach: f64,
+    /// Dynamic pressure.
+    #[port("Pa")]
+    pub dynamic_pressure: f64,
+    /// Density.
+    #[port("kg/m^3")]
+    pub density: f64,
+    /// Heat flux at the stagnation point.
+    #[port("W/m^2")]
+    pub heating: f64,
+}
+
+/// A point with lift and drag.
+pub struct EntryAerodynamics {
+    p: EntryParams,
+    drag: Curve,
+    ratio: Curve,
+}
+
+/// Force on a point: `lift` and `drag` (N) along a path through the air.
+pub fn force(velocity: &Vec3, up: &Vec3, bank: f64, lift: f64, drag: f64) -> Vec3 {
+    let speed = velocity.norm();
+    if !(speed > 0.0) {
+        return Vec3::zeros();
+    }
+    let e = velocity / speed;
+    let across = up - e * up.dot(&e);
+    let length = across.norm();
+    let l0 = if length > 1e-12 * up.norm() { across / length } else { Vec3::zeros() };
+    e * -drag + (l0 * bank.cos() + e.cross(&l0) * bank.sin()) * lift
+}
+
+impl EntryAerodynamics {
+    fn inside(&self, mach: f64) -> f64 {
+        self.drag.inside(mach).min(self.ratio.inside(mach))
+    }
+
+    fn edge(&self, t: f64, body: &NodeState) -> f64 {
+        let air = self.p.atmosphere.air(t, body.position);
+        let speed = (body.velocity - air.wind).norm();
+        self.inside(speed / air.speed_of_sound.max(1e-9))
+    }
+}
+
+/// Lift, drag and heating of a point by tables over Mach number, with a bank angle as input.
+#[model("flight.entry_aerodynamics")]
+impl Model for EntryAerodynamics {
+    type Params = EntryParams;
+    type Ud = EntryIn;
+    type Ym = Passed;
+    type Yd = EntryOut;
+    type X = Heat;
+    type D = Left;
+    type G = Edge;
+    fn build(p: EntryParams) -> Result<Self, BuildError> {
+        let (drag, ratio) =
+            (Curve::new(&p.drag, "drag")?, Curve::new(&p.lift_to_drag, "lift_to_drag")?);
+        Ok(EntryAerodynamics { p, drag, ratio })
+    }
+    fn moore(&self, _: &Clock, x: &Heat, d: &Left) -> Passed {
+        Passed { heat_load: x.load, outside: d.outside }
+    }
+    fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &EntryIn) -> EntryOut {
+        let p = &self.p;
+        let air = p.atmosphere.air(c.t, u.body.position);
+        let a = AirData::of(&u.body, &air, &Vec3::zeros());
+        let drag = a.pressure * p.area * self.drag.at(a.mach);
+        let lift = drag * self.ratio.at(a.mach);
+        let through = u.body.velocity - air.wind;
+        let force = force(&through, &u.body.position, u.bank, lift, drag);
+        EntryOut {
+            load: p.outside.apply(Wrench { moment: Vec3::zeros(), force }, self.inside(a.mach)),
+            lift,
+            drag,
+            airspeed: a.speed,
+            mach: a.mach,
+            dynamic_pressure: a.pressure,
+            density: a.density,
+            heating: p.heating_constant * (a.density / p.nose_radius).sqrt() * a.speed.powi(3),
+        }
+    }
+    fn deriv(
+        &self,
+        _: &Clock,
+        _: &Heat,
+        _: &Left,
+        _: &(),
+        _: &EntryIn,
+        _: &(),
+        y: &EntryOut,
+    ) -> Heat {
+        Heat { load: y.heating }
+    }
+    fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Edge {
+        Edge { inside: self.edge(c.t, &u.body) }
+    }
+    fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
+        (*x, Left { outside: true })
+    }
+    fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Vec<BuildError> {
+        remark(self.edge(c.t, &u.body))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lift_turns_with_the_bank_and_is_across_the_path() {
+        let up = Vec3::z() * 3.4e6;
+        let v = Vec3::new(5000.0, 0.0, -1000.0);
+        let level = force(&v, &up, 0.0, 10.0, 0.0);
+        assert!(level.z > 0.0 && level.dot(&v).abs() < 1e-9 && (level.norm() - 10.0).abs() < 1e-12);
+        // Flying along x with z up, the right is −y.
+        let right = force(&v, &up, 0.5 * std::f64::consts::PI, 10.0, 0.0);
+        assert!((right + Vec3::y() * 10.0).norm() < 1e-12, "{right}");
+        let drag = force(&v, &up, 1.0, 0.0, 7.0);
+        assert!((drag + v.normalize() * 7.0).norm() < 1e-12);
+        assert_eq!(force(&Vec3::zeros(), &up, 0.0, 1.0, 1.0), Vec3::zeros());
+        let down = force(&-up, &up, 0.3, 5.0, 2.0);
+        assert!((down - Vec3::z() * 2.0).norm() < 1e-12, "no lift straight down");
+    }
+}

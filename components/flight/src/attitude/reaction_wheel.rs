@@ -1,0 +1,252 @@
+//! `flight.reaction_wheel`: a wheel that turns its craft, with friction and imbalance.
+//! ```text
+//! h = J (Ω + g · ω)          g: spin axis, ω: inertial rate of the body, Ω: speed against it
+//! ḣ = u − τ_f(Ω)             Ω = h/J − g · ω
+//! on the body: M = −(u − τ_f) g − ω × h g + imbalance
+//! τ_f = (T_c + (T_s − T_c) e^(−(Ω/Ω_s)²)) tanh(Ω/ε) + b Ω       Coulomb, Stribeck, viscous
+//! static imbalance   F = U_s Ω² a(θ)       dynamic   T = U_d Ω² a(θ)       θ̇ = Ω,  a ⊥ g turns with the wheel
+//! ```
+//! The body's inertia in the file has the wheel's mass and its inertia across g, and not J about g: the
+//! absolute axial momentum h is a state of its own, so that no acceleration is needed. Node z is g.
+
+use linkwork_runtime::prelude::*;
+
+/// A wheel.
+#[derive(Params, Clone, Debug)]
+pub struct WheelParams {
+    /// Inertia J about the spin axis.
+    #[param(unit = "kg m^2", range = 1e-9..)]
+    pub inertia: f64,
+    /// Speed against the body at the start, when that does not turn.
+    #[param(unit = "rad/s", default = 0.0)]
+    pub speed: f64,
+    /// Greatest torque of the motor.
+    #[param(unit = "N m", default = f64::INFINITY, range = 0.0..)]
+    pub torque_max: f64,
+    /// Speed at which the motor gives no more torque that would drive it faster.
+    #[param(unit = "rad/s", default = f64::INFINITY, range = 0.0..)]
+    pub speed_max: f64,
+    /// Coulomb friction T_c.
+    #[param(unit = "N m", default = 0.0, range = 0.0..)]
+    pub coulomb: f64,
+    /// Friction T_s at the beginning of motion.
+    #[param(unit = "N m", default = 0.0, range = 0.0..)]
+    pub breakaway: f64,
+    /// Speed Ω_s over which that goes down to T_c.
+    #[param(unit = "rad/s", default = 1.0, range = 1e-6..)]
+    pub stribeck: f64,
+    /// Speed ε below which friction is smooth.
+    #[param(unit = "rad/s", default = 0.01, range = 1e-9..)]
+    pub smoothing: f64,
+    /// Viscous friction b.
+    #[param(unit = "N m s/rad", default = 0.0, range = 0.0..)]
+    pub viscous: f64,
+    /// Static imbalance U_s.
+    #[param(unit = "kg m", default = 0.0, range = 0.0..)]
+    pub static_imbalance: f64,
+    /// Dynamic imbalance U_d.
+    #[param(unit = "kg m^2", default = 0.0, range = 0.0..)]
+    pub dynamic_imbalance: f64,
+}
+
+/// Body and command.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct WheelIn {
+    /// Node at the wheel; z is its spin axis.
+    #[port(bind = "wheel")]
+    pub wheel: NodeState,
+    /// Torque on the wheel that is asked for; what is beyond the motor is cut off.
+    #[port("N m", default = 0.0)]
+    pub torque: f64,
+}
+
+/// Load and motion.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct WheelOut {
+    /// On the body.
+    #[port(bind = "wheel")]
+    pub load: Wrench,
+    /// Speed Ω against the body.
+    #[port("rad/s")]
+    pub speed: f64,
+    /// Torque on the wheel, friction taken off.
+    #[port("N m")]
+    pub net_torque: f64,
+    /// Momentum h about the spin axis, inertial.
+    #[port("N m s")]
+    pub momentum: f64,
+}
+
+/// State of a wheel.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Spin {
+    /// Inertial momentum about the spin axis.
+    #[port("N m s")]
+    pub momentum: f64,
+    /// Angle of the imbalance.
+    #[port("rad")]
+    pub angle: f64,
+}
+
+/// A reaction wheel.
+pub struct ReactionWheel {
+    p: WheelParams,
+}
+
+impl ReactionWheel {
+    /// Friction torque at a speed; against the motion.
+    pub fn friction(&self, speed: f64) -> f64 {
+        let p = &self.p;
+        let dry =
+            p.coulomb + (p.breakaway - p.coulomb).max(0.0) * (-(speed / p.stribeck).powi(2)).exp();
+        dry * (speed / p.smoothing).tanh() + p.viscous * speed
+    }
+}
+
+/// A reaction wheel with friction, limits and imbalance.
+#[model("flight.reaction_wheel")]
+impl Model for ReactionWheel {
+    type Params = WheelParams;
+    type Ud = WheelIn;
+    type Yd = WheelOut;
+    type X = Spin;
+    fn init_x(&self) -> Spin {
+        Spin { momentum: self.p.inertia * self.p.speed, angle: 0.0 }
+    }
+    fn direct(&self, _: &Clock, x: &Spin, _: &(), u: &WheelIn) -> WheelOut {
+        let p = &self.p;
+        let R = u.wheel.rotation;
+        let axis = R * Vec3::z();
+        let speed = x.momentum / p.inertia - axis.dot(&u.wheel.angular);
+        let mut torque = u.torque.clamp(-p.torque_max, p.torque_max);
+        if speed.abs() >= p.speed_max && torque * speed > 0.0 {
+            torque = 0.0;
+        }
+        let net_torque = torque - self.friction(speed);
+        let out = R * Vec3::new(x.angle.cos(), x.angle.sin(), 0.0) * (speed * speed);
+        let moment = -axis * net_torque - u.wheel.angular.cross(&axis) * x.momentum
+            + out * p.dynamic_imbalance;
+        let load = Wrench { moment, force: out * p.static_imbalance };
+        WheelOut { load, speed, net_torque, momentum: x.momentum }
+    }
+    fn deriv(
+        &self,
+        _: &Clock,
+        _: &Spin,
+        _: &(),
+        _: &(),
+        _: &WheelIn,
+        _: &(),
+        y: &WheelOut,
+    ) -> Spin {
+        Spin { momentum: y.net_torque, angle: y.speed }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn params() -> WheelParams {
+        WheelParams {
+            inertia: 0.0796,
+            speed: 600.0,
+            torque_max: 0.2,
+            speed_max: 628.0,
+            coulomb: 0.002,
+            breakaway: 0.003,
+            stribeck: 2.0,
+            smoothing: 0.01,
+            viscous: 1e-5,
+            static_imbalance: 2.8e-6,
+            dynamic_imbalance: 7.7e-7,
+        }
+    }
+
+    fn at(m: &ReactionWheel, x: &Spin, torque: f64, angular: Vec3) -> WheelOut {
+        let u = WheelIn { wheel: NodeState { angular, ..NodeState::identity() }, torque };
+        m.direct(&Clock::at(0.0, 0.01, 0), x, &(), &u, &())
+    }
+
+    #[test]
+    fn imbalance_of_a_published_wheel_at_600_rad_s() {
+        // HR16: 1.008 N and 0.2772 N m.
+        let m = ReactionWheel { p: params() };
+        let y = at(&m, &Spin { angle: 0.7, ..m.init_x() }, 0.0, Vec3::zeros());
+        assert!((y.load.force.norm() - 1.008).abs() < 1e-12);
+        let across = Vec3::new(y.load.moment.x, y.load.moment.y, 0.0);
+        assert!((across.norm() - 0.2772).abs() < 1e-12 && y.load.force.z == 0.0);
+    }
+
+    #[test]
+    fn friction_is_against_the_motion_and_falls_after_breakaway() {
+        let m = ReactionWheel { p: params() };
+        assert!((m.friction(0.05) - 0.003).abs() < 1e-5 && m.friction(0.0) == 0.0);
+        assert!((m.friction(100.0) - 0.003).abs() < 1e-12, "0.002 + 1e-5 · 100");
+        assert_eq!(m.friction(-30.0), -m.friction(30.0));
+    }
+
+    #[test]
+    fn the_motor_has_its_limits() {
+        let m = ReactionWheel { p: params() };
+        let net = |torque: f64| at(&m, &m.init_x(), torque, Vec3::zeros()).net_torque;
+        let friction = m.friction(600.0);
+        assert!((net(1.0) - (0.2 - friction)).abs() < 1e-15);
+        let fast = Spin { momentum: 0.0796 * 630.0, angle: 0.0 };
+        assert!(at(&m, &fast, 0.1, Vec3::zeros()).net_torque < 0.0, "it may only brake");
+        assert!(at(&m, &fast, -0.1, Vec3::zeros()).net_torque < -0.1);
+        // A body that turns about the axis turns under the wheel.
+        let y = at(&m, &m.init_x(), 0.0, Vec3::z() * 5.0);
+        assert!((y.speed - 595.0).abs() < 1e-10);
+    }
+
+    /// Free body and wheel: total momentum in inertial axes stays, whatever the motor does.
+    #[test]
+    fn momentum_goes_from_the_body_to_the_wheel_and_none_is_lost() {
+        let mut p = params();
+        (p.static_imbalance, p.dynamic_imbalance) = (0.0, 0.0);
+        let m = ReactionWheel { p };
+        let inertia = Vec3::new(60.0, 50.0, 40.0);
+        let mut y = [0.0, 0.0, 0.0, 1.0, 0.03, -0.02, 0.05, 0.0796 * 100.0];
+        let node = |y: &[f64; 8]| {
+            let q = linkwork_spatial::nalgebra::Quaternion::new(y[3], y[0], y[1], y[2]);
+            let rotation = Quat::from_quaternion(q);
+            let angular = rotation * Vec3::new(y[4], y[5], y[6]);
+            NodeState { rotation, angular, ..NodeState::identity() }
+        };
+        let slope = |y: &[f64; 8]| {
+            let n = node(y);
+            let u = WheelIn { wheel: n, torque: 0.1 };
+            let o = m.direct(
+                &Clock::at(0.0, 0.01, 0),
+                &Spin { momentum: y[7], angle: 0.0 },
+                &(),
+                &u,
+                &(),
+            );
+            let w = Vec3::new(y[4], y[5], y[6]);
+            let torque = n.rotation.inverse() * o.load.moment - w.cross(&inertia.component_mul(&w));
+            let a = torque.component_div(&inertia);
+            let q = linkwork_spatial::nalgebra::Quaternion::new(y[3], y[0], y[1], y[2]);
+            let dq = q * linkwork_spatial::nalgebra::Quaternion::from_imag(w) * 0.5;
+            [dq.i, dq.j, dq.k, dq.w, a.x, a.y, a.z, o.net_torque]
+        };
+        let total = |y: &[f64; 8]| {
+            let w = Vec3::new(y[4], y[5], y[6]);
+            node(y).rotation * (inertia.component_mul(&w) + Vec3::z() * y[7])
+        };
+        let before = total(&y);
+        for _ in 0..4000 {
+            let h = 0.01;
+            let add =
+                |k: &[f64; 8], c: f64| -> [f64; 8] { std::array::from_fn(|i| y[i] + c * k[i]) };
+            let a = slope(&y);
+            let b = slope(&add(&a, 0.5 * h));
+            let c = slope(&add(&b, 0.5 * h));
+            let d = slope(&add(&c, h));
+            y = std::array::from_fn(|i| y[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
+        }
+        assert!((total(&y) - before).norm() < 1e-9, "{} {before}", total(&y));
+        assert!((y[7] - 7.96).abs() > 3.0, "the wheel has taken up momentum");
+    }
+}

@@ -1,0 +1,383 @@
+//! `flight.entry_guidance`: the bank angle of an Apollo-class entry with phases, reversals and limits.
+//! ```text
+//! before D reaches `begin`          σ = `pre_bank` (sign towards the target)
+//! range control, V > heading_speed  |σ| = arccos u of [`lift`](super::entry::lift), u in −1 … 1
+//!     sign   keeps, and changes when |cross| > c₀ + c₁ V² on the side to which the lift pushes
+//! heading alignment, V below it     σ = clamp(k · heading error, ±limit), lift up
+//! commanded σ follows with `rate_max`, as a held value between samples
+//! heading error: angle from the ground track to the target, positive to the right; cross = angle · range to go
+//! ```
+//! The planet is at the origin of W and turns about z: speeds are against its surface. The reference is
+//! made at load from a vehicle in exponential air ([`Vehicle::reference`](super::entry::Vehicle::reference)).
+
+use super::entry::{Row, Vehicle, at_speed, lift};
+use linkwork_runtime::prelude::*;
+
+/// Target, reference and limits.
+#[derive(Params, Clone, Debug)]
+pub struct EntryGuidanceParams {
+    /// Direction of the target from the planet's centre, in axes that turn with it and are those of W at t = 0.
+    pub target: Vec3,
+    /// Rate of the planet about z of W.
+    #[param(unit = "rad/s", default = 7.088_218_1e-5)]
+    pub planet_rate: f64,
+    /// Radius of the planet.
+    #[param(unit = "m", default = 3_396_190.0)]
+    pub planet_radius: f64,
+    /// Gravity at its surface, for the reference.
+    #[param(unit = "m/s^2", default = 3.71)]
+    pub gravity: f64,
+    /// Density at height 0 of the reference.
+    #[param(unit = "kg/m^3", default = 0.0158)]
+    pub density: f64,
+    /// Scale height of the reference.
+    #[param(unit = "m", default = 9354.0)]
+    pub scale_height: f64,
+    /// m/(C_D S) of the reference.
+    #[param(unit = "kg/m^2")]
+    pub ballistic: f64,
+    /// L/D of the reference.
+    #[param(default = 0.24)]
+    pub lift_to_drag: f64,
+    /// cos σ of the reference.
+    #[param(default = 0.5)]
+    pub lift_ref: f64,
+    /// Height at which the reference begins.
+    #[param(unit = "m", default = 80_000.0)]
+    pub start_height: f64,
+    /// Speed there.
+    #[param(unit = "m/s", default = 5845.0)]
+    pub start_speed: f64,
+    /// Path angle there, negative down.
+    #[param(unit = "rad", default = -0.26)]
+    pub start_angle: f64,
+    /// Speed at which the reference ends.
+    #[param(unit = "m/s", default = 450.0)]
+    pub end_speed: f64,
+    /// Gain K.
+    #[param(default = 5.0, range = 0.0..)]
+    pub gain: f64,
+    /// Drag deceleration at which range control begins.
+    #[param(unit = "m/s^2", default = 1.96, range = 0.0..)]
+    pub begin: f64,
+    /// Bank before that.
+    #[param(unit = "rad", default = 1.0, range = 0.0..=3.15)]
+    pub pre_bank: f64,
+    /// Deadband of the crossrange, c₀.
+    #[param(unit = "m", default = 2000.0, range = 0.0..)]
+    pub deadband: f64,
+    /// Its growth with V², c₁.
+    #[param(unit = "s^2/m", default = 2e-4, range = 0.0..)]
+    pub deadband_growth: f64,
+    /// Speed below which it aligns its heading.
+    #[param(unit = "m/s", default = 1100.0, range = 0.0..)]
+    pub heading_speed: f64,
+    /// Bank over heading error there.
+    #[param(default = 4.0, range = 0.0..)]
+    pub heading_gain: f64,
+    /// Greatest bank there.
+    #[param(unit = "rad", default = 0.52, range = 0.0..=3.15)]
+    pub heading_limit: f64,
+    /// Greatest rate of the bank.
+    #[param(unit = "rad/s", default = 0.35, range = 1e-6..)]
+    pub rate_max: f64,
+}
+
+/// What is measured.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct EntryGuidanceIn {
+    /// The vehicle, as navigation knows it.
+    #[port(bind = "body")]
+    pub body: NodeState,
+    /// Drag deceleration.
+    #[port("m/s^2")]
+    pub drag: f64,
+}
+
+/// The command.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct EntryGuidanceOut {
+    /// Bank angle; positive turns to the right.
+    #[port("rad")]
+    pub bank: f64,
+    /// Range to go along the surface.
+    #[port("m")]
+    pub range: f64,
+    /// Heading error; positive: the target is to the right.
+    #[port("rad")]
+    pub heading_error: f64,
+    /// 0 before range control, 1 in it, 2 aligning the heading.
+    #[port("1")]
+    pub phase: f64,
+    /// Reversals so far.
+    #[port("1")]
+    pub reversals: f64,
+}
+
+/// What it remembers.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Banking {
+    /// Bank that is commanded.
+    #[port("rad")]
+    pub bank: f64,
+    /// Side of the lift: 1 right, −1 left, 0 not chosen yet.
+    #[port("1")]
+    pub side: f64,
+    /// Phase.
+    #[port("1")]
+    pub phase: f64,
+    /// Reversals so far.
+    #[port("1")]
+    pub reversals: f64,
+}
+
+/// Apollo-class entry guidance.
+pub struct EntryGuidance {
+    p: EntryGuidanceParams,
+    rows: Vec<Row>,
+}
+
+/// Range to go (m), heading error (rad), speed over the ground and rate of height (m/s).
+pub fn to_target(
+    body: &NodeState,
+    target: &Vec3,
+    (rate, radius, t): (f64, f64, f64),
+) -> (f64, f64, f64, f64) {
+    let up = body.position.normalize();
+    let v = body.velocity - (Vec3::z() * rate).cross(&body.position);
+    let goal = Quat::from_scaled_axis(Vec3::z() * (rate * t)) * target;
+    let range = radius * up.cross(&goal).norm().atan2(up.dot(&goal));
+    let rise = v.dot(&up);
+    let (track, way) = (v - up * rise, goal - up * goal.dot(&up));
+    // To the right is −up × track.
+    let error = (-track.cross(&way).dot(&up)).atan2(track.dot(&way));
+    (range, error, v.norm(), rise)
+}
+
+impl EntryGuidance {
+    fn decide(&self, c: &Clock, d: &Banking, u: &EntryGuidanceIn) -> Banking {
+        let p = &self.p;
+        let place = (p.planet_rate, p.planet_radius, c.t);
+        let (range, error, speed, rise) = to_target(&u.body, &p.target, place);
+        let mut out = *d;
+        if out.side == 0.0 {
+            out.side = if error < 0.0 { -1.0 } else { 1.0 };
+        }
+        out.phase = if speed < p.heading_speed && d.phase > 0.5 {
+            2.0
+        } else if u.drag >= p.begin {
+            d.phase.max(1.0)
+        } else {
+            d.phase
+        };
+        let wanted = if out.phase > 1.5 {
+            (p.heading_gain * error).clamp(-p.heading_limit, p.heading_limit)
+        } else {
+            let size = if out.phase > 0.5 {
+                let row = at_speed(&self.rows, speed);
+                lift(&row, p.lift_ref, p.gain, (range, u.drag, rise)).clamp(-1.0, 1.0).acos()
+            } else {
+                p.pre_bank
+            };
+            let cross = range * error.sin();
+            // The lift pushes away from the target, and too far already.
+            let limit = p.deadband + p.deadband_growth * speed * speed;
+            if out.phase > 0.5 && -cross * out.side > limit {
+                out.side = -out.side;
+                out.reversals += 1.0;
+            }
+            size * out.side
+        };
+        let step = p.rate_max * c.dt;
+        out.bank = d.bank + (wanted - d.bank).clamp(-step, step);
+        out
+    }
+}
+
+/// Entry guidance after a reference: range control by bank, reversals, heading alignment; sampled.
+#[model("flight.entry_guidance")]
+impl Model for EntryGuidance {
+    type Params = EntryGuidanceParams;
+    type Ud = EntryGuidanceIn;
+    type Yd = EntryGuidanceOut;
+    type D = Banking;
+    fn build(mut p: EntryGuidanceParams) -> Result<Self, BuildError> {
+        let length = p.target.norm();
+        if !(length > 1e-9) {
+            return Err(BuildError::new("the target has no direction")
+                .help("write a vector from the planet's centre, e.g. target: [1, 0, 0]")
+                .at("target"));
+        }
+        p.target /= length;
+        for (name, value) in [
+            ("planet_radius", p.planet_radius),
+            ("gravity", p.gravity),
+            ("density", p.density),
+            ("scale_height", p.scale_height),
+            ("ballistic", p.ballistic),
+            ("lift_to_drag", p.lift_to_drag),
+            ("start_speed", p.start_speed),
+            ("end_speed", p.end_speed),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                let fact = format!("{name} is {value}: there is no reference");
+                return Err(BuildError::new(fact).help("write a number above 0").at(name));
+            }
+        }
+        if !(p.lift_ref.abs() <= 1.0) {
+            let fact = format!("cos σ of the reference is {}", p.lift_ref);
+            return Err(BuildError::new(fact).help("write a cosine").at("lift_ref"));
+        }
+        let vehicle = Vehicle {
+            radius: p.planet_radius,
+            gravity: p.gravity,
+            density: p.density,
+            scale_height: p.scale_height,
+            ballistic: p.ballistic,
+            lift_to_drag: p.lift_to_drag,
+        };
+        let start = [0.0, p.start_speed, p.start_angle, p.start_height];
+        match vehicle.reference(start, p.lift_ref, p.end_speed, 0.25) {
+            Some(rows) if rows.len() > 2 => Ok(EntryGuidance { p, rows }),
+            _ => Err(BuildError::new(format!(
+                "the reference does not come down to {} m/s above the ground",
+                p.end_speed
+            ))
+            .help("change `lift_ref`, `start_angle`, `ballistic` or `end_speed`")
+            .at("end_speed")),
+        }
+    }
+    fn direct(&self, c: &Clock, _: &(), d: &Banking, u: &EntryGuidanceIn) -> EntryGuidanceOut {
+        let p = &self.p;
+        let place = (p.planet_rate, p.planet_radius, c.t);
+        let (range, heading_error, _, _) = to_target(&u.body, &p.target, place);
+        let now = self.decide(c, d, u);
+        let Banking { bank, phase, reversals, .. } = now;
+        EntryGuidanceOut { bank, range, heading_error, phase, reversals }
+    }
+    fn update(&self, c: &Clock, _: &(), d: &Banking, _: &(), u: &EntryGuidanceIn) -> Banking {
+        self.decide(c, d, u)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::aerodynamics::entry::force;
+    use super::*;
+
+    fn params(target: Vec3) -> EntryGuidanceParams {
+        EntryGuidanceParams {
+            target,
+            planet_rate: 7.088_218_1e-5,
+            planet_radius: 3_396_190.0,
+            gravity: 3.71,
+            density: 0.0158,
+            scale_height: 9354.0,
+            ballistic: 137.0,
+            lift_to_drag: 0.24,
+            lift_ref: 0.5,
+            start_height: 80_000.0,
+            start_speed: 5845.0,
+            start_angle: -0.26,
+            end_speed: 450.0,
+            gain: 5.0,
+            begin: 1.96,
+            pre_bank: 1.0,
+            deadband: 2000.0,
+            deadband_growth: 2e-4,
+            heading_speed: 1100.0,
+            heading_gain: 4.0,
+            heading_limit: 0.52,
+            rate_max: 0.35,
+        }
+    }
+
+    #[test]
+    fn range_and_heading_are_those_of_a_globe() {
+        let body = NodeState {
+            position: Vec3::x() * 3.45e6,
+            velocity: Vec3::new(-500.0, 4000.0 + 7e-5 * 3.45e6, 0.0),
+            ..NodeState::identity()
+        };
+        // 0.1 rad ahead, a little to the south: to the right of a track to the east.
+        let target = Vec3::new(0.1f64.cos(), 0.1f64.sin(), -0.002).normalize();
+        let (range, error, speed, rise) = to_target(&body, &target, (7e-5, 3.4e6, 0.0));
+        assert!(
+            (range - 3.4e6 * target.x.acos()).abs() < 1e-3 && (error - 0.02).abs() < 1e-3,
+            "{range} {error}"
+        );
+        assert!((rise + 500.0).abs() < 1e-9 && (speed - 4031.1).abs() < 0.1);
+        // The target turns with the planet.
+        let later = to_target(&body, &target, (7e-5, 3.4e6, 100.0));
+        assert!(later.0 > range + 2e4);
+    }
+
+    /// A whole guided entry in three dimensions, the air 10 % off: it comes to the target's heading and range.
+    fn miss(thicker: f64, aside: f64, guided: bool) -> (f64, f64, f64) {
+        let (rate, radius) = (7.088_218_1e-5, 3_396_190.0);
+        let omega = Vec3::z() * rate;
+        let vehicle = Vehicle {
+            radius,
+            gravity: 3.71,
+            density: 0.0158,
+            scale_height: 9354.0,
+            ballistic: 137.0,
+            lift_to_drag: 0.24,
+        };
+        let rows = vehicle.reference([0.0, 5845.0, -0.26, 80_000.0], 0.5, 450.0, 0.25).unwrap();
+        // As far as the reference flies, and aside.
+        let angle = rows[0].range / radius;
+        let start = Vec3::x();
+        let target = Vec3::new(angle.cos(), angle.sin(), aside / radius);
+        let m = EntryGuidance::build(params(target)).unwrap();
+        let mut r = start * (radius + 80_000.0);
+        let mut v =
+            (Vec3::y() * 0.26f64.cos() - Vec3::x() * 0.26f64.sin()) * 5845.0 + omega.cross(&r);
+        let mut d = Banking { bank: 0.0, side: 0.0, phase: 0.0, reversals: 0.0 };
+        let (mut t, h) = (0.0, 0.05);
+        loop {
+            let through = v - omega.cross(&r);
+            let height = r.norm() - radius;
+            let drag = thicker * vehicle.drag(height, through.norm());
+            let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
+            let u = EntryGuidanceIn { body, drag };
+            if (t * 4.0) as i64 != ((t - h) * 4.0) as i64 {
+                d = m.update(&Clock::at(t, 0.25, 0), &(), &d, &(), &u, &mut ());
+            }
+            let (range, error, speed, _) = to_target(&body, &m.p.target, (rate, radius, t));
+            if speed < 450.0 || height < 0.0 {
+                return (range * error.cos(), range * error.sin(), d.reversals);
+            }
+            let bank = if guided { d.bank } else { 0.5f64.acos() };
+            let lift = 0.24 * drag;
+            let f = force(&through, &r, bank, lift, drag);
+            let a = f - r * (3.71 * radius * radius / r.norm().powi(3));
+            v += a * h;
+            r += v * h;
+            t += h;
+        }
+    }
+
+    #[test]
+    fn a_guided_entry_arrives_where_an_unguided_one_does_not() {
+        for (thicker, aside) in [(1.0, 0.0), (1.1, 4000.0), (0.9, -4000.0)] {
+            let (along, across, reversals) = miss(thicker, aside, true);
+            let (free_along, free_across, _) = miss(thicker, aside, false);
+            println!(
+                "air × {thicker}, {aside} m aside: {along:.0}, {across:.0} m after {reversals} reversals; without {free_along:.0}, {free_across:.0} m"
+            );
+            assert!(along.hypot(across) < 0.4 * free_along.hypot(free_across));
+            assert!(along.abs() < 6000.0 && across.abs() < 2500.0 && reversals >= 1.0);
+        }
+    }
+
+    #[test]
+    fn a_target_without_a_direction_is_refused() {
+        assert!(
+            EntryGuidance::build(params(Vec3::zeros()))
+                .is_err_and(|e| e.param.as_deref() == Some("target"))
+        );
+        let p = EntryGuidanceParams { start_angle: -1.2, ..params(Vec3::x()) };
+        assert!(EntryGuidance::build(p).is_err_and(|e| e.help.is_some()));
+    }
+}

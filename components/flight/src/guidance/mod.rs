@@ -1,0 +1,10 @@
+//! Laws that say where to push: powered descent, entry, ascent, rendezvous.
+//!
+//! Each law is a pure function with a thin model over it, so that a user's own law can take its place.
+
+pub mod ascent;
+pub mod convex;
+pub mod entry;
+pub mod entry_guidance;
+pub mod powered_descent;
+pub mod rendezvous;

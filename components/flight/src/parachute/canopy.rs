@@ -1,0 +1,458 @@
+//! `flight.canopy`: a parachute's canopy: it fills in stages, brakes, and carries air with it.
+//! ```text
+//! C_D S(t) = C_D S₀ η(M) f(t) (1 + A sin 2πFt)           F_drag = −½ ρ C_D S |v| v,  v: through the air
+//! f        share of the area: `packed` before it opens; each stage fills from what is there to its own share
+//! m_a      = k_a ρ (4/3) π (D₀/2)³ f^(3/2)                apparent mass, at the node
+//! (m + m_a) a = F_drag + m g − ṁ_a v + lines              no gravity on m_a
+//! ```
+//! A stage that is the only one and goes to 1 is a canopy without reefing. The instants at which it opens,
+//! at which a stage begins and is full are events. It opens at the time `start`, or where `deploy`
+//! rises through ½ when there is none; once open it stays so, a second command does nothing.
+//! Without `filling_time` each stage fills after Greene: t_f = 0.65 λ D₀/V, V at its beginning.
+//! ρ̇ in ṁ_a is taken along the path over ±1 ms.
+
+use super::inflation::{DISK_GAP_BAND, filling_time, share};
+use crate::table::Curve;
+use linkwork_runtime::prelude::*;
+
+/// A stage of filling.
+#[derive(Params, Clone, Debug)]
+pub struct Stage {
+    /// When it begins, after the canopy has opened.
+    #[param(unit = "s", default = 0.0, range = 0.0..)]
+    pub after: f64,
+    /// Share of the full area at its end.
+    #[param(default = 1.0, range = 0.0..=1.0)]
+    pub share: f64,
+}
+
+/// A canopy.
+#[derive(Params, Clone, Debug)]
+pub struct CanopyParams {
+    /// Nominal diameter D₀.
+    #[param(unit = "m", range = 1e-3..)]
+    pub diameter: f64,
+    /// Drag coefficient C_D over the nominal area π D₀²/4, full and slow.
+    #[param(default = 0.67, range = 0.0..)]
+    pub drag_coefficient: f64,
+    /// Rows (Mach, η), rising; as it stands of a disk-gap-band canopy.
+    #[param(default = DISK_GAP_BAND.to_vec())]
+    pub efficiency: Vec<[f64; 2]>,
+    /// When it opens; unwritten: where the input `deploy` rises through ½.
+    #[param(unit = "s")]
+    pub start: Option<f64>,
+    /// Share of the area before it opens.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub packed: f64,
+    /// Stages of filling; one that goes to 1 is a canopy without reefing.
+    #[param(default = vec![Stage { after: 0.0, share: 1.0 }])]
+    pub stages: Vec<Stage>,
+    /// Filling time of a stage; unwritten: after Greene.
+    #[param(unit = "s", range = 1e-6..)]
+    pub filling_time: Option<f64>,
+    /// Geometric porosity λ in percent, for the filling time after Greene.
+    #[param(default = 12.5, range = 0.0..=100.0)]
+    pub porosity: f64,
+    /// Exponent n of the filling: 1 ribbon, 2 to 3 disk-gap-band and solid.
+    #[param(default = 2.0, range = 1.0..=10.0)]
+    pub exponent: f64,
+    /// Amplitude A of the breathing of the area.
+    #[param(default = 0.0, range = 0.0..=0.9)]
+    pub breathing: f64,
+    /// Its frequency F.
+    #[param(unit = "Hz", default = 1.3, range = 0.0..)]
+    pub breathing_frequency: f64,
+    /// Coefficient k_a of the apparent mass; 0: none.
+    #[param(default = 0.0, range = 0.0..)]
+    pub apparent: f64,
+    /// The air.
+    #[param(service)]
+    pub atmosphere: Handle<dyn Atmosphere>,
+    /// Gravity, which does not pull at the apparent mass.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
+}
+
+/// The canopy and the command.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct CanopyIn {
+    /// The canopy's node, in the middle of its drag.
+    #[port(bind = "canopy")]
+    pub canopy: NodeState,
+    /// Opens it where it rises through ½, unless `start` says when.
+    #[port("1", default = 0.0)]
+    pub deploy: f64,
+}
+
+/// Drag, air that moves with it, and how far it is.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct CanopyOut {
+    /// Drag, and what the apparent mass takes.
+    #[port(bind = "canopy")]
+    pub load: Wrench,
+    /// Apparent mass.
+    #[port(bind = "canopy")]
+    pub added: AddedMass,
+    /// Drag.
+    #[port("N")]
+    pub drag: f64,
+    /// C_D S.
+    #[port("m^2")]
+    pub drag_area: f64,
+    /// Share of the full area.
+    #[port("1")]
+    pub share: f64,
+    /// Speed through the air.
+    #[port("m/s")]
+    pub airspeed: f64,
+    /// Mach number.
+    #[port("1")]
+    pub mach: f64,
+    /// Apparent mass.
+    #[port("kg")]
+    pub apparent_mass: f64,
+}
+
+/// How far the filling is.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Filling {
+    /// Stages that have begun; 0: packed.
+    #[port("1")]
+    pub stage: f64,
+    /// The stage has its share.
+    #[port]
+    pub full: bool,
+    /// When the first stage began.
+    #[port("s")]
+    pub opened: f64,
+    /// When this stage began.
+    #[port("s")]
+    pub began: f64,
+    /// How long it takes.
+    #[port("s")]
+    pub takes: f64,
+    /// Share at its beginning.
+    #[port("1")]
+    pub from: f64,
+}
+
+/// The next change.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct NextChange {
+    /// Time since the next stage begins or is full, or command over ½.
+    #[port("*", rising)]
+    pub since: f64,
+}
+
+/// A canopy.
+pub struct Canopy {
+    p: CanopyParams,
+    efficiency: Curve,
+}
+
+impl Canopy {
+    /// Share of the area and its derivative by time.
+    fn share(&self, t: f64, d: &Filling) -> (f64, f64) {
+        let stage = d.stage as usize;
+        if stage == 0 {
+            return (self.p.packed, 0.0);
+        }
+        let to = self.p.stages[stage - 1].share;
+        if d.full {
+            return (to, 0.0);
+        }
+        let (f, slope) = share(d.from, to, (t - d.began) / d.takes, self.p.exponent);
+        (f, slope / d.takes)
+    }
+
+    /// Time of the next stage, after the first.
+    fn next_stage(&self, d: &Filling) -> Option<f64> {
+        self.p.stages.get(d.stage as usize).map(|s| d.opened + s.after)
+    }
+
+    /// Sphere of half the diameter, times k_a.
+    fn apparent_volume(&self) -> f64 {
+        self.p.apparent * 4.0 / 3.0 * std::f64::consts::PI * (0.5 * self.p.diameter).powi(3)
+    }
+}
+
+/// A parachute's canopy that fills in stages: drag with Mach efficiency and breathing, and apparent mass.
+#[model("flight.canopy")]
+impl Model for Canopy {
+    type Params = CanopyParams;
+    type Ud = CanopyIn;
+    type Yd = CanopyOut;
+    type D = Filling;
+    type G = NextChange;
+    fn build(p: CanopyParams) -> Result<Self, BuildError> {
+        let efficiency = Curve::new(&p.efficiency, "efficiency")?;
+        let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("stages"));
+        match p.stages.first() {
+            None => return wrong("a canopy without a stage never opens", "write stages: [()]"),
+            Some(first) if first.after != 0.0 => {
+                return wrong("the first stage begins when the canopy opens", "write `after: 0`");
+            }
+            _ => {}
+        }
+        if p.stages.windows(2).any(|w| !(w[1].after > w[0].after)) {
+            return wrong("stages do not come one after another", "sort them by `after`");
+        }
+        if p.stages[0].share < p.packed || p.stages.windows(2).any(|w| w[1].share < w[0].share) {
+            return wrong("a stage has a smaller share than the one before", "a canopy only fills");
+        }
+        Ok(Canopy { p, efficiency })
+    }
+    fn direct(&self, c: &Clock, _: &(), d: &Filling, u: &CanopyIn) -> CanopyOut {
+        let p = &self.p;
+        let (place, velocity) = (u.canopy.position, u.canopy.velocity);
+        let air = p.atmosphere.air(c.t, place);
+        let v = velocity - air.wind;
+        let speed = v.norm();
+        let mach = speed / air.speed_of_sound.max(1e-9);
+        let (f, rate) = self.share(c.t, d);
+        let wave = (2.0 * std::f64::consts::PI * p.breathing_frequency * c.t).sin();
+        let nominal = 0.25 * std::f64::consts::PI * p.diameter * p.diameter;
+        let full = p.drag_coefficient * nominal * self.efficiency.at(mach);
+        let drag_area = full * f * (1.0 + p.breathing * wave);
+        let mut force = v * (-0.5 * air.density * drag_area * speed);
+        let drag = force.norm();
+        let volume = self.apparent_volume();
+        let mut apparent_mass = 0.0;
+        if volume > 0.0 {
+            let h = 1e-3;
+            let density = |s: f64| p.atmosphere.air(c.t + s, place + velocity * s).density;
+            let slope = (density(h) - density(-h)) / (2.0 * h);
+            apparent_mass = volume * air.density * f.powf(1.5);
+            let growth = volume * (slope * f.powf(1.5) + 1.5 * air.density * f.sqrt() * rate);
+            force -= v * growth + p.gravity.acceleration(c.t, place) * apparent_mass;
+        }
+        CanopyOut {
+            load: Wrench { moment: Vec3::zeros(), force },
+            added: AddedMass::of(apparent_mass, &Vec3::zeros(), &Vec3::zeros()),
+            drag,
+            drag_area,
+            share: f,
+            airspeed: speed,
+            mach,
+            apparent_mass,
+        }
+    }
+    fn guards(&self, c: &Clock, _: &(), d: &Filling, _: &(), u: &CanopyIn) -> NextChange {
+        let since = if d.stage < 0.5 {
+            self.p.start.map_or(u.deploy - 0.5, |start| c.t - start)
+        } else {
+            let end = if d.full { f64::INFINITY } else { d.began + d.takes };
+            let next = self.next_stage(d).unwrap_or(f64::INFINITY).min(end);
+            if next.is_finite() { c.t - next } else { -1.0 }
+        };
+        NextChange { since }
+    }
+    fn fired(
+        &self,
+        c: &Clock,
+        _: usize,
+        _: &(),
+        d: &Filling,
+        _: &(),
+        u: &CanopyIn,
+    ) -> ((), Filling) {
+        let p = &self.p;
+        // The event is at its instant to 1 ps: either side of it.
+        let begins = d.stage < 0.5 || self.next_stage(d).is_some_and(|t| c.t > t - 1e-9);
+        if !begins {
+            return ((), Filling { full: true, ..*d });
+        }
+        let air = p.atmosphere.air(c.t, u.canopy.position);
+        let speed = (u.canopy.velocity - air.wind).norm();
+        let takes = p.filling_time.unwrap_or_else(|| {
+            // At rest it would never fill: as at 1 m/s.
+            filling_time(p.porosity, p.diameter, speed.max(1.0)).max(1e-6)
+        });
+        let first = d.stage < 0.5;
+        let began = if first { p.start.unwrap_or(c.t) } else { self.next_stage(d).unwrap_or(c.t) };
+        let filling = Filling {
+            stage: d.stage + 1.0,
+            full: false,
+            opened: if first { began } else { d.opened },
+            began,
+            takes,
+            from: self.share(c.t, d).0,
+        };
+        ((), filling)
+    }
+    fn remarks(&self, c: &Clock, _: &(), d: &Filling) -> Vec<BuildError> {
+        let late = self.p.start.filter(|s| d.stage < 0.5 && *s < c.t - 1e-9);
+        let told = late.map(|s| {
+            BuildError::new(format!(
+                "it should have opened at {s} s and the run begins at {} s",
+                c.t
+            ))
+            .help("write a later `start`, or wire `deploy`: as it stands it never opens")
+            .at("start")
+        });
+        told.into_iter().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::inflation::FiniteMass;
+    use super::*;
+    use std::sync::Arc;
+
+    struct Level(f64);
+    impl Atmosphere for Level {
+        fn air(&self, _: f64, p: Vec3) -> Air {
+            let density = self.0 * (-p.z / 10_000.0).exp();
+            let wind = Vec3::new(3.0, 0.0, 0.0);
+            Air { density, pressure: 1.0, temperature: 200.0, speed_of_sound: 1e4, wind }
+        }
+    }
+    struct Down;
+    impl Gravity for Down {
+        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+            Vec3::z() * -3.71
+        }
+    }
+
+    fn params(density: f64) -> CanopyParams {
+        CanopyParams {
+            diameter: 15.0,
+            drag_coefficient: 0.6,
+            efficiency: DISK_GAP_BAND.to_vec(),
+            start: Some(2.0),
+            packed: 0.0,
+            stages: vec![Stage { after: 0.0, share: 1.0 }],
+            filling_time: Some(1.5),
+            porosity: 12.5,
+            exponent: 2.0,
+            breathing: 0.0,
+            breathing_frequency: 1.0,
+            apparent: 0.0,
+            atmosphere: Handle::new("air", Arc::new(Level(density)) as Arc<dyn Atmosphere>),
+            gravity: Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>),
+        }
+    }
+
+    fn at(t: f64) -> Clock {
+        Clock::at(t, 0.01, 0)
+    }
+
+    fn input(height: f64, velocity: Vec3) -> CanopyIn {
+        let canopy = NodeState { position: Vec3::z() * height, velocity, ..NodeState::identity() };
+        CanopyIn { canopy, deploy: 0.0 }
+    }
+
+    /// All events until `t`, as the run would find them.
+    fn until(m: &Canopy, t: f64, u: &CanopyIn) -> Filling {
+        let mut d = Filling::zero();
+        for k in 0..=(t * 1000.0) as usize {
+            let now = k as f64 * 1e-3;
+            while m.guards(&at(now), &(), &d, &(), u, &()).since >= 0.0 {
+                d = m.fired(&at(now), 0, &(), &d, &(), u, &mut ()).1;
+            }
+        }
+        d
+    }
+
+    /// The model integrated beside the closed form of a finite mass.
+    #[test]
+    fn it_shocks_a_finite_mass_as_the_closed_form_says() {
+        let m = Canopy::build(params(0.4)).unwrap();
+        let nominal = 0.25 * std::f64::consts::PI * 225.0;
+        let exact = FiniteMass {
+            mass: 400.0,
+            drag_area: 0.6 * nominal,
+            density: 0.4,
+            speed: 70.0,
+            filling: 1.5,
+            exponent: 2.0,
+        };
+        let wind = Vec3::x() * 3.0;
+        let mut d = until(&m, 1.999, &input(0.0, wind));
+        assert_eq!(d.stage, 0.0);
+        d = m.fired(&at(2.0), 0, &(), &d, &(), &input(0.0, wind), &mut ()).1;
+        let (mut v, h) = (70.0, 1e-4);
+        let force = |d: &Filling, t: f64, v: f64| {
+            let u = input(0.0, wind + Vec3::y() * v);
+            m.direct(&at(t), &(), d, &u, &()).load.force.y
+        };
+        let mut peak = 0.0_f64;
+        for k in 0..15_000 {
+            let t = 2.0 + f64::from(k) * h;
+            let middle = v + 0.5 * h * force(&d, t, v) / 400.0;
+            let f = force(&d, t + 0.5 * h, middle);
+            v += h * f / 400.0;
+            peak = peak.max(-f);
+        }
+        assert!((v / exact.speed_at(1.0) - 1.0).abs() < 1e-7, "{v}");
+        assert!((peak / exact.force_at(exact.peak()) - 1.0).abs() < 1e-6, "{peak}");
+    }
+
+    #[test]
+    fn reefing_fills_in_stages_and_a_command_opens_it_once() {
+        let mut p = params(0.01);
+        p.start = None;
+        p.packed = 0.01;
+        p.stages = vec![Stage { after: 0.0, share: 0.3 }, Stage { after: 4.0, share: 1.0 }];
+        let m = Canopy::build(p).unwrap();
+        let mut u = input(0.0, Vec3::y() * 100.0);
+        assert_eq!(until(&m, 3.0, &u).stage, 0.0);
+        u.deploy = 1.0;
+        let share = |t: f64| m.share(t, &until(&m, t, &u)).0;
+        assert!((share(0.75) - (0.01 + 0.29 * 0.25)).abs() < 1e-12);
+        for (t, want) in [(2.0, 0.3), (3.9, 0.3), (4.75, 0.3 + 0.7 * 0.25), (6.0, 1.0)] {
+            assert!((share(t) - want).abs() < 1e-12, "{t}: {}", share(t));
+        }
+        let d = until(&m, 9.0, &u);
+        assert!(d.full && d.stage == 2.0, "a command that stays opens nothing again");
+        // Greene: 0.65 λ D₀/V.
+        let mut p = params(0.01);
+        p.filling_time = None;
+        let d = until(&Canopy::build(p).unwrap(), 2.0, &input(0.0, Vec3::new(3.0, 200.0, 0.0)));
+        assert!((d.takes - 0.65 * 12.5 * 15.0 / 200.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn apparent_mass_takes_momentum_as_it_grows_and_has_no_weight() {
+        let mut p = params(0.02);
+        p.apparent = 0.35;
+        let m = Canopy::build(p).unwrap();
+        let v = Vec3::new(3.0, 0.0, -90.0);
+        let u = input(500.0, v);
+        let d = Filling { stage: 1.0, full: false, opened: 2.0, began: 2.0, takes: 1.5, from: 0.0 };
+        let y = m.direct(&at(2.9), &(), &d, &u, &());
+        let density = |h: f64| 0.02 * (-h / 10_000.0_f64).exp();
+        let volume = 0.35 * 4.0 / 3.0 * std::f64::consts::PI * 7.5f64.powi(3);
+        let f = 0.36_f64;
+        let mass = |t: f64| {
+            let tau = (t - 2.0) / 1.5;
+            volume * density(500.0 - 90.0 * (t - 2.9)) * (tau * tau).powf(1.5)
+        };
+        assert!((y.apparent_mass / mass(2.9) - 1.0).abs() < 1e-12 && (y.share - f).abs() < 1e-12);
+        let growth = (mass(2.9 + 1e-5) - mass(2.9 - 1e-5)) / 2e-5;
+        let drag = 0.5 * density(500.0) * y.drag_area * 8100.0;
+        let want = drag + growth * 90.0 + 3.71 * mass(2.9);
+        assert!((y.load.force.z / want - 1.0).abs() < 1e-8, "{} {want}", y.load.force.z);
+        assert_eq!(y.added.mass, y.apparent_mass);
+    }
+
+    #[test]
+    fn stages_that_make_no_sense_are_refused() {
+        let stage = |after: f64, share: f64| Stage { after, share };
+        for stages in [
+            vec![],
+            vec![stage(1.0, 1.0)],
+            vec![stage(0.0, 0.5), stage(0.0, 1.0)],
+            vec![stage(0.0, 0.5), stage(2.0, 0.4)],
+        ] {
+            let e = Canopy::build(CanopyParams { stages, ..params(1.0) }).err().unwrap();
+            assert!(e.param.as_deref() == Some("stages") && e.help.is_some());
+        }
+        let m = Canopy::build(params(1.0)).unwrap();
+        assert_eq!(
+            m.remarks(&at(3.0), &(), &Filling::zero(), &(), &input(0.0, Vec3::x()), &()).len(),
+            1
+        );
+    }
+}

@@ -1,0 +1,208 @@
+//! `flight.line`: a riser, a bridle leg or a tether: it pulls and never pushes.
+//! ```text
+//! d = p_b − p_a      δ = |d| − L      δ̇ = (v_b − v_a) · d/|d|
+//! T = k δ + c δ̇  while taut, else 0        on a: T d/|d|,  on b: −T d/|d|
+//! slack → taut where δ rises through 0      taut → slack where k δ + c δ̇ falls through 0
+//! ```
+//! Both changes are events, located like any other, so that no step runs over the corner. A line that
+//! goes slack while still stretched (the damper pulls it together too slowly) stays slack until it has
+//! been shorter than L.
+
+use linkwork_runtime::prelude::*;
+
+/// A line.
+#[derive(Params, Clone, Debug)]
+pub struct LineParams {
+    /// Length without tension L.
+    #[param(unit = "m", range = 1e-6..)]
+    pub length: f64,
+    /// Stiffness k of the whole line.
+    #[param(unit = "N/m", range = 1e-9..)]
+    pub stiffness: f64,
+    /// Damping c along the line.
+    #[param(unit = "N s/m", default = 0.0, range = 0.0..)]
+    pub damping: f64,
+    /// Taut at the start.
+    #[param(default = false)]
+    pub taut: bool,
+}
+
+/// Its ends.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct LineIn {
+    /// One end.
+    #[port(bind = "a")]
+    pub a: NodeState,
+    /// The other.
+    #[port(bind = "b")]
+    pub b: NodeState,
+}
+
+/// Forces and length.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct LineOut {
+    /// On a.
+    #[port(bind = "a")]
+    pub on_a: Wrench,
+    /// On b.
+    #[port(bind = "b")]
+    pub on_b: Wrench,
+    /// Tension.
+    #[port("N")]
+    pub tension: f64,
+    /// Length over that without tension; negative when slack.
+    #[port("m")]
+    pub extension: f64,
+    /// Its rate.
+    #[port("m/s")]
+    pub rate: f64,
+}
+
+/// Whether it pulls.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Taut {
+    /// It pulls.
+    #[port]
+    pub taut: bool,
+    /// Changes between slack and taut so far.
+    #[port("1")]
+    pub changes: f64,
+}
+
+/// The same as outputs.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct TautOut {
+    /// It pulls.
+    #[port]
+    pub taut: bool,
+    /// Changes between slack and taut so far.
+    #[port("1")]
+    pub changes: f64,
+}
+
+/// Where it changes; both are continuous whether it is taut or not.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Change {
+    /// Length over that without tension: where it rises through 0 a slack line is taut.
+    #[port("m", rising)]
+    pub extension: f64,
+    /// Tension of a taut line over its stiffness: where it falls through 0 the line is slack.
+    #[port("m", falling)]
+    pub pull: f64,
+}
+
+/// A line.
+pub struct Line {
+    p: LineParams,
+}
+
+/// Direction from a to b, extension and its rate.
+fn stretch(u: &LineIn, length: f64) -> (Vec3, f64, f64) {
+    let d = u.b.position - u.a.position;
+    let now = d.norm();
+    let n = if now > 0.0 { d / now } else { Vec3::zeros() };
+    (n, now - length, (u.b.velocity - u.a.velocity).dot(&n))
+}
+
+/// A line between two bodies that pulls and never pushes; slack and taut are events.
+#[model("flight.line")]
+impl Model for Line {
+    type Params = LineParams;
+    type Ud = LineIn;
+    type Ym = TautOut;
+    type Yd = LineOut;
+    type D = Taut;
+    type G = Change;
+    fn init_d(&self) -> Taut {
+        Taut { taut: self.p.taut, changes: 0.0 }
+    }
+    fn moore(&self, _: &Clock, _: &(), d: &Taut) -> TautOut {
+        TautOut { taut: d.taut, changes: d.changes }
+    }
+    fn direct(&self, _: &Clock, _: &(), d: &Taut, u: &LineIn) -> LineOut {
+        let (n, extension, rate) = stretch(u, self.p.length);
+        let pull = self.p.stiffness * extension + self.p.damping * rate;
+        let tension = if d.taut { pull.max(0.0) } else { 0.0 };
+        let force = n * tension;
+        LineOut {
+            on_a: Wrench { moment: Vec3::zeros(), force },
+            on_b: Wrench { moment: Vec3::zeros(), force: -force },
+            tension,
+            extension,
+            rate,
+        }
+    }
+    fn guards(&self, _: &Clock, _: &(), _: &Taut, _: &(), u: &LineIn) -> Change {
+        let (_, extension, rate) = stretch(u, self.p.length);
+        Change { extension, pull: extension + self.p.damping / self.p.stiffness * rate }
+    }
+    fn fired(&self, _: &Clock, which: usize, _: &(), d: &Taut) -> ((), Taut) {
+        let taut = which == 0;
+        let changes = d.changes + f64::from(u8::from(taut != d.taut));
+        ((), Taut { taut, changes })
+    }
+    fn remarks(&self, _: &Clock, _: &(), d: &Taut, _: &(), u: &LineIn) -> Vec<BuildError> {
+        let (_, extension, _) = stretch(u, self.p.length);
+        let stretched = !d.taut && extension > 1e-6 * self.p.length;
+        let fact = format!("it starts slack and {extension:.6} m longer than without tension");
+        let help = "write `taut: true`, or a greater `length`";
+        stretched.then(|| BuildError::new(fact).help(help).at("taut")).into_iter().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(length: f64) -> Line {
+        Line { p: LineParams { length, stiffness: 1000.0, damping: 50.0, taut: false } }
+    }
+
+    fn ends(apart: f64, rate: f64) -> LineIn {
+        let a = NodeState { position: Vec3::new(1.0, -2.0, 0.5), ..NodeState::identity() };
+        let n = Vec3::new(2.0, -1.0, 2.0) / 3.0;
+        let b = NodeState { position: a.position + n * apart, velocity: n * rate, ..a };
+        LineIn { a, b }
+    }
+
+    fn at(taut: bool, apart: f64, rate: f64) -> (LineOut, Change) {
+        let (m, d, u) = (line(5.0), Taut { taut, changes: 0.0 }, ends(apart, rate));
+        let c = Clock::at(0.0, 0.01, 0);
+        (m.direct(&c, &(), &d, &u, &()), m.guards(&c, &(), &d, &(), &u, &()))
+    }
+
+    #[test]
+    fn it_pulls_both_ends_together_along_itself_and_never_pushes() {
+        let (y, _) = at(true, 5.2, 1.0);
+        assert!((y.tension - 250.0).abs() < 1e-9 && (y.extension - 0.2).abs() < 1e-12);
+        assert_eq!(y.on_a.force + y.on_b.force, Vec3::zeros());
+        assert!((y.on_a.force - Vec3::new(2.0, -1.0, 2.0) / 3.0 * 250.0).norm() < 1e-9);
+        assert_eq!(at(true, 5.01, -1.0).0.tension, 0.0);
+        assert_eq!(at(false, 5.2, 1.0).0.tension, 0.0);
+        assert_eq!(at(true, 0.0, 0.0).0.on_a.force, Vec3::zeros());
+    }
+
+    #[test]
+    fn it_is_taut_when_long_and_slack_when_it_would_push() {
+        assert!(at(false, 4.99, 1.0).1.extension < 0.0 && at(false, 5.01, 1.0).1.extension > 0.0);
+        // Stretched, and let go all the same: the damper would push.
+        assert!(at(true, 5.06, -1.0).1.pull > 0.0 && at(true, 5.04, -1.0).1.pull < 0.0);
+        let fire = |which: usize, taut: bool| {
+            let (c, u, d) = (Clock::at(0.0, 0.01, 0), ends(5.0, 1.0), Taut { taut, changes: 2.0 });
+            let (_, d) = line(5.0).fired(&c, which, &(), &d, &(), &u, &mut ());
+            (d.taut, d.changes)
+        };
+        assert_eq!((fire(0, false), fire(0, true)), ((true, 3.0), (true, 2.0)));
+        assert_eq!((fire(1, true), fire(1, false)), ((false, 3.0), (false, 2.0)));
+    }
+
+    #[test]
+    fn a_start_that_is_probably_not_meant_is_remarked() {
+        let c = Clock::at(0.0, 0.01, 0);
+        let told = |length: f64| {
+            let d = Taut { taut: false, changes: 0.0 };
+            line(length).remarks(&c, &(), &d, &(), &ends(5.2, 0.0), &()).len()
+        };
+        assert_eq!((told(5.0), told(5.3)), (1, 0));
+    }
+}

@@ -1,0 +1,7 @@
+//! Parachutes: how a canopy fills, its drag and apparent mass, and the lines that hold it.
+//!
+//! A canopy is a body of the mechanism of its own; risers and bridles are tension-only lines between nodes.
+
+pub mod canopy;
+pub mod inflation;
+pub mod line;

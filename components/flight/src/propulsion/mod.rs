@@ -1,0 +1,7 @@
+//! Thrusters, solid motors, tanks that blow down, and propellant that sloshes.
+
+pub mod blow_down;
+pub mod slosh;
+pub mod solid_motor;
+pub mod thruster;
+pub mod vector_thrust;

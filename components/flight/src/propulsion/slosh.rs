@@ -1,0 +1,89 @@
+//! Propellant that sloshes in an upright cylinder: its first mode as a pendulum or a spring.
+//! ```text
+//! k = 1.841184 (first zero of J₁′)     κ = k h/R
+//! ω² = (k a/R) tanh κ                  a: acceleration along the axis
+//! m₁/m = 2 tanh κ/(κ (k² − 1))         the share that swings
+//! pendulum: L = a/ω² = R/(k tanh κ)    spring: k₁ = m₁ ω²
+//! c = 2 ζ ω m₁ (spring)                c_θ = 2 ζ ω m₁ L² (pendulum)
+//! ```
+//! (Abramson, NASA SP-106.) A pendulum is a body on a `Pin` with a damping, a spring one on a `Slider`
+//! with stiffness and damping: the mechanism has both.
+
+/// First zero of the derivative of the Bessel function J₁.
+const K: f64 = 1.841_183_781_340_659;
+
+/// The first mode of a liquid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slosh {
+    /// Radius of the tank R, m.
+    pub radius: f64,
+    /// Height of the liquid h, m.
+    pub height: f64,
+    /// Mass of the liquid, kg.
+    pub mass: f64,
+}
+
+impl Slosh {
+    fn depth(&self) -> f64 {
+        (K * self.height / self.radius).tanh()
+    }
+
+    /// Frequency ω (rad/s) under an acceleration a (m/s²).
+    pub fn frequency(&self, acceleration: f64) -> f64 {
+        (K * acceleration / self.radius * self.depth()).sqrt()
+    }
+
+    /// Mass that swings, kg.
+    pub fn swinging(&self) -> f64 {
+        let kappa = K * self.height / self.radius;
+        self.mass * 2.0 * self.depth() / (kappa * (K * K - 1.0))
+    }
+
+    /// Length of the pendulum, m: the same under every acceleration.
+    pub fn pendulum(&self) -> f64 {
+        self.radius / (K * self.depth())
+    }
+
+    /// Stiffness of the spring, N/m.
+    pub fn stiffness(&self, acceleration: f64) -> f64 {
+        self.swinging() * self.frequency(acceleration).powi(2)
+    }
+
+    /// Damping of the spring (N s/m) for a share ζ of the critical one.
+    pub fn damping(&self, acceleration: f64, zeta: f64) -> f64 {
+        2.0 * zeta * self.frequency(acceleration) * self.swinging()
+    }
+}
+
+/// Frequency (Hz) of a pendulum of a length (m) under an acceleration (m/s²).
+pub fn pendulum_frequency(length: f64, acceleration: f64) -> f64 {
+    (acceleration / length).sqrt() / (2.0 * std::f64::consts::PI)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pendulum_and_spring_have_the_frequency_of_the_mode() {
+        assert!((pendulum_frequency(0.35, 3.0) - 0.46595796172050097).abs() < 1e-15);
+        let s = Slosh { radius: 0.4, height: 0.9, mass: 300.0 };
+        let omega = s.frequency(3.0);
+        let hertz = pendulum_frequency(s.pendulum(), 3.0);
+        assert!((hertz * 2.0 * std::f64::consts::PI - omega).abs() < 1e-14);
+        assert!(((s.stiffness(3.0) / s.swinging()).sqrt() - omega).abs() < 1e-14);
+        assert!((s.damping(3.0, 0.05) / (2.0 * s.swinging() * omega) - 0.05).abs() < 1e-15);
+    }
+
+    #[test]
+    fn shallow_and_deep_liquids_have_their_limits() {
+        // Deep: ω² = k a/R, and m₁ is that of a layer; shallow: m₁/m → 2/(k² − 1) = 0.837.
+        let deep = Slosh { radius: 1.0, height: 20.0, mass: 1.0 };
+        assert!((deep.frequency(9.81).powi(2) - K * 9.81).abs() < 1e-12);
+        assert!((deep.swinging() - 2.0 / (K * 20.0 * (K * K - 1.0))).abs() < 1e-12);
+        let shallow = Slosh { height: 1e-4, ..deep };
+        assert!((shallow.swinging() - 2.0 / (K * K - 1.0)).abs() < 1e-6);
+        // No more than there is.
+        assert!(shallow.swinging() < 1.0);
+    }
+}

@@ -1,0 +1,175 @@
+//! `flight.solid_motor`: a motor whose thrust follows a curve once it is lit.
+//! ```text
+//! T = T_curve(t − t₀) − p A_e  while it burns        ṁ = T_curve/(I_sp g₀)
+//! burnt so far   ∫ T_curve dt/(I_sp g₀)
+//! ```
+//! It burns to the end of its curve, whatever is commanded. Ignition, every row of the curve and the end
+//! are events. Its flow goes to a `flight.propellant_tank` or to whatever else has its mass.
+
+use crate::table::Curve;
+use linkwork_runtime::prelude::*;
+
+/// Standard gravity, m/s².
+const G0: f64 = 9.80665;
+
+/// A motor.
+#[derive(Params, Clone, Debug)]
+pub struct SolidMotorParams {
+    /// Rows (time since ignition in s, thrust in vacuum in N), from time 0.
+    pub curve: Vec<[f64; 2]>,
+    /// Specific impulse in vacuum.
+    #[param(unit = "s", range = 1e-3..)]
+    pub specific_impulse: f64,
+    /// Area of the nozzle's exit, on which the ambient pressure acts.
+    #[param(unit = "m^2", default = 0.0, range = 0.0..)]
+    pub exit_area: f64,
+    /// When it is lit; unwritten: where the input `ignite` rises through ½.
+    #[param(unit = "s")]
+    pub start: Option<f64>,
+}
+
+/// Node, command and air.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct MotorIn {
+    /// The nozzle; z is against the jet.
+    #[port(bind = "nozzle")]
+    pub nozzle: NodeState,
+    /// Lights it where it rises through ½, unless `start` says when.
+    #[port("1", default = 0.0)]
+    pub ignite: f64,
+    /// Ambient pressure.
+    #[port("Pa", default = 0.0)]
+    pub pressure: f64,
+}
+
+/// Load and flow.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct MotorOut {
+    /// On the body.
+    #[port(bind = "nozzle")]
+    pub load: Wrench,
+    /// Thrust.
+    #[port("N")]
+    pub thrust: f64,
+    /// Mass flow of the propellant.
+    #[port("kg/s")]
+    pub flow: f64,
+    /// Propellant burnt so far.
+    #[port("kg")]
+    pub burnt: f64,
+}
+
+/// How far it has burnt.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Burn {
+    /// Rows of the curve that have been passed; 0: not lit.
+    #[port("1")]
+    pub rows: f64,
+    /// When it was lit.
+    #[port("s")]
+    pub lit: f64,
+}
+
+/// The next row.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct NextRow {
+    /// Time since the next row of the curve, or command over ½.
+    #[port("*", rising)]
+    pub since: f64,
+}
+
+/// A solid motor.
+pub struct SolidMotor {
+    p: SolidMotorParams,
+    curve: Curve,
+}
+
+/// A solid rocket motor by its thrust curve.
+#[model("flight.solid_motor")]
+impl Model for SolidMotor {
+    type Params = SolidMotorParams;
+    type Ud = MotorIn;
+    type Yd = MotorOut;
+    type D = Burn;
+    type G = NextRow;
+    fn build(p: SolidMotorParams) -> Result<Self, BuildError> {
+        let curve = Curve::new(&p.curve, "curve")?;
+        let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("curve"));
+        if p.curve[0][0] != 0.0 || p.curve.len() < 2 {
+            return wrong("a curve goes from ignition on", "begin with [0, …] and write two rows");
+        }
+        if p.curve.iter().any(|r| !(r[1] >= 0.0)) {
+            return wrong("a thrust is negative", "write numbers from 0 up");
+        }
+        Ok(SolidMotor { p, curve })
+    }
+    fn direct(&self, c: &Clock, _: &(), d: &Burn, u: &MotorIn) -> MotorOut {
+        let p = &self.p;
+        let total = self.curve.integral(self.curve.ends()[1]) / (p.specific_impulse * G0);
+        let over = d.rows as usize >= p.curve.len();
+        if d.rows < 0.5 || over {
+            let burnt = if over { total } else { 0.0 };
+            return MotorOut { load: Wrench::zero(), thrust: 0.0, flow: 0.0, burnt };
+        }
+        let since = (c.t - d.lit).max(0.0);
+        let vacuum = self.curve.at(since);
+        let thrust = vacuum - u.pressure * p.exit_area;
+        let force = u.nozzle.rotation * Vec3::z() * thrust;
+        MotorOut {
+            load: Wrench { moment: Vec3::zeros(), force },
+            thrust,
+            flow: vacuum / (p.specific_impulse * G0),
+            burnt: self.curve.integral(since) / (p.specific_impulse * G0),
+        }
+    }
+    fn guards(&self, c: &Clock, _: &(), d: &Burn, _: &(), u: &MotorIn) -> NextRow {
+        let since = if d.rows < 0.5 {
+            self.p.start.map_or(u.ignite - 0.5, |start| c.t - start)
+        } else {
+            self.p.curve.get(d.rows as usize).map_or(-1.0, |row| c.t - d.lit - row[0])
+        };
+        NextRow { since }
+    }
+    fn fired(&self, c: &Clock, _: usize, _: &(), d: &Burn) -> ((), Burn) {
+        let lit = if d.rows < 0.5 { self.p.start.unwrap_or(c.t) } else { d.lit };
+        ((), Burn { rows: d.rows + 1.0, lit })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_burns_its_curve_and_no_more() {
+        let p = SolidMotorParams {
+            curve: vec![[0.0, 0.0], [0.5, 1000.0], [3.5, 800.0], [4.0, 0.0]],
+            specific_impulse: 250.0,
+            exit_area: 0.01,
+            start: None,
+        };
+        let m = SolidMotor::build(p.clone()).unwrap();
+        let u = |ignite: f64| MotorIn { nozzle: NodeState::identity(), ignite, pressure: 5e3 };
+        let at = |t: f64| Clock::at(t, 0.001, 0);
+        let (mut d, mut flow, h) = (Burn { rows: 0.0, lit: 0.0 }, 0.0, 1e-3);
+        assert!(m.guards(&at(1.0), &(), &d, &(), &u(0.0), &()).since < 0.0);
+        for k in 0..8000 {
+            let t = 1.0 + f64::from(k) * h;
+            while m.guards(&at(t), &(), &d, &(), &u(1.0), &()).since >= -1e-9 {
+                d = m.fired(&at(t), 0, &(), &d, &(), &u(1.0), &mut ()).1;
+            }
+            flow += m.direct(&at(t + 0.5 * h), &(), &d, &u(1.0), &()).flow * h;
+        }
+        let total = (250.0 + 2700.0 + 200.0) / (250.0 * G0);
+        assert!((flow / total - 1.0).abs() < 1e-6, "{flow} {total}");
+        let end = m.direct(&at(9.0), &(), &d, &u(1.0), &());
+        assert!(end.thrust == 0.0 && (end.burnt / total - 1.0).abs() < 1e-14);
+        let middle = m.direct(&at(3.0), &(), &Burn { rows: 2.0, lit: 1.0 }, &u(0.0), &());
+        assert!((middle.thrust - (900.0 - 50.0)).abs() < 1e-12);
+        for curve in [vec![[0.1, 1.0], [1.0, 1.0]], vec![[0.0, 1.0]], vec![[0.0, 1.0], [1.0, -1.0]]]
+        {
+            let e = SolidMotor::build(SolidMotorParams { curve, ..p.clone() }).err().unwrap();
+            assert!(e.param.as_deref() == Some("curve") && e.help.is_some());
+        }
+    }
+}

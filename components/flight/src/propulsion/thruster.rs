@@ -1,0 +1,285 @@
+//! `flight.thruster`: a small engine that is switched, with dead time and ramps.
+//! ```text
+//! command > ½ at t     → valve opens at t + t_d,on      command < ½ → closes at t + t_d,off
+//! ȧ = (1 − a)/τ_up while open, −a/τ_down while closed    a: share of the thrust
+//! F = a T z at the node (z: against the jet), turned by the cant;   ṁ = a T/(I_sp g₀)
+//! ```
+//! A pulse of width w gives the impulse T (w + (τ_down − τ_up)(1 − e^(−w/τ_up))), w counted at the valve.
+//! One opening and one closing may be under way at a time: a second command of the same kind within the
+//! dead time is taken for the first. Commands and the valve's changes are events.
+
+use linkwork_runtime::prelude::*;
+
+/// Standard gravity, m/s².
+const G0: f64 = 9.80665;
+
+/// A thruster.
+#[derive(Params, Clone, Debug)]
+pub struct ThrusterParams {
+    /// Thrust.
+    #[param(unit = "N", range = 0.0..)]
+    pub thrust: f64,
+    /// Specific impulse.
+    #[param(unit = "s", default = 220.0, range = 1e-3..)]
+    pub specific_impulse: f64,
+    /// Dead time from the command to open until the valve opens.
+    #[param(unit = "s", default = 0.0, range = 0.0..)]
+    pub dead_time: f64,
+    /// Dead time from the command to close; unwritten: the same.
+    #[param(unit = "s", range = 0.0..)]
+    pub dead_time_off: Option<f64>,
+    /// Time constant of the rise.
+    #[param(unit = "s", default = 0.005, range = 1e-6..)]
+    pub rise: f64,
+    /// Time constant of the fall; unwritten: the same.
+    #[param(unit = "s", range = 1e-6..)]
+    pub fall: Option<f64>,
+}
+
+/// Node and command.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThrusterIn {
+    /// The nozzle; z is against the jet.
+    #[port(bind = "nozzle")]
+    pub nozzle: NodeState,
+    /// On above ½.
+    #[port("1", default = 0.0)]
+    pub command: f64,
+    /// There is propellant.
+    #[port(default = true)]
+    pub supply: bool,
+}
+
+/// Load and flow.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThrusterOut {
+    /// On the body.
+    #[port(bind = "nozzle")]
+    pub load: Wrench,
+    /// Thrust.
+    #[port("N")]
+    pub force: f64,
+    /// Propellant that it takes.
+    #[port("kg/s")]
+    pub flow: f64,
+}
+
+/// Its state.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Chamber {
+    /// Share of the thrust.
+    #[port("1")]
+    pub share: f64,
+    /// Impulse so far.
+    #[port("N s")]
+    pub impulse: f64,
+}
+
+/// The same as an output.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Given {
+    /// Impulse so far.
+    #[port("N s")]
+    pub impulse: f64,
+    /// Times that the valve has opened.
+    #[port("1")]
+    pub pulses: f64,
+}
+
+/// The valve.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Valve {
+    /// It is open.
+    #[port]
+    pub open: bool,
+    /// When it opens; infinite is 1e30: no opening is under way.
+    #[port("s")]
+    pub opens: f64,
+    /// When it closes, in the same way.
+    #[port("s")]
+    pub closes: f64,
+    /// Times that it has opened.
+    #[port("1")]
+    pub pulses: f64,
+}
+
+/// What changes it.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Switching {
+    /// Command over ½.
+    #[port("1")]
+    pub command: f64,
+    /// Time since it is to open.
+    #[port("s", rising)]
+    pub opens: f64,
+    /// Time since it is to close.
+    #[port("s", rising)]
+    pub closes: f64,
+}
+
+/// No change is under way: a time that never comes.
+const NEVER: f64 = 1e30;
+
+/// A thruster.
+pub struct Thruster {
+    p: ThrusterParams,
+}
+
+/// A thruster that is switched, with dead time and first-order ramps.
+#[model("flight.thruster")]
+impl Model for Thruster {
+    type Params = ThrusterParams;
+    type Ud = ThrusterIn;
+    type Ym = Given;
+    type Yd = ThrusterOut;
+    type X = Chamber;
+    type D = Valve;
+    type G = Switching;
+    fn init_d(&self) -> Valve {
+        Valve { open: false, opens: NEVER, closes: NEVER, pulses: 0.0 }
+    }
+    fn moore(&self, _: &Clock, x: &Chamber, d: &Valve) -> Given {
+        Given { impulse: x.impulse, pulses: d.pulses }
+    }
+    fn direct(&self, _: &Clock, x: &Chamber, _: &Valve, u: &ThrusterIn) -> ThrusterOut {
+        let force = if u.supply { x.share * self.p.thrust } else { 0.0 };
+        ThrusterOut {
+            load: Wrench { moment: Vec3::zeros(), force: u.nozzle.rotation * Vec3::z() * force },
+            force,
+            flow: force / (self.p.specific_impulse * G0),
+        }
+    }
+    fn deriv(
+        &self,
+        _: &Clock,
+        x: &Chamber,
+        d: &Valve,
+        _: &(),
+        _: &ThrusterIn,
+        _: &(),
+        y: &ThrusterOut,
+    ) -> Chamber {
+        let share = if d.open {
+            (1.0 - x.share) / self.p.rise
+        } else {
+            -x.share / self.p.fall.unwrap_or(self.p.rise)
+        };
+        Chamber { share, impulse: y.force }
+    }
+    fn guards(&self, c: &Clock, _: &Chamber, d: &Valve, _: &(), u: &ThrusterIn) -> Switching {
+        // 1e30 s would swallow the digits of t: any negative number does.
+        let since = |t: f64| if t < NEVER { c.t - t } else { -1.0 };
+        Switching { command: u.command - 0.5, opens: since(d.opens), closes: since(d.closes) }
+    }
+    fn fired(
+        &self,
+        c: &Clock,
+        which: usize,
+        x: &Chamber,
+        d: &Valve,
+        _: &(),
+        u: &ThrusterIn,
+    ) -> (Chamber, Valve) {
+        let p = &self.p;
+        let (on, off) = (p.dead_time, p.dead_time_off.unwrap_or(p.dead_time));
+        let mut d = *d;
+        match which {
+            0 if u.command > 0.5 && on > 0.0 => d.opens = d.opens.min(c.t + on),
+            0 if u.command > 0.5 => (d.open, d.pulses) = (true, d.pulses + 1.0),
+            0 if off > 0.0 => d.closes = d.closes.min(c.t + off),
+            0 => d.open = false,
+            1 => (d.open, d.opens, d.pulses) = (true, NEVER, d.pulses + 1.0),
+            _ => (d.open, d.closes) = (false, NEVER),
+        }
+        (*x, d)
+    }
+    fn remarks(
+        &self,
+        _: &Clock,
+        _: &Chamber,
+        d: &Valve,
+        _: &(),
+        u: &ThrusterIn,
+    ) -> Vec<BuildError> {
+        let fact = "the command is on at the start and is not seen to rise";
+        let on = u.command > 0.5 && !d.open;
+        let told = on.then(|| BuildError::new(fact).help("let it rise after the start"));
+        told.into_iter().collect()
+    }
+}
+
+/// Impulse (N s) of a pulse of width `w` (s) at the valve.
+pub fn pulse_impulse(thrust: f64, w: f64, rise: f64, fall: f64) -> f64 {
+    thrust * (w + (fall - rise) * (1.0 - (-w / rise).exp()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn thruster() -> Thruster {
+        Thruster {
+            p: ThrusterParams {
+                thrust: 22.0,
+                specific_impulse: 220.0,
+                dead_time: 0.01,
+                dead_time_off: Some(0.008),
+                rise: 0.006,
+                fall: Some(0.011),
+            },
+        }
+    }
+
+    #[test]
+    fn the_valve_follows_the_command_after_its_dead_time() {
+        let m = thruster();
+        let u = |command: f64| ThrusterIn { nozzle: NodeState::identity(), command, supply: true };
+        let at = |t: f64| Clock::at(t, 0.001, 0);
+        let x = Chamber { share: 0.0, impulse: 0.0 };
+        let fire = |t: f64, which: usize, d: &Valve, command: f64| {
+            m.fired(&at(t), which, &x, d, &(), &u(command), &mut ()).1
+        };
+        let d = fire(1.0, 0, &m.init_d(), 1.0);
+        assert!(!d.open && (d.opens - 1.01).abs() < 1e-15 && d.closes == NEVER);
+        // A pulse shorter than the dead time is late and whole.
+        let d = fire(1.005, 0, &d, 0.0);
+        assert!((d.closes - 1.013).abs() < 1e-15 && !d.open);
+        let g = m.guards(&at(1.011), &x, &d, &(), &u(0.0), &());
+        assert!(g.opens > 0.0 && g.closes < 0.0 && g.command < 0.0);
+        let d = fire(1.01, 1, &d, 0.0);
+        assert!(d.open && d.opens == NEVER && d.pulses == 1.0);
+        assert!(!fire(1.013, 2, &d, 0.0).open);
+        assert_eq!(m.remarks(&at(0.0), &x, &m.init_d(), &(), &u(1.0), &()).len(), 1);
+    }
+
+    #[test]
+    fn a_pulse_has_the_impulse_of_its_closed_form() {
+        let m = thruster();
+        let u = ThrusterIn { nozzle: NodeState::identity(), command: 1.0, supply: true };
+        let c = Clock::at(0.0, 0.001, 0);
+        for w in [0.003, 0.02, 0.1] {
+            let (mut x, h, mut y) = (Chamber { share: 0.0, impulse: 0.0 }, 1e-6, 0.0);
+            for k in 0..300_000 {
+                let open = f64::from(k) * h < w - 0.5 * h;
+                let d = Valve { open, opens: NEVER, closes: NEVER, pulses: 0.0 };
+                let rate =
+                    |x: &Chamber| m.deriv(&c, x, &d, &(), &u, &(), &m.direct(&c, x, &d, &u, &()));
+                let half = Chamber { share: x.share + 0.5 * h * rate(&x).share, impulse: 0.0 };
+                let r = rate(&half);
+                x = Chamber { share: x.share + h * r.share, impulse: x.impulse + h * r.impulse };
+                y += m.direct(&c, &half, &d, &u, &()).flow * h;
+            }
+            let want = pulse_impulse(22.0, w, 0.006, 0.011);
+            assert!((x.impulse / want - 1.0).abs() < 1e-6, "{w}: {} {want}", x.impulse);
+            assert!((y * 220.0 * G0 / want - 1.0).abs() < 1e-6);
+        }
+        let dry = m.direct(
+            &c,
+            &Chamber { share: 1.0, impulse: 0.0 },
+            &m.init_d(),
+            &ThrusterIn { supply: false, ..u },
+            &(),
+        );
+        assert_eq!((dry.force, dry.flow), (0.0, 0.0));
+    }
+}

@@ -1,0 +1,118 @@
+//! `flight.vector_thrust`: engines seen as one force that follows a command, for flight in three degrees of freedom.
+//! ```text
+//! Ḟ = (F_cmd − F)/τ      F in W, at the node      ṁ = |F|/(I_sp g₀)
+//! ```
+//! Attitude is not asked: right where it is turned fast enough. Without τ the force is the command.
+
+use linkwork_runtime::prelude::*;
+
+/// Standard gravity, m/s².
+const G0: f64 = 9.80665;
+
+/// Engines.
+#[derive(Params, Clone, Debug)]
+pub struct VectorThrustParams {
+    /// Specific impulse.
+    #[param(unit = "s", range = 1e-3..)]
+    pub specific_impulse: f64,
+    /// Time constant τ of the lag; 0: none.
+    #[param(unit = "s", default = 0.0, range = 0.0..)]
+    pub lag: f64,
+    /// Force at the start, W.
+    #[param(unit = "N", default = Vec3::zeros())]
+    pub start: Vec3,
+}
+
+/// Node and command.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct VectorThrustIn {
+    /// Where it acts.
+    #[port(bind = "body")]
+    pub body: NodeState,
+    /// Force that is wanted, W.
+    #[port("N")]
+    pub command: Vec3,
+    /// There is propellant.
+    #[port(default = true)]
+    pub supply: bool,
+}
+
+/// Load and flow.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct VectorThrustOut {
+    /// On the body.
+    #[port(bind = "body")]
+    pub load: Wrench,
+    /// Size of the force.
+    #[port("N")]
+    pub thrust: f64,
+    /// Propellant that it takes.
+    #[port("kg/s")]
+    pub flow: f64,
+}
+
+/// The force.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Force {
+    /// Force, W.
+    #[port("N")]
+    pub force: Vec3,
+}
+
+/// Engines as one force.
+pub struct VectorThrust {
+    p: VectorThrustParams,
+}
+
+/// Engines as one force in W that follows a command with a lag, and takes propellant.
+#[model("flight.vector_thrust")]
+impl Model for VectorThrust {
+    type Params = VectorThrustParams;
+    type Ud = VectorThrustIn;
+    type Yd = VectorThrustOut;
+    type X = Force;
+    fn init_x(&self) -> Force {
+        Force { force: self.p.start }
+    }
+    fn direct(&self, _: &Clock, x: &Force, _: &(), u: &VectorThrustIn) -> VectorThrustOut {
+        let force = match (u.supply, self.p.lag > 0.0) {
+            (false, _) => Vec3::zeros(),
+            (true, true) => x.force,
+            (true, false) => u.command,
+        };
+        let thrust = force.norm();
+        VectorThrustOut {
+            load: Wrench { moment: Vec3::zeros(), force },
+            thrust,
+            flow: thrust / (self.p.specific_impulse * G0),
+        }
+    }
+    fn deriv(&self, _: &Clock, x: &Force, _: &(), _: &(), u: &VectorThrustIn) -> Force {
+        let lag = self.p.lag;
+        let zero = Vec3::zeros();
+        Force { force: if lag > 0.0 { (u.command - x.force) / lag } else { zero } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_follows_its_command_with_the_lag_and_takes_propellant() {
+        let p = VectorThrustParams { specific_impulse: 222.0, lag: 0.12, start: Vec3::x() * 10.0 };
+        let m = VectorThrust { p };
+        let command = Vec3::new(0.0, 300.0, 400.0);
+        let u = VectorThrustIn { body: NodeState::identity(), command, supply: true };
+        let c = Clock::at(0.0, 0.1, 0);
+        let x = Force { force: Vec3::y() * 60.0 };
+        let y = m.direct(&c, &x, &(), &u, &());
+        assert!(y.thrust == 60.0 && (y.flow * 222.0 * G0 - 60.0).abs() < 1e-12);
+        let rate = m.deriv(&c, &x, &(), &(), &u, &(), &y).force;
+        assert!((rate - Vec3::new(0.0, 2000.0, 400.0 / 0.12)).norm() < 1e-9);
+        let dry = VectorThrustIn { supply: false, ..u };
+        assert_eq!(m.direct(&c, &x, &(), &dry, &()).load, Wrench::zero());
+        let p = VectorThrustParams { specific_impulse: 222.0, lag: 0.0, start: Vec3::zeros() };
+        assert_eq!(VectorThrust { p }.direct(&c, &x, &(), &u, &()).thrust, 500.0);
+    }
+}

@@ -1,0 +1,135 @@
+//! DAVE-ML 2.0 (ANSI/AIAA S-119-2011): a static model as variables, tables and formulas.
+//! ```text
+//! variable   constant (initialValue), input, or result of a formula (MathML) or of a table function
+//! order      every variable after those it is made of; a circle is refused
+//! function   table over breakpoints, the last independent variable fastest; clamped at its ends
+//!            unless `extrapolate` says otherwise; linear unless `interpolate` says otherwise
+//! checkData  static shots: inputs, and what must come out
+//! ```
+//! Read whole: variableDef, breakpointDef, griddedTableDef, function, calculation, checkData. Refused with
+//! place and remedy: ungridded tables, splines, scripts. What describes and does not act (authors,
+//! provenance, uncertainty) is listed as not used. Values are in the units that the file names.
+
+mod check;
+mod mathml;
+mod read;
+mod table;
+mod units;
+
+pub use check::{Shot, ShotFailure, ShotValue};
+pub use read::read_dave;
+pub use units::unit_text;
+
+use crate::Ignored;
+use mathml::Expression;
+use table::Function;
+
+/// What a variable is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Given from outside: `isInput`, or one without a value or a formula.
+    Input,
+    /// Keeps its `initialValue`.
+    Constant,
+    /// Made by a formula or a function.
+    Result,
+}
+
+/// A variable of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DaveVariable {
+    /// `varID`.
+    pub id: String,
+    /// `name`; of a standard variable the name of AIAA S-119.
+    pub name: String,
+    /// `units` as written.
+    pub units: String,
+    /// `sign`, the direction that counts as positive, such as `ANU`; empty when not written.
+    pub sign: String,
+    /// First lines of its description.
+    pub doc: String,
+    /// What it is.
+    pub role: Role,
+    /// `isOutput`.
+    pub output: bool,
+    /// `isStdAIAA`: its name has the meaning that AIAA S-119 gives it.
+    pub standard: bool,
+    /// `initialValue`.
+    pub initial: Option<f64>,
+    /// `minValue`, `maxValue`: the value is cut off here.
+    pub limits: [f64; 2],
+}
+
+/// How a result is made.
+#[derive(Clone, Debug)]
+enum Making {
+    Formula(Expression),
+    Table(Function),
+}
+
+/// A model that was read whole: evaluated in place on one slice of values, without memory of its own.
+#[derive(Clone, Debug)]
+pub struct DaveModel {
+    /// Name in the header.
+    pub name: String,
+    /// Variables in the order of the file.
+    pub variables: Vec<DaveVariable>,
+    /// Static shots of the file.
+    pub shots: Vec<Shot>,
+    /// What was not used.
+    pub ignored: Vec<Ignored>,
+    /// Results in an order in which each follows what it is made of.
+    order: Vec<(usize, Making)>,
+}
+
+impl DaveModel {
+    /// Place of a variable by its `varID`.
+    pub fn find(&self, id: &str) -> Option<usize> {
+        self.variables.iter().position(|v| v.id == id)
+    }
+
+    /// Place of a variable by its `name`.
+    pub fn named(&self, name: &str) -> Option<usize> {
+        self.variables.iter().position(|v| v.name == name)
+    }
+
+    /// Some function has a table: inputs can lie outside.
+    pub fn has_tables(&self) -> bool {
+        self.order.iter().any(|(_, m)| matches!(m, Making::Table(_)))
+    }
+
+    /// Writes the initial values; 0 where there is none. `values`: one for each variable.
+    pub fn start(&self, values: &mut [f64]) {
+        for (value, variable) in values.iter_mut().zip(&self.variables) {
+            *value = variable.initial.unwrap_or(0.0);
+        }
+    }
+
+    /// Cuts inputs off at their limits and computes every result. Cost: one pass over formulas and tables;
+    /// nothing is allocated.
+    ///
+    /// Returns how far all tables are inside their breakpoints, as a share of their width: 0 on an
+    /// edge, negative outside one that is clamped, 1 without tables. It is continuous in the inputs.
+    pub fn evaluate(&self, values: &mut [f64]) -> f64 {
+        for (value, variable) in values.iter_mut().zip(&self.variables) {
+            if variable.role == Role::Input {
+                *value = value.clamp(variable.limits[0], variable.limits[1]);
+            }
+        }
+        let mut inside = 1.0_f64;
+        for (place, making) in &self.order {
+            let raw = match making {
+                Making::Formula(e) => e.value(values),
+                Making::Table(f) => {
+                    let (y, margin) = f.value(values);
+                    inside = inside.min(margin);
+                    y
+                }
+            };
+            let [low, high] = self.variables[*place].limits;
+            // NaN stays NaN in `clamp`.
+            values[*place] = raw.clamp(low, high);
+        }
+        inside
+    }
+}

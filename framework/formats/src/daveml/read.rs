@@ -1,0 +1,601 @@
+//! Elements of a DAVE-ML file → [`DaveModel`]; mistakes are gathered.
+
+use super::mathml::{Expression, Formulas};
+use super::table::{Axis, DIMENSIONS, Function, Way};
+use super::{DaveModel, DaveVariable, Making, Role, Shot, ShotValue};
+use crate::FormatError;
+use crate::error::{Fault, FaultKind, Place};
+use crate::names::suggest;
+use crate::xml::{self, Element};
+use std::collections::BTreeMap;
+
+/// Reads a model.
+///
+/// # Errors
+/// Every mistake with its place: not XML, another root, missing or unknown variables, breakpoints and
+/// tables, tables of another size than their breakpoints, formulas that make no sense, circles.
+pub fn read_dave(text: &str, file: &str) -> Result<DaveModel, FormatError> {
+    let root = xml::parse_with(text, file, xml::Declarations::Allowed)?;
+    let mut reader = Reader { faults: Vec::new(), variables: Vec::new(), ids: BTreeMap::new() };
+    match reader.whole(&root) {
+        Some(model) if reader.faults.is_empty() => Ok(model),
+        _ => Err(FormatError { faults: reader.faults }),
+    }
+}
+
+/// Tables and breakpoints that functions refer to.
+struct Shared<'e> {
+    breakpoints: BTreeMap<String, Vec<f64>>,
+    tables: BTreeMap<String, &'e Element>,
+}
+
+struct Reader {
+    faults: Vec<Fault>,
+    variables: Vec<DaveVariable>,
+    /// Place of each variable, and where it is defined.
+    ids: BTreeMap<String, (usize, Place)>,
+}
+
+/// Numbers apart by commas or white space.
+fn numbers(text: &str) -> Result<Vec<f64>, String> {
+    text.split([',', ' ', '\t', '\n', '\r', ';'])
+        .filter(|t| !t.is_empty())
+        .map(|t| t.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| t.to_string()))
+        .collect()
+}
+
+impl Reader {
+    fn fault(&mut self, e: &Element, attribute: &str, kind: FaultKind) {
+        self.faults.push(Fault { place: e.place_of(attribute), kind });
+    }
+
+    fn bad(&mut self, e: &Element, attribute: &str, text: &str, expected: &str, help: &str) {
+        let what = if attribute.is_empty() {
+            format!("<{}>", e.label())
+        } else {
+            format!("`{attribute}` of <{}>", e.label())
+        };
+        let kind = FaultKind::BadValue {
+            what,
+            text: text.into(),
+            expected: expected.into(),
+            help: help.into(),
+        };
+        self.fault(e, attribute, kind);
+    }
+
+    fn need<'e>(&mut self, e: &'e Element, name: &str) -> Option<&'e str> {
+        let found = e.attr(name);
+        if found.is_none() {
+            let kind = FaultKind::Missing {
+                what: format!("<{}>", e.label()),
+                missing: format!("attribute `{name}`"),
+                help: format!("write {name}=\"…\""),
+            };
+            self.fault(e, "", kind);
+        }
+        found
+    }
+
+    fn need_child<'e>(&mut self, e: &'e Element, name: &str) -> Option<&'e Element> {
+        let found = e.child(name);
+        if found.is_none() {
+            let kind = FaultKind::Missing {
+                what: format!("<{}>", e.label()),
+                missing: format!("<{name}>"),
+                help: format!("write <{name}> in it"),
+            };
+            self.fault(e, "", kind);
+        }
+        found
+    }
+
+    /// A number in an attribute that need not be there.
+    fn number(&mut self, e: &Element, name: &str) -> Option<f64> {
+        let text = e.attr(name)?;
+        match text.parse::<f64>() {
+            Ok(x) if !x.is_nan() => Some(x),
+            _ => {
+                self.bad(e, name, text, "a number", "write a number such as 0.25");
+                None
+            }
+        }
+    }
+
+    fn list(&mut self, e: &Element) -> Option<Vec<f64>> {
+        match numbers(&e.text) {
+            Ok(list) => Some(list),
+            Err(word) => {
+                self.bad(e, "", &word, "a number", "separate numbers by commas or white space");
+                None
+            }
+        }
+    }
+
+    fn variable(&mut self, e: &Element, attribute: &str, id: &str) -> Option<usize> {
+        if let Some((k, _)) = self.ids.get(id) {
+            return Some(*k);
+        }
+        let kind = FaultKind::UnknownName {
+            what: format!("<{}>", e.label()),
+            kind: "variable",
+            name: id.into(),
+            help: suggest(id, "variable", self.ids.keys().map(String::as_str)),
+        };
+        self.fault(e, attribute, kind);
+        None
+    }
+
+    fn whole(&mut self, root: &Element) -> Option<DaveModel> {
+        if root.name != "DAVEfunc" {
+            let kind = FaultKind::WrongRoot {
+                found: root.name.clone(),
+                expected: "<DAVEfunc>",
+                help: "this is no DAVE-ML file".into(),
+            };
+            self.fault(root, "", kind);
+            return None;
+        }
+        // Names of the document's own schema.
+        for name in ["xmlns", "schemaLocation", "xsi:schemaLocation"] {
+            root.attr(name);
+        }
+        let name = root.child("fileHeader").and_then(|h| h.attr("name")).unwrap_or_default();
+        let definitions: Vec<&Element> = root.all("variableDef").collect();
+        for e in &definitions {
+            self.define(e);
+        }
+        let mut making: Vec<Option<Making>> = vec![None; self.variables.len()];
+        for e in definitions {
+            self.formula(e, &mut making);
+        }
+        let shared = self.shared(root);
+        for e in root.all("function") {
+            self.function(e, &shared, &mut making);
+        }
+        for e in root.all("ungriddedTableDef") {
+            self.ungridded(e);
+        }
+        self.roles(&making);
+        let shots = self.shots(root);
+        let order = self.order(making, root)?;
+        Some(DaveModel {
+            name: name.to_string(),
+            variables: std::mem::take(&mut self.variables),
+            shots,
+            ignored: root.unread(),
+            order,
+        })
+    }
+
+    fn define(&mut self, e: &Element) {
+        let Some(id) = self.need(e, "varID").map(String::from) else { return };
+        let place = e.place_of("varID");
+        if let Some((_, first)) = self.ids.get(&id) {
+            let kind =
+                FaultKind::Duplicate { kind: "variable", name: id.clone(), first: first.clone() };
+            self.fault(e, "varID", kind);
+            return;
+        }
+        let limit = |r: &mut Self, name: &str, none: f64| r.number(e, name).unwrap_or(none);
+        let limits =
+            [limit(self, "minValue", f64::NEG_INFINITY), limit(self, "maxValue", f64::INFINITY)];
+        if limits[0] > limits[1] {
+            let text = format!("{}", limits[0]);
+            self.bad(e, "minValue", &text, "at most maxValue", "exchange the two");
+            return;
+        }
+        let initial = self.number(e, "initialValue");
+        let flag = |name: &str| {
+            e.child(name).is_some_and(|c| {
+                c.touch_all();
+                true
+            })
+        };
+        // What the caller must give, even when it has a value to begin with.
+        let given = flag("isInput") | flag("isControl") | flag("isDisturbance");
+        let doc = e.child_text("description").map_or("", |(_, t)| t);
+        let variable = DaveVariable {
+            name: self.need(e, "name").unwrap_or_default().to_string(),
+            units: self.need(e, "units").unwrap_or_default().to_string(),
+            sign: e.attr("sign").unwrap_or_default().to_string(),
+            doc: doc.split_whitespace().collect::<Vec<_>>().join(" "),
+            role: if given { Role::Input } else { Role::Constant },
+            output: flag("isOutput"),
+            standard: flag("isStdAIAA"),
+            initial,
+            limits,
+            id: id.clone(),
+        };
+        // Words about axes, symbols and states describe the variable only.
+        for word in ["axisSystem", "symbol", "alias"] {
+            e.attr(word);
+        }
+        for word in ["isState", "isStateDeriv"] {
+            flag(word);
+        }
+        self.ids.insert(id, (self.variables.len(), place));
+        self.variables.push(variable);
+    }
+
+    /// A result is made once, and is neither input nor constant.
+    fn make(&mut self, e: &Element, k: usize, new: Making, making: &mut [Option<Making>]) {
+        let id = self.variables[k].id.clone();
+        if making[k].is_some() {
+            let first = self.ids[&id].1.clone();
+            self.fault(e, "", FaultKind::Duplicate { kind: "formula of", name: id, first });
+            return;
+        }
+        if self.variables[k].role == Role::Input {
+            let help = "take <isInput/> out, or the formula";
+            self.bad(e, "", &id, "a variable that is no input", help);
+            return;
+        }
+        making[k] = Some(new);
+    }
+
+    fn formula(&mut self, e: &Element, making: &mut [Option<Making>]) {
+        let Some(k) = e.attr("varID").and_then(|id| self.ids.get(id)).map(|v| v.0) else { return };
+        let Some(calculation) = e.child("calculation") else { return };
+        let Some(math) = self.need_child(calculation, "math") else { return };
+        math.attr("xmlns");
+        let ids = &self.ids;
+        let find = |id: &str| ids.get(id).map(|v| v.0);
+        let nearest = |id: &str| suggest(id, "variable", ids.keys().map(String::as_str));
+        let mut formulas = Formulas { find: &find, nearest: &nearest, faults: &mut self.faults };
+        if let Some(expression) = formulas.math(math) {
+            self.make(e, k, Making::Formula(expression), making);
+        }
+    }
+
+    fn shared<'e>(&mut self, root: &'e Element) -> Shared<'e> {
+        let mut shared = Shared { breakpoints: BTreeMap::new(), tables: BTreeMap::new() };
+        for e in root.all("breakpointDef") {
+            e.attr("name");
+            e.attr("units");
+            let Some(id) = self.need(e, "bpID").map(String::from) else { continue };
+            let Some(values) = self.need_child(e, "bpVals") else { continue };
+            let Some(list) = self.list(values) else { continue };
+            if list.is_empty() || list.windows(2).any(|w| !(w[1] > w[0])) {
+                let help = "write each breakpoint once, in rising order";
+                self.bad(values, "", &values.text, "rising breakpoints", help);
+                continue;
+            }
+            if shared.breakpoints.insert(id.clone(), list).is_some() {
+                let kind = FaultKind::Duplicate { kind: "breakpoints", name: id, first: e.place() };
+                self.fault(e, "bpID", kind);
+            }
+        }
+        for e in root.all("griddedTableDef") {
+            let Some(id) = self.need(e, "gtID").map(String::from) else { continue };
+            if let Some(old) = shared.tables.insert(id.clone(), e) {
+                let kind = FaultKind::Duplicate { kind: "table", name: id, first: old.place() };
+                self.fault(e, "gtID", kind);
+            }
+        }
+        shared
+    }
+
+    fn ungridded(&mut self, e: &Element) {
+        e.touch_all();
+        let kind = FaultKind::Unsupported {
+            what: format!("<{}> is a table without a grid", e.label()),
+            help: "resample it on a grid: <griddedTableDef>".into(),
+        };
+        self.fault(e, "", kind);
+    }
+
+    fn function(&mut self, e: &Element, shared: &Shared<'_>, making: &mut [Option<Making>]) {
+        e.attr("name");
+        // A simple function has its points beside it, another a definition.
+        let read = match e.child("independentVarPts") {
+            Some(_) => self.simple(e),
+            None => self.gridded(e, shared),
+        };
+        if let Some((result, function)) = read {
+            self.make(e, result, Making::Table(function), making);
+        }
+    }
+
+    fn axis(&mut self, e: &Element, points: Vec<f64>) -> Option<Axis> {
+        for word in ["name", "units", "sign"] {
+            e.attr(word);
+        }
+        let id = self.need(e, "varID")?.to_string();
+        let variable = self.variable(e, "varID", &id);
+        let (low, high) = (self.number(e, "min"), self.number(e, "max"));
+        let beyond = match e.attr("extrapolate").unwrap_or("neither") {
+            "neither" => [false, false],
+            "min" | "minimum" => [true, false],
+            "max" | "maximum" => [false, true],
+            "both" => [true, true],
+            other => {
+                let help = "write neither, min, max or both";
+                self.bad(e, "extrapolate", other, "a way to extrapolate", help);
+                return None;
+            }
+        };
+        let way = match e.attr("interpolate").unwrap_or("linear") {
+            "linear" => Way::Linear,
+            "discrete" => Way::Nearest,
+            "floor" => Way::Floor,
+            "ceiling" => Way::Ceiling,
+            other => {
+                let help = "write linear, discrete, floor or ceiling; resample a spline finely";
+                self.bad(e, "interpolate", other, "a way to interpolate that is known here", help);
+                return None;
+            }
+        };
+        let limits = [low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)];
+        if limits[0] > limits[1] {
+            self.bad(e, "min", &limits[0].to_string(), "at most max", "exchange the two");
+            return None;
+        }
+        Some(Axis { variable: variable?, points, way, beyond, limits })
+    }
+
+    /// One independent variable, with points beside it.
+    fn simple(&mut self, e: &Element) -> Option<(usize, Function)> {
+        let independent: Vec<&Element> = e.all("independentVarPts").collect();
+        let dependent = self.need_child(e, "dependentVarPts")?;
+        for word in ["name", "units", "sign"] {
+            dependent.attr(word);
+        }
+        let id = self.need(dependent, "varID")?.to_string();
+        let result = self.variable(dependent, "varID", &id);
+        let mut axes = Vec::new();
+        for i in independent {
+            let points = self.list(i)?;
+            if points.is_empty() || points.windows(2).any(|w| !(w[1] > w[0])) {
+                let help = "write each point once, in rising order";
+                self.bad(i, "", &i.text, "rising points", help);
+                return None;
+            }
+            axes.push(self.axis(i, points)?);
+        }
+        let data = self.list(dependent)?;
+        self.sized(dependent, axes, data).and_then(|f| Some((result?, f)))
+    }
+
+    fn gridded(&mut self, e: &Element, shared: &Shared<'_>) -> Option<(usize, Function)> {
+        let references: Vec<&Element> = e.all("independentVarRef").collect();
+        let dependent = self.need_child(e, "dependentVarRef")?;
+        let id = self.need(dependent, "varID")?.to_string();
+        let result = self.variable(dependent, "varID", &id);
+        let definition = self.need_child(e, "functionDefn")?;
+        definition.attr("name");
+        for name in ["ungriddedTableRef", "ungriddedTableDef", "ungriddedTable"] {
+            if let Some(u) = definition.child(name) {
+                self.ungridded(u);
+                return None;
+            }
+        }
+        let inline = ["griddedTableDef", "griddedTable"].iter().find_map(|n| definition.child(n));
+        let table = match (inline, definition.child("griddedTableRef")) {
+            (Some(t), _) => t,
+            (None, Some(r)) => {
+                let id = self.need(r, "gtID")?.to_string();
+                match shared.tables.get(&id) {
+                    Some(t) => t,
+                    None => {
+                        let kind = FaultKind::UnknownName {
+                            what: format!("<{}>", e.label()),
+                            kind: "table",
+                            help: suggest(&id, "table", shared.tables.keys().map(String::as_str)),
+                            name: id,
+                        };
+                        self.fault(r, "gtID", kind);
+                        return None;
+                    }
+                }
+            }
+            (None, None) => {
+                let kind = FaultKind::Missing {
+                    what: format!("<{}>", e.label()),
+                    missing: "table".into(),
+                    help: "write <griddedTableRef gtID=\"…\"/> or <griddedTableDef>".into(),
+                };
+                self.fault(definition, "", kind);
+                return None;
+            }
+        };
+        let (breakpoints, data) = self.table(table, shared)?;
+        if breakpoints.len() != references.len() {
+            let text = format!("{} breakpoint sets", breakpoints.len());
+            let expected = format!("{}, one for each independentVarRef", references.len());
+            self.bad(table, "", &text, &expected, "write a bpRef for each variable, in order");
+            return None;
+        }
+        let mut axes = Vec::new();
+        for (r, points) in references.into_iter().zip(breakpoints) {
+            axes.push(self.axis(r, points)?);
+        }
+        self.sized(table, axes, data).and_then(|f| Some((result?, f)))
+    }
+
+    /// Breakpoints of each axis, and data.
+    fn table(&mut self, e: &Element, shared: &Shared<'_>) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
+        for word in ["name", "units", "gtID"] {
+            e.attr(word);
+        }
+        let mut breakpoints = Vec::new();
+        for r in self.need_child(e, "breakpointRefs")?.all("bpRef") {
+            let id = self.need(r, "bpID")?.to_string();
+            match shared.breakpoints.get(&id) {
+                Some(b) => breakpoints.push(b.clone()),
+                None => {
+                    let all = shared.breakpoints.keys().map(String::as_str);
+                    let kind = FaultKind::UnknownName {
+                        what: format!("<{}>", e.label()),
+                        kind: "breakpoints",
+                        help: suggest(&id, "breakpoints", all),
+                        name: id,
+                    };
+                    self.fault(r, "bpID", kind);
+                    return None;
+                }
+            }
+        }
+        let table = self.need_child(e, "dataTable")?;
+        Some((breakpoints, self.list(table)?))
+    }
+
+    fn sized(&mut self, e: &Element, axes: Vec<Axis>, data: Vec<f64>) -> Option<Function> {
+        if axes.is_empty() || axes.len() > DIMENSIONS {
+            let expected = format!("1 to {DIMENSIONS}");
+            let text = format!("{} independent variables", axes.len());
+            self.bad(e, "", &text, &expected, "split the function");
+            return None;
+        }
+        let wanted: usize = axes.iter().map(|a| a.points.len()).product();
+        if wanted != data.len() {
+            let sizes: Vec<String> = axes.iter().map(|a| a.points.len().to_string()).collect();
+            let expected = format!("{wanted} ({})", sizes.join(" × "));
+            let help = "write a value for each combination, the last variable fastest";
+            self.bad(e, "", &format!("{} numbers", data.len()), &expected, help);
+            return None;
+        }
+        Some(Function { axes, data })
+    }
+
+    /// What has neither value nor formula is an input.
+    fn roles(&mut self, making: &[Option<Making>]) {
+        for (v, m) in self.variables.iter_mut().zip(making) {
+            if m.is_some() {
+                v.role = Role::Result;
+            } else if v.initial.is_none() {
+                v.role = Role::Input;
+            }
+        }
+    }
+
+    fn order(
+        &mut self,
+        mut making: Vec<Option<Making>>,
+        root: &Element,
+    ) -> Option<Vec<(usize, Making)>> {
+        let needs: Vec<Vec<usize>> = making
+            .iter()
+            .map(|m| {
+                let mut all = Vec::new();
+                match m {
+                    Some(Making::Formula(e)) => Expression::variables(e, &mut all),
+                    Some(Making::Table(f)) => all.extend(f.axes.iter().map(|a| a.variable)),
+                    None => {}
+                }
+                all
+            })
+            .collect();
+        let mut done: Vec<bool> = making.iter().map(Option::is_none).collect();
+        let mut order = Vec::new();
+        loop {
+            let ready: Vec<usize> = (0..done.len())
+                .filter(|k| !done[*k] && needs[*k].iter().all(|n| done[*n]))
+                .collect();
+            if ready.is_empty() {
+                break;
+            }
+            for k in ready {
+                done[k] = true;
+                order.extend(making[k].take().map(|m| (k, m)));
+            }
+        }
+        let left: Vec<&str> = (done.iter().zip(&self.variables))
+            .filter(|(d, _)| !**d)
+            .map(|(_, v)| v.id.as_str())
+            .collect();
+        if left.is_empty() {
+            return Some(order);
+        }
+        let kind = FaultKind::Unsupported {
+            what: format!("variables are made of each other in a circle: {}", left.join(", ")),
+            help: "make one of them an input".into(),
+        };
+        let place = self.ids.get(left[0]).map_or_else(|| root.place(), |v| v.1.clone());
+        self.faults.push(Fault { place, kind });
+        None
+    }
+
+    fn shots(&mut self, root: &Element) -> Vec<Shot> {
+        let Some(data) = root.child("checkData") else { return Vec::new() };
+        let mut out = Vec::new();
+        for e in data.all("staticShot") {
+            let mut shot = Shot {
+                name: e.attr("name").unwrap_or_default().to_string(),
+                line: e.line,
+                inputs: Vec::new(),
+                wanted: Vec::new(),
+            };
+            for (group, given) in
+                [("checkInputs", true), ("internalValues", false), ("checkOutputs", false)]
+            {
+                for s in e.child(group).iter().flat_map(|g| g.all("signal")) {
+                    let Some(value) = self.signal(s) else { continue };
+                    if given && !DaveModel::settable(self.variables[value.variable].role) {
+                        let id = self.variables[value.variable].id.clone();
+                        self.bad(s, "", &id, "an input", "move it to <internalValues>");
+                    } else if given {
+                        shot.inputs.push(value);
+                    } else {
+                        shot.wanted.push(value);
+                    }
+                }
+            }
+            out.push(shot);
+        }
+        out
+    }
+
+    fn signal(&mut self, e: &Element) -> Option<ShotValue> {
+        let by_id = ["varID", "signalID"].iter().find_map(|n| e.child_text(n));
+        let (place, variable) = match (by_id, e.child_text("signalName")) {
+            (Some((c, id)), name) => {
+                // Both may be written.
+                let _ = name;
+                (c, self.ids.get(id).map(|v| v.0))
+            }
+            (None, Some((c, name))) => (c, self.variables.iter().position(|v| v.name == name)),
+            (None, None) => {
+                let kind = FaultKind::Missing {
+                    what: "<signal>".into(),
+                    missing: "<signalName> or <varID>".into(),
+                    help: "name the variable".into(),
+                };
+                self.fault(e, "", kind);
+                return None;
+            }
+        };
+        let Some(variable) = variable else {
+            let names = self.variables.iter().flat_map(|v| [v.id.as_str(), v.name.as_str()]);
+            let kind = FaultKind::UnknownName {
+                what: "<signal>".into(),
+                kind: "variable",
+                name: place.text.clone(),
+                help: suggest(&place.text, "variable", names),
+            };
+            self.fault(place, "", kind);
+            return None;
+        };
+        if let Some((c, units)) = e.child_text("signalUnits")
+            && units != self.variables[variable].units
+        {
+            let expected = format!("`{}` as the variable", self.variables[variable].units);
+            self.bad(c, "", units, &expected, "write the value in the units of the variable");
+            return None;
+        }
+        let parse = |r: &mut Self, c: &Element| match c.text.parse::<f64>() {
+            Ok(x) if x.is_finite() => Some(x),
+            _ => {
+                r.bad(c, "", &c.text, "a number", "write a number");
+                None
+            }
+        };
+        let value = self.need_child(e, "signalValue").and_then(|c| parse(self, c))?;
+        // Without a tolerance: what a table of printed numbers can say.
+        let tolerance = match e.child("tol") {
+            Some(c) => parse(self, c)?.abs(),
+            None => 1e-9 * value.abs().max(1e-3),
+        };
+        Some(ShotValue { variable, value, tolerance })
+    }
+}

@@ -1,0 +1,350 @@
+//! Entry and parachute beside trajectories that an independent program computed (DOP853, relative 1e-12).
+#![allow(clippy::unwrap_used, non_snake_case)]
+use linkwork_runtime::{Seconds, Simulation};
+use linkwork_spatial::nalgebra::{Matrix3, Quaternion, Rotation3, Vector3};
+use linkwork_spatial::{Quat, Vec3};
+use serde_json::Value;
+
+#[path = "../common/mod.rs"]
+mod common;
+
+/// A reference file. Without the folder the test says so and is skipped; with `CI=true` it fails.
+fn reference(name: &str) -> Option<Value> {
+    let file = linkwork_tests::root().join("../shared/reference/flight").join(name);
+    match std::fs::read_to_string(file) {
+        Ok(text) => Some(serde_json::from_str(&text).unwrap()),
+        Err(e) if std::env::var("CI").is_ok_and(|v| v == "true") => panic!("{name}: {e}"),
+        Err(_) => {
+            println!("SKIPPED: no reference file {name}");
+            None
+        }
+    }
+}
+
+fn seconds(x: f64) -> Seconds {
+    Seconds::from_decimal(x).unwrap()
+}
+
+fn num(v: &Value) -> f64 {
+    v.as_f64().unwrap()
+}
+
+fn row(v: &Value) -> Vec<f64> {
+    v.as_array().unwrap().iter().map(num).collect()
+}
+
+fn vec3(v: &[f64]) -> Vec3 {
+    Vec3::new(v[0], v[1], v[2])
+}
+
+/// In RON, no digit lost.
+fn list(v: &[f64]) -> String {
+    format!("[{}]", v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", "))
+}
+
+fn pairs(x: &Value, y: &Value, scale: f64) -> String {
+    let rows = row(x).into_iter().zip(row(y));
+    format!("[{}]", rows.map(|(a, b)| list(&[a, b * scale])).collect::<Vec<_>>().join(", "))
+}
+
+fn get(sim: &Simulation, name: &str) -> Vec3 {
+    Vec3::from(["x", "y", "z"].map(|c| sim.get(&format!("{name}.{c}")).unwrap()))
+}
+
+fn rotation(sim: &Simulation, body: &str) -> Quat {
+    let [w, x, y, z] =
+        ["w", "x", "y", "z"].map(|c| sim.get(&format!("{body}.rotation.{c}")).unwrap());
+    Quat::from_quaternion(Quaternion::new(w, x, y, z))
+}
+
+/// Velocity in W: rates of a free hinge are in body axes.
+fn velocity(sim: &Simulation, body: &str) -> Vec3 {
+    rotation(sim, body) * get(sim, &format!("{body}.velocity"))
+}
+
+/// The greatest of some errors; NaN is none of the small ones.
+#[derive(Clone, Copy)]
+struct Worst(f64);
+
+impl Worst {
+    fn take(&mut self, error: f64) {
+        if !(error <= self.0) {
+            self.0 = error;
+        }
+    }
+    #[track_caller]
+    fn below(self, limit: f64, what: &str) {
+        println!("{what}: {:.3e} (at most {limit:.1e})", self.0);
+        assert!(self.0 <= limit, "{what}: {:e}, more than {limit:e}", self.0);
+    }
+}
+
+/// Gravity and air of the Mars of the files; the table of the air is written into `folder`.
+fn mars(all: &Value, folder: &std::path::Path) -> String {
+    let p = &all["planet"];
+    let rows: Vec<Vec<f64>> =
+        all["atmosphere"]["table"].as_array().unwrap().iter().map(row).collect();
+    let mut table = String::from("HgtMOLA Denkgm3 Temp\n");
+    let mut winds = Vec::new();
+    for r in &rows {
+        table += &format!("{:?} {:?} {:?}\n", r[0] / 1000.0, r[1], r[2]);
+        winds.push(format!("(altitude: {:?}, east: {:?}, north: {:?})", r[0], r[3], r[4]));
+    }
+    let file = folder.join("mars.txt");
+    std::fs::write(&file, table).unwrap();
+    let (gm, radius, j2, omega) =
+        (num(&p["GM"]), num(&p["R_ref"]), num(&p["J2"]), num(&p["omega"]));
+    format!(
+        r#""Gravity": (model: "environment.zonal_gravity", params: {{ "mu": {gm:?}, "radius": {radius:?}, "j2": {j2:?} }}),
+        "Air": (model: "environment.mars_air", params: {{ "table": {:?}, "winds": [{}],
+            "planet": (body: "mars", turns: "fixed", rate: {omega:?}, radius: {radius:?}, flattening: 0) }}),"#,
+        file.display().to_string(),
+        winds.join(", ")
+    )
+}
+
+const TIGHT: &str = "step: \"250 ms\", integrator: \"dormand_prince_54\", accuracy: (relative: 1e-12, absolute: 1e-10), until: \"400 s\"";
+
+#[test]
+fn mars_entry_with_three_degrees_of_freedom() {
+    let Some(all) = reference("mars_entry_3dof.json") else { return };
+    let (input, aero, bank) = (&all["inputs"], &all["aero"], &all["bank"]);
+    let folder = tempfile::tempdir().unwrap();
+    let (radius, omega) = (num(&all["planet"]["R_ref"]), num(&all["planet"]["omega"]));
+    let place = row(&input["lat_lon_deg"]);
+    let [lat, lon] = [place[0].to_radians(), place[1].to_radians()];
+    let up = Vec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
+    let east = Vec3::new(-lon.sin(), lon.cos(), 0.0);
+    let north = up.cross(&east);
+    let angle = |name: &str| num(&input[name]).to_radians();
+    let (fpa, azimuth) = (angle("fpa_deg"), angle("azimuth_deg"));
+    let r = up * (radius + num(&input["h0_m"]));
+    let along = (north * azimuth.cos() + east * azimuth.sin()) * fpa.cos() + up * fpa.sin();
+    let v = along * num(&input["V0_rel_ms"]) + (Vec3::z() * omega).cross(&r);
+    let text = format!(
+        r#"Simulation(
+        bodies: {{ "capsule": (parent: "world", hinge: Free, mass: {:?}, inertia: [5000, 5000, 5000],
+            initial: (position: {}, velocity: {})) }},
+        parts: {{ {}
+            "Time": (model: "basics.ramp"),
+            "Bank": (model: "basics.lookup", params: {{ "table": {} }}),
+            "Aero": (model: "flight.entry_aerodynamics", params: {{ "area": {:?}, "nose_radius": 1.125,
+                "drag": {}, "lift_to_drag": {} }}, bind: {{ "body": "node:capsule" }}),
+        }},
+        wires: ["Time.y -> Bank.u", "Bank.y -> Aero.bank"], {TIGHT})"#,
+        num(&input["mass"]),
+        list(r.as_slice()),
+        list(v.as_slice()),
+        mars(&all, folder.path()),
+        pairs(&bank["t_s"], &bank["bank_deg"], 1f64.to_radians()),
+        num(&input["S"]),
+        pairs(&aero["Mach"], &aero["CD"], 1.0),
+        pairs(&aero["Mach"], &aero["L_over_D"], 1.0),
+    );
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let [mut height, mut across, mut speed, mut heat, mut mach] = [Worst(0.0); 5];
+    for want in all["rows"].as_array().unwrap().iter().map(row) {
+        let t = want[0];
+        sim.run_until(seconds(t)).unwrap();
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -omega * t);
+        let r_W = get(&sim, "capsule.position");
+        let r = turn * r_W;
+        let v = turn * (velocity(&sim, "capsule") - (Vec3::z() * omega).cross(&r_W));
+        height.take((r.norm() - radius - want[1]).abs());
+        let (lat, lon) = ((r.z / r.norm()).asin(), r.y.atan2(r.x));
+        across.take((lat - want[2].to_radians()).abs() * radius);
+        across.take((lon - want[3].to_radians()).abs() * radius);
+        speed.take((v.norm() - want[4]).abs());
+        mach.take((sim.get("Aero.mach").unwrap() - want[7]).abs());
+        heat.take((sim.get("Aero.heat_load").unwrap() / 1e4 - want[9]).abs());
+    }
+    // The file asks for 0.1 m and 1e-3 m/s, and is itself right to 6e-5 m.
+    height.below(2e-3, "3 dof, height, m");
+    across.below(2e-3, "3 dof, over the ground, m");
+    speed.below(1e-4, "3 dof, speed, m/s");
+    mach.below(1e-6, "3 dof, Mach number");
+    heat.below(1e-4, "3 dof, heat load, J/cm²");
+    // Faster than the last Mach number of the table at first: clamped, and told when it comes in.
+    assert_eq!(sim.get("Aero.outside").unwrap(), 1.0);
+}
+
+#[test]
+fn mars_entry_with_six_degrees_of_freedom() {
+    let Some(all) = reference("mars_entry_6dof.json") else { return };
+    let (input, aero) = (&all["inputs"], &all["aero"]);
+    let folder = tempfile::tempdir().unwrap();
+    let rows: Vec<Vec<f64>> = all["rows"].as_array().unwrap().iter().map(row).collect();
+    let start = &rows[0];
+    let column = |name: &str| {
+        let all = row(&aero[name]);
+        format!("[{}]", all.iter().map(|x| list(&[*x])).collect::<Vec<_>>().join(", "))
+    };
+    let i: Vec<Vec<f64>> = input["I"].as_array().unwrap().iter().map(row).collect();
+    let inertia = list(&[i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2]]);
+    let angles: Vec<f64> = row(&aero["alpha_total_deg"]).into_iter().map(f64::to_radians).collect();
+    let nose: Vec<f64> = row(&aero["cg_from_nose_body"]).into_iter().map(|x| -x).collect();
+    // Each pair of equal times is a jump.
+    let (times, torques) = (row(&all["roll_torque"]["t_s"]), row(&all["roll_torque"]["N_m"]));
+    let program: Vec<String> = (0..times.len() - 1)
+        .filter(|k| times[*k] < times[k + 1])
+        .map(|k| format!("(time: {:?}, moment: [{:?}, 0, 0])", times[k], torques[k]))
+        .collect();
+    let text = format!(
+        r#"Simulation(
+        bodies: {{ "capsule": (parent: "world", hinge: Free, mass: {:?}, inertia: {inertia},
+            initial: (position: {}, velocity: {}, rotation: (quat: {}), angular: {})) }},
+        parts: {{ {}
+            "Roll": (model: "flight.body_load", params: {{ "rows": [{}] }}, bind: {{ "body": "node:capsule" }}),
+            "Aero": (model: "flight.axisymmetric_aerodynamics", params: {{ "area": {:?}, "length": {:?},
+                "angles": {}, "axial": {}, "normal": {}, "pitch": {}, "reference": {},
+                "damping": [{:?}, {:?}, {:?}] }}, bind: {{ "body": "node:capsule" }}),
+        }}, {TIGHT})"#,
+        num(&input["mass"]),
+        list(&start[1..4]),
+        list(&start[4..7]),
+        list(&start[7..11]),
+        list(&start[11..14]),
+        mars(&all, folder.path()),
+        program.join(", "),
+        num(&input["S"]),
+        num(&input["D"]),
+        list(&angles),
+        column("CA"),
+        column("CN"),
+        column("Cm_nose"),
+        list(&nose),
+        num(&input["Clp"]),
+        num(&input["Cmq"]),
+        num(&input["Cmq"]),
+    );
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let [mut r, mut v, mut q, mut w, mut alpha, mut g] = [Worst(0.0); 6];
+    let mass = num(&input["mass"]);
+    for want in &rows {
+        sim.run_until(seconds(want[0])).unwrap();
+        r.take((get(&sim, "capsule.position") - vec3(&want[1..])).norm());
+        v.take((velocity(&sim, "capsule") - vec3(&want[4..])).norm());
+        let turned = Quat::from_quaternion(Quaternion::new(want[10], want[7], want[8], want[9]));
+        q.take(rotation(&sim, "capsule").angle_to(&turned));
+        w.take((get(&sim, "capsule.angular") - vec3(&want[11..])).norm());
+        alpha.take((sim.get("Aero.alpha").unwrap().to_degrees() - want[17]).abs());
+        alpha.take((sim.get("Aero.beta").unwrap().to_degrees() - want[18]).abs());
+        let felt = sim.get("Aero.force").unwrap() / mass;
+        // The file divides by standard gravity.
+        g.take((felt / 9.80665 - want[19]).abs());
+    }
+    // The file asks for 0.05 m and 1e-4 of the quaternion.
+    r.below(1e-3, "6 dof, position, m");
+    v.below(1e-4, "6 dof, velocity, m/s");
+    q.below(1e-5, "6 dof, attitude, rad");
+    w.below(1e-5, "6 dof, rates, rad/s");
+    alpha.below(1e-3, "6 dof, angles of attack and sideslip, deg");
+    g.below(1e-5, "6 dof, deceleration, g");
+    // The reference point of a shell behind its nose, a centre of mass beside the axis.
+    assert!(Matrix3::from_fn(|a, b| i[a][b]).determinant() > 0.0);
+}
+
+#[test]
+fn a_parachute_opens_behind_a_payload() {
+    let Some(all) = reference("parachute_two_body.json") else { return };
+    let input = &all["inputs"];
+    let (load, chute, riser) = (&input["payload"], &input["chute"], &input["riser"]);
+    let rows: Vec<Vec<f64>> = all["rows"].as_array().unwrap().iter().map(row).collect();
+    let s = &rows[0];
+    let i: Vec<Vec<f64>> = load["I"].as_array().unwrap().iter().map(row).collect();
+    let inertia = list(&[i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2]]);
+    // One gas constant, so that the speed of sound is that of the file.
+    let sound = num(&input["sound"]);
+    let text = format!(
+        r#"Simulation(
+        bodies: {{
+            "payload": (parent: "world", hinge: Free, mass: {:?}, inertia: {inertia},
+                initial: (position: {}, velocity: {}, rotation: (quat: {}), angular: {}),
+                nodes: {{ "riser": (position: {}) }}),
+            "chute": (parent: "world", hinge: Free, mass: {:?}, inertia: [100, 100, 100],
+                initial: (position: {}, velocity: {})),
+        }},
+        parts: {{
+            "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, {:?}] }}),
+            "Air": (model: "environment.exponential_atmosphere", params: {{ "planet_radius": 0, "density": {:?},
+                "scale_height": {:?}, "temperature": 200, "heat_ratio": 1.25, "gas_constant": {:?}, "wind": {} }}),
+            "Drag": (model: "flight.drag", params: {{ "coefficient": {:?}, "area": 1, "heating_constant": 0 }},
+                bind: {{ "body": "node:payload" }}),
+            "Damping": (model: "flight.rate_damping", params: {{ "damping": {} }}, bind: {{ "body": "node:payload" }}),
+            "Riser": (model: "flight.line", params: {{ "length": {:?}, "stiffness": {:?}, "damping": {:?} }},
+                bind: {{ "a": "node:payload/riser", "b": "node:chute" }}),
+            "Canopy": (model: "flight.canopy", params: {{ "diameter": {:?}, "drag_coefficient": {:?}, "start": {:?},
+                "packed": {:?}, "filling_time": {:?}, "exponent": {:?}, "breathing": {:?},
+                "breathing_frequency": {:?}, "apparent": {:?} }}, bind: {{ "canopy": "node:chute" }}),
+        }},
+        step: "10 ms", integrator: "dormand_prince_54", accuracy: (relative: 1e-11, absolute: 1e-10), until: "60 s")"#,
+        num(&load["mass"]),
+        list(&s[1..4]),
+        list(&s[4..7]),
+        list(&s[7..11]),
+        list(&s[11..14]),
+        list(&row(&load["attach"])),
+        num(&chute["mass"]),
+        list(&s[14..17]),
+        list(&s[17..20]),
+        -num(&input["g"]),
+        num(&input["rho0"]),
+        num(&input["H"]),
+        sound * sound / (1.25 * 200.0),
+        list(&row(&input["wind_enu"])),
+        num(&load["CDS"]),
+        list(&row(&load["rot_damping"])),
+        num(&riser["L0"]),
+        num(&riser["k"]),
+        num(&riser["c"]),
+        num(&chute["D0"]),
+        num(&chute["CD0"]),
+        num(&chute["t0"]),
+        num(&chute["f_min"]),
+        num(&chute["tinf"]),
+        num(&chute["n"]),
+        num(&chute["osc_amp"]),
+        num(&chute["osc_Hz"]),
+        num(&chute["ka"]),
+    );
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let [mut r, mut v, mut q, mut w, mut extension] = [Worst(0.0); 5];
+    for want in &rows {
+        sim.run_until(seconds(want[0])).unwrap();
+        for (body, at) in [("payload", 1), ("chute", 14)] {
+            r.take((get(&sim, &format!("{body}.position")) - vec3(&want[at..])).norm());
+            v.take((velocity(&sim, body) - vec3(&want[at + 3..])).norm());
+        }
+        let turned = Quat::from_quaternion(Quaternion::new(want[10], want[7], want[8], want[9]));
+        q.take(rotation(&sim, "payload").angle_to(&turned));
+        w.take((get(&sim, "payload.angular") - vec3(&want[11..])).norm());
+        extension.take((sim.get("Riser.extension").unwrap() - want[20]).abs());
+    }
+    // The file asks for 0.02 m, and is itself right to 3e-5 m and 7e-5 m/s.
+    r.below(1e-3, "parachute, positions, m");
+    v.below(1e-3, "parachute, velocities, m/s");
+    q.below(1e-5, "parachute, attitude, rad");
+    w.below(1e-5, "parachute, rates, rad/s");
+    extension.below(1e-4, "parachute, length of the riser, m");
+    let changes = all["number_of_slack_taut_events"].as_f64().unwrap();
+    assert_eq!(sim.get("Riser.changes").unwrap(), changes);
+    let speed = velocity(&sim, "payload").norm() - num(&all["quasi_static_terminal_speed_at_end"]);
+    assert!(speed.abs() < 8.0, "{speed}");
+    // Times of the changes: the run stops after every event.
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let mut found = Vec::new();
+    let mut changes = 0.0;
+    while sim.time() < 1.4 {
+        sim.step_event().unwrap();
+        let now = sim.get("Riser.changes").unwrap();
+        if now != changes {
+            found.push(sim.time());
+            changes = now;
+        }
+    }
+    let events = all["first_events"].as_array().unwrap();
+    assert_eq!(found.len(), events.len());
+    for (a, b) in found.iter().zip(events) {
+        assert!((a - num(&b[0])).abs() < 1e-6, "{found:?}");
+    }
+}

@@ -1,0 +1,338 @@
+//! Spacecraft beside trajectories that an independent program computed (DOP853): wheels and slosh, a stack that
+//! separates twice, a guided descent.
+#![allow(clippy::unwrap_used, non_snake_case)]
+use linkwork_runtime::{Seconds, Simulation};
+use linkwork_spatial::nalgebra::Quaternion;
+use linkwork_spatial::{Mat3, Quat, Vec3};
+use serde_json::Value;
+
+#[path = "../common/mod.rs"]
+mod common;
+
+/// A reference file. Without the folder the test says so and is skipped; with `CI=true` it fails.
+fn reference(name: &str) -> Option<Value> {
+    let file = linkwork_tests::root().join("../shared/reference/flight").join(name);
+    match std::fs::read_to_string(file) {
+        Ok(text) => Some(serde_json::from_str(&text).unwrap()),
+        Err(e) if std::env::var("CI").is_ok_and(|v| v == "true") => panic!("{name}: {e}"),
+        Err(_) => {
+            println!("SKIPPED: no reference file {name}");
+            None
+        }
+    }
+}
+
+fn seconds(x: f64) -> Seconds {
+    Seconds::from_decimal(x).unwrap()
+}
+
+fn num(v: &Value) -> f64 {
+    v.as_f64().unwrap()
+}
+
+fn row(v: &Value) -> Vec<f64> {
+    v.as_array().unwrap().iter().map(num).collect()
+}
+
+fn rows(v: &Value) -> Vec<Vec<f64>> {
+    v.as_array().unwrap().iter().map(row).collect()
+}
+
+fn vec3(v: &[f64]) -> Vec3 {
+    Vec3::new(v[0], v[1], v[2])
+}
+
+/// In RON, no digit lost.
+fn list(v: &[f64]) -> String {
+    format!("[{}]", v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", "))
+}
+
+fn triple(v: &Vec3) -> String {
+    list(v.as_slice())
+}
+
+fn inertia(i: &Mat3) -> String {
+    list(&[i[(0, 0)], i[(1, 1)], i[(2, 2)], i[(0, 1)], i[(0, 2)], i[(1, 2)]])
+}
+
+fn get(sim: &Simulation, name: &str) -> Vec3 {
+    Vec3::from(["x", "y", "z"].map(|c| sim.get(&format!("{name}.{c}")).unwrap()))
+}
+
+fn rotation(sim: &Simulation, body: &str) -> Quat {
+    let [w, x, y, z] =
+        ["w", "x", "y", "z"].map(|c| sim.get(&format!("{body}.rotation.{c}")).unwrap());
+    Quat::from_quaternion(Quaternion::new(w, x, y, z))
+}
+
+fn quat(v: &[f64]) -> Quat {
+    Quat::from_quaternion(Quaternion::new(v[3], v[0], v[1], v[2]))
+}
+
+/// The greatest of some errors; NaN is none of the small ones.
+#[derive(Clone, Copy)]
+struct Worst(f64);
+
+impl Worst {
+    fn take(&mut self, error: f64) {
+        if !(error <= self.0) {
+            self.0 = error;
+        }
+    }
+    #[track_caller]
+    fn below(self, limit: f64, what: &str) {
+        println!("{what}: {:.3e} (at most {limit:.1e})", self.0);
+        assert!(self.0 <= limit, "{what}: {:e}, more than {limit:e}", self.0);
+    }
+}
+
+fn tight(until: f64) -> String {
+    format!(
+        "gravity: \"none\", step: \"100 ms\", integrator: \"dormand_prince_54\", \
+         accuracy: (relative: 1e-12, absolute: 1e-12), until: \"{until} s\""
+    )
+}
+
+fn matrix(v: &Value) -> Mat3 {
+    let i = rows(v);
+    Mat3::from_fn(|a, b| i[a][b])
+}
+
+#[test]
+fn wheels_and_slosh_under_thrust() {
+    let Some(all) = reference("slosh_wheels.json") else { return };
+    let input = &all["inputs"];
+    let w0 = vec3(&row(&input["w0"]));
+    let mut body_inertia = matrix(&input["hub"]["I"]);
+    let (mut bodies, mut parts, mut wires) = (String::new(), String::new(), Vec::new());
+    let mut nodes = format!("\"thrust\": (position: {}), ", list(&row(&input["thrust"]["point"])));
+    for (k, wheel) in input["wheels"].as_array().unwrap().iter().enumerate() {
+        let (g, inertia) = (vec3(&row(&wheel["g"])), num(&wheel["Js"]));
+        // The file's hub has the wheels locked; here each is a state of its own.
+        body_inertia -= g * g.transpose() * inertia;
+        let q = Quat::rotation_between(&Vec3::z(), &g).unwrap();
+        nodes += &format!("\"w{k}\": (rotation: (quat: {})), ", list(&[q.i, q.j, q.k, q.w]));
+        let speed = num(&wheel["Om0"]) + g.dot(&w0);
+        let torque: Vec<String> =
+            row(&wheel["t"]).iter().zip(row(&wheel["u"])).map(|(t, u)| list(&[*t, u])).collect();
+        parts += &format!(
+            r#""Torque{k}": (model: "flight.sequence", params: {{ "rows": [{}] }}),
+            "Wheel{k}": (model: "flight.reaction_wheel", params: {{ "inertia": {inertia:?}, "speed": {speed:?} }},
+                bind: {{ "wheel": "node:hub/w{k}" }}), "#,
+            torque.join(", ")
+        );
+        wires.push(format!("\"Torque{k}.y -> Wheel{k}.torque\""));
+    }
+    for (k, tank) in input["tanks"].as_array().unwrap().iter().enumerate() {
+        let axis = vec3(&row(&tank["axis"])).normalize();
+        let down = vec3(&row(&tank["down"]));
+        let down = (down - axis * axis.dot(&down)).normalize() * num(&tank["L"]);
+        bodies += &format!(
+            r#""tank{k}": (parent: "hub", at: (position: {}), hinge: Pin({}), mass: {:?}, com: {}, inertia: [0, 0, 0],
+                damping: {:?}, initial: (angle: {:?}, rate: {:?})), "#,
+            list(&row(&tank["pivot"])),
+            triple(&axis),
+            num(&tank["m"]),
+            triple(&down),
+            num(&tank["c"]),
+            num(&tank["th0"]),
+            num(&tank["thd0"]),
+        );
+    }
+    let thrust = &input["thrust"];
+    let program: Vec<String> = row(&thrust["t"])
+        .iter()
+        .zip(rows(&thrust["F"]))
+        .map(|(t, f)| format!("(time: {t:?}, force: {})", list(&f)))
+        .collect();
+    let text = format!(
+        r#"Simulation(
+        bodies: {{
+            "hub": (parent: "world", hinge: Free, mass: {:?}, inertia: {}, initial: (angular: {}), nodes: {{ {nodes} }}),
+            {bodies}
+        }},
+        parts: {{ {parts}
+            "Thrust": (model: "flight.body_load", params: {{ "rows": [{}] }}, bind: {{ "body": "node:hub/thrust" }}),
+        }},
+        wires: [{}], {})"#,
+        num(&input["hub"]["mass"]),
+        inertia(&body_inertia),
+        triple(&w0),
+        program.join(", "),
+        wires.join(", "),
+        tight(num(&input["t_end"])),
+    );
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let [mut r, mut q, mut v, mut w, mut th, mut speeds] = [Worst(0.0); 6];
+    for want in rows(&all["rows"]) {
+        sim.run_until(seconds(want[0])).unwrap();
+        r.take((get(&sim, "hub.position") - vec3(&want[1..])).norm());
+        q.take(rotation(&sim, "hub").angle_to(&quat(&want[4..])));
+        v.take((get(&sim, "hub.velocity") - vec3(&want[8..])).norm());
+        w.take((get(&sim, "hub.angular") - vec3(&want[11..])).norm());
+        for k in 0..2 {
+            th.take((sim.get(&format!("tank{k}.angle")).unwrap() - want[14 + k]).abs());
+            th.take((sim.get(&format!("tank{k}.rate")).unwrap() - want[16 + k]).abs());
+        }
+        for k in 0..3 {
+            speeds.take((sim.get(&format!("Wheel{k}.speed")).unwrap() - want[18 + k]).abs());
+        }
+    }
+    // The file asks for 1e-6 and is itself right to 2e-10.
+    r.below(1e-6, "slosh and wheels, position, m");
+    q.below(1e-7, "slosh and wheels, attitude, rad");
+    v.below(1e-7, "slosh and wheels, velocity, m/s");
+    w.below(1e-7, "slosh and wheels, rates, rad/s");
+    th.below(1e-6, "slosh and wheels, pendulums, rad and rad/s");
+    speeds.below(1e-6, "slosh and wheels, wheels, rad/s");
+}
+
+#[test]
+fn a_stack_of_three_comes_apart() {
+    let Some(all) = reference("three_body_separation.json") else { return };
+    let (bodies, springs, sequence) =
+        (all["bodies"].as_array().unwrap(), &all["springs"], &all["sequence"]);
+    let start = &rows(&all["rows"])[0];
+    let cm: Vec<Vec3> = bodies.iter().map(|b| vec3(&row(&b["cm_in_stack_m"]))).collect();
+    let pairs = [("A_to_B", "A", "B"), ("B_to_C", "B", "C")];
+    let (mut nodes, mut parts) = ([const { String::new() }; 3], [const { String::new() }; 2]);
+    for (j, (name, first, second)) in pairs.iter().enumerate() {
+        for (k, s) in springs[name].as_array().unwrap().iter().enumerate() {
+            let place = |end: &str| list(&row(&s[end]));
+            nodes[j] += &format!("\"{second}{k}\": (position: {}), ", place("p_first"));
+            nodes[j + 1] += &format!("\"{first}{k}\": (position: {}), ", place("p_second"));
+            parts[j] += &format!(
+                r#""{name}{k}": (model: "flight.kickoff_spring", params: {{ "stiffness": {:?}, "length": {:?} }},
+                    bind: {{ "a": "node:{first}/{second}{k}", "b": "node:{second}/{first}{k}" }}), "#,
+                num(&s["k"]),
+                num(&s["L0"]),
+            );
+        }
+    }
+    let mut text = String::from("Simulation(bodies: {");
+    for (k, name) in ["A", "B", "C"].iter().enumerate() {
+        let hinge = if k == 0 {
+            format!(
+                "parent: \"world\", hinge: Free, initial: (position: {}, velocity: {}, angular: {})",
+                list(&start[1..4]),
+                list(&start[4..7]),
+                list(&start[11..14])
+            )
+        } else {
+            let above = ["A", "B"][k - 1];
+            let at = triple(&(cm[k] - cm[k - 1]));
+            format!("parent: \"{above}\", at: (position: {at}), hinge: Locked")
+        };
+        text += &format!(
+            "\"{name}\": ({hinge}, mass: {:?}, inertia: {}, nodes: {{ {} }}), ",
+            num(&bodies[k]["mass"]),
+            inertia(&matrix(&bodies[k]["I_about_cm"])),
+            nodes[k]
+        );
+    }
+    let free = "parent: \"world\", at: (position: [0, 0, 0]), hinge: Free";
+    text += &format!(
+        r#"}}, start: "whole", phases: {{
+            "whole": (to: {{ "first": "time > {:?} s" }}),
+            "first": (bodies: {{ "B": ({free}) }}, parts: {{ {} }}, to: {{ "second": "time > {:?} s" }}),
+            "second": (like: "first", bodies: {{ "C": ({free}) }}, parts: {{ {} }}),
+        }}, {})"#,
+        num(&sequence["t1_A_released"]),
+        parts[0],
+        num(&sequence["t2_B_and_C_part"]),
+        parts[1],
+        tight(num(&sequence["t_end"]))
+    );
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let [mut r, mut v, mut q, mut w] = [Worst(0.0); 4];
+    // Of a body that hangs on another only the pose as a node is told: free ones are compared.
+    let t = [0.0, num(&sequence["t1_A_released"]), num(&sequence["t2_B_and_C_part"])];
+    let mut compared = 0;
+    for want in rows(&all["rows"]) {
+        sim.run_until(seconds(want[0])).unwrap();
+        for (k, name) in ["A", "B", "C"].iter().enumerate() {
+            if k > 0 && want[0] <= t[k] {
+                continue;
+            }
+            let at = 1 + 13 * k;
+            r.take((get(&sim, &format!("{name}.position")) - vec3(&want[at..])).norm());
+            let turned = rotation(&sim, name);
+            let velocity = turned * get(&sim, &format!("{name}.velocity"));
+            v.take((velocity - vec3(&want[at + 3..])).norm());
+            q.take(turned.angle_to(&quat(&want[at + 6..])));
+            w.take((get(&sim, &format!("{name}.angular")) - vec3(&want[at + 10..])).norm());
+            compared += 1;
+        }
+    }
+    assert!(compared > 20, "{compared}");
+    // The file asks for 1e-6.
+    r.below(1e-8, "three bodies, positions, m");
+    v.below(1e-8, "three bodies, velocities, m/s");
+    q.below(1e-8, "three bodies, attitudes, rad");
+    w.below(1e-8, "three bodies, rates, rad/s");
+    for (name, count) in [("A_to_B", 4), ("B_to_C", 3)] {
+        for k in 0..count {
+            assert_eq!(sim.get(&format!("{name}{k}.over")).unwrap(), 1.0, "{name}{k}");
+        }
+    }
+}
+
+#[test]
+fn a_descent_guided_by_a_quadratic_with_limits_lag_and_sampling() {
+    let Some(all) = reference("powered_descent_quadratic.json") else { return };
+    let input = &all["inputs"];
+    let flown = rows(&all["flown"]["rows"]);
+    let vector = |name: &str| list(&row(&input[name]));
+    let mass = num(&input["mass0"]);
+    // Half of it is propellant in a tank without size.
+    let (dry, drag) = (0.5 * mass, &input["drag"]);
+    let text = format!(
+        r#"Simulation(
+        bodies: {{ "lander": (parent: "world", hinge: Free, mass: {dry:?}, inertia: [500, 500, 500],
+            initial: (position: {}, velocity: {})) }},
+        parts: {{
+            "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": {} }}),
+            "Air": (model: "environment.exponential_atmosphere", params: {{ "planet_radius": 0, "density": {:?}, "scale_height": {:?} }}),
+            "Drag": (model: "flight.drag", params: {{ "coefficient": {:?}, "area": 1, "heating_constant": 0 }}, bind: {{ "body": "node:lander" }}),
+            "Tank": (model: "flight.propellant_tank", params: {{ "propellant": {dry:?}, "radius": "10 um", "density": 1e20 }}, bind: {{ "bottom": "node:lander" }}),
+            "Mass": (model: "basics.gain", params: {{ "k": 1, "offset": {dry:?} }}),
+            "Guidance": (model: "flight.powered_descent", rate: "{:?} Hz", params: {{ "position": {}, "velocity": {}, "acceleration": {},
+                "arrival": {:?}, "freeze": {:?}, "thrust_min": {:?}, "thrust_max": {:?} }}, bind: {{ "body": "node:lander" }}),
+            "Engines": (model: "flight.vector_thrust", params: {{ "specific_impulse": {:?}, "lag": {:?}, "start": {} }}, bind: {{ "body": "node:lander" }}),
+        }},
+        wires: ["Tank.propellant -> Mass.u", "Mass.y -> Guidance.mass", "Guidance.force -> Engines.command",
+            "Engines.flow -> Tank.flow", "Tank.supplies -> Engines.supply"],
+        step: "50 ms", integrator: "dormand_prince_54", accuracy: (relative: 1e-12, absolute: 1e-10), until: "62 s")"#,
+        vector("r0"),
+        vector("v0"),
+        vector("g"),
+        num(&drag["rho0"]),
+        num(&drag["H"]),
+        num(&drag["CDS"]),
+        1.0 / num(&input["period"]),
+        vector("rT"),
+        vector("vT"),
+        vector("aT"),
+        num(&input["tf"]),
+        num(&input["freeze_tgo"]),
+        num(&input["T_min"]),
+        num(&input["T_max"]),
+        num(&input["Isp"]),
+        num(&input["lag"]),
+        list(&flown[0][8..11]),
+    );
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let [mut r, mut v, mut m, mut f] = [Worst(0.0); 4];
+    for want in flown {
+        sim.run_until(seconds(want[0])).unwrap();
+        r.take((get(&sim, "lander.position") - vec3(&want[1..])).norm());
+        v.take((rotation(&sim, "lander") * get(&sim, "lander.velocity") - vec3(&want[4..])).norm());
+        m.take((dry + sim.get("Tank.propellant").unwrap() - want[7]).abs());
+        f.take((sim.get("Engines.thrust").unwrap() - vec3(&want[8..]).norm()).abs());
+    }
+    // The file asks for 1e-4 m.
+    r.below(1e-4, "guided descent, position, m");
+    v.below(1e-4, "guided descent, velocity, m/s");
+    m.below(1e-4, "guided descent, mass, kg");
+    f.below(0.1, "guided descent, thrust, N");
+}
