@@ -317,13 +317,13 @@ impl ContactStepper {
         for (v, a) in v.iter_mut().zip(vdot.iter()) {
             *v += h * a;
         }
-        self.turning.to_start_axes(h, v);
+        self.turning.enter_start_axes(h, v);
         self.push_out(tree, h)?;
         for (d, v) in self.dq.iter_mut().zip(v.iter()) {
             *d += h * v;
         }
         let mbs = tree.multibody();
-        self.turning.from_start_axes(h, &mut self.dq, v);
+        self.turning.leave_start_axes(h, &mut self.dq, v);
         // `integrate` wants another place for its answer.
         self.q_next.clear();
         self.q_next.extend_from_slice(q);

@@ -60,7 +60,7 @@ impl Turning {
     }
 
     /// Velocities v + h v̇ into the axes at the start.
-    pub fn to_start_axes(&self, h: f64, v: &mut [f64]) {
+    pub fn enter_start_axes(&self, h: f64, v: &mut [f64]) {
         for hinge in &self.hinges {
             (0..3).for_each(|k| v[hinge.v + 3 + k] += h * hinge.transport[k]);
         }
@@ -68,7 +68,7 @@ impl Turning {
 
     /// The displacement of the step as `integrate` wants it, along a screw that ends where the straight way
     /// does; velocities into the axes at the end.
-    pub fn from_start_axes(&self, h: f64, dq: &mut [f64], v: &mut [f64]) {
+    pub fn leave_start_axes(&self, h: f64, dq: &mut [f64], v: &mut [f64]) {
         for hinge in &self.hinges {
             let d = &mut dq[hinge.v..hinge.v + 6];
             let linear = straight(&vector(d), &vector(&d[3..]));
