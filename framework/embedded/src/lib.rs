@@ -27,4 +27,4 @@ pub use linkwork_spatial as spatial;
 pub use manipulability::{Manipulability, Rows};
 pub use model::{ModelSpec, Object, ObjectSpec, RobotModel};
 pub use part::{Part, PartSpec};
-pub use robot::Robot;
+pub use robot::{Answer, Best, Effort, Goal, Outcome, Prefer, Robot};

@@ -3,6 +3,7 @@
 
 mod support;
 
+use linkwork_embedded::spatial::Pose;
 use linkwork_embedded::*;
 use std::hint::black_box;
 use support::*;
@@ -17,6 +18,7 @@ fn no_call_allocates_after_set_up() {
     let mut bad = q.clone();
     bad[3] = f64::NAN;
     let mut clamped = q.clone();
+    let (start, far, near) = (model.multibody().neutral_q(), 9.0, 0.5);
     let counted = allocation_counter::measure(|| {
         robot.set_q(&q).unwrap();
         robot.clamp(&mut clamped).unwrap();
@@ -28,6 +30,19 @@ fn no_call_allocates_after_set_up() {
             black_box(robot.manipulability(left, rows, Some(&mut g)).unwrap());
         }
         black_box(robot.set_q(&bad).unwrap_err());
+        for p in [far, near] {
+            let goal = Goal::pose(Pose::translation(p, 0.4, 1.1));
+            clamped.copy_from_slice(&start);
+            black_box(robot.reach(left, &goal, &Effort::default(), &mut clamped).unwrap());
+            black_box(robot.reach_on(left, 10, &mut clamped).unwrap());
+            clamped.copy_from_slice(&start);
+            let prefer = Prefer { manipulable: 0.1, ..Prefer::centred().starts(3) };
+            let best =
+                robot.reach_best(left, &goal, &prefer, &Effort::kinematics(3000), &mut clamped);
+            black_box(best.unwrap());
+        }
+        let nan = Goal::position(spatial::Vec3::repeat(f64::NAN));
+        black_box(robot.reach(left, &nan, &Effort::default(), &mut clamped).unwrap_err());
         black_box(robot.tip_pose(gripper).unwrap_err());
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");

@@ -1,6 +1,6 @@
 //! Kinematics of parts, each by its own chain, and of the whole.
 
-use super::{ChainMemory, Robot, numbers};
+use super::{ChainMemory, Robot};
 use crate::error::RobotError;
 use crate::manipulability::{Manipulability, Rows};
 use crate::part::{Chain, Part};
@@ -124,7 +124,7 @@ impl Robot {
 }
 
 /// Where the base of a chain is at the whole's q.
-fn base(chain: &Chain, memory: &mut ChainMemory, q: &[f64]) -> Pose {
+pub(super) fn base(chain: &Chain, memory: &mut ChainMemory, q: &[f64]) -> Pose {
     match (&chain.carrier, &mut memory.carrier) {
         (Some(carrier), Some(ws)) => {
             gather(&carrier.q, q, &mut memory.carrier_q);
@@ -135,7 +135,7 @@ fn base(chain: &Chain, memory: &mut ChainMemory, q: &[f64]) -> Pose {
     }
 }
 
-fn gather(places: &[usize], whole: &[f64], out: &mut [f64]) {
+pub(super) fn gather(places: &[usize], whole: &[f64], out: &mut [f64]) {
     for (x, at) in out.iter_mut().zip(places) {
         *x = whole[*at];
     }

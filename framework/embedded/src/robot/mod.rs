@@ -1,10 +1,15 @@
 //! One instance of a robot: its configuration, what its hands hold, and the memory of every call.
 
 mod kinematics;
+mod prefer;
+mod reach;
+
+pub use prefer::{Best, Prefer};
+pub use reach::{Answer, Effort, Goal, Outcome};
 
 use crate::error::RobotError;
 use crate::model::RobotModel;
-use linkwork_dynamics::{Tree, Workspace};
+use linkwork_dynamics::{InverseKinematics, Tree, Workspace};
 use std::sync::Arc;
 
 /// Memory for one chain.
@@ -15,6 +20,10 @@ struct ChainMemory {
     q: Vec<f64>,
     carrier_q: Vec<f64>,
     J: Vec<f64>,
+    ik: InverseKinematics,
+    /// The best of several solutions, and what a unit of each coordinate counts.
+    best: Vec<f64>,
+    scale: Vec<f64>,
     /// True while `ws` is of the robot's q.
     fresh: bool,
 }
@@ -43,6 +52,9 @@ impl Robot {
                 q: vec![0.0; c.q.len()],
                 carrier_q: vec![0.0; c.carrier.as_ref().map_or(0, |c| c.q.len())],
                 J: vec![0.0; 6 * c.v.len()],
+                ik: reach::memory(c),
+                best: vec![0.0; c.q.len()],
+                scale: vec![0.0; c.v.len()],
                 fresh: false,
             })
         });
