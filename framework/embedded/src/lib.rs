@@ -21,10 +21,14 @@ mod robot;
 
 pub use error::{ModelError, ModelFault, RobotError};
 pub use linkwork_dynamics as dynamics;
+pub use linkwork_dynamics::inverse_kinematics::Residual;
 pub use linkwork_formats as formats;
 pub use linkwork_multibody as multibody;
 pub use linkwork_spatial as spatial;
 pub use manipulability::{Manipulability, Rows};
 pub use model::{ModelSpec, Object, ObjectSpec, RobotModel};
 pub use part::{Part, PartSpec};
-pub use robot::{Answer, Best, Effort, Goal, Outcome, Prefer, Robot};
+pub use robot::{
+    Answer, Balance, Best, Effort, Goal, Grasp, HandWeights, Hold, MoveSqueeze, Outcome, Prefer,
+    Push, Robot, Shared, TaskSpace,
+};

@@ -10,9 +10,16 @@ use support::*;
 
 #[test]
 fn no_call_allocates_after_set_up() {
-    let Some(model) = dual(vec![]) else { return };
+    let mass = spatial::MassProperties::new(8.0, spatial::Vec3::zeros(), spatial::Mat3::identity());
+    let Some(model) = dual(vec![ObjectSpec { name: "beam".into(), mass }]) else { return };
+    let (beam, right) = (model.object("beam").unwrap(), model.part("right").unwrap());
     let [left, gripper] = ["left", "left_gripper"].map(|p| model.part(p).unwrap());
-    let mut robot = Robot::new(&model);
+    // A clone has memory of its own from the beginning.
+    let first = Robot::new(&model);
+    let mut robot = first.clone();
+    let mut space = TaskSpace::new(&robot, &[left, right]).unwrap();
+    let nv = model.nv();
+    let (mut tau, v, mut inertia) = (vec![0.0; nv], model.multibody().random_v(1), [0.0; 144]);
     let q = model.multibody().random_q(3);
     let (mut J, mut whole, mut g) = (vec![0.0; 36], vec![0.0; 6 * model.nv()], vec![0.0; 6]);
     let mut bad = q.clone();
@@ -41,6 +48,25 @@ fn no_call_allocates_after_set_up() {
                 robot.reach_best(left, &goal, &prefer, &Effort::kinematics(3000), &mut clamped);
             black_box(best.unwrap());
         }
+        robot.grasp(left, beam, Grasp::Here).unwrap();
+        robot.grasp(right, beam, Grasp::Here).unwrap();
+        black_box(robot.grasp(right, beam, Grasp::Here).unwrap_err());
+        robot.update_grasp(left, beam, Pose::identity()).unwrap();
+        let push = Push::new(left, spatial::Vec3::x(), spatial::Vec3::y());
+        robot.feed_forward(&v, &v, &[push], &mut tau).unwrap();
+        for kind in [Balance::Equal, Balance::Effort] {
+            black_box(robot.balance(beam, kind, &mut tau).unwrap());
+        }
+        let wrenches = robot.squeeze(beam, 20.0, &mut tau).unwrap();
+        robot.exert(beam, &wrenches, &mut tau).unwrap();
+        let weights = HandWeights { hands: [1.0, 3.0], moment: 100.0 };
+        black_box(robot.move_squeeze(beam, &wrenches, &weights).unwrap());
+        space.inertia(&mut robot, &mut inertia).unwrap();
+        space.forces(&mut robot, &v, &inertia[..12], Some(&v), &mut tau).unwrap();
+        let twist = spatial::Motion::new(spatial::Vec3::x(), spatial::Vec3::y());
+        black_box(robot.rates(left, &twist, &mut tau).unwrap());
+        robot.release(left, beam).unwrap();
+        robot.ungrasp(beam).unwrap();
         let nan = Goal::position(spatial::Vec3::repeat(f64::NAN));
         black_box(robot.reach(left, &nan, &Effort::default(), &mut clamped).unwrap_err());
         black_box(robot.tip_pose(gripper).unwrap_err());

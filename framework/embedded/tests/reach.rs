@@ -123,6 +123,8 @@ fn portions_and_other_work_leave_no_trace() {
             assert!(within(&json, &b));
             // Other calls in between.
             cut.tip_pose(arm).unwrap();
+            let twist = spatial::Motion::new(Vec3::x(), Vec3::y());
+            cut.rates(arm, &twist, &mut vec![0.0; n]).unwrap();
             answer = cut.reach_on(arm, 3, &mut b).unwrap();
             portions += 1;
         }
@@ -163,29 +165,42 @@ fn manipulability_rises_along_the_null_space() {
     let (model, arm) = arm_of(&json, "iiwa7");
     let mut robot = Robot::new(&model);
     let n = model.nq();
-    let rows = Rows::All { length: 1.0 };
+    let (rows, mut improved, mut free) = (Rows::All { length: 1.0 }, 0, 0);
     for row in json["far"].as_array().unwrap().iter().take(20) {
         let x = numbers(row);
         let goal = Goal::pose(pose(&x[2 * n..])).in_base();
-        let (mut plain, mut liked) = (x[n..2 * n].to_vec(), x[n..2 * n].to_vec());
+        let mut plain = x[n..2 * n].to_vec();
         robot.reach(arm, &goal, &Effort::default(), &mut plain).unwrap();
-        let prefer = Prefer::manipulable();
+        // From a solution on: the first start is met at once, and improved.
+        let mut liked = plain.clone();
+        let best = robot
+            .reach_best(arm, &goal, &Prefer::manipulable(), &Effort::default(), &mut liked)
+            .unwrap();
+        assert_eq!((best.outcome, best.solutions), (Outcome::Met, 1));
         let mut w = |q: &[f64]| {
             robot.set_q(q).unwrap();
             robot.manipulability(arm, rows, None).unwrap().w
         };
-        let before = w(&plain);
-        let best = robot.reach_best(arm, &goal, &prefer, &Effort::default(), &mut liked).unwrap();
-        if best.outcome != Outcome::Met {
-            continue; // the one start given did not lead there
-        }
-        robot.set_q(&liked).unwrap();
-        let after = robot.manipulability(arm, rows, None).unwrap().w;
+        let (before, after) = (w(&plain), w(&liked));
         assert!((best.cost + after.ln()).abs() < 1e-9);
-        // At a minimum within limits, moving along the null space changes nothing to first order;
-        // here it is enough that no other point of the way is better than where it ended.
-        assert!(after > 0.0 && (after >= before || best.solutions == 1), "{before} {after}");
+        assert!(after >= before * (1.0 - 1e-9), "{before} {after}");
+        // A minimum: nothing of the gradient is left along the null space, or a limit holds.
+        robot.set_q(&liked).unwrap();
+        let (mut g, mut J) = (vec![0.0; n], vec![0.0; 6 * n]);
+        robot.manipulability(arm, rows, Some(&mut g)).unwrap();
+        robot.jacobian(arm, &mut J).unwrap();
+        let J = spatial::nalgebra::DMatrix::from_row_slice(6, n, &J);
+        let g = spatial::nalgebra::DVector::from_column_slice(&g) / after;
+        let inside = J.transpose() * (&J * J.transpose()).try_inverse().unwrap() * &J * &g;
+        let upper = numbers(&json["upper"]);
+        let held = liked.iter().zip(&upper).filter(|(x, u)| (x.abs() - **u).abs() < 1e-9).count();
+        assert!(held > 0 || (&g - &inside).norm() < 1e-4, "{}", (&g - &inside).norm());
+        free += usize::from(held == 0);
+        improved += usize::from(after > 1.05 * before);
+        let (p, R) = off(&model, &json, &liked, &pose(&x[2 * n..]));
+        assert!(p < 2e-9 && R < 2e-8 && within(&json, &liked));
     }
+    assert!(improved >= 8 && free >= 5, "{improved} of 20, {free} without a limit");
 }
 
 #[test]

@@ -163,9 +163,10 @@ impl InverseKinematics {
         })
     }
 
-    /// Memory for so many targets: with no more of them no call allocates.
+    /// Memory for so many targets: with no more of them no call allocates. A clone has to reserve for itself.
     pub fn reserve(&mut self, targets: usize) {
         let nv = self.moves.len();
+        self.free.reserve(nv);
         self.room(6 * targets, targets, nv);
         self.targets.reserve(targets);
     }

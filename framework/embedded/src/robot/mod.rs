@@ -1,15 +1,26 @@
 //! One instance of a robot: its configuration, what its hands hold, and the memory of every call.
 
+mod dual;
+mod force;
+mod hold;
 mod kinematics;
 mod prefer;
 mod reach;
+mod task;
 
+pub use dual::{Balance, HandWeights, MoveSqueeze, Shared};
+pub use force::Push;
+pub use hold::{Grasp, Hold};
 pub use prefer::{Best, Prefer};
 pub use reach::{Answer, Effort, Goal, Outcome};
+pub use task::TaskSpace;
 
 use crate::error::RobotError;
 use crate::model::RobotModel;
+use crate::part::Part;
 use linkwork_dynamics::{InverseKinematics, Tree, Workspace};
+use linkwork_spatial::nalgebra::Vector6;
+use linkwork_spatial::{Pose, Vec3};
 use std::sync::Arc;
 
 /// Memory for one chain.
@@ -29,7 +40,7 @@ struct ChainMemory {
 }
 
 /// One instance of a [`RobotModel`]. `Send`; a clone is an instance of its own.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Robot {
     model: Arc<RobotModel>,
     q: Vec<f64>,
@@ -39,6 +50,37 @@ pub struct Robot {
     /// True while `ws` has the poses of `q`.
     fresh: bool,
     chains: Vec<Option<ChainMemory>>,
+    gravity: Vec3,
+    /// For each object: who holds it, and where it is when nobody does.
+    holds: Vec<Option<Hold>>,
+    objects: Vec<Pose>,
+    /// Zero rates, forces of one tip, columns of a closed loop.
+    rest: Vec<f64>,
+    room: Vec<f64>,
+    columns: Vec<Vector6<f64>>,
+}
+
+impl Clone for Robot {
+    /// An instance of its own, with all its memory: no later call allocates.
+    fn clone(&self) -> Self {
+        let mut new = Self {
+            model: self.model.clone(),
+            q: self.q.clone(),
+            tree: self.tree.clone(),
+            ws: self.ws.clone(),
+            fresh: self.fresh,
+            chains: self.chains.clone(),
+            gravity: self.gravity,
+            holds: self.holds.clone(),
+            objects: self.objects.clone(),
+            rest: self.rest.clone(),
+            room: self.room.clone(),
+            columns: self.columns.clone(),
+        };
+        new.chains.iter_mut().flatten().for_each(|c| c.ik.reserve(1));
+        new.own_tree();
+        new
+    }
 }
 
 impl Robot {
@@ -58,14 +100,33 @@ impl Robot {
                 fresh: false,
             })
         });
-        let tree = model.tree.clone();
-        Self {
+        let (tree, nv) = (model.tree.clone(), model.nv());
+        let mut new = Self {
             q: model.multibody().neutral_q(),
             ws: Workspace::new(&tree),
             chains: chains.collect(),
             fresh: false,
             tree,
+            gravity: Vec3::new(0.0, 0.0, -9.81),
+            holds: vec![None; model.objects.len()],
+            objects: vec![Pose::identity(); model.objects.len()],
+            rest: vec![0.0; nv],
+            room: vec![0.0; nv],
+            columns: vec![Vector6::zeros(); nv],
             model: model.clone(),
+        };
+        new.own_tree();
+        new
+    }
+
+    /// Makes the memory of the mechanism this robot's own, and every hand's inertia the sum that
+    /// [`carry`](Self::carry) makes: what was held leaves no trace in it.
+    fn own_tree(&mut self) {
+        for i in 0..self.model.parts.len() {
+            if self.model.parts[i].chain.is_some() {
+                let done = self.carry(Part(i as u32));
+                debug_assert!(done.is_ok());
+            }
         }
     }
 

@@ -4,12 +4,12 @@
 //! kinematics, so that a bound holds on every machine, and a search may be cut anywhere and gone on with.
 
 use super::kinematics::{base, gather};
-use super::{Robot, numbers};
+use super::{ChainMemory, Robot, numbers};
 use crate::error::RobotError;
 use crate::part::{Chain, Part};
 use linkwork_dynamics::inverse_kinematics::{Progress, Residual};
-use linkwork_dynamics::{InverseKinematics, Target};
-use linkwork_spatial::{Pose, Quat, Vec3};
+use linkwork_dynamics::{InverseKinematics, RateTarget, Target};
+use linkwork_spatial::{Motion, Pose, Quat, Vec3};
 
 /// Where a tip is to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,6 +173,40 @@ impl Robot {
         let begun = ik.begin(&chain.tree, &[target], &memory.q);
         debug_assert!(begun.is_ok(), "everything was checked: {begun:?}");
         Ok(())
+    }
+
+    /// Rates of a chain at the robot's q, into its places of `v` (nv), for which its tip moves as nearly as asked as it can, seen from its
+    /// base: `twist` is [ω; v] at the tip's origin, world axes. Of all such rates the least; within rate limits, and not outward at a
+    /// limit. Returns what is missing, rad/s and m/s. A search that was begun may go on afterwards.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`].
+    pub fn rates(
+        &mut self,
+        part: Part,
+        twist: &Motion,
+        v: &mut [f64],
+    ) -> Result<Residual, RobotError> {
+        numbers("v", v, self.tree.nv())?;
+        numbers("angular velocity", twist.angular.as_slice(), 3)?;
+        numbers("velocity", twist.linear.as_slice(), 3)?;
+        let (model, whole) = (&self.model, &self.q);
+        let chain = model.chain(part)?;
+        let Some(memory) = self.chains[part.index()].as_mut() else {
+            return Err(RobotError::NotAChain { part: part.index() });
+        };
+        let R = base(chain, memory, whole).rotation.inverse();
+        let ChainMemory { ik, best, scale: rates, .. } = memory;
+        gather(&chain.q, whole, best);
+        gather(&chain.v, v, rates);
+        let target = RateTarget::new(chain.tip, twist.rotate(&R));
+        let done = ik.rates(&chain.tree, &[target], best, rates);
+        debug_assert!(done.is_ok(), "everything was checked");
+        let missing = done.ok().and_then(|r| r.first().copied()).unwrap_or_default();
+        for (at, x) in chain.v.iter().zip(&*rates) {
+            v[*at] = *x;
+        }
+        Ok(missing)
     }
 
     /// Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps
