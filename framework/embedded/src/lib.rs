@@ -13,6 +13,7 @@
 //! the mechanism in canonical order ([`RobotModel::coordinate`] finds a joint's), or those of a part in the same order.
 #![allow(non_snake_case)]
 
+mod collision;
 mod error;
 mod manipulability;
 mod model;
@@ -20,6 +21,9 @@ mod part;
 mod robot;
 
 pub use error::{ModelError, ModelFault, RobotError};
+pub use linkwork_collision::{
+    Closest, ColliderId, ColliderSpec, Detail, Distance, Rules, Shape, Visibility,
+};
 pub use linkwork_dynamics as dynamics;
 pub use linkwork_dynamics::inverse_kinematics::Residual;
 pub use linkwork_formats as formats;
@@ -29,6 +33,6 @@ pub use manipulability::{Manipulability, Rows};
 pub use model::{ModelSpec, Object, ObjectSpec, RobotModel};
 pub use part::{Part, PartSpec};
 pub use robot::{
-    Answer, Balance, Best, Effort, Goal, Grasp, HandWeights, Hold, MoveSqueeze, Outcome, Prefer,
-    Push, Robot, Shared, TaskSpace,
+    Answer, Balance, Best, Effort, Goal, Grasp, HandWeights, Hold, MoveSqueeze, Outcome, Path,
+    Prefer, Push, Robot, Shared, TaskSpace,
 };

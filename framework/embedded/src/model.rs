@@ -1,7 +1,9 @@
 //! The model: constant, checked, shared.
 
+use crate::collision::Scene;
 use crate::error::{ModelError, ModelFault, RobotError};
 use crate::part::{Chain, Part, PartSpec, Resolved, nearest, resolve};
+use linkwork_collision::{ColliderId, ColliderSpec, Rules};
 use linkwork_dynamics::Tree;
 use linkwork_formats::{Description, ReadOptions, Srdf, read_file, read_srdf_file};
 use linkwork_multibody::{BodyId, Builder, HingeCoordinate, Limits, Multibody, NodeId};
@@ -20,6 +22,10 @@ pub struct ModelSpec {
     pub parts: Vec<PartSpec>,
     /// Rigid objects that hands may hold.
     pub objects: Vec<ObjectSpec>,
+    /// Shapes on bodies, on objects (by their name) and in the world.
+    pub colliders: Vec<ColliderSpec>,
+    /// Which of them meet; what a hand holds is told apart from it by itself.
+    pub rules: Rules,
     /// Names of joints, and what they move.
     pub joints: BTreeMap<String, HingeCoordinate>,
     /// What the files say beside this and nobody uses: one line each.
@@ -125,6 +131,7 @@ pub struct RobotModel {
     pub(crate) objects: Vec<(String, RigidInertia)>,
     /// For each number of β with one number of q: its place there, and its limits.
     pub(crate) limits: Vec<Option<(usize, Limits)>>,
+    pub(crate) scene: Scene,
     joints: BTreeMap<String, (usize, usize)>,
     unused: Vec<String>,
 }
@@ -181,8 +188,9 @@ impl RobotModel {
                 joints.insert(name.clone(), (s.q.start, s.v.start));
             }
         }
+        let scene = Scene::new(spec, &multibody, &parts)?;
         let (tree, unused) = (Tree::new(&multibody), spec.unused.clone());
-        Ok(Arc::new(Self { tree, parts, tips, objects, limits, joints, unused }))
+        Ok(Arc::new(Self { tree, parts, tips, objects, limits, scene, joints, unused }))
     }
 
     /// A robot from a URDF (MJCF, SDF) file; parts from the groups of an SRDF file, where one is given.
@@ -253,6 +261,24 @@ impl RobotModel {
     #[must_use]
     pub fn object(&self, name: &str) -> Option<Object> {
         self.objects.iter().position(|o| o.0 == name).map(|i| Object(i as u32))
+    }
+
+    /// The collider of that name.
+    #[must_use]
+    pub fn collider(&self, name: &str) -> Option<ColliderId> {
+        self.scene.colliders.find(name)
+    }
+
+    /// All colliders with their names, in the order of names.
+    pub fn colliders(&self) -> impl ExactSizeIterator<Item = (ColliderId, &str)> {
+        self.scene.colliders.ids().map(|i| (i, self.scene.colliders.spec(i).name.as_str()))
+    }
+
+    /// The name of a collider.
+    #[must_use]
+    #[track_caller]
+    pub fn collider_name(&self, id: ColliderId) -> &str {
+        &self.scene.colliders.spec(id).name
     }
 
     /// Places in q and β of a joint with one coordinate, by the name that the file gives it.

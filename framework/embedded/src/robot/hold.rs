@@ -96,6 +96,7 @@ impl Robot {
             Some(_) => return Err(RobotError::Held { object: object.index() }),
         };
         self.holds[object.index()] = Some(hold);
+        self.filter(object);
         self.carry(hold.hand.0)
     }
 
@@ -144,6 +145,7 @@ impl Robot {
         };
         self.objects[object.index()] = self.object_pose(object)?;
         self.holds[object.index()] = left;
+        self.filter(object);
         self.carry(first.0)?;
         left.map_or(Ok(()), |h| self.carry(h.hand.0))
     }
@@ -158,6 +160,7 @@ impl Robot {
         };
         self.objects[object.index()] = self.object_pose(object)?;
         self.holds[object.index()] = None;
+        self.filter(object);
         self.carry(hold.hand.0)
     }
 

@@ -1,5 +1,6 @@
 //! One instance of a robot: its configuration, what its hands hold, and the memory of every call.
 
+mod collide;
 mod dual;
 mod force;
 mod hold;
@@ -8,6 +9,7 @@ mod prefer;
 mod reach;
 mod task;
 
+pub use collide::Path;
 pub use dual::{Balance, HandWeights, MoveSqueeze, Shared};
 pub use force::Push;
 pub use hold::{Grasp, Hold};
@@ -58,6 +60,7 @@ pub struct Robot {
     rest: Vec<f64>,
     room: Vec<f64>,
     columns: Vec<Vector6<f64>>,
+    collide: collide::Memory,
 }
 
 impl Clone for Robot {
@@ -76,6 +79,7 @@ impl Clone for Robot {
             rest: self.rest.clone(),
             room: self.room.clone(),
             columns: self.columns.clone(),
+            collide: self.collide.fork(&self.model),
         };
         new.chains.iter_mut().flatten().for_each(|c| c.ik.reserve(1));
         new.own_tree();
@@ -113,6 +117,7 @@ impl Robot {
             rest: vec![0.0; nv],
             room: vec![0.0; nv],
             columns: vec![Vector6::zeros(); nv],
+            collide: collide::Memory::new(model),
             model: model.clone(),
         };
         new.own_tree();

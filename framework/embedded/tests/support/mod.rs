@@ -37,6 +37,59 @@ pub fn robot(path: &str, parts: &[PartSpec], objects: Vec<ObjectSpec>) -> Arc<Ro
     RobotModel::new(&spec).unwrap()
 }
 
+/// A shape of the reference; `key` picks its coarse one.
+pub fn shape(v: &Value) -> Shape {
+    let of = |k: &str| v[k].as_f64().unwrap();
+    let point = |p: &Value| Vec3::from_column_slice(&numbers(p));
+    match v["kind"].as_str().unwrap() {
+        "sphere" => Shape::Sphere { radius: of("radius") },
+        "box" => Shape::Box { half: point(&v["half"]) },
+        "capsule" => Shape::Capsule { radius: of("radius"), half_length: of("half_length") },
+        "cylinder" => Shape::Cylinder { radius: of("radius"), half_length: of("half_length") },
+        "convex_hull" => Shape::ConvexHull {
+            points: v["points"].as_array().unwrap().iter().map(point).collect(),
+        },
+        "mesh" => Shape::Mesh {
+            vertices: v["points"].as_array().unwrap().iter().map(point).collect(),
+            triangles: (v["triangles"].as_array().unwrap().iter())
+                .map(|t| [0, 1, 2].map(|i| t[i].as_u64().unwrap() as u32))
+                .collect(),
+        },
+        other => panic!("{other}"),
+    }
+}
+
+/// Shapes and rules of a scene of the reference.
+pub fn scene(json: &Value) -> (Vec<ColliderSpec>, Rules) {
+    let colliders = json["shapes"].as_array().unwrap().iter().map(|s| {
+        let text = |k: &str| s[k].as_str().unwrap();
+        let x = [numbers(&s["position"]), numbers(&s["quaternion"])].concat();
+        let mut spec = ColliderSpec::new(text("name"), text("body"), shape(s)).at(pose(&x));
+        spec.coarse = s.get("coarse").map(shape);
+        spec
+    });
+    let ignore = json["ignore"].as_array().unwrap().iter().map(names);
+    let ignore = ignore.map(|p| [p[0].clone(), p[1].clone()]).collect();
+    (colliders.collect(), Rules { ignore, ..Rules::default() })
+}
+
+/// A reference robot with a scene, parts and objects.
+pub fn robot_in(
+    path: &str,
+    json: &Value,
+    parts: &[PartSpec],
+    objects: Vec<ObjectSpec>,
+    more: Vec<ColliderSpec>,
+) -> Arc<RobotModel> {
+    let d = read_file(folder().join(path), &options()).unwrap();
+    let mut spec = ModelSpec::from_description(&d).unwrap();
+    spec.parts = parts.to_vec();
+    spec.objects = objects;
+    (spec.colliders, spec.rules) = scene(json);
+    spec.colliders.extend(more);
+    RobotModel::new(&spec).unwrap()
+}
+
 /// The groups of the two-armed robot.
 pub const DUAL: &str = r#"<robot name="dual_ur5">
   <group name="left"><chain base_link="left_base_link" tip_link="left_tcp"/></group>
