@@ -28,11 +28,13 @@ fn timed(name: &str, qs: &[Vec<f64>], mut call: impl FnMut(&[f64])) {
 fn bench(name: &str, robot: &mut Robot, qs: &[Vec<f64>], expected: &[bool]) {
     let wrong = qs.iter().zip(expected).filter(|(q, e)| robot.collides(q).unwrap() != **e).count();
     println!("{name}: {wrong} of {} answers wrong", qs.len());
-    timed(&format!("{name} yes or no"), qs, |q| drop(black_box(robot.collides(q))));
+    timed(&format!("{name} yes or no"), qs, |q| {
+        let _ = black_box(robot.collides(q));
+    });
     let mut out = Vec::new();
     timed(&format!("{name} all pairs"), qs, |q| robot.hits(q, &mut out).unwrap());
     timed(&format!("{name} least distance"), qs, |q| {
-        drop(black_box(robot.clearance(q, f64::INFINITY)));
+        let _ = black_box(robot.clearance(q, f64::INFINITY));
     });
 }
 

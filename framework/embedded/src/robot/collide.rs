@@ -105,7 +105,8 @@ impl Robot {
         Ok(())
     }
 
-    /// The nearest pair that meets at `q` (nq), within `limit` (m, may be infinite): padding counted, negative when it overlaps.
+    /// The nearest pair that meets at `q` (nq), within `limit` (m, may be infinite): padding counted, negative when it overlaps. Allocates until the
+    /// memory of contact points has its size, and where cylinders overlap.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] for a limit that is NaN.
