@@ -15,6 +15,7 @@
 //! | [`integrate`] | integrators, dense output, location of events |
 //! | [`solvers`] | constraints and contact |
 //! | [`collision`] | shapes of bodies: contact points, distances, rays |
+//! | [`embedded`] | the robot model that autonomy software embeds: parts, reach, hands, forces |
 //! | [`runtime`] | models, ports, wires, plan, clock, state, checkpoints |
 //! | [`assembly`] | RON and the builder: files → one flat specification, all faults at once |
 //! | [`record`] | logs, reading them back, comparison, plots |
@@ -82,6 +83,7 @@
 pub use linkwork_assembly as assembly;
 pub use linkwork_collision as collision;
 pub use linkwork_dynamics as dynamics;
+pub use linkwork_embedded as embedded;
 pub use linkwork_formats as formats;
 pub use linkwork_integrate as integrate;
 pub use linkwork_multibody as multibody;

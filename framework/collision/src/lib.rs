@@ -11,6 +11,8 @@
 //! of a surface: one triangle after the other                                        triangle/mod.rs
 //! for each direction the corners of an outline, eight at most, with names           thin.rs
 //! ```
+//! Yes or no with settings that change between questions: [`Probe`].
+//!
 //! What is exact and what is not:
 //! * Gaps and normals of convex pairs that are apart are exact to rounding. The depth of an overlap may be told too large by up to 1e-5 of the size of the
 //!   smaller shape: a face goes before an edge, and the first collider's before the second's, so that what rests does not change its mind.
@@ -57,6 +59,7 @@ mod error;
 mod manifold;
 mod pairs;
 mod polish;
+mod probe;
 mod query;
 mod ray;
 mod rules;
@@ -69,7 +72,9 @@ mod triangle;
 pub use colliders::{ColliderId, Colliders, Rebuilt};
 pub use error::{CollisionError, Fault, ShapeFault};
 pub use linkwork_multibody as multibody;
+pub use probe::Probe;
 pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};
 pub use ray::{Ray, RayHit};
+pub use rules::{groups, neighbours};
 pub use shape::{ColliderSpec, Detail, Material, Neighbours, Rules, Seen, Shape, Visibility};
 pub use solid::hull_surface;

@@ -49,7 +49,7 @@ pub(crate) struct Room {
     next: Vec<Cut>,
     /// Corners of one part.
     pub corners: Vec<Corner>,
-    simplex: VoronoiSimplex,
+    pub simplex: VoronoiSimplex,
     epa: EPA,
     /// Points of the pair.
     pub points: Vec<Point>,

@@ -35,7 +35,8 @@ pub(crate) fn unknown(rules: &Rules, specs: &[ColliderSpec], multibody: &Multibo
 }
 
 /// Bodies welded together count as one: for each body (the world last) the first of its group.
-fn welded(multibody: &Multibody) -> Vec<usize> {
+#[must_use]
+pub fn groups(multibody: &Multibody) -> Vec<usize> {
     let world = multibody.bodies().len();
     let mut group: Vec<usize> = (0..=world).collect();
     for (i, body) in multibody.bodies().iter().enumerate() {
@@ -46,6 +47,15 @@ fn welded(multibody: &Multibody) -> Vec<usize> {
     group
 }
 
+/// Pairs of [`groups`] that a hinge of fewer than six degrees of freedom joins.
+#[must_use]
+pub fn neighbours(multibody: &Multibody) -> Vec<(usize, usize)> {
+    let (world, group) = (multibody.bodies().len(), groups(multibody));
+    let bodies = multibody.bodies().iter().enumerate();
+    let joined = bodies.filter(|(_, b)| (1..6).contains(&b.v().len()));
+    joined.map(|(i, b)| (group[i], group[b.parent().map_or(world, |p| p.index())])).collect()
+}
+
 /// For each pair of colliders, row after row, whether it meets.
 pub(crate) fn table(
     rules: &Rules,
@@ -54,16 +64,11 @@ pub(crate) fn table(
     multibody: &Multibody,
 ) -> Vec<bool> {
     let world = multibody.bodies().len();
-    let group = welded(multibody);
+    let group = groups(multibody);
     let place = |name: &str| {
         if name == WORLD { Some(world) } else { multibody.body(name).map(|b| b.index()) }
     };
-    let mut joined: Vec<(usize, usize)> = Vec::new();
-    for (i, body) in multibody.bodies().iter().enumerate() {
-        if (1..6).contains(&body.v().len()) {
-            joined.push((group[i], group[body.parent().map_or(world, |p| p.index())]));
-        }
-    }
+    let mut joined = neighbours(multibody);
     let loops = rules.joined.iter().filter_map(|[a, b]| Some((group[place(a)?], group[place(b)?])));
     joined.extend(loops);
     let n = specs.len();

@@ -430,3 +430,98 @@ fn a_start_of_the_wrong_length_is_refused() {
     let target = Target::position(tip, Vec3::x());
     let _ = InverseKinematics::new(&tree).solve(&tree, &[target], &mut [0.0]);
 }
+
+#[test]
+fn a_search_in_portions_is_the_search_and_rates_do_not_disturb_it() {
+    for seed in 0..12 {
+        let mbs = random_tree(
+            seed,
+            Shape { bodies: 8, floating: seed % 2 == 0, prescribed: false, armature: false },
+        );
+        let tree = Tree::new(&mbs);
+        let (a, b) = (mbs.node("n02").unwrap(), mbs.node("n07").unwrap());
+        let goal = mbs.random_q(seed + 7);
+        let targets = [
+            Target::pose(b, pose_of(&tree, &goal, b)),
+            Target::position(a, pose_of(&tree, &goal, a).position),
+        ];
+        let (mut whole, mut cut) = (InverseKinematics::new(&tree), InverseKinematics::new(&tree));
+        (whole.effort.restarts, cut.effort.restarts) = (4, 4);
+        let mut q = mbs.random_q(seed);
+        let mut p = q.clone();
+        whole.begin(&tree, &targets, &q).unwrap();
+        let once = whole.advance(&tree, usize::MAX, &mut q);
+        cut.begin(&tree, &targets, &p).unwrap();
+        let mut v = vec![0.0; mbs.nv()];
+        let mut progress = cut.advance(&tree, 2, &mut p);
+        while let inverse_kinematics::Progress::Unfinished(_) = progress {
+            let still = RateTarget::new(a, Motion::zero());
+            cut.rates(&tree, &[still, still, still], &mbs.random_q(1), &mut v).unwrap();
+            progress = cut.advance(&tree, 2, &mut p);
+        }
+        assert_eq!((once, q), (progress, p), "seed {seed}");
+        assert_eq!(whole.residuals(), cut.residuals());
+    }
+}
+
+#[test]
+fn improvements_stay_on_the_targets_and_end_at_a_minimum() {
+    let mut compared = 0;
+    for seed in 0..40 {
+        let mbs = random_tree(
+            seed,
+            Shape { bodies: 9, floating: seed % 2 == 0, prescribed: false, armature: false },
+        );
+        let tree = Tree::new(&mbs);
+        let node = mbs.node("n08").unwrap();
+        let q0 = mbs.random_q(seed);
+        let target = Target::pose(node, pose_of(&tree, &q0, node));
+        let mut ik = InverseKinematics::new(&tree);
+        ik.begin(&tree, &[target], &q0).unwrap();
+        // Half the squared distance from another configuration, on the manifold.
+        let far = mbs.random_q(seed + 100);
+        let nv = mbs.nv();
+        let mut objective = |q: &[f64], g: &mut [f64]| {
+            let cost = |q: &[f64]| {
+                let mut d = vec![0.0; nv];
+                mbs.difference(&far, q, &mut d);
+                0.5 * d.iter().map(|d| d * d).sum::<f64>()
+            };
+            let mut moved = q.to_vec();
+            for i in 0..nv {
+                let mut side = |h: f64| {
+                    let mut step = vec![0.0; nv];
+                    step[i] = h;
+                    mbs.integrate(q, &step, &mut moved);
+                    cost(&moved)
+                };
+                g[i] = (side(1e-6) - side(-1e-6)) / 2e-6;
+            }
+            cost(q)
+        };
+        let mut q = q0.clone();
+        let mut g = vec![0.0; nv];
+        let before = objective(&q, &mut g);
+        let improved = ik.improve(&tree, &mut objective, &vec![1.0; nv], 3000, &mut q);
+        let after = objective(&q, &mut g);
+        assert!((improved.cost - after).abs() < 1e-12 && after <= before, "seed {seed}");
+        let X = pose_of(&tree, &q, node);
+        assert!((X.position - target.position.unwrap()).norm() <= 1e-9, "seed {seed}");
+        // What is left of the gradient lies in the rows of J.
+        let mut ws = Workspace::new(&tree);
+        poses(&tree, &mut ws, &q);
+        let mut J = vec![0.0; 6 * nv];
+        node_jacobian(&tree, &ws, node, &mut J);
+        let J = DMatrix::from_row_slice(6, nv, &J);
+        let values = J.clone().svd(false, false).singular_values;
+        if values.min() < 1e-2 * values.max() {
+            continue;
+        }
+        let g = DVector::from_column_slice(&g);
+        let Some(JJ) = (&J * J.transpose()).cholesky() else { continue };
+        compared += 1;
+        let beside = &g - J.transpose() * JJ.solve(&(&J * &g));
+        assert!(beside.norm() < 1e-4 * (1.0 + before), "seed {seed}: {:e}", beside.norm());
+    }
+    assert!(compared >= 10, "{compared} seeds were compared");
+}

@@ -8,6 +8,7 @@
 //! 2. `urdf`, `mjcf`, `sdf`: elements → [`Description`].
 //! 3. what was never read → [`Description::ignored`].
 //!
+//! `srdf` reads names for groups of links, which planners keep beside a URDF.
 //! `fmi` reads the descriptions of foreign units (FMI 2.0 and 3.0) the same way, `daveml` static models
 //! of aircraft and entry vehicles (DAVE-ML 2.0).
 //!
@@ -51,6 +52,7 @@ mod mjcf;
 mod names;
 mod read;
 mod sdf;
+mod srdf;
 mod urdf;
 mod xml;
 
@@ -65,4 +67,5 @@ pub use linkwork_spatial as spatial;
 pub use mjcf::read_mjcf;
 pub use read::{Format, ReadOptions, Root, format_of, read_file, read_text};
 pub use sdf::read_sdf;
+pub use srdf::{Group, Srdf, read_srdf, read_srdf_file};
 pub use urdf::read_urdf;

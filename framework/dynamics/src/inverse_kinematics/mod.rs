@@ -10,7 +10,8 @@
 //! Levenberg–Marquardt: c falls and rises with the ratio of the gain of F to what J promised. The factor
 //! |e|² makes the end quadratic where targets can be met, singular Jacobians included. Limits: a
 //! coordinate at a limit that the gradient pushes outward is held (active set), a step that crosses one is
-//! cut there. Prescribed and kept coordinates do not move. When one start fails, others are tried, the
+//! cut there; a pin with a whole turn between its limits goes on at the other end. Prescribed and kept
+//! coordinates do not move. When one start fails, others are tried, the
 //! same ones each time, spread over the limits (or one turn, or 1 m).
 //!
 //! Rates: least squares of J v against the velocities asked for, of least norm (iterated Tikhonov), within
@@ -18,19 +19,24 @@
 //!
 //! A minimum that is not zero may be a local one: *unreachable* says that no start led there.
 
+mod improve;
 mod rates;
+mod search;
 mod solve;
 mod target;
 
+pub use improve::Improved;
+pub use search::Progress;
 pub use target::{Effort, Found, InverseKinematicsError, Nearest, RateTarget, Residual, Target};
 
 use crate::jacobian::node_jacobian;
 use crate::kinematics::check;
 use crate::tree::Tree;
 use crate::work::Workspace;
-use linkwork_multibody::{Coordinate, Limits, NodeId};
+use linkwork_multibody::{Coordinate, Limits, NodeId, SubhingeKind};
 use linkwork_spatial::nalgebra::Rotation3;
 use linkwork_spatial::{Mat3, Quat, Vec3};
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// The memory of inverse kinematics for one tree; which coordinates it may move, and its effort.
@@ -60,6 +66,21 @@ pub struct InverseKinematics {
     held: Vec<bool>,
     before: Vec<f64>,
     residuals: Vec<Residual>,
+    /// A whole turn lies between the limits: it never ends at one.
+    turns: Vec<bool>,
+    targets: Vec<Target>,
+    rows: usize,
+    /// Of improvements: J D⁻¹ Jᵀ, gradients of the objective, a configuration.
+    small: Vec<f64>,
+    slope: Vec<f64>,
+    slope_tried: Vec<f64>,
+    before_q: Vec<f64>,
+    /// JᵀJ of the free coordinates.
+    squares: Vec<f64>,
+    now: Vec<f64>,
+    search: search::Search,
+    /// Rates have used the memory of a search.
+    disturbed: bool,
 }
 
 impl InverseKinematics {
@@ -68,10 +89,13 @@ impl InverseKinematics {
     pub fn new(tree: &Tree) -> Self {
         let (nq, nv) = (tree.nq(), tree.nv());
         let (mut place, mut limits) = (vec![None; nv], vec![Limits::NONE; nv]);
-        let mut moves = vec![true; nv];
+        let (mut moves, mut turns) = (vec![true; nv], vec![false; nv]);
         for (_, s) in tree.multibody().subhinges() {
             if s.v.len() == 1 {
                 (place[s.v.start], limits[s.v.start]) = (Some(s.q.start), s.subhinge.limits);
+                let range = s.subhinge.limits.upper - s.subhinge.limits.lower;
+                let pin = matches!(s.subhinge.kind, SubhingeKind::Pin { .. });
+                turns[s.v.start] = pin && range >= TAU && range.is_finite();
             }
             moves[s.v.clone()].fill(s.subhinge.coordinate == Coordinate::Free);
         }
@@ -99,6 +123,17 @@ impl InverseKinematics {
             held: vec![false; nv],
             before: vec![0.0; nv],
             residuals: Vec::new(),
+            turns,
+            targets: Vec::new(),
+            rows: 0,
+            small: Vec::new(),
+            slope: vec![0.0; nv],
+            slope_tried: vec![0.0; nv],
+            before_q: vec![0.0; nq],
+            squares: vec![0.0; nv * nv],
+            now: vec![0.0; nq],
+            search: search::Search::NONE,
+            disturbed: false,
         }
     }
 
@@ -128,10 +163,20 @@ impl InverseKinematics {
         })
     }
 
+    /// Memory for so many targets: with no more of them no call allocates. A clone has to reserve for itself.
+    pub fn reserve(&mut self, targets: usize) {
+        let nv = self.moves.len();
+        self.free.reserve(nv);
+        self.room(6 * targets, targets, nv);
+        self.targets.reserve(targets);
+    }
+
     /// Room for so many rows; allocates only when there were never so many.
-    fn reserve(&mut self, rows: usize, targets: usize, nv: usize) {
+    fn room(&mut self, rows: usize, targets: usize, nv: usize) {
         self.e.resize(rows, 0.0);
         self.J.resize(rows * nv, 0.0);
+        self.small.resize(rows * rows, 0.0);
+        self.x.resize(rows.max(nv), 0.0);
         self.residuals.resize(targets, Residual::default());
     }
 
@@ -170,15 +215,28 @@ impl InverseKinematics {
         })
     }
 
-    /// Solves (JᵀJ + `damping` 1) h = Jᵀe on the free coordinates into `step`; false when that has
-    /// no answer.
-    fn damped_step(&mut self, rows: usize, nv: usize, damping: f64) -> bool {
+    /// JᵀJ of the free coordinates, its lower triangle.
+    fn squares(&mut self, rows: usize, nv: usize) {
         let n = self.free.len();
-        for (a, i) in self.free.iter().enumerate() {
-            for (b, j) in self.free.iter().enumerate().take(a + 1) {
-                let dot: f64 = (0..rows).map(|r| self.J[r * nv + i] * self.J[r * nv + j]).sum();
-                self.A[a * n + b] = dot + if a == b { damping } else { 0.0 };
+        self.squares[..n * n].fill(0.0);
+        for r in 0..rows {
+            let J = &self.J[r * nv..(r + 1) * nv];
+            for (a, i) in self.free.iter().enumerate() {
+                let x = J[*i];
+                for (out, j) in self.squares[a * n..a * n + a + 1].iter_mut().zip(&self.free) {
+                    *out += x * J[*j];
+                }
             }
+        }
+    }
+
+    /// Solves (JᵀJ + `damping` 1) h = Jᵀe on the free coordinates into `step`; false when that has
+    /// no answer. After [`squares`](Self::squares).
+    fn damped_step(&mut self, damping: f64) -> bool {
+        let n = self.free.len();
+        self.A[..n * n].copy_from_slice(&self.squares[..n * n]);
+        for (a, i) in self.free.iter().enumerate() {
+            self.A[a * n + a] += damping;
             self.x[a] = self.gradient[*i];
         }
         if !solve_spd(&mut self.A[..n * n], &mut self.x[..n]) {

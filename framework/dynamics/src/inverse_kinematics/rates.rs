@@ -40,7 +40,8 @@ impl InverseKinematics {
         check_nodes(tree, targets.iter().flat_map(|t| [Some(t.node), t.relative_to]).flatten());
         check_numbers(tree, targets, q, v)?;
         let (nv, rows) = (tree.nv(), 6 * targets.len());
-        self.reserve(rows, targets.len(), nv);
+        self.room(rows, targets.len(), nv);
+        self.disturbed = true;
         poses(tree, &mut self.ws, q);
         self.rate_rows(tree, targets);
         for i in 0..nv {
@@ -115,7 +116,11 @@ impl InverseKinematics {
             self.missing(targets, v);
             self.gradient_of(rows, nv);
             // Nothing moves the nodes: rates stay zero.
-            if !(largest > 0.0) || !self.damped_step(rows, nv, DAMPING * largest) {
+            if !(largest > 0.0) {
+                return;
+            }
+            self.squares(rows, nv);
+            if !self.damped_step(DAMPING * largest) {
                 return;
             }
             v.iter_mut().zip(&self.step).for_each(|(v, h)| *v += h);

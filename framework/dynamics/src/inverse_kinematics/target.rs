@@ -147,6 +147,8 @@ pub struct Found {
     pub iterations: usize,
     /// Which start led there; 0 is the given one.
     pub restarts: usize,
+    /// Evaluations of the kinematics in all.
+    pub kinematics: usize,
 }
 
 /// The nearest that was reached.

@@ -1,0 +1,364 @@
+//! Yes or no, and how far: what planners ask thousands of times, with padding, hiding, detail and pairs that change between
+//! questions without building anything.
+//!
+//! ```text
+//! a ball around each shape                                  most pairs end here
+//! the ball of one against the box, cylinder or segment of the other
+//! nearest points of the cores, until one direction shows enough between them
+//! ```
+//! An answer depends on the poses and settings alone. The order in which pairs are looked at does too: those whose balls
+//! overlap most go first, since a hit among them ends a question.
+
+use crate::axis::{Nearest, direction, nearest};
+use crate::colliders::{ColliderId, Colliders};
+use crate::core::{Core, Placed};
+use crate::manifold::{Room, least};
+use crate::pairs::{Ask, pair};
+use crate::query::{Closest, Distance};
+use crate::shape::{Detail, Visibility};
+use crate::solid::{Kind, Solid};
+use linkwork_multibody::BodyId;
+use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
+
+/// A collider at its place.
+#[derive(Clone, Copy)]
+struct Place {
+    pose: Pose,
+    R: Mat3,
+    ball: Vec3,
+    radius: f64,
+}
+
+impl Place {
+    const NONE: f64 = f64::NEG_INFINITY;
+}
+
+/// Settings and memory of questions to one [`Colliders`]. After [`Probe::new`] yes and no allocate nothing, the caller's lists
+/// apart; distances do until the memory of contact points has its size, and where cylinders overlap.
+pub struct Probe {
+    detail: Detail,
+    padding: Vec<f64>,
+    hidden: Vec<bool>,
+    /// Row after row, both halves.
+    meets: Vec<bool>,
+    /// How far each may come, m: for swept questions.
+    reach: Vec<f64>,
+    /// Balls in the colliders' frames, fine and coarse.
+    balls: Vec<[(Vec3, f64); 2]>,
+    /// All pairs that are looked at, and whether that list is up to date.
+    pairs: Vec<(u32, u32)>,
+    stale: bool,
+    places: Vec<Place>,
+    /// Pairs whose balls overlap: by how much of the smaller, or their distance.
+    near: Vec<(f64, u32)>,
+    room: Room,
+}
+
+impl std::fmt::Debug for Probe {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Probe").field("colliders", &self.places.len()).finish_non_exhaustive()
+    }
+}
+
+impl Probe {
+    /// With the padding, hiding and pairs of `colliders`; it must be used with no other.
+    #[must_use]
+    pub fn new(colliders: &Colliders) -> Self {
+        let n = colliders.len();
+        let of = |id: ColliderId, detail| {
+            colliders.items[id.index()].solid(detail).map_or((Vec3::zeros(), Place::NONE), ball)
+        };
+        let place = Place {
+            pose: Pose::identity(),
+            R: Mat3::identity(),
+            ball: Vec3::zeros(),
+            radius: Place::NONE,
+        };
+        let room = n * n.saturating_sub(1) / 2;
+        let mut probe = Self {
+            detail: Detail::Fine,
+            padding: colliders.items.iter().map(|i| i.padding).collect(),
+            hidden: colliders
+                .ids()
+                .map(|i| colliders.hiding().of(i) == Visibility::Hidden)
+                .collect(),
+            meets: colliders.meets.clone(),
+            reach: vec![0.0; n],
+            balls: colliders.ids().map(|i| [of(i, Detail::Fine), of(i, Detail::Coarse)]).collect(),
+            pairs: Vec::with_capacity(room),
+            stale: true,
+            places: vec![place; n],
+            near: Vec::with_capacity(room),
+            room: Room::default(),
+        };
+        probe.refresh();
+        probe
+    }
+
+    /// Another instance with the same settings, and memory of its own.
+    #[must_use]
+    pub fn fork(&self, colliders: &Colliders) -> Self {
+        let mut new = Self::new(colliders);
+        new.detail = self.detail;
+        new.padding.copy_from_slice(&self.padding);
+        new.hidden.copy_from_slice(&self.hidden);
+        new.meets.copy_from_slice(&self.meets);
+        new.stale = true;
+        new
+    }
+
+    /// Fine or coarse shapes from now on.
+    pub fn set_detail(&mut self, detail: Detail) {
+        self.detail = detail;
+    }
+
+    /// Thickness around a shape, m, instead of what its specification says. Panics when it is negative or not finite.
+    #[track_caller]
+    pub fn set_padding(&mut self, id: ColliderId, padding: f64) {
+        assert!(padding >= 0.0 && padding.is_finite(), "a padding of {padding} m");
+        self.padding[id.index()] = padding;
+    }
+
+    /// Hides or shows a collider.
+    #[track_caller]
+    pub fn set_visibility(&mut self, id: ColliderId, visibility: Visibility) {
+        self.hidden[id.index()] = visibility == Visibility::Hidden;
+        self.stale = true;
+    }
+
+    /// Whether a pair is looked at, whatever the rules said.
+    #[track_caller]
+    pub fn set_meet(&mut self, a: ColliderId, b: ColliderId, meet: bool) {
+        let n = self.places.len();
+        let meet = meet && a != b;
+        self.meets[a.index() * n + b.index()] = meet;
+        self.meets[b.index() * n + a.index()] = meet;
+        self.stale = true;
+    }
+
+    /// Whether a pair is looked at when both are shown.
+    #[must_use]
+    #[track_caller]
+    pub fn meet(&self, a: ColliderId, b: ColliderId) -> bool {
+        self.meets[a.index() * self.places.len() + b.index()]
+    }
+
+    /// How far a collider may come beyond its padding, m: for questions about a motion.
+    #[track_caller]
+    pub fn set_reach(&mut self, id: ColliderId, reach: f64) {
+        self.reach[id.index()] = reach;
+    }
+
+    /// All pairs that are looked at, by identifiers.
+    pub fn pairs(&mut self) -> impl ExactSizeIterator<Item = (ColliderId, ColliderId)> + '_ {
+        self.refresh();
+        self.pairs.iter().map(|(i, j)| (ColliderId(*i), ColliderId(*j)))
+    }
+
+    /// Puts all colliders where the bodies are: `X_WB`, the world's own for `None`. A collider with a pose that is not finite
+    /// meets nothing.
+    pub fn place(&mut self, colliders: &Colliders, poses: impl Fn(Option<BodyId>) -> Pose) {
+        let which = usize::from(self.detail == Detail::Coarse);
+        for (i, item) in colliders.items.iter().enumerate() {
+            let pose = poses(item.body) * item.pose;
+            let (centre, radius) = self.balls[i][which];
+            let R = pose.rotation.to_rotation_matrix().into_inner();
+            let radius = if pose.is_finite() { radius } else { Place::NONE };
+            self.places[i] = Place { pose, R, ball: R * centre + pose.position, radius };
+        }
+    }
+
+    /// A pair that touches or overlaps, padding counted, or `None`. The same poses and settings give the same pair.
+    /// After [`place`](Self::place).
+    pub fn first_hit(&mut self, colliders: &Colliders) -> Option<(ColliderId, ColliderId)> {
+        self.look(0.0);
+        // The deepest balls first; most hits are found there.
+        self.near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for at in 0..self.near.len() {
+            let (i, j) = self.pairs[self.near[at].1 as usize];
+            if self.touch(colliders, i as usize, j as usize) {
+                return Some((ColliderId(i), ColliderId(j)));
+            }
+        }
+        None
+    }
+
+    /// All pairs that touch or overlap, by identifiers, into `out` (emptied first). After [`place`](Self::place).
+    pub fn hits(&mut self, colliders: &Colliders, out: &mut Vec<(ColliderId, ColliderId)>) {
+        out.clear();
+        self.look(0.0);
+        for at in 0..self.near.len() {
+            let (i, j) = self.pairs[self.near[at].1 as usize];
+            if self.touch(colliders, i as usize, j as usize) {
+                out.push((ColliderId(i), ColliderId(j)));
+            }
+        }
+    }
+
+    /// The nearest of all pairs that are looked at, padding counted, up to `limit` (m, may be infinite); negative when they
+    /// overlap. After [`place`](Self::place).
+    pub fn closest(&mut self, colliders: &Colliders, limit: f64) -> Option<Closest> {
+        self.look(limit);
+        self.near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut best: Option<Closest> = None;
+        for at in 0..self.near.len() {
+            let (i, j) = self.pairs[self.near[at].1 as usize];
+            let (a, b) = (i as usize, j as usize);
+            let limit = best.map_or(limit, |c| c.distance.distance);
+            if self.balls_apart(a, b) > limit.max(0.0) {
+                continue;
+            }
+            if let Some(distance) = self.between(colliders, a, b, limit)
+                && best.is_none_or(|c| distance.distance < c.distance.distance)
+            {
+                best = Some(Closest { a: ColliderId(i), b: ColliderId(j), distance });
+            }
+        }
+        best
+    }
+
+    /// The distance of two colliders, padding counted, whatever the pairs; `None` when there is none within `limit`.
+    /// After [`place`](Self::place).
+    #[track_caller]
+    pub fn distance(
+        &mut self,
+        colliders: &Colliders,
+        a: ColliderId,
+        b: ColliderId,
+        limit: f64,
+    ) -> Option<Distance> {
+        let placed = |id: ColliderId| self.places[id.index()].radius > Place::NONE;
+        if !(placed(a) && placed(b)) {
+            return None;
+        }
+        self.between(colliders, a.index(), b.index(), limit)
+    }
+
+    /// Pairs of shown colliders that meet.
+    fn refresh(&mut self) {
+        if !std::mem::take(&mut self.stale) {
+            return;
+        }
+        let n = self.places.len();
+        self.pairs.clear();
+        for i in (0..n).filter(|i| !self.hidden[*i]) {
+            for j in (i + 1..n).filter(|j| !self.hidden[*j]) {
+                if self.meets[i * n + j] {
+                    self.pairs.push((i as u32, j as u32));
+                }
+            }
+        }
+    }
+
+    /// Pairs whose balls are within `limit`, in their order, with how far their balls are apart as part of the smaller one.
+    fn look(&mut self, limit: f64) {
+        self.refresh();
+        self.near.clear();
+        for (k, (i, j)) in self.pairs.iter().enumerate() {
+            let (a, b) = (*i as usize, *j as usize);
+            let apart = self.balls_apart(a, b);
+            if apart <= limit && apart < f64::INFINITY {
+                let size = self.places[a].radius.min(self.places[b].radius);
+                self.near.push((apart / size, k as u32));
+            }
+        }
+    }
+
+    /// At least this is between two colliders, m; infinite for what is nowhere.
+    fn balls_apart(&self, a: usize, b: usize) -> f64 {
+        let (pa, pb) = (&self.places[a], &self.places[b]);
+        let thick = self.thick(a) + self.thick(b);
+        (pb.ball - pa.ball).norm() - pa.radius - pb.radius - thick
+    }
+
+    fn thick(&self, i: usize) -> f64 {
+        self.padding[i] + self.reach[i]
+    }
+
+    /// Whether two colliders touch.
+    fn touch(&mut self, colliders: &Colliders, i: usize, j: usize) -> bool {
+        let of = |k: usize| colliders.items[k].solid(self.detail);
+        let (Some(a), Some(b)) = (of(i), of(j)) else { return false };
+        let (pa, pb) = (&self.places[i], &self.places[j]);
+        let thick = self.thick(i) + self.thick(j);
+        let (Kind::Convex { core: ca, round: ra }, Kind::Convex { core: cb, round: rb }) =
+            (&a.kind, &b.kind)
+        else {
+            return self.between(colliders, i, j, 0.0).is_some_and(|d| d.distance <= 0.0);
+        };
+        // Both in axes of the world, about the origin of the first: no digits are lost far away.
+        let a = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
+        let b = Placed { core: cb, R: pb.R, p: pb.pose.position - pa.pose.position };
+        let limit = thick + ra + rb;
+        let (ball_a, ball_b) = (pa.ball - pa.pose.position, pb.ball - pa.pose.position);
+        if (exact(ca) && a.toward(&ball_b).norm() > pb.radius - rb + limit)
+            || (exact(cb) && b.toward(&ball_a).norm() > pa.radius - ra + limit)
+        {
+            return false;
+        }
+        match nearest(&a, &b, limit, &direction(&(ball_b - ball_a)), &mut self.room.simplex) {
+            Nearest::Far => false,
+            Nearest::Apart(_, _, _, d) => d <= limit,
+            Nearest::Overlap(_) => true,
+        }
+    }
+
+    /// Nearest points within `limit`.
+    fn between(
+        &mut self,
+        colliders: &Colliders,
+        i: usize,
+        j: usize,
+        limit: f64,
+    ) -> Option<Distance> {
+        let of = |k: usize| colliders.items[k].solid(self.detail);
+        let (a, b) = (of(i)?, of(j)?);
+        let (pa, pb) = (self.places[i].pose, self.places[j].pose);
+        let back = pa.rotation.inverse();
+        let X_AB = Pose::new(back * pb.rotation, back * (pb.position - pa.position));
+        let (padding, size) = ([self.thick(i), self.thick(j)], a.size.min(b.size));
+        let apart = self.balls_apart(i, j);
+        let start = if apart.is_finite() { apart.max(0.0) } else { 0.0 };
+        let mut margin = (start + size).min(limit);
+        loop {
+            pair(a, b, &X_AB, &Ask { margin, padding, size }, &mut self.room);
+            let low = least(&self.room.points);
+            if let Some(p) = self.room.points.iter().find(|p| p.gap <= low) {
+                let (point_a, point_b) = (pa.transform_point(&p.pa), pa.transform_point(&p.pb));
+                return Some(Distance { distance: p.gap, point_a, point_b });
+            }
+            if margin >= limit.min(1e12) {
+                return None;
+            }
+            margin = (margin * 4.0).min(limit);
+        }
+    }
+}
+
+/// Whether [`Placed::toward`] ends at the core's nearest point.
+fn exact(core: &Core) -> bool {
+    match core {
+        Core::Poly(p) => p.half.is_some(),
+        _ => true,
+    }
+}
+
+/// A ball around a solid in its frame: centre and radius, infinite for what has no end.
+fn ball(solid: &Solid) -> (Vec3, f64) {
+    let finite = solid.lo.iter().chain(solid.hi.iter()).all(|x| x.is_finite());
+    if !finite {
+        return (Vec3::zeros(), f64::INFINITY);
+    }
+    let centre = (solid.lo + solid.hi) / 2.0;
+    let radius = match &solid.kind {
+        Kind::Convex { core: Core::Point, round } => *round,
+        Kind::Convex { core: Core::Segment { h }, round } => h + round,
+        Kind::Convex { core: Core::Cylinder { r, h }, round } => r.hypot(*h) + round,
+        Kind::Convex { core: Core::Poly(p), round } => {
+            p.vertices.iter().map(|v| (v - centre).norm()).fold(0.0, f64::max) + round
+        }
+        _ => (solid.hi - solid.lo).norm() / 2.0,
+    };
+    // Rounding of a centre and a norm.
+    (centre, radius * (1.0 + 1e-12))
+}

@@ -1,0 +1,62 @@
+//! Collision queries: COL-1 and COL-2 of the definitions beside the reference data, with every answer checked.
+//!
+//!     cargo bench -p linkwork-embedded --bench collide
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use linkwork_embedded::*;
+use serde_json::Value;
+use std::hint::black_box;
+use support::*;
+
+/// Median µs of a call over five rounds of all configurations.
+#[allow(clippy::disallowed_methods)]
+fn timed(name: &str, qs: &[Vec<f64>], mut call: impl FnMut(&[f64])) {
+    let mut rounds: Vec<f64> = (0..5)
+        .map(|_| {
+            let from = std::time::Instant::now();
+            qs.iter().for_each(|q| call(q));
+            from.elapsed().as_secs_f64() * 1e6 / qs.len() as f64
+        })
+        .collect();
+    rounds.sort_by(f64::total_cmp);
+    println!("{name:32} {:.2} µs a configuration", rounds[2]);
+}
+
+fn bench(name: &str, robot: &mut Robot, qs: &[Vec<f64>], expected: &[bool]) {
+    let wrong = qs.iter().zip(expected).filter(|(q, e)| robot.collides(q).unwrap() != **e).count();
+    println!("{name}: {wrong} of {} answers wrong", qs.len());
+    timed(&format!("{name} yes or no"), qs, |q| {
+        let _ = black_box(robot.collides(q));
+    });
+    let mut out = Vec::new();
+    timed(&format!("{name} all pairs"), qs, |q| robot.hits(q, &mut out).unwrap());
+    timed(&format!("{name} least distance"), qs, |q| {
+        let _ = black_box(robot.clearance(q, f64::INFINITY));
+    });
+}
+
+fn main() {
+    let Some(json) = reference("robodarts/col1_scene.json") else { return };
+    let model = robot_in("robots/iiwa7.urdf", &json, &[], vec![], vec![]);
+    let mut robot = Robot::new(&model);
+    let mut rng = Rng(json["seed"].as_u64().unwrap());
+    let ik = reference("robodarts/ik_iiwa7.json").unwrap();
+    let (low, high) = (numbers(&ik["lower"]), numbers(&ik["upper"]));
+    let qs: Vec<Vec<f64>> =
+        (0..5000).map(|_| (0..7).map(|i| rng.within(low[i], high[i])).collect()).collect();
+    let expected: Vec<bool> =
+        json["colliding"].as_str().unwrap().chars().map(|c| c == '1').collect();
+    bench("COL-1", &mut robot, &qs, &expected);
+
+    let json = reference("robodarts/dual_ur5_collisions.json").unwrap();
+    let model = robot_in("robodarts/dual_ur5.urdf", &json, &[], vec![], vec![]);
+    let at = places(&model, &names(&json["dof"]));
+    let states = json["states"].as_array().unwrap();
+    let qs: Vec<Vec<f64>> = states.iter().map(|s| to_q(&model, &at, &numbers(&s["q"]))).collect();
+    let hit = |s: &Value| !s["fine"]["colliding"].as_array().unwrap().is_empty();
+    let expected: Vec<bool> = states.iter().map(hit).collect();
+    bench("COL-2", &mut Robot::new(&model), &qs, &expected);
+}

@@ -1,0 +1,143 @@
+//! The colliders of a model: on bodies, on objects, in the world; and which of them meet while an object is held.
+//!
+//! Objects are free bodies beside the mechanism, so that the rules of `framework/collision` serve them by name. What is held counts as welded to
+//! the tip that holds it: it does not meet what is welded to that, nor what a hinge joins to that.
+
+use crate::error::{ModelError, ModelFault};
+use crate::model::ModelSpec;
+use crate::part::Resolved;
+use linkwork_collision::{ColliderId, Colliders, Neighbours, Shape, groups, neighbours};
+use linkwork_multibody::{BodyId, BodySpec, Builder, Hinge, Multibody};
+use linkwork_spatial::Pose;
+
+/// What carries a collider.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Carrier {
+    World,
+    Body(BodyId),
+    Object(usize),
+}
+
+/// Colliders and what carries them.
+#[derive(Debug)]
+pub(crate) struct Scene {
+    pub colliders: Colliders,
+    /// By body of the mechanism with objects: what it is in the model.
+    pub bodies: Vec<Carrier>,
+    /// By collider.
+    pub carriers: Vec<Carrier>,
+    /// For each part, for each collider: whether what the part's tip holds meets it.
+    pub meets_held: Vec<Vec<bool>>,
+    bounds: Vec<(f64, f64)>,
+    nv: usize,
+}
+
+impl Scene {
+    pub fn new(spec: &ModelSpec, mbs: &Multibody, parts: &[Resolved]) -> Result<Self, ModelError> {
+        let fault = |text| ModelError { faults: vec![ModelFault::Mechanism { text }] };
+        let mut builder = Builder::from(mbs);
+        for o in &spec.objects {
+            builder.body(BodySpec::new(&o.name, "world").hinge(Hinge::free()).mass(o.mass));
+        }
+        let all = builder.build().map_err(|e| fault(e.to_string()))?;
+        let colliders = Colliders::new(spec.colliders.clone(), spec.rules.clone(), &all)
+            .map_err(|e| fault(e.to_string()))?;
+        let object = |name: &str| spec.objects.iter().position(|o| o.name == name);
+        let bodies: Vec<Carrier> = (all.bodies().iter())
+            .map(|b| match (object(b.name()), mbs.body(b.name())) {
+                (Some(o), _) => Carrier::Object(o),
+                (None, Some(body)) => Carrier::Body(body),
+                (None, None) => Carrier::World,
+            })
+            .collect();
+        let carriers: Vec<Carrier> = (colliders.ids())
+            .map(|i| colliders.body(i).map_or(Carrier::World, |b| bodies[b.index()]))
+            .collect();
+        let (group, joined, world) = (groups(mbs), neighbours(mbs), mbs.bodies().len());
+        let meets_held = parts.iter().map(|p| {
+            let tip = p.chain.as_ref().map_or(world, |c| c.tip_body.index());
+            let meets = |c: &Carrier| {
+                let other = match c {
+                    Carrier::Object(_) => return true,
+                    Carrier::Body(b) => b.index(),
+                    Carrier::World => world,
+                };
+                let pair = (group[tip], group[other]);
+                let near = joined.iter().any(|j| *j == pair || (j.1, j.0) == pair);
+                let near = near && spec.rules.neighbours == Neighbours::Pass;
+                pair.0 != pair.1 && !near
+            };
+            carriers.iter().map(meets).collect()
+        });
+        let meets_held = meets_held.collect();
+        let (bounds, nv) = (bounds(mbs), mbs.nv());
+        Ok(Self { colliders, bodies, carriers, meets_held, bounds, nv })
+    }
+
+    /// The distance of a collider's farthest point from the origin of what carries it, m; infinite for what has no end.
+    pub fn extent(&self, id: ColliderId) -> f64 {
+        let spec = self.colliders.spec(id);
+        let endless = |s: &Shape| matches!(s, Shape::HalfSpace | Shape::HeightField { .. });
+        let any = endless(&spec.fine) || spec.coarse.as_ref().is_some_and(endless);
+        if any { f64::INFINITY } else { self.colliders.extent(id) }
+    }
+
+    /// How far points of a body, at most `far` (m) from its origin, may come while the coordinates change by `dv`, m.
+    pub fn motion(&self, body: BodyId, far: f64, dv: &[f64]) -> f64 {
+        let row = &self.bounds[body.index() * self.nv..(body.index() + 1) * self.nv];
+        let moving = row.iter().zip(dv).filter(|(_, d)| **d != 0.0);
+        moving.map(|((factor, more), d)| (factor * far + more) * d.abs()).sum()
+    }
+}
+
+/// For each body, for each dof: what multiplies and what is added to the distance of the farthest point from the body's
+/// origin to bound how far that point comes for a unit of the dof (bodies × nv pairs). A slider and a dof that does not carry the body multiply
+/// it by 0. Infinite where limits say nothing.
+fn bounds(mbs: &Multibody) -> Vec<(f64, f64)> {
+    use linkwork_multibody::SubhingeKind as Kind;
+    let nv = mbs.nv();
+    let mut out = vec![(0.0, 0.0); mbs.bodies().len() * nv];
+    for body in mbs.body_ids() {
+        let row = &mut out[body.index() * nv..(body.index() + 1) * nv];
+        // From the body inward: how far its origin may be from the frame at hand.
+        let mut reach = 0.0;
+        for b in mbs.ancestors(body) {
+            let b = mbs.get(b);
+            reach += b.hinge_in_body().position.norm();
+            for s in b.subhinges().iter().rev() {
+                let l = s.subhinge.limits;
+                let travel = l.lower.abs().max(l.upper.abs());
+                match s.subhinge.kind {
+                    Kind::Pin { .. } => row[s.v.start] = (1.0, reach),
+                    Kind::Slider { .. } => {
+                        row[s.v.start] = (0.0, 1.0);
+                        reach += travel;
+                    }
+                    Kind::Screw { pitch, .. } => {
+                        row[s.v.start] = (1.0, reach + pitch.abs());
+                        reach += travel * pitch.abs();
+                    }
+                    Kind::Ball => row[s.v.clone()].fill((1.0, reach)),
+                    Kind::Free => {
+                        row[s.v.clone()].fill((1.0, f64::INFINITY));
+                        reach = f64::INFINITY;
+                    }
+                    Kind::Locked => {}
+                }
+            }
+            reach += b.hinge_in_parent().position.norm();
+        }
+    }
+    out
+}
+
+impl Carrier {
+    /// `X_W` of what carries a collider.
+    pub fn pose(self, body: impl Fn(BodyId) -> Pose, objects: &[Pose]) -> Pose {
+        match self {
+            Self::World => Pose::identity(),
+            Self::Body(b) => body(b),
+            Self::Object(o) => objects[o],
+        }
+    }
+}

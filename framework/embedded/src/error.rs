@@ -1,0 +1,202 @@
+//! What can go wrong: with a model, in words and all at once; with a call, as a value of fixed size.
+
+use thiserror::Error;
+
+/// Everything that is wrong with a model.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{}", .faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct ModelError {
+    /// Each fault.
+    pub faults: Vec<ModelFault>,
+}
+
+/// One mistake in what a model was made of.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ModelFault {
+    /// A file or its text.
+    #[error("{text}")]
+    File {
+        /// Place, fact and remedy.
+        text: String,
+    },
+    /// The mechanism cannot be built.
+    #[error("{text}")]
+    Mechanism {
+        /// Fact and remedy.
+        text: String,
+    },
+    /// A name that nothing has.
+    #[error("{place} names the {kind} `{name}`, which is not there\n  help: {help}")]
+    Unknown {
+        /// Who names it.
+        place: String,
+        /// `body`, `joint`, `part`.
+        kind: &'static str,
+        /// The name.
+        name: String,
+        /// The nearest name, or what to do.
+        help: String,
+    },
+    /// Two parts or two objects of one name.
+    #[error("there are two {kind}s `{name}`\n  help: give each its own name")]
+    Twice {
+        /// `part` or `object`.
+        kind: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// The base of a chain does not lie between its tip and the world.
+    #[error(
+        "part `{part}`: `{base}` is not on the way from `{tip}` to the world\n  help: name a body \
+         that carries the tip, or `world`"
+    )]
+    NoPath {
+        /// The part.
+        part: String,
+        /// Its base.
+        base: String,
+        /// Its tip.
+        tip: String,
+    },
+    /// A part of no bodies.
+    #[error("part `{part}` has no bodies\n  help: name a chain, or at least one body")]
+    Empty {
+        /// The part.
+        part: String,
+    },
+    /// Something of the mechanism that the embedded model would have to leave out.
+    #[error("{what} is not part of an embedded model\n  help: {help}")]
+    Refused {
+        /// What.
+        what: String,
+        /// What to do.
+        help: &'static str,
+    },
+    /// Mass properties that no body has.
+    #[error("object `{object}`: {text}")]
+    Inertia {
+        /// The object.
+        object: String,
+        /// Fact and remedy.
+        text: String,
+    },
+}
+
+/// Why a call did nothing. `Copy`, without memory of its own; the words are made when it is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum RobotError {
+    /// A handle of another model.
+    #[error("this handle is of another model\n  help: ask this robot's model for it by name")]
+    ForeignHandle,
+    /// A part without a tip.
+    #[error(
+        "part {part} is no chain: its bodies do not follow one another\n  help: make it of a base \
+         and a tip"
+    )]
+    NotAChain {
+        /// Its place among the parts.
+        part: usize,
+    },
+    /// A NaN or an infinity.
+    #[error("number {index} of `{what}` is {value}\n  help: give finite numbers")]
+    NotFinite {
+        /// The argument.
+        what: &'static str,
+        /// Place in it.
+        index: usize,
+        /// What it is.
+        value: f64,
+    },
+    /// A number out of its range.
+    #[error("`{what}` is {value}\n  help: {help}")]
+    OutOfRange {
+        /// The argument.
+        what: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it has to be.
+        help: &'static str,
+    },
+    /// An argument of the wrong length.
+    #[error("`{what}` has {got} numbers, not {wanted}\n  help: give {wanted}")]
+    Length {
+        /// The argument.
+        what: &'static str,
+        /// Its length.
+        got: usize,
+        /// What it has to be.
+        wanted: usize,
+    },
+    /// The start of inverse kinematics lies outside the limits.
+    #[error(
+        "coordinate {dof} starts at {value}, outside its limits {lower} … {upper}\n  help: start \
+         within limits (`Robot::clamp` moves q there)"
+    )]
+    OutsideLimits {
+        /// Place in β.
+        dof: usize,
+        /// Where it is.
+        value: f64,
+        /// Its lower limit.
+        lower: f64,
+        /// Its upper limit.
+        upper: f64,
+    },
+    /// Targets or memory that were not asked for at set-up.
+    #[error("{wanted} {what}, room was reserved for {room}\n  help: reserve more at set-up")]
+    NoRoom {
+        /// What.
+        what: &'static str,
+        /// How many were given.
+        wanted: usize,
+        /// For how many there is room.
+        room: usize,
+    },
+    /// The object is in a hand already.
+    #[error(
+        "object {object} is held already\n  help: let it go first, or grasp it as the second hand"
+    )]
+    Held {
+        /// Its place among the objects.
+        object: usize,
+    },
+    /// The object is in no hand.
+    #[error("object {object} is not held\n  help: grasp it first")]
+    NotHeld {
+        /// Its place among the objects.
+        object: usize,
+    },
+    /// The hand holds nothing.
+    #[error("part {part} holds nothing\n  help: grasp something first")]
+    EmptyHand {
+        /// Its place among the parts.
+        part: usize,
+    },
+    /// The hand already holds this object.
+    #[error("part {part} holds an object already\n  help: let that go first")]
+    HandFull {
+        /// Its place among the parts.
+        part: usize,
+    },
+    /// The hand is not where the grasp of the object says.
+    #[error(
+        "the second hand, part {part}, is {position} m and {orientation} rad from its grasp\n  \
+         help: bring it there first, or grasp as it is (`Grasp::here`)"
+    )]
+    LoopOpen {
+        /// The second hand.
+        part: usize,
+        /// m.
+        position: f64,
+        /// rad.
+        orientation: f64,
+    },
+    /// Equations without a solution.
+    #[error("{what} has no solution here\n  help: {help}")]
+    Singular {
+        /// What.
+        what: &'static str,
+        /// What to do.
+        help: &'static str,
+    },
+}

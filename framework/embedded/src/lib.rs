@@ -1,0 +1,73 @@
+//! The robot model that autonomy software embeds: parts by name, kinematics, inverse kinematics,
+//! collisions, what the hands hold, forces.
+//!
+//! ```text
+//! RobotModel   what never changes: bodies, parts, objects             shared: Arc, Sync
+//! Robot        one instance: its q, what it holds, all its memory     Send; a clone is independent
+//! ```
+//! Names are looked up once, at the model; the handles ([`Part`], [`Object`]) are `Copy`. After [`Robot::new`]
+//! no call allocates, errors included (distances of shapes apart: see [`Robot::clearance`]), and none depends on what the instance did before: the same
+//! inputs give the same bits. There is no clock, no thread and no log inside.
+//!
+//! Angular part first, world axes, SI and radians throughout. Columns are the degrees of freedom of
+//! the mechanism in canonical order ([`RobotModel::coordinate`] finds a joint's), or those of a part in the same order.
+//!
+//! ```
+//! use linkwork_embedded::formats::{ReadOptions, Root, read_text};
+//! use linkwork_embedded::spatial::Vec3;
+//! use linkwork_embedded::*;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let text = r#"<robot name="arm"><link name="base"/>
+//!   <link name="upper"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
+//!     <inertia ixx="0.01" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial></link>
+//!   <link name="lower"><inertial><origin xyz="0.2 0 0"/><mass value="1"/>
+//!     <inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="tool"/>
+//!   <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 -1 0"/></joint>
+//!   <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
+//!     <origin xyz="0.4 0 0"/><axis xyz="0 -1 0"/></joint>
+//!   <joint name="flange" type="fixed"><parent link="lower"/><child link="tool"/><origin xyz="0.4 0 0"/></joint>
+//! </robot>"#;
+//! let options = ReadOptions { root: Root::Fixed, ..ReadOptions::default() };
+//! let mut spec = ModelSpec::from_description(&read_text(text, &options)?)?;
+//! spec.parts.push(PartSpec::chain("arm", "base", "tool"));
+//! let model = RobotModel::new(&spec)?; // shared, constant
+//! let arm = model.part("arm").ok_or("no arm")?; // names once
+//! let mut robot = Robot::new(&model); // memory of its own
+//!
+//! let mut q = [0.1, 0.5];
+//! let goal = Goal::position(Vec3::new(0.5, 0.0, 0.3));
+//! let answer = robot.reach(arm, &goal, &Effort::kinematics(500), &mut q)?;
+//! assert_eq!(answer.outcome, Outcome::Met);
+//! robot.set_q(&q)?;
+//! let mut tau = [0.0; 2];
+//! robot.gravity_forces(&mut tau)?;
+//! assert!(tau[0] > 0.0 && robot.manipulability(arm, Rows::Linear, None)?.w < 1.0);
+//! # Ok(())
+//! # }
+//! ```
+#![allow(non_snake_case)]
+
+mod collision;
+mod error;
+mod manipulability;
+mod model;
+mod part;
+mod robot;
+
+pub use error::{ModelError, ModelFault, RobotError};
+pub use linkwork_collision::{
+    Closest, ColliderId, ColliderSpec, Detail, Distance, Rules, Shape, Visibility,
+};
+pub use linkwork_dynamics as dynamics;
+pub use linkwork_dynamics::inverse_kinematics::Residual;
+pub use linkwork_formats as formats;
+pub use linkwork_multibody as multibody;
+pub use linkwork_spatial as spatial;
+pub use manipulability::{Manipulability, Rows};
+pub use model::{ModelSpec, Object, ObjectSpec, RobotModel};
+pub use part::{Part, PartSpec};
+pub use robot::{
+    Answer, Balance, Best, Effort, Goal, Grasp, HandWeights, Hold, MoveSqueeze, Outcome, Path,
+    Prefer, Push, Robot, Shared, TaskSpace,
+};

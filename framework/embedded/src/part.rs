@@ -1,0 +1,230 @@
+//! Parts: arms, legs, necks, grippers, bases by name.
+//!
+//! A part is a chain from a base (not included) to a tip, or a set of bodies. A set whose bodies follow
+//! one another is a chain, too. A chain is a mechanism of its own, so that its kinematics costs
+//! what its own joints cost.
+
+use crate::error::ModelFault;
+use linkwork_dynamics::Tree;
+use linkwork_multibody::{BodyId, Builder, Limits, Multibody, NodeId};
+use linkwork_spatial::Pose;
+use serde::{Deserialize, Serialize};
+
+/// A part as its author names it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum PartSpec {
+    /// The bodies after `base` up to `tip`.
+    Chain {
+        /// Its name: `left`, `neck`, `front_leg`.
+        name: String,
+        /// The body that carries it, or `world`.
+        base: String,
+        /// Its last body: the frame that inverse kinematics moves.
+        tip: String,
+    },
+    /// Some bodies: a gripper, a platform.
+    Bodies {
+        /// Its name.
+        name: String,
+        /// Names of bodies.
+        bodies: Vec<String>,
+    },
+}
+
+impl PartSpec {
+    /// A chain from a base (or `world`) to a tip.
+    #[must_use]
+    pub fn chain(name: &str, base: &str, tip: &str) -> Self {
+        Self::Chain { name: name.into(), base: base.into(), tip: tip.into() }
+    }
+
+    /// Some bodies.
+    #[must_use]
+    pub fn bodies(name: &str, bodies: &[&str]) -> Self {
+        let bodies = bodies.iter().map(|b| (*b).to_owned()).collect();
+        Self::Bodies { name: name.into(), bodies }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Chain { name, .. } | Self::Bodies { name, .. } => name,
+        }
+    }
+}
+
+/// A part of one [`RobotModel`](crate::RobotModel).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Part(pub(crate) u32);
+
+impl Part {
+    /// Its place among the model's parts.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A part, resolved.
+#[derive(Debug)]
+pub(crate) struct Resolved {
+    pub name: String,
+    pub bodies: Vec<BodyId>,
+    pub chain: Option<Chain>,
+}
+
+/// A chain as a mechanism of its own; its world is the frame of the base.
+#[derive(Debug)]
+pub(crate) struct Chain {
+    pub tree: Tree,
+    /// The tip in `tree`, and in the whole.
+    pub tip: NodeId,
+    pub tip_body: BodyId,
+    /// Places in the whole's q and β.
+    pub q: Vec<usize>,
+    pub v: Vec<usize>,
+    /// For each number of β: its place in the chain's q when it has one number, and its limits.
+    pub limits: Vec<Option<(usize, Limits)>>,
+    /// For each number of β: the first of the same subhinge (columns of one ball or free hinge turn together).
+    pub first: Vec<usize>,
+    /// From the world to the base; nothing when the base does not move.
+    pub carrier: Option<Carrier>,
+    /// Where the base is when it does not move.
+    pub fixed: Pose,
+}
+
+/// The way from the world to the base of a chain.
+#[derive(Debug)]
+pub(crate) struct Carrier {
+    pub tree: Tree,
+    pub body: BodyId,
+    pub q: Vec<usize>,
+}
+
+/// Resolves a part, or adds what is wrong.
+pub(crate) fn resolve(
+    mbs: &Multibody,
+    spec: &PartSpec,
+    faults: &mut Vec<ModelFault>,
+) -> Option<Resolved> {
+    let part = spec.name();
+    let mut find = |name: &str| {
+        let id = mbs.body(name);
+        if id.is_none() {
+            faults.push(ModelFault::Unknown {
+                place: format!("part `{part}`"),
+                kind: "body",
+                name: name.to_owned(),
+                help: nearest(name, mbs.bodies().iter().map(|b| b.name())),
+            });
+        }
+        id
+    };
+    let (bodies, base) = match spec {
+        PartSpec::Chain { base, tip, .. } => {
+            let base_id = if base == "world" { None } else { Some(find(base)?) };
+            let tip_id = find(tip)?;
+            let mut bodies: Vec<BodyId> =
+                mbs.ancestors(tip_id).take_while(|b| Some(*b) != base_id).collect();
+            bodies.reverse();
+            let carried = base_id.is_none_or(|b| mbs.on_path(b, tip_id));
+            if !carried || bodies.is_empty() {
+                let (part, base, tip) = (part.to_owned(), base.clone(), tip.clone());
+                faults.push(ModelFault::NoPath { part, base, tip });
+                return None;
+            }
+            (bodies, Some(base_id))
+        }
+        PartSpec::Bodies { bodies, .. } => {
+            let mut found: Vec<BodyId> = Vec::with_capacity(bodies.len());
+            for name in bodies {
+                found.push(find(name)?);
+            }
+            found.sort();
+            found.dedup();
+            let follows = found.windows(2).all(|w| mbs.get(w[1]).parent() == Some(w[0]));
+            let Some(first) = found.first() else {
+                faults.push(ModelFault::Empty { part: part.to_owned() });
+                return None;
+            };
+            let base = follows.then(|| mbs.get(*first).parent());
+            (found, base)
+        }
+    };
+    let chain = match base {
+        Some(base) => Some(chain(mbs, &bodies, base, faults)?),
+        None => None,
+    };
+    Some(Resolved { name: part.to_owned(), bodies, chain })
+}
+
+fn chain(
+    mbs: &Multibody,
+    bodies: &[BodyId],
+    base: Option<BodyId>,
+    faults: &mut Vec<ModelFault>,
+) -> Option<Chain> {
+    let refuse = |text: String, faults: &mut Vec<ModelFault>| {
+        faults.push(ModelFault::Mechanism { text });
+        None
+    };
+    let tip_body = *bodies.last()?;
+    let part = match mbs.subgraph(bodies) {
+        Ok(part) => part,
+        Err(e) => return refuse(e.to_string(), faults),
+    };
+    let mut builder = Builder::from(&part.multibody);
+    builder.nodes_mut().clear();
+    builder.node("tip", mbs.get(tip_body).name(), Pose::identity());
+    let multibody = match builder.build() {
+        Ok(multibody) => multibody,
+        Err(e) => return refuse(e.to_string(), faults),
+    };
+    let tip = multibody.node("tip")?;
+    let mut limits = vec![None; multibody.nv()];
+    let mut first: Vec<usize> = (0..multibody.nv()).collect();
+    for (_, s) in multibody.subhinges() {
+        if s.v.len() == 1 && s.q.len() == 1 {
+            limits[s.v.start] = Some((s.q.start, s.subhinge.limits));
+        }
+        first[s.v.clone()].fill(s.v.start);
+    }
+    let carrier = base.map(|b| {
+        let path = mbs.path_graph(b);
+        let body = path.multibody.body(mbs.get(b).name());
+        (path, body)
+    });
+    let (mut fixed, mut moving) = (Pose::identity(), None);
+    if let Some((path, Some(body))) = carrier {
+        if path.multibody.nv() == 0 {
+            fixed = path.multibody.body_poses(&[])[body.index()];
+        } else {
+            moving = Some(Carrier { tree: Tree::new(&path.multibody), body, q: path.q });
+        }
+    }
+    Some(Chain {
+        tree: Tree::new(&multibody),
+        tip,
+        tip_body,
+        q: part.q,
+        v: part.v,
+        limits,
+        first,
+        carrier: moving,
+        fixed,
+    })
+}
+
+/// The nearest of some names as a question, or all of few.
+pub(crate) fn nearest<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> String {
+    let all: Vec<&str> = all.collect();
+    let best =
+        all.iter().map(|n| (strsim::jaro_winkler(name, n), *n)).max_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((score, n)) if score > 0.7 => format!("did you mean `{n}`?"),
+        _ if all.is_empty() => "there is none".to_owned(),
+        _ if all.len() <= 12 => format!("one of: {}", all.join(", ")),
+        _ => "correct the name".to_owned(),
+    }
+}

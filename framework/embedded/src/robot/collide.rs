@@ -1,0 +1,341 @@
+//! Collisions at any configuration: yes or no, which, how far, along a path.
+//!
+//! ```text
+//! path qa → qb, all coordinates in proportion; a piece of it with its middle m and half its length:
+//! every point of a collider stays within r = Σ_i bound_i |Δq_i| of where it is at m
+//! free at m with all shapes thicker by their r      the piece is free
+//! touching at m                                     the path is not
+//! else                                              both halves
+//! ```
+//! So nothing is jumped over, however thin.
+
+use super::{Hold, Robot, numbers};
+use crate::collision::{Carrier, Scene};
+use crate::error::RobotError;
+use crate::model::{Object, RobotModel};
+use crate::part::Part;
+use linkwork_collision::{Closest, ColliderId, Detail, Distance, Probe, Visibility};
+use linkwork_dynamics::{Workspace, poses};
+use linkwork_spatial::Pose;
+
+/// Memory of collision queries.
+#[derive(Debug)]
+pub(super) struct Memory {
+    probe: Probe,
+    ws: Workspace,
+    /// Where objects are in the world at the configuration asked for.
+    objects: Vec<Pose>,
+    /// What the user said of pairs: a, b, whether they meet. Row after row.
+    said: Vec<Option<bool>>,
+    q: Vec<f64>,
+    dv: Vec<f64>,
+    step: Vec<f64>,
+}
+
+impl Memory {
+    pub fn new(model: &RobotModel) -> Self {
+        let n = model.scene.colliders.len();
+        Self {
+            probe: Probe::new(&model.scene.colliders),
+            ws: Workspace::new(&model.tree),
+            objects: vec![Pose::identity(); model.objects.len()],
+            said: vec![None; n * n],
+            q: vec![0.0; model.nq()],
+            dv: vec![0.0; model.nv()],
+            step: vec![0.0; model.nv()],
+        }
+    }
+
+    pub fn fork(&self, model: &RobotModel) -> Self {
+        let mut new = Self::new(model);
+        new.probe = self.probe.fork(&model.scene.colliders);
+        new.said.copy_from_slice(&self.said);
+        new
+    }
+}
+
+/// Whether a path is free.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Path {
+    /// Proven free from end to end.
+    Free,
+    /// At this part of the way (0 … 1) two colliders touch.
+    Hit {
+        /// From 0 at the start to 1 at the end.
+        at: f64,
+        /// The two.
+        pair: (ColliderId, ColliderId),
+    },
+    /// Nothing touches where it was looked, and pieces as short as allowed could not be proven free: surfaces pass within a hair.
+    Undecided {
+        /// Where the first such piece is.
+        at: f64,
+    },
+}
+
+impl Robot {
+    /// Whether two colliders that meet touch or overlap at `q` (nq), padding counted. The robot's own q does not matter; what hands hold goes with them.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::NotFinite`].
+    pub fn collides(&mut self, q: &[f64]) -> Result<bool, RobotError> {
+        self.first_hit(q).map(|hit| hit.is_some())
+    }
+
+    /// As [`collides`](Self::collides), with a pair that touches.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::NotFinite`].
+    pub fn first_hit(&mut self, q: &[f64]) -> Result<Option<(ColliderId, ColliderId)>, RobotError> {
+        self.place(q)?;
+        Ok(self.collide.probe.first_hit(&self.model.scene.colliders))
+    }
+
+    /// All pairs that touch or overlap at `q` (nq), into `out` (emptied first; allocates when it is too short).
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::NotFinite`].
+    pub fn hits(
+        &mut self,
+        q: &[f64],
+        out: &mut Vec<(ColliderId, ColliderId)>,
+    ) -> Result<(), RobotError> {
+        self.place(q)?;
+        self.collide.probe.hits(&self.model.scene.colliders, out);
+        Ok(())
+    }
+
+    /// The nearest pair that meets at `q` (nq), within `limit` (m, may be infinite): padding counted, negative when it overlaps. Allocates until the
+    /// memory of contact points has its size, and where cylinders overlap.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] for a limit that is NaN.
+    pub fn clearance(&mut self, q: &[f64], limit: f64) -> Result<Option<Closest>, RobotError> {
+        if limit.is_nan() {
+            let help = "a limit in m, infinite for none";
+            return Err(RobotError::OutOfRange { what: "limit", value: limit, help });
+        }
+        self.place(q)?;
+        Ok(self.collide.probe.closest(&self.model.scene.colliders, limit))
+    }
+
+    /// The distance of two colliders at `q` (nq), whether they meet or not, with the nearest points; padding counted.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ForeignHandle`].
+    pub fn distance(
+        &mut self,
+        q: &[f64],
+        a: ColliderId,
+        b: ColliderId,
+    ) -> Result<Option<Distance>, RobotError> {
+        self.known(a)?;
+        self.known(b)?;
+        self.place(q)?;
+        Ok(self.collide.probe.distance(&self.model.scene.colliders, a, b, f64::INFINITY))
+    }
+
+    /// Whether the way from `qa` to `qb` (nq each) is free, all coordinates moving in proportion; see the head of the file. Pieces shorter than
+    /// `least` (part of the way, 0 … 1) are not cut again. What hands hold goes with them.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`] for `least` outside 1e-9 … 1.
+    pub fn path_free(&mut self, qa: &[f64], qb: &[f64], least: f64) -> Result<Path, RobotError> {
+        numbers("qa", qa, self.q.len())?;
+        numbers("qb", qb, self.q.len())?;
+        if !(1e-9..=1.0).contains(&least) {
+            let help = "give a part of the way from 1e-9 to 1";
+            return Err(RobotError::OutOfRange { what: "least", value: least, help });
+        }
+        let mut dv = std::mem::take(&mut self.collide.dv);
+        self.model.multibody().difference(qa, qb, &mut dv);
+        let mut undecided = None;
+        // Pieces in order, each half as long as the last or as long: a counter is all the memory that takes.
+        let (mut at, mut length) = (0.0_f64, 1.0_f64);
+        let mut found = None;
+        while at < 1.0 {
+            let middle = at + 0.5 * length;
+            let pair = self.at_part(qa, &dv, middle, 0.0)?;
+            if let Some(pair) = pair {
+                found = Some(Path::Hit { at: middle, pair });
+                break;
+            }
+            if self.at_part(qa, &dv, middle, 0.5 * length)?.is_some() {
+                if 0.5 * length >= least {
+                    length *= 0.5;
+                    continue;
+                }
+                undecided = undecided.or(Some(Path::Undecided { at: middle }));
+            }
+            at += length;
+            // As long again as the place allows: pieces stay halves of halves.
+            while length < 1.0 && (at / (2.0 * length)).fract() == 0.0 {
+                length *= 2.0;
+            }
+        }
+        self.collide.dv = dv;
+        Ok(found.or(undecided).unwrap_or(Path::Free))
+    }
+
+    /// A hit at a part of the way, all shapes thicker by what `half` of it moves them.
+    fn at_part(
+        &mut self,
+        qa: &[f64],
+        dv: &[f64],
+        part: f64,
+        half: f64,
+    ) -> Result<Option<(ColliderId, ColliderId)>, RobotError> {
+        let Memory { step, probe, .. } = &mut self.collide;
+        step.iter_mut().zip(dv).for_each(|(s, d)| *s = part * d);
+        let scene = &self.model.scene;
+        for id in scene.colliders.ids() {
+            let far = scene.extent(id);
+            let moved = match scene.carriers[id.index()] {
+                Carrier::World => 0.0,
+                Carrier::Body(b) => scene.motion(b, far, dv),
+                Carrier::Object(o) => match self.holds[o] {
+                    None => 0.0,
+                    Some(Hold { hand: (part, X), .. }) => {
+                        let tip = self.model.chain(part)?.tip_body;
+                        scene.motion(tip, X.position.norm() + far, dv)
+                    }
+                },
+            };
+            probe.set_reach(id, half * moved);
+        }
+        let mut q = std::mem::take(&mut self.collide.q);
+        self.model.multibody().integrate(qa, &self.collide.step, &mut q);
+        let found = self.first_hit(&q);
+        self.collide.q = q;
+        for id in self.model.scene.colliders.ids() {
+            self.collide.probe.set_reach(id, 0.0);
+        }
+        found
+    }
+
+    /// Thickness around a collider from now on, m.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`]; [`RobotError::OutOfRange`] when it is negative or not finite.
+    pub fn pad(&mut self, id: ColliderId, padding: f64) -> Result<(), RobotError> {
+        self.known(id)?;
+        if !(padding >= 0.0 && padding.is_finite()) {
+            let help = "padding is not negative";
+            return Err(RobotError::OutOfRange { what: "padding", value: padding, help });
+        }
+        self.collide.probe.set_padding(id, padding);
+        Ok(())
+    }
+
+    /// Hides or shows a collider from now on.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`].
+    pub fn show(&mut self, id: ColliderId, visibility: Visibility) -> Result<(), RobotError> {
+        self.known(id)?;
+        self.collide.probe.set_visibility(id, visibility);
+        Ok(())
+    }
+
+    /// Fine or coarse shapes from now on.
+    pub fn set_detail(&mut self, detail: Detail) {
+        self.collide.probe.set_detail(detail);
+    }
+
+    /// Says whether a pair is looked at from now on, whatever the rules and hands say; `None` leaves it to them again. Held objects that may touch something
+    /// are allowed to by this.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`].
+    pub fn look_at(
+        &mut self,
+        a: ColliderId,
+        b: ColliderId,
+        look: Option<bool>,
+    ) -> Result<(), RobotError> {
+        self.known(a)?;
+        self.known(b)?;
+        let n = self.model.scene.colliders.len();
+        self.collide.said[a.index() * n + b.index()] = look;
+        self.collide.said[b.index() * n + a.index()] = look;
+        self.decide(a, b);
+        Ok(())
+    }
+
+    /// Whether a pair is looked at now when both are shown.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`].
+    pub fn looks_at(&self, a: ColliderId, b: ColliderId) -> Result<bool, RobotError> {
+        self.known(a)?;
+        self.known(b)?;
+        Ok(self.collide.probe.meet(a, b))
+    }
+
+    /// After the hands of an object changed: its pairs.
+    pub(super) fn filter(&mut self, object: Object) {
+        let model = self.model.clone();
+        let scene = &model.scene;
+        let of = |i: &ColliderId| scene.carriers[i.index()] == Carrier::Object(object.index());
+        for a in scene.colliders.ids().filter(of) {
+            for b in scene.colliders.ids().filter(|b| *b != a) {
+                self.decide(a, b);
+            }
+        }
+    }
+
+    /// What the user said; else the rules, and what hands hold.
+    fn decide(&mut self, a: ColliderId, b: ColliderId) {
+        let scene = &self.model.scene;
+        let n = scene.colliders.len();
+        let held = |x: ColliderId, y: ColliderId| {
+            let Carrier::Object(o) = scene.carriers[x.index()] else { return true };
+            let Some(hold) = self.holds[o] else { return true };
+            let hands = [Some(hold.hand.0), hold.second.map(|s| s.0)];
+            hands.into_iter().flatten().all(|p| self.meets(p, y))
+        };
+        let meet = self.collide.said[a.index() * n + b.index()]
+            .unwrap_or_else(|| scene.colliders.meet(a, b) && held(a, b) && held(b, a));
+        self.collide.probe.set_meet(a, b, meet);
+    }
+
+    /// Whether what a part holds meets a collider.
+    fn meets(&self, part: Part, other: ColliderId) -> bool {
+        let scene = &self.model.scene;
+        let Carrier::Object(o) = scene.carriers[other.index()] else {
+            return scene.meets_held[part.index()][other.index()];
+        };
+        // Two objects in one hand are one piece.
+        let Some(hold) = self.holds[o] else { return true };
+        let tip = |p: Part| self.model.chain(p).map(|c| c.tip_body).ok();
+        let hands = [Some(hold.hand.0), hold.second.map(|s| s.0)];
+        hands.into_iter().flatten().all(|p| tip(p) != tip(part))
+    }
+
+    fn known(&self, id: ColliderId) -> Result<(), RobotError> {
+        let known = id.index() < self.model.scene.colliders.len();
+        if known { Ok(()) } else { Err(RobotError::ForeignHandle) }
+    }
+
+    /// Puts all colliders where they are at q.
+    fn place(&mut self, q: &[f64]) -> Result<(), RobotError> {
+        numbers("q", q, self.q.len())?;
+        let Memory { probe, ws, objects, .. } = &mut self.collide;
+        poses(&self.tree, ws, q);
+        for (i, at) in objects.iter_mut().enumerate() {
+            *at = match self.holds[i] {
+                Some(hold) => {
+                    let tip = self.model.chain(hold.hand.0)?.tip_body;
+                    ws.body_pose(&self.tree, tip) * hold.hand.1
+                }
+                None => self.objects[i],
+            };
+        }
+        let Scene { colliders, bodies, .. } = &self.model.scene;
+        probe.place(colliders, |b| {
+            let carrier = b.map_or(Carrier::World, |b| bodies[b.index()]);
+            carrier.pose(|b| ws.body_pose(&self.tree, b), objects)
+        });
+        Ok(())
+    }
+}

@@ -1,0 +1,294 @@
+//! Two hands on one object: load shared, squeezed, and told apart from squeezing.
+//!
+//! O: the object's origin; L the hand that carries it, R the second; J_L, J_R over all degrees of freedom of both chains,
+//! as velocities of the object at O:
+//! ```text
+//! C = J_L − J_R                        rows of the closed loop: C β = 0
+//! τ = τ₀ − Cᵀ λ                        the same motion for every λ; λ is what R does to the object, about O
+//! min τᵀ W τ:  λ = (C W Cᵀ)⁺ C W τ₀
+//! F_move = W⁻¹ Gᵀ (G W⁻¹ Gᵀ)⁻¹ G F,    F_squeeze = F − F_move,    G F_squeeze = 0
+//! ```
+//! The balance is that of the closed mechanism: it does not depend on which hand took the object first. It may pull as well as press:
+//! grips that hold by friction alone have bounds that it does not know.
+
+use super::Robot;
+use crate::error::RobotError;
+use crate::model::Object;
+use crate::part::Part;
+use linkwork_dynamics::{node_jacobian, node_jacobian_transpose_product};
+use linkwork_spatial::nalgebra::{Matrix6, Vector6};
+use linkwork_spatial::{Force, Vec3};
+
+/// What a balance makes small.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Balance {
+    /// Σ τ².
+    Equal,
+    /// Σ (τ / limit)²: shares of what each joint can do.
+    Effort,
+}
+
+/// A balance found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shared {
+    /// The second hand's wrench on the object: moment about its own tip, force; world axes.
+    pub second: Force,
+    /// The sum that was made small.
+    pub cost: f64,
+    /// Greatest |τ| / limit over the joints of both chains that have a limit: above 1 the joints cannot do it, and
+    /// forces are told all the same.
+    pub largest_share: f64,
+}
+
+/// What a unit of each wrench counts in [`Robot::move_squeeze`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HandWeights {
+    /// Of the hand that carries the object, and the second.
+    pub hands: [f64; 2],
+    /// Of 1 N m against 1 N, 1/m². The shares depend on it.
+    pub moment: f64,
+}
+
+/// Wrenches of two hands, told apart. First hand, then second; each about its own tip, world axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MoveSqueeze {
+    /// What moves the object.
+    pub moving: [Force; 2],
+    /// What only squeezes it.
+    pub squeezing: [Force; 2],
+    /// The sum on the object, about its origin.
+    pub net: Force,
+}
+
+impl Robot {
+    /// Shares a load between the two hands of an object: `tau` (nv; in: forces of the mechanism with the object on the hand that
+    /// carries it, as [`feed_forward`](Self::feed_forward) gives them; out: forces for the same motion with both hands). Only forces of the two chains change.
+    /// Where the loop is singular, the least of all λ.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] (no second hand), [`RobotError::Length`],
+    /// [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] when a joint of [`Balance::Effort`] has no limit of its force.
+    pub fn balance(
+        &mut self,
+        object: Object,
+        balance: Balance,
+        tau: &mut [f64],
+    ) -> Result<Shared, RobotError> {
+        super::numbers("tau", tau, self.tree.nv())?;
+        let (first, second) = self.hands(object)?;
+        let model = self.model.clone();
+        let (chain_l, chain_r) = (model.chain(first)?, model.chain(second)?);
+        let effort = |v: usize| {
+            let limit = model.limits[v].map_or(f64::INFINITY, |l| l.1.effort);
+            if limit > 0.0 { limit } else { f64::INFINITY }
+        };
+        let dofs = || {
+            let right = chain_r.v.iter().filter(|v| !chain_l.v.contains(v));
+            chain_l.v.iter().chain(right).copied()
+        };
+        if balance == Balance::Effort
+            && let Some(v) = dofs().find(|v| effort(*v).is_infinite())
+        {
+            let (what, value) = ("limit of force of a joint of the hands", v as f64);
+            let help = "this place in β has no limit: write one, or balance with `Balance::Equal`";
+            return Err(RobotError::OutOfRange { what, value, help });
+        }
+        let weight = |v: usize| match balance {
+            Balance::Equal => 1.0,
+            Balance::Effort => effort(v).powi(-2),
+        };
+        let p_O = self.object_pose(object)?.position;
+        self.loop_columns(first, second, &p_O)?;
+        let (mut A, mut b) = (Matrix6::zeros(), Vector6::zeros());
+        for v in dofs() {
+            let c = self.columns[v];
+            A += c * c.transpose() * weight(v);
+            b += c * (weight(v) * tau[v]);
+        }
+        let lambda = pseudo_solve(&A, &b);
+        let (mut cost, mut largest_share) = (0.0, 0.0_f64);
+        for v in dofs() {
+            tau[v] -= self.columns[v].dot(&lambda);
+            cost += weight(v) * tau[v] * tau[v];
+            largest_share = largest_share.max(tau[v].abs() / effort(v));
+        }
+        let on_object =
+            Force::new(lambda.fixed_rows::<3>(0).into(), lambda.fixed_rows::<3>(3).into());
+        let tip = self.tip_pose(second)?.position;
+        Ok(Shared { second: on_object.shift_to_parent(&(p_O - tip)), cost, largest_share })
+    }
+
+    /// Adds to `tau` (nv) what presses the two hands of an object towards each other with `force` (N) along the line between their
+    /// tips; the object feels no net wrench. Returns the wrenches of both hands on the object, each about its tip.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] (no second hand), [`RobotError::Length`],
+    /// [`RobotError::NotFinite`]; [`RobotError::Singular`] when both tips are at one place.
+    pub fn squeeze(
+        &mut self,
+        object: Object,
+        force: f64,
+        tau: &mut [f64],
+    ) -> Result<[Force; 2], RobotError> {
+        super::numbers("tau", tau, self.tree.nv())?;
+        super::numbers("force", &[force], 1)?;
+        let (first, second) = self.hands(object)?;
+        let line = self.tip_pose(second)?.position - self.tip_pose(first)?.position;
+        let length = line.norm();
+        if !(length > 1e-9) {
+            let help = "both tips are at one place: there is no line along which to press";
+            return Err(RobotError::Singular { what: "a squeeze", help });
+        }
+        let F = line * (force / length);
+        let wrenches = [Force::new(Vec3::zeros(), F), Force::new(Vec3::zeros(), -F)];
+        self.add_wrenches([first, second], &wrenches, tau)?;
+        Ok(wrenches)
+    }
+
+    /// Adds to `tau` (nv) the forces with which two hands exert wrenches on an object, each about its tip, world axes: first hand, then second.
+    ///
+    /// # Errors
+    /// As [`squeeze`](Self::squeeze).
+    pub fn exert(
+        &mut self,
+        object: Object,
+        wrenches: &[Force; 2],
+        tau: &mut [f64],
+    ) -> Result<(), RobotError> {
+        super::numbers("tau", tau, self.tree.nv())?;
+        check(wrenches)?;
+        let (first, second) = self.hands(object)?;
+        self.add_wrenches([first, second], wrenches, tau)
+    }
+
+    /// Tells the wrenches of two hands on an object (first hand, then second; each about its tip) apart: what moves the
+    /// object, of least weighted sum of squares, and what only squeezes it.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] (no second hand), [`RobotError::NotFinite`],
+    /// [`RobotError::OutOfRange`] for weights that are not positive.
+    pub fn move_squeeze(
+        &mut self,
+        object: Object,
+        wrenches: &[Force; 2],
+        weights: &HandWeights,
+    ) -> Result<MoveSqueeze, RobotError> {
+        check(wrenches)?;
+        let all = [weights.hands[0], weights.hands[1], weights.moment];
+        if let Some(value) = all.into_iter().find(|w| !(*w > 0.0 && w.is_finite())) {
+            let help = "weights are above zero";
+            return Err(RobotError::OutOfRange { what: "weight", value, help });
+        }
+        let (first, second) = self.hands(object)?;
+        let p_O = self.object_pose(object)?.position;
+        let l = [self.tip_pose(first)?.position - p_O, self.tip_pose(second)?.position - p_O];
+        // Seen at O a hand has G_i = φ(O, tip); W_i⁻¹ is diagonal.
+        let mut net = Force::zero();
+        let mut A = Matrix6::zeros();
+        for i in 0..2 {
+            let at_object = wrenches[i].shift_to_parent(&l[i]);
+            net = Force::new(net.moment + at_object.moment, net.force + at_object.force);
+            for k in 0..6 {
+                let unit = unit(k).shift_to_parent(&l[i]);
+                let g = six(&unit);
+                let weight = weights.hands[i] * if k < 3 { weights.moment } else { 1.0 };
+                A += g * g.transpose() / weight;
+            }
+        }
+        let x = pseudo_solve(&A, &six(&net));
+        let mut out = MoveSqueeze { moving: [Force::zero(); 2], squeezing: *wrenches, net };
+        for i in 0..2 {
+            let mut f = Vector6::zeros();
+            for k in 0..6 {
+                let weight = weights.hands[i] * if k < 3 { weights.moment } else { 1.0 };
+                f[k] = six(&unit(k).shift_to_parent(&l[i])).dot(&x) / weight;
+            }
+            out.moving[i] = Force::new(f.fixed_rows::<3>(0).into(), f.fixed_rows::<3>(3).into());
+            out.squeezing[i].moment -= out.moving[i].moment;
+            out.squeezing[i].force -= out.moving[i].force;
+        }
+        Ok(out)
+    }
+
+    /// Both hands of an object.
+    fn hands(&self, object: Object) -> Result<(Part, Part), RobotError> {
+        let Some(hold) = self.hold(object)? else {
+            return Err(RobotError::NotHeld { object: object.index() });
+        };
+        let (first, X) = (hold.hand.0, hold.second);
+        X.map(|(second, _)| (first, second)).ok_or(RobotError::EmptyHand { part: first.index() })
+    }
+
+    /// C into `columns`: velocities of the object at `p` through the first chain less those through the second.
+    fn loop_columns(&mut self, first: Part, second: Part, p: &Vec3) -> Result<(), RobotError> {
+        self.columns.fill(Vector6::zeros());
+        for (part, sign) in [(first, 1.0), (second, -1.0)] {
+            let tip = self.tip_pose(part)?.position;
+            let model = &self.model;
+            let chain = model.chain(part)?;
+            let Some(memory) = self.chains[part.index()].as_mut() else { continue };
+            node_jacobian(&chain.tree, &memory.ws, chain.tip, &mut memory.J);
+            let (J, n) = (&memory.J, chain.v.len());
+            for (j, v) in chain.v.iter().enumerate() {
+                let w = Vec3::new(J[j], J[n + j], J[2 * n + j]);
+                let u = Vec3::new(J[3 * n + j], J[4 * n + j], J[5 * n + j]) + w.cross(&(p - tip));
+                let c = &mut self.columns[*v];
+                for k in 0..3 {
+                    c[k] += sign * w[k];
+                    c[k + 3] += sign * u[k];
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn add_wrenches(
+        &mut self,
+        hands: [Part; 2],
+        wrenches: &[Force; 2],
+        tau: &mut [f64],
+    ) -> Result<(), RobotError> {
+        self.move_all();
+        for (part, wrench) in hands.into_iter().zip(wrenches) {
+            let tip = self.model.tip(part)?;
+            node_jacobian_transpose_product(&self.tree, &self.ws, tip, wrench, &mut self.room);
+            tau.iter_mut().zip(&self.room).for_each(|(t, x)| *t += x);
+        }
+        Ok(())
+    }
+}
+
+fn check(wrenches: &[Force; 2]) -> Result<(), RobotError> {
+    for w in wrenches {
+        super::numbers("moment of a wrench", w.moment.as_slice(), 3)?;
+        super::numbers("force of a wrench", w.force.as_slice(), 3)?;
+    }
+    Ok(())
+}
+
+fn six(f: &Force) -> Vector6<f64> {
+    let (n, F) = (f.moment, f.force);
+    Vector6::new(n.x, n.y, n.z, F.x, F.y, F.z)
+}
+
+fn unit(k: usize) -> Force {
+    let e = Vec3::ith(k % 3, 1.0);
+    if k < 3 { Force::new(e, Vec3::zeros()) } else { Force::new(Vec3::zeros(), e) }
+}
+
+/// A x = b for a symmetric A that is not negative, of least x where there are several. Rows are scaled to ones on the
+/// diagonal first, so that lengths and angles are told apart from zero alike.
+fn pseudo_solve(A: &Matrix6<f64>, b: &Vector6<f64>) -> Vector6<f64> {
+    let scale = A.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
+    let S = Matrix6::from_diagonal(&scale);
+    let e = (S * A * S).symmetric_eigen();
+    let most = e.eigenvalues.max();
+    let mut x = Vector6::zeros();
+    for i in 0..6 {
+        if e.eigenvalues[i] > 1e-13 * most {
+            let u = e.eigenvectors.column(i);
+            x += u * (u.dot(&(S * b)) / e.eigenvalues[i]);
+        }
+    }
+    S * x
+}

@@ -1,0 +1,195 @@
+//! What the hands hold: rigid objects, taken and let go without building anything.
+//!
+//! An object hangs on the tip of the hand that took it first: its inertia is added to that body's, the sum made anew
+//! from the body's own and those of all that it carries, in the order of the model's objects. So what was let go leaves no trace in any bit.
+//! A second hand on the same object closes a loop; [`Robot::balance`] shares the load between both.
+//! ```text
+//! M_T = M_T⁰ + Σ φ(T,O) M_O φ*(T,O)          T: body of the tip; O: objects in the hand, each at X_TO
+//! ```
+
+use super::Robot;
+use crate::error::RobotError;
+use crate::model::Object;
+use crate::part::Part;
+use linkwork_spatial::Pose;
+
+/// Where an object is in a hand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Grasp {
+    /// Where it is now: [`Robot::object_pose`] seen from the tip.
+    Here,
+    /// `X_TO`: at this pose in the tip's frame.
+    At(Pose),
+}
+
+/// Who holds an object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hold {
+    /// The hand that carries it in the mechanism, and `X_TO` there.
+    pub hand: (Part, Pose),
+    /// The second hand, and `X_TO` there.
+    pub second: Option<(Part, Pose)>,
+}
+
+impl Robot {
+    /// Who holds an object; `None` when nobody does.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`].
+    pub fn hold(&self, object: Object) -> Result<Option<Hold>, RobotError> {
+        self.holds.get(object.index()).copied().ok_or(RobotError::ForeignHandle)
+    }
+
+    /// `X_WO`: where an object is: in the hand, or where it was put or let go last.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`].
+    pub fn object_pose(&mut self, object: Object) -> Result<Pose, RobotError> {
+        match self.hold(object)? {
+            Some(Hold { hand: (part, X_TO), .. }) => Ok(self.tip_pose(part)? * X_TO),
+            None => Ok(self.objects[object.index()]),
+        }
+    }
+
+    /// Puts an object that nobody holds somewhere: `X_WO`.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::Held`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`].
+    pub fn put(&mut self, object: Object, X_WO: Pose) -> Result<(), RobotError> {
+        check_pose(&X_WO)?;
+        if self.hold(object)?.is_some() {
+            return Err(RobotError::Held { object: object.index() });
+        }
+        self.objects[object.index()] = X_WO;
+        Ok(())
+    }
+
+    /// Takes an object with a hand (a chain: its tip). The first hand carries it; a second one closes a loop, and
+    /// has to be where its grasp says within `1e-6` m and rad. O(objects), no allocation.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Held`] by this hand or by two,
+    /// [`RobotError::LoopOpen`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`]; then nothing has changed.
+    pub fn grasp(&mut self, hand: Part, object: Object, grasp: Grasp) -> Result<(), RobotError> {
+        let held = self.hold(object)?;
+        let X_WT = self.tip_pose(hand)?;
+        let X_WO = self.object_pose(object)?;
+        let here = X_WT.inverse() * X_WO;
+        let X_TO = match grasp {
+            Grasp::Here => here,
+            Grasp::At(X) => {
+                check_pose(&X)?;
+                X
+            }
+        };
+        let hold = match held {
+            None => Hold { hand: (hand, X_TO), second: None },
+            Some(Hold { hand: first, second: None }) if first.0 != hand => {
+                let off = X_TO.inverse() * here;
+                let (position, orientation) = (off.position.norm(), off.rotation.angle());
+                if !(position <= 1e-6 && orientation <= 1e-6) {
+                    let part = hand.index();
+                    return Err(RobotError::LoopOpen { part, position, orientation });
+                }
+                Hold { hand: first, second: Some((hand, X_TO)) }
+            }
+            Some(_) => return Err(RobotError::Held { object: object.index() }),
+        };
+        self.holds[object.index()] = Some(hold);
+        self.filter(object);
+        self.carry(hold.hand.0)
+    }
+
+    /// Another pose `X_TO` of an object in a hand that holds it, as an estimator found it. Of the hand that
+    /// carries it the load moves, too.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] when another hand holds it,
+    /// [`RobotError::NotFinite`], [`RobotError::OutOfRange`].
+    pub fn update_grasp(
+        &mut self,
+        hand: Part,
+        object: Object,
+        X_TO: Pose,
+    ) -> Result<(), RobotError> {
+        check_pose(&X_TO)?;
+        let Some(mut hold) = self.hold(object)? else {
+            return Err(RobotError::NotHeld { object: object.index() });
+        };
+        if hold.hand.0 == hand {
+            hold.hand.1 = X_TO;
+        } else if let Some(second) = hold.second.as_mut().filter(|s| s.0 == hand) {
+            second.1 = X_TO;
+        } else {
+            return Err(RobotError::EmptyHand { part: hand.index() });
+        }
+        self.holds[object.index()] = Some(hold);
+        self.carry(hold.hand.0)
+    }
+
+    /// One hand lets go of an object: it stays in the other hand, or where it is in the world.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] when another hand holds it.
+    pub fn release(&mut self, hand: Part, object: Object) -> Result<(), RobotError> {
+        let Some(hold) = self.hold(object)? else {
+            return Err(RobotError::NotHeld { object: object.index() });
+        };
+        let (first, second) = (hold.hand, hold.second);
+        let left = if first.0 == hand {
+            second.map(|s| Hold { hand: s, second: None })
+        } else if second.is_some_and(|s| s.0 == hand) {
+            Some(Hold { hand: first, second: None })
+        } else {
+            return Err(RobotError::EmptyHand { part: hand.index() });
+        };
+        self.objects[object.index()] = self.object_pose(object)?;
+        self.holds[object.index()] = left;
+        self.filter(object);
+        self.carry(first.0)?;
+        left.map_or(Ok(()), |h| self.carry(h.hand.0))
+    }
+
+    /// All hands let go of an object: it stays where it is in the world.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`].
+    pub fn ungrasp(&mut self, object: Object) -> Result<(), RobotError> {
+        let Some(hold) = self.hold(object)? else {
+            return Err(RobotError::NotHeld { object: object.index() });
+        };
+        self.objects[object.index()] = self.object_pose(object)?;
+        self.holds[object.index()] = None;
+        self.filter(object);
+        self.carry(hold.hand.0)
+    }
+
+    /// The inertia of the body at a tip, with all that its hands carry.
+    pub(super) fn carry(&mut self, hand: Part) -> Result<(), RobotError> {
+        let model = &self.model;
+        let body = model.chain(hand)?.tip_body;
+        let mut sum = *model.multibody().get(body).inertia();
+        for (hold, (_, inertia)) in self.holds.iter().zip(&model.objects) {
+            let Some(Hold { hand: (part, X), .. }) = hold else { continue };
+            // Two parts may end at one body.
+            if model.chain(*part)?.tip_body == body {
+                sum += inertia.rotate(&X.rotation).shift_to_parent(&X.position);
+            }
+        }
+        let done = self.tree.set_inertia(body, sum);
+        debug_assert!(done.is_ok(), "embedded models have no flexible bodies");
+        Ok(())
+    }
+}
+
+/// Finite, and a rotation.
+fn check_pose(X: &Pose) -> Result<(), RobotError> {
+    super::numbers("position", X.position.as_slice(), 3)?;
+    super::numbers("rotation", X.rotation.coords.as_slice(), 4)?;
+    let value = X.rotation.coords.norm();
+    if (value - 1.0).abs() < 1e-6 {
+        return Ok(());
+    }
+    let help = "a rotation is a quaternion of length 1";
+    Err(RobotError::OutOfRange { what: "length of the quaternion", value, help })
+}

@@ -1,0 +1,142 @@
+//! Kinematics of parts, each by its own chain, and of the whole.
+
+use super::{ChainMemory, Robot};
+use crate::error::RobotError;
+use crate::manipulability::{Manipulability, Rows};
+use crate::part::{Chain, Part};
+use linkwork_dynamics::{node_jacobian, poses};
+use linkwork_multibody::BodyId;
+use linkwork_spatial::{Motion, Pose};
+
+impl Robot {
+    /// `X_WT`: where the tip of a chain is. Moves the links from the world to the tip and no others.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`].
+    pub fn tip_pose(&mut self, part: Part) -> Result<Pose, RobotError> {
+        let (chain, memory) = self.chain(part)?;
+        Ok(memory.ws.node_pose(&chain.tree, chain.tip))
+    }
+
+    /// The Jacobian of a chain (6 × n, row after row): rates of its own n degrees of freedom to the velocity
+    /// [ω; v] of its tip relative to its base, at the tip's origin, world axes.
+    /// [`RobotModel::dofs`](crate::RobotModel::dofs) tells the columns.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`].
+    pub fn jacobian(&mut self, part: Part, J: &mut [f64]) -> Result<(), RobotError> {
+        let (chain, memory) = self.chain(part)?;
+        let wanted = 6 * chain.v.len();
+        if J.len() != wanted {
+            return Err(RobotError::Length { what: "J", got: J.len(), wanted });
+        }
+        node_jacobian(&chain.tree, &memory.ws, chain.tip, J);
+        Ok(())
+    }
+
+    /// The Jacobian of a chain's tip in the whole mechanism (6 × nv, row after row), world axes: what
+    /// carries the chain counts, too.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`].
+    pub fn whole_jacobian(&mut self, part: Part, J: &mut [f64]) -> Result<(), RobotError> {
+        let tip = self.model.tip(part)?;
+        let wanted = 6 * self.tree.nv();
+        if J.len() != wanted {
+            return Err(RobotError::Length { what: "J", got: J.len(), wanted });
+        }
+        self.move_all();
+        node_jacobian(&self.tree, &self.ws, tip, J);
+        Ok(())
+    }
+
+    /// Manipulability of a chain, and its gradient over the chain's degrees of freedom (n) where one is
+    /// asked for: zero where the measure is zero, since it has none there.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`];
+    /// [`RobotError::OutOfRange`] when the length that counts for a radian is not positive.
+    pub fn manipulability(
+        &mut self,
+        part: Part,
+        rows: Rows,
+        gradient: Option<&mut [f64]>,
+    ) -> Result<Manipulability, RobotError> {
+        if let Rows::All { length: value } = rows
+            && !(value > 0.0 && value.is_finite())
+        {
+            let help = "a length is positive; 1 m leaves the Jacobian as it is";
+            return Err(RobotError::OutOfRange { what: "length", value, help });
+        }
+        let (chain, memory) = self.chain(part)?;
+        let wanted = chain.v.len();
+        if let Some(got) = gradient.as_deref().map(<[f64]>::len).filter(|n| *n != wanted) {
+            return Err(RobotError::Length { what: "gradient", got, wanted });
+        }
+        node_jacobian(&chain.tree, &memory.ws, chain.tip, &mut memory.J);
+        Ok(Manipulability::new(&memory.J, &chain.first, rows, gradient))
+    }
+
+    /// `X_WB`: where a body is.
+    #[must_use]
+    pub fn body_pose(&mut self, body: BodyId) -> Pose {
+        self.move_all();
+        self.ws.body_pose(&self.tree, body)
+    }
+
+    /// `X_WB` of the base of a chain.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`].
+    pub fn base_pose(&mut self, part: Part) -> Result<Pose, RobotError> {
+        let (model, q) = (&self.model, &self.q);
+        let chain = model.chain(part)?;
+        let Some(memory) = self.chains[part.index()].as_mut() else {
+            return Err(RobotError::NotAChain { part: part.index() });
+        };
+        Ok(base(chain, memory, q))
+    }
+
+    /// A chain with its poses at q.
+    fn chain(&mut self, part: Part) -> Result<(&Chain, &mut ChainMemory), RobotError> {
+        let (model, q) = (&self.model, &self.q);
+        let chain = model.chain(part)?;
+        let Some(memory) = self.chains[part.index()].as_mut() else {
+            return Err(RobotError::NotAChain { part: part.index() });
+        };
+        if !memory.fresh {
+            let X_WB = base(chain, memory, q);
+            memory.ws.set_base(&X_WB, &Motion::zero(), &Motion::zero());
+            gather(&chain.q, q, &mut memory.q);
+            poses(&chain.tree, &mut memory.ws, &memory.q);
+            memory.fresh = true;
+        }
+        Ok((chain, memory))
+    }
+
+    /// Poses of all bodies at q.
+    pub(super) fn move_all(&mut self) {
+        if !self.fresh {
+            poses(&self.tree, &mut self.ws, &self.q);
+            self.fresh = true;
+        }
+    }
+}
+
+/// Where the base of a chain is at the whole's q.
+pub(super) fn base(chain: &Chain, memory: &mut ChainMemory, q: &[f64]) -> Pose {
+    match (&chain.carrier, &mut memory.carrier) {
+        (Some(carrier), Some(ws)) => {
+            gather(&carrier.q, q, &mut memory.carrier_q);
+            poses(&carrier.tree, ws, &memory.carrier_q);
+            ws.body_pose(&carrier.tree, carrier.body)
+        }
+        _ => chain.fixed,
+    }
+}
+
+pub(super) fn gather(places: &[usize], whole: &[f64], out: &mut [f64]) {
+    for (x, at) in out.iter_mut().zip(places) {
+        *x = whole[*at];
+    }
+}

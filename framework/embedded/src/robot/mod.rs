@@ -1,0 +1,184 @@
+//! One instance of a robot: its configuration, what its hands hold, and the memory of every call.
+
+mod collide;
+mod dual;
+mod force;
+mod hold;
+mod kinematics;
+mod prefer;
+mod reach;
+mod task;
+
+pub use collide::Path;
+pub use dual::{Balance, HandWeights, MoveSqueeze, Shared};
+pub use force::Push;
+pub use hold::{Grasp, Hold};
+pub use prefer::{Best, Prefer};
+pub use reach::{Answer, Effort, Goal, Outcome};
+pub use task::TaskSpace;
+
+use crate::error::RobotError;
+use crate::model::RobotModel;
+use crate::part::Part;
+use linkwork_dynamics::{InverseKinematics, Tree, Workspace};
+use linkwork_spatial::nalgebra::Vector6;
+use linkwork_spatial::{Pose, Vec3};
+use std::sync::Arc;
+
+/// Memory for one chain.
+#[derive(Clone, Debug)]
+struct ChainMemory {
+    ws: Workspace,
+    carrier: Option<Workspace>,
+    q: Vec<f64>,
+    carrier_q: Vec<f64>,
+    J: Vec<f64>,
+    ik: InverseKinematics,
+    /// The best of several solutions, and what a unit of each coordinate counts.
+    best: Vec<f64>,
+    scale: Vec<f64>,
+    /// True while `ws` is of the robot's q.
+    fresh: bool,
+}
+
+/// One instance of a [`RobotModel`]. `Send`; a clone is an instance of its own.
+#[derive(Debug)]
+pub struct Robot {
+    model: Arc<RobotModel>,
+    q: Vec<f64>,
+    /// The mechanism with the inertia of what is held.
+    tree: Tree,
+    ws: Workspace,
+    /// True while `ws` has the poses of `q`.
+    fresh: bool,
+    chains: Vec<Option<ChainMemory>>,
+    gravity: Vec3,
+    /// For each object: who holds it, and where it is when nobody does.
+    holds: Vec<Option<Hold>>,
+    objects: Vec<Pose>,
+    /// Zero rates, forces of one tip, columns of a closed loop.
+    rest: Vec<f64>,
+    room: Vec<f64>,
+    columns: Vec<Vector6<f64>>,
+    collide: collide::Memory,
+}
+
+impl Clone for Robot {
+    /// An instance of its own, with all its memory: no later call allocates.
+    fn clone(&self) -> Self {
+        let mut new = Self {
+            model: self.model.clone(),
+            q: self.q.clone(),
+            tree: self.tree.clone(),
+            ws: self.ws.clone(),
+            fresh: self.fresh,
+            chains: self.chains.clone(),
+            gravity: self.gravity,
+            holds: self.holds.clone(),
+            objects: self.objects.clone(),
+            rest: self.rest.clone(),
+            room: self.room.clone(),
+            columns: self.columns.clone(),
+            collide: self.collide.fork(&self.model),
+        };
+        new.chains.iter_mut().flatten().for_each(|c| c.ik.reserve(1));
+        new.own_tree();
+        new
+    }
+}
+
+impl Robot {
+    /// An instance at the neutral configuration, with all memory that any call takes.
+    #[must_use]
+    pub fn new(model: &Arc<RobotModel>) -> Self {
+        let chains = model.parts.iter().map(|p| {
+            p.chain.as_ref().map(|c| ChainMemory {
+                ws: Workspace::new(&c.tree),
+                carrier: c.carrier.as_ref().map(|c| Workspace::new(&c.tree)),
+                q: vec![0.0; c.q.len()],
+                carrier_q: vec![0.0; c.carrier.as_ref().map_or(0, |c| c.q.len())],
+                J: vec![0.0; 6 * c.v.len()],
+                ik: reach::memory(c),
+                best: vec![0.0; c.q.len()],
+                scale: vec![0.0; c.v.len()],
+                fresh: false,
+            })
+        });
+        let (tree, nv) = (model.tree.clone(), model.nv());
+        let mut new = Self {
+            q: model.multibody().neutral_q(),
+            ws: Workspace::new(&tree),
+            chains: chains.collect(),
+            fresh: false,
+            tree,
+            gravity: Vec3::new(0.0, 0.0, -9.81),
+            holds: vec![None; model.objects.len()],
+            objects: vec![Pose::identity(); model.objects.len()],
+            rest: vec![0.0; nv],
+            room: vec![0.0; nv],
+            columns: vec![Vector6::zeros(); nv],
+            collide: collide::Memory::new(model),
+            model: model.clone(),
+        };
+        new.own_tree();
+        new
+    }
+
+    /// Makes the memory of the mechanism this robot's own, and every hand's inertia the sum that
+    /// [`carry`](Self::carry) makes: what was held leaves no trace in it.
+    fn own_tree(&mut self) {
+        for i in 0..self.model.parts.len() {
+            if self.model.parts[i].chain.is_some() {
+                let done = self.carry(Part(i as u32));
+                debug_assert!(done.is_ok());
+            }
+        }
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &Arc<RobotModel> {
+        &self.model
+    }
+
+    /// The configuration (nq).
+    #[must_use]
+    pub fn q(&self) -> &[f64] {
+        &self.q
+    }
+
+    /// Another configuration (nq), within limits or not.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::NotFinite`]; then nothing has changed.
+    pub fn set_q(&mut self, q: &[f64]) -> Result<(), RobotError> {
+        numbers("q", q, self.q.len())?;
+        self.q.copy_from_slice(q);
+        self.fresh = false;
+        self.chains.iter_mut().flatten().for_each(|c| c.fresh = false);
+        Ok(())
+    }
+
+    /// The nearest to `q` (nq) that is within all limits, in place.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::NotFinite`].
+    pub fn clamp(&self, q: &mut [f64]) -> Result<(), RobotError> {
+        numbers("q", q, self.q.len())?;
+        for (at, limits) in self.model.limits.iter().flatten() {
+            q[*at] = q[*at].clamp(limits.lower, limits.upper);
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a wrong length, NaN and infinities.
+pub(crate) fn numbers(what: &'static str, x: &[f64], wanted: usize) -> Result<(), RobotError> {
+    if x.len() != wanted {
+        return Err(RobotError::Length { what, got: x.len(), wanted });
+    }
+    match x.iter().position(|x| !x.is_finite()) {
+        Some(index) => Err(RobotError::NotFinite { what, index, value: x[index] }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,175 @@
+//! Of the configurations that meet a goal, the one that is liked best.
+//!
+//! ```text
+//! c = a ½ Σ ((q − middle)/(upper − lower))² − b ln w(q)        a: centred, b: manipulable
+//! ```
+//! Each start that leads to the goal is improved along the null space to a local minimum of c; the least is the answer.
+//! Coordinates without limits are not drawn anywhere.
+
+use super::reach::{Effort, Goal, Outcome};
+use super::{ChainMemory, Robot};
+use crate::error::RobotError;
+use crate::manipulability::{Manipulability, Rows};
+use crate::part::{Chain, Part};
+use linkwork_dynamics::inverse_kinematics::Progress;
+use linkwork_dynamics::{node_jacobian, poses};
+use linkwork_spatial::{Motion, Pose};
+use std::f64::consts::TAU;
+
+/// What is liked among solutions, and how hard to look.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prefer {
+    /// What distance from the middle of the limits counts; not negative.
+    pub centred: f64,
+    /// What ln w counts; not negative.
+    pub manipulable: f64,
+    /// What 1 rad counts in w, m.
+    pub length: f64,
+    /// Starts: the given one and others, the same ones each time.
+    pub starts: usize,
+    /// Evaluations of the kinematics to improve each solution, at most.
+    pub steps: usize,
+}
+
+impl Prefer {
+    /// Near the middle of the limits; 1 start.
+    #[must_use]
+    pub fn centred() -> Self {
+        Self { centred: 1.0, manipulable: 0.0, length: 1.0, starts: 1, steps: 400 }
+    }
+
+    /// Far from singular configurations; 1 start.
+    #[must_use]
+    pub fn manipulable() -> Self {
+        Self { centred: 0.0, manipulable: 1.0, ..Self::centred() }
+    }
+
+    /// So many starts.
+    #[must_use]
+    pub fn starts(mut self, starts: usize) -> Self {
+        self.starts = starts;
+        self
+    }
+}
+
+/// The best of several solutions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Best {
+    /// `Met`, or `Nearest` when no start led to the goal.
+    pub outcome: Outcome,
+    /// c of the answer; infinite when the goal is not met.
+    pub cost: f64,
+    /// Starts that led to the goal.
+    pub solutions: usize,
+    /// Evaluations of the kinematics in all.
+    pub kinematics: usize,
+}
+
+impl Robot {
+    /// As [`reach`](Self::reach), from several starts, each improved among the configurations that meet the goal.
+    /// `effort.restarts` does not count; `effort.kinematics` bounds all evaluations together. When no start leads there, q
+    /// is the nearest of the last of them.
+    ///
+    /// # Errors
+    /// As [`reach`](Self::reach); [`RobotError::OutOfRange`] for weights that are negative or both zero.
+    pub fn reach_best(
+        &mut self,
+        part: Part,
+        goal: &Goal,
+        prefer: &Prefer,
+        effort: &Effort,
+        q: &mut [f64],
+    ) -> Result<Best, RobotError> {
+        let bad = |x: f64| !(x >= 0.0 && x.is_finite());
+        for (what, value) in [("centred", prefer.centred), ("manipulable", prefer.manipulable)] {
+            if bad(value) || prefer.centred + prefer.manipulable == 0.0 {
+                let help = "weights are not negative, and one of them is above zero";
+                return Err(RobotError::OutOfRange { what, value, help });
+            }
+        }
+        if !(prefer.length > 0.0 && prefer.length.is_finite()) {
+            let (what, value, help) = ("length", prefer.length, "a length is above zero");
+            return Err(RobotError::OutOfRange { what, value, help });
+        }
+        let mut best =
+            Best { outcome: Outcome::Nearest, cost: f64::INFINITY, solutions: 0, kinematics: 0 };
+        for start in 0..prefer.starts.max(1) {
+            let left = effort.kinematics - best.kinematics.min(effort.kinematics);
+            if left == 0 {
+                break;
+            }
+            let one = Effort { restarts: start, ..*effort };
+            self.begin_reach(part, goal, &one, q)?;
+            let model = &self.model;
+            let chain = model.chain(part)?;
+            let Some(memory) = self.chains[part.index()].as_mut() else {
+                return Err(RobotError::NotAChain { part: part.index() });
+            };
+            memory.ik.skip_to(start);
+            match memory.ik.advance(&chain.tree, left, &mut memory.q) {
+                Progress::Met(found) => {
+                    best.kinematics += found.kinematics;
+                    let left = effort.kinematics - best.kinematics.min(effort.kinematics);
+                    let (cost, used) = improve(chain, memory, prefer, left.min(prefer.steps));
+                    best.kinematics += used;
+                    best.solutions += 1;
+                    if cost < best.cost || best.solutions == 1 {
+                        (best.cost, best.outcome) = (cost, Outcome::Met);
+                        memory.best.copy_from_slice(&memory.q);
+                    }
+                }
+                Progress::Nearest(found) | Progress::Unfinished(found) => {
+                    best.kinematics += found.kinematics;
+                    if best.solutions == 0 {
+                        memory.best.copy_from_slice(&memory.q);
+                    }
+                }
+            }
+        }
+        let chain = self.model.chain(part)?;
+        if let Some(memory) = &self.chains[part.index()] {
+            for (at, x) in chain.q.iter().zip(&memory.best) {
+                q[*at] = *x;
+            }
+        }
+        Ok(best)
+    }
+}
+
+/// Improves `memory.q`; c, and evaluations.
+fn improve(chain: &Chain, memory: &mut ChainMemory, prefer: &Prefer, steps: usize) -> (f64, usize) {
+    let ChainMemory { ik, ws, J, q, scale, .. } = memory;
+    // Positions do not count: the chain stands on its base.
+    ws.set_base(&Pose::identity(), &Motion::zero(), &Motion::zero());
+    let range = |i: usize| {
+        let (at, l) = chain.limits[i]?;
+        let wide = l.upper - l.lower;
+        (wide.is_finite() && wide > 0.0).then_some((at, 0.5 * (l.lower + l.upper), wide))
+    };
+    for (i, d) in scale.iter_mut().enumerate() {
+        let wide = range(i).map_or(TAU, |r| r.2);
+        *d = (prefer.centred + prefer.manipulable) / (wide * wide);
+    }
+    let mut objective = |q: &[f64], gradient: &mut [f64]| {
+        gradient.fill(0.0);
+        let mut cost = 0.0;
+        if prefer.manipulable > 0.0 {
+            poses(&chain.tree, ws, q);
+            node_jacobian(&chain.tree, ws, chain.tip, J);
+            let rows = Rows::All { length: prefer.length };
+            let w = Manipulability::new(J, &chain.first, rows, Some(&mut *gradient)).w;
+            cost -= prefer.manipulable * w.ln();
+            gradient.iter_mut().for_each(|g| *g *= -prefer.manipulable / w.max(f64::MIN_POSITIVE));
+        }
+        for i in 0..gradient.len() {
+            if let Some((at, middle, wide)) = range(i) {
+                let x = (q[at] - middle) / wide;
+                cost += 0.5 * prefer.centred * x * x;
+                gradient[i] += prefer.centred * x / wide;
+            }
+        }
+        cost
+    };
+    let improved = ik.improve(&chain.tree, &mut objective, scale, steps, q);
+    (improved.cost, improved.kinematics)
+}

@@ -1,0 +1,276 @@
+//! Inverse kinematics of a chain: where its joints have to be so that its tip is where it is to be.
+//!
+//! The chain alone moves; what carries it stays as the q given says. Work is counted in evaluations of the chain's
+//! kinematics, so that a bound holds on every machine, and a search may be cut anywhere and gone on with.
+
+use super::kinematics::{base, gather};
+use super::{ChainMemory, Robot, numbers};
+use crate::error::RobotError;
+use crate::part::{Chain, Part};
+use linkwork_dynamics::inverse_kinematics::{Progress, Residual};
+use linkwork_dynamics::{InverseKinematics, RateTarget, Target};
+use linkwork_spatial::{Motion, Pose, Quat, Vec3};
+
+/// Where a tip is to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// Of the tip's origin, m.
+    pub position: Option<Vec3>,
+    /// The tip's axes.
+    pub orientation: Option<Quat>,
+    /// What 1 m and 1 rad count in the sum of squares; positive.
+    pub weights: [f64; 2],
+    /// In the frame of the chain's base instead of the world.
+    pub in_base: bool,
+}
+
+impl Goal {
+    /// Position and orientation in the world.
+    #[must_use]
+    pub fn pose(X: Pose) -> Self {
+        let (position, orientation) = (Some(X.position), Some(X.rotation));
+        Self { position, orientation, weights: [1.0; 2], in_base: false }
+    }
+
+    /// Position alone, m.
+    #[must_use]
+    pub fn position(p: Vec3) -> Self {
+        Self { orientation: None, ..Self::pose(Pose::new(Quat::identity(), p)) }
+    }
+
+    /// Orientation alone.
+    #[must_use]
+    pub fn orientation(R: Quat) -> Self {
+        Self { position: None, ..Self::pose(Pose::rotation(R)) }
+    }
+
+    /// The same numbers in the frame of the chain's base.
+    #[must_use]
+    pub fn in_base(mut self) -> Self {
+        self.in_base = true;
+        self
+    }
+}
+
+/// When inverse kinematics is content, and how long it tries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Greatest error of position, m, and of orientation, rad.
+    pub tolerances: [f64; 2],
+    /// Steps from one start.
+    pub steps: usize,
+    /// Starts elsewhere, the same ones each time.
+    pub restarts: usize,
+    /// Evaluations of the kinematics in one call, at most.
+    pub kinematics: usize,
+}
+
+impl Default for Effort {
+    /// 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
+    fn default() -> Self {
+        Self { tolerances: [1e-9; 2], steps: 100, restarts: 64, kinematics: usize::MAX }
+    }
+}
+
+impl Effort {
+    /// The default with a bound on evaluations of the kinematics.
+    #[must_use]
+    pub fn kinematics(kinematics: usize) -> Self {
+        Self { kinematics, ..Self::default() }
+    }
+
+    /// The default from the given start alone.
+    #[must_use]
+    pub fn one_start() -> Self {
+        Self { restarts: 0, ..Self::default() }
+    }
+}
+
+/// How a search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// The goal is met within the tolerances.
+    Met,
+    /// No start led there: this is the nearest of all. A minimum of another basin may be nearer.
+    Nearest,
+    /// The effort was used up; [`Robot::reach_on`] goes on.
+    Unfinished,
+}
+
+/// What inverse kinematics answers beside q.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// How far the tip is from the goal; not defined when unfinished.
+    pub residual: Residual,
+    /// Evaluations of the kinematics since the search began.
+    pub kinematics: usize,
+    /// Which start led there; 0 is the given one.
+    pub restart: usize,
+}
+
+pub(super) fn memory(chain: &Chain) -> InverseKinematics {
+    let mut ik = InverseKinematics::new(&chain.tree);
+    ik.reserve(1);
+    ik
+}
+
+impl Robot {
+    /// Moves the chain's numbers in `q` (nq of the whole; in: where to start, out: the solution, or the nearest
+    /// configuration) until its tip meets the goal, within limits. The robot's own q does not change.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`],
+    /// [`RobotError::OutOfRange`] (weights, tolerances, a goal that asks for nothing), [`RobotError::OutsideLimits`]; then q is left alone. *Not reached* is an
+    /// answer, not an error.
+    pub fn reach(
+        &mut self,
+        part: Part,
+        goal: &Goal,
+        effort: &Effort,
+        q: &mut [f64],
+    ) -> Result<Answer, RobotError> {
+        self.begin_reach(part, goal, effort, q)?;
+        self.reach_on(part, effort.kinematics, q)
+    }
+
+    /// Checks, and prepares the search.
+    pub(super) fn begin_reach(
+        &mut self,
+        part: Part,
+        goal: &Goal,
+        effort: &Effort,
+        q: &[f64],
+    ) -> Result<(), RobotError> {
+        let model = &self.model;
+        let chain = model.chain(part)?;
+        numbers("q", q, self.q.len())?;
+        check(goal, effort)?;
+        for (dof, limit) in chain.v.iter().zip(&chain.limits) {
+            let Some((at, limits)) = limit else { continue };
+            let value = q[chain.q[*at]];
+            if !(value >= limits.lower && value <= limits.upper) {
+                let (lower, upper) = (limits.lower, limits.upper);
+                return Err(RobotError::OutsideLimits { dof: *dof, value, lower, upper });
+            }
+        }
+        let Some(memory) = self.chains[part.index()].as_mut() else {
+            return Err(RobotError::NotAChain { part: part.index() });
+        };
+        let X = if goal.in_base { Pose::identity() } else { base(chain, memory, q).inverse() };
+        let target = Target {
+            position: goal.position.map(|p| X.transform_point(&p)),
+            orientation: goal.orientation.map(|R| X.rotation * R),
+            ..Target::pose(chain.tip, Pose::identity()).weights(goal.weights[0], goal.weights[1])
+        };
+        gather(&chain.q, q, &mut memory.q);
+        memory.fresh = false;
+        let ik = &mut memory.ik;
+        ik.effort.position_tolerance = effort.tolerances[0];
+        ik.effort.orientation_tolerance = effort.tolerances[1];
+        (ik.effort.iterations, ik.effort.restarts) = (effort.steps, effort.restarts);
+        let begun = ik.begin(&chain.tree, &[target], &memory.q);
+        debug_assert!(begun.is_ok(), "everything was checked: {begun:?}");
+        Ok(())
+    }
+
+    /// Rates of a chain at the robot's q, into its places of `v` (nv), for which its tip moves as nearly as asked as it can, seen from its
+    /// base: `twist` is [ω; v] at the tip's origin, world axes. Of all such rates the least; within rate limits, and not outward at a
+    /// limit. Returns what is missing, rad/s and m/s. A search that was begun may go on afterwards.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`].
+    pub fn rates(
+        &mut self,
+        part: Part,
+        twist: &Motion,
+        v: &mut [f64],
+    ) -> Result<Residual, RobotError> {
+        numbers("v", v, self.tree.nv())?;
+        numbers("angular velocity", twist.angular.as_slice(), 3)?;
+        numbers("velocity", twist.linear.as_slice(), 3)?;
+        let (model, whole) = (&self.model, &self.q);
+        let chain = model.chain(part)?;
+        let Some(memory) = self.chains[part.index()].as_mut() else {
+            return Err(RobotError::NotAChain { part: part.index() });
+        };
+        let R = base(chain, memory, whole).rotation.inverse();
+        let ChainMemory { ik, best, scale: rates, .. } = memory;
+        gather(&chain.q, whole, best);
+        gather(&chain.v, v, rates);
+        let target = RateTarget::new(chain.tip, twist.rotate(&R));
+        let done = ik.rates(&chain.tree, &[target], best, rates);
+        debug_assert!(done.is_ok(), "everything was checked");
+        let missing = done.ok().and_then(|r| r.first().copied()).unwrap_or_default();
+        for (at, x) in chain.v.iter().zip(&*rates) {
+            v[*at] = *x;
+        }
+        Ok(missing)
+    }
+
+    /// Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps
+    /// are taken in whatever portions.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`].
+    pub fn reach_on(
+        &mut self,
+        part: Part,
+        kinematics: usize,
+        q: &mut [f64],
+    ) -> Result<Answer, RobotError> {
+        let model = &self.model;
+        let chain = model.chain(part)?;
+        if q.len() != self.q.len() {
+            let (got, wanted) = (q.len(), self.q.len());
+            return Err(RobotError::Length { what: "q", got, wanted });
+        }
+        let Some(memory) = self.chains[part.index()].as_mut() else {
+            return Err(RobotError::NotAChain { part: part.index() });
+        };
+        memory.fresh = false;
+        let progress = memory.ik.advance(&chain.tree, kinematics, &mut memory.q);
+        for (at, x) in chain.q.iter().zip(&memory.q) {
+            q[*at] = *x;
+        }
+        let (outcome, found) = match progress {
+            Progress::Met(found) => (Outcome::Met, found),
+            Progress::Nearest(found) => (Outcome::Nearest, found),
+            Progress::Unfinished(found) => (Outcome::Unfinished, found),
+        };
+        let residual = memory.ik.residuals().first().copied().unwrap_or_default();
+        let (kinematics, restart) = (found.kinematics, found.restarts);
+        Ok(Answer { outcome, residual, kinematics, restart })
+    }
+}
+
+fn check(goal: &Goal, effort: &Effort) -> Result<(), RobotError> {
+    if let Some(p) = goal.position {
+        numbers("position of the goal", p.as_slice(), 3)?;
+    }
+    if let Some(R) = goal.orientation {
+        numbers("orientation of the goal", R.coords.as_slice(), 4)?;
+        let value = R.coords.norm();
+        if !((value - 1.0).abs() < 1e-6) {
+            let help = "a rotation is a quaternion of length 1";
+            return Err(RobotError::OutOfRange {
+                what: "length of the goal's quaternion",
+                value,
+                help,
+            });
+        }
+    }
+    if goal.position.is_none() && goal.orientation.is_none() {
+        let help = "ask for a position, an orientation or both";
+        return Err(RobotError::OutOfRange { what: "parts of the goal", value: 0.0, help });
+    }
+    let bad = |x: &f64| !(*x > 0.0 && x.is_finite());
+    let sets = [("weight of the goal", goal.weights), ("tolerance", effort.tolerances)];
+    for (what, pair) in sets {
+        if let Some(value) = pair.into_iter().find(bad) {
+            return Err(RobotError::OutOfRange { what, value, help: "give a number above zero" });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,196 @@
+//! Operational space: forces that give tips their accelerations, and what is left for the rest.
+//!
+//! ```text
+//! Λ = (J M⁻¹ Jᵀ)⁻¹                                        rows of all tips, each [angular; linear], world axes
+//! τ = Jᵀ Λ (a − J̇ β) + C + g + Nᵀ τ₀,     Nᵀ = 1 − Jᵀ Λ J M⁻¹
+//! ```
+//! What is held counts in M, C and g. Where tips cannot move independently there is no Λ, and the call says so.
+
+use super::{Robot, numbers};
+use crate::error::RobotError;
+use crate::part::Part;
+use linkwork_dynamics::{
+    Compliance, apply_inverse_mass, node_jacobian_product, node_jacobian_transpose_product,
+};
+use linkwork_multibody::NodeId;
+use linkwork_spatial::{Force, Motion, Vec3};
+
+/// The operational space of some tips of one model, with its memory.
+#[derive(Clone, Debug)]
+pub struct TaskSpace {
+    tips: Vec<NodeId>,
+    /// Degrees of freedom of the model that it was made for.
+    nv: usize,
+    compliance: Compliance,
+    /// Λ⁻¹, and its Cholesky factor.
+    A: Vec<f64>,
+    L: Vec<f64>,
+    x: Vec<f64>,
+    y: Vec<f64>,
+}
+
+impl TaskSpace {
+    /// Of the tips of chains, in this order. Allocates: once, at set-up.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`]; [`RobotError::Length`] for no part at all.
+    pub fn new(robot: &Robot, parts: &[Part]) -> Result<Self, RobotError> {
+        if parts.is_empty() {
+            return Err(RobotError::Length { what: "parts", got: 0, wanted: 1 });
+        }
+        let mut tips = Vec::with_capacity(parts.len());
+        for p in parts {
+            tips.push(robot.model.tip(*p)?);
+        }
+        let compliance = Compliance::new(&robot.tree, &tips);
+        let (n, nv) = (compliance.size(), robot.tree.nv());
+        let (A, L, x, y) = (vec![0.0; n * n], vec![0.0; n * n], vec![0.0; n], vec![0.0; nv]);
+        Ok(Self { tips, nv, compliance, A, L, x, y })
+    }
+
+    /// Rows: six for each tip.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Λ⁻¹ (rows × rows, row after row) at the robot's q: accelerations of the tips for unit wrenches on them.
+    ///
+    /// # Errors
+    /// [`RobotError::Singular`] when a coordinate has nothing to move; [`RobotError::ForeignHandle`] for a robot of another size.
+    pub fn compliance(&mut self, robot: &mut Robot) -> Result<&[f64], RobotError> {
+        if robot.tree.nv() != self.nv {
+            return Err(RobotError::ForeignHandle);
+        }
+        robot.move_all();
+        let done = self.compliance.compute(&robot.tree, &mut robot.ws, &mut self.A);
+        done.map_err(|_| massless())?;
+        Ok(&self.A)
+    }
+
+    /// Λ (rows × rows) at the robot's q, into `out`.
+    ///
+    /// # Errors
+    /// [`RobotError::Singular`], [`RobotError::Length`], [`RobotError::ForeignHandle`].
+    pub fn inertia(&mut self, robot: &mut Robot, out: &mut [f64]) -> Result<(), RobotError> {
+        let n = self.rows();
+        if out.len() != n * n {
+            return Err(RobotError::Length { what: "out", got: out.len(), wanted: n * n });
+        }
+        self.factor(robot)?;
+        for j in 0..n {
+            self.x.fill(0.0);
+            self.x[j] = 1.0;
+            solve(&self.L, &mut self.x);
+            for i in 0..n {
+                out[i * n + j] = self.x[i];
+            }
+        }
+        Ok(())
+    }
+
+    /// Forces `tau` (nv) at the robot's q and rates `v` (nv) that give the tips the accelerations `a` (rows; [angular; linear] of each
+    /// tip's origin, world axes), while `rest` (nv) acts as far as it moves no tip.
+    ///
+    /// # Errors
+    /// [`RobotError::Singular`] where the tips cannot move independently, [`RobotError::Length`], [`RobotError::NotFinite`],
+    /// [`RobotError::ForeignHandle`].
+    pub fn forces(
+        &mut self,
+        robot: &mut Robot,
+        v: &[f64],
+        a: &[f64],
+        rest: Option<&[f64]>,
+        tau: &mut [f64],
+    ) -> Result<(), RobotError> {
+        let nv = self.nv;
+        numbers("v", v, nv)?;
+        numbers("a", a, self.rows())?;
+        if let Some(rest) = rest {
+            numbers("rest", rest, nv)?;
+        }
+        self.factor(robot)?;
+        // C + g; with β̇ = 0 a tip's acceleration is J̇ β.
+        robot.forces(Some(v), None, &[], tau)?;
+        for (i, tip) in self.tips.iter().enumerate() {
+            let bias = six(&robot.ws.node_acceleration(&robot.tree, *tip));
+            for k in 0..6 {
+                self.x[6 * i + k] = a[6 * i + k] - bias[k];
+            }
+        }
+        if let Some(rest) = rest {
+            self.y.copy_from_slice(rest);
+            let (tree, ws) = (&robot.tree, &mut robot.ws);
+            apply_inverse_mass(tree, ws, &mut self.y).map_err(|_| massless())?;
+            for (i, tip) in self.tips.iter().enumerate() {
+                let moved = six(&node_jacobian_product(tree, ws, *tip, &self.y));
+                for k in 0..6 {
+                    self.x[6 * i + k] -= moved[k];
+                }
+            }
+            tau.iter_mut().zip(rest).for_each(|(t, r)| *t += r);
+        }
+        solve(&self.L, &mut self.x);
+        for (i, tip) in self.tips.iter().enumerate() {
+            let f = &self.x[6 * i..6 * i + 6];
+            let f = Force::new(Vec3::new(f[0], f[1], f[2]), Vec3::new(f[3], f[4], f[5]));
+            node_jacobian_transpose_product(&robot.tree, &robot.ws, *tip, &f, &mut robot.room);
+            tau.iter_mut().zip(&robot.room).for_each(|(t, x)| *t += x);
+        }
+        Ok(())
+    }
+
+    fn factor(&mut self, robot: &mut Robot) -> Result<(), RobotError> {
+        self.compliance(robot)?;
+        let n = self.rows();
+        self.L.copy_from_slice(&self.A);
+        let help =
+            "the tips cannot move independently here: leave the configuration, or ask for fewer";
+        if cholesky(&mut self.L, n) {
+            Ok(())
+        } else {
+            Err(RobotError::Singular { what: "the inertia of the tips", help })
+        }
+    }
+}
+
+fn massless() -> RobotError {
+    let help = "some coordinate has nothing to move: give its bodies mass";
+    RobotError::Singular { what: "the motion of the mechanism", help }
+}
+
+fn six(m: &Motion) -> [f64; 6] {
+    let (w, v) = (m.angular, m.linear);
+    [w.x, w.y, w.z, v.x, v.y, v.z]
+}
+
+/// The lower factor of a symmetric matrix in place; false when a pivot is below 1e-12 of its diagonal.
+fn cholesky(A: &mut [f64], n: usize) -> bool {
+    for j in 0..n {
+        for i in j..n {
+            let dot: f64 = (0..j).map(|k| A[i * n + k] * A[j * n + k]).sum();
+            let x = A[i * n + j] - dot;
+            if i > j {
+                A[i * n + j] = x / A[j * n + j];
+            } else if x > 1e-12 * A[j * n + j] {
+                A[j * n + j] = x.sqrt();
+            } else {
+                return false;
+            }
+        }
+    }
+    true
+}
+
+/// L Lᵀ x = b in place.
+fn solve(L: &[f64], b: &mut [f64]) {
+    let n = b.len();
+    for i in 0..n {
+        let dot: f64 = (0..i).map(|k| L[i * n + k] * b[k]).sum();
+        b[i] = (b[i] - dot) / L[i * n + i];
+    }
+    for i in (0..n).rev() {
+        let dot: f64 = (i + 1..n).map(|k| L[k * n + i] * b[k]).sum();
+        b[i] = (b[i] - dot) / L[i * n + i];
+    }
+}

@@ -1,0 +1,75 @@
+//! No call of a robot allocates after set-up, errors included.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod support;
+
+use linkwork_embedded::spatial::Pose;
+use linkwork_embedded::*;
+use std::hint::black_box;
+use support::*;
+
+#[test]
+fn no_call_allocates_after_set_up() {
+    let mass = spatial::MassProperties::new(8.0, spatial::Vec3::zeros(), spatial::Mat3::identity());
+    let Some(model) = dual(vec![ObjectSpec { name: "beam".into(), mass }]) else { return };
+    let (beam, right) = (model.object("beam").unwrap(), model.part("right").unwrap());
+    let [left, gripper] = ["left", "left_gripper"].map(|p| model.part(p).unwrap());
+    // A clone has memory of its own from the beginning.
+    let first = Robot::new(&model);
+    let mut robot = first.clone();
+    let mut space = TaskSpace::new(&robot, &[left, right]).unwrap();
+    let nv = model.nv();
+    let (mut tau, v, mut inertia) = (vec![0.0; nv], model.multibody().random_v(1), [0.0; 144]);
+    let q = model.multibody().random_q(3);
+    let (mut J, mut whole, mut g) = (vec![0.0; 36], vec![0.0; 6 * model.nv()], vec![0.0; 6]);
+    let mut bad = q.clone();
+    bad[3] = f64::NAN;
+    let mut clamped = q.clone();
+    let (start, far, near) = (model.multibody().neutral_q(), 9.0, 0.5);
+    let counted = allocation_counter::measure(|| {
+        robot.set_q(&q).unwrap();
+        robot.clamp(&mut clamped).unwrap();
+        black_box(robot.tip_pose(left).unwrap());
+        black_box(robot.base_pose(left).unwrap());
+        robot.jacobian(left, &mut J).unwrap();
+        robot.whole_jacobian(left, &mut whole).unwrap();
+        for rows in [Rows::All { length: 1.0 }, Rows::Linear, Rows::Angular] {
+            black_box(robot.manipulability(left, rows, Some(&mut g)).unwrap());
+        }
+        black_box(robot.set_q(&bad).unwrap_err());
+        for p in [far, near] {
+            let goal = Goal::pose(Pose::translation(p, 0.4, 1.1));
+            clamped.copy_from_slice(&start);
+            black_box(robot.reach(left, &goal, &Effort::default(), &mut clamped).unwrap());
+            black_box(robot.reach_on(left, 10, &mut clamped).unwrap());
+            clamped.copy_from_slice(&start);
+            let prefer = Prefer { manipulable: 0.1, ..Prefer::centred().starts(3) };
+            let best =
+                robot.reach_best(left, &goal, &prefer, &Effort::kinematics(3000), &mut clamped);
+            black_box(best.unwrap());
+        }
+        robot.grasp(left, beam, Grasp::Here).unwrap();
+        robot.grasp(right, beam, Grasp::Here).unwrap();
+        black_box(robot.grasp(right, beam, Grasp::Here).unwrap_err());
+        robot.update_grasp(left, beam, Pose::identity()).unwrap();
+        let push = Push::new(left, spatial::Vec3::x(), spatial::Vec3::y());
+        robot.feed_forward(&v, &v, &[push], &mut tau).unwrap();
+        for kind in [Balance::Equal, Balance::Effort] {
+            black_box(robot.balance(beam, kind, &mut tau).unwrap());
+        }
+        let wrenches = robot.squeeze(beam, 20.0, &mut tau).unwrap();
+        robot.exert(beam, &wrenches, &mut tau).unwrap();
+        let weights = HandWeights { hands: [1.0, 3.0], moment: 100.0 };
+        black_box(robot.move_squeeze(beam, &wrenches, &weights).unwrap());
+        space.inertia(&mut robot, &mut inertia).unwrap();
+        space.forces(&mut robot, &v, &inertia[..12], Some(&v), &mut tau).unwrap();
+        let twist = spatial::Motion::new(spatial::Vec3::x(), spatial::Vec3::y());
+        black_box(robot.rates(left, &twist, &mut tau).unwrap());
+        robot.release(left, beam).unwrap();
+        robot.ungrasp(beam).unwrap();
+        let nan = Goal::position(spatial::Vec3::repeat(f64::NAN));
+        black_box(robot.reach(left, &nan, &Effort::default(), &mut clamped).unwrap_err());
+        black_box(robot.tip_pose(gripper).unwrap_err());
+    });
+    assert_eq!(counted.count_total, 0, "{counted:?}");
+}

@@ -1,0 +1,347 @@
+//! Collisions of a robot: every answer of the reference, what changes at run time, filters that follow, paths.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod support;
+
+use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
+use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
+use linkwork_embedded::*;
+use std::sync::Arc;
+use support::*;
+
+#[test]
+fn a_scene_of_an_arm_is_told_right_five_thousand_times() {
+    let Some(json) = reference("robodarts/col1_scene.json") else { return };
+    let model = robot_in("robots/iiwa7.urdf", &json, &[], vec![], vec![]);
+    let mut robot = Robot::new(&model);
+    let ik = reference("robodarts/ik_iiwa7.json").unwrap();
+    let (low, high) = (numbers(&ik["lower"]), numbers(&ik["upper"]));
+    let mut rng = Rng(json["seed"].as_u64().unwrap());
+    let mut wrong = 0;
+    for (k, expected) in json["colliding"].as_str().unwrap().chars().enumerate() {
+        let q: Vec<f64> = (0..7).map(|i| rng.within(low[i], high[i])).collect();
+        if k < 3 {
+            assert!(difference(&q, &numbers(&json["first_q"][k])) < 1e-12);
+        }
+        wrong += usize::from(robot.collides(&q).unwrap() != (expected == '1'));
+    }
+    assert_eq!(wrong, 0);
+    // The pairs are those that the reference looked at.
+    let pairs = json["pairs"].as_array().unwrap();
+    assert_eq!(looked_at(&model, &robot), pairs.len());
+    for p in pairs.iter().map(names) {
+        let [a, b] = [0, 1].map(|i| model.collider(&p[i]).unwrap());
+        assert!(robot.looks_at(a, b).unwrap(), "{p:?}");
+    }
+}
+
+fn all(model: &RobotModel) -> Vec<ColliderId> {
+    model.colliders().map(|c| c.0).collect()
+}
+
+fn looked_at(model: &RobotModel, robot: &Robot) -> usize {
+    let ids = all(model);
+    let pairs = ids.iter().flat_map(|a| ids.iter().map(move |b| (*a, *b))).filter(|(a, b)| a < b);
+    pairs.filter(|(a, b)| robot.looks_at(*a, *b).unwrap()).count()
+}
+
+#[test]
+fn two_arms_fine_padded_and_coarse_are_told_right_pair_by_pair() {
+    let Some(json) = reference("robodarts/dual_ur5_collisions.json") else { return };
+    let model = robot_in("robodarts/dual_ur5.urdf", &json, &[], vec![], vec![]);
+    let at = places(&model, &names(&json["dof"]));
+    let pairs: Vec<(ColliderId, ColliderId)> =
+        (json["pairs"].as_array().unwrap().iter().map(names))
+            .map(|p| {
+                let [a, b] = [0, 1].map(|i| model.collider(&p[i]).unwrap());
+                (a.min(b), a.max(b))
+            })
+            .collect();
+    let fresh = Robot::new(&model);
+    assert_eq!(looked_at(&model, &fresh), pairs.len());
+    let (mut worst, mut distances) = (0.0_f64, 0);
+    let mut robot = fresh.clone();
+    for (key, padding, detail) in [
+        ("fine", 0.0, Detail::Fine),
+        ("padded", json["padding"].as_f64().unwrap(), Detail::Fine),
+        ("coarse", 0.0, Detail::Coarse),
+        ("fine", 0.0, Detail::Fine),
+    ] {
+        for id in all(&model) {
+            robot.pad(id, padding).unwrap();
+        }
+        robot.set_detail(detail);
+        for state in json["states"].as_array().unwrap() {
+            let q = to_q(&model, &at, &numbers(&state["q"]));
+            let golden = &state[key];
+            let mut expected: Vec<_> = (golden["colliding"].as_array().unwrap().iter())
+                .map(|k| pairs[k.as_u64().unwrap() as usize])
+                .collect();
+            expected.sort();
+            let mut ours = Vec::new();
+            robot.hits(&q, &mut ours).unwrap();
+            ours.sort();
+            assert_eq!(ours, expected, "{key}");
+            let first = robot.first_hit(&q).unwrap();
+            assert_eq!(first.is_some(), !ours.is_empty());
+            assert!(first.is_none_or(|p| ours.contains(&p)));
+            let closest = robot.clearance(&q, f64::INFINITY).unwrap().unwrap();
+            assert_eq!(closest.distance.distance <= 0.0, !ours.is_empty());
+            if let Some(d) = golden["least_distance"].as_f64() {
+                worst = worst.max((closest.distance.distance - d).abs());
+                distances += 1;
+                let between = closest.distance.point_b - closest.distance.point_a;
+                assert!((between.norm() - d.abs()).abs() < 2e-6);
+            }
+        }
+    }
+    println!("{distances} least distances within {worst:.1e} m");
+    assert!(distances > 50 && worst < 2e-6, "{distances} {worst}");
+    // Settings went back to what they were: so do the answers, to the bit.
+    let (mut a, mut b) = (fresh, robot);
+    for state in json["states"].as_array().unwrap().iter().take(50) {
+        let q = to_q(&model, &at, &numbers(&state["q"]));
+        assert_eq!(a.first_hit(&q).unwrap(), b.first_hit(&q).unwrap());
+        assert_eq!(a.clearance(&q, 1.0).unwrap(), b.clearance(&q, 1.0).unwrap());
+    }
+}
+
+#[test]
+fn single_pairs_have_the_distances_of_the_reference() {
+    let Some(json) = reference("robodarts/pair_distances.json") else { return };
+    let (mut worst, mut count, mut skipped) = (0.0_f64, 0, 0);
+    for case in json["cases"].as_array().unwrap() {
+        let at = |k: &str| {
+            let x = &case[k];
+            pose(&[numbers(&x["position"]), numbers(&x["quaternion"])].concat())
+        };
+        let of = |k: &str| shape(&json["shapes"][case[k].as_str().unwrap()]);
+        let mut mechanism = Builder::new();
+        mechanism.body(BodySpec::new("mover", "world").hinge(Hinge::free()));
+        let spec = ModelSpec {
+            mechanism,
+            colliders: vec![
+                ColliderSpec::new("a", "mover", of("a")).at(at("pose_a")),
+                ColliderSpec::new("b", "world", of("b")).at(at("pose_b")),
+            ],
+            ..ModelSpec::default()
+        };
+        let model = RobotModel::new(&spec).unwrap();
+        let mut robot = Robot::new(&model);
+        let [a, b] = ["a", "b"].map(|n| model.collider(n).unwrap());
+        let q = model.multibody().neutral_q();
+        let Some(golden) = case["distance"].as_f64() else {
+            // Surfaces that cut each other have no depth there: yes or no is what counts.
+            assert_eq!(robot.collides(&q).unwrap(), case["overlap"].as_bool().unwrap_or(true));
+            skipped += 1;
+            continue;
+        };
+        assert_eq!(robot.collides(&q).unwrap(), golden <= 0.0, "{case}");
+        let found = robot.distance(&q, a, b).unwrap().unwrap();
+        worst = worst.max((found.distance - golden).abs());
+        let padding = numbers(&case["padding"]);
+        if let Some(padded) = case["distance_padded"].as_f64() {
+            robot.pad(a, padding[0]).unwrap();
+            robot.pad(b, padding[1]).unwrap();
+            worst = worst.max((robot.distance(&q, a, b).unwrap().unwrap().distance - padded).abs());
+            assert_eq!(robot.collides(&q).unwrap(), padded <= 0.0);
+        }
+        count += 1;
+    }
+    println!("{count} distances within {worst:.1e} m, {skipped} yes or no alone");
+    assert!(worst < 2e-6 && count + skipped == 168, "{worst} {count} {skipped}");
+}
+
+#[test]
+fn filters_follow_what_is_held() {
+    let Some(tasks) = reference("robodarts/tasks.json") else { return };
+    let task = &tasks["tasks"]["hang_up_phone"];
+    let json = reference("robodarts/dual_ur5_collisions.json").unwrap();
+    let (h, c) = (&task["bodies"]["handset"], &task["bodies"]["cradle"]);
+    let number = |v: &serde_json::Value, k: &str| v[k].as_f64().unwrap();
+    let handset_shape =
+        Shape::Capsule { radius: number(h, "radius"), half_length: number(h, "half_length") };
+    let place = numbers(&c["position"]);
+    let more = vec![
+        ColliderSpec::new("handset", "handset", handset_shape),
+        ColliderSpec::new(
+            "cradle",
+            "world",
+            Shape::Box { half: Vec3::from_column_slice(&numbers(&c["half"])) },
+        )
+        .at(Pose::translation(place[0], place[1], place[2])),
+    ];
+    let mass = MassProperties::new(
+        number(h, "mass"),
+        Vec3::zeros(),
+        Mat3::from_diagonal(&Vec3::from_column_slice(&numbers(&h["inertia"]))),
+    );
+    let parts = [PartSpec::chain("left", "left_base_link", "left_tcp")];
+    let objects = vec![ObjectSpec { name: "handset".into(), mass }];
+    let model = robot_in("robodarts/dual_ur5.urdf", &json, &parts, objects, more);
+    let (left, object) = (model.part("left").unwrap(), model.object("handset").unwrap());
+    let [handset, cradle] = ["handset", "cradle"].map(|n| model.collider(n).unwrap());
+    let at = places(&model, &names(&task["dof"]));
+    let expect = &task["expect"];
+    let mut robot = Robot::new(&model);
+    let other = robot.clone();
+    let met = |robot: &Robot| -> Vec<String> {
+        let looks = |id: &ColliderId| *id != handset && robot.looks_at(handset, *id).unwrap();
+        all(&model).into_iter().filter(looks).map(|i| model.collider_name(i).to_owned()).collect()
+    };
+    let free = met(&robot);
+    assert_eq!(free.len() as u64, expect["pairs_of_handset_when_free"].as_u64().unwrap());
+    let X = pose(&numbers(&h["pose_in_tip"]));
+    robot.set_q(&to_q(&model, &at, &numbers(&expect["q_up"]))).unwrap();
+    robot.grasp(left, object, Grasp::At(X)).unwrap();
+    let held = met(&robot);
+    assert_eq!(held.len() as u64, expect["pairs_of_handset_when_held"].as_u64().unwrap());
+    let mut dropped: Vec<String> = free.iter().filter(|n| !held.contains(n)).cloned().collect();
+    dropped.sort();
+    assert_eq!(dropped, names(&expect["dropped"]));
+    // Distances up and on the cradle.
+    for (key, q) in [("up", "q_up"), ("on_cradle", "q_on")] {
+        let q = to_q(&model, &at, &numbers(&expect[q]));
+        let golden = &expect["distances"][key];
+        let d = robot.distance(&q, handset, cradle).unwrap().unwrap().distance;
+        assert!((d - golden["handset_to_cradle"].as_f64().unwrap()).abs() < 2e-6, "{key} {d}");
+        assert!(!robot.hits_of(&q, handset));
+    }
+    // On its cradle it would touch with 1 cm around it, until that pair is allowed to.
+    let on = to_q(&model, &at, &numbers(&expect["q_on"]));
+    robot.pad(handset, 0.01).unwrap();
+    assert!(robot.hits_of(&on, handset));
+    robot.look_at(handset, cradle, Some(false)).unwrap();
+    assert!(!robot.hits_of(&on, handset));
+    robot.look_at(handset, cradle, None).unwrap();
+    assert!(robot.hits_of(&on, handset));
+    robot.show(handset, Visibility::Hidden).unwrap();
+    assert!(!robot.hits_of(&on, handset));
+    robot.show(handset, Visibility::Shown).unwrap();
+    robot.ungrasp(object).unwrap();
+    assert_eq!(met(&robot), free);
+    assert_eq!(met(&other), free, "another instance has noticed nothing");
+}
+
+trait HitsOf {
+    fn hits_of(&mut self, q: &[f64], id: ColliderId) -> bool;
+}
+
+impl HitsOf for Robot {
+    fn hits_of(&mut self, q: &[f64], id: ColliderId) -> bool {
+        let mut out = Vec::new();
+        self.hits(q, &mut out).unwrap();
+        out.iter().any(|(a, b)| *a == id || *b == id)
+    }
+}
+
+/// A rod on a pin at the origin, and a plate so thin that a few samples of a swing miss it.
+fn rod(plate_at: f64) -> Arc<RobotModel> {
+    let mut mechanism = Builder::new();
+    let hinge = Hinge::pin(Vec3::z()).limits(Limits::position(-3.0, 3.0));
+    mechanism.body(BodySpec::new("rod", "world").hinge(hinge));
+    let half = Vec3::new(0.5, 0.01, 0.01);
+    let plate = Vec3::new(0.05, 0.0005, 0.05);
+    let turn = spatial::Quat::from_scaled_axis(Vec3::z() * plate_at);
+    let colliders = vec![
+        ColliderSpec::new("rod", "rod", Shape::Box { half }).at(Pose::translation(0.5, 0.0, 0.0)),
+        ColliderSpec::new("plate", "world", Shape::Box { half: plate })
+            .at(Pose::new(turn, turn * Vec3::new(0.9, 0.0, 0.0))),
+    ];
+    let rules = Rules { collide: vec![["rod".into(), "plate".into()]], ..Rules::default() };
+    let parts = vec![PartSpec::chain("arm", "world", "rod")];
+    RobotModel::new(&ModelSpec { mechanism, colliders, rules, parts, ..ModelSpec::default() })
+        .unwrap()
+}
+
+#[test]
+fn a_path_jumps_over_nothing() {
+    for plate in [0.3, 0.777, 1.234_567, 2.1] {
+        let model = rod(plate);
+        let mut robot = Robot::new(&model);
+        // At its ends and at ten points between the swing is free.
+        let swing = |k: usize| [0.05 + 2.9 * k as f64 / 11.0];
+        assert!((0..12).filter(|k| robot.collides(&swing(*k)).unwrap()).count() <= 1);
+        let path = robot.path_free(&swing(0), &swing(11), 1e-4).unwrap();
+        let Path::Hit { at, .. } = path else { panic!("{plate}: {path:?}") };
+        assert!(robot.collides(&[0.05 + 2.9 * at]).unwrap());
+        assert!((0.05 + 2.9 * at - plate).abs() < 0.05);
+        // Short of the plate the way is proven free; the first touch is where geometry says, about.
+        let short = robot.path_free(&[-1.0], &[plate - 0.03], 1e-4).unwrap();
+        assert_eq!(short, Path::Free, "{plate}");
+        assert_eq!(robot.path_free(&[plate + 0.03], &[2.9], 1e-4).unwrap(), Path::Free);
+    }
+}
+
+#[test]
+fn paths_agree_with_fine_sampling() {
+    let Some(json) = reference("robodarts/col1_scene.json") else { return };
+    let model = robot_in("robots/iiwa7.urdf", &json, &[], vec![], vec![]);
+    let mut robot = Robot::new(&model);
+    let mut rng = Rng(11);
+    let (mut free, mut hit) = (0, 0);
+    for _ in 0..60 {
+        let a: Vec<f64> = (0..7).map(|_| rng.within(-1.5, 1.5)).collect();
+        let b: Vec<f64> = a.iter().map(|x| x + rng.within(-0.3, 0.3)).collect();
+        let path = robot.path_free(&a, &b, 1e-3).unwrap();
+        let mut at = |t: f64| {
+            let q: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a + t * (b - a)).collect();
+            robot.collides(&q).unwrap()
+        };
+        let sampled = (0..=300).any(|k| at(f64::from(k) / 300.0));
+        match path {
+            Path::Free => {
+                free += 1;
+                assert!(!sampled, "said to be free");
+            }
+            Path::Hit { at: t, .. } => {
+                hit += 1;
+                assert!(at(t));
+            }
+            Path::Undecided { .. } => {}
+        }
+    }
+    assert!(free > 5 && hit > 5, "{free} {hit}");
+}
+
+#[test]
+fn mistakes_are_refused() {
+    let model = rod(1.0);
+    let mut robot = Robot::new(&model);
+    let id = model.collider("rod").unwrap();
+    assert!(matches!(robot.collides(&[f64::NAN]), Err(RobotError::NotFinite { .. })));
+    assert!(matches!(robot.collides(&[]), Err(RobotError::Length { .. })));
+    assert!(matches!(robot.pad(id, -0.1), Err(RobotError::OutOfRange { .. })));
+    assert!(matches!(robot.pad(id, f64::NAN), Err(RobotError::OutOfRange { .. })));
+    assert!(matches!(robot.path_free(&[0.0], &[1.0], 0.0), Err(RobotError::OutOfRange { .. })));
+    assert!(robot.clearance(&[0.0], f64::NAN).is_err());
+    assert_eq!(model.collider("rods"), None);
+    let mut spec = ModelSpec { mechanism: Builder::new(), ..ModelSpec::default() };
+    spec.colliders = vec![ColliderSpec::new("a", "nowhere", Shape::Sphere { radius: -1.0 })];
+    let text = RobotModel::new(&spec).unwrap_err().to_string();
+    assert!(text.contains("nowhere") && text.contains("radius"), "{text}");
+}
+
+#[test]
+fn yes_and_no_allocate_nothing() {
+    let Some(json) = reference("robodarts/dual_ur5_collisions.json") else { return };
+    let model = robot_in("robodarts/dual_ur5.urdf", &json, &[], vec![], vec![]);
+    let mut robot = Robot::new(&model).clone();
+    let at = places(&model, &names(&json["dof"]));
+    let states = json["states"].as_array().unwrap();
+    let qs: Vec<Vec<f64>> = states.iter().map(|s| to_q(&model, &at, &numbers(&s["q"]))).collect();
+    let (a, b) = (all(&model)[0], all(&model)[1]);
+    let counted = allocation_counter::measure(|| {
+        for q in &qs {
+            robot.collides(q).unwrap();
+        }
+        robot.pad(a, 0.02).unwrap();
+        robot.show(b, Visibility::Hidden).unwrap();
+        robot.look_at(a, b, Some(false)).unwrap();
+        robot.set_detail(Detail::Coarse);
+        robot.collides(&qs[0]).unwrap();
+        robot.path_free(&qs[0], &qs[1], 1e-2).unwrap();
+        robot.collides(&[]).unwrap_err();
+    });
+    assert_eq!(counted.count_total, 0, "{counted:?}");
+}

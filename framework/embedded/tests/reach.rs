@@ -1,0 +1,281 @@
+//! Inverse kinematics of parts: success, limits, bounds, preferences, refusals.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod support;
+
+use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
+use linkwork_embedded::spatial::{Pose, Quat, Vec3};
+use linkwork_embedded::*;
+use serde_json::Value;
+use std::sync::Arc;
+use support::*;
+
+fn arm_of(json: &Value, name: &str) -> (Arc<RobotModel>, Part) {
+    let [base, tip] = ["base", "tip"].map(|k| json[k].as_str().unwrap());
+    let parts = [PartSpec::chain("arm", base, tip)];
+    let model = robot(&format!("robots/{name}.urdf"), &parts, vec![]);
+    let arm = model.part("arm").unwrap();
+    let joints: Vec<usize> = places(&model, &names(&json["joints"])).iter().map(|p| p.0).collect();
+    assert!(joints.iter().copied().eq(0..model.nq()), "q is in the order of the file");
+    (model, arm)
+}
+
+/// How far q is from the goal, by the bodies' own poses and not by the solver.
+fn off(model: &RobotModel, json: &Value, q: &[f64], X: &Pose) -> (f64, f64) {
+    let all = model.multibody().body_poses(q);
+    let at = |k: &str| all[model.multibody().body(json[k].as_str().unwrap()).unwrap().index()];
+    apart(&(at("base").inverse() * at("tip")), X)
+}
+
+fn within(json: &Value, q: &[f64]) -> bool {
+    let (low, high) = (numbers(&json["lower"]), numbers(&json["upper"]));
+    q.iter().zip(low.iter().zip(&high)).all(|(x, (l, h))| x >= l && x <= h)
+}
+
+#[test]
+fn targets_of_the_reference_are_met_within_limits_and_few_evaluations() {
+    for (name, most) in [("ur5", 25.0), ("iiwa7", 25.0)] {
+        let Some(json) = reference(&format!("robodarts/ik_{name}.json")) else { return };
+        let (model, arm) = arm_of(&json, name);
+        let mut robot = Robot::new(&model);
+        let n = model.nq();
+        let (mut total, mut count) = (0, 0);
+        let mut solve = |start: &[f64], X: &Pose, effort: &Effort| {
+            let mut q = start.to_vec();
+            let answer = robot.reach(arm, &Goal::pose(*X).in_base(), effort, &mut q).unwrap();
+            assert_eq!(answer.outcome, Outcome::Met, "{name} {answer:?}");
+            let (p, R) = off(&model, &json, &q, X);
+            assert!(p < 2e-9 && R < 2e-8 && within(&json, &q), "{name} {p:e} {R:e} {q:?}");
+            answer.kinematics
+        };
+        for row in json["far"].as_array().unwrap() {
+            let x = numbers(row);
+            total += solve(&x[n..2 * n], &pose(&x[2 * n..]), &Effort::default());
+            count += 1;
+        }
+        for row in json["near"].as_array().unwrap() {
+            let x = numbers(row);
+            solve(&x[..n], &pose(&x[n..]), &Effort::one_start());
+        }
+        let mean = f64::from(total as u32) / f64::from(count);
+        println!("{name}: {mean:.1} evaluations of the kinematics a target");
+        assert!(count == 200 && mean < most, "{name}: {mean}");
+    }
+}
+
+#[test]
+fn out_of_reach_is_answered_with_the_nearest() {
+    for name in ["ur5", "iiwa7"] {
+        let Some(json) = reference(&format!("robodarts/ik_{name}.json")) else { return };
+        let (model, arm) = arm_of(&json, name);
+        let mut robot = Robot::new(&model);
+        let sphere = &json["sphere_beyond_which_nothing_is_reached"];
+        let centre = numbers(&sphere["centre_in_base"]);
+        let radius = sphere["radius"].as_f64().unwrap();
+        for row in json["unreachable"].as_array().unwrap() {
+            let X = pose(&numbers(row));
+            let mut q = vec![0.0; model.nq()];
+            let goal = Goal::pose(X).in_base();
+            let answer = robot.reach(arm, &goal, &Effort::default(), &mut q).unwrap();
+            assert_eq!(answer.outcome, Outcome::Nearest);
+            // The residual is that of q, and no less than geometry says.
+            let (p, R) = off(&model, &json, &q, &X);
+            assert!((p - answer.residual.position).abs() < 1e-9, "{p}");
+            assert!((R - answer.residual.orientation).abs() < 1e-7, "{R}");
+            let least = (X.position - Vec3::from_column_slice(&centre)).norm() - radius;
+            assert!(p > least - 1e-9 && within(&json, &q), "{p} {least}");
+            // A minimum: no small motion within limits is nearer.
+            let cost = |q: &[f64]| {
+                let (p, R) = off(&model, &json, q, &X);
+                p * p + R * R
+            };
+            let (low, high) = (numbers(&json["lower"]), numbers(&json["upper"]));
+            for i in 0..q.len() {
+                for h in [1e-4, -1e-4] {
+                    let mut other = q.clone();
+                    other[i] = (q[i] + h).clamp(low[i], high[i]);
+                    assert!(
+                        cost(&other) > cost(&q) - 1e-7,
+                        "{name} {i}: {:e}",
+                        cost(&other) - cost(&q)
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn portions_and_other_work_leave_no_trace() {
+    let Some(json) = reference("robodarts/ik_ur5.json") else { return };
+    let (model, arm) = arm_of(&json, "ur5");
+    let (mut whole, mut cut) = (Robot::new(&model), Robot::new(&model));
+    let n = model.nq();
+    for row in json["far"].as_array().unwrap().iter().take(60) {
+        let x = numbers(row);
+        let goal = Goal::pose(pose(&x[2 * n..])).in_base();
+        let (mut a, mut b) = (x[n..2 * n].to_vec(), x[n..2 * n].to_vec());
+        let once = whole.reach(arm, &goal, &Effort::default(), &mut a).unwrap();
+        let mut answer = cut.reach(arm, &goal, &Effort::kinematics(3), &mut b).unwrap();
+        let mut portions = 1;
+        while answer.outcome == Outcome::Unfinished {
+            assert!(answer.kinematics <= 3 * portions, "the bound holds");
+            assert!(within(&json, &b));
+            // Other calls in between.
+            cut.tip_pose(arm).unwrap();
+            let twist = spatial::Motion::new(Vec3::x(), Vec3::y());
+            cut.rates(arm, &twist, &mut vec![0.0; n]).unwrap();
+            answer = cut.reach_on(arm, 3, &mut b).unwrap();
+            portions += 1;
+        }
+        assert_eq!((once, &a), (answer, &b));
+    }
+}
+
+#[test]
+fn centring_finds_the_least_of_the_known_minima() {
+    let Some(json) = reference("robodarts/ik_iiwa7.json") else { return };
+    let (model, arm) = arm_of(&json, "iiwa7");
+    let mut robot = Robot::new(&model);
+    let n = model.nq();
+    let (low, high) = (numbers(&json["lower"]), numbers(&json["upper"]));
+    for case in json["centring"]["cases"].as_array().unwrap() {
+        let row = numbers(&json["far"][case["row"].as_u64().unwrap() as usize]);
+        let X = pose(&row[2 * n..]);
+        let mut q = row[n..2 * n].to_vec();
+        let prefer = Prefer::centred().starts(120);
+        let goal = Goal::pose(X).in_base();
+        let best = robot.reach_best(arm, &goal, &prefer, &Effort::default(), &mut q).unwrap();
+        let cost: f64 = (0..n)
+            .map(|i| 0.5 * ((q[i] - 0.5 * (low[i] + high[i])) / (high[i] - low[i])).powi(2))
+            .sum();
+        let least = case["least_cost"].as_f64().unwrap();
+        println!("row {}: {cost:.6} of {least:.6}, {best:?}", case["row"]);
+        let (p, R) = off(&model, &json, &q, &X);
+        assert!(p < 2e-9 && R < 2e-8 && within(&json, &q), "{p:e} {R:e}");
+        assert!((best.cost - cost).abs() < 1e-12);
+        // Of one row the reference has missed a better minimum, which the lines above check.
+        assert!(cost <= 1.001 * least, "{cost} against {least}");
+    }
+}
+
+#[test]
+fn manipulability_rises_along_the_null_space() {
+    let Some(json) = reference("robodarts/ik_iiwa7.json") else { return };
+    let (model, arm) = arm_of(&json, "iiwa7");
+    let mut robot = Robot::new(&model);
+    let n = model.nq();
+    let (rows, mut improved, mut free) = (Rows::All { length: 1.0 }, 0, 0);
+    for row in json["far"].as_array().unwrap().iter().take(20) {
+        let x = numbers(row);
+        let goal = Goal::pose(pose(&x[2 * n..])).in_base();
+        let mut plain = x[n..2 * n].to_vec();
+        robot.reach(arm, &goal, &Effort::default(), &mut plain).unwrap();
+        // From a solution on: the first start is met at once, and improved.
+        let mut liked = plain.clone();
+        let best = robot
+            .reach_best(arm, &goal, &Prefer::manipulable(), &Effort::default(), &mut liked)
+            .unwrap();
+        assert_eq!((best.outcome, best.solutions), (Outcome::Met, 1));
+        let mut w = |q: &[f64]| {
+            robot.set_q(q).unwrap();
+            robot.manipulability(arm, rows, None).unwrap().w
+        };
+        let (before, after) = (w(&plain), w(&liked));
+        assert!((best.cost + after.ln()).abs() < 1e-9);
+        assert!(after >= before * (1.0 - 1e-9), "{before} {after}");
+        // A minimum: nothing of the gradient is left along the null space, or a limit holds.
+        robot.set_q(&liked).unwrap();
+        let (mut g, mut J) = (vec![0.0; n], vec![0.0; 6 * n]);
+        robot.manipulability(arm, rows, Some(&mut g)).unwrap();
+        robot.jacobian(arm, &mut J).unwrap();
+        let J = spatial::nalgebra::DMatrix::from_row_slice(6, n, &J);
+        let g = spatial::nalgebra::DVector::from_column_slice(&g) / after;
+        let inside = J.transpose() * (&J * J.transpose()).try_inverse().unwrap() * &J * &g;
+        let upper = numbers(&json["upper"]);
+        let held = liked.iter().zip(&upper).filter(|(x, u)| (x.abs() - **u).abs() < 1e-9).count();
+        assert!(held > 0 || (&g - &inside).norm() < 1e-4, "{}", (&g - &inside).norm());
+        free += usize::from(held == 0);
+        improved += usize::from(after > 1.05 * before);
+        let (p, R) = off(&model, &json, &liked, &pose(&x[2 * n..]));
+        assert!(p < 2e-9 && R < 2e-8 && within(&json, &liked));
+    }
+    assert!(improved >= 8 && free >= 5, "{improved} of 20, {free} without a limit");
+}
+
+#[test]
+fn a_part_moves_alone_and_its_goal_may_be_in_the_world() {
+    let Some(model) = dual(vec![]) else { return };
+    let [left, neck] = ["left", "neck"].map(|p| model.part(p).unwrap());
+    let mut robot = Robot::new(&model);
+    let mut q = model.multibody().neutral_q();
+    let dofs = model.dofs(left).unwrap().to_vec();
+    for (i, v) in dofs.iter().enumerate() {
+        q[*v] = [0.3, -1.2, 1.5, -0.9, 0.7, 0.2][i];
+    }
+    robot.set_q(&q).unwrap();
+    let X = robot.tip_pose(left).unwrap();
+    let there = Pose::new(
+        X.rotation * Quat::from_scaled_axis(Vec3::new(0.1, 0.2, -0.1)),
+        X.position + Vec3::new(0.02, 0.05, -0.04),
+    );
+    let start = q.clone();
+    let answer = robot.reach(left, &Goal::pose(there), &Effort::default(), &mut q).unwrap();
+    assert_eq!(answer.outcome, Outcome::Met);
+    assert_eq!(robot.q(), &start[..], "the robot's own q does not change");
+    for i in (0..model.nq()).filter(|i| !dofs.contains(i)) {
+        assert_eq!(q[i], start[i]);
+    }
+    robot.set_q(&q).unwrap();
+    let (p, R) = apart(&robot.tip_pose(left).unwrap(), &there);
+    assert!(p < 2e-9 && R < 2e-8);
+    // Position alone; two joints of a neck meet a direction only in part, and say so.
+    let answer =
+        robot.reach(left, &Goal::position(X.position), &Effort::default(), &mut q).unwrap();
+    assert_eq!((answer.outcome, answer.residual.orientation), (Outcome::Met, 0.0));
+    let up = Goal::orientation(Quat::from_scaled_axis(Vec3::new(1.0, 0.0, 0.0)));
+    let answer = robot.reach(neck, &up, &Effort::default(), &mut q).unwrap();
+    assert_eq!(answer.outcome, Outcome::Nearest);
+    assert!(answer.residual.orientation > 0.1);
+}
+
+#[test]
+fn mistakes_are_refused_and_q_is_left_alone() {
+    let mut b = Builder::new();
+    let limits = Limits::position(-1.0, 1.0);
+    b.body(BodySpec::new("a", "world").hinge(Hinge::pin(Vec3::z()).limits(limits)));
+    let at = Pose::translation(0.5, 0.0, 0.0);
+    b.body(BodySpec::new("b", "a").hinge_in_parent(at).hinge(Hinge::pin(Vec3::z()).limits(limits)));
+    b.body(BodySpec::new("c", "b").hinge_in_parent(at));
+    let parts = vec![PartSpec::chain("arm", "world", "c"), PartSpec::bodies("ends", &["a", "c"])];
+    let spec = ModelSpec { mechanism: b, parts, ..ModelSpec::default() };
+    let model = RobotModel::new(&spec).unwrap();
+    let [arm, ends] = ["arm", "ends"].map(|p| model.part(p).unwrap());
+    let mut robot = Robot::new(&model);
+    let ok = Goal::position(Vec3::new(0.85, 0.3, 0.0));
+    let mut refuse = |part, goal: Goal, effort: Effort, start: &[f64]| {
+        let mut q = start.to_vec();
+        let e = robot.reach(part, &goal, &effort, &mut q).unwrap_err();
+        assert!(difference(&q, start) == 0.0 || start.iter().any(|x| x.is_nan()));
+        e
+    };
+    let normal = Effort::default();
+    let nan = Goal::position(Vec3::new(0.0, f64::NAN, 0.0));
+    assert!(matches!(refuse(arm, nan, normal, &[0.0; 2]), RobotError::NotFinite { index: 1, .. }));
+    let nothing = Goal { position: None, ..ok };
+    assert!(matches!(refuse(arm, nothing, normal, &[0.0; 2]), RobotError::OutOfRange { .. }));
+    let weightless = Goal { weights: [0.0, 1.0], ..ok };
+    assert!(matches!(refuse(arm, weightless, normal, &[0.0; 2]), RobotError::OutOfRange { .. }));
+    let outside = refuse(arm, ok, normal, &[0.0, 1.5]);
+    assert!(matches!(outside, RobotError::OutsideLimits { dof: 1, value: 1.5, .. }));
+    assert!(outside.to_string().contains("help: start within limits"));
+    assert!(matches!(refuse(ends, ok, normal, &[0.0; 2]), RobotError::NotAChain { part: 1 }));
+    assert!(matches!(refuse(arm, ok, normal, &[0.0; 3]), RobotError::Length { .. }));
+    assert!(matches!(refuse(arm, ok, normal, &[f64::NAN, 0.0]), RobotError::NotFinite { .. }));
+    let loose = Effort { tolerances: [1e-9, f64::NAN], ..normal };
+    assert!(matches!(refuse(arm, ok, loose, &[0.0; 2]), RobotError::OutOfRange { .. }));
+    let mut q = [0.0; 2];
+    let none = Prefer { centred: 0.0, ..Prefer::centred() };
+    assert!(robot.reach_best(arm, &ok, &none, &normal, &mut q).is_err());
+    assert_eq!(robot.reach(arm, &ok, &normal, &mut q).unwrap().outcome, Outcome::Met);
+}
