@@ -17,7 +17,7 @@
 
 use crate::rigid_contact::Hub;
 use crate::terramechanics::{Motion, Rim, Shear, Sinkage, WheelForces, WheelSoil};
-use crate::wheel_geometry::{Cylinder, DISCS};
+use crate::wheel_geometry::{Cylinder, DISCS, Ground};
 use linkwork_runtime::prelude::Soil;
 use linkwork_spatial::Vec3;
 
@@ -109,7 +109,7 @@ impl SoilContact {
         soil: &Soil,
         hub: &Hub,
         state: &SoilState,
-        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+        ground: &impl Ground,
     ) -> (SoilLoad, SoilState) {
         match self.footprint(soil, hub, state, ground) {
             Some(f) => (self.load_of(&f, soil, hub, state), rates_of(&f, state)),
@@ -122,21 +122,23 @@ impl SoilContact {
         soil: &Soil,
         hub: &Hub,
         state: &SoilState,
-        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+        ground: &impl Ground,
     ) -> Option<Footprint> {
         let discs = self.wheel.discs(hub.position, hub.axle, ground);
-        let (mut z, mut normal, mut point) = (0.0, Vec3::zeros(), Vec3::zeros());
-        for d in discs.iter().flatten().filter(|d| d.depth > 0.0) {
-            z += d.depth;
-            normal += d.normal * d.depth;
-            point += d.point * d.depth;
+        let (mut weight, mut press, mut point) = (0.0, Vec3::zeros(), Vec3::zeros());
+        for patch in discs.iter().flat_map(|d| d.patches()) {
+            let w = patch.depth * patch.share;
+            weight += w;
+            press += patch.normal * w;
+            point += patch.point * w;
         }
-        if z <= 0.0 {
+        let size = press.norm();
+        if size <= 0.0 {
             return None;
         }
-        point /= z;
-        normal = normal.normalize();
-        z /= DISCS as f64;
+        point /= weight;
+        let normal = press / size;
+        let z = size / DISCS as f64;
         let ex = hub.axle.cross(&normal).normalize();
         let ey = normal.cross(&ex);
         let r = self.wheel.radius;
@@ -168,7 +170,7 @@ impl SoilContact {
         soil: &Soil,
         hub: &Hub,
         state: &SoilState,
-        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+        ground: &impl Ground,
     ) -> SoilLoad {
         self.evaluate(soil, hub, state, ground).0
     }
@@ -221,7 +223,7 @@ impl SoilContact {
         soil: &Soil,
         hub: &Hub,
         state: &SoilState,
-        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+        ground: &impl Ground,
     ) -> SoilState {
         self.footprint(soil, hub, state, ground)
             .map_or_else(|| spring_back(state), |f| rates_of(&f, state))
