@@ -9,12 +9,15 @@
 //! posts over the whole diameter and of one more at each patch; a piece whose control points lie below the
 //! rim is skipped, the others are searched by arithmetic. Nothing is followed from step to step.
 //!
-//! Depth is a distance to a curve, so it changes by no more than the wheel moves, whatever the ground does. A
-//! patch next to a deeper one counts by what it stands out above the saddle between them, and both share what is
-//! below the saddle; so patches come and go with no weight and loads are continuous in the pose. The floor and a step
-//! face, with air between them, count in full each. Ground between posts (a quarter of the radius) and discs (a
-//! third of the width) is seen by its slopes there; narrower features may be met late, but not at once. Where the hub
-//! itself is in the ground, it is one patch, as deep as the radius, along the normal over the hub.
+//! Depth is a distance to the profile, so a wall counts by how far the wheel was driven into it, not by its height. A patch next
+//! to a deeper one counts by what it stands out above the saddle between them, and both share what is below
+//! the saddle; so patches come and go with no weight. The floor and a step face, with air between them, count in full each.
+//! Depth changes by 3 times the motion at most on ground of slopes up to 3, by 10 times at the edges of steeper
+//! faces (the tests hold this), where a cubic over a quarter of the radius is not yet the ground. Where a deep contact
+//! has two minima of nearly one depth, as soil has at an edge along the heading, its direction may turn at once by part of
+//! their difference. Ground between discs (a third of the width) and features much narrower than the distance of posts
+//! (a quarter of the radius) are met late. Where the hub itself is in the ground, it is one patch, as deep as the
+//! radius, along the normal over the hub.
 
 use linkwork_spatial::Vec3;
 
