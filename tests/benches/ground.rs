@@ -53,7 +53,7 @@ fn main() {
     let wheel = Cylinder { radius: 0.25, width: 0.4 };
     let ns = best(50_000, |k| {
         let centre = Vec3::new(1e-6 * k, 0.0, 0.25);
-        wheel.discs(centre, Vec3::y(), &plane)[0].as_ref().map_or(0.0, |d| d.depth)
+        wheel.discs(centre, Vec3::y(), &plane)[0].depth()
     });
     println!("three discs of a wheel on a plane:  {ns:8.1} ns");
     for exponent in [1.0, 1.1] {
@@ -73,6 +73,7 @@ fn main() {
         shear: Shear::Isotropic,
         gravity: 3.72,
         shear_damping: 0.02,
+        shear_unloading: 20.0,
         normal_damping: 4.0,
         unloading_stiffness: 3e5,
     };

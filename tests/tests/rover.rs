@@ -97,7 +97,7 @@ fn parked_it_does_not_creep() {
 #[test]
 fn it_drives_to_its_last_waypoint_with_its_wheels_on_the_ground() {
     for (contact_model, load_max, sunk_max) in
-        [("mobility.wheel_rigid", 4500.0, 0.025), ("mobility.wheel_soil", 2500.0, 0.05)]
+        [("mobility.wheel_rigid", 2500.0, 0.020), ("mobility.wheel_soil", 1800.0, 0.05)]
     {
         let mut sim = common::traverse(&[&format!("Rover.contact={contact_model}")])
             .unwrap_or_else(|e| panic!("{e}"));
@@ -129,7 +129,7 @@ fn it_drives_to_its_last_waypoint_with_its_wheels_on_the_ground() {
             sim.time()
         );
         // The last waypoint is (17, 7), its tolerance 0.4 m.
-        // Measured: rigid 3139 N, 19.2 mm (in an impact on a rock); soil 1632 N, 34.3 mm.
+        // Measured: rigid 1628 N, 13.4 mm; soil 1150 N, 31.7 mm.
         assert!((x - 17.0).hypot(y - 7.0) < 0.5, "{contact_model}: ends at ({x}, {y})");
         assert!(load < load_max && sunk < sunk_max, "{contact_model}: {load} N, {sunk} m");
     }
@@ -166,8 +166,9 @@ fn with_light_links_its_axle_loads_are_the_published_ones() {
         let off: Vec<f64> =
             loads.iter().zip(shares).map(|(l, s)| (l / total / s - 1.0).abs()).collect();
         println!("x_c = {x}: shares {:?}, off {off:?}", loads.map(|l| l / total));
-        // Measured: 0.33 % at most. Still lighter links would need a smaller step.
-        assert!(off.iter().all(|o| *o < 0.01), "x_c = {x}: {off:?}");
+        // Measured: 1.2 % at most: the friction of drives and gears leaves tractions of some newtons, which the bogies
+        // feel. Still lighter links would need a smaller step.
+        assert!(off.iter().all(|o| *o < 0.015), "x_c = {x}: {off:?}");
     }
 }
 

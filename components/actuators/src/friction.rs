@@ -1,9 +1,10 @@
 //! Dry friction of a shaft that holds exactly: an elasto-plastic bristle (Dupont et al. 2002).
 //! ```text
-//! ż = ω − α(|z|) ω [ω z > 0] − (|z| − z_max)₊ sign z/T      z_max = τ_max/k
-//! τ = −k z − d ω, cut to |τ| ≤ τ_max
+//! ż = ω − α(|z|) ω [ω z > 0] − (|z| − z_max)₊ sign z/T      z_max = τ_max(sign z)/k
+//! τ = −k z − d ω, cut to −τ_max(+) ≤ τ ≤ τ_max(−)
 //! ```
-//! Below 0.9 z_max the bristle is a spring, so a loaded shaft at rest does not creep.
+//! Below 0.9 z_max the bristle is a spring, so a loaded shaft at rest does not creep. The limit may differ between forward
+//! and backward motion, as the friction of a loaded gear does. Power is only taken: −τ ω − k z ż ≥ 0.
 
 /// A bristle on a shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,8 +13,8 @@ pub struct ShaftFriction {
     pub stiffness: f64,
     /// Damping of the bristle, N m s/rad.
     pub damping: f64,
-    /// Greatest torque, N m.
-    pub limit: f64,
+    /// Greatest torque against forward and against backward motion, N m, neither negative.
+    pub limits: [f64; 2],
 }
 
 /// Time in which a bristle beyond its limit relaxes, s.
@@ -22,12 +23,13 @@ const RELAX: f64 = 0.01;
 impl ShaftFriction {
     /// Torque on the shaft (N m) at the deflection `z` (rad) and the rate (rad/s).
     pub fn torque(&self, z: f64, rate: f64) -> f64 {
-        (-self.stiffness * z - self.damping * rate).clamp(-self.limit, self.limit)
+        let [forward, backward] = self.limits;
+        (-self.stiffness * z - self.damping * rate).clamp(-forward, backward)
     }
 
     /// Rate of the deflection, rad/s.
     pub fn deflection_rate(&self, z: f64, rate: f64) -> f64 {
-        let longest = self.limit / self.stiffness;
+        let longest = self.limits[usize::from(z < 0.0)] / self.stiffness;
         let size = z.abs();
         let mut out = rate;
         if rate * z > 0.0 {
@@ -43,7 +45,7 @@ mod tests {
     use super::*;
 
     fn run(load: f64, seconds: f64) -> (f64, f64) {
-        let f = ShaftFriction { stiffness: 2000.0, damping: 20.0, limit: 10.0 };
+        let f = ShaftFriction { stiffness: 2000.0, damping: 20.0, limits: [10.0; 2] };
         let (mut angle, mut rate, mut z) = (0.0, 0.0, 0.0);
         let (inertia, dt) = (0.5, 1e-3);
         for _ in 0..(seconds / dt) as usize {
@@ -61,6 +63,30 @@ mod tests {
         let (b, rate) = run(8.0, 50.0);
         // The step load overshoots the limit once, which leaves a small set.
         assert!(a < 0.02 && (a - b).abs() < 1e-12 && rate.abs() < 1e-12, "{a} {b} {rate}");
+    }
+
+    #[test]
+    fn each_direction_has_its_own_limit() {
+        let f = ShaftFriction { stiffness: 2000.0, damping: 20.0, limits: [3.0, 7.0] };
+        for (rate, want) in [(0.5, -3.0), (-0.5, 7.0)] {
+            let mut z = 0.0;
+            for _ in 0..2000 {
+                z += 1e-4 * f.deflection_rate(z, rate);
+            }
+            assert!((f.torque(z, rate) - want).abs() < 1e-12, "{rate}: {}", f.torque(z, rate));
+        }
+    }
+
+    #[test]
+    fn power_is_only_taken() {
+        let f = ShaftFriction { stiffness: 2000.0, damping: 20.0, limits: [3.0, 7.0] };
+        for i in -60..=60 {
+            for k in -40..=40 {
+                let (z, rate) = (1e-4 * f64::from(i), 0.01 * f64::from(k));
+                let lost = -f.torque(z, rate) * rate - f.stiffness * z * f.deflection_rate(z, rate);
+                assert!(lost >= -1e-12, "z {z}, rate {rate}: {lost} W");
+            }
+        }
     }
 
     #[test]

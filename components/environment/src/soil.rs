@@ -1,8 +1,26 @@
 //! Soil of a terrain as parameters: a published kind, any constant of which may be replaced.
 //!
-//! Sources: lunar: Apollo source book values as used in public rover demonstrations; dry sand and sandy loam:
-//! Wong, Theory of Ground Vehicles; silica sand: a fit with isotropic shear to published single-wheel
-//! measurements (58 mm smooth wheel). Constants of dry sand and sandy loam are from secondary sources.
+//! | kind | n₀ | n₁ | k_c | k_φ | c Pa | φ ° | K m | source |
+//! |---|---|---|---|---|---|---|---|---|
+//! | Lunar | 1.0 | 0 | 1400 | 8.2e5 | 170 | 33 | 0.0178 | Apollo source book, as in public rover demonstrations |
+//! | LunarSimulant | 1.0 | 0 | 1370 | 8.14e5 | 800 | 37.2 | 0.036 | Ishigami et al. 2007, as in public code; a₀ 0.40, a₁ 0.15 |
+//! | DrySand | 1.1 | 0 | 990 | 1.528e6 | 1040 | 28 | 0.025 | after Wong; secondary; c₁ 0.18, c₂ 0.32 |
+//! | DrySandRover | 1.1 | 0 | 900 | 1.5234e6 | 1000 | 30 | 0.025 | after Iagnemma; as in public code |
+//! | SandyLoam | 0.7 | 0 | 5270 | 1.515e6 | 1720 | 29 | 0.025 | 15 % water; secondary |
+//! | ClayeySoil | 0.5 | 0 | 1.319e4 | 6.92e5 | 4140 | 13 | 0.01 | Thailand, after Wong; secondary |
+//! | Snow | 1.6 | 0 | 4370 | 1.967e5 | 1030 | 19.7 | 0.04 | USA, after Wong; secondary |
+//! | LeteSand | 0.79 | 0 | 1.02e5 | 5.30e6 | 1300 | 31.1 | 0.012 | after Wong; secondary |
+//! | SoilSimulant | 0.86 | 0.65 | 1.56e4 | 2.407e6 | 250 | 31.9 | 0.0114 | after Ding et al. 2011; n₀, n₁ fitted to its sinkage |
+//! | SilicaSand | 1.204 | 0.093 | 0 | 2.01e6 | 569 | 22.06 | 0.0147 | fit with isotropic shear to measurements with a smooth 58 mm wheel |
+//! | CrushedGranite | 1.15 | 0 | 0 | 1.85e6 | 5000 | 38 | 0.04 | outdoor rover yard, middle of the published range; public code |
+//! | MarsDrift | 1.0 | 0.1 | 1400 | 8.2e5 | 250 | 32 | 0.039 | estimate: slip of a rover on slopes, see below |
+//!
+//! *Secondary*: the numbers are those that other works repeat; the first source was not looked at. What a source does not
+//! give (a₀, a₁, λ, density, friction) is that of Lunar. Constants belong to the size of wheel and the range of slip from which they
+//! come. Without n₁ a soil has no slip sinkage.
+//!
+//! MarsDrift is made so that a 0.25 m × 0.4 m wheel under 560 N slips by 43 % on a slope of 15° and 76 % on 20°, as a six-wheel rover
+//! was measured to do (`tests/tests/wheels.rs` holds it); it is no measured soil.
 
 use linkwork_runtime::prelude::*;
 
@@ -11,12 +29,28 @@ use linkwork_runtime::prelude::*;
 pub enum SoilKind {
     /// Lunar regolith, nominal.
     Lunar,
+    /// Lunar simulant of a single-wheel test bed.
+    LunarSimulant,
     /// Dry sand.
     DrySand,
+    /// Dry sand of rover studies.
+    DrySandRover,
     /// Sandy loam, 15 % water.
     SandyLoam,
+    /// Clayey soil.
+    ClayeySoil,
+    /// Snow.
+    Snow,
+    /// LETE sand, dense.
+    LeteSand,
+    /// Planetary soil simulant with strong slip sinkage.
+    SoilSimulant,
     /// Loose silica sand of a wheel test bed.
     SilicaSand,
+    /// Crushed granite of an outdoor rover yard.
+    CrushedGranite,
+    /// Loose drift on Mars, from a rover's slip on slopes.
+    MarsDrift,
 }
 
 /// A soil: a kind, and constants that differ from it.
@@ -46,6 +80,18 @@ pub struct SoilParams {
     /// Shear deformation modulus.
     #[param(unit = "m", default = None)]
     pub shear_modulus: Option<f64>,
+    /// Angle of greatest stress over the entry angle, without slip.
+    #[param(default = None)]
+    pub a0: Option<f64>,
+    /// Its growth with slip.
+    #[param(default = None)]
+    pub a1: Option<f64>,
+    /// Rear contact ratio: 0 leaves a rut, 1 springs back.
+    #[param(default = None)]
+    pub lambda: Option<f64>,
+    /// Bulk density.
+    #[param(unit = "kg/m^3", default = None)]
+    pub density: Option<f64>,
     /// Coulomb coefficient of the ground when it is treated as rigid.
     #[param(default = None)]
     pub friction: Option<f64>,
@@ -62,6 +108,10 @@ impl Default for SoilParams {
             cohesion: None,
             friction_angle: None,
             shear_modulus: None,
+            a0: None,
+            a1: None,
+            lambda: None,
+            density: None,
             friction: None,
         }
     }
@@ -95,6 +145,77 @@ pub fn published(kind: SoilKind) -> Soil {
             a0: 0.18,
             a1: 0.32,
             density: 1520.0,
+            ..lunar
+        },
+        SoilKind::LunarSimulant => Soil {
+            k_c: 1370.0,
+            k_phi: 8.14e5,
+            cohesion: 800.0,
+            friction_angle: 37.2f64.to_radians(),
+            shear_modulus: 0.036,
+            ..lunar
+        },
+        SoilKind::DrySandRover => Soil {
+            n: 1.1,
+            k_c: 900.0,
+            k_phi: 1.5234e6,
+            cohesion: 1000.0,
+            friction_angle: 30f64.to_radians(),
+            shear_modulus: 0.025,
+            ..lunar
+        },
+        SoilKind::ClayeySoil => Soil {
+            n: 0.5,
+            k_c: 1.319e4,
+            k_phi: 6.92e5,
+            cohesion: 4140.0,
+            friction_angle: 13f64.to_radians(),
+            shear_modulus: 0.01,
+            ..lunar
+        },
+        SoilKind::Snow => Soil {
+            n: 1.6,
+            k_c: 4370.0,
+            k_phi: 1.967e5,
+            cohesion: 1030.0,
+            friction_angle: 19.7f64.to_radians(),
+            shear_modulus: 0.04,
+            ..lunar
+        },
+        SoilKind::LeteSand => Soil {
+            n: 0.79,
+            k_c: 1.02e5,
+            k_phi: 5.30e6,
+            cohesion: 1300.0,
+            friction_angle: 31.1f64.to_radians(),
+            shear_modulus: 0.012,
+            ..lunar
+        },
+        SoilKind::SoilSimulant => Soil {
+            n: 0.86,
+            n1: 0.65,
+            k_c: 1.56e4,
+            k_phi: 2.407e6,
+            cohesion: 250.0,
+            friction_angle: 31.9f64.to_radians(),
+            shear_modulus: 0.0114,
+            ..lunar
+        },
+        SoilKind::CrushedGranite => Soil {
+            n: 1.15,
+            k_c: 0.0,
+            k_phi: 1.85e6,
+            cohesion: 5000.0,
+            friction_angle: 38f64.to_radians(),
+            shear_modulus: 0.04,
+            density: 1705.0,
+            ..lunar
+        },
+        SoilKind::MarsDrift => Soil {
+            n1: 0.1,
+            cohesion: 250.0,
+            friction_angle: 32f64.to_radians(),
+            shear_modulus: 0.039,
             ..lunar
         },
         SoilKind::SandyLoam => Soil {
@@ -135,11 +256,20 @@ impl SoilParams {
             cohesion: self.cohesion.unwrap_or(s.cohesion),
             friction_angle: self.friction_angle.unwrap_or(s.friction_angle),
             shear_modulus: self.shear_modulus.unwrap_or(s.shear_modulus),
+            a0: self.a0.unwrap_or(s.a0),
+            a1: self.a1.unwrap_or(s.a1),
+            lambda: self.lambda.unwrap_or(s.lambda),
+            density: self.density.unwrap_or(s.density),
             friction: self.friction.unwrap_or(s.friction),
-            ..s
         };
         let faults = [
             (soil.n > 0.0 && soil.n < 3.0, "the sinkage exponent lies between 0 and 3"),
+            ((0.0..=2.0).contains(&soil.n1), "slip sinkage n1 lies between 0 and 2"),
+            (soil.k_phi > 0.0, "the frictional modulus k_phi is positive"),
+            ((0.0..1.0).contains(&soil.a0), "a0 lies between 0 and 1"),
+            ((-1.0..=1.0).contains(&soil.a1), "a1 lies between -1 and 1"),
+            ((0.0..=1.5).contains(&soil.lambda), "lambda lies between 0 and 1.5"),
+            (soil.density >= 0.0, "density cannot be negative"),
             (soil.cohesion >= 0.0, "cohesion cannot be negative"),
             (
                 (0.0..1.5).contains(&soil.friction_angle),
@@ -164,6 +294,17 @@ mod tests {
         let p = SoilParams { kind: SoilKind::DrySand, n: Some(1.3), ..Default::default() };
         let s = p.soil().unwrap();
         assert_eq!((s.n, s.k_phi), (1.3, 1.528e6));
+        let p = SoilParams {
+            a0: Some(0.3),
+            a1: Some(0.2),
+            lambda: Some(0.9),
+            density: Some(1700.0),
+            ..Default::default()
+        };
+        let s = p.soil().unwrap();
+        assert_eq!((s.a0, s.a1, s.lambda, s.density), (0.3, 0.2, 0.9, 1700.0));
+        let p = SoilParams { lambda: Some(-1.0), ..Default::default() };
+        assert!(p.soil().unwrap_err().message.contains("lambda"));
         let p = SoilParams { friction_angle: Some(33.0), ..Default::default() };
         assert!(p.soil().unwrap_err().message.contains("33 deg"));
     }

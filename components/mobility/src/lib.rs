@@ -3,6 +3,7 @@
 //! The physics (stresses, contacts, geometry) are plain functions of plain data; `wheel_rigid` and
 //! `wheel_soil` make them models.
 
+pub mod multipass;
 pub mod quadrature;
 pub mod rigid_contact;
 pub mod soil_contact;

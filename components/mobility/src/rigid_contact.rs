@@ -1,16 +1,20 @@
 //! Rigid wheel on rigid ground: Hunt-Crossley normal force and elasto-plastic bristle friction.
 //! ```text
-//! normal     N = k δ^p (1 + 1.5 e δ̇)₊                                (Hunt, Crossley 1975)
+//! normal     N_j = w_j k δ_j^p (1 + 1.5 e δ̇_j)₊  of each patch       (Hunt, Crossley 1975)
 //! bristle    ξ̇ = v − α(|ξ|) (v·ξ̂)₊ ξ/ξ_max − (|ξ| − ξ_max)₊ ξ̂/T,   ξ_max = μ N/k_t
 //!            α = 0 below ξ_ba = 0.9 ξ_max, 1 at ξ_max, a cubic between (Dupont et al. 2002)
 //! friction   F = −k_t ξ − d v,  cut to |F| ≤ μ N
 //! ```
 //! ξ is the tangential deflection of the contact in W and v the material point's velocity in
 //! the tangent plane, spin of the wheel included. Below ξ_ba the bristle is a spring and a damper:
-//! a parked wheel holds exactly. Each of the discs across the width is a contact of its own with a
-//! third of the stiffness, so the wheel resists turning about the normal and tilting.
+//! a parked wheel holds exactly. Each of the discs across the width is a contact of its own with its share
+//! of the stiffness, so the wheel resists turning about the normal and tilting.
+//!
+//! A disc that touches floor and step has several patches and one bristle, along the rim and across: v is the mean of
+//! the patches' velocities weighted by N_j, N their sum, and each patch takes its part of F along its own rim, which
+//! conserves power: Σ F_j·v_j = F·v.
 
-use crate::wheel_geometry::{Cylinder, DISCS, DiscContact};
+use crate::wheel_geometry::{Cylinder, DISCS, DiscContact, Ground, PATCHES, Patch};
 use linkwork_spatial::Vec3;
 
 /// Constants of the contact of a whole wheel.
@@ -74,12 +78,35 @@ const RELAX: f64 = 0.01;
 /// Start of sliding as a fraction of the greatest deflection.
 const BREAKAWAY: f64 = 0.9;
 
-struct DiscState {
-    contact: DiscContact,
-    normal_force: f64,
-    /// Tangential velocity of the material point.
-    slide: Vec3,
-    approach: f64,
+/// What a disc does: its patches with their normal forces, and the mean over them.
+struct DiscState<'a> {
+    contact: &'a DiscContact,
+    /// Unit vectors along the rim and across at each patch.
+    axes: [[Vec3; 2]; PATCHES],
+    /// Normal forces, N.
+    normal: [f64; PATCHES],
+    /// Power lost in their damping, W.
+    damped: f64,
+    /// Sum of the normal forces, N.
+    total: f64,
+    /// Mean normal, unit, and the vectors along the rim and across there.
+    mean: Vec3,
+    mean_axes: [Vec3; 2],
+    /// Mean slip velocity along the rim and across, m/s.
+    slide: [f64; 2],
+}
+
+/// Unit vectors along the rim (where the wheel heads) and across at a contact of the normal `n`.
+fn rim_axes(axle: &Vec3, n: &Vec3) -> [Vec3; 2] {
+    let along = axle.cross(n);
+    let length = along.norm();
+    if length < 1e-9 {
+        // A wall along the wheel's side: any direction in it.
+        let along = n.cross(&Vec3::z()).try_normalize(1e-9).unwrap_or_else(Vec3::x);
+        return [along, n.cross(&along)];
+    }
+    let along = along / length;
+    [along, n.cross(&along)]
 }
 
 impl RigidContact {
@@ -88,7 +115,7 @@ impl RigidContact {
         &self,
         hub: &Hub,
         bristles: &Bristles,
-        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+        ground: &impl Ground,
     ) -> (ContactLoad, Bristles) {
         let discs = self.wheel.discs(hub.position, hub.axle, ground);
         let mut load = ContactLoad {
@@ -104,30 +131,33 @@ impl RigidContact {
         let mut rates = [Vec3::zeros(); DISCS];
         let mut used = 0.0;
         for i in 0..DISCS {
-            let Some(d) = self.disc(hub, discs[i]) else {
+            let Some(d) = self.disc(hub, &discs[i]) else {
                 rates[i] = -bristles[i] / RELAX;
                 continue;
             };
             let (friction, rate) = self.friction(&d, &bristles[i]);
             rates[i] = rate;
-            let n = d.contact.normal;
-            let force = n * d.normal_force + friction;
-            load.force += force;
-            load.moment += (d.contact.point - hub.position).cross(&force);
-            load.normal_force += d.normal_force;
-            load.depth = load.depth.max(d.contact.depth);
-            load.point += d.contact.point * d.normal_force;
-            load.normal += n * d.normal_force;
-            used += friction.norm();
+            for (k, patch) in d.contact.patches().iter().enumerate() {
+                let (normal, [along, across]) = (d.normal[k], d.axes[k]);
+                let part = normal / d.total.max(1e-300);
+                let force =
+                    patch.normal * normal + (along * friction[0] + across * friction[1]) * part;
+                load.force += force;
+                load.moment += (patch.point - hub.position).cross(&force);
+                load.point += patch.point * normal;
+                load.normal += patch.normal * normal;
+            }
+            load.depth = load.depth.max(d.contact.depth());
+            load.normal_force += d.total;
+            used += friction[0].hypot(friction[1]);
             // Elastic power is returned; what the bristle does not store is lost.
             let stored = -self.tangential_stiffness / DISCS as f64 * bristles[i].dot(&rate);
-            let static_normal = self.static_normal(d.contact.depth);
-            load.dissipation +=
-                -friction.dot(&d.slide) + stored + (d.normal_force - static_normal) * d.approach;
+            let rubbed = friction[0] * d.slide[0] + friction[1] * d.slide[1];
+            load.dissipation += stored - rubbed + d.damped;
         }
         if load.normal_force > 0.0 {
             load.point /= load.normal_force;
-            load.normal = load.normal.normalize();
+            load.normal = load.normal.try_normalize(1e-300).unwrap_or_else(Vec3::z);
             load.friction_used = used / (self.friction * load.normal_force).max(1e-300);
         } else {
             load.point = hub.position;
@@ -137,68 +167,92 @@ impl RigidContact {
     }
 
     /// The rates of the bristles alone, m/s.
-    pub fn rates(
-        &self,
-        hub: &Hub,
-        bristles: &Bristles,
-        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
-    ) -> Bristles {
+    pub fn rates(&self, hub: &Hub, bristles: &Bristles, ground: &impl Ground) -> Bristles {
         let discs = self.wheel.discs(hub.position, hub.axle, ground);
-        std::array::from_fn(|i| match self.disc(hub, discs[i]) {
+        std::array::from_fn(|i| match self.disc(hub, &discs[i]) {
             Some(d) => self.friction(&d, &bristles[i]).1,
             None => -bristles[i] / RELAX,
         })
     }
 
-    fn static_normal(&self, depth: f64) -> f64 {
-        if depth <= 0.0 {
-            return 0.0;
-        }
+    fn static_normal(&self, patch: &Patch) -> f64 {
+        let depth = patch.depth;
         let power = match self.exponent {
             1.0 => depth,
             1.5 => depth * depth.sqrt(),
             p => depth.powf(p),
         };
-        self.stiffness / DISCS as f64 * power
+        self.stiffness / DISCS as f64 * patch.share * power
     }
 
-    fn disc(&self, hub: &Hub, contact: Option<DiscContact>) -> Option<DiscState> {
-        let contact = contact.filter(|c| c.depth > 0.0)?;
-        let v = hub.velocity + hub.angular.cross(&(contact.point - hub.position));
-        let approach = -v.dot(&contact.normal);
-        let damping = (1.0 + 1.5 * self.dissipation * approach).max(0.0);
-        let normal_force = self.static_normal(contact.depth) * damping;
-        Some(DiscState { contact, normal_force, slide: v + contact.normal * approach, approach })
+    fn disc<'a>(&self, hub: &Hub, contact: &'a DiscContact) -> Option<DiscState<'a>> {
+        if contact.patches().is_empty() {
+            return None;
+        }
+        let mut out = DiscState {
+            contact,
+            axes: [[Vec3::zeros(); 2]; PATCHES],
+            normal: [0.0; PATCHES],
+            damped: 0.0,
+            total: 0.0,
+            mean: Vec3::zeros(),
+            mean_axes: [Vec3::zeros(); 2],
+            slide: [0.0; 2],
+        };
+        for (k, patch) in contact.patches().iter().enumerate() {
+            let v = hub.velocity + hub.angular.cross(&(patch.point - hub.position));
+            let approach = -v.dot(&patch.normal);
+            let still = self.static_normal(patch);
+            let normal = still * (1.0 + 1.5 * self.dissipation * approach).max(0.0);
+            out.normal[k] = normal;
+            out.axes[k] = rim_axes(&hub.axle, &patch.normal);
+            out.damped += (normal - still) * approach;
+            out.total += normal;
+            out.mean += patch.normal * normal;
+            out.slide[0] += v.dot(&out.axes[k][0]) * normal;
+            out.slide[1] += v.dot(&out.axes[k][1]) * normal;
+        }
+        // A contact that parts faster than it can push has no friction; its bristle goes on with the first patch.
+        if out.total > 0.0 {
+            out.slide = out.slide.map(|v| v / out.total);
+        }
+        (out.mean, out.mean_axes) = match (contact.patches(), out.mean.try_normalize(1e-300)) {
+            ([_, _, ..], Some(mean)) => (mean, rim_axes(&hub.axle, &mean)),
+            (patches, _) => (patches[0].normal, out.axes[0]),
+        };
+        Some(out)
     }
 
-    fn friction(&self, d: &DiscState, bristle: &Vec3) -> (Vec3, Vec3) {
-        let n = &d.contact.normal;
+    /// Friction along the rim and across (N), and the rate of the bristle (W).
+    fn friction(&self, d: &DiscState<'_>, bristle: &Vec3) -> ([f64; 2], Vec3) {
         let share = DISCS as f64;
         let kt = self.tangential_stiffness / share;
         let dt = self.tangential_damping / share;
-        let limit = self.friction * d.normal_force;
+        let limit = self.friction * d.total;
         let longest = limit / kt;
+        let [along, across] = d.mean_axes;
         // As the wheel moves on, the deflection is kept in the tangent plane.
-        let off = n * n.dot(bristle);
-        let xi = bristle - off;
-        let length = xi.norm();
-        let mut rate = d.slide - off / RELAX;
+        let off = d.mean * d.mean.dot(bristle);
+        let xi = [bristle.dot(&along), bristle.dot(&across)];
+        let length = xi[0].hypot(xi[1]);
+        let mut rate = d.slide;
         if length > 0.0 {
-            let along = d.slide.dot(&xi) / length;
-            if along > 0.0 {
-                let alpha = plastic_share(length, longest);
-                rate -= xi * (alpha * along / length.max(longest).max(1e-300));
+            let toward = (d.slide[0] * xi[0] + d.slide[1] * xi[1]) / length;
+            let mut cut = 0.0;
+            if toward > 0.0 {
+                cut = plastic_share(length, longest) * toward / length.max(longest).max(1e-300);
             }
             if length > longest {
-                rate -= xi * ((length - longest) / (length * RELAX));
+                cut += (length - longest) / (length * RELAX);
             }
+            rate = [rate[0] - cut * xi[0], rate[1] - cut * xi[1]];
         }
-        let mut force = -xi * kt - d.slide * dt;
-        let size = force.norm();
+        let mut force: [f64; 2] = std::array::from_fn(|k| -xi[k] * kt - d.slide[k] * dt);
+        let size = force[0].hypot(force[1]);
         if size > limit {
-            force *= limit / size;
+            force = force.map(|f| f * (limit / size));
         }
-        (force, rate)
+        (force, along * rate[0] + across * rate[1] - off / RELAX)
     }
 }
 

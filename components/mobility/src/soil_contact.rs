@@ -1,15 +1,16 @@
 //! Wheel on soft soil inside a simulation: the stress model fed by states that are well behaved at rest.
 //! ```text
-//! deflection  ξ̇_x = (u − v_x) − ξ_x |u|/(L − T|u|)      u = r ω,  L = r (θ_f − θ_r)/2
-//!             ξ̇_y =     − v_y  − ξ_y |u|/(L − T|u|)      (less what slides beyond 3 L)
+//! deflection  ξ̇ = w + (ρ − 1) min(w·ξ̂, 0) ξ̂ − ξ |u|/(L − T|u|)      (less what slides beyond 3 L)
+//!             ρ = ρ₀ max(1, |ξ|/K),  w = (u − v_x, −v_y),  u = r ω,  L = r (θ_f − θ_r)/2
 //! slip        s = (ξ_x + T (u − v_x))/L,   v_y/u = −(ξ_y − T v_y)/L
 //! rolling     ṁ = (w − m |w|)/L,  w = (u + v_x)/2         |m|: share of the rolling shape, sign: front
 //! normal      N = F_z(z) − k_u (z_u − z)₊, times (1 + d ż)₊
 //! rut         ż_u = (z − z_u)₊/τ − 8 (z_u − z)₊ |w|/L
 //! ```
 //! In steady rolling ξ gives back the textbook slip exactly, so the forces are those of the
-//! stress integrals. At rest ξ is a displacement: the soil is a spring below Mohr-Coulomb's
-//! limit and a parked wheel holds exactly; T damps it. The footprint of a wheel set down is symmetric
+//! stress integrals. At rest ξ is a displacement: below Mohr-Coulomb's limit the soil holds a parked wheel exactly; T damps
+//! it. Sheared back it unloads ρ times as stiffly as it was loaded, so of the work of shearing it gives back 1/ρ₀ at most:
+//! over any closed path at rest Σ F·dx is a loss. The footprint of a wheel set down is symmetric
 //! (m = 0) and takes the rolling shape over half its length; no force depends on the sign of a small
 //! speed, which would shake a parked wheel. `z` is the penetration into the undeformed
 //! surface along its normal, `z_u` the deepest press under the wheel: unloading is stiff
@@ -17,7 +18,7 @@
 
 use crate::rigid_contact::Hub;
 use crate::terramechanics::{Motion, Rim, Shear, Sinkage, WheelForces, WheelSoil};
-use crate::wheel_geometry::{Cylinder, DISCS};
+use crate::wheel_geometry::{Cylinder, DISCS, Ground};
 use linkwork_runtime::prelude::Soil;
 use linkwork_spatial::Vec3;
 
@@ -32,6 +33,8 @@ pub struct SoilContact {
     pub gravity: f64,
     /// Damping time of the shear deflection `T`, s.
     pub shear_damping: f64,
+    /// How much stiffer the soil is sheared back than forth, ρ₀ ≥ 1.
+    pub shear_unloading: f64,
     /// Normal damping `d`, s/m.
     pub normal_damping: f64,
     /// Unloading stiffness `k_u`, N/m.
@@ -109,10 +112,10 @@ impl SoilContact {
         soil: &Soil,
         hub: &Hub,
         state: &SoilState,
-        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+        ground: &impl Ground,
     ) -> (SoilLoad, SoilState) {
         match self.footprint(soil, hub, state, ground) {
-            Some(f) => (self.load_of(&f, soil, hub, state), rates_of(&f, state)),
+            Some(f) => (self.load_of(&f, soil, hub, state), self.rates_of(&f, soil, state)),
             None => (SoilLoad::none(hub), spring_back(state)),
         }
     }
@@ -122,21 +125,23 @@ impl SoilContact {
         soil: &Soil,
         hub: &Hub,
         state: &SoilState,
-        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+        ground: &impl Ground,
     ) -> Option<Footprint> {
         let discs = self.wheel.discs(hub.position, hub.axle, ground);
-        let (mut z, mut normal, mut point) = (0.0, Vec3::zeros(), Vec3::zeros());
-        for d in discs.iter().flatten().filter(|d| d.depth > 0.0) {
-            z += d.depth;
-            normal += d.normal * d.depth;
-            point += d.point * d.depth;
+        let (mut weight, mut press, mut point) = (0.0, Vec3::zeros(), Vec3::zeros());
+        for patch in discs.iter().flat_map(|d| d.patches()) {
+            let w = patch.depth * patch.share;
+            weight += w;
+            press += patch.normal * w;
+            point += patch.point * w;
         }
-        if z <= 0.0 {
+        let size = press.norm();
+        if size <= 0.0 {
             return None;
         }
-        point /= z;
-        normal = normal.normalize();
-        z /= DISCS as f64;
+        point /= weight;
+        let normal = press / size;
+        let z = size / DISCS as f64;
         let ex = hub.axle.cross(&normal).normalize();
         let ey = normal.cross(&ex);
         let r = self.wheel.radius;
@@ -168,7 +173,7 @@ impl SoilContact {
         soil: &Soil,
         hub: &Hub,
         state: &SoilState,
-        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+        ground: &impl Ground,
     ) -> SoilLoad {
         self.evaluate(soil, hub, state, ground).0
     }
@@ -221,10 +226,32 @@ impl SoilContact {
         soil: &Soil,
         hub: &Hub,
         state: &SoilState,
-        ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
+        ground: &impl Ground,
     ) -> SoilState {
         self.footprint(soil, hub, state, ground)
-            .map_or_else(|| spring_back(state), |f| rates_of(&f, state))
+            .map_or_else(|| spring_back(state), |f| self.rates_of(&f, soil, state))
+    }
+
+    fn rates_of(&self, f: &Footprint, soil: &Soil, state: &SoilState) -> SoilState {
+        let m = state.rolled.clamp(-1.0, 1.0);
+        let forget = f.u.abs() / (f.length - f.damping * f.u.abs());
+        let mut shear = f.slide;
+        let size = state.xi_x.hypot(state.xi_y);
+        if size > 0.0 {
+            let (hx, hy) = (state.xi_x / size, state.xi_y / size);
+            let stiffer = self.shear_unloading * (size / soil.shear_modulus).max(1.0);
+            let back = (stiffer - 1.0) * (shear[0] * hx + shear[1] * hy).min(0.0);
+            shear = [shear[0] + back * hx, shear[1] + back * hy];
+        }
+        let mut rate = SoilState {
+            xi_x: shear[0] - forget * state.xi_x,
+            xi_y: shear[1] - forget * state.xi_y,
+            pressed: (f.z - state.pressed).max(0.0) / FOLLOW
+                - (state.pressed - f.z).max(0.0) * FORGET * f.travel.abs() / f.length,
+            rolled: (f.travel - m * f.travel.abs()) / f.length,
+        };
+        slide_beyond(state, &mut rate, f.length);
+        rate
     }
 }
 
@@ -236,20 +263,6 @@ fn spring_back(state: &SoilState) -> SoilState {
         pressed: -state.pressed / FOLLOW,
         rolled: -state.rolled / FOLLOW,
     }
-}
-
-fn rates_of(f: &Footprint, state: &SoilState) -> SoilState {
-    let m = state.rolled.clamp(-1.0, 1.0);
-    let forget = f.u.abs() / (f.length - f.damping * f.u.abs());
-    let mut rate = SoilState {
-        xi_x: f.slide[0] - forget * state.xi_x,
-        xi_y: f.slide[1] - forget * state.xi_y,
-        pressed: (f.z - state.pressed).max(0.0) / FOLLOW
-            - (state.pressed - f.z).max(0.0) * FORGET * f.travel.abs() / f.length,
-        rolled: (f.travel - m * f.travel.abs()) / f.length,
-    };
-    slide_beyond(state, &mut rate, f.length);
-    rate
 }
 
 impl SoilLoad {

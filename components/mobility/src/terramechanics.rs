@@ -18,6 +18,7 @@
 //! published model. Integrals: Gauss-Legendre, 8 nodes to each smooth piece. For `n` that is not
 //! an integer the end of the arc is a power singularity and the error about 1e-5.
 
+use crate::multipass::{Rut, Unloading};
 use crate::quadrature::{NODES, WEIGHTS};
 use linkwork_runtime::prelude::Soil;
 use wide::f64x4;
@@ -134,6 +135,8 @@ struct Arc {
     sin_front: f64,
     n: f64,
     kr: f64,
+    /// Rut over the radius that the wheel runs in, when it is not fresh ground.
+    rut: Option<(Rut, f64)>,
     slip: f64,
     lateral: f64,
     rolling: f64,
@@ -179,6 +182,7 @@ impl WheelSoil {
             sin_front: front.sin(),
             n,
             kr: self.modulus(n) * r.powf(n),
+            rut: None,
             slip: m.slip,
             lateral: m.lateral,
             rolling: m.rolling,
@@ -196,14 +200,38 @@ impl WheelSoil {
         if z <= 0.0 {
             return WheelForces::default();
         }
-        let arc = self.arc(z, motion);
+        self.forces_on(&self.arc(z, motion), z, motion)
+    }
+
+    /// Forces at the sinkage `z` (m) below the bottom of a rut, and the state of the ground that the wheel leaves.
+    /// On ground that was never pressed these are those of `forces`.
+    pub fn pass(
+        &self,
+        z: f64,
+        motion: &Motion,
+        rut: &Rut,
+        unloading: &Unloading,
+    ) -> (WheelForces, Rut) {
+        if z <= 0.0 {
+            return (WheelForces::default(), *rut);
+        }
+        let mut arc = self.arc(z, motion);
+        let k = self.modulus(arc.n);
+        if rut.sinkage > 0.0 {
+            arc.rut = Some((*rut, k));
+        }
+        let left = rut.pressed(rut.depth() + z, k, arc.n, unloading);
+        (self.forces_on(&arc, z, motion), left)
+    }
+
+    fn forces_on(&self, arc: &Arc, z: f64, motion: &Motion) -> WheelForces {
         let mut sum = Sums::default();
         match self.shear {
-            Shear::Isotropic => self.integrate(&arc, &mut sum, Arc::shear_isotropic),
-            Shear::Independent { .. } => self.integrate(&arc, &mut sum, Arc::shear_independent),
+            Shear::Isotropic => self.integrate(arc, &mut sum, Arc::shear_isotropic),
+            Shear::Independent { .. } => self.integrate(arc, &mut sum, Arc::shear_independent),
         }
         let (r, b) = (self.rim.radius, self.rim.width);
-        let bulldozing = self.bulldozing(&arc, motion.beta);
+        let bulldozing = self.bulldozing(arc, motion.beta);
         WheelForces {
             fx: r * b * sum.x,
             fy: r * b * sum.y - bulldozing,
@@ -353,6 +381,9 @@ fn sin_cos(mid: f64, half: f64) -> ([f64; 8], [f64; 8]) {
 impl Arc {
     fn sigma(&self, cos: f64) -> f64 {
         let x = (cos - self.cos_front).max(0.0);
+        if let Some((rut, k)) = &self.rut {
+            return rut.pressure_at(rut.depth() + self.r * x, *k, self.n);
+        }
         self.kr * if self.n == 1.0 { x } else { x.powf(self.n) }
     }
 

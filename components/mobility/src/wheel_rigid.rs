@@ -241,6 +241,19 @@ pub(crate) mod tests {
         }
     }
 
+    struct Down(f64);
+
+    impl Gravity for Down {
+        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+            Vec3::new(0.0, 0.0, -self.0)
+        }
+    }
+
+    /// Gravity along −z, m/s².
+    pub(crate) fn gravity(g: f64) -> Handle<dyn Gravity> {
+        Handle::new("gravity", Arc::new(Down(g)) as Arc<dyn Gravity>)
+    }
+
     pub(crate) fn plane(slope: f64) -> Handle<dyn Terrain> {
         let soil = crate::test_soils::lunar();
         Handle::new("ground", Arc::new(Plane { slope, soil }) as Arc<dyn Terrain>)

@@ -36,12 +36,12 @@ pub struct WheelSoilParams {
     /// Sharing of shear stress.
     #[param(default = ShearLaw::Isotropic)]
     pub shear: ShearLaw,
-    /// Gravity, for the weight of the soil that the wall pushes.
-    #[param(unit = "m/s^2", default = 3.72, range = 0.0..)]
-    pub gravity: f64,
     /// Damping time of the shear deflection.
     #[param(unit = "s", default = 0.02, range = 0.0..)]
     pub shear_damping: f64,
+    /// How much stiffer the soil is sheared back than forth.
+    #[param(default = 20.0, range = 1.0..=1000.0)]
+    pub shear_unloading: f64,
     /// Normal damping: the load grows by this fraction for each m/s of approach.
     #[param(unit = "s/m", default = 4.0, range = 0.0..)]
     pub normal_damping: f64,
@@ -51,6 +51,9 @@ pub struct WheelSoilParams {
     /// The ground.
     #[param(service)]
     pub terrain: Handle<dyn Terrain>,
+    /// Gravity, for the weight of the soil that the wall pushes.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
 }
 
 /// What the contact does, with the rates of the soil's state.
@@ -128,7 +131,7 @@ pub struct WheelSoilModel {
 }
 
 impl WheelSoilModel {
-    fn contact(&self, soil: &Soil) -> SoilContact {
+    fn contact(&self, soil: &Soil, t: f64, hub: &Hub) -> SoilContact {
         let p = &self.p;
         let radius = p.radius + p.grouser_share * p.grouser_height;
         let k = [0.0, soil.shear_modulus];
@@ -138,8 +141,9 @@ impl WheelSoilModel {
                 ShearLaw::Isotropic => Shear::Isotropic,
                 ShearLaw::Independent => Shear::Independent { k_x: k, k_y: k },
             },
-            gravity: p.gravity,
+            gravity: p.gravity.acceleration(t, hub.position).norm(),
             shear_damping: p.shear_damping,
+            shear_unloading: p.shear_unloading,
             normal_damping: p.normal_damping,
             unloading_stiffness: p.unloading_stiffness,
         }
@@ -162,11 +166,11 @@ impl Model for WheelSoilModel {
     type Ud = WheelIn;
     type Yd = SoilOut;
     type X = SoilLanes;
-    fn direct(&self, _: &Clock, x: &SoilLanes, _: &(), u: &WheelIn) -> SoilOut {
+    fn direct(&self, c: &Clock, x: &SoilLanes, _: &(), u: &WheelIn) -> SoilOut {
         let hub = hub_of(&u.hub);
         let soil = self.soil(&hub);
         let ground = |x: f64, y: f64| self.ground(x, y);
-        let (load, rate) = self.contact(soil).evaluate(soil, &hub, &x.state(), &ground);
+        let (load, rate) = self.contact(soil, c.t, &hub).evaluate(soil, &hub, &x.state(), &ground);
         SoilOut {
             load: Wrench { moment: load.moment, force: load.force },
             normal_force: load.local.fz,
@@ -222,11 +226,12 @@ mod tests {
                 grouser_height: 0.01,
                 grouser_share: 1.0,
                 shear: ShearLaw::Isotropic,
-                gravity: 9.81,
                 shear_damping: 0.02,
+                shear_unloading: 20.0,
                 normal_damping: 0.0,
                 unloading_stiffness: 0.0,
                 terrain: plane(0.0),
+                gravity: crate::wheel_rigid::tests::gravity(9.81),
             },
         };
         // The case of the public code: r .15, b .10, z .02, s .3; steady rolling without damping of the state.
