@@ -24,6 +24,9 @@ impl ShaftFriction {
     /// Torque on the shaft (N m) at the deflection `z` (rad) and the rate (rad/s).
     pub fn torque(&self, z: f64, rate: f64) -> f64 {
         let [forward, backward] = self.limits;
+        if forward.is_nan() || backward.is_nan() {
+            return f64::NAN;
+        }
         (-self.stiffness * z - self.damping * rate).clamp(-forward, backward)
     }
 

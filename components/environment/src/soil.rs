@@ -2,7 +2,7 @@
 //!
 //! | kind | n₀ | n₁ | k_c | k_φ | c Pa | φ ° | K m | source |
 //! |---|---|---|---|---|---|---|---|---|
-//! | Lunar | 1.0 | 0 | 1400 | 8.2e5 | 170 | 33 | 0.0178 | Apollo source book, as in public rover demonstrations |
+//! | Lunar | 1.0 | 0 | 1400 | 8.2e5 | 170 | 33 | 0.018 | Apollo source book, as in public rover demonstrations |
 //! | LunarSimulant | 1.0 | 0 | 1370 | 8.14e5 | 800 | 37.2 | 0.036 | Ishigami et al. 2007, as in public code; a₀ 0.40, a₁ 0.15 |
 //! | DrySand | 1.1 | 0 | 990 | 1.528e6 | 1040 | 28 | 0.025 | after Wong; secondary; c₁ 0.18, c₂ 0.32 |
 //! | DrySandRover | 1.1 | 0 | 900 | 1.5234e6 | 1000 | 30 | 0.025 | after Iagnemma; as in public code |

@@ -86,7 +86,9 @@ impl Scene {
     pub fn motion(&self, body: BodyId, far: f64, dv: &[f64]) -> f64 {
         let row = &self.bounds[body.index() * self.nv..(body.index() + 1) * self.nv];
         let moving = row.iter().zip(dv).filter(|(_, d)| **d != 0.0);
-        moving.map(|((factor, more), d)| (factor * far + more) * d.abs()).sum()
+        // What is only carried along does not turn, however far it reaches.
+        let of = |factor: f64| if factor > 0.0 { factor * far } else { 0.0 };
+        moving.map(|((factor, more), d)| (of(*factor) + more) * d.abs()).sum()
     }
 }
 
@@ -119,7 +121,9 @@ fn bounds(mbs: &Multibody) -> Vec<(f64, f64)> {
                     }
                     Kind::Ball => row[s.v.clone()].fill((1.0, reach)),
                     Kind::Free => {
-                        row[s.v.clone()].fill((1.0, f64::INFINITY));
+                        // Along a screw the origin goes no farther than the linear part says.
+                        row[s.v.start..s.v.start + 3].fill((1.0, reach));
+                        row[s.v.start + 3..s.v.end].fill((0.0, 1.0));
                         reach = f64::INFINITY;
                     }
                     Kind::Locked => {}

@@ -97,6 +97,12 @@ pub enum RobotError {
         /// Its place among the parts.
         part: usize,
     },
+    /// A search is to go on, and none was begun.
+    #[error("part {part} has no search to go on with\n  help: begin one with `reach`")]
+    NoSearch {
+        /// Its place among the parts.
+        part: usize,
+    },
     /// A NaN or an infinity.
     #[error("number {index} of `{what}` is {value}\n  help: give finite numbers")]
     NotFinite {

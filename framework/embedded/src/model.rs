@@ -90,6 +90,15 @@ impl ModelSpec {
                     bodies.push(body.to_owned());
                     at = parents.get(body).copied();
                 }
+                if at.is_none_or(|b| b != base) {
+                    let (base, tip) = (base.clone(), tip.clone());
+                    faults.push(ModelFault::NoPath { part: g.name.clone(), base, tip });
+                }
+            }
+            if bodies.is_empty() {
+                // A group of groups: its members are parts of their own.
+                self.unused.push(format!("SRDF: group `{}` has no links of its own", g.name));
+                continue;
             }
             self.parts.push(PartSpec::Bodies { name: g.name.clone(), bodies });
         }

@@ -204,7 +204,7 @@ impl Multibody {
     /// w = (1 − h ω~)⁻¹ v = (v + u × v + u (u·v)) / (1 + u²)      u = h ω: in the axes at the start
     /// p⁺ = p + h R w,   v = exp(−h ω) w
     /// ```
-    /// so that free flight is straight and as fast as before.
+    /// so that free flight with a constant rate is straight and as fast as before; where the rate changes it is so to first order.
     pub fn step_positions(
         &self,
         q: &[f64],

@@ -115,6 +115,7 @@ pub(crate) fn describe<F: Field>() -> Description {
         doc: F::DOC.into(),
         functions: Functions { update: true, ..Functions::default() },
         params: F::Params::specs(),
+        field: true,
         imprint: F::Imprint::specs(),
         ..Description::default()
     }

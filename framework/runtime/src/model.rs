@@ -240,6 +240,8 @@ pub struct Description {
     pub positions: std::ops::Range<usize>,
     /// Name of the kind of field that it reads.
     pub reads: Option<Text>,
+    /// It is a field.
+    pub field: bool,
     /// Of a field: the ports of what one part does to it.
     pub imprint: Vec<PortSpec>,
 }
@@ -261,6 +263,7 @@ impl Description {
             guards: M::G::specs(),
             positions: 0..0,
             reads: M::Store::READS.map(Text::from),
+            field: false,
             imprint: Vec::new(),
         }
     }

@@ -116,6 +116,7 @@ pub(crate) fn describe<M: SizedModel>(p: &M::Params) -> Description {
         guards: ports.guards,
         positions: 0..0,
         reads: M::Store::READS.map(Text::from),
+        field: false,
         imprint: Vec::new(),
     }
 }
@@ -256,6 +257,8 @@ impl<M: SizedModel> Block for WiredSized<M> {
     fn take_store(&mut self, from: &dyn Any) {
         if let Some(store) = from.downcast_ref::<M::Store>() {
             self.store.clone_from(store);
+            // What it saw belongs to the run that the store comes from.
+            self.store.see(None);
         }
     }
     fn fork(&self) -> Box<dyn Block> {

@@ -326,8 +326,13 @@ impl Model for DaveAerodynamics {
         for id in &p.controls {
             match m.find(id) {
                 Some(k) if m.variables[k].role == Role::Input => {
-                    let unit = unit_text(&m.variables[k].units).and_then(|t| Unit::parse(&t).ok());
-                    controls.push((k, unit.map_or(1.0, |u| u.scale)));
+                    let units = &m.variables[k].units;
+                    let Some(unit) = unit_text(units).and_then(|t| Unit::parse(&t).ok()) else {
+                        let fact = format!("the unit `{units}` of `{id}` is not known");
+                        let help = "write units of the standard in the file, e.g. m_s, rad, Pa";
+                        return wrong("controls", fact, help.into());
+                    };
+                    controls.push((k, unit.scale));
                 }
                 _ => {
                     let fact = format!("{} has no input `{id}`", p.model.name);
@@ -361,6 +366,15 @@ impl Model for DaveAerodynamics {
             }
         }
         let (body, lift) = (results[0].or(results[2]), results[3].or(results[4]));
+        let absent = match p.forces {
+            Forces::Stability => lift.is_none(),
+            Forces::Body => body.is_none(),
+            Forces::Found => false,
+        };
+        if absent {
+            let fact = format!("{} has no coefficients of these forces", p.model.name);
+            return wrong("forces", fact, "write the other, or leave `forces` out".into());
+        }
         let stability = match (p.forces, body, lift) {
             (Forces::Stability, _, _) | (Forces::Found, None, Some(_)) => true,
             (Forces::Body, _, _) | (Forces::Found, _, None) => false,

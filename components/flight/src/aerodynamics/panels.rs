@@ -1,6 +1,6 @@
 //! `flight.panel_aerodynamics`: forces on flat panels, from the continuum to free molecular flow.
 //! ```text
-//! sin θ = −n · v̂      head on: 1            v: velocity of the node through the air
+//! sin θ = n · v̂      head on: 1            v: velocity of the node through the air
 //! continuum (Newton)   C_p = C_p,max sin²θ on the windward side, 0 on the lee, no shear
 //! free molecules       C_p, C_τ of Schaaf and Chambré, both sides of the stream
 //! F = −q A (C_p n + C_τ τ)     τ: the direction of motion along the panel

@@ -4,7 +4,7 @@
 //! direction  tan θ = A + B t: the fuel-optimal one                        sin θ ≈ A + B t for small angles
 //! b₀ = ∫a = −v_e ln(1 − T/τ)       b₁ = ∫t a = b₀ τ − v_e T       c₀ = b₀ T − b₁       c₁ = c₀ τ − v_e T²/2
 //! v_z(T) = v_z + A b₀ + B b₁ − g_eff T          z(T) = z + v_z T + A c₀ + B c₁ − g_eff T²/2
-//! g_eff = μ/r² − v_x²/r, taken now; T: burn time left, such that b₀ cos θ gives the speed that is missing
+//! g_eff = μ/r² − v_x²/r, the mean of now and burnout; T: burn time left, such that b₀ cos θ gives the speed that is missing
 //! ```
 //! (Powered explicit guidance in its plane.) Solved again at each sample; in the last seconds A and B are held.
 
@@ -203,7 +203,8 @@ impl Model for LinearTangent {
         } else {
             (1.0, Vec3::zeros())
         };
-        let over = s.burnout > 0.0 && to_go <= 0.0;
+        // Until there has been a solution there is nothing to steer by, and afterwards nothing to do.
+        let over = s.burnout <= 0.0 || to_go <= 0.0;
         let direction = up * sine + along * (1.0 - sine * sine).max(0.0).sqrt();
         let force = if over { Vec3::zeros() } else { direction * self.p.thrust };
         TangentOut { force, pitch: sine.asin(), to_go: to_go.max(0.0), lost: s.lost }

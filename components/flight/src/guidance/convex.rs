@@ -310,6 +310,10 @@ pub fn best_plan(
     exact: f64,
     nodes: usize,
 ) -> Result<Vec<Node>, NoPlan> {
+    if !(exact > 0.0 && low < high) {
+        let what = format!("times from {low} to {high} s, to {exact} s");
+        return Err(NoPlan::Input { what, help: "give a span of times, and how exactly above 0" });
+    }
     let fuel = |time: f64| match plan(d, time, nodes) {
         Ok(p) => Ok(d.mass - p[nodes].mass),
         // Too short a time is worse than any.

@@ -132,6 +132,21 @@ impl Model for Airbag {
     type X = Gas;
     type D = Vent;
     type G = Opening;
+    fn build(p: AirbagParams) -> Result<Self, BuildError> {
+        if p.vent.is_some() && p.vent_area <= 0.0 {
+            return Err(BuildError::new("a vent that opens and has no area")
+                .help("give its area, or leave `vent` out")
+                .at("vent_area"));
+        }
+        if p.vent.is_some_and(|vent| p.pressure - p.ambient >= vent) {
+            return Err(BuildError::new(
+                "the vent's pressure is below that at the start: it is never seen to open",
+            )
+            .help("choose `vent` above pressure less ambient")
+            .at("vent"));
+        }
+        Ok(Airbag { p })
+    }
     fn init_x(&self) -> Gas {
         Gas { share: 1.0 }
     }

@@ -281,7 +281,8 @@ impl Model for Canopy {
         ((), filling)
     }
     fn remarks(&self, c: &Clock, _: &(), d: &Filling) -> Vec<BuildError> {
-        let late = self.p.start.filter(|s| d.stage < 0.5 && *s < c.t - 1e-9);
+        // A guard that begins on its zero is not seen to rise.
+        let late = self.p.start.filter(|s| d.stage < 0.5 && *s <= c.t);
         let told = late.map(|s| {
             BuildError::new(format!(
                 "it should have opened at {s} s and the run begins at {} s",

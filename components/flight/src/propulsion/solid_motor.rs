@@ -134,6 +134,18 @@ impl Model for SolidMotor {
         let lit = if d.rows < 0.5 { self.p.start.unwrap_or(c.t) } else { d.lit };
         ((), Burn { rows: d.rows + 1.0, lit })
     }
+    fn remarks(&self, c: &Clock, _: &(), d: &Burn, _: &(), u: &MotorIn) -> Vec<BuildError> {
+        let waits = d.rows < 0.5;
+        let fact = match self.p.start {
+            Some(s) if waits && s <= c.t => {
+                format!("it should be lit at {s} s and the run begins at {} s", c.t)
+            }
+            None if waits && u.ignite > 0.5 => "`ignite` is on at the start".to_string(),
+            _ => return Vec::new(),
+        };
+        let help = "light it after the start of the run: as it stands it never burns";
+        vec![BuildError::new(fact).help(help).at("start")]
+    }
 }
 
 #[cfg(test)]

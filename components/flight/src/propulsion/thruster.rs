@@ -183,6 +183,15 @@ impl Model for Thruster {
         let p = &self.p;
         let (on, off) = (p.dead_time, p.dead_time_off.unwrap_or(p.dead_time));
         let mut d = *d;
+        // A change that would come after the next one in the other direction does not come at all.
+        if which == 0 && u.command > 0.5 && d.closes < NEVER && d.closes >= c.t + on {
+            d.closes = NEVER;
+            return (*x, d);
+        }
+        if which == 0 && u.command <= 0.5 && d.opens < NEVER && d.opens >= c.t + off {
+            d.opens = NEVER;
+            return (*x, d);
+        }
         match which {
             0 if u.command > 0.5 && on > 0.0 => d.opens = d.opens.min(c.t + on),
             0 if u.command > 0.5 => (d.open, d.pulses) = (true, d.pulses + 1.0),
@@ -281,5 +290,28 @@ mod tests {
             &(),
         );
         assert_eq!((dry.force, dry.flow), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_close_that_overtakes_an_opening_cancels_it() {
+        let times = |on: f64, off: f64| {
+            let p = thruster().p;
+            Thruster { p: ThrusterParams { dead_time: on, dead_time_off: Some(off), ..p } }
+        };
+        let t = times(0.02, 0.005);
+        let at = |time: f64| Clock::at(time, 1e-3, 0);
+        let with =
+            |command: f64| ThrusterIn { command, supply: true, nozzle: NodeState::identity() };
+        let x = Chamber { share: 0.0, impulse: 0.0 };
+        let (_, d) = t.fired(&at(0.0), 0, &x, &t.init_d(), &(), &with(1.0), &mut ());
+        assert_eq!(d.opens, 0.02);
+        let (_, d) = t.fired(&at(0.01), 0, &x, &d, &(), &with(0.0), &mut ());
+        assert!(!d.open && d.opens == NEVER && d.closes == NEVER, "{d:?}");
+        // And the other way round: the valve stays open.
+        let open = Valve { open: true, opens: NEVER, closes: NEVER, pulses: 1.0 };
+        let t = times(0.005, 0.02);
+        let (_, d) = t.fired(&at(1.0), 0, &x, &open, &(), &with(0.0), &mut ());
+        let (_, d) = t.fired(&at(1.01), 0, &x, &d, &(), &with(1.0), &mut ());
+        assert!(d.open && d.closes == NEVER && d.opens == NEVER, "{d:?}");
     }
 }

@@ -224,7 +224,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Every pattern of variables in it: of logs, plots, figures, arrows, markers, and what stops the run.
+    /// Every pattern of variables in it: of logs, plots, figures, arrows, and what stops the run.
     #[must_use]
     pub fn patterns(&self) -> Vec<Text> {
         let mut all: Vec<Text> = Vec::new();

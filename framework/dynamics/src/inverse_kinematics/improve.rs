@@ -5,7 +5,7 @@
 //! minimise ∇c · h + ½ s hᵀ D h   with   J h = e
 //! h = −D⁻¹ (∇c + Jᵀ λ) / s,      (J D⁻¹ Jᵀ) λ = −(s e + J D⁻¹ ∇c)
 //! ```
-//! then q ⊕ h, back onto the targets by steps of least |h|_D, and accepted when c has fallen there; s doubles when it has not.
+//! then q ⊕ h, back onto the targets by steps of least |h|_D, and accepted when c has fallen there; s is taken four times when it has not.
 //! With c = ½ (q − m)ᵀ D (q − m) and s = 1 that is Newton's step but for the curvature of the targets. A coordinate at a limit
 //! stays there while its gradient, less what the targets take of it, points outward. The minimum is a local one.
 

@@ -265,7 +265,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Another start: anywhere within limits, or a turn or 1 m from the given one.
+    /// Another start: anywhere within limits, or half a turn, or π m, at most from the given one.
     fn elsewhere(&mut self, tree: &Tree, restart: usize) {
         let mut state = restart as u64;
         for i in 0..self.moves.len() {

@@ -16,6 +16,7 @@ use crate::model::{Object, RobotModel};
 use crate::part::Part;
 use linkwork_collision::{Closest, ColliderId, Detail, Distance, Probe, Visibility};
 use linkwork_dynamics::{Workspace, poses};
+use linkwork_multibody::SubhingeKind;
 use linkwork_spatial::Pose;
 
 /// Memory of collision queries.
@@ -139,7 +140,8 @@ impl Robot {
     /// `least` (part of the way, 0 … 1) are not cut again. What hands hold goes with them.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`] for `least` outside 1e-9 … 1.
+    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`] for `least` outside 1e-9 … 1, and for an
+    /// end of the way beyond a slider's limits: how far it carries what turns follows from them.
     pub fn path_free(&mut self, qa: &[f64], qb: &[f64], least: f64) -> Result<Path, RobotError> {
         numbers("qa", qa, self.q.len())?;
         numbers("qb", qb, self.q.len())?;
@@ -147,20 +149,35 @@ impl Robot {
             let help = "give a part of the way from 1e-9 to 1";
             return Err(RobotError::OutOfRange { what: "least", value: least, help });
         }
+        for (_, s) in self.model.multibody().subhinges() {
+            let l = s.subhinge.limits;
+            let beyond = |q: &[f64]| !(l.lower..=l.upper).contains(&q[s.q.start]);
+            let slides =
+                matches!(s.subhinge.kind, SubhingeKind::Slider { .. } | SubhingeKind::Screw { .. });
+            if let (true, Some(q)) = (slides, [qa, qb].into_iter().find(|q| beyond(q))) {
+                let help = "begin and end within the limits of sliders and screws";
+                let value = q[s.q.start];
+                return Err(RobotError::OutOfRange { what: "a slider's place", value, help });
+            }
+        }
         let mut dv = std::mem::take(&mut self.collide.dv);
         self.model.multibody().difference(qa, qb, &mut dv);
+        let path = self.pieces(qa, &dv, least);
+        self.collide.dv = dv;
+        path
+    }
+
+    /// Looks at pieces of the way, cut in halves as far as it takes.
+    fn pieces(&mut self, qa: &[f64], dv: &[f64], least: f64) -> Result<Path, RobotError> {
         let mut undecided = None;
         // Pieces in order, each half as long as the last or as long: a counter is all the memory that takes.
         let (mut at, mut length) = (0.0_f64, 1.0_f64);
-        let mut found = None;
         while at < 1.0 {
             let middle = at + 0.5 * length;
-            let pair = self.at_part(qa, &dv, middle, 0.0)?;
-            if let Some(pair) = pair {
-                found = Some(Path::Hit { at: middle, pair });
-                break;
+            if let Some(pair) = self.at_part(qa, dv, middle, 0.0)? {
+                return Ok(Path::Hit { at: middle, pair });
             }
-            if self.at_part(qa, &dv, middle, 0.5 * length)?.is_some() {
+            if self.at_part(qa, dv, middle, 0.5 * length)?.is_some() {
                 if 0.5 * length >= least {
                     length *= 0.5;
                     continue;
@@ -173,8 +190,7 @@ impl Robot {
                 length *= 2.0;
             }
         }
-        self.collide.dv = dv;
-        Ok(found.or(undecided).unwrap_or(Path::Free))
+        Ok(undecided.unwrap_or(Path::Free))
     }
 
     /// A hit at a part of the way, all shapes thicker by what `half` of it moves them.
@@ -201,7 +217,7 @@ impl Robot {
                     }
                 },
             };
-            probe.set_reach(id, half * moved);
+            probe.set_reach(id, if half > 0.0 { half * moved } else { 0.0 });
         }
         let mut q = std::mem::take(&mut self.collide.q);
         self.model.multibody().integrate(qa, &self.collide.step, &mut q);

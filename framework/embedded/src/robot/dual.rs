@@ -15,7 +15,7 @@ use super::Robot;
 use crate::error::RobotError;
 use crate::model::Object;
 use crate::part::Part;
-use linkwork_dynamics::{node_jacobian, node_jacobian_transpose_product};
+use linkwork_dynamics::node_jacobian_transpose_product;
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
 use linkwork_spatial::{Force, Vec3};
 
@@ -222,20 +222,25 @@ impl Robot {
     /// C into `columns`: velocities of the object at `p` through the first chain less those through the second.
     fn loop_columns(&mut self, first: Part, second: Part, p: &Vec3) -> Result<(), RobotError> {
         self.columns.fill(Vector6::zeros());
+        self.move_all();
         for (part, sign) in [(first, 1.0), (second, -1.0)] {
-            let tip = self.tip_pose(part)?.position;
-            let model = &self.model;
-            let chain = model.chain(part)?;
-            let Some(memory) = self.chains[part.index()].as_mut() else { continue };
-            node_jacobian(&chain.tree, &memory.ws, chain.tip, &mut memory.J);
-            let (J, n) = (&memory.J, chain.v.len());
-            for (j, v) in chain.v.iter().enumerate() {
-                let w = Vec3::new(J[j], J[n + j], J[2 * n + j]);
-                let u = Vec3::new(J[3 * n + j], J[4 * n + j], J[5 * n + j]) + w.cross(&(p - tip));
-                let c = &mut self.columns[*v];
-                for k in 0..3 {
-                    c[k] += sign * w[k];
-                    c[k + 3] += sign * u[k];
+            let arm = p - self.tip_pose(part)?.position;
+            let tip = self.model.tip(part)?;
+            for k in 0..6 {
+                // A row of the Jacobian at p, over the whole tree: a chain may begin on another body than the other.
+                let one = Vec3::ith(k % 3, 1.0);
+                let wrench = match k < 3 {
+                    true => Force::new(one, Vec3::zeros()),
+                    false => Force::new(arm.cross(&one), one),
+                };
+                node_jacobian_transpose_product(&self.tree, &self.ws, tip, &wrench, &mut self.room);
+                for part in [first, second] {
+                    let own = self.model.chain(part)?;
+                    // Dofs that both chains have are taken once.
+                    let other = self.model.chain(first)?;
+                    for v in own.v.iter().filter(|v| part == first || !other.v.contains(v)) {
+                        self.columns[*v][k] += sign * self.room[*v];
+                    }
                 }
             }
         }

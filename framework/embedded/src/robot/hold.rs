@@ -100,8 +100,8 @@ impl Robot {
         self.carry(hold.hand.0)
     }
 
-    /// Another pose `X_TO` of an object in a hand that holds it, as an estimator found it. Of the hand that
-    /// carries it the load moves, too.
+    /// Another pose `X_TO` of an object in a hand that holds it, as an estimator found it. The load moves with it, and
+    /// where two hands hold it the other's pose follows, so that the loop stays closed.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] when another hand holds it,
@@ -118,8 +118,13 @@ impl Robot {
         };
         if hold.hand.0 == hand {
             hold.hand.1 = X_TO;
+            if let Some(second) = &mut hold.second {
+                second.1 = self.tip_pose(second.0)?.inverse() * (self.tip_pose(hand)? * X_TO);
+            }
         } else if let Some(second) = hold.second.as_mut().filter(|s| s.0 == hand) {
             second.1 = X_TO;
+            let first = hold.hand.0;
+            hold.hand.1 = self.tip_pose(first)?.inverse() * (self.tip_pose(hand)? * X_TO);
         } else {
             return Err(RobotError::EmptyHand { part: hand.index() });
         }

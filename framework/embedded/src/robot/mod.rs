@@ -39,6 +39,8 @@ struct ChainMemory {
     scale: Vec<f64>,
     /// True while `ws` is of the robot's q.
     fresh: bool,
+    /// A search was begun.
+    searching: bool,
 }
 
 /// One instance of a [`RobotModel`]. `Send`; a clone is an instance of its own.
@@ -102,6 +104,7 @@ impl Robot {
                 best: vec![0.0; c.q.len()],
                 scale: vec![0.0; c.v.len()],
                 fresh: false,
+                searching: false,
             })
         });
         let (tree, nv) = (model.tree.clone(), model.nv());

@@ -172,6 +172,7 @@ impl Robot {
         (ik.effort.iterations, ik.effort.restarts) = (effort.steps, effort.restarts);
         let begun = ik.begin(&chain.tree, &[target], &memory.q);
         debug_assert!(begun.is_ok(), "everything was checked: {begun:?}");
+        memory.searching = true;
         Ok(())
     }
 
@@ -213,7 +214,7 @@ impl Robot {
     /// are taken in whatever portions.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`].
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NoSearch`].
     pub fn reach_on(
         &mut self,
         part: Part,
@@ -229,6 +230,9 @@ impl Robot {
         let Some(memory) = self.chains[part.index()].as_mut() else {
             return Err(RobotError::NotAChain { part: part.index() });
         };
+        if !memory.searching {
+            return Err(RobotError::NoSearch { part: part.index() });
+        }
         memory.fresh = false;
         let progress = memory.ik.advance(&chain.tree, kinematics, &mut memory.q);
         for (at, x) in chain.q.iter().zip(&memory.q) {

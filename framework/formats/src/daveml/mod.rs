@@ -122,7 +122,10 @@ impl DaveModel {
                 Making::Formula(e) => e.value(values),
                 Making::Table(f) => {
                     let (y, margin) = f.value(values);
-                    inside = inside.min(margin);
+                    // NaN is inside of nothing.
+                    if !(margin >= inside) {
+                        inside = margin;
+                    }
                     y
                 }
             };

@@ -3,7 +3,7 @@
 //! Symbols stand side by side, each with its power; `_` divides by what follows.
 
 /// Symbols of AIAA S-119 and the usual ones; the longest that fits is taken.
-const SYMBOLS: [(&str, &str); 34] = [
+const SYMBOLS: [(&str, &str); 37] = [
     ("slug", "slug"),
     ("fract", "1"),
     ("hour", "h"),
@@ -21,6 +21,9 @@ const SYMBOLS: [(&str, &str); 34] = [
     ("ft", "ft"),
     ("in", "in"),
     ("kg", "kg"),
+    ("kPa", "kPa"),
+    ("kN", "kN"),
+    ("kW", "kW"),
     ("km", "km"),
     ("cm", "cm"),
     ("mm", "mm"),

@@ -78,7 +78,7 @@ pub(super) fn join(spec: &Spec, parts: &mut [Part<'_>], faults: &mut Vec<Fault>)
 }
 
 fn is_field(part: &Part<'_>) -> bool {
-    !part.prototype.description().imprint.is_empty()
+    part.prototype.description().field
 }
 
 /// The field of one part.
@@ -88,12 +88,20 @@ fn find(k: usize, spec: &Spec, parts: &[Part<'_>]) -> Result<Option<Use>, Fault>
     let writes: Vec<&PortSpec> =
         d.all_outputs().filter(|p| p.bind.as_deref() == Some(BINDING)).collect();
     let bind = spec.binds.iter().find(|b| b.part == path && b.bind == BINDING);
+    if let Some(port) = d.all_inputs().find(|p| p.bind.as_deref() == Some(BINDING)) {
+        let fact = format!("`{path}`: input `{}` is bound to a field", port.name);
+        let help = "outputs write to a field; a model reads one through a `View` in its store";
+        return Err(Fault::new(part.spec.origin, fact).help(help));
+    }
+    // A part that reads says which kind; one that only writes is for the field that takes any of it.
     let fits = |f: &Part<'_>| {
         let field = f.prototype.description();
-        let has = |port: &PortSpec| field.imprint.iter().any(|i| i.name == port.name);
+        let has = |port: &&PortSpec| field.imprint.iter().any(|i| i.name == port.name);
         is_field(f)
-            && d.reads.as_ref().is_none_or(|name| *name == field.name)
-            && writes.iter().all(|port| has(port))
+            && match &d.reads {
+                Some(name) => *name == field.name,
+                None => writes.iter().any(has),
+            }
     };
     if d.reads.is_none() && writes.is_empty() {
         return Ok(None);
@@ -143,6 +151,13 @@ fn find(k: usize, spec: &Spec, parts: &[Part<'_>]) -> Result<Option<Use>, Fault>
         .filter(|i| !writes.iter().any(|w| w.name == i.name && w.kind == i.kind))
         .map(|i| &*i.name)
         .collect();
+    let beyond = writes.iter().find(|w| !imprint.iter().any(|i| i.name == w.name));
+    if let Some(port) = beyond {
+        let known: Vec<&str> = imprint.iter().map(|i| &*i.name).collect();
+        let field = &parts[field].spec.path;
+        let fact = format!("`{path}` writes `{}`, which `{field}` does not take", port.name);
+        return Err(Fault::new(part.spec.origin, fact).help(remedy(&port.name, "ports", &known)));
+    }
     if !writes.is_empty() && !missing.is_empty() {
         let field = &parts[field].spec.path;
         let fact = format!("`{path}` writes to `{field}`, but not {}", missing.join(", "));

@@ -194,10 +194,26 @@ impl Simulation {
         for (k, part) in plan.parts.iter().enumerate() {
             let w = &part.wiring;
             let due = w.period > 0 && at_tick && tick % w.period == w.offset;
-            if due && !whole[k] && part.prototype.description().functions.update {
+            let field = plan.fields.iter().any(|f| f.block as usize == k);
+            if due && !field && !whole[k] && part.prototype.description().functions.update {
                 let outcome = blocks[k].update(&now, x, d, sig);
                 outcome.map_err(|failure| Stopped { block: k as u32, failure })?;
             }
+        }
+        // New fields after them, as at a row.
+        let mut changed = false;
+        for field in &plan.fields {
+            let (k, w) = (field.block as usize, &plan.parts[field.block as usize].wiring);
+            if at_tick && !whole[k] && w.period > 0 && tick % w.period == w.offset {
+                field.readers.iter().for_each(|&r| blocks[r as usize].see(None));
+                let outcome = blocks[k].update(&now, x, d, sig);
+                show(&mut blocks, field);
+                outcome.map_err(|failure| Stopped { block: field.block, failure })?;
+                changed = true;
+            }
+        }
+        if changed {
+            evaluate::run_all(&mut blocks, plan, &plan.continuous_ops, &now, x, d, sig)?;
         }
         let old: Vec<Option<GuardState>> =
             route.guards.iter().map(|g| g.map(|j| self.state.guards[j as usize])).collect();
