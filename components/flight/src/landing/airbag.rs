@@ -132,21 +132,6 @@ impl Model for Airbag {
     type X = Gas;
     type D = Vent;
     type G = Opening;
-    fn build(p: AirbagParams) -> Result<Self, BuildError> {
-        if p.vent.is_some() && p.vent_area <= 0.0 {
-            return Err(BuildError::new("a vent that opens and has no area")
-                .help("give its area, or leave `vent` out")
-                .at("vent_area"));
-        }
-        if p.vent.is_some_and(|vent| p.pressure - p.ambient >= vent) {
-            return Err(BuildError::new(
-                "the vent's pressure is below that at the start: it is never seen to open",
-            )
-            .help("choose `vent` above pressure less ambient")
-            .at("vent"));
-        }
-        Ok(Airbag { p })
-    }
     fn init_x(&self) -> Gas {
         Gas { share: 1.0 }
     }
@@ -184,6 +169,20 @@ impl Model for Airbag {
         let (_, pressure, _) = self.pressed(x.share, &u.centre);
         let touches = p.radius - (u.centre.position.z - p.ground);
         Opening { over: p.vent.map_or(-1.0, |v| pressure - p.ambient - v), touches }
+    }
+    fn remarks(&self, _: &Clock, _: &Gas, _: &Vent) -> Vec<BuildError> {
+        let p = &self.p;
+        let Some(vent) = p.vent else { return Vec::new() };
+        let fact = match () {
+            () if p.pressure - p.ambient >= vent => {
+                "the vent's pressure is below that at the start: it is not seen to rise, and the vent stays shut"
+            }
+            () if p.vent_area <= 0.0 => "the vent has no area: nothing leaves when it opens",
+            () => return Vec::new(),
+        };
+        let help =
+            "choose `vent` above pressure less ambient, and give `vent_area`, or leave `vent` out";
+        vec![BuildError::new(fact).help(help).at("vent")]
     }
     fn fired(&self, _: &Clock, which: usize, x: &Gas, d: &Vent) -> (Gas, Vent) {
         (*x, Vent { open: d.open || which == 0 })
