@@ -63,7 +63,7 @@ fn chain() -> String {
         );
         parts += &format!(
             "\"Spring{k}\": (model: \"actuators.spring_damper\",
-                params: {{ \"stiffness\": 50, \"damping\": 0.1 }}, bind: {{ \"hinge\": \"hinge:plate{k}\" }}),"
+                params: {{ \"stiffness\": 50, \"damping\": 0.1 }}, bind: {{ \"shaft\": \"hinge:plate{k}\" }}),"
         );
     }
     format!(
