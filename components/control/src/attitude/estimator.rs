@@ -89,6 +89,9 @@ pub struct Estimate {
     /// Samples so far.
     #[port("1")]
     pub samples: f64,
+    /// Fixes that were taken.
+    #[port("1")]
+    pub fixes: f64,
 }
 
 /// The filter.
@@ -114,7 +117,14 @@ impl AttitudeFilter {
             let noise = SVector::<f64, 6>::new(n, n, n, k, k, k);
             cov = phi * cov * phi.transpose() + M6::from_diagonal(&noise);
         }
-        if u.fix {
+        if u.fix && d.fixes < 0.5 {
+            // The first one says where the craft points, however far that is from the start.
+            out.attitude = u.star;
+            cov.fixed_view_mut::<3, 6>(0, 0).fill(0.0);
+            cov.fixed_view_mut::<6, 3>(0, 0).fill(0.0);
+            (0..3).for_each(|k| cov[(k, k)] = p.star[k] * p.star[k]);
+            out.fixes = 1.0;
+        } else if u.fix {
             let q = out.attitude.inverse() * u.star;
             let delta = q.imag() * if q.w < 0.0 { -2.0 } else { 2.0 };
             let r = M3::from_diagonal(&p.star.component_mul(&p.star));
@@ -124,6 +134,7 @@ impl AttitudeFilter {
                 if p.gate > 0.0 && far > p.gate {
                     out.rejected += 1.0;
                 } else {
+                    out.fixes += 1.0;
                     let gain = cov.fixed_view::<6, 3>(0, 0) * inverse;
                     let mend = gain * delta;
                     let turn = Vec3::new(mend[0], mend[1], mend[2]);
@@ -165,7 +176,8 @@ impl Model for AttitudeFilter {
             covariance[7 * k] = if k < 3 { a } else { b };
         }
         let attitude = Quat::identity();
-        Estimate { attitude, bias: Vec3::zeros(), covariance, rejected: 0.0, samples: 0.0 }
+        let (rejected, samples, fixes) = (0.0, 0.0, 0.0);
+        Estimate { attitude, bias: Vec3::zeros(), covariance, rejected, samples, fixes }
     }
     fn direct(&self, c: &Clock, _: &(), d: &Estimate, u: &FilterIn) -> FilterOut {
         let e = self.step(c, d, u);
@@ -284,5 +296,18 @@ mod tests {
         }
         let p = FilterParams { star: Vec3::new(1e-5, 0.0, 1e-5), ..m.p.clone() };
         assert!(AttitudeFilter::build(p).is_err_and(|e| e.param.as_deref() == Some("star")));
+    }
+
+    #[test]
+    fn the_first_fix_is_taken_from_anywhere_and_the_gate_holds_from_then_on() {
+        let f = filter(6.0);
+        let c = |n: u64| Clock::at(n as f64 * 0.1, 0.1, n);
+        let away = Quat::from_axis_angle(&Vec3::x_axis(), 2.0);
+        let with = |star: Quat| FilterIn { gyro: Vec3::zeros(), fix: true, star };
+        let d = f.update(&c(0), &(), &f.init_d(), &(), &with(away), &mut ());
+        assert!(d.attitude.angle_to(&away) < 1e-12 && d.rejected == 0.0);
+        let far = away * Quat::from_axis_angle(&Vec3::z_axis(), 0.1);
+        let d = f.update(&c(1), &(), &d, &(), &with(far), &mut ());
+        assert!(d.attitude.angle_to(&away) < 1e-12 && d.rejected == 1.0);
     }
 }

@@ -155,6 +155,9 @@ impl PulseWidth {
         let signed = width * wanted.signum();
         let left = wanted - signed * self.p.jet;
         // What is beyond a whole period is not saved up.
+        if width >= c.dt {
+            return (signed, 0.0);
+        }
         (signed, left.clamp(-self.p.jet * self.p.minimum, self.p.jet * self.p.minimum))
     }
 }
@@ -172,6 +175,12 @@ impl Model for PulseWidth {
     }
     fn update(&self, c: &Clock, _: &(), d: &Rest, _: &(), u: &PulseIn) -> Rest {
         Rest { impulse: self.width(c, d, u).1 }
+    }
+    fn remarks(&self, c: &Clock) -> Vec<BuildError> {
+        let fact = "the shortest pulse is longer than the period: no jet ever fires";
+        let never = self.p.minimum > c.dt;
+        let told = never.then(|| BuildError::new(fact).help("sample it less often").at("minimum"));
+        told.into_iter().collect()
     }
 }
 
