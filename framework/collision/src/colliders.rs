@@ -1,6 +1,6 @@
 //! The colliders of a mechanism: checked, in the order of their names, constant.
 
-use crate::error::{CollisionError, Fault};
+use crate::error::{ColliderFault, CollisionError};
 use crate::query::Hiding;
 use crate::rules::{self, WORLD};
 use crate::shape::{ColliderSpec, Detail, Rules, Visibility};
@@ -88,7 +88,8 @@ impl Colliders {
             let mut build = |which: &'static str, shape| match Solid::new(shape) {
                 Ok(solid) => Some(Arc::new(solid)),
                 Err(found) => {
-                    let name = |fault| Fault::Shape { collider: s.name.clone(), which, fault };
+                    let name =
+                        |fault| ColliderFault::Shape { collider: s.name.clone(), which, fault };
                     faults.extend(found.into_iter().map(name));
                     None
                 }
@@ -213,18 +214,18 @@ impl Colliders {
 }
 
 /// Faults of the specifications beside their shapes.
-fn check(specs: &[ColliderSpec], multibody: &Multibody) -> Vec<Fault> {
+fn check(specs: &[ColliderSpec], multibody: &Multibody) -> Vec<ColliderFault> {
     let mut faults = Vec::new();
     for (i, s) in specs.iter().enumerate() {
         let collider = || s.name.clone();
         let count = specs.iter().filter(|o| o.name == s.name).count();
         if count > 1 && specs[..i].iter().all(|o| o.name != s.name) {
-            faults.push(Fault::Duplicate { name: collider(), count });
+            faults.push(ColliderFault::Duplicate { name: collider(), count });
         }
         if s.body != WORLD && multibody.body(&s.body).is_none() {
             let names = multibody.bodies().iter().map(|b| b.name()).chain([WORLD]);
             let suggestion = rules::nearest(&s.body, names);
-            faults.push(Fault::UnknownBody {
+            faults.push(ColliderFault::UnknownBody {
                 collider: collider(),
                 body: s.body.clone(),
                 suggestion,
@@ -237,11 +238,11 @@ fn check(specs: &[ColliderSpec], multibody: &Multibody) -> Vec<Fault> {
         ];
         for (what, value) in numbers {
             if !(value >= 0.0 && value.is_finite()) {
-                faults.push(Fault::Number { collider: collider(), what, value });
+                faults.push(ColliderFault::Number { collider: collider(), what, value });
             }
         }
         if !s.pose.is_finite() || (s.pose.rotation.coords.norm() - 1.0).abs() > 1e-9 {
-            faults.push(Fault::Pose { collider: collider() });
+            faults.push(ColliderFault::Pose { collider: collider() });
         }
     }
     faults

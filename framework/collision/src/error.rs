@@ -68,7 +68,7 @@ pub enum ShapeFault {
 
 /// One fault.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum Fault {
+pub enum ColliderFault {
     /// A shape that cannot be.
     #[error("collider `{collider}`, {which} shape: {fault}")]
     Shape {
@@ -140,7 +140,7 @@ fn suggest(name: &Option<String>) -> String {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CollisionError {
     /// The faults, in the order of the colliders, then of the rules; at least one.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<ColliderFault>,
 }
 
 impl std::fmt::Display for CollisionError {

@@ -70,7 +70,7 @@ mod thin;
 mod triangle;
 
 pub use colliders::{ColliderId, Colliders, Rebuilt};
-pub use error::{CollisionError, Fault, ShapeFault};
+pub use error::{ColliderFault, CollisionError, ShapeFault};
 pub use linkwork_multibody as multibody;
 pub use probe::Probe;
 pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};

@@ -22,14 +22,14 @@ use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
 
 /// A collider at its place.
 #[derive(Clone, Copy)]
-struct Place {
+struct Whereabouts {
     pose: Pose,
     R: Mat3,
     ball: Vec3,
     radius: f64,
 }
 
-impl Place {
+impl Whereabouts {
     const NONE: f64 = f64::NEG_INFINITY;
 }
 
@@ -48,7 +48,7 @@ pub struct Probe {
     /// All pairs that are looked at, and whether that list is up to date.
     pairs: Vec<(u32, u32)>,
     stale: bool,
-    places: Vec<Place>,
+    places: Vec<Whereabouts>,
     /// Pairs whose balls overlap: by how much of the smaller, or their distance.
     near: Vec<(f64, u32)>,
     room: Room,
@@ -66,13 +66,15 @@ impl Probe {
     pub fn new(colliders: &Colliders) -> Self {
         let n = colliders.len();
         let of = |id: ColliderId, detail| {
-            colliders.items[id.index()].solid(detail).map_or((Vec3::zeros(), Place::NONE), ball)
+            colliders.items[id.index()]
+                .solid(detail)
+                .map_or((Vec3::zeros(), Whereabouts::NONE), ball)
         };
-        let place = Place {
+        let place = Whereabouts {
             pose: Pose::identity(),
             R: Mat3::identity(),
             ball: Vec3::zeros(),
-            radius: Place::NONE,
+            radius: Whereabouts::NONE,
         };
         let room = n * n.saturating_sub(1) / 2;
         let mut probe = Self {
@@ -163,8 +165,8 @@ impl Probe {
             let pose = poses(item.body) * item.pose;
             let (centre, radius) = self.balls[i][which];
             let R = pose.rotation.to_rotation_matrix().into_inner();
-            let radius = if pose.is_finite() { radius } else { Place::NONE };
-            self.places[i] = Place { pose, R, ball: R * centre + pose.position, radius };
+            let radius = if pose.is_finite() { radius } else { Whereabouts::NONE };
+            self.places[i] = Whereabouts { pose, R, ball: R * centre + pose.position, radius };
         }
     }
 
@@ -227,7 +229,7 @@ impl Probe {
         b: ColliderId,
         limit: f64,
     ) -> Option<Distance> {
-        let placed = |id: ColliderId| self.places[id.index()].radius > Place::NONE;
+        let placed = |id: ColliderId| self.places[id.index()].radius > Whereabouts::NONE;
         if !(placed(a) && placed(b)) {
             return None;
         }

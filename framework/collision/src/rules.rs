@@ -1,6 +1,6 @@
 //! Which pairs of colliders meet: groups, bodies joined by hinges and loops, lists of names.
 
-use crate::error::Fault;
+use crate::error::ColliderFault;
 use crate::shape::{ColliderSpec, Neighbours, Rules};
 use linkwork_multibody::Multibody;
 
@@ -16,7 +16,11 @@ pub(crate) fn nearest<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> Opt
 }
 
 /// Names in the rules that nothing has.
-pub(crate) fn unknown(rules: &Rules, specs: &[ColliderSpec], multibody: &Multibody) -> Vec<Fault> {
+pub(crate) fn unknown(
+    rules: &Rules,
+    specs: &[ColliderSpec],
+    multibody: &Multibody,
+) -> Vec<ColliderFault> {
     let bodies = || multibody.bodies().iter().map(|b| b.name()).chain([WORLD]);
     let mut faults = Vec::new();
     let lists = [("ignore", &rules.ignore), ("collide", &rules.collide), ("joined", &rules.joined)];
@@ -26,7 +30,12 @@ pub(crate) fn unknown(rules: &Rules, specs: &[ColliderSpec], multibody: &Multibo
             for name in pair {
                 if !bodies().chain(shapes()).any(|n| n == name) {
                     let suggestion = nearest(name, bodies().chain(shapes()));
-                    faults.push(Fault::UnknownName { list, index, name: name.clone(), suggestion });
+                    faults.push(ColliderFault::UnknownName {
+                        list,
+                        index,
+                        name: name.clone(),
+                        suggestion,
+                    });
                 }
             }
         }

@@ -7,14 +7,14 @@ use linkwork_collision::multibody::spatial::{Pose, Vec3};
 use linkwork_collision::*;
 use support::*;
 
-fn faults(shape: Shape) -> Vec<Fault> {
+fn faults(shape: Shape) -> Vec<ColliderFault> {
     let spec = ColliderSpec::new("it", "a00", shape);
     Colliders::new(vec![spec], Rules::default(), &free_bodies(1))
         .map_or_else(|e| e.faults, |_| vec![])
 }
 
 fn shape_faults(shape: Shape) -> Vec<ShapeFault> {
-    let only = |f| if let Fault::Shape { fault, .. } = f { fault } else { panic!("{f:?}") };
+    let only = |f| if let ColliderFault::Shape { fault, .. } = f { fault } else { panic!("{f:?}") };
     faults(shape).into_iter().map(only).collect()
 }
 

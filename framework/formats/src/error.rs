@@ -1,12 +1,12 @@
 //! What can be wrong with a file: place, fact, remedy, all mistakes at once.
 
-use linkwork_multibody::Fault as BuildFault;
+use linkwork_multibody::MechanismFault;
 use linkwork_spatial::InertiaError;
 use thiserror::Error;
 
 /// A place in a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
+pub struct FilePlace {
     /// The file as it was named; `<text>` when the text came without one.
     pub file: String,
     /// Line, from 1; 0 when the whole file is meant.
@@ -15,7 +15,7 @@ pub struct Place {
     pub column: u32,
 }
 
-impl std::fmt::Display for Place {
+impl std::fmt::Display for FilePlace {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.line {
             0 => write!(f, "{}", self.file),
@@ -116,7 +116,7 @@ pub enum FaultKind {
         /// The name.
         name: String,
         /// Where it is defined first.
-        first: Place,
+        first: FilePlace,
     },
     /// A name that cannot be used.
     #[error("{kind} name `{name}` is not usable\n  help: {help}")]
@@ -199,15 +199,15 @@ pub enum FaultKind {
     },
     /// The mechanism that came of it is not sound.
     #[error("{0}")]
-    Build(BuildFault),
+    Build(MechanismFault),
 }
 
 /// One mistake, with its place.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{place}: {kind}")]
-pub struct Fault {
+pub struct FileFault {
     /// Where.
-    pub place: Place,
+    pub place: FilePlace,
     /// What.
     pub kind: FaultKind,
 }
@@ -217,9 +217,9 @@ pub struct Fault {
 #[error("{}", lines(faults))]
 pub struct FormatError {
     /// The mistakes, at least one.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<FileFault>,
 }
 
-fn lines(faults: &[Fault]) -> String {
-    faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("\n")
+fn lines(faults: &[FileFault]) -> String {
+    faults.iter().map(FileFault::to_string).collect::<Vec<_>>().join("\n")
 }

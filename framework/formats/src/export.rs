@@ -55,7 +55,7 @@ pub enum ExportFault {
     },
     /// The mechanism itself is not sound.
     #[error("{0}")]
-    Build(linkwork_multibody::Fault),
+    Build(linkwork_multibody::MechanismFault),
 }
 
 /// Why a mechanism cannot be written as URDF: all the reasons.

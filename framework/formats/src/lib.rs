@@ -59,7 +59,7 @@ mod xml;
 pub use description::{
     BodyShape, Description, Geometry, Ignored, Initial, Joint, ShapeRole, Wheel, WheelRole,
 };
-pub use error::{Fault, FaultKind, FormatError, Place};
+pub use error::{FaultKind, FileFault, FilePlace, FormatError};
 pub use export::{ExportError, ExportFault, UrdfText, write_urdf};
 pub use linkwork_multibody as multibody;
 pub use linkwork_multibody::{Coupling, HingeCoordinate, LoopClosure, Term};

@@ -1,6 +1,6 @@
 //! What a reader may be told, which reader a file needs, and the collector of mistakes.
 
-use crate::error::{Fault, FaultKind, Place};
+use crate::error::{FaultKind, FileFault, FilePlace};
 use crate::names::suggest;
 use crate::xml::Element;
 use crate::{Description, FormatError, Ignored, Initial};
@@ -75,7 +75,7 @@ pub fn format_of(text: &str, options: &ReadOptions) -> Result<Format, FormatErro
                 expected: "<robot>, <mujoco> or <sdf>",
                 help: "URDF, MJCF and SDF files are read here".into(),
             };
-            Err(FormatError { faults: vec![Fault { place: root.place(), kind }] })
+            Err(FormatError { faults: vec![FileFault { place: root.place(), kind }] })
         }
     }
 }
@@ -102,8 +102,8 @@ pub fn read_file(
     options: &ReadOptions,
 ) -> Result<Description, FormatError> {
     let path = path.as_ref();
-    let place = Place { file: path.display().to_string(), ..Place::default() };
-    let one = |kind| FormatError { faults: vec![Fault { place: place.clone(), kind }] };
+    let place = FilePlace { file: path.display().to_string(), ..FilePlace::default() };
+    let one = |kind| FormatError { faults: vec![FileFault { place: place.clone(), kind }] };
     if path.extension().is_some_and(|e| e == "xacro") {
         return Err(one(FaultKind::Xacro { text: place.file.clone() }));
     }
@@ -118,7 +118,7 @@ pub fn read_file(
 /// Collects mistakes and what was ignored while a file is read.
 pub(crate) struct Cx<'a> {
     pub options: &'a ReadOptions,
-    pub faults: Vec<Fault>,
+    pub faults: Vec<FileFault>,
     pub ignored: Vec<Ignored>,
 }
 
@@ -127,8 +127,8 @@ impl<'a> Cx<'a> {
         Self { options, faults: Vec::new(), ignored: Vec::new() }
     }
 
-    pub fn fault(&mut self, place: Place, kind: FaultKind) {
-        self.faults.push(Fault { place, kind });
+    pub fn fault(&mut self, place: FilePlace, kind: FaultKind) {
+        self.faults.push(FileFault { place, kind });
     }
 
     pub fn missing(&mut self, at: &Element, what: &str, missing: &str, help: impl Into<String>) {
@@ -136,7 +136,7 @@ impl<'a> Cx<'a> {
         self.fault(at.place(), FaultKind::Missing { what, missing, help: help.into() });
     }
 
-    pub fn bad(&mut self, place: Place, what: &str, text: &str, expected: &str, help: &str) {
+    pub fn bad(&mut self, place: FilePlace, what: &str, text: &str, expected: &str, help: &str) {
         let (what, text) = (what.into(), shortened(text));
         let (expected, help) = (expected.into(), help.into());
         self.fault(place, FaultKind::BadValue { what, text, expected, help });
@@ -156,7 +156,7 @@ impl<'a> Cx<'a> {
     /// Numbers of a text; `None` and a fault when they are not `N` finite numbers.
     pub fn parse<const N: usize>(
         &mut self,
-        place: Place,
+        place: FilePlace,
         text: &str,
         what: &str,
     ) -> Option<[f64; N]> {
@@ -167,7 +167,7 @@ impl<'a> Cx<'a> {
     /// Numbers of a text, as many as `count` allows.
     pub fn parse_list(
         &mut self,
-        place: Place,
+        place: FilePlace,
         text: &str,
         what: &str,
         count: std::ops::RangeInclusive<usize>,
@@ -212,7 +212,7 @@ impl<'a> Cx<'a> {
     }
 
     /// The vector made unit length, or a fault.
-    pub fn unit(&mut self, place: Place, n: Vec3, text: &str, what: &str) -> Option<Vec3> {
+    pub fn unit(&mut self, place: FilePlace, n: Vec3, text: &str, what: &str) -> Option<Vec3> {
         // Scaled first, so that the squares neither vanish nor overflow.
         let scale = n.amax();
         if !(1e-100..=1e100).contains(&scale) {
@@ -227,7 +227,7 @@ impl<'a> Cx<'a> {
     }
 
     /// A length, mass or size that must not be negative; `None` and a fault otherwise.
-    pub fn not_negative(&mut self, place: Place, x: f64, what: &str) -> Option<f64> {
+    pub fn not_negative(&mut self, place: FilePlace, x: f64, what: &str) -> Option<f64> {
         if x >= 0.0 {
             return Some(x);
         }
@@ -265,7 +265,7 @@ impl<'a> Cx<'a> {
     /// A name that leads nowhere.
     pub fn unknown<'n>(
         &mut self,
-        place: Place,
+        place: FilePlace,
         what: &str,
         kind: &'static str,
         name: &str,
@@ -300,7 +300,7 @@ impl<'a> Cx<'a> {
         if self.faults.is_empty()
             && let Err(error) = d.builder.build()
         {
-            let place = Place { line: 0, ..root.place() };
+            let place = FilePlace { line: 0, ..root.place() };
             for fault in error.faults {
                 self.fault(place.clone(), FaultKind::Build(fault));
             }

@@ -8,7 +8,7 @@
 //! Everything else (states, end effectors, virtual and passive joints, groups of groups) is listed in
 //! [`Srdf::ignored`].
 
-use crate::error::{Fault, FaultKind, Place};
+use crate::error::{FaultKind, FileFault, FilePlace};
 use crate::read::{Cx, ReadOptions};
 use crate::xml::parse;
 use crate::{FormatError, Ignored};
@@ -100,9 +100,9 @@ pub fn read_srdf_file(path: impl AsRef<Path>) -> Result<Srdf, FormatError> {
     match std::fs::read_to_string(path) {
         Ok(text) => read_srdf(&text, &options),
         Err(e) => {
-            let place = Place { file: options.file_name(), ..Place::default() };
+            let place = FilePlace { file: options.file_name(), ..FilePlace::default() };
             let kind = FaultKind::Unreadable { reason: e.to_string() };
-            Err(FormatError { faults: vec![Fault { place, kind }] })
+            Err(FormatError { faults: vec![FileFault { place, kind }] })
         }
     }
 }

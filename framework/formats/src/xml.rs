@@ -3,7 +3,7 @@
 //! Nothing has to be listed by hand as "not supported": what no reader asked for is what was
 //! ignored.
 
-use crate::error::{Fault, FaultKind, Place};
+use crate::error::{FaultKind, FileFault, FilePlace};
 use crate::{FormatError, Ignored};
 use std::cell::Cell;
 use std::rc::Rc;
@@ -35,14 +35,14 @@ pub(crate) struct Element {
 
 impl Element {
     /// Where it begins.
-    pub fn place(&self) -> Place {
-        Place { file: self.file.to_string(), line: self.line, column: self.column }
+    pub fn place(&self) -> FilePlace {
+        FilePlace { file: self.file.to_string(), line: self.line, column: self.column }
     }
 
     /// Where an attribute is, or the element when it has none of the name.
-    pub fn place_of(&self, name: &str) -> Place {
+    pub fn place_of(&self, name: &str) -> FilePlace {
         match self.attributes.iter().find(|a| a.name == name) {
-            Some(a) => Place { file: self.file.to_string(), line: a.line, column: a.column },
+            Some(a) => FilePlace { file: self.file.to_string(), line: a.line, column: a.column },
             None => self.place(),
         }
     }
@@ -166,7 +166,7 @@ pub(crate) fn parse_with(
     declarations: Declarations,
 ) -> Result<Element, FormatError> {
     let one = |line, column, kind| FormatError {
-        faults: vec![Fault { place: Place { file: file.into(), line, column }, kind }],
+        faults: vec![FileFault { place: FilePlace { file: file.into(), line, column }, kind }],
     };
     let options = roxmltree::ParsingOptions {
         allow_dtd: declarations == Declarations::Allowed,

@@ -94,7 +94,7 @@ pub struct Found {
 
 /// Why a search stopped.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Fault<E> {
+pub enum SearchError<E> {
     /// The guard's own refusal.
     #[error("{0}")]
     Guard(E),
@@ -122,7 +122,7 @@ struct Point {
 /// Cost where nothing is near zero: `samples` calls of `guard`.
 ///
 /// # Errors
-/// [`Fault::Guard`], [`Fault::NotANumber`].
+/// [`SearchError::Guard`], [`SearchError::NotANumber`].
 ///
 /// # Panics
 /// When the number of samples, the step or the tolerance is out of range.
@@ -131,9 +131,9 @@ pub fn first_crossing<E>(
     ends: [f64; 2],
     side: Side,
     search: &Search,
-) -> Result<Found, Fault<E>> {
+) -> Result<Found, SearchError<E>> {
     assert!(search.h > 0.0 && search.tolerance > 0.0, "step and tolerance above zero: {search:?}");
-    let mut g = |theta: f64| point(theta, guard(theta).map_err(Fault::Guard)?);
+    let mut g = |theta: f64| point(theta, guard(theta).map_err(SearchError::Guard)?);
     let width = (search.tolerance / search.h).max(4.0 * f64::EPSILON);
     let (points, count) = sample(&mut g, ends, search.samples)?;
     let points = &points[..count];
@@ -186,10 +186,10 @@ pub fn first_crossing<E>(
 
 /// The guard at both ends and evenly between; the number of places.
 fn sample<E>(
-    g: &mut impl FnMut(f64) -> Result<Point, Fault<E>>,
+    g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     ends: [f64; 2],
     samples: usize,
-) -> Result<([Point; SAMPLES_MAX + 2], usize), Fault<E>> {
+) -> Result<([Point; SAMPLES_MAX + 2], usize), SearchError<E>> {
     assert!((1..=SAMPLES_MAX).contains(&samples), "{samples} samples; 1 to {SAMPLES_MAX}");
     let mut points = [point(0.0, ends[0])?; SAMPLES_MAX + 2];
     for i in 1..=samples {
@@ -199,8 +199,8 @@ fn sample<E>(
     Ok((points, samples + 2))
 }
 
-fn point<E>(theta: f64, value: f64) -> Result<Point, Fault<E>> {
-    if value.is_nan() { Err(Fault::NotANumber { theta }) } else { Ok(Point { theta, value }) }
+fn point<E>(theta: f64, value: f64) -> Result<Point, SearchError<E>> {
+    if value.is_nan() { Err(SearchError::NotANumber { theta }) } else { Ok(Point { theta, value }) }
 }
 
 fn opposite(a: Side, b: Side) -> bool {
@@ -209,11 +209,11 @@ fn opposite(a: Side, b: Side) -> bool {
 
 /// The end of a bracket that is on the new side or on zero, once the bracket is at most `width`.
 fn narrow<E>(
-    g: &mut impl FnMut(f64) -> Result<Point, Fault<E>>,
+    g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     from: Point,
     to: Point,
     width: f64,
-) -> Result<Point, Fault<E>> {
+) -> Result<Point, SearchError<E>> {
     // y is below zero at a and above at b.
     let sign = if to.value > 0.0 { 1.0 } else { -1.0 };
     let (mut a, mut b, mut end) = (from.theta, to.theta, to);
@@ -261,11 +261,11 @@ fn itp(a: f64, b: f64, ya: f64, yb: f64, radius: f64, slack: f64) -> f64 {
 /// A point beyond zero between samples i − 1 and i, which are on one side; none when the guard
 /// does not reach zero there or only touches it.
 fn beyond<E>(
-    g: &mut impl FnMut(f64) -> Result<Point, Fault<E>>,
+    g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     points: &[Point],
     i: usize,
     width: f64,
-) -> Result<Option<Point>, Fault<E>> {
+) -> Result<Option<Point>, SearchError<E>> {
     let sign = if points[i].value > 0.0 { 1.0 } else { -1.0 };
     let (mut a, mut c) = (points[i - 1], points[i]);
     let ends = (sign * a.value).min(sign * c.value);
@@ -315,11 +315,11 @@ const DIP_STEPS_MAX: usize = 30;
 /// Whether a dip beyond zero is still beyond it half the tolerance before or after; else its two
 /// crossings are less than the tolerance apart, and it is a touch.
 fn wide<E>(
-    g: &mut impl FnMut(f64) -> Result<Point, Fault<E>>,
+    g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     dip: Point,
     sign: f64,
     width: f64,
-) -> Result<bool, Fault<E>> {
+) -> Result<bool, SearchError<E>> {
     let before = g((dip.theta - 0.5 * width).max(0.0))?;
     Ok(sign * before.value < 0.0 || sign * g((dip.theta + 0.5 * width).min(1.0))?.value < 0.0)
 }

@@ -1,6 +1,6 @@
 //! Location of events: crossings, directions, double crossings, touches, arming, refusals.
 #![allow(clippy::unwrap_used)]
-use linkwork_integrate::events::{Direction, Fault, Found, Search, Side, first_crossing};
+use linkwork_integrate::events::{Direction, Found, Search, SearchError, Side, first_crossing};
 use std::convert::Infallible;
 
 /// A search that counts its evaluations.
@@ -190,10 +190,10 @@ fn searches_are_deterministic_and_refuse_nan() {
     let settings = Search::new(Direction::Either, 1.0);
     let nan = |x: f64| Ok::<f64, Infallible>(if x > 0.6 { f64::NAN } else { 1.0 });
     let fault = first_crossing(nan, [1.0, 1.0], Side::Zero, &settings).unwrap_err();
-    assert!(matches!(fault, Fault::NotANumber { theta: 0.75 }), "{fault}");
+    assert!(matches!(fault, SearchError::NotANumber { theta: 0.75 }), "{fault}");
     let refuses = |_: f64| Err::<f64, &str>("no");
     let fault = first_crossing(refuses, [1.0, 1.0], Side::Zero, &settings).unwrap_err();
-    assert_eq!(fault, Fault::Guard("no"));
+    assert_eq!(fault, SearchError::Guard("no"));
     let infinite = |x: f64| Ok::<f64, Infallible>(if x > 0.6 { f64::INFINITY } else { -1.0 });
     let found = first_crossing(infinite, [-1.0, f64::INFINITY], Side::Zero, &settings).unwrap();
     assert!((found.crossing.unwrap().theta - 0.6).abs() < 2e-9);

@@ -2,7 +2,7 @@
 
 use crate::checks::{check_hinge, check_loop_hinge, check_names, check_numbers, nearest};
 use crate::constraint::{Anchor, Coupled, Loop, rows};
-use crate::error::{BuildError, Fault};
+use crate::error::{BuildError, MechanismFault};
 use crate::mechanism::{Body, Multibody, Node, Parts, SubhingeRange};
 use crate::modes::Modes;
 use crate::{
@@ -193,7 +193,7 @@ impl Builder {
     /// The mechanism in canonical order. O(n log n).
     ///
     /// # Errors
-    /// Every [`Fault`] of every part.
+    /// Every [`MechanismFault`] of every part.
     pub fn build(&self) -> Result<Multibody, BuildError> {
         let mut faults = Vec::new();
         let names: BTreeMap<&str, usize> =
@@ -203,7 +203,7 @@ impl Builder {
         let mut inertias = Vec::with_capacity(self.bodies.len());
         for b in &self.bodies {
             if b.parent != "world" && !names.contains_key(b.parent.as_str()) {
-                faults.push(Fault::UnknownParent {
+                faults.push(MechanismFault::UnknownParent {
                     body: b.name.clone(),
                     parent: b.parent.clone(),
                     suggestion: nearest(&b.parent, names.keys().copied().chain(["world"])),
@@ -211,20 +211,21 @@ impl Builder {
             }
             check_numbers(b, &mut faults);
             inertias.push(b.mass.validate().unwrap_or_else(|error| {
-                faults.push(Fault::Inertia { body: b.name.clone(), error });
+                faults.push(MechanismFault::Inertia { body: b.name.clone(), error });
                 RigidInertia::zero()
             }));
         }
         for n in &self.nodes {
             if !names.contains_key(n.body.as_str()) {
-                faults.push(Fault::UnknownBody {
+                faults.push(MechanismFault::UnknownBody {
                     node: n.name.clone(),
                     body: n.body.clone(),
                     suggestion: nearest(&n.body, names.keys().copied()),
                 });
             }
             if !n.pose.is_finite() {
-                faults.push(Fault::NotFinite { place: format!("node `{}`, pose", n.name) });
+                faults
+                    .push(MechanismFault::NotFinite { place: format!("node `{}`, pose", n.name) });
             }
         }
         self.check_modes(&names, &mut faults);
@@ -233,14 +234,14 @@ impl Builder {
         if faults.is_empty() { Ok(self.order(&inertias)) } else { Err(BuildError { faults }) }
     }
 
-    fn check_constraints(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<Fault>) {
+    fn check_constraints(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<MechanismFault>) {
         check_names("loop", self.loops.iter().map(|l| l.name.as_str()), faults);
         check_names("coupling", self.couplings.iter().map(|c| c.name.as_str()), faults);
         let mut unknown = |what: String, body: &str, world: Option<&'static str>| {
             let found = names.contains_key(body) || world == Some(body);
             if !found {
                 let suggestion = nearest(body, names.keys().copied().chain(world));
-                faults.push(Fault::UnknownEnd { what, body: body.into(), suggestion });
+                faults.push(MechanismFault::UnknownEnd { what, body: body.into(), suggestion });
             }
             found
         };
@@ -250,11 +251,16 @@ impl Builder {
             unknown(what(), &l.body_a, Some("world"));
             unknown(what(), &l.body_b, Some("world"));
             if l.body_a == l.body_b {
-                more.push(Fault::LoopOnItself { name: l.name.clone(), body: l.body_a.clone() });
+                more.push(MechanismFault::LoopOnItself {
+                    name: l.name.clone(),
+                    body: l.body_a.clone(),
+                });
             }
             for (X, end) in [(&l.frame_a, 'a'), (&l.frame_b, 'b')] {
                 if !X.is_finite() {
-                    more.push(Fault::NotFinite { place: format!("{}, frame {end}", what()) });
+                    more.push(MechanismFault::NotFinite {
+                        place: format!("{}, frame {end}", what()),
+                    });
                 }
             }
             let before = more.len();
@@ -263,7 +269,7 @@ impl Builder {
             if more.len() == before {
                 let hinge = normalised_hinge(&l.hinge);
                 if let Err(error) = rows(&hinge, 0) {
-                    more.push(Fault::Loop { name: l.name.clone(), error });
+                    more.push(MechanismFault::Loop { name: l.name.clone(), error });
                 }
             }
         }
@@ -271,10 +277,10 @@ impl Builder {
             let what = || format!("coupling `{}`", c.name);
             let finite = c.terms.iter().all(|t| t.factor.is_finite()) && c.constant.is_finite();
             if !finite {
-                more.push(Fault::NotFinite { place: format!("{}, its factors", what()) });
+                more.push(MechanismFault::NotFinite { place: format!("{}, its factors", what()) });
             }
             if finite && c.terms.iter().all(|t| t.factor == 0.0) {
-                more.push(Fault::EmptyCoupling { name: c.name.clone() });
+                more.push(MechanismFault::EmptyCoupling { name: c.name.clone() });
             }
             for (i, t) in c.terms.iter().enumerate() {
                 let at = &t.coordinate;
@@ -284,11 +290,19 @@ impl Builder {
                 let hinge = &self.bodies[names[at.body.as_str()]].hinge.subhinges;
                 if hinge.get(at.subhinge).is_none_or(|s| s.kind.nv() != 1) {
                     let (body, subhinge) = (at.body.clone(), at.subhinge);
-                    more.push(Fault::NoCoordinate { name: c.name.clone(), body, subhinge });
+                    more.push(MechanismFault::NoCoordinate {
+                        name: c.name.clone(),
+                        body,
+                        subhinge,
+                    });
                 }
                 if c.terms[..i].iter().any(|o| o.coordinate == *at) {
                     let (body, subhinge) = (at.body.clone(), at.subhinge);
-                    more.push(Fault::CoordinateTwice { name: c.name.clone(), body, subhinge });
+                    more.push(MechanismFault::CoordinateTwice {
+                        name: c.name.clone(),
+                        body,
+                        subhinge,
+                    });
                 }
             }
         }
@@ -296,7 +310,7 @@ impl Builder {
     }
 
     /// Reports each ring once, from its first body by name.
-    fn check_cycles(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<Fault>) {
+    fn check_cycles(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<MechanismFault>) {
         // Which walk first came through a body; 0 is none.
         let mut walk = vec![0; self.bodies.len()];
         for (n, &start) in names.values().enumerate() {
@@ -310,7 +324,7 @@ impl Builder {
             // A walk that meets its own trail has found a ring; another's has been reported.
             if let Some(first) = at.and_then(|i| path.iter().position(|&j| j == i)) {
                 let ring = path[first..].iter().chain([&path[first]]);
-                faults.push(Fault::Cycle {
+                faults.push(MechanismFault::Cycle {
                     path: ring.map(|&i| self.bodies[i].name.clone()).collect(),
                 });
             }

@@ -1,13 +1,13 @@
 //! What a description's names, numbers and hinges must satisfy.
 
-use crate::error::Fault;
+use crate::error::MechanismFault;
 use crate::{BodySpec, Friction, Hinge, Stop, Subhinge, SubhingeKind};
 use std::collections::BTreeMap;
 
 pub(crate) fn check_names<'a>(
     what: &'static str,
     names: impl Iterator<Item = &'a str>,
-    faults: &mut Vec<Fault>,
+    faults: &mut Vec<MechanismFault>,
 ) {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for name in names {
@@ -15,66 +15,66 @@ pub(crate) fn check_names<'a>(
     }
     for (name, count) in counts {
         if count > 1 {
-            faults.push(Fault::Duplicate { what, name: name.into(), count });
+            faults.push(MechanismFault::Duplicate { what, name: name.into(), count });
         }
         if name.is_empty() || name == "world" {
-            faults.push(Fault::BadName { what, name: name.into() });
+            faults.push(MechanismFault::BadName { what, name: name.into() });
         }
     }
 }
 
-pub(crate) fn check_numbers(b: &BodySpec, faults: &mut Vec<Fault>) {
+pub(crate) fn check_numbers(b: &BodySpec, faults: &mut Vec<MechanismFault>) {
     for (pose, which) in [(&b.hinge_in_parent, "parent"), (&b.hinge_in_body, "body")] {
         if !pose.is_finite() {
             let place = format!("body `{}`, hinge frame in the {which}", b.name);
-            faults.push(Fault::NotFinite { place });
+            faults.push(MechanismFault::NotFinite { place });
         }
     }
     check_hinge(&format!("body `{}`", b.name), &b.hinge, faults);
 }
 
 /// `what` carries the hinge.
-pub(crate) fn check_hinge(what: &str, hinge: &Hinge, faults: &mut Vec<Fault>) {
+pub(crate) fn check_hinge(what: &str, hinge: &Hinge, faults: &mut Vec<MechanismFault>) {
     let body = || what.to_owned();
     for (i, s) in hinge.subhinges.iter().enumerate() {
         if s.kind.axis().is_some_and(|a| !(a.norm().is_finite() && a.norm() > 1e-100)) {
-            faults.push(Fault::BadAxis { body: body(), subhinge: i });
+            faults.push(MechanismFault::BadAxis { body: body(), subhinge: i });
         }
         if matches!(s.kind, SubhingeKind::Screw { pitch, .. } if !pitch.is_finite()) {
             let place = format!("{what}, subhinge {i}, pitch");
-            faults.push(Fault::NotFinite { place });
+            faults.push(MechanismFault::NotFinite { place });
         }
         let barred = matches!(s.kind, SubhingeKind::Free | SubhingeKind::Locked);
         let a = s.armature;
         if !(a.is_finite() && a >= 0.0) || (barred && a != 0.0) {
             let body = body();
-            faults.push(Fault::BadArmature { body, subhinge: i, armature: a });
+            faults.push(MechanismFault::BadArmature { body, subhinge: i, armature: a });
         }
         if !(s.gear.is_finite() && s.gear != 0.0) {
-            faults.push(Fault::BadGear { body: body(), subhinge: i, gear: s.gear });
+            faults.push(MechanismFault::BadGear { body: body(), subhinge: i, gear: s.gear });
         }
         let limited = s.limits != crate::Limits::NONE;
         if !s.limits.is_valid() || (limited && s.kind.nv() != 1) {
             let body = body();
-            faults.push(Fault::BadLimits { body, subhinge: i, limits: s.limits });
+            faults.push(MechanismFault::BadLimits { body, subhinge: i, limits: s.limits });
         }
         check_forces(what, i, s, faults);
     }
 }
 
 /// Damping, friction and stop of a subhinge.
-fn check_forces(what: &str, subhinge: usize, s: &Subhinge, faults: &mut Vec<Fault>) {
+fn check_forces(what: &str, subhinge: usize, s: &Subhinge, faults: &mut Vec<MechanismFault>) {
     let body = || what.to_owned();
     let barred = matches!(s.kind, SubhingeKind::Free | SubhingeKind::Locked);
     let (damping, friction, stop) = (s.damping, s.friction, s.stop);
     let sound = |x: f64| x.is_finite() && x >= 0.0;
     if !sound(damping) || (barred && damping != 0.0) {
-        faults.push(Fault::BadDamping { body: body(), subhinge, damping });
+        faults.push(MechanismFault::BadDamping { body: body(), subhinge, damping });
     }
     let one = s.kind.nv() == 1;
     let rubs = friction != Friction::NONE;
     if !sound(friction.force) || !sound(friction.rate) || (rubs && !one) {
-        faults.push(Fault::BadFriction { body: body(), subhinge, friction });
+        faults.push(MechanismFault::BadFriction { body: body(), subhinge, friction });
     }
     let fits = match stop {
         Stop::Usual | Stop::Off => true,
@@ -83,16 +83,16 @@ fn check_forces(what: &str, subhinge: usize, s: &Subhinge, faults: &mut Vec<Faul
         }
     };
     if !fits {
-        faults.push(Fault::BadStop { body: body(), subhinge, stop });
+        faults.push(MechanismFault::BadStop { body: body(), subhinge, stop });
     }
 }
 
 /// What no force acts on: the hinge of a loop.
-pub(crate) fn check_loop_hinge(what: &str, hinge: &Hinge, faults: &mut Vec<Fault>) {
+pub(crate) fn check_loop_hinge(what: &str, hinge: &Hinge, faults: &mut Vec<MechanismFault>) {
     for (subhinge, s) in hinge.subhinges.iter().enumerate() {
         let soft = matches!(s.stop, Stop::Soft { .. });
         if s.damping != 0.0 || s.friction != Friction::NONE || soft {
-            faults.push(Fault::NotOnLoop { body: what.to_owned(), subhinge });
+            faults.push(MechanismFault::NotOnLoop { body: what.to_owned(), subhinge });
         }
     }
 }

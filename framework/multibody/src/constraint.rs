@@ -88,7 +88,7 @@ pub struct LoopClosure {
 
 /// One scalar equation of a loop; directions are of unit length.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub enum Row {
+pub enum LoopRow {
     /// n · p − Σ c u = 0.
     Slide {
         /// n, fixed in A.
@@ -144,7 +144,7 @@ pub struct Loop {
     /// Frame B.
     pub b: Anchor,
     /// What it demands, six at most.
-    pub rows: Vec<Row>,
+    pub rows: Vec<LoopRow>,
     /// Where its prescribed subhinges stand among the loop motions.
     pub motions: std::ops::Range<usize>,
 }
@@ -213,7 +213,7 @@ pub enum LoopFault {
 }
 
 /// The rows of a hinge; prescribed subhinges get places from `first` on.
-pub(crate) fn rows(hinge: &Hinge, first: usize) -> Result<Vec<Row>, LoopFault> {
+pub(crate) fn rows(hinge: &Hinge, first: usize) -> Result<Vec<LoopRow>, LoopFault> {
     let plain = |s: &crate::Subhinge| s.armature == 0.0 && s.limits == Limits::NONE;
     if !hinge.subhinges.iter().all(plain) {
         return Err(LoopFault::Extras);
@@ -263,18 +263,19 @@ fn across(n: &Vec3) -> [Vec3; 2] {
     [x, n.cross(&x)]
 }
 
-fn screw(axis: Vec3, pitch: f64) -> Vec<Row> {
+fn screw(axis: Vec3, pitch: f64) -> Vec<LoopRow> {
     let [x, y] = across(&axis);
-    let mut out: Vec<Row> = [x, y].map(|axis| Row::Slide { axis, motions: Vec::new() }).into();
-    out.extend([x, y].map(|a| Row::Across { a, b: axis, cosine: 0.0 }));
-    out.push(Row::Screw { axis, reference: x, pitch });
+    let mut out: Vec<LoopRow> =
+        [x, y].map(|axis| LoopRow::Slide { axis, motions: Vec::new() }).into();
+    out.extend([x, y].map(|a| LoopRow::Across { a, b: axis, cosine: 0.0 }));
+    out.push(LoopRow::Screw { axis, reference: x, pitch });
     out
 }
 
 type Axis = (Vec3, Option<usize>);
 
 /// Rows across the free sliders; the prescribed ones move them.
-fn translations(sliders: &[Axis]) -> Result<Vec<Row>, LoopFault> {
+fn translations(sliders: &[Axis]) -> Result<Vec<LoopRow>, LoopFault> {
     let of = |k: usize| sliders.get(k).map_or_else(Vec3::zeros, |s| s.0);
     let volume = match sliders.len() {
         0 | 1 => 1.0,
@@ -294,14 +295,14 @@ fn translations(sliders: &[Axis]) -> Result<Vec<Row>, LoopFault> {
     };
     let row = |axis: Vec3| {
         let moved = sliders.iter().filter_map(|(d, given)| given.map(|m| (m, axis.dot(d))));
-        Row::Slide { axis, motions: moved.filter(|m| m.1 != 0.0).collect() }
+        LoopRow::Slide { axis, motions: moved.filter(|m| m.1 != 0.0).collect() }
     };
     Ok(normals.into_iter().map(row).collect())
 }
 
-fn rotations(turns: &[Axis], ball: bool) -> Result<Vec<Row>, LoopFault> {
+fn rotations(turns: &[Axis], ball: bool) -> Result<Vec<LoopRow>, LoopFault> {
     let given = turns.iter().any(|t| t.1.is_some());
-    let right = |a: Vec3, b: Vec3| Row::Across { a, b, cosine: 0.0 };
+    let right = |a: Vec3, b: Vec3| LoopRow::Across { a, b, cosine: 0.0 };
     match (turns, ball) {
         ([], true) => Ok(Vec::new()),
         (_, true) => Err(if given { LoopFault::Prescribed } else { LoopFault::Parallel }),
@@ -313,13 +314,13 @@ fn rotations(turns: &[Axis], ball: bool) -> Result<Vec<Row>, LoopFault> {
             let [x, y] = across(axis);
             let mut out = vec![right(x, *axis), right(y, *axis)];
             if let Some(motion) = *motion {
-                out.push(Row::Turn { axis: *axis, reference: x, motion });
+                out.push(LoopRow::Turn { axis: *axis, reference: x, motion });
             }
             Ok(out)
         }
         _ if given => Err(LoopFault::Prescribed),
         ([(a, _), (b, _)], false) if a.cross(b).norm() > 1e-9 => {
-            Ok(vec![Row::Across { a: *a, b: *b, cosine: a.dot(b) }])
+            Ok(vec![LoopRow::Across { a: *a, b: *b, cosine: a.dot(b) }])
         }
         ([(a, _), (b, _), (c, _)], false)
             if a.cross(b).norm() > 1e-9 && b.cross(c).norm() > 1e-9 =>

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 /// One fault in a description.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum Fault {
+pub enum MechanismFault {
     /// A body hangs on a body that does not exist.
     #[error("body `{body}`: no parent `{parent}`{}", suggest(suggestion))]
     UnknownParent {
@@ -256,7 +256,7 @@ fn suggest(name: &Option<String>) -> String {
 #[derive(Clone, Debug, PartialEq)]
 pub struct BuildError {
     /// The faults, in the order bodies and nodes were added; at least one.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<MechanismFault>,
 }
 
 impl std::fmt::Display for BuildError {

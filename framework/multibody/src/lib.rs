@@ -31,10 +31,10 @@ mod subgraph;
 pub use builder::{BodySpec, Builder, NodeSpec};
 pub use constraint::{
     Anchor, ConstraintId, Coupled, Coupling, HingeCoordinate, Loop, LoopClosure, LoopFault,
-    LoopMotion, Row, Term,
+    LoopMotion, LoopRow, Term,
 };
 pub use coordinates::straight;
-pub use error::{BuildError, Fault};
+pub use error::{BuildError, MechanismFault};
 pub use hinge::{Coordinate, Friction, Hinge, Limits, Stop, Subhinge, SubhingeKind};
 pub use ids::{BodyId, NodeId};
 pub use linkwork_spatial as spatial;

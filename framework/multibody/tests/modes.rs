@@ -2,11 +2,11 @@
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_multibody::modes::{
-    Attachment, Beam, BeamModes, Ends, GeneratorFault, Modes, ModesFault, Place, Plate, Station,
+    Attachment, Beam, BeamModes, Carrier, Ends, GeneratorFault, Modes, ModesFault, Plate, Station,
 };
 use linkwork_multibody::spatial::nalgebra::DMatrix;
 use linkwork_multibody::spatial::{MassProperties, Mat3, Pose, Vec3};
-use linkwork_multibody::{BodySpec, Builder, Fault, Hinge};
+use linkwork_multibody::{BodySpec, Builder, Hinge, MechanismFault};
 
 fn beam(ends: Ends) -> Beam {
     Beam {
@@ -161,7 +161,7 @@ fn frames_on_a_beam_follow_its_shape() {
     for i in 2..all.stations.len() - 2 {
         let mut fewer = all.clone();
         let want = fewer.stations.remove(i);
-        let Place::Between { station, pose } = fewer.place(&want.pose).unwrap() else {
+        let Carrier::Between { station, pose } = fewer.place(&want.pose).unwrap() else {
             panic!("a station is left at {}", want.pose.position.x);
         };
         assert!(pose.position.norm() < 1e-15 && pose.rotation.angle() < 1e-15);
@@ -182,7 +182,7 @@ fn frames_on_a_beam_follow_its_shape() {
     }
     // An offset turns with its cross-section.
     let at = Pose::translation(1.234, 0.1, -0.2);
-    let Place::Between { pose, .. } = all.place(&at).unwrap() else { panic!("between") };
+    let Carrier::Between { pose, .. } = all.place(&at).unwrap() else { panic!("between") };
     assert!((pose.position - Vec3::new(0.0, 0.1, -0.2)).norm() < 1e-15);
 }
 
@@ -336,7 +336,7 @@ fn what_hangs_in_the_air_is_refused() {
     let mut b = machine(modes);
     b.node("far", "arm", Pose::translation(1.7, 0.0, 0.0));
     let faults = b.build().unwrap_err().faults;
-    assert!(matches!(&faults[..], [Fault::Attachment { .. }]), "{faults:?}");
+    assert!(matches!(&faults[..], [MechanismFault::Attachment { .. }]), "{faults:?}");
     assert!(faults[0].to_string().contains("x = 1.7 m is not on the beam"), "{}", faults[0]);
 }
 

@@ -3,8 +3,8 @@
 
 use linkwork_multibody::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_multibody::{
-    BodySpec, Builder, Coordinate, Fault, Friction, Hinge, Limits, LoopClosure, Stop, Subgraph,
-    SubgraphError, Subhinge, SubhingeKind,
+    BodySpec, Builder, Coordinate, Friction, Hinge, Limits, LoopClosure, MechanismFault, Stop,
+    Subgraph, SubgraphError, Subhinge, SubhingeKind,
 };
 
 fn rover() -> Vec<BodySpec> {
@@ -144,7 +144,7 @@ fn all_faults_are_reported_together_with_the_remedy() {
         assert!(text.contains(part), "{part:?} is missing from\n{text}");
     }
     assert_eq!(error.faults.len(), 10, "{text}");
-    assert!(matches!(&error.faults[0], Fault::Duplicate { what: "body", count: 2, .. }));
+    assert!(matches!(&error.faults[0], MechanismFault::Duplicate { what: "body", count: 2, .. }));
 }
 
 #[test]
@@ -200,7 +200,10 @@ fn gears_and_limits_are_checked() {
     let pin = || Hinge::pin(Vec3::x());
     assert!(fault(pin().gear(-50.0).armature(1e-4).limits(Limits::position(-1.0, 2.0))).is_ok());
     for gear in [0.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(fault(pin().gear(gear)).unwrap_err()[..], [Fault::BadGear { .. }]));
+        assert!(matches!(
+            fault(pin().gear(gear)).unwrap_err()[..],
+            [MechanismFault::BadGear { .. }]
+        ));
     }
     for bad in [
         pin().limits(Limits::position(1.0, -1.0)),
@@ -208,7 +211,7 @@ fn gears_and_limits_are_checked() {
         pin().limits(Limits { effort: -1.0, ..Limits::NONE }),
         Hinge::ball().limits(Limits::position(-1.0, 1.0)),
     ] {
-        assert!(matches!(fault(bad).unwrap_err()[..], [Fault::BadLimits { .. }]));
+        assert!(matches!(fault(bad).unwrap_err()[..], [MechanismFault::BadLimits { .. }]));
     }
     let s = pin().gear(-50.0).armature(1e-4).subhinges[0];
     assert!((s.reflected_inertia() - 0.25).abs() < 1e-15);

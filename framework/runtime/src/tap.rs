@@ -15,7 +15,7 @@ use std::time::Duration;
 
 /// One row.
 #[derive(Clone, Debug, Default)]
-pub struct Row {
+pub struct TapRow {
     /// Index of the group.
     pub group: u32,
     /// Phase of the program.
@@ -45,7 +45,7 @@ pub trait Consumer: Send {
     ///
     /// # Errors
     /// A message; the tap ends, the run is told at its next sample.
-    fn row(&mut self, row: &Row) -> Result<(), String>;
+    fn row(&mut self, row: &TapRow) -> Result<(), String>;
     /// Brings the rows so far to where a killed process leaves them ([`Tap::flush`]).
     ///
     /// # Errors
@@ -74,7 +74,7 @@ pub enum Overflow {
 const PATIENCE: (Duration, u32) = (Duration::from_millis(10), 200);
 
 enum Message {
-    Row(Row),
+    Row(TapRow),
     /// The answer goes back.
     Flush(SyncSender<Result<(), String>>),
 }
@@ -83,7 +83,7 @@ enum Message {
 pub struct Tap {
     groups: Vec<(Group, Schedule)>,
     full: Option<SyncSender<Message>>,
-    empty: Receiver<Row>,
+    empty: Receiver<TapRow>,
     done: Receiver<Result<(), String>>,
     overflow: Overflow,
     /// Waits left.
@@ -121,10 +121,11 @@ impl Tap {
         let lanes = |g: &Group| g.coordinates.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
         let width = groups.iter().map(|g| g.places.len() + lanes(g)).max().unwrap_or(0);
         let (full, rows) = sync_channel::<Message>(depth);
-        let (back, empty) = sync_channel::<Row>(depth);
+        let (back, empty) = sync_channel::<TapRow>(depth);
         for _ in 0..depth {
             // Fits: the channel holds `depth`.
-            let _ = back.try_send(Row { values: Vec::with_capacity(width), ..Row::default() });
+            let _ =
+                back.try_send(TapRow { values: Vec::with_capacity(width), ..TapRow::default() });
         }
         let (end, done) = sync_channel(1);
         std::thread::Builder::new().name("tap".into()).spawn(move || {
@@ -191,7 +192,7 @@ impl Tap {
     }
 
     /// An empty row; `None` when this one is dropped.
-    fn room(&mut self) -> Result<Option<Row>, String> {
+    fn room(&mut self) -> Result<Option<TapRow>, String> {
         if self.overflow == Overflow::Wait {
             return match self.empty.recv() {
                 Ok(row) => Ok(Some(row)),
@@ -278,7 +279,7 @@ const PANICKED: &str = "the consumer of the tap panicked";
 fn consume(
     mut consumer: Box<dyn Consumer>,
     rows: &Receiver<Message>,
-    back: &SyncSender<Row>,
+    back: &SyncSender<TapRow>,
 ) -> Result<(), String> {
     let mut result = Ok(());
     while let Ok(message) = rows.recv() {

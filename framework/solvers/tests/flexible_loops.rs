@@ -7,7 +7,8 @@ mod support;
 
 use linkwork_dynamics::multibody::modes::{Attachment, Beam, BeamModes, Modes, Station};
 use linkwork_dynamics::multibody::{
-    BodySpec, Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, Multibody, Row,
+    BodySpec, Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, LoopRow,
+    Multibody,
 };
 use linkwork_dynamics::spatial::{Force, Pose, Vec3};
 use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
@@ -108,7 +109,7 @@ fn loops_through_flexible_bodies_hold_and_their_forces_do_the_same_on_the_tree()
             let R = ws.node_rotation(&tree, at("a"));
             let mut f = Vec3::zeros();
             for (row, x) in mbs.loops()[k].rows.iter().zip(solver.forces(&tree, id)) {
-                let Row::Slide { axis, .. } = row else { panic!("a ball only slides") };
+                let LoopRow::Slide { axis, .. } = row else { panic!("a ball only slides") };
                 f += R * axis * *x;
             }
             wrenches.push((at("a"), -f));

@@ -8,7 +8,7 @@ mod support;
 
 use linkwork_dynamics::multibody::{
     Anchor, BodySpec, Builder, ConstraintId, Coordinate, Coupling, Hinge, HingeCoordinate, Loop,
-    LoopClosure, LoopMotion, Row,
+    LoopClosure, LoopMotion, LoopRow,
 };
 use linkwork_dynamics::spatial::{Force, Pose, Vec3};
 use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
@@ -118,12 +118,12 @@ fn wrench(l: &Loop, A: &Pose, B: &Pose, lambda: &[f64]) -> Force {
     let mut out = Force::new(Vec3::zeros(), Vec3::zeros());
     for (row, x) in l.rows.iter().zip(lambda) {
         match row {
-            Row::Slide { axis, .. } => out.force += A.rotation * axis * *x,
-            Row::Across { a, b, .. } => {
+            LoopRow::Slide { axis, .. } => out.force += A.rotation * axis * *x,
+            LoopRow::Across { a, b, .. } => {
                 out.moment += (B.rotation * b).cross(&(A.rotation * a)) * *x;
             }
-            Row::Turn { axis, .. } => out.moment += A.rotation * axis * *x,
-            Row::Screw { axis, pitch, .. } => {
+            LoopRow::Turn { axis, .. } => out.moment += A.rotation * axis * *x,
+            LoopRow::Screw { axis, pitch, .. } => {
                 out.force += A.rotation * axis * *x;
                 out.moment -= A.rotation * axis * (pitch * *x);
             }

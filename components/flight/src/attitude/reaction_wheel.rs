@@ -97,6 +97,9 @@ impl ReactionWheel {
     /// Friction torque at a speed; against the motion.
     pub fn friction(&self, speed: f64) -> f64 {
         let p = &self.p;
+        if p.coulomb == 0.0 && p.breakaway == 0.0 {
+            return p.viscous * speed;
+        }
         let dry =
             p.coulomb + (p.breakaway - p.coulomb).max(0.0) * (-(speed / p.stribeck).powi(2)).exp();
         dry * (speed / p.smoothing).tanh() + p.viscous * speed
@@ -123,10 +126,14 @@ impl Model for ReactionWheel {
             torque = 0.0;
         }
         let net_torque = torque - self.friction(speed);
-        let out = R * Vec3::new(x.angle.cos(), x.angle.sin(), 0.0) * (speed * speed);
-        let moment = -axis * net_torque - u.wheel.angular.cross(&axis) * x.momentum
-            + out * p.dynamic_imbalance;
-        let load = Wrench { moment, force: out * p.static_imbalance };
+        let moment = -axis * net_torque - u.wheel.angular.cross(&axis) * x.momentum;
+        let mut load = Wrench { moment, force: Vec3::zeros() };
+        if p.static_imbalance != 0.0 || p.dynamic_imbalance != 0.0 {
+            let (sin, cos) = x.angle.sin_cos();
+            let out = R * Vec3::new(cos, sin, 0.0) * (speed * speed);
+            load.moment += out * p.dynamic_imbalance;
+            load.force = out * p.static_imbalance;
+        }
         WheelOut { load, speed, net_torque, momentum: x.momentum }
     }
     fn deriv(

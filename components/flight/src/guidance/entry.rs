@@ -11,7 +11,7 @@
 
 /// A row of a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
+pub struct ReferenceRow {
     /// Speed, m/s.
     pub speed: f64,
     /// Range to go, m.
@@ -75,7 +75,13 @@ impl Vehicle {
     /// The reference from (0, V, γ, h) at constant u until the speed is `end`, rows every `h` s, with its gains.
     ///
     /// `None` when it does not come to that speed within 2000 s above the ground.
-    pub fn reference(&self, start: [f64; 4], u: f64, end: f64, h: f64) -> Option<Vec<Row>> {
+    pub fn reference(
+        &self,
+        start: [f64; 4],
+        u: f64,
+        end: f64,
+        h: f64,
+    ) -> Option<Vec<ReferenceRow>> {
         let mut path = vec![start];
         let mut x = start;
         while x[1] > end {
@@ -88,7 +94,7 @@ impl Vehicle {
         }
         let last = x;
         let gains = adjoint(self, &path, u, h);
-        let row = |(x, k): (&[f64; 4], &[f64; 3])| Row {
+        let row = |(x, k): (&[f64; 4], &[f64; 3])| ReferenceRow {
             speed: x[1],
             range: last[0] - x[0],
             drag: self.drag(x[3], x[1]),
@@ -145,12 +151,12 @@ pub fn adjoint(vehicle: &Vehicle, path: &[[f64; 4]], u: f64, h: f64) -> Vec<[f64
 }
 
 /// The row of a reference at a speed; rows fall in speed.
-pub fn at_speed(rows: &[Row], speed: f64) -> Row {
+pub fn at_speed(rows: &[ReferenceRow], speed: f64) -> ReferenceRow {
     let k = rows.partition_point(|r| r.speed > speed).clamp(1, rows.len() - 1);
     let (a, b) = (&rows[k - 1], &rows[k]);
     let f = ((a.speed - speed) / (a.speed - b.speed)).clamp(0.0, 1.0);
     let mix = |x: f64, y: f64| x + f * (y - x);
-    Row {
+    ReferenceRow {
         speed: mix(a.speed, b.speed),
         range: mix(a.range, b.range),
         drag: mix(a.drag, b.drag),
@@ -162,7 +168,12 @@ pub fn at_speed(rows: &[Row], speed: f64) -> Row {
 }
 
 /// Lift u = cos σ for a range to go, before it is cut off at ±1.
-pub fn lift(row: &Row, lift_ref: f64, gain: f64, (range, drag, rise): (f64, f64, f64)) -> f64 {
+pub fn lift(
+    row: &ReferenceRow,
+    lift_ref: f64,
+    gain: f64,
+    (range, drag, rise): (f64, f64, f64),
+) -> f64 {
     let predicted = row.range + row.by_drag * (drag - row.drag) + row.by_rise * (rise - row.rise);
     // Near the end little can be done with lift.
     let authority = row.by_lift.max(1.0);

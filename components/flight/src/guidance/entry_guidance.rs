@@ -10,7 +10,7 @@
 //! The planet is at the origin of W and turns about z: speeds are against its surface. The reference is
 //! made at load from a vehicle in exponential air ([`Vehicle::reference`](super::entry::Vehicle::reference)).
 
-use super::entry::{Row, Vehicle, at_speed, lift};
+use super::entry::{ReferenceRow, Vehicle, at_speed, lift};
 use linkwork_runtime::prelude::*;
 
 /// Target, reference and limits.
@@ -134,7 +134,7 @@ pub struct Banking {
 /// Apollo-class entry guidance.
 pub struct EntryGuidance {
     p: EntryGuidanceParams,
-    rows: Vec<Row>,
+    rows: Vec<ReferenceRow>,
 }
 
 /// Range to go (m), heading error (rad), speed over the ground and rate of height (m/s).

@@ -11,7 +11,7 @@ use crate::schema::kind::{At, Kind, drive_number};
 use crate::schema::record::Record;
 use crate::text::report::Cx;
 use crate::text::value::{Text, entries, map, outer};
-use linkwork_collision::{ColliderSpec, Colliders, Fault, Material, Rules};
+use linkwork_collision::{ColliderFault, ColliderSpec, Colliders, Material, Rules};
 use linkwork_multibody::{BodySpec, Multibody, Subhinge};
 use linkwork_runtime::{Located, Origin, Value, remedy};
 use linkwork_solvers::{CompliantSettings, ContactSettings};
@@ -280,14 +280,14 @@ pub(crate) fn colliders(
         Err(error) => {
             for fault in error.faults {
                 let origin = match &fault {
-                    Fault::Shape { collider, .. }
-                    | Fault::UnknownBody { collider, .. }
-                    | Fault::Duplicate { name: collider, .. }
-                    | Fault::Number { collider, .. }
-                    | Fault::Pose { collider } => {
+                    ColliderFault::Shape { collider, .. }
+                    | ColliderFault::UnknownBody { collider, .. }
+                    | ColliderFault::Duplicate { name: collider, .. }
+                    | ColliderFault::Number { collider, .. }
+                    | ColliderFault::Pose { collider } => {
                         all.iter().find(|c| c.spec.name == *collider).map(|c| c.origin)
                     }
-                    Fault::UnknownName { .. } => None,
+                    ColliderFault::UnknownName { .. } => None,
                 };
                 cx.explained(origin.unwrap_or(Origin::NONE), "", [fault]);
             }

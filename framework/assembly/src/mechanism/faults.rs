@@ -1,6 +1,6 @@
 //! Faults of a mechanism at the places where their bodies and loops are written.
 use crate::mechanism::anchor::Bodies;
-use linkwork_multibody::Fault as MechanismFault;
+use linkwork_multibody::MechanismFault;
 use linkwork_runtime::Origin;
 use std::collections::BTreeMap;
 

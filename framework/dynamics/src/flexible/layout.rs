@@ -4,7 +4,7 @@ use super::{Flexible, Set, StationAt, Step};
 use crate::linear::S3;
 use crate::query::v3;
 use crate::tree::m3;
-use linkwork_multibody::modes::{Modes, Place, Station};
+use linkwork_multibody::modes::{Carrier, Modes, Station};
 use linkwork_multibody::{BodyId, Multibody};
 use linkwork_spatial::{Pose, RigidInertia, Vec3};
 
@@ -66,8 +66,8 @@ impl FlexibleLayout {
         let set = self.sets.iter().position(|(b, _)| *b == on.index())?;
         // A mechanism that was built has a place for everything.
         Some(match modes.place(X).ok()? {
-            Place::Station { station, pose } => (self.own(set, modes, station), pose),
-            Place::Between { station, pose } => {
+            Carrier::Station { station, pose } => (self.own(set, modes, station), pose),
+            Carrier::Between { station, pose } => {
                 let same = |(_, (s, other, _)): &(usize, &(usize, Station, Option<usize>))| {
                     *s == set && other.pose == station.pose
                 };

@@ -20,7 +20,7 @@ use crate::linear::{M3, V3, V6};
 use crate::query::v3;
 use crate::tree::OnLink;
 use crate::work::Kin;
-use linkwork_multibody::{LoopMotion, Row};
+use linkwork_multibody::{LoopMotion, LoopRow};
 use linkwork_spatial::{Mat3, Vec3};
 use wide::f64x4;
 
@@ -95,7 +95,7 @@ pub(crate) struct BlockRows {
 
 impl Closure {
     /// From the frames of both ends.
-    pub fn new([a, b]: &[OnLink; 2], rows: &[Row]) -> Self {
+    pub fn new([a, b]: &[OnLink; 2], rows: &[LoopRow]) -> Self {
         let split = if rows.len() > WIDTH { 3 } else { rows.len() };
         let (first, rest) = rows.split_at(split);
         let blocks = [first, rest].into_iter().filter(|rows| !rows.is_empty());
@@ -137,25 +137,25 @@ impl Closure {
 }
 
 impl Block {
-    fn new(rows: &[Row], R_A: &Mat3, R_B: &Mat3) -> Self {
+    fn new(rows: &[LoopRow], R_A: &Mat3, R_B: &Mat3) -> Self {
         let mut out = Self { n: rows.len(), ..Self::default() };
         for (lane, row) in rows.iter().enumerate() {
             match row {
-                Row::Slide { axis, motions } => {
+                LoopRow::Slide { axis, motions } => {
                     put(out.slide.get_or_insert_default(), lane, &(R_A * axis));
                     out.given.extend(motions.iter().map(|(u, c)| (lane, *u, *c)));
                 }
-                Row::Across { a, b, cosine } => {
+                LoopRow::Across { a, b, cosine } => {
                     let across = out.across.get_or_insert_default();
                     put(&mut across.0, lane, &(R_A * a));
                     put(&mut across.1, lane, &(R_B * b));
                     across.2.as_mut_array()[lane] = *cosine;
                 }
-                Row::Turn { axis, reference, motion } => {
+                LoopRow::Turn { axis, reference, motion } => {
                     let kind = TurnKind::Given(*motion);
                     out.turns.push((lane, Turn::new((axis, reference), R_A, R_B, kind)));
                 }
-                Row::Screw { axis, reference, pitch } => {
+                LoopRow::Screw { axis, reference, pitch } => {
                     let kind = TurnKind::Screw(*pitch);
                     out.turns.push((lane, Turn::new((axis, reference), R_A, R_B, kind)));
                 }

@@ -34,7 +34,7 @@ use linkwork_multibody::{ConstraintId, Coordinate};
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use closing::Level;
-pub use rows::{Row, RowSet, Run, WIDTH};
+pub use rows::{RowGroup, RowSet, Run, WIDTH};
 pub use sweep::UnitsWork;
 
 /// How a constraint is treated.

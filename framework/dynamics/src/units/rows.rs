@@ -18,7 +18,7 @@ pub const WIDTH: usize = 4;
 
 /// A group of up to four rows.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Row {
+pub struct RowGroup {
     /// How many.
     pub n: usize,
     /// What the rows measure: d of a constraint, rad or m; zero for a contact.
@@ -40,7 +40,7 @@ pub struct RowSet {
     pub(super) start: Vec<u32>,
     pub(super) dof: Vec<u32>,
     pub(super) e: Vec<[f64; WIDTH]>,
-    pub(super) groups: Vec<Row>,
+    pub(super) groups: Vec<RowGroup>,
     /// What reaches prescribed dofs: group, place in β, ε.
     pub(super) held: Vec<(u32, u32, [f64; WIDTH])>,
     /// What reaches members of aggregates: group, slot, z about the member's origin.
@@ -85,7 +85,7 @@ impl RowSet {
 
     /// The groups.
     #[must_use]
-    pub fn groups(&self) -> &[Row] {
+    pub fn groups(&self) -> &[RowGroup] {
         &self.groups
     }
 

@@ -8,7 +8,7 @@
 //! Where the two ways of a row meet, its wrenches meet. Beyond that, or where a row has one end only,
 //! the way is a walk from link to link.
 
-use super::rows::{Row, RowSet, WIDTH};
+use super::rows::{RowGroup, RowSet, WIDTH};
 use super::{Inward, Through, Unit, Units, UnitsWork, floating};
 use crate::linear::{V3, V6};
 use crate::query::v3;
@@ -55,12 +55,16 @@ impl RowSet {
                         }
                     }
                     let (error, rate, bias) = (rows.error, rows.rate, rows.bias);
-                    self.walk(units, uw, Row { n: rows.n, error, rate, bias, ..Row::default() });
+                    self.walk(
+                        units,
+                        uw,
+                        RowGroup { n: rows.n, error, rate, bias, ..RowGroup::default() },
+                    );
                 }
             }
             ConstraintId::Coupling(i) => {
                 let coupling = &tree.multibody().couplings()[i as usize];
-                let mut row = Row { n: 1, ..Row::default() };
+                let mut row = RowGroup { n: 1, ..RowGroup::default() };
                 row.error[0] = -coupling.coupling.constant;
                 self.ends.clear();
                 self.terms.clear();
@@ -91,7 +95,7 @@ impl RowSet {
         self.ends.clear();
         self.terms.clear();
         self.term(slot, place as u32, factor);
-        let mut row = Row { n: 1, ..Row::default() };
+        let mut row = RowGroup { n: 1, ..RowGroup::default() };
         row.rate[0] = factor * rate;
         self.walk(units, uw, row);
     }
@@ -142,7 +146,7 @@ impl RowSet {
             self.ends.push((slot, if sign > 0.0 { minus(z) } else { z }));
         }
         let n = directions.len() + axes.len();
-        self.walk(units, uw, Row { n, rate: rate.to_array(), ..Row::default() });
+        self.walk(units, uw, RowGroup { n, rate: rate.to_array(), ..RowGroup::default() });
     }
 
     fn term(&mut self, slot: u32, v: u32, factor: f64) {
@@ -153,7 +157,7 @@ impl RowSet {
     }
 
     /// Inward over the units from the ends, the outermost unit first.
-    fn walk(&mut self, units: &Units, uw: &UnitsWork, mut row: Row) {
+    fn walk(&mut self, units: &Units, uw: &UnitsWork, mut row: RowGroup) {
         let o = f64x4::splat(0.0);
         let mut sums = Sums { free: o, gross: o };
         self.independent = units.independent;

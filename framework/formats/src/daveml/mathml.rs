@@ -4,7 +4,7 @@
 //! logarithms, circular and hyperbolic functions and their inverses, comparisons, logic, piecewise.
 //! True is 1, false 0; a condition holds when it is not 0. Another element is refused by name.
 
-use crate::error::{Fault, FaultKind};
+use crate::error::{FaultKind, FileFault};
 use crate::xml::Element;
 
 /// An expression over the values of the variables.
@@ -140,12 +140,12 @@ pub(super) struct Formulas<'a> {
     pub find: &'a dyn Fn(&str) -> Option<usize>,
     /// The remedy for one that is not there.
     pub nearest: &'a dyn Fn(&str) -> String,
-    pub faults: &'a mut Vec<Fault>,
+    pub faults: &'a mut Vec<FileFault>,
 }
 
 impl Formulas<'_> {
     fn fault(&mut self, e: &Element, kind: FaultKind) -> Option<Expression> {
-        self.faults.push(Fault { place: e.place(), kind });
+        self.faults.push(FileFault { place: e.place(), kind });
         None
     }
 

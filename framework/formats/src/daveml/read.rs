@@ -4,7 +4,7 @@ use super::mathml::{Expression, Formulas};
 use super::table::{Axis, DIMENSIONS, Function, Way};
 use super::{DaveModel, DaveVariable, Making, Role, Shot, ShotValue};
 use crate::FormatError;
-use crate::error::{Fault, FaultKind, Place};
+use crate::error::{FaultKind, FileFault, FilePlace};
 use crate::names::suggest;
 use crate::xml::{self, Element};
 use std::collections::BTreeMap;
@@ -30,10 +30,10 @@ struct Shared<'e> {
 }
 
 struct Reader {
-    faults: Vec<Fault>,
+    faults: Vec<FileFault>,
     variables: Vec<DaveVariable>,
     /// Place of each variable, and where it is defined.
-    ids: BTreeMap<String, (usize, Place)>,
+    ids: BTreeMap<String, (usize, FilePlace)>,
 }
 
 /// Numbers apart by commas or white space.
@@ -46,7 +46,7 @@ fn numbers(text: &str) -> Result<Vec<f64>, String> {
 
 impl Reader {
     fn fault(&mut self, e: &Element, attribute: &str, kind: FaultKind) {
-        self.faults.push(Fault { place: e.place_of(attribute), kind });
+        self.faults.push(FileFault { place: e.place_of(attribute), kind });
     }
 
     fn bad(&mut self, e: &Element, attribute: &str, text: &str, expected: &str, help: &str) {
@@ -512,7 +512,7 @@ impl Reader {
             help: "make one of them an input".into(),
         };
         let place = self.ids.get(left[0]).map_or_else(|| root.place(), |v| v.1.clone());
-        self.faults.push(Fault { place, kind });
+        self.faults.push(FileFault { place, kind });
         None
     }
 

@@ -1,7 +1,7 @@
 //! Elements of `modelDescription.xml` → [`ModelDescription`]; mistakes are gathered.
 use super::*;
 use crate::FormatError;
-use crate::error::{Fault, FaultKind};
+use crate::error::{FaultKind, FileFault};
 use crate::xml::{self, Element};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +21,7 @@ pub fn read_model_description(text: &str, file: &str) -> Result<ModelDescription
 }
 
 struct Reader {
-    faults: Vec<Fault>,
+    faults: Vec<FileFault>,
 }
 
 /// Units and types by name.
@@ -33,7 +33,7 @@ struct Names {
 
 impl Reader {
     fn fault(&mut self, at: &Element, attribute: &str, kind: FaultKind) {
-        self.faults.push(Fault { place: at.place_of(attribute), kind });
+        self.faults.push(FileFault { place: at.place_of(attribute), kind });
     }
 
     fn need<'e>(&mut self, e: &'e Element, name: &str) -> Option<&'e str> {

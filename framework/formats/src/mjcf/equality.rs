@@ -9,7 +9,7 @@
 //! Subscript 0 is the reference configuration, at which the frames of a loop are taken to meet.
 
 use super::{Classed, Mj, word};
-use crate::error::Place;
+use crate::error::FilePlace;
 use crate::read::Cx;
 use crate::xml::Element;
 use crate::{Coupling, Description, LoopClosure, Term};
@@ -46,7 +46,7 @@ impl<'e> Mj<'e> {
                 e.touch_all();
                 cx.ignored.push(e.ignored(&what, "not active"));
             } else if matches!(kind, "joint" | "tendon") {
-                let sum = |cx: &mut Cx<'_>, name: &str, place: Place| match kind {
+                let sum = |cx: &mut Cx<'_>, name: &str, place: FilePlace| match kind {
                     "joint" => self.joint_sum(cx, name, place, &what, d),
                     _ => tendons.get(name).cloned().or_else(|| {
                         cx.unknown(place, &what, "fixed tendon", name, tendons.keys().copied());
@@ -67,7 +67,7 @@ impl<'e> Mj<'e> {
         &self,
         cx: &mut Cx<'_>,
         name: &str,
-        place: Place,
+        place: FilePlace,
         what: &str,
         d: &Description,
     ) -> Option<Sum> {
@@ -122,7 +122,7 @@ impl<'e> Mj<'e> {
         name: String,
         what: &str,
         kind: &str,
-        sum: impl Fn(&mut Cx<'_>, &str, Place) -> Option<Sum>,
+        sum: impl Fn(&mut Cx<'_>, &str, FilePlace) -> Option<Sum>,
     ) -> Option<Coupling> {
         let e = at.e;
         let first = cx.required(e, &format!("{kind}1"), what)?;

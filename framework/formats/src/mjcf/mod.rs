@@ -12,7 +12,7 @@ mod equality;
 mod geom;
 mod include;
 
-use crate::error::{FaultKind, Place};
+use crate::error::{FaultKind, FilePlace};
 use crate::read::{Cx, ReadOptions, report_massless};
 use crate::xml::{Element, parse};
 use crate::{Description, FormatError};
@@ -186,7 +186,7 @@ impl<'e> Mj<'e> {
     }
 
     /// An attribute of the element, else of its class, else of the classes around that.
-    fn attr(&self, at: Classed<'e>, name: &str) -> Option<(&'e str, Place)> {
+    fn attr(&self, at: Classed<'e>, name: &str) -> Option<(&'e str, FilePlace)> {
         if let Some(own) = at.e.attr(name) {
             return Some((own, at.e.place_of(name)));
         }
@@ -298,7 +298,7 @@ impl<'e> Mj<'e> {
 /// The meaning of one of several words.
 fn word<T: Copy>(
     cx: &mut Cx<'_>,
-    place: Place,
+    place: FilePlace,
     text: &str,
     what: &str,
     words: &[(&str, T)],

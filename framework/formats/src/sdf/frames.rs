@@ -9,7 +9,7 @@
 //! `relative_to` replaces the first column. Names are looked up in the model that writes them; `a::b` is b in
 //! the nested model a.
 
-use crate::error::{FaultKind, Place};
+use crate::error::{FaultKind, FilePlace};
 use crate::read::Cx;
 use crate::xml::Element;
 use linkwork_spatial::nalgebra::Quaternion;
@@ -67,7 +67,7 @@ struct Frame<'e> {
 struct Name {
     text: String,
     scope: String,
-    place: Place,
+    place: FilePlace,
     what: String,
 }
 
@@ -193,7 +193,7 @@ impl<'e> Frames<'e> {
         cx: &mut Cx<'_>,
         scope: &Scope,
         text: &str,
-        place: Place,
+        place: FilePlace,
         what: &str,
     ) -> Option<String> {
         let name =

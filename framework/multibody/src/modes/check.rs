@@ -1,17 +1,22 @@
 //! What a builder asks of flexible bodies: sound modes, and a station for all that hangs on them.
 
 use super::Modes;
-use crate::{Builder, Fault};
+use crate::{Builder, MechanismFault};
 use std::collections::BTreeMap;
 
 impl Builder {
     /// Modes, and whether something carries what hangs on each flexible body.
-    pub(crate) fn check_modes(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<Fault>) {
+    pub(crate) fn check_modes(
+        &self,
+        names: &BTreeMap<&str, usize>,
+        faults: &mut Vec<MechanismFault>,
+    ) {
         let mut sound = vec![false; self.bodies().len()];
         for (b, sound) in self.bodies().iter().zip(&mut sound) {
             match b.modes.as_ref().map(Modes::validate) {
                 Some(Err(all)) => faults.extend(
-                    all.into_iter().map(|error| Fault::Modes { body: b.name.clone(), error }),
+                    all.into_iter()
+                        .map(|error| MechanismFault::Modes { body: b.name.clone(), error }),
                 ),
                 found => *sound = found.is_some(),
             }
@@ -27,7 +32,7 @@ impl Builder {
             let carrier = names.get(on.as_str()).filter(|i| sound[**i] && X.is_finite());
             let modes = carrier.and_then(|i| self.bodies()[*i].modes.as_ref());
             if let Some(Err(error)) = modes.map(|m| m.place(X)) {
-                faults.push(Fault::Attachment { place, body: on.clone(), error });
+                faults.push(MechanismFault::Attachment { place, body: on.clone(), error });
             }
         }
     }

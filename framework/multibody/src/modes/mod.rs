@@ -20,7 +20,7 @@ mod plate;
 mod validate;
 
 pub use beam::{Beam, BeamModes, Ends};
-pub use place::{AttachmentFault, Place};
+pub use place::{AttachmentFault, Carrier};
 pub use plate::Plate;
 pub use validate::{GeneratorFault, ModesFault};
 

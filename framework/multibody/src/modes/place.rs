@@ -13,7 +13,7 @@ use thiserror::Error;
 
 /// What carries a frame on a flexible body, and the frame there.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Place {
+pub enum Carrier {
     /// A station of the body.
     Station {
         /// Which one.
@@ -65,7 +65,7 @@ impl Modes {
     ///
     /// # Errors
     /// [`AttachmentFault`] if no station is near, or it is beyond the ends of the beam.
-    pub fn place(&self, X: &Pose) -> Result<Place, AttachmentFault> {
+    pub fn place(&self, X: &Pose) -> Result<Carrier, AttachmentFault> {
         match self.attachment {
             Attachment::Nearest { tolerance } => self.nearest(X, tolerance),
             Attachment::Beam => self.on_beam(X),
@@ -76,17 +76,17 @@ impl Modes {
     /// nothing carries it.
     pub(crate) fn carried(&self, X: &Pose, eta: &[f64]) -> Pose {
         match self.place(X) {
-            Ok(Place::Station { station, pose }) => self.stations[station].moved(eta) * pose,
-            Ok(Place::Between { station, pose }) => station.moved(eta) * pose,
+            Ok(Carrier::Station { station, pose }) => self.stations[station].moved(eta) * pose,
+            Ok(Carrier::Between { station, pose }) => station.moved(eta) * pose,
             Err(_) => *X,
         }
     }
 
-    fn on_station(&self, station: usize, X: &Pose) -> Place {
-        Place::Station { station, pose: self.stations[station].pose.inverse() * *X }
+    fn on_station(&self, station: usize, X: &Pose) -> Carrier {
+        Carrier::Station { station, pose: self.stations[station].pose.inverse() * *X }
     }
 
-    fn nearest(&self, X: &Pose, tolerance: f64) -> Result<Place, AttachmentFault> {
+    fn nearest(&self, X: &Pose, tolerance: f64) -> Result<Carrier, AttachmentFault> {
         let distance = |i: usize| (self.stations[i].pose.position - X.position).norm();
         let near = (0..self.stations.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
         match near {
@@ -98,7 +98,7 @@ impl Modes {
         }
     }
 
-    fn on_beam(&self, X: &Pose) -> Result<Place, AttachmentFault> {
+    fn on_beam(&self, X: &Pose) -> Result<Carrier, AttachmentFault> {
         let at = |i: usize| self.stations[i].pose.position.x;
         let mut order: Vec<usize> = (0..self.stations.len()).collect();
         order.sort_by(|a, b| at(*a).total_cmp(&at(*b)));
@@ -118,7 +118,7 @@ impl Modes {
         let four = &order[start..(start + 4).min(order.len())];
         let station = self.between(order[right - 1], order[right], four, x);
         let pose = station.pose.inverse() * *X;
-        Ok(Place::Between { station: Box::new(station), pose })
+        Ok(Carrier::Between { station: Box::new(station), pose })
     }
 
     /// The cross-section at x between stations a and b.

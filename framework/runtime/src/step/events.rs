@@ -13,7 +13,7 @@ use super::{GuardState, Simulation, State};
 use crate::block::{Evaluation, Failure, Now};
 use crate::plan::{Fires, Plan};
 use linkwork_integrate::Failure as StepFailure;
-use linkwork_integrate::events::{Direction, Fault, Search, Side, first_crossing};
+use linkwork_integrate::events::{Direction, Search, SearchError, Side, first_crossing};
 
 /// Guards that cross within this time (s) of the first are one instant.
 const WINDOW: f64 = 1e-9;
@@ -259,8 +259,8 @@ impl Simulation {
         let value = |theta: f64| self.look_at(plan, h, theta).map(|()| self.work.middle[k]);
         match first_crossing(value, [start, end], side, &search) {
             Ok(found) => Ok(found.crossing.map(|c| c.theta)),
-            Err(Fault::Guard(failure)) => Err(failure),
-            Err(Fault::NotANumber { .. }) => Err(StepFailure::System(self.nan(plan, k))),
+            Err(SearchError::Guard(failure)) => Err(failure),
+            Err(SearchError::NotANumber { .. }) => Err(StepFailure::System(self.nan(plan, k))),
         }
     }
 

@@ -13,7 +13,7 @@ use wide::f64x4;
 /// E and y of a problem; keeps its memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Layout {
-    groups: Vec<Place>,
+    groups: Vec<Region>,
     at: Vec<u32>,
     e: Vec<f64x4>,
     /// Eᵀ λ.
@@ -23,7 +23,7 @@ pub(crate) struct Layout {
 
 /// Where a group's vectors are.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct Region {
     at: usize,
     n: usize,
     e: usize,
@@ -49,7 +49,7 @@ impl Layout {
         self.y.resize(self.dofs.div_ceil(4), f64x4::splat(0.0));
         for (g, cone) in problem.cones.iter().enumerate() {
             let (dof, e) = problem.entries(g);
-            let place = Place { at: self.at.len(), n: 0, e: self.e.len(), rows: cone.rows() };
+            let place = Region { at: self.at.len(), n: 0, e: self.e.len(), rows: cone.rows() };
             let (mut k, mut lanes) = (u32::MAX, [[0.0; 4]; 4]);
             for (d, e) in dof.iter().zip(e) {
                 if d / 4 != k {
@@ -59,7 +59,7 @@ impl Layout {
                 lanes[(d % 4) as usize] = *e;
             }
             self.close(k, &lanes, place.rows);
-            self.groups.push(Place { n: self.at.len() - place.at, ..place });
+            self.groups.push(Region { n: self.at.len() - place.at, ..place });
         }
     }
 
@@ -78,7 +78,7 @@ impl Layout {
     }
 
     fn rows(&self, g: usize) -> Rows<'_> {
-        let Place { at, n, e, rows } = self.groups[g];
+        let Region { at, n, e, rows } = self.groups[g];
         Rows { at: &self.at[at..at + n], e: &self.e[e..e + n * rows], rows }
     }
 

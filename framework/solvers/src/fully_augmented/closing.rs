@@ -9,7 +9,7 @@
 //! screw   n · p − pitch · angle
 //! ```
 
-use linkwork_multibody::{LoopMotion, Row};
+use linkwork_multibody::{LoopMotion, LoopRow};
 use linkwork_spatial::{Mat3, Vec3};
 use std::f64::consts::TAU;
 
@@ -34,14 +34,14 @@ pub(super) struct RowAt {
     pub bias: f64,
 }
 
-pub(super) fn row(row: &Row, A: &End, B: &End, motions: &[LoopMotion]) -> RowAt {
+pub(super) fn row(row: &LoopRow, A: &End, B: &End, motions: &[LoopMotion]) -> RowAt {
     let p = B.p - A.p;
     let v = B.v - A.v - A.w.cross(&p);
     let a = B.a - A.a - A.w.cross(&A.w.cross(&p)) - 2.0 * A.w.cross(&v);
     let w = B.w - A.w;
     let none = Vec3::zeros();
     match row {
-        Row::Slide { axis, motions: given } => {
+        LoopRow::Slide { axis, motions: given } => {
             let n = A.R * axis;
             let sum = |of: fn(&LoopMotion) -> f64| -> f64 {
                 given.iter().map(|(u, c)| c * of(&motions[*u])).sum()
@@ -50,7 +50,7 @@ pub(super) fn row(row: &Row, A: &End, B: &End, motions: &[LoopMotion]) -> RowAt 
             let rate = n.dot(&v) - sum(|u| u.rate);
             RowAt { n: none, f: n, error, rate, bias: n.dot(&a) - sum(|u| u.acceleration) }
         }
-        Row::Across { a, b, cosine } => {
+        LoopRow::Across { a, b, cosine } => {
             let (a, b) = (A.R * a, B.R * b);
             let (a1, b1) = (A.w.cross(&a), B.w.cross(&b));
             let (a2, b2) = (A.w.cross(&a1), B.w.cross(&b1));
@@ -58,14 +58,14 @@ pub(super) fn row(row: &Row, A: &End, B: &End, motions: &[LoopMotion]) -> RowAt 
             let rate = a1.dot(&b) + a.dot(&b1);
             RowAt { n: b.cross(&a), f: none, error: a.dot(&b) - cosine, rate, bias }
         }
-        Row::Turn { axis, reference, motion } => {
+        LoopRow::Turn { axis, reference, motion } => {
             let (n, angle) = angle(A, B, axis, reference);
             let u = &motions[*motion];
             let bias = w.dot(&A.w.cross(&n)) - u.acceleration;
             let error = wrapped(angle - u.position);
             RowAt { n, f: none, error, rate: n.dot(&w) - u.rate, bias }
         }
-        Row::Screw { axis, reference, pitch } => {
+        LoopRow::Screw { axis, reference, pitch } => {
             let (n, angle) = angle(A, B, axis, reference);
             let error = pitch * wrapped(n.dot(&p) / pitch - angle);
             let rate = n.dot(&v) - pitch * n.dot(&w);
