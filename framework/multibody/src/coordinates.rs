@@ -33,6 +33,27 @@ impl Multibody {
         q
     }
 
+    /// A configuration within the limits, the same for the same seed: evenly between two limits, up to 1 (rad or m) from
+    /// a single one; without limits as [`Multibody::random_q`].
+    #[must_use]
+    pub fn random_q_within_limits(&self, seed: u64) -> Vec<f64> {
+        let (mut q, mut state) = (self.random_q(seed), seed ^ 0x9e37_79b9);
+        for (_, s) in self.subhinges() {
+            if s.q.len() != 1 {
+                continue;
+            }
+            let part = (splitmix(&mut state) >> 11) as f64 / (1u64 << 53) as f64;
+            let (lower, upper) = (s.subhinge.limits.lower, s.subhinge.limits.upper);
+            q[s.q.start] = match (lower.is_finite(), upper.is_finite()) {
+                (true, true) => (lower + part * (upper - lower)).clamp(lower, upper),
+                (true, false) => lower + part,
+                (false, true) => upper - part,
+                (false, false) => continue,
+            };
+        }
+        q
+    }
+
     /// Rates (or forces) without zeros, ±(0.1 … 1), the same for the same seed.
     #[must_use]
     pub fn random_v(&self, seed: u64) -> Vec<f64> {

@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 /// What a body may do against its parent: a chain of subhinges, parent's side first.
 ///
 /// Axes (3,) are in the hinge frame and need not be of unit length.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Hinge {
     /// As in Rust.
     pub hinge: multibody::Hinge,
@@ -122,7 +122,7 @@ impl Hinge {
 }
 
 /// Collects bodies and nodes in any order; `build()` makes the mechanism.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Builder {
     parts: Mutex<multibody::Builder>,
 }
@@ -223,7 +223,7 @@ pub fn neutral(hinge: &multibody::Hinge) -> Vec<f64> {
 }
 
 /// A link of a hinge's chain: what it allows, and its places in q and v.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Subhinge {
     body: String,
     parent: String,
@@ -243,7 +243,8 @@ impl Subhinge {
     }
 }
 
-fn kind_name(kind: &SubhingeKind) -> &'static str {
+/// The kind in words.
+pub fn kind_name(kind: &SubhingeKind) -> &'static str {
     match kind {
         SubhingeKind::Pin { .. } => "pin",
         SubhingeKind::Slider { .. } => "slider",

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use std::sync::{Arc, Mutex};
 
 /// Momentum and energy of the whole scene before and after an operation.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Report(dynamics::topology::Report);
 
 #[pymethods]
@@ -55,7 +55,7 @@ impl Report {
 ///
 /// Every body stays where it is and moves as it moved, as far as its hinge permits; what a new hinge
 /// does not permit goes in an inelastic impact. An operation that fails leaves the edit as it was.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Edit {
     gravity: Vec3,
     edit: Mutex<dynamics::Edit>,

@@ -16,7 +16,7 @@ use std::sync::Mutex;
 /// A frame goes by name: "world", a name of its own, or "mechanism/name" for a node or body. For B
 /// seen from A: what an observer fixed in A sees, in the axes of A or of a third frame. A question
 /// computes what is out of date on the path between the two, and nothing else.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Frames {
     scene: Mutex<Scene>,
 }

@@ -14,7 +14,7 @@ use pyo3::types::PyDict;
 /// attitude as a quaternion [x y z w]; (3, 3) the same as a rotation matrix; (7,) position and
 /// quaternion; (4, 4) a pose. relative_to: a frame of the mechanism, or None for the world. The
 /// weights are what 1 m and 1 rad count in the sum of squares.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Target {
     frame: String,
     relative_to: Option<String>,
@@ -94,7 +94,7 @@ fn place(at: &Bound<'_, PyAny>, what: &str) -> PyResult<(Option<Vec3>, Option<Qu
 
 /// How a frame is to move: velocity (6,) [ω; v] of its origin, as seen from relative_to (None: the
 /// world) and in its axes. The weights are what 1 m/s and 1 rad/s count; 0 when they do not matter.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct RateTarget {
     frame: String,
     relative_to: Option<String>,

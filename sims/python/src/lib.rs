@@ -6,6 +6,7 @@
 //! | `error` | `LinkworkError` |
 //! | `core` | what a mechanism and its states share |
 //! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
+//! | `copies` | `copy` and `pickle` of a `Mechanism` |
 //! | `algorithms`, `derivatives` | more algorithms of `Mechanism` |
 //! | `batch` | one state or many; threads and lanes |
 //! | `inverse_kinematics`, `edit`, `frames` | `Target`, `Edit`, `Frames` |
@@ -25,6 +26,7 @@ mod algorithms;
 mod array;
 mod batch;
 mod builder;
+mod copies;
 mod core;
 mod derivatives;
 mod dynamics;
@@ -52,6 +54,8 @@ mod _linkwork {
     #[pymodule_export]
     use crate::builder::{Builder, Hinge, Subhinge};
     #[pymodule_export]
+    use crate::copies::_restore;
+    #[pymodule_export]
     use crate::edit::{Edit, Report};
     #[pymodule_export]
     use crate::error::LinkworkError;
@@ -71,4 +75,8 @@ mod _linkwork {
     use crate::state::State;
     #[pymodule_export]
     use crate::values::Variable;
+    /// Version of the package.
+    #[allow(non_upper_case_globals)]
+    #[pymodule_export]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
 }

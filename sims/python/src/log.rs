@@ -35,7 +35,7 @@ impl Filling {
 
 /// Variables of a run over time: `log["Rover.Motor.torque"]` (rows,), `log["t"]` (rows,) in s,
 /// `dict(log)`. It grows as the simulation runs; what is read from it is a copy.
-#[pyclass(frozen, mapping, module = "linkwork")]
+#[pyclass(frozen, mapping, weakref, module = "linkwork")]
 pub struct Log {
     pub names: Vec<String>,
     pub units: Vec<String>,
@@ -93,7 +93,7 @@ impl Log {
 }
 
 /// One variable of a log file over time.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Series {
     t: Py<PyArray1<f64>>,
     y: Py<PyArray1<f64>>,

@@ -1,23 +1,29 @@
 //! `Mechanism`: structure and coordinates. Its algorithms are in `dynamics.rs`.
 use crate::array::{Array1, Input, checked1, out_vec3, out1, vec3, vector};
-use crate::builder::Subhinge;
+use crate::builder::{Subhinge, kind_name};
 use crate::core::{Core, GRAVITY};
 use crate::error::{refuse, refuse_with};
 use crate::state::State;
 use linkwork_formats::{ReadOptions, Root};
-use linkwork_multibody::{BodyId, Coordinate};
+use linkwork_multibody::{BodyId, Coordinate, Limits, Multibody};
 use linkwork_runtime::remedy;
 use linkwork_spatial::InertiaCheck;
 use pyo3::prelude::*;
+use pyo3::types::PySlice;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
+
+type Slice<'py> = Bound<'py, PySlice>;
 
 /// A mechanism: bodies, hinges, nodes. Its structure never changes.
 ///
 /// Shapes: q (nq,), v, vdot and tau (nv,), float64; SI units and radians. Where a function says
 /// "or many", q may be (n, nq) and v (n, nv), and one row comes out for each. World axes unless
 /// said otherwise; spatial vectors have the angular part first; quaternions are [x y z w].
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Mechanism {
     /// What it shares with its states.
     pub core: Arc<Core>,
@@ -75,6 +81,15 @@ impl Mechanism {
 
     fn v<'py>(&self, v: &Bound<'py, PyAny>, what: &str) -> PyResult<Input<'py>> {
         vector(v, self.core.nv(), what)
+    }
+
+    /// A number of the limits for each degree of freedom; ∞ where a hinge has several.
+    fn by_dof(&self, of: impl Fn(&Limits) -> f64) -> Vec<f64> {
+        let mut all = vec![f64::INFINITY; self.core.nv()];
+        for (_, s) in self.core.mbs.subhinges().filter(|(_, s)| s.v.len() == 1) {
+            all[s.v.start] = of(&s.subhinge.limits);
+        }
+        all
     }
 }
 
@@ -148,6 +163,63 @@ impl Mechanism {
         Ok(Subgraph { core, base, q: part.q, v: part.v })
     }
 
+    /// Least and greatest coordinates, (nq,) each, rad or m; -inf and inf where there is no limit, as for
+    /// quaternions and what else has none.
+    #[getter]
+    fn position_limits<'py>(&self, py: Python<'py>) -> (Array1<'py>, Array1<'py>) {
+        let mut all =
+            (vec![f64::NEG_INFINITY; self.core.nq()], vec![f64::INFINITY; self.core.nq()]);
+        for (_, s) in self.core.mbs.subhinges().filter(|(_, s)| s.q.len() == 1) {
+            all.0[s.q.start] = s.subhinge.limits.lower;
+            all.1[s.q.start] = s.subhinge.limits.upper;
+        }
+        (out1(py, all.0), out1(py, all.1))
+    }
+    /// Greatest speeds (nv,), rad/s or m/s; inf where there is no limit.
+    #[getter]
+    fn rate_limits<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        out1(py, self.by_dof(|limits| limits.rate))
+    }
+    /// Greatest forces (nv,), N m or N; inf where there is no limit.
+    #[getter]
+    fn effort_limits<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        out1(py, self.by_dof(|limits| limits.effort))
+    }
+
+    /// The places in q and in v of a joint of the file; where no joint has the name, of the hinge that
+    /// carries the body of that name.
+    ///
+    /// `q[arm.coordinates("elbow")[0]]` is the elbow's angle.
+    fn coordinates<'py>(&self, py: Python<'py>, name: &str) -> PyResult<(Slice<'py>, Slice<'py>)> {
+        let joints = self.core.description.iter().flat_map(|d| &d.joints);
+        let places = match joints.clone().find(|j| j.name == name) {
+            Some(joint) => {
+                let body = self.core.mbs.get(self.core.body(&joint.body)?);
+                let own = body.subhinges().iter().skip(joint.subhinge).take(joint.count);
+                let none = (body.q().start..body.q().start, body.v().start..body.v().start);
+                let span = |a: Range<usize>, b: &Range<usize>| a.start..b.end;
+                own.map(|s| (s.q.clone(), s.v.clone()))
+                    .reduce(|a, b| (span(a.0, &b.0), span(a.1, &b.1)))
+                    .unwrap_or(none)
+            }
+            None => {
+                let id = self.core.body(name).map_err(|e| {
+                    let names: Vec<&str> = joints.map(|j| j.name.as_str()).collect();
+                    match names.is_empty() {
+                        true => e,
+                        false => refuse_with(
+                            format!("no joint and no body `{name}`"),
+                            remedy(name, "joints", &names),
+                        ),
+                    }
+                })?;
+                (self.core.mbs.get(id).q(), self.core.mbs.get(id).v())
+            }
+        };
+        let slice = |r: Range<usize>| PySlice::new(py, r.start as isize, r.end as isize, 1);
+        Ok((slice(places.0), slice(places.1)))
+    }
+
     /// The parent of a body: "world" or a body.
     fn parent(&self, body: &str) -> PyResult<&str> {
         let parent = self.core.mbs.get(self.core.body(body)?).parent();
@@ -155,23 +227,20 @@ impl Mechanism {
     }
 
     /// The places in v of the hinge that carries a body.
-    fn hinge<'py>(
-        &self,
-        py: Python<'py>,
-        body: &str,
-    ) -> PyResult<Bound<'py, pyo3::types::PySlice>> {
+    fn hinge<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Slice<'py>> {
         let v = self.core.mbs.get(self.core.body(body)?).v();
-        Ok(pyo3::types::PySlice::new(py, v.start as isize, v.end as isize, 1))
+        Ok(PySlice::new(py, v.start as isize, v.end as isize, 1))
     }
 
     /// The configuration (nq,) with all angles and displacements zero.
     fn neutral_q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, self.core.mbs.neutral_q())
     }
-    /// A configuration (nq,) without zeros, the same for the same seed.
+    /// A configuration (nq,) within the limits, the same for the same seed: evenly between two limits,
+    /// up to 1 (rad or m) from a single one, in ±(0.1 … 1) without, attitudes anywhere.
     #[pyo3(signature = (seed=0))]
     fn random_q<'py>(&self, py: Python<'py>, seed: u64) -> Array1<'py> {
-        out1(py, self.core.mbs.random_q(seed))
+        out1(py, self.core.mbs.random_q_within_limits(seed))
     }
     /// Rates or forces (nv,) without zeros, in ±(0.1 … 1), the same for the same seed.
     #[pyo3(signature = (seed=0))]
@@ -230,10 +299,65 @@ impl Mechanism {
         let m = &self.core.mbs;
         format!("Mechanism({} bodies, nq={}, nv={})", m.bodies().len(), m.nq(), m.nv())
     }
+    fn __str__(&self) -> String {
+        tree(&self.core.mbs)
+    }
+    fn _repr_html_(&self) -> String {
+        let text = tree(&self.core.mbs).replace('&', "&amp;").replace('<', "&lt;");
+        format!("<pre>{text}</pre>")
+    }
 }
 
+/// A mechanism as a tree of lines: body, hinge with its places in q and v, mass.
+fn tree(mbs: &Multibody) -> String {
+    let (bodies, mass) = (mbs.bodies().len(), mbs.total_mass());
+    let mut out = format!("{bodies} bodies, nq={}, nv={}, {mass} kg\nworld", mbs.nq(), mbs.nv());
+    let mut children: BTreeMap<Option<BodyId>, Vec<BodyId>> = BTreeMap::new();
+    for id in mbs.body_ids() {
+        children.entry(mbs.get(id).parent()).or_default().push(id);
+    }
+    // Depth first, without recursion: chains may have thousands of bodies.
+    let below = |id| children.get(&id).map_or(&[][..], Vec::as_slice);
+    let mut open: Vec<(BodyId, Vec<bool>)> = Vec::new();
+    let push = |open: &mut Vec<(BodyId, Vec<bool>)>, of, above: &[bool]| {
+        for (k, child) in below(of).iter().enumerate().rev() {
+            open.push((*child, [above, &[k + 1 == below(of).len()]].concat()));
+        }
+    };
+    push(&mut open, None, &[]);
+    while let Some((id, last)) = open.pop() {
+        let (own, above) = last.split_last().map_or((true, &[][..]), |(own, above)| (*own, above));
+        out.push('\n');
+        // Deep chains are indented no further.
+        above.iter().take(INDENTED).for_each(|l| out += if *l { "   " } else { "│  " });
+        out += if own { "└─ " } else { "├─ " };
+        let body = mbs.get(id);
+        out += body.name();
+        let hinges: Vec<&str> =
+            body.subhinges().iter().map(|s| kind_name(&s.subhinge.kind)).collect();
+        let _ = match body.v().len() {
+            0 => write!(out, "  fixed"),
+            _ => write!(
+                out,
+                "  {}  q[{}:{}] v[{}:{}]",
+                hinges.join(" + "),
+                body.q().start,
+                body.q().end,
+                body.v().start,
+                body.v().end
+            ),
+        };
+        let _ = write!(out, "  {} kg", body.inertia().mass());
+        push(&mut open, Some(id), &last);
+    }
+    out
+}
+
+/// Levels of a tree that are indented.
+const INDENTED: usize = 40;
+
 /// Some bodies of a mechanism as a mechanism of its own, and how the two correspond.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Subgraph {
     core: Arc<Core>,
     base: Option<String>,

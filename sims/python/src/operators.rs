@@ -21,7 +21,7 @@ use std::sync::Arc;
 ///
 /// >>> T = H * Phi * M * Phi.T * H.T * udot
 /// >>> udot = (I - H*Psi*K).T * D.inv() * (I - H*Psi*K) * T
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Operators {
     core: Arc<Core>,
     ops: dynamics::Operators,
@@ -172,7 +172,7 @@ impl Operators {
 /// `A * B`, `A @ B`, `A + B`, `A - B`, `2.0 * A`, `A.T`; `A * x` with x (columns,) gives (rows,),
 /// with x (columns, k) gives (rows, k). A mistake of order or size raises LinkworkError with both
 /// operands.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Operator {
     op: dynamics::Operator,
 }

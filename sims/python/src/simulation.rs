@@ -33,7 +33,7 @@ use std::sync::{Arc, Mutex};
 /// part's `params` in the file are arguments of the class. `save(self)` and `load(self, saved)`, or
 /// `stateless = True`, make checkpoints and forks possible.
 /// Raises LinkworkError with every mistake, each with its place.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Simulation {
     plan: Arc<Plan>,
     program: Arc<Program>,

@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex};
 /// A *frame* is the name of a node, or of a body (its origin). All vectors are in world axes;
 /// spatial ones have the angular part first. Accelerations are known after `forward_dynamics` or
 /// `inverse_dynamics` of this state.
-#[pyclass(frozen, module = "linkwork")]
+#[pyclass(frozen, weakref, module = "linkwork")]
 pub struct State {
     core: Arc<Core>,
     q: Vec<f64>,

@@ -95,7 +95,7 @@ pub fn period(rate: f64) -> PyResult<Seconds> {
 }
 
 /// A variable of a simulation.
-#[pyclass(frozen, get_all, module = "linkwork")]
+#[pyclass(frozen, get_all, weakref, module = "linkwork")]
 pub struct Variable {
     /// Its path.
     pub path: String,

@@ -30,6 +30,7 @@ from ._linkwork import (
     Subhinge,
     Target,
     Variable,
+    __version__,
     load,
     read_log,
 )
@@ -53,6 +54,7 @@ __all__ = [
     "Subhinge",
     "Target",
     "Variable",
+    "__version__",
     "load",
     "read_log",
 ]

@@ -1,0 +1,75 @@
+//! Copies of a `Mechanism`: `copy`, `deepcopy` and `pickle`, hence `multiprocessing`.
+use crate::core::Core;
+use crate::error::{refuse, refuse_with};
+use crate::mechanism::Mechanism;
+use linkwork_formats::Description;
+use linkwork_multibody::Builder;
+use linkwork_spatial::Vec3;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyTuple};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// All that a mechanism is made of.
+#[derive(Serialize, Deserialize)]
+struct Parts {
+    /// Version of the package that wrote it.
+    version: String,
+    builder: Builder,
+    gravity: Vec3,
+    initial: Vec<f64>,
+    description: Option<Description>,
+}
+
+#[pymethods]
+impl Mechanism {
+    /// A mechanism with the same parts and a gravity of its own.
+    fn __copy__(&self) -> PyResult<Self> {
+        let mut core = Core::new(self.core.mbs.clone(), self.core.gravity())?;
+        core.initial.clone_from(&self.core.initial);
+        core.description.clone_from(&self.core.description);
+        Ok(Self { core: Arc::new(core) })
+    }
+    /// As `copy.copy`: nothing is shared that can change.
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.__copy__()
+    }
+    /// For `pickle`: read again by the same version of the package.
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let parts = Parts {
+            version: env!("CARGO_PKG_VERSION").into(),
+            builder: Builder::from(&self.core.mbs),
+            gravity: self.core.gravity(),
+            initial: self.core.initial.clone(),
+            description: self.core.description.clone(),
+        };
+        let bytes = rmp_serde::to_vec_named(&parts).map_err(refuse)?;
+        let restore = py.import("linkwork._linkwork")?.getattr("_restore")?;
+        Ok((restore, PyTuple::new(py, [PyBytes::new(py, &bytes)])?))
+    }
+}
+
+/// A mechanism from what `pickle` has kept of it.
+#[pyfunction]
+pub fn _restore(bytes: &[u8]) -> PyResult<Mechanism> {
+    let help = "pickles are for the same version of linkwork; `to_ron` writes a file that lasts";
+    let parts: Parts = rmp_serde::from_slice(bytes)
+        .map_err(|e| refuse_with(format!("this is no pickle of a Mechanism: {e}"), help))?;
+    let own = env!("CARGO_PKG_VERSION");
+    if parts.version != own {
+        let fact = format!("a Mechanism pickled by linkwork {}, this is {own}", parts.version);
+        return Err(refuse_with(fact, help));
+    }
+    let mut core = Core::new(parts.builder.build().map_err(refuse)?, parts.gravity)?;
+    if parts.initial.len() != core.nq() || parts.initial.iter().any(|x| !x.is_finite()) {
+        return Err(refuse_with(
+            "this is no pickle of a Mechanism: its configuration is wrong",
+            help,
+        ));
+    }
+    (core.initial, core.description) = (parts.initial, parts.description);
+    Ok(Mechanism { core: Arc::new(core) })
+}
