@@ -215,13 +215,24 @@ impl WheelSoil {
         if z <= 0.0 {
             return (WheelForces::default(), *rut);
         }
-        let mut arc = self.arc(z, motion);
-        let k = self.modulus(arc.n);
-        if rut.sinkage > 0.0 {
-            arc.rut = Some((*rut, k));
+        let (k, n) = self.press(motion);
+        (self.forces_in(z, motion, rut), rut.pressed(rut.depth() + z, k, n, unloading))
+    }
+
+    /// Forces at the sinkage `z` (m) below the bottom of a rut.
+    pub fn forces_in(&self, z: f64, motion: &Motion, rut: &Rut) -> WheelForces {
+        if z <= 0.0 || rut.sinkage <= 0.0 {
+            return self.forces(z, motion);
         }
-        let left = rut.pressed(rut.depth() + z, k, arc.n, unloading);
-        (self.forces_on(&arc, z, motion), left)
+        let mut arc = self.arc(z, motion);
+        arc.rut = Some((*rut, self.modulus(arc.n)));
+        self.forces_on(&arc, z, motion)
+    }
+
+    /// Modulus `k` (N/m^(n+2)) and exponent `n` of the pressure under a wheel that moves so.
+    pub fn press(&self, motion: &Motion) -> (f64, f64) {
+        let n = self.soil.n + self.soil.n1 * motion.slip_scale().abs();
+        (self.modulus(n), n)
     }
 
     fn forces_on(&self, arc: &Arc, z: f64, motion: &Motion) -> WheelForces {
