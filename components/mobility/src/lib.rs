@@ -12,6 +12,7 @@ pub mod terramechanics;
 pub mod wheel_geometry;
 pub mod wheel_rigid;
 pub mod wheel_soil;
+pub mod wheel_test;
 
 #[cfg(test)]
 mod test_soils;

@@ -20,7 +20,7 @@
 
 use crate::multipass::{Rut, Unloading};
 use crate::quadrature::{NODES, WEIGHTS};
-use linkwork_runtime::prelude::Soil;
+use linkwork_runtime::prelude::{BuildError, Soil};
 use wide::f64x4;
 
 /// Rim of a wheel.
@@ -155,6 +155,29 @@ impl WheelSoil {
             Sinkage::Bekker => s.k_c / b + s.k_phi,
             Sinkage::Reece { gamma } => (s.cohesion * s.k_c + gamma * b * s.k_phi) / b.powf(n),
         }
+    }
+
+    /// Whether the soil presses back under a rim of this width: a negative cohesive modulus makes narrow rims sink for ever.
+    ///
+    /// # Errors
+    /// The modulus, and from which width on it is positive.
+    pub fn check(&self) -> Result<(), BuildError> {
+        let k = self.modulus(self.soil.n);
+        if k > 0.0 && k.is_finite() {
+            return Ok(());
+        }
+        let b = self.rim.width;
+        let fact = format!("the sinkage modulus of this soil is {k:.3e} under a width of {b} m");
+        let help = match self.sinkage {
+            Sinkage::Bekker => format!(
+                "k_c/b + k_phi must be positive: with k_c = {} and k_phi = {} for widths above {:.4} m",
+                self.soil.k_c,
+                self.soil.k_phi,
+                -self.soil.k_c / self.soil.k_phi
+            ),
+            Sinkage::Reece { .. } => "c k_c + gamma b k_phi must be positive".to_string(),
+        };
+        Err(BuildError::new(fact).at("width").help(help))
     }
 
     fn arc(&self, z: f64, m: &Motion) -> Arc {

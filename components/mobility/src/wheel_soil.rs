@@ -6,7 +6,7 @@
 use crate::rigid_contact::Hub;
 use crate::ruts::Ruts;
 use crate::soil_contact::{SoilContact, SoilState};
-use crate::terramechanics::Shear;
+use crate::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
 use crate::wheel_geometry::Cylinder;
 use crate::wheel_rigid::{WheelIn, hub_of, in_the_ground};
 use linkwork_runtime::prelude::*;
@@ -172,6 +172,18 @@ impl WheelSoilModel {
         }
     }
 
+    /// The stress model of the rim on a soil.
+    fn steady(&self, soil: &Soil) -> WheelSoil {
+        WheelSoil {
+            rim: Rim { radius: self.p.radius, width: self.p.width },
+            soil: *soil,
+            shear: Shear::Isotropic,
+            sinkage: Sinkage::Bekker,
+            gravity: 0.0,
+            approach: None,
+        }
+    }
+
     fn soil(&self, hub: &Hub) -> &Soil {
         self.p.terrain.soil(hub.position.x, hub.position.y)
     }
@@ -189,6 +201,14 @@ impl Model for WheelSoilModel {
     type Ud = WheelIn;
     type Yd = SoilOut;
     type X = SoilLanes;
+    fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
+        // A soil that differs from place to place is looked at in the middle of the map.
+        let [x0, y0, x1, y1] = p.terrain.bounds();
+        let soil = *p.terrain.soil(0.5 * (x0 + x1), 0.5 * (y0 + y1));
+        let model = WheelSoilModel { p };
+        model.steady(&soil).check()?;
+        Ok(model)
+    }
     type Store = View<Ruts>;
     fn direct(&self, c: &Clock, x: &SoilLanes, _: &(), u: &WheelIn, ruts: &View<Ruts>) -> SoilOut {
         let hub = hub_of(&u.hub);
