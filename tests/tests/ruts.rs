@@ -25,7 +25,7 @@ fn driving(ruts: &str) -> Simulation {
 }
 
 fn run(sim: &mut Simulation, tenths: u64) {
-    sim.run_until(Seconds { num: tenths.into(), den: 10 }).unwrap();
+    sim.run_until(Seconds { num: tenths, den: 10 }).unwrap();
 }
 
 fn wheel(sim: &Simulation, k: usize, port: &str) -> f64 {
