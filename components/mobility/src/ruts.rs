@@ -73,7 +73,7 @@ pub struct Print {
 
 /// Cells of the ground and how stiff they are once pressed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grid {
+pub struct RutGrid {
     /// Edge of a cell, m.
     pub cell: f64,
     /// x_min, y_min, x_max, y_max, m.
@@ -117,7 +117,7 @@ impl Tracks {
     }
 
     /// The middles of all pressed cells (m) with their states, in a fixed order.
-    pub fn pressed<'a>(&'a self, grid: &'a Grid) -> impl Iterator<Item = ([f64; 2], Rut)> + 'a {
+    pub fn pressed<'a>(&'a self, grid: &'a RutGrid) -> impl Iterator<Item = ([f64; 2], Rut)> + 'a {
         self.tiles.iter().flat_map(move |(at, cells)| {
             let pressed = cells.iter().enumerate().filter(|(_, c)| c[0] > 0.0);
             pressed.map(move |(k, c)| {
@@ -135,7 +135,7 @@ fn rut([sinkage, pressure, depth]: [f64; 3]) -> Rut {
     Rut { sinkage, pressure, stiffness }
 }
 
-impl Grid {
+impl RutGrid {
     fn middle(&self, i: i32) -> f64 {
         (f64::from(i) + 0.5) * self.cell
     }
@@ -237,7 +237,7 @@ impl Grid {
 #[derive(Clone, Copy, Debug)]
 pub struct Past<'a> {
     /// The cells.
-    pub grid: &'a Grid,
+    pub grid: &'a RutGrid,
     /// What was pressed.
     pub tracks: &'a Tracks,
 }
@@ -245,7 +245,7 @@ pub struct Past<'a> {
 /// Ground that remembers.
 pub struct Ruts {
     /// The cells.
-    pub grid: Grid,
+    pub grid: RutGrid,
 }
 
 impl Ruts {
@@ -271,7 +271,7 @@ impl Field for Ruts {
                 .help("write (x_min, y_min, x_max, y_max) in metres, both ends apart"));
         }
         let unloading = Unloading { k0: p.stiffness, growth: p.stiffness_growth };
-        Ok(Ruts { grid: Grid { cell: p.cell, region, unloading } })
+        Ok(Ruts { grid: RutGrid { cell: p.cell, region, unloading } })
     }
     fn start(&self) -> Tracks {
         Tracks::default()

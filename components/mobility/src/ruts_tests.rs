@@ -13,8 +13,8 @@ const MASS: f64 = 150.0;
 const GRAVITY: f64 = 3.72;
 const DT: f64 = 1e-3;
 
-fn grid() -> Grid {
-    Grid {
+fn grid() -> RutGrid {
+    RutGrid {
         cell: 0.04,
         region: [-50.0, -50.0, 50.0, 50.0],
         unloading: Unloading { k0: 0.0, growth: 5.03e8 },
@@ -271,7 +271,7 @@ fn what_is_kept_survives_a_checkpoint_and_a_damaged_one_is_refused() {
 
 #[test]
 fn outside_of_the_region_and_without_numbers_nothing_is_kept() {
-    let small = Grid { region: [0.0, -1.0, 0.49, 1.0], ..grid() };
+    let small = RutGrid { region: [0.0, -1.0, 0.49, 1.0], ..grid() };
     let mut tracks = Tracks::default();
     let level = Print {
         contact_point: Vec3::new(0.5, 0.0, 0.0),

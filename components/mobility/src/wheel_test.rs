@@ -9,7 +9,7 @@ use crate::terramechanics::{Motion, WheelSoil};
 
 /// Steady driving at one slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
+pub struct Measured {
     /// Slip, −1 to 1.
     pub slip: f64,
     /// Sinkage, m.
@@ -27,17 +27,22 @@ pub struct Row {
 }
 
 /// One row for each slip (above −1 to 1) at a slip angle (rad) under a load (N); `None` where the soil does not carry the load.
-pub fn against_slip(wheel: &WheelSoil, load: f64, angle: f64, slips: &[f64]) -> Vec<Option<Row>> {
+pub fn against_slip(
+    wheel: &WheelSoil,
+    load: f64,
+    angle: f64,
+    slips: &[f64],
+) -> Vec<Option<Measured>> {
     slips.iter().map(|&slip| row(wheel, load, angle, slip)).collect()
 }
 
-fn row(wheel: &WheelSoil, load: f64, angle: f64, slip: f64) -> Option<Row> {
+fn row(wheel: &WheelSoil, load: f64, angle: f64, slip: f64) -> Option<Measured> {
     let motion = Motion::rolling(slip, angle);
     let sinkage = wheel.sinkage_under(load, &motion)?;
     let f = wheel.forces(sinkage, &motion);
     let driven = f.torque > 0.0 && f.fx > 0.0 && slip >= 0.0;
     let efficiency = if driven { f.fx * wheel.rim.radius * (1.0 - slip) / f.torque } else { 0.0 };
-    Some(Row {
+    Some(Measured {
         slip,
         sinkage,
         pull: f.fx,

@@ -77,7 +77,7 @@ pub struct Plan {
     /// Algebraic loops that are solved.
     pub loops: Vec<Loop>,
     /// The start of a machine that was put down at rest; without one it is what the parts say.
-    pub rest: Option<Rest>,
+    pub rest: Option<SettledStart>,
     /// What is allowed and probably not meant.
     pub warnings: Vec<Fault>,
     /// Hash of structure and layout: equal plans can exchange states.
@@ -86,7 +86,7 @@ pub struct Plan {
 
 /// A start at rest.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rest {
+pub struct SettledStart {
     /// Continuous lanes.
     pub x: Vec<f64>,
     /// Parts with states that have come to rest.

@@ -5,7 +5,7 @@ use clap::Args;
 use linkwork_assembly::Failure;
 use linkwork_environment::soil::SoilParams;
 use linkwork_mobility::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
-use linkwork_mobility::wheel_test::{Row, against_slip, slip_on_slope};
+use linkwork_mobility::wheel_test::{Measured, against_slip, slip_on_slope};
 use linkwork_record::{Curve, Plot, draw};
 use linkwork_runtime::prelude::Params;
 use linkwork_runtime::{Fault, Located, Origin, Params as _, ReadCx, Services, Value};
@@ -172,7 +172,7 @@ pub fn wheel_test(options: &WheelTestOptions) -> u8 {
 
 fn files(
     folder: &Path,
-    rows: &[Option<Row>],
+    rows: &[Option<Measured>],
     on_slopes: &[(u32, Option<f64>)],
 ) -> Result<(), String> {
     let fail = |path: &Path| {
@@ -182,9 +182,9 @@ fn files(
     std::fs::create_dir_all(folder).map_err(fail(folder))?;
     let mut text =
         String::from("slip,sinkage_m,pull_n,side_n,torque_nm,pull_over_load,efficiency\n");
-    let rows: Vec<Row> = rows.iter().copied().flatten().collect();
+    let rows: Vec<Measured> = rows.iter().copied().flatten().collect();
     for r in &rows {
-        let Row { slip, sinkage, pull, side, torque, coefficient, efficiency } = r;
+        let Measured { slip, sinkage, pull, side, torque, coefficient, efficiency } = r;
         let line = format!("{slip},{sinkage},{pull},{side},{torque},{coefficient},{efficiency}");
         let _ = writeln!(text, "{line}");
     }
@@ -204,7 +204,7 @@ fn files(
         curves: vec![Curve { name: y.into(), points }],
         equal: false,
     };
-    let of = |f: fn(&Row) -> f64| rows.iter().map(|r| (r.slip, f(r))).collect();
+    let of = |f: fn(&Measured) -> f64| rows.iter().map(|r| (r.slip, f(r))).collect();
     let plots = [
         panel("Drawbar pull", "slip", "N", of(|r| r.pull)),
         panel("Torque", "slip", "N m", of(|r| r.torque)),

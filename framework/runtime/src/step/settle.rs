@@ -10,7 +10,7 @@
 use super::evaluate::{self, Running};
 use super::{State, Work, blocks_of, initial, show};
 use crate::block::{Evaluation, Now};
-use crate::plan::{Plan, Rest};
+use crate::plan::{Plan, SettledStart};
 use linkwork_integrate::System;
 use std::ops::Range;
 
@@ -67,7 +67,7 @@ pub(crate) fn settle(
     }
     start[q.clone()].copy_from_slice(&x[q]);
     start[v].fill(0.0);
-    plan.rest = Some(Rest { x: start, parts });
+    plan.rest = Some(SettledStart { x: start, parts });
     true
 }
 
