@@ -85,8 +85,6 @@ fn main() {
         angular: Vec3::y() * 0.2,
     };
     let slope = |x: f64, _: f64| Some((0.1 * x, Vec3::new(-0.0995, 0.0, 0.995)));
-    let ns = best(20_000, |k| contact.load(&LUNAR, &hub(k), &state, &slope).local.fx);
-    println!("soil contact, load:                 {ns:8.1} ns");
-    let ns = best(20_000, |k| contact.rates(&LUNAR, &hub(k), &state, &slope).xi_x);
-    println!("soil contact, rates:                {ns:8.1} ns");
+    let ns = best(20_000, |k| contact.evaluate(&LUNAR, &hub(k), &state, &slope, None).0.local.fx);
+    println!("soil contact, load and rates:       {ns:8.1} ns");
 }

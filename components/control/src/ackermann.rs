@@ -2,7 +2,7 @@
 //!
 //! Steer, then drive: steering commands move at a limited rate, and wheels turn in proportion to how close they
 //! are to their wanted angles. Speed changes at a limited acceleration (a trapezoid). Curvature is cut to
-//! what the steering limit allows, except on the spot (speed zero).
+//! what the steering limit allows, except on the spot (speed zero). While no wheel is to turn, the brakes are on.
 
 use crate::geometry::{Command, Layout, WHEELS};
 use linkwork_runtime::prelude::*;
@@ -73,6 +73,9 @@ pub struct AckermannOut {
     /// Wheel rate, right rear.
     #[port("rad/s")]
     pub rate_rr: f64,
+    /// All wheels are to stand: for the brakes.
+    #[port("1")]
+    pub stand: bool,
 }
 
 /// Commands as they stand.
@@ -132,6 +135,7 @@ impl Model for Ackermann {
             rate_rm: d.rate[3],
             rate_lr: d.rate[4],
             rate_rr: d.rate[5],
+            stand: d.rate == [0.0; WHEELS],
         }
     }
     fn update(&self, c: &Clock, _: &(), d: &AckermannState, u: &AckermannIn) -> AckermannState {
@@ -197,6 +201,21 @@ mod tests {
         let d = run(u, AckermannState::zero(), 20);
         assert!(d.rate.iter().all(|r| *r == 0.0) && d.steer[1] > 0.1, "{d:?}");
         assert!(run(u, d, 500).rate[1] > 0.1);
+    }
+
+    #[test]
+    fn the_brakes_are_on_while_no_wheel_is_to_turn() {
+        let stands =
+            |d: &AckermannState| model().moore(&Clock::at(0.0, 0.02, 0), &(), d, &()).stand;
+        assert!(stands(&AckermannState::zero()));
+        // Steering on the spot first, then driving; standing again after the last of the slowing down.
+        let u = AckermannIn { speed: 0.0, turn_rate: 0.05 };
+        let d = run(u, AckermannState::zero(), 20);
+        assert!(stands(&d));
+        let d = run(u, d, 500);
+        assert!(!stands(&d));
+        let stop = AckermannIn { speed: 0.0, turn_rate: 0.0 };
+        assert!(!stands(&run(stop, d, 1)) && stands(&run(stop, d, 200)));
     }
 
     #[test]

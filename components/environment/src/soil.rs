@@ -262,24 +262,36 @@ impl SoilParams {
             density: self.density.unwrap_or(s.density),
             friction: self.friction.unwrap_or(s.friction),
         };
+        let within = |v: f64, low: f64, high: f64| v >= low && v <= high;
+        let positive = |v: f64| v > 0.0 && v.is_finite();
+        let not_negative = |v: f64| v >= 0.0 && v.is_finite();
+        let degrees = "an angle between 0 and 1.5 rad (write \"33 deg\" for degrees)";
         let faults = [
-            (soil.n > 0.0 && soil.n < 3.0, "the sinkage exponent lies between 0 and 3"),
-            ((0.0..=2.0).contains(&soil.n1), "slip sinkage n1 lies between 0 and 2"),
-            (soil.k_phi > 0.0, "the frictional modulus k_phi is positive"),
-            ((0.0..1.0).contains(&soil.a0), "a0 lies between 0 and 1"),
-            ((-1.0..=1.0).contains(&soil.a1), "a1 lies between -1 and 1"),
-            ((0.0..=1.5).contains(&soil.lambda), "lambda lies between 0 and 1.5"),
-            (soil.density >= 0.0, "density cannot be negative"),
-            (soil.cohesion >= 0.0, "cohesion cannot be negative"),
+            ("n", soil.n, soil.n > 0.0 && soil.n < 3.0, "above 0 and below 3"),
+            ("n1", soil.n1, within(soil.n1, 0.0, 2.0), "from 0 to 2"),
+            ("k_c", soil.k_c, soil.k_c.is_finite(), "a finite number of N/m^(n+1)"),
+            ("k_phi", soil.k_phi, positive(soil.k_phi), "positive, in N/m^(n+2)"),
+            ("cohesion", soil.cohesion, not_negative(soil.cohesion), "zero or positive, in Pa"),
+            ("friction_angle", soil.friction_angle, within(soil.friction_angle, 0.0, 1.5), degrees),
             (
-                (0.0..1.5).contains(&soil.friction_angle),
-                "the friction angle lies between 0 and 1.5 rad (write \"33 deg\" for degrees)",
+                "shear_modulus",
+                soil.shear_modulus,
+                positive(soil.shear_modulus),
+                "a positive length",
             ),
-            (soil.shear_modulus > 0.0, "the shear modulus is a positive length"),
-            (soil.friction >= 0.0, "the coefficient of friction cannot be negative"),
+            ("a0", soil.a0, within(soil.a0, 0.0, 1.0), "from 0 to 1"),
+            ("a1", soil.a1, within(soil.a1, -1.0, 1.0), "from -1 to 1"),
+            ("lambda", soil.lambda, within(soil.lambda, 0.0, 1.5), "from 0 to 1.5"),
+            ("density", soil.density, not_negative(soil.density), "zero or positive, in kg/m^3"),
+            ("friction", soil.friction, not_negative(soil.friction), "zero or positive"),
         ];
-        match faults.iter().find(|(fine, _)| !fine) {
-            Some((_, why)) => Err(BuildError::new(*why).at("soil")),
+        match faults.iter().find(|(_, _, fine, _)| !fine) {
+            Some((name, value, _, what)) => {
+                let fact = format!("no soil has {name} = {value}");
+                Err(BuildError::new(fact)
+                    .at(format!("soil.{name}"))
+                    .help(format!("{name} is {what}")))
+            }
             None => Ok(soil),
         }
     }
@@ -306,6 +318,18 @@ mod tests {
         let p = SoilParams { lambda: Some(-1.0), ..Default::default() };
         assert!(p.soil().unwrap_err().message.contains("lambda"));
         let p = SoilParams { friction_angle: Some(33.0), ..Default::default() };
-        assert!(p.soil().unwrap_err().message.contains("33 deg"));
+        let told = p.soil().unwrap_err();
+        assert!(told.help.unwrap().contains("33 deg"));
+        assert_eq!(told.param.unwrap(), "soil.friction_angle");
+        for p in [
+            SoilParams { k_phi: Some(f64::INFINITY), ..Default::default() },
+            SoilParams { k_phi: Some(-1.0), ..Default::default() },
+            SoilParams { n: Some(f64::NAN), ..Default::default() },
+            SoilParams { density: Some(f64::INFINITY), ..Default::default() },
+            SoilParams { shear_modulus: Some(0.0), ..Default::default() },
+        ] {
+            let told = p.soil().unwrap_err();
+            assert!(told.message.starts_with("no soil has") && told.help.is_some(), "{told:?}");
+        }
     }
 }

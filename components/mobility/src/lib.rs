@@ -6,11 +6,13 @@
 pub mod multipass;
 pub mod quadrature;
 pub mod rigid_contact;
+pub mod ruts;
 pub mod soil_contact;
 pub mod terramechanics;
 pub mod wheel_geometry;
 pub mod wheel_rigid;
 pub mod wheel_soil;
+pub mod wheel_test;
 
 #[cfg(test)]
 mod test_soils;
@@ -19,5 +21,9 @@ use linkwork_runtime::prelude::Entry;
 
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
-    vec![Entry::model::<wheel_rigid::WheelRigid>(), Entry::model::<wheel_soil::WheelSoilModel>()]
+    vec![
+        Entry::model::<wheel_rigid::WheelRigid>(),
+        Entry::model::<wheel_soil::WheelSoilModel>(),
+        Entry::field::<ruts::Ruts>(),
+    ]
 }

@@ -6,7 +6,7 @@
 //! rut          z_r = z_u − p_u/k_u                       what is left when the load is gone
 //! ```
 //! A wheel in a rut meets the ground at z_r, stiff up to z_u: `WheelSoil::pass` gives its forces and the state
-//! that it leaves. Nothing is kept here; who owns the ground hands states in and takes them out. The kink of the pressure at z_u
+//! that it leaves. Nothing is kept here: `ruts` keeps the states of a ground. The kink of the pressure at z_u
 //! costs the eight-node integrals about 1 % of the load.
 
 /// How stiff pressed soil is: `k_u = k₀ + A_u z_u`.

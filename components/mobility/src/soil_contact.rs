@@ -5,7 +5,7 @@
 //! slip        s = (ξ_x + T (u − v_x))/L,   v_y/u = −(ξ_y − T v_y)/L
 //! rolling     ṁ = (w − m |w|)/L,  w = (u + v_x)/2         |m|: share of the rolling shape, sign: front
 //! normal      N = F_z(z) − k_u (z_u − z)₊, times (1 + d ż)₊
-//! rut         ż_u = (z − z_u)₊/τ − 8 (z_u − z)₊ |w|/L
+//! press       ż_u = (z − z_u)₊/τ − 8 (z_u − z)₊ |w|/L
 //! ```
 //! In steady rolling ξ gives back the textbook slip exactly, so the forces are those of the
 //! stress integrals. At rest ξ is a displacement: below Mohr-Coulomb's limit the soil holds a parked wheel exactly; T damps
@@ -14,9 +14,16 @@
 //! (m = 0) and takes the rolling shape over half its length; no force depends on the sign of a small
 //! speed, which would shake a parked wheel. `z` is the penetration into the undeformed
 //! surface along its normal, `z_u` the deepest press under the wheel: unloading is stiff
-//! (Wong's k_u), and forgotten as the wheel rolls on to new ground. The terrain keeps no rut.
+//! (Wong's k_u), and forgotten as the wheel rolls on to new ground.
+//!
+//! Ground with a past (`ruts`) is read where the wheel comes to it: a cell beyond the ends of the arc, ahead with the weight
+//! (1 + m)/2 and behind with (1 − m)/2, at the middles of the discs. The wheel stands in the mean of these states over
+//! its whole width, and then z counts from the bottom of the rut, z_u and the print from the first surface. What it
+//! presses itself lies under the arc, so that no wheel climbs out of its own print.
 
+use crate::multipass::Rut;
 use crate::rigid_contact::Hub;
+use crate::ruts::Past;
 use crate::terramechanics::{Motion, Rim, Shear, Sinkage, WheelForces, WheelSoil};
 use crate::wheel_geometry::{Cylinder, DISCS, Ground};
 use linkwork_runtime::prelude::Soil;
@@ -63,8 +70,16 @@ pub struct SoilLoad {
     pub moment: Vec3,
     /// Forces in the contact frame.
     pub local: WheelForces,
-    /// Sinkage, m (0 without contact).
+    /// Sinkage below the first surface, m (0 without contact).
     pub sinkage: f64,
+    /// Depth of the rut that the wheel runs in, m.
+    pub rut: f64,
+    /// Ground normal, unit.
+    pub normal: Vec3,
+    /// Heading of the wheel in the ground, unit.
+    pub heading: Vec3,
+    /// Modulus (N/m^(n+2)) and exponent of the pressure under the wheel.
+    pub press: (f64, f64),
     /// Slip as the stresses see it, −1 to 1.
     pub slip: f64,
     /// Slip angle, rad.
@@ -86,7 +101,12 @@ const LENGTH_MIN: f64 = 0.05;
 
 /// Where the wheel stands in the soil and how it moves there.
 struct Footprint {
+    /// Below the ground as the wheel meets it, m.
     z: f64,
+    /// Below the first surface, m.
+    first: f64,
+    /// State of that ground.
+    rut: Rut,
     normal: Vec3,
     point: Vec3,
     ex: Vec3,
@@ -106,15 +126,17 @@ struct Footprint {
 }
 
 impl SoilContact {
-    /// The load and the rate of the state. `ground` gives height (m) and unit normal at x, y.
+    /// The load and the rate of the state. `ground` gives height (m) and unit normal of the first surface at x, y;
+    /// `past` what was pressed before.
     pub fn evaluate(
         &self,
         soil: &Soil,
         hub: &Hub,
         state: &SoilState,
         ground: &impl Ground,
+        past: Option<Past<'_>>,
     ) -> (SoilLoad, SoilState) {
-        match self.footprint(soil, hub, state, ground) {
+        match self.footprint(soil, hub, state, ground, past) {
             Some(f) => (self.load_of(&f, soil, hub, state), self.rates_of(&f, soil, state)),
             None => (SoilLoad::none(hub), spring_back(state)),
         }
@@ -126,6 +148,7 @@ impl SoilContact {
         hub: &Hub,
         state: &SoilState,
         ground: &impl Ground,
+        past: Option<Past<'_>>,
     ) -> Option<Footprint> {
         let discs = self.wheel.discs(hub.position, hub.axle, ground);
         let (mut weight, mut press, mut point) = (0.0, Vec3::zeros(), Vec3::zeros());
@@ -141,10 +164,17 @@ impl SoilContact {
         }
         point /= weight;
         let normal = press / size;
-        let z = size / DISCS as f64;
+        let first = size / DISCS as f64;
         let ex = hub.axle.cross(&normal).normalize();
         let ey = normal.cross(&ex);
         let r = self.wheel.radius;
+        let rut = past.map_or(Rut::default(), |past| {
+            self.met(&past, first, &point, [ex, ey], state.rolled.clamp(-1.0, 1.0))
+        });
+        let z = first - rut.depth();
+        if z <= 0.0 {
+            return None;
+        }
         let (vx, vy) = (hub.velocity.dot(&ex), hub.velocity.dot(&ey));
         let u = r * hub.angular.dot(&hub.axle);
         let m = state.rolled.abs().min(1.0);
@@ -154,6 +184,8 @@ impl SoilContact {
         let length = r * (0.5 * (front + rear)).max(LENGTH_MIN);
         Some(Footprint {
             z,
+            first,
+            rut,
             normal,
             point,
             ex,
@@ -167,15 +199,20 @@ impl SoilContact {
         })
     }
 
-    /// The load of the soil on the wheel.
-    pub fn load(
-        &self,
-        soil: &Soil,
-        hub: &Hub,
-        state: &SoilState,
-        ground: &impl Ground,
-    ) -> SoilLoad {
-        self.evaluate(soil, hub, state, ground).0
+    /// State of the ground that a wheel of the shape `m` comes to.
+    fn met(&self, past: &Past<'_>, first: f64, point: &Vec3, [ex, ey]: [Vec3; 2], m: f64) -> Rut {
+        let (r, strip) = (self.wheel.radius, self.wheel.width / DISCS as f64);
+        let fall = (r - first).max(0.0);
+        let end = (r * r - fall * fall).sqrt() + past.grid.cell;
+        let ends = [(end, 0.5 * (1.0 + m)), (-end, 0.5 * (1.0 - m))];
+        let points = ends.into_iter().filter(|(_, w)| *w > 0.0).flat_map(|(s, w)| {
+            (0..DISCS).map(move |i| {
+                let t = (i as f64 - 0.5 * (DISCS - 1) as f64) * strip;
+                let p = point + ex * s + ey * t;
+                ([p.x, p.y], w / DISCS as f64)
+            })
+        });
+        past.grid.mean_at(past.tracks, points)
     }
 
     fn load_of(&self, f: &Footprint, soil: &Soil, hub: &Hub, state: &SoilState) -> SoilLoad {
@@ -193,18 +230,18 @@ impl SoilContact {
             gravity: self.gravity,
             approach: None,
         };
-        let virgin = model.forces(f.z, &motion);
-        let unloaded = self.unloading_stiffness * (state.pressed - f.z).max(0.0);
+        let loaded = model.forces_in(f.z, &motion, &f.rut);
+        let unloaded = self.unloading_stiffness * (state.pressed - f.first).max(0.0);
         let damped = (1.0 + self.normal_damping * f.approach).max(0.0);
-        let carried = (virgin.fz - unloaded).max(0.0) * damped;
-        let share = if virgin.fz > 0.0 { carried / virgin.fz } else { 0.0 };
+        let carried = (loaded.fz - unloaded).max(0.0) * damped;
+        let share = if loaded.fz > 0.0 { carried / loaded.fz } else { 0.0 };
         let local = WheelForces {
-            fx: side * share * virgin.fx,
-            fy: share * virgin.fy,
+            fx: side * share * loaded.fx,
+            fy: share * loaded.fy,
             fz: carried,
-            torque: side * share * virgin.torque,
-            mx: share * virgin.mx + (f.point - hub.position).dot(&f.ey) * carried,
-            mz: side * share * virgin.mz,
+            torque: side * share * loaded.torque,
+            mx: share * loaded.mx + (f.point - hub.position).dot(&f.ey) * carried,
+            mz: side * share * loaded.mz,
         };
         let force = f.ex * local.fx + f.ey * local.fy + f.normal * local.fz;
         let moment = f.ex * local.mx - hub.axle * local.torque + f.normal * local.mz;
@@ -212,24 +249,16 @@ impl SoilContact {
             force,
             moment,
             local,
-            sinkage: f.z,
+            sinkage: f.first,
+            rut: f.rut.depth(),
+            normal: f.normal,
+            heading: f.ex,
+            press: model.press(&motion),
             slip: side * motion.slip_scale(),
             slip_angle: beta,
             point: f.point,
             power: -force.dot(&hub.velocity) - moment.dot(&hub.angular),
         }
-    }
-
-    /// The rate of the state; costs the geometry but not the stresses.
-    pub fn rates(
-        &self,
-        soil: &Soil,
-        hub: &Hub,
-        state: &SoilState,
-        ground: &impl Ground,
-    ) -> SoilState {
-        self.footprint(soil, hub, state, ground)
-            .map_or_else(|| spring_back(state), |f| self.rates_of(&f, soil, state))
     }
 
     fn rates_of(&self, f: &Footprint, soil: &Soil, state: &SoilState) -> SoilState {
@@ -246,8 +275,8 @@ impl SoilContact {
         let mut rate = SoilState {
             xi_x: shear[0] - forget * state.xi_x,
             xi_y: shear[1] - forget * state.xi_y,
-            pressed: (f.z - state.pressed).max(0.0) / FOLLOW
-                - (state.pressed - f.z).max(0.0) * FORGET * f.travel.abs() / f.length,
+            pressed: (f.first - state.pressed).max(0.0) / FOLLOW
+                - (state.pressed - f.first).max(0.0) * FORGET * f.travel.abs() / f.length,
             rolled: (f.travel - m * f.travel.abs()) / f.length,
         };
         slide_beyond(state, &mut rate, f.length);
@@ -272,6 +301,10 @@ impl SoilLoad {
             moment: Vec3::zeros(),
             local: WheelForces::default(),
             sinkage: 0.0,
+            rut: 0.0,
+            normal: Vec3::z(),
+            heading: hub.axle.cross(&Vec3::z()),
+            press: (0.0, 0.0),
             slip: 0.0,
             slip_angle: 0.0,
             point: hub.position,

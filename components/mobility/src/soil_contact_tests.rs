@@ -40,7 +40,7 @@ impl Rig {
         }
         let hub =
             Hub { position: self.p, axle: Vec3::y(), velocity: self.v, angular: Vec3::y() * spin };
-        let (load, rate) = contact().evaluate(&lunar(), &hub, &self.state, &plane);
+        let (load, rate) = contact().evaluate(&lunar(), &hub, &self.state, &plane, None);
         self.state.xi_x += rate.xi_x * dt;
         self.state.xi_y += rate.xi_y * dt;
         self.state.pressed += rate.pressed * dt;
@@ -159,7 +159,7 @@ fn closed_paths_at_rest_only_cost_work() {
                     velocity,
                     angular: Vec3::zeros(),
                 };
-                let (load, rate) = contact().evaluate(&lunar(), &hub, &state, &plane);
+                let (load, rate) = contact().evaluate(&lunar(), &hub, &state, &plane, None);
                 state.xi_x += rate.xi_x * dt;
                 state.xi_y += rate.xi_y * dt;
                 sum -= load.force.dot(&velocity) * dt;

@@ -20,7 +20,7 @@
 
 use crate::multipass::{Rut, Unloading};
 use crate::quadrature::{NODES, WEIGHTS};
-use linkwork_runtime::prelude::Soil;
+use linkwork_runtime::prelude::{BuildError, Soil};
 use wide::f64x4;
 
 /// Rim of a wheel.
@@ -157,6 +157,29 @@ impl WheelSoil {
         }
     }
 
+    /// Whether the soil presses back under a rim of this width: a negative cohesive modulus makes narrow rims sink for ever.
+    ///
+    /// # Errors
+    /// The modulus, and from which width on it is positive.
+    pub fn check(&self) -> Result<(), BuildError> {
+        let k = self.modulus(self.soil.n);
+        if k > 0.0 && k.is_finite() {
+            return Ok(());
+        }
+        let b = self.rim.width;
+        let fact = format!("the sinkage modulus of this soil is {k:.3e} under a width of {b} m");
+        let help = match self.sinkage {
+            Sinkage::Bekker => format!(
+                "k_c/b + k_phi must be positive: with k_c = {} and k_phi = {} for widths above {:.4} m",
+                self.soil.k_c,
+                self.soil.k_phi,
+                -self.soil.k_c / self.soil.k_phi
+            ),
+            Sinkage::Reece { .. } => "c k_c + gamma b k_phi must be positive".to_string(),
+        };
+        Err(BuildError::new(fact).at("width").help(help))
+    }
+
     fn arc(&self, z: f64, m: &Motion) -> Arc {
         let (soil, r) = (&self.soil, self.rim.radius);
         let s = m.slip_scale().abs();
@@ -215,13 +238,24 @@ impl WheelSoil {
         if z <= 0.0 {
             return (WheelForces::default(), *rut);
         }
-        let mut arc = self.arc(z, motion);
-        let k = self.modulus(arc.n);
-        if rut.sinkage > 0.0 {
-            arc.rut = Some((*rut, k));
+        let (k, n) = self.press(motion);
+        (self.forces_in(z, motion, rut), rut.pressed(rut.depth() + z, k, n, unloading))
+    }
+
+    /// Forces at the sinkage `z` (m) below the bottom of a rut.
+    pub fn forces_in(&self, z: f64, motion: &Motion, rut: &Rut) -> WheelForces {
+        if z <= 0.0 || rut.sinkage <= 0.0 {
+            return self.forces(z, motion);
         }
-        let left = rut.pressed(rut.depth() + z, k, arc.n, unloading);
-        (self.forces_on(&arc, z, motion), left)
+        let mut arc = self.arc(z, motion);
+        arc.rut = Some((*rut, self.modulus(arc.n)));
+        self.forces_on(&arc, z, motion)
+    }
+
+    /// Modulus `k` (N/m^(n+2)) and exponent `n` of the pressure under a wheel that moves so.
+    pub fn press(&self, motion: &Motion) -> (f64, f64) {
+        let n = self.soil.n + self.soil.n1 * motion.slip_scale().abs();
+        (self.modulus(n), n)
     }
 
     fn forces_on(&self, arc: &Arc, z: f64, motion: &Motion) -> WheelForces {

@@ -1,10 +1,12 @@
 //! `mobility.wheel_soil`: a wheel on soft ground, the contact of `soil_contact` as a model.
 //!
-//! The soil's constants come from the terrain under the hub.
+//! The soil's constants come from the terrain under the hub. With a `mobility.ruts` in the simulation the wheel runs in the ruts of
+//! the wheels before, and leaves its own; without one every wheel meets fresh ground.
 
 use crate::rigid_contact::Hub;
+use crate::ruts::Ruts;
 use crate::soil_contact::{SoilContact, SoilState};
-use crate::terramechanics::Shear;
+use crate::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
 use crate::wheel_geometry::Cylinder;
 use crate::wheel_rigid::{WheelIn, hub_of, in_the_ground};
 use linkwork_runtime::prelude::*;
@@ -71,11 +73,14 @@ pub struct SoilOut {
     /// Slip angle as the stresses see it.
     #[port("rad")]
     pub slip_angle: f64,
-    /// Sinkage.
-    #[port("m")]
+    /// Sinkage below the first surface.
+    #[port("m", bind = "field")]
     pub sinkage: f64,
-    /// Point where the load acts, W.
+    /// Depth of the rut that the wheel runs in.
     #[port("m")]
+    pub rut: f64,
+    /// Point where the load acts, W.
+    #[port("m", bind = "field")]
     pub contact_point: Vec3,
     /// Force of the ground, W.
     #[port("N")]
@@ -83,6 +88,24 @@ pub struct SoilOut {
     /// Power given to the soil.
     #[port("W")]
     pub power: f64,
+    /// Ground normal, unit, W.
+    #[port("1", bind = "field")]
+    pub print_normal: Vec3,
+    /// Heading of the wheel in the ground, unit, W.
+    #[port("1", bind = "field")]
+    pub print_heading: Vec3,
+    /// Radius of the rim that prints.
+    #[port("m", bind = "field")]
+    pub print_radius: f64,
+    /// Width of the rim that prints.
+    #[port("m", bind = "field")]
+    pub print_width: f64,
+    /// Sinkage modulus of the print, N/m^(n+2).
+    #[port("1", bind = "field")]
+    pub print_modulus: f64,
+    /// Sinkage exponent of the print.
+    #[port("1", bind = "field")]
+    pub print_exponent: f64,
     /// Rate of the shear deflection along the heading.
     #[port("m/s")]
     pub shear_x_rate: f64,
@@ -149,6 +172,18 @@ impl WheelSoilModel {
         }
     }
 
+    /// The stress model of the rim on a soil.
+    fn steady(&self, soil: &Soil) -> WheelSoil {
+        WheelSoil {
+            rim: Rim { radius: self.p.radius, width: self.p.width },
+            soil: *soil,
+            shear: Shear::Isotropic,
+            sinkage: Sinkage::Bekker,
+            gravity: 0.0,
+            approach: None,
+        }
+    }
+
     fn soil(&self, hub: &Hub) -> &Soil {
         self.p.terrain.soil(hub.position.x, hub.position.y)
     }
@@ -166,20 +201,38 @@ impl Model for WheelSoilModel {
     type Ud = WheelIn;
     type Yd = SoilOut;
     type X = SoilLanes;
-    fn direct(&self, c: &Clock, x: &SoilLanes, _: &(), u: &WheelIn) -> SoilOut {
+    fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
+        // A soil that differs from place to place is looked at in the middle of the map.
+        let [x0, y0, x1, y1] = p.terrain.bounds();
+        let soil = *p.terrain.soil(0.5 * (x0 + x1), 0.5 * (y0 + y1));
+        let model = WheelSoilModel { p };
+        model.steady(&soil).check()?;
+        Ok(model)
+    }
+    type Store = View<Ruts>;
+    fn direct(&self, c: &Clock, x: &SoilLanes, _: &(), u: &WheelIn, ruts: &View<Ruts>) -> SoilOut {
         let hub = hub_of(&u.hub);
         let soil = self.soil(&hub);
         let ground = |x: f64, y: f64| self.ground(x, y);
-        let (load, rate) = self.contact(soil, c.t, &hub).evaluate(soil, &hub, &x.state(), &ground);
+        let contact = self.contact(soil, c.t, &hub);
+        let past = ruts.get().map(|(ruts, tracks)| ruts.past(tracks));
+        let (load, rate) = contact.evaluate(soil, &hub, &x.state(), &ground, past);
         SoilOut {
             load: Wrench { moment: load.moment, force: load.force },
             normal_force: load.local.fz,
             slip: load.slip,
             slip_angle: load.slip_angle,
             sinkage: load.sinkage,
+            rut: load.rut,
             contact_point: load.point,
             contact_force: load.force,
             power: load.power,
+            print_normal: load.normal,
+            print_heading: load.heading,
+            print_radius: contact.wheel.radius,
+            print_width: contact.wheel.width,
+            print_modulus: load.press.0,
+            print_exponent: load.press.1,
             shear_x_rate: rate.xi_x,
             shear_y_rate: rate.xi_y,
             pressed_rate: rate.pressed,
@@ -193,7 +246,7 @@ impl Model for WheelSoilModel {
         _: &(),
         _: &(),
         _: &WheelIn,
-        _: &(),
+        _: &View<Ruts>,
         y: &SoilOut,
     ) -> SoilLanes {
         SoilLanes {
@@ -203,8 +256,16 @@ impl Model for WheelSoilModel {
             rolled: y.rolled_rate,
         }
     }
-    fn remarks(&self, c: &Clock, x: &SoilLanes, d: &(), _: &(), u: &WheelIn) -> Vec<BuildError> {
-        let depth = self.direct(c, x, d, u, &()).sinkage;
+    fn remarks(
+        &self,
+        c: &Clock,
+        x: &SoilLanes,
+        d: &(),
+        _: &(),
+        u: &WheelIn,
+        ruts: &View<Ruts>,
+    ) -> Vec<BuildError> {
+        let depth = self.direct(c, x, d, u, ruts).sinkage;
         in_the_ground(depth, self.p.radius, STARTS_IN)
     }
 }
@@ -247,11 +308,12 @@ mod tests {
             pressed: 0.02,
             rolled: 1.0,
         };
-        let y = model.direct(&Clock::at(0.0, 1e-3, 0), &x, &(), &WheelIn { hub }, &());
+        let y = model.direct(&Clock::at(0.0, 1e-3, 0), &x, &(), &WheelIn { hub }, &View::default());
         assert!((y.normal_force - 99.967897801).abs() < 1e-8, "{y:?}");
         assert!((y.load.force.x - 29.435818268).abs() < 1e-8);
         assert!((y.load.moment.y + 6.353369400).abs() < 1e-8);
-        let rate = model.deriv(&Clock::at(0.0, 1e-3, 0), &x, &(), &(), &WheelIn { hub }, &(), &y);
+        let (clock, u) = (Clock::at(0.0, 1e-3, 0), WheelIn { hub });
+        let rate = model.deriv(&clock, &x, &(), &(), &u, &View::default(), &y);
         assert!(rate.shear_x.abs() < 1e-12 && rate.rolled.abs() < 1e-12);
     }
 }

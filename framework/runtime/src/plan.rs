@@ -76,10 +76,21 @@ pub struct Plan {
     pub sums: Vec<Sum>,
     /// Algebraic loops that are solved.
     pub loops: Vec<Loop>,
+    /// The start of a machine that was put down at rest; without one it is what the parts say.
+    pub rest: Option<SettledStart>,
     /// What is allowed and probably not meant.
     pub warnings: Vec<Fault>,
     /// Hash of structure and layout: equal plans can exchange states.
     pub hash: u64,
+}
+
+/// A start at rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SettledStart {
+    /// Continuous lanes.
+    pub x: Vec<f64>,
+    /// Parts with states that have come to rest.
+    pub parts: Vec<u32>,
 }
 
 /// A field.

@@ -17,6 +17,7 @@ pub mod run;
 pub mod scene;
 pub mod summary;
 mod taps;
+pub mod wheel_test;
 
 /// Exit codes.
 pub mod exit {

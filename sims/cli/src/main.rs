@@ -1,7 +1,8 @@
-//! The command line: linkwork run, resume, check, list, describe, tree, graph, export, schema, replay, diff.
+//! The command line: linkwork run, resume, check, list, describe, tree, graph, export, schema, replay, diff, wheel-test.
 use clap::{Parser, Subcommand};
 use linkwork_cli::export::{self, ExportOptions};
 use linkwork_cli::options::RunOptions;
+use linkwork_cli::wheel_test::{self, WheelTestOptions};
 use linkwork_cli::{check, diff, exit, inspect, replay, run, voice};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -27,7 +28,8 @@ const EXAMPLES: &str = "Examples:
   linkwork export sims/pendulum --fmu pendulum.fmu      as a unit of FMI 3.0
   linkwork schema > linkwork.schema.json                the file format, for editors and programs
   linkwork replay runs/rover/run.mcap --verify         simulate again and compare every number
-  linkwork diff a/run.mcap b/run.mcap --rel 1e-9        compare logs or checkpoints";
+  linkwork diff a/run.mcap b/run.mcap --rel 1e-9        compare logs or checkpoints
+  linkwork wheel-test --soil mars_drift --load 560       pull, torque and sinkage of a wheel on a soil";
 
 #[derive(Subcommand)]
 enum Command {
@@ -117,6 +119,8 @@ enum Command {
         #[arg(long, default_value_t = 0.0)]
         rel: f64,
     },
+    /// What a single-wheel rig would measure: pull, torque and sinkage against slip, slip against slope.
+    WheelTest(WheelTestOptions),
 }
 
 /// A limit on the size of files is an error of the write that meets it, not the end of the
@@ -153,6 +157,7 @@ fn main() -> ExitCode {
         Command::Schema => inspect::schema(),
         Command::Replay { log, .. } => replay::verify(&log),
         Command::Diff { a, b, abs, rel } => diff::diff(&a, &b, abs, rel),
+        Command::WheelTest(options) => wheel_test::wheel_test(&options),
     };
     ExitCode::from(voice::exit_code(code))
 }

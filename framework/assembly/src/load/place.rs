@@ -40,8 +40,13 @@ pub fn put_down(plan: &mut Plan, place: &PlaceForm) -> Result<f64, Fault> {
         wheels: expand(&place.wheels)?.into_iter().map(|w| (w, place.radius)).collect(),
         joints: expand(&place.joints)?,
     };
-    place_on_terrain(plan, &*handle, &p)
-        .map_err(|e| Fault::new(place.origin, format!("`place`: {}", e.message)).help(e.help))
+    let told = plan.warnings.len();
+    let gap = place_on_terrain(plan, &*handle, &p)
+        .map_err(|e| Fault::new(place.origin, format!("`place`: {}", e.message)).help(e.help))?;
+    for warning in &mut plan.warnings[told..] {
+        warning.origin = place.origin;
+    }
+    Ok(gap)
 }
 
 /// `Rover.Wheels.Wheel1/wheel` with the slash as one more dot, for patterns.

@@ -137,6 +137,7 @@ pub(crate) fn compile_phase(
         !d.positions.is_empty() || d.functions.steps
     });
     Ok(Plan {
+        rest: None,
         warnings: in_file_order(warnings),
         stored,
         fields,

@@ -5,9 +5,12 @@
 //! unknowns  z, roll, pitch, chosen joints        residuals  least gap of the rim of each wheel
 //! ```
 //! Loops and couplings are closed for each trial, so that chosen joints which they join adapt together.
-//! Damped least squares (Levenberg–Marquardt) with numerical derivatives; done once, before a run.
+//! Damped least squares (Levenberg–Marquardt) with numerical derivatives. From there the machine settles under its own
+//! forces until it rests (`step::settle`), so that a run starts in static balance; done once, before a run.
 use crate::plan::Plan;
 use crate::services::Terrain;
+use crate::step::settle;
+use crate::value::{Fault, Origin};
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::{BodyId, SubhingeKind};
 use linkwork_solvers::Projector;
@@ -59,7 +62,8 @@ fn rim_gap(terrain: &dyn Terrain, pose: &Pose, radius: f64) -> Option<f64> {
     Some(least)
 }
 
-/// Changes the plan's initial coordinates. Gives the largest remaining gap of a wheel (m).
+/// Changes the plan's initial coordinates and what its parts start from, to static balance. Gives the largest gap of a wheel (m)
+/// where all just touch, before it settles. A machine that does not rest starts there, which is a warning of the plan.
 ///
 /// # Errors
 /// Unknown bodies, a root that is not free, ground missing under a wheel, or no convergence.
@@ -92,11 +96,15 @@ pub fn place_on_terrain(
         );
     }
     let at = mb.get(root).q().start;
+    let mut adapting: Vec<usize> = mb.get(root).v().collect();
     let mut joints = Vec::new();
     for name in &p.joints {
         let b = mb.get(find(name)?);
         match (b.q().len(), b.subhinges().first().map(|s| s.subhinge.kind)) {
-            (1, Some(SubhingeKind::Pin { .. })) => joints.push(b.q().start),
+            (1, Some(SubhingeKind::Pin { .. })) => {
+                joints.push(b.q().start);
+                adapting.extend(b.v());
+            }
             _ => return error(format!("`{name}` is not on a pin hinge"), "list pins only"),
         }
     }
@@ -195,5 +203,19 @@ pub fn place_on_terrain(
     u[0] -= e.min().min(0.0);
     e = gaps(&u, &mut q)?;
     mechanism.q = q;
+    let (first, nq) = (mechanism.x, mb.nq());
+    let lanes = (first..first + nq, first + nq..first + nq + mb.nv());
+    adapting.iter_mut().for_each(|lane| *lane += first + nq);
+    if settle(plan, lanes.clone(), &adapting) {
+        let q = plan.rest.as_ref().map(|rest| rest.x[lanes.0].to_vec());
+        if let (Some(mechanism), Some(q)) = (plan.mechanism_mut(), q) {
+            mechanism.q = q;
+        }
+    } else {
+        let fact =
+            format!("`{}` was put down where its wheels touch and does not rest there", p.body);
+        let help = "brake its wheels at the start, or put it where the ground holds it";
+        plan.warnings.push(Fault::new(Origin::NONE, fact).help(help));
+    }
     Ok(e.amax())
 }

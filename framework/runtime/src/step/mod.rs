@@ -11,12 +11,14 @@ mod events;
 mod integrate;
 mod moves;
 mod remarks;
+mod settle;
 mod solve;
 mod state;
 mod stiffness;
 
 pub use moves::MoveReport;
 pub(crate) use moves::Route;
+pub(crate) use settle::settle;
 pub use state::{GuardState, State};
 
 use crate::block::{Block, Evaluation, Now};
@@ -138,6 +140,9 @@ pub(crate) fn initial(plan: &Plan) -> State {
     for part in &plan.parts {
         let (w, n) = (&part.wiring, part.lanes());
         part.prototype.initial(&mut state.x[w.x..w.x + n.x], &mut state.d[w.d..w.d + n.d]);
+    }
+    if let Some(rest) = &plan.rest {
+        state.x.copy_from_slice(&rest.x);
     }
     for &(lane, value) in &plan.constants {
         state.sig[lane as usize] = value;

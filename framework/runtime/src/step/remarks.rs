@@ -11,7 +11,12 @@ impl Simulation {
         let now = self.next(Evaluation::Tick);
         let State { x, d, sig, .. } = &self.state;
         let mut all = Vec::new();
-        for (part, block) in plan.parts.iter().zip(&mut self.blocks) {
+        // What has come to rest with its machine starts as it is meant.
+        let rests = |k: u32| plan.rest.as_ref().is_some_and(|rest| rest.parts.contains(&k));
+        for ((k, part), block) in (0..).zip(&plan.parts).zip(&mut self.blocks) {
+            if rests(k) {
+                continue;
+            }
             for remark in block.remarks(&now, x, d, sig) {
                 let message = format!("`{}`: {}", part.path, remark.message);
                 all.push(Fault { message, origin: part.origin, help: remark.help });

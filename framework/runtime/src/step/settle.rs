@@ -1,0 +1,125 @@
+//! A start at rest: a machine that was put down sinks into its ground until nothing moves any more.
+//!
+//! ```text
+//! ẋ = f(x) at the first instant, sampled outputs held        v ← v/(1 + c h) after each step
+//! at rest        max |v| below a limit; where it does not come to rest, again with all joints held but those given
+//! kept           coordinates, and the states of parts that have come to rest too (bristles, soil, brakes);
+//!                what still runs (charge, propellant) starts as it was
+//! ```
+//! The forces are the plan's own, so the balance is that of the run that follows.
+use super::evaluate::{self, Running};
+use super::{State, Work, blocks_of, initial, show};
+use crate::block::{Evaluation, Now};
+use crate::plan::{Plan, SettledStart};
+use linkwork_integrate::System;
+use std::ops::Range;
+
+/// Damping c, 1/s.
+const DAMPING: f64 = 30.0;
+/// Longest settling, s.
+const LONGEST: f64 = 20.0;
+/// Speed (m/s, rad/s) at which nothing moves any more, and at which it hardly moves at the end.
+const REST: [f64; 2] = [1e-7, 1e-4];
+/// Steps of the plan are divided by these until one is short enough.
+const FINER: [f64; 3] = [1.0, 4.0, 16.0];
+/// What moves as fast as this long ago goes on moving, s.
+const SLOWS: f64 = 2.0;
+
+/// The end of a settling.
+enum End {
+    /// The state, and its derivative.
+    Rests(Vec<f64>, Vec<f64>),
+    /// It goes on moving.
+    Moves,
+    /// The step is too long, or something fails.
+    Fails,
+}
+
+/// Brings the start of a plan to rest: coordinates and velocities at `q` and `v`, of which `adapting` (lanes) move in any case, the
+/// others where they come to rest. Gives whether it rests; when it does not, the start is as it was.
+pub(crate) fn settle(
+    plan: &mut Plan,
+    (q, v): (Range<usize>, Range<usize>),
+    adapting: &[usize],
+) -> bool {
+    // What advances by impulses has no derivative to follow.
+    if plan.derivs.is_empty() || !plan.steps.is_empty() {
+        return false;
+    }
+    let held: Vec<usize> = v.clone().filter(|lane| !adapting.contains(lane)).collect();
+    let found = [&[][..], &held].into_iter().find_map(|held| {
+        let ends = FINER.into_iter().map(|f| relax(plan, &v, held, plan.step.seconds() / f));
+        match ends.into_iter().find(|end| !matches!(end, End::Fails)) {
+            Some(End::Rests(x, rates)) => Some((x, rates)),
+            _ => None,
+        }
+    });
+    let Some((x, rates)) = found else { return false };
+    let (mut start, mut parts) = (initial(plan).x, Vec::new());
+    for (number, part) in (0..).zip(&plan.parts) {
+        let own = part.wiring.x..part.wiring.x + part.lanes().x;
+        let rests =
+            own.clone().all(|k| 10.0 * rates[k].abs() <= 0.2 * (x[k] - start[k]).abs() + 1e-9);
+        if rests && !own.is_empty() && own.start != q.start {
+            start[own.clone()].copy_from_slice(&x[own]);
+            parts.push(number);
+        }
+    }
+    start[q.clone()].copy_from_slice(&x[q]);
+    start[v].fill(0.0);
+    plan.rest = Some(SettledStart { x: start, parts });
+    true
+}
+
+/// Follows a plan until it rests, with steps of h s.
+fn relax(plan: &Plan, v: &Range<usize>, held: &[usize], h: f64) -> End {
+    let (mut blocks, mut state, mut work) = (blocks_of(plan), initial(plan), Work::new(plan));
+    plan.fields.iter().for_each(|field| show(&mut blocks, field));
+    let now = Now {
+        t: plan.base.times(state.tick),
+        dt: plan.step.seconds(),
+        tick: state.tick,
+        evaluation: Evaluation::Tick,
+        number: 1,
+    };
+    for op in &plan.ops {
+        let State { x, d, sig, .. } = &mut state;
+        if evaluate::run(&mut blocks, plan, *op, &now, x, d, sig).is_err() {
+            return End::Fails;
+        }
+    }
+    let Work { integrator, xdot, .. } = &mut work;
+    let (blocks, number) = (&mut blocks[..], &mut 1);
+    let mut system = Running { plan, blocks, d: &state.d, sig: &mut state.sig, now, number };
+    let x = &mut state.x;
+    let (mut fastest, mut before) = (f64::INFINITY, f64::INFINITY);
+    let (steps, look) = ((LONGEST / h) as u64, (SLOWS / h) as u64);
+    for k in 1..=steps {
+        if integrator.step_fixed(&mut system, now.t, h, x, None).is_err() {
+            return End::Fails;
+        }
+        held.iter().for_each(|&k| x[k] = 0.0);
+        x[v.clone()].iter_mut().for_each(|v| *v /= 1.0 + DAMPING * h);
+        fastest = x[v.clone()].iter().fold(0.0_f64, |a, v| if v.abs() <= a { a } else { v.abs() });
+        if fastest.is_nan() {
+            return End::Fails;
+        }
+        if fastest < REST[0] {
+            break;
+        }
+        if k.is_multiple_of(look.max(1)) {
+            if fastest > REST[1].max(0.9 * before) {
+                return End::Moves;
+            }
+            before = fastest;
+        }
+    }
+    if fastest > REST[1] {
+        return End::Moves;
+    }
+    x[v.clone()].fill(0.0);
+    match system.derivatives(now.t, x, xdot) {
+        Ok(()) => End::Rests(state.x, std::mem::take(xdot)),
+        Err(_) => End::Fails,
+    }
+}
