@@ -9,7 +9,7 @@
 //! The planet is at the origin of W and turns about z. The last part begins `freeze` before the end of the
 //! approach and goes on until the part is removed.
 
-use super::ground_motion::{east_north_up, over};
+use super::ground_motion::over;
 use super::powered_descent::{Target, limited, quadratic};
 use linkwork_runtime::prelude::*;
 
@@ -125,17 +125,10 @@ impl Model for TerminalDescent {
     type Yd = TerminalDescentOut;
     type D = Chosen;
     fn build(p: TerminalDescentParams) -> Result<Self, BuildError> {
-        let wrong = |fact: String, help: &str, at: &str| {
-            Err(BuildError::new(fact).help(help.to_string()).at(at))
-        };
         if p.thrust_min > p.thrust_max {
             let fact =
                 format!("thrust_min {} N is above thrust_max {} N", p.thrust_min, p.thrust_max);
-            return wrong(fact, "exchange the two", "thrust_min");
-        }
-        if p.freeze >= p.duration {
-            let fact = format!("the last part begins {} s before an approach of that", p.freeze);
-            return wrong(fact, "write a `freeze` below `duration`", "freeze");
+            return Err(BuildError::new(fact).help("exchange the two").at("thrust_min"));
         }
         Ok(TerminalDescent { p })
     }
@@ -175,10 +168,21 @@ impl Model for TerminalDescent {
     fn update(&self, c: &Clock, _: &(), d: &Chosen, _: &(), u: &TerminalDescentIn) -> Chosen {
         self.choose(c, d, u)
     }
+    fn remarks(&self, _: &Clock) -> Vec<BuildError> {
+        let p = &self.p;
+        let none = p.freeze >= p.duration;
+        let fact = format!(
+            "the last part begins {} s before the end of an approach of {} s: there is no approach",
+            p.freeze, p.duration
+        );
+        let help = "write a `freeze` below `duration`";
+        none.then(|| BuildError::new(fact).help(help).at("freeze")).into_iter().collect()
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::ground_motion::east_north_up;
     use super::*;
     use std::sync::Arc;
 
@@ -240,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_hold_and_nonsense_is_refused() {
+    fn limits_hold_and_nonsense_is_told() {
         let m = TerminalDescent::build(TerminalDescentParams {
             thrust_max: 9e3,
             thrust_min: 8.5e3,
@@ -257,12 +261,13 @@ mod tests {
         assert!(y.limited && (y.force.norm() - 9e3).abs() < 1e-9);
         let y = m.direct(&c, &(), &m.init_d(), &TerminalDescentIn { body, mass: 20.0 }, &());
         assert!(y.limited && (y.force.norm() - 8.5e3).abs() < 1e-9);
-        for (p, at) in [
-            (TerminalDescentParams { thrust_min: 30e3, ..params() }, "thrust_min"),
-            (TerminalDescentParams { freeze: 40.0, ..params() }, "freeze"),
-        ] {
-            let e = TerminalDescent::build(p).err().unwrap();
-            assert!(e.param.as_deref() == Some(at) && e.help.is_some());
-        }
+        let p = TerminalDescentParams { thrust_min: 30e3, ..params() };
+        let e = TerminalDescent::build(p).err().unwrap();
+        assert!(e.param.as_deref() == Some("thrust_min") && e.help.is_some());
+        let said = |freeze: f64| {
+            let m = TerminalDescent::build(TerminalDescentParams { freeze, ..params() }).unwrap();
+            m.remarks(&c, &(), &m.init_d(), &(), &TerminalDescentIn { body, mass: 1.0 }, &())
+        };
+        assert!(said(2.0).is_empty() && said(40.0)[0].param.as_deref() == Some("freeze"));
     }
 }
