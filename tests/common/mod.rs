@@ -1,7 +1,11 @@
-//! The rover of `sims/rover_traverse`, and small scenes with it, loaded as the command line does.
-#![allow(dead_code, missing_docs)]
+//! The rover of `sims/rover_traverse`, and small scenes with it, loaded as the command line does; files of the
+//! reference data, and what flights are compared by.
+#![allow(dead_code, missing_docs, clippy::unwrap_used)]
 use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down};
-use linkwork_runtime::{Catalogue, Files, Program, Simulation};
+use linkwork_runtime::{Catalogue, Files, Program, Seconds, Simulation};
+use linkwork_spatial::nalgebra::Quaternion;
+use linkwork_spatial::{Quat, Vec3};
+use serde_json::Value;
 use std::sync::Arc;
 
 pub fn catalogue() -> Catalogue {
@@ -47,4 +51,81 @@ pub fn scene(text: &str, set: &[&str]) -> Result<Simulation, String> {
     let catalogue = catalogue();
     let program = finish(load_text("scene.ron", text, &options(&catalogue, set)), &catalogue)?;
     Ok(Simulation::of(Arc::new(program)))
+}
+
+/// A text of the reference data, by its path there. Without it the test says so and is skipped; with `CI=true` it fails.
+pub fn reference_text(path: &str) -> Option<String> {
+    let file = linkwork_tests::root().join("../shared/reference").join(path);
+    match std::fs::read_to_string(file) {
+        Ok(text) => Some(text),
+        Err(e) if std::env::var("CI").is_ok_and(|v| v == "true") => panic!("{path}: {e}"),
+        Err(_) => {
+            println!("SKIPPED: no reference file {path}");
+            None
+        }
+    }
+}
+
+/// A file of the reference flights, in the same way.
+pub fn reference(name: &str) -> Option<Value> {
+    reference_text(&format!("flight/{name}")).map(|text| serde_json::from_str(&text).unwrap())
+}
+
+pub fn seconds(x: f64) -> Seconds {
+    Seconds::from_decimal(x).unwrap()
+}
+
+pub fn num(v: &Value) -> f64 {
+    v.as_f64().unwrap()
+}
+
+pub fn row(v: &Value) -> Vec<f64> {
+    v.as_array().unwrap().iter().map(num).collect()
+}
+
+pub fn rows(v: &Value) -> Vec<Vec<f64>> {
+    v.as_array().unwrap().iter().map(row).collect()
+}
+
+pub fn vec3(v: &[f64]) -> Vec3 {
+    Vec3::new(v[0], v[1], v[2])
+}
+
+/// In RON, no digit lost.
+pub fn list(v: &[f64]) -> String {
+    format!("[{}]", v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", "))
+}
+
+/// Three variables x, y, z.
+pub fn get(sim: &Simulation, name: &str) -> Vec3 {
+    Vec3::from(["x", "y", "z"].map(|c| sim.get(&format!("{name}.{c}")).unwrap()))
+}
+
+/// Attitude of a free body, to W.
+pub fn rotation(sim: &Simulation, body: &str) -> Quat {
+    let [w, x, y, z] =
+        ["w", "x", "y", "z"].map(|c| sim.get(&format!("{body}.rotation.{c}")).unwrap());
+    Quat::from_quaternion(Quaternion::new(w, x, y, z))
+}
+
+/// Velocity of a free body in W: its rates are in body axes.
+pub fn velocity(sim: &Simulation, body: &str) -> Vec3 {
+    rotation(sim, body) * get(sim, &format!("{body}.velocity"))
+}
+
+/// The greatest of some errors; NaN is none of the small ones.
+#[derive(Clone, Copy)]
+pub struct Worst(pub f64);
+
+impl Worst {
+    pub fn take(&mut self, error: f64) {
+        if !(error <= self.0) {
+            self.0 = error;
+        }
+    }
+    #[track_caller]
+    pub fn below(self, limit: f64, what: &str) {
+        println!("{what}: {:.3e} (at most {limit:.1e})", self.0);
+        assert!(self.0 <= limit, "{what}: {:e}, more than {limit:e}", self.0);
+    }
 }

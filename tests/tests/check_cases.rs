@@ -1,7 +1,7 @@
 //! NASA's check cases without a trajectory at hand (3, 4, 5, 9, 10), beside a second integration written here:
 //! the fall in axes that turn with the Earth, the attitude by Euler's equations, RK4.
 #![allow(clippy::unwrap_used, non_snake_case)]
-use linkwork_runtime::{Seconds, Simulation};
+use linkwork_runtime::Simulation;
 use linkwork_spatial::nalgebra::Vector3;
 use linkwork_spatial::{Quat, Vec3};
 use linkwork_world::atmosphere::Us76;
@@ -10,18 +10,11 @@ use linkwork_world::planet::{Ellipsoid, Geodetic, PointMotion, apparent_accelera
 
 #[path = "../common/mod.rs"]
 mod common;
+use common::{get, seconds};
 
 const FOOT: f64 = 0.3048;
 const SLUG: f64 = 14.593_902_937_206_364;
 const SLUG_FOOT2: f64 = SLUG * FOOT * FOOT;
-
-fn seconds(x: f64) -> Seconds {
-    Seconds::from_decimal(x).unwrap()
-}
-
-fn vec(sim: &Simulation, name: &str) -> Vec3 {
-    Vec3::from(["x", "y", "z"].map(|c| sim.get(&format!("{name}.{c}")).unwrap()))
-}
 
 /// An Earth of the cases.
 struct Earth {
@@ -85,21 +78,21 @@ fn compare(number: u8, earth: &Earth, r: Vec3, ground: Vec3, (far, rates): (f64,
     let mut sim = common::repository(&format!("nesc/case_{number:02}.ron"), &[]).unwrap();
     // The file begins where the case begins.
     let body = "Cannonball/body";
-    let start = vec(&sim, &format!("{body}.position"));
+    let start = get(&sim, &format!("{body}.position"));
     assert!((start - r).norm() < 1e-6, "case {number} starts at {start}");
     let rotation = |sim: &Simulation| {
         let q = ["w", "x", "y", "z"].map(|c| sim.get(&format!("{body}.rotation.{c}")).unwrap());
         Quat::from_quaternion(linkwork_spatial::nalgebra::Quaternion::new(q[0], q[1], q[2], q[3]))
     };
     let inertial = ground + (Vec3::z() * earth.rate).cross(&r);
-    let v = rotation(&sim) * vec(&sim, &format!("{body}.velocity"));
+    let v = rotation(&sim) * get(&sim, &format!("{body}.velocity"));
     assert!((v - inertial).norm() < 1e-9, "case {number} starts with {v}, not {inertial}");
     sim.run_until(seconds(30.0)).unwrap();
     let (want_r, want_v) = cannonball(earth, r, ground);
-    let position = (vec(&sim, &format!("{body}.position")) - want_r).norm();
-    let velocity = (rotation(&sim) * vec(&sim, &format!("{body}.velocity")) - want_v).norm();
+    let position = (get(&sim, &format!("{body}.position")) - want_r).norm();
+    let velocity = (rotation(&sim) * get(&sim, &format!("{body}.velocity")) - want_v).norm();
     // A sphere keeps its inertial rates.
-    let turning = (vec(&sim, &format!("{body}.angular")) - rates).norm();
+    let turning = (get(&sim, &format!("{body}.angular")) - rates).norm();
     println!("case {number}: {position:.1e} m, {velocity:.1e} m/s, {turning:.1e} rad/s");
     // Two methods, two frames: measured 2e-7 m at most.
     assert!(position < 1e-6 && velocity < 1e-7 && turning < 1e-14);
@@ -178,7 +171,7 @@ fn nesc_3_a_tumbling_brick_with_damping() {
         let [a, b, c, d] = lanes;
         let found = Quat::from_quaternion(linkwork_spatial::nalgebra::Quaternion::new(a, b, c, d));
         let angle = found.angle_to(&q).to_degrees();
-        let rate = (vec(&sim, "brick.angular") - w).norm().to_degrees();
+        let rate = (get(&sim, "brick.angular") - w).norm().to_degrees();
         println!("case 3, {set}: {angle:.1e} deg, {rate:.1e} deg/s");
         assert!(angle < 1e-6 && rate < 1e-7, "{angle:e} deg, {rate:e} deg/s");
         // Damping has taken most of the pitch and yaw rate.

@@ -1,82 +1,16 @@
 //! Entry and parachute beside trajectories that an independent program computed (DOP853, relative 1e-12).
 #![allow(clippy::unwrap_used, non_snake_case)]
-use linkwork_runtime::{Seconds, Simulation};
 use linkwork_spatial::nalgebra::{Matrix3, Quaternion, Rotation3, Vector3};
 use linkwork_spatial::{Quat, Vec3};
 use serde_json::Value;
 
 #[path = "../common/mod.rs"]
 mod common;
-
-/// A reference file. Without the folder the test says so and is skipped; with `CI=true` it fails.
-fn reference(name: &str) -> Option<Value> {
-    let file = linkwork_tests::root().join("../shared/reference/flight").join(name);
-    match std::fs::read_to_string(file) {
-        Ok(text) => Some(serde_json::from_str(&text).unwrap()),
-        Err(e) if std::env::var("CI").is_ok_and(|v| v == "true") => panic!("{name}: {e}"),
-        Err(_) => {
-            println!("SKIPPED: no reference file {name}");
-            None
-        }
-    }
-}
-
-fn seconds(x: f64) -> Seconds {
-    Seconds::from_decimal(x).unwrap()
-}
-
-fn num(v: &Value) -> f64 {
-    v.as_f64().unwrap()
-}
-
-fn row(v: &Value) -> Vec<f64> {
-    v.as_array().unwrap().iter().map(num).collect()
-}
-
-fn vec3(v: &[f64]) -> Vec3 {
-    Vec3::new(v[0], v[1], v[2])
-}
-
-/// In RON, no digit lost.
-fn list(v: &[f64]) -> String {
-    format!("[{}]", v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", "))
-}
+use common::{Worst, get, list, num, reference, rotation, row, seconds, vec3, velocity};
 
 fn pairs(x: &Value, y: &Value, scale: f64) -> String {
     let rows = row(x).into_iter().zip(row(y));
     format!("[{}]", rows.map(|(a, b)| list(&[a, b * scale])).collect::<Vec<_>>().join(", "))
-}
-
-fn get(sim: &Simulation, name: &str) -> Vec3 {
-    Vec3::from(["x", "y", "z"].map(|c| sim.get(&format!("{name}.{c}")).unwrap()))
-}
-
-fn rotation(sim: &Simulation, body: &str) -> Quat {
-    let [w, x, y, z] =
-        ["w", "x", "y", "z"].map(|c| sim.get(&format!("{body}.rotation.{c}")).unwrap());
-    Quat::from_quaternion(Quaternion::new(w, x, y, z))
-}
-
-/// Velocity in W: rates of a free hinge are in body axes.
-fn velocity(sim: &Simulation, body: &str) -> Vec3 {
-    rotation(sim, body) * get(sim, &format!("{body}.velocity"))
-}
-
-/// The greatest of some errors; NaN is none of the small ones.
-#[derive(Clone, Copy)]
-struct Worst(f64);
-
-impl Worst {
-    fn take(&mut self, error: f64) {
-        if !(error <= self.0) {
-            self.0 = error;
-        }
-    }
-    #[track_caller]
-    fn below(self, limit: f64, what: &str) {
-        println!("{what}: {:.3e} (at most {limit:.1e})", self.0);
-        assert!(self.0 <= limit, "{what}: {:e}, more than {limit:e}", self.0);
-    }
 }
 
 /// Gravity and air of the Mars of the files; the table of the air is written into `folder`.

@@ -3,7 +3,7 @@
 use linkwork_environment::gravity::{FieldFormat, HarmonicsParams, SphericalHarmonics, Third};
 use linkwork_environment::planet::{Centre, PlanetParams, Turning};
 use linkwork_runtime::prelude::{Gravity, Service};
-use linkwork_runtime::{Files, Seconds, Simulation};
+use linkwork_runtime::{Files, Simulation};
 use linkwork_spatial::{Quat, Vec3};
 use linkwork_world::atmosphere::Us76;
 use linkwork_world::gravity::zonal;
@@ -12,28 +12,12 @@ use serde_json::Value;
 
 #[path = "../common/mod.rs"]
 mod common;
+use common::{Worst, reference_text, seconds};
 
 const FOOT: f64 = 0.3048;
 const SLUG: f64 = 14.593_902_937_206_364;
 /// The rate of the simulators: 1528.10982905 ft/s over 20955646.325 ft.
 const EARTH_RATE: f64 = 7.292_115e-5;
-
-/// A reference file. Without the folder the test says so and is skipped; with `CI=true` it fails.
-fn reference(path: &str) -> Option<String> {
-    let file = linkwork_tests::root().join("../shared/reference").join(path);
-    match std::fs::read_to_string(file) {
-        Ok(text) => Some(text),
-        Err(e) if std::env::var("CI").is_ok_and(|v| v == "true") => panic!("{path}: {e}"),
-        Err(_) => {
-            println!("SKIPPED: no reference file {path}");
-            None
-        }
-    }
-}
-
-fn seconds(x: f64) -> Seconds {
-    Seconds::from_decimal(x).unwrap()
-}
 
 /// Motion of a free body: position, rotation, velocity and angular velocity in W.
 struct Body {
@@ -62,28 +46,11 @@ fn vec3(v: &Value) -> Vec3 {
     Vec3::from_fn(|k, _| v[k].as_f64().unwrap())
 }
 
-/// The greatest of some errors; NaN is none of the small ones.
-#[derive(Clone, Copy)]
-struct Worst(f64);
-
-impl Worst {
-    fn take(&mut self, error: f64) {
-        if !(error <= self.0) {
-            self.0 = error;
-        }
-    }
-    #[track_caller]
-    fn below(self, limit: f64, what: &str) {
-        println!("{what}: {:.3e} (at most {limit:.1e})", self.0);
-        assert!(self.0 <= limit, "{what}: {:e}, more than {limit:e}", self.0);
-    }
-}
-
 const TWO_BODIES: [&str; 3] = ["gravity=Environment.PointMass", "drag_area=0", "third_bodies=[]"];
 
 #[test]
 fn jeod_run_2_with_attitude() {
-    let Some(text) = reference("orbit/jeod_run2.json") else { return };
+    let Some(text) = reference_text("orbit/jeod_run2.json") else { return };
     let all: Value = serde_json::from_str(&text).unwrap();
     let (start, end) = (&all["run"]["scenario"]["orbit"], &all["run"]["final_state"]);
     let mut sim = common::repository("earth_orbit/sim.ron", &TWO_BODIES).unwrap();
@@ -111,7 +78,7 @@ fn jeod_run_2_with_attitude() {
 
 #[test]
 fn orekit_for_a_day() {
-    let Some(text) = reference("orbit/ostk-001-a-orekit.csv") else { return };
+    let Some(text) = reference_text("orbit/ostk-001-a-orekit.csv") else { return };
     let rows: Vec<Vec<f64>> = text
         .lines()
         .skip(1)
@@ -204,7 +171,7 @@ fn rk4_at_ten_seconds_around_a_turning_planet() {
 /// 20 × 20 on two Earths, the Sun's and the Moon's tides.
 #[test]
 fn accelerations_of_the_full_force_model() {
-    let Some(text) = reference("flight/orbit_full_force.json") else { return };
+    let Some(text) = reference_text("flight/orbit_full_force.json") else { return };
     let all: Value = serde_json::from_str(&text).unwrap();
     let r = vec3(&all["inputs"]["r0"]);
     let files = Files::of(vec![linkwork_tests::root().join("sims/earth_orbit")]);
@@ -240,7 +207,7 @@ fn accelerations_of_the_full_force_model() {
 /// Six hours of all forces, against an independent DOP853 of the same model (right to 1.8 mm).
 #[test]
 fn full_force_for_six_hours() {
-    let Some(text) = reference("flight/orbit_full_force.json") else { return };
+    let Some(text) = reference_text("flight/orbit_full_force.json") else { return };
     let all: Value = serde_json::from_str(&text).unwrap();
     let b = &all["variant_B"];
     let lit: Vec<f64> = b["sunlit_fraction_at_outputs"]
@@ -277,7 +244,7 @@ struct Case {
 
 impl Case {
     fn read(path: &str) -> Option<Case> {
-        let text = reference(path)?;
+        let text = reference_text(path)?;
         let mut lines = text.lines();
         let heads = lines.next().unwrap().split(',').map(|h| h.trim().to_string()).collect();
         let row = |l: &str| l.split(',').map(|x| x.trim().parse().unwrap()).collect();

@@ -1,16 +1,14 @@
 //! Simulations whose machine changes on the way: what is kept, what is booked, and that no cut leaves a
 //! trace.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, non_snake_case)]
 use linkwork_assembly::{Options, load_text};
-use linkwork_runtime::{Files, Seconds, Simulation, Stop};
+use linkwork_runtime::{Files, Simulation, Stop};
+use linkwork_spatial::Vec3;
 use std::sync::Arc;
 
 #[path = "../common/mod.rs"]
 mod common;
-
-fn seconds(x: f64) -> Seconds {
-    Seconds::from_decimal(x).unwrap()
-}
+use common::{Worst, get, rotation, seconds};
 
 #[test]
 fn the_bouncing_ball_does_what_its_readme_says() {
@@ -192,4 +190,155 @@ fn a_simulation_with_phases_comes_back_from_its_resolved_text() {
     let (plan2, bits2, again) = run(&resolved);
     assert_eq!((plan, bits), (plan2, bits2));
     assert_eq!(resolved, again);
+}
+
+/// Momentum (N m s, W) of the craft of `sims/attitude` with its wheels, whose inertias the body lacks.
+fn momentum_with_wheels(sim: &Simulation) -> Vec3 {
+    let (c, s) = ((2.0_f64 / 3.0).sqrt(), (1.0_f64 / 3.0).sqrt());
+    let axes = [[c, 0.0, s], [0.0, c, s], [-c, 0.0, s], [0.0, -c, s]];
+    let body = get(sim, "craft.angular").component_mul(&Vec3::new(120.0, 100.0, 80.0));
+    let wheel =
+        |k: usize| Vec3::from(axes[k]) * sim.get(&format!("Wheel{}.momentum", k + 1)).unwrap();
+    rotation(sim, "craft") * (body + (0..4).map(wheel).sum::<Vec3>())
+}
+
+#[test]
+fn four_wheels_turn_a_craft_and_keep_its_momentum() {
+    // Without torques from outside the sum stays, whatever wheels, friction and software do.
+    let free = ["coils=0", "disturbance=[0, 0, 0]"];
+    let mut sim = common::repository("attitude/sim.ron", &free).unwrap();
+    let start = momentum_with_wheels(&sim);
+    let mut kept = Worst(0.0);
+    for t in 1..=40 {
+        sim.run_until(seconds(15.0 * f64::from(t))).unwrap();
+        kept.take((momentum_with_wheels(&sim) - start).norm() / start.norm());
+    }
+    assert!(sim.get("Wheel1.speed").unwrap().abs() < 628.0);
+    kept.below(1e-9, "attitude, momentum of craft and wheels, relative");
+    // With them it changes by the integral of the torques: a dipole holds for a second, so the rule of midpoints.
+    let mut sim = common::repository("attitude/sim.ron", &[]).unwrap();
+    let (start, mut sum) = (momentum_with_wheels(&sim), Vec3::zeros());
+    for k in 0..600 {
+        sim.run_until(seconds(f64::from(k) + 0.5)).unwrap();
+        let R = rotation(&sim, "craft");
+        let coils = (R * get(&sim, "Coils.given")).cross(&get(&sim, "Field.field"));
+        sum += R * Vec3::new(1e-4, -5e-5, 8e-5) + coils;
+    }
+    sim.run_until(seconds(600.0)).unwrap();
+    let change = momentum_with_wheels(&sim) - start;
+    println!("{change} {sum}");
+    assert!(change.norm() > 1.0 && (change - sum).norm() < 1e-4 * change.norm(), "{change} {sum}");
+}
+
+/// Whether the run of `sims/mars_edl` has come to its end.
+fn down(sim: &Simulation) -> bool {
+    sim.get("Down.y").unwrap() > 0.5
+}
+
+#[test]
+fn a_rover_is_landed_on_mars_phase_by_phase() {
+    let mut sim = common::repository("mars_edl/sim.ron", &[]).unwrap();
+    let mut told: Vec<(String, f64, f64, f64)> = Vec::new();
+    let (mut drag, mut heat, mut lines) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let (mut saved, mut snapshots) = (String::new(), Vec::new());
+    while sim.before(seconds(1100.0)) && !down(&sim) {
+        sim.step_event().unwrap();
+        if let Ok(d) = sim.get("Aero.drag") {
+            drag = drag.max(d);
+            heat = heat.max(sim.get("Aero.heating").unwrap() / 1e4);
+        }
+        if let Ok(t) = sim.get("Lines.tension") {
+            lines = lines.max(t);
+        }
+        if sim.phase() != saved {
+            saved = sim.phase().to_string();
+            let row = (saved.clone(), sim.time(), sim.get("Ground.height").unwrap());
+            told.push((row.0, row.1, row.2, sim.get("Ground.speed").unwrap()));
+            snapshots.push(sim.checkpoint("").unwrap());
+        }
+    }
+    let entry = told.iter().find(|t| t.0 == "entry").unwrap().1;
+    for (phase, t, height, speed) in &told {
+        println!("{phase:<16} {:9.1} s {height:10.1} m {speed:8.2} m/s", t - entry);
+    }
+    // (phase, s after the entry interface, km, m/s) as the README tells.
+    let want = [
+        ("cruise", -599.5, 1850.0, 5125.0),
+        ("approach", -598.6, 1847.0, 5126.0),
+        ("entry", 0.0, 130.5, 5846.0),
+        ("straight", 207.8, 11.6, 480.0),
+        ("parachute", 225.7, 9.39, 405.0),
+        ("heat_shield_off", 240.4, 7.81, 160.9),
+        ("backshell_off", 318.1, 1.7, 74.5),
+        ("powered", 319.2, 1.62, 78.3),
+        ("sky_crane", 365.3, 0.019, 0.76),
+    ];
+    assert_eq!(told.len(), want.len(), "{told:?}");
+    for ((phase, t, height, speed), w) in told.iter().zip(want) {
+        assert_eq!(phase, w.0);
+        assert!((t - entry - w.1).abs() < 0.2, "{phase}: {} s", t - entry);
+        assert!((height / 1e3 - w.2).abs() < 0.01 * w.2 + 0.001, "{phase}: {height} m");
+        assert!((speed - w.3).abs() < 0.002 * w.3 + 0.1, "{phase}: {speed} m/s");
+    }
+    println!("drag {drag:.0} N, heating {heat:.2} W/cm², lines {lines:.0} N");
+    assert!((9.5..11.5).contains(&(drag / 3150.0 / 9.80665)) && (60.0..75.0).contains(&heat));
+    assert!((100e3..200e3).contains(&lines));
+    // At the ground: the rover hangs and sinks as it should, near its target, with propellant left.
+    let offset = get(&sim, "Rover.offset");
+    println!("{offset}, {} s, left {}", sim.time(), sim.get("Tank.propellant").unwrap());
+    assert!((sim.get("Rover.speed").unwrap() - 0.75).abs() < 0.02);
+    assert!((sim.get("Bridles.tension").unwrap() / 899.0 - 3.73).abs() < 0.05);
+    assert!(offset.xy().norm() < 1500.0 && sim.get("Tank.propellant").unwrap() > 80.0);
+    // From the beginning of any phase it goes on to the same bits.
+    let (end, hash) = (sim.time(), sim.hash());
+    for snapshot in snapshots {
+        let mut again = common::repository("mars_edl/sim.ron", &[]).unwrap();
+        again.restore(&snapshot).unwrap();
+        again.run_until(seconds(end)).unwrap();
+        assert_eq!(again.hash(), hash, "from {:?}", again.phase());
+    }
+}
+
+#[test]
+fn a_rover_is_let_down_on_bridles_and_drives_off() {
+    let coarse = ["Rover.Environment.spacing=0.25"];
+    let mut sim = common::repository("mars_edl/sky_crane.ron", &coarse).unwrap();
+    let wheel = |sim: &Simulation, k: usize| {
+        sim.get(&format!("Rover.Hardware.Wheels.Wheel{k}.SurfaceContact.normal_force")).unwrap()
+    };
+    let tension = |sim: &Simulation, k: usize| sim.get(&format!("Bridle{k}.tension")).unwrap();
+    // At the end of the bridles, before the ground: vertical pulls carry what hangs, 902 kg.
+    sim.run_until(seconds(11.0)).unwrap();
+    let held: f64 = (1..=3)
+        .map(|k| {
+            let corner = [[0.6_f64, 0.45], [0.6, -0.45], [-0.75, 0.0]][k - 1];
+            let flat = corner[0].hypot(corner[1]);
+            let length: f64 = 7.5 + tension(&sim, k) / 40e3;
+            tension(&sim, k) * (1.0 - (flat / length).powi(2)).sqrt()
+        })
+        .sum();
+    println!("held {held} N of {}", 902.0 * 3.72076);
+    assert!((held / (902.0 * 3.72076) - 1.0).abs() < 1e-4, "{held}");
+    assert!((1..=6).all(|k| wheel(&sim, k) == 0.0));
+    let mut phases = vec![sim.phase().to_string()];
+    while sim.before(seconds(60.0)) {
+        sim.step_event().unwrap();
+        if phases.last().is_some_and(|p| p != sim.phase()) {
+            println!("{} at {} s", sim.phase(), sim.time());
+            phases.push(sim.phase().to_string());
+        }
+    }
+    assert_eq!(phases, ["lowering", "fly_away", "driving"]);
+    assert_eq!(sim.get("Rover.NavigationSoftware.Follower.waypoint").unwrap(), 1.0);
+    let place = get(&sim, "Rover.Hardware.Chassis/chassis.position");
+    assert!((place - Vec3::new(-8.0, -18.0, place.z)).norm() < 0.6, "{place}");
+    // It stands: upward forces carry the weight.
+    let carried: f64 = (1..=6)
+        .map(|k| {
+            let wheel = format!("Rover.Hardware.Wheels.Wheel{k}.SurfaceContact.contact_force");
+            get(&sim, &wheel).z
+        })
+        .sum();
+    println!("carried {carried} N");
+    assert!((carried / (902.0 * 3.72076) - 1.0).abs() < 1e-3, "{carried}");
 }

@@ -1,51 +1,13 @@
 //! Spacecraft beside trajectories that an independent program computed (DOP853): wheels and slosh, a stack that
 //! separates twice, a guided descent.
 #![allow(clippy::unwrap_used, non_snake_case)]
-use linkwork_runtime::{Seconds, Simulation};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Mat3, Quat, Vec3};
 use serde_json::Value;
 
 #[path = "../common/mod.rs"]
 mod common;
-
-/// A reference file. Without the folder the test says so and is skipped; with `CI=true` it fails.
-fn reference(name: &str) -> Option<Value> {
-    let file = linkwork_tests::root().join("../shared/reference/flight").join(name);
-    match std::fs::read_to_string(file) {
-        Ok(text) => Some(serde_json::from_str(&text).unwrap()),
-        Err(e) if std::env::var("CI").is_ok_and(|v| v == "true") => panic!("{name}: {e}"),
-        Err(_) => {
-            println!("SKIPPED: no reference file {name}");
-            None
-        }
-    }
-}
-
-fn seconds(x: f64) -> Seconds {
-    Seconds::from_decimal(x).unwrap()
-}
-
-fn num(v: &Value) -> f64 {
-    v.as_f64().unwrap()
-}
-
-fn row(v: &Value) -> Vec<f64> {
-    v.as_array().unwrap().iter().map(num).collect()
-}
-
-fn rows(v: &Value) -> Vec<Vec<f64>> {
-    v.as_array().unwrap().iter().map(row).collect()
-}
-
-fn vec3(v: &[f64]) -> Vec3 {
-    Vec3::new(v[0], v[1], v[2])
-}
-
-/// In RON, no digit lost.
-fn list(v: &[f64]) -> String {
-    format!("[{}]", v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", "))
-}
+use common::{Worst, get, list, num, reference, rotation, row, rows, seconds, vec3, velocity};
 
 fn triple(v: &Vec3) -> String {
     list(v.as_slice())
@@ -55,35 +17,8 @@ fn inertia(i: &Mat3) -> String {
     list(&[i[(0, 0)], i[(1, 1)], i[(2, 2)], i[(0, 1)], i[(0, 2)], i[(1, 2)]])
 }
 
-fn get(sim: &Simulation, name: &str) -> Vec3 {
-    Vec3::from(["x", "y", "z"].map(|c| sim.get(&format!("{name}.{c}")).unwrap()))
-}
-
-fn rotation(sim: &Simulation, body: &str) -> Quat {
-    let [w, x, y, z] =
-        ["w", "x", "y", "z"].map(|c| sim.get(&format!("{body}.rotation.{c}")).unwrap());
-    Quat::from_quaternion(Quaternion::new(w, x, y, z))
-}
-
 fn quat(v: &[f64]) -> Quat {
     Quat::from_quaternion(Quaternion::new(v[3], v[0], v[1], v[2]))
-}
-
-/// The greatest of some errors; NaN is none of the small ones.
-#[derive(Clone, Copy)]
-struct Worst(f64);
-
-impl Worst {
-    fn take(&mut self, error: f64) {
-        if !(error <= self.0) {
-            self.0 = error;
-        }
-    }
-    #[track_caller]
-    fn below(self, limit: f64, what: &str) {
-        println!("{what}: {:.3e} (at most {limit:.1e})", self.0);
-        assert!(self.0 <= limit, "{what}: {:e}, more than {limit:e}", self.0);
-    }
 }
 
 fn tight(until: f64) -> String {
@@ -326,7 +261,7 @@ fn a_descent_guided_by_a_quadratic_with_limits_lag_and_sampling() {
     for want in flown {
         sim.run_until(seconds(want[0])).unwrap();
         r.take((get(&sim, "lander.position") - vec3(&want[1..])).norm());
-        v.take((rotation(&sim, "lander") * get(&sim, "lander.velocity") - vec3(&want[4..])).norm());
+        v.take((velocity(&sim, "lander") - vec3(&want[4..])).norm());
         m.take((dry + sim.get("Tank.propellant").unwrap() - want[7]).abs());
         f.take((sim.get("Engines.thrust").unwrap() - vec3(&want[8..]).norm()).abs());
     }

@@ -19,7 +19,7 @@ fn simulations() -> Vec<PathBuf> {
     let mut files = Vec::new();
     gather(&linkwork_tests::root().join("sims"), &mut files);
     files.retain(|file| !elsewhere.iter().any(|e| file.ends_with(e)));
-    assert!(files.len() >= 19, "{files:?}");
+    assert!(files.len() >= 22, "{files:?}");
     files
 }
 
@@ -50,7 +50,7 @@ fn methods() -> Vec<(&'static str, Option<&'static str>)> {
 fn load(file: &Path, (name, accuracy): (&str, Option<&str>)) -> Ready {
     let mut set = vec![format!("integrator={name}")];
     set.extend(accuracy.map(|a| format!("accuracy={a}")));
-    if file.ends_with("rover_traverse/sim.ron") {
+    if ["rover_traverse/sim.ron", "mars_edl/sky_crane.ron"].iter().any(|f| file.ends_with(f)) {
         // Ground on a coarse grid is made sooner.
         set.push("Rover.Environment.spacing=0.5".into());
     }
@@ -176,10 +176,10 @@ fn a_move_to_the_same_plan_leaves_no_trace() {
     let fixed = ("semi_implicit_euler", Some("fixed"));
     let mut all: Vec<(String, Ready)> = simulations()
         .into_iter()
-        .filter(|file| {
-            !file.ends_with("staging/sim.ron") && !file.ends_with("double_wishbone/flexible.ron")
-        })
+        .filter(|file| !file.ends_with("double_wishbone/flexible.ron"))
         .map(|file| (file.display().to_string(), load(&file, fixed)))
+        // A move by hand leaves the phases of a file behind: nothing to compare with.
+        .filter(|(_, ready)| ready.program.phases.len() == 1)
         .collect();
     let ready = library().text("slope.ron", slope).map_err(|f| f.render(false)).unwrap();
     all.push(("a block on a slope".into(), ready));

@@ -5,6 +5,7 @@
 //! ```
 //! k = 1.9027e-4 (Mars), 1.7415e-4 (Earth), SI: W/m². The force acts at the node and gives no moment there.
 
+use crate::aerodynamics::AirData;
 use linkwork_runtime::prelude::*;
 
 /// Shape and air.
@@ -74,19 +75,17 @@ impl Model for Drag {
     type Yd = DragOut;
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &DragIn) -> DragOut {
         let p = &self.p;
-        let air = p.atmosphere.air(c.t, u.body.position);
-        let v = u.body.velocity - air.wind;
-        let speed = v.norm();
-        let pressure = 0.5 * air.density * speed * speed;
-        let force = v * (-0.5 * air.density * speed * p.coefficient * p.area);
+        let a = AirData::met(&p.atmosphere, c.t, &u.body, &Vec3::zeros());
+        let through = u.body.rotation * a.velocity;
+        let force = through * (-0.5 * a.density * a.speed * p.coefficient * p.area);
         DragOut {
             load: Wrench { moment: Vec3::zeros(), force },
-            drag: pressure * p.coefficient * p.area,
-            airspeed: speed,
-            dynamic_pressure: pressure,
-            mach: speed / air.speed_of_sound.max(1e-9),
-            heating: p.heating_constant * (air.density / p.nose_radius).sqrt() * speed.powi(3),
-            density: air.density,
+            drag: a.pressure * p.coefficient * p.area,
+            airspeed: a.speed,
+            dynamic_pressure: a.pressure,
+            mach: a.mach,
+            heating: a.heating(p.heating_constant, p.nose_radius),
+            density: a.density,
         }
     }
 }

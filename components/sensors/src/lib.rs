@@ -4,6 +4,7 @@ pub mod encoder;
 pub mod imu;
 pub mod motion;
 pub mod pose;
+pub mod star_tracker;
 pub mod sun_sensor;
 
 use linkwork_runtime::prelude::Entry;
@@ -15,6 +16,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<imu::Imu>(),
         Entry::model::<motion::Motion>(),
         Entry::model::<pose::PoseSensor>(),
+        Entry::model::<star_tracker::StarTracker>(),
         Entry::model::<sun_sensor::SunSensor>(),
     ]
 }

@@ -31,6 +31,16 @@ pub struct AirData {
 }
 
 impl AirData {
+    /// Of a node at time `t` (s) in the air of `atmosphere`, which turns at `air_rate` (rad/s, W).
+    pub fn met(
+        atmosphere: &Handle<dyn Atmosphere>,
+        t: f64,
+        node: &NodeState,
+        air_rate: &Vec3,
+    ) -> AirData {
+        AirData::of(node, &atmosphere.air(t, node.position), air_rate)
+    }
+
     /// Of a node in `air` that turns at `air_rate` (rad/s, W).
     pub fn of(node: &NodeState, air: &Air, air_rate: &Vec3) -> AirData {
         let velocity = node.rotation.inverse() * (node.velocity - air.wind);
@@ -54,6 +64,11 @@ impl AirData {
             pressure: 0.5 * air.density * speed * speed,
             density: air.density,
         }
+    }
+
+    /// Heat flux at the stagnation point of a nose of `radius` m by Sutton and Graves, W/m²: k √(ρ/r_n) V³.
+    pub fn heating(&self, constant: f64, radius: f64) -> f64 {
+        constant * (self.density / radius).sqrt() * self.speed.powi(3)
     }
 
     /// Unit vector across x along which the velocity leans, body axes (0, v, w)/√(v² + w²); zero when it does not.

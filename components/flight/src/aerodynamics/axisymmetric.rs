@@ -145,8 +145,7 @@ pub struct Axisymmetric {
 impl Axisymmetric {
     /// The flow, and how far inside the tables it is; an axis of angles that begins at 0 has no lower end.
     fn air(&self, t: f64, body: &NodeState) -> (AirData, f64) {
-        let air = self.p.atmosphere.air(t, body.position);
-        let data = AirData::of(body, &air, &self.p.air_rate);
+        let data = AirData::met(&self.p.atmosphere, t, body, &self.p.air_rate);
         let (angles, table) = (&self.p.angles, &self.tables[0]);
         let (first, last) = (angles[0], angles[angles.len() - 1]);
         if first > 0.0 || last == first {
@@ -200,7 +199,7 @@ impl Model for Axisymmetric {
             alpha: a.alpha,
             beta: a.beta,
             force: force.norm(),
-            heating: p.heating_constant * (a.density / p.nose_radius).sqrt() * a.speed.powi(3),
+            heating: a.heating(p.heating_constant, p.nose_radius),
         }
     }
     fn deriv(

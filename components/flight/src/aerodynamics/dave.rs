@@ -245,9 +245,13 @@ impl DaveAerodynamics {
         }
     }
 
+    /// The flow at the node.
+    fn air(&self, t: f64, u: &DaveIn) -> AirData {
+        AirData::met(&self.p.atmosphere, t, &u.body, &self.p.air_rate)
+    }
+
     fn inside(&self, t: f64, u: &DaveIn) -> f64 {
-        let air = self.p.atmosphere.air(t, u.body.position);
-        self.evaluate(&AirData::of(&u.body, &air, &self.p.air_rate), &u.controls).1
+        self.evaluate(&self.air(t, u), &u.controls).1
     }
 
     fn evaluate(&self, a: &AirData, controls: &[f64; CONTROLS]) -> ([f64; RESULTS.len()], f64) {
@@ -401,8 +405,7 @@ impl Model for DaveAerodynamics {
         Seen { outside: d.outside }
     }
     fn direct(&self, c: &Clock, _: &(), _: &Left, u: &DaveIn) -> DaveOut {
-        let air = self.p.atmosphere.air(c.t, u.body.position);
-        let a = AirData::of(&u.body, &air, &self.p.air_rate);
+        let a = self.air(c.t, u);
         let (r, inside) = self.evaluate(&a, &u.controls);
         let (s, co) = a.alpha.sin_cos();
         let force = if self.stability {

@@ -102,9 +102,7 @@ impl EntryAerodynamics {
     }
 
     fn edge(&self, t: f64, body: &NodeState) -> f64 {
-        let air = self.p.atmosphere.air(t, body.position);
-        let speed = (body.velocity - air.wind).norm();
-        self.inside(speed / air.speed_of_sound.max(1e-9))
+        self.inside(AirData::met(&self.p.atmosphere, t, body, &Vec3::zeros()).mach)
     }
 }
 
@@ -128,11 +126,10 @@ impl Model for EntryAerodynamics {
     }
     fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &EntryIn) -> EntryOut {
         let p = &self.p;
-        let air = p.atmosphere.air(c.t, u.body.position);
-        let a = AirData::of(&u.body, &air, &Vec3::zeros());
+        let a = AirData::met(&p.atmosphere, c.t, &u.body, &Vec3::zeros());
         let drag = a.pressure * p.area * self.drag.at(a.mach);
         let lift = drag * self.ratio.at(a.mach);
-        let through = u.body.velocity - air.wind;
+        let through = u.body.rotation * a.velocity;
         let force = force(&through, &u.body.position, u.bank, lift, drag);
         EntryOut {
             load: p.outside.apply(Wrench { moment: Vec3::zeros(), force }, self.inside(a.mach)),
@@ -142,7 +139,7 @@ impl Model for EntryAerodynamics {
             mach: a.mach,
             dynamic_pressure: a.pressure,
             density: a.density,
-            heating: p.heating_constant * (a.density / p.nose_radius).sqrt() * a.speed.powi(3),
+            heating: a.heating(p.heating_constant, p.nose_radius),
         }
     }
     fn deriv(

@@ -6,5 +6,7 @@ pub mod ascent;
 pub mod convex;
 pub mod entry;
 pub mod entry_guidance;
+pub mod ground_motion;
 pub mod powered_descent;
 pub mod rendezvous;
+pub mod terminal_descent;

@@ -97,7 +97,7 @@ pub struct Line {
 }
 
 /// Direction from a to b, extension and its rate.
-fn stretch(u: &LineIn, length: f64) -> (Vec3, f64, f64) {
+pub(super) fn stretch(u: &LineIn, length: f64) -> (Vec3, f64, f64) {
     let d = u.b.position - u.a.position;
     let now = d.norm();
     let n = if now > 0.0 { d / now } else { Vec3::zeros() };

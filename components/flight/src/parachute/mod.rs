@@ -2,6 +2,7 @@
 //!
 //! A canopy is a body of the mechanism of its own; risers and bridles are tension-only lines between nodes.
 
+pub mod bridle;
 pub mod canopy;
 pub mod inflation;
 pub mod line;

@@ -1,0 +1,273 @@
+//! `flight.terminal_descent`: the force that brings a lander from wherever it begins to a slow, vertical descent
+//! over a place of the ground that it chooses at the beginning.
+//! ```text
+//! place     under the lander, moved by v_h Δ/2 (as a constant deceleration takes it) and by `divert`
+//! approach  a = quadratic law to r_T = place at `height`, v_T = ω × r_T − `speed` up, at Δ = `duration`
+//! last      a = ω × (ω × r) − k² e_h − 2 k (v − v_T),  k = 1/`settle`: e_h is the way off the place's vertical
+//! F = m (a − g), scaled into T_min … T_max with its direction
+//! ```
+//! The planet is at the origin of W and turns about z. The last part begins `freeze` before the end of the
+//! approach and goes on until the part is removed.
+
+use super::ground_motion::over;
+use super::powered_descent::{Target, limited, quadratic};
+use linkwork_runtime::prelude::*;
+
+/// Where to go and within what.
+#[derive(Params, Clone, Debug)]
+pub struct TerminalDescentParams {
+    /// Time of the approach.
+    #[param(unit = "s", range = 1e-3..)]
+    pub duration: f64,
+    /// Height over the ground at its end.
+    #[param(unit = "m", default = 20.0)]
+    pub height: f64,
+    /// Speed downwards at its end and after it.
+    #[param(unit = "m/s", default = 0.75, range = 0.0..)]
+    pub speed: f64,
+    /// Distance east and north by which the place is moved.
+    #[param(default = [0.0, 0.0])]
+    pub divert: [f64; 2],
+    /// Time before the end at which the last part begins.
+    #[param(unit = "s", default = 2.0, range = 1e-3..)]
+    pub freeze: f64,
+    /// Time constant of the last part.
+    #[param(unit = "s", default = 2.0, range = 1e-3..)]
+    pub settle: f64,
+    /// Smallest force.
+    #[param(unit = "N", default = 0.0, range = 0.0..)]
+    pub thrust_min: f64,
+    /// Greatest force.
+    #[param(unit = "N", range = 0.0..)]
+    pub thrust_max: f64,
+    /// Distance of the ground from the planet's centre.
+    #[param(unit = "m", default = 3_396_190.0, range = 1.0..)]
+    pub ground_radius: f64,
+    /// Rate of the planet about z of W.
+    #[param(unit = "rad/s", default = 7.088_218_1e-5)]
+    pub planet_rate: f64,
+    /// Gravity.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
+}
+
+/// Where it is.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct TerminalDescentIn {
+    /// The lander, W.
+    #[port(bind = "body")]
+    pub body: NodeState,
+    /// Mass that the force carries.
+    #[port("kg")]
+    pub mass: f64,
+}
+
+/// What to do.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct TerminalDescentOut {
+    /// Force that is wanted, W.
+    #[port("N")]
+    pub force: Vec3,
+    /// Time to the end of the approach; negative after it.
+    #[port("s")]
+    pub to_go: f64,
+    /// Distance from the vertical of the place.
+    #[port("m")]
+    pub off: f64,
+    /// The force was outside the limits.
+    #[port]
+    pub limited: bool,
+}
+
+/// What was chosen at the beginning.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Chosen {
+    /// There is a place.
+    #[port]
+    pub chosen: bool,
+    /// When the approach ends.
+    #[port("s")]
+    pub arrival: f64,
+    /// Direction of the place from the planet's centre, axes of the planet.
+    #[port("1")]
+    pub place: Vec3,
+}
+
+/// Terminal descent.
+pub struct TerminalDescent {
+    p: TerminalDescentParams,
+}
+
+impl TerminalDescent {
+    fn turned(&self, t: f64) -> Quat {
+        Quat::from_scaled_axis(Vec3::z() * (self.p.planet_rate * t))
+    }
+
+    fn choose(&self, c: &Clock, d: &Chosen, u: &TerminalDescentIn) -> Chosen {
+        if d.chosen {
+            return *d;
+        }
+        let p = &self.p;
+        let o = over(&u.body, p.planet_rate);
+        let up = u.body.position.normalize();
+        let along = (o.velocity - up * o.velocity.dot(&up)) * (0.5 * p.duration);
+        let divert = o.R_WE * Vec3::new(p.divert[0], p.divert[1], 0.0);
+        let place = self.turned(c.t).inverse() * (u.body.position + along + divert);
+        Chosen { chosen: true, arrival: c.t + p.duration, place: place.normalize() }
+    }
+}
+
+/// Brings a lander to a slow vertical descent over a place that it chooses at the beginning; sampled.
+#[model("flight.terminal_descent")]
+impl Model for TerminalDescent {
+    type Params = TerminalDescentParams;
+    type Ud = TerminalDescentIn;
+    type Yd = TerminalDescentOut;
+    type D = Chosen;
+    fn build(p: TerminalDescentParams) -> Result<Self, BuildError> {
+        if p.thrust_min > p.thrust_max {
+            let fact =
+                format!("thrust_min {} N is above thrust_max {} N", p.thrust_min, p.thrust_max);
+            return Err(BuildError::new(fact).help("exchange the two").at("thrust_min"));
+        }
+        Ok(TerminalDescent { p })
+    }
+    fn init_d(&self) -> Chosen {
+        Chosen { chosen: false, arrival: 0.0, place: Vec3::x() }
+    }
+    fn direct(&self, c: &Clock, _: &(), d: &Chosen, u: &TerminalDescentIn) -> TerminalDescentOut {
+        let p = &self.p;
+        let d = self.choose(c, d, u);
+        let (to_go, omega) = (d.arrival - c.t, Vec3::z() * p.planet_rate);
+        let (r, v) = (u.body.position, u.body.velocity);
+        let vertical = self.turned(c.t) * d.place;
+        let sideways = r - vertical * r.dot(&vertical);
+        let a = if to_go > p.freeze - 1e-9 {
+            let up = self.turned(d.arrival) * d.place;
+            let position = up * (p.ground_radius + p.height);
+            let target = Target {
+                position,
+                velocity: omega.cross(&position) - up * p.speed,
+                acceleration: omega.cross(&omega.cross(&position)),
+            };
+            quadratic(&r, &v, &target, to_go)
+        } else {
+            let k = 1.0 / p.settle;
+            let off = v - (omega.cross(&r) - vertical * p.speed);
+            omega.cross(&omega.cross(&r)) - sideways * (k * k) - off * (2.0 * k)
+        };
+        let wanted = (a - p.gravity.acceleration(c.t, r)) * u.mass;
+        let size = wanted.norm();
+        TerminalDescentOut {
+            force: limited(&wanted, p.thrust_min, p.thrust_max),
+            to_go,
+            off: sideways.norm(),
+            limited: size < p.thrust_min || size > p.thrust_max,
+        }
+    }
+    fn update(&self, c: &Clock, _: &(), d: &Chosen, _: &(), u: &TerminalDescentIn) -> Chosen {
+        self.choose(c, d, u)
+    }
+    fn remarks(&self, _: &Clock) -> Vec<BuildError> {
+        let p = &self.p;
+        let none = p.freeze >= p.duration;
+        let fact = format!(
+            "the last part begins {} s before the end of an approach of {} s: there is no approach",
+            p.freeze, p.duration
+        );
+        let help = "write a `freeze` below `duration`";
+        none.then(|| BuildError::new(fact).help(help).at("freeze")).into_iter().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ground_motion::east_north_up;
+    use super::*;
+    use std::sync::Arc;
+
+    const MU: f64 = 4.282_837e13;
+    struct Point;
+    impl Gravity for Point {
+        fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
+            p * (-MU / p.norm().powi(3))
+        }
+    }
+
+    fn params() -> TerminalDescentParams {
+        TerminalDescentParams {
+            duration: 40.0,
+            height: 20.0,
+            speed: 0.75,
+            divert: [200.0, -100.0],
+            freeze: 2.0,
+            settle: 2.0,
+            thrust_min: 0.0,
+            thrust_max: 25e3,
+            ground_radius: 3.39e6,
+            planet_rate: 7.088_218_1e-5,
+            gravity: Handle::new("gravity", Arc::new(Point) as Arc<dyn Gravity>),
+        }
+    }
+
+    #[test]
+    fn it_comes_down_slowly_over_its_place_on_ground_that_turns() {
+        let m = TerminalDescent::build(params()).unwrap();
+        let (mass, dt, rate) = (2200.0, 0.01, 7.088_218_1e-5);
+        let up = Vec3::new(0.3, -0.8, 0.4).normalize();
+        let mut r = up * (3.39e6 + 1600.0);
+        let start = r;
+        let mut v = (Vec3::z() * rate).cross(&r) + east_north_up(&r) * Vec3::new(20.0, 6.0, -80.0);
+        let mut d = m.init_d();
+        for row in 0..6000_u32 {
+            let c = Clock::at(f64::from(row) * dt, dt, u64::from(row));
+            let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
+            let u = TerminalDescentIn { body, mass };
+            let y = m.direct(&c, &(), &d, &u, &());
+            assert!(!y.limited, "{row}: {y:?}");
+            d = m.update(&c, &(), &d, &(), &u, &mut ());
+            let a = |r: Vec3| y.force / mass + Point.acceleration(0.0, r);
+            let middle = r + v * (0.5 * dt);
+            r += v * dt + a(r) * (0.5 * dt * dt);
+            v += a(middle) * dt;
+        }
+        let t = 60.0;
+        let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
+        let local = east_north_up(&r).transpose() * over(&body, rate).velocity;
+        assert!((local - Vec3::z() * -0.75).norm() < 2e-3, "{local}");
+        // 20 m at 40 s, and 20 s at 0.75 m/s.
+        assert!((r.norm() - 3.39e6 - 5.0).abs() < 0.3, "{}", r.norm() - 3.39e6);
+        let back = Quat::from_scaled_axis(Vec3::z() * (rate * t)).inverse() * r;
+        let moved = east_north_up(&start).transpose() * (back - start);
+        let want = Vec3::new(20.0 * 20.0 + 200.0, 6.0 * 20.0 - 100.0, 0.0);
+        assert!((moved - want).xy().norm() < 1.0, "{moved} {want}");
+    }
+
+    #[test]
+    fn limits_hold_and_nonsense_is_told() {
+        let m = TerminalDescent::build(TerminalDescentParams {
+            thrust_max: 9e3,
+            thrust_min: 8.5e3,
+            ..params()
+        })
+        .unwrap();
+        let body = NodeState {
+            position: Vec3::x() * (3.39e6 + 1600.0),
+            velocity: Vec3::x() * -150.0,
+            ..NodeState::identity()
+        };
+        let c = Clock::at(0.0, 0.1, 0);
+        let y = m.direct(&c, &(), &m.init_d(), &TerminalDescentIn { body, mass: 2200.0 }, &());
+        assert!(y.limited && (y.force.norm() - 9e3).abs() < 1e-9);
+        let y = m.direct(&c, &(), &m.init_d(), &TerminalDescentIn { body, mass: 20.0 }, &());
+        assert!(y.limited && (y.force.norm() - 8.5e3).abs() < 1e-9);
+        let p = TerminalDescentParams { thrust_min: 30e3, ..params() };
+        let e = TerminalDescent::build(p).err().unwrap();
+        assert!(e.param.as_deref() == Some("thrust_min") && e.help.is_some());
+        let said = |freeze: f64| {
+            let m = TerminalDescent::build(TerminalDescentParams { freeze, ..params() }).unwrap();
+            m.remarks(&c, &(), &m.init_d(), &(), &TerminalDescentIn { body, mass: 1.0 }, &())
+        };
+        assert!(said(2.0).is_empty() && said(40.0)[0].param.as_deref() == Some("freeze"));
+    }
+}

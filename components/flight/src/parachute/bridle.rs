@@ -1,0 +1,218 @@
+//! `flight.bridle`: a line that is paid out by a brake while it pulls, as those of a sky crane.
+//! ```text
+//! d = p_b − p_a      δ = |d| − L      T = k δ + c (δ̇_geometric − L̇) while taut, else 0
+//! L̇ = v_p            while taut and L < L_full: the brake lets the line out at one speed, and stops at its end
+//! ```
+//! k is the stiffness of the line at any length. Taut, slack and the end of the line are events, as those of
+//! `flight.line`.
+
+use super::line::{LineIn, LineOut};
+use linkwork_runtime::prelude::*;
+
+/// A line on a drum with a brake.
+#[derive(Params, Clone, Debug)]
+pub struct BridleParams {
+    /// Length without tension at the start.
+    #[param(unit = "m", range = 1e-6..)]
+    pub length: f64,
+    /// How much the brake lets out.
+    #[param(unit = "m", range = 0.0..)]
+    pub let_out: f64,
+    /// Speed at which the brake lets it out.
+    #[param(unit = "m/s", range = 1e-9..)]
+    pub payout: f64,
+    /// Stiffness k.
+    #[param(unit = "N/m", range = 1e-9..)]
+    pub stiffness: f64,
+    /// Damping c along the line.
+    #[param(unit = "N s/m", default = 0.0, range = 0.0..)]
+    pub damping: f64,
+}
+
+/// Length of the line.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Paid {
+    /// Length without tension.
+    #[port("m")]
+    pub length: f64,
+}
+
+/// Whether it pulls, and has ended.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Pulling {
+    /// It pulls.
+    #[port]
+    pub taut: bool,
+    /// All of it is out.
+    #[port]
+    pub out: bool,
+}
+
+/// The same as outputs.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct BridleState {
+    /// Length without tension.
+    #[port("m")]
+    pub length: f64,
+    /// It pulls.
+    #[port]
+    pub taut: bool,
+    /// All of it is out.
+    #[port]
+    pub out: bool,
+}
+
+/// Where it changes.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct BridleChange {
+    /// Length over that without tension.
+    #[port("m", rising)]
+    pub extension: f64,
+    /// Tension of a taut line over its stiffness.
+    #[port("m", falling)]
+    pub pull: f64,
+    /// Length over the full one.
+    #[port("m", rising)]
+    pub end: f64,
+}
+
+/// A line on a drum with a brake.
+pub struct Bridle {
+    p: BridleParams,
+}
+
+impl Bridle {
+    /// Length at which it ends.
+    fn full(&self) -> f64 {
+        self.p.length + self.p.let_out
+    }
+
+    /// Speed at which the line gets longer.
+    fn paying(&self, d: &Pulling) -> f64 {
+        if d.taut && !d.out { self.p.payout } else { 0.0 }
+    }
+
+    /// Direction from a to b, extension and its rate.
+    fn stretch(&self, x: &Paid, d: &Pulling, u: &LineIn) -> (Vec3, f64, f64) {
+        let (n, extension, rate) = super::line::stretch(u, x.length);
+        (n, extension, rate - self.paying(d))
+    }
+}
+
+/// A line between two bodies that a brake pays out at one speed while it pulls, to its end.
+#[model("flight.bridle")]
+impl Model for Bridle {
+    type Params = BridleParams;
+    type Ud = LineIn;
+    type Ym = BridleState;
+    type Yd = LineOut;
+    type X = Paid;
+    type D = Pulling;
+    type G = BridleChange;
+    fn init_x(&self) -> Paid {
+        Paid { length: self.p.length }
+    }
+    fn init_d(&self) -> Pulling {
+        Pulling { taut: false, out: self.p.let_out <= 0.0 }
+    }
+    fn moore(&self, _: &Clock, x: &Paid, d: &Pulling) -> BridleState {
+        BridleState { length: x.length, taut: d.taut, out: d.out }
+    }
+    fn direct(&self, _: &Clock, x: &Paid, d: &Pulling, u: &LineIn) -> LineOut {
+        let (n, extension, rate) = self.stretch(x, d, u);
+        let pull = self.p.stiffness * extension + self.p.damping * rate;
+        let tension = if d.taut { pull.max(0.0) } else { 0.0 };
+        let force = n * tension;
+        LineOut {
+            on_a: Wrench { moment: Vec3::zeros(), force },
+            on_b: Wrench { moment: Vec3::zeros(), force: -force },
+            tension,
+            extension,
+            rate,
+        }
+    }
+    fn deriv(
+        &self,
+        _: &Clock,
+        _: &Paid,
+        d: &Pulling,
+        _: &(),
+        _: &LineIn,
+        _: &(),
+        _: &LineOut,
+    ) -> Paid {
+        Paid { length: self.paying(d) }
+    }
+    fn guards(&self, _: &Clock, x: &Paid, d: &Pulling, _: &(), u: &LineIn) -> BridleChange {
+        // The rate without the brake: continuous whether it lets go or not.
+        let (_, extension, rate) = super::line::stretch(u, x.length);
+        let end = if d.out { -1.0 } else { x.length - self.full() };
+        BridleChange { extension, pull: extension + self.p.damping / self.p.stiffness * rate, end }
+    }
+    fn fired(&self, _: &Clock, which: usize, x: &Paid, d: &Pulling) -> (Paid, Pulling) {
+        match which {
+            0 => (*x, Pulling { taut: true, ..*d }),
+            1 => (*x, Pulling { taut: false, ..*d }),
+            _ => (Paid { length: self.full() }, Pulling { out: true, ..*d }),
+        }
+    }
+    fn remarks(&self, _: &Clock, x: &Paid, d: &Pulling, _: &(), u: &LineIn) -> Vec<BuildError> {
+        let (_, extension, _) = self.stretch(x, d, u);
+        let stretched = !d.taut && extension > 1e-6 * x.length;
+        let fact = format!("it starts slack and {extension:.6} m longer than without tension");
+        let told =
+            stretched.then(|| BuildError::new(fact).help("write a greater `length`").at("length"));
+        told.into_iter().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bridle(let_out: f64) -> Bridle {
+        let p = BridleParams { length: 0.5, let_out, payout: 1.2, stiffness: 4e4, damping: 300.0 };
+        Bridle { p }
+    }
+
+    fn ends(distance: f64, speed: f64) -> LineIn {
+        let b = NodeState {
+            position: Vec3::z() * -distance,
+            velocity: Vec3::z() * -speed,
+            ..NodeState::identity()
+        };
+        LineIn { a: NodeState::identity(), b }
+    }
+
+    #[test]
+    fn it_pulls_both_ends_alike_and_never_pushes() {
+        let (m, c) = (bridle(7.0), Clock::at(0.0, 0.01, 0));
+        let (x, taut) = (Paid { length: 3.0 }, Pulling { taut: true, out: false });
+        let y = m.direct(&c, &x, &taut, &ends(3.02, 1.5), &());
+        // The brake gives 1.2 of the 1.5 m/s.
+        assert!((y.tension - (4e4 * 0.02 + 300.0 * 0.3)).abs() < 1e-9, "{}", y.tension);
+        assert_eq!(y.on_a.force, -y.on_b.force);
+        assert!(y.on_a.force.z < 0.0 && y.on_b.force.z > 0.0);
+        assert_eq!(m.direct(&c, &x, &taut, &ends(2.9, -1.0), &()).tension, 0.0);
+        let slack = Pulling { taut: false, out: false };
+        assert_eq!(m.direct(&c, &x, &slack, &ends(3.02, 1.5), &()).tension, 0.0);
+    }
+
+    #[test]
+    fn it_is_paid_out_while_it_pulls_and_stops_at_its_end() {
+        let (m, c, u) = (bridle(7.0), Clock::at(0.0, 0.01, 0), ends(3.01, 1.2));
+        let rate = |taut: bool, out: bool| {
+            let (x, d) = (Paid { length: 3.0 }, Pulling { taut, out });
+            let y = m.direct(&c, &x, &d, &u, &());
+            m.deriv(&c, &x, &d, &(), &u, &(), &y).length
+        };
+        assert_eq!([rate(true, false), rate(false, false), rate(true, true)], [1.2, 0.0, 0.0]);
+        let (x, d) = m.fired(&c, 2, &Paid { length: 7.5 + 1e-13 }, &m.init_d(), &(), &u, &mut ());
+        assert!(x.length == 7.5 && d.out);
+        assert!(
+            m.guards(&c, &x, &d, &(), &u, &()).end < 0.0,
+            "an end that has come does not come again"
+        );
+        assert!(bridle(0.0).init_d().out, "a brake that lets nothing out is at its end");
+    }
+}
