@@ -223,6 +223,11 @@ impl Files {
         self.found.lock().map(|found| found.keys().cloned().collect()).unwrap_or_default()
     }
 
+    /// Fingerprints of the contents of those files, by name.
+    pub fn prints(&self) -> BTreeMap<String, u64> {
+        self.found.lock().map(|found| found.clone()).unwrap_or_default()
+    }
+
     /// The same, with `folder` tried first.
     #[must_use]
     pub fn first(&self, folder: Option<&Path>) -> Files {

@@ -1,5 +1,6 @@
-//! The command line: linkwork run, resume, check, list, describe, tree, graph, export, schema, replay, diff.
+//! The command line: linkwork run, resume, campaign, check, list, describe, tree, graph, export, schema, replay, diff.
 use clap::{Parser, Subcommand};
+use linkwork_cli::campaign::{self, CampaignOptions};
 use linkwork_cli::export::{self, ExportOptions};
 use linkwork_cli::options::RunOptions;
 use linkwork_cli::{check, diff, exit, inspect, replay, run, voice};
@@ -19,6 +20,8 @@ const EXAMPLES: &str = "Examples:
   linkwork run sims/pendulum --until 5s --set Friction.damping=0.3
   linkwork run sims/rover_traverse --checkpoint-every 10s
   linkwork resume runs/rover_traverse/checkpoint_10.lwck --until 20s
+  linkwork campaign sims/ballistic_entry/dispersions.ron     many runs with drawn values, tables and a report
+  linkwork campaign sims/ballistic_entry/dispersions.ron --run 17 --log     one of them again
   linkwork check sims/rover_traverse                    every mistake, with line and column
   linkwork tree sims/rover_traverse                     the parts, as they are nested
   linkwork list sims/rover_traverse 'Rover.**.torque'   variables by pattern
@@ -50,6 +53,13 @@ enum Command {
         checkpoint: PathBuf,
         #[command(flatten)]
         options: RunOptions,
+    },
+    /// Many runs of one simulation with values drawn from distributions. Given again, it goes on where it stopped.
+    Campaign {
+        /// A campaign file: `Campaign(simulation: "sim.ron", runs: 1000, vary: {..})`.
+        file: PathBuf,
+        #[command(flatten)]
+        options: CampaignOptions,
     },
     /// Load and compile, and report every mistake.
     Check {
@@ -144,6 +154,7 @@ fn main() -> ExitCode {
     let code = match cli.command {
         Command::Run { sim, options, set, seed } => run::run(&sim, &options, &set, seed),
         Command::Resume { checkpoint, options } => run::resume(&checkpoint, &options),
+        Command::Campaign { file, options } => campaign::campaign(&file, &options),
         Command::Check { sim, set } => check::check(&sim, &set),
         Command::List { sim, pattern } => inspect::list(sim.as_deref(), pattern.as_deref()),
         Command::Describe { model } => inspect::describe(&model),

@@ -57,6 +57,11 @@ pub fn run(sim: &Path, options: &RunOptions, set: &[String], seed: Option<u64>) 
     }
 }
 
+/// A run of what is loaded already, from the file `sim`.
+pub fn run_ready(ready: Ready, sim: &Path, name: &str, options: &RunOptions) -> u8 {
+    start(ready, name, options, Source { file: sim, checkpoint: None })
+}
+
 fn title_of(sim: &Path) -> String {
     let file = load::sim_file(sim);
     let absolute = std::path::absolute(&file).unwrap_or(file);

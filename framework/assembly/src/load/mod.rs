@@ -179,6 +179,20 @@ pub fn load_text(name: &str, text: &str, options: &Options<'_>) -> Result<Loaded
     load(name, text.to_string(), Home::Embedded(String::new()), options)
 }
 
+/// Reads a text in the notation of these files, whatever it says: other programs have files of their own kind. The
+/// sources are those that the places in the value point into.
+///
+/// # Errors
+/// What is not RON, and keys that are written twice.
+pub fn read_value(name: &str, text: &str) -> Result<(Located, Sources), Failure> {
+    let mut cx = Cx::default();
+    let file = cx.sources.add(name, text);
+    match parse(&mut cx, file) {
+        Some(value) if cx.faults.is_empty() => Ok((value, cx.sources)),
+        _ => Err(Failure { faults: tidy(cx.faults), sources: cx.sources }),
+    }
+}
+
 fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<Loaded, Failure> {
     let mut cx = Cx::default();
     let file = cx.sources.add(name, text);
