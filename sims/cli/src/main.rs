@@ -1,9 +1,10 @@
 //! The command line: linkwork run, resume, campaign, check, list, describe, tree, graph, export, schema, replay, diff.
 use clap::{Parser, Subcommand};
 use linkwork_cli::campaign::{self, CampaignOptions};
+use linkwork_cli::diff::{self, DiffOptions};
 use linkwork_cli::export::{self, ExportOptions};
 use linkwork_cli::options::RunOptions;
-use linkwork_cli::{check, diff, exit, inspect, replay, run, voice};
+use linkwork_cli::{check, exit, inspect, replay, run, voice};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -120,12 +121,8 @@ enum Command {
         a: PathBuf,
         /// The second.
         b: PathBuf,
-        /// Absolute tolerance.
-        #[arg(long, default_value_t = 0.0)]
-        abs: f64,
-        /// Relative tolerance.
-        #[arg(long, default_value_t = 0.0)]
-        rel: f64,
+        #[command(flatten)]
+        options: DiffOptions,
     },
 }
 
@@ -163,7 +160,7 @@ fn main() -> ExitCode {
         Command::Export { sim, options, set } => export::export(&sim, &options, &set),
         Command::Schema => inspect::schema(),
         Command::Replay { log, .. } => replay::verify(&log),
-        Command::Diff { a, b, abs, rel } => diff::diff(&a, &b, abs, rel),
+        Command::Diff { a, b, options } => diff::diff(&a, &b, &options),
     };
     ExitCode::from(voice::exit_code(code))
 }

@@ -160,7 +160,10 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
     let others = [&products[..], &[log.clone(), load::sim_file(source.file)]].concat();
     let recording = taps::recording(options, &out, &others)?;
     let folder = claim(&out, &sim, &configuration)?;
-    let saves = Saves::new(&sim, out.clone(), name, &configuration, every);
+    let mut saves = Saves::new(&sim, out.clone(), name, &configuration, every);
+    if let Some(most) = options.keep {
+        saves = saves.keep_last(most as usize);
+    }
     let picture = Picture::new(&sim, &scene);
     let mut runner = Runner::new(sim, Watched { figures, picture });
     runner.save_with(saves);
