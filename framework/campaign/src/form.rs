@@ -185,6 +185,10 @@ impl Reader {
         if let (Some(runs), Sampling::Sobol) = (runs, sampling) {
             self.sobol(inner, runs);
         }
+        if self.drawn.is_empty() && self.faults.is_empty() && noise == Noise::Same {
+            let help = "write `vary: { \"PATH\": Normal(..) }`, or take `noise: Same` out";
+            self.fault(v.origin, "all runs would be the same".into(), help);
+        }
         Some(Form {
             doc,
             simulation: simulation?,

@@ -32,13 +32,9 @@ impl Ready {
     /// What is allowed and probably not meant, each once: of the files, of every phase, and of the start.
     pub fn warnings(&self) -> Vec<Fault> {
         let of_plans = self.program.phases.iter().flat_map(|p| p.plan.warnings.clone());
-        let mut all: Vec<Fault> = Vec::new();
-        for fault in self.loaded.warnings().into_iter().chain(of_plans) {
-            if !all.contains(&fault) {
-                all.push(fault);
-            }
-        }
-        all
+        let mut told = std::collections::BTreeSet::new();
+        let all = self.loaded.warnings().into_iter().chain(of_plans);
+        all.filter(|f| told.insert((f.origin, f.message.clone(), f.help.clone()))).collect()
     }
 }
 

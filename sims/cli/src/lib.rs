@@ -12,6 +12,7 @@ pub mod export;
 pub mod inspect;
 pub mod load;
 pub mod options;
+pub mod pages;
 pub mod picture;
 pub mod replay;
 pub mod run;

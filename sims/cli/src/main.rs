@@ -1,10 +1,10 @@
 //! The command line: linkwork run, resume, campaign, check, list, describe, tree, graph, export, schema, replay, diff.
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use linkwork_cli::campaign::{self, CampaignOptions};
 use linkwork_cli::diff::{self, DiffOptions};
 use linkwork_cli::export::{self, ExportOptions};
 use linkwork_cli::options::RunOptions;
-use linkwork_cli::{check, exit, inspect, replay, run, voice};
+use linkwork_cli::{check, exit, inspect, pages, replay, run, voice};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -105,6 +105,17 @@ enum Command {
         #[arg(long = "set", value_name = "PATH=VALUE")]
         set: Vec<String>,
     },
+    /// Print a script that completes commands and options in a shell: `linkwork completions bash > FILE`.
+    Completions {
+        /// The shell.
+        #[arg(value_enum)]
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual pages into a folder: `man FOLDER/linkwork-run.1`.
+    Man {
+        /// The folder, made when it is not there.
+        folder: PathBuf,
+    },
     /// Print the JSON Schema of simulation, assembly and side-car files.
     Schema,
     /// Simulate again what a log holds. Exit code 1 when a number differs, with the first tick and variable.
@@ -158,6 +169,8 @@ fn main() -> ExitCode {
         Command::Tree { sim } => inspect::tree(&sim),
         Command::Graph { sim, format } => inspect::graph(&sim, format),
         Command::Export { sim, options, set } => export::export(&sim, &options, &set),
+        Command::Completions { shell } => pages::completions(shell, &mut Cli::command()),
+        Command::Man { folder } => pages::man(&folder, Cli::command()),
         Command::Schema => inspect::schema(),
         Command::Replay { log, .. } => replay::verify(&log),
         Command::Diff { a, b, options } => diff::diff(&a, &b, &options),

@@ -263,10 +263,14 @@ fn column_of_journal(lab: &Lab) -> Vec<(u64, String)> {
 fn a_run_that_never_ends_is_ended() {
     let lab = lab();
     // By simulated time, where the simulation says nothing.
-    lab.write("endless.ron", &edited(&[("    until: \"1 s\",\n", "    stop_when: \"Never.y\",\n"), (
-        "\"Source\": (",
-        "\"Never\": (model: \"basics.threshold\", params: { \"above\": 1e9 }), \"Source\": (",
-    )]));
+    lab.write(
+        "endless.ron",
+        &edited(&[
+            ("    until: \"1 s\",\n", "    stop_when: \"Never.y\",\n"),
+            ("\"Source\": (", "\"Never\": (model: \"basics.comparator\", params: { \"threshold\": 1e9 }), \"Source\": ("),
+            ("wires: [", "wires: [\"Source.y -> Never.a\", \"Gain.y -> Never.b\", "),
+        ]),
+    );
     let file = |limits: &str| {
         format!(
             "Campaign(simulation: \"endless.ron\", runs: 3, {limits} vary: {{ \"Gain.k\": Uniform(from: 1, to: 2) }})"
@@ -385,6 +389,8 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
         &["no figure `smallest`"],
     );
     refused(&[("    correlate", "    limits: (wall: \"-1 s\"),\n    correlate")], &["`wall`"]);
+    lab.write("bad.ron", "Campaign(simulation: \"sim.ron\", runs: 5, noise: Same)");
+    lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["all runs would be the same"]);
     lab.write("bad.ron", "Simulation()");
     lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["bad.ron:1:1", "Campaign"]);
     lab.linkwork(&["campaign", "none.ron"]).code(2).tells(&["cannot be read"]);

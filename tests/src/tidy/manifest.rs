@@ -154,7 +154,7 @@ pub const HOMES: [(&str, &str); 24] = [
     ("statrs", "framework/campaign"),
     ("sobol_burley", "framework/campaign"),
     ("clarabel", "components/flight"),
-    ("clap", "sims/cli"),
+    ("clap*", "sims/cli"),
     ("indicatif", "sims/cli"),
     ("pyo3", "sims/python"),
     ("numpy", "sims/python"),

@@ -28,6 +28,7 @@ use crate::text::value::{Text, empty_map, set, sort};
 use crate::wiring::parts::{binds, parts};
 use crate::wiring::wires::Wiring;
 use linkwork_collision::Colliders;
+use linkwork_formats::whole_text;
 use linkwork_runtime::{
     Catalogue, Fault, Faults, Located, Origin, PhaseSpec, Program, Sources, Spec, Value,
 };
@@ -151,7 +152,7 @@ impl Loaded {
 pub fn load_file(path: impl AsRef<Path>, options: &Options<'_>) -> Result<Loaded, Failure> {
     let path = path.as_ref();
     let name = path.display().to_string();
-    match std::fs::read_to_string(path) {
+    match whole_text(path) {
         Ok(text) => {
             let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
             load(&name, text, Home::Folder(folder), options)
