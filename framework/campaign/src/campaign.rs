@@ -1,6 +1,6 @@
 //! A campaign: what each run is made from. A run is a pure function of the campaign's file and the run's number.
 use crate::correlation::correlated;
-use crate::distribution::deviate;
+use crate::distribution::{Distribution, deviate};
 use crate::form::{Drawn, Form, Noise, Template};
 use crate::sampling::Stream;
 use linkwork_assembly::Failure;
@@ -32,6 +32,20 @@ pub(crate) fn contents(ready: &Ready) -> Contents {
     let texts = ready.loaded.sources.files.iter().filter(|(name, _)| name != SET);
     let texts = texts.map(|(name, text)| (name.clone(), noise::hash(text.bytes())));
     texts.chain(ready.files.prints()).collect()
+}
+
+/// A template as text, a draw as its place.
+fn shape(template: &Template) -> String {
+    let join = |all: Vec<String>| all.join(", ");
+    match template {
+        Template::Constant(v) => v.to_string(),
+        Template::Drawn(k) => format!("<{k}>"),
+        Template::List(items) => format!("[{}]", join(items.iter().map(shape).collect())),
+        Template::Map(entries) => {
+            let one = |(k, t): &(String, Template)| format!("{k:?}: {}", shape(t));
+            format!("{{{}}}", join(entries.iter().map(one).collect()))
+        }
+    }
 }
 
 impl Campaign {
@@ -116,13 +130,21 @@ impl Campaign {
             env!("CARGO_PKG_VERSION")
         );
         for d in &f.drawn {
-            text.push_str(&format!("\n{} {:?} {}", d.name, d.of, d.unit));
+            // Values as they print: where they are written is no part of them.
+            let of = match &d.of {
+                Distribution::Choice { of, weights } => {
+                    let of: Vec<String> = of.iter().map(Value::to_string).collect();
+                    format!("Choice {of:?} {weights:?}")
+                }
+                other => format!("{other:?}"),
+            };
+            text.push_str(&format!("\n{} {of} {}", d.name, d.unit));
         }
         for t in &f.together {
             text.push_str(&format!("\n{:?} {:?}", t.of, t.factor));
         }
         for (path, template, _) in &f.targets {
-            text.push_str(&format!("\n{path} {template:?}"));
+            text.push_str(&format!("\n{path} {}", shape(template)));
         }
         for (name, print) in &self.contents {
             text.push_str(&format!("\n{name} {print:016x}"));

@@ -29,7 +29,11 @@ pub fn short(x: f64) -> String {
         return format!("{x}");
     }
     if !(1e-3..1e6).contains(&x.abs()) {
-        return format!("{x:.4e}");
+        let text = format!("{x:.4e}");
+        return match text.split_once('e') {
+            Some((m, e)) => format!("{}e{e}", m.trim_end_matches('0').trim_end_matches('.')),
+            None => text,
+        };
     }
     let digits = (4 - x.abs().log10().floor() as i32).clamp(0, 8) as usize;
     let text = format!("{x:.digits$}");
@@ -263,10 +267,19 @@ pub fn bars(title: &str, list: &[(String, f64)]) -> String {
             0.7 * high,
             left - 6.0,
             at + 3.0,
-            escaped(name)
+            escaped(&ending(name))
         ));
     }
     p.end()
+}
+
+/// The end of a long path, which tells more than its beginning.
+fn ending(name: &str) -> String {
+    const ROOM: usize = 24;
+    match name.chars().count() {
+        n if n > ROOM => format!("…{}", name.chars().skip(n - ROOM + 1).collect::<String>()),
+        _ => name.to_string(),
+    }
 }
 
 #[cfg(test)]
@@ -308,6 +321,23 @@ mod tests {
                 + &bars("b", &[("a".into(), wild[0])]);
             assert!(!drawn.contains("NaN") && !drawn.contains("inf\""), "{drawn}");
         }
+    }
+
+    #[test]
+    fn numbers_and_names_are_short() {
+        let numbers = [
+            (3.33e6, "3.33e6"),
+            (-1e-7, "-1e-7"),
+            (0.25, "0.25"),
+            (123.456_78, "123.46"),
+            (1e20, "1e20"),
+        ];
+        for (x, text) in numbers {
+            assert_eq!(short(x), text);
+        }
+        assert_eq!(ending("Capsule.Environment.Atmosphere.density"), "…ment.Atmosphere.density");
+        assert_eq!(ending("Capsule.mass"), "Capsule.mass");
+        assert_eq!(ending(&"é".repeat(40)).chars().count(), 24);
     }
 
     #[test]

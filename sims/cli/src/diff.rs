@@ -65,10 +65,10 @@ fn read_whole_log(path: &Path) -> Result<Named, String> {
 #[derive(Args, Clone, Debug, Default)]
 pub struct DiffOptions {
     /// Absolute tolerance.
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     pub abs: f64,
     /// Relative tolerance.
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     pub rel: f64,
     /// Tolerances of the names that match a pattern (repeatable; the last that matches holds): 'Rover.**.torque=1e-6'
     /// is absolute, '**.angle=1e-9,1e-6' absolute and relative.

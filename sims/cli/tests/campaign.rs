@@ -12,7 +12,7 @@ const FILE: &str = r#"Campaign(
     simulation: "sim.ron",
     runs: 60,
     seed: 5,
-    set: { "until": "0.2 s" },
+    set: { "until": "0.2 s", "Gravity.acceleration": [0, 0, -9.8] },
     vary: {
         "Friction.damping": Uniform(from: 0.01, to: 0.2),
         "bob.mass": Normal(mean: "1 kg", deviation: "50 g"),
@@ -170,7 +170,8 @@ fn a_run_made_again_has_the_same_bits_and_a_log() {
     // And by hand, with what the table says.
     let get = |title: &str| column(&lab, "out", title)[17].clone();
     let set = [
-        format!("until=0.2 s"),
+        "until=0.2 s".to_string(),
+        "Gravity.acceleration=[0, 0, -9.8]".to_string(),
         format!("Friction.damping={}", get("draw:Friction.damping")),
         format!("bob.mass={} kg", get("draw:bob.mass [kg]")),
         format!("bob.com=[0, 0, {}]", get("draw:bob.com[2]")),
@@ -190,20 +191,20 @@ fn a_run_made_again_has_the_same_bits_and_a_log() {
         .tells(&["there is no run 60", "0 to 59"]);
 }
 
-/// A spring that pushes: it runs away for some of the draws.
+/// A state that grows as exp(k t): beyond 1e15 before the end for the larger k.
 fn failing() -> Lab {
     let lab = Lab::new();
-    lab.write(
-        "sim.ron",
-        &edited(&[
-            ("until: \"1 s\"", "until: \"40 s\""),
-            ("\"damping\": 0.05", "\"damping\": 0.05"),
-        ]),
-    );
+    let blow = "\"Blow\": (model: \"basics.integrator\", params: { \"k\": 1, \"start\": 1 }), \"Source\": (";
+    let text = edited(&[
+        ("\"Source\": (", blow),
+        ("wires: [", "wires: [\"Blow.y -> Blow.u\", "),
+        ("until: \"1 s\"", "until: \"3 s\""),
+    ]);
+    lab.write("sim.ron", &text);
     lab.write(
         "c.ron",
         "Campaign(simulation: \"sim.ron\", runs: 12, vary: {
-            \"Friction.damping\": Choice(of: [0.1, -30, \"a lot\"], weights: [2, 1, 1]),
+            \"Blow.k\": Choice(of: [1, 20, \"a lot\"], weights: [2, 1, 1]),
         })",
     );
     lab
@@ -227,13 +228,13 @@ fn failures_are_listed_by_cause_and_leave_what_it_takes_to_look_at_them() {
         assert_eq!(left, ["before_failure.lwck", "cause.txt", "configuration.ron"], "run {run}");
         // The checkpoint goes on to the same failure.
         let from = format!("{}/before_failure.lwck", folder(*run));
-        lab.resume(&from, &format!("again_{run}"), &[]).code(1).tells(&["bob"]);
+        lab.resume(&from, &format!("again_{run}"), &[]).code(1).tells(&["`Blow.state.x` became"]);
         lab.linkwork(&["check", &format!("{}/configuration.ron", folder(*run))]).code(0);
     }
     for run in &refused {
         assert_eq!(names(&lab.path(&folder(*run))), ["cause.txt"]);
         let text = std::fs::read_to_string(lab.path(&folder(*run)).join("cause.txt")).unwrap();
-        assert!(text.contains("Friction.damping=\"a lot\""), "{text}");
+        assert!(text.contains("Blow.k=\"a lot\""), "{text}");
     }
     for run in &fine {
         assert!(!lab.path(&folder(*run)).exists());
@@ -371,7 +372,7 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     );
     refused(
         &[("Friction.damping", "Friction.dumping")],
-        &["bad.ron:8:", "has no parameter", "damping"],
+        &["bad.ron:8:", "has no such parameter", "damping"],
     );
     refused(&[("\"Gain.k\"", "\"Gian.k\"")], &["bad.ron:11:", "`Gian.k` matches nothing", "Gain"]);
     refused(&[("runs: 60", "runs: 0")], &["bad.ron:4:", "`runs` is 0"]);
