@@ -135,9 +135,9 @@ pub fn png_heights(
 ) -> Result<HeightField, DemError> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND);
-    let mut reader = decoder.read_info()?;
-    let (width, height) = (reader.info().width, reader.info().height);
+    let (width, height) = decoder.read_header_info()?.size();
     bounded(bytes.len(), width, height)?;
+    let mut reader = decoder.read_info()?;
     let size =
         reader.output_buffer_size().ok_or_else(|| DemError::Pixels("a huge image".into()))?;
     let mut data = vec![0; size];

@@ -180,13 +180,16 @@ mod tests {
     #[test]
     fn moments_are_those_of_the_closed_forms() {
         let (m, v) = moments(&Distribution::Uniform { from: -1.0, to: 3.0 });
-        (near(m, 1.0, 1e-9), near(v, 16.0 / 12.0, 1e-9));
+        near(m, 1.0, 1e-9);
+        near(v, 16.0 / 12.0, 1e-9);
         let (m, v) = moments(&Distribution::Normal { mean: 2.0, deviation: 0.5 });
-        (near(m, 2.0, 1e-9), near(v, 0.25, 1e-4));
+        near(m, 2.0, 1e-9);
+        near(v, 0.25, 1e-4);
         let (m, v) = moments(&Distribution::LogNormal { median: 2.0, sigma: 0.25 });
         let s2 = 0.25f64 * 0.25;
         let mean = 2.0 * (s2 / 2.0).exp();
-        (near(m, mean, 1e-5), near(v, mean * mean * (s2.exp() - 1.0), 1e-4));
+        near(m, mean, 1e-5);
+        near(v, mean * mean * (s2.exp() - 1.0), 1e-4);
         // One-sided at the mean: the half-normal distribution.
         let d = Distribution::TruncatedNormal {
             mean: 1.0,

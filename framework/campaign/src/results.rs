@@ -171,7 +171,9 @@ impl Results {
         let (mut figure, mut value, mut rank) = (Vec::new(), Vec::new(), Vec::new());
         for ((name, ..), row) in self.figures.iter().zip(&self.sensitivity) {
             for ((drawn, _), r) in self.drawn.iter().zip(row) {
-                (figure.push(name.clone()), value.push(drawn.clone()), rank.push(*r));
+                figure.push(name.clone());
+                value.push(drawn.clone());
+                rank.push(*r);
             }
         }
         let columns = vec![

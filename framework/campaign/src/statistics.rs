@@ -171,9 +171,11 @@ mod tests {
             .unzip();
         let e = Ellipse::of(&x, &y).unwrap();
         let factor = (f64::from(n) / f64::from(n - 1) / 2.0).sqrt();
-        (near(e.axes.0, 5.0 * factor, 1e-12), near(e.axes.1, factor, 1e-12));
+        near(e.axes.0, 5.0 * factor, 1e-12);
+        near(e.axes.1, factor, 1e-12);
         near(e.angle, 0.6, 1e-12);
-        (near(e.centre.0, 3.0, 1e-12), near(e.centre.1, -2.0, 1e-12));
+        near(e.centre.0, 3.0, 1e-12);
+        near(e.centre.1, -2.0, 1e-12);
         assert!(Ellipse::of(&[1.0, 2.0], &[1.0, 2.0]).is_none());
     }
 }
