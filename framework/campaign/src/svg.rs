@@ -238,7 +238,7 @@ pub fn bars(title: &str, list: &[(String, f64)]) -> String {
     let mut list: Vec<&(String, f64)> = list.iter().filter(|(_, r)| r.is_finite()).collect();
     list.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()).then(a.0.cmp(&b.0)));
     list.truncate(12);
-    let (left, right, top, bottom) = (180.0, FRAME.1, FRAME.2, FRAME.3);
+    let (left, right, top, bottom) = (210.0, FRAME.1, FRAME.2, FRAME.3);
     let across = Axis {
         low: -1.0,
         high: 1.0,
@@ -275,7 +275,7 @@ pub fn bars(title: &str, list: &[(String, f64)]) -> String {
 
 /// The end of a long path, which tells more than its beginning.
 fn ending(name: &str) -> String {
-    const ROOM: usize = 24;
+    const ROOM: usize = 22;
     match name.chars().count() {
         n if n > ROOM => format!("…{}", name.chars().skip(n - ROOM + 1).collect::<String>()),
         _ => name.to_string(),
@@ -335,9 +335,9 @@ mod tests {
         for (x, text) in numbers {
             assert_eq!(short(x), text);
         }
-        assert_eq!(ending("Capsule.Environment.Atmosphere.density"), "…ment.Atmosphere.density");
+        assert_eq!(ending("Capsule.Environment.Atmosphere.density"), "…nt.Atmosphere.density");
         assert_eq!(ending("Capsule.mass"), "Capsule.mass");
-        assert_eq!(ending(&"é".repeat(40)).chars().count(), 24);
+        assert_eq!(ending(&"é".repeat(40)).chars().count(), 22);
     }
 
     #[test]
