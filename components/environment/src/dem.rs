@@ -27,16 +27,59 @@ pub enum DemError {
     /// No scale in the file.
     #[error("the TIFF has no ModelPixelScale: give the distance of nodes in metres")]
     NoScale,
+    /// More nodes than a height map may have.
+    #[error("{nx} by {ny} nodes are too many: 64 million at most")]
+    TooMany {
+        /// Nodes along x.
+        nx: u32,
+        /// Nodes along y.
+        ny: u32,
+    },
+    /// The file is far too short for its picture.
+    #[error("{bytes} bytes cannot hold the {nx} by {ny} pixels that the file says it has")]
+    Short {
+        /// Bytes of the file.
+        bytes: usize,
+        /// Nodes along x.
+        nx: u32,
+        /// Nodes along y.
+        ny: u32,
+    },
     /// The grid is refused.
     #[error(transparent)]
     Grid(#[from] GridError),
 }
 
+/// Most nodes of a map.
+const NODES_MAX: u64 = 64_000_000;
+
+/// Pixels that a byte of a file can hold: compression (deflate, LZW) makes a few thousand equal ones of one.
+const PIXELS_OF_A_BYTE: u64 = 8192;
+
+/// That a picture may be decoded: memory is taken for what a file holds, not for what it says.
+fn bounded(bytes: usize, nx: u32, ny: u32) -> Result<(), DemError> {
+    let nodes = u64::from(nx) * u64::from(ny);
+    if nodes > NODES_MAX {
+        return Err(DemError::TooMany { nx, ny });
+    }
+    if nodes > PIXELS_OF_A_BYTE * bytes as u64 {
+        return Err(DemError::Short { bytes, nx, ny });
+    }
+    Ok(())
+}
+
 /// Reads a GeoTIFF from `bytes`. `spacing` (m) replaces the file's pixel scale, for files whose scale is
 /// in degrees or missing. The tie point, when there is one and `spacing` is `None`, gives the origin.
 pub fn geotiff(bytes: &[u8], spacing: Option<[f64; 2]>) -> Result<HeightField, DemError> {
-    let mut decoder = Decoder::new(Cursor::new(bytes))?.with_limits(Limits::unlimited());
+    let mut decoder = Decoder::new(Cursor::new(bytes))?;
     let (width, height) = decoder.dimensions()?;
+    bounded(bytes.len(), width, height)?;
+    // Tags are held by the file; pixels have eight bytes at most.
+    let mut limits = Limits::default();
+    limits.decoding_buffer_size = 8 * width as usize * height as usize + 1024;
+    limits.intermediate_buffer_size = limits.decoding_buffer_size;
+    limits.ifd_value_size = bytes.len().max(1024);
+    decoder = decoder.with_limits(limits);
     let (nx, ny) = (width as usize, height as usize);
     let scale = decoder.find_tag(Tag::ModelPixelScaleTag)?.map(|v| v.into_f64_vec()).transpose()?;
     let tie = decoder.find_tag(Tag::ModelTiepointTag)?.map(|v| v.into_f64_vec()).transpose()?;
@@ -92,6 +135,8 @@ pub fn png_heights(
 ) -> Result<HeightField, DemError> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND);
+    let (width, height) = decoder.read_header_info()?.size();
+    bounded(bytes.len(), width, height)?;
     let mut reader = decoder.read_info()?;
     let size =
         reader.output_buffer_size().ok_or_else(|| DemError::Pixels("a huge image".into()))?;
@@ -131,6 +176,59 @@ mod tests {
 
     fn range(f: &HeightField) -> (f32, f32) {
         f.heights().iter().fold((f32::MAX, f32::MIN), |(a, b), &h| (a.min(h), b.max(h)))
+    }
+
+    /// A PNG that is a header: 8-bit grey, of this size.
+    fn png_of(width: u32, height: u32) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_color(png::ColorType::Grayscale);
+        let writer = encoder.write_header().unwrap();
+        drop(writer);
+        bytes
+    }
+
+    /// A TIFF whose directory says its size, with one strip of nothing.
+    fn tiff_of(width: u32, height: u32) -> Vec<u8> {
+        let tags: [(u16, u32); 9] = [
+            (256, width),
+            (257, height),
+            (258, 8),
+            (259, 1),
+            (262, 1),
+            (273, 8),
+            (277, 1),
+            (278, height),
+            (279, 0),
+        ];
+        let mut bytes = b"II*\0\x08\0\0\0".to_vec();
+        bytes.extend((tags.len() as u16).to_le_bytes());
+        for (tag, value) in tags {
+            bytes.extend(tag.to_le_bytes());
+            bytes.extend(4u16.to_le_bytes());
+            bytes.extend(1u32.to_le_bytes());
+            bytes.extend(value.to_le_bytes());
+        }
+        bytes.extend([0; 4]);
+        bytes
+    }
+
+    #[test]
+    fn a_file_that_says_more_than_it_holds_takes_no_memory() {
+        let (range, spacing) = ([0.0, 1.0], [1.0, 1.0]);
+        for (nx, ny) in [(60_000, 60_000), (0x7fff_ffff, 0x7fff_ffff), (8001, 8000)] {
+            let png = png_heights(&png_of(nx, ny), range, spacing).unwrap_err();
+            assert!(matches!(png, DemError::TooMany { .. }), "{png}");
+            let tiff = geotiff(&tiff_of(nx, ny), Some(spacing)).unwrap_err();
+            assert!(matches!(tiff, DemError::TooMany { .. }), "{tiff}");
+        }
+        let png = png_heights(&png_of(5000, 5000), range, spacing).unwrap_err();
+        assert!(matches!(png, DemError::Short { .. }), "{png}");
+        let tiff = geotiff(&tiff_of(5000, 5000), Some(spacing)).unwrap_err();
+        assert!(matches!(tiff, DemError::Short { .. }), "{tiff}");
+        // Small ones are refused by the decoders themselves.
+        assert!(png_heights(&png_of(50, 50), range, spacing).is_err());
+        assert!(geotiff(&tiff_of(50, 50), Some(spacing)).is_err());
     }
 
     #[test]

@@ -212,6 +212,14 @@ pub fn rocks_above(k: f64, d: f64, d_max: f64) -> f64 {
     (f(0) + inner + f(n)) * h / 3.0
 }
 
+/// How many rocks between two diameters (m) a ground of this size (m) gets, on the average; none for no cover.
+pub fn rocks_wanted(k: f64, [low, high]: [f64; 2], [wide, long]: [f64; 2]) -> f64 {
+    match k > 0.0 && high > low && low > 0.0 {
+        true => rocks_above(k, low, high) * wide * long,
+        false => 0.0,
+    }
+}
+
 fn rocks(recipe: &Recipe, field: &HeightField) -> Vec<MadeRock> {
     let k = recipe.rock_cover;
     let [low, high] = recipe.rock_diameters;

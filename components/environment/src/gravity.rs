@@ -161,7 +161,7 @@ impl Service for SphericalHarmonics {
     type Params = HarmonicsParams;
     fn build(p: HarmonicsParams, files: &Files) -> Result<Self, BuildError> {
         let path = files.resolve(&p.file).map_err(|e| e.at("file"))?;
-        let text = std::fs::read_to_string(&path).map_err(|e| {
+        let text = linkwork_formats::whole_text(&path).map_err(|e| {
             BuildError::new(format!("`{}`: {e}", p.file)).help("a text file is wanted").at("file")
         })?;
         let format = match p.format {

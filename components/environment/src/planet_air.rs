@@ -210,7 +210,7 @@ impl Service for MarsAtmosphere {
         let around = Around::new(&p.planet, &p.winds)?;
         let Some(name) = &p.table else { return Ok(MarsAtmosphere { around, table: None }) };
         let path = files.resolve(name).map_err(|e| e.at("table"))?;
-        let text = std::fs::read_to_string(&path).map_err(|e| {
+        let text = linkwork_formats::whole_text(&path).map_err(|e| {
             BuildError::new(format!("`{name}`: {e}")).help("a text file is wanted").at("table")
         })?;
         let table = Table::read(name, &text, &Layout::MARS_GRAM, Outside::Continue, Gas::MARS)

@@ -75,7 +75,8 @@ impl Service for FileTerrain {
     fn build(p: HeightFieldParams, files: &Files) -> Result<Self, BuildError> {
         let path = files.resolve(&p.file)?;
         let fault = |e: String| BuildError::new(e).at("file");
-        let bytes = std::fs::read(&path).map_err(|e| fault(format!("`{}`: {e}", p.file)))?;
+        let bytes =
+            linkwork_formats::whole_file(&path).map_err(|e| fault(format!("`{}`: {e}", p.file)))?;
         let kind = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
         let field = match kind.as_str() {
             "tif" | "tiff" => dem::geotiff(&bytes, p.spacing),
@@ -173,6 +174,12 @@ pub struct GeneratedParams {
 /// Most nodes of a generated map.
 const NODES_MAX: f64 = 64e6;
 
+/// Most craters of a generated map.
+const CRATERS_MAX: u32 = 1_000_000;
+
+/// Most rocks of a generated map.
+const ROCKS_MAX: f64 = 5e6;
+
 /// Ground made from a seed: fractal relief, craters with raised rims, rocks of Golombek's distribution.
 #[service("environment.generated_terrain", Terrain)]
 impl Service for GridTerrain {
@@ -184,6 +191,11 @@ impl Service for GridTerrain {
                 .at("spacing")
                 .help("make `spacing` larger or `size` smaller: 64 million nodes at most"));
         }
+        if p.craters > CRATERS_MAX {
+            return Err(BuildError::new(format!("{} craters are too many", p.craters))
+                .at("craters")
+                .help("a million at most"));
+        }
         for (name, [low, high]) in
             [("crater_diameters", p.crater_diameters), ("rock_diameters", p.rock_diameters)]
         {
@@ -192,6 +204,12 @@ impl Service for GridTerrain {
                     BuildError::new("the smaller diameter comes first, both positive").at(name)
                 );
             }
+        }
+        let rocks = generator::rocks_wanted(p.rock_cover, p.rock_diameters, p.size);
+        if !(rocks <= ROCKS_MAX) {
+            return Err(BuildError::new(format!("{:.0} million rocks are too many", rocks / 1e6))
+                .at("rock_diameters")
+                .help("make the smallest diameter larger: 5 million rocks at most"));
         }
         let recipe = Recipe {
             seed: p.seed,

@@ -36,7 +36,7 @@ pub use expand::tree::{TreeKind, TreeNode};
 pub use form::assembly::{Assembly, ItemForm, MountDecl, PartForm, PartKind};
 pub use form::settings::{ArrowForm, Figure, LogRule, PlaceForm, Plot, Settings, Take, ViewForm};
 pub use linkwork_runtime::Value;
-pub use load::{Loaded, Options, dotted, load_file, load_text, put_down, schema};
+pub use load::{Loaded, Options, dotted, load_file, load_text, put_down, read_value, schema};
 pub use machine::convert::Converted;
 pub use machine::import::{Import, read_machine};
 pub use machine::sidecar::apply_side_car;

@@ -65,7 +65,10 @@ pub use linkwork_multibody as multibody;
 pub use linkwork_multibody::{Coupling, HingeCoordinate, LoopClosure, Term};
 pub use linkwork_spatial as spatial;
 pub use mjcf::read_mjcf;
-pub use read::{Format, ReadOptions, Root, format_of, read_file, read_text};
+pub use read::{
+    Format, LARGEST_FILE, ReadOptions, Root, format_of, read_file, read_text, whole_file,
+    whole_text,
+};
 pub use sdf::read_sdf;
 pub use srdf::{Group, Srdf, read_srdf, read_srdf_file};
 pub use urdf::read_urdf;

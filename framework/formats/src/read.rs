@@ -107,12 +107,44 @@ pub fn read_file(
     if path.extension().is_some_and(|e| e == "xacro") {
         return Err(one(FaultKind::Xacro { text: place.file.clone() }));
     }
-    let text = std::fs::read(path).map_err(|e| e.to_string());
-    let text = text.and_then(|t| String::from_utf8(t).map_err(|e| e.to_string()));
-    match text {
+    match whole_text(path) {
         Ok(text) => read_text(&text, &options.at(path)),
         Err(reason) => Err(one(FaultKind::Unreadable { reason })),
     }
+}
+
+/// Bytes of the largest file that is read whole.
+pub const LARGEST_FILE: u64 = 1 << 30;
+
+/// The bytes of a file: of a regular one of at most [`LARGEST_FILE`], so that a device or a pipe does not hold up the
+/// program and no file takes all memory.
+///
+/// # Errors
+/// Why it cannot be read, in words.
+pub fn whole_file(path: &Path) -> Result<Vec<u8>, String> {
+    use std::io::Read;
+    // Asked before it is opened: opening a pipe waits for who writes into it.
+    if !path.metadata().map_err(|e| e.to_string())?.is_file() {
+        return Err("it is no regular file".into());
+    }
+    let file = std::fs::File::open(path).map_err(|e| e.to_string())?;
+    let length = file.metadata().map_err(|e| e.to_string())?.len();
+    let large = || Err(format!("it is larger than {} MiB", LARGEST_FILE >> 20));
+    if length > LARGEST_FILE {
+        return large();
+    }
+    let mut bytes = Vec::new();
+    // Some files are longer than they say.
+    file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
+    if bytes.len() as u64 > LARGEST_FILE { large() } else { Ok(bytes) }
+}
+
+/// The same as UTF-8 text.
+///
+/// # Errors
+/// Why it cannot be read, in words.
+pub fn whole_text(path: &Path) -> Result<String, String> {
+    whole_file(path).and_then(|b| String::from_utf8(b).map_err(|e| format!("it is no text: {e}")))
 }
 
 /// Collects mistakes and what was ignored while a file is read.

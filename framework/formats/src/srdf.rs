@@ -97,11 +97,11 @@ pub fn read_srdf(text: &str, options: &ReadOptions) -> Result<Srdf, FormatError>
 /// A file that cannot be read, or every mistake of its text.
 pub fn read_srdf_file(path: impl AsRef<Path>) -> Result<Srdf, FormatError> {
     let options = ReadOptions::default().at(path.as_ref());
-    match std::fs::read_to_string(path) {
+    match crate::whole_text(path.as_ref()) {
         Ok(text) => read_srdf(&text, &options),
-        Err(e) => {
+        Err(reason) => {
             let place = FilePlace { file: options.file_name(), ..FilePlace::default() };
-            let kind = FaultKind::Unreadable { reason: e.to_string() };
+            let kind = FaultKind::Unreadable { reason };
             Err(FormatError { faults: vec![FileFault { place, kind }] })
         }
     }

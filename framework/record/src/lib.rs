@@ -7,5 +7,7 @@ mod schema;
 
 pub use log::{Log, LogError, LogSpec};
 pub use plot::{Curve, Plot, PlotError, draw};
-pub use read::{Difference, End, LogContents, Series, compare, read_log, read_log_contents};
+pub use read::{
+    Difference, End, LogContents, Rows, Series, Tolerances, compare, read_log, read_log_contents,
+};
 pub use schema::{Schema, decode};

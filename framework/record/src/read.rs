@@ -237,12 +237,62 @@ pub struct Difference {
     pub largest: f64,
 }
 
+/// Tolerances of a comparison: those of the last pattern that a name matches, else the general ones.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tolerances {
+    /// General absolute tolerance.
+    pub absolute: f64,
+    /// General relative tolerance.
+    pub relative: f64,
+    /// Pattern over names, absolute, relative.
+    pub of: Vec<(String, f64, f64)>,
+}
+
+impl Tolerances {
+    /// Absolute and relative tolerance of a name; `matches` says whether a pattern is meant to hold for a name.
+    pub fn at(&self, name: &str, matches: impl Fn(&str, &str) -> bool) -> (f64, f64) {
+        let own = self.of.iter().rev().find(|(pattern, ..)| matches(pattern, name));
+        own.map_or((self.absolute, self.relative), |(_, a, r)| (*a, *r))
+    }
+}
+
+/// Which rows of two series are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rows {
+    /// All: rows at other times are a difference.
+    All,
+    /// Those whose times both have, to a nanosecond; a series without any is a difference.
+    Common,
+}
+
+/// The times of rows are whole nanoseconds: half of one tells two apart.
+const SAME_TIME: f64 = 0.5e-9;
+
+/// Places of rows that both series have, in order of time.
+fn common(x: &Series, y: &Series) -> Vec<(usize, usize)> {
+    let (mut i, mut j) = (0, 0);
+    let mut out = Vec::new();
+    while let (Some(s), Some(t)) = (x.t.get(i), y.t.get(j)) {
+        // Beyond 2⁵³ ns a time has no nanoseconds: it is compared to its last bit.
+        let near = SAME_TIME.max(2.0 * f64::EPSILON * s.abs());
+        if (s - t).abs() <= near {
+            out.push((i, j));
+            (i, j) = (i + 1, j + 1);
+        } else if s < t {
+            i += 1;
+        } else {
+            j += 1;
+        }
+    }
+    out
+}
+
 /// The series that differ by more than `absolute + relative · max(|a|, |b|)`.
 pub fn compare(
     a: &BTreeMap<String, Series>,
     b: &BTreeMap<String, Series>,
-    absolute: f64,
-    relative: f64,
+    rows: Rows,
+    tolerance: impl Fn(&str) -> (f64, f64),
 ) -> Vec<Difference> {
     let mut out = Vec::new();
     let lone = |name: &str, which: &str| Difference {
@@ -255,26 +305,84 @@ pub fn compare(
             out.push(lone(name, "first"));
             continue;
         };
-        if x.t != y.t {
-            let what = format!("{} rows against {}, or other times", x.t.len(), y.t.len());
-            out.push(Difference { name: name.clone(), what, largest: f64::INFINITY });
+        let apart = |what: String| Difference { name: name.clone(), what, largest: f64::INFINITY };
+        let pairs: Vec<(usize, usize)> = match rows {
+            Rows::All if x.t != y.t => {
+                let what = format!("{} rows against {}, or other times", x.t.len(), y.t.len());
+                out.push(apart(what));
+                continue;
+            }
+            Rows::All => (0..x.t.len()).map(|k| (k, k)).collect(),
+            Rows::Common => common(x, y),
+        };
+        if pairs.is_empty() && !(x.t.is_empty() && y.t.is_empty()) {
+            let what = format!("{} rows against {}, none at one time", x.t.len(), y.t.len());
+            out.push(apart(what));
             continue;
         }
-        let mut worst: Option<(f64, usize)> = None;
-        for (k, (p, q)) in x.y.iter().zip(&y.y).enumerate() {
+        let (absolute, relative) = tolerance(name);
+        let mut worst: Option<(f64, (usize, usize))> = None;
+        for (i, j) in pairs {
+            let (p, q) = (x.y[i], y.y[j]);
             let limit = absolute + relative * p.abs().max(q.abs());
             let d = (p - q).abs();
             let same = p.to_bits() == q.to_bits() || (p.is_nan() && q.is_nan());
             if !same && !(d <= limit) && worst.is_none_or(|w| !(d <= w.0)) {
-                worst = Some((d, k));
+                worst = Some((d, (i, j)));
             }
         }
-        if let Some((d, k)) = worst {
-            let what = format!("{:?} against {:?} at t = {} s", x.y[k], y.y[k], x.t[k]);
+        if let Some((d, (i, j))) = worst {
+            let what = format!("{:?} against {:?} at t = {} s", x.y[i], y.y[j], x.t[i]);
             out.push(Difference { name: name.clone(), what, largest: d });
         }
     }
     out.extend(b.keys().filter(|n| !a.contains_key(*n)).map(|n| lone(n, "second")));
     out.sort_by(|p, q| q.largest.total_cmp(&p.largest).then(p.name.cmp(&q.name)));
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn log(rate: u32, of: impl Fn(f64) -> f64) -> BTreeMap<String, Series> {
+        let t: Vec<f64> = (0..=10 * rate).map(|k| f64::from(k) / f64::from(rate)).collect();
+        let y = t.iter().map(|t| of(*t)).collect();
+        [("a.y".to_string(), Series { t, y, unit: String::new() })].into()
+    }
+
+    #[test]
+    fn logs_of_other_rates_are_compared_where_both_have_rows() {
+        let none = |_: &str| (0.0, 0.0);
+        let (fine, coarse) = (log(100, f64::sin), log(30, f64::sin));
+        let strict = compare(&fine, &coarse, Rows::All, none);
+        assert!(strict[0].what.contains("1001 rows against 301"), "{strict:?}");
+        assert_eq!(compare(&fine, &coarse, Rows::Common, none), []);
+        // One value at a common time, and one that only the finer has.
+        let mut other = fine.clone();
+        other.get_mut("a.y").unwrap().y[11] += 1.0;
+        assert_eq!(compare(&other, &coarse, Rows::Common, none), []);
+        other.get_mut("a.y").unwrap().y[20] += 0.25;
+        let found = compare(&other, &coarse, Rows::Common, none);
+        assert!(found.len() == 1 && (found[0].largest - 0.25).abs() < 1e-12, "{found:?}");
+        assert!(found[0].what.ends_with("t = 0.2 s"), "{found:?}");
+        // A later and an earlier part overlap; parts that do not are not equal.
+        let part = |from: usize, to: usize| {
+            let s = &fine["a.y"];
+            let (t, y) = (s.t[from..to].to_vec(), s.y[from..to].to_vec());
+            BTreeMap::from([("a.y".to_string(), Series { t, y, unit: String::new() })])
+        };
+        assert_eq!(compare(&part(0, 600), &part(500, 1001), Rows::Common, none), []);
+        let apart = compare(&part(0, 400), &part(500, 1001), Rows::Common, none);
+        assert!(apart[0].what.contains("none at one time"), "{apart:?}");
+    }
+
+    #[test]
+    fn the_last_pattern_that_fits_gives_the_tolerance() {
+        let of = [("a", 1.0, 0.0), ("b", 2.0, 0.0), ("a", 3.0, 0.5)];
+        let of = of.map(|(p, a, r)| (p.to_string(), a, r)).to_vec();
+        let t = Tolerances { absolute: 1e-3, relative: 1e-6, of };
+        let at = |name: &str| t.at(name, |pattern, name| name.starts_with(pattern));
+        assert_eq!((at("ax"), at("bx"), at("c")), ((3.0, 0.5), (2.0, 0.0), (1e-3, 1e-6)));
+    }
 }

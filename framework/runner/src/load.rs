@@ -32,19 +32,22 @@ impl Ready {
     /// What is allowed and probably not meant, each once: of the files, of every phase, and of the start.
     pub fn warnings(&self) -> Vec<Fault> {
         let of_plans = self.program.phases.iter().flat_map(|p| p.plan.warnings.clone());
-        let mut all: Vec<Fault> = Vec::new();
-        for fault in self.loaded.warnings().into_iter().chain(of_plans) {
-            if !all.contains(&fault) {
-                all.push(fault);
-            }
-        }
-        all
+        let mut told = std::collections::BTreeSet::new();
+        let all = self.loaded.warnings().into_iter().chain(of_plans);
+        all.filter(|f| told.insert((f.origin, f.message.clone(), f.help.clone()))).collect()
     }
 }
 
 /// The sim.ron of a folder, or the file itself.
 pub fn sim_file(path: &Path) -> PathBuf {
     if path.is_dir() { path.join("sim.ron") } else { path.to_path_buf() }
+}
+
+/// Whether remarks about the state at the start are wanted.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Start {
+    LookedAt,
+    Taken,
 }
 
 impl Library {
@@ -92,7 +95,22 @@ impl Library {
     /// Everything that is wrong, at once.
     pub fn file(&self, path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, Failure> {
         self.find(path)?;
-        self.finish(self.loaded(path, set, seed)?)
+        self.finish(self.loaded(path, set, seed)?, Start::LookedAt)
+    }
+
+    /// The same without a look at the start for remarks (stiffness, parts that nobody reads): of many runs of one
+    /// simulation the first has been looked at. The program is the same.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn file_quietly(
+        &self,
+        path: &Path,
+        set: &[String],
+        seed: Option<u64>,
+    ) -> Result<Ready, Failure> {
+        self.find(path)?;
+        self.finish(self.loaded(path, set, seed)?, Start::Taken)
     }
 
     /// The same from a text that needs no other file: the configuration in a checkpoint.
@@ -100,10 +118,10 @@ impl Library {
     /// # Errors
     /// Everything that is wrong, at once.
     pub fn text(&self, name: &str, text: &str) -> Result<Ready, Failure> {
-        self.finish(load_text(name, text, &self.options(&[], None))?)
+        self.finish(load_text(name, text, &self.options(&[], None))?, Start::LookedAt)
     }
 
-    fn finish(&self, loaded: Loaded) -> Result<Ready, Failure> {
+    fn finish(&self, loaded: Loaded, start: Start) -> Result<Ready, Failure> {
         let files = Files::of(vec![PathBuf::from("."), PathBuf::from("assemblies")]);
         let faulty =
             |faults: Vec<Fault>| Failure { faults: tidy(faults), sources: loaded.sources.clone() };
@@ -119,13 +137,15 @@ impl Library {
         {
             put_down(plan, place).map_err(|fault| faulty(vec![fault]))?;
         }
-        let mut start = Simulation::new(program.phases[0].plan.clone());
-        let mut remarks = start.remarks();
-        remarks.extend(start.stiffness());
-        drop(start);
-        remarks.extend(unread(&loaded, &program));
-        if let Some(plan) = std::sync::Arc::get_mut(&mut program.phases[0].plan) {
-            plan.warnings.extend(remarks);
+        if start == Start::LookedAt {
+            let mut sim = Simulation::new(program.phases[0].plan.clone());
+            let mut remarks = sim.remarks();
+            remarks.extend(sim.stiffness());
+            drop(sim);
+            remarks.extend(unread(&loaded, &program));
+            if let Some(plan) = std::sync::Arc::get_mut(&mut program.phases[0].plan) {
+                plan.warnings.extend(remarks);
+            }
         }
         Ok(Ready { loaded, program, files })
     }

@@ -330,6 +330,14 @@ impl<W: Watch> Runner<W> {
         }
     }
 
+    /// Writes the state that was kept last, as after a failed step: for a program that caught a panic in [`Runner::go`],
+    /// after which the present state is worth nothing.
+    pub fn save_before_failure(&mut self) {
+        if let Some(saves) = &mut self.saves {
+            saves.before_failure();
+        }
+    }
+
     /// Taps that have ended since this was asked last, those that failed on the way.
     pub fn ended_taps(&mut self) -> Vec<TapEnd> {
         std::mem::take(&mut self.ended)

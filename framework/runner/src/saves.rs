@@ -13,6 +13,10 @@ pub struct Saves {
     name: String,
     configuration: String,
     every: Option<Schedule>,
+    /// Of the periodic ones, how many stay.
+    most: Option<usize>,
+    /// The periodic ones that are there, in order.
+    periodic: Vec<PathBuf>,
     /// A state about a simulated second old, for when a step fails.
     last: Option<(Simulation, Extra)>,
     next_last: f64,
@@ -48,6 +52,8 @@ impl Saves {
             name: name.into(),
             configuration: configuration.into(),
             every: every.map(|e| Schedule::after(tick, base, e)),
+            most: None,
+            periodic: Vec::new(),
             last: None,
             next_last: sim.time(),
             unsaved: None,
@@ -55,6 +61,14 @@ impl Saves {
             failures: Vec::new(),
             failed: 0,
         }
+    }
+
+    /// Of the periodic checkpoints only the last `most` stay, at least one; an older one goes after a newer one is on
+    /// the disk. Others (interrupted, before a failure) are not counted, nor are those of earlier runs.
+    #[must_use]
+    pub fn keep_last(mut self, most: usize) -> Saves {
+        self.most = Some(most.max(1));
+        self
     }
 
     #[inline]
@@ -65,6 +79,23 @@ impl Saves {
     pub(crate) fn periodic(&mut self, sim: &Simulation, watch: &impl Watch) {
         let name = format!("checkpoint_{}.lwck", time_name(sim.time()));
         self.write(sim, watch, &name);
+        let path = self.folder.join(&name);
+        // One that could not be written makes no older one go.
+        if self.written.last() != Some(&path) {
+            return;
+        }
+        self.periodic.retain(|p| *p != path);
+        self.periodic.push(path);
+        while self.most.is_some_and(|most| self.periodic.len() > most) {
+            let old = self.periodic.remove(0);
+            self.written.retain(|w| *w != old);
+            // Somebody may have moved it away.
+            if let Err(e) = std::fs::remove_file(&old)
+                && e.kind() != std::io::ErrorKind::NotFound
+            {
+                self.lost(format!("`{}` cannot be removed: {e}", old.display()));
+            }
+        }
     }
 
     /// Keeps the present state in memory, about once in a simulated second.

@@ -223,6 +223,11 @@ impl Files {
         self.found.lock().map(|found| found.keys().cloned().collect()).unwrap_or_default()
     }
 
+    /// Fingerprints of the contents of those files, by name.
+    pub fn prints(&self) -> BTreeMap<String, u64> {
+        self.found.lock().map(|found| found.clone()).unwrap_or_default()
+    }
+
     /// The same, with `folder` tried first.
     #[must_use]
     pub fn first(&self, folder: Option<&Path>) -> Files {
@@ -263,12 +268,13 @@ const WHOLE: u64 = 64 << 20;
 /// Hash of a file's length and content; of large files 64 pieces, evenly spread.
 fn fingerprint(path: &Path) -> std::io::Result<u64> {
     use std::io::{Read, Seek, SeekFrom};
+    // Asked before it is opened: opening a pipe waits for who writes into it.
+    if !path.metadata()?.is_file() {
+        return Ok(0);
+    }
     let mut file = std::fs::File::open(path)?;
     let length = file.metadata()?.len();
     let mut bytes = length.to_le_bytes().to_vec();
-    if !file.metadata()?.is_file() {
-        return Ok(0);
-    }
     if length <= WHOLE {
         file.read_to_end(&mut bytes)?;
     } else {

@@ -1,6 +1,8 @@
 //! `linkwork diff`: two logs or two checkpoints, with tolerances.
 use crate::exit;
-use linkwork_record::{Difference, End, Series, compare, read_log_contents};
+use clap::Args;
+use linkwork_assembly::path_matches;
+use linkwork_record::{Difference, End, Rows, Series, Tolerances, compare, read_log_contents};
 use linkwork_runtime::Checkpoint;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -59,8 +61,53 @@ fn read_whole_log(path: &Path) -> Result<Named, String> {
     Ok(log.series)
 }
 
+/// How two files are compared.
+#[derive(Args, Clone, Debug, Default)]
+pub struct DiffOptions {
+    /// Absolute tolerance.
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub abs: f64,
+    /// Relative tolerance.
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub rel: f64,
+    /// Tolerances of the names that match a pattern (repeatable; the last that matches holds): 'Rover.**.torque=1e-6'
+    /// is absolute, '**.angle=1e-9,1e-6' absolute and relative.
+    #[arg(long = "tol", value_name = "PATTERN=ABS[,REL]")]
+    pub tolerances: Vec<String>,
+    /// Compare where both have rows: logs of other rates, or that begin or end at other times.
+    #[arg(long)]
+    pub common: bool,
+}
+
+/// The tolerances as written; says what is wrong with one.
+fn tolerances(options: &DiffOptions) -> Result<Tolerances, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| *x >= 0.0);
+    let mut of = Vec::new();
+    for text in &options.tolerances {
+        let read = text.rsplit_once('=').and_then(|(pattern, numbers)| {
+            let (a, r) = numbers.split_once(',').unwrap_or((numbers, "0"));
+            Some((pattern.trim().to_string(), number(a)?, number(r)?))
+        });
+        of.push(read.ok_or_else(|| {
+            format!("--tol `{text}` is no tolerance\n  help: write 'PATTERN=1e-6' or 'PATTERN=1e-9,1e-6'")
+        })?);
+    }
+    let general = [("--abs", options.abs), ("--rel", options.rel)];
+    if let Some((name, x)) = general.into_iter().find(|(_, x)| !(*x >= 0.0)) {
+        return Err(format!("{name} is {x}\n  help: write a number that is not below zero"));
+    }
+    Ok(Tolerances { absolute: options.abs, relative: options.rel, of })
+}
+
 /// Prints what differs by more than `abs + rel · max(|a|, |b|)`.
-pub fn diff(a: &Path, b: &Path, abs: f64, rel: f64) -> u8 {
+pub fn diff(a: &Path, b: &Path, options: &DiffOptions) -> u8 {
+    let tolerances = match tolerances(options) {
+        Ok(tolerances) => tolerances,
+        Err(e) => {
+            tell!("error: {e}");
+            return exit::INPUT;
+        }
+    };
     let (x, y) = match (read(a), read(b)) {
         (Ok(x), Ok(y)) => (x, y),
         (x, y) => {
@@ -70,9 +117,27 @@ pub fn diff(a: &Path, b: &Path, abs: f64, rel: f64) -> u8 {
             return exit::INPUT;
         }
     };
-    let differences: Vec<Difference> = compare(&x, &y, abs, rel);
+    let unused = tolerances
+        .of
+        .iter()
+        .find(|(pattern, ..)| !x.keys().chain(y.keys()).any(|name| path_matches(pattern, name)));
+    if let Some((pattern, ..)) = unused {
+        tell!(
+            "error: --tol `{pattern}` matches nothing\n  help: names are `Part.output`; `*` is one part of a path, `**` any number"
+        );
+        return exit::INPUT;
+    }
+    let rows = if options.common { Rows::Common } else { Rows::All };
+    let (abs, rel) = (options.abs, options.rel);
+    let own = |name: &str| tolerances.at(name, path_matches);
+    let differences: Vec<Difference> = compare(&x, &y, rows, own);
     if differences.is_empty() {
-        say!("equal: {} series within abs {abs:e}, rel {rel:e}", x.len());
+        let by = match tolerances.of.len() {
+            0 => String::new(),
+            n => format!(", and by {n} patterns"),
+        };
+        let at = if options.common { ", where both have rows" } else { "" };
+        say!("equal: {} series within abs {abs:e}, rel {rel:e}{by}{at}", x.len());
         return exit::OK;
     }
     say!(

@@ -5,12 +5,14 @@
 #[macro_use]
 pub mod voice;
 
+pub mod campaign;
 pub mod check;
 pub mod diff;
 pub mod export;
 pub mod inspect;
 pub mod load;
 pub mod options;
+pub mod pages;
 pub mod picture;
 pub mod replay;
 pub mod run;

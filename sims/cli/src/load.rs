@@ -1,5 +1,5 @@
 //! The catalogue of all component libraries, and loading a simulation with it.
-use crate::voice::report;
+use crate::voice::{MOST, report};
 use linkwork_assembly::Loaded;
 pub use linkwork_assembly::dotted;
 use linkwork_runner::Library;
@@ -39,11 +39,15 @@ pub fn ready_text(name: &str, text: &str) -> Result<Ready, u8> {
 
 /// Prints what is allowed and probably not meant, each once.
 pub fn warn(ready: &Ready) {
-    for fault in ready.warnings() {
+    let warnings = ready.warnings();
+    for fault in warnings.iter().take(MOST) {
         let place = ready.loaded.sources.place(fault.origin);
         let at = place.map_or(String::new(), |(n, l, c)| format!("\n  --> {n}:{l}:{c}"));
         let help = fault.help.as_ref().map_or(String::new(), |h| format!("\n  help: {h}"));
         tell!("warning: {}{at}{help}", fault.message);
+    }
+    if warnings.len() > MOST {
+        tell!("warning: and {} more warnings", warnings.len() - MOST);
     }
 }
 

@@ -1,9 +1,12 @@
-//! The command line: linkwork run, resume, check, list, describe, tree, graph, export, schema, replay, diff, wheel-test.
-use clap::{Parser, Subcommand};
+//! The command line: linkwork run, resume, campaign, check, list, describe, tree, graph, export, schema, replay, diff,
+//! wheel-test.
+use clap::{CommandFactory, Parser, Subcommand};
+use linkwork_cli::campaign::{self, CampaignOptions};
+use linkwork_cli::diff::{self, DiffOptions};
 use linkwork_cli::export::{self, ExportOptions};
 use linkwork_cli::options::RunOptions;
 use linkwork_cli::wheel_test::{self, WheelTestOptions};
-use linkwork_cli::{check, diff, exit, inspect, replay, run, voice};
+use linkwork_cli::{check, exit, inspect, pages, replay, run, voice};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -20,6 +23,8 @@ const EXAMPLES: &str = "Examples:
   linkwork run sims/pendulum --until 5s --set Friction.damping=0.3
   linkwork run sims/rover_traverse --checkpoint-every 10s
   linkwork resume runs/rover_traverse/checkpoint_10.lwck --until 20s
+  linkwork campaign sims/ballistic_entry/dispersions.ron     many runs with drawn values, tables and a report
+  linkwork campaign sims/ballistic_entry/dispersions.ron --run 17 --log     one of them again
   linkwork check sims/rover_traverse                    every mistake, with line and column
   linkwork tree sims/rover_traverse                     the parts, as they are nested
   linkwork list sims/rover_traverse 'Rover.**.torque'   variables by pattern
@@ -52,6 +57,13 @@ enum Command {
         checkpoint: PathBuf,
         #[command(flatten)]
         options: RunOptions,
+    },
+    /// Many runs of one simulation with values drawn from distributions. Given again, it goes on where it stopped.
+    Campaign {
+        /// A campaign file: `Campaign(simulation: "sim.ron", runs: 1000, vary: {..})`.
+        file: PathBuf,
+        #[command(flatten)]
+        options: CampaignOptions,
     },
     /// Load and compile, and report every mistake.
     Check {
@@ -96,6 +108,17 @@ enum Command {
         #[arg(long = "set", value_name = "PATH=VALUE")]
         set: Vec<String>,
     },
+    /// Print a script that completes commands and options in a shell: `linkwork completions bash > FILE`.
+    Completions {
+        /// The shell.
+        #[arg(value_enum)]
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual pages into a folder: `man FOLDER/linkwork-run.1`.
+    Man {
+        /// The folder, made when it is not there.
+        folder: PathBuf,
+    },
     /// Print the JSON Schema of simulation, assembly and side-car files.
     Schema,
     /// Simulate again what a log holds. Exit code 1 when a number differs, with the first tick and variable.
@@ -112,12 +135,8 @@ enum Command {
         a: PathBuf,
         /// The second.
         b: PathBuf,
-        /// Absolute tolerance.
-        #[arg(long, default_value_t = 0.0)]
-        abs: f64,
-        /// Relative tolerance.
-        #[arg(long, default_value_t = 0.0)]
-        rel: f64,
+        #[command(flatten)]
+        options: DiffOptions,
     },
     /// What a single-wheel rig would measure: pull, torque and sinkage against slip, slip against slope.
     WheelTest(WheelTestOptions),
@@ -148,15 +167,18 @@ fn main() -> ExitCode {
     let code = match cli.command {
         Command::Run { sim, options, set, seed } => run::run(&sim, &options, &set, seed),
         Command::Resume { checkpoint, options } => run::resume(&checkpoint, &options),
+        Command::Campaign { file, options } => campaign::campaign(&file, &options),
         Command::Check { sim, set } => check::check(&sim, &set),
         Command::List { sim, pattern } => inspect::list(sim.as_deref(), pattern.as_deref()),
         Command::Describe { model } => inspect::describe(&model),
         Command::Tree { sim } => inspect::tree(&sim),
         Command::Graph { sim, format } => inspect::graph(&sim, format),
         Command::Export { sim, options, set } => export::export(&sim, &options, &set),
+        Command::Completions { shell } => pages::completions(shell, &mut Cli::command()),
+        Command::Man { folder } => pages::man(&folder, Cli::command()),
         Command::Schema => inspect::schema(),
         Command::Replay { log, .. } => replay::verify(&log),
-        Command::Diff { a, b, abs, rel } => diff::diff(&a, &b, abs, rel),
+        Command::Diff { a, b, options } => diff::diff(&a, &b, &options),
         Command::WheelTest(options) => wheel_test::wheel_test(&options),
     };
     ExitCode::from(voice::exit_code(code))

@@ -16,6 +16,9 @@ pub struct RunOptions {
     /// Write a checkpoint every so much simulated time, e.g. "10 s", 1/3.
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub checkpoint_every: Option<String>,
+    /// Of the periodic checkpoints keep only the last N.
+    #[arg(long, value_name = "N", requires = "checkpoint_every", value_parser = clap::value_parser!(u32).range(1..))]
+    pub keep: Option<u32>,
     /// Also stream to a running Rerun viewer (at an address, or at Rerun's usual one).
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "")]
     pub rerun: Option<String>,

@@ -57,6 +57,11 @@ pub fn run(sim: &Path, options: &RunOptions, set: &[String], seed: Option<u64>) 
     }
 }
 
+/// A run of what is loaded already, from the file `sim`.
+pub fn run_ready(ready: Ready, sim: &Path, name: &str, options: &RunOptions) -> u8 {
+    start(ready, name, options, Source { file: sim, checkpoint: None })
+}
+
 fn title_of(sim: &Path) -> String {
     let file = load::sim_file(sim);
     let absolute = std::path::absolute(&file).unwrap_or(file);
@@ -155,7 +160,10 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
     let others = [&products[..], &[log.clone(), load::sim_file(source.file)]].concat();
     let recording = taps::recording(options, &out, &others)?;
     let folder = claim(&out, &sim, &configuration)?;
-    let saves = Saves::new(&sim, out.clone(), name, &configuration, every);
+    let mut saves = Saves::new(&sim, out.clone(), name, &configuration, every);
+    if let Some(most) = options.keep {
+        saves = saves.keep_last(most as usize);
+    }
     let picture = Picture::new(&sim, &scene);
     let mut runner = Runner::new(sim, Watched { figures, picture });
     runner.save_with(saves);

@@ -52,6 +52,9 @@ pub fn exit_code(code: u8) -> u8 {
     code
 }
 
+/// Mistakes or warnings that are shown of one file: more are counted.
+pub(crate) const MOST: usize = 100;
+
 /// Prints a failure to standard error: drawn on a terminal, in three plain lines elsewhere.
 pub fn report(failure: &Failure) -> u8 {
     let no_color = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
@@ -61,7 +64,13 @@ pub fn report(failure: &Failure) -> u8 {
         (true, false) => Look::Coloured,
     };
     // What is drawn has escape sequences of its own: those of the file are taken out before.
-    let text = harmless(failure).show(look);
+    let mut failure = harmless(failure);
+    let more = failure.faults.len().saturating_sub(MOST);
+    failure.faults.truncate(MOST);
+    let mut text = failure.show(look);
+    if more > 0 {
+        text.push_str(&format!("error: and {more} more mistakes\n  help: mend these first\n"));
+    }
     let text = if look == Look::Coloured { Cow::Owned(text) } else { clean(&text) };
     let _ = std::io::stderr().write_all(text.as_bytes());
     exit::INPUT

@@ -298,6 +298,72 @@ fn several_mistakes_in_one_report() {
     assert_eq!(err.matches("error: ").count(), 5, "{err}");
 }
 
+/// A file whose values would take all memory, or whose mistakes would fill the terminal.
+#[test]
+fn what_grows_without_end_is_refused_or_counted() {
+    let lab = Lab::new();
+    let doubling = |one: &dyn Fn(usize) -> String| {
+        let params: String =
+            (1..40).map(|k| format!("\"p{k}\": (default: {}), ", one(k - 1))).collect();
+        format!(
+            "Simulation(params: {{\"p0\": (default: \"x\"), {params}}}, parts: {{\"A\": (model: \"basics.constant\", \
+             params: {{\"value\": \"$p39\"}})}}, until: \"1 s\")"
+        )
+    };
+    for one in [(&|k| format!("\"${{p{k}}}${{p{k}}}\"")) as &dyn Fn(usize) -> String, &|k| {
+        format!("[\"$p{k}\", \"$p{k}\"]")
+    }] {
+        lab.write("double.ron", &doubling(one));
+        lab.linkwork(&["check", "double.ron"]).code(2).tells(&["is larger than 1 MiB", "help: "]);
+    }
+    let many = |model: &str| {
+        let parts: String = (0..2000)
+            .map(|k| format!("\"P{k}\": (model: \"{model}\", params: {{\"value\": 1}}),\n"))
+            .collect();
+        format!("Simulation(parts: {{{parts}}}, until: \"1 s\")")
+    };
+    lab.write("many.ron", &many("basics.konstant"));
+    let said = lab.linkwork(&["check", "many.ron"]).code(2);
+    assert_eq!(said.err.matches("error: ").count(), 101);
+    assert!(said.err.contains("and 1900 more mistakes"), "{}", said.err);
+    lab.write("many.ron", &many("basics.constant"));
+    let said = lab.linkwork(&["check", "many.ron"]).code(0);
+    assert_eq!(said.err.matches("warning: ").count(), 101);
+    assert!(said.err.contains("and 1900 more warnings"), "{}", said.err);
+}
+
+/// A device never ends, and a pipe waits for who writes into it.
+#[cfg(unix)]
+#[test]
+fn only_regular_files_are_read() {
+    let lab = Lab::new();
+    let pipe = lab.path("pipe.png");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+    assert!(made.success());
+    lab.linkwork(&["check", "/dev/zero"]).code(2).tells(&["no regular file"]);
+    lab.linkwork(&["check", "pipe.png"]).code(2).tells(&["no regular file"]);
+    let field = |file: &str| {
+        edited(&[(
+            "\"Source\": (",
+            &format!(
+                "\"Ground\": (model: \"environment.height_field\", params: {{ \"file\": \"{file}\", \"spacing\": \
+                 (1, 1) }}), \"Source\": ("
+            ),
+        )])
+    };
+    for file in ["/dev/zero", "pipe.png"] {
+        lab.write("sim.ron", &field(file));
+        lab.linkwork(&["check", "sim.ron"]).code(2).tells(&["no regular file"]);
+    }
+    let mesh = edited(&[(
+        "inertia: Sphere(0.1),",
+        "inertia: Sphere(0.1), shapes: [(shape: Hull(file: \"/dev/zero\"))],",
+    )]);
+    lab.write("sim.ron", &mesh);
+    let said = lab.linkwork(&["check", "sim.ron"]).code(2);
+    assert!(said.err.contains("error: "), "{}", said.err);
+}
+
 #[test]
 fn text_that_is_no_ron() {
     one(

@@ -204,6 +204,29 @@ fn the_schema_is_json() {
 }
 
 #[test]
+fn shells_and_manuals_know_every_command() {
+    let lab = Lab::new();
+    let commands = ["run", "resume", "campaign", "check", "replay", "diff", "completions", "man"];
+    for (shell, mark) in [("bash", "complete -F"), ("zsh", "#compdef"), ("fish", "complete -c")] {
+        let script = lab.linkwork(&["completions", shell]).code(0).out;
+        assert!(script.contains(mark), "{shell}");
+        for command in commands {
+            assert!(script.contains(command), "{shell}: {command}");
+        }
+    }
+    lab.linkwork(&["completions", "cobra"]).code(2);
+    lab.linkwork(&["man", "pages"]).code(0);
+    let page = |name: &str| std::fs::read_to_string(lab.path("pages").join(name)).unwrap();
+    assert!(page("linkwork.1").contains(".TH linkwork 1"));
+    for command in commands {
+        page(&format!("linkwork-{command}.1"));
+    }
+    assert!(page("linkwork-run.1").contains("checkpoint\\-every"));
+    lab.write("taken", "");
+    lab.linkwork(&["man", "taken"]).code(1).tells(&["`taken` cannot be written", "help: "]);
+}
+
+#[test]
 fn help_has_examples() {
     let lab = Lab::new();
     let help = lab.linkwork(&["--help"]).code(0).out;

@@ -157,6 +157,23 @@ fn differences_are_named() {
         diff(file, "c", &["--abs", "1e-2"]).code(0);
         diff(file, "c", &["--rel", "1e-9"]).code(1);
     }
+    // By pattern: the last that fits holds, and one that fits nothing is a mistake.
+    let log = |more: &[&str]| diff("run.mcap", "c", more);
+    log(&["--tol", "Gain.*=1e-2", "--tol", "Lag.**=0,1e-2"]).code(0);
+    let other = log(&["--tol", "**=1e-2", "--tol", "Lag.*=0"]).code(1).out;
+    assert!(other.contains("  Lag.y: ") && !other.contains("Gain.y"), "{other}");
+    log(&["--tol", "Gian.*=1"]).code(2).tells(&["`Gian.*` matches nothing", "help: "]);
+    log(&["--tol", "Gain.y=much"]).code(2).tells(&["is no tolerance", "PATTERN=1e-6"]);
+    log(&["--abs", "-1"]).code(2).tells(&["--abs is -1"]);
+    // Another rate: unequal, unless only common rows are asked for.
+    lab.write("slow.ron", &BASE.replace("rate: \"100 Hz\"", "rate: \"40 Hz\""));
+    lab.run("slow.ron", "slow", &["--until", "1.5s"]).code(0);
+    let slow =
+        |more: &[&str]| lab.linkwork(&[&["diff", "a/run.mcap", "slow/run.mcap"], more].concat());
+    assert!(slow(&[]).code(1).out.contains("rows"));
+    assert!(slow(&["--common"]).code(0).out.contains("where both have rows"));
+    let same = ["diff", "c/run.mcap", "slow/run.mcap", "--common"];
+    assert!(lab.linkwork(&same).code(1).out.contains("Gain.y"));
     // Unlike lengths are no equality.
     lab.run("sim.ron", "short", &["--until", "1s"]).code(0);
     assert!(lab.linkwork(&["diff", "a/run.mcap", "short/run.mcap"]).code(1).out.contains("rows"));

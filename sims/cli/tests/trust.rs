@@ -285,6 +285,26 @@ fn checkpoints_have_names_of_their_own() {
 }
 
 #[test]
+fn only_the_last_checkpoints_are_kept() {
+    let lab = lab();
+    let saved = |out: &str| -> Vec<String> {
+        names(&lab.path(out)).into_iter().filter(|n| n.ends_with("lwck")).collect()
+    };
+    let every = ["--checkpoint-every", "0.1s"];
+    lab.run("sim.ron", "out", &[&every[..], &["--keep", "3"]].concat()).code(0);
+    assert_eq!(saved("out"), ["checkpoint_0.8.lwck", "checkpoint_0.9.lwck", "checkpoint_1.lwck"]);
+    let files = lab.summary("out")["files"].to_string();
+    assert!(!files.contains("checkpoint_0.7") && files.contains("checkpoint_0.8"), "{files}");
+    // Those that stay are whole.
+    lab.resume("out/checkpoint_0.8.lwck", "again", &[]).code(0);
+    assert_eq!(lab.hash("again"), lab.hash("out"));
+    lab.run("sim.ron", "all", &every).code(0);
+    assert_eq!(saved("all").len(), 10);
+    lab.run("sim.ron", "x", &[&every[..], &["--keep", "0"]].concat()).code(2);
+    lab.run("sim.ron", "x", &["--keep", "2"]).code(2).tells(&["--checkpoint-every"]);
+}
+
+#[test]
 fn real_time_with_long_steps_hears_ctrl_c() {
     let lab = Lab::new();
     // Beside the pendulum nothing moves: a step of a minute is slept through.

@@ -68,7 +68,7 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 18] = [
+const FLOORS: [(&str, u32); 19] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
@@ -84,6 +84,7 @@ const FLOORS: [(&str, u32); 18] = [
     ("framework/record", 60),
     ("framework/viz", 60),
     ("framework/runner", 63),
+    ("framework/campaign", 64),
     ("framework/fmi", 64),
     ("framework", 65),
     ("assemblies", 80),
@@ -132,7 +133,7 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 21] = [
+pub const HOMES: [(&str, &str); 24] = [
     ("libloading", "framework/fmi"),
     ("zip", "framework/fmi"),
     ("nalgebra", "framework/spatial"),
@@ -149,8 +150,11 @@ pub const HOMES: [(&str, &str); 21] = [
     ("rerun", "framework/viz"),
     ("re_sdk_types", "framework/viz"),
     ("parry*", "framework/collision"),
+    ("parquet", "framework/campaign"),
+    ("statrs", "framework/campaign"),
+    ("sobol_burley", "framework/campaign"),
     ("clarabel", "components/flight"),
-    ("clap", "sims/cli"),
+    ("clap*", "sims/cli"),
     ("indicatif", "sims/cli"),
     ("pyo3", "sims/python"),
     ("numpy", "sims/python"),

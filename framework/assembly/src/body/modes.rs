@@ -21,6 +21,7 @@ use linkwork_multibody::modes::{
 };
 use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::{MassProperties, Pose, Vec3};
+use std::path::Path;
 
 const KINDS: [&str; 4] = ["Beam", "Plate", "File", "Modes"];
 const COUNT: &str = "write `count: (bending_y: 2, bending_z: 2, twist: 1, stretch: 1)`";
@@ -312,7 +313,7 @@ fn file(cx: &mut Cx, inner: &Located, at: &At<'_>) -> Option<Modes> {
     let (what, (files, home)) = (&at.what, at.near?);
     let name = text().read(cx, inner, at)?;
     let read = match files.find(&name.text, home) {
-        Ok((key, Home::Folder(_))) => std::fs::read_to_string(&key).map_err(|e| e.to_string()),
+        Ok((key, Home::Folder(_))) => linkwork_formats::whole_text(Path::new(&key)),
         Ok((key, Home::Embedded(_))) => {
             files.embedded.get(&key).cloned().ok_or_else(|| "it is not there".into())
         }

@@ -19,6 +19,7 @@ use crate::text::value::{Text, variant};
 use linkwork_collision::{Seen, Shape};
 use linkwork_runtime::{Located, Value};
 use linkwork_spatial::{Mat3, Quat, Vec3};
+use std::path::Path;
 
 record! {
     struct Round: "cylinder or capsule" {
@@ -390,7 +391,7 @@ fn file_corners(
     };
     let (files, home) = at.near.or_else(|| nowhere(cx, at))?;
     let bytes = match files.find(&file.text, home) {
-        Ok((key, Home::Folder(_))) => std::fs::read(&key).map_err(|e| e.to_string()),
+        Ok((key, Home::Folder(_))) => linkwork_formats::whole_file(Path::new(&key)),
         Ok((key, Home::Embedded(_))) => {
             Ok(files.embedded.get(&key).map(|t| t.as_bytes().to_vec()).unwrap_or_default())
         }

@@ -8,6 +8,7 @@ use crate::text::report::Cx;
 use crate::text::value::Text;
 use linkwork_runtime::{Origin, Value};
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::rc::Rc;
 
 /// Assembly files, each read once.
@@ -48,7 +49,7 @@ impl Assemblies<'_> {
         }
         let text = match &home {
             Home::Embedded(_) => self.files.embedded.get(&key).cloned(),
-            Home::Folder(_) => match std::fs::read_to_string(&key) {
+            Home::Folder(_) => match linkwork_formats::whole_text(Path::new(&key)) {
                 Ok(text) => Some(text),
                 Err(e) => {
                     let message = format!("`{user}`: `{key}` cannot be read: {e}");

@@ -28,6 +28,7 @@ use crate::text::value::{Text, empty_map, set, sort};
 use crate::wiring::parts::{binds, parts};
 use crate::wiring::wires::Wiring;
 use linkwork_collision::Colliders;
+use linkwork_formats::whole_text;
 use linkwork_runtime::{
     Catalogue, Fault, Faults, Located, Origin, PhaseSpec, Program, Sources, Spec, Value,
 };
@@ -151,7 +152,7 @@ impl Loaded {
 pub fn load_file(path: impl AsRef<Path>, options: &Options<'_>) -> Result<Loaded, Failure> {
     let path = path.as_ref();
     let name = path.display().to_string();
-    match std::fs::read_to_string(path) {
+    match whole_text(path) {
         Ok(text) => {
             let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
             load(&name, text, Home::Folder(folder), options)
@@ -177,6 +178,20 @@ pub fn load_file(path: impl AsRef<Path>, options: &Options<'_>) -> Result<Loaded
 /// Everything that is wrong, at once.
 pub fn load_text(name: &str, text: &str, options: &Options<'_>) -> Result<Loaded, Failure> {
     load(name, text.to_string(), Home::Embedded(String::new()), options)
+}
+
+/// Reads a text in the notation of these files, whatever it says: other programs have files of their own kind. The
+/// sources are those that the places in the value point into.
+///
+/// # Errors
+/// What is not RON, and keys that are written twice.
+pub fn read_value(name: &str, text: &str) -> Result<(Located, Sources), Failure> {
+    let mut cx = Cx::default();
+    let file = cx.sources.add(name, text);
+    match parse(&mut cx, file) {
+        Some(value) if cx.faults.is_empty() => Ok((value, cx.sources)),
+        _ => Err(Failure { faults: tidy(cx.faults), sources: cx.sources }),
+    }
 }
 
 fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<Loaded, Failure> {

@@ -101,7 +101,7 @@ fn faults(cx: &mut Cx, origin: Origin, error: FormatError) {
 }
 
 fn side_car(cx: &mut Cx, origin: Origin, path: &Path, d: &mut Description) {
-    match std::fs::read_to_string(path) {
+    match linkwork_formats::whole_text(path) {
         Ok(text) => sidecar::read(cx, &path.display().to_string(), &text, d),
         Err(e) => cx.fault(
             origin,

@@ -159,7 +159,7 @@ pub(crate) fn bind(
         match given.get(key) {
             Some(v) => {
                 let v = check(cx, at, key, decl, v);
-                env.insert(key.clone(), v);
+                env.insert(key.clone(), bounded(cx, at, key, v));
             }
             None => {
                 env.remove(key);
@@ -182,6 +182,7 @@ pub(crate) fn bind(
                 continue;
             }
             let v = default(cx, at, origin, key, decl, &env);
+            let v = v.map(|v| bounded(cx, at, key, v));
             env.insert(key.clone(), v.unwrap_or_else(|| refused(key, origin)));
         }
         if waiting.len() == before {
@@ -193,6 +194,30 @@ pub(crate) fn bind(
         }
     }
     env
+}
+
+/// Bytes of text and pieces of a value that a parameter may hold at most.
+const LARGEST: usize = 1 << 20;
+
+/// The value, unless it is too large: parameters that name each other twice double at every one.
+fn bounded(cx: &mut Cx, at: &str, key: &str, v: Located) -> Located {
+    if size(&v) <= LARGEST {
+        return v;
+    }
+    let message = format!("the value of `{at}.{key}` is larger than {} MiB", LARGEST >> 20);
+    let help = "parameters that repeat others grow with each: put what is large into a file";
+    cx.fault(v.origin, message, help);
+    refused(key, v.origin)
+}
+
+fn size(v: &Located) -> usize {
+    match &v.value {
+        Value::Text(t) => 1 + t.len(),
+        Value::List(items) => 1 + items.iter().map(size).sum::<usize>(),
+        Value::Map(entries) => 1 + entries.iter().map(|(k, v)| k.len() + size(v)).sum::<usize>(),
+        Value::Variant(_, inner) => 1 + size(inner),
+        _ => 1,
+    }
 }
 
 fn mentions(v: &Located, name: &str) -> bool {

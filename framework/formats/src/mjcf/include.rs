@@ -70,11 +70,10 @@ fn included(
         return Vec::new();
     }
     seen.push(same(&path));
-    let text = match path.is_file() {
-        true => std::fs::read(&path).map_err(|e| e.to_string()),
+    let text = match path.exists() {
+        true => crate::whole_text(&path),
         false => Err("there is no such file".to_owned()),
     };
-    let text = text.and_then(|t| String::from_utf8(t).map_err(|e| e.to_string()));
     let text = match text {
         Ok(text) => text,
         Err(reason) => {

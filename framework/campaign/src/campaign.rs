@@ -1,0 +1,284 @@
+//! A campaign: what each run is made from. A run is a pure function of the campaign's file and the run's number.
+use crate::correlation::correlated;
+use crate::distribution::{Distribution, deviate};
+use crate::form::{Drawn, Form, Noise, Template};
+use crate::sampling::Stream;
+use linkwork_assembly::Failure;
+use linkwork_runner::{Library, Ready};
+use linkwork_runtime::{Fault, Located, Origin, Seconds, Value, noise};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Everything that is the same for all runs.
+#[derive(Clone, Debug)]
+pub struct Campaign {
+    form: Form,
+    streams: Vec<Stream>,
+    /// Names and units of the figures.
+    figures: Vec<(String, String)>,
+    /// Contents that every run must find: texts by name, fingerprints of data files by name.
+    contents: Contents,
+    identity: u64,
+}
+
+/// Contents of files, by name: their hashes.
+pub(crate) type Contents = BTreeMap<String, u64>;
+
+/// What `--set` of the run is called among the sources.
+const SET: &str = "--set";
+
+/// Hashes of the texts and data files that a simulation was loaded from.
+pub(crate) fn contents(ready: &Ready) -> Contents {
+    let texts = ready.loaded.sources.files.iter().filter(|(name, _)| name != SET);
+    let texts = texts.map(|(name, text)| (name.clone(), noise::hash(text.bytes())));
+    texts.chain(ready.files.prints()).collect()
+}
+
+/// A template as text, a draw as its place.
+fn shape(template: &Template) -> String {
+    let join = |all: Vec<String>| all.join(", ");
+    match template {
+        Template::Constant(v) => v.to_string(),
+        Template::Drawn(k) => format!("<{k}>"),
+        Template::List(items) => format!("[{}]", join(items.iter().map(shape).collect())),
+        Template::Map(entries) => {
+            let one = |(k, t): &(String, Template)| format!("{k:?}: {}", shape(t));
+            format!("{{{}}}", join(entries.iter().map(one).collect()))
+        }
+    }
+}
+
+impl Campaign {
+    /// Reads the file, and loads its simulation with every distribution at its middle, so that a path or figure that
+    /// is not there is found before the first run.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once, in the campaign's file or the simulation's.
+    pub fn read(path: &Path, library: &Library) -> Result<Campaign, Failure> {
+        Campaign::new(Form::read(path)?, library)
+    }
+
+    /// The same of a file that is read already.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn new(form: Form, library: &Library) -> Result<Campaign, Failure> {
+        let stream =
+            |(k, d): (usize, &Drawn)| Stream::new(form.sampling, form.seed, &d.name, k, form.runs);
+        let streams = form.drawn.iter().enumerate().map(stream).collect();
+        let (figures, nothing) = (Vec::new(), Contents::new());
+        let mut campaign = Campaign { form, streams, figures, contents: nothing, identity: 0 };
+        let middle = campaign.middle();
+        let set = campaign.set(&middle);
+        let ready = library
+            .file(&campaign.form.simulation, &set, None)
+            .map_err(|failure| campaign.in_own_words(failure))?;
+        campaign.look_up(&ready)?;
+        campaign.contents = contents(&ready);
+        campaign.identity = campaign.identify(ready.plan().hash);
+        Ok(campaign)
+    }
+
+    /// Figures, the end, the pairs of the report: what the simulation says of itself.
+    fn look_up(&mut self, ready: &Ready) -> Result<(), Failure> {
+        let file = &ready.loaded.simulation;
+        let prepared = linkwork_runner::prepare(ready.plan(), file).map_err(|faults| {
+            let sources = ready.loaded.sources.clone();
+            Failure { faults, sources }
+        })?;
+        self.figures =
+            prepared.figures.list.iter().map(|f| (f.name.clone(), f.unit.clone())).collect();
+        let mut faults = Vec::new();
+        if self.form.until.is_none() && file.until.is_none() {
+            let message = match file.stop_when {
+                Some(_) => "the simulation ends by `stop_when` alone: a run might never end",
+                None => "nothing says when a run ends",
+            };
+            let help = "write limits: (time: \"100 s\"), the latest simulated end of a run";
+            faults.push(Fault::new(Origin::NONE, message).help(help));
+        }
+        if self.figures.is_empty() {
+            let help = "write `figures` into the simulation: { \"miss\": (of: \"Part.output\", take: \"last\") }";
+            let message = "the simulation has no figures: a campaign would have no results";
+            faults.push(Fault::new(Origin::NONE, message).help(help));
+        }
+        let known: Vec<&str> = self.figures.iter().map(|f| f.0.as_str()).collect();
+        for (a, b, origin) in &self.form.scatter {
+            for name in [a, b].into_iter().filter(|n| !known.contains(&n.as_str())) {
+                let message = format!("`scatter`: there is no figure `{name}`");
+                let help = linkwork_runtime::remedy(name, "figures", &known);
+                faults.push(Fault::new(*origin, message).help(help));
+            }
+        }
+        match faults.is_empty() {
+            true => Ok(()),
+            false => Err(Failure { faults, sources: self.form.sources.clone() }),
+        }
+    }
+
+    /// What two campaigns must share so that the runs of one are runs of the other. Limits of wall time and what the
+    /// report shows change no run.
+    fn identify(&self, plan: u64) -> u64 {
+        let f = &self.form;
+        let mut text = format!(
+            "{} {} {:?} {:?} {:?} {plan:016x} {}",
+            f.runs,
+            f.seed,
+            f.sampling,
+            f.noise,
+            f.until,
+            env!("CARGO_PKG_VERSION")
+        );
+        for d in &f.drawn {
+            // Values as they print: where they are written is no part of them.
+            let of = match &d.of {
+                Distribution::Choice { of, weights } => {
+                    let of: Vec<String> = of.iter().map(Value::to_string).collect();
+                    format!("Choice {of:?} {weights:?}")
+                }
+                other => format!("{other:?}"),
+            };
+            text.push_str(&format!("\n{} {of} {}", d.name, d.unit));
+        }
+        for t in &f.together {
+            text.push_str(&format!("\n{:?} {:?}", t.of, t.factor));
+        }
+        for (path, template, _) in &f.targets {
+            text.push_str(&format!("\n{path} {}", shape(template)));
+        }
+        for (name, print) in &self.contents {
+            text.push_str(&format!("\n{name} {print:016x}"));
+        }
+        noise::hash(text.bytes())
+    }
+
+    /// Faults at `--set` happen where the campaign's file writes the value.
+    fn in_own_words(&self, mut failure: Failure) -> Failure {
+        let offset = failure.sources.files.len() as u32;
+        for (name, text) in &self.form.sources.files {
+            failure.sources.add(name.clone(), text.clone());
+        }
+        for fault in &mut failure.faults {
+            let file = failure.sources.files.get(fault.origin.file as usize);
+            let Some((_, text)) = file.filter(|(name, _)| name == SET) else { continue };
+            let path = text.split('=').next().unwrap_or_default();
+            let written = self.form.targets.iter().find(|t| t.0 == path);
+            if let Some((_, _, origin)) = written {
+                fault.origin = Origin { file: origin.file + offset, ..*origin };
+            }
+        }
+        failure
+    }
+
+    /// The file as read.
+    pub fn form(&self) -> &Form {
+        &self.form
+    }
+
+    /// Names and units of the figures of a run.
+    pub fn figures(&self) -> &[(String, String)] {
+        &self.figures
+    }
+
+    /// A hash of all that decides the runs: the file's values, the plan, the contents of the files.
+    pub fn identity(&self) -> u64 {
+        self.identity
+    }
+
+    /// The latest simulated end of a run.
+    pub fn until(&self) -> Option<Seconds> {
+        self.form.until
+    }
+
+    /// Every distribution at its middle.
+    fn middle(&self) -> Vec<Value> {
+        self.form.drawn.iter().map(|d| d.of.quantile(0.5)).collect()
+    }
+
+    /// The drawn values of a run, in the order of [`Form::drawn`], each in its unit. Cost: linear in their number.
+    pub fn draws(&self, run: u64) -> Vec<Value> {
+        let mut out: Vec<Value> = self
+            .form
+            .drawn
+            .iter()
+            .zip(&self.streams)
+            .map(|(d, s)| d.of.quantile(s.at(run)))
+            .collect();
+        for together in &self.form.together {
+            let z: Vec<f64> =
+                together.of.iter().map(|k| deviate(self.streams[*k].at(run))).collect();
+            for (k, z) in together.of.iter().zip(correlated(&together.factor, &z)) {
+                out[*k] = self.form.drawn[*k].of.at_deviate(z);
+            }
+        }
+        out
+    }
+
+    /// The seed of the noise of a run; `None`: that of the simulation's file.
+    pub fn seed(&self, run: u64) -> Option<u64> {
+        match self.form.noise {
+            Noise::Own => Some(noise::key(self.form.seed, &format!("noise of run {run}"))),
+            Noise::Same => None,
+        }
+    }
+
+    /// `PATH=VALUE` of a run, as for `linkwork run --set`.
+    pub fn overrides(&self, run: u64) -> Vec<String> {
+        self.set(&self.draws(run))
+    }
+
+    fn set(&self, drawn: &[Value]) -> Vec<String> {
+        let one = |(path, template, _): &(String, Template, Origin)| {
+            format!("{path}={}", self.value(template, drawn))
+        };
+        self.form.targets.iter().map(one).collect()
+    }
+
+    fn value(&self, template: &Template, drawn: &[Value]) -> Value {
+        let located = |t: &Template| Located::from(self.value(t, drawn));
+        match template {
+            Template::Constant(v) => v.clone(),
+            Template::Drawn(k) => match (&drawn[*k], self.form.drawn[*k].unit.as_str()) {
+                (Value::Number(x), unit) if !unit.is_empty() => {
+                    Value::Text(format!("{x:?} {unit}"))
+                }
+                (v, _) => v.clone(),
+            },
+            Template::List(items) => Value::List(items.iter().map(located).collect()),
+            Template::Map(entries) => {
+                Value::Map(entries.iter().map(|(k, t)| (k.clone(), located(t))).collect())
+            }
+        }
+    }
+
+    /// Loads a run.
+    ///
+    /// # Errors
+    /// What is wrong with the configuration that was drawn, or which file has changed since the campaign began.
+    pub fn load(&self, run: u64, library: &Library) -> Result<Ready, LoadError> {
+        let ready = library
+            .file_quietly(&self.form.simulation, &self.overrides(run), self.seed(run))
+            .map_err(LoadError::Refused)?;
+        let changed = contents(&ready)
+            .into_iter()
+            .find(|(name, print)| self.contents.get(name).is_some_and(|was| was != print));
+        match changed {
+            Some((name, _)) => Err(LoadError::Changed(name)),
+            None => Ok(ready),
+        }
+    }
+
+    /// Where the simulation's file is.
+    pub fn simulation(&self) -> &PathBuf {
+        &self.form.simulation
+    }
+}
+
+/// Why a run has no configuration.
+#[derive(Clone, Debug)]
+pub enum LoadError {
+    /// The values drawn are refused.
+    Refused(Failure),
+    /// A file is not what it was when the campaign began.
+    Changed(String),
+}

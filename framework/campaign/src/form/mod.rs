@@ -1,0 +1,477 @@
+//! The campaign file: RON text → what is drawn for each run, all mistakes at once.
+//!
+//! ```ron
+//! Campaign(
+//!     simulation: "sim.ron",                      // beside this file; a folder, too
+//!     runs: 1000,
+//!     vary: {
+//!         "Friction.damping": Uniform(from: 0.01, to: 0.2),
+//!         "bob.mass": Normal(mean: "1 kg", deviation: "50 g"),
+//!         "Capsule.velocity": [Normal(mean: -1764.7, deviation: 5), 7046.4, 0],
+//!     },
+//! )
+//! ```
+//! A distribution may stand anywhere inside a value; each has a name, its path: `Capsule.velocity[0]`.
+mod values;
+
+use crate::correlation::factor;
+use crate::distribution::Distribution;
+use crate::sampling::{SOBOL_RUNS, SOBOL_VALUES, Sampling};
+use linkwork_assembly::{Failure, read_value, tidy};
+use linkwork_runtime::{Fault, Located, Origin, Seconds, Sources, Value, remedy};
+use std::path::{Path, PathBuf};
+
+/// A distribution and what it is of.
+#[derive(Clone, Debug)]
+pub struct Drawn {
+    /// Its path: `bob.mass`, `Capsule.velocity[0]`.
+    pub name: String,
+    /// What is drawn.
+    pub of: Distribution,
+    /// Unit of its numbers; empty for none.
+    pub unit: String,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
+/// What a value is made of: constants, and draws by their place in [`Form::drawn`].
+#[derive(Clone, Debug)]
+pub(crate) enum Template {
+    Constant(Value),
+    Drawn(usize),
+    List(Vec<Template>),
+    Map(Vec<(String, Template)>),
+}
+
+/// Values that are drawn together.
+#[derive(Clone, Debug)]
+pub(crate) struct Together {
+    /// Places in [`Form::drawn`].
+    pub of: Vec<usize>,
+    /// Lower factor of the matrix of correlations.
+    pub factor: Vec<Vec<f64>>,
+}
+
+/// Where the noise of a run comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Noise {
+    /// Each run has a seed of its own.
+    Own,
+    /// Every run has the seed of the simulation's file.
+    Same,
+}
+
+/// A campaign file as read.
+#[derive(Clone, Debug)]
+pub struct Form {
+    /// What it is for.
+    pub doc: String,
+    /// The simulation's file or folder.
+    pub simulation: PathBuf,
+    /// Number of runs.
+    pub runs: u64,
+    /// Seed of all draws.
+    pub seed: u64,
+    /// How values are spread.
+    pub sampling: Sampling,
+    /// Where the noise of a run comes from.
+    pub noise: Noise,
+    /// The latest simulated end of a run.
+    pub until: Option<Seconds>,
+    /// The most wall time that a run may take (s).
+    pub wall: Option<f64>,
+    /// Pairs of figures that the report draws against each other.
+    pub scatter: Vec<(String, String, Origin)>,
+    /// Everything drawn, in the order of names.
+    pub drawn: Vec<Drawn>,
+    /// Path, what is written there, and where that is said; constants first.
+    pub(crate) targets: Vec<(String, Template, Origin)>,
+    pub(crate) together: Vec<Together>,
+    /// The text.
+    pub sources: Sources,
+}
+
+const FIELDS: [&str; 11] = [
+    "doc",
+    "simulation",
+    "runs",
+    "seed",
+    "sampling",
+    "noise",
+    "set",
+    "vary",
+    "correlate",
+    "limits",
+    "scatter",
+];
+
+/// Runs of a campaign: a run's number is a 32-bit number in places, and results are held in memory.
+const MOST_RUNS: u64 = 10_000_000;
+
+struct Reader {
+    faults: Vec<Fault>,
+    drawn: Vec<Drawn>,
+}
+
+impl Form {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn read(path: &Path) -> Result<Form, Failure> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            let fault = Fault::new(Origin::NONE, format!("`{name}` cannot be read: {e}"))
+                .help("name a campaign file, which begins with `Campaign(`");
+            Failure { faults: vec![fault], sources: Sources::default() }
+        })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Form::text(&name, &text, folder)
+    }
+
+    /// Reads a text whose files lie in `folder`.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn text(name: &str, text: &str, folder: &Path) -> Result<Form, Failure> {
+        let (value, sources) = read_value(name, text)?;
+        let mut r = Reader { faults: Vec::new(), drawn: Vec::new() };
+        let form = r.form(&value, folder);
+        match form {
+            Some(form) if r.faults.is_empty() => Ok(Form { sources, drawn: r.drawn, ..form }),
+            _ => Err(Failure { faults: tidy(r.faults), sources }),
+        }
+    }
+}
+
+impl Reader {
+    fn fault(&mut self, origin: Origin, message: String, help: impl Into<String>) {
+        self.faults.push(Fault::new(origin, message).help(help));
+    }
+
+    fn form(&mut self, v: &Located, folder: &Path) -> Option<Form> {
+        let (_, inner) = self.variant(v, "the file", &["Campaign"])?;
+        self.fields(inner, "the campaign", &FIELDS);
+        let simulation = match inner.get("simulation") {
+            Some(v) => self.text(v, "simulation").map(|t| folder.join(t)),
+            None => {
+                let help = "write simulation: \"sim.ron\", a file or folder beside this one";
+                self.fault(v.origin, "the campaign has no `simulation`".into(), help);
+                None
+            }
+        };
+        let runs = match inner.get("runs") {
+            Some(v) => self.whole(v, "runs", 1, MOST_RUNS),
+            None => {
+                self.fault(v.origin, "the campaign has no `runs`".into(), "write runs: 1000");
+                None
+            }
+        };
+        let doc = inner.get("doc").and_then(|v| self.text(v, "doc")).unwrap_or_default();
+        let seed = inner.get("seed").map_or(Some(1), |v| self.whole(v, "seed", 0, 1 << 53));
+        let words = [
+            ("Random", Sampling::Random),
+            ("LatinHypercube", Sampling::LatinHypercube),
+            ("Sobol", Sampling::Sobol),
+        ];
+        let sampling = self.word(inner, "sampling", &words);
+        let noise = self.word(inner, "noise", &[("Own", Noise::Own), ("Same", Noise::Same)]);
+        let targets = self.targets(inner);
+        let together = inner.get("correlate").map_or(Vec::new(), |v| self.together(v));
+        let (until, wall) = inner.get("limits").map_or((None, None), |v| self.limits(v));
+        let scatter = inner.get("scatter").map_or(Vec::new(), |v| self.scatter(v));
+        if let (Some(runs), Sampling::Sobol) = (runs, sampling) {
+            self.sobol(inner, runs);
+        }
+        if self.drawn.is_empty() && self.faults.is_empty() && noise == Noise::Same {
+            let help = "write `vary: { \"PATH\": Normal(..) }`, or take `noise: Same` out";
+            self.fault(v.origin, "all runs would be the same".into(), help);
+        }
+        Some(Form {
+            doc,
+            simulation: simulation?,
+            runs: runs?,
+            seed: seed?,
+            sampling,
+            noise,
+            until,
+            wall,
+            scatter,
+            drawn: Vec::new(),
+            targets,
+            together,
+            sources: Sources::default(),
+        })
+    }
+
+    fn sobol(&mut self, campaign: &Located, runs: u64) {
+        let origin = campaign.get("sampling").map_or(Origin::NONE, |v| v.origin);
+        if runs > SOBOL_RUNS {
+            let message = format!("the Sobol sequence has {SOBOL_RUNS} runs, this asks for {runs}");
+            self.fault(origin, message, "choose fewer runs, or sampling: LatinHypercube");
+        }
+        let values = self.drawn.len();
+        if values > SOBOL_VALUES {
+            let message =
+                format!("the Sobol sequence has {SOBOL_VALUES} values, this draws {values}");
+            self.fault(origin, message, "choose sampling: LatinHypercube");
+        }
+    }
+
+    fn fields(&mut self, v: &Located, what: &str, known: &[&str]) {
+        let entries = match &v.value {
+            Value::Map(entries) => entries.as_slice(),
+            Value::Null => return,
+            other => {
+                let message = format!("{what} holds {}", other.what());
+                self.fault(v.origin, message, format!("write fields: {}", known.join(", ")));
+                return;
+            }
+        };
+        for (name, field) in entries.iter().filter(|(n, _)| !known.contains(&n.as_str())) {
+            let message = format!("{what} has no field `{name}`");
+            self.fault(field.origin, message, remedy(name, "fields", known));
+        }
+    }
+
+    fn variant<'v>(
+        &mut self,
+        v: &'v Located,
+        what: &str,
+        known: &[&str],
+    ) -> Option<(&'v str, &'v Located)> {
+        match &v.value {
+            Value::Variant(name, inner) if known.contains(&name.as_str()) => Some((name, inner)),
+            Value::Variant(name, _) => {
+                let message = format!("{what} begins with `{name}`");
+                self.fault(v.origin, message, remedy(name, "names", known));
+                None
+            }
+            other => {
+                let message = format!("{what} holds {}", other.what());
+                self.fault(v.origin, message, format!("write {}(..)", known.join("(..) or ")));
+                None
+            }
+        }
+    }
+
+    fn text(&mut self, v: &Located, what: &str) -> Option<String> {
+        if let Value::Text(t) = &v.value {
+            return Some(t.clone());
+        }
+        let message = format!("`{what}` is a text, this is {}", v.value.what());
+        self.fault(v.origin, message, "write it in quotes");
+        None
+    }
+
+    fn whole(&mut self, v: &Located, what: &str, least: u64, most: u64) -> Option<u64> {
+        if let Value::Number(x) = v.value
+            && x.fract() == 0.0
+            && x >= least as f64
+            && x <= most as f64
+        {
+            return Some(x as u64);
+        }
+        let message = format!("`{what}` is {}", v.value);
+        self.fault(v.origin, message, format!("write a whole number from {least} to {most}"));
+        None
+    }
+
+    /// The first word is the default.
+    fn word<T: Copy>(&mut self, campaign: &Located, field: &str, words: &[(&str, T)]) -> T {
+        let names: Vec<&str> = words.iter().map(|w| w.0).collect();
+        let found = campaign.get(field).and_then(|v| match &v.value {
+            Value::Variant(name, inner) if inner.value == Value::Null => {
+                let found = words.iter().find(|w| w.0 == name);
+                if found.is_none() {
+                    let message = format!("there is no {field} `{name}`");
+                    self.fault(v.origin, message, remedy(name, "words", &names));
+                }
+                found
+            }
+            other => {
+                let message = format!("`{field}` is {other}");
+                self.fault(v.origin, message, format!("one of: {}", names.join(", ")));
+                None
+            }
+        });
+        found.unwrap_or(&words[0]).1
+    }
+
+    fn targets(&mut self, campaign: &Located) -> Vec<(String, Template, Origin)> {
+        let mut out: Vec<(String, Template, Origin)> = Vec::new();
+        for field in ["set", "vary"] {
+            let Some(v) = campaign.get(field) else { continue };
+            let Value::Map(entries) = &v.value else {
+                let message = format!("`{field}` holds {}", v.value.what());
+                self.fault(v.origin, message, "write { \"PATH\": value, .. }");
+                continue;
+            };
+            // The draws have the order of their names, whatever the order of the file.
+            let mut entries: Vec<&(String, Located)> = entries.iter().collect();
+            entries.sort_by(|a, b| a.0.cmp(&b.0));
+            for (path, v) in entries {
+                if path == "seed" {
+                    let help =
+                        "noise: Own gives each run a seed of its own, noise: Same the file's";
+                    self.fault(v.origin, "the seed of the noise is no value to set".into(), help);
+                    continue;
+                }
+                if out.iter().any(|(p, ..)| p == path) {
+                    let message = format!("`{path}` is in `set` and in `vary`");
+                    self.fault(v.origin, message, "keep one of the two");
+                }
+                let before = self.drawn.len();
+                let faults = self.faults.len();
+                let template = match field {
+                    "vary" => self.template(v, path),
+                    _ => Template::Constant(v.value.clone()),
+                };
+                if field == "vary" && self.drawn.len() == before && self.faults.len() == faults {
+                    let message = format!("`{path}` has no distribution in it");
+                    self.fault(
+                        v.origin,
+                        message,
+                        "what is the same in all runs belongs into `set`",
+                    );
+                }
+                out.push((path.clone(), template, v.origin));
+            }
+        }
+        out
+    }
+
+    fn together(&mut self, v: &Located) -> Vec<Together> {
+        let Value::List(items) = &v.value else {
+            let message = format!("`correlate` holds {}", v.value.what());
+            self.fault(
+                v.origin,
+                message,
+                "write [(of: [\"a\", \"b\"], matrix: [[1, 0.5], [0.5, 1]])]",
+            );
+            return Vec::new();
+        };
+        let mut out: Vec<Together> = Vec::new();
+        for item in items {
+            self.fields(item, "`correlate`", &["of", "matrix"]);
+            let Some(of) = self.names(item) else { continue };
+            let rows = item.get("matrix").and_then(numbers);
+            let Some(rows) = rows else {
+                let help = "write matrix: [[1, 0.5], [0.5, 1]]";
+                self.fault(item.origin, "`correlate` has no `matrix` of numbers".into(), help);
+                continue;
+            };
+            if let Some(k) = of.iter().find(|k| out.iter().any(|t| t.of.contains(k))) {
+                let message = format!("`{}` is correlated twice", self.drawn[*k].name);
+                self.fault(item.origin, message, "put all that hangs together into one matrix");
+                continue;
+            }
+            match factor(&rows, of.len()) {
+                Ok(factor) => out.push(Together { of, factor }),
+                Err(e) => {
+                    let place = item.get("matrix").map_or(item.origin, |m| m.origin);
+                    let mut fault = Fault::of(place, &e);
+                    fault.message = format!("`correlate`: {}", fault.message);
+                    self.faults.push(fault);
+                }
+            }
+        }
+        out
+    }
+
+    /// The values that `of` of a correlation names, by place.
+    fn names(&mut self, item: &Located) -> Option<Vec<usize>> {
+        let Some(Value::List(list)) = item.get("of").map(|v| &v.value) else {
+            let help = "write of: [\"bob.mass\", \"Capsule.velocity[0]\"]";
+            self.fault(item.origin, "`correlate` has no list `of`".into(), help);
+            return None;
+        };
+        let mut of = Vec::new();
+        let mut whole = true;
+        for v in list {
+            let name = self.text(v, "of");
+            let known: Vec<String> = self.drawn.iter().map(|d| d.name.clone()).collect();
+            let found = name.as_ref().and_then(|n| known.iter().position(|k| k == n));
+            let fact = match (&name, found) {
+                (None, _) => None,
+                (Some(n), None) => {
+                    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+                    Some((format!("`{n}` is not drawn"), remedy(n, "drawn values", &known)))
+                }
+                (Some(n), Some(k)) if !self.drawn[k].of.is_continuous() => {
+                    let help = "only numbers are correlated: take it out".to_string();
+                    Some((format!("`{n}` is a Choice"), help))
+                }
+                (Some(n), Some(k)) if of.contains(&k) => {
+                    Some((format!("`{n}` is named twice"), "name each value once".into()))
+                }
+                (Some(_), Some(k)) => {
+                    of.push(k);
+                    continue;
+                }
+            };
+            whole = false;
+            if let Some((fact, help)) = fact {
+                self.fault(v.origin, format!("`correlate`: {fact}"), help);
+            }
+        }
+        whole.then_some(of)
+    }
+
+    fn limits(&mut self, v: &Located) -> (Option<Seconds>, Option<f64>) {
+        self.fields(v, "`limits`", &["time", "wall"]);
+        let mut read = |field: &str| {
+            let v = v.get(field)?;
+            match Seconds::period(&v.value) {
+                Ok(s) if s.num > 0 && !v.value.to_string().contains("Hz") => Some(s),
+                _ => {
+                    let message = format!("`limits`: `{field}` is {}", v.value);
+                    self.fault(
+                        v.origin,
+                        message,
+                        "write a time above zero: 20, \"20 s\", \"2 min\"",
+                    );
+                    None
+                }
+            }
+        };
+        (read("time"), read("wall").map(Seconds::seconds))
+    }
+
+    fn scatter(&mut self, v: &Located) -> Vec<(String, String, Origin)> {
+        let help = "write scatter: [(\"first figure\", \"second figure\")]";
+        let Value::List(items) = &v.value else {
+            self.fault(v.origin, format!("`scatter` holds {}", v.value.what()), help);
+            return Vec::new();
+        };
+        let mut out = Vec::new();
+        for item in items {
+            match &item.value {
+                Value::List(pair) => match pair.iter().map(|p| &p.value).collect::<Vec<_>>()[..] {
+                    [Value::Text(a), Value::Text(b)] => {
+                        out.push((a.clone(), b.clone(), item.origin))
+                    }
+                    _ => {
+                        self.fault(item.origin, "`scatter`: this is no pair of names".into(), help)
+                    }
+                },
+                _ => self.fault(item.origin, "`scatter`: this is no pair of names".into(), help),
+            }
+        }
+        out
+    }
+}
+
+fn numbers(v: &Located) -> Option<Vec<Vec<f64>>> {
+    let Value::List(rows) = &v.value else { return None };
+    let row = |r: &Located| match &r.value {
+        Value::List(items) => items
+            .iter()
+            .map(|i| if let Value::Number(x) = i.value { Some(x) } else { None })
+            .collect(),
+        // `[1]` in brackets of one: a number.
+        Value::Number(x) => Some(vec![*x]),
+        _ => None,
+    };
+    rows.iter().map(row).collect()
+}

@@ -1,0 +1,285 @@
+//! The journal of a campaign: a line for each run that ended, each with a checksum.
+//!
+//! ```text
+//! crc32 {"campaign":"…identity…","runs":1000,…}      the head
+//! crc32 {"run":4,"ended":"until",…}                  a run, in the order in which they ended
+//! ```
+//! Lines are only added. A process that is killed leaves a last line without an end, which is cut when the campaign
+//! goes on; a line that was changed is an error. Numbers are written as texts that read back to the same bits.
+use crate::outcome::Outcome;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The journal cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum JournalError {
+    /// It cannot be read or written.
+    #[error("the journal `{}`: {source}\n  help: choose another folder with --out, or make room", .path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Another process writes into it.
+    #[error("another campaign is writing into `{}`\n  help: wait for it to end, or choose another folder with --out", .path.display())]
+    Taken {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A line is not as written.
+    #[error("the journal `{}`, line {line}: {why}\n  help: take a copy that is whole; or delete the folder, and the campaign begins anew", .path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// From 1.
+        line: usize,
+        /// What is wrong.
+        why: String,
+    },
+    /// Its campaign is another.
+    #[error("the journal `{}` is of another campaign: the file, its simulation, or this program has changed since\n  help: choose another folder with --out, or delete that one", .path.display())]
+    Other {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// The first line.
+#[derive(Serialize, Deserialize, PartialEq, Eq, Debug)]
+struct Head {
+    campaign: String,
+    runs: u64,
+    linkwork: String,
+}
+
+/// Lines are brought to the disk about so often: a power cut costs the runs since.
+const SYNC: Duration = Duration::from_secs(1);
+
+/// An open journal, locked until it is dropped.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    synced: Instant,
+    /// Runs that ended, by number.
+    pub outcomes: BTreeMap<u64, Outcome>,
+}
+
+/// The wall clock decides when lines are brought to the disk, and nothing in them.
+#[allow(clippy::disallowed_methods)]
+fn now() -> Instant {
+    Instant::now()
+}
+
+impl Journal {
+    /// Opens or makes the journal of a campaign: what ended already is in `outcomes`.
+    ///
+    /// # Errors
+    /// [`JournalError`].
+    pub fn open(path: &Path, identity: u64, runs: u64) -> Result<Journal, JournalError> {
+        let io = |source| JournalError::Io { path: path.into(), source };
+        let mut file = OpenOptions::new()
+            .create(true)
+            .truncate(false)
+            .read(true)
+            .write(true)
+            .open(path)
+            .map_err(io)?;
+        file.try_lock().map_err(|e| match e {
+            TryLockError::WouldBlock => JournalError::Taken { path: path.into() },
+            TryLockError::Error(e) => io(e),
+        })?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(io)?;
+        let head = Head {
+            campaign: format!("{identity:016x}"),
+            runs,
+            linkwork: env!("CARGO_PKG_VERSION").into(),
+        };
+        // What comes after the last end of a line was never whole.
+        let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
+        let outcomes = read(&bytes[..whole], &head, path)?;
+        file.set_len(whole as u64).map_err(io)?;
+        file.seek(SeekFrom::Start(whole as u64)).map_err(io)?;
+        let mut journal = Journal { path: path.into(), file, synced: now(), outcomes };
+        if whole == 0 {
+            journal.line(&head)?;
+            journal.sync()?;
+            // The name is on the disk, too.
+            if let Some(folder) = path.parent().and_then(|p| File::open(p).ok()) {
+                let _ = folder.sync_all();
+            }
+        }
+        Ok(journal)
+    }
+
+    /// Adds a run.
+    ///
+    /// # Errors
+    /// [`JournalError::Io`].
+    pub fn add(&mut self, outcome: Outcome) -> Result<(), JournalError> {
+        self.line(&outcome)?;
+        self.outcomes.insert(outcome.run, outcome);
+        if self.synced.elapsed() >= SYNC {
+            self.sync()?;
+        }
+        Ok(())
+    }
+
+    /// Brings all lines to the disk.
+    ///
+    /// # Errors
+    /// [`JournalError::Io`].
+    pub fn sync(&mut self) -> Result<(), JournalError> {
+        self.synced = now();
+        self.file.sync_data().map_err(|source| JournalError::Io { path: self.path.clone(), source })
+    }
+
+    fn line(&mut self, what: &impl Serialize) -> Result<(), JournalError> {
+        let io = |source| JournalError::Io { path: self.path.clone(), source };
+        let text = serde_json::to_string(what).map_err(|e| io(std::io::Error::other(e)))?;
+        let line = format!("{:08x} {text}\n", crc32fast::hash(text.as_bytes()));
+        self.file.write_all(line.as_bytes()).map_err(io)
+    }
+}
+
+/// All whole lines.
+fn read(bytes: &[u8], head: &Head, path: &Path) -> Result<BTreeMap<u64, Outcome>, JournalError> {
+    let mut outcomes = BTreeMap::new();
+    for (k, line) in bytes.split(|b| *b == b'\n').enumerate() {
+        if line.is_empty() && k > 0 {
+            // After the last line.
+            continue;
+        }
+        if bytes.is_empty() {
+            break;
+        }
+        let damaged = |why: String| JournalError::Damaged { path: path.into(), line: k + 1, why };
+        let text = checked(line).ok_or_else(|| damaged("the checksum does not fit".into()))?;
+        if k == 0 {
+            let found: Head = serde_json::from_str(text).map_err(|e| damaged(e.to_string()))?;
+            if found != *head {
+                return Err(JournalError::Other { path: path.into() });
+            }
+            continue;
+        }
+        let outcome: Outcome = serde_json::from_str(text).map_err(|e| damaged(e.to_string()))?;
+        let run = outcome.run;
+        if run >= head.runs {
+            return Err(damaged(format!("there is no run {run}")));
+        }
+        if outcomes.insert(run, outcome).is_some() {
+            return Err(damaged(format!("run {run} is there twice")));
+        }
+    }
+    Ok(outcomes)
+}
+
+/// The text of a line whose checksum fits.
+fn checked(line: &[u8]) -> Option<&str> {
+    let (crc, text) = std::str::from_utf8(line).ok()?.split_once(' ')?;
+    (crc == format!("{:08x}", crc32fast::hash(text.as_bytes()))).then_some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::outcome::Cause;
+
+    fn outcome(run: u64, y: f64) -> Outcome {
+        Outcome {
+            run,
+            ended: Cause::Until,
+            why: String::new(),
+            time: 0.1 + 0.2,
+            seed: 3,
+            hash: u64::MAX - run,
+            wall: 0.5,
+            figures: vec![y, f64::NAN, -0.0, f64::INFINITY, 5e-324],
+        }
+    }
+
+    fn bits(o: &Outcome) -> (u64, u64, Vec<u64>) {
+        (o.hash, o.time.to_bits(), o.figures.iter().map(|y| y.to_bits()).collect())
+    }
+
+    fn journal() -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        let mut j = Journal::open(&path, 7, 100).unwrap();
+        for run in [4, 0, 9] {
+            j.add(outcome(run, 1.0 / 3.0 + run as f64)).unwrap();
+        }
+        (folder, path)
+    }
+
+    #[test]
+    fn what_was_written_is_read_bit_for_bit() {
+        let (_folder, path) = journal();
+        let j = Journal::open(&path, 7, 100).unwrap();
+        assert!(j.outcomes.keys().eq([&0, &4, &9]));
+        for (run, o) in &j.outcomes {
+            assert_eq!(bits(o), bits(&outcome(*run, 1.0 / 3.0 + *run as f64)));
+        }
+    }
+
+    #[test]
+    fn cut_anywhere_it_keeps_the_whole_lines_and_goes_on() {
+        let (_folder, path) = journal();
+        let bytes = std::fs::read(&path).unwrap();
+        let ends: Vec<usize> =
+            bytes.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(k, _)| k + 1).collect();
+        for cut in 0..=bytes.len() {
+            std::fs::write(&path, &bytes[..cut]).unwrap();
+            let mut j = Journal::open(&path, 7, 100).unwrap();
+            let whole = ends.iter().filter(|e| **e <= cut).count().saturating_sub(1);
+            assert_eq!(j.outcomes.len(), whole, "cut at {cut}");
+            j.add(outcome(50, 2.0)).unwrap();
+            drop(j);
+            assert_eq!(Journal::open(&path, 7, 100).unwrap().outcomes.len(), whole + 1);
+        }
+    }
+
+    #[test]
+    fn a_flipped_bit_anywhere_is_noticed() {
+        let (_folder, path) = journal();
+        let bytes = std::fs::read(&path).unwrap();
+        let head = Head {
+            campaign: format!("{:016x}", 7),
+            runs: 100,
+            linkwork: env!("CARGO_PKG_VERSION").into(),
+        };
+        assert_eq!(read(&bytes, &head, &path).unwrap().len(), 3);
+        for at in 0..bytes.len() {
+            for bit in 0..8 {
+                let mut wrong = bytes.clone();
+                wrong[at] ^= 1 << bit;
+                let whole = wrong.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
+                match read(&wrong[..whole], &head, &path) {
+                    // The end of the last line is gone: the line was never whole, and is run again.
+                    Ok(o) => assert!(at == bytes.len() - 1 && o.len() == 2, "byte {at} bit {bit}"),
+                    Err(e) => assert!(matches!(e, JournalError::Damaged { .. }), "{e}"),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn another_campaign_and_another_process_are_refused() {
+        let (_folder, path) = journal();
+        for (identity, runs) in [(8, 100), (7, 101)] {
+            let e = Journal::open(&path, identity, runs).unwrap_err();
+            assert!(matches!(e, JournalError::Other { .. }), "{e}");
+        }
+        let open = Journal::open(&path, 7, 100).unwrap();
+        let e = Journal::open(&path, 7, 100).unwrap_err();
+        assert!(matches!(e, JournalError::Taken { .. }), "{e}");
+        drop(open);
+        Journal::open(&path, 7, 100).unwrap();
+    }
+}

@@ -1,0 +1,41 @@
+//! Campaigns: many runs of one simulation, with values drawn from distributions.
+//!
+//! ```text
+//! file → draws of run r → load → one loop (linkwork_runner) → figures → journal → tables, statistics, report
+//! ```
+//! A run is a pure function of the campaign's file and its number: draws come from counters, keyed by (seed, run,
+//! path), so that neither the order of runs, nor threads, nor a kill in between leave a trace in the results.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | `form` | the file as read, every mistake at its place |
+//! | `distribution`, `correlation`, `sampling` | quantiles, the factor of a matrix of correlations, numbers in (0, 1) |
+//! | `campaign` | what each run is made from |
+//! | `execute` | threads, limits, what failures leave |
+//! | `outcome`, `journal` | how a run ended; the file that survives a kill |
+//! | `statistics`, `results` | summaries, rank correlations, ellipses; CSV and Parquet |
+//! | `svg`, `report` | the page |
+mod campaign;
+mod correlation;
+mod distribution;
+mod execute;
+mod form;
+mod journal;
+mod outcome;
+mod report;
+mod results;
+mod sampling;
+mod statistics;
+mod svg;
+
+pub use campaign::{Campaign, LoadError};
+pub use correlation::CorrelationError;
+pub use distribution::Distribution;
+pub use execute::{CampaignError, Orders, Progress, end, execute};
+pub use form::{Drawn, Form, Noise};
+pub use journal::{Journal, JournalError};
+pub use outcome::{Cause, Outcome};
+pub use report::{page, write as write_report};
+pub use results::{Column, Results, Table};
+pub use sampling::Sampling;
+pub use statistics::{Ellipse, Summary, rank_correlation};

@@ -1,0 +1,180 @@
+//! The report: one page of HTML that needs no other file, with its drawings inside.
+use crate::campaign::Campaign;
+use crate::results::{NAMES, Results, replace};
+use crate::sampling::Sampling;
+use crate::statistics::Ellipse;
+use crate::svg::{bars, escaped, histogram, scatter, short};
+use std::fmt::Write;
+use std::path::Path;
+
+const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:1440px;padding:0 1rem;color:#1c2733;background:#fff}
+h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem;border-bottom:1px solid #d8dee6}
+table{border-collapse:collapse;font-variant-numeric:tabular-nums;display:block;overflow-x:auto}
+td,th{padding:.2rem .6rem;text-align:right;border-bottom:1px solid #e4e9ef;white-space:nowrap}
+td:first-child,th:first-child{text-align:left}td.text{text-align:left;white-space:normal}
+.plots{display:flex;flex-wrap:wrap;gap:1rem}.plots svg{width:460px;max-width:100%}
+svg text{font:11px system-ui,sans-serif;fill:#3a4754}svg .title{font-size:13px;font-weight:600}svg .label{font-size:12px}
+.grid{stroke:#e4e9ef;fill:none}.frame{stroke:#8593a3;fill:none}.bar{fill:#4c7fb0}.dot{fill:#4c7fb0;fill-opacity:.45}
+.mark{stroke:#c2553a;stroke-dasharray:3 3;fill:none}.ring{stroke:#c2553a;fill:none;stroke-width:1.3}code{background:#f2f5f8;padding:0 .25em}";
+
+/// Writes the page.
+///
+/// # Errors
+/// A message with the file.
+pub fn write(
+    path: &Path,
+    name: &str,
+    campaign: &Campaign,
+    results: &Results,
+) -> Result<(), String> {
+    replace(path, page(name, campaign, results).as_bytes())
+}
+
+/// The page as text.
+pub fn page(name: &str, campaign: &Campaign, results: &Results) -> String {
+    let form = campaign.form();
+    let mut out = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" \
+         content=\"width=device-width\"><title>{0}</title><style>{STYLE}</style></head><body>\n<h1>{0}</h1>\n<p>{1}</p>\n",
+        escaped(name),
+        escaped(&form.doc)
+    );
+    let how = match form.sampling {
+        Sampling::Random => "independent draws",
+        Sampling::LatinHypercube => "a Latin hypercube",
+        Sampling::Sobol => "a scrambled Sobol sequence",
+    };
+    let done = results.runs.columns.first().map_or(0, |c| c.1.len());
+    let _ = write!(
+        out,
+        "<p>{done} of {} runs of <code>{}</code>, {how}, seed {}. Campaign {:016x}, linkwork {}.</p>\n<h2>How runs \
+         ended</h2>\n<table><tr><th>cause</th><th>runs</th><th>share</th></tr>",
+        form.runs,
+        escaped(&campaign.simulation().display().to_string()),
+        form.seed,
+        campaign.identity(),
+        env!("CARGO_PKG_VERSION")
+    );
+    for (cause, n) in &results.causes {
+        let share = 100.0 * *n as f64 / done.max(1) as f64;
+        let _ = write!(out, "<tr><td>{}</td><td>{n}</td><td>{share:.2} %</td></tr>", cause.name());
+    }
+    out.push_str("</table>\n");
+    failures(&mut out, results);
+    statistics(&mut out, results);
+    figures(&mut out, results);
+    together(&mut out, campaign, results);
+    out.push_str("</body></html>\n");
+    out
+}
+
+fn failures(out: &mut String, results: &Results) {
+    if results.failures.is_empty() {
+        return;
+    }
+    out.push_str(
+        "<h2>Failures by cause</h2>\n<table><tr><th>cause</th><th>runs</th><th>which</th></tr>",
+    );
+    for (kind, runs) in &results.failures {
+        let mut which: Vec<String> = runs.iter().take(12).map(u64::to_string).collect();
+        if runs.len() > which.len() {
+            which.push("…".into());
+        }
+        let (kind, which) = (escaped(kind), which.join(", "));
+        let _ = write!(
+            out,
+            "<tr><td class=\"text\">{kind}</td><td>{}</td><td class=\"text\">{which}</td></tr>",
+            runs.len()
+        );
+    }
+    out.push_str("</table>\n<p>Digits are shown as #. Configuration and last checkpoint of each are in <code>failures</code>.</p>\n");
+}
+
+fn statistics(out: &mut String, results: &Results) {
+    out.push_str("<h2>Figures</h2>\n<table><tr><th>figure</th><th>unit</th><th>n</th><th>mean</th><th>± error</th><th>deviation</th>");
+    for name in NAMES {
+        let _ = write!(out, "<th>{name}</th>");
+    }
+    out.push_str("</tr>");
+    for ((name, unit, _), s) in results.figures.iter().zip(&results.summaries) {
+        let _ = write!(
+            out,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
+            escaped(name),
+            escaped(unit),
+            s.n,
+            short(s.mean),
+            short(s.error),
+            short(s.deviation)
+        );
+        for p in s.percentiles {
+            let _ = write!(out, "<td>{}</td>", short(p));
+        }
+        out.push_str("</tr>");
+    }
+    out.push_str("</table>\n");
+}
+
+fn label(name: &str, unit: &str) -> String {
+    match unit {
+        "" | "1" => name.to_string(),
+        unit => format!("{name} [{unit}]"),
+    }
+}
+
+/// For each figure: how it is spread, what it hangs on, and the value that it hangs on most.
+fn figures(out: &mut String, results: &Results) {
+    for (k, (name, unit, y)) in results.figures.iter().enumerate() {
+        let own = label(name, unit);
+        let _ = write!(out, "<h2>{}</h2>\n<div class=\"plots\">", escaped(name));
+        out.push_str(&histogram("Distribution", &own, y));
+        let ranked: Vec<(String, f64)> = results
+            .drawn
+            .iter()
+            .map(|d| d.0.clone())
+            .zip(results.sensitivity[k].iter().copied())
+            .collect();
+        if ranked.iter().any(|r| r.1.is_finite()) {
+            out.push_str(&bars("Sensitivity (rank correlation)", &ranked));
+        }
+        let first = (0..ranked.len())
+            .filter(|j| ranked[*j].1.is_finite())
+            .max_by(|a, b| ranked[*a].1.abs().total_cmp(&ranked[*b].1.abs()));
+        if let Some(j) = first {
+            let (drawn, x) = &results.drawn[j];
+            out.push_str(&scatter(
+                "Against the value of most influence",
+                (drawn, &own),
+                x,
+                y,
+                None,
+            ));
+        }
+        out.push_str("</div>\n");
+    }
+}
+
+/// The pairs that the campaign asks for; without any, the first two figures.
+fn together(out: &mut String, campaign: &Campaign, results: &Results) {
+    let place = |name: &str| results.figures.iter().position(|f| f.0 == name);
+    let mut pairs: Vec<(usize, usize)> = campaign
+        .form()
+        .scatter
+        .iter()
+        .filter_map(|(a, b, _)| Some((place(a)?, place(b)?)))
+        .collect();
+    if pairs.is_empty() && results.figures.len() > 1 {
+        pairs.push((0, 1));
+    }
+    if pairs.is_empty() {
+        return;
+    }
+    out.push_str("<h2>Figures against each other</h2>\n<p>Ellipses of one, two and three standard deviations.</p>\n<div class=\"plots\">");
+    for (a, b) in pairs {
+        let ((xn, xu, x), (yn, yu, y)) = (&results.figures[a], &results.figures[b]);
+        let title = format!("{yn} against {xn}");
+        let ellipse = Ellipse::of(x, y);
+        out.push_str(&scatter(&title, (&label(xn, xu), &label(yn, yu)), x, y, ellipse));
+    }
+    out.push_str("</div>\n");
+}

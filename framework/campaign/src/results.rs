@@ -1,0 +1,395 @@
+//! The results as columns, and as files: CSV, Parquet.
+//!
+//! | file | a row for each | columns |
+//! |---|---|---|
+//! | `results` | run | run, ended, why, time \[s\], seed, state, drawn values (`draw:NAME [UNIT]`), figures (`NAME [UNIT]`) |
+//! | `statistics` | figure | figure, unit, n, mean, deviation, error, min, p1 … p99, max |
+//! | `sensitivity` | figure and drawn number | figure, value, rank correlation |
+//!
+//! Rows are in the order of the runs, and nothing in them depends on when or on how many threads the runs were made.
+use crate::campaign::Campaign;
+use crate::journal::Journal;
+use crate::outcome::{Cause, Outcome};
+use crate::statistics::{Summary, rank_correlation};
+use linkwork_runtime::Value;
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The numbers of one column.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Column {
+    /// Whole numbers.
+    Whole(Vec<u64>),
+    /// Numbers; NaN where there is none.
+    Number(Vec<f64>),
+    /// Texts.
+    Text(Vec<String>),
+}
+
+/// Columns by name, all of one length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Name and values.
+    pub columns: Vec<(String, Column)>,
+}
+
+/// What came out of a campaign.
+pub struct Results {
+    /// A row for each run that ended.
+    pub runs: Table,
+    /// Names of the drawn values that are numbers, and their values for the orderly runs.
+    pub drawn: Vec<(String, Vec<f64>)>,
+    /// Names, units and values of the figures for the orderly runs.
+    pub figures: Vec<(String, String, Vec<f64>)>,
+    /// Summaries, in the order of the figures.
+    pub summaries: Vec<Summary>,
+    /// Rank correlations: for each figure, of each drawn number.
+    pub sensitivity: Vec<Vec<f64>>,
+    /// Causes that are no orderly end: kind, runs.
+    pub failures: Vec<(String, Vec<u64>)>,
+    /// How many runs ended in which way.
+    pub causes: Vec<(Cause, usize)>,
+}
+
+fn titled(name: &str, unit: &str) -> String {
+    match unit {
+        "" | "1" => name.to_string(),
+        unit => format!("{name} [{unit}]"),
+    }
+}
+
+impl Results {
+    /// Of all runs that ended so far.
+    pub fn new(campaign: &Campaign, journal: &Journal) -> Results {
+        let outcomes: Vec<&Outcome> = journal.outcomes.values().collect();
+        let draws: Vec<Vec<Value>> = outcomes.iter().map(|o| campaign.draws(o.run)).collect();
+        let orderly: Vec<usize> =
+            (0..outcomes.len()).filter(|k| outcomes[*k].ended.is_orderly()).collect();
+        let number = |v: &Value| if let Value::Number(x) = v { *x } else { f64::NAN };
+        let mut columns = vec![
+            ("run".to_string(), Column::Whole(outcomes.iter().map(|o| o.run).collect())),
+            (
+                "ended".to_string(),
+                Column::Text(outcomes.iter().map(|o| o.ended.name().into()).collect()),
+            ),
+            ("why".to_string(), Column::Text(outcomes.iter().map(|o| o.why.clone()).collect())),
+            ("time [s]".to_string(), Column::Number(outcomes.iter().map(|o| o.time).collect())),
+            // As texts: readers take whole numbers above 2⁵³ for rounded ones.
+            (
+                "seed".to_string(),
+                Column::Text(outcomes.iter().map(|o| o.seed.to_string()).collect()),
+            ),
+            (
+                "state".to_string(),
+                Column::Text(outcomes.iter().map(|o| format!("{:016x}", o.hash)).collect()),
+            ),
+        ];
+        let mut drawn: Vec<(String, Vec<f64>)> = Vec::new();
+        for (k, d) in campaign.form().drawn.iter().enumerate() {
+            let title = titled(&format!("draw:{}", d.name), &d.unit);
+            let numeric = draws.iter().all(|row| matches!(row[k], Value::Number(_)));
+            if numeric {
+                drawn.push((
+                    titled(&d.name, &d.unit),
+                    orderly.iter().map(|r| number(&draws[*r][k])).collect(),
+                ));
+                columns.push((
+                    title,
+                    Column::Number(draws.iter().map(|row| number(&row[k])).collect()),
+                ));
+            } else {
+                let text = |v: &Value| match v {
+                    Value::Text(t) => t.clone(),
+                    other => other.to_string(),
+                };
+                columns
+                    .push((title, Column::Text(draws.iter().map(|row| text(&row[k])).collect())));
+            }
+        }
+        let mut figures: Vec<(String, String, Vec<f64>)> = Vec::new();
+        for (k, (name, unit)) in campaign.figures().iter().enumerate() {
+            let one = |o: &Outcome| o.figures.get(k).copied().unwrap_or(f64::NAN);
+            figures.push((
+                name.clone(),
+                unit.clone(),
+                orderly.iter().map(|r| one(outcomes[*r])).collect(),
+            ));
+            columns.push((
+                titled(name, unit),
+                Column::Number(outcomes.iter().map(|o| one(o)).collect()),
+            ));
+        }
+        let summaries =
+            figures.iter().map(|(_, _, y): &(String, String, Vec<f64>)| Summary::of(y)).collect();
+        let sensitivity = figures
+            .iter()
+            .map(|(_, _, y)| drawn.iter().map(|(_, x)| rank_correlation(x, y)).collect())
+            .collect();
+        let (failures, causes) = counted(&outcomes);
+        Results {
+            runs: Table { columns },
+            drawn,
+            figures,
+            summaries,
+            sensitivity,
+            failures,
+            causes,
+        }
+    }
+
+    /// One row for each figure.
+    pub fn statistics(&self) -> Table {
+        let mut columns = vec![
+            (
+                "figure".to_string(),
+                Column::Text(self.figures.iter().map(|f| f.0.clone()).collect()),
+            ),
+            ("unit".to_string(), Column::Text(self.figures.iter().map(|f| f.1.clone()).collect())),
+            ("n".to_string(), Column::Whole(self.summaries.iter().map(|s| s.n as u64).collect())),
+        ];
+        let mut number = |name: &str, of: &dyn Fn(&Summary) -> f64| {
+            columns.push((name.into(), Column::Number(self.summaries.iter().map(of).collect())));
+        };
+        number("mean", &|s| s.mean);
+        number("deviation", &|s| s.deviation);
+        number("error", &|s| s.error);
+        for (k, name) in NAMES.iter().enumerate() {
+            number(name, &|s| s.percentiles[k]);
+        }
+        Table { columns }
+    }
+
+    /// One row for each figure and drawn number.
+    pub fn sensitivities(&self) -> Table {
+        let (mut figure, mut value, mut rank) = (Vec::new(), Vec::new(), Vec::new());
+        for ((name, ..), row) in self.figures.iter().zip(&self.sensitivity) {
+            for ((drawn, _), r) in self.drawn.iter().zip(row) {
+                figure.push(name.clone());
+                value.push(drawn.clone());
+                rank.push(*r);
+            }
+        }
+        let columns = vec![
+            ("figure".to_string(), Column::Text(figure)),
+            ("value".to_string(), Column::Text(value)),
+            ("rank correlation".to_string(), Column::Number(rank)),
+        ];
+        Table { columns }
+    }
+
+    /// Writes `results`, `statistics` and `sensitivity` as CSV and as Parquet into a folder; gives the files.
+    ///
+    /// # Errors
+    /// A message with the file.
+    pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, String> {
+        let tables = [
+            ("results", &self.runs),
+            ("statistics", &self.statistics()),
+            ("sensitivity", &self.sensitivities()),
+        ];
+        let mut files = Vec::new();
+        for (name, table) in tables {
+            for (end, bytes) in [("csv", table.csv()), ("parquet", table.parquet()?)] {
+                let path = folder.join(format!("{name}.{end}"));
+                replace(&path, &bytes)?;
+                files.push(path);
+            }
+        }
+        Ok(files)
+    }
+}
+
+/// Titles of [`crate::statistics::PERCENTILES`].
+pub(crate) const NAMES: [&str; 9] =
+    ["min", "p1", "p5", "p25", "median", "p75", "p95", "p99", "max"];
+
+fn counted(outcomes: &[&Outcome]) -> (Vec<(String, Vec<u64>)>, Vec<(Cause, usize)>) {
+    let mut failures = std::collections::BTreeMap::<String, Vec<u64>>::new();
+    let mut causes = std::collections::BTreeMap::<Cause, usize>::new();
+    for o in outcomes {
+        *causes.entry(o.ended).or_default() += 1;
+        if !o.ended.is_orderly() {
+            failures.entry(o.kind()).or_default().push(o.run);
+        }
+    }
+    let mut failures: Vec<_> = failures.into_iter().collect();
+    failures.sort_by(|a, b| b.1.len().cmp(&a.1.len()).then(a.0.cmp(&b.0)));
+    (failures, causes.into_iter().collect())
+}
+
+/// Writes beside the target, brings it to the disk, and renames: never half a file.
+pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    let beside = path.with_extension("part");
+    let write = || {
+        let mut file = File::create(&beside)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        std::fs::rename(&beside, path)?;
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        // Where folders cannot be opened the system keeps names by itself.
+        if let Ok(folder) = File::open(folder) {
+            folder.sync_all()?;
+        }
+        Ok(())
+    };
+    write().map_err(|e: std::io::Error| {
+        let _ = std::fs::remove_file(&beside);
+        format!("`{}` cannot be written: {e}", path.display())
+    })
+}
+
+impl Table {
+    /// As CSV (RFC 4180 with `\n`), numbers with all their digits.
+    pub fn csv(&self) -> Vec<u8> {
+        let mut out = String::new();
+        let quoted = |t: &str| match t.contains([',', '"', '\n', '\r']) {
+            true => format!("\"{}\"", t.replace('"', "\"\"")),
+            false => t.to_string(),
+        };
+        let heads: Vec<String> = self.columns.iter().map(|c| quoted(&c.0)).collect();
+        out.push_str(&heads.join(","));
+        out.push('\n');
+        let rows = self.columns.iter().map(|c| c.1.len()).min().unwrap_or(0);
+        for k in 0..rows {
+            let row: Vec<String> = self
+                .columns
+                .iter()
+                .map(|(_, c)| match c {
+                    Column::Whole(v) => v[k].to_string(),
+                    Column::Number(v) => format!("{:?}", v[k]),
+                    Column::Text(v) => quoted(&v[k]),
+                })
+                .collect();
+            out.push_str(&row.join(","));
+            out.push('\n');
+        }
+        out.into_bytes()
+    }
+
+    /// As Parquet: one row group, no compression, numbers as doubles and texts as UTF-8.
+    ///
+    /// # Errors
+    /// What the format refuses.
+    pub fn parquet(&self) -> Result<Vec<u8>, String> {
+        let fail = |e: parquet::errors::ParquetError| format!("parquet: {e}");
+        let mut fields = Vec::new();
+        for (name, column) in &self.columns {
+            let (physical, logical) = match column {
+                Column::Whole(_) => (Physical::INT64, None),
+                Column::Number(_) => (Physical::DOUBLE, None),
+                Column::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+            };
+            let field = Type::primitive_type_builder(name, physical)
+                .with_logical_type(logical)
+                .with_repetition(Repetition::REQUIRED)
+                .build()
+                .map_err(fail)?;
+            fields.push(Arc::new(field));
+        }
+        let schema =
+            Type::group_type_builder("campaign").with_fields(fields).build().map_err(fail)?;
+        let properties = WriterProperties::builder()
+            .set_created_by(format!("linkwork {}", env!("CARGO_PKG_VERSION")))
+            .build();
+        let mut bytes = Vec::new();
+        let mut writer =
+            SerializedFileWriter::new(&mut bytes, Arc::new(schema), Arc::new(properties))
+                .map_err(fail)?;
+        let mut group = writer.next_row_group().map_err(fail)?;
+        for (_, column) in &self.columns {
+            let Some(mut w) = group.next_column().map_err(fail)? else { break };
+            match column {
+                Column::Whole(v) => {
+                    let v: Vec<i64> = v.iter().map(|x| *x as i64).collect();
+                    w.typed::<Int64Type>().write_batch(&v, None, None).map_err(fail)?;
+                }
+                Column::Number(v) => {
+                    w.typed::<DoubleType>().write_batch(v, None, None).map_err(fail)?;
+                }
+                Column::Text(v) => {
+                    let v: Vec<ByteArray> = v.iter().map(|t| ByteArray::from(t.as_str())).collect();
+                    w.typed::<ByteArrayType>().write_batch(&v, None, None).map_err(fail)?;
+                }
+            }
+            w.close().map_err(fail)?;
+        }
+        group.close().map_err(fail)?;
+        writer.close().map_err(fail)?;
+        Ok(bytes)
+    }
+}
+
+impl Column {
+    /// Rows.
+    pub fn len(&self) -> usize {
+        match self {
+            Column::Whole(v) => v.len(),
+            Column::Number(v) => v.len(),
+            Column::Text(v) => v.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    fn table() -> Table {
+        Table {
+            columns: vec![
+                ("run".into(), Column::Whole(vec![0, 1, 1 << 40])),
+                ("y [m]".into(), Column::Number(vec![1.0 / 3.0, f64::NAN, -0.0])),
+                ("why".into(), Column::Text(vec!["a, \"b\"".into(), String::new(), "é\nf".into()])),
+            ],
+        }
+    }
+
+    #[test]
+    fn csv_quotes_what_must_be_quoted_and_keeps_all_digits() {
+        let text = String::from_utf8(table().csv()).unwrap();
+        let wanted = "run,y [m],why\n0,0.3333333333333333,\"a, \"\"b\"\"\"\n1,NaN,\n1099511627776,-0.0,\"é\nf\"\n";
+        assert_eq!(text, wanted);
+    }
+
+    #[test]
+    fn parquet_reads_back_bit_for_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.parquet");
+        std::fs::write(&path, table().parquet().unwrap()).unwrap();
+        let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
+        let rows: Vec<Vec<Field>> = reader
+            .get_row_iter(None)
+            .unwrap()
+            .map(|r| r.unwrap().get_column_iter().map(|(_, f)| f.clone()).collect())
+            .collect();
+        assert_eq!(rows.len(), 3);
+        let whole = |f: &Field| if let Field::Long(x) = f { *x } else { panic!("{f}") };
+        let bits = |f: &Field| if let Field::Double(x) = f { x.to_bits() } else { panic!("{f}") };
+        let text = |f: &Field| if let Field::Str(x) = f { x.clone() } else { panic!("{f}") };
+        assert_eq!(rows.iter().map(|r| whole(&r[0])).collect::<Vec<_>>(), [0, 1, 1 << 40]);
+        let numbers = [1.0 / 3.0, f64::NAN, -0.0].map(f64::to_bits);
+        assert_eq!(rows.iter().map(|r| bits(&r[1])).collect::<Vec<_>>(), numbers);
+        assert_eq!(rows.iter().map(|r| text(&r[2])).collect::<Vec<_>>(), ["a, \"b\"", "", "é\nf"]);
+    }
+
+    #[test]
+    fn an_empty_table_is_a_file_too() {
+        let empty = Table { columns: vec![("y".into(), Column::Number(Vec::new()))] };
+        assert_eq!(empty.csv(), b"y\n");
+        assert!(empty.parquet().unwrap().starts_with(b"PAR1"));
+    }
+}

@@ -1,0 +1,181 @@
+//! Statistics of the runs that came to an orderly end.
+//!
+//! ```text
+//! mean       m = Σ y / n              deviation  s² = Σ (y − m)² / (n − 1)       error of the mean  s / √n
+//! percentile linear between the ordered values y₀ … y₍ₙ₋₁₎ at p (n − 1)          (type 7 of Hyndman and Fan, 1996)
+//! rank correlation (Spearman): the correlation of the ranks, ties sharing the mean of theirs
+//! ellipse    of k deviations: centre m, half axes k √λ along the eigenvectors of the covariance
+//! ```
+//! A value that is NaN (a figure of a phase that never came) is left out, and `n` says so.
+
+/// One figure over all runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Runs with a value.
+    pub n: usize,
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation of the runs; NaN for fewer than two.
+    pub deviation: f64,
+    /// Standard error of the mean.
+    pub error: f64,
+    /// Least, 1 %, 5 %, 25 %, 50 %, 75 %, 95 %, 99 %, largest.
+    pub percentiles: [f64; 9],
+}
+
+/// Where [`Summary::percentiles`] are.
+pub const PERCENTILES: [f64; 9] = [0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0];
+
+impl Summary {
+    /// Of these values. Cost: n log n.
+    pub fn of(values: &[f64]) -> Summary {
+        let mut y: Vec<f64> = values.iter().copied().filter(|y| !y.is_nan()).collect();
+        y.sort_by(f64::total_cmp);
+        let n = y.len();
+        let mean = mean(&y);
+        let deviation = covariance(&y, &y).sqrt();
+        let percentiles = PERCENTILES.map(|p| percentile(&y, p));
+        Summary { n, mean, deviation, error: deviation / (n as f64).sqrt(), percentiles }
+    }
+}
+
+/// Of values in order; NaN of none.
+pub fn percentile(sorted: &[f64], p: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let at = p * last as f64;
+    let (k, rest) = ((at.floor() as usize).min(last), at.fract());
+    match rest {
+        0.0 => sorted[k],
+        _ => sorted[k] + rest * (sorted[(k + 1).min(last)] - sorted[k]),
+    }
+}
+
+fn mean(y: &[f64]) -> f64 {
+    y.iter().sum::<f64>() / y.len() as f64
+}
+
+/// Covariance of two lists of one length, NaN for fewer than two.
+fn covariance(x: &[f64], y: &[f64]) -> f64 {
+    if x.len() < 2 {
+        return f64::NAN;
+    }
+    let (a, b) = (mean(x), mean(y));
+    x.iter().zip(y).map(|(x, y)| (x - a) * (y - b)).sum::<f64>() / (x.len() - 1) as f64
+}
+
+/// The pairs without a NaN.
+pub fn pairs(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    x.iter().zip(y).filter(|(x, y)| !x.is_nan() && !y.is_nan()).unzip()
+}
+
+/// Spearman's rank correlation; NaN where one of the two never changes. Cost: n log n.
+pub fn rank_correlation(x: &[f64], y: &[f64]) -> f64 {
+    let (x, y) = pairs(x, y);
+    let (x, y) = (ranks(&x), ranks(&y));
+    let r = covariance(&x, &y) / (covariance(&x, &x) * covariance(&y, &y)).sqrt();
+    // Rounding may bring it a little beyond.
+    if r.is_nan() { r } else { r.clamp(-1.0, 1.0) }
+}
+
+fn ranks(y: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..y.len()).collect();
+    order.sort_by(|a, b| y[*a].total_cmp(&y[*b]));
+    let mut ranks = vec![0.0; y.len()];
+    let mut k = 0;
+    while k < order.len() {
+        let same = order[k..].iter().take_while(|j| y[**j] == y[order[k]]).count().max(1);
+        let rank = k as f64 + (same - 1) as f64 / 2.0;
+        order[k..k + same].iter().for_each(|j| ranks[*j] = rank);
+        k += same;
+    }
+    ranks
+}
+
+/// The ellipse of one standard deviation of two figures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ellipse {
+    /// Centre.
+    pub centre: (f64, f64),
+    /// Half axes, the longer first.
+    pub axes: (f64, f64),
+    /// Angle from the first coordinate to the longer axis (rad).
+    pub angle: f64,
+}
+
+impl Ellipse {
+    /// Of finite pairs; `None` for fewer than three.
+    pub fn of(x: &[f64], y: &[f64]) -> Option<Ellipse> {
+        let (x, y) = pairs(x, y);
+        if x.len() < 3 || x.iter().chain(&y).any(|v| !v.is_finite()) {
+            return None;
+        }
+        let (a, b, c) = (covariance(&x, &x), covariance(&x, &y), covariance(&y, &y));
+        let (half, root) = ((a + c) / 2.0, ((a - c) / 2.0).hypot(b));
+        let axes = ((half + root).max(0.0).sqrt(), (half - root).max(0.0).sqrt());
+        Some(Ellipse { centre: (mean(&x), mean(&y)), axes, angle: 0.5 * (2.0 * b).atan2(a - c) })
+    }
+
+    /// A point on it, `k` deviations wide, at the parameter `s` (rad).
+    pub fn point(&self, k: f64, s: f64) -> (f64, f64) {
+        let (u, v) = (k * self.axes.0 * s.cos(), k * self.axes.1 * s.sin());
+        let (sin, cos) = self.angle.sin_cos();
+        (self.centre.0 + u * cos - v * sin, self.centre.1 + u * sin + v * cos)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: f64, b: f64, tolerance: f64) {
+        assert!((a - b).abs() <= tolerance, "{a} against {b}");
+    }
+
+    #[test]
+    fn a_summary_by_hand() {
+        let s = Summary::of(&[4.0, f64::NAN, 1.0, 3.0, 2.0]);
+        assert_eq!((s.n, s.mean), (4, 2.5));
+        near(s.deviation, (5.0f64 / 3.0).sqrt(), 1e-15);
+        near(s.error, (5.0f64 / 12.0).sqrt(), 1e-15);
+        // numpy.percentile([1, 2, 3, 4], [0, 1, 5, 25, 50, 75, 95, 99, 100])
+        for (a, b) in
+            s.percentiles.into_iter().zip([1.0, 1.03, 1.15, 1.75, 2.5, 3.25, 3.85, 3.97, 4.0])
+        {
+            near(a, b, 1e-14);
+        }
+        assert!(Summary::of(&[]).mean.is_nan() && Summary::of(&[1.0]).deviation.is_nan());
+    }
+
+    #[test]
+    fn rank_correlation_sees_order_and_nothing_else() {
+        let x: Vec<f64> = (0..20).map(f64::from).collect();
+        let up: Vec<f64> = x.iter().map(|x| x.exp()).collect();
+        let down: Vec<f64> = x.iter().map(|x| -x * x * x).collect();
+        near(rank_correlation(&x, &up), 1.0, 1e-15);
+        near(rank_correlation(&x, &down), -1.0, 1e-15);
+        assert!(rank_correlation(&x, &[1.0; 20]).is_nan());
+        // With ties, by hand: ranks (0, 1.5, 1.5, 3) against (1, 0, 2, 3): 3 / √(4.5 · 5).
+        near(rank_correlation(&[1.0, 2.0, 2.0, 3.0], &[5.0, 4.0, 6.0, 7.0]), 0.632_455_532, 1e-9);
+        // A NaN takes its pair with it.
+        near(rank_correlation(&[1.0, f64::NAN, 3.0], &[1.0, -9.0, 2.0]), 1.0, 1e-15);
+    }
+
+    /// Points on an ellipse of known axes, evenly spaced in its parameter: their covariance is that of the ellipse
+    /// times (n/(n − 1))/2.
+    #[test]
+    fn the_ellipse_of_points_on_an_ellipse() {
+        let known = Ellipse { centre: (3.0, -2.0), axes: (5.0, 1.0), angle: 0.6 };
+        let n = 360;
+        let (x, y): (Vec<f64>, Vec<f64>) = (0..n)
+            .map(|k| known.point(1.0, f64::from(k) * std::f64::consts::TAU / f64::from(n)))
+            .unzip();
+        let e = Ellipse::of(&x, &y).unwrap();
+        let factor = (f64::from(n) / f64::from(n - 1) / 2.0).sqrt();
+        near(e.axes.0, 5.0 * factor, 1e-12);
+        near(e.axes.1, factor, 1e-12);
+        near(e.angle, 0.6, 1e-12);
+        near(e.centre.0, 3.0, 1e-12);
+        near(e.centre.1, -2.0, 1e-12);
+        assert!(Ellipse::of(&[1.0, 2.0], &[1.0, 2.0]).is_none());
+    }
+}

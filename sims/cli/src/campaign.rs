@@ -1,0 +1,269 @@
+//! `linkwork campaign`: many runs with drawn values, progress on the terminal, tables and a report; any single run
+//! again.
+use crate::options::RunOptions;
+use crate::voice::report;
+use crate::{exit, load, run};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use linkwork_campaign::{
+    Campaign, Cause, Journal, LoadError, Orders, Outcome, Progress, Results, end, execute,
+    write_report,
+};
+use linkwork_runner::Stop;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+/// What a campaign may be told.
+#[derive(Args, Clone, Debug, Default)]
+pub struct CampaignOptions {
+    /// Folder for the files; `runs/NAME` unless given. What ended in it already is not run again.
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Threads; as many as the machine has cores unless given.
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Only this run, again, to the same bits; its files go into OUT/run_N.
+    #[arg(long, value_name = "N")]
+    pub run: Option<u64>,
+    /// With --run: write its log and recording.
+    #[arg(long, requires = "run")]
+    pub log: bool,
+    /// No progress bar and no summary on the terminal.
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// What a campaign is called: `dispersions.ron` → `dispersions`.
+fn title(file: &Path) -> String {
+    file.file_stem().map_or("campaign".into(), |s| s.to_string_lossy().into_owned())
+}
+
+/// `linkwork campaign FILE`.
+pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
+    let library = load::library();
+    let campaign = match Campaign::read(file, &library) {
+        Ok(campaign) => campaign,
+        Err(failure) => return report(&failure),
+    };
+    let name = title(file);
+    let out = options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&name));
+    if let Some(run) = options.run {
+        return again(&campaign, run, &out, options);
+    }
+    if options.threads == Some(0) {
+        tell!("error: --threads is 0\n  help: write 1 or more, or leave it out");
+        return exit::INPUT;
+    }
+    if let Err(e) = std::fs::create_dir_all(&out) {
+        let out = out.display();
+        tell!("error: the folder `{out}` cannot be made: {e}\n  help: choose another with --out");
+        return exit::INPUT;
+    }
+    let path = out.join("journal");
+    let mut journal = match Journal::open(&path, campaign.identity(), campaign.form().runs) {
+        Ok(journal) => journal,
+        Err(e) => {
+            tell!("error: {e}");
+            return exit::INPUT;
+        }
+    };
+    let before = journal.outcomes.len();
+    if before > 0 && !options.quiet {
+        say!("{before} runs have ended already, in `{}`", path.display());
+    }
+    let stop = Stop::default();
+    let asked = stop.clone();
+    // Fails only when a handler is already set (several campaigns in one process).
+    let _ = ctrlc::set_handler(move || {
+        if asked.set() {
+            std::process::exit(i32::from(exit::STOPPED));
+        }
+    });
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let failures = out.join("failures");
+    let orders = Orders {
+        library: &library,
+        threads: options.threads.unwrap_or(cores),
+        failures: &failures,
+        stop: stop.clone(),
+    };
+    let bar = bar(campaign.form().runs, options.quiet);
+    let ended = execute(&campaign, &orders, &mut journal, |p| show(&bar, p));
+    bar.finish_and_clear();
+    // What there is, is written, also when the campaign could not go on.
+    let results = Results::new(&campaign, &journal);
+    let written = write(&name, &out, &campaign, &results);
+    if !options.quiet {
+        summary(&name, &campaign, &journal, &results, written.as_deref().unwrap_or_default());
+    }
+    if let Err(e) = &written {
+        tell!("error: {e}\n  help: make room and give the same command again: no run is lost");
+    }
+    match ended {
+        Err(e) => {
+            tell!("error: {e}");
+            exit::FAILED
+        }
+        _ if written.is_err() => exit::FAILED,
+        Ok(false) => {
+            let file = file.display();
+            tell!("stopped; go on with: linkwork campaign {file} --out {}", out.display());
+            exit::STOPPED
+        }
+        Ok(true) if results.failures.is_empty() => exit::OK,
+        Ok(true) => exit::FAILED,
+    }
+}
+
+fn write(
+    name: &str,
+    out: &Path,
+    campaign: &Campaign,
+    results: &Results,
+) -> Result<Vec<PathBuf>, String> {
+    let mut files = results.write(out)?;
+    let page = out.join("report.html");
+    write_report(&page, name, campaign, results)?;
+    files.push(page);
+    Ok(files)
+}
+
+fn bar(runs: u64, quiet: bool) -> ProgressBar {
+    if quiet || !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(runs);
+    // The template is a constant that parses.
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} runs  {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn show(bar: &ProgressBar, p: &Progress) {
+    bar.set_position(p.done);
+    let left = p.left.map_or(String::new(), |left| {
+        let s = left.as_secs();
+        format!("  {}:{:02}:{:02} left", s / 3600, s / 60 % 60, s % 60)
+    });
+    bar.set_message(format!("{} failed{left}", p.failed));
+}
+
+fn summary(
+    name: &str,
+    campaign: &Campaign,
+    journal: &Journal,
+    results: &Results,
+    files: &[PathBuf],
+) {
+    let done = journal.outcomes.len();
+    say!("{name}: {done} of {} runs have ended", campaign.form().runs);
+    for (cause, n) in &results.causes {
+        say!("  {n:8} {}", cause.name());
+    }
+    let width = results.figures.iter().map(|f| f.0.chars().count()).max().unwrap_or(0);
+    for ((figure, unit, _), s) in results.figures.iter().zip(&results.summaries) {
+        let [_, _, p5, _, median, _, p95, _, _] = s.percentiles;
+        say!(
+            "  {figure:width$}  {:.6} ± {:.3} {unit}   5 %: {p5:.6}   50 %: {median:.6}   95 %: {p95:.6}",
+            s.mean,
+            s.deviation
+        );
+    }
+    for (kind, runs) in &results.failures {
+        let which: Vec<String> = runs.iter().take(5).map(u64::to_string).collect();
+        let more = if runs.len() > which.len() { ", …" } else { "" };
+        say!("  {} failed by: {kind}\n    runs {}{more}", runs.len(), which.join(", "));
+    }
+    if !files.is_empty() {
+        say!("files:");
+    }
+    for file in files {
+        let hint = match file.extension().and_then(|e| e.to_str()) {
+            Some("html") => "   open with a browser",
+            _ => "",
+        };
+        say!("  {}{hint}", file.display());
+    }
+}
+
+/// `--run N`: the run as `linkwork run` makes it, with what the campaign drew. When the campaign has made it already,
+/// the two last states are compared.
+fn again(campaign: &Campaign, run: u64, out: &Path, options: &CampaignOptions) -> u8 {
+    let runs = campaign.form().runs;
+    if run >= runs {
+        tell!(
+            "error: there is no run {run}\n  help: the runs of this campaign are 0 to {}",
+            runs - 1
+        );
+        return exit::INPUT;
+    }
+    let ready = match campaign.load(run, &load::library()) {
+        Ok(ready) => ready,
+        Err(LoadError::Refused(failure)) => return report(&failure),
+        Err(LoadError::Changed(file)) => {
+            tell!("error: `{file}` has changed\n  help: give the command again");
+            return exit::INPUT;
+        }
+    };
+    let known = match known(campaign, out, run) {
+        Ok(known) => known,
+        Err(e) => {
+            tell!("error: {e}");
+            return exit::INPUT;
+        }
+    };
+    let (until, _) = end(ready.loaded.simulation.until, campaign.until());
+    let folder = out.join(format!("run_{run}"));
+    let told = RunOptions {
+        until: until.map(|u| format!("{}/{}", u.num, u.den)),
+        out: Some(folder.clone()),
+        save_rrd: (!options.log).then(|| "off".into()),
+        no_log: !options.log,
+        quiet: options.quiet,
+        ..RunOptions::default()
+    };
+    let code = run::run_ready(ready, campaign.simulation(), &format!("run_{run}"), &told);
+    let Some(known) = known.filter(|k| k.ended != Cause::WallLimit) else { return code };
+    if code == exit::INPUT || code == exit::STOPPED {
+        return code;
+    }
+    compare(&folder, &known, code)
+}
+
+/// How the campaign's own run ended, when it has.
+fn known(campaign: &Campaign, out: &Path, run: u64) -> Result<Option<Outcome>, String> {
+    let path = out.join("journal");
+    if !path.exists() {
+        return Ok(None);
+    }
+    let mut journal = Journal::open(&path, campaign.identity(), campaign.form().runs)
+        .map_err(|e| e.to_string())?;
+    Ok(journal.outcomes.remove(&run))
+}
+
+fn compare(folder: &Path, known: &Outcome, code: u8) -> u8 {
+    let path = folder.join("summary.json");
+    let hash = std::fs::read_to_string(&path)
+        .ok()
+        .and_then(|t| serde_json::from_str::<serde_json::Value>(&t).ok())
+        .and_then(|v| v["state_hash"].as_str().map(str::to_string));
+    let was = format!("{:016x}", known.hash);
+    match hash {
+        Some(now) if now == was => {
+            say!("the same last state as in the campaign: {was}");
+            code
+        }
+        Some(now) => {
+            tell!(
+                "error: the last state is {now}, in the campaign it was {was}\n  help: this is a mistake of a model or \
+                 of Linkwork: runs are meant to be the same bits each time"
+            );
+            exit::FAILED
+        }
+        None => {
+            tell!("error: `{}` does not tell the last state", path.display());
+            exit::FAILED
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! `linkwork completions` and `linkwork man`: what a shell and a manual know of the command line, made from its own
+//! declaration.
+use crate::exit;
+use crate::voice::say_text;
+use clap::Command;
+use clap_complete::Shell;
+use std::path::Path;
+
+/// Prints a script for a shell.
+pub fn completions(shell: Shell, command: &mut Command) -> u8 {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, command, "linkwork", &mut script);
+    say_text(format_args!("{}", String::from_utf8_lossy(&script)));
+    exit::OK
+}
+
+/// Writes a page for the program and one for each command.
+pub fn man(folder: &Path, command: Command) -> u8 {
+    let made = std::fs::create_dir_all(folder);
+    if let Err(e) = made.and_then(|()| clap_mangen::generate_to(command, folder)) {
+        let folder = folder.display();
+        tell!("error: `{folder}` cannot be written: {e}\n  help: name a folder that can be made");
+        return exit::FAILED;
+    }
+    say!("{}", folder.join("linkwork.1").display());
+    exit::OK
+}

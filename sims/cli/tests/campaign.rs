@@ -1,0 +1,435 @@
+//! `linkwork campaign`: the same results however it was run, single runs again, bad files, failures with what they
+//! leave.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
+mod common;
+use common::{BASE, Lab, edited, killed, names, root, signal, wait_for};
+use std::path::Path;
+use std::time::Duration;
+
+/// Sixty runs of the pendulum, for 0.2 s each.
+const FILE: &str = r#"Campaign(
+    doc: "A pendulum with unknown friction.",
+    simulation: "sim.ron",
+    runs: 60,
+    seed: 5,
+    set: { "until": "0.2 s", "Gravity.acceleration": [0, 0, -9.8] },
+    vary: {
+        "Friction.damping": Uniform(from: 0.01, to: 0.2),
+        "bob.mass": Normal(mean: "1 kg", deviation: "50 g"),
+        "bob.com": [0, 0, TruncatedNormal(mean: -1, deviation: 0.1, from: -1.3, to: -0.7)],
+        "Gain.k": Choice(of: [1, 2, 5], weights: [1, 1, 2]),
+    },
+    correlate: [(of: ["bob.mass", "bob.com[2]"], matrix: [[1, -0.8], [-0.8, 1]])],
+)
+"#;
+
+fn lab() -> Lab {
+    let lab = Lab::new();
+    lab.write("sim.ron", BASE);
+    lab.write("c.ron", FILE);
+    lab
+}
+
+/// What must not depend on how a campaign was run.
+fn tables(lab: &Lab, out: &str) -> Vec<Vec<u8>> {
+    ["results", "statistics", "sensitivity"]
+        .iter()
+        .flat_map(|t| ["csv", "parquet"].map(|e| format!("{out}/{t}.{e}")))
+        .chain([format!("{out}/report.html")])
+        .map(|f| std::fs::read(lab.path(&f)).unwrap())
+        .collect()
+}
+
+/// Column of results.csv by title; the values of these campaigns have no commas.
+fn column(lab: &Lab, out: &str, title: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(lab.path(&format!("{out}/results.csv"))).unwrap();
+    let mut lines = text.lines();
+    let k = lines.next().unwrap().split(',').position(|t| t == title);
+    let k = k.unwrap_or_else(|| panic!("no column `{title}`:\n{text}"));
+    lines.map(|l| l.split(',').nth(k).unwrap().to_string()).collect()
+}
+
+fn numbers(lab: &Lab, out: &str, title: &str) -> Vec<f64> {
+    column(lab, out, title).iter().map(|t| t.parse().unwrap()).collect()
+}
+
+#[test]
+fn threads_kills_and_stops_leave_no_trace() {
+    let lab = lab();
+    let said = lab.linkwork(&["campaign", "c.ron", "--out", "one", "--threads", "1"]).code(0);
+    assert!(said.out.contains("60 of 60 runs have ended"), "{}", said.out);
+    lab.linkwork(&["campaign", "c.ron", "--out", "four", "--threads", "4"]).code(0);
+    let wanted = tables(&lab, "one");
+    assert_eq!(tables(&lab, "four"), wanted, "threads leave a trace");
+    // Killed again and again, at instants that come nearer to the end of a run's line.
+    let journal = lab.path("killed/journal");
+    let lines = || std::fs::read_to_string(&journal).unwrap_or_default().lines().count();
+    let mut kills = 0;
+    for k in 0..40u64 {
+        let before = lines();
+        let mut child = lab.spawn(&["campaign", "c.ron", "--out", "killed", "--threads", "2"]);
+        wait_for(&journal);
+        for _ in 0..400 {
+            if lines() > before.max(1) || child.try_wait().unwrap().is_some() {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        std::thread::sleep(Duration::from_micros(300 * k));
+        let ended = child.try_wait().unwrap().is_some();
+        killed(&mut child);
+        if ended {
+            break;
+        }
+        kills += 1;
+    }
+    assert!(kills >= 2, "{kills} kills: the campaign is too short for this test");
+    lab.linkwork(&["campaign", "c.ron", "--out", "killed"]).code(0);
+    assert_eq!(tables(&lab, "killed"), wanted, "{kills} kills leave a trace");
+    assert_eq!(lines(), 61, "a run was made twice, or lost");
+    // Given again it runs nothing, and writes the same.
+    std::fs::remove_file(lab.path("killed/results.csv")).unwrap();
+    let said = lab.linkwork(&["campaign", "c.ron", "--out", "killed"]).code(0);
+    assert!(said.out.contains("60 runs have ended already"), "{}", said.out);
+    assert_eq!((tables(&lab, "killed"), lines()), (wanted, 61));
+}
+
+#[test]
+fn ctrl_c_keeps_what_has_ended() {
+    let lab = lab();
+    lab.write("c.ron", &FILE.replace("\"0.2 s\"", "\"20 s\"").replace("runs: 60", "runs: 5000"));
+    let child = lab.spawn(&["campaign", "c.ron", "--out", "out"]);
+    let journal = lab.path("out/journal");
+    wait_for(&journal);
+    while std::fs::read_to_string(&journal).unwrap().lines().count() < 4 {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    signal(&child, "INT");
+    let said: common::Said = child.wait_with_output().unwrap().into();
+    let said = said.code(130).tells(&["go on with: linkwork campaign c.ron --out out"]);
+    let rows = column(&lab, "out", "run").len();
+    assert!((3..5000).contains(&rows), "{rows}: {}", said.out);
+    // Two at once are refused.
+    let mut first = lab.spawn(&["campaign", "c.ron", "--out", "out"]);
+    std::thread::sleep(Duration::from_millis(400));
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"])
+        .code(2)
+        .tells(&["another campaign is writing", "--out"]);
+    killed(&mut first);
+}
+
+#[test]
+fn draws_have_the_distributions_and_correlations_that_the_file_says() {
+    let lab = lab();
+    let file = FILE.replace("runs: 60", "runs: 800").replace("\"0.2 s\"", "\"0.01 s\"");
+    lab.write("c.ron", &file);
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
+    let n = 800.0f64;
+    let mass = numbers(&lab, "out", "draw:bob.mass [kg]");
+    let com = numbers(&lab, "out", "draw:bob.com[2]");
+    let damping = numbers(&lab, "out", "draw:Friction.damping");
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / n;
+    let moment = |x: &[f64], y: &[f64]| {
+        let (a, b) = (mean(x), mean(y));
+        x.iter().zip(y).map(|(x, y)| (x - a) * (y - b)).sum::<f64>() / n
+    };
+    let correlation = |x: &[f64], y: &[f64]| moment(x, y) / (moment(x, x) * moment(y, y)).sqrt();
+    // Four standard errors.
+    assert!((mean(&mass) - 1.0).abs() < 4.0 * 0.05 / n.sqrt(), "{}", mean(&mass));
+    assert!((moment(&mass, &mass).sqrt() / 0.05 - 1.0).abs() < 4.0 / (2.0 * n).sqrt());
+    assert!(com.iter().all(|x| (-1.3..=-0.7).contains(x)));
+    assert!((correlation(&mass, &com) + 0.8).abs() < 4.0 * (1.0 - 0.64) / n.sqrt());
+    assert!(correlation(&mass, &damping).abs() < 4.0 / n.sqrt());
+    assert!((mean(&damping) - 0.105).abs() < 4.0 * 0.19 / 12f64.sqrt() / n.sqrt());
+    let fives = numbers(&lab, "out", "draw:Gain.k").iter().filter(|k| **k == 5.0).count() as f64;
+    assert!((fives / n - 0.5).abs() < 4.0 * 0.5 / n.sqrt(), "{fives}");
+    // What the values do: a part's noise has a seed of its own in each run.
+    let seeds: std::collections::BTreeSet<String> =
+        column(&lab, "out", "seed").into_iter().collect();
+    assert_eq!(seeds.len(), 800);
+    // Fewer runs are the first of more: a draw depends on no other run.
+    lab.write("c.ron", &file.replace("runs: 800", "runs: 20"));
+    lab.linkwork(&["campaign", "c.ron", "--out", "few"]).code(0);
+    for title in ["draw:bob.mass [kg]", "state", "seed", "largest speed [rad/s]"] {
+        assert_eq!(column(&lab, "few", title)[..], column(&lab, "out", title)[..20], "{title}");
+    }
+}
+
+#[test]
+fn a_run_made_again_has_the_same_bits_and_a_log() {
+    let lab = lab();
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
+    let again = |more: &[&str]| {
+        lab.linkwork(&[&["campaign", "c.ron", "--out", "out", "--run", "17"], more].concat())
+    };
+    let said = again(&["--log"]).code(0);
+    let state = column(&lab, "out", "state")[17].clone();
+    assert!(said.out.contains(&format!("the same last state as in the campaign: {state}")));
+    assert!(names(&lab.path("out/run_17")).contains(&"run.mcap".into()));
+    assert_eq!(lab.hash("out/run_17"), state);
+    // And by hand, with what the table says.
+    let get = |title: &str| column(&lab, "out", title)[17].clone();
+    let set = [
+        "until=0.2 s".to_string(),
+        "Gravity.acceleration=[0, 0, -9.8]".to_string(),
+        format!("Friction.damping={}", get("draw:Friction.damping")),
+        format!("bob.mass={} kg", get("draw:bob.mass [kg]")),
+        format!("bob.com=[0, 0, {}]", get("draw:bob.com[2]")),
+        format!("Gain.k={}", get("draw:Gain.k")),
+    ];
+    let set: Vec<&str> = set.iter().flat_map(|s| ["--set", s.as_str()]).collect();
+    let seed = get("seed");
+    lab.run("sim.ron", "hand", &[&set[..], &["--seed", &seed]].concat()).code(0);
+    assert_eq!(lab.hash("hand"), state);
+    // A journal that says otherwise is not believed in silence.
+    let journal = std::fs::read_to_string(lab.path("out/journal")).unwrap();
+    assert!(!journal.contains("ffffffffffffffff"));
+    again(&[]).code(0);
+    assert!(!names(&lab.path("out/run_17")).contains(&"run.rrd".into()));
+    lab.linkwork(&["campaign", "c.ron", "--out", "out", "--run", "60"])
+        .code(2)
+        .tells(&["there is no run 60", "0 to 59"]);
+}
+
+/// A state that grows as exp(k t): beyond 1e15 before the end for the larger k.
+fn failing() -> Lab {
+    let lab = Lab::new();
+    let blow = "\"Blow\": (model: \"basics.integrator\", params: { \"k\": 1, \"start\": 1 }), \"Source\": (";
+    let text = edited(&[
+        ("\"Source\": (", blow),
+        ("wires: [", "wires: [\"Blow.y -> Blow.u\", "),
+        ("until: \"1 s\"", "until: \"3 s\""),
+    ]);
+    lab.write("sim.ron", &text);
+    lab.write(
+        "c.ron",
+        "Campaign(simulation: \"sim.ron\", runs: 12, vary: {
+            \"Blow.k\": Choice(of: [1, 20, \"a lot\"], weights: [2, 1, 1]),
+        })",
+    );
+    lab
+}
+
+#[test]
+fn failures_are_listed_by_cause_and_leave_what_it_takes_to_look_at_them() {
+    let lab = failing();
+    let said = lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(1);
+    let ended = column_of_journal(&lab);
+    let of = |cause: &str| -> Vec<u64> {
+        ended.iter().filter(|(_, c)| c == cause).map(|(r, _)| *r).collect()
+    };
+    let (fine, failed, refused) = (of("until"), of("failed"), of("refused"));
+    assert!(!fine.is_empty() && !failed.is_empty() && !refused.is_empty(), "{ended:?}");
+    assert_eq!(fine.len() + failed.len() + refused.len(), 12);
+    assert!(said.out.contains(&format!("{} failed by: failed: ", failed.len())), "{}", said.out);
+    let folder = |run: u64| format!("out/failures/run_{run}");
+    for run in &failed {
+        let left = names(&lab.path(&folder(*run)));
+        assert_eq!(left, ["before_failure.lwck", "cause.txt", "configuration.ron"], "run {run}");
+        // The checkpoint goes on to the same failure.
+        let from = format!("{}/before_failure.lwck", folder(*run));
+        lab.resume(&from, &format!("again_{run}"), &[]).code(1).tells(&["`Blow.state.x` became"]);
+        lab.linkwork(&["check", &format!("{}/configuration.ron", folder(*run))]).code(0);
+    }
+    for run in &refused {
+        assert_eq!(names(&lab.path(&folder(*run))), ["cause.txt"]);
+        let text = std::fs::read_to_string(lab.path(&folder(*run)).join("cause.txt")).unwrap();
+        assert!(text.contains("Blow.k=\"a lot\""), "{text}");
+    }
+    for run in &fine {
+        assert!(!lab.path(&folder(*run)).exists());
+    }
+    let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
+    assert!(page.contains("Failures by cause"));
+    // Made again, it fails at the same state.
+    let run = failed[0].to_string();
+    let said = lab.linkwork(&["campaign", "c.ron", "--out", "out", "--run", &run]).code(1);
+    assert!(said.out.contains("the same last state as in the campaign"), "{said:?}");
+}
+
+/// Runs and how they ended, from the journal.
+fn column_of_journal(lab: &Lab) -> Vec<(u64, String)> {
+    let text = std::fs::read_to_string(lab.path("out/journal")).unwrap();
+    let mut found: Vec<(u64, String)> = text
+        .lines()
+        .skip(1)
+        .map(|l| serde_json::from_str::<serde_json::Value>(&l[9..]).unwrap())
+        .map(|v| (v["run"].as_u64().unwrap(), v["ended"].as_str().unwrap().to_string()))
+        .collect();
+    found.sort_unstable();
+    found
+}
+
+#[test]
+fn a_run_that_never_ends_is_ended() {
+    let lab = lab();
+    // By simulated time, where the simulation says nothing.
+    lab.write(
+        "endless.ron",
+        &edited(&[
+            ("    until: \"1 s\",\n", "    stop_when: \"Never.y\",\n"),
+            ("\"Source\": (", "\"Never\": (model: \"basics.comparator\", params: { \"threshold\": 1e9 }), \"Source\": ("),
+            ("wires: [", "wires: [\"Source.y -> Never.a\", \"Gain.y -> Never.b\", "),
+        ]),
+    );
+    let file = |limits: &str| {
+        format!(
+            "Campaign(simulation: \"endless.ron\", runs: 3, {limits} vary: {{ \"Gain.k\": Uniform(from: 1, to: 2) }})"
+        )
+    };
+    let model = lab.linkwork(&["check", "endless.ron"]);
+    assert_eq!(model.code, 0, "{}", model.err);
+    lab.write("c.ron", &file(""));
+    lab.linkwork(&["campaign", "c.ron", "--out", "none"])
+        .code(2)
+        .tells(&["might never end", "limits: (time:"]);
+    lab.write("c.ron", &file("limits: (time: \"0.5 s\"),"));
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
+    assert!(column_of_journal(&lab).iter().all(|(_, ended)| ended == "time_limit"));
+    assert_eq!(numbers(&lab, "out", "time [s]"), [0.5; 3]);
+    std::fs::remove_dir_all(lab.path("out")).unwrap();
+    // By wall time.
+    lab.write("c.ron", &file("limits: (time: \"1e7 s\", wall: \"200 ms\"),"));
+    lab.linkwork(&["campaign", "c.ron", "--out", "out", "--threads", "3"]).code(1);
+    assert!(column_of_journal(&lab).iter().all(|(_, ended)| ended == "wall_limit"));
+    let left = names(&lab.path("out/failures/run_0"));
+    assert_eq!(left, ["cause.txt", "configuration.ron", "interrupted.lwck"]);
+}
+
+#[test]
+fn what_has_changed_is_noticed() {
+    let lab = lab();
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
+    let other = "the journal `out/journal` is of another campaign";
+    lab.write("c.ron", &FILE.replace("0.2)", "0.3)"));
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(2).tells(&[other, "--out"]);
+    lab.write("c.ron", FILE);
+    lab.write("sim.ron", &edited(&[("60 deg", "61 deg")]));
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(2).tells(&[other]);
+    lab.linkwork(&["campaign", "c.ron", "--out", "out", "--run", "3"]).code(2).tells(&[other]);
+    // What the report shows is no part of a run, nor is the order of the file.
+    lab.write("sim.ron", BASE);
+    let line = "        \"Friction.damping\": Uniform(from: 0.01, to: 0.2),\n";
+    let moved = FILE
+        .replace(line, "")
+        .replace("    },\n    correlate", &format!("{line}    }},\n    correlate"));
+    assert_ne!(moved, FILE);
+    lab.write("c.ron", &moved.replace("unknown friction", "another word"));
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
+    // A journal with one wrong byte.
+    let path = lab.path("out/journal");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    std::fs::write(&path, bytes).unwrap();
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(2).tells(&[
+        "the checksum does not fit",
+        "line ",
+        "take a copy",
+    ]);
+}
+
+#[test]
+fn bad_files_are_refused_with_place_fact_and_remedy() {
+    let lab = lab();
+    let refused = |edits: &[(&str, &str)], wanted: &[&str]| {
+        let text = edits.iter().fold(FILE.to_string(), |t, (from, to)| {
+            assert!(t.contains(from), "`{from}`");
+            t.replacen(from, to, 1)
+        });
+        lab.write("bad.ron", &text);
+        let said = lab.linkwork(&["campaign", "bad.ron", "--out", "out"]).code(2).tells(wanted);
+        assert!(said.err.contains("help: "), "no remedy: {}", said.err);
+        assert!(!lab.path("out").exists(), "it wrote something");
+    };
+    refused(
+        &[("Uniform(from: 0.01", "Uniform(from: 0.3")],
+        &["bad.ron:8:", "runs from 0.3 to 0.2"],
+    );
+    refused(&[("deviation: \"50 g\"", "deviation: \"0 g\"")], &["bad.ron:9:", "deviation 0"]);
+    refused(&[("\"50 g\"", "\"50 m\"")], &["`deviation` is in m, `mean` in kg"]);
+    refused(&[("to: -0.7", "to: -1.4")], &["bad.ron:10:", "runs from -1.3 to -1.4"]);
+    refused(&[("from: -1.3, to: -0.7", "from: 1, to: 2")], &["has no support"]);
+    refused(&[("weights: [1, 1, 2]", "weights: [1, 1]")], &["`weights` are not 3 numbers"]);
+    refused(&[("of: [1, 2, 5], weights: [1, 1, 2]", "of: []")], &["nothing to choose from"]);
+    refused(
+        &[("[[1, -0.8], [-0.8, 1]]", "[[1, -1.8], [-1.8, 1]]")],
+        &["bad.ron:13:", "entry (1, 2) is -1.8"],
+    );
+    refused(&[("[-0.8, 1]", "[-0.7, 1]")], &["symmetric"]);
+    refused(&[("[[1, -0.8], [-0.8, 1]]", "[[1]]")], &["1 rows", "2 names"]);
+    let three = "of: [\"bob.mass\", \"bob.com[2]\", \"Friction.damping\"], matrix: [[1, 0.9, -0.9], [0.9, 1, 0.9], [-0.9, 0.9, 1]]";
+    let two = "of: [\"bob.mass\", \"bob.com[2]\"], matrix: [[1, -0.8], [-0.8, 1]]";
+    refused(&[(two, three)], &["not positive semi-definite", "row 3"]);
+    refused(
+        &[("of: [\"bob.mass\"", "of: [\"bob.mess\"")],
+        &["`bob.mess` is not drawn", "did you mean `bob.mass`"],
+    );
+    refused(&[("of: [\"bob.mass\"", "of: [\"Gain.k\"")], &["`Gain.k` is a Choice"]);
+    refused(
+        &[("Uniform(", "Unifrom(")],
+        &["bad.ron:8:", "there is no distribution `Unifrom`", "`Uniform`"],
+    );
+    refused(
+        &[("Friction.damping", "Friction.dumping")],
+        &["bad.ron:8:", "has no such parameter", "damping"],
+    );
+    refused(&[("\"Gain.k\"", "\"Gian.k\"")], &["bad.ron:11:", "`Gian.k` matches nothing", "Gain"]);
+    refused(&[("runs: 60", "runs: 0")], &["bad.ron:4:", "`runs` is 0"]);
+    refused(&[("runs: 60", "runs: 60, sampling: Sobel")], &["no sampling `Sobel`", "Sobol"]);
+    refused(&[("runs: 60", "runs: 70000, sampling: Sobol")], &["65536 runs", "LatinHypercube"]);
+    refused(&[("runs: 60", "rums: 60")], &["has no field `rums`", "has no `runs`"]);
+    refused(&[("\"sim.ron\"", "\"sum.ron\"")], &["there is no simulation"]);
+    refused(
+        &[("\"Friction.damping\": Uniform(from: 0.01, to: 0.2)", "\"Friction.damping\": 0.1")],
+        &["has no distribution in it", "`set`"],
+    );
+    refused(&[("\"until\": \"0.2 s\"", "\"seed\": 3")], &["noise: Own"]);
+    refused(
+        &[("    correlate", "    scatter: [(\"largest speed\", \"smallest\")],\n    correlate")],
+        &["no figure `smallest`"],
+    );
+    refused(&[("    correlate", "    limits: (wall: \"-1 s\"),\n    correlate")], &["`wall`"]);
+    lab.write("bad.ron", "Campaign(simulation: \"sim.ron\", runs: 5, noise: Same)");
+    lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["all runs would be the same"]);
+    lab.write("bad.ron", "Simulation()");
+    lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["bad.ron:1:1", "Campaign"]);
+    lab.linkwork(&["campaign", "none.ron"]).code(2).tells(&["cannot be read"]);
+    lab.linkwork(&["campaign", "c.ron", "--threads", "0"]).code(2).tells(&["--threads"]);
+}
+
+#[test]
+fn every_way_of_sampling_makes_a_campaign() {
+    let lab = lab();
+    for how in ["Random", "LatinHypercube", "Sobol"] {
+        let file = FILE.replace("runs: 60", &format!("runs: 16, sampling: {how}"));
+        lab.write("c.ron", &file);
+        lab.linkwork(&["campaign", "c.ron", "--out", how]).code(0);
+        let mut cells: Vec<usize> = numbers(&lab, how, "draw:Friction.damping")
+            .iter()
+            .map(|x| ((x - 0.01) / 0.19 * 16.0) as usize)
+            .collect();
+        cells.sort_unstable();
+        let each_once = cells.into_iter().eq(0..16);
+        assert_eq!(each_once, how != "Random", "{how}");
+    }
+}
+
+#[test]
+fn the_campaign_that_ships_is_right() {
+    let lab = Lab::new();
+    let folder = root().join("sims/ballistic_entry");
+    let text = std::fs::read_to_string(folder.join("dispersions.ron")).unwrap();
+    let sim = folder.join("sim.ron").display().to_string();
+    let few = text.replace("runs: 1000", "runs: 24").replace("\"sim.ron\"", &format!("{sim:?}"));
+    assert_ne!(few, text);
+    lab.write("dispersions.ron", &few);
+    lab.linkwork(&["campaign", "dispersions.ron", "--out", "out"]).code(0);
+    let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
+    assert!(page.matches("<svg").count() >= 4 * 3 + 2 && page.contains("class=\"ring\""));
+    assert!(!page.contains("http") && !page.contains("<script"), "the page needs something else");
+    let heating = numbers(&lab, "out", "peak heating [W/cm^2]");
+    let least = heating.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(heating.iter().any(|h| *h > 1.02 * least), "nothing varies");
+    assert!(Path::new(&lab.path("out/results.parquet")).exists());
+}
