@@ -212,9 +212,18 @@ pub fn place_on_terrain(
             mechanism.q = q;
         }
     } else {
-        let fact =
-            format!("`{}` was put down where its wheels touch and does not rest there", p.body);
-        let help = "brake its wheels at the start, or put it where the ground holds it";
+        let (what, help) = match plan.steps.is_empty() {
+            true => (
+                "does not rest there",
+                "brake its wheels at the start, or put it where the ground holds it",
+            ),
+            // What advances by impulses has no derivative to follow.
+            false => (
+                "is not brought to rest before the run, since contact by impulses is on",
+                "let it settle in the first second of the run",
+            ),
+        };
+        let fact = format!("`{}` was put down where its wheels touch and {what}", p.body);
         plan.warnings.push(Fault::new(Origin::NONE, fact).help(help));
     }
     Ok(e.amax())
