@@ -228,6 +228,17 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     let change = momentum_with_wheels(&sim) - start;
     println!("{change} {sum}");
     assert!(change.norm() > 1.0 && (change - sum).norm() < 1e-4 * change.norm(), "{change} {sum}");
+    // After an orbit it points as its README says, by its estimate and in truth, with wheels that are empty.
+    sim.run_until(seconds(6000.0)).unwrap();
+    let (estimate, truth) =
+        (sim.get("Software.Pointing.error").unwrap(), rotation(&sim, "craft").angle());
+    let arc = |x: f64| x.to_degrees() * 3600.0;
+    println!("{:.1} arcsec by its estimate, {:.1} in truth", arc(estimate), arc(truth));
+    assert!((30.0..60.0).contains(&arc(estimate)) && arc(truth) < 80.0);
+    let speeds = [1, 2, 3, 4].map(|k| sim.get(&format!("Wheel{k}.speed")).unwrap());
+    assert!(speeds.iter().all(|w| w.abs() < 2.5), "{speeds:?}");
+    let bias = sim.get("Software.Filter.bias.x").unwrap().to_degrees() * 3600.0;
+    assert!((bias + 1.01).abs() < 0.05, "{bias}");
 }
 
 /// Whether the run of `sims/mars_edl` has come to its end.
