@@ -2,7 +2,7 @@
 //! reference data, and what flights are compared by.
 #![allow(dead_code, missing_docs, clippy::unwrap_used)]
 use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down};
-use linkwork_runtime::{Catalogue, Files, Program, Seconds, Simulation};
+use linkwork_runtime::{Catalogue, Entry, Files, Program, Seconds, Simulation};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Quat, Vec3};
 use serde_json::Value;
@@ -48,8 +48,16 @@ pub fn traverse(set: &[&str]) -> Result<Simulation, String> {
 
 /// A simulation in RON.
 pub fn scene(text: &str, set: &[&str]) -> Result<Simulation, String> {
-    let catalogue = catalogue();
-    let program = finish(load_text("scene.ron", text, &options(&catalogue, set)), &catalogue)?;
+    of_text(&catalogue(), text, set)
+}
+
+/// A simulation in RON with models of a test's own.
+pub fn scene_with(own: Vec<Entry>, text: &str) -> Result<Simulation, String> {
+    of_text(&Catalogue::new(linkwork_assemblies::libraries().into_iter().chain([own])), text, &[])
+}
+
+fn of_text(catalogue: &Catalogue, text: &str, set: &[&str]) -> Result<Simulation, String> {
+    let program = finish(load_text("scene.ron", text, &options(catalogue, set)), catalogue)?;
     Ok(Simulation::of(Arc::new(program)))
 }
 

@@ -84,6 +84,14 @@ fn parked_it_does_not_creep() {
                 1e3 * went
             );
             assert!(speed < bound, "soil {soil} slope {slope}: {speed} m/s");
+            if soil && slope <= 20.0 {
+                // It dies out.
+                let later = creep(&mut sim, 28, 32);
+                assert!(
+                    later <= speed.max(1e-9) && later < 1e-6,
+                    "slope {slope}: later {later} m/s"
+                );
+            }
             // By hand-set brakes it rolled 60 to 94 mm before.
             assert!(went < 1e-3, "soil {soil} slope {slope}: {went} m from the start");
         }

@@ -1,4 +1,4 @@
-//! Ruts under a whole rover: who runs in them, what a checkpoint and a fork keep, and that without them nothing changes.
+//! Ruts under a whole rover: who runs in them, what a checkpoint and a fork keep, and that without them there is none.
 #![allow(clippy::unwrap_used)]
 use linkwork_runtime::{Seconds, Simulation};
 

@@ -11,6 +11,7 @@ pub mod mars_sun;
 pub mod planet;
 pub mod planet_air;
 pub mod planet_sun;
+pub mod polyhedral_gravity;
 pub mod random;
 pub mod soil;
 pub mod terrain;
@@ -28,6 +29,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::service::<fields::ExponentialAtmosphere>(),
         Entry::service::<gravity::SphericalHarmonics>(),
         Entry::service::<gravity::ZonalGravity>(),
+        Entry::service::<polyhedral_gravity::PolyhedralGravity>(),
         Entry::service::<planet_air::StandardAtmosphere>(),
         Entry::service::<planet_air::MsisAtmosphere>(),
         Entry::service::<planet_air::MarsAtmosphere>(),
@@ -44,7 +46,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_documented() {
         let all = Catalogue::new([super::catalogue()]);
-        assert_eq!(all.iter().count(), 14);
+        assert_eq!(all.iter().count(), 15);
         assert!(all.iter().all(|e| !e.description.doc.is_empty()));
     }
 }

@@ -5,7 +5,7 @@ use crate::form::{Drawn, Form, Noise, Template};
 use crate::sampling::Stream;
 use linkwork_assembly::Failure;
 use linkwork_runner::{Library, Ready};
-use linkwork_runtime::{Fault, Located, Origin, Seconds, Value, noise};
+use linkwork_runtime::{Fault, Located, Origin, Seconds, Sources, Value, noise};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,11 @@ pub struct Campaign {
     figures: Vec<(String, String)>,
     /// Contents that every run must find: texts by name, fingerprints of data files by name.
     contents: Contents,
+    /// What of the simulation is allowed and probably not meant, with every distribution at its middle.
+    warnings: Vec<Fault>,
+    sources: Sources,
+    /// Seed of the simulation's file.
+    file_seed: u64,
     identity: u64,
 }
 
@@ -67,7 +72,16 @@ impl Campaign {
             |(k, d): (usize, &Drawn)| Stream::new(form.sampling, form.seed, &d.name, k, form.runs);
         let streams = form.drawn.iter().enumerate().map(stream).collect();
         let (figures, nothing) = (Vec::new(), Contents::new());
-        let mut campaign = Campaign { form, streams, figures, contents: nothing, identity: 0 };
+        let mut campaign = Campaign {
+            form,
+            streams,
+            figures,
+            contents: nothing,
+            warnings: Vec::new(),
+            sources: Sources::default(),
+            file_seed: 0,
+            identity: 0,
+        };
         let middle = campaign.middle();
         let set = campaign.set(&middle);
         let ready = library
@@ -75,8 +89,37 @@ impl Campaign {
             .map_err(|failure| campaign.in_own_words(failure))?;
         campaign.look_up(&ready)?;
         campaign.contents = contents(&ready);
+        campaign.warnings = ready.warnings();
+        campaign.sources = ready.loaded.sources.clone();
+        campaign.file_seed = ready.plan().seed;
+        campaign.watch_choices(library);
         campaign.identity = campaign.identify(ready.plan().hash);
         Ok(campaign)
+    }
+
+    /// Files that a choice may name, as they are now. What cannot be loaded is refused when a run draws it.
+    fn watch_choices(&mut self, library: &Library) {
+        for k in 0..self.form.drawn.len() {
+            let Distribution::Choice { of, .. } = &self.form.drawn[k].of else { continue };
+            for value in of.iter().filter(|v| matches!(v, Value::Text(_))) {
+                let mut drawn = self.middle();
+                drawn[k] = value.clone();
+                let set = self.set(&drawn);
+                if let Ok(ready) = library.file_quietly(&self.form.simulation, &set, None) {
+                    self.contents.extend(contents(&ready));
+                }
+            }
+        }
+    }
+
+    /// What of the simulation is allowed and probably not meant, each once, and the texts that this points into.
+    pub fn warnings(&self) -> (&[Fault], &Sources) {
+        (&self.warnings, &self.sources)
+    }
+
+    /// Seed of a run's noise.
+    pub fn seed_of(&self, run: u64) -> u64 {
+        self.seed(run).unwrap_or(self.file_seed)
     }
 
     /// Figures, the end, the pairs of the report: what the simulation says of itself.
@@ -146,9 +189,10 @@ impl Campaign {
         for (path, template, _) in &f.targets {
             text.push_str(&format!("\n{path} {}", shape(template)));
         }
-        for (name, print) in &self.contents {
-            text.push_str(&format!("\n{name} {print:016x}"));
-        }
+        // By contents alone: names are as the path to the campaign was typed.
+        let mut prints: Vec<u64> = self.contents.values().copied().collect();
+        prints.sort_unstable();
+        prints.iter().for_each(|print| text.push_str(&format!("\n{print:016x}")));
         noise::hash(text.bytes())
     }
 

@@ -108,6 +108,8 @@ pub fn execute(
         let mut here = 0;
         for message in told {
             let added = match message {
+                // Nothing is written behind a line that may be torn: these runs are made again.
+                Told::Outcome(_) if error.is_some() => continue,
                 Told::Outcome(outcome) => {
                     shown.failed += u64::from(!outcome.ended.is_orderly());
                     journal.add(outcome).map_err(CampaignError::from)
@@ -258,7 +260,7 @@ fn one(
         ended: Cause::Until,
         why: String::new(),
         time: 0.0,
-        seed: campaign.seed(run).unwrap_or_default(),
+        seed: campaign.seed_of(run),
         hash: 0,
         wall: 0.0,
         figures: Vec::new(),
@@ -299,8 +301,9 @@ fn one(
     outcome.hash = sim.hash();
     outcome.figures = set.runner.watch.0.results().map(|(_, y, _)| y).collect();
     outcome.wall = begin.elapsed().as_secs_f64();
-    if !outcome.ended.is_orderly() {
-        keep(campaign, orders, set, &outcome)?;
+    // Stopped while it left what it takes to look at it: it is made again.
+    if !outcome.ended.is_orderly() && !keep(campaign, orders, set, &outcome)? {
+        return Ok(None);
     }
     Ok(Some(outcome))
 }
@@ -333,13 +336,13 @@ fn keep_text(
 }
 
 /// Keeps the configuration and a checkpoint. A run that failed is run again with states kept on the way, up to the
-/// same failure: that costs the runs that do not fail nothing.
+/// same failure: that costs the runs that do not fail nothing. False when it was stopped meanwhile.
 fn keep(
     campaign: &Campaign,
     orders: &Orders<'_>,
     mut set: Set,
     outcome: &Outcome,
-) -> Result<(), CampaignError> {
+) -> Result<bool, CampaignError> {
     let folder = keep_text(campaign, orders, outcome)?;
     let path = folder.join("configuration.ron");
     std::fs::write(&path, &set.configuration)
@@ -356,11 +359,13 @@ fn keep(
         let again =
             catch_unwind(AssertUnwindSafe(|| set_up(campaign, outcome.run, orders.library)));
         // It was loaded once: it loads again, unless a file has gone meanwhile.
-        let Ok(Ok(mut set)) = again else { return Ok(()) };
+        let Ok(Ok(mut set)) = again else { return Ok(true) };
         let saves = saves(&set);
         set.runner.save_with(saves);
-        if let Stepped::Panicked(_) = step(&mut set, &orders.stop, None, now()) {
-            set.runner.save_before_failure();
+        match step(&mut set, &orders.stop, None, now()) {
+            Stepped::Panicked(_) => set.runner.save_before_failure(),
+            Stepped::Stopped => return Ok(false),
+            Stepped::Ended(_) | Stepped::Wall => {}
         }
         set.runner.new_save_failures()
     };
@@ -373,5 +378,5 @@ fn keep(
         };
         add().map_err(|source| CampaignError::Keep { path: path.clone(), source })?;
     }
-    Ok(())
+    Ok(true)
 }

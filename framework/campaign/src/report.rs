@@ -87,7 +87,7 @@ fn failures(out: &mut String, results: &Results) {
             runs.len()
         );
     }
-    out.push_str("</table>\n<p>Digits are shown as #. Configuration and last checkpoint of each are in <code>failures</code>.</p>\n");
+    out.push_str("</table>\n<p>Digits are shown as #. What each left to look at is in <code>failures</code>.</p>\n");
 }
 
 fn statistics(out: &mut String, results: &Results) {

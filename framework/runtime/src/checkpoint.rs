@@ -347,8 +347,12 @@ impl Checkpoint {
     /// [`CheckpointError::Io`]; [`CheckpointError::Format`] when it is not one or is damaged.
     pub fn read(path: &Path) -> Result<Checkpoint, CheckpointError> {
         let name = path.display().to_string();
-        let bytes = std::fs::read(path)
-            .map_err(|source| CheckpointError::Io { path: name.clone(), source })?;
+        let io = |source| CheckpointError::Io { path: name.clone(), source };
+        // A device or a pipe may never end.
+        if !path.metadata().map_err(io)?.is_file() {
+            return Err(io(std::io::Error::other("it is no file")));
+        }
+        let bytes = std::fs::read(path).map_err(io)?;
         let format = |why: &str| CheckpointError::Format { path: name.clone(), why: why.into() };
         if bytes.len() < 16 || &bytes[..8] != MAGIC {
             return Err(format("it does not begin as one"));

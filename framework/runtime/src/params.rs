@@ -151,6 +151,10 @@ impl<'a> ReadCx<'a> {
     pub fn text(&mut self, name: &str, origin: Origin) -> Option<String> {
         let found = self.files.resolve(name).map_err(|e| (e.message, e.help));
         let read = found.and_then(|path| {
+            // A device or a pipe may never end.
+            if path.metadata().is_ok_and(|m| !m.is_file()) {
+                return Err((format!("`{name}` is no file"), None));
+            }
             std::fs::read_to_string(path)
                 .map_err(|e| (format!("the file `{name}` cannot be read: {e}"), None))
         });

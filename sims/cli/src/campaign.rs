@@ -6,8 +6,8 @@ use crate::{exit, load, run};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_campaign::{
-    Campaign, Cause, Journal, LoadError, Orders, Outcome, Progress, Results, end, execute,
-    write_report,
+    Campaign, Cause, Journal, JournalError, LoadError, Orders, Outcome, Progress, Results, end,
+    execute, write_report,
 };
 use linkwork_runner::Stop;
 use std::io::IsTerminal;
@@ -45,6 +45,8 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
         Ok(campaign) => campaign,
         Err(failure) => return report(&failure),
     };
+    let (warnings, sources) = campaign.warnings();
+    load::warn_of(warnings, sources);
     let name = title(file);
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&name));
     if let Some(run) = options.run {
@@ -237,9 +239,14 @@ fn known(campaign: &Campaign, out: &Path, run: u64) -> Result<Option<Outcome>, S
     if !path.exists() {
         return Ok(None);
     }
-    let mut journal = Journal::open(&path, campaign.identity(), campaign.form().runs)
-        .map_err(|e| e.to_string())?;
-    Ok(journal.outcomes.remove(&run))
+    match Journal::open(&path, campaign.identity(), campaign.form().runs) {
+        Ok(mut journal) => Ok(journal.outcomes.remove(&run)),
+        Err(JournalError::Taken { .. }) => {
+            tell!("note: the campaign is running: the last state is not compared with its own");
+            Ok(None)
+        }
+        Err(e) => Err(e.to_string()),
+    }
 }
 
 fn compare(folder: &Path, known: &Outcome, code: u8) -> u8 {

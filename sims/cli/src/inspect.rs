@@ -1,23 +1,13 @@
-//! `linkwork list`, `describe`, `tree`, `graph`: what there is and how it hangs together.
+//! `linkwork list`, `describe`, `tree`: what there is and how it hangs together.
 use crate::voice::say_text;
 use crate::{exit, load};
-use clap::ValueEnum;
 use linkwork_assembly::{TreeKind, TreeNode, path_matches};
-use linkwork_runtime::{Origin, ParamSpec, PortSpec, Role, Via};
-use std::collections::BTreeMap;
+use linkwork_runtime::{Origin, ParamSpec, PortSpec, Role};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Language of a graph.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum GraphFormat {
-    /// Graphviz.
-    Dot,
-    /// Mermaid, as in Markdown.
-    Mermaid,
-}
-
-fn first_line(doc: &str) -> &str {
+/// The first line of a text.
+pub fn first_line(doc: &str) -> &str {
     doc.lines().next().unwrap_or("")
 }
 
@@ -187,67 +177,4 @@ fn draw(node: &TreeNode, lead: &str, next: &str, out: &mut String) {
         let (a, b) = if last { ("└── ", "    ") } else { ("├── ", "│   ") };
         draw(child, &format!("{next}{a}"), &format!("{next}{b}"), out);
     }
-}
-
-/// Prints the wires.
-pub fn graph(sim: &Path, format: GraphFormat) -> u8 {
-    let ready = match load::ready(sim, &[], None) {
-        Ok(r) => r,
-        Err(code) => return code,
-    };
-    let plan = ready.plan();
-    let mut ids: BTreeMap<String, usize> = BTreeMap::new();
-    let part = |path: &str| {
-        let mut p = path;
-        loop {
-            if plan.parts.iter().any(|x| x.path == p) {
-                return p.to_string();
-            }
-            match p.rsplit_once('.') {
-                Some((head, _)) => p = head,
-                None => return path.to_string(),
-            }
-        }
-    };
-    let mut edges = Vec::new();
-    for w in &plan.wires {
-        let (a, b) = (part(&w.from), part(&w.to));
-        for n in [&a, &b] {
-            let next = ids.len();
-            ids.entry(n.clone()).or_insert(next);
-        }
-        let end = if w.via == Via::Bind { "" } else { w.from[a.len()..].trim_start_matches('.') };
-        edges.push((ids[&a], ids[&b], end.to_string(), w.hold, w.via));
-    }
-    let mut out = String::new();
-    match format {
-        GraphFormat::Dot => {
-            out.push_str("digraph linkwork {\n  rankdir=LR; node [shape=box];\n");
-            for (name, id) in &ids {
-                let _ = writeln!(out, "  n{id} [label={name:?}];");
-            }
-            for (a, b, label, hold, via) in edges {
-                let style = match (hold, via) {
-                    (true, _) => ", style=dashed",
-                    (_, Via::Bind) => ", color=gray",
-                    _ => "",
-                };
-                let _ = writeln!(out, "  n{a} -> n{b} [label={label:?}{style}];");
-            }
-            out.push_str("}\n");
-        }
-        GraphFormat::Mermaid => {
-            out.push_str("flowchart LR\n");
-            for (name, id) in &ids {
-                let _ = writeln!(out, "  n{id}[\"{name}\"]");
-            }
-            for (a, b, label, hold, _) in edges {
-                let arrow = if hold { "-.->" } else { "-->" };
-                let label = if label.is_empty() { String::new() } else { format!("|{label}|") };
-                let _ = writeln!(out, "  n{a} {arrow}{label} n{b}");
-            }
-        }
-    }
-    say_text(format_args!("{out}"));
-    exit::OK
 }

@@ -4,7 +4,7 @@ use linkwork_assembly::Loaded;
 pub use linkwork_assembly::dotted;
 use linkwork_runner::Library;
 pub use linkwork_runner::{Ready, sim_file};
-use linkwork_runtime::{Catalogue, Plan, Value};
+use linkwork_runtime::{Catalogue, Fault, Plan, Sources, Value};
 use std::path::Path;
 
 /// Every model and service of the component libraries, and foreign units.
@@ -39,9 +39,13 @@ pub fn ready_text(name: &str, text: &str) -> Result<Ready, u8> {
 
 /// Prints what is allowed and probably not meant, each once.
 pub fn warn(ready: &Ready) {
-    let warnings = ready.warnings();
+    warn_of(&ready.warnings(), &ready.loaded.sources);
+}
+
+/// The same of warnings that were gathered before.
+pub fn warn_of(warnings: &[Fault], sources: &Sources) {
     for fault in warnings.iter().take(MOST) {
-        let place = ready.loaded.sources.place(fault.origin);
+        let place = sources.place(fault.origin);
         let at = place.map_or(String::new(), |(n, l, c)| format!("\n  --> {n}:{l}:{c}"));
         let help = fault.help.as_ref().map_or(String::new(), |h| format!("\n  help: {h}"));
         tell!("warning: {}{at}{help}", fault.message);

@@ -4,6 +4,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use linkwork_cli::campaign::{self, CampaignOptions};
 use linkwork_cli::diff::{self, DiffOptions};
 use linkwork_cli::export::{self, ExportOptions};
+use linkwork_cli::graph::{self, GraphFormat};
 use linkwork_cli::options::RunOptions;
 use linkwork_cli::wheel_test::{self, WheelTestOptions};
 use linkwork_cli::{check, exit, inspect, pages, replay, run, voice};
@@ -90,13 +91,13 @@ enum Command {
         /// A simulation.
         sim: PathBuf,
     },
-    /// Print the wires as a graph.
+    /// Print parts and wires as a graph: `linkwork graph SIM --format html > graph.html` opens in a browser.
     Graph {
         /// A simulation.
         sim: PathBuf,
         /// Which language.
-        #[arg(long, value_enum, default_value_t = inspect::GraphFormat::Dot)]
-        format: inspect::GraphFormat,
+        #[arg(long, value_enum, default_value_t = GraphFormat::Dot)]
+        format: GraphFormat,
     },
     /// Write a simulation as a co-simulation unit of FMI 3.0, for other programs.
     Export {
@@ -172,7 +173,7 @@ fn main() -> ExitCode {
         Command::List { sim, pattern } => inspect::list(sim.as_deref(), pattern.as_deref()),
         Command::Describe { model } => inspect::describe(&model),
         Command::Tree { sim } => inspect::tree(&sim),
-        Command::Graph { sim, format } => inspect::graph(&sim, format),
+        Command::Graph { sim, format } => graph::graph(&sim, format),
         Command::Export { sim, options, set } => export::export(&sim, &options, &set),
         Command::Completions { shell } => pages::completions(shell, &mut Cli::command()),
         Command::Man { folder } => pages::man(&folder, Cli::command()),

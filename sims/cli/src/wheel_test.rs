@@ -158,7 +158,7 @@ pub fn wheel_test(options: &WheelTestOptions) -> u8 {
         }
     }
     let Some(folder) = &options.out else { return exit::OK };
-    match files(folder, &rows, &on_slopes) {
+    match files(folder, &slips, &rows, &on_slopes) {
         Ok(()) => {
             say!("\n{}: wheel_test.csv, slopes.csv, wheel_test.svg", folder.display());
             exit::OK
@@ -172,6 +172,7 @@ pub fn wheel_test(options: &WheelTestOptions) -> u8 {
 
 fn files(
     folder: &Path,
+    slips: &[f64],
     rows: &[Option<Measured>],
     on_slopes: &[(u32, Option<f64>)],
 ) -> Result<(), String> {
@@ -182,18 +183,24 @@ fn files(
     std::fs::create_dir_all(folder).map_err(fail(folder))?;
     let mut text =
         String::from("slip,sinkage_m,pull_n,side_n,torque_nm,pull_over_load,efficiency\n");
-    let rows: Vec<Measured> = rows.iter().copied().flatten().collect();
-    for r in &rows {
-        let Measured { slip, sinkage, pull, side, torque, coefficient, efficiency } = r;
-        let line = format!("{slip},{sinkage},{pull},{side},{torque},{coefficient},{efficiency}");
-        let _ = writeln!(text, "{line}");
+    for (slip, row) in slips.iter().zip(rows) {
+        let _ = match row {
+            Some(r) => {
+                let Measured { slip, sinkage, pull, side, torque, coefficient, efficiency } = r;
+                writeln!(text, "{slip},{sinkage},{pull},{side},{torque},{coefficient},{efficiency}")
+            }
+            // The soil does not carry the load.
+            None => writeln!(text, "{slip},,,,,,"),
+        };
     }
+    let rows: Vec<Measured> = rows.iter().copied().flatten().collect();
     let path = folder.join("wheel_test.csv");
     std::fs::write(&path, text).map_err(fail(&path))?;
     let mut text = String::from("slope_deg,slip\n");
     let climbed = || on_slopes.iter().filter_map(|(d, slip)| Some((f64::from(*d), (*slip)?)));
-    for (degrees, slip) in climbed() {
-        let _ = writeln!(text, "{degrees},{slip}");
+    for (degrees, slip) in on_slopes {
+        // Without a slip where the wheel stalls.
+        let _ = writeln!(text, "{degrees},{}", slip.map_or(String::new(), |s| s.to_string()));
     }
     let path = folder.join("slopes.csv");
     std::fs::write(&path, text).map_err(fail(&path))?;

@@ -155,6 +155,13 @@ fn draws_have_the_distributions_and_correlations_that_the_file_says() {
     }
 }
 
+/// The checksum of a journal's lines (IEEE 802.3), bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |c, _| (c >> 1) ^ (0xedb8_8320 * (c & 1)))
+    })
+}
+
 #[test]
 fn a_run_made_again_has_the_same_bits_and_a_log() {
     let lab = lab();
@@ -162,6 +169,10 @@ fn a_run_made_again_has_the_same_bits_and_a_log() {
     let again = |more: &[&str]| {
         lab.linkwork(&[&["campaign", "c.ron", "--out", "out", "--run", "17"], more].concat())
     };
+    again(&[]).code(0);
+    for file in ["run.rrd", "run.mcap"] {
+        assert!(!names(&lab.path("out/run_17")).contains(&file.into()), "{file}");
+    }
     let said = again(&["--log"]).code(0);
     let state = column(&lab, "out", "state")[17].clone();
     assert!(said.out.contains(&format!("the same last state as in the campaign: {state}")));
@@ -183,9 +194,16 @@ fn a_run_made_again_has_the_same_bits_and_a_log() {
     assert_eq!(lab.hash("hand"), state);
     // A journal that says otherwise is not believed in silence.
     let journal = std::fs::read_to_string(lab.path("out/journal")).unwrap();
-    assert!(!journal.contains("ffffffffffffffff"));
+    let line = journal.lines().find(|l| l.contains("\"run\":17,")).unwrap();
+    let text = line.split_once(' ').unwrap().1;
+    let hash = text.split_once("\"hash\":").unwrap().1.split(',').next().unwrap();
+    let other = text.replace(hash, "12345");
+    let lied = journal.replace(line, &format!("{:08x} {other}", crc32(other.as_bytes())));
+    assert_ne!(lied, journal);
+    std::fs::write(lab.path("out/journal"), lied).unwrap();
+    again(&[]).code(1).tells(&["in the campaign it was 0000000000003039"]);
+    std::fs::write(lab.path("out/journal"), &journal).unwrap();
     again(&[]).code(0);
-    assert!(!names(&lab.path("out/run_17")).contains(&"run.rrd".into()));
     lab.linkwork(&["campaign", "c.ron", "--out", "out", "--run", "60"])
         .code(2)
         .tells(&["there is no run 60", "0 to 59"]);

@@ -117,6 +117,54 @@ fn graphs_parse() {
 }
 
 #[test]
+fn the_page_holds_every_phase_part_and_wire() {
+    let lab = Lab::new();
+    for (name, phases) in [(coarse(&lab), 1), (sim("staging"), 3), (sim("mars_edl"), 9)] {
+        let page = lab.linkwork(&["graph", &name, "--format", "html"]).code(0).out;
+        assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
+        // Nothing is fetched from elsewhere.
+        for outside in ["src=", "href=", "@import", "fetch("] {
+            assert!(!page.contains(outside), "{name}: {outside}");
+        }
+        let data = page.split_once("id=\"data\">").unwrap().1.split_once("</script>").unwrap().0;
+        let data: serde_json::Value = serde_json::from_str(data).unwrap();
+        let list = |v: &serde_json::Value, key: &str| v[key].as_array().unwrap().clone();
+        let all = list(&data, "phases");
+        assert_eq!(all.len(), phases, "{name}");
+        let names: BTreeSet<_> = all.iter().map(|p| p["name"].to_string()).collect();
+        let mut wires = 0;
+        for phase in &all {
+            let parts: BTreeMap<_, _> =
+                list(phase, "parts").into_iter().map(|p| (p["path"].to_string(), p)).collect();
+            for wire in list(phase, "wires") {
+                wires += 1;
+                for (end, ports) in [(&wire["from"], "outputs"), (&wire["to"], "inputs")] {
+                    if end[0].is_null() {
+                        continue;
+                    }
+                    let part = &parts[&end[0].to_string()];
+                    let port = end[1].as_str().unwrap();
+                    let known = list(part, ports);
+                    let is = |p: &serde_json::Value| {
+                        let own = p["name"].as_str().unwrap();
+                        port == own
+                            || port.starts_with(&format!("{own}["))
+                            || port.starts_with(&format!("{own}."))
+                    };
+                    assert!(known.iter().any(is), "{name}: {wire}");
+                }
+            }
+            for to in list(phase, "to") {
+                assert!(names.contains(&to[0].to_string()), "{name}: {to}");
+            }
+        }
+        assert!(wires > phases, "{name}: {wires}");
+        let ways: usize = all.iter().map(|p| list(p, "to").len()).sum();
+        assert_eq!(ways > 0, phases > 1, "{name}: transitions");
+    }
+}
+
+#[test]
 fn every_simulation_is_right() {
     let lab = Lab::new();
     let mut n = 0;

@@ -25,9 +25,11 @@ fn the_table_and_its_files_are_those_of_an_independent_integration() {
     assert!((pull - 33.84910).abs() < 6e-6, "{row}");
     let slopes = std::fs::read_to_string(out.join("slopes.csv")).unwrap();
     assert!(
-        slopes.starts_with("slope_deg,slip\n0,0.00") && slopes.lines().count() == 9,
+        slopes.starts_with("slope_deg,slip\n0,0.00") && slopes.lines().count() == 10,
         "{slopes}"
     );
+    // Where it stalls there is no slip.
+    assert!(slopes.ends_with("\n25,\n"), "{slopes}");
     assert!(std::fs::read_to_string(out.join("wheel_test.svg")).unwrap().contains("Drawbar pull"));
 }
 

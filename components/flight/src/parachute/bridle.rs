@@ -3,6 +3,8 @@
 //! d = p_b − p_a      δ = |d| − L      T = k δ + c (δ̇_geometric − L̇) while taut, else 0
 //! L̇ = v_p            while taut and L < L_full: the brake lets the line out at one speed, and stops at its end
 //! ```
+//! It becomes slack where k δ + c δ̇_geometric falls to zero; while it pays out, the tension has gone to zero (never below) at
+//! an extension of c v_p/k before that, and the drum turns on over this short way.
 //! k is the stiffness of the line at any length. Taut, slack and the end of the line are events, as those of
 //! `flight.line`.
 
@@ -68,7 +70,7 @@ pub struct BridleChange {
     /// Length over that without tension.
     #[port("m", rising)]
     pub extension: f64,
-    /// Tension of a taut line over its stiffness.
+    /// Tension of a line that is taut and would not pay out, over its stiffness.
     #[port("m", falling)]
     pub pull: f64,
     /// Length over the full one.

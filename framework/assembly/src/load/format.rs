@@ -126,7 +126,11 @@ mod tests {
         assert!(files.len() > 20, "{files:?}");
         let mut texts: Vec<(String, String)> = Vec::new();
         for f in files {
-            texts.push((f.display().to_string(), std::fs::read_to_string(&f).expect("a text")));
+            let text = std::fs::read_to_string(&f).expect("a text");
+            // Campaigns have a form of their own, above this floor.
+            if !text.starts_with("Campaign(") {
+                texts.push((f.display().to_string(), text));
+            }
         }
         let examples = page().split("```ron\n").skip(1);
         texts.extend(examples.map(|e| {

@@ -120,7 +120,7 @@ impl Form {
     /// Everything that is wrong, at once.
     pub fn read(path: &Path) -> Result<Form, Failure> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| {
+        let text = linkwork_formats::whole_text(path).map_err(|e| {
             let fault = Fault::new(Origin::NONE, format!("`{name}` cannot be read: {e}"))
                 .help("name a campaign file, which begins with `Campaign(`");
             Failure { faults: vec![fault], sources: Sources::default() }

@@ -12,7 +12,7 @@ use crate::services::Terrain;
 use crate::step::settle;
 use crate::value::{Fault, Origin};
 use linkwork_dynamics::{Workspace, kinematics};
-use linkwork_multibody::{BodyId, SubhingeKind};
+use linkwork_multibody::{BodyId, Multibody, SubhingeKind};
 use linkwork_solvers::Projector;
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
 use linkwork_spatial::{Pose, Quat, Vec3};
@@ -96,6 +96,17 @@ pub fn place_on_terrain(
         );
     }
     let at = mb.get(root).q().start;
+    // The machine: the root and all that hangs on it.
+    let mut own: Vec<usize> = mb.get(root).v().collect();
+    for id in mb.body_ids() {
+        let mut up = mb.get(id).parent();
+        while up.is_some_and(|b| b != root) {
+            up = up.and_then(|b| mb.get(b).parent());
+        }
+        if up.is_some() {
+            own.extend(mb.get(id).v());
+        }
+    }
     let mut adapting: Vec<usize> = mb.get(root).v().collect();
     let mut joints = Vec::new();
     for name in &p.joints {
@@ -205,9 +216,13 @@ pub fn place_on_terrain(
     mechanism.q = q;
     let (first, nq) = (mechanism.x, mb.nq());
     let lanes = (first..first + nq, first + nq..first + nq + mb.nv());
-    adapting.iter_mut().for_each(|lane| *lane += first + nq);
-    if settle(plan, lanes.clone(), &adapting) {
+    let put = mechanism.q.clone();
+    own.iter_mut().chain(&mut adapting).for_each(|lane| *lane += first + nq);
+    if settle(plan, lanes.clone(), &own, &adapting) {
         let q = plan.rest.as_ref().map(|rest| rest.x[lanes.0].to_vec());
+        if let Some(q) = &q {
+            warn_of_sagging(plan, &mb, p, (&put, q));
+        }
         if let (Some(mechanism), Some(q)) = (plan.mechanism_mut(), q) {
             mechanism.q = q;
         }
@@ -227,4 +242,25 @@ pub fn place_on_terrain(
         plan.warnings.push(Fault::new(Origin::NONE, fact).help(help));
     }
     Ok(e.amax())
+}
+
+/// Motion of a joint while its machine settles (rad or m) from which it is told.
+const SAGS: f64 = 0.05;
+
+/// Joints that were not to adapt and gave way: what holds them at work may not yet hold them at the start.
+fn warn_of_sagging(plan: &mut Plan, mb: &Multibody, p: &Placement, (from, to): (&[f64], &[f64])) {
+    for body in
+        mb.bodies().iter().filter(|b| b.name() != p.body && !p.joints.iter().any(|j| j == b.name()))
+    {
+        let most = body.q().map(|k| (to[k] - from[k]).abs()).fold(0.0, f64::max);
+        if most > SAGS {
+            let fact = format!(
+                "the hinge of `{}` gave way by {most:.2} (rad or m) while `{}` came to rest before the run",
+                body.name(),
+                p.body
+            );
+            let help = "hold it by a brake, a spring or a prescribed motion; or list it in `joints`, where it is meant";
+            plan.warnings.push(Fault::new(Origin::NONE, fact).help(help));
+        }
+    }
 }

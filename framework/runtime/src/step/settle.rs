@@ -3,16 +3,45 @@
 //! ```text
 //! ẋ = f(x) at the first instant, sampled outputs held        v ← v/(1 + c h) after each step
 //! at rest        max |v| below a limit; where it does not come to rest, again with all joints held but those given
+//! held           other machines in any case: their lanes have no derivative and stay where they are written
 //! kept           coordinates, and the states of parts that have come to rest too (bristles, soil, brakes);
 //!                what still runs (charge, propellant) starts as it was
 //! ```
 //! The forces are the plan's own, so the balance is that of the run that follows.
-use super::evaluate::{self, Running};
+use super::evaluate::{self, Running, Stopped};
 use super::{State, Work, blocks_of, initial, show};
 use crate::block::{Evaluation, Now};
 use crate::plan::{Plan, SettledStart};
 use linkwork_integrate::System;
 use std::ops::Range;
+
+/// A run of which some velocities stay zero.
+struct Held<'a> {
+    run: Running<'a>,
+    /// Their lanes.
+    held: &'a [usize],
+}
+
+impl System for Held<'_> {
+    type Error = Stopped;
+    fn derivatives(&mut self, t: f64, x: &[f64], xdot: &mut [f64]) -> Result<(), Stopped> {
+        self.run.derivatives(t, x, xdot)?;
+        self.held.iter().for_each(|&k| xdot[k] = 0.0);
+        Ok(())
+    }
+    fn project(&mut self, t: f64, x: &mut [f64]) -> Result<(), Stopped> {
+        self.run.project(t, x)
+    }
+    fn projects(&self) -> bool {
+        self.run.projects()
+    }
+    fn positions(&self) -> &[Range<usize>] {
+        self.run.positions()
+    }
+    fn retract(&mut self, x: &mut [f64], xdot: &[f64], h: f64) -> Result<(), Stopped> {
+        self.run.retract(x, xdot, h)
+    }
+}
 
 /// Damping c, 1/s.
 const DAMPING: f64 = 30.0;
@@ -35,20 +64,23 @@ enum End {
     Fails,
 }
 
-/// Brings the start of a plan to rest: coordinates and velocities at `q` and `v`, of which `adapting` (lanes) move in any case, the
-/// others where they come to rest. Gives whether it rests; when it does not, the start is as it was.
+/// Brings the start of a machine to rest: coordinates and velocities at `q` and `v`, of which `adapting` (lanes) move in any case,
+/// the others of the machine (`own`) where they come to rest, and what is not of the machine never. Gives whether it
+/// rests; when it does not, the start is as it was.
 pub(crate) fn settle(
     plan: &mut Plan,
     (q, v): (Range<usize>, Range<usize>),
+    own: &[usize],
     adapting: &[usize],
 ) -> bool {
     // What advances by impulses has no derivative to follow.
     if plan.derivs.is_empty() || !plan.steps.is_empty() {
         return false;
     }
-    let held: Vec<usize> = v.clone().filter(|lane| !adapting.contains(lane)).collect();
-    let found = [&[][..], &held].into_iter().find_map(|held| {
-        let ends = FINER.into_iter().map(|f| relax(plan, &v, held, plan.step.seconds() / f));
+    let but =
+        |moves: &[usize]| -> Vec<usize> { v.clone().filter(|k| !moves.contains(k)).collect() };
+    let found = [but(own), but(adapting)].into_iter().find_map(|held| {
+        let ends = FINER.into_iter().map(|f| relax(plan, &v, &held, plan.step.seconds() / f));
         match ends.into_iter().find(|end| !matches!(end, End::Fails)) {
             Some(End::Rests(x, rates)) => Some((x, rates)),
             _ => None,
@@ -60,13 +92,13 @@ pub(crate) fn settle(
         let own = part.wiring.x..part.wiring.x + part.lanes().x;
         let rests =
             own.clone().all(|k| 10.0 * rates[k].abs() <= 0.2 * (x[k] - start[k]).abs() + 1e-9);
-        if rests && !own.is_empty() && own.start != q.start {
+        let moved = x[own.clone()] != start[own.clone()];
+        if rests && moved && own.start != q.start {
             start[own.clone()].copy_from_slice(&x[own]);
             parts.push(number);
         }
     }
     start[q.clone()].copy_from_slice(&x[q]);
-    start[v].fill(0.0);
     plan.rest = Some(SettledStart { x: start, parts });
     true
 }
@@ -90,15 +122,16 @@ fn relax(plan: &Plan, v: &Range<usize>, held: &[usize], h: f64) -> End {
     }
     let Work { integrator, xdot, .. } = &mut work;
     let (blocks, number) = (&mut blocks[..], &mut 1);
-    let mut system = Running { plan, blocks, d: &state.d, sig: &mut state.sig, now, number };
+    let run = Running { plan, blocks, d: &state.d, sig: &mut state.sig, now, number };
+    let mut system = Held { run, held };
     let x = &mut state.x;
+    held.iter().for_each(|&k| x[k] = 0.0);
     let (mut fastest, mut before) = (f64::INFINITY, f64::INFINITY);
     let (steps, look) = ((LONGEST / h) as u64, (SLOWS / h) as u64);
     for k in 1..=steps {
         if integrator.step_fixed(&mut system, now.t, h, x, None).is_err() {
             return End::Fails;
         }
-        held.iter().for_each(|&k| x[k] = 0.0);
         x[v.clone()].iter_mut().for_each(|v| *v /= 1.0 + DAMPING * h);
         fastest = x[v.clone()].iter().fold(0.0_f64, |a, v| if v.abs() <= a { a } else { v.abs() });
         if fastest.is_nan() {
