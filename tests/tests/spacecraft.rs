@@ -440,10 +440,10 @@ fn a_touch_and_go_at_an_asteroid_that_turns() {
         v.take((back * relative - vec3(&want[4..])).norm());
     }
     // The file is good to 6e-10 m.
-    r.below(1e-7, "position, m");
-    v.below(1e-9, "velocity, m/s");
+    r.below(1e-7, "touch and go, position, m");
+    v.below(1e-9, "touch and go, velocity, m/s");
     for (event, name) in all["events"].as_array().unwrap().iter().zip(["contact", "release"]) {
-        let at = sim.get(&format!("Touch.{name}")).unwrap();
+        let at = sim.get(&format!("Touch.state.{name}")).unwrap();
         assert!((at - num(&event[0])).abs() < 1e-7, "{name}: {at} {event}");
     }
 }
