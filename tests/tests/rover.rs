@@ -14,6 +14,11 @@ fn on_slope(angle: f64, soil: bool) -> Simulation {
 
 /// The same with further parameters of the rover, and of parts in it.
 fn made(angle: f64, soil: bool, params: &str, set: &[&str]) -> Simulation {
+    made_with(angle, soil, params, set, "")
+}
+
+/// The same with bodies beside the rover or on it.
+fn made_with(angle: f64, soil: bool, params: &str, set: &[&str], bodies: &str) -> Simulation {
     let uphill = if angle < 0.0 { 180 } else { 0 };
     let contact = if soil { "mobility.wheel_soil" } else { "mobility.wheel_rigid" };
     let text = format!(
@@ -22,6 +27,7 @@ fn made(angle: f64, soil: bool, params: &str, set: &[&str]) -> Simulation {
         "world": "worlds/slope.ron", "waypoints": [[0, 0]], "contact": "{contact}",
         "world_params": {{ "slope": "{} deg", "uphill": "{uphill} deg" }}, {params}
     }}) }},
+    bodies: {{ {bodies} }},
     step: "1 ms", integrator: "semi_implicit_euler", until: "100 s", seed: 1,
     place: (
         body: "Rover.Hardware.Chassis/chassis", at: [0, 0], heading: "0 rad",
@@ -151,6 +157,34 @@ fn what_does_not_rest_where_it_is_put_down_is_told() {
     let start = chassis(&sim);
     run(&mut sim, 2);
     assert!(apart(start, chassis(&sim)) > 0.01);
+}
+
+#[test]
+fn placing_one_machine_moves_no_other_and_tells_what_gave_way() {
+    let drone = r#""drone": (parent: "world", hinge: Free, mass: 2, inertia: [0.1, 0.1, 0.1],
+        initial: (position: [3, 0, 30], velocity: [1, 0, 2], angular: [0, 0, 0.5])),"#;
+    let gave_way = |sim: &Simulation| {
+        let warnings = &sim.plan().warnings;
+        warnings.iter().filter(|w| w.message.contains("gave way")).cloned().collect::<Vec<_>>()
+    };
+    let sim = made_with(10.0, false, "", &[], drone);
+    for (variable, wanted) in [
+        ("position.x", 3.0),
+        ("position.z", 30.0),
+        ("velocity.x", 1.0),
+        ("velocity.z", 2.0),
+        ("angular.z", 0.5),
+    ] {
+        assert_eq!(sim.get(&format!("drone.{variable}")).unwrap(), wanted, "{variable}");
+    }
+    assert!(gave_way(&sim).is_empty());
+    // A boom that nothing holds hangs down before the run begins: that is told.
+    let boom = r#""boom": (parent: "Rover.Hardware.Chassis/chassis", at: (position: [1, 0, 1]), hinge: Pin([0, 1, 0]),
+        mass: 1, com: [0.2, 0, 0], inertia: [0.01, 0.01, 0.01]),"#;
+    let sim = made_with(0.0, false, "", &[], boom);
+    let told = gave_way(&sim);
+    assert!(sim.get("boom.angle").unwrap().abs() > 1.0);
+    assert!(told.len() == 1 && told[0].message.contains("`boom` gave way by 1."), "{told:?}");
 }
 
 #[test]
