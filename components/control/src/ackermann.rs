@@ -1,17 +1,18 @@
-//! `control.ackermann`: from a speed and a turn rate to steering angles and wheel rates of a six-wheeled rover.
+//! `control.ackermann`: from a speed and a turn rate to steering angles and wheel rates of a rover with any number
+//! of wheels, steered or not.
 //!
 //! Steer, then drive: steering commands move at a limited rate, and wheels turn in proportion to how close they
 //! are to their wanted angles. Speed changes at a limited acceleration (a trapezoid). Curvature is cut to
 //! what the steering limit allows, except on the spot (speed zero). While no wheel is to turn, the brakes are on.
 
-use crate::geometry::{Command, Layout, WHEELS};
+use crate::geometry::{Drive, Layout, WheelPlace};
 use linkwork_runtime::prelude::*;
 
 /// Wheels and limits.
 #[derive(Params, Clone, Debug)]
 pub struct AckermannParams {
-    /// x (forward) and y (left) of the wheels LF, RF, LM, RM, LR, RR, m.
-    pub wheels: [[f64; 2]; 6],
+    /// The wheels, in the order of the outputs.
+    pub wheels: Vec<WheelPlace>,
     /// Wheel radius.
     #[param(unit = "m", range = 1e-3..)]
     pub radius: f64,
@@ -40,75 +41,23 @@ pub struct AckermannIn {
     pub turn_rate: f64,
 }
 
-/// Steering angles and wheel rates.
-#[derive(Ports, Clone, Copy, Debug)]
-pub struct AckermannOut {
-    /// Steering, left front.
-    #[port("rad")]
-    pub steer_lf: f64,
-    /// Steering, right front.
-    #[port("rad")]
-    pub steer_rf: f64,
-    /// Steering, left rear.
-    #[port("rad")]
-    pub steer_lr: f64,
-    /// Steering, right rear.
-    #[port("rad")]
-    pub steer_rr: f64,
-    /// Wheel rate, left front.
-    #[port("rad/s")]
-    pub rate_lf: f64,
-    /// Wheel rate, right front.
-    #[port("rad/s")]
-    pub rate_rf: f64,
-    /// Wheel rate, left middle.
-    #[port("rad/s")]
-    pub rate_lm: f64,
-    /// Wheel rate, right middle.
-    #[port("rad/s")]
-    pub rate_rm: f64,
-    /// Wheel rate, left rear.
-    #[port("rad/s")]
-    pub rate_lr: f64,
-    /// Wheel rate, right rear.
-    #[port("rad/s")]
-    pub rate_rr: f64,
-    /// All wheels are to stand: for the brakes.
-    #[port("1")]
-    pub stand: bool,
-}
-
-/// Commands as they stand.
-#[derive(State, Clone, Copy, Debug)]
-pub struct AckermannState {
-    /// Steering commands.
-    #[port("rad")]
-    pub steer: [f64; 6],
-    /// Wheel rate commands.
-    #[port("rad/s")]
-    pub rate: [f64; 6],
-}
-
-/// Six-wheel steering.
+/// Steering angles and wheel rates. Discrete state: the steering of each wheel (rad), then the rate of each (rad/s).
 pub struct Ackermann {
     p: AckermannParams,
+    layout: Layout,
 }
 
 impl Ackermann {
-    fn layout(&self) -> Layout {
-        Layout { wheels: self.p.wheels, radius: self.p.radius }
-    }
-
-    /// What is wanted, with the curvature that the steering limit allows.
-    fn wanted(&self, u: &AckermannIn) -> Option<Command> {
-        let layout = self.layout();
+    /// Speed and turn rate that are wanted, with the curvature that the steering limit allows. `None` when both are
+    /// zero: there is no direction, and steering stays.
+    fn wanted(&self, u: &AckermannIn) -> Option<(f64, f64)> {
         let turn = if u.speed == 0.0 {
             u.turn_rate
         } else {
-            let most = u.speed.abs() / layout.radius_min(self.p.steer_max);
+            let most = u.speed.abs() / self.layout.radius_min(self.p.steer_max);
             u.turn_rate.clamp(-most, most)
         };
-        layout.command(u.speed, turn)
+        (u.speed != 0.0 || turn != 0.0).then_some((u.speed, turn))
     }
 }
 
@@ -116,48 +65,85 @@ fn towards(now: f64, wanted: f64, most: f64) -> f64 {
     now + (wanted - now).clamp(-most, most)
 }
 
-/// Ackermann steering and wheel rates of a six-wheeled rover, on the spot or on a circle; steers before it drives.
-#[model("control.ackermann")]
-impl Model for Ackermann {
+impl SizedModel for Ackermann {
+    const NAME: &'static str = "control.ackermann";
+    const DOC: &'static str = "Ackermann steering and wheel rates of a rover on any number of wheels, on the spot or on a circle; steers before it drives.";
     type Params = AckermannParams;
-    type U = AckermannIn;
-    type Ym = AckermannOut;
-    type D = AckermannState;
-    fn moore(&self, _: &Clock, _: &(), d: &AckermannState) -> AckermannOut {
-        AckermannOut {
-            steer_lf: d.steer[0],
-            steer_rf: d.steer[1],
-            steer_lr: d.steer[4],
-            steer_rr: d.steer[5],
-            rate_lf: d.rate[0],
-            rate_rf: d.rate[1],
-            rate_lm: d.rate[2],
-            rate_rm: d.rate[3],
-            rate_lr: d.rate[4],
-            rate_rr: d.rate[5],
-            stand: d.rate == [0.0; WHEELS],
+    type Store = ();
+
+    fn ports(p: &AckermannParams) -> SizedPorts {
+        let mut moore_outputs = Vec::new();
+        for (k, wheel) in p.wheels.iter().enumerate() {
+            let drive = format!("wheels[{k}].drive");
+            moore_outputs.extend(PortSpec::group::<Drive>(drive, "Drive of the wheel"));
+            if wheel.steered {
+                let steer = format!("wheels[{k}].steer");
+                let doc = "Steering angle, to the left.";
+                let port = PortSpec::named(steer, PortKind::Numbers, 1).unit_of("rad").doc_of(doc);
+                moore_outputs.push(port);
+            }
+        }
+        let each = |name: &'static str, unit: &'static str, doc: &'static str| {
+            PortSpec::named(name, PortKind::Numbers, p.wheels.len()).unit_of(unit).doc_of(doc)
+        };
+        SizedPorts {
+            inputs: AckermannIn::specs(),
+            moore_outputs,
+            discrete: vec![
+                each("steer", "rad", "Steering commands."),
+                each("rate", "rad/s", "Wheel rate commands."),
+            ],
+            sampled: true,
+            ..SizedPorts::default()
         }
     }
-    fn update(&self, c: &Clock, _: &(), d: &AckermannState, u: &AckermannIn) -> AckermannState {
+
+    fn build(p: AckermannParams) -> Result<Self, BuildError> {
+        let layout = Layout::new(&p.wheels, p.radius)?;
+        Ok(Ackermann { p, layout })
+    }
+
+    fn moore(&self, _: &Clock, _: &[f64], d: &[f64], _: &(), y: &mut [f64]) {
+        let (steer, rate) = d.split_at(self.layout.count());
+        let brake = rate.iter().all(|r| *r == 0.0);
+        let mut out = y;
+        for (k, wheel) in self.layout.wheels().iter().enumerate() {
+            let (drive, rest) = out.split_at_mut(Drive::N);
+            Drive { rate: rate[k], brake }.put(drive);
+            out = rest;
+            if wheel.steered {
+                out[0] = steer[k];
+                out = &mut out[1..];
+            }
+        }
+    }
+
+    fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {
         let p = &self.p;
-        let wanted = self.wanted(u).unwrap_or(Command { steer: d.steer, rate: [0.0; WHEELS] });
-        let mut out = *d;
+        let wanted = self.wanted(&AckermannIn::get(u));
+        let (steer, rate) = d.split_at_mut(self.layout.count());
         let mut error = 0.0_f64;
-        for i in 0..WHEELS {
-            let limited = wanted.steer[i].clamp(-p.steer_max, p.steer_max);
-            out.steer[i] = towards(d.steer[i], limited, p.steer_rate * c.dt);
-            error = error.max((limited - out.steer[i]).abs());
+        if let Some((speed, turn)) = wanted {
+            for (i, steer) in steer.iter_mut().enumerate() {
+                let [angle, _] = self.layout.command(i, speed, turn);
+                let limited = angle.clamp(-p.steer_max, p.steer_max);
+                *steer = towards(*steer, limited, p.steer_rate * c.dt);
+                error = error.max((limited - *steer).abs());
+            }
         }
         let ready = (1.0 - error / p.alignment).clamp(0.0, 1.0);
+        let missing = |i: usize, rate: f64| {
+            let wanted = wanted.map_or(0.0, |(speed, turn)| self.layout.command(i, speed, turn)[1]);
+            ready * wanted - rate
+        };
         let change = p.acceleration * c.dt / p.radius;
         // All wheels change in step, so that they never work against each other.
         let needed =
-            (0..WHEELS).map(|i| (ready * wanted.rate[i] - d.rate[i]).abs()).fold(0.0_f64, f64::max);
+            rate.iter().enumerate().map(|(i, r)| missing(i, *r).abs()).fold(0.0_f64, f64::max);
         let share = if needed > change { change / needed } else { 1.0 };
-        for i in 0..WHEELS {
-            out.rate[i] = d.rate[i] + share * (ready * wanted.rate[i] - d.rate[i]);
+        for (i, rate) in rate.iter_mut().enumerate() {
+            *rate += share * missing(i, *rate);
         }
-        out
     }
 }
 
@@ -166,67 +152,75 @@ mod tests {
     use super::*;
     use crate::geometry::tests::curiosity;
 
-    fn model() -> Ackermann {
-        Ackermann {
-            p: AckermannParams {
-                wheels: curiosity().wheels,
-                radius: 0.25,
-                steer_max: 1.5,
-                steer_rate: 0.5,
-                acceleration: 0.1,
-                alignment: 0.3,
-            },
+    fn params() -> AckermannParams {
+        AckermannParams {
+            wheels: curiosity(),
+            radius: 0.25,
+            steer_max: 1.5,
+            steer_rate: 0.5,
+            acceleration: 0.1,
+            alignment: 0.3,
         }
     }
 
-    fn run(u: AckermannIn, mut d: AckermannState, steps: u64) -> AckermannState {
+    /// Steering and rates of the six wheels.
+    type Commands = [f64; 12];
+
+    fn run(speed: f64, turn_rate: f64, mut d: Commands, steps: u64) -> Commands {
+        let model = Ackermann::build(params()).unwrap();
         for n in 0..steps {
             let c = Clock::at(0.02 * n as f64, 0.02, n);
-            d = model().update(&c, &(), &d, &u, &(), &mut ());
+            model.update(&c, &[], &mut d, &[speed, turn_rate], &mut ());
         }
         d
     }
 
     #[test]
     fn settles_on_the_geometry_of_the_circle() {
-        let u = AckermannIn { speed: 0.04, turn_rate: 0.04 / 3.0 };
-        let d = run(u, AckermannState::zero(), 500);
-        assert!((d.steer[0].to_degrees() - 31.436).abs() < 1e-3, "{d:?}");
-        assert!((d.rate[1] * 0.25 / 0.04 - 1.4107).abs() < 1e-4);
+        let d = run(0.04, 0.04 / 3.0, [0.0; 12], 500);
+        assert!((d[0].to_degrees() - 31.436).abs() < 1e-3, "{d:?}");
+        assert!((d[6 + 1] * 0.25 / 0.04 - 1.4107).abs() < 1e-4);
     }
 
     #[test]
     fn wheels_wait_for_the_steering() {
-        let u = AckermannIn { speed: 0.0, turn_rate: 0.05 };
-        let d = run(u, AckermannState::zero(), 20);
-        assert!(d.rate.iter().all(|r| *r == 0.0) && d.steer[1] > 0.1, "{d:?}");
-        assert!(run(u, d, 500).rate[1] > 0.1);
+        let d = run(0.0, 0.05, [0.0; 12], 20);
+        assert!(d[6..].iter().all(|r| *r == 0.0) && d[1] > 0.1, "{d:?}");
+        assert!(run(0.0, 0.05, d, 500)[6 + 1] > 0.1);
     }
 
     #[test]
     fn the_brakes_are_on_while_no_wheel_is_to_turn() {
-        let stands =
-            |d: &AckermannState| model().moore(&Clock::at(0.0, 0.02, 0), &(), d, &()).stand;
-        assert!(stands(&AckermannState::zero()));
+        // Outputs by name: what the brake of the third wheel, which does not steer, is told.
+        let ports = Ackermann::ports(&params()).moore_outputs;
+        let at = |name: &str| ports.iter().position(|p| p.name == name).unwrap();
+        assert_eq!((ports.len(), at("wheels[1].steer")), (16, 5));
+        assert!(ports.iter().all(|p| p.name != "wheels[2].steer"));
+        let outputs = |d: &Commands| {
+            let mut y = [f64::NAN; 16];
+            let model = Ackermann::build(params()).unwrap();
+            model.moore(&Clock::at(0.0, 0.02, 0), &[], d, &(), &mut y);
+            y
+        };
+        let stands = |d: &Commands| outputs(d)[at("wheels[2].drive.brake")] == 1.0;
+        assert!(stands(&[0.0; 12]));
         // Steering on the spot first, then driving; standing again after the last of the slowing down.
-        let u = AckermannIn { speed: 0.0, turn_rate: 0.05 };
-        let d = run(u, AckermannState::zero(), 20);
+        let d = run(0.0, 0.05, [0.0; 12], 20);
         assert!(stands(&d));
-        let d = run(u, d, 500);
+        let d = run(0.0, 0.05, d, 500);
         assert!(!stands(&d));
-        let stop = AckermannIn { speed: 0.0, turn_rate: 0.0 };
-        assert!(!stands(&run(stop, d, 1)) && stands(&run(stop, d, 200)));
+        let y = outputs(&d);
+        assert_eq!((y[at("wheels[5].steer")], y[at("wheels[5].drive.rate")]), (d[5], d[11]));
+        assert!(!stands(&run(0.0, 0.0, d, 1)) && stands(&run(0.0, 0.0, d, 200)));
     }
 
     #[test]
     fn stopping_keeps_the_steering_and_slows_at_the_limit() {
-        let u = AckermannIn { speed: 0.1, turn_rate: 0.02 };
-        let d = run(u, AckermannState::zero(), 1000);
-        let stop = run(AckermannIn { speed: 0.0, turn_rate: 0.0 }, d, 10);
-        assert_eq!(stop.steer, d.steer);
-        let fastest =
-            |d: &AckermannState| d.rate.iter().fold(0.0_f64, |a, r| a.max(r.abs())) * 0.25;
+        let d = run(0.1, 0.02, [0.0; 12], 1000);
+        let stop = run(0.0, 0.0, d, 10);
+        assert_eq!(stop[..6], d[..6]);
+        let fastest = |d: &Commands| d[6..].iter().fold(0.0_f64, |a, r| a.max(r.abs())) * 0.25;
         assert!((fastest(&d) - fastest(&stop) - 0.1 * 0.2).abs() < 1e-9);
-        assert!(fastest(&run(AckermannIn { speed: 0.0, turn_rate: 0.0 }, d, 200)) < 1e-12);
+        assert!(fastest(&run(0.0, 0.0, d, 200)) < 1e-12);
     }
 }

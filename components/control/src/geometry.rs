@@ -1,91 +1,143 @@
-//! Steering geometry of a six-wheeled rover: where wheels point and how fast they turn.
+//! Steering geometry of a rover on any number of wheels: where wheels point and how fast they turn.
 //! ```text
-//! velocity of wheel i    w = (v − ω y_i, ω (x_i − x₀))          x₀: the axis of the wheels that do not steer
-//! steering δ = atan2(w_y, w_x), folded into −90° … 90° with the sign of the speed;   rate = ±|w|/r
+//! velocity of wheel i    w = (v − ω y_i, ω (x_i − x₀))          x₀: the axis about which the rover turns
+//! steered                δ = atan2(w_y, w_x), folded into −90° … 90° with the sign of the speed;   rate = ±|w|/r
+//! not steered            δ = 0, rate = w_x/r
 //! turning circle ρ = v/ω:  δ = atan2(x_i − x₀, ρ − y_i),  |w|/v = √((x_i − x₀)² + (ρ − y_i)²)/|ρ|
-//! least squares  w_i cos δ_i = v_x − ω y_i,  w_i sin δ_i = v_y + ω x_i     (12 equations, 3 unknowns)
+//! least squares  w_i cos δ_i = v_x − ω y_i,  w_i sin δ_i = v_y + ω x_i       2 n equations, 3 unknowns
 //! ```
+//! A wheel that neither steers nor lies on the axis slips sideways in a turn: it says nothing of v_y.
 
-/// Order of the wheels: left and right of front, middle and rear.
-pub const WHEELS: usize = 6;
+use linkwork_runtime::prelude::*;
 
-/// Where the wheels are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layout {
-    /// x (forward) and y (left) of the wheels LF, RF, LM, RM, LR, RR, m.
-    pub wheels: [[f64; 2]; WHEELS],
-    /// Wheel radius, m.
-    pub radius: f64,
+/// Most wheels of one rover.
+pub const WHEELS_MAX: usize = 64;
+/// How far off the axis a wheel that does not steer may lie and still roll in a turn, m.
+const ON_AXIS: f64 = 1e-3;
+
+/// Where a wheel is.
+#[derive(Params, Clone, Debug, PartialEq)]
+pub struct WheelPlace {
+    /// x (forward) and y (left) of the wheel, m.
+    pub position: [f64; 2],
+    /// Whether it steers.
+    #[param(default = true)]
+    pub steered: bool,
 }
 
-/// Steering angles (rad) and wheel rates (rad/s).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Command {
-    /// Steering, positive to the left.
-    pub steer: [f64; WHEELS],
-    /// Wheel rates, positive forward.
-    pub rate: [f64; WHEELS],
+/// The command of a wheel's drive.
+#[derive(Ports, Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// Rate, positive forward.
+    #[port("rad/s")]
+    pub rate: f64,
+    /// The wheel is to stand: for its brake.
+    #[port("1")]
+    pub brake: bool,
+}
+
+/// Where the wheels are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    wheels: Vec<WheelPlace>,
+    radius: f64,
+    axis: f64,
 }
 
 impl Layout {
-    /// x of the axis about which the rover turns: the mean of the middle wheels.
+    /// Of wheels with one radius (m).
+    ///
+    /// # Errors
+    /// No wheel, or too many.
+    pub fn new(wheels: &[WheelPlace], radius: f64) -> Result<Self, BuildError> {
+        if wheels.is_empty() || wheels.len() > WHEELS_MAX {
+            let why = format!("{} wheels", wheels.len());
+            let help = format!("write 1 to {WHEELS_MAX}");
+            return Err(BuildError::new(why).help(help).at("wheels"));
+        }
+        // The axis: what does not steer cannot turn about another; else the middle.
+        let mean = |of: &dyn Fn(&&WheelPlace) -> bool| {
+            let x: Vec<f64> = wheels.iter().filter(of).map(|w| w.position[0]).collect();
+            (!x.is_empty()).then(|| x.iter().sum::<f64>() / x.len() as f64)
+        };
+        let axis = mean(&|w| !w.steered).or(mean(&|_| true)).unwrap_or(0.0);
+        Ok(Layout { wheels: wheels.to_vec(), radius, axis })
+    }
+
+    /// Number of wheels.
+    pub fn count(&self) -> usize {
+        self.wheels.len()
+    }
+
+    /// The wheels.
+    pub fn wheels(&self) -> &[WheelPlace] {
+        &self.wheels
+    }
+
+    /// x of the axis about which the rover turns, m: the mean of the wheels that do not steer, of all when all do.
     pub fn axis(&self) -> f64 {
-        0.5 * (self.wheels[2][0] + self.wheels[3][0])
+        self.axis
     }
 
-    /// The command for a speed `v` (m/s, forward) of the point on the axis and a turn rate (rad/s, left).
-    /// Middle wheels do not steer. `None` when both are zero: there is no direction.
-    pub fn command(&self, v: f64, turn: f64) -> Option<Command> {
-        if v == 0.0 && turn == 0.0 {
-            return None;
+    /// Steering angle (rad, to the left) and rate (rad/s) of wheel `i` for a speed `v` (m/s, forward) of the point
+    /// on the axis and a turn rate (rad/s, left), not both zero.
+    pub fn command(&self, i: usize, v: f64, turn: f64) -> [f64; 2] {
+        let WheelPlace { position: [x, y], steered } = self.wheels[i];
+        let (wx, wy) = (v - turn * y, turn * (x - self.axis));
+        if !steered {
+            return [0.0, wx / self.radius];
         }
-        let x0 = self.axis();
-        let mut out = Command::default();
-        for (i, [x, y]) in self.wheels.into_iter().enumerate() {
-            let (wx, wy) = (v - turn * y, turn * (x - x0));
-            if i == 2 || i == 3 {
-                out.rate[i] = wx / self.radius;
-                continue;
-            }
-            let forward = if wx < 0.0 { -1.0 } else { 1.0 };
-            out.steer[i] = (forward * wy).atan2(forward * wx);
-            out.rate[i] = forward * wx.hypot(wy) / self.radius;
-        }
-        Some(out)
+        let forward = if wx < 0.0 { -1.0 } else { 1.0 };
+        [(forward * wy).atan2(forward * wx), forward * wx.hypot(wy) / self.radius]
     }
 
-    /// The smallest |ρ| (m) at which no wheel steers beyond `limit` (rad).
+    /// The smallest |ρ| (m) at which no wheel steers beyond `limit` (rad), and none turns backwards.
     pub fn radius_min(&self, limit: f64) -> f64 {
-        let x0 = self.axis();
         let tan = limit.min(1.57).tan();
-        let reach = |[x, y]: [f64; 2]| y.abs() + (x - x0).abs() / tan;
-        self.wheels.into_iter().map(reach).fold(0.0, f64::max)
+        let reach = |w: &WheelPlace| match (w.steered, w.position) {
+            (true, [x, y]) => y.abs() + (x - self.axis).abs() / tan,
+            (false, [_, y]) => y.abs(),
+        };
+        self.wheels.iter().map(reach).fold(0.0, f64::max)
     }
 
-    /// Body velocity v_x, v_y at the layout's origin (m/s) and turn rate (rad/s) that fit the measured wheels
-    /// best. `None` when the wheels do not determine it.
-    pub fn twist(&self, measured: &Command) -> Option<[f64; 3]> {
-        let n = WHEELS as f64;
-        let (mut sx, mut sy, mut s2) = (0.0, 0.0, 0.0);
+    /// Body velocity v_x, v_y at the layout's origin (m/s) and turn rate (rad/s) that fit the measured steering (rad)
+    /// and rate (rad/s) of each wheel best. `None` when the wheels do not determine it.
+    pub fn twist(&self, measured: impl Fn(usize) -> [f64; 2]) -> Option<[f64; 3]> {
+        let (mut n, mut sy, mut s2) = (0.0, 0.0, 0.0);
+        let (mut across, mut sx) = (0.0, 0.0);
         let (mut bx, mut by, mut bw) = (0.0, 0.0, 0.0);
-        for (i, [x, y]) in self.wheels.into_iter().enumerate() {
-            let speed = measured.rate[i] * self.radius;
-            let (sin, cos) = measured.steer[i].sin_cos();
-            let (u, w) = (speed * cos, speed * sin);
-            sx += x;
+        for (i, WheelPlace { position: [x, y], steered }) in self.wheels.iter().enumerate() {
+            let [steer, rate] = measured(i);
+            let speed = rate * self.radius;
+            let (sin, cos) = steer.sin_cos();
+            let u = speed * cos;
+            n += 1.0;
             sy += y;
-            s2 += x * x + y * y;
+            s2 += y * y;
             bx += u;
-            by += w;
-            bw += x * w - y * u;
+            bw -= y * u;
+            if *steered || (x - self.axis).abs() < ON_AXIS {
+                let w = speed * sin;
+                across += 1.0;
+                sx += x;
+                s2 += x * x;
+                by += w;
+                bw += x * w;
+            }
         }
-        // Normal equations: n vx − Σy ω = Σu, n vy + Σx ω = Σw, −Σy vx + Σx vy + Σ(x²+y²) ω = Σ(x w − y u).
-        let det = s2 - (sx * sx + sy * sy) / n;
+        if across == 0.0 {
+            // All slip sideways: the rover turns about its axis.
+            (across, sx) = (1.0, self.axis);
+            s2 += self.axis * self.axis;
+        }
+        // Normal equations: n vx − Σy ω = Σu, m vy + Σx ω = Σw, −Σy vx + Σx vy + Σ(x²+y²) ω = Σ(x w − y u).
+        let det = s2 - sy * sy / n - sx * sx / across;
         if det <= 1e-12 {
             return None;
         }
-        let turn = (bw + sy * bx / n - sx * by / n) / det;
-        Some([(bx + sy * turn) / n, (by - sx * turn) / n, turn])
+        let turn = (bw + sy * bx / n - sx * by / across) / det;
+        Some([(bx + sy * turn) / n, (by - sx * turn) / across, turn])
     }
 }
 
@@ -93,19 +145,28 @@ impl Layout {
 pub(crate) mod tests {
     use super::*;
 
+    pub(crate) fn places(wheels: &[([f64; 2], bool)]) -> Vec<WheelPlace> {
+        wheels.iter().map(|&(position, steered)| WheelPlace { position, steered }).collect()
+    }
+
     /// Wheels of the public Curiosity model.
-    pub(crate) fn curiosity() -> Layout {
-        Layout {
-            wheels: [
-                [1.095, 1.063],
-                [1.095, -1.063],
-                [-0.089, 1.194],
-                [-0.089, -1.194],
-                [-1.163, 1.063],
-                [-1.163, -1.063],
-            ],
-            radius: 0.25,
-        }
+    pub(crate) fn curiosity() -> Vec<WheelPlace> {
+        places(&[
+            ([1.095, 1.063], true),
+            ([1.095, -1.063], true),
+            ([-0.089, 1.194], false),
+            ([-0.089, -1.194], false),
+            ([-1.163, 1.063], true),
+            ([-1.163, -1.063], true),
+        ])
+    }
+
+    fn layout(wheels: &[WheelPlace]) -> Layout {
+        Layout::new(wheels, 0.25).unwrap()
+    }
+
+    fn commands(l: &Layout, v: f64, turn: f64) -> Vec<[f64; 2]> {
+        (0..l.count()).map(|i| l.command(i, v, turn)).collect()
     }
 
     #[test]
@@ -129,53 +190,63 @@ pub(crate) mod tests {
             ),
         ];
         for (rho, steer, speed) in rows {
-            let c = curiosity().command(0.1, 0.1 / rho).unwrap();
+            let c = commands(&layout(&curiosity()), 0.1, 0.1 / rho);
             for (i, want) in [0, 1, 4, 5].into_iter().zip(steer) {
-                assert!((c.steer[i].to_degrees() - want).abs() < 6e-4, "{rho} {i}: {:?}", c.steer);
+                assert!((c[i][0].to_degrees() - want).abs() < 6e-4, "{rho} {i}: {c:?}");
             }
             for (i, want) in speed.into_iter().enumerate() {
-                assert!((c.rate[i] * 0.25 / 0.1 - want).abs() < 6e-5, "{rho} {i}: {:?}", c.rate);
+                assert!((c[i][1] * 0.25 / 0.1 - want).abs() < 6e-5, "{rho} {i}: {c:?}");
             }
-            assert_eq!((c.steer[2], c.steer[3]), (0.0, 0.0));
+            assert_eq!((c[2][0], c[3][0]), (0.0, 0.0));
         }
     }
 
     #[test]
     fn turning_on_the_spot_matches_the_published_table() {
-        let c = curiosity().command(0.0, 1.0).unwrap();
+        let c = commands(&layout(&curiosity()), 0.0, 1.0);
         for (i, want) in [(0, -48.082), (1, 48.082), (4, 45.295), (5, -45.295)] {
-            assert!((c.steer[i].to_degrees() - want).abs() < 6e-4, "{:?}", c.steer);
+            assert!((c[i][0].to_degrees() - want).abs() < 6e-4, "{c:?}");
         }
         let reach = [1.5912, 1.5912, 1.1940, 1.1940, 1.5111, 1.5111];
         for (i, want) in reach.into_iter().enumerate() {
             let sign = if i % 2 == 0 { -1.0 } else { 1.0 };
-            assert!((c.rate[i] * 0.25 - sign * want).abs() < 6e-5, "{i}: {:?}", c.rate);
+            assert!((c[i][1] * 0.25 - sign * want).abs() < 6e-5, "{i}: {c:?}");
         }
     }
 
+    /// Four, six and eight wheels; with all of them steered, and with none.
     #[test]
     fn odometry_inverts_the_command() {
-        let l = curiosity();
-        for (v, w) in [(0.1, 0.0), (0.1, 0.03), (-0.05, 0.02), (0.0, -0.1)] {
-            let t = l.twist(&l.command(v, w).unwrap()).unwrap();
-            // The command holds on the axis; the layout's origin is 0.089 m before it.
-            let want = [v, w * 0.089, w];
-            for k in 0..3 {
-                assert!((t[k] - want[k]).abs() < 1e-12, "{v} {w}: {t:?}");
+        let four = [[0.7, 0.5], [0.7, -0.5], [-0.6, 0.5], [-0.6, -0.5]];
+        let eight = [1.5, 0.5, -0.4, -1.5].into_iter().flat_map(|x| [[x, 0.9], [x, -0.9]]);
+        let front: Vec<_> = eight.map(|[x, y]| ([x, y], !(-1.0..1.0).contains(&x))).collect();
+        for wheels in [
+            curiosity(),
+            places(&four.map(|p| (p, true))),
+            places(&four.map(|p| (p, false))),
+            places(&front),
+        ] {
+            let l = layout(&wheels);
+            for (v, w) in [(0.1, 0.0), (0.1, 0.03), (-0.05, 0.02), (0.0, -0.1)] {
+                let t = l.twist(|i| l.command(i, v, w)).unwrap();
+                // The command holds on the axis.
+                let want = [v, -w * l.axis(), w];
+                for k in 0..3 {
+                    assert!((t[k] - want[k]).abs() < 1e-12, "{v} {w}: {t:?} {wheels:?}");
+                }
             }
         }
-        assert!(
-            Layout { wheels: [[1.0, 1.0]; 6], radius: 0.2 }.twist(&Command::default()).is_none()
-        );
+        let heap = layout(&places(&[([1.0, 1.0], true); 6]));
+        assert!(heap.twist(|_| [0.0, 1.0]).is_none());
+        assert!(Layout::new(&[], 0.2).is_err());
     }
 
     #[test]
     fn at_the_smallest_circle_a_wheel_is_at_its_limit() {
-        let l = curiosity();
+        let l = layout(&curiosity());
         let limit = 35f64.to_radians();
-        let rho = l.radius_min(limit);
-        let c = l.command(0.1, 0.1 / rho).unwrap();
-        let worst = c.steer.iter().fold(0.0_f64, |a, s| a.max(s.abs()));
+        let c = commands(&l, 0.1, 0.1 / l.radius_min(limit));
+        let worst = c.iter().fold(0.0_f64, |a, s| a.max(s[0].abs()));
         assert!((worst - limit).abs() < 1e-9, "{}", worst.to_degrees());
     }
 }

@@ -12,7 +12,7 @@ use linkwork_runtime::prelude::Entry;
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
     vec![
-        Entry::model::<ackermann::Ackermann>(),
+        Entry::sized::<ackermann::Ackermann>(),
         Entry::model::<attitude::estimator::AttitudeFilter>(),
         Entry::model::<attitude::momentum::Desaturation>(),
         Entry::model::<attitude::momentum::WheelDistribution>(),
@@ -22,6 +22,6 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<follower::Follower>(),
         Entry::model::<pid::RateController>(),
         Entry::model::<pid::PositionController>(),
-        Entry::model::<odometry::Odometry>(),
+        Entry::sized::<odometry::Odometry>(),
     ]
 }

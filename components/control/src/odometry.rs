@@ -1,16 +1,16 @@
-//! `control.odometry`: dead reckoning from six wheels (least squares of `geometry`), optionally with a gyro.
+//! `control.odometry`: dead reckoning from the wheels (least squares of `geometry`), optionally with a gyro.
 //! ```text
 //! ẋ = v_x cos ψ − v_y sin ψ,  ẏ = v_x sin ψ + v_y cos ψ,  ψ̇ = ω          midpoint heading over a sample
 //! ```
 
-use crate::geometry::{Command, Layout};
+use crate::geometry::{Layout, WheelPlace};
 use linkwork_runtime::prelude::*;
 
 /// Wheels and start.
 #[derive(Params, Clone, Debug)]
 pub struct OdometryParams {
-    /// x (forward) and y (left) of the wheels LF, RF, LM, RM, LR, RR, m.
-    pub wheels: [[f64; 2]; 6],
+    /// The wheels, in the order of the inputs.
+    pub wheels: Vec<WheelPlace>,
     /// Wheel radius.
     #[param(unit = "m", range = 1e-3..)]
     pub radius: f64,
@@ -20,44 +20,6 @@ pub struct OdometryParams {
     /// Takes the turn rate from `yaw_rate` instead of the wheels.
     #[param(default = false)]
     pub gyro: bool,
-}
-
-/// Measured wheels.
-#[derive(Ports, Clone, Copy, Debug)]
-pub struct OdometryIn {
-    /// Steering, left front.
-    #[port("rad", default = 0.0)]
-    pub steer_lf: f64,
-    /// Steering, right front.
-    #[port("rad", default = 0.0)]
-    pub steer_rf: f64,
-    /// Steering, left rear.
-    #[port("rad", default = 0.0)]
-    pub steer_lr: f64,
-    /// Steering, right rear.
-    #[port("rad", default = 0.0)]
-    pub steer_rr: f64,
-    /// Wheel rate, left front.
-    #[port("rad/s")]
-    pub rate_lf: f64,
-    /// Wheel rate, right front.
-    #[port("rad/s")]
-    pub rate_rf: f64,
-    /// Wheel rate, left middle.
-    #[port("rad/s")]
-    pub rate_lm: f64,
-    /// Wheel rate, right middle.
-    #[port("rad/s")]
-    pub rate_rm: f64,
-    /// Wheel rate, left rear.
-    #[port("rad/s")]
-    pub rate_lr: f64,
-    /// Wheel rate, right rear.
-    #[port("rad/s")]
-    pub rate_rr: f64,
-    /// Turn rate of the gyro about the vertical.
-    #[port("rad/s", default = 0.0)]
-    pub yaw_rate: f64,
 }
 
 /// Estimated pose.
@@ -106,44 +68,70 @@ pub struct OdometryState {
 /// Wheel odometry.
 pub struct Odometry {
     p: OdometryParams,
+    layout: Layout,
 }
 
-/// Dead reckoning of a six-wheeled rover from wheel rates and steering angles.
-#[model("control.odometry")]
-impl Model for Odometry {
+impl SizedModel for Odometry {
+    const NAME: &'static str = "control.odometry";
+    const DOC: &'static str =
+        "Dead reckoning of a rover on any number of wheels from wheel rates and steering angles.";
     type Params = OdometryParams;
-    type U = OdometryIn;
-    type Ym = OdometryOut;
-    type D = OdometryState;
-    fn build(p: OdometryParams) -> Result<Self, BuildError> {
-        let layout = Layout { wheels: p.wheels, radius: p.radius };
-        if layout.twist(&Command::default()).is_none() {
-            return Err(BuildError::new("the wheels are all in one place").at("wheels"));
-        }
-        Ok(Odometry { p })
-    }
-    fn init_d(&self) -> OdometryState {
-        let [x, y, heading] = self.p.start;
-        OdometryState { position: [x, y], heading, speed: 0.0, turn_rate: 0.0, path: 0.0 }
-    }
-    fn moore(&self, _: &Clock, _: &(), d: &OdometryState) -> OdometryOut {
-        OdometryOut {
-            x: d.position[0],
-            y: d.position[1],
-            heading: d.heading,
-            speed: d.speed,
-            turn_rate: d.turn_rate,
-            path: d.path,
-        }
-    }
-    fn update(&self, c: &Clock, _: &(), d: &OdometryState, u: &OdometryIn) -> OdometryState {
-        let layout = Layout { wheels: self.p.wheels, radius: self.p.radius };
-        let measured = Command {
-            steer: [u.steer_lf, u.steer_rf, 0.0, 0.0, u.steer_lr, u.steer_rr],
-            rate: [u.rate_lf, u.rate_rf, u.rate_lm, u.rate_rm, u.rate_lr, u.rate_rr],
+    type Store = ();
+
+    fn ports(p: &OdometryParams) -> SizedPorts {
+        let number = |name: String, unit: &'static str, doc: &'static str| {
+            PortSpec::named(name, PortKind::Numbers, 1).unit_of(unit).doc_of(doc)
         };
-        let [vx, vy, wheels] = layout.twist(&measured).unwrap_or([0.0; 3]);
-        let turn_rate = if self.p.gyro { u.yaw_rate } else { wheels };
+        let mut inputs = Vec::new();
+        for (k, wheel) in p.wheels.iter().enumerate() {
+            inputs.push(number(format!("wheels[{k}].rate"), "rad/s", "Measured wheel rate."));
+            if wheel.steered {
+                let doc = "Measured steering angle, to the left.";
+                inputs.push(number(format!("wheels[{k}].steer"), "rad", doc).or(0.0));
+            }
+        }
+        let doc = "Turn rate of the gyro about the vertical.";
+        inputs.push(number("yaw_rate".into(), "rad/s", doc).or(0.0));
+        SizedPorts {
+            inputs,
+            moore_outputs: OdometryOut::specs(),
+            discrete: OdometryState::specs(),
+            sampled: true,
+            ..SizedPorts::default()
+        }
+    }
+
+    fn build(p: OdometryParams) -> Result<Self, BuildError> {
+        let layout = Layout::new(&p.wheels, p.radius)?;
+        if layout.twist(|_| [0.0, 0.0]).is_none() {
+            let fact = BuildError::new("the wheels are all in one place or one line");
+            return Err(fact.help("give at least two wheels beside each other").at("wheels"));
+        }
+        Ok(Odometry { p, layout })
+    }
+
+    fn initial(&self, _: &mut [f64], d: &mut [f64]) {
+        let [x, y, heading] = self.p.start;
+        OdometryState { position: [x, y], heading, speed: 0.0, turn_rate: 0.0, path: 0.0 }.put(d);
+    }
+
+    fn moore(&self, _: &Clock, _: &[f64], d: &[f64], _: &(), y: &mut [f64]) {
+        let OdometryState { position: [px, py], heading, speed, turn_rate, path } =
+            OdometryState::get(d);
+        OdometryOut { x: px, y: py, heading, speed, turn_rate, path }.put(y);
+    }
+
+    fn update(&self, c: &Clock, _: &[f64], lanes: &mut [f64], u: &[f64], _: &mut ()) {
+        let d = OdometryState::get(lanes);
+        // Rate of each wheel, and steering of those that steer.
+        let measured = |i: usize| {
+            let before = self.layout.wheels()[..i].iter().map(|w| 1 + usize::from(w.steered));
+            let at: usize = before.sum();
+            [if self.layout.wheels()[i].steered { u[at + 1] } else { 0.0 }, u[at]]
+        };
+        // That the wheels determine it was seen when it was built.
+        let [vx, vy, wheels] = self.layout.twist(measured).unwrap_or([0.0; 3]);
+        let turn_rate = if self.p.gyro { u[u.len() - 1] } else { wheels };
         let (sin, cos) = (d.heading + 0.5 * turn_rate * c.dt).sin_cos();
         OdometryState {
             position: [
@@ -155,42 +143,53 @@ impl Model for Odometry {
             turn_rate,
             path: d.path + c.dt * vx.hypot(vy),
         }
+        .put(lanes);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::tests::curiosity;
+    use crate::geometry::tests::{curiosity, places};
 
     #[test]
     fn a_circle_closes() {
-        let l = curiosity();
-        let (v, rho) = (0.1, 4.0);
-        let k = l.command(v, v / rho).unwrap();
-        let p =
-            OdometryParams { wheels: l.wheels, radius: 0.25, start: [1.0, 2.0, 0.5], gyro: false };
-        let o = Odometry::build(p).unwrap();
-        let u = OdometryIn {
-            steer_lf: k.steer[0],
-            steer_rf: k.steer[1],
-            steer_lr: k.steer[4],
-            steer_rr: k.steer[5],
-            rate_lf: k.rate[0],
-            rate_rf: k.rate[1],
-            rate_lm: k.rate[2],
-            rate_rm: k.rate[3],
-            rate_lr: k.rate[4],
-            rate_rr: k.rate[5],
-            yaw_rate: 0.0,
-        };
-        let steps = 5000;
-        let dt = std::f64::consts::TAU * rho / v / steps as f64;
-        let mut d = o.init_d();
-        for n in 0..steps {
-            d = o.update(&Clock::at(0.0, dt, n), &(), &d, &u, &(), &mut ());
+        let four = places(
+            &[[0.7, 0.5], [0.7, -0.5], [-0.6, 0.5], [-0.6, -0.5]].map(|place| (place, true)),
+        );
+        for wheels in [curiosity(), four] {
+            let (v, rho) = (0.1, 4.0);
+            let l = Layout::new(&wheels, 0.25).unwrap();
+            let p = OdometryParams { wheels, radius: 0.25, start: [1.0, 2.0, 0.5], gyro: false };
+            let ports = Odometry::ports(&p).inputs;
+            let mut u = vec![0.0; ports.len()];
+            for (lane, port) in u.iter_mut().zip(&ports) {
+                for i in 0..l.count() {
+                    let [steer, rate] = l.command(i, v, v / rho);
+                    if port.name == format!("wheels[{i}].rate") {
+                        *lane = rate;
+                    } else if port.name == format!("wheels[{i}].steer") {
+                        *lane = steer;
+                    }
+                }
+            }
+            let o = Odometry::build(p).unwrap();
+            let steps = 5000;
+            let dt = std::f64::consts::TAU * rho / v / steps as f64;
+            let mut d = [0.0; 6];
+            o.initial(&mut [], &mut d);
+            for n in 0..steps {
+                o.update(&Clock::at(0.0, dt, n), &[], &mut d, &u, &mut ());
+            }
+            assert!((d[0] - 1.0).abs() < 1e-6 && (d[1] - 2.0).abs() < 1e-6, "{d:?}");
+            assert!((d[2] - 0.5 - std::f64::consts::TAU).abs() < 1e-9);
         }
-        assert!((d.position[0] - 1.0).abs() < 1e-6 && (d.position[1] - 2.0).abs() < 1e-6, "{d:?}");
-        assert!((d.heading - 0.5 - std::f64::consts::TAU).abs() < 1e-9);
+    }
+
+    #[test]
+    fn wheels_in_one_line_are_refused() {
+        let wheels = places(&[([0.5, 0.0], false), ([-0.5, 0.0], false)]);
+        let p = OdometryParams { wheels, radius: 0.25, start: [0.0; 3], gyro: true };
+        assert!(Odometry::build(p).is_err());
     }
 }

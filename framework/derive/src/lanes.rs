@@ -11,6 +11,7 @@ struct PortAttr {
     bind: Option<LitStr>,
     frame: Option<LitStr>,
     sum: bool,
+    group: bool,
     direction: Option<&'static str>,
     axle: Option<LitStr>,
 }
@@ -27,15 +28,19 @@ fn attribute(field: &syn::Field) -> syn::Result<PortAttr> {
 }
 
 /// `"unit", default = 0.0, sum, bind = "shaft", frame = "body", axle = "y", rising | falling`, each optional, in any
-/// order.
+/// order; or `group`.
 fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
+    let start = input.span();
+    let mut attributes = 0;
     while !input.is_empty() {
+        attributes += 1;
         if input.peek(LitStr) {
             out.unit = Some(input.parse()?);
         } else {
             let key: Ident = input.parse()?;
             match key.to_string().as_str() {
                 "sum" => out.sum = true,
+                "group" => out.group = true,
                 "rising" => out.direction = Some("Rising"),
                 "falling" => out.direction = Some("Falling"),
                 "default" => {
@@ -57,7 +62,7 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
                 _ => {
                     return Err(syn::Error::new(
                         key.span(),
-                        "unknown port attribute; known: a unit string, default, bind, frame, axle, sum, rising, falling",
+                        "unknown port attribute; known: a unit string, default, bind, frame, axle, sum, group, rising, falling",
                     ));
                 }
             }
@@ -65,6 +70,12 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
         if !input.is_empty() {
             input.parse::<Token![,]>()?;
         }
+    }
+    if out.group && attributes > 1 {
+        return Err(syn::Error::new(
+            start,
+            "a group has no other attributes: its unit, default and binding stand at its own fields",
+        ));
     }
     Ok(())
 }
@@ -113,28 +124,44 @@ pub fn derive(input: &DeriveInput) -> syn::Result<Tokens> {
                 return Err(syn::Error::new_spanned(a, "an axle is \"x\", \"y\" or \"z\""));
             }
         };
-        specs.push(quote! {
-            #rt::PortSpec::new::<#ty>(#text, #unit, #doc, #default, #sum, #bind, #frame)
-                .when(#rt::Direction::#direction) #axle
+        specs.push(match attr.group {
+            true => quote!(out.extend(#rt::PortSpec::group::<#ty>(#text, #doc));),
+            false => quote! {
+                out.push(#rt::PortSpec::new::<#ty>(#text, #unit, #doc, #default, #sum, #bind, #frame)
+                    .when(#rt::Direction::#direction) #axle);
+            },
         });
-        puts.push(quote!(#rt::Lane::put(&self.#ident, &mut s[o..o + <#ty as #rt::Lane>::N]);));
+        // A field is a port, or a struct of ports: both have N, get, put and gather.
+        let lanes = match attr.group {
+            true => quote!(<#ty as #rt::Lanes>),
+            false => quote!(<#ty as #rt::Lane>),
+        };
+        puts.push(quote!(#lanes::put(&self.#ident, &mut s[o..o + #lanes::N]);));
         idents.push(ident);
-        types.push(ty);
+        types.push(lanes);
     }
-    let steps: Vec<Tokens> = types.iter().map(|ty| quote!(o += <#ty as #rt::Lane>::N;)).collect();
-    let let_get = idents.iter().zip(&types).zip(&steps).map(|((i, ty), st)| {
-        quote!(let #i = <#ty as #rt::Lane>::get(&s[o..o + <#ty as #rt::Lane>::N]); #st)
-    });
-    let let_gather = idents.iter().zip(&types).zip(&steps).map(|((i, ty), st)| {
-        quote!(let #i = <#ty as #rt::Lane>::gather(sig, &idx[o..o + <#ty as #rt::Lane>::N]); #st)
-    });
+    let steps: Vec<Tokens> = types.iter().map(|ty| quote!(o += #ty::N;)).collect();
+    let let_get = idents
+        .iter()
+        .zip(&types)
+        .zip(&steps)
+        .map(|((i, ty), st)| quote!(let #i = #ty::get(&s[o..o + #ty::N]); #st));
+    let let_gather = idents
+        .iter()
+        .zip(&types)
+        .zip(&steps)
+        .map(|((i, ty), st)| quote!(let #i = #ty::gather(sig, &idx[o..o + #ty::N]); #st));
     let put_steps = puts.iter().zip(&steps).map(|(p, st)| quote!(#p #st));
     Ok(quote! {
         #[automatically_derived]
         #[allow(unused_assignments, unused_mut, unused_variables)]
         impl #rt::Lanes for #name {
-            const N: usize = 0 #(+ <#types as #rt::Lane>::N)*;
-            fn specs() -> Vec<#rt::PortSpec> { vec![#(#specs),*] }
+            const N: usize = 0 #(+ #types::N)*;
+            fn specs() -> Vec<#rt::PortSpec> {
+                let mut out = Vec::new();
+                #(#specs)*
+                out
+            }
             #[inline(always)]
             fn get(s: &[f64]) -> Self {
                 let s = &s[..Self::N];

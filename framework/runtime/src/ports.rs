@@ -106,6 +106,19 @@ impl PortSpec {
         }
     }
 
+    /// The ports of a struct under a name of its own: `wheels[2].rate` for `rate` under `wheels[2]`. One wire joins
+    /// all of them. `doc` says what the struct as a whole means.
+    pub fn group<T: Lanes>(name: impl Into<Text>, doc: &str) -> Vec<PortSpec> {
+        let name = name.into();
+        let doc = doc.trim_end_matches('.');
+        let mut specs = T::specs();
+        for spec in &mut specs {
+            spec.name = below(&name, &spec.name);
+            spec.doc = format!("{doc}: {}", spec.doc).into();
+        }
+        specs
+    }
+
     /// With a unit.
     #[must_use]
     pub fn unit_of(mut self, unit: impl Into<Text>) -> Self {
@@ -197,6 +210,12 @@ impl PortSpec {
     }
 }
 
+/// `wheels[2]` and `rate`, or `wheels` and `[2].rate`, as one name.
+fn below(outer: &str, inner: &str) -> Text {
+    let dot = if inner.starts_with('[') { "" } else { "." };
+    format!("{outer}{dot}{inner}").into()
+}
+
 /// A field type: a fixed number of lanes.
 pub trait Lane: Copy {
     /// Number of lanes.
@@ -260,6 +279,33 @@ impl Lanes for () {
     fn put(&self, _: &mut [f64]) {}
     #[inline(always)]
     fn gather(_: &[f64], _: &[u32]) {}
+}
+
+/// `[0].rate`, `[1].rate`, …
+impl<T: Lanes, const M: usize> Lanes for [T; M] {
+    const N: usize = M * T::N;
+    fn specs() -> Vec<PortSpec> {
+        let element = |k: usize| {
+            let mut specs = T::specs();
+            specs.iter_mut().for_each(|spec| spec.name = below(&format!("[{k}]"), &spec.name));
+            specs
+        };
+        (0..M).flat_map(element).collect()
+    }
+    #[inline(always)]
+    fn get(s: &[f64]) -> Self {
+        std::array::from_fn(|k| T::get(&s[k * T::N..][..T::N]))
+    }
+    #[inline(always)]
+    fn put(&self, s: &mut [f64]) {
+        for (k, element) in self.iter().enumerate() {
+            element.put(&mut s[k * T::N..][..T::N]);
+        }
+    }
+    #[inline(always)]
+    fn gather(sig: &[f64], idx: &[u32]) -> Self {
+        std::array::from_fn(|k| T::gather(sig, &idx[k * T::N..][..T::N]))
+    }
 }
 
 impl Lane for f64 {

@@ -9,14 +9,15 @@ fn written(model: &str, param: &str) -> Option<Value> {
     let list = |v: &[f64]| Value::List(v.iter().map(|x| Value::Number(*x).into()).collect());
     let pairs = |v: &[[f64; 2]]| Value::List(v.iter().map(|p| list(p).into()).collect());
     match (model, param) {
-        ("control.ackermann" | "control.odometry", "wheels") => Some(pairs(&[
-            [1.1, 1.0],
-            [1.1, -1.0],
-            [0.0, 1.1],
-            [0.0, -1.1],
-            [-1.0, 1.0],
-            [-1.0, -1.0],
-        ])),
+        ("control.ackermann" | "control.odometry", "wheels") => {
+            let wheel = |[x, y]: [f64; 2]| {
+                let steered = Value::Bool(x != 0.0).into();
+                let place = list(&[x, y]).into();
+                Value::Map(vec![("position".into(), place), ("steered".into(), steered)]).into()
+            };
+            let places = [[1.1, 1.0], [1.1, -1.0], [0.0, 1.1], [0.0, -1.1], [-1.0, 1.0]];
+            Some(Value::List(places.map(wheel).to_vec()))
+        }
         ("actuators.soft_stop", "lower") => Some(Value::Number(-0.4)),
         ("actuators.soft_stop", "upper") => Some(Value::Number(0.3)),
         ("basics.lookup", "table") => Some(pairs(&[[-1.0, 2.0], [0.0, 0.5], [3.0, 4.0]])),

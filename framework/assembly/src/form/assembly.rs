@@ -256,7 +256,8 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
     }
     if let Some(exports) = v.get("exports") {
         for (key, value) in table(cx, exports, &field_of("exports")) {
-            name_at(cx, key, value, "export");
+            // `drive.rate` and `drive.brake` are a group: one wire to `drive` reaches both.
+            key.split('.').for_each(|piece| name_at(cx, piece, value, "export"));
             if let Some(t) = read::text(cx, value, &format!("export `{key}`")) {
                 a.exports.insert(key.clone(), t);
             }

@@ -156,7 +156,8 @@ pub(crate) fn numbers<const N: usize>(
 pub(crate) fn name(cx: &mut Cx, name: &str, origin: Origin, kind: &str) {
     let bad = |c: char| c.is_whitespace() || "./[]*$\"'->:".contains(c);
     if name.is_empty() || name.contains(bad) {
-        let message = format!("`{name}` cannot be the name of a {kind}");
+        let article = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+        let message = format!("`{name}` cannot be the name of {article} {kind}");
         cx.fault(origin, message, "use letters, digits and `_`");
     }
     if kind == "body" && name == "world" {

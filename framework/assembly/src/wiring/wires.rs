@@ -1,4 +1,4 @@
-//! Wires and exports: relative paths, exports of nested assemblies, `[*]` over arrays and lanes.
+//! Wires and exports: relative paths, exports of nested assemblies, `[*]` over arrays and lanes, groups of ports.
 use crate::expand::instance::{Instance, ModelInst, Node};
 use crate::form::wire::WireText;
 use crate::text::report::Cx;
@@ -6,6 +6,7 @@ use crate::text::value::{Text, outer};
 use linkwork_runtime::{
     Catalogue, Description, PortRef, PortSpec, WireSpec, WireTiming, did_you_mean, remedy,
 };
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// One segment: `Motor`, `Wheel[*]`, `rate[2]`.
@@ -19,6 +20,19 @@ struct Segment {
 enum Index {
     All,
     At(usize),
+}
+
+/// What one end of a wire names: a port, whose name here is empty, or the ports of a group by their names in it.
+type End = Vec<(String, PortRef)>;
+
+/// A single port.
+fn single(end: PortRef) -> End {
+    vec![(String::new(), end)]
+}
+
+/// `rate` of `wheels[2].rate` under `wheels[2]`.
+fn within<'n>(name: &'n str, group: &str) -> Option<&'n str> {
+    name.strip_prefix(group)?.strip_prefix('.')
 }
 
 /// Fact and remedy; an empty fact is one that has been reported elsewhere.
@@ -107,8 +121,9 @@ impl Wiring<'_> {
                 "write \"Part.output -> Part.input\"".into(),
             ));
         };
-        let mut from = self.end(scope, from, true)?;
-        let mut to = self.end(scope, to, false)?;
+        let (left, right) = (*from, *to);
+        let mut from = self.end(scope, left, true)?;
+        let mut to = self.end(scope, right, false)?;
         match (from.len(), to.len()) {
             (a, b) if a == b => {}
             (1, n) => from = vec![from[0].clone(); n],
@@ -118,21 +133,26 @@ impl Wiring<'_> {
                 return Err((fact, "make both sides equally long, or one side single".into()));
             }
         }
-        let text = || wire.text.clone();
-        let each = from.into_iter().zip(to);
-        Ok(each
-            .map(|(from, to)| WireSpec {
-                from,
-                to,
-                timing: timing.clone(),
-                text: text(),
-                origin: wire.origin,
-            })
-            .collect())
+        let mut out = Vec::new();
+        for (from, to) in from.into_iter().zip(to) {
+            let (a, b) = (from[0].1.clone(), to[0].1.clone());
+            let lone = |end: &End| end[0].0.is_empty();
+            if lone(&from) && !self.exists(&a, true) || lone(&to) && !self.exists(&b, false) {
+                // Told by `compile`, which knows what else there is.
+                let (timing, text) = (timing.clone(), wire.text.clone());
+                out.push(WireSpec { from: a, to: b, timing, text, origin: wire.origin });
+                continue;
+            }
+            out.extend(members((left, from), (right, to))?.into_iter().map(|(from, to)| {
+                let (timing, text) = (timing.clone(), wire.text.clone());
+                WireSpec { from, to, timing, text, origin: wire.origin }
+            }));
+        }
+        Ok(out)
     }
 
     /// The ports that one end names, seen from a scope and then from those around it.
-    fn end(&self, scope: &Instance, text: &str, output: bool) -> Result<Vec<PortRef>, Problem> {
+    fn end(&self, scope: &Instance, text: &str, output: bool) -> Result<Vec<End>, Problem> {
         let path = segments(text)?;
         let first = path[0].name.as_str();
         let mut here = scope;
@@ -149,7 +169,11 @@ impl Wiring<'_> {
         // A variable of the mechanism (`Rover/chassis.angle`) is for `compile` to know.
         if first == self.mechanism || first.contains('/') {
             let (_, port) = text.split_once('.').unwrap_or(("", text));
-            return Ok(vec![PortRef { part: first.into(), port: port.into(), index: None }]);
+            return Ok(vec![single(PortRef {
+                part: first.into(),
+                port: port.into(),
+                index: None,
+            })]);
         }
         let known: Vec<&str> =
             scope.parts.keys().chain(scope.arrays.keys()).map(String::as_str).collect();
@@ -157,12 +181,7 @@ impl Wiring<'_> {
     }
 
     /// Follows a path downwards from an instance.
-    fn down(
-        &self,
-        here: &Instance,
-        path: &[Segment],
-        output: bool,
-    ) -> Result<Vec<PortRef>, Problem> {
+    fn down(&self, here: &Instance, path: &[Segment], output: bool) -> Result<Vec<End>, Problem> {
         let (first, rest) = (&path[0], &path[1..]);
         if let Some(index) = first.index {
             let Some(names) = here.arrays.get(&first.name) else {
@@ -200,51 +219,67 @@ impl Wiring<'_> {
         }
     }
 
-    fn below(&self, node: &Node, rest: &[Segment], output: bool) -> Result<Vec<PortRef>, Problem> {
+    fn below(&self, node: &Node, rest: &[Segment], output: bool) -> Result<Vec<End>, Problem> {
         match node {
             Node::Model(m) => self.port(m, rest, output),
             Node::Assembly(inner) => match rest {
-                [port] => self.exported(inner, port, output),
                 [] => Err((format!("`{}` is an assembly", inner.path), exports_help(inner, ""))),
-                longer => {
-                    // An export's lane with a name (`pose.x`), or a part further down.
-                    if inner.parts.contains_key(&longer[0].name)
-                        || inner.arrays.contains_key(&longer[0].name)
-                        || inner.broken.contains(&longer[0].name)
-                    {
-                        return self.down(inner, longer, output);
-                    }
-                    if inner.exports.contains_key(&longer[0].name) {
-                        let mut out = self.exported(inner, &longer[0], output)?;
-                        for end in &mut out {
-                            for more in &longer[1..] {
-                                end.port = format!("{}.{}", end.port, more.name);
-                            }
-                        }
-                        return Ok(out);
-                    }
-                    let known: Vec<&str> = inner.parts.keys().map(String::as_str).collect();
-                    let name = &longer[0].name;
-                    Err((
-                        format!("`{}` has no part `{name}`", inner.path),
-                        remedy(name, "parts", &known),
-                    ))
+                [first, _, ..]
+                    if inner.parts.contains_key(&first.name)
+                        || inner.arrays.contains_key(&first.name)
+                        || inner.broken.contains(&first.name) =>
+                {
+                    self.down(inner, rest, output)
                 }
+                path => self.exported(inner, path, output),
             },
         }
     }
 
+    /// What an export names: a port, a lane or member of what is exported (`pose.x`), or all exports whose names
+    /// begin with it (`drive` for `drive.rate` and `drive.brake`).
     fn exported(
         &self,
         inner: &Instance,
-        port: &Segment,
+        path: &[Segment],
         output: bool,
-    ) -> Result<Vec<PortRef>, Problem> {
-        if inner.broken.contains(&port.name) {
+    ) -> Result<Vec<End>, Problem> {
+        let name = |n: usize| {
+            let names: Vec<&str> = path[..n].iter().map(|s| s.name.as_str()).collect();
+            names.join(".")
+        };
+        if inner.broken.contains(&path[0].name) {
             return Err(Problem::default());
         }
-        let Some(target) = inner.exports.get(&port.name) else {
-            match inner.parts.get(&port.name) {
+        let longest = (1..=path.len()).rev().find(|n| inner.exports.contains_key(&name(*n)));
+        let Some(n) = longest else {
+            let group = name(path.len());
+            let mut end = End::new();
+            for export in inner.exports.keys() {
+                let Some(member) = within(export, &group) else { continue };
+                let names: Vec<Segment> =
+                    export.split('.').map(|s| Segment { name: s.into(), index: None }).collect();
+                let mut found = self.exported(inner, &names, output)?;
+                let (Some(one), true) = (found.pop(), found.is_empty()) else {
+                    let fact = format!("export `{export}` of the group `{group}` is several ports");
+                    return Err((fact, "name one port by each export of a group".into()));
+                };
+                end.extend(one.into_iter().map(|(deeper, port)| {
+                    let dot = if deeper.is_empty() { "" } else { "." };
+                    (format!("{member}{dot}{deeper}"), port)
+                }));
+            }
+            if !end.is_empty() {
+                return Ok(vec![end]);
+            }
+            let grouped = inner.exports.keys().any(|e| within(e, &path[0].name).is_some());
+            if path.len() > 1 && !grouped {
+                let known: Vec<&str> = inner.parts.keys().map(String::as_str).collect();
+                let name = &path[0].name;
+                let fact = format!("`{}` has no part `{name}`", inner.path);
+                return Err((fact, remedy(name, "parts", &known)));
+            }
+            match inner.parts.get(&group) {
                 Some(Node::Assembly(i)) => {
                     let help = format!("add a port: {}", exports_help(i, ""));
                     return Err((format!("`{}` is an assembly, not a port", i.path), help));
@@ -252,31 +287,52 @@ impl Wiring<'_> {
                 Some(Node::Model(m)) => return self.port(m, &[], output),
                 None => {}
             }
-            let fact = format!("`{}` exports no `{}`", inner.path, port.name);
-            return Err((fact, exports_help(inner, &port.name)));
+            let fact = format!("`{}` exports no `{group}`", inner.path);
+            return Err((fact, exports_help(inner, &group)));
         };
-        let mut path = segments(&target.text)?;
-        if let (Some(last), Some(index)) = (path.last_mut(), port.index) {
+        let (export, rest) = (name(n), &path[n..]);
+        let target = &inner.exports[&export];
+        let mut inward = segments(&target.text)?;
+        if let (Some(last), Some(index)) = (inward.last_mut(), path[n - 1].index) {
             if last.index.is_some() {
-                let fact = format!("export `{}` is `{}`: one lane already", port.name, target.text);
+                let fact = format!("export `{export}` is `{}`: one lane already", target.text);
                 return Err((fact, "leave the index out".into()));
             }
             last.index = Some(index);
         }
+        inward.extend_from_slice(rest);
         // Exports look only inwards, so this ends.
-        self.down(inner, &path, output)
+        self.down(inner, &inward, output)
     }
 
     /// Checks that an export reaches a port of a model.
     fn export(&self, inner: &Instance, name: &str) -> Result<(), Problem> {
-        let segment = Segment { name: name.into(), index: None };
-        for end in self.exported(inner, &segment, true)? {
+        if let Some((first, _)) = name.split_once('.') {
+            let outer = inner.exports.keys().find(|other| within(name, other).is_some());
+            let fact = match outer {
+                Some(outer) => format!("there is an export `{outer}`, too"),
+                None if inner.parts.contains_key(first) || inner.arrays.contains_key(first) => {
+                    format!("there is a part `{first}`, too")
+                }
+                None => String::new(),
+            };
+            if !fact.is_empty() {
+                return Err((fact, "give the group another name".into()));
+            }
+        }
+        let path: Vec<Segment> =
+            name.split('.').map(|s| Segment { name: s.into(), index: None }).collect();
+        for (_, end) in self.exported(inner, &path, true)?.into_iter().flatten() {
             let Some(Node::Model(m)) = self.node(&end.part) else { continue };
             let Some(d) = self.ports(m) else { continue };
             let ports: Vec<&PortSpec> = d.all_inputs().chain(d.all_outputs()).collect();
-            let port = end.port.split('.').next().unwrap_or(&end.port);
-            if !ports.iter().any(|p| p.name == port) {
+            let is = |output: bool| self.exists(&end, output);
+            if !is(true)
+                && !is(false)
+                && !ports.iter().any(|p| within(&p.name, &end.port).is_some())
+            {
                 let known: Vec<&str> = ports.iter().map(|p| &*p.name).collect();
+                let port = end.port.split('.').next().unwrap_or(&end.port);
                 let fact = format!("`{}` ({}) has no port `{port}`", end.part, m.model.text);
                 return Err((fact, remedy(port, "ports", &known)));
             }
@@ -289,86 +345,140 @@ impl Wiring<'_> {
         self.root.at(head)?.parts.get(name)
     }
 
+    /// Whether a port may be there: not when its model is known and has none of that name.
+    fn exists(&self, end: &PortRef, output: bool) -> bool {
+        let Some(Node::Model(m)) = self.node(&end.part) else { return true };
+        let Some(d) = self.ports(m) else { return true };
+        let is = |p: &PortSpec| p.name == end.port || within(&end.port, &p.name).is_some();
+        if output { d.all_outputs().any(is) } else { d.all_inputs().any(is) }
+    }
+
     /// Ports of a part; `None` when the catalogue does not know its model, or its parameters do not say.
     fn ports(&self, m: &ModelInst) -> Option<Arc<Description>> {
         let files = self.files.first(m.folder.as_deref());
         self.catalogue.get(&m.model.text)?.describe(&m.params, &files)
     }
 
-    fn port(&self, m: &ModelInst, rest: &[Segment], output: bool) -> Result<Vec<PortRef>, Problem> {
+    fn port(&self, m: &ModelInst, rest: &[Segment], output: bool) -> Result<Vec<End>, Problem> {
         let part = &m.path;
         let described = self.ports(m);
         let ports: Option<Vec<&PortSpec>> = described.as_deref().map(|d| match output {
             true => d.all_outputs().collect(),
             false => d.all_inputs().collect(),
         });
-        let Some((last, inner)) = rest.split_last() else {
+        let Some(last) = rest.last() else {
             let ports = ports.unwrap_or_default();
             let known: Vec<&str> = ports.iter().map(|p| &*p.name).collect();
             let kind = if output { "outputs" } else { "inputs" };
             let help = format!("add a port: {}", remedy("", kind, &known));
             return Err((format!("`{part}` is a part, not a port"), help));
         };
-        if inner.iter().any(|s| s.index.is_some()) {
-            return elements(part, ports.as_deref(), rest);
+        let one =
+            |port: &str, index| single(PortRef { part: part.clone(), port: port.into(), index });
+        let (bare, written) = (joined(rest, false), joined(rest, true));
+        // A model or port that does not exist is for `compile` to report.
+        let lane = match last.index {
+            Some(Index::At(k)) => Some(k),
+            _ => None,
+        };
+        let Some(ports) = ports else { return Ok(vec![one(&bare, lane)]) };
+        // A port whose last index is a lane of it.
+        let plain = rest[..rest.len() - 1].iter().all(|s| s.index.is_none());
+        if plain && let Some(spec) = ports.iter().find(|p| p.name == bare) {
+            let Some(Index::All) = last.index else { return Ok(vec![one(&bare, lane)]) };
+            let lanes = spec.lane_names();
+            let lane = |(k, (suffix, _)): (usize, &(String, &str))| match suffix.strip_prefix('.') {
+                Some(word) => one(&format!("{bare}.{word}"), None),
+                None if suffix.is_empty() => one(&bare, None),
+                None => one(&bare, Some(k)),
+            };
+            return Ok(lanes.iter().enumerate().map(lane).collect());
         }
-        let mut port: Vec<&str> = inner.iter().map(|s| s.name.as_str()).collect();
-        port.push(&last.name);
-        let port = port.join(".");
-        let one = |port: &str, index| PortRef { part: part.clone(), port: port.into(), index };
-        match last.index {
-            None => Ok(vec![one(&port, None)]),
-            Some(Index::At(k)) => Ok(vec![one(&port, Some(k))]),
-            Some(Index::All) => {
-                // A model or port that does not exist is for `compile` to report.
-                let Some(ports) = ports else {
-                    return Ok(vec![one(&port, None)]);
-                };
-                let Some(spec) = ports.iter().find(|p| p.name == port) else {
-                    return Ok(vec![one(&port, None)]);
-                };
-                let lanes = spec.lane_names();
-                Ok(lanes
-                    .iter()
-                    .enumerate()
-                    .map(|(k, (suffix, _))| match suffix.strip_prefix('.') {
-                        Some(word) => one(&format!("{port}.{word}"), None),
-                        None if suffix.is_empty() => one(&port, None),
-                        None => one(&port, Some(k)),
-                    })
-                    .collect())
-            }
+        // Elements in the names of ports: `wheels[2].rate`, `wheels[*].rate`, and groups of them: `wheels[2]`.
+        let Some((before, after)) = written.split_once("[*]") else {
+            return Ok(vec![named(&ports, part, &written).unwrap_or_else(|| match plain {
+                true => one(&bare, lane),
+                false => one(&written, None),
+            })]);
+        };
+        if after.contains("[*]") {
+            let fact = format!("`{written}` has more than one `[*]`");
+            return Err((fact, "write a wire for each element of one of them".into()));
         }
+        let element = |p: &&PortSpec| {
+            let (k, _) = p.name.strip_prefix(before)?.strip_prefix('[')?.split_once(']')?;
+            k.parse::<usize>().ok()
+        };
+        let elements: BTreeSet<usize> = ports.iter().filter_map(element).collect();
+        let name = |k: usize| format!("{before}[{k}]{after}");
+        let found: Vec<End> =
+            elements.into_iter().filter_map(|k| named(&ports, part, &name(k))).collect();
+        if !found.is_empty() {
+            return Ok(found);
+        }
+        if plain {
+            return Ok(vec![one(&bare, None)]);
+        }
+        let known: Vec<&str> = ports.iter().map(|p| &*p.name).collect();
+        Err((format!("`{part}` has no port `{}`", name(0)), remedy(&name(0), "ports", &known)))
     }
 }
 
-/// Ports of a sized model whose names have an element inside: `wheels[2].rate`, or all `wheels[*].rate`.
-fn elements(
-    part: &str,
-    ports: Option<&[&PortSpec]>,
-    rest: &[Segment],
-) -> Result<Vec<PortRef>, Problem> {
-    let name = |of_all: Option<usize>| {
-        let each = rest.iter().map(|s| match (s.index, of_all) {
-            (None, _) => s.name.clone(),
-            (Some(Index::At(k)), _) | (Some(Index::All), Some(k)) => format!("{}[{k}]", s.name),
-            (Some(Index::All), None) => format!("{}[*]", s.name),
-        });
-        each.collect::<Vec<_>>().join(".")
-    };
-    let one = |port: String| PortRef { part: part.into(), port, index: None };
-    if !rest.iter().any(|s| s.index == Some(Index::All)) {
-        return Ok(vec![one(name(None))]);
+/// The name that segments make, with what stands in their brackets or without that of the last.
+fn joined(path: &[Segment], whole: bool) -> String {
+    let each = path.iter().enumerate().map(|(i, s)| match s.index {
+        Some(Index::At(k)) if whole || i + 1 < path.len() => format!("{}[{k}]", s.name),
+        Some(Index::All) if whole || i + 1 < path.len() => format!("{}[*]", s.name),
+        _ => s.name.clone(),
+    });
+    each.collect::<Vec<_>>().join(".")
+}
+
+/// The port of this very name, or lane of it, or the ports of the group.
+fn named(ports: &[&PortSpec], part: &str, name: &str) -> Option<End> {
+    let one = |port: &str| PortRef { part: part.into(), port: port.into(), index: None };
+    if ports.iter().any(|p| p.name == name || within(name, &p.name).is_some()) {
+        return Some(single(one(name)));
     }
-    let ports = ports.unwrap_or_default();
-    let is = |port: &str| ports.iter().any(|p| p.name == port);
-    let found: Vec<PortRef> = (0..).map(|k| name(Some(k))).take_while(|n| is(n)).map(one).collect();
-    if found.is_empty() {
-        let known: Vec<&str> = ports.iter().map(|p| &*p.name).collect();
-        let fact = format!("`{part}` has no port `{}`", name(Some(0)));
-        return Err((fact, remedy(&name(Some(0)), "ports", &known)));
+    let member = |p: &&PortSpec| Some((within(&p.name, name)?.to_string(), one(&p.name)));
+    let end: End = ports.iter().filter_map(member).collect();
+    (!end.is_empty()).then_some(end)
+}
+
+/// The wires between two ends: one port each, or two groups with the same ports.
+fn members(
+    (left, from): (&str, End),
+    (right, to): (&str, End),
+) -> Result<Vec<(PortRef, PortRef)>, Problem> {
+    let lone = |end: &End| matches!(&end[..], [(name, _)] if name.is_empty());
+    let list = |end: &End| end.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ");
+    match (lone(&from), lone(&to)) {
+        (true, true) => {}
+        (false, false) => {
+            let lacks = |of: &End, other: &End| {
+                let found = of.iter().find(|(n, _)| other.iter().all(|(m, _)| m != n));
+                found.map(|(name, _)| name.clone())
+            };
+            for (name, has, none, ends) in
+                [(lacks(&from, &to), left, right, &to), (lacks(&to, &from), right, left, &from)]
+            {
+                let Some(name) = name else { continue };
+                let fact = format!("`{has}` has `{name}`, `{none}` has only {}", list(ends));
+                let help = "groups with the same ports are joined by one wire; these want a wire for each port";
+                return Err((fact, help.into()));
+            }
+        }
+        (single, _) => {
+            let (group, end, port) = match single {
+                true => (right, &to, left),
+                false => (left, &from, right),
+            };
+            let fact = format!("`{group}` is a group of ports ({}), `{port}` is one", list(end));
+            return Err((fact, format!("name one of them: `{group}.{}`", end[0].0)));
+        }
     }
-    Ok(found)
+    let mut to: BTreeMap<String, PortRef> = to.into_iter().collect();
+    Ok(from.into_iter().filter_map(|(name, from)| Some((from, to.remove(&name)?))).collect())
 }
 
 fn exports_help(inner: &Instance, name: &str) -> String {

@@ -199,48 +199,43 @@ impl<'a, 'b> Connector<'a, 'b> {
         origin: Origin,
     ) -> Result<(Found<'a>, usize, usize), Told> {
         let (k, port) = self.part(end, wire, origin)?;
-        let whole = |d: &crate::Description| {
-            end.index.is_none()
-                && match output {
-                    true => d.all_outputs().any(|p| p.name == port),
-                    false => d.all_inputs().any(|p| p.name == port),
-                }
-        };
-        let (name, sub) = match port.split_once('.') {
-            // A port of a sized model may have such a name itself: `wheels[2].rate`.
-            _ if whole(self.parts[k].prototype.description()) => (port.clone(), None),
-            Some((n, s)) => (n.to_string(), Some(format!(".{s}"))),
-            None => (port.clone(), end.index.map(|i| format!("[{i}]"))),
-        };
         let part = &self.parts[k];
         let d = part.prototype.description();
-        let mut lane = if output { part.wiring.ym } else { 0 };
         let ports: Vec<&PortSpec> =
             if output { d.all_outputs().collect() } else { d.all_inputs().collect() };
-        for spec in &ports {
-            if spec.name == name {
-                let found = Found { part: k, spec, lane };
-                let Some(sub) = sub else { return Ok((found, 0, spec.lanes)) };
-                let names = spec.lane_names();
-                if let Some(at) = names.iter().position(|(n, _)| *n == sub) {
-                    return Ok((found, at, 1));
-                }
-                // A group such as `state.position`.
-                let group: Vec<usize> = (0..names.len())
-                    .filter(|&i| names[i].0.starts_with(&format!("{sub}.")))
-                    .collect();
-                if let (Some(first), n) = (group.first(), group.len()) {
-                    return Ok((found, *first, n));
-                }
-                let known: Vec<String> = names.iter().map(|(n, _)| format!("{name}{n}")).collect();
-                let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                let fact =
-                    format!("wire `{wire}`: `{}.{name}` has no element `{sub}`", part.spec.path);
-                let help = remedy(&format!("{name}{sub}"), "elements", &known);
-                return Err(Some(Fault::new(origin, fact).help(help)));
+        // The name of a port may have dots itself (`wheels[2].rate`): the longest name that fits.
+        let rest = |spec: &&PortSpec| {
+            let rest = port.strip_prefix(&*spec.name)?;
+            (rest.is_empty() || rest.starts_with('.')).then_some((spec.name.len(), rest))
+        };
+        let fits = ports.iter().enumerate().filter_map(|(i, spec)| Some((i, rest(spec)?)));
+        if let Some((i, (_, rest))) = fits.max_by_key(|(_, (length, _))| *length) {
+            let first: usize = ports[..i].iter().map(|spec| spec.lanes).sum();
+            let lane = if output { part.wiring.ym + first } else { first };
+            let (spec, name) = (ports[i], &ports[i].name);
+            let found = Found { part: k, spec, lane };
+            let index = end.index.map_or(String::new(), |i| format!("[{i}]"));
+            let sub = format!("{rest}{index}");
+            if sub.is_empty() {
+                return Ok((found, 0, spec.lanes));
             }
-            lane += spec.lanes;
+            let names = spec.lane_names();
+            if let Some(at) = names.iter().position(|(n, _)| *n == sub) {
+                return Ok((found, at, 1));
+            }
+            // A group such as `state.position`.
+            let group: Vec<usize> =
+                (0..names.len()).filter(|&i| names[i].0.starts_with(&format!("{sub}."))).collect();
+            if let (Some(first), n) = (group.first(), group.len()) {
+                return Ok((found, *first, n));
+            }
+            let known: Vec<String> = names.iter().map(|(n, _)| format!("{name}{n}")).collect();
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            let fact = format!("wire `{wire}`: `{}.{name}` has no element `{sub}`", part.spec.path);
+            let help = remedy(&format!("{name}{sub}"), "elements", &known);
+            return Err(Some(Fault::new(origin, fact).help(help)));
         }
+        let name = port;
         let (this, other) = if output { ("output", "input") } else { ("input", "output") };
         let known: Vec<&str> = ports.iter().map(|p| &*p.name).collect();
         let mut help = remedy(&name, &format!("{this}s"), &known);
