@@ -64,22 +64,11 @@ impl Rut {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::terramechanics::{Motion, Rim, Shear, Sinkage, WheelSoil};
-    use crate::test_soils::lunar;
+    use crate::terramechanics::{Motion, WheelSoil};
+    use crate::test_soils::{golden_wheel, lunar};
     use linkwork_runtime::prelude::Soil;
 
     const STIFF: Unloading = Unloading { k0: 0.0, growth: 5.03e8 };
-
-    fn wheel() -> WheelSoil {
-        WheelSoil {
-            rim: Rim { radius: 0.15, width: 0.10 },
-            soil: lunar(),
-            shear: Shear::Isotropic,
-            sinkage: Sinkage::Bekker,
-            gravity: 9.81,
-            approach: None,
-        }
-    }
 
     /// Depth under the first surface of a wheel that carries the load, and the state that it leaves.
     fn roll(load: f64, slip: f64, rut: &Rut) -> (f64, Rut) {
@@ -87,13 +76,13 @@ mod tests {
         let (mut low, mut high) = (0.0, 0.1);
         for _ in 0..60 {
             let z = 0.5 * (low + high);
-            if wheel().pass(z, &m, rut, &STIFF).0.fz < load {
+            if golden_wheel().pass(z, &m, rut, &STIFF).0.fz < load {
                 low = z;
             } else {
                 high = z;
             }
         }
-        let (_, left) = wheel().pass(high, &m, rut, &STIFF);
+        let (_, left) = golden_wheel().pass(high, &m, rut, &STIFF);
         (high + rut.depth(), left)
     }
 
@@ -134,8 +123,8 @@ mod tests {
     #[test]
     fn fresh_ground_is_the_published_model() {
         let m = Motion::rolling(0.3, 0.0);
-        let (f, rut) = wheel().pass(0.02, &m, &Rut::default(), &STIFF);
-        assert_eq!(f, wheel().forces(0.02, &m));
+        let (f, rut) = golden_wheel().pass(0.02, &m, &Rut::default(), &STIFF);
+        assert_eq!(f, golden_wheel().forces(0.02, &m));
         assert_eq!(rut.sinkage, 0.02);
     }
 
@@ -154,7 +143,7 @@ mod tests {
         // Compaction alone, soil without strength, costs less in the rut. (Its shorter contact also shears the soil
         // less far, so at equal slip and modulus K the pull need not grow.)
         let slick = Soil { cohesion: 0.0, friction_angle: 0.0, ..lunar() };
-        let w = WheelSoil { soil: slick, ..wheel() };
+        let w = WheelSoil { soil: slick, ..golden_wheel() };
         let m = Motion::rolling(0.1, 0.0);
         let first = w.pass(z1, &m, &Rut::default(), &STIFF).0;
         let second = w.pass(z2 - rut.depth(), &m, &rut, &STIFF).0;

@@ -3,17 +3,6 @@
 use super::*;
 use crate::test_soils::*;
 
-fn golden() -> WheelSoil {
-    WheelSoil {
-        rim: Rim { radius: 0.15, width: 0.10 },
-        soil: lunar(),
-        shear: Shear::Isotropic,
-        sinkage: Sinkage::Bekker,
-        gravity: 9.81,
-        approach: None,
-    }
-}
-
 fn at(w: &WheelSoil, load: f64, s: f64, beta_deg: f64) -> (f64, WheelForces) {
     let m = Motion::rolling(s, beta_deg.to_radians());
     let z = w.sinkage_under(load, &m).expect("the soil carries the load");
@@ -37,7 +26,7 @@ fn straight_driving_matches_an_independent_code() {
         (0.8, 21.217, 41.41025, 8.420862),
     ];
     for (s, z_mm, fx, torque) in rows {
-        let (z, f) = at(&golden(), 100.0, s, 0.0);
+        let (z, f) = at(&golden_wheel(), 100.0, s, 0.0);
         close(z * 1e3, z_mm, 3, "sinkage");
         close(f.fx, fx, 5, "drawbar pull");
         close(f.torque, torque, 6, "torque");
@@ -57,7 +46,7 @@ fn isotropic_shear_matches_an_independent_code() {
         (0.4, 30.0, 26.50339, 35.64976),
     ];
     for (s, beta, fx, fy) in rows {
-        let (_, f) = at(&golden(), 100.0, s, beta);
+        let (_, f) = at(&golden_wheel(), 100.0, s, beta);
         close(f.fx, fx, 5, "drawbar pull");
         close(f.fy, -fy, 5, "side force");
     }
@@ -66,7 +55,7 @@ fn isotropic_shear_matches_an_independent_code() {
 #[test]
 fn independent_shear_matches_an_independent_code() {
     let shear = Shear::Independent { k_x: [0.0, 0.018], k_y: [0.0, 0.018] };
-    let w = WheelSoil { shear, ..golden() };
+    let w = WheelSoil { shear, ..golden_wheel() };
     let rows =
         [(0.1, 43.47390), (0.2, 40.61475), (0.4, 33.95518), (0.6, 25.77029), (0.8, 15.40737)];
     for (s, fy) in rows {
@@ -110,7 +99,7 @@ fn ishigami_case_matches_an_independent_code() {
 #[test]
 fn public_code_agrees_to_nine_digits() {
     // RoSE-lab code (quad): r .15, b .10, z .02, s .3; c 170, φ 33°, K .018.
-    let f = golden().forces(0.02, &Motion::rolling(0.3, 0.0));
+    let f = golden_wheel().forces(0.02, &Motion::rolling(0.3, 0.0));
     close(f.fz, 99.967897801, 8, "load");
     close(f.fx, 29.435818268, 8, "drawbar pull");
     close(f.torque, 6.353369400, 8, "torque");
@@ -121,27 +110,27 @@ fn load_grows_with_sinkage_and_pull_grows_with_slip() {
     for beta in [0.0, 0.2, -0.5] {
         let mut last = 0.0;
         for i in 1..60 {
-            let fz = golden().forces(0.001 * f64::from(i), &Motion::rolling(0.25, beta)).fz;
+            let fz = golden_wheel().forces(0.001 * f64::from(i), &Motion::rolling(0.25, beta)).fz;
             assert!(fz > last, "F_z falls at {i} mm: {fz} after {last}");
             last = fz;
         }
         let mut last = f64::NEG_INFINITY;
         for i in -8..=19 {
-            let (_, f) = at(&golden(), 100.0, 0.05 * f64::from(i), beta);
+            let (_, f) = at(&golden_wheel(), 100.0, 0.05 * f64::from(i), beta);
             assert!(f.fx > last, "pull falls at slip {}: {}", 0.05 * f64::from(i), f.fx);
             last = f.fx;
         }
     }
     for i in 1..9 {
-        assert!(at(&golden(), 100.0, -0.1 * f64::from(i), 0.0).1.fx < 0.0);
+        assert!(at(&golden_wheel(), 100.0, -0.1 * f64::from(i), 0.0).1.fx < 0.0);
     }
 }
 
 #[test]
 fn left_and_right_are_mirror_images() {
     for s in [-0.6, -0.2, 0.0, 0.3, 0.9] {
-        let (za, a) = at(&golden(), 100.0, s, 0.35);
-        let (zb, b) = at(&golden(), 100.0, s, -0.35);
+        let (za, a) = at(&golden_wheel(), 100.0, s, 0.35);
+        let (zb, b) = at(&golden_wheel(), 100.0, s, -0.35);
         assert!((za - zb).abs() < 1e-12);
         assert!((a.fy + b.fy).abs() < 1e-10 && a.fy < 0.0);
         assert!((a.fx - b.fx).abs() < 1e-10 && (a.mx + b.mx).abs() < 1e-10);
@@ -154,7 +143,7 @@ fn drive_power_pays_for_pull_and_dissipation() {
     // Per second at ω = 1 rad/s: T = v F_x + v_y F_y + D with D ≥ 0.
     for s in [0.05, 0.2, 0.5, 0.8] {
         for beta in [0.0, 0.2, 0.5_f64] {
-            let (_, f) = at(&golden(), 100.0, s, beta.to_degrees());
+            let (_, f) = at(&golden_wheel(), 100.0, s, beta.to_degrees());
             let vx = 0.15 * (1.0 - s);
             let lost = f.torque - vx * f.fx - vx * beta.tan() * f.fy;
             assert!(lost > 0.0, "slip {s}, beta {beta}: {lost}");
@@ -175,7 +164,7 @@ fn frictionless_wheel_pays_exactly_the_compaction_work() {
             a1: 0.0,
             ..lunar()
         };
-        let w = WheelSoil { soil, ..golden() };
+        let w = WheelSoil { soil, ..golden_wheel() };
         let z: f64 = 0.02;
         let want = -0.10 * w.modulus(n) * z.powf(n + 1.0) / (n + 1.0);
         let got = w.forces(z, &Motion::rolling(0.3, 0.0)).fx;
@@ -196,7 +185,7 @@ fn bekkers_towed_wheel_formula_is_a_few_percent_low() {
             a1: 0.0,
             ..lunar()
         };
-        let w = WheelSoil { soil, ..golden() };
+        let w = WheelSoil { soil, ..golden_wheel() };
         let load: f64 = 40.0;
         let z = w.sinkage_under(load, &Motion::rolling(0.3, 0.0)).unwrap();
         let base = 3.0 * load / (0.10 * (3.0 - n) * w.modulus(n) * 0.30f64.sqrt());
@@ -210,7 +199,7 @@ fn bekkers_towed_wheel_formula_is_a_few_percent_low() {
 fn reece_load_scales_with_gravity_and_bekker_does_not() {
     let soil = Soil { cohesion: 0.0, ..lunar() };
     let under = |gamma| {
-        let w = WheelSoil { soil, sinkage: Sinkage::Reece { gamma }, ..golden() };
+        let w = WheelSoil { soil, sinkage: Sinkage::Reece { gamma }, ..golden_wheel() };
         w.modulus(1.0)
     };
     assert!((under(6000.0) / under(3000.0) - 2.0).abs() < 1e-12);
@@ -218,7 +207,7 @@ fn reece_load_scales_with_gravity_and_bekker_does_not() {
 
 #[test]
 fn forces_are_continuous_through_every_change_of_regime() {
-    let w = golden();
+    let w = golden_wheel();
     let base = [0.02, 0.0, 0.0, 1.0];
     let eval = |v: [f64; 4]| {
         let m = Motion { slip: v[1], lateral: v[2], rolling: v[3], beta: 0.0 };
@@ -242,16 +231,16 @@ fn forces_are_continuous_through_every_change_of_regime() {
 #[test]
 fn a_wheel_at_rest_is_symmetric() {
     let m = Motion { slip: 0.0, lateral: 0.0, rolling: 0.0, beta: 0.0 };
-    let f = golden().forces(0.02, &m);
+    let f = golden_wheel().forces(0.02, &m);
     assert!(f.fx.abs() < 1e-12 && f.torque.abs() < 1e-12 && f.fz > 0.0);
 }
 
 #[test]
 fn a_load_beyond_the_soil_is_refused() {
     let m = Motion::rolling(0.1, 0.0);
-    assert!(golden().sinkage_under(1e9, &m).is_none());
-    assert!(golden().sinkage_under(f64::NAN, &m).is_none());
-    assert_eq!(golden().sinkage_under(0.0, &m), Some(0.0));
+    assert!(golden_wheel().sinkage_under(1e9, &m).is_none());
+    assert!(golden_wheel().sinkage_under(f64::NAN, &m).is_none());
+    assert_eq!(golden_wheel().sinkage_under(0.0, &m), Some(0.0));
 }
 
 /// Root mean square errors (F_x N, F_y N, z mm) over the driven rows of the measurements whose
@@ -289,7 +278,7 @@ fn measured_smooth_wheel_is_reproduced() {
         rim: Rim { radius: 0.058, width: 0.05 },
         soil: silica_sand(),
         approach: Some((45.0f64 - 14.5).to_radians()),
-        ..golden()
+        ..golden_wheel()
     };
     let Some(rms) = rms_against_measurements(&w, &[0.0, 15.0, 30.0, 45.0]) else {
         println!("skipped: reference data absent");

@@ -1,6 +1,19 @@
-//! Published soils for the tests of this crate.
+//! Published soils, and a wheel on one of them, for the tests of this crate.
 
+use crate::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
 use linkwork_runtime::prelude::Soil;
+
+/// The wheel of the tables that an independent integration gave: 0.15 m × 0.10 m on lunar regolith.
+pub(crate) fn golden_wheel() -> WheelSoil {
+    WheelSoil {
+        rim: Rim { radius: 0.15, width: 0.10 },
+        soil: lunar(),
+        shear: Shear::Isotropic,
+        sinkage: Sinkage::Bekker,
+        gravity: 9.81,
+        approach: None,
+    }
+}
 
 /// Lunar regolith of the Apollo source book, as used in public rover demonstrations.
 pub(crate) fn lunar() -> Soil {

@@ -80,20 +80,8 @@ pub fn slip_on_slope(wheel: &WheelSoil, weight: f64, slope: f64) -> Option<f64> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::terramechanics::{Rim, Shear, Sinkage};
-    use crate::test_soils::lunar;
+    use crate::test_soils::{golden_wheel, lunar};
     use linkwork_runtime::prelude::Soil;
-
-    fn wheel() -> WheelSoil {
-        WheelSoil {
-            rim: Rim { radius: 0.15, width: 0.10 },
-            soil: lunar(),
-            shear: Shear::Isotropic,
-            sinkage: Sinkage::Bekker,
-            gravity: 9.81,
-            approach: None,
-        }
-    }
 
     #[test]
     fn the_table_is_that_of_an_independent_integration() {
@@ -106,7 +94,7 @@ mod tests {
             [0.6, 20.664, 38.97604, 7.945018],
             [0.8, 21.217, 41.41025, 8.420862],
         ];
-        let rows = against_slip(&wheel(), 100.0, 0.0, &known.map(|k| k[0]));
+        let rows = against_slip(&golden_wheel(), 100.0, 0.0, &known.map(|k| k[0]));
         for (row, [slip, z, pull, torque]) in rows.iter().zip(known) {
             let r = row.unwrap();
             assert!((r.sinkage - 1e-3 * z).abs() < 5.1e-7, "{r:?}");
@@ -114,7 +102,7 @@ mod tests {
             assert!((r.coefficient - pull / 100.0).abs() < 1e-7 && r.slip == slip);
         }
         // Sideways: 20° at slip 0.2 and 0.6.
-        let rows = against_slip(&wheel(), 100.0, 20f64.to_radians(), &[0.2, 0.6]);
+        let rows = against_slip(&golden_wheel(), 100.0, 20f64.to_radians(), &[0.2, 0.6]);
         for (row, [pull, side]) in rows.iter().zip([[14.36330, 37.84901], [37.96765, 14.05557]]) {
             let r = row.unwrap();
             assert!((r.pull - pull).abs() < 6e-6 && (r.side.abs() - side).abs() < 6e-6, "{r:?}");
@@ -124,7 +112,7 @@ mod tests {
     #[test]
     fn no_more_power_pulls_than_drives() {
         for k in 0..=99 {
-            let r = row(&wheel(), 100.0, 0.0, 0.01 * f64::from(k)).unwrap();
+            let r = row(&golden_wheel(), 100.0, 0.0, 0.01 * f64::from(k)).unwrap();
             assert!((0.0..1.0).contains(&r.efficiency), "{r:?}");
             // T ω = F v + loss, over r ω.
             assert!(r.torque / 0.15 >= r.pull * (1.0 - r.slip), "{r:?}");
@@ -136,15 +124,15 @@ mod tests {
         let mut last = 0.0;
         for degrees in [0.0, 5.0, 10.0, 15.0, 20.0] {
             let slope = f64::to_radians(degrees);
-            let slip = slip_on_slope(&wheel(), 100.0, slope).unwrap();
-            let r = row(&wheel(), 100.0 * slope.cos(), 0.0, slip).unwrap();
+            let slip = slip_on_slope(&golden_wheel(), 100.0, slope).unwrap();
+            let r = row(&golden_wheel(), 100.0 * slope.cos(), 0.0, slip).unwrap();
             assert!((r.pull - 100.0 * slope.sin()).abs() < 1e-6, "{degrees}: {r:?}");
             assert!(slip > last, "{degrees}: {slip} {last}");
             last = slip;
         }
-        assert_eq!(slip_on_slope(&wheel(), 100.0, 0.6), None);
+        assert_eq!(slip_on_slope(&golden_wheel(), 100.0, 0.6), None);
         // Soil that carries nothing gives no row and no slope.
-        let slime = WheelSoil { soil: Soil { k_phi: 10.0, k_c: 0.0, ..lunar() }, ..wheel() };
+        let slime = WheelSoil { soil: Soil { k_phi: 10.0, k_c: 0.0, ..lunar() }, ..golden_wheel() };
         assert_eq!(against_slip(&slime, 1e4, 0.0, &[0.1]), [None]);
         assert_eq!(slip_on_slope(&slime, 1e4, 0.0), None);
     }

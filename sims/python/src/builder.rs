@@ -3,10 +3,13 @@ use crate::array::{mat3, out_vec3, pose, vec3};
 use crate::core::{Core, GRAVITY};
 use crate::error::refuse;
 use crate::mechanism::{INERTIA_CHECKS, Mechanism, choice};
-use linkwork_multibody::{self as multibody, BodySpec, Coordinate, Limits, SubhingeKind};
+use linkwork_multibody::{
+    self as multibody, BodySpec, Coordinate, Coupling, HingeCoordinate, Limits, LoopClosure,
+    SubhingeKind, Term,
+};
 use linkwork_spatial::{MassProperties, Mat3, Vec3};
 use pyo3::prelude::*;
-use pyo3::types::{PySlice, PyTuple};
+use pyo3::types::{PyDict, PySlice, PyTuple};
 use std::sync::{Arc, Mutex};
 
 /// What a body may do against its parent: a chain of subhinges, parent's side first.
@@ -170,6 +173,51 @@ impl Builder {
     ) -> PyResult<Py<Self>> {
         let X = crate::array::pose(pose, "pose")?;
         crate::core::lock(&slf.get().parts).node(name, body, X);
+        Ok(slf)
+    }
+
+    /// Closes a loop: frame B on one body moves against frame A on another as the hinge permits.
+    ///
+    /// body_a, body_b: "world" or a body; bodies may come later. at_a, at_b: poses of the frames in their bodies:
+    /// (3,), (7,) or (4, 4). Prescribed pins and sliders of the hinge move as `loop_motions` says.
+    #[pyo3(signature = (name, body_a, body_b, hinge, *, at_a=None, at_b=None))]
+    fn r#loop(
+        slf: Py<Self>,
+        name: String,
+        body_a: String,
+        body_b: String,
+        hinge: &Hinge,
+        at_a: Option<&Bound<'_, PyAny>>,
+        at_b: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Py<Self>> {
+        let (frame_a, frame_b) = (pose(at_a, "at_a")?, pose(at_b, "at_b")?);
+        let hinge = hinge.hinge.clone();
+        let closure = LoopClosure { name, body_a, frame_a, body_b, frame_b, hinge };
+        crate::core::lock(&slf.get().parts).loop_closure(closure);
+        Ok(slf)
+    }
+
+    /// Adds a linear relation between hinge coordinates: the sum of factor times coordinate (rad or m) is `constant`.
+    ///
+    /// terms: {body: factor}, for the only subhinge of the body's hinge, or {(body, subhinge): factor}, counted
+    /// from the parent's side.
+    #[pyo3(signature = (name, terms, constant=0.0))]
+    fn coupling(
+        slf: Py<Self>,
+        name: String,
+        terms: &Bound<'_, PyDict>,
+        constant: f64,
+    ) -> PyResult<Py<Self>> {
+        let term = |(key, factor): (Bound<'_, PyAny>, Bound<'_, PyAny>)| -> PyResult<Term> {
+            let (body, subhinge) = match key.extract::<(String, usize)>() {
+                Ok(pair) => pair,
+                Err(_) => (key.extract()?, 0),
+            };
+            let coordinate = HingeCoordinate { body, subhinge };
+            Ok(Term { coordinate, factor: factor.extract()? })
+        };
+        let terms = terms.iter().map(term).collect::<PyResult<_>>()?;
+        crate::core::lock(&slf.get().parts).coupling(Coupling { name, terms, constant });
         Ok(slf)
     }
 

@@ -34,6 +34,8 @@ pub struct Core {
     derivatives: Mutex<Vec<Derivatives>>,
     /// By number of threads.
     ensembles: Mutex<Vec<(usize, Ensemble)>>,
+    /// For loops and couplings.
+    pub constrained: Mutex<Vec<crate::constraints::Constrained>>,
     /// For inverse kinematics.
     pub ik: Mutex<Option<InverseKinematics>>,
 }
@@ -65,6 +67,7 @@ impl Core {
             spare: Mutex::default(),
             derivatives: Mutex::default(),
             ensembles: Mutex::default(),
+            constrained: Mutex::default(),
             ik: Mutex::default(),
         })
     }

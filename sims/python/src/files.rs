@@ -40,39 +40,36 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// What the file says that kernels on a tree do not know, in words; `None` when there is nothing.
-    pub fn beyond_the_kernels(&self) -> Option<String> {
-        let mut names: Vec<String> =
-            (self.mbs.constraints()).map(|c| self.mbs.constraint_name(c).to_owned()).collect();
-        if let Some(d) = &self.description {
-            names.extend(d.couplings.iter().map(|c| c.name.clone()));
-            names.extend(d.loops.iter().map(|l| l.name.clone()));
-        }
-        names.sort();
-        names.dedup();
+    /// What the file says that the dynamics of a `Mechanism` does not know, in words; `None` when there is nothing.
+    pub fn left_out(&self) -> Option<String> {
         let lossy = self
             .mbs
             .subhinges()
             .filter(|(_, s)| s.subhinge.damping > 0.0 || s.subhinge.friction.force > 0.0);
         let mut bodies: Vec<&str> = lossy.map(|(b, _)| self.mbs.get(b).name()).collect();
         bodies.dedup();
-        let list = |what: &str, names: &[String]| match names {
-            [] => None,
-            [a, b, c, _, ..] => Some(format!("{what} {a}, {b}, {c} and {} more", names.len() - 3)),
-            few => Some(format!("{what} {}", few.join(", "))),
+        let list = match bodies[..] {
+            [] => return None,
+            [a, b, c, _, ..] => format!("{a}, {b}, {c} and {} more", bodies.len() - 3),
+            ref few => few.join(", "),
         };
-        let bodies: Vec<String> = bodies.into_iter().map(str::to_owned).collect();
-        let told = [
-            list("loops and couplings", &names),
-            list("damping or friction of the hinges of", &bodies),
-        ];
-        let told: Vec<String> = told.into_iter().flatten().collect();
-        (!told.is_empty()).then(|| {
-            format!(
-                "{} are left out of the dynamics of a Mechanism\n  help: linkwork.Simulation simulates them",
-                told.join("; ")
-            )
-        })
+        Some(format!(
+            "damping or friction of the hinges of {list} are left out of the dynamics of a Mechanism\n  help: linkwork.Simulation simulates them"
+        ))
+    }
+
+    /// Loops and couplings, in words; `None` when there are none.
+    pub fn beyond_the_tree(&self) -> Option<String> {
+        let names = self.mbs.constraints().map(|c| self.mbs.constraint_name(c));
+        let names: Vec<&str> = names.collect();
+        let list = match names[..] {
+            [] => return None,
+            [a, b, c, _, ..] => format!("{a}, {b}, {c} and {} more", names.len() - 3),
+            ref few => few.join(", "),
+        };
+        Some(format!(
+            "loops and couplings {list}: constrained_dynamics, close and simulate obey them, the algorithms of the tree (forward_dynamics, mass_matrix and the others) do not"
+        ))
     }
 }
 
@@ -84,7 +81,14 @@ pub fn machine(path: &Path, options: &ReadOptions) -> Result<Machine, String> {
 
 fn foreign_machine(path: &Path, options: &ReadOptions) -> Result<Machine, String> {
     let d = read_machine(path, options).map_err(|f| f.to_string())?;
-    let mbs = d.builder.build().map_err(|e| e.to_string())?;
+    let mut parts = d.builder.clone();
+    for l in &d.loops {
+        parts.loop_closure(l.clone());
+    }
+    for c in &d.couplings {
+        parts.coupling(c.clone());
+    }
+    let mbs = parts.build().map_err(|e| e.to_string())?;
     let mut initial = mbs.neutral_q();
     for i in &d.initial {
         if let Some(place) = mbs.body(&i.body).and_then(|b| initial.get_mut(mbs.get(b).q()))

@@ -6,6 +6,7 @@
 //! | `error` | `LinkworkError` |
 //! | `core` | what a mechanism and its states share |
 //! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
+//! | `constraints` | loops and couplings of a `Mechanism` |
 //! | `copies` | `copy` and `pickle` of a `Mechanism` |
 //! | `algorithms`, `derivatives` | more algorithms of `Mechanism` |
 //! | `batch` | one state or many; threads and lanes |
@@ -26,6 +27,7 @@ mod algorithms;
 mod array;
 mod batch;
 mod builder;
+mod constraints;
 mod copies;
 mod core;
 mod derivatives;
@@ -53,6 +55,8 @@ use pyo3::prelude::*;
 mod _linkwork {
     #[pymodule_export]
     use crate::builder::{Builder, Hinge, Subhinge};
+    #[pymodule_export]
+    use crate::constraints::{ConstrainedMotion, Constraint, Rank};
     #[pymodule_export]
     use crate::copies::_restore;
     #[pymodule_export]

@@ -35,8 +35,9 @@ pub struct Mechanism {
 /// root: None takes the file as it is; "fixed", "free" or "planar" say how the body that no joint
 /// moves hangs on the world. inertia_check: "physical", or "positive_moments" for published data
 /// that break the triangle inequality of principal moments. packages: folders that hold packages,
-/// for `package://name/..`. What was not used is in `ignored`. Loops, couplings, damping and friction
-/// are no part of a Mechanism's dynamics: a file that has them gives a UserWarning that names them.
+/// for `package://name/..`. What was not used is in `ignored`. Loops and couplings are in `constraints`:
+/// `constrained_dynamics`, `close` and `simulate` obey them, the algorithms of the tree do not; damping and
+/// friction are no part of a Mechanism's dynamics. A file that has such gives a UserWarning that names them.
 /// Raises LinkworkError with every mistake in the file, each with its place.
 #[pyfunction]
 #[pyo3(signature = (path, root=None, *, inertia_check="physical", packages=None))]
@@ -53,7 +54,7 @@ pub fn load(
     let package_paths = packages.unwrap_or_default();
     let options = ReadOptions { root, inertia, package_paths, file: None };
     let machine = py.detach(|| crate::files::machine(&path, &options)).map_err(refuse)?;
-    if let Some(text) = machine.beyond_the_kernels() {
+    for text in [machine.left_out(), machine.beyond_the_tree()].into_iter().flatten() {
         let text = format!("{}: {text}", path.display());
         let category = py.get_type::<pyo3::exceptions::PyUserWarning>();
         // A path may hold anything but a zero.

@@ -5,13 +5,17 @@
 //!                       length 1 after each step: order 4
 //! semi_implicit_euler   v += h v̇(t, q, v), then q moved by h v on its manifold: order 1
 //! ```
+//! Loops and couplings are obeyed: small loops are embedded, the others are rows, and after each step q and v
+//! are brought back onto all of them.
 use crate::array::{Array1, Array2, Input, out1, out2, room, vector};
+use crate::constraints::may_begin;
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::{Mechanism, choice};
 use linkwork_dynamics::forward_dynamics_given_kinematics;
 use linkwork_integrate::{Failure, Integrator, Method, System};
 use linkwork_multibody::NodeId;
+use linkwork_solvers::Treatment;
 use linkwork_spatial::Force;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -54,6 +58,8 @@ type Forces<'a> = dyn FnMut(usize, f64, &[f64], &[f64], &mut [f64]) -> PyResult<
 /// A mechanism as an integrator sees it.
 struct Motion<'a> {
     core: &'a Core,
+    /// There are loops or couplings.
+    constrained: bool,
     wrenches: &'a [(NodeId, Force)],
     /// The step.
     k: usize,
@@ -74,14 +80,27 @@ impl System for Motion<'_> {
         vdot.fill(0.0);
         let mut ws = self.core.workspace();
         self.core.load(&mut ws, q, v, self.wrenches);
-        let result = forward_dynamics_given_kinematics(&self.core.tree, &mut ws, &mut tau, vdot);
+        let result = match self.constrained {
+            false => forward_dynamics_given_kinematics(&self.core.tree, &mut ws, &mut tau, vdot)
+                .map_err(|e| e.to_string()),
+            true => self.core.with_constrained(Treatment::Auto, |c| {
+                let solved = c.forward(self.core, &mut ws, (q, v), &mut tau, vdot);
+                solved.map(|_| ()).map_err(|e| e.to_string())
+            }),
+        };
         self.core.give_back(ws);
         result.map_err(|e| refuse(format!("t = {t} s: {e}")))
     }
 
-    fn project(&mut self, _: f64, x: &mut [f64]) -> PyResult<()> {
-        self.core.mbs.normalize(&mut x[..self.core.nq()]);
-        Ok(())
+    fn project(&mut self, t: f64, x: &mut [f64]) -> PyResult<()> {
+        let (q, v) = x.split_at_mut(self.core.nq());
+        self.core.mbs.normalize(q);
+        if !self.constrained {
+            return Ok(());
+        }
+        let closed =
+            self.core.with_constrained(Treatment::Auto, |c| c.close(self.core, &[], q, Some(v)));
+        closed.map_err(|e| refuse(format!("t = {t} s: {e}")))
     }
 
     fn positions(&self) -> &[Range<usize>] {
@@ -100,6 +119,7 @@ impl System for Motion<'_> {
 /// A run in progress.
 struct Run<'a> {
     core: &'a Core,
+    constrained: bool,
     wrenches: &'a [(NodeId, Force)],
     integrator: Integrator,
     dt: f64,
@@ -109,9 +129,10 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn step<'f>(&'f mut self, k: usize, forces: &'f mut Forces<'f>) -> PyResult<()> {
-        let Run { core, wrenches, integrator, dt, x } = self;
+        let Run { core, constrained, wrenches, integrator, dt, x } = self;
+        let constrained = *constrained;
         let positions = std::array::from_fn(|_| 0..core.nq());
-        let mut motion = Motion { core, wrenches, k, forces, positions };
+        let mut motion = Motion { core, constrained, wrenches, k, forces, positions };
         let t = k as f64 * *dt;
         integrator.step_fixed(&mut motion, t, *dt, x, None).map_err(|failure| match failure {
             Failure::System(e) => e,
@@ -131,7 +152,7 @@ impl Mechanism {
     /// torque: None; (nv,) constant; (steps, nv) one row a step; or a function of (t, q, v) that
     /// gives (nv,), called at each evaluation (four a step with "rk4"). integrator: "rk4" or
     /// "semi_implicit_euler". wrenches: {frame: (6,)}, constant, world axes. Prescribed
-    /// coordinates keep their rates.
+    /// coordinates keep their rates. Loops and couplings are obeyed; q must close them (`close`).
     #[pyo3(signature = (q, v, dt, steps, *, torque=None, integrator="rk4", wrenches=None))]
     fn simulate<'py>(
         &self,
@@ -158,7 +179,11 @@ impl Mechanism {
         let wrenches = core.wrenches(wrenches)?;
         let x = [q.slice(), v.slice()].concat();
         let integrator = Integrator::new(method, nq + nv);
-        let mut run = Run { core, wrenches: &wrenches, integrator, dt, x };
+        let constrained = core.is_constrained();
+        if constrained {
+            may_begin(core, q.slice())?;
+        }
+        let mut run = Run { core, constrained, wrenches: &wrenches, integrator, dt, x };
         let rows = steps.saturating_add(1);
         let (mut qs, mut vs, mut t) = (room(rows, nq)?, room(rows, nv)?, room(rows, 1)?);
         qs.extend_from_slice(q.slice());

@@ -287,7 +287,7 @@ def test_a_simulation_goes_through_its_phases(tmp_path):
 
 
 def test_what_the_kernels_do_not_know_is_a_warning(tmp_path):
-    with pytest.warns(UserWarning, match="couplings.*left out"):
+    with pytest.warns(UserWarning, match="couplings.*algorithms of the tree"):
         rover = lw.load(ROVER)
     assert rover.nv > 6
     with warnings.catch_warnings():

@@ -61,6 +61,25 @@ pub fn limited(force: &Vec3, low: f64, high: f64) -> Vec3 {
     if size > 0.0 { force * (size.clamp(low, high) / size) } else { Vec3::zeros() }
 }
 
+/// The force F = m (a − g) within its limits, and whether it was outside them.
+pub(super) fn commanded(a: &Vec3, g: &Vec3, mass: f64, (low, high): (f64, f64)) -> (Vec3, bool) {
+    let wanted = (a - g) * mass;
+    let size = wanted.norm();
+    (limited(&wanted, low, high), size < low || size > high)
+}
+
+/// Limits of a thrust.
+///
+/// # Errors
+/// The smaller one is the greater.
+pub(super) fn thrust_limits(min: f64, max: f64) -> Result<(), BuildError> {
+    if min <= max {
+        return Ok(());
+    }
+    let fact = format!("thrust_min {min} N is above thrust_max {max} N");
+    Err(BuildError::new(fact).help("exchange the two").at("thrust_min"))
+}
+
 /// Which polynomial.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
@@ -149,11 +168,7 @@ impl Model for PoweredDescent {
     type Yd = DescentOut;
     type D = Last;
     fn build(p: DescentParams) -> Result<Self, BuildError> {
-        if p.thrust_min > p.thrust_max {
-            let fact =
-                format!("thrust_min {} N is above thrust_max {} N", p.thrust_min, p.thrust_max);
-            return Err(BuildError::new(fact).help("exchange the two").at("thrust_min"));
-        }
+        thrust_limits(p.thrust_min, p.thrust_max)?;
         let target =
             Target { position: p.position, velocity: p.velocity, acceleration: p.acceleration };
         Ok(PoweredDescent { p, target })
@@ -170,10 +185,9 @@ impl Model for PoweredDescent {
             Law::Quadratic => quadratic(r, v, &self.target, to_go),
             Law::Linear => linear(r, v, &self.target, to_go),
         };
-        let wanted = (a - p.gravity.acceleration(c.t, *r)) * u.mass;
-        let force = limited(&wanted, p.thrust_min, p.thrust_max);
-        let size = wanted.norm();
-        DescentOut { force, to_go, limited: size < p.thrust_min || size > p.thrust_max }
+        let g = p.gravity.acceleration(c.t, *r);
+        let (force, limited) = commanded(&a, &g, u.mass, (p.thrust_min, p.thrust_max));
+        DescentOut { force, to_go, limited }
     }
     fn update(&self, c: &Clock, x: &(), d: &Last, _: &(), u: &DescentIn) -> Last {
         Last { force: self.direct(c, x, d, u, &()).force }

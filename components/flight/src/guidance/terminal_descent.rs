@@ -10,7 +10,7 @@
 //! approach and goes on until the part is removed.
 
 use super::ground_motion::over;
-use super::powered_descent::{Target, limited, quadratic};
+use super::powered_descent::{Target, commanded, quadratic, thrust_limits};
 use linkwork_runtime::prelude::*;
 
 /// Where to go and within what.
@@ -125,11 +125,7 @@ impl Model for TerminalDescent {
     type Yd = TerminalDescentOut;
     type D = Chosen;
     fn build(p: TerminalDescentParams) -> Result<Self, BuildError> {
-        if p.thrust_min > p.thrust_max {
-            let fact =
-                format!("thrust_min {} N is above thrust_max {} N", p.thrust_min, p.thrust_max);
-            return Err(BuildError::new(fact).help("exchange the two").at("thrust_min"));
-        }
+        thrust_limits(p.thrust_min, p.thrust_max)?;
         Ok(TerminalDescent { p })
     }
     fn init_d(&self) -> Chosen {
@@ -156,14 +152,9 @@ impl Model for TerminalDescent {
             let off = v - (omega.cross(&r) - vertical * p.speed);
             omega.cross(&omega.cross(&r)) - sideways * (k * k) - off * (2.0 * k)
         };
-        let wanted = (a - p.gravity.acceleration(c.t, r)) * u.mass;
-        let size = wanted.norm();
-        TerminalDescentOut {
-            force: limited(&wanted, p.thrust_min, p.thrust_max),
-            to_go,
-            off: sideways.norm(),
-            limited: size < p.thrust_min || size > p.thrust_max,
-        }
+        let g = p.gravity.acceleration(c.t, r);
+        let (force, limited) = commanded(&a, &g, u.mass, (p.thrust_min, p.thrust_max));
+        TerminalDescentOut { force, to_go, off: sideways.norm(), limited }
     }
     fn update(&self, c: &Clock, _: &(), d: &Chosen, _: &(), u: &TerminalDescentIn) -> Chosen {
         self.choose(c, d, u)

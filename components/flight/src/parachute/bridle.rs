@@ -121,17 +121,7 @@ impl Model for Bridle {
         BridleState { length: x.length, taut: d.taut, out: d.out }
     }
     fn direct(&self, _: &Clock, x: &Paid, d: &Pulling, u: &LineIn) -> LineOut {
-        let (n, extension, rate) = self.stretch(x, d, u);
-        let pull = self.p.stiffness * extension + self.p.damping * rate;
-        let tension = if d.taut { pull.max(0.0) } else { 0.0 };
-        let force = n * tension;
-        LineOut {
-            on_a: Wrench { moment: Vec3::zeros(), force },
-            on_b: Wrench { moment: Vec3::zeros(), force: -force },
-            tension,
-            extension,
-            rate,
-        }
+        LineOut::of(self.stretch(x, d, u), (self.p.stiffness, self.p.damping), d.taut)
     }
     fn deriv(
         &self,

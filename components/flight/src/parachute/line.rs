@@ -58,6 +58,26 @@ pub struct LineOut {
     pub rate: f64,
 }
 
+impl LineOut {
+    /// Of a line with a direction from a to b, an extension (m) and its rate (m/s), a stiffness (N/m) and a damping
+    /// (N s/m): it pulls while it is taut, and never pushes.
+    pub(super) fn of(
+        (n, extension, rate): (Vec3, f64, f64),
+        (k, c): (f64, f64),
+        taut: bool,
+    ) -> Self {
+        let tension = if taut { (k * extension + c * rate).max(0.0) } else { 0.0 };
+        let force = n * tension;
+        LineOut {
+            on_a: Wrench { moment: Vec3::zeros(), force },
+            on_b: Wrench { moment: Vec3::zeros(), force: -force },
+            tension,
+            extension,
+            rate,
+        }
+    }
+}
+
 /// Whether it pulls.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Taut {
@@ -120,17 +140,8 @@ impl Model for Line {
         TautOut { taut: d.taut, changes: d.changes }
     }
     fn direct(&self, _: &Clock, _: &(), d: &Taut, u: &LineIn) -> LineOut {
-        let (n, extension, rate) = stretch(u, self.p.length);
-        let pull = self.p.stiffness * extension + self.p.damping * rate;
-        let tension = if d.taut { pull.max(0.0) } else { 0.0 };
-        let force = n * tension;
-        LineOut {
-            on_a: Wrench { moment: Vec3::zeros(), force },
-            on_b: Wrench { moment: Vec3::zeros(), force: -force },
-            tension,
-            extension,
-            rate,
-        }
+        let law = (self.p.stiffness, self.p.damping);
+        LineOut::of(stretch(u, self.p.length), law, d.taut)
     }
     fn guards(&self, _: &Clock, _: &(), _: &Taut, _: &(), u: &LineIn) -> Change {
         let (_, extension, rate) = stretch(u, self.p.length);

@@ -13,6 +13,8 @@ Whatever is refused raises `LinkworkError`, with place, fact and remedy.
 
 from ._linkwork import (
     Builder,
+    ConstrainedMotion,
+    Constraint,
     Edit,
     Frames,
     Hinge,
@@ -21,6 +23,7 @@ from ._linkwork import (
     Mechanism,
     Operator,
     Operators,
+    Rank,
     RateTarget,
     Report,
     Series,
@@ -37,6 +40,8 @@ from ._linkwork import (
 
 __all__ = [
     "Builder",
+    "ConstrainedMotion",
+    "Constraint",
     "Edit",
     "Frames",
     "Hinge",
@@ -45,6 +50,7 @@ __all__ = [
     "Mechanism",
     "Operator",
     "Operators",
+    "Rank",
     "RateTarget",
     "Report",
     "Series",

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "Builder",
+    "ConstrainedMotion",
+    "Constraint",
     "Edit",
     "Frames",
     "Hinge",
@@ -17,6 +19,7 @@ __all__ = [
     "Mechanism",
     "Operator",
     "Operators",
+    "Rank",
     "RateTarget",
     "Report",
     "Series",
@@ -103,6 +106,22 @@ class Builder:
         hinge_in_body: ArrayLike | None = None,
     ) -> Builder: ...
     def node(self, name: str, body: str, pose: ArrayLike | None = None) -> Builder: ...
+    def loop(
+        self,
+        name: str,
+        body_a: str,
+        body_b: str,
+        hinge: Hinge,
+        *,
+        at_a: ArrayLike | None = None,
+        at_b: ArrayLike | None = None,
+    ) -> Builder: ...
+    def coupling(
+        self,
+        name: str,
+        terms: Mapping[str | tuple[str, int], float],
+        constant: float = 0.0,
+    ) -> Builder: ...
     def build(self) -> Mechanism: ...
 
 @final
@@ -295,6 +314,77 @@ class Mechanism:
         integrator: Literal["rk4", "semi_implicit_euler"] = "rk4",
         wrenches: _Wrenches | None = None,
     ) -> tuple[_Array, _Array, _Array]: ...
+
+    @property
+    def constraints(self) -> list[Constraint]: ...
+    def constraint_errors(
+        self, q: ArrayLike, *, loop_motions: ArrayLike | None = None
+    ) -> dict[str, float]: ...
+    @overload
+    def close(
+        self, q: ArrayLike, v: None = None, *, loop_motions: ArrayLike | None = None
+    ) -> _Array: ...
+    @overload
+    def close(
+        self, q: ArrayLike, v: ArrayLike, *, loop_motions: ArrayLike | None = None
+    ) -> tuple[_Array, _Array]: ...
+    def constrained_dynamics(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        tau: ArrayLike,
+        *,
+        solver: Literal["auto", "embed", "augment", "full"] = "auto",
+        prescribed: ArrayLike | None = None,
+        wrenches: _Wrenches | None = None,
+        loop_motions: ArrayLike | None = None,
+    ) -> ConstrainedMotion: ...
+    def constraint_rank(
+        self, q: ArrayLike, *, loop_motions: ArrayLike | None = None
+    ) -> Rank: ...
+
+@final
+class Constraint:
+    @property
+    def name(self) -> str: ...
+    @property
+    def kind(self) -> Literal["loop", "coupling"]: ...
+    @property
+    def bodies(self) -> list[str]: ...
+    @property
+    def rows(self) -> int: ...
+    @property
+    def motions(self) -> int: ...
+
+@final
+class ConstrainedMotion:
+    @property
+    def vdot(self) -> _Array: ...
+    @property
+    def tau(self) -> _Array: ...
+    @property
+    def forces(self) -> dict[str, _Array]: ...
+    @property
+    def redundant(self) -> dict[str, int]: ...
+    @property
+    def rows(self) -> int: ...
+    @property
+    def rank(self) -> int: ...
+    @property
+    def contradiction(self) -> float: ...
+
+@final
+class Rank:
+    @property
+    def free(self) -> int: ...
+    @property
+    def rows(self) -> int: ...
+    @property
+    def rank(self) -> int: ...
+    @property
+    def mobility(self) -> int: ...
+    @property
+    def redundant(self) -> dict[str, int]: ...
 
 @final
 class Subgraph:

@@ -1,0 +1,487 @@
+//! Loops and couplings of a `Mechanism`: what they are, whether they close, dynamics with them.
+use crate::array::{Array1, Input, checked1, out1, vector};
+use crate::core::{Core, lock};
+use crate::error::{refuse, refuse_with};
+use crate::mechanism::{Mechanism, choice};
+use linkwork_dynamics::kinematics;
+use linkwork_multibody::{ConstraintId, LoopMotion};
+use linkwork_solvers::{
+    ConstrainedSolver, FullyAugmentedSolver, Projector, Redundant, Report, SolverError, Treatment,
+};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// How constraints enter the equations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Solver {
+    /// Tree-augmented, embedded, or both.
+    Tree(Treatment),
+    /// Every hinge and every constraint is rows.
+    Full,
+}
+
+const SOLVERS: [(&str, Solver); 4] = [
+    ("auto", Solver::Tree(Treatment::Auto)),
+    ("embed", Solver::Tree(Treatment::Embed)),
+    ("augment", Solver::Tree(Treatment::Augment)),
+    ("full", Solver::Full),
+];
+
+/// Errors of loops at which a simulation may begin, rad or m.
+const CLOSED: f64 = 1e-6;
+
+/// Memory of the solvers of constraints.
+pub struct Constrained {
+    /// Which constraints are embedded and which are rows.
+    treatment: Treatment,
+    solver: ConstrainedSolver,
+    projector: Projector,
+}
+
+impl Core {
+    /// Runs `f` on memory for constraints.
+    pub fn with_constrained<R>(
+        &self,
+        treatment: Treatment,
+        f: impl FnOnce(&mut Constrained) -> R,
+    ) -> R {
+        let spare = {
+            let mut all = lock(&self.constrained);
+            let same = all.iter().position(|c| c.treatment == treatment);
+            same.map(|k| all.swap_remove(k))
+        };
+        let mut memory = spare.unwrap_or_else(|| Constrained {
+            treatment,
+            solver: ConstrainedSolver::new(&self.tree, |_| treatment),
+            projector: Projector::new(&self.tree),
+        });
+        let result = f(&mut memory);
+        lock(&self.constrained).push(memory);
+        result
+    }
+
+    /// Whether there is a loop or a coupling.
+    pub fn is_constrained(&self) -> bool {
+        self.mbs.constraints().next().is_some()
+    }
+
+    fn errors(&self, q: &[f64], motions: &[LoopMotion]) -> Vec<(ConstraintId, f64)> {
+        self.with_constrained(Treatment::Augment, |c| {
+            let mut ws = self.workspace();
+            kinematics(&self.tree, &mut ws, q, &vec![0.0; self.nv()]);
+            let error = |id| (id, c.solver.error(&self.tree, &ws, id, motions, q));
+            let errors = self.mbs.constraints().map(error).collect();
+            self.give_back(ws);
+            errors
+        })
+    }
+}
+
+impl Constrained {
+    /// Accelerations after kinematics, in place of those of the tree.
+    pub fn forward(
+        &mut self,
+        core: &Core,
+        ws: &mut linkwork_dynamics::Workspace,
+        state: (&[f64], &[f64]),
+        tau: &mut [f64],
+        vdot: &mut [f64],
+    ) -> Result<Report, SolverError> {
+        self.solver.forward_given_kinematics(&core.tree, ws, state, &[], tau, vdot)
+    }
+
+    /// Moves q, then v, onto the constraints.
+    pub fn close(
+        &mut self,
+        core: &Core,
+        motions: &[LoopMotion],
+        q: &mut [f64],
+        v: Option<&mut [f64]>,
+    ) -> Result<(), linkwork_solvers::ProjectionError> {
+        let mut ws = core.workspace();
+        let (tree, solver) = (&core.tree, &mut self.solver);
+        let mut result = self.projector.positions(tree, &mut ws, solver, motions, q).map(|_| ());
+        if let (Ok(()), Some(v)) = (&result, v) {
+            result = self.projector.rates(tree, &mut ws, solver, motions, q, v).map(|_| ());
+        }
+        core.give_back(ws);
+        result
+    }
+}
+
+/// A loop that a hinge closes, or a linear relation between hinge coordinates.
+#[pyclass(frozen, weakref, module = "linkwork")]
+pub struct Constraint {
+    name: String,
+    kind: &'static str,
+    bodies: Vec<String>,
+    rows: usize,
+    motions: usize,
+}
+
+#[pymethods]
+impl Constraint {
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+    /// "loop" or "coupling".
+    #[getter]
+    fn kind(&self) -> &'static str {
+        self.kind
+    }
+    /// Of a loop the bodies ("world" for the world) of frames A and B; of a coupling those whose hinges it joins.
+    #[getter]
+    fn bodies(&self) -> Vec<String> {
+        self.bodies.clone()
+    }
+    /// Scalar equations.
+    #[getter]
+    fn rows(&self) -> usize {
+        self.rows
+    }
+    /// Prescribed motions across the hinge of a loop, which `loop_motions` gives.
+    #[getter]
+    fn motions(&self) -> usize {
+        self.motions
+    }
+    fn __repr__(&self) -> String {
+        let (kind, name) = (self.kind, &self.name);
+        format!("Constraint({kind} `{name}`, {}, rows={})", self.bodies.join(", "), self.rows)
+    }
+}
+
+/// Accelerations of a mechanism with loops and couplings, and what holds them.
+#[pyclass(frozen, weakref, module = "linkwork")]
+pub struct ConstrainedMotion {
+    vdot: Vec<f64>,
+    tau: Vec<f64>,
+    forces: Vec<(String, Vec<f64>)>,
+    redundant: Vec<(String, usize)>,
+    report: Report,
+}
+
+#[pymethods]
+impl ConstrainedMotion {
+    /// Accelerations (nv,).
+    #[getter]
+    fn vdot<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        out1(py, self.vdot.clone())
+    }
+    /// Forces of the coordinates (nv,): as given, for prescribed ones what holds them.
+    #[getter]
+    fn tau<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        out1(py, self.tau.clone())
+    }
+    /// Forces of each constraint by its name, one a row (N or N m): along the row's wrench on body B of a loop and
+    /// against it on body A, by its factors on the coordinates of a coupling. Redundant rows show zero.
+    #[getter]
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        for (name, forces) in &self.forces {
+            out.set_item(name, out1(py, forces.clone()))?;
+        }
+        Ok(out)
+    }
+    /// Rows that repeat others, by constraint; which of a group is named is not unique.
+    #[getter]
+    fn redundant<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        for (name, rows) in &self.redundant {
+            out.set_item(name, rows)?;
+        }
+        Ok(out)
+    }
+    /// Rows with multipliers; with "full" those of hinges, too.
+    #[getter]
+    fn rows(&self) -> usize {
+        self.report.rows
+    }
+    /// Independent ones among them.
+    #[getter]
+    fn rank(&self) -> usize {
+        self.report.rank
+    }
+    /// How far redundant rows contradict the others, rad/s² or m/s²; rounding when they are sound.
+    #[getter]
+    fn contradiction(&self) -> f64 {
+        self.report.contradiction
+    }
+    fn __repr__(&self) -> String {
+        let Report { rows, rank, contradiction, .. } = self.report;
+        format!(
+            "ConstrainedMotion(nv={}, rows={rows}, rank={rank}, contradiction={contradiction:.1e})",
+            self.vdot.len()
+        )
+    }
+}
+
+/// Degrees of freedom that constraints leave.
+#[pyclass(frozen, weakref, module = "linkwork")]
+pub struct Rank {
+    free: usize,
+    rows: usize,
+    rank: usize,
+    redundant: Vec<(String, usize)>,
+}
+
+#[pymethods]
+impl Rank {
+    /// Rates of the tree that are not prescribed.
+    #[getter]
+    fn free(&self) -> usize {
+        self.free
+    }
+    /// Rows of all loops and couplings.
+    #[getter]
+    fn rows(&self) -> usize {
+        self.rows
+    }
+    /// Independent ones among them, at this configuration.
+    #[getter]
+    fn rank(&self) -> usize {
+        self.rank
+    }
+    /// Degrees of freedom that are left: free - rank.
+    #[getter]
+    fn mobility(&self) -> usize {
+        self.free.saturating_sub(self.rank)
+    }
+    /// Rows that repeat others, by constraint; which of a group is named is not unique.
+    #[getter]
+    fn redundant<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        for (name, rows) in &self.redundant {
+            out.set_item(name, rows)?;
+        }
+        Ok(out)
+    }
+    fn __repr__(&self) -> String {
+        format!(
+            "Rank(free={}, rows={}, rank={}, mobility={})",
+            self.free,
+            self.rows,
+            self.rank,
+            self.mobility()
+        )
+    }
+}
+
+impl Mechanism {
+    /// Positions, rates and accelerations of prescribed subhinges of loops.
+    fn motions(&self, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<LoopMotion>> {
+        let n = self.core.mbs.motions();
+        let Some(given) = given else {
+            return match n {
+                0 => Ok(Vec::new()),
+                _ => Err(refuse_with(
+                    format!("{n} motions across loops are prescribed, and none is given"),
+                    format!("give loop_motions ({n}, 3): position, rate, acceleration of each"),
+                )),
+            };
+        };
+        let input = Input::read(given, "loop_motions")?;
+        if *input.shape() != [n, 3] {
+            let fact = format!("`loop_motions` has the shape {:?}", input.shape());
+            return Err(refuse_with(fact, format!("give ({n}, 3)")));
+        }
+        let rows = input.slice().as_chunks::<3>().0;
+        let motion =
+            |[position, rate, acceleration]: [f64; 3]| LoopMotion { position, rate, acceleration };
+        Ok(rows.iter().map(|row| motion(*row)).collect())
+    }
+
+    fn names(&self, all: &[Redundant]) -> Vec<(String, usize)> {
+        let name =
+            |r: &Redundant| (self.core.mbs.constraint_name(r.constraint).to_string(), r.rows);
+        all.iter().map(name).collect()
+    }
+}
+
+#[pymethods]
+impl Mechanism {
+    /// Loops, then couplings, each kind by name.
+    #[getter]
+    fn constraints(&self) -> Vec<Constraint> {
+        let mbs = &self.core.mbs;
+        let name = |b: Option<linkwork_multibody::BodyId>| {
+            b.map_or("world", |b| mbs.get(b).name()).to_string()
+        };
+        let one = |id: ConstraintId| {
+            let (kind, bodies, motions) = match id {
+                ConstraintId::Loop(i) => {
+                    let l = &mbs.loops()[i as usize];
+                    ("loop", vec![name(l.a.body), name(l.b.body)], l.motions.len())
+                }
+                ConstraintId::Coupling(i) => {
+                    let bodies = mbs.couplings()[i as usize].bodies.iter();
+                    ("coupling", bodies.map(|b| name(Some(*b))).collect(), 0)
+                }
+            };
+            let (name, rows) = (mbs.constraint_name(id).to_string(), mbs.rows(id));
+            Constraint { name, kind, bodies, rows, motions }
+        };
+        mbs.constraints().map(one).collect()
+    }
+
+    /// How far each constraint is from closed at q (nq,): the greatest error of its rows, rad or m, by name.
+    ///
+    /// loop_motions (m, 3): position, rate and acceleration of each prescribed motion across a loop.
+    #[pyo3(signature = (q, *, loop_motions=None))]
+    fn constraint_errors<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        loop_motions: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (py, q) = (q.py(), vector(q, self.core.nq(), "q")?);
+        let motions = self.motions(loop_motions)?;
+        let out = PyDict::new(py);
+        for (id, error) in self.core.errors(q.slice(), &motions) {
+            out.set_item(self.core.mbs.constraint_name(id), error)?;
+        }
+        Ok(out)
+    }
+
+    /// The configuration (nq,) near q that closes every loop and coupling to 1e-12 rad or m; with v (nv,), also
+    /// the rates that keep them closed: a pair then.
+    ///
+    /// Newton's method by the least motion in the metric of the mass matrix; prescribed coordinates stay.
+    /// Raises LinkworkError with the constraint that does not close.
+    #[pyo3(signature = (q, v=None, *, loop_motions=None))]
+    fn close<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: Option<&Bound<'py, PyAny>>,
+        loop_motions: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (py, core) = (q.py(), &*self.core);
+        let motions = self.motions(loop_motions)?;
+        let mut q = vector(q, core.nq(), "q")?.slice().to_vec();
+        core.mbs.normalize(&mut q);
+        let mut v = match v {
+            Some(v) => Some(vector(v, core.nv(), "v")?.slice().to_vec()),
+            None => None,
+        };
+        core.with_constrained(Treatment::Augment, |c| {
+            c.close(core, &motions, &mut q, v.as_deref_mut())
+        })
+        .map_err(refuse)?;
+        let q = checked1(py, q)?;
+        match v {
+            None => Ok(q.into_any()),
+            Some(v) => Ok((q, checked1(py, v)?).into_pyobject(py)?.into_any()),
+        }
+    }
+
+    /// Accelerations from the forces tau (nv,) at q, v with all loops and couplings: a ConstrainedMotion.
+    ///
+    /// q and v must satisfy the constraints (`close`). solver: "auto" embeds small loops and gives the other
+    /// constraints multipliers; "embed", "augment": all of them; "full": every hinge has multipliers, too.
+    /// prescribed (nv,), wrenches: as in forward_dynamics. loop_motions: as in constraint_errors.
+    /// Raises LinkworkError when a free coordinate moves nothing with inertia.
+    #[pyo3(signature = (q, v, tau, *, solver="auto", prescribed=None, wrenches=None, loop_motions=None))]
+    fn constrained_dynamics<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        tau: &Bound<'py, PyAny>,
+        solver: &str,
+        prescribed: Option<&Bound<'py, PyAny>>,
+        wrenches: Option<&Bound<'py, PyDict>>,
+        loop_motions: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<ConstrainedMotion> {
+        let (core, nq, nv) = (&*self.core, self.core.nq(), self.core.nv());
+        let solver = choice("solver", solver, &SOLVERS)?;
+        let (q, v) = (vector(q, nq, "q")?, vector(v, nv, "v")?);
+        let state = (q.slice(), v.slice());
+        let mut tau = vector(tau, nv, "tau")?.slice().to_vec();
+        let mut vdot = match prescribed {
+            Some(given) => vector(given, nv, "prescribed")?.slice().to_vec(),
+            None => vec![0.0; nv],
+        };
+        let motions = self.motions(loop_motions)?;
+        let wrenches = core.wrenches(wrenches)?;
+        let solved = py.detach(|| {
+            let mut ws = core.workspace();
+            core.load(&mut ws, state.0, state.1, &wrenches);
+            let tree = &core.tree;
+            let ids = core.mbs.constraints();
+            let solved = match solver {
+                Solver::Tree(treatment) => core.with_constrained(treatment, |c| {
+                    let s = &mut c.solver;
+                    let report = s
+                        .forward_given_kinematics(
+                            tree, &mut ws, state, &motions, &mut tau, &mut vdot,
+                        )
+                        .map_err(|e| e.to_string())?;
+                    let forces = ids.map(|id| s.forces(tree, id).to_vec()).collect();
+                    Ok((report, forces, s.redundant(tree)))
+                }),
+                Solver::Full => {
+                    FullyAugmentedSolver::new(tree).map_err(|e| e.to_string()).and_then(|mut s| {
+                        let report = s
+                            .forward_given_kinematics(
+                                tree, &ws, state, &motions, &mut tau, &mut vdot,
+                            )
+                            .map_err(|e| e.to_string())?;
+                        let forces = ids.map(|id| s.forces(tree, id).to_vec()).collect();
+                        Ok((report, forces, s.redundant(tree)))
+                    })
+                }
+            };
+            core.give_back(ws);
+            solved
+        });
+        let (report, forces, redundant): (Report, Vec<Vec<f64>>, Vec<Redundant>) =
+            solved.map_err(refuse)?;
+        let names = core.mbs.constraints().map(|id| core.mbs.constraint_name(id).to_string());
+        let forces = names.zip(forces).collect();
+        Ok(ConstrainedMotion { vdot, tau, forces, redundant: self.names(&redundant), report })
+    }
+
+    /// What the constraints leave of the motion at q (nq,): a Rank. Where a linkage lies in line it may be less
+    /// than elsewhere.
+    #[pyo3(signature = (q, *, loop_motions=None))]
+    fn constraint_rank(
+        &self,
+        q: &Bound<'_, PyAny>,
+        loop_motions: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Rank> {
+        let core = &*self.core;
+        let q = vector(q, core.nq(), "q")?;
+        let motions = self.motions(loop_motions)?;
+        let still = vec![0.0; core.nv()];
+        let (report, redundant) = core
+            .with_constrained(Treatment::Augment, |c| {
+                let (mut tau, mut vdot) = (still.clone(), still.clone());
+                let (mut ws, state) = (core.workspace(), (q.slice(), &still[..]));
+                let report =
+                    c.solver.forward(&core.tree, &mut ws, state, &motions, &mut tau, &mut vdot);
+                core.give_back(ws);
+                report.map(|report| (report, c.solver.redundant(&core.tree)))
+            })
+            .map_err(refuse)?;
+        let free = core.mbs.prescribed().iter().filter(|p| !**p).count();
+        Ok(Rank { free, rows: report.rows, rank: report.rank, redundant: self.names(&redundant) })
+    }
+}
+
+/// Whether a simulation may begin at q: loops closed, none of them driven.
+pub fn may_begin(core: &Core, q: &[f64]) -> PyResult<()> {
+    if core.mbs.motions() > 0 {
+        let fact = "a motion across a loop is prescribed";
+        return Err(refuse_with(fact, "simulate it with linkwork.Simulation"));
+    }
+    let errors = core.errors(q, &[]);
+    let Some((worst, error)) = errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return Ok(());
+    };
+    if error <= CLOSED {
+        return Ok(());
+    }
+    let name = core.mbs.constraint_name(worst);
+    let fact = format!("`{name}` is not closed at the start: an error of {error:.3e} (rad or m)");
+    Err(refuse_with(fact, "begin with `q, v = mechanism.close(q, v)`"))
+}
