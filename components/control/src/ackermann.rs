@@ -28,6 +28,9 @@ pub struct AckermannParams {
     /// Steering error at which the wheels stand still.
     #[param(unit = "rad", default = 0.3, range = 1e-3..)]
     pub alignment: f64,
+    /// Greatest rate that the drives reach: speed and turn rate are cut together so that no wheel is told more.
+    #[param(unit = "rad/s", range = 1e-3..)]
+    pub rate_max: Option<f64>,
 }
 
 /// Wanted motion.
@@ -41,23 +44,34 @@ pub struct AckermannIn {
     pub turn_rate: f64,
 }
 
-/// Steering angles and wheel rates. Discrete state: the steering of each wheel (rad), then the rate of each (rad/s).
+/// Steering angles and wheel rates. Discrete state: the steering of each wheel (rad), then the rate of each (rad/s),
+/// then whether the motion was cut.
 pub struct Ackermann {
     p: AckermannParams,
     layout: Layout,
 }
 
 impl Ackermann {
-    /// Speed and turn rate that are wanted, with the curvature that the steering limit allows. `None` when both are
-    /// zero: there is no direction, and steering stays.
-    fn wanted(&self, u: &AckermannIn) -> Option<(f64, f64)> {
+    /// Speed and turn rate that are wanted, with the curvature that the steering limit allows and the rates that the
+    /// drives reach, and whether they were cut for the drives. `None` when both are zero: there is no direction, and
+    /// steering stays.
+    fn wanted(&self, u: &AckermannIn) -> Option<(f64, f64, bool)> {
         let turn = if u.speed == 0.0 {
             u.turn_rate
         } else {
             let most = u.speed.abs() / self.layout.radius_min(self.p.steer_max);
             u.turn_rate.clamp(-most, most)
         };
-        (u.speed != 0.0 || turn != 0.0).then_some((u.speed, turn))
+        if u.speed == 0.0 && turn == 0.0 {
+            return None;
+        }
+        let rate = |i: usize| self.layout.command(i, u.speed, turn)[1].abs();
+        let fastest = (0..self.layout.count()).map(rate).fold(0.0_f64, f64::max);
+        let share = match self.p.rate_max {
+            Some(most) if fastest > most => most / fastest,
+            _ => 1.0,
+        };
+        Some((u.speed * share, turn * share, share < 1.0))
     }
 }
 
@@ -86,12 +100,16 @@ impl SizedModel for Ackermann {
         let each = |name: &'static str, unit: &'static str, doc: &'static str| {
             PortSpec::named(name, PortKind::Numbers, p.wheels.len()).unit_of(unit).doc_of(doc)
         };
+        let doc = "The drives do not reach the wanted motion, and it was cut to `rate_max`.";
+        let limited = PortSpec::named("limited", PortKind::Bool, 1).doc_of(doc);
+        moore_outputs.push(limited.clone());
         SizedPorts {
             inputs: AckermannIn::specs(),
             moore_outputs,
             discrete: vec![
                 each("steer", "rad", "Steering commands."),
                 each("rate", "rad/s", "Wheel rate commands."),
+                limited,
             ],
             sampled: true,
             ..SizedPorts::default()
@@ -104,7 +122,8 @@ impl SizedModel for Ackermann {
     }
 
     fn moore(&self, _: &Clock, _: &[f64], d: &[f64], _: &(), y: &mut [f64]) {
-        let (steer, rate) = d.split_at(self.layout.count());
+        let (steer, rest) = d.split_at(self.layout.count());
+        let (rate, limited) = rest.split_at(self.layout.count());
         let brake = rate.iter().all(|r| *r == 0.0);
         let mut out = y;
         for (k, wheel) in self.layout.wheels().iter().enumerate() {
@@ -116,14 +135,17 @@ impl SizedModel for Ackermann {
                 out = &mut out[1..];
             }
         }
+        out.copy_from_slice(limited);
     }
 
     fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {
         let p = &self.p;
         let wanted = self.wanted(&AckermannIn::get(u));
-        let (steer, rate) = d.split_at_mut(self.layout.count());
+        let (steer, rest) = d.split_at_mut(self.layout.count());
+        let (rate, limited) = rest.split_at_mut(self.layout.count());
+        limited[0] = f64::from(u8::from(wanted.is_some_and(|(_, _, cut)| cut)));
         let mut error = 0.0_f64;
-        if let Some((speed, turn)) = wanted {
+        if let Some((speed, turn, _)) = wanted {
             for (i, steer) in steer.iter_mut().enumerate() {
                 let [angle, _] = self.layout.command(i, speed, turn);
                 let limited = angle.clamp(-p.steer_max, p.steer_max);
@@ -133,7 +155,8 @@ impl SizedModel for Ackermann {
         }
         let ready = (1.0 - error / p.alignment).clamp(0.0, 1.0);
         let missing = |i: usize, rate: f64| {
-            let wanted = wanted.map_or(0.0, |(speed, turn)| self.layout.command(i, speed, turn)[1]);
+            let wanted =
+                wanted.map_or(0.0, |(speed, turn, _)| self.layout.command(i, speed, turn)[1]);
             ready * wanted - rate
         };
         let change = p.acceleration * c.dt / p.radius;
@@ -160,11 +183,12 @@ mod tests {
             steer_rate: 0.5,
             acceleration: 0.1,
             alignment: 0.3,
+            rate_max: Some(1.5),
         }
     }
 
-    /// Steering and rates of the six wheels.
-    type Commands = [f64; 12];
+    /// Steering and rates of the six wheels, and whether they were cut.
+    type Commands = [f64; 13];
 
     fn run(speed: f64, turn_rate: f64, mut d: Commands, steps: u64) -> Commands {
         let model = Ackermann::build(params()).unwrap();
@@ -177,15 +201,15 @@ mod tests {
 
     #[test]
     fn settles_on_the_geometry_of_the_circle() {
-        let d = run(0.04, 0.04 / 3.0, [0.0; 12], 500);
+        let d = run(0.04, 0.04 / 3.0, [0.0; 13], 500);
         assert!((d[0].to_degrees() - 31.436).abs() < 1e-3, "{d:?}");
         assert!((d[6 + 1] * 0.25 / 0.04 - 1.4107).abs() < 1e-4);
     }
 
     #[test]
     fn wheels_wait_for_the_steering() {
-        let d = run(0.0, 0.05, [0.0; 12], 20);
-        assert!(d[6..].iter().all(|r| *r == 0.0) && d[1] > 0.1, "{d:?}");
+        let d = run(0.0, 0.05, [0.0; 13], 20);
+        assert!(d[6..12].iter().all(|r| *r == 0.0) && d[1] > 0.1, "{d:?}");
         assert!(run(0.0, 0.05, d, 500)[6 + 1] > 0.1);
     }
 
@@ -194,18 +218,18 @@ mod tests {
         // Outputs by name: what the brake of the third wheel, which does not steer, is told.
         let ports = Ackermann::ports(&params()).moore_outputs;
         let at = |name: &str| ports.iter().position(|p| p.name == name).unwrap();
-        assert_eq!((ports.len(), at("wheels[1].steer")), (16, 5));
+        assert_eq!((ports.len(), at("wheels[1].steer")), (17, 5));
         assert!(ports.iter().all(|p| p.name != "wheels[2].steer"));
         let outputs = |d: &Commands| {
-            let mut y = [f64::NAN; 16];
+            let mut y = [f64::NAN; 17];
             let model = Ackermann::build(params()).unwrap();
             model.moore(&Clock::at(0.0, 0.02, 0), &[], d, &(), &mut y);
             y
         };
         let stands = |d: &Commands| outputs(d)[at("wheels[2].drive.brake")] == 1.0;
-        assert!(stands(&[0.0; 12]));
+        assert!(stands(&[0.0; 13]));
         // Steering on the spot first, then driving; standing again after the last of the slowing down.
-        let d = run(0.0, 0.05, [0.0; 12], 20);
+        let d = run(0.0, 0.05, [0.0; 13], 20);
         assert!(stands(&d));
         let d = run(0.0, 0.05, d, 500);
         assert!(!stands(&d));
@@ -216,11 +240,27 @@ mod tests {
 
     #[test]
     fn stopping_keeps_the_steering_and_slows_at_the_limit() {
-        let d = run(0.1, 0.02, [0.0; 12], 1000);
+        let d = run(0.1, 0.02, [0.0; 13], 1000);
         let stop = run(0.0, 0.0, d, 10);
         assert_eq!(stop[..6], d[..6]);
-        let fastest = |d: &Commands| d[6..].iter().fold(0.0_f64, |a, r| a.max(r.abs())) * 0.25;
+        let fastest = |d: &Commands| d[6..12].iter().fold(0.0_f64, |a, r| a.max(r.abs())) * 0.25;
         assert!((fastest(&d) - fastest(&stop) - 0.1 * 0.2).abs() < 1e-9);
         assert!(fastest(&run(0.0, 0.0, d, 200)) < 1e-12);
+    }
+
+    #[test]
+    fn what_the_drives_do_not_reach_is_cut_on_the_same_circle_and_told() {
+        let (speed, turn) = (0.6, 0.1);
+        let l = Layout::new(&curiosity(), 0.25).unwrap();
+        let d = run(speed, turn, [0.0; 13], 1000);
+        let fastest = d[6..12].iter().fold(0.0_f64, |a, r| a.max(r.abs()));
+        assert!((fastest - 1.5).abs() < 1e-12 && d[12] == 1.0, "{d:?}");
+        let wanted = |i: usize| l.command(i, speed, turn);
+        let of_all = (0..6).map(|i| wanted(i)[1]).fold(0.0_f64, f64::max);
+        for i in 0..6 {
+            let [steer, rate] = wanted(i);
+            assert!((d[i] - steer).abs() < 1e-12 && (d[6 + i] / 1.5 - rate / of_all).abs() < 1e-12);
+        }
+        assert_eq!(run(0.2, turn, d, 1)[12], 0.0);
     }
 }
