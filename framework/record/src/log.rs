@@ -4,7 +4,9 @@ use crate::schema::Schema;
 use foxglove::Encode;
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
-use linkwork_runtime::{Consumer, Group, Place, Plan, PortKind, Program, Role, Seconds, TapRow};
+use linkwork_runtime::{
+    Consumer, Group, Place, Plan, PortKind, Program, Role, Seconds, TapRow, Variable,
+};
 use mcap::records::{MessageHeader, Metadata};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -75,6 +77,9 @@ const PART: usize = 256 << 10;
 /// Rows of a slow run do not wait longer than this for their part to be full: what is in the file
 /// when the process is killed is that fresh.
 const FRESH: Duration = Duration::from_secs(2);
+
+/// The schema of the poses of all bodies.
+pub(crate) const TRANSFORMS: &str = "foxglove.FrameTransforms";
 
 struct Channel {
     id: u16,
@@ -202,13 +207,12 @@ fn now() -> Instant {
     Instant::now()
 }
 
-fn open_group(
-    writer: &mut mcap::Writer<BufWriter<Ballast>>,
-    plan: &Plan,
-    period: Seconds,
-    paths: &[String],
-) -> Result<(Group, Vec<Channel>), mcap::McapError> {
-    let mut by_part: BTreeMap<&str, Vec<(&String, &linkwork_runtime::Variable)>> = BTreeMap::new();
+/// The message of each part that has variables among `paths`: part, variables in the order of columns, schema.
+fn messages<'a>(
+    plan: &'a Plan,
+    paths: &'a [String],
+) -> Vec<(&'a str, Vec<(&'a String, &'a Variable)>, Schema)> {
+    let mut by_part: BTreeMap<&str, Vec<(&String, &Variable)>> = BTreeMap::new();
     for path in paths {
         if let Some(v) = plan.variables.get(path)
             && v.role != Role::Input
@@ -216,21 +220,45 @@ fn open_group(
             by_part.entry(&v.part).or_default().push((path, v));
         }
     }
-    let (mut places, mut channels) = (Vec::new(), Vec::new());
-    for (part, mut list) in by_part {
+    let message = |(part, mut list): (&'a str, Vec<(&'a String, &'a Variable)>)| {
         // Lanes in the order of the ports, so that vectors read x, y, z and rate[10] after rate[9].
         list.sort_by_key(|(_, v)| match v.place {
             Place::X(k) => (1, k),
             Place::D(k) => (2, k),
             Place::Signal(k) | Place::Channel(k) => (0, k),
         });
-        let from = places.len();
         let columns: Vec<(String, bool)> = list
             .iter()
             .map(|(path, v)| (path[part.len() + 1..].to_string(), v.kind == PortKind::Bool))
             .collect();
-        places.extend(list.iter().map(|(_, v)| v.place));
         let schema = Schema::new(part, &columns);
+        (part, list, schema)
+    };
+    by_part.into_iter().map(message).collect()
+}
+
+/// What a log calls its variables: for each name that reading gives (`part.field`), the path of the variable.
+pub fn logged_names(plan: &Plan, groups: &[(Seconds, Vec<String>)]) -> BTreeMap<String, String> {
+    let mut names = BTreeMap::new();
+    for (part, list, schema) in groups.iter().flat_map(|(_, paths)| messages(plan, paths)) {
+        let part = part.replace('/', ".");
+        for (column, field) in schema.columns() {
+            names.insert(format!("{part}.{field}"), list[column].0.clone());
+        }
+    }
+    names
+}
+
+fn open_group(
+    writer: &mut mcap::Writer<BufWriter<Ballast>>,
+    plan: &Plan,
+    period: Seconds,
+    paths: &[String],
+) -> Result<(Group, Vec<Channel>), mcap::McapError> {
+    let (mut places, mut channels) = (Vec::new(), Vec::new());
+    for (part, list, schema) in messages(plan, paths) {
+        let from = places.len();
+        places.extend(list.iter().map(|(_, v)| v.place));
         let id = writer.add_schema(&schema.name, "protobuf", &schema.descriptor())?;
         let mut metadata = BTreeMap::new();
         for (path, v) in &list {

@@ -20,6 +20,7 @@ pub mod run;
 pub mod scene;
 pub mod summary;
 mod taps;
+pub mod view;
 pub mod wheel_test;
 
 /// Exit codes.

@@ -1,4 +1,4 @@
-//! The command line: linkwork run, resume, campaign, check, list, describe, tree, graph, export, schema, replay, diff,
+//! The command line: linkwork run, resume, campaign, check, list, describe, tree, graph, export, schema, replay, view, diff,
 //! wheel-test.
 use clap::{CommandFactory, Parser, Subcommand};
 use linkwork_cli::campaign::{self, CampaignOptions};
@@ -6,6 +6,7 @@ use linkwork_cli::diff::{self, DiffOptions};
 use linkwork_cli::export::{self, ExportOptions};
 use linkwork_cli::graph::{self, GraphFormat};
 use linkwork_cli::options::RunOptions;
+use linkwork_cli::view::{self, ViewOptions};
 use linkwork_cli::wheel_test::{self, WheelTestOptions};
 use linkwork_cli::{check, exit, inspect, pages, replay, run, voice};
 use std::path::PathBuf;
@@ -34,6 +35,7 @@ const EXAMPLES: &str = "Examples:
   linkwork export sims/pendulum --fmu pendulum.fmu      as a unit of FMI 3.0
   linkwork schema > linkwork.schema.json                the file format, for editors and programs
   linkwork replay runs/rover/run.mcap --verify         simulate again and compare every number
+  linkwork view runs/rover/run.mcap --out rover.rrd     a recording from a log, for Rerun
   linkwork diff a/run.mcap b/run.mcap --rel 1e-9        compare logs or checkpoints
   linkwork wheel-test --soil mars_drift --load 560       pull, torque and sinkage of a wheel on a soil";
 
@@ -130,7 +132,14 @@ enum Command {
         #[arg(long, required = true)]
         verify: bool,
     },
-    /// Compare two logs (.mcap) or two checkpoints (.lwck). Exit code 1 when they differ.
+    /// Make a Rerun recording from a log, without simulating.
+    View {
+        /// A .mcap file that a run wrote; it holds the whole configuration.
+        log: PathBuf,
+        #[command(flatten)]
+        options: ViewOptions,
+    },
+    /// Compare two logs (.mcap), checkpoints (.lwck) or recordings (.rrd). Exit code 1 when they differ.
     Diff {
         /// The first.
         a: PathBuf,
@@ -179,6 +188,7 @@ fn main() -> ExitCode {
         Command::Man { folder } => pages::man(&folder, Cli::command()),
         Command::Schema => inspect::schema(),
         Command::Replay { log, .. } => replay::verify(&log),
+        Command::View { log, options } => view::view(&log, &options),
         Command::Diff { a, b, options } => diff::diff(&a, &b, &options),
         Command::WheelTest(options) => wheel_test::wheel_test(&options),
     };
