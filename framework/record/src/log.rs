@@ -26,6 +26,9 @@ pub struct LogSpec {
     pub configuration: String,
     /// Seed, versions, command line: metadata by name.
     pub about: BTreeMap<String, String>,
+    /// The checkpoint from which the run begins, when it does not begin at the start of its configuration: attached
+    /// as a file.
+    pub start: Option<Vec<u8>>,
 }
 
 /// Why a log cannot be made or read.
@@ -77,6 +80,10 @@ const PART: usize = 256 << 10;
 /// Rows of a slow run do not wait longer than this for their part to be full: what is in the file
 /// when the process is killed is that fresh.
 const FRESH: Duration = Duration::from_secs(2);
+
+/// Files attached to a log.
+pub(crate) const CONFIGURATION: &str = "configuration.ron";
+pub(crate) const START: &str = "start.lwck";
 
 /// The schema of the poses of all bodies.
 pub(crate) const TRANSFORMS: &str = "foxglove.FrameTransforms";
@@ -144,14 +151,18 @@ impl Log {
         writer
             .write_metadata(&Metadata { name: "linkwork".into(), metadata: about })
             .map_err(|e| fail(why(&e)))?;
-        let attachment = mcap::Attachment {
-            log_time: 0,
-            create_time: 0,
-            name: "configuration.ron".into(),
-            media_type: "text/plain".into(),
-            data: Cow::Borrowed(spec.configuration.as_bytes()),
-        };
-        writer.attach(&attachment).map_err(|e| fail(why(&e)))?;
+        let configuration = (CONFIGURATION, "text/plain", spec.configuration.as_bytes());
+        let start = spec.start.iter().map(|s| (START, "application/octet-stream", &s[..]));
+        for (name, media_type, data) in std::iter::once(configuration).chain(start) {
+            let attachment = mcap::Attachment {
+                log_time: 0,
+                create_time: 0,
+                name: name.into(),
+                media_type: media_type.into(),
+                data: Cow::Borrowed(data),
+            };
+            writer.attach(&attachment).map_err(|e| fail(why(&e)))?;
+        }
         let (mut groups, mut channels) = (Vec::new(), Vec::new());
         for (period, paths) in &spec.groups {
             let (group, list) =

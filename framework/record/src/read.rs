@@ -3,7 +3,7 @@
 //! A log is read from its beginning to its end with all its checksums, a record at a time, so that
 //! a flipped bit anywhere is an error with its place, and no length in a damaged file decides how
 //! much memory is taken. A log that only lacks its end (a killed run) is read as far as it goes.
-use crate::log::{LogError, TRANSFORMS, why};
+use crate::log::{CONFIGURATION, LogError, START, TRANSFORMS, why};
 use crate::schema::decode;
 use foxglove::messages::FrameTransforms;
 use linkwork_spatial::nalgebra::Quaternion;
@@ -50,6 +50,8 @@ pub struct LogContents {
     pub configuration: String,
     /// Seed, hash of the plan, versions: by name.
     pub about: BTreeMap<String, String>,
+    /// The checkpoint from which the run began, when it is not the start of its configuration.
+    pub start: Option<Vec<u8>>,
     /// How it ends.
     pub end: End,
 }
@@ -79,11 +81,13 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
         series: BTreeMap::new(),
         configuration: String::new(),
         about: BTreeMap::new(),
+        start: None,
         end: End::Whole,
     };
     contents.end = walk_log::<LogError>(path, |entry| {
         match entry {
             Entry::Configuration(text) => contents.configuration = text,
+            Entry::Start(checkpoint) => contents.start = Some(checkpoint),
             Entry::About(about) => contents.about = about,
             Entry::Numbers { part, ns, fields, units } => {
                 for (field, value) in fields {
@@ -108,6 +112,8 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
 pub enum Entry<'a> {
     /// The configuration that the run was made from.
     Configuration(String),
+    /// The checkpoint from which the run began, when it is not the start of its configuration.
+    Start(Vec<u8>),
     /// Seed, hash of the plan, versions: by name.
     About(BTreeMap<String, String>),
     /// The numbers of a part at an instant.
@@ -221,13 +227,14 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
             {
                 Ok(())
             }
-            Record::Attachment { header, data, .. } => {
-                if header.name == "configuration.ron" {
+            Record::Attachment { header, data, .. } => match header.name.as_str() {
+                CONFIGURATION => {
                     let text = String::from_utf8_lossy(&data).into_owned();
-                    self.tell(Entry::Configuration(text))?;
+                    self.tell(Entry::Configuration(text))
                 }
-                Ok(())
-            }
+                START => self.tell(Entry::Start(data.into_owned())),
+                _ => Ok(()),
+            },
             Record::Metadata(metadata) if metadata.name == "linkwork" => {
                 self.tell(Entry::About(metadata.metadata))
             }

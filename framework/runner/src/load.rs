@@ -113,12 +113,12 @@ impl Library {
         self.finish(self.loaded(path, set, seed)?, Start::Taken)
     }
 
-    /// The same from a text that needs no other file: the configuration in a checkpoint.
+    /// The same from a text that needs no other file, with `PATH=VALUE` overrides: the configuration in a checkpoint.
     ///
     /// # Errors
     /// Everything that is wrong, at once.
-    pub fn text(&self, name: &str, text: &str) -> Result<Ready, Failure> {
-        self.finish(load_text(name, text, &self.options(&[], None))?, Start::LookedAt)
+    pub fn text(&self, name: &str, text: &str, set: &[String]) -> Result<Ready, Failure> {
+        self.finish(load_text(name, text, &self.options(set, None))?, Start::LookedAt)
     }
 
     fn finish(&self, loaded: Loaded, start: Start) -> Result<Ready, Failure> {

@@ -9,6 +9,7 @@ pub mod campaign;
 pub mod check;
 pub mod diff;
 pub mod export;
+pub mod fork;
 pub mod graph;
 pub mod inspect;
 pub mod load;

@@ -1,9 +1,10 @@
-//! The command line: linkwork run, resume, campaign, check, list, describe, tree, graph, export, schema, replay, view, diff,
+//! The command line: linkwork run, resume, fork, campaign, check, list, describe, tree, graph, export, schema, replay, view, diff,
 //! wheel-test.
 use clap::{CommandFactory, Parser, Subcommand};
 use linkwork_cli::campaign::{self, CampaignOptions};
 use linkwork_cli::diff::{self, DiffOptions};
 use linkwork_cli::export::{self, ExportOptions};
+use linkwork_cli::fork::{self, ForkOptions};
 use linkwork_cli::graph::{self, GraphFormat};
 use linkwork_cli::options::RunOptions;
 use linkwork_cli::view::{self, ViewOptions};
@@ -25,6 +26,7 @@ const EXAMPLES: &str = "Examples:
   linkwork run sims/pendulum --until 5s --set Friction.damping=0.3
   linkwork run sims/rover_traverse --checkpoint-every 10s
   linkwork resume runs/rover_traverse/checkpoint_10.lwck --until 20s
+  linkwork fork runs/rover_traverse/checkpoint_10.lwck --set Rover.contact=mobility.wheel_soil     from there on with a change
   linkwork campaign sims/ballistic_entry/dispersions.ron     many runs with drawn values, tables and a report
   linkwork campaign sims/ballistic_entry/dispersions.ron --run 17 --log     one of them again
   linkwork check sims/rover_traverse                    every mistake, with line and column
@@ -58,6 +60,15 @@ enum Command {
     Resume {
         /// A .lwck file.
         checkpoint: PathBuf,
+        #[command(flatten)]
+        options: RunOptions,
+    },
+    /// Go on from a checkpoint with other parameters, or as another simulation: states go over by path.
+    Fork {
+        /// A .lwck file.
+        checkpoint: PathBuf,
+        #[command(flatten)]
+        fork: ForkOptions,
         #[command(flatten)]
         options: RunOptions,
     },
@@ -177,6 +188,7 @@ fn main() -> ExitCode {
     let code = match cli.command {
         Command::Run { sim, options, set, seed } => run::run(&sim, &options, &set, seed),
         Command::Resume { checkpoint, options } => run::resume(&checkpoint, &options),
+        Command::Fork { checkpoint, fork, options } => fork::fork(&checkpoint, &fork, &options),
         Command::Campaign { file, options } => campaign::campaign(&file, &options),
         Command::Check { sim, set } => check::check(&sim, &set),
         Command::List { sim, pattern } => inspect::list(sim.as_deref(), pattern.as_deref()),

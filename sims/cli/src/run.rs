@@ -1,4 +1,5 @@
 //! `linkwork run` and `resume`: a run with its files, progress on the terminal, an orderly end.
+use crate::fork::Fork;
 use crate::load::{self, Ready};
 use crate::options::{RunOptions, period, time};
 use crate::picture::Picture;
@@ -52,14 +53,14 @@ fn title(ready: &Ready) -> String {
 pub fn run(sim: &Path, options: &RunOptions, set: &[String], seed: Option<u64>) -> u8 {
     let name = title_of(sim);
     match load::ready(sim, set, seed) {
-        Ok(ready) => start(ready, &name, options, Source { file: sim, checkpoint: None }),
+        Ok(ready) => start(ready, &name, options, Source { file: sim, begin: Begin::New }),
         Err(code) => code,
     }
 }
 
 /// A run of what is loaded already, from the file `sim`.
 pub fn run_ready(ready: Ready, sim: &Path, name: &str, options: &RunOptions) -> u8 {
-    start(ready, name, options, Source { file: sim, checkpoint: None })
+    start(ready, name, options, Source { file: sim, begin: Begin::New })
 }
 
 fn title_of(sim: &Path) -> String {
@@ -72,27 +73,56 @@ fn title_of(sim: &Path) -> String {
 
 /// `linkwork resume`.
 pub fn resume(file: &Path, options: &RunOptions) -> u8 {
-    let checkpoint = match Checkpoint::read(file) {
-        Ok(c) => c,
-        Err(e) => {
-            tell!("error: {e}\n  help: give a .lwck file that `linkwork run` wrote, whole");
-            return exit::INPUT;
-        }
+    let (checkpoint, name) = match read(file) {
+        Ok(read) => read,
+        Err(code) => return code,
     };
+    match load::ready_text(&format!("{name}.ron"), &checkpoint.configuration) {
+        Ok(ready) => {
+            start(ready, &name, options, Source { file, begin: Begin::Resumed(&checkpoint) })
+        }
+        Err(code) => code,
+    }
+}
+
+/// A checkpoint, and the name of its simulation.
+pub(crate) fn read(file: &Path) -> Result<(Checkpoint, String), u8> {
+    let checkpoint = Checkpoint::read(file).map_err(|e| {
+        tell!("error: {e}\n  help: give a .lwck file that `linkwork run` wrote, whole");
+        exit::INPUT
+    })?;
     let name = checkpoint
         .extra
         .get("name")
         .map_or_else(|| "resumed".to_string(), |n| String::from_utf8_lossy(n).into_owned());
-    match load::ready_text(&format!("{name}.ron"), &checkpoint.configuration) {
-        Ok(ready) => start(ready, &name, options, Source { file, checkpoint: Some(&checkpoint) }),
-        Err(code) => code,
-    }
+    Ok((checkpoint, name))
+}
+
+/// A run of `ready` from where `fork` stands, which was made from the checkpoint `file`.
+pub(crate) fn run_fork(
+    ready: Ready,
+    name: &str,
+    options: &RunOptions,
+    file: &Path,
+    fork: Fork,
+) -> u8 {
+    start(ready, name, options, Source { file, begin: Begin::Forked(fork) })
 }
 
 /// What a run is made from.
 struct Source<'a> {
     file: &'a Path,
-    checkpoint: Option<&'a Checkpoint>,
+    begin: Begin<'a>,
+}
+
+/// Where a run begins.
+enum Begin<'a> {
+    /// At the start of its configuration.
+    New,
+    /// Where an earlier run of this configuration stood.
+    Resumed(&'a Checkpoint),
+    /// Where a run of another configuration stood.
+    Forked(Fork),
 }
 
 /// Figures and picture, taken at every tick.
@@ -127,13 +157,13 @@ struct Run {
 }
 
 fn start(ready: Ready, name: &str, options: &RunOptions, source: Source<'_>) -> u8 {
-    match open(ready, name, options, &source) {
+    match open(ready, name, options, source) {
         Ok(mut run) => run.go(options.quiet),
         Err(code) => code,
     }
 }
 
-fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> Result<Run, u8> {
+fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) -> Result<Run, u8> {
     let Looked { scene: (scene, scene_period), prepared } = prepare(&ready)?;
     load::warn(&ready);
     let until = match &options.until {
@@ -151,10 +181,21 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
     let configuration = ready.loaded.resolved;
     let mut sim = Simulation::of(Arc::new(ready.program));
     let mut figures = prepared.figures;
-    if let Some(c) = source.checkpoint {
-        restore(&mut sim, &mut figures, c, until)?;
+    let mut begins = None;
+    match &mut source.begin {
+        Begin::New => {}
+        Begin::Resumed(c) => {
+            not_past(c.time, until)?;
+            restore(&mut sim, &mut figures, c)?;
+        }
+        Begin::Forked(fork) => {
+            not_past(fork.time(), until)?;
+            sim = fork.take_over(sim.program().clone())?;
+            let start = sim.checkpoint(&configuration).map_err(|e| e.to_string());
+            begins = Some(start.and_then(|c| c.to_bytes()).map_err(fail)?);
+        }
     }
-    let out = folder_of(name, options, source);
+    let out = folder_of(name, options, &source);
     let log = out.join("run.mcap");
     let products = ["summary.json", "plots.svg"].map(|f| out.join(f));
     let others = [&products[..], &[log.clone(), load::sim_file(source.file)]].concat();
@@ -174,6 +215,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
             transforms: Some(scene_period),
             configuration,
             about: [("simulation".to_string(), name.to_string())].into(),
+            start: begins,
         };
         taps::log(&mut runner, &log, &spec).map_err(fail)?;
         files.push(log);
@@ -216,22 +258,9 @@ fn claim(out: &Path, sim: &Simulation, configuration: &str) -> Result<Folder, u8
     Ok(folder)
 }
 
-fn restore(
-    sim: &mut Simulation,
-    figures: &mut Figures,
-    c: &Checkpoint,
-    until: Option<Seconds>,
-) -> Result<(), u8> {
+fn restore(sim: &mut Simulation, figures: &mut Figures, c: &Checkpoint) -> Result<(), u8> {
     if let Err(e) = sim.restore(c) {
         tell!("error: {e}");
-        return Err(exit::INPUT);
-    }
-    if let Some(u) = until.filter(|u| u.seconds() < c.time) {
-        tell!(
-            "error: the checkpoint is at {} s, which is past the end at {} s\n  help: give a later --until",
-            c.time,
-            u.seconds()
-        );
         return Err(exit::INPUT);
     }
     if let Some(saved) = c.extra.get("figures") {
@@ -240,11 +269,22 @@ fn restore(
     Ok(())
 }
 
-/// A resumed run has a folder of its own: the log of what came before is kept.
+fn not_past(time: f64, until: Option<Seconds>) -> Result<(), u8> {
+    let Some(u) = until.filter(|u| u.seconds() < time) else { return Ok(()) };
+    tell!(
+        "error: the checkpoint is at {time} s, which is past the end at {} s\n  help: give a later --until",
+        u.seconds()
+    );
+    Err(exit::INPUT)
+}
+
+/// A resumed or forked run has a folder of its own: the log of what came before is kept.
 fn folder_of(name: &str, options: &RunOptions, source: &Source<'_>) -> PathBuf {
-    let own = source
-        .checkpoint
-        .map_or(name.to_string(), |c| format!("{name}_from_{}", time_name(c.time)));
+    let own = match &source.begin {
+        Begin::New => name.to_string(),
+        Begin::Resumed(c) => format!("{name}_from_{}", time_name(c.time)),
+        Begin::Forked(fork) => format!("{name}_fork_{}", time_name(fork.time())),
+    };
     options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(own))
 }
 
