@@ -5,9 +5,10 @@ use foxglove::Encode;
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_runtime::{
-    Consumer, Group, Place, Plan, PortKind, Program, Role, Seconds, TapRow, Variable,
+    Consumer, Group, Place, Plan, PortKind, Program, Role, Seconds, SetRow, TapRow, Variable,
 };
 use mcap::records::{MessageHeader, Metadata};
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::BufWriter;
@@ -88,6 +89,19 @@ pub(crate) const START: &str = "start.lwck";
 /// The schema of the poses of all bodies.
 pub(crate) const TRANSFORMS: &str = "foxglove.FrameTransforms";
 
+/// The schema of variables that were set from outside.
+pub(crate) const SETS: &str = "linkwork.Set";
+const SETS_SCHEMA: &str = r#"{"type":"object","properties":{"tick":{"type":"integer"},"path":{"type":"string"},"value":{"type":"number"},"bits":{"type":"string"}}}"#;
+
+/// A variable that was set from outside. `bits` is the value as IEEE 754 in hexadecimal digits.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct SetMessage {
+    pub tick: u64,
+    pub path: String,
+    pub value: f64,
+    pub bits: String,
+}
+
 struct Channel {
     id: u16,
     sequence: u32,
@@ -113,6 +127,8 @@ pub struct Log {
     /// Channels of each group.
     channels: Vec<Vec<Channel>>,
     transforms: Option<Transforms>,
+    /// Channel and sequence of the variables that were set.
+    sets: Option<(u16, u32)>,
     buffer: Vec<u8>,
     gauge: Arc<Gauge>,
     /// Bytes in the open part, and when the last one was brought to the file.
@@ -185,7 +201,9 @@ impl Log {
         gauge.mark_whole();
         let writer = Some(writer);
         let (buffer, last) = (Vec::new(), now());
-        let log = Log { path: name, writer, channels, transforms, buffer, gauge, open: 0, last };
+        let sets = None;
+        let log =
+            Log { path: name, writer, channels, transforms, sets, buffer, gauge, open: 0, last };
         Ok((log, groups))
     }
 
@@ -199,6 +217,13 @@ impl Log {
         self.open += self.buffer.len() + 31;
         let written = writer.write_to_known_channel(&header, &self.buffer);
         written.map_err(|e| self.fault(&why(&e)))
+    }
+
+    /// The channel of variables that were set from outside: most logs have none.
+    fn open_sets(&mut self) -> Result<u16, mcap::McapError> {
+        let Some(writer) = &mut self.writer else { return Err(mcap::McapError::BadMagic) };
+        let schema = writer.add_schema(SETS, "jsonschema", SETS_SCHEMA.as_bytes())?;
+        writer.add_channel(schema, "/linkwork/set", "json", &BTreeMap::new())
     }
 
     /// Ends the open part, and brings it to the file.
@@ -355,6 +380,21 @@ impl Consumer for Log {
             self.end_part()?;
         }
         self.gauge.spent().map_or(Ok(()), |why| Err(self.fault(why)))
+    }
+
+    fn set(&mut self, set: &SetRow) -> Result<(), String> {
+        let (id, sequence) = match self.sets {
+            Some(known) => known,
+            None => (self.open_sets().map_err(|e| self.fault(&why(&e)))?, 0),
+        };
+        let (tick, path, value) = (set.tick, set.path.clone(), set.value);
+        let bits = format!("{:016x}", value.to_bits());
+        self.buffer.clear();
+        serde_json::to_writer(&mut self.buffer, &SetMessage { tick, path, value, bits })
+            .map_err(|e| self.fault(&e.to_string()))?;
+        self.write(id, sequence, set.ns)?;
+        self.sets = Some((id, sequence.wrapping_add(1)));
+        Ok(())
     }
 
     fn flush(&mut self) -> Result<(), String> {

@@ -3,9 +3,10 @@
 //! A log is read from its beginning to its end with all its checksums, a record at a time, so that
 //! a flipped bit anywhere is an error with its place, and no length in a damaged file decides how
 //! much memory is taken. A log that only lacks its end (a killed run) is read as far as it goes.
-use crate::log::{CONFIGURATION, LogError, START, TRANSFORMS, why};
+use crate::log::{CONFIGURATION, LogError, SETS, START, SetMessage, TRANSFORMS, why};
 use crate::schema::decode;
 use foxglove::messages::FrameTransforms;
+use linkwork_runtime::SetRow;
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Pose, Quat, Vec3};
 use mcap::McapError;
@@ -52,6 +53,8 @@ pub struct LogContents {
     pub about: BTreeMap<String, String>,
     /// The checkpoint from which the run began, when it is not the start of its configuration.
     pub start: Option<Vec<u8>>,
+    /// Variables that were set from outside, in order.
+    pub sets: Vec<SetRow>,
     /// How it ends.
     pub end: End,
 }
@@ -82,6 +85,7 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
         configuration: String::new(),
         about: BTreeMap::new(),
         start: None,
+        sets: Vec::new(),
         end: End::Whole,
     };
     contents.end = walk_log::<LogError>(path, |entry| {
@@ -100,6 +104,7 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
                     series.y.push(value);
                 }
             }
+            Entry::Set(set) => contents.sets.push(set),
             Entry::Poses { .. } => {}
         }
         Ok(())
@@ -127,6 +132,8 @@ pub enum Entry<'a> {
         /// What the log says of them: `unit.NAME` and the unit.
         units: &'a BTreeMap<String, String>,
     },
+    /// A variable that was set from outside, before the rows of its tick.
+    Set(SetRow),
     /// Poses of the bodies of the present phase at an instant.
     Poses {
         /// Simulated time (ns).
@@ -275,6 +282,9 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
 
     fn take(&mut self, record: Record<'_>) -> Result<(), Halt<E>> {
         match record {
+            Record::Schema { header, .. } if header.name == SETS => {
+                self.schemas.insert(header.id, (header.name, FileDescriptorSet::default()));
+            }
             Record::Schema { header, data } if header.encoding == "protobuf" => {
                 let set = prost::Message::decode(data.as_ref())
                     .map_err(|e| format!("schema `{}`: {e}", header.name))?;
@@ -295,7 +305,13 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
     fn message(&mut self, channel: u16, ns: u64, data: &[u8]) -> Result<(), Halt<E>> {
         let Some((part, schema, units)) = self.channels.get(&channel) else { return Ok(()) };
         let Some((name, set)) = self.schemas.get(schema) else { return Ok(()) };
-        let entry = if name.starts_with("linkwork.") {
+        let entry = if name == SETS {
+            let bad = |e: String| format!("a set variable at {} s: {e}", ns as f64 * 1e-9);
+            let set: SetMessage = serde_json::from_slice(data).map_err(|e| bad(e.to_string()))?;
+            let bits = u64::from_str_radix(&set.bits, 16).map_err(|e| bad(e.to_string()))?;
+            let (tick, path, value) = (set.tick, set.path, f64::from_bits(bits));
+            Entry::Set(SetRow { tick, ns, path, value })
+        } else if name.starts_with("linkwork.") {
             Entry::Numbers { part, ns, fields: decode(set, name, data), units }
         } else if name == TRANSFORMS {
             let message: FrameTransforms = prost::Message::decode(data)

@@ -5,6 +5,7 @@
 #[macro_use]
 pub mod voice;
 
+pub mod attach;
 pub mod campaign;
 pub mod check;
 pub mod diff;

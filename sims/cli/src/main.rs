@@ -1,6 +1,7 @@
-//! The command line: linkwork run, resume, fork, campaign, check, list, describe, tree, graph, export, schema, replay, view, diff,
+//! The command line: linkwork run, resume, fork, attach, campaign, check, list, describe, tree, graph, export, schema, replay, view, diff,
 //! wheel-test.
 use clap::{CommandFactory, Parser, Subcommand};
+use linkwork_cli::attach::{self, AttachCommand};
 use linkwork_cli::campaign::{self, CampaignOptions};
 use linkwork_cli::diff::{self, DiffOptions};
 use linkwork_cli::export::{self, ExportOptions};
@@ -27,6 +28,8 @@ const EXAMPLES: &str = "Examples:
   linkwork run sims/rover_traverse --checkpoint-every 10s
   linkwork resume runs/rover_traverse/checkpoint_10.lwck --until 20s
   linkwork fork runs/rover_traverse/checkpoint_10.lwck --set Rover.contact=mobility.wheel_soil     from there on with a change
+  linkwork run sims/pendulum --serve --realtime          and in another terminal:
+  linkwork attach runs/pendulum watch '**.angle'        what it does; set, pause, step, go, checkpoint, quit
   linkwork campaign sims/ballistic_entry/dispersions.ron     many runs with drawn values, tables and a report
   linkwork campaign sims/ballistic_entry/dispersions.ron --run 17 --log     one of them again
   linkwork check sims/rover_traverse                    every mistake, with line and column
@@ -71,6 +74,13 @@ enum Command {
         fork: ForkOptions,
         #[command(flatten)]
         options: RunOptions,
+    },
+    /// Watch and steer a run that was started with --serve.
+    Attach {
+        /// The folder of the run.
+        run: PathBuf,
+        #[command(subcommand)]
+        command: AttachCommand,
     },
     /// Many runs of one simulation with values drawn from distributions. Given again, it goes on where it stopped.
     Campaign {
@@ -189,6 +199,7 @@ fn main() -> ExitCode {
         Command::Run { sim, options, set, seed } => run::run(&sim, &options, &set, seed),
         Command::Resume { checkpoint, options } => run::resume(&checkpoint, &options),
         Command::Fork { checkpoint, fork, options } => fork::fork(&checkpoint, &fork, &options),
+        Command::Attach { run, command } => attach::attach(&run, command),
         Command::Campaign { file, options } => campaign::campaign(&file, &options),
         Command::Check { sim, set } => check::check(&sim, &set),
         Command::List { sim, pattern } => inspect::list(sim.as_deref(), pattern.as_deref()),

@@ -8,6 +8,7 @@ use crate::voice::report;
 use crate::{exit, scene, taps};
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_assembly::Failure;
+use linkwork_live::{Live, Server, Ticket};
 use linkwork_record::LogSpec;
 use linkwork_runner::{
     Ended, Figures, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, time_name,
@@ -154,6 +155,38 @@ struct Run {
     problems: Vec<String>,
     dropped: u64,
     bar: ProgressBar,
+    /// The socket, and the file that names it.
+    live: Option<(Live, Ticketed)>,
+}
+
+/// live.json, as long as there is somebody at its address.
+struct Ticketed(PathBuf);
+
+impl Drop for Ticketed {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// Opens the socket, and says where.
+fn serve(address: &str, name: &str, out: &Path) -> Result<(Live, Ticketed), u8> {
+    let server = Server::start(address, name).map_err(|e| {
+        tell!("error: {e}");
+        exit::INPUT
+    })?;
+    let at = server.address();
+    let path = out.join(Ticket::FILE);
+    let token = server.token().to_string();
+    let ticket = Ticket { version: linkwork_live::VERSION, address: at.to_string(), token };
+    ticket.write(&path).map_err(|e| fail(format!("`{}`: {e}", path.display())))?;
+    tell!("note: the run listens at {at}: linkwork attach {}", out.display());
+    if !at.ip().is_loopback() {
+        tell!(
+            "warning: {at} is open to other machines, and nothing on it is encrypted\n  help: use 127.0.0.1 and a \
+             tunnel"
+        );
+    }
+    Ok((Live::new(server), Ticketed(path)))
 }
 
 fn start(ready: Ready, name: &str, options: &RunOptions, source: Source<'_>) -> u8 {
@@ -187,6 +220,8 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         Begin::Resumed(c) => {
             not_past(c.time, until)?;
             restore(&mut sim, &mut figures, c)?;
+            // What was set in the run before is in the checkpoint and not in this log.
+            begins = Some(c.to_bytes().map_err(fail)?);
         }
         Begin::Forked(fork) => {
             not_past(fork.time(), until)?;
@@ -232,6 +267,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     if options.realtime {
         runner.pace();
     }
+    let live = options.serve.as_deref().map(|address| serve(address, name, &out)).transpose()?;
     Ok(Run {
         runner,
         goal: Goal { until, steps: None, stop_when: prepared.stop_when },
@@ -241,6 +277,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         problems: Vec::new(),
         dropped: 0,
         bar: bar(until, options.quiet),
+        live,
     })
 }
 
@@ -376,17 +413,29 @@ impl Run {
         let begin = self.runner.sim().time();
         let (mut chunk, mut last) = (1, clock);
         let ended = loop {
-            match self.runner.go(&mut self.goal, chunk) {
+            let mut steps = chunk;
+            let mut brisk = false;
+            if let Some((live, _)) = &mut self.live {
+                let stood;
+                (steps, stood) = live.attend(&mut self.runner, chunk);
+                brisk = live.is_attended();
+                if stood {
+                    self.runner.pace_again();
+                }
+                last = Instant::now();
+            }
+            match self.runner.go(&mut self.goal, steps) {
                 Pause::Ended(ended) => break ended,
                 Pause::Calls(_) | Pause::Chunk => {}
             }
-            // As many steps as take some hundredths of a second.
+            // As many steps as take some hundredths of a second, or thousandths when somebody waits.
             let now = Instant::now();
             let took = now - last;
             last = now;
-            if took < Duration::from_millis(20) {
+            let [short, long] = if brisk { [2, 5] } else { [20, 80] }.map(Duration::from_millis);
+            if took < short && steps == chunk {
                 chunk = (2 * chunk).min(1 << 20);
-            } else if took > Duration::from_millis(80) {
+            } else if took > long {
                 chunk = (chunk / 2).max(1);
             }
             let failed = self.runner.ended_taps();
@@ -400,6 +449,10 @@ impl Run {
                 self.bar.set_message(format!("t = {t:.1} s, {factor:.0} × real time"));
             }
         };
+        let time = self.runner.sim().time();
+        if let Some((mut live, _)) = self.live.take() {
+            live.finish(time);
+        }
         (ended, clock.elapsed().as_secs_f64(), self.runner.sim().time() - begin)
     }
 

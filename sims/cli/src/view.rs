@@ -111,7 +111,7 @@ mod drawn {
                     self.player.poses(ns, &bodies)?;
                     self.rows += 1;
                 }
-                Entry::Configuration(_) | Entry::Start(_) | Entry::About(_) => {}
+                Entry::Configuration(_) | Entry::Start(_) | Entry::About(_) | Entry::Set(_) => {}
             }
             Ok(())
         }
