@@ -1,6 +1,7 @@
 //! `linkwork view`: a recording from a log, without simulating.
 //!
 //! The configuration inside the log says what is shown; the poses and numbers of its rows drive it.
+#[cfg(feature = "viewer")]
 use crate::exit;
 use std::path::{Path, PathBuf};
 

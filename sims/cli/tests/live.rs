@@ -1,7 +1,7 @@
 //! The live socket: what clients set is in the log and is simulated again bit for bit; bad clients change nothing.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 mod common;
-use common::{BASE, Lab, Said, wait_for};
+use common::{Lab, Said, edited, wait_for};
 use linkwork_live::{Amount, Ask, Client, ClientError, Said as Answer, Ticket, VERSION};
 use linkwork_record::read_log_contents;
 use std::io::{Read, Write};
@@ -11,7 +11,8 @@ use std::time::{Duration, Instant};
 
 /// A run that is served, and its ticket.
 fn served(lab: &Lab, out: &str, more: &[&str]) -> (Child, Ticket) {
-    lab.write("sim.ron", BASE);
+    // A row at every step.
+    lab.write("sim.ron", &edited(&[("rate: \"100 Hz\"", "rate: \"1 kHz\"")]));
     let head = ["run", "sim.ron", "--out", out, "--save-rrd", "off", "--serve"];
     let child = lab.spawn(&[&head[..], more].concat());
     let file = lab.path(out).join(Ticket::FILE);
@@ -217,7 +218,7 @@ import sys
 sys.path.insert(0, sys.argv[1])
 import live
 with live.attach("out") as run:
-    assert run.simulation and run.list("bob.angle") == {"bob.angle": "rad"}
+    assert run.simulation and run.variables("bob.angle") == {"bob.angle": "rad"}
     t = run.pause()
     run.set("bob.angle", "90 deg")
     run.set("bob.rate", 0.5)
