@@ -98,7 +98,7 @@ impl Client {
     ///
     /// # Errors
     /// [`ClientError::Frame`].
-    pub fn next(&mut self) -> Result<Reply, ClientError> {
+    pub fn receive(&mut self) -> Result<Reply, ClientError> {
         Ok(read_frame(&mut self.socket, LONGEST_REPLY)?)
     }
 
@@ -109,7 +109,7 @@ impl Client {
     pub fn ask(&mut self, ask: Ask) -> Result<Said, ClientError> {
         let id = self.send(ask)?;
         loop {
-            let reply = self.next()?;
+            let reply = self.receive()?;
             // A refusal without a number is about the connection.
             match reply.said {
                 Said::Refused { message, help } if reply.id == id || reply.id == 0 => {

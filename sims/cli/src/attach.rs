@@ -139,7 +139,7 @@ fn watch(
     let id = client.send(Ask::Watch { paths, rate })?;
     let mut lines = 0;
     while count != Some(lines) {
-        let reply = match client.next() {
+        let reply = match client.receive() {
             // The run is at its end.
             Err(ClientError::Frame(FrameError::Ended)) => return Ok(()),
             reply => reply?,

@@ -27,7 +27,7 @@ pub struct ForkOptions {
 
 /// A run that is to go on as another.
 pub(crate) struct Fork {
-    old: Option<Simulation>,
+    old: Option<Box<Simulation>>,
     time: f64,
     allow: bool,
 }
@@ -91,7 +91,7 @@ impl Fork {
             );
             return Err(exit::INPUT);
         }
-        Ok(sim)
+        Ok(*sim)
     }
 }
 
@@ -113,7 +113,7 @@ fn prepared(file: &Path, options: &ForkOptions) -> Result<(Ready, String, Fork),
     let (checkpoint, name) = run::read(file)?;
     let text = format!("{name}.ron");
     let was = load::ready_text(&text, &checkpoint.configuration)?;
-    let mut old = Simulation::of(Arc::new(was.program));
+    let mut old = Box::new(Simulation::of(Arc::new(was.program)));
     old.restore(&checkpoint).map_err(|e| {
         tell!("error: {e}");
         exit::INPUT

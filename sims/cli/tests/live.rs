@@ -91,7 +91,7 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
     let id = client.send(Ask::Watch { paths: vec!["bob.angle".into()], rate: 100.0 }).unwrap();
     let mut rows = Vec::new();
     while rows.len() < 20 {
-        let reply = client.next().unwrap();
+        let reply = client.receive().unwrap();
         if let (true, Answer::Values { time, .. }) = (reply.id == id, reply.said) {
             rows.push(time);
         }
