@@ -113,11 +113,19 @@ impl Library {
         self.finish(self.loaded(path, set, seed)?, Start::Taken)
     }
 
-    /// The same from a text that needs no other file, with `PATH=VALUE` overrides: the configuration in a checkpoint.
+    /// The same from a text that needs no other file: the configuration in a checkpoint.
     ///
     /// # Errors
     /// Everything that is wrong, at once.
-    pub fn text(&self, name: &str, text: &str, set: &[String]) -> Result<Ready, Failure> {
+    pub fn text(&self, name: &str, text: &str) -> Result<Ready, Failure> {
+        self.text_with(name, text, &[])
+    }
+
+    /// The same with `PATH=VALUE` overrides.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn text_with(&self, name: &str, text: &str, set: &[String]) -> Result<Ready, Failure> {
         self.finish(load_text(name, text, &self.options(set, None))?, Start::LookedAt)
     }
 

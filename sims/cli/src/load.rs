@@ -39,7 +39,7 @@ pub fn ready_text(name: &str, text: &str) -> Result<Ready, u8> {
 
 /// The same with `PATH=VALUE` overrides.
 pub fn ready_text_set(name: &str, text: &str, set: &[String]) -> Result<Ready, u8> {
-    library().text(name, text, set).map_err(|failure| report(&failure))
+    library().text_with(name, text, set).map_err(|failure| report(&failure))
 }
 
 /// Prints what is allowed and probably not meant, each once.

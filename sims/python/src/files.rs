@@ -150,5 +150,5 @@ pub fn simulation(
 
 /// The same from a text that needs no other file: the configuration in a checkpoint.
 pub fn simulation_text(name: &str, text: &str, models: Vec<Entry>) -> Result<Ready, String> {
-    library_with(models)?.text(name, text, &[]).map_err(|f| f.to_string())
+    library_with(models)?.text(name, text).map_err(|f| f.to_string())
 }
