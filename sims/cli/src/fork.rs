@@ -14,10 +14,11 @@ use std::sync::Arc;
 /// What a fork may be told.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct ForkOptions {
-    /// Go on as this simulation, and not as the one inside the checkpoint.
+    /// Go on as this simulation, and not as the one inside the checkpoint: for changed files, and for parameters of
+    /// assemblies, of which the checkpoint knows only what became of them.
     #[arg(long, value_name = "SIM")]
     pub sim: Option<PathBuf>,
-    /// Set a parameter (repeatable).
+    /// Set a parameter of a part (with --sim, of an assembly too; repeatable).
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
     /// Go on although the states of some parts or bodies are lost.

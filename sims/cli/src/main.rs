@@ -27,7 +27,7 @@ const EXAMPLES: &str = "Examples:
   linkwork run sims/pendulum --until 5s --set Friction.damping=0.3
   linkwork run sims/rover_traverse --checkpoint-every 10s
   linkwork resume runs/rover_traverse/checkpoint_10.lwck --until 20s
-  linkwork fork runs/rover_traverse/checkpoint_10.lwck --set Rover.contact=mobility.wheel_soil     from there on with a change
+  linkwork fork runs/pendulum/checkpoint_2.lwck --set Friction.damping=0.3 --until 5s     from there on with a change
   linkwork run sims/pendulum --serve --realtime          and in another terminal:
   linkwork attach runs/pendulum watch '**.angle'        what it does; set, pause, step, go, checkpoint, quit
   linkwork campaign sims/ballistic_entry/dispersions.ron     many runs with drawn values, tables and a report

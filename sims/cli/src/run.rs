@@ -226,8 +226,10 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         Begin::Forked(fork) => {
             not_past(fork.time(), until)?;
             sim = fork.take_over(sim.program().clone())?;
-            let start = sim.checkpoint(&configuration).map_err(|e| e.to_string());
-            begins = Some(start.and_then(|c| c.to_bytes()).map_err(fail)?);
+            if !options.no_log {
+                let start = sim.checkpoint(&configuration).map_err(|e| e.to_string());
+                begins = Some(start.and_then(|c| c.to_bytes()).map_err(fail)?);
+            }
         }
     }
     let out = folder_of(name, options, &source);

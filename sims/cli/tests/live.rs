@@ -197,6 +197,10 @@ fn the_command_line_attaches_and_says_what_is_wrong() {
     attach(&["quit"]).code(0);
     let said: Said = child.wait_with_output().unwrap().into();
     said.code(130).tells(&["linkwork attach out"]);
+    // One that was killed leaves its ticket; the next run in the folder takes it away.
+    lab.write("out/live.json", "{}");
+    lab.run("sim.ron", "out", &[]).code(0);
+    assert!(!lab.path("out/live.json").exists());
     attach(&["go"]).code(2).tells(&["live.json", "--serve", "help: "]);
     lab.run("sim.ron", "b", &["--serve", "nonsense"])
         .code(2)
