@@ -5,9 +5,10 @@ mod plot;
 mod read;
 mod schema;
 
-pub use log::{Log, LogError, LogSpec};
+pub use log::{Log, LogError, LogSpec, logged_names};
 pub use plot::{Curve, Plot, PlotError, draw};
 pub use read::{
-    Difference, End, LogContents, Rows, Series, Tolerances, compare, read_log, read_log_contents,
+    Difference, End, Entry, LogContents, Rows, Series, Tolerances, compare, read_log,
+    read_log_contents, walk_log,
 };
 pub use schema::{Schema, decode};

@@ -4,8 +4,11 @@ use crate::schema::Schema;
 use foxglove::Encode;
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
-use linkwork_runtime::{Consumer, Group, Place, Plan, PortKind, Program, Role, Seconds, TapRow};
+use linkwork_runtime::{
+    Consumer, Group, Place, Plan, PortKind, Program, Role, Seconds, SetRow, TapRow, Variable,
+};
 use mcap::records::{MessageHeader, Metadata};
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::BufWriter;
@@ -24,6 +27,9 @@ pub struct LogSpec {
     pub configuration: String,
     /// Seed, versions, command line: metadata by name.
     pub about: BTreeMap<String, String>,
+    /// The checkpoint from which the run begins, when it does not begin at the start of its configuration: attached
+    /// as a file.
+    pub start: Option<Vec<u8>>,
 }
 
 /// Why a log cannot be made or read.
@@ -76,6 +82,26 @@ const PART: usize = 256 << 10;
 /// when the process is killed is that fresh.
 const FRESH: Duration = Duration::from_secs(2);
 
+/// Files attached to a log.
+pub(crate) const CONFIGURATION: &str = "configuration.ron";
+pub(crate) const START: &str = "start.lwck";
+
+/// The schema of the poses of all bodies.
+pub(crate) const TRANSFORMS: &str = "foxglove.FrameTransforms";
+
+/// The schema of variables that were set from outside.
+pub(crate) const SETS: &str = "linkwork.Set";
+const SETS_SCHEMA: &str = r#"{"type":"object","properties":{"tick":{"type":"integer"},"path":{"type":"string"},"value":{"type":"number"},"bits":{"type":"string"}}}"#;
+
+/// A variable that was set from outside. `bits` is the value as IEEE 754 in hexadecimal digits.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct SetMessage {
+    pub tick: u64,
+    pub path: String,
+    pub value: f64,
+    pub bits: String,
+}
+
 struct Channel {
     id: u16,
     sequence: u32,
@@ -101,6 +127,8 @@ pub struct Log {
     /// Channels of each group.
     channels: Vec<Vec<Channel>>,
     transforms: Option<Transforms>,
+    /// Channel and sequence of the variables that were set.
+    sets: Option<(u16, u32)>,
     buffer: Vec<u8>,
     gauge: Arc<Gauge>,
     /// Bytes in the open part, and when the last one was brought to the file.
@@ -139,14 +167,18 @@ impl Log {
         writer
             .write_metadata(&Metadata { name: "linkwork".into(), metadata: about })
             .map_err(|e| fail(why(&e)))?;
-        let attachment = mcap::Attachment {
-            log_time: 0,
-            create_time: 0,
-            name: "configuration.ron".into(),
-            media_type: "text/plain".into(),
-            data: Cow::Borrowed(spec.configuration.as_bytes()),
-        };
-        writer.attach(&attachment).map_err(|e| fail(why(&e)))?;
+        let configuration = (CONFIGURATION, "text/plain", spec.configuration.as_bytes());
+        let start = spec.start.iter().map(|s| (START, "application/octet-stream", &s[..]));
+        for (name, media_type, data) in std::iter::once(configuration).chain(start) {
+            let attachment = mcap::Attachment {
+                log_time: 0,
+                create_time: 0,
+                name: name.into(),
+                media_type: media_type.into(),
+                data: Cow::Borrowed(data),
+            };
+            writer.attach(&attachment).map_err(|e| fail(why(&e)))?;
+        }
         let (mut groups, mut channels) = (Vec::new(), Vec::new());
         for (period, paths) in &spec.groups {
             let (group, list) =
@@ -169,7 +201,9 @@ impl Log {
         gauge.mark_whole();
         let writer = Some(writer);
         let (buffer, last) = (Vec::new(), now());
-        let log = Log { path: name, writer, channels, transforms, buffer, gauge, open: 0, last };
+        let sets = None;
+        let log =
+            Log { path: name, writer, channels, transforms, sets, buffer, gauge, open: 0, last };
         Ok((log, groups))
     }
 
@@ -183,6 +217,13 @@ impl Log {
         self.open += self.buffer.len() + 31;
         let written = writer.write_to_known_channel(&header, &self.buffer);
         written.map_err(|e| self.fault(&why(&e)))
+    }
+
+    /// The channel of variables that were set from outside: most logs have none.
+    fn open_sets(&mut self) -> Result<u16, mcap::McapError> {
+        let Some(writer) = &mut self.writer else { return Err(mcap::McapError::BadMagic) };
+        let schema = writer.add_schema(SETS, "jsonschema", SETS_SCHEMA.as_bytes())?;
+        writer.add_channel(schema, "/linkwork/set", "json", &BTreeMap::new())
     }
 
     /// Ends the open part, and brings it to the file.
@@ -202,13 +243,12 @@ fn now() -> Instant {
     Instant::now()
 }
 
-fn open_group(
-    writer: &mut mcap::Writer<BufWriter<Ballast>>,
-    plan: &Plan,
-    period: Seconds,
-    paths: &[String],
-) -> Result<(Group, Vec<Channel>), mcap::McapError> {
-    let mut by_part: BTreeMap<&str, Vec<(&String, &linkwork_runtime::Variable)>> = BTreeMap::new();
+/// The message of each part that has variables among `paths`: part, variables in the order of columns, schema.
+fn messages<'a>(
+    plan: &'a Plan,
+    paths: &'a [String],
+) -> Vec<(&'a str, Vec<(&'a String, &'a Variable)>, Schema)> {
+    let mut by_part: BTreeMap<&str, Vec<(&String, &Variable)>> = BTreeMap::new();
     for path in paths {
         if let Some(v) = plan.variables.get(path)
             && v.role != Role::Input
@@ -216,21 +256,45 @@ fn open_group(
             by_part.entry(&v.part).or_default().push((path, v));
         }
     }
-    let (mut places, mut channels) = (Vec::new(), Vec::new());
-    for (part, mut list) in by_part {
+    let message = |(part, mut list): (&'a str, Vec<(&'a String, &'a Variable)>)| {
         // Lanes in the order of the ports, so that vectors read x, y, z and rate[10] after rate[9].
         list.sort_by_key(|(_, v)| match v.place {
             Place::X(k) => (1, k),
             Place::D(k) => (2, k),
             Place::Signal(k) | Place::Channel(k) => (0, k),
         });
-        let from = places.len();
         let columns: Vec<(String, bool)> = list
             .iter()
             .map(|(path, v)| (path[part.len() + 1..].to_string(), v.kind == PortKind::Bool))
             .collect();
-        places.extend(list.iter().map(|(_, v)| v.place));
         let schema = Schema::new(part, &columns);
+        (part, list, schema)
+    };
+    by_part.into_iter().map(message).collect()
+}
+
+/// What a log calls its variables: for each name that reading gives (`part.field`), the path of the variable.
+pub fn logged_names(plan: &Plan, groups: &[(Seconds, Vec<String>)]) -> BTreeMap<String, String> {
+    let mut names = BTreeMap::new();
+    for (part, list, schema) in groups.iter().flat_map(|(_, paths)| messages(plan, paths)) {
+        let part = part.replace('/', ".");
+        for (column, field) in schema.columns() {
+            names.insert(format!("{part}.{field}"), list[column].0.clone());
+        }
+    }
+    names
+}
+
+fn open_group(
+    writer: &mut mcap::Writer<BufWriter<Ballast>>,
+    plan: &Plan,
+    period: Seconds,
+    paths: &[String],
+) -> Result<(Group, Vec<Channel>), mcap::McapError> {
+    let (mut places, mut channels) = (Vec::new(), Vec::new());
+    for (part, list, schema) in messages(plan, paths) {
+        let from = places.len();
+        places.extend(list.iter().map(|(_, v)| v.place));
         let id = writer.add_schema(&schema.name, "protobuf", &schema.descriptor())?;
         let mut metadata = BTreeMap::new();
         for (path, v) in &list {
@@ -316,6 +380,21 @@ impl Consumer for Log {
             self.end_part()?;
         }
         self.gauge.spent().map_or(Ok(()), |why| Err(self.fault(why)))
+    }
+
+    fn set(&mut self, set: &SetRow) -> Result<(), String> {
+        let (id, sequence) = match self.sets {
+            Some(known) => known,
+            None => (self.open_sets().map_err(|e| self.fault(&why(&e)))?, 0),
+        };
+        let (tick, path, value) = (set.tick, set.path.clone(), set.value);
+        let bits = format!("{:016x}", value.to_bits());
+        self.buffer.clear();
+        serde_json::to_writer(&mut self.buffer, &SetMessage { tick, path, value, bits })
+            .map_err(|e| self.fault(&e.to_string()))?;
+        self.write(id, sequence, set.ns)?;
+        self.sets = Some((id, sequence.wrapping_add(1)));
+        Ok(())
     }
 
     fn flush(&mut self) -> Result<(), String> {

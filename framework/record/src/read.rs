@@ -3,8 +3,12 @@
 //! A log is read from its beginning to its end with all its checksums, a record at a time, so that
 //! a flipped bit anywhere is an error with its place, and no length in a damaged file decides how
 //! much memory is taken. A log that only lacks its end (a killed run) is read as far as it goes.
-use crate::log::{LogError, why};
+use crate::log::{CONFIGURATION, LogError, SETS, START, SetMessage, TRANSFORMS, why};
 use crate::schema::decode;
+use foxglove::messages::FrameTransforms;
+use linkwork_runtime::SetRow;
+use linkwork_spatial::nalgebra::Quaternion;
+use linkwork_spatial::{Pose, Quat, Vec3};
 use mcap::McapError;
 use mcap::read::parse_record;
 use mcap::records::{ChunkHeader, Record, op};
@@ -47,6 +51,10 @@ pub struct LogContents {
     pub configuration: String,
     /// Seed, hash of the plan, versions: by name.
     pub about: BTreeMap<String, String>,
+    /// The checkpoint from which the run began, when it is not the start of its configuration.
+    pub start: Option<Vec<u8>>,
+    /// Variables that were set from outside, in order.
+    pub sets: Vec<SetRow>,
     /// How it ends.
     pub end: End,
 }
@@ -72,11 +80,95 @@ const EXPANSION: u64 = 256;
 /// # Errors
 /// [`LogError::Read`] when it cannot be opened or is not MCAP, [`LogError::Damaged`].
 pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
+    let mut contents = LogContents {
+        series: BTreeMap::new(),
+        configuration: String::new(),
+        about: BTreeMap::new(),
+        start: None,
+        sets: Vec::new(),
+        end: End::Whole,
+    };
+    contents.end = walk_log::<LogError>(path, |entry| {
+        match entry {
+            Entry::Configuration(text) => contents.configuration = text,
+            Entry::Start(checkpoint) => contents.start = Some(checkpoint),
+            Entry::About(about) => contents.about = about,
+            Entry::Numbers { part, ns, fields, units } => {
+                for (field, value) in fields {
+                    let name = format!("{part}.{field}");
+                    let series = contents.series.entry(name).or_insert_with(|| Series {
+                        unit: units.get(&format!("unit.{field}")).cloned().unwrap_or_default(),
+                        ..Series::default()
+                    });
+                    series.t.push(ns as f64 * 1e-9);
+                    series.y.push(value);
+                }
+            }
+            Entry::Set(set) => contents.sets.push(set),
+            Entry::Poses { .. } => {}
+        }
+        Ok(())
+    })?;
+    Ok(contents)
+}
+
+/// Something that a log says.
+#[derive(Clone, Debug)]
+pub enum Entry<'a> {
+    /// The configuration that the run was made from.
+    Configuration(String),
+    /// The checkpoint from which the run began, when it is not the start of its configuration.
+    Start(Vec<u8>),
+    /// Seed, hash of the plan, versions: by name.
+    About(BTreeMap<String, String>),
+    /// The numbers of a part at an instant.
+    Numbers {
+        /// Path of the part.
+        part: &'a str,
+        /// Simulated time (ns).
+        ns: u64,
+        /// Names within the part, as the log writes them, and values (SI).
+        fields: Vec<(String, f64)>,
+        /// What the log says of them: `unit.NAME` and the unit.
+        units: &'a BTreeMap<String, String>,
+    },
+    /// A variable that was set from outside, before the rows of its tick.
+    Set(SetRow),
+    /// Poses of the bodies of the present phase at an instant.
+    Poses {
+        /// Simulated time (ns).
+        ns: u64,
+        /// Name of each body, and X_WB (m).
+        bodies: Vec<(String, Pose)>,
+    },
+}
+
+/// Why reading ends early: something in the file, or whoever is told of it.
+enum Halt<E> {
+    Damaged(String),
+    Told(E),
+}
+
+impl<E> From<String> for Halt<E> {
+    fn from(why: String) -> Halt<E> {
+        Halt::Damaged(why)
+    }
+}
+
+/// Reads a log in the order in which it was written, which is that of time, and tells of each entry. Its
+/// configuration comes before its rows. No more than one part of it is in memory.
+///
+/// # Errors
+/// The first of `each`; [`LogError::Read`] when the log cannot be opened or is not MCAP, [`LogError::Damaged`].
+pub fn walk_log<E: From<LogError>>(
+    path: &Path,
+    each: impl FnMut(Entry<'_>) -> Result<(), E>,
+) -> Result<End, E> {
     let name = path.display().to_string();
     let fail = |why: String| LogError::Read { path: name.clone(), why };
     let mut file = File::open(path).map_err(|e| fail(e.to_string()))?;
     if !file.metadata().map_err(|e| fail(e.to_string()))?.is_file() {
-        return Err(fail("it is no file".into()));
+        return Err(fail("it is no file".into()).into());
     }
     let options = LinearReaderOptions::default()
         .with_emit_chunks(true)
@@ -85,7 +177,7 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
         .with_check_finishes_after_end_magic(true)
         .with_record_length_limit(RECORD);
     let mut reader = LinearReader::new_with_options(options);
-    let mut gathered = Gathered::default();
+    let mut walk = Walk { schemas: BTreeMap::new(), channels: BTreeMap::new(), each };
     let mut at = mcap::MAGIC.len() as u64;
     let damaged = |at: u64, why: String| LogError::Damaged { path: name.clone(), at, why };
     while let Some(event) = reader.next_event() {
@@ -97,43 +189,42 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
                 reader.notify_read(n);
             }
             Ok(LinearReadEvent::Record { data, opcode }) => {
-                gathered.record(opcode, data).map_err(|e| damaged(at, e))?;
+                walk.record(opcode, data).map_err(|halt| match halt {
+                    Halt::Damaged(why) => damaged(at, why).into(),
+                    Halt::Told(e) => e,
+                })?;
                 at += 9 + data.len() as u64;
             }
             Err(McapError::UnexpectedEof) => {
                 let size = file.metadata().map_or(at, |m| m.len());
                 if size < mcap::MAGIC.len() as u64 {
-                    return Err(fail(format!("its {size} bytes do not make a log")));
+                    return Err(fail(format!("its {size} bytes do not make a log")).into());
                 }
-                return Ok(gathered.contents(End::Cut { at }));
+                return Ok(End::Cut { at });
             }
             Err(McapError::BadMagic) if at == mcap::MAGIC.len() as u64 => {
-                return Err(fail("it does not begin as an MCAP file".into()));
+                return Err(fail("it does not begin as an MCAP file".into()).into());
             }
-            Err(e) => return Err(damaged(at, why(&e))),
+            Err(e) => return Err(damaged(at, why(&e)).into()),
         }
     }
-    Ok(gathered.contents(End::Whole))
+    Ok(End::Whole)
 }
 
-/// What has been read so far.
-#[derive(Default)]
-struct Gathered {
+/// What has been read so far of schemas and channels.
+struct Walk<F> {
     schemas: BTreeMap<u16, (String, FileDescriptorSet)>,
     /// Part, schema and metadata.
     channels: BTreeMap<u16, (String, u16, BTreeMap<String, String>)>,
-    series: BTreeMap<String, Series>,
-    configuration: String,
-    about: BTreeMap<String, String>,
+    each: F,
 }
 
-impl Gathered {
-    fn contents(self, end: End) -> LogContents {
-        let Gathered { series, configuration, about, .. } = self;
-        LogContents { series, configuration, about, end }
+impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
+    fn tell(&mut self, entry: Entry<'_>) -> Result<(), Halt<E>> {
+        (self.each)(entry).map_err(Halt::Told)
     }
 
-    fn record(&mut self, opcode: u8, data: &[u8]) -> Result<(), String> {
+    fn record(&mut self, opcode: u8, data: &[u8]) -> Result<(), Halt<E>> {
         match parse_record(opcode, data).map_err(|e| why(&e))? {
             Record::Chunk { header, .. } => self.chunk(&header, data),
             // These repeat what stands before them.
@@ -143,29 +234,28 @@ impl Gathered {
             {
                 Ok(())
             }
-            Record::Attachment { header, data, .. } => {
-                if header.name == "configuration.ron" {
-                    self.configuration = String::from_utf8_lossy(&data).into_owned();
+            Record::Attachment { header, data, .. } => match header.name.as_str() {
+                CONFIGURATION => {
+                    let text = String::from_utf8_lossy(&data).into_owned();
+                    self.tell(Entry::Configuration(text))
                 }
-                Ok(())
-            }
+                START => self.tell(Entry::Start(data.into_owned())),
+                _ => Ok(()),
+            },
             Record::Metadata(metadata) if metadata.name == "linkwork" => {
-                self.about = metadata.metadata;
-                Ok(())
+                self.tell(Entry::About(metadata.metadata))
             }
             record => self.take(record),
         }
     }
 
     /// `record` is the whole record of a chunk. Its checksum is compared before any of it is read.
-    fn chunk(&mut self, header: &ChunkHeader, record: &[u8]) -> Result<(), String> {
+    fn chunk(&mut self, header: &ChunkHeader, record: &[u8]) -> Result<(), Halt<E>> {
         let size = record.len() as u64;
         let most = EXPANSION * (size + 1024);
         if header.uncompressed_size > most || header.compressed_size > size {
-            return Err(format!(
-                "a chunk of {size} bytes cannot hold {}",
-                header.uncompressed_size
-            ));
+            let claim = header.uncompressed_size;
+            return Err(format!("a chunk of {size} bytes cannot hold {claim}").into());
         }
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
@@ -190,8 +280,11 @@ impl Gathered {
         Ok(())
     }
 
-    fn take(&mut self, record: Record<'_>) -> Result<(), String> {
+    fn take(&mut self, record: Record<'_>) -> Result<(), Halt<E>> {
         match record {
+            Record::Schema { header, .. } if header.name == SETS => {
+                self.schemas.insert(header.id, (header.name, FileDescriptorSet::default()));
+            }
             Record::Schema { header, data } if header.encoding == "protobuf" => {
                 let set = prost::Message::decode(data.as_ref())
                     .map_err(|e| format!("schema `{}`: {e}", header.name))?;
@@ -202,28 +295,40 @@ impl Gathered {
                 self.channels.insert(c.id, (part, c.schema_id, c.metadata));
             }
             Record::Message { header, data } => {
-                self.message(header.channel_id, header.log_time, &data)
+                self.message(header.channel_id, header.log_time, &data)?;
             }
             _ => {}
         }
         Ok(())
     }
 
-    fn message(&mut self, channel: u16, ns: u64, data: &[u8]) {
-        let Some((part, schema, units)) = self.channels.get(&channel) else { return };
-        let Some((name, set)) = self.schemas.get(schema) else { return };
-        if !name.starts_with("linkwork.") {
-            return;
-        }
-        for (field, value) in decode(set, name, data) {
-            let series = self.series.entry(format!("{part}.{field}")).or_insert_with(|| Series {
-                unit: units.get(&format!("unit.{field}")).cloned().unwrap_or_default(),
-                ..Series::default()
-            });
-            series.t.push(ns as f64 * 1e-9);
-            series.y.push(value);
-        }
+    fn message(&mut self, channel: u16, ns: u64, data: &[u8]) -> Result<(), Halt<E>> {
+        let Some((part, schema, units)) = self.channels.get(&channel) else { return Ok(()) };
+        let Some((name, set)) = self.schemas.get(schema) else { return Ok(()) };
+        let entry = if name == SETS {
+            let bad = |e: String| format!("a set variable at {} s: {e}", ns as f64 * 1e-9);
+            let set: SetMessage = serde_json::from_slice(data).map_err(|e| bad(e.to_string()))?;
+            let bits = u64::from_str_radix(&set.bits, 16).map_err(|e| bad(e.to_string()))?;
+            let (tick, path, value) = (set.tick, set.path, f64::from_bits(bits));
+            Entry::Set(SetRow { tick, ns, path, value })
+        } else if name.starts_with("linkwork.") {
+            Entry::Numbers { part, ns, fields: decode(set, name, data), units }
+        } else if name == TRANSFORMS {
+            let message: FrameTransforms = prost::Message::decode(data)
+                .map_err(|e| format!("transforms at {} s: {e}", ns as f64 * 1e-9))?;
+            Entry::Poses { ns, bodies: message.transforms.into_iter().filter_map(pose).collect() }
+        } else {
+            return Ok(());
+        };
+        (self.each)(entry).map_err(Halt::Told)
     }
+}
+
+/// A body's name and X_WB, with the bits that were written.
+fn pose(of: foxglove::messages::FrameTransform) -> Option<(String, Pose)> {
+    let (p, q) = (of.translation?, of.rotation?);
+    let rotation = Quat::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z));
+    Some((of.child_frame_id, Pose { rotation, position: Vec3::new(p.x, p.y, p.z) }))
 }
 
 /// How one series differs between two logs.

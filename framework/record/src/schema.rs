@@ -47,9 +47,29 @@ impl Schema {
         prost::Message::encode_to_vec(&FileDescriptorSet { file: vec![file] })
     }
 
+    /// Columns, and the names that [`decode`] gives them.
+    pub fn columns(&self) -> Vec<(usize, String)> {
+        let mut out = Vec::new();
+        columns(&self.fields, "", &mut out);
+        out
+    }
+
     /// Appends the message for a row.
     pub fn encode(&self, row: &[f64], out: &mut Vec<u8>) {
         encode(&self.fields, row, out);
+    }
+}
+
+fn columns(fields: &[(String, Node)], prefix: &str, out: &mut Vec<(usize, String)>) {
+    for (name, node) in fields {
+        let path = format!("{prefix}{name}");
+        match node {
+            Node::Number(c) | Node::Truth(c) => out.push((*c, path)),
+            Node::Numbers(list) => {
+                out.extend(list.iter().zip(0..).map(|(c, k)| (*c, format!("{path}[{k}]"))));
+            }
+            Node::Message(inner) => columns(inner, &format!("{path}."), out),
+        }
     }
 }
 
@@ -271,6 +291,10 @@ mod tests {
         let back = decode(&set, &s.name, &bytes);
         assert_eq!(s.name, "linkwork.RoverWheelsWheel1Motor");
         assert_eq!(back.len(), 7);
+        for (column, name) in s.columns() {
+            let found = back.iter().find(|(n, _)| *n == name).unwrap().1;
+            assert_eq!(found.to_bits(), row[column].to_bits(), "{name}");
+        }
         for (name, value) in names.iter().zip(row) {
             let found = back.iter().find(|(n, _)| n == name).unwrap().1;
             assert_eq!(found.to_bits(), value.to_bits(), "{name}");

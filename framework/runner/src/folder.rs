@@ -44,8 +44,8 @@ pub struct Folder {
     pub moved: Option<(PathBuf, usize)>,
 }
 
-/// What a run writes anew.
-const STALE: [&str; 2] = ["summary.json", "plots.svg"];
+/// What a run writes anew, and where one that was killed listened.
+const STALE: [&str; 3] = ["summary.json", "plots.svg", "live.json"];
 
 /// How the names of what a run writes beside its log begin; other files in the folder are not ours.
 const OURS: [&str; 4] = ["checkpoint_", "interrupted", "before_failure", "summary"];

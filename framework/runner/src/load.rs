@@ -118,7 +118,15 @@ impl Library {
     /// # Errors
     /// Everything that is wrong, at once.
     pub fn text(&self, name: &str, text: &str) -> Result<Ready, Failure> {
-        self.finish(load_text(name, text, &self.options(&[], None))?, Start::LookedAt)
+        self.text_with(name, text, &[])
+    }
+
+    /// The same with `PATH=VALUE` overrides.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn text_with(&self, name: &str, text: &str, set: &[String]) -> Result<Ready, Failure> {
+        self.finish(load_text(name, text, &self.options(set, None))?, Start::LookedAt)
     }
 
     fn finish(&self, loaded: Loaded, start: Start) -> Result<Ready, Failure> {

@@ -1,7 +1,7 @@
 //! The time loop, and what is due at a tick: calls, rows, checkpoints, the end.
 use crate::pace::Pace;
 use crate::saves::Saves;
-use linkwork_runtime::{Place, RunError, Schedule, Seconds, Simulation, Tap};
+use linkwork_runtime::{Place, RunError, Schedule, Seconds, Simulation, Tap, VariableError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -153,6 +153,18 @@ impl<W: Watch> Runner<W> {
         &mut self.sim
     }
 
+    /// Sets a variable at the present tick, before its rows are taken; the taps are told, so that a log holds it.
+    ///
+    /// # Errors
+    /// As [`Simulation::set`].
+    pub fn set(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
+        self.sim_mut().set(path, value)?;
+        for feed in &mut self.feeds {
+            feed.tap.set(&self.sim, path, value);
+        }
+        Ok(())
+    }
+
     /// Transitions between phases since this was asked last: time (s), what, and what went over.
     pub fn new_moves(&mut self) -> Vec<(f64, String, linkwork_runtime::MoveReport)> {
         self.sim.take_moves()
@@ -203,6 +215,13 @@ impl<W: Watch> Runner<W> {
     /// Not faster than real time, from now on.
     pub fn pace(&mut self) {
         self.pace = Some(Pace::from(self.sim.time()));
+    }
+
+    /// When it is paced: from now on again, because the run stood still.
+    pub fn pace_again(&mut self) {
+        if self.pace.is_some() {
+            self.pace();
+        }
     }
 
     /// Asks this run to stop.

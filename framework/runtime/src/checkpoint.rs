@@ -319,16 +319,14 @@ impl Checkpoint {
     /// [`CheckpointError::Io`].
     pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
         let io = |source| CheckpointError::Io { path: path.display().to_string(), source };
-        let body = rmp_serde::to_vec_named(self).map_err(|e| CheckpointError::Format {
-            path: path.display().to_string(),
-            why: e.to_string(),
+        let bytes = self.to_bytes().map_err(|why| {
+            let path = path.display().to_string();
+            CheckpointError::Format { path, why }
         })?;
         let temporary = path.with_extension("part");
         let write = || -> std::io::Result<()> {
             let mut file = std::fs::File::create(&temporary)?;
-            file.write_all(MAGIC)?;
-            file.write_all(&noise::hash(body.iter().copied()).to_le_bytes())?;
-            file.write_all(&body)?;
+            file.write_all(&bytes)?;
             file.sync_all()?;
             std::fs::rename(&temporary, path)?;
             // The name lasts only when its folder is on disk.
@@ -339,6 +337,30 @@ impl Checkpoint {
             let _ = std::fs::remove_file(&temporary);
             io(e)
         })
+    }
+
+    /// As it stands in a file: a mark, a checksum, the contents.
+    ///
+    /// # Errors
+    /// Why it cannot be written down.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, String> {
+        let body = rmp_serde::to_vec_named(self).map_err(|e| e.to_string())?;
+        let sum = noise::hash(body.iter().copied()).to_le_bytes();
+        Ok([&MAGIC[..], &sum, &body].concat())
+    }
+
+    /// Reads one from [`Checkpoint::to_bytes`].
+    ///
+    /// # Errors
+    /// Why it is none.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Checkpoint, String> {
+        if bytes.len() < 16 || &bytes[..8] != MAGIC {
+            return Err("it does not begin as one".into());
+        }
+        if noise::hash(bytes[16..].iter().copied()).to_le_bytes() != bytes[8..16] {
+            return Err("its contents are damaged or cut short".into());
+        }
+        rmp_serde::from_slice(&bytes[16..]).map_err(|e| e.to_string())
     }
 
     /// Reads one.
@@ -353,13 +375,7 @@ impl Checkpoint {
             return Err(io(std::io::Error::other("it is no file")));
         }
         let bytes = std::fs::read(path).map_err(io)?;
-        let format = |why: &str| CheckpointError::Format { path: name.clone(), why: why.into() };
-        if bytes.len() < 16 || &bytes[..8] != MAGIC {
-            return Err(format("it does not begin as one"));
-        }
-        if noise::hash(bytes[16..].iter().copied()).to_le_bytes() != bytes[8..16] {
-            return Err(format("its contents are damaged or cut short"));
-        }
-        rmp_serde::from_slice(&bytes[16..]).map_err(|e| format(&e.to_string()))
+        let format = |why| CheckpointError::Format { path: name.clone(), why };
+        Checkpoint::from_bytes(&bytes).map_err(format)
     }
 }

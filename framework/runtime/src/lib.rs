@@ -61,7 +61,7 @@ pub use spec::{
     Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
 };
 pub use step::{GuardState, MoveReport, RunError, Simulation, State, Stop, VariableError};
-pub use tap::{Consumer, Group, Overflow, Tap, TapRow};
+pub use tap::{Consumer, Group, Overflow, SetRow, Tap, TapRow};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{

@@ -28,6 +28,19 @@ pub struct TapRow {
     pub values: Vec<f64>,
 }
 
+/// A variable that was set from outside of the simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SetRow {
+    /// Tick of the common base.
+    pub tick: u64,
+    /// Simulated time (ns).
+    pub ns: u64,
+    /// The variable.
+    pub path: String,
+    /// Its new value (SI).
+    pub value: f64,
+}
+
 /// Variables that are read together.
 #[derive(Clone, Debug)]
 pub struct Group {
@@ -46,6 +59,13 @@ pub trait Consumer: Send {
     /// # Errors
     /// A message; the tap ends, the run is told at its next sample.
     fn row(&mut self, row: &TapRow) -> Result<(), String>;
+    /// Somebody set a variable, at the tick whose rows come next.
+    ///
+    /// # Errors
+    /// A message; the tap ends.
+    fn set(&mut self, _set: &SetRow) -> Result<(), String> {
+        Ok(())
+    }
     /// Brings the rows so far to where a killed process leaves them ([`Tap::flush`]).
     ///
     /// # Errors
@@ -75,6 +95,7 @@ const PATIENCE: (Duration, u32) = (Duration::from_millis(10), 200);
 
 enum Message {
     Row(TapRow),
+    Set(SetRow),
     /// The answer goes back.
     Flush(SyncSender<Result<(), String>>),
 }
@@ -216,6 +237,16 @@ impl Tap {
         }
     }
 
+    /// Tells the consumer that a variable was set at the present tick, before its rows. Not told to a consumer that
+    /// may lose rows. A consumer that has failed says so at the next sample.
+    pub fn set(&mut self, sim: &Simulation, path: &str, value: f64) {
+        if let (Overflow::Wait, Some(full)) = (self.overflow, &self.full) {
+            let (tick, base) = (sim.state().tick, sim.plan().base);
+            let set = SetRow { tick, ns: nanoseconds(tick, base), path: path.into(), value };
+            let _ = full.send(Message::Set(set));
+        }
+    }
+
     /// Waits until the consumer has brought all rows so far to where a killed process leaves
     /// them. Nothing happens when rows may be dropped: nobody counts on such a consumer.
     ///
@@ -290,6 +321,7 @@ fn consume(
                     let _ = back.try_send(row);
                 }
             }
+            Message::Set(set) => result = consumer.set(&set),
             Message::Flush(answer) => {
                 result = consumer.flush();
                 let _ = answer.send(result.clone());

@@ -9,6 +9,9 @@ use linkwork_spatial::Pose;
 use re_sdk_types::components::TransformFrameId;
 use rerun::{EntityPath, RecordingStream, TimeColumn};
 
+/// The timeline of all that is shown: simulated time.
+pub const TIMELINE: &str = "sim_time";
+
 /// Instants in a batch, when they come fast.
 pub const INSTANTS: usize = 64;
 
@@ -16,7 +19,7 @@ pub const INSTANTS: usize = 64;
 #[derive(Default)]
 pub struct Frames {
     names: Vec<TransformFrameId>,
-    t: Vec<f64>,
+    t: Vec<i64>,
     translations: Vec<[f32; 3]>,
     rotations: Vec<rerun::Quaternion>,
 }
@@ -28,8 +31,8 @@ impl Frames {
         Frames { names, ..Frames::default() }
     }
 
-    /// Adds an instant: a pose in W for each frame, in their order.
-    pub fn push(&mut self, t: f64, poses: impl Iterator<Item = Pose>) {
+    /// Adds an instant (ns): a pose in W for each frame, in their order.
+    pub fn push(&mut self, t: i64, poses: impl Iterator<Item = Pose>) {
         for pose in poses {
             let (p, q) = (pose.position, pose.rotation);
             self.t.push(t);
@@ -60,7 +63,7 @@ impl Frames {
 /// An arrow over a stretch of time. Colour and thickness do not change.
 pub struct Arrows {
     entity: EntityPath,
-    t: Vec<f64>,
+    t: Vec<i64>,
     origins: Vec<[f32; 3]>,
     vectors: Vec<[f32; 3]>,
 }
@@ -78,8 +81,8 @@ impl Arrows {
         Ok(Arrows { entity, t: Vec::new(), origins: Vec::new(), vectors: Vec::new() })
     }
 
-    /// Adds an instant.
-    pub fn push(&mut self, t: f64, origin: [f32; 3], vector: [f32; 3]) {
+    /// Adds an instant (ns).
+    pub fn push(&mut self, t: i64, origin: [f32; 3], vector: [f32; 3]) {
         self.t.push(t);
         self.origins.push(origin);
         self.vectors.push(vector);
@@ -102,7 +105,7 @@ impl Arrows {
 /// A curve over a stretch of time.
 pub struct Curve {
     entity: EntityPath,
-    t: Vec<f64>,
+    t: Vec<i64>,
     y: Vec<f64>,
 }
 
@@ -112,8 +115,8 @@ impl Curve {
         Curve { entity, t: Vec::new(), y: Vec::new() }
     }
 
-    /// Adds an instant.
-    pub fn push(&mut self, t: f64, y: f64) {
+    /// Adds an instant (ns).
+    pub fn push(&mut self, t: i64, y: f64) {
         self.t.push(t);
         self.y.push(y);
     }
@@ -131,6 +134,7 @@ impl Curve {
     }
 }
 
-fn time(t: impl Iterator<Item = f64>) -> TimeColumn {
-    TimeColumn::new_duration_secs("sim_time", t)
+/// Times in nanoseconds.
+fn time(t: impl Iterator<Item = i64>) -> TimeColumn {
+    TimeColumn::new_duration_nanos(TIMELINE, t)
 }

@@ -6,6 +6,10 @@
 mod batch;
 #[cfg(feature = "viewer")]
 mod layout;
+#[cfg(feature = "viewer")]
+mod player;
+#[cfg(feature = "viewer")]
+mod read;
 mod scene;
 #[cfg(feature = "viewer")]
 mod shapes;
@@ -16,6 +20,10 @@ mod terrain;
 #[cfg(feature = "viewer")]
 mod viewer;
 
+#[cfg(feature = "viewer")]
+pub use player::{NotShown, Player};
+#[cfg(feature = "viewer")]
+pub use read::{Shown, read_recording};
 pub use scene::{Arrow, Marker, Panel, Scene, Shape};
 #[cfg(feature = "viewer")]
 pub use stream::VizError;

@@ -1,5 +1,5 @@
 //! A tap's consumer that draws rows: into a file, or in a viewer that listens.
-use crate::batch::{Arrows, Curve, Frames, INSTANTS};
+use crate::batch::{Arrows, Curve, Frames, INSTANTS, TIMELINE};
 use crate::layout::{self, plot_path};
 use crate::scene::Scene;
 use crate::shapes::{self, entity, f3, shape_path};
@@ -10,7 +10,7 @@ use linkwork_multibody::{BodyId, NodeId};
 use linkwork_runtime::{Consumer, Group, Program, Seconds, ServiceObject, Surface, TapRow};
 use linkwork_spatial::Pose;
 use linkwork_spatial::Vec3;
-use rerun::{AsComponents, EntityPath, RecordingStream};
+use rerun::{AsComponents, EntityPath, RecordingStream, TimeCell};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -26,16 +26,18 @@ pub struct View {
     /// First the bodies, then the nodes.
     entities: Vec<EntityPath>,
     /// Among the entities.
-    bodies: Vec<String>,
-    nodes: usize,
+    pub(crate) bodies: Vec<String>,
+    pub(crate) nodes: Vec<String>,
     trails: Vec<(usize, EntityPath)>,
     follow: Option<usize>,
     /// Where the eye looks at the start.
     target: Vec3,
+    /// Variables of the columns of a row.
+    pub(crate) columns: Vec<String>,
     /// First column of the six of each arrow.
-    arrows: Vec<usize>,
+    pub(crate) arrows: Vec<usize>,
     /// Entity, label, column, factor.
-    curves: Vec<(EntityPath, String, usize, f64)>,
+    pub(crate) curves: Vec<(EntityPath, String, usize, f64)>,
     terrain: Vec<(EntityPath, Surface)>,
 }
 
@@ -72,10 +74,11 @@ impl View {
             phases: Vec::new(),
             entities: Vec::new(),
             bodies: Vec::new(),
-            nodes: 0,
+            nodes: Vec::new(),
             trails: Vec::new(),
             follow: None,
             target: Vec3::zeros(),
+            columns: Vec::new(),
             arrows: Vec::new(),
             curves: Vec::new(),
             terrain: Vec::new(),
@@ -85,6 +88,7 @@ impl View {
             view.arrows.push(places.len());
             for name in arrow.origin.iter().chain(&arrow.vector) {
                 places.push(plan.variable(name)?.place);
+                view.columns.push(name.clone());
             }
         }
         for panel in &scene.panels {
@@ -93,6 +97,7 @@ impl View {
                     .join(&EntityPath::from_single_string(label.clone()));
                 view.curves.push((path, label.clone(), places.len(), *factor));
                 places.push(plan.variable(name)?.place);
+                view.columns.push(name.clone());
             }
         }
         for (path, object) in plan.services.iter() {
@@ -117,7 +122,6 @@ impl View {
         let nodes: Vec<&String> = self.scene.frames.iter().filter(known).collect();
         self.entities = self.bodies.iter().map(|b| entity(b)).collect();
         self.entities.extend(nodes.iter().map(|n| entity(&format!("{n}/axes"))));
-        self.nodes = nodes.len();
         self.phases = (program.phases.iter())
             .map(|p| {
                 let m = p.plan.mechanism()?;
@@ -129,6 +133,7 @@ impl View {
                 })
             })
             .collect();
+        self.nodes = nodes.into_iter().cloned().collect();
         let place = |name: &String| self.bodies.iter().position(|b| b == name);
         let trail = |b: &String| Some((place(b)?, entity(&format!("trails/{b}"))));
         self.trails = self.scene.trails.iter().filter_map(trail).collect();
@@ -142,6 +147,23 @@ impl View {
             kinematics(&m.tree, &mut ws, &m.q, &m.v);
             self.target = ws.body_pose(&m.tree, body).position;
         }
+    }
+
+    /// The body of each node, among the entities, and X_BN: of nodes that are fixed to one rigid body in all phases.
+    pub(crate) fn nodes_on_bodies(&self) -> Vec<Option<(usize, Pose)>> {
+        let of_phase = |phase: &Phase, k: usize| {
+            let multibody = phase.tree.multibody();
+            let node = multibody.get_node(phase.nodes[k]?);
+            let body = multibody.get(node.body());
+            let place = self.bodies.iter().position(|b| b == body.name());
+            Some(place.filter(|_| body.modes().is_none()).map(|place| (place, node.pose())))
+        };
+        let of_node = |k: usize| {
+            let mut all = self.phases.iter().flatten().filter_map(|p| of_phase(p, k));
+            let first = all.next()?;
+            first.filter(|first| all.all(|other| other == Some(*first)))
+        };
+        (0..self.nodes.len()).map(of_node).collect()
     }
 
     /// Opens an `.rrd` file and writes the blueprint and what does not move.
@@ -214,8 +236,10 @@ pub struct Viewer {
     terrain: Vec<(EntityPath, Tiles)>,
     /// Among the entities.
     follow: Option<usize>,
-    /// What is seldom sent, and its times: it comes after the poses of its stretch of time.
-    seldom: Vec<(f64, EntityPath, Box<dyn AsComponents + Send>)>,
+    /// Nodes whose axes are drawn.
+    pub(crate) node_names: Vec<String>,
+    /// What is seldom sent, and its times (ns): it comes after the poses of its stretch of time.
+    seldom: Vec<(i64, EntityPath, Box<dyn AsComponents + Send>)>,
     /// Instants that are not sent yet, and when the last were.
     waiting: usize,
     sent: Instant,
@@ -239,7 +263,7 @@ impl Viewer {
         for shape in &scene.shapes {
             shapes::send(&rec, shape)?;
         }
-        for path in &view.entities[view.entities.len() - view.nodes..] {
+        for path in &view.entities[view.bodies.len()..] {
             rec.log_static(path.clone(), &rerun::TransformAxes3D::new(0.3))?;
         }
         let frames = Frames::new(&view.entities);
@@ -257,7 +281,7 @@ impl Viewer {
         let mut terrain = Vec::new();
         for (path, surface) in view.terrain {
             let Some(tiles) = Tiles::new(surface) else { continue };
-            rec.set_duration_secs("sim_time", 0.0);
+            rec.set_time(TIMELINE, TimeCell::from_duration_nanos(0));
             for (k, mesh) in tiles.coarse() {
                 rec.log(path.join(&format!("tile{k}").into()), &mesh)?;
             }
@@ -282,6 +306,7 @@ impl Viewer {
             curves,
             terrain,
             follow: view.follow,
+            node_names: view.nodes,
             seldom: Vec::new(),
             waiting: 0,
             sent: now(),
@@ -290,48 +315,71 @@ impl Viewer {
     }
 
     fn gather(&mut self, row: &TapRow) -> Result<(), Wrap> {
+        let t = row.ns.cast_signed();
         if let Some(Some(phase)) = self.phases.get_mut(row.phase as usize) {
             let Phase { tree, ws, bodies, nodes } = phase;
             let (nq, nv) = (tree.nq(), tree.nv());
             let (q, v) = row.values[row.values.len() - nq - nv..].split_at(nq);
             kinematics(tree, ws, q, v);
-            // A body that this phase has not stays where it was seen last.
             let now = bodies.iter().map(|b| b.map(|b| ws.body_pose(tree, b)));
             let now = now.chain(nodes.iter().map(|n| n.map(|n| ws.node_pose(tree, n))));
-            for (pose, now) in self.poses.iter_mut().zip(now) {
-                *pose = now.unwrap_or(*pose);
+            let now: Vec<Option<Pose>> = now.collect();
+            self.poses(t, &now);
+        }
+        for k in 0..self.arrows.len() {
+            let first = self.arrows[k].1;
+            self.arrow(k, t, &row.values[first..first + 6]);
+        }
+        for k in 0..self.curves.len() {
+            let column = self.curves[k].1;
+            self.curve(k, t, row.values[column]);
+        }
+        self.passed()
+    }
+
+    /// Poses of the entities at an instant (ns); one that is not there stays where it was seen last.
+    pub(crate) fn poses(&mut self, t: i64, now: &[Option<Pose>]) {
+        for (pose, now) in self.poses.iter_mut().zip(now) {
+            *pose = now.unwrap_or(*pose);
+        }
+        self.frames.push(t, self.poses.iter().copied());
+        for trail in &mut self.trails {
+            if trail.add(&self.poses[trail.body].position) {
+                let strip = rerun::LineStrips3D::new([trail.points.clone()])
+                    .with_colors([rerun::Color::from_rgb(255, 230, 60)])
+                    .with_radii([0.015]);
+                self.seldom.push((t, trail.path.clone(), Box::new(strip)));
             }
-            self.frames.push(row.t, self.poses.iter().copied());
-            for trail in &mut self.trails {
-                if trail.add(&self.poses[trail.body].position) {
-                    let strip = rerun::LineStrips3D::new([trail.points.clone()])
-                        .with_colors([rerun::Color::from_rgb(255, 230, 60)])
-                        .with_radii([0.015]);
-                    self.seldom.push((row.t, trail.path.clone(), Box::new(strip)));
+        }
+        if let Some(body) = self.follow {
+            let p = self.poses[body].position;
+            for (path, tiles) in &mut self.terrain {
+                for (k, mesh) in tiles.approach(p.x, p.y, 4.0) {
+                    let tile = path.join(&format!("tile{k}").into());
+                    self.seldom.push((t, tile, Box::new(mesh)));
                 }
             }
-            if let Some(body) = self.follow {
-                let p = self.poses[body].position;
-                for (path, tiles) in &mut self.terrain {
-                    for (k, mesh) in tiles.approach(p.x, p.y, 4.0) {
-                        let tile = path.join(&format!("tile{k}").into());
-                        self.seldom.push((row.t, tile, Box::new(mesh)));
-                    }
-                }
-            }
         }
-        for (arrow, first, scale) in &mut self.arrows {
-            let v = &row.values[*first..*first + 6];
-            // In a phase without it there is nothing to point at.
-            if v.iter().any(|v| v.is_nan()) {
-                continue;
-            }
-            let origin = [v[0] as f32, v[1] as f32, v[2] as f32];
-            arrow.push(row.t, origin, [3, 4, 5].map(|k| (v[k] * *scale) as f32));
+    }
+
+    /// An arrow at an instant (ns), from its six numbers. In a phase without it there is nothing to point at.
+    pub(crate) fn arrow(&mut self, k: usize, t: i64, v: &[f64]) {
+        let (arrow, _, scale) = &mut self.arrows[k];
+        if v.iter().any(|v| v.is_nan()) {
+            return;
         }
-        for (curve, column, factor) in &mut self.curves {
-            curve.push(row.t, row.values[*column] * *factor);
-        }
+        let origin = [v[0] as f32, v[1] as f32, v[2] as f32];
+        arrow.push(t, origin, [3, 4, 5].map(|k| (v[k] * *scale) as f32));
+    }
+
+    /// A value of a curve at an instant (ns), in SI.
+    pub(crate) fn curve(&mut self, k: usize, t: i64, value: f64) {
+        let (curve, _, factor) = &mut self.curves[k];
+        curve.push(t, value * *factor);
+    }
+
+    /// An instant is whole: it is sent with others.
+    pub(crate) fn passed(&mut self) -> Result<(), Wrap> {
         self.waiting += 1;
         if self.waiting >= INSTANTS || self.sent.elapsed() >= self.fresh {
             self.send()?;
@@ -349,7 +397,7 @@ impl Viewer {
             curve.send(&self.rec)?;
         }
         for (t, path, what) in self.seldom.drain(..) {
-            self.rec.set_duration_secs("sim_time", t);
+            self.rec.set_time(TIMELINE, TimeCell::from_duration_nanos(t));
             self.rec.log(path, &*what)?;
         }
         (self.waiting, self.sent) = (0, now());
@@ -362,7 +410,7 @@ impl Viewer {
         }
     }
 
-    fn end(&mut self) -> Result<(), Wrap> {
+    pub(crate) fn end(&mut self) -> Result<(), Wrap> {
         let sent = self.send();
         match &self.file {
             Some(file) => sent.and(file.finish()),

@@ -1,4 +1,4 @@
-//! `linkwork diff`: two logs or two checkpoints, with tolerances.
+//! `linkwork diff`: two logs, two checkpoints or two recordings, with tolerances.
 use crate::exit;
 use clap::Args;
 use linkwork_assembly::path_matches;
@@ -35,11 +35,31 @@ fn read(path: &Path) -> Result<Named, String> {
                 })
                 .collect())
         }
+        Some("rrd") => read_recording(path),
         _ => Err(format!(
-            "`{}` is neither a log (.mcap) nor a checkpoint (.lwck)\n  help: give two files of one kind",
+            "`{}` is neither a log (.mcap), a checkpoint (.lwck) nor a recording (.rrd)\n  help: give two files of one kind",
             path.display()
         )),
     }
+}
+
+/// What a recording shows.
+#[cfg(feature = "viewer")]
+fn read_recording(path: &Path) -> Result<Named, String> {
+    let shown = linkwork_viz::read_recording(path).map_err(|e| {
+        format!("{e}\n  help: give a .rrd file that a run or `linkwork view` wrote, whole")
+    })?;
+    let series = |(t, y)| Series { t, y, unit: String::new() };
+    Ok(shown.into_iter().map(|(name, shown)| (name, series(shown))).collect())
+}
+
+/// Without the feature there is nothing to read it with.
+#[cfg(not(feature = "viewer"))]
+fn read_recording(path: &Path) -> Result<Named, String> {
+    Err(format!(
+        "`{}`: this program was built without the viewer\n  help: build it with the feature `viewer`, or compare logs",
+        path.display()
+    ))
 }
 
 /// A log that was cut, or that holds nothing, equals no other.

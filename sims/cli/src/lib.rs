@@ -5,10 +5,12 @@
 #[macro_use]
 pub mod voice;
 
+pub mod attach;
 pub mod campaign;
 pub mod check;
 pub mod diff;
 pub mod export;
+pub mod fork;
 pub mod graph;
 pub mod inspect;
 pub mod load;
@@ -20,6 +22,7 @@ pub mod run;
 pub mod scene;
 pub mod summary;
 mod taps;
+pub mod view;
 pub mod wheel_test;
 
 /// Exit codes.

@@ -34,7 +34,12 @@ pub fn loaded(path: &Path) -> Result<Loaded, u8> {
 
 /// The same from a resolved configuration (of a checkpoint).
 pub fn ready_text(name: &str, text: &str) -> Result<Ready, u8> {
-    library().text(name, text).map_err(|failure| report(&failure))
+    ready_text_set(name, text, &[])
+}
+
+/// The same with `PATH=VALUE` overrides.
+pub fn ready_text_set(name: &str, text: &str, set: &[String]) -> Result<Ready, u8> {
+    library().text_with(name, text, set).map_err(|failure| report(&failure))
 }
 
 /// Prints what is allowed and probably not meant, each once.

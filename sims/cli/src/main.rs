@@ -1,11 +1,14 @@
-//! The command line: linkwork run, resume, campaign, check, list, describe, tree, graph, export, schema, replay, diff,
+//! The command line: linkwork run, resume, fork, attach, campaign, check, list, describe, tree, graph, export, schema, replay, view, diff,
 //! wheel-test.
 use clap::{CommandFactory, Parser, Subcommand};
+use linkwork_cli::attach::{self, AttachCommand};
 use linkwork_cli::campaign::{self, CampaignOptions};
 use linkwork_cli::diff::{self, DiffOptions};
 use linkwork_cli::export::{self, ExportOptions};
+use linkwork_cli::fork::{self, ForkOptions};
 use linkwork_cli::graph::{self, GraphFormat};
 use linkwork_cli::options::RunOptions;
+use linkwork_cli::view::{self, ViewOptions};
 use linkwork_cli::wheel_test::{self, WheelTestOptions};
 use linkwork_cli::{check, exit, inspect, pages, replay, run, voice};
 use std::path::PathBuf;
@@ -24,6 +27,9 @@ const EXAMPLES: &str = "Examples:
   linkwork run sims/pendulum --until 5s --set Friction.damping=0.3
   linkwork run sims/rover_traverse --checkpoint-every 10s
   linkwork resume runs/rover_traverse/checkpoint_10.lwck --until 20s
+  linkwork fork runs/pendulum/checkpoint_2.lwck --set Friction.damping=0.3 --until 5s     from there on with a change
+  linkwork run sims/pendulum --serve --realtime          and in another terminal:
+  linkwork attach runs/pendulum watch '**.angle'        what it does; set, pause, step, go, checkpoint, quit
   linkwork campaign sims/ballistic_entry/dispersions.ron     many runs with drawn values, tables and a report
   linkwork campaign sims/ballistic_entry/dispersions.ron --run 17 --log     one of them again
   linkwork check sims/rover_traverse                    every mistake, with line and column
@@ -34,6 +40,7 @@ const EXAMPLES: &str = "Examples:
   linkwork export sims/pendulum --fmu pendulum.fmu      as a unit of FMI 3.0
   linkwork schema > linkwork.schema.json                the file format, for editors and programs
   linkwork replay runs/rover/run.mcap --verify         simulate again and compare every number
+  linkwork view runs/rover/run.mcap --out rover.rrd     a recording from a log, for Rerun
   linkwork diff a/run.mcap b/run.mcap --rel 1e-9        compare logs or checkpoints
   linkwork wheel-test --soil mars_drift --load 560       pull, torque and sinkage of a wheel on a soil";
 
@@ -58,6 +65,22 @@ enum Command {
         checkpoint: PathBuf,
         #[command(flatten)]
         options: RunOptions,
+    },
+    /// Go on from a checkpoint with other parameters, or as another simulation: states go over by path.
+    Fork {
+        /// A .lwck file.
+        checkpoint: PathBuf,
+        #[command(flatten)]
+        fork: ForkOptions,
+        #[command(flatten)]
+        options: RunOptions,
+    },
+    /// Watch and steer a run that was started with --serve.
+    Attach {
+        /// The folder of the run.
+        run: PathBuf,
+        #[command(subcommand)]
+        command: AttachCommand,
     },
     /// Many runs of one simulation with values drawn from distributions. Given again, it goes on where it stopped.
     Campaign {
@@ -130,7 +153,14 @@ enum Command {
         #[arg(long, required = true)]
         verify: bool,
     },
-    /// Compare two logs (.mcap) or two checkpoints (.lwck). Exit code 1 when they differ.
+    /// Make a Rerun recording from a log, without simulating.
+    View {
+        /// A .mcap file that a run wrote; it holds the whole configuration.
+        log: PathBuf,
+        #[command(flatten)]
+        options: ViewOptions,
+    },
+    /// Compare two logs (.mcap), checkpoints (.lwck) or recordings (.rrd). Exit code 1 when they differ.
     Diff {
         /// The first.
         a: PathBuf,
@@ -168,6 +198,8 @@ fn main() -> ExitCode {
     let code = match cli.command {
         Command::Run { sim, options, set, seed } => run::run(&sim, &options, &set, seed),
         Command::Resume { checkpoint, options } => run::resume(&checkpoint, &options),
+        Command::Fork { checkpoint, fork, options } => fork::fork(&checkpoint, &fork, &options),
+        Command::Attach { run, command } => attach::attach(&run, command),
         Command::Campaign { file, options } => campaign::campaign(&file, &options),
         Command::Check { sim, set } => check::check(&sim, &set),
         Command::List { sim, pattern } => inspect::list(sim.as_deref(), pattern.as_deref()),
@@ -179,6 +211,7 @@ fn main() -> ExitCode {
         Command::Man { folder } => pages::man(&folder, Cli::command()),
         Command::Schema => inspect::schema(),
         Command::Replay { log, .. } => replay::verify(&log),
+        Command::View { log, options } => view::view(&log, &options),
         Command::Diff { a, b, options } => diff::diff(&a, &b, &options),
         Command::WheelTest(options) => wheel_test::wheel_test(&options),
     };

@@ -28,6 +28,10 @@ pub struct RunOptions {
     /// Write no MCAP log.
     #[arg(long)]
     pub no_log: bool,
+    /// Let `linkwork attach` and Python watch and steer the run through a socket: at 127.0.0.1, any free port, unless
+    /// an address is given. Its address and token are in live.json in the folder of the run.
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:0")]
+    pub serve: Option<String>,
     /// Do not run faster than real time.
     #[arg(long)]
     pub realtime: bool,

@@ -3,9 +3,11 @@ use crate::voice::report;
 use crate::{exit, load};
 use linkwork_assembly::Failure;
 use linkwork_record::{End, Log, LogContents, LogSpec, Series, read_log, read_log_contents};
-use linkwork_runtime::{Program, Simulation, Tap};
+use linkwork_runtime::{Checkpoint, Program, SetRow, Simulation, Tap};
 use std::collections::BTreeMap;
+use std::iter::Peekable;
 use std::path::Path;
+use std::slice::Iter;
 use std::sync::Arc;
 
 /// The first number that is not as logged.
@@ -32,10 +34,19 @@ pub struct Compared {
     pub until: f64,
 }
 
-/// Simulates from the start as far as `logged` goes, with a log of its own in `file`, and compares the two, bit
+/// Sets what was set from outside at the present tick, before its rows.
+fn set(sim: &mut Simulation, sets: &mut Peekable<Iter<'_, SetRow>>) -> Result<(), String> {
+    while let Some(set) = sets.next_if(|set| set.tick <= sim.state().tick) {
+        sim.set(&set.path, set.value).map_err(|e| format!("what was set: {e}"))?;
+    }
+    Ok(())
+}
+
+/// Simulates from the start, or from the checkpoint that the log carries, as far as `logged` goes, with a log of its own in `file`, and compares the two, bit
 /// for bit.
 fn compare(
     program: &Arc<Program>,
+    (start, sets): (Option<&Checkpoint>, &[SetRow]),
     spec: &LogSpec,
     logged: &BTreeMap<String, Series>,
     file: &Path,
@@ -43,12 +54,18 @@ fn compare(
     let last = logged.values().filter_map(|s| s.t.last()).copied().fold(0.0, f64::max);
     let (log, groups) = Log::create(file, program, spec).map_err(|e| e.to_string())?;
     let mut sim = Simulation::of(program.clone());
+    if let Some(start) = start {
+        sim.restore(start).map_err(|e| e.to_string())?;
+    }
     let tap = Tap::start(&sim, groups, 64, Box::new(log));
     let mut tap = tap.map_err(|e| e.to_string())?;
+    let mut sets = sets.iter().peekable();
+    set(&mut sim, &mut sets)?;
     tap.sample(&sim)?;
     // Times in logs are rounded to nanoseconds.
     while sim.time() < last - 1e-9 {
         sim.step().map_err(|e| format!("the run fails where the log goes on: {e}"))?;
+        set(&mut sim, &mut sets)?;
         tap.sample(&sim)?;
     }
     tap.finish()?;
@@ -95,7 +112,7 @@ pub fn verify(file: &Path) -> u8 {
         }
     };
     let name = file.display();
-    let LogContents { series, configuration, about, end } = log;
+    let LogContents { series, configuration, about, start, sets, end } = log;
     let missing = match (configuration.is_empty(), series.is_empty()) {
         (true, _) => Some("carries no configuration"),
         (_, true) => Some("holds no numbers"),
@@ -105,6 +122,15 @@ pub fn verify(file: &Path) -> u8 {
         tell!("error: log `{name}` {what}\n  help: give a .mcap file that `linkwork run` wrote");
         return exit::INPUT;
     }
+    let start = match start.as_deref().map(Checkpoint::from_bytes).transpose() {
+        Ok(start) => start,
+        Err(e) => {
+            tell!(
+                "error: log `{name}`: the checkpoint that it begins from: {e}\n  help: make the log again"
+            );
+            return exit::INPUT;
+        }
+    };
     let ready = match load::ready_text("configuration.ron", &configuration) {
         Ok(ready) => ready,
         Err(code) => return code,
@@ -127,7 +153,7 @@ pub fn verify(file: &Path) -> u8 {
     let base = ready.plan().base;
     let program = Arc::new(ready.program);
     let own = std::env::temp_dir().join(format!("linkwork-replay-{}.mcap", std::process::id()));
-    let outcome = compare(&program, &spec, &series, &own);
+    let outcome = compare(&program, (start.as_ref(), &sets), &spec, &series, &own);
     let _ = std::fs::remove_file(&own);
     match outcome {
         Ok(Ok(Compared { numbers, until })) => {

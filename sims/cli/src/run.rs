@@ -1,4 +1,5 @@
 //! `linkwork run` and `resume`: a run with its files, progress on the terminal, an orderly end.
+use crate::fork::Fork;
 use crate::load::{self, Ready};
 use crate::options::{RunOptions, period, time};
 use crate::picture::Picture;
@@ -7,6 +8,7 @@ use crate::voice::report;
 use crate::{exit, scene, taps};
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_assembly::Failure;
+use linkwork_live::{Live, Server, Ticket};
 use linkwork_record::LogSpec;
 use linkwork_runner::{
     Ended, Figures, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, time_name,
@@ -52,14 +54,14 @@ fn title(ready: &Ready) -> String {
 pub fn run(sim: &Path, options: &RunOptions, set: &[String], seed: Option<u64>) -> u8 {
     let name = title_of(sim);
     match load::ready(sim, set, seed) {
-        Ok(ready) => start(ready, &name, options, Source { file: sim, checkpoint: None }),
+        Ok(ready) => start(ready, &name, options, Source { file: sim, begin: Begin::New }),
         Err(code) => code,
     }
 }
 
 /// A run of what is loaded already, from the file `sim`.
 pub fn run_ready(ready: Ready, sim: &Path, name: &str, options: &RunOptions) -> u8 {
-    start(ready, name, options, Source { file: sim, checkpoint: None })
+    start(ready, name, options, Source { file: sim, begin: Begin::New })
 }
 
 fn title_of(sim: &Path) -> String {
@@ -72,27 +74,56 @@ fn title_of(sim: &Path) -> String {
 
 /// `linkwork resume`.
 pub fn resume(file: &Path, options: &RunOptions) -> u8 {
-    let checkpoint = match Checkpoint::read(file) {
-        Ok(c) => c,
-        Err(e) => {
-            tell!("error: {e}\n  help: give a .lwck file that `linkwork run` wrote, whole");
-            return exit::INPUT;
-        }
+    let (checkpoint, name) = match read(file) {
+        Ok(read) => read,
+        Err(code) => return code,
     };
+    match load::ready_text(&format!("{name}.ron"), &checkpoint.configuration) {
+        Ok(ready) => {
+            start(ready, &name, options, Source { file, begin: Begin::Resumed(&checkpoint) })
+        }
+        Err(code) => code,
+    }
+}
+
+/// A checkpoint, and the name of its simulation.
+pub(crate) fn read(file: &Path) -> Result<(Checkpoint, String), u8> {
+    let checkpoint = Checkpoint::read(file).map_err(|e| {
+        tell!("error: {e}\n  help: give a .lwck file that `linkwork run` wrote, whole");
+        exit::INPUT
+    })?;
     let name = checkpoint
         .extra
         .get("name")
         .map_or_else(|| "resumed".to_string(), |n| String::from_utf8_lossy(n).into_owned());
-    match load::ready_text(&format!("{name}.ron"), &checkpoint.configuration) {
-        Ok(ready) => start(ready, &name, options, Source { file, checkpoint: Some(&checkpoint) }),
-        Err(code) => code,
-    }
+    Ok((checkpoint, name))
+}
+
+/// A run of `ready` from where `fork` stands, which was made from the checkpoint `file`.
+pub(crate) fn run_fork(
+    ready: Ready,
+    name: &str,
+    options: &RunOptions,
+    file: &Path,
+    fork: Fork,
+) -> u8 {
+    start(ready, name, options, Source { file, begin: Begin::Forked(fork) })
 }
 
 /// What a run is made from.
 struct Source<'a> {
     file: &'a Path,
-    checkpoint: Option<&'a Checkpoint>,
+    begin: Begin<'a>,
+}
+
+/// Where a run begins.
+enum Begin<'a> {
+    /// At the start of its configuration.
+    New,
+    /// Where an earlier run of this configuration stood.
+    Resumed(&'a Checkpoint),
+    /// Where a run of another configuration stood.
+    Forked(Fork),
 }
 
 /// Figures and picture, taken at every tick.
@@ -124,16 +155,48 @@ struct Run {
     problems: Vec<String>,
     dropped: u64,
     bar: ProgressBar,
+    /// The socket, and the file that names it.
+    live: Option<(Live, Ticketed)>,
+}
+
+/// live.json, as long as there is somebody at its address.
+struct Ticketed(PathBuf);
+
+impl Drop for Ticketed {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// Opens the socket, and says where.
+fn serve(address: &str, name: &str, out: &Path) -> Result<(Live, Ticketed), u8> {
+    let server = Server::start(address, name).map_err(|e| {
+        tell!("error: {e}");
+        exit::INPUT
+    })?;
+    let at = server.address();
+    let path = out.join(Ticket::FILE);
+    let token = server.token().to_string();
+    let ticket = Ticket { version: linkwork_live::VERSION, address: at.to_string(), token };
+    ticket.write(&path).map_err(|e| fail(format!("`{}`: {e}", path.display())))?;
+    tell!("note: the run listens at {at}: linkwork attach {}", out.display());
+    if !at.ip().is_loopback() {
+        tell!(
+            "warning: {at} is open to other machines, and nothing on it is encrypted\n  help: use 127.0.0.1 and a \
+             tunnel"
+        );
+    }
+    Ok((Live::new(server), Ticketed(path)))
 }
 
 fn start(ready: Ready, name: &str, options: &RunOptions, source: Source<'_>) -> u8 {
-    match open(ready, name, options, &source) {
+    match open(ready, name, options, source) {
         Ok(mut run) => run.go(options.quiet),
         Err(code) => code,
     }
 }
 
-fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> Result<Run, u8> {
+fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) -> Result<Run, u8> {
     let Looked { scene: (scene, scene_period), prepared } = prepare(&ready)?;
     load::warn(&ready);
     let until = match &options.until {
@@ -151,10 +214,25 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
     let configuration = ready.loaded.resolved;
     let mut sim = Simulation::of(Arc::new(ready.program));
     let mut figures = prepared.figures;
-    if let Some(c) = source.checkpoint {
-        restore(&mut sim, &mut figures, c, until)?;
+    let mut begins = None;
+    match &mut source.begin {
+        Begin::New => {}
+        Begin::Resumed(c) => {
+            not_past(c.time, until)?;
+            restore(&mut sim, &mut figures, c)?;
+            // What was set in the run before is in the checkpoint and not in this log.
+            begins = Some(c.to_bytes().map_err(fail)?);
+        }
+        Begin::Forked(fork) => {
+            not_past(fork.time(), until)?;
+            sim = fork.take_over(sim.program().clone())?;
+            if !options.no_log {
+                let start = sim.checkpoint(&configuration).map_err(|e| e.to_string());
+                begins = Some(start.and_then(|c| c.to_bytes()).map_err(fail)?);
+            }
+        }
     }
-    let out = folder_of(name, options, source);
+    let out = folder_of(name, options, &source);
     let log = out.join("run.mcap");
     let products = ["summary.json", "plots.svg"].map(|f| out.join(f));
     let others = [&products[..], &[log.clone(), load::sim_file(source.file)]].concat();
@@ -174,6 +252,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
             transforms: Some(scene_period),
             configuration,
             about: [("simulation".to_string(), name.to_string())].into(),
+            start: begins,
         };
         taps::log(&mut runner, &log, &spec).map_err(fail)?;
         files.push(log);
@@ -190,6 +269,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
     if options.realtime {
         runner.pace();
     }
+    let live = options.serve.as_deref().map(|address| serve(address, name, &out)).transpose()?;
     Ok(Run {
         runner,
         goal: Goal { until, steps: None, stop_when: prepared.stop_when },
@@ -199,6 +279,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, source: &Source<'_>) -> 
         problems: Vec::new(),
         dropped: 0,
         bar: bar(until, options.quiet),
+        live,
     })
 }
 
@@ -216,22 +297,9 @@ fn claim(out: &Path, sim: &Simulation, configuration: &str) -> Result<Folder, u8
     Ok(folder)
 }
 
-fn restore(
-    sim: &mut Simulation,
-    figures: &mut Figures,
-    c: &Checkpoint,
-    until: Option<Seconds>,
-) -> Result<(), u8> {
+fn restore(sim: &mut Simulation, figures: &mut Figures, c: &Checkpoint) -> Result<(), u8> {
     if let Err(e) = sim.restore(c) {
         tell!("error: {e}");
-        return Err(exit::INPUT);
-    }
-    if let Some(u) = until.filter(|u| u.seconds() < c.time) {
-        tell!(
-            "error: the checkpoint is at {} s, which is past the end at {} s\n  help: give a later --until",
-            c.time,
-            u.seconds()
-        );
         return Err(exit::INPUT);
     }
     if let Some(saved) = c.extra.get("figures") {
@@ -240,11 +308,22 @@ fn restore(
     Ok(())
 }
 
-/// A resumed run has a folder of its own: the log of what came before is kept.
+fn not_past(time: f64, until: Option<Seconds>) -> Result<(), u8> {
+    let Some(u) = until.filter(|u| u.seconds() < time) else { return Ok(()) };
+    tell!(
+        "error: the checkpoint is at {time} s, which is past the end at {} s\n  help: give a later --until",
+        u.seconds()
+    );
+    Err(exit::INPUT)
+}
+
+/// A resumed or forked run has a folder of its own: the log of what came before is kept.
 fn folder_of(name: &str, options: &RunOptions, source: &Source<'_>) -> PathBuf {
-    let own = source
-        .checkpoint
-        .map_or(name.to_string(), |c| format!("{name}_from_{}", time_name(c.time)));
+    let own = match &source.begin {
+        Begin::New => name.to_string(),
+        Begin::Resumed(c) => format!("{name}_from_{}", time_name(c.time)),
+        Begin::Forked(fork) => format!("{name}_fork_{}", time_name(fork.time())),
+    };
     options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(own))
 }
 
@@ -336,17 +415,29 @@ impl Run {
         let begin = self.runner.sim().time();
         let (mut chunk, mut last) = (1, clock);
         let ended = loop {
-            match self.runner.go(&mut self.goal, chunk) {
+            let mut steps = chunk;
+            let mut brisk = false;
+            if let Some((live, _)) = &mut self.live {
+                let stood;
+                (steps, stood) = live.attend(&mut self.runner, chunk);
+                brisk = live.is_attended();
+                if stood {
+                    self.runner.pace_again();
+                }
+                last = Instant::now();
+            }
+            match self.runner.go(&mut self.goal, steps) {
                 Pause::Ended(ended) => break ended,
                 Pause::Calls(_) | Pause::Chunk => {}
             }
-            // As many steps as take some hundredths of a second.
+            // As many steps as take some hundredths of a second, or thousandths when somebody waits.
             let now = Instant::now();
             let took = now - last;
             last = now;
-            if took < Duration::from_millis(20) {
+            let [short, long] = if brisk { [2, 5] } else { [20, 80] }.map(Duration::from_millis);
+            if took < short && steps == chunk {
                 chunk = (2 * chunk).min(1 << 20);
-            } else if took > Duration::from_millis(80) {
+            } else if took > long {
                 chunk = (chunk / 2).max(1);
             }
             let failed = self.runner.ended_taps();
@@ -360,6 +451,10 @@ impl Run {
                 self.bar.set_message(format!("t = {t:.1} s, {factor:.0} × real time"));
             }
         };
+        let time = self.runner.sim().time();
+        if let Some((mut live, _)) = self.live.take() {
+            live.finish(time);
+        }
         (ended, clock.elapsed().as_secs_f64(), self.runner.sim().time() - begin)
     }
 

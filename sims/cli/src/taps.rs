@@ -55,7 +55,7 @@ pub fn recording(
     Ok(Some(path))
 }
 
-fn without_viewer(option: &str) -> u8 {
+pub fn without_viewer(option: &str) -> u8 {
     tell!(
         "error: {option}: this program was built without the viewer\n  help: build it with the feature `viewer` (it \
          is on by default), or look at the log"
@@ -64,7 +64,7 @@ fn without_viewer(option: &str) -> u8 {
 }
 
 /// Whether two paths name one file, which may not exist yet.
-fn same(a: &Path, b: &Path) -> bool {
+pub fn same(a: &Path, b: &Path) -> bool {
     let (a, b) = (whole(a), whole(b));
     a == b || one_inode(&a, &b)
 }

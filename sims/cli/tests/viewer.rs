@@ -107,3 +107,103 @@ fn a_recording_that_cannot_be_written_is_told() {
     assert!(summary["problems"][0].as_str().unwrap().contains("run.rrd"), "{summary}");
     read_log_contents(&lab.path("out/run.mcap")).unwrap();
 }
+
+/// The log at the rate of the view; a trail, and axes on the bob.
+fn viewed() -> String {
+    edited(&[
+        ("mass: \"1 kg\"", "nodes: { \"eye\": (position: [0, 0.2, -1]) }, mass: \"1 kg\""),
+        ("rate: \"100 Hz\"", "rate: \"20 Hz\""),
+        ("rate: \"20 Hz\"),", "rate: \"20 Hz\", trails: [\"bob\"], frames: [\"bob/eye\"]),"),
+    ])
+}
+
+#[test]
+fn a_recording_from_a_log_shows_row_for_row_what_that_of_the_run_does() {
+    let lab = Lab::new();
+    lab.write("sim.ron", &viewed());
+    lab.linkwork(&["run", "sim.ron", "--out", "out"]).code(0);
+    let said = lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"]).code(0);
+    assert!(said.out.contains("21 instants") && said.err.is_empty(), "{}{}", said.out, said.err);
+    // Axes follow from the pose of their body here, from the coordinates there.
+    let args = ["diff", "out/run.rrd", "view.rrd", "--tol", "tf#/bob/eye/axes**=1e-7"];
+    let said = lab.linkwork(&args).code(0);
+    assert!(said.out.starts_with("equal: "), "{}", said.out);
+    let shown = linkwork_viz::read_recording(&lab.path("view.rrd")).unwrap();
+    for name in [
+        "tf#/bob Transform3D:quaternion[1]",
+        "tf#/bob/eye/axes Transform3D:translation[0]",
+        "/plots/Angle__deg/angle Scalars:scalars[0]",
+    ] {
+        let (t, y) = shown.get(name).unwrap_or_else(|| panic!("{name}: {:#?}", shown.keys()));
+        assert!(t.len() == 21 && y[0] != y[20], "{name}: {t:?} {y:?}");
+    }
+    // Another run's differs, and the difference is named.
+    lab.linkwork(&["run", "sim.ron", "--out", "b", "--set", "Friction.damping=0.2"]).code(0);
+    let said = lab.linkwork(&["diff", "out/run.rrd", "b/run.rrd"]).code(1);
+    assert!(said.out.contains("tf#/bob Transform3D:"), "{}", said.out);
+}
+
+#[test]
+fn a_recording_from_a_log_has_arrows() {
+    let lab = Lab::new();
+    lab.linkwork(&["run", &common::sim("wheel_rig"), "--out", "out", "--until", "2s"]).code(0);
+    lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"]).code(0);
+    let said = lab.linkwork(&["diff", "out/run.rrd", "view.rrd"]).code(0);
+    assert!(said.out.starts_with("equal: "), "{}", said.out);
+    let shown = linkwork_viz::read_recording(&lab.path("view.rrd")).unwrap();
+    let arrow = shown.iter().find(|(name, _)| name.ends_with("Arrows3D:vectors[2]"));
+    assert!(arrow.is_some_and(|(_, (t, _))| t.len() == 41), "{:#?}", shown.keys());
+}
+
+#[test]
+fn a_recording_from_a_log_goes_through_phases_and_from_a_cut_log_as_far_as_that_goes() {
+    let lab = Lab::new();
+    // A checkpoint ends a part of the log.
+    let staging = common::sim("staging");
+    let args = ["run", &staging, "--out", "out", "--until", "12s", "--checkpoint-every", "2s"];
+    lab.linkwork(&args).code(0);
+    lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"]).code(0);
+    // Curves have the rows of the log, poses those of the view.
+    let said = lab.linkwork(&["diff", "out/run.rrd", "view.rrd", "--common"]).code(0);
+    assert!(said.out.starts_with("equal: "), "{}", said.out);
+    let log = std::fs::read(lab.path("out/run.mcap")).unwrap();
+    std::fs::write(lab.path("cut.mcap"), &log[..log.len() * 2 / 3]).unwrap();
+    let said = lab.linkwork(&["view", "cut.mcap"]).code(0);
+    assert!(said.out.contains("has no end"), "{}", said.out);
+    let whole = linkwork_viz::read_recording(&lab.path("view.rrd")).unwrap();
+    let cut = linkwork_viz::read_recording(&lab.path("cut.rrd")).unwrap();
+    let name = "tf#/booster Transform3D:translation[0]";
+    let n = cut[name].0.len();
+    assert!(n > 10 && n < whole[name].0.len());
+    assert_eq!(cut[name].1[..], whole[name].1[..n]);
+}
+
+#[test]
+fn what_a_view_cannot_show_is_said_and_what_is_there_is_not_overwritten() {
+    let lab = Lab::new();
+    lab.write("sim.ron", &edited(&[("channels: [\"**\"]", "channels: [\"Lag.**\"]")]));
+    lab.linkwork(&["run", "sim.ron", "--out", "out"]).code(0);
+    let before = std::fs::read(lab.path("out/run.rrd")).unwrap();
+    let refused = |args: &[&str], tells: &[&str]| {
+        lab.linkwork(&[&["view"], args].concat()).code(2).tells(tells);
+    };
+    refused(&["out/run.mcap"], &["`out/run.rrd` is there already", "--out"]);
+    refused(&["out/run.mcap", "--out", "out/../out/run.mcap"], &["is the log itself", "help: "]);
+    assert_eq!(std::fs::read(lab.path("out/run.rrd")).unwrap(), before);
+    lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"])
+        .code(0)
+        .tells(&["no rows of them: bob.angle", "help: "]);
+    refused(&["none.mcap"], &["none.mcap", "help: "]);
+    lab.write("no.mcap", "nothing");
+    refused(&["no.mcap"], &["no.mcap", "help: "]);
+    // One flipped bit: no recording that looks whole.
+    let mut log = std::fs::read(lab.path("out/run.mcap")).unwrap();
+    let middle = log.len() * 2 / 3;
+    log[middle] ^= 4;
+    std::fs::write(lab.path("flipped.mcap"), &log).unwrap();
+    refused(&["flipped.mcap"], &["is damaged at byte"]);
+    assert!(!lab.path("flipped.rrd").exists());
+    lab.linkwork(&["view", "out/run.mcap", "--out", "no/such/folder.rrd"])
+        .code(1)
+        .tells(&["no/such/folder.rrd", "help: "]);
+}

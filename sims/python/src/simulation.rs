@@ -402,6 +402,7 @@ impl Simulation {
             transforms: Some(Seconds { num: 1, den: 20 }),
             configuration: self.configuration.clone(),
             about: [("program".to_string(), "the Python package".to_string())].into(),
+            start: None,
         };
         let open = |r: &mut Running| {
             if r.runner().has_tap(RECORDING) {

@@ -68,7 +68,7 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 19] = [
+const FLOORS: [(&str, u32); 20] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
@@ -85,6 +85,7 @@ const FLOORS: [(&str, u32); 19] = [
     ("framework/viz", 60),
     ("framework/runner", 63),
     ("framework/campaign", 64),
+    ("framework/live", 64),
     ("framework/fmi", 64),
     ("framework", 65),
     ("assemblies", 80),

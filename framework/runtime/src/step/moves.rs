@@ -67,9 +67,31 @@ impl Simulation {
     /// # Errors
     /// A part that cannot go over; the run is then as it was.
     pub fn move_to(&mut self, plan: Arc<Plan>) -> Result<MoveReport, RunError> {
-        let program = Arc::new(Program::single(plan.clone()));
+        self.go_over_to(Arc::new(Program::single(plan)), 0)
+    }
+
+    /// Moves the run to the phase of its own name in another program, at this instant.
+    ///
+    /// # Errors
+    /// No phase of that name; a part that cannot go over; the run is then as it was.
+    pub fn move_to_program(&mut self, program: Arc<Program>) -> Result<MoveReport, RunError> {
+        let name = self.phase();
+        let Some(phase) = program.phases.iter().position(|p| p.name == name) else {
+            let known: Vec<&str> = program.phases.iter().map(|p| p.name.as_str()).collect();
+            return Err(RunError {
+                time: self.time(),
+                path: name.to_string(),
+                message: format!("it is in phase `{name}`, which the other simulation has not"),
+                help: Some(format!("the other has {}", known.join(", "))),
+            });
+        };
+        self.go_over_to(program, phase as u32)
+    }
+
+    fn go_over_to(&mut self, program: Arc<Program>, phase: u32) -> Result<MoveReport, RunError> {
+        let plan = program.phases[phase as usize].plan.clone();
         let route = Route::new(&self.plan, &plan);
-        let report = self.go_over(&plan, 0, &route).map_err(|stopped| self.stopped(stopped))?;
+        let report = self.go_over(&plan, phase, &route).map_err(|stopped| self.stopped(stopped))?;
         self.program = program;
         Ok(report)
     }

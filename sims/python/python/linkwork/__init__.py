@@ -37,8 +37,10 @@ from ._linkwork import (
     load,
     read_log,
 )
+from .live import Attached, attach
 
 __all__ = [
+    "Attached",
     "Builder",
     "ConstrainedMotion",
     "Constraint",
@@ -61,6 +63,7 @@ __all__ = [
     "Target",
     "Variable",
     "__version__",
+    "attach",
     "load",
     "read_log",
 ]

@@ -1,0 +1,301 @@
+//! What is done for clients between two ticks of the run.
+//!
+//! ```text
+//! step → requests, client by client in the order of their arrival → rows of the tick → step
+//! ```
+//! Requests of one client are done in their order. What a set changes is therefore in the rows of
+//! its tick; it stands in the log before them, so that a replay does the same.
+use crate::protocol::{Amount, Ask, Reply, Request, Said};
+use crate::server::{Guest, Server};
+use linkwork_assembly::{Text, match_patterns};
+use linkwork_runner::{Runner, Watch, time_name};
+use linkwork_runtime::{Origin, Place, Unit, Variable, split_quantity};
+use std::time::{Duration, Instant};
+
+/// Requests of one client between two ticks, at most.
+const AT_ONCE: usize = 16;
+/// Between two looks while the run stands still.
+const NAP: Duration = Duration::from_millis(2);
+/// Rows in a second that a watch may ask for.
+const FASTEST: f64 = 1000.0;
+/// Steps that may be asked for at once.
+const MOST_STEPS: u64 = 1_000_000_000;
+
+/// A served run: its clients, and whether it stands still.
+pub struct Live {
+    server: Server,
+    clients: Vec<Client>,
+    paused: bool,
+    /// Steps until it stands still again.
+    steps: u64,
+}
+
+struct Client {
+    guest: Guest,
+    watch: Option<Rows>,
+    /// A request for steps that is not answered yet.
+    stepping: Option<u64>,
+    gone: bool,
+}
+
+/// Rows that a client watches.
+struct Rows {
+    id: u64,
+    places: Vec<Place>,
+    period: Duration,
+    next: Instant,
+    lost: u64,
+}
+
+/// What is to be done about a request that is refused.
+struct No {
+    message: String,
+    help: String,
+}
+
+fn no<T>(message: impl Into<String>, help: impl Into<String>) -> Result<T, No> {
+    Err(No { message: message.into(), help: help.into() })
+}
+
+/// The wall clock: when rows are sent to clients, never what they say.
+#[allow(clippy::disallowed_methods)]
+fn now() -> Instant {
+    Instant::now()
+}
+
+impl Live {
+    /// Serves a run from now on.
+    pub fn new(server: Server) -> Live {
+        Live { server, clients: Vec::new(), paused: false, steps: 0 }
+    }
+
+    /// The socket.
+    pub fn server(&self) -> &Server {
+        &self.server
+    }
+
+    /// Whether anybody may want something soon: the run is then attended often.
+    pub fn is_attended(&self) -> bool {
+        !self.clients.is_empty()
+    }
+
+    /// Does what clients ask, at the present tick, before its rows are taken. Waits while the run stands still.
+    /// Gives the steps to take now, `most` at most (none: the run is to stop), and whether it stood still before.
+    pub fn attend<W: Watch>(&mut self, runner: &mut Runner<W>, most: u64) -> (u64, bool) {
+        let stop = runner.stop();
+        let mut stood = false;
+        loop {
+            while let Ok(guest) = self.server.fresh.try_recv() {
+                self.clients.push(Client { guest, watch: None, stepping: None, gone: false });
+            }
+            if self.steps == 0 {
+                self.answer_steps(runner.sim().time());
+            }
+            for k in 0..self.clients.len() {
+                self.requests(k, runner);
+            }
+            self.rows(runner);
+            self.clients.retain(|c| !c.gone);
+            if stop.is_set() {
+                return (most.min(1), stood);
+            }
+            if !self.paused {
+                return (most, stood);
+            }
+            if self.steps > 0 {
+                let n = self.steps.min(most);
+                self.steps -= n;
+                return (n, stood);
+            }
+            stood = true;
+            std::thread::sleep(NAP);
+        }
+    }
+
+    fn answer_steps(&mut self, time: f64) {
+        for client in &mut self.clients {
+            if let Some(id) = client.stepping.take() {
+                client.answer(id, Said::Done { time });
+            }
+        }
+    }
+
+    /// The run is at its end: who waits is told.
+    pub fn finish(&mut self, time: f64) {
+        for client in &mut self.clients {
+            if let Some(id) = client.stepping.take() {
+                let message = format!("the run has ended at {time} s");
+                let help = "its folder holds what it wrote".into();
+                client.answer(id, Said::Refused { message, help });
+            }
+        }
+    }
+
+    fn requests<W: Watch>(&mut self, k: usize, runner: &mut Runner<W>) {
+        for _ in 0..AT_ONCE {
+            let client = &mut self.clients[k];
+            if client.gone || client.stepping.is_some() {
+                return;
+            }
+            match client.guest.next() {
+                Ok(Some(request)) => self.request(k, request, runner),
+                Ok(None) => return,
+                Err(()) => {
+                    self.clients[k].gone = true;
+                    return;
+                }
+            }
+        }
+    }
+
+    fn request<W: Watch>(&mut self, k: usize, request: Request, runner: &mut Runner<W>) {
+        let Request { id, ask } = request;
+        let time = runner.sim().time();
+        let said = match ask {
+            Ask::Pause => {
+                (self.paused, self.steps) = (true, 0);
+                Ok(Said::Done { time })
+            }
+            Ask::Go => {
+                (self.paused, self.steps) = (false, 0);
+                Ok(Said::Done { time })
+            }
+            Ask::Step { steps } if steps <= MOST_STEPS => {
+                (self.paused, self.steps) = (true, steps);
+                self.clients[k].stepping = Some(id);
+                return;
+            }
+            Ask::Step { steps } => {
+                no(format!("{steps} steps are too many"), format!("ask for at most {MOST_STEPS}"))
+            }
+            Ask::Quit => {
+                runner.stop().set();
+                Ok(Said::Done { time })
+            }
+            Ask::Watch { paths, rate } => self.watch(k, id, &paths, rate, runner),
+            ask => answer(ask, runner),
+        };
+        let said = said.unwrap_or_else(|No { message, help }| Said::Refused { message, help });
+        self.clients[k].answer(id, said);
+    }
+
+    fn watch<W: Watch>(
+        &mut self,
+        k: usize,
+        id: u64,
+        paths: &[String],
+        rate: f64,
+        runner: &Runner<W>,
+    ) -> Result<Said, No> {
+        if !(rate > 0.0 && rate <= FASTEST) {
+            return no(format!("a rate of {rate} Hz"), format!("give one up to {FASTEST} Hz"));
+        }
+        let places = places(paths, runner)?;
+        let rows =
+            Rows { id, places, period: Duration::from_secs_f64(1.0 / rate), next: now(), lost: 0 };
+        self.clients[k].watch = (!rows.places.is_empty()).then_some(rows);
+        Ok(Said::Done { time: runner.sim().time() })
+    }
+
+    /// Rows that are due, as of the present tick.
+    fn rows<W: Watch>(&mut self, runner: &Runner<W>) {
+        if self.clients.iter().all(|c| c.watch.is_none()) {
+            return;
+        }
+        let at = now();
+        for client in &mut self.clients {
+            let Some(rows) = client.watch.as_mut().filter(|rows| at >= rows.next) else { continue };
+            // Of rows that were missed none is made up.
+            rows.next = (rows.next + rows.period).max(at);
+            let sent = client
+                .guest
+                .send(&Reply { id: rows.id, said: values(&rows.places, rows.lost, runner) });
+            rows.lost += u64::from(!sent);
+        }
+    }
+}
+
+impl Client {
+    /// An answer that finds no room ends the connection: the client does not read.
+    fn answer(&mut self, id: u64, said: Said) {
+        self.gone |= !self.guest.send(&Reply { id, said });
+    }
+}
+
+/// What neither the pause nor a watch is concerned with.
+fn answer<W: Watch>(ask: Ask, runner: &mut Runner<W>) -> Result<Said, No> {
+    match ask {
+        Ask::List { patterns } => list(&patterns, runner),
+        Ask::Get { paths } => Ok(values(&places(&paths, runner)?, 0, runner)),
+        Ask::Set { path, value } => {
+            let si = in_si(variable(&path, runner)?, &path, &value)?;
+            runner.set(&path, si).map_err(|e| No { message: e.message, help: e.help })?;
+            Ok(Said::Done { time: runner.sim().time() })
+        }
+        Ask::Checkpoint => checkpoint(runner),
+        _ => no("it is said already, or not here", "say hello once, at the start"),
+    }
+}
+
+fn variable<'a, W: Watch>(path: &str, runner: &'a Runner<W>) -> Result<&'a Variable, No> {
+    runner.sim().variable(path).map_err(|e| No { message: e.message, help: e.help })
+}
+
+fn places<W: Watch>(paths: &[String], runner: &Runner<W>) -> Result<Vec<Place>, No> {
+    paths.iter().map(|path| Ok(variable(path, runner)?.place)).collect()
+}
+
+fn values<W: Watch>(places: &[Place], lost: u64, runner: &Runner<W>) -> Said {
+    let sim = runner.sim();
+    let value = |place: &Place| Some(sim.value(*place)).filter(|x| x.is_finite());
+    Said::Values { time: sim.time(), values: places.iter().map(value).collect(), lost }
+}
+
+fn list<W: Watch>(patterns: &[String], runner: &Runner<W>) -> Result<Said, No> {
+    let known = &runner.sim().plan().variables;
+    let names: Vec<&String> = known.keys().collect();
+    let text = |p: &String| Text { text: p.clone(), origin: Origin::NONE };
+    let texts: Vec<Text> = patterns.iter().map(text).collect();
+    let found = match_patterns(&texts, &names).map_err(|faults| {
+        let first = faults.into_iter().next();
+        let (message, help) = first.map_or_else(Default::default, |f| (f.message, f.help));
+        No { message, help: help.unwrap_or_default() }
+    })?;
+    let one = |k: usize| (names[k].clone(), known[names[k]].unit.clone());
+    Ok(Said::Names { names: found.into_iter().map(one).collect() })
+}
+
+fn checkpoint<W: Watch>(runner: &mut Runner<W>) -> Result<Said, No> {
+    let name = format!("checkpoint_{}.lwck", time_name(runner.sim().time()));
+    let before = runner.saves().map_or(0, |s| s.failed);
+    runner.save(&name);
+    let Some(saves) = runner.saves() else {
+        return no("this run writes no checkpoints", "run it by `linkwork run`");
+    };
+    match saves.written.last() {
+        Some(file) if saves.failed == before => {
+            Ok(Said::Checkpoint { file: file.display().to_string() })
+        }
+        _ => no("the checkpoint cannot be written", "the run says why; make room"),
+    }
+}
+
+/// A value in SI: a number is, a text has a unit of the variable's quantity.
+fn in_si(variable: &Variable, path: &str, value: &Amount) -> Result<f64, No> {
+    let text = match value {
+        Amount::Number(x) => return Ok(*x),
+        Amount::Text(text) => text,
+    };
+    let Some((number, unit)) = split_quantity(text) else {
+        return no(format!("`{text}` is no quantity"), "write a number, or `\"12 deg\"`");
+    };
+    let own = Unit::parse(&variable.unit).unwrap_or(Unit::ONE);
+    match Unit::parse(unit) {
+        Ok(u) if u.same_quantity(&own) => Ok(u.to_si(number)),
+        Ok(_) => no(
+            format!("`{path}` is in {}, which is no {unit}", variable.unit),
+            "give a unit of the same quantity, or a number in SI",
+        ),
+        Err(e) => no(e.to_string(), "give a number in SI"),
+    }
+}

@@ -1,0 +1,254 @@
+//! Who may speak to the run: sockets, the token, and queues between their threads and the run.
+//!
+//! ```text
+//! accept ── one thread for each client: hello, then requests ──(16)──► the run
+//!                        writer of the client ◄──(64)── replies and rows
+//! ```
+//! Both queues are bounded. A full queue of requests stops that client's reader; a full queue of
+//! replies loses rows, which are counted, and ends the connection when it is an answer that is lost.
+use crate::protocol::{
+    Ask, LONGEST_REPLY, LONGEST_REQUEST, Reply, Request, Said, VERSION, frame, read_frame,
+    write_frame,
+};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{
+    Receiver, Sender, SyncSender, TryRecvError, TrySendError, channel, sync_channel,
+};
+use std::time::Duration;
+
+/// Requests and replies that wait, of one client.
+const REQUESTS: usize = 16;
+const REPLIES: usize = 64;
+/// Connections at one time, those that have not said hello yet included.
+const CLIENTS: usize = 16;
+/// Bytes of the first message at most.
+const LONGEST_HELLO: usize = 1024;
+/// How long a client may take to say hello, and to take what is written to it.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The socket cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The address is none, or is taken.
+    #[error(
+        "--serve `{address}`: {source}\n  help: give HOST:PORT, for example 127.0.0.1:0 for any free port"
+    )]
+    Address {
+        /// As given.
+        address: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// No random number for the token.
+    #[error("no token can be made: {0}\n  help: run without --serve")]
+    Token(String),
+}
+
+/// A listening socket, until it is dropped.
+pub struct Server {
+    address: SocketAddr,
+    token: String,
+    closing: Arc<AtomicBool>,
+    pub(crate) fresh: Receiver<Guest>,
+}
+
+/// A client that has said hello, as the run sees it.
+pub(crate) struct Guest {
+    requests: Receiver<Request>,
+    replies: SyncSender<Vec<u8>>,
+    socket: TcpStream,
+}
+
+impl Guest {
+    /// The next request; `None` when there is none now, an error when the client has gone.
+    pub fn next(&self) -> Result<Option<Request>, ()> {
+        match self.requests.try_recv() {
+            Ok(request) => Ok(Some(request)),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => Err(()),
+        }
+    }
+
+    /// Sends a reply. False when it cannot wait with the others.
+    pub fn send(&self, reply: &Reply) -> bool {
+        let bytes = frame(reply, LONGEST_REPLY).or_else(|e| {
+            let (message, help) = (e.to_string(), "ask for fewer variables".to_string());
+            frame(&Reply { id: reply.id, said: Said::Refused { message, help } }, LONGEST_REPLY)
+        });
+        let sent = bytes.map(|bytes| self.replies.try_send(bytes));
+        !matches!(sent, Ok(Err(TrySendError::Full(_))))
+    }
+}
+
+impl Drop for Guest {
+    fn drop(&mut self) {
+        // What is written already still arrives; the reader's thread ends.
+        let _ = self.socket.shutdown(Shutdown::Read);
+    }
+}
+
+impl Server {
+    /// Listens at an address (`127.0.0.1:0`: this machine alone, any free port). `simulation` is told to clients.
+    ///
+    /// # Errors
+    /// [`ServeError`].
+    pub fn start(address: &str, simulation: &str) -> Result<Server, ServeError> {
+        let fault = |source| ServeError::Address { address: address.to_string(), source };
+        let listener = TcpListener::bind(address).map_err(fault)?;
+        let bound = listener.local_addr().map_err(fault)?;
+        let mut random = [0; 24];
+        getrandom::fill(&mut random).map_err(|e| ServeError::Token(e.to_string()))?;
+        let token: String = random.iter().map(|b| format!("{b:02x}")).collect();
+        let (send, fresh) = channel();
+        let closing = Arc::new(AtomicBool::new(false));
+        let hall = Hall {
+            token: token.clone(),
+            simulation: simulation.to_string(),
+            open: Arc::new(AtomicUsize::new(0)),
+            closing: closing.clone(),
+            send,
+        };
+        let accept = move || hall.accept(&listener);
+        std::thread::Builder::new().name("live".into()).spawn(accept).map_err(fault)?;
+        Ok(Server { address: bound, token, closing, fresh })
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// What a client must say.
+    pub fn token(&self) -> &str {
+        &self.token
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.closing.store(true, Ordering::SeqCst);
+        // Wakes the thread that accepts.
+        let _ = TcpStream::connect_timeout(&self.address, Duration::from_millis(200));
+    }
+}
+
+/// What the thread that accepts knows.
+#[derive(Clone)]
+struct Hall {
+    token: String,
+    simulation: String,
+    open: Arc<AtomicUsize>,
+    closing: Arc<AtomicBool>,
+    send: Sender<Guest>,
+}
+
+/// A place among the connections, until it is dropped.
+struct Seat(Arc<AtomicUsize>);
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+impl Hall {
+    fn accept(&self, listener: &TcpListener) {
+        for socket in listener.incoming() {
+            if self.closing.load(Ordering::SeqCst) {
+                return;
+            }
+            let Ok(socket) = socket else {
+                // Out of descriptors, or a connection that went at once: neither is for ever.
+                std::thread::sleep(Duration::from_millis(10));
+                continue;
+            };
+            // One that comes when all places are taken is closed.
+            if self.open.fetch_add(1, Ordering::SeqCst) < CLIENTS {
+                let (seat, hall) = (Seat(self.open.clone()), self.clone());
+                let serve = move || hall.serve(&socket, &seat);
+                let _ = std::thread::Builder::new().name("live client".into()).spawn(serve);
+            } else {
+                drop(Seat(self.open.clone()));
+            }
+        }
+    }
+
+    /// One client, to its end. Whatever fails ends this connection and nothing else.
+    fn serve(&self, socket: &TcpStream, _seat: &Seat) {
+        if let Err(refusal) = self.hello(socket) {
+            let said = Said::Refused { message: refusal.0, help: refusal.1 };
+            let _ = write_frame(&mut &*socket, &Reply { id: 0, said }, LONGEST_REPLY);
+            return;
+        }
+        let (send, requests) = sync_channel(REQUESTS);
+        let (replies, written) = sync_channel::<Vec<u8>>(REPLIES);
+        let (Ok(own), Ok(writer)) = (socket.try_clone(), socket.try_clone()) else { return };
+        let guest = Guest { requests, replies: replies.clone(), socket: own };
+        let write = move || {
+            use std::io::Write;
+            while let Ok(bytes) = written.recv() {
+                if (&writer).write_all(&bytes).is_err() {
+                    break;
+                }
+            }
+            let _ = writer.shutdown(Shutdown::Both);
+        };
+        let spawned = std::thread::Builder::new().name("live writer".into()).spawn(write);
+        if spawned.is_err() || self.send.send(guest).is_err() {
+            return;
+        }
+        let mut from = std::io::BufReader::new(socket);
+        loop {
+            match read_frame(&mut from, LONGEST_REQUEST) {
+                Ok(request) => {
+                    if send.send(request).is_err() {
+                        return;
+                    }
+                }
+                Err(e) => {
+                    let help = "see PROTOCOL.md; the connection is closed".to_string();
+                    let said = Said::Refused { message: e.to_string(), help };
+                    if let Ok(bytes) = frame(&Reply { id: 0, said }, LONGEST_REPLY) {
+                        let _ = replies.try_send(bytes);
+                    }
+                    return;
+                }
+            }
+        }
+    }
+
+    /// The first message: its version and its token.
+    fn hello(&self, socket: &TcpStream) -> Result<(), (String, String)> {
+        let words = |m: &str, h: &str| (m.to_string(), h.to_string());
+        let io = |e: std::io::Error| (e.to_string(), "connect again".to_string());
+        socket.set_nodelay(true).map_err(io)?;
+        socket.set_read_timeout(Some(PATIENCE)).map_err(io)?;
+        socket.set_write_timeout(Some(PATIENCE)).map_err(io)?;
+        let first: Request = read_frame(&mut &*socket, LONGEST_HELLO)
+            .map_err(|e| (e.to_string(), "begin with hello".to_string()))?;
+        let Ask::Hello { version, token } = first.ask else {
+            return Err(words("the first message is no hello", "begin with hello"));
+        };
+        if !same(token.as_bytes(), self.token.as_bytes()) {
+            let help = "take it from live.json in the folder of the run";
+            return Err(words("the token is not that of this run", help));
+        }
+        if version != VERSION {
+            let message = format!("protocol {version} is not spoken here");
+            return Err((message, format!("speak protocol {VERSION}")));
+        }
+        let simulation = self.simulation.clone();
+        let said = Said::Welcome { version: VERSION, simulation };
+        let welcome = Reply { id: first.id, said };
+        write_frame(&mut &*socket, &welcome, LONGEST_REPLY)
+            .map_err(|e| (e.to_string(), "connect again".to_string()))?;
+        socket.set_read_timeout(None).map_err(io)
+    }
+}
+
+/// Compares without telling by its time how far they agree.
+fn same(a: &[u8], b: &[u8]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).fold(0, |d, (x, y)| d | (x ^ y)) == 0
+}

@@ -1,0 +1,138 @@
+//! Draws what a log says, without a run: poses of bodies and values of variables at their own times.
+//!
+//! The drawing is [`Viewer`]'s. A log has the poses of bodies and not the coordinates of the
+//! mechanism; the axes of a node follow from the pose of its body, where the body is rigid.
+use crate::stream::VizError;
+use crate::viewer::{View, Viewer};
+use linkwork_spatial::Pose;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A number, and the time (ns) at which it was told.
+type Told = Option<(u64, f64)>;
+
+/// Draws into a recording what is told of each instant, in the order of time.
+pub struct Player {
+    viewer: Viewer,
+    /// Place of each body among the entities.
+    bodies: BTreeMap<String, usize>,
+    /// For each node its body, among the entities, and X_BN.
+    nodes: Vec<Option<(usize, Pose)>>,
+    /// Poses of the entities at the present instant.
+    poses: Vec<Option<Pose>>,
+    /// Columns of a variable: an arrow and a curve may show the same.
+    columns: BTreeMap<String, Vec<usize>>,
+    values: Vec<Told>,
+    /// First column of each arrow, and when it was drawn last (ns).
+    arrows: Vec<(usize, Option<u64>)>,
+    /// Column of each curve, and the same.
+    curves: Vec<(usize, Option<u64>)>,
+    now: Option<u64>,
+}
+
+/// What of a scene cannot be drawn, or was never told.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NotShown {
+    /// Variables of arrows and curves of which nothing was told.
+    pub variables: Vec<String>,
+    /// Nodes on flexible bodies, or on other bodies in other phases: their axes stay at the origin.
+    pub nodes: Vec<String>,
+}
+
+impl Player {
+    /// Opens an `.rrd` file and writes the blueprint and what does not move.
+    ///
+    /// # Errors
+    /// The file cannot be written, or a mesh file cannot be read.
+    pub fn open(view: View, path: &Path) -> Result<Player, VizError> {
+        let bodies = view.bodies.iter().cloned().zip(0..).collect();
+        let nodes = view.nodes_on_bodies();
+        let mut columns: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        for (k, name) in view.columns.iter().enumerate() {
+            columns.entry(name.clone()).or_default().push(k);
+        }
+        let (values, poses) =
+            (vec![None; view.columns.len()], vec![None; view.bodies.len() + nodes.len()]);
+        let arrows = view.arrows.iter().map(|first| (*first, None)).collect();
+        let curves = view.curves.iter().map(|(_, _, column, _)| (*column, None)).collect();
+        let viewer = view.file(path)?;
+        let now = None;
+        Ok(Player { viewer, bodies, nodes, poses, columns, values, arrows, curves, now })
+    }
+
+    /// Poses X_WB of bodies by name at a time (ns). A body that is not among them stays where it
+    /// was; one that the scene has not is passed over.
+    ///
+    /// # Errors
+    /// The recording cannot be written.
+    pub fn poses(&mut self, ns: u64, bodies: &[(String, Pose)]) -> Result<(), VizError> {
+        self.at(ns)?;
+        self.poses.fill(None);
+        for (name, pose) in bodies {
+            if let Some(k) = self.bodies.get(name) {
+                self.poses[*k] = Some(*pose);
+            }
+        }
+        let (bodies, nodes) = self.poses.split_at_mut(self.bodies.len());
+        for (now, node) in nodes.iter_mut().zip(&self.nodes) {
+            *now = node.and_then(|(body, pose)| Some(bodies[body]? * pose));
+        }
+        self.viewer.poses(ns.cast_signed(), &self.poses);
+        Ok(())
+    }
+
+    /// Whether the scene shows this variable.
+    pub fn shows(&self, variable: &str) -> bool {
+        self.columns.contains_key(variable)
+    }
+
+    /// The value of a variable (SI) at a time (ns). A curve gets every one; an arrow is drawn when all
+    /// of its six numbers are told of one time.
+    ///
+    /// # Errors
+    /// The recording cannot be written.
+    pub fn value(&mut self, ns: u64, variable: &str, value: f64) -> Result<(), VizError> {
+        let Some(columns) = self.columns.get(variable).cloned() else { return Ok(()) };
+        self.at(ns)?;
+        for column in &columns {
+            self.values[*column] = Some((ns, value));
+        }
+        let t = ns.cast_signed();
+        for (k, (column, drawn)) in self.curves.iter_mut().enumerate() {
+            if columns.contains(column) && drawn.replace(ns) != Some(ns) {
+                self.viewer.curve(k, t, value);
+            }
+        }
+        for (k, (first, drawn)) in self.arrows.iter_mut().enumerate() {
+            let six = &self.values[*first..*first + 6];
+            let own = columns.iter().any(|c| (*first..*first + 6).contains(c));
+            let told: Vec<f64> =
+                six.iter().flatten().filter(|told| told.0 == ns).map(|told| told.1).collect();
+            if own && told.len() == 6 && drawn.replace(ns) != Some(ns) {
+                self.viewer.arrow(k, t, &told);
+            }
+        }
+        Ok(())
+    }
+
+    /// What is told from now on is of another instant.
+    fn at(&mut self, ns: u64) -> Result<(), VizError> {
+        if self.now.replace(ns).is_some_and(|before| before != ns) {
+            self.viewer.passed()?;
+        }
+        Ok(())
+    }
+
+    /// Ends the recording.
+    ///
+    /// # Errors
+    /// The recording cannot be written.
+    pub fn finish(mut self) -> Result<NotShown, VizError> {
+        self.viewer.end()?;
+        let untold = |columns: &Vec<usize>| columns.iter().all(|c| self.values[*c].is_none());
+        let variables = self.columns.iter().filter(|(_, c)| untold(c)).map(|(n, _)| n.clone());
+        let names = self.viewer.node_names.iter().zip(&self.nodes);
+        let nodes = names.filter(|(_, node)| node.is_none()).map(|(name, _)| name.clone());
+        Ok(NotShown { variables: variables.collect(), nodes: nodes.collect() })
+    }
+}

@@ -1,0 +1,174 @@
+//! `linkwork attach`: the client of a run that was started with `--serve`.
+use crate::exit;
+use clap::Subcommand;
+use linkwork_live::{Amount, Ask, Client, ClientError, FrameError, Said, Ticket};
+use std::path::Path;
+
+/// What is wanted of the run.
+#[derive(Subcommand, Clone, Debug)]
+pub enum AttachCommand {
+    /// Names and units of variables.
+    List {
+        /// Patterns: `Rover.**.torque`.
+        #[arg(default_value = "**")]
+        patterns: Vec<String>,
+    },
+    /// Values now, in SI.
+    Get {
+        /// Variables, by pattern.
+        #[arg(required = true)]
+        patterns: Vec<String>,
+    },
+    /// Values as the run goes on, a line for each instant: the time and the values.
+    Watch {
+        /// Variables, by pattern.
+        #[arg(required = true)]
+        patterns: Vec<String>,
+        /// Lines in a second at most.
+        #[arg(long, default_value_t = 10.0)]
+        rate: f64,
+        /// Stop after so many lines.
+        #[arg(long)]
+        count: Option<u64>,
+    },
+    /// Set states, and inputs without a wire: bob.rate=0.5, "bob.angle=30 deg". They act from the present tick on, in
+    /// this order, and stand in the log.
+    Set {
+        /// What, and to what.
+        #[arg(required = true, value_name = "PATH=VALUE")]
+        values: Vec<String>,
+    },
+    /// The run stands still.
+    Pause,
+    /// So many steps; then the run stands still.
+    Step {
+        /// How many.
+        #[arg(default_value_t = 1)]
+        steps: u64,
+    },
+    /// The run goes on.
+    Go,
+    /// Write a checkpoint into the folder of the run.
+    Checkpoint,
+    /// The run ends as by Ctrl-C, with a checkpoint.
+    Quit,
+}
+
+/// `linkwork attach RUN COMMAND`.
+pub fn attach(folder: &Path, command: AttachCommand) -> u8 {
+    let file = folder.join(Ticket::FILE);
+    let ticket = match Ticket::read(&file) {
+        Ok(ticket) => ticket,
+        Err(e) => {
+            tell!(
+                "error: `{}`: {e}\n  help: give the folder of a run that was started with --serve and has not ended",
+                file.display()
+            );
+            return exit::INPUT;
+        }
+    };
+    match Client::connect(&ticket).and_then(|mut client| done(&mut client, command)) {
+        Ok(()) => exit::OK,
+        Err(e) => {
+            tell!("error: {e}");
+            exit::FAILED
+        }
+    }
+}
+
+fn names(client: &mut Client, patterns: Vec<String>) -> Result<Vec<(String, String)>, ClientError> {
+    match client.ask(Ask::List { patterns })? {
+        Said::Names { names } => Ok(names),
+        other => Err(odd(&other)),
+    }
+}
+
+fn odd(said: &Said) -> ClientError {
+    let message = format!("the run answers with {said:?}");
+    ClientError::Refused { message, help: "take the same version here and there".into() }
+}
+
+fn done(client: &mut Client, command: AttachCommand) -> Result<(), ClientError> {
+    let ask = match command {
+        AttachCommand::List { patterns } => {
+            names(client, patterns)?.iter().for_each(|(name, unit)| say!("{name:64} {unit}"));
+            return Ok(());
+        }
+        AttachCommand::Get { patterns } => {
+            let names = names(client, patterns)?;
+            let paths = names.iter().map(|(name, _)| name.clone()).collect();
+            let Said::Values { time, values, .. } = client.ask(Ask::Get { paths })? else {
+                return Ok(());
+            };
+            say!("{:64} {time} s", "time");
+            for ((name, unit), value) in names.iter().zip(values) {
+                say!("{name:64} {} {unit}", number(value));
+            }
+            return Ok(());
+        }
+        AttachCommand::Watch { patterns, rate, count } => {
+            return watch(client, patterns, rate, count);
+        }
+        AttachCommand::Set { values } => return set(client, &values),
+        AttachCommand::Pause => Ask::Pause,
+        AttachCommand::Step { steps } => Ask::Step { steps },
+        AttachCommand::Go => Ask::Go,
+        AttachCommand::Checkpoint => Ask::Checkpoint,
+        AttachCommand::Quit => Ask::Quit,
+    };
+    match client.ask(ask)? {
+        Said::Done { time } => say!("t = {time} s"),
+        Said::Checkpoint { file } => say!("{file}"),
+        other => return Err(odd(&other)),
+    }
+    Ok(())
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(|| "not in this phase".into(), |x| x.to_string())
+}
+
+fn watch(
+    client: &mut Client,
+    patterns: Vec<String>,
+    rate: f64,
+    count: Option<u64>,
+) -> Result<(), ClientError> {
+    let paths: Vec<String> = names(client, patterns)?.into_iter().map(|(name, _)| name).collect();
+    say!("time {}", paths.join(" "));
+    let id = client.send(Ask::Watch { paths, rate })?;
+    let mut lines = 0;
+    while count != Some(lines) {
+        let reply = match client.receive() {
+            // The run is at its end.
+            Err(ClientError::Frame(FrameError::Ended)) => return Ok(()),
+            reply => reply?,
+        };
+        match reply.said {
+            Said::Values { time, values, .. } if reply.id == id => {
+                let values: Vec<String> = values.into_iter().map(number).collect();
+                say!("{time} {}", values.join(" "));
+                lines += 1;
+            }
+            Said::Refused { message, help } => return Err(ClientError::Refused { message, help }),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn set(client: &mut Client, values: &[String]) -> Result<(), ClientError> {
+    for written in values {
+        let Some((path, value)) = written.split_once('=') else {
+            let message = format!("`{written}` has no `=`");
+            return Err(ClientError::Refused { message, help: "write PATH=VALUE".into() });
+        };
+        let number = value.trim().parse().map(Amount::Number);
+        let value = number.unwrap_or_else(|_| Amount::Text(value.trim().to_string()));
+        let path = path.trim().to_string();
+        if let Said::Done { time } = client.ask(Ask::Set { path, value })? {
+            say!("{written} at t = {time} s");
+        }
+    }
+    Ok(())
+}

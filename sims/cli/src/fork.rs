@@ -1,0 +1,128 @@
+//! `linkwork fork`: goes on from a checkpoint with other parameters, or as another simulation.
+//!
+//! The state goes over by path, as between phases: parts of one path and kind keep it, new parts start at this
+//! instant, bodies keep pose and motion. What is kept, new and lost is told before anything is written. Figures begin
+//! anew; the log carries the state from which the fork begins, so that it can be simulated again.
+use crate::load::Ready;
+use crate::options::RunOptions;
+use crate::{exit, load, run};
+use linkwork_runtime::{Plan, Program, Simulation};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// What a fork may be told.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct ForkOptions {
+    /// Go on as this simulation, and not as the one inside the checkpoint: for changed files, and for parameters of
+    /// assemblies, of which the checkpoint knows only what became of them.
+    #[arg(long, value_name = "SIM")]
+    pub sim: Option<PathBuf>,
+    /// Set a parameter of a part (with --sim, of an assembly too; repeatable).
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// Go on although the states of some parts or bodies are lost.
+    #[arg(long)]
+    pub allow: bool,
+}
+
+/// A run that is to go on as another.
+pub(crate) struct Fork {
+    old: Option<Box<Simulation>>,
+    time: f64,
+    allow: bool,
+}
+
+/// Paths of parts and names of bodies.
+#[derive(Default)]
+struct Names {
+    parts: BTreeSet<String>,
+    bodies: BTreeSet<String>,
+}
+
+impl Names {
+    fn of(plan: &Plan) -> Names {
+        let bodies = plan.mechanism().map_or(&[][..], |m| m.multibody.bodies());
+        Names {
+            parts: plan.parts.iter().map(|p| p.path.clone()).collect(),
+            bodies: bodies.iter().map(|b| b.name().to_string()).collect(),
+        }
+    }
+}
+
+impl Fork {
+    /// Simulated time of the checkpoint (s).
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// The run in its new program; tells what went over, and refuses what may not be lost.
+    pub fn take_over(&mut self, program: Arc<Program>) -> Result<Simulation, u8> {
+        let Some(mut sim) = self.old.take() else {
+            tell!("error: the fork has gone on already");
+            return Err(exit::FAILED);
+        };
+        let before = Names::of(sim.plan());
+        let report = sim.move_to_program(program).map_err(|e| {
+            tell!("error: {e}");
+            exit::INPUT
+        })?;
+        let after = Names::of(sim.plan());
+        // A part that is there before and after and starts anew has lost its state.
+        let (anew, fresh): (Vec<&String>, Vec<&String>) =
+            report.new.iter().partition(|part| before.parts.contains(*part));
+        let bodies: Vec<&String> = before.bodies.difference(&after.bodies).collect();
+        let gone: Vec<&String> = report.dropped.iter().collect();
+        tell!("t = {} s: {} parts go on", self.time, report.kept.len());
+        let told = [
+            ("new parts", &fresh),
+            ("parts that are of another kind and start anew", &anew),
+            ("parts gone", &gone),
+            ("bodies gone", &bodies),
+        ];
+        for (what, names) in told.iter().filter(|(_, names)| !names.is_empty()) {
+            let names: Vec<&str> = names.iter().map(|n| n.as_str()).collect();
+            tell!("    {what}: {}", names.join(", "));
+        }
+        report.notes.iter().for_each(|note| tell!("    {note}"));
+        if !self.allow && told[1..].iter().any(|(_, names)| !names.is_empty()) {
+            tell!(
+                "error: the fork would lose states that the checkpoint holds\n  help: keep those parts and bodies as \
+                 they were, or give --allow"
+            );
+            return Err(exit::INPUT);
+        }
+        Ok(*sim)
+    }
+}
+
+/// `linkwork fork CHECKPOINT [--sim SIM] [--set PATH=VALUE].. [--allow]`.
+pub fn fork(file: &Path, fork: &ForkOptions, options: &RunOptions) -> u8 {
+    match prepared(file, fork) {
+        Ok((ready, name, begin)) => run::run_fork(ready, &name, options, file, begin),
+        Err(code) => code,
+    }
+}
+
+fn prepared(file: &Path, options: &ForkOptions) -> Result<(Ready, String, Fork), u8> {
+    if options.sim.is_none() && options.set.is_empty() {
+        tell!(
+            "error: nothing is to change\n  help: give --set PATH=VALUE or --sim SIM; `linkwork resume` goes on as it was"
+        );
+        return Err(exit::INPUT);
+    }
+    let (checkpoint, name) = run::read(file)?;
+    let text = format!("{name}.ron");
+    let was = load::ready_text(&text, &checkpoint.configuration)?;
+    let mut old = Box::new(Simulation::of(Arc::new(was.program)));
+    old.restore(&checkpoint).map_err(|e| {
+        tell!("error: {e}");
+        exit::INPUT
+    })?;
+    let ready = match &options.sim {
+        // The noise goes on as it was.
+        Some(sim) => load::ready(sim, &options.set, Some(checkpoint.seed))?,
+        None => load::ready_text_set(&text, &checkpoint.configuration, &options.set)?,
+    };
+    Ok((ready, name, Fork { old: Some(old), time: checkpoint.time, allow: options.allow }))
+}

@@ -1,0 +1,257 @@
+//! The live socket: what clients set is in the log and is simulated again bit for bit; bad clients change nothing.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
+mod common;
+use common::{Lab, Said, edited, wait_for};
+use linkwork_live::{Amount, Ask, Client, ClientError, Said as Answer, Ticket, VERSION};
+use linkwork_record::read_log_contents;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+/// A run that is served, and its ticket.
+fn served(lab: &Lab, out: &str, more: &[&str]) -> (Child, Ticket) {
+    // A row at every step.
+    lab.write("sim.ron", &edited(&[("rate: \"100 Hz\"", "rate: \"1 kHz\"")]));
+    let head = ["run", "sim.ron", "--out", out, "--save-rrd", "off", "--serve"];
+    let child = lab.spawn(&[&head[..], more].concat());
+    let file = lab.path(out).join(Ticket::FILE);
+    wait_for(&file);
+    // It is there before it is written.
+    let ticket = (0..100).find_map(|_| {
+        std::thread::sleep(Duration::from_millis(10));
+        Ticket::read(&file).ok()
+    });
+    (child, ticket.unwrap())
+}
+
+fn refused<T: std::fmt::Debug>(answer: Result<T, ClientError>, what: &str) {
+    match answer {
+        Err(ClientError::Refused { message, help }) => {
+            assert!(message.contains(what) && !help.is_empty(), "{message} {help}");
+        }
+        other => panic!("{other:?} instead of: {what}"),
+    }
+}
+
+fn time(answer: Result<Answer, ClientError>) -> f64 {
+    match answer.unwrap() {
+        Answer::Done { time } => time,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn set(client: &mut Client, path: &str, value: Amount) -> Result<Answer, ClientError> {
+    client.ask(Ask::Set { path: path.into(), value })
+}
+
+#[test]
+fn what_is_set_is_in_the_log_and_is_simulated_again() {
+    let lab = Lab::new();
+    let (child, ticket) = served(&lab, "out", &["--realtime", "--until", "1000s"]);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let mode = lab.path("out/live.json").metadata().unwrap().mode();
+        assert_eq!(mode & 0o777, 0o600, "{mode:o}");
+    }
+    assert!(ticket.address.starts_with("127.0.0.1:"), "{ticket:?}");
+    let mut client = Client::connect(&ticket).unwrap();
+    let paused = time(client.ask(Ask::Pause));
+    assert_eq!(time(client.ask(Ask::Pause)), paused, "it does not stand still");
+    set(&mut client, "bob.angle", Amount::Text("30 deg".into())).unwrap();
+    set(&mut client, "bob.rate", Amount::Number(0.1 + 0.2)).unwrap();
+    set(&mut client, "bob.rate", Amount::Number(1.0 / 3.0)).unwrap();
+    let paths = vec!["bob.angle".to_string(), "bob.rate".into()];
+    let Answer::Values { values, .. } = client.ask(Ask::Get { paths }).unwrap() else { panic!() };
+    let wanted = [30.0f64.to_radians(), 1.0 / 3.0];
+    for (value, wanted) in values.into_iter().zip(wanted) {
+        assert!((value.unwrap() - wanted).abs() < 1e-15);
+    }
+    // What cannot be set is not.
+    for (path, value, why) in [
+        ("bob.acceleration", Amount::Number(1.0), "is an output"),
+        ("Lag.u", Amount::Number(1.0), "driven by a wire"),
+        ("bob.angel", Amount::Number(1.0), "no variable"),
+        ("bob.angle", Amount::Text("3 kg".into()), "which is no kg"),
+        ("bob.angle", Amount::Text("much".into()), "no quantity"),
+    ] {
+        refused(set(&mut client, path, value), why);
+    }
+    refused(client.ask(Ask::Step { steps: u64::MAX }), "too many");
+    refused(client.ask(Ask::Watch { paths: vec![], rate: 2000.0 }), "a rate of 2000 Hz");
+    refused(client.ask(Ask::Hello { version: VERSION, token: ticket.token.clone() }), "already");
+    // Steps are answered when they are done, and no more are taken.
+    let after = time(client.ask(Ask::Step { steps: 250 }));
+    assert!((after - paused - 0.25).abs() < 1e-9, "{paused} → {after}");
+    assert_eq!(time(client.ask(Ask::Pause)), after);
+    let Answer::Checkpoint { file } = client.ask(Ask::Checkpoint).unwrap() else { panic!() };
+    set(&mut client, "bob.rate", Amount::Number(-2.0)).unwrap();
+    client.ask(Ask::Go).unwrap();
+    let id = client.send(Ask::Watch { paths: vec!["bob.angle".into()], rate: 100.0 }).unwrap();
+    let mut rows = Vec::new();
+    while rows.len() < 20 {
+        let reply = client.receive().unwrap();
+        if let (true, Answer::Values { time, .. }) = (reply.id == id, reply.said) {
+            rows.push(time);
+        }
+    }
+    assert!(rows.is_sorted() && rows[19] > rows[0] + 0.1, "{rows:?}");
+    client.ask(Ask::Quit).unwrap();
+    let said: Said = child.wait_with_output().unwrap().into();
+    said.code(130);
+    assert!(!lab.path("out/live.json").exists());
+
+    let log = read_log_contents(&lab.path("out/run.mcap")).unwrap();
+    let sets: Vec<(&str, f64)> = log.sets.iter().map(|s| (&*s.path, s.value)).collect();
+    assert_eq!(sets.len(), 4, "{sets:?}");
+    assert_eq!(sets[1..], [("bob.rate", 0.1 + 0.2), ("bob.rate", 1.0 / 3.0), ("bob.rate", -2.0)]);
+    // A row of the tick of the last set has its value.
+    let rate = &log.series["bob.rate"];
+    let t = log.sets[3].ns as f64 * 1e-9;
+    let k = rate.t.iter().position(|s| (s - t).abs() < 1e-9).unwrap();
+    assert_eq!(rate.y[k], -2.0);
+    let said = lab.linkwork(&["replay", "out/run.mcap", "--verify"]).code(0);
+    assert!(said.out.starts_with("verified: "), "{}", said.out);
+    // The checkpoint between the sets goes on, and its log is verified without those before.
+    let until = format!("{}s", after + 0.2);
+    lab.linkwork(&["resume", &file, "--out", "rest", "--until", &until]).code(0);
+    lab.linkwork(&["replay", "rest/run.mcap", "--verify"]).code(0);
+}
+
+#[test]
+fn bad_clients_neither_stop_nor_change_the_run() {
+    let lab = Lab::new();
+    let clock = Instant::now();
+    let (child, ticket) = served(&lab, "out", &["--realtime", "--until", "4s"]);
+    let connect = || TcpStream::connect(&ticket.address).unwrap();
+    for token in [String::new(), "0".repeat(ticket.token.len())] {
+        let ticket = Ticket { token, ..ticket.clone() };
+        refused(Client::connect(&ticket).map(|_| ()), "token");
+    }
+    // No token: the first message is no hello.
+    let mut socket = connect();
+    let text = br#"{"id":1,"ask":"quit"}"#;
+    socket.write_all(&[&(text.len() as u32).to_le_bytes()[..], text].concat()).unwrap();
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).unwrap_or(0);
+    assert!(answer.contains("no hello"), "{answer:?}");
+    // Garbage before hello, and after.
+    connect().write_all(&[0xff; 4096]).unwrap();
+    connect().write_all(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n").unwrap();
+    // One that says nothing, one that claims much and sends a little.
+    let _silent = connect();
+    let mut slow = connect();
+    slow.write_all(&[0xff, 0, 0, 0, b'{']).unwrap();
+    // One that asks and never reads, and one that floods.
+    let mut deaf = Client::connect(&ticket).unwrap();
+    let all = || Ask::List { patterns: vec!["**".into()] };
+    deaf.send(Ask::Watch { paths: vec!["bob.angle".into(); 2000], rate: 1000.0 }).unwrap();
+    let flood = std::thread::spawn({
+        let ticket = ticket.clone();
+        move || {
+            let mut client = Client::connect(&ticket).unwrap();
+            let mut sent = 0;
+            // It is let go at some time, since it does not read.
+            while sent < 100_000 && client.send(all()).is_ok() {
+                sent += 1;
+            }
+            sent
+        }
+    });
+    // A good one beside them.
+    let mut good = Client::connect(&ticket).unwrap();
+    for _ in 0..10 {
+        good.ask(Ask::Get { paths: vec!["bob.angle".into()] }).unwrap();
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let said: Said = child.wait_with_output().unwrap().into();
+    said.code(0);
+    assert!(clock.elapsed() < Duration::from_secs(12), "they held it up: {:?}", clock.elapsed());
+    assert!(flood.join().unwrap() > 16);
+    lab.run("sim.ron", "alone", &["--until", "4s"]).code(0);
+    assert_eq!(lab.hash("out"), lab.hash("alone"));
+    lab.linkwork(&["diff", "out/run.mcap", "alone/run.mcap"]).code(0);
+}
+
+#[test]
+fn the_command_line_attaches_and_says_what_is_wrong() {
+    let lab = Lab::new();
+    let (child, _) = served(&lab, "out", &["--realtime", "--until", "1000s"]);
+    let attach = |args: &[&str]| lab.linkwork(&[&["attach", "out"], args].concat());
+    let said = attach(&["list", "bob.*"]).code(0);
+    assert!(said.out.contains("bob.angle") && said.out.contains("rad"), "{}", said.out);
+    attach(&["pause"]).code(0);
+    attach(&["set", "bob.rate=0.25", "bob.angle=90 deg"]).code(0);
+    let said = attach(&["get", "bob.angle", "bob.rate"]).code(0);
+    assert!(said.out.contains("1.5707963267948966 rad"), "{}", said.out);
+    let said = attach(&["step", "100"]).code(0);
+    assert!(said.out.starts_with("t = "), "{}", said.out);
+    attach(&["go"]).code(0);
+    let said = attach(&["watch", "bob.angle", "--rate", "100", "--count", "3"]).code(0);
+    assert_eq!(said.out.lines().count(), 4, "{}", said.out);
+    attach(&["set", "Lag.u=1"]).code(1).tells(&["driven by a wire", "help: "]);
+    attach(&["get", "bob.angel"]).code(1).tells(&["bob.angel", "help: "]);
+    let said = attach(&["checkpoint"]).code(0);
+    assert!(lab.path(said.out.trim()).exists(), "{}", said.out);
+    attach(&["quit"]).code(0);
+    let said: Said = child.wait_with_output().unwrap().into();
+    said.code(130).tells(&["linkwork attach out"]);
+    // One that was killed leaves its ticket; the next run in the folder takes it away.
+    lab.write("out/live.json", "{}");
+    lab.run("sim.ron", "out", &[]).code(0);
+    assert!(!lab.path("out/live.json").exists());
+    attach(&["go"]).code(2).tells(&["live.json", "--serve", "help: "]);
+    lab.run("sim.ron", "b", &["--serve", "nonsense"])
+        .code(2)
+        .tells(&["--serve `nonsense`", "help: "]);
+}
+
+#[test]
+fn python_attaches() {
+    let python = Command::new("python3").arg("--version").output();
+    if !python.is_ok_and(|o| o.status.success()) {
+        assert!(std::env::var_os("CI").is_none(), "there is no python3");
+        println!("skipped: there is no python3");
+        return;
+    }
+    let lab = Lab::new();
+    let (child, _) = served(&lab, "out", &["--realtime", "--until", "1000s"]);
+    let script = r#"
+import sys
+sys.path.insert(0, sys.argv[1])
+import live
+with live.attach("out") as run:
+    assert run.simulation and run.variables("bob.angle") == {"bob.angle": "rad"}
+    t = run.pause()
+    run.set("bob.angle", "90 deg")
+    run.set("bob.rate", 0.5)
+    assert abs(run.get("bob.angle") - 1.5707963267948966) < 1e-15
+    assert run.get("bob.angle", "bob.rate")[1] == 0.5
+    assert abs(run.step(100) - t - 0.1) < 1e-9
+    for bad in [lambda: run.set("Lag.u", 1), lambda: run.get("nothing"), lambda: run.step(1 << 60)]:
+        try:
+            bad()
+        except live.Refused as e:
+            assert "help: " in str(e)
+        else:
+            raise AssertionError("it is not refused")
+    run.go()
+    rows = list(run.watch(["bob.angle", "bob.rate"], rate=100, count=5))
+    assert len(rows) == 5 and all(len(values) == 2 for _, values in rows)
+    assert rows[0][0] < rows[4][0]
+    assert run.checkpoint().endswith(".lwck")
+    run.quit()
+"#;
+    let module = common::root().join("sims/python/python/linkwork");
+    let out = Command::new("python3")
+        .args(["-B", "-c", script])
+        .arg(module)
+        .current_dir(lab.path(""))
+        .output()
+        .unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let said: Said = child.wait_with_output().unwrap().into();
+    said.code(130);
+    lab.linkwork(&["replay", "out/run.mcap", "--verify"]).code(0);
+}

@@ -1,0 +1,157 @@
+"""A client of a run that was started with `linkwork run SIM --serve`. It needs nothing but Python.
+
+>>> run = linkwork.attach("runs/pendulum")
+>>> run.get("bob.angle")
+0.31
+>>> run.set("bob.rate", "10 deg/s")
+>>> for time, values in run.watch(["bob.angle"], rate=10, count=5): print(time, values)
+
+The protocol is framework/live/PROTOCOL.md.
+"""
+
+import json
+import os
+import socket
+import struct
+from collections.abc import Iterator, Sequence
+from types import TracebackType
+from typing import Any
+
+VERSION = 1
+LONGEST = 1 << 24
+
+
+class Refused(Exception):
+    """The run says no: the message, and what to do about it."""
+
+
+class Attached:
+    """A connection to a run. Close it, or use it in a `with` statement."""
+
+    def __init__(self, address: str, token: str, timeout: float | None = 10.0) -> None:
+        """address: "127.0.0.1:43210"; token: of live.json; timeout: for every answer, s."""
+        host, port = address.rsplit(":", 1)
+        self._socket = socket.create_connection((host.strip("[]"), int(port)), timeout)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._last = 0
+        hello = {"hello": {"version": VERSION, "token": token}}
+        try:
+            #: Name of the simulation.
+            self.simulation: str = self._ask(hello)["welcome"]["simulation"]
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Ends the connection; the run goes on."""
+        self._socket.close()
+
+    def __enter__(self) -> "Attached":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        raised: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _send(self, ask: Any) -> int:
+        self._last += 1
+        body = json.dumps({"id": self._last, "ask": ask}).encode()
+        self._socket.sendall(struct.pack("<I", len(body)) + body)
+        return self._last
+
+    def _take(self, count: int) -> bytes:
+        data = bytearray()
+        while len(data) < count:
+            more = self._socket.recv(min(count - len(data), 1 << 16))
+            if not more:
+                raise ConnectionError(
+                    "the run has closed the connection: it has ended, or let this client go"
+                )
+            data += more
+        return bytes(data)
+
+    def _next(self) -> tuple[int, Any]:
+        (length,) = struct.unpack("<I", self._take(4))
+        if length > LONGEST:
+            raise ConnectionError(f"a reply of {length} bytes: this is no run of Linkwork")
+        reply = json.loads(self._take(length))
+        return reply["id"], reply["said"]
+
+    def _answer(self, wanted: int) -> Any:
+        while True:
+            own, said = self._next()
+            if own not in (wanted, 0):
+                continue
+            if "refused" in said:
+                raise Refused("{message}\n  help: {help}".format(**said["refused"]))
+            return said
+
+    def _ask(self, ask: Any) -> Any:
+        return self._answer(self._send(ask))
+
+    def variables(self, *patterns: str) -> dict[str, str]:
+        """{path: unit} of the variables that match any of the patterns; all without one."""
+        said = self._ask({"list": {"patterns": patterns or ["**"]}})
+        return dict(said["names"]["names"])
+
+    def get(self, *paths: str) -> Any:
+        """Values now, SI: a number for one path, a list for several. None in a phase without it."""
+        values = self._ask({"get": {"paths": list(paths)}})["values"]["values"]
+        return values[0] if len(paths) == 1 else values
+
+    def set(self, path: str, value: float | str) -> float:
+        """Sets a state, or an input without a wire: a number in SI, or "12 deg". Gives the time, s."""
+        if not isinstance(value, str):
+            value = float(value)
+        return float(self._ask({"set": {"path": path, "value": value}})["done"]["time"])
+
+    def watch(
+        self, paths: Sequence[str], rate: float = 10.0, count: int | None = None
+    ) -> Iterator[tuple[float, list[float | None]]]:
+        """Yields (time in s, list of values in SI), at most `rate` times in a second, `count`
+        times or until the run ends."""
+        own = self._send({"watch": {"paths": list(paths), "rate": float(rate)}})
+        self._answer(own)
+        try:
+            while count is None or count > 0:
+                values = self._answer(own)["values"]
+                yield values["time"], values["values"]
+                count = None if count is None else count - 1
+        finally:
+            self._ask({"watch": {"paths": [], "rate": 1.0}})
+
+    def pause(self) -> float:
+        """The run stands still; gives the time, s."""
+        return float(self._ask("pause")["done"]["time"])
+
+    def step(self, steps: int = 1, timeout: float | None = None) -> float:
+        """So many steps, and then it stands still; gives the time, s. Waits for `timeout` s, or for ever."""
+        before = self._socket.gettimeout()
+        self._socket.settimeout(timeout)
+        try:
+            return float(self._ask({"step": {"steps": int(steps)}})["done"]["time"])
+        finally:
+            self._socket.settimeout(before)
+
+    def go(self) -> float:
+        """The run goes on; gives the time, s."""
+        return float(self._ask("go")["done"]["time"])
+
+    def checkpoint(self) -> str:
+        """Writes a checkpoint; gives the file."""
+        return str(self._ask("checkpoint")["checkpoint"]["file"])
+
+    def quit(self) -> None:
+        """The run ends as by Ctrl-C, with a checkpoint."""
+        self._ask("quit")
+
+
+def attach(folder: str | os.PathLike[str], timeout: float | None = 10.0) -> Attached:
+    """Connects to the run that writes into `folder`; it was started with `--serve`."""
+    with open(os.path.join(folder, "live.json"), encoding="utf-8") as file:
+        ticket = json.load(file)
+    return Attached(ticket["address"], ticket["token"], timeout)
