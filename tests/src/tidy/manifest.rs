@@ -68,7 +68,7 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 19] = [
+const FLOORS: [(&str, u32); 20] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
@@ -79,6 +79,7 @@ const FLOORS: [(&str, u32); 19] = [
     ("framework/solvers", 40),
     ("framework/collision", 40),
     ("framework/embedded", 50),
+    ("framework/render", 55),
     ("framework/runtime", 50),
     ("framework/assembly", 60),
     ("framework/record", 60),

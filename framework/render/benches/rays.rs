@@ -1,0 +1,2 @@
+//! Rays a second on generated ground.
+fn main() {}
