@@ -91,7 +91,9 @@ impl Camera {
         if width == 0 || height == 0 || samples == 0 {
             return Err(RenderError::Empty { width, height });
         }
-        let rays = width as u128 * height as u128 * (samples as u128).pow(2);
+        let rays = [height, samples, samples]
+            .iter()
+            .fold(width as u128, |n, k| n.saturating_mul(*k as u128));
         if rays > RAYS_MAX {
             return Err(RenderError::TooLarge { width, height, samples, rays, max: RAYS_MAX });
         }

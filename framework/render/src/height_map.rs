@@ -40,6 +40,9 @@ struct Level {
     range: Vec<[f32; 2]>,
 }
 
+/// Inverse of a component of a direction that counts as none.
+const PARALLEL: f64 = 1e200;
+
 /// A node of the tree: level, column, row.
 pub(crate) type Node = (u8, u32, u32);
 
@@ -55,7 +58,9 @@ impl Line {
     #[inline]
     pub(crate) fn new(o: &Vec3, d: &Vec3) -> Self {
         // A zero would make 0 · ∞ of the slabs; so small a number stands for it without changing where the ray goes.
-        let invert = |v: f64| if v.abs() < 1e-200 { 1e200f64.copysign(v) } else { 1.0 / v };
+        let invert = |v: f64| {
+            if v.abs() * PARALLEL < 1.0 { PARALLEL.copysign(v) } else { 1.0 / v }
+        };
         let inv = d.map(invert);
         let near = usize::from(d.x < 0.0) | usize::from(d.y < 0.0) << 1;
         Line { o: *o, d: *d, inv, near }
@@ -239,8 +244,10 @@ impl HeightMap {
             let (a, b) = ((a - line.o[k]) * line.inv[k], (b - line.o[k]) * line.inv[k]);
             (a.min(b), a.max(b))
         };
-        let (x0, x1) = slab(0, lo[0], hi[0]);
-        let (y0, y1) = slab(1, lo[1], hi[1]);
+        // A little wider, so that a ray in a side is over both nodes beside it.
+        let room = self.spacing.map(|s| 1e-9 * s);
+        let (x0, x1) = slab(0, lo[0] - room[0], hi[0] + room[0]);
+        let (y0, y1) = slab(1, lo[1] - room[1], hi[1] + room[1]);
         let (z0, z1) = slab(2, f64::from(bottom), f64::from(top));
         let (from, to) = (x0.max(y0).max(0.0), x1.min(y1).min(max));
         // A little wider: neighbours overlap, and rounding leaves no crack between them.
@@ -293,7 +300,11 @@ impl HeightMap {
             cell[k] = (p.max(0.0) as usize).clamp(low[k], high[k]);
             step[k] = if line.d[k] < 0.0 { -1 } else { 1 };
             let edge = cell[k] + usize::from(line.d[k] >= 0.0);
-            next[k] = (self.origin[k] + edge as f64 * self.spacing[k] - line.o[k]) * line.inv[k];
+            // A ray that stays in its row meets no next line.
+            next[k] = match line.inv[k].abs() < PARALLEL {
+                true => (self.origin[k] + edge as f64 * self.spacing[k] - line.o[k]) * line.inv[k],
+                false => f64::INFINITY,
+            };
             jump[k] = self.spacing[k] * line.inv[k].abs();
         }
         let mut t = from;
