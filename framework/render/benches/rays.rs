@@ -48,7 +48,7 @@ fn ground() -> HeightMap {
 
 /// Millions a second: the best of several.
 fn rate(rays: usize, mut f: impl FnMut()) -> f64 {
-    let best = (0..7)
+    let best = (0..15)
         .map(|_| {
             let start = Instant::now();
             f();

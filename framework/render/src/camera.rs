@@ -1,6 +1,6 @@
 //! A camera: a lens with pixels, its rays computed once, and what it sees of a scene.
 //! ```text
-//! tiles     16 × 16 pixels; what no ray of a tile can meet is left out for the tile (`beam`)
+//! tiles     8 × 8 pixels; what no ray of a tile can meet is left out for the tile (`beam`)
 //! threads   take rows of tiles in turn; each pixel is a pure function of scene, camera and pose
 //! shadows   a ray to the Sun from each hit, begun 1e-6 (1 + distance) off the surface
 //! ```
@@ -15,7 +15,7 @@ use linkwork_spatial::{Pose, Vec3};
 use std::sync::{Mutex, PoisonError};
 
 /// Edge of a tile, pixels.
-const TILE: usize = 16;
+const TILE: usize = 8;
 
 /// Most rays of a camera: its table of them takes 48 bytes each.
 const RAYS_MAX: u128 = 1 << 24;

@@ -44,7 +44,15 @@ struct Level {
 const PARALLEL: f64 = 1e200;
 
 /// A node of the tree: level, column, row.
-pub(crate) type Node = (u8, u32, u32);
+type Node = (u8, u32, u32);
+
+/// A node with its box, a little wider than its cells: where a beam's rays may meet the ground.
+#[derive(Clone, Copy)]
+pub(crate) struct Region {
+    node: Node,
+    lo: Vec3,
+    hi: Vec3,
+}
 
 /// A ray in the frame of the map, with what its traversal needs.
 pub(crate) struct Line {
@@ -64,6 +72,25 @@ impl Line {
         let inv = d.map(invert);
         let near = usize::from(d.x < 0.0) | usize::from(d.y < 0.0) << 1;
         Line { o: *o, d: *d, inv, near }
+    }
+
+    /// When a ray is over a box, and whether it comes as low as it there.
+    #[inline]
+    fn span(&self, lo: &Vec3, hi: &Vec3, max: f64) -> Option<[f64; 2]> {
+        let slab = |k: usize| {
+            let (a, b) = ((lo[k] - self.o[k]) * self.inv[k], (hi[k] - self.o[k]) * self.inv[k]);
+            if a < b { (a, b) } else { (b, a) }
+        };
+        let ((x0, x1), (y0, y1), (z0, z1)) = (slab(0), slab(1), slab(2));
+        let from = if x0 > y0 { x0 } else { y0 };
+        let to = if x1 < y1 { x1 } else { y1 };
+        let (from, to) = (if from > 0.0 { from } else { 0.0 }, if to < max { to } else { max });
+        // A little longer: neighbours overlap, and rounding leaves no crack between them.
+        let slack = 1e-9 * (1.0 + to.abs());
+        let (from, to) = (from - slack, to + slack);
+        // A box without data is told by its order: least above greatest.
+        let there = lo.z <= hi.z && from <= to && z0 <= to && z1 >= from;
+        there.then(|| [if from > 0.0 { from } else { 0.0 }, to])
     }
 }
 
@@ -186,11 +213,36 @@ impl HeightMap {
         let i = (g[0].max(0.0) as usize).min(self.nx - 2);
         let j = (g[1].max(0.0) as usize).min(self.ny - 2);
         let (u, v) = ((g[0] - i as f64).clamp(0.0, 1.0), (g[1] - j as f64).clamp(0.0, 1.0));
-        let [a, b, c, d] = [[i, j], [i + 1, j], [i, j + 1], [i + 1, j + 1]].map(|n| self.slope(n));
+        let slopes = self.inner_slopes(i, j);
+        let [a, b, c, d] = slopes.unwrap_or_else(|| {
+            [[i, j], [i + 1, j], [i, j + 1], [i + 1, j + 1]].map(|n| self.slope(n))
+        });
         let mix = |k: usize| {
             (a[k] * (1.0 - u) + b[k] * u) * (1.0 - v) + (c[k] * (1.0 - u) + d[k] * u) * v
         };
         Vec3::new(-mix(0), -mix(1), 1.0).normalize()
+    }
+
+    /// Gradients at the corners of a cell, where all nodes around have data.
+    #[inline]
+    fn inner_slopes(&self, i: usize, j: usize) -> Option<[[f64; 2]; 4]> {
+        if i == 0 || j == 0 || i + 2 >= self.nx || j + 2 >= self.ny {
+            return None;
+        }
+        let row = |k: usize| {
+            let at = (j + k - 1) * self.nx + i - 1;
+            <[f32; 4]>::try_from(&self.heights[at..at + 4]).unwrap_or_default().map(f64::from)
+        };
+        let (r0, r1, r2, r3) = (row(0), row(1), row(2), row(3));
+        let half = self.inverse.map(|v| 0.5 * v);
+        let at = |x: f64, y: f64| [x * half[0], y * half[1]];
+        let all = [
+            at(r1[2] - r1[0], r2[1] - r0[1]),
+            at(r1[3] - r1[1], r2[2] - r0[2]),
+            at(r2[2] - r2[0], r3[1] - r1[1]),
+            at(r2[3] - r2[1], r3[2] - r1[2]),
+        ];
+        all.as_flattened().iter().sum::<f64>().is_finite().then_some(all)
     }
 
     /// Gradient at a node by central differences; towards the side that has data where the other has none.
@@ -212,60 +264,55 @@ impl HeightMap {
     }
 
     /// The node of the tree that holds all others.
-    pub(crate) fn root(&self) -> Node {
-        (self.levels.len() as u8 - 1, 0, 0)
+    pub(crate) fn root(&self) -> Region {
+        self.region((self.levels.len() as u8 - 1, 0, 0))
     }
 
-    /// Where the first hit is, m along the unit direction, between 0 and `max`. The nodes are looked into in turn: each ray must
-    /// meet them in that order, as those of [`HeightMap::nodes`] are met by all rays of their beam.
+    /// Where the first hit is, m along the unit direction, between 0 and `max`. The regions are looked into in turn: each ray must
+    /// meet them in that order, as those of [`HeightMap::regions`] are met by all rays of their beam.
     #[inline]
-    pub(crate) fn cast(&self, line: &Line, nodes: &[Node], max: f64) -> Option<f64> {
-        nodes.iter().find_map(|n| self.descend(line, *n, max))
+    pub(crate) fn cast(&self, line: &Line, regions: &[Region], max: f64) -> Option<f64> {
+        regions.iter().find_map(|r| {
+            let [from, to] = line.span(&r.lo, &r.hi, max)?;
+            match r.node {
+                (0, i, j) => {
+                    self.leaf(line, i as usize, j as usize, from, to).filter(|t| *t <= max)
+                }
+                node => self.descend(line, node, max),
+            }
+        })
     }
 
-    /// Horizontal box of a node and its heights.
+    /// Box of a node; least above greatest height where there is no data.
     #[inline]
-    fn extent(&self, (level, i, j): Node) -> ([f64; 2], [f64; 2], [f32; 2]) {
+    fn region(&self, node: Node) -> Region {
+        let (level, i, j) = node;
         let l = &self.levels[level as usize];
-        let range = l.range[j as usize * l.nx + i as usize];
+        let [bottom, top] = l.range[j as usize * l.nx + i as usize];
         let cells = [self.nx - 1, self.ny - 1];
-        // The last node of a row ends with the map.
-        let edge = |k: usize, n: u32| {
-            self.origin[k] + (n as usize * l.edge).min(cells[k]) as f64 * self.spacing[k]
+        // The last node of a row ends with the map. A little wider, so that a ray in a side is over both nodes beside it.
+        let edge = |k: usize, n: u32, room: f64| {
+            let at = (n as usize * l.edge).min(cells[k]) as f64 + room;
+            self.origin[k] + at * self.spacing[k]
         };
-        ([edge(0, i), edge(1, j)], [edge(0, i + 1), edge(1, j + 1)], range)
-    }
-
-    /// When a ray is over a node, and whether it comes as low as its heights there.
-    #[inline]
-    fn span(&self, line: &Line, node: Node, max: f64) -> Option<[f64; 2]> {
-        let (lo, hi, [bottom, top]) = self.extent(node);
-        let slab = |k: usize, a: f64, b: f64| {
-            let (a, b) = ((a - line.o[k]) * line.inv[k], (b - line.o[k]) * line.inv[k]);
-            (a.min(b), a.max(b))
-        };
-        // A little wider, so that a ray in a side is over both nodes beside it.
-        let room = self.spacing.map(|s| 1e-9 * s);
-        let (x0, x1) = slab(0, lo[0] - room[0], hi[0] + room[0]);
-        let (y0, y1) = slab(1, lo[1] - room[1], hi[1] + room[1]);
-        let (z0, z1) = slab(2, f64::from(bottom), f64::from(top));
-        let (from, to) = (x0.max(y0).max(0.0), x1.min(y1).min(max));
-        // A little wider: neighbours overlap, and rounding leaves no crack between them.
-        let slack = 1e-9 * (1.0 + to.abs().min(1e9));
-        let (from, to) = (from - slack, to + slack);
-        // Empty ranges (∞, −∞) pass the slab of z reversed, and are told by their order.
-        (bottom <= top && from <= to && z0 <= to && z1 >= from).then_some([from.max(0.0), to])
+        const ROOM: f64 = 1e-9;
+        Region {
+            node,
+            lo: Vec3::new(edge(0, i, -ROOM), edge(1, j, -ROOM), f64::from(bottom)),
+            hi: Vec3::new(edge(0, i + 1, ROOM), edge(1, j + 1, ROOM), f64::from(top)),
+        }
     }
 
     fn descend(&self, line: &Line, start: Node, max: f64) -> Option<f64> {
-        // A level leaves three nodes behind at most, and there are not more than 32 levels.
-        let mut stack = [(0u8, 0u32, 0u32); 100];
+        // A level leaves three nodes behind at most, and a map of 2^32 nodes has 15 levels.
+        let mut stack = [(0u8, 0u32, 0u32); 48];
         stack[0] = start;
         let mut left = 1;
         while left > 0 {
             left -= 1;
             let node = stack[left];
-            let Some([from, to]) = self.span(line, node, max) else { continue };
+            let Region { lo, hi, .. } = self.region(node);
+            let Some([from, to]) = line.span(&lo, &hi, max) else { continue };
             let (level, i, j) = node;
             if level == 0 {
                 if let Some(t) = self.leaf(line, i as usize, j as usize, from, to) {
@@ -365,48 +412,34 @@ impl HeightMap {
         root(first, from, middle + slack).or_else(|| root(second, middle - slack, to))
     }
 
-    /// Nodes that hold all that the rays of a beam may meet, in the order in which each of them meets them; the root when the
+    /// Regions that hold all that the rays of a beam may meet, in the order in which each of them meets them; the root when the
     /// beam's rays do not agree on an order.
-    pub(crate) fn nodes(&self, beam: &Beam, out: &mut Vec<Node>) {
+    pub(crate) fn regions(&self, beam: &Beam, out: &mut Vec<Region>, next: &mut Vec<Region>) {
         out.clear();
         out.push(self.root());
         let Some(near) = beam.near() else { return };
-        /// So many are enough: each ray looks at them all.
-        const MANY: usize = 8;
-        let mut next = Vec::with_capacity(4 * MANY);
-        loop {
+        /// So many are enough: each ray looks at them in turn.
+        const MANY: usize = 24;
+        // All are of one level.
+        while out.first().is_some_and(|r| r.node.0 > 0) {
             next.clear();
-            let mut split = false;
-            for &(level, i, j) in out.iter() {
-                if level == 0 {
-                    next.push((level, i, j));
-                    continue;
-                }
-                split = true;
-                let below = &self.levels[level as usize - 1];
+            for Region { node: (level, i, j), .. } in out.iter() {
+                let below = &self.levels[*level as usize - 1];
                 for c in [0, 1, 2, 3] {
                     let c = c ^ near;
                     let child = (level - 1, 2 * i + (c & 1) as u32, 2 * j + (c >> 1) as u32);
-                    let there = (child.1 as usize) < below.nx && (child.2 as usize) < below.ny;
-                    if there && self.meets(beam, child) {
-                        next.push(child);
+                    if (child.1 as usize) < below.nx && (child.2 as usize) < below.ny {
+                        let region = self.region(child);
+                        if region.lo.z <= region.hi.z && beam.meets(&region.lo, &region.hi) {
+                            next.push(region);
+                        }
                     }
                 }
             }
-            if next.len() > MANY || !split {
-                // `out` still holds all; nothing met at all is told by an empty list.
-                if !split {
-                    std::mem::swap(out, &mut next);
-                }
+            if next.len() > MANY {
                 return;
             }
-            std::mem::swap(out, &mut next);
+            std::mem::swap(out, next);
         }
-    }
-
-    fn meets(&self, beam: &Beam, node: Node) -> bool {
-        let (lo, hi, [bottom, top]) = self.extent(node);
-        let box_lo = Vec3::new(lo[0], lo[1], f64::from(bottom));
-        bottom <= top && beam.meets(&box_lo, &Vec3::new(hi[0], hi[1], f64::from(top)))
     }
 }

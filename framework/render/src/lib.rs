@@ -9,7 +9,8 @@
 //! what is where             scene.rs                       beam.rs         what a tile of pixels may meet
 //! light and albedo          light.rs                       lens.rs         pixels and rays
 //! frames                    camera.rs                      detector.rs     electrons and numbers
-//! files                     picture.rs
+//! files                     picture.rs     lidar.rs        beams and echoes
+//! depth from two images     stereo.rs
 //! ```
 //! What is left out: light from surface to surface, soft shadows, glare, motion blur, rolling shutters, defocus.
 //!
@@ -38,9 +39,11 @@ mod detector;
 mod error;
 mod height_map;
 mod lens;
+pub mod lidar;
 mod light;
 mod picture;
 mod scene;
+pub mod stereo;
 
 pub use camera::{Camera, Frame, Want};
 pub use detector::{Channels, Detector, Image, Noise};

@@ -7,7 +7,7 @@
 
 use crate::beam::Beam;
 use crate::error::{RenderError, number};
-use crate::height_map::{HeightMap, Line, Node};
+use crate::height_map::{HeightMap, Line, Region};
 use crate::light::{Light, Look};
 use linkwork_collision::{Shape, Target};
 use linkwork_spatial::{Pose, Vec3};
@@ -91,7 +91,9 @@ pub struct Scene {
 /// What the rays of a beam may meet: made once for neighbouring pixels.
 #[derive(Default)]
 pub(crate) struct Candidates {
-    nodes: Vec<Node>,
+    regions: Vec<Region>,
+    /// Work space.
+    next: Vec<Region>,
     objects: Vec<u32>,
 }
 
@@ -332,7 +334,7 @@ impl Scene {
     /// What rays of a beam may meet.
     pub(crate) fn candidates(&self, beam: &Beam, out: &mut Candidates) {
         if let Some((map, _)) = &self.ground {
-            map.nodes(beam, &mut out.nodes);
+            map.regions(beam, &mut out.regions, &mut out.next);
         }
         out.objects.clear();
         let meets = |k: &u32| {
@@ -352,7 +354,7 @@ impl Scene {
     #[inline]
     pub(crate) fn cast_among(&self, among: &Candidates, o: &Vec3, d: &Vec3) -> Option<Hit> {
         let mut best = self.ground.as_ref().and_then(|(map, _)| {
-            let t = map.cast(&Line::new(o, d), &among.nodes, FAR)?;
+            let t = map.cast(&Line::new(o, d), &among.regions, FAR)?;
             Some(ground_hit(map, o, d, t))
         });
         among.objects.iter().for_each(|k| self.try_object(*k, o, d, FAR, &mut best));
