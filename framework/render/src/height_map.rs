@@ -414,32 +414,31 @@ impl HeightMap {
 
     /// Regions that hold all that the rays of a beam may meet, in the order in which each of them meets them; the root when the
     /// beam's rays do not agree on an order.
-    pub(crate) fn regions(&self, beam: &Beam, out: &mut Vec<Region>, next: &mut Vec<Region>) {
+    pub(crate) fn regions(&self, beam: &Beam, out: &mut Vec<Region>, left: &mut Vec<Region>) {
         out.clear();
-        out.push(self.root());
-        let Some(near) = beam.near() else { return };
-        /// So many are enough: each ray looks at them in turn.
-        const MANY: usize = 24;
-        // All are of one level.
-        while out.first().is_some_and(|r| r.node.0 > 0) {
-            next.clear();
-            for Region { node: (level, i, j), .. } in out.iter() {
-                let below = &self.levels[*level as usize - 1];
-                for c in [0, 1, 2, 3] {
-                    let c = c ^ near;
-                    let child = (level - 1, 2 * i + (c & 1) as u32, 2 * j + (c >> 1) as u32);
-                    if (child.1 as usize) < below.nx && (child.2 as usize) < below.ny {
-                        let region = self.region(child);
-                        if region.lo.z <= region.hi.z && beam.meets(&region.lo, &region.hi) {
-                            next.push(region);
-                        }
+        let Some(near) = beam.near() else { return out.push(self.root()) };
+        /// So many are enough: each ray looks at them in turn. Those that are met last stay coarse: few rays come to them.
+        const MANY: usize = 32;
+        left.clear();
+        left.push(self.root());
+        while let Some(region) = left.pop() {
+            let (level, i, j) = region.node;
+            if level == 0 || out.len() + left.len() >= MANY {
+                out.push(region);
+                continue;
+            }
+            let below = &self.levels[level as usize - 1];
+            // The nearest child last, so that it is taken first.
+            for c in [3, 2, 1, 0] {
+                let c = c ^ near;
+                let child = (level - 1, 2 * i + (c & 1) as u32, 2 * j + (c >> 1) as u32);
+                if (child.1 as usize) < below.nx && (child.2 as usize) < below.ny {
+                    let region = self.region(child);
+                    if region.lo.z <= region.hi.z && beam.meets(&region.lo, &region.hi) {
+                        left.push(region);
                     }
                 }
             }
-            if next.len() > MANY {
-                return;
-            }
-            std::mem::swap(out, next);
         }
     }
 }

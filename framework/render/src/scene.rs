@@ -93,7 +93,7 @@ pub struct Scene {
 pub(crate) struct Candidates {
     regions: Vec<Region>,
     /// Work space.
-    next: Vec<Region>,
+    left: Vec<Region>,
     objects: Vec<u32>,
 }
 
@@ -334,7 +334,7 @@ impl Scene {
     /// What rays of a beam may meet.
     pub(crate) fn candidates(&self, beam: &Beam, out: &mut Candidates) {
         if let Some((map, _)) = &self.ground {
-            map.regions(beam, &mut out.regions, &mut out.next);
+            map.regions(beam, &mut out.regions, &mut out.left);
         }
         out.objects.clear();
         let meets = |k: &u32| {
