@@ -17,8 +17,8 @@ use std::sync::{Mutex, PoisonError};
 /// Edge of a tile, pixels.
 const TILE: usize = 8;
 
-/// Most rays of a camera: its table of them takes 48 bytes each.
-const RAYS_MAX: u128 = 1 << 24;
+/// Most rays of a camera: its table of them takes 56 bytes each, a frame some 110 bytes a pixel.
+const RAYS_MAX: u128 = 1 << 23;
 
 /// A camera.
 #[derive(Clone, Debug)]

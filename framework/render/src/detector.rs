@@ -55,7 +55,8 @@ pub enum Noise {
 }
 
 impl Default for Detector {
-    /// 12 bits mono; a well of 50 000 electrons filled by 130 W/(m² sr) in 10 ms, which is white in the light of [`Light::default`](crate::Light).
+    /// 12 bits mono; a well of 50 000 electrons that 130 W/(m² sr) fill in 10 ms, about what white sends that faces the Sun of
+    /// [`Light::default`](crate::Light).
     fn default() -> Self {
         Self {
             channels: Channels::Mono,

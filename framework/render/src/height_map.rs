@@ -90,7 +90,7 @@ impl Line {
         let (from, to) = (from - slack, to + slack);
         // A box without data is told by its order: least above greatest.
         let there = lo.z <= hi.z && from <= to && z0 <= to && z1 >= from;
-        there.then(|| [if from > 0.0 { from } else { 0.0 }, to])
+        there.then_some([if from > 0.0 { from } else { 0.0 }, to])
     }
 }
 

@@ -13,7 +13,7 @@ use linkwork_runtime::noise;
 use linkwork_spatial::{Pose, Vec3};
 
 /// Most beams of a scan.
-const BEAMS_MAX: usize = 1 << 22;
+const BEAMS_MAX: usize = 4_000_000;
 
 /// A lidar.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,14 +77,8 @@ impl Lidar {
     /// # Errors
     /// No beams or too many, directions that are none, numbers out of their ranges.
     pub fn check(&self) -> Result<(), RenderError> {
-        let count = self.beams.len();
-        if count == 0 {
-            return Err(RenderError::Empty { width: 0, height: 1 });
-        }
-        if count > BEAMS_MAX {
-            let (rays, max) = (count as u128, BEAMS_MAX as u128);
-            return Err(RenderError::TooLarge { width: count, height: 1, samples: 1, rays, max });
-        }
+        let many = |n: f64| (1.0..=BEAMS_MAX as f64).contains(&n);
+        number("number of beams", self.beams.len() as f64, many, "take 1 to 4 million")?;
         let unit = |v: &Vec3| {
             number(
                 "length of a beam's direction",

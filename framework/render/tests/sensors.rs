@@ -172,7 +172,7 @@ fn a_lidars_noise_has_its_spread_its_steps_and_its_losses() {
 fn what_is_no_lidar_and_no_pair_is_refused() {
     let good = lidar(vec![Vec3::x()]);
     for (bad, word) in [
-        (lidar(vec![]), "empty"),
+        (lidar(vec![]), "number of beams"),
         (lidar(vec![Vec3::x() * 2.0]), "direction"),
         (Lidar { limits: [5.0, 1.0], ..good.clone() }, "greatest range"),
         (Lidar { drop_out: 1.5, ..good.clone() }, "drop-out"),
