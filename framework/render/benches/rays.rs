@@ -87,7 +87,7 @@ fn main() {
             "{width:>4} × {height:<4} hits {:3.0} %",
             100.0 * hits as f64 / frame.objects.len() as f64
         );
-        for (name, want) in [("primary", Want::Geometry), ("image", Want::Radiance)] {
+        for (name, want) in [("primary", Want::Depth), ("image", Want::Radiance)] {
             for threads in [1, 2] {
                 let rate = rate(width * height, || {
                     black_box(camera.look(&scene, &X_WC, want, threads).unwrap());

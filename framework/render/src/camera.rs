@@ -36,7 +36,9 @@ pub struct Camera {
 /// What is computed for a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Want {
-    /// Depth, range, normals, masks.
+    /// Depth, range, masks.
+    Depth,
+    /// Normals too.
     Geometry,
     /// Radiance too.
     Radiance,
@@ -53,7 +55,7 @@ pub struct Frame {
     pub depth: Vec<f64>,
     /// Along the ray from where it begins, m; ∞ where nothing is.
     pub range: Vec<f64>,
-    /// Unit normals against the rays, W; zero where nothing is.
+    /// Unit normals against the rays, W; zero where nothing is; empty when only depth is wanted.
     pub normals: Vec<[f32; 3]>,
     /// Numbers of objects: 0 nothing, 1 the ground, others [`ObjectId::in_mask`](crate::ObjectId::in_mask).
     pub objects: Vec<u16>,
@@ -178,11 +180,14 @@ impl Camera {
                 .iter()
                 .map(|p| if p.object == 0 { f64::INFINITY } else { p.range })
                 .collect(),
-            normals: pixels.iter().map(|p| p.normal).collect(),
+            normals: match want {
+                Want::Depth => vec![],
+                Want::Geometry | Want::Radiance => pixels.iter().map(|p| p.normal).collect(),
+            },
             objects: pixels.iter().map(|p| p.object).collect(),
             classes: pixels.iter().map(|p| scene.class(p.object)).collect(),
             radiance: match want {
-                Want::Geometry => vec![],
+                Want::Depth | Want::Geometry => vec![],
                 Want::Radiance => pixels.iter().map(|p| p.radiance).collect(),
             },
             inside: scene.is_inside(&X_WC.transform_point(&centre)),
@@ -229,27 +234,31 @@ impl Camera {
             for x in x0..x1 {
                 let k = y * TILE + x - x0;
                 let pixel = &mut band[y * self.width + x];
-                let hit = good[k]
-                    .then(|| scene.cast_among(among, &middles[k].0, &middles[k].1))
-                    .flatten();
+                let (o, d) = &middles[k];
+                let mut hit = good[k].then(|| scene.cast_among(among, o, d)).flatten();
+                if want != Want::Depth {
+                    hit = hit.map(|h| scene.with_normal(h, o, d));
+                }
                 if let Some(hit) = &hit {
-                    let p = middles[k].0 + middles[k].1 * hit.distance;
+                    let p = o + d * hit.distance;
                     pixel.depth = (p - centre).dot(&axis);
                     pixel.range = hit.distance;
                     pixel.normal = [0, 1, 2].map(|i| hit.normal[i] as f32);
                     pixel.object = hit.object;
                 }
-                if want == Want::Geometry {
+                if want != Want::Radiance {
                     continue;
                 }
                 let rgb = match several {
-                    false if good[k] => radiance(scene, &middles[k].0, &middles[k].1, hit),
+                    false if good[k] => radiance(scene, o, d, hit),
                     false => [0.0; 3],
                     true => {
                         let mut sum = [0.0; 3];
                         for ray in of_pixel((y0 + y) * self.width + x).iter().flatten() {
                             let (o, d) = world(ray);
-                            let one = radiance(scene, &o, &d, scene.cast_among(among, &o, &d));
+                            let hit = scene.cast_among(among, &o, &d);
+                            let hit = hit.map(|h| scene.with_normal(h, &o, &d));
+                            let one = radiance(scene, &o, &d, hit);
                             (0..3).for_each(|i| sum[i] += one[i]);
                         }
                         sum.map(|v| v / n as f64)

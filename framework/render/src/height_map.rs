@@ -375,12 +375,15 @@ impl HeightMap {
     #[inline]
     fn cell(&self, line: &Line, [i, j]: [usize; 2], from: f64, to: f64) -> Option<f64> {
         let [h00, h10, h01, h11] = self.corners(i, j);
-        let slack = 1e-9 * (1.0 + to.abs().min(1e9));
+        let slack = 1e-9 * (1.0 + to.abs());
         let (from, to) = ((from - slack).max(0.0), to + slack);
-        let top = h00.max(h10).max(h01).max(h11);
+        // One instruction each; of a NaN the hole is told below.
+        let high = |a: f64, b: f64| if a > b { a } else { b };
+        let low = |a: f64, b: f64| if a < b { a } else { b };
         let (za, zb) = (line.o.z + line.d.z * from, line.o.z + line.d.z * to);
-        let bottom = h00.min(h10).min(h01).min(h11);
-        if za.min(zb) > top || za.max(zb) < bottom || (h00 + h10 + h01 + h11).is_nan() {
+        let above = low(za, zb) > high(high(h00, h10), high(h01, h11));
+        let below = high(za, zb) < low(low(h00, h10), low(h01, h11));
+        if above || below || (h00 + h10 + h01 + h11).is_nan() {
             return None;
         }
         // Coordinates of the cell, 0 to 1, as lines in t.

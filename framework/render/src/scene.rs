@@ -281,8 +281,7 @@ impl Scene {
         let max = max.min(FAR);
         let mut best = self.ground.as_ref().and_then(|(map, _)| {
             let line = Line::new(origin, direction);
-            let t = map.cast(&line, &[map.root()], max)?;
-            Some(ground_hit(map, origin, direction, t))
+            Some(ground_hit(map.cast(&line, &[map.root()], max)?))
         });
         let mut stack = [0usize; 64];
         let mut left = usize::from(!self.tree.is_empty());
@@ -307,7 +306,7 @@ impl Scene {
             }
         }
         self.endless.iter().for_each(|k| self.try_object(*k, origin, direction, max, &mut best));
-        best
+        best.map(|hit| self.with_normal(hit, origin, direction))
     }
 
     /// Whether anything stands on a ray: for shadows.
@@ -350,15 +349,27 @@ impl Scene {
         out.objects.sort_unstable();
     }
 
-    /// As [`Scene::cast`], among candidates.
+    /// As [`Scene::cast`], among candidates, and without the normal where the ground is hit: [`Scene::with_normal`].
     #[inline]
     pub(crate) fn cast_among(&self, among: &Candidates, o: &Vec3, d: &Vec3) -> Option<Hit> {
         let mut best = self.ground.as_ref().and_then(|(map, _)| {
-            let t = map.cast(&Line::new(o, d), &among.regions, FAR)?;
-            Some(ground_hit(map, o, d, t))
+            Some(ground_hit(map.cast(&Line::new(o, d), &among.regions, FAR)?))
         });
         among.objects.iter().for_each(|k| self.try_object(*k, o, d, FAR, &mut best));
         best
+    }
+
+    /// A hit with its normal, that of the ground too.
+    #[inline]
+    pub(crate) fn with_normal(&self, hit: Hit, o: &Vec3, d: &Vec3) -> Hit {
+        match &self.ground {
+            Some((map, _)) if hit.object == GROUND => {
+                let p = o + d * hit.distance;
+                let n = map.normal(p.x, p.y);
+                Hit { normal: if n.dot(d) > 0.0 { -n } else { n }, ..hit }
+            }
+            _ => hit,
+        }
     }
 
     /// Whether a point (W) is in something solid: an object, or below the ground.
@@ -373,11 +384,9 @@ impl Scene {
     }
 }
 
-fn ground_hit(map: &HeightMap, o: &Vec3, d: &Vec3, distance: f64) -> Hit {
-    let p = o + d * distance;
-    let n = map.normal(p.x, p.y);
-    let normal = if n.dot(d) > 0.0 { -n } else { n };
-    Hit { distance, normal, object: GROUND, inside: false }
+/// Its normal comes later, when it is asked for.
+fn ground_hit(distance: f64) -> Hit {
+    Hit { distance, normal: Vec3::zeros(), object: GROUND, inside: false }
 }
 
 /// Whether a ray passes a box within a length. What lies exactly in a face (0 · ∞) counts as through.

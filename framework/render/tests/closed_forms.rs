@@ -251,6 +251,12 @@ fn any_number_of_threads_gives_the_same_bits_and_so_does_each_ray_alone() {
         assert_eq!(one, camera.look(&scene, &X_WC, Want::Radiance, threads).unwrap(), "{threads}");
     }
     assert!(!one.inside);
+    // What is wanted changes nothing of what is told.
+    let depth = camera.look(&scene, &X_WC, Want::Depth, 2).unwrap();
+    assert!(depth.normals.is_empty() && depth.radiance.is_empty());
+    assert!(depth.depth == one.depth && depth.range == one.range && depth.objects == one.objects);
+    let geometry = camera.look(&scene, &X_WC, Want::Geometry, 2).unwrap();
+    assert!(geometry.normals == one.normals && geometry.radiance.is_empty());
     let detector = Detector::default();
     let image = detector.read(&one, 7, 3).unwrap();
     assert_eq!(image, detector.read(&one, 7, 3).unwrap());
