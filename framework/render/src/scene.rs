@@ -274,6 +274,12 @@ impl Scene {
     /// `None` too for a ray with a NaN. Objects that moved are where they were before [`Scene::settle`].
     #[must_use]
     pub fn cast(&self, origin: &Vec3, direction: &Vec3, max: f64) -> Option<Hit> {
+        let hit = self.first(origin, direction, max)?;
+        Some(self.with_normal(hit, origin, direction))
+    }
+
+    /// The same without the normal where the ground is hit.
+    fn first(&self, origin: &Vec3, direction: &Vec3, max: f64) -> Option<Hit> {
         let finite = origin.iter().chain(direction.iter()).all(|v| v.is_finite());
         if !finite || !(max >= 0.0) {
             return None;
@@ -306,13 +312,13 @@ impl Scene {
             }
         }
         self.endless.iter().for_each(|k| self.try_object(*k, origin, direction, max, &mut best));
-        best.map(|hit| self.with_normal(hit, origin, direction))
+        best
     }
 
     /// Whether anything stands on a ray: for shadows.
     #[must_use]
     pub fn blocked(&self, origin: &Vec3, direction: &Vec3, max: f64) -> bool {
-        self.cast(origin, direction, max).is_some()
+        self.first(origin, direction, max).is_some()
     }
 
     fn try_object(&self, k: u32, o: &Vec3, d: &Vec3, max: f64, best: &mut Option<Hit>) {
