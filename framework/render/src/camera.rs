@@ -127,11 +127,10 @@ impl Camera {
         [self.width, self.height]
     }
 
-    /// What it sees from a pose (`X_WC`), computed by `threads` threads (at least one): the same bits for any number of them. The
-    /// scene is settled.
+    /// What it sees from a pose (`X_WC`), computed by `threads` threads (at least one): the same bits for any number of them.
     ///
     /// # Errors
-    /// What is no pose; light that cannot be.
+    /// What is no pose; light that cannot be; a scene that is not settled.
     pub fn look(
         &self,
         scene: &Scene,
@@ -140,7 +139,7 @@ impl Camera {
         threads: usize,
     ) -> Result<Frame, RenderError> {
         check_pose("camera", X_WC)?;
-        scene.light().check()?;
+        scene.check()?;
         let count = self.width * self.height;
         let blank =
             Pixel { depth: FAR, range: FAR, normal: [0.0; 3], object: 0, radiance: [0.0; 3] };

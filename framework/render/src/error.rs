@@ -62,6 +62,11 @@ pub enum RenderError {
         /// How many a scene may have.
         max: usize,
     },
+    /// Objects were added or moved, and the scene was not told that this was all.
+    #[error(
+        "the scene has objects that were added or moved\n  help: call `settle` when all are where they belong"
+    )]
+    Unsettled,
     /// An image without pixels.
     #[error("an image of {width} by {height} pixels is empty\n  help: write at least 1 by 1")]
     Empty {

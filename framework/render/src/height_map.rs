@@ -96,7 +96,7 @@ impl Line {
 
 impl HeightMap {
     /// `nx` by `ny` heights (m; x fastest, lowest y first, NaN: no data), nodes `spacing` apart (m), the first at `origin` (m).
-    /// Takes half a byte a cell for the tree.
+    /// The tree takes two thirds of a byte a cell.
     ///
     /// # Errors
     /// A grid without a cell, of another number of heights, with a spacing that is not positive, or with infinite heights.

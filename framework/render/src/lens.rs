@@ -10,8 +10,8 @@
 //!          χ = tan(Lθ)/L, θ for L = 0, sin(Lθ)/L for L < 0;  CAHV of  C + |λ|/χ O + (1 + r₀ + r₁χ² + r₂χ⁴) λ
 //! ```
 //! Brown, "Close-range camera calibration", Photogrammetric Engineering 37(8), 1971, in the order of coefficients that OpenCV has.
-//! CAHV and CAHVOR: Yakimovsky & Cunningham 1978; Gennery 2006, "Generalized camera calibration including fish-eye lenses" (IJCV 68),
-//! whose L is 1 for a perspective lens, 0 for an equidistant fisheye.
+//! The C… models are those of JPL's library cmod, whose numbers they give (`tests/lenses.rs`); L is 1 for its perspective type, 0 for its
+//! fisheye type, and the parameter of its general type. Gennery, "Generalized camera calibration including fish-eye lenses", IJCV 68, 2006.
 //! All vectors of the C… models are in one frame, the camera's C, which need not be aligned with the lens. A model holds where its
 //! polynomial grows; a point beyond, or behind the camera, has no pixel, and a pixel beyond no ray.
 

@@ -110,7 +110,7 @@ impl Lidar {
     /// A scan from a pose (`X_WS`), one echo a beam; `out` is overwritten. `key` and `count` (the number of the scan) choose the noise.
     ///
     /// # Errors
-    /// What is no pose. The lidar itself is checked by [`Lidar::check`].
+    /// What is no pose; a scene that is not settled. The lidar itself is checked by [`Lidar::check`].
     pub fn scan(
         &self,
         scene: &Scene,
@@ -120,6 +120,7 @@ impl Lidar {
         out: &mut Vec<Echo>,
     ) -> Result<(), RenderError> {
         check_pose("lidar", X_WS)?;
+        scene.check()?;
         out.clear();
         out.extend((0..self.beams.len()).map(|k| self.echo(scene, X_WS, key, count, k)));
         Ok(())

@@ -178,7 +178,7 @@ impl Scene {
         }
     }
 
-    /// Moves an object. [`Scene::settle`] before rays are cast.
+    /// Moves an object of this scene. [`Scene::settle`] before rays are cast.
     ///
     /// # Errors
     /// What is no pose.
@@ -271,7 +271,8 @@ impl Scene {
     }
 
     /// The first thing along a ray from `origin` along the unit vector `direction`, both in W, within `max` (m, at most [`FAR`]).
-    /// `None` too for a ray with a NaN. Objects that moved are where they were before [`Scene::settle`].
+    /// `None` too for a ray with a NaN. Objects
+    /// that were added or moved after the last [`Scene::settle`] may be missed.
     #[must_use]
     pub fn cast(&self, origin: &Vec3, direction: &Vec3, max: f64) -> Option<Hit> {
         let hit = self.first(origin, direction, max)?;
@@ -313,6 +314,12 @@ impl Scene {
         }
         self.endless.iter().for_each(|k| self.try_object(*k, origin, direction, max, &mut best));
         best
+    }
+
+    /// Refuses light that cannot be, and objects that are not in the tree.
+    pub(crate) fn check(&self) -> Result<(), RenderError> {
+        self.light.check()?;
+        if self.stale { Err(RenderError::Unsettled) } else { Ok(()) }
     }
 
     /// Whether anything stands on a ray: for shadows.

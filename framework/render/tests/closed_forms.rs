@@ -319,7 +319,12 @@ fn what_cannot_be_rendered_is_refused_with_the_reason() {
         text(scene.add("d", &ball, Look::plain([1.5; 3]), Pose::identity()).unwrap_err())
             .contains("albedo")
     );
-    // A refused object leaves no trace.
+    // A refused object leaves no trace; one that was added is refused until the scene is settled.
+    let far = scene.add("far", &ball, plain, Pose::translation(0.0, 0.0, -50.0)).unwrap();
+    scene.settle();
+    scene.set_pose(far, Pose::translation(0.0, 0.0, -60.0)).unwrap();
+    let e = camera.look(&scene, &Pose::identity(), Want::Geometry, 1).unwrap_err();
+    assert!(text(e).contains("settle"));
     scene.settle();
     let frame = camera.look(&scene, &Pose::identity(), Want::Geometry, 1).unwrap();
     assert!(frame.objects.iter().all(|o| *o == 0) && frame.depth.iter().all(|d| d.is_infinite()));
