@@ -17,6 +17,7 @@
 //! | [`collision`] | shapes of bodies: contact points, distances, rays |
 //! | [`embedded`] | the robot model that autonomy software embeds: parts, reach, hands, forces |
 //! | [`runtime`] | models, ports, wires, plan, clock, state, checkpoints |
+//! | [`render`] | cameras and lidar: rays, lenses, images, depth, stereo |
 //! | [`assembly`] | RON and the builder: files → one flat specification, all faults at once |
 //! | [`record`] | logs, reading them back, comparison, plots |
 //! | [`runner`] | a run from file to end: load, taps, the time loop, checkpoints, stopping |
@@ -88,6 +89,7 @@ pub use linkwork_formats as formats;
 pub use linkwork_integrate as integrate;
 pub use linkwork_multibody as multibody;
 pub use linkwork_record as record;
+pub use linkwork_render as render;
 pub use linkwork_runner as runner;
 pub use linkwork_runtime as runtime;
 pub use linkwork_solvers as solvers;

@@ -1,7 +1,10 @@
 //! Component library: sensors.
 
+#![allow(non_snake_case)]
+
 pub mod encoder;
 pub mod imu;
+pub mod lidar;
 pub mod motion;
 pub mod pose;
 pub mod star_tracker;
@@ -14,6 +17,7 @@ pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::model::<encoder::Encoder>(),
         Entry::model::<imu::Imu>(),
+        Entry::sized::<lidar::LidarSensor>(),
         Entry::model::<motion::Motion>(),
         Entry::model::<pose::PoseSensor>(),
         Entry::model::<star_tracker::StarTracker>(),

@@ -2,8 +2,9 @@
 
 use crate::colliders::{ColliderId, Colliders};
 use crate::core::{Core, Poly};
+use crate::error::ShapeFault;
 use crate::query::Query;
-use crate::shape::Visibility;
+use crate::shape::{Shape, Visibility};
 use crate::solid::{Kind, Solid};
 use linkwork_multibody::BodyId;
 use linkwork_multibody::spatial::{Pose, Vec3};
@@ -67,6 +68,34 @@ impl Colliders {
             }
         }
         best
+    }
+}
+
+/// One shape in its own frame, ready for many rays, without bodies and names.
+#[derive(Debug)]
+pub struct Target(Solid);
+
+impl Target {
+    /// Prepares a shape: the hull of points, the tree of a mesh.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the shape.
+    pub fn new(shape: &Shape) -> Result<Self, Vec<ShapeFault>> {
+        Solid::new(shape).map(Self)
+    }
+
+    /// The box around it, its own frame, m; infinite for what has no end.
+    #[must_use]
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        (self.0.lo, self.0.hi)
+    }
+
+    /// Distance (m) along a ray in the shape's frame, at most `max`, and the unit normal against the ray there; `direction` is of
+    /// unit length. Distance 0 and the normal `-direction` when the ray begins inside a solid; surfaces (meshes, height fields)
+    /// have no inside and are met from both sides.
+    #[must_use]
+    pub fn cast(&self, origin: &Vec3, direction: &Vec3, max: f64) -> Option<(f64, Vec3)> {
+        cast(&self.0, origin, direction, max).filter(|(t, _)| *t <= max)
     }
 }
 

@@ -79,6 +79,7 @@ const FLOORS: [(&str, u32); 20] = [
     ("framework/solvers", 40),
     ("framework/collision", 40),
     ("framework/embedded", 50),
+    ("framework/render", 55),
     ("framework/runtime", 50),
     ("framework/assembly", 60),
     ("framework/record", 60),

@@ -15,7 +15,7 @@ impl Terrain for Level {
         &self.0
     }
     fn surface(&self) -> Surface {
-        Surface { origin: [0.0; 2], spacing: [1.0; 2], nx: 0, ny: 0, heights: Vec::new() }
+        Surface { origin: [-1e3; 2], spacing: [2e3; 2], nx: 2, ny: 2, heights: vec![0.0; 4] }
     }
 }
 

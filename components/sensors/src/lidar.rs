@@ -1,0 +1,234 @@
+//! `sensors.lidar`: ranges to the ground along a fan of beams, as of a spinning or a flash lidar, or of one beam.
+//! ```text
+//! beams    columns × rows, in the middles of equal parts of the angles of view; x of the mount forward, y left, z up
+//! echo     e = ρ |n·d| (R/r)² ≥ 1 and near ≤ r ≤ far
+//! reading  r + σ n, to the next multiple of the resolution; 0 without an echo
+//! ```
+//! The equations are those of `linkwork_render::lidar`. It sees the terrain, rocks included, as triangles between the nodes of its
+//! grid; bodies of the mechanism it does not see. All beams of a sample are of one instant.
+
+use linkwork_render::lidar::{Lidar, middles, spinning};
+use linkwork_render::spatial::Pose;
+use linkwork_render::{HeightMap, Light, Look, Scene};
+use linkwork_runtime::Lane;
+use linkwork_runtime::prelude::*;
+use std::sync::Arc;
+
+/// Beams and their noise.
+#[derive(Params, Clone, Debug)]
+pub struct LidarParams {
+    /// Beams side by side.
+    #[param(default = 36, range = 1.0..=4096.0)]
+    pub columns: u32,
+    /// Beams above each other.
+    #[param(default = 1, range = 1.0..=256.0)]
+    pub rows: u32,
+    /// From which to which angle columns are spread, from x towards y.
+    #[param(unit = "rad", default = [-std::f64::consts::PI, std::f64::consts::PI])]
+    pub azimuth: [f64; 2],
+    /// From which to which angle rows are spread, upwards.
+    #[param(unit = "rad", default = [-0.4, 0.0])]
+    pub elevation: [f64; 2],
+    /// Least range.
+    #[param(unit = "m", default = 0.2, range = 0.0..=1e6)]
+    pub near: f64,
+    /// Width of the band of ranges that are told: the greatest is `near` and this.
+    #[param(unit = "m", default = 50.0, range = 1e-3..=1e6)]
+    pub depth: f64,
+    /// Range at which a white surface that faces the beam is just found.
+    #[param(unit = "m", default = 200.0, range = 1e-3..)]
+    pub reach: f64,
+    /// Standard deviation of a range.
+    #[param(unit = "m", default = 0.02, range = 0.0..)]
+    pub sigma: f64,
+    /// Step of the numbers; 0: none.
+    #[param(unit = "m", default = 0.0, range = 0.0..)]
+    pub resolution: f64,
+    /// Probability that an echo is lost.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub drop_out: f64,
+    /// Albedo of the ground.
+    #[param(default = 0.2, range = 0.0..=1.0)]
+    pub albedo: f64,
+    /// The ground.
+    #[param(service)]
+    pub terrain: Handle<dyn Terrain>,
+}
+
+/// Most beams of a sample: each is a lane of its output.
+const BEAMS_MAX: u32 = 1 << 16;
+
+/// A lidar over the ground.
+pub struct LidarSensor {
+    lidar: Lidar,
+    scene: Scene,
+}
+
+impl SizedModel for LidarSensor {
+    const NAME: &'static str = "sensors.lidar";
+    const DOC: &'static str = "Ranges to the ground along beams, with noise and losses; sampled.";
+    type Params = LidarParams;
+    type Store = ();
+
+    fn ports(p: &LidarParams) -> SizedPorts {
+        let mut mount = PortSpec::named("mount", PortKind::NodeState, <NodeState as Lane>::N)
+            .doc_of("The sensor: x forward, y left, z up.");
+        mount.bind = Some("mount".into());
+        let count = (p.columns as usize * p.rows as usize).min(BEAMS_MAX as usize);
+        let range = PortSpec::named("range", PortKind::Numbers, count)
+            .unit_of("m")
+            .doc_of("Range of each beam, the rows of a column together; 0 without an echo.");
+        let echoes = PortSpec::named("echoes", PortKind::Numbers, 1)
+            .unit_of("1")
+            .doc_of("How many beams have an echo.");
+        SizedPorts {
+            direct_inputs: vec![mount],
+            direct_outputs: vec![range, echoes],
+            sampled: true,
+            ..SizedPorts::default()
+        }
+    }
+
+    fn build(p: LidarParams) -> Result<Self, BuildError> {
+        if p.columns.saturating_mul(p.rows) > BEAMS_MAX {
+            let fact = format!("{} × {} beams are too many", p.columns, p.rows);
+            return Err(BuildError::new(fact)
+                .at("columns")
+                .help(format!("{BEAMS_MAX} at most: each is a variable of its own")));
+        }
+        for (name, [from, to]) in [("azimuth", p.azimuth), ("elevation", p.elevation)] {
+            let limit =
+                if name == "azimuth" { std::f64::consts::TAU } else { std::f64::consts::PI };
+            if !(from <= to && to - from <= limit + 1e-9) {
+                let fact = format!("beams cannot be spread from {from} to {to} rad");
+                let help =
+                    "the smaller angle comes first; a whole turn at most, of elevation half of one";
+                return Err(BuildError::new(fact).at(name).help(help));
+            }
+        }
+        let angles = |[from, to]: [f64; 2], count: u32| middles(from, to, count as usize);
+        let lidar = Lidar {
+            beams: spinning(&angles(p.azimuth, p.columns), &angles(p.elevation, p.rows)),
+            limits: [p.near, p.near + p.depth],
+            reach: p.reach,
+            sigma: p.sigma,
+            resolution: p.resolution,
+            drop_out: p.drop_out,
+        };
+        lidar.check().map_err(|e| BuildError::of(&e))?;
+        let mut scene = Scene::new(Light::default());
+        let map =
+            HeightMap::of(p.terrain.surface()).map_err(|e| BuildError::of(&e).at("terrain"))?;
+        scene
+            .set_ground(Arc::new(map), Look::plain([p.albedo; 3]))
+            .map_err(|e| BuildError::of(&e).at("albedo"))?;
+        Ok(Self { lidar, scene })
+    }
+
+    fn direct(&self, c: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+        let mount = NodeState::get(u);
+        let X_WS = Pose::new(mount.rotation, mount.position);
+        let Some((echoes, ranges)) = y.split_last_mut() else { return };
+        *echoes = 0.0;
+        for (k, range) in ranges.iter_mut().enumerate() {
+            let echo = self.lidar.echo(&self.scene, &X_WS, c.key, c.n, k);
+            let found = echo.range.is_finite();
+            *range = if found { echo.range } else { 0.0 };
+            *echoes += f64::from(u8::from(found));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ground that rises towards +x by a quarter.
+    struct Slope(Soil);
+    impl Terrain for Slope {
+        fn ground(&self, x: f64, _: f64) -> Option<Ground> {
+            Some(Ground { height: 0.25 * x, normal: Vec3::new(-0.25, 0.0, 1.0).normalize() })
+        }
+        fn bounds(&self) -> [f64; 4] {
+            [-100.0, -100.0, 100.0, 100.0]
+        }
+        fn soil(&self, _: f64, _: f64) -> &Soil {
+            &self.0
+        }
+        fn surface(&self) -> Surface {
+            let heights = vec![-25.0, 25.0, -25.0, 25.0];
+            Surface { origin: [-100.0; 2], spacing: [200.0; 2], nx: 2, ny: 2, heights }
+        }
+    }
+
+    fn params() -> LidarParams {
+        let soil = Soil {
+            n: 1.0,
+            n1: 0.0,
+            k_c: 0.0,
+            k_phi: 1e6,
+            cohesion: 0.0,
+            friction_angle: 0.5,
+            shear_modulus: 0.02,
+            a0: 0.4,
+            a1: 0.1,
+            lambda: 0.5,
+            density: 1500.0,
+            friction: 0.7,
+        };
+        LidarParams {
+            columns: 24,
+            rows: 3,
+            azimuth: [-std::f64::consts::PI, std::f64::consts::PI],
+            elevation: [-0.6, 0.6],
+            near: 0.2,
+            depth: 40.0,
+            reach: 1e4,
+            sigma: 0.0,
+            resolution: 0.0,
+            drop_out: 0.0,
+            albedo: 0.2,
+            terrain: Handle::new("ground", Arc::new(Slope(soil)) as Arc<dyn Terrain>),
+        }
+    }
+
+    fn read(p: LidarParams, mount: NodeState) -> Vec<f64> {
+        let lanes: usize = LidarSensor::ports(&p).direct_outputs.iter().map(|s| s.lanes).sum();
+        let m = LidarSensor::build(p).unwrap();
+        let (mut u, mut y) = (vec![0.0; <NodeState as Lane>::N], vec![f64::NAN; lanes]);
+        mount.put(&mut u);
+        m.direct(&Clock::at(0.0, 0.1, 0), &[], &[], &u, &(), &mut y);
+        y
+    }
+
+    #[test]
+    fn ranges_to_a_slope_are_those_of_its_plane() {
+        let mut mount = NodeState::identity();
+        mount.position = Vec3::new(3.0, -1.0, 0.75 + 1.2);
+        mount.rotation = Quat::from_scaled_axis(Vec3::new(0.1, -0.2, 0.7));
+        let y = read(params(), mount);
+        let normal = Vec3::new(-0.25, 0.0, 1.0);
+        let mut found = 0.0;
+        for (k, range) in y[..72].iter().enumerate() {
+            let a = -std::f64::consts::PI + std::f64::consts::TAU * ((k / 3) as f64 + 0.5) / 24.0;
+            let e = -0.4 + 0.4 * (k % 3) as f64;
+            let d = mount.rotation * Vec3::new(a.cos() * e.cos(), a.sin() * e.cos(), e.sin());
+            let t = -1.2 / normal.dot(&d);
+            let want = if t > 0.2 && t < 40.2 { t } else { 0.0 };
+            assert!((range - want).abs() < 1e-9, "{k}: {range} {want}");
+            found += f64::from(u8::from(want > 0.0));
+        }
+        assert!(y[72] == found && found > 20.0 && found < 60.0, "{found}");
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_at_its_parameter() {
+        let refused = |p: LidarParams| LidarSensor::build(p).err().unwrap();
+        let e = refused(LidarParams { columns: 4096, rows: 256, ..params() });
+        assert!(e.param.as_deref() == Some("columns") && e.help.is_some());
+        let e = refused(LidarParams { azimuth: [1.0, -1.0], ..params() });
+        assert_eq!(e.param.as_deref(), Some("azimuth"));
+        let e = refused(LidarParams { elevation: [-3.0, 3.0], ..params() });
+        assert_eq!(e.param.as_deref(), Some("elevation"));
+    }
+}

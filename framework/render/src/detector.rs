@@ -1,0 +1,184 @@
+//! From radiance to numbers: exposure, photons, noise, gain, bits.
+//! ```text
+//! N̄ = S L t + D t                electrons that are expected: sensitivity, radiance, exposure, dark current
+//! N ~ Poisson(N̄), at most the well; N + σ_r n,  n ~ N(0, 1)
+//! DN = clamp(round((N + noise)/g + offset), 0, 2^bits − 1)
+//! ```
+//! Poisson numbers are exact below 30 electrons (inversion), above they are rounded normal ones of the same mean and variance. Each
+//! number is a pure function of (key, frame, pixel, channel), so that neither threads nor the order of pixels matter.
+
+use crate::camera::Frame;
+use crate::error::{RenderError, number};
+use linkwork_runtime::noise;
+
+/// What the pixels tell apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channels {
+    /// One number: the luminance of Rec. 709, 0.2126 R + 0.7152 G + 0.0722 B.
+    Mono,
+    /// Red, green, blue, each in every pixel.
+    Rgb,
+}
+
+/// A detector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detector {
+    /// One number a pixel or three.
+    pub channels: Channels,
+    /// Bits of a number: 8 to 16.
+    pub bits: u32,
+    /// Exposure t, s.
+    pub exposure: f64,
+    /// Sensitivity S, electrons per second and W/(m² sr).
+    pub sensitivity: f64,
+    /// Gain g, electrons per number.
+    pub gain: f64,
+    /// Number of darkness.
+    pub offset: f64,
+    /// Electrons that a pixel holds.
+    pub well: f64,
+    /// Standard deviation of reading σ_r, electrons.
+    pub read_noise: f64,
+    /// Dark current D, electrons per second.
+    pub dark_current: f64,
+    /// Whether there is noise at all.
+    pub noise: Noise,
+}
+
+/// Noise of a detector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Noise {
+    /// Every number is the expected one.
+    Off,
+    /// Photons and reading.
+    On,
+}
+
+impl Default for Detector {
+    /// 12 bits mono; a well of 50 000 electrons that 130 W/(m² sr) fill in 10 ms, about what white sends that faces the Sun of
+    /// [`Light::default`](crate::Light).
+    fn default() -> Self {
+        Self {
+            channels: Channels::Mono,
+            bits: 12,
+            exposure: 0.01,
+            sensitivity: 50_000.0 / (130.0 * 0.01),
+            gain: 50_000.0 / 4095.0,
+            offset: 0.0,
+            well: 50_000.0,
+            read_noise: 12.0,
+            dark_current: 20.0,
+            noise: Noise::On,
+        }
+    }
+}
+
+/// Numbers of a detector, row by row from the top, the channels of a pixel together.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Image {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Numbers of a pixel: 1 or 3.
+    pub channels: usize,
+    /// Bits of a number.
+    pub bits: u32,
+    /// The numbers.
+    pub data: Vec<u16>,
+}
+
+impl Detector {
+    /// Refuses what is no detector.
+    ///
+    /// # Errors
+    /// Bits that there are not, a negative or infinite number.
+    pub fn check(&self) -> Result<(), RenderError> {
+        let positive = "it must be positive";
+        number(
+            "bits of a number",
+            f64::from(self.bits),
+            |b| (8.0..=16.0).contains(&b),
+            "write 8 to 16",
+        )?;
+        number("exposure (s)", self.exposure, |v| v > 0.0, positive)?;
+        number("sensitivity", self.sensitivity, |v| v > 0.0, positive)?;
+        number("gain (electrons per number)", self.gain, |v| v > 0.0, positive)?;
+        number("well (electrons)", self.well, |v| v > 0.0, positive)?;
+        for (what, v) in [
+            ("offset", self.offset),
+            ("read noise (electrons)", self.read_noise),
+            ("dark current (electrons per second)", self.dark_current),
+        ] {
+            number(what, v, |v| v >= 0.0, "it must be from 0 up")?;
+        }
+        Ok(())
+    }
+
+    /// The image of a frame that has radiance. `key` and `count` (the number of the frame) choose the noise.
+    ///
+    /// # Errors
+    /// What is no detector; a frame without radiance.
+    pub fn read(&self, frame: &Frame, key: u64, count: u64) -> Result<Image, RenderError> {
+        self.check()?;
+        if frame.radiance.len() != frame.width * frame.height {
+            let (what, help) =
+                ("number of pixels with radiance", "ask the camera for `Want::Radiance`");
+            return Err(RenderError::Number { what, value: frame.radiance.len() as f64, help });
+        }
+        let channels = match self.channels {
+            Channels::Mono => 1,
+            Channels::Rgb => 3,
+        };
+        let mut data = Vec::with_capacity(frame.radiance.len() * channels);
+        for rgb in &frame.radiance {
+            let [r, g, b] = rgb.map(f64::from);
+            match self.channels {
+                Channels::Mono => {
+                    let lane = data.len() as u32;
+                    data.push(self.number(0.2126 * r + 0.7152 * g + 0.0722 * b, key, count, lane));
+                }
+                Channels::Rgb => {
+                    for v in [r, g, b] {
+                        let lane = data.len() as u32;
+                        data.push(self.number(v, key, count, lane));
+                    }
+                }
+            }
+        }
+        let Frame { width, height, .. } = *frame;
+        Ok(Image { width, height, channels, bits: self.bits, data })
+    }
+
+    fn number(&self, radiance: f64, key: u64, count: u64, lane: u32) -> u16 {
+        let mean = (self.sensitivity * radiance + self.dark_current) * self.exposure;
+        let electrons = match self.noise {
+            Noise::Off => mean.min(self.well),
+            Noise::On => {
+                let caught = poisson(mean, key, count, lane).min(self.well);
+                // A key of its own, so that photons and reading do not know of each other.
+                caught + self.read_noise * noise::normal(!key, count, lane)
+            }
+        };
+        let top = f64::from((1u32 << self.bits) - 1);
+        (electrons / self.gain + self.offset).round().clamp(0.0, top) as u16
+    }
+}
+
+/// A Poisson number.
+fn poisson(mean: f64, key: u64, count: u64, lane: u32) -> f64 {
+    const FEW: f64 = 30.0;
+    if mean >= FEW {
+        return (mean + mean.sqrt() * noise::normal(key, count, lane)).round().max(0.0);
+    }
+    let u = noise::uniform(key, count, lane);
+    let mut term = (-mean).exp();
+    let (mut sum, mut k) = (term, 0.0);
+    // The tail beyond 200 is below 1e-80.
+    while u > sum && k < 200.0 {
+        k += 1.0;
+        term *= mean / k;
+        sum += term;
+    }
+    k
+}
