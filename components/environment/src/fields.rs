@@ -56,8 +56,8 @@ impl Gravity for PointMassGravity {
     fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
         around(self.site.as_ref(), p, |p| point_mass(self.mu, *p))
     }
-    fn site(&self) -> Option<&Site> {
-        self.site.as_ref()
+    fn axes(&self) -> Axes {
+        Axes::of(self.site)
     }
 }
 
@@ -113,6 +113,9 @@ impl Atmosphere for ExponentialAtmosphere {
             speed_of_sound: a.speed_of_sound,
             wind: a.wind,
         }
+    }
+    fn axes(&self) -> Axes {
+        if self.0.planet_radius > 0.0 { Axes::Inertial } else { Axes::Any }
     }
 }
 

@@ -124,8 +124,8 @@ impl Gravity for SphericalHarmonics {
     fn acceleration(&self, t: f64, p: Vec3) -> Vec3 {
         self.thirds(t, p).fold(self.field(t, p), |a, b| a + b)
     }
-    fn site(&self) -> Option<&Site> {
-        self.planet.site.as_ref()
+    fn axes(&self) -> Axes {
+        Axes::of(self.planet.site)
     }
 }
 
@@ -231,8 +231,8 @@ impl Gravity for ZonalGravity {
         let ZonalParams { mu, radius, j2, j3, j4, .. } = self.p;
         around(self.site.as_ref(), p, |p| zonal(mu, radius, &[j2, j3, j4], p))
     }
-    fn site(&self) -> Option<&Site> {
-        self.site.as_ref()
+    fn axes(&self) -> Axes {
+        Axes::of(self.site)
     }
 }
 

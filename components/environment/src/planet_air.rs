@@ -86,8 +86,8 @@ impl Atmosphere for StandardAtmosphere {
     fn air(&self, t: f64, p: Vec3) -> Air {
         self.around.air(t, p, |place| self.model.at(place.altitude))
     }
-    fn site(&self) -> Option<&Site> {
-        self.around.planet.site.as_ref()
+    fn axes(&self) -> Axes {
+        Axes::of(self.around.planet.site)
     }
 }
 
@@ -152,8 +152,8 @@ impl Atmosphere for MsisAtmosphere {
     fn air(&self, t: f64, p: Vec3) -> Air {
         self.around.air(t, p, |place| self.at(t, place))
     }
-    fn site(&self) -> Option<&Site> {
-        self.around.planet.site.as_ref()
+    fn axes(&self) -> Axes {
+        Axes::of(self.around.planet.site)
     }
 }
 
@@ -205,8 +205,8 @@ impl Atmosphere for MarsAtmosphere {
             None => world::mars_simple(place.altitude),
         })
     }
-    fn site(&self) -> Option<&Site> {
-        self.around.planet.site.as_ref()
+    fn axes(&self) -> Axes {
+        Axes::of(self.around.planet.site)
     }
 }
 

@@ -32,8 +32,8 @@ impl Sun for EphemerisSun {
         let direction = self.planet.from_inertial(t) * s.normalize();
         SunState { direction, distance_au: s.norm() / AU }
     }
-    fn site(&self) -> Option<&Site> {
-        self.planet.site.as_ref()
+    fn axes(&self) -> Axes {
+        Axes::of(self.planet.site)
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! W is the simulation's frame: inertial, or a [`Site`]: then z is up, x east, y north.
 use crate::params::Params;
-use crate::site::Site;
+use crate::site::{Axes, Site};
 use crate::value::remedy;
 use linkwork_spatial::Vec3;
 use std::collections::BTreeMap;
@@ -100,9 +100,13 @@ pub trait Gravity: Send + Sync {
     fn uniform(&self) -> Option<Vec3> {
         None
     }
-    /// The site that W is, when it turns with a planet: `acceleration` has the centrifugal part then.
-    fn site(&self) -> Option<&Site> {
-        None
+    /// What it takes W for; in a site `acceleration` has the centrifugal part.
+    fn axes(&self) -> Axes {
+        Axes::Any
+    }
+    /// The site that W is, when it turns with a planet.
+    fn site(&self) -> Option<Site> {
+        self.axes().site()
     }
     /// Acceleration (m/s²) of a point in free fall at p (m) with velocity v (m/s), all in W: with Coriolis' part
     /// where W turns.
@@ -131,9 +135,13 @@ pub struct Air {
 pub trait Atmosphere: Send + Sync {
     /// The air at p (m), W.
     fn air(&self, t: f64, p: Vec3) -> Air;
+    /// What it takes W for.
+    fn axes(&self) -> Axes {
+        Axes::Any
+    }
     /// The site that W is, when it turns with a planet.
-    fn site(&self) -> Option<&Site> {
-        None
+    fn site(&self) -> Option<Site> {
+        self.axes().site()
     }
 }
 
@@ -150,9 +158,13 @@ pub struct SunState {
 pub trait Sun: Send + Sync {
     /// Direction and distance at simulated time t (s).
     fn state(&self, t: f64) -> SunState;
+    /// What it takes W for.
+    fn axes(&self) -> Axes {
+        Axes::Any
+    }
     /// The site that W is, when it turns with a planet.
-    fn site(&self) -> Option<&Site> {
-        None
+    fn site(&self) -> Option<Site> {
+        self.axes().site()
     }
 }
 

@@ -68,34 +68,59 @@ impl Site {
     }
 }
 
+/// What a service takes W for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Axes {
+    /// It does not matter.
+    Any,
+    /// Inertial axes with a planet at the origin.
+    Inertial,
+    /// A site that turns with its planet.
+    Site(Site),
+}
+
+impl Axes {
+    /// A site, or inertial axes without one.
+    #[must_use]
+    pub fn of(site: Option<Site>) -> Axes {
+        site.map_or(Axes::Inertial, Axes::Site)
+    }
+
+    /// The site.
+    #[must_use]
+    pub fn site(self) -> Option<Site> {
+        if let Axes::Site(s) = self { Some(s) } else { None }
+    }
+}
+
 impl ServiceObject {
-    /// The site that it takes W for; `None`: W is inertial, or it does not care.
-    pub fn site(&self) -> Option<&Site> {
+    /// What it takes W for.
+    pub fn axes(&self) -> Axes {
         match self {
-            ServiceObject::Gravity(g) => g.site(),
-            ServiceObject::Atmosphere(a) => a.site(),
-            ServiceObject::Sun(s) => s.site(),
-            ServiceObject::Terrain(_) => None,
+            ServiceObject::Gravity(g) => g.axes(),
+            ServiceObject::Atmosphere(a) => a.axes(),
+            ServiceObject::Sun(s) => s.axes(),
+            ServiceObject::Terrain(_) => Axes::Any,
         }
     }
 }
 
 impl Services {
-    /// Fact and remedy for each service that takes W for another site than the first that has one, and for a
-    /// field of gravity that has none.
+    /// Where one takes W for a site: path, fact and remedy for each that takes it for something else, and for
+    /// gravity that does not care, since it brings none of the forces of axes that turn.
     pub(crate) fn at_odds(&self) -> Vec<(String, String, String)> {
-        let Some((first, site)) = self.iter().find_map(|(p, o)| Some((p, *o.site()?))) else {
+        let Some((first, site)) = self.iter().find_map(|(p, o)| Some((p, o.axes().site()?))) else {
             return Vec::new();
         };
-        let help = "give all services of a simulation the same `planet`, by one parameter of the file";
+        let help = "give all services the same `planet`, by one parameter of the file";
         let wrong = |path: &str, o: &ServiceObject| {
-            let fact = match (o.site(), o) {
-                (Some(s), _) if *s != site => format!("takes W for another site than `{first}`"),
-                (None, ServiceObject::Gravity(_)) => {
-                    format!("has no site, and `{first}` takes W for one")
-                }
+            let takes = match (o.axes(), o) {
+                (Axes::Site(s), _) if s != site => "another site",
+                (Axes::Inertial, _) => "inertial axes at the planet's centre",
+                (Axes::Any, ServiceObject::Gravity(_)) => "axes that do not turn",
                 _ => return None,
             };
+            let fact = format!("takes W for {takes}, and `{first}` for a site of a planet that turns");
             Some((path.to_string(), fact, help.to_string()))
         };
         self.iter().filter_map(|(path, o)| wrong(path, o)).collect()

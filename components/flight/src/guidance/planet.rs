@@ -24,7 +24,7 @@ impl Seen {
     /// # Errors
     /// A rate that is not the site's.
     pub fn new(gravity: &Handle<dyn Gravity>, rate: Option<f64>) -> Result<Seen, BuildError> {
-        let Some(site) = gravity.site().copied() else {
+        let Some(site) = gravity.site() else {
             return Ok(Seen { site: None, rate: rate.unwrap_or(MARS) });
         };
         match rate.filter(|r| *r != site.rate) {
@@ -71,8 +71,8 @@ pub(crate) mod tests {
             let pull = |r: Vec3| r * (-self.mu / r.norm().powi(3));
             self.site.as_ref().map_or_else(|| pull(p), |s| pull(s.from_centre(&p)) + s.centrifugal(&p))
         }
-        fn site(&self) -> Option<&Site> {
-            self.site.as_ref()
+        fn axes(&self) -> Axes {
+            Axes::of(self.site)
         }
     }
 
