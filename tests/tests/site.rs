@@ -184,8 +184,7 @@ fn plane(sim: &mut Simulation, period: f64) -> f64 {
 }
 
 fn rotation_of_ball(sim: &Simulation) -> Quat {
-    let [w, x, y, z] =
-        ["w", "x", "y", "z"].map(|c| sim.get(&format!("bob.rotation.{c}")).unwrap());
+    let [w, x, y, z] = ["w", "x", "y", "z"].map(|c| sim.get(&format!("bob.rotation.{c}")).unwrap());
     Quat::from_quaternion(Quaternion::new(w, x, y, z))
 }
 
@@ -238,17 +237,25 @@ fn a_box_stays_where_it_stands() {
 
 #[test]
 fn services_that_take_w_for_different_places_are_refused() {
-    let text = at_rest(0.3, "\"a\": (parent: \"world\", hinge: Free, mass: 1, inertia: [1, 1, 1])", "until: \"1 s\"");
+    let text = at_rest(
+        0.3,
+        "\"a\": (parent: \"world\", hinge: Free, mass: 1, inertia: [1, 1, 1])",
+        "until: \"1 s\"",
+    );
     assert!(scene(&text, &[]).is_ok());
     let with_air = |planet: &str| {
-        let air = format!("parts: {{ \"Air\": (model: \"environment.mars_air\", params: {{ \"planet\": {planet} }}),");
+        let air = format!(
+            "parts: {{ \"Air\": (model: \"environment.mars_air\", params: {{ \"planet\": {planet} }}),"
+        );
         scene(&text.replacen("parts: {", &air, 1), &[]).err().unwrap()
     };
     let e = with_air("(body: \"mars\")");
     assert!(e.contains("Air") && e.contains("inertial axes at"), "{e}");
     let e = with_air("(body: \"mars\", site: (latitude: 0.31, longitude: 0.7))");
     assert!(e.contains("another site") && e.contains("same `planet`"), "{e}");
-    let e = with_air("(body: \"mars\", turns: \"iau\", epoch: \"2012-08-06 05:17:57 UTC\", site: (latitude: 0.3, longitude: 0.7))");
+    let e = with_air(
+        "(body: \"mars\", turns: \"iau\", epoch: \"2012-08-06 05:17:57 UTC\", site: (latitude: 0.3, longitude: 0.7))",
+    );
     assert!(e.contains("turns: fixed"), "{e}");
     let uniform = text.replacen("environment.point_mass_gravity", "environment.uniform_gravity", 1);
     let e = scene(&uniform, &[]).err().unwrap();

@@ -11,9 +11,7 @@ use crate::planet::{Centre, Planet, PlanetParams, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_world::ephemeris::{Analytic, Body, Ephemeris, Sampled};
 use linkwork_world::gravity::{Format, Harmonics, Keep, read, third_body, zonal};
-use linkwork_world::planet::{
-    Epoch, MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS,
-};
+use linkwork_world::planet::{Epoch, MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS};
 
 /// Layouts of coefficient files.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
@@ -321,7 +319,8 @@ mod tests {
         let want = closed.acceleration(0.0, P);
         assert!((cut - want).norm() < 1e-14 * want.norm() * 10.0, "{cut} {want}");
         // And the gradient of its potential, J₄ included.
-        let j = ZonalParams { mu: 4e14, radius: 6.4e6, j2: 1e-3, j3: -2e-3, j4: 3e-3, planet: None };
+        let j =
+            ZonalParams { mu: 4e14, radius: 6.4e6, j2: 1e-3, j3: -2e-3, j4: 3e-3, planet: None };
         let field = ZonalGravity::build(j, &Files::default()).unwrap();
         let v = |p: Vec3| {
             let (r, u) = (p.norm(), p.z / p.norm());

@@ -216,7 +216,8 @@ impl PlanetParams {
         let place = Geodetic { latitude: s.latitude, longitude: s.longitude, altitude: s.height };
         let pose = world::Site::new(ellipsoid, place, s.heading).pose;
         if !(s.height > -ellipsoid.polar_radius() && pose.position.norm().is_finite()) {
-            let fact = format!("a site at a height of {} m is inside the planet's centre", s.height);
+            let fact =
+                format!("a site at a height of {} m is inside the planet's centre", s.height);
             let help = "write its height above the ellipsoid, negative below it";
             return Err(BuildError::new(fact).help(help).at("planet"));
         }

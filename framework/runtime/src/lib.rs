@@ -73,10 +73,10 @@ pub use value::{
 /// What a library of models needs in scope.
 pub mod prelude {
     pub use crate::{
-        AddedMass, Air, Atmosphere, Axes, BuildError, Clock, Direction, Entry, Field, Files, Gravity,
-        Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model, NodeAccel, NodeState,
-        PortKind, PortSpec, Rock, Service, Site, SizedModel, SizedPorts, Soil, Store, Sun, SunState,
-        Surface, Terrain, View, Wrench,
+        AddedMass, Air, Atmosphere, Axes, BuildError, Clock, Direction, Entry, Field, Files,
+        Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model, NodeAccel,
+        NodeState, PortKind, PortSpec, Rock, Service, Site, SizedModel, SizedPorts, Soil, Store,
+        Sun, SunState, Surface, Terrain, View, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

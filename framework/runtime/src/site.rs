@@ -120,7 +120,8 @@ impl Services {
                 (Axes::Any, ServiceObject::Gravity(_)) => "axes that do not turn",
                 _ => return None,
             };
-            let fact = format!("takes W for {takes}, and `{first}` for a site of a planet that turns");
+            let fact =
+                format!("takes W for {takes}, and `{first}` for a site of a planet that turns");
             Some((path.to_string(), fact, help.to_string()))
         };
         self.iter().filter_map(|(path, o)| wrong(path, o)).collect()

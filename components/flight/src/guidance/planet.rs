@@ -69,7 +69,9 @@ pub(crate) mod tests {
     impl Gravity for Point {
         fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
             let pull = |r: Vec3| r * (-self.mu / r.norm().powi(3));
-            self.site.as_ref().map_or_else(|| pull(p), |s| pull(s.from_centre(&p)) + s.centrifugal(&p))
+            self.site
+                .as_ref()
+                .map_or_else(|| pull(p), |s| pull(s.from_centre(&p)) + s.centrifugal(&p))
         }
         fn axes(&self) -> Axes {
             Axes::of(self.site)

@@ -3,9 +3,9 @@
 
 use super::Flexible;
 use super::inverse::armature;
+use crate::forces::coriolis;
 use crate::lane::Lane;
 use crate::linear::{V3, V6};
-use crate::forces::coriolis;
 use crate::query::{mat3, v3, vec3};
 use crate::tree::Tree;
 use crate::work::{Work, Workspace};

@@ -284,7 +284,8 @@ impl MechanismPlan {
             text += &format!("{} {} {:?}\n", node.name(), m.get(node.body()).name(), node.pose());
         }
         text += &format!("{:?}\n{:?}\n{:?}\n", m.loops(), m.couplings(), self.treatments);
-        text += &format!("gravity {} {:?} {:?}\n", self.gravity.is_some(), self.uniform, self.omega);
+        text +=
+            &format!("gravity {} {:?} {:?}\n", self.gravity.is_some(), self.uniform, self.omega);
         text += &format!("{:?}\n", self.joints);
         if let Some(contact) = &self.contact {
             text += &format!("{:?} {:?}\n", contact.settings, contact.colliders);
