@@ -18,6 +18,7 @@ use linkwork_world::WorldError;
 use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::rotation::{Earth, EarthParameters, FixedRate};
 use linkwork_world::planet::{self as world, Ellipsoid, Epoch, Geodetic, Rotation, Spin};
+use std::f64::consts::FRAC_PI_2;
 
 /// A mistake that the physics found, as the runtime tells it: the fact, the remedy, the parameter.
 pub(crate) fn fault(e: &WorldError, param: &str) -> BuildError {
@@ -79,7 +80,7 @@ pub enum Turning {
 #[derive(Params, Clone, Copy, Debug, PartialEq)]
 pub struct SiteParams {
     /// Geodetic latitude, north positive.
-    #[param(unit = "rad", range = -1.5707963267948966..=1.5707963267948966)]
+    #[param(unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub latitude: f64,
     /// East longitude.
     #[param(unit = "rad")]
