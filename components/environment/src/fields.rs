@@ -2,7 +2,9 @@
 //! `environment.exponential_atmosphere`, `environment.mars_sun`, `environment.fixed_sun`.
 
 use crate::air::{Exponential, point_mass};
+use crate::gravity::around;
 use crate::mars_sun::{MarsTime, days_since_j2000};
+use crate::planet::PlanetParams;
 use linkwork_runtime::prelude::*;
 
 /// One acceleration everywhere.
@@ -40,23 +42,32 @@ pub struct PointMassGravityParams {
     /// Gravitational parameter; unwritten: Mars.
     #[param(unit = "m^3/s^2", default = 4.282_837_521_4e13, range = 0.0..)]
     pub mu: f64,
+    /// The planet, where W is a site on it; unwritten, or without a site: it is at the origin of W.
+    pub planet: Option<PlanetParams>,
 }
 
 /// Gravity of a point mass.
-pub struct PointMassGravity(f64);
+pub struct PointMassGravity {
+    mu: f64,
+    site: Option<Site>,
+}
 
 impl Gravity for PointMassGravity {
     fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
-        point_mass(self.0, p)
+        around(self.site.as_ref(), p, |p| point_mass(self.mu, *p))
+    }
+    fn axes(&self) -> Axes {
+        Axes::of(self.site)
     }
 }
 
-/// Inverse-square gravity of a planet at the origin of W.
+/// Inverse-square gravity of a planet at the origin of W, or around the site that W is.
 #[service("environment.point_mass_gravity", Gravity)]
 impl Service for PointMassGravity {
     type Params = PointMassGravityParams;
     fn build(p: PointMassGravityParams, _: &Files) -> Result<Self, BuildError> {
-        Ok(PointMassGravity(p.mu))
+        let site = p.planet.as_ref().map_or(Ok(None), PlanetParams::site_about_z)?;
+        Ok(PointMassGravity { mu: p.mu, site })
     }
 }
 
@@ -102,6 +113,9 @@ impl Atmosphere for ExponentialAtmosphere {
             speed_of_sound: a.speed_of_sound,
             wind: a.wind,
         }
+    }
+    fn axes(&self) -> Axes {
+        if self.0.planet_radius > 0.0 { Axes::Inertial } else { Axes::Any }
     }
 }
 
@@ -238,6 +252,6 @@ mod tests {
         let p = UniformGravityParams { acceleration: Vec3::new(0.0, 0.0, -1.62) };
         let g = UniformGravity::build(p, &Files::default()).unwrap();
         assert_eq!(g.uniform(), Some(Vec3::new(0.0, 0.0, -1.62)));
-        assert!(PointMassGravity(1.0).uniform().is_none());
+        assert!(PointMassGravity { mu: 1.0, site: None }.uniform().is_none());
     }
 }

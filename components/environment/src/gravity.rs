@@ -7,13 +7,11 @@
 //! ```
 //! A series of high degree means nothing below the planet's surface.
 
-use crate::planet::{Centre, PlanetParams, fault};
+use crate::planet::{Centre, Planet, PlanetParams, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_world::ephemeris::{Analytic, Body, Ephemeris, Sampled};
 use linkwork_world::gravity::{Format, Harmonics, Keep, read, third_body, zonal};
-use linkwork_world::planet::{
-    Epoch, MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS, Rotation,
-};
+use linkwork_world::planet::{Epoch, MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS};
 
 /// Layouts of coefficient files.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +87,7 @@ struct Puller {
 /// A field of harmonics on a turning planet, and third bodies.
 pub struct SphericalHarmonics {
     field: Harmonics,
-    rotation: Rotation,
+    planet: Planet,
     centre: Body,
     /// TDB at t = 0, days past J2000 in two parts.
     start: (f64, f64),
@@ -107,21 +105,25 @@ impl SphericalHarmonics {
         state.map_or(Vec3::repeat(f64::NAN), |s| s.position)
     }
 
-    /// Acceleration (m/s²) of the planet's field alone at `p` (m), both in W.
+    /// Acceleration (m/s²) of the planet's field alone at `p` (m), both in W, with the centrifugal part in a site.
     pub fn field(&self, t: f64, p: Vec3) -> Vec3 {
-        let R_IP = self.rotation.at(t).R_IP;
-        R_IP * self.field.acceleration(&(R_IP.inverse() * p))
+        self.planet.gravity(t, p, |p| self.field.acceleration(p))
     }
 
-    /// Acceleration (m/s²) relative to the planet by the third bodies alone, in the order written.
+    /// Acceleration (m/s², W) relative to the planet by the third bodies alone, in the order written; `p` in W.
     pub fn thirds(&self, t: f64, p: Vec3) -> impl Iterator<Item = Vec3> + '_ {
-        self.pullers.iter().map(move |k| third_body(k.mu, &p, &self.towards(k, t)))
+        let p = self.planet.site.as_ref().map_or(p, |s| s.from_centre(&p));
+        let R_WI = self.planet.from_inertial(t);
+        self.pullers.iter().map(move |k| third_body(k.mu, &p, &(R_WI * self.towards(k, t))))
     }
 }
 
 impl Gravity for SphericalHarmonics {
     fn acceleration(&self, t: f64, p: Vec3) -> Vec3 {
         self.thirds(t, p).fold(self.field(t, p), |a, b| a + b)
+    }
+    fn axes(&self) -> Axes {
+        Axes::of(self.planet.site)
     }
 }
 
@@ -177,11 +179,19 @@ impl Service for SphericalHarmonics {
         let (start, pullers) = pullers(&p)?;
         Ok(SphericalHarmonics {
             field: Harmonics::new(&kept),
-            rotation: p.planet.planet()?.rotation,
+            planet: p.planet.planet()?,
             centre: p.planet.body.body(),
             start,
             pullers,
         })
+    }
+}
+
+/// A field (m/s²) that is given about the planet, in W: as it is without a site, else with the centrifugal part.
+pub(crate) fn around(site: Option<&Site>, p: Vec3, field: impl Fn(&Vec3) -> Vec3) -> Vec3 {
+    match site {
+        Some(s) => s.from_planet_axes(&field(&s.to_planet(&p))) + s.centrifugal(&p),
+        None => field(&p),
     }
 }
 
@@ -203,24 +213,34 @@ pub struct ZonalParams {
     /// J₄, not normalised.
     #[param(default = 0.0)]
     pub j4: f64,
+    /// The planet, where W is a site on it; unwritten, or without a site: it is at the origin of W, and how it
+    /// turns does not matter.
+    pub planet: Option<PlanetParams>,
 }
 
 /// Point mass and J₂ to J₄.
-pub struct ZonalGravity(ZonalParams);
+pub struct ZonalGravity {
+    p: ZonalParams,
+    site: Option<Site>,
+}
 
 impl Gravity for ZonalGravity {
     fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
-        let ZonalParams { mu, radius, j2, j3, j4 } = self.0;
-        zonal(mu, radius, &[j2, j3, j4], &p)
+        let ZonalParams { mu, radius, j2, j3, j4, .. } = self.p;
+        around(self.site.as_ref(), p, |p| zonal(mu, radius, &[j2, j3, j4], p))
+    }
+    fn axes(&self) -> Axes {
+        Axes::of(self.site)
     }
 }
 
-/// Point mass and zonal harmonics J₂, J₃, J₄ of a planet at the origin of W, its axis along z: how it turns does not matter.
+/// Point mass and zonal harmonics J₂, J₃, J₄ of a planet whose axis is z: at the origin of W, or around the site that W is.
 #[service("environment.zonal_gravity", Gravity)]
 impl Service for ZonalGravity {
     type Params = ZonalParams;
     fn build(p: ZonalParams, _: &Files) -> Result<Self, BuildError> {
-        Ok(ZonalGravity(p))
+        let site = p.planet.as_ref().map_or(Ok(None), PlanetParams::site_about_z)?;
+        Ok(ZonalGravity { p, site })
     }
 }
 
@@ -293,12 +313,14 @@ mod tests {
             j2: 4.8416e-4 * root5,
             j3: -9.57e-7 * root7,
             j4: 0.0,
+            planet: None,
         };
         let closed = ZonalGravity::build(j, &Files::default()).unwrap();
         let want = closed.acceleration(0.0, P);
         assert!((cut - want).norm() < 1e-14 * want.norm() * 10.0, "{cut} {want}");
         // And the gradient of its potential, J₄ included.
-        let j = ZonalParams { mu: 4e14, radius: 6.4e6, j2: 1e-3, j3: -2e-3, j4: 3e-3 };
+        let j =
+            ZonalParams { mu: 4e14, radius: 6.4e6, j2: 1e-3, j3: -2e-3, j4: 3e-3, planet: None };
         let field = ZonalGravity::build(j, &Files::default()).unwrap();
         let v = |p: Vec3| {
             let (r, u) = (p.norm(), p.z / p.norm());

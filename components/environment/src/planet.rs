@@ -5,13 +5,20 @@
 //!                                       iau:   Earth IAU 2006/2000A (W = GCRS), Mars and Moon IAU 2009 (W = ICRF)
 //! v_air = ω_I × p_I + R_IP R_PE w       w: wind over the ground, east-north-up
 //! ```
+//! With a site W is not inertial: it stands on the planet and turns with it (x east, y north, z up at a place of the
+//! ellipsoid). Field and air are then those of the planet's own axes, gravity has its centrifugal part, and
+//! air at rest has no velocity in W:
+//! ```text
+//! p_P = X_PW p      a = R_WP g(p_P) − ω × (ω × (p − c))      v_air = R_WP R_PE w
+//! ```
 //! Everything is evaluated at the time that the caller names, which is the integrator's stage.
 
 use linkwork_runtime::prelude::*;
 use linkwork_world::WorldError;
 use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::rotation::{Earth, EarthParameters, FixedRate};
-use linkwork_world::planet::{Ellipsoid, Epoch, Geodetic, Rotation, Spin};
+use linkwork_world::planet::{self as world, Ellipsoid, Epoch, Geodetic, Rotation, Spin};
+use std::f64::consts::FRAC_PI_2;
 
 /// A mistake that the physics found, as the runtime tells it: the fact, the remedy, the parameter.
 pub(crate) fn fault(e: &WorldError, param: &str) -> BuildError {
@@ -69,6 +76,23 @@ pub enum Turning {
     Iau,
 }
 
+/// A place of the ellipsoid, with axes there.
+#[derive(Params, Clone, Copy, Debug, PartialEq)]
+pub struct SiteParams {
+    /// Geodetic latitude, north positive.
+    #[param(unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
+    pub latitude: f64,
+    /// East longitude.
+    #[param(unit = "rad")]
+    pub longitude: f64,
+    /// Height of the origin above the ellipsoid.
+    #[param(unit = "m", default = 0.0)]
+    pub height: f64,
+    /// Angle of x from east towards north: y is north for 0.
+    #[param(unit = "rad", default = 0.0)]
+    pub heading: f64,
+}
+
 /// A planet: shape, rotation, and when the simulation begins.
 #[derive(Params, Clone, Debug)]
 pub struct PlanetParams {
@@ -103,6 +127,8 @@ pub struct PlanetParams {
     /// Flattening for heights; unwritten: the body's.
     #[param(range = 0.0..=0.5)]
     pub flattening: Option<f64>,
+    /// Where W is on the planet, when it turns with it (`turns`: fixed or still); unwritten: W is inertial.
+    pub site: Option<SiteParams>,
 }
 
 impl PlanetParams {
@@ -119,6 +145,7 @@ impl PlanetParams {
             pole: [0.0, 0.0],
             radius: None,
             flattening: None,
+            site: None,
         }
     }
 
@@ -152,6 +179,16 @@ impl PlanetParams {
         made.map_err(|e| fault(&e, "planet"))
     }
 
+    /// The site, for a field that is round about z of the planet; without one z of W is the planet's axis.
+    pub fn site_about_z(&self) -> Result<Option<Site>, BuildError> {
+        if self.turns == Turning::Iau {
+            let fact = "this field has the planet's axis along z of W, which `turns: iau` has not";
+            let help = "write `turns: fixed`, or take `environment.spherical_harmonics`";
+            return Err(BuildError::new(fact).help(help).at("planet"));
+        }
+        Ok(self.planet()?.site)
+    }
+
     /// Checks it and makes its tables.
     pub fn planet(&self) -> Result<Planet, BuildError> {
         if self.rate.is_some() && self.turns != Turning::Fixed {
@@ -163,7 +200,29 @@ impl PlanetParams {
         let radius = self.radius.unwrap_or_else(|| own.equatorial_radius());
         let flattening = self.flattening.unwrap_or_else(|| own.flattening());
         let ellipsoid = Ellipsoid::new(radius, flattening).map_err(|e| fault(&e, "planet"))?;
-        Ok(Planet { ellipsoid, rotation: self.rotation()? })
+        let site = self.site.map(|s| self.site(&s, &ellipsoid)).transpose()?;
+        Ok(Planet { ellipsoid, rotation: self.rotation()?, site })
+    }
+
+    fn site(&self, s: &SiteParams, ellipsoid: &Ellipsoid) -> Result<Site, BuildError> {
+        let rate = match self.turns {
+            Turning::Still => 0.0,
+            Turning::Fixed => self.rate.unwrap_or_else(|| self.body.rate()),
+            Turning::Iau => {
+                let fact = "a site turns at one rate about one axis, and `turns: iau` does not";
+                let help = "write `turns: fixed`, or take `site` out and simulate in inertial axes";
+                return Err(BuildError::new(fact).help(help).at("planet"));
+            }
+        };
+        let place = Geodetic { latitude: s.latitude, longitude: s.longitude, altitude: s.height };
+        let pose = world::Site::new(ellipsoid, place, s.heading).pose;
+        if !(s.height > -ellipsoid.polar_radius() && pose.position.norm().is_finite()) {
+            let fact =
+                format!("a site at a height of {} m is inside the planet's centre", s.height);
+            let help = "write its height above the ellipsoid, negative below it";
+            return Err(BuildError::new(fact).help(help).at("planet"));
+        }
+        Ok(Site { pose, rate })
     }
 }
 
@@ -189,16 +248,40 @@ pub struct WindLayer {
 pub struct Planet {
     /// Shape for heights.
     pub ellipsoid: Ellipsoid,
-    /// Rotation in W.
+    /// Rotation in inertial axes, which W is without a site.
     pub rotation: Rotation,
+    /// W, when it stands on the planet.
+    pub site: Option<Site>,
 }
 
 impl Planet {
     /// The spin at t (s) and the geodetic place of a point (m, W); no place within 43 km of the centre.
+    /// Seen from a site the planet stands still: its axes in W, and no angular velocity.
     pub fn place(&self, t: f64, p: Vec3) -> (Spin, Option<Geodetic>) {
+        if let Some(site) = &self.site {
+            let place = self.ellipsoid.geodetic(&site.to_planet(&p)).ok();
+            let still = Spin { R_IP: site.pose.rotation.inverse(), omega_I: Vec3::zeros() };
+            return (still, place);
+        }
         let spin = self.rotation.at(t);
         let place = self.ellipsoid.geodetic(&(spin.R_IP.inverse() * p)).ok();
         (spin, place)
+    }
+
+    /// Acceleration (m/s², W) at `p` (m, W) in a field that is fixed to the planet and given in its axes, with the
+    /// centrifugal part where W is a site.
+    pub fn gravity(&self, t: f64, p: Vec3, field: impl Fn(&Vec3) -> Vec3) -> Vec3 {
+        if self.site.is_some() {
+            return crate::gravity::around(self.site.as_ref(), p, field);
+        }
+        let R_IP = self.rotation.at(t).R_IP;
+        R_IP * field(&(R_IP.inverse() * p))
+    }
+
+    /// `R_WI`: inertial axes to W.
+    pub fn from_inertial(&self, t: f64) -> Quat {
+        let turned = |s: &Site| s.pose.rotation.inverse() * self.rotation.at(t).R_IP.inverse();
+        self.site.as_ref().map_or(Quat::identity(), turned)
     }
 }
 

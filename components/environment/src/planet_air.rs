@@ -1,7 +1,7 @@
 //! Air that turns with its planet: `environment.us76`, `environment.msis`, `environment.mars_air`.
 //! ```text
 //! h     geodetic height above the planet's ellipsoid
-//! wind  ω_I × p + R_IP R_PE w(h)        what drag sees as moving air; w: straight lines between layers, east-north-up
+//! wind  ω_I × p + R_IP R_PE w(h)        in a site: R_WP R_PE w(h); what drag sees as moving air; w: straight lines between layers, east-north-up
 //! us76  NOAA-S/T 76-1562; heights are turned into geopotential ones with r₀ = 6356766 m inside
 //! msis  NRLMSISE-00 (Picone et al. 2002); p = k T Σ n, a = √(γ p/ρ)
 //! mars  a Mars-GRAM table (ln ρ and T linear between rows), or one line each: p = 699 e^(−0.00009 h)
@@ -86,6 +86,9 @@ impl Atmosphere for StandardAtmosphere {
     fn air(&self, t: f64, p: Vec3) -> Air {
         self.around.air(t, p, |place| self.model.at(place.altitude))
     }
+    fn axes(&self) -> Axes {
+        Axes::of(self.around.planet.site)
+    }
 }
 
 /// US Standard Atmosphere 1976 from −5 to 1000 km above an ellipsoid that turns, with winds.
@@ -149,6 +152,9 @@ impl Atmosphere for MsisAtmosphere {
     fn air(&self, t: f64, p: Vec3) -> Air {
         self.around.air(t, p, |place| self.at(t, place))
     }
+    fn axes(&self) -> Axes {
+        Axes::of(self.around.planet.site)
+    }
 }
 
 /// NRLMSISE-00 of the Earth by date, place, hour and the Sun's mood, 0 to 2000 km; 5 µs a look.
@@ -198,6 +204,9 @@ impl Atmosphere for MarsAtmosphere {
             Some(table) => table.at(place.altitude),
             None => world::mars_simple(place.altitude),
         })
+    }
+    fn axes(&self) -> Axes {
+        Axes::of(self.around.planet.site)
     }
 }
 

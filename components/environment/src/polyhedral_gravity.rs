@@ -46,6 +46,9 @@ impl Gravity for PolyhedralGravity {
         let R_IP = self.rotation.at(t).R_IP;
         R_IP * self.body.gravity(&(R_IP.inverse() * p)).acceleration
     }
+    fn axes(&self) -> Axes {
+        Axes::Inertial
+    }
 }
 
 /// Gravity of an asteroid or comet from its shape: uniform density, turning about z at the origin of W.

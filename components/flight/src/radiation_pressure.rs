@@ -66,15 +66,16 @@ pub struct RadiationPressure {
 }
 
 impl RadiationPressure {
-    /// The Sun from the planet, m, and the two discs in the sky of `r` (m, W).
+    /// The Sun from the body, m, and the two discs in the sky there, `r` (m, W).
     fn look(&self, t: f64, r: Vec3) -> (Vec3, Discs) {
+        let r = self.p.sun.site().map_or(r, |s| s.from_centre(&r));
         let sun = self.p.sun.state(t);
         let s = sun.direction * (sun.distance_au * AU);
-        (s, Discs::seen(&r, &s, self.p.planet_radius, RADIUS_SUN))
+        (s - r, Discs::seen(&r, &s, self.p.planet_radius, RADIUS_SUN))
     }
 }
 
-/// Pressure of sunlight on a ball, with the conical shadow of the planet at the origin of W.
+/// Pressure of sunlight on a ball, with the conical shadow of the planet at the origin of W, or under the site that W is.
 #[model("flight.radiation_pressure")]
 impl Model for RadiationPressure {
     type Params = RadiationParams;
@@ -82,8 +83,8 @@ impl Model for RadiationPressure {
     type Yd = RadiationOut;
     type G = Edges;
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &RadiationIn) -> RadiationOut {
-        let (s, discs) = self.look(c.t, u.body.position);
-        let (to_sun, visible) = (s - u.body.position, discs.visible_fraction());
+        let (to_sun, discs) = self.look(c.t, u.body.position);
+        let visible = discs.visible_fraction();
         // Area over a mass of 1 kg: newtons.
         let force = cannonball(&to_sun, self.p.area, self.p.reflectivity, visible);
         RadiationOut {

@@ -1,6 +1,7 @@
 //! `sensors.imu`: gyroscopes and accelerometers with bias, white noise, random walk, scale and misalignment.
 //! ```text
-//! m = (1 + s) (v + μ × v) + b + n        v: turn rate, or specific force f = Rᵀ(a − g), in the sensor's frame
+//! m = (1 + s) (v + μ × v) + b + n        v: turn rate, or specific force f = Rᵀ(a − g), in the sensor's frame;
+//!                                         g: of free fall where it is, as it moves; turn rate and a against inertial space
 //! n ~ N/√Δt          white noise of density N  (Allan deviation N/√τ)
 //! b' = b + K √Δt w   random walk of density K   (Allan deviation K √(τ/3))
 //! ```
@@ -158,9 +159,10 @@ impl Model for Imu {
     }
     fn direct(&self, c: &Clock, _: &(), d: &ImuState, u: &ImuIn) -> ImuOut {
         let to_sensor = u.mount.rotation.inverse();
-        let gravity = self.p.gravity.acceleration(c.t, u.mount.position);
+        let gravity = self.p.gravity.free_fall(c.t, u.mount.position, u.mount.velocity);
+        let turning = self.p.gravity.site().map_or(Vec3::zeros(), |s| s.omega());
         let first = |k: usize| Vec3::new(d.first[k], d.first[k + 1], d.first[k + 2]);
-        let rate = to_sensor * u.mount.angular;
+        let rate = to_sensor * (u.mount.angular + turning);
         let force = to_sensor * (u.motion.linear - gravity);
         ImuOut {
             rate: self.read(&self.gyro, c, 0, rate, d.gyro + first(0) * self.gyro.bias),

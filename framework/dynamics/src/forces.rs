@@ -1,4 +1,4 @@
-//! External forces: wrenches on nodes, forces at centres of mass, gravity.
+//! External forces: wrenches on nodes, forces at centres of mass, gravity, Coriolis' forces of axes that turn.
 //!
 //! Forces are kept in world axes about each link's own origin, so distances from the world's
 //! origin never enter. Add them after [`kinematics`](crate::kinematics()) of the same state.
@@ -7,7 +7,7 @@ use crate::linear::{V3, V6};
 use crate::tree::{OnLink, Tree};
 use crate::work::Workspace;
 use linkwork_multibody::{BodyId, NodeId};
-use linkwork_spatial::{Force, Vec3};
+use linkwork_spatial::{Force, Motion, RigidInertia, Vec3};
 
 impl Workspace {
     /// Forgets all external forces and gravity.
@@ -55,6 +55,30 @@ impl Workspace {
         }
     }
 
+    /// Adds Coriolis' forces on every body when the world's axes turn at `omega` (rad/s, world axes, constant) in
+    /// inertial space, after [`kinematics`](crate::kinematics()). The centrifugal part is one of place, and belongs to
+    /// the field of gravity: a body's own extent gives it the moment −ω × I ω, which is added here.
+    /// ```text
+    /// force at the centre of mass    −2 m ω × v
+    /// moment about it                −2 ∫ r × (ω × (u × r)) dm − ∫ r × (ω × (ω × r)) dm
+    ///                              = 2 u × S ω − ω × I ω          S = ½ tr(I) 1 − I,  u: spin of the body
+    /// ```
+    /// Stations of flexible bodies are bodies here, with the mass and inertia of their own.
+    pub fn apply_coriolis(&mut self, tree: &Tree, omega: &Vec3) {
+        for id in tree.multibody().body_ids() {
+            let inertia = tree.multibody().get(id).inertia();
+            let at = tree.body(id);
+            if inertia.mass() > 0.0 && at.slot != 0 {
+                let inertia_W = inertia.rotate_by(&self.body_rotation(tree, id));
+                let wrench = coriolis(&inertia_W, &self.body_velocity(tree, id), omega);
+                self.add(at, &inertia.com(), wrench);
+            }
+        }
+        if let Some(flex) = tree.flexible.as_deref() {
+            crate::flexible::apply_coriolis(tree, flex, &mut self.work, omega);
+        }
+    }
+
     /// Adds the same acceleration of free fall (m/s², world axes) for every body: free of cost.
     pub fn apply_uniform_gravity(&mut self, g: Vec3) {
         self.work.gravity = self.work.gravity + V3 { x: g.x, y: g.y, z: g.z };
@@ -69,4 +93,14 @@ impl Workspace {
         let w = V6 { n: V3 { x: n.x, y: n.y, z: n.z }, f: V3 { x: f.x, y: f.y, z: f.z } };
         self.work.f_ext[slot] = self.work.f_ext[slot] + w.to_parent(r);
     }
+}
+
+/// Coriolis' force (N) at the centre of mass of a body and its moment about that (N m), world axes; inertia about the
+/// body's origin, and velocity of that, in world axes.
+pub(crate) fn coriolis(inertia: &RigidInertia, V: &Motion, omega: &Vec3) -> Force {
+    let v = V.linear + V.angular.cross(&inertia.com());
+    let I = inertia.inertia_com();
+    let S_omega = omega * (0.5 * I.trace()) - I * omega;
+    let moment = V.angular.cross(&S_omega) * 2.0 - omega.cross(&(I * omega));
+    Force::new(moment, omega.cross(&v) * (-2.0 * inertia.mass()))
 }

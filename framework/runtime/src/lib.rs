@@ -20,6 +20,7 @@ mod ports;
 mod program;
 mod schedule;
 mod services;
+mod site;
 mod sized;
 mod spec;
 mod step;
@@ -56,6 +57,7 @@ pub use services::{
     Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
     ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
 };
+pub use site::{Axes, Site};
 pub use sized::{SizedModel, SizedPorts};
 pub use spec::{
     Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
@@ -71,10 +73,10 @@ pub use value::{
 /// What a library of models needs in scope.
 pub mod prelude {
     pub use crate::{
-        AddedMass, Air, Atmosphere, BuildError, Clock, Direction, Entry, Field, Files, Gravity,
-        Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model, NodeAccel, NodeState,
-        PortKind, PortSpec, Rock, Service, SizedModel, SizedPorts, Soil, Store, Sun, SunState,
-        Surface, Terrain, View, Wrench,
+        AddedMass, Air, Atmosphere, Axes, BuildError, Clock, Direction, Entry, Field, Files,
+        Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model, NodeAccel,
+        NodeState, PortKind, PortSpec, Rock, Service, Site, SizedModel, SizedPorts, Soil, Store,
+        Sun, SunState, Surface, Terrain, View, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

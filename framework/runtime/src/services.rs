@@ -1,7 +1,8 @@
 //! Services: shared read-only worlds (terrain, gravity, atmosphere, sun) that models ask at points.
 //!
-//! W is the simulation's inertial or site frame: for a site z is up, x east, y north.
+//! W is the simulation's frame: inertial, or a [`Site`]: then z is up, x east, y north.
 use crate::params::Params;
+use crate::site::{Axes, Site};
 use crate::value::remedy;
 use linkwork_spatial::Vec3;
 use std::collections::BTreeMap;
@@ -99,6 +100,20 @@ pub trait Gravity: Send + Sync {
     fn uniform(&self) -> Option<Vec3> {
         None
     }
+    /// What it takes W for; in a site `acceleration` has the centrifugal part.
+    fn axes(&self) -> Axes {
+        Axes::Any
+    }
+    /// The site that W is, when it turns with a planet.
+    fn site(&self) -> Option<Site> {
+        self.axes().site()
+    }
+    /// Acceleration (m/s²) of a point in free fall at p (m) with velocity v (m/s), all in W: with Coriolis' part
+    /// where W turns.
+    fn free_fall(&self, t: f64, p: Vec3, v: Vec3) -> Vec3 {
+        let a = self.acceleration(t, p);
+        self.site().map_or(a, |s| a - s.omega().cross(&v) * 2.0)
+    }
 }
 
 /// Air at a point.
@@ -120,6 +135,14 @@ pub struct Air {
 pub trait Atmosphere: Send + Sync {
     /// The air at p (m), W.
     fn air(&self, t: f64, p: Vec3) -> Air;
+    /// What it takes W for.
+    fn axes(&self) -> Axes {
+        Axes::Any
+    }
+    /// The site that W is, when it turns with a planet.
+    fn site(&self) -> Option<Site> {
+        self.axes().site()
+    }
 }
 
 /// Where the sun stands.
@@ -135,6 +158,14 @@ pub struct SunState {
 pub trait Sun: Send + Sync {
     /// Direction and distance at simulated time t (s).
     fn state(&self, t: f64) -> SunState;
+    /// What it takes W for.
+    fn axes(&self) -> Axes {
+        Axes::Any
+    }
+    /// The site that W is, when it turns with a planet.
+    fn site(&self) -> Option<Site> {
+        self.axes().site()
+    }
 }
 
 /// What a service provides.

@@ -116,6 +116,11 @@ pub fn params(entry: &Entry) -> Value {
             *value = better.into();
         }
     }
+    // Optional only where gravity knows a site.
+    if d.name == "flight.entry_guidance" {
+        let target = [0.3, -0.8, 0.4].map(|x| Value::Number(x).into());
+        entries.push(("target".into(), Value::List(target.to_vec()).into()));
+    }
     Value::Map(entries)
 }
 

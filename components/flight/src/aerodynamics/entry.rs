@@ -130,7 +130,9 @@ impl Model for EntryAerodynamics {
         let drag = a.pressure * p.area * self.drag.at(a.mach);
         let lift = drag * self.ratio.at(a.mach);
         let through = u.body.rotation * a.velocity;
-        let force = force(&through, &u.body.position, u.bank, lift, drag);
+        let from_centre = |s: Site| s.from_centre(&u.body.position);
+        let up = p.atmosphere.site().map_or(u.body.position, from_centre);
+        let force = force(&through, &up, u.bank, lift, drag);
         EntryOut {
             load: p.outside.apply(Wrench { moment: Vec3::zeros(), force }, self.inside(a.mach)),
             lift,

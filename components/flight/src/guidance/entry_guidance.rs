@@ -7,20 +7,29 @@
 //! commanded σ follows with `rate_max`, as a held value between samples
 //! heading error: angle from the ground track to the target, positive to the right; cross = angle · range to go
 //! ```
-//! The planet is at the origin of W and turns about z: speeds are against its surface. The reference is
+//! The planet is at the origin of W and turns about z, or W is a site on it: speeds are against its surface. The reference is
 //! made at load from a vehicle in exponential air ([`Vehicle::reference`](super::entry::Vehicle::reference)).
 
 use super::entry::{ReferenceRow, Vehicle, at_speed, lift};
+use super::ground_motion::east_north_up;
+use super::planet::Seen;
 use linkwork_runtime::prelude::*;
 
 /// Target, reference and limits.
 #[derive(Params, Clone, Debug)]
 pub struct EntryGuidanceParams {
     /// Direction of the target from the planet's centre, in axes that turn with it and are those of W at t = 0.
-    pub target: Vec3,
-    /// Rate of the planet about z of W.
-    #[param(unit = "rad/s", default = 7.088_218_1e-5)]
-    pub planet_rate: f64,
+    /// Where W is a site: in the planet's axes; unwritten: the site itself.
+    pub target: Option<Vec3>,
+    /// Distance east and north by which the target is moved over the surface.
+    #[param(default = [0.0, 0.0])]
+    pub offset: [f64; 2],
+    /// Rate of the planet about z of W; unwritten: of the site that W is, or of Mars.
+    #[param(unit = "rad/s")]
+    pub planet_rate: Option<f64>,
+    /// Gravity, which knows the site.
+    #[param(service)]
+    pub field: Handle<dyn Gravity>,
     /// Radius of the planet.
     #[param(unit = "m", default = 3_396_190.0)]
     pub planet_radius: f64,
@@ -134,6 +143,9 @@ pub struct Banking {
 /// Apollo-class entry guidance.
 pub struct EntryGuidance {
     p: EntryGuidanceParams,
+    planet: Seen,
+    /// Unit vector to the target, axes that turn with the planet.
+    target: Vec3,
     rows: Vec<ReferenceRow>,
 }
 
@@ -157,8 +169,9 @@ pub fn to_target(
 impl EntryGuidance {
     fn decide(&self, c: &Clock, d: &Banking, u: &EntryGuidanceIn) -> Banking {
         let p = &self.p;
-        let place = (p.planet_rate, p.planet_radius, c.t);
-        let (range, error, speed, rise) = to_target(&u.body, &p.target, place);
+        let place = (self.planet.rate, p.planet_radius, c.t);
+        let body = self.planet.node(&u.body);
+        let (range, error, speed, rise) = to_target(&body, &self.target, place);
         let mut out = *d;
         if out.side == 0.0 {
             out.side = if error < 0.0 { -1.0 } else { 1.0 };
@@ -201,14 +214,15 @@ impl Model for EntryGuidance {
     type Ud = EntryGuidanceIn;
     type Yd = EntryGuidanceOut;
     type D = Banking;
-    fn build(mut p: EntryGuidanceParams) -> Result<Self, BuildError> {
-        let length = p.target.norm();
-        if !(length > 1e-9) {
-            return Err(BuildError::new("the target has no direction")
-                .help("write a vector from the planet's centre, e.g. target: [1, 0, 0]")
-                .at("target"));
+    fn build(p: EntryGuidanceParams) -> Result<Self, BuildError> {
+        let planet = Seen::new(&p.field, p.planet_rate)?;
+        let target = p.target.or(planet.site()).unwrap_or_else(Vec3::zeros);
+        if !(target.norm() > 1e-9) {
+            let help = "write a vector from the planet's centre, e.g. target: [1, 0, 0], or give the planet a `site`";
+            return Err(BuildError::new("the target has no direction").help(help).at("target"));
         }
-        p.target /= length;
+        let [east, north] = p.offset.map(|d| d / p.planet_radius);
+        let target = target.normalize() + east_north_up(&target) * Vec3::new(east, north, 0.0);
         for (name, value) in [
             ("planet_radius", p.planet_radius),
             ("gravity", p.gravity),
@@ -238,7 +252,9 @@ impl Model for EntryGuidance {
         };
         let start = [0.0, p.start_speed, p.start_angle, p.start_height];
         match vehicle.reference(start, p.lift_ref, p.end_speed, 0.25) {
-            Some(rows) if rows.len() > 2 => Ok(EntryGuidance { p, rows }),
+            Some(rows) if rows.len() > 2 => {
+                Ok(EntryGuidance { p, planet, target: target.normalize(), rows })
+            }
             _ => Err(BuildError::new(format!(
                 "the reference does not come down to {} m/s above the ground",
                 p.end_speed
@@ -248,9 +264,9 @@ impl Model for EntryGuidance {
         }
     }
     fn direct(&self, c: &Clock, _: &(), d: &Banking, u: &EntryGuidanceIn) -> EntryGuidanceOut {
-        let p = &self.p;
-        let place = (p.planet_rate, p.planet_radius, c.t);
-        let (range, heading_error, _, _) = to_target(&u.body, &p.target, place);
+        let place = (self.planet.rate, self.p.planet_radius, c.t);
+        let body = self.planet.node(&u.body);
+        let (range, heading_error, _, _) = to_target(&body, &self.target, place);
         let now = self.decide(c, d, u);
         let Banking { bank, phase, reversals, .. } = now;
         EntryGuidanceOut { bank, range, heading_error, phase, reversals }
@@ -263,12 +279,20 @@ impl Model for EntryGuidance {
 #[cfg(test)]
 mod tests {
     use super::super::super::aerodynamics::entry::force;
+    use super::super::planet::tests::Point;
     use super::*;
+
+    fn gravity() -> Handle<dyn Gravity> {
+        let point = Point { mu: 4.282_837e13, site: None };
+        Handle::new("gravity", std::sync::Arc::new(point) as std::sync::Arc<dyn Gravity>)
+    }
 
     fn params(target: Vec3) -> EntryGuidanceParams {
         EntryGuidanceParams {
-            target,
-            planet_rate: 7.088_218_1e-5,
+            target: Some(target),
+            offset: [0.0, 0.0],
+            planet_rate: None,
+            field: gravity(),
             planet_radius: 3_396_190.0,
             gravity: 3.71,
             density: 0.0158,
@@ -344,7 +368,7 @@ mod tests {
             if (t * 4.0) as i64 != ((t - h) * 4.0) as i64 {
                 d = m.update(&Clock::at(t, 0.25, 0), &(), &d, &(), &u, &mut ());
             }
-            let (range, error, speed, _) = to_target(&body, &m.p.target, (rate, radius, t));
+            let (range, error, speed, _) = to_target(&body, &m.target, (rate, radius, t));
             if speed < 450.0 || height < 0.0 {
                 return (range * error.cos(), range * error.sin(), d.reversals);
             }
@@ -369,6 +393,25 @@ mod tests {
             assert!(along.hypot(across) < 0.4 * free_along.hypot(free_across));
             assert!(along.abs() < 6000.0 && across.abs() < 2500.0 && reversals >= 1.0);
         }
+    }
+
+    #[test]
+    fn an_offset_moves_the_target_over_the_ground() {
+        let target = Vec3::new(0.3, -0.8, 0.4);
+        let m = EntryGuidance::build(EntryGuidanceParams {
+            offset: [3000.0, -4000.0],
+            ..params(target)
+        });
+        let m = m.unwrap();
+        let body = NodeState {
+            position: target.normalize() * 3.5e6,
+            velocity: east_north_up(&target) * Vec3::new(0.0, 100.0, 0.0),
+            ..NodeState::identity()
+        };
+        let (range, error, _, _) = to_target(&body, &m.target, (0.0, 3_396_190.0, 0.0));
+        assert!((range - 5000.0).abs() < 0.01, "{range}");
+        // From north over east to the south-east.
+        assert!((error - (std::f64::consts::FRAC_PI_2 + (4.0f64 / 3.0).atan())).abs() < 1e-6);
     }
 
     #[test]

@@ -7,6 +7,7 @@ pub mod convex;
 pub mod entry;
 pub mod entry_guidance;
 pub mod ground_motion;
+pub mod planet;
 pub mod powered_descent;
 pub mod rendezvous;
 pub mod terminal_descent;

@@ -185,8 +185,8 @@ impl Model for PoweredDescent {
             Law::Quadratic => quadratic(r, v, &self.target, to_go),
             Law::Linear => linear(r, v, &self.target, to_go),
         };
-        let g = p.gravity.acceleration(c.t, *r);
-        let (force, limited) = commanded(&a, &g, u.mass, (p.thrust_min, p.thrust_max));
+        let falls = p.gravity.free_fall(c.t, *r, *v);
+        let (force, limited) = commanded(&a, &falls, u.mass, (p.thrust_min, p.thrust_max));
         DescentOut { force, to_go, limited }
     }
     fn update(&self, c: &Clock, x: &(), d: &Last, _: &(), u: &DescentIn) -> Last {

@@ -6,10 +6,11 @@
 //! last      a = ω × (ω × r) − k² e_h − 2 k (v − v_T),  k = 1/`settle`: e_h is the way off the place's vertical
 //! F = m (a − g), scaled into T_min … T_max with its direction
 //! ```
-//! The planet is at the origin of W and turns about z. The last part begins `freeze` before the end of the
+//! The planet is at the origin of W and turns about z, or W is a site on it, and all is in the planet's axes. The last part begins `freeze` before the end of the
 //! approach and goes on until the part is removed.
 
 use super::ground_motion::over;
+use super::planet::Seen;
 use super::powered_descent::{Target, commanded, quadratic, thrust_limits};
 use linkwork_runtime::prelude::*;
 
@@ -43,9 +44,9 @@ pub struct TerminalDescentParams {
     /// Distance of the ground from the planet's centre.
     #[param(unit = "m", default = 3_396_190.0, range = 1.0..)]
     pub ground_radius: f64,
-    /// Rate of the planet about z of W.
-    #[param(unit = "rad/s", default = 7.088_218_1e-5)]
-    pub planet_rate: f64,
+    /// Rate of the planet about z of W; unwritten: of the site that W is, or of Mars.
+    #[param(unit = "rad/s")]
+    pub planet_rate: Option<f64>,
     /// Gravity.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
@@ -96,23 +97,24 @@ pub struct Chosen {
 /// Terminal descent.
 pub struct TerminalDescent {
     p: TerminalDescentParams,
+    planet: Seen,
 }
 
 impl TerminalDescent {
     fn turned(&self, t: f64) -> Quat {
-        Quat::from_scaled_axis(Vec3::z() * (self.p.planet_rate * t))
+        Quat::from_scaled_axis(Vec3::z() * (self.planet.rate * t))
     }
 
-    fn choose(&self, c: &Clock, d: &Chosen, u: &TerminalDescentIn) -> Chosen {
+    fn choose(&self, c: &Clock, d: &Chosen, body: &NodeState) -> Chosen {
         if d.chosen {
             return *d;
         }
         let p = &self.p;
-        let o = over(&u.body, p.planet_rate);
-        let up = u.body.position.normalize();
+        let o = over(body, self.planet.rate);
+        let up = body.position.normalize();
         let along = (o.velocity - up * o.velocity.dot(&up)) * (0.5 * p.duration);
         let divert = o.R_WE * Vec3::new(p.divert[0], p.divert[1], 0.0);
-        let place = self.turned(c.t).inverse() * (u.body.position + along + divert);
+        let place = self.turned(c.t).inverse() * (body.position + along + divert);
         Chosen { chosen: true, arrival: c.t + p.duration, place: place.normalize() }
     }
 }
@@ -126,16 +128,18 @@ impl Model for TerminalDescent {
     type D = Chosen;
     fn build(p: TerminalDescentParams) -> Result<Self, BuildError> {
         thrust_limits(p.thrust_min, p.thrust_max)?;
-        Ok(TerminalDescent { p })
+        let planet = Seen::new(&p.gravity, p.planet_rate)?;
+        Ok(TerminalDescent { p, planet })
     }
     fn init_d(&self) -> Chosen {
         Chosen { chosen: false, arrival: 0.0, place: Vec3::x() }
     }
     fn direct(&self, c: &Clock, _: &(), d: &Chosen, u: &TerminalDescentIn) -> TerminalDescentOut {
         let p = &self.p;
-        let d = self.choose(c, d, u);
-        let (to_go, omega) = (d.arrival - c.t, Vec3::z() * p.planet_rate);
-        let (r, v) = (u.body.position, u.body.velocity);
+        let body = self.planet.node(&u.body);
+        let d = self.choose(c, d, &body);
+        let (to_go, omega) = (d.arrival - c.t, Vec3::z() * self.planet.rate);
+        let (r, v) = (body.position, body.velocity);
         let vertical = self.turned(c.t) * d.place;
         let sideways = r - vertical * r.dot(&vertical);
         let a = if to_go > p.freeze - 1e-9 {
@@ -152,12 +156,13 @@ impl Model for TerminalDescent {
             let off = v - (omega.cross(&r) - vertical * p.speed);
             omega.cross(&omega.cross(&r)) - sideways * (k * k) - off * (2.0 * k)
         };
-        let g = p.gravity.acceleration(c.t, r);
-        let (force, limited) = commanded(&a, &g, u.mass, (p.thrust_min, p.thrust_max));
+        let falls = p.gravity.free_fall(c.t, u.body.position, u.body.velocity);
+        let a = self.planet.to_W(&a);
+        let (force, limited) = commanded(&a, &falls, u.mass, (p.thrust_min, p.thrust_max));
         TerminalDescentOut { force, to_go, off: sideways.norm(), limited }
     }
     fn update(&self, c: &Clock, _: &(), d: &Chosen, _: &(), u: &TerminalDescentIn) -> Chosen {
-        self.choose(c, d, u)
+        self.choose(c, d, &self.planet.node(&u.body))
     }
     fn remarks(&self, _: &Clock) -> Vec<BuildError> {
         let p = &self.p;
@@ -196,7 +201,7 @@ mod tests {
             thrust_min: 0.0,
             thrust_max: 25e3,
             ground_radius: 3.39e6,
-            planet_rate: 7.088_218_1e-5,
+            planet_rate: None,
             gravity: Handle::new("gravity", Arc::new(Point) as Arc<dyn Gravity>),
         }
     }

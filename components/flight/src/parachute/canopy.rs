@@ -224,7 +224,7 @@ impl Model for Canopy {
             let slope = (density(h) - density(-h)) / (2.0 * h);
             apparent_mass = volume * air.density * f.powf(1.5);
             let growth = volume * (slope * f.powf(1.5) + 1.5 * air.density * f.sqrt() * rate);
-            force -= v * growth + p.gravity.acceleration(c.t, place) * apparent_mass;
+            force -= v * growth + p.gravity.free_fall(c.t, place, velocity) * apparent_mass;
         }
         CanopyOut {
             load: Wrench { moment: Vec3::zeros(), force },

@@ -33,7 +33,9 @@ pub(crate) use lanes::Lanes;
 pub(crate) use layout::{FlexibleLayout, Hang};
 pub(crate) use mass::{centroidal_matrix, com_jacobian, mass_matrix};
 pub use sums::elastic_energy;
-pub(crate) use sums::{apply_gravity, body_com, kinetic_energy, mass_moments, momentum};
+pub(crate) use sums::{
+    apply_coriolis, apply_gravity, body_com, kinetic_energy, mass_moments, momentum,
+};
 pub(crate) use sums::{bias, com_acceleration, subtree_inertia};
 
 use crate::error::DynamicsError;

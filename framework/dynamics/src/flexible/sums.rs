@@ -3,13 +3,14 @@
 
 use super::Flexible;
 use super::inverse::armature;
+use crate::forces::coriolis;
 use crate::lane::Lane;
 use crate::linear::{V3, V6};
-use crate::query::{mat3, vec3};
+use crate::query::{mat3, v3, vec3};
 use crate::tree::Tree;
 use crate::work::{Work, Workspace};
 use linkwork_multibody::BodyId;
-use linkwork_spatial::{Force, MassProperties, RigidInertia, Vec3};
+use linkwork_spatial::{Force, MassProperties, Motion, RigidInertia, Vec3};
 
 /// ½ ηᵀ K η of all flexible bodies, J. After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). Zero for
 /// a rigid mechanism.
@@ -117,6 +118,23 @@ pub(crate) fn apply_gravity(
         let g = field(&vec3(&(w.kin[slot].p + c))) * m;
         let f = V6 { n: V3::default(), f: crate::query::v3(&g) };
         w.f_ext[slot] = w.f_ext[slot] + f.to_parent(c);
+    }
+}
+
+/// Coriolis' forces on each station; bodies that are welded to one have their own.
+pub(crate) fn apply_coriolis(tree: &Tree, flex: &Flexible, w: &mut Work<f64>, omega: &Vec3) {
+    for set in &flex.sets {
+        let modes = tree.multibody().bodies()[set.body as usize].modes();
+        let masses = modes.iter().flat_map(|m| &m.stations).map(|s| &s.mass);
+        // Stations with mass come first among the slots of a body, in their own order.
+        for (mass, s) in masses.filter(|m| m.mass > 0.0).zip(set.first..set.end) {
+            let slot = flex.slot(s);
+            let kin = &w.kin[slot];
+            let I = mass.validate().unwrap_or_default().rotate_by(&mat3(&kin.R));
+            let wrench = coriolis(&I, &Motion::new(vec3(&kin.V.n), vec3(&kin.V.f)), omega);
+            let f = V6 { n: v3(&wrench.moment), f: v3(&wrench.force) };
+            w.f_ext[slot] = w.f_ext[slot] + f.to_parent(v3(&I.com()));
+        }
     }
 }
 

@@ -251,6 +251,11 @@ fn build_services(
         }
         faults.append(&mut located(cx.faults, part));
     }
+    for (path, fact, help) in services.at_odds() {
+        let origin = entries.iter().find(|(p, _)| p.path == path).map(|(p, _)| p.origin);
+        let fault = Fault::new(origin.unwrap_or(Origin::NONE), format!("`{path}`: {fact}"));
+        faults.push(fault.help(help));
+    }
     services
 }
 

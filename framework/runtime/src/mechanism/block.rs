@@ -143,6 +143,9 @@ impl MechanismBlock {
             (_, Some(g)) => ws.apply_uniform_gravity(g),
             (Some(field), None) => {
                 ws.apply_gravity(&self.tree, &mut |p| field.acceleration(now.t, *p));
+                if let Some(omega) = plan.omega {
+                    ws.apply_coriolis(&self.tree, &omega);
+                }
             }
             (None, None) => {}
         }

@@ -35,6 +35,8 @@ pub struct MechanismPlan {
     pub gravity: Option<Arc<dyn Gravity>>,
     /// The field, when it is the same everywhere.
     pub uniform: Option<Vec3>,
+    /// Angular velocity of W in inertial space (rad/s, W) when W is a site of a planet that turns.
+    pub omega: Option<Vec3>,
     /// Coordinates at the start.
     pub q: Vec<f64>,
     /// Velocities at the start.
@@ -97,6 +99,7 @@ impl MechanismPart {
             path: spec.path.clone(),
             multibody: m.clone(),
             uniform: gravity.as_ref().and_then(|g| g.uniform()),
+            omega: gravity.as_ref().and_then(|g| g.site()).map(|s| s.omega()),
             gravity,
             q: spec.q.clone(),
             v: spec.v.clone(),
@@ -281,7 +284,8 @@ impl MechanismPlan {
             text += &format!("{} {} {:?}\n", node.name(), m.get(node.body()).name(), node.pose());
         }
         text += &format!("{:?}\n{:?}\n{:?}\n", m.loops(), m.couplings(), self.treatments);
-        text += &format!("gravity {} {:?}\n", self.gravity.is_some(), self.uniform);
+        text +=
+            &format!("gravity {} {:?} {:?}\n", self.gravity.is_some(), self.uniform, self.omega);
         text += &format!("{:?}\n", self.joints);
         if let Some(contact) = &self.contact {
             text += &format!("{:?} {:?}\n", contact.settings, contact.colliders);
