@@ -260,4 +260,16 @@ fn services_that_take_w_for_different_places_are_refused() {
     let uniform = text.replacen("environment.point_mass_gravity", "environment.uniform_gravity", 1);
     let e = scene(&uniform, &[]).err().unwrap();
     assert!(e.contains("planet"), "{e}");
+    // Models whose equations are those of inertial axes.
+    for part in [
+        "\"Sky\": (model: \"sensors.star_tracker\", rate: \"1 Hz\", bind: { \"mount\": \"node:a\" }),",
+        "\"Field\": (model: \"flight.magnetic_field\", bind: { \"body\": \"node:a\" }),",
+    ] {
+        let e =
+            scene(&text.replacen("parts: {", &format!("parts: {{ {part}"), 1), &[]).err().unwrap();
+        assert!(
+            e.contains("takes W for inertial axes, and `") && e.contains("leave the part out"),
+            "{e}"
+        );
+    }
 }

@@ -45,6 +45,7 @@ pub struct StarTracker {
 /// Attitude against the stars with white noise, without a fix above a rate; sampled.
 #[model("sensors.star_tracker")]
 impl Model for StarTracker {
+    const INERTIAL: bool = true;
     type Params = StarTrackerParams;
     type Ud = StarTrackerIn;
     type Yd = StarTrackerOut;

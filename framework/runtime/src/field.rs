@@ -117,6 +117,7 @@ pub(crate) fn describe<F: Field>() -> Description {
         params: F::Params::specs(),
         field: true,
         imprint: F::Imprint::specs(),
+        inertial: false,
         ..Description::default()
     }
 }

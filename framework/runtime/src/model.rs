@@ -92,6 +92,8 @@ pub trait Model: Sized + Send + Sync + 'static {
     const DOC: &'static str;
     /// Functions it has.
     const FUNCTIONS: Functions;
+    /// It takes W for inertial axes: it is refused where W is a [`Site`](crate::Site) of a planet.
+    const INERTIAL: bool = false;
     /// Parameters; constant during a run.
     type Params: Params;
     /// Inputs that outputs do not see at once.
@@ -244,6 +246,8 @@ pub struct Description {
     pub field: bool,
     /// Of a field: the ports of what one part does to it.
     pub imprint: Vec<PortSpec>,
+    /// It takes W for inertial axes: see [`Model::INERTIAL`].
+    pub inertial: bool,
 }
 
 impl Description {
@@ -265,6 +269,7 @@ impl Description {
             reads: M::Store::READS.map(Text::from),
             field: false,
             imprint: Vec::new(),
+            inertial: M::INERTIAL,
         }
     }
     /// All inputs, U first.

@@ -106,6 +106,12 @@ impl ServiceObject {
 }
 
 impl Services {
+    /// Path of a service that takes W for a site.
+    pub(crate) fn in_a_site(&self) -> Option<String> {
+        let mut found = self.iter().filter(|(_, o)| o.axes().site().is_some());
+        found.next().map(|(path, _)| path.to_string())
+    }
+
     /// Where one takes W for a site: path, fact and remedy for each that takes it for something else, and for
     /// gravity that does not care, since it brings none of the forces of axes that turn.
     pub(crate) fn at_odds(&self) -> Vec<(String, String, String)> {

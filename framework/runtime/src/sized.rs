@@ -118,6 +118,7 @@ pub(crate) fn describe<M: SizedModel>(p: &M::Params) -> Description {
         reads: M::Store::READS.map(Text::from),
         field: false,
         imprint: Vec::new(),
+        inertial: false,
     }
 }
 

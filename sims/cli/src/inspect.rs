@@ -140,6 +140,9 @@ pub fn describe(model: &str) -> u8 {
     if d.functions.update && d.continuous.is_empty() {
         out.push_str("\nSampled: give the part a `rate`.\n");
     }
+    if d.inertial {
+        out.push_str("\nTakes W for inertial axes: refused where W is a site of a planet.\n");
+    }
     say_text(format_args!("{out}"));
     exit::OK
 }

@@ -66,6 +66,7 @@ pub struct ControlMomentGyro {
 /// A single-gimbal control moment gyro with a wheel of constant speed.
 #[model("flight.control_moment_gyro")]
 impl Model for ControlMomentGyro {
+    const INERTIAL: bool = true;
     type Params = GyroParams;
     type Ud = GyroIn;
     type Yd = GyroOut;

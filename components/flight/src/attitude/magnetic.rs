@@ -48,6 +48,7 @@ pub struct MagneticField {
 /// The magnetic field of a planet as a tilted dipole that turns with it.
 #[model("flight.magnetic_field")]
 impl Model for MagneticField {
+    const INERTIAL: bool = true;
     type Params = FieldParams;
     type Ud = FieldIn;
     type Yd = FieldOut;

@@ -109,6 +109,7 @@ impl ReactionWheel {
 /// A reaction wheel with friction, limits and imbalance.
 #[model("flight.reaction_wheel")]
 impl Model for ReactionWheel {
+    const INERTIAL: bool = true;
     type Params = WheelParams;
     type Ud = WheelIn;
     type Yd = WheelOut;

@@ -188,6 +188,7 @@ impl LinearTangent {
 /// Linear tangent steering of an ascent in the plane of its motion; sampled.
 #[model("flight.linear_tangent")]
 impl Model for LinearTangent {
+    const INERTIAL: bool = true;
     type Params = TangentParams;
     type Ud = TangentIn;
     type Yd = TangentOut;

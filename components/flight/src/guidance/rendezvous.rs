@@ -75,6 +75,7 @@ pub fn relative(chief: &NodeState, deputy: &NodeState) -> (Vec3, Vec3, Quat, f64
 /// Holds a deputy at a place in the turning axes of a chief.
 #[model("flight.station_keeping")]
 impl Model for StationKeeping {
+    const INERTIAL: bool = true;
     type Params = StationParams;
     type Ud = StationIn;
     type Yd = StationOut;

@@ -266,10 +266,19 @@ fn build_models<'a>(
     faults: &mut Vec<Fault>,
 ) -> Vec<Part<'a>> {
     let mut parts = Vec::new();
+    let site = services.in_a_site();
     for (part, entry) in entries.iter().filter(|(_, e)| e.service_kind().is_none()) {
         let mut cx = ReadCx::new(&part.path, services);
         cx.files = files.first(part.folder.as_deref());
         if let Some(prototype) = entry.make_model(&part.params, &mut cx) {
+            if let (true, Some(site)) = (prototype.description().inertial, &site) {
+                let fact = format!(
+                    "`{}` ({}) takes W for inertial axes, and `{site}` for a site of a planet",
+                    part.path, part.model
+                );
+                let help = "leave the part out, or leave `site` out of `planet`";
+                faults.push(Fault::new(part.origin, fact).help(help));
+            }
             parts.push(Part { spec: part, prototype, wiring: Wiring::default() });
         }
         faults.append(&mut located(cx.faults, part));
