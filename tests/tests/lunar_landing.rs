@@ -46,7 +46,7 @@ fn a_lander_comes_down_on_the_moon_and_stays() {
     let left = sim.get("Tank.propellant").unwrap();
     println!("at {place}, {left} kg left, thrust {thrust} N, a leg {force} N");
     assert!(place.xy().norm() < 0.03 && (left - 341.6).abs() < 1.0);
-    assert!(thrust < 13e3 && (9e3..11e3).contains(&force));
+    assert!((thrust / 11.0e3 - 1.0).abs() < 0.01 && (force / 10.0e3 - 1.0).abs() < 0.01);
     // What the honeycomb took is the energy of the fall from 1.2 m at 1.5 m/s, and of the way down in it.
     let (mass, g) = (1450.0 + left, MU / RADIUS.powi(2) - (RATE * LATITUDE.cos()).powi(2) * RADIUS);
     let crushed = |k: u32| sim.get(&format!("Leg{k}.crushed")).unwrap();
@@ -55,7 +55,7 @@ fn a_lander_comes_down_on_the_moon_and_stays() {
     let fallen = 0.5 * mass * told[3].3.powi(2) + mass * g * (1.2 + deep);
     println!("honeycomb {deep} m, {taken} J of {fallen} J");
     // The rest went into the damping of the struts.
-    assert!((0.85..1.0).contains(&(taken / fallen)) && (1..=4).all(|k| crushed(k) < 0.26));
+    assert!((0.85..1.0).contains(&(taken / fallen)) && (crushed(1) - 0.17).abs() < 0.01);
     sim.run_until(seconds(800.0)).unwrap();
     let drift = (get(&sim, "lander.position") - place).norm() / 100.0;
     let carried: f64 = (1..=4).map(|k| sim.get(&format!("Leg{k}.force")).unwrap()).sum();

@@ -213,8 +213,16 @@ fn a_box_stays_where_it_stands() {
     let body = r#""box": (parent: "world", hinge: Free, mass: 900, inertia: Box([2, 1.5, 1]), initial: (position: [3000, -2000, 0.5]),
         shapes: [(shape: Box([2, 1.5, 1]), collide: (friction: 0.6))])"#;
     let more = r#"colliders: { "ground": (on: "world", shape: HalfSpace) }, contact: (), step: "5 ms", integrator: "semi_implicit_euler", until: "200 s""#;
-    let mut sim = scene(&at_rest(-0.8, body, more), &[]).unwrap();
+    // An instrument that stands on the ground feels the planet turn and the ground push.
+    let imu = "parts: { \"IMU\": (model: \"sensors.imu\", rate: \"10 Hz\", params: { \"grade\": ideal }, bind: { \"mount\": \"node:box\" }),";
+    let scenery = at_rest(-0.8, body, more).replacen("parts: {", imu, 1);
+    let mut sim = scene(&scenery, &[]).unwrap();
     sim.run_until(seconds(20.0)).unwrap();
+    let rate = get(&sim, "IMU.rate") - turning(-0.8);
+    let force = get(&sim, "IMU.force") + plumb(-0.8);
+    // 3.6 km off the origin the plumb line leans by a thousandth.
+    println!("{:e} rad/s, {:e} m/s^2 off", rate.norm(), force.norm());
+    assert!(rate.norm() < 1e-7 && force.norm() < 5e-3, "{rate} {force}");
     let start = get(&sim, "box.position");
     sim.run_until(seconds(120.0)).unwrap();
     let drift = (get(&sim, "box.position") - start).norm() / 100.0;
@@ -224,11 +232,11 @@ fn a_box_stays_where_it_stands() {
     assert!(drift < 1e-9 && sim.get("Mechanism.contact.points").unwrap() == 4.0);
     assert!((start.xy() - Vec3::new(3000.0, -2000.0, 0.0).xy()).norm() < 1e-3, "{start}");
     // Cut anywhere it goes on to the same bits.
-    let mut again = scene(&at_rest(-0.8, body, more), &[]).unwrap();
+    let mut again = scene(&scenery, &[]).unwrap();
     for t in [7.3, 7.305, 61.0] {
         again.run_until(seconds(t)).unwrap();
         let saved = again.checkpoint("").unwrap();
-        again = scene(&at_rest(-0.8, body, more), &[]).unwrap();
+        again = scene(&scenery, &[]).unwrap();
         again.restore(&saved).unwrap();
     }
     again.run_until(seconds(120.0)).unwrap();
@@ -260,6 +268,16 @@ fn services_that_take_w_for_different_places_are_refused() {
     let uniform = text.replacen("environment.point_mass_gravity", "environment.uniform_gravity", 1);
     let e = scene(&uniform, &[]).err().unwrap();
     assert!(e.contains("planet"), "{e}");
+    // The Sun and third bodies have their places among the stars.
+    let here = "(body: \"mars\", epoch: \"2012-08-06 05:17:57 UTC\", site: (latitude: 0.3, longitude: 0.7))";
+    let sun = format!(
+        "parts: {{ \"Sun\": (model: \"environment.ephemeris_sun\", params: {{ \"planet\": {here} }}),"
+    );
+    let e = scene(&text.replacen("parts: {", &sun, 1), &[]).err().unwrap();
+    assert!(e.contains("axes of the stars") && e.contains("mars_sun"), "{e}");
+    let flat = "parts: { \"Air\": (model: \"environment.exponential_atmosphere\"),";
+    let e = scene(&text.replacen("parts: {", flat, 1), &[]).err().unwrap();
+    assert!(e.contains("level ground without a planet"), "{e}");
     // Models whose equations are those of inertial axes.
     for part in [
         "\"Sky\": (model: \"sensors.star_tracker\", rate: \"1 Hz\", bind: { \"mount\": \"node:a\" }),",

@@ -112,9 +112,7 @@ impl SphericalHarmonics {
 
     /// Acceleration (m/s², W) relative to the planet by the third bodies alone, in the order written; `p` in W.
     pub fn thirds(&self, t: f64, p: Vec3) -> impl Iterator<Item = Vec3> + '_ {
-        let p = self.planet.site.as_ref().map_or(p, |s| s.from_centre(&p));
-        let R_WI = self.planet.from_inertial(t);
-        self.pullers.iter().map(move |k| third_body(k.mu, &p, &(R_WI * self.towards(k, t))))
+        self.pullers.iter().map(move |k| third_body(k.mu, &p, &self.towards(k, t)))
     }
 }
 
@@ -132,6 +130,7 @@ fn pullers(p: &HarmonicsParams) -> Result<((f64, f64), Vec<Puller>), BuildError>
     if p.third_bodies.is_empty() {
         return Ok(((0.0, 0.0), Vec::new()));
     }
+    p.planet.among_the_stars("a third body")?;
     let epoch: Epoch = p.planet.epoch("a third body")?;
     let centre = p.planet.body.body();
     let mut all = Vec::new();

@@ -149,6 +149,17 @@ impl PlanetParams {
         }
     }
 
+    /// What has its place among the stars is not known from a site: `fixed` is about z of W, not about the pole.
+    pub fn among_the_stars(&self, what: &str) -> Result<(), BuildError> {
+        let Some(_) = self.site else { return Ok(()) };
+        let fact = format!(
+            "{what} by an ephemeris needs W with axes of the stars, and `planet` has a `site`"
+        );
+        let help =
+            "leave `site` out; a site's Sun is `environment.mars_sun` or `environment.fixed_sun`";
+        Err(BuildError::new(fact).help(help).at("planet"))
+    }
+
     /// The epoch; `why` says what needs it.
     pub fn epoch(&self, why: &str) -> Result<Epoch, BuildError> {
         let Some(text) = &self.epoch else {
@@ -276,12 +287,6 @@ impl Planet {
         }
         let R_IP = self.rotation.at(t).R_IP;
         R_IP * field(&(R_IP.inverse() * p))
-    }
-
-    /// `R_WI`: inertial axes to W.
-    pub fn from_inertial(&self, t: f64) -> Quat {
-        let turned = |s: &Site| s.pose.rotation.inverse() * self.rotation.at(t).R_IP.inverse();
-        self.site.as_ref().map_or(Quat::identity(), turned)
     }
 }
 

@@ -2,9 +2,9 @@
 //! ```text
 //! s = r_Sun − r_planet, ICRF, geometric: SOFA's epv00 (Earth, some km), Keplerian elements of JPL (Mars, 27″)
 //! ```
-//! W is the planet's inertial frame with axes of the ICRF, or a site that turns in it with the planet. Light time and aberration (20″) are left out.
+//! W is the planet's inertial frame with axes of the ICRF. Light time and aberration (20″) are left out.
 
-use crate::planet::{Planet, PlanetParams, fault};
+use crate::planet::{PlanetParams, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_world::ephemeris::{Analytic, Body, Ephemeris, Sampled};
 use linkwork_world::planet::AU;
@@ -21,7 +21,6 @@ pub struct EphemerisSun {
     centre: Body,
     start: (f64, f64),
     table: Sampled,
-    planet: Planet,
 }
 
 impl Sun for EphemerisSun {
@@ -29,11 +28,10 @@ impl Sun for EphemerisSun {
         let now = (self.start.0, self.start.1 + t / 86_400.0);
         let state = self.table.at(t).or_else(|_| Analytic.state(Body::Sun, self.centre, now));
         let s = state.map_or(Vec3::repeat(f64::NAN), |s| s.position);
-        let direction = self.planet.from_inertial(t) * s.normalize();
-        SunState { direction, distance_au: s.norm() / AU }
+        SunState { direction: s.normalize(), distance_au: s.norm() / AU }
     }
     fn axes(&self) -> Axes {
-        Axes::of(self.planet.site)
+        Axes::Inertial
     }
 }
 
@@ -42,12 +40,13 @@ impl Sun for EphemerisSun {
 impl Service for EphemerisSun {
     type Params = EphemerisSunParams;
     fn build(p: EphemerisSunParams, _: &Files) -> Result<Self, BuildError> {
+        p.planet.among_the_stars("the Sun's place")?;
         let epoch = p.planet.epoch("the Sun's place")?;
         let centre = p.planet.body.body();
         let table = Sampled::new(&Analytic, Body::Sun, centre, &epoch, p.planet.span)
             .map_err(|e| fault(&e, "planet"))?;
-        let planet = p.planet.planet()?;
-        Ok(EphemerisSun { centre, start: epoch.tdb_days(), table, planet })
+        p.planet.planet()?;
+        Ok(EphemerisSun { centre, start: epoch.tdb_days(), table })
     }
 }
 

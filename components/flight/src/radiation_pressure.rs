@@ -68,16 +68,16 @@ pub struct RadiationPressure {
 impl RadiationPressure {
     /// The Sun from the body, m, and the two discs in the sky there, `r` (m, W).
     fn look(&self, t: f64, r: Vec3) -> (Vec3, Discs) {
-        let r = self.p.sun.site().map_or(r, |s| s.from_centre(&r));
         let sun = self.p.sun.state(t);
         let s = sun.direction * (sun.distance_au * AU);
         (s - r, Discs::seen(&r, &s, self.p.planet_radius, RADIUS_SUN))
     }
 }
 
-/// Pressure of sunlight on a ball, with the conical shadow of the planet at the origin of W, or under the site that W is.
+/// Pressure of sunlight on a ball, with the conical shadow of the planet at the origin of W.
 #[model("flight.radiation_pressure")]
 impl Model for RadiationPressure {
+    const INERTIAL: bool = true;
     type Params = RadiationParams;
     type Ud = RadiationIn;
     type Yd = RadiationOut;

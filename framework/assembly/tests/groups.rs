@@ -59,6 +59,24 @@ impl SizedModel for Fleet {
     }
 }
 
+/// Takes the steering of those wheels that steer.
+pub struct Taker;
+impl SizedModel for Taker {
+    const NAME: &'static str = "test.taker";
+    const DOC: &'static str = "Takes steering.";
+    type Params = FleetParams;
+    type Store = ();
+    fn ports(p: &FleetParams) -> SizedPorts {
+        let steered = p.steered.iter().enumerate().filter(|(_, steered)| **steered);
+        let port =
+            |k| PortSpec::named(format!("wheels[{k}].steer"), PortKind::Numbers, 1).unit_of("rad");
+        SizedPorts { inputs: steered.map(|(k, _)| port(k)).collect(), ..SizedPorts::default() }
+    }
+    fn build(_: FleetParams) -> Result<Self, BuildError> {
+        Ok(Taker)
+    }
+}
+
 /// Commands of two wheels, and one of a whole.
 #[derive(Ports, Clone, Copy, Debug, PartialEq)]
 pub struct PairOut {
@@ -123,7 +141,12 @@ impl Model for Wheel {
 }
 
 fn catalogue() -> Catalogue {
-    Catalogue::new([vec![Entry::sized::<Fleet>(), Entry::model::<Pair>(), Entry::model::<Wheel>()]])
+    Catalogue::new([vec![
+        Entry::sized::<Fleet>(),
+        Entry::sized::<Taker>(),
+        Entry::model::<Pair>(),
+        Entry::model::<Wheel>(),
+    ]])
 }
 
 const CORNER: &str = r#"Assembly(
@@ -253,11 +276,22 @@ fn groups_that_do_not_match_are_refused() {
         ("Pair.pair[2] -> Corner1.drive", "`Pair` has no"),
         ("Pair.spare.rat -> Corner1.drive.rate", "has no output `spare.rat`"),
         ("Pair.spare -> Split.drive.rat", "exports no"),
+        ("Pair.spare -> Split.drive[3]", "`drive` is a group of exports, not an array"),
+        ("Pair.spare.rate -> Split.drive[7].rate", "`drive` is a group of exports, not an array"),
     ] {
         let mut text = refused_or_compiled(&cart("[true]", &format!("\"{wire}\"")));
         text.retain(|c| c != '\n');
         assert!(text.contains(why), "{wire}: {text}");
     }
+    // Elements are joined by their numbers, never by their places.
+    let text = refused(
+        r#"Simulation(parts: { "Fleet": (model: "test.fleet", params: { "steered": [true, false, true] }),
+            "Taker": (model: "test.taker", params: { "steered": [true, true, false] }) },
+            wires: ["Fleet.wheels[*].steer -> Taker.wheels[*].steer"])"#,
+    );
+    let told =
+        "`Fleet.wheels[*].steer` has the elements [0, 2], `Taker.wheels[*].steer` has [0, 1]";
+    assert!(text.contains(told), "{text}");
     // A group of exports takes one port each.
     let text = refused(
         r#"Simulation(parts: { "In": (

@@ -18,6 +18,10 @@ const AT_ONCE: usize = 16;
 const NAP: Duration = Duration::from_millis(2);
 /// Rows in a second that a watch may ask for.
 const FASTEST: f64 = 1000.0;
+const SLOWEST: f64 = 1e-4;
+/// Patterns of a list, and their bytes: what is matched holds the run up.
+const MOST_PATTERNS: usize = 64;
+const LONGEST_PATTERN: usize = 256;
 /// Steps that may be asked for at once.
 const MOST_STEPS: u64 = 1_000_000_000;
 
@@ -80,7 +84,7 @@ impl Live {
     }
 
     /// Does what clients ask, at the present tick, before its rows are taken. Waits while the run stands still.
-    /// Gives the steps to take now, `most` at most (none: the run is to stop), and whether it stood still before.
+    /// Gives the steps to take now, `most` at most, and whether it stood still before.
     pub fn attend<W: Watch>(&mut self, runner: &mut Runner<W>, most: u64) -> (u64, bool) {
         let stop = runner.stop();
         let mut stood = false;
@@ -122,10 +126,23 @@ impl Live {
 
     /// The run is at its end: who waits is told.
     pub fn finish(&mut self, time: f64) {
+        let message = format!("the run has ended at {time} s");
+        self.not_stepped(&message, "its folder holds what it wrote");
+    }
+
+    /// Another client wants the run otherwise than the steps that are under way.
+    fn overridden(&mut self, by: &str) {
+        if self.steps > 0 {
+            let message = format!("`{by}` of another client came before the steps were done");
+            self.not_stepped(&message, "ask again");
+        }
+    }
+
+    /// Refuses the requests for steps that are under way.
+    fn not_stepped(&mut self, message: &str, help: &str) {
         for client in &mut self.clients {
             if let Some(id) = client.stepping.take() {
-                let message = format!("the run has ended at {time} s");
-                let help = "its folder holds what it wrote".into();
+                let (message, help) = (message.to_string(), help.to_string());
                 client.answer(id, Said::Refused { message, help });
             }
         }
@@ -153,14 +170,17 @@ impl Live {
         let time = runner.sim().time();
         let said = match ask {
             Ask::Pause => {
+                self.overridden("pause");
                 (self.paused, self.steps) = (true, 0);
                 Ok(Said::Done { time })
             }
             Ask::Go => {
+                self.overridden("go");
                 (self.paused, self.steps) = (false, 0);
                 Ok(Said::Done { time })
             }
             Ask::Step { steps } if steps <= MOST_STEPS => {
+                self.overridden("step");
                 (self.paused, self.steps) = (true, steps);
                 self.clients[k].stepping = Some(id);
                 return;
@@ -187,8 +207,9 @@ impl Live {
         rate: f64,
         runner: &Runner<W>,
     ) -> Result<Said, No> {
-        if !(rate > 0.0 && rate <= FASTEST) {
-            return no(format!("a rate of {rate} Hz"), format!("give one up to {FASTEST} Hz"));
+        if !(SLOWEST..=FASTEST).contains(&rate) {
+            let help = format!("give one from {SLOWEST} to {FASTEST} Hz");
+            return no(format!("a rate of {rate} Hz"), help);
         }
         let places = places(paths, runner)?;
         let rows =
@@ -252,6 +273,11 @@ fn values<W: Watch>(places: &[Place], lost: u64, runner: &Runner<W>) -> Said {
 }
 
 fn list<W: Watch>(patterns: &[String], runner: &Runner<W>) -> Result<Said, No> {
+    let long = patterns.iter().any(|p| p.len() > LONGEST_PATTERN);
+    if patterns.len() > MOST_PATTERNS || long {
+        let fact = "the patterns are too many or too long";
+        return no(fact, format!("give {MOST_PATTERNS} of {LONGEST_PATTERN} bytes at most"));
+    }
     let known = &runner.sim().plan().variables;
     let names: Vec<&String> = known.keys().collect();
     let text = |p: &String| Text { text: p.clone(), origin: Origin::NONE };

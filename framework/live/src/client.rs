@@ -27,8 +27,9 @@ impl Ticket {
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> std::io::Result<()> {
-        // One of a run that was killed, perhaps with other rights.
-        match std::fs::remove_file(path) {
+        // Under another name until it is whole. One of a run that was killed may have other rights.
+        let fresh = path.with_extension("json.new");
+        match std::fs::remove_file(&fresh) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(e),
             _ => {}
         }
@@ -36,7 +37,8 @@ impl Ticket {
         options.write(true).create_new(true);
         #[cfg(unix)]
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        serde_json::to_writer(options.open(path)?, self).map_err(std::io::Error::from)
+        serde_json::to_writer(options.open(&fresh)?, self)?;
+        std::fs::rename(&fresh, path)
     }
 
     /// Reads it.
@@ -53,7 +55,10 @@ impl Ticket {
 pub enum ClientError {
     /// The connection failed.
     #[error("the run: {0}\n  help: it has ended, or another program is at its address")]
-    Frame(#[from] FrameError),
+    Frame(FrameError),
+    /// The request is longer than any may be.
+    #[error("{0}\n  help: ask for fewer variables at once, by narrower patterns")]
+    Long(FrameError),
     /// The run says no.
     #[error("{message}\n  help: {help}")]
     Refused {
@@ -68,6 +73,15 @@ pub enum ClientError {
 pub struct Client {
     socket: TcpStream,
     last: u64,
+}
+
+impl From<FrameError> for ClientError {
+    fn from(e: FrameError) -> Self {
+        match e {
+            FrameError::Long { .. } => ClientError::Long(e),
+            e => ClientError::Frame(e),
+        }
+    }
 }
 
 impl Client {

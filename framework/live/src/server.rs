@@ -7,16 +7,17 @@
 //! Both queues are bounded. A full queue of requests stops that client's reader; a full queue of
 //! replies loses rows, which are counted, and ends the connection when it is an answer that is lost.
 use crate::protocol::{
-    Ask, LONGEST_REPLY, LONGEST_REQUEST, Reply, Request, Said, VERSION, frame, read_frame,
-    write_frame,
+    Ask, FrameError, LONGEST_REPLY, LONGEST_REQUEST, Reply, Request, Said, VERSION, frame,
+    read_frame, write_frame,
 };
+use std::io::Read;
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{
     Receiver, Sender, SyncSender, TryRecvError, TrySendError, channel, sync_channel,
 };
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Requests and replies that wait, of one client.
 const REQUESTS: usize = 16;
@@ -207,6 +208,7 @@ impl Hall {
                         return;
                     }
                 }
+                Err(FrameError::Ended) => return,
                 Err(e) => {
                     let help = "see PROTOCOL.md; the connection is closed".to_string();
                     let said = Said::Refused { message: e.to_string(), help };
@@ -224,9 +226,9 @@ impl Hall {
         let words = |m: &str, h: &str| (m.to_string(), h.to_string());
         let io = |e: std::io::Error| (e.to_string(), "connect again".to_string());
         socket.set_nodelay(true).map_err(io)?;
-        socket.set_read_timeout(Some(PATIENCE)).map_err(io)?;
         socket.set_write_timeout(Some(PATIENCE)).map_err(io)?;
-        let first: Request = read_frame(&mut &*socket, LONGEST_HELLO)
+        let mut patient = Patient { socket, until: now() + PATIENCE };
+        let first: Request = read_frame(&mut patient, LONGEST_HELLO)
             .map_err(|e| (e.to_string(), "begin with hello".to_string()))?;
         let Ask::Hello { version, token } = first.ask else {
             return Err(words("the first message is no hello", "begin with hello"));
@@ -245,6 +247,29 @@ impl Hall {
         write_frame(&mut &*socket, &welcome, LONGEST_REPLY)
             .map_err(|e| (e.to_string(), "connect again".to_string()))?;
         socket.set_read_timeout(None).map_err(io)
+    }
+}
+
+/// The wall clock: how long clients are waited for.
+#[allow(clippy::disallowed_methods)]
+fn now() -> Instant {
+    Instant::now()
+}
+
+/// A socket that is read until an instant, however slowly its bytes come.
+struct Patient<'a> {
+    socket: &'a TcpStream,
+    until: Instant,
+}
+
+impl Read for Patient<'_> {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        let left = self.until.saturating_duration_since(now());
+        if left.is_zero() {
+            return Err(std::io::ErrorKind::TimedOut.into());
+        }
+        self.socket.set_read_timeout(Some(left))?;
+        (&*self.socket).read(into)
     }
 }
 

@@ -158,7 +158,12 @@ impl<W: Watch> Runner<W> {
     /// # Errors
     /// As [`Simulation::set`].
     pub fn set(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
-        self.sim_mut().set(path, value)?;
+        let before = self.sim.get(path)?;
+        if let Err(e) = self.sim_mut().set(path, value) {
+            // What is refused changes nothing: no log would know of it.
+            let _ = self.sim.set(path, before);
+            return Err(e);
+        }
         for feed in &mut self.feeds {
             feed.tap.set(&self.sim, path, value);
         }

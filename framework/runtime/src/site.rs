@@ -113,7 +113,7 @@ impl Services {
     }
 
     /// Where one takes W for a site: path, fact and remedy for each that takes it for something else, and for
-    /// gravity that does not care, since it brings none of the forces of axes that turn.
+    /// gravity and air that do not care: they bring none of the forces of axes that turn, and know no centre.
     pub(crate) fn at_odds(&self) -> Vec<(String, String, String)> {
         let Some((first, site)) = self.iter().find_map(|(p, o)| Some((p, o.axes().site()?))) else {
             return Vec::new();
@@ -124,12 +124,20 @@ impl Services {
                 (Axes::Site(s), _) if s != site => "another site",
                 (Axes::Inertial, _) => "inertial axes at the planet's centre",
                 (Axes::Any, ServiceObject::Gravity(_)) => "axes that do not turn",
+                (Axes::Any, ServiceObject::Atmosphere(_)) => "level ground without a planet",
                 _ => return None,
             };
             let fact =
                 format!("takes W for {takes}, and `{first}` for a site of a planet that turns");
             Some((path.to_string(), fact, help.to_string()))
         };
-        self.iter().filter_map(|(path, o)| wrong(path, o)).collect()
+        let mut all: Vec<_> = self.iter().filter_map(|(path, o)| wrong(path, o)).collect();
+        // What turns acts through gravity.
+        if !self.iter().any(|(_, o)| matches!(o, ServiceObject::Gravity(_))) {
+            let fact = "takes W for a site of a planet that turns, and there is no gravity with the forces of it";
+            let help = "add a service of gravity with the same `planet`";
+            all.push((first.to_string(), fact.to_string(), help.to_string()));
+        }
+        all
     }
 }

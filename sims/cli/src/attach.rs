@@ -97,8 +97,9 @@ fn done(client: &mut Client, command: AttachCommand) -> Result<(), ClientError> 
         AttachCommand::Get { patterns } => {
             let names = names(client, patterns)?;
             let paths = names.iter().map(|(name, _)| name.clone()).collect();
-            let Said::Values { time, values, .. } = client.ask(Ask::Get { paths })? else {
-                return Ok(());
+            let (time, values) = match client.ask(Ask::Get { paths })? {
+                Said::Values { time, values, .. } => (time, values),
+                other => return Err(odd(&other)),
             };
             say!("{:64} {time} s", "time");
             for ((name, unit), value) in names.iter().zip(values) {
@@ -125,7 +126,7 @@ fn done(client: &mut Client, command: AttachCommand) -> Result<(), ClientError> 
 }
 
 fn number(value: Option<f64>) -> String {
-    value.map_or_else(|| "not in this phase".into(), |x| x.to_string())
+    value.map_or_else(|| "no number".into(), |x| x.to_string())
 }
 
 fn watch(
@@ -166,8 +167,9 @@ fn set(client: &mut Client, values: &[String]) -> Result<(), ClientError> {
         let number = value.trim().parse().map(Amount::Number);
         let value = number.unwrap_or_else(|_| Amount::Text(value.trim().to_string()));
         let path = path.trim().to_string();
-        if let Said::Done { time } = client.ask(Ask::Set { path, value })? {
-            say!("{written} at t = {time} s");
+        match client.ask(Ask::Set { path, value })? {
+            Said::Done { time } => say!("{written} at t = {time} s"),
+            other => return Err(odd(&other)),
         }
     }
     Ok(())

@@ -29,6 +29,8 @@ pub struct ForkOptions {
 /// A run that is to go on as another.
 pub(crate) struct Fork {
     old: Option<Box<Simulation>>,
+    /// The simulation as which it goes on, when it is not that of the checkpoint.
+    sim: Option<PathBuf>,
     time: f64,
     allow: bool,
 }
@@ -54,6 +56,11 @@ impl Fork {
     /// Simulated time of the checkpoint (s).
     pub fn time(&self) -> f64 {
         self.time
+    }
+
+    /// The file or folder of the simulation as which it goes on, when it is not that of the checkpoint.
+    pub fn simulation(&self) -> Option<&Path> {
+        self.sim.as_deref()
     }
 
     /// The run in its new program; tells what went over, and refuses what may not be lost.
@@ -124,5 +131,7 @@ fn prepared(file: &Path, options: &ForkOptions) -> Result<(Ready, String, Fork),
         Some(sim) => load::ready(sim, &options.set, Some(checkpoint.seed))?,
         None => load::ready_text_set(&text, &checkpoint.configuration, &options.set)?,
     };
-    Ok((ready, name, Fork { old: Some(old), time: checkpoint.time, allow: options.allow }))
+    let sim = options.sim.clone();
+    let name = sim.as_deref().map_or(name, run::title_of);
+    Ok((ready, name, Fork { old: Some(old), sim, time: checkpoint.time, allow: options.allow }))
 }

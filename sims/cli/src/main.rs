@@ -1,5 +1,5 @@
-//! The command line: linkwork run, resume, fork, attach, campaign, check, list, describe, tree, graph, export, schema, replay, view, diff,
-//! wheel-test.
+//! The command line: linkwork run, resume, fork, attach, campaign, check, list, describe, tree, graph, export, schema, new, doctor, replay,
+//! view, diff, wheel-test.
 use clap::{CommandFactory, Parser, Subcommand};
 use linkwork_cli::attach::{self, AttachCommand};
 use linkwork_cli::campaign::{self, CampaignOptions};
@@ -10,7 +10,7 @@ use linkwork_cli::graph::{self, GraphFormat};
 use linkwork_cli::options::RunOptions;
 use linkwork_cli::view::{self, ViewOptions};
 use linkwork_cli::wheel_test::{self, WheelTestOptions};
-use linkwork_cli::{check, exit, inspect, pages, replay, run, voice};
+use linkwork_cli::{check, doctor, exit, inspect, make, pages, replay, run, voice};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -32,6 +32,7 @@ const EXAMPLES: &str = "Examples:
   linkwork attach runs/pendulum watch '**.angle'        what it does; set, pause, step, go, checkpoint, quit
   linkwork campaign sims/ballistic_entry/dispersions.ron     many runs with drawn values, tables and a report
   linkwork campaign sims/ballistic_entry/dispersions.ron --run 17 --log     one of them again
+  linkwork new simulation swing                         a small one to begin from
   linkwork check sims/rover_traverse                    every mistake, with line and column
   linkwork tree sims/rover_traverse                     the parts, as they are nested
   linkwork list sims/rover_traverse 'Rover.**.torque'   variables by pattern
@@ -145,6 +146,13 @@ enum Command {
     },
     /// Print the JSON Schema of simulation, assembly and side-car files.
     Schema,
+    /// Make something to begin from, which runs as it is.
+    New {
+        #[command(subcommand)]
+        kind: make::Kind,
+    },
+    /// Tell what of this machine and this build matters: processor, memory, viewer, Python.
+    Doctor,
     /// Simulate again what a log holds. Exit code 1 when a number differs, with the first tick and variable.
     Replay {
         /// A .mcap file that a run wrote; it holds the whole configuration.
@@ -210,6 +218,8 @@ fn main() -> ExitCode {
         Command::Completions { shell } => pages::completions(shell, &mut Cli::command()),
         Command::Man { folder } => pages::man(&folder, Cli::command()),
         Command::Schema => inspect::schema(),
+        Command::New { kind } => make::make(&kind),
+        Command::Doctor => doctor::doctor(),
         Command::Replay { log, .. } => replay::verify(&log),
         Command::View { log, options } => view::view(&log, &options),
         Command::Diff { a, b, options } => diff::diff(&a, &b, &options),

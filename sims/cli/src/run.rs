@@ -64,7 +64,7 @@ pub fn run_ready(ready: Ready, sim: &Path, name: &str, options: &RunOptions) -> 
     start(ready, name, options, Source { file: sim, begin: Begin::New })
 }
 
-fn title_of(sim: &Path) -> String {
+pub(crate) fn title_of(sim: &Path) -> String {
     let file = load::sim_file(sim);
     let absolute = std::path::absolute(&file).unwrap_or(file);
     let stem = absolute.file_stem().and_then(|s| s.to_str()).unwrap_or("simulation");
@@ -168,12 +168,16 @@ impl Drop for Ticketed {
     }
 }
 
-/// Opens the socket, and says where.
-fn serve(address: &str, name: &str, out: &Path) -> Result<(Live, Ticketed), u8> {
-    let server = Server::start(address, name).map_err(|e| {
+/// Opens the socket: before anything is written.
+fn listen(address: &str, name: &str) -> Result<Server, u8> {
+    Server::start(address, name).map_err(|e| {
         tell!("error: {e}");
         exit::INPUT
-    })?;
+    })
+}
+
+/// Says where the socket is.
+fn announce(server: Server, out: &Path) -> Result<(Live, Ticketed), u8> {
     let at = server.address();
     let path = out.join(Ticket::FILE);
     let token = server.token().to_string();
@@ -235,8 +239,12 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     let out = folder_of(name, options, &source);
     let log = out.join("run.mcap");
     let products = ["summary.json", "plots.svg"].map(|f| out.join(f));
-    let others = [&products[..], &[log.clone(), load::sim_file(source.file)]].concat();
+    let mut others = [&products[..], &[log.clone(), load::sim_file(source.file)]].concat();
+    if let Begin::Forked(fork) = &source.begin {
+        others.extend(fork.simulation().map(load::sim_file));
+    }
     let recording = taps::recording(options, &out, &others)?;
+    let server = options.serve.as_deref().map(|address| listen(address, name)).transpose()?;
     let folder = claim(&out, &sim, &configuration)?;
     let mut saves = Saves::new(&sim, out.clone(), name, &configuration, every);
     if let Some(most) = options.keep {
@@ -269,7 +277,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     if options.realtime {
         runner.pace();
     }
-    let live = options.serve.as_deref().map(|address| serve(address, name, &out)).transpose()?;
+    let live = server.map(|server| announce(server, &out)).transpose()?;
     Ok(Run {
         runner,
         goal: Goal { until, steps: None, stop_when: prepared.stop_when },
@@ -324,7 +332,16 @@ fn folder_of(name: &str, options: &RunOptions, source: &Source<'_>) -> PathBuf {
         Begin::Resumed(c) => format!("{name}_from_{}", time_name(c.time)),
         Begin::Forked(fork) => format!("{name}_fork_{}", time_name(fork.time())),
     };
-    options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(own))
+    let folder = |own: &str| PathBuf::from("runs").join(own);
+    options.out.clone().unwrap_or_else(|| match &source.begin {
+        // Forks differ by what they change: none is written over another.
+        Begin::Forked(_) => {
+            let more = (2..).map(|n| folder(&format!("{own}_{n}")));
+            let mut all = std::iter::once(folder(&own)).chain(more);
+            all.find(|f| f.symlink_metadata().is_err()).unwrap_or_else(|| folder(&own))
+        }
+        _ => folder(&own),
+    })
 }
 
 fn fail(e: String) -> u8 {

@@ -121,6 +121,7 @@ mod drawn {
     pub fn draw(log: &Path, options: &ViewOptions) -> Result<u8, u8> {
         let out = place(log, options)?;
         let mut drawing: Option<Drawing> = None;
+        let mut opened = false;
         let mut name = "log".to_string();
         let walked = walk_log(log, |entry| {
             match entry {
@@ -130,6 +131,7 @@ mod drawn {
                     }
                 }
                 Entry::Configuration(text) if !text.is_empty() => {
+                    opened = true;
                     drawing = Some(open(&text, &name, &out)?);
                 }
                 entry => {
@@ -163,8 +165,8 @@ mod drawn {
             }
             Err(fault) => {
                 // Half a recording would look whole.
-                if drawing.is_some() {
-                    drop(drawing);
+                drop(drawing);
+                if opened {
                     let _ = std::fs::remove_file(&out);
                 }
                 Err(told(fault))

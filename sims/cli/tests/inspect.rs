@@ -291,3 +291,44 @@ fn help_has_examples() {
     let example = help.split("--set ").nth(1).and_then(|t| t.split_whitespace().next()).unwrap();
     lab.run(&sim("pendulum"), "out", &["--until", "0.1s", "--set", example]).code(0);
 }
+
+/// A newcomer's first simulation: checked without a warning, runs, and is never written over.
+#[test]
+fn a_new_simulation_runs_as_it_is() {
+    let lab = Lab::new();
+    let made = lab.linkwork(&["new", "simulation", "first/swing"]).code(0);
+    assert_eq!(made.out, "first/swing/sim.ron\nfirst/swing/README.md\n");
+    let checked = lab.linkwork(&["check", "first/swing"]).code(0);
+    assert!(!format!("{}{}", checked.out, checked.err).contains("warning"), "{checked:?}");
+    lab.linkwork(&["run", "first/swing", "--until", "1s", "--set", "length=0.8"]).code(0);
+    assert!(lab.path("runs/swing/run.mcap").exists());
+    lab.linkwork(&["new", "simulation", "first/swing"])
+        .code(2)
+        .tells(&["`first/swing` is there already", "help: "]);
+    lab.linkwork(&["new", "simulation", ".."])
+        .code(2)
+        .tells(&["no name that a simulation can take"]);
+    lab.linkwork(&["new", "simulation", "/dev/null/swing"])
+        .code(1)
+        .tells(&["cannot be made", "help: "]);
+}
+
+#[test]
+fn the_doctor_tells_of_processor_build_viewer_and_python() {
+    let told = Lab::new().linkwork(&["doctor"]).code(0).out;
+    for what in [
+        "processor",
+        "instructions",
+        "cores",
+        "memory",
+        "build",
+        "recordings",
+        "Rust",
+        "viewer",
+        "Python",
+    ] {
+        assert!(told.lines().any(|l| l.starts_with(what) && l.len() > 15), "{what}: {told}");
+    }
+    let cores = std::thread::available_parallelism().unwrap().get();
+    assert!(told.contains(&format!("cores          {cores}")), "{told}");
+}

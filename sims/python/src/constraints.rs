@@ -109,6 +109,13 @@ impl Constrained {
     }
 }
 
+/// Numbers of rows as a dictionary.
+fn by_name<'py>(py: Python<'py>, rows: &[(String, usize)]) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    rows.iter().try_for_each(|(name, rows)| out.set_item(name, rows))?;
+    Ok(out)
+}
+
 /// A loop that a hinge closes, or a linear relation between hinge coordinates.
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Constraint {
@@ -187,11 +194,7 @@ impl ConstrainedMotion {
     /// Rows that repeat others, by constraint; which of a group is named is not unique.
     #[getter]
     fn redundant<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let out = PyDict::new(py);
-        for (name, rows) in &self.redundant {
-            out.set_item(name, rows)?;
-        }
-        Ok(out)
+        by_name(py, &self.redundant)
     }
     /// Rows with multipliers; with "full" those of hinges, too.
     #[getter]
@@ -251,11 +254,7 @@ impl Rank {
     /// Rows that repeat others, by constraint; which of a group is named is not unique.
     #[getter]
     fn redundant<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let out = PyDict::new(py);
-        for (name, rows) in &self.redundant {
-            out.set_item(name, rows)?;
-        }
-        Ok(out)
+        by_name(py, &self.redundant)
     }
     fn __repr__(&self) -> String {
         format!(
@@ -468,8 +467,8 @@ impl Mechanism {
     }
 }
 
-/// Whether a simulation may begin at q: loops closed, none of them driven.
-pub fn may_begin(core: &Core, q: &[f64]) -> PyResult<()> {
+/// Whether a simulation may begin at q, v: loops closed and kept so, none of them driven.
+pub fn may_begin(core: &Core, q: &[f64], v: &[f64]) -> PyResult<()> {
     if core.mbs.motions() > 0 {
         let fact = "a motion across a loop is prescribed";
         return Err(refuse_with(fact, "simulate it with linkwork.Simulation"));
@@ -478,10 +477,21 @@ pub fn may_begin(core: &Core, q: &[f64]) -> PyResult<()> {
     let Some((worst, error)) = errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Ok(());
     };
-    if error <= CLOSED {
-        return Ok(());
+    let help = "begin with `q, v = mechanism.close(q, v)`";
+    if !(error <= CLOSED) {
+        let name = core.mbs.constraint_name(worst);
+        let fact =
+            format!("`{name}` is not closed at the start: an error of {error:.3e} (rad or m)");
+        return Err(refuse_with(fact, help));
     }
-    let name = core.mbs.constraint_name(worst);
-    let fact = format!("`{name}` is not closed at the start: an error of {error:.3e} (rad or m)");
-    Err(refuse_with(fact, "begin with `q, v = mechanism.close(q, v)`"))
+    let (mut there, mut rates) = (q.to_vec(), v.to_vec());
+    core.with_constrained(Treatment::Augment, |c| c.close(core, &[], &mut there, Some(&mut rates)))
+        .map_err(refuse)?;
+    let off = v.iter().zip(&rates).map(|(a, b)| (a - b).abs()).fold(0.0_f64, f64::max);
+    if !(off <= CLOSED * v.iter().fold(1.0_f64, |most, v| most.max(v.abs()))) {
+        let fact =
+            format!("the rates at the start open what is closed: {off:.3e} rad/s or m/s off");
+        return Err(refuse_with(fact, help));
+    }
+    Ok(())
 }

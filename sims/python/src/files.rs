@@ -48,11 +48,7 @@ impl Machine {
             .filter(|(_, s)| s.subhinge.damping > 0.0 || s.subhinge.friction.force > 0.0);
         let mut bodies: Vec<&str> = lossy.map(|(b, _)| self.mbs.get(b).name()).collect();
         bodies.dedup();
-        let list = match bodies[..] {
-            [] => return None,
-            [a, b, c, _, ..] => format!("{a}, {b}, {c} and {} more", bodies.len() - 3),
-            ref few => few.join(", "),
-        };
+        let list = some_of(&bodies)?;
         Some(format!(
             "damping or friction of the hinges of {list} are left out of the dynamics of a Mechanism\n  help: linkwork.Simulation simulates them"
         ))
@@ -62,14 +58,19 @@ impl Machine {
     pub fn beyond_the_tree(&self) -> Option<String> {
         let names = self.mbs.constraints().map(|c| self.mbs.constraint_name(c));
         let names: Vec<&str> = names.collect();
-        let list = match names[..] {
-            [] => return None,
-            [a, b, c, _, ..] => format!("{a}, {b}, {c} and {} more", names.len() - 3),
-            ref few => few.join(", "),
-        };
+        let list = some_of(&names)?;
         Some(format!(
             "loops and couplings {list}: constrained_dynamics, close and simulate obey them, the algorithms of the tree (forward_dynamics, mass_matrix and the others) do not"
         ))
+    }
+}
+
+/// Three of the names, and how many there are besides; `None` of none.
+fn some_of(names: &[&str]) -> Option<String> {
+    match names {
+        [] => None,
+        [a, b, c, _, ..] => Some(format!("{a}, {b}, {c} and {} more", names.len() - 3)),
+        few => Some(few.join(", ")),
     }
 }
 

@@ -152,7 +152,8 @@ impl Mechanism {
     /// torque: None; (nv,) constant; (steps, nv) one row a step; or a function of (t, q, v) that
     /// gives (nv,), called at each evaluation (four a step with "rk4"). integrator: "rk4" or
     /// "semi_implicit_euler". wrenches: {frame: (6,)}, constant, world axes. Prescribed
-    /// coordinates keep their rates. Loops and couplings are obeyed; q must close them (`close`).
+    /// coordinates keep their rates. Loops and couplings are obeyed; q must close them, and v keep
+    /// them closed (`close`).
     #[pyo3(signature = (q, v, dt, steps, *, torque=None, integrator="rk4", wrenches=None))]
     fn simulate<'py>(
         &self,
@@ -181,7 +182,7 @@ impl Mechanism {
         let integrator = Integrator::new(method, nq + nv);
         let constrained = core.is_constrained();
         if constrained {
-            may_begin(core, q.slice())?;
+            may_begin(core, q.slice(), v.slice())?;
         }
         let mut run = Run { core, constrained, wrenches: &wrenches, integrator, dt, x };
         let rows = steps.saturating_add(1);

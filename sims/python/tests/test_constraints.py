@@ -139,6 +139,8 @@ def test_simulating_keeps_loops_closed_and_energy():
     assert np.ptp(qs[:, 0]) > 0.1
     with pytest.raises(lw.LinkworkError, match="`knee` is not closed at the start.*\n  help: begin with `q, v = mech"):
         linkage.simulate([-1.0, 0.5, -1.9], v, 1e-3, 1)
+    with pytest.raises(lw.LinkworkError, match="the rates at the start open what is closed"):
+        linkage.simulate(q, [1.0, 0.0, 0.0], 1e-3, 1)
 
 
 def test_couplings_of_builders_and_of_files(tmp_path):

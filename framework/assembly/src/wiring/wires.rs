@@ -22,12 +22,30 @@ enum Index {
     At(usize),
 }
 
-/// What one end of a wire names: a port, whose name here is empty, or the ports of a group by their names in it.
-type End = Vec<(String, PortRef)>;
+/// What one end of a wire names.
+#[derive(Clone, Default)]
+struct End {
+    /// A port, whose name here is empty, or the ports of a group by their names in it.
+    ports: Vec<(String, PortRef)>,
+    /// Which element of `[*]` in the names of ports.
+    element: Option<usize>,
+}
 
-/// A single port.
-fn single(end: PortRef) -> End {
-    vec![(String::new(), end)]
+impl End {
+    fn of(port: PortRef) -> End {
+        End { ports: vec![(String::new(), port)], element: None }
+    }
+    /// The port, when it is one and no group.
+    fn port(&self) -> Option<&PortRef> {
+        match &self.ports[..] {
+            [(name, port)] if name.is_empty() => Some(port),
+            _ => None,
+        }
+    }
+    /// The names within a group.
+    fn list(&self) -> String {
+        self.ports.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ")
+    }
 }
 
 /// `rate` of `wheels[2].rate` under `wheels[2]`.
@@ -124,6 +142,14 @@ impl Wiring<'_> {
         let (left, right) = (*from, *to);
         let mut from = self.end(scope, left, true)?;
         let mut to = self.end(scope, right, false)?;
+        let elements =
+            |ends: &[End]| ends.iter().map(|e| e.element).collect::<Option<Vec<usize>>>();
+        if let (Some(a), Some(b)) = (elements(&from), elements(&to))
+            && a != b
+        {
+            let fact = format!("`{left}` has the elements {a:?}, `{right}` has {b:?}");
+            return Err((fact, "join them one by one, or give both the same elements".into()));
+        }
         match (from.len(), to.len()) {
             (a, b) if a == b => {}
             (1, n) => from = vec![from[0].clone(); n],
@@ -135,15 +161,14 @@ impl Wiring<'_> {
         }
         let mut out = Vec::new();
         for (from, to) in from.into_iter().zip(to) {
-            let (a, b) = (from[0].1.clone(), to[0].1.clone());
-            let lone = |end: &End| end[0].0.is_empty();
-            if lone(&from) && !self.exists(&a, true) || lone(&to) && !self.exists(&b, false) {
+            let absent =
+                |end: &End, output: bool| end.port().is_some_and(|p| !self.exists(p, output));
+            let pairs = match absent(&from, true) || absent(&to, false) {
                 // Told by `compile`, which knows what else there is.
-                let (timing, text) = (timing.clone(), wire.text.clone());
-                out.push(WireSpec { from: a, to: b, timing, text, origin: wire.origin });
-                continue;
-            }
-            out.extend(members((left, from), (right, to))?.into_iter().map(|(from, to)| {
+                true => vec![(from.ports[0].1.clone(), to.ports[0].1.clone())],
+                false => members((left, from), (right, to))?,
+            };
+            out.extend(pairs.into_iter().map(|(from, to)| {
                 let (timing, text) = (timing.clone(), wire.text.clone());
                 WireSpec { from, to, timing, text, origin: wire.origin }
             }));
@@ -169,7 +194,7 @@ impl Wiring<'_> {
         // A variable of the mechanism (`Rover/chassis.angle`) is for `compile` to know.
         if first == self.mechanism || first.contains('/') {
             let (_, port) = text.split_once('.').unwrap_or(("", text));
-            return Ok(vec![single(PortRef {
+            return Ok(vec![End::of(PortRef {
                 part: first.into(),
                 port: port.into(),
                 index: None,
@@ -251,10 +276,19 @@ impl Wiring<'_> {
         if inner.broken.contains(&path[0].name) {
             return Err(Problem::default());
         }
+        let indexed = |of: &[Segment]| {
+            let (name, index) = of.iter().find_map(|s| Some((&s.name, s.index?)))?;
+            let index = match index {
+                Index::All => "*".to_string(),
+                Index::At(k) => k.to_string(),
+            };
+            let fact = format!("`{name}[{index}]`: `{name}` is a group of exports, not an array");
+            Some((fact, "leave the index out, or put it at the port".to_string()))
+        };
         let longest = (1..=path.len()).rev().find(|n| inner.exports.contains_key(&name(*n)));
         let Some(n) = longest else {
             let group = name(path.len());
-            let mut end = End::new();
+            let mut end = End::default();
             for export in inner.exports.keys() {
                 let Some(member) = within(export, &group) else { continue };
                 let names: Vec<Segment> =
@@ -264,13 +298,16 @@ impl Wiring<'_> {
                     let fact = format!("export `{export}` of the group `{group}` is several ports");
                     return Err((fact, "name one port by each export of a group".into()));
                 };
-                end.extend(one.into_iter().map(|(deeper, port)| {
+                end.ports.extend(one.ports.into_iter().map(|(deeper, port)| {
                     let dot = if deeper.is_empty() { "" } else { "." };
                     (format!("{member}{dot}{deeper}"), port)
                 }));
             }
-            if !end.is_empty() {
-                return Ok(vec![end]);
+            if !end.ports.is_empty() {
+                return match indexed(path) {
+                    Some(problem) => Err(problem),
+                    None => Ok(vec![end]),
+                };
             }
             let grouped = inner.exports.keys().any(|e| within(e, &path[0].name).is_some());
             if path.len() > 1 && !grouped {
@@ -290,6 +327,9 @@ impl Wiring<'_> {
             let fact = format!("`{}` exports no `{group}`", inner.path);
             return Err((fact, exports_help(inner, &group)));
         };
+        if let Some(problem) = indexed(&path[..n - 1]) {
+            return Err(problem);
+        }
         let (export, rest) = (name(n), &path[n..]);
         let target = &inner.exports[&export];
         let mut inward = segments(&target.text)?;
@@ -322,7 +362,8 @@ impl Wiring<'_> {
         }
         let path: Vec<Segment> =
             name.split('.').map(|s| Segment { name: s.into(), index: None }).collect();
-        for (_, end) in self.exported(inner, &path, true)?.into_iter().flatten() {
+        let ends = self.exported(inner, &path, true)?;
+        for (_, end) in ends.into_iter().flat_map(|end| end.ports) {
             let Some(Node::Model(m)) = self.node(&end.part) else { continue };
             let Some(d) = self.ports(m) else { continue };
             let ports: Vec<&PortSpec> = d.all_inputs().chain(d.all_outputs()).collect();
@@ -374,7 +415,7 @@ impl Wiring<'_> {
             return Err((format!("`{part}` is a part, not a port"), help));
         };
         let one =
-            |port: &str, index| single(PortRef { part: part.clone(), port: port.into(), index });
+            |port: &str, index| End::of(PortRef { part: part.clone(), port: port.into(), index });
         let (bare, written) = (joined(rest, false), joined(rest, true));
         // A model or port that does not exist is for `compile` to report.
         let lane = match last.index {
@@ -411,8 +452,8 @@ impl Wiring<'_> {
         };
         let elements: BTreeSet<usize> = ports.iter().filter_map(element).collect();
         let name = |k: usize| format!("{before}[{k}]{after}");
-        let found: Vec<End> =
-            elements.into_iter().filter_map(|k| named(&ports, part, &name(k))).collect();
+        let element = |k: usize| Some(End { element: Some(k), ..named(&ports, part, &name(k))? });
+        let found: Vec<End> = elements.into_iter().filter_map(element).collect();
         if !found.is_empty() {
             return Ok(found);
         }
@@ -438,11 +479,11 @@ fn joined(path: &[Segment], whole: bool) -> String {
 fn named(ports: &[&PortSpec], part: &str, name: &str) -> Option<End> {
     let one = |port: &str| PortRef { part: part.into(), port: port.into(), index: None };
     if ports.iter().any(|p| p.name == name || within(name, &p.name).is_some()) {
-        return Some(single(one(name)));
+        return Some(End::of(one(name)));
     }
     let member = |p: &&PortSpec| Some((within(&p.name, name)?.to_string(), one(&p.name)));
-    let end: End = ports.iter().filter_map(member).collect();
-    (!end.is_empty()).then_some(end)
+    let members: Vec<_> = ports.iter().filter_map(member).collect();
+    (!members.is_empty()).then_some(End { ports: members, element: None })
 }
 
 /// The wires between two ends: one port each, or two groups with the same ports.
@@ -450,20 +491,19 @@ fn members(
     (left, from): (&str, End),
     (right, to): (&str, End),
 ) -> Result<Vec<(PortRef, PortRef)>, Problem> {
-    let lone = |end: &End| matches!(&end[..], [(name, _)] if name.is_empty());
-    let list = |end: &End| end.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ");
-    match (lone(&from), lone(&to)) {
+    match (from.port().is_some(), to.port().is_some()) {
         (true, true) => {}
         (false, false) => {
             let lacks = |of: &End, other: &End| {
-                let found = of.iter().find(|(n, _)| other.iter().all(|(m, _)| m != n));
+                let mut there = of.ports.iter();
+                let found = there.find(|(n, _)| other.ports.iter().all(|(m, _)| m != n));
                 found.map(|(name, _)| name.clone())
             };
             for (name, has, none, ends) in
                 [(lacks(&from, &to), left, right, &to), (lacks(&to, &from), right, left, &from)]
             {
                 let Some(name) = name else { continue };
-                let fact = format!("`{has}` has `{name}`, `{none}` has only {}", list(ends));
+                let fact = format!("`{has}` has `{name}`, `{none}` has only {}", ends.list());
                 let help = "groups with the same ports are joined by one wire; these want a wire for each port";
                 return Err((fact, help.into()));
             }
@@ -473,12 +513,12 @@ fn members(
                 true => (right, &to, left),
                 false => (left, &from, right),
             };
-            let fact = format!("`{group}` is a group of ports ({}), `{port}` is one", list(end));
-            return Err((fact, format!("name one of them: `{group}.{}`", end[0].0)));
+            let fact = format!("`{group}` is a group of ports ({}), `{port}` is one", end.list());
+            return Err((fact, format!("name one of them: `{group}.{}`", end.ports[0].0)));
         }
     }
-    let mut to: BTreeMap<String, PortRef> = to.into_iter().collect();
-    Ok(from.into_iter().filter_map(|(name, from)| Some((from, to.remove(&name)?))).collect())
+    let mut to: BTreeMap<String, PortRef> = to.ports.into_iter().collect();
+    Ok(from.ports.into_iter().filter_map(|(name, from)| Some((from, to.remove(&name)?))).collect())
 }
 
 fn exports_help(inner: &Instance, name: &str) -> String {

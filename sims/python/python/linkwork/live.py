@@ -25,6 +25,10 @@ class Refused(Exception):
     """The run says no: the message, and what to do about it."""
 
 
+class Ended(ConnectionError):
+    """The run has closed the connection: it has ended, or has let this client go."""
+
+
 class Attached:
     """A connection to a run. Close it, or use it in a `with` statement."""
 
@@ -68,9 +72,7 @@ class Attached:
         while len(data) < count:
             more = self._socket.recv(min(count - len(data), 1 << 16))
             if not more:
-                raise ConnectionError(
-                    "the run has closed the connection: it has ended, or let this client go"
-                )
+                raise Ended("the run has closed the connection: it has ended, or let this client go")
             data += more
         return bytes(data)
 
@@ -99,7 +101,8 @@ class Attached:
         return dict(said["names"]["names"])
 
     def get(self, *paths: str) -> Any:
-        """Values now, SI: a number for one path, a list for several. None in a phase without it."""
+        """Values now, SI: a number for one path, a list for several. None where there is no number, as
+        in a phase without it."""
         values = self._ask({"get": {"paths": list(paths)}})["values"]["values"]
         return values[0] if len(paths) == 1 else values
 
@@ -116,13 +119,19 @@ class Attached:
         times or until the run ends."""
         own = self._send({"watch": {"paths": list(paths), "rate": float(rate)}})
         self._answer(own)
+        there = True
         try:
             while count is None or count > 0:
-                values = self._answer(own)["values"]
+                try:
+                    values = self._answer(own)["values"]
+                except Ended:
+                    there = False
+                    return
                 yield values["time"], values["values"]
                 count = None if count is None else count - 1
         finally:
-            self._ask({"watch": {"paths": [], "rate": 1.0}})
+            if there:
+                self._ask({"watch": {"paths": [], "rate": 1.0}})
 
     def pause(self) -> float:
         """The run stands still; gives the time, s."""
