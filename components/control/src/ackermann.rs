@@ -5,7 +5,7 @@
 //! are to their wanted angles. Speed changes at a limited acceleration (a trapezoid). Curvature is cut to
 //! what the steering limit allows, except on the spot (speed zero). While no wheel is to turn, the brakes are on.
 
-use crate::geometry::{Drive, Layout, WheelPlace};
+use crate::geometry::{Drive, Layout, STEER_MAX, WheelPlace};
 use linkwork_runtime::prelude::*;
 
 /// Wheels and limits.
@@ -17,7 +17,7 @@ pub struct AckermannParams {
     #[param(unit = "m", range = 1e-3..)]
     pub radius: f64,
     /// Greatest steering angle.
-    #[param(unit = "rad", default = 1.5, range = 0.01..=1.57)]
+    #[param(unit = "rad", default = 1.5, range = 0.01..=STEER_MAX)]
     pub steer_max: f64,
     /// Rate at which steering commands move.
     #[param(unit = "rad/s", default = 0.5, range = 1e-3..)]
@@ -148,9 +148,9 @@ impl SizedModel for Ackermann {
         if let Some((speed, turn, _)) = wanted {
             for (i, steer) in steer.iter_mut().enumerate() {
                 let [angle, _] = self.layout.command(i, speed, turn);
-                let limited = angle.clamp(-p.steer_max, p.steer_max);
-                *steer = towards(*steer, limited, p.steer_rate * c.dt);
-                error = error.max((limited - *steer).abs());
+                let angle = angle.clamp(-p.steer_max, p.steer_max);
+                *steer = towards(*steer, angle, p.steer_rate * c.dt);
+                error = error.max((angle - *steer).abs());
             }
         }
         let ready = (1.0 - error / p.alignment).clamp(0.0, 1.0);

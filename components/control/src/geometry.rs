@@ -12,6 +12,8 @@ use linkwork_runtime::prelude::*;
 
 /// Most wheels of one rover.
 pub const WHEELS_MAX: usize = 64;
+/// Greatest steering angle of any wheel, rad: tan is finite.
+pub const STEER_MAX: f64 = 1.57;
 /// How far off the axis a wheel that does not steer may lie and still roll in a turn, m.
 const ON_AXIS: f64 = 1e-3;
 
@@ -93,7 +95,7 @@ impl Layout {
 
     /// The smallest |ρ| (m) at which no wheel steers beyond `limit` (rad), and none turns backwards.
     pub fn radius_min(&self, limit: f64) -> f64 {
-        let tan = limit.min(1.57).tan();
+        let tan = limit.min(STEER_MAX).tan();
         let reach = |w: &WheelPlace| match (w.steered, w.position) {
             (true, [x, y]) => y.abs() + (x - self.axis).abs() / tan,
             (false, [_, y]) => y.abs(),

@@ -11,6 +11,9 @@ impl Image {
     /// # Errors
     /// What the encoder or the writer says, as text.
     pub fn png(&self, to: impl Write) -> Result<(), String> {
+        if !(8..=16).contains(&self.bits) {
+            return Err(format!("numbers of {} bits: 8 to 16 can be written", self.bits));
+        }
         let size = |n: usize| u32::try_from(n).map_err(|e| e.to_string());
         let mut encoder = png::Encoder::new(to, size(self.width)?, size(self.height)?);
         encoder.set_color(if self.channels == 3 {

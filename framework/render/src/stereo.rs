@@ -169,7 +169,7 @@ impl Matcher {
             }
             let rival =
                 (0..self.disparities).filter(|e| e.abs_diff(d) > 1).map(|e| cost(p, e)).min();
-            if rival.is_some_and(|r| f64::from(r) < f64::from(least) * (1.0 + self.uniqueness)) {
+            if rival.is_some_and(|r| f64::from(r) <= f64::from(least) * (1.0 + self.uniqueness)) {
                 continue;
             }
             let seen = |e: usize| if x - d + e < width { cost(p - d + e, e) } else { u16::MAX };

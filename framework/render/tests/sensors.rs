@@ -85,6 +85,10 @@ fn a_png_comes_back_as_it_was() {
         assert_eq!(back, image.data, "{bits} {channels}");
     }
     let image = Image { width: 1, height: 1, channels: 1, bits: 8, data: vec![3] };
+    for bits in [4, 17] {
+        let e = Image { bits, ..image.clone() }.png(&mut vec![]).unwrap_err();
+        assert!(e.contains("8 to 16"), "{e}");
+    }
     let e = image.write_png(std::path::Path::new("/no/such/folder/a.png")).unwrap_err();
     assert!(e.to_string().contains("/no/such/folder/a.png"));
 }
@@ -203,6 +207,12 @@ fn what_is_no_lidar_and_no_pair_is_refused() {
     let colour = Image { channels: 3, data: vec![0; 3 * 4800], ..image(80, 60) };
     refused(m.match_pair(&colour, &colour.clone()), "colours");
     refused(m.match_pair(&Image { data: vec![0; 3], ..image(80, 60) }, &image(80, 60)), "numbers");
+    // Stripes that come back every six pixels match in many places: in none for sure.
+    let stripes = |x: usize| if x % 6 < 3 { 900 } else { 200 };
+    let data: Vec<u16> = (0..80 * 60).map(|p| stripes(p % 80)).collect();
+    let striped = Image { data, ..image(80, 60) };
+    let found = m.match_pair(&striped, &striped).unwrap();
+    assert!(found.data.iter().all(|d| d.is_nan()), "{:?}", found.data.iter().find(|d| !d.is_nan()));
     // Images without anything in them match nowhere.
     let blank = m.match_pair(&image(80, 60), &image(80, 60)).unwrap();
     assert!(blank.data.iter().all(|d| d.is_nan()));

@@ -17,12 +17,8 @@ fn served(lab: &Lab, out: &str, more: &[&str]) -> (Child, Ticket) {
     let child = lab.spawn(&[&head[..], more].concat());
     let file = lab.path(out).join(Ticket::FILE);
     wait_for(&file);
-    // It is there before it is written.
-    let ticket = (0..100).find_map(|_| {
-        std::thread::sleep(Duration::from_millis(10));
-        Ticket::read(&file).ok()
-    });
-    (child, ticket.unwrap())
+    let ticket = Ticket::read(&file).unwrap();
+    (child, ticket)
 }
 
 fn refused<T: std::fmt::Debug>(answer: Result<T, ClientError>, what: &str) {
@@ -79,13 +75,31 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
         refused(set(&mut client, path, value), why);
     }
     refused(client.ask(Ask::Step { steps: u64::MAX }), "too many");
-    refused(client.ask(Ask::Watch { paths: vec![], rate: 2000.0 }), "a rate of 2000 Hz");
+    for rate in [2000.0, 0.0, 1e-20, 5e-324, -1.0] {
+        refused(client.ask(Ask::Watch { paths: vec![], rate }), "a rate of ");
+    }
+    refused(client.ask(Ask::List { patterns: vec!["*.".repeat(200)] }), "too long");
     refused(client.ask(Ask::Hello { version: VERSION, token: ticket.token.clone() }), "already");
     // Steps are answered when they are done, and no more are taken.
     let after = time(client.ask(Ask::Step { steps: 250 }));
     assert!((after - paused - 0.25).abs() < 1e-9, "{paused} → {after}");
     assert_eq!(time(client.ask(Ask::Pause)), after);
     let Answer::Checkpoint { file } = client.ask(Ask::Checkpoint).unwrap() else { panic!() };
+    // Another client that stops the run in the middle of the steps.
+    let id = client.send(Ask::Step { steps: 1_000_000_000 }).unwrap();
+    let mut other = Client::connect(&ticket).unwrap();
+    let now = |other: &mut Client| match other.ask(Ask::Get { paths: vec![] }).unwrap() {
+        Answer::Values { time, .. } => time,
+        said => panic!("{said:?}"),
+    };
+    while now(&mut other) <= after {}
+    other.ask(Ask::Pause).unwrap();
+    let reply = client.receive().unwrap();
+    match reply.said {
+        Answer::Refused { message, .. } => assert!(message.contains("`pause`") && reply.id == id),
+        said => panic!("{said:?}"),
+    }
+    drop(other);
     set(&mut client, "bob.rate", Amount::Number(-2.0)).unwrap();
     client.ask(Ask::Go).unwrap();
     let id = client.send(Ask::Watch { paths: vec!["bob.angle".into()], rate: 100.0 }).unwrap();
@@ -117,6 +131,18 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
     let until = format!("{}s", after + 0.2);
     lab.linkwork(&["resume", &file, "--out", "rest", "--until", &until]).code(0);
     lab.linkwork(&["replay", "rest/run.mcap", "--verify"]).code(0);
+}
+
+/// A watch of a run that comes to its end comes to its end, too.
+#[test]
+fn a_watch_ends_with_the_run() {
+    let lab = Lab::new();
+    let (child, _) = served(&lab, "out", &["--realtime", "--until", "3s"]);
+    let said = lab.linkwork(&["attach", "out", "watch", "bob.angle", "--rate", "20"]).code(0);
+    let last = said.out.lines().last().unwrap().split(' ').next().unwrap().to_string();
+    assert!(last.parse::<f64>().unwrap() > 2.0, "{}", said.out);
+    let said: Said = child.wait_with_output().unwrap().into();
+    said.code(0);
 }
 
 #[test]
@@ -202,9 +228,12 @@ fn the_command_line_attaches_and_says_what_is_wrong() {
     lab.run("sim.ron", "out", &[]).code(0);
     assert!(!lab.path("out/live.json").exists());
     attach(&["go"]).code(2).tells(&["live.json", "--serve", "help: "]);
-    lab.run("sim.ron", "b", &["--serve", "nonsense"])
+    // An address that is none leaves what an earlier run wrote.
+    let before = lab.hash("out");
+    lab.run("sim.ron", "out", &["--serve", "nonsense"])
         .code(2)
         .tells(&["--serve `nonsense`", "help: "]);
+    assert!(lab.path("out/run.mcap").exists() && lab.hash("out") == before);
 }
 
 #[test]
