@@ -71,7 +71,7 @@ fn instructions() -> Finding {
 
 fn cores() -> Finding {
     match std::thread::available_parallelism() {
-        Ok(1) => Finding::of("cores", "1")
+        Ok(n) if n.get() == 1 => Finding::of("cores", "1")
             .help("log, recording and campaigns run beside a simulation: two cores are faster"),
         Ok(n) => Finding::of("cores", n.to_string()),
         Err(e) => Finding::of("cores", format!("unknown: {e}")),
