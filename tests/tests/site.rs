@@ -275,7 +275,7 @@ fn services_that_take_w_for_different_places_are_refused() {
     );
     let e = scene(&text.replacen("parts: {", &sun, 1), &[]).err().unwrap();
     assert!(e.contains("axes of the stars") && e.contains("mars_sun"), "{e}");
-    let flat = "parts: { \"Air\": (model: \"environment.exponential_atmosphere\"),";
+    let flat = "parts: { \"Air\": (model: \"environment.exponential_atmosphere\", params: { \"planet_radius\": 0 }),";
     let e = scene(&text.replacen("parts: {", flat, 1), &[]).err().unwrap();
     assert!(e.contains("level ground without a planet"), "{e}");
     // Models whose equations are those of inertial axes.
