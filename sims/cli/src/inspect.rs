@@ -134,6 +134,12 @@ pub fn describe(model: &str) -> u8 {
     ports(&mut out, "continuous state", &d.continuous);
     ports(&mut out, "discrete state", &d.discrete);
     ports(&mut out, "a field: outputs of the parts that write to it", &d.imprint);
+    let known = d.all_inputs().chain(d.all_outputs()).next().is_some() || !d.imprint.is_empty();
+    if !known && entry.service_kind().is_none() {
+        out.push_str(
+            "\nIts ports follow from its parameters: `linkwork list SIM 'PART.**'` shows those of a part.\n",
+        );
+    }
     if let Some(field) = &d.reads {
         let _ = writeln!(out, "\nReads a field: {field}, the nearest, when there is one.");
     }

@@ -314,6 +314,17 @@ fn a_new_simulation_runs_as_it_is() {
 }
 
 #[test]
+fn a_model_whose_ports_follow_from_parameters_says_so() {
+    let lab = Lab::new();
+    let told = |model: &str| lab.linkwork(&["describe", model]).code(0).out;
+    let word = "Its ports follow from its parameters";
+    assert!(told("control.ackermann").contains(word) && told("fmi.co_simulation").contains(word));
+    for model in ["actuators.dc_motor", "environment.flat", "mobility.ruts", "basics.sine"] {
+        assert!(!told(model).contains(word), "{model}");
+    }
+}
+
+#[test]
 fn the_doctor_tells_of_processor_build_viewer_and_python() {
     let told = Lab::new().linkwork(&["doctor"]).code(0).out;
     for what in [
