@@ -278,6 +278,9 @@ fn services_that_take_w_for_different_places_are_refused() {
     let flat = "parts: { \"Air\": (model: \"environment.exponential_atmosphere\", params: { \"planet_radius\": 0 }),";
     let e = scene(&text.replacen("parts: {", flat, 1), &[]).err().unwrap();
     assert!(e.contains("level ground without a planet"), "{e}");
+    // Without gravity nothing would feel the turning.
+    let e = scene(&text.replacen("until:", "gravity: \"none\", until:", 1), &[]).err().unwrap();
+    assert!(e.contains("leave `gravity` out"), "{e}");
     // Models whose equations are those of inertial axes.
     for part in [
         "\"Sky\": (model: \"sensors.star_tracker\", rate: \"1 Hz\", bind: { \"mount\": \"node:a\" }),",

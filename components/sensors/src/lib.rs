@@ -9,6 +9,8 @@ pub mod motion;
 pub mod pose;
 pub mod star_tracker;
 pub mod sun_sensor;
+#[cfg(test)]
+mod test_soil;
 
 use linkwork_runtime::prelude::Entry;
 

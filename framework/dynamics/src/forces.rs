@@ -75,7 +75,7 @@ impl Workspace {
             }
         }
         if let Some(flex) = tree.flexible.as_deref() {
-            crate::flexible::apply_coriolis(tree, flex, &mut self.work, omega);
+            crate::flexible::apply_coriolis(flex, &mut self.work, omega);
         }
     }
 

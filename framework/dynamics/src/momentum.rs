@@ -125,7 +125,7 @@ pub fn subtree_inertia(tree: &Tree, ws: &Workspace, body: BodyId) -> RigidInerti
         let I = tree.multibody().get(b).inertia().rotate_by(&R);
         sum += I.shift_to_parent(&((p - p0) + (r - r0)));
         if let Some(flex) = tree.flexible.as_deref() {
-            sum += crate::flexible::subtree_inertia(tree, flex, &ws.work, b, &(p0 + r0));
+            sum += crate::flexible::subtree_inertia(flex, &ws.work, b, &(p0 + r0));
         }
     }
     sum

@@ -129,7 +129,7 @@ impl FlexibleLayout {
                 let welded = self.welded.iter().filter(|(at, _)| at == i);
                 let inertia = welded.fold(own, |sum, (_, I)| sum + *I);
                 let mut at = at_link(s, &inertia, &X_LB, set, &mut column, n);
-                at.own = (own.mass(), v3(&own.h()));
+                at.own = own;
                 flex.stations.push(at);
             }
             let (K, C) =

@@ -45,7 +45,7 @@ use crate::tree::Tree;
 use crate::units::{Treatment, Units, UnitsWork};
 use crate::work::Work;
 use linkwork_multibody::BodyId;
-use linkwork_spatial::Vec3;
+use linkwork_spatial::{RigidInertia, Vec3};
 use std::ops::Range;
 
 /// One step of a sweep, parents first.
@@ -98,8 +98,8 @@ pub(crate) struct StationAt {
     /// As many; zeros where none were given.
     pub rotation: Vec<V3<f64>>,
     pub shortening: Option<(V3<f64>, Vec<f64>)>,
-    /// Its own mass and first moment, without what is welded to it.
-    pub own: (f64, V3<f64>),
+    /// Its own inertia about its origin, station axes, without what is welded to it.
+    pub own: RigidInertia,
     /// Mass, first moment and inertia about the station's origin, station axes, with what is welded to it.
     pub m: f64,
     pub h: V3<f64>,

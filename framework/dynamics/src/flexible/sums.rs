@@ -1,8 +1,8 @@
 //! Sums over the masses of a tree with flexible bodies: links and stations alike. As in `momentum.rs`, with the same
 //! meaning; and the energy of the modes' springs.
 
-use super::Flexible;
 use super::inverse::armature;
+use super::{Flexible, StationAt};
 use crate::forces::coriolis;
 use crate::lane::Lane;
 use crate::linear::{V3, V6};
@@ -10,7 +10,7 @@ use crate::query::{mat3, v3, vec3};
 use crate::tree::Tree;
 use crate::work::{Work, Workspace};
 use linkwork_multibody::BodyId;
-use linkwork_spatial::{Force, MassProperties, Motion, RigidInertia, Vec3};
+use linkwork_spatial::{Force, Motion, RigidInertia, Vec3};
 
 /// ½ ηᵀ K η of all flexible bodies, J. After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). Zero for
 /// a rigid mechanism.
@@ -85,12 +85,12 @@ pub(crate) fn bias(tree: &Tree, flex: &Flexible, w: &Work<f64>, center: V3<f64>)
 fn stations_of(tree: &Tree, flex: &Flexible, w: &Work<f64>, body: BodyId) -> (f64, V3<f64>) {
     let at = tree.body(body);
     let kin = &w.kin[at.slot as usize];
-    let origin = kin.p + kin.R.mul(crate::query::v3(&at.p));
+    let origin = kin.p + kin.R.mul(v3(&at.p));
     let mut sum = (0.0, V3::default());
     for set in flex.sets.iter().filter(|s| s.body as usize == body.index()) {
         for s in set.first..set.end {
             let (at, kin) = (&flex.stations[s], &w.kin[flex.slot(s)]);
-            let (m, h) = at.own;
+            let (m, h) = (at.own.mass(), v3(&at.own.h()));
             sum = (sum.0 + m, (kin.p - origin).scale_add(m, sum.1 + kin.R.mul(h)));
         }
     }
@@ -106,57 +106,50 @@ pub(crate) fn body_com(tree: &Tree, flex: &Flexible, ws: &Workspace, body: BodyI
     if total > 0.0 { h / total } else { Vec3::zeros() }
 }
 
+/// Stations with a mass of their own, and where they are among all.
+fn with_mass(flex: &Flexible) -> impl Iterator<Item = (usize, &StationAt)> {
+    flex.stations.iter().enumerate().filter(|(_, s)| s.own.mass() > 0.0)
+}
+
 /// Gravity on each station by its place; bodies that are welded to one have their own.
 pub(crate) fn apply_gravity(
     flex: &Flexible,
     w: &mut Work<f64>,
     field: &mut impl FnMut(&Vec3) -> Vec3,
 ) {
-    for (s, at) in flex.stations.iter().enumerate().filter(|(_, s)| s.own.0 > 0.0) {
-        let (slot, (m, h)) = (flex.slot(s), at.own);
-        let c = w.kin[slot].R.mul(h).scale(1.0 / m);
+    for (s, at) in with_mass(flex) {
+        let (slot, m) = (flex.slot(s), at.own.mass());
+        let c = w.kin[slot].R.mul(v3(&at.own.h())).scale(1.0 / m);
         let g = field(&vec3(&(w.kin[slot].p + c))) * m;
-        let f = V6 { n: V3::default(), f: crate::query::v3(&g) };
+        let f = V6 { n: V3::default(), f: v3(&g) };
         w.f_ext[slot] = w.f_ext[slot] + f.to_parent(c);
     }
 }
 
 /// Coriolis' forces on each station; bodies that are welded to one have their own.
-pub(crate) fn apply_coriolis(tree: &Tree, flex: &Flexible, w: &mut Work<f64>, omega: &Vec3) {
-    for set in &flex.sets {
-        let modes = tree.multibody().bodies()[set.body as usize].modes();
-        let masses = modes.iter().flat_map(|m| &m.stations).map(|s| &s.mass);
-        // Stations with mass come first among the slots of a body, in their own order.
-        for (mass, s) in masses.filter(|m| m.mass > 0.0).zip(set.first..set.end) {
-            let slot = flex.slot(s);
-            let kin = &w.kin[slot];
-            let I = mass.validate().unwrap_or_default().rotate_by(&mat3(&kin.R));
-            let wrench = coriolis(&I, &Motion::new(vec3(&kin.V.n), vec3(&kin.V.f)), omega);
-            let f = V6 { n: v3(&wrench.moment), f: v3(&wrench.force) };
-            w.f_ext[slot] = w.f_ext[slot] + f.to_parent(v3(&I.com()));
-        }
+pub(crate) fn apply_coriolis(flex: &Flexible, w: &mut Work<f64>, omega: &Vec3) {
+    for (s, at) in with_mass(flex) {
+        let slot = flex.slot(s);
+        let kin = &w.kin[slot];
+        let I = at.own.rotate_by(&mat3(&kin.R));
+        let wrench = coriolis(&I, &Motion::new(vec3(&kin.V.n), vec3(&kin.V.f)), omega);
+        let f = V6 { n: v3(&wrench.moment), f: v3(&wrench.force) };
+        w.f_ext[slot] = w.f_ext[slot] + f.to_parent(v3(&I.com()));
     }
 }
 
 /// Inertia of the stations of one body about the world point `about`, world axes.
 pub(crate) fn subtree_inertia(
-    tree: &Tree,
     flex: &Flexible,
     w: &Work<f64>,
     body: BodyId,
     about: &Vec3,
 ) -> RigidInertia {
     let mut sum = RigidInertia::zero();
-    for set in flex.sets.iter().filter(|s| s.body as usize == body.index()) {
-        let modes = tree.multibody().get(body).modes();
-        let masses = modes.iter().flat_map(|m| &m.stations).map(|s| &s.mass);
-        let masses: Vec<&MassProperties> = masses.filter(|m| m.mass > 0.0).collect();
-        // Stations with mass come first among the slots of a body, in their own order.
-        for (mass, s) in masses.into_iter().zip(set.first..set.end) {
-            let kin = &w.kin[flex.slot(s)];
-            let I = mass.validate().unwrap_or_default().rotate_by(&mat3(&kin.R));
-            sum += I.shift_to_parent(&(vec3(&kin.p) - about));
-        }
+    let own = |s: &StationAt| flex.sets[s.set as usize].body as usize == body.index();
+    for (s, at) in with_mass(flex).filter(|(_, s)| own(s)) {
+        let kin = &w.kin[flex.slot(s)];
+        sum += at.own.rotate_by(&mat3(&kin.R)).shift_to_parent(&(vec3(&kin.p) - about));
     }
     sum
 }

@@ -112,6 +112,13 @@ impl MechanismSpec {
         out: &mut Lowering<'_>,
     ) -> Option<Arc<dyn Gravity>> {
         if self.gravity.as_deref() == Some("none") {
+            if let Some(site) = services.in_a_site() {
+                let fact = format!(
+                    "`gravity` is \"none\", and `{site}` takes W for a site of a planet that turns"
+                );
+                let help = "leave `gravity` out: what the turning does comes with it";
+                out.faults.push(Fault::new(self.origin, fact).help(help));
+            }
             return None;
         }
         let any = services.iter().any(|(_, o)| o.kind() == ServiceKind::Gravity);
