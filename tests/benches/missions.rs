@@ -173,8 +173,53 @@ fn loading() {
     }
 }
 
+/// An arm of twelve joints with a motor each: a step of the stiff method, and how many evaluations it is worth.
+fn stiff() {
+    const JOINTS: usize = 12;
+    let (mut bodies, mut parts, mut wires) = (String::new(), String::new(), String::new());
+    for k in 0..JOINTS {
+        let parent = if k == 0 { "world".to_string() } else { format!("l{}", k - 1) };
+        let axis = if k % 2 == 0 { "[0, 1, 0]" } else { "[1, 0, 0]" };
+        bodies += &format!(
+            "\"l{k}\": (parent: \"{parent}\", at: (position: [0, 0, 0.2]), hinge: Pin({axis}), mass: 1, com: [0, 0, 0.1], \
+             inertia: [0.01, 0.01, 0.005], damping: 0.1, initial: (rate: 0.3)),\n"
+        );
+        parts += &format!(
+            "\"M{k}\": (model: \"actuators.dc_motor\", params: {{ \"resistance\": 0.6, \"inductance\": \"0.1 mH\", \
+             \"torque_constant\": 0.05, \"gear\": 50, \"coulomb\": 0.1 }}, bind: {{ \"shaft\": \"hinge:l{k}\" }}),\n"
+        );
+        wires += &format!("\"V.y -> M{k}.volts\", ");
+    }
+    let text = |method: &str, step: &str| {
+        format!(
+            "Simulation(bodies: {{ {bodies} }}, parts: {{ {parts} \"V\": (model: \"basics.constant\", params: {{ \"value\": 1 }}), \
+             \"G\": (model: \"environment.uniform_gravity\", params: {{ \"acceleration\": [0, 0, -9.81] }}) }}, wires: [{wires}], \
+             integrator: \"{method}\", accuracy: \"fixed\", step: \"{step}\", until: \"100 s\")"
+        )
+    };
+    let time = |method: &str, step: &str| {
+        let mut sim = common::scene(&text(method, step), &[]).unwrap_or_else(|e| panic!("{e}"));
+        let n = sim.state().x.len();
+        let each = median(|| {
+            let begin = Instant::now();
+            (0..200).for_each(|_| sim.step().unwrap());
+            begin.elapsed().as_secs_f64() / 200.0
+        });
+        (each, n)
+    };
+    let ((stiff, n), (four, _)) = (time("rodas4p", "1 ms"), time("rk4", "10 us"));
+    println!(
+        "stiff: {JOINTS} joints with motors, {n} states: a step of rodas4p {:.1} µs, worth {:.1} evaluations \
+         ({} when its Jacobian is made of differences of the whole)",
+        stiff * 1e6,
+        4.0 * stiff / four,
+        6 + n
+    );
+}
+
 fn main() {
     guards();
+    stiff();
     moves();
     loading();
 }

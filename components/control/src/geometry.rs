@@ -16,6 +16,8 @@ pub const WHEELS_MAX: usize = 64;
 pub const STEER_MAX: f64 = 1.57;
 /// How far off the axis a wheel that does not steer may lie and still roll in a turn, m.
 const ON_AXIS: f64 = 1e-3;
+/// Wheels whose squared distances add up to less than this do not tell a turn, m².
+const TOGETHER: f64 = 1e-12;
 
 /// Where a wheel is.
 #[derive(Params, Clone, Debug, PartialEq)]
@@ -135,7 +137,7 @@ impl Layout {
         }
         // Normal equations: n vx − Σy ω = Σu, m vy + Σx ω = Σw, −Σy vx + Σx vy + Σ(x²+y²) ω = Σ(x w − y u).
         let det = s2 - sy * sy / n - sx * sx / across;
-        if det <= 1e-12 {
+        if det <= TOGETHER {
             return None;
         }
         let turn = (bw + sy * bx / n - sx * by / across) / det;

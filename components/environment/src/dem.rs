@@ -7,7 +7,8 @@
 //! is compared as a number in f64 and in f32, since files hold values such as −3.4028234663852886e+38
 //! that do not survive a strict conversion.
 
-use crate::height_field::{GridError, HeightField};
+use crate::height_field::HeightField;
+use linkwork_runtime::SurfaceFault;
 use std::io::Cursor;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
@@ -47,7 +48,7 @@ pub enum DemError {
     },
     /// The grid is refused.
     #[error(transparent)]
-    Grid(#[from] GridError),
+    Grid(#[from] SurfaceFault),
 }
 
 /// Most nodes of a map.

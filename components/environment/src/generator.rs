@@ -10,8 +10,9 @@
 //! A rock is a half ellipsoid on its ground, half as high as wide; it is stamped into the grid and kept in
 //! the list. The grid can only show rocks wider than about four cells with their shape.
 
-use crate::height_field::{GridError, HeightField};
+use crate::height_field::HeightField;
 use crate::random::{Random, mix};
+use linkwork_runtime::SurfaceFault;
 
 /// A rock.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +57,7 @@ pub struct Recipe {
 }
 
 /// Makes the terrain. Cost: about 10 noise values a node plus the stamps.
-pub fn make(recipe: &Recipe) -> Result<(HeightField, Vec<MadeRock>), GridError> {
+pub fn make(recipe: &Recipe) -> Result<(HeightField, Vec<MadeRock>), SurfaceFault> {
     let s = recipe.spacing;
     let nodes = |length: f64| (length / s).round().max(0.0) as usize + 1;
     let (nx, ny) = (nodes(recipe.size[0]), nodes(recipe.size[1]));

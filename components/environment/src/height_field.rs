@@ -9,6 +9,7 @@
 //! continues the slope. Where a node of the 4 × 4 block has no data the cell falls back to the bilinear
 //! surface of its own four nodes; where one of those has none there is no ground. O(1).
 
+use linkwork_runtime::{Surface, SurfaceFault};
 use linkwork_spatial::Vec3;
 
 /// Heights on a regular grid; x east, y north, z up.
@@ -26,51 +27,22 @@ pub struct HeightField {
     heights: Vec<f32>,
 }
 
-/// Why a grid is refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum GridError {
-    /// Fewer than two nodes along an axis.
-    #[error("a height field of {nx} by {ny} nodes has no cell: it needs at least 2 by 2")]
-    TooSmall {
-        /// Nodes along x.
-        nx: usize,
-        /// Nodes along y.
-        ny: usize,
-    },
-    /// The number of heights is not nx ny.
-    #[error("{got} heights for a grid of {nx} by {ny}: it needs {}", nx * ny)]
-    Count {
-        /// Heights given.
-        got: usize,
-        /// Nodes along x.
-        nx: usize,
-        /// Nodes along y.
-        ny: usize,
-    },
-    /// A spacing that is not positive.
-    #[error("the spacing of nodes ({0} m, {1} m) must be positive")]
-    Spacing(f64, f64),
-}
-
 impl HeightField {
     /// A grid with its south-west node at `origin` (m), nodes `spacing` apart (m) and `nx` by `ny` heights
     /// (m, x fastest, southern row first, NaN for no data).
+    ///
+    /// # Errors
+    /// [`SurfaceFault`].
     pub fn new(
         origin: [f64; 2],
         spacing: [f64; 2],
         nx: usize,
         ny: usize,
         heights: Vec<f32>,
-    ) -> Result<HeightField, GridError> {
-        if nx < 2 || ny < 2 {
-            return Err(GridError::TooSmall { nx, ny });
-        }
-        if heights.len() != nx * ny {
-            return Err(GridError::Count { got: heights.len(), nx, ny });
-        }
-        if !(spacing[0] > 0.0 && spacing[1] > 0.0) {
-            return Err(GridError::Spacing(spacing[0], spacing[1]));
-        }
+    ) -> Result<HeightField, SurfaceFault> {
+        let surface = Surface { origin, spacing, nx, ny, heights };
+        surface.check()?;
+        let heights = surface.heights;
         let inverse = spacing.map(|s| 1.0 / s);
         let field = HeightField { origin, spacing, end: origin, inverse, nx, ny, heights };
         Ok(field.moved(origin))
@@ -331,7 +303,8 @@ mod tests {
     fn wrong_grids_say_what_is_wrong() {
         assert!(HeightField::new([0.0; 2], [1.0; 2], 1, 5, vec![0.0; 5]).is_err());
         let e = HeightField::new([0.0; 2], [1.0; 2], 3, 5, vec![0.0; 5]).unwrap_err();
-        assert_eq!(e.to_string(), "5 heights for a grid of 3 by 5: it needs 15");
+        assert_eq!(e, SurfaceFault::Count { got: 5, nx: 3, ny: 5 });
+        assert!(e.to_string().contains("5 heights for 3 by 5 nodes"));
         assert!(HeightField::new([0.0; 2], [0.0, 1.0], 2, 2, vec![0.0; 4]).is_err());
     }
 }

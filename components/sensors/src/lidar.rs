@@ -118,7 +118,7 @@ impl SizedModel for LidarSensor {
         lidar.check().map_err(|e| BuildError::of(&e))?;
         let mut scene = Scene::new(Light::default());
         let map =
-            HeightMap::of(p.terrain.surface()).map_err(|e| BuildError::of(&e).at("terrain"))?;
+            HeightMap::new(p.terrain.surface()).map_err(|e| BuildError::of(&e).at("terrain"))?;
         scene
             .set_ground(Arc::new(map), Look::plain([p.albedo; 3]))
             .map_err(|e| BuildError::of(&e).at("albedo"))?;

@@ -85,18 +85,7 @@ impl Colliders {
         let mut faults = check(&specs, multibody);
         let mut solids = Vec::with_capacity(specs.len());
         for s in &specs {
-            let mut build = |which: &'static str, shape| match Solid::new(shape) {
-                Ok(solid) => Some(Arc::new(solid)),
-                Err(found) => {
-                    let name =
-                        |fault| ColliderFault::Shape { collider: s.name.clone(), which, fault };
-                    faults.extend(found.into_iter().map(name));
-                    None
-                }
-            };
-            let fine = build("fine", &s.fine);
-            let coarse = s.coarse.as_ref().and_then(|shape| build("coarse", shape));
-            solids.push([fine, coarse]);
+            solids.push(build(s, &mut faults));
         }
         faults.extend(rules::unknown(&rules, &specs, multibody));
         if !faults.is_empty() {
@@ -106,6 +95,30 @@ impl Colliders {
         order.sort_by(|i, j| specs[*i].name.cmp(&specs[*j].name));
         let solids = order.iter().map(|i| solids[*i].clone()).collect();
         specs.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(Self::assemble(Arc::new(Book { specs, solids, rules }), multibody))
+    }
+
+    /// These and one more. The geometry of these is shared, not built again.
+    ///
+    /// # Errors
+    /// All that is wrong with it.
+    pub fn with(&self, more: ColliderSpec, multibody: &Multibody) -> Result<Self, CollisionError> {
+        let mut specs = self.book.specs.clone();
+        let at = specs.partition_point(|s| s.name <= more.name);
+        let mut faults = Vec::new();
+        let solid = build(&more, &mut faults);
+        specs.insert(at, more);
+        faults.extend(check(&specs[at..=at], multibody));
+        if at > 0 && specs[at - 1].name == specs[at].name {
+            let name = specs[at].name.clone();
+            faults.push(ColliderFault::Duplicate { name, count: 2 });
+        }
+        if !faults.is_empty() {
+            return Err(CollisionError { faults });
+        }
+        let mut solids = self.book.solids.clone();
+        solids.insert(at, solid);
+        let rules = self.book.rules.clone();
         Ok(Self::assemble(Arc::new(Book { specs, solids, rules }), multibody))
     }
 
@@ -186,6 +199,12 @@ impl Colliders {
         item.solids.iter().flatten().map(of).fold(0.0, f64::max)
     }
 
+    /// The rules of who meets whom, as given.
+    #[must_use]
+    pub fn rules(&self) -> &Rules {
+        &self.book.rules
+    }
+
     /// Whether the rules let a pair meet. What is hidden is another matter.
     #[must_use]
     #[track_caller]
@@ -211,6 +230,19 @@ impl Colliders {
         }
         new
     }
+}
+
+/// The geometry of a collider, fine and coarse; what is wrong with it goes to `faults`.
+fn build(s: &ColliderSpec, faults: &mut Vec<ColliderFault>) -> [Option<Arc<Solid>>; 2] {
+    let mut one = |which: &'static str, shape| match Solid::new(shape) {
+        Ok(solid) => Some(Arc::new(solid)),
+        Err(found) => {
+            let named = |fault| ColliderFault::Shape { collider: s.name.clone(), which, fault };
+            faults.extend(found.into_iter().map(named));
+            None
+        }
+    };
+    [one("fine", &s.fine), s.coarse.as_ref().and_then(|shape| one("coarse", shape))]
 }
 
 /// Faults of the specifications beside their shapes.

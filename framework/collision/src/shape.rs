@@ -1,6 +1,7 @@
 //! What a user says about a collider: shape, place, material, groups.
 
 use linkwork_multibody::spatial::{Pose, Vec3};
+use std::sync::Arc;
 
 /// A shape in its own frame C.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,8 +55,9 @@ pub enum Shape {
         y: usize,
         /// Distance of neighbouring points along x and y, m.
         spacing: [f64; 2],
-        /// Heights (z), `x` numbers for the row of lowest y, then the next row, m.
-        heights: Vec<f64>,
+        /// Heights (z), `x` numbers for the row of lowest y, then the next row, m; NaN where there is no ground: the
+        /// triangles that such a point is a corner of are holes.
+        heights: Arc<[f64]>,
     },
 }
 

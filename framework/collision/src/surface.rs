@@ -11,6 +11,8 @@ use linkwork_multibody::spatial::Vec3;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d_f64::query::Ray;
 use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// How much more a normal may lean, sine: what lies on a face trembles.
 pub(crate) const LEAN: f64 = 1e-4;
@@ -108,7 +110,7 @@ impl Surface {
         let of_grid = grid
             .into_iter()
             .flat_map(|g| (0..g.x * g.y).map(move |i| (i, g.point(i % g.x, i / g.x))));
-        of_mesh.chain(of_grid).map(|(i, v)| (i as u64, v))
+        of_mesh.chain(of_grid).filter(|(_, v)| !v.z.is_nan()).map(|(i, v)| (i as u64, v))
     }
 
     /// The triangles that a box may meet, as numbers into `out`, ascending. Allocates nothing once `out` has its size.
@@ -292,15 +294,21 @@ impl Triangles {
     }
 }
 
+/// Points along a side of the blocks whose greatest height is known.
+const BLOCK: usize = 16;
+
 /// A height field.
 #[derive(Debug)]
 pub(crate) struct Grid {
     x: usize,
     y: usize,
     spacing: [f64; 2],
-    heights: Vec<f64>,
+    heights: Arc<[f64]>,
     far: [f64; 2],
     top: f64,
+    /// Greatest height of each block of points, rows of `blocks` numbers.
+    tops: Vec<f64>,
+    blocks: usize,
 }
 
 impl Grid {
@@ -309,18 +317,39 @@ impl Grid {
         x: usize,
         y: usize,
         spacing: [f64; 2],
-        heights: &[f64],
+        heights: &Arc<[f64]>,
     ) -> Result<Self, Vec<ShapeFault>> {
         let points = x.checked_mul(y).filter(|n| *n < 1 << 31);
         if x < 2 || y < 2 || points != Some(heights.len()) {
             return Err(vec![ShapeFault::Grid { x, y, heights: heights.len() }]);
         }
-        if let Some(index) = heights.iter().position(|h| !h.is_finite()) {
+        if let Some(index) = heights.iter().position(|h| h.is_infinite()) {
             return Err(vec![ShapeFault::NotFinite { what: "height", index }]);
         }
         let far = [(x - 1) as f64 * spacing[0] / 2.0, (y - 1) as f64 * spacing[1] / 2.0];
-        let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Ok(Self { x, y, spacing, heights: heights.to_vec(), far, top })
+        let blocks = x.div_ceil(BLOCK);
+        let mut tops = vec![f64::NEG_INFINITY; blocks * y.div_ceil(BLOCK)];
+        for (j, row) in heights.chunks_exact(x).enumerate() {
+            let tops = &mut tops[j / BLOCK * blocks..][..blocks];
+            for (top, points) in tops.iter_mut().zip(row.chunks(BLOCK)) {
+                *top = points.iter().copied().fold(*top, f64::max);
+            }
+        }
+        let top = tops.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if top == f64::NEG_INFINITY {
+            return Err(vec![ShapeFault::NotFinite { what: "height", index: 0 }]);
+        }
+        Ok(Self { x, y, spacing, heights: heights.clone(), far, top, tops, blocks })
+    }
+
+    /// Whether no point of some cells is as high as `floor`, as far as blocks tell.
+    fn low(&self, columns: &Range<usize>, rows: &Range<usize>, floor: f64) -> bool {
+        let blocks = |cells: &Range<usize>| cells.start / BLOCK..cells.end / BLOCK + 1;
+        columns.is_empty()
+            || blocks(rows).all(|j| {
+                let row = &self.tops[j * self.blocks..];
+                blocks(columns).all(|i| row[i] < floor)
+            })
     }
 
     fn point(&self, i: usize, j: usize) -> Vec3 {
@@ -340,7 +369,9 @@ impl Grid {
     /// Normal of a half cell, when there is one.
     fn normal(&self, i: Option<usize>, j: Option<usize>, half: usize) -> Option<Vec3> {
         let (i, j) = (i.filter(|i| *i < self.x - 1)?, j.filter(|j| *j < self.y - 1)?);
-        Some(normal(&Self::corners(i, j, half).map(|(i, j)| self.point(i, j))))
+        let n = normal(&Self::corners(i, j, half).map(|(i, j)| self.point(i, j)));
+        // Beside a hole is a border.
+        (!n.z.is_nan()).then_some(n)
     }
 
     fn place(&self, number: usize) -> (usize, usize, usize) {
@@ -369,7 +400,7 @@ impl Grid {
     }
 
     /// Cells from–to along an axis that an interval covers.
-    fn cells(&self, axis: usize, lo: f64, hi: f64) -> std::ops::Range<usize> {
+    fn cells(&self, axis: usize, lo: f64, hi: f64) -> Range<usize> {
         let count = [self.x, self.y][axis] - 1;
         let at = |v: f64| (v + self.far[axis]) / self.spacing[axis];
         let (lo, hi) = (at(lo) - 1e-9, at(hi) + 1e-9);
@@ -380,12 +411,17 @@ impl Grid {
     }
 
     fn near(&self, lo: &Vec3, hi: &Vec3, out: &mut Vec<u32>) {
-        let columns = self.cells(0, lo.x, hi.x);
-        for j in self.cells(1, lo.y, hi.y) {
+        let (columns, rows) = (self.cells(0, lo.x, hi.x), self.cells(1, lo.y, hi.y));
+        let floor = lo.z - 1e-9 * self.far[0];
+        if self.low(&columns, &rows, floor) {
+            return;
+        }
+        for j in rows {
             for i in columns.clone() {
                 for half in 0..2 {
                     let at = Self::corners(i, j, half).map(|(i, j)| self.heights[j * self.x + i]);
-                    if at[0].max(at[1]).max(at[2]) + 1e-9 * self.far[0] >= lo.z {
+                    let whole = !at.iter().any(|h| h.is_nan());
+                    if whole && at[0].max(at[1]).max(at[2]) >= floor {
                         out.push((2 * (j * (self.x - 1) + i) + half) as u32);
                     }
                 }
@@ -405,8 +441,11 @@ impl Grid {
         out.clear();
         let [per_x, per_y] = self.spacing.map(|d| 1.0 / d);
         let floor = lo.z - 1e-9 * self.far[0];
-        let columns = self.cells(0, lo.x, hi.x);
-        for j in self.cells(1, lo.y, hi.y) {
+        let (columns, rows) = (self.cells(0, lo.x, hi.x), self.cells(1, lo.y, hi.y));
+        if self.low(&columns, &rows, floor) {
+            return;
+        }
+        for j in rows {
             let row = &self.heights[j * self.x..];
             let (row, above) = (&row[..self.x], &row[self.x..2 * self.x]);
             let y = [j, j + 1].map(|j| j as f64 * self.spacing[1] - self.far[1]);
@@ -425,11 +464,14 @@ impl Grid {
                 }
                 let number = 2 * (j * (self.x - 1) + i) as u32;
                 let n = Vec3::new((z00 - z10) * per_x, (z10 - z11) * per_y, 1.0);
-                if most.max(z10) >= floor && keep(&n, &[v[0], v[1], v[2]]) {
+                // A hole has no slope.
+                if !(n.x + n.y).is_nan() && most.max(z10) >= floor && keep(&n, &[v[0], v[1], v[2]])
+                {
                     out.push(number);
                 }
                 let n = Vec3::new((z01 - z11) * per_x, (z00 - z01) * per_y, 1.0);
-                if most.max(z01) >= floor && keep(&n, &[v[0], v[2], v[3]]) {
+                if !(n.x + n.y).is_nan() && most.max(z01) >= floor && keep(&n, &[v[0], v[2], v[3]])
+                {
                     out.push(number + 1);
                 }
             }

@@ -26,7 +26,7 @@ fn sizes_must_be_positive_and_finite() {
             (Shape::Box { half: Vec3::new(bad, 1.0, bad) }, 2),
             (Shape::Capsule { radius: bad, half_length: bad }, 2),
             (Shape::Cylinder { radius: 1.0, half_length: bad }, 1),
-            (Shape::HeightField { x: 2, y: 2, spacing: [bad, 1.0], heights: vec![0.0; 4] }, 1),
+            (Shape::HeightField { x: 2, y: 2, spacing: [bad, 1.0], heights: [0.0; 4].into() }, 1),
         ];
         for (shape, count) in shapes {
             let found = shape_faults(shape.clone());
@@ -76,12 +76,15 @@ fn meshes_and_height_fields_must_be_sound() {
         ]
     );
     assert!(shape_faults(mesh(vec![])).contains(&ShapeFault::Empty));
-    let grid = |x, y, heights| Shape::HeightField { x, y, spacing: [1.0, 1.0], heights };
+    let grid = |x, y, heights: Vec<f64>| {
+        let heights = heights.into();
+        Shape::HeightField { x, y, spacing: [1.0, 1.0], heights }
+    };
     for (x, y, n) in [(1, 4, 4), (2, 2, 5), (0, 0, 0), (usize::MAX, usize::MAX, 1)] {
         assert_eq!(shape_faults(grid(x, y, vec![0.0; n])), [ShapeFault::Grid { x, y, heights: n }]);
     }
     assert_eq!(
-        shape_faults(grid(2, 2, vec![0.0, 0.0, f64::NAN, 0.0])),
+        shape_faults(grid(2, 2, vec![0.0, 0.0, f64::INFINITY, 0.0])),
         [ShapeFault::NotFinite { what: "height", index: 2 }]
     );
 }

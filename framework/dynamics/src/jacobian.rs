@@ -17,7 +17,7 @@ use crate::linear::{V3, V6};
 use crate::query::{v3, vec3};
 use crate::tree::{OnLink, Tree};
 use crate::work::{Work, Workspace};
-use linkwork_multibody::NodeId;
+use linkwork_multibody::{BodyId, NodeId};
 use linkwork_spatial::{Force, Motion};
 
 /// The Jacobian of a node (6 × nv, row after row): rates to its velocity [ω; v] at its origin in
@@ -33,6 +33,14 @@ pub fn node_jacobian(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [f64])
     }
 }
 
+/// As [`node_jacobian`], of a body's own origin.
+pub fn body_jacobian(tree: &Tree, ws: &Workspace, body: BodyId, out: &mut [f64]) {
+    check(out.len(), 6 * tree.nv(), "Jacobian");
+    out.fill(0.0);
+    let nv = tree.nv();
+    each_column(tree, &ws.work, tree.body(body), |i, J| put(out, nv, i, J));
+}
+
 /// Each entry of a node's Jacobian that is not zero, with its place, for any tree.
 pub(crate) fn each_entry(
     tree: &Tree,
@@ -40,7 +48,7 @@ pub(crate) fn each_entry(
     node: NodeId,
     mut each: impl FnMut(usize, f64),
 ) {
-    each_column(tree, w, node, |i, J| {
+    each_column(tree, w, tree.node(node), |i, J| {
         for (row, x) in [J.n.x, J.n.y, J.n.z, J.f.x, J.f.y, J.f.z].into_iter().enumerate() {
             each(row * tree.nv() + i, x);
         }
@@ -53,20 +61,19 @@ pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &Work<L>, node: NodeId, out: &mut 
     columns(tree, w, tree.node(node), |i, J, _| put(out, nv, i, J));
 }
 
-/// A node's slot, and the vector from the slot's origin to it.
-fn arm(tree: &Tree, w: &Work<f64>, node: NodeId) -> (usize, V3<f64>) {
-    let at = tree.node(node);
+/// A frame's slot, and the vector from the slot's origin to it.
+fn arm(w: &Work<f64>, at: &OnLink) -> (usize, V3<f64>) {
     let slot = at.slot as usize;
     (slot, w.kin[slot].R.mul(v3(&at.p)))
 }
 
-/// Each column of a node's Jacobian, for any tree.
+/// Each column of a frame's Jacobian, for any tree.
 #[inline(always)]
-fn each_column(tree: &Tree, w: &Work<f64>, node: NodeId, mut each: impl FnMut(usize, V6<f64>)) {
+fn each_column(tree: &Tree, w: &Work<f64>, at: &OnLink, mut each: impl FnMut(usize, V6<f64>)) {
     match tree.flexible.as_deref() {
-        None => columns(tree, w, tree.node(node), |i, J, _| each(i, J)),
+        None => columns(tree, w, at, |i, J, _| each(i, J)),
         Some(flex) => {
-            let (slot, d) = arm(tree, w, node);
+            let (slot, d) = arm(w, at);
             flexible::columns(tree, flex, w, slot, d, |i, J, _, _| each(i, J));
         }
     }
@@ -94,7 +101,7 @@ pub fn node_jacobian_rate(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [
     check(out.len(), 6 * nv, "Jacobian rate");
     out.fill(0.0);
     if let Some(flex) = tree.flexible.as_deref() {
-        let (slot, d) = arm(tree, &ws.work, node);
+        let (slot, d) = arm(&ws.work, tree.node(node));
         flexible::jacobian_rate(tree, flex, &ws.work, slot, d, |i, J| put(out, nv, i, J));
         return;
     }
@@ -114,7 +121,7 @@ pub fn node_jacobian_rate(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [
 pub fn node_jacobian_product(tree: &Tree, ws: &Workspace, node: NodeId, v: &[f64]) -> Motion {
     check(v.len(), tree.nv(), "v");
     let mut sum = V6::default();
-    each_column(tree, &ws.work, node, |i, J| sum = J.scale_add(v[i], sum));
+    each_column(tree, &ws.work, tree.node(node), |i, J| sum = J.scale_add(v[i], sum));
     Motion::new(vec3(&sum.n), vec3(&sum.f))
 }
 
@@ -130,7 +137,7 @@ pub fn node_jacobian_transpose_product(
     check(tau.len(), tree.nv(), "tau");
     tau.fill(0.0);
     let f = V6 { n: v3(&wrench.moment), f: v3(&wrench.force) };
-    each_column(tree, &ws.work, node, |i, J| tau[i] = J.dot(&f));
+    each_column(tree, &ws.work, tree.node(node), |i, J| tau[i] = J.dot(&f));
 }
 
 #[inline(always)]

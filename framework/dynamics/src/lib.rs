@@ -63,7 +63,7 @@ pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
 pub use inverse_kinematics::{InverseKinematics, InverseKinematicsError, RateTarget, Target};
 pub use inverse_mass::{apply_inverse_mass, inverse_mass_matrix};
 pub use jacobian::{
-    node_jacobian, node_jacobian_at, node_jacobian_product, node_jacobian_rate,
+    body_jacobian, node_jacobian, node_jacobian_at, node_jacobian_product, node_jacobian_rate,
     node_jacobian_transpose_product,
 };
 pub use kinematics::{kinematics, poses};

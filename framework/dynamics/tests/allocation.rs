@@ -45,6 +45,7 @@ fn nothing_is_allocated_after_set_up() {
         inverse_mass_matrix(&tree, &mut ws, &mut X).unwrap();
         apply_inverse_mass(&tree, &mut ws, &mut tau).unwrap();
         node_jacobian(&tree, &ws, n, &mut J);
+        body_jacobian(&tree, &ws, body, &mut J);
         node_jacobian_at(&tree, &mut ws, &q, n, &mut J);
         node_jacobian_rate(&tree, &ws, n, &mut J);
         node_jacobian_transpose_product(&tree, &ws, n, &Force::zero(), &mut tau);

@@ -191,6 +191,13 @@ fn jacobians_and_their_rates_are_those_of_the_motion() {
             node_jacobian_at(&c.tree, &mut Workspace::new(&c.tree), &c.q, n, &mut at);
             close(&at, &J, 1e-14, "at q");
         }
+        for body in c.tree.multibody().body_ids() {
+            let mut J = vec![0.0; 6 * nv];
+            body_jacobian(&c.tree, &c.ws, body, &mut J);
+            let V: Vec<f64> =
+                J.chunks(nv).map(|r| r.iter().zip(&c.v).map(|(a, b)| a * b).sum()).collect();
+            close(&V, &six(&c.ws.body_velocity(&c.tree, body)), 1e-12, "of a body");
+        }
     }
 }
 

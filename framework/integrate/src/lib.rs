@@ -29,5 +29,5 @@ pub use dense::Dense;
 pub use errors::{Failure, Setup};
 pub use integrator::Integrator;
 pub use method::{Explicit, METHODS, Method, Rosenbrock};
-pub use system::{Field, System};
+pub use system::{At, Field, System};
 pub use tolerances::{Norm, Tolerances};

@@ -2,7 +2,7 @@
 use crate::combine::{Row, Stages, combine, finite, first_bad};
 use crate::lu::Lu;
 use crate::method::Rosenbrock;
-use crate::system::System;
+use crate::system::{At, System};
 use crate::work::{Attempt, Work};
 
 /// Table and storage of a Rosenbrock method.
@@ -17,6 +17,8 @@ pub(crate) struct Stiff {
     pub f0: Vec<f64>,
     /// Least size of each lane in differences.
     sizes: Vec<f64>,
+    /// Increments of the lanes in differences.
+    steps: Vec<f64>,
     /// ∂f/∂t at the start.
     slope: Vec<f64>,
     /// ∂f/∂x at the start, row by row.
@@ -36,6 +38,7 @@ impl Stiff {
             error: Row::new(table.error),
             f0: vec![0.0; n],
             sizes: vec![SIZE; n],
+            steps: vec![0.0; n],
             slope: vec![0.0; n],
             jacobian: vec![0.0; n * n],
             fresh: false,
@@ -124,8 +127,12 @@ impl Stiff {
         t: f64,
         h: f64,
     ) -> Result<(), S::Error> {
-        if !system.jacobian(t, &work.x0, &mut self.jacobian)? {
-            self.differences(system, work, t, h)?;
+        for (j, (x, f)) in work.x0.iter().zip(&self.f0).enumerate() {
+            self.steps[j] = increment(*x, h * f, self.sizes[j]);
+        }
+        let at = At { x: &work.x0, f: &self.f0, steps: &self.steps };
+        if !system.jacobian(t, &at, &mut self.jacobian)? {
+            self.differences(system, work, t)?;
         }
         if !system.time_derivative(t, &work.x0, &mut self.slope)? {
             let step = look_ahead(t, h);
@@ -143,13 +150,12 @@ impl Stiff {
         system: &mut S,
         work: &mut Work,
         t: f64,
-        h: f64,
     ) -> Result<(), S::Error> {
         let n = self.f0.len();
         let Work { x0, stage, error: f, .. } = work;
         stage.copy_from_slice(x0);
         for j in 0..n {
-            let step = increment(x0[j], h * self.f0[j], self.sizes[j]);
+            let step = self.steps[j];
             stage[j] = x0[j] + step;
             system.derivatives(t, stage, f)?;
             stage[j] = x0[j];

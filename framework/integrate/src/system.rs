@@ -58,7 +58,7 @@ pub trait System {
     ///
     /// # Errors
     /// Whatever the system refuses.
-    fn jacobian(&mut self, _t: f64, _x: &[f64], _out: &mut [f64]) -> Result<bool, Self::Error> {
+    fn jacobian(&mut self, _t: f64, _at: &At<'_>, _out: &mut [f64]) -> Result<bool, Self::Error> {
         Ok(false)
     }
 
@@ -75,6 +75,17 @@ pub trait System {
     ) -> Result<bool, Self::Error> {
         Ok(false)
     }
+}
+
+/// Where a Jacobian is asked for: n lanes each.
+#[derive(Clone, Copy, Debug)]
+pub struct At<'a> {
+    /// The state.
+    pub x: &'a [f64],
+    /// f(t, x), in the lane's unit per second.
+    pub f: &'a [f64],
+    /// Increments that fit the lanes in differences: small beside their size, towards where they are going.
+    pub steps: &'a [f64],
 }
 
 /// A right side alone, without a manifold: ẋ = f(t, x) as a function that writes ẋ.

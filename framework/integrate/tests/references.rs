@@ -3,7 +3,7 @@
 mod common;
 use common::{Ode, control, distance, fixed, largest, through};
 use linkwork_integrate::{
-    Control, Integrator, Limits, METHODS, Memory, Method, Norm, System, Tolerances,
+    At, Control, Integrator, Limits, METHODS, Memory, Method, Norm, System, Tolerances,
 };
 use std::convert::Infallible;
 
@@ -183,7 +183,8 @@ fn robertson_s_kinetics() {
             d[1] = -d[0] - d[2];
             Ok(())
         }
-        fn jacobian(&mut self, _: f64, x: &[f64], out: &mut [f64]) -> Result<bool, Infallible> {
+        fn jacobian(&mut self, _: f64, at: &At<'_>, out: &mut [f64]) -> Result<bool, Infallible> {
+            let x = at.x;
             let (a, b) = (1e4 * x[2], 1e4 * x[1]);
             let c = 6e7 * x[1];
             out.copy_from_slice(&[-0.04, a, b, 0.04, -a - c, -b, 0.0, c, 0.0]);

@@ -47,7 +47,8 @@ fn ground() -> HeightMap {
             }
         }
     }
-    HeightMap::new([-50.0; 2], [SPACING; 2], N, N, heights).unwrap()
+    HeightMap::new(Surface { origin: [-50.0; 2], spacing: [SPACING; 2], nx: N, ny: N, heights })
+        .unwrap()
 }
 
 /// Seconds: of this thread's own work where Linux tells them (so that what else runs does not count), else of the wall clock.

@@ -28,7 +28,13 @@ fn scene() -> Result<Scene, RenderError> {
         0.4 * (0.21 * x).sin() * (0.17 * y + 1.0).cos() + 0.05 * (1.3 * x + 0.9 * y).sin()
     };
     let heights = (0..n * n).map(|k| height(at(k % n), at(k / n)) as f32).collect();
-    let map = Arc::new(HeightMap::new([-20.0; 2], [spacing; 2], n, n, heights)?);
+    let map = Arc::new(HeightMap::new(Surface {
+        origin: [-20.0; 2],
+        spacing: [spacing; 2],
+        nx: n,
+        ny: n,
+        heights,
+    })?);
     scene.set_ground(map.clone(), Look::soil())?;
     let rock = Look { contrast: 0.4, grain: 0.1, class: 2, ..Look::plain([0.2, 0.15, 0.12]) };
     for k in 0..160 {

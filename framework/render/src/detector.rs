@@ -9,6 +9,7 @@
 
 use crate::camera::Frame;
 use crate::error::{RenderError, number};
+use crate::light::luminance;
 use linkwork_runtime::noise;
 
 /// What the pixels tell apart.
@@ -136,7 +137,7 @@ impl Detector {
             match self.channels {
                 Channels::Mono => {
                     let lane = data.len() as u32;
-                    data.push(self.number(0.2126 * r + 0.7152 * g + 0.0722 * b, key, count, lane));
+                    data.push(self.number(luminance([r, g, b]), key, count, lane));
                 }
                 Channels::Rgb => {
                     for v in [r, g, b] {

@@ -1,31 +1,15 @@
 //! What a scene, a camera or a lidar refuses: the fact and the remedy.
 
 use linkwork_collision::ShapeFault;
+use linkwork_runtime::SurfaceFault;
 use thiserror::Error;
 
 /// Why something cannot be rendered.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RenderError {
-    /// A grid of heights without cells.
-    #[error("a height map of {nx} by {ny} nodes has no cell\n  help: it needs at least 2 by 2")]
-    NoCell {
-        /// Nodes along x.
-        nx: usize,
-        /// Nodes along y.
-        ny: usize,
-    },
-    /// The number of heights is not that of the nodes.
-    #[error(
-        "{got} heights for {nx} by {ny} nodes\n  help: give one for each node, NaN where there is no data"
-    )]
-    Heights {
-        /// Heights given.
-        got: usize,
-        /// Nodes along x.
-        nx: usize,
-        /// Nodes along y.
-        ny: usize,
-    },
+    /// A grid of heights that is none.
+    #[error(transparent)]
+    Surface(#[from] SurfaceFault),
     /// A number that makes no sense.
     #[error("{what} is {value}\n  help: {help}")]
     Number {

@@ -10,7 +10,7 @@
 //! without data (NaN) are holes. Cost of a ray: O(log n) where it passes high above the ground, O(n^½) cells where it grazes it.
 
 use crate::beam::Beam;
-use crate::error::{RenderError, number};
+use crate::error::RenderError;
 use linkwork_runtime::Surface;
 use linkwork_spatial::Vec3;
 
@@ -95,45 +95,17 @@ impl Line {
 }
 
 impl HeightMap {
-    /// `nx` by `ny` heights (m; x fastest, lowest y first, NaN: no data), nodes `spacing` apart (m), the first at `origin` (m).
-    /// The tree takes two thirds of a byte a cell.
+    /// The heights of a surface, as a terrain shows them. The tree takes two thirds of a byte a cell.
     ///
     /// # Errors
-    /// A grid without a cell, of another number of heights, with a spacing that is not positive, or with infinite heights.
-    pub fn new(
-        origin: [f64; 2],
-        spacing: [f64; 2],
-        nx: usize,
-        ny: usize,
-        heights: Vec<f32>,
-    ) -> Result<Self, RenderError> {
-        if nx < 2 || ny < 2 {
-            return Err(RenderError::NoCell { nx, ny });
-        }
-        if nx.checked_mul(ny) != Some(heights.len()) {
-            return Err(RenderError::Heights { got: heights.len(), nx, ny });
-        }
-        for k in 0..2 {
-            number("distance of nodes (m)", spacing[k], |s| s > 0.0, "it must be positive")?;
-            number("place of the first node (m)", origin[k], |_| true, "it must be finite")?;
-        }
-        if let Some(h) = heights.iter().find(|h| h.is_infinite()) {
-            let help = "it must be finite, or NaN where there is no data";
-            return Err(RenderError::Number { what: "a height", value: f64::from(*h), help });
-        }
+    /// [`RenderError::Surface`].
+    pub fn new(surface: Surface) -> Result<Self, RenderError> {
+        surface.check()?;
+        let Surface { origin, spacing, nx, ny, heights } = surface;
         let inverse = spacing.map(|s| 1.0 / s);
         let mut map = Self { origin, spacing, inverse, nx, ny, heights, levels: vec![] };
         map.levels = map.tree();
         Ok(map)
-    }
-
-    /// The heights that a terrain shows.
-    ///
-    /// # Errors
-    /// As of [`HeightMap::new`].
-    pub fn of(surface: Surface) -> Result<Self, RenderError> {
-        let Surface { origin, spacing, nx, ny, heights } = surface;
-        Self::new(origin, spacing, nx, ny, heights)
     }
 
     fn tree(&self) -> Vec<Level> {

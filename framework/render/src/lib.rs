@@ -52,5 +52,6 @@ pub use height_map::HeightMap;
 pub use lens::{Brown, Cahv, Cahvor, Cahvore, Lens, LensRay};
 pub use light::{Light, Look, Rgb};
 pub use linkwork_collision as collision;
+pub use linkwork_runtime::Surface;
 pub use linkwork_spatial as spatial;
 pub use scene::{FAR, Form, GROUND, Hit, ObjectId, Scene};

@@ -8,6 +8,7 @@
 //! scan, beam). A single beam is a time-of-flight sensor.
 
 use crate::error::{RenderError, number};
+use crate::light::luminance;
 use crate::scene::{FAR, Scene, check_pose};
 use linkwork_runtime::noise;
 use linkwork_spatial::{Pose, Vec3};
@@ -144,8 +145,7 @@ impl Lidar {
     ) -> Option<Echo> {
         let hit = scene.cast(o, d, self.limits[1])?;
         let look = scene.look(hit.object)?;
-        let [r, g, b] = look.albedo_at(&scene.local(hit.object, &(o + d * hit.distance)));
-        let albedo = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let albedo = luminance(look.albedo_at(&scene.local(hit.object, &(o + d * hit.distance))));
         let strength = albedo * hit.normal.dot(d).abs() * (self.reach / hit.distance).powi(2);
         let lost = self.drop_out > 0.0 && noise::uniform(key, count, lane) < self.drop_out;
         if lost || hit.distance < self.limits[0] || !(strength >= 1.0) {

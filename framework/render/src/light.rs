@@ -15,6 +15,11 @@ use linkwork_spatial::Vec3;
 /// Red, green, blue.
 pub type Rgb = [f64; 3];
 
+/// Luminance of Rec. 709.
+pub(crate) fn luminance([r, g, b]: Rgb) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
 /// The light of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {

@@ -6,6 +6,17 @@ use linkwork_render::spatial::{Pose, Quat, Vec3};
 use linkwork_render::*;
 use std::sync::Arc;
 
+/// A grid of heights.
+fn map(
+    origin: [f64; 2],
+    spacing: [f64; 2],
+    nx: usize,
+    ny: usize,
+    heights: Vec<f32>,
+) -> Result<HeightMap, RenderError> {
+    HeightMap::new(Surface { origin, spacing, nx, ny, heights })
+}
+
 fn camera(view: f64) -> Camera {
     Camera::new(Lens::Brown(Brown::ideal(321, 241, view)), 321, 241, 1).unwrap()
 }
@@ -157,7 +168,7 @@ fn a_pole_and_a_ball_throw_their_shadows_where_the_sun_says() {
     );
     let light = Light { sun, sky_irradiance: [0.0; 3], ..Light::default() };
     let mut scene = Scene::new(light);
-    let map = HeightMap::new([-20.0, -20.0], [0.5, 0.5], 81, 81, vec![0.0; 81 * 81]).unwrap();
+    let map = map([-20.0, -20.0], [0.5, 0.5], 81, 81, vec![0.0; 81 * 81]).unwrap();
     scene.set_ground(Arc::new(map), Look::plain([0.4; 3])).unwrap();
     let (height, r) = (1.5, 0.05);
     let pole = Shape::Cylinder { radius: r, half_length: 0.5 * height };
@@ -220,7 +231,7 @@ fn busy() -> Scene {
     let height = |i: usize, j: usize| 0.4 * ((0.31 * i as f64).sin() + (0.23 * j as f64).cos());
     let heights = (0..n * n).map(|k| height(k % n, k / n) as f32).collect();
     let mut scene = Scene::new(Light::default());
-    let map = HeightMap::new([-9.0, -9.0], [0.2, 0.2], n, n, heights).unwrap();
+    let map = map([-9.0, -9.0], [0.2, 0.2], n, n, heights).unwrap();
     scene.set_ground(Arc::new(map), Look::soil()).unwrap();
     for k in 0..40 {
         let s = k as f64;
@@ -335,16 +346,12 @@ fn what_cannot_be_rendered_is_refused_with_the_reason() {
             .contains("Sun")
     );
     for (nx, ny, n, word) in [(1, 5, 5, "no cell"), (3, 3, 8, "8 heights")] {
-        let e = HeightMap::new([0.0; 2], [1.0; 2], nx, ny, vec![0.0; n]).unwrap_err();
+        let e = map([0.0; 2], [1.0; 2], nx, ny, vec![0.0; n]).unwrap_err();
         assert!(text(e).contains(word));
     }
+    assert!(text(map([0.0; 2], [1.0, 0.0], 2, 2, vec![0.0; 4]).unwrap_err()).contains("positive"));
     assert!(
-        text(HeightMap::new([0.0; 2], [1.0, 0.0], 2, 2, vec![0.0; 4]).unwrap_err())
-            .contains("positive")
-    );
-    assert!(
-        text(HeightMap::new([0.0; 2], [1.0; 2], 2, 2, vec![f32::INFINITY; 4]).unwrap_err())
-            .contains("finite")
+        text(map([0.0; 2], [1.0; 2], 2, 2, vec![f32::INFINITY; 4]).unwrap_err()).contains("finite")
     );
     let nowhere = Vec3::new(f64::NAN, 0.0, 0.0);
     assert!(scene.cast(&nowhere, &Vec3::x(), 1.0).is_none());

@@ -32,7 +32,8 @@ fn heights(random: &mut Random) -> Vec<f32> {
 fn scene(heights: Vec<f32>) -> Scene {
     let origin = [0, 1].map(|k| -0.5 * (N[k] - 1) as f64 * SPACING[k]);
     let mut scene = Scene::new(Light::default());
-    let map = HeightMap::new(origin, SPACING, N[0], N[1], heights).unwrap();
+    let map =
+        HeightMap::new(Surface { origin, spacing: SPACING, nx: N[0], ny: N[1], heights }).unwrap();
     scene.set_ground(Arc::new(map), Look::plain([0.5; 3])).unwrap();
     scene
 }

@@ -3,6 +3,7 @@
 use crate::field::Shown;
 use crate::model::{BuildError, Description, Model, Store};
 use crate::ports::Lanes;
+use crate::slopes::{Operation, Slopes};
 use crate::time::Clock;
 use crate::value::Value;
 use smallvec::SmallVec;
@@ -92,6 +93,17 @@ pub trait Block: Send {
     fn direct(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
     /// Derivatives.
     fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome;
+    /// Derivatives of an operation at (x, d, sig), where the block knows them better than differences do: it fills
+    /// the columns of `out` that it knows. Only stiff methods ask.
+    fn slopes(
+        &mut self,
+        _operation: Operation,
+        _now: &Now,
+        _at: (&[f64], &[f64], &[f64]),
+        _out: &mut Slopes,
+    ) -> Outcome {
+        Ok(())
+    }
     /// Next discrete state, in place: other blocks read signals, never `d`.
     fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome;
     /// Values of the guards.

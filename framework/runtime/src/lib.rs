@@ -22,6 +22,7 @@ mod schedule;
 mod services;
 mod site;
 mod sized;
+mod slopes;
 mod spec;
 mod step;
 mod tap;
@@ -55,10 +56,11 @@ pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
 pub use schedule::Schedule;
 pub use services::{
     Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
-    ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
+    ServiceObject, Services, Soil, Sun, SunState, Surface, SurfaceFault, Terrain,
 };
 pub use site::{Axes, Site};
 pub use sized::{SizedModel, SizedPorts};
+pub use slopes::{Operation, Slopes};
 pub use spec::{
     Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
 };

@@ -63,6 +63,80 @@ pub struct Surface {
     pub heights: Vec<f32>,
 }
 
+/// Why a grid of heights is none.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SurfaceFault {
+    /// Without cells.
+    #[error("a grid of {nx} by {ny} heights has no cell\n  help: it needs at least 2 by 2")]
+    NoCell {
+        /// Nodes along x.
+        nx: usize,
+        /// Nodes along y.
+        ny: usize,
+    },
+    /// The number of heights is not nx ny.
+    #[error(
+        "{got} heights for {nx} by {ny} nodes\n  help: give one for each node, NaN where there is no data"
+    )]
+    Count {
+        /// Heights given.
+        got: usize,
+        /// Nodes along x.
+        nx: usize,
+        /// Nodes along y.
+        ny: usize,
+    },
+    /// The distance of nodes, or the place of the first one.
+    #[error("{what} is {value} m\n  help: it must be {wanted}")]
+    Number {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        wanted: &'static str,
+    },
+    /// An infinite height.
+    #[error(
+        "height {index} is infinite\n  help: give finite heights, or NaN where there is no data"
+    )]
+    Infinite {
+        /// Its place.
+        index: usize,
+    },
+}
+
+impl Surface {
+    /// Whether it is a grid: cells, a height for each node, positive distances.
+    ///
+    /// # Errors
+    /// The first that is wrong.
+    pub fn check(&self) -> Result<(), SurfaceFault> {
+        let (nx, ny) = (self.nx, self.ny);
+        if nx < 2 || ny < 2 {
+            return Err(SurfaceFault::NoCell { nx, ny });
+        }
+        if nx.checked_mul(ny) != Some(self.heights.len()) {
+            return Err(SurfaceFault::Count { got: self.heights.len(), nx, ny });
+        }
+        for k in 0..2 {
+            let (spacing, origin) = (self.spacing[k], self.origin[k]);
+            if !(spacing > 0.0 && spacing.is_finite()) {
+                let (what, wanted) = ("the distance of nodes", "positive and finite");
+                return Err(SurfaceFault::Number { what, value: spacing, wanted });
+            }
+            if !origin.is_finite() {
+                let (what, wanted) = ("the place of the first node", "finite");
+                return Err(SurfaceFault::Number { what, value: origin, wanted });
+            }
+        }
+        match self.heights.iter().position(|h| h.is_infinite()) {
+            Some(index) => Err(SurfaceFault::Infinite { index }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// A rock on the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rock {

@@ -71,7 +71,7 @@ fn scene(plan: &Plan) -> Scene {
         x: 3,
         y: 2,
         spacing: [1.0, 1.0],
-        heights: vec![0.0, 0.1, 0.2, 0.3, 0.4, 0.5],
+        heights: [0.0, 0.1, 0.2, 0.3, 0.4, 0.5].into(),
     };
     // One inside point is ignored.
     let hull = Geometry::ConvexHull { points: [corners(0.2), vec![Vec3::zeros()]].concat() };

@@ -17,6 +17,8 @@ record! {
     pub(crate) struct ContactForm: "contact" {
         /// Smooth forces instead of impulses: `true`, or their numbers.
         compliant: Option<CompliantSettings> = compliant().or(None),
+        /// Path of the terrain that bodies meet; `"none"`: they meet none. Unwritten: the only one.
+        terrain: Option<Text> = text().maybe(),
         /// Gaps that are looked at.
         margin: f64 = number("m").at_least(0.0).or(USUAL.margin),
         /// Penetration that is left alone.

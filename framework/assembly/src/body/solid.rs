@@ -433,7 +433,7 @@ fn height_field(cx: &mut Cx, f: Field, inner: &Located, at: &At<'_>) -> Option<S
             cx.fault(v.origin, format!("{what} have {n} {field}"), "leave it out");
         }
     }
-    let heights = f.heights.concat();
+    let heights = f.heights.concat().into();
     Some(Shape::HeightField { x: columns, y: rows, spacing: f.spacing, heights })
 }
 

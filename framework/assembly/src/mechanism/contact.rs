@@ -33,6 +33,8 @@ pub(crate) struct Contact {
     complete: bool,
     /// Body, which of its one-dof coordinates, force.
     dry: Vec<(String, usize, f64)>,
+    /// Path of the terrain, as written.
+    pub terrain: Option<String>,
     /// The fields with references from the top.
     pub resolved: Option<Located>,
 }
@@ -87,6 +89,7 @@ pub(crate) fn read(
         complete,
         dry: dry(cx, &form.dry, root, &here.path, bodies, &at.field("dry")),
         compliant: form.compliant,
+        terrain: form.terrain.map(|t| t.text),
         resolved: None,
     };
     out.resolved = Some(resolved(v, &out));

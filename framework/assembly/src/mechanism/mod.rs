@@ -135,6 +135,7 @@ pub(crate) fn mechanism(
                 .filter(|_| contact.compliant.is_none())
                 .map(|(settings, colliders)| ContactSpec { colliders, settings }),
             compliant: colliders.clone().zip(contact.compliant),
+            terrain: contact.terrain,
             ..MechanismSpec::new(path, multibody, q, v)
         }
     });

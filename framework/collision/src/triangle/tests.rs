@@ -229,3 +229,53 @@ fn points_over_triangles_are_those_of_the_general_way() {
     println!("{told} told, {left} left, {compared} points compared");
     assert!(compared > 1000 && told > 500, "{told} {left} {compared}");
 }
+
+/// Holes, and the blocks that tell where nothing is high enough, leave the same triangles as looking at each.
+#[test]
+fn a_field_with_holes_gives_the_triangles_that_a_box_meets() {
+    let (x, y, spacing) = (53, 41, [0.1, 0.2]);
+    let mut r = Random(5);
+    let heights: Vec<f64> = (0..x * y)
+        .map(|k| if r.signed() > 0.9 { f64::NAN } else { 0.5 * r.signed() + (k / x) as f64 * 0.05 })
+        .collect();
+    let shape = Shape::HeightField { x, y, spacing, heights: heights.into() };
+    let solid = Solid::new(&shape).unwrap();
+    let Kind::Surface(s) = &solid.kind else { panic!("a surface") };
+    let count = 2 * (x - 1) * (y - 1);
+    let (mut near, mut kept, mut some, mut none) = (Vec::new(), Vec::new(), 0, 0);
+    for _ in 0..2000 {
+        let middle = Vec3::new(2.8 * r.signed(), 4.2 * r.signed(), 1.0 + 1.4 * r.signed());
+        let half = Vec3::new(r.signed().abs(), r.signed().abs(), 0.3 * r.signed().abs());
+        let (lo, hi) = (middle - half, middle + half);
+        near.clear();
+        s.near(&lo, &hi, &mut near);
+        s.near_if(&lo, &hi, |_| false, |_, _| true, &mut kept);
+        assert_eq!(near, kept);
+        // Every whole triangle that is inside in x, y and reaches the box is there; no hole is.
+        for i in 0..count as u32 {
+            let v = s.facet(i).v;
+            let whole = v.iter().all(|p| !p.z.is_nan());
+            let inside = (0..2).all(|k| v.iter().all(|p| p[k] >= lo[k] && p[k] <= hi[k]));
+            if !whole {
+                assert!(!near.contains(&i), "{i}");
+            } else if inside && v.iter().any(|p| p.z >= lo.z) {
+                assert!(near.contains(&i), "{i}");
+            }
+        }
+        if near.is_empty() { none += 1 } else { some += 1 }
+    }
+    assert!(some > 500 && none > 200, "{some} {none}");
+    // A triangle beside a hole has a border there; a ray through a hole meets nothing.
+    let (mut borders, mut through) = (0, 0);
+    for i in 0..count as u32 {
+        let t = s.facet(i);
+        if t.v.iter().any(|p| p.z.is_nan()) {
+            let at = (t.v[0] + t.v[1] + t.v[2]) / 3.0;
+            let hit = s.cast(&Vec3::new(at.x, at.y, 9.0), &-Vec3::z(), 20.0);
+            through += usize::from(hit.is_none());
+            continue;
+        }
+        borders += (0..3).filter(|k| s.lean(i, &t, *k, &t.across(*k)) == 1.0).count();
+    }
+    assert!(through > 100 && borders > 100, "{through} {borders}");
+}

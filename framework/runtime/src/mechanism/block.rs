@@ -1,9 +1,11 @@
 //! The mechanism's operations, with its work space.
 use super::plan::{CONTACT_REPORTS, MechanismPlan};
 use super::ports::Frame;
+use super::slopes::ForwardSlopes;
 use crate::block::{Block, Evaluation, Failure, Now, Outcome, Wiring, copy_into};
 use crate::model::BuildError;
 use crate::ports::{Lane, NodeState};
+use crate::slopes::{Operation, Slopes};
 use linkwork_dynamics::{Tree, Workspace, forward_dynamics_given_kinematics, kinematics};
 use linkwork_multibody::LoopMotion;
 use linkwork_solvers::{CompliantContact, ConstrainedSolver, ContactStepper, Impulse, Projector};
@@ -21,22 +23,24 @@ struct Kept {
 }
 
 pub(super) struct MechanismBlock {
-    plan: Arc<MechanismPlan>,
-    w: Wiring,
+    pub(super) plan: Arc<MechanismPlan>,
+    pub(super) w: Wiring,
     /// The plan's, or one of its own when masses change.
-    tree: Arc<Tree>,
-    ws: Workspace,
+    pub(super) tree: Arc<Tree>,
+    pub(super) ws: Workspace,
     /// Number of the evaluation that the kinematics in `ws` belong to.
     at: u64,
-    solver: Option<ConstrainedSolver>,
+    pub(super) solver: Option<ConstrainedSolver>,
     projector: Projector,
-    stepper: Option<ContactStepper>,
-    compliant: Option<CompliantContact>,
-    tau: Vec<f64>,
-    vdot: Vec<f64>,
-    motions: Vec<LoopMotion>,
-    q: Vec<f64>,
-    dv: Vec<f64>,
+    pub(super) stepper: Option<ContactStepper>,
+    pub(super) compliant: Option<CompliantContact>,
+    pub(super) tau: Vec<f64>,
+    pub(super) vdot: Vec<f64>,
+    pub(super) motions: Vec<LoopMotion>,
+    /// Made when a stiff method asks first.
+    pub(super) slopes: Option<Box<ForwardSlopes>>,
+    pub(super) q: Vec<f64>,
+    pub(super) dv: Vec<f64>,
     /// The store: impulses of the last contacts.
     kept: Vec<Kept>,
 }
@@ -67,6 +71,7 @@ impl MechanismBlock {
             tau: vec![0.0; nv],
             vdot: vec![0.0; nv],
             motions: plan.loop_motions.clone(),
+            slopes: None,
             q: vec![0.0; nq],
             dv: vec![0.0; nv],
             kept: Vec::new(),
@@ -74,7 +79,7 @@ impl MechanismBlock {
         }
     }
 
-    fn split<'x>(&self, x: &'x [f64]) -> (&'x [f64], &'x [f64]) {
+    pub(super) fn split<'x>(&self, x: &'x [f64]) -> (&'x [f64], &'x [f64]) {
         let (nq, nv) = (self.plan.multibody.nq(), self.plan.multibody.nv());
         let at = self.w.x;
         (&x[at..at + nq], &x[at + nq..at + nq + nv])
@@ -91,7 +96,7 @@ impl MechanismBlock {
     }
 
     /// First signal lanes of the bristles' rates, the reports and the accelerations of frames.
-    fn outputs(&self) -> [usize; 3] {
+    pub(super) fn outputs(&self) -> [usize; 3] {
         let rates = self.w.yd + self.plan.multibody.nv();
         let reports = rates + self.plan.bristles();
         let constraints = self.plan.multibody.constraints();
@@ -101,7 +106,7 @@ impl MechanismBlock {
     }
 
     /// Kinematics of this evaluation, once.
-    fn kinematics(&mut self, now: &Now, x: &[f64]) {
+    pub(super) fn kinematics(&mut self, now: &Now, x: &[f64]) {
         if self.at != now.number {
             let (q, v) = self.split(x);
             kinematics(&self.tree, &mut self.ws, q, v);
@@ -132,7 +137,7 @@ impl MechanismBlock {
 
     /// Masses, gravity, hinges' own forces and what the wires bring: forces into the work space, torques and prescribed
     /// accelerations into `tau` and `vdot`, loop motions; rates of bristles into `rates`.
-    fn forces(&mut self, now: &Now, x: &[f64], sig: &[f64]) -> Outcome {
+    pub(super) fn forces(&mut self, now: &Now, x: &[f64], sig: &[f64]) -> Outcome {
         if !self.plan.varies.is_empty() {
             self.masses(sig)?;
         }
@@ -328,6 +333,26 @@ impl Block for MechanismBlock {
         let rates = self.w.yd + nv;
         xdot[first..first + n].copy_from_slice(&sig[rates..rates + n]);
         Ok(())
+    }
+
+    fn slopes(
+        &mut self,
+        operation: Operation,
+        now: &Now,
+        (x, _, sig): (&[f64], &[f64], &[f64]),
+        out: &mut Slopes,
+    ) -> Outcome {
+        match operation {
+            Operation::Moore => {
+                self.moore_slopes(now, x, out);
+                Ok(())
+            }
+            Operation::Direct => self.direct_slopes(now, x, sig, out),
+            Operation::Deriv => {
+                self.deriv_slopes(x, out);
+                Ok(())
+            }
+        }
     }
 
     fn update(&mut self, _: &Now, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {

@@ -64,12 +64,43 @@ impl JointForces {
             }
         }
     }
+
+    /// Derivatives of what [`JointForces::add`] adds: `each` gets a place in β, ∂τ/∂q and ∂τ/∂β of that coordinate,
+    /// once for each force.
+    pub fn slopes(&self, q: &[f64], v: &[f64], mut each: impl FnMut(usize, f64, f64)) {
+        for &(i, d) in &self.damping {
+            each(i, 0.0, -d);
+        }
+        for &(i, force, inverse) in &self.friction {
+            let part = (v[i] * inverse).tanh();
+            each(i, 0.0, -force * inverse * (1.0 - part * part));
+        }
+        for s in &self.stops {
+            let (q, v) = (q[s.q], v[s.v]);
+            let slopes = if q < s.lower {
+                s.slopes(s.lower - q, -v)
+            } else if q > s.upper {
+                s.slopes(q - s.upper, v)
+            } else {
+                continue;
+            };
+            each(s.v, -slopes.0, -slopes.1);
+        }
+    }
 }
 
 impl SoftStop {
     /// Inwards, at the depth `p` that grows by `rate`.
     fn force(&self, p: f64, rate: f64) -> f64 {
         self.stiffness * p * (1.0 + (self.damping * rate).min(1.0)).max(0.0)
+    }
+
+    /// ∂ of [`SoftStop::force`] by depth and rate.
+    fn slopes(&self, p: f64, rate: f64) -> (f64, f64) {
+        let factor = 1.0 + (self.damping * rate).min(1.0);
+        let varies = factor > 0.0 && self.damping * rate < 1.0;
+        let by_rate = if varies { self.stiffness * p * self.damping } else { 0.0 };
+        (self.stiffness * factor.max(0.0), by_rate)
     }
 }
 

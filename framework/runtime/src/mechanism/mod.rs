@@ -18,6 +18,7 @@ mod placement;
 mod plan;
 mod ports;
 mod rank;
+mod slopes;
 mod spec;
 
 pub use placement::{PlaceError, Placement, place_on_terrain};

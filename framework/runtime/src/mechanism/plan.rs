@@ -3,13 +3,13 @@ use super::block::MechanismBlock;
 use super::joints::{self, JointForces};
 use super::masses::Varying;
 use super::ports::MechanismPorts;
-use super::spec::{ContactSpec, MechanismSpec};
+use super::spec::{ContactSpec, MechanismSpec, TERRAIN};
 use crate::block::{Block, Carried, Failure, Named, OldState, Prototype, Wiring};
 use crate::model::{Description, Functions};
 use crate::ports::{PortKind, PortSpec};
 use crate::services::Gravity;
 use crate::value::{Fault, Origin, Value};
-use linkwork_collision::Colliders;
+use linkwork_collision::{Colliders, Shape};
 use linkwork_dynamics::{
     DynamicsError, Tree, Workspace, forward_dynamics_given_kinematics, kinematics,
 };
@@ -288,10 +288,10 @@ impl MechanismPlan {
             &format!("gravity {} {:?} {:?}\n", self.gravity.is_some(), self.uniform, self.omega);
         text += &format!("{:?}\n", self.joints);
         if let Some(contact) = &self.contact {
-            text += &format!("{:?} {:?}\n", contact.settings, contact.colliders);
+            text += &format!("{:?} {}", contact.settings, shapes(&contact.colliders));
         }
         if let Some((colliders, settings)) = &self.compliant {
-            text += &format!("{settings:?} {colliders:?}\n");
+            text += &format!("{settings:?} {}", shapes(colliders));
         }
         text
     }
@@ -360,6 +360,19 @@ impl MechanismPlan {
             Err(e @ DynamicsError::Flexible { .. }) => Err(Fault::of(Origin::NONE, &e)),
         }
     }
+}
+
+/// What colliders are, and who meets whom. Of the terrain only its name: its heights belong to the service.
+fn shapes(colliders: &Colliders) -> String {
+    let mut text = format!("{:?}\n", colliders.rules());
+    for id in colliders.ids() {
+        let spec = colliders.spec(id);
+        match (&spec.fine, spec.name.as_str()) {
+            (Shape::HeightField { .. }, TERRAIN) => text += TERRAIN,
+            _ => text += &format!("{spec:?}\n"),
+        }
+    }
+    text
 }
 
 /// What contact reports: name, unit, meaning.

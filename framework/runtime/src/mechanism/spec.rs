@@ -2,11 +2,13 @@
 use super::plan::MechanismPart;
 use crate::block::Prototype;
 use crate::compile::{Bound, Host, Lowering};
-use crate::services::{Gravity, ServiceKind, Services};
+use crate::services::{Gravity, ServiceKind, Services, Terrain};
 use crate::value::{Fault, Origin};
-use linkwork_collision::Colliders;
+use linkwork_collision::{ColliderSpec, Colliders, Shape};
 use linkwork_multibody::{Body, LoopMotion, Multibody, SubhingeKind};
 use linkwork_solvers::{CompliantSettings, ContactSettings, Treatment};
+use linkwork_spatial::Pose;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -23,6 +25,8 @@ pub struct MechanismSpec {
     pub v: Vec<f64>,
     /// Path of the gravity service; `None`: the only one, or no gravity when there is none.
     pub gravity: Option<String>,
+    /// Path of the terrain that contact meets; `None`: the only one, if there is one; `"none"`: contact meets no terrain.
+    pub terrain: Option<String>,
     /// How each loop and coupling is treated, by name; `Auto` where nothing is said.
     pub treatments: BTreeMap<String, Treatment>,
     /// Prescribed subhinges of loops at the start.
@@ -57,6 +61,7 @@ impl MechanismSpec {
             q,
             v,
             gravity: None,
+            terrain: None,
             treatments: BTreeMap::new(),
             contact: None,
             compliant: None,
@@ -79,6 +84,19 @@ pub struct ContactSpec {
     pub settings: ContactSettings,
 }
 
+/// Name of the collider that the terrain is.
+pub(super) const TERRAIN: &str = "terrain";
+
+/// A terrain as a collider of the world: triangles between the points of its grid.
+fn ground(terrain: &dyn Terrain) -> ColliderSpec {
+    let s = terrain.surface();
+    let middle = |axis: usize, n: usize| s.origin[axis] + 0.5 * (n as f64 - 1.0) * s.spacing[axis];
+    let at = Pose::translation(middle(0, s.nx), middle(1, s.ny), 0.0);
+    let heights = s.heights.iter().map(|h| f64::from(*h)).collect();
+    let shape = Shape::HeightField { x: s.nx, y: s.ny, spacing: s.spacing, heights };
+    ColliderSpec { groups: u32::MAX, ..ColliderSpec::new(TERRAIN, "world", shape) }.at(at)
+}
+
 impl Host for MechanismSpec {
     fn path(&self) -> &str {
         &self.path
@@ -97,7 +115,8 @@ impl Host for MechanismSpec {
     ) -> Box<dyn Prototype> {
         let gravity = self.find_gravity(services, out);
         let ports = super::ports::lower(&self.multibody, bound, out);
-        Box::new(MechanismPart::new(self, gravity, ports, out.warnings))
+        let spec = self.on_terrain(services, out);
+        Box::new(MechanismPart::new(&spec, gravity, ports, out.warnings))
     }
     fn boxed(&self) -> Box<dyn Host> {
         Box::new(self.clone())
@@ -105,6 +124,56 @@ impl Host for MechanismSpec {
 }
 
 impl MechanismSpec {
+    /// With the terrain among the colliders, when contact meets one.
+    fn on_terrain(&self, services: &Services, out: &mut Lowering<'_>) -> Cow<'_, MechanismSpec> {
+        let here = Cow::Borrowed(self);
+        let named = self.terrain.as_deref();
+        let contact = self.contact.as_ref().map(|c| &c.colliders);
+        let Some(colliders) = contact.or(self.compliant.as_ref().map(|c| &c.0)) else {
+            return here;
+        };
+        let any = services.iter().any(|(_, o)| o.kind() == ServiceKind::Terrain);
+        let moves = colliders.ids().any(|c| colliders.body(c).is_some());
+        if named == Some("none") || (named.is_none() && !(any && moves)) {
+            return here;
+        }
+        let mut fault = |fact: String, help: String| {
+            out.faults.push(Fault::new(self.origin, format!("`contact`: {fact}")).help(help));
+        };
+        let terrain = match services.find::<dyn Terrain>(named, &self.path) {
+            Ok(terrain) => terrain,
+            Err(_) if services.failed.contains(&ServiceKind::Terrain) => return here,
+            Err((fact, help)) => {
+                fault(
+                    fact,
+                    format!(
+                        "{help}; in `contact` it is `terrain: \"<path>\"` or `terrain: \"none\"`"
+                    ),
+                );
+                return here;
+            }
+        };
+        let ground = ground(&**terrain.object());
+        match colliders.with(ground, &self.multibody) {
+            Ok(colliders) => {
+                let (colliders, mut spec) = (Arc::new(colliders), self.clone());
+                if let Some(contact) = &mut spec.contact {
+                    contact.colliders = colliders.clone();
+                }
+                if let Some((of_compliant, _)) = &mut spec.compliant {
+                    *of_compliant = colliders;
+                }
+                Cow::Owned(spec)
+            }
+            Err(e) => {
+                let help =
+                    "give the collider another name, or write `terrain: \"none\"` in `contact`";
+                fault(e.to_string(), help.into());
+                here
+            }
+        }
+    }
+
     /// The named field, or the only one; none when there is none, or `"none"` is written.
     fn find_gravity(
         &self,

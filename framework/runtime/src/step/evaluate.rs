@@ -1,8 +1,9 @@
 //! Evaluations: operations in their order, derivatives, and what an integrator sees of them.
+use super::linearise::Linear;
 use super::solve;
 use crate::block::{Block, Evaluation, Failure, Now, Outcome};
 use crate::plan::{Op, Plan};
-use linkwork_integrate::System;
+use linkwork_integrate::{At, System};
 use std::ops::Range;
 
 /// Why an evaluation failed: the block and its message.
@@ -110,12 +111,14 @@ pub(super) struct Running<'a> {
     pub now: Now,
     /// Counts evaluations.
     pub number: &'a mut u64,
+    /// Storage for derivatives by the state, when the method wants them.
+    pub linear: Option<&'a mut Linear>,
 }
 
 impl Running<'_> {
     /// The time of one more evaluation.
     #[inline(always)]
-    fn next(&mut self, t: f64) -> Now {
+    pub(super) fn next(&mut self, t: f64) -> Now {
         *self.number += 1;
         Now { t, evaluation: Evaluation::Stage, number: *self.number, ..self.now }
     }
@@ -138,6 +141,13 @@ impl System for Running<'_> {
         let Running { plan, blocks, d, sig, .. } = self;
         run_all(blocks, plan, &plan.stage_ops, &now, x, d, sig)?;
         derivatives(blocks, plan, &now, x, d, sig, xdot)
+    }
+
+    fn jacobian(&mut self, t: f64, at: &At<'_>, out: &mut [f64]) -> Result<bool, Stopped> {
+        let Some(linear) = self.linear.take() else { return Ok(false) };
+        let done = self.linearise(linear, t, at, out);
+        self.linear = Some(linear);
+        done
     }
 
     #[inline]

@@ -186,7 +186,8 @@ impl Simulation {
         };
         let Simulation { state, blocks, work, .. } = self;
         let State { d, sig, .. } = state;
-        let mut running = Running { plan, blocks, d, sig, now, number: &mut work.number };
+        let mut running =
+            Running { plan, blocks, d, sig, now, number: &mut work.number, linear: None };
         running.guards_at(t, x, values)
     }
 

@@ -75,7 +75,8 @@ impl Simulation {
             }
         };
         let k1 = k1.map(|()| &work.xdot[..]);
-        let mut system = Running { plan, blocks, d, sig, now, number: &mut work.number };
+        let (number, linear) = (&mut work.number, work.linear.as_deref_mut());
+        let mut system = Running { plan, blocks, d, sig, now, number, linear };
         match &plan.integration.control {
             None => {
                 work.integrator.step_fixed(&mut system, t, rest, x, k1)?;
@@ -155,7 +156,8 @@ impl Simulation {
             work.inside.copy_from_slice(&state.x);
         } else {
             let State { d, sig, .. } = state;
-            let mut system = Running { plan, blocks, d, sig, now, number: &mut work.number };
+            let number = &mut work.number;
+            let mut system = Running { plan, blocks, d, sig, now, number, linear: None };
             let dense = work.integrator.dense(&mut system)?;
             dense.at(theta, &mut work.inside);
         }

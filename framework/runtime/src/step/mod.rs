@@ -9,6 +9,7 @@
 mod evaluate;
 mod events;
 mod integrate;
+mod linearise;
 mod moves;
 mod remarks;
 mod settle;
@@ -27,7 +28,8 @@ use crate::program::Program;
 use crate::time::Seconds;
 use crate::value::remedy;
 use evaluate::Stopped;
-use linkwork_integrate::Integrator;
+use linearise::Linear;
+use linkwork_integrate::{Integrator, Method};
 use std::sync::Arc;
 
 /// A run that cannot go on. The state is that of the instant before, or of the bad row.
@@ -88,6 +90,8 @@ pub(crate) struct Work {
     number: u64,
     xdot: Vec<f64>,
     integrator: Integrator,
+    /// For methods that want derivatives by the state.
+    linear: Option<Box<Linear>>,
     /// A state within a step.
     inside: Vec<f64>,
     /// The state at the start of a step that may have to be done again.
@@ -107,6 +111,8 @@ impl Work {
             number: 0,
             xdot: vec![0.0; n],
             integrator: Integrator::new(plan.integration.method, n),
+            linear: matches!(plan.integration.method, Method::Rosenbrock(_))
+                .then(|| Box::new(Linear::new(plan))),
             inside: vec![0.0; n],
             before: State::default(),
             stores: plan.steps.iter().map(|_| None).collect(),

@@ -101,7 +101,7 @@ pub(super) fn solve(
 }
 
 /// Solves A x = b in place by elimination with pivots; false when A is singular.
-fn eliminate(a: &mut [f64], b: &mut [f64], n: usize) -> bool {
+pub(super) fn eliminate(a: &mut [f64], b: &mut [f64], n: usize) -> bool {
     for k in 0..n {
         let Some(p) = (k..n).max_by(|i, j| a[i * n + k].abs().total_cmp(&a[j * n + k].abs()))
         else {

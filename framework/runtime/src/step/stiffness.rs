@@ -11,12 +11,10 @@
 //! not, either. Adaptive methods find their step themselves. Cubic in the number of states; beyond
 //! [`STATES_MAX`] nothing is asked.
 #![allow(non_snake_case)]
-use super::evaluate::Running;
-use super::{Simulation, State};
-use crate::block::{Evaluation, Now};
+use super::Simulation;
 use crate::plan::{Place, Plan};
 use crate::value::{Fault, Origin};
-use linkwork_integrate::{Method, System};
+use linkwork_integrate::Method;
 use linkwork_spatial::nalgebra::DMatrix;
 
 /// States beyond which this takes longer than it is worth.
@@ -133,31 +131,16 @@ impl Simulation {
     /// ∂ẋ/∂x, cautious where it jumps; `None` where it is not finite.
     fn jacobian(&mut self) -> Option<DMatrix<f64>> {
         let plan = self.plan.clone();
-        let now = Now {
-            t: self.time(),
-            dt: plan.step.seconds(),
-            tick: self.state.tick,
-            evaluation: Evaluation::Stage,
-            number: 0,
-        };
-        let t = now.t;
         let n = plan.sizes.x;
         let mut x = self.state.x.clone();
-        // Signals are work space here: the run keeps its own.
-        let mut sig = self.state.sig.clone();
-        let Simulation { state, blocks, work, .. } = self;
-        let State { d, .. } = state;
-        let number = &mut work.number;
-        let mut system = Running { plan: &plan, blocks, d, sig: &mut sig, now, number };
-        let [mut f0, mut f1, mut f2] = [(); 3].map(|()| vec![0.0; n]);
-        system.derivatives(t, &x, &mut f0).ok()?;
+        let f0 = self.rates(&x).ok()?;
         let mut J = DMatrix::zeros(n, n);
         for k in 0..n {
             let (old, step) = (x[k], 1e-7 * (1.0 + x[k].abs()));
             x[k] = old + step;
-            system.derivatives(t, &x, &mut f1).ok()?;
+            let f1 = self.rates(&x).ok()?;
             x[k] = old - step;
-            system.derivatives(t, &x, &mut f2).ok()?;
+            let f2 = self.rates(&x).ok()?;
             x[k] = old;
             for i in 0..n {
                 J[(i, k)] = cautious((f1[i] - f0[i]) / step, (f0[i] - f2[i]) / step);

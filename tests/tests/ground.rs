@@ -1,0 +1,99 @@
+//! Bodies meet the terrain: by impulses, by smooth forces, at its edge, and a rover that rolls over.
+#![allow(clippy::unwrap_used)]
+use linkwork_runtime::{Seconds, Simulation};
+
+#[path = "../common/mod.rs"]
+mod common;
+
+/// A crate of 20 kg, 0.4 m high, that falls from 0.1 m onto a slope of 5 degrees.
+fn dropped(contact: &str, more: &str) -> Result<Simulation, String> {
+    let text = format!(
+        r#"Simulation(
+            bodies: {{ "crate": (parent: "world", hinge: Free, mass: 20, inertia: Box([1, 0.8, 0.4]), initial: (position: [3, -2, 0.57], rotation: (rpy: [0, "-5 deg", 0])),
+                shapes: [(shape: Box([1, 0.8, 0.4]), collide: true, name: "hull")]) }},
+            parts: {{
+                "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+                "Ground": (model: "environment.flat", params: {{ "slope": "5 deg", "size": "20 m" }}), {more}
+            }},
+            contact: ({contact}), step: "1 ms", until: "10 s")"#
+    );
+    common::scene(&text, &[])
+}
+
+fn until(sim: &mut Simulation, t: f64) {
+    sim.run_until(Seconds::from_decimal(t).unwrap()).unwrap();
+}
+
+fn height(sim: &Simulation) -> f64 {
+    let at = |a: &str| sim.get(&format!("crate.position.{a}")).unwrap();
+    // Above the plane, along its normal.
+    let (sin, cos) = 5f64.to_radians().sin_cos();
+    at("z") * cos - at("x") * sin
+}
+
+#[test]
+fn a_crate_lies_on_a_slope_by_impulses_and_by_smooth_forces() {
+    for (contact, sinks) in
+        [("", 2e-4), ("compliant: (stiffness: 1e5, bristle_stiffness: 1e5)", 1e-3)]
+    {
+        let mut sim = dropped(contact, "").unwrap();
+        until(&mut sim, 3.0);
+        let (h, x) = (height(&sim), sim.get("crate.position.x").unwrap());
+        until(&mut sim, 4.0);
+        println!(
+            "{contact}: {h} m above the plane, moved {:e} m",
+            sim.get("crate.position.x").unwrap() - x
+        );
+        assert!((h - 0.2).abs() < sinks, "{contact}: {h}");
+        assert!((sim.get("crate.position.x").unwrap() - x).abs() < 1e-5, "{contact}");
+    }
+    // Four corners carry the weight: k δ each.
+    let mut sim = dropped("compliant: (stiffness: 1e5, bristle_stiffness: 1e5)", "").unwrap();
+    until(&mut sim, 4.0);
+    let want = 20.0 * 9.81 * 5f64.to_radians().cos() / 4.0 / 1e5;
+    assert!((0.2 - height(&sim) - want).abs() < 0.02 * want, "{} {want}", 0.2 - height(&sim));
+}
+
+#[test]
+fn contact_says_which_terrain_is_met() {
+    let mut sim = dropped("terrain: \"none\"", "").unwrap();
+    until(&mut sim, 2.0);
+    assert!(height(&sim) < -10.0);
+    let second = r#""Other": (model: "environment.flat", params: { "slope": "20 deg" }),"#;
+    let told = dropped("", second).err().unwrap();
+    for part in ["`contact`", "terrain service", "Ground, Other", "none"] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    let told = dropped("terrain: \"Grond\"", second).err().unwrap();
+    assert!(told.contains("`Grond`") && told.contains("Ground"), "{told}");
+    let mut sim = dropped("terrain: \"Ground\"", second).unwrap();
+    until(&mut sim, 3.0);
+    assert!((height(&sim) - 0.2).abs() < 1e-3);
+    let names = r#"terrain: "Ground""#;
+    let text = dropped(names, "").unwrap();
+    assert_eq!(text.plan().warnings.len(), 0, "{:?}", text.plan().warnings);
+}
+
+/// The rover is thrown over by hand and lies on its body and its mast.
+#[test]
+fn a_rover_that_rolls_over_lies_on_the_ground() {
+    let text = r#"Simulation(
+        parts: { "Rover": (assembly: "rovers/rocker_bogie.ron", params: { "world": "worlds/slope.ron", "waypoints": [[0, 0]] }) },
+        step: "1 ms", integrator: "semi_implicit_euler", until: "100 s", seed: 1,
+        place: (
+            body: "Rover.Hardware.Chassis/chassis", at: [0, 0], heading: "0 rad",
+            wheels: ["Rover.Hardware.Wheels.*/wheel"], radius: "0.25 m",
+            joints: ["Rover.Hardware.Chassis/rocker_*", "Rover.Hardware.Chassis/bogie_*"],
+        ),
+    )"#;
+    let mut sim = common::scene(text, &[]).unwrap_or_else(|e| panic!("{e}"));
+    sim.set("Rover.Hardware.Chassis/chassis.angular.x", 9.0).unwrap();
+    until(&mut sim, 20.0);
+    let get = |sim: &Simulation, name: &str| sim.get(&format!("Rover.Hardware.{name}")).unwrap();
+    let (z, tilt) = (get(&sim, "Chassis/chassis.position.z"), get(&sim, "Sensors.Pose.tilt"));
+    println!("chassis at {z} m, tilt {} deg", tilt.to_degrees());
+    assert!(tilt > 1.2, "{tilt}");
+    assert!(z > 0.1 && z < 1.0, "{z}");
+    until(&mut sim, 21.0);
+    assert!((get(&sim, "Chassis/chassis.position.z") - z).abs() < 1e-3);
+}
