@@ -114,7 +114,7 @@ fn ctrl_c_keeps_what_has_ended() {
     std::thread::sleep(Duration::from_millis(400));
     lab.linkwork(&["campaign", "c.ron", "--out", "out"])
         .code(2)
-        .tells(&["another campaign is writing", "--out"]);
+        .tells(&["another campaign is writing", "choose another folder"]);
     killed(&mut first);
 }
 
