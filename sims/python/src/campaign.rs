@@ -202,7 +202,8 @@ impl Campaign {
     /// Makes all runs that have not ended yet, and writes into `folder` what `linkwork campaign` writes, byte for byte:
     /// the journal, results, statistics and sensitivity as .csv and .parquet, report.html, and for each failed run a
     /// folder in `failures`. threads: as many as there are cores when left out. progress: a function of
-    /// (done, failed, runs, left), left in s or None, called after each run.
+    /// (done, failed, runs, left), left in s or None, called at the start and after
+    /// each run.
     ///
     /// Ctrl-C, and what `progress` raises, stop it: the files hold what has ended, and the same call goes on. Runs that
     /// fail do not raise: they are in `Results.failures`. Raises LinkworkError when the folder belongs to another

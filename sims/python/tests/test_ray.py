@@ -7,13 +7,13 @@ import sys
 import time
 
 import pytest
+import ray
 from conftest import campaign_file, files_of, left_by_failures
+from ray.cluster_utils import Cluster
 
 import linkwork as lw
+import linkwork.ray
 
-ray = pytest.importorskip("ray") if "CI" not in os.environ else __import__("ray")
-import linkwork.ray  # noqa: E402
-from ray.cluster_utils import Cluster  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("at_source")
 STORE = 80 * 1024**2
@@ -22,8 +22,7 @@ STORE = 80 * 1024**2
 @pytest.fixture(scope="module")
 def cluster():
     """A head without work, and two nodes of one CPU."""
-    environment = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_health_check_period_ms": "500"}
-    os.environ.update(environment)
+    os.environ.update({"RAY_USAGE_STATS_ENABLED": "0", "RAY_health_check_period_ms": "500"})
     head = {"num_cpus": 0, "object_store_memory": STORE, "include_dashboard": False}
     cluster = Cluster(initialize_head=True, head_node_args=head)
     for _ in range(2):
@@ -75,9 +74,11 @@ def test_a_driver_that_is_killed_goes_on_by_its_journal(cluster, tmp_path):
     driver.wait()
     before = len(journal.read_text().splitlines()) - 1
     assert 10 < before < 60
-    made = []
-    linkwork.ray.execute(lw.Campaign(file), out, progress=lambda done, *_: made.append(done))
-    assert min(made) > before - 1 and made[-1] == 60
+    seen = []
+    linkwork.ray.execute(lw.Campaign(file), out, progress=lambda *p: seen.append(p))
+    assert seen[0][0] >= before and seen[0][3] is None
+    ended = lw.Campaign(file).execute(out).table["ended"]
+    assert seen[-1] == (60, 60 - ended.count("until"), 60, 0.0)
     lw.Campaign(file).execute(tmp_path / "here", threads=2)
     assert files_of(out) == files_of(tmp_path / "here")
     # What one way began another ends: nothing is left to do.

@@ -119,7 +119,10 @@ def execute(
 
     chunk: runs in a task; so many as take about two seconds when left out. retries: how often the runs of a worker or
     node that died are given to another. cpus: what a task asks Ray for. progress: a function of
-    (done, failed, runs, left), left in s or None, called after each task.
+    (done, failed, runs, left), left in s or None, called at the start and after each task.
+
+    Ray lowers the priority of its workers: where other programs run beside them, start the nodes with
+    RAY_worker_niceness=0 in their environment.
 
     What ended is in the journal of the folder at once: after Ctrl-C, or a kill, the same call goes on, and so does
     `Campaign.execute` or the command line. Raises LinkworkError when the folder belongs to another campaign or is in
@@ -138,14 +141,15 @@ def execute(
         raise LinkworkError(f"`cpus` is {cpus}\n  help: give what a run needs, such as 1")
     gathering = campaign._gather(folder)
     begin = time.monotonic()
-    done, failed = gathering.counts()
-    before = done
-    failures = Path(gathering.failures)
+    before, failed = gathering.counts()
+    failures = gathering.failures
     task: Any = ray.remote(num_cpus=cpus, max_retries=retries)(_make)
     same = (os.getcwd(), str(campaign.path), campaign.identity)
     chunks = _Chunks(gathering.todo(), chunk)
     under: dict[Any, list[int]] = {}
     try:
+        if progress is not None:
+            progress(before, failed, campaign.runs, None)
         while chunks.runs or under:
             there = ray.cluster_resources()  # type: ignore[no-untyped-call]
             slots = max(1, int(there.get("CPU", 0.0) / cpus))
@@ -159,8 +163,8 @@ def execute(
                 _keep(failures, left)
                 for line in lines:
                     chunks.took(gathering.add(line)[1])
-                done, failed = gathering.counts()
                 if progress is not None:
+                    done, failed = gathering.counts()
                     pace = (time.monotonic() - begin) / max(1, done - before)
                     progress(done, failed, campaign.runs, pace * (campaign.runs - done))
     finally:
