@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
     /// It cannot be read or written.
-    #[error("the journal `{}`: {source}\n  help: choose another folder with --out, or make room", .path.display())]
+    #[error("the journal `{}`: {source}\n  help: choose another folder, or make room", .path.display())]
     Io {
         /// The file.
         path: PathBuf,
@@ -26,7 +26,7 @@ pub enum JournalError {
         source: std::io::Error,
     },
     /// Another process writes into it.
-    #[error("another campaign is writing into `{}`\n  help: wait for it to end, or choose another folder with --out", .path.display())]
+    #[error("another campaign is writing into `{}`\n  help: wait for it to end, or choose another folder", .path.display())]
     Taken {
         /// The file.
         path: PathBuf,
@@ -42,7 +42,7 @@ pub enum JournalError {
         why: String,
     },
     /// Its campaign is another.
-    #[error("the journal `{}` is of another campaign: the file, its simulation, or this program has changed since\n  help: choose another folder with --out, or delete that one", .path.display())]
+    #[error("the journal `{}` is of another campaign: the file, its simulation, or this program has changed since\n  help: choose another folder, or delete that one", .path.display())]
     Other {
         /// The file.
         path: PathBuf,

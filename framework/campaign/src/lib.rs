@@ -11,7 +11,9 @@
 //! | `form` | the file as read, every mistake at its place |
 //! | `distribution`, `correlation`, `sampling` | quantiles, the factor of a matrix of correlations, numbers in (0, 1) |
 //! | `campaign` | what each run is made from |
-//! | `execute` | threads, limits, what failures leave |
+//! | `one` | one run: its number → its outcome, and what a failure leaves |
+//! | `execute` | threads |
+//! | `folder` | the folder of a campaign: journal, failures, tables, report |
 //! | `outcome`, `journal` | how a run ended; the file that survives a kill |
 //! | `statistics`, `results` | summaries, rank correlations, ellipses; CSV and Parquet |
 //! | `svg`, `report` | the page |
@@ -19,8 +21,10 @@ mod campaign;
 mod correlation;
 mod distribution;
 mod execute;
+mod folder;
 mod form;
 mod journal;
+mod one;
 mod outcome;
 mod report;
 mod results;
@@ -31,11 +35,13 @@ mod svg;
 pub use campaign::{Campaign, LoadError};
 pub use correlation::CorrelationError;
 pub use distribution::Distribution;
-pub use execute::{CampaignError, Orders, Progress, end, execute};
+pub use execute::{CampaignError, Orders, Progress, execute};
+pub use folder::{Folder, FolderError};
 pub use form::{Drawn, Form, Noise};
 pub use journal::{Journal, JournalError};
+pub use one::{Begun, MakeError, Means, Under, Watched, end, one};
 pub use outcome::{Cause, Outcome};
-pub use report::{page, write as write_report};
+pub use report::page;
 pub use results::{Column, Results, Table};
 pub use sampling::Sampling;
 pub use statistics::{Ellipse, Summary, rank_correlation};

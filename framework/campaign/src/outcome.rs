@@ -66,6 +66,22 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// As in the journal: JSON, its numbers as texts that read back to the same bits.
+    ///
+    /// # Errors
+    /// What the writer of JSON says.
+    pub fn to_text(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string(self)
+    }
+
+    /// What [`Outcome::to_text`] wrote.
+    ///
+    /// # Errors
+    /// It is none.
+    pub fn from_text(text: &str) -> Result<Outcome, serde_json::Error> {
+        serde_json::from_str(text)
+    }
+
     /// The cause as failures are counted by: variables and numbers of runs of one kind differ in digits alone.
     pub fn kind(&self) -> String {
         let first = self.why.lines().next().unwrap_or_default();

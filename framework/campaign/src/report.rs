@@ -21,22 +21,17 @@ svg text{font:11px system-ui,sans-serif;fill:#3a4754}svg .title{font-size:13px;f
 ///
 /// # Errors
 /// A message with the file.
-pub fn write(
-    path: &Path,
-    name: &str,
-    campaign: &Campaign,
-    results: &Results,
-) -> Result<(), String> {
-    replace(path, page(name, campaign, results).as_bytes())
+pub fn write(path: &Path, campaign: &Campaign, results: &Results) -> Result<(), String> {
+    replace(path, page(campaign, results).as_bytes())
 }
 
 /// The page as text.
-pub fn page(name: &str, campaign: &Campaign, results: &Results) -> String {
+pub fn page(campaign: &Campaign, results: &Results) -> String {
     let form = campaign.form();
     let mut out = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" \
          content=\"width=device-width\"><title>{0}</title><style>{STYLE}</style></head><body>\n<h1>{0}</h1>\n<p>{1}</p>\n",
-        escaped(name),
+        escaped(&form.name),
         escaped(&form.doc)
     );
     let how = match form.sampling {

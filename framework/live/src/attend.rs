@@ -28,13 +28,14 @@ const MOST_STEPS: u64 = 1_000_000_000;
 /// A served run: its clients, and whether it stands still.
 pub struct Live {
     server: Server,
-    clients: Vec<Client>,
+    clients: Vec<Served>,
     paused: bool,
     /// Steps until it stands still again.
     steps: u64,
 }
 
-struct Client {
+/// A client as the run serves it.
+struct Served {
     guest: Guest,
     watch: Option<Rows>,
     /// A request for steps that is not answered yet.
@@ -90,7 +91,7 @@ impl Live {
         let mut stood = false;
         loop {
             while let Ok(guest) = self.server.fresh.try_recv() {
-                self.clients.push(Client { guest, watch: None, stepping: None, gone: false });
+                self.clients.push(Served { guest, watch: None, stepping: None, gone: false });
             }
             if self.steps == 0 {
                 self.answer_steps(runner.sim().time());
@@ -236,7 +237,7 @@ impl Live {
     }
 }
 
-impl Client {
+impl Served {
     /// An answer that finds no room ends the connection: the client does not read.
     fn answer(&mut self, id: u64, said: Said) {
         self.gone |= !self.guest.send(&Reply { id, said });

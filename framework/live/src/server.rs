@@ -4,13 +4,13 @@
 //! accept ── one thread for each client: hello, then requests ──(16)──► the run
 //!                        writer of the client ◄──(64)── replies and rows
 //! ```
-//! Both queues are bounded. A full queue of requests stops that client's reader; a full queue of
+//! Both queues are bounded, that of replies in number and in bytes. A full queue of requests stops that client's reader; a full queue of
 //! replies loses rows, which are counted, and ends the connection when it is an answer that is lost.
 use crate::protocol::{
     Ask, FrameError, LONGEST_REPLY, LONGEST_REQUEST, Reply, Request, Said, VERSION, frame,
     read_frame, write_frame,
 };
-use std::io::Read;
+use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -58,8 +58,61 @@ pub struct Server {
 /// A client that has said hello, as the run sees it.
 pub(crate) struct Guest {
     requests: Receiver<Request>,
-    replies: SyncSender<Vec<u8>>,
+    replies: Replies,
     socket: TcpStream,
+}
+
+/// The end of the queue of replies at which they come in.
+#[derive(Clone)]
+struct Replies {
+    queue: SyncSender<Vec<u8>>,
+    /// Bytes that wait or are being written.
+    bytes: Arc<AtomicUsize>,
+}
+
+/// The end at which they are written.
+struct Unwritten {
+    queue: Receiver<Vec<u8>>,
+    bytes: Arc<AtomicUsize>,
+}
+
+/// A queue of [`REPLIES`] replies that hold [`LONGEST_REPLY`] bytes together, at most.
+fn replies() -> (Replies, Unwritten) {
+    let (send, receive) = sync_channel(REPLIES);
+    let bytes = Arc::new(AtomicUsize::new(0));
+    (Replies { queue: send, bytes: bytes.clone() }, Unwritten { queue: receive, bytes })
+}
+
+impl Replies {
+    /// False when there is no room. One that nobody writes any more counts as sent: its client has gone.
+    fn push(&self, reply: Vec<u8>) -> bool {
+        // With the four bytes before it the longest reply still fits, alone.
+        let (length, most) = (reply.len(), LONGEST_REPLY + 4);
+        let add = |waiting: usize| waiting.checked_add(length).filter(|sum| *sum <= most);
+        if self.bytes.fetch_update(Ordering::SeqCst, Ordering::SeqCst, add).is_err() {
+            return false;
+        }
+        match self.queue.try_send(reply) {
+            Ok(()) => true,
+            Err(e) => {
+                self.bytes.fetch_sub(length, Ordering::SeqCst);
+                matches!(e, TrySendError::Disconnected(_))
+            }
+        }
+    }
+}
+
+impl Unwritten {
+    /// Writes replies until a write fails or no more can come.
+    fn write(self, mut to: impl Write) {
+        while let Ok(reply) = self.queue.recv() {
+            let written = to.write_all(&reply);
+            self.bytes.fetch_sub(reply.len(), Ordering::SeqCst);
+            if written.is_err() {
+                return;
+            }
+        }
+    }
 }
 
 impl Guest {
@@ -78,8 +131,7 @@ impl Guest {
             let (message, help) = (e.to_string(), "ask for fewer variables".to_string());
             frame(&Reply { id: reply.id, said: Said::Refused { message, help } }, LONGEST_REPLY)
         });
-        let sent = bytes.map(|bytes| self.replies.try_send(bytes));
-        !matches!(sent, Ok(Err(TrySendError::Full(_))))
+        bytes.is_ok_and(|bytes| self.replies.push(bytes))
     }
 }
 
@@ -184,16 +236,11 @@ impl Hall {
             return;
         }
         let (send, requests) = sync_channel(REQUESTS);
-        let (replies, written) = sync_channel::<Vec<u8>>(REPLIES);
+        let (replies, unwritten) = replies();
         let (Ok(own), Ok(writer)) = (socket.try_clone(), socket.try_clone()) else { return };
         let guest = Guest { requests, replies: replies.clone(), socket: own };
         let write = move || {
-            use std::io::Write;
-            while let Ok(bytes) = written.recv() {
-                if (&writer).write_all(&bytes).is_err() {
-                    break;
-                }
-            }
+            unwritten.write(&writer);
             let _ = writer.shutdown(Shutdown::Both);
         };
         let spawned = std::thread::Builder::new().name("live writer".into()).spawn(write);
@@ -213,7 +260,7 @@ impl Hall {
                     let help = "see PROTOCOL.md; the connection is closed".to_string();
                     let said = Said::Refused { message: e.to_string(), help };
                     if let Ok(bytes) = frame(&Reply { id: 0, said }, LONGEST_REPLY) {
-                        let _ = replies.try_send(bytes);
+                        replies.push(bytes);
                     }
                     return;
                 }
@@ -276,4 +323,38 @@ impl Read for Patient<'_> {
 /// Compares without telling by its time how far they agree.
 fn same(a: &[u8], b: &[u8]) -> bool {
     a.len() == b.len() && a.iter().zip(b).fold(0, |d, (x, y)| d | (x ^ y)) == 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn replies_that_wait_are_bounded_in_number_and_in_bytes() {
+        let (send, unwritten) = replies();
+        assert!((0..REPLIES).all(|_| send.push(vec![0; 10])));
+        assert!(!send.push(vec![0; 10]), "more than {REPLIES} wait");
+        drop(send);
+        let mut all = Vec::new();
+        unwritten.write(&mut all);
+        assert_eq!(all.len(), 10 * REPLIES);
+
+        let (send, unwritten) = replies();
+        let half = LONGEST_REPLY / 2;
+        assert!(send.push(vec![0; half]) && send.push(vec![0; half]));
+        assert!(!send.push(vec![0; half]), "more than {LONGEST_REPLY} bytes wait");
+        assert!(send.push(vec![0; 4]), "a short one still fits");
+        let Unwritten { queue, bytes } = unwritten;
+        // What is written makes room.
+        let (first, rest) = (queue.recv().unwrap(), queue);
+        bytes.fetch_sub(first.len(), Ordering::SeqCst);
+        assert!(send.push(vec![0; half]));
+        // The longest reply alone fits; nobody is there to write: no fault of the queue's.
+        let (send, unwritten) = replies();
+        assert!(send.push(vec![0; LONGEST_REPLY + 4]) && !send.push(vec![0; 1]));
+        drop((rest, unwritten));
+        let (send, unwritten) = replies();
+        drop(unwritten);
+        assert!(send.push(vec![0; 1]) && send.bytes.load(Ordering::SeqCst) == 0);
+    }
 }

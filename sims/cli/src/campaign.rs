@@ -6,8 +6,8 @@ use crate::{exit, load, run};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_campaign::{
-    Campaign, Cause, Journal, JournalError, LoadError, Orders, Outcome, Progress, Results, end,
-    execute, write_report,
+    Campaign, Cause, Folder, Journal, JournalError, LoadError, Orders, Outcome, Progress, Results,
+    end, execute,
 };
 use linkwork_runner::Stop;
 use std::io::IsTerminal;
@@ -33,11 +33,6 @@ pub struct CampaignOptions {
     pub quiet: bool,
 }
 
-/// What a campaign is called: `dispersions.ron` → `dispersions`.
-fn title(file: &Path) -> String {
-    file.file_stem().map_or("campaign".into(), |s| s.to_string_lossy().into_owned())
-}
-
 /// `linkwork campaign FILE`.
 pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
     let library = load::library();
@@ -47,8 +42,8 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
     };
     let (warnings, sources) = campaign.warnings();
     load::warn_of(warnings, sources);
-    let name = title(file);
-    let out = options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&name));
+    let out = options.out.clone();
+    let out = out.unwrap_or_else(|| PathBuf::from("runs").join(&campaign.form().name));
     if let Some(run) = options.run {
         return again(&campaign, run, &out, options);
     }
@@ -56,22 +51,17 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
         tell!("error: --threads is 0\n  help: write 1 or more, or leave it out");
         return exit::INPUT;
     }
-    if let Err(e) = std::fs::create_dir_all(&out) {
-        let out = out.display();
-        tell!("error: the folder `{out}` cannot be made: {e}\n  help: choose another with --out");
-        return exit::INPUT;
-    }
-    let path = out.join("journal");
-    let mut journal = match Journal::open(&path, campaign.identity(), campaign.form().runs) {
-        Ok(journal) => journal,
+    let mut folder = match Folder::open(&out, &campaign) {
+        Ok(folder) => folder,
         Err(e) => {
             tell!("error: {e}");
             return exit::INPUT;
         }
     };
-    let before = journal.outcomes.len();
+    let before = folder.journal.outcomes.len();
     if before > 0 && !options.quiet {
-        say!("{before} runs have ended already, in `{}`", path.display());
+        let journal = Folder::journal_in(&out);
+        say!("{before} runs have ended already, in `{}`", journal.display());
     }
     let stop = Stop::default();
     let asked = stop.clone();
@@ -82,7 +72,7 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
         }
     });
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let failures = out.join("failures");
+    let failures = folder.failures();
     let orders = Orders {
         library: &library,
         threads: options.threads.unwrap_or(cores),
@@ -90,13 +80,13 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
         stop: stop.clone(),
     };
     let bar = bar(campaign.form().runs, options.quiet);
-    let ended = execute(&campaign, &orders, &mut journal, |p| show(&bar, p));
+    let ended = execute(&campaign, &orders, &mut folder.journal, |p| show(&bar, p));
     bar.finish_and_clear();
     // What there is, is written, also when the campaign could not go on.
-    let results = Results::new(&campaign, &journal);
-    let written = write(&name, &out, &campaign, &results);
+    let (results, written) = folder.write(&campaign);
     if !options.quiet {
-        summary(&name, &campaign, &journal, &results, written.as_deref().unwrap_or_default());
+        let files = written.as_deref().unwrap_or_default();
+        summary(&campaign, &folder.journal, &results, files);
     }
     if let Err(e) = &written {
         tell!("error: {e}\n  help: make room and give the same command again: no run is lost");
@@ -115,19 +105,6 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
         Ok(true) if results.failures.is_empty() => exit::OK,
         Ok(true) => exit::FAILED,
     }
-}
-
-fn write(
-    name: &str,
-    out: &Path,
-    campaign: &Campaign,
-    results: &Results,
-) -> Result<Vec<PathBuf>, String> {
-    let mut files = results.write(out)?;
-    let page = out.join("report.html");
-    write_report(&page, name, campaign, results)?;
-    files.push(page);
-    Ok(files)
 }
 
 fn bar(runs: u64, quiet: bool) -> ProgressBar {
@@ -151,15 +128,9 @@ fn show(bar: &ProgressBar, p: &Progress) {
     bar.set_message(format!("{} failed{left}", p.failed));
 }
 
-fn summary(
-    name: &str,
-    campaign: &Campaign,
-    journal: &Journal,
-    results: &Results,
-    files: &[PathBuf],
-) {
-    let done = journal.outcomes.len();
-    say!("{name}: {done} of {} runs have ended", campaign.form().runs);
+fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[PathBuf]) {
+    let (form, done) = (campaign.form(), journal.outcomes.len());
+    say!("{}: {done} of {} runs have ended", form.name, form.runs);
     for (cause, n) in &results.causes {
         say!("  {n:8} {}", cause.name());
     }
@@ -235,7 +206,7 @@ fn again(campaign: &Campaign, run: u64, out: &Path, options: &CampaignOptions) -
 
 /// How the campaign's own run ended, when it has.
 fn known(campaign: &Campaign, out: &Path, run: u64) -> Result<Option<Outcome>, String> {
-    let path = out.join("journal");
+    let path = Folder::journal_in(out);
     if !path.exists() {
         return Ok(None);
     }

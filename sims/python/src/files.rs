@@ -14,7 +14,8 @@ pub fn catalogue() -> Catalogue {
     Catalogue::new(libraries.chain([linkwork_fmi::catalogue()]))
 }
 
-fn library() -> Library {
+/// All models, and the assemblies in the program.
+pub fn library() -> Library {
     Library { catalogue: catalogue(), embedded: linkwork_assemblies::embedded() }
 }
 

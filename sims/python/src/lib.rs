@@ -16,6 +16,7 @@
 //! | `files`, `formats` | reading files with all component libraries; what a file says besides; URDF and RON out |
 //! | `parts` | parts of a simulation that are Python classes |
 //! | `simulation`, `running`, `log`, `values` | `Simulation` and its logs |
+//! | `campaign`, `patience` | `Campaign`: many runs with drawn values; Ctrl-C while Rust works |
 // `cargo test --workspace NAME` builds a test of this library although its manifest says it has
 // none, and an extension module does not link without an interpreter: then it is empty.
 #![cfg(not(test))]
@@ -27,6 +28,7 @@ mod algorithms;
 mod array;
 mod batch;
 mod builder;
+mod campaign;
 mod constraints;
 mod copies;
 mod core;
@@ -42,6 +44,7 @@ mod log;
 mod mechanism;
 mod operators;
 mod parts;
+mod patience;
 mod running;
 mod simulate;
 mod simulation;
@@ -55,6 +58,8 @@ use pyo3::prelude::*;
 mod _linkwork {
     #[pymodule_export]
     use crate::builder::{Builder, Hinge, Subhinge};
+    #[pymodule_export]
+    use crate::campaign::{Campaign, Gathering, Outcome, Results};
     #[pymodule_export]
     use crate::constraints::{ConstrainedMotion, Constraint, Rank};
     #[pymodule_export]

@@ -18,7 +18,7 @@ use linkwork_runtime::{Schedule, Tap, Value, remedy};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -57,7 +57,8 @@ impl Drop for Busy<'_> {
 }
 
 impl Simulation {
-    fn from_ready(py: Python<'_>, ready: Ready, until: Option<Seconds>) -> PyResult<Self> {
+    /// A run at its start, to an end that replaces the file's.
+    pub fn from_ready(py: Python<'_>, ready: Ready, until: Option<Seconds>) -> PyResult<Self> {
         let stop_when = match &ready.loaded.simulation.stop_when {
             Some(text) => {
                 Some(ready.plan().variable(&text.text).map_err(|e| no_variable(&e))?.place)
@@ -397,20 +398,11 @@ impl Simulation {
                 self.rules.iter().map(rule).collect::<PyResult<_>>()?
             }
         };
-        let spec = LogSpec {
-            groups: chosen,
-            transforms: Some(Seconds { num: 1, den: 20 }),
-            configuration: self.configuration.clone(),
-            about: [("program".to_string(), "the Python package".to_string())].into(),
-            start: None,
-        };
         let open = |r: &mut Running| {
             if r.runner().has_tap(RECORDING) {
                 return Err("a recording is under way\n  help: call stop_recording() first".into());
             }
-            let (log, groups) = linkwork_record::Log::create(&path, &self.program, &spec)
-                .map_err(|e| e.to_string())?;
-            let tap = Tap::start(r.sim(), groups, 256, Box::new(log)).map_err(|e| e.to_string())?;
+            let tap = recording(r.sim(), &path, chosen, &self.configuration)?;
             r.runner().tap(RECORDING, Need::Must, tap);
             Ok(())
         };
@@ -551,6 +543,25 @@ impl Simulation {
         let (parts, t) = (self.plan.parts.len(), self.time(py)?);
         Ok(format!("Simulation({parts} parts, {} variables, t = {t} s)", self.plan.variables.len()))
     }
+}
+
+/// A tap into an MCAP file: variables by path with the period of their rows, and the poses of all bodies.
+pub fn recording(
+    sim: &runtime::Simulation,
+    path: &Path,
+    groups: Vec<(Seconds, Vec<String>)>,
+    configuration: &str,
+) -> Result<Tap, String> {
+    let spec = LogSpec {
+        groups,
+        transforms: Some(Seconds { num: 1, den: 20 }),
+        configuration: configuration.to_string(),
+        about: [("program".to_string(), "the Python package".to_string())].into(),
+        start: None,
+    };
+    let (log, groups) =
+        linkwork_record::Log::create(path, sim.program(), &spec).map_err(|e| e.to_string())?;
+    Tap::start(sim, groups, 256, Box::new(log)).map_err(|e| e.to_string())
 }
 
 fn no_mechanism() -> PyErr {

@@ -20,6 +20,47 @@ def at_source(monkeypatch):
     return SOURCE
 
 
+def program():
+    """The command line, which `cargo build --release --bin linkwork` makes."""
+    path = Path(os.environ.get("CARGO_TARGET_DIR", SOURCE / "target")) / "release" / "linkwork"
+    if not path.exists():
+        assert "CI" not in os.environ, f"there is no {path}"
+        pytest.skip(f"the command line is not built: {path}")
+    return path
+
+
+#: What a campaign leaves, whoever ran it.
+FILES = [f"{t}.{e}" for t in ("results", "statistics", "sensitivity") for e in ("csv", "parquet")] + ["report.html"]
+
+
+def files_of(folder):
+    """{name: content} of what must not depend on how a campaign was run."""
+    return {name: (folder / name).read_bytes() for name in FILES}
+
+
+def left_by_failures(folder):
+    """{name: content} of what the failed runs of a campaign left."""
+    top = folder / "failures"
+    return {str(f.relative_to(top)): f.read_bytes() for f in top.rglob("*") if f.is_file()}
+
+
+def campaign_file(folder, runs):
+    """A campaign of pendulums for 2 s each. With much friction the step is too long, and the run fails; a text is refused."""
+    file = folder / f"pendulums_{runs}.ron"
+    file.write_text(f"""Campaign(
+    simulation: "{SOURCE / "sims/pendulum"}",
+    runs: {runs},
+    set: {{ "until": "2 s" }},
+    vary: {{
+        "bob.mass": Uniform(from: "0.5 kg", to: "2 kg"),
+        "bob.com": [0, 0, Uniform(from: -1.2, to: -0.8)],
+        "Friction.damping": Choice(of: [0.02, 0.05, 0.1, 1e4, "a lot"]),
+    }},
+)
+""")
+    return file
+
+
 def robot(name):
     """Pinocchio's values for a robot, or a skip."""
     path = ROBOTS / f"{name}.json"

@@ -1,26 +1,15 @@
 """Foreign units: FMPy validates and runs what Linkwork exports, Linkwork runs what Python makes."""
 
 import math
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
-from conftest import SOURCE
+from conftest import SOURCE, program
 
 import linkwork as lw
 
 pytestmark = pytest.mark.usefixtures("at_source")
-
-
-def program():
-    """The command line, which `cargo build --release --bin linkwork` makes."""
-    path = Path(os.environ.get("CARGO_TARGET_DIR", SOURCE / "target")) / "release" / "linkwork"
-    if not path.exists():
-        assert "CI" not in os.environ, f"there is no {path}"
-        pytest.skip(f"the command line is not built: {path}")
-    return path
 
 
 @pytest.fixture(scope="module")

@@ -85,6 +85,84 @@ def test_any_call_gives_a_value_or_an_exception(seed):
     assert values > 200 and errors > 200, (values, errors)
 
 
+def damaged(good, r):
+    """Bytes with a few pieces flipped, cut out, doubled, moved or overwritten."""
+    data = bytearray(good)
+    for _ in range(r.randrange(1, 4)):
+        a = r.randrange(len(data))
+        b = min(len(data), a + r.randrange(1, 40))
+        kind = r.randrange(5)
+        if kind == 0:
+            data[a] ^= 1 << r.randrange(8)
+        elif kind == 1:
+            del data[a:b]
+        elif kind == 2:
+            data[a:a] = data[a:b]
+        elif kind == 3:
+            data[a:b] = bytes(r.choice([0, 0xFF, 0x7F, 0xC1, r.randrange(256)]) for _ in range(b - a))
+        else:
+            at = r.randrange(len(data))
+            data[a:b] = data[at : at + b - a]
+    return bytes(data) if data != good and data else good[:-1]
+
+
+def checksum(body):
+    """Of a checkpoint: FNV-1a of 64 bits, and a mix."""
+    h, most = 0xCBF29CE484222325, 2**64 - 1
+    for byte in body:
+        h = (h ^ byte) * 0x100000001B3 & most
+    h ^= h >> 33
+    h = h * 0xFF51AFD7ED558CCD & most
+    return (h ^ h >> 33).to_bytes(8, "little")
+
+
+def test_damaged_checkpoints_are_refused_or_go_on(tmp_path):
+    r = random.Random(1)
+    sim = lw.Simulation(PENDULUM)
+    sim.run_until(0.1)
+    sim.save(tmp_path / "good.lwck")
+    good = (tmp_path / "good.lwck").read_bytes()
+    body = good[16:]
+    assert good[8:16] == checksum(body)
+    path = tmp_path / "bad.lwck"
+    read = refused = 0
+    for k in range(600):
+        # With the right checksum, as only somebody who wants it so makes it; every tenth with the old one.
+        bad = damaged(body, r)
+        path.write_bytes(good[:8] + (good[8:16] if k % 10 == 0 else checksum(bad)) + bad)
+        try:
+            lw.Simulation.resume(path).step()
+            assert k % 10 != 0
+            read += 1
+        except lw.LinkworkError as e:
+            assert str(e)
+            refused += 1
+    assert read > 3 and refused > 300, (read, refused)
+
+
+def test_damaged_logs_are_refused_or_read_as_far_as_they_go(tmp_path):
+    r = random.Random(2)
+    sim = lw.Simulation(PENDULUM)
+    sim.record(tmp_path / "good.mcap", ["bob"], rate=100)
+    sim.run_until(0.5)
+    sim.stop_recording()
+    good, path = (tmp_path / "good.mcap").read_bytes(), tmp_path / "bad.mcap"
+    whole = lw.read_log(tmp_path / "good.mcap")["bob.angle"].y
+    read = refused = 0
+    for _ in range(400):
+        path.write_bytes(damaged(good, r))
+        try:
+            log = lw.read_log(path)
+            angle = log["bob.angle"].y if "bob.angle" in log else np.zeros(0)
+            # Nothing that was not written.
+            assert np.array_equal(angle, whole[: len(angle)])
+            read += 1
+        except lw.LinkworkError as e:
+            assert str(e)
+            refused += 1
+    assert read > 5 and refused > 100, (read, refused)
+
+
 def finite(result):
     """An algorithm gives numbers, or raises."""
     for x in result if isinstance(result, tuple) else (result,):

@@ -56,6 +56,10 @@ angles: NDArray[np.float64] = log["bob.angle"]
 units: list[str] = [variable.unit for variable in sim.variables().values()]
 series: dict[str, linkwork.Series] = linkwork.read_log(folder / "run.mcap")
 assert len(angles) == 21 and "rad" in units and series["bob.angle"].unit == "rad"
+campaign = linkwork.Campaign("sims/ballistic_entry/dispersions.ron")
+outcome: linkwork.Outcome = campaign.run(17, checkpoint=folder / "run_17.lwck")
+heating: float = outcome.figures["peak heating"]
+assert heating > 0 and campaign.draws(17).keys() == campaign.drawn.keys()
 text: str = ""
 try:
     linkwork.load(folder / "no such.ron", root="free")
@@ -69,3 +73,6 @@ if TYPE_CHECKING:
     linkwork.load("arm.urdf", root="floating")  # type: ignore[arg-type]
     wrong: int = arm.mass_matrix(q)  # type: ignore[assignment]
     sim.at("often", controller)  # type: ignore[arg-type]
+    results: linkwork.Results = campaign.execute(folder, threads=2)
+    campaign.execute()  # type: ignore[call-arg]
+    campaign.run("17")  # type: ignore[arg-type]

@@ -64,6 +64,8 @@ pub enum Noise {
 /// A campaign file as read.
 #[derive(Clone, Debug)]
 pub struct Form {
+    /// What the campaign is called: its file without folder and ending.
+    pub name: String,
     /// What it is for.
     pub doc: String,
     /// The simulation's file or folder.
@@ -138,7 +140,11 @@ impl Form {
         let mut r = Reader { faults: Vec::new(), drawn: Vec::new() };
         let form = r.form(&value, folder);
         match form {
-            Some(form) if r.faults.is_empty() => Ok(Form { sources, drawn: r.drawn, ..form }),
+            Some(form) if r.faults.is_empty() => {
+                let stem = Path::new(name).file_stem();
+                let name = stem.map_or("campaign".into(), |s| s.to_string_lossy().into_owned());
+                Ok(Form { name, sources, drawn: r.drawn, ..form })
+            }
             _ => Err(Failure { faults: tidy(r.faults), sources }),
         }
     }
@@ -188,6 +194,7 @@ impl Reader {
             self.fault(v.origin, "all runs would be the same".into(), help);
         }
         Some(Form {
+            name: String::new(),
             doc,
             simulation: simulation?,
             runs: runs?,
@@ -474,4 +481,86 @@ fn numbers(v: &Located) -> Option<Vec<Vec<f64>>> {
         _ => None,
     };
     rows.iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linkwork_runtime::noise;
+
+    const FILE: &str = r#"Campaign(
+    doc: "all fields", simulation: "sim.ron", runs: 64, seed: 5, sampling: Sobol, noise: Own,
+    set: { "until": "0.2 s", "Gravity.acceleration": [0, 0, -9.8] },
+    vary: {
+        "a": Uniform(from: 0.01, to: 0.2),
+        "b": Normal(mean: "1 kg", deviation: "50 g"),
+        "c": [0, 0, TruncatedNormal(mean: -1, deviation: 0.1, from: -1.3, to: -0.7)],
+        "d": Choice(of: [1, 2, 5], weights: [1, 1, 2]),
+        "e": LogNormal(median: "0.02 kg/m^3", sigma: 0.1),
+    },
+    correlate: [(of: ["b", "c[2]"], matrix: [[1, -0.8], [-0.8, 1]])],
+    limits: (time: "2 min", wall: "60 s"),
+    scatter: [("x", "y")],
+)
+"#;
+
+    fn read(text: &str) -> Result<Form, Failure> {
+        Form::text("c.ron", text, Path::new(""))
+    }
+
+    /// Files with pieces cut out, doubled, moved and overwritten, always the same ones: each is read, or refused with
+    /// words, and neither panics nor takes long.
+    #[test]
+    fn damaged_files_are_read_or_refused() {
+        assert!(read(FILE).is_ok());
+        let mut drawn = 0;
+        let mut random = |below: usize| {
+            drawn += 1;
+            (noise::key(drawn, "damaged campaign files") % below.max(1) as u64) as usize
+        };
+        let pieces = [
+            "1e400",
+            "-0",
+            "NaN",
+            "\"",
+            "[",
+            ")",
+            "{}",
+            "()",
+            "18446744073709551616",
+            "é",
+            ",",
+            ": ",
+        ];
+        let (mut fine, mut refused) = (0, 0);
+        for _ in 0..4000 {
+            let mut text: Vec<char> = FILE.chars().collect();
+            for _ in 0..=random(3) {
+                let (a, b) = (random(text.len()), random(text.len()));
+                let (from, to) = (a.min(b), a.max(b).min(a.min(b) + 24));
+                let piece: Vec<char> = match random(4) {
+                    0 => Vec::new(),
+                    1 => pieces[random(pieces.len())].chars().collect(),
+                    2 => text[from..to].repeat(2),
+                    _ => {
+                        let at = random(text.len());
+                        text[at..text.len().min(at + 24)].to_vec()
+                    }
+                };
+                text.splice(from..to, piece);
+            }
+            match read(&text.iter().collect::<String>()) {
+                Ok(form) => {
+                    fine += 1;
+                    assert!(form.runs > 0 && form.targets.len() >= form.together.len());
+                }
+                Err(failure) => {
+                    refused += 1;
+                    assert!(!failure.to_string().is_empty() && !failure.faults.is_empty());
+                }
+            }
+        }
+        // Both happen: the damage is neither nothing nor everything.
+        assert!(fine > 20 && refused > 1000, "{fine} read, {refused} refused");
+    }
 }

@@ -1,0 +1,77 @@
+//! The folder of a campaign: the journal while it runs, then tables and report. Whoever runs a campaign (the command
+//! line, Python, a cluster) opens and closes it here, so that all leave the same files.
+//!
+//! | name | what |
+//! |---|---|
+//! | `journal` | a line for each run that ended |
+//! | `failures/run_N` | what a failed run leaves |
+//! | `results`, `statistics`, `sensitivity` | tables, as `.csv` and `.parquet` |
+//! | `report.html` | the page |
+use crate::campaign::Campaign;
+use crate::journal::{Journal, JournalError};
+use crate::report;
+use crate::results::Results;
+use std::path::{Path, PathBuf};
+
+/// The folder cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// It cannot be made.
+    #[error("the folder `{}` cannot be made: {source}\n  help: choose another one", .path.display())]
+    Make {
+        /// The folder.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Its journal.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+}
+
+/// A campaign's folder, held by one process until it is dropped.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    /// What has ended.
+    pub journal: Journal,
+}
+
+impl Folder {
+    /// Makes the folder, or goes on in it.
+    ///
+    /// # Errors
+    /// [`FolderError`].
+    pub fn open(path: &Path, campaign: &Campaign) -> Result<Folder, FolderError> {
+        std::fs::create_dir_all(path)
+            .map_err(|source| FolderError::Make { path: path.into(), source })?;
+        let journal =
+            Journal::open(&Self::journal_in(path), campaign.identity(), campaign.form().runs)?;
+        Ok(Folder { path: path.into(), journal })
+    }
+
+    /// The journal in the folder of a campaign.
+    pub fn journal_in(path: &Path) -> PathBuf {
+        path.join("journal")
+    }
+
+    /// Where failed runs leave their files.
+    pub fn failures(&self) -> PathBuf {
+        self.path.join("failures")
+    }
+
+    /// Writes tables and report of what has ended; gives the results and the files.
+    ///
+    /// # Errors
+    /// A message with the file; the results are there all the same.
+    pub fn write(&self, campaign: &Campaign) -> (Results, Result<Vec<PathBuf>, String>) {
+        let results = Results::new(campaign, &self.journal);
+        let written = results.write(&self.path).and_then(|mut files| {
+            let page = self.path.join("report.html");
+            report::write(&page, campaign, &results)?;
+            files.push(page);
+            Ok(files)
+        });
+        (results, written)
+    }
+}

@@ -1,0 +1,355 @@
+//! One run of a campaign: from its number to how it ended. The command line, the threads of [`crate::execute`], and
+//! the Python package make runs by these functions and no others.
+//!
+//! ```text
+//! campaign, number → draws → load → [`Under`] → one loop (linkwork_runner) → [`Outcome`]; what failed leaves files
+//! ```
+use crate::campaign::{Campaign, LoadError};
+use crate::outcome::{Cause, Outcome};
+use linkwork_runner::{
+    Ended, Figures, Goal, Library, Pause, Prepared, Runner, Saves, Stop, Watch, prepare,
+};
+use linkwork_runtime::{Seconds, Simulation};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A run cannot be made; that it fails is an outcome, and no error.
+#[derive(Debug, thiserror::Error)]
+pub enum MakeError {
+    /// The campaign has no run of this number.
+    #[error("there is no run {run}\n  help: the runs of this campaign are 0 to {}", .runs - 1)]
+    Number {
+        /// What was asked for.
+        run: u64,
+        /// How many there are.
+        runs: u64,
+    },
+    /// A file is another than at the beginning: the runs would not belong together.
+    #[error(
+        "`{file}` has changed since the campaign began\n  help: bring it back and go on, or begin anew in another folder"
+    )]
+    Changed {
+        /// Its name.
+        file: String,
+    },
+    /// What a failure leaves cannot be written.
+    #[error("`{}` cannot be written: {source}\n  help: make room, or choose another folder", .path.display())]
+    Keep {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A log that was asked for cannot be written.
+    #[error("{0}")]
+    Tap(String),
+}
+
+/// What a run needs besides the campaign.
+pub struct Means<'a> {
+    /// Models and assemblies.
+    pub library: &'a Library,
+    /// Where a failed run leaves its configuration and last checkpoint, in a folder `run_N`; `None`: it leaves nothing.
+    pub failures: Option<&'a Path>,
+    /// Set from outside to give the run up.
+    pub stop: &'a Stop,
+}
+
+/// The wall clock limits and shows, and is never simulated.
+#[allow(clippy::disallowed_methods)]
+pub(crate) fn now() -> Instant {
+    Instant::now()
+}
+
+/// One run from its number to its end; `None` when it was stopped before. A pure function of the campaign and the
+/// number, but for `wall`, the limit of wall time, and stopping.
+///
+/// # Errors
+/// [`MakeError`].
+pub fn one(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Option<Outcome>, MakeError> {
+    match Begun::new(campaign, run, means)? {
+        Begun::Ended(outcome) => Ok(Some(outcome)),
+        Begun::Under(under) => under.finish(),
+    }
+}
+
+/// A run that has begun.
+pub enum Begun<'a> {
+    /// It is at its first tick.
+    Under(Box<Under<'a>>),
+    /// Its configuration does not load: that was all.
+    Ended(Outcome),
+}
+
+/// A run under way: taps may be added, before it is finished.
+pub struct Under<'a> {
+    campaign: &'a Campaign,
+    means: &'a Means<'a>,
+    set: Set,
+    begin: Instant,
+    outcome: Outcome,
+}
+
+impl<'a> Begun<'a> {
+    /// Loads a run.
+    ///
+    /// # Errors
+    /// [`MakeError`].
+    pub fn new(
+        campaign: &'a Campaign,
+        run: u64,
+        means: &'a Means<'a>,
+    ) -> Result<Begun<'a>, MakeError> {
+        let runs = campaign.form().runs;
+        if run >= runs {
+            return Err(MakeError::Number { run, runs });
+        }
+        let begin = now();
+        let mut outcome = Outcome {
+            run,
+            ended: Cause::Until,
+            why: String::new(),
+            time: 0.0,
+            seed: campaign.seed_of(run),
+            hash: 0,
+            wall: 0.0,
+            figures: Vec::new(),
+        };
+        let set = catch_unwind(AssertUnwindSafe(|| set_up(campaign, run, means.library)));
+        (outcome.ended, outcome.why) = match set {
+            Ok(Ok(set)) => {
+                return Ok(Begun::Under(Box::new(Under { campaign, means, set, begin, outcome })));
+            }
+            Ok(Err(LoadError::Changed(file))) => return Err(MakeError::Changed { file }),
+            Ok(Err(LoadError::Refused(failure))) => (Cause::Refused, plain(&failure)),
+            Err(panic) => (Cause::Panicked, words(panic.as_ref())),
+        };
+        outcome.wall = begin.elapsed().as_secs_f64();
+        keep_text(campaign, means, &outcome)?;
+        Ok(Begun::Ended(outcome))
+    }
+}
+
+impl Under<'_> {
+    /// Its simulation, taps and checkpoints.
+    pub fn runner(&mut self) -> &mut Runner<Watched> {
+        &mut self.set.runner
+    }
+
+    /// What its file says is to be logged: variables by path, and the period of their rows.
+    pub fn log_groups(&self) -> &[(Seconds, Vec<String>)] {
+        &self.set.groups
+    }
+
+    /// The whole configuration as one text.
+    pub fn configuration(&self) -> &str {
+        &self.set.configuration
+    }
+
+    /// Steps to the end of the run, by whatever cause. `None` when it was stopped before.
+    ///
+    /// # Errors
+    /// [`MakeError::Tap`].
+    pub fn go(&mut self) -> Result<Option<Outcome>, MakeError> {
+        let wall = self.campaign.form().wall;
+        let stepped = step(&mut self.set, self.means.stop, wall, self.begin);
+        let outcome = &mut self.outcome;
+        (outcome.ended, outcome.why) = match stepped {
+            Stepped::Stopped => return Ok(None),
+            Stepped::Ended(Ended::Goal) if self.set.limited => (Cause::TimeLimit, String::new()),
+            Stepped::Ended(Ended::Goal) => (Cause::Until, String::new()),
+            Stepped::Ended(Ended::StopWhen) => (Cause::StopWhen, String::new()),
+            Stepped::Ended(Ended::Failed(e) | Ended::Bad(e)) => (Cause::Failed, e.to_string()),
+            Stepped::Ended(Ended::Tap(e)) => return Err(MakeError::Tap(e)),
+            // Nobody asks the runner itself to stop.
+            Stepped::Ended(Ended::Stopped) => return Ok(None),
+            Stepped::Wall => (Cause::WallLimit, String::new()),
+            Stepped::Panicked(words) => (Cause::Panicked, words),
+        };
+        let sim = self.set.runner.sim();
+        outcome.seed = sim.plan().seed;
+        outcome.time = sim.time();
+        outcome.hash = sim.hash();
+        outcome.figures = self.set.runner.watch.0.results().map(|(_, y, _)| y).collect();
+        outcome.wall = self.begin.elapsed().as_secs_f64();
+        Ok(Some(outcome.clone()))
+    }
+
+    /// Goes to the end, and keeps what it takes to look at a failure. `None` when it was stopped before.
+    fn finish(mut self) -> Result<Option<Outcome>, MakeError> {
+        let Some(outcome) = self.go()? else { return Ok(None) };
+        // Stopped while it left what it takes to look at it: it is made again.
+        if !outcome.ended.is_orderly() && !keep(self.campaign, self.means, self.set, &outcome)? {
+            return Ok(None);
+        }
+        Ok(Some(outcome))
+    }
+}
+
+/// The figures of a run, taken at every tick.
+pub struct Watched(Figures);
+
+impl Watch for Watched {
+    fn tick(&mut self, sim: &Simulation) {
+        self.0.sample(sim);
+    }
+    fn carry(&self, extra: &mut BTreeMap<String, Vec<u8>>) -> Result<(), String> {
+        extra.insert("figures".into(), self.0.save()?);
+        Ok(())
+    }
+}
+
+/// What a run is stepped by, its configuration, and where its simulation would end by itself.
+struct Set {
+    runner: Runner<Watched>,
+    goal: Goal,
+    groups: Vec<(Seconds, Vec<String>)>,
+    configuration: String,
+    /// The campaign's limit comes before the simulation's end.
+    limited: bool,
+}
+
+/// The end of a run: the simulation's own or the campaign's limit, whichever is first.
+pub fn end(own: Option<Seconds>, limit: Option<Seconds>) -> (Option<Seconds>, bool) {
+    let product = |a: u64, b: u64| u128::from(a) * u128::from(b);
+    match (own, limit) {
+        (Some(a), Some(b)) if product(a.num, b.den) <= product(b.num, a.den) => (own, false),
+        (_, Some(_)) => (limit, true),
+        (own, None) => (own, false),
+    }
+}
+
+fn set_up(campaign: &Campaign, run: u64, library: &Library) -> Result<Set, LoadError> {
+    let ready = campaign.load(run, library)?;
+    let settings = &ready.loaded.simulation;
+    let prepared = prepare(ready.plan(), settings).map_err(|faults| {
+        let sources = ready.loaded.sources.clone();
+        LoadError::Refused(linkwork_assembly::Failure { faults, sources })
+    })?;
+    let Prepared { figures, stop_when, groups, .. } = prepared;
+    let (until, limited) = end(settings.until, campaign.until());
+    let sim = Simulation::of(Arc::new(ready.program));
+    let goal = Goal { until, steps: None, stop_when };
+    let runner = Runner::new(sim, Watched(figures));
+    Ok(Set { runner, goal, groups, configuration: ready.loaded.resolved, limited })
+}
+
+/// How stepping ended.
+enum Stepped {
+    Ended(Ended),
+    Wall,
+    Stopped,
+    Panicked(String),
+}
+
+/// As many steps at once as take about so long.
+const PIECE: Duration = Duration::from_millis(20);
+
+fn step(set: &mut Set, stop: &Stop, wall: Option<f64>, begin: Instant) -> Stepped {
+    let (mut piece, mut last) = (1, begin);
+    loop {
+        let (runner, goal) = (&mut set.runner, &mut set.goal);
+        match catch_unwind(AssertUnwindSafe(|| runner.go(goal, piece))) {
+            Ok(Pause::Ended(ended)) => return Stepped::Ended(ended),
+            Ok(Pause::Calls(_) | Pause::Chunk) => {}
+            Err(panic) => return Stepped::Panicked(words(panic.as_ref())),
+        }
+        let time = now();
+        if time - last < PIECE {
+            piece = (2 * piece).min(1 << 20);
+        } else if time - last > 4 * PIECE {
+            piece = (piece / 2).max(1);
+        }
+        last = time;
+        if stop.is_set() {
+            return Stepped::Stopped;
+        }
+        if wall.is_some_and(|w| (time - begin).as_secs_f64() > w) {
+            return Stepped::Wall;
+        }
+    }
+}
+
+/// What a panic said.
+fn words(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|s| (*s).to_string());
+    let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+    text.unwrap_or_else(|| "a panic without words".into())
+}
+
+fn plain(failure: &linkwork_assembly::Failure) -> String {
+    let text = failure.to_string();
+    text.trim_start_matches("error: ").trim_end().to_string()
+}
+
+/// The folder of a failed run, with what was set and why it failed; `None` when it is to leave nothing.
+fn keep_text(
+    campaign: &Campaign,
+    means: &Means<'_>,
+    outcome: &Outcome,
+) -> Result<Option<PathBuf>, MakeError> {
+    let Some(failures) = means.failures else { return Ok(None) };
+    let folder = failures.join(format!("run_{}", outcome.run));
+    let fail = |path: &Path| {
+        let path = path.to_path_buf();
+        move |source| MakeError::Keep { path, source }
+    };
+    std::fs::create_dir_all(&folder).map_err(fail(&folder))?;
+    let mut text = format!("{}: {}\n\nseed {}\n", outcome.ended.name(), outcome.why, outcome.seed);
+    for set in campaign.overrides(outcome.run) {
+        text.push_str(&set);
+        text.push('\n');
+    }
+    let path = folder.join("cause.txt");
+    std::fs::write(&path, text).map_err(fail(&path))?;
+    Ok(Some(folder))
+}
+
+/// Keeps the configuration and a checkpoint. A run that failed is run again with states kept on the way, up to the
+/// same failure: that costs the runs that do not fail nothing. False when it was stopped meanwhile.
+fn keep(
+    campaign: &Campaign,
+    means: &Means<'_>,
+    mut set: Set,
+    outcome: &Outcome,
+) -> Result<bool, MakeError> {
+    let Some(folder) = keep_text(campaign, means, outcome)? else { return Ok(true) };
+    let path = folder.join("configuration.ron");
+    std::fs::write(&path, &set.configuration)
+        .map_err(|source| MakeError::Keep { path: path.clone(), source })?;
+    let name = format!("run_{}", outcome.run);
+    let saves =
+        |set: &Set| Saves::new(set.runner.sim(), folder.clone(), &name, &set.configuration, None);
+    let failures = if outcome.ended == Cause::WallLimit {
+        let saves = saves(&set);
+        set.runner.save_with(saves);
+        set.runner.save("interrupted.lwck");
+        set.runner.new_save_failures()
+    } else {
+        let again = catch_unwind(AssertUnwindSafe(|| set_up(campaign, outcome.run, means.library)));
+        // It was loaded once: it loads again, unless a file has gone meanwhile.
+        let Ok(Ok(mut set)) = again else { return Ok(true) };
+        let saves = saves(&set);
+        set.runner.save_with(saves);
+        match step(&mut set, means.stop, None, now()) {
+            Stepped::Panicked(_) => set.runner.save_before_failure(),
+            Stepped::Stopped => return Ok(false),
+            Stepped::Ended(_) | Stepped::Wall => {}
+        }
+        set.runner.new_save_failures()
+    };
+    // A part that cannot give its state leaves no checkpoint, and the cause says so.
+    if let Some(why) = failures.first() {
+        let path = folder.join("cause.txt");
+        let add = || -> std::io::Result<()> {
+            let mut file = std::fs::OpenOptions::new().append(true).open(&path)?;
+            writeln!(file, "\nthere is no checkpoint: {why}")
+        };
+        add().map_err(|source| MakeError::Keep { path: path.clone(), source })?;
+    }
+    Ok(true)
+}

@@ -1,0 +1,110 @@
+"""Campaigns on a Ray cluster of three nodes on this machine: same bits, nodes and drivers that are killed."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import ray
+from conftest import campaign_file, files_of, left_by_failures
+from ray.cluster_utils import Cluster
+
+import linkwork as lw
+import linkwork.ray
+
+
+pytestmark = pytest.mark.usefixtures("at_source")
+STORE = 80 * 1024**2
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """A head without work, and two nodes of one CPU."""
+    os.environ.update({"RAY_USAGE_STATS_ENABLED": "0", "RAY_health_check_period_ms": "500"})
+    head = {"num_cpus": 0, "object_store_memory": STORE, "include_dashboard": False}
+    cluster = Cluster(initialize_head=True, head_node_args=head)
+    for _ in range(2):
+        cluster.add_node(num_cpus=1, object_store_memory=STORE)
+    ray.init(address=cluster.address, log_to_driver=False)
+    yield cluster
+    ray.shutdown()
+    cluster.shutdown()
+
+
+def test_a_node_that_is_killed_leaves_no_trace(cluster, tmp_path):
+    # Workers are in other folders: what a path means there is what it means here.
+    file = os.path.relpath(campaign_file(tmp_path, runs=60))
+    lw.Campaign(file).execute(tmp_path / "here", threads=2)
+    killed = []
+
+    def kill(done, failed, runs, left):
+        if done >= 10 and not killed:
+            node = list(cluster.worker_nodes)[0]
+            # As by a power cut: nothing is said to the others.
+            cluster.remove_node(node, allow_graceful=False)
+            killed.append(done)
+            cluster.add_node(num_cpus=1, object_store_memory=STORE)
+
+    results = linkwork.ray.execute(lw.Campaign(file), tmp_path / "there", chunk=3, progress=kill)
+    assert killed and killed[0] < 60 and results.done == 60
+    assert files_of(tmp_path / "there") == files_of(tmp_path / "here")
+    left = left_by_failures(tmp_path / "there")
+    assert left == left_by_failures(tmp_path / "here") and any(name.endswith(".lwck") for name in left)
+
+
+DRIVER = """
+import sys
+import linkwork, linkwork.ray, ray
+ray.init(address=sys.argv[1], log_to_driver=False)
+linkwork.ray.execute(linkwork.Campaign(sys.argv[2]), sys.argv[3], chunk=2)
+"""
+
+
+def test_a_driver_that_is_killed_goes_on_by_its_journal(cluster, tmp_path):
+    file = campaign_file(tmp_path, runs=60)
+    out = tmp_path / "there"
+    driver = subprocess.Popen([sys.executable, "-c", DRIVER, cluster.address, file, out])
+    journal = out / "journal"
+    deadline = time.monotonic() + 60
+    while not journal.exists() or len(journal.read_text().splitlines()) < 12:
+        assert driver.poll() is None and time.monotonic() < deadline
+        time.sleep(0.01)
+    driver.send_signal(signal.SIGKILL)
+    driver.wait()
+    before = len(journal.read_text().splitlines()) - 1
+    assert 10 < before < 60
+    seen = []
+    linkwork.ray.execute(lw.Campaign(file), out, progress=lambda *p: seen.append(p))
+    assert seen[0][0] >= before and seen[0][3] is None
+    ended = lw.Campaign(file).execute(out).table["ended"]
+    assert seen[-1] == (60, 60 - ended.count("until"), 60, 0.0)
+    lw.Campaign(file).execute(tmp_path / "here", threads=2)
+    assert files_of(out) == files_of(tmp_path / "here")
+    # What one way began another ends: nothing is left to do.
+    assert lw.Campaign(file).execute(out).done == 60
+
+
+def test_what_a_worker_refuses_is_told_in_its_words(cluster, tmp_path):
+    file = campaign_file(tmp_path, runs=6)
+    campaign = lw.Campaign(file)
+    file.write_text(file.read_text().replace("runs: 6", "runs: 7"))
+    with pytest.raises(lw.LinkworkError, match="is another campaign on node"):
+        linkwork.ray.execute(campaign, tmp_path / "out")
+    for wrong, text in [({"chunk": 0}, "`chunk`"), ({"retries": -1}, "`retries`"), ({"cpus": 0}, "`cpus`")]:
+        with pytest.raises(lw.LinkworkError, match=text):
+            linkwork.ray.execute(campaign, tmp_path / "out", **wrong)
+    # The folder is free again.
+    campaign._gather(tmp_path / "out").finish()
+
+
+def test_without_a_cluster_it_is_said_what_to_do(tmp_path):
+    code = (
+        "import sys, linkwork, linkwork.ray\n"
+        "try:\n    linkwork.ray.execute(linkwork.Campaign(sys.argv[1]), sys.argv[2])\n"
+        "except linkwork.LinkworkError as e:\n    print(e)"
+    )
+    command = [sys.executable, "-c", code, campaign_file(tmp_path, runs=2), tmp_path / "out"]
+    said = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "ray.init()" in said.stdout and not (tmp_path / "out").exists()
