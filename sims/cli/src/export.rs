@@ -1,4 +1,5 @@
 //! `linkwork export`: a simulation as a co-simulation unit of FMI 3.0.
+use crate::program::program;
 use crate::voice::report;
 use crate::{exit, load};
 use clap::Args;
@@ -23,9 +24,6 @@ pub struct ExportOptions {
     pub library: Option<PathBuf>,
 }
 
-/// The package that builds the shared library.
-const PACKAGE: &str = "linkwork-unit";
-
 /// Writes the unit.
 pub fn export(sim: &Path, options: &ExportOptions, set: &[String]) -> u8 {
     let ready = match load::ready(sim, set, None) {
@@ -33,7 +31,7 @@ pub fn export(sim: &Path, options: &ExportOptions, set: &[String]) -> u8 {
         Err(code) => return code,
     };
     load::warn(&ready);
-    let library = match options.library.clone().map_or_else(|| find_library(PACKAGE), Ok) {
+    let library = match options.library.clone().map_or_else(|| find_library(program().unit), Ok) {
         Ok(library) => library,
         Err(fault) => {
             let sources = ready.loaded.sources;

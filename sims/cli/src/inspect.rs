@@ -1,4 +1,5 @@
 //! `linkwork list`, `describe`, `tree`: what there is and how it hangs together.
+use crate::program::program;
 use crate::voice::say_text;
 use crate::{exit, load};
 use linkwork_assembly::{TreeKind, TreeNode, path_matches};
@@ -27,7 +28,8 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
             catalogue.iter().filter(|e| path_matches(&text, &e.description.name)).collect();
         if found.is_empty() {
             tell!(
-                "error: `{text}` is neither a simulation nor a pattern of models\n  help: `linkwork list` shows all models"
+                "error: `{text}` is neither a simulation nor a pattern of models\n  help: `{} list` shows all models",
+                program().name
             );
             return exit::INPUT;
         }
@@ -136,8 +138,10 @@ pub fn describe(model: &str) -> u8 {
     ports(&mut out, "a field: outputs of the parts that write to it", &d.imprint);
     let known = d.all_inputs().chain(d.all_outputs()).next().is_some() || !d.imprint.is_empty();
     if !known && entry.service_kind().is_none() {
-        out.push_str(
-            "\nIts ports follow from its parameters: `linkwork list SIM 'PART.**'` shows those of a part.\n",
+        let name = program().name;
+        let _ = writeln!(
+            out,
+            "\nIts ports follow from its parameters: `{name} list SIM 'PART.**'` shows those of a part."
         );
     }
     if let Some(field) = &d.reads {

@@ -1,7 +1,7 @@
 //! What the command line does, as functions: loading, running with taps, inspecting, comparing.
 //!
 //! The run itself is `linkwork_runner`; this crate gives it options, files, a progress bar and
-//! words.
+//! words. [`program::Program`] is all of it over a library of models.
 #[macro_use]
 pub mod voice;
 
@@ -19,6 +19,7 @@ pub mod make;
 pub mod options;
 pub mod pages;
 pub mod picture;
+pub mod program;
 pub mod replay;
 pub mod run;
 pub mod scene;

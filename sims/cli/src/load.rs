@@ -1,4 +1,5 @@
-//! The catalogue of all component libraries, and loading a simulation with it.
+//! The catalogue of the program, and loading a simulation with it.
+use crate::program::program;
 use crate::voice::{MOST, report};
 use linkwork_assembly::Loaded;
 pub use linkwork_assembly::dotted;
@@ -7,15 +8,23 @@ pub use linkwork_runner::{Ready, sim_file};
 use linkwork_runtime::{Catalogue, Fault, Plan, Sources, Value};
 use std::path::Path;
 
-/// Every model and service of the component libraries, and foreign units.
-pub fn catalogue() -> Catalogue {
+/// Linkwork's own: every model and service of the component libraries, foreign units, assemblies.
+pub fn linkwork() -> Library {
     let libraries = linkwork_assemblies::libraries().into_iter();
-    Catalogue::new(libraries.chain([linkwork_fmi::catalogue()]))
+    Library {
+        catalogue: Catalogue::new(libraries.chain([linkwork_fmi::catalogue()])),
+        embedded: linkwork_assemblies::embedded(),
+    }
 }
 
-/// The catalogue and the assemblies in the program.
+/// What a simulation may name in this program.
 pub fn library() -> Library {
-    Library { catalogue: catalogue(), embedded: linkwork_assemblies::embedded() }
+    (program().library)()
+}
+
+/// Every model and service of this program.
+pub fn catalogue() -> Catalogue {
+    library().catalogue
 }
 
 /// Loads, compiles and places; prints every mistake and gives the exit code when there are any.

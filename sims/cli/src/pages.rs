@@ -8,20 +8,21 @@ use std::path::Path;
 
 /// Prints a script for a shell.
 pub fn completions(shell: Shell, command: &mut Command) -> u8 {
-    let mut script = Vec::new();
-    clap_complete::generate(shell, command, "linkwork", &mut script);
+    let (name, mut script) = (command.get_name().to_string(), Vec::new());
+    clap_complete::generate(shell, command, name, &mut script);
     say_text(format_args!("{}", String::from_utf8_lossy(&script)));
     exit::OK
 }
 
 /// Writes a page for the program and one for each command.
 pub fn man(folder: &Path, command: Command) -> u8 {
+    let name = command.get_name().to_string();
     let made = std::fs::create_dir_all(folder);
     if let Err(e) = made.and_then(|()| clap_mangen::generate_to(command, folder)) {
         let folder = folder.display();
         tell!("error: `{folder}` cannot be written: {e}\n  help: name a folder that can be made");
         return exit::FAILED;
     }
-    say!("{}", folder.join("linkwork.1").display());
+    say!("{}", folder.join(format!("{name}.1")).display());
     exit::OK
 }

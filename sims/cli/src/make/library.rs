@@ -1,0 +1,131 @@
+//! `linkwork new library`: a workspace of one's own with models, program and FMI unit.
+use super::{Refusal, filled, folder_with, identifier, model_text, wrong};
+use crate::program::{LINKWORK, program};
+use std::path::{Path, PathBuf};
+
+/// The model that a library begins with.
+const MODEL: &str = "motor";
+
+/// File in the library → text with words between `@`.
+const TEXTS: [(&str, &str); 9] = [
+    ("Cargo.toml", include_str!("../../templates/library/workspace.toml")),
+    ("README.md", include_str!("../../templates/library/readme.txt")),
+    ("src/lib.rs", include_str!("../../templates/library/src/lib.rs")),
+    ("tests/spin_up.rs", include_str!("../../templates/library/tests/spin_up.rs")),
+    ("sims/spin_up/sim.ron", include_str!("../../templates/library/sim/sim.ron")),
+    ("program/Cargo.toml", include_str!("../../templates/library/program/program.toml")),
+    ("program/src/main.rs", include_str!("../../templates/library/program/src/main.rs")),
+    ("unit/Cargo.toml", include_str!("../../templates/library/unit/unit.toml")),
+    ("unit/src/lib.rs", include_str!("../../templates/library/unit/src/lib.rs")),
+];
+
+/// Files that are Linkwork's own: versions, flags of the compiler, form of the source, what git leaves alone.
+const COPIED: [&str; 4] = ["Cargo.lock", ".cargo/config.toml", ".gitignore", ".rustfmt.toml"];
+
+/// Makes a library. Gives its files.
+pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, Refusal> {
+    let Some(name) = folder.file_name().and_then(|n| n.to_str()) else {
+        let fact = format!("`{}` has no name that a library can take", folder.display());
+        return Err(wrong(
+            fact,
+            format!("name a folder: `{} new library windmill`", program().name),
+        ));
+    };
+    let name = identifier(name, "library")?;
+    let catalogue = (LINKWORK.library)().catalogue;
+    let taken = catalogue.iter().any(|e| e.description.name.split('.').next() == Some(name));
+    if taken || name == "linkwork" {
+        let fact =
+            format!("`{name}` cannot be the name of a library: Linkwork has one of that name");
+        return Err(wrong(fact, "give another name"));
+    }
+    let source = sources(linkwork)?;
+    let profiles = profiles(&read(&source.join("Cargo.toml"))?);
+    let shown = toml_text(&source)?;
+    let words = [
+        ("name", name),
+        ("model", MODEL),
+        ("Model", "Motor"),
+        ("linkwork", shown.as_str()),
+        ("rust", env!("CARGO_PKG_RUST_VERSION")),
+        ("profiles", profiles.as_str()),
+    ];
+    let mut files: Vec<(String, String)> =
+        TEXTS.iter().map(|(file, text)| (filled(file, &words), filled(text, &words))).collect();
+    let prelude = "linkwork::prelude::*";
+    files.push((format!("src/{MODEL}.rs"), model_text(name, MODEL, prelude)));
+    for file in COPIED {
+        files.push((file.to_string(), read(&source.join(file))?));
+    }
+    folder_with(folder, &files)
+}
+
+/// The folder with Linkwork's sources.
+fn sources(given: Option<&Path>) -> Result<PathBuf, Refusal> {
+    let built = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let folder = given.unwrap_or(&built);
+    let whole = folder.canonicalize().ok().filter(|f| f.join("sims/cli/Cargo.toml").is_file());
+    whole.ok_or_else(|| {
+        let fact = format!("the sources of Linkwork are not in `{}`", folder.display());
+        wrong(fact, "a library is built with them: name their folder with --linkwork FOLDER")
+    })
+}
+
+/// A file of Linkwork's sources.
+fn read(path: &Path) -> Result<String, Refusal> {
+    std::fs::read_to_string(path).map_err(|e| {
+        let fact = format!("`{}` cannot be read: {e}", path.display());
+        wrong(fact, "get the sources again, whole")
+    })
+}
+
+/// The tables of a manifest that say how the profiles dev and release compile.
+fn profiles(manifest: &str) -> String {
+    let mut wanted = false;
+    let mut lines = Vec::new();
+    for line in manifest.lines().filter(|l| !l.trim().is_empty() && !l.starts_with('#')) {
+        if line.starts_with('[') {
+            wanted = ["[profile.dev", "[profile.release"].iter().any(|p| line.starts_with(p));
+            if wanted && !lines.is_empty() {
+                lines.push("");
+            }
+        }
+        if wanted {
+            lines.push(line);
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+/// A path as it may stand between quotes in TOML.
+fn toml_text(path: &Path) -> Result<String, Refusal> {
+    match path.to_str() {
+        Some(text) if !text.contains(['"', '@']) && !text.contains(char::is_control) => {
+            Ok(text.replace('\\', "/"))
+        }
+        _ => Err(wrong(
+            format!("the path `{}` cannot stand in a Cargo.toml", path.display()),
+            "move Linkwork to a folder without quotes, `@` and control characters in its path",
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn profiles_are_those_of_the_manifest() {
+        let text = "[a]\nx = 1\n\n[profile.dev]\nopt-level = 1\n\n[profile.release.package.b]\n# why\ny = 2\n\n[profile.bench]\nz = 3\n";
+        let wanted = "[profile.dev]\nopt-level = 1\n\n[profile.release.package.b]\ny = 2\n";
+        assert_eq!(profiles(text), wanted);
+    }
+
+    #[test]
+    fn paths_that_no_manifest_can_hold_are_refused() {
+        assert_eq!(toml_text(Path::new("/a/b c")).ok().as_deref(), Some("/a/b c"));
+        for bad in ["/a\"b", "/a@b", "/a\nb"] {
+            assert!(toml_text(Path::new(bad)).is_err(), "{bad}");
+        }
+    }
+}

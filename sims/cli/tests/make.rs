@@ -1,0 +1,107 @@
+//! What `linkwork new` makes is whole; what cannot be made is refused.
+#![allow(clippy::unwrap_used)]
+mod common;
+use common::{Lab, Said, names, root};
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// Cargo in a folder, without the network: everything has been fetched for this test.
+fn cargo(folder: &Path, args: &[&str]) -> Said {
+    let mut c = Command::new(env!("CARGO"));
+    c.args(args).env("CARGO_NET_OFFLINE", "true").current_dir(folder).stdin(Stdio::null());
+    // What cargo says of this test to its own programs is not for another workspace.
+    for (key, _) in std::env::vars().filter(|(k, _)| k.starts_with("CARGO_PKG_")) {
+        c.env_remove(key);
+    }
+    c.env_remove("CARGO_MANIFEST_DIR");
+    c.output().unwrap().into()
+}
+
+/// What cargo makes of it without compiling: all packages and their dependencies are there, in the versions that
+/// Linkwork has, and the sources are in the formatter's form. `.ci/library` compiles, tests and runs it.
+#[test]
+fn a_new_library_is_a_whole_workspace() {
+    let lab = Lab::new();
+    let made = lab.linkwork(&["new", "library", "own/windmill"]).code(0).out;
+    for file in ["Cargo.toml", "src/motor.rs", "program/src/main.rs", "unit/src/lib.rs"] {
+        assert!(made.contains(&format!("own/windmill/{file}\n")), "{made}");
+    }
+    let folder = lab.path("own/windmill");
+    cargo(&folder, &["fmt", "--all", "--check"]).code(0);
+    for package in ["windmill", "windmill-program", "windmill-unit"] {
+        let tree = cargo(&folder, &["tree", "-p", package, "--depth", "1", "--prefix", "none"]);
+        let tree = tree.code(0).out;
+        assert!(tree.contains("linkwork"), "{package} does not depend on Linkwork:\n{tree}");
+    }
+    // Nothing newer than in Linkwork's own Cargo.lock, and the same profiles.
+    let versions = |path: &Path| -> BTreeSet<String> {
+        let text = std::fs::read_to_string(path).unwrap();
+        let blocks = text.split("[[package]]").filter(|b| b.contains("checksum = "));
+        blocks.map(|b| b.lines().skip(1).take(2).collect()).collect()
+    };
+    let (own, all) = (versions(&folder.join("Cargo.lock")), versions(&root().join("Cargo.lock")));
+    assert!(own.len() > 100 && own.is_subset(&all), "{:?}", own.difference(&all));
+    let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+    assert!(manifest.contains("[profile.release.package.linkwork-dynamics]\ncodegen-units = 1"));
+    assert!(!manifest.contains('@'), "{manifest}");
+
+    let more = ["new", "model", "relief_valve", "--library", "own/windmill"];
+    let more = lab.linkwork(&more).code(0);
+    assert_eq!(more.out, "own/windmill/src/relief_valve.rs\nown/windmill/src/lib.rs\n");
+    let list = std::fs::read_to_string(folder.join("src/lib.rs")).unwrap();
+    assert!(list.contains("pub mod motor;\npub mod relief_valve;\n"), "{list}");
+    assert!(list.contains("Entry::model::<relief_valve::ReliefValve>()"), "{list}");
+}
+
+/// Linkwork's own libraries take models, too.
+#[test]
+fn a_model_in_a_library_of_the_project_imports_the_runtime() {
+    let lab = Lab::new();
+    for file in ["Cargo.toml", "src/lib.rs"] {
+        let text = std::fs::read_to_string(root().join("components/power").join(file)).unwrap();
+        lab.write(&format!("power/{file}"), &text);
+    }
+    lab.linkwork(&["new", "model", "fuel_cell", "--library", "power"]).code(0);
+    let model = std::fs::read_to_string(lab.path("power/src/fuel_cell.rs")).unwrap();
+    assert!(model.contains("use linkwork_runtime::prelude::*;"), "{model}");
+    assert!(model.contains("#[model(\"power.fuel_cell\")]"), "{model}");
+    let list = std::fs::read_to_string(lab.path("power/src/lib.rs")).unwrap();
+    assert!(list.contains("pub mod fuel_cell;") && list.contains("fuel_cell::FuelCell>()"));
+}
+
+#[test]
+fn what_cannot_be_made_is_refused_and_leaves_nothing() {
+    let lab = Lab::new();
+    let refused = |args: &[&str], wanted: &[&str]| {
+        lab.linkwork(&[&["new"], args].concat()).code(2).tells(wanted).tells(&["help: "]);
+    };
+    for name in ["Windmill", "2mills", "wind-mill", "mill_"] {
+        refused(&["library", name], &["cannot be the name of a library", "small letters"]);
+    }
+    refused(&["library", "fn"], &["it is taken in Rust"]);
+    refused(&["library", "actuators"], &["Linkwork has one of that name"]);
+    refused(&["library", ".."], &["no name that a library can take"]);
+    refused(
+        &["library", "mill", "--linkwork", "here"],
+        &["the sources of Linkwork are not in `here`"],
+    );
+    assert_eq!(lab.files(), [""; 0], "something was made");
+    lab.write("mill/note", "");
+    refused(&["library", "mill"], &["`mill` is there already"]);
+    assert_eq!(names(&lab.path("mill")), ["note"]);
+
+    refused(&["model", "pump"], &["`.` is no library of models", "new library NAME"]);
+    lab.write("own/Cargo.toml", "[package]\nname = \"own\"\n");
+    lab.write("own/src/lib.rs", "//! Nothing.\n");
+    let own = ["--library", "own"];
+    refused(&[&["model", "pump"], &own[..]].concat(), &["depends neither on `linkwork` nor"]);
+    lab.write("own/Cargo.toml", "[package]\nname = \"own\"\n[dependencies]\nlinkwork = \"1\"\n");
+    refused(&[&["model", "pump"], &own[..]].concat(), &["no function `catalogue`"]);
+    let list = "//! One.\n\npub mod pump;\n\npub fn catalogue() -> Vec<Entry> {\n    vec![]\n}\n";
+    lab.write("own/src/lib.rs", list);
+    refused(&[&["model", "pump"], &own[..]].concat(), &["the library has `pump` already"]);
+    refused(&[&["model", "Pump"], &own[..]].concat(), &["cannot be the name of a model"]);
+    assert_eq!(std::fs::read_to_string(lab.path("own/src/lib.rs")).unwrap(), list);
+    assert_eq!(names(&lab.path("own/src")), ["lib.rs"]);
+}
