@@ -99,7 +99,8 @@ fn the_top_level_holds_concepts() {
 fn documents_name_paths_that_exist() {
     let top = ["README.md"].map(|n| (n.to_string(), root().join(n)));
     let pages = all_files().into_iter().filter(|(name, _)| {
-        name.ends_with(".md") && (name.starts_with("framework/") || name.starts_with("sims/"))
+        let folders = ["framework/", "sims/", "tests/benches/"];
+        name.ends_with(".md") && folders.iter().any(|f| name.starts_with(f))
     });
     // From the top, or from the document's own folder.
     let found = pages
