@@ -8,6 +8,7 @@
 //! ```
 //! A rigid tree without constraints, compliant contact, masses that change, accelerations that are read, or gravity
 //! that depends on place has all of it; the others leave these columns to differences.
+#![allow(non_snake_case)]
 use super::block::MechanismBlock;
 use super::ports::Frame;
 use crate::block::{Failure, Now, Outcome};
