@@ -6,7 +6,7 @@ use linkwork_assembly::{
 use linkwork_collision::{Seen, Shape as Geometry};
 use linkwork_runtime::{Fault, Located, Place, Plan, Seconds, ServiceObject, Unit, Value, remedy};
 use linkwork_spatial::Vec3;
-use linkwork_viz::{Arrow, Marker, Panel, Scene, Shape};
+use linkwork_viz::{Arrow, Marker, Panel, Planet, Scene, Shape};
 
 /// The scene, and the period of its rows.
 pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Seconds), Vec<Fault>> {
@@ -15,6 +15,7 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
         title: title.to_string(),
         shapes: loaded.shapes.iter().map(shape).chain(grounds(loaded)).collect(),
         panels: panels(loaded, plan, &mut faults),
+        planet: planet(loaded, plan),
         ..Scene::default()
     };
     let mut period = Seconds { num: 1, den: 30 };
@@ -22,6 +23,14 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
         view(v, plan, &mut scene, &mut period, &mut faults);
     }
     if faults.is_empty() { Ok((scene, period)) } else { Err(faults) }
+}
+
+/// The planet on which W is a site.
+fn planet(loaded: &Loaded, plan: &Plan) -> Option<Planet> {
+    let site = plan.services.iter().find_map(|(_, o)| o.axes().site())?;
+    let written = loaded.simulation.view.as_ref().and_then(|v| v.planet);
+    let [r, g, b, _] = written.unwrap_or([0.6, 0.55, 0.5, 1.0]).map(|c| (255.0 * c) as u8);
+    Some(Planet { centre: -site.from_centre(&Vec3::zeros()), color: [r, g, b] })
 }
 
 fn shape(s: &BodyShape) -> Shape {

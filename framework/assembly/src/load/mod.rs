@@ -231,7 +231,7 @@ fn camel(name: &str) -> String {
 
 /// A part that is an assembly file.
 fn file_part(assembly: Text, mounts: Located, origin: Origin) -> PartForm {
-    let kind = PartKind::File { assembly, mounts, overrides: empty_map() };
+    let kind = PartKind::File { assembly, mounts, overrides: empty_map(), stowed: None };
     PartForm { kind, params: empty_map(), array: None, doc: String::new(), origin }
 }
 
