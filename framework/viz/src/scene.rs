@@ -15,6 +15,8 @@ pub struct Shape {
     pub form: Seen,
     /// Red, green, blue, alpha: 0 to 255.
     pub color: [u8; 4],
+    /// In which phases it is there; empty: in all.
+    pub phases: Vec<bool>,
 }
 
 /// An arrow from variables: at a point, along a vector, both in W.

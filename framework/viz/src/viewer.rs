@@ -1,15 +1,15 @@
 //! A tap's consumer that draws rows: into a file, or in a viewer that listens.
 use crate::batch::{Arrows, Curve, Frames, INSTANTS, TIMELINE};
 use crate::layout::{self, plot_path};
-use crate::scene::{Planet, Scene};
-use crate::shapes::{self, entity, f3};
+use crate::scene::{Planet, Scene, Shape};
+use crate::shapes::{self, When, entity, f3, shape_path};
 use crate::stream::{self, RrdFile, VizError, Wrap};
 use crate::terrain::Tiles;
 use crate::trail::{Trail, color};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{BodyId, NodeId};
 use linkwork_runtime::{Consumer, Group, Program, Seconds, ServiceObject, Surface, TapRow};
-use linkwork_spatial::{Pose, Quat, Vec3};
+use linkwork_spatial::{Pose, Quat};
 use rerun::{AsComponents, EntityPath, RecordingStream, TimeCell};
 use std::path::Path;
 use std::sync::Arc;
@@ -19,10 +19,12 @@ use std::time::{Duration, Instant};
 const FRESH: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(40)];
 
 /// The frame from which the view is: at the followed body, its z up.
-const EYE: &str = "eye";
+const EYE: &str = "view/eye";
+/// The planet of a site.
+const PLANET: &str = "view/planet";
 
 /// Height of the name of the phase over the followed body (m).
-const LABEL: f32 = 3.0;
+const LABEL: f32 = 5.0;
 /// What of a plan is shown: everything is looked up, nothing is opened.
 pub struct View {
     scene: Scene,
@@ -218,6 +220,10 @@ pub struct Viewer {
     /// The phase of the last row; its name is shown when there are several.
     phase: Option<u32>,
     names: Vec<String>,
+    /// Shapes that are not there in all phases.
+    passing: Vec<Shape>,
+    /// Changes of phase that are not sent yet: time (ns), from, to.
+    entered: Vec<(i64, Option<u32>, u32)>,
     /// Poses of the entities, as of the last row that had them.
     poses: Vec<Pose>,
     frames: Frames,
@@ -253,8 +259,10 @@ impl Viewer {
         let eye = entity(EYE);
         let origin = if view.follow.is_some() { eye.clone() } else { EntityPath::root() };
         layout::send(&rec, scene, &origin)?;
-        for shape in &scene.shapes {
-            shapes::send(&rec, shape)?;
+        let (passing, lasting): (Vec<Shape>, Vec<Shape>) =
+            scene.shapes.iter().cloned().partition(|s| !s.phases.is_empty());
+        for shape in &lasting {
+            shapes::send(&rec, shape, When::Always)?;
         }
         for path in &view.entities[view.bodies.len()..] {
             rec.log_static(path.clone(), &rerun::TransformAxes3D::new(0.3))?;
@@ -294,7 +302,7 @@ impl Viewer {
             rec.log_static("markers", &points)?;
         }
         if let Some(planet) = &scene.planet {
-            rec.log_static("planet", &planet.mesh(sink, clear))?;
+            rec.log_static(PLANET, &planet.mesh(sink, clear))?;
         }
         let trail = |(body, path)| Trail::new(body, path);
         Ok(Viewer {
@@ -304,6 +312,8 @@ impl Viewer {
             phases: view.phases,
             phase: None,
             names: view.names,
+            passing,
+            entered: Vec::new(),
             frames,
             trails: view.trails.into_iter().map(trail).collect(),
             arrows,
@@ -321,7 +331,7 @@ impl Viewer {
 
     fn gather(&mut self, row: &TapRow) -> Result<(), Wrap> {
         let t = row.ns.cast_signed();
-        if self.phase.replace(row.phase) != Some(row.phase) && self.names.len() > 1 {
+        if self.enter(t, row.phase) && self.names.len() > 1 {
             self.name_phase(t, row.phase);
         }
         if let Some(Some(phase)) = self.phases.get_mut(row.phase as usize) {
@@ -343,6 +353,30 @@ impl Viewer {
             self.curve(k, t, row.values[column]);
         }
         self.passed()
+    }
+
+    /// The phase of an instant (ns): when it is another, its shapes come and the others go. Whether it is another.
+    pub(crate) fn enter(&mut self, t: i64, phase: u32) -> bool {
+        let before = self.phase.replace(phase);
+        if before != Some(phase) && !self.passing.is_empty() {
+            self.entered.push((t, before, phase));
+        }
+        before != Some(phase)
+    }
+
+    /// Shapes of a phase instead of those of the one before.
+    fn change(&self, t: i64, before: Option<u32>, phase: u32) -> Result<(), Wrap> {
+        self.rec.set_time(TIMELINE, TimeCell::from_duration_nanos(t));
+        let there = |s: &Shape, k: u32| s.phases.get(k as usize).is_none_or(|there| *there);
+        let was = |s: &Shape| before.is_some_and(|k| there(s, k));
+        // First what goes: a shape that changes has one path before and after.
+        for shape in self.passing.iter().filter(|s| was(s) && !there(s, phase)) {
+            self.rec.log(shape_path(shape), &rerun::Clear::flat())?;
+        }
+        for shape in self.passing.iter().filter(|s| there(s, phase) && !was(s)) {
+            shapes::send(&self.rec, shape, When::FromNow)?;
+        }
+        Ok(())
     }
 
     /// The name of the phase, over the followed body.
@@ -418,6 +452,9 @@ impl Viewer {
         }
         for (curve, ..) in &mut self.curves {
             curve.send(&self.rec)?;
+        }
+        for (t, before, phase) in std::mem::take(&mut self.entered) {
+            self.change(t, before, phase)?;
         }
         for (t, path, what) in self.seldom.drain(..) {
             self.rec.set_time(TIMELINE, TimeCell::from_duration_nanos(t));

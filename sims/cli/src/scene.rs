@@ -13,7 +13,7 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
     let mut faults = Vec::new();
     let mut scene = Scene {
         title: title.to_string(),
-        shapes: loaded.shapes.iter().map(shape).chain(grounds(loaded)).collect(),
+        shapes: shapes(loaded).into_iter().chain(grounds(loaded)).collect(),
         panels: panels(loaded, plan, &mut faults),
         planet: planet(loaded, plan),
         ..Scene::default()
@@ -33,6 +33,31 @@ fn planet(loaded: &Loaded, plan: &Plan) -> Option<Planet> {
     Some(Planet { centre: -site.from_centre(&Vec3::zeros()), color: [r, g, b] })
 }
 
+/// Shapes of the bodies of all phases, each with the phases that have it so.
+fn shapes(loaded: &Loaded) -> Vec<Shape> {
+    let phases = &loaded.phase_shapes;
+    let mut all: Vec<Shape> = Vec::new();
+    for (k, seen) in phases.iter().enumerate() {
+        for s in seen.iter().map(shape) {
+            let same = |known: &&mut Shape| Shape { phases: Vec::new(), ..(*known).clone() } == s;
+            match all.iter_mut().find(same) {
+                Some(known) => known.phases[k] = true,
+                None => {
+                    let mut there = vec![false; phases.len()];
+                    there[k] = true;
+                    all.push(Shape { phases: there, ..s });
+                }
+            }
+        }
+    }
+    for s in &mut all {
+        if s.phases.iter().all(|there| *there) {
+            s.phases.clear();
+        }
+    }
+    all
+}
+
 fn shape(s: &BodyShape) -> Shape {
     let [r, g, b, a] = s.color.unwrap_or([0.72, 0.72, 0.75, 1.0]).map(|c| (255.0 * c) as u8);
     Shape {
@@ -41,6 +66,7 @@ fn shape(s: &BodyShape) -> Shape {
         pose: s.pose,
         form: s.shape.clone(),
         color: [r, g, b, a],
+        phases: Vec::new(),
     }
 }
 
@@ -64,6 +90,7 @@ fn grounds(loaded: &Loaded) -> impl Iterator<Item = Shape> {
             pose: c.pose,
             form: Seen::Shape(c.fine.clone()),
             color: [150, 135, 115, 255],
+            phases: Vec::new(),
         })
     })
 }
