@@ -54,9 +54,10 @@ impl Trail {
         }
         while self.points.len() >= POINTS {
             let mut kept: Vec<([f32; 3], u32)> = Vec::new();
-            for point in self.points.iter().rev() {
+            for (k, point) in self.points.iter().enumerate().rev() {
                 let gap = kept.last().map_or(f64::INFINITY, |(next, _)| apart(next, &point.0));
-                if gap >= self.spread * apart(&p, &point.0) {
+                // The beginning stays.
+                if k == 0 || gap >= self.spread * apart(&p, &point.0) {
                     kept.push(*point);
                 }
             }
