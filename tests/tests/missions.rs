@@ -241,7 +241,7 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     assert!((bias + 1.01).abs() < 0.05, "{bias}");
 }
 
-/// Ground on a grid of 25 cm is made sooner, and is the same for a wheel of 40 cm within centimetres.
+/// Ground on a grid of 25 cm is made sooner.
 const COARSE: [&str; 1] = ["Rover.Environment.spacing=0.25"];
 
 /// A wheel's upward force, N; none before there are wheels.
@@ -355,7 +355,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     let (when, velocity) = touched.unwrap();
     println!("first wheel at {:.2} s, {velocity}", when - entry);
     assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.05, "{velocity}");
-    // What goes over from the stage to the rover's own hinges is all there is: nothing is left out of the books.
+    // The bodies of the rover, without mast and harness, get hinges of their own.
     let moves = sim.take_moves();
     assert_eq!(moves.len(), 10);
     let crane = moves.iter().find(|m| m.1.contains("→ `sky_crane`")).unwrap();
