@@ -56,7 +56,7 @@ fn no_simulation_of_the_project_has_a_warning() {
     files.retain(|file| !elsewhere.iter().any(|e| file.ends_with(e)));
     for file in files {
         // Ground on a coarse grid is made sooner, and says the same.
-        let rovers = ["rover_traverse/sim.ron", "mars_edl/sky_crane.ron"];
+        let rovers = ["rover_traverse/sim.ron", "mars_edl/sim.ron"];
         let coarse = rovers.iter().any(|f| file.ends_with(f));
         let set = if coarse { vec!["Rover.Environment.spacing=0.5".to_string()] } else { vec![] };
         let ready = library().file(&file, &set, None).map_err(|f| f.render(false)).unwrap();

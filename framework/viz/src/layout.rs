@@ -53,12 +53,11 @@ fn container(
     Ok(path)
 }
 
-/// Sends the blueprint of a scene; the eye starts looking at `target`.
+/// Sends the blueprint of a scene. The 3D view is that of the frame `origin`, at whose origin the eye looks.
 pub fn send(
     rec: &RecordingStream,
     scene: &Scene,
-    follow: Option<EntityPath>,
-    target: Vec3,
+    origin: &EntityPath,
 ) -> RecordingStreamResult<()> {
     let application =
         rec.store_info().map_or_else(|| "linkwork".into(), |info| info.application_id().clone());
@@ -68,16 +67,13 @@ pub fn send(
         .memory()?;
     bp.set_time_sequence("blueprint", 0);
     let all = ["+ /**".to_string(), "- /plots/**".to_string()];
-    let main = view(&bp, "3D", "Scene", "/", &all)?;
-    let e = target + scene.eye.unwrap_or_else(|| Vec3::new(-4.0, -5.0, 3.0));
+    let main = view(&bp, "3D", "Scene", &origin.to_string(), &all)?;
+    let e = scene.eye.unwrap_or_else(|| Vec3::new(-4.0, -5.0, 3.0));
     let f3 = |v: &Vec3| [v.x as f32, v.y as f32, v.z as f32];
-    let mut eye = EyeControls3D::new()
+    let eye = EyeControls3D::new()
         .with_position(f3(&e))
-        .with_look_target(f3(&target))
+        .with_look_target([0.0; 3])
         .with_eye_up([0.0, 0.0, 1.0]);
-    if let Some(path) = follow {
-        eye = eye.with_tracking_entity(path.to_string());
-    }
     bp.log(format!("{main}/EyeControls3D"), &eye)?;
     let mut plots = Vec::new();
     for panel in &scene.panels {

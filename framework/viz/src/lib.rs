@@ -7,6 +7,8 @@ mod batch;
 #[cfg(feature = "viewer")]
 mod layout;
 #[cfg(feature = "viewer")]
+mod planet;
+#[cfg(feature = "viewer")]
 mod player;
 #[cfg(feature = "viewer")]
 mod read;
@@ -18,13 +20,15 @@ mod stream;
 #[cfg(feature = "viewer")]
 mod terrain;
 #[cfg(feature = "viewer")]
+mod trail;
+#[cfg(feature = "viewer")]
 mod viewer;
 
 #[cfg(feature = "viewer")]
 pub use player::{NotShown, Player};
 #[cfg(feature = "viewer")]
 pub use read::{Shown, read_recording};
-pub use scene::{Arrow, Marker, Panel, Scene, Shape};
+pub use scene::{Arrow, Marker, Panel, Planet, Scene, Shape};
 #[cfg(feature = "viewer")]
 pub use stream::VizError;
 #[cfg(feature = "viewer")]

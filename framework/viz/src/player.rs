@@ -77,6 +77,8 @@ impl Player {
         for (now, node) in nodes.iter_mut().zip(&self.nodes) {
             *now = node.and_then(|(body, pose)| Some(bodies[body]? * pose));
         }
+        // A log does not say its phase: shapes are those of the first.
+        self.viewer.enter(ns.cast_signed(), 0);
         self.viewer.poses(ns.cast_signed(), &self.poses);
         Ok(())
     }

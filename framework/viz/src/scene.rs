@@ -15,6 +15,8 @@ pub struct Shape {
     pub form: Seen,
     /// Red, green, blue, alpha: 0 to 255.
     pub color: [u8; 4],
+    /// In which phases it is there; empty: in all.
+    pub phases: Vec<bool>,
 }
 
 /// An arrow from variables: at a point, along a vector, both in W.
@@ -50,6 +52,15 @@ pub struct Marker {
     pub label: String,
 }
 
+/// The planet on which W is a site, drawn as a sphere through the origin of W.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Planet {
+    /// Its centre in W (m).
+    pub centre: Vec3,
+    /// Colour of its ground: red, green, blue, 0 to 255.
+    pub color: [u8; 3],
+}
+
 /// All that is shown.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
@@ -69,6 +80,8 @@ pub struct Scene {
     pub markers: Vec<Marker>,
     /// The body that the eye follows.
     pub follow: Option<String>,
-    /// Where the eye starts relative to the followed body (or W) (m).
+    /// Where the eye starts relative to the followed body (or W) (m); with a planet z of it is up at that body.
     pub eye: Option<Vec3>,
+    /// The planet.
+    pub planet: Option<Planet>,
 }

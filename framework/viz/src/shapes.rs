@@ -32,8 +32,18 @@ fn transform(pose: &Pose) -> rerun::Transform3D {
     rerun::Transform3D::from_translation_rotation(f3(&pose.position), q)
 }
 
+/// When a shape is there.
+#[derive(Clone, Copy, PartialEq)]
+pub enum When {
+    /// Always.
+    Always,
+    /// From the time on at which the recording is.
+    FromNow,
+}
+
 /// Sends a shape.
-pub fn send(rec: &RecordingStream, shape: &Shape) -> Result<(), Wrap> {
+pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap> {
+    let fixed = when == When::Always;
     let path = shape_path(shape);
     let fill = rerun::FillMode::Solid;
     let [r, g, b, a] = shape.color;
@@ -41,47 +51,63 @@ pub fn send(rec: &RecordingStream, shape: &Shape) -> Result<(), Wrap> {
     match &shape.form {
         Seen::Shape(Geometry::Box { half }) => {
             let boxes = rerun::Boxes3D::from_half_sizes([f3(half)]);
-            rec.log_static(path.clone(), &boxes.with_fill_mode(fill).with_colors([color]))?;
+            rec.log_with_static(
+                path.clone(),
+                fixed,
+                &boxes.with_fill_mode(fill).with_colors([color]),
+            )?;
         }
         Seen::Shape(Geometry::Sphere { radius }) => {
             let ball = rerun::Ellipsoids3D::from_half_sizes([[*radius as f32; 3]]);
-            rec.log_static(path.clone(), &ball.with_fill_mode(fill).with_colors([color]))?;
+            rec.log_with_static(
+                path.clone(),
+                fixed,
+                &ball.with_fill_mode(fill).with_colors([color]),
+            )?;
         }
         Seen::Shape(Geometry::Cylinder { radius, half_length }) => {
             let length = (2.0 * half_length) as f32;
             let body = rerun::Cylinders3D::from_lengths_and_radii([length], [*radius as f32]);
-            rec.log_static(path.clone(), &body.with_fill_mode(fill).with_colors([color]))?;
+            rec.log_with_static(
+                path.clone(),
+                fixed,
+                &body.with_fill_mode(fill).with_colors([color]),
+            )?;
         }
         Seen::Shape(Geometry::Capsule { radius, half_length }) => {
             let length = (2.0 * half_length) as f32;
             let body = rerun::Capsules3D::from_lengths_and_radii([length], [*radius as f32])
                 .with_translations([[0.0, 0.0, -0.5 * length]]);
-            rec.log_static(path.clone(), &body.with_fill_mode(fill).with_colors([color]))?;
+            rec.log_with_static(
+                path.clone(),
+                fixed,
+                &body.with_fill_mode(fill).with_colors([color]),
+            )?;
         }
         Seen::File { file, scale } => {
             let (points, faces) = stl(Path::new(file), scale)?;
-            rec.log_static(path.clone(), &mesh(points, faces, shape.color))?;
+            rec.log_with_static(path.clone(), fixed, &mesh(points, faces, shape.color))?;
         }
         Seen::Shape(Geometry::Mesh { vertices, triangles }) => {
             let mesh = mesh(vertices.clone(), triangles.clone(), shape.color);
-            rec.log_static(path.clone(), &mesh)?;
+            rec.log_with_static(path.clone(), fixed, &mesh)?;
         }
         Seen::Shape(Geometry::HalfSpace) => {
             let e = 0.5 * PIECE;
             let corners = [[-e, -e], [e, -e], [e, e], [-e, e]].map(|[x, y]| Vec3::new(x, y, 0.0));
             let faces = vec![[0, 1, 2], [0, 2, 3]];
-            rec.log_static(path.clone(), &mesh(corners.to_vec(), faces, shape.color))?;
+            rec.log_with_static(path.clone(), fixed, &mesh(corners.to_vec(), faces, shape.color))?;
         }
         Seen::Shape(Geometry::ConvexHull { points }) => {
             let (points, faces) = linkwork_collision::hull_surface(points)?;
-            rec.log_static(path.clone(), &mesh(points, faces, shape.color))?;
+            rec.log_with_static(path.clone(), fixed, &mesh(points, faces, shape.color))?;
         }
         Seen::Shape(Geometry::HeightField { x, y, spacing, heights }) => {
             let (points, faces) = field(*x, *y, *spacing, heights);
-            rec.log_static(path.clone(), &mesh(points, faces, shape.color))?;
+            rec.log_with_static(path.clone(), fixed, &mesh(points, faces, shape.color))?;
         }
     }
-    rec.log_static(path, &transform(&shape.pose))?;
+    rec.log_with_static(path, fixed, &transform(&shape.pose))?;
     Ok(())
 }
 

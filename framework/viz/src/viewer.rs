@@ -1,15 +1,15 @@
 //! A tap's consumer that draws rows: into a file, or in a viewer that listens.
 use crate::batch::{Arrows, Curve, Frames, INSTANTS, TIMELINE};
 use crate::layout::{self, plot_path};
-use crate::scene::Scene;
-use crate::shapes::{self, entity, f3, shape_path};
+use crate::scene::{Planet, Scene, Shape};
+use crate::shapes::{self, When, entity, f3, shape_path};
 use crate::stream::{self, RrdFile, VizError, Wrap};
 use crate::terrain::Tiles;
+use crate::trail::{Trail, color};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{BodyId, NodeId};
 use linkwork_runtime::{Consumer, Group, Program, Seconds, ServiceObject, Surface, TapRow};
-use linkwork_spatial::Pose;
-use linkwork_spatial::Vec3;
+use linkwork_spatial::{Pose, Quat};
 use rerun::{AsComponents, EntityPath, RecordingStream, TimeCell};
 use std::path::Path;
 use std::sync::Arc;
@@ -18,9 +18,18 @@ use std::time::{Duration, Instant};
 /// How old an instant may be before it is sent, in a file and live.
 const FRESH: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(40)];
 
+/// The frame from which the view is: at the followed body, its z up.
+const EYE: &str = "view/eye";
+/// The planet of a site.
+const PLANET: &str = "view/planet";
+
+/// Height of the name of the phase over the followed body (m).
+const LABEL: f32 = 5.0;
 /// What of a plan is shown: everything is looked up, nothing is opened.
 pub struct View {
     scene: Scene,
+    /// Names of the phases; one is no name.
+    names: Vec<String>,
     /// For each phase: its mechanism, and which of its bodies and nodes the entities are.
     phases: Vec<Option<Phase>>,
     /// First the bodies, then the nodes.
@@ -30,8 +39,6 @@ pub struct View {
     pub(crate) nodes: Vec<String>,
     trails: Vec<(usize, EntityPath)>,
     follow: Option<usize>,
-    /// Where the eye looks at the start.
-    target: Vec3,
     /// Variables of the columns of a row.
     pub(crate) columns: Vec<String>,
     /// First column of the six of each arrow.
@@ -71,13 +78,13 @@ impl View {
         let mut places = Vec::new();
         let mut view = View {
             scene: scene.clone(),
+            names: program.phases.iter().map(|p| p.name.clone()).collect(),
             phases: Vec::new(),
             entities: Vec::new(),
             bodies: Vec::new(),
             nodes: Vec::new(),
             trails: Vec::new(),
             follow: None,
-            target: Vec3::zeros(),
             columns: Vec::new(),
             arrows: Vec::new(),
             curves: Vec::new(),
@@ -100,8 +107,10 @@ impl View {
                 view.columns.push(name.clone());
             }
         }
-        for (path, object) in plan.services.iter() {
-            if let ServiceObject::Terrain(t) = object {
+        for (path, object) in program.phases.iter().flat_map(|p| p.plan.services.iter()) {
+            if let ServiceObject::Terrain(t) = object
+                && !view.terrain.iter().any(|(known, _)| *known == entity(path))
+            {
                 view.terrain.push((entity(path), t.surface()));
             }
         }
@@ -138,15 +147,6 @@ impl View {
         let trail = |b: &String| Some((place(b)?, entity(&format!("trails/{b}"))));
         self.trails = self.scene.trails.iter().filter_map(trail).collect();
         self.follow = self.scene.follow.as_ref().and_then(place);
-        let first = program.phases[0].plan.mechanism();
-        let followed = self.follow.and_then(|k| Some((k, first?)));
-        if let Some((k, m)) = followed
-            && let Some(body) = m.multibody.body(&self.bodies[k])
-        {
-            let mut ws = Workspace::new(&m.tree);
-            kinematics(&m.tree, &mut ws, &m.q, &m.v);
-            self.target = ws.body_pose(&m.tree, body).position;
-        }
     }
 
     /// The body of each node, among the entities, and X_BN: of nodes that are fixed to one rigid body in all phases.
@@ -212,19 +212,18 @@ impl<F: FnOnce() -> Result<Viewer, Wrap> + Send> Consumer for Live<F> {
     }
 }
 
-struct Trail {
-    /// Among the entities.
-    body: usize,
-    path: EntityPath,
-    points: Vec<[f32; 3]>,
-    spacing: f64,
-}
-
 /// Draws rows.
 pub struct Viewer {
     rec: RecordingStream,
     file: Option<RrdFile>,
     phases: Vec<Option<Phase>>,
+    /// The phase of the last row; its name is shown when there are several.
+    phase: Option<u32>,
+    names: Vec<String>,
+    /// Shapes that are not there in all phases.
+    passing: Vec<Shape>,
+    /// Changes of phase that are not sent yet: time (ns), from, to.
+    entered: Vec<(i64, Option<u32>, u32)>,
     /// Poses of the entities, as of the last row that had them.
     poses: Vec<Pose>,
     frames: Frames,
@@ -236,6 +235,7 @@ pub struct Viewer {
     terrain: Vec<(EntityPath, Tiles)>,
     /// Among the entities.
     follow: Option<usize>,
+    planet: Option<Planet>,
     /// Nodes whose axes are drawn.
     pub(crate) node_names: Vec<String>,
     /// What is seldom sent, and its times (ns): it comes after the poses of its stretch of time.
@@ -254,19 +254,22 @@ impl Viewer {
         rec.set_log_time_enabled(false);
         rec.set_log_tick_enabled(false);
         rec.log_static("/", &rerun::ViewCoordinates::RIGHT_HAND_Z_UP())?;
-        // The viewer tracks what has an extent: a shape, not a bare transform.
-        let tracked = scene.follow.as_ref().map(|b| {
-            let shape = scene.shapes.iter().find(|s| s.body == *b);
-            shape.map_or_else(|| entity(b), shape_path)
-        });
-        layout::send(&rec, scene, tracked, view.target)?;
-        for shape in &scene.shapes {
-            shapes::send(&rec, shape)?;
+        // The view is from a frame that goes with the followed body: the eye is where it was put, at whatever time
+        // the recording is opened.
+        let eye = entity(EYE);
+        let origin = if view.follow.is_some() { eye.clone() } else { EntityPath::root() };
+        layout::send(&rec, scene, &origin)?;
+        let (passing, lasting): (Vec<Shape>, Vec<Shape>) =
+            scene.shapes.iter().cloned().partition(|s| !s.phases.is_empty());
+        for shape in &lasting {
+            shapes::send(&rec, shape, When::Always)?;
         }
         for path in &view.entities[view.bodies.len()..] {
             rec.log_static(path.clone(), &rerun::TransformAxes3D::new(0.3))?;
         }
-        let frames = Frames::new(&view.entities);
+        let framed: Vec<EntityPath> =
+            view.entities.iter().cloned().chain(view.follow.map(|_| eye)).collect();
+        let frames = Frames::new(&framed);
         let mut arrows = Vec::new();
         for (arrow, first) in scene.arrows.iter().zip(&view.arrows) {
             let drawn = Arrows::open(&rec, entity(&arrow.path), arrow.color)?;
@@ -279,7 +282,11 @@ impl Viewer {
             curves.push((Curve::new(path), column, factor));
         }
         let mut terrain = Vec::new();
+        // The planet's sphere stays under the ground that is shown.
+        let (mut sink, mut clear) = (0.0_f64, 0.0_f64);
         for (path, surface) in view.terrain {
+            sink = sink.max(0.1 - f64::from(lowest(&surface)));
+            clear = clear.max(farthest(&surface));
             let Some(tiles) = Tiles::new(surface) else { continue };
             rec.set_time(TIMELINE, TimeCell::from_duration_nanos(0));
             for (k, mesh) in tiles.coarse() {
@@ -294,18 +301,26 @@ impl Viewer {
                 .with_radii([0.12]);
             rec.log_static("markers", &points)?;
         }
-        let trail = |(body, path)| Trail { body, path, points: Vec::new(), spacing: 0.05 };
+        if let Some(planet) = &scene.planet {
+            rec.log_static(PLANET, &planet.mesh(sink, clear))?;
+        }
+        let trail = |(body, path)| Trail::new(body, path);
         Ok(Viewer {
             rec,
             file: None,
             poses: vec![Pose::identity(); view.entities.len()],
             phases: view.phases,
+            phase: None,
+            names: view.names,
+            passing,
+            entered: Vec::new(),
             frames,
             trails: view.trails.into_iter().map(trail).collect(),
             arrows,
             curves,
             terrain,
             follow: view.follow,
+            planet: view.scene.planet,
             node_names: view.nodes,
             seldom: Vec::new(),
             waiting: 0,
@@ -316,6 +331,9 @@ impl Viewer {
 
     fn gather(&mut self, row: &TapRow) -> Result<(), Wrap> {
         let t = row.ns.cast_signed();
+        if self.enter(t, row.phase) && self.names.len() > 1 {
+            self.name_phase(t, row.phase);
+        }
         if let Some(Some(phase)) = self.phases.get_mut(row.phase as usize) {
             let Phase { tree, ws, bodies, nodes } = phase;
             let (nq, nv) = (tree.nq(), tree.nv());
@@ -337,18 +355,57 @@ impl Viewer {
         self.passed()
     }
 
+    /// The phase of an instant (ns): when it is another, its shapes come and the others go. Whether it is another.
+    pub(crate) fn enter(&mut self, t: i64, phase: u32) -> bool {
+        let before = self.phase.replace(phase);
+        if before != Some(phase) && !self.passing.is_empty() {
+            self.entered.push((t, before, phase));
+        }
+        before != Some(phase)
+    }
+
+    /// Shapes of a phase instead of those of the one before.
+    fn change(&self, t: i64, before: Option<u32>, phase: u32) -> Result<(), Wrap> {
+        self.rec.set_time(TIMELINE, TimeCell::from_duration_nanos(t));
+        let there = |s: &Shape, k: u32| s.phases.get(k as usize).is_none_or(|there| *there);
+        let was = |s: &Shape| before.is_some_and(|k| there(s, k));
+        // First what goes: a shape that changes has one path before and after.
+        for shape in self.passing.iter().filter(|s| was(s) && !there(s, phase)) {
+            self.rec.log(shape_path(shape), &rerun::Clear::flat())?;
+        }
+        for shape in self.passing.iter().filter(|s| there(s, phase) && !was(s)) {
+            shapes::send(&self.rec, shape, When::FromNow)?;
+        }
+        Ok(())
+    }
+
+    /// The name of the phase, over the followed body.
+    fn name_phase(&mut self, t: i64, phase: u32) {
+        if self.follow.is_none() {
+            return;
+        }
+        let name = self.names[phase as usize].replace('_', " ");
+        let label = rerun::Points3D::new([[0.0, 0.0, LABEL]])
+            .with_labels([name])
+            .with_show_labels(true)
+            .with_colors([color(phase)])
+            .with_radii([rerun::Radius::new_ui_points(2.0)]);
+        self.seldom.push((t, entity(&format!("{EYE}/phase")), Box::new(label)));
+    }
+
     /// Poses of the entities at an instant (ns); one that is not there stays where it was seen last.
     pub(crate) fn poses(&mut self, t: i64, now: &[Option<Pose>]) {
         for (pose, now) in self.poses.iter_mut().zip(now) {
             *pose = now.unwrap_or(*pose);
         }
-        self.frames.push(t, self.poses.iter().copied());
+        let eye = self.follow.map(|body| {
+            let p = self.poses[body].position;
+            Pose::new(self.planet.map_or_else(Quat::identity, |planet| planet.level(&p)), p)
+        });
+        self.frames.push(t, self.poses.iter().copied().chain(eye));
         for trail in &mut self.trails {
-            if trail.add(&self.poses[trail.body].position) {
-                let strip = rerun::LineStrips3D::new([trail.points.clone()])
-                    .with_colors([rerun::Color::from_rgb(255, 230, 60)])
-                    .with_radii([0.015]);
-                self.seldom.push((t, trail.path.clone(), Box::new(strip)));
+            if trail.add(&self.poses[trail.body].position, self.phase.unwrap_or(0)) {
+                self.seldom.push((t, trail.path.clone(), Box::new(trail.strips())));
             }
         }
         if let Some(body) = self.follow {
@@ -396,6 +453,9 @@ impl Viewer {
         for (curve, ..) in &mut self.curves {
             curve.send(&self.rec)?;
         }
+        for (t, before, phase) in std::mem::take(&mut self.entered) {
+            self.change(t, before, phase)?;
+        }
         for (t, path, what) in self.seldom.drain(..) {
             self.rec.set_time(TIMELINE, TimeCell::from_duration_nanos(t));
             self.rec.log(path, &*what)?;
@@ -419,33 +479,24 @@ impl Viewer {
     }
 }
 
+/// Lowest height of a surface that has any (m).
+fn lowest(surface: &Surface) -> f32 {
+    surface.heights.iter().copied().filter(|h| h.is_finite()).fold(0.0, f32::min)
+}
+
+/// Distance of its farthest corner from the origin of W (m).
+fn farthest(surface: &Surface) -> f64 {
+    let reach = |k: usize, n: usize| {
+        let end = surface.origin[k] + surface.spacing[k] * (n.saturating_sub(1)) as f64;
+        surface.origin[k].abs().max(end.abs())
+    };
+    reach(0, surface.nx).hypot(reach(1, surface.ny))
+}
+
 /// The wall clock: when rows are sent, never what they say.
 #[allow(clippy::disallowed_methods)]
 fn now() -> Instant {
     Instant::now()
-}
-
-impl Trail {
-    /// Adds a point that is far enough from the last; thins out when there are very many.
-    fn add(&mut self, p: &Vec3) -> bool {
-        if let Some(last) = self.points.last() {
-            let d = Vec3::new(
-                p.x - f64::from(last[0]),
-                p.y - f64::from(last[1]),
-                p.z - f64::from(last[2]),
-            );
-            if d.norm() < self.spacing {
-                return false;
-            }
-        }
-        if self.points.len() >= 1000 {
-            let thin: Vec<_> = self.points.iter().step_by(2).copied().collect();
-            self.points = thin;
-            self.spacing *= 2.0;
-        }
-        self.points.push(f3(p));
-        true
-    }
 }
 
 impl Consumer for Viewer {

@@ -6,15 +6,16 @@ use linkwork_assembly::{
 use linkwork_collision::{Seen, Shape as Geometry};
 use linkwork_runtime::{Fault, Located, Place, Plan, Seconds, ServiceObject, Unit, Value, remedy};
 use linkwork_spatial::Vec3;
-use linkwork_viz::{Arrow, Marker, Panel, Scene, Shape};
+use linkwork_viz::{Arrow, Marker, Panel, Planet, Scene, Shape};
 
 /// The scene, and the period of its rows.
 pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Seconds), Vec<Fault>> {
     let mut faults = Vec::new();
     let mut scene = Scene {
         title: title.to_string(),
-        shapes: loaded.shapes.iter().map(shape).chain(grounds(loaded)).collect(),
+        shapes: shapes(loaded).into_iter().chain(grounds(loaded)).collect(),
         panels: panels(loaded, plan, &mut faults),
+        planet: planet(loaded, plan),
         ..Scene::default()
     };
     let mut period = Seconds { num: 1, den: 30 };
@@ -22,6 +23,39 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
         view(v, plan, &mut scene, &mut period, &mut faults);
     }
     if faults.is_empty() { Ok((scene, period)) } else { Err(faults) }
+}
+
+/// The planet on which W is a site.
+fn planet(loaded: &Loaded, plan: &Plan) -> Option<Planet> {
+    let site = plan.services.iter().find_map(|(_, o)| o.axes().site())?;
+    let written = loaded.simulation.view.as_ref().and_then(|v| v.planet);
+    let [r, g, b, _] = written.unwrap_or([0.6, 0.55, 0.5, 1.0]).map(|c| (255.0 * c) as u8);
+    Some(Planet { centre: -site.from_centre(&Vec3::zeros()), color: [r, g, b] })
+}
+
+/// Shapes of the bodies of all phases, each with the phases that have it so.
+fn shapes(loaded: &Loaded) -> Vec<Shape> {
+    let phases = &loaded.phase_shapes;
+    let mut all: Vec<Shape> = Vec::new();
+    for (k, seen) in phases.iter().enumerate() {
+        for s in seen.iter().map(shape) {
+            let same = |known: &&mut Shape| Shape { phases: Vec::new(), ..(*known).clone() } == s;
+            match all.iter_mut().find(same) {
+                Some(known) => known.phases[k] = true,
+                None => {
+                    let mut there = vec![false; phases.len()];
+                    there[k] = true;
+                    all.push(Shape { phases: there, ..s });
+                }
+            }
+        }
+    }
+    for s in &mut all {
+        if s.phases.iter().all(|there| *there) {
+            s.phases.clear();
+        }
+    }
+    all
 }
 
 fn shape(s: &BodyShape) -> Shape {
@@ -32,6 +66,7 @@ fn shape(s: &BodyShape) -> Shape {
         pose: s.pose,
         form: s.shape.clone(),
         color: [r, g, b, a],
+        phases: Vec::new(),
     }
 }
 
@@ -55,6 +90,7 @@ fn grounds(loaded: &Loaded) -> impl Iterator<Item = Shape> {
             pose: c.pose,
             form: Seen::Shape(c.fine.clone()),
             color: [150, 135, 115, 255],
+            phases: Vec::new(),
         })
     })
 }

@@ -3,7 +3,7 @@
 //! C_D S(t) = C_D S₀ η(M) f(t) (1 + A sin 2πFt)           F_drag = −½ ρ C_D S |v| v,  v: through the air
 //! f        share of the area: `packed` before it opens; each stage fills from what is there to its own share
 //! m_a      = k_a ρ (4/3) π (D₀/2)³ f^(3/2)                apparent mass, at the node
-//! (m + m_a) a = F_drag + m g − ṁ_a v + lines              no gravity on m_a
+//! (m + m_a) a = F_drag + m g − ṁ_a v + lines              no gravity on m_a; a: in inertial space, also where W is a site
 //! ```
 //! A stage that is the only one and goes to 1 is a canopy without reefing. The instants at which it opens,
 //! at which a stage begins and is full are events. It opens at the time `start`, or where `deploy`
@@ -224,7 +224,10 @@ impl Model for Canopy {
             let slope = (density(h) - density(-h)) / (2.0 * h);
             apparent_mass = volume * air.density * f.powf(1.5);
             let growth = volume * (slope * f.powf(1.5) + 1.5 * air.density * f.sqrt() * rate);
-            force -= v * growth + p.gravity.free_fall(c.t, place, velocity) * apparent_mass;
+            // Axes that turn act on all that has inertia, gravity on what has weight.
+            let turning = p.gravity.site().map_or_else(Vec3::zeros, |s| s.centrifugal(&place));
+            let pull = p.gravity.acceleration(c.t, place) - turning;
+            force -= v * growth + pull * apparent_mass;
         }
         CanopyOut {
             load: Wrench { moment: Vec3::zeros(), force },

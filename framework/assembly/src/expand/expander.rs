@@ -5,6 +5,7 @@ use crate::body::collider::{Standing, Surface};
 use crate::body::constraint::{CouplingForm, LoopForm};
 use crate::expand::assemblies::Assemblies;
 use crate::expand::instance::{Instance, ItemInst, ModelInst, Node};
+use crate::expand::stowed::stow;
 use crate::form::assembly::{Assembly, ItemForm, PartForm, PartKind, read_overrides};
 use crate::form::wire::WireText;
 use crate::machine::import::{self, Import};
@@ -272,7 +273,7 @@ impl<'a, 'o> Expander<'a, 'o> {
                 sort(&mut m.params);
                 Some(Node::Model(m))
             }
-            PartKind::File { assembly, mounts, overrides } => {
+            PartKind::File { assembly, mounts, overrides, stowed } => {
                 let file = substitute_text(self.cx, around.env, assembly);
                 let (key, home, read) = self.files.assembly(self.cx, &file, around.home, &path)?;
                 if self.stack.contains(&key) {
@@ -293,8 +294,11 @@ impl<'a, 'o> Expander<'a, 'o> {
                 all.extend(pending);
                 self.stack.push(key.clone());
                 let inner = Around { path: &path, kind: &key, env: &env, home: &home };
-                let instance = self.instance(&read, &inner, mounts, all);
+                let mut instance = self.instance(&read, &inner, mounts, all);
                 self.stack.pop();
+                if let Some(stowed) = stowed {
+                    stow(self.cx, &mut instance, stowed);
+                }
                 Some(Node::Assembly(instance))
             }
             PartKind::Inline(inner) => {

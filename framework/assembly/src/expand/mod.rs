@@ -3,4 +3,5 @@ pub(crate) mod assemblies;
 pub(crate) mod expander;
 pub(crate) mod instance;
 pub(crate) mod reference;
+pub(crate) mod stowed;
 pub(crate) mod tree;

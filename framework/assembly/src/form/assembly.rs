@@ -6,6 +6,7 @@ use crate::body::collider::{Standing, Surface};
 use crate::body::constraint::{CouplingForm, LoopForm};
 use crate::body::contact::ContactForm;
 use crate::form::import::ImportForm;
+use crate::form::stowed::StowedForm;
 use crate::form::wire::{WireText, read_wire, wire_schema};
 use crate::schema::describe::Schema;
 use crate::schema::kind::{Kind, period, raw, table_of, text};
@@ -50,6 +51,8 @@ pub enum PartKind {
         mounts: Located,
         /// Deep parameters.
         overrides: Located,
+        /// As cargo: which body carries it, and where.
+        stowed: Option<Located>,
     },
     /// An assembly written in place; it sees the parameters around it.
     Inline(Box<Assembly>),
@@ -180,6 +183,8 @@ record! {
         mounts: Option<Located> = raw(anything()).maybe(),
         /// Deep parameters by path.
         overrides: Option<Located> = raw(anything()).maybe(),
+        /// Only its bodies, in one rigid piece on another body.
+        stowed: Option<Located> = raw(StowedForm::describe()).maybe(),
         /// Elements, when it is an array: each with what differs.
         array: Option<Located> = raw(Schema::List(Box::new(anything()), None)).maybe(),
         /// Documentation.
@@ -347,6 +352,7 @@ pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm>
             assembly: text_field(cx, v, "assembly", &what)?,
             mounts: or_empty(cx, "mounts"),
             overrides: or_empty(cx, "overrides"),
+            stowed: v.get("stowed").filter(|s| s.value != Value::Null).cloned(),
         };
         (kind, or_empty(cx, "params"))
     } else if inline_marks().iter().any(|f| has(f)) {

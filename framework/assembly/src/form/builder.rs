@@ -312,12 +312,13 @@ fn part(p: &PartForm) -> Value {
             put("bind", Some(bind.clone()));
             put("folder", folder.as_ref().map(|f| text(&f.text)));
         }
-        PartKind::File { assembly, mounts, overrides } => {
+        PartKind::File { assembly, mounts, overrides, stowed } => {
             put("assembly", Some(text(&assembly.text)));
             put("doc", doc);
             put("params", Some(p.params.clone()));
             put("mounts", Some(mounts.clone()));
             put("overrides", Some(overrides.clone()));
+            put("stowed", stowed.clone());
         }
         PartKind::Inline(inner) => {
             for (key, v) in entries(&inner.to_map().into()) {

@@ -5,4 +5,5 @@ pub(crate) mod import;
 mod part;
 pub(crate) mod phases;
 pub(crate) mod settings;
+pub(crate) mod stowed;
 pub(crate) mod wire;

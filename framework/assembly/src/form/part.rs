@@ -17,7 +17,8 @@ impl PartForm {
                 [rate, offset].into_iter().flatten().for_each(|v| replace(cx, v));
                 maps.push(("bind", bind));
             }
-            PartKind::File { mounts, overrides, .. } => {
+            PartKind::File { mounts, overrides, stowed, .. } => {
+                stowed.iter_mut().for_each(|v| replace(cx, v));
                 maps.extend([("mounts", mounts), ("overrides", overrides)]);
             }
             PartKind::Inline(_) => {}
@@ -42,7 +43,7 @@ impl PartForm {
         };
         let known: &[&str] = match self.kind {
             PartKind::Model { .. } => &["name", "params", "bind", "rate", "offset", "doc"],
-            _ => &["name", "params", "mounts", "overrides", "doc"],
+            _ => &["name", "params", "mounts", "overrides", "stowed", "doc"],
         };
         let mut out = Vec::new();
         for (k, element) in array.iter().enumerate() {
@@ -62,7 +63,8 @@ impl PartForm {
                     *rate = element.get("rate").cloned().or(rate.take());
                     *offset = element.get("offset").cloned().or(offset.take());
                 }
-                PartKind::File { mounts, overrides, .. } => {
+                PartKind::File { mounts, overrides, stowed, .. } => {
+                    *stowed = element.get("stowed").cloned().or(stowed.take());
                     merge(mounts, &map_field(cx, element, "mounts", &what));
                     merge(overrides, &map_field(cx, element, "overrides", &what));
                 }

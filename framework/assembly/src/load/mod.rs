@@ -88,8 +88,10 @@ pub struct Loaded {
     pub phases: Vec<PhaseSpec>,
     /// Everything else.
     pub simulation: Settings,
-    /// Shapes of the bodies, to be seen.
+    /// Shapes of the bodies, to be seen: of the phase in which a run begins.
     pub shapes: Vec<BodyShape>,
+    /// The same of each phase, in the order of `phases`.
+    pub phase_shapes: Vec<Vec<BodyShape>>,
     /// Shapes that collide, for queries too; nothing touches unless `contact` is written.
     pub colliders: Option<Arc<Colliders>>,
     /// Where the first of them is written.
@@ -231,7 +233,7 @@ fn camel(name: &str) -> String {
 
 /// A part that is an assembly file.
 fn file_part(assembly: Text, mounts: Located, origin: Origin) -> PartForm {
-    let kind = PartKind::File { assembly, mounts, overrides: empty_map() };
+    let kind = PartKind::File { assembly, mounts, overrides: empty_map(), stowed: None };
     PartForm { kind, params: empty_map(), array: None, doc: String::new(), origin }
 }
 
@@ -272,8 +274,9 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
         origin: *origin,
     });
     let phases = specs.collect();
+    let phase_shapes = compiled.iter().map(|(_, loaded, ..)| loaded.shapes.clone()).collect();
     let (_, loaded, ..) = compiled.into_iter().next()?;
-    Some(Loaded { phases, resolved: document(&resolved), ..loaded })
+    Some(Loaded { phases, phase_shapes, resolved: document(&resolved), ..loaded })
 }
 
 /// One phase; what it is in full.
@@ -467,6 +470,7 @@ fn assemble(
         spec,
         phases: vec![only],
         simulation,
+        phase_shapes: vec![mechanism.shapes.clone()],
         shapes: mechanism.shapes,
         colliders: mechanism.colliders,
         collides: mechanism.collides,

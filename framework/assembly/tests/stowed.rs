@@ -1,0 +1,135 @@
+//! Assemblies as cargo: their bodies are there, rigid, and nothing else, until a phase lets them go.
+#![allow(clippy::unwrap_used)]
+mod common;
+use common::*;
+use linkwork_assembly::*;
+use linkwork_runtime::{Files, Seconds, Simulation};
+use linkwork_spatial::nalgebra::Quaternion;
+use linkwork_spatial::{Quat, Vec3};
+
+const CART: &str = r#"Assembly(
+    params: { "wheels": (default: 2) },
+    bodies: {
+        "frame": (parent: "world", hinge: Free, mass: 20, inertia: [2, 3, 4], initial: (velocity: [1, 0, 0])),
+        "left": (
+            parent: "frame", at: (position: [0, 1, 0]), hinge: Pin(axis: [0, 1, 0], armature: 0.2), mass: 3, inertia: [1, 1, 1],
+            damping: 0.1, initial: (angle: 0, rate: 0),
+        ),
+    },
+    parts: {
+        "Right": (
+            bodies: { "wheel": (parent: "frame", at: (position: [0, -1, 0]), hinge: Pin([0, 1, 0]), mass: 3, inertia: [1, 1, 1]) },
+            parts: { "Motor": (model: "test.motor", params: { "resistance": 1 }, bind: { "shaft": "hinge:wheel" }) },
+            exports: { "volts": "Motor.volts" },
+        ),
+        "Drive": (model: "test.drive"),
+    },
+    couplings: { "axle": (mimic: "left", of: "Right/wheel") },
+    colliders: { "ball": (on: "frame", shape: Sphere(0.1)) },
+    wires: ["Drive.volts[0] -> Right.volts"],
+    exports: { "volts": "Right.volts" },
+)"#;
+
+/// A lorry that turns, with a cart on it.
+fn lorry(stowed: &str, more: &str) -> String {
+    format!(
+        r#"Simulation(
+    bodies: {{ "lorry": (parent: "world", hinge: Free, mass: 400, inertia: [60, 220, 260], initial: (position: [5, 6, 7], velocity: [3, -1, 2], angular: [0.2, -0.1, 0.4])) }},
+    parts: {{ "Cart": (assembly: "cart.ron", {stowed}) }},
+    gravity: "none", step: "10 ms", until: "2 s",
+    {more}
+)"#
+    )
+}
+
+const STOWED: &str =
+    "stowed: (on: \"lorry\", at: (position: [1, 0.5, 2], rotation: (rpy: [0, 0, \"30 deg\"])))";
+
+fn loaded(text: &str) -> Result<Loaded, Failure> {
+    let catalogue = catalogue();
+    load_text("sim.ron", text, &Options::new(&catalogue).embed("cart.ron", CART))
+}
+
+#[test]
+fn cargo_is_its_bodies_in_one_piece() {
+    let free = loaded(&lorry("", "")).unwrap_or_else(|f| panic!("{f}"));
+    assert_eq!((spec(&free).multibody.nv(), free.spec.parts.len()), (6 + 6 + 2, 2));
+    let cargo = loaded(&lorry(STOWED, "")).unwrap_or_else(|f| panic!("{f}"));
+    let m = &spec(&cargo).multibody;
+    assert_eq!((m.nv(), m.bodies().len(), m.couplings().len()), (6, 4, 0));
+    assert!(cargo.spec.parts.is_empty() && cargo.spec.wires.is_empty());
+    assert!(cargo.colliders.is_none() && free.colliders.is_some());
+    let mass =
+        |l: &Loaded| spec(l).multibody.bodies().iter().map(|b| b.inertia().mass()).sum::<f64>();
+    assert_eq!(mass(&free), mass(&cargo));
+    resolves(&cargo);
+}
+
+#[test]
+fn a_phase_lets_it_go_as_it_moves() {
+    let phases = r#"start: "on", phases: {
+        "on": (to: { "off": "time > 1 s" }),
+        "off": (parts: { "Cart": (stowed: None) }),
+    }"#;
+    let two = loaded(&lorry(STOWED, phases)).unwrap_or_else(|f| panic!("{f}"));
+    let program = two.compile(&catalogue(), &Files::default()).unwrap_or_else(|f| panic!("{f}"));
+    let mut sim = Simulation::of(std::sync::Arc::new(program));
+    while sim.phase() == "on" {
+        sim.step_event().unwrap_or_else(|e| panic!("{e}"));
+    }
+    assert!((sim.time() - 1.0).abs() < 0.011, "{}", sim.time());
+    let report = sim.take_moves().remove(0).2;
+    let changed = "on another hinge: Cart/frame, Cart.Right/wheel, Cart/left";
+    assert!(report.notes.iter().any(|n| n == changed), "{:?}", report.notes);
+    assert!(report.new.contains(&"Cart.Right.Motor".to_string()), "{:?}", report.new);
+    // It is where it was, and moves as its place on the lorry does.
+    let number = |name: String| sim.get(&name).unwrap();
+    let get = |name: &str| Vec3::from(["x", "y", "z"].map(|c| number(format!("{name}.{c}"))));
+    let turn = |body: &str| {
+        let [w, x, y, z] = ["w", "x", "y", "z"].map(|c| number(format!("{body}.rotation.{c}")));
+        Quat::from_quaternion(Quaternion::new(w, x, y, z))
+    };
+    let way = turn("lorry") * Vec3::new(1.0, 0.5, 2.0);
+    let place = get("lorry.position") + way;
+    assert!((get("Cart/frame.position") - place).norm() < 1e-12, "{place}");
+    let velocity = turn("lorry")
+        * (get("lorry.velocity") + get("lorry.angular").cross(&Vec3::new(1.0, 0.5, 2.0)));
+    assert!((turn("Cart/frame") * get("Cart/frame.velocity") - velocity).norm() < 1e-12);
+    assert!(velocity.norm() > 1.0 && sim.get("Cart/left.rate").unwrap().abs() < 1e-12);
+    sim.run_until(Seconds { num: 2, den: 1 }).unwrap_or_else(|e| panic!("{e}"));
+    assert!(sim.get("Cart/left.rate").unwrap().abs() > 1e-3, "its motor turns its wheels");
+}
+
+#[test]
+fn cargo_that_cannot_be_is_refused() {
+    let told = |stowed: &str| loaded(&lorry(stowed, "")).err().unwrap().render(false);
+    let e = told("stowed: (at: (position: [1, 0, 0]))");
+    assert!(e.contains("stowed: (on: ") && e.contains("sim.ron:3"), "{e}");
+    let e = told("stowed: (on: \"lory\")");
+    assert!(e.contains("lory") && e.contains("lorry"), "{e}");
+    let e = told("stowed: (on: \"lorry\", where: 3)");
+    assert!(e.contains("where"), "{e}");
+    let e = told("stowed: (on: \"lorry\", at: (position: [1, 0]))");
+    assert!(e.contains("position"), "{e}");
+    // What would hang in two places, or in none.
+    let with = |from: &str, to: &str| {
+        let catalogue = catalogue();
+        let cart = CART.replacen(from, to, 1);
+        assert_ne!(cart, CART);
+        let options = Options::new(&catalogue).embed("cart.ron", cart);
+        load_text("sim.ron", &lorry(STOWED, ""), &options).err().unwrap().render(false)
+    };
+    let e = with(
+        "\"left\": (\n            parent: \"frame\"",
+        "\"left\": (\n            parent: \"world\"",
+    );
+    assert!(e.contains("2 of its bodies hang on the world: `frame`, `left`"), "{e}");
+    let e = with("\"frame\": (parent: \"world\"", "\"frame\": (parent: \"/lorry\"");
+    assert!(e.contains("none of its bodies hangs on the world"), "{e}");
+    // A wire to cargo has nowhere to go.
+    let e = loaded(&lorry(STOWED, "wires: [\"Cart.volts -> Cart.volts\"],"))
+        .err()
+        .unwrap()
+        .render(false);
+    assert!(e.contains("Cart"), "{e}");
+}
