@@ -4,14 +4,14 @@
 use crate::scene::Scene;
 use linkwork_spatial::Vec3;
 use re_sdk_types::blueprint::archetypes::{
-    ContainerBlueprint, EyeControls3D, PanelBlueprint, PlotLegend, TimePanelBlueprint,
-    ViewBlueprint, ViewContents, ViewportBlueprint,
+    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
+    SpatialInformation, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
 };
 use re_sdk_types::blueprint::components::{
-    AutoLayout, AutoViews, ColumnShare, ContainerKind, IncludedContent, PanelState, PlayState,
-    QueryExpression, RootContainer, TimelineName, ViewClass,
+    AutoLayout, AutoViews, BackgroundKind, ColumnShare, ContainerKind, IncludedContent, PanelState,
+    PlayState, QueryExpression, RootContainer, TimelineName, ViewClass,
 };
-use re_sdk_types::components::Name;
+use re_sdk_types::components::{Name, TransformFrameId};
 use rerun::{EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use uuid::Uuid;
 
@@ -53,11 +53,12 @@ fn container(
     Ok(path)
 }
 
-/// Sends the blueprint of a scene. The 3D view is that of the frame `origin`, at whose origin the eye looks.
+/// Sends the blueprint of a scene. The 3D view is that of the frame `origin`, at whose origin the eye looks. Where
+/// `ground` is seen there is no grid through it.
 pub fn send(
     rec: &RecordingStream,
     scene: &Scene,
-    origin: &EntityPath,
+    (origin, ground): (&EntityPath, bool),
 ) -> RecordingStreamResult<()> {
     let application =
         rec.store_info().map_or_else(|| "linkwork".into(), |info| info.application_id().clone());
@@ -75,6 +76,17 @@ pub fn send(
         .with_look_target([0.0; 3])
         .with_eye_up([0.0, 0.0, 1.0]);
     bp.log(format!("{main}/EyeControls3D"), &eye)?;
+    let frame = TransformFrameId::from_entity_path(origin);
+    let space = SpatialInformation::new(frame);
+    bp.log(format!("{main}/SpatialInformation"), &space)?;
+    if ground {
+        bp.log(format!("{main}/LineGrid3D"), &LineGrid3D::new().with_visible(false))?;
+    }
+    if let Some([r, g, b, a]) = scene.sky {
+        let sky = rerun::Color::from_unmultiplied_rgba(r, g, b, a);
+        let background = Background::new(BackgroundKind::SolidColor).with_color(sky);
+        bp.log(format!("{main}/Background"), &background)?;
+    }
     let mut plots = Vec::new();
     for panel in &scene.panels {
         let origin = plot_path(&panel.title);

@@ -84,4 +84,6 @@ pub struct Scene {
     pub eye: Option<Vec3>,
     /// The planet.
     pub planet: Option<Planet>,
+    /// Colour of the sky; the viewer's own when it is not given.
+    pub sky: Option<[u8; 4]>,
 }

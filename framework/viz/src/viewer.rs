@@ -25,6 +25,19 @@ const PLANET: &str = "view/planet";
 
 /// Height of the name of the phase over the followed body (m).
 const LABEL: f32 = 5.0;
+/// Colours of the curves of a panel, in turn.
+const CURVES: [[u8; 3]; 10] = [
+    [0, 114, 178],
+    [230, 159, 0],
+    [0, 158, 115],
+    [213, 94, 0],
+    [86, 180, 233],
+    [204, 121, 167],
+    [240, 228, 66],
+    [150, 75, 0],
+    [190, 190, 190],
+    [120, 94, 240],
+];
 /// What of a plan is shown: everything is looked up, nothing is opened.
 pub struct View {
     scene: Scene,
@@ -258,7 +271,8 @@ impl Viewer {
         // the recording is opened.
         let eye = entity(EYE);
         let origin = if view.follow.is_some() { eye.clone() } else { EntityPath::root() };
-        layout::send(&rec, scene, &origin)?;
+        let ground = scene.planet.is_some() || !view.terrain.is_empty();
+        layout::send(&rec, scene, (&origin, ground))?;
         let (passing, lasting): (Vec<Shape>, Vec<Shape>) =
             scene.shapes.iter().cloned().partition(|s| !s.phases.is_empty());
         for shape in &lasting {
@@ -276,21 +290,29 @@ impl Viewer {
             arrows.push((drawn, *first, arrow.scale));
         }
         let mut curves = Vec::new();
+        let mut of_panel = 0;
+        let mut panel = None;
         for (path, label, column, factor) in view.curves {
-            let style = rerun::SeriesLines::new().with_names([label.as_str()]);
+            of_panel = if panel == path.parent() { of_panel + 1 } else { 0 };
+            panel = path.parent();
+            let [r, g, b] = CURVES[of_panel % CURVES.len()];
+            let style = rerun::SeriesLines::new()
+                .with_names([label.as_str()])
+                .with_colors([rerun::Color::from_rgb(r, g, b)]);
             rec.log_static(path.clone(), &style)?;
             curves.push((Curve::new(path), column, factor));
         }
         let mut terrain = Vec::new();
+        let mut seldom: Vec<(i64, EntityPath, Box<dyn AsComponents + Send>)> = Vec::new();
         // The planet's sphere stays under the ground that is shown.
         let (mut sink, mut clear) = (0.0_f64, 0.0_f64);
         for (path, surface) in view.terrain {
             sink = sink.max(0.1 - f64::from(lowest(&surface)));
             clear = clear.max(farthest(&surface));
             let Some(tiles) = Tiles::new(surface) else { continue };
-            rec.set_time(TIMELINE, TimeCell::from_duration_nanos(0));
+            // After the first poses: a view that does not yet know its frame puts its eye elsewhere.
             for (k, mesh) in tiles.coarse() {
-                rec.log(path.join(&format!("tile{k}").into()), &mesh)?;
+                seldom.push((0, path.join(&format!("tile{k}").into()), Box::new(mesh)));
             }
             terrain.push((path, tiles));
         }
@@ -322,7 +344,7 @@ impl Viewer {
             follow: view.follow,
             planet: view.scene.planet,
             node_names: view.nodes,
-            seldom: Vec::new(),
+            seldom,
             waiting: 0,
             sent: now(),
             fresh,

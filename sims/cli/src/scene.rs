@@ -16,6 +16,7 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
         shapes: shapes(loaded).into_iter().chain(grounds(loaded)).collect(),
         panels: panels(loaded, plan, &mut faults),
         planet: planet(loaded, plan),
+        sky: loaded.simulation.view.as_ref().and_then(|v| v.sky).map(bytes),
         ..Scene::default()
     };
     let mut period = Seconds { num: 1, den: 30 };
@@ -25,11 +26,16 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
     if faults.is_empty() { Ok((scene, period)) } else { Err(faults) }
 }
 
+/// A colour from 0 … 1 to 0 … 255.
+fn bytes(color: [f64; 4]) -> [u8; 4] {
+    color.map(|c| (255.0 * c) as u8)
+}
+
 /// The planet on which W is a site.
 fn planet(loaded: &Loaded, plan: &Plan) -> Option<Planet> {
     let site = plan.services.iter().find_map(|(_, o)| o.axes().site())?;
     let written = loaded.simulation.view.as_ref().and_then(|v| v.planet);
-    let [r, g, b, _] = written.unwrap_or([0.6, 0.55, 0.5, 1.0]).map(|c| (255.0 * c) as u8);
+    let [r, g, b, _] = bytes(written.unwrap_or([0.6, 0.55, 0.5, 1.0]));
     Some(Planet { centre: -site.from_centre(&Vec3::zeros()), color: [r, g, b] })
 }
 
@@ -59,7 +65,7 @@ fn shapes(loaded: &Loaded) -> Vec<Shape> {
 }
 
 fn shape(s: &BodyShape) -> Shape {
-    let [r, g, b, a] = s.color.unwrap_or([0.72, 0.72, 0.75, 1.0]).map(|c| (255.0 * c) as u8);
+    let [r, g, b, a] = bytes(s.color.unwrap_or([0.72, 0.72, 0.75, 1.0]));
     Shape {
         body: s.body.clone(),
         name: s.name.clone(),
@@ -227,7 +233,7 @@ fn arrows(item: &ArrowForm, plan: &Plan) -> Result<Vec<Arrow>, Fault> {
         let message = format!("`view`: `arrows`: `at` matches {a} vectors, `along` {b}");
         return Err(Fault::new(item.origin, message).help("write patterns that match in pairs"));
     }
-    let color = item.color.map_or([80, 220, 100, 255], |c| c.map(|c| (255.0 * c) as u8));
+    let color = item.color.map_or([80, 220, 100, 255], bytes);
     let xyz = |s: &String| ["x", "y", "z"].map(|c| format!("{s}.{c}"));
     let one = |(o, a): (&String, &String)| Arrow {
         path: a.clone(),

@@ -120,6 +120,8 @@ record! {
         arrows: Vec<ArrowForm> = list_of(of::<ArrowForm>()).or(Vec::new()),
         /// `PART.PARAMETER` that is a list of [x, y].
         markers: Option<Text> = text().maybe(),
+        /// Colour of the sky.
+        sky: Option<[f64; 4]> = color().maybe(),
         /// Colour of the planet that is drawn where W is a site on one.
         planet: Option<[f64; 4]> = color().maybe();
         origin
