@@ -74,6 +74,32 @@ fn contact_says_which_terrain_is_met() {
     assert_eq!(text.plan().warnings.len(), 0, "{:?}", text.plan().warnings);
 }
 
+/// A hinge to the world does not hold the ground away: a crate on a vertical slider lands, too. Named pairs pass.
+#[test]
+fn what_a_hinge_joins_to_the_world_meets_the_ground() {
+    let at_rest = |contact: &str| {
+        let text = format!(
+            r#"Simulation(
+                bodies: {{ "crate": (parent: "world", hinge: Slider([0, 0, 1]), mass: 20, inertia: Box([1, 0.8, 0.4]), initial: (position: 0.5),
+                    shapes: [(shape: Box([1, 0.8, 0.4]), collide: true, name: "hull")]) }},
+                parts: {{
+                    "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+                    "Ground": (model: "environment.flat"),
+                }},
+                contact: ({contact}), step: "1 ms", until: "10 s")"#
+        );
+        let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+        until(&mut sim, 2.0);
+        sim.get("crate.displacement").unwrap()
+    };
+    assert!((at_rest("") - 0.2).abs() < 1e-3);
+    assert!((at_rest("compliant: true") - 0.2).abs() < 2e-3);
+    assert!(at_rest(r#"ignore: [["crate", "terrain"]]"#) < -10.0);
+    let named = r#"colliders: { "terrain": (on: "world", shape: Box([1, 1, 1])) }, contact: (), until: "1 s", gravity: "none""#;
+    let told = common::scene(&format!("Simulation({named})"), &[]).err().unwrap();
+    assert!(told.contains("collider `terrain`") && told.contains("another name"), "{told}");
+}
+
 /// The rover is thrown over by hand and lies on its body and its mast.
 #[test]
 fn a_rover_that_rolls_over_lies_on_the_ground() {

@@ -66,6 +66,15 @@ fn cargo_is_its_bodies_in_one_piece() {
 }
 
 #[test]
+fn an_element_of_an_array_may_be_whole() {
+    let two = format!("array: [(), (stowed: None)], {STOWED}");
+    let two = loaded(&lorry(&two, "")).unwrap_or_else(|f| panic!("{f}"));
+    // The lorry with a cart on it, and a cart of its own with two wheels.
+    assert_eq!((spec(&two).multibody.nv(), two.spec.parts.len()), (6 + 6 + 2, 2));
+    resolves(&two);
+}
+
+#[test]
 fn a_phase_lets_it_go_as_it_moves() {
     let phases = r#"start: "on", phases: {
         "on": (to: { "off": "time > 1 s" }),

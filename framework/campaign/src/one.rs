@@ -332,7 +332,9 @@ fn keep(
     } else {
         let again = catch_unwind(AssertUnwindSafe(|| set_up(campaign, outcome.run, means.library)));
         // It was loaded once: it loads again, unless a file has gone meanwhile.
-        let Ok(Ok(mut set)) = again else { return Ok(true) };
+        let Ok(Ok(mut set)) = again else {
+            return no_checkpoint(&folder, "the run does not load again").map(|()| true);
+        };
         let saves = saves(&set);
         set.runner.save_with(saves);
         match step(&mut set, means.stop, None, now()) {
@@ -344,12 +346,17 @@ fn keep(
     };
     // A part that cannot give its state leaves no checkpoint, and the cause says so.
     if let Some(why) = failures.first() {
-        let path = folder.join("cause.txt");
-        let add = || -> std::io::Result<()> {
-            let mut file = std::fs::OpenOptions::new().append(true).open(&path)?;
-            writeln!(file, "\nthere is no checkpoint: {why}")
-        };
-        add().map_err(|source| MakeError::Keep { path: path.clone(), source })?;
+        no_checkpoint(&folder, &why.to_string())?;
     }
     Ok(true)
+}
+
+/// Adds to the cause why there is no checkpoint beside it.
+fn no_checkpoint(folder: &Path, why: &str) -> Result<(), MakeError> {
+    let path = folder.join("cause.txt");
+    let add = || -> std::io::Result<()> {
+        let mut file = std::fs::OpenOptions::new().append(true).open(&path)?;
+        writeln!(file, "\nthere is no checkpoint: {why}")
+    };
+    add().map_err(|source| MakeError::Keep { path: path.clone(), source })
 }

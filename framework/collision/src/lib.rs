@@ -75,6 +75,6 @@ pub use linkwork_multibody as multibody;
 pub use probe::Probe;
 pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};
 pub use ray::{Ray, RayHit, Target};
-pub use rules::{groups, neighbours};
+pub use rules::{TERRAIN, groups, neighbours};
 pub use shape::{ColliderSpec, Detail, Material, Neighbours, Rules, Seen, Shape, Visibility};
 pub use solid::hull_surface;

@@ -7,6 +7,10 @@ use linkwork_multibody::Multibody;
 /// The name of the world.
 pub(crate) const WORLD: &str = "world";
 
+/// The collider that a runtime adds for the ground. It is on the world and still meets bodies that a hinge joins to the
+/// world; rules may name it before it is there.
+pub const TERRAIN: &str = "terrain";
+
 /// The nearest of some names, when it is near.
 pub(crate) fn nearest<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> Option<String> {
     all.map(|n| (strsim::damerau_levenshtein(name, n), n))
@@ -28,7 +32,8 @@ pub(crate) fn unknown(
         let shapes = || specs.iter().map(|s| s.name.as_str()).filter(|_| list != "joined");
         for (index, pair) in pairs.iter().enumerate() {
             for name in pair {
-                if !bodies().chain(shapes()).any(|n| n == name) {
+                let ground = name == TERRAIN && list != "joined";
+                if !ground && !bodies().chain(shapes()).any(|n| n == name) {
                     let suggestion = nearest(name, bodies().chain(shapes()));
                     faults.push(ColliderFault::UnknownName {
                         list,
@@ -92,7 +97,9 @@ pub(crate) fn table(
             let listed = |list: &[[String; 2]]| {
                 list.iter().any(|[p, q]| (is(a, p) && is(b, q)) || (is(a, q) && is(b, p)))
             };
+            let ground = [a, b].iter().any(|s| s.name == TERRAIN && s.body == WORLD);
             let neighbours = rules.neighbours == Neighbours::Pass
+                && !ground
                 && joined.iter().any(|(p, q)| (*p, *q) == (ga, gb) || (*q, *p) == (ga, gb))
                 && !listed(&rules.collide);
             let groups = a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0;

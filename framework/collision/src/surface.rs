@@ -294,8 +294,8 @@ impl Triangles {
     }
 }
 
-/// Points along a side of the blocks whose greatest height is known.
-const BLOCK: usize = 16;
+/// Cells along a side of the blocks whose greatest height is known.
+const BLOCK: usize = 8;
 
 /// A height field.
 #[derive(Debug)]
@@ -306,7 +306,7 @@ pub(crate) struct Grid {
     heights: Arc<[f64]>,
     far: [f64; 2],
     top: f64,
-    /// Greatest height of each block of points, rows of `blocks` numbers.
+    /// Greatest height of each block of cells, rows of `blocks` numbers.
     tops: Vec<f64>,
     blocks: usize,
 }
@@ -327,12 +327,13 @@ impl Grid {
             return Err(vec![ShapeFault::NotFinite { what: "height", index }]);
         }
         let far = [(x - 1) as f64 * spacing[0] / 2.0, (y - 1) as f64 * spacing[1] / 2.0];
-        let blocks = x.div_ceil(BLOCK);
-        let mut tops = vec![f64::NEG_INFINITY; blocks * y.div_ceil(BLOCK)];
-        for (j, row) in heights.chunks_exact(x).enumerate() {
-            let tops = &mut tops[j / BLOCK * blocks..][..blocks];
-            for (top, points) in tops.iter_mut().zip(row.chunks(BLOCK)) {
-                *top = points.iter().copied().fold(*top, f64::max);
+        let blocks = (x - 1).div_ceil(BLOCK);
+        let mut tops = Vec::with_capacity(blocks * (y - 1).div_ceil(BLOCK));
+        for j in (0..y - 1).step_by(BLOCK) {
+            let rows = &heights[j * x..(j + BLOCK + 1).min(y) * x];
+            for i in (0..x - 1).step_by(BLOCK) {
+                let points = rows.chunks_exact(x).flat_map(|row| &row[i..(i + BLOCK + 1).min(x)]);
+                tops.push(points.copied().fold(f64::NEG_INFINITY, f64::max));
             }
         }
         let top = tops.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -342,14 +343,19 @@ impl Grid {
         Ok(Self { x, y, spacing, heights: heights.clone(), far, top, tops, blocks })
     }
 
-    /// Whether no point of some cells is as high as `floor`, as far as blocks tell.
-    fn low(&self, columns: &Range<usize>, rows: &Range<usize>, floor: f64) -> bool {
-        let blocks = |cells: &Range<usize>| cells.start / BLOCK..cells.end / BLOCK + 1;
-        columns.is_empty()
-            || blocks(rows).all(|j| {
-                let row = &self.tops[j * self.blocks..];
-                blocks(columns).all(|i| row[i] < floor)
-            })
+    /// Those of the columns of a row of cells, in pieces, that are in a block with a point as high as `floor`.
+    fn high(
+        &self,
+        columns: &Range<usize>,
+        row: usize,
+        floor: f64,
+    ) -> impl Iterator<Item = usize> + use<'_> {
+        let columns = columns.clone();
+        let tops = &self.tops[row / BLOCK * self.blocks..][..self.blocks];
+        let pieces = columns.start / BLOCK..columns.end.div_ceil(BLOCK);
+        pieces
+            .filter(move |b| tops[*b] >= floor)
+            .flat_map(move |b| (b * BLOCK).max(columns.start)..((b + 1) * BLOCK).min(columns.end))
     }
 
     fn point(&self, i: usize, j: usize) -> Vec3 {
@@ -413,11 +419,8 @@ impl Grid {
     fn near(&self, lo: &Vec3, hi: &Vec3, out: &mut Vec<u32>) {
         let (columns, rows) = (self.cells(0, lo.x, hi.x), self.cells(1, lo.y, hi.y));
         let floor = lo.z - 1e-9 * self.far[0];
-        if self.low(&columns, &rows, floor) {
-            return;
-        }
         for j in rows {
-            for i in columns.clone() {
+            for i in self.high(&columns, j, floor) {
                 for half in 0..2 {
                     let at = Self::corners(i, j, half).map(|(i, j)| self.heights[j * self.x + i]);
                     let whole = !at.iter().any(|h| h.is_nan());
@@ -442,14 +445,11 @@ impl Grid {
         let [per_x, per_y] = self.spacing.map(|d| 1.0 / d);
         let floor = lo.z - 1e-9 * self.far[0];
         let (columns, rows) = (self.cells(0, lo.x, hi.x), self.cells(1, lo.y, hi.y));
-        if self.low(&columns, &rows, floor) {
-            return;
-        }
         for j in rows {
             let row = &self.heights[j * self.x..];
             let (row, above) = (&row[..self.x], &row[self.x..2 * self.x]);
             let y = [j, j + 1].map(|j| j as f64 * self.spacing[1] - self.far[1]);
-            for i in columns.clone() {
+            for i in self.high(&columns, j, floor) {
                 let (z00, z10, z01, z11) = (row[i], row[i + 1], above[i], above[i + 1]);
                 let x = [i, i + 1].map(|i| i as f64 * self.spacing[0] - self.far[0]);
                 let v = [

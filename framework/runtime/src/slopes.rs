@@ -15,8 +15,8 @@ pub enum Operation {
 /// The Jacobian of one operation, written column by column. Rows are the lanes that the operation writes, in their
 /// order; columns are the block's own lanes of X, then the signals that it reads in the order that [`Operation`] gives.
 ///
-/// A block fills the columns that it knows; the others are found by differences. Where two inputs of a block are fed by
-/// one signal, each has its own column, with the derivative by that input alone.
+/// A block fills the columns that it knows; the others are found by differences. Where two inputs of a block may be fed
+/// by one signal, it fills the columns of both or of neither: each with the derivative by that input alone.
 #[derive(Clone, Debug, Default)]
 pub struct Slopes {
     rows: usize,

@@ -90,14 +90,32 @@ fn faults(page: &str, lab: &Lab) -> Vec<String> {
     found
 }
 
-/// Whether a line holds the words of another, in order.
+/// Whether a line holds the words of another, whole and in order.
 fn holds(said: &str, wanted: &str) -> bool {
     said.lines().any(|line| {
-        wanted
-            .split_whitespace()
-            .try_fold(line, |rest, word| rest.split_once(word).map(|(_, rest)| rest))
-            .is_some()
+        let after = wanted.split_whitespace().try_fold(line, after);
+        after.is_some()
     })
+}
+
+/// What follows a word that stands by itself: `3` is not in `13`, `0.3` or `3.5`.
+fn after<'a>(line: &'a str, word: &str) -> Option<&'a str> {
+    let number = word.chars().all(|c| c.is_ascii_digit() || ".-+e".contains(c));
+    let joins = |c: char| c.is_alphanumeric() || (number && c == '.');
+    line.match_indices(word).find_map(|(at, _)| {
+        let (before, rest) = (&line[..at], &line[at + word.len()..]);
+        let alone = !before.ends_with(joins) && !rest.starts_with(joins);
+        alone.then_some(rest)
+    })
+}
+
+#[test]
+fn a_number_is_not_a_part_of_another() {
+    assert!(holds("`Friction.dampng` matches 3 of 13", "dampng 13"));
+    assert!(holds("mass 3.5 kg, 1.2", "3.5 1.2"));
+    for said in ["13", "0.3", "3.5", "a3"] {
+        assert!(!holds(said, "3"), "{said}");
+    }
 }
 
 /// Runs lines in a folder where `linkwork` is the program of this test. Gives success, and all that was said.

@@ -184,7 +184,14 @@ impl Campaign {
             }
             let outcome = under.go().map_err(words)?;
             under.runner().finish_tap(RECORDING)?;
-            if let (Some(path), Some(_)) = (&checkpoint, &outcome) {
+            if let (Some(path), Some(outcome)) = (&checkpoint, &outcome) {
+                if outcome.ended == campaign::Cause::Panicked {
+                    return Err(format!(
+                        "run {run} has no state to write: it was in the midst of a step: {}\n  help: `execute` keeps the \
+                         last whole state of such runs in `failures`",
+                        outcome.why
+                    ));
+                }
                 let text = under.configuration().to_string();
                 let mut made = under.runner().sim().checkpoint(&text).map_err(|e| e.to_string())?;
                 under.runner().watch.carry(&mut made.extra)?;

@@ -64,7 +64,11 @@ impl PartForm {
                     *offset = element.get("offset").cloned().or(offset.take());
                 }
                 PartKind::File { mounts, overrides, stowed, .. } => {
-                    *stowed = element.get("stowed").cloned().or(stowed.take());
+                    match element.get("stowed") {
+                        Some(v) if v.value == Value::Null => *stowed = None,
+                        Some(v) => *stowed = Some(v.clone()),
+                        None => {}
+                    }
                     merge(mounts, &map_field(cx, element, "mounts", &what));
                     merge(overrides, &map_field(cx, element, "overrides", &what));
                 }

@@ -11,7 +11,7 @@ use crate::schema::kind::{At, Kind, drive_number};
 use crate::schema::record::Record;
 use crate::text::report::Cx;
 use crate::text::value::{Text, entries, map, outer};
-use linkwork_collision::{ColliderFault, ColliderSpec, Colliders, Material, Rules};
+use linkwork_collision::{ColliderFault, ColliderSpec, Colliders, Material, Rules, TERRAIN};
 use linkwork_multibody::{BodySpec, Multibody, Subhinge};
 use linkwork_runtime::{Located, Origin, Value, remedy};
 use linkwork_solvers::{CompliantSettings, ContactSettings};
@@ -160,6 +160,9 @@ impl Scope<'_> {
         here = if short.is_some() { "" } else { here };
         let text = short.unwrap_or(text);
         loop {
+            if text == TERRAIN {
+                return Some(text.to_owned());
+            }
             let near = match here {
                 "" => [text.to_owned(), text.to_owned()],
                 _ => [format!("{here}/{text}"), format!("{here}.{text}")],
@@ -247,6 +250,10 @@ pub(crate) fn colliders(
     joined: Vec<[String; 2]>,
     multibody: Option<&Multibody>,
 ) -> Option<Colliders> {
+    for c in all.iter().filter(|c| c.spec.name == TERRAIN) {
+        let fact = format!("collider `{TERRAIN}`: the ground of a terrain service has this name");
+        cx.fault(c.origin, fact, "give it another name");
+    }
     let bits = groups(cx, &all);
     let known: Vec<&str> = bits.keys().map(String::as_str).collect();
     let mut specs: Vec<ColliderSpec> = Vec::new();

@@ -3,13 +3,13 @@ use super::block::MechanismBlock;
 use super::joints::{self, JointForces};
 use super::masses::Varying;
 use super::ports::MechanismPorts;
-use super::spec::{ContactSpec, MechanismSpec, TERRAIN};
+use super::spec::{ContactSpec, MechanismSpec};
 use crate::block::{Block, Carried, Failure, Named, OldState, Prototype, Wiring};
 use crate::model::{Description, Functions};
 use crate::ports::{PortKind, PortSpec};
 use crate::services::Gravity;
 use crate::value::{Fault, Origin, Value};
-use linkwork_collision::{Colliders, Shape};
+use linkwork_collision::{Colliders, TERRAIN};
 use linkwork_dynamics::{
     DynamicsError, Tree, Workspace, forward_dynamics_given_kinematics, kinematics,
 };
@@ -367,8 +367,8 @@ fn shapes(colliders: &Colliders) -> String {
     let mut text = format!("{:?}\n", colliders.rules());
     for id in colliders.ids() {
         let spec = colliders.spec(id);
-        match (&spec.fine, spec.name.as_str()) {
-            (Shape::HeightField { .. }, TERRAIN) => text += TERRAIN,
+        match spec.name.as_str() {
+            TERRAIN => text += "terrain\n",
             _ => text += &format!("{spec:?}\n"),
         }
     }

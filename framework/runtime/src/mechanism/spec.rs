@@ -4,7 +4,7 @@ use crate::block::Prototype;
 use crate::compile::{Bound, Host, Lowering};
 use crate::services::{Gravity, ServiceKind, Services, Terrain};
 use crate::value::{Fault, Origin};
-use linkwork_collision::{ColliderSpec, Colliders, Shape};
+use linkwork_collision::{ColliderSpec, Colliders, Shape, TERRAIN};
 use linkwork_multibody::{Body, LoopMotion, Multibody, SubhingeKind};
 use linkwork_solvers::{CompliantSettings, ContactSettings, Treatment};
 use linkwork_spatial::Pose;
@@ -83,9 +83,6 @@ pub struct ContactSpec {
     /// How contact is solved.
     pub settings: ContactSettings,
 }
-
-/// Name of the collider that the terrain is.
-pub(super) const TERRAIN: &str = "terrain";
 
 /// A terrain as a collider of the world: triangles between the points of its grid.
 fn ground(terrain: &dyn Terrain) -> ColliderSpec {

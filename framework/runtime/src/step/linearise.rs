@@ -61,6 +61,7 @@ pub(crate) struct Linear {
     /// The tangent at work, and its columns that may not be zero.
     row: Vec<f64>,
     touched: Vec<u32>,
+    marked: Vec<bool>,
     /// For loops: a matrix and a right side, and ∂t/∂x, a row for each sought lane.
     matrix: Vec<f64>,
     right: Vec<f64>,
@@ -68,6 +69,18 @@ pub(crate) struct Linear {
 }
 
 impl Linear {
+    /// Tangents beyond which there are differences of the whole system instead: 16 bytes each.
+    pub const SIZE_MAX: usize = 1 << 24;
+
+    /// Places for tangents that a plan needs.
+    pub fn size(plan: &Plan) -> usize {
+        plan.sizes.sig.saturating_mul(plan.sizes.x + Self::sought_lanes(plan))
+    }
+
+    fn sought_lanes(plan: &Plan) -> usize {
+        plan.loops.iter().map(|l| l.tears.len()).max().unwrap_or(0)
+    }
+
     pub fn new(plan: &Plan) -> Self {
         let n = plan.sizes.x;
         let own: Vec<Own> = (plan.parts.iter())
@@ -90,7 +103,7 @@ impl Linear {
             .max()
             .unwrap_or(0);
         let rows = most(&|o| o.x.len().max(o.ym.len()).max(o.yd.len()));
-        let sought = plan.loops.iter().map(|l| l.tears.len()).max().unwrap_or(0);
+        let sought = Self::sought_lanes(plan);
         let width = n + sought;
         Linear {
             width,
@@ -102,7 +115,8 @@ impl Linear {
             xdot: vec![0.0; n],
             before: vec![0.0; rows + most(&|o| o.ym.len())],
             row: vec![0.0; width],
-            touched: Vec::with_capacity(2 * width),
+            touched: Vec::with_capacity(width),
+            marked: vec![false; width],
             matrix: vec![0.0; sought * sought],
             right: vec![0.0; sought],
             solution: vec![0.0; sought * n],
@@ -118,17 +132,16 @@ impl Linear {
     fn begin(&mut self) {
         for column in self.touched.drain(..) {
             self.row[column as usize] = 0.0;
+            self.marked[column as usize] = false;
         }
     }
 
     /// Adds to the row at work.
     fn touch(&mut self, column: u32, by: f64) {
-        let entry = &mut self.row[column as usize];
-        // A sum that came back to zero is listed twice; what is put or read then is the same.
-        if *entry == 0.0 {
+        if !std::mem::replace(&mut self.marked[column as usize], true) {
             self.touched.push(column);
         }
-        *entry += by;
+        self.row[column as usize] += by;
     }
 
     /// Adds a multiple of a signal's tangent to the row at work.
@@ -144,6 +157,7 @@ impl Linear {
         let mut count = 0;
         for column in self.touched.drain(..) {
             let slope = std::mem::take(&mut self.row[column as usize]);
+            self.marked[column as usize] = false;
             if slope != 0.0 {
                 self.tangents[lane * self.width + count] = (column, slope);
                 count += 1;
@@ -341,12 +355,14 @@ impl Running<'_> {
             }
             // The signal, or the state, that is moved.
             let signal = column.checked_sub(nx).map(|c| linear.reads[c]);
-            if let Some(lane) = signal
-                && linear.reads[..column - nx].contains(&lane)
-            {
-                // Its first column has the whole change.
-                linear.slopes.column(column);
-                continue;
+            if let Some(lane) = signal {
+                // A signal that feeds two inputs moves both: its first column has the whole change. One that is not
+                // finite has no slope.
+                let again = linear.reads[..column - nx].contains(&lane);
+                if again || !self.sig[lane].is_finite() {
+                    linear.slopes.column(column);
+                    continue;
+                }
             }
             let (old, step) = match signal {
                 None => (at.x[own.x.start + column], at.steps[own.x.start + column]),
@@ -474,7 +490,8 @@ impl Linear {
 
 impl Simulation {
     /// ẋ at a continuous state `x` ([`Sizes::x`](crate::Sizes) lanes) of the present instant, with the discrete states
-    /// as they are. The run itself stays as it is.
+    /// as they are; 0 for what advances by a method of its own (a mechanism with contact by impulses). The run itself
+    /// stays as it is.
     ///
     /// # Errors
     /// What a part refuses there.
@@ -491,11 +508,14 @@ impl Simulation {
     /// A = ∂ẋ/∂x at the present state, n × n: the linear system near it, row and column by lane of x; names of the
     /// lanes are those of the variables at [`Place::X`](crate::Place). Sampled parts hold still. Analytic where blocks
     /// know their derivatives, by differences of single operations elsewhere. `None`: a loop that is solved has no
-    /// unique solution here.
+    /// unique solution here, or a part advances by a method of its own (contact by impulses) and has no ẋ.
     ///
     /// # Errors
     /// What a part refuses.
     pub fn state_matrix(&mut self) -> Result<Option<DMatrix<f64>>, RunError> {
+        if !self.plan.steps.is_empty() {
+            return Ok(None);
+        }
         let x = self.state.x.clone();
         let f = self.rates(&x)?;
         let (root, h) = (f64::EPSILON.sqrt(), self.plan.step.seconds());
@@ -513,7 +533,7 @@ impl Simulation {
     }
 
     /// Does something with the run as an integrator sees it, and leaves no trace.
-    fn beside(
+    pub(super) fn beside(
         &mut self,
         work: impl FnOnce(&mut Running<'_>, f64) -> Result<(), Stopped>,
     ) -> Result<(), RunError> {

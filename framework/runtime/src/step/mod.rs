@@ -111,7 +111,8 @@ impl Work {
             number: 0,
             xdot: vec![0.0; n],
             integrator: Integrator::new(plan.integration.method, n),
-            linear: matches!(plan.integration.method, Method::Rosenbrock(_))
+            linear: (matches!(plan.integration.method, Method::Rosenbrock(_))
+                && Linear::size(plan) <= Linear::SIZE_MAX)
                 .then(|| Box::new(Linear::new(plan))),
             inside: vec![0.0; n],
             before: State::default(),

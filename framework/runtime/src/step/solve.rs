@@ -33,8 +33,7 @@ pub(super) fn solve(
             let (t, s) = (sig[*t as usize], sig[*s as usize]);
             (s - t).abs() / (tolerance * t.abs().max(1.0))
         });
-        // NaN goes on to be found.
-        Ok(miss.fold(0.0, |m: f64, e| if e <= m { m } else { e }))
+        Ok(miss.fold(0.0, worse))
     };
     let [report, matrix, right, step, from] = {
         let at = l.work as usize;
@@ -100,6 +99,11 @@ pub(super) fn solve(
     Err(Stopped { block: l.block, failure })
 }
 
+/// The larger of two errors; NaN is the largest.
+fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b <= a { a } else { b }
+}
+
 /// Solves A x = b in place by elimination with pivots; false when A is singular.
 pub(super) fn eliminate(a: &mut [f64], b: &mut [f64], n: usize) -> bool {
     for k in 0..n {
@@ -127,4 +131,17 @@ pub(super) fn eliminate(a: &mut [f64], b: &mut [f64], n: usize) -> bool {
         b[k] = (b[k] - rest) / a[k * n + k];
     }
     b.iter().all(|v| v.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::worse;
+
+    #[test]
+    fn a_wire_that_is_not_a_number_is_never_solved() {
+        for errors in [[f64::NAN, 0.3], [0.3, f64::NAN], [0.0, f64::NAN]] {
+            assert!(errors.into_iter().fold(0.0, worse).is_nan());
+        }
+        assert_eq!([0.2, 0.7, 0.1].into_iter().fold(0.0, worse), 0.7);
+    }
 }

@@ -14,7 +14,7 @@
 use super::Simulation;
 use crate::plan::{Place, Plan};
 use crate::value::{Fault, Origin};
-use linkwork_integrate::Method;
+use linkwork_integrate::{Method, System};
 use linkwork_spatial::nalgebra::DMatrix;
 
 /// States beyond which this takes longer than it is worth.
@@ -133,19 +133,24 @@ impl Simulation {
         let plan = self.plan.clone();
         let n = plan.sizes.x;
         let mut x = self.state.x.clone();
-        let f0 = self.rates(&x).ok()?;
         let mut J = DMatrix::zeros(n, n);
-        for k in 0..n {
-            let (old, step) = (x[k], 1e-7 * (1.0 + x[k].abs()));
-            x[k] = old + step;
-            let f1 = self.rates(&x).ok()?;
-            x[k] = old - step;
-            let f2 = self.rates(&x).ok()?;
-            x[k] = old;
-            for i in 0..n {
-                J[(i, k)] = cautious((f1[i] - f0[i]) / step, (f0[i] - f2[i]) / step);
+        self.beside(|system, t| {
+            let [mut f0, mut f1, mut f2] = [(); 3].map(|()| vec![0.0; n]);
+            system.derivatives(t, &x, &mut f0)?;
+            for k in 0..n {
+                let (old, step) = (x[k], 1e-7 * (1.0 + x[k].abs()));
+                x[k] = old + step;
+                system.derivatives(t, &x, &mut f1)?;
+                x[k] = old - step;
+                system.derivatives(t, &x, &mut f2)?;
+                x[k] = old;
+                for i in 0..n {
+                    J[(i, k)] = cautious((f1[i] - f0[i]) / step, (f0[i] - f2[i]) / step);
+                }
             }
-        }
+            Ok(())
+        })
+        .ok()?;
         J.iter().all(|v| v.is_finite()).then_some(J)
     }
 }

@@ -89,12 +89,14 @@ fn with_model(text: &str, name: &str) -> Option<String> {
         (false, true) => entry,
         (false, false) => format!("{entry}, "),
     };
-    // Behind the last module declared, or before the first import.
-    let after = text[..function]
-        .match_indices("pub mod ")
-        .filter_map(|(at, _)| Some(at + text[at..].find(";\n")? + 2))
-        .last();
-    let place = after.or_else(|| text[..function].find("use "))?;
+    // Behind the last module declared, or before the first import: whole lines at the left edge.
+    let starts =
+        |from: usize| [0].into_iter().chain(text[..from].match_indices('\n').map(|m| m.0 + 1));
+    let written = || starts(function).map(|at| (at, text[at..].lines().next().unwrap_or_default()));
+    let declares = |line: &str| line.starts_with("pub mod ") && line.ends_with(';');
+    let after = written().filter(|(_, l)| declares(l)).map(|(at, l)| at + l.len() + 1).last();
+    let imports = |line: &str| line.starts_with("use ") || line.starts_with("pub use ");
+    let place = after.or_else(|| written().find(|(_, l)| imports(l)).map(|(at, _)| at))?;
     let gap = if after.is_some() { "" } else { "\n" };
     let (head, middle) = (&text[..place], &text[place..list]);
     Some(format!("{head}pub mod {name};\n{gap}{middle}{entry}{}", &text[list..]))
@@ -119,6 +121,10 @@ mod tests {
         assert!(text.contains("pub mod pump;\n\nuse x::E;"), "{text}");
         assert!(text.contains("vec![Entry::model::<pump::Pump>()]"), "{text}");
         assert_eq!(with_model("use a;\nfn list() {}", "pump"), None);
+        // What is written in words, and what lies within another module, is no place.
+        let text = "//! Parts for use in pumps.\n\npub mod util {\n    pub mod deep;\n}\n\nuse x::E;\n\nfn catalogue() -> Vec<E> { vec![] }";
+        let text = with_model(text, "pump").unwrap();
+        assert!(text.contains("}\n\npub mod pump;\n\nuse x::E;"), "{text}");
     }
 
     #[test]

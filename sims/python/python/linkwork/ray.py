@@ -65,7 +65,12 @@ def _campaign(folder: str, path: str, identity: str) -> Campaign:
 def _make(folder: str, path: str, identity: str, runs: list[int]) -> _Made:
     """Makes runs in a worker: a line for each, and the files that failures leave, by name."""
     before = os.getcwd()
-    os.chdir(folder)
+    try:
+        os.chdir(folder)
+    except OSError as e:
+        raise LinkworkError(
+            f"a node has no folder {folder}: {e.strerror}\n  help: put the files of the campaign at the same place on every node"
+        ) from e
     try:
         with tempfile.TemporaryDirectory(prefix="linkwork-") as failures:
             lines = _campaign(folder, path, identity)._make(runs, failures)
@@ -139,6 +144,11 @@ def execute(
         raise LinkworkError(f"`retries` is {retries}\n  help: give 0 or more")
     if not cpus > 0 or not math.isfinite(cpus):
         raise LinkworkError(f"`cpus` is {cpus}\n  help: give what a run needs, such as 1")
+    largest = max((node["Resources"].get("CPU", 0.0) for node in _nodes()), default=0.0)
+    if cpus > largest:
+        raise LinkworkError(
+            f"`cpus` is {cpus}, and the largest node has {largest:g}\n  help: ask for less, or add a larger node first"
+        )
     gathering = campaign._gather(folder)
     begin = time.monotonic()
     before, failed = gathering.counts()
@@ -173,6 +183,11 @@ def execute(
         # What there is, is written, also when the campaign could not go on.
         results = gathering.finish()
     return results
+
+
+def _nodes() -> list[dict[str, Any]]:
+    """The nodes that are alive."""
+    return [node for node in ray.nodes() if node["Alive"]]  # type: ignore[no-untyped-call]
 
 
 def _result(reference: Any, runs: list[int]) -> _Made:
