@@ -95,8 +95,15 @@ fn what_a_hinge_joins_to_the_world_meets_the_ground() {
     assert!((at_rest("") - 0.2).abs() < 1e-3);
     assert!((at_rest("compliant: true") - 0.2).abs() < 2e-3);
     assert!(at_rest(r#"ignore: [["crate", "terrain"]]"#) < -10.0);
-    let named = r#"colliders: { "terrain": (on: "world", shape: Box([1, 1, 1])) }, contact: (), until: "1 s", gravity: "none""#;
-    let told = common::scene(&format!("Simulation({named})"), &[]).err().unwrap();
+    let text = "Simulation(bodies: { \"ball\": (parent: \"world\", hinge: Free, mass: 1, inertia: [1, 1, 1]) }, \
+         contact: (ignore: [[\"ball\", \"terrain\"]]), until: \"1 s\", gravity: \"none\")";
+    let sim = common::scene(text, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let told: Vec<&str> = sim.plan().warnings.iter().map(|w| w.message.as_str()).collect();
+    assert!(told.iter().any(|t| t.contains("names `terrain`")), "{told:?}");
+    let named = r#"Simulation(
+        bodies: { "ball": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], shapes: [(shape: Sphere(1), collide: true)]) },
+        colliders: { "terrain": (on: "world", shape: Box([1, 1, 1])) }, contact: (), until: "1 s", gravity: "none")"#;
+    let told = common::scene(named, &[]).err().unwrap();
     assert!(told.contains("collider `terrain`") && told.contains("another name"), "{told}");
 }
 

@@ -132,6 +132,13 @@ impl MechanismSpec {
         let any = services.iter().any(|(_, o)| o.kind() == ServiceKind::Terrain);
         let moves = colliders.ids().any(|c| colliders.body(c).is_some());
         if named == Some("none") || (named.is_none() && !(any && moves)) {
+            let rules = colliders.rules();
+            let mut pairs = rules.ignore.iter().chain(&rules.collide);
+            if pairs.any(|pair| pair.iter().any(|name| name == TERRAIN)) {
+                let fact = format!("`contact`: a pair names `{TERRAIN}`, and bodies meet none");
+                let help = "add a terrain part, or take the pair out";
+                out.warnings.push(Fault::new(self.origin, fact).help(help));
+            }
             return here;
         }
         let mut fault = |fact: String, help: String| {
