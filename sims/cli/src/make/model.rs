@@ -94,7 +94,7 @@ fn with_model(text: &str, name: &str) -> Option<String> {
         |from: usize| [0].into_iter().chain(text[..from].match_indices('\n').map(|m| m.0 + 1));
     let written = || starts(function).map(|at| (at, text[at..].lines().next().unwrap_or_default()));
     let declares = |line: &str| line.starts_with("pub mod ") && line.ends_with(';');
-    let after = written().filter(|(_, l)| declares(l)).map(|(at, l)| at + l.len() + 1).last();
+    let after = written().filter(|(_, l)| declares(l)).map(|(at, l)| at + l.len() + 1).next_back();
     let imports = |line: &str| line.starts_with("use ") || line.starts_with("pub use ");
     let place = after.or_else(|| written().find(|(_, l)| imports(l)).map(|(at, _)| at))?;
     let gap = if after.is_some() { "" } else { "\n" };
