@@ -12,7 +12,7 @@ const TEXTS: [(&str, &str); 9] = [
     ("README.md", include_str!("../../templates/library/readme.txt")),
     ("src/lib.rs", include_str!("../../templates/library/src/lib.rs")),
     ("tests/spin_up.rs", include_str!("../../templates/library/tests/spin_up.rs")),
-    ("sims/spin_up/sim.ron", include_str!("../../templates/library/sim/sim.ron")),
+    ("sims/spin_up/sim.ron", include_str!("../../templates/library/sim/sim.txt")),
     ("program/Cargo.toml", include_str!("../../templates/library/program/program.toml")),
     ("program/src/main.rs", include_str!("../../templates/library/program/src/main.rs")),
     ("unit/Cargo.toml", include_str!("../../templates/library/unit/unit.toml")),

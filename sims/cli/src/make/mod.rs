@@ -106,7 +106,7 @@ fn simulation(folder: &Path) -> Result<Vec<PathBuf>, Refusal> {
     };
     let words = [("name", name), ("program", program().name)];
     let texts = [
-        ("sim.ron", include_str!("../../templates/simulation/sim.ron")),
+        ("sim.ron", include_str!("../../templates/simulation/sim.txt")),
         ("README.md", include_str!("../../templates/simulation/readme.txt")),
     ];
     let files = texts.map(|(file, text)| (file.to_string(), filled(text, &words)));
