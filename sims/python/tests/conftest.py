@@ -2,12 +2,16 @@
 
 import json
 import os
+import signal
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import linkwork as lw
+
+# A shell that runs the tests in the background ignores SIGINT, and so would they.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 SOURCE = Path(os.environ.get("LINKWORK_SOURCE", Path(__file__).resolve().parents[3]))
 ROBOTS = SOURCE.parent / "shared" / "reference" / "robots"
