@@ -5,6 +5,7 @@ use linkwork_runner::{Library, Ready};
 use linkwork_runtime::{Catalogue, Integrator, Program, Seconds, Simulation};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn library() -> Library {
     Library {
@@ -113,27 +114,43 @@ fn cut(program: &Arc<Program>, end: Seconds, seed: u64) -> Ended {
     ended(&sim, result)
 }
 
-#[test]
-fn every_simulation_with_every_integrator_split_equals_straight() {
+/// What of one simulation did not run to its end, by its method.
+fn every_integrator(file: &Path) -> Vec<String> {
     let mut stopped = Vec::new();
-    for file in simulations() {
-        for method in methods() {
-            let ready = load(&file, method);
-            let step = ready.plan().step;
-            let program = Arc::new(ready.program);
-            // Stages come and go until 20 s; elsewhere sixty steps show as much as a thousand.
-            let staging = file.ends_with("staging/sim.ron");
-            let rows = if staging { 2000 } else { 60 };
-            let end = Seconds::new(u128::from(step.num) * rows, u128::from(step.den));
-            let end = end.unwrap();
-            let expected = straight(&program, end);
-            let what = format!("{} with {method:?}", file.display());
-            assert_eq!(cut(&program, end, 3), expected, "{what}");
-            if let Err(why) = expected {
-                stopped.push(format!("{what}: {why}"));
-            }
+    for method in methods() {
+        let ready = load(file, method);
+        let step = ready.plan().step;
+        let program = Arc::new(ready.program);
+        // Stages come and go until 20 s; elsewhere sixty steps show as much as a thousand.
+        let staging = file.ends_with("staging/sim.ron");
+        let rows = if staging { 2000 } else { 60 };
+        let end = Seconds::new(u128::from(step.num) * rows, u128::from(step.den)).unwrap();
+        let expected = straight(&program, end);
+        let what = format!("{} with {method:?}", file.display());
+        assert_eq!(cut(&program, end, 3), expected, "{what}");
+        if let Err(why) = expected {
+            stopped.push(format!("{what}: {why}"));
         }
     }
+    stopped
+}
+
+#[test]
+fn every_simulation_with_every_integrator_split_equals_straight() {
+    // A thread a core takes the next file.
+    let (files, next) = (simulations(), AtomicUsize::new(0));
+    let work = || {
+        let mut stopped = Vec::new();
+        while let Some(file) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
+            stopped.extend(every_integrator(file));
+        }
+        stopped
+    };
+    let stopped: Vec<String> = std::thread::scope(|scope| {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().flat_map(|w| w.join().unwrap()).collect()
+    });
     // Semi-implicit Euler does not hold the flexible wishbone; nothing else may stop a run.
     assert!(stopped.len() <= 1, "{}", stopped.join("\n"));
 }

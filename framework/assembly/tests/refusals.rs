@@ -482,6 +482,10 @@ fn numbers_of_place_and_view_have_units_and_are_never_zero_by_mistake() {
             "`scale`: `big` is not a quantity",
         ),
         ("view: (arrows: [(at: \"a\", along: \"b\", color: [2, 0, 0])])", "outside 0 .. 1"),
+        (
+            "view: (arrows: [(at: \"a\", along: \"b\", color: [1, 0])])",
+            "is a colour, this has 2 numbers",
+        ),
         ("view: (arrows: [(along: \"b\")])", "`arrows`: item 1 has no `at`\n"),
         (
             "accuracy: (absolute: \"tiny\"), integrator: \"dormand_prince_54\"",

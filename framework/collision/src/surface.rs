@@ -343,6 +343,23 @@ impl Grid {
         Ok(Self { x, y, spacing, heights: heights.clone(), far, top, tops, blocks })
     }
 
+    /// The rows of some cells whose blocks have a point as high as `floor`.
+    fn high_rows(
+        &self,
+        columns: &Range<usize>,
+        rows: Range<usize>,
+        floor: f64,
+    ) -> impl Iterator<Item = usize> + use<'_> {
+        let pieces = columns.start / BLOCK..columns.end.div_ceil(BLOCK);
+        let blocks = rows.start / BLOCK..rows.end.div_ceil(BLOCK);
+        let any = move |b: &usize| {
+            self.tops[b * self.blocks..][pieces.clone()].iter().any(|top| *top >= floor)
+        };
+        blocks
+            .filter(any)
+            .flat_map(move |b| (b * BLOCK).max(rows.start)..((b + 1) * BLOCK).min(rows.end))
+    }
+
     /// Those of the columns of a row of cells, in pieces, that are in a block with a point as high as `floor`.
     fn high(
         &self,
@@ -419,7 +436,7 @@ impl Grid {
     fn near(&self, lo: &Vec3, hi: &Vec3, out: &mut Vec<u32>) {
         let (columns, rows) = (self.cells(0, lo.x, hi.x), self.cells(1, lo.y, hi.y));
         let floor = lo.z - 1e-9 * self.far[0];
-        for j in rows {
+        for j in self.high_rows(&columns, rows, floor) {
             for i in self.high(&columns, j, floor) {
                 for half in 0..2 {
                     let at = Self::corners(i, j, half).map(|(i, j)| self.heights[j * self.x + i]);
@@ -445,7 +462,7 @@ impl Grid {
         let [per_x, per_y] = self.spacing.map(|d| 1.0 / d);
         let floor = lo.z - 1e-9 * self.far[0];
         let (columns, rows) = (self.cells(0, lo.x, hi.x), self.cells(1, lo.y, hi.y));
-        for j in rows {
+        for j in self.high_rows(&columns, rows, floor) {
             let row = &self.heights[j * self.x..];
             let (row, above) = (&row[..self.x], &row[self.x..2 * self.x]);
             let y = [j, j + 1].map(|j| j as f64 * self.spacing[1] - self.far[1]);

@@ -1,7 +1,9 @@
 //! Loading: a file or text, compiled and put down, with all mistakes at once.
 use crate::unread::unread;
 use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, misspelt, put_down, tidy};
-use linkwork_runtime::{Catalogue, Fault, Files, Origin, Plan, Program, Simulation, Sources};
+use linkwork_runtime::{
+    Catalogue, Fault, Files, Origin, Plan, Program, Simulation, Sources, nearest,
+};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +13,18 @@ pub struct Library {
     pub catalogue: Catalogue,
     /// Assemblies in the program: path → text.
     pub embedded: BTreeMap<String, String>,
+}
+
+/// The file or folder beside a path whose name is nearest to it, when one is near.
+fn beside(path: &Path) -> Option<PathBuf> {
+    let folder = path.parent()?;
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let names =
+        std::fs::read_dir(here).ok()?.filter_map(|e| e.ok()?.file_name().into_string().ok());
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    let near = nearest(path.file_name()?.to_str()?, names.iter().map(String::as_str))?;
+    Some(folder.join(near))
 }
 
 /// A simulation, compiled and placed, with what else its file says.
@@ -71,8 +85,12 @@ impl Library {
             return Ok(());
         }
         let message = format!("there is no simulation `{}`", file.display());
-        let fault = Fault::new(Origin::NONE, message)
-            .help("name a sim.ron file or the folder that holds it, from the folder you are in");
+        let help = "name a sim.ron file or the folder that holds it, from the folder you are in";
+        let help = match beside(path) {
+            Some(near) => format!("did you mean `{}`? {help}", near.display()),
+            None => help.into(),
+        };
+        let fault = Fault::new(Origin::NONE, message).help(help);
         Err(Failure { faults: vec![fault], sources: Sources::default() })
     }
 

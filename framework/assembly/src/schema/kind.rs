@@ -221,12 +221,17 @@ plain_kinds! {
     /// Red, green, blue, and opacity, each 0 … 1.
     Color / color -> [f64; 4],
         |cx, v, at| {
-            let opaque = matches!(&v.value, Value::List(items) if items.len() == 3);
-            let c = if opaque {
-                let [r, g, b] = read::numbers::<3>(cx, v, &at.what, "")?;
-                [r, g, b, 1.0]
-            } else {
-                read::numbers::<4>(cx, v, &at.what, "")?
+            let c = match &v.value {
+                Value::List(items) if items.len() == 4 => read::numbers::<4>(cx, v, &at.what, "")?,
+                Value::List(items) if items.len() != 3 => {
+                    let message = format!("{} is a colour, this has {} numbers", at.what, items.len());
+                    cx.fault(v.origin, message, "write [red, green, blue], or with opacity behind");
+                    return None;
+                }
+                _ => {
+                    let [r, g, b] = read::numbers::<3>(cx, v, &at.what, "")?;
+                    [r, g, b, 1.0]
+                }
             };
             if c.iter().any(|x| !(0.0..=1.0).contains(x)) {
                 let message = format!("{} has a number outside 0 .. 1", at.what);
