@@ -90,7 +90,7 @@ fn a_tap_changes_nothing() {
     let rows = Arc::new(Mutex::new(Vec::new()));
     let mut sim = Simulation::new(zoo::plan(&spec));
     let places = sim.plan().variables.values().map(|v| v.place).collect();
-    let group = Group { period: Seconds { num: 1, den: 100 }, places, coordinates: Vec::new() };
+    let group = Group { period: Seconds { num: 1, den: 100 }, places, ..Group::default() };
     let mut tap = Tap::start(&sim, vec![group], 4, Box::new(Rows(rows.clone()))).unwrap();
     tap.sample(&sim).unwrap();
     while sim.before(end()) {

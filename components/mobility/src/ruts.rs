@@ -88,6 +88,10 @@ pub struct Tracks {
     tiles: BTreeMap<[i32; 2], Arc<Vec<Cell>>>,
 }
 
+impl Shows for Tracks {
+    const KIND: &'static str = "ruts";
+}
+
 impl Serialize for Tracks {
     fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
         s.collect_seq(self.tiles.iter().map(|(at, cells)| (at, &**cells)))
@@ -276,7 +280,7 @@ impl Field for Ruts {
     fn start(&self) -> Tracks {
         Tracks::default()
     }
-    fn update(&self, _: &Clock, tracks: &mut Tracks, prints: &[Print]) {
+    fn update(&self, _: &Clock, tracks: &mut Tracks, prints: &[Print], _: &[f64]) {
         prints.iter().for_each(|print| self.grid.press(tracks, print));
     }
 }

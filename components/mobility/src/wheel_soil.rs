@@ -4,7 +4,7 @@
 //! the wheels before, and leaves its own; without one every wheel meets fresh ground.
 
 use crate::rigid_contact::Hub;
-use crate::ruts::Ruts;
+use crate::ruts::{Ruts, Tracks};
 use crate::soil_contact::{SoilContact, SoilState};
 use crate::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
 use crate::wheel_geometry::Cylinder;
@@ -209,13 +209,20 @@ impl Model for WheelSoilModel {
         model.steady(&soil).check()?;
         Ok(model)
     }
-    type Store = View<Ruts>;
-    fn direct(&self, c: &Clock, x: &SoilLanes, _: &(), u: &WheelIn, ruts: &View<Ruts>) -> SoilOut {
+    type Store = View<Tracks>;
+    fn direct(
+        &self,
+        c: &Clock,
+        x: &SoilLanes,
+        _: &(),
+        u: &WheelIn,
+        ruts: &View<Tracks>,
+    ) -> SoilOut {
         let hub = hub_of(&u.hub);
         let soil = self.soil(&hub);
         let ground = |x: f64, y: f64| self.ground(x, y);
         let contact = self.contact(soil, c.t, &hub);
-        let past = ruts.get().map(|(ruts, tracks)| ruts.past(tracks));
+        let past = ruts.with::<Ruts>().map(|(ruts, tracks)| ruts.past(tracks));
         let (load, rate) = contact.evaluate(soil, &hub, &x.state(), &ground, past);
         SoilOut {
             load: Wrench { moment: load.moment, force: load.force },
@@ -246,7 +253,7 @@ impl Model for WheelSoilModel {
         _: &(),
         _: &(),
         _: &WheelIn,
-        _: &View<Ruts>,
+        _: &View<Tracks>,
         y: &SoilOut,
     ) -> SoilLanes {
         SoilLanes {
@@ -263,7 +270,7 @@ impl Model for WheelSoilModel {
         d: &(),
         _: &(),
         u: &WheelIn,
-        ruts: &View<Ruts>,
+        ruts: &View<Tracks>,
     ) -> Vec<BuildError> {
         let depth = self.direct(c, x, d, u, ruts).sinkage;
         in_the_ground(depth, self.p.radius, STARTS_IN)

@@ -2,6 +2,7 @@
 
 #![allow(non_snake_case)]
 
+pub mod camera;
 pub mod encoder;
 pub mod imu;
 pub mod lidar;
@@ -17,6 +18,7 @@ use linkwork_runtime::prelude::Entry;
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
     vec![
+        Entry::field::<camera::CameraSensor>(),
         Entry::model::<encoder::Encoder>(),
         Entry::model::<imu::Imu>(),
         Entry::sized::<lidar::LidarSensor>(),

@@ -5,14 +5,15 @@
 //! reading  r + σ n, to the next multiple of the resolution; 0 without an echo
 //! ```
 //! The equations are those of `linkwork_render::lidar`. It sees the terrain, rocks included, as triangles between the nodes of its
-//! grid; bodies of the mechanism it does not see. All beams of a sample are of one instant.
+//! grid, and the shapes of the bodies that `sees` names. All beams of a sample are of one instant.
 
+use crate::camera::show;
 use linkwork_render::lidar::{Lidar, middles, spinning};
 use linkwork_render::spatial::Pose;
 use linkwork_render::{HeightMap, Light, Look, Scene};
 use linkwork_runtime::Lane;
 use linkwork_runtime::prelude::*;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Beams and their noise.
 #[derive(Params, Clone, Debug)]
@@ -50,9 +51,13 @@ pub struct LidarParams {
     /// Albedo of the ground.
     #[param(default = 0.2, range = 0.0..=1.0)]
     pub albedo: f64,
-    /// The ground.
+    /// Bodies that are seen, by patterns of their names; unwritten: all. Leave out the one that carries the lidar when it is in
+    /// the way of beams.
     #[param(service)]
-    pub terrain: Handle<dyn Terrain>,
+    pub sees: Scenery,
+    /// The ground, when there is one.
+    #[param(service)]
+    pub terrain: Option<Handle<dyn Terrain>>,
 }
 
 /// Most beams of a sample: each is a lane of its output.
@@ -61,7 +66,9 @@ const BEAMS_MAX: u32 = 1 << 16;
 /// A lidar over the ground.
 pub struct LidarSensor {
     lidar: Lidar,
-    scene: Scene,
+    sees: Scenery,
+    /// Work space: the shapes, where they were last.
+    scene: Mutex<Scene>,
 }
 
 impl SizedModel for LidarSensor {
@@ -82,7 +89,7 @@ impl SizedModel for LidarSensor {
             .unit_of("1")
             .doc_of("How many beams have an echo.");
         SizedPorts {
-            direct_inputs: vec![mount],
+            direct_inputs: std::iter::once(mount).chain(p.sees.ports()).collect(),
             direct_outputs: vec![range, echoes],
             sampled: true,
             ..SizedPorts::default()
@@ -117,21 +124,31 @@ impl SizedModel for LidarSensor {
         };
         lidar.check().map_err(|e| BuildError::of(&e))?;
         let mut scene = Scene::new(Light::default());
-        let map =
-            HeightMap::new(p.terrain.surface()).map_err(|e| BuildError::of(&e).at("terrain"))?;
-        scene
-            .set_ground(Arc::new(map), Look::plain([p.albedo; 3]))
-            .map_err(|e| BuildError::of(&e).at("albedo"))?;
-        Ok(Self { lidar, scene })
+        if let Some(terrain) = &p.terrain {
+            let map =
+                HeightMap::new(terrain.surface()).map_err(|e| BuildError::of(&e).at("terrain"))?;
+            scene
+                .set_ground(Arc::new(map), Look::plain([p.albedo; 3]))
+                .map_err(|e| BuildError::of(&e).at("albedo"))?;
+        }
+        show(&mut scene, &p.sees)?;
+        Ok(Self { lidar, sees: p.sees, scene: Mutex::new(scene) })
     }
 
     fn direct(&self, c: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
         let mount = NodeState::get(u);
         let X_WS = Pose::new(mount.rotation, mount.position);
+        let mut scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
+        // A pose that is none stops the run: its lanes are checked at every row.
+        if scene.move_all(self.sees.poses(&u[<NodeState as Lane>::N..])).is_err() {
+            y.fill(f64::NAN);
+            return;
+        }
+        scene.settle();
         let Some((echoes, ranges)) = y.split_last_mut() else { return };
         *echoes = 0.0;
         for (k, range) in ranges.iter_mut().enumerate() {
-            let echo = self.lidar.echo(&self.scene, &X_WS, c.key, c.n, k);
+            let echo = self.lidar.echo(&scene, &X_WS, c.key, c.n, k);
             let found = echo.range.is_finite();
             *range = if found { echo.range } else { 0.0 };
             *echoes += f64::from(u8::from(found));
@@ -175,7 +192,8 @@ mod tests {
             resolution: 0.0,
             drop_out: 0.0,
             albedo: 0.2,
-            terrain: Handle::new("ground", Arc::new(Slope(soil)) as Arc<dyn Terrain>),
+            sees: Scenery::default(),
+            terrain: Some(Handle::new("ground", Arc::new(Slope(soil)) as Arc<dyn Terrain>)),
         }
     }
 

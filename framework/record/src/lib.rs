@@ -1,6 +1,7 @@
 //! Logs: MCAP with protobuf on every channel; reading them back; comparison; plots.
 mod ballast;
 mod log;
+mod pictures;
 mod plot;
 mod read;
 mod schema;

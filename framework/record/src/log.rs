@@ -1,5 +1,6 @@
 //! The MCAP log: one protobuf channel per part, transforms of all bodies, everything needed to rerun.
 use crate::ballast::{Ballast, Gauge};
+use crate::pictures::{self, Camera};
 use crate::schema::Schema;
 use foxglove::Encode;
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3};
@@ -127,6 +128,9 @@ pub struct Log {
     /// Channels of each group.
     channels: Vec<Vec<Channel>>,
     transforms: Option<Transforms>,
+    /// The group of the first camera; the others follow.
+    first_camera: usize,
+    cameras: Vec<Camera>,
     /// Channel and sequence of the variables that were set.
     sets: Option<(u16, u32)>,
     buffer: Vec<u8>,
@@ -196,14 +200,29 @@ impl Log {
             }
             _ => None,
         };
+        let first_camera = groups.len();
+        let opened = pictures::open(&mut writer, program).map_err(|e| fail(why(&e)))?;
+        let (of_cameras, cameras): (Vec<Group>, Vec<Camera>) = opened.into_iter().unzip();
+        groups.extend(of_cameras);
         // Schemas and channels are on disk before the first row: a killed run leaves a log.
         writer.flush().map_err(|e| fail(why(&e)))?;
         gauge.mark_whole();
         let writer = Some(writer);
         let (buffer, last) = (Vec::new(), now());
         let sets = None;
-        let log =
-            Log { path: name, writer, channels, transforms, sets, buffer, gauge, open: 0, last };
+        let log = Log {
+            path: name,
+            writer,
+            channels,
+            transforms,
+            first_camera,
+            cameras,
+            sets,
+            buffer,
+            gauge,
+            open: 0,
+            last,
+        };
         Ok((log, groups))
     }
 
@@ -305,7 +324,7 @@ fn open_group(
         let id = writer.add_channel(id, &topic, "protobuf", &metadata)?;
         channels.push(Channel { id, sequence: 0, schema, from, to: places.len() });
     }
-    Ok((Group { period, places, coordinates: Vec::new() }, channels))
+    Ok((Group { period, places, ..Group::default() }, channels))
 }
 
 fn open_transforms(
@@ -326,7 +345,7 @@ fn open_transforms(
     });
     let t = Transforms { group, id, sequence: 0, phases: phases.collect() };
     let coordinates = program.coordinates();
-    Ok((t, Group { period, places: Vec::new(), coordinates }))
+    Ok((t, Group { period, coordinates, ..Group::default() }))
 }
 
 impl Transforms {
@@ -366,6 +385,14 @@ impl Consumer for Log {
             self.write(t.id, t.sequence, row.ns)?;
             t.sequence = t.sequence.wrapping_add(1);
             self.transforms = Some(t);
+        } else if let Some(k) = (row.group as usize).checked_sub(self.first_camera) {
+            self.buffer.clear();
+            let camera = &mut self.cameras[k];
+            if camera.message(row, &mut self.buffer)? {
+                let (id, sequence) = (camera.id, camera.sequence);
+                camera.sequence = sequence.wrapping_add(1);
+                self.write(id, sequence, row.ns)?;
+            }
         } else {
             let mut channels = std::mem::take(&mut self.channels[row.group as usize]);
             for c in &mut channels {

@@ -4,6 +4,7 @@
 //! a flipped bit anywhere is an error with its place, and no length in a damaged file decides how
 //! much memory is taken. A log that only lacks its end (a killed run) is read as far as it goes.
 use crate::log::{CONFIGURATION, LogError, SETS, START, SetMessage, TRANSFORMS, why};
+use crate::pictures::{PICTURES, picture};
 use crate::schema::decode;
 use foxglove::messages::FrameTransforms;
 use linkwork_runtime::SetRow;
@@ -105,7 +106,7 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
                 }
             }
             Entry::Set(set) => contents.sets.push(set),
-            Entry::Poses { .. } => {}
+            Entry::Poses { .. } | Entry::Picture { .. } => {}
         }
         Ok(())
     })?;
@@ -140,6 +141,15 @@ pub enum Entry<'a> {
         ns: u64,
         /// Name of each body, and X_WB (m).
         bodies: Vec<(String, Pose)>,
+    },
+    /// What a camera saw.
+    Picture {
+        /// Simulated time (ns).
+        ns: u64,
+        /// Path of the camera.
+        camera: String,
+        /// The image, a PNG file.
+        png: Vec<u8>,
     },
 }
 
@@ -317,6 +327,10 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
             let message: FrameTransforms = prost::Message::decode(data)
                 .map_err(|e| format!("transforms at {} s: {e}", ns as f64 * 1e-9))?;
             Entry::Poses { ns, bodies: message.transforms.into_iter().filter_map(pose).collect() }
+        } else if name == PICTURES {
+            let (camera, png) =
+                picture(data).map_err(|e| format!("a picture at {} s: {e}", ns as f64 * 1e-9))?;
+            Entry::Picture { ns, camera, png }
         } else {
             return Ok(());
         };

@@ -11,6 +11,7 @@ use crate::camera::Frame;
 use crate::error::{RenderError, number};
 use crate::light::luminance;
 use linkwork_runtime::noise;
+use serde::{Deserialize, Serialize};
 
 /// What the pixels tell apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,7 +76,7 @@ impl Default for Detector {
 }
 
 /// Numbers of a detector, row by row from the top, the channels of a pixel together.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Image {
     /// Pixels in a row.
     pub width: usize,

@@ -17,6 +17,7 @@
 
 use crate::error::{RenderError, number};
 use linkwork_spatial::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// Newton's method stops at this change, and has failed after so many steps.
 const CLOSE: f64 = 1e-15;
@@ -32,7 +33,7 @@ pub struct LensRay {
 }
 
 /// Pinhole with Brown's distortion. Lengths in pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Brown {
     /// Focal lengths f_x, f_y.
     pub focal: [f64; 2],
@@ -45,7 +46,7 @@ pub struct Brown {
 }
 
 /// The vectors C, A, H, V.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cahv {
     /// Centre of projection, m.
     pub c: Vec3,
@@ -58,7 +59,7 @@ pub struct Cahv {
 }
 
 /// CAHV with radial distortion about O.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cahvor {
     /// C, A, H, V.
     pub cahv: Cahv,
@@ -69,7 +70,7 @@ pub struct Cahvor {
 }
 
 /// CAHVOR of any linearity, with an entrance pupil that moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cahvore {
     /// The rest.
     pub cahvor: Cahvor,
@@ -79,8 +80,15 @@ pub struct Cahvore {
     pub linearity: f64,
 }
 
+impl Default for Lens {
+    /// One pixel that looks a radian wide.
+    fn default() -> Self {
+        Lens::Brown(Brown::ideal(1, 1, 1.0))
+    }
+}
+
 /// A model of a lens.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Lens {
     /// Pinhole with Brown's distortion.
     Brown(Brown),

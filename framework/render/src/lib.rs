@@ -10,7 +10,7 @@
 //! light and albedo          light.rs                       lens.rs         pixels and rays
 //! frames                    camera.rs                      detector.rs     electrons and numbers
 //! files                     picture.rs     lidar.rs        beams and echoes
-//! depth from two images     stereo.rs
+//! depth from two images     stereo.rs     sight.rs         what a camera of a simulation shows
 //! ```
 //! What is left out: light from surface to surface, soft shadows, glare, motion blur, rolling shutters, defocus.
 //!
@@ -43,6 +43,7 @@ pub mod lidar;
 mod light;
 mod picture;
 mod scene;
+mod sight;
 pub mod stereo;
 
 pub use camera::{Camera, Frame, Want};
@@ -55,3 +56,4 @@ pub use linkwork_collision as collision;
 pub use linkwork_runtime::Surface;
 pub use linkwork_spatial as spatial;
 pub use scene::{FAR, Form, GROUND, Hit, ObjectId, Scene};
+pub use sight::{Picture, shape_of};

@@ -197,6 +197,16 @@ impl Scene {
         Ok(())
     }
 
+    /// Moves all objects, in the order in which they were added.
+    ///
+    /// # Errors
+    /// What is no pose.
+    pub fn move_all(&mut self, poses: impl Iterator<Item = Pose>) -> Result<(), RenderError> {
+        poses.enumerate().take(self.objects.len()).try_for_each(|(k, X_WO)| {
+            if self.objects[k].X_WO == X_WO { Ok(()) } else { self.set_pose(ObjectId(k), X_WO) }
+        })
+    }
+
     /// Name of an object, by its number in a mask.
     #[must_use]
     pub fn name(&self, object: u16) -> Option<&str> {

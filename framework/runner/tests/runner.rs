@@ -80,7 +80,7 @@ impl Consumer for Rows {
 
 fn tap(sim: &Simulation, notes: &Notes, den: u64, fails_after: usize) -> Tap {
     let places = sim.plan().variables.values().map(|v| v.place).collect();
-    let group = Group { period: Seconds { num: 1, den }, places, coordinates: Vec::new() };
+    let group = Group { period: Seconds { num: 1, den }, places, ..Group::default() };
     let rows = Rows { notes: notes.clone(), fails_after, seen: 0 };
     Tap::start(sim, vec![group], 8, Box::new(rows)).unwrap()
 }

@@ -121,12 +121,10 @@ impl Entry {
             maker: Maker::Model(|_, params, cx| {
                 let p = F::Params::read_map(params, cx)?;
                 let shown = p.show_map();
-                let field = Arc::new(built(F::build(p), params, cx)?);
-                Some(Box::new(BuiltField {
-                    field,
-                    params: shown,
-                    description: field::describe::<F>(),
-                }))
+                let field: Arc<F> = Arc::new(built(F::build(p), params, cx)?);
+                let description =
+                    Description { inputs: F::inputs(Some(&field)), ..field::describe::<F>() };
+                Some(Box::new(BuiltField { field, params: shown, description }))
             }),
         }
     }

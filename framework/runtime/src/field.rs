@@ -1,11 +1,12 @@
-//! Fields: shared worlds that change (ruts, dust, a temperature field).
+//! Fields: shared worlds that change (ruts, dust, a temperature field), and large data that one part makes and others
+//! read (what a camera has seen).
 //!
 //! A field is a part with data of its own. Other parts *read* it as it was after the last row, through a
 //! [`View`] in their store, and *write* to it by outputs, their imprints. At its own ticks, after every
-//! other update of the row, the field takes all imprints in path order and changes its data. So no order
+//! other update of the row, the field takes its inputs and all imprints in path order, and changes its data. So no order
 //! of parts matters, and the data are saved, forked and replayed as any other state.
 use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into};
-use crate::model::{BuildError, Description, Functions, Store};
+use crate::model::{BuildError, Description, Functions, Store, lanes};
 use crate::params::Params;
 use crate::ports::{Lanes, PortSpec};
 use crate::time::Clock;
@@ -18,10 +19,16 @@ use std::sync::Arc;
 /// The binding by which a part names the field that it reads and writes; its imprint's ports name it.
 pub(crate) const BINDING: &str = "field";
 
+/// Data that a field shows. Who reads them takes any field that shows data of this type.
+pub trait Shows: Serialize + DeserializeOwned + Clone + Send + Sync + 'static {
+    /// Name of their kind: `ruts`, `picture`.
+    const KIND: &'static str;
+}
+
 /// A shared world that changes (complete it with `#[field("library.name")]`).
 ///
 /// A part that writes to it has an output for each port of [`Field::Imprint`], of the same name and
-/// marked `bind = "field"`. A part that reads it has a [`View`] in its [`Store`].
+/// marked `bind = "field"`. A part that reads it has a [`View`] of its data in its [`Store`].
 pub trait Field: Sized + Send + Sync + 'static {
     /// Name in the catalogue.
     const NAME: &'static str;
@@ -31,7 +38,7 @@ pub trait Field: Sized + Send + Sync + 'static {
     type Params: Params;
     /// What changes: saved with the state. A fork copies it when one of the two writes, so large data
     /// should share what does not change (tiles behind `Arc`).
-    type Data: Serialize + DeserializeOwned + Clone + Send + Sync + 'static;
+    type Data: Shows;
     /// What one part does to it.
     type Imprint: Lanes;
 
@@ -42,67 +49,72 @@ pub trait Field: Sized + Send + Sync + 'static {
     fn build(p: Self::Params) -> Result<Self, BuildError>;
     /// The data at the start.
     fn start(&self) -> Self::Data;
-    /// Takes what the parts did, in path order.
-    fn update(&self, c: &Clock, data: &mut Self::Data, imprints: &[Self::Imprint]);
+    /// Inputs of its own; asked with `None` for what is known of every such field before one is made.
+    fn inputs(_built: Option<&Self>) -> Vec<PortSpec> {
+        Vec::new()
+    }
+    /// Takes what the parts did, in path order, and the lanes of its own inputs.
+    fn update(&self, c: &Clock, data: &mut Self::Data, imprints: &[Self::Imprint], u: &[f64]);
 }
 
-/// A field as its readers see it, of any type.
+/// A field as its readers see it, of any type: downcast to [`Seen`].
 pub type Shown = Arc<dyn Any + Send + Sync>;
 
 /// The field with its data at one time.
-struct Seen<F: Field> {
-    field: Arc<F>,
-    data: F::Data,
+#[derive(Clone)]
+pub struct Seen<D> {
+    field: Shown,
+    /// The data.
+    pub data: D,
 }
 
-impl<F: Field> Clone for Seen<F> {
-    fn clone(&self) -> Self {
-        Seen { field: self.field.clone(), data: self.data.clone() }
-    }
-}
-
-/// What a part sees of a field: nothing when the simulation has none. It belongs to a store, and is not
+/// What a part sees of a field's data: nothing when the simulation has no such field. It belongs to a store, and is not
 /// saved with it: the field itself is.
-pub struct View<F: Field>(Option<Arc<Seen<F>>>);
+pub struct View<D: Shows>(Option<Arc<Seen<D>>>);
 
-impl<F: Field> View<F> {
+impl<D: Shows> View<D> {
     /// A view of a field with these data, for tests.
-    pub fn of(field: F, data: F::Data) -> Self {
+    pub fn of<F: Field<Data = D>>(field: F, data: D) -> Self {
         View(Some(Arc::new(Seen { field: Arc::new(field), data })))
     }
-    /// The field and its data.
+    /// The data.
     #[inline]
-    pub fn get(&self) -> Option<(&F, &F::Data)> {
-        self.0.as_ref().map(|seen| (&*seen.field, &seen.data))
+    pub fn get(&self) -> Option<&D> {
+        self.0.as_ref().map(|seen| &seen.data)
     }
-    /// Takes what is shown, or lets go of it; what is no such field is not taken.
+    /// The data with the field, when it is of this type.
+    #[inline]
+    pub fn with<F: Field<Data = D>>(&self) -> Option<(&F, &D)> {
+        self.0.as_ref().and_then(|seen| Some((seen.field.downcast_ref::<F>()?, &seen.data)))
+    }
+    /// Takes what is shown, or lets go of it; what shows no such data is not taken.
     pub fn see(&mut self, shown: Option<&Shown>) {
-        self.0 = shown.and_then(|shown| shown.clone().downcast::<Seen<F>>().ok());
+        self.0 = shown.and_then(|shown| shown.clone().downcast::<Seen<D>>().ok());
     }
 }
 
-impl<F: Field> Default for View<F> {
+impl<D: Shows> Default for View<D> {
     fn default() -> Self {
         View(None)
     }
 }
-impl<F: Field> Clone for View<F> {
+impl<D: Shows> Clone for View<D> {
     fn clone(&self) -> Self {
         View(self.0.clone())
     }
 }
-impl<F: Field> Serialize for View<F> {
+impl<D: Shows> Serialize for View<D> {
     fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
         s.serialize_unit()
     }
 }
-impl<'de, F: Field> Deserialize<'de> for View<F> {
-    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+impl<'de, D: Shows> Deserialize<'de> for View<D> {
+    fn deserialize<R: Deserializer<'de>>(d: R) -> Result<Self, R::Error> {
         <()>::deserialize(d).map(|()| View(None))
     }
 }
-impl<F: Field> Store for View<F> {
-    const READS: Option<&'static str> = Some(F::NAME);
+impl<D: Shows> Store for View<D> {
+    const READS: Option<&'static str> = Some(D::KIND);
     fn see(&mut self, shown: Option<&Shown>) {
         View::see(self, shown);
     }
@@ -115,7 +127,8 @@ pub(crate) fn describe<F: Field>() -> Description {
         doc: F::DOC.into(),
         functions: Functions { update: true, ..Functions::default() },
         params: F::Params::specs(),
-        field: true,
+        inputs: F::inputs(None),
+        shows: Some(F::Data::KIND.into()),
         imprint: F::Imprint::specs(),
         inertial: false,
         ..Description::default()
@@ -141,7 +154,7 @@ impl<F: Field> Prototype for BuiltField<F> {
         true
     }
     fn written_by(&mut self, writers: &[&str]) {
-        self.description.inputs.clear();
+        self.description.inputs = F::inputs(Some(&self.field));
         for (k, path) in writers.iter().enumerate() {
             self.description.inputs.extend(F::Imprint::specs().into_iter().map(|port| PortSpec {
                 name: imprint_port(k, &port.name).into(),
@@ -153,8 +166,15 @@ impl<F: Field> Prototype for BuiltField<F> {
     }
     fn block(&self, w: Wiring) -> Box<dyn Block> {
         let seen = Arc::new(Seen { field: self.field.clone(), data: self.field.start() });
-        let n = w.u.len().checked_div(F::Imprint::N).unwrap_or(0);
-        Box::new(WiredField { w, seen, imprints: Vec::with_capacity(n) })
+        let own = lanes(&F::inputs(Some(&self.field)));
+        let n = (w.u.len() - own).checked_div(F::Imprint::N).unwrap_or(0);
+        Box::new(WiredField::<F> {
+            w,
+            field: self.field.clone(),
+            seen,
+            imprints: Vec::with_capacity(n),
+            own: vec![0.0; own],
+        })
     }
 }
 
@@ -165,9 +185,12 @@ pub(crate) fn imprint_port(k: usize, port: &str) -> String {
 
 struct WiredField<F: Field> {
     w: Wiring,
-    seen: Arc<Seen<F>>,
+    field: Arc<F>,
+    seen: Arc<Seen<F::Data>>,
     /// Work space.
     imprints: Vec<F::Imprint>,
+    /// Lanes of the field's own inputs.
+    own: Vec<f64>,
 }
 
 impl<F: Field> Block for WiredField<F> {
@@ -181,12 +204,14 @@ impl<F: Field> Block for WiredField<F> {
         Ok(())
     }
     fn update(&mut self, now: &Now, _: &[f64], _: &mut [f64], sig: &[f64]) -> Outcome {
+        let (own, written) = self.w.u.split_at(self.own.len());
+        self.own.iter_mut().zip(own).for_each(|(u, lane)| *u = sig[*lane as usize]);
         self.imprints.clear();
-        let each = self.w.u.chunks_exact(F::Imprint::N.max(1));
+        let each = written.chunks_exact(F::Imprint::N.max(1));
         self.imprints.extend(each.map(|lanes| F::Imprint::gather(sig, lanes)));
-        // Readers have let go: this copies only what a fork or a snapshot holds too.
-        let Seen { field, data } = Arc::make_mut(&mut self.seen);
-        field.update(&self.w.clock(now), data, &self.imprints);
+        // Readers have let go: this copies only what a fork, a snapshot or a tap holds too.
+        let data = &mut Arc::make_mut(&mut self.seen).data;
+        self.field.update(&self.w.clock(now), data, &self.imprints, &self.own);
         Ok(())
     }
     fn shown(&self) -> Option<Shown> {
@@ -197,26 +222,28 @@ impl<F: Field> Block for WiredField<F> {
     }
     fn load_store(&mut self, bytes: &[u8]) -> Result<(), String> {
         let data = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
-        self.seen = Arc::new(Seen { field: self.seen.field.clone(), data });
+        self.seen = Arc::new(Seen { field: self.field.clone(), data });
         Ok(())
     }
     fn copy_store(&self, into: &mut Option<Box<dyn Any + Send>>) {
         copy_into(&self.seen, into);
     }
     fn take_store(&mut self, from: &dyn Any) {
-        if let Some(seen) = from.downcast_ref::<Arc<Seen<F>>>() {
+        if let Some(seen) = from.downcast_ref::<Arc<Seen<F::Data>>>() {
             // The parameters stay those of this plan: only the data go over.
             self.seen = match Arc::ptr_eq(&seen.field, &self.seen.field) {
                 true => seen.clone(),
-                false => Arc::new(Seen { field: self.seen.field.clone(), data: seen.data.clone() }),
+                false => Arc::new(Seen { field: self.field.clone(), data: seen.data.clone() }),
             };
         }
     }
     fn fork(&self) -> Box<dyn Block> {
         Box::new(WiredField::<F> {
             w: self.w.clone(),
+            field: self.field.clone(),
             seen: self.seen.clone(),
             imprints: Vec::with_capacity(self.imprints.capacity()),
+            own: self.own.clone(),
         })
     }
 }

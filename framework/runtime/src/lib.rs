@@ -18,6 +18,7 @@ pub mod pattern;
 mod plan;
 mod ports;
 mod program;
+mod scenery;
 mod schedule;
 mod services;
 mod site;
@@ -37,7 +38,7 @@ pub use catalogue::{Catalogue, Entry, Foreign, Making};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
 pub use condition::{Condition, ConditionError};
-pub use field::{Field, Shown, View};
+pub use field::{Field, Seen, Shown, Shows, View};
 pub use mechanism::{
     ContactSpec, Frame, MechanismPart, MechanismPlan, MechanismPorts, MechanismSpec, PlaceError,
     Placement, RankReport, place_on_terrain,
@@ -53,6 +54,7 @@ pub use ports::{
     PortKind, PortSpec, Text, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
+pub use scenery::{PLAIN, Scenery, Sight};
 pub use schedule::Schedule;
 pub use services::{
     Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
@@ -77,8 +79,8 @@ pub mod prelude {
     pub use crate::{
         AddedMass, Air, Atmosphere, Axes, BuildError, Clock, Direction, Entry, Field, Files,
         Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model, NodeAccel,
-        NodeState, PortKind, PortSpec, Rock, Service, Site, SizedModel, SizedPorts, Soil, Store,
-        Sun, SunState, Surface, Terrain, View, Wrench,
+        NodeState, PortKind, PortSpec, Rock, Scenery, Service, Shows, Site, SizedModel, SizedPorts,
+        Soil, Store, Sun, SunState, Surface, Terrain, View, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

@@ -67,7 +67,7 @@ impl BuildError {
 /// Large mutable data of a model: saved with the state, changed only in `update`. A type becomes one by
 /// `impl Store for T {}`; one with a [`View`](crate::View) of a field in it says so.
 pub trait Store: Serialize + DeserializeOwned + Clone + Default + Send + Sync + 'static {
-    /// Name of the field that the view in it sees.
+    /// Kind of field that the view in it sees.
     const READS: Option<&'static str> = None;
     /// Hands the field to the view in it, or takes it away.
     fn see(&mut self, _shown: Option<&Shown>) {}
@@ -242,8 +242,8 @@ pub struct Description {
     pub positions: std::ops::Range<usize>,
     /// Name of the kind of field that it reads.
     pub reads: Option<Text>,
-    /// It is a field.
-    pub field: bool,
+    /// Of a field: the kind of what it shows.
+    pub shows: Option<Text>,
     /// Of a field: the ports of what one part does to it.
     pub imprint: Vec<PortSpec>,
     /// It takes W for inertial axes: see [`Model::INERTIAL`].
@@ -267,7 +267,7 @@ impl Description {
             guards: M::G::specs(),
             positions: 0..0,
             reads: M::Store::READS.map(Text::from),
-            field: false,
+            shows: None,
             imprint: Vec::new(),
             inertial: M::INERTIAL,
         }

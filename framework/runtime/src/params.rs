@@ -122,6 +122,10 @@ pub trait Param: Sized {
     fn missing(_spec: &ParamSpec, _cx: &mut ReadCx<'_>) -> Option<Option<Self>> {
         None
     }
+    /// The one that there is, when it may be missing and is not written: a service.
+    fn if_there(_cx: &mut ReadCx<'_>) -> Option<Self> {
+        None
+    }
     /// As a value that reads back the same.
     fn show(&self) -> Value;
 }
@@ -467,8 +471,8 @@ impl<T: Param> Param for Option<T> {
             _ => T::read(v, spec, cx).map(Some),
         }
     }
-    fn missing(_: &ParamSpec, _: &mut ReadCx<'_>) -> Option<Option<Self>> {
-        Some(Some(None))
+    fn missing(_: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Option<Self>> {
+        Some(Some(T::if_there(cx)))
     }
     fn show(&self) -> Value {
         self.as_ref().map_or(Value::Null, Param::show)
@@ -488,6 +492,10 @@ impl<T: ?Sized + Provided> Param for Handle<T> {
     }
     fn missing(_: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Option<Self>> {
         Some(Self::find(None, Origin::NONE, cx))
+    }
+    fn if_there(cx: &mut ReadCx<'_>) -> Option<Self> {
+        let any = cx.services.iter().any(|(_, object)| object.kind() == T::KIND);
+        if any { Self::find(None, Origin::NONE, cx) } else { None }
     }
     fn show(&self) -> Value {
         Value::Text(self.path().to_string())

@@ -325,6 +325,13 @@ impl Plan {
         self.parts.iter().find(|p| p.path == path).and_then(|p| p.rate)
     }
 
+    /// Paths of the fields that show data of a kind ([`Shows::KIND`](crate::Shows::KIND)).
+    pub fn fields_of(&self, kind: &str) -> impl Iterator<Item = &str> {
+        let parts = self.fields.iter().map(|f| &self.parts[f.block as usize]);
+        let of = move |p: &&PartPlan| p.prototype.description().shows.as_deref() == Some(kind);
+        parts.filter(of).map(|p| p.path.as_str())
+    }
+
     /// Number of operations evaluated at every stage.
     pub fn stage_len(&self) -> usize {
         self.stage_ops.len()

@@ -2,6 +2,7 @@
 //!
 //! W is the simulation's frame: inertial, or a [`Site`]: then z is up, x east, y north.
 use crate::params::Params;
+use crate::scenery::Scenery;
 use crate::site::{Axes, Site};
 use crate::value::remedy;
 use linkwork_spatial::Vec3;
@@ -456,9 +457,16 @@ pub struct Services {
     objects: BTreeMap<String, ServiceObject>,
     /// Kinds of services that could not be made: that they are missing is no further mistake.
     pub(crate) failed: Vec<ServiceKind>,
+    /// What there is to see.
+    pub(crate) scenery: Scenery,
 }
 
 impl Services {
+    /// None yet, and this to see.
+    pub(crate) fn seeing(scenery: Scenery) -> Self {
+        Services { scenery, ..Services::default() }
+    }
+
     /// Adds one.
     pub fn add(&mut self, path: impl Into<String>, object: ServiceObject) {
         self.objects.insert(path.into(), object);

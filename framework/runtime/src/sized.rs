@@ -116,7 +116,7 @@ pub(crate) fn describe<M: SizedModel>(p: &M::Params) -> Description {
         guards: ports.guards,
         positions: 0..0,
         reads: M::Store::READS.map(Text::from),
-        field: false,
+        shows: None,
         imprint: Vec::new(),
         inertial: false,
     }

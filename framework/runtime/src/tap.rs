@@ -4,7 +4,8 @@
 //! (law 12). What a slow consumer costs is said where the tap is started: a log makes the run
 //! wait and loses nothing; a viewer makes it wait a little in all, and then loses rows, which are
 //! counted.
-use crate::plan::Place;
+use crate::field::Shown;
+use crate::plan::{FieldPlan, Place, Plan};
 use crate::schedule::Schedule;
 use crate::step::Simulation;
 use crate::time::Seconds;
@@ -26,6 +27,8 @@ pub struct TapRow {
     pub ns: u64,
     /// Values, as the group lists them.
     pub values: Vec<f64>,
+    /// What the group's fields show, those that the phase has.
+    pub shown: Vec<Option<Shown>>,
 }
 
 /// A variable that was set from outside of the simulation.
@@ -42,7 +45,7 @@ pub struct SetRow {
 }
 
 /// Variables that are read together.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Group {
     /// Period of the rows; a row is taken at the first tick at or after each multiple.
     pub period: Seconds,
@@ -50,6 +53,8 @@ pub struct Group {
     pub places: Vec<Place>,
     /// Continuous lanes that are read after that, for each phase: the coordinates of its mechanism.
     pub coordinates: Vec<std::ops::Range<usize>>,
+    /// Paths of the fields whose data go along. As long as a row is with its consumer, a field that changes is copied.
+    pub shown: Vec<String>,
 }
 
 /// What a tap feeds, in its own thread.
@@ -93,6 +98,18 @@ pub enum Overflow {
 /// A wait for a consumer that may drop rows, and how many of them there are in a run.
 const PATIENCE: (Duration, u32) = (Duration::from_millis(10), 200);
 
+/// For each phase the blocks of these fields.
+fn fields(sim: &Simulation, shown: &[String]) -> Vec<Vec<Option<u32>>> {
+    let of = |plan: &Plan| {
+        let block = |path: &String| {
+            let is = |f: &&FieldPlan| plan.parts[f.block as usize].path == *path;
+            plan.fields.iter().find(is).map(|f| f.block)
+        };
+        shown.iter().map(block).collect()
+    };
+    sim.program().phases.iter().map(|phase| of(&phase.plan)).collect()
+}
+
 enum Message {
     Row(TapRow),
     Set(SetRow),
@@ -103,6 +120,8 @@ enum Message {
 /// A running tap.
 pub struct Tap {
     groups: Vec<(Group, Schedule)>,
+    /// For each group and phase the blocks of its fields.
+    fields: Vec<Vec<Vec<Option<u32>>>>,
     full: Option<SyncSender<Message>>,
     empty: Receiver<TapRow>,
     done: Receiver<Result<(), String>>,
@@ -158,15 +177,16 @@ impl Tap {
             0 => Schedule::from(0, base, period),
             _ => Schedule::after(start, base, period),
         };
-        let groups = groups
+        let groups: Vec<(Group, Schedule)> = groups
             .into_iter()
             .map(|g| {
                 let schedule = first(g.period);
                 (g, schedule)
             })
             .collect();
+        let fields = groups.iter().map(|(g, _)| fields(sim, &g.shown)).collect();
         let patience = PATIENCE.1;
-        Ok(Tap { groups, full: Some(full), empty, done, overflow, patience, dropped: 0 })
+        Ok(Tap { groups, fields, full: Some(full), empty, done, overflow, patience, dropped: 0 })
     }
 
     /// Copies the rows that are due.
@@ -190,6 +210,10 @@ impl Tap {
             row.values.extend(group.places.iter().map(|p| sim.value(*p)));
             if let Some(lanes) = group.coordinates.get(row.phase as usize) {
                 row.values.extend_from_slice(&sim.state().x[lanes.clone()]);
+            }
+            row.shown.clear();
+            if let Some(fields) = self.fields[k].get(row.phase as usize) {
+                row.shown.extend(fields.iter().map(|f| f.and_then(|block| sim.shown(block))));
             }
             let Some(full) = &self.full else { return self.end() };
             // There is room: as many rows go round as the channel holds. Only a flush can be

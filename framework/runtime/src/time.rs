@@ -17,6 +17,13 @@ fn gcd(a: u128, b: u128) -> u128 {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
+impl Default for Seconds {
+    /// Zero.
+    fn default() -> Self {
+        Seconds::ZERO
+    }
+}
+
 impl Seconds {
     /// Zero.
     pub const ZERO: Seconds = Seconds { num: 0, den: 1 };

@@ -32,6 +32,9 @@ pub struct Pits {
     last: f64,
     rows: u64,
 }
+impl Shows for Pits {
+    const KIND: &'static str = "sand";
+}
 /// Sand on the ground.
 pub struct Sand {
     p: SandParams,
@@ -54,7 +57,7 @@ impl Field for Sand {
     fn start(&self) -> Pits {
         Pits::default()
     }
-    fn update(&self, c: &Clock, pits: &mut Pits, imprints: &[Dug]) {
+    fn update(&self, c: &Clock, pits: &mut Pits, imprints: &[Dug], _: &[f64]) {
         pits.rows = c.n;
         for dug in imprints {
             let cell = self.cell(dug.at);
@@ -107,13 +110,14 @@ impl Model for Walker {
     type Params = WalkerParams;
     type Ym = Steps;
     type X = At;
-    type Store = View<Sand>;
-    fn moore(&self, _: &Clock, x: &At, _: &(), sand: &View<Sand>) -> Steps {
-        let (gone, last) = sand.get().map_or((0.0, 0.0), |(f, p)| (f.dug(p, x.at), p.last));
+    type Store = View<Pits>;
+    fn moore(&self, _: &Clock, x: &At, _: &(), sand: &View<Pits>) -> Steps {
+        let (gone, last) =
+            sand.with::<Sand>().map_or((0.0, 0.0), |(f, p)| (f.dug(p, x.at), p.last));
         Steps { at: x.at, sand: 0.1 * self.p.speed, gone, last }
     }
-    fn deriv(&self, _: &Clock, x: &At, _: &(), _: &(), _: &(), sand: &View<Sand>) -> At {
-        let gone = sand.get().map_or(0.0, |(f, p)| f.dug(p, x.at));
+    fn deriv(&self, _: &Clock, x: &At, _: &(), _: &(), _: &(), sand: &View<Pits>) -> At {
+        let gone = sand.with::<Sand>().map_or(0.0, |(f, p)| f.dug(p, x.at));
         At { at: self.p.speed / (1.0 + gone) }
     }
 }
@@ -130,9 +134,9 @@ pub struct Watcher {}
 #[model("t.watcher")]
 impl Model for Watcher {
     type Yd = Count;
-    type Store = View<Sand>;
-    fn direct(&self, _: &Clock, _: &(), _: &(), _: &(), sand: &View<Sand>) -> Count {
-        Count { rows: sand.get().map_or(-1.0, |(_, pits)| pits.rows as f64) }
+    type Store = View<Pits>;
+    fn direct(&self, _: &Clock, _: &(), _: &(), _: &(), sand: &View<Pits>) -> Count {
+        Count { rows: sand.get().map_or(-1.0, |pits| pits.rows as f64) }
     }
 }
 /// Half a writer.
@@ -280,7 +284,7 @@ fn the_nearest_field_is_read_unless_one_is_bound() {
     let text = |s: &Spec| compile(s, &catalogue(), &Files::default()).err().unwrap().to_string();
     let s = spec(parts(), &[]);
     let told = text(&s);
-    assert!(told.contains("`eye` reads a t.sand and there are 2"), "{told}");
+    assert!(told.contains("`eye` binds to a field of sand and there are 2"), "{told}");
     assert!(told.contains("bind `field` to one of: north.sand, south.sand"), "{told}");
 
     let mut s = spec(parts(), &[]);
@@ -296,7 +300,7 @@ fn the_nearest_field_is_read_unless_one_is_bound() {
 
     s.binds[0] = bind("eye", "east.sand");
     let told = text(&s);
-    assert!(told.contains("`eye`: there is no t.sand `east.sand`"), "{told}");
+    assert!(told.contains("`eye`: there is no field of sand `east.sand`"), "{told}");
     s.binds[0] = BindSpec { target: BindTarget::Node("rock".into()), ..bind("eye", "") };
     let told = text(&s);
     assert!(told.contains("`eye` binds `field` to what is no field"), "{told}");

@@ -52,7 +52,7 @@ struct Lab {
 fn lab(overflow: Overflow, gated: bool, fails: Option<usize>) -> Lab {
     let spec = spec(vec![part("gain", "t.integrator", &[], None)], &[]);
     let sim = Simulation::new(plan(&spec));
-    let group = Group { period: sim.plan().step, places: Vec::new(), coordinates: Vec::new() };
+    let group = Group { period: sim.plan().step, ..Group::default() };
     let (gate, wait) = channel();
     let store = Arc::new(Mutex::new(Store::default()));
     let gate_of = gated.then_some(wait);

@@ -54,11 +54,12 @@ fn container(
 }
 
 /// Sends the blueprint of a scene. The 3D view is that of the frame `origin`, at whose origin the eye looks. Where
-/// `ground` is seen there is no grid through it.
+/// `ground` is seen there is no grid through it. Each of the `cameras` has a panel.
 pub fn send(
     rec: &RecordingStream,
     scene: &Scene,
     (origin, ground): (&EntityPath, bool),
+    cameras: &[String],
 ) -> RecordingStreamResult<()> {
     let application =
         rec.store_info().map_or_else(|| "linkwork".into(), |info| info.application_id().clone());
@@ -88,6 +89,10 @@ pub fn send(
         bp.log(format!("{main}/Background"), &background)?;
     }
     let mut plots = Vec::new();
+    for camera in cameras {
+        let place = crate::pictures::place(camera).to_string();
+        plots.push(view(&bp, "2D", camera, &place, &["$origin/**".to_string()])?);
+    }
     for panel in &scene.panels {
         let origin = plot_path(&panel.title);
         let contents = ["$origin/**".to_string()];

@@ -7,6 +7,8 @@ mod batch;
 #[cfg(feature = "viewer")]
 mod layout;
 #[cfg(feature = "viewer")]
+mod pictures;
+#[cfg(feature = "viewer")]
 mod planet;
 #[cfg(feature = "viewer")]
 mod player;

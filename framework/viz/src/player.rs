@@ -117,6 +117,16 @@ impl Player {
         Ok(())
     }
 
+    /// What a camera saw at a time (ns): a PNG file.
+    ///
+    /// # Errors
+    /// The recording cannot be written.
+    pub fn picture(&mut self, ns: u64, camera: &str, png: Vec<u8>) -> Result<(), VizError> {
+        self.at(ns)?;
+        self.viewer.picture(ns.cast_signed(), camera, png);
+        Ok(())
+    }
+
     /// What is told from now on is of another instant.
     fn at(&mut self, ns: u64) -> Result<(), VizError> {
         if self.now.replace(ns).is_some_and(|before| before != ns) {

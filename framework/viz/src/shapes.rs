@@ -4,7 +4,6 @@ use crate::stream::Wrap;
 use linkwork_collision::{Seen, Shape as Geometry};
 use linkwork_spatial::{Pose, Vec3};
 use rerun::{EntityPath, RecordingStream};
-use std::path::Path;
 
 /// Edge of the piece of a half space that is shown (m).
 const PIECE: f64 = 40.0;
@@ -84,9 +83,12 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
                 &body.with_fill_mode(fill).with_colors([color]),
             )?;
         }
-        Seen::File { file, scale } => {
-            let (points, faces) = stl(Path::new(file), scale)?;
-            rec.log_with_static(path.clone(), fixed, &mesh(points, faces, shape.color))?;
+        Seen::File { .. } => {
+            let Geometry::Mesh { vertices, triangles } = linkwork_render::shape_of(&shape.form)?
+            else {
+                return Ok(());
+            };
+            rec.log_with_static(path.clone(), fixed, &mesh(vertices, triangles, shape.color))?;
         }
         Seen::Shape(Geometry::Mesh { vertices, triangles }) => {
             let mesh = mesh(vertices.clone(), triangles.clone(), shape.color);
@@ -131,22 +133,6 @@ fn mesh(points: Vec<Vec3>, faces: Vec<[u32; 3]>, [r, g, b, a]: [u8; 4]) -> rerun
 }
 
 type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
-
-fn stl(file: &Path, scale: &Vec3) -> Result<Triangles, Wrap> {
-    let wrap = |e: std::io::Error| Wrap(format!("{}: {e}", file.display()));
-    let mut input = std::io::BufReader::new(std::fs::File::open(file).map_err(wrap)?);
-    let stl = stl_io::read_stl(&mut input).map_err(wrap)?;
-    let count = stl.vertices.len();
-    let faces: Vec<[u32; 3]> = stl.faces.iter().map(|f| f.vertices.map(|i| i as u32)).collect();
-    if faces.iter().flatten().any(|k| *k as usize >= count) {
-        return Err(Wrap(format!(
-            "{}: a triangle names a corner that is not there",
-            file.display()
-        )));
-    }
-    let point = |v: &stl_io::Vertex| Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
-    Ok((stl.vertices.iter().map(|v| point(v).component_mul(scale)).collect(), faces))
-}
 
 /// The surface over a grid about the origin, cut as the collision has it; thinned when it is large.
 fn field(x: usize, y: usize, spacing: [f64; 2], heights: &[f64]) -> Triangles {

@@ -1,6 +1,7 @@
 //! A tap's consumer that draws rows: into a file, or in a viewer that listens.
 use crate::batch::{Arrows, Curve, Frames, INSTANTS, TIMELINE};
 use crate::layout::{self, plot_path};
+use crate::pictures::{self, Eye};
 use crate::scene::{Planet, Scene, Shape};
 use crate::shapes::{self, When, entity, f3, shape_path};
 use crate::stream::{self, RrdFile, VizError, Wrap};
@@ -59,6 +60,8 @@ pub struct View {
     /// Entity, label, column, factor.
     pub(crate) curves: Vec<(EntityPath, String, usize, f64)>,
     terrain: Vec<(EntityPath, Surface)>,
+    /// Paths of the cameras.
+    cameras: Vec<String>,
 }
 
 /// The mechanism of one phase, and the frames of the entities in it; `None`: it has no such body.
@@ -102,6 +105,7 @@ impl View {
             arrows: Vec::new(),
             curves: Vec::new(),
             terrain: Vec::new(),
+            cameras: Vec::new(),
         };
         view.look_up_bodies(program);
         for arrow in &scene.arrows {
@@ -127,7 +131,9 @@ impl View {
                 view.terrain.push((entity(path), t.surface()));
             }
         }
-        Ok((view, vec![Group { period, places, coordinates: program.coordinates() }]))
+        view.cameras = pictures::cameras(program);
+        let (coordinates, shown) = (program.coordinates(), view.cameras.clone());
+        Ok((view, vec![Group { period, places, coordinates, shown }]))
     }
 
     /// The bodies and nodes of all phases, each once.
@@ -248,6 +254,7 @@ pub struct Viewer {
     terrain: Vec<(EntityPath, Tiles)>,
     /// Among the entities.
     follow: Option<usize>,
+    cameras: Vec<Eye>,
     planet: Option<Planet>,
     /// Nodes whose axes are drawn.
     pub(crate) node_names: Vec<String>,
@@ -272,7 +279,7 @@ impl Viewer {
         let eye = entity(EYE);
         let origin = if view.follow.is_some() { eye.clone() } else { EntityPath::root() };
         let ground = scene.planet.is_some() || !view.terrain.is_empty();
-        layout::send(&rec, scene, (&origin, ground))?;
+        layout::send(&rec, scene, (&origin, ground), &view.cameras)?;
         let (passing, lasting): (Vec<Shape>, Vec<Shape>) =
             scene.shapes.iter().cloned().partition(|s| !s.phases.is_empty());
         for shape in &lasting {
@@ -342,6 +349,7 @@ impl Viewer {
             curves,
             terrain,
             follow: view.follow,
+            cameras: view.cameras.into_iter().map(Eye::new).collect(),
             planet: view.scene.planet,
             node_names: view.nodes,
             seldom,
@@ -373,6 +381,10 @@ impl Viewer {
         for k in 0..self.curves.len() {
             let column = self.curves[k].1;
             self.curve(k, t, row.values[column]);
+        }
+        for (camera, shown) in self.cameras.iter_mut().zip(&row.shown) {
+            let new = shown.iter().flat_map(|shown| camera.look(shown));
+            self.seldom.extend(new.map(|(path, what)| (t, path, what)));
         }
         self.passed()
     }
@@ -455,6 +467,12 @@ impl Viewer {
     pub(crate) fn curve(&mut self, k: usize, t: i64, value: f64) {
         let (curve, _, factor) = &mut self.curves[k];
         curve.push(t, value * *factor);
+    }
+
+    /// What a camera saw at an instant (ns): a PNG file.
+    pub(crate) fn picture(&mut self, t: i64, camera: &str, png: Vec<u8>) {
+        let image = rerun::EncodedImage::from_file_contents(png);
+        self.seldom.push((t, pictures::image(camera), Box::new(image)));
     }
 
     /// An instant is whole: it is sent with others.

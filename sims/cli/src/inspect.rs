@@ -144,8 +144,11 @@ pub fn describe(model: &str) -> u8 {
             "\nIts ports follow from its parameters: `{name} list SIM 'PART.**'` shows those of a part."
         );
     }
+    if let Some(kind) = &d.shows {
+        let _ = writeln!(out, "\nA field: shows {kind} to the parts that read it.");
+    }
     if let Some(field) = &d.reads {
-        let _ = writeln!(out, "\nReads a field: {field}, the nearest, when there is one.");
+        let _ = writeln!(out, "\nReads a field of {field}: the nearest, when there is one.");
     }
     if d.functions.update && d.continuous.is_empty() {
         out.push_str("\nSampled: give the part a `rate`.\n");

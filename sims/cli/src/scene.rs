@@ -3,7 +3,6 @@ use crate::load::{dotted, params_of};
 use linkwork_assembly::{
     ArrowForm, BodyShape, Loaded, Text, ViewForm, match_patterns, path_matches,
 };
-use linkwork_collision::{Seen, Shape as Geometry};
 use linkwork_runtime::{Fault, Located, Place, Plan, Seconds, ServiceObject, Unit, Value, remedy};
 use linkwork_spatial::Vec3;
 use linkwork_viz::{Arrow, Marker, Panel, Planet, Scene, Shape};
@@ -13,7 +12,7 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
     let mut faults = Vec::new();
     let mut scene = Scene {
         title: title.to_string(),
-        shapes: shapes(loaded).into_iter().chain(grounds(loaded)).collect(),
+        shapes: shapes(loaded).into_iter().chain(loaded.grounds.iter().map(shape)).collect(),
         panels: panels(loaded, plan, &mut faults),
         planet: planet(loaded, plan),
         sky: loaded.simulation.view.as_ref().and_then(|v| v.sky).map(bytes),
@@ -74,31 +73,6 @@ fn shape(s: &BodyShape) -> Shape {
         color: [r, g, b, a],
         phases: Vec::new(),
     }
-}
-
-/// Colliders that no shape stands for: what a machine meets is seen.
-fn grounds(loaded: &Loaded) -> impl Iterator<Item = Shape> {
-    let shown = |name: &str| loaded.shapes.iter().any(|s| format!("{}/{}", s.body, s.name) == name);
-    let colliders = loaded.colliders.iter().flat_map(|all| all.ids().map(|id| all.spec(id)));
-    colliders.filter(move |c| !shown(&c.name)).filter_map(|c| {
-        // Solids and mesh files are shown as shapes, unless the file says that they are not.
-        let ground = matches!(
-            c.fine,
-            Geometry::HalfSpace | Geometry::ConvexHull { .. } | Geometry::HeightField { .. }
-        );
-        if !ground {
-            return None;
-        }
-        let (body, name) = (c.body.clone(), c.name.replace(['.', '/'], "_"));
-        Some(Shape {
-            body,
-            name,
-            pose: c.pose,
-            form: Seen::Shape(c.fine.clone()),
-            color: [150, 135, 115, 255],
-            phases: Vec::new(),
-        })
-    })
 }
 
 /// What differs between paths of one pattern: `Rover.Wheels.Wheel1.Motor.torque` → `Wheel1`.

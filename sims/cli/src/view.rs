@@ -112,6 +112,7 @@ mod drawn {
                     self.player.poses(ns, &bodies)?;
                     self.rows += 1;
                 }
+                Entry::Picture { ns, camera, png } => self.player.picture(ns, &camera, png)?,
                 Entry::Configuration(_) | Entry::Start(_) | Entry::About(_) | Entry::Set(_) => {}
             }
             Ok(())

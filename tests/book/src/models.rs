@@ -25,7 +25,7 @@ pub fn page(entry: &Entry, header: Option<&Header>, behaviour: Option<&Behaviour
         out.push_str("Sampled: give the part a `rate`.\n\n");
     }
     if let Some(field) = &d.reads {
-        let _ = writeln!(out, "Reads a field: {field}, the nearest, when there is one.\n");
+        let _ = writeln!(out, "Reads a field of {field}: the nearest, when there is one.\n");
     }
     if d.inertial {
         out.push_str("Takes W for inertial axes: refused where W is a site of a planet.\n\n");

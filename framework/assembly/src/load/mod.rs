@@ -90,6 +90,8 @@ pub struct Loaded {
     pub simulation: Settings,
     /// Shapes of the bodies, to be seen: of the phase in which a run begins.
     pub shapes: Vec<BodyShape>,
+    /// Ground that collides and that no shape stands for.
+    pub grounds: Vec<BodyShape>,
     /// The same of each phase, in the order of `phases`.
     pub phase_shapes: Vec<Vec<BodyShape>>,
     /// Shapes that collide, for queries too; nothing touches unless `contact` is written.
@@ -472,6 +474,7 @@ fn assemble(
         simulation,
         phase_shapes: vec![mechanism.shapes.clone()],
         shapes: mechanism.shapes,
+        grounds: mechanism.grounds,
         colliders: mechanism.colliders,
         collides: mechanism.collides,
         imports,

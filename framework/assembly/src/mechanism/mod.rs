@@ -15,9 +15,9 @@ use crate::schema::kind::At;
 use crate::text::files::Files;
 use crate::text::report::Cx;
 use crate::text::value::{full_name, outer};
-use linkwork_collision::{ColliderSpec, Colliders};
+use linkwork_collision::{ColliderSpec, Colliders, Seen, Shape};
 use linkwork_multibody::{BodySpec, Builder, Loop, Modes, Multibody};
-use linkwork_runtime::{ContactSpec, Located, MechanismSpec, Origin};
+use linkwork_runtime::{ContactSpec, Located, MechanismSpec, Origin, PLAIN, Scenery, Sight};
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -26,6 +26,8 @@ use std::sync::Arc;
 pub(crate) struct Mechanism {
     pub spec: Option<MechanismSpec>,
     pub shapes: Vec<BodyShape>,
+    /// Ground that collides and that no shape stands for.
+    pub grounds: Vec<BodyShape>,
     pub colliders: Option<Arc<Colliders>>,
     /// Where the first collider is written.
     pub collides: Option<Origin>,
@@ -104,7 +106,8 @@ pub(crate) fn mechanism(
         contact.rub(builder.bodies_mut());
     }
     if bodies.is_empty() {
-        return Mechanism { spec: None, shapes, colliders: None, collides: None, told };
+        let grounds = Vec::new();
+        return Mechanism { spec: None, shapes, grounds, colliders: None, collides: None, told };
     }
     let built = match builder.build() {
         Ok(multibody) => Some(Arc::new(multibody)),
@@ -119,6 +122,7 @@ pub(crate) fn mechanism(
     };
     let joined = std::mem::take(&mut constraints.joined);
     let colliders = contact::colliders(cx, &contact, all, joined, built.as_deref()).map(Arc::new);
+    let grounds = grounds(colliders.as_deref(), &shapes);
     let spec = built.map(|multibody| {
         let (q, v) = start(&multibody, &bodies);
         let on = contact.on(&multibody).zip(colliders.clone());
@@ -136,11 +140,45 @@ pub(crate) fn mechanism(
                 .map(|(settings, colliders)| ContactSpec { colliders, settings }),
             compliant: colliders.clone().zip(contact.compliant),
             terrain: contact.terrain,
+            scenery: Scenery::of(shapes.iter().chain(&grounds).map(sight).collect()),
             ..MechanismSpec::new(path, multibody, q, v)
         }
     });
     let colliders = colliders.filter(|c| !c.is_empty());
-    Mechanism { spec, shapes, colliders, collides, told }
+    Mechanism { spec, shapes, grounds, colliders, collides, told }
+}
+
+/// Colour of ground that has none.
+const GROUND: [f64; 4] = [0.59, 0.53, 0.45, 1.0];
+
+/// Colliders that no shape stands for: what a machine meets is seen. Solids and mesh files are shown as shapes, unless
+/// the file says that they are not.
+fn grounds(colliders: Option<&Colliders>, shapes: &[BodyShape]) -> Vec<BodyShape> {
+    let shown = |name: &str| shapes.iter().any(|s| format!("{}/{}", s.body, s.name) == name);
+    let ground = |c: &&ColliderSpec| {
+        matches!(c.fine, Shape::HalfSpace | Shape::ConvexHull { .. } | Shape::HeightField { .. })
+            && !shown(&c.name)
+    };
+    let shape = |c: &ColliderSpec| BodyShape {
+        body: c.body.clone(),
+        pose: c.pose,
+        shape: Seen::Shape(c.fine.clone()),
+        color: Some(GROUND),
+        name: c.name.replace(['.', '/'], "_"),
+    };
+    let all = colliders.into_iter().flat_map(|all| all.ids().map(|id| all.spec(id)));
+    all.filter(ground).map(shape).collect()
+}
+
+/// A shape as cameras see it.
+fn sight(s: &BodyShape) -> Sight {
+    Sight {
+        body: s.body.clone(),
+        name: s.name.clone(),
+        pose: s.pose,
+        form: s.shape.clone(),
+        color: s.color.map_or(PLAIN, |[r, g, b, _]| [r, g, b]),
+    }
 }
 
 /// Every body of every instance.

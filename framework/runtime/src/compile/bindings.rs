@@ -5,8 +5,9 @@ use super::host::{Bound, End, Lowering};
 use crate::block::{Prototype, Wiring};
 use crate::field::BINDING;
 use crate::ports::PortKind;
+use crate::scenery::TO_NODE;
 use crate::services::Services;
-use crate::spec::{BindSpec, PartSpec, Spec};
+use crate::spec::{BindSpec, BindTarget, PartSpec, Spec};
 use crate::value::{Fault, Value, remedy};
 use std::collections::BTreeMap;
 
@@ -17,6 +18,22 @@ pub(super) fn host_spec(spec: &Spec) -> Option<PartSpec> {
         part.origin = h.origin();
         part
     })
+}
+
+/// Bindings that say themselves what they are bound to.
+pub(super) fn own(parts: &[Part<'_>]) -> Vec<BindSpec> {
+    let of = |part: &Part<'_>| {
+        let own = |bind: &str| {
+            Some(BindSpec {
+                part: part.spec.path.clone(),
+                target: BindTarget::Node(bind.strip_prefix(TO_NODE)?.into()),
+                bind: bind.into(),
+                origin: part.spec.origin,
+            })
+        };
+        part.prototype.description().bindings().into_iter().filter_map(own).collect::<Vec<_>>()
+    };
+    parts.iter().flat_map(of).collect()
 }
 
 /// The host's part, and its wires. `absent`: parts that were not built (their faults are told), and

@@ -78,7 +78,7 @@ pub(super) fn join(spec: &Spec, parts: &mut [Part<'_>], faults: &mut Vec<Fault>)
 }
 
 fn is_field(part: &Part<'_>) -> bool {
-    part.prototype.description().field
+    part.prototype.description().shows.is_some()
 }
 
 /// The field of one part.
@@ -99,7 +99,7 @@ fn find(k: usize, spec: &Spec, parts: &[Part<'_>]) -> Result<Option<Use>, Fault>
         let has = |port: &&PortSpec| field.imprint.iter().any(|i| i.name == port.name);
         is_field(f)
             && match &d.reads {
-                Some(name) => *name == field.name,
+                Some(kind) => field.shows.as_ref() == Some(kind),
                 None => writes.iter().any(has),
             }
     };
@@ -108,7 +108,7 @@ fn find(k: usize, spec: &Spec, parts: &[Part<'_>]) -> Result<Option<Use>, Fault>
     }
     let known: Vec<usize> = (0..parts.len()).filter(|&f| fits(&parts[f])).collect();
     let paths: Vec<&str> = known.iter().map(|&f| parts[f].spec.path.as_str()).collect();
-    let kind = d.reads.as_deref().unwrap_or("field");
+    let wanted = d.reads.as_deref().map_or("field".into(), |kind| format!("field of {kind}"));
     let field = match bind.map(|b| (b, &b.target)) {
         Some((b, BindTarget::Field(text))) => {
             let found = scopes(path, text)
@@ -116,7 +116,7 @@ fn find(k: usize, spec: &Spec, parts: &[Part<'_>]) -> Result<Option<Use>, Fault>
             match found {
                 Some(f) => f,
                 None => {
-                    let fact = format!("`{path}`: there is no {kind} `{text}`");
+                    let fact = format!("`{path}`: there is no {wanted} `{text}`");
                     return Err(Fault::new(b.origin, fact).help(remedy(text, "fields", &paths)));
                 }
             }
@@ -138,7 +138,7 @@ fn find(k: usize, spec: &Spec, parts: &[Part<'_>]) -> Result<Option<Use>, Fault>
                 [f] => *f,
                 several => {
                     let n = several.len();
-                    let fact = format!("`{path}` reads a {kind} and there are {n}");
+                    let fact = format!("`{path}` binds to a {wanted} and there are {n}");
                     let help = format!("bind `{BINDING}` to one of: {}", paths.join(", "));
                     return Err(Fault::new(part.spec.origin, fact).help(help));
                 }

@@ -2,6 +2,7 @@
 //! that everything after this step knows parts and wires only.
 use crate::block::Prototype;
 use crate::ports::PortSpec;
+use crate::scenery::Scenery;
 use crate::services::Services;
 use crate::spec::BindSpec;
 use crate::value::{Fault, Origin};
@@ -23,6 +24,8 @@ pub trait Host: Any + Send + Sync {
         services: &Services,
         out: &mut Lowering<'_>,
     ) -> Box<dyn Prototype>;
+    /// What of it is seen.
+    fn scenery(&self) -> Scenery;
     /// A copy.
     fn boxed(&self) -> Box<dyn Host>;
 }

@@ -76,8 +76,16 @@ pub(crate) fn compile_phase(
         return Err(Faults(faults));
     }
     let entries = find_entries(spec, catalogue, &mut faults);
-    let services = build_services(&entries, files, &mut faults);
+    let services = build_services(spec, &entries, files, &mut faults);
     let mut parts = build_models(&entries, &services, files, &mut faults);
+    let own = bindings::own(&parts);
+    let with_own;
+    let spec = if own.is_empty() {
+        spec
+    } else {
+        with_own = Spec { binds: [spec.binds.clone(), own].concat(), ..spec.clone() };
+        &with_own
+    };
     let built: BTreeSet<&str> = parts.iter().map(|p| p.spec.path.as_str()).collect();
     let serving: BTreeSet<&str> = services.iter().map(|(path, _)| path).collect();
     let absent: BTreeMap<&str, bool> = (spec.parts.iter().map(|p| p.path.as_str()))
@@ -194,7 +202,7 @@ pub(crate) fn compile_phase(
 pub fn check_parts(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Vec<Fault> {
     let mut faults = Vec::new();
     let entries = find_entries(spec, catalogue, &mut faults);
-    let services = build_services(&entries, files, &mut faults);
+    let services = build_services(spec, &entries, files, &mut faults);
     build_models(&entries, &services, files, &mut faults);
     faults
 }
@@ -235,11 +243,13 @@ fn in_file_order(mut faults: Vec<Fault>) -> Vec<Fault> {
 }
 
 fn build_services(
+    spec: &Spec,
     entries: &[(&PartSpec, &Entry)],
     files: &Files,
     faults: &mut Vec<Fault>,
 ) -> Services {
-    let mut services = Services::default();
+    let scenery = spec.host.as_ref().map(|h| h.scenery()).unwrap_or_default();
+    let mut services = Services::seeing(scenery);
     for (part, entry) in entries.iter().filter(|(_, e)| e.service_kind().is_some()) {
         let none = Services::default();
         let mut cx = ReadCx::new(&part.path, &none);
@@ -347,6 +357,12 @@ fn plan_hash(
     }
     for field in fields {
         text += &format!("{field:?}\n");
+    }
+    let sees = |p: &Part<'_>| {
+        p.prototype.description().params.iter().any(|spec| spec.kind == crate::scenery::KIND)
+    };
+    if parts.iter().any(sees) {
+        text += &services.scenery.fingerprint();
     }
     for when in whens {
         text += &format!("{} {}\n", when.to, when.when);

@@ -2,6 +2,7 @@
 use super::plan::MechanismPart;
 use crate::block::Prototype;
 use crate::compile::{Bound, Host, Lowering};
+use crate::scenery::Scenery;
 use crate::services::{Gravity, ServiceKind, Services, Terrain};
 use crate::value::{Fault, Origin};
 use linkwork_collision::{ColliderSpec, Colliders, Shape, TERRAIN};
@@ -41,6 +42,8 @@ pub struct MechanismSpec {
     pub origins: BTreeMap<String, Origin>,
     /// Where bodies are written, by name.
     pub bodies: BTreeMap<String, Origin>,
+    /// What of it is seen, for cameras and lidars.
+    pub scenery: Scenery,
     /// The step, s, from which the stiffness of usual stops follows; `None`: not known, and they do not act.
     pub step: Option<f64>,
 }
@@ -68,6 +71,7 @@ impl MechanismSpec {
             origin: Origin::NONE,
             origins: BTreeMap::new(),
             bodies: BTreeMap::new(),
+            scenery: Scenery::default(),
             step: None,
         }
     }
@@ -114,6 +118,9 @@ impl Host for MechanismSpec {
         let ports = super::ports::lower(&self.multibody, bound, out);
         let spec = self.on_terrain(services, out);
         Box::new(MechanismPart::new(&spec, gravity, ports, out.warnings))
+    }
+    fn scenery(&self) -> Scenery {
+        self.scenery.clone()
     }
     fn boxed(&self) -> Box<dyn Host> {
         Box::new(self.clone())

@@ -158,6 +158,18 @@ pub(crate) fn initial(plan: &Plan) -> State {
 }
 
 impl Simulation {
+    /// What the field at a path shows at present; `None` when the phase has no such field, or one of other data.
+    /// As long as it is kept, the field copies its data when it changes them.
+    pub fn seen<D: crate::field::Shows>(&self, path: &str) -> Option<Arc<crate::field::Seen<D>>> {
+        let field = self.plan.fields.iter().find(|f| self.plan.block_path(f.block) == path)?;
+        self.shown(field.block)?.downcast().ok()
+    }
+
+    /// What a field shows: that of a part, by its place in the plan.
+    pub(crate) fn shown(&self, block: u32) -> Option<crate::field::Shown> {
+        self.blocks.get(block as usize)?.shown()
+    }
+
     /// A run of one plan, at time zero, with the work of tick 0 done. What fails there is told by
     /// [`Simulation::check`] and by the first step.
     pub fn new(plan: Arc<Plan>) -> Self {

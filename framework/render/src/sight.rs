@@ -1,0 +1,81 @@
+//! What a camera of a simulation shows those who read it, and the shapes of bodies as it sees them.
+
+use crate::detector::Image;
+use crate::error::RenderError;
+use crate::lens::Lens;
+use linkwork_collision::{Seen, Shape};
+use linkwork_runtime::Shows;
+use linkwork_spatial::{Pose, Vec3};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// The last thing that a camera saw. Arrays are row by row from the top, one entry a pixel.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Picture {
+    /// How many it has taken; 0: none yet, and all arrays are empty.
+    pub number: u64,
+    /// Simulated time of the exposure, s.
+    pub time: f64,
+    /// Where the camera was, X_WC: x to the right, y down, z along its axis.
+    pub pose: Pose,
+    /// Its lens.
+    pub lens: Lens,
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Along the ray of each pixel, m; NaN where nothing is found.
+    pub range: Vec<f32>,
+    /// Numbers of the objects, as in [`Frame::objects`](crate::Frame::objects); empty for a camera that does not know them.
+    pub objects: Vec<u16>,
+    /// The image.
+    pub image: Image,
+}
+
+impl Shows for Picture {
+    const KIND: &'static str = "pictures";
+}
+
+impl Picture {
+    /// Points in W of the pixels that have a range, row by row.
+    pub fn points(&self) -> impl Iterator<Item = Vec3> + '_ {
+        self.range.iter().enumerate().filter(|(_, range)| range.is_finite()).filter_map(
+            move |(k, range)| {
+                let pixel = [(k % self.width) as f64, (k / self.width) as f64];
+                let ray = self.lens.ray(pixel)?;
+                let p_C = ray.origin + ray.direction * f64::from(*range);
+                Some(self.pose.transform_point(&p_C))
+            },
+        )
+    }
+}
+
+/// The geometry of what a body shows, meshes read from their files.
+///
+/// # Errors
+/// A mesh that cannot be read, with its file.
+pub fn shape_of(seen: &Seen) -> Result<Shape, RenderError> {
+    match seen {
+        Seen::Shape(shape) => Ok(shape.clone()),
+        Seen::File { file, scale } => {
+            let fault = |fact: String| RenderError::File { file: file.clone(), fact };
+            let (vertices, triangles) = stl(Path::new(file), scale).map_err(fault)?;
+            Ok(Shape::Mesh { vertices, triangles })
+        }
+    }
+}
+
+/// Corners and triangles.
+type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
+
+fn stl(file: &Path, scale: &Vec3) -> Result<Triangles, String> {
+    let opened = std::fs::File::open(file).map_err(|e| e.to_string())?;
+    let stl = stl_io::read_stl(&mut std::io::BufReader::new(opened)).map_err(|e| e.to_string())?;
+    let count = stl.vertices.len();
+    let faces: Vec<[u32; 3]> = stl.faces.iter().map(|f| f.vertices.map(|i| i as u32)).collect();
+    if faces.iter().flatten().any(|k| *k as usize >= count) {
+        return Err("a triangle names a corner that is not there".into());
+    }
+    let point = |v: &stl_io::Vertex| Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+    Ok((stl.vertices.iter().map(|v| point(v).component_mul(scale)).collect(), faces))
+}
