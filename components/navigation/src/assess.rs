@@ -13,16 +13,19 @@
 //! by sums of moments, the worst of three hazards in 0 … 255. How the three become numbers is this module's: all are linear, and the
 //! step is freed of the slope of its own plane.
 //!
-//! Sums over discs are sums over rows of differences of running sums, greatest values those of runs of 1, 2, 4, … cells. A tile is judged
-//! from the map alone, and whole, so what is judged now and then is bit for bit what is judged at once.
+//! Sums over discs are sums over rows of differences of running sums, greatest values those of runs of 1, 2, 4, … cells. The sums of
+//! a tile begin at fixed places, so what is judged now and then is bit for bit what is judged at once.
 //! A point counts once, so what is near the camera, or faces it, weighs more in plane and roughness.
 
 use crate::map::{Cell, TerrainMap};
-use crate::tiles::{CELLS, Index, TILE, Tiles, Touched, join, middle_of, split};
+use crate::tiles::{Index, TILE, Tiles, Touched, middle_of, split};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Sums of a disc: points; x, y, z; xx, xy, yy, xz, yz, zz; seen cells.
 const SUMS: usize = 11;
+/// Cells along the edge of a tile.
+const EDGE: usize = TILE as usize;
 /// det S below this part of its diagonal's product: the points lie on a line.
 const LINE: f64 = 1e-4;
 /// No goodness is higher.
@@ -102,7 +105,7 @@ impl From<Patch> for (f32, f32, f32, u8, bool) {
     }
 }
 
-/// Judges ground; what it needs for that is made once.
+/// Judges ground.
 #[derive(Clone, Debug)]
 pub struct Assessor {
     cell: f64,
@@ -115,15 +118,16 @@ pub struct Assessor {
     count: f64,
     /// Cells from the middle of a step's square to its edge.
     square: usize,
-    work: Work,
+    /// What a slope within the limits rises in that square at most, m.
+    slope_rise: f64,
 }
 
 /// Arrays over a tile with a margin as wide as the reach.
 #[derive(Clone, Debug, Default)]
 struct Work {
-    /// Row by row, for each sum the running sums of the row, one more than it has cells.
+    /// For each sum, row by row the running sums of the row, one more than it has cells.
     running: Vec<f64>,
-    /// Row by row, for runs of 1, 2, 4, … cells: the greatest step in the run that begins there.
+    /// Level by level, for runs of 1, 2, 4, … cells: the greatest step in the run that begins there.
     steps: Vec<f64>,
     /// Cells with a margin for the squares of steps: least and greatest height, ∞ and −∞ where nothing was seen.
     low: Vec<f64>,
@@ -163,7 +167,15 @@ impl Assessor {
         let half: Vec<_> = (0..=2 * reach).map(|k| end(k.abs_diff(reach))).collect();
         let count = half.iter().map(|h| 2 * h + 1).sum::<usize>() as f64;
         let square = (0.5 * limits.step_width / cell).round() as usize;
-        Ok(Assessor { cell, limits, reach, half, count, square, work: Work::default() })
+        let width = (2 * square) as f64 * cell;
+        let slope_rise = std::f64::consts::SQRT_2 * limits.tilt.tan().max(0.0) * width;
+        Ok(Assessor { cell, limits, reach, half, count, square, slope_rise })
+    }
+
+    /// Cells from the middle of one that is judged to the farthest that it depends on, along x or y.
+    #[must_use]
+    pub fn depends_on(&self) -> i32 {
+        (self.reach + self.square) as i32
     }
 
     /// What it judges for.
@@ -173,79 +185,85 @@ impl Assessor {
     }
 
     /// Judges anew what depends on the cells that were touched.
-    pub fn refresh(&mut self, map: &TerrainMap, touched: &Touched, into: &mut Tiles<Patch>) {
-        let far = (self.reach + self.square) as i32;
-        let mut tiles = std::collections::BTreeSet::new();
+    pub fn refresh(&self, map: &TerrainMap, touched: &Touched, into: &mut Tiles<Patch>) {
+        let far = self.depends_on();
+        // What is to be judged of each tile: one rectangle around all of it, counted from the tile's first cell.
+        let mut tiles = BTreeMap::new();
         for [i0, j0, i1, j1] in touched.rectangles() {
-            let ((a, _), (b, _)) = (split([i0 - far, j0 - far]), split([i1 + far, j1 + far]));
-            tiles.extend((a[1]..=b[1]).flat_map(|j| (a[0]..=b[0]).map(move |i| [i, j])));
+            let (low, high) = ([i0 - far, j0 - far], [i1 + far, j1 + far]);
+            let ((a, _), (b, _)) = (split(low), split(high));
+            for at in (a[1]..=b[1]).flat_map(|j| (a[0]..=b[0]).map(move |i| [i, j])) {
+                let from = |k: usize| (low[k] - at[k] * TILE).max(0) as usize;
+                let to = |k: usize| (high[k] - at[k] * TILE).min(TILE - 1) as usize;
+                let r = tiles.entry(at).or_insert([from(0), from(1), to(0), to(1)]);
+                *r = [r[0].min(from(0)), r[1].min(from(1)), r[2].max(to(0)), r[3].max(to(1))];
+            }
         }
-        for at in tiles {
+        let mut work = Work::default();
+        for (at, [x0, y0, x1, y1]) in tiles {
             // A tile beside what was seen, whose discs hold no seen cell, would be all unknown: it is not kept.
-            if self.gather(map, at) {
-                self.judge(into.tile_mut(at));
+            if self.gather(map, at, [y0, y1], &mut work) {
+                self.judge(&work, [x0..x1 + 1, y0..y1 + 1], into.tile_mut(at));
             }
         }
     }
 
-    /// Sums and steps around a tile; whether there is anything.
-    fn gather(&mut self, map: &TerrainMap, at: Index) -> bool {
+    /// Sums and steps around the rows of a tile from the first to the last; whether there is anything.
+    fn gather(&self, map: &TerrainMap, at: Index, rows: [usize; 2], work: &mut Work) -> bool {
         let (reach, square) = (self.reach, self.square);
-        let edge = TILE as usize;
-        let wide = edge + 2 * reach;
+        let wide = EDGE + 2 * reach;
         let outer = wide + 2 * square;
-        let Work { running, steps, low, high } = &mut self.work;
-        low.clear();
-        low.resize(outer * outer, f64::INFINITY);
-        high.clear();
-        high.resize(outer * outer, f64::NEG_INFINITY);
-        running.clear();
-        running.resize(wide * SUMS * (wide + 1), 0.0);
+        let Work { running, steps, low, high } = work;
+        for (v, none) in [(&mut *low, f64::INFINITY), (&mut *high, f64::NEG_INFINITY)] {
+            v.clear();
+            v.resize(outer * outer, none);
+        }
+        // All that is read of it is written first.
+        running.resize(SUMS * wide * (wide + 1), 0.0);
         let first = at.map(|k| k * TILE - (reach + square) as i32);
-        let last = first.map(|k| k + outer as i32 - 1);
-        let origin = middle_of(self.cell, join(at, CELLS / 2 + edge / 2));
+        let middle = middle_of(self.cell, [at[0] * TILE + TILE / 2, at[1] * TILE + TILE / 2]);
+        let base = map.base.unwrap_or(0.0);
+        let inner = square..square + wide;
         let mut any = false;
-        let ((a, _), (b, _)) = (split(first), split(last));
-        // Heights are counted from the first that is there, which any order of seeing leaves the same.
-        let mut base = None;
-        for tile in (a[1]..=b[1]).flat_map(|j| (a[0]..=b[0]).map(move |i| [i, j])) {
-            let Some(cells) = map.cells.tile(tile) else { continue };
-            for j in first[1].max(tile[1] * TILE)..=last[1].min(tile[1] * TILE + TILE - 1) {
-                for i in first[0].max(tile[0] * TILE)..=last[0].min(tile[0] * TILE + TILE - 1) {
-                    let cell = &cells[split([i, j]).1];
-                    if cell.count == 0.0 {
-                        continue;
-                    }
+        for y in rows[0]..rows[1] + 2 * (reach + square) + 1 {
+            let j = first[1] + y as i32;
+            let mut sums = [0.0; SUMS];
+            let mut cells: Option<(i32, Option<&[Cell]>)> = None;
+            for x in 0..outer {
+                let i = first[0] + x as i32;
+                let (tile, place) = split([i, j]);
+                let found = match cells {
+                    Some((column, found)) if column == tile[0] => found,
+                    _ => map.cells.tile(tile),
+                };
+                cells = Some((tile[0], found));
+                let here = inner.contains(&x) && inner.contains(&y);
+                if let Some(cell) = found.map(|c| &c[place]).filter(|c| c.count > 0.0) {
                     any = true;
-                    let (x, y) = ((i - first[0]) as usize, (j - first[1]) as usize);
                     low[y * outer + x] = cell.low;
                     high[y * outer + x] = cell.high;
-                    let inner = (x.wrapping_sub(square), y.wrapping_sub(square));
-                    if inner.0 < wide && inner.1 < wide {
-                        let base = *base.get_or_insert(cell.mean.z);
-                        let middle = middle_of(self.cell, [i, j]);
-                        let moved = [middle[0] - origin[0], middle[1] - origin[1], -base];
-                        for (k, v) in moments(cell, moved).into_iter().enumerate() {
-                            running[(inner.1 * SUMS + k) * (wide + 1) + inner.0 + 1] = v;
-                        }
+                    if here {
+                        let [cx, cy] = middle_of(self.cell, [i, j]);
+                        let moved = [cx - middle[0], cy - middle[1], -base];
+                        let add = moments(cell, moved);
+                        (0..SUMS).for_each(|k| sums[k] += add[k]);
+                    }
+                }
+                if here {
+                    for (k, sum) in sums.iter().enumerate() {
+                        running[(k * wide + y - square) * (wide + 1) + x - square + 1] = *sum;
                     }
                 }
             }
         }
         if any {
-            for row in running.chunks_exact_mut(wide + 1) {
-                let mut sum = 0.0;
-                row.iter_mut().for_each(|v| {
-                    sum += *v;
-                    *v = sum;
-                });
-            }
-            rises(low, high, outer, square, wide, steps);
-            let levels = (2 * reach + 1).ilog2() as usize;
-            for level in 0..levels {
+            let rows = rows[0]..rows[1] + 2 * reach + 1;
+            rises(low, high, square, wide, &rows, steps);
+            for level in 0..(2 * reach + 1).ilog2() as usize {
                 let (done, next) = steps.split_at_mut((level + 1) * wide * wide);
                 let (from, run) = (&done[level * wide * wide..], 1 << level);
-                for (row, next) in from.chunks_exact(wide).zip(next.chunks_exact_mut(wide)) {
+                for y in rows.clone() {
+                    let (row, next) = (&from[y * wide..][..wide], &mut next[y * wide..][..wide]);
                     for x in 0..wide {
                         next[x] = high_of(row[x], row[(x + run).min(wide - 1)]);
                     }
@@ -255,33 +273,32 @@ impl Assessor {
         any
     }
 
-    fn judge(&self, into: &mut [Patch]) {
-        let edge = TILE as usize;
-        let (reach, wide) = (self.reach, edge + 2 * self.reach);
-        let Work { running, steps, .. } = &self.work;
-        for (y, into) in into.chunks_exact_mut(edge).enumerate() {
-            let mut sums = [[0.0; TILE as usize]; SUMS];
-            let mut step = [0.0; TILE as usize];
-            for (dy, half) in self.half.iter().enumerate() {
-                let row = y + dy;
-                let from = reach - half;
-                for (k, sum) in sums.iter_mut().enumerate() {
-                    let run = &running[(row * SUMS + k) * (wide + 1)..][..wide + 1];
-                    let (a, b) = (&run[from..from + edge], &run[reach + half + 1..][..edge]);
-                    for x in 0..edge {
-                        sum[x] += b[x] - a[x];
+    fn judge(&self, work: &Work, [xs, ys]: [std::ops::Range<usize>; 2], into: &mut [Patch]) {
+        let (reach, wide) = (self.reach, EDGE + 2 * self.reach);
+        for y in ys {
+            let mut sums = [[0.0; EDGE]; SUMS];
+            for (k, sums) in sums.iter_mut().enumerate() {
+                for (dy, half) in self.half.iter().enumerate() {
+                    let run = &work.running[(k * wide + y + dy) * (wide + 1)..][..wide + 1];
+                    let (a, b) = (&run[reach - half..][..EDGE], &run[reach + half + 1..][..EDGE]);
+                    for x in 0..EDGE {
+                        sums[x] += b[x] - a[x];
                     }
                 }
+            }
+            let mut step = [0.0; EDGE];
+            for (dy, half) in self.half.iter().enumerate() {
                 let level = (2 * half + 1).ilog2() as usize;
-                let row = &steps[(level * wide + row) * wide..][..wide];
-                let (a, b) =
-                    (&row[from..][..edge], &row[reach + half + 1 - (1 << level)..][..edge]);
-                for x in 0..edge {
+                let row = &work.steps[(level * wide + y + dy) * wide..][..wide];
+                let end = reach + half + 1 - (1 << level);
+                let (a, b) = (&row[reach - half..][..EDGE], &row[end..][..EDGE]);
+                for x in 0..EDGE {
                     step[x] = high_of(step[x], high_of(a[x], b[x]));
                 }
             }
-            for (x, patch) in into.iter_mut().enumerate() {
-                *patch = self.patch(&sums.map(|s| s[x]), step[x]);
+            for x in xs.clone() {
+                let of_disc = std::array::from_fn(|k| sums[k][x]);
+                into[y * EDGE + x] = self.patch(&of_disc, step[x]);
             }
         }
     }
@@ -299,7 +316,7 @@ impl Assessor {
         let det = xx * yy - xy * xy;
         let width = (2 * self.square) as f64 * self.cell;
         // A rise that no slope within the limits makes.
-        let wall = rise - std::f64::consts::SQRT_2 * limits.tilt.tan().max(0.0) * width;
+        let wall = rise - self.slope_rise;
         let unknown = !(seen >= limits.seen * self.count && det > LINE * xx * yy);
         if unknown {
             let hazard = wall >= limits.step;
@@ -350,28 +367,32 @@ fn moments(cell: &Cell, moved: [f64; 3]) -> [f64; SUMS] {
     ]
 }
 
-/// Rise in the square around each cell of the inner `wide` by `wide`, 0 where nothing was seen; what follows it in `steps` is room for
-/// the longer runs.
+/// Rise in the square around each cell of some rows, 0 where nothing was seen; what follows in `steps` is room for longer runs.
 fn rises(
     low: &mut [f64],
     high: &mut [f64],
-    outer: usize,
     square: usize,
     wide: usize,
+    rows: &std::ops::Range<usize>,
     steps: &mut Vec<f64>,
 ) {
+    let outer = wide + 2 * square;
     // Along x, in place: what is written lies behind what is read.
-    for (low, high) in low.chunks_exact_mut(outer).zip(high.chunks_exact_mut(outer)) {
+    for y in rows.start..rows.end + 2 * square {
+        let (low, high) = (&mut low[y * outer..][..outer], &mut high[y * outer..][..outer]);
         for x in 0..wide {
-            let around = x..=x + 2 * square;
-            low[x] = low[around.clone()].iter().copied().fold(f64::INFINITY, low_of);
-            high[x] = high[around].iter().copied().fold(f64::NEG_INFINITY, high_of);
+            let (mut least, mut most) = (low[x], high[x]);
+            for dx in 1..=2 * square {
+                least = low_of(least, low[x + dx]);
+                most = high_of(most, high[x + dx]);
+            }
+            (low[x], high[x]) = (least, most);
         }
     }
-    let levels = (outer - 2 * square - TILE as usize + 1).ilog2() as usize + 1;
+    let levels = (wide - EDGE + 1).ilog2() as usize + 1;
     steps.clear();
     steps.resize(levels * wide * wide, 0.0);
-    for y in 0..wide {
+    for y in rows.clone() {
         for x in 0..wide {
             let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
             for row in y..=y + 2 * square {

@@ -83,6 +83,8 @@ impl Cell {
 pub struct TerrainMap {
     /// The cells.
     pub cells: Tiles<Cell>,
+    /// The first height that was seen, m: sums of heights are taken from it.
+    pub base: Option<f64>,
 }
 
 impl Grid {
@@ -96,6 +98,7 @@ impl Grid {
                 (lost, rest) = (lost + 1, &rest[1..]);
                 continue;
             };
+            map.base.get_or_insert(first.z);
             // Neighbouring pixels mostly see one tile: it is looked for once.
             let cells = map.cells.tile_mut(tile);
             let mut used = 0;

@@ -35,7 +35,7 @@ impl<T> Default for Tiles<T> {
 pub fn cell_at(edge: f64, [x, y]: [f64; 2]) -> Option<Index> {
     let (i, j) = ((x / edge).floor(), (y / edge).floor());
     // Written so that NaN is nowhere.
-    (i.abs() < FARTHEST && j.abs() < FARTHEST).then(|| [i as i32, j as i32])
+    (i.abs() < FARTHEST && j.abs() < FARTHEST).then_some([i as i32, j as i32])
 }
 
 /// The middle of a cell, m.

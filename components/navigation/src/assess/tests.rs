@@ -179,7 +179,7 @@ fn what_is_judged_now_and_then_is_what_is_judged_at_once() {
     let points = rough();
     let (map, whole) = judged(&points);
     let (mut grown, mut parts) = (TerrainMap::default(), Tiles::default());
-    let mut assessor = Assessor::new(0.1, limits()).unwrap();
+    let assessor = Assessor::new(0.1, limits()).unwrap();
     for part in points.chunks(1777) {
         let (touched, _) = GRID.add(&mut grown, part, 0.0);
         assessor.refresh(&grown, &touched, &mut parts);
