@@ -1,0 +1,301 @@
+//! Arcs that the rover could drive next, and how they are voted on.
+//! ```text
+//! arcs        curvature κ from −κ_max to κ_max in equal steps, forwards and backwards;  a turn on the spot to either side
+//! body        n discs on its axis that cover length × width: centres x_k = (k + ½) l/n − l/2, radius √((w/2)² + (l/2n)²)
+//! sweep       poses along an arc every `step`; at each the least goodness γ (0 … 1) under the n discs
+//! obstacles   least of 1 − (1 − γ)(1 − s/2l) over the sweep of length l: what is far counts half as much
+//! goal        e^(−detour/scale);  detour = way + V(end) + turning to the way from there + stopping for another kind of move − V(here)
+//! vote        share · obstacles + (1 − share) · goal; 0 for an arc that is shut
+//! shut        a hazard or unknown ground nearer than `near`, or anywhere in a turn on the spot
+//! ```
+//! After Goldberg, Maimone, Matthies 2002 (votes of arcs for obstacles and goal), with values of the global planner for the goal as in
+//! Maimone et al. 2006. An arc ends where it comes to the first hazard or unknown ground beyond `near`, or as long as the goal is far. The arc that
+//! was chosen last is kept until another has more votes by `hysteresis`.
+//!
+//! A rover whose discs are in a hazard now (it has drifted into the margin) may leave it: an arc is not shut by hazards within
+//! `leave` of its beginning when there are none after that, up to `near` at least.
+
+use crate::assess::BEST;
+use crate::ground::{Ground, Sight};
+
+/// It does not stop for a smaller turn, rad.
+const TURN_LEAST: f64 = 0.1;
+
+/// How the rover moves and votes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arcs {
+    /// Arcs in each direction; odd, so that straight is one of them.
+    pub count: usize,
+    /// Greatest curvature, 1/m.
+    pub curvature_max: f64,
+    /// Length of an arc, m.
+    pub length: f64,
+    /// Distance of poses that are looked at, m.
+    pub step: f64,
+    /// So far ahead the ground has to be known and free, m.
+    pub near: f64,
+    /// Way out of a hazard, m.
+    pub leave: f64,
+    /// Share of obstacles in a vote, 0 … 1.
+    pub share: f64,
+    /// Detour (m) at which the vote of the goal is 1/e.
+    pub scale: f64,
+    /// What a turn costs, m/rad.
+    pub turn_cost: f64,
+    /// What it costs to stop and go on in another way: forwards, backwards, on the spot, m.
+    pub stop_cost: f64,
+    /// What driving backwards costs, times that of driving forwards.
+    pub back_cost: f64,
+    /// Votes by which another arc has to be better.
+    pub hysteresis: f64,
+    /// The body.
+    pub body: Body,
+}
+
+/// The rectangle around the rover about its pose, and the discs that cover it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Length, m.
+    pub length: f64,
+    /// Width, m.
+    pub width: f64,
+    /// Discs on its axis.
+    pub discs: usize,
+}
+
+/// x, y (m) and heading (rad) in W.
+pub type Place = [f64; 3];
+
+/// A thing to do next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Move {
+    /// Forwards on a circle of this curvature, to the left when positive, 1/m.
+    Forward(f64),
+    /// Backwards on a circle of this curvature.
+    Backward(f64),
+    /// On the spot by this angle, rad, to the left when positive.
+    Turn(f64),
+}
+
+/// What was found out about a move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vote {
+    /// The move.
+    pub mv: Move,
+    /// Vote of obstacles, 0 … 1.
+    pub obstacles: f64,
+    /// Vote of the goal, 0 … 1.
+    pub goal: f64,
+    /// The sum; 0 when it is shut.
+    pub total: f64,
+}
+
+/// Where the rover is to go.
+pub struct Wish<'a> {
+    /// Cost to the goal from a point, m; ∞ where no way is.
+    pub value: &'a dyn Fn([f64; 2]) -> f64,
+    /// Heading of the way from the rover's place, rad.
+    pub heading: f64,
+    /// Distance of the goal, m: arcs are not longer.
+    pub distance: f64,
+    /// What it does now.
+    pub last: Option<Move>,
+}
+
+impl Body {
+    /// Radius of the discs, m.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        (0.5 * self.width).hypot(0.5 * self.length / self.discs as f64)
+    }
+
+    /// How far the outer discs are from the middle, m.
+    #[must_use]
+    pub fn offset(&self) -> f64 {
+        0.5 * self.length * (1.0 - 1.0 / self.discs as f64)
+    }
+
+    /// Middles of the discs at a place.
+    pub fn middles(&self, [x, y, heading]: Place) -> impl Iterator<Item = [f64; 2]> {
+        let (s, c) = heading.sin_cos();
+        let (each, length) = (self.length / self.discs as f64, self.length);
+        (0..self.discs).map(move |k| {
+            let along = (k as f64 + 0.5) * each - 0.5 * length;
+            [x + along * c, y + along * s]
+        })
+    }
+
+    /// The least of what is known under the rover.
+    #[must_use]
+    pub fn sight(&self, ground: &Ground, at: Place) -> Sight {
+        let mut least = Some(BEST);
+        for p in self.middles(at) {
+            match ground.at(p) {
+                Sight::Known(0) => return Sight::Known(0),
+                Sight::Known(g) => least = least.map(|l| l.min(g)),
+                Sight::Unknown => least = None,
+            }
+        }
+        least.map_or(Sight::Unknown, Sight::Known)
+    }
+}
+
+/// An angle between −π and π.
+#[must_use]
+pub fn wrapped(angle: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    angle - turn * (angle / turn).round()
+}
+
+/// Where a move of a length (m; rad of a turn) ends.
+#[must_use]
+pub fn end_of([x, y, heading]: Place, mv: Move, s: f64) -> Place {
+    let (kappa, way) = match mv {
+        Move::Forward(kappa) => (kappa, s),
+        Move::Backward(kappa) => (kappa, -s),
+        Move::Turn(angle) => return [x, y, heading + s.copysign(angle)],
+    };
+    // The chord of a circle: 2/κ sin(κ s/2) along the mean heading.
+    let half = 0.5 * kappa * way;
+    let chord = if half.abs() < 1e-8 { way } else { way * half.sin() / half };
+    let (sin, cos) = (heading + half).sin_cos();
+    [x + chord * cos, y + chord * sin, heading + 2.0 * half]
+}
+
+/// What a sweep came to.
+struct Sweep {
+    /// So far it is free and known, m or rad.
+    open: f64,
+    obstacles: f64,
+}
+
+impl Arcs {
+    /// All moves, with their votes, in a fixed order: forwards and backwards from right to left, then the turn.
+    #[must_use]
+    pub fn votes(&self, ground: &Ground, at: Place, wish: &Wish) -> Vec<Vote> {
+        let curvature = |k: usize| {
+            let side = 2.0 * k as f64 / (self.count.max(2) - 1) as f64 - 1.0;
+            side * self.curvature_max
+        };
+        let forward = (0..self.count).map(|k| Move::Forward(curvature(k)));
+        let backward = (0..self.count).map(|k| Move::Backward(curvature(k)));
+        // To the way by the shorter side, and by the other; not for little.
+        let angle = wrapped(wish.heading - at[2]);
+        let other = angle - std::f64::consts::TAU.copysign(angle);
+        let turns = [Move::Turn(angle), Move::Turn(other)].into_iter();
+        let turns = turns.filter(|_| angle.abs() >= TURN_LEAST);
+        forward.chain(backward).chain(turns).map(|mv| self.vote(ground, at, wish, mv)).collect()
+    }
+
+    fn vote(&self, ground: &Ground, at: Place, wish: &Wish, mv: Move) -> Vote {
+        let shut = Vote { mv, obstacles: 0.0, goal: 0.0, total: 0.0 };
+        let length = match mv {
+            Move::Turn(angle) => angle.abs(),
+            _ => self.length.min(wish.distance.max(self.step)),
+        };
+        let Some(sweep) = self.sweep(ground, at, mv, length) else { return shut };
+        let end = end_of(at, mv, sweep.open);
+        let here = (wish.value)([at[0], at[1]]);
+        let (cost, left) = match mv {
+            Move::Turn(angle) => (angle.abs() * self.turn_cost, here),
+            Move::Forward(_) => (sweep.open, (wish.value)([end[0], end[1]])),
+            Move::Backward(_) => (sweep.open * self.back_cost, (wish.value)([end[0], end[1]])),
+        };
+        if !left.is_finite() {
+            // From a hazard, or out of what the planner looked at: any way out counts, the goal does not.
+            let total = if here.is_finite() { 0.0 } else { self.share * sweep.obstacles };
+            return Vote { obstacles: sweep.obstacles, total, ..shut };
+        }
+        let turn = match mv {
+            Move::Turn(_) => 0.0,
+            _ => self.turn_cost * self.way_from(wish, end),
+        };
+        let stop = match (mv, wish.last) {
+            (Move::Forward(_), None | Some(Move::Forward(_)))
+            | (Move::Backward(_), Some(Move::Backward(_)))
+            | (Move::Turn(_), Some(Move::Turn(_))) => 0.0,
+            _ => self.stop_cost,
+        };
+        let detour = cost + turn + stop + if here.is_finite() { left - here } else { 0.0 };
+        let goal = (-detour.max(0.0) / self.scale).exp();
+        let total = self.share * sweep.obstacles + (1.0 - self.share) * goal;
+        Vote { mv, obstacles: sweep.obstacles, goal, total }
+    }
+
+    /// The angle between the heading at the end of an arc and the way downhill in V from there, rad.
+    fn way_from(&self, wish: &Wish, [x, y, heading]: Place) -> f64 {
+        let h = 2.0 * self.step;
+        let at = |dx: f64, dy: f64| (wish.value)([x + dx, y + dy]);
+        let here = at(0.0, 0.0);
+        let slope = |a: f64, b: f64| match (a.is_finite(), b.is_finite()) {
+            (true, true) => 0.5 * (b - a),
+            (true, false) => here - a,
+            (false, true) => b - here,
+            (false, false) => 0.0,
+        };
+        let (dx, dy) = (slope(at(-h, 0.0), at(h, 0.0)), slope(at(0.0, -h), at(0.0, h)));
+        // At the goal there is no way on.
+        if here <= h || dx.hypot(dy) <= 0.0 {
+            return 0.0;
+        }
+        wrapped((-dy).atan2(-dx) - heading).abs()
+    }
+
+    /// Along a move; `None` when it is shut.
+    fn sweep(&self, ground: &Ground, at: Place, mv: Move, length: f64) -> Option<Sweep> {
+        // A turn is looked at by the way of the body's corners.
+        let (scale, near) = match mv {
+            Move::Turn(_) => (1.0 / (0.5 * self.body.length.hypot(self.body.width)), length),
+            _ => (1.0, self.near.min(length)),
+        };
+        let leave = self.leave * scale;
+        let steps = (length / (self.step * scale)).ceil().max(1.0) as usize;
+        let mut leaving = self.body.sight(ground, at) == Sight::Known(0);
+        let mut obstacles = 1.0_f64;
+        let mut open = 0.0;
+        for k in 1..=steps {
+            let s = length * k as f64 / steps as f64;
+            match self.body.sight(ground, end_of(at, mv, s)) {
+                Sight::Known(0) if leaving && s <= leave => {}
+                Sight::Known(0) | Sight::Unknown if s <= near * (1.0 + 1e-9) => return None,
+                Sight::Known(0) => {
+                    obstacles = obstacles.min(0.5 * s / length);
+                    break;
+                }
+                Sight::Unknown => break,
+                Sight::Known(goodness) => {
+                    leaving = false;
+                    let lack = 1.0 - f64::from(goodness) / f64::from(BEST);
+                    obstacles = obstacles.min(1.0 - lack * (1.0 - 0.5 * s / length));
+                }
+            }
+            open = s;
+        }
+        (open > 0.0 && !leaving).then_some(Sweep { open, obstacles })
+    }
+
+    /// The move to make: that of most votes, or the last one while no other has more by `hysteresis`. `None`: every move is shut.
+    #[must_use]
+    pub fn choose(&self, votes: &[Vote], last: Option<Move>) -> Option<Vote> {
+        let mut best: Option<Vote> = None;
+        for vote in votes.iter().filter(|v| v.total > 0.0) {
+            if best.is_none_or(|b| vote.total > b.total) {
+                best = Some(*vote);
+            }
+        }
+        let kind = |a: Move, b: Move| match (a, b) {
+            (Move::Turn(a), Move::Turn(b)) => (a > 0.0) == (b > 0.0),
+            (a, b) => a == b,
+        };
+        let kept = last.and_then(|last| votes.iter().find(|v| kind(v.mv, last)));
+        match (kept, best) {
+            (Some(kept), Some(best)) if kept.total > 0.0 => {
+                Some(if best.total > kept.total + self.hysteresis { best } else { *kept })
+            }
+            (_, best) => best,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

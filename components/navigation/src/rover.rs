@@ -1,0 +1,338 @@
+//! What a rover does with what it sees: map, judge, plan, vote, drive, and give up with a reason.
+//! ```text
+//! picture     points in W, without those on its own body → map → goodness → costs of the planner's cells
+//! cost        1 + w (1 − goodness/255) of the worst cell inside; ∞ of a hazard; 1 + w u of unknown ground; three times as much where
+//!             the outer discs of the body would be in a hazard with some headings
+//! sample      plan from here; votes of the arcs; the move of most votes; speed and turn rate
+//! stops       tilt or slip beyond its limit: for good.  No way, or no move that is open, for longer than `patience`: for good
+//!             the cost to the goal has had no new least for `progress`: for good
+//! ```
+//! While no move is open it stands. A rover that has stopped for good, or has arrived, stays so until it is started anew.
+
+use crate::arcs::{Arcs, Move, Place, Wish, end_of};
+use crate::assess::{Assessor, BEST, Patch};
+use crate::field_d_star::{Planner, Region, Way};
+use crate::ground::{Disc, Ground, Sight};
+use crate::map::{Grid, TerrainMap};
+use crate::tiles::{Index, Tiles, middle_of};
+use linkwork_spatial::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// What it knows: large, and saved with the state. A copy shares tiles that do not change.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Knowledge {
+    /// The ground that was seen.
+    pub map: TerrainMap,
+    /// What was judged of it.
+    pub patches: Tiles<Patch>,
+    /// The way to the goal; made at the first sample.
+    pub planner: Option<Planner>,
+    /// Points that had no place in the map.
+    pub lost: u64,
+}
+
+/// How it goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Status {
+    /// It has seen nothing yet.
+    #[default]
+    Blind,
+    /// It drives, or stands for as long as `patience` says.
+    Driving,
+    /// The goal is reached.
+    Arrived,
+    /// Its tilt is too large.
+    Tilted,
+    /// Its slip is too large.
+    Slipping,
+    /// The goal, or the rover, is outside the region.
+    Outside,
+    /// The goal is in an obstacle.
+    GoalInObstacle,
+    /// Obstacles lie all around the rover, or the goal.
+    NoWay,
+    /// There is a way, but every move is shut.
+    NoMove,
+    /// It has not come nearer for too long.
+    NoProgress,
+}
+
+impl Status {
+    /// All of them; the place in this list is the number at a port.
+    pub const ALL: [Status; 10] = [
+        Status::Blind,
+        Status::Driving,
+        Status::Arrived,
+        Status::Tilted,
+        Status::Slipping,
+        Status::Outside,
+        Status::GoalInObstacle,
+        Status::NoWay,
+        Status::NoMove,
+        Status::NoProgress,
+    ];
+
+    /// It goes on.
+    #[must_use]
+    pub fn goes_on(self) -> bool {
+        matches!(self, Status::Blind | Status::Driving)
+    }
+}
+
+/// What it remembers from sample to sample, beside its knowledge.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Memory {
+    /// How it goes.
+    pub status: Status,
+    /// What it does.
+    pub doing: Option<Move>,
+    /// Since when it has stood for want of a way or a move, s.
+    pub stands_since: Option<f64>,
+    /// Least cost to the goal so far (m), and when that was found (s).
+    pub nearest: Option<(f64, f64)>,
+    /// Cost to the goal, m; ∞ when there is none.
+    pub left: f64,
+    /// Votes of the move.
+    pub vote: f64,
+}
+
+/// Where it is and how it stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// x, y (m), heading (rad) in W.
+    pub place: Place,
+    /// Angle of the deck to the horizontal, rad.
+    pub tilt: f64,
+    /// Slip, 0 to 1.
+    pub slip: f64,
+}
+
+/// Limits, speeds, costs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rover {
+    /// The goal, W, m.
+    pub goal: [f64; 2],
+    /// Distance at which it is reached, m.
+    pub tolerance: f64,
+    /// Driving speed, m/s.
+    pub speed: f64,
+    /// Turn rate on the spot, rad/s.
+    pub spot_rate: f64,
+    /// Tilt at which it stops, rad.
+    pub tilt_max: f64,
+    /// Slip at which it stops.
+    pub slip_max: f64,
+    /// So long it stands without a way or a move, s.
+    pub patience: f64,
+    /// So long it may be without a new least cost to the goal, s.
+    pub progress: f64,
+    /// w: cost of the worst ground that is no hazard, less 1.
+    pub weight: f64,
+    /// u: what of w unknown ground costs.
+    pub unknown: f64,
+    /// Cells of the map along the edge of a cell of the planner.
+    pub coarse: i32,
+    /// How far beyond rover and goal it plans, m.
+    pub margin: f64,
+    /// Distance along the way to the point that a turn on the spot faces, m.
+    pub look_ahead: f64,
+    /// Points on the body are left out: this far around its rectangle, m.
+    pub body_margin: f64,
+    /// Points farther off are left out, m.
+    pub sight: f64,
+    /// Discs that are not to be entered.
+    pub keep_out: Vec<Disc>,
+    /// Discs that are known to be free: that in which it starts, for a camera that does not see it.
+    pub free: Vec<Disc>,
+    /// The map.
+    pub grid: Grid,
+    /// The arcs.
+    pub arcs: Arcs,
+}
+
+/// Headings that are tried for a cell of the planner.
+const AROUND: u32 = 12;
+/// A cell in which some of them are shut costs so many times as much.
+const NARROW: f64 = 3.0;
+/// A cost to the goal that is less by so much counts as nearer, m.
+const NEARER: f64 = 0.1;
+
+impl Rover {
+    /// Takes in points (m, W) that were seen from a place at a time (s).
+    pub fn see(&self, judge: &Assessor, k: &mut Knowledge, points: &[Vec3], at: Place, time: f64) {
+        let (sin, cos) = at[2].sin_cos();
+        let half =
+            [self.arcs.body.length, self.arcs.body.width].map(|l| 0.5 * l + self.body_margin);
+        let wanted = |p: &&Vec3| {
+            let (dx, dy) = (p.x - at[0], p.y - at[1]);
+            let own =
+                (cos * dx + sin * dy).abs() < half[0] && (cos * dy - sin * dx).abs() < half[1];
+            !own && !(dx.hypot(dy) > self.sight)
+        };
+        let points: Vec<Vec3> = points.iter().filter(wanted).copied().collect();
+        let (touched, lost) = self.grid.add(&mut k.map, &points, time);
+        k.lost += lost as u64;
+        judge.refresh(&k.map, &touched, &mut k.patches);
+        let Some(planner) = &mut k.planner else { return };
+        let ground = self.ground(judge, &k.patches);
+        let turned = (self.arcs.body.offset() / self.grid.cell).ceil() as i32;
+        let far = judge.depends_on() + turned;
+        for [i0, j0, i1, j1] in touched.rectangles() {
+            let cell = |i: i32| i.div_euclid(self.coarse);
+            let (x, y) = (cell(i0 - far)..=cell(i1 + far), cell(j0 - far)..=cell(j1 + far));
+            let cells = y.flat_map(|j| x.clone().map(move |i| [i, j]));
+            planner.change(cells.map(|c| (c, self.cost(&ground, c))));
+        }
+    }
+
+    fn ground<'a>(&'a self, judge: &Assessor, patches: &'a Tiles<Patch>) -> Ground<'a> {
+        let (keep_out, free) = (self.keep_out.as_slice(), self.free.as_slice());
+        Ground { cell: self.grid.cell, patches, keep_out, free, radius: judge.limits().radius }
+    }
+
+    /// Of a cell of the planner: the worst in it.
+    fn cost(&self, ground: &Ground, [i, j]: Index) -> f64 {
+        let n = self.coarse;
+        let mut cost = 1.0_f64;
+        for [di, dj] in (0..n).flat_map(|dj| (0..n).map(move |di| [di, dj])) {
+            let lack = match ground.of_cell([i * n + di, j * n + dj]) {
+                Sight::Known(0) => return f64::INFINITY,
+                Sight::Known(g) => 1.0 - f64::from(g) / f64::from(BEST),
+                Sight::Unknown => self.unknown,
+            };
+            cost = cost.max(1.0 + self.weight * lack);
+        }
+        // Here it fits through with some headings only.
+        let (edge, offset) = (self.grid.cell * f64::from(n), self.arcs.body.offset());
+        let [x, y] = middle_of(edge, [i, j]);
+        let narrow = (0..AROUND).any(|k| {
+            let (s, c) = (f64::from(k) * std::f64::consts::TAU / f64::from(AROUND)).sin_cos();
+            ground.at([x + offset * c, y + offset * s]) == Sight::Known(0)
+        });
+        if narrow { cost * NARROW } else { cost }
+    }
+
+    /// A planner around the rover and its goal; `None` when the goal has no place in one.
+    fn planner(&self, ground: &Ground, from: [f64; 2]) -> Option<Planner> {
+        let corner = |k: usize, side: f64| {
+            let ends =
+                if side < 0.0 { from[k].min(self.goal[k]) } else { from[k].max(self.goal[k]) };
+            ends + side * self.margin
+        };
+        let edge = self.grid.cell * f64::from(self.coarse);
+        let low = [corner(0, -1.0), corner(1, -1.0)];
+        let region = Region::new(edge, low, [corner(0, 1.0), corner(1, 1.0)]).ok()?;
+        let mut planner = Planner::new(region, self.goal, 1.0 + self.weight * self.unknown)?;
+        let ([i, j], [nx, ny]) = (region.first, region.size.map(|n| n as i32));
+        let cells = (j..j + ny).flat_map(|j| (i..i + nx).map(move |i| [i, j]));
+        planner.change(cells.map(|c| (c, self.cost(ground, c))));
+        Some(planner)
+    }
+
+    /// What to do at a time (s), and the speed (m/s) and turn rate (rad/s) for it. `sees`: there was a picture.
+    pub fn decide(
+        &self,
+        judge: &Assessor,
+        k: &mut Knowledge,
+        memory: &mut Memory,
+        pose: &Pose,
+        time: f64,
+        sees: bool,
+    ) -> [f64; 2] {
+        const STAND: [f64; 2] = [0.0; 2];
+        let [x, y, heading] = pose.place;
+        if !memory.status.goes_on() {
+            return STAND;
+        }
+        memory.doing = memory.doing.filter(|_| sees);
+        let distance = (x - self.goal[0]).hypot(y - self.goal[1]);
+        // Written so that NaN stops it.
+        let stop = match () {
+            () if !(pose.tilt.abs() <= self.tilt_max) => Some(Status::Tilted),
+            () if !(pose.slip <= self.slip_max) => Some(Status::Slipping),
+            () if distance <= self.tolerance => Some(Status::Arrived),
+            () => None,
+        };
+        if let Some(status) = stop {
+            *memory = Memory { status, left: memory.left, ..Memory::default() };
+            return STAND;
+        }
+        if !sees {
+            return STAND;
+        }
+        memory.status = Status::Driving;
+        if k.planner.is_none() {
+            k.planner = self.planner(&self.ground(judge, &k.patches), [x, y]);
+        }
+        let Some(planner) = &mut k.planner else {
+            memory.status = Status::Outside;
+            return STAND;
+        };
+        let beyond = 2.0 * self.arcs.length * (1.0 + self.weight);
+        let way = planner.plan([x, y], beyond);
+        memory.left = if let Way::Found(left) = way { left } else { f64::INFINITY };
+        let trouble = match way {
+            Way::Outside => Status::Outside,
+            Way::GoalInObstacle => Status::GoalInObstacle,
+            Way::Closed => Status::NoWay,
+            Way::Found(_) | Way::InObstacle => Status::NoMove,
+        };
+        let chosen = match way {
+            Way::Found(_) | Way::InObstacle => {
+                let ground = self.ground(judge, &k.patches);
+                let ahead = self.ahead(planner, [x, y]);
+                let heading =
+                    if ahead == [x, y] { heading } else { (ahead[1] - y).atan2(ahead[0] - x) };
+                let value = |p: [f64; 2]| planner.value(p);
+                let wish = Wish { value: &value, heading, distance, last: memory.doing };
+                let votes = self.arcs.votes(&ground, pose.place, &wish);
+                self.arcs.choose(&votes, memory.doing)
+            }
+            _ => None,
+        };
+        memory.doing = chosen.map(|v| v.mv);
+        memory.vote = chosen.map_or(0.0, |v| v.total);
+        let since = *memory.stands_since.get_or_insert(time);
+        if chosen.is_some() {
+            memory.stands_since = None;
+        } else if time - since >= self.patience {
+            memory.status = trouble;
+        }
+        let (least, when) = *memory.nearest.get_or_insert((memory.left, time));
+        if memory.left < least - NEARER {
+            memory.nearest = Some((memory.left, time));
+        } else if time - when >= self.progress {
+            memory.status = Status::NoProgress;
+        }
+        match chosen {
+            Some(vote) if memory.status.goes_on() => self.command(vote.mv),
+            _ => STAND,
+        }
+    }
+
+    fn command(&self, mv: Move) -> [f64; 2] {
+        match mv {
+            Move::Forward(kappa) => [self.speed, self.speed * kappa],
+            Move::Backward(kappa) => [-self.speed, -self.speed * kappa],
+            Move::Turn(angle) => [0.0, self.spot_rate.copysign(angle)],
+        }
+    }
+
+    /// The point of the way `look_ahead` from the rover.
+    fn ahead(&self, planner: &Planner, from: [f64; 2]) -> [f64; 2] {
+        let count = 4 + (4.0 * self.look_ahead / planner.region().cell) as usize;
+        let path = planner.path(from, count);
+        let far = |p: &&[f64; 2]| (p[0] - from[0]).hypot(p[1] - from[1]) >= self.look_ahead;
+        path.iter().find(far).or(path.last()).copied().unwrap_or(from)
+    }
+
+    /// Where it will be after a time (s), when it does what it has chosen and slips nowhere.
+    #[must_use]
+    pub fn after(&self, at: Place, mv: Move, seconds: f64) -> Place {
+        let rate = if matches!(mv, Move::Turn(_)) { self.spot_rate } else { self.speed };
+        end_of(at, mv, rate * seconds)
+    }
+}
+
+#[cfg(test)]
+mod tests;
