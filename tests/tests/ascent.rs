@@ -271,7 +271,7 @@ fn a_launcher_reaches_its_orbit_phase_by_phase() {
                 println!("{low} m by {high} m, {tilt} deg, {left} kg left");
                 // 200 km by 200 km is wanted.
                 assert!((low / 1e3 - 194.9).abs() < 0.2 && (high / 1e3 - 205.1).abs() < 0.2);
-                assert!((tilt - 28.36).abs() < 0.01 && (left - 4880.0).abs() < 20.0);
+                assert!((tilt - 28.343).abs() < 2e-3 && (left - 4880.0).abs() < 20.0);
                 // Cut off at the energy, to the picosecond: the semi-major axis is that of the orbit.
                 assert!((0.5 * (low + high) - 200e3).abs() < 0.1, "{low} {high}");
             }
@@ -279,17 +279,18 @@ fn a_launcher_reaches_its_orbit_phase_by_phase() {
     }
     // Time, height, inertial speed, angle of the path.
     let want = [
-        ("programme", [0.0, -4.80, 409.1, 0.0]),
+        // As of the first row, 0.1 s.
+        ("programme", [0.1, -4.80, 409.05, 0.058]),
         ("gravity_turn", [22.0, -3.66, 435.6, 14.58]),
-        ("staging", [136.61, 66.89, 2664.0, 30.28]),
-        ("closed_loop", [140.6, 72.18, 2645.4, 29.64]),
-        ("fairing_off", [179.03, 115.0, 2848.8, 18.6]),
+        ("staging", [136.61, 66.89, 2664.3, 30.28]),
+        ("closed_loop", [140.6, 72.19, 2645.4, 29.646]),
+        ("fairing_off", [179.02, 115.0, 2842.9, 18.688]),
         ("orbit", [403.27, 199.99, 7784.3, -0.044]),
     ];
     assert_eq!(told.len(), want.len(), "{told:?}");
     for ((phase, row), (name, w)) in told.iter().zip(want) {
         assert_eq!(phase, name);
-        for (k, tolerance) in [0.02, 0.05, 1.0, 0.05].into_iter().enumerate() {
+        for (k, tolerance) in [0.01, 0.01, 0.1, 0.005].into_iter().enumerate() {
             assert!((row[k] - w[k]).abs() < tolerance, "{name}: {row:?} {w:?}");
         }
     }
@@ -297,10 +298,10 @@ fn a_launcher_reaches_its_orbit_phase_by_phase() {
     assert!((pressure / 39.0e3 - 1.0).abs() < 0.01);
 }
 
-/// A first stage that is short of propellant: the run goes on into the phase that says so.
+/// From a path as steep as that of the reference: the run goes on into the phase that says so.
 #[test]
 fn a_launcher_that_runs_dry_says_so() {
-    let mut sim = common::repository("ascent/sim.ron", &["Tank1.propellant=190000"]).unwrap();
+    let mut sim = common::repository("ascent/sim.ron", &["kick=4.3 deg"]).unwrap();
     sim.run_until(seconds(600.0)).unwrap();
     assert_eq!(sim.phase(), "dry");
     assert!(sim.get("Orbit.pericentre").unwrap() < 0.0);
