@@ -1,7 +1,7 @@
 //! `flight.engine`: thrust of a rocket engine, its mass flow, and what the flow does to a turning vehicle.
 //! ```text
 //! T = c T_vac − p A_e  (c: throttle, 0 … 1; at rest 0)        ṁ = c T_vac/(I_sp g₀)        g₀ = 9.80665 m/s²
-//! F = T z at the nozzle (node z: against the jet)
+//! F = T R_x(δ_x) R_y(δ_y) z at the nozzle (node z: against the jet; δ: gimbal, cut off at δ_max)
 //! flow from the surface of the propellant to the nozzle, along L: F_c = −2 ṁ ω × L in the middle of L
 //! ```
 //! F_c is the Coriolis force of what flows inside (Thomson, Introduction to Space Dynamics, 8.4): about
@@ -30,6 +30,9 @@ pub struct EngineParams {
     /// Throttle below which it does not burn.
     #[param(unit = "1", default = 0.0, range = 0.0..=1.0)]
     pub throttle_min: f64,
+    /// Greatest angle δ_max of the gimbal about each of its axes.
+    #[param(unit = "rad", default = 0.0, range = 0.0..=1.5)]
+    pub gimbal_max: f64,
 }
 
 /// Command and supply.
@@ -47,6 +50,12 @@ pub struct EngineIn {
     /// Ambient pressure.
     #[port("Pa", default = 0.0)]
     pub pressure: f64,
+    /// Angle of the gimbal about x of the nozzle.
+    #[port("rad", default = 0.0)]
+    pub gimbal_x: f64,
+    /// Angle of the gimbal about y, which turns with the one about x.
+    #[port("rad", default = 0.0)]
+    pub gimbal_y: f64,
 }
 
 /// Force and flow.
@@ -63,9 +72,14 @@ pub struct EngineOut {
     pub thrust: f64,
 }
 
+/// An angle within ± `most`; NaN stays.
+fn cut(angle: f64, most: f64) -> f64 {
+    angle.clamp(-most, most)
+}
+
 /// A rocket engine.
 pub struct Engine {
-    p: EngineParams,
+    pub(crate) p: EngineParams,
 }
 
 /// A rocket engine: thrust, mass flow, jet damping.
@@ -84,7 +98,10 @@ impl Model for Engine {
         let flow = throttle * p.thrust / (p.specific_impulse * G0);
         let path = u.nozzle.rotation * p.flow_path;
         let coriolis = u.nozzle.angular.cross(&path) * (-2.0 * flow);
-        let force = u.nozzle.rotation * Vec3::z() * thrust + coriolis;
+        let (x, y) = (cut(u.gimbal_x, p.gimbal_max), cut(u.gimbal_y, p.gimbal_max));
+        // R_x R_y z.
+        let along = Vec3::new(y.sin(), -x.sin() * y.cos(), x.cos() * y.cos());
+        let force = u.nozzle.rotation * along * thrust + coriolis;
         let moment = (path * -0.5).cross(&coriolis);
         EngineOut { load: Wrench { moment, force }, flow, thrust }
     }
@@ -101,13 +118,14 @@ mod tests {
             exit_area: 0.01,
             flow_path: Vec3::new(0.0, 0.0, -2.0),
             throttle_min: 0.4,
+            gimbal_max: 0.1,
         };
         Engine { p }
     }
 
     fn at(throttle: f64, supply: bool, pressure: f64, angular: Vec3) -> EngineOut {
         let nozzle = NodeState { angular, ..NodeState::identity() };
-        let u = EngineIn { nozzle, throttle, supply, pressure };
+        let u = EngineIn { nozzle, throttle, supply, pressure, gimbal_x: 0.0, gimbal_y: 0.0 };
         engine().direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &())
     }
 
@@ -121,6 +139,23 @@ mod tests {
         for off in [at(0.3, true, 0.0, Vec3::x()), at(1.0, false, 1e5, Vec3::x())] {
             assert_eq!((off.flow, off.thrust, off.load), (0.0, 0.0, Wrench::zero()));
         }
+    }
+
+    #[test]
+    fn a_gimbal_turns_the_thrust_as_far_as_it_goes() {
+        let rotation = Quat::from_scaled_axis(Vec3::new(0.3, 0.9, -0.4));
+        let nozzle = NodeState { rotation, ..NodeState::identity() };
+        let force = |gimbal_x: f64, gimbal_y: f64| {
+            let u =
+                EngineIn { nozzle, throttle: 1.0, supply: true, pressure: 0.0, gimbal_x, gimbal_y };
+            engine().direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &()).load.force
+        };
+        let turn = |x: f64, y: f64| {
+            let q = Quat::from_scaled_axis(Vec3::x() * x) * Quat::from_scaled_axis(Vec3::y() * y);
+            rotation * q * Vec3::z() * 1000.0
+        };
+        assert!((force(0.06, -0.03) - turn(0.06, -0.03)).norm() < 1e-11);
+        assert!((force(0.5, -0.2) - turn(0.1, -0.1)).norm() < 1e-11, "cut off");
     }
 
     #[test]

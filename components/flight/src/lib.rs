@@ -8,6 +8,7 @@ pub mod engine;
 pub mod guidance;
 pub mod kickoff_spring;
 pub mod landing;
+pub mod orbit;
 pub mod parachute;
 pub mod program;
 pub mod propellant_tank;
@@ -30,9 +31,14 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<attitude::magnetic::MagneticField>(),
         Entry::model::<attitude::magnetic::MagneticTorquer>(),
         Entry::model::<attitude::reaction_wheel::ReactionWheel>(),
+        Entry::model::<attitude::thrust_vector::ThrustVectorControl>(),
         Entry::model::<drag::Drag>(),
         Entry::model::<engine::Engine>(),
+        Entry::model::<guidance::approach::Glideslope>(),
+        Entry::model::<guidance::approach::Transfer>(),
         Entry::model::<guidance::ascent::LinearTangent>(),
+        Entry::model::<guidance::ascent_program::GravityTurn>(),
+        Entry::model::<guidance::ascent_program::PitchProgram>(),
         Entry::model::<guidance::entry_guidance::EntryGuidance>(),
         Entry::model::<guidance::ground_motion::GroundMotion>(),
         Entry::model::<guidance::powered_descent::PoweredDescent>(),
@@ -41,6 +47,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<kickoff_spring::KickoffSpring>(),
         Entry::model::<landing::airbag::Airbag>(),
         Entry::model::<landing::crushable_leg::CrushableLeg>(),
+        Entry::model::<orbit::Orbit>(),
         Entry::model::<parachute::bridle::Bridle>(),
         Entry::model::<parachute::canopy::Canopy>(),
         Entry::model::<parachute::line::Line>(),

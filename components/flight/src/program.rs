@@ -45,18 +45,18 @@ impl Times {
     }
 
     /// The row that holds. A part that enters a run late begins where the time is.
-    fn row(&self, c: &Clock, d: &Passed) -> usize {
+    pub(crate) fn row(&self, c: &Clock, d: &Passed) -> usize {
         let k = (d.rows as usize).min(self.0.len() - 1);
         let begun = k == 0 || c.t >= self.0[k] - 1e-9;
         let over = self.0.get(k + 1).is_some_and(|next| c.t > next + 1e-9 + c.dt);
         if begun && !over { k } else { self.0.partition_point(|t| *t <= c.t).max(1) - 1 }
     }
 
-    fn since(&self, c: &Clock, d: &Passed) -> NextRow {
+    pub(crate) fn since(&self, c: &Clock, d: &Passed) -> NextRow {
         NextRow { since: self.0.get(self.row(c, d) + 1).map_or(-1.0, |next| c.t - next) }
     }
 
-    fn pass(&self, c: &Clock, d: &Passed) -> Passed {
+    pub(crate) fn pass(&self, c: &Clock, d: &Passed) -> Passed {
         Passed { rows: (self.row(c, d) + 1).min(self.0.len() - 1) as f64 }
     }
 }

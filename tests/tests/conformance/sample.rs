@@ -43,6 +43,11 @@ fn written(model: &str, param: &str) -> Option<Value> {
             let row = |t: f64| Value::Map(vec![("time".into(), Value::Number(t).into())]).into();
             Some(Value::List(vec![row(0.0), row(0.1)]))
         }
+        ("flight.pitch_program", "rows") => {
+            let entry = |key: &str, x: f64| (key.into(), Value::Number(x).into());
+            let row = |t: f64, x: f64| Value::Map(vec![entry("time", t), entry("pitch", x)]).into();
+            Some(Value::List(vec![row(0.0, 0.0), row(0.1, 0.4), row(0.3, 0.5)]))
+        }
         ("flight.sequence", "rows") => Some(pairs(&[[0.0, 1.0], [0.1, 2.0], [5.0, 0.0]])),
         ("flight.dave_aerodynamics", "model") => {
             let text = include_str!("../../../sims/nesc/brick.dml");

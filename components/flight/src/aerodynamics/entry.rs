@@ -71,6 +71,9 @@ pub struct EntryOut {
     /// Density.
     #[port("kg/m^3")]
     pub density: f64,
+    /// Pressure of the air at rest.
+    #[port("Pa")]
+    pub ambient_pressure: f64,
     /// Heat flux at the stagnation point.
     #[port("W/m^2")]
     pub heating: f64,
@@ -126,7 +129,8 @@ impl Model for EntryAerodynamics {
     }
     fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &EntryIn) -> EntryOut {
         let p = &self.p;
-        let a = AirData::met(&p.atmosphere, c.t, &u.body, &Vec3::zeros());
+        let air = p.atmosphere.air(c.t, u.body.position);
+        let a = AirData::of(&u.body, &air, &Vec3::zeros());
         let drag = a.pressure * p.area * self.drag.at(a.mach);
         let lift = drag * self.ratio.at(a.mach);
         let through = u.body.rotation * a.velocity;
@@ -141,6 +145,7 @@ impl Model for EntryAerodynamics {
             mach: a.mach,
             dynamic_pressure: a.pressure,
             density: a.density,
+            ambient_pressure: air.pressure,
             heating: a.heating(p.heating_constant, p.nose_radius),
         }
     }

@@ -8,6 +8,7 @@
 //! ```
 //! (Powered explicit guidance in its plane.) Solved again at each sample; in the last seconds A and B are held.
 
+use super::planet::inertial;
 use linkwork_runtime::prelude::*;
 
 /// Steering that reaches a height and a vertical speed: sin θ = A + B t.
@@ -101,12 +102,15 @@ pub struct TangentParams {
     /// Specific impulse.
     #[param(unit = "s", range = 1e-3..)]
     pub specific_impulse: f64,
-    /// μ of the planet at the origin of W.
+    /// μ of the planet.
     #[param(unit = "m^3/s^2", default = 3.986_004_418e14, range = 0.0..)]
     pub mu: f64,
     /// Time before burnout from which on the steering is held.
     #[param(unit = "s", default = 5.0, range = 0.0..)]
     pub freeze: f64,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
 }
 
 /// Where it is.
@@ -160,6 +164,7 @@ pub struct Solved {
 /// Closed-loop ascent.
 pub struct LinearTangent {
     p: TangentParams,
+    site: Option<Site>,
 }
 
 impl LinearTangent {
@@ -170,10 +175,11 @@ impl LinearTangent {
         if d.burnout > 0.0 && left < p.freeze {
             return *d;
         }
-        let radius = u.body.position.norm();
-        let up = u.body.position / radius;
-        let rise = u.body.velocity.dot(&up);
-        let along = (u.body.velocity - up * rise).norm();
+        let (r, v) = inertial(self.site.as_ref(), &u.body);
+        let radius = r.norm();
+        let up = r / radius;
+        let rise = v.dot(&up);
+        let along = (v - up * rise).norm();
         let now = Plane { radius, up: rise, along };
         let end = Plane { radius: p.radius, up: p.up, along: p.along };
         let engines = (p.thrust / u.mass, p.specific_impulse * 9.80665);
@@ -185,18 +191,22 @@ impl LinearTangent {
     }
 }
 
-/// Linear tangent steering of an ascent in the plane of its motion; sampled.
+/// Linear tangent steering of an ascent in the plane of its inertial motion; sampled.
 #[model("flight.linear_tangent")]
 impl Model for LinearTangent {
-    const INERTIAL: bool = true;
     type Params = TangentParams;
     type Ud = TangentIn;
     type Yd = TangentOut;
     type D = Solved;
+    fn build(p: TangentParams) -> Result<Self, BuildError> {
+        let site = p.gravity.site();
+        Ok(LinearTangent { p, site })
+    }
     fn direct(&self, c: &Clock, _: &(), d: &Solved, u: &TangentIn) -> TangentOut {
         let s = self.solve(c, d, u);
-        let up = u.body.position.normalize();
-        let across = u.body.velocity - up * u.body.velocity.dot(&up);
+        let (r, v) = inertial(self.site.as_ref(), &u.body);
+        let up = r.normalize();
+        let across = v - up * v.dot(&up);
         let to_go = s.burnout - c.t;
         // A vehicle that does not move along has no plane yet: straight up.
         let (sine, along) = if across.norm() > 1e-9 {
@@ -221,23 +231,62 @@ mod tests {
 
     const MU: f64 = 3.986_004_418e14;
 
+    fn law(radius: f64, along: f64, site: Option<Site>) -> LinearTangent {
+        let point = super::super::planet::tests::Point { mu: MU, site };
+        LinearTangent::build(TangentParams {
+            radius,
+            up: 0.0,
+            along,
+            thrust: 950e3,
+            specific_impulse: 348.0,
+            mu: MU,
+            freeze: 5.0,
+            gravity: Handle::new(
+                "gravity",
+                std::sync::Arc::new(point) as std::sync::Arc<dyn Gravity>,
+            ),
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn it_pushes_alike_in_inertial_axes_and_from_a_site() {
+        let turn = Quat::from_euler_angles(0.3, -0.8, 1.1);
+        let pose = linkwork_spatial::Pose::new(turn, Vec3::new(3e6, -4e6, 3.9e6));
+        let site = Site { pose, rate: 7.292e-5 };
+        let (radius, along) = (6_378_137.0 + 200e3, 7784.0);
+        let body = NodeState {
+            position: Vec3::new(4e5, 2e4, 9e4),
+            velocity: Vec3::new(3500.0, 120.0, 700.0),
+            ..NodeState::identity()
+        };
+        let p = site.to_planet(&body.position);
+        let v = turn * body.velocity + (Vec3::z() * site.rate).cross(&p);
+        let seen = NodeState { position: p, velocity: v, ..NodeState::identity() };
+        let c = Clock::at(0.0, 1.0, 0);
+        let push = |m: LinearTangent, body: NodeState| {
+            let (u, d) = (
+                TangentIn { body, mass: 92e3 },
+                Solved { a: 0.0, b: 0.0, burnout: 0.0, since: 0.0, lost: false },
+            );
+            m.direct(&c, &(), &d, &u, &())
+        };
+        let here = push(law(radius, along, Some(site)), body);
+        let there = push(law(radius, along, None), seen);
+        assert!(!here.lost && here.force.norm() > 9e5);
+        assert!(
+            (turn * here.force - there.force).norm() < 1e-4
+                && (here.to_go - there.to_go).abs() < 1e-8
+        );
+    }
+
     /// An upper stage guided every second, in the plane, around a round Earth: the orbit that it reaches.
     #[test]
     fn an_upper_stage_reaches_its_orbit() {
         let radius = 6_378_137.0 + 200e3;
         let along = (MU / radius).sqrt();
         let (isp, thrust) = (348.0, 950e3);
-        let m = LinearTangent {
-            p: TangentParams {
-                radius,
-                up: 0.0,
-                along,
-                thrust,
-                specific_impulse: isp,
-                mu: MU,
-                freeze: 5.0,
-            },
-        };
+        let m = law(radius, along, None);
         let mut r = Vec3::new(0.0, 0.0, 6_378_137.0 + 120e3);
         let mut v = Vec3::new(4200.0, 0.0, 900.0);
         let mut mass = 92_000.0;

@@ -2,7 +2,9 @@
 //!
 //! Each law is a pure function with a thin model over it, so that a user's own law can take its place.
 
+pub mod approach;
 pub mod ascent;
+pub mod ascent_program;
 pub mod convex;
 pub mod entry;
 pub mod entry_guidance;

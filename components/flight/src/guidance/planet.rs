@@ -10,6 +10,14 @@ use linkwork_runtime::prelude::*;
 /// Mean sidereal rate of Mars, rad/s, where nothing else is said.
 const MARS: f64 = 7.088_218_1e-5;
 
+/// Position from the planet's centre (m) and inertial velocity (m/s) of a node, along the axes of W as they stand
+/// at the moment, where W is inertial with the planet at its origin, or a site.
+pub fn inertial(site: Option<&Site>, node: &NodeState) -> (Vec3, Vec3) {
+    let Some(s) = site else { return (node.position, node.velocity) };
+    let r = s.from_centre(&node.position);
+    (r, node.velocity + s.omega().cross(&r))
+}
+
 /// How states and forces go between W and the axes that guidance works in.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
@@ -76,6 +84,19 @@ pub(crate) mod tests {
         fn axes(&self) -> Axes {
             Axes::of(self.site)
         }
+    }
+
+    #[test]
+    fn what_stands_on_the_ground_moves_with_the_planet() {
+        let turn = Quat::from_euler_angles(0.3, -0.8, 1.1);
+        let pose = linkwork_spatial::Pose::new(turn, Vec3::new(2e6, -1e6, 2.4e6));
+        let site = Site { pose, rate: 7e-5 };
+        let node = NodeState { position: Vec3::new(3.0, -4.0, 12.0), ..NodeState::identity() };
+        let (r, v) = inertial(Some(&site), &node);
+        let p = site.to_planet(&node.position);
+        assert!((turn * r - p).norm() < 1e-8);
+        assert!((turn * v - (Vec3::z() * 7e-5).cross(&p)).norm() < 1e-12);
+        assert_eq!(inertial(None, &node), (node.position, node.velocity));
     }
 
     #[test]

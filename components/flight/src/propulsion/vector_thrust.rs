@@ -1,6 +1,7 @@
 //! `flight.vector_thrust`: engines seen as one force that follows a command, for flight in three degrees of freedom.
 //! ```text
-//! Ḟ = (F_cmd − F)/τ      F in W, at the node      ṁ = |F|/(I_sp g₀)
+//! Ḟ = (F_cmd − F)/τ      F in vacuum, W, at the node      ṁ = |F|/(I_sp g₀)
+//! F (1 − p A_e/|F|)      what acts: the ambient pressure on the nozzles' exits
 //! ```
 //! Attitude is not asked: right where it is turned fast enough. Without τ the force is the command.
 
@@ -18,6 +19,9 @@ pub struct VectorThrustParams {
     /// Time constant τ of the lag; 0: none.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub lag: f64,
+    /// Area of the nozzles' exits, on which the ambient pressure acts.
+    #[param(unit = "m^2", default = 0.0, range = 0.0..)]
+    pub exit_area: f64,
     /// Force at the start, W.
     #[param(unit = "N", default = Vec3::zeros())]
     pub start: Vec3,
@@ -29,12 +33,15 @@ pub struct VectorThrustIn {
     /// Where it acts.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Force that is wanted, W.
+    /// Force that is wanted, in vacuum, W.
     #[port("N")]
     pub command: Vec3,
     /// There is propellant.
     #[port(default = true)]
     pub supply: bool,
+    /// Ambient pressure.
+    #[port("Pa", default = 0.0)]
+    pub pressure: f64,
 }
 
 /// Load and flow.
@@ -43,7 +50,7 @@ pub struct VectorThrustOut {
     /// On the body.
     #[port(bind = "body")]
     pub load: Wrench,
-    /// Size of the force.
+    /// Size of the force; below zero where the pressure is stronger.
     #[port("N")]
     pub thrust: f64,
     /// Propellant that it takes.
@@ -80,11 +87,13 @@ impl Model for VectorThrust {
             (true, true) => x.force,
             (true, false) => u.command,
         };
-        let thrust = force.norm();
+        let vacuum = force.norm();
+        let back = if vacuum > 0.0 { u.pressure * self.p.exit_area } else { 0.0 };
+        let acting = if back > 0.0 { force * (1.0 - back / vacuum) } else { force };
         VectorThrustOut {
-            load: Wrench { moment: Vec3::zeros(), force },
-            thrust,
-            flow: thrust / (self.p.specific_impulse * G0),
+            load: Wrench { moment: Vec3::zeros(), force: acting },
+            thrust: vacuum - back,
+            flow: vacuum / (self.p.specific_impulse * G0),
         }
     }
     fn deriv(&self, _: &Clock, x: &Force, _: &(), _: &(), u: &VectorThrustIn) -> Force {
@@ -99,11 +108,39 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_pressure_takes_thrust_and_no_propellant() {
+        let p = VectorThrustParams {
+            specific_impulse: 311.0,
+            lag: 0.0,
+            exit_area: 4.2,
+            start: Vec3::zeros(),
+        };
+        let m = VectorThrust { p };
+        let at = |command: Vec3, pressure: f64| {
+            let u = VectorThrustIn { body: NodeState::identity(), command, supply: true, pressure };
+            m.direct(&Clock::at(0.0, 0.1, 0), &Force { force: Vec3::zeros() }, &(), &u, &())
+        };
+        let command = Vec3::new(-3.0e5, 0.0, 4.0e5);
+        let (vacuum, ground) = (at(command, 0.0), at(command, 1e5));
+        assert_eq!((vacuum.load.force, vacuum.thrust), (command, 5.0e5));
+        assert!((ground.thrust - 0.8e5).abs() < 1e-9 && ground.flow == vacuum.flow);
+        assert!((ground.load.force - command * 0.16).norm() < 1e-9);
+        // An engine that is off has no jet that the air could push at.
+        assert_eq!(at(Vec3::zeros(), 1e5).load, Wrench::zero());
+    }
+
+    #[test]
     fn it_follows_its_command_with_the_lag_and_takes_propellant() {
-        let p = VectorThrustParams { specific_impulse: 222.0, lag: 0.12, start: Vec3::x() * 10.0 };
+        let p = VectorThrustParams {
+            specific_impulse: 222.0,
+            lag: 0.12,
+            exit_area: 0.0,
+            start: Vec3::x() * 10.0,
+        };
         let m = VectorThrust { p };
         let command = Vec3::new(0.0, 300.0, 400.0);
-        let u = VectorThrustIn { body: NodeState::identity(), command, supply: true };
+        let u =
+            VectorThrustIn { body: NodeState::identity(), command, supply: true, pressure: 0.0 };
         let c = Clock::at(0.0, 0.1, 0);
         let x = Force { force: Vec3::y() * 60.0 };
         let y = m.direct(&c, &x, &(), &u, &());
@@ -112,7 +149,7 @@ mod tests {
         assert!((rate - Vec3::new(0.0, 2000.0, 400.0 / 0.12)).norm() < 1e-9);
         let dry = VectorThrustIn { supply: false, ..u };
         assert_eq!(m.direct(&c, &x, &(), &dry, &()).load, Wrench::zero());
-        let p = VectorThrustParams { specific_impulse: 222.0, lag: 0.0, start: Vec3::zeros() };
+        let p = VectorThrustParams { lag: 0.0, start: Vec3::zeros(), ..m.p.clone() };
         assert_eq!(VectorThrust { p }.direct(&c, &x, &(), &u, &()).thrust, 500.0);
     }
 }

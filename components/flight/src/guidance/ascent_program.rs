@@ -1,0 +1,239 @@
+//! `flight.pitch_program`, `flight.gravity_turn`: where to push in the first minutes of an ascent, without looking at
+//! the orbit.
+//! ```text
+//! pitch_program   d = cos θ up + sin θ (sin A east + cos A north)      θ(t): table, linear between rows; A: azimuth
+//! gravity_turn    d = v_air/|v_air|                                    F = T d
+//! ```
+//! up, east and north are those of the site that W is: fixed to the planet, up along the normal of its ellipsoid.
+//! Rows of the table are events, so that no step of an integrator goes over a kink.
+
+use crate::program::{NextRow, Passed, Times};
+use crate::table::Curve;
+use linkwork_runtime::prelude::*;
+
+/// A row of a pitch programme.
+#[derive(Params, Clone, Debug)]
+pub struct PitchRow {
+    /// When.
+    #[param(unit = "s")]
+    pub time: f64,
+    /// Angle θ from the vertical.
+    #[param(unit = "rad")]
+    pub pitch: f64,
+}
+
+/// Table and thrust.
+#[derive(Params, Clone, Debug)]
+pub struct PitchParams {
+    /// Angle by time, rising in time; level before the first row and after the last.
+    pub rows: Vec<PitchRow>,
+    /// Azimuth A of the launch: from north towards east.
+    #[param(unit = "rad", default = std::f64::consts::FRAC_PI_2)]
+    pub azimuth: f64,
+    /// Size T of the force.
+    #[param(unit = "N", range = 0.0..)]
+    pub thrust: f64,
+    /// Gravity, which knows the site. Without a planet W is x east, y north, z up.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
+}
+
+/// Where to push.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct PitchOut {
+    /// Force that is wanted, W.
+    #[port("N")]
+    pub force: Vec3,
+    /// Angle from the vertical of the site.
+    #[port("rad")]
+    pub pitch: f64,
+}
+
+/// A pitch programme.
+pub struct PitchProgram {
+    p: PitchParams,
+    times: Times,
+    curve: Curve,
+    /// Up, and where the azimuth points, W.
+    up: Vec3,
+    ahead: Vec3,
+}
+
+/// Pushes along a direction that a table turns from the vertical of the site towards an azimuth.
+#[model("flight.pitch_program")]
+impl Model for PitchProgram {
+    type Params = PitchParams;
+    type Yd = PitchOut;
+    type D = Passed;
+    type G = NextRow;
+    fn build(p: PitchParams) -> Result<Self, BuildError> {
+        let east = match p.gravity.axes() {
+            Axes::Any => Vec3::x(),
+            // Whatever the heading of the site. At a pole east is x of the planet, as elsewhere.
+            Axes::Site(s) => {
+                let axis = s.from_planet_axes(&Vec3::z());
+                let east = axis.cross(&Vec3::z());
+                let at_pole = east.norm() < 1e-9;
+                if at_pole { s.from_planet_axes(&Vec3::x()) } else { east.normalize() }
+            }
+            Axes::Inertial => {
+                let fact = format!(
+                    "`{}` takes W for inertial axes, in which a launch site has no fixed vertical",
+                    p.gravity.path()
+                );
+                return Err(BuildError::new(fact)
+                    .help("give its `planet` a `site`: the launch site")
+                    .at("gravity"));
+            }
+        };
+        let times = Times::new(p.rows.iter().map(|r| r.time).collect(), "rows")?;
+        let curve =
+            Curve::new(&p.rows.iter().map(|r| [r.time, r.pitch]).collect::<Vec<_>>(), "rows")?;
+        let north = Vec3::z().cross(&east);
+        let ahead = east * p.azimuth.sin() + north * p.azimuth.cos();
+        Ok(PitchProgram { p, times, curve, up: Vec3::z(), ahead })
+    }
+    fn direct(&self, c: &Clock, _: &(), _: &Passed) -> PitchOut {
+        let pitch = self.curve.at(c.t);
+        let direction = self.up * pitch.cos() + self.ahead * pitch.sin();
+        PitchOut { force: direction * self.p.thrust, pitch }
+    }
+    fn guards(&self, c: &Clock, _: &(), d: &Passed) -> NextRow {
+        self.times.since(c, d)
+    }
+    fn fired(&self, c: &Clock, _: usize, _: &(), d: &Passed) -> ((), Passed) {
+        ((), self.times.pass(c, d))
+    }
+}
+
+/// Thrust and air.
+#[derive(Params, Clone, Debug)]
+pub struct TurnParams {
+    /// Size T of the force.
+    #[param(unit = "N", range = 0.0..)]
+    pub thrust: f64,
+    /// The air.
+    #[param(service)]
+    pub atmosphere: Handle<dyn Atmosphere>,
+}
+
+/// The vehicle.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct TurnIn {
+    /// The vehicle.
+    #[port(bind = "body")]
+    pub body: NodeState,
+}
+
+/// Where to push.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct TurnOut {
+    /// Force that is wanted, W; none while the vehicle rests in the air.
+    #[port("N")]
+    pub force: Vec3,
+    /// Speed through the air.
+    #[port("m/s")]
+    pub airspeed: f64,
+}
+
+/// A gravity turn.
+pub struct GravityTurn {
+    p: TurnParams,
+}
+
+/// Pushes along the velocity through the air, so that gravity turns the path and the air bends nothing.
+#[model("flight.gravity_turn")]
+impl Model for GravityTurn {
+    type Params = TurnParams;
+    type Ud = TurnIn;
+    type Yd = TurnOut;
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &TurnIn) -> TurnOut {
+        let through = u.body.velocity - self.p.atmosphere.air(c.t, u.body.position).wind;
+        let airspeed = through.norm();
+        let direction = if airspeed > 0.0 { through / airspeed } else { Vec3::zeros() };
+        TurnOut { force: direction * self.p.thrust, airspeed }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::planet::tests::Point;
+    use super::*;
+    use std::sync::Arc;
+
+    fn program(axes: Option<Site>, rows: Vec<[f64; 2]>) -> Result<PitchProgram, BuildError> {
+        let point = Point { mu: 4e14, site: axes };
+        let gravity = Handle::new("gravity", Arc::new(point) as Arc<dyn Gravity>);
+        let rows =
+            rows.iter().map(|[time, pitch]| PitchRow { time: *time, pitch: *pitch }).collect();
+        PitchProgram::build(PitchParams { rows, azimuth: 0.6, thrust: 10.0, gravity })
+    }
+
+    fn site(latitude: f64, heading: f64) -> Site {
+        let place = linkwork_world::planet::Geodetic { latitude, longitude: -1.4, altitude: 10.0 };
+        let ellipsoid = linkwork_world::planet::Ellipsoid::wgs84();
+        let pose = linkwork_world::planet::Site::new(&ellipsoid, place, heading).pose;
+        Site { pose, rate: 7.29e-5 }
+    }
+
+    #[test]
+    fn it_leans_towards_its_azimuth_whatever_the_heading_of_the_site() {
+        let rows = vec![[10.0, 0.0], [22.0, 0.12], [40.0, 0.12]];
+        for heading in [0.0, 1.1] {
+            let m = program(Some(site(0.5, heading)), rows.clone()).unwrap();
+            let at = |t: f64| m.direct(&Clock::at(t, 0.1, 0), &(), &Passed { rows: 0.0 }, &(), &());
+            assert_eq!(at(3.0).force, Vec3::z() * 10.0);
+            let y = at(16.0);
+            assert!((y.pitch - 0.06).abs() < 1e-15 && (y.force.norm() - 10.0).abs() < 1e-14);
+            // Azimuth of W's x is 90° less the heading.
+            let azimuth = std::f64::consts::FRAC_PI_2 - heading - y.force.y.atan2(y.force.x);
+            assert!((azimuth - 0.6).abs() < 1e-12, "{azimuth}");
+            assert!((at(99.0).pitch - 0.12).abs() < 1e-15);
+        }
+        let pole = program(Some(site(std::f64::consts::FRAC_PI_2, 0.0)), rows).unwrap();
+        assert!((pole.ahead.norm() - 1.0).abs() < 1e-12 && pole.ahead.z.abs() < 1e-12);
+    }
+
+    #[test]
+    fn its_rows_are_events() {
+        let m = program(Some(site(0.5, 0.0)), vec![[0.0, 0.0], [10.0, 0.0], [22.0, 0.1]]).unwrap();
+        let c = Clock::at(9.0, 0.1, 0);
+        let d = Passed { rows: 0.0 };
+        assert!((m.guards(&c, &(), &d, &(), &(), &()).since + 1.0).abs() < 1e-12);
+        let d = m.fired(&Clock::at(10.0, 0.1, 0), 0, &(), &d, &(), &(), &mut ()).1;
+        assert!(
+            (m.guards(&Clock::at(10.0, 0.1, 0), &(), &d, &(), &(), &()).since + 12.0).abs() < 1e-9
+        );
+    }
+
+    #[test]
+    fn axes_without_a_vertical_and_rows_that_do_not_rise_are_refused() {
+        let e = program(None, vec![[0.0, 0.0]]).err().unwrap();
+        assert!(e.message.contains("inertial") && e.help.unwrap().contains("site"));
+        assert_eq!(e.param.as_deref(), Some("gravity"));
+        for rows in [vec![], vec![[3.0, 0.0], [3.0, 0.1]]] {
+            let e = program(Some(site(0.5, 0.0)), rows).err().unwrap();
+            assert!(e.param.as_deref() == Some("rows") && e.help.is_some());
+        }
+    }
+
+    #[test]
+    fn a_gravity_turn_follows_the_air() {
+        struct Windy;
+        impl Atmosphere for Windy {
+            fn air(&self, _: f64, _: Vec3) -> Air {
+                let wind = Vec3::new(0.0, -30.0, 0.0);
+                Air { density: 1.0, pressure: 1e5, temperature: 288.0, speed_of_sound: 340.0, wind }
+            }
+        }
+        let atmosphere = Handle::new("air", Arc::new(Windy) as Arc<dyn Atmosphere>);
+        let m = GravityTurn { p: TurnParams { thrust: 500.0, atmosphere } };
+        let at = |velocity: Vec3| {
+            let body = NodeState { velocity, ..NodeState::identity() };
+            m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &TurnIn { body }, &())
+        };
+        let y = at(Vec3::new(40.0, -30.0, 0.0));
+        assert!(y.airspeed == 40.0 && (y.force - Vec3::x() * 500.0).norm() < 1e-12);
+        assert_eq!(at(Vec3::new(0.0, -30.0, 0.0)).force, Vec3::zeros());
+    }
+}

@@ -1,0 +1,187 @@
+//! `flight.orbit`: the orbit that a craft is on at the moment, as if its planet were a point.
+//! ```text
+//! E = v²/2 − μ/r      h = r × v      p = h²/μ      e = |v × h/μ − r̂|      i: h from z of the planet
+//! pericentre p/(1 + e) − R      apocentre p/(1 − e) − R
+//! ```
+//! Where W is a site, r and v are the inertial ones, and the node is counted from the planet's prime meridian
+//! at t = 0. All of it is continuous, so that a phase may end at an energy or a height.
+
+use crate::guidance::planet::inertial;
+use linkwork_runtime::prelude::*;
+use linkwork_world::orbit::Elements;
+use linkwork_world::planet::PointMotion;
+
+/// The planet.
+#[derive(Params, Clone, Debug)]
+pub struct OrbitParams {
+    /// μ of the planet.
+    #[param(unit = "m^3/s^2", default = 3.986_004_418e14, range = 1e-9..)]
+    pub mu: f64,
+    /// Radius R from which heights are counted.
+    #[param(unit = "m", default = 6_378_137.0, range = 0.0..)]
+    pub radius: f64,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
+}
+
+/// The craft.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct OrbitIn {
+    /// The craft.
+    #[port(bind = "body")]
+    pub body: NodeState,
+}
+
+/// Its orbit.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct OrbitOut {
+    /// Height over the sphere of R.
+    #[port("m")]
+    pub height: f64,
+    /// Inertial speed.
+    #[port("m/s")]
+    pub speed: f64,
+    /// Angle of the inertial velocity over the horizontal.
+    #[port("rad")]
+    pub path_angle: f64,
+    /// Energy E of a kilogram; below zero on an ellipse.
+    #[port("m^2/s^2")]
+    pub energy: f64,
+    /// Eccentricity.
+    #[port("1")]
+    pub eccentricity: f64,
+    /// Inclination to the planet's equator.
+    #[port("rad")]
+    pub inclination: f64,
+    /// Ascending node.
+    #[port("rad")]
+    pub ascending_node: f64,
+    /// Height of the pericentre.
+    #[port("m")]
+    pub pericentre: f64,
+    /// Height of the apocentre; zero on an orbit that is open.
+    #[port("m")]
+    pub apocentre: f64,
+}
+
+/// Nearer to the centre the energy is as from here, m.
+const NEAREST: f64 = 1.0;
+
+/// An orbit.
+pub struct Orbit {
+    p: OrbitParams,
+    site: Option<Site>,
+}
+
+/// Osculating orbit of a craft: energy, elements, heights of the apses.
+#[model("flight.orbit")]
+impl Model for Orbit {
+    type Params = OrbitParams;
+    type Ud = OrbitIn;
+    type Yd = OrbitOut;
+    fn build(p: OrbitParams) -> Result<Self, BuildError> {
+        let site = p.gravity.site();
+        Ok(Orbit { p, site })
+    }
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &OrbitIn) -> OrbitOut {
+        let p = &self.p;
+        let (r, v) = inertial(self.site.as_ref(), &u.body);
+        // Along the planet's axes at t = 0.
+        let turn = self.site.map_or_else(Quat::identity, |s| {
+            Quat::from_scaled_axis(Vec3::z() * (s.rate * c.t)) * s.pose.rotation
+        });
+        let state = PointMotion { position: turn * r, velocity: turn * v };
+        // What moves along the vertical has no plane: its orbit is a line through the centre.
+        let line = Elements {
+            semi_latus_rectum: 0.0,
+            eccentricity: 1.0,
+            inclination: 0.0,
+            ascending_node: 0.0,
+            pericentre: 0.0,
+            anomaly: 0.0,
+        };
+        let e = Elements::of(p.mu, &state).unwrap_or(line);
+        let (distance, speed) = (r.norm(), v.norm());
+        let rise = if distance > 0.0 { r.dot(&v) / distance } else { 0.0 };
+        let across = (speed * speed - rise * rise).max(0.0).sqrt();
+        let closed = e.eccentricity < 1.0;
+        OrbitOut {
+            height: distance - p.radius,
+            speed,
+            path_angle: rise.atan2(across),
+            energy: 0.5 * speed * speed - p.mu / distance.max(NEAREST),
+            eccentricity: e.eccentricity,
+            inclination: e.inclination,
+            ascending_node: e.ascending_node,
+            pericentre: e.semi_latus_rectum / (1.0 + e.eccentricity) - p.radius,
+            apocentre: if closed {
+                e.semi_latus_rectum / (1.0 - e.eccentricity) - p.radius
+            } else {
+                0.0
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guidance::planet::tests::Point;
+    use std::sync::Arc;
+
+    const MU: f64 = 3.986_004_418e14;
+    const R: f64 = 6_378_137.0;
+
+    fn orbit(site: Option<Site>) -> Orbit {
+        let gravity = Handle::new("gravity", Arc::new(Point { mu: MU, site }) as Arc<dyn Gravity>);
+        Orbit::build(OrbitParams { mu: MU, radius: R, gravity }).unwrap()
+    }
+
+    fn at(m: &Orbit, t: f64, position: Vec3, velocity: Vec3) -> OrbitOut {
+        let body = NodeState { position, velocity, ..NodeState::identity() };
+        m.direct(&Clock::at(t, 0.1, 0), &(), &(), &OrbitIn { body }, &())
+    }
+
+    #[test]
+    fn an_orbit_is_found_again_from_any_place_and_from_a_site() {
+        let (low, high) = (R + 185e3, R + 820e3);
+        let (a, e) = (0.5 * (low + high), (high - low) / (high + low));
+        let rate = 7.292_115e-5;
+        for anomaly in [0.3, 2.0, 4.4] {
+            let of = Elements::with_axis(a, e, 0.9, 2.1, 0.7, anomaly).unwrap();
+            let s = of.state(MU);
+            let y = at(&orbit(None), 0.0, s.position, s.velocity);
+            // As seen from a site 700 s later, on the ground that has turned.
+            let pose = linkwork_spatial::Pose::new(
+                Quat::from_euler_angles(0.3, -0.8, 1.1),
+                Vec3::new(3e6, -4e6, 3.9e6),
+            );
+            let (site, t) = (Site { pose, rate }, 700.0);
+            let back = Quat::from_scaled_axis(Vec3::z() * (-rate * t));
+            let over = s.velocity - (Vec3::z() * rate).cross(&s.position);
+            let to_W = pose.rotation.inverse();
+            let seen = to_W * (back * s.position - pose.position);
+            let z = at(&orbit(Some(site)), t, seen, to_W * (back * over));
+            for y in [y, z] {
+                assert!((y.pericentre - 185e3).abs() < 1e-5 && (y.apocentre - 820e3).abs() < 1e-5);
+                assert!((y.energy + 0.5 * MU / a).abs() < 1e-6, "{}", y.energy);
+                assert!((y.eccentricity - e).abs() < 1e-12 && (y.inclination - 0.9).abs() < 1e-12);
+                assert!((y.ascending_node - 2.1).abs() < 1e-12, "{}", y.ascending_node);
+                assert!((y.height - (s.position.norm() - R)).abs() < 1e-6);
+                // tan γ = e sin ν/(1 + e cos ν).
+                let gamma = (e * anomaly.sin()).atan2(1.0 + e * anomaly.cos());
+                assert!((y.path_angle - gamma).abs() < 1e-12, "{}", y.path_angle);
+            }
+        }
+    }
+
+    #[test]
+    fn open_orbits_and_straight_lines_are_numbers() {
+        let away = at(&orbit(None), 0.0, Vec3::x() * 7e6, Vec3::new(1.0, 12e3, 0.0));
+        assert!(away.energy > 0.0 && away.eccentricity > 1.0 && away.apocentre == 0.0);
+        let up = at(&orbit(None), 0.0, Vec3::z() * 7e6, Vec3::z() * 100.0);
+        assert!((up.pericentre + R).abs() < 1e-6 && up.path_angle > 1.57, "{up:?}");
+        assert!(at(&orbit(None), 0.0, Vec3::zeros(), Vec3::zeros()).energy.is_finite());
+    }
+}
