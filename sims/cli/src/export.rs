@@ -11,25 +11,24 @@ use std::path::{Path, PathBuf};
 
 /// What an export may be told.
 #[derive(Args, Clone, Debug, Default)]
-#[group(id = "format", required = true, multiple = false, args = ["fmu", "parquet"])]
 pub struct ExportOptions {
     /// Where the unit of a simulation goes, e.g. ball.fmu.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "parquet")]
     pub fmu: Option<PathBuf>,
     /// Where the table of a log goes, e.g. run.parquet: a row for each instant, a column for each variable.
     #[arg(long, value_name = "FILE")]
     pub parquet: Option<PathBuf>,
     /// Inputs of the unit, by pattern (repeatable): inputs that nothing drives. All unless given.
-    #[arg(long = "input", value_name = "PATTERN", requires = "fmu")]
+    #[arg(long = "input", value_name = "PATTERN", conflicts_with = "parquet")]
     pub inputs: Vec<String>,
     /// Outputs of the unit, by pattern (repeatable). What the simulation logs unless given.
-    #[arg(long = "output", value_name = "PATTERN", requires = "fmu")]
+    #[arg(long = "output", value_name = "PATTERN", conflicts_with = "parquet")]
     pub outputs: Vec<String>,
     /// The shared library that goes into the unit; the one beside this program unless given.
-    #[arg(long, value_name = "FILE", requires = "fmu")]
+    #[arg(long, value_name = "FILE", conflicts_with = "parquet")]
     pub library: Option<PathBuf>,
     /// Set a parameter of the simulation (repeatable).
-    #[arg(long = "set", value_name = "PATH=VALUE", requires = "fmu")]
+    #[arg(long = "set", value_name = "PATH=VALUE", conflicts_with = "parquet")]
     pub set: Vec<String>,
 }
 
@@ -38,8 +37,12 @@ pub fn export(from: &Path, options: &ExportOptions) -> u8 {
     match (&options.fmu, &options.parquet) {
         (Some(fmu), _) => unit(from, fmu, options),
         (_, Some(parquet)) => table(from, parquet),
-        // The group of the two is required.
-        (None, None) => exit::INPUT,
+        (None, None) => {
+            tell!(
+                "error: nothing says what to write\n  help: give --fmu FILE for a simulation, --parquet FILE for a log"
+            );
+            exit::INPUT
+        }
     }
 }
 

@@ -25,6 +25,10 @@ fn a_log_becomes_a_table_or_says_why_not() {
     lab.linkwork(&["export", log]).code(2).tells(&["--fmu", "--parquet"]);
     let both = ["export", log, "--parquet", "x.parquet", "--fmu", "x.fmu"];
     lab.linkwork(&both).code(2).tells(&["cannot be used with"]);
+    // Options of a unit go with a unit: what is missing here is only the simulation.
+    let unit =
+        ["export", "none.ron", "--fmu", "x.fmu", "--input", "a", "--output", "b", "--set", "p=1"];
+    lab.linkwork(&unit).code(2).tells(&["there is no simulation `none.ron`"]);
     let set = ["export", log, "--parquet", "x.parquet", "--set", "Friction.damping=0.3"];
     lab.linkwork(&set).code(2).tells(&["--set"]);
     lab.linkwork(&["export", log, "--parquet", "no/x.parquet"])
