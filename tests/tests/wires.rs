@@ -31,7 +31,7 @@ fn run(text: &str) -> Result<(Simulation, String), String> {
     })?;
     let mut sim = Simulation::of(Arc::new(program));
     sim.run_until(Seconds::from_decimal(2.0).unwrap()).map_err(|e| e.to_string())?;
-    Ok((sim, loaded.resolved))
+    Ok((sim, loaded.resolved.to_string()))
 }
 
 #[test]

@@ -36,11 +36,14 @@ pub use expand::tree::{TreeKind, TreeNode};
 pub use form::assembly::{Assembly, ItemForm, MountDecl, PartForm, PartKind};
 pub use form::settings::{ArrowForm, Figure, LogRule, PlaceForm, Plot, Settings, Take, ViewForm};
 pub use linkwork_runtime::Value;
-pub use load::{Loaded, Options, dotted, load_file, load_text, put_down, read_value, schema};
+pub use load::{
+    Loaded, Options, Resolved, dotted, load_file, load_text, put_down, read_value, schema,
+};
 pub use machine::convert::Converted;
 pub use machine::import::{Import, read_machine};
 pub use machine::sidecar::apply_side_car;
 pub use scope::parameters::ParamDecl;
+pub use text::parsed::Parsed;
 pub use text::patterns::{match_patterns, misspelt, path_matches};
 pub use text::report::tidy;
 pub use text::show::{Failure, Look, show_faults};

@@ -4,7 +4,7 @@ use crate::distribution::{Distribution, deviate};
 use crate::form::{Drawn, Form, Noise, Template};
 use crate::sampling::Stream;
 use linkwork_assembly::Failure;
-use linkwork_runner::{Library, Ready};
+use linkwork_runner::{Library, Ready, Shared};
 use linkwork_runtime::{Fault, Located, Origin, Seconds, Sources, Value, noise};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,6 +24,8 @@ pub struct Campaign {
     /// Seed of the simulation's file.
     file_seed: u64,
     identity: u64,
+    /// What its runs have in common.
+    shared: Shared,
 }
 
 /// Contents of files, by name: their hashes.
@@ -81,6 +83,7 @@ impl Campaign {
             sources: Sources::default(),
             file_seed: 0,
             identity: 0,
+            shared: Shared::default(),
         };
         let middle = campaign.middle();
         let set = campaign.set(&middle);
@@ -97,6 +100,16 @@ impl Campaign {
         Ok(campaign)
     }
 
+    /// The simulation once more, with what other runs of it have made.
+    fn again(
+        &self,
+        set: &[String],
+        seed: Option<u64>,
+        library: &Library,
+    ) -> Result<Ready, Failure> {
+        library.file_of_many(&self.form.simulation, set, seed, &self.shared)
+    }
+
     /// Files that a choice may name, as they are now. What cannot be loaded is refused when a run draws it.
     fn watch_choices(&mut self, library: &Library) {
         for k in 0..self.form.drawn.len() {
@@ -105,7 +118,7 @@ impl Campaign {
                 let mut drawn = self.middle();
                 drawn[k] = value.clone();
                 let set = self.set(&drawn);
-                if let Ok(ready) = library.file_quietly(&self.form.simulation, &set, None) {
+                if let Ok(ready) = self.again(&set, None, library) {
                     self.contents.extend(contents(&ready));
                 }
             }
@@ -300,8 +313,8 @@ impl Campaign {
     /// # Errors
     /// What is wrong with the configuration that was drawn, or which file has changed since the campaign began.
     pub fn load(&self, run: u64, library: &Library) -> Result<Ready, LoadError> {
-        let ready = library
-            .file_quietly(&self.form.simulation, &self.overrides(run), self.seed(run))
+        let ready = self
+            .again(&self.overrides(run), self.seed(run), library)
             .map_err(LoadError::Refused)?;
         let changed = contents(&ready)
             .into_iter()

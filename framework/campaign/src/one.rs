@@ -6,6 +6,7 @@
 //! ```
 use crate::campaign::{Campaign, LoadError};
 use crate::outcome::{Cause, Outcome};
+use linkwork_assembly::Resolved;
 use linkwork_runner::{
     Ended, Figures, Goal, Library, Pause, Prepared, Runner, Saves, Stop, Watch, prepare,
 };
@@ -208,7 +209,7 @@ struct Set {
     runner: Runner<Watched>,
     goal: Goal,
     groups: Vec<(Seconds, Vec<String>)>,
-    configuration: String,
+    configuration: Resolved,
     /// The campaign's limit comes before the simulation's end.
     limited: bool,
 }
@@ -319,7 +320,7 @@ fn keep(
 ) -> Result<bool, MakeError> {
     let Some(folder) = keep_text(campaign, means, outcome)? else { return Ok(true) };
     let path = folder.join("configuration.ron");
-    std::fs::write(&path, &set.configuration)
+    std::fs::write(&path, &*set.configuration)
         .map_err(|source| MakeError::Keep { path: path.clone(), source })?;
     let name = format!("run_{}", outcome.run);
     let saves =

@@ -11,16 +11,11 @@ use crate::campaign::Campaign;
 use crate::journal::Journal;
 use crate::outcome::{Cause, Outcome};
 use crate::statistics::{Summary, rank_correlation};
+use linkwork_record::{Cells, ParquetFile, titled};
 use linkwork_runtime::Value;
-use parquet::basic::{LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::Type;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// The numbers of one column.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +26,30 @@ pub enum Column {
     Number(Vec<f64>),
     /// Texts.
     Text(Vec<String>),
+}
+
+impl Column {
+    /// Rows.
+    pub fn len(&self) -> usize {
+        match self {
+            Column::Whole(v) => v.len(),
+            Column::Number(v) => v.len(),
+            Column::Text(v) => v.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    fn cells(&self) -> Cells<'_> {
+        match self {
+            Column::Whole(v) => Cells::Whole(v),
+            Column::Number(v) => Cells::Number(v),
+            Column::Text(v) => Cells::Text(v),
+        }
+    }
 }
 
 /// Columns by name, all of one length.
@@ -56,13 +75,6 @@ pub struct Results {
     pub failures: Vec<(String, Vec<u64>)>,
     /// How many runs ended in which way.
     pub causes: Vec<(Cause, usize)>,
-}
-
-fn titled(name: &str, unit: &str) -> String {
-    match unit {
-        "" | "1" => name.to_string(),
-        unit => format!("{name} [{unit}]"),
-    }
 }
 
 impl Results {
@@ -273,80 +285,21 @@ impl Table {
         out.into_bytes()
     }
 
-    /// As Parquet: one row group, no compression, numbers as doubles and texts as UTF-8.
+    /// As Parquet: one row group.
     ///
     /// # Errors
     /// What the format refuses.
     pub fn parquet(&self) -> Result<Vec<u8>, String> {
-        let fail = |e: parquet::errors::ParquetError| format!("parquet: {e}");
-        let mut fields = Vec::new();
-        for (name, column) in &self.columns {
-            let (physical, logical) = match column {
-                Column::Whole(_) => (Physical::INT64, None),
-                Column::Number(_) => (Physical::DOUBLE, None),
-                Column::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
-            };
-            let field = Type::primitive_type_builder(name, physical)
-                .with_logical_type(logical)
-                .with_repetition(Repetition::REQUIRED)
-                .build()
-                .map_err(fail)?;
-            fields.push(Arc::new(field));
-        }
-        let schema =
-            Type::group_type_builder("campaign").with_fields(fields).build().map_err(fail)?;
-        let properties = WriterProperties::builder()
-            .set_created_by(format!("linkwork {}", env!("CARGO_PKG_VERSION")))
-            .build();
-        let mut bytes = Vec::new();
-        let mut writer =
-            SerializedFileWriter::new(&mut bytes, Arc::new(schema), Arc::new(properties))
-                .map_err(fail)?;
-        let mut group = writer.next_row_group().map_err(fail)?;
-        for (_, column) in &self.columns {
-            let Some(mut w) = group.next_column().map_err(fail)? else { break };
-            match column {
-                Column::Whole(v) => {
-                    let v: Vec<i64> = v.iter().map(|x| *x as i64).collect();
-                    w.typed::<Int64Type>().write_batch(&v, None, None).map_err(fail)?;
-                }
-                Column::Number(v) => {
-                    w.typed::<DoubleType>().write_batch(v, None, None).map_err(fail)?;
-                }
-                Column::Text(v) => {
-                    let v: Vec<ByteArray> = v.iter().map(|t| ByteArray::from(t.as_str())).collect();
-                    w.typed::<ByteArrayType>().write_batch(&v, None, None).map_err(fail)?;
-                }
-            }
-            w.close().map_err(fail)?;
-        }
-        group.close().map_err(fail)?;
-        writer.close().map_err(fail)?;
-        Ok(bytes)
-    }
-}
-
-impl Column {
-    /// Rows.
-    pub fn len(&self) -> usize {
-        match self {
-            Column::Whole(v) => v.len(),
-            Column::Number(v) => v.len(),
-            Column::Text(v) => v.len(),
-        }
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
+        let like = self.columns.iter().map(|(name, column)| (name.as_str(), column.cells()));
+        let mut file = ParquetFile::new(Vec::new(), "campaign", like, None)?;
+        file.rows(self.columns.iter().map(|c| c.1.cells()))?;
+        file.finish()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use parquet::file::reader::{FileReader, SerializedFileReader};
-    use parquet::record::Field;
 
     fn table() -> Table {
         Table {
@@ -363,27 +316,6 @@ mod tests {
         let text = String::from_utf8(table().csv()).unwrap();
         let wanted = "run,y [m],why\n0,0.3333333333333333,\"a, \"\"b\"\"\"\n1,NaN,\n1099511627776,-0.0,\"é\nf\"\n";
         assert_eq!(text, wanted);
-    }
-
-    #[test]
-    fn parquet_reads_back_bit_for_bit() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("t.parquet");
-        std::fs::write(&path, table().parquet().unwrap()).unwrap();
-        let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
-        let rows: Vec<Vec<Field>> = reader
-            .get_row_iter(None)
-            .unwrap()
-            .map(|r| r.unwrap().get_column_iter().map(|(_, f)| f.clone()).collect())
-            .collect();
-        assert_eq!(rows.len(), 3);
-        let whole = |f: &Field| if let Field::Long(x) = f { *x } else { panic!("{f}") };
-        let bits = |f: &Field| if let Field::Double(x) = f { x.to_bits() } else { panic!("{f}") };
-        let text = |f: &Field| if let Field::Str(x) = f { x.clone() } else { panic!("{f}") };
-        assert_eq!(rows.iter().map(|r| whole(&r[0])).collect::<Vec<_>>(), [0, 1, 1 << 40]);
-        let numbers = [1.0 / 3.0, f64::NAN, -0.0].map(f64::to_bits);
-        assert_eq!(rows.iter().map(|r| bits(&r[1])).collect::<Vec<_>>(), numbers);
-        assert_eq!(rows.iter().map(|r| text(&r[2])).collect::<Vec<_>>(), ["a, \"b\"", "", "é\nf"]);
     }
 
     #[test]

@@ -89,7 +89,7 @@ pub fn export(ready: Ready, what: &Export, out: &Path) -> Result<Exported, Failu
     })?;
     let hash = ready.program.hash;
     let until = ready.loaded.simulation.until.map(|u| u.seconds());
-    let resolved = ready.loaded.resolved.clone();
+    let resolved = ready.loaded.resolved.to_string();
     let (title, doc) = (what.name.clone(), ready.loaded.simulation.doc.clone());
     let sim = Simulation::of(Arc::new(ready.program));
     sim.check().map_err(|e| {

@@ -1,11 +1,15 @@
-//! Logs: MCAP with protobuf on every channel; reading them back; comparison; plots.
+//! Logs: MCAP with protobuf on every channel; reading them back; comparison; plots; tables as Parquet.
 mod ballast;
+mod columns;
+mod export;
 mod log;
 mod pictures;
 mod plot;
 mod read;
 mod schema;
 
+pub use columns::{Cells, ParquetFile, titled};
+pub use export::{ExportError, Exported, export_parquet};
 pub use log::{Log, LogError, LogSpec, logged_names};
 pub use plot::{Curve, Plot, PlotError, draw};
 pub use read::{

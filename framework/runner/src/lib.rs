@@ -30,7 +30,7 @@ mod unread;
 
 pub use figures::{Figures, Running, Tracked};
 pub use folder::{Folder, FolderError};
-pub use load::{Library, Ready, sim_file};
+pub use load::{Library, Ready, Shared, sim_file};
 pub use pace::Pace;
 pub use prepare::{Prepared, prepare};
 pub use run::{Ended, Goal, Need, Pause, Runner, Stop, TapEnd, Watch};

@@ -1,11 +1,15 @@
 //! Loading: a file or text, compiled and put down, with all mistakes at once.
 use crate::unread::unread;
-use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, misspelt, put_down, tidy};
-use linkwork_runtime::{
-    Catalogue, Fault, Files, Origin, Plan, Program, Simulation, Sources, nearest,
+use linkwork_assembly::{
+    Failure, Loaded, Options, Parsed, load_file, load_text, misspelt, put_down, tidy,
 };
+use linkwork_runtime::{
+    Catalogue, Fault, Files, Made, Origin, Plan, Program, Simulation, Sources, nearest,
+};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What a program brings along: its models, and the assemblies inside it.
 pub struct Library {
@@ -52,6 +56,15 @@ impl Ready {
     }
 }
 
+/// What many loads of one simulation have in common: texts as parsed, and services (ground, gravity, air, Sun) as
+/// made. Only what is asked for in the same words, and whose files hold what they held, is taken again, so that a
+/// load gives the same bits with it and without it. Clones share; threads may.
+#[derive(Clone, Debug, Default)]
+pub struct Shared {
+    parsed: Arc<Parsed>,
+    made: Arc<Made>,
+}
+
 /// The sim.ron of a folder, or the file itself.
 pub fn sim_file(path: &Path) -> PathBuf {
     if path.is_dir() { path.join("sim.ron") } else { path.to_path_buf() }
@@ -68,7 +81,7 @@ impl Library {
     /// Options with `PATH=VALUE` overrides and a seed in place of the file's.
     pub fn options(&self, set: &[String], seed: Option<u64>) -> Options<'_> {
         let mut options = Options::new(&self.catalogue);
-        options.embedded.clone_from(&self.embedded);
+        options.embedded = Cow::Borrowed(&self.embedded);
         options.search = vec![PathBuf::from("assemblies")];
         options.overrides = set.to_vec();
         options.seed = seed;
@@ -113,22 +126,26 @@ impl Library {
     /// Everything that is wrong, at once.
     pub fn file(&self, path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, Failure> {
         self.find(path)?;
-        self.finish(self.loaded(path, set, seed)?, Start::LookedAt)
+        self.finish(self.loaded(path, set, seed)?, Start::LookedAt, None)
     }
 
-    /// The same without a look at the start for remarks (stiffness, parts that nobody reads): of many runs of one
-    /// simulation the first has been looked at. The program is the same.
+    /// One of many runs: what it has in common with the others is taken from them, and there is no look at the start
+    /// for remarks (stiffness, parts that nobody reads), since the first has been looked at. The program is the same.
     ///
     /// # Errors
     /// Everything that is wrong, at once.
-    pub fn file_quietly(
+    pub fn file_of_many(
         &self,
         path: &Path,
         set: &[String],
         seed: Option<u64>,
+        shared: &Shared,
     ) -> Result<Ready, Failure> {
         self.find(path)?;
-        self.finish(self.loaded(path, set, seed)?, Start::Taken)
+        let mut options = self.options(set, seed);
+        options.parsed = Some(shared.parsed.clone());
+        let loaded = load_file(sim_file(path), &options)?;
+        self.finish(loaded, Start::Taken, Some(shared))
     }
 
     /// The same from a text that needs no other file: the configuration in a checkpoint.
@@ -144,11 +161,19 @@ impl Library {
     /// # Errors
     /// Everything that is wrong, at once.
     pub fn text_with(&self, name: &str, text: &str, set: &[String]) -> Result<Ready, Failure> {
-        self.finish(load_text(name, text, &self.options(set, None))?, Start::LookedAt)
+        self.finish(load_text(name, text, &self.options(set, None))?, Start::LookedAt, None)
     }
 
-    fn finish(&self, loaded: Loaded, start: Start) -> Result<Ready, Failure> {
-        let files = Files::of(vec![PathBuf::from("."), PathBuf::from("assemblies")]);
+    fn finish(
+        &self,
+        loaded: Loaded,
+        start: Start,
+        shared: Option<&Shared>,
+    ) -> Result<Ready, Failure> {
+        let mut files = Files::of(vec![PathBuf::from("."), PathBuf::from("assemblies")]);
+        if let Some(shared) = shared {
+            files = files.sharing(shared.made.clone());
+        }
         let faulty =
             |faults: Vec<Fault>| Failure { faults: tidy(faults), sources: loaded.sources.clone() };
         let compiled = loaded.compile(&self.catalogue, &files);
@@ -159,7 +184,7 @@ impl Library {
             faulty(faults)
         })?;
         if let Some(place) = &loaded.simulation.place
-            && let Some(plan) = std::sync::Arc::get_mut(&mut program.phases[0].plan)
+            && let Some(plan) = Arc::get_mut(&mut program.phases[0].plan)
         {
             put_down(plan, place).map_err(|fault| faulty(vec![fault]))?;
         }
@@ -169,7 +194,7 @@ impl Library {
             remarks.extend(sim.stiffness());
             drop(sim);
             remarks.extend(unread(&loaded, &program));
-            if let Some(plan) = std::sync::Arc::get_mut(&mut program.phases[0].plan) {
+            if let Some(plan) = Arc::get_mut(&mut program.phases[0].plan) {
                 plan.warnings.extend(remarks);
             }
         }

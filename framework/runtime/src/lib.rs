@@ -10,6 +10,7 @@ mod checkpoint;
 mod compile;
 mod condition;
 mod field;
+mod made;
 mod mechanism;
 mod model;
 pub mod noise;
@@ -39,6 +40,7 @@ pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
 pub use condition::{Condition, ConditionError};
 pub use field::{Field, Seen, Shown, Shows, View};
+pub use made::Made;
 pub use mechanism::{
     ContactSpec, Frame, MechanismPart, MechanismPlan, MechanismPorts, MechanismSpec, PlaceError,
     Placement, RankReport, place_on_terrain,
@@ -66,7 +68,9 @@ pub use slopes::{Operation, Slopes};
 pub use spec::{
     Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
 };
-pub use step::{GuardState, MoveReport, RunError, Simulation, State, Stop, VariableError};
+pub use step::{
+    GuardState, MoveReport, Profile, RunError, Simulation, Spent, State, Stop, VariableError,
+};
 pub use tap::{Consumer, Group, Overflow, SetRow, Tap, TapRow};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};

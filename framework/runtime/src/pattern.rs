@@ -3,6 +3,15 @@
 
 /// Whether a pattern matches a whole path. O(pattern × path), whatever the stars.
 pub fn path_matches(pattern: &str, path: &str) -> bool {
+    // Most paths differ from a pattern before its first star.
+    let star = pattern.find('*').unwrap_or(pattern.len());
+    let plain = pattern[..star].trim_end_matches(['.', '/']);
+    let dot = |b: u8| if b == b'/' { b'.' } else { b };
+    let begins =
+        path.len() >= plain.len() && plain.bytes().zip(path.bytes()).all(|(a, b)| dot(a) == dot(b));
+    if !begins {
+        return false;
+    }
     let path: Vec<&str> = path.split(['.', '/']).collect();
     // now[j]: the pattern so far matches the first j segments.
     let mut now = vec![false; path.len() + 1];
@@ -27,6 +36,9 @@ pub fn path_matches(pattern: &str, path: &str) -> bool {
 
 /// Whether a pattern of one segment matches a name: `Wheel*`, `*`, `Motor`. O(pattern × name).
 pub fn segment_matches(pattern: &str, name: &str) -> bool {
+    if !pattern.contains('*') {
+        return pattern == name;
+    }
     let (pattern, name): (Vec<char>, Vec<char>) =
         (pattern.chars().collect(), name.chars().collect());
     let (mut p, mut n) = (0, 0);
@@ -70,6 +82,16 @@ mod tests {
             ("*l*2", "Wheel12", true),
             ("*l*3", "Wheel12", false),
             ("ä*", "äb", true),
+            ("Rover.**", "Rover", true),
+            ("Rover.**", "Rove", false),
+            ("Rover.*", "Rover", false),
+            ("Rover.Wheel*.x", "Rover/Wheel1/x", true),
+            ("Rover.Wheel*.x", "Rover.Whee.x", false),
+            ("a.b", "a.bc", false),
+            ("a.b", "a/b", true),
+            ("a.", "a", false),
+            ("a..*", "a.b", false),
+            ("a..*", "a..b", true),
         ] {
             assert_eq!(path_matches(pattern, path), expected, "{pattern} on {path}");
         }

@@ -1,6 +1,7 @@
 //! Services: shared read-only worlds (terrain, gravity, atmosphere, sun) that models ask at points.
 //!
 //! W is the simulation's frame: inertial, or a [`Site`]: then z is up, x east, y north.
+use crate::made::Made;
 use crate::params::Params;
 use crate::scenery::Scenery;
 use crate::site::{Axes, Site};
@@ -316,12 +317,32 @@ pub struct Files {
     pub folders: Vec<PathBuf>,
     /// What was found: name and fingerprint of the content, shared by copies.
     pub(crate) found: Arc<std::sync::Mutex<BTreeMap<String, u64>>>,
+    /// Services of earlier compilations, which this one may share.
+    pub(crate) made: Option<Arc<Made>>,
 }
 
 impl Files {
     /// Looked for in these folders, in turn.
     pub fn of(folders: Vec<PathBuf>) -> Files {
         Files { folders, ..Files::default() }
+    }
+
+    /// With services that compilations share which are given the same `made`.
+    #[must_use]
+    pub fn sharing(self, made: Arc<Made>) -> Files {
+        Files { made: Some(made), ..self }
+    }
+
+    /// The same folders, with a list of its own of what was found.
+    pub(crate) fn apart(&self) -> Files {
+        Files { found: Arc::default(), ..self.clone() }
+    }
+
+    /// These were found, too.
+    pub(crate) fn add(&self, prints: BTreeMap<String, u64>) {
+        if let Ok(mut found) = self.found.lock() {
+            found.extend(prints);
+        }
     }
 
     /// Names of the files whose content is part of the plan's hash.

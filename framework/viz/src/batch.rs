@@ -6,8 +6,9 @@
 //! the frame that it places. Forces and curves of the same stretch of time follow.
 use crate::stream::Wrap;
 use linkwork_spatial::Pose;
+use re_sdk::log::TimeColumn;
+use re_sdk::{EntityPath, RecordingStream};
 use re_sdk_types::components::TransformFrameId;
-use rerun::{EntityPath, RecordingStream, TimeColumn};
 
 /// The timeline of all that is shown: simulated time.
 pub const TIMELINE: &str = "sim_time";
@@ -21,7 +22,7 @@ pub struct Frames {
     names: Vec<TransformFrameId>,
     t: Vec<i64>,
     translations: Vec<[f32; 3]>,
-    rotations: Vec<rerun::Quaternion>,
+    rotations: Vec<re_sdk_types::datatypes::Quaternion>,
 }
 
 impl Frames {
@@ -38,7 +39,7 @@ impl Frames {
             self.t.push(t);
             self.translations.push([p.x as f32, p.y as f32, p.z as f32]);
             let q = [q.i as f32, q.j as f32, q.k as f32, q.w as f32];
-            self.rotations.push(rerun::Quaternion::from_xyzw(q));
+            self.rotations.push(re_sdk_types::datatypes::Quaternion::from_xyzw(q));
         }
     }
 
@@ -49,7 +50,7 @@ impl Frames {
         }
         let n = self.t.len();
         let root = TransformFrameId::from_entity_path(&EntityPath::root());
-        let columns = rerun::Transform3D::update_fields()
+        let columns = re_sdk_types::archetypes::Transform3D::update_fields()
             .with_many_translation(self.translations.drain(..))
             .with_many_quaternion(self.rotations.drain(..))
             .with_many_child_frame(self.names.iter().cycle().take(n).cloned())
@@ -72,10 +73,10 @@ impl Arrows {
     /// Of an entity whose origin and vector are in W, wherever it stands in the tree.
     pub fn open(rec: &RecordingStream, entity: EntityPath, color: [u8; 4]) -> Result<Arrows, Wrap> {
         let root = TransformFrameId::from_entity_path(&EntityPath::root());
-        rec.log_static(entity.clone(), &rerun::CoordinateFrame::new(root))?;
+        rec.log_static(entity.clone(), &re_sdk_types::archetypes::CoordinateFrame::new(root))?;
         let [r, g, b, a] = color;
-        let look = rerun::Arrows3D::update_fields()
-            .with_colors([rerun::Color::from_unmultiplied_rgba(r, g, b, a)])
+        let look = re_sdk_types::archetypes::Arrows3D::update_fields()
+            .with_colors([re_sdk_types::components::Color::from_unmultiplied_rgba(r, g, b, a)])
             .with_radii([0.02]);
         rec.log_static(entity.clone(), &look)?;
         Ok(Arrows { entity, t: Vec::new(), origins: Vec::new(), vectors: Vec::new() })
@@ -93,7 +94,7 @@ impl Arrows {
         if self.t.is_empty() {
             return Ok(());
         }
-        let columns = rerun::Arrows3D::update_fields()
+        let columns = re_sdk_types::archetypes::Arrows3D::update_fields()
             .with_vectors(self.vectors.drain(..))
             .with_origins(self.origins.drain(..))
             .columns_of_unit_batches()?;
@@ -126,7 +127,7 @@ impl Curve {
         if self.t.is_empty() {
             return Ok(());
         }
-        let columns = rerun::Scalars::update_fields()
+        let columns = re_sdk_types::archetypes::Scalars::update_fields()
             .with_scalars(self.y.drain(..))
             .columns_of_unit_batches()?;
         rec.send_columns(self.entity.clone(), [time(self.t.drain(..))], columns)?;

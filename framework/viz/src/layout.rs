@@ -3,6 +3,7 @@
 //! Written as blueprint archetypes with fixed ids: the SDK's builder has no way to set the eye.
 use crate::scene::Scene;
 use linkwork_spatial::Vec3;
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use re_sdk_types::blueprint::archetypes::{
     Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
     SpatialInformation, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
@@ -12,7 +13,6 @@ use re_sdk_types::blueprint::components::{
     PlayState, QueryExpression, RootContainer, TimelineName, ViewClass,
 };
 use re_sdk_types::components::{Name, TransformFrameId};
-use rerun::{EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use uuid::Uuid;
 
 fn id(what: &str) -> Uuid {
@@ -84,7 +84,7 @@ pub fn send(
         bp.log(format!("{main}/LineGrid3D"), &LineGrid3D::new().with_visible(false))?;
     }
     if let Some([r, g, b, a]) = scene.sky {
-        let sky = rerun::Color::from_unmultiplied_rgba(r, g, b, a);
+        let sky = re_sdk_types::components::Color::from_unmultiplied_rgba(r, g, b, a);
         let background = Background::new(BackgroundKind::SolidColor).with_color(sky);
         bp.log(format!("{main}/Background"), &background)?;
     }
@@ -130,7 +130,7 @@ pub fn send(
     )?;
     let messages = storage.take();
     let Some(first) = messages.first() else { return Ok(()) };
-    let activation = rerun::external::re_log_types::BlueprintActivationCommand {
+    let activation = re_sdk::external::re_log_types::BlueprintActivationCommand {
         blueprint_id: first.store_id().clone(),
         make_active: true,
         make_default: true,

@@ -2,7 +2,10 @@
 use crate::shapes::{entity, f3};
 use linkwork_render::{Image, Lens, Picture};
 use linkwork_runtime::{Program, Seen, Shown, Shows};
-use rerun::{AsComponents, EntityPath};
+use re_sdk::{AsComponents, EntityPath};
+use re_sdk_types::archetypes::{Image as Seen8, Pinhole, Transform3D};
+use re_sdk_types::components::ViewCoordinates;
+use re_sdk_types::datatypes::Quaternion;
 
 /// An entity with what is sent of it.
 pub(crate) type Sent = (EntityPath, Box<dyn AsComponents + Send>);
@@ -55,14 +58,14 @@ impl Eye {
         self.number = picture.number;
         let at = place(&self.path);
         let q = picture.pose.rotation;
-        let turn = rerun::Quaternion::from_xyzw([q.i as f32, q.j as f32, q.k as f32, q.w as f32]);
-        let pose = rerun::Transform3D::from_translation_rotation(f3(&picture.pose.position), turn);
+        let turn = Quaternion::from_xyzw([q.i as f32, q.j as f32, q.k as f32, q.w as f32]);
+        let pose = Transform3D::from_translation_rotation(f3(&picture.pose.position), turn);
         let mut out: Vec<Sent> = vec![(at.clone(), Box::new(pose))];
         if let Lens::Brown(lens) = &picture.lens {
             let size = [picture.width as f32, picture.height as f32];
             let focal = lens.focal.map(|f| f as f32);
-            let pinhole = rerun::Pinhole::from_focal_length_and_resolution(focal, size)
-                .with_camera_xyz(rerun::components::ViewCoordinates::RDF)
+            let pinhole = Pinhole::from_focal_length_and_resolution(focal, size)
+                .with_camera_xyz(ViewCoordinates::RDF)
                 .with_image_plane_distance(PYRAMID);
             out.push((at.clone(), Box::new(pinhole)));
         }
@@ -72,11 +75,11 @@ impl Eye {
 }
 
 /// An image in 8 bits.
-fn shown_image(image: &Image) -> rerun::Image {
+fn shown_image(image: &Image) -> Seen8 {
     let bytes: Vec<u8> = image.data.iter().map(|v| (v >> (image.bits.max(8) - 8)) as u8).collect();
     let size = [image.width as u32, image.height as u32];
     match image.channels {
-        3 => rerun::Image::from_rgb24(bytes, size),
-        _ => rerun::Image::from_l8(bytes, size),
+        3 => Seen8::from_rgb24(bytes, size),
+        _ => Seen8::from_l8(bytes, size),
     }
 }

@@ -7,7 +7,7 @@
 use crate::scene::Planet;
 use crate::shapes::f3;
 use linkwork_spatial::{Quat, Vec3};
-use rerun::Mesh3D;
+use re_sdk_types::archetypes::Mesh3D;
 
 /// Nodes around a ring.
 const SECTORS: u32 = 160;
@@ -135,9 +135,9 @@ mod tests {
         assert_eq!(positions[0], [0.0; 3]);
     }
 
-    fn rerun_positions(array: &dyn rerun::external::arrow::array::Array) -> Vec<[f32; 3]> {
-        use rerun::Loggable as _;
-        rerun::components::Position3D::from_arrow(array)
+    fn rerun_positions(array: &dyn re_sdk_types::external::arrow::array::Array) -> Vec<[f32; 3]> {
+        use re_sdk::Loggable as _;
+        re_sdk_types::components::Position3D::from_arrow(array)
             .into_iter()
             .flatten()
             .map(|p| [p.x(), p.y(), p.z()])

@@ -1,15 +1,15 @@
 //! Reads a recording back as numbers over time, to compare it with another.
 use crate::batch::TIMELINE;
 use crate::stream::{VizError, Wrap};
-use rerun::components::TransformFrameId;
-use rerun::external::arrow::array::{
+use re_sdk::external::re_log_encoding::DecoderApp;
+use re_sdk::log::{Chunk, LogMsg};
+use re_sdk::time::TimeInt;
+use re_sdk_types::components::TransformFrameId;
+use re_sdk_types::external::arrow::array::{
     Array, ArrayRef, AsArray, FixedSizeListArray, ListArray, StringArray, StructArray,
 };
-use rerun::external::arrow::compute::cast;
-use rerun::external::arrow::datatypes::{DataType, Float64Type};
-use rerun::external::re_log_encoding::DecoderApp;
-use rerun::log::{Chunk, LogMsg};
-use rerun::time::TimeInt;
+use re_sdk_types::external::arrow::compute::cast;
+use re_sdk_types::external::arrow::datatypes::{DataType, Float64Type};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
@@ -55,7 +55,7 @@ fn take(chunk: &Chunk, shown: &mut BTreeMap<String, Shown>) -> Result<(), Wrap> 
     if chunk.entity_path().is_reserved() {
         return Ok(());
     }
-    let child = rerun::Transform3D::descriptor_child_frame().component;
+    let child = re_sdk_types::archetypes::Transform3D::descriptor_child_frame().component;
     let frames: Vec<String> = (chunk.iter_component::<TransformFrameId>(child))
         .map(|f| f.first().map_or_else(|| entity.clone(), ToString::to_string))
         .collect();

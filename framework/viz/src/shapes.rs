@@ -3,7 +3,7 @@ use crate::scene::Shape;
 use crate::stream::Wrap;
 use linkwork_collision::{Seen, Shape as Geometry};
 use linkwork_spatial::{Pose, Vec3};
-use rerun::{EntityPath, RecordingStream};
+use re_sdk::{EntityPath, RecordingStream};
 
 /// Edge of the piece of a half space that is shown (m).
 const PIECE: f64 = 40.0;
@@ -13,7 +13,7 @@ const NODES: usize = 512;
 /// `Rover.Hardware.Wheels.Wheel1/wheel` → `/Rover/Hardware/Wheels/Wheel1/wheel`.
 pub fn entity(path: &str) -> EntityPath {
     let parts: Vec<&str> = path.split(['.', '/']).filter(|p| !p.is_empty()).collect();
-    EntityPath::from(parts.into_iter().map(rerun::EntityPathPart::from).collect::<Vec<_>>())
+    EntityPath::from(parts.into_iter().map(re_sdk::EntityPathPart::from).collect::<Vec<_>>())
 }
 
 /// Where a shape stands in the tree of entities: below its body.
@@ -25,10 +25,12 @@ pub fn f3(v: &Vec3) -> [f32; 3] {
     [v.x as f32, v.y as f32, v.z as f32]
 }
 
-fn transform(pose: &Pose) -> rerun::Transform3D {
+fn transform(pose: &Pose) -> re_sdk_types::archetypes::Transform3D {
     let q = pose.rotation;
-    let q = rerun::Quaternion::from_xyzw([q.i as f32, q.j as f32, q.k as f32, q.w as f32]);
-    rerun::Transform3D::from_translation_rotation(f3(&pose.position), q)
+    let q = re_sdk_types::datatypes::Quaternion::from_xyzw([
+        q.i as f32, q.j as f32, q.k as f32, q.w as f32,
+    ]);
+    re_sdk_types::archetypes::Transform3D::from_translation_rotation(f3(&pose.position), q)
 }
 
 /// When a shape is there.
@@ -44,12 +46,12 @@ pub enum When {
 pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap> {
     let fixed = when == When::Always;
     let path = shape_path(shape);
-    let fill = rerun::FillMode::Solid;
+    let fill = re_sdk_types::components::FillMode::Solid;
     let [r, g, b, a] = shape.color;
-    let color = rerun::Color::from_unmultiplied_rgba(r, g, b, a);
+    let color = re_sdk_types::components::Color::from_unmultiplied_rgba(r, g, b, a);
     match &shape.form {
         Seen::Shape(Geometry::Box { half }) => {
-            let boxes = rerun::Boxes3D::from_half_sizes([f3(half)]);
+            let boxes = re_sdk_types::archetypes::Boxes3D::from_half_sizes([f3(half)]);
             rec.log_with_static(
                 path.clone(),
                 fixed,
@@ -57,7 +59,8 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
             )?;
         }
         Seen::Shape(Geometry::Sphere { radius }) => {
-            let ball = rerun::Ellipsoids3D::from_half_sizes([[*radius as f32; 3]]);
+            let ball =
+                re_sdk_types::archetypes::Ellipsoids3D::from_half_sizes([[*radius as f32; 3]]);
             rec.log_with_static(
                 path.clone(),
                 fixed,
@@ -66,7 +69,10 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
         }
         Seen::Shape(Geometry::Cylinder { radius, half_length }) => {
             let length = (2.0 * half_length) as f32;
-            let body = rerun::Cylinders3D::from_lengths_and_radii([length], [*radius as f32]);
+            let body = re_sdk_types::archetypes::Cylinders3D::from_lengths_and_radii(
+                [length],
+                [*radius as f32],
+            );
             rec.log_with_static(
                 path.clone(),
                 fixed,
@@ -75,8 +81,11 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
         }
         Seen::Shape(Geometry::Capsule { radius, half_length }) => {
             let length = (2.0 * half_length) as f32;
-            let body = rerun::Capsules3D::from_lengths_and_radii([length], [*radius as f32])
-                .with_translations([[0.0, 0.0, -0.5 * length]]);
+            let body = re_sdk_types::archetypes::Capsules3D::from_lengths_and_radii(
+                [length],
+                [*radius as f32],
+            )
+            .with_translations([[0.0, 0.0, -0.5 * length]]);
             rec.log_with_static(
                 path.clone(),
                 fixed,
@@ -114,7 +123,11 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
 }
 
 /// Triangles, each with its own corners, so that edges are seen.
-fn mesh(points: Vec<Vec3>, faces: Vec<[u32; 3]>, [r, g, b, a]: [u8; 4]) -> rerun::Mesh3D {
+fn mesh(
+    points: Vec<Vec3>,
+    faces: Vec<[u32; 3]>,
+    [r, g, b, a]: [u8; 4],
+) -> re_sdk_types::archetypes::Mesh3D {
     let (mut corners, mut normals) = (Vec::new(), Vec::new());
     for face in &faces {
         let [p, q, s] = face.map(|k| points[k as usize]);
@@ -126,10 +139,10 @@ fn mesh(points: Vec<Vec3>, faces: Vec<[u32; 3]>, [r, g, b, a]: [u8; 4]) -> rerun
         }
     }
     let indices = (0..faces.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]);
-    rerun::Mesh3D::new(corners)
+    re_sdk_types::archetypes::Mesh3D::new(corners)
         .with_triangle_indices(indices)
         .with_vertex_normals(normals)
-        .with_albedo_factor(rerun::datatypes::Rgba32::from_unmultiplied_rgba(r, g, b, a))
+        .with_albedo_factor(re_sdk_types::datatypes::Rgba32::from_unmultiplied_rgba(r, g, b, a))
 }
 
 type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);

@@ -1,7 +1,7 @@
 //! Where recorded messages go: a file whose errors are told, or a viewer that listens.
-use rerun::external::re_log_encoding::{Encoder, EncodingOptions};
-use rerun::log::{ChunkBatcherConfig, LogMsg};
-use rerun::{RecordingStream, RecordingStreamBuilder};
+use re_sdk::external::re_log_encoding::{Encoder, EncodingOptions};
+use re_sdk::log::{ChunkBatcherConfig, LogMsg};
+use re_sdk::{RecordingStream, RecordingStreamBuilder};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
@@ -32,7 +32,7 @@ const LIVE: &str = "rerun+http://127.0.0.1:9876/proxy";
 
 fn builder(title: &str) -> Result<RecordingStreamBuilder, Wrap> {
     let name = format!("linkwork {title}");
-    let id = rerun::external::re_log_types::ApplicationId::try_from(name)?;
+    let id = re_sdk::external::re_log_types::ApplicationId::try_from(name)?;
     // Batches are made by us, in time order; the SDK's own timer would cut them anywhere.
     Ok(RecordingStreamBuilder::new(id).batcher_config(ChunkBatcherConfig::NEVER))
 }
@@ -53,14 +53,14 @@ impl RrdFile {
         let name = path.display().to_string();
         let file = File::create(path).map_err(|e| Wrap(format!("`{name}`: {e}")))?;
         let options = EncodingOptions::PROTOBUF_COMPRESSED;
-        let version = rerun::build_info().version;
+        let version = re_sdk::build_info().version;
         let mut encoder = Encoder::new_eager(version, options, BufWriter::new(file))?;
         // An index at the end would be kept in memory until then, and grow with the run.
         encoder.do_not_emit_footer();
         let file = RrdFile(Arc::new(Mutex::new(Inner { encoder, name, error: None })));
         let sink = file.clone();
         let rec = builder(title)?.buffered()?;
-        rec.set_sink(Box::new(rerun::sink::CallbackSink::new(move |m| sink.append(m))));
+        rec.set_sink(Box::new(re_sdk::sink::CallbackSink::new(move |m| sink.append(m))));
         Ok((rec, file))
     }
 
@@ -106,17 +106,17 @@ impl RrdFile {
 }
 
 /// The address of a viewer, checked.
-pub(crate) fn address(url: Option<&str>) -> Result<rerun::external::re_uri::ProxyUri, Wrap> {
+pub(crate) fn address(url: Option<&str>) -> Result<re_sdk::external::re_uri::ProxyUri, Wrap> {
     let url = url.unwrap_or(LIVE);
     url.parse().map_err(|e| Wrap(format!("`{url}` is no address of a viewer: {e}")))
 }
 
 /// A stream to a viewer that listens.
 pub(crate) fn live(
-    uri: rerun::external::re_uri::ProxyUri,
+    uri: re_sdk::external::re_uri::ProxyUri,
     title: &str,
 ) -> Result<RecordingStream, Wrap> {
     let rec = builder(title)?.buffered()?;
-    rec.set_sink(Box::new(rerun::sink::GrpcSink::new(uri)));
+    rec.set_sink(Box::new(re_sdk::sink::GrpcSink::new(uri)));
     Ok(rec)
 }

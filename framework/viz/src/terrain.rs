@@ -1,6 +1,6 @@
 //! The ground as tiles: coarse everywhere, at full resolution where the machine goes.
 use linkwork_runtime::Surface;
-use rerun::Mesh3D;
+use re_sdk_types::archetypes::Mesh3D;
 
 /// Edge of a tile (m).
 const TILE: f64 = 5.0;

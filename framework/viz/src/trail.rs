@@ -1,7 +1,7 @@
 //! Paths of bodies: fine near the last point, coarser the farther back, in the colours of the phases.
 use crate::shapes::f3;
 use linkwork_spatial::Vec3;
-use rerun::EntityPath;
+use re_sdk::EntityPath;
 
 /// Points of a trail nearer than this are one (m).
 const NEAR: f64 = 0.05;
@@ -21,7 +21,7 @@ pub struct Trail {
 }
 
 /// Colours of the phases, in their order, again and again.
-pub fn color(phase: u32) -> rerun::Color {
+pub fn color(phase: u32) -> re_sdk_types::components::Color {
     let [r, g, b] = [
         [255, 230, 60],
         [90, 200, 255],
@@ -32,7 +32,7 @@ pub fn color(phase: u32) -> rerun::Color {
         [120, 150, 255],
         [240, 240, 240],
     ][phase as usize % 8];
-    rerun::Color::from_rgb(r, g, b)
+    re_sdk_types::components::Color::from_rgb(r, g, b)
 }
 
 fn apart(a: &[f32; 3], b: &[f32; 3]) -> f64 {
@@ -72,7 +72,7 @@ impl Trail {
     }
 
     /// One strip for each phase, in its colour.
-    pub fn strips(&self) -> rerun::LineStrips3D {
+    pub fn strips(&self) -> re_sdk_types::archetypes::LineStrips3D {
         let (mut strips, mut colors) = (Vec::new(), Vec::new());
         let mut first = 0;
         for k in 1..=self.points.len() {
@@ -85,9 +85,9 @@ impl Trail {
                 first = k;
             }
         }
-        rerun::LineStrips3D::new(strips)
+        re_sdk_types::archetypes::LineStrips3D::new(strips)
             .with_colors(colors)
-            .with_radii([rerun::Radius::new_ui_points(1.5)])
+            .with_radii([re_sdk_types::components::Radius::new_ui_points(1.5)])
     }
 }
 

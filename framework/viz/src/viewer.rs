@@ -11,7 +11,7 @@ use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{BodyId, NodeId};
 use linkwork_runtime::{Consumer, Group, Program, Seconds, ServiceObject, Surface, TapRow};
 use linkwork_spatial::{Pose, Quat};
-use rerun::{AsComponents, EntityPath, RecordingStream, TimeCell};
+use re_sdk::{AsComponents, EntityPath, RecordingStream, TimeCell};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -273,7 +273,7 @@ impl Viewer {
         // No stamps of the wall clock: a recording is of simulated time.
         rec.set_log_time_enabled(false);
         rec.set_log_tick_enabled(false);
-        rec.log_static("/", &rerun::ViewCoordinates::RIGHT_HAND_Z_UP())?;
+        rec.log_static("/", &re_sdk_types::archetypes::ViewCoordinates::RIGHT_HAND_Z_UP())?;
         // The view is from a frame that goes with the followed body: the eye is where it was put, at whatever time
         // the recording is opened.
         let eye = entity(EYE);
@@ -286,7 +286,7 @@ impl Viewer {
             shapes::send(&rec, shape, When::Always)?;
         }
         for path in &view.entities[view.bodies.len()..] {
-            rec.log_static(path.clone(), &rerun::TransformAxes3D::new(0.3))?;
+            rec.log_static(path.clone(), &re_sdk_types::archetypes::TransformAxes3D::new(0.3))?;
         }
         let framed: Vec<EntityPath> =
             view.entities.iter().cloned().chain(view.follow.map(|_| eye)).collect();
@@ -303,9 +303,9 @@ impl Viewer {
             of_panel = if panel == path.parent() { of_panel + 1 } else { 0 };
             panel = path.parent();
             let [r, g, b] = CURVES[of_panel % CURVES.len()];
-            let style = rerun::SeriesLines::new()
+            let style = re_sdk_types::archetypes::SeriesLines::new()
                 .with_names([label.as_str()])
-                .with_colors([rerun::Color::from_rgb(r, g, b)]);
+                .with_colors([re_sdk_types::components::Color::from_rgb(r, g, b)]);
             rec.log_static(path.clone(), &style)?;
             curves.push((Curve::new(path), column, factor));
         }
@@ -324,10 +324,11 @@ impl Viewer {
             terrain.push((path, tiles));
         }
         if !scene.markers.is_empty() {
-            let points = rerun::Points3D::new(scene.markers.iter().map(|m| f3(&m.at)))
-                .with_labels(scene.markers.iter().map(|m| m.label.as_str()))
-                .with_colors([rerun::Color::from_rgb(40, 200, 255)])
-                .with_radii([0.12]);
+            let points =
+                re_sdk_types::archetypes::Points3D::new(scene.markers.iter().map(|m| f3(&m.at)))
+                    .with_labels(scene.markers.iter().map(|m| m.label.as_str()))
+                    .with_colors([re_sdk_types::components::Color::from_rgb(40, 200, 255)])
+                    .with_radii([0.12]);
             rec.log_static("markers", &points)?;
         }
         if let Some(planet) = &scene.planet {
@@ -405,7 +406,7 @@ impl Viewer {
         let was = |s: &Shape| before.is_some_and(|k| there(s, k));
         // First what goes: a shape that changes has one path before and after.
         for shape in self.passing.iter().filter(|s| was(s) && !there(s, phase)) {
-            self.rec.log(shape_path(shape), &rerun::Clear::flat())?;
+            self.rec.log(shape_path(shape), &re_sdk_types::archetypes::Clear::flat())?;
         }
         for shape in self.passing.iter().filter(|s| there(s, phase) && !was(s)) {
             shapes::send(&self.rec, shape, When::FromNow)?;
@@ -419,11 +420,11 @@ impl Viewer {
             return;
         }
         let name = self.names[phase as usize].replace('_', " ");
-        let label = rerun::Points3D::new([[0.0, 0.0, LABEL]])
+        let label = re_sdk_types::archetypes::Points3D::new([[0.0, 0.0, LABEL]])
             .with_labels([name])
             .with_show_labels(true)
             .with_colors([color(phase)])
-            .with_radii([rerun::Radius::new_ui_points(2.0)]);
+            .with_radii([re_sdk_types::components::Radius::new_ui_points(2.0)]);
         self.seldom.push((t, entity(&format!("{EYE}/phase")), Box::new(label)));
     }
 
@@ -471,7 +472,7 @@ impl Viewer {
 
     /// What a camera saw at an instant (ns): a PNG file.
     pub(crate) fn picture(&mut self, t: i64, camera: &str, png: Vec<u8>) {
-        let image = rerun::EncodedImage::from_file_contents(png);
+        let image = re_sdk_types::archetypes::EncodedImage::from_file_contents(png);
         self.seldom.push((t, pictures::image(camera), Box::new(image)));
     }
 

@@ -9,10 +9,10 @@ use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;
 use linkwork_spatial::{MassProperties, Pose, Vec3};
 use linkwork_viz::{Arrow, Panel, Scene, Shape, View};
-use rerun::components::{TransformFrameId, Translation3D};
-use rerun::external::re_log_encoding::DecoderApp;
-use rerun::log::{Chunk, LogMsg};
-use rerun::time::TimeInt;
+use re_sdk::external::re_log_encoding::DecoderApp;
+use re_sdk::log::{Chunk, LogMsg};
+use re_sdk::time::TimeInt;
+use re_sdk_types::components::{TransformFrameId, Translation3D};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::BufReader;
 use std::net::TcpListener;
@@ -148,8 +148,8 @@ fn a_recording_changes_no_bits_and_holds_every_instant_whole() {
 
     let frames = ["tf#/Robot/arm", "tf#/Robot/arm/weight", "tf#/tip/axes", "tf#/view/eye"];
     let (child, translation) = (
-        rerun::Transform3D::descriptor_child_frame().component,
-        rerun::Transform3D::descriptor_translation().component,
+        re_sdk_types::archetypes::Transform3D::descriptor_child_frame().component,
+        re_sdk_types::archetypes::Transform3D::descriptor_translation().component,
     );
     let (mut rows, mut latest) = (Vec::new(), i64::MIN);
     for chunk in chunks(&path) {
@@ -216,8 +216,8 @@ fn what_a_machine_meets_is_shown() {
         assert!(found.contains(what), "`{shape}` has no `{what}`: {found:?}");
     }
     // A hull is its outside: six faces of a cube, two triangles each, with corners of their own.
-    let positions = rerun::Mesh3D::descriptor_vertex_positions().component;
-    let corners: Vec<rerun::components::Position3D> = chunks(&path)
+    let positions = re_sdk_types::archetypes::Mesh3D::descriptor_vertex_positions().component;
+    let corners: Vec<re_sdk_types::components::Position3D> = chunks(&path)
         .iter()
         .filter(|c| c.entity_path().to_string().ends_with("hull"))
         .flat_map(|c| c.iter_component(positions).flat_map(|c| c.to_vec()).collect::<Vec<_>>())

@@ -1,32 +1,82 @@
-//! `linkwork export`: a simulation as a co-simulation unit of FMI 3.0.
+//! `linkwork export`: a simulation as a co-simulation unit of FMI 3.0, a log as a table.
 use crate::program::program;
+use crate::taps::same;
 use crate::voice::report;
 use crate::{exit, load};
 use clap::Args;
 use linkwork_assembly::Failure;
 use linkwork_fmi::{Export, export as write, find_library};
+use linkwork_record::{End, ExportError, Exported, LogError, export_parquet};
 use std::path::{Path, PathBuf};
 
 /// What an export may be told.
 #[derive(Args, Clone, Debug, Default)]
 pub struct ExportOptions {
-    /// Where the unit goes, e.g. ball.fmu.
+    /// Where the unit of a simulation goes, e.g. ball.fmu.
+    #[arg(long, value_name = "FILE", conflicts_with = "parquet")]
+    pub fmu: Option<PathBuf>,
+    /// Where the table of a log goes, e.g. run.parquet: a row for each instant, a column for each variable.
     #[arg(long, value_name = "FILE")]
-    pub fmu: PathBuf,
+    pub parquet: Option<PathBuf>,
     /// Inputs of the unit, by pattern (repeatable): inputs that nothing drives. All unless given.
-    #[arg(long = "input", value_name = "PATTERN")]
+    #[arg(long = "input", value_name = "PATTERN", conflicts_with = "parquet")]
     pub inputs: Vec<String>,
     /// Outputs of the unit, by pattern (repeatable). What the simulation logs unless given.
-    #[arg(long = "output", value_name = "PATTERN")]
+    #[arg(long = "output", value_name = "PATTERN", conflicts_with = "parquet")]
     pub outputs: Vec<String>,
     /// The shared library that goes into the unit; the one beside this program unless given.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "parquet")]
     pub library: Option<PathBuf>,
+    /// Set a parameter of the simulation (repeatable).
+    #[arg(long = "set", value_name = "PATH=VALUE", conflicts_with = "parquet")]
+    pub set: Vec<String>,
 }
 
-/// Writes the unit.
-pub fn export(sim: &Path, options: &ExportOptions, set: &[String]) -> u8 {
-    let ready = match load::ready(sim, set, None) {
+/// Writes the unit or the table.
+pub fn export(from: &Path, options: &ExportOptions) -> u8 {
+    match (&options.fmu, &options.parquet) {
+        (Some(fmu), _) => unit(from, fmu, options),
+        (_, Some(parquet)) => table(from, parquet),
+        (None, None) => {
+            tell!(
+                "error: nothing says what to write\n  help: give --fmu FILE for a simulation, --parquet FILE for a log"
+            );
+            exit::INPUT
+        }
+    }
+}
+
+fn table(log: &Path, to: &Path) -> u8 {
+    if same(log, to) {
+        let log = log.display();
+        tell!("error: `{log}` is the log itself\n  help: name another file for the table");
+        return exit::INPUT;
+    }
+    match export_parquet(log, to) {
+        Ok(Exported { rows, variables, end }) => {
+            if let End::Cut { at } = end {
+                tell!(
+                    "warning: `{}` ends after byte {at}, in the middle of something: the table has what is before",
+                    log.display()
+                );
+            }
+            say!("{}: {rows} rows of {variables} variables", to.display());
+            exit::OK
+        }
+        Err(e) => {
+            tell!("error: {e}");
+            match e {
+                ExportError::Write { .. } | ExportError::Log(LogError::Write { .. }) => {
+                    exit::FAILED
+                }
+                ExportError::Log(_) | ExportError::Empty { .. } => exit::INPUT,
+            }
+        }
+    }
+}
+
+fn unit(sim: &Path, fmu: &Path, options: &ExportOptions) -> u8 {
+    let ready = match load::ready(sim, &options.set, None) {
         Ok(ready) => ready,
         Err(code) => return code,
     };
@@ -38,21 +88,21 @@ pub fn export(sim: &Path, options: &ExportOptions, set: &[String]) -> u8 {
             return report(&Failure { faults: vec![fault], sources });
         }
     };
-    let stem = options.fmu.file_stem().map(|s| s.to_string_lossy().into_owned());
+    let stem = fmu.file_stem().map(|s| s.to_string_lossy().into_owned());
     let what = Export {
         name: stem.unwrap_or_else(|| "unit".into()),
         inputs: options.inputs.clone(),
         outputs: options.outputs.clone(),
         library,
     };
-    match write(ready, &what, &options.fmu) {
+    match write(ready, &what, fmu) {
         Ok(done) => {
             for note in &done.notes {
                 tell!("warning: {note}");
             }
             say!(
                 "{}: FMI 3.0 co-simulation, {} inputs, {} outputs",
-                options.fmu.display(),
+                fmu.display(),
                 done.inputs.len(),
                 done.outputs.len()
             );

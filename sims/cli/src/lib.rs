@@ -19,6 +19,7 @@ pub mod make;
 pub mod options;
 pub mod pages;
 pub mod picture;
+mod profile;
 pub mod program;
 pub mod replay;
 pub mod run;

@@ -32,6 +32,10 @@ pub struct RunOptions {
     /// an address is given. Its address and token are in live.json in the folder of the run.
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:0")]
     pub serve: Option<String>,
+    /// Tell where the wall time goes, by part and operation, and write it as folded stacks for flame graphs. The run is
+    /// slower, and its bits are the same.
+    #[arg(long)]
+    pub profile: bool,
     /// Do not run faster than real time.
     #[arg(long)]
     pub realtime: bool,

@@ -93,6 +93,7 @@ const EXAMPLES: &str = "Examples:
   linkwork describe actuators.dc_motor                  parameters, ports, units
   linkwork graph sims/pendulum --format mermaid         the wires as a picture
   linkwork export sims/pendulum --fmu pendulum.fmu      as a unit of FMI 3.0
+  linkwork export runs/rover/run.mcap --parquet run.parquet   a log as a table
   linkwork schema > linkwork.schema.json                the file format, for editors and programs
   linkwork replay runs/rover/run.mcap --verify         simulate again and compare every number
   linkwork view runs/rover/run.mcap --out rover.rrd     a recording from a log, for Rerun
@@ -190,15 +191,12 @@ enum Command {
         #[arg(long, value_enum, default_value_t = GraphFormat::Dot)]
         format: GraphFormat,
     },
-    /// Write a simulation as a co-simulation unit of FMI 3.0, for other programs.
+    /// Write a simulation as a co-simulation unit of FMI 3.0, or a log as a Parquet table, for other programs.
     Export {
-        /// A sim.ron file, or the folder that holds it.
-        sim: PathBuf,
+        /// With --fmu: a sim.ron file, or the folder that holds it. With --parquet: a .mcap file that a run wrote.
+        from: PathBuf,
         #[command(flatten)]
         options: ExportOptions,
-        /// Set a parameter (repeatable).
-        #[arg(long = "set", value_name = "PATH=VALUE")]
-        set: Vec<String>,
     },
     /// Print a script that completes commands and options in a shell: `linkwork completions bash > FILE`.
     Completions {
@@ -271,7 +269,7 @@ fn execute(command: Command) -> u8 {
         Command::Describe { model } => inspect::describe(&model),
         Command::Tree { sim } => inspect::tree(&sim),
         Command::Graph { sim, format } => graph::graph(&sim, format),
-        Command::Export { sim, options, set } => export::export(&sim, &options, &set),
+        Command::Export { from, options } => export::export(&from, &options),
         Command::Completions { shell } => pages::completions(shell, &mut self::command()),
         Command::Man { folder } => pages::man(&folder, self::command()),
         Command::Schema => inspect::schema(),

@@ -5,7 +5,7 @@ use crate::options::{RunOptions, period, time};
 use crate::picture::Picture;
 use crate::summary::{self, Ending, Summary};
 use crate::voice::report;
-use crate::{exit, scene, taps};
+use crate::{exit, profile, scene, taps};
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_assembly::Failure;
 use linkwork_live::{Live, Server, Ticket};
@@ -13,7 +13,7 @@ use linkwork_record::LogSpec;
 use linkwork_runner::{
     Ended, Figures, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, time_name,
 };
-use linkwork_runtime::{Checkpoint, Fault, RunError, Seconds, Simulation};
+use linkwork_runtime::{Checkpoint, Fault, Profile, RunError, Seconds, Simulation};
 use linkwork_viz::Scene;
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
@@ -157,6 +157,8 @@ struct Run {
     bar: ProgressBar,
     /// The socket, and the file that names it.
     live: Option<(Live, Ticketed)>,
+    /// Where its time goes, when that is asked for.
+    profile: Option<Profile>,
 }
 
 /// live.json, as long as there is somebody at its address.
@@ -215,7 +217,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     }
     let every =
         options.checkpoint_every.as_deref().map(|t| period(t, "--checkpoint-every")).transpose()?;
-    let configuration = ready.loaded.resolved;
+    let configuration = ready.loaded.resolved.to_string();
     let mut sim = Simulation::of(Arc::new(ready.program));
     let mut figures = prepared.figures;
     let mut begins = None;
@@ -238,7 +240,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     }
     let out = folder_of(name, options, &source);
     let log = out.join("run.mcap");
-    let products = ["summary.json", "plots.svg"].map(|f| out.join(f));
+    let products = ["summary.json", "plots.svg", profile::FILE].map(|f| out.join(f));
     let mut others = [&products[..], &[log.clone(), load::sim_file(source.file)]].concat();
     if let Begin::Forked(fork) = &source.begin {
         others.extend(fork.simulation().map(load::sim_file));
@@ -251,6 +253,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         saves = saves.keep_last(most as usize);
     }
     let picture = Picture::new(&sim, &scene);
+    let profile = options.profile.then(|| sim.profile());
     let mut runner = Runner::new(sim, Watched { figures, picture });
     runner.save_with(saves);
     let mut files = Vec::new();
@@ -288,6 +291,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         dropped: 0,
         bar: bar(until, options.quiet),
         live,
+        profile,
     })
 }
 
@@ -406,6 +410,9 @@ impl Run {
         let failed = !self.problems.is_empty();
         if !quiet {
             summary::print(&summary);
+            if let Some(profile) = &self.profile {
+                profile::print(profile, wall);
+            }
         }
         match ending {
             Ending::Failed(e) => {
@@ -512,6 +519,13 @@ impl Run {
             self.files.extend(saves.written.iter().cloned());
             if saves.failed > 1 {
                 self.problems.push(format!("{} checkpoints were not written", saves.failed));
+            }
+        }
+        if let Some(profile) = self.profile.clone() {
+            let folded = self.folder.path().join(profile::FILE);
+            match profile::write(&profile, wall, &self.name, &folded) {
+                Ok(()) => self.files.push(folded),
+                Err(e) => self.problem(&e, "make room, or choose another folder with --out"),
             }
         }
         let sim = self.runner.sim();

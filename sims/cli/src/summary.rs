@@ -108,6 +108,7 @@ pub fn print(s: &Summary) {
         let hint = match file.extension().and_then(|e| e.to_str()) {
             Some("rrd") => "   open with: rerun <file>     (pip install rerun-sdk==0.36.3)",
             Some("mcap") => "   open with Rerun, Foxglove or PlotJuggler",
+            Some("folded") => "   open with a flame graph tool: inferno, speedscope",
             Some("svg") => "   open with a browser",
             Some("lwck") => "   go on with: linkwork resume <file>",
             _ => "",

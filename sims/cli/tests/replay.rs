@@ -58,7 +58,7 @@ fn one_number_that_was_changed_is_named_with_its_tick() {
     let prepared = linkwork_runner::prepare(sim.plan(), &ready.loaded.simulation).unwrap();
     let spec = LogSpec {
         groups: prepared.groups,
-        configuration: ready.loaded.resolved.clone(),
+        configuration: ready.loaded.resolved.to_string(),
         ..LogSpec::default()
     };
     let file = lab.path("changed.mcap");

@@ -73,7 +73,7 @@ impl Simulation {
         Ok(Self {
             plan: program.phases[0].plan.clone(),
             program,
-            configuration: ready.loaded.resolved,
+            configuration: ready.loaded.resolved.to_string(),
             rules: file.log,
             until: until.or(file.until),
             stop_when,

@@ -135,7 +135,7 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 24] = [
+pub const HOMES: [(&str, &str); 25] = [
     ("libloading", "framework/fmi"),
     ("zip", "framework/fmi"),
     ("nalgebra", "framework/spatial"),
@@ -149,10 +149,11 @@ pub const HOMES: [(&str, &str); 24] = [
     ("prost-types", "framework/record"),
     ("foxglove", "framework/record"),
     ("plotters", "framework/record"),
-    ("rerun", "framework/viz"),
+    ("re_sdk", "framework/viz"),
+    ("re_log_encoding", "framework/viz"),
     ("re_sdk_types", "framework/viz"),
     ("parry*", "framework/collision"),
-    ("parquet", "framework/campaign"),
+    ("parquet", "framework/record"),
     ("statrs", "framework/campaign"),
     ("sobol_burley", "framework/campaign"),
     ("clarabel", "components/flight"),

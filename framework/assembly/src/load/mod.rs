@@ -5,6 +5,7 @@ mod resolved;
 
 pub use format::schema;
 pub use place::{dotted, put_down};
+pub use resolved::Resolved;
 
 use crate::body::shapes::BodyShape;
 use crate::expand::assemblies::Assemblies;
@@ -20,8 +21,8 @@ use crate::schema::record::Record;
 use crate::scope::parameters::substitute;
 use crate::text::files::{Files, Home};
 use crate::text::parse::parse;
+use crate::text::parsed::Parsed;
 use crate::text::patterns::misspelt;
-use crate::text::print::document;
 use crate::text::report::{Cx, tidy};
 use crate::text::show::Failure;
 use crate::text::value::{Text, empty_map, set, sort};
@@ -32,6 +33,7 @@ use linkwork_formats::whole_text;
 use linkwork_runtime::{
     Catalogue, Fault, Faults, Located, Origin, PhaseSpec, Program, Sources, Spec, Value,
 };
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -43,13 +45,15 @@ pub struct Options<'a> {
     /// Models and services.
     pub catalogue: &'a Catalogue,
     /// Assemblies in the program: path → text.
-    pub embedded: BTreeMap<String, String>,
+    pub embedded: Cow<'a, BTreeMap<String, String>>,
     /// Folders in which files are looked for after the folder of the file that names them.
     pub search: Vec<PathBuf>,
     /// `PATH=VALUE`: parameters set from outside; the last one wins.
     pub overrides: Vec<String>,
     /// Replaces the seed of the file.
     pub seed: Option<u64>,
+    /// Texts that other loads have parsed, or will: the same value comes out, sooner.
+    pub parsed: Option<Arc<Parsed>>,
 }
 
 impl<'a> Options<'a> {
@@ -57,17 +61,18 @@ impl<'a> Options<'a> {
     pub fn new(catalogue: &'a Catalogue) -> Self {
         Options {
             catalogue,
-            embedded: BTreeMap::new(),
+            embedded: Cow::default(),
             search: Vec::new(),
             overrides: Vec::new(),
             seed: None,
+            parsed: None,
         }
     }
 
     /// With an embedded assembly.
     #[must_use]
     pub fn embed(mut self, path: impl Into<String>, text: impl Into<String>) -> Self {
-        self.embedded.insert(path.into(), text.into());
+        self.embedded.to_mut().insert(path.into(), text.into());
         self
     }
 
@@ -106,7 +111,7 @@ pub struct Loaded {
     pub sources: Sources,
     /// One RON text with everything included, expanded and overridden: it loads to the same
     /// `spec` without any other file.
-    pub resolved: String,
+    pub resolved: Resolved,
 }
 
 impl Loaded {
@@ -199,7 +204,7 @@ pub fn read_value(name: &str, text: &str) -> Result<(Located, Sources), Failure>
 }
 
 fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<Loaded, Failure> {
-    let mut cx = Cx::default();
+    let mut cx = Cx { parsed: options.parsed.clone(), ..Cx::default() };
     let file = cx.sources.add(name, text);
     let loaded = parse(&mut cx, file).and_then(|v| whole(&mut cx, name, v, home, options));
     match loaded {
@@ -254,7 +259,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
     };
     if kind == "Assembly" {
         let (mut loaded, resolved) = single(cx, name, (&kind, inner, v.origin), home, options)?;
-        loaded.resolved = document(&resolved);
+        loaded.resolved = Resolved::new(resolved);
         return Some(loaded);
     }
     let all = phases::split(cx, &mut inner);
@@ -278,7 +283,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
     let phases = specs.collect();
     let phase_shapes = compiled.iter().map(|(_, loaded, ..)| loaded.shapes.clone()).collect();
     let (_, loaded, ..) = compiled.into_iter().next()?;
-    Some(Loaded { phases, phase_shapes, resolved: document(&resolved), ..loaded })
+    Some(Loaded { phases, phase_shapes, resolved: Resolved::new(resolved), ..loaded })
 }
 
 /// One phase; what it is in full.
@@ -479,7 +484,7 @@ fn assemble(
         collides: mechanism.collides,
         imports,
         sources: Sources::default(),
-        resolved: String::new(),
+        resolved: Resolved::new(Value::Null),
     };
     Some((loaded, resolved))
 }

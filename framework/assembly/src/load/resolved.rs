@@ -6,9 +6,46 @@ use crate::form::wire::write_wire;
 use crate::mechanism::Told;
 use crate::schema::kind::Kind;
 use crate::text::files::{Files, Home};
+use crate::text::print::document;
 use crate::text::value::{entries, full_name, map, set};
 use linkwork_collision::ColliderSpec;
 use linkwork_runtime::{BindSpec, BindTarget, Located, Spec, TransitionSpec, Value};
+use std::fmt;
+use std::ops::Deref;
+use std::sync::OnceLock;
+
+/// One RON text with everything included, expanded and overridden: it loads to the same specification without any
+/// other file. It is printed when it is first read: of most runs of a campaign nobody ever does.
+#[derive(Clone, Debug)]
+pub struct Resolved {
+    value: Value,
+    text: OnceLock<String>,
+}
+
+impl Resolved {
+    pub(crate) fn new(value: Value) -> Resolved {
+        Resolved { value, text: OnceLock::new() }
+    }
+}
+
+impl Deref for Resolved {
+    type Target = str;
+    fn deref(&self) -> &str {
+        self.text.get_or_init(|| document(&self.value))
+    }
+}
+
+impl fmt::Display for Resolved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self)
+    }
+}
+
+impl PartialEq for Resolved {
+    fn eq(&self, other: &Resolved) -> bool {
+        **self == **other
+    }
+}
 
 struct Printer<'a> {
     files: &'a Files<'a>,

@@ -1,6 +1,7 @@
 //! Texts, the located values in them, and what is said about them.
 pub(crate) mod files;
 pub(crate) mod parse;
+pub(crate) mod parsed;
 pub(crate) mod patterns;
 pub(crate) mod print;
 pub(crate) mod report;

@@ -2,6 +2,7 @@
 //!
 //! `ron` checks the grammar and cuts the text into raw pieces; the place of a piece is where its
 //! slice lies in the text.
+use crate::text::parsed::Once;
 use crate::text::report::Cx;
 use linkwork_runtime::{Located, Origin, Value};
 use ron::Deserializer;
@@ -10,8 +11,26 @@ use serde::de::{self, DeserializeSeed, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Reads a whole text; on a mistake records it and gives `None`.
+/// Reads a whole text; on a mistake records it and gives `None`. A text that another load has read at the same place
+/// among its sources is not read again.
 pub(crate) fn parse(cx: &mut Cx, file: u32) -> Option<Located> {
+    let Some(parsed) = cx.parsed.clone() else { return read(cx, file) };
+    let (name, text) = cx.sources.files.get(file as usize)?.clone();
+    if let Some(once) = parsed.get(&name, file, &text) {
+        cx.keys.extend(&once.keys);
+        return Some(once.value.clone());
+    }
+    let (faults, others) = (cx.faults.len(), std::mem::take(&mut cx.keys));
+    let value = read(cx, file);
+    let keys = std::mem::replace(&mut cx.keys, others);
+    cx.keys.extend(&keys);
+    if let (Some(value), true) = (value.clone(), cx.faults.len() == faults) {
+        parsed.keep(name, file, Once { text, value, keys });
+    }
+    value
+}
+
+fn read(cx: &mut Cx, file: u32) -> Option<Located> {
     let text = cx.sources.files.get(file as usize)?.1.clone();
     if let Err(error) = ron::from_str::<&RawValue>(&text) {
         let at = offset(&text, error.span.start.line, error.span.start.col);
@@ -321,7 +340,7 @@ impl<'t> Visitor<'t> for KeySeed {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> (Option<Located>, Cx) {
+    fn of(text: &str) -> (Option<Located>, Cx) {
         let mut cx = Cx::default();
         let file = cx.sources.add("t", text);
         let value = parse(&mut cx, file);
@@ -337,7 +356,7 @@ mod tests {
             nested: { "k": /* inner */ [ /* lead */ Deep(Deeper(1, 2)), ] }, "trailing": 2 /* end */ ,
         )"##;
         let text = text.replace("\"trailing\"", "trailing");
-        let (value, cx) = read(&text);
+        let (value, cx) = of(&text);
         let value = value.unwrap_or_else(|| panic!("{:?}", cx.faults));
         let shown = value.value.to_string();
         let expected = concat!(
@@ -348,13 +367,13 @@ mod tests {
         );
         assert_eq!(shown, expected);
         // Printed, it reads back the same.
-        assert_eq!(read(&shown).0.unwrap().value.to_string(), shown);
+        assert_eq!(of(&shown).0.unwrap().value.to_string(), shown);
     }
 
     #[test]
     fn places_are_those_of_the_pieces() {
         let text = "A(\n  // é\n  b: { \"c\": [1, Pin([0, 1]) , \"x\"] },\n)";
-        let (value, cx) = read(text);
+        let (value, cx) = of(text);
         let Value::Variant(_, inner) = value.unwrap().value else { panic!() };
         let c = inner.get("b").unwrap().get("c").unwrap();
         let slice = |o: Origin| &text[o.start as usize..o.end as usize];

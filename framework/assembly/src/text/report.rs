@@ -1,6 +1,8 @@
 //! What is gathered on the way: the texts, the faults so far, and where keys were written.
+use crate::text::parsed::Parsed;
 use linkwork_runtime::{Fault, Located, Origin, Sources};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Sources, faults and places of keys.
 #[derive(Default)]
@@ -9,6 +11,8 @@ pub(crate) struct Cx {
     pub faults: Vec<Fault>,
     /// Origin of a value in a map → origin of its key.
     pub keys: BTreeMap<Origin, Origin>,
+    /// What was parsed before.
+    pub parsed: Option<Arc<Parsed>>,
 }
 
 impl Cx {

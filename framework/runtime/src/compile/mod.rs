@@ -20,6 +20,7 @@ mod variables;
 
 use crate::block::{Prototype, Wiring};
 use crate::catalogue::{Catalogue, Entry};
+use crate::made;
 use crate::model::lanes;
 use crate::noise;
 use crate::params::ReadCx;
@@ -254,7 +255,7 @@ fn build_services(
         let none = Services::default();
         let mut cx = ReadCx::new(&part.path, &none);
         let files = files.first(part.folder.as_deref());
-        if let Some(object) = entry.make_service(&part.params, &files, &mut cx) {
+        if let Some(object) = made::service(part, entry, &files, &mut cx) {
             services.add(&part.path, object);
         } else if let Some(kind) = entry.service_kind() {
             services.failed.push(kind);

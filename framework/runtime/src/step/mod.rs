@@ -11,6 +11,7 @@ mod events;
 mod integrate;
 mod linearise;
 mod moves;
+mod profile;
 mod remarks;
 mod settle;
 mod solve;
@@ -19,6 +20,7 @@ mod stiffness;
 
 pub use moves::MoveReport;
 pub(crate) use moves::Route;
+pub use profile::{Profile, Spent};
 pub(crate) use settle::settle;
 pub use state::{GuardState, State};
 
@@ -82,6 +84,8 @@ pub struct Simulation {
     moved: Vec<(f64, String, MoveReport)>,
     /// Why the work of tick 0 could not be done.
     broken: Option<Box<RunError>>,
+    /// Where its time goes, when that is asked for.
+    profile: Option<Profile>,
 }
 
 /// Storage made once for a plan. Nothing in it outlives a step.
@@ -181,7 +185,8 @@ impl Simulation {
         let plan = program.phases[0].plan.clone();
         let (blocks, state, work) = (blocks_of(&plan), initial(&plan), Work::new(&plan));
         let (moved, broken) = (Vec::new(), None);
-        let mut sim = Simulation { program, plan, state, blocks, work, moved, broken };
+        let profile = None;
+        let mut sim = Simulation { program, plan, state, blocks, work, moved, broken, profile };
         if let Err(stopped) = sim.first_row() {
             sim.broken = Some(Box::new(sim.stopped(stopped)));
         }
@@ -502,6 +507,7 @@ impl Simulation {
             work,
             moved: Vec::new(),
             broken: self.broken.clone(),
+            profile: None,
         }
     }
 
@@ -517,7 +523,7 @@ impl Simulation {
     pub(crate) fn enter(&mut self, phase: u32) {
         if phase != self.state.phase {
             self.plan = self.program.phases[phase as usize].plan.clone();
-            self.blocks = blocks_of(&self.plan);
+            self.blocks = self.new_blocks(&self.plan);
             self.state = State { phase, ..initial(&self.plan) };
             let number = self.work.number + 1;
             self.work = Work { number, ..Work::new(&self.plan) };

@@ -1,7 +1,7 @@
 //! Moves between plans: the state goes over by path. What both plans have goes on; what only the new
 //! one has starts anew; the mechanism keeps poses and motion.
 use super::evaluate::Stopped;
-use super::{GuardState, RunError, Simulation, State, Work, blocks_of, evaluate, initial, show};
+use super::{GuardState, RunError, Simulation, State, Work, evaluate, initial, show};
 use crate::block::{Carried, Evaluation, Failure, Now, OldState};
 use crate::plan::{Op, Place, Plan, Role};
 use crate::program::Program;
@@ -122,7 +122,7 @@ impl Simulation {
         let mut report = MoveReport::default();
         let mut state = State { phase, micro: self.state.micro, ..initial(plan) };
         place_in_time(&self.state, &self.plan, &mut state, plan);
-        let mut blocks = blocks_of(plan);
+        let mut blocks = self.new_blocks(plan);
         let mut whole = vec![false; plan.parts.len()];
         for (k, part) in plan.parts.iter().enumerate() {
             let Some(j) = route.parts[k].map(|j| j as usize) else {

@@ -1,0 +1,33 @@
+//! Texts that were parsed before: of several loads of one simulation each text is parsed once.
+use linkwork_runtime::{Located, Origin};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Values of texts without mistakes, by name and place among the sources; one for each is kept.
+#[derive(Debug, Default)]
+pub struct Parsed(Mutex<BTreeMap<(String, u32), Arc<Once>>>);
+
+/// What a text says.
+#[derive(Debug)]
+pub(crate) struct Once {
+    pub text: String,
+    pub value: Located,
+    /// Origin of a value in a map → origin of its key.
+    pub keys: BTreeMap<Origin, Origin>,
+}
+
+impl Parsed {
+    fn with<R>(&self, f: impl FnOnce(&mut BTreeMap<(String, u32), Arc<Once>>) -> R) -> R {
+        f(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// What a text at this place among the sources says, when it is known.
+    pub(crate) fn get(&self, name: &str, file: u32, text: &str) -> Option<Arc<Once>> {
+        let was = self.with(|all| all.get(&(name.to_string(), file)).cloned());
+        was.filter(|was| was.text == text)
+    }
+
+    pub(crate) fn keep(&self, name: String, file: u32, once: Once) {
+        self.with(|all| all.insert((name, file), Arc::new(once)));
+    }
+}

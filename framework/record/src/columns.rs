@@ -1,0 +1,187 @@
+//! Columns as Parquet: numbers as doubles, whole numbers as 64-bit integers, texts as UTF-8.
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+use std::io::Write;
+use std::sync::Arc;
+
+/// The cells of one column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cells<'a> {
+    /// Whole numbers.
+    Whole(&'a [u64]),
+    /// Numbers; NaN is one of them.
+    Number(&'a [f64]),
+    /// Numbers, and cells without one.
+    Sparse(&'a [Option<f64>]),
+    /// Texts.
+    Text(&'a [String]),
+}
+
+impl Cells<'_> {
+    fn field(&self, name: &str) -> Result<Type, ParquetError> {
+        let (physical, logical, repetition) = match self {
+            Cells::Whole(_) => (Physical::INT64, None, Repetition::REQUIRED),
+            Cells::Number(_) => (Physical::DOUBLE, None, Repetition::REQUIRED),
+            Cells::Sparse(_) => (Physical::DOUBLE, None, Repetition::OPTIONAL),
+            Cells::Text(_) => {
+                (Physical::BYTE_ARRAY, Some(LogicalType::String), Repetition::REQUIRED)
+            }
+        };
+        Type::primitive_type_builder(name, physical)
+            .with_logical_type(logical)
+            .with_repetition(repetition)
+            .build()
+    }
+}
+
+/// The title of a column of numbers: `NAME [UNIT]`, and the name alone of pure numbers.
+pub fn titled(name: &str, unit: &str) -> String {
+    match unit {
+        "" | "1" => name.to_string(),
+        unit => format!("{name} [{unit}]"),
+    }
+}
+
+/// A Parquet file under way: groups of rows, each with the same columns. Not compressed.
+pub struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
+
+impl<W: Write + Send> ParquetFile<W> {
+    /// Begins a file. `like` has the title and the kind of each column; its cells are not written. `about` goes into the
+    /// file's metadata.
+    ///
+    /// # Errors
+    /// What the format refuses, or `out`.
+    pub fn new<'a>(
+        out: W,
+        table: &str,
+        like: impl IntoIterator<Item = (&'a str, Cells<'a>)>,
+        about: impl IntoIterator<Item = (String, String)>,
+    ) -> Result<Self, String> {
+        let fields: Result<Vec<_>, _> =
+            like.into_iter().map(|(name, column)| column.field(name).map(Arc::new)).collect();
+        let schema = Type::group_type_builder(table).with_fields(fields.map_err(fail)?).build();
+        let about: Vec<KeyValue> =
+            about.into_iter().map(|(key, value)| KeyValue::new(key, value)).collect();
+        let properties = WriterProperties::builder()
+            .set_created_by(format!("linkwork {}", env!("CARGO_PKG_VERSION")))
+            .set_key_value_metadata((!about.is_empty()).then_some(about))
+            .build();
+        let schema = Arc::new(schema.map_err(fail)?);
+        SerializedFileWriter::new(out, schema, Arc::new(properties)).map(ParquetFile).map_err(fail)
+    }
+
+    /// Adds rows: the columns in the order of the file, all of one length.
+    ///
+    /// # Errors
+    /// What the format refuses, or the file.
+    pub fn rows<'a>(&mut self, columns: impl IntoIterator<Item = Cells<'a>>) -> Result<(), String> {
+        self.group(columns).map_err(fail)
+    }
+
+    fn group<'a>(
+        &mut self,
+        columns: impl IntoIterator<Item = Cells<'a>>,
+    ) -> Result<(), ParquetError> {
+        let mut group = self.0.next_row_group()?;
+        for column in columns {
+            let Some(mut w) = group.next_column()? else { break };
+            match column {
+                Cells::Whole(v) => {
+                    let v: Vec<i64> = v.iter().map(|x| *x as i64).collect();
+                    w.typed::<Int64Type>().write_batch(&v, None, None)?;
+                }
+                Cells::Number(v) => {
+                    w.typed::<DoubleType>().write_batch(v, None, None)?;
+                }
+                Cells::Sparse(v) => {
+                    let there: Vec<i16> = v.iter().map(|x| i16::from(x.is_some())).collect();
+                    let values: Vec<f64> = v.iter().flatten().copied().collect();
+                    w.typed::<DoubleType>().write_batch(&values, Some(&there), None)?;
+                }
+                Cells::Text(v) => {
+                    let v: Vec<ByteArray> = v.iter().map(|t| ByteArray::from(t.as_str())).collect();
+                    w.typed::<ByteArrayType>().write_batch(&v, None, None)?;
+                }
+            }
+            w.close()?;
+        }
+        group.close()?;
+        Ok(())
+    }
+
+    /// Ends the file, and gives back what it was written into.
+    ///
+    /// # Errors
+    /// What the format refuses, or the file.
+    pub fn finish(self) -> Result<W, String> {
+        self.0.into_inner().map_err(fail)
+    }
+}
+
+fn fail(e: ParquetError) -> String {
+    format!("parquet: {e}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    #[test]
+    fn what_is_written_reads_back_bit_for_bit() {
+        let texts = ["a, \"b\"", "", "é\nf"].map(String::from);
+        let numbers = [1.0 / 3.0, f64::NAN, -0.0];
+        let sparse = [Some(-0.0), None, Some(f64::NAN)];
+        let all = [
+            ("run", Cells::Whole(&[0, 1, 1 << 40])),
+            ("y [m]", Cells::Number(&numbers)),
+            ("z", Cells::Sparse(&sparse)),
+            ("why", Cells::Text(&texts)),
+        ];
+        let about = [("seed".to_string(), "7".to_string())];
+        let mut file = ParquetFile::new(Vec::new(), "t", all, about).unwrap();
+        file.rows(all.map(|c| c.1)).unwrap();
+        file.rows(all.map(|c| c.1)).unwrap();
+        let path = tempfile::tempdir().unwrap();
+        let path = path.path().join("t.parquet");
+        std::fs::write(&path, file.finish().unwrap()).unwrap();
+        let reader = SerializedFileReader::new(std::fs::File::open(&path).unwrap()).unwrap();
+        let about = reader.metadata().file_metadata().key_value_metadata().unwrap();
+        assert!(about.iter().any(|kv| kv.key == "seed" && kv.value.as_deref() == Some("7")));
+        let rows: Vec<Vec<Field>> = reader
+            .get_row_iter(None)
+            .unwrap()
+            .map(|r| r.unwrap().get_column_iter().map(|(_, f)| f.clone()).collect())
+            .collect();
+        assert_eq!(rows.len(), 6);
+        let whole = |f: &Field| if let Field::Long(x) = f { *x } else { panic!("{f}") };
+        let bits = |f: &Field| match f {
+            Field::Double(x) => Some(x.to_bits()),
+            Field::Null => None,
+            other => panic!("{other}"),
+        };
+        let text = |f: &Field| if let Field::Str(x) = f { x.clone() } else { panic!("{f}") };
+        for rows in rows.chunks(3) {
+            assert_eq!(rows.iter().map(|r| whole(&r[0])).collect::<Vec<_>>(), [0, 1, 1 << 40]);
+            let wanted = numbers.map(|x| Some(x.to_bits()));
+            assert_eq!(rows.iter().map(|r| bits(&r[1])).collect::<Vec<_>>(), wanted);
+            let wanted = sparse.map(|x| x.map(f64::to_bits));
+            assert_eq!(rows.iter().map(|r| bits(&r[2])).collect::<Vec<_>>(), wanted);
+            assert_eq!(rows.iter().map(|r| text(&r[3])).collect::<Vec<_>>(), texts);
+        }
+    }
+
+    #[test]
+    fn a_table_without_rows_is_a_file_too() {
+        let like = [("y", Cells::Number(&[]))];
+        let mut file = ParquetFile::new(Vec::new(), "t", like, None).unwrap();
+        file.rows(like.map(|c| c.1)).unwrap();
+        assert!(file.finish().unwrap().starts_with(b"PAR1"));
+    }
+}

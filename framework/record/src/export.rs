@@ -1,0 +1,177 @@
+//! A log as a table: a row for each instant, a column for each variable.
+use crate::columns::{Cells, ParquetFile, titled};
+use crate::log::LogError;
+use crate::read::{End, Entry, walk_log};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+/// What was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Exported {
+    /// Instants.
+    pub rows: u64,
+    /// Variables.
+    pub variables: usize,
+    /// How the log ends.
+    pub end: End,
+}
+
+/// A log cannot be made into a table.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The log.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// There is nothing to write.
+    #[error(
+        "log `{path}`: it holds no variables\n  help: give a log whose run had patterns in `log`"
+    )]
+    Empty {
+        /// The log.
+        path: String,
+    },
+    /// The table cannot be written.
+    #[error("`{path}` cannot be written: {why}\n  help: make room, or choose another file")]
+    Write {
+        /// The table.
+        path: String,
+        /// Why.
+        why: String,
+    },
+}
+
+/// Numbers that are held before they are written.
+const HELD: usize = 1 << 21;
+
+/// Title of the column of times.
+const TIME: &str = "time [s]";
+
+/// Writes the variables of a log as Parquet: `time [s]` and a column `PART.FIELD [UNIT]` for each variable, in the order
+/// of their names, null at instants that have no value of it. Configuration, seed and versions are in the file's
+/// metadata, under `linkwork.configuration` and `linkwork.NAME`. Poses, and variables that were set from outside, stay in
+/// the log. The log is read twice and never held as a whole.
+///
+/// # Errors
+/// [`ExportError`]; then no file is left, and one of that name stays as it was.
+pub fn export_parquet(log: &Path, to: &Path) -> Result<Exported, ExportError> {
+    let write = |why: String| ExportError::Write { path: to.display().to_string(), why };
+    let head = Head::read(log)?;
+    if head.units.is_empty() {
+        return Err(ExportError::Empty { path: log.display().to_string() });
+    }
+    let folder = to.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    // Beside the target and renamed when it is whole: never half a table.
+    let mut beside = to.as_os_str().to_owned();
+    beside.push(".part");
+    let beside = Path::new(&beside);
+    let made = File::create(beside).map_err(|e| write(e.to_string())).and_then(|file| {
+        let done = head.table(log, BufWriter::new(file), &write)?;
+        std::fs::rename(beside, to).map_err(|e| write(e.to_string()))?;
+        // Where folders cannot be opened the system keeps names by itself.
+        if let Ok(folder) = File::open(folder) {
+            folder.sync_all().map_err(|e| write(e.to_string()))?;
+        }
+        Ok(done)
+    });
+    if made.is_err() {
+        let _ = std::fs::remove_file(beside);
+    }
+    made
+}
+
+/// What a log says before its rows are looked at.
+struct Head {
+    /// Variables and their units.
+    units: BTreeMap<String, String>,
+    about: BTreeMap<String, String>,
+}
+
+impl Head {
+    fn read(log: &Path) -> Result<Head, LogError> {
+        let mut head = Head { units: BTreeMap::new(), about: BTreeMap::new() };
+        walk_log::<LogError>(log, |entry| {
+            match entry {
+                Entry::Configuration(text) => {
+                    head.about.insert("configuration".into(), text);
+                }
+                Entry::About(about) => head.about.extend(about),
+                Entry::Numbers { part, fields, units, .. } => {
+                    for (field, _) in fields {
+                        let unit = || units.get(&format!("unit.{field}")).cloned();
+                        let name = format!("{part}.{field}");
+                        head.units.entry(name).or_insert_with(|| unit().unwrap_or_default());
+                    }
+                }
+                Entry::Start(_) | Entry::Set(_) | Entry::Poses { .. } | Entry::Picture { .. } => {}
+            }
+            Ok(())
+        })?;
+        Ok(head)
+    }
+
+    fn table(
+        &self,
+        log: &Path,
+        out: BufWriter<File>,
+        write: &dyn Fn(String) -> ExportError,
+    ) -> Result<Exported, ExportError> {
+        let titles: Vec<String> =
+            self.units.iter().map(|(name, unit)| titled(name, unit)).collect();
+        let like = titles.iter().map(|title| (title.as_str(), Cells::Sparse(&[])));
+        let like = std::iter::once((TIME, Cells::Number(&[]))).chain(like);
+        let about = self.about.iter().map(|(k, v)| (format!("linkwork.{k}"), v.clone()));
+        let mut file = ParquetFile::new(out, "log", like, about).map_err(write)?;
+        let of: BTreeMap<&str, usize> =
+            self.units.keys().enumerate().map(|(k, name)| (name.as_str(), k)).collect();
+        let mut held = Held { ns: Vec::new(), columns: vec![Vec::new(); titles.len()] };
+        let mut rows = 0;
+        let end = walk_log::<ExportError>(log, |entry| {
+            let Entry::Numbers { part, ns, fields, .. } = entry else { return Ok(()) };
+            if held.ns.last() != Some(&ns) {
+                if held.ns.len() * titles.len() >= HELD {
+                    held.give(&mut file).map_err(write)?;
+                }
+                held.begin(ns);
+                rows += 1;
+            }
+            for (field, value) in fields {
+                // The log is the one that was read before, unless somebody is writing it.
+                let Some(k) = of.get(format!("{part}.{field}").as_str()) else {
+                    return Err(write(format!("`{part}.{field}` came into the log meanwhile")));
+                };
+                if let Some(last) = held.columns[*k].last_mut() {
+                    *last = Some(value);
+                }
+            }
+            Ok(())
+        })?;
+        held.give(&mut file).map_err(write)?;
+        let out = file.finish().map_err(write)?;
+        let file = out.into_inner().map_err(|e| write(e.to_string()))?;
+        file.sync_all().map_err(|e| write(e.to_string()))?;
+        Ok(Exported { rows, variables: titles.len(), end })
+    }
+}
+
+/// Rows on their way.
+struct Held {
+    ns: Vec<u64>,
+    columns: Vec<Vec<Option<f64>>>,
+}
+
+impl Held {
+    fn begin(&mut self, ns: u64) {
+        self.ns.push(ns);
+        self.columns.iter_mut().for_each(|c| c.push(None));
+    }
+
+    fn give(&mut self, file: &mut ParquetFile<BufWriter<File>>) -> Result<(), String> {
+        let t: Vec<f64> = self.ns.drain(..).map(|ns| ns as f64 * 1e-9).collect();
+        let columns = self.columns.iter().map(|c| Cells::Sparse(c));
+        file.rows(std::iter::once(Cells::Number(&t)).chain(columns))?;
+        self.columns.iter_mut().for_each(Vec::clear);
+        Ok(())
+    }
+}

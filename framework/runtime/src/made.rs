@@ -1,0 +1,61 @@
+//! Services that several compilations share: simulations that differ in some numbers stand on the same ground.
+use crate::catalogue::Entry;
+use crate::params::ReadCx;
+use crate::services::{Files, ServiceObject};
+use crate::spec::PartSpec;
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+/// Services as they were made last, by the path of their part: one for each path is kept.
+#[derive(Default)]
+pub struct Made(Mutex<BTreeMap<String, One>>);
+
+#[derive(Clone)]
+struct One {
+    /// Model, parameters and folders of files.
+    asked: String,
+    /// The files that it read, and fingerprints of their contents.
+    found: BTreeMap<String, u64>,
+    object: ServiceObject,
+}
+
+impl Made {
+    fn with<R>(&self, f: impl FnOnce(&mut BTreeMap<String, One>) -> R) -> R {
+        f(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl std::fmt::Debug for Made {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.with(|all| f.debug_set().entries(all.keys()).finish())
+    }
+}
+
+/// The service of a part: that of an earlier compilation, when it was asked for in the same words and its files hold
+/// what they held, or else a new one. The files are found again in both cases, so that they are part of the plan's
+/// hash and of what a change is noticed by.
+pub(crate) fn service(
+    part: &PartSpec,
+    entry: &Entry,
+    files: &Files,
+    cx: &mut ReadCx<'_>,
+) -> Option<ServiceObject> {
+    let Some(made) = &files.made else { return entry.make_service(&part.params, files, cx) };
+    let asked = format!("{} {} {:?}", part.model, part.params.value, files.folders);
+    let was = made.with(|all| all.get(&part.path).filter(|one| one.asked == asked).cloned());
+    if let Some(One { found, object, .. }) = was {
+        let again = files.apart();
+        if found.keys().all(|name| again.resolve(name).is_ok()) && again.prints() == found {
+            files.add(found);
+            return Some(object);
+        }
+    }
+    let apart = files.apart();
+    let object = entry.make_service(&part.params, &apart, cx);
+    let found = apart.prints();
+    files.add(found.clone());
+    if let Some(object) = object.clone() {
+        made.with(|all| all.insert(part.path.clone(), One { asked, found, object }));
+    }
+    object
+}

@@ -1,0 +1,211 @@
+//! Where the time of a run goes. A run that is not profiled has its blocks as they are; one that is has each of them
+//! in a block that looks at the clock before and after, and changes nothing else.
+use super::{Simulation, blocks_of};
+use crate::block::{Block, Now, Outcome};
+use crate::field::Shown;
+use crate::model::BuildError;
+use crate::plan::Plan;
+use crate::slopes::{Operation, Slopes};
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+/// What a part did with the time that it took.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spent {
+    /// Path of the part.
+    pub part: String,
+    /// Name of the operation, as in [`Block`].
+    pub operation: &'static str,
+    /// How often it was called.
+    pub calls: u64,
+    /// Wall time (s) in all calls.
+    pub seconds: f64,
+}
+
+/// The operations of a block that take time in a step.
+const OPERATIONS: [&str; 10] = [
+    "moore", "direct", "deriv", "update", "guards", "fired", "project", "retract", "advance",
+    "slopes",
+];
+
+/// Calls and nanoseconds of each operation.
+#[derive(Default)]
+struct Counts([[AtomicU64; 2]; OPERATIONS.len()]);
+
+/// Where the time of a run goes, by part and operation, over all phases.
+#[derive(Clone, Default)]
+pub struct Profile(Arc<Mutex<BTreeMap<String, Arc<Counts>>>>);
+
+/// The wall clock is shown, never simulated.
+#[allow(clippy::disallowed_methods)]
+fn now() -> Instant {
+    Instant::now()
+}
+
+impl Profile {
+    fn of(&self, part: &str) -> Arc<Counts> {
+        let mut parts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        parts.entry(part.to_string()).or_default().clone()
+    }
+
+    /// What was called, what took longest first. Loops that are solved and what they solve are in their parts.
+    pub fn spent(&self) -> Vec<Spent> {
+        let parts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut all = Vec::new();
+        for (part, counts) in &*parts {
+            for (operation, [calls, ns]) in OPERATIONS.iter().zip(&counts.0) {
+                let (calls, ns) = (calls.load(Ordering::Relaxed), ns.load(Ordering::Relaxed));
+                if calls > 0 {
+                    let seconds = ns as f64 * 1e-9;
+                    all.push(Spent { part: part.clone(), operation, calls, seconds });
+                }
+            }
+        }
+        all.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
+        all
+    }
+
+    /// What looking at the clock costs one call (s), measured now: the least of some tries.
+    pub fn clock() -> f64 {
+        const PAIRS: u32 = 1000;
+        let pairs = || {
+            let begin = now();
+            for _ in 0..PAIRS {
+                std::hint::black_box(now().elapsed());
+            }
+            begin.elapsed().as_secs_f64() / f64::from(PAIRS)
+        };
+        (0..20).map(|_| pairs()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The blocks of a plan, each with a clock.
+    fn blocks(&self, plan: &Plan) -> Vec<Box<dyn Block>> {
+        self.around(plan, blocks_of(plan))
+    }
+
+    fn around(&self, plan: &Plan, blocks: Vec<Box<dyn Block>>) -> Vec<Box<dyn Block>> {
+        let one = |(inner, part): (Box<dyn Block>, &crate::plan::PartPlan)| {
+            Box::new(Timed { inner, counts: self.of(&part.path) }) as Box<dyn Block>
+        };
+        blocks.into_iter().zip(&plan.parts).map(one).collect()
+    }
+}
+
+impl Simulation {
+    /// Looks at the clock at every operation of every part from now on, which costs a run some of its speed and none of
+    /// its bits. Forks of the run are not looked at.
+    pub fn profile(&mut self) -> Profile {
+        if self.profile.is_none() {
+            let profile = Profile::default();
+            let blocks = std::mem::take(&mut self.blocks);
+            self.blocks = profile.around(&self.plan, blocks);
+            self.profile = Some(profile);
+        }
+        self.profile.clone().unwrap_or_default()
+    }
+
+    /// New blocks for this run in another phase or program.
+    pub(super) fn new_blocks(&self, plan: &Plan) -> Vec<Box<dyn Block>> {
+        match &self.profile {
+            Some(profile) => profile.blocks(plan),
+            None => blocks_of(plan),
+        }
+    }
+}
+
+struct Timed {
+    inner: Box<dyn Block>,
+    counts: Arc<Counts>,
+}
+
+impl Timed {
+    fn clock<R>(&mut self, operation: usize, call: impl FnOnce(&mut dyn Block) -> R) -> R {
+        let begin = now();
+        let result = call(&mut *self.inner);
+        let took = begin.elapsed().as_nanos() as u64;
+        let [calls, ns] = &self.counts.0[operation];
+        calls.fetch_add(1, Ordering::Relaxed);
+        ns.fetch_add(took, Ordering::Relaxed);
+        result
+    }
+}
+
+impl Block for Timed {
+    fn moore(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+        self.clock(0, |b| b.moore(now, x, d, sig))
+    }
+    fn direct(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+        self.clock(1, |b| b.direct(now, x, d, sig))
+    }
+    fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome {
+        self.clock(2, |b| b.deriv(now, x, d, sig, xdot))
+    }
+    fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
+        self.clock(3, |b| b.update(now, x, d, sig))
+    }
+    fn guards(
+        &mut self,
+        now: &Now,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+        values: &mut [f64],
+    ) -> Outcome {
+        self.clock(4, |b| b.guards(now, x, d, sig, values))
+    }
+    fn fired(
+        &mut self,
+        now: &Now,
+        which: usize,
+        x: &mut [f64],
+        d: &mut [f64],
+        sig: &[f64],
+    ) -> Outcome {
+        self.clock(5, |b| b.fired(now, which, x, d, sig))
+    }
+    fn project(&mut self, x: &mut [f64]) -> Outcome {
+        self.clock(6, |b| b.project(x))
+    }
+    fn retract(&mut self, x: &mut [f64], h: f64) -> Outcome {
+        self.clock(7, |b| b.retract(x, h))
+    }
+    fn advance(&mut self, now: &Now, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
+        self.clock(8, |b| b.advance(now, h, x, sig))
+    }
+    fn slopes(
+        &mut self,
+        operation: Operation,
+        now: &Now,
+        at: (&[f64], &[f64], &[f64]),
+        out: &mut Slopes,
+    ) -> Outcome {
+        self.clock(9, |b| b.slopes(operation, now, at, out))
+    }
+    fn remarks(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64]) -> Vec<BuildError> {
+        self.inner.remarks(now, x, d, sig)
+    }
+    fn shown(&self) -> Option<Shown> {
+        self.inner.shown()
+    }
+    fn see(&mut self, shown: Option<&Shown>) {
+        self.inner.see(shown);
+    }
+    fn save_store(&self) -> Result<Vec<u8>, String> {
+        self.inner.save_store()
+    }
+    fn load_store(&mut self, bytes: &[u8]) -> Result<(), String> {
+        self.inner.load_store(bytes)
+    }
+    fn copy_store(&self, into: &mut Option<Box<dyn Any + Send>>) {
+        self.inner.copy_store(into);
+    }
+    fn take_store(&mut self, from: &dyn Any) {
+        self.inner.take_store(from);
+    }
+    fn fork(&self) -> Box<dyn Block> {
+        self.inner.fork()
+    }
+}
