@@ -11,7 +11,7 @@ static WORLDS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/worlds");
 
 /// Every model and service of the component libraries, library by library.
 #[must_use]
-pub fn libraries() -> [Vec<Entry>; 8] {
+pub fn libraries() -> [Vec<Entry>; 9] {
     [
         linkwork_basics::catalogue(),
         linkwork_actuators::catalogue(),
@@ -20,6 +20,7 @@ pub fn libraries() -> [Vec<Entry>; 8] {
         linkwork_environment::catalogue(),
         linkwork_flight::catalogue(),
         linkwork_control::catalogue(),
+        linkwork_navigation::catalogue(),
         linkwork_power::catalogue(),
     ]
 }

@@ -11,9 +11,8 @@ use linkwork_environment::generator::{MadeRock, Recipe, make};
 use linkwork_navigation::arcs::{Arcs, Body, Place};
 use linkwork_navigation::assess::{Assessor, Limits};
 use linkwork_navigation::map::Grid;
-use linkwork_navigation::points::Rays;
 use linkwork_navigation::rover::{Knowledge, Memory, Pose, Rover, Status};
-use linkwork_render::{Brown, Camera, HeightMap, Lens, Light, Look, Scene, Surface, Want};
+use linkwork_render::{Brown, Camera, HeightMap, Lens, Light, Look, Picture, Scene, Surface, Want};
 use linkwork_spatial::{Pose as Frame, Quat, Vec3};
 use std::sync::Arc;
 
@@ -138,7 +137,6 @@ fn drive(seed: u64) -> Outcome {
     let judge = judge(&rover);
     let lens = Lens::Brown(Brown::ideal(160, 120, 90f64.to_radians()));
     let camera = Camera::new(lens, 160, 120, 1).unwrap();
-    let rays = Rays::new(&lens, camera.size());
     let (mut k, mut memory) = (Knowledge::default(), Memory::default());
     let mut at = START;
     let half = [rover.arcs.body.length, rover.arcs.body.width].map(|l| 0.5 * l);
@@ -156,8 +154,11 @@ fn drive(seed: u64) -> Outcome {
             let axes = Quat::from_basis_unchecked(&[right, forward.cross(&right), forward]);
             let X_WC = Frame::new(axes, eye);
             let frame = camera.look(&w.scene, &X_WC, Want::Depth, 1).unwrap();
-            let mut points = vec![];
-            rays.points(&frame.range, &X_WC, [0.3, rover.sight + 2.0], &mut points);
+            let near = |r: &f64| if *r <= rover.sight + 2.0 { *r as f32 } else { f32::NAN };
+            let range = frame.range.iter().map(near).collect();
+            let [width, height] = camera.size();
+            let picture = Picture { pose: X_WC, lens, width, height, range, ..Picture::default() };
+            let points: Vec<Vec3> = picture.points().collect();
             rover.see(&judge, &mut k, &points, at, time);
         }
         let pose = Pose { place: at, tilt: 0.0, slip: 0.0 };
@@ -177,7 +178,8 @@ fn drive(seed: u64) -> Outcome {
     Outcome { status: memory.status, deepest, way, time, place: at }
 }
 
-/// Seeds of the drives. Of the seeds 1 to 14 all arrive but 2, which stands without a move after half of the way; none touches a rock.
+/// Seeds of the drives. Of the seeds 1 to 12 and 14 all arrive but 2, which stands without a move after half of the way; none touches a
+/// rock.
 const SEEDS: std::ops::RangeInclusive<u64> = 3..=6;
 
 #[test]

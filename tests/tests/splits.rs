@@ -51,7 +51,10 @@ fn methods() -> Vec<(&'static str, Option<&'static str>)> {
 fn load(file: &Path, (name, accuracy): (&str, Option<&str>)) -> Ready {
     let mut set = vec![format!("integrator={name}")];
     set.extend(accuracy.map(|a| format!("accuracy={a}")));
-    if ["rover_traverse/sim.ron", "mars_edl/sim.ron"].iter().any(|f| file.ends_with(f)) {
+    if ["rover_traverse/sim.ron", "rover_navigation/sim.ron", "mars_edl/sim.ron"]
+        .iter()
+        .any(|f| file.ends_with(f))
+    {
         // Ground on a coarse grid is made sooner.
         set.push("Rover.Environment.spacing=0.5".into());
     }

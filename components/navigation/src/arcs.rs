@@ -17,6 +17,7 @@
 
 use crate::assess::BEST;
 use crate::ground::{Ground, Sight};
+use serde::{Deserialize, Serialize};
 
 /// It does not stop for a smaller turn, rad.
 const TURN_LEAST: f64 = 0.1;
@@ -67,7 +68,7 @@ pub struct Body {
 pub type Place = [f64; 3];
 
 /// A thing to do next.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Move {
     /// Forwards on a circle of this curvature, to the left when positive, 1/m.
     Forward(f64),

@@ -31,6 +31,14 @@ pub struct Knowledge {
     pub lost: u64,
 }
 
+impl Knowledge {
+    /// Cells of which something is known.
+    #[must_use]
+    pub fn seen(&self) -> usize {
+        self.map.cells.iter().flat_map(|(_, cells)| cells).filter(|c| c.count > 0.0).count()
+    }
+}
+
 /// How it goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
@@ -80,7 +88,7 @@ impl Status {
 }
 
 /// What it remembers from sample to sample, beside its knowledge.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// How it goes.
     pub status: Status,

@@ -194,6 +194,8 @@ fn every_assembly_is_right() {
                     "--set",
                     "Capsule.velocity=[0, 0, 0]",
                 ],
+                "navigation_waypoints" => &["--set", "NavigationWaypoints.waypoints=[[1, 0]]"],
+                "navigation_autonav" => &["--set", "NavigationAutonav.waypoints=[[1, 0]]"],
                 "rocker_bogie" => &["--set", "RockerBogie.waypoints=[[1, 0]]"],
                 _ => &[],
             };
@@ -202,6 +204,15 @@ fn every_assembly_is_right() {
                 // A wheel needs ground, and so do ruts: the one thing that they say.
                 let said = said.code(2).tells(&["`: needs a terrain service", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
+            } else if path.ends_with("parts/navigation_autonav.ron") {
+                // Alone its camera hangs at a node of the world, which has none.
+                let said =
+                    said.code(2).tells(&["the world has neither nodes nor hinges", "help: "]);
+                assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
+            } else if path.ends_with("parts/navigation_waypoints.ron") {
+                // Alone nothing tells it where it is: x, y, heading.
+                let said = said.code(2).tells(&["is not wired", "help: "]);
+                assert_eq!(said.err.matches("error: ").count(), 3, "{}", said.err);
             } else if path.to_string_lossy().contains("parts/differential_") {
                 // Alone it hangs between two hinges of the world, which has none.
                 let said =

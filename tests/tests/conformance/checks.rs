@@ -69,6 +69,9 @@ pub fn builds(entry: &Entry, services: &Services) -> Vec<String> {
     }
 }
 
+/// Models that compute a picture at a sample: by several threads, and each takes memory.
+const PICTURES: [&str; 1] = ["sensors.camera"];
+
 /// Bits: run twice, evaluated twice, resumed in a new instance; finite; nothing allocated.
 pub fn runs(entry: &Entry, services: &Services) -> Vec<String> {
     const TICKS: usize = 200;
@@ -99,7 +102,7 @@ pub fn runs(entry: &Entry, services: &Services) -> Vec<String> {
         }
     }
     let counts = measure(|| (0..TICKS).for_each(|_| first.step()));
-    if counts.count_total > 0 {
+    if counts.count_total > 0 && !PICTURES.contains(&&**name) {
         found.push(format!(
             "`{name}`: {} allocations in {TICKS} ticks after {TICKS} others",
             counts.count_total

@@ -1,0 +1,293 @@
+//! `navigation.autonav`: sees the ground by a camera, and drives to its goals over what it finds good.
+//! ```text
+//! a new picture    its points → map → goodness → costs of the way                (`rover`)
+//! a sample         the way from here, votes of the arcs → speed and turn rate, from the next sample on
+//! ```
+//! It takes the place of `control.waypoint_follower`: the same pose, the same commands. It reads the field of `pictures` that it
+//! binds, or the nearest: a camera whose ranges are known, or a pair that matches them.
+
+use crate::arcs::{Arcs, Body};
+use crate::assess::{Assessor, Limits};
+use crate::ground::Disc;
+use crate::map::Grid;
+use crate::rover::{Knowledge, Memory, Pose, Rover, Status};
+use linkwork_render::Picture;
+use linkwork_render::spatial::Vec3;
+use linkwork_runtime::Shown;
+use linkwork_runtime::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Goals, the rover's size, and what it holds good.
+#[derive(Params, Clone, Debug)]
+pub struct AutoNavParams {
+    /// Goals, W, m; visited in turn.
+    pub goals: Vec<[f64; 2]>,
+    /// Distance at which a goal is reached.
+    #[param(unit = "m", default = 0.5, range = 1e-3..)]
+    pub tolerance: f64,
+    /// Driving speed.
+    #[param(unit = "m/s", range = 1e-4..)]
+    pub speed: f64,
+    /// Turn rate on the spot.
+    #[param(unit = "rad/s", default = 0.12, range = 1e-4..)]
+    pub spot_rate: f64,
+    /// Greatest curvature of an arc, 1/m.
+    #[param(default = 0.4, range = 1e-3..=100.0)]
+    pub curvature: f64,
+    /// Length of the rectangle around the rover, wheels included, about the pose that it is given.
+    #[param(unit = "m", default = 2.8, range = 0.05..=10.0)]
+    pub length: f64,
+    /// Width of that rectangle.
+    #[param(unit = "m", default = 2.8, range = 0.05..=10.0)]
+    pub width: f64,
+    /// Step of the ground that is a hazard: below what its wheels climb and its body clears.
+    #[param(unit = "m", default = 0.3, range = 1e-3..)]
+    pub step: f64,
+    /// Diameter of a wheel: steps are looked for over this length.
+    #[param(unit = "m", default = 0.5, range = 0.01..)]
+    pub wheel: f64,
+    /// Tilt of the ground that is a hazard.
+    #[param(unit = "rad", default = 0.436, range = 0.01..=1.5)]
+    pub slope: f64,
+    /// Roughness of the ground (RMS about a plane) that is a hazard.
+    #[param(unit = "m", default = 0.25, range = 1e-3..)]
+    pub roughness: f64,
+    /// Edge of a cell of the map.
+    #[param(unit = "m", default = 0.1, range = 0.03..=1.0)]
+    pub cell: f64,
+    /// Points farther off are not taken.
+    #[param(unit = "m", default = 9.0, range = 0.1..)]
+    pub sight: f64,
+    /// A cell that has not been seen for longer begins anew when it is seen again; unwritten: never.
+    #[param(unit = "s", default = None, range = 0.0..)]
+    pub memory: Option<f64>,
+    /// Where it starts, W: the ground there is taken as free, since its camera does not see it. Unwritten: none is.
+    #[param(default = None)]
+    pub start: Option<[f64; 3]>,
+    /// Radius of that ground.
+    #[param(unit = "m", default = 3.0, range = 0.0..)]
+    pub start_radius: f64,
+    /// Discs [x, y, radius] (m, W) that are not entered.
+    #[param(default = Vec::new())]
+    pub keep_out: Vec<[f64; 3]>,
+    /// Tilt at which the rover stops.
+    #[param(unit = "rad", default = 0.6, range = 0.0..)]
+    pub tilt_max: f64,
+    /// Slip at which the rover stops (above 1: never).
+    #[param(default = 2.0, range = 0.0..)]
+    pub slip_max: f64,
+    /// So long it stands without a way or a move before it gives up.
+    #[param(unit = "s", default = 20.0, range = 0.0..)]
+    pub patience: f64,
+    /// So long it goes on without coming nearer to its goal along the way.
+    #[param(unit = "s", default = 400.0, range = 0.0..)]
+    pub progress: f64,
+}
+
+/// Where the rover is.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct AutoNavIn {
+    /// x in W.
+    #[port("m")]
+    pub x: f64,
+    /// y in W.
+    #[port("m")]
+    pub y: f64,
+    /// Heading from x towards y.
+    #[port("rad")]
+    pub heading: f64,
+    /// Angle of the deck to the horizontal.
+    #[port("rad", default = 0.0)]
+    pub tilt: f64,
+    /// Slip, 0 to 1.
+    #[port("1", default = 0.0)]
+    pub slip: f64,
+}
+
+/// Drive command and progress.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct AutoNavOut {
+    /// Wanted forward speed.
+    #[port("m/s")]
+    pub speed: f64,
+    /// Wanted turn rate, to the left.
+    #[port("rad/s")]
+    pub turn_rate: f64,
+    /// Index of the goal that is driven to; how many there are, when all are reached.
+    #[port("1")]
+    pub goal: f64,
+    /// Distance to it, straight.
+    #[port("m")]
+    pub distance: f64,
+    /// All goals are reached.
+    #[port("1")]
+    pub done: bool,
+    /// It has given up, or was stopped by a limit.
+    #[port("1")]
+    pub stopped: bool,
+    /// It goes on no more: all goals are reached, or it has given up.
+    #[port("1")]
+    pub ended: bool,
+    /// How it goes: the place in `Status::ALL` (1 driving, 2 arrived, then why it gave up).
+    #[port("1")]
+    pub status: f64,
+    /// Pictures that were taken in.
+    #[port("1")]
+    pub pictures: f64,
+    /// Ground that was mapped.
+    #[port("m^2")]
+    pub mapped: f64,
+}
+
+/// What it has seen and what it is doing.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub struct Mind {
+    picture: View<Picture>,
+    knowledge: Knowledge,
+    memory: Memory,
+    /// The goal that is driven to.
+    goal: usize,
+    /// Number of the picture that was taken in last, and how many were.
+    last: u64,
+    taken: u64,
+    /// Speed and turn rate.
+    command: [f64; 2],
+    /// Distance to the goal, m.
+    distance: f64,
+}
+
+impl Store for Mind {
+    const READS: Option<&'static str> = <View<Picture> as Store>::READS;
+    fn see(&mut self, shown: Option<&Shown>) {
+        self.picture.see(shown);
+    }
+}
+
+/// The software: one for each goal.
+pub struct AutoNav {
+    cell: f64,
+    judge: Assessor,
+    rovers: Vec<Rover>,
+}
+
+/// Sees the ground by a camera, maps and judges it, plans to its goals by Field D*, and chooses arcs by their votes.
+#[model("navigation.autonav")]
+impl Model for AutoNav {
+    type Params = AutoNavParams;
+    type Ud = AutoNavIn;
+    type Ym = AutoNavOut;
+    type Store = Mind;
+
+    fn build(p: AutoNavParams) -> Result<Self, BuildError> {
+        if p.goals.is_empty() {
+            return Err(BuildError::new("there is no goal")
+                .at("goals")
+                .help("write e.g. [[40, 0]], in metres"));
+        }
+        if !p.goals.iter().flatten().all(|v| v.is_finite()) {
+            return Err(BuildError::new("a goal is not finite").at("goals").help("in metres"));
+        }
+        if let Some(disc) =
+            p.keep_out.iter().find(|d| !(d[2] >= 0.0 && d.iter().all(|v| v.is_finite())))
+        {
+            let fact = format!("{disc:?} is no disc");
+            return Err(BuildError::new(fact)
+                .at("keep_out")
+                .help("write [x, y, radius] in metres, the radius from 0 up"));
+        }
+        // Discs on the long axis that cover the rectangle: as many as it is longer than wide, and one.
+        let discs = 1 + (p.length / p.width).ceil().clamp(1.0, 16.0) as usize;
+        let body = Body { length: p.length, width: p.width, discs };
+        let arcs = Arcs {
+            count: 23,
+            curvature_max: p.curvature,
+            length: 4.0 / 2.8 * p.length,
+            step: 2.0 * p.cell,
+            near: 1.0 / 2.8 * p.length,
+            leave: 0.3,
+            share: 0.4,
+            scale: 4.0,
+            turn_cost: 1.0,
+            stop_cost: 1.0,
+            back_cost: 3.0,
+            hysteresis: 0.03,
+            body,
+        };
+        let limits = Limits {
+            radius: body.radius() + 1.5 * p.cell,
+            step_width: p.wheel,
+            tilt: p.slope,
+            roughness: p.roughness,
+            step: p.step,
+            seen: 0.4,
+        };
+        let judge = Assessor::new(p.cell, limits).map_err(|e| BuildError::of(&e).at("cell"))?;
+        let start = p.start.map(|[x, y, _]| [x, y, p.start_radius]);
+        let free: Vec<Disc> = start.into_iter().collect();
+        let rover = |goal: &[f64; 2]| Rover {
+            goal: *goal,
+            tolerance: p.tolerance,
+            speed: p.speed,
+            spot_rate: p.spot_rate,
+            tilt_max: p.tilt_max,
+            slip_max: p.slip_max,
+            patience: p.patience,
+            progress: p.progress,
+            weight: 2.0,
+            unknown: 0.7,
+            coarse: 3,
+            margin: 15.0,
+            look_ahead: 3.0,
+            body_margin: p.cell,
+            sight: p.sight,
+            keep_out: p.keep_out.clone(),
+            free: free.clone(),
+            grid: Grid { cell: p.cell, memory: p.memory.unwrap_or(f64::INFINITY) },
+            arcs: arcs.clone(),
+        };
+        Ok(AutoNav { cell: p.cell, rovers: p.goals.iter().map(rover).collect(), judge })
+    }
+
+    fn moore(&self, _: &Clock, _: &(), _: &(), mind: &Mind) -> AutoNavOut {
+        let done = mind.goal == self.rovers.len();
+        let status = mind.memory.status;
+        let stopped = !done && !status.goes_on();
+        let place = Status::ALL.iter().position(|s| *s == status).unwrap_or(0);
+        AutoNavOut {
+            speed: mind.command[0],
+            turn_rate: mind.command[1],
+            goal: mind.goal as f64,
+            distance: mind.distance,
+            done,
+            stopped,
+            ended: done || stopped,
+            status: place as f64,
+            pictures: mind.taken as f64,
+            mapped: mind.knowledge.seen() as f64 * self.cell * self.cell,
+        }
+    }
+
+    fn update(&self, c: &Clock, _: &(), _: &(), _: &(), u: &AutoNavIn, mind: &mut Mind) {
+        let place = [u.x, u.y, u.heading];
+        let Some(rover) = self.rovers.get(mind.goal) else { return };
+        if let Some(picture) = mind.picture.get().filter(|p| p.number != mind.last && p.number > 0)
+        {
+            let points: Vec<Vec3> = picture.points().collect();
+            (mind.last, mind.taken) = (picture.number, mind.taken + 1);
+            rover.see(&self.judge, &mut mind.knowledge, &points, place, picture.time);
+        }
+        let pose = Pose { place, tilt: u.tilt, slip: u.slip };
+        let Mind { knowledge, memory, .. } = mind;
+        let sees = mind.taken > 0;
+        mind.command = rover.decide(&self.judge, knowledge, memory, &pose, c.t, sees);
+        mind.distance = (u.x - rover.goal[0]).hypot(u.y - rover.goal[1]);
+        if mind.memory.status == Status::Arrived {
+            mind.goal += 1;
+            if mind.goal < self.rovers.len() {
+                // A way to the next; what was seen stays.
+                mind.knowledge.planner = None;
+                mind.memory = Memory { status: Status::Driving, ..Memory::default() };
+            }
+        }
+    }
+}
