@@ -243,7 +243,7 @@ impl Model for AutoNav {
             keep_out: p.keep_out.clone(),
             free: free.clone(),
             grid: Grid { cell: p.cell, memory: p.memory.unwrap_or(f64::INFINITY) },
-            arcs: arcs.clone(),
+            arcs,
         };
         Ok(AutoNav { cell: p.cell, rovers: p.goals.iter().map(rover).collect(), judge })
     }
