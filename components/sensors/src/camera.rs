@@ -45,7 +45,7 @@ pub struct CameraParams {
     #[param(default = 8, range = 8.0..=16.0)]
     pub bits: u32,
     /// Exposure.
-    #[param(unit = "s", default = 0.03, range = 1e-9..)]
+    #[param(unit = "s", default = 0.02, range = 1e-9..)]
     pub exposure: f64,
     /// Noise of photons and of reading.
     #[param(default = true)]

@@ -227,6 +227,43 @@ mod tests {
     }
 
     #[test]
+    fn a_body_in_the_way_is_nearer_than_the_ground() {
+        let ball = linkwork_runtime::Sight {
+            body: "ball".into(),
+            name: "ball".into(),
+            pose: Pose::identity(),
+            form: linkwork_render::collision::Seen::Shape(
+                linkwork_render::collision::Shape::Sphere { radius: 0.5 },
+            ),
+            color: [1.0; 3],
+        };
+        // One beam along x, over ground that is far away; the ball comes to it and goes on.
+        let p = LidarParams {
+            columns: 1,
+            rows: 1,
+            azimuth: [0.0, 0.0],
+            elevation: [0.0, 0.0],
+            sees: Scenery::of(vec![ball]),
+            terrain: None,
+            ..params()
+        };
+        let m = LidarSensor::build(p.clone()).map_err(|e| e.message).unwrap();
+        assert_eq!(LidarSensor::ports(&p).direct_inputs.len(), 2);
+        let range = |at: Vec3| {
+            let n = <NodeState as Lane>::N;
+            let (mut u, mut y) = (vec![0.0; 2 * n], [f64::NAN; 2]);
+            NodeState::identity().put(&mut u[..n]);
+            NodeState { position: at, ..NodeState::identity() }.put(&mut u[n..]);
+            m.direct(&Clock::at(0.0, 0.1, 0), &[], &[], &u, &(), &mut y);
+            y
+        };
+        assert_eq!(range(Vec3::new(6.0, 2.0, 0.0)), [0.0, 0.0]);
+        let [near, echoes] = range(Vec3::new(6.0, 0.3, 0.0));
+        assert!((near - (6.0 - (0.25_f64 - 0.09).sqrt())).abs() < 1e-9 && echoes == 1.0, "{near}");
+        assert_eq!(range(Vec3::new(-6.0, 0.0, 0.0)), [0.0, 0.0]);
+    }
+
+    #[test]
     fn what_cannot_be_is_refused_at_its_parameter() {
         let refused = |p: LidarParams| LidarSensor::build(p).err().unwrap();
         let e = refused(LidarParams { columns: 4096, rows: 256, ..params() });

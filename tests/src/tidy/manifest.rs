@@ -231,7 +231,7 @@ mod tests {
         let all = [
             made_up("framework/spatial", "s", "[dependencies]\nnalgebra.workspace = true"),
             made_up("components/a", "a", "[dev-dependencies]\nparry3d-f64 = \"1\""),
-            made_up("sims/cli", "cli", "[dependencies]\nclap.workspace = true\nrerun = \"1\""),
+            made_up("sims/cli", "cli", "[dependencies]\nclap.workspace = true\nre_sdk = \"1\""),
         ];
         let found = homes(&all);
         assert_eq!(found.len(), 2, "{found:#?}");
