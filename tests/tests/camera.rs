@@ -138,6 +138,10 @@ fn who_sees_nothing_is_refused() {
     for part in ["`Blind.sees`: no body with a shape is `bal`", "did you mean `ball`?"] {
         assert!(told.contains(part), "{told}");
     }
+    // A camera that is refused is one mistake: who reads it is not told that there is none.
+    let set = "Rover.NavigationSoftware.Camera.sees=[\"nobody\"]";
+    let told = common::repository("rover_navigation/sim.ron", &[set]).err().unwrap();
+    assert!(told.contains("no body with a shape") && !told.contains("no field"), "{told}");
     let text = SWING.replace("\"sees\": [\"world\"]", "\"baseline\": 0.1, \"radial\": [0.1, 0, 0]");
     let told = common::scene(&text, &[]).err().unwrap();
     assert!(told.contains("a pair is matched without distortion only"), "{told}");

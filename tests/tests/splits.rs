@@ -185,6 +185,18 @@ fn runs_in_several_threads_do_not_know_of_each_other() {
     }
 }
 
+/// The resolved text, which logs and checkpoints carry, is the same program: else a run could not be resumed from them.
+#[test]
+fn every_simulation_comes_back_from_its_resolved_text() {
+    for file in simulations() {
+        let ready = library().file(&file, &[], None).map_err(|f| f.render(false)).unwrap();
+        let folder = file.parent().unwrap().join("resolved.ron");
+        let again = library().text(&folder.display().to_string(), &ready.loaded.resolved);
+        let again = again.map_err(|f| format!("{}: {}", file.display(), f.render(false))).unwrap();
+        assert_eq!(again.program.hash, ready.program.hash, "{}", file.display());
+    }
+}
+
 /// Lanes, stores and fields of a machine that did not change go over whole, bristles of its contacts too.
 #[test]
 fn a_move_to_the_same_plan_leaves_no_trace() {

@@ -150,6 +150,8 @@ pub struct Mind {
     /// Number of the picture that was taken in last, and how many were.
     last: u64,
     taken: u64,
+    /// Ground that was mapped, m²: the map is only gone through when it has grown.
+    mapped: f64,
     /// Speed and turn rate.
     command: [f64; 2],
     /// Distance to the goal, m.
@@ -165,6 +167,7 @@ impl Store for Mind {
 
 /// The software: one for each goal.
 pub struct AutoNav {
+    /// Edge of a cell of the map, m.
     cell: f64,
     judge: Assessor,
     rovers: Vec<Rover>,
@@ -263,7 +266,7 @@ impl Model for AutoNav {
             ended: done || stopped,
             status: place as f64,
             pictures: mind.taken as f64,
-            mapped: mind.knowledge.seen() as f64 * self.cell * self.cell,
+            mapped: mind.mapped,
         }
     }
 
@@ -275,6 +278,7 @@ impl Model for AutoNav {
             let points: Vec<Vec3> = picture.points().collect();
             (mind.last, mind.taken) = (picture.number, mind.taken + 1);
             rover.see(&self.judge, &mut mind.knowledge, &points, place, picture.time);
+            mind.mapped = mind.knowledge.seen() as f64 * self.cell * self.cell;
         }
         let pose = Pose { place, tilt: u.tilt, slip: u.slip };
         let Mind { knowledge, memory, .. } = mind;

@@ -7,15 +7,15 @@
 //! The equations are those of `linkwork_render`. A picture is of one instant, its sample, and is seen from the next row on. It sees
 //! every shape that the viewer shows, the camera's own body too: mount it where the view is free, or name in `sees` what it sees.
 
+use crate::surroundings::Surroundings;
 use linkwork_render::spatial::Pose;
 use linkwork_render::stereo::{Matcher, right_of};
 use linkwork_render::{
-    Brown, Camera, Channels, Detector, HeightMap, Image, Lens, Light, Look, Noise, Picture,
-    RenderError, Scene, Want, shape_of,
+    Brown, Camera, Channels, Detector, Image, Lens, Light, Look, Noise, Picture, RenderError,
+    Scene, Want,
 };
 use linkwork_runtime::Lane;
 use linkwork_runtime::prelude::*;
-use std::sync::{Arc, Mutex, PoisonError};
 
 /// Lens, detector, and what there is to see.
 #[derive(Params, Clone, Debug)]
@@ -85,8 +85,7 @@ pub struct CameraSensor {
     camera: Camera,
     detector: Detector,
     threads: usize,
-    /// Work space: the shapes, where they were last.
-    scene: Mutex<Scene>,
+    around: Surroundings,
 }
 
 /// Who writes to a camera: nobody.
@@ -156,18 +155,6 @@ impl CameraSensor {
     }
 }
 
-/// Adds what there is to see, in its order.
-pub(crate) fn show(scene: &mut Scene, sees: &Scenery) -> Result<(), BuildError> {
-    let at = |e: RenderError| BuildError::of(&e).at("sees");
-    for seen in sees.shapes() {
-        let shape = shape_of(&seen.form).map_err(at)?;
-        let name = format!("{}/{}", seen.body, seen.name);
-        scene.add(&name, &shape, Look::plain(seen.color), seen.pose).map_err(at)?;
-    }
-    scene.settle();
-    Ok(())
-}
-
 /// The mean of the colours.
 fn grey(image: &Image) -> Image {
     if image.channels == 1 {
@@ -217,20 +204,15 @@ impl Field for CameraSensor {
             let found = matcher.match_pair(&blank, &blank).map_err(at("disparities"))?;
             found.depth(camera.lens(), baseline).map_err(at("baseline"))?;
         }
-        let mut scene = Scene::new(Light::default());
-        if let Some(terrain) = &p.terrain {
-            let map = HeightMap::new(terrain.surface()).map_err(at("terrain"))?;
-            let look = Look {
-                albedo: p.albedo,
-                contrast: p.contrast,
-                grain: p.grain,
-                class: Look::soil().class,
-            };
-            scene.set_ground(Arc::new(map), look).map_err(at("albedo"))?;
-        }
-        show(&mut scene, &p.sees)?;
+        let ground = Look {
+            albedo: p.albedo,
+            contrast: p.contrast,
+            grain: p.grain,
+            class: Look::soil().class,
+        };
+        let around = Surroundings::new(p.terrain.as_ref(), ground, p.sees.clone())?;
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        Ok(Self { p, camera, detector, threads, scene: Mutex::new(scene) })
+        Ok(Self { p, camera, detector, threads, around })
     }
 
     fn start(&self) -> Picture {
@@ -241,20 +223,18 @@ impl Field for CameraSensor {
         let mut mount = PortSpec::named("mount", PortKind::NodeState, <NodeState as Lane>::N)
             .doc_of("The camera: x along its axis, y left, z up.");
         mount.bind = Some("mount".into());
-        let bodies = built.map(|camera| camera.p.sees.ports()).unwrap_or_default();
+        let bodies = built.map(|camera| camera.around.ports()).unwrap_or_default();
         std::iter::once(mount).chain(bodies).collect()
     }
 
     fn update(&self, c: &Clock, picture: &mut Picture, _: &[Nothing], u: &[f64]) {
         let (mount, bodies) = u.split_at(<NodeState as Lane>::N);
-        let mut scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
-        let taken = scene.move_all(self.p.sees.poses(bodies)).and_then(|()| {
+        let taken = self.around.now(bodies).and_then(|mut scene| {
             scene.set_light(self.light(c.t));
-            scene.settle();
-            self.take(c, &scene, Self::mount(mount))
+            self.take(c, &scene, Self::mount(mount)).ok()
         });
         // A pose that is none has stopped the run before: its lanes are checked at every row.
-        if let Ok(taken) = taken {
+        if let Some(taken) = taken {
             *picture = taken;
         }
     }
@@ -265,6 +245,7 @@ mod tests {
     use super::*;
     use linkwork_render::collision::{Seen, Shape};
     use linkwork_runtime::Sight;
+    use std::sync::Arc;
 
     /// Level ground at z = 0.
     struct Level(Soil);

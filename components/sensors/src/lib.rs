@@ -10,6 +10,7 @@ pub mod motion;
 pub mod pose;
 pub mod star_tracker;
 pub mod sun_sensor;
+mod surroundings;
 #[cfg(test)]
 mod test_soil;
 

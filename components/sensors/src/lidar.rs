@@ -7,13 +7,12 @@
 //! The equations are those of `linkwork_render::lidar`. It sees the terrain, rocks included, as triangles between the nodes of its
 //! grid, and the shapes of the bodies that `sees` names. All beams of a sample are of one instant.
 
-use crate::camera::show;
+use crate::surroundings::Surroundings;
+use linkwork_render::Look;
 use linkwork_render::lidar::{Lidar, middles, spinning};
 use linkwork_render::spatial::Pose;
-use linkwork_render::{HeightMap, Light, Look, Scene};
 use linkwork_runtime::Lane;
 use linkwork_runtime::prelude::*;
-use std::sync::{Arc, Mutex, PoisonError};
 
 /// Beams and their noise.
 #[derive(Params, Clone, Debug)]
@@ -66,9 +65,7 @@ const BEAMS_MAX: u32 = 1 << 16;
 /// A lidar over the ground.
 pub struct LidarSensor {
     lidar: Lidar,
-    sees: Scenery,
-    /// Work space: the shapes, where they were last.
-    scene: Mutex<Scene>,
+    around: Surroundings,
 }
 
 impl SizedModel for LidarSensor {
@@ -123,28 +120,18 @@ impl SizedModel for LidarSensor {
             drop_out: p.drop_out,
         };
         lidar.check().map_err(|e| BuildError::of(&e))?;
-        let mut scene = Scene::new(Light::default());
-        if let Some(terrain) = &p.terrain {
-            let map =
-                HeightMap::new(terrain.surface()).map_err(|e| BuildError::of(&e).at("terrain"))?;
-            scene
-                .set_ground(Arc::new(map), Look::plain([p.albedo; 3]))
-                .map_err(|e| BuildError::of(&e).at("albedo"))?;
-        }
-        show(&mut scene, &p.sees)?;
-        Ok(Self { lidar, sees: p.sees, scene: Mutex::new(scene) })
+        let around = Surroundings::new(p.terrain.as_ref(), Look::plain([p.albedo; 3]), p.sees)?;
+        Ok(Self { lidar, around })
     }
 
     fn direct(&self, c: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
         let mount = NodeState::get(u);
         let X_WS = Pose::new(mount.rotation, mount.position);
-        let mut scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
-        // A pose that is none stops the run: its lanes are checked at every row.
-        if scene.move_all(self.sees.poses(&u[<NodeState as Lane>::N..])).is_err() {
+        let Some(scene) = self.around.now(&u[<NodeState as Lane>::N..]) else {
+            // A pose that is none stops the run: its lanes are checked at every row.
             y.fill(f64::NAN);
             return;
-        }
-        scene.settle();
+        };
         let Some((echoes, ranges)) = y.split_last_mut() else { return };
         *echoes = 0.0;
         for (k, range) in ranges.iter_mut().enumerate() {
@@ -159,6 +146,7 @@ impl SizedModel for LidarSensor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Arc;
 
     /// Ground that rises towards +x by a quarter.
     struct Slope(Soil);

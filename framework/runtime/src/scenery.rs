@@ -38,6 +38,10 @@ pub struct Sight {
 #[derive(Clone, Debug, Default)]
 pub struct Scenery {
     shapes: Arc<Vec<Sight>>,
+    /// Full names of the bodies that move and have shapes, each once, in order.
+    bodies: Arc<Vec<String>>,
+    /// For each shape the place of its body among them; `None`: the world.
+    places: Arc<Vec<Option<usize>>>,
     /// Patterns as written; `None`: all.
     only: Option<Vec<String>>,
 }
@@ -46,7 +50,13 @@ impl Scenery {
     /// Of these shapes.
     #[must_use]
     pub fn of(shapes: Vec<Sight>) -> Self {
-        Self { shapes: Arc::new(shapes), only: None }
+        let moving = shapes.iter().filter(|s| s.body != WORLD);
+        let mut bodies: Vec<String> = moving.map(|s| s.body.clone()).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        let places = shapes.iter().map(|s| bodies.binary_search(&s.body).ok()).collect();
+        let (bodies, places) = (Arc::new(bodies), Arc::new(places));
+        Self { shapes: Arc::new(shapes), bodies, places, only: None }
     }
 
     /// The shapes, in the order of their bodies.
@@ -57,34 +67,29 @@ impl Scenery {
 
     /// Full names of the bodies that move and have shapes, each once.
     #[must_use]
-    pub fn bodies(&self) -> Vec<&str> {
-        let mut bodies: Vec<&str> =
-            self.shapes.iter().map(|s| s.body.as_str()).filter(|b| *b != WORLD).collect();
-        bodies.sort_unstable();
-        bodies.dedup();
-        bodies
+    pub fn bodies(&self) -> &[String] {
+        &self.bodies
     }
 
     /// The ports that bring where the bodies are, bound by themselves.
     #[must_use]
     pub fn ports(&self) -> Vec<PortSpec> {
-        let port = |(k, body): (usize, &str)| PortSpec {
+        let port = |(k, body): (usize, &String)| PortSpec {
             bind: Some(format!("{TO_NODE}{body}").into()),
             ..PortSpec::named(format!("bodies[{k}]"), PortKind::NodeState, <NodeState as Lane>::N)
                 .doc_of("A body that is seen.")
         };
-        self.bodies().into_iter().enumerate().map(port).collect()
+        self.bodies.iter().enumerate().map(port).collect()
     }
 
     /// Where each shape is in W, in the order of [`Scenery::shapes`]; `u`: the lanes of [`Scenery::ports`].
     pub fn poses<'a>(&'a self, u: &'a [f64]) -> impl Iterator<Item = Pose> + 'a {
-        let bodies = self.bodies();
-        self.shapes.iter().map(move |shape| match bodies.binary_search(&shape.body.as_str()) {
-            Ok(k) => {
+        self.shapes.iter().zip(&*self.places).map(|(shape, place)| match place {
+            Some(k) => {
                 let body = NodeState::get(&u[k * NodeState::N..]);
                 Pose::new(body.rotation, body.position) * shape.pose
             }
-            Err(_) => shape.pose,
+            None => shape.pose,
         })
     }
 
@@ -97,7 +102,7 @@ impl Scenery {
     fn only(&self, patterns: Vec<String>) -> Self {
         let named = |s: &&Sight| patterns.iter().any(|p| pattern::path_matches(p, &s.body));
         let shapes = self.shapes.iter().filter(named).cloned().collect();
-        Self { shapes: Arc::new(shapes), only: Some(patterns) }
+        Self { only: Some(patterns), ..Self::of(shapes) }
     }
 }
 
@@ -113,8 +118,7 @@ impl Param for Scenery {
         // Without a specification there is nothing to see yet.
         if let Some(stray) = patterns.iter().find(nobody).filter(|_| !names.is_empty()) {
             let fact = format!("`{}.{}`: no body with a shape is `{stray}`", cx.path, spec.name);
-            let mut known = all.bodies();
-            known.push(WORLD);
+            let known: Vec<&str> = all.bodies.iter().map(String::as_str).chain([WORLD]).collect();
             cx.faults.push(Fault::new(v.origin, fact).help(remedy(stray, "bodies", &known)));
             return None;
         }

@@ -3,7 +3,7 @@ use crate::shapes::{entity, f3};
 use linkwork_render::{Image, Lens, Picture};
 use linkwork_runtime::{Program, Seen, Shown, Shows};
 use re_sdk::{AsComponents, EntityPath};
-use re_sdk_types::archetypes::{Image as Seen8, Pinhole, Transform3D};
+use re_sdk_types::archetypes::{self, Pinhole, Transform3D};
 use re_sdk_types::components::ViewCoordinates;
 use re_sdk_types::datatypes::Quaternion;
 
@@ -75,11 +75,11 @@ impl Eye {
 }
 
 /// An image in 8 bits.
-fn shown_image(image: &Image) -> Seen8 {
+fn shown_image(image: &Image) -> archetypes::Image {
     let bytes: Vec<u8> = image.data.iter().map(|v| (v >> (image.bits.max(8) - 8)) as u8).collect();
     let size = [image.width as u32, image.height as u32];
     match image.channels {
-        3 => Seen8::from_rgb24(bytes, size),
-        _ => Seen8::from_l8(bytes, size),
+        3 => archetypes::Image::from_rgb24(bytes, size),
+        _ => archetypes::Image::from_l8(bytes, size),
     }
 }

@@ -37,9 +37,15 @@ impl Fields {
 }
 
 /// Joins parts to the fields that they bind, or else to the nearest of its kind.
-pub(super) fn join(spec: &Spec, parts: &mut [Part<'_>], faults: &mut Vec<Fault>) -> Fields {
+/// `absent`: parts that were not built; their faults are told.
+pub(super) fn join(
+    spec: &Spec,
+    parts: &mut [Part<'_>],
+    absent: &BTreeMap<&str, bool>,
+    faults: &mut Vec<Fault>,
+) -> Fields {
     let uses: Vec<Use> = (0..parts.len())
-        .filter_map(|k| match find(k, spec, parts) {
+        .filter_map(|k| match find(k, spec, parts, absent) {
             Ok(found) => found,
             Err(fault) => {
                 faults.push(fault);
@@ -82,7 +88,12 @@ fn is_field(part: &Part<'_>) -> bool {
 }
 
 /// The field of one part.
-fn find(k: usize, spec: &Spec, parts: &[Part<'_>]) -> Result<Option<Use>, Fault> {
+fn find(
+    k: usize,
+    spec: &Spec,
+    parts: &[Part<'_>],
+    absent: &BTreeMap<&str, bool>,
+) -> Result<Option<Use>, Fault> {
     let part = &parts[k];
     let (d, path) = (part.prototype.description(), part.spec.path.as_str());
     let writes: Vec<&PortSpec> =
@@ -115,6 +126,11 @@ fn find(k: usize, spec: &Spec, parts: &[Part<'_>]) -> Result<Option<Use>, Fault>
                 .find_map(|full| known.iter().copied().find(|&f| parts[f].spec.path == full));
             match found {
                 Some(f) => f,
+                None if scopes(path, text)
+                    .any(|full| absent.get(full.as_str()) == Some(&false)) =>
+                {
+                    return Ok(None);
+                }
                 None => {
                     let fact = format!("`{path}`: there is no {wanted} `{text}`");
                     return Err(Fault::new(b.origin, fact).help(remedy(text, "fields", &paths)));

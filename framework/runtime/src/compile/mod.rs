@@ -26,7 +26,7 @@ use crate::noise;
 use crate::params::ReadCx;
 use crate::plan::{FieldPlan, PartPlan, Plan, Sizes};
 use crate::services::{Files, Services};
-use crate::spec::{PartSpec, Spec};
+use crate::spec::{Accuracy, PartSpec, Spec};
 use crate::time::Seconds;
 use crate::value::{Fault, Faults, Origin};
 pub(crate) use guards::WhenSpec;
@@ -104,7 +104,7 @@ pub(crate) fn compile_phase(
         bindings::add_host(&mut parts, spec, prototype);
     }
     delays.add(&mut parts, &mut faults);
-    let fields = fields::join(spec, &mut parts, &mut faults);
+    let fields = fields::join(spec, &mut parts, &absent, &mut faults);
     let sizes = layout(&mut parts, spec.seed);
     let hosted = spec.host.iter().flat_map(|h| bound.iter().map(|wire| (h.path(), wire)));
     let hosted: Vec<(&str, &HostWire)> =
@@ -332,11 +332,16 @@ fn plan_hash(
     (services, files, fields): (&Services, &Files, &[FieldPlan]),
     whens: &[WhenSpec<'_>],
 ) -> u64 {
+    // Where a tolerance is written is not what it is: the resolved text has it elsewhere.
+    let accuracy = spec.accuracy.clone().map(|a| {
+        let of = a.of.into_iter().map(|(pattern, value, _)| (pattern, value, Origin::NONE));
+        Accuracy { of: of.collect(), ..a }
+    });
     let mut text = format!(
         "{sizes:?} {} {:?} {:?} {} {}\n",
         spec.step,
         spec.integrator,
-        spec.accuracy,
+        accuracy,
         timing.base,
         timing.rows.len()
     );
