@@ -5,7 +5,7 @@
 mod common;
 
 use linkwork_assembly::{Options, load_text};
-use linkwork_campaign::{Campaign, Journal, Orders, execute};
+use linkwork_campaign::{Campaign, Folder, Orders, execute};
 use linkwork_runner::Library;
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
@@ -247,12 +247,11 @@ fn campaigns() {
         let mut k = 0;
         median(|| {
             k += 1;
-            let journal = folder.path().join(format!("journal_{threads}_{k}"));
-            let mut journal = Journal::open(&journal, campaign.identity(), 16).unwrap();
-            let (stop, failures) = (Default::default(), folder.path());
-            let orders = Orders { library: &library, threads, failures, stop };
+            let own = folder.path().join(format!("{threads}_{k}"));
+            let mut own = Folder::open(&own, &campaign).unwrap();
+            let orders = Orders { library: &library, threads, stop: Default::default() };
             let begin = Instant::now();
-            assert!(execute(&campaign, &orders, &mut journal, |_| ()).unwrap());
+            assert!(execute(&campaign, &orders, &mut own, |_| ()).unwrap());
             begin.elapsed().as_secs_f64()
         })
     };
@@ -267,10 +266,19 @@ fn campaigns() {
     );
 }
 
+/// All, or those that are named: `cargo bench --bench missions -- campaigns`.
 fn main() {
-    guards();
-    stiff();
-    moves();
-    loading();
-    campaigns();
+    let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let all: [(&str, fn()); 5] = [
+        ("guards", guards),
+        ("stiff", stiff),
+        ("moves", moves),
+        ("loading", loading),
+        ("campaigns", campaigns),
+    ];
+    for (name, bench) in all {
+        if asked.is_empty() || asked.iter().any(|a| a == name) {
+            bench();
+        }
+    }
 }

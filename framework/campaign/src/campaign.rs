@@ -2,8 +2,10 @@
 use crate::correlation::correlated;
 use crate::distribution::{Distribution, deviate};
 use crate::form::{Drawn, Form, Noise, Template};
+use crate::histories::{MOST, Retained};
+use crate::one::end;
 use crate::sampling::Stream;
-use linkwork_assembly::Failure;
+use linkwork_assembly::{Failure, match_patterns};
 use linkwork_runner::{Library, Ready, Shared};
 use linkwork_runtime::{Fault, Located, Origin, Seconds, Sources, Value, noise};
 use std::collections::BTreeMap;
@@ -14,6 +16,8 @@ use std::path::{Path, PathBuf};
 pub struct Campaign {
     form: Form,
     streams: Vec<Stream>,
+    /// Variables whose histories are kept.
+    retained: Option<Retained>,
     /// Names and units of the figures.
     figures: Vec<(String, String)>,
     /// Contents that every run must find: texts by name, fingerprints of data files by name.
@@ -77,6 +81,7 @@ impl Campaign {
         let mut campaign = Campaign {
             form,
             streams,
+            retained: None,
             figures,
             contents: nothing,
             warnings: Vec::new(),
@@ -166,10 +171,41 @@ impl Campaign {
                 faults.push(Fault::new(*origin, message).help(help));
             }
         }
+        faults.extend(self.retain(ready).err().unwrap_or_default());
         match faults.is_empty() {
             true => Ok(()),
             false => Err(Failure { faults, sources: self.form.sources.clone() }),
         }
+    }
+
+    /// The variables that every run keeps.
+    fn retain(&mut self, ready: &Ready) -> Result<(), Vec<Fault>> {
+        let Some(retain) = &self.form.retain else { return Ok(()) };
+        let variables = &ready.plan().variables;
+        let names: Vec<&String> = variables.keys().collect();
+        let found = match_patterns(&retain.of, &names).map_err(|mut faults| {
+            for fault in &mut faults {
+                fault.message = format!("`retain`: {}", fault.message);
+            }
+            faults
+        })?;
+        let variable = |k: &usize| (names[*k].clone(), variables[names[*k]].unit.clone());
+        let variables: Vec<(String, String)> = found.iter().map(variable).collect();
+        let end = end(ready.loaded.simulation.until, self.form.until).0;
+        let rows = end.map_or(0.0, |end| {
+            (end.seconds() / retain.every.seconds().max(ready.plan().step.seconds())).floor() + 1.0
+        });
+        let numbers = rows * (variables.len() as f64 + 1.0);
+        if numbers > MOST as f64 {
+            let message = format!(
+                "`retain`: a run may have {rows:.0} rows of {} variables, more than {MOST} numbers",
+                variables.len()
+            );
+            let help = "name fewer variables, or a longer period";
+            return Err(vec![Fault::new(retain.origin, message).help(help)]);
+        }
+        self.retained = Some(Retained { variables, every: retain.every });
+        Ok(())
     }
 
     /// What two campaigns must share so that the runs of one are runs of the other. Limits of wall time and what the
@@ -202,6 +238,8 @@ impl Campaign {
         for (path, template, _) in &f.targets {
             text.push_str(&format!("\n{path} {}", shape(template)));
         }
+        // Runs that kept something else would belong together, their histories would not.
+        text.push_str(&format!("\n{:?}", self.retained));
         // By contents alone: names are as the path to the campaign was typed.
         let mut prints: Vec<u64> = self.contents.values().copied().collect();
         prints.sort_unstable();
@@ -235,6 +273,11 @@ impl Campaign {
     /// Names and units of the figures of a run.
     pub fn figures(&self) -> &[(String, String)] {
         &self.figures
+    }
+
+    /// What every run keeps.
+    pub fn retained(&self) -> Option<&Retained> {
+        self.retained.as_ref()
     }
 
     /// A hash of all that decides the runs: the file's values, the plan, the contents of the files.

@@ -3,6 +3,7 @@
 //! Runs know nothing of each other, so that their order, the number of threads, and how often the campaign was
 //! stopped leave no trace in what comes out. Time is stepped by the one loop of `linkwork_runner`.
 use crate::campaign::Campaign;
+use crate::folder::Folder;
 use crate::journal::{Journal, JournalError};
 use crate::one::{MakeError, Means, now, one};
 use crate::outcome::Outcome;
@@ -42,8 +43,6 @@ pub struct Orders<'a> {
     pub library: &'a Library,
     /// Threads; at least one works.
     pub threads: usize,
-    /// Where failed runs leave their configuration and last checkpoint, each in a folder `run_N`.
-    pub failures: &'a Path,
     /// Set from outside to stop: what is under way is given up, what has ended is kept.
     pub stop: Stop,
 }
@@ -61,23 +60,24 @@ enum Told {
 pub fn execute(
     campaign: &Campaign,
     orders: &Orders<'_>,
-    journal: &mut Journal,
+    folder: &mut Folder,
     mut progress: impl FnMut(&Progress),
 ) -> Result<bool, CampaignError> {
     let runs = campaign.form().runs;
-    let todo: Vec<u64> = (0..runs).filter(|r| !journal.outcomes.contains_key(r)).collect();
+    let todo = folder.todo(campaign);
+    let path = folder.path().to_path_buf();
     let next = AtomicU64::new(0);
     let begin = now();
     let failed = |j: &Journal| j.outcomes.values().filter(|o| !o.ended.is_orderly()).count() as u64;
-    let mut shown =
-        Progress { done: journal.outcomes.len() as u64, failed: failed(journal), runs, left: None };
+    let done = runs - todo.len() as u64;
+    let mut shown = Progress { done, failed: failed(&folder.journal), runs, left: None };
     progress(&shown);
     let mut error = None;
     std::thread::scope(|scope| {
         let (tell, told) = channel();
         for _ in 0..orders.threads.clamp(1, todo.len().max(1)) {
-            let (tell, next, todo) = (tell.clone(), &next, &todo);
-            scope.spawn(move || work(campaign, orders, next, todo, &tell));
+            let (tell, next, todo, path) = (tell.clone(), &next, &todo, &path);
+            scope.spawn(move || work(campaign, orders, path, next, todo, &tell));
         }
         drop(tell);
         let mut here = 0;
@@ -86,8 +86,9 @@ pub fn execute(
                 // Nothing is written behind a line that may be torn: these runs are made again.
                 Told::Outcome(_) if error.is_some() => continue,
                 Told::Outcome(outcome) => {
-                    shown.failed += u64::from(!outcome.ended.is_orderly());
-                    journal.add(outcome).map_err(CampaignError::from)
+                    let known = folder.journal.outcomes.contains_key(&outcome.run);
+                    shown.failed += u64::from(!known && !outcome.ended.is_orderly());
+                    folder.add(outcome).map_err(CampaignError::from)
                 }
                 Told::Error(e) => Err(e),
             };
@@ -103,16 +104,17 @@ pub fn execute(
             progress(&shown);
         }
     });
-    journal.sync()?;
+    folder.journal.sync()?;
     match error {
         Some(e) => Err(e),
-        None => Ok(journal.outcomes.len() as u64 == runs),
+        None => Ok(shown.done == runs),
     }
 }
 
 fn work(
     campaign: &Campaign,
     orders: &Orders<'_>,
+    folder: &Path,
     next: &AtomicU64,
     todo: &[u64],
     tell: &Sender<Told>,
@@ -121,8 +123,7 @@ fn work(
         if orders.stop.is_set() {
             return;
         }
-        let means =
-            Means { library: orders.library, failures: Some(orders.failures), stop: &orders.stop };
+        let means = Means { library: orders.library, folder: Some(folder), stop: &orders.stop };
         let message = match one(campaign, run, &means) {
             Ok(Some(outcome)) => Told::Outcome(outcome),
             Ok(None) => return,

@@ -5,10 +5,13 @@
 //! |---|---|
 //! | `journal` | a line for each run that ended |
 //! | `failures/run_N` | what a failed run leaves |
-//! | `results`, `statistics`, `sensitivity` | tables, as `.csv` and `.parquet` |
+//! | `histories/run_N.parquet` | with `retain`: rows of every run |
+//! | `results`, `statistics`, `sensitivity`, `bands` | tables, as `.csv` and `.parquet` |
 //! | `report.html` | the page |
 use crate::campaign::Campaign;
+use crate::histories::is_whole;
 use crate::journal::{Journal, JournalError};
+use crate::outcome::{Cause, Outcome};
 use crate::report;
 use crate::results::Results;
 use std::path::{Path, PathBuf};
@@ -27,6 +30,11 @@ pub enum FolderError {
     /// Its journal.
     #[error(transparent)]
     Journal(#[from] JournalError),
+}
+
+/// Where failed runs leave their files.
+pub(crate) fn failures(campaign: &Path) -> PathBuf {
+    campaign.join("failures")
 }
 
 /// A campaign's folder, held by one process until it is dropped.
@@ -55,9 +63,35 @@ impl Folder {
         path.join("journal")
     }
 
-    /// Where failed runs leave their files.
-    pub fn failures(&self) -> PathBuf {
-        self.path.join("failures")
+    /// The folder itself, into which runs leave their files.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The runs that are to be made: those that have not ended, and those whose history is gone.
+    pub fn todo(&self, campaign: &Campaign) -> Vec<u64> {
+        let ended = |run: &u64| {
+            self.journal.outcomes.get(run).is_some_and(|o| {
+                let steps = !matches!(o.ended, Cause::Refused | Cause::Panicked | Cause::WallLimit);
+                campaign.retained().is_none() || !steps || is_whole(&self.path, *run)
+            })
+        };
+        (0..campaign.form().runs).filter(|run| !ended(run)).collect()
+    }
+
+    /// Takes down how a run ended. One that was made again for its history has to end as it did.
+    ///
+    /// # Errors
+    /// [`JournalError`].
+    pub fn add(&mut self, outcome: Outcome) -> Result<(), JournalError> {
+        match self.journal.outcomes.get(&outcome.run) {
+            None => self.journal.add(outcome),
+            Some(was) if was.is_again(&outcome) => Ok(()),
+            Some(was) => {
+                let (path, run, hash) = (self.path.clone(), outcome.run, was.hash);
+                Err(JournalError::Differs { path, run, was: hash, now: outcome.hash })
+            }
+        }
     }
 
     /// Writes tables and report of what has ended; gives the results and the files.
@@ -65,8 +99,9 @@ impl Folder {
     /// # Errors
     /// A message with the file; the results are there all the same.
     pub fn write(&self, campaign: &Campaign) -> (Results, Result<Vec<PathBuf>, String>) {
-        let results = Results::new(campaign, &self.journal);
-        let written = results.write(&self.path).and_then(|mut files| {
+        let mut results = Results::new(campaign, &self.journal);
+        let bands = results.bands(campaign, &self.journal, &self.path);
+        let written = bands.and_then(|()| results.write(&self.path)).and_then(|mut files| {
             let page = self.path.join("report.html");
             report::write(&page, campaign, &results)?;
             files.push(page);

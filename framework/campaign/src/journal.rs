@@ -41,6 +41,18 @@ pub enum JournalError {
         /// What is wrong.
         why: String,
     },
+    /// A run that was made again came out differently.
+    #[error("run {run} of the campaign in `{}` ended with the state {now:016x}, and before with {was:016x}\n  help: this is a mistake of a model or of Linkwork: runs are meant to be the same bits each time", .path.display())]
+    Differs {
+        /// The campaign's folder.
+        path: PathBuf,
+        /// The run.
+        run: u64,
+        /// Hash of its last state, in the journal.
+        was: u64,
+        /// And now.
+        now: u64,
+    },
     /// Its campaign is another.
     #[error("the journal `{}` is of another campaign: the file, its simulation, or this program has changed since\n  help: choose another folder, or delete that one", .path.display())]
     Other {

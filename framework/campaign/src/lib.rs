@@ -13,6 +13,7 @@
 //! | `campaign` | what each run is made from |
 //! | `one` | one run: its number → its outcome, and what a failure leaves |
 //! | `execute` | threads |
+//! | `histories` | what every run keeps of its way, and bands over time |
 //! | `folder` | the folder of a campaign: journal, failures, tables, report |
 //! | `outcome`, `journal` | how a run ended; the file that survives a kill |
 //! | `statistics`, `results` | summaries, rank correlations, ellipses; CSV and Parquet |
@@ -23,6 +24,7 @@ mod distribution;
 mod execute;
 mod folder;
 mod form;
+mod histories;
 mod journal;
 mod one;
 mod outcome;
@@ -37,7 +39,8 @@ pub use correlation::CorrelationError;
 pub use distribution::Distribution;
 pub use execute::{CampaignError, Orders, Progress, execute};
 pub use folder::{Folder, FolderError};
-pub use form::{Drawn, Form, Noise};
+pub use form::{Drawn, Form, Noise, Retain};
+pub use histories::{BAND, Band, Retained};
 pub use journal::{Journal, JournalError};
 pub use one::{Begun, MakeError, Means, Under, Watched, end, one};
 pub use outcome::{Cause, Outcome};

@@ -5,12 +5,14 @@
 //! campaign, number → draws → load → [`Under`] → one loop (linkwork_runner) → [`Outcome`]; what failed leaves files
 //! ```
 use crate::campaign::{Campaign, LoadError};
+use crate::folder::failures;
+use crate::histories::History;
 use crate::outcome::{Cause, Outcome};
 use linkwork_assembly::Resolved;
 use linkwork_runner::{
     Ended, Figures, Goal, Library, Pause, Prepared, Runner, Saves, Stop, Watch, prepare,
 };
-use linkwork_runtime::{Seconds, Simulation};
+use linkwork_runtime::{Fault, Origin, Seconds, Simulation};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -54,8 +56,9 @@ pub enum MakeError {
 pub struct Means<'a> {
     /// Models and assemblies.
     pub library: &'a Library,
-    /// Where a failed run leaves its configuration and last checkpoint, in a folder `run_N`; `None`: it leaves nothing.
-    pub failures: Option<&'a Path>,
+    /// The campaign's folder, where a run leaves its history in `histories/run_N.parquet`, and a failed one its
+    /// configuration and last checkpoint in `failures/run_N`; `None`: it leaves nothing.
+    pub folder: Option<&'a Path>,
     /// Set from outside to give the run up.
     pub stop: &'a Stop,
 }
@@ -175,7 +178,7 @@ impl Under<'_> {
         outcome.seed = sim.plan().seed;
         outcome.time = sim.time();
         outcome.hash = sim.hash();
-        outcome.figures = self.set.runner.watch.0.results().map(|(_, y, _)| y).collect();
+        outcome.figures = self.set.runner.watch.figures.results().map(|(_, y, _)| y).collect();
         outcome.wall = self.begin.elapsed().as_secs_f64();
         Ok(Some(outcome.clone()))
     }
@@ -183,6 +186,14 @@ impl Under<'_> {
     /// Goes to the end, and keeps what it takes to look at a failure. `None` when it was stopped before.
     fn finish(mut self) -> Result<Option<Outcome>, MakeError> {
         let Some(outcome) = self.go()? else { return Ok(None) };
+        let history = self.set.runner.watch.history.as_ref();
+        if let (Some(folder), Some(history), Some(retained)) =
+            (self.means.folder, history, self.campaign.retained())
+        {
+            history.write(folder, outcome.run, retained).map_err(|(path, why)| {
+                MakeError::Keep { path, source: std::io::Error::other(why) }
+            })?;
+        }
         // Stopped while it left what it takes to look at it: it is made again.
         if !outcome.ended.is_orderly() && !keep(self.campaign, self.means, self.set, &outcome)? {
             return Ok(None);
@@ -191,15 +202,21 @@ impl Under<'_> {
     }
 }
 
-/// The figures of a run, taken at every tick.
-pub struct Watched(Figures);
+/// The figures of a run, taken at every tick, and what it keeps of its way.
+pub struct Watched {
+    figures: Figures,
+    history: Option<History>,
+}
 
 impl Watch for Watched {
     fn tick(&mut self, sim: &Simulation) {
-        self.0.sample(sim);
+        self.figures.sample(sim);
+        if let Some(history) = &mut self.history {
+            history.sample(sim);
+        }
     }
     fn carry(&self, extra: &mut BTreeMap<String, Vec<u8>>) -> Result<(), String> {
-        extra.insert("figures".into(), self.0.save()?);
+        extra.insert("figures".into(), self.figures.save()?);
         Ok(())
     }
 }
@@ -232,10 +249,23 @@ fn set_up(campaign: &Campaign, run: u64, library: &Library) -> Result<Set, LoadE
         LoadError::Refused(linkwork_assembly::Failure { faults, sources })
     })?;
     let Prepared { figures, stop_when, groups, .. } = prepared;
+    let history = match campaign.retained().map(|kept| History::new(kept, ready.plan())) {
+        None => None,
+        Some(Ok(history)) => Some(history),
+        // A choice that was drawn has taken the variable away.
+        Some(Err(e)) => {
+            let sources = ready.loaded.sources.clone();
+            let fault = Fault::of(Origin::NONE, &e);
+            return Err(LoadError::Refused(linkwork_assembly::Failure {
+                faults: vec![fault],
+                sources,
+            }));
+        }
+    };
     let (until, limited) = end(settings.until, campaign.until());
     let sim = Simulation::of(Arc::new(ready.program));
     let goal = Goal { until, steps: None, stop_when };
-    let runner = Runner::new(sim, Watched(figures));
+    let runner = Runner::new(sim, Watched { figures, history });
     Ok(Set { runner, goal, groups, configuration: ready.loaded.resolved, limited })
 }
 
@@ -293,8 +323,8 @@ fn keep_text(
     means: &Means<'_>,
     outcome: &Outcome,
 ) -> Result<Option<PathBuf>, MakeError> {
-    let Some(failures) = means.failures else { return Ok(None) };
-    let folder = failures.join(format!("run_{}", outcome.run));
+    let Some(folder) = means.folder else { return Ok(None) };
+    let folder = failures(folder).join(format!("run_{}", outcome.run));
     let fail = |path: &Path| {
         let path = path.to_path_buf();
         move |source| MakeError::Keep { path, source }

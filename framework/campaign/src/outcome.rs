@@ -82,6 +82,13 @@ impl Outcome {
         serde_json::from_str(text)
     }
 
+    /// Whether this is the same run, made again: the same in all but the wall time that it took.
+    pub fn is_again(&self, other: &Outcome) -> bool {
+        let bits = |o: &Outcome| o.figures.iter().map(|y| y.to_bits()).collect::<Vec<_>>();
+        let all = |o: &Outcome| (o.run, o.ended, o.time.to_bits(), o.seed, o.hash, bits(o));
+        all(self) == all(other)
+    }
+
     /// The cause as failures are counted by: variables and numbers of runs of one kind differ in digits alone.
     pub fn kind(&self) -> String {
         let first = self.why.lines().next().unwrap_or_default();

@@ -3,7 +3,7 @@ use crate::campaign::Campaign;
 use crate::results::{NAMES, Results, replace};
 use crate::sampling::Sampling;
 use crate::statistics::Ellipse;
-use crate::svg::{bars, escaped, histogram, scatter, short};
+use crate::svg::{band, bars, escaped, histogram, scatter, short};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -15,7 +15,7 @@ td:first-child,th:first-child{text-align:left}td.text{text-align:left;white-spac
 .plots{display:flex;flex-wrap:wrap;gap:1rem}.plots svg{width:460px;max-width:100%}
 svg text{font:11px system-ui,sans-serif;fill:#3a4754}svg .title{font-size:13px;font-weight:600}svg .label{font-size:12px}
 .grid{stroke:#e4e9ef;fill:none}.frame{stroke:#8593a3;fill:none}.bar{fill:#4c7fb0}.dot{fill:#4c7fb0;fill-opacity:.45}
-.mark{stroke:#c2553a;stroke-dasharray:3 3;fill:none}.ring{stroke:#c2553a;fill:none;stroke-width:1.3}code{background:#f2f5f8;padding:0 .25em}";
+svg .wide{fill:#4c7fb0;fill-opacity:.18}svg .close{fill:#4c7fb0;fill-opacity:.4}.middle{stroke:#1f4f7d;stroke-width:1.5;fill:none}.limit{stroke:#8593a3;stroke-dasharray:2 3;fill:none}.mark{stroke:#c2553a;stroke-dasharray:3 3;fill:none}.ring{stroke:#c2553a;fill:none;stroke-width:1.3}code{background:#f2f5f8;padding:0 .25em}";
 
 /// Writes the page.
 ///
@@ -59,6 +59,7 @@ pub fn page(campaign: &Campaign, results: &Results) -> String {
     statistics(&mut out, results);
     figures(&mut out, results);
     together(&mut out, campaign, results);
+    histories(&mut out, results);
     out.push_str("</body></html>\n");
     out
 }
@@ -170,6 +171,18 @@ fn together(out: &mut String, campaign: &Campaign, results: &Results) {
         let title = format!("{yn} against {xn}");
         let ellipse = Ellipse::of(x, y);
         out.push_str(&scatter(&title, (&label(xn, xu), &label(yn, yu)), x, y, ellipse));
+    }
+    out.push_str("</div>\n");
+}
+
+/// What the runs have kept of their way, each variable over time.
+fn histories(out: &mut String, results: &Results) {
+    if results.bands.is_empty() {
+        return;
+    }
+    out.push_str("<h2>Over time</h2>\n<p>Median, from 25 % to 75 % and from 5 % to 95 % of the runs; dashed: least and largest.</p>\n<div class=\"plots\">");
+    for b in &results.bands {
+        out.push_str(&band(&b.name, &label(&b.name, &b.unit), b));
     }
     out.push_str("</div>\n");
 }

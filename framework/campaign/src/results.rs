@@ -5,14 +5,17 @@
 //! | `results` | run | run, ended, why, time \[s\], seed, state, drawn values (`draw:NAME [UNIT]`), figures (`NAME [UNIT]`) |
 //! | `statistics` | figure | figure, unit, n, mean, deviation, error, min, p1 … p99, max |
 //! | `sensitivity` | figure and drawn number | figure, value, rank correlation |
+//! | `bands` | retained variable and instant | variable, unit, time \[s\], n, min, p5 … p95, max |
 //!
 //! Rows are in the order of the runs, and nothing in them depends on when or on how many threads the runs were made.
 use crate::campaign::Campaign;
+use crate::histories::{Band, bands, is_whole, table};
 use crate::journal::Journal;
 use crate::outcome::{Cause, Outcome};
 use crate::statistics::{Summary, rank_correlation};
 use linkwork_record::{Cells, ParquetFile, titled};
 use linkwork_runtime::Value;
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -71,6 +74,8 @@ pub struct Results {
     pub summaries: Vec<Summary>,
     /// Rank correlations: for each figure, of each drawn number.
     pub sensitivity: Vec<Vec<f64>>,
+    /// How retained variables are spread over the orderly runs.
+    pub bands: Vec<Band>,
     /// Causes that are no orderly end: kind, runs.
     pub failures: Vec<(String, Vec<u64>)>,
     /// How many runs ended in which way.
@@ -151,9 +156,27 @@ impl Results {
             figures,
             summaries,
             sensitivity,
+            bands: Vec::new(),
             failures,
             causes,
         }
+    }
+
+    /// Makes the bands of what the orderly runs have kept in the campaign's folder.
+    ///
+    /// # Errors
+    /// A message with the file that cannot be read.
+    pub fn bands(
+        &mut self,
+        campaign: &Campaign,
+        journal: &Journal,
+        folder: &Path,
+    ) -> Result<(), String> {
+        let Some(retained) = campaign.retained() else { return Ok(()) };
+        let orderly = journal.outcomes.values().filter(|o| o.ended.is_orderly());
+        let runs: Vec<u64> = orderly.map(|o| o.run).filter(|run| is_whole(folder, *run)).collect();
+        self.bands = bands(folder, retained, &runs)?;
+        Ok(())
     }
 
     /// One row for each figure.
@@ -196,16 +219,19 @@ impl Results {
         Table { columns }
     }
 
-    /// Writes `results`, `statistics` and `sensitivity` as CSV and as Parquet into a folder; gives the files.
+    /// Writes `results`, `statistics`, `sensitivity` and, where there are some, `bands` as CSV and as Parquet into a folder; gives the files.
     ///
     /// # Errors
     /// A message with the file.
     pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, String> {
-        let tables = [
-            ("results", &self.runs),
-            ("statistics", &self.statistics()),
-            ("sensitivity", &self.sensitivities()),
+        let mut tables = vec![
+            ("results", Cow::Borrowed(&self.runs)),
+            ("statistics", Cow::Owned(self.statistics())),
+            ("sensitivity", Cow::Owned(self.sensitivities())),
         ];
+        if !self.bands.is_empty() {
+            tables.push(("bands", Cow::Owned(table(&self.bands))));
+        }
         let mut files = Vec::new();
         for (name, table) in tables {
             for (end, bytes) in [("csv", table.csv()), ("parquet", table.parquet()?)] {

@@ -1,4 +1,5 @@
 //! Drawings of the report, as SVG inside its page: histograms, points with ellipses, bars.
+use crate::histories::Band;
 use crate::statistics::{Ellipse, percentile};
 use std::fmt::Write;
 
@@ -186,6 +187,33 @@ pub fn histogram(title: &str, label: &str, values: &[f64]) -> String {
                 top + 8.0
             ));
         }
+    }
+    p.end()
+}
+
+/// Percentiles over time: two bands, the median, the limits. Instants without a value are left out.
+pub fn band(title: &str, label: &str, of: &Band) -> String {
+    let (left, right, top, bottom) = FRAME;
+    let [min, p5, p25, median, p75, p95, max] = &of.levels;
+    let there: Vec<usize> =
+        (0..of.times.len()).filter(|k| min[*k].is_finite() && max[*k].is_finite()).collect();
+    let x = Axis::new(there.iter().map(|k| of.times[*k]), left, right);
+    let y = Axis::new(there.iter().flat_map(|k| [min[*k], max[*k]]), bottom, top);
+    let mut p = Picture::new(title);
+    p.axes(&x, &y, "time [s]", label);
+    let point =
+        |k: &usize, level: &[f64]| format!("{:.1} {:.1}", x.at(of.times[*k]), y.at(level[*k]));
+    let line = |level: &[f64]| there.iter().map(|k| point(k, level)).collect::<Vec<_>>();
+    if there.is_empty() {
+        return p.end();
+    }
+    for (class, low, high) in [("wide", p5, p95), ("close", p25, p75)] {
+        let mut around = line(low);
+        around.extend(line(high).into_iter().rev());
+        p.put(format_args!("<path class=\"{class}\" d=\"M{}Z\"/>", around.join("L")));
+    }
+    for (class, level) in [("limit", min), ("limit", max), ("middle", median)] {
+        p.put(format_args!("<path class=\"{class}\" d=\"M{}\"/>", line(level).join("L")));
     }
     p.end()
 }

@@ -1,12 +1,16 @@
 //! Columns as Parquet: numbers as doubles, whole numbers as 64-bit integers, texts as UTF-8.
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::column::reader::ColumnReader;
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
+use std::fs::File;
 use std::io::Write;
+use std::path::Path;
 use std::sync::Arc;
 
 /// The cells of one column.
@@ -123,6 +127,35 @@ impl<W: Write + Send> ParquetFile<W> {
     }
 }
 
+/// The numbers of one column of a file of [`ParquetFile`], which has to be there to its end. Cost: its cells alone are
+/// read.
+///
+/// # Errors
+/// A message: the file cannot be read, is none, or has no such column of numbers without gaps.
+pub fn parquet_numbers(path: &Path, title: &str) -> Result<Vec<f64>, String> {
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    let reader = SerializedFileReader::new(file).map_err(fail)?;
+    let schema = reader.metadata().file_metadata().schema_descr_ptr();
+    let column = schema.columns().iter().position(|c| c.name() == title);
+    let column = column.ok_or_else(|| format!("it has no column `{title}`"))?;
+    let mut values = Vec::new();
+    for group in 0..reader.num_row_groups() {
+        let group = reader.get_row_group(group).map_err(fail)?;
+        let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
+        let ColumnReader::DoubleColumnReader(mut cells) =
+            group.get_column_reader(column).map_err(fail)?
+        else {
+            return Err(format!("its column `{title}` holds no numbers"));
+        };
+        let before = values.len();
+        cells.read_records(rows, None, None, &mut values).map_err(fail)?;
+        if values.len() - before != rows {
+            return Err(format!("its column `{title}` has gaps"));
+        }
+    }
+    Ok(values)
+}
+
 fn fail(e: ParquetError) -> String {
     format!("parquet: {e}")
 }
@@ -130,7 +163,6 @@ fn fail(e: ParquetError) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
 
     #[test]
@@ -151,7 +183,13 @@ mod tests {
         let path = tempfile::tempdir().unwrap();
         let path = path.path().join("t.parquet");
         std::fs::write(&path, file.finish().unwrap()).unwrap();
-        let reader = SerializedFileReader::new(std::fs::File::open(&path).unwrap()).unwrap();
+        let bits = |y: Vec<f64>| y.iter().map(|y| y.to_bits()).collect::<Vec<_>>();
+        let twice = [numbers, numbers].concat();
+        assert_eq!(bits(parquet_numbers(&path, "y [m]").unwrap()), bits(twice));
+        for (title, fact) in [("y", "no column"), ("why", "no numbers"), ("z", "gaps")] {
+            assert!(parquet_numbers(&path, title).unwrap_err().contains(fact), "{title}");
+        }
+        let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
         let about = reader.metadata().file_metadata().key_value_metadata().unwrap();
         assert!(about.iter().any(|kv| kv.key == "seed" && kv.value.as_deref() == Some("7")));
         let rows: Vec<Vec<Field>> = reader

@@ -58,7 +58,7 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
             return exit::INPUT;
         }
     };
-    let before = folder.journal.outcomes.len();
+    let before = campaign.form().runs - folder.todo(&campaign).len() as u64;
     if before > 0 && !options.quiet {
         let journal = Folder::journal_in(&out);
         say!("{before} runs have ended already, in `{}`", journal.display());
@@ -72,15 +72,10 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
         }
     });
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let failures = folder.failures();
-    let orders = Orders {
-        library: &library,
-        threads: options.threads.unwrap_or(cores),
-        failures: &failures,
-        stop: stop.clone(),
-    };
+    let orders =
+        Orders { library: &library, threads: options.threads.unwrap_or(cores), stop: stop.clone() };
     let bar = bar(campaign.form().runs, options.quiet);
-    let ended = execute(&campaign, &orders, &mut folder.journal, |p| show(&bar, p));
+    let ended = execute(&campaign, &orders, &mut folder, |p| show(&bar, p));
     bar.finish_and_clear();
     // What there is, is written, also when the campaign could not go on.
     let (results, written) = folder.write(&campaign);
@@ -89,7 +84,7 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
         summary(&campaign, &folder.journal, &results, files);
     }
     if let Err(e) = &written {
-        tell!("error: {e}\n  help: make room and give the same command again: no run is lost");
+        tell!("error: {e}\n  help: mend that and give the same command again: no run is lost");
     }
     match ended {
         Err(e) => {

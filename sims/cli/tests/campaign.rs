@@ -20,6 +20,7 @@ const FILE: &str = r#"Campaign(
         "Gain.k": Choice(of: [1, 2, 5], weights: [1, 1, 2]),
     },
     correlate: [(of: ["bob.mass", "bob.com[2]"], matrix: [[1, -0.8], [-0.8, 1]])],
+    retain: (of: ["bob.*"], every: "0.02 s"),
 )
 "#;
 
@@ -32,10 +33,13 @@ fn lab() -> Lab {
 
 /// What must not depend on how a campaign was run.
 fn tables(lab: &Lab, out: &str) -> Vec<Vec<u8>> {
-    ["results", "statistics", "sensitivity"]
+    let history = |run| format!("{out}/histories/run_{run}.parquet");
+    let histories = (0..60).map(history).filter(|f| lab.path(f).exists());
+    ["results", "statistics", "sensitivity", "bands"]
         .iter()
         .flat_map(|t| ["csv", "parquet"].map(|e| format!("{out}/{t}.{e}")))
         .chain([format!("{out}/report.html")])
+        .chain(histories)
         .map(|f| std::fs::read(lab.path(&f)).unwrap())
         .collect()
 }
@@ -91,6 +95,12 @@ fn threads_kills_and_stops_leave_no_trace() {
     std::fs::remove_file(lab.path("killed/results.csv")).unwrap();
     let said = lab.linkwork(&["campaign", "c.ron", "--out", "killed"]).code(0);
     assert!(said.out.contains("60 runs have ended already"), "{}", said.out);
+    assert_eq!((tables(&lab, "killed"), lines()), (wanted.clone(), 61));
+    // Histories that a power cut took, or cut short, are made again.
+    std::fs::remove_file(lab.path("killed/histories/run_7.parquet")).unwrap();
+    lab.write("killed/histories/run_9.parquet", "PAR1");
+    let said = lab.linkwork(&["campaign", "c.ron", "--out", "killed"]).code(0);
+    assert!(said.out.contains("58 runs have ended already"), "{}", said.out);
     assert_eq!((tables(&lab, "killed"), lines()), (wanted, 61));
 }
 
@@ -410,12 +420,54 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
         &["no figure `smallest`"],
     );
     refused(&[("    correlate", "    limits: (wall: \"-1 s\"),\n    correlate")], &["`wall`"]);
+    let kept = "of: [\"bob.*\"], every: \"0.02 s\"";
+    refused(&[(kept, "every: \"1 s\"")], &["bad.ron:14:", "`retain` has no `of`"]);
+    refused(&[(kept, "of: [\"bob.*\"]")], &["`retain` has no `every`"]);
+    refused(&[(kept, "of: [\"bib.*\"], every: \"1 s\"")], &["bad.ron:14:", "`retain`", "`bib.*`"]);
+    refused(&[(kept, "of: [], every: \"1 s\"")], &["`retain`: `of` is []"]);
+    refused(&[(kept, "of: [\"bob.*\"], every: \"5 Hz\"")], &["`every` is"]);
+    refused(
+        &[(kept, "of: [\"bob.*\"], every: \"1 ms\""), ("0.2 s", "24 h")],
+        &["bad.ron:14:", "20000000 numbers"],
+    );
     lab.write("bad.ron", "Campaign(simulation: \"sim.ron\", runs: 5, noise: Same)");
     lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["all runs would be the same"]);
     lab.write("bad.ron", "Simulation()");
     lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["bad.ron:1:1", "Campaign"]);
     lab.linkwork(&["campaign", "none.ron"]).code(2).tells(&["cannot be read"]);
     lab.linkwork(&["campaign", "c.ron", "--threads", "0"]).code(2).tells(&["--threads"]);
+}
+
+/// A history has the rows that the log of the same run has, and the bands are the percentiles of the histories.
+#[test]
+fn what_runs_keep_is_what_their_logs_say() {
+    let lab = lab();
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
+    lab.linkwork(&["campaign", "c.ron", "--out", "out", "--run", "17", "--log"]).code(0);
+    let log = linkwork_record::read_log(&lab.path("out/run_17/run.mcap")).unwrap();
+    let numbers = |run: u64, title: &str| {
+        let path = lab.path(&format!("out/histories/run_{run}.parquet"));
+        linkwork_record::parquet_numbers(&path, title).unwrap()
+    };
+    let times = numbers(17, "time [s]");
+    assert_eq!(times.len(), 11, "{times:?}");
+    let angles = numbers(17, "bob.angle [rad]");
+    let logged = &log["bob.angle"];
+    for (t, angle) in times.iter().zip(&angles) {
+        let at = logged.t.iter().position(|x| (x - t).abs() < 1e-9);
+        let at = at.unwrap_or_else(|| panic!("the log has no row at {t} s"));
+        assert_eq!(logged.y[at].to_bits(), angle.to_bits(), "at {t} s");
+    }
+    let text = std::fs::read_to_string(lab.path("out/bands.csv")).unwrap();
+    let last = text.lines().filter(|l| l.starts_with("bob.angle,")).next_back().unwrap();
+    let cells: Vec<f64> = last.split(',').skip(2).map(|c| c.parse().unwrap()).collect();
+    let mut ends: Vec<f64> =
+        (0..60).map(|k| *numbers(k, "bob.angle [rad]").last().unwrap()).collect();
+    ends.sort_by(f64::total_cmp);
+    assert_eq!(cells[..3], [0.2, 60.0, ends[0]]);
+    assert_eq!((cells[5], cells[8]), ((ends[29] + ends[30]) / 2.0, ends[59]));
+    let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
+    assert!(page.contains("Over time") && page.contains("bob.angle [rad]"));
 }
 
 #[test]

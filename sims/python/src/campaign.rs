@@ -164,7 +164,7 @@ impl Campaign {
         checkpoint: Option<PathBuf>,
     ) -> PyResult<Outcome> {
         let stop = Stop::default();
-        let means = Means { library: &self.library, failures: None, stop: &stop };
+        let means = Means { library: &self.library, folder: None, stop: &stop };
         let make = || -> Result<Option<campaign::Outcome>, String> {
             let words = |e: campaign::MakeError| e.to_string();
             let mut under = match Begun::new(&self.campaign, run, &means).map_err(words)? {
@@ -207,8 +207,8 @@ impl Campaign {
     }
 
     /// Makes all runs that have not ended yet, and writes into `folder` what `linkwork campaign` writes, byte for byte:
-    /// the journal, results, statistics and sensitivity as .csv and .parquet, report.html, and for each failed run a
-    /// folder in `failures`. threads: as many as there are cores when left out. progress: a function of
+    /// the journal, results, statistics, sensitivity and bands as .csv and .parquet, report.html, for each run a file in
+    /// `histories` when the campaign retains variables, and for each failed run a folder in `failures`. threads: as many as there are cores when left out. progress: a function of
     /// (done, failed, runs, left), left in s or None, called at the start and after
     /// each run.
     ///
@@ -230,15 +230,13 @@ impl Campaign {
         let threads = threads.unwrap_or_else(cores);
         let mut folder = self.open(&folder)?;
         let stop = Stop::default();
-        let failures = folder.failures();
-        let orders =
-            Orders { library: &self.library, threads, failures: &failures, stop: stop.clone() };
-        let journal = &mut folder.journal;
+        let orders = Orders { library: &self.library, threads, stop: stop.clone() };
+        let gathered = &mut folder;
         let ended = patiently(
             py,
             &stop,
             |told: std::sync::mpsc::Sender<campaign::Progress>| {
-                campaign::execute(&self.campaign, &orders, journal, |p| {
+                campaign::execute(&self.campaign, &orders, gathered, |p| {
                     // Nobody listens any more only when something was raised.
                     let _ = told.send(*p);
                 })
@@ -252,10 +250,10 @@ impl Campaign {
     }
 
     /// For programs that spread runs themselves: makes these runs, and gives each as a line of text.
-    #[pyo3(signature = (runs, failures))]
-    fn _make(&self, py: Python<'_>, runs: Vec<u64>, failures: PathBuf) -> PyResult<Vec<String>> {
+    #[pyo3(signature = (runs, folder))]
+    fn _make(&self, py: Python<'_>, runs: Vec<u64>, folder: PathBuf) -> PyResult<Vec<String>> {
         let stop = Stop::default();
-        let means = Means { library: &self.library, failures: Some(&failures), stop: &stop };
+        let means = Means { library: &self.library, folder: Some(&folder), stop: &stop };
         let make = || -> Result<Vec<String>, String> {
             let mut lines = Vec::new();
             for run in runs {
@@ -299,8 +297,8 @@ impl Gathering {
 impl Gathering {
     /// Runs that have not ended yet.
     fn todo(&self, py: Python<'_>) -> PyResult<Vec<u64>> {
-        let runs = self.campaign.bind(py).get().campaign.form().runs;
-        self.with(|f| Ok((0..runs).filter(|r| !f.journal.outcomes.contains_key(r)).collect()))
+        let campaign = &self.campaign.bind(py).get().campaign;
+        self.with(|f| Ok(f.todo(campaign)))
     }
     /// (runs that ended, those of them that failed).
     fn counts(&self) -> PyResult<(usize, usize)> {
@@ -319,18 +317,13 @@ impl Gathering {
                 "run {run} with {figures} figures is none of this campaign"
             )));
         }
-        self.with(|f| {
-            if f.journal.outcomes.contains_key(&run) {
-                return Err(refuse(format!("run {run} comes twice")));
-            }
-            f.journal.add(outcome).map_err(refuse)
-        })?;
+        self.with(|f| f.add(outcome).map_err(refuse))?;
         Ok((run, wall))
     }
-    /// Where failed runs leave their files.
+    /// Where runs leave their files.
     #[getter]
-    fn failures(&self) -> PyResult<PathBuf> {
-        self.with(|f| Ok(f.failures()))
+    fn path(&self) -> PyResult<PathBuf> {
+        self.with(|f| Ok(f.path().to_path_buf()))
     }
     /// Writes tables and report, and closes the folder.
     fn finish(&self, py: Python<'_>) -> PyResult<Results> {

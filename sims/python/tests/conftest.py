@@ -34,7 +34,7 @@ def program():
 
 
 #: What a campaign leaves, whoever ran it.
-FILES = [f"{t}.{e}" for t in ("results", "statistics", "sensitivity") for e in ("csv", "parquet")] + ["report.html"]
+FILES = [f"{t}.{e}" for t in ("results", "statistics", "sensitivity", "bands") for e in ("csv", "parquet")] + ["report.html"]
 
 
 def files_of(folder):
@@ -42,10 +42,11 @@ def files_of(folder):
     return {name: (folder / name).read_bytes() for name in FILES}
 
 
-def left_by_failures(folder):
-    """{name: content} of what the failed runs of a campaign left."""
-    top = folder / "failures"
-    return {str(f.relative_to(top)): f.read_bytes() for f in top.rglob("*") if f.is_file()}
+def left_by_runs(folder):
+    """{name: content} of what the runs of a campaign left: their histories, and what failures leave."""
+    tops = [folder / "failures", folder / "histories"]
+    files = [f for top in tops for f in top.rglob("*") if f.is_file()]
+    return {str(f.relative_to(folder)): f.read_bytes() for f in files}
 
 
 def campaign_file(folder, runs):
@@ -60,6 +61,7 @@ def campaign_file(folder, runs):
         "bob.com": [0, 0, Uniform(from: -1.2, to: -0.8)],
         "Friction.damping": Choice(of: [0.02, 0.05, 0.1, 1e4, "a lot"]),
     }},
+    retain: (of: ["bob.angle"], every: "0.1 s"),
 )
 """)
     return file

@@ -1,6 +1,7 @@
 """Campaigns from Python: the files of the command line, single runs, Ctrl-C, what is refused."""
 
 import csv
+import json
 import os
 import signal
 import subprocess
@@ -9,7 +10,7 @@ import threading
 
 import numpy as np
 import pytest
-from conftest import FILES, SOURCE, campaign_file, files_of, left_by_failures, program
+from conftest import FILES, SOURCE, campaign_file, files_of, left_by_runs, program
 
 import linkwork as lw
 
@@ -34,9 +35,11 @@ def test_the_files_are_those_of_the_command_line_byte_for_byte(tmp_path):
     assert seen[0][3] is None and seen[-1][3] == 0.0
     failed = [run for runs in results.failures.values() for run in runs]
     assert seen[-1][1] == len(failed) > 0
-    left = left_by_failures(tmp_path / "here")
-    assert left == left_by_failures(tmp_path / "shell")
-    assert {int(name.split("/")[0].removeprefix("run_")) for name in left} == set(failed)
+    left = left_by_runs(tmp_path / "here")
+    assert left == left_by_runs(tmp_path / "shell")
+    of_failures = [name.split("/")[1] for name in left if name.startswith("failures/")]
+    assert {int(name.removeprefix("run_")) for name in of_failures} == set(failed)
+    assert sum(name.startswith("histories/") for name in left) > 0
     assert sum(name.endswith("before_failure.lwck") for name in left) == list(results.table["ended"]).count("failed") > 0
     # Given again it makes nothing, and with other threads it would make the same.
     assert lw.Campaign(file).execute(tmp_path / "here").done == 12
@@ -161,13 +164,16 @@ def test_mistakes_are_refused_with_place_and_remedy(tmp_path):
     with pytest.raises(lw.LinkworkError, match="another campaign is writing"):
         campaign.execute(tmp_path / "out")
     # Lines that are none of this campaign's.
-    (line,) = more._make([4], tmp_path / "failures")
+    (line,) = more._make([4], tmp_path / "elsewhere")
     for text in ["{}", line, line.replace('"figures":["', '"figures":["1.0","')]:
         with pytest.raises(lw.LinkworkError):
             gathering.add(text)
-    (line,) = campaign._make([0], tmp_path / "failures")
-    with pytest.raises(lw.LinkworkError, match="run 0 comes twice"):
-        gathering.add(line)
+    # A run that is made again has to end as it did.
+    (line,) = campaign._make([0], tmp_path / "elsewhere")
+    gathering.add(line)
+    state = json.loads(line)["hash"]
+    with pytest.raises(lw.LinkworkError, match="run 0 of the campaign .* ended with the state"):
+        gathering.add(line.replace(str(state), str(state ^ 1)))
     gathering.finish()
     with pytest.raises(lw.LinkworkError, match="closed"):
         gathering.todo()

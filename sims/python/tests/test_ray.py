@@ -8,7 +8,7 @@ import time
 
 import pytest
 import ray
-from conftest import campaign_file, files_of, left_by_failures
+from conftest import campaign_file, files_of, left_by_runs
 from ray.cluster_utils import Cluster
 
 import linkwork as lw
@@ -50,8 +50,8 @@ def test_a_node_that_is_killed_leaves_no_trace(cluster, tmp_path):
     results = linkwork.ray.execute(lw.Campaign(file), tmp_path / "there", chunk=3, progress=kill)
     assert killed and killed[0] < 60 and results.done == 60
     assert files_of(tmp_path / "there") == files_of(tmp_path / "here")
-    left = left_by_failures(tmp_path / "there")
-    assert left == left_by_failures(tmp_path / "here") and any(name.endswith(".lwck") for name in left)
+    left = left_by_runs(tmp_path / "there")
+    assert left == left_by_runs(tmp_path / "here") and any(name.endswith(".lwck") for name in left)
 
 
 DRIVER = """

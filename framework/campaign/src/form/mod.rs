@@ -17,7 +17,7 @@ mod values;
 use crate::correlation::factor;
 use crate::distribution::Distribution;
 use crate::sampling::{SOBOL_RUNS, SOBOL_VALUES, Sampling};
-use linkwork_assembly::{Failure, read_value, tidy};
+use linkwork_assembly::{Failure, Text, read_value, tidy};
 use linkwork_runtime::{Fault, Located, Origin, Seconds, Sources, Value, remedy};
 use std::path::{Path, PathBuf};
 
@@ -61,6 +61,17 @@ pub enum Noise {
     Same,
 }
 
+/// Time histories that every run keeps.
+#[derive(Clone, Debug)]
+pub struct Retain {
+    /// Patterns of variables.
+    pub of: Vec<Text>,
+    /// Period of the rows.
+    pub every: Seconds,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
 /// A campaign file as read.
 #[derive(Clone, Debug)]
 pub struct Form {
@@ -84,6 +95,8 @@ pub struct Form {
     pub wall: Option<f64>,
     /// Pairs of figures that the report draws against each other.
     pub scatter: Vec<(String, String, Origin)>,
+    /// Variables whose time histories every run keeps.
+    pub retain: Option<Retain>,
     /// Everything drawn, in the order of names.
     pub drawn: Vec<Drawn>,
     /// Path, what is written there, and where that is said; constants first.
@@ -93,7 +106,7 @@ pub struct Form {
     pub sources: Sources,
 }
 
-const FIELDS: [&str; 11] = [
+const FIELDS: [&str; 12] = [
     "doc",
     "simulation",
     "runs",
@@ -105,6 +118,7 @@ const FIELDS: [&str; 11] = [
     "correlate",
     "limits",
     "scatter",
+    "retain",
 ];
 
 /// Runs of a campaign: a run's number is a 32-bit number in places, and results are held in memory.
@@ -186,6 +200,7 @@ impl Reader {
         let together = inner.get("correlate").map_or(Vec::new(), |v| self.together(v));
         let (until, wall) = inner.get("limits").map_or((None, None), |v| self.limits(v));
         let scatter = inner.get("scatter").map_or(Vec::new(), |v| self.scatter(v));
+        let retain = inner.get("retain").and_then(|v| self.retain(v));
         if let (Some(runs), Sampling::Sobol) = (runs, sampling) {
             self.sobol(inner, runs);
         }
@@ -204,6 +219,7 @@ impl Reader {
             until,
             wall,
             scatter,
+            retain,
             drawn: Vec::new(),
             targets,
             together,
@@ -427,22 +443,44 @@ impl Reader {
 
     fn limits(&mut self, v: &Located) -> (Option<Seconds>, Option<f64>) {
         self.fields(v, "`limits`", &["time", "wall"]);
-        let mut read = |field: &str| {
-            let v = v.get(field)?;
-            match Seconds::period(&v.value) {
-                Ok(s) if s.num > 0 && !v.value.to_string().contains("Hz") => Some(s),
-                _ => {
-                    let message = format!("`limits`: `{field}` is {}", v.value);
-                    self.fault(
-                        v.origin,
-                        message,
-                        "write a time above zero: 20, \"20 s\", \"2 min\"",
-                    );
-                    None
-                }
-            }
-        };
+        let mut read = |field: &str| self.time(v.get(field)?, "limits", field);
         (read("time"), read("wall").map(Seconds::seconds))
+    }
+
+    fn time(&mut self, v: &Located, of: &str, field: &str) -> Option<Seconds> {
+        match Seconds::period(&v.value) {
+            Ok(s) if s.num > 0 && !v.value.to_string().contains("Hz") => Some(s),
+            _ => {
+                let message = format!("`{of}`: `{field}` is {}", v.value);
+                let help = "write a time above zero: 20, \"20 s\", \"2 min\"";
+                self.fault(v.origin, message, help);
+                None
+            }
+        }
+    }
+
+    fn retain(&mut self, v: &Located) -> Option<Retain> {
+        self.fields(v, "`retain`", &["of", "every"]);
+        let help = "write retain: (of: [\"Capsule.altitude\"], every: \"1 s\")";
+        let every = v.get("every").map(|e| self.time(e, "retain", "every"));
+        let of = v.get("of").map(|of| match &of.value {
+            Value::List(items) if !items.is_empty() => {
+                let one = |(reader, i): (&mut Self, &Located)| {
+                    let text = reader.text(i, "of")?;
+                    Some(Text { text, origin: i.origin })
+                };
+                items.iter().map(|i| one((self, i))).collect::<Option<Vec<_>>>()
+            }
+            other => {
+                self.fault(of.origin, format!("`retain`: `of` is {other}"), help);
+                None
+            }
+        });
+        if (of.is_none() || every.is_none()) && matches!(v.value, Value::Map(_) | Value::Null) {
+            let missing = if of.is_none() { "of" } else { "every" };
+            self.fault(v.origin, format!("`retain` has no `{missing}`"), help);
+        }
+        Some(Retain { of: of??, every: every??, origin: v.origin })
     }
 
     fn scatter(&mut self, v: &Located) -> Vec<(String, String, Origin)> {
@@ -500,7 +538,7 @@ mod tests {
     },
     correlate: [(of: ["b", "c[2]"], matrix: [[1, -0.8], [-0.8, 1]])],
     limits: (time: "2 min", wall: "60 s"),
-    scatter: [("x", "y")],
+    scatter: [("x", "y")], retain: (of: ["a.**"], every: "1/3 s"),
 )
 "#;
 

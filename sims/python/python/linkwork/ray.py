@@ -63,7 +63,7 @@ def _campaign(folder: str, path: str, identity: str) -> Campaign:
 
 
 def _make(folder: str, path: str, identity: str, runs: list[int]) -> _Made:
-    """Makes runs in a worker: a line for each, and the files that failures leave, by name."""
+    """Makes runs in a worker: a line for each, and the files that they leave, by name."""
     before = os.getcwd()
     try:
         os.chdir(folder)
@@ -72,19 +72,22 @@ def _make(folder: str, path: str, identity: str, runs: list[int]) -> _Made:
             f"a node has no folder {folder}: {e.strerror}\n  help: put the files of the campaign at the same place on every node"
         ) from e
     try:
-        with tempfile.TemporaryDirectory(prefix="linkwork-") as failures:
-            lines = _campaign(folder, path, identity)._make(runs, failures)
-            files = [file for file in Path(failures).rglob("*") if file.is_file()]
-            return lines, {str(file.relative_to(failures)): file.read_bytes() for file in files}
+        with tempfile.TemporaryDirectory(prefix="linkwork-") as left:
+            lines = _campaign(folder, path, identity)._make(runs, left)
+            files = [file for file in Path(left).rglob("*") if file.is_file()]
+            return lines, {str(file.relative_to(left)): file.read_bytes() for file in files}
     finally:
         os.chdir(before)
 
 
-def _keep(failures: Path, left: _Left) -> None:
+def _keep(folder: Path, left: _Left) -> None:
     for name, content in left.items():
-        file = failures / name
+        file = folder / name
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(content)
+        # Never half a file: a run is made again when its history is not whole.
+        beside = file.with_name(file.name + ".part")
+        beside.write_bytes(content)
+        beside.replace(file)
 
 
 class _Chunks:
@@ -152,7 +155,7 @@ def execute(
     gathering = campaign._gather(folder)
     begin = time.monotonic()
     before, failed = gathering.counts()
-    failures = gathering.failures
+    path = gathering.path
     task: Any = ray.remote(num_cpus=cpus, max_retries=retries)(_make)
     same = (os.getcwd(), str(campaign.path), campaign.identity)
     chunks = _Chunks(gathering.todo(), chunk)
@@ -170,7 +173,7 @@ def execute(
             for reference in ready:
                 runs = under.pop(reference)
                 lines, left = _result(reference, runs)
-                _keep(failures, left)
+                _keep(path, left)
                 for line in lines:
                     chunks.took(gathering.add(line)[1])
                 if progress is not None:

@@ -1,0 +1,272 @@
+//! Time histories of chosen variables: every run keeps its rows, and all of them give bands over time.
+//!
+//! ```text
+//! retain: (of: ["Capsule.altitude"], every: "1 s")  →  histories/run_N.parquet  →  bands.csv, bands.parquet, report
+//! ```
+//! Rows are taken in the thread of the run, at the first tick at or after each multiple of the period, so that row k of
+//! every run is at the same instant. A run's file is written beside its name and renamed, before its outcome is told.
+use crate::results::{Column, Table};
+use crate::statistics::percentile;
+use linkwork_record::{Cells, ParquetFile, parquet_numbers, titled};
+use linkwork_runtime::{Place, Plan, Schedule, Seconds, Simulation};
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// Numbers that a run may keep: 160 MB.
+pub(crate) const MOST: u64 = 20_000_000;
+
+/// Instants of the bands at most, and numbers that are held while one is made.
+const INSTANTS: usize = 500;
+const HELD: usize = 1 << 24;
+
+/// Title of the column of times.
+const TIME: &str = "time [s]";
+
+/// What every run keeps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Retained {
+    /// Variables: path and unit, in the order of their paths.
+    pub variables: Vec<(String, String)>,
+    /// Period of the rows.
+    pub every: Seconds,
+}
+
+/// The rows of a run under way.
+pub(crate) struct History {
+    places: Vec<Place>,
+    schedule: Schedule,
+    times: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+}
+
+impl History {
+    /// From the start of a run on. The variables are those of the plan that the campaign was read with.
+    pub(crate) fn new(
+        retained: &Retained,
+        plan: &Plan,
+    ) -> Result<History, linkwork_runtime::VariableError> {
+        let place = |(path, _): &(String, String)| plan.variable(path).map(|v| v.place);
+        let places = retained.variables.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+        let columns = vec![Vec::new(); places.len()];
+        let schedule = Schedule::from(0, plan.base, retained.every);
+        Ok(History { places, schedule, times: Vec::new(), columns })
+    }
+
+    /// Takes the row of this tick when it is due.
+    pub(crate) fn sample(&mut self, sim: &Simulation) {
+        if !self.schedule.is_due(sim.state().tick) {
+            return;
+        }
+        self.times.push(sim.time());
+        for (column, place) in self.columns.iter_mut().zip(&self.places) {
+            column.push(sim.value(*place));
+        }
+    }
+
+    /// Writes the file of a run.
+    pub(crate) fn write(
+        &self,
+        folder: &Path,
+        run: u64,
+        retained: &Retained,
+    ) -> Result<(), (PathBuf, String)> {
+        let path = file(folder, run);
+        let parquet = || {
+            let titles: Vec<String> =
+                retained.variables.iter().map(|(n, u)| titled(n, u)).collect();
+            let numbers = || {
+                let values = titles.iter().map(String::as_str).zip(&self.columns);
+                std::iter::once((TIME, &self.times)).chain(values)
+            };
+            let like = numbers().map(|(title, v)| (title, Cells::Number(v)));
+            let about = [("linkwork.run".to_string(), run.to_string())];
+            let mut file = ParquetFile::new(Vec::new(), "history", like, about)?;
+            file.rows(numbers().map(|(_, v)| Cells::Number(v)))?;
+            file.finish()
+        };
+        let write = || -> Result<(), String> {
+            let bytes = parquet()?;
+            std::fs::create_dir_all(self::folder(folder)).map_err(|e| e.to_string())?;
+            let beside = path.with_extension("part");
+            std::fs::write(&beside, bytes).map_err(|e| e.to_string())?;
+            std::fs::rename(&beside, &path).map_err(|e| e.to_string())
+        };
+        write().map_err(|why| (path.clone(), why))
+    }
+}
+
+/// Where the histories of a campaign's folder are.
+fn folder(campaign: &Path) -> PathBuf {
+    campaign.join("histories")
+}
+
+/// The file of a run.
+fn file(campaign: &Path, run: u64) -> PathBuf {
+    folder(campaign).join(format!("run_{run}.parquet"))
+}
+
+/// Whether the file of a run is there to its end. A power cut may leave one without: the run is made again.
+pub(crate) fn is_whole(campaign: &Path, run: u64) -> bool {
+    let look = || -> std::io::Result<bool> {
+        let mut file = std::fs::File::open(file(campaign, run))?;
+        // Both marks, and the length of the footer between them.
+        if file.metadata()?.len() < 12 {
+            return Ok(false);
+        }
+        let (mut first, mut last) = ([0; 4], [0; 4]);
+        file.read_exact(&mut first)?;
+        file.seek(SeekFrom::End(-4))?;
+        file.read_exact(&mut last)?;
+        Ok(&first == b"PAR1" && &last == b"PAR1")
+    };
+    look().unwrap_or(false)
+}
+
+/// How one variable is spread over the runs at each instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Band {
+    /// Its path.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// Instants (s).
+    pub times: Vec<f64>,
+    /// Runs that have a value at each of them.
+    pub n: Vec<u64>,
+    /// The percentiles of [`BAND`] at each of them.
+    pub levels: [Vec<f64>; 7],
+}
+
+/// The percentiles of a band, and their titles.
+pub const BAND: [(f64, &str); 7] = [
+    (0.0, "min"),
+    (0.05, "p5"),
+    (0.25, "p25"),
+    (0.5, "median"),
+    (0.75, "p75"),
+    (0.95, "p95"),
+    (1.0, "max"),
+];
+
+/// The bands of the runs given: of all rows, or, where they are very many, of [`INSTANTS`] of them spread evenly. One
+/// variable is held at a time.
+///
+/// # Errors
+/// A message with the file that cannot be read.
+pub(crate) fn bands(
+    campaign: &Path,
+    retained: &Retained,
+    runs: &[u64],
+) -> Result<Vec<Band>, String> {
+    let read = |run: u64, title: &str| {
+        let path = file(campaign, run);
+        parquet_numbers(&path, title).map_err(|e| {
+            format!("`{}` cannot be read: {e}; without it its run is made again", path.display())
+        })
+    };
+    let mut times: Vec<f64> = Vec::new();
+    for run in runs {
+        let of_run = read(*run, TIME)?;
+        if of_run.len() > times.len() {
+            times = of_run;
+        }
+    }
+    let most = INSTANTS.min(HELD / runs.len().max(1)).max(2);
+    let every = times.len().div_ceil(most).max(1);
+    let times: Vec<f64> = times.into_iter().step_by(every).collect();
+    let band = |(name, unit): &(String, String)| {
+        let mut at: Vec<Vec<f64>> = vec![Vec::new(); times.len()];
+        for run in runs {
+            let values = read(*run, &titled(name, unit))?;
+            for (at, y) in at.iter_mut().zip(values.into_iter().step_by(every)) {
+                at.extend((!y.is_nan()).then_some(y));
+            }
+        }
+        at.iter_mut().for_each(|y| y.sort_by(f64::total_cmp));
+        let levels = BAND.map(|(p, _)| at.iter().map(|y| percentile(y, p)).collect());
+        let n = at.iter().map(|y| y.len() as u64).collect();
+        Ok(Band { name: name.clone(), unit: unit.clone(), times: times.clone(), n, levels })
+    };
+    retained.variables.iter().map(band).collect()
+}
+
+/// A row for each variable and instant.
+pub(crate) fn table(bands: &[Band]) -> Table {
+    let text = |of: &dyn Fn(&Band) -> &String| {
+        let all = bands.iter().flat_map(|b| std::iter::repeat_n(of(b).clone(), b.times.len()));
+        Column::Text(all.collect())
+    };
+    let number = |of: &dyn Fn(&Band) -> &[f64]| {
+        Column::Number(bands.iter().flat_map(|b| of(b).iter().copied()).collect())
+    };
+    let mut columns = vec![
+        ("variable".to_string(), text(&|b| &b.name)),
+        ("unit".to_string(), text(&|b| &b.unit)),
+        (TIME.to_string(), number(&|b| &b.times)),
+        ("n".to_string(), Column::Whole(bands.iter().flat_map(|b| b.n.iter().copied()).collect())),
+    ];
+    for (k, (_, title)) in BAND.iter().enumerate() {
+        columns.push(((*title).to_string(), number(&|b| &b.levels[k])));
+    }
+    Table { columns }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn retained() -> Retained {
+        Retained { variables: vec![("a.x".into(), "m".into())], every: Seconds::new(1, 2).unwrap() }
+    }
+
+    fn keep(folder: &Path, run: u64, times: &[f64], values: &[f64]) {
+        let history = History {
+            places: Vec::new(),
+            schedule: Schedule::from(0, Seconds::new(1, 1).unwrap(), Seconds::new(1, 1).unwrap()),
+            times: times.to_vec(),
+            columns: vec![values.to_vec()],
+        };
+        history.write(folder, run, &retained()).unwrap();
+    }
+
+    #[test]
+    fn bands_by_hand_with_runs_that_end_sooner_and_values_that_are_not_there() {
+        let folder = tempfile::tempdir().unwrap();
+        keep(folder.path(), 0, &[0.0, 0.5, 1.0], &[1.0, 2.0, 3.0]);
+        keep(folder.path(), 4, &[0.0, 0.5], &[3.0, f64::NAN]);
+        let bands = bands(folder.path(), &retained(), &[0, 4]).unwrap();
+        let [band] = &bands[..] else { panic!("{bands:?}") };
+        assert_eq!((&band.times[..], &band.n[..]), (&[0.0, 0.5, 1.0][..], &[2, 1, 1][..]));
+        let [min, _, p25, median, _, _, max] = &band.levels;
+        assert_eq!((&min[..], &max[..]), (&[1.0, 2.0, 3.0][..], &[3.0, 2.0, 3.0][..]));
+        assert_eq!((&p25[..], &median[..]), (&[1.5, 2.0, 3.0][..], &[2.0, 2.0, 3.0][..]));
+        let table = table(&bands);
+        assert!(table.columns.iter().all(|c| c.1.len() == 3), "{table:?}");
+    }
+
+    #[test]
+    fn long_histories_are_thinned_evenly() {
+        let folder = tempfile::tempdir().unwrap();
+        let times: Vec<f64> = (0..2001).map(|k| f64::from(k) / 2.0).collect();
+        keep(folder.path(), 0, &times, &times);
+        let bands = bands(folder.path(), &retained(), &[0]).unwrap();
+        assert!(bands[0].times.len() <= INSTANTS && bands[0].times.len() > INSTANTS / 2);
+        assert_eq!((bands[0].times[1], bands[0].levels[3][1]), (2.5, 2.5));
+    }
+
+    #[test]
+    fn half_a_file_is_none() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(!is_whole(folder.path(), 0));
+        keep(folder.path(), 0, &[0.0], &[1.0]);
+        assert!(is_whole(folder.path(), 0));
+        let path = file(folder.path(), 0);
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
+        assert!(!is_whole(folder.path(), 0));
+        for short in ["", "PAR1"] {
+            std::fs::write(&path, short).unwrap();
+            assert!(!is_whole(folder.path(), 0));
+        }
+    }
+}
