@@ -1,12 +1,10 @@
 //! What missions ask of the runtime: guards where nothing fires, moves between plans of the rover, loading of
-//! many parts, many runs. One command for all benches: tests/benches/run.
+//! many parts. One command for all benches: tests/benches/run.
 #![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
 #[path = "../common/mod.rs"]
 mod common;
 
 use linkwork_assembly::{Options, load_text};
-use linkwork_campaign::{Campaign, Folder, Orders, execute};
-use linkwork_runner::Library;
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
 use std::hint::black_box;
@@ -219,63 +217,11 @@ fn stiff() {
     );
 }
 
-/// Sixteen runs of 6000 steps of sims/attitude (four wheels, sensors, filter, control; RK4).
-fn campaigns() {
-    const FILE: &str = r#"vary: { "coils": Uniform(from: 300, to: 500), "craft.mass": Normal(mean: 600, deviation: 5) }"#;
-    let folder = tempfile::tempdir().unwrap();
-    let simulation = linkwork_tests::root().join("sims/attitude/sim.ron").display().to_string();
-    let path = folder.path().join("c.ron");
-    let text = format!(
-        "Campaign(simulation: {simulation:?}, runs: 16, seed: 1, limits: (time: \"600 s\"), {FILE})"
-    );
-    std::fs::write(&path, text).unwrap();
-    let library = Library { catalogue: common::catalogue(), embedded: Default::default() };
-    let campaign = Campaign::read(&path, &library).unwrap_or_else(|f| panic!("{f}"));
-    let each = |load: &dyn Fn(u64)| {
-        median(|| {
-            let begin = Instant::now();
-            (0..16).for_each(load);
-            begin.elapsed().as_secs_f64() / 16.0
-        })
-    };
-    let shared = each(&|run| drop(black_box(campaign.load(run, &library))));
-    let alone = each(&|run| {
-        let set = campaign.overrides(run);
-        drop(black_box(library.file(campaign.simulation(), &set, campaign.seed(run))));
-    });
-    let whole = |threads: usize| {
-        let mut k = 0;
-        median(|| {
-            k += 1;
-            let own = folder.path().join(format!("{threads}_{k}"));
-            let mut own = Folder::open(&own, &campaign).unwrap();
-            let orders = Orders { library: &library, threads, stop: Default::default() };
-            let begin = Instant::now();
-            assert!(execute(&campaign, &orders, &mut own, |_| ()).unwrap());
-            begin.elapsed().as_secs_f64()
-        })
-    };
-    let (one, two) = (whole(1), whole(2));
-    println!(
-        "campaign: 16 runs of 6000 steps: {one:.3} s on one thread, {two:.3} s on two (target 0.3), {:.2} times as fast \
-         (target 1.9); loading a run {:.2} ms ({:.2} ms alone with remarks), {:.1} % of it",
-        one / two,
-        shared * 1e3,
-        alone * 1e3,
-        100.0 * 16.0 * shared / one
-    );
-}
-
-/// All, or those that are named: `cargo bench --bench missions -- campaigns`.
+/// All, or those that are named: `cargo bench --bench missions -- stiff`.
 fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
-    let all: [(&str, fn()); 5] = [
-        ("guards", guards),
-        ("stiff", stiff),
-        ("moves", moves),
-        ("loading", loading),
-        ("campaigns", campaigns),
-    ];
+    let all: [(&str, fn()); 4] =
+        [("guards", guards), ("stiff", stiff), ("moves", moves), ("loading", loading)];
     for (name, bench) in all {
         if asked.is_empty() || asked.iter().any(|a| a == name) {
             bench();

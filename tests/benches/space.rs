@@ -1,11 +1,15 @@
 //! Spacecraft beside Basilisk, wired its usual way, in the same run: J2 orbit with attitude, three reaction wheels
-//! with control, a hub with a chain of sixteen hinged plates. All by Runge–Kutta 4, without logs. Peers:
+//! with control, a hub with a chain of sixteen hinged plates; all by Runge–Kutta 4, without logs. A campaign of the
+//! wheels. Peers:
 //! `tests/benches/peers/install.sh --basilisk`; one command for all benches: tests/benches/run.
 #![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
 #[path = "../common/mod.rs"]
 mod common;
 
+use linkwork_campaign::{Campaign, Folder, Orders, execute};
+use linkwork_runner::Library;
 use linkwork_runtime::Simulation;
+use std::hint::black_box;
 use std::process::Command;
 use std::time::Instant;
 
@@ -74,17 +78,11 @@ fn chain() -> String {
 
 /// Microseconds a step, the median of five runs.
 fn measure(sim: &Simulation, steps: u32) -> f64 {
-    let mut all: Vec<f64> = (0..5)
-        .map(|_| {
-            let mut run = sim.fork();
-            (0..steps / 10).for_each(|_| run.step().unwrap());
-            let begin = Instant::now();
-            (0..steps).for_each(|_| run.step().unwrap());
-            begin.elapsed().as_secs_f64() / f64::from(steps) * 1e6
-        })
-        .collect();
-    all.sort_by(f64::total_cmp);
-    all[2]
+    median(|| {
+        let mut run = sim.fork();
+        (0..steps / 10).for_each(|_| run.step().unwrap());
+        seconds(|| (0..steps).for_each(|_| run.step().unwrap())) / f64::from(steps) * 1e6
+    })
 }
 
 fn peer(name: &str) -> Option<String> {
@@ -95,15 +93,81 @@ fn peer(name: &str) -> Option<String> {
     text.lines().find_map(|l| Some(l.strip_prefix(name)?.split_whitespace().next()?.to_string()))
 }
 
+/// Sixteen runs of 6000 steps of the three wheels, whose histories of the craft are kept every ten seconds.
+fn campaign() {
+    const RUNS: u64 = 16;
+    let folder = tempfile::tempdir().unwrap();
+    let simulation = wheels().replace(
+        "until: \"1 h\"",
+        "until: \"600 s\", figures: { \"rate\": (of: \"craft.angular.x\", take: \"last\", unit: \"rad/s\") }",
+    );
+    std::fs::write(folder.path().join("sim.ron"), simulation).unwrap();
+    let path = folder.path().join("c.ron");
+    let text = format!(
+        "Campaign(simulation: \"sim.ron\", runs: {RUNS}, seed: 1, retain: (of: [\"craft.angular\"], every: \"10 s\"),
+        vary: {{ \"craft.mass\": Normal(mean: 750, deviation: 5) }})"
+    );
+    std::fs::write(&path, text).unwrap();
+    let library = Library { catalogue: common::catalogue(), embedded: Default::default() };
+    let campaign = Campaign::read(&path, &library).unwrap_or_else(|f| panic!("{f}"));
+    let loads = || (0..RUNS).for_each(|run| drop(black_box(campaign.load(run, &library))));
+    let loading = median(|| seconds(loads));
+    let mut k = 0;
+    let mut whole = |threads: usize, write: bool| {
+        median(|| {
+            k += 1;
+            let own = folder.path().join(k.to_string());
+            seconds(|| {
+                let mut own = Folder::open(&own, &campaign).unwrap();
+                let orders = Orders { library: &library, threads, stop: Default::default() };
+                assert!(execute(&campaign, &orders, &mut own, |_| ()).unwrap());
+                if write {
+                    own.write(&campaign).1.unwrap();
+                }
+            })
+        })
+    };
+    let (one, two, tables) = (whole(1, false), whole(2, false), whole(2, true));
+    println!(
+        "campaign: {RUNS} retained runs of 6000 steps: {one:.3} s on one thread, {two:.3} s on two ({:.2} times as fast; \
+         target 1.9), {tables:.3} s with tables and report (target 0.3); loading is {:.1} % of the runs; Basilisk on two \
+         processes {} s",
+        one / two,
+        100.0 * loading / one,
+        peer("campaign").unwrap_or_else(|| "not installed".into())
+    );
+}
+
+fn seconds(f: impl FnOnce()) -> f64 {
+    let begin = Instant::now();
+    f();
+    begin.elapsed().as_secs_f64()
+}
+
+/// Of five.
+fn median(mut of: impl FnMut() -> f64) -> f64 {
+    let mut all: Vec<f64> = (0..5).map(|_| of()).collect();
+    all.sort_by(f64::total_cmp);
+    all[2]
+}
+
 fn main() {
+    let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let wanted = |name: &str| asked.is_empty() || asked.iter().any(|a| a == name);
     for (name, text, steps, target) in [
         ("orbit", orbit(), 20_000, 1.0),
         ("wheels", wheels(), 20_000, 2.5),
         ("chain", chain(), 5000, 8.0),
     ] {
+        if !wanted(name) {
+            continue;
+        }
         let sim = common::scene(&text, &[]).unwrap();
         let ours = measure(&sim, steps);
         let theirs = peer(name).unwrap_or_else(|| "not installed".into());
         println!("{name}: {ours:.2} µs a step (target {target}); Basilisk {theirs}");
+    }
+    if wanted("campaign") {
+        campaign();
     }
 }
