@@ -254,6 +254,17 @@ pub struct WindLayer {
     pub up: f64,
 }
 
+/// How the air at a height differs from its model's.
+#[derive(Params, Clone, Debug)]
+pub struct DensityLayer {
+    /// Height above the ellipsoid.
+    #[param(unit = "m")]
+    pub altitude: f64,
+    /// Density over that of the model; the pressure has the same factor.
+    #[param(default = 1.0)]
+    pub factor: f64,
+}
+
 /// Shape and rotation, ready to be evaluated.
 #[derive(Clone, Debug)]
 pub struct Planet {

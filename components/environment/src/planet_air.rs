@@ -2,16 +2,17 @@
 //! ```text
 //! h     geodetic height above the planet's ellipsoid
 //! wind  ω_I × p + R_IP R_PE w(h)        in a site: R_WP R_PE w(h); what drag sees as moving air; w: straight lines between layers, east-north-up
+//! ρ, p  those of the model times a factor of the height, for a day that differs from it; temperature and a stay
 //! us76  NOAA-S/T 76-1562; heights are turned into geopotential ones with r₀ = 6356766 m inside
 //! msis  NRLMSISE-00 (Picone et al. 2002); p = k T Σ n, a = √(γ p/ρ)
 //! mars  a Mars-GRAM table (ln ρ and T linear between rows), or one line each: p = 699 e^(−0.00009 h)
 //! ```
 //! Nearer to the centre than 43 km (Earth) there is no geodetic height and the numbers are NaN.
 
-use crate::planet::{Centre, Planet, PlanetParams, WindLayer, fault};
+use crate::planet::{Centre, DensityLayer, Planet, PlanetParams, WindLayer, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_world::atmosphere::{
-    self as world, Gas, Layout, Magnetic, Msis, Outside, SpaceWeather, Table, Us76, WindProfile,
+    self as world, Gas, Layout, Magnetic, Msis, Outside, Profile, SpaceWeather, Table, Us76,
 };
 use linkwork_world::planet::{Epoch, Geodetic};
 
@@ -23,18 +24,32 @@ const MSIS_TOP: f64 = 2e6;
 /// The ground under the air, and the wind over it.
 struct Around {
     planet: Planet,
-    winds: Option<WindProfile>,
+    winds: Option<Profile<Vec3>>,
+    factors: Option<Profile<f64>>,
 }
 
 impl Around {
-    fn new(planet: &PlanetParams, winds: &[WindLayer]) -> Result<Around, BuildError> {
-        let entries: Vec<(f64, Vec3)> =
-            winds.iter().map(|w| (w.altitude, Vec3::new(w.east, w.north, w.up))).collect();
-        let winds = match entries.is_empty() {
+    fn new(
+        planet: &PlanetParams,
+        winds: &[WindLayer],
+        density: &[DensityLayer],
+    ) -> Result<Around, BuildError> {
+        let wind = |w: &WindLayer| (w.altitude, Vec3::new(w.east, w.north, w.up));
+        let winds = match winds.is_empty() {
             true => None,
-            false => Some(WindProfile::new(entries).map_err(|e| fault(&e, "winds"))?),
+            false => {
+                let entries = winds.iter().map(wind).collect();
+                Some(Profile::winds(entries).map_err(|e| fault(&e, "winds"))?)
+            }
         };
-        Ok(Around { planet: planet.planet()?, winds })
+        let factors = match density.is_empty() {
+            true => None,
+            false => {
+                let entries = density.iter().map(|d| (d.altitude, d.factor)).collect();
+                Some(Profile::factors(entries).map_err(|e| fault(&e, "density"))?)
+            }
+        };
+        Ok(Around { planet: planet.planet()?, winds, factors })
     }
 
     /// The air at `p`, given what it is at a geodetic place.
@@ -55,9 +70,10 @@ impl Around {
             .as_ref()
             .map_or(Vec3::zeros(), |w| spin.R_IP * (place.east_north_up() * w.at(place.altitude)));
         let a = gas(&place);
+        let factor = self.factors.as_ref().map_or(1.0, |f| f.at(place.altitude));
         Air {
-            density: a.density,
-            pressure: a.pressure,
+            density: a.density * factor,
+            pressure: a.pressure * factor,
             temperature: a.temperature,
             speed_of_sound: a.sound_speed,
             wind: spin.omega_I.cross(&p) + over_ground,
@@ -74,6 +90,9 @@ pub struct Us76Params {
     /// Wind over the ground by height, in rising order; none: still air that turns with the planet.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
+    /// Factors on the model's density by height, in rising order; none: the air of the model.
+    #[param(default = Vec::new())]
+    pub density: Vec<DensityLayer>,
 }
 
 /// US Standard Atmosphere 1976 around a planet.
@@ -96,7 +115,10 @@ impl Atmosphere for StandardAtmosphere {
 impl Service for StandardAtmosphere {
     type Params = Us76Params;
     fn build(p: Us76Params, _: &Files) -> Result<Self, BuildError> {
-        Ok(StandardAtmosphere { around: Around::new(&p.planet, &p.winds)?, model: Us76::new() })
+        Ok(StandardAtmosphere {
+            around: Around::new(&p.planet, &p.winds, &p.density)?,
+            model: Us76::new(),
+        })
     }
 }
 
@@ -117,6 +139,9 @@ pub struct MsisParams {
     /// Wind over the ground by height, in rising order.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
+    /// Factors on the model's density by height, in rising order; none: the air of the model.
+    #[param(default = Vec::new())]
+    pub density: Vec<DensityLayer>,
 }
 
 /// NRLMSISE-00 around the Earth.
@@ -173,7 +198,7 @@ impl Service for MsisAtmosphere {
             f107_mean: p.f107_mean.unwrap_or(p.f107),
             magnetic: Magnetic::Daily(p.ap),
         };
-        let around = Around::new(&p.planet, &p.winds)?;
+        let around = Around::new(&p.planet, &p.winds, &p.density)?;
         Ok(MsisAtmosphere { around, model: Msis::new(), epoch, weather })
     }
 }
@@ -190,6 +215,9 @@ pub struct MarsAirParams {
     /// Wind over the ground by height, in rising order.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
+    /// Factors on the model's density by height, in rising order; none: the air of the model.
+    #[param(default = Vec::new())]
+    pub density: Vec<DensityLayer>,
 }
 
 /// A table of Mars-GRAM or the simple model, around Mars.
@@ -216,7 +244,7 @@ impl Atmosphere for MarsAtmosphere {
 impl Service for MarsAtmosphere {
     type Params = MarsAirParams;
     fn build(p: MarsAirParams, files: &Files) -> Result<Self, BuildError> {
-        let around = Around::new(&p.planet, &p.winds)?;
+        let around = Around::new(&p.planet, &p.winds, &p.density)?;
         let Some(name) = &p.table else { return Ok(MarsAtmosphere { around, table: None }) };
         let path = files.resolve(name).map_err(|e| e.at("table"))?;
         let text = linkwork_formats::whole_text(&path).map_err(|e| {
@@ -242,7 +270,7 @@ mod tests {
         // 20 ft/s from the west at the ground, more above: NESC's case 8 upside down.
         let layer = |altitude: f64, east: f64| WindLayer { altitude, east, north: 1.0, up: 0.0 };
         let winds = vec![layer(0.0, 6.0), layer(10_000.0, 16.0)];
-        let p = Us76Params { planet: earth(), winds };
+        let p = Us76Params { planet: earth(), winds, density: vec![] };
         let air = StandardAtmosphere::build(p, &Files::default()).unwrap();
         let (t, r) = (3000.0, 6_378_137.0 + 5000.0);
         // A point above the equator, at longitude 0.4 after the turning.
@@ -263,7 +291,14 @@ mod tests {
     fn msis_knows_day_and_night_and_ends_above() {
         let epoch = Some("2012-08-06 05:17:57 UTC".to_string());
         let planet = PlanetParams { turns: Turning::Iau, epoch, ..PlanetParams::of(Centre::Earth) };
-        let p = MsisParams { planet, f107: 150.0, f107_mean: None, ap: 4.0, winds: vec![] };
+        let p = MsisParams {
+            planet,
+            f107: 150.0,
+            f107_mean: None,
+            ap: 4.0,
+            winds: vec![],
+            density: vec![],
+        };
         let air = MsisAtmosphere::build(p.clone(), &Files::default()).unwrap();
         // Early August: the Sun is at right ascension 136°; the bulge is some 30° behind.
         let at = |degrees: f64, h: f64| {
@@ -290,7 +325,7 @@ mod tests {
     #[test]
     fn the_air_of_mars_from_a_line_or_a_table() {
         let planet = PlanetParams::of(Centre::Mars);
-        let p = MarsAirParams { table: None, planet, winds: vec![] };
+        let p = MarsAirParams { table: None, planet, winds: vec![], density: vec![] };
         let simple = MarsAtmosphere::build(p.clone(), &Files::default()).unwrap();
         let point = |h: f64| Vec3::x() * (3_396_190.0 + h);
         let a = simple.air(0.0, point(5000.0));
@@ -319,6 +354,43 @@ mod tests {
         let missing = MarsAirParams { table: Some("none.txt".into()), ..p };
         let e = MarsAtmosphere::build(missing, &Files::default()).err().unwrap();
         assert!(e.message.contains("none.txt"));
+    }
+
+    #[test]
+    fn the_air_of_a_day_is_that_of_the_model_times_a_factor_by_height() {
+        let planet = PlanetParams::of(Centre::Mars);
+        let of = |density: Vec<DensityLayer>| {
+            let p = MarsAirParams { table: None, planet: planet.clone(), winds: vec![], density };
+            MarsAtmosphere::build(p, &Files::default())
+        };
+        let layer = |altitude: f64, factor: f64| DensityLayer { altitude, factor };
+        let model = of(vec![]).unwrap();
+        let day = of(vec![layer(0.0, 1.2), layer(10_000.0, 0.8)]).unwrap();
+        for (h, factor) in [(-3000.0, 1.2), (0.0, 1.2), (2500.0, 1.1), (10_000.0, 0.8), (2e4, 0.8)]
+        {
+            let p = Vec3::x() * (3_396_190.0 + h);
+            let (a, b) = (model.air(0.0, p), day.air(0.0, p));
+            assert!(
+                (b.density / a.density - factor).abs() < 1e-12,
+                "{h}: {}",
+                b.density / a.density
+            );
+            assert!((b.pressure / a.pressure - factor).abs() < 1e-12);
+            let rest = |a: &Air| (a.temperature, a.speed_of_sound, a.wind);
+            assert_eq!(rest(&a), rest(&b));
+        }
+        for (wrong, fact) in [
+            (vec![layer(0.0, -0.1)], "a factor that is none"),
+            (vec![layer(0.0, f64::NAN)], "a factor that is none"),
+            (vec![layer(5.0, 1.0), layer(5.0, 1.0)], "altitude 5 m after 5 m"),
+        ] {
+            let e = of(wrong).err().unwrap();
+            assert!(
+                e.message.contains(fact) && e.param.as_deref() == Some("density"),
+                "{}",
+                e.message
+            );
+        }
     }
 
     #[test]

@@ -279,21 +279,21 @@ fn winds_blow_where_they_are_said_to() {
     // NESC case 8: from the west, 0.003 h − 20 ft/s.
     let wind = |h: f64| Vec3::new(0.003 * h - 20.0 * 0.3048, 0.0, 0.0);
     let profile =
-        WindProfile::new(vec![(0.0, wind(0.0)), (4e3, wind(4e3)), (1e4, wind(1e4))]).unwrap();
+        Profile::winds(vec![(0.0, wind(0.0)), (4e3, wind(4e3)), (1e4, wind(1e4))]).unwrap();
     for h in [0.0, 100.0, 4e3, 9144.0, 1e4] {
         near3(&profile.at(h), &wind(h), 1e-12, "linear");
     }
     near3(&profile.at(-50.0), &wind(0.0), 0.0, "below");
     near3(&profile.at(2e4), &wind(1e4), 0.0, "above");
-    assert!(WindProfile::new(vec![]).unwrap_err().to_string().contains("has no entry"));
+    assert!(Profile::winds(vec![]).unwrap_err().to_string().contains("has no entry"));
     let falling = vec![(1.0, Vec3::zeros()), (1.0, Vec3::zeros())];
     assert!(
-        WindProfile::new(falling)
+        Profile::winds(falling)
             .unwrap_err()
             .to_string()
             .contains("wind profile:2: altitude 1 m after 1 m")
     );
-    assert!(WindProfile::new(vec![(f64::NAN, Vec3::zeros())]).is_err());
+    assert!(Profile::winds(vec![(f64::NAN, Vec3::zeros())]).is_err());
 }
 
 fn five(random: &mut Random) -> [f64; 5] {

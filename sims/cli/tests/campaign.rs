@@ -487,18 +487,47 @@ fn every_way_of_sampling_makes_a_campaign() {
     }
 }
 
+/// The first runs of a campaign that ships, as `c.ron`.
+fn first_runs(lab: &Lab, folder: &str, name: &str, runs: usize) {
+    let folder = root().join("sims").join(folder);
+    let text = std::fs::read_to_string(folder.join(name)).unwrap();
+    let sim = folder.join("sim.ron").display().to_string();
+    let few = text.replace("runs: 1000", &format!("runs: {runs}"));
+    let few = few.replace("\"sim.ron\"", &format!("{sim:?}"));
+    assert!(few != text && few.contains(&format!("runs: {runs},")));
+    lab.write(name, &few);
+}
+
+/// Parts that are varied are there in some phases and not in others.
+#[test]
+fn runs_of_the_footprint_come_down_near_the_target_and_differ() {
+    let lab = Lab::new();
+    first_runs(&lab, "mars_edl", "footprint.ron", 3);
+    let said = lab.linkwork(&["campaign", "footprint.ron", "--out", "out"]).code(0);
+    assert!(said.out.contains("3 stop_when"), "{}", said.out);
+    let (east, north) = (
+        numbers(&lab, "out", "east of the target [m]"),
+        numbers(&lab, "out", "north of the target [m]"),
+    );
+    for (x, y) in east.iter().zip(&north) {
+        assert!(x.hypot(*y) < 6e3, "{x} {y}");
+    }
+    assert!((east[0] - east[1]).abs() > 1.0 && (east[1] - east[2]).abs() > 1.0, "{east:?}");
+    // A name that no phase has is refused, in the words of a phase that has its part.
+    let text = std::fs::read_to_string(lab.path("footprint.ron")).unwrap();
+    lab.write("footprint.ron", &text.replace("Aero.drag_factor", "Aero.drag_fictor"));
+    lab.linkwork(&["campaign", "footprint.ron", "--out", "no"])
+        .code(2)
+        .tells(&["override `Aero.drag_fictor` matches nothing", "did you mean `drag_factor`"]);
+}
+
 #[test]
 fn the_campaign_that_ships_is_right() {
     let lab = Lab::new();
-    let folder = root().join("sims/ballistic_entry");
-    let text = std::fs::read_to_string(folder.join("dispersions.ron")).unwrap();
-    let sim = folder.join("sim.ron").display().to_string();
-    let few = text.replace("runs: 1000", "runs: 24").replace("\"sim.ron\"", &format!("{sim:?}"));
-    assert_ne!(few, text);
-    lab.write("dispersions.ron", &few);
+    first_runs(&lab, "ballistic_entry", "dispersions.ron", 24);
     lab.linkwork(&["campaign", "dispersions.ron", "--out", "out"]).code(0);
     let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
-    assert!(page.matches("<svg").count() >= 4 * 3 + 2 && page.contains("class=\"ring\""));
+    assert!(page.matches("<svg").count() >= 4 * 3 + 2 + 2 && page.contains("class=\"ring\""));
     assert!(!page.contains("http") && !page.contains("<script"), "the page needs something else");
     let heating = numbers(&lab, "out", "peak heating [W/cm^2]");
     let least = heating.iter().copied().fold(f64::INFINITY, f64::min);

@@ -2,6 +2,7 @@
 //! ```text
 //! e = v/V (through the air)      l₀ = up − (up · e) e, made unit      up = p/|p|, from the planet's centre
 //! F = q S C_D (−e + (L/D) (cos σ l₀ + sin σ e × l₀))                   σ: bank; positive turns to the right
+//! C_D, L/D: a table times a factor
 //! q̇ = k √(ρ/r_n) V³      Q = ∫ q̇ dt
 //! ```
 //! C_D and L/D are tables over Mach number, linear, clamped at their ends; that the flow left them is an
@@ -22,6 +23,12 @@ pub struct EntryParams {
     pub drag: Vec<[f64; 2]>,
     /// Rows (Mach, L/D), rising.
     pub lift_to_drag: Vec<[f64; 2]>,
+    /// Factor on all of C_D, for what is not known of it.
+    #[param(default = 1.0, range = 0.0..)]
+    pub drag_factor: f64,
+    /// Factor on all of L/D.
+    #[param(default = 1.0)]
+    pub lift_to_drag_factor: f64,
     /// What happens where the tables end: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
@@ -131,8 +138,8 @@ impl Model for EntryAerodynamics {
         let p = &self.p;
         let air = p.atmosphere.air(c.t, u.body.position);
         let a = AirData::of(&u.body, &air, &Vec3::zeros());
-        let drag = a.pressure * p.area * self.drag.at(a.mach);
-        let lift = drag * self.ratio.at(a.mach);
+        let drag = a.pressure * p.area * self.drag.at(a.mach) * p.drag_factor;
+        let lift = drag * self.ratio.at(a.mach) * p.lift_to_drag_factor;
         let through = u.body.rotation * a.velocity;
         let from_centre = |s: Site| s.from_centre(&u.body.position);
         let up = p.atmosphere.site().map_or(u.body.position, from_centre);

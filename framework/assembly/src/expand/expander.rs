@@ -16,7 +16,9 @@ use crate::text::files::Home;
 use crate::text::patterns::segment_matches;
 use crate::text::report::Cx;
 use crate::text::value::{Text, entries, join, set, sort};
-use linkwork_runtime::{Catalogue, Description, Located, Origin, Value, did_you_mean, remedy};
+use linkwork_runtime::{
+    Catalogue, Description, Fault, Located, Origin, Value, did_you_mean, remedy,
+};
 use std::collections::BTreeMap;
 
 /// An override on its way down.
@@ -42,6 +44,8 @@ pub(crate) struct Expander<'a, 'o> {
     /// Files open above this place.
     stack: Vec<String>,
     overrides: Vec<Written>,
+    /// Overrides from outside that name nothing.
+    pub unmatched: Vec<Unmatched>,
     /// The files that were imported.
     pub imports: Vec<Import>,
 }
@@ -54,6 +58,29 @@ struct Around<'p> {
     home: &'p Home,
 }
 
+/// How many pieces of a path name parts.
+fn depth(root: &Instance, path: &str) -> usize {
+    let mut here = root;
+    for (k, segment) in path.split('.').enumerate() {
+        match here.parts.get(segment) {
+            Some(Node::Assembly(inner)) => here = inner,
+            Some(Node::Model(_)) => return k + 1,
+            None => return k,
+        }
+    }
+    path.split('.').count()
+}
+
+/// An override from outside that names nothing in a phase; another phase may have it.
+pub struct Unmatched {
+    /// Its path.
+    pub path: String,
+    /// How many pieces of the path are there.
+    pub depth: usize,
+    /// What to say when no phase has it.
+    pub fault: Fault,
+}
+
 impl<'a, 'o> Expander<'a, 'o> {
     pub fn new(cx: &'a mut Cx, files: Assemblies<'o>, catalogue: &'o Catalogue) -> Self {
         Expander {
@@ -62,6 +89,7 @@ impl<'a, 'o> Expander<'a, 'o> {
             catalogue,
             stack: Vec::new(),
             overrides: Vec::new(),
+            unmatched: Vec::new(),
             imports: Vec::new(),
         }
     }
@@ -91,7 +119,7 @@ impl<'a, 'o> Expander<'a, 'o> {
         Pending { id: self.overrides.len() - 1, path: segments, value }
     }
 
-    /// The whole tree; faults of overrides that match nothing come last.
+    /// The whole tree; faults of overrides that match nothing come last, those from outside go into `unmatched`.
     pub fn root(
         &mut self,
         a: &Assembly,
@@ -104,7 +132,7 @@ impl<'a, 'o> Expander<'a, 'o> {
         let env = bind(self.cx, "simulation", Origin::NONE, &a.params, &given, &Env::new());
         let around = Around { path: "", kind: "simulation", env: &env, home };
         let root = self.instance(a, &around, BTreeMap::new(), pending);
-        self.unused(&root);
+        self.unused(&root, outer.len());
         (root, env)
     }
 
@@ -339,14 +367,25 @@ impl<'a, 'o> Expander<'a, 'o> {
     }
 
     /// Faults for overrides that matched nothing: where their path stops to exist.
-    fn unused(&mut self, root: &Instance) {
-        for w in std::mem::take(&mut self.overrides).into_iter().filter(|w| !w.used) {
+    fn unused(&mut self, root: &Instance, outer: usize) {
+        let all = std::mem::take(&mut self.overrides).into_iter().enumerate();
+        for (id, w) in all.filter(|(_, w)| !w.used) {
             let help = match root.at(&w.scope) {
                 Some(scope) if scope.is_broken(&w.text) => continue,
                 Some(scope) => self.why_unused(scope, &w.text),
                 None => String::new(),
             };
-            self.cx.fault(w.origin, format!("override `{}` matches nothing", w.text), help);
+            let fault = Fault::new(w.origin, format!("override `{}` matches nothing", w.text));
+            let fault = fault.help(help);
+            match id < outer {
+                // Given twice it is told once.
+                true if self.unmatched.iter().any(|u| u.path == w.text) => {}
+                true => {
+                    let depth = depth(root, &w.text);
+                    self.unmatched.push(Unmatched { path: w.text, depth, fault });
+                }
+                false => self.cx.faults.push(fault),
+            }
         }
     }
 

@@ -9,7 +9,7 @@ pub use resolved::Resolved;
 
 use crate::body::shapes::BodyShape;
 use crate::expand::assemblies::Assemblies;
-use crate::expand::expander::Expander;
+use crate::expand::expander::{Expander, Unmatched};
 use crate::expand::tree::{TreeNode, tree};
 use crate::form::assembly::{self, Assembly, AssemblyForm, PartForm, PartKind};
 use crate::form::phases;
@@ -258,17 +258,23 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
         }
     };
     if kind == "Assembly" {
-        let (mut loaded, resolved) = single(cx, name, (&kind, inner, v.origin), home, options)?;
+        let mut unmatched = Vec::new();
+        let file = (&*kind, inner, v.origin);
+        let single = single(cx, name, file, home, options, &mut unmatched);
+        tell_unmatched(cx, unmatched, 1);
+        let (mut loaded, resolved) = single?;
         loaded.resolved = Resolved::new(resolved);
         return Some(loaded);
     }
     let all = phases::split(cx, &mut inner);
-    let mut compiled = Vec::new();
+    let (mut compiled, mut unmatched, phases) = (Vec::new(), Vec::new(), all.len());
     for phase in all {
         let phases::Phase { name: phase, file, transitions, origin } = phase;
-        let one = single(cx, name, (&kind, file, v.origin), home.clone(), options);
+        let file = (&*kind, file, v.origin);
+        let one = single(cx, name, file, home.clone(), options, &mut unmatched);
         compiled.extend(one.map(|(loaded, text)| (phase, loaded, text, transitions, origin)));
     }
+    tell_unmatched(cx, unmatched, phases);
     if !cx.faults.is_empty() {
         return None;
     }
@@ -286,6 +292,20 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
     Some(Loaded { phases, phase_shapes, resolved: Resolved::new(resolved), ..loaded })
 }
 
+/// Faults for overrides from outside that name nothing in any of so many phases, each in the words of the phase that
+/// has most of its path.
+fn tell_unmatched(cx: &mut Cx, unmatched: Vec<Unmatched>, phases: usize) {
+    let mut by_path: BTreeMap<String, Vec<Unmatched>> = BTreeMap::new();
+    for one in unmatched {
+        by_path.entry(one.path.clone()).or_default().push(one);
+    }
+    for all in by_path.into_values().filter(|all| all.len() == phases) {
+        // The first of those that are alike.
+        let deepest = all.into_iter().rev().max_by_key(|one| one.depth);
+        cx.faults.extend(deepest.map(|one| one.fault));
+    }
+}
+
 /// One phase; what it is in full.
 fn single(
     cx: &mut Cx,
@@ -293,6 +313,7 @@ fn single(
     (kind, mut inner, origin): (&str, Located, Origin),
     home: Home,
     options: &Options<'_>,
+    unmatched: &mut Vec<Unmatched>,
 ) -> Option<(Loaded, Value)> {
     let near = Files { search: &options.search, embedded: &options.embedded, lenient: false };
     let mut files = Assemblies { files: near, read: BTreeMap::new(), own: None };
@@ -329,7 +350,7 @@ fn single(
     files.files.lenient =
         matches!(inner.get("resolved").map(|r| &r.value), Some(Value::Bool(true)));
     let outer = outside(cx, &mut inner, &options.overrides, &holder);
-    assemble(cx, &holder, inner, home, files, &outer, options)
+    assemble(cx, &holder, inner, (home, files), (&outer, unmatched), options)
 }
 
 /// Overrides from the command line: settings go into the file's map, the rest is returned.
@@ -403,13 +424,13 @@ fn assemble(
     cx: &mut Cx,
     holder: &Assembly,
     mut settings: Located,
-    home: Home,
-    files: Assemblies<'_>,
-    outer: &[(Text, Located)],
+    (home, files): (Home, Assemblies<'_>),
+    (outer, unmatched): (&[(Text, Located)], &mut Vec<Unmatched>),
     options: &Options<'_>,
 ) -> Option<(Loaded, Value)> {
     let mut expander = Expander::new(cx, files, options.catalogue);
     let (root, env) = expander.root(holder, &home, outer);
+    unmatched.append(&mut expander.unmatched);
     let (files, imports) = (expander.files.files, expander.imports);
     if let Value::Map(entries) = &mut settings.value {
         let known = SettingsForm::names();

@@ -8,15 +8,15 @@ mod exponential;
 mod gas;
 mod mars;
 mod msis;
+mod profile;
 mod table;
 mod us76;
-mod wind;
 
 pub use dryden::{Dryden, DrydenState, Turbulence};
 pub use exponential::Exponential;
 pub use gas::{Air, Gas, dynamic_pressure, mach};
 pub use mars::mars_simple;
 pub use msis::{Magnetic, Msis, MsisAir, SpaceWeather};
+pub use profile::{Profile, wind_from};
 pub use table::{AltitudeKind, Layout, Outside, Table};
 pub use us76::{Us76, geometric_altitude, geopotential_altitude};
-pub use wind::{WindProfile, wind_from};
