@@ -1,7 +1,7 @@
 //! The time loop, and what is due at a tick: calls, rows, checkpoints, the end.
 use crate::pace::Pace;
 use crate::saves::Saves;
-use linkwork_runtime::{Place, RunError, Schedule, Seconds, Simulation, Tap, VariableError};
+use linkwork_runtime::{Change, Place, RunError, Schedule, Seconds, Simulation, Tap};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -153,21 +153,11 @@ impl<W: Watch> Runner<W> {
         &mut self.sim
     }
 
-    /// Sets a variable at the present tick, before its rows are taken; the taps are told, so that a log holds it.
-    ///
-    /// # Errors
-    /// As [`Simulation::set`].
-    pub fn set(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
-        let before = self.sim.get(path)?;
-        if let Err(e) = self.sim_mut().set(path, value) {
-            // What is refused changes nothing: no log would know of it.
-            let _ = self.sim.set(path, before);
-            return Err(e);
-        }
+    /// Tells the taps of a variable that was changed from outside at the present tick.
+    pub(crate) fn tell_taps(&mut self, path: &str, change: Change, value: f64) {
         for feed in &mut self.feeds {
-            feed.tap.set(&self.sim, path, value);
+            feed.tap.set(&self.sim, path, change, value);
         }
-        Ok(())
     }
 
     /// Transitions between phases since this was asked last: time (s), what, and what went over.

@@ -25,6 +25,13 @@ pub struct RunOptions {
     /// Where the Rerun recording goes; `off` writes none.
     #[arg(long, value_name = "FILE|off")]
     pub save_rrd: Option<String>,
+    /// Keep a variable at a value, or without one at its present value, from the first tick on and for every reader
+    /// (repeatable; patterns with a star): --pin Motor.current="2 A" --pin 'Wheel*.rate'. Attach lets it go.
+    #[arg(long = "pin", value_name = "PATH[=VALUE]")]
+    pub pin: Vec<String>,
+    /// Let variables go that are pinned in the checkpoint (repeatable; patterns with a star), before --pin.
+    #[arg(long = "unpin", value_name = "PATH")]
+    pub unpin: Vec<String>,
     /// Write no MCAP log.
     #[arg(long)]
     pub no_log: bool,
