@@ -17,7 +17,7 @@
 //! | `saves` | when checkpoints are written, their names, what they carry |
 //! | `folder` | the folder of a run: one run at a time, nothing of another run in the way |
 //! | `figures` | a simulation's own figures, in fixed memory |
-//! | `pace` | not faster than real time |
+//! | `pace` | as fast as real time, or a multiple of it; how late ticks were |
 //!
 //! Viewers are taps that the program hands in; this crate knows none.
 mod change;
@@ -34,7 +34,7 @@ pub use change::{assignment, changed};
 pub use figures::{Figures, Running, Tracked};
 pub use folder::{Folder, FolderError};
 pub use load::{Library, Ready, Shared, sim_file};
-pub use pace::Pace;
+pub use pace::{Lateness, Pace, Realtime, SystemClock, WallClock};
 pub use prepare::{Prepared, prepare};
 pub use run::{Ended, Goal, Need, Pause, Runner, Stop, TapEnd, Watch};
 pub use saves::{Saves, signal_names, time_name};

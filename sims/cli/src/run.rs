@@ -279,8 +279,8 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     )
     .map_err(fail)?;
     files.extend(recording);
-    if options.realtime {
-        runner.pace();
+    if let Some(factor) = options.realtime {
+        runner.pace(factor);
     }
     for (change, all) in &pinned {
         runner.tell(*change, all);
@@ -566,6 +566,7 @@ impl Run {
             state_hash: format!("{:016x}", sim.hash()),
             wall_time: wall,
             real_time_factor: simulated / wall.max(1e-9),
+            realtime: self.runner.realtime(),
             seed: sim.plan().seed,
             figures: summary::figures(&self.runner.watch.figures),
             files: self.files.clone(),

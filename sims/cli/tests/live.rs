@@ -212,6 +212,12 @@ fn a_run_begins_pinned_and_a_cut_leaves_no_trace() {
     lab.linkwork(&["replay", "out/run.mcap", "--verify"]).code(0);
     lab.resume("out/checkpoint_0.4.lwck", "rest", &[]).code(0);
     assert_eq!(lab.hash("rest"), lab.hash("out"));
+    // Two checkpoints that differ in a pin alone are not equal.
+    let alone = ["--checkpoint-every", "0.4s", "--pin", "bob.angle=12 deg", "--pin", "bob.rate=0"];
+    lab.run("sim.ron", "two", &alone).code(0);
+    let two = ["out/checkpoint_0.4.lwck", "two/checkpoint_0.4.lwck"];
+    let said = lab.linkwork(&["diff", two[0], two[1]]).code(1);
+    assert!(said.out.contains("pin of bob.rate: only in the second"), "{}", said.out);
     // Nothing is written before all of it is right.
     for (pin, why) in [
         ("Lag.u=1", "it reads"),
