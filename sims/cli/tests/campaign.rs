@@ -69,7 +69,7 @@ fn threads_kills_and_stops_leave_no_trace() {
     let journal = lab.path("killed/journal");
     let lines = || std::fs::read_to_string(&journal).unwrap_or_default().lines().count();
     let (least, mut kills) = (kills(2), 0);
-    for k in 0.. {
+    for k in 0u64.. {
         let before = lines();
         let mut child = lab.spawn(&["campaign", "c.ron", "--out", "killed", "--threads", "2"]);
         wait_for(&journal);
@@ -87,7 +87,7 @@ fn threads_kills_and_stops_leave_no_trace() {
             if kills >= least {
                 break;
             }
-            assert!(kills > 0 && k < 10 * least, "the campaign is too short for this test");
+            assert!(kills > 0 && k < 10 * least as u64, "the campaign is too short for this test");
             std::fs::remove_dir_all(lab.path("killed")).unwrap();
             continue;
         }

@@ -399,9 +399,11 @@ impl Dice {
 fn kills_at_random_instants_of_a_rover_leave_no_trace() {
     let (lab, rover) = (Lab::new(), sim("rover_traverse"));
     let args = ["--until", "4s", "--checkpoint-every", "0.25s"];
-    let run = |out: &str| [&["run", &*rover, "--out", out][..], &args, &QUIET].concat();
+    fn run<'a>(rover: &'a str, out: &'a str, args: &[&'a str]) -> Vec<&'a str> {
+        [&["run", rover, "--out", out][..], args, &QUIET].concat()
+    }
     let clock = Instant::now();
-    lab.linkwork(&run("whole")).code(0);
+    lab.linkwork(&run(&rover, "whole", &args)).code(0);
     let took = clock.elapsed();
     let (hash, whole) = (lab.hash("whole"), read_log(&lab.path("whole/run.mcap")).unwrap());
     let (wanted, mut done, mut dice) = (kills(3), 0, Dice(14));
@@ -409,7 +411,7 @@ fn kills_at_random_instants_of_a_rover_leave_no_trace() {
     for tries in 0.. {
         assert!(tries < 3 * wanted + 10, "the run is too short for this test");
         let _ = std::fs::remove_dir_all(lab.path("killed"));
-        let mut child = lab.spawn(&run("killed"));
+        let mut child = lab.spawn(&run(&rover, "killed", &args));
         std::thread::sleep(took.mul_f64(0.1 + 0.9 * dice.part()));
         let ended = child.try_wait().unwrap().is_some();
         killed(&mut child);
@@ -465,7 +467,7 @@ fn kills_at_random_instants_of_a_rover_leave_no_trace() {
             }
             // Again from the start, beside what the killed one left.
             None => {
-                lab.linkwork(&run("killed")).code(0);
+                lab.linkwork(&run(&rover, "killed", &args)).code(0);
                 assert_eq!(lab.hash("killed"), hash);
                 let left = names(&lab.path("killed"));
                 assert!(left.iter().all(|n| !n.ends_with(".part")), "{left:?}");

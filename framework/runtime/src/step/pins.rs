@@ -6,7 +6,7 @@
 //! output, sum        set again after each operation that writes it, before what follows from it is evaluated
 //! ```
 //! So every reader sees the pin, at every stage of the integrator and at every tick before its rows; the part that
-//! writes the variable, too, where it reads it (the accelerations of a mechanism are what it integrates).
+//! writes the variable, too, where it reads it (a machine integrates the accelerations that it shows).
 //! Without a pin a step costs one comparison more for each list of operations.
 use super::{Simulation, VariableError};
 use crate::block::Block;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// What is pinned, by path, and where that is in the lanes of a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Pins {
-    pub values: BTreeMap<String, f64>,
+    values: BTreeMap<String, (f64, Target)>,
     x: Vec<(u32, f64)>,
     d: Vec<(u32, f64)>,
     sig: Vec<(u32, f64)>,
@@ -71,24 +71,31 @@ impl Pins {
         }
     }
 
-    /// Adds one that [`target`] has found.
-    fn add(&mut self, path: &str, target: Target, value: f64) {
-        self.values.insert(path.to_string(), value);
-        match target {
-            Target::X(k) => self.x.push((k, value)),
-            Target::D(k) => self.d.push((k, value)),
-            Target::Signal(k, op) => {
-                self.sig.push((k, value));
-                if let Some(op) = op {
-                    self.written.push((op, k, value));
-                    self.written.sort_by_key(|w| (w.0, w.1));
+    /// What is pinned, and to what, by path.
+    pub fn values(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.values.iter().map(|(path, (value, _))| (path.as_str(), *value))
+    }
+
+    /// Of what is pinned; `None` when nothing is.
+    fn of(values: BTreeMap<String, (f64, Target)>) -> Option<Arc<Pins>> {
+        let mut pins = Pins { values, ..Pins::default() };
+        for &(value, target) in pins.values.values() {
+            match target {
+                Target::X(k) => pins.x.push((k, value)),
+                Target::D(k) => pins.d.push((k, value)),
+                Target::Signal(k, op) => {
+                    pins.sig.push((k, value));
+                    pins.written.extend(op.map(|op| (op, k, value)));
                 }
             }
         }
+        pins.written.sort_by_key(|w| (w.0, w.1));
+        (!pins.values.is_empty()).then(|| Arc::new(pins))
     }
 }
 
 /// Where a variable can be pinned.
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Target {
     X(u32),
     D(u32),
@@ -109,7 +116,7 @@ fn writes(plan: &Plan, op: Op) -> Vec<Range<usize>> {
         }
         Op::Sum(j) => {
             let sum = &plan.sums[j as usize];
-            vec![sum.dst as usize..(sum.dst + sum.lanes) as usize]
+            std::iter::once(sum.dst as usize..(sum.dst + sum.lanes) as usize).collect()
         }
         Op::Loop(j) => {
             let l = &plan.loops[j as usize];
@@ -179,7 +186,7 @@ fn target(
                         "`{path}` cannot be pinned: it has no number of its own, it is bound to `{}`",
                         plan.parts[*k as usize].path
                     ),
-                    "pin a coordinate or a rate of the mechanism, or an output of this part",
+                    "pin a coordinate or a rate of a body, or an output of the part that reads it",
                 ),
             }
         }
@@ -225,10 +232,10 @@ impl Simulation {
         if !value.is_finite() {
             return no(format!("`{path}` cannot be pinned to {value}"), "give a finite number");
         }
-        target(&self.plan, &self.blocks, &self.state.x, (path, v))?;
+        let target = target(&self.plan, &self.blocks, &self.state.x, (path, v))?;
         let mut values = self.state.pins.as_ref().map_or_else(BTreeMap::new, |p| p.values.clone());
-        values.insert(path.to_string(), value);
-        self.repin(&values)
+        values.insert(path.to_string(), (value, target));
+        self.repin(values)
     }
 
     /// Lets a pinned variable go: states and inputs go on from the pinned value, outputs are again what the model
@@ -247,25 +254,23 @@ impl Simulation {
             self.here(path)?;
             return no(format!("`{path}` is not pinned"), help);
         }
-        self.repin(&values)
+        self.repin(values)
     }
 
     /// What is pinned, and to what, by path.
     pub fn pins(&self) -> impl Iterator<Item = (&str, f64)> {
-        let values = self.state.pins.iter().flat_map(|pins| &pins.values);
-        values.map(|(path, value)| (path.as_str(), *value))
+        self.state.pins.iter().flat_map(|pins| pins.values())
     }
 
     /// The pinned value of a variable.
     pub(super) fn pinned(&self, path: &str) -> Option<f64> {
-        self.state.pins.as_ref()?.values.get(path).copied()
+        self.state.pins.as_ref()?.values.get(path).map(|(value, _)| *value)
     }
 
     /// These pins in place of the present ones. What cannot be evaluated with them changes nothing.
-    fn repin(&mut self, values: &BTreeMap<String, f64>) -> Result<(), VariableError> {
+    fn repin(&mut self, values: BTreeMap<String, (f64, Target)>) -> Result<(), VariableError> {
         let before = self.state.clone();
-        let (pins, _) = find(&self.plan, &self.blocks, &self.state.x, values);
-        self.state.pins = pins;
+        self.state.pins = Pins::of(values);
         self.hold();
         self.refresh().map_err(|stopped| {
             let e = self.stopped(stopped);
@@ -278,6 +283,7 @@ impl Simulation {
     /// Puts the pins of a checkpoint in force; its lanes hold their values already.
     pub(crate) fn take_pins(&mut self, values: &BTreeMap<String, f64>) -> Result<(), String> {
         self.state.pins = None;
+        let values = values.iter().map(|(path, value)| (path.as_str(), *value));
         let (pins, gone) = find(&self.plan, &self.blocks, &self.state.x, values);
         self.state.pins = pins;
         gone.first().map_or(Ok(()), |(path, why)| Err(format!("the pin of `{path}`: {why}")))
@@ -293,22 +299,24 @@ impl Simulation {
 }
 
 /// Pins in the lanes of a plan, and those that it cannot have: path and why.
-pub(super) fn find(
+pub(super) fn find<'a>(
     plan: &Plan,
     blocks: &[Box<dyn Block>],
     x: &[f64],
-    values: &BTreeMap<String, f64>,
+    values: impl Iterator<Item = (&'a str, f64)>,
 ) -> (Option<Arc<Pins>>, Vec<(String, String)>) {
-    let (mut pins, mut gone) = (Pins::default(), Vec::new());
+    let (mut pins, mut gone) = (BTreeMap::new(), Vec::new());
     for (path, value) in values {
         let Some(v) = plan.lanes.get(path) else {
-            gone.push((path.clone(), "it is not there".to_string()));
+            gone.push((path.to_string(), "it is not there".to_string()));
             continue;
         };
         match target(plan, blocks, x, (path, v)) {
-            Ok(target) => pins.add(path, target, *value),
-            Err(e) => gone.push((path.clone(), e.message)),
+            Ok(target) => {
+                pins.insert(path.to_string(), (value, target));
+            }
+            Err(e) => gone.push((path.to_string(), e.message)),
         }
     }
-    ((!pins.values.is_empty()).then(|| Arc::new(pins)), gone)
+    (Pins::of(pins), gone)
 }
