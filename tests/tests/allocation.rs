@@ -25,6 +25,26 @@ fn stepping_allocates_nothing() {
 }
 
 #[test]
+fn stepping_with_pins_allocates_nothing() {
+    for integrator in [Integrator::Rk4, Integrator::SemiImplicitEuler] {
+        let mut sim = Simulation::new(zoo::plan(&zoo::system(integrator, 3)));
+        // Of every kind that can be pinned.
+        let names: Vec<String> = sim.plan().lanes.keys().cloned().collect();
+        let pinned = names.iter().step_by(7).filter(|n| {
+            let now = sim.get(n).unwrap();
+            sim.pin(n, now).is_ok()
+        });
+        assert!(pinned.count() > 5);
+        let counts = measure(|| {
+            for _ in 0..700 {
+                sim.step().unwrap();
+            }
+        });
+        assert_eq!(counts.count_total, 0, "{integrator:?}: {counts:?}");
+    }
+}
+
+#[test]
 fn a_snapshot_without_stores_is_refilled_in_place() {
     let mut spec = zoo::system(Integrator::Rk4, 3);
     spec.parts.retain(|p| p.path != "c.mean");

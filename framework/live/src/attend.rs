@@ -9,7 +9,7 @@ use crate::protocol::{Amount, Ask, Reply, Request, Said};
 use crate::server::{Guest, Server};
 use linkwork_assembly::{Text, match_patterns};
 use linkwork_runner::{Runner, Watch, time_name};
-use linkwork_runtime::{Origin, Place, Unit, Variable, split_quantity};
+use linkwork_runtime::{Change, Origin, Place, Value, Variable};
 use std::time::{Duration, Instant};
 
 /// Requests of one client between two ticks, at most.
@@ -249,14 +249,33 @@ fn answer<W: Watch>(ask: Ask, runner: &mut Runner<W>) -> Result<Said, No> {
     match ask {
         Ask::List { patterns } => list(&patterns, runner),
         Ask::Get { paths } => Ok(values(&places(&paths, runner)?, 0, runner)),
-        Ask::Set { path, value } => {
-            let si = in_si(variable(&path, runner)?, &path, &value)?;
-            runner.set(&path, si).map_err(|e| No { message: e.message, help: e.help })?;
-            Ok(Said::Done { time: runner.sim().time() })
+        Ask::Set { path, value } => change(runner, &path, Change::Set, Some(value)),
+        Ask::Pin { path, value } => change(runner, &path, Change::Pin, value),
+        Ask::Unpin { path } => change(runner, &path, Change::Unpin, None),
+        Ask::Pins => {
+            let sim = runner.sim();
+            let values = sim.pins().map(|(path, value)| (path.to_string(), value)).collect();
+            Ok(Said::Pins { time: sim.time(), values })
         }
         Ask::Checkpoint => checkpoint(runner),
         _ => no("it is said already, or not here", "say hello once, at the start"),
     }
+}
+
+fn change<W: Watch>(
+    runner: &mut Runner<W>,
+    pattern: &str,
+    change: Change,
+    value: Option<Amount>,
+) -> Result<Said, No> {
+    if pattern.len() > LONGEST_PATTERN {
+        return no("the pattern is too long", format!("give {LONGEST_PATTERN} bytes at most"));
+    }
+    let value = value.map(Value::from);
+    let values = runner
+        .change(pattern, change, value.as_ref())
+        .map_err(|e| No { message: e.message, help: e.help })?;
+    Ok(Said::Changed { time: runner.sim().time(), values })
 }
 
 fn variable<'a, W: Watch>(path: &str, runner: &'a Runner<W>) -> Result<&'a Variable, No> {
@@ -304,25 +323,5 @@ fn checkpoint<W: Watch>(runner: &mut Runner<W>) -> Result<Said, No> {
             Ok(Said::Checkpoint { file: file.display().to_string() })
         }
         _ => no("the checkpoint cannot be written", "the run says why; make room"),
-    }
-}
-
-/// A value in SI: a number is, a text has a unit of the variable's quantity.
-fn in_si(variable: &Variable, path: &str, value: &Amount) -> Result<f64, No> {
-    let text = match value {
-        Amount::Number(x) => return Ok(*x),
-        Amount::Text(text) => text,
-    };
-    let Some((number, unit)) = split_quantity(text) else {
-        return no(format!("`{text}` is no quantity"), "write a number, or `\"12 deg\"`");
-    };
-    let own = Unit::parse(&variable.unit).unwrap_or(Unit::ONE);
-    match Unit::parse(unit) {
-        Ok(u) if u.same_quantity(&own) => Ok(u.to_si(number)),
-        Ok(_) => no(
-            format!("`{path}` is in {}, which is no {unit}", variable.unit),
-            "give a unit of the same quantity, or a number in SI",
-        ),
-        Err(e) => no(e.to_string(), "give a number in SI"),
     }
 }

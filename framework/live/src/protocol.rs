@@ -1,9 +1,10 @@
 //! Messages, and frames of them: `framework/live/PROTOCOL.md` in types.
+use linkwork_runtime::Value;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::io::{Read, Write};
 
 /// Version of the protocol; another one is refused.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 /// Bytes of a request at most.
 pub const LONGEST_REQUEST: usize = 1 << 16;
 /// Bytes of a reply at most.
@@ -40,13 +41,28 @@ pub enum Ask {
         /// Variables.
         paths: Vec<String>,
     },
-    /// Sets a state or an input without a wire, from the present tick on.
+    /// Sets states and inputs without a wire, from the present tick on.
     Set {
-        /// The variable.
+        /// The variable, or a pattern with a star.
         path: String,
         /// To what.
         value: Amount,
     },
+    /// Pins variables: they keep a value until they are unpinned.
+    Pin {
+        /// The variable, or a pattern with a star.
+        path: String,
+        /// To what; the present value of each when there is none.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        value: Option<Amount>,
+    },
+    /// Lets pinned variables go.
+    Unpin {
+        /// The variable, or a pattern with a star.
+        path: String,
+    },
+    /// What is pinned.
+    Pins,
     /// Rows of values as the run goes on, in place of those asked for before; none for no paths.
     Watch {
         /// Variables.
@@ -79,6 +95,26 @@ pub enum Amount {
     Text(String),
 }
 
+impl From<Value> for Amount {
+    /// What is no number is written down: the run says what it makes of it.
+    fn from(value: Value) -> Amount {
+        match value {
+            Value::Number(x) => Amount::Number(x),
+            Value::Text(text) => Amount::Text(text),
+            other => Amount::Text(other.to_string()),
+        }
+    }
+}
+
+impl From<Amount> for Value {
+    fn from(amount: Amount) -> Value {
+        match amount {
+            Amount::Number(x) => Value::Number(x),
+            Amount::Text(text) => Value::Text(text),
+        }
+    }
+}
+
 /// What the run sends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -104,6 +140,20 @@ pub enum Said {
     Done {
         /// Simulated time (s).
         time: f64,
+    },
+    /// To [`Ask::Set`], [`Ask::Pin`] and [`Ask::Unpin`]: what was changed.
+    Changed {
+        /// Simulated time (s).
+        time: f64,
+        /// Path and value (SI).
+        values: Vec<(String, f64)>,
+    },
+    /// To [`Ask::Pins`].
+    Pins {
+        /// Simulated time (s).
+        time: f64,
+        /// Path and value (SI).
+        values: Vec<(String, f64)>,
     },
     /// To [`Ask::Get`], and again and again to [`Ask::Watch`].
     Values {

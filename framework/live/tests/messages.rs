@@ -22,6 +22,10 @@ fn requests() -> Vec<Request> {
         Ask::Get { paths: paths() },
         Ask::Set { path: "bob.angle".into(), value: Amount::Number(-0.25) },
         Ask::Set { path: "bob.angle".into(), value: Amount::Text("12 deg".into()) },
+        Ask::Pin { path: "bob.*".into(), value: Some(Amount::Number(0.5)) },
+        Ask::Pin { path: "bob.*".into(), value: None },
+        Ask::Unpin { path: "**".into() },
+        Ask::Pins,
         Ask::Watch { paths: paths(), rate: 100.0 },
         Ask::Pause,
         Ask::Step { steps: 7 },
@@ -60,7 +64,7 @@ fn messages_come_back_and_are_as_the_protocol_says() {
         serde_json::from_str::<Request>(&text).unwrap_or_else(|e| panic!("{text}: {e}"));
         seen += 1;
     }
-    assert_eq!(seen, 10, "requests on the page");
+    assert_eq!(seen, 14, "requests on the page");
 }
 
 #[test]

@@ -6,7 +6,8 @@ use foxglove::Encode;
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_runtime::{
-    Consumer, Group, Place, Plan, PortKind, Program, Role, Seconds, SetRow, TapRow, Variable,
+    Change, Consumer, Group, Place, Plan, PortKind, Program, Role, Seconds, SetRow, TapRow,
+    Variable,
 };
 use mcap::records::{MessageHeader, Metadata};
 use serde::{Deserialize, Serialize};
@@ -90,15 +91,47 @@ pub(crate) const START: &str = "start.lwck";
 /// The schema of the poses of all bodies.
 pub(crate) const TRANSFORMS: &str = "foxglove.FrameTransforms";
 
-/// The schema of variables that were set from outside.
+/// The schema of variables that were set, pinned or unpinned from outside.
 pub(crate) const SETS: &str = "linkwork.Set";
-const SETS_SCHEMA: &str = r#"{"type":"object","properties":{"tick":{"type":"integer"},"path":{"type":"string"},"value":{"type":"number"},"bits":{"type":"string"}}}"#;
+const SETS_SCHEMA: &str = r#"{"type":"object","properties":{"tick":{"type":"integer"},"path":{"type":"string"},"change":{"enum":["set","pin","unpin"]},"value":{"type":"number"},"bits":{"type":"string"}}}"#;
 
-/// A variable that was set from outside. `bits` is the value as IEEE 754 in hexadecimal digits.
+/// What was done to a variable, as the log writes it. What says nothing of it is of a log before there were pins.
+#[derive(Serialize, Deserialize, Default, Clone, Copy)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Changed {
+    #[default]
+    Set,
+    Pin,
+    Unpin,
+}
+
+impl From<Change> for Changed {
+    fn from(change: Change) -> Changed {
+        match change {
+            Change::Set => Changed::Set,
+            Change::Pin => Changed::Pin,
+            Change::Unpin => Changed::Unpin,
+        }
+    }
+}
+
+impl From<Changed> for Change {
+    fn from(changed: Changed) -> Change {
+        match changed {
+            Changed::Set => Change::Set,
+            Changed::Pin => Change::Pin,
+            Changed::Unpin => Change::Unpin,
+        }
+    }
+}
+
+/// A variable that was changed from outside. `bits` is the value as IEEE 754 in hexadecimal digits.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct SetMessage {
     pub tick: u64,
     pub path: String,
+    #[serde(default)]
+    pub change: Changed,
     pub value: f64,
     pub bits: String,
 }
@@ -415,9 +448,10 @@ impl Consumer for Log {
             None => (self.open_sets().map_err(|e| self.fault(&why(&e)))?, 0),
         };
         let (tick, path, value) = (set.tick, set.path.clone(), set.value);
+        let change = set.change.into();
         let bits = format!("{:016x}", value.to_bits());
         self.buffer.clear();
-        serde_json::to_writer(&mut self.buffer, &SetMessage { tick, path, value, bits })
+        serde_json::to_writer(&mut self.buffer, &SetMessage { tick, path, change, value, bits })
             .map_err(|e| self.fault(&e.to_string()))?;
         self.write(id, sequence, set.ns)?;
         self.sets = Some((id, sequence.wrapping_add(1)));

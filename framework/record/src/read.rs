@@ -54,7 +54,7 @@ pub struct LogContents {
     pub about: BTreeMap<String, String>,
     /// The checkpoint from which the run began, when it is not the start of its configuration.
     pub start: Option<Vec<u8>>,
-    /// Variables that were set from outside, in order.
+    /// Variables that were set, pinned or unpinned from outside, in order.
     pub sets: Vec<SetRow>,
     /// How it ends.
     pub end: End,
@@ -133,7 +133,7 @@ pub enum Entry<'a> {
         /// What the log says of them: `unit.NAME` and the unit.
         units: &'a BTreeMap<String, String>,
     },
-    /// A variable that was set from outside, before the rows of its tick.
+    /// A variable that was set, pinned or unpinned from outside, before the rows of its tick.
     Set(SetRow),
     /// Poses of the bodies of the present phase at an instant.
     Poses {
@@ -320,7 +320,8 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
             let set: SetMessage = serde_json::from_slice(data).map_err(|e| bad(e.to_string()))?;
             let bits = u64::from_str_radix(&set.bits, 16).map_err(|e| bad(e.to_string()))?;
             let (tick, path, value) = (set.tick, set.path, f64::from_bits(bits));
-            Entry::Set(SetRow { tick, ns, path, value })
+            let change = set.change.into();
+            Entry::Set(SetRow { tick, ns, path, change, value })
         } else if name.starts_with("linkwork.") {
             Entry::Numbers { part, ns, fields: decode(set, name, data), units }
         } else if name == TRANSFORMS {

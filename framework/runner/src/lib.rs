@@ -13,12 +13,14 @@
 //! | `load` | files → a compiled simulation with what else its file says |
 //! | `prepare` | every name of the file looked up, all mistakes at once |
 //! | `run` | the loop, with its taps |
+//! | `change` | variables set and pinned while it runs |
 //! | `saves` | when checkpoints are written, their names, what they carry |
 //! | `folder` | the folder of a run: one run at a time, nothing of another run in the way |
 //! | `figures` | a simulation's own figures, in fixed memory |
-//! | `pace` | not faster than real time |
+//! | `pace` | as fast as real time, or a multiple of it; how late ticks were |
 //!
 //! Viewers are taps that the program hands in; this crate knows none.
+mod change;
 mod figures;
 mod folder;
 mod load;
@@ -28,10 +30,11 @@ mod run;
 mod saves;
 mod unread;
 
+pub use change::{assignment, changed};
 pub use figures::{Figures, Running, Tracked};
 pub use folder::{Folder, FolderError};
 pub use load::{Library, Ready, Shared, sim_file};
-pub use pace::Pace;
+pub use pace::{Lateness, Pace, Realtime, SystemClock, WallClock};
 pub use prepare::{Prepared, prepare};
 pub use run::{Ended, Goal, Need, Pause, Runner, Stop, TapEnd, Watch};
 pub use saves::{Saves, signal_names, time_name};

@@ -1,7 +1,7 @@
 //! The time loop, and what is due at a tick: calls, rows, checkpoints, the end.
-use crate::pace::Pace;
+use crate::pace::{Pace, Realtime, SystemClock, WallClock};
 use crate::saves::Saves;
-use linkwork_runtime::{Place, RunError, Schedule, Seconds, Simulation, Tap, VariableError};
+use linkwork_runtime::{Change, Place, RunError, Schedule, Seconds, Simulation, Tap};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -153,21 +153,11 @@ impl<W: Watch> Runner<W> {
         &mut self.sim
     }
 
-    /// Sets a variable at the present tick, before its rows are taken; the taps are told, so that a log holds it.
-    ///
-    /// # Errors
-    /// As [`Simulation::set`].
-    pub fn set(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
-        let before = self.sim.get(path)?;
-        if let Err(e) = self.sim_mut().set(path, value) {
-            // What is refused changes nothing: no log would know of it.
-            let _ = self.sim.set(path, before);
-            return Err(e);
-        }
+    /// Tells the taps of a variable that was changed from outside at the present tick.
+    pub(crate) fn tell_taps(&mut self, path: &str, change: Change, value: f64) {
         for feed in &mut self.feeds {
-            feed.tap.set(&self.sim, path, value);
+            feed.tap.set(&self.sim, path, change, value);
         }
-        Ok(())
     }
 
     /// Transitions between phases since this was asked last: time (s), what, and what went over.
@@ -217,15 +207,25 @@ impl<W: Watch> Runner<W> {
         self.saves.as_mut().map_or_else(Vec::new, |s| std::mem::take(&mut s.failures))
     }
 
-    /// Not faster than real time, from now on.
-    pub fn pace(&mut self) {
-        self.pace = Some(Pace::from(self.sim.time()));
+    /// Not faster than `factor` simulated seconds in a second of the wall clock, from now on.
+    pub fn pace(&mut self, factor: f64) {
+        self.pace_by(Box::new(SystemClock::start()), factor);
+    }
+
+    /// The same by another clock.
+    pub fn pace_by(&mut self, clock: Box<dyn WallClock>, factor: f64) {
+        self.pace = Some(Pace::new(clock, self.sim.time(), factor));
+    }
+
+    /// When it is paced: how that went so far.
+    pub fn realtime(&self) -> Option<Realtime> {
+        self.pace.as_ref().map(Pace::report)
     }
 
     /// When it is paced: from now on again, because the run stood still.
     pub fn pace_again(&mut self) {
-        if self.pace.is_some() {
-            self.pace();
+        if let Some(pace) = &mut self.pace {
+            pace.again(self.sim.time());
         }
     }
 
@@ -290,7 +290,7 @@ impl<W: Watch> Runner<W> {
         if let Some(saves) = &mut self.saves {
             saves.keep(&self.sim, &self.watch);
         }
-        if let Some(pace) = &self.pace {
+        if let Some(pace) = &mut self.pace {
             pace.wait(self.sim.time(), &self.stop);
         }
         None

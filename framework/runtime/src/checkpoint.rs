@@ -11,7 +11,9 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-const MAGIC: &[u8; 8] = b"LWCKPT02";
+const MAGIC: &[u8; 8] = b"LWCKPT03";
+/// The format before it knew of pins; the same without them.
+const MAGIC_02: &[u8; 8] = b"LWCKPT02";
 
 /// A state in memory, stores included. Make it once, fill it often: nothing is allocated when it is
 /// filled again, but for what in a store has grown.
@@ -48,6 +50,9 @@ pub struct Checkpoint {
     pub lanes: Vec<u8>,
     /// Stores by path of the part.
     pub stores: BTreeMap<String, Vec<u8>>,
+    /// What is pinned, and to what (SI), by path.
+    #[serde(default)]
+    pub pins: BTreeMap<String, f64>,
     /// The full resolved configuration, so that the run can be rebuilt.
     pub configuration: String,
     /// Further data of the program that runs the simulation, by name.
@@ -206,6 +211,7 @@ impl Simulation {
             layout: layout(self.plan()),
             lanes: self.lane_bytes(),
             stores,
+            pins: self.pins().map(|(path, value)| (path.to_string(), value)).collect(),
             configuration: configuration.to_string(),
             extra: BTreeMap::new(),
         })
@@ -273,10 +279,10 @@ impl Simulation {
                 .map_err(|why| CheckpointError::Store { part: part.clone(), why })?;
         }
         self.replaced();
-        Ok(())
+        self.take_pins(&c.pins).map_err(|why| CheckpointError::Mismatch { why })
     }
 
-    /// Hash of tick, lanes and stores: equal hashes, equal bits.
+    /// Hash of tick, lanes, stores and pins: equal hashes, equal bits.
     pub fn hash(&self) -> u64 {
         let s = &self.state;
         let mut bytes = s.tick.to_le_bytes().to_vec();
@@ -285,6 +291,10 @@ impl Simulation {
         bytes.extend(self.lane_bytes());
         for &k in &self.plan().stored {
             bytes.extend(self.blocks[k as usize].save_store().unwrap_or_default());
+        }
+        for (path, value) in self.pins() {
+            bytes.extend(path.bytes());
+            bytes.extend(value.to_le_bytes());
         }
         noise::hash(bytes)
     }
@@ -354,7 +364,7 @@ impl Checkpoint {
     /// # Errors
     /// Why it is none.
     pub fn from_bytes(bytes: &[u8]) -> Result<Checkpoint, String> {
-        if bytes.len() < 16 || &bytes[..8] != MAGIC {
+        if bytes.len() < 16 || (&bytes[..8] != MAGIC && &bytes[..8] != MAGIC_02) {
             return Err("it does not begin as one".into());
         }
         if noise::hash(bytes[16..].iter().copied()).to_le_bytes() != bytes[8..16] {

@@ -71,7 +71,7 @@ pub use spec::{
 pub use step::{
     GuardState, MoveReport, Profile, RunError, Simulation, Spent, State, Stop, VariableError,
 };
-pub use tap::{Consumer, Group, Overflow, SetRow, Tap, TapRow};
+pub use tap::{Change, Consumer, Group, Overflow, SetRow, Tap, TapRow};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{

@@ -31,7 +31,18 @@ pub struct TapRow {
     pub shown: Vec<Option<Shown>>,
 }
 
-/// A variable that was set from outside of the simulation.
+/// What is done to a variable from outside of the simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// It is set, once.
+    Set,
+    /// It is pinned: it keeps the value.
+    Pin,
+    /// It is unpinned.
+    Unpin,
+}
+
+/// A variable that was set, pinned or unpinned from outside of the simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SetRow {
     /// Tick of the common base.
@@ -40,7 +51,9 @@ pub struct SetRow {
     pub ns: u64,
     /// The variable.
     pub path: String,
-    /// Its new value (SI).
+    /// What was done to it.
+    pub change: Change,
+    /// Its new value (SI); when it was unpinned, the value that it has then.
     pub value: f64,
 }
 
@@ -64,7 +77,7 @@ pub trait Consumer: Send {
     /// # Errors
     /// A message; the tap ends, the run is told at its next sample.
     fn row(&mut self, row: &TapRow) -> Result<(), String>;
-    /// Somebody set a variable, at the tick whose rows come next.
+    /// Somebody set, pinned or unpinned a variable, at the tick whose rows come next.
     ///
     /// # Errors
     /// A message; the tap ends.
@@ -261,12 +274,13 @@ impl Tap {
         }
     }
 
-    /// Tells the consumer that a variable was set at the present tick, before its rows. Not told to a consumer that
+    /// Tells the consumer that a variable was changed at the present tick, before its rows. Not told to a consumer that
     /// may lose rows. A consumer that has failed says so at the next sample.
-    pub fn set(&mut self, sim: &Simulation, path: &str, value: f64) {
+    pub fn set(&mut self, sim: &Simulation, path: &str, change: Change, value: f64) {
         if let (Overflow::Wait, Some(full)) = (self.overflow, &self.full) {
             let (tick, base) = (sim.state().tick, sim.plan().base);
-            let set = SetRow { tick, ns: nanoseconds(tick, base), path: path.into(), value };
+            let (ns, path) = (nanoseconds(tick, base), path.to_string());
+            let set = SetRow { tick, ns, path, change, value };
             let _ = full.send(Message::Set(set));
         }
     }

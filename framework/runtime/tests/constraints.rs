@@ -230,6 +230,38 @@ fn contact_keeps_its_bits() {
     }
 }
 
+/// A pinned velocity and contact: the stepper moves on with it, and cuts leave no trace.
+#[test]
+fn pins_hold_beside_contact_and_not_inside_loops() {
+    let begin = || {
+        let mut sim = Simulation::new(plan(&box_on_floor()));
+        sim.pin("box.velocity.x", 0.75).unwrap();
+        sim.pin("Bodies.contact.points", -1.0).unwrap();
+        sim
+    };
+    let mut whole = begin();
+    for k in 1..=500 {
+        whole.run_until(seconds(f64::from(k) * 1e-3)).unwrap();
+        let now = ["box.velocity.x", "Bodies.contact.points"].map(|p| whole.get(p).unwrap());
+        assert_eq!(now, [0.75, -1.0], "step {k}");
+    }
+    let mut half = begin();
+    half.run_until(seconds(0.231)).unwrap();
+    let mut rest = Simulation::new(half.plan().clone());
+    rest.restore(&half.checkpoint("").unwrap()).unwrap();
+    rest.run_until(seconds(0.5)).unwrap();
+    assert_eq!(rest.hash(), whole.hash());
+    let e = rest.pin("box.rotation.y", 0.0).unwrap_err();
+    assert!(e.message.contains("holds it together"), "{e}");
+    for treatment in BOTH {
+        let mut sim = Simulation::new(plan(&linkage(treatment, Integrator::Rk4, 1e-3)));
+        let coordinate = sim.plan().lanes.iter().find(|(_, v)| v.place == Place::X(0));
+        let path = coordinate.unwrap().0.clone();
+        let e = sim.pin(&path, 1.0).unwrap_err();
+        assert!(e.message.contains("holds it together"), "{treatment:?}: {e}");
+    }
+}
+
 /// With contact, loops report their mean forces over a step, which tend to those of smooth dynamics.
 #[test]
 fn loops_report_their_forces_beside_contact() {

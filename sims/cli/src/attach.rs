@@ -2,6 +2,8 @@
 use crate::exit;
 use clap::Subcommand;
 use linkwork_live::{Amount, Ask, Client, ClientError, FrameError, Said, Ticket};
+use linkwork_runner::assignment;
+use linkwork_runtime::Value;
 use std::path::Path;
 
 /// What is wanted of the run.
@@ -31,13 +33,28 @@ pub enum AttachCommand {
         #[arg(long)]
         count: Option<u64>,
     },
-    /// Set states, and inputs without a wire: bob.rate=0.5, "bob.angle=30 deg". They act from the present tick on, in
-    /// this order, and stand in the log.
+    /// Set states, and inputs without a wire: bob.rate=0.5, "bob.angle=30 deg", 'Wheel*.rate=0'. They act from the
+    /// present tick on, in this order, and stand in the log.
     Set {
-        /// What, and to what.
+        /// What (a variable, or a pattern with a star), and to what.
         #[arg(required = true, value_name = "PATH=VALUE")]
         values: Vec<String>,
     },
+    /// Pin states, outputs, and inputs without a wire: they keep the value, or without one the present value, for
+    /// every reader until they are unpinned. Pins stand in the log and in checkpoints.
+    Pin {
+        /// What (a variable, or a pattern with a star), and to what.
+        #[arg(required = true, value_name = "PATH[=VALUE]")]
+        values: Vec<String>,
+    },
+    /// Let pinned variables go.
+    Unpin {
+        /// Variables, or patterns with a star.
+        #[arg(required = true, value_name = "PATH")]
+        paths: Vec<String>,
+    },
+    /// What is pinned, in SI.
+    Pins,
     /// The run stands still.
     Pause,
     /// So many steps; then the run stands still.
@@ -110,7 +127,36 @@ fn done(client: &mut Client, command: AttachCommand) -> Result<(), ClientError> 
         AttachCommand::Watch { patterns, rate, count } => {
             return watch(client, patterns, rate, count);
         }
-        AttachCommand::Set { values } => return set(client, &values),
+        AttachCommand::Set { values } => {
+            let asks = values.iter().map(|written| match assignment(written) {
+                (path, Some(value)) => Ok(Ask::Set { path, value: value.into() }),
+                (_, None) => {
+                    let message = format!("`{written}` has no `=`");
+                    Err(ClientError::Refused { message, help: "write PATH=VALUE".into() })
+                }
+            });
+            return asks.collect::<Result<Vec<_>, _>>().and_then(|asks| change(client, asks));
+        }
+        AttachCommand::Pin { values } => {
+            let pin = |(path, value): (String, Option<Value>)| Ask::Pin {
+                path,
+                value: value.map(Amount::from),
+            };
+            return change(client, values.iter().map(|v| pin(assignment(v))).collect());
+        }
+        AttachCommand::Unpin { paths } => {
+            return change(client, paths.into_iter().map(|path| Ask::Unpin { path }).collect());
+        }
+        AttachCommand::Pins => {
+            match client.ask(Ask::Pins)? {
+                Said::Pins { time, values } => {
+                    say!("{:64} {time} s", "time");
+                    values.iter().for_each(|(path, value)| say!("{path:64} {value}"));
+                }
+                other => return Err(odd(&other)),
+            }
+            return Ok(());
+        }
         AttachCommand::Pause => Ask::Pause,
         AttachCommand::Step { steps } => Ask::Step { steps },
         AttachCommand::Go => Ask::Go,
@@ -158,17 +204,13 @@ fn watch(
     Ok(())
 }
 
-fn set(client: &mut Client, values: &[String]) -> Result<(), ClientError> {
-    for written in values {
-        let Some((path, value)) = written.split_once('=') else {
-            let message = format!("`{written}` has no `=`");
-            return Err(ClientError::Refused { message, help: "write PATH=VALUE".into() });
-        };
-        let number = value.trim().parse().map(Amount::Number);
-        let value = number.unwrap_or_else(|_| Amount::Text(value.trim().to_string()));
-        let path = path.trim().to_string();
-        match client.ask(Ask::Set { path, value })? {
-            Said::Done { time } => say!("{written} at t = {time} s"),
+/// Asks in this order, and says what each has changed.
+fn change(client: &mut Client, asks: Vec<Ask>) -> Result<(), ClientError> {
+    for ask in asks {
+        match client.ask(ask)? {
+            Said::Changed { time, values } => {
+                values.iter().for_each(|(path, value)| say!("{path} = {value} at t = {time} s"));
+            }
             other => return Err(odd(&other)),
         }
     }

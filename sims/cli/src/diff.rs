@@ -23,6 +23,7 @@ fn read(path: &Path) -> Result<Named, String> {
                 .get("signals")
                 .and_then(|b| rmp_serde::from_slice(b).ok())
                 .unwrap_or_default();
+            let pins = c.pins.iter().map(|(path, y)| (format!("pin of {path}"), one(*y)));
             Ok(values
                 .enumerate()
                 .map(|(k, y)| {
@@ -33,6 +34,7 @@ fn read(path: &Path) -> Result<Named, String> {
                     let name = name.filter(|_| !taken).cloned();
                     (name.unwrap_or_else(|| format!("signal lane {}", k - n)), one(y))
                 })
+                .chain(pins)
                 .collect())
         }
         Some("rrd") => read_recording(path),

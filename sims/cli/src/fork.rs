@@ -91,6 +91,9 @@ impl Fork {
             let names: Vec<&str> = names.iter().map(|n| n.as_str()).collect();
             tell!("    {what}: {}", names.join(", "));
         }
+        for (path, why) in &report.unpinned {
+            tell!("    no longer pinned: {path}: {why}");
+        }
         report.notes.iter().for_each(|note| tell!("    {note}"));
         if !self.allow && told[1..].iter().any(|(_, names)| !names.is_empty()) {
             tell!(

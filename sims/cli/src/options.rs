@@ -25,6 +25,13 @@ pub struct RunOptions {
     /// Where the Rerun recording goes; `off` writes none.
     #[arg(long, value_name = "FILE|off")]
     pub save_rrd: Option<String>,
+    /// Keep a variable at a value, or without one at its present value, from the first tick on and for every reader
+    /// (repeatable; patterns with a star): --pin Motor.current="2 A" --pin 'Wheel*.rate'. Attach lets it go.
+    #[arg(long = "pin", value_name = "PATH[=VALUE]")]
+    pub pin: Vec<String>,
+    /// Let variables go that are pinned in the checkpoint (repeatable; patterns with a star), before --pin.
+    #[arg(long = "unpin", value_name = "PATH")]
+    pub unpin: Vec<String>,
     /// Write no MCAP log.
     #[arg(long)]
     pub no_log: bool,
@@ -36,12 +43,26 @@ pub struct RunOptions {
     /// slower, and its bits are the same.
     #[arg(long)]
     pub profile: bool,
-    /// Do not run faster than real time.
-    #[arg(long)]
-    pub realtime: bool,
+    /// Do not run faster than real time, or than so many simulated seconds a second: 0.5, 10. The summary says how late
+    /// ticks were.
+    #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "1", value_parser = factor)]
+    pub realtime: Option<f64>,
     /// No progress bar and no summary on the terminal.
     #[arg(long, short)]
     pub quiet: bool,
+}
+
+/// Slowest and fastest pace.
+const FACTORS: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
+
+/// A multiple of real time.
+fn factor(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|f| FACTORS.contains(f)).ok_or_else(|| {
+        let (least, most) = (FACTORS.start(), FACTORS.end());
+        format!(
+            "write a number from {least} to {most}, or nothing for 1 (then another option follows, or the command ends)"
+        )
+    })
 }
 
 /// A time of an option; says what is wrong with it, and gives the exit code.
@@ -80,6 +101,14 @@ pub fn period(text: &str, what: &str) -> Result<Seconds, u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn factors_are_numbers_above_zero() {
+        assert_eq!((factor("0.5"), factor("1e6")), (Ok(0.5), Ok(1e6)));
+        for wrong in ["0", "-1", "nan", "inf", "1e7", "sims/pendulum", ""] {
+            assert!(factor(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn times_are_exact() {

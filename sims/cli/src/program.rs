@@ -81,7 +81,7 @@ const EXAMPLES: &str = "Examples:
   linkwork resume runs/rover_traverse/checkpoint_10.lwck --until 20s
   linkwork fork runs/pendulum/checkpoint_2.lwck --set Friction.damping=0.3 --until 5s     from there on with a change
   linkwork run sims/pendulum --serve --realtime          and in another terminal:
-  linkwork attach runs/pendulum watch '**.angle'        what it does; set, pause, step, go, checkpoint, quit
+  linkwork attach runs/pendulum watch '**.angle'        what it does; set, pin, pause, step, go, checkpoint, quit
   linkwork campaign sims/ballistic_entry/dispersions.ron     many runs with drawn values, tables and a report
   linkwork campaign sims/ballistic_entry/dispersions.ron --run 17 --log     one of them again
   linkwork new simulation swing                         a small one to begin from

@@ -34,10 +34,11 @@ pub struct Compared {
     pub until: f64,
 }
 
-/// Sets what was set from outside at the present tick, before its rows.
+/// Sets, pins and unpins what was set, pinned and unpinned from outside at the present tick, before its rows.
 fn set(sim: &mut Simulation, sets: &mut Peekable<Iter<'_, SetRow>>) -> Result<(), String> {
     while let Some(set) = sets.next_if(|set| set.tick <= sim.state().tick) {
-        sim.set(&set.path, set.value).map_err(|e| format!("what was set: {e}"))?;
+        let done = sim.change(&set.path, set.change, set.value);
+        done.map_err(|e| format!("what was set: {e}"))?;
     }
     Ok(())
 }

@@ -11,9 +11,10 @@ use linkwork_assembly::Failure;
 use linkwork_live::{Live, Server, Ticket};
 use linkwork_record::LogSpec;
 use linkwork_runner::{
-    Ended, Figures, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, time_name,
+    Ended, Figures, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, assignment,
+    changed, time_name,
 };
-use linkwork_runtime::{Checkpoint, Fault, Profile, RunError, Seconds, Simulation};
+use linkwork_runtime::{Change, Checkpoint, Fault, Profile, RunError, Seconds, Simulation};
 use linkwork_viz::Scene;
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
@@ -238,6 +239,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
             }
         }
     }
+    let pinned = pin(&mut sim, options)?;
     let out = folder_of(name, options, &source);
     let log = out.join("run.mcap");
     let products = ["summary.json", "plots.svg", profile::FILE].map(|f| out.join(f));
@@ -277,8 +279,11 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     )
     .map_err(fail)?;
     files.extend(recording);
-    if options.realtime {
-        runner.pace();
+    if let Some(factor) = options.realtime {
+        runner.pace(factor);
+    }
+    for (change, all) in &pinned {
+        runner.tell(*change, all);
     }
     let live = server.map(|server| announce(server, &out)).transpose()?;
     Ok(Run {
@@ -293,6 +298,27 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         live,
         profile,
     })
+}
+
+/// What was done to which variables, and their values.
+type Pinned = Vec<(Change, Vec<(String, f64)>)>;
+
+/// Unpins and pins what the options say.
+fn pin(sim: &mut Simulation, options: &RunOptions) -> Result<Pinned, u8> {
+    let unpin =
+        options.unpin.iter().map(|path| ("--unpin", path, Change::Unpin, (path.clone(), None)));
+    let pin = options.pin.iter().map(|text| ("--pin", text, Change::Pin, assignment(text)));
+    let mut all = Vec::new();
+    for (option, written, change, (path, value)) in unpin.chain(pin) {
+        let done = changed(sim, &path, change, value.as_ref()).map_err(|e| {
+            tell!("error: {option} `{written}`: {}\n  help: {}", e.message, e.help);
+            exit::INPUT
+        })?;
+        let told = if change == Change::Pin { "pinned to" } else { "no longer pinned, at" };
+        done.iter().for_each(|(path, value)| tell!("note: `{path}` is {told} {value}"));
+        all.push((change, done));
+    }
+    Ok(all)
 }
 
 fn claim(out: &Path, sim: &Simulation, configuration: &str) -> Result<Folder, u8> {
@@ -376,7 +402,11 @@ impl Run {
                 (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")))
             };
             let lines = [list("new parts", &report.new), list("parts gone", &report.dropped)];
-            let lines = lines.into_iter().flatten().chain(report.notes);
+            let pins = report
+                .unpinned
+                .iter()
+                .map(|(path, why)| format!("no longer pinned: {path}: {why}"));
+            let lines = lines.into_iter().flatten().chain(pins).chain(report.notes);
             let lines: String = lines.map(|l| format!("\n    {l}")).collect();
             self.bar.suspend(|| tell!("t = {t:.6} s: {what}{lines}"));
         }
@@ -536,6 +566,7 @@ impl Run {
             state_hash: format!("{:016x}", sim.hash()),
             wall_time: wall,
             real_time_factor: simulated / wall.max(1e-9),
+            realtime: self.runner.realtime(),
             seed: sim.plan().seed,
             figures: summary::figures(&self.runner.watch.figures),
             files: self.files.clone(),

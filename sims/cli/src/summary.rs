@@ -1,5 +1,5 @@
 //! `summary.json`, and what is said at the end of a run.
-use linkwork_runner::Figures;
+use linkwork_runner::{Figures, Realtime};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -37,6 +37,9 @@ pub struct Summary {
     /// Simulated over wall time, the mean over this process's part of the run: everything counts
     /// from the first row to the last, the waiting for taps included.
     pub real_time_factor: f64,
+    /// How late ticks were, of a run at the pace of the clock.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<Realtime>,
     /// Seed of all noise.
     pub seed: u64,
     /// The simulation's own figures: value and unit.
@@ -92,6 +95,23 @@ pub fn print(s: &Summary) {
         factor(s.real_time_factor),
         s.state_hash
     );
+    if let Some(r) = s.realtime.as_ref().filter(|r| r.ticks > 0) {
+        let ms = |s: f64| number(1e3 * s);
+        say!(
+            "  paced at {} times real time: 99 % of {} ticks at most {} ms late, the worst {} ms",
+            number(r.factor),
+            r.ticks,
+            ms(r.late_99),
+            ms(r.late_worst)
+        );
+        if r.overruns > 0 {
+            say!(
+                "  {} ticks came late because the work before them took too long, by {} ms at most",
+                r.overruns,
+                ms(r.overrun_worst)
+            );
+        }
+    }
     if s.rows_dropped > 0 {
         say!("  the viewer did not take {} rows: they are in the log", s.rows_dropped);
     }

@@ -4,6 +4,7 @@ mod common;
 use common::{Lab, Said, edited, wait_for};
 use linkwork_live::{Amount, Ask, Client, ClientError, Said as Answer, Ticket, VERSION};
 use linkwork_record::read_log_contents;
+use linkwork_runtime::Change;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command};
@@ -133,6 +134,104 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
     lab.linkwork(&["replay", "rest/run.mcap", "--verify"]).code(0);
 }
 
+fn changed(answer: Result<Answer, ClientError>) -> Vec<(String, f64)> {
+    match answer.unwrap() {
+        Answer::Changed { values, .. } | Answer::Pins { values, .. } => values,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_is_pinned_stays_is_in_the_log_and_is_simulated_again() {
+    let lab = Lab::new();
+    let (child, ticket) = served(&lab, "out", &["--realtime", "--until", "1000s"]);
+    let mut client = Client::connect(&ticket).unwrap();
+    client.ask(Ask::Pause).unwrap();
+    let pin = |path: &str, value| Ask::Pin { path: path.into(), value };
+    let unpin = |path: &str| Ask::Unpin { path: path.into() };
+    // A pattern takes states and outputs that match, each at its present value.
+    let names = changed(client.ask(pin("bob.*", None)));
+    let paths: Vec<&str> = names.iter().map(|(path, _)| &**path).collect();
+    assert_eq!(paths, ["bob.acceleration", "bob.angle", "bob.rate"]);
+    assert_eq!(changed(client.ask(Ask::Pins)), names);
+    refused(set(&mut client, "bob.rate", Amount::Number(1.0)), "is pinned to");
+    assert_eq!(changed(client.ask(unpin("bob.*"))), names);
+    refused(client.ask(unpin("**")), "matches nothing that is pinned");
+    refused(client.ask(unpin("bob.rate")), "is not pinned");
+    // Units, all of it or nothing.
+    refused(client.ask(pin("bob.*", Some(Amount::Text("3 deg".into())))), "which is no deg");
+    refused(client.ask(pin("bob.*.x", None)), "matches no variable that can be pinned");
+    refused(client.ask(pin("Lag.u", Some(Amount::Number(1.0)))), "it reads");
+    assert_eq!(changed(client.ask(Ask::Pins)), []);
+    changed(client.ask(pin("bob.angle", Some(Amount::Text("30 deg".into())))));
+    changed(client.ask(pin("Lag.y", Some(Amount::Number(0.1 + 0.2)))));
+    let set_all = Ask::Set { path: "*.rate".into(), value: Amount::Text("10 deg/s".into()) };
+    assert_eq!(changed(client.ask(set_all)), [("bob.rate".to_string(), 10.0f64.to_radians())]);
+    let after = time(client.ask(Ask::Step { steps: 200 }));
+    let Answer::Checkpoint { file } = client.ask(Ask::Checkpoint).unwrap() else { panic!() };
+    changed(client.ask(unpin("bob.angle")));
+    client.ask(Ask::Step { steps: 100 }).unwrap();
+    client.ask(Ask::Quit).unwrap();
+    let said: Said = child.wait_with_output().unwrap().into();
+    said.code(130);
+
+    let log = read_log_contents(&lab.path("out/run.mcap")).unwrap();
+    let count = |what| log.sets.iter().filter(|s| s.change == what).count();
+    let counts = [Change::Pin, Change::Unpin, Change::Set].map(count);
+    assert_eq!(counts, [5, 4, 1], "{:?}", log.sets);
+    let held = 30.0f64.to_radians();
+    let angle = &log.series["bob.angle"];
+    let rows = angle.t.iter().zip(&angle.y).filter(|(t, _)| **t > after - 0.19 && **t < after);
+    assert!(rows.clone().count() > 150 && rows.clone().all(|(_, y)| *y == held));
+    assert_ne!(*angle.y.last().unwrap(), held, "it goes on when it is let go");
+    let said = lab.linkwork(&["replay", "out/run.mcap", "--verify"]).code(0);
+    assert!(said.out.starts_with("verified: "), "{}", said.out);
+    // What was resumed goes on pinned; its log is verified, too.
+    let until = format!("{}s", after + 0.2);
+    lab.linkwork(&["resume", &file, "--out", "rest", "--until", &until]).code(0);
+    let rest = read_log_contents(&lab.path("rest/run.mcap")).unwrap();
+    assert!(rest.series["bob.angle"].y.iter().all(|y| *y == held));
+    lab.linkwork(&["replay", "rest/run.mcap", "--verify"]).code(0);
+    let free = ["--out", "free", "--until", &until, "--unpin", "bob.*"];
+    let said = lab.linkwork(&[&["resume", &*file], &free[..]].concat()).code(0);
+    said.tells(&["`bob.angle` is no longer pinned"]);
+    let free = read_log_contents(&lab.path("free/run.mcap")).unwrap();
+    assert!(free.series["bob.angle"].y.iter().any(|y| *y != held));
+    lab.linkwork(&["replay", "free/run.mcap", "--verify"]).code(0);
+}
+
+#[test]
+fn a_run_begins_pinned_and_a_cut_leaves_no_trace() {
+    let lab = Lab::new();
+    lab.write("sim.ron", common::BASE);
+    let pins = ["--pin", "bob.angle=12 deg", "--pin", "Lag.y"];
+    let said = lab.run("sim.ron", "out", &[&pins[..], &["--checkpoint-every", "0.4s"]].concat());
+    said.code(0).tells(&["`bob.angle` is pinned to 0.209"]);
+    let log = read_log_contents(&lab.path("out/run.mcap")).unwrap();
+    assert!(log.series["bob.angle"].y.iter().all(|y| *y == 12.0f64.to_radians()));
+    lab.linkwork(&["replay", "out/run.mcap", "--verify"]).code(0);
+    lab.resume("out/checkpoint_0.4.lwck", "rest", &[]).code(0);
+    assert_eq!(lab.hash("rest"), lab.hash("out"));
+    // Two checkpoints that differ in a pin alone are not equal.
+    let alone = ["--checkpoint-every", "0.4s", "--pin", "bob.angle=12 deg", "--pin", "bob.rate=0"];
+    lab.run("sim.ron", "two", &alone).code(0);
+    let two = ["out/checkpoint_0.4.lwck", "two/checkpoint_0.4.lwck"];
+    let said = lab.linkwork(&["diff", two[0], two[1]]).code(1);
+    assert!(said.out.contains("pin of bob.rate: only in the second"), "{}", said.out);
+    // Nothing is written before all of it is right.
+    for (pin, why) in [
+        ("Lag.u=1", "it reads"),
+        ("bob.angel=1", "no variable"),
+        ("bob.angle=much", "no quantity"),
+        ("bob.angle=nan", "NaN"),
+    ] {
+        let said = lab.run("sim.ron", "none", &["--pin", pin]).code(2);
+        said.tells(&["error: --pin", why, "help: "]);
+    }
+    lab.run("sim.ron", "none", &["--unpin", "bob.angle"]).code(2).tells(&["is not pinned"]);
+    assert!(!lab.path("none").exists());
+}
+
 /// A watch of a run that comes to its end comes to its end, too.
 #[test]
 fn a_watch_ends_with_the_run() {
@@ -213,6 +312,14 @@ fn the_command_line_attaches_and_says_what_is_wrong() {
     assert!(said.out.contains("1.5707963267948966 rad"), "{}", said.out);
     let said = attach(&["step", "100"]).code(0);
     assert!(said.out.starts_with("t = "), "{}", said.out);
+    let said = attach(&["pin", "bob.angle=45 deg", "bob.acceleration"]).code(0);
+    assert!(said.out.contains("bob.angle = 0.785398") && said.out.lines().count() == 2);
+    let said = attach(&["pins"]).code(0);
+    assert!(said.out.contains("bob.acceleration") && said.out.lines().count() == 3);
+    attach(&["unpin", "bob.*"]).code(0);
+    assert_eq!(attach(&["pins"]).code(0).out.lines().count(), 1);
+    attach(&["unpin", "bob.*"]).code(1).tells(&["matches nothing that is pinned", "help: "]);
+    attach(&["set", "bob.rate"]).code(1).tells(&["has no `=`", "help: "]);
     attach(&["go"]).code(0);
     let said = attach(&["watch", "bob.angle", "--rate", "100", "--count", "3"]).code(0);
     assert_eq!(said.out.lines().count(), 4, "{}", said.out);
@@ -258,13 +365,20 @@ with live.attach("out") as run:
     assert abs(run.get("bob.angle") - 1.5707963267948966) < 1e-15
     assert run.get("bob.angle", "bob.rate")[1] == 0.5
     assert abs(run.step(100) - t - 0.1) < 1e-9
-    for bad in [lambda: run.set("Lag.u", 1), lambda: run.get("nothing"), lambda: run.step(1 << 60)]:
+    for bad in [lambda: run.set("Lag.u", 1), lambda: run.get("nothing"), lambda: run.step(1 << 60),
+                lambda: run.pin("Lag.u", 1), lambda: run.unpin("bob.*")]:
         try:
             bad()
         except live.Refused as e:
             assert "help: " in str(e)
         else:
             raise AssertionError("it is not refused")
+    assert run.pin("bob.*") == run.pins() and len(run.pins()) == 3
+    assert set(run.unpin("bob.*")) == {"bob.angle", "bob.rate", "bob.acceleration"}
+    assert abs(run.pin("bob.angle", "90 deg")["bob.angle"] - 1.5707963267948966) < 1e-15
+    run.pin("bob.rate", 2)
+    run.step(100)
+    assert run.get("bob.rate") == 2.0 and run.unpin() and run.pins() == {}
     run.go()
     rows = list(run.watch(["bob.angle", "bob.rate"], rate=100, count=5))
     assert len(rows) == 5 and all(len(values) == 2 for _, values in rows)

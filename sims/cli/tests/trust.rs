@@ -2,8 +2,9 @@
 //! that are readable however a run ended, comparisons that never call a wreck equal.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 mod common;
-use common::{BASE, Lab, Said, Small, edited, killed, names, signal, wait_for};
-use linkwork_record::{End, read_log_contents};
+use common::{BASE, Lab, Said, Small, edited, killed, kills, names, signal, sim, wait_for};
+use linkwork_record::{End, read_log, read_log_contents};
+use linkwork_runtime::Checkpoint;
 use std::fs::OpenOptions;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -378,4 +379,108 @@ fn files_cannot_give_orders_to_the_terminal() {
         let longest = err.split(|c: char| !c.is_ascii_digit()).map(str::len).max().unwrap_or(0);
         assert!(longest < 30, "a number of {longest} digits:\n{err}");
     }
+}
+
+/// Numbers that look random, the same in every run (SplitMix64).
+struct Dice(u64);
+
+impl Dice {
+    fn part(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// `kill -9` at random instants of a rover's run, once it has begun: every checkpoint is whole and goes on
+/// to the same hash, every log is readable and holds the rows of the run that was not killed.
+#[test]
+fn kills_at_random_instants_of_a_rover_leave_no_trace() {
+    let (lab, rover) = (Lab::new(), sim("rover_traverse"));
+    let args = ["--until", "4s", "--checkpoint-every", "0.25s"];
+    fn run<'a>(rover: &'a str, out: &'a str, args: &[&'a str]) -> Vec<&'a str> {
+        [&["run", rover, "--out", out][..], args, &QUIET].concat()
+    }
+    lab.linkwork(&run(&rover, "whole", &args)).code(0);
+    // From its first step to its last; before that it loads.
+    let steps = Duration::from_secs_f64(lab.summary("whole")["wall_time"].as_f64().unwrap());
+    let (hash, whole) = (lab.hash("whole"), read_log(&lab.path("whole/run.mcap")).unwrap());
+    let (wanted, mut done, mut dice) = (kills(3), 0, Dice(14));
+    let (mut checkpoints, mut resumed, mut rows, mut half) = (0, 0, 0, 0);
+    for tries in 0.. {
+        assert!(tries < 10 * wanted + 10, "the run is too short for this test");
+        let _ = std::fs::remove_dir_all(lab.path("killed"));
+        let mut child = lab.spawn(&run(&rover, "killed", &args));
+        wait_for(&lab.path("killed/run.mcap"));
+        std::thread::sleep(steps.mul_f64(dice.part()));
+        let ended = child.try_wait().unwrap().is_some();
+        killed(&mut child);
+        if ended {
+            continue;
+        }
+        let left = if lab.path("killed").exists() { names(&lab.path("killed")) } else { vec![] };
+        let mut newest: Option<(f64, String)> = None;
+        for name in &left {
+            let path = lab.path("killed").join(name);
+            match name.rsplit('.').next().unwrap() {
+                "lwck" => {
+                    let time = Checkpoint::read(&path).unwrap_or_else(|e| panic!("{e}")).time;
+                    checkpoints += 1;
+                    if newest.as_ref().is_none_or(|n| n.0 < time) {
+                        newest = Some((time, format!("killed/{name}")));
+                    }
+                }
+                // Not under its name before it is whole.
+                "part" => half += 1,
+                "mcap" => {}
+                _ => panic!("{left:?}"),
+            }
+        }
+        let log = lab.path("killed/run.mcap");
+        // Before its first byte there is no log yet.
+        if log.metadata().is_ok_and(|m| m.len() > 0) {
+            let log = read_log_contents(&log).unwrap_or_else(|e| panic!("{e}"));
+            for (name, s) in &log.series {
+                let n = s.t.len();
+                assert_eq!(
+                    (&s.t[..], &s.y[..]),
+                    (&whole[name].t[..n], &whole[name].y[..n]),
+                    "{name}"
+                );
+                rows += n;
+            }
+            let last =
+                log.series.values().filter_map(|s| s.t.last()).fold(-1.0f64, |m, t| m.max(*t));
+            if let Some((time, _)) = &newest {
+                assert!(
+                    last >= time - 1e-9,
+                    "the log ends at {last} s, the checkpoint is at {time} s"
+                );
+            }
+        }
+        match newest {
+            Some((_, file)) => {
+                let _ = std::fs::remove_dir_all(lab.path("rest"));
+                lab.resume(&file, "rest", &["--until", "4s"]).code(0);
+                assert_eq!(lab.hash("rest"), hash, "{file}");
+                resumed += 1;
+            }
+            // Again from the start, beside what the killed one left.
+            None => {
+                lab.linkwork(&run(&rover, "killed", &args)).code(0);
+                assert_eq!(lab.hash("killed"), hash);
+                let left = names(&lab.path("killed"));
+                assert!(left.iter().all(|n| !n.ends_with(".part")), "{left:?}");
+            }
+        }
+        done += 1;
+        if done == wanted {
+            break;
+        }
+    }
+    println!(
+        "{done} kills of a rover: {resumed} resumed, {checkpoints} checkpoints whole, {half} not under their names \
+         yet, {rows} numbers of logs as in the run that was not killed"
+    );
 }

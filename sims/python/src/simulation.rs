@@ -12,12 +12,13 @@ use linkwork_assembly::{LogRule, Text, match_patterns};
 use linkwork_record::LogSpec;
 use linkwork_runner::{Goal, Need};
 use linkwork_runtime::{
-    self as runtime, Checkpoint, Origin, Place, Plan, PortKind, Program, Role, Seconds,
+    self as runtime, Change, Checkpoint, Origin, Place, Plan, PortKind, Program, Role, Seconds,
 };
 use linkwork_runtime::{Schedule, Tap, Value, remedy};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -448,9 +449,37 @@ impl Simulation {
             ));
         }
         let set = |r: &mut Running| {
-            names.iter().zip(&values).try_for_each(|(name, x)| r.sim_mut().set(name, *x))
+            let set = |(name, x): (&String, &f64)| {
+                r.runner().change(name, Change::Set, Some(&Value::Number(*x))).map(|_| ())
+            };
+            names.iter().zip(&values).try_for_each(set)
         };
         self.with(py, set)?.map_err(|e| no_variable(&e))
+    }
+
+    /// Pins a variable, or all that match a pattern with a star: it has this value (SI, or a text such as "12 deg"),
+    /// or without one its present value, from now on and for every reader, until it is unpinned, whatever the
+    /// model does. States (their derivative is then zero), inputs without a wire and outputs can be pinned. Pins go into
+    /// checkpoints and recordings. Gives what is pinned now by this call, {path: value}, SI.
+    #[pyo3(signature = (pattern, value=None))]
+    fn pin(
+        &self,
+        py: Python<'_>,
+        pattern: &str,
+        value: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<BTreeMap<String, f64>> {
+        let value = value.map(|v| amount(v, pattern)).transpose()?;
+        self.change(py, pattern, Change::Pin, value)
+    }
+    /// Lets a pinned variable go, or all that match a pattern with a star; gives them with their values, SI.
+    #[pyo3(signature = (pattern="**"))]
+    fn unpin(&self, py: Python<'_>, pattern: &str) -> PyResult<BTreeMap<String, f64>> {
+        self.change(py, pattern, Change::Unpin, None)
+    }
+    /// What is pinned, {path: value}, SI.
+    #[getter]
+    fn pins(&self, py: Python<'_>) -> PyResult<BTreeMap<String, f64>> {
+        self.with(py, |r| r.sim().pins().map(|(path, value)| (path.to_string(), value)).collect())
     }
     fn __contains__(&self, path: &str) -> bool {
         self.plan.variables.contains_key(path)
@@ -568,7 +597,31 @@ fn no_mechanism() -> PyErr {
     refuse_with("the simulation has no mechanism", "give it bodies")
 }
 
+/// A number, or a quantity as text.
+fn amount(value: &Bound<'_, PyAny>, pattern: &str) -> PyResult<Value> {
+    if let Ok(text) = value.extract::<String>() {
+        return Ok(Value::Text(text));
+    }
+    value.extract::<f64>().map(Value::Number).map_err(|_| {
+        refuse_with(
+            format!("`{pattern}` cannot be pinned to {value}"),
+            "give a finite number, or a text such as \"12 deg\"",
+        )
+    })
+}
+
 impl Simulation {
+    fn change(
+        &self,
+        py: Python<'_>,
+        pattern: &str,
+        change: Change,
+        value: Option<Value>,
+    ) -> PyResult<BTreeMap<String, f64>> {
+        let done = self.with(py, |r| r.runner().change(pattern, change, value.as_ref()))?;
+        Ok(done.map_err(|e| no_variable(&e))?.into_iter().collect())
+    }
+
     fn call(&self, py: Python<'_>, period: Seconds, function: Py<PyAny>) -> PyResult<()> {
         if !function.bind(py).is_callable() {
             return Err(refuse_with(

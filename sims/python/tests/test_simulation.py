@@ -49,6 +49,33 @@ def test_a_pendulum_against_an_independent_integration():
     assert off(sim.q, [sim["bob.angle"]]) == 0.0 and off(sim.v, [sim["bob.rate"]]) == 0.0
 
 
+def test_pins_hold_go_into_checkpoints_and_are_let_go(tmp_path):
+    sim = lw.Simulation(PENDULUM)
+    sim.run_until(0.5)
+    angle = sim["bob.angle"]
+    assert sim.pin("bob.angle") == {"bob.angle": angle}
+    assert sim.pin("bob.rate", "90 deg/s")["bob.rate"] == pytest.approx(np.pi / 2, abs=1e-15)
+    log = sim.log(["bob.angle", "bob.rate"])
+    sim.run_until(1)
+    assert off(log["bob.angle"], angle) == 0.0 and off(log["bob.rate"], np.pi / 2) < 1e-15
+    assert set(sim.pins) == {"bob.angle", "bob.rate"}
+    sim.save(tmp_path / "pinned.lwck")
+    sim.run_until(1.5)
+    resumed = lw.Simulation.resume(tmp_path / "pinned.lwck")
+    resumed.run_until(1.5)
+    assert resumed.pins == sim.pins and resumed.state_hash == sim.state_hash
+    with pytest.raises(lw.LinkworkError, match="is pinned to"):
+        sim["bob.angle"] = 1.0
+    for wrong in [("bob.angle", float("nan")), ("bob.angle", "3 kg"), ("nothing.*", 1), ("bob.angel", 1)]:
+        with pytest.raises(lw.LinkworkError, match="help: "):
+            sim.pin(*wrong)
+    assert set(sim.unpin("bob.*")) == {"bob.angle", "bob.rate"} and sim.pins == {}
+    with pytest.raises(lw.LinkworkError, match="nothing that is pinned"):
+        sim.unpin()
+    sim.run_until(2)
+    assert sim["bob.angle"] != angle
+
+
 def test_pieces_logs_callbacks_and_recordings_change_no_bit(tmp_path):
     def bare():
         sim = lw.Simulation(ROVER)

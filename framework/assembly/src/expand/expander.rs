@@ -6,7 +6,7 @@ use crate::body::constraint::{CouplingForm, LoopForm};
 use crate::expand::assemblies::Assemblies;
 use crate::expand::instance::{Instance, ItemInst, ModelInst, Node};
 use crate::expand::stowed::stow;
-use crate::form::assembly::{Assembly, ItemForm, PartForm, PartKind, read_overrides};
+use crate::form::assembly::{Assembly, ItemForm, ModelForm, PartForm, PartKind, read_overrides};
 use crate::form::wire::WireText;
 use crate::machine::import::{self, Import};
 use crate::schema::read::text;
@@ -408,6 +408,13 @@ impl<'a, 'o> Expander<'a, 'o> {
                     let known: Vec<&str> = params.into_iter().flatten().map(|p| p.name).collect();
                     let what = format!("`{}` ({})", m.path, m.model.text);
                     return match segments.get(k + 1) {
+                        Some(field) if ModelForm::names().contains(field) => {
+                            let list = names("parameters", known.iter());
+                            format!(
+                                "`{field}` stands beside the parameters of {what}, in the file that has the part: \
+                                 change it there, or give that file a parameter for it. {list}"
+                            )
+                        }
                         Some(next) => {
                             let list = remedy(next, "parameters", &known);
                             format!("{what} has no such parameter. {list}")
@@ -444,8 +451,9 @@ fn shown(here: &Instance) -> String {
     if here.path.is_empty() { "the simulation".into() } else { format!("`{}`", here.path) }
 }
 
-fn names<'n>(kind: &str, names: impl Iterator<Item = &'n String>) -> String {
-    let known: Vec<&str> = names.map(String::as_str).collect();
+fn names<S: AsRef<str>>(kind: &str, names: impl Iterator<Item = S>) -> String {
+    let names: Vec<S> = names.collect();
+    let known: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
     remedy("", kind, &known)
 }
 

@@ -153,7 +153,7 @@ record! {
 
 record! {
     /// A part that is a model or service of the catalogue.
-    struct ModelForm: "model" {
+    pub(crate) struct ModelForm: "model" {
         /// Its name there.
         model: Option<Text> = text().maybe(),
         /// Its parameters, which `linkwork describe` lists.

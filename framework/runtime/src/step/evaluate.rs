@@ -1,5 +1,6 @@
 //! Evaluations: operations in their order, derivatives, and what an integrator sees of them.
 use super::linearise::Linear;
+use super::pins::Pins;
 use super::solve;
 use crate::block::{Block, Evaluation, Failure, Now, Outcome};
 use crate::plan::{Op, Plan};
@@ -47,32 +48,37 @@ pub(super) fn run(
     }
 }
 
-/// Operations by their indices, in order.
+/// Operations by their indices, in order; each is followed by the pins on what it writes.
 #[inline]
 pub(super) fn run_all(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
     ops: &[u32],
     now: &Now,
-    x: &[f64],
-    d: &[f64],
-    sig: &mut [f64],
+    (x, d, sig): (&[f64], &[f64], &mut [f64]),
+    pins: Option<&Pins>,
 ) -> Result<(), Stopped> {
+    let Some(pins) = pins else {
+        for &k in ops {
+            run(blocks, plan, plan.ops[k as usize], now, x, d, sig)?;
+        }
+        return Ok(());
+    };
     for &k in ops {
         run(blocks, plan, plan.ops[k as usize], now, x, d, sig)?;
+        pins.after(k, sig);
     }
     Ok(())
 }
 
-/// Derivatives, when the signals are those of this state.
+/// Derivatives, when the signals are those of this state; zero where a state is pinned.
 #[inline]
 pub(super) fn derivatives(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
     now: &Now,
-    x: &[f64],
-    d: &[f64],
-    sig: &[f64],
+    (x, d, sig): (&[f64], &[f64], &[f64]),
+    pins: Option<&Pins>,
     xdot: &mut [f64],
 ) -> Result<(), Stopped> {
     for still in &plan.still {
@@ -80,6 +86,9 @@ pub(super) fn derivatives(
     }
     for &k in &plan.derivs {
         blocks[k as usize].deriv(now, x, d, sig, xdot).map_err(of(k))?;
+    }
+    if let Some(pins) = pins {
+        pins.still(xdot);
     }
     Ok(())
 }
@@ -109,6 +118,8 @@ pub(super) struct Running<'a> {
     pub d: &'a [f64],
     pub sig: &'a mut [f64],
     pub now: Now,
+    /// What keeps its value.
+    pub pins: Option<&'a Pins>,
     /// Counts evaluations.
     pub number: &'a mut u64,
     /// Storage for derivatives by the state, when the method wants them.
@@ -126,8 +137,8 @@ impl Running<'_> {
     /// Values of the guards at a state within a step.
     pub fn guards_at(&mut self, t: f64, x: &[f64], values: &mut [f64]) -> Result<(), Stopped> {
         let now = self.next(t);
-        let Running { plan, blocks, d, sig, .. } = self;
-        run_all(blocks, plan, &plan.guard_ops, &now, x, d, sig)?;
+        let Running { plan, blocks, d, sig, pins, .. } = self;
+        run_all(blocks, plan, &plan.guard_ops, &now, (x, d, sig), *pins)?;
         guards(blocks, plan, &now, (x, d, sig), values)
     }
 }
@@ -138,12 +149,16 @@ impl System for Running<'_> {
     #[inline]
     fn derivatives(&mut self, t: f64, x: &[f64], xdot: &mut [f64]) -> Result<(), Stopped> {
         let now = self.next(t);
-        let Running { plan, blocks, d, sig, .. } = self;
-        run_all(blocks, plan, &plan.stage_ops, &now, x, d, sig)?;
-        derivatives(blocks, plan, &now, x, d, sig, xdot)
+        let Running { plan, blocks, d, sig, pins, .. } = self;
+        run_all(blocks, plan, &plan.stage_ops, &now, (x, d, sig), *pins)?;
+        derivatives(blocks, plan, &now, (x, d, sig), *pins, xdot)
     }
 
     fn jacobian(&mut self, t: f64, at: &At<'_>, out: &mut [f64]) -> Result<bool, Stopped> {
+        // By differences when something is pinned: they know of it.
+        if self.pins.is_some() {
+            return Ok(false);
+        }
         let Some(linear) = self.linear.take() else { return Ok(false) };
         let done = self.linearise(linear, t, at, out);
         self.linear = Some(linear);
@@ -152,7 +167,7 @@ impl System for Running<'_> {
 
     #[inline]
     fn project(&mut self, _: f64, x: &mut [f64]) -> Result<(), Stopped> {
-        project(self.blocks, self.plan, x)
+        project(self.blocks, self.plan, self.pins, x)
     }
 
     fn projects(&self) -> bool {
@@ -167,6 +182,9 @@ impl System for Running<'_> {
         for &k in &self.plan.manifold {
             self.blocks[k as usize].retract(x, h).map_err(of(k))?;
         }
+        if let Some(pins) = self.pins {
+            pins.states(x);
+        }
         Ok(())
     }
 }
@@ -175,10 +193,14 @@ impl System for Running<'_> {
 pub(super) fn project(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
+    pins: Option<&Pins>,
     x: &mut [f64],
 ) -> Result<(), Stopped> {
     for &k in &plan.manifold {
         blocks[k as usize].project(x).map_err(of(k))?;
+    }
+    if let Some(pins) = pins {
+        pins.states(x);
     }
     Ok(())
 }
@@ -189,12 +211,16 @@ pub(super) fn advance(
     plan: &Plan,
     now: &Now,
     h: f64,
-    x: &mut [f64],
-    sig: &mut [f64],
+    (x, sig): (&mut [f64], &mut [f64]),
+    pins: Option<&Pins>,
 ) -> Result<(), Stopped> {
     for &k in &plan.steps {
         let outcome: Outcome = blocks[k as usize].advance(now, h, x, sig);
         outcome.map_err(of(k))?;
+    }
+    if let Some(pins) = pins {
+        pins.states(x);
+        pins.signals(sig);
     }
     Ok(())
 }

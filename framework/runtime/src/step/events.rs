@@ -96,9 +96,12 @@ impl Simulation {
         match guard.fires {
             Fires::Part { block, which } => {
                 let now = self.next(Evaluation::Tick);
-                let State { x, d, sig, .. } = &mut self.state;
+                let State { x, d, sig, pins, .. } = &mut self.state;
                 let fired = self.blocks[block as usize].fired(&now, which as usize, x, d, sig);
                 fired.map_err(|failure| Stopped { block, failure })?;
+                if let Some(pins) = pins {
+                    pins.hold(x, d, sig);
+                }
                 self.refresh()?;
                 self.state.guards[k].side = 0;
                 self.look(&plan)?;
@@ -185,9 +188,9 @@ impl Simulation {
             number: 0,
         };
         let Simulation { state, blocks, work, .. } = self;
-        let State { d, sig, .. } = state;
-        let mut running =
-            Running { plan, blocks, d, sig, now, number: &mut work.number, linear: None };
+        let State { d, sig, pins, .. } = state;
+        let (number, pins) = (&mut work.number, pins.as_deref());
+        let mut running = Running { plan, blocks, d, sig, now, pins, number, linear: None };
         running.guards_at(t, x, values)
     }
 

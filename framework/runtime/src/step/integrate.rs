@@ -66,17 +66,19 @@ impl Simulation {
             return Ok((rest, true));
         }
         let Simulation { state, blocks, work, .. } = self;
-        let State { x, d, sig, memory, .. } = state;
+        let State { x, d, sig, memory, pins, .. } = state;
+        let pins = pins.as_deref();
         let k1 = match known {
             false => work.integrator.end_derivatives().map(|k| work.xdot.copy_from_slice(k)),
             true => {
-                let derived = evaluate::derivatives(blocks, plan, &now, x, d, sig, &mut work.xdot);
+                let derived =
+                    evaluate::derivatives(blocks, plan, &now, (x, d, sig), pins, &mut work.xdot);
                 Some(derived.map_err(Failure::System)?)
             }
         };
         let k1 = k1.map(|()| &work.xdot[..]);
         let (number, linear) = (&mut work.number, work.linear.as_deref_mut());
-        let mut system = Running { plan, blocks, d, sig, now, number, linear };
+        let mut system = Running { plan, blocks, d, sig, now, pins, number, linear };
         match &plan.integration.control {
             None => {
                 work.integrator.step_fixed(&mut system, t, rest, x, k1)?;
@@ -105,8 +107,9 @@ impl Simulation {
             evaluation: Evaluation::Tick,
             number: self.work.number,
         };
-        let State { x, sig, .. } = &mut self.state;
-        evaluate::advance(&mut self.blocks, plan, &now, length, x, sig).map_err(Failure::System)?;
+        let State { x, sig, pins, .. } = &mut self.state;
+        evaluate::advance(&mut self.blocks, plan, &now, length, (x, sig), pins.as_deref())
+            .map_err(Failure::System)?;
         self.work.number += 1;
         Ok(())
     }
@@ -131,7 +134,8 @@ impl Simulation {
         self.state.x.copy_from_slice(&self.work.inside);
         self.state.since = (self.state.since + theta * h).min(gap);
         self.state.micro = 0;
-        evaluate::project(&mut self.blocks, plan, &mut self.state.x).map_err(Failure::System)?;
+        let State { x, pins, .. } = &mut self.state;
+        evaluate::project(&mut self.blocks, plan, pins.as_deref(), x).map_err(Failure::System)?;
         self.refresh().map_err(Failure::System)
     }
 
@@ -155,11 +159,14 @@ impl Simulation {
         if plan.derivs.is_empty() {
             work.inside.copy_from_slice(&state.x);
         } else {
-            let State { d, sig, .. } = state;
-            let number = &mut work.number;
-            let mut system = Running { plan, blocks, d, sig, now, number, linear: None };
+            let State { d, sig, pins, .. } = state;
+            let (number, pins) = (&mut work.number, pins.as_deref());
+            let mut system = Running { plan, blocks, d, sig, now, pins, number, linear: None };
             let dense = work.integrator.dense(&mut system)?;
             dense.at(theta, &mut work.inside);
+            if let Some(pins) = pins {
+                pins.states(&mut work.inside);
+            }
         }
         if plan.steps.is_empty() {
             return Ok(());
@@ -182,9 +189,10 @@ impl Simulation {
         }
         work.number += 1;
         let now = Now { evaluation: Evaluation::Tick, number: work.number, ..now };
-        let State { x, d, sig, .. } = &mut work.before;
-        evaluate::run_all(blocks, plan, &plan.continuous_ops, &now, x, d, sig)
-            .and_then(|()| evaluate::advance(blocks, plan, &now, so_far, x, sig))
+        let State { x, d, sig, pins, .. } = &mut work.before;
+        let pins = pins.as_deref();
+        evaluate::run_all(blocks, plan, &plan.continuous_ops, &now, (x, d, sig), pins)
+            .and_then(|()| evaluate::advance(blocks, plan, &now, so_far, (x, sig), pins))
             .map_err(Failure::System)?;
         work.number += 1;
         for lanes in &plan.stepped {

@@ -198,7 +198,8 @@ impl Running<'_> {
     ) -> Result<bool, Stopped> {
         let now = self.next(t);
         let plan = self.plan;
-        evaluate::run_all(self.blocks, plan, &plan.stage_ops, &now, at.x, self.d, self.sig)?;
+        let lanes = (at.x, self.d, &mut *self.sig);
+        evaluate::run_all(self.blocks, plan, &plan.stage_ops, &now, lanes, self.pins)?;
         linear.x.copy_from_slice(at.x);
         linear.count.fill(0);
         for &k in &plan.stage_ops {
@@ -532,7 +533,7 @@ impl Simulation {
         Ok(regular.then(|| DMatrix::from_row_slice(n, n, &out)))
     }
 
-    /// Does something with the run as an integrator sees it, and leaves no trace.
+    /// Does something with the run as an integrator sees it, without pins, and leaves no trace.
     pub(super) fn beside(
         &mut self,
         work: impl FnOnce(&mut Running<'_>, f64) -> Result<(), Stopped>,
@@ -542,8 +543,16 @@ impl Simulation {
         let mut sig = self.state.sig.clone();
         let Simulation { state, blocks, work: storage, .. } = self;
         let (d, number) = (&state.d[..], &mut storage.number);
-        let mut system =
-            Running { plan: &plan, blocks, d, sig: &mut sig, now, number, linear: None };
+        let mut system = Running {
+            plan: &plan,
+            blocks,
+            d,
+            sig: &mut sig,
+            now,
+            pins: None,
+            number,
+            linear: None,
+        };
         work(&mut system, now.t).map_err(|stopped| self.stopped(stopped))
     }
 }

@@ -11,6 +11,7 @@ mod events;
 mod integrate;
 mod linearise;
 mod moves;
+mod pins;
 mod profile;
 mod remarks;
 mod settle;
@@ -27,6 +28,7 @@ pub use state::{GuardState, State};
 use crate::block::{Block, Evaluation, Now};
 use crate::plan::{FieldPlan, Place, Plan, Role, Variable};
 use crate::program::Program;
+use crate::tap::Change;
 use crate::time::Seconds;
 use crate::value::remedy;
 use evaluate::Stopped;
@@ -236,7 +238,8 @@ impl Simulation {
 
     fn updates(&mut self, plan: &Plan, now: &Now) -> Result<(), Stopped> {
         let work = &plan.works[plan.table[self.state.row as usize].work as usize];
-        let State { x, d, sig, .. } = &mut self.state;
+        let State { x, d, sig, pins, .. } = &mut self.state;
+        let pins = pins.as_deref();
         for &k in &work.updates {
             let outcome = self.blocks[k as usize].update(now, x, d, sig);
             outcome.map_err(|failure| Stopped { block: k, failure })?;
@@ -249,8 +252,12 @@ impl Simulation {
             show(&mut self.blocks, &plan.fields[k as usize]);
             outcome.map_err(|failure| Stopped { block: *block, failure })?;
         }
+        if let Some(pins) = pins {
+            pins.discrete(d);
+        }
         if work.refresh {
-            evaluate::run_all(&mut self.blocks, plan, &plan.continuous_ops, now, x, d, sig)?;
+            let lanes = (&x[..], &d[..], &mut sig[..]);
+            evaluate::run_all(&mut self.blocks, plan, &plan.continuous_ops, now, lanes, pins)?;
         }
         Ok(())
     }
@@ -319,8 +326,9 @@ impl Simulation {
         }
         let now = self.next(Evaluation::Tick);
         let work = &plan.works[plan.table[self.state.row as usize].work as usize];
-        let State { x, d, sig, .. } = &mut self.state;
-        evaluate::run_all(&mut self.blocks, plan, &work.ops, &now, x, d, sig)?;
+        let State { x, d, sig, pins, .. } = &mut self.state;
+        let lanes = (&x[..], &d[..], &mut sig[..]);
+        evaluate::run_all(&mut self.blocks, plan, &work.ops, &now, lanes, pins.as_deref())?;
         self.updates(plan, &now)?;
         if plan.guards.is_empty() { Ok(()) } else { self.look(plan) }
     }
@@ -449,7 +457,8 @@ impl Simulation {
     /// Sets a state or an input without a wire, by path. It acts from the present instant on.
     ///
     /// # Errors
-    /// No such variable, a value that is not finite, or a variable that something else drives.
+    /// No such variable, a value that is not finite, a variable that something else drives, or one that is pinned.
+    /// Nothing is changed then.
     pub fn set(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
         let v = self.here(path)?.clone();
         let refuse =
@@ -457,6 +466,13 @@ impl Simulation {
         if !value.is_finite() {
             return refuse(format!("`{path}` cannot be set to {value}"), "give a finite number");
         }
+        if let Some(pinned) = self.pinned(path) {
+            return refuse(
+                format!("`{path}` is pinned to {pinned}"),
+                "unpin it first, or pin it to another value",
+            );
+        }
+        let before = self.value(v.place);
         match (v.role, v.place) {
             (Role::State, Place::X(k)) => self.state.x[k as usize] = value,
             (Role::State, Place::D(k)) => self.state.d[k as usize] = value,
@@ -464,7 +480,7 @@ impl Simulation {
             (Role::Output, _) => {
                 return refuse(
                     format!("`{path}` is an output: it follows from the model"),
-                    "set a state, a parameter or an input without a wire",
+                    "pin it, or set a state or an input without a wire",
                 );
             }
             _ => {
@@ -476,7 +492,48 @@ impl Simulation {
         }
         self.refresh().map_err(|stopped| {
             let e = self.stopped(stopped);
+            // As it was; that could be evaluated.
+            match v.place {
+                Place::X(k) => self.state.x[k as usize] = before,
+                Place::D(k) => self.state.d[k as usize] = before,
+                Place::Signal(k) => self.state.sig[k as usize] = before,
+                Place::Channel(_) => {}
+            }
+            let _ = self.refresh();
             VariableError { message: e.message, help: e.help.unwrap_or_default() }
+        })
+    }
+
+    /// Sets, pins or unpins a variable ([`Simulation::set`], [`Simulation::pin`], [`Simulation::unpin`]): what a log
+    /// holds of it, done again. `value` says nothing when it is unpinned.
+    ///
+    /// # Errors
+    /// As these.
+    pub fn change(&mut self, path: &str, change: Change, value: f64) -> Result<(), VariableError> {
+        match change {
+            Change::Set => self.set(path, value),
+            Change::Pin => self.pin(path, value),
+            Change::Unpin => self.unpin(path),
+        }
+    }
+
+    /// The same of several variables, in this order: all of it, or nothing.
+    ///
+    /// # Errors
+    /// The first that is refused.
+    pub fn change_all(
+        &mut self,
+        change: Change,
+        all: &[(String, f64)],
+    ) -> Result<(), VariableError> {
+        if let [(path, value)] = all {
+            return self.change(path, change, *value);
+        }
+        let (before, broken) = (self.state.clone(), self.broken.clone());
+        let done = all.iter().try_for_each(|(path, value)| self.change(path, change, *value));
+        done.inspect_err(|_| {
+            (self.state, self.broken) = (before, broken);
+            self.replaced();
         })
     }
 
@@ -484,8 +541,10 @@ impl Simulation {
     fn refresh(&mut self) -> Result<(), Stopped> {
         let plan = self.plan.clone();
         let now = self.next(Evaluation::Tick);
-        let State { x, d, sig, .. } = &mut self.state;
-        evaluate::run_all(&mut self.blocks, &plan, &plan.continuous_ops, &now, x, d, sig)?;
+        let State { x, d, sig, pins, .. } = &mut self.state;
+        let lanes = (&x[..], &d[..], &mut sig[..]);
+        let ops = &plan.continuous_ops;
+        evaluate::run_all(&mut self.blocks, &plan, ops, &now, lanes, pins.as_deref())?;
         self.broken = None;
         Ok(())
     }

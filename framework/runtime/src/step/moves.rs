@@ -1,6 +1,7 @@
 //! Moves between plans: the state goes over by path. What both plans have goes on; what only the new
 //! one has starts anew; the mechanism keeps poses and motion.
 use super::evaluate::Stopped;
+use super::pins;
 use super::{GuardState, RunError, Simulation, State, Work, evaluate, initial, show};
 use crate::block::{Carried, Evaluation, Failure, Now, OldState};
 use crate::plan::{Op, Place, Plan, Role};
@@ -20,6 +21,8 @@ pub struct MoveReport {
     pub new: Vec<String>,
     /// Paths of parts that are gone.
     pub dropped: Vec<String>,
+    /// Pins that are gone: the path, and why the variable cannot be pinned now.
+    pub unpinned: Vec<(String, String)>,
     /// What parts say of it: momentum and energy of a mechanism.
     pub notes: Vec<String>,
 }
@@ -159,6 +162,9 @@ impl Simulation {
         for (k, j) in &route.signals {
             state.sig[*k as usize] = self.state.sig[*j as usize];
         }
+        if let Some(old) = &self.state.pins {
+            (state.pins, report.unpinned) = pins::find(plan, &blocks, &state.x, old.values());
+        }
         self.begin(plan, state, blocks, (&whole, route))?;
         Ok(report)
     }
@@ -202,14 +208,18 @@ impl Simulation {
         let mut due = vec![false; plan.ops.len()];
         plan.continuous_ops.iter().for_each(|&k| due[k as usize] = true);
         let (at_tick, tick) = (state.since == 0.0, state.tick);
-        let State { x, d, sig, .. } = &mut state;
-        for (op, due) in plan.ops.iter().zip(due) {
+        let State { x, d, sig, pins, .. } = &mut state;
+        let pins = pins.as_deref();
+        if let Some(pins) = pins {
+            pins.hold(x, d, sig);
+        }
+        for (k, (op, due)) in (0..).zip(plan.ops.iter().zip(due)) {
             let fresh = match op {
                 Op::Moore(k) | Op::Direct(k) => !whole[*k as usize],
                 Op::Sum(_) | Op::Loop(_) => true,
             };
             if due || fresh {
-                evaluate::run(&mut blocks, plan, *op, &now, x, d, sig)?;
+                evaluate::run_all(&mut blocks, plan, &[k], &now, (x, d, sig), pins)?;
             }
         }
         // New sampled parts whose tick is now.
@@ -234,8 +244,12 @@ impl Simulation {
                 changed = true;
             }
         }
+        if let Some(pins) = pins {
+            pins.discrete(d);
+        }
         if changed {
-            evaluate::run_all(&mut blocks, plan, &plan.continuous_ops, &now, x, d, sig)?;
+            let ops = &plan.continuous_ops;
+            evaluate::run_all(&mut blocks, plan, ops, &now, (x, d, sig), pins)?;
         }
         let old: Vec<Option<GuardState>> =
             route.guards.iter().map(|g| g.map(|j| self.state.guards[j as usize])).collect();

@@ -1,5 +1,7 @@
 //! All that changes in a run, but for the models' stores.
+use super::pins::Pins;
 use linkwork_integrate::Memory;
+use std::sync::Arc;
 
 /// What is known of a guard between two looks at it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,17 +39,20 @@ pub struct State {
     pub sig: Vec<f64>,
     /// Guards, in the order of the plan.
     pub guards: Vec<GuardState>,
+    /// What keeps its value, in the lanes of the present phase; `None` when nothing is pinned.
+    pub(crate) pins: Option<Arc<Pins>>,
 }
 
 impl State {
     /// Copies without allocating when the lengths are equal.
     pub fn copy_from(&mut self, other: &State) {
-        let State { tick, row, since, micro, phase, memory, x, d, sig, guards } = other;
+        let State { tick, row, since, micro, phase, memory, x, d, sig, guards, pins } = other;
         (self.tick, self.row, self.since, self.micro) = (*tick, *row, *since, *micro);
         (self.phase, self.memory) = (*phase, *memory);
         self.x.clone_from(x);
         self.d.clone_from(d);
         self.sig.clone_from(sig);
         self.guards.clone_from(guards);
+        self.pins.clone_from(pins);
     }
 }

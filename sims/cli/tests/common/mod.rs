@@ -130,6 +130,12 @@ pub fn signal(child: &Child, name: &str) {
     assert!(sent.unwrap().success());
 }
 
+/// How many kills a test of kills makes: so many, or what `LINKWORK_KILLS` says.
+pub fn kills(least: usize) -> usize {
+    let text = std::env::var("LINKWORK_KILLS").unwrap_or_default();
+    if text.is_empty() { least } else { text.parse().expect("LINKWORK_KILLS is a number") }
+}
+
 /// `kill -9`.
 pub fn killed(child: &mut Child) {
     child.kill().unwrap();

@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from types import TracebackType
 from typing import Any
 
-VERSION = 1
+VERSION = 2
 LONGEST = 1 << 24
 
 
@@ -107,10 +107,27 @@ class Attached:
         return values[0] if len(paths) == 1 else values
 
     def set(self, path: str, value: float | str) -> float:
-        """Sets a state, or an input without a wire: a number in SI, or "12 deg". Gives the time, s."""
+        """Sets a state, or an input without a wire, or all that match a pattern with a star: a number in SI,
+        or "12 deg". Gives the time, s."""
         if not isinstance(value, str):
             value = float(value)
-        return float(self._ask({"set": {"path": path, "value": value}})["done"]["time"])
+        return float(self._ask({"set": {"path": path, "value": value}})["changed"]["time"])
+
+    def pin(self, path: str, value: float | str | None = None) -> dict[str, float]:
+        """Pins a state, an output, or an input without a wire, or all that match a pattern with a star: it keeps
+        the value, or without one its present value, until it is unpinned. Gives {path: value}, SI."""
+        ask: dict[str, Any] = {"path": path}
+        if value is not None:
+            ask["value"] = value if isinstance(value, str) else float(value)
+        return dict(self._ask({"pin": ask})["changed"]["values"])
+
+    def unpin(self, path: str = "**") -> dict[str, float]:
+        """Lets a pinned variable go, or all that match a pattern; gives {path: value}, SI."""
+        return dict(self._ask({"unpin": {"path": path}})["changed"]["values"])
+
+    def pins(self) -> dict[str, float]:
+        """What is pinned: {path: value}, SI."""
+        return dict(self._ask("pins")["pins"]["values"])
 
     def watch(
         self, paths: Sequence[str], rate: float = 10.0, count: int | None = None

@@ -1,0 +1,138 @@
+//! Variables changed from outside while a run is under way: set, pinned, unpinned, by path or pattern, in any unit.
+//!
+//! What is changed acts from the present tick on, before its rows are taken, and stands in the logs.
+use crate::run::{Runner, Watch};
+use linkwork_assembly::{Text, match_patterns};
+use linkwork_runtime::{
+    Change, Origin, Role, Simulation, Unit, Value, VariableError, split_quantity,
+};
+
+fn no<T>(message: String, help: impl Into<String>) -> Result<T, VariableError> {
+    Err(VariableError { message, help: help.into() })
+}
+
+/// `PATH=VALUE`, or `PATH` alone: the path or pattern, and a number or a quantity.
+pub fn assignment(written: &str) -> (String, Option<Value>) {
+    match written.split_once('=') {
+        None => (written.trim().to_string(), None),
+        Some((path, value)) => {
+            let number = value.trim().parse().map(Value::Number);
+            let value = number.unwrap_or_else(|_| Value::Text(value.trim().to_string()));
+            (path.trim().to_string(), Some(value))
+        }
+    }
+}
+
+/// The variables of the present phase that a pattern means: for a pattern with a star those that can be changed so
+/// by what they are (states and inputs without a wire are set; outputs, too, are pinned), else the one of that path.
+fn meant(sim: &Simulation, pattern: &str, change: Change) -> Result<Vec<String>, VariableError> {
+    if !pattern.contains('*') {
+        return Ok(vec![pattern.to_string()]);
+    }
+    let fits = |path: &&String| match (sim.plan().lanes[*path].role, change) {
+        (Role::State | Role::Free, _) | (Role::Output, Change::Pin) => true,
+        (Role::Output | Role::Input, _) => false,
+    };
+    let names: Vec<&str> = match change {
+        Change::Unpin => sim.pins().map(|(path, _)| path).collect(),
+        Change::Set | Change::Pin => {
+            sim.plan().lanes.keys().filter(fits).map(String::as_str).collect()
+        }
+    };
+    let text = Text { text: pattern.to_string(), origin: Origin::NONE };
+    match match_patterns(&[text], &names) {
+        Ok(found) => Ok(found.into_iter().map(|k| names[k].to_string()).collect()),
+        Err(_) => match change {
+            Change::Set => no(
+                format!("`{pattern}` matches no variable that can be set"),
+                "states and inputs without a wire can be set; `linkwork list` shows all variables",
+            ),
+            Change::Pin => no(
+                format!("`{pattern}` matches no variable that can be pinned"),
+                "`*` stands for one part of a path, `**` for any number; `linkwork list` shows all variables",
+            ),
+            Change::Unpin => {
+                let known = if names.is_empty() {
+                    "nothing is".to_string()
+                } else {
+                    format!("pinned are: {}", names.join(", "))
+                };
+                no(format!("`{pattern}` matches nothing that is pinned"), known)
+            }
+        },
+    }
+}
+
+/// A value in SI: a number is, a text has a unit of the variable's quantity.
+fn in_si(sim: &Simulation, path: &str, value: &Value) -> Result<f64, VariableError> {
+    let variable = sim.variable(path)?;
+    let text = match value {
+        Value::Number(x) => return Ok(*x),
+        Value::Text(text) => text,
+        other => return no(format!("`{other}` is no quantity"), "write a number, or `\"12 deg\"`"),
+    };
+    let Some((number, unit)) = split_quantity(text) else {
+        return no(format!("`{text}` is no quantity"), "write a number, or `\"12 deg\"`");
+    };
+    let own = Unit::parse(&variable.unit).unwrap_or(Unit::ONE);
+    match Unit::parse(unit) {
+        Ok(u) if u.same_quantity(&own) => Ok(u.to_si(number)),
+        Ok(_) => no(
+            format!("`{path}` is in {}, which is no {unit}", variable.unit),
+            "give a unit of the same quantity, or a number in SI",
+        ),
+        Err(e) => no(e.to_string(), "give a number in SI"),
+    }
+}
+
+/// Sets, pins or unpins what a path or pattern means, all of it or nothing, in a simulation that nobody logs yet.
+/// Gives the variables and their values (SI).
+///
+/// # Errors
+/// As [`Runner::change`].
+pub fn changed(
+    sim: &mut Simulation,
+    pattern: &str,
+    change: Change,
+    value: Option<&Value>,
+) -> Result<Vec<(String, f64)>, VariableError> {
+    let mut all = Vec::new();
+    for path in meant(sim, pattern, change)? {
+        let value = match (value, change) {
+            (Some(value), Change::Set | Change::Pin) => in_si(sim, &path, value)?,
+            (None, Change::Set) => {
+                return no(format!("`{pattern}` has no value"), "write PATH=VALUE");
+            }
+            (None, Change::Pin) | (_, Change::Unpin) => sim.get(&path)?,
+        };
+        all.push((path, value));
+    }
+    sim.change_all(change, &all)?;
+    Ok(all)
+}
+
+impl<W: Watch> Runner<W> {
+    /// Sets, pins or unpins what a path or pattern means, all of it or nothing; the taps are told, so that a log holds
+    /// it. Without a value a pin keeps the present one. Gives the variables and their values (SI).
+    ///
+    /// # Errors
+    /// As [`Simulation::set`], [`Simulation::pin`], [`Simulation::unpin`]; a pattern that matches nothing; a unit of
+    /// another quantity; no value to set.
+    pub fn change(
+        &mut self,
+        pattern: &str,
+        change: Change,
+        value: Option<&Value>,
+    ) -> Result<Vec<(String, f64)>, VariableError> {
+        let all = changed(self.sim_mut(), pattern, change, value)?;
+        self.tell(change, &all);
+        Ok(all)
+    }
+
+    /// Tells the taps what was changed at the present tick ([`changed`]), before its rows are taken.
+    pub fn tell(&mut self, change: Change, all: &[(String, f64)]) {
+        for (path, value) in all {
+            self.tell_taps(path, change, *value);
+        }
+    }
+}
