@@ -60,31 +60,13 @@ impl ModelSpec {
         })
     }
 
-    /// Adds the collision shapes of a description as colliders, by their own names where they have one that is free, else
-    /// `body/number` (from 0). What ellipsoids and bounded planes enclose is not approximated.
+    /// Adds the [collision shapes](colliders_of) of a description.
     ///
     /// # Errors
-    /// Shapes that a collider cannot be: mesh files, ellipsoids, planes with an end. All at once; none is left out in silence.
+    /// Shapes that a collider cannot be.
     pub fn shapes(mut self, d: &Description) -> Result<Self, ModelError> {
-        let mut faults = Vec::new();
-        let mut count: BTreeMap<&str, usize> = BTreeMap::new();
-        for s in d.shapes.iter().filter(|s| s.role != ShapeRole::Visual) {
-            let number = count.entry(&s.body).or_default();
-            let numbered = format!("{}/{number}", s.body);
-            *number += 1;
-            let taken = self.colliders.iter().any(|c| c.name == s.name);
-            let name = if s.name.is_empty() || taken { numbered } else { s.name.clone() };
-            match solid(&s.geometry) {
-                Some(shape) => {
-                    self.colliders.push(ColliderSpec::new(name, &s.body, shape).at(s.pose));
-                }
-                None => faults.push(ModelFault::Refused {
-                    what: format!("collision shape `{name}`: {:?}", s.geometry),
-                    help: "give that body solids (or a mesh of your own) as colliders instead",
-                }),
-            }
-        }
-        if faults.is_empty() { Ok(self) } else { Err(ModelError { faults }) }
+        self.colliders.extend(colliders_of(d)?);
+        Ok(self)
     }
 
     /// Adds the groups of an SRDF file as parts: one chain each, or the bodies of its links, joints
@@ -345,6 +327,31 @@ impl RobotModel {
         let tip = self.tips.get(part.index()).ok_or(RobotError::ForeignHandle)?;
         tip.ok_or(RobotError::NotAChain { part: part.index() })
     }
+}
+
+/// The collision shapes of a description as colliders, by their own names where they have one that is free, else
+/// `body/number` (from 0).
+///
+/// # Errors
+/// Shapes that a collider cannot be: mesh files, ellipsoids, planes with an end. All at once; none is left out in silence.
+pub fn colliders_of(d: &Description) -> Result<Vec<ColliderSpec>, ModelError> {
+    let (mut out, mut faults) = (Vec::<ColliderSpec>::new(), Vec::new());
+    let mut count: BTreeMap<&str, usize> = BTreeMap::new();
+    for s in d.shapes.iter().filter(|s| s.role != ShapeRole::Visual) {
+        let number = count.entry(&s.body).or_default();
+        let numbered = format!("{}/{number}", s.body);
+        *number += 1;
+        let taken = out.iter().any(|c| c.name == s.name);
+        let name = if s.name.is_empty() || taken { numbered } else { s.name.clone() };
+        match solid(&s.geometry) {
+            Some(shape) => out.push(ColliderSpec::new(name, &s.body, shape).at(s.pose)),
+            None => faults.push(ModelFault::Refused {
+                what: format!("collision shape `{name}`: {:?}", s.geometry),
+                help: "give that body solids (or a mesh of your own) as colliders instead",
+            }),
+        }
+    }
+    if faults.is_empty() { Ok(out) } else { Err(ModelError { faults }) }
 }
 
 /// A shape of a file as one that collides.

@@ -114,19 +114,15 @@ impl Draft {
         Ok(())
     }
 
-    /// Changes the specification by the file's description, or leaves it as it is.
-    fn by_file(
-        &mut self,
-        change: impl FnOnce(ModelSpec, &Description) -> Result<ModelSpec, Fault>,
-    ) -> Result<(), Fault> {
+    /// What the robot's file says.
+    fn file(&self) -> Result<&Description, Fault> {
         let text = "this builder has no robot yet\n  help: call lw_builder_robot_file before";
-        let d = self.description.as_ref().ok_or_else(|| Fault::Model(text.into()))?;
-        self.spec = change(self.spec.clone(), d)?;
-        Ok(())
+        self.description.as_ref().ok_or_else(|| Fault::Model(text.into()))
     }
 
     fn groups(&mut self, srdf: &Srdf) -> Result<(), Fault> {
-        self.by_file(|spec, d| Ok(spec.groups(srdf, d)?))
+        self.spec = self.spec.clone().groups(srdf, self.file()?)?;
+        Ok(())
     }
 }
 
@@ -252,7 +248,12 @@ pub unsafe extern "C" fn lw_builder_groups_text(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_file_shapes(builder: *mut LwBuilder) -> LwStatus {
     // SAFETY: the caller's promises.
-    unsafe { alone(builder, LwBuilder::parts, |d| d.by_file(|spec, file| Ok(spec.shapes(file)?))) }
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            d.spec = d.spec.clone().shapes(d.file()?)?;
+            Ok(())
+        })
+    }
 }
 
 /// A part: the chain of bodies after `base` (a body, or "world") up to `tip`.
@@ -345,7 +346,7 @@ pub unsafe extern "C" fn lw_builder_model(
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let out = Out::new("out", out)?;
-            d.by_file(|spec, _| Ok(spec))?;
+            d.file()?;
             out.set(LwModel::give(RobotModel::new(&d.spec)?));
             Ok(())
         })

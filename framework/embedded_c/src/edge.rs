@@ -152,7 +152,7 @@ pub(crate) unsafe fn numbers<'a>(
     Ok(unsafe { std::slice::from_raw_parts(p, got) })
 }
 
-/// Numbers to write, which may be read before (they have values); NULL is allowed for none.
+/// Numbers to write; NULL is allowed for none. Memory of a C program holds some number or other before, if only by chance.
 ///
 /// # Safety
 /// The promises at the head of the crate. `wanted` fits into memory.

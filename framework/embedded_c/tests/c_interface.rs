@@ -503,8 +503,8 @@ fn names_settings_and_handles_go_through() {
         let (mut a, mut b, mut held, mut other) = (zero, zero, zero, null_mut());
         assert_eq!(lw_robot_tip_pose(r, part, &mut a), LwStatus::Ok);
         assert_eq!(lw_robot_body_pose(r, body, &mut b), LwStatus::Ok);
-        let apart = |x: &[f64], y: &[f64]| x.iter().zip(y).any(|(x, y)| !((x - y).abs() < 1e-14));
-        assert!(!apart(&a.position, &b.position) && !apart(&a.quaternion, &b.quaternion));
+        let near = |x: &[f64], y: &[f64]| x.iter().zip(y).all(|(x, y)| (x - y).abs() < 1e-14);
+        assert!(near(&a.position, &b.position) && near(&a.quaternion, &b.quaternion));
         let at = LwPose { position: [0.1, 0.0, 0.0], quaternion: [0.0, 0.6, 0.0, 0.8] };
         assert_eq!(lw_robot_grasp(r, part, 0, &at), LwStatus::Ok);
         assert_eq!(lw_robot_clone(r, &mut other), LwStatus::Ok);
@@ -516,14 +516,14 @@ fn names_settings_and_handles_go_through() {
             Quat::from_quaternion(spatial::nalgebra::Quaternion::new(w, x, y, z))
         };
         let X = Pose::new(quat(&a), a.position.into()) * Pose::new(quat(&at), at.position.into());
-        assert!(!apart(&held.position, X.position.as_slice()));
-        assert!(!apart(&held.quaternion, X.rotation.coords.as_slice()));
+        assert!(near(&held.position, X.position.as_slice()));
+        assert!(near(&held.quaternion, X.rotation.coords.as_slice()));
         // Settings: the can in the palm is found when it is told to be looked at, and not when it is hidden.
         let (mut can, mut palm, mut hit) = (9, 9, false);
         assert_eq!(lw_model_collider(m, c"can".as_ptr(), &mut can), LwStatus::Ok);
         assert_eq!(lw_model_collider(m, c"palm".as_ptr(), &mut palm), LwStatus::Ok);
-        let near = LwPose { position: [0.08, 0.0, 0.0], quaternion: [0.0, 0.0, 0.0, 1.0] };
-        assert_eq!(lw_robot_update_grasp(other, part, 0, &near), LwStatus::Ok);
+        let close = LwPose { position: [0.08, 0.0, 0.0], quaternion: [0.0, 0.0, 0.0, 1.0] };
+        assert_eq!(lw_robot_update_grasp(other, part, 0, &close), LwStatus::Ok);
         let mut asked = |wanted: bool, pair: Option<(u32, u32)>| {
             let mut found = LwPair { a: 9, b: 9 };
             let p = q.as_ptr();
