@@ -65,7 +65,7 @@ pub use linkwork_formats as formats;
 pub use linkwork_multibody as multibody;
 pub use linkwork_spatial as spatial;
 pub use manipulability::{Manipulability, Rows};
-pub use model::{ModelSpec, Object, ObjectSpec, RobotModel};
+pub use model::{ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
 pub use part::{Part, PartSpec};
 pub use robot::{
     Answer, Balance, Best, Effort, Goal, Grasp, HandWeights, Hold, MoveSqueeze, Outcome, Path,

@@ -3,11 +3,13 @@
 use crate::collision::Scene;
 use crate::error::{ModelError, ModelFault, RobotError};
 use crate::part::{Chain, Part, PartSpec, Resolved, nearest, resolve};
-use linkwork_collision::{ColliderId, ColliderSpec, Rules};
+use linkwork_collision::{ColliderId, ColliderSpec, Rules, Shape};
 use linkwork_dynamics::Tree;
-use linkwork_formats::{Description, ReadOptions, Srdf, read_file, read_srdf_file};
+use linkwork_formats::{
+    Description, Geometry, ReadOptions, ShapeRole, Srdf, read_file, read_srdf_file,
+};
 use linkwork_multibody::{BodyId, Builder, HingeCoordinate, Limits, Multibody, NodeId};
-use linkwork_spatial::{MassProperties, Pose, RigidInertia};
+use linkwork_spatial::{MassProperties, Pose, RigidInertia, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -58,8 +60,17 @@ impl ModelSpec {
         })
     }
 
+    /// Adds the [collision shapes](colliders_of) of a description.
+    ///
+    /// # Errors
+    /// Shapes that a collider cannot be.
+    pub fn shapes(mut self, d: &Description) -> Result<Self, ModelError> {
+        self.colliders.extend(colliders_of(d)?);
+        Ok(self)
+    }
+
     /// Adds the groups of an SRDF file as parts: one chain each, or the bodies of its links, joints
-    /// and chains. What else the file says is added to `unused`, its pairs without collision included.
+    /// and chains. Its pairs without collision are added to the rules, what else the file says to `unused`.
     ///
     /// # Errors
     /// Joints or links that the mechanism has not.
@@ -102,8 +113,7 @@ impl ModelSpec {
             }
             self.parts.push(PartSpec::Bodies { name: g.name.clone(), bodies });
         }
-        let pair = |[a, b]: &[String; 2]| format!("SRDF: no collisions of `{a}` and `{b}`");
-        self.unused.extend(srdf.ignore.iter().map(pair));
+        self.rules.ignore.extend(srdf.ignore.iter().cloned());
         self.unused.extend(srdf.ignored.iter().map(ToString::to_string));
         if faults.is_empty() { Ok(self) } else { Err(ModelError { faults }) }
     }
@@ -272,6 +282,11 @@ impl RobotModel {
         self.objects.iter().position(|o| o.0 == name).map(|i| Object(i as u32))
     }
 
+    /// All objects with their names, in the order in which they were given.
+    pub fn objects(&self) -> impl ExactSizeIterator<Item = (Object, &str)> {
+        self.objects.iter().enumerate().map(|(i, o)| (Object(i as u32), o.0.as_str()))
+    }
+
     /// The collider of that name.
     #[must_use]
     pub fn collider(&self, name: &str) -> Option<ColliderId> {
@@ -312,6 +327,47 @@ impl RobotModel {
         let tip = self.tips.get(part.index()).ok_or(RobotError::ForeignHandle)?;
         tip.ok_or(RobotError::NotAChain { part: part.index() })
     }
+}
+
+/// The collision shapes of a description as colliders, by their own names where they have one that is free, else
+/// `body/number` (from 0).
+///
+/// # Errors
+/// Shapes that a collider cannot be: mesh files, ellipsoids, planes with an end. All at once; none is left out in silence.
+pub fn colliders_of(d: &Description) -> Result<Vec<ColliderSpec>, ModelError> {
+    let (mut out, mut faults) = (Vec::<ColliderSpec>::new(), Vec::new());
+    let mut count: BTreeMap<&str, usize> = BTreeMap::new();
+    for s in d.shapes.iter().filter(|s| s.role != ShapeRole::Visual) {
+        let number = count.entry(&s.body).or_default();
+        let numbered = format!("{}/{number}", s.body);
+        *number += 1;
+        let taken = out.iter().any(|c| c.name == s.name);
+        let name = if s.name.is_empty() || taken { numbered } else { s.name.clone() };
+        match solid(&s.geometry) {
+            Some(shape) => out.push(ColliderSpec::new(name, &s.body, shape).at(s.pose)),
+            None => faults.push(ModelFault::Refused {
+                what: format!("collision shape `{name}`: {:?}", s.geometry),
+                help: "give that body solids (or a mesh of your own) as colliders instead",
+            }),
+        }
+    }
+    if faults.is_empty() { Ok(out) } else { Err(ModelError { faults }) }
+}
+
+/// A shape of a file as one that collides.
+fn solid(g: &Geometry) -> Option<Shape> {
+    Some(match *g {
+        Geometry::Box { size } => Shape::Box { half: 0.5 * Vec3::from(size) },
+        Geometry::Sphere { radius } => Shape::Sphere { radius },
+        Geometry::Cylinder { radius, length } => {
+            Shape::Cylinder { radius, half_length: 0.5 * length }
+        }
+        Geometry::Capsule { radius, length } => {
+            Shape::Capsule { radius, half_length: 0.5 * length }
+        }
+        Geometry::Plane { size: [0.0, 0.0] } => Shape::HalfSpace,
+        Geometry::Plane { .. } | Geometry::Ellipsoid { .. } | Geometry::Mesh { .. } => return None,
+    })
 }
 
 fn tip_name(part: &str) -> String {

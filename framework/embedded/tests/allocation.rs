@@ -22,6 +22,7 @@ fn no_call_allocates_after_set_up() {
     let (mut tau, v, mut inertia) = (vec![0.0; nv], model.multibody().random_v(1), [0.0; 144]);
     let q = model.multibody().random_q(3);
     let (mut J, mut whole, mut g) = (vec![0.0; 36], vec![0.0; 6 * model.nv()], vec![0.0; 6]);
+    let mut M = vec![0.0; nv * nv];
     let mut bad = q.clone();
     bad[3] = f64::NAN;
     let mut clamped = q.clone();
@@ -61,6 +62,8 @@ fn no_call_allocates_after_set_up() {
         robot.exert(beam, &wrenches, &mut tau).unwrap();
         let weights = HandWeights { hands: [1.0, 3.0], moment: 100.0 };
         black_box(robot.move_squeeze(beam, &wrenches, &weights).unwrap());
+        robot.mass_matrix(&mut M).unwrap();
+        black_box(robot.center_of_mass());
         space.inertia(&mut robot, &mut inertia).unwrap();
         space.forces(&mut robot, &v, &inertia[..12], Some(&v), &mut tau).unwrap();
         let twist = spatial::Motion::new(spatial::Vec3::x(), spatial::Vec3::y());

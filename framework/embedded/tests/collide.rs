@@ -345,3 +345,49 @@ fn yes_and_no_allocate_nothing() {
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");
 }
+
+/// An arm of one turning joint with the shapes that a URDF can say; a group file.
+const SHAPES: &str = r#"<robot name="r"><link name="base">
+    <collision><geometry><box size="0.2 0.4 0.6"/></geometry></collision></link>
+  <link name="rod"><collision name="tube"><origin xyz="1 0 0"/><geometry><cylinder radius="0.1" length="0.8"/></geometry></collision>
+    <collision name="tube"><origin xyz="3 0 0"/><geometry><sphere radius="0.25"/></geometry></collision>
+    <visual><geometry><sphere radius="9"/></geometry></visual></link>
+  <link name="tool"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 0 1"/></joint>
+  <joint name="end" type="prismatic"><parent link="rod"/><child link="tool"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>"#;
+
+#[test]
+fn shapes_of_a_file_collide_and_its_pairs_do_not() {
+    let d = formats::read_text(SHAPES, &options()).unwrap();
+    let spec = || ModelSpec::from_description(&d).unwrap().shapes(&d).unwrap();
+    let model = RobotModel::new(&spec()).unwrap();
+    let names: Vec<&str> = model.colliders().map(|c| c.1).collect();
+    assert_eq!(names, ["base/0", "rod/1", "tool/0", "tube"]);
+    let mut robot = Robot::new(&model);
+    let q = model.multibody().neutral_q();
+    // Base and tool are no neighbours: a ball at the centre of the box.
+    let [base, tool, tube] = ["base/0", "tool/0", "tube"].map(|n| model.collider(n).unwrap());
+    assert_eq!(robot.first_hit(&q).unwrap(), Some((base, tool)));
+    let gap = robot.distance(&q, base, tube).unwrap().unwrap().distance;
+    assert!(
+        (gap - (0.9 - 0.1)).abs() < 1e-12,
+        "{gap}: the tube's side is at 0.9 m, the box's face at 0.1 m"
+    );
+    let srdf = r#"<robot name="r"><disable_collisions link1="tool" link2="base"/></robot>"#;
+    let srdf = formats::read_srdf(srdf, &options()).unwrap();
+    let model = RobotModel::new(&spec().groups(&srdf, &d).unwrap()).unwrap();
+    assert_eq!(model.unused(), spec().unused);
+    assert_eq!(Robot::new(&model).first_hit(&q).unwrap(), None);
+    let text = SHAPES.replace("<box size=\"0.2 0.4 0.6\"/>", "<mesh filename=\"base.stl\"/>");
+    let d = formats::read_text(&text, &options()).unwrap();
+    let text = ModelSpec::from_description(&d).unwrap().shapes(&d).unwrap_err().to_string();
+    assert!(
+        text.contains("`base/0`") && text.contains("base.stl") && text.contains("help"),
+        "{text}"
+    );
+    let srdf = r#"<robot name="r"><disable_collisions link1="tool" link2="basis"/></robot>"#;
+    let srdf = formats::read_srdf(srdf, &options()).unwrap();
+    let text = RobotModel::new(&spec().groups(&srdf, &d).unwrap()).unwrap_err().to_string();
+    assert!(text.contains("basis") && text.contains("base"), "{text}");
+}

@@ -153,6 +153,15 @@ fn a_held_object_moves_as_if_it_were_welded_on() {
         // Compliance of the tip against dense algebra with the welded mechanism's mass matrix.
         poses(&tree, &mut ws, &q);
         mass_matrix(&tree, &mut ws, &mut M);
+        let mut held = vec![0.0; nv * nv];
+        robot.mass_matrix(&mut held).unwrap();
+        assert!(relative(&held, &M) < 1e-12, "{}", relative(&held, &M));
+        let (mass, center) = robot.center_of_mass();
+        assert!((mass - tree.total_mass()).abs() < 1e-12 * mass);
+        assert!((center - dynamics::center_of_mass(&tree, &ws)).norm() < 1e-12);
+        let wrong = robot.mass_matrix(&mut held[1..]).unwrap_err();
+        let numbers = (nv * nv - 1, nv * nv);
+        assert_eq!(wrong, RobotError::Length { what: "M", got: numbers.0, wanted: numbers.1 });
         let tip = model.multibody().node("tip of part left").unwrap();
         let name = model.multibody().get_node(tip).name().to_owned();
         let mut J = vec![0.0; 6 * nv];

@@ -1,5 +1,5 @@
 //! Foreign units by FMI 2.0 and 3.0, both ways: units as parts of a simulation, and a simulation as
-//! a unit. The only crate with `unsafe`: it calls, and is called by, machine code of others.
+//! a unit. With `unsafe`: it calls, and is called by, machine code of others.
 //!
 //! ```text
 //! import:  .fmu → archive (bounded) → description → ports;  shared library → instance

@@ -1,7 +1,7 @@
 //! More algorithms of `Mechanism`: inverse of the mass matrix, Jacobians, centroidal quantities,
 //! compliance.
 use crate::array::{Array, wrench};
-use crate::batch::{Rows, ensemble, states};
+use crate::batch::{Rows, ensemble, ensemble_into, states, states_into};
 use crate::dynamics::only;
 use crate::mechanism::Mechanism;
 use linkwork_dynamics::{self as dynamics, Ensemble};
@@ -53,27 +53,28 @@ impl Mechanism {
     }
 
     /// Jacobian (6, nv) of a frame at q, or many: v to the velocity [ω; v] of the frame's origin,
-    /// world axes, rad/s and m/s.
-    #[pyo3(signature = (q, frame, *, threads=1))]
+    /// world axes, rad/s and m/s. out: as in inverse_dynamics.
+    #[pyo3(signature = (q, frame, *, out=None, threads=1))]
     fn node_jacobian<'py>(
         &self,
         py: Python<'py>,
         q: Given<'_, 'py>,
         frame: &str,
+        out: Option<Given<'_, 'py>>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, node) = (&*self.core, self.core.frame(frame)?);
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
-        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
-            e.node_jacobian(&x[0], node, &mut out[0]);
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], to: &mut [Vec<f64>]| {
+            e.node_jacobian(&x[0], node, &mut to[0]);
             Ok(())
         };
-        if let Some(many) = ensemble(py, c, &rows, threads, &[&[6, c.nv()]], lanes)? {
+        if let Some(many) = ensemble_into(py, c, &rows, threads, &[&[6, c.nv()]], out, lanes)? {
             return only(many);
         }
-        states(py, c, &rows, threads, &[6, c.nv()], |tree, ws, x, out| {
+        states_into(py, c, &rows, threads, &[6, c.nv()], out, |tree, ws, x, to| {
             dynamics::poses(tree, ws, x[0]);
-            dynamics::node_jacobian(tree, ws, node, out);
+            dynamics::node_jacobian(tree, ws, node, to);
             Ok(())
         })
     }

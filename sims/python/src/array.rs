@@ -6,7 +6,7 @@ use crate::error::{refuse, refuse_with};
 use linkwork_dynamics::checked;
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Force, Mat3, Motion, Pose, Quat, Vec3};
-use numpy::PyUntypedArrayMethods;
+use numpy::{BorrowError, PyUntypedArrayMethods};
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
@@ -209,6 +209,44 @@ pub fn out2(py: Python<'_>, values: Vec<f64>, rows: usize, columns: usize) -> Py
 pub fn out<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Array<'py>> {
     finite(&values)?;
     PyArray1::from_vec(py, values).reshape(shape)
+}
+
+/// As `out`, written into an array of the caller's where one is given: float64, of that shape, row after row, writable, and of no
+/// memory that the call reads. It is then the result.
+pub fn out_into<'py>(
+    py: Python<'py>,
+    values: Vec<f64>,
+    shape: &[usize],
+    given: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Array<'py>> {
+    let Some(given) = given else { return out(py, values, shape) };
+    finite(&values)?;
+    let Ok(array) = given.cast::<PyArrayDyn<f64>>() else {
+        let kind =
+            given.getattr("dtype").map_or_else(|_| given.get_type().to_string(), |d| d.to_string());
+        return Err(refuse_with(
+            format!("`out` is no array of float64: {kind}"),
+            "give a numpy array of float64, such as the result of an earlier call",
+        ));
+    };
+    if array.shape() != shape {
+        let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();
+        return Err(wrong_shape("out", array.shape(), &format!("({})", sizes.join(", "))));
+    }
+    let mut writable = array.try_readwrite().map_err(|e| match e {
+        BorrowError::AlreadyBorrowed => {
+            refuse_with("`out` shares memory with an argument", "give it memory of its own")
+        }
+        _ => refuse_with("`out` cannot be written", "give a writable array"),
+    })?;
+    match writable.as_slice_mut() {
+        Ok(to) => to.copy_from_slice(&values),
+        Err(_) => {
+            let fact = "`out` is not contiguous, row after row";
+            return Err(refuse_with(fact, "give an array as numpy.empty makes it"));
+        }
+    }
+    Ok(array.clone())
 }
 
 /// Three numbers.

@@ -3,7 +3,7 @@
 //! Inputs of shape (w,) serve all states; of shape (n, w) one each. An algorithm is a closure over
 //! the numbers of one state; many states of a hot algorithm go through an `Ensemble` instead, four
 //! or eight at once. The number of threads changes no bit.
-use crate::array::{Array, Input, out, zeros};
+use crate::array::{Array, Input, out_into, zeros};
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
 use linkwork_dynamics::{DynamicsError, Ensemble, Tree, Workspace};
@@ -107,6 +107,19 @@ pub fn states<'py>(
     each: &[usize],
     kernel: impl Kernel,
 ) -> PyResult<Array<'py>> {
+    states_into(py, core, rows, threads, each, None, kernel)
+}
+
+/// The same into an array of the caller's, where one is given.
+pub fn states_into<'py>(
+    py: Python<'py>,
+    core: &Core,
+    rows: &Rows<'_>,
+    threads: usize,
+    each: &[usize],
+    given: Option<&Bound<'py, PyAny>>,
+    kernel: impl Kernel,
+) -> PyResult<Array<'py>> {
     let (view, width) = (rows.view(), each.iter().product::<usize>());
     let mut values = zeros(view.n, width)?;
     let piece = |first: usize, out: &mut [f64], ws: &mut Workspace| {
@@ -133,7 +146,7 @@ pub fn states<'py>(
         })
     };
     result.map_err(|e: DynamicsError| refuse(e))?;
-    out(py, values, &rows.shape(each))
+    out_into(py, values, &rows.shape(each), given)
 }
 
 /// As many as asked for, one at least, at most one for each processor.
@@ -195,6 +208,19 @@ pub fn ensemble<'py>(
     each: &[&[usize]],
     f: impl FnOnce(&mut Ensemble, &[Vec<f64>], &mut [Vec<f64>]) -> Result<(), DynamicsError> + Send,
 ) -> PyResult<Option<Vec<Array<'py>>>> {
+    ensemble_into(py, core, rows, threads, each, None, f)
+}
+
+/// The same, the first result into an array of the caller's, where one is given.
+pub fn ensemble_into<'py>(
+    py: Python<'py>,
+    core: &Core,
+    rows: &Rows<'_>,
+    threads: usize,
+    each: &[&[usize]],
+    given: Option<&Bound<'py, PyAny>>,
+    f: impl FnOnce(&mut Ensemble, &[Vec<f64>], &mut [Vec<f64>]) -> Result<(), DynamicsError> + Send,
+) -> PyResult<Option<Vec<Array<'py>>>> {
     let (threads, Some(n)) = (checked(threads)?, rows.n) else { return Ok(None) };
     let view = rows.view();
     let size = |shape: &&[usize]| zeros(n, shape.iter().product());
@@ -204,7 +230,9 @@ pub fn ensemble<'py>(
         core.with_ensemble(threads, |ensemble| f(ensemble, &inputs, &mut results))
     };
     py.detach(run).map_err(refuse)?;
-    let shaped = results.into_iter().zip(each).map(|(x, shape)| out(py, x, &rows.shape(shape)));
+    let given = std::iter::once(given).chain(std::iter::repeat(None));
+    let shaped = results.into_iter().zip(each).zip(given);
+    let shaped = shaped.map(|((x, shape), to)| out_into(py, x, &rows.shape(shape), to));
     shaped.collect::<PyResult<_>>().map(Some)
 }
 

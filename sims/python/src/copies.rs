@@ -28,6 +28,7 @@ impl Mechanism {
         let mut core = Core::new(self.core.mbs.clone(), self.core.gravity())?;
         core.initial.clone_from(&self.core.initial);
         core.description.clone_from(&self.core.description);
+        core.contact.clone_from(&self.core.contact);
         Ok(Self { core: Arc::new(core) })
     }
     /// As `copy.copy`: nothing is shared that can change.

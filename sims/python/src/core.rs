@@ -4,6 +4,7 @@
 //! asked a body can be asked too.
 use crate::array::wrench;
 use crate::error::refuse_with;
+use crate::files::FileContact;
 use linkwork_dynamics::{Derivatives, Ensemble, InverseKinematics, Tree, Workspace, kinematics};
 use linkwork_formats::Description;
 use linkwork_multibody::{Builder, Multibody, NodeId};
@@ -29,6 +30,8 @@ pub struct Core {
     pub initial: Vec<f64>,
     /// What a file says besides.
     pub description: Option<Description>,
+    /// What a file in RON says of contact.
+    pub contact: Option<FileContact>,
     gravity: Mutex<Vec3>,
     spare: Mutex<Vec<Workspace>>,
     derivatives: Mutex<Vec<Derivatives>>,
@@ -61,6 +64,7 @@ impl Core {
         Ok(Self {
             initial: mbs.neutral_q(),
             description: None,
+            contact: None,
             mbs,
             tree,
             gravity,

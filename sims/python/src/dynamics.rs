@@ -1,6 +1,6 @@
 //! The algorithms of `Mechanism`: each under its own name, from q, v and what else it needs.
 use crate::array::Array;
-use crate::batch::{Rows, ensemble, states};
+use crate::batch::{Rows, ensemble_into, states, states_into};
 use crate::mechanism::Mechanism;
 use linkwork_dynamics::{self as dynamics, Ensemble};
 use pyo3::prelude::*;
@@ -13,8 +13,9 @@ impl Mechanism {
     /// Forces tau (nv,) that produce the accelerations vdot (nv,) at q, v; or many.
     ///
     /// wrenches: {frame: (6,)}, moment about the frame's origin (N m) and force (N), world axes,
-    /// the same for all states. threads: for many states.
-    #[pyo3(signature = (q, v, vdot, *, wrenches=None, threads=1))]
+    /// the same for all states. threads: for many states. out: an array of float64 for the result, of its shape, contiguous, of no memory
+    /// that the arguments have; it is filled and returned. Where the call raises it stays as it is.
+    #[pyo3(signature = (q, v, vdot, *, wrenches=None, out=None, threads=1))]
     fn inverse_dynamics<'py>(
         &self,
         py: Python<'py>,
@@ -22,6 +23,7 @@ impl Mechanism {
         v: Given<'_, 'py>,
         vdot: Given<'_, 'py>,
         wrenches: Option<&Bound<'py, PyDict>>,
+        out: Option<Given<'_, 'py>>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
@@ -32,11 +34,11 @@ impl Mechanism {
             Ok(())
         };
         if wrenches.is_empty()
-            && let Some(many) = ensemble(py, c, &rows, threads, &[&[nv]], lanes)?
+            && let Some(many) = ensemble_into(py, c, &rows, threads, &[&[nv]], out, lanes)?
         {
             return only(many);
         }
-        states(py, c, &rows, threads, &[nv], |tree, ws, x, tau| {
+        states_into(py, c, &rows, threads, &[nv], out, |tree, ws, x, tau| {
             c.load(ws, x[0], x[1], &wrenches);
             dynamics::inverse_dynamics_given_kinematics(tree, ws, x[2], tau);
             Ok(())
@@ -46,9 +48,9 @@ impl Mechanism {
     /// Accelerations vdot (nv,) from the forces tau (nv,) at q, v; or many.
     ///
     /// prescribed (nv,): accelerations of the coordinates that are prescribed, zero when left out;
-    /// their tau is not read (`mixed_dynamics` finds it). wrenches, threads: as in
+    /// their tau is not read (`mixed_dynamics` finds it). wrenches, threads, out: as in
     /// inverse_dynamics. Raises LinkworkError when a free coordinate moves nothing with inertia.
-    #[pyo3(signature = (q, v, tau, *, prescribed=None, wrenches=None, threads=1))]
+    #[pyo3(signature = (q, v, tau, *, prescribed=None, wrenches=None, out=None, threads=1))]
     fn forward_dynamics<'py>(
         &self,
         py: Python<'py>,
@@ -57,6 +59,7 @@ impl Mechanism {
         tau: Given<'_, 'py>,
         prescribed: Option<Given<'_, 'py>>,
         wrenches: Option<&Bound<'py, PyDict>>,
+        out: Option<Given<'_, 'py>>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
@@ -76,11 +79,11 @@ impl Mechanism {
             e.forward_dynamics(&x[0], &x[1], &mut x[2].clone(), &mut vdot[0])
         };
         if wrenches.is_empty()
-            && let Some(many) = ensemble(py, c, &rows, threads, &[&[nv]], lanes)?
+            && let Some(many) = ensemble_into(py, c, &rows, threads, &[&[nv]], out, lanes)?
         {
             return only(many);
         }
-        states(py, c, &rows, threads, &[nv], |tree, ws, x, vdot| {
+        states_into(py, c, &rows, threads, &[nv], out, |tree, ws, x, vdot| {
             c.load(ws, x[0], x[1], &wrenches);
             vdot.copy_from_slice(x[3]);
             dynamics::forward_dynamics_given_kinematics(tree, ws, &mut x[2].to_vec(), vdot)
@@ -129,29 +132,30 @@ impl Mechanism {
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let zero = crate::array::out1(py, vec![0.0; self.core.nv()]).into_any();
-        self.inverse_dynamics(py, q, v, &zero, wrenches, threads)
+        self.inverse_dynamics(py, q, v, &zero, wrenches, None, threads)
     }
 
-    /// Mass matrix (nv, nv) at q, or many: symmetric, armature included.
-    #[pyo3(signature = (q, *, threads=1))]
+    /// Mass matrix (nv, nv) at q, or many: symmetric, armature included. out: as in inverse_dynamics.
+    #[pyo3(signature = (q, *, out=None, threads=1))]
     fn mass_matrix<'py>(
         &self,
         py: Python<'py>,
         q: Given<'_, 'py>,
+        out: Option<Given<'_, 'py>>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
-        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
-            e.mass_matrix(&x[0], &mut out[0]);
+        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], to: &mut [Vec<f64>]| {
+            e.mass_matrix(&x[0], &mut to[0]);
             Ok(())
         };
-        if let Some(many) = ensemble(py, c, &rows, threads, &[&[nv, nv]], lanes)? {
+        if let Some(many) = ensemble_into(py, c, &rows, threads, &[&[nv, nv]], out, lanes)? {
             return only(many);
         }
-        states(py, c, &rows, threads, &[nv, nv], |tree, ws, x, out| {
+        states_into(py, c, &rows, threads, &[nv, nv], out, |tree, ws, x, to| {
             dynamics::poses(tree, ws, x[0]);
-            dynamics::mass_matrix(tree, ws, out);
+            dynamics::mass_matrix(tree, ws, to);
             Ok(())
         })
     }

@@ -1,12 +1,15 @@
 //! Reading mechanisms (RON, URDF, MJCF, SDF) and simulations, with every model of the component
 //! libraries.
 use linkwork_assembly::read_machine;
+use linkwork_collision::Colliders;
 use linkwork_formats::{Description, ReadOptions, Root};
 use linkwork_multibody::{Hinge, Multibody};
 use linkwork_runner::Library;
 pub use linkwork_runner::Ready;
 use linkwork_runtime::{Catalogue, Entry};
+use linkwork_solvers::ContactSettings;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Every model and service of the component libraries.
 pub fn catalogue() -> Catalogue {
@@ -38,6 +41,33 @@ pub struct Machine {
     pub initial: Vec<f64>,
     /// What a URDF, MJCF or SDF file says besides.
     pub description: Option<Description>,
+    /// What a file in RON says of contact.
+    pub contact: Option<FileContact>,
+}
+
+/// What a file in RON says of contact.
+#[derive(Clone)]
+pub struct FileContact {
+    /// Shapes that touch, and who meets whom.
+    pub colliders: Arc<Colliders>,
+    /// How contact by impulses is solved, dry friction of hinges among it; `None`: contact is compliant.
+    pub settings: Option<ContactSettings>,
+}
+
+impl FileContact {
+    /// After the root got another hinge: dry friction of the others has another place in β.
+    fn on_root(&mut self, old: &Multibody, new: &Multibody) {
+        let Some(settings) = &mut self.settings else { return };
+        settings.dry.retain_mut(|(place, _)| {
+            let body = old.bodies().iter().find(|b| b.v().contains(place));
+            let there = body.and_then(|b| Some((b, new.get(new.body(b.name())?))));
+            let Some((b, n)) = there.filter(|(b, n)| b.v().len() == n.v().len()) else {
+                return false;
+            };
+            *place = n.v().start + *place - b.v().start;
+            true
+        });
+    }
 }
 
 impl Machine {
@@ -99,22 +129,27 @@ fn foreign_machine(path: &Path, options: &ReadOptions) -> Result<Machine, String
             place.copy_from_slice(&i.q);
         }
     }
-    Ok(Machine { mbs, initial, description: Some(d) })
+    Ok(Machine { mbs, initial, description: Some(d), contact: None })
 }
 
 fn ron_machine(path: &Path, root: Root) -> Result<Machine, String> {
     let loaded = library().loaded(path, &[], None).map_err(|f| f.to_string())?;
     let none = || format!("`{}` has no mechanism\n  help: give it bodies", path.display());
     let m = loaded.spec.mechanism().cloned().ok_or_else(none)?;
+    let compliant = m.compliant.map(|c| FileContact { colliders: c.0, settings: None });
+    let contact =
+        m.contact.map(|c| FileContact { colliders: c.colliders, settings: Some(c.settings) });
+    let mut contact = contact.or(compliant);
     let (mbs, initial) = match root {
         Root::AsWritten => ((*m.multibody).clone(), m.q),
         other => {
             let mbs = with_root(&m.multibody, other)?;
             let initial = mbs.neutral_q();
+            contact.iter_mut().for_each(|c| c.on_root(&m.multibody, &mbs));
             (mbs, initial)
         }
     };
-    Ok(Machine { mbs, initial, description: None })
+    Ok(Machine { mbs, initial, description: None, contact })
 }
 
 /// The one body that hangs on the world on another hinge.

@@ -7,6 +7,7 @@
 //! | `core` | what a mechanism and its states share |
 //! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
 //! | `constraints` | loops and couplings of a `Mechanism` |
+//! | `contact` | `Collider`, `Contact`: bodies of a `Mechanism` that touch |
 //! | `copies` | `copy` and `pickle` of a `Mechanism` |
 //! | `algorithms`, `derivatives` | more algorithms of `Mechanism` |
 //! | `batch` | one state or many; threads and lanes |
@@ -30,6 +31,7 @@ mod batch;
 mod builder;
 mod campaign;
 mod constraints;
+mod contact;
 mod copies;
 mod core;
 mod derivatives;
@@ -62,6 +64,8 @@ mod _linkwork {
     use crate::campaign::{Campaign, Gathering, Outcome, Results};
     #[pymodule_export]
     use crate::constraints::{ConstrainedMotion, Constraint, Rank};
+    #[pymodule_export]
+    use crate::contact::{Collider, Contact, ContactStep};
     #[pymodule_export]
     use crate::copies::_restore;
     #[pymodule_export]

@@ -64,6 +64,7 @@ pub fn load(
     let mut core = Core::new(machine.mbs, GRAVITY)?;
     core.initial = machine.initial;
     core.description = machine.description;
+    core.contact = machine.contact;
     Ok(Mechanism { core: Arc::new(core) })
 }
 

@@ -26,16 +26,20 @@ use std::ops::Range;
 const CHUNK: usize = 4096;
 
 /// Where the forces come from.
-enum Torque<'py> {
+pub enum Torque<'py> {
+    /// There are none.
     None,
+    /// The same for all steps.
     Constant(Input<'py>),
     /// One row for each step.
     Rows(Input<'py>),
+    /// A function of t, q, v.
     Call(Bound<'py, PyAny>),
 }
 
 impl<'py> Torque<'py> {
-    fn read(given: Option<&Bound<'py, PyAny>>, nv: usize, steps: usize) -> PyResult<Self> {
+    /// Nothing, numbers of either shape, or a function.
+    pub fn read(given: Option<&Bound<'py, PyAny>>, nv: usize, steps: usize) -> PyResult<Self> {
         let Some(given) = given else { return Ok(Torque::None) };
         if given.is_callable() {
             return Ok(Torque::Call(given.clone()));
@@ -50,10 +54,44 @@ impl<'py> Torque<'py> {
             )),
         }
     }
+
+    /// Calls `step` with the number of each step and these forces; without the interpreter's lock where they need none of it, and
+    /// with a look at Ctrl-C now and then.
+    pub fn drive(
+        &self,
+        py: Python<'py>,
+        nv: usize,
+        steps: usize,
+        mut step: impl FnMut(usize, &mut Forces<'_>) -> PyResult<()> + Send,
+    ) -> PyResult<()> {
+        for begin in (0..steps).step_by(CHUNK) {
+            py.check_signals()?;
+            let chunk = begin..(begin + CHUNK).min(steps);
+            let mut go = |forces: &mut Forces<'_>| -> PyResult<()> {
+                chunk.clone().try_for_each(|k| step(k, forces))
+            };
+            match self {
+                Torque::None => py.detach(|| go(&mut |_, _, _, _, _| Ok(()))),
+                Torque::Constant(c) => {
+                    let c = c.slice();
+                    py.detach(|| go(&mut |_, _, _, _, tau| fill(tau, c)))
+                }
+                Torque::Rows(rows) => {
+                    let rows = rows.slice();
+                    py.detach(|| go(&mut |k, _, _, _, tau| fill(tau, &rows[k * nv..(k + 1) * nv])))
+                }
+                Torque::Call(f) => go(&mut |_, t, q, v, tau| {
+                    let state = (t, PyArray1::from_slice(py, q), PyArray1::from_slice(py, v));
+                    fill(tau, vector(&f.call1(state)?, nv, "torque(t, q, v)")?.slice())
+                }),
+            }?;
+        }
+        Ok(())
+    }
 }
 
 /// Writes the forces at t, q, v; the step is for tables.
-type Forces<'a> = dyn FnMut(usize, f64, &[f64], &[f64], &mut [f64]) -> PyResult<()> + 'a;
+pub type Forces<'a> = dyn FnMut(usize, f64, &[f64], &[f64], &mut [f64]) -> PyResult<()> + 'a;
 
 /// A mechanism as an integrator sees it.
 struct Motion<'a> {
@@ -189,33 +227,12 @@ impl Mechanism {
         let (mut qs, mut vs, mut t) = (room(rows, nq)?, room(rows, nv)?, room(rows, 1)?);
         qs.extend_from_slice(q.slice());
         vs.extend_from_slice(v.slice());
-        for begin in (0..steps).step_by(CHUNK) {
-            py.check_signals()?;
-            let chunk = begin..(begin + CHUNK).min(steps);
-            let mut go = |forces: &mut Forces<'_>| -> PyResult<()> {
-                for k in chunk.clone() {
-                    run.step(k, forces)?;
-                    qs.extend_from_slice(&run.x[..nq]);
-                    vs.extend_from_slice(&run.x[nq..]);
-                }
-                Ok(())
-            };
-            match &torque {
-                Torque::None => py.detach(|| go(&mut |_, _, _, _, _| Ok(()))),
-                Torque::Constant(c) => {
-                    let c = c.slice();
-                    py.detach(|| go(&mut |_, _, _, _, tau| fill(tau, c)))
-                }
-                Torque::Rows(rows) => {
-                    let rows = rows.slice();
-                    py.detach(|| go(&mut |k, _, _, _, tau| fill(tau, &rows[k * nv..(k + 1) * nv])))
-                }
-                Torque::Call(f) => go(&mut |_, t, q, v, tau| {
-                    let state = (t, PyArray1::from_slice(py, q), PyArray1::from_slice(py, v));
-                    fill(tau, vector(&f.call1(state)?, nv, "torque(t, q, v)")?.slice())
-                }),
-            }?;
-        }
+        torque.drive(py, nv, steps, |k, forces| {
+            run.step(k, forces)?;
+            qs.extend_from_slice(&run.x[..nq]);
+            vs.extend_from_slice(&run.x[nq..]);
+            Ok(())
+        })?;
         t.extend((0..=steps).map(|k| k as f64 * dt));
         Ok((out1(py, t), out2(py, qs, steps + 1, nq)?, out2(py, vs, steps + 1, nv)?))
     }

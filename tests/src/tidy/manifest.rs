@@ -68,7 +68,7 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 21] = [
+const FLOORS: [(&str, u32); 22] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
@@ -79,6 +79,7 @@ const FLOORS: [(&str, u32); 21] = [
     ("framework/solvers", 40),
     ("framework/collision", 40),
     ("framework/embedded", 50),
+    ("framework/embedded_c", 55),
     ("framework/render", 55),
     ("framework/runtime", 50),
     ("framework/assembly", 60),
@@ -135,7 +136,8 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 25] = [
+pub const HOMES: [(&str, &str); 26] = [
+    ("cbindgen", "framework/embedded_c"),
     ("libloading", "framework/fmi"),
     ("zip", "framework/fmi"),
     ("nalgebra", "framework/spatial"),

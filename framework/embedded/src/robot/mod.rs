@@ -5,6 +5,7 @@ mod dual;
 mod force;
 mod hold;
 mod kinematics;
+mod mass;
 mod prefer;
 mod reach;
 mod task;

@@ -160,6 +160,8 @@ pub struct ContactStepper {
     some_e: Vec<[f64; WIDTH]>,
     y: Vec<f64>,
     impact: Vec<f64>,
+    /// Impulses of impacts by contact point, on body b.
+    impacts: Vec<Vec3>,
     dq: Vec<f64>,
     q_next: Vec<f64>,
     /// λ / h by constraint, and where each begins.
@@ -227,6 +229,7 @@ impl ContactStepper {
             some_e: Vec::new(),
             y: vec![0.0; units.independent()],
             impact: vec![0.0; units.independent()],
+            impacts: Vec::new(),
             dq: vec![0.0; tree.nv()],
             q_next: Vec::with_capacity(tree.nq()),
             forces: vec![0.0; place[place.len() - 1]],
@@ -260,7 +263,14 @@ impl ContactStepper {
         &self.points
     }
 
-    /// Impulses of the last step by contact, N s: on body b, world axes. They belong to the state of a
+    /// Impulses of the impacts of the last step for each of [`ContactStepper::points`], N s: on body b, world axes. They come
+    /// beside those of [`ContactStepper::warm`].
+    #[must_use]
+    pub fn impacts(&self) -> &[Vec3] {
+        &self.impacts
+    }
+
+    /// Impulses of the last step for each of [`ContactStepper::points`], impacts left out, N s: on body b, world axes. They belong to the state of a
     /// run.
     #[must_use]
     pub fn warm(&self) -> &[Impulse] {
@@ -439,6 +449,8 @@ impl ContactStepper {
     /// is hit passes on what it got before others are asked. Impulses go to `impact`.
     fn bounce(&mut self) -> Result<usize, StepError> {
         self.impact.fill(0.0);
+        self.impacts.clear();
+        self.impacts.resize(self.points.len(), Vec3::zeros());
         let slop = self.settings.slop;
         let touching = |p: &ContactPoint| p.restitution > 0.0 && p.gap <= slop;
         if !self.points.iter().any(touching) {
@@ -480,6 +492,9 @@ impl ContactStepper {
                 if lambda[0] != 0.0 || g == hit {
                     self.rows.pull(g, lambda, &mut self.impact);
                 }
+            }
+            for (axis, x) in self.frames[i].iter().zip(&self.lambda[hit]) {
+                self.impacts[i] += axis * *x;
             }
             count += 1;
         }

@@ -11,8 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = [
     "Builder",
     "Campaign",
+    "Collider",
     "ConstrainedMotion",
     "Constraint",
+    "Contact",
+    "ContactStep",
     "Edit",
     "Frames",
     "Hinge",
@@ -219,6 +222,7 @@ class Mechanism:
         vdot: ArrayLike,
         *,
         wrenches: _Wrenches | None = None,
+        out: NDArray[np.float64] | None = None,
         threads: int = 1,
     ) -> _Array: ...
     def forward_dynamics(
@@ -229,6 +233,7 @@ class Mechanism:
         *,
         prescribed: ArrayLike | None = None,
         wrenches: _Wrenches | None = None,
+        out: NDArray[np.float64] | None = None,
         threads: int = 1,
     ) -> _Array: ...
     def mixed_dynamics(
@@ -249,10 +254,19 @@ class Mechanism:
         wrenches: _Wrenches | None = None,
         threads: int = 1,
     ) -> _Array: ...
-    def mass_matrix(self, q: ArrayLike, *, threads: int = 1) -> _Array: ...
+    def mass_matrix(
+        self, q: ArrayLike, *, out: NDArray[np.float64] | None = None, threads: int = 1
+    ) -> _Array: ...
     def inverse_mass_matrix(self, q: ArrayLike, *, threads: int = 1) -> _Array: ...
     def apply_inverse_mass(self, q: ArrayLike, x: ArrayLike, *, threads: int = 1) -> _Array: ...
-    def node_jacobian(self, q: ArrayLike, frame: str, *, threads: int = 1) -> _Array: ...
+    def node_jacobian(
+        self,
+        q: ArrayLike,
+        frame: str,
+        *,
+        out: NDArray[np.float64] | None = None,
+        threads: int = 1,
+    ) -> _Array: ...
     def node_jacobian_rate(
         self, q: ArrayLike, v: ArrayLike, frame: str, *, threads: int = 1
     ) -> _Array: ...
@@ -308,6 +322,7 @@ class Mechanism:
         keep: Sequence[str] | None = None,
     ) -> _Array: ...
     def edit(self, q: ArrayLike, v: ArrayLike) -> Edit: ...
+    def file_colliders(self) -> list[Collider]: ...
     def simulate(
         self,
         q: ArrayLike,
@@ -377,6 +392,173 @@ class ConstrainedMotion:
     def rank(self) -> int: ...
     @property
     def contradiction(self) -> float: ...
+
+@final
+class Collider:
+    @staticmethod
+    def sphere(
+        name: str,
+        body: str,
+        radius: float,
+        *,
+        at: ArrayLike | None = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+    ) -> Collider: ...
+    @staticmethod
+    def box(
+        name: str,
+        body: str,
+        size: ArrayLike,
+        *,
+        at: ArrayLike | None = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+    ) -> Collider: ...
+    @staticmethod
+    def capsule(
+        name: str,
+        body: str,
+        radius: float,
+        length: float,
+        *,
+        at: ArrayLike | None = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+    ) -> Collider: ...
+    @staticmethod
+    def cylinder(
+        name: str,
+        body: str,
+        radius: float,
+        length: float,
+        *,
+        at: ArrayLike | None = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+    ) -> Collider: ...
+    @staticmethod
+    def half_space(
+        name: str,
+        body: str = "world",
+        *,
+        at: ArrayLike | None = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+    ) -> Collider: ...
+    @staticmethod
+    def hull(
+        name: str,
+        body: str,
+        points: ArrayLike,
+        *,
+        at: ArrayLike | None = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+    ) -> Collider: ...
+    @staticmethod
+    def mesh(
+        name: str,
+        body: str,
+        vertices: ArrayLike,
+        triangles: Sequence[Sequence[int]],
+        *,
+        at: ArrayLike | None = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+    ) -> Collider: ...
+    @staticmethod
+    def terrain(
+        name: str,
+        heights: ArrayLike,
+        spacing: ArrayLike,
+        body: str = "world",
+        *,
+        at: ArrayLike | None = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+    ) -> Collider: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def body(self) -> str: ...
+    @property
+    def friction(self) -> float: ...
+    @property
+    def restitution(self) -> float: ...
+    def material(
+        self, *, friction: float | None = None, restitution: float | None = None
+    ) -> Collider: ...
+
+@final
+class Contact:
+    def __new__(
+        cls,
+        mechanism: Mechanism,
+        colliders: Sequence[Collider] | None = None,
+        *,
+        ignore: Sequence[Sequence[str]] | None = None,
+        collide: Sequence[Sequence[str]] | None = None,
+        neighbours: Literal["pass", "collide"] | None = None,
+        limits: Literal["stop", "ignore"] | None = None,
+        margin: float | None = None,
+        slop: float | None = None,
+        correction: float | None = None,
+        push_max: float | None = None,
+        bounce_min: float | None = None,
+        tolerance: float | None = None,
+    ) -> Contact: ...
+    @property
+    def colliders(self) -> list[str]: ...
+    def reset(self) -> None: ...
+    def step(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        dt: float,
+        tau: ArrayLike | None = None,
+        *,
+        wrenches: _Wrenches | None = None,
+    ) -> ContactStep: ...
+    def simulate(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        dt: float,
+        steps: int,
+        *,
+        torque: ArrayLike | Callable[[float, _Array, _Array], ArrayLike] | None = None,
+        wrenches: _Wrenches | None = None,
+    ) -> tuple[_Array, _Array, _Array]: ...
+
+@final
+class ContactStep:
+    @property
+    def q(self) -> _Array: ...
+    @property
+    def v(self) -> _Array: ...
+    @property
+    def vdot(self) -> _Array: ...
+    @property
+    def pairs(self) -> list[tuple[str, str]]: ...
+    @property
+    def points(self) -> _Array: ...
+    @property
+    def normals(self) -> _Array: ...
+    @property
+    def gaps(self) -> _Array: ...
+    @property
+    def impulses(self) -> _Array: ...
+    @property
+    def forces(self) -> _Array: ...
+    @property
+    def penetration(self) -> float: ...
+    @property
+    def impacts(self) -> int: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def residual(self) -> float: ...
 
 @final
 class Rank:

@@ -1,0 +1,354 @@
+//! What a model is made of: a file, parts, objects, shapes. Every mistake is told in the builder's message.
+
+use crate::edge::{self, LwPose, Out, alone, text, value};
+use crate::model::LwModel;
+use crate::status::{Fault, LwStatus, Message};
+use linkwork_embedded::formats::{
+    Description, ReadOptions, Root, Srdf, read_file, read_srdf, read_srdf_file, read_text,
+};
+use linkwork_embedded::spatial::{InertiaCheck, MassProperties, Mat3, Vec3};
+use linkwork_embedded::{ColliderSpec, ModelSpec, ObjectSpec, PartSpec, RobotModel, Shape};
+use std::ffi::c_char;
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+/// The roots of the file hang on the world as the format says (URDF: welded).
+pub const LW_ROOT_AS_WRITTEN: u32 = 0;
+/// The roots of the file are welded to the world.
+pub const LW_ROOT_FIXED: u32 = 1;
+/// The roots of the file move freely.
+pub const LW_ROOT_FREE: u32 = 2;
+/// The roots of the file move in the xy plane of the world.
+pub const LW_ROOT_PLANAR: u32 = 3;
+const ROOTS: [Root; 4] = [Root::AsWritten, Root::Fixed, Root::Free, Root::Planar];
+
+/// Inertias that no body has are refused.
+pub const LW_INERTIA_PHYSICAL: u32 = 0;
+/// Principal moments need only not be negative, for published data that break the triangle inequality.
+pub const LW_INERTIA_POSITIVE_MOMENTS: u32 = 1;
+const CHECKS: [InertiaCheck; 2] = [InertiaCheck::Physical, InertiaCheck::PositiveMoments];
+
+/// A ball about the origin: `size` = radius, unused, unused.
+pub const LW_SHAPE_SPHERE: u32 = 0;
+/// A box about the origin: `size` = half of its edges along x, y, z.
+pub const LW_SHAPE_BOX: u32 = 1;
+/// All within a radius of a segment on the z axis: `size` = radius, half of the segment, unused.
+pub const LW_SHAPE_CAPSULE: u32 = 2;
+/// A cylinder about the z axis: `size` = radius, half of its length, unused.
+pub const LW_SHAPE_CYLINDER: u32 = 3;
+/// All points with z <= 0: `size` unused.
+pub const LW_SHAPE_HALF_SPACE: u32 = 4;
+
+/// A shape in its own frame.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LwShape {
+    /// One of `LW_SHAPE_...`.
+    pub kind: u32,
+    /// Lengths, m, as the kind says; those that are not used are zero.
+    pub size: [f64; 3],
+}
+
+impl LwShape {
+    fn checked(&self) -> Result<Shape, Fault> {
+        let [a, b, c] = self.size;
+        let (shape, unused) = match self.kind {
+            LW_SHAPE_SPHERE => (Shape::Sphere { radius: a }, &self.size[1..]),
+            LW_SHAPE_BOX => (Shape::Box { half: Vec3::new(a, b, c) }, &[][..]),
+            LW_SHAPE_CAPSULE => (Shape::Capsule { radius: a, half_length: b }, &self.size[2..]),
+            LW_SHAPE_CYLINDER => (Shape::Cylinder { radius: a, half_length: b }, &self.size[2..]),
+            LW_SHAPE_HALF_SPACE => (Shape::HalfSpace, &self.size[..]),
+            value => return Err(Fault::Choice { what: "kind", value, help: "one of LW_SHAPE_.." }),
+        };
+        match unused.iter().all(|x| *x == 0.0) {
+            true => Ok(shape),
+            false => Err(Fault::Model(format!(
+                "shape {} does not use all of `size`: {:?}\n  help: leave zero what it does not use",
+                self.kind, self.size
+            ))),
+        }
+    }
+}
+
+#[derive(Default)]
+struct Draft {
+    spec: ModelSpec,
+    options: ReadOptions,
+    description: Option<Description>,
+}
+
+/// What a model is made of, while it is put together. For one thread at a time.
+pub struct LwBuilder {
+    draft: Mutex<Draft>,
+    message: Mutex<Message>,
+}
+
+impl LwBuilder {
+    fn parts(&self) -> (&Mutex<Draft>, &Mutex<Message>) {
+        (&self.draft, &self.message)
+    }
+}
+
+impl Draft {
+    fn options(&self, root: u32, inertia: u32) -> Result<ReadOptions, Fault> {
+        if self.description.is_some() {
+            let text = "this builder has its robot already\n  help: make a builder for each robot";
+            return Err(Fault::Model(text.into()));
+        }
+        let (what, help) = ("root", "one of LW_ROOT_..");
+        let choice = Fault::Choice { what, value: root, help };
+        let root = *ROOTS.get(root as usize).ok_or(choice)?;
+        let (what, help) = ("inertia", "one of LW_INERTIA_..");
+        let choice = Fault::Choice { what, value: inertia, help };
+        let inertia = *CHECKS.get(inertia as usize).ok_or(choice)?;
+        Ok(ReadOptions { root, inertia, ..self.options.clone() })
+    }
+
+    /// Parts and shapes that were given before stay.
+    fn robot(&mut self, d: Description) -> Result<(), Fault> {
+        let read = ModelSpec::from_description(&d)?;
+        let spec = &mut self.spec;
+        (spec.mechanism, spec.joints) = (read.mechanism, read.joints);
+        spec.unused.extend(read.unused);
+        self.description = Some(d);
+        Ok(())
+    }
+
+    /// What the robot's file says.
+    fn file(&self) -> Result<&Description, Fault> {
+        let text = "this builder has no robot yet\n  help: call lw_builder_robot_file before";
+        self.description.as_ref().ok_or_else(|| Fault::Model(text.into()))
+    }
+
+    fn groups(&mut self, srdf: &Srdf) -> Result<(), Fault> {
+        self.spec = self.spec.clone().groups(srdf, self.file()?)?;
+        Ok(())
+    }
+}
+
+fn model(e: impl ToString) -> Fault {
+    Fault::Model(e.to_string())
+}
+
+/// A builder of nothing yet, into `out`; free it with `lw_builder_free`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_new(out: *mut *mut LwBuilder) -> LwStatus {
+    let new = LwBuilder { draft: Mutex::default(), message: Mutex::new(Message::new()) };
+    match Out::new("out", out) {
+        Ok(out) => {
+            // SAFETY: the caller's promises.
+            unsafe { out.set(Box::into_raw(Box::new(new))) };
+            LwStatus::Ok
+        }
+        Err(fault) => fault.status(),
+    }
+}
+
+/// Frees a builder; NULL is none. Models that it made stay.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_free(builder: *mut LwBuilder) {
+    // SAFETY: the caller's promises.
+    unsafe { edge::free(builder) }
+}
+
+/// The message of the last call with this builder that failed: place, fact and remedy; empty when none did. Copies it with its zero into
+/// `buffer` of `room` bytes, and for how many there must be room into `wanted` (NULL: not asked for).
+/// `LW_STATUS_LENGTH` when it is cut.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_message(
+    builder: *const LwBuilder,
+    buffer: *mut c_char,
+    room: usize,
+    wanted: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe { edge::message(builder, |b| &b.message, buffer, room, wanted) }
+}
+
+/// A folder that holds packages, for `package://name/..` in files that are read afterwards.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_packages(
+    builder: *mut LwBuilder,
+    folder: *const c_char,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            d.options.package_paths.push(PathBuf::from(text("folder", folder)?));
+            Ok(())
+        })
+    }
+}
+
+/// The robot, from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings are refused: the
+/// model is a tree. Shapes are read by `lw_builder_file_shapes`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_robot_file(
+    builder: *mut LwBuilder,
+    path: *const c_char,
+    root: u32,
+    inertia: u32,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let options = d.options(root, inertia)?;
+            d.robot(read_file(text("path", path)?, &options).map_err(model)?)
+        })
+    }
+}
+
+/// As `lw_builder_robot_file`, from the text of such a file.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_robot_text(
+    builder: *mut LwBuilder,
+    xml: *const c_char,
+    root: u32,
+    inertia: u32,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let options = d.options(root, inertia)?;
+            d.robot(read_text(text("xml", xml)?, &options).map_err(model)?)
+        })
+    }
+}
+
+/// Parts and pairs that do not collide, from an SRDF file: each group is a part. After the robot.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_groups_file(
+    builder: *mut LwBuilder,
+    path: *const c_char,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            d.groups(&read_srdf_file(text("path", path)?).map_err(model)?)
+        })
+    }
+}
+
+/// As `lw_builder_groups_file`, from the text of such a file.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_groups_text(
+    builder: *mut LwBuilder,
+    xml: *const c_char,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            d.groups(&read_srdf(text("xml", xml)?, &d.options).map_err(model)?)
+        })
+    }
+}
+
+/// The collision shapes of the robot's file, as colliders with their names, or `body/number`. After the robot. Shapes that a collider
+/// cannot be (mesh files, ellipsoids) are refused: give such bodies shapes by `lw_builder_shape`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_file_shapes(builder: *mut LwBuilder) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            d.spec = d.spec.clone().shapes(d.file()?)?;
+            Ok(())
+        })
+    }
+}
+
+/// A part: the chain of bodies after `base` (a body, or "world") up to `tip`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_chain(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    base: *const c_char,
+    tip: *const c_char,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let (name, base) = (text("name", name)?, text("base", base)?);
+            d.spec.parts.push(PartSpec::chain(name, base, text("tip", tip)?));
+            Ok(())
+        })
+    }
+}
+
+/// A rigid object that hands may hold: mass (kg), centre of mass (3 numbers, m) and inertia about it (9 numbers, row after row, kg m^2), in the
+/// object's axes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_object(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    mass: f64,
+    center: *const f64,
+    inertia: *const f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let name = text("name", name)?.to_owned();
+            let com = Vec3::from(value("center", center.cast::<[f64; 3]>())?);
+            let inertia = Mat3::from_row_slice(&value("inertia", inertia.cast::<[f64; 9]>())?);
+            let mass = MassProperties::new(mass, com, inertia);
+            d.spec.objects.push(ObjectSpec { name, mass });
+            Ok(())
+        })
+    }
+}
+
+/// A shape for collisions, `at` (NULL: at the origin) in the frame of `carrier`: a body, an object, or "world".
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_shape(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    carrier: *const c_char,
+    at: *const LwPose,
+    shape: *const LwShape,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let (name, carrier) = (text("name", name)?, text("carrier", carrier)?);
+            let mut spec = ColliderSpec::new(name, carrier, value("shape", shape)?.checked()?);
+            if !at.is_null() {
+                spec.pose = value("at", at)?.checked()?;
+            }
+            d.spec.colliders.push(spec);
+            Ok(())
+        })
+    }
+}
+
+/// Two that do not collide: each the name of a collider or of a body, which stands for all its colliders.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_ignore(
+    builder: *mut LwBuilder,
+    a: *const c_char,
+    b: *const c_char,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            d.spec.rules.ignore.push([text("a", a)?.to_owned(), text("b", b)?.to_owned()]);
+            Ok(())
+        })
+    }
+}
+
+/// Checks everything and makes the model, into `out`; free it with `lw_model_free`. The builder stays, and may make others. All mistakes are in the message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_model(
+    builder: *mut LwBuilder,
+    out: *mut *mut LwModel,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let out = Out::new("out", out)?;
+            d.file()?;
+            out.set(LwModel::give(RobotModel::new(&d.spec)?));
+            Ok(())
+        })
+    }
+}

@@ -1,0 +1,35 @@
+//! The embedded robot model ([`linkwork_embedded`]) for C: `include/linkwork/robot.h`, made of this crate by cbindgen;
+//! `include/linkwork/robot.hpp` is a wrapper of it for C++. `README.md` has the rules for those who call.
+//!
+//! ```text
+//! edge      pointers and lengths → slices and values, or a fault; panics end here
+//! status    faults → codes and messages
+//! builder   files, parts, objects, shapes       → LwBuilder
+//! model     what never changes, names            → LwModel
+//! robot     q, kinematics, forces, masses        → LwRobot
+//! hold      what hands hold
+//! collide   collisions
+//! ```
+//! Every function may be called with any argument that keeps these promises, which no library can check; they are the
+//! safety condition of every `unsafe fn` here:
+//! a handle comes from this library and is not yet freed; a pointer that is not NULL and has a length beside it
+//! (or a type of its own) points to that much memory, readable (`const`) or writable for the time of the call; a text ends with a zero.
+#![allow(non_snake_case)]
+// The promises above hold for all functions alike.
+#![allow(clippy::missing_safety_doc)]
+
+mod builder;
+mod collide;
+mod edge;
+mod hold;
+mod model;
+mod robot;
+mod status;
+
+pub use builder::*;
+pub use collide::*;
+pub use edge::LwPose;
+pub use hold::*;
+pub use model::*;
+pub use robot::*;
+pub use status::{LwStatus, lw_status_text, lw_version};

@@ -1,0 +1,281 @@
+//! What never changes about a robot, and its names.
+
+use crate::edge::{self, Out, numbers_mut, shared, text, write_text};
+use crate::status::{Fault, LwStatus, Message};
+use linkwork_embedded::{RobotError, RobotModel};
+use std::ffi::c_char;
+use std::sync::{Arc, Mutex};
+
+/// What never changes about a robot. Any number of threads may use it at once; the message is that of the last call of
+/// any of them that failed (`lw_model_clone` gives a thread a message of its own).
+pub struct LwModel {
+    pub(crate) model: Arc<RobotModel>,
+    message: Mutex<Message>,
+}
+
+impl LwModel {
+    pub(crate) fn give(model: Arc<RobotModel>) -> *mut Self {
+        Box::into_raw(Box::new(Self { model, message: Mutex::new(Message::new()) }))
+    }
+
+    pub(crate) fn message(&self) -> &Mutex<Message> {
+        &self.message
+    }
+}
+
+/// The same model by another handle with a message of its own, into `out`. O(1).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_clone(model: *const LwModel, out: *mut *mut LwModel) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            Out::new("out", out)?.set(LwModel::give(m.model.clone()));
+            Ok(())
+        })
+    }
+}
+
+/// Frees this handle of a model; NULL is none. Robots of the model stay.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_free(model: *mut LwModel) {
+    // SAFETY: the caller's promises.
+    unsafe { edge::free(model) }
+}
+
+/// As `lw_builder_message`, of a model.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_message(
+    model: *const LwModel,
+    buffer: *mut c_char,
+    room: usize,
+    wanted: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe { edge::message(model, LwModel::message, buffer, room, wanted) }
+}
+
+/// What the files say and the model does not use, one line each: as `lw_builder_message`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_unused(
+    model: *const LwModel,
+    buffer: *mut c_char,
+    room: usize,
+    wanted: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            write_text(&m.model.unused().join("\n"), buffer, room, wanted)
+        })
+    }
+}
+
+/// Numbers of q into `nq`, degrees of freedom into `nv`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_sizes(
+    model: *const LwModel,
+    nq: *mut usize,
+    nv: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let (nq, nv) = (Out::new("nq", nq)?, Out::new("nv", nv)?);
+            nq.set(m.model.nq());
+            nv.set(m.model.nv());
+            Ok(())
+        })
+    }
+}
+
+/// A name that is not there, with those that are (or the number of them).
+fn unknown<'a>(kind: &str, name: &str, all: impl ExactSizeIterator<Item = &'a str>) -> Fault {
+    let help = match all.len() {
+        0 => "there is none".to_owned(),
+        n if n > 40 => format!("correct the name: it is none of the {n} that there are"),
+        _ => format!("one of: {}", all.collect::<Vec<_>>().join(", ")),
+    };
+    Fault::Unknown(format!("there is no {kind} `{name}`\n  help: {help}"))
+}
+
+/// The part of that name, into `out`: its place among the parts, from 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_part(
+    model: *const LwModel,
+    name: *const c_char,
+    out: *mut u32,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let (out, name) = (Out::new("out", out)?, text("name", name)?);
+            let found = m.model.part(name);
+            let found = found.ok_or_else(|| unknown("part", name, m.model.parts().map(|p| p.1)))?;
+            out.set(found.index() as u32);
+            Ok(())
+        })
+    }
+}
+
+/// The object of that name, into `out`: its place among the objects, from 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_object(
+    model: *const LwModel,
+    name: *const c_char,
+    out: *mut u32,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let (out, name) = (Out::new("out", out)?, text("name", name)?);
+            let found = m.model.object(name);
+            let all = || m.model.objects().map(|o| o.1);
+            out.set(found.ok_or_else(|| unknown("object", name, all()))?.index() as u32);
+            Ok(())
+        })
+    }
+}
+
+/// The body of that name, into `out`: its place among the bodies, from 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_body(
+    model: *const LwModel,
+    name: *const c_char,
+    out: *mut u32,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let (out, name) = (Out::new("out", out)?, text("name", name)?);
+            let mbs = m.model.multibody();
+            let all = || mbs.bodies().iter().map(|b| b.name());
+            out.set(mbs.body(name).ok_or_else(|| unknown("body", name, all()))?.index() as u32);
+            Ok(())
+        })
+    }
+}
+
+/// The collider of that name, into `out`: its place in the order of names, from 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_collider(
+    model: *const LwModel,
+    name: *const c_char,
+    out: *mut u32,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let (out, name) = (Out::new("out", out)?, text("name", name)?);
+            let all = || m.model.colliders().map(|c| c.1);
+            let found = m.model.collider(name).ok_or_else(|| unknown("collider", name, all()))?;
+            out.set(found.index() as u32);
+            Ok(())
+        })
+    }
+}
+
+/// The name of a collider: as `lw_builder_message`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_collider_name(
+    model: *const LwModel,
+    collider: u32,
+    buffer: *mut c_char,
+    room: usize,
+    wanted: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let found = m.model.colliders().nth(collider as usize);
+            write_text(found.ok_or(RobotError::ForeignHandle)?.1, buffer, room, wanted)
+        })
+    }
+}
+
+/// The places in q and among the degrees of freedom of a joint with one coordinate, by the name that the file gives it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_joint(
+    model: *const LwModel,
+    name: *const c_char,
+    in_q: *mut usize,
+    in_v: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let (in_q, in_v) = (Out::new("in_q", in_q)?, Out::new("in_v", in_v)?);
+            let name = text("name", name)?;
+            let none = || {
+                let help = "name a joint of the file that has one coordinate";
+                Fault::Unknown(format!(
+                    "there is no joint `{name}` with one coordinate\n  help: {help}"
+                ))
+            };
+            let (q, v) = m.model.coordinate(name).ok_or_else(none)?;
+            in_q.set(q);
+            in_v.set(v);
+            Ok(())
+        })
+    }
+}
+
+/// How many degrees of freedom a chain has, into `count`: the columns of its Jacobian.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_part_size(
+    model: *const LwModel,
+    part: u32,
+    count: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let count = Out::new("count", count)?;
+            count.set(m.model.dofs(edge::part(&m.model, part)?)?.len());
+            Ok(())
+        })
+    }
+}
+
+/// The places of a chain's degrees of freedom among all, into `dofs` of length `n` (`lw_model_part_size`).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_part_dofs(
+    model: *const LwModel,
+    part: u32,
+    dofs: *mut usize,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let all = m.model.dofs(edge::part(&m.model, part)?)?;
+            numbers_mut("dofs", dofs, n, all.len())?.copy_from_slice(all);
+            Ok(())
+        })
+    }
+}
+
+/// Limits of the degrees of freedom with one coordinate, rad or m, into `lower` and `upper` (`n` = nv each); infinite where there is none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_limits(
+    model: *const LwModel,
+    lower: *mut f64,
+    upper: *mut f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            edge::apart(("lower", lower.cast_const(), n), ("upper", upper, n))?;
+            let nv = m.model.nv();
+            let lower = numbers_mut("lower", lower, n, nv)?;
+            let upper = numbers_mut("upper", upper, n, nv)?;
+            lower.fill(f64::NEG_INFINITY);
+            upper.fill(f64::INFINITY);
+            for (_, s) in m.model.multibody().subhinges().filter(|s| s.1.q.len() == 1) {
+                lower[s.v.start] = s.subhinge.limits.lower;
+                upper[s.v.start] = s.subhinge.limits.upper;
+            }
+            Ok(())
+        })
+    }
+}
