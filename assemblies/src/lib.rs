@@ -1,5 +1,27 @@
 //! RON assemblies that ship with Linkwork, embedded: `rovers/…`, `parts/…`, `flight/…`, `worlds/…`;
 //! and every model that they can name.
+//! ```
+//! use linkwork_assembly::{Options, load_text};
+//! use linkwork_runtime::{Catalogue, Files, Seconds, Simulation};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let text = r#"Simulation(
+//!     parts: {
+//!         "Source": (model: "basics.constant", params: { "value": 2 }),
+//!         "Filter": (model: "basics.lag", params: { "time_constant": "1 s" }),
+//!     },
+//!     wires: ["Source.y -> Filter.u"],
+//!     until: "1 s",
+//! )"#;
+//! let catalogue = Catalogue::new(linkwork_assemblies::libraries());
+//! let options = Options { embedded: std::borrow::Cow::Owned(linkwork_assemblies::embedded()), ..Options::new(&catalogue) };
+//! let loaded = load_text("filter.ron", text, &options)?;
+//! let mut sim = Simulation::of(loaded.compile(&catalogue, &Files::default())?.into());
+//! sim.run_until(Seconds { num: 1, den: 1 })?;
+//! assert!((sim.get("Filter.y")? - 2.0 * (1.0 - (-1f64).exp())).abs() < 1e-9);
+//! # Ok(())
+//! # }
+//! ```
 use include_dir::{Dir, include_dir};
 use linkwork_runtime::Entry;
 use std::collections::BTreeMap;

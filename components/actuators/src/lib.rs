@@ -1,4 +1,11 @@
-//! Component library: actuators. Motors, servos and passive elements on hinges.
+//! Component library: actuators. DC motors with gear, friction and brake; servos of rate and position; springs,
+//! dampers, stops and differentials on hinges.
+//!
+//! A program takes it by its catalogue, and a file names its models (`model: "actuators.dc_motor"`):
+//! ```
+//! let catalogue = linkwork_runtime::Catalogue::new([linkwork_actuators::catalogue()]);
+//! assert!(catalogue.get("actuators.dc_motor").is_some());
+//! ```
 
 pub mod dc_motor;
 pub mod friction;

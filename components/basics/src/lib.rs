@@ -1,4 +1,11 @@
-//! Component library: basics. Signals, arithmetic, filters, meters.
+//! Component library: basics. Signals, arithmetic, filters, profiles, holds and delays, meters of energy and
+//! path.
+//!
+//! A program takes it by its catalogue, and a file names its models (`model: "basics.lag"`):
+//! ```
+//! let catalogue = linkwork_runtime::Catalogue::new([linkwork_basics::catalogue()]);
+//! assert!(catalogue.get("basics.lag").is_some());
+//! ```
 
 pub mod arithmetic;
 pub mod continuous;

@@ -1,4 +1,10 @@
 //! Component library: control. Steering, waypoint following, hinge controllers, odometry, attitude.
+//!
+//! A program takes it by its catalogue, and a file names its models (`model: "control.pointing"`):
+//! ```
+//! let catalogue = linkwork_runtime::Catalogue::new([linkwork_control::catalogue()]);
+//! assert!(catalogue.get("control.pointing").is_some());
+//! ```
 
 pub mod ackermann;
 pub mod attitude;

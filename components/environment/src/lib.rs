@@ -1,4 +1,11 @@
-//! Component library: environment. Terrain, gravity, air and sun as services.
+//! Component library: environment. Terrain, gravity, air and sun as services: what other parts ask about the
+//! place where they are.
+//!
+//! A program takes it by its catalogue, and a file names its models (`model: "environment.mars_air"`):
+//! ```
+//! let catalogue = linkwork_runtime::Catalogue::new([linkwork_environment::catalogue()]);
+//! assert!(catalogue.get("environment.mars_air").is_some());
+//! ```
 #![allow(non_snake_case)]
 
 pub mod air;

@@ -1,4 +1,11 @@
-//! Component library: flight.
+//! Component library: flight. Aerodynamics, engines and thrusters, tanks, parachutes, airbags and legs, reaction
+//! wheels, gyros and torquers, guidance of ascent, orbit, entry and landing.
+//!
+//! A program takes it by its catalogue, and a file names its models (`model: "flight.engine"`):
+//! ```
+//! let catalogue = linkwork_runtime::Catalogue::new([linkwork_flight::catalogue()]);
+//! assert!(catalogue.get("flight.engine").is_some());
+//! ```
 #![allow(non_snake_case)]
 
 pub mod aerodynamics;

@@ -2,6 +2,11 @@
 //!
 //! The physics (stresses, contacts, geometry) are plain functions of plain data; `wheel_rigid` and
 //! `wheel_soil` make them models.
+//! A program takes it by its catalogue, and a file names its models (`model: "mobility.wheel_soil"`):
+//! ```
+//! let catalogue = linkwork_runtime::Catalogue::new([linkwork_mobility::catalogue()]);
+//! assert!(catalogue.get("mobility.wheel_soil").is_some());
+//! ```
 
 pub mod multipass;
 pub mod quadrature;

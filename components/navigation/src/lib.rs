@@ -9,6 +9,11 @@
 //! rover.rs     all of it, sample by sample                          Rover
 //! autonav.rs   the same as a part that reads a camera               navigation.autonav
 //! ```
+//! A program takes it by its catalogue, and a file names its models (`model: "navigation.autonav"`):
+//! ```
+//! let catalogue = linkwork_runtime::Catalogue::new([linkwork_navigation::catalogue()]);
+//! assert!(catalogue.get("navigation.autonav").is_some());
+//! ```
 #![allow(non_snake_case)]
 
 pub mod arcs;

@@ -1,4 +1,10 @@
-//! Component library: power.
+//! Component library: power. Batteries with a curve of open-circuit voltage, solar panels that see the sun.
+//!
+//! A program takes it by its catalogue, and a file names its models (`model: "power.battery"`):
+//! ```
+//! let catalogue = linkwork_runtime::Catalogue::new([linkwork_power::catalogue()]);
+//! assert!(catalogue.get("power.battery").is_some());
+//! ```
 
 pub mod battery;
 pub mod solar_panel;

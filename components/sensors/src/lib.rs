@@ -1,4 +1,11 @@
-//! Component library: sensors.
+//! Component library: sensors. Encoders, inertial units, poses and motions of nodes, cameras, lidar, star
+//! trackers, sun sensors; noise follows from the seed.
+//!
+//! A program takes it by its catalogue, and a file names its models (`model: "sensors.imu"`):
+//! ```
+//! let catalogue = linkwork_runtime::Catalogue::new([linkwork_sensors::catalogue()]);
+//! assert!(catalogue.get("sensors.imu").is_some());
+//! ```
 
 #![allow(non_snake_case)]
 

@@ -14,6 +14,27 @@
 //! Frames: world-oriented axes at each link's own origin, so the dynamics does not lose digits far
 //! from the world's origin. Nothing here allocates after set-up (except to name a body in an
 //! error), looks anything up by name or depends on the order in which bodies were added.
+//! ```
+//! use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge};
+//! use linkwork_dynamics::spatial::{MassProperties, Mat3, Vec3};
+//! use linkwork_dynamics::{Tree, Workspace, forward_dynamics_given_kinematics, kinematics};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let rod = MassProperties { mass: 2.0, com: Vec3::new(0.0, 0.0, -0.5), inertia_com: Mat3::from_diagonal_element(0.1), ..MassProperties::default() };
+//! let mut builder = Builder::new();
+//! builder.body(BodySpec::new("rod", "world").hinge(Hinge::pin(Vec3::y())).mass(rod));
+//! let tree = Tree::new(&builder.build()?);
+//! let mut ws = Workspace::new(&tree);
+//! let (mut tau, mut vdot) = ([0.0], [0.0]);
+//! kinematics(&tree, &mut ws, &[0.3], &[0.0]);
+//! ws.clear_forces();
+//! ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
+//! forward_dynamics_given_kinematics(&tree, &mut ws, &mut tau, &mut vdot)?;
+//! // A pendulum: −m g c sin q / (I + m c²)
+//! assert!((vdot[0] + 2.0 * 9.81 * 0.5 * 0.3f64.sin() / (0.1 + 2.0 * 0.25)).abs() < 1e-12);
+//! # Ok(())
+//! # }
+//! ```
 #![allow(non_snake_case)]
 
 mod articulated;

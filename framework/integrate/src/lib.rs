@@ -8,6 +8,29 @@
 //!
 //! The system is seen through [`System`]: slices of f64, time in seconds. Nothing is allocated
 //! after [`Integrator::new`]; the same input gives the same bits.
+//! ```
+//! use linkwork_integrate::{Failure, Integrator, Method, System};
+//!
+//! /// ẍ = −x.
+//! struct Spring;
+//! impl System for Spring {
+//!     type Error = std::convert::Infallible;
+//!     fn derivatives(&mut self, _: f64, x: &[f64], xdot: &mut [f64]) -> Result<(), Self::Error> {
+//!         (xdot[0], xdot[1]) = (x[1], -x[0]);
+//!         Ok(())
+//!     }
+//! }
+//!
+//! # fn main() -> Result<(), Failure<std::convert::Infallible>> {
+//! let mut rk4 = Integrator::new(Method::by_name("rk4").expect("a method"), 2);
+//! let (mut x, h) = ([1.0, 0.0], 0.01);
+//! for k in 0..100 {
+//!     rk4.step_fixed(&mut Spring, k as f64 * h, h, &mut x, None)?;
+//! }
+//! assert!((x[0] - 1f64.cos()).abs() < 1e-10);
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod adaptive;
 mod coefficients;

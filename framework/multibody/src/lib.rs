@@ -15,6 +15,20 @@
 //! places its hinge frame elsewhere ([`BodySpec::hinge_in_body`]).
 //!
 //! A flexible body ([`modes`]) has its modal coordinates η and their rates directly after its hinge's.
+//! ```
+//! use linkwork_multibody::spatial::{MassProperties, Mat3, Pose, Vec3};
+//! use linkwork_multibody::{BodySpec, Builder, Hinge};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let bar = MassProperties { mass: 2.0, com: Vec3::new(0.0, 0.0, -0.5), inertia_com: Mat3::from_diagonal(&Vec3::new(0.17, 0.17, 0.01)), ..MassProperties::default() };
+//! let mut builder = Builder::new();
+//! builder.body(BodySpec::new("lower", "upper").hinge(Hinge::pin(Vec3::y())).hinge_in_parent(Pose::translation(0.0, 0.0, -1.0)).mass(bar));
+//! builder.body(BodySpec::new("upper", "world").hinge(Hinge::ball()).mass(bar));
+//! let arm = builder.build()?;
+//! assert_eq!((arm.nq(), arm.nv()), (4 + 1, 3 + 1));
+//! # Ok(())
+//! # }
+//! ```
 #![allow(non_snake_case)]
 
 mod builder;

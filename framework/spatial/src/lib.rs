@@ -8,6 +8,17 @@
 //! ```
 //! `l` is the vector from the parent's origin to the child's, in the axes of both.
 //! Everything is SI: m, kg, s, rad, N, N m.
+//! ```
+//! use linkwork_spatial::{Force, Motion, Vec3};
+//!
+//! let l = Vec3::new(2.0, 0.0, 0.0);
+//! let push = Force::new(Vec3::zeros(), Vec3::new(0.0, 3.0, 0.0)); // at the child's origin
+//! let turn = Motion::new(Vec3::new(0.0, 0.0, 0.5), Vec3::zeros()); // of the parent
+//! assert_eq!(push.shift_to_parent(&l).moment, Vec3::new(0.0, 0.0, 6.0));
+//! assert_eq!(turn.shift_to_child(&l).linear, Vec3::new(0.0, 1.0, 0.0));
+//! // Power is the same on both sides.
+//! assert_eq!(turn.dot(&push.shift_to_parent(&l)), turn.shift_to_child(&l).dot(&push));
+//! ```
 
 #![allow(non_snake_case)]
 

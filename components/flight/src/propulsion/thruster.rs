@@ -106,9 +106,12 @@ pub struct Valve {
 /// What changes it.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Switching {
-    /// Command over ½.
-    #[port("1")]
-    pub command: f64,
+    /// Command over ½, to open.
+    #[port("1", rising)]
+    pub on: f64,
+    /// The same, to close: its own guard, since at the instant the command may be exactly ½ and tell neither.
+    #[port("1", falling)]
+    pub off: f64,
     /// Time since it is to open.
     #[port("s", rising)]
     pub opens: f64,
@@ -169,7 +172,8 @@ impl Model for Thruster {
     fn guards(&self, c: &Clock, _: &Chamber, d: &Valve, _: &(), u: &ThrusterIn) -> Switching {
         // 1e30 s would swallow the digits of t: any negative number does.
         let since = |t: f64| if t < NEVER { c.t - t } else { -1.0 };
-        Switching { command: u.command - 0.5, opens: since(d.opens), closes: since(d.closes) }
+        let over = u.command - 0.5;
+        Switching { on: over, off: over, opens: since(d.opens), closes: since(d.closes) }
     }
     fn fired(
         &self,
@@ -184,20 +188,14 @@ impl Model for Thruster {
         let (on, off) = (p.dead_time, p.dead_time_off.unwrap_or(p.dead_time));
         let mut d = *d;
         // A change that would come after the next one in the other direction does not come at all.
-        if which == 0 && u.command > 0.5 && d.closes < NEVER && d.closes >= c.t + on {
-            d.closes = NEVER;
-            return (*x, d);
-        }
-        if which == 0 && u.command <= 0.5 && d.opens < NEVER && d.opens >= c.t + off {
-            d.opens = NEVER;
-            return (*x, d);
-        }
         match which {
-            0 if u.command > 0.5 && on > 0.0 => d.opens = d.opens.min(c.t + on),
-            0 if u.command > 0.5 => (d.open, d.pulses) = (true, d.pulses + 1.0),
-            0 if off > 0.0 => d.closes = d.closes.min(c.t + off),
-            0 => d.open = false,
-            1 => (d.open, d.opens, d.pulses) = (true, NEVER, d.pulses + 1.0),
+            0 if d.closes < NEVER && d.closes >= c.t + on => d.closes = NEVER,
+            0 if on > 0.0 => d.opens = d.opens.min(c.t + on),
+            0 => (d.open, d.pulses) = (true, d.pulses + 1.0),
+            1 if d.opens < NEVER && d.opens >= c.t + off => d.opens = NEVER,
+            1 if off > 0.0 => d.closes = d.closes.min(c.t + off),
+            1 => d.open = false,
+            2 => (d.open, d.opens, d.pulses) = (true, NEVER, d.pulses + 1.0),
             _ => (d.open, d.closes) = (false, NEVER),
         }
         (*x, d)
@@ -243,21 +241,22 @@ mod tests {
     fn the_valve_follows_the_command_after_its_dead_time() {
         let m = thruster();
         let u = |command: f64| ThrusterIn { nozzle: NodeState::identity(), command, supply: true };
+        // Where the guard is found the command may be just ½: which guard it is tells the direction.
+        let edge = u(0.5);
         let at = |t: f64| Clock::at(t, 0.001, 0);
         let x = Chamber { share: 0.0, impulse: 0.0 };
-        let fire = |t: f64, which: usize, d: &Valve, command: f64| {
-            m.fired(&at(t), which, &x, d, &(), &u(command), &mut ()).1
-        };
-        let d = fire(1.0, 0, &m.init_d(), 1.0);
+        let fire =
+            |t: f64, which: usize, d: &Valve| m.fired(&at(t), which, &x, d, &(), &edge, &mut ()).1;
+        let d = fire(1.0, 0, &m.init_d());
         assert!(!d.open && (d.opens - 1.01).abs() < 1e-15 && d.closes == NEVER);
         // A pulse shorter than the dead time is late and whole.
-        let d = fire(1.005, 0, &d, 0.0);
+        let d = fire(1.005, 1, &d);
         assert!((d.closes - 1.013).abs() < 1e-15 && !d.open);
         let g = m.guards(&at(1.011), &x, &d, &(), &u(0.0), &());
-        assert!(g.opens > 0.0 && g.closes < 0.0 && g.command < 0.0);
-        let d = fire(1.01, 1, &d, 0.0);
+        assert!(g.opens > 0.0 && g.closes < 0.0 && g.on < 0.0 && g.off < 0.0);
+        let d = fire(1.01, 2, &d);
         assert!(d.open && d.opens == NEVER && d.pulses == 1.0);
-        assert!(!fire(1.013, 2, &d, 0.0).open);
+        assert!(!fire(1.013, 3, &d).open);
         assert_eq!(m.remarks(&at(0.0), &x, &m.init_d(), &(), &u(1.0), &()).len(), 1);
     }
 
@@ -305,12 +304,12 @@ mod tests {
         let x = Chamber { share: 0.0, impulse: 0.0 };
         let (_, d) = t.fired(&at(0.0), 0, &x, &t.init_d(), &(), &with(1.0), &mut ());
         assert_eq!(d.opens, 0.02);
-        let (_, d) = t.fired(&at(0.01), 0, &x, &d, &(), &with(0.0), &mut ());
+        let (_, d) = t.fired(&at(0.01), 1, &x, &d, &(), &with(0.0), &mut ());
         assert!(!d.open && d.opens == NEVER && d.closes == NEVER, "{d:?}");
         // And the other way round: the valve stays open.
         let open = Valve { open: true, opens: NEVER, closes: NEVER, pulses: 1.0 };
         let t = times(0.005, 0.02);
-        let (_, d) = t.fired(&at(1.0), 0, &x, &open, &(), &with(0.0), &mut ());
+        let (_, d) = t.fired(&at(1.0), 1, &x, &open, &(), &with(0.0), &mut ());
         let (_, d) = t.fired(&at(1.01), 0, &x, &d, &(), &with(1.0), &mut ());
         assert!(d.open && d.closes == NEVER && d.opens == NEVER, "{d:?}");
     }
