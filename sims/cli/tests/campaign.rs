@@ -465,7 +465,7 @@ fn what_runs_keep_is_what_their_logs_say() {
         assert_eq!(logged.y[at].to_bits(), angle.to_bits(), "at {t} s");
     }
     let text = std::fs::read_to_string(lab.path("out/bands.csv")).unwrap();
-    let last = text.lines().filter(|l| l.starts_with("bob.angle,")).next_back().unwrap();
+    let last = text.lines().rfind(|l| l.starts_with("bob.angle,")).unwrap();
     let cells: Vec<f64> = last.split(',').skip(2).map(|c| c.parse().unwrap()).collect();
     let mut ends: Vec<f64> =
         (0..60).map(|k| *numbers(k, "bob.angle [rad]").last().unwrap()).collect();

@@ -182,7 +182,7 @@ impl Model for Thruster {
         x: &Chamber,
         d: &Valve,
         _: &(),
-        u: &ThrusterIn,
+        _: &ThrusterIn,
     ) -> (Chamber, Valve) {
         let p = &self.p;
         let (on, off) = (p.dead_time, p.dead_time_off.unwrap_or(p.dead_time));
