@@ -396,7 +396,8 @@ mod tests {
     #[test]
     fn winds_that_do_not_rise_are_refused() {
         let layer = |altitude: f64| WindLayer { altitude, east: 1.0, north: 0.0, up: 0.0 };
-        let p = Us76Params { planet: earth(), winds: vec![layer(10.0), layer(10.0)] };
+        let winds = vec![layer(10.0), layer(10.0)];
+        let p = Us76Params { planet: earth(), winds, density: vec![] };
         let e = StandardAtmosphere::build(p, &Files::default()).err().unwrap();
         assert!(e.message.contains("altitude 10 m") && e.param.as_deref() == Some("winds"));
     }
