@@ -138,6 +138,9 @@ pub fn parquet_numbers(path: &Path, title: &str) -> Result<Vec<f64>, String> {
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let column = schema.columns().iter().position(|c| c.name() == title);
     let column = column.ok_or_else(|| format!("it has no column `{title}`"))?;
+    if schema.column(column).max_def_level() > 0 {
+        return Err(format!("its column `{title}` may have gaps"));
+    }
     let mut values = Vec::new();
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(fail)?;
@@ -150,7 +153,7 @@ pub fn parquet_numbers(path: &Path, title: &str) -> Result<Vec<f64>, String> {
         let before = values.len();
         cells.read_records(rows, None, None, &mut values).map_err(fail)?;
         if values.len() - before != rows {
-            return Err(format!("its column `{title}` has gaps"));
+            return Err(format!("its column `{title}` is not there to its end"));
         }
     }
     Ok(values)

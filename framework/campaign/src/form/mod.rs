@@ -538,7 +538,7 @@ mod tests {
     },
     correlate: [(of: ["b", "c[2]"], matrix: [[1, -0.8], [-0.8, 1]])],
     limits: (time: "2 min", wall: "60 s"),
-    scatter: [("x", "y")], retain: (of: ["a.**"], every: "1/3 s"),
+    scatter: [("x", "y")], retain: (of: ["a.**"], every: "20 ms"),
 )
 "#;
 
