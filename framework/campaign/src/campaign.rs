@@ -181,6 +181,14 @@ impl Campaign {
     /// The variables that every run keeps.
     fn retain(&mut self, ready: &Ready) -> Result<(), Vec<Fault>> {
         let Some(retain) = &self.form.retain else { return Ok(()) };
+        let drawn = |(path, t, _): &&(String, Template, Origin)| {
+            path == "step" && !matches!(t, Template::Constant(_))
+        };
+        if let Some((_, _, origin)) = self.form.targets.iter().find(drawn) {
+            let message = "`retain`: rows of runs whose `step` is drawn are at different times";
+            let help = "leave `step` out of `vary`, or take `retain` out";
+            return Err(vec![Fault::new(*origin, message).help(help)]);
+        }
         let variables = &ready.plan().variables;
         let names: Vec<&String> = variables.keys().collect();
         let found = match_patterns(&retain.of, &names).map_err(|mut faults| {

@@ -9,7 +9,7 @@
 //! | `results`, `statistics`, `sensitivity`, `bands` | tables, as `.csv` and `.parquet` |
 //! | `report.html` | the page |
 use crate::campaign::Campaign;
-use crate::histories::is_whole;
+use crate::histories::{is_whole, remove};
 use crate::journal::{Journal, JournalError};
 use crate::outcome::{Cause, Outcome};
 use crate::report;
@@ -35,6 +35,12 @@ pub enum FolderError {
 /// Where failed runs leave their files.
 pub(crate) fn failures(campaign: &Path) -> PathBuf {
     campaign.join("failures")
+}
+
+/// Takes away what a run has left. What is not there, or stays, is looked at again when the folder is opened.
+fn discard(campaign: &Path, run: u64) {
+    remove(campaign, run);
+    let _ = std::fs::remove_dir_all(failures(campaign).join(format!("run_{run}")));
 }
 
 /// A campaign's folder, held by one process until it is dropped.
@@ -89,6 +95,11 @@ impl Folder {
             Some(was) if was.is_again(&outcome) => Ok(()),
             Some(was) => {
                 let (path, run, hash) = (self.path.clone(), outcome.run, was.hash);
+                // What this attempt left is not of the run that the journal has.
+                discard(&path, run);
+                if outcome.ended == Cause::WallLimit {
+                    return Err(JournalError::Slow { path, run });
+                }
                 Err(JournalError::Differs { path, run, was: hash, now: outcome.hash })
             }
         }
@@ -101,11 +112,11 @@ impl Folder {
     pub fn write(&self, campaign: &Campaign) -> (Results, Result<Vec<PathBuf>, String>) {
         let mut results = Results::new(campaign, &self.journal);
         let bands = results.bands(campaign, &self.journal, &self.path);
-        let written = bands.and_then(|()| results.write(&self.path)).and_then(|mut files| {
+        let written = results.write(&self.path).and_then(|mut files| {
             let page = self.path.join("report.html");
             report::write(&page, campaign, &results)?;
             files.push(page);
-            Ok(files)
+            bands.map(|()| files)
         });
         (results, written)
     }

@@ -4,8 +4,9 @@
 //! retain: (of: ["Capsule.altitude"], every: "1 s")  →  histories/run_N.parquet  →  bands.csv, bands.parquet, report
 //! ```
 //! Rows are taken in the thread of the run, at the first tick at or after each multiple of the period, so that row k of
-//! every run is at the same instant. A run's file is written beside its name and renamed, before its outcome is told.
-use crate::results::{Column, Table};
+//! every run is at the same instant: runs whose step differs are refused. A run's file is on the disk, whole, before its
+//! outcome is told.
+use crate::results::{Column, Table, replace};
 use crate::statistics::percentile;
 use linkwork_record::{Cells, ParquetFile, parquet_numbers, titled};
 use linkwork_runtime::{Place, Plan, Schedule, Seconds, Simulation};
@@ -87,9 +88,7 @@ impl History {
         let write = || -> Result<(), String> {
             let bytes = parquet()?;
             std::fs::create_dir_all(self::folder(folder)).map_err(|e| e.to_string())?;
-            let beside = path.with_extension("part");
-            std::fs::write(&beside, bytes).map_err(|e| e.to_string())?;
-            std::fs::rename(&beside, &path).map_err(|e| e.to_string())
+            replace(&path, &bytes)
         };
         write().map_err(|why| (path.clone(), why))
     }
@@ -105,7 +104,12 @@ fn file(campaign: &Path, run: u64) -> PathBuf {
     folder(campaign).join(format!("run_{run}.parquet"))
 }
 
-/// Whether the file of a run is there to its end. A power cut may leave one without: the run is made again.
+/// Takes away the file of a run.
+pub(crate) fn remove(campaign: &Path, run: u64) {
+    let _ = std::fs::remove_file(file(campaign, run));
+}
+
+/// Whether the file of a run is there to its end: a run without is made again.
 pub(crate) fn is_whole(campaign: &Path, run: u64) -> bool {
     let look = || -> std::io::Result<bool> {
         let mut file = std::fs::File::open(file(campaign, run))?;
@@ -167,6 +171,13 @@ pub(crate) fn bands(
     let mut times: Vec<f64> = Vec::new();
     for run in runs {
         let of_run = read(*run, TIME)?;
+        if of_run.iter().zip(&times).any(|(a, b)| a != b) {
+            let path = file(campaign, *run);
+            return Err(format!(
+                "`{}`: its rows are at other times than those of other runs",
+                path.display()
+            ));
+        }
         if of_run.len() > times.len() {
             times = of_run;
         }
@@ -242,6 +253,15 @@ mod tests {
         assert_eq!((&p25[..], &median[..]), (&[1.5, 2.0, 3.0][..], &[2.0, 2.0, 3.0][..]));
         let table = table(&bands);
         assert!(table.columns.iter().all(|c| c.1.len() == 3), "{table:?}");
+    }
+
+    #[test]
+    fn rows_at_other_times_are_no_band() {
+        let folder = tempfile::tempdir().unwrap();
+        keep(folder.path(), 0, &[0.0, 0.5], &[1.0, 2.0]);
+        keep(folder.path(), 1, &[0.0, 0.4], &[1.0, 2.0]);
+        let e = bands(folder.path(), &retained(), &[0, 1]).unwrap_err();
+        assert!(e.contains("run_1.parquet") && e.contains("other times"), "{e}");
     }
 
     #[test]

@@ -53,6 +53,14 @@ pub enum JournalError {
         /// And now.
         now: u64,
     },
+    /// A run that was made again for its history took too long.
+    #[error("run {run} of the campaign in `{}` has ended before, and made again for its history it took more wall time than `limits`: (wall: ..) allows\n  help: give the same command again when the machine has time, or with a larger limit", .path.display())]
+    Slow {
+        /// The campaign's folder.
+        path: PathBuf,
+        /// The run.
+        run: u64,
+    },
     /// Its campaign is another.
     #[error("the journal `{}` is of another campaign: the file, its simulation, or this program has changed since\n  help: choose another folder, or delete that one", .path.display())]
     Other {

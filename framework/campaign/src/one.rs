@@ -123,7 +123,7 @@ impl<'a> Begun<'a> {
             wall: 0.0,
             figures: Vec::new(),
         };
-        let set = catch_unwind(AssertUnwindSafe(|| set_up(campaign, run, means.library)));
+        let set = catch_unwind(AssertUnwindSafe(|| set_up(campaign, run, means)));
         (outcome.ended, outcome.why) = match set {
             Ok(Ok(set)) => {
                 return Ok(Begun::Under(Box::new(Under { campaign, means, set, begin, outcome })));
@@ -241,15 +241,17 @@ pub fn end(own: Option<Seconds>, limit: Option<Seconds>) -> (Option<Seconds>, bo
     }
 }
 
-fn set_up(campaign: &Campaign, run: u64, library: &Library) -> Result<Set, LoadError> {
-    let ready = campaign.load(run, library)?;
+fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadError> {
+    let ready = campaign.load(run, means.library)?;
     let settings = &ready.loaded.simulation;
     let prepared = prepare(ready.plan(), settings).map_err(|faults| {
         let sources = ready.loaded.sources.clone();
         LoadError::Refused(linkwork_assembly::Failure { faults, sources })
     })?;
     let Prepared { figures, stop_when, groups, .. } = prepared;
-    let history = match campaign.retained().map(|kept| History::new(kept, ready.plan())) {
+    // Nobody would write it.
+    let retained = campaign.retained().filter(|_| means.folder.is_some());
+    let history = match retained.map(|kept| History::new(kept, ready.plan())) {
         None => None,
         Some(Ok(history)) => Some(history),
         // A choice that was drawn has taken the variable away.
@@ -361,7 +363,7 @@ fn keep(
         set.runner.save("interrupted.lwck");
         set.runner.new_save_failures()
     } else {
-        let again = catch_unwind(AssertUnwindSafe(|| set_up(campaign, outcome.run, means.library)));
+        let again = catch_unwind(AssertUnwindSafe(|| set_up(campaign, outcome.run, means)));
         // It was loaded once: it loads again, unless a file has gone meanwhile.
         let Ok(Ok(mut set)) = again else {
             return no_checkpoint(&folder, "the run does not load again").map(|()| true);

@@ -180,7 +180,12 @@ fn histories(out: &mut String, results: &Results) {
     if results.bands.is_empty() {
         return;
     }
-    out.push_str("<h2>Over time</h2>\n<p>Median, from 25 % to 75 % and from 5 % to 95 % of the runs; dashed: least and largest.</p>\n<div class=\"plots\">");
+    let (kept, orderly) = results.bands_of;
+    let _ = write!(
+        out,
+        "<h2>Over time</h2>\n<p>Histories of {kept} of {orderly} runs that ended in order: median, from 25 % to 75 % and \
+         from 5 % to 95 %; dashed: least and largest.</p>\n<div class=\"plots\">"
+    );
     for b in &results.bands {
         out.push_str(&band(&b.name, &label(&b.name, &b.unit), b));
     }

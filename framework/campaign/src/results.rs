@@ -76,6 +76,8 @@ pub struct Results {
     pub sensitivity: Vec<Vec<f64>>,
     /// How retained variables are spread over the orderly runs.
     pub bands: Vec<Band>,
+    /// Runs that the bands are made from, and orderly runs.
+    pub bands_of: (usize, usize),
     /// Causes that are no orderly end: kind, runs.
     pub failures: Vec<(String, Vec<u64>)>,
     /// How many runs ended in which way.
@@ -157,6 +159,7 @@ impl Results {
             summaries,
             sensitivity,
             bands: Vec::new(),
+            bands_of: (0, 0),
             failures,
             causes,
         }
@@ -174,7 +177,9 @@ impl Results {
     ) -> Result<(), String> {
         let Some(retained) = campaign.retained() else { return Ok(()) };
         let orderly = journal.outcomes.values().filter(|o| o.ended.is_orderly());
-        let runs: Vec<u64> = orderly.map(|o| o.run).filter(|run| is_whole(folder, *run)).collect();
+        let orderly: Vec<u64> = orderly.map(|o| o.run).collect();
+        let runs: Vec<u64> = orderly.iter().copied().filter(|r| is_whole(folder, *r)).collect();
+        self.bands_of = (runs.len(), orderly.len());
         self.bands = bands(folder, retained, &runs)?;
         Ok(())
     }

@@ -33,3 +33,11 @@ pub use hold::*;
 pub use model::*;
 pub use robot::*;
 pub use status::{LwStatus, lw_status_text, lw_version};
+
+/// Handles go from thread to thread, and a model is used by several at once: the compiler says whether they may.
+const _: fn() = || {
+    fn send<T: Send>() {}
+    fn sync<T: Sync>() {}
+    send::<robot::LwRobot>();
+    sync::<model::LwModel>();
+};

@@ -110,6 +110,42 @@ fn threads_kills_and_stops_leave_no_trace() {
     assert_eq!((tables(&lab, "killed"), lines()), (wanted, 61));
 }
 
+/// A run that is made again for its history and ends otherwise is refused, and again when the command is given again.
+#[test]
+fn a_run_that_ends_otherwise_gives_no_history() {
+    let lab = lab();
+    lab.write("c.ron", &FILE.replace("runs: 60", "runs: 4"));
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
+    let journal = std::fs::read_to_string(lab.path("out/journal")).unwrap();
+    let other = |line: &str| {
+        let mut outcome: serde_json::Value = serde_json::from_str(&line[9..]).unwrap();
+        if outcome["run"] != 2 {
+            return line.to_string();
+        }
+        outcome["hash"] = 7.into();
+        let text = outcome.to_string();
+        format!("{:08x} {text}", crc32(text.as_bytes()))
+    };
+    let changed: Vec<String> = journal.lines().map(other).collect();
+    assert_ne!(changed.join("\n") + "\n", journal);
+    lab.write("out/journal", &(changed.join("\n") + "\n"));
+    let history = lab.path("out/histories/run_2.parquet");
+    std::fs::remove_file(&history).unwrap();
+    for _ in 0..2 {
+        let said = lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(1);
+        said.tells(&["run 2 of the campaign", "0000000000000007"]);
+        assert!(!history.exists(), "the history of another run is there");
+    }
+    // What cannot be read takes nothing else away.
+    lab.write("out/journal", &journal);
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
+    lab.write("out/histories/run_1.parquet", "PAR1 and nothing else PAR1");
+    std::fs::remove_file(lab.path("out/results.csv")).unwrap();
+    let said = lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(1);
+    said.tells(&["run_1.parquet", "without it its run is made again"]);
+    assert!(lab.path("out/results.csv").exists());
+}
+
 #[test]
 fn ctrl_c_keeps_what_has_ended() {
     let lab = lab();
@@ -432,6 +468,11 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     refused(&[(kept, "of: [\"bib.*\"], every: \"1 s\"")], &["bad.ron:14:", "`retain`", "`bib.*`"]);
     refused(&[(kept, "of: [], every: \"1 s\"")], &["`retain`: `of` is []"]);
     refused(&[(kept, "of: [\"bob.*\"], every: \"5 Hz\"")], &["`every` is"]);
+    let drawn = "\"Gain.k\": Choice(of: [1, 2, 5], weights: [1, 1, 2])";
+    refused(
+        &[(drawn, "\"step\": Choice(of: [\"1 ms\", \"2 ms\"])")],
+        &["bad.ron:11:", "`step` is drawn"],
+    );
     refused(
         &[(kept, "of: [\"bob.*\"], every: \"1 ms\""), ("0.2 s", "24 h")],
         &["bad.ron:14:", "20000000 numbers"],

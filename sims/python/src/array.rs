@@ -239,9 +239,11 @@ pub fn out_into<'py>(
         }
         _ => refuse_with("`out` cannot be written", "give a writable array"),
     })?;
+    // A slice is given of arrays that run column after column, too.
+    let rows = array.is_c_contiguous();
     match writable.as_slice_mut() {
-        Ok(to) => to.copy_from_slice(&values),
-        Err(_) => {
+        Ok(to) if rows => to.copy_from_slice(&values),
+        _ => {
             let fact = "`out` is not contiguous, row after row";
             return Err(refuse_with(fact, "give an array as numpy.empty makes it"));
         }

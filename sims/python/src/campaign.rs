@@ -295,7 +295,7 @@ impl Gathering {
 
 #[pymethods]
 impl Gathering {
-    /// Runs that have not ended yet.
+    /// Runs that have not ended yet, and those whose history is gone.
     fn todo(&self, py: Python<'_>) -> PyResult<Vec<u64>> {
         let campaign = &self.campaign.bind(py).get().campaign;
         self.with(|f| Ok(f.todo(campaign)))

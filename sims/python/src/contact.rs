@@ -234,7 +234,8 @@ impl Mechanism {
             (Some(c), _) => c.colliders.ids().map(|id| c.colliders.spec(id).clone()).collect(),
             (None, Some(d)) => linkwork_embedded::colliders_of(d).map_err(refuse)?,
             (None, None) => {
-                let fact = "this mechanism is of no file that says what touches";
+                let fact =
+                    "this mechanism has no file that says what touches (a pickled one has lost it)";
                 return Err(refuse_with(fact, "give Contact a list of linkwork.Collider"));
             }
         };
@@ -416,7 +417,7 @@ impl Contact {
 
     /// Trajectories (t, q, v) of shapes (steps + 1,), (steps + 1, nq), (steps + 1, nv), from q (nq,) and v (nv,) at t = 0 in steps of dt (s).
     ///
-    /// torque: None; (nv,) constant; (steps, nv) one row a step; or a function of (t, q, v) that gives (nv,), called once a step. wrenches, constraints:
+    /// torque: None; (nv,) constant; (steps, nv) one row a step; or a function of (t, q, v) that gives (nv,), called once a step. wrenches:
     /// as in `step`. Warns (UserWarning) when impulses of some steps were not found within the tolerance.
     #[pyo3(signature = (q, v, dt, steps, *, torque=None, wrenches=None))]
     fn simulate<'py>(

@@ -460,7 +460,7 @@ impl Simulation {
     /// Pins a variable, or all that match a pattern with a star: it has this value (SI, or a text such as "12 deg"),
     /// or without one its present value, from now on and for every reader, until it is unpinned, whatever the
     /// model does. States (their derivative is then zero), inputs without a wire and outputs can be pinned. Pins go into
-    /// checkpoints and recordings. Gives what is pinned now by this call, {path: value}, SI.
+    /// checkpoints; a recording holds what is pinned while it is made, not what was pinned before. Gives what is pinned now by this call, {path: value}, SI.
     #[pyo3(signature = (pattern, value=None))]
     fn pin(
         &self,

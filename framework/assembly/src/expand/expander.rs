@@ -58,17 +58,17 @@ struct Around<'p> {
     home: &'p Home,
 }
 
-/// How many pieces of a path name parts.
-fn depth(root: &Instance, path: &str) -> usize {
+/// How many pieces of a path name parts, and whether they end at a model.
+fn depth(root: &Instance, path: &str) -> (usize, bool) {
     let mut here = root;
     for (k, segment) in path.split('.').enumerate() {
         match here.parts.get(segment) {
             Some(Node::Assembly(inner)) => here = inner,
-            Some(Node::Model(_)) => return k + 1,
-            None => return k,
+            Some(Node::Model(_)) => return (k + 1, true),
+            None => return (k, false),
         }
     }
-    path.split('.').count()
+    (path.split('.').count(), false)
 }
 
 /// An override from outside that names nothing in a phase; another phase may have it.
@@ -77,6 +77,8 @@ pub struct Unmatched {
     pub path: String,
     /// How many pieces of the path are there.
     pub depth: usize,
+    /// The phase has the model that the path leads to, without such a parameter.
+    pub has_model: bool,
     /// What to say when no phase has it.
     pub fault: Fault,
 }
@@ -381,8 +383,8 @@ impl<'a, 'o> Expander<'a, 'o> {
                 // Given twice it is told once.
                 true if self.unmatched.iter().any(|u| u.path == w.text) => {}
                 true => {
-                    let depth = depth(root, &w.text);
-                    self.unmatched.push(Unmatched { path: w.text, depth, fault });
+                    let (depth, has_model) = depth(root, &w.text);
+                    self.unmatched.push(Unmatched { path: w.text, depth, has_model, fault });
                 }
                 false => self.cx.faults.push(fault),
             }

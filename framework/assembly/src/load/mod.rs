@@ -292,14 +292,15 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
     Some(Loaded { phases, phase_shapes, resolved: Resolved::new(resolved), ..loaded })
 }
 
-/// Faults for overrides from outside that name nothing in any of so many phases, each in the words of the phase that
-/// has most of its path.
+/// Faults for overrides from outside that name nothing in any of so many phases, or a parameter that the model of some
+/// phase has not; each in the words of the phase that has most of its path.
 fn tell_unmatched(cx: &mut Cx, unmatched: Vec<Unmatched>, phases: usize) {
     let mut by_path: BTreeMap<String, Vec<Unmatched>> = BTreeMap::new();
     for one in unmatched {
         by_path.entry(one.path.clone()).or_default().push(one);
     }
-    for all in by_path.into_values().filter(|all| all.len() == phases) {
+    let wrong = |all: &Vec<Unmatched>| all.len() == phases || all.iter().any(|u| u.has_model);
+    for all in by_path.into_values().filter(wrong) {
         // The first of those that are alike.
         let deepest = all.into_iter().rev().max_by_key(|one| one.depth);
         cx.faults.extend(deepest.map(|one| one.fault));

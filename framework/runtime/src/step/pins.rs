@@ -7,6 +7,8 @@
 //! ```
 //! So every reader sees the pin, at every stage of the integrator and at every tick before its rows; the part that
 //! writes the variable, too, where it reads it (a machine integrates the accelerations that it shows).
+//! A part that takes its steps by itself, a machine with contact by impulses, moves on by numbers of its own: its
+//! states cannot be pinned, and what it shows (contact reports, accelerations) is pinned for readers alone.
 //! Without a pin a step costs one comparison more for each list of operations.
 use super::{Simulation, VariableError};
 use crate::block::Block;
@@ -140,6 +142,9 @@ fn target(
     (path, v): (&str, &Variable),
 ) -> Result<Target, VariableError> {
     let lane = match v.place {
+        Place::X(k) if owner(plan, k as usize).is_some_and(|k| plan.steps.contains(&k)) => {
+            return no(format!("`{path}` cannot be pinned: {ADVANCES}"), PRESCRIBE);
+        }
         Place::X(k) => {
             return match together(plan, blocks, x, k as usize) {
                 false => Ok(Target::X(k)),
@@ -200,14 +205,20 @@ fn target(
     }
 }
 
+const ADVANCES: &str = "its part takes its steps by itself (a machine with contact by impulses), and moves on by numbers of its own";
+const PRESCRIBE: &str = "prescribe the hinge and pin what prescribes it, or take compliant contact";
+
+/// The part of a state.
+fn owner(plan: &Plan, lane: usize) -> Option<u32> {
+    let owns = |p: &PartPlan| (p.wiring.x..p.wiring.x + p.lanes().x).contains(&lane);
+    plan.parts.iter().position(owns).map(|k| k as u32)
+}
+
 /// Whether the part of a state puts it elsewhere to keep several numbers together: found by moving it.
 fn together(plan: &Plan, blocks: &[Box<dyn Block>], x: &[f64], lane: usize) -> bool {
     const MOVED: f64 = 0.05;
-    let owns = |p: &PartPlan| (p.wiring.x..p.wiring.x + p.lanes().x).contains(&lane);
-    let Some(k) = plan.parts.iter().position(owns) else { return false };
-    if !plan.manifold.contains(&(k as u32)) {
-        return false;
-    }
+    let Some(k) = owner(plan, lane).filter(|k| plan.manifold.contains(k)) else { return false };
+    let k = k as usize;
     let (mut block, mut x) = (blocks[k].fork(), x.to_vec());
     x[lane] += MOVED;
     let wanted = x[lane];

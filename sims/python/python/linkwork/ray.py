@@ -86,7 +86,10 @@ def _keep(folder: Path, left: _Left) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
         # Never half a file: a run is made again when its history is not whole.
         beside = file.with_name(file.name + ".part")
-        beside.write_bytes(content)
+        with beside.open("wb") as to:
+            to.write(content)
+            to.flush()
+            os.fsync(to.fileno())
         beside.replace(file)
 
 
@@ -154,11 +157,13 @@ def execute(
         )
     gathering = campaign._gather(folder)
     begin = time.monotonic()
-    before, failed = gathering.counts()
+    _, failed = gathering.counts()
     path = gathering.path
     task: Any = ray.remote(num_cpus=cpus, max_retries=retries)(_make)
     same = (os.getcwd(), str(campaign.path), campaign.identity)
-    chunks = _Chunks(gathering.todo(), chunk)
+    todo = gathering.todo()
+    before = done = campaign.runs - len(todo)
+    chunks = _Chunks(todo, chunk)
     under: dict[Any, list[int]] = {}
     try:
         if progress is not None:
@@ -176,8 +181,9 @@ def execute(
                 _keep(path, left)
                 for line in lines:
                     chunks.took(gathering.add(line)[1])
+                    done += 1
                 if progress is not None:
-                    done, failed = gathering.counts()
+                    _, failed = gathering.counts()
                     pace = (time.monotonic() - begin) / max(1, done - before)
                     progress(done, failed, campaign.runs, pace * (campaign.runs - done))
     finally:
