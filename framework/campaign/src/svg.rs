@@ -63,6 +63,10 @@ impl Axis {
         if low > high {
             (low, high) = (0.0, 1.0);
         }
+        if low == 0.0 && high == 0.0 {
+            // Nothing says how large such numbers would be.
+            (low, high) = (-1.0, 1.0);
+        }
         // Half the difference cannot overflow.
         let half =
             (high / 2.0 - low / 2.0).max(1e-9 * low.abs().max(high.abs())).max(f64::MIN_POSITIVE);
@@ -327,6 +331,15 @@ mod tests {
             let t = ticks(low, high);
             assert!(!t.is_empty() && t.len() <= 12, "{low} {high}: {t:?}");
         }
+    }
+
+    #[test]
+    fn zeros_alone_have_an_axis_of_ordinary_numbers() {
+        let svg = histogram("t", "y", &[0.0; 7]);
+        assert!(
+            svg.contains(">-1</text>") && svg.contains(">1</text>") && !svg.contains("e-3"),
+            "{svg}"
+        );
     }
 
     #[test]
