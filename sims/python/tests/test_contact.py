@@ -268,7 +268,7 @@ def test_mistakes_are_refused(tmp_path):
         contact.step(q, v, 1e-3, wrenches={"bal": np.zeros(6)})
     with pytest.raises(lw.LinkworkError, match="`torque` has the shape"):
         contact.simulate(q, v, 1e-3, 5, torque=np.zeros((4, 6)))
-    with pytest.raises(lw.LinkworkError, match="is of no file"):
+    with pytest.raises(lw.LinkworkError, match="has no file that says what touches"):
         ball.file_colliders()
     for bad, match in [(np.zeros(3), r"give it the shape \(n, 3\)"), ([[0, 0, np.nan]], "points")]:
         with pytest.raises(lw.LinkworkError, match=match):
