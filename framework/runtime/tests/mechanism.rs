@@ -5,31 +5,12 @@ use common::*;
 use linkwork_multibody::{BodySpec, Builder, Coordinate, Hinge};
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;
-use linkwork_spatial::{MassProperties, Pose, Vec3};
+use linkwork_spatial::{MassProperties, Vec3};
 use std::sync::Arc;
 
 /// A swinging arm with a spring, carrying a ball-hinged weight: every kind of coordinate.
 fn swing(integrator: Integrator, step: f64) -> Spec {
-    let mut b = Builder::new();
-    let solid = |m: f64, c: [f64; 3]| {
-        MassProperties::new(m, c.into(), Matrix3::from_diagonal(&Vec3::new(0.11, 0.23, 0.19)))
-    };
-    b.body(
-        BodySpec::new("arm", "world")
-            .hinge(Hinge::pin(Vec3::new(0.0, 1.0, 0.0)))
-            .mass(solid(1.3, [0.1, 0.02, -0.6])),
-    );
-    b.body(
-        BodySpec::new("weight", "arm")
-            .hinge_in_parent(Pose::translation(0.0, 0.0, -1.0))
-            .hinge(Hinge::ball())
-            .mass(solid(0.7, [0.05, -0.1, -0.3])),
-    );
-    b.node("arm/tip", "arm", Pose::translation(0.0, 0.0, -1.0));
-    let multibody = Arc::new(b.build().unwrap());
-    let mut q = multibody.neutral_q();
-    q[0] = 0.8;
-    let v = vec![0.3, 1.0, -0.7, 0.4];
+    let (multibody, q, v) = swinging_arm();
     let mut s = spec(
         vec![
             part("world.gravity", "t.gravity", &[], None),

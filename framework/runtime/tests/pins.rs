@@ -2,10 +2,7 @@
 #![allow(clippy::unwrap_used)]
 mod common;
 use common::*;
-use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_runtime::*;
-use linkwork_spatial::nalgebra::Matrix3;
-use linkwork_spatial::{MassProperties, Pose, Vec3};
 use std::sync::Arc;
 
 /// x″ = −x as two integrators, a reader of x, a sum, and sampled parts.
@@ -233,26 +230,8 @@ fn a_number_inside_a_solved_loop_is_not_pinned() {
 
 /// An arm on a pin with a weight on a ball hinge.
 fn arm(method: Integrator) -> Spec {
-    let mut b = Builder::new();
-    let solid = |m: f64, c: [f64; 3]| {
-        MassProperties::new(m, c.into(), Matrix3::from_diagonal(&Vec3::new(0.11, 0.23, 0.19)))
-    };
-    b.body(
-        BodySpec::new("arm", "world")
-            .hinge(Hinge::pin(Vec3::new(0.0, 1.0, 0.0)))
-            .mass(solid(1.3, [0.1, 0.02, -0.6])),
-    );
-    b.body(
-        BodySpec::new("weight", "arm")
-            .hinge_in_parent(Pose::translation(0.0, 0.0, -1.0))
-            .hinge(Hinge::ball())
-            .mass(solid(0.7, [0.05, -0.1, -0.3])),
-    );
-    let multibody = Arc::new(b.build().unwrap());
-    let mut q = multibody.neutral_q();
-    q[0] = 0.8;
+    let (multibody, q, v) = swinging_arm();
     let mut s = spec(vec![], &[]);
-    let v = vec![0.3, 1.0, -0.7, 0.4];
     s.set_mechanism(MechanismSpec::new("Mechanism", multibody, q, v));
     s.integrator = method;
     s

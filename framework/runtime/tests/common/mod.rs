@@ -1,7 +1,10 @@
 //! Toy models and a short way to write specifications.
 #![allow(dead_code, clippy::unwrap_used)]
+use linkwork_multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
+use linkwork_spatial::nalgebra::Matrix3;
+use linkwork_spatial::{MassProperties, Pose, Vec3};
 use std::sync::Arc;
 
 /// A number.
@@ -350,4 +353,28 @@ pub fn faults(spec: &Spec) -> String {
 
 pub fn seconds(x: f64) -> Seconds {
     Seconds::from_decimal(x).unwrap()
+}
+
+/// An arm on a pin, carrying a weight on a ball hinge, and how it starts: every kind of coordinate.
+pub fn swinging_arm() -> (Arc<Multibody>, Vec<f64>, Vec<f64>) {
+    let mut b = Builder::new();
+    let solid = |m: f64, c: [f64; 3]| {
+        MassProperties::new(m, c.into(), Matrix3::from_diagonal(&Vec3::new(0.11, 0.23, 0.19)))
+    };
+    b.body(
+        BodySpec::new("arm", "world")
+            .hinge(Hinge::pin(Vec3::new(0.0, 1.0, 0.0)))
+            .mass(solid(1.3, [0.1, 0.02, -0.6])),
+    );
+    b.body(
+        BodySpec::new("weight", "arm")
+            .hinge_in_parent(Pose::translation(0.0, 0.0, -1.0))
+            .hinge(Hinge::ball())
+            .mass(solid(0.7, [0.05, -0.1, -0.3])),
+    );
+    b.node("arm/tip", "arm", Pose::translation(0.0, 0.0, -1.0));
+    let multibody = Arc::new(b.build().unwrap());
+    let mut q = multibody.neutral_q();
+    q[0] = 0.8;
+    (multibody, q, vec![0.3, 1.0, -0.7, 0.4])
 }
