@@ -29,6 +29,7 @@ use std::collections::BTreeMap;
 static PARTS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/parts");
 static ROVERS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/rovers");
 static FLIGHT: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/flight");
+static BEHAVIOURS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/behaviours");
 static WORLDS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/worlds");
 
 /// Every model and service of the component libraries, library by library.
@@ -47,12 +48,18 @@ pub fn libraries() -> [Vec<Entry>; 9] {
     ]
 }
 
-/// Path (`rovers/rocker_bogie.ron`) → text of every assembly.
+/// Path (`rovers/rocker_bogie.ron`) → text of every assembly; `behaviours/MODEL.ron` is a small simulation that
+/// shows what a model does, for `linkwork describe` and the book.
 pub fn embedded() -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
-    for (folder, dir) in
-        [("parts", &PARTS), ("rovers", &ROVERS), ("flight", &FLIGHT), ("worlds", &WORLDS)]
-    {
+    let folders = [
+        ("parts", &PARTS),
+        ("rovers", &ROVERS),
+        ("flight", &FLIGHT),
+        ("worlds", &WORLDS),
+        ("behaviours", &BEHAVIOURS),
+    ];
+    for (folder, dir) in folders {
         for file in dir.files() {
             if let Some(text) = file.contents_utf8() {
                 all.insert(format!("{folder}/{}", file.path().display()), text.to_string());
@@ -67,7 +74,7 @@ mod tests {
     #[test]
     fn every_folder_has_assemblies() {
         let all = super::embedded();
-        for folder in ["parts/", "rovers/", "flight/", "worlds/"] {
+        for folder in ["parts/", "rovers/", "flight/", "worlds/", "behaviours/"] {
             assert!(all.keys().any(|k| k.starts_with(folder)), "{folder} is empty");
         }
     }

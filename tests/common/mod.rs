@@ -46,6 +46,15 @@ pub fn traverse(set: &[&str]) -> Result<Simulation, String> {
     Ok(Simulation::of(Arc::new(program)))
 }
 
+/// The same with its resolved text, from which a checkpoint is rebuilt.
+pub fn traverse_resolved(set: &[&str]) -> Result<(Simulation, String), String> {
+    let catalogue = catalogue();
+    let file = linkwork_tests::root().join("sims/rover_traverse/sim.ron");
+    let loaded = load_file(file, &options(&catalogue, set));
+    let text = loaded.as_ref().map_or(String::new(), |l| l.resolved.to_string());
+    Ok((Simulation::of(Arc::new(finish(loaded, &catalogue)?)), text))
+}
+
 /// A simulation in RON.
 pub fn scene(text: &str, set: &[&str]) -> Result<Simulation, String> {
     of_text(&catalogue(), text, set)

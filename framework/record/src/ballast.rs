@@ -1,47 +1,26 @@
 //! A file that keeps some room in reserve, so that a full disk still leaves a readable log.
 //!
-//! The reserve is a file that has no name any more: however the process ends, the system frees it.
+//! The reserve is a file that never has a name: however the process ends, the system frees it.
 //! When the disk or a quota is full the reserve is given up and writing goes on; when a limit on
 //! the size of files comes near, or the disk fails, the owner is told in time to come to an
 //! orderly end. What cannot be ended in order is cut back to its last whole part.
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 /// Bytes kept in reserve: the last chunk, the log's index and a checkpoint fit.
 const RESERVE: usize = 4 << 20;
 
-/// The reserve: its file, and its name where the system does not let a file without name be.
-struct Reserve {
-    file: File,
-    path: Option<PathBuf>,
-}
-
-impl Reserve {
-    /// Real bytes: a sparse file would reserve nothing.
-    fn fill(beside: &Path) -> std::io::Result<Reserve> {
-        let path = beside.with_extension("reserve");
-        let file = File::create(&path)?;
-        let mut reserve = Reserve { file, path: Some(path.clone()) };
-        reserve.file.write_all(&vec![0x5a; RESERVE])?;
-        reserve.file.sync_all()?;
-        if std::fs::remove_file(&path).is_ok() {
-            reserve.path = None;
-        }
-        Ok(reserve)
-    }
-}
-
-impl Drop for Reserve {
-    fn drop(&mut self) {
-        // The blocks are free when the file is closed or empty, whichever the system waits for.
-        let _ = self.file.set_len(0);
-        if let Some(path) = &self.path {
-            let _ = std::fs::remove_file(path);
-        }
-    }
+/// The reserve beside a file: real bytes, since a sparse file would reserve nothing, and at no time a name. It
+/// is free when it is closed.
+fn reserve(beside: &Path) -> std::io::Result<File> {
+    let folder = beside.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::tempfile_in(folder)?;
+    file.write_all(&vec![0x5a; RESERVE])?;
+    file.sync_all()?;
+    Ok(file)
 }
 
 /// How a file stands; seen from outside the writers that are stacked on it.
@@ -74,7 +53,7 @@ impl Gauge {
 /// writing goes on: the owner then comes to an orderly end.
 pub struct Ballast {
     file: File,
-    reserve: Option<Reserve>,
+    reserve: Option<File>,
     gauge: Arc<Gauge>,
     /// Beyond this the limit on the size of files is near.
     limit: u64,
@@ -89,7 +68,7 @@ impl Ballast {
         let file =
             OpenOptions::new().create(true).truncate(true).write(true).read(true).open(path)?;
         let limit = size_limit().map_or(u64::MAX, |l| l.saturating_sub(RESERVE as u64));
-        let reserve = Reserve::fill(path).and_then(|r| match limit {
+        let reserve = reserve(path).and_then(|r| match limit {
             0 => Err(std::io::Error::from(ErrorKind::FileTooLarge)),
             _ => Ok(r),
         });
@@ -172,7 +151,7 @@ mod tests {
             return;
         };
         let (folder, gauge) = (room(), Arc::new(Gauge::default()));
-        let reserve = Some(Reserve::fill(&folder.path().join("full.log")).unwrap());
+        let reserve = Some(reserve(&folder.path().join("full.log")).unwrap());
         let mut b = Ballast { file, reserve, gauge: gauge.clone(), limit: u64::MAX };
         let e = b.write(b"row").unwrap_err();
         assert_eq!(e.kind(), ErrorKind::StorageFull);
@@ -191,7 +170,7 @@ mod tests {
             let entries = std::fs::read_dir(folder.path()).unwrap();
             let names: Vec<_> = entries.map(|e| e.unwrap().file_name()).collect();
             assert_eq!(names, ["run.log"]);
-            let held = b.reserve.as_ref().unwrap().file.metadata().unwrap();
+            let held = b.reserve.as_ref().unwrap().metadata().unwrap();
             assert_eq!(held.len(), RESERVE as u64);
         }
         assert_eq!(gauge.spent(), None);

@@ -1,4 +1,5 @@
 //! `linkwork list`, `describe`, `tree`: what there is and how it hangs together.
+use crate::behaviour::behaviour;
 use crate::program::program;
 use crate::voice::say_text;
 use crate::{exit, load};
@@ -155,6 +156,10 @@ pub fn describe(model: &str) -> u8 {
     }
     if d.inertial {
         out.push_str("\nTakes W for inertial axes: refused where W is a site of a planet.\n");
+    }
+    match behaviour(model) {
+        Ok(text) => out += &text,
+        Err(code) => return code,
     }
     say_text(format_args!("{out}"));
     exit::OK

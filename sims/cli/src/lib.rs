@@ -6,6 +6,7 @@
 pub mod voice;
 
 pub mod attach;
+mod behaviour;
 pub mod campaign;
 pub mod check;
 pub mod diff;

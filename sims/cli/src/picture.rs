@@ -2,7 +2,9 @@
 use linkwork_record::{Curve, Plot, draw};
 use linkwork_runtime::{Place, Simulation};
 use linkwork_viz::{Marker, Scene};
+use std::fmt::Write;
 use std::path::Path;
+use textplots::{Chart, Plot as _, Shape};
 
 /// Curves for the picture, in fixed memory.
 pub struct Picture {
@@ -11,14 +13,20 @@ pub struct Picture {
     map: Option<(Place, Place, Thinned)>,
     markers: Vec<Marker>,
     next: f64,
+    /// Time between points, s.
+    every: f64,
 }
 
-/// Time between points of the picture (s).
+/// Time between points of a long run, s; a short one has [`POINTS`].
 const EVERY: f64 = 0.05;
+/// Points of a short run.
+const POINTS: f64 = 500.0;
+/// Size of a curve in a terminal, in dots: eight to a character.
+const TERMINAL: [u32; 2] = [120, 40];
 
 impl Picture {
-    /// Of the panels of a scene, and the map of the followed body.
-    pub fn new(sim: &Simulation, scene: &Scene) -> Picture {
+    /// Of the panels of a scene, and the map of the followed body, of a run to `until` (s), when that is known.
+    pub fn new(sim: &Simulation, scene: &Scene, until: Option<f64>) -> Picture {
         let plan = sim.plan();
         let curves = scene
             .panels
@@ -39,7 +47,9 @@ impl Picture {
             .and_then(|b| crate::scene::position(plan, b))
             .map(|(x, y)| (x, y, Thinned::new()));
         let titles = scene.panels.iter().map(|p| p.title.clone()).collect();
-        Picture { curves, titles, map, markers: scene.markers.clone(), next: sim.time() }
+        let next = sim.time();
+        let every = until.map_or(EVERY, |until| EVERY.min((until - next).max(0.0) / POINTS));
+        Picture { curves, titles, map, markers: scene.markers.clone(), next, every }
     }
 
     /// Takes points when they are due.
@@ -49,7 +59,7 @@ impl Picture {
         if t < self.next {
             return;
         }
-        self.next = t + EVERY;
+        self.next = t + self.every;
         for (_, place, factor, points) in self.curves.iter_mut().flatten() {
             let value = sim.value(*place);
             if !value.is_nan() {
@@ -90,6 +100,31 @@ impl Picture {
             plots.push(Plot { title: title.clone(), x, y, curves, equal: false });
         }
         draw(path, &plots).map_err(|e| e.to_string())
+    }
+
+    /// The curves over time as text for a terminal, one under the other.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        for (title, curves) in self.titles.iter().zip(&self.curves) {
+            for (name, _, _, thinned) in curves {
+                let points: Vec<(f32, f32)> =
+                    thinned.points.iter().map(|&(t, y)| (t as f32, y as f32)).collect();
+                let (Some(first), Some(last)) = (points.first(), points.last()) else { continue };
+                if points.iter().all(|p| p.1 == first.1) {
+                    let _ = writeln!(out, "\n{title}: {name} stays at {}", first.1);
+                    continue;
+                }
+                let line = Shape::Lines(&points);
+                let [width, height] = TERMINAL;
+                let mut chart = Chart::new(width, height, first.0, last.0);
+                let chart = chart.lineplot(&line);
+                chart.axis();
+                chart.figures();
+                let _ = write!(out, "\n{title}: {name}, over time [s]\n{chart}");
+            }
+        }
+        out
     }
 }
 

@@ -254,7 +254,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     if let Some(most) = options.keep {
         saves = saves.keep_last(most as usize);
     }
-    let picture = Picture::new(&sim, &scene);
+    let picture = Picture::new(&sim, &scene, until.map(|t| t.times(1)));
     let profile = options.profile.then(|| sim.profile());
     let mut runner = Runner::new(sim, Watched { figures, picture });
     runner.save_with(saves);

@@ -206,7 +206,7 @@ fn pages_name_models_and_pages_that_exist() {
 /// The small simulations on the pages of models run without a warning, each with its model and a plot.
 #[test]
 fn behaviours_of_models_run() {
-    let folder = root().join("framework/book/behaviours").canonicalize().unwrap();
+    let folder = root().join("assemblies/behaviours").canonicalize().unwrap();
     let lab = lab();
     let files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path()).collect();
     assert!(files.len() > 10, "{} behaviours", files.len());

@@ -324,6 +324,20 @@ fn a_new_simulation_runs_as_it_is() {
         .tells(&["cannot be made", "help: "]);
 }
 
+/// The plot of a step has dots at its bottom, from before the step, and at its top.
+#[test]
+fn describe_plots_what_a_model_does() {
+    let told = Lab::new().linkwork(&["describe", "basics.step"]).code(0).out;
+    let (_, plot) = told.split_once("\nbehaviour\n").expect("no behaviour");
+    assert!(plot.contains("`behaviours/basics.step.ron`"), "{plot}");
+    let dots = |line: &str| line.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count();
+    let drawn: Vec<usize> = plot.lines().map(dots).filter(|n| *n > 0).collect();
+    assert!(drawn.len() > 5, "{plot}");
+    assert!(drawn[0] > 10 && drawn[drawn.len() - 1] > 10, "{plot}");
+    let bare = Lab::new().linkwork(&["describe", "mobility.ruts"]).code(0).out;
+    assert!(!bare.contains("behaviour\n"), "{bare}");
+}
+
 #[test]
 fn a_model_whose_ports_follow_from_parameters_says_so() {
     let lab = Lab::new();

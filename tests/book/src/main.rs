@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (catalogue, headers) = (catalogue(), headers(&root, &SOURCES)?);
     for entry in catalogue.iter() {
         let name = &*entry.description.name;
-        let ron = root.join(format!("framework/book/behaviours/{name}.ron"));
+        let ron = root.join(format!("assemblies/behaviours/{name}.ron"));
         let behaviour = match fs::read_to_string(&ron) {
             Ok(ron) => {
                 let plots = format!("{name}.svg");

@@ -79,7 +79,7 @@ fn the_list_of_chapters_gets_a_line_for_each_model() {
 #[test]
 fn behaviours_are_of_models() {
     let catalogue = catalogue();
-    for entry in std::fs::read_dir(root().join("framework/book/behaviours")).unwrap() {
+    for entry in std::fs::read_dir(root().join("assemblies/behaviours")).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         assert!(
