@@ -1,4 +1,4 @@
-//! `linkwork new library`: a workspace of one's own with models, program and FMI unit.
+//! `linkwork new library`: a workspace of one's own with models, program, FMI unit and Python package.
 use super::{Refusal, filled, folder_with, identifier, model_text, wrong};
 use crate::program::{LINKWORK, program};
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const MODEL: &str = "motor";
 
 /// File in the library → text with words between `@`.
-const TEXTS: [(&str, &str); 9] = [
+const TEXTS: [(&str, &str); 13] = [
     ("Cargo.toml", include_str!("../../templates/library/workspace.toml")),
     ("README.md", include_str!("../../templates/library/readme.txt")),
     ("src/lib.rs", include_str!("../../templates/library/src/lib.rs")),
@@ -17,10 +17,26 @@ const TEXTS: [(&str, &str); 9] = [
     ("program/src/main.rs", include_str!("../../templates/library/program/src/main.rs")),
     ("unit/Cargo.toml", include_str!("../../templates/library/unit/unit.toml")),
     ("unit/src/lib.rs", include_str!("../../templates/library/unit/src/lib.rs")),
+    ("python/Cargo.toml", include_str!("../../templates/library/python/python.toml")),
+    ("python/src/lib.rs", include_str!("../../templates/library/python/src/lib.rs")),
+    ("python/pyproject.toml", include_str!("../../templates/library/python/pyproject.txt")),
+    ("python/tests/test_@name@.py", include_str!("../../templates/library/python/tests/test.txt")),
 ];
 
 /// Files that are Linkwork's own: versions, flags of the compiler, form of the source, what git leaves alone.
 const COPIED: [&str; 4] = ["Cargo.lock", ".cargo/config.toml", ".gitignore", ".rustfmt.toml"];
+
+/// What of the Python package is Linkwork's own.
+const PYTHON: [&str; 6] =
+    ["__init__.py", "_choose.py", "_linkwork.pyi", "live.py", "py.typed", "ray.py"];
+
+/// Names that Rust takes and that Python cannot import.
+const NOT_IN_PYTHON: [&str; 19] = [
+    "and", "assert", "class", "def", "del", "elif", "except", "finally", "from", "global",
+    "import", "is", "lambda", "nonlocal", "not", "or", "pass", "raise", "with",
+];
+/// Packages that a library needs.
+const NEEDED: [&str; 3] = ["linkwork", "numpy", "ray"];
 
 /// Makes a library. Gives its files.
 pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, Refusal> {
@@ -34,9 +50,14 @@ pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, R
     let name = identifier(name, "library")?;
     let catalogue = (LINKWORK.library)().catalogue;
     let taken = catalogue.iter().any(|e| e.description.name.split('.').next() == Some(name));
-    if taken || name == "linkwork" {
-        let fact =
-            format!("`{name}` cannot be the name of a library: Linkwork has one of that name");
+    let why = match name {
+        _ if taken => "Linkwork has one of that name",
+        _ if NEEDED.contains(&name) => "it needs a package of that name",
+        _ if NOT_IN_PYTHON.contains(&name) => "Python cannot import it",
+        _ => "",
+    };
+    if !why.is_empty() {
+        let fact = format!("`{name}` cannot be the name of a library: {why}");
         return Err(wrong(fact, "give another name"));
     }
     let source = sources(linkwork)?;
@@ -54,6 +75,10 @@ pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, R
         TEXTS.iter().map(|(file, text)| (filled(file, &words), filled(text, &words))).collect();
     let prelude = "linkwork::prelude::*";
     files.push((format!("src/{MODEL}.rs"), model_text(name, MODEL, prelude)));
+    for file in PYTHON {
+        let text = read(&source.join("sims/python/python/linkwork").join(file))?;
+        files.push((format!("python/{name}/{file}"), text));
+    }
     for file in COPIED {
         files.push((file.to_string(), read(&source.join(file))?));
     }
