@@ -98,8 +98,8 @@ fn what_cannot_be_made_is_refused_and_leaves_nothing() {
     }
     refused(&["library", "fn"], &["it is taken in Rust"]);
     refused(&["library", "actuators"], &["Linkwork has one of that name"]);
-    refused(&["library", "numpy"], &["it needs a package of that name"]);
-    refused(&["library", "lambda"], &["Python cannot import it"]);
+    refused(&["library", "ray"], &["it is taken in Rust or Python"]);
+    refused(&["library", "lambda"], &["it is taken in Rust or Python"]);
     refused(&["library", ".."], &["no name that a library can take"]);
     refused(
         &["library", "mill", "--linkwork", "here"],

@@ -30,14 +30,6 @@ const COPIED: [&str; 4] = ["Cargo.lock", ".cargo/config.toml", ".gitignore", ".r
 const PYTHON: [&str; 6] =
     ["__init__.py", "_choose.py", "_linkwork.pyi", "live.py", "py.typed", "ray.py"];
 
-/// Names that Rust takes and that Python cannot import.
-const NOT_IN_PYTHON: [&str; 19] = [
-    "and", "assert", "class", "def", "del", "elif", "except", "finally", "from", "global",
-    "import", "is", "lambda", "nonlocal", "not", "or", "pass", "raise", "with",
-];
-/// Packages that a library needs.
-const NEEDED: [&str; 3] = ["linkwork", "numpy", "ray"];
-
 /// Makes a library. Gives its files.
 pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, Refusal> {
     let Some(name) = folder.file_name().and_then(|n| n.to_str()) else {
@@ -50,14 +42,9 @@ pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, R
     let name = identifier(name, "library")?;
     let catalogue = (LINKWORK.library)().catalogue;
     let taken = catalogue.iter().any(|e| e.description.name.split('.').next() == Some(name));
-    let why = match name {
-        _ if taken => "Linkwork has one of that name",
-        _ if NEEDED.contains(&name) => "it needs a package of that name",
-        _ if NOT_IN_PYTHON.contains(&name) => "Python cannot import it",
-        _ => "",
-    };
-    if !why.is_empty() {
-        let fact = format!("`{name}` cannot be the name of a library: {why}");
+    if taken || name == "linkwork" {
+        let fact =
+            format!("`{name}` cannot be the name of a library: Linkwork has one of that name");
         return Err(wrong(fact, "give another name"));
     }
     let source = sources(linkwork)?;
