@@ -24,12 +24,14 @@ fn cargo(folder: &Path, args: &[&str]) -> Said {
 fn a_new_library_is_a_whole_workspace() {
     let lab = Lab::new();
     let made = lab.linkwork(&["new", "library", "own/windmill"]).code(0).out;
-    for file in ["Cargo.toml", "src/motor.rs", "program/src/main.rs", "unit/src/lib.rs"] {
+    let files = ["Cargo.toml", "src/motor.rs", "program/src/main.rs", "unit/src/lib.rs"];
+    let python = ["src/lib.rs", "pyproject.toml", "windmill/__init__.py", "tests/test_windmill.py"];
+    for file in files.map(String::from).into_iter().chain(python.map(|f| format!("python/{f}"))) {
         assert!(made.contains(&format!("own/windmill/{file}\n")), "{made}");
     }
     let folder = lab.path("own/windmill");
     cargo(&folder, &["fmt", "--all", "--check"]).code(0);
-    for package in ["windmill", "windmill-program", "windmill-unit"] {
+    for package in ["windmill", "windmill-program", "windmill-unit", "windmill-python"] {
         let tree = cargo(&folder, &["tree", "-p", package, "--depth", "1", "--prefix", "none"]);
         let tree = tree.code(0).out;
         assert!(tree.contains("linkwork"), "{package} does not depend on Linkwork:\n{tree}");
@@ -45,6 +47,21 @@ fn a_new_library_is_a_whole_workspace() {
     let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap();
     assert!(manifest.contains("[profile.release.package.linkwork-dynamics]\ncodegen-units = 1"));
     assert!(!manifest.contains('@'), "{manifest}");
+    // The Python files of the package are Linkwork's, all of them.
+    let theirs = root().join("sims/python/python/linkwork");
+    let own = folder.join("python/windmill");
+    let sources = names(&theirs)
+        .into_iter()
+        .filter(|f| [".py", ".pyi", ".typed"].iter().any(|e| f.ends_with(e)));
+    let sources: Vec<String> = sources.collect();
+    assert_eq!(names(&own), sources);
+    for file in sources {
+        assert_eq!(
+            std::fs::read(own.join(&file)).unwrap(),
+            std::fs::read(theirs.join(&file)).unwrap(),
+            "{file}"
+        );
+    }
 
     let more = ["new", "model", "relief_valve", "--library", "own/windmill"];
     let more = lab.linkwork(&more).code(0);
@@ -81,6 +98,8 @@ fn what_cannot_be_made_is_refused_and_leaves_nothing() {
     }
     refused(&["library", "fn"], &["it is taken in Rust"]);
     refused(&["library", "actuators"], &["Linkwork has one of that name"]);
+    refused(&["library", "ray"], &["it is taken in Rust or Python"]);
+    refused(&["library", "lambda"], &["it is taken in Rust or Python"]);
     refused(&["library", ".."], &["no name that a library can take"]);
     refused(
         &["library", "mill", "--linkwork", "here"],

@@ -1,7 +1,7 @@
 //! `Campaign`: many runs of one simulation with drawn values, by the functions that `linkwork campaign` runs by.
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
-use crate::files;
+use crate::package;
 use crate::patience::patiently;
 use crate::running::RECORDING;
 use crate::simulation::{Simulation, recording};
@@ -79,7 +79,7 @@ fn tell(py: Python<'_>, progress: Option<&Py<PyAny>>, p: &campaign::Progress) ->
 impl Campaign {
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let library = files::library();
+        let library = package::library();
         let campaign = py.detach(|| campaign::Campaign::read(&path, &library)).map_err(refuse)?;
         let (warnings, sources) = campaign.warnings();
         let category = py.get_type::<PyUserWarning>();

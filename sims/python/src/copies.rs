@@ -48,7 +48,7 @@ impl Mechanism {
             description: self.core.description.clone(),
         };
         let bytes = rmp_serde::to_vec_named(&parts).map_err(refuse)?;
-        let restore = py.import("linkwork._linkwork")?.getattr("_restore")?;
+        let restore = py.import(crate::package::module())?.getattr("_restore")?;
         Ok((restore, PyTuple::new(py, [PyBytes::new(py, &bytes)])?))
     }
 }

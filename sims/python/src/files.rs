@@ -1,5 +1,6 @@
 //! Reading mechanisms (RON, URDF, MJCF, SDF) and simulations, with every model of the component
 //! libraries.
+use crate::package;
 use linkwork_assembly::read_machine;
 use linkwork_collision::Colliders;
 use linkwork_formats::{Description, ReadOptions, Root};
@@ -24,7 +25,7 @@ pub fn library() -> Library {
 
 /// The library with more models.
 fn library_with(more: Vec<Entry>) -> Result<Library, String> {
-    let mut library = library();
+    let mut library = package::library();
     for entry in more {
         library.catalogue.add(entry).map_err(|name| {
             format!("there is a model `{name}` already\n  help: give yours another name")
@@ -133,7 +134,7 @@ fn foreign_machine(path: &Path, options: &ReadOptions) -> Result<Machine, String
 }
 
 fn ron_machine(path: &Path, root: Root) -> Result<Machine, String> {
-    let loaded = library().loaded(path, &[], None).map_err(|f| f.to_string())?;
+    let loaded = package::library().loaded(path, &[], None).map_err(|f| f.to_string())?;
     let none = || format!("`{}` has no mechanism\n  help: give it bodies", path.display());
     let m = loaded.spec.mechanism().cloned().ok_or_else(none)?;
     let compliant = m.compliant.map(|c| FileContact { colliders: c.0, settings: None });

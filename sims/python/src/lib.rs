@@ -1,4 +1,7 @@
-//! The extension module of the Python package `linkwork`: thin classes over the Rust floors.
+//! What the compiled part of a Python package is made of: thin classes over the Rust floors.
+//!
+//! The package `linkwork` is `sims/python/module`. A library of models has a package of its own, with everything of
+//! this one and its own models: a crate with `crate-type = ["cdylib"]` and [`module!`].
 //!
 //! | file | what |
 //! |---|---|
@@ -17,9 +20,12 @@
 //! | `files`, `formats` | reading files with all component libraries; what a file says besides; URDF and RON out |
 //! | `parts` | parts of a simulation that are Python classes |
 //! | `simulation`, `running`, `log`, `values` | `Simulation` and its logs |
+//! | `show` | how a `Mechanism` and a `Simulation` show themselves |
+//! | `package` | which package this is: its models, the module that all of this is put into |
+//! | `processor` | which processors a build is for |
 //! | `campaign`, `patience` | `Campaign`: many runs with drawn values; Ctrl-C while Rust works |
 // `cargo test --workspace NAME` builds a test of this library although its manifest says it has
-// none, and an extension module does not link without an interpreter: then it is empty.
+// none, and what calls an interpreter does not link without one: then it is empty.
 #![cfg(not(test))]
 #![allow(non_snake_case)]
 // Python passes references to what it owns.
@@ -45,51 +51,18 @@ mod inverse_kinematics;
 mod log;
 mod mechanism;
 mod operators;
+mod package;
 mod parts;
 mod patience;
+mod processor;
 mod running;
+mod show;
 mod simulate;
 mod simulation;
 mod state;
 mod values;
 
-use pyo3::prelude::*;
-
-/// Mechanisms, their dynamics, simulations and logs: the compiled part of the package `linkwork`.
-#[pymodule]
-mod _linkwork {
-    #[pymodule_export]
-    use crate::builder::{Builder, Hinge, Subhinge};
-    #[pymodule_export]
-    use crate::campaign::{Campaign, Gathering, Outcome, Results};
-    #[pymodule_export]
-    use crate::constraints::{ConstrainedMotion, Constraint, Rank};
-    #[pymodule_export]
-    use crate::contact::{Collider, Contact, ContactStep};
-    #[pymodule_export]
-    use crate::copies::_restore;
-    #[pymodule_export]
-    use crate::edit::{Edit, Report};
-    #[pymodule_export]
-    use crate::error::LinkworkError;
-    #[pymodule_export]
-    use crate::frames::Frames;
-    #[pymodule_export]
-    use crate::inverse_kinematics::{RateTarget, Target};
-    #[pymodule_export]
-    use crate::log::{Log, Series, read_log};
-    #[pymodule_export]
-    use crate::mechanism::{Mechanism, Subgraph, load};
-    #[pymodule_export]
-    use crate::operators::{Operator, Operators};
-    #[pymodule_export]
-    use crate::simulation::Simulation;
-    #[pymodule_export]
-    use crate::state::State;
-    #[pymodule_export]
-    use crate::values::Variable;
-    /// Version of the package.
-    #[allow(non_upper_case_globals)]
-    #[pymodule_export]
-    const __version__: &str = env!("CARGO_PKG_VERSION");
-}
+pub use files::library;
+pub use package::fill;
+#[doc(hidden)]
+pub use pyo3;

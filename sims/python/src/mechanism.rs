@@ -1,17 +1,16 @@
 //! `Mechanism`: structure and coordinates. Its algorithms are in `dynamics.rs`.
 use crate::array::{Array1, Input, checked1, out_vec3, out1, vec3, vector};
-use crate::builder::{Subhinge, kind_name};
+use crate::builder::Subhinge;
 use crate::core::{Core, GRAVITY};
 use crate::error::{refuse, refuse_with};
+use crate::show;
 use crate::state::State;
 use linkwork_formats::{ReadOptions, Root};
-use linkwork_multibody::{BodyId, Coordinate, Limits, Multibody};
+use linkwork_multibody::{BodyId, Coordinate, Limits};
 use linkwork_runtime::remedy;
 use linkwork_spatial::InertiaCheck;
 use pyo3::prelude::*;
 use pyo3::types::PySlice;
-use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -302,61 +301,12 @@ impl Mechanism {
         format!("Mechanism({} bodies, nq={}, nv={})", m.bodies().len(), m.nq(), m.nv())
     }
     fn __str__(&self) -> String {
-        tree(&self.core.mbs)
+        show::tree(&self.core.mbs)
     }
     fn _repr_html_(&self) -> String {
-        let text = tree(&self.core.mbs).replace('&', "&amp;").replace('<', "&lt;");
-        format!("<pre>{text}</pre>")
+        show::mechanism(&self.core.mbs, self.core.description.as_ref())
     }
 }
-
-/// A mechanism as a tree of lines: body, hinge with its places in q and v, mass.
-fn tree(mbs: &Multibody) -> String {
-    let (bodies, mass) = (mbs.bodies().len(), mbs.total_mass());
-    let mut out = format!("{bodies} bodies, nq={}, nv={}, {mass} kg\nworld", mbs.nq(), mbs.nv());
-    let mut children: BTreeMap<Option<BodyId>, Vec<BodyId>> = BTreeMap::new();
-    for id in mbs.body_ids() {
-        children.entry(mbs.get(id).parent()).or_default().push(id);
-    }
-    // Depth first, without recursion: chains may have thousands of bodies.
-    let below = |id| children.get(&id).map_or(&[][..], Vec::as_slice);
-    let mut open: Vec<(BodyId, Vec<bool>)> = Vec::new();
-    let push = |open: &mut Vec<(BodyId, Vec<bool>)>, of, above: &[bool]| {
-        for (k, child) in below(of).iter().enumerate().rev() {
-            open.push((*child, [above, &[k + 1 == below(of).len()]].concat()));
-        }
-    };
-    push(&mut open, None, &[]);
-    while let Some((id, last)) = open.pop() {
-        let (own, above) = last.split_last().map_or((true, &[][..]), |(own, above)| (*own, above));
-        out.push('\n');
-        // Deep chains are indented no further.
-        above.iter().take(INDENTED).for_each(|l| out += if *l { "   " } else { "│  " });
-        out += if own { "└─ " } else { "├─ " };
-        let body = mbs.get(id);
-        out += body.name();
-        let hinges: Vec<&str> =
-            body.subhinges().iter().map(|s| kind_name(&s.subhinge.kind)).collect();
-        let _ = match body.v().len() {
-            0 => write!(out, "  fixed"),
-            _ => write!(
-                out,
-                "  {}  q[{}:{}] v[{}:{}]",
-                hinges.join(" + "),
-                body.q().start,
-                body.q().end,
-                body.v().start,
-                body.v().end
-            ),
-        };
-        let _ = write!(out, "  {} kg", body.inertia().mass());
-        push(&mut open, Some(id), &last);
-    }
-    out
-}
-
-/// Levels of a tree that are indented.
-const INDENTED: usize = 40;
 
 /// Some bodies of a mechanism as a mechanism of its own, and how the two correspond.
 #[pyclass(frozen, weakref, module = "linkwork")]

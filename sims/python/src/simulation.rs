@@ -572,6 +572,13 @@ impl Simulation {
         let (parts, t) = (self.plan.parts.len(), self.time(py)?);
         Ok(format!("Simulation({parts} parts, {} variables, t = {t} s)", self.plan.variables.len()))
     }
+    fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
+        let show = |r: &mut Running| {
+            let sim = r.sim();
+            crate::show::simulation(sim.plan(), sim.time(), self.until, sim.phase())
+        };
+        self.with(py, show)
+    }
 }
 
 /// A tap into an MCAP file: variables by path with the period of their rows, and the poses of all bodies.

@@ -3,6 +3,7 @@
 import copy
 import multiprocessing
 import pickle
+import re
 import weakref
 
 import numpy as np
@@ -113,12 +114,23 @@ def test_the_tree_is_printed(arm):
     lower = next(line for line in lines if "lower" in line)
     assert "pin" in upper and "q[0:1]" in upper and "2 kg" in upper
     assert len(lower) - len(lower.lstrip(" │")) > len(upper) - len(upper.lstrip(" │"))
-    assert arm._repr_html_().startswith("<pre>")
+    table = arm._repr_html_()
+    rows = [re.sub("<[^>]*>", "|", row) for row in table.split("<tr>")[1:]]
+    assert len(rows) == 4 and "3 bodies, nq = 2, nv = 2, 3 kg" in table
+    assert re.search(r"upper\|+shoulder\|+pin\|+0\|+0\|+2\|", rows[2]) and re.search(r"lower\|+elbow\|+pin\|+1\|+1\|+1\|", rows[3])
     chain = lw.Builder()
     for k in range(3000):
         chain.body(f"b{k}", "world" if k == 0 else f"b{k - 1}", lw.Hinge.pin([0, 1, 0]), mass=1, com=[0, 0, 1], inertia=np.eye(3))
-    text = str(chain.build())
+    long = chain.build()
+    text = str(long)
     assert len(text.splitlines()) == 3002 and len(text) < 1_000_000
+    assert "and 2800 more" in long._repr_html_() and len(long._repr_html_()) < 200_000
+
+
+def test_names_in_tables_are_shown_and_not_obeyed():
+    name = "<script>alert('a & b')</script>"
+    table = lw.Builder().body(name, hinge=lw.Hinge.pin([0, 1, 0]), mass=1, com=[0, 0, 1], inertia=np.eye(3)).build()._repr_html_()
+    assert "<script" not in table and "&lt;script&gt;alert(&#39;a &amp; b&#39;)&lt;/script&gt;" in table
 
 
 def test_the_version_is_that_of_the_wheel():

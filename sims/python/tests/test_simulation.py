@@ -166,6 +166,9 @@ def test_variables_are_read_and_set():
     assert sim.variables("Friction.**").keys() == {"Friction.shaft.angle", "Friction.shaft.rate", "Friction.torque"}
     # The mechanism is a part like any other.
     assert sim.parts == ["Friction", "Mechanism"]
+    table = sim._repr_html_()
+    assert f"t = {sim.time} s of" in table and "step 1 ms (1000 Hz)" in table and table.count("<tr>") == 3
+    assert ">Friction</td>" in table and ">continuous</td>" in table
 
     rover = lw.Simulation(ROVER)
     chassis = "Rover.Hardware.Chassis/chassis"
@@ -174,6 +177,8 @@ def test_variables_are_read_and_set():
     rover[f"{chassis}.velocity"] = [0.1, 0.0, 0.2]
     assert list(rover[f"{chassis}.velocity"]) == [0.1, 0.0, 0.2]
     assert rover["Rover.NavigationSoftware.Follower.done"] is False
+    follower = next(row for row in rover._repr_html_().split("<tr>") if "NavigationSoftware.Follower<" in row)
+    assert ">control.waypoint_follower<" in follower and " Hz)<" in follower
     assert rover.mechanism.nv == 20 and rover.q.shape == (21,)
 
 

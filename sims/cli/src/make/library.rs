@@ -1,4 +1,4 @@
-//! `linkwork new library`: a workspace of one's own with models, program and FMI unit.
+//! `linkwork new library`: a workspace of one's own with models, program, FMI unit and Python package.
 use super::{Refusal, filled, folder_with, identifier, model_text, wrong};
 use crate::program::{LINKWORK, program};
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const MODEL: &str = "motor";
 
 /// File in the library → text with words between `@`.
-const TEXTS: [(&str, &str); 9] = [
+const TEXTS: [(&str, &str); 13] = [
     ("Cargo.toml", include_str!("../../templates/library/workspace.toml")),
     ("README.md", include_str!("../../templates/library/readme.txt")),
     ("src/lib.rs", include_str!("../../templates/library/src/lib.rs")),
@@ -17,10 +17,18 @@ const TEXTS: [(&str, &str); 9] = [
     ("program/src/main.rs", include_str!("../../templates/library/program/src/main.rs")),
     ("unit/Cargo.toml", include_str!("../../templates/library/unit/unit.toml")),
     ("unit/src/lib.rs", include_str!("../../templates/library/unit/src/lib.rs")),
+    ("python/Cargo.toml", include_str!("../../templates/library/python/python.toml")),
+    ("python/src/lib.rs", include_str!("../../templates/library/python/src/lib.rs")),
+    ("python/pyproject.toml", include_str!("../../templates/library/python/pyproject.txt")),
+    ("python/tests/test_@name@.py", include_str!("../../templates/library/python/tests/test.txt")),
 ];
 
 /// Files that are Linkwork's own: versions, flags of the compiler, form of the source, what git leaves alone.
 const COPIED: [&str; 4] = ["Cargo.lock", ".cargo/config.toml", ".gitignore", ".rustfmt.toml"];
+
+/// What of the Python package is Linkwork's own.
+const PYTHON: [&str; 6] =
+    ["__init__.py", "_choose.py", "_linkwork.pyi", "live.py", "py.typed", "ray.py"];
 
 /// Makes a library. Gives its files.
 pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, Refusal> {
@@ -54,6 +62,10 @@ pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, R
         TEXTS.iter().map(|(file, text)| (filled(file, &words), filled(text, &words))).collect();
     let prelude = "linkwork::prelude::*";
     files.push((format!("src/{MODEL}.rs"), model_text(name, MODEL, prelude)));
+    for file in PYTHON {
+        let text = read(&source.join("sims/python/python/linkwork").join(file))?;
+        files.push((format!("python/{name}/{file}"), text));
+    }
     for file in COPIED {
         files.push((file.to_string(), read(&source.join(file))?));
     }

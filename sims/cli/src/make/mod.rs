@@ -124,7 +124,7 @@ const PYTHON: &str = "and assert class def del elif except finally from global i
     pass raise with";
 
 /// Names that a crate, module or package cannot take without trouble.
-const NAMES: &str = "alloc core std test tests catalogue library numpy pytest";
+const NAMES: &str = "alloc core std test tests catalogue library numpy pytest ray";
 
 /// Checks that a name can be that of a Rust module and stand in a file: `pump`, `relief_valve`.
 fn identifier<'a>(name: &'a str, what: &str) -> Result<&'a str, Refusal> {

@@ -9,9 +9,16 @@
 Arrays are numpy float64, in SI units and radians. Vectors are in world axes unless said
 otherwise; spatial vectors have the angular part first; quaternions are [x y z w].
 Whatever is refused raises `LinkworkError`, with place, fact and remedy.
+`__cpu__` says for which processors the compiled part in use was built.
 """
 
-from ._linkwork import (
+from pathlib import Path as _Path
+
+from . import _choose
+
+_choose.load(__name__, _Path(__file__).parent)
+
+from ._linkwork import (  # noqa: E402
     Builder,
     Campaign,
     Collider,
@@ -39,11 +46,12 @@ from ._linkwork import (
     Subhinge,
     Target,
     Variable,
+    __cpu__,
     __version__,
     load,
     read_log,
 )
-from .live import Attached, attach
+from .live import Attached, attach  # noqa: E402
 
 __all__ = [
     "Attached",
@@ -74,6 +82,7 @@ __all__ = [
     "Subhinge",
     "Target",
     "Variable",
+    "__cpu__",
     "__version__",
     "attach",
     "load",

@@ -37,7 +37,9 @@ __all__ = [
     "Target",
     "Variable",
     "_Gathering",
+    "__cpu__",
     "__version__",
+    "_levels",
     "_restore",
     "load",
     "read_log",
@@ -48,8 +50,10 @@ _Path = str | PathLike[str]
 _Time = float | str
 _Wrenches = dict[str, Any]
 
+__cpu__: str
 __version__: str
 
+def _levels() -> list[str]: ...
 def _restore(bytes: bytes) -> Mechanism: ...
 
 class LinkworkError(ValueError): ...
@@ -955,6 +959,7 @@ class Simulation:
     def seed(self) -> int: ...
     @property
     def state_hash(self) -> str: ...
+    def _repr_html_(self) -> str: ...
     @property
     def configuration(self) -> str: ...
     def step(self, n: int = 1) -> None: ...

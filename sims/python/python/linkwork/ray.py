@@ -27,7 +27,7 @@ except ModuleNotFoundError as _missing:
     if _missing.name != "ray":
         raise
     raise ModuleNotFoundError(
-        "linkwork.ray needs the package `ray`\n  help: pip install 'linkwork[ray]'", name="ray"
+        f"{__name__} needs the package `ray`\n  help: pip install '{__package__}[ray]'", name="ray"
     ) from None
 
 __all__ = ["execute"]

@@ -1,0 +1,20 @@
+# For bash scripts: `make_environment FOLDER` makes a virtual environment with pip, in place of the one that is there.
+make_environment() {
+    local venv=$1
+    rm -rf "$venv"
+    python3 -m venv "$venv" 2>/dev/null && return
+    rm -rf "$venv"
+    # Debian's Python may come without what `venv` needs to install pip; then another pip installs it.
+    if python3 -m pip --version >/dev/null 2>&1; then
+        python3 -m venv --without-pip "$venv" && python3 -m pip --quiet --python "$venv/bin/python" install pip && return
+    fi
+    rm -rf "$venv"
+    if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+        { apt-get update && apt-get install -y --no-install-recommends python3-venv; } >/dev/null
+        python3 -m venv "$venv" && return
+    fi
+    echo "error: no virtual environment can be made" >&2
+    echo "  help: install python3-venv (Debian: apt-get install python3-venv)" >&2
+    return 1
+}
+export PIP_DISABLE_PIP_VERSION_CHECK=1

@@ -1,0 +1,87 @@
+//! Which package this is: its models, and the module that everything is put into.
+use crate::builder::{Builder, Hinge, Subhinge};
+use crate::campaign::{Campaign, Gathering, Outcome, Results};
+use crate::constraints::{ConstrainedMotion, Constraint, Rank};
+use crate::contact::{Collider, Contact, ContactStep};
+use crate::edit::{Edit, Report};
+use crate::error::LinkworkError;
+use crate::frames::Frames;
+use crate::inverse_kinematics::{RateTarget, Target};
+use crate::log::{Log, Series};
+use crate::mechanism::{Mechanism, Subgraph};
+use crate::operators::{Operator, Operators};
+use crate::simulation::Simulation;
+use crate::state::State;
+use crate::values::Variable;
+use linkwork_runner::Library;
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+use std::sync::OnceLock;
+
+/// Of the shared library that this is in: what a simulation may name, and the name of the module.
+static PACKAGE: OnceLock<(fn() -> Library, String)> = OnceLock::new();
+
+/// Everything that a simulation may name.
+pub fn library() -> Library {
+    match PACKAGE.get() {
+        Some((library, _)) => library(),
+        None => crate::files::library(),
+    }
+}
+
+/// The module that all of this is in: `linkwork._linkwork`.
+pub fn module() -> &'static str {
+    PACKAGE.get().map_or("linkwork._linkwork", |p| &p.1)
+}
+
+/// The compiled part of a Python package: everything of the package `linkwork`, with the models of a `fn() -> Library`. The
+/// module is `_linkwork` in a package of any name, its `__version__` that of the crate where this stands.
+///
+/// ```ignore
+/// linkwork_python::module!(windmill::library);
+/// ```
+#[macro_export]
+macro_rules! module {
+    ($library:path) => {
+        /// Mechanisms, their dynamics, simulations and logs: the compiled part of a package.
+        #[$crate::pyo3::pymodule]
+        #[pyo3(crate = "linkwork_python::pyo3")]
+        fn _linkwork(
+            module: &$crate::pyo3::Bound<'_, $crate::pyo3::types::PyModule>,
+        ) -> $crate::pyo3::PyResult<()> {
+            $crate::fill(module, $library, env!("CARGO_PKG_VERSION"))
+        }
+    };
+}
+
+/// Puts everything into the module of a package; see [`module!`].
+///
+/// # Errors
+/// Those of the interpreter.
+pub fn fill(module: &Bound<'_, PyModule>, library: fn() -> Library, version: &str) -> PyResult<()> {
+    let name: String = module.name()?.extract()?;
+    let package = name.rsplit_once('.').map_or(name.as_str(), |(package, _)| package).to_string();
+    // A module that is loaded again is the same.
+    PACKAGE.get_or_init(|| (library, name));
+    macro_rules! classes {
+        ($($class:ty),*) => { $(module.add_class::<$class>()?;)* };
+    }
+    classes!(Builder, Hinge, Subhinge, Campaign, Gathering, Outcome, Results);
+    classes!(ConstrainedMotion, Constraint, Rank, Collider, Contact, ContactStep);
+    classes!(Edit, Report, Frames, RateTarget, Target, Log, Series);
+    classes!(Mechanism, Subgraph, Operator, Operators, Simulation, State, Variable);
+    module.add("LinkworkError", module.py().get_type::<LinkworkError>())?;
+    module.add_function(wrap_pyfunction!(crate::copies::_restore, module)?)?;
+    module.add_function(wrap_pyfunction!(crate::log::read_log, module)?)?;
+    module.add_function(wrap_pyfunction!(crate::mechanism::load, module)?)?;
+    module.add_function(wrap_pyfunction!(crate::processor::_levels, module)?)?;
+    module.add("__version__", version)?;
+    module.add("__cpu__", crate::processor::BUILT_FOR)?;
+    // Where a reader finds them: `windmill.Mechanism`, not what the source says.
+    for (_, value) in module.dict().iter() {
+        if let Ok(class) = value.cast::<PyType>() {
+            class.setattr("__module__", &package)?;
+        }
+    }
+    Ok(())
+}
