@@ -54,6 +54,7 @@ mod axis;
 mod colliders;
 mod convert;
 mod core;
+mod discs;
 mod edges;
 mod error;
 mod manifold;
@@ -76,5 +77,7 @@ pub use probe::Probe;
 pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};
 pub use ray::{Ray, RayHit, Target};
 pub use rules::{TERRAIN, groups, neighbours};
-pub use shape::{ColliderSpec, Detail, Material, Neighbours, Rules, Seen, Shape, Visibility};
+pub use shape::{
+    ColliderSpec, Detail, Material, Neighbours, OnTerrain, Rules, Seen, Shape, Visibility,
+};
 pub use solid::hull_surface;

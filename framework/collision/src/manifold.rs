@@ -53,6 +53,8 @@ pub(crate) struct Room {
     epa: EPA,
     /// Points of the pair.
     pub points: Vec<Point>,
+    /// Points of several discs.
+    pub gathered: Vec<Point>,
     /// A triangle.
     pub triangle: Core,
     /// Another.
@@ -76,6 +78,7 @@ impl Default for Room {
             simplex: VoronoiSimplex::new(),
             epa: EPA::new(),
             points: Vec::with_capacity(256),
+            gathered: Vec::with_capacity(256),
             triangle: Core::Poly(Poly::default()),
             second: Core::Poly(Poly::default()),
             behind: 0.0,

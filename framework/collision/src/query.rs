@@ -1,6 +1,7 @@
 //! Contact points and distances for given poses.
 
 use crate::colliders::{ColliderId, Colliders};
+use crate::core::mix;
 use crate::manifold::{Point, Room, least};
 use crate::pairs::{Ask, pair};
 use crate::shape::{Detail, Visibility};
@@ -174,9 +175,7 @@ impl Colliders {
             }
             let other = seen[at..].binary_search_by_key(j, |s| s.id).map_or(at, |k| at + k);
             let (a, b) = (&seen[at], &seen[other]);
-            self.points(a, b, query.detail, query.margin + (a.reach + b.reach), room);
-            let size = self.size(*i, *j, query.detail);
-            thin(&mut room.points, size);
+            self.touch(a, b, query.detail, query.margin + (a.reach + b.reach), room);
             let from = out.len();
             self.report(a, &room.points, (*i, *j), out);
             out[from..].sort_unstable_by_key(|c| c.feature);
@@ -227,13 +226,61 @@ impl Colliders {
         pairs.sort_unstable();
     }
 
+    /// Points of a pair in the frame of the first, few; of a cylinder that is discs, those of each disc.
+    fn touch(&self, a: &Seen, b: &Seen, detail: Detail, margin: f64, room: &mut Room) {
+        let size = self.size(a.id, b.id, detail);
+        let of = |s: &Seen| self.items[s.id as usize].discs.as_ref();
+        let (discs, second) = match (detail, of(a), of(b)) {
+            (Detail::Fine, _, Some(discs)) => (discs, true),
+            (Detail::Fine, Some(discs), None) => (discs, false),
+            _ => {
+                self.points(a, b, detail, margin, room);
+                return thin(&mut room.points, size);
+            }
+        };
+        let mut all = std::mem::take(&mut room.gathered);
+        all.clear();
+        for (k, z) in discs.places.iter().enumerate() {
+            let along = Pose::translation(0.0, 0.0, *z);
+            let at = |s: &Seen| Seen { pose: s.pose * along, ..*s };
+            let other = self.items[if second { a } else { b }.id as usize].solid(detail);
+            let Some(other) = other else { continue };
+            if second {
+                self.solids((a, other), (&at(b), &discs.solid), (margin, size), room);
+            } else {
+                self.solids((&at(a), &discs.solid), (b, other), (margin, size), room);
+            }
+            thin(&mut room.points, size);
+            discs.join(&mut room.points);
+            let shift = Vec3::new(0.0, 0.0, if second { 0.0 } else { *z });
+            all.extend(room.points.iter().map(|p| Point {
+                pa: p.pa + shift,
+                pb: p.pb + shift,
+                name: mix(p.name, k as u64),
+                ..*p
+            }));
+        }
+        room.gathered = std::mem::replace(&mut room.points, all);
+    }
+
     /// Points of a pair in the frame of the first.
     fn points(&self, a: &Seen, b: &Seen, detail: Detail, margin: f64, room: &mut Room) {
         let (ia, ib) = (&self.items[a.id as usize], &self.items[b.id as usize]);
         let (Some(sa), Some(sb)) = (ia.solid(detail), ib.solid(detail)) else { return };
+        self.solids((a, sa), (b, sb), (margin, self.size(a.id, b.id, detail)), room);
+    }
+
+    /// Points of two solids at the places of a pair.
+    fn solids(
+        &self,
+        (a, sa): (&Seen, &Solid),
+        (b, sb): (&Seen, &Solid),
+        (margin, size): (f64, f64),
+        room: &mut Room,
+    ) {
+        let (ia, ib) = (&self.items[a.id as usize], &self.items[b.id as usize]);
         let back = a.pose.rotation.inverse();
         let X_AB = Pose::new(back * b.pose.rotation, back * (b.pose.position - a.pose.position));
-        let size = self.size(a.id, b.id, detail);
         let ask = Ask { margin, padding: [ia.padding, ib.padding], size };
         pair(sa, sb, &X_AB, &ask, room);
     }
