@@ -12,7 +12,7 @@
 //! r = min(α s / z_max, 1/τ),  ż = v − r z,  θ̇ = ω − r θ    τ: fast slip is followed no faster
 //! F = −k_t z − d_t ż,  T = −ρ² (k_t θ + d_t θ̇),  scaled down to the cone √(|F|² + T²/ρ²) ≤ μ N
 //! ```
-//! Below `STICK` of the limit bristles only bend, so what is parked does not creep. Without contact
+//! What of z is along n, after n has turned, relaxes. Below `STICK` of the limit bristles only bend, so what is parked does not creep. Without contact
 //! bristles relax. Source: Hunt and Crossley (1975); Dupont, Hayward, Armstrong and Altpeter (2002)
 //! for the elasto-plastic bristle. Forces are continuous where depth and normals are.
 
@@ -270,12 +270,15 @@ fn press(
     let (a, b) = (velocity(tree, ws, p.body_a, &c), velocity(tree, ws, p.body_b, &c));
     let across = |x: Vec3| x - n * n.dot(&x);
     let (v, w) = (across(b.linear - a.linear), (b.angular - a.angular).dot(&n));
-    let z = across(z);
+    let off = n * n.dot(&z);
+    let z = z - off;
     let slip = (v.norm_squared() + rho2 * w * w).sqrt();
     let z_max = limit / k.bristle_stiffness;
     let bent = (z.norm_squared() + rho2 * theta * theta).sqrt() / z_max;
     let pull = (smooth((bent - STICK) / (1.0 - STICK)) * slip / z_max).min(1.0 / k.relaxation);
     let (z_dot, theta_dot) = (v - z * pull, w - theta * pull);
+    // As the normal turns (over an edge), the deflection is kept across it.
+    let follows = z_dot - off / RELAX;
     let mut F = -(z * k.bristle_stiffness + z_dot * k.bristle_damping);
     let mut T = -rho2 * (k.bristle_stiffness * theta + k.bristle_damping * theta_dot);
     let size = (F.norm_squared() + if rho2 > 0.0 { T * T / rho2 } else { 0.0 }).sqrt();
@@ -283,7 +286,7 @@ fn press(
         (F, T) = (F * (limit / size), T * (limit / size));
     }
     apply(tree, ws, p, &c, Force::new(n * T, F));
-    ((z_dot, theta_dot), load(patch.normal + F))
+    ((follows, theta_dot), load(patch.normal + F))
 }
 
 /// 0 below 0, 1 above 1, and a cubic between.

@@ -425,9 +425,12 @@ impl Block for MechanismBlock {
             report.measure.complementarity,
             f64::from(report.iterations),
         ]);
-        let loads = touch::of_impulses(stepper, h);
-        let origin = |b| self.ws.body_pose(&self.tree, b).position;
-        touch::put(&plan.touched, loads, origin, &mut self.weights, &mut sig[at + 6..end]);
+        if let Some(stepper) = &self.stepper {
+            let loads = touch::of_impulses(stepper, h);
+            let origin = |b| self.ws.body_pose(&self.tree, b).position;
+            let lanes = &mut sig[at + 6..end];
+            touch::put(&self.plan.touched, loads, origin, &mut self.weights, lanes);
+        }
         self.put_accelerations(sig);
         let lanes = self.motion_lanes();
         for (i, m) in self.motions.iter().enumerate() {
