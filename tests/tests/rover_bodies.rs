@@ -116,7 +116,7 @@ fn it_rolls_on_a_body_as_on_rigid_ground() {
 )"#;
     let mut ground = common::scene(ground, &[]).unwrap();
     let on_ground = smoothness(&mut ground, 8.0, 16.0, ".SurfaceContact.normal_force");
-    println!("height by {:.2e} m, load by {:.2e} N a step; on ground {on_ground:.2e?}; at {x} m", on_body.0, on_body.1);
+    println!("height by {:.2e} m, load by {:.2e} N a step; on ground {on_ground:?}; at {x} m", on_body.0, on_body.1);
     assert!((x - chassis(&ground)[0]).abs() < 0.05, "{x} {}", chassis(&ground)[0]);
     assert!(on_body.0 < 2.0 * on_ground.0 + 1e-5, "{on_body:?} {on_ground:?}");
     assert!(on_body.1 < 2.0 * on_ground.1 + 1.0, "{on_body:?} {on_ground:?}");

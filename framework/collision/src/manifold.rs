@@ -190,6 +190,21 @@ fn refine(
     Some((n, sep, None))
 }
 
+/// Whether a face of A lies along an axis with a point of B so far within its border that no other direction is less deep: see [`well_inside`].
+pub(crate) fn inset(a: &Placed, axis: &Axis, p: &Vec3, size: f64, room: &mut Room) -> bool {
+    let depth = -10.0 * axis.sep;
+    let face = a.facing(&axis.n, &mut room.fa);
+    let across = face.is_some_and(|m| m.dot(&axis.n) > 1.0 - 1e-12);
+    let fa = &room.fa;
+    across
+        && fa.len() > 2
+        && 0.1 * size > depth
+        && (0..fa.len()).all(|k| {
+            let out = (fa[(k + 1) % fa.len()].p - fa[k].p).cross(&axis.n);
+            (fa[k].p - p).dot(&out) > f64::max(depth, 0.0) * out.norm()
+        })
+}
+
 /// Whether no other direction can be less deep. With depth δ below a face, at least ρ from its border, a normal turned by θ has
 /// sep ≤ −δ cos θ − ρ sin θ, which beats −δ only when tan(θ/2) > ρ/δ: never, unless it is the back of something thinner than δ.
 fn well_inside(axis: &Axis, points: &[Point], room: &Room, size: f64) -> bool {

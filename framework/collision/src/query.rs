@@ -2,6 +2,7 @@
 
 use crate::colliders::{ColliderId, Colliders};
 use crate::core::mix;
+use crate::discs::Rolls;
 use crate::manifold::{Point, Room, least};
 use crate::pairs::{Ask, pair};
 use crate::shape::{Detail, Visibility};
@@ -230,35 +231,26 @@ impl Colliders {
     fn touch(&self, a: &Seen, b: &Seen, detail: Detail, margin: f64, room: &mut Room) {
         let size = self.size(a.id, b.id, detail);
         let of = |s: &Seen| self.items[s.id as usize].discs.as_ref();
-        let (discs, second) = match (detail, of(a), of(b)) {
-            (Detail::Fine, _, Some(discs)) => (discs, true),
-            (Detail::Fine, Some(discs), None) => (discs, false),
+        let (discs, which) = match (detail, of(a), of(b)) {
+            (Detail::Fine, _, Some(discs)) => (discs, Rolls::Second),
+            (Detail::Fine, Some(discs), None) => (discs, Rolls::First),
             _ => {
                 self.points(a, b, detail, margin, room);
                 return thin(&mut room.points, size);
             }
         };
+        let (ia, ib) = (&self.items[a.id as usize], &self.items[b.id as usize]);
+        let Some(other) = (if which == Rolls::Second { ia } else { ib }).solid(detail) else {
+            return room.points.clear();
+        };
+        let (X_AB, ask) = (relative(a, b), Ask { margin, padding: [ia.padding, ib.padding], size });
         let mut all = std::mem::take(&mut room.gathered);
         all.clear();
-        for (k, z) in discs.places.iter().enumerate() {
-            let along = Pose::translation(0.0, 0.0, *z);
-            let at = |s: &Seen| Seen { pose: s.pose * along, ..*s };
-            let other = self.items[if second { a } else { b }.id as usize].solid(detail);
-            let Some(other) = other else { continue };
-            if second {
-                self.solids((a, other), (&at(b), &discs.solid), (margin, size), room);
-            } else {
-                self.solids((&at(a), &discs.solid), (b, other), (margin, size), room);
-            }
+        for (k, z) in discs.places().iter().enumerate() {
+            discs.touch((other, which, *z), &X_AB, &ask, room);
             thin(&mut room.points, size);
-            discs.join(&mut room.points);
-            let shift = Vec3::new(0.0, 0.0, if second { 0.0 } else { *z });
-            all.extend(room.points.iter().map(|p| Point {
-                pa: p.pa + shift,
-                pb: p.pb + shift,
-                name: mix(p.name, k as u64),
-                ..*p
-            }));
+            let named = |p: &Point| Point { name: mix(p.name, k as u64), ..*p };
+            all.extend(room.points.iter().map(named));
         }
         room.gathered = std::mem::replace(&mut room.points, all);
     }
@@ -267,22 +259,9 @@ impl Colliders {
     fn points(&self, a: &Seen, b: &Seen, detail: Detail, margin: f64, room: &mut Room) {
         let (ia, ib) = (&self.items[a.id as usize], &self.items[b.id as usize]);
         let (Some(sa), Some(sb)) = (ia.solid(detail), ib.solid(detail)) else { return };
-        self.solids((a, sa), (b, sb), (margin, self.size(a.id, b.id, detail)), room);
-    }
-
-    /// Points of two solids at the places of a pair.
-    fn solids(
-        &self,
-        (a, sa): (&Seen, &Solid),
-        (b, sb): (&Seen, &Solid),
-        (margin, size): (f64, f64),
-        room: &mut Room,
-    ) {
-        let (ia, ib) = (&self.items[a.id as usize], &self.items[b.id as usize]);
-        let back = a.pose.rotation.inverse();
-        let X_AB = Pose::new(back * b.pose.rotation, back * (b.pose.position - a.pose.position));
+        let size = self.size(a.id, b.id, detail);
         let ask = Ask { margin, padding: [ia.padding, ib.padding], size };
-        pair(sa, sb, &X_AB, &ask, room);
+        pair(sa, sb, &relative(a, b), &ask, room);
     }
 
     /// The length that tolerances of a pair are parts of: that of the smaller, m.
@@ -410,6 +389,12 @@ impl Colliders {
         }
         best
     }
+}
+
+/// `X_AB`.
+fn relative(a: &Seen, b: &Seen) -> Pose {
+    let back = a.pose.rotation.inverse();
+    Pose::new(back * b.pose.rotation, back * (b.pose.position - a.pose.position))
 }
 
 /// At least this is between two boxes, m.

@@ -83,6 +83,15 @@ fn load(points: &[ContactPoint], hub: &Vec3) -> [f64; 7] {
     [depth, force.x, force.y, force.z, moment.x, moment.y, moment.z]
 }
 
+/// The hub at which the wheel comes to a depth below the plane through the origin with a normal.
+fn touching(n: Vec3, turn: f64, lean: f64, depth: f64) -> f64 {
+    let axle = Quat::from_axis_angle(&Vec3::z_axis(), turn)
+        * Quat::from_axis_angle(&Vec3::x_axis(), lean)
+        * Vec3::y();
+    let along = axle.dot(&n).abs();
+    R * (1.0 - along * along).sqrt() + HALF * along - depth
+}
+
 /// Greatest change of the load within one step of a hair's breadth, m.
 fn jump(rig: &mut Rig, from: Vec3, to: Vec3, turn: f64, lean: f64) -> f64 {
     const HAIR: f64 = 5e-5;
@@ -113,20 +122,20 @@ fn loads_change_no_faster_than_the_wheel_moves() {
     for block in [Rig::block(), hull] {
         let mut rig = Rig::new(DISCS, block);
         let mut worst = 0.0_f64;
-        for (turn, lean) in [(0.0, 0.0), (5e-4, 0.0), (2e-3, 0.0), (0.05, 0.003), (0.4, -0.004), (1.2, 0.0)] {
-            // Over the edge on the level of the top, 3 mm deep; onto it against the wall; around the corner at y = 1.
+        for (turn, lean) in [(0.0, 0.0), (5e-4, 0.0), (2e-3, 0.0), (0.05, 0.003), (0.4, -0.004)] {
+            // Over the edge on the level of the top, 3 mm deep, and against the wall up to it.
+            let [up, out] = [Vec3::z(), Vec3::x()].map(|n| touching(n, turn, lean, 0.003));
             for (from, to) in [
-                (Vec3::new(-0.3, 0.0, R - 0.003), Vec3::new(0.3, 0.0, R - 0.003)),
-                (Vec3::new(R - 0.003, 0.0, -0.2), Vec3::new(R - 0.003, 0.0, 0.2)),
-                (Vec3::new(-0.2, 0.8, R - 0.003), Vec3::new(0.1, 1.3, R - 0.003)),
+                (Vec3::new(-0.3, 0.0, up), Vec3::new(0.3, 0.0, up)),
+                (Vec3::new(out, 0.0, -0.2), Vec3::new(out, 0.0, 0.2)),
             ] {
                 let now = jump(&mut rig, from, to, turn, lean);
                 println!("turn {turn}, lean {lean}, {from:?}: {now:.2} m of depth for one of way");
                 worst = worst.max(now);
             }
         }
-        // Each disc's depth changes no faster than it moves: five of them, and their arms.
-        assert!(worst < 8.0, "{worst}");
+        // Measured: 0.77. A whole cylinder jumps by the depth of one of its two ends: 60.
+        assert!(worst < 1.0, "{worst}");
     }
 }
 

@@ -15,7 +15,7 @@ record! {
         /// The shape is taken to be this much thicker all around.
         padding: f64 = number("m").at_least(0.0).or(0.0),
         /// A cylinder that rolls: it touches as so many thin discs across its length, so that forces are continuous.
-        discs: Option<u32> = whole(1, 64).maybe(),
+        discs: Option<u32> = whole::<u32>(1, 64).maybe(),
         /// Groups that it is in; `default` when none is written.
         group: Vec<Text> = texts().or(Vec::new()),
         /// Groups that it meets; all when none is written.
