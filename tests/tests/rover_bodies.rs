@@ -71,10 +71,12 @@ fn parked_on_a_body_it_does_not_creep() {
         let sum: f64 = loads.iter().sum();
         assert!((sum / weight - 1.0).abs() < 1e-3, "{slope}: {sum} of {weight} N");
         for k in 1..=6 {
-            let model = sim.get(&format!("Rover.Hardware.Wheels.Wheel{k}.SurfaceContact.normal_force"));
+            let model =
+                sim.get(&format!("Rover.Hardware.Wheels.Wheel{k}.SurfaceContact.normal_force"));
             assert_eq!(model.unwrap(), 0.0);
             // On the slab's top under the wheel.
-            let height = wheel(&sim, k, "contact_point.z") * cos - wheel(&sim, k, "contact_point.x") * sin;
+            let height =
+                wheel(&sim, k, "contact_point.z") * cos - wheel(&sim, k, "contact_point.x") * sin;
             assert!((height - 1.5 * cos).abs() < 2e-3, "{slope}: {height}");
         }
     }
@@ -116,7 +118,10 @@ fn it_rolls_on_a_body_as_on_rigid_ground() {
 )"#;
     let mut ground = common::scene(ground, &[]).unwrap();
     let on_ground = smoothness(&mut ground, 8.0, 16.0, ".SurfaceContact.normal_force");
-    println!("height by {:.2e} m, load by {:.2e} N a step; on ground {on_ground:?}; at {x} m", on_body.0, on_body.1);
+    println!(
+        "height by {:.2e} m, load by {:.2e} N a step; on ground {on_ground:?}; at {x} m",
+        on_body.0, on_body.1
+    );
     assert!((x - chassis(&ground)[0]).abs() < 0.05, "{x} {}", chassis(&ground)[0]);
     assert!(on_body.0 < 2.0 * on_ground.0 + 1e-5, "{on_body:?} {on_ground:?}");
     assert!(on_body.1 < 2.0 * on_ground.1 + 1.0, "{on_body:?} {on_ground:?}");

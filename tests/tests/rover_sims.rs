@@ -66,7 +66,9 @@ fn slip_rises_with_the_slope_until_it_stalls() {
 #[test]
 fn one_rover_pushes_another() {
     let mut sim = common::repository("two_rovers/sim.ron", &[]).unwrap_or_else(|e| panic!("{e}"));
-    let x = |sim: &Simulation, who: &str| get(sim, &format!("{who}.Hardware.Chassis/chassis.position.x"));
+    let x = |sim: &Simulation, who: &str| {
+        get(sim, &format!("{who}.Hardware.Chassis/chassis.position.x"))
+    };
     until(&mut sim, 5.0);
     let (pusher, ahead) = (x(&sim, "Pusher"), x(&sim, "Ahead"));
     // It stands until it is met.
@@ -80,6 +82,7 @@ fn one_rover_pushes_another() {
     assert!(ahead > 5.2 && (ahead - pusher - 3.04).abs() < 0.01, "{pusher} {ahead}");
     assert!(push > 20.0 && (push - back).abs() < 1e-6 * push, "{push} {back}");
     // Behind each other on one ground: the wheels of the second run in the ruts of the first.
-    let sunk = |who: &str| get(&sim, &format!("{who}.Hardware.Wheels.Wheel1.SurfaceContact.sinkage"));
+    let sunk =
+        |who: &str| get(&sim, &format!("{who}.Hardware.Wheels.Wheel1.SurfaceContact.sinkage"));
     println!("front wheels {:.1} and {:.1} mm deep", 1e3 * sunk("Pusher"), 1e3 * sunk("Ahead"));
 }

@@ -27,10 +27,11 @@ impl Image {
 /// The rover drives a bend across a slope of 8 deg, over stones that are bodies.
 fn drive(image: Image, contact: &str) -> Simulation {
     let [a, b] = [[5.0, 1.5], [9.0, -1.0]].map(|p| common::list(&image.point(p)));
-    let stones = [([2.3, 1.0], 0.16), ([3.1, -0.9], 0.13), ([3.6, 1.3], 0.18)];
-    let bodies: String = (0..)
-        .zip(stones)
-        .map(|(k, (place, radius))| {
+    // A row of them across its way.
+    let bodies: String = (0..12)
+        .map(|k| {
+            let place = [2.5 + 0.03 * f64::from(k), -1.1 + 0.3 * f64::from(k)];
+            let radius = 0.12 + 0.01 * f64::from(k % 3);
             let [x, y] = image.point(place);
             // In the plane of the slope: z = tan 8° times the way uphill.
             let z = f64::to_radians(8.0).tan() * (place[0] * 0.6 + place[1] * 0.8);
@@ -70,8 +71,8 @@ fn chassis(sim: &Simulation) -> [f64; 3] {
 fn mirrored_and_turned_it_drives_the_mirrored_and_turned_path() {
     for contact in ["mobility.wheel_rigid", "mobility.wheel_soil"] {
         let mut straight = drive(Image { turn: 0.0, mirrored: false }, contact);
-        let images =
-            [(0.0, true), (1.1, false), (2.9, false), (-0.7, true)].map(|(turn, mirrored)| Image { turn, mirrored });
+        let images = [(0.0, true), (1.1, false), (2.9, false), (-0.7, true)]
+            .map(|(turn, mirrored)| Image { turn, mirrored });
         let mut others = images.map(|image| drive(image, contact));
         let mut worst = common::Worst(0.0);
         let (mut pushed, start) = (0.0_f64, chassis(&straight));

@@ -152,7 +152,14 @@ enum Found {
 }
 
 /// The deepest point of a disc `b` in a core `a`.
-fn deepest(a: &Placed, b: &Placed, inner: &Placed, limit: f64, size: f64, room: &mut Room) -> Found {
+fn deepest(
+    a: &Placed,
+    b: &Placed,
+    inner: &Placed,
+    limit: f64,
+    size: f64,
+    room: &mut Room,
+) -> Found {
     let Some(axis) = axis::best(a, b, limit, 0.0) else { return Found::Far };
     let axle: Vec3 = b.R.column(2).into_owned();
     let flat = |n: &Vec3| n.dot(&axle).abs() > ENDS;
@@ -160,7 +167,10 @@ fn deepest(a: &Placed, b: &Placed, inner: &Placed, limit: f64, size: f64, room: 
         let pb = b.support(&-n);
         Found::At(Point { pa: pb - n * sep, pb, n, gap: sep, name: 4 })
     };
-    if axis.source == Source::Face && !flat(&axis.n) && inset(a, &axis, &b.support(&-axis.n), size, room) {
+    if axis.source == Source::Face
+        && !flat(&axis.n)
+        && inset(a, &axis, &b.support(&-axis.n), size, room)
+    {
         return at(axis.n, axis.sep);
     }
     let mut best = (axis.n, axis.sep);

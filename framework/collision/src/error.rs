@@ -108,7 +108,9 @@ pub enum ColliderFault {
         value: f64,
     },
     /// Discs of what is no cylinder.
-    #[error("collider `{collider}`: discs are those of a cylinder\n  help: take a cylinder, or leave `discs` out")]
+    #[error(
+        "collider `{collider}`: discs are those of a cylinder\n  help: take a cylinder, or leave `discs` out"
+    )]
     Discs {
         /// The collider.
         collider: String,

@@ -20,10 +20,13 @@ struct Rig {
 
 impl Rig {
     fn new(discs: u32, block: Shape) -> Self {
-        let mut wheel = ColliderSpec::new("wheel", "a00", Shape::Cylinder { radius: R, half_length: HALF });
+        let mut wheel =
+            ColliderSpec::new("wheel", "a00", Shape::Cylinder { radius: R, half_length: HALF });
         wheel.discs = discs;
-        let block = ColliderSpec::new("block", "world", block).at(Pose::translation(-1.0, 0.0, -0.5));
-        let colliders = Colliders::new(vec![wheel, block], Rules::default(), &free_bodies(1)).unwrap();
+        let block =
+            ColliderSpec::new("block", "world", block).at(Pose::translation(-1.0, 0.0, -0.5));
+        let colliders =
+            Colliders::new(vec![wheel, block], Rules::default(), &free_bodies(1)).unwrap();
         Rig { scratch: Scratch::new(&colliders), colliders, out: Vec::new() }
     }
     fn block() -> Shape {
@@ -32,7 +35,8 @@ impl Rig {
     /// Contact points with the hub at a place, the axle along y but for a turn about z and a lean about x.
     fn at(&mut self, hub: Vec3, turn: f64, lean: f64) -> Vec<ContactPoint> {
         let axle = Quat::from_axis_angle(&Vec3::x_axis(), -std::f64::consts::FRAC_PI_2);
-        let tilt = Quat::from_axis_angle(&Vec3::z_axis(), turn) * Quat::from_axis_angle(&Vec3::x_axis(), lean);
+        let tilt = Quat::from_axis_angle(&Vec3::z_axis(), turn)
+            * Quat::from_axis_angle(&Vec3::x_axis(), lean);
         let pose = Pose::new(tilt * axle, hub);
         let poses = |b: Option<_>| b.map_or_else(Pose::identity, |_| pose);
         self.colliders.contacts(&mut self.scratch, &Query::margin(0.0), poses, &mut self.out);
@@ -114,10 +118,12 @@ fn jump(rig: &mut Rig, from: Vec3, to: Vec3, turn: f64, lean: f64) -> f64 {
 #[test]
 fn loads_change_no_faster_than_the_wheel_moves() {
     let hull = Shape::ConvexHull {
-        points: (0..8).map(|i| {
-            let sign = |bit: i32| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
-            Vec3::new(sign(0), sign(1), 0.5 * sign(2))
-        }).collect(),
+        points: (0..8)
+            .map(|i| {
+                let sign = |bit: i32| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
+                Vec3::new(sign(0), sign(1), 0.5 * sign(2))
+            })
+            .collect(),
     };
     for block in [Rig::block(), hull] {
         let mut rig = Rig::new(DISCS, block);
@@ -150,10 +156,12 @@ fn only_cylinders_have_discs() {
 
 #[test]
 fn what_passes_the_terrain_meets_all_else() {
-    let mut wheel = ColliderSpec::new("wheel", "a00", Shape::Cylinder { radius: R, half_length: HALF });
+    let mut wheel =
+        ColliderSpec::new("wheel", "a00", Shape::Cylinder { radius: R, half_length: HALF });
     wheel.terrain = OnTerrain::Pass;
     let ground = |name: &str| ColliderSpec::new(name, "world", Shape::HalfSpace);
-    let all = Colliders::new(vec![wheel, ground("floor")], Rules::default(), &free_bodies(1)).unwrap();
+    let all =
+        Colliders::new(vec![wheel, ground("floor")], Rules::default(), &free_bodies(1)).unwrap();
     let all = all.with(ground(TERRAIN), &free_bodies(1)).unwrap();
     let [wheel, floor, terrain] = ["wheel", "floor", TERRAIN].map(|n| all.find(n).unwrap());
     assert!(all.meet(wheel, floor) && !all.meet(wheel, terrain) && !all.meet(terrain, wheel));

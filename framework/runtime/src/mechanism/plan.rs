@@ -49,6 +49,8 @@ pub struct MechanismPlan {
     pub contact: Option<ContactSpec>,
     /// Compliant contact.
     pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
+    /// Lanes of compliant contact.
+    bristles: usize,
     /// Bodies that contact may touch.
     pub(super) touched: Vec<BodyId>,
     /// Treatment of each constraint.
@@ -109,6 +111,7 @@ impl MechanismPart {
             solver: MechanismPlan::solver(&tree, &treatments),
             contact,
             compliant: spec.compliant.clone(),
+            bristles: spec.compliant.as_ref().map_or(0, |c| CompliantContact::states(&c.0)),
             touched: super::touch::touched(spec.colliders()),
             treatments,
             tree,
@@ -175,7 +178,7 @@ impl Prototype for MechanismPart {
 impl MechanismPlan {
     /// Lanes of compliant contact.
     pub(super) fn bristles(&self) -> usize {
-        self.compliant.as_ref().map_or(0, |c| CompliantContact::states(&c.0))
+        self.bristles
     }
 
     /// Lanes of x: q, v, then u and u̇ of each loop motion, then bristles.
@@ -391,7 +394,11 @@ const COMPLIANT_REPORTS: usize = 2;
 
 /// What contact reports: name, unit, meaning.
 const CONTACT_REPORTS: [(&str, &str, &str); 6] = [
-    ("points", "", "Contact points: of impulses those looked at in the last step, of forces those that press."),
+    (
+        "points",
+        "",
+        "Contact points: of impulses those looked at in the last step, of forces those that press.",
+    ),
     ("penetration", "m", "Deepest penetration; of impulses at the start of the last step."),
     ("impacts", "", "Impacts of the last step."),
     ("residual", "", "Residual of the impulses, relative to the greatest velocity."),

@@ -194,12 +194,17 @@ impl MechanismSpec {
         let Some(colliders) = self.colliders() else { return };
         let Some(terrain) = colliders.find(TERRAIN) else { return };
         for b in bound.iter().filter(|b| b.ports.iter().any(|(p, _)| p.axle.is_some())) {
-            let Some(body) = super::ports::body_of(&self.multibody, &b.spec.target) else { continue };
+            let Some(body) = super::ports::body_of(&self.multibody, &b.spec.target) else {
+                continue;
+            };
             let meets = |c: &_| colliders.body(*c) == Some(body) && colliders.meet(*c, terrain);
             let Some(shape) = colliders.ids().find(meets) else { continue };
             let (part, name) = (&b.spec.part, &colliders.spec(shape).name);
-            let fact = format!("`{part}`: the shape `{name}` of its wheel meets the terrain, too: the ground carries it twice");
-            let help = "write `collide: (terrain: false)` in the shape, which then meets bodies alone";
+            let fact = format!(
+                "`{part}`: the shape `{name}` of its wheel meets the terrain, too: the ground carries it twice"
+            );
+            let help =
+                "write `collide: (terrain: false)` in the shape, which then meets bodies alone";
             out.warnings.push(Fault::new(b.spec.origin, fact).help(help));
         }
     }
