@@ -463,7 +463,7 @@ fn numbers_of_place_and_view_have_units_and_are_never_zero_by_mistake() {
         "Simulation(parts: {{}}, place: ({place}, heading: \"90 deg\"), \
          view: (eye: [\"10 cm\", 0, 1], rate: \"20 Hz\", arrows: [(at: \"a\", along: \"b\", scale: 0.5)]))"
     ));
-    let (place_form, view) = (ok.simulation.place.unwrap(), ok.simulation.view.unwrap());
+    let (place_form, view) = (&ok.simulation.place[0], ok.simulation.view.unwrap());
     assert_eq!((place_form.radius, place_form.heading), (0.25, std::f64::consts::FRAC_PI_2));
     assert_eq!((view.eye.unwrap().x, view.arrows[0].scale), (0.1, 0.5));
     for (fields, fact) in [

@@ -1,9 +1,10 @@
 //! The colliders of a mechanism: checked, in the order of their names, constant.
 
+use crate::discs::Discs;
 use crate::error::{ColliderFault, CollisionError};
 use crate::query::Hiding;
 use crate::rules::{self, WORLD};
-use crate::shape::{ColliderSpec, Detail, Rules, Visibility};
+use crate::shape::{ColliderSpec, Detail, Rules, Shape, Visibility};
 use crate::solid::Solid;
 use linkwork_multibody::spatial::Pose;
 use linkwork_multibody::{BodyId, Multibody};
@@ -40,6 +41,8 @@ pub(crate) struct Item {
     pub pose: Pose,
     /// Padding, m.
     pub padding: f64,
+    /// Discs that touch instead of the fine shape.
+    pub discs: Option<Discs>,
     solids: [Option<Arc<Solid>>; 2],
 }
 
@@ -128,7 +131,8 @@ impl Colliders {
             let body = multibody.body(&s.body);
             if body.is_some() || s.body == WORLD {
                 let solids = book.solids[spec].clone();
-                items.push(Item { spec, body, pose: s.pose, padding: s.padding, solids });
+                let discs = Discs::new(&s.fine, s.discs);
+                items.push(Item { spec, body, pose: s.pose, padding: s.padding, discs, solids });
             }
         }
         let specs: Vec<&ColliderSpec> = items.iter().map(|i| &book.specs[i.spec]).collect();
@@ -272,6 +276,9 @@ fn check(specs: &[ColliderSpec], multibody: &Multibody) -> Vec<ColliderFault> {
             if !(value >= 0.0 && value.is_finite()) {
                 faults.push(ColliderFault::Number { collider: collider(), what, value });
             }
+        }
+        if s.discs > 0 && !matches!(s.fine, Shape::Cylinder { .. }) {
+            faults.push(ColliderFault::Discs { collider: collider() });
         }
         if !s.pose.is_finite() || (s.pose.rotation.coords.norm() - 1.0).abs() > 1e-9 {
             faults.push(ColliderFault::Pose { collider: collider() });

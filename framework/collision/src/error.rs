@@ -107,6 +107,14 @@ pub enum ColliderFault {
         /// Its value.
         value: f64,
     },
+    /// Discs of what is no cylinder.
+    #[error(
+        "collider `{collider}`: discs are those of a cylinder\n  help: take a cylinder, or leave `discs` out"
+    )]
+    Discs {
+        /// The collider.
+        collider: String,
+    },
     /// A pose with a NaN, an infinity, or a rotation that is not of unit length.
     #[error(
         "collider `{collider}`: its pose is not a pose\n  help: give finite numbers and a unit quaternion"

@@ -9,6 +9,7 @@
 //! pairs that the rules let through                                                  colliders.rs, rules.rs
 //! contact points of a pair, in the frame of one of the two                          pairs.rs, manifold.rs, edges.rs, axis.rs
 //! of a surface: one triangle after the other                                        triangle/mod.rs
+//! of a cylinder that rolls: one disc after the other                                discs.rs
 //! for each direction the corners of an outline, eight at most, with names           thin.rs
 //! ```
 //! Yes or no with settings that change between questions: [`Probe`].
@@ -21,6 +22,8 @@
 //!   out over an edge, the rim between eight points): else points would come and go with every tremor.
 //! * Where surfaces are convex in parts only (meshes, height fields), an overlap is resolved triangle by triangle, outwards, along a normal that the neighbours
 //!   permit; over a convex edge that is one of least depth near the triangle's own normal.
+//! * A cylinder on an edge touches along a stretch, told by its ends, while both are parallel within 1e-3 rad, and else at one point: forces that are
+//!   summed over points jump. With `discs` it touches as discs across its length, each at one place that moves without jumps.
 //! * Capsules within 1e-3 rad of parallel touch along a line, told by its two ends.
 //!
 //! The output is in the order of the colliders' names, whatever the order in which they were given.
@@ -54,6 +57,7 @@ mod axis;
 mod colliders;
 mod convert;
 mod core;
+mod discs;
 mod edges;
 mod error;
 mod manifold;
@@ -76,5 +80,7 @@ pub use probe::Probe;
 pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};
 pub use ray::{Ray, RayHit, Target};
 pub use rules::{TERRAIN, groups, neighbours};
-pub use shape::{ColliderSpec, Detail, Material, Neighbours, Rules, Seen, Shape, Visibility};
+pub use shape::{
+    ColliderSpec, Detail, Material, Neighbours, OnTerrain, Rules, Seen, Shape, Visibility,
+};
 pub use solid::hull_surface;

@@ -53,6 +53,8 @@ pub(crate) struct Room {
     epa: EPA,
     /// Points of the pair.
     pub points: Vec<Point>,
+    /// Points of several discs.
+    pub gathered: Vec<Point>,
     /// A triangle.
     pub triangle: Core,
     /// Another.
@@ -76,6 +78,7 @@ impl Default for Room {
             simplex: VoronoiSimplex::new(),
             epa: EPA::new(),
             points: Vec::with_capacity(256),
+            gathered: Vec::with_capacity(256),
             triangle: Core::Poly(Poly::default()),
             second: Core::Poly(Poly::default()),
             behind: 0.0,
@@ -185,6 +188,21 @@ fn refine(
     }
     let (n, sep) = polish(a, b, &n);
     Some((n, sep, None))
+}
+
+/// Whether a face of A lies along an axis with a point of B so far within its border that no other direction is less deep: see [`well_inside`].
+pub(crate) fn inset(a: &Placed, axis: &Axis, p: &Vec3, size: f64, room: &mut Room) -> bool {
+    let depth = -10.0 * axis.sep;
+    let face = a.facing(&axis.n, &mut room.fa);
+    let across = face.is_some_and(|m| m.dot(&axis.n) > 1.0 - 1e-12);
+    let fa = &room.fa;
+    across
+        && fa.len() > 2
+        && 0.1 * size > depth
+        && (0..fa.len()).all(|k| {
+            let out = (fa[(k + 1) % fa.len()].p - fa[k].p).cross(&axis.n);
+            (fa[k].p - p).dot(&out) > f64::max(depth, 0.0) * out.norm()
+        })
 }
 
 /// Whether no other direction can be less deep. With depth δ below a face, at least ρ from its border, a normal turned by θ has

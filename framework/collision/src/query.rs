@@ -1,6 +1,8 @@
 //! Contact points and distances for given poses.
 
 use crate::colliders::{ColliderId, Colliders};
+use crate::core::mix;
+use crate::discs::Rolls;
 use crate::manifold::{Point, Room, least};
 use crate::pairs::{Ask, pair};
 use crate::shape::{Detail, Visibility};
@@ -174,9 +176,7 @@ impl Colliders {
             }
             let other = seen[at..].binary_search_by_key(j, |s| s.id).map_or(at, |k| at + k);
             let (a, b) = (&seen[at], &seen[other]);
-            self.points(a, b, query.detail, query.margin + (a.reach + b.reach), room);
-            let size = self.size(*i, *j, query.detail);
-            thin(&mut room.points, size);
+            self.touch(a, b, query.detail, query.margin + (a.reach + b.reach), room);
             let from = out.len();
             self.report(a, &room.points, (*i, *j), out);
             out[from..].sort_unstable_by_key(|c| c.feature);
@@ -227,15 +227,41 @@ impl Colliders {
         pairs.sort_unstable();
     }
 
+    /// Points of a pair in the frame of the first, few; of a cylinder that is discs, those of each disc.
+    fn touch(&self, a: &Seen, b: &Seen, detail: Detail, margin: f64, room: &mut Room) {
+        let size = self.size(a.id, b.id, detail);
+        let of = |s: &Seen| self.items[s.id as usize].discs.as_ref();
+        let (discs, which) = match (detail, of(a), of(b)) {
+            (Detail::Fine, _, Some(discs)) => (discs, Rolls::Second),
+            (Detail::Fine, Some(discs), None) => (discs, Rolls::First),
+            _ => {
+                self.points(a, b, detail, margin, room);
+                return thin(&mut room.points, size);
+            }
+        };
+        let (ia, ib) = (&self.items[a.id as usize], &self.items[b.id as usize]);
+        let Some(other) = (if which == Rolls::Second { ia } else { ib }).solid(detail) else {
+            return room.points.clear();
+        };
+        let (X_AB, ask) = (relative(a, b), Ask { margin, padding: [ia.padding, ib.padding], size });
+        let mut all = std::mem::take(&mut room.gathered);
+        all.clear();
+        for (k, z) in discs.places().iter().enumerate() {
+            discs.touch((other, which, *z), &X_AB, &ask, room);
+            thin(&mut room.points, size);
+            let named = |p: &Point| Point { name: mix(p.name, k as u64), ..*p };
+            all.extend(room.points.iter().map(named));
+        }
+        room.gathered = std::mem::replace(&mut room.points, all);
+    }
+
     /// Points of a pair in the frame of the first.
     fn points(&self, a: &Seen, b: &Seen, detail: Detail, margin: f64, room: &mut Room) {
         let (ia, ib) = (&self.items[a.id as usize], &self.items[b.id as usize]);
         let (Some(sa), Some(sb)) = (ia.solid(detail), ib.solid(detail)) else { return };
-        let back = a.pose.rotation.inverse();
-        let X_AB = Pose::new(back * b.pose.rotation, back * (b.pose.position - a.pose.position));
         let size = self.size(a.id, b.id, detail);
         let ask = Ask { margin, padding: [ia.padding, ib.padding], size };
-        pair(sa, sb, &X_AB, &ask, room);
+        pair(sa, sb, &relative(a, b), &ask, room);
     }
 
     /// The length that tolerances of a pair are parts of: that of the smaller, m.
@@ -363,6 +389,12 @@ impl Colliders {
         }
         best
     }
+}
+
+/// `X_AB`.
+fn relative(a: &Seen, b: &Seen) -> Pose {
+    let back = a.pose.rotation.inverse();
+    Pose::new(back * b.pose.rotation, back * (b.pose.position - a.pose.position))
 }
 
 /// At least this is between two boxes, m.

@@ -1,7 +1,7 @@
 //! Which pairs of colliders meet: groups, bodies joined by hinges and loops, lists of names.
 
 use crate::error::ColliderFault;
-use crate::shape::{ColliderSpec, Neighbours, Rules};
+use crate::shape::{ColliderSpec, Neighbours, OnTerrain, Rules};
 use linkwork_multibody::Multibody;
 
 /// The name of the world.
@@ -102,8 +102,10 @@ pub(crate) fn table(
                 && !ground
                 && joined.iter().any(|(p, q)| (*p, *q) == (ga, gb) || (*q, *p) == (ga, gb))
                 && !listed(&rules.collide);
+            let passes = ground && [a, b].iter().any(|s| s.terrain == OnTerrain::Pass);
             let groups = a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0;
-            meets[i * n + j] = ga != gb && groups && !neighbours && !listed(&rules.ignore);
+            meets[i * n + j] =
+                ga != gb && groups && !neighbours && !passes && !listed(&rules.ignore);
         }
     }
     meets

@@ -100,6 +100,16 @@ pub enum Visibility {
     Hidden,
 }
 
+/// Whether a collider meets the terrain that a runtime adds ([`TERRAIN`](crate::TERRAIN)).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnTerrain {
+    /// It does, as any other collider of the world.
+    #[default]
+    Collide,
+    /// It does not: something else carries it there, as a model of wheel and ground does.
+    Pass,
+}
+
 /// Which of the two geometries of a collider a query uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Detail {
@@ -127,8 +137,13 @@ pub struct ColliderSpec {
     pub groups: u32,
     /// Groups that it meets. A pair meets when each is in a group that the other meets.
     pub collides_with: u32,
+    /// Whether it meets the terrain.
+    pub terrain: OnTerrain,
     /// The shape is taken to be this much thicker all around, m. Rays see it without.
     pub padding: f64,
+    /// Above 0: a cylinder's fine shape touches as so many thin discs across its length, one point of each, the first and the last at
+    /// its ends. Forces on what rolls are then continuous over faces, edges and corners; between two discs nothing touches.
+    pub discs: u32,
     /// Whether it takes part when a run begins.
     pub hidden: Visibility,
     /// How it rubs and bounces.
@@ -147,7 +162,9 @@ impl ColliderSpec {
             coarse: None,
             groups: 1,
             collides_with: u32::MAX,
+            terrain: OnTerrain::Collide,
             padding: 0.0,
+            discs: 0,
             hidden: Visibility::Shown,
             material: Material::default(),
         }

@@ -183,10 +183,10 @@ impl Library {
             faults.extend(misspelt(&patterns, &loaded.spec, &self.catalogue, &files));
             faulty(faults)
         })?;
-        if let Some(place) = &loaded.simulation.place
-            && let Some(plan) = Arc::get_mut(&mut program.phases[0].plan)
-        {
-            put_down(plan, place).map_err(|fault| faulty(vec![fault]))?;
+        if let Some(plan) = Arc::get_mut(&mut program.phases[0].plan) {
+            for place in &loaded.simulation.place {
+                put_down(plan, place).map_err(|fault| faulty(vec![fault]))?;
+            }
         }
         if start == Start::LookedAt {
             let mut sim = Simulation::new(program.phases[0].plan.clone());

@@ -12,7 +12,7 @@
 //! r = min(α s / z_max, 1/τ),  ż = v − r z,  θ̇ = ω − r θ    τ: fast slip is followed no faster
 //! F = −k_t z − d_t ż,  T = −ρ² (k_t θ + d_t θ̇),  scaled down to the cone √(|F|² + T²/ρ²) ≤ μ N
 //! ```
-//! Below `STICK` of the limit bristles only bend, so what is parked does not creep. Without contact
+//! What of z is along n, after n has turned, relaxes. Below `STICK` of the limit bristles only bend, so what is parked does not creep. Without contact
 //! bristles relax. Source: Hunt and Crossley (1975); Dupont, Hayward, Armstrong and Altpeter (2002)
 //! for the elasto-plastic bristle. Forces are continuous where depth and normals are.
 
@@ -95,6 +95,21 @@ impl CompliantSettings {
     }
 }
 
+/// What a pair of colliders does to each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairLoad {
+    /// Body of the first; `None` is the world.
+    pub body_a: Option<BodyId>,
+    /// Body of the second, on which the force acts.
+    pub body_b: Option<BodyId>,
+    /// Force on b, normal and friction, world, N.
+    pub force: Vec3,
+    /// Where it acts, world, m.
+    pub point: Vec3,
+    /// Sum of the normal forces, N.
+    pub pressure: f64,
+}
+
 /// Forces of compliant contact for one mechanism. It holds memory, no state: bristles are the
 /// caller's, [`BRISTLE`] numbers a pair.
 pub struct CompliantContact {
@@ -104,6 +119,7 @@ pub struct CompliantContact {
     pairs: Vec<(u32, u32)>,
     scratch: Scratch,
     points: Vec<ContactPoint>,
+    loads: Vec<PairLoad>,
 }
 
 /// Sums over the points of a pair.
@@ -131,6 +147,7 @@ impl CompliantContact {
             pairs: pairs(&colliders),
             scratch: Scratch::new(&colliders),
             points: Vec::new(),
+            loads: Vec::new(),
             colliders,
         })
     }
@@ -147,6 +164,12 @@ impl CompliantContact {
         &self.points
     }
 
+    /// Loads of the last call: of each pair that presses.
+    #[must_use]
+    pub fn loads(&self) -> &[PairLoad] {
+        &self.loads
+    }
+
     /// Adds the forces at the state of the last [`kinematics`](linkwork_dynamics::kinematics()) to the
     /// workspace; `bristles` is the state (m, m, m, rad a pair; world axes), `rates` takes its
     /// derivative.
@@ -154,6 +177,7 @@ impl CompliantContact {
         let poses = |b: Option<BodyId>| b.map_or_else(Pose::identity, |b| ws.body_pose(tree, b));
         let query = Query::margin(0.0);
         self.colliders.contacts(&mut self.scratch, &query, poses, &mut self.points);
+        self.loads.clear();
         let mut at = 0;
         let states = bristles.chunks_exact(BRISTLE).zip(rates.chunks_exact_mut(BRISTLE));
         for (pair, (state, rate)) in self.pairs.iter().zip(states) {
@@ -164,7 +188,8 @@ impl CompliantContact {
             }
             let z = Vec3::new(state[0], state[1], state[2]);
             let touching = &self.points[from..at];
-            let (z_dot, spin) = press(&self.settings, tree, ws, touching, z, state[3]);
+            let ((z_dot, spin), load) = press(&self.settings, tree, ws, touching, z, state[3]);
+            self.loads.extend(load);
             rate[..3].copy_from_slice(z_dot.as_slice());
             rate[3] = spin;
         }
@@ -202,7 +227,7 @@ fn apply(tree: &Tree, ws: &mut Workspace, p: &ContactPoint, at: &Vec3, w: Force)
     }
 }
 
-/// Forces of one pair; returns the rates of its bristle.
+/// Forces of one pair; returns the rates of its bristle, and its load where it presses.
 fn press(
     k: &CompliantSettings,
     tree: &Tree,
@@ -210,7 +235,7 @@ fn press(
     points: &[ContactPoint],
     z: Vec3,
     theta: f64,
-) -> (Vec3, f64) {
+) -> ((Vec3, f64), Option<PairLoad>) {
     let mut patch = Patch::default();
     for p in points.iter().filter(|p| p.gap < 0.0) {
         let (a, b) =
@@ -225,9 +250,17 @@ fn press(
         patch.friction = p.friction;
     }
     let N = patch.pressure;
+    if !(N > 0.0) {
+        return ((-z / RELAX, -theta / RELAX), None);
+    }
     let limit = patch.friction * N;
+    let load = |force: Vec3| {
+        let (body_a, body_b) = (points[0].body_a, points[0].body_b);
+        let point = points[0].point + patch.center / N;
+        Some(PairLoad { body_a, body_b, force, point, pressure: N })
+    };
     if !(limit > 0.0) {
-        return (-z / RELAX, -theta / RELAX);
+        return ((-z / RELAX, -theta / RELAX), load(patch.normal));
     }
     let n = patch.normal.normalize();
     let offset = patch.center / N;
@@ -237,12 +270,15 @@ fn press(
     let (a, b) = (velocity(tree, ws, p.body_a, &c), velocity(tree, ws, p.body_b, &c));
     let across = |x: Vec3| x - n * n.dot(&x);
     let (v, w) = (across(b.linear - a.linear), (b.angular - a.angular).dot(&n));
-    let z = across(z);
+    let off = n * n.dot(&z);
+    let z = z - off;
     let slip = (v.norm_squared() + rho2 * w * w).sqrt();
     let z_max = limit / k.bristle_stiffness;
     let bent = (z.norm_squared() + rho2 * theta * theta).sqrt() / z_max;
     let pull = (smooth((bent - STICK) / (1.0 - STICK)) * slip / z_max).min(1.0 / k.relaxation);
     let (z_dot, theta_dot) = (v - z * pull, w - theta * pull);
+    // As the normal turns (over an edge), the deflection is kept across it.
+    let follows = z_dot - off / RELAX;
     let mut F = -(z * k.bristle_stiffness + z_dot * k.bristle_damping);
     let mut T = -rho2 * (k.bristle_stiffness * theta + k.bristle_damping * theta_dot);
     let size = (F.norm_squared() + if rho2 > 0.0 { T * T / rho2 } else { 0.0 }).sqrt();
@@ -250,7 +286,7 @@ fn press(
         (F, T) = (F * (limit / size), T * (limit / size));
     }
     apply(tree, ws, p, &c, Force::new(n * T, F));
-    (z_dot, theta_dot)
+    ((follows, theta_dot), load(patch.normal + F))
 }
 
 /// 0 below 0, 1 above 1, and a cubic between.

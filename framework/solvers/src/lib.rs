@@ -22,7 +22,7 @@ mod shared;
 mod skyline;
 mod stepper;
 
-pub use compliant::{BRISTLE, CompliantContact, CompliantError, CompliantSettings};
+pub use compliant::{BRISTLE, CompliantContact, CompliantError, CompliantSettings, PairLoad};
 pub use constrained::{ConstrainedSolver, Redundant, Report, SolverError, Stabilisation};
 pub use fully_augmented::{FullyAugmentedError, FullyAugmentedSolver};
 pub use linkwork_dynamics::units::Treatment;

@@ -1,11 +1,11 @@
 //! Colliders as written, with their groups and surfaces.
 use crate::body::solid::{colliding, seen};
 use crate::schema::describe::Schema;
-use crate::schema::kind::{At, Kind, color, flag, number, raw, text, texts};
+use crate::schema::kind::{At, Kind, color, flag, number, raw, text, texts, whole};
 use crate::schema::record::{Presence, record};
 use crate::text::report::Cx;
 use crate::text::value::Text;
-use linkwork_collision::{ColliderSpec, Shape, Visibility};
+use linkwork_collision::{ColliderSpec, OnTerrain, Shape, Visibility};
 use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::{Pose, Quat};
 
@@ -14,10 +14,14 @@ record! {
     pub(crate) struct Surface: "surface" {
         /// The shape is taken to be this much thicker all around.
         padding: f64 = number("m").at_least(0.0).or(0.0),
+        /// A cylinder that rolls: it touches as so many thin discs across its length, so that forces are continuous.
+        discs: Option<u32> = whole::<u32>(1, 64).maybe(),
         /// Groups that it is in; `default` when none is written.
         group: Vec<Text> = texts().or(Vec::new()),
         /// Groups that it meets; all when none is written.
         meets: Option<Vec<Text>> = texts().maybe(),
+        /// Whether it meets the terrain; `false` for a wheel, whose model of contact does.
+        terrain: bool = flag().or(true),
         /// Coefficient of friction; a pair takes the geometric mean.
         friction: Option<f64> = number("").at_least(0.0).maybe(),
         /// Coefficient of restitution; a pair takes the larger.
@@ -87,7 +91,9 @@ impl Collider {
         let mut spec = ColliderSpec::new(name, body, shape).at(X);
         spec.coarse = s.coarse;
         spec.padding = s.padding;
+        spec.discs = s.discs.unwrap_or(0);
         spec.hidden = if s.hidden { Visibility::Hidden } else { Visibility::Shown };
+        spec.terrain = if s.terrain { OnTerrain::Collide } else { OnTerrain::Pass };
         let Surface { group, meets, friction, restitution, .. } = s;
         Collider { spec, groups: group, meets, friction, restitution, origin }
     }

@@ -2,8 +2,8 @@
 use crate::form::assembly;
 use crate::schema::describe::{Field, Schema};
 use crate::schema::kind::{
-    At, Kind, color, list_of, mapped, number, numbers, period, raw, table_of, text, texts, unit,
-    vector, word,
+    At, Kind, color, list_of, mapped, number, numbers, period, raw, short, table_of, text, texts,
+    unit, vector, word,
 };
 use crate::schema::record::{Presence, Record, of, record};
 use crate::text::print::inline;
@@ -175,8 +175,8 @@ record! {
         gravity: Option<Text> = text().maybe(),
         /// Path of the mechanism as a part.
         mechanism: Option<Text> = text().maybe(),
-        /// Puts a machine on the ground.
-        place: Option<PlaceForm> = of::<PlaceForm>().maybe(),
+        /// Puts a machine on the ground, or several: a list.
+        place: Vec<PlaceForm> = places().or(Vec::new()),
         /// What to log.
         log: Vec<LogRule> = list_of(of::<LogRule>()).or(Vec::new()),
         /// What a viewer shows.
@@ -192,6 +192,12 @@ record! {
         /// The phase in which a run begins.
         start: Option<Text> = text().maybe(),
     }
+}
+
+/// One machine, or a list of them.
+fn places() -> impl Kind<Of = Vec<PlaceForm>> {
+    let only = |all: &Vec<PlaceForm>| if let [one] = &all[..] { Some(one.clone()) } else { None };
+    short(list_of(of::<PlaceForm>()), mapped(of::<PlaceForm>(), |one| vec![one], only))
 }
 
 /// Settings of a simulation.
@@ -215,8 +221,8 @@ pub struct Settings {
     pub until: Option<Seconds>,
     /// Variable that stops the run when it becomes true.
     pub stop_when: Option<Text>,
-    /// Putting the mechanism on the ground.
-    pub place: Option<PlaceForm>,
+    /// Machines that are put on the ground, one after the other.
+    pub place: Vec<PlaceForm>,
     /// What a viewer shows.
     pub view: Option<ViewForm>,
     /// What to log.

@@ -294,6 +294,7 @@ pub(crate) fn colliders(
                     | ColliderFault::UnknownBody { collider, .. }
                     | ColliderFault::Duplicate { name: collider, .. }
                     | ColliderFault::Number { collider, .. }
+                    | ColliderFault::Discs { collider }
                     | ColliderFault::Pose { collider } => {
                         all.iter().find(|c| c.spec.name == *collider).map(|c| c.origin)
                     }

@@ -1,7 +1,8 @@
 //! The mechanism's operations, with its work space.
-use super::plan::{CONTACT_REPORTS, MechanismPlan};
+use super::plan::MechanismPlan;
 use super::ports::Frame;
 use super::slopes::ForwardSlopes;
+use super::touch;
 use crate::block::{Block, Evaluation, Failure, Now, Outcome, Wiring, copy_into};
 use crate::model::BuildError;
 use crate::ports::{Lane, NodeState};
@@ -41,6 +42,8 @@ pub(super) struct MechanismBlock {
     pub(super) slopes: Option<Box<ForwardSlopes>>,
     pub(super) q: Vec<f64>,
     pub(super) dv: Vec<f64>,
+    /// Sums of normal forces by body.
+    weights: Vec<f64>,
     /// The store: impulses of the last contacts.
     kept: Vec<Kept>,
 }
@@ -74,6 +77,7 @@ impl MechanismBlock {
             slopes: None,
             q: vec![0.0; nq],
             dv: vec![0.0; nv],
+            weights: vec![0.0; plan.touched.len()],
             kept: Vec::new(),
             plan,
         }
@@ -95,14 +99,15 @@ impl MechanismBlock {
         self.motion_lanes() + 2 * self.motions.len()
     }
 
-    /// First signal lanes of the bristles' rates, the reports and the accelerations of frames.
-    pub(super) fn outputs(&self) -> [usize; 3] {
+    /// First signal lanes of the bristles' rates, the reports of constraints, those of contact, and the accelerations of frames.
+    pub(super) fn outputs(&self) -> [usize; 4] {
         let rates = self.w.yd + self.plan.multibody.nv();
         let reports = rates + self.plan.bristles();
         let constraints = self.plan.multibody.constraints();
         let rows: usize = constraints.map(|c| 1 + self.plan.multibody.rows(c)).sum();
-        let contact = if self.stepper.is_some() { CONTACT_REPORTS.len() } else { 0 };
-        [rates, reports, reports + rows + contact]
+        let contact = reports + rows;
+        let bodies = touch::LANES * self.plan.touched.len();
+        [rates, reports, contact, contact + self.plan.contact_reports().len() + bodies]
     }
 
     /// Kinematics of this evaluation, once.
@@ -189,7 +194,7 @@ impl MechanismBlock {
 
     fn put_accelerations(&self, sig: &mut [f64]) {
         let plan = &*self.plan;
-        let [_, _, first] = self.outputs();
+        let [.., first] = self.outputs();
         for (i, frame) in plan.ports.accels.iter().enumerate() {
             let a = match frame {
                 Frame::Node(n) => self.ws.node_acceleration(&self.tree, *n),
@@ -218,9 +223,24 @@ impl MechanismBlock {
             .map_err(|e| Failure::of(&e))
     }
 
+    /// What compliant contact does.
+    fn put_contact(&mut self, sig: &mut [f64]) {
+        let [_, _, at, end] = self.outputs();
+        let Some(contact) = &self.compliant else { return };
+        let press = contact.points().iter().filter(|p| p.gap < 0.0);
+        let (mut count, mut deepest) = (0.0, 0.0_f64);
+        for p in press {
+            (count, deepest) = (count + 1.0, deepest.max(-p.gap));
+        }
+        sig[at..at + 2].copy_from_slice(&[count, deepest]);
+        let origin = |b| self.ws.body_pose(&self.tree, b).position;
+        let loads = touch::of_forces(contact);
+        touch::put(&self.plan.touched, loads, origin, &mut self.weights, &mut sig[at + 2..end]);
+    }
+
     /// Errors and forces of the constraints.
     fn put_constraints(&mut self, q: &[f64], sig: &mut [f64]) {
-        let [_, mut lane, _] = self.outputs();
+        let [_, mut lane, ..] = self.outputs();
         let Some(solver) = &mut self.solver else { return };
         let plan = &*self.plan;
         for c in plan.multibody.constraints() {
@@ -311,6 +331,7 @@ impl Block for MechanismBlock {
         self.put_accelerations(sig);
         if now.evaluation == Evaluation::Tick {
             self.put_constraints(q, sig);
+            self.put_contact(sig);
         }
         Ok(())
     }
@@ -395,15 +416,21 @@ impl Block for MechanismBlock {
             impulse: i.impulse.into(),
         }));
         sig[self.w.yd..self.w.yd + nv].copy_from_slice(&self.vdot);
-        let [_, _, end] = self.outputs();
-        sig[end - CONTACT_REPORTS.len()..end].copy_from_slice(&[
+        let [_, _, at, end] = self.outputs();
+        sig[at..at + 6].copy_from_slice(&[
             report.contacts as f64,
-            report.impacts as f64,
             report.penetration.max(0.0),
+            report.impacts as f64,
             report.measure.residual,
             report.measure.complementarity,
             f64::from(report.iterations),
         ]);
+        if let Some(stepper) = &self.stepper {
+            let loads = touch::of_impulses(stepper, h);
+            let origin = |b| self.ws.body_pose(&self.tree, b).position;
+            let lanes = &mut sig[at + 6..end];
+            touch::put(&self.plan.touched, loads, origin, &mut self.weights, lanes);
+        }
         self.put_accelerations(sig);
         let lanes = self.motion_lanes();
         for (i, m) in self.motions.iter().enumerate() {

@@ -20,6 +20,7 @@ mod ports;
 mod rank;
 mod slopes;
 mod spec;
+mod touch;
 
 pub use placement::{PlaceError, Placement, place_on_terrain};
 pub use plan::{MechanismPart, MechanismPlan};

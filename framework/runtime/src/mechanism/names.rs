@@ -13,7 +13,7 @@ pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
     let first = w.yd + m.multibody.nv() + m.bristles();
     for (lane, (name, unit, doc)) in (first..).zip(m.reports()) {
         all.push(Named {
-            path: format!("{}.{name}", m.path),
+            path: name,
             place: Place::Signal(lane as u32),
             role: Role::Output,
             unit: unit.to_string(),

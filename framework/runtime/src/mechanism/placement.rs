@@ -217,6 +217,10 @@ pub fn place_on_terrain(
     let (first, nq) = (mechanism.x, mb.nq());
     let lanes = (first..first + nq, first + nq..first + nq + mb.nv());
     let put = mechanism.q.clone();
+    // Of machines that were put down before, the rest stays as it came to rest.
+    if let Some(rest) = &mut plan.rest {
+        rest.x[lanes.0.clone()].copy_from_slice(&put);
+    }
     own.iter_mut().chain(&mut adapting).for_each(|lane| *lane += first + nq);
     if settle(plan, lanes.clone(), &own, &adapting) {
         let q = plan.rest.as_ref().map(|rest| rest.x[lanes.0].to_vec());

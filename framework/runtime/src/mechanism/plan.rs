@@ -13,7 +13,7 @@ use linkwork_collision::{Colliders, TERRAIN};
 use linkwork_dynamics::{
     DynamicsError, Tree, Workspace, forward_dynamics_given_kinematics, kinematics,
 };
-use linkwork_multibody::{ConstraintId, LoopMotion, Multibody};
+use linkwork_multibody::{BodyId, ConstraintId, LoopMotion, Multibody};
 use linkwork_solvers::{
     CompliantContact, CompliantSettings, ConstrainedSolver, ContactStepper, Projector, SolverError,
     Treatment,
@@ -49,6 +49,10 @@ pub struct MechanismPlan {
     pub contact: Option<ContactSpec>,
     /// Compliant contact.
     pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
+    /// Lanes of compliant contact.
+    bristles: usize,
+    /// Bodies that contact may touch.
+    pub(super) touched: Vec<BodyId>,
     /// Treatment of each constraint.
     pub treatments: Vec<Treatment>,
     /// Damping, friction and stops of hinges.
@@ -107,6 +111,8 @@ impl MechanismPart {
             solver: MechanismPlan::solver(&tree, &treatments),
             contact,
             compliant: spec.compliant.clone(),
+            bristles: spec.compliant.as_ref().map_or(0, |c| CompliantContact::states(&c.0)),
+            touched: super::touch::touched(spec.colliders()),
             treatments,
             tree,
             varies: Varying::all(m, &ports),
@@ -172,7 +178,7 @@ impl Prototype for MechanismPart {
 impl MechanismPlan {
     /// Lanes of compliant contact.
     pub(super) fn bristles(&self) -> usize {
-        self.compliant.as_ref().map_or(0, |c| CompliantContact::states(&c.0))
+        self.bristles
     }
 
     /// Lanes of x: q, v, then u and u̇ of each loop motion, then bristles.
@@ -207,26 +213,34 @@ impl MechanismPlan {
         d
     }
 
-    /// Name, unit and meaning of each report in the order of its signal lanes: for each constraint
-    /// its error and the forces of its rows, then what contact says.
+    /// What contact reports of all that it does.
+    pub(super) fn contact_reports(&self) -> &'static [(&'static str, &'static str, &'static str)] {
+        match (&self.contact, &self.compliant) {
+            (Some(_), _) => &CONTACT_REPORTS,
+            (None, Some(_)) => &CONTACT_REPORTS[..COMPLIANT_REPORTS],
+            (None, None) => &[],
+        }
+    }
+
+    /// Path, unit and meaning of each report in the order of its signal lanes: for each constraint
+    /// its error and the forces of its rows, then what contact says, and what it does to each body.
     pub fn reports(&self) -> Vec<(String, &'static str, String)> {
         let mut out = Vec::new();
-        let multibody = &self.multibody;
+        let (multibody, path) = (&self.multibody, &self.path);
         for c in multibody.constraints() {
             let name = multibody.constraint_name(c);
             let kind = if matches!(c, ConstraintId::Loop(_)) { "loop" } else { "coupling" };
             let doc = format!("Greatest error of {kind} `{name}` (rad or m).");
-            out.push((format!("{name}.error"), "", doc));
+            out.push((format!("{path}.{name}.error"), "", doc));
             for i in 0..multibody.rows(c) {
                 let doc = format!("Force of row {i} of {kind} `{name}` (N or N m).");
-                out.push((format!("{name}.force[{i}]"), "", doc));
+                out.push((format!("{path}.{name}.force[{i}]"), "", doc));
             }
         }
-        if self.contact.is_some() {
-            for (name, unit, doc) in CONTACT_REPORTS {
-                out.push((format!("contact.{name}"), unit, doc.to_owned()));
-            }
+        for (name, unit, doc) in self.contact_reports() {
+            out.push((format!("{path}.contact.{name}"), unit, (*doc).to_owned()));
         }
+        out.extend(super::touch::names(self));
         out
     }
 
@@ -375,11 +389,18 @@ fn shapes(colliders: &Colliders) -> String {
     text
 }
 
+/// How many of them compliant contact has.
+const COMPLIANT_REPORTS: usize = 2;
+
 /// What contact reports: name, unit, meaning.
-pub(super) const CONTACT_REPORTS: [(&str, &str, &str); 6] = [
-    ("points", "", "Contact points looked at in the last step."),
+const CONTACT_REPORTS: [(&str, &str, &str); 6] = [
+    (
+        "points",
+        "",
+        "Contact points: of impulses those looked at in the last step, of forces those that press.",
+    ),
+    ("penetration", "m", "Deepest penetration; of impulses at the start of the last step."),
     ("impacts", "", "Impacts of the last step."),
-    ("penetration", "m", "Deepest penetration at the start of the last step."),
     ("residual", "", "Residual of the impulses, relative to the greatest velocity."),
     ("complementarity", "", "Work that contact forces should not do, relative."),
     ("iterations", "", "Sweeps, linear systems or pivots of the last step."),

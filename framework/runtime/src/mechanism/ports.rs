@@ -257,6 +257,15 @@ fn hinge_state(name: String) -> PortSpec {
     PortSpec::named(name, PortKind::HingeState, 2)
 }
 
+/// The body of a target that is a node.
+pub(super) fn body_of(mb: &Multibody, target: &BindTarget) -> Option<BodyId> {
+    match resolve(mb, target) {
+        Ok(Target::Node(Frame::Node(n))) => Some(mb.nodes()[n.index()].body()),
+        Ok(Target::Node(Frame::Body(b))) => Some(b),
+        _ => None,
+    }
+}
+
 fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, String)> {
     match target {
         BindTarget::Node(name) => mb

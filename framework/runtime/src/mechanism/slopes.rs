@@ -266,7 +266,7 @@ impl MechanismBlock {
         for i in 0..plan.bristles() {
             out.column(outputs + nv + i)[bristles + i] = 1.0;
         }
-        let [_, reports, accels] = self.outputs();
+        let [_, reports, _, accels] = self.outputs();
         let rest = reports - self.w.yd..accels - self.w.yd + 6 * plan.ports.accels.len();
         rest.for_each(|j| out.column(outputs + j).fill(0.0));
     }

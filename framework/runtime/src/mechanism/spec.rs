@@ -117,6 +117,7 @@ impl Host for MechanismSpec {
         let gravity = self.find_gravity(services, out);
         let ports = super::ports::lower(&self.multibody, bound, out);
         let spec = self.on_terrain(services, out);
+        spec.twice(bound, out);
         Box::new(MechanismPart::new(&spec, gravity, ports, out.warnings))
     }
     fn scenery(&self) -> Scenery {
@@ -128,14 +129,17 @@ impl Host for MechanismSpec {
 }
 
 impl MechanismSpec {
+    /// The shapes that meet, of either kind of contact.
+    pub(super) fn colliders(&self) -> Option<&Colliders> {
+        let impulses = self.contact.as_ref().map(|c| &c.colliders);
+        impulses.or(self.compliant.as_ref().map(|c| &c.0)).map(|c| &**c)
+    }
+
     /// With the terrain among the colliders, when contact meets one.
     fn on_terrain(&self, services: &Services, out: &mut Lowering<'_>) -> Cow<'_, MechanismSpec> {
         let here = Cow::Borrowed(self);
         let named = self.terrain.as_deref();
-        let contact = self.contact.as_ref().map(|c| &c.colliders);
-        let Some(colliders) = contact.or(self.compliant.as_ref().map(|c| &c.0)) else {
-            return here;
-        };
+        let Some(colliders) = self.colliders() else { return here };
         let any = services.iter().any(|(_, o)| o.kind() == ServiceKind::Terrain);
         let moves = colliders.ids().any(|c| colliders.body(c).is_some());
         if named == Some("none") || (named.is_none() && !(any && moves)) {
@@ -182,6 +186,26 @@ impl MechanismSpec {
                 fault(e.to_string(), help.into());
                 here
             }
+        }
+    }
+
+    /// Warns of wheels that their model and their shape carry on the same ground.
+    fn twice(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
+        let Some(colliders) = self.colliders() else { return };
+        let Some(terrain) = colliders.find(TERRAIN) else { return };
+        for b in bound.iter().filter(|b| b.ports.iter().any(|(p, _)| p.axle.is_some())) {
+            let Some(body) = super::ports::body_of(&self.multibody, &b.spec.target) else {
+                continue;
+            };
+            let meets = |c: &_| colliders.body(*c) == Some(body) && colliders.meet(*c, terrain);
+            let Some(shape) = colliders.ids().find(meets) else { continue };
+            let (part, name) = (&b.spec.part, &colliders.spec(shape).name);
+            let fact = format!(
+                "`{part}`: the shape `{name}` of its wheel meets the terrain, too: the ground carries it twice"
+            );
+            let help =
+                "write `collide: (terrain: false)` in the shape, which then meets bodies alone";
+            out.warnings.push(Fault::new(b.spec.origin, fact).help(help));
         }
     }
 

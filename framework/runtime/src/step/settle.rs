@@ -87,7 +87,8 @@ pub(crate) fn settle(
         }
     });
     let Some((x, rates)) = found else { return false };
-    let (mut start, mut parts) = (initial(plan).x, Vec::new());
+    let mut start = initial(plan).x;
+    let mut parts = plan.rest.take().map_or_else(Vec::new, |before| before.parts);
     for (number, part) in (0..).zip(&plan.parts) {
         let own = part.wiring.x..part.wiring.x + part.lanes().x;
         let rests =
@@ -98,6 +99,8 @@ pub(crate) fn settle(
             parts.push(number);
         }
     }
+    parts.sort_unstable();
+    parts.dedup();
     start[q.clone()].copy_from_slice(&x[q]);
     plan.rest = Some(SettledStart { x: start, parts });
     true

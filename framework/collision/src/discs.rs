@@ -1,0 +1,192 @@
+//! A cylinder as thin discs across its length, for what rolls.
+//!
+//! A cylinder on a face touches along a line, of which contact knows the ends; on an edge it touches at the ends of the stretch
+//! that they share while both are parallel, and at one point as soon as they are not. What sums a force over such points jumps. A
+//! disc touches a face, an edge or a corner at one place, which moves without jumps while the disc rolls over them; each disc of
+//! a wheel is asked for itself.
+//! ```text
+//! n        from the nearest points of the other and a disc of half the radius, which do not overlap; and of the candidates (axis.rs)
+//! polish   the greatest separation near each, sep(n); the greater of both                        (polish.rs)
+//! point    the disc's point farthest along −n
+//! ```
+//! Where an end of the cylinder faces the other (it lies on its side), and on surfaces, discs touch as cylinders do.
+
+use crate::axis::{self, Nearest, Source};
+use crate::core::{Core, Placed};
+use crate::manifold::{Point, Room, inset};
+use crate::pairs::{Ask, pair};
+use crate::polish::polish;
+use crate::shape::Shape;
+use crate::solid::{Kind, Solid};
+use linkwork_multibody::spatial::{Pose, Vec3};
+
+/// Half of a disc's thickness in radii.
+const THIN: f64 = 1e-3;
+/// An end faces the other above this cosine.
+const ENDS: f64 = 0.98;
+
+/// The discs of one cylinder.
+#[derive(Debug)]
+pub(crate) struct Discs {
+    /// One of them about its own middle.
+    solid: Solid,
+    /// The same with half the radius.
+    inner: Core,
+    /// Where their middles are on the cylinder's axis, m.
+    places: Vec<f64>,
+    /// Points of one disc nearer than this are one, m.
+    near: f64,
+}
+
+/// Which of a pair is a cylinder of discs.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Rolls {
+    First,
+    Second,
+}
+
+impl Discs {
+    /// `count` discs, the first and last at the ends; `None` when the shape is no cylinder, or there is not one disc.
+    pub(crate) fn new(shape: &Shape, count: u32) -> Option<Self> {
+        let Shape::Cylinder { radius, half_length } = *shape else { return None };
+        let half = THIN * radius;
+        let solid = Solid::new(&Shape::Cylinder { radius, half_length: half }).ok()?;
+        let reach = f64::max(half_length - half, 0.0);
+        let places = match count {
+            0 => return None,
+            1 => vec![0.0],
+            n => (0..n).map(|k| reach * (2.0 * f64::from(k) / f64::from(n - 1) - 1.0)).collect(),
+        };
+        let inner = Core::Cylinder { r: 0.5 * radius, h: half };
+        Some(Self { solid, inner, places, near: 3.0 * half })
+    }
+
+    /// Where the discs are on the cylinder's axis, m.
+    pub(crate) fn places(&self) -> &[f64] {
+        &self.places
+    }
+
+    /// Contact points of the disc at `z` on its axis and another solid, as [`pair`] gives them; `X_AB` is that of the whole pair.
+    pub(crate) fn touch(
+        &self,
+        (other, which, z): (&Solid, Rolls, f64),
+        X_AB: &Pose,
+        ask: &Ask,
+        room: &mut Room,
+    ) {
+        let along = Pose::translation(0.0, 0.0, z);
+        let X_disc = match which {
+            // The disc in the frame of the other.
+            Rolls::First => X_AB.inverse() * along,
+            Rolls::Second => *X_AB * along,
+        };
+        if let (Kind::Convex { core, round }, Kind::Convex { core: disc, .. }) =
+            (&other.kind, &self.solid.kind)
+        {
+            let thick = match which {
+                Rolls::First => [ask.padding[1] + round, ask.padding[0]],
+                Rolls::Second => [ask.padding[0] + round, ask.padding[1]],
+            };
+            let limit = ask.margin + thick[0] + thick[1];
+            let a = Placed::here(core);
+            let (b, inner) = (Placed::at(disc, &X_disc), Placed::at(&self.inner, &X_disc));
+            match deepest(&a, &b, &inner, limit, ask.size, room) {
+                Found::Far => return room.points.clear(),
+                Found::At(p) => {
+                    room.points.clear();
+                    let mut p = p;
+                    p.pa += p.n * thick[0];
+                    p.pb -= p.n * thick[1];
+                    p.gap -= thick[0] + thick[1];
+                    if which == Rolls::First {
+                        (p.pa, p.pb) = (X_AB.transform_point(&p.pb), X_AB.transform_point(&p.pa));
+                        p.n = -X_AB.transform_vector(&p.n);
+                    }
+                    return room.points.push(p);
+                }
+                Found::Flat => {}
+            }
+        }
+        match which {
+            Rolls::First => {
+                pair(&self.solid, other, &(along.inverse() * *X_AB), ask, room);
+                for p in &mut room.points {
+                    (p.pa.z, p.pb.z) = (p.pa.z + z, p.pb.z + z);
+                }
+            }
+            Rolls::Second => pair(other, &self.solid, &X_disc, ask, room),
+        }
+        self.join(&mut room.points);
+    }
+
+    /// Makes one point of those at both sides of a disc that has hardly any thickness.
+    fn join(&self, points: &mut Vec<Point>) {
+        let mut kept = 0;
+        for i in 0..points.len() {
+            let p = points[i];
+            let same = |q: &Point| (q.pb - p.pb).norm() < self.near && q.n.dot(&p.n) > 0.95;
+            match points[..kept].iter().position(same) {
+                Some(k) => {
+                    let q = &mut points[k];
+                    (q.pa, q.pb) = ((q.pa + p.pa) / 2.0, (q.pb + p.pb) / 2.0);
+                    q.gap = (q.gap + p.gap) / 2.0;
+                }
+                None => {
+                    points[kept] = p;
+                    kept += 1;
+                }
+            }
+        }
+        points.truncate(kept);
+    }
+}
+
+/// What a disc and a core have.
+enum Found {
+    /// More than the limit between them.
+    Far,
+    /// One point.
+    At(Point),
+    /// The disc's end faces the other.
+    Flat,
+}
+
+/// The deepest point of a disc `b` in a core `a`.
+fn deepest(
+    a: &Placed,
+    b: &Placed,
+    inner: &Placed,
+    limit: f64,
+    size: f64,
+    room: &mut Room,
+) -> Found {
+    let Some(axis) = axis::best(a, b, limit, 0.0) else { return Found::Far };
+    let axle: Vec3 = b.R.column(2).into_owned();
+    let flat = |n: &Vec3| n.dot(&axle).abs() > ENDS;
+    let at = |n: Vec3, sep: f64| {
+        let pb = b.support(&-n);
+        Found::At(Point { pa: pb - n * sep, pb, n, gap: sep, name: 4 })
+    };
+    if axis.source == Source::Face
+        && !flat(&axis.n)
+        && inset(a, &axis, &b.support(&-axis.n), size, room)
+    {
+        return at(axis.n, axis.sep);
+    }
+    let mut best = (axis.n, axis.sep);
+    let guess = match axis::nearest(a, inner, f64::INFINITY, &axis.n, &mut room.simplex) {
+        Nearest::Apart(_, _, n, _) | Nearest::Overlap(n) => Some(n),
+        Nearest::Far => None,
+    };
+    for n in [Some(axis.n), guess].into_iter().flatten() {
+        let found = polish(a, b, &n);
+        if found.1 > best.1 {
+            best = found;
+        }
+    }
+    match best {
+        (_, sep) if sep > limit => Found::Far,
+        (n, _) if flat(&n) => Found::Flat,
+        (n, sep) => at(n, sep),
+    }
+}

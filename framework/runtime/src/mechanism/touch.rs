@@ -1,0 +1,79 @@
+//! What contact does to each body: the sum of the forces on its colliders, and where it acts.
+use super::plan::MechanismPlan;
+use linkwork_collision::Colliders;
+use linkwork_multibody::BodyId;
+use linkwork_solvers::{CompliantContact, ContactStepper, PairLoad};
+use linkwork_spatial::Vec3;
+
+/// Signal lanes of each body: force, point.
+pub(super) const LANES: usize = 6;
+
+/// Bodies with a collider that meets another, in their order.
+pub(super) fn touched(colliders: Option<&Colliders>) -> Vec<BodyId> {
+    let Some(all) = colliders else { return Vec::new() };
+    let meets = |c: &_| all.ids().any(|o| all.meet(*c, o));
+    let mut out: Vec<BodyId> = all.ids().filter(meets).filter_map(|c| all.body(c)).collect();
+    out.sort_unstable();
+    out.dedup();
+    out
+}
+
+/// Names, units and meaning of the lanes of all bodies.
+pub(super) fn names(plan: &MechanismPlan) -> impl Iterator<Item = (String, &'static str, String)> {
+    let lane = |body: &str, stem: &str, unit, doc: &str| {
+        ["x", "y", "z"].map(|c| (format!("{body}.{stem}.{c}"), unit, doc.to_owned()))
+    };
+    plan.touched.iter().flat_map(move |id| {
+        let body = plan.multibody.get(*id).name();
+        let force = "Force on the body where its colliders touch others, W.";
+        let point = "Where that force acts, weighted by normal forces, W; the body's origin when nothing touches.";
+        let force = lane(body, "contact_force", "N", force);
+        force.into_iter().chain(lane(body, "contact_point", "m", point))
+    })
+}
+
+/// Loads of compliant contact.
+pub(super) fn of_forces(contact: &CompliantContact) -> impl Iterator<Item = PairLoad> {
+    contact.loads().iter().copied()
+}
+
+/// Mean loads of a step of `h` s with impulses.
+pub(super) fn of_impulses(stepper: &ContactStepper, h: f64) -> impl Iterator<Item = PairLoad> {
+    let impulses = stepper.warm().iter().zip(stepper.impacts());
+    stepper.points().iter().zip(impulses).map(move |(p, (steady, impact))| {
+        let force = (steady.impulse + impact) / h;
+        let pressure = force.dot(&p.normal).max(0.0);
+        PairLoad { body_a: p.body_a, body_b: p.body_b, force, point: p.point, pressure }
+    })
+}
+
+/// Sums loads into the lanes of the bodies; `weights` has a number for each.
+pub(super) fn put(
+    touched: &[BodyId],
+    loads: impl Iterator<Item = PairLoad>,
+    origin: impl Fn(BodyId) -> Vec3,
+    weights: &mut [f64],
+    lanes: &mut [f64],
+) {
+    lanes.fill(0.0);
+    weights.fill(0.0);
+    for load in loads {
+        for (body, sign) in [(load.body_a, -1.0), (load.body_b, 1.0)] {
+            let Some(k) = body.and_then(|b| touched.binary_search(&b).ok()) else { continue };
+            weights[k] += load.pressure;
+            let lanes = &mut lanes[LANES * k..LANES * (k + 1)];
+            for i in 0..3 {
+                lanes[i] += sign * load.force[i];
+                lanes[3 + i] += load.pressure * load.point[i];
+            }
+        }
+    }
+    for ((body, weight), lanes) in
+        touched.iter().zip(weights.iter()).zip(lanes.chunks_exact_mut(LANES))
+    {
+        let origin = if *weight > 0.0 { Vec3::zeros() } else { origin(*body) };
+        for i in 0..3 {
+            lanes[3 + i] = if *weight > 0.0 { lanes[3 + i] / weight } else { origin[i] };
+        }
+    }
+}
