@@ -47,6 +47,7 @@ mod mechanism;
 mod operators;
 mod parts;
 mod patience;
+mod rules;
 mod running;
 mod simulate;
 mod simulation;
