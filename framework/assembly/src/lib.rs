@@ -34,7 +34,9 @@ mod wiring;
 pub use body::shapes::BodyShape;
 pub use expand::tree::{TreeKind, TreeNode};
 pub use form::assembly::{Assembly, ItemForm, MountDecl, PartForm, PartKind};
-pub use form::settings::{ArrowForm, Figure, LogRule, PlaceForm, Plot, Settings, Take, ViewForm};
+pub use form::settings::{
+    AroundForm, ArrowForm, Figure, LogRule, PlaceForm, Plot, Settings, Take, ViewForm,
+};
 pub use linkwork_runtime::Value;
 pub use load::{
     Loaded, Options, Resolved, dotted, load_file, load_text, put_down, read_value, schema,
@@ -42,6 +44,7 @@ pub use load::{
 pub use machine::convert::Converted;
 pub use machine::import::{Import, read_machine};
 pub use machine::sidecar::apply_side_car;
+pub use schema::describe::{Field, Parameters, Schema, document, plain};
 pub use scope::parameters::ParamDecl;
 pub use text::parsed::Parsed;
 pub use text::patterns::{match_patterns, misspelt, path_matches};

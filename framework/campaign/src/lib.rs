@@ -39,7 +39,7 @@ pub use correlation::CorrelationError;
 pub use distribution::Distribution;
 pub use execute::{CampaignError, Orders, Progress, execute};
 pub use folder::{Folder, FolderError};
-pub use form::{Drawn, Form, Noise, Retain};
+pub use form::{Drawn, Form, Noise, Retain, schema};
 pub use histories::{BAND, Band, Retained};
 pub use journal::{Journal, JournalError};
 pub use one::{Begun, MakeError, Means, Under, Watched, end, one};

@@ -12,7 +12,7 @@ use linkwork_assembly::Resolved;
 use linkwork_runner::{
     Ended, Figures, Goal, Library, Pause, Prepared, Runner, Saves, Stop, Watch, prepare,
 };
-use linkwork_runtime::{Fault, Origin, Seconds, Simulation};
+use linkwork_runtime::{Fault, Origin, Rule, Seconds, Simulation};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -144,8 +144,8 @@ impl Under<'_> {
         &mut self.set.runner
     }
 
-    /// What its file says is to be logged: variables by path, and the period of their rows.
-    pub fn log_groups(&self) -> &[(Seconds, Vec<String>)] {
+    /// What its file says is to be logged.
+    pub fn log_groups(&self) -> &[Rule] {
         &self.set.groups
     }
 
@@ -225,7 +225,7 @@ impl Watch for Watched {
 struct Set {
     runner: Runner<Watched>,
     goal: Goal,
-    groups: Vec<(Seconds, Vec<String>)>,
+    groups: Vec<Rule>,
     configuration: Resolved,
     /// The campaign's limit comes before the simulation's end.
     limited: bool,

@@ -1,18 +1,8 @@
 //! The reader of messages under junk: it refuses, and takes no more memory than has arrived.
 #![allow(clippy::unwrap_used)]
+#[path = "../../../tests/fuzz/mutate.rs"]
+mod mutate;
 use linkwork_live::*;
-
-/// Numbers that look random, the same in every run (SplitMix64).
-struct Dice(u64);
-
-impl Dice {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-}
 
 fn requests() -> Vec<Request> {
     let paths = || vec!["bob.angle".to_string(), "Lag.y".into()];
@@ -69,7 +59,7 @@ fn messages_come_back_and_are_as_the_protocol_says() {
 
 #[test]
 fn junk_is_refused_and_nothing_panics() {
-    let mut dice = Dice(7);
+    let mut dice = mutate::Dice::new(7);
     let mut read_ok = 0;
     for request in requests() {
         let mut whole = Vec::new();
@@ -105,6 +95,27 @@ fn junk_is_refused_and_nothing_panics() {
     ] {
         assert!(matches!(read(&framed(text.clone())), Err(FrameError::Message(_))), "{text:.60}");
     }
+}
+
+#[test]
+fn mutations_of_messages_are_read_or_refused() {
+    let framed = |request: &Request| {
+        let mut bytes = Vec::new();
+        write_frame(&mut bytes, request, 2 * LONGEST_REQUEST).unwrap();
+        bytes
+    };
+    let seeds: Vec<Vec<u8>> = requests().iter().map(framed).collect();
+    mutate::survives(&[seeds, mutate::kept("socket")].concat(), 20_000, |bytes| {
+        // As many as there are, one after the other, as a connection is read.
+        let mut from = bytes;
+        let mut any = false;
+        while let Ok(request) = read_frame::<Request>(&mut from, LONGEST_REQUEST) {
+            // What was read can be said again.
+            framed(&request);
+            any = true;
+        }
+        any
+    });
 }
 
 /// Claims four gigabytes and counts what is asked of it.

@@ -7,7 +7,7 @@
 //! ```
 //! Modal coordinates of flexible bodies add, like angles and displacements.
 
-use crate::{BodyId, Coordinate, Multibody, SubhingeKind};
+use crate::{BodyId, Coordinate, Multibody, SubhingeKind, SubhingeRange};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Quat, Vec3, skew};
 
@@ -162,6 +162,54 @@ impl Multibody {
         for (at, rate) in self.modal() {
             out[at] = v[rate];
         }
+    }
+
+    /// One flag per number of q, one per number of β: `true` where it is no number by itself. Those of a rotation have a
+    /// unit length together; those on the path of a loop, and the terms of a coupling, meet its equation together, but
+    /// for those that are prescribed. O(bodies × loops).
+    #[must_use]
+    pub fn held_together(&self) -> (Vec<bool>, Vec<bool>) {
+        let (mut q, mut v) = (vec![false; self.nq()], vec![false; self.nv()]);
+        for (_, s) in self.subhinges() {
+            if matches!(s.subhinge.kind, SubhingeKind::Ball | SubhingeKind::Free) {
+                q[s.q.end - 4..s.q.end].fill(true);
+            }
+        }
+        for l in self.loops() {
+            let [a, b] = [l.a.body, l.b.body];
+            let inboard = |end: Option<BodyId>, body| end.is_some_and(|e| self.on_path(body, e));
+            for (id, body) in self.body_ids().zip(self.bodies()) {
+                let (ia, ib) = (inboard(a, id), inboard(b, id));
+                if ia != ib {
+                    let free = |s: &&SubhingeRange| s.subhinge.coordinate != Coordinate::Prescribed;
+                    for s in body.subhinges().iter().filter(free) {
+                        q[s.q.clone()].fill(true);
+                        v[s.v.clone()].fill(true);
+                    }
+                }
+                // Where the last common body bends, its two frames move.
+                let last = ia && ib && !self.bends_further(id, (a, b));
+                if ia != ib || last {
+                    q[body.modes_q()].fill(true);
+                    v[body.modes_v()].fill(true);
+                }
+            }
+        }
+        let prescribed = self.prescribed();
+        for c in self.couplings() {
+            for &(at, rate, factor) in &c.terms {
+                if factor != 0.0 && !prescribed[rate] {
+                    (q[at], v[rate]) = (true, true);
+                }
+            }
+        }
+        (q, v)
+    }
+
+    /// Whether both ends hang on a body outboard of this one, that is inboard of both.
+    fn bends_further(&self, body: BodyId, ends: (Option<BodyId>, Option<BodyId>)) -> bool {
+        let (Some(a), Some(b)) = ends else { return false };
+        self.subtree(body).skip(1).any(|c| self.on_path(c, a) && self.on_path(c, b))
     }
 
     /// The places in q and β of all modal coordinates.

@@ -3,8 +3,8 @@
 
 use linkwork_multibody::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_multibody::{
-    BodySpec, Builder, Coordinate, Friction, Hinge, Limits, LoopClosure, MechanismFault, Stop,
-    Subgraph, SubgraphError, Subhinge, SubhingeKind,
+    BodySpec, Builder, Coordinate, Coupling, Friction, Hinge, HingeCoordinate, Limits, LoopClosure,
+    MechanismFault, Stop, Subgraph, SubgraphError, Subhinge, SubhingeKind,
 };
 
 fn rover() -> Vec<BodySpec> {
@@ -261,4 +261,38 @@ fn damping_friction_and_stops_that_cannot_be_are_refused() {
     });
     let error = b.build().unwrap_err().to_string();
     assert!(error.contains("loop `l`, subhinge 0: damping"), "{error}");
+}
+
+/// The numbers that a rotation, a coupling and a loop tie to others, by the names of their bodies: of q, of β.
+#[test]
+fn what_is_held_together_is_told() {
+    let mut b = Builder::new();
+    for spec in rover() {
+        b.body(spec);
+    }
+    let at = |body: &str| HingeCoordinate { body: body.into(), subhinge: 0 };
+    b.coupling(Coupling::differential("differential", at("rocker_r"), at("rocker_l")));
+    // From wheel to wheel, over the rockers: wheel_l is prescribed, and stays where it is put.
+    b.loop_closure(LoopClosure {
+        name: "axle".into(),
+        body_a: "wheel_r".into(),
+        frame_a: Pose::identity(),
+        body_b: "wheel_l".into(),
+        frame_b: Pose::identity(),
+        hinge: Hinge::ball(),
+    });
+    let m = b.build().unwrap();
+    let (q, v) = m.held_together();
+    let held = |body: &str| {
+        let body = m.get(m.body(body).unwrap());
+        (q[body.q()].to_vec(), v[body.v()].to_vec())
+    };
+    let (yes, no) = (true, false);
+    assert_eq!(held("chassis"), (vec![no, no, no, yes, yes, yes, yes], vec![no; 6]));
+    assert_eq!(held("mast"), (vec![yes; 4], vec![no; 3]));
+    for rocker in ["rocker_l", "rocker_r"] {
+        assert_eq!(held(rocker), (vec![yes], vec![yes]), "{rocker}");
+    }
+    assert_eq!(held("wheel_r"), (vec![yes; 2], vec![yes; 2]));
+    assert_eq!(held("wheel_l"), (vec![no], vec![no]));
 }

@@ -86,18 +86,23 @@ struct Head {
     /// Variables and their units.
     units: BTreeMap<String, String>,
     about: BTreeMap<String, String>,
+    /// How much older than the newest before it a row is at the most (ns): rows around an event are written when it comes.
+    late: u64,
 }
 
 impl Head {
     fn read(log: &Path) -> Result<Head, LogError> {
-        let mut head = Head { units: BTreeMap::new(), about: BTreeMap::new() };
+        let mut head = Head { units: BTreeMap::new(), about: BTreeMap::new(), late: 0 };
+        let mut newest = 0;
         walk_log::<LogError>(log, |entry| {
             match entry {
                 Entry::Configuration(text) => {
                     head.about.insert("configuration".into(), text);
                 }
                 Entry::About(about) => head.about.extend(about),
-                Entry::Numbers { part, fields, units, .. } => {
+                Entry::Numbers { part, ns, fields, units } => {
+                    newest = newest.max(ns);
+                    head.late = head.late.max(newest - ns);
                     for (field, _) in fields {
                         let unit = || units.get(&format!("unit.{field}")).cloned();
                         let name = format!("{part}.{field}");
@@ -125,29 +130,30 @@ impl Head {
         let mut file = ParquetFile::new(out, "log", like, about).map_err(write)?;
         let of: BTreeMap<&str, usize> =
             self.units.keys().enumerate().map(|(k, name)| (name.as_str(), k)).collect();
-        let mut held = Held { ns: Vec::new(), columns: vec![Vec::new(); titles.len()] };
-        let mut rows = 0;
+        let mut held = Held { rows: BTreeMap::new(), width: titles.len() };
+        let (mut rows, mut newest) = (0, 0);
         let end = walk_log::<ExportError>(log, |entry| {
             let Entry::Numbers { part, ns, fields, .. } = entry else { return Ok(()) };
-            if held.ns.last() != Some(&ns) {
-                if held.ns.len() * titles.len() >= HELD {
-                    held.give(&mut file).map_err(write)?;
+            newest = newest.max(ns);
+            if !held.rows.contains_key(&ns) {
+                if held.rows.len() * titles.len() >= HELD {
+                    rows += held
+                        .give(&mut file, Some(newest - self.late.min(newest)))
+                        .map_err(write)?;
                 }
-                held.begin(ns);
-                rows += 1;
+                held.rows.insert(ns, vec![None; titles.len()]);
             }
+            let Some(row) = held.rows.get_mut(&ns) else { return Ok(()) };
             for (field, value) in fields {
                 // The log is the one that was read before, unless somebody is writing it.
                 let Some(k) = of.get(format!("{part}.{field}").as_str()) else {
                     return Err(write(format!("`{part}.{field}` came into the log meanwhile")));
                 };
-                if let Some(last) = held.columns[*k].last_mut() {
-                    *last = Some(value);
-                }
+                row[*k] = Some(value);
             }
             Ok(())
         })?;
-        held.give(&mut file).map_err(write)?;
+        rows += held.give(&mut file, None).map_err(write)?;
         let out = file.finish().map_err(write)?;
         let file = out.into_inner().map_err(|e| write(e.to_string()))?;
         file.sync_all().map_err(|e| write(e.to_string()))?;
@@ -155,23 +161,29 @@ impl Head {
     }
 }
 
-/// Rows on their way.
+/// Rows on their way, by their times (ns).
 struct Held {
-    ns: Vec<u64>,
-    columns: Vec<Vec<Option<f64>>>,
+    rows: BTreeMap<u64, Vec<Option<f64>>>,
+    width: usize,
 }
 
 impl Held {
-    fn begin(&mut self, ns: u64) {
-        self.ns.push(ns);
-        self.columns.iter_mut().for_each(|c| c.push(None));
-    }
-
-    fn give(&mut self, file: &mut ParquetFile<BufWriter<File>>) -> Result<(), String> {
-        let t: Vec<f64> = self.ns.drain(..).map(|ns| ns as f64 * 1e-9).collect();
-        let columns = self.columns.iter().map(|c| Cells::Sparse(c));
-        file.rows(std::iter::once(Cells::Number(&t)).chain(columns))?;
-        self.columns.iter_mut().for_each(Vec::clear);
-        Ok(())
+    /// Writes the rows before `until` (ns), or all; gives how many.
+    fn give(
+        &mut self,
+        file: &mut ParquetFile<BufWriter<File>>,
+        until: Option<u64>,
+    ) -> Result<u64, String> {
+        let later = until.map_or_else(BTreeMap::new, |until| self.rows.split_off(&until));
+        let rows = std::mem::replace(&mut self.rows, later);
+        if rows.is_empty() {
+            return Ok(0);
+        }
+        let t: Vec<f64> = rows.keys().map(|ns| *ns as f64 * 1e-9).collect();
+        let column = |k: usize| rows.values().map(|row| row[k]).collect::<Vec<_>>();
+        let columns: Vec<Vec<Option<f64>>> = (0..self.width).map(column).collect();
+        let cells = columns.iter().map(|c| Cells::Sparse(c));
+        file.rows(std::iter::once(Cells::Number(&t)).chain(cells))?;
+        Ok(rows.len() as u64)
     }
 }

@@ -6,7 +6,7 @@ use foxglove::Encode;
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_runtime::{
-    Change, Consumer, Group, Place, Plan, PortKind, Program, Role, Seconds, SetRow, TapRow,
+    Change, Consumer, Group, Place, Plan, PortKind, Program, Role, Rule, Seconds, SetRow, TapRow,
     Variable,
 };
 use mcap::records::{MessageHeader, Metadata};
@@ -21,8 +21,8 @@ use std::time::{Duration, Instant};
 /// What goes into a log.
 #[derive(Clone, Debug, Default)]
 pub struct LogSpec {
-    /// Variables (by path) and the period of their rows.
-    pub groups: Vec<(Seconds, Vec<String>)>,
+    /// Variables, and which rows of them.
+    pub groups: Vec<Rule>,
     /// Period of the transforms of all bodies; `None`: none.
     pub transforms: Option<Seconds>,
     /// The full resolved configuration, attached as a file.
@@ -217,9 +217,8 @@ impl Log {
             writer.attach(&attachment).map_err(|e| fail(why(&e)))?;
         }
         let (mut groups, mut channels) = (Vec::new(), Vec::new());
-        for (period, paths) in &spec.groups {
-            let (group, list) =
-                open_group(&mut writer, plan, *period, paths).map_err(|e| fail(why(&e)))?;
+        for rule in &spec.groups {
+            let (group, list) = open_group(&mut writer, plan, rule).map_err(|e| fail(why(&e)))?;
             groups.push(group);
             channels.push(list);
         }
@@ -326,9 +325,9 @@ fn messages<'a>(
 }
 
 /// What a log calls its variables: for each name that reading gives (`part.field`), the path of the variable.
-pub fn logged_names(plan: &Plan, groups: &[(Seconds, Vec<String>)]) -> BTreeMap<String, String> {
+pub fn logged_names(plan: &Plan, groups: &[Rule]) -> BTreeMap<String, String> {
     let mut names = BTreeMap::new();
-    for (part, list, schema) in groups.iter().flat_map(|(_, paths)| messages(plan, paths)) {
+    for (part, list, schema) in groups.iter().flat_map(|rule| messages(plan, &rule.paths)) {
         let part = part.replace('/', ".");
         for (column, field) in schema.columns() {
             names.insert(format!("{part}.{field}"), list[column].0.clone());
@@ -340,11 +339,10 @@ pub fn logged_names(plan: &Plan, groups: &[(Seconds, Vec<String>)]) -> BTreeMap<
 fn open_group(
     writer: &mut mcap::Writer<BufWriter<Ballast>>,
     plan: &Plan,
-    period: Seconds,
-    paths: &[String],
+    rule: &Rule,
 ) -> Result<(Group, Vec<Channel>), mcap::McapError> {
     let (mut places, mut channels) = (Vec::new(), Vec::new());
-    for (part, list, schema) in messages(plan, paths) {
+    for (part, list, schema) in messages(plan, &rule.paths) {
         let from = places.len();
         places.extend(list.iter().map(|(_, v)| v.place));
         let id = writer.add_schema(&schema.name, "protobuf", &schema.descriptor())?;
@@ -357,7 +355,8 @@ fn open_group(
         let id = writer.add_channel(id, &topic, "protobuf", &metadata)?;
         channels.push(Channel { id, sequence: 0, schema, from, to: places.len() });
     }
-    Ok((Group { period, places, ..Group::default() }, channels))
+    let Rule { period, on_change, around, .. } = rule.clone();
+    Ok((Group { period, places, on_change, around, ..Group::default() }, channels))
 }
 
 fn open_transforms(

@@ -110,7 +110,25 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
         }
         Ok(())
     })?;
+    contents.series.values_mut().for_each(Series::in_order);
     Ok(contents)
+}
+
+impl Series {
+    /// Rows in the order of time, each once: those around an event are written when it comes, and several rules may have
+    /// a row of one instant. Rows of one instant with other values stay, all of them.
+    fn in_order(&mut self) {
+        if self.t.is_sorted_by(|a, b| a < b) {
+            return;
+        }
+        let mut rows: Vec<(f64, f64)> =
+            self.t.iter().copied().zip(self.y.iter().copied()).collect();
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rows.dedup_by(|b, a| {
+            a.0 == b.0 && (a.1.to_bits() == b.1.to_bits() || (a.1.is_nan() && b.1.is_nan()))
+        });
+        (self.t, self.y) = rows.into_iter().unzip();
+    }
 }
 
 /// Something that a log says.
@@ -165,8 +183,8 @@ impl<E> From<String> for Halt<E> {
     }
 }
 
-/// Reads a log in the order in which it was written, which is that of time, and tells of each entry. Its
-/// configuration comes before its rows. No more than one part of it is in memory.
+/// Reads a log in the order in which it was written and tells of each entry. That is the order of time, but for rows
+/// around an event, which are written when it comes. Its configuration comes before its rows. No more than one part of it is in memory.
 ///
 /// # Errors
 /// The first of `each`; [`LogError::Read`] when the log cannot be opened or is not MCAP, [`LogError::Damaged`].
@@ -236,7 +254,12 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
 
     fn record(&mut self, opcode: u8, data: &[u8]) -> Result<(), Halt<E>> {
         match parse_record(opcode, data).map_err(|e| why(&e))? {
-            Record::Chunk { header, .. } => self.chunk(&header, data),
+            Record::Chunk { header, data: records } => {
+                if header.compression.is_empty() {
+                    tiled(&records)?;
+                }
+                self.chunk(&header, data)
+            }
             // These repeat what stands before them.
             _ if opcode >= op::MESSAGE_INDEX
                 && opcode != op::ATTACHMENT
@@ -337,6 +360,18 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
         };
         (self.each)(entry).map_err(Halt::Told)
     }
+}
+
+/// That the records of a chunk end where it ends: the library counts on it where nothing is compressed.
+fn tiled(mut records: &[u8]) -> Result<(), String> {
+    while let Some((head, rest)) = records.split_first_chunk::<9>() {
+        let [_, length @ ..] = *head;
+        let length = u64::from_le_bytes(length);
+        let end = usize::try_from(length).ok().filter(|n| *n <= rest.len());
+        let end = end.ok_or_else(|| format!("a record of {length} bytes goes beyond its chunk"))?;
+        records = &rest[end..];
+    }
+    if records.is_empty() { Ok(()) } else { Err("a chunk ends inside a record".into()) }
 }
 
 /// A body's name and X_WB, with the bits that were written.

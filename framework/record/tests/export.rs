@@ -36,8 +36,9 @@ fn log(path: &Path, variables: bool) {
         paths.cloned().collect::<Vec<_>>()
     };
     let period = |ms| Seconds::new(ms, 1000).unwrap();
+    let rule = |ms, k| Rule { paths: every_other(k), period: period(ms), ..Rule::default() };
     let spec = LogSpec {
-        groups: vec![(period(10), every_other(0)), (period(35), every_other(1))],
+        groups: vec![rule(10, 0), rule(35, 1)],
         transforms: Some(period(10)),
         configuration: "Simulation()\n".into(),
         about: BTreeMap::from([("who".to_string(), "a test".to_string())]),

@@ -129,6 +129,20 @@ impl<W: Watch> Runner<W> {
         Ok(all)
     }
 
+    /// The same of variables by path, with values in SI, in this order.
+    ///
+    /// # Errors
+    /// The first that is refused; nothing is changed then.
+    pub fn change_all(
+        &mut self,
+        change: Change,
+        all: &[(String, f64)],
+    ) -> Result<(), VariableError> {
+        self.sim_mut().change_all(change, all)?;
+        self.tell(change, all);
+        Ok(())
+    }
+
     /// Tells the taps what was changed at the present tick ([`changed`]), before its rows are taken.
     pub fn tell(&mut self, change: Change, all: &[(String, f64)]) {
         for (path, value) in all {

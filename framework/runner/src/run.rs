@@ -1,6 +1,6 @@
 //! The time loop, and what is due at a tick: calls, rows, checkpoints, the end.
 use crate::pace::{Pace, Realtime, SystemClock, WallClock};
-use crate::saves::Saves;
+use crate::saves::{Extra, Saves};
 use linkwork_runtime::{Change, Place, RunError, Schedule, Seconds, Simulation, Tap};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -98,12 +98,38 @@ pub struct TapEnd {
     pub dropped: u64,
     /// Its message, or nothing.
     pub result: Result<(), String>,
+    /// Conditions of its rows that did not come to hold.
+    pub unmet: Vec<String>,
 }
 
 struct Feed {
     name: String,
     need: Need,
     tap: Tap,
+}
+
+impl Feed {
+    fn end(self, end: impl FnOnce(Tap) -> Result<(), String>) -> TapEnd {
+        let Feed { name, need, tap } = self;
+        let (dropped, unmet) = (tap.dropped(), tap.unmet());
+        TapEnd { name, need, dropped, result: end(tap), unmet }
+    }
+}
+
+/// What a checkpoint of the present tick carries along, by name: that of the watcher, and what taps that the run cannot
+/// do without have to remember, under [`tap_entry`].
+fn carried<W: Watch>(watch: &W, feeds: &[Feed]) -> Result<Extra, String> {
+    let mut extra = Extra::new();
+    watch.carry(&mut extra)?;
+    for feed in feeds.iter().filter(|feed| feed.need == Need::Must) {
+        extra.insert(tap_entry(&feed.name), feed.tap.carry()?);
+    }
+    Ok(extra)
+}
+
+/// The name under which a checkpoint carries what a tap has to remember, for [`Tap::go_on`].
+pub fn tap_entry(name: &str) -> String {
+    format!("tap.{name}")
 }
 
 /// How long a viewer may take for its last rows.
@@ -168,6 +194,14 @@ impl<W: Watch> Runner<W> {
     /// The watcher sees the present tick again: it has something new to take.
     pub fn see_again(&mut self) {
         self.seen = None;
+    }
+
+    /// What a checkpoint of the present tick carries along, by name.
+    ///
+    /// # Errors
+    /// A message: the checkpoint cannot be written.
+    pub fn carried(&self) -> Result<Extra, String> {
+        carried(&self.watch, &self.feeds)
     }
 
     /// Feeds a tap from the present tick on.
@@ -281,14 +315,14 @@ impl<W: Watch> Runner<W> {
                 return Some(Pause::Ended(Ended::Tap(e)));
             }
             if let Some(saves) = &mut self.saves {
-                saves.periodic(&self.sim, &self.watch);
+                saves.periodic(&self.sim, || carried(&self.watch, &self.feeds));
             }
         }
         if let Some(end) = self.end(goal) {
             return Some(Pause::Ended(end));
         }
         if let Some(saves) = &mut self.saves {
-            saves.keep(&self.sim, &self.watch);
+            saves.keep(&self.sim, || carried(&self.watch, &self.feeds));
         }
         if let Some(pace) = &mut self.pace {
             pace.wait(self.sim.time(), &self.stop);
@@ -318,9 +352,8 @@ impl<W: Watch> Runner<W> {
                     return Err(e);
                 }
                 (Err(e), Need::Should | Need::May) => {
-                    let Feed { name, need, tap } = self.feeds.remove(k);
-                    let dropped = tap.dropped();
-                    self.ended.push(TapEnd { name, need, dropped, result: Err(e) });
+                    let feed = self.feeds.remove(k);
+                    self.ended.push(feed.end(|_| Err(e)));
                 }
             }
         }
@@ -337,9 +370,8 @@ impl<W: Watch> Runner<W> {
                     return Err(e);
                 }
                 (Err(e), Need::Should | Need::May) => {
-                    let Feed { name, need, tap } = self.feeds.remove(k);
-                    let dropped = tap.dropped();
-                    self.ended.push(TapEnd { name, need, dropped, result: Err(e) });
+                    let feed = self.feeds.remove(k);
+                    self.ended.push(feed.end(|_| Err(e)));
                 }
                 (Ok(()), _) => k += 1,
             }
@@ -350,7 +382,7 @@ impl<W: Watch> Runner<W> {
     /// Writes a checkpoint of the present tick under this name, whatever the policy says.
     pub fn save(&mut self, name: &str) {
         if let Some(saves) = &mut self.saves {
-            saves.write(&self.sim, &self.watch, name);
+            saves.write(&self.sim, carried(&self.watch, &self.feeds), name);
         }
     }
 
@@ -380,13 +412,10 @@ impl<W: Watch> Runner<W> {
 
     /// Finishes all taps: logs are waited for, viewers for a few seconds.
     pub fn finish_taps(&mut self) -> Vec<TapEnd> {
-        for Feed { name, need, tap } in self.feeds.drain(..) {
-            let dropped = tap.dropped();
-            let result = match need {
-                Need::Must | Need::Should => tap.finish(),
-                Need::May => tap.finish_within(LAST_ROWS),
-            };
-            self.ended.push(TapEnd { name, need, dropped, result });
+        for feed in self.feeds.drain(..) {
+            let patient = feed.need != Need::May;
+            let end = |tap: Tap| if patient { tap.finish() } else { tap.finish_within(LAST_ROWS) };
+            self.ended.push(feed.end(end));
         }
         self.ended_taps()
     }

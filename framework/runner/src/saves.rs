@@ -1,11 +1,10 @@
 //! Checkpoints of a run: when they are written, what they are called, what they carry along.
-use crate::run::Watch;
 use linkwork_runtime::{Checkpoint, Place, Plan, Role, Schedule, Seconds, Simulation};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// What a checkpoint carries beside the state, by name.
-type Extra = BTreeMap<String, Vec<u8>>;
+pub type Extra = BTreeMap<String, Vec<u8>>;
 
 /// The policy, and how it fared.
 pub struct Saves {
@@ -76,9 +75,13 @@ impl Saves {
         self.every.as_mut().is_some_and(|e| e.is_due(tick))
     }
 
-    pub(crate) fn periodic(&mut self, sim: &Simulation, watch: &impl Watch) {
+    pub(crate) fn periodic(
+        &mut self,
+        sim: &Simulation,
+        carried: impl FnOnce() -> Result<Extra, String>,
+    ) {
         let name = format!("checkpoint_{}.lwck", time_name(sim.time()));
-        self.write(sim, watch, &name);
+        self.write(sim, carried(), &name);
         let path = self.folder.join(&name);
         // One that could not be written makes no older one go.
         if self.written.last() != Some(&path) {
@@ -100,7 +103,11 @@ impl Saves {
 
     /// Keeps the present state in memory, about once in a simulated second.
     #[inline]
-    pub(crate) fn keep(&mut self, sim: &Simulation, watch: &impl Watch) {
+    pub(crate) fn keep(
+        &mut self,
+        sim: &Simulation,
+        carried: impl FnOnce() -> Result<Extra, String>,
+    ) {
         let t = sim.time();
         if t >= self.next_last {
             self.next_last = t + KEEP;
@@ -109,27 +116,20 @@ impl Saves {
                 return;
             }
             self.unsaved = None;
-            let mut extra = Extra::new();
-            self.last = watch.carry(&mut extra).is_ok().then(|| (sim.fork(), extra));
+            self.last = carried().ok().map(|extra| (sim.fork(), extra));
         }
     }
 
     /// After a failed step: writes the state that was kept last.
     pub(crate) fn before_failure(&mut self) {
         if let Some((sim, extra)) = self.last.take() {
-            self.put(&sim, Ok(extra), "before_failure.lwck");
+            self.write(&sim, Ok(extra), "before_failure.lwck");
         } else if let Some(why) = self.unsaved.take() {
             self.lost(why);
         }
     }
 
-    pub(crate) fn write(&mut self, sim: &Simulation, watch: &impl Watch, name: &str) {
-        let mut extra = Extra::new();
-        let carried = watch.carry(&mut extra).map(|()| extra);
-        self.put(sim, carried, name);
-    }
-
-    fn put(&mut self, sim: &Simulation, extra: Result<Extra, String>, name: &str) {
+    pub(crate) fn write(&mut self, sim: &Simulation, extra: Result<Extra, String>, name: &str) {
         let path = self.folder.join(name);
         let written = extra.and_then(|extra| {
             let mut c = sim.checkpoint(&self.configuration).map_err(|e| e.to_string())?;

@@ -18,6 +18,10 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
             seen.insert(&plan.variables[names[k]].part);
         }
     }
+    for around in file.log.iter().filter_map(|rule| rule.around.as_ref()) {
+        let named = |p: &&linkwork_runtime::PartPlan| around.when.text.contains(&p.path);
+        seen.extend(plan.parts.iter().filter(named).map(|p| p.path.as_str()));
+    }
     for phase in &loaded.phases {
         for transition in &phase.transitions {
             let named = |p: &&PartSpec| transition.when.contains(&p.path);

@@ -222,6 +222,11 @@ pub trait Prototype: Any + Send + Sync {
     fn names(&self, _wiring: &Wiring) -> Option<Vec<Named>> {
         None
     }
+    /// One flag for each of its continuous states: whether it is no number by itself, but held together with others when
+    /// the state is brought back onto its manifold. Empty: none is.
+    fn held_together(&self) -> Vec<bool> {
+        Vec::new()
+    }
     /// The last preparation, once every wire is right.
     ///
     /// # Errors

@@ -87,17 +87,25 @@ impl Condition {
     /// Above zero where it holds.
     #[inline]
     pub fn value(&self, t: f64, x: &[f64], d: &[f64], sig: &[f64]) -> f64 {
+        self.of(t, |place| match place {
+            Place::X(k) => x[k as usize],
+            Place::D(k) => d[k as usize],
+            Place::Signal(k) => sig[k as usize],
+            // Conditions of phases are read over the lanes of their own plan.
+            Place::Channel(_) => f64::NAN,
+        })
+    }
+
+    /// The same with the value of each place; not above zero where one that decides is NaN.
+    #[inline]
+    pub fn of(&self, t: f64, value: impl Fn(Place) -> f64) -> f64 {
         let mut stack = [0.0_f64; DEPTH];
         let mut n = 0;
         for code in &self.code {
             let push = match *code {
                 Code::Number(v) => v,
                 Code::Time => t,
-                Code::Value(Place::X(k)) => x[k as usize],
-                Code::Value(Place::D(k)) => d[k as usize],
-                Code::Value(Place::Signal(k)) => sig[k as usize],
-                // Conditions are read over the lanes of their own plan.
-                Code::Value(Place::Channel(_)) => f64::NAN,
+                Code::Value(place) => value(place),
                 Code::Negate | Code::Abs => {
                     n -= 1;
                     if *code == Code::Abs { stack[n].abs() } else { -stack[n] }
@@ -110,6 +118,9 @@ impl Condition {
                         Code::Subtract => a - b,
                         Code::Multiply => a * b,
                         Code::Divide => a / b,
+                        // What is not known does not hold: `and` is not the other side alone.
+                        Code::Least if a.is_nan() => a,
+                        Code::Least if b.is_nan() => b,
                         Code::Least => a.min(b),
                         _ => a.max(b),
                     }
@@ -407,6 +418,20 @@ mod tests {
         assert_eq!(value("abs(Arm.rate[1]) > 1 rad/s and (time < 1 s or time > 6 s)"), 1.0);
         assert_eq!(value("-A.speed / 2 s < -3 m/s^2"), 12.0);
         assert_eq!(value("A.mach * 1e2 > 1.2e+2"), 30.0);
+    }
+
+    #[test]
+    fn what_a_phase_has_not_does_not_hold() {
+        let of = |text: &str| {
+            let c = Condition::parse(text, &variables()).unwrap();
+            c.of(7.0, |place| if place == Place::Signal(0) { f64::NAN } else { 30.0 })
+        };
+        for text in ["A.mach < 1", "A.mach > 1", "A.mach < 1 and A.speed > 1 m/s"] {
+            assert!(of(text).is_nan(), "{text}");
+        }
+        assert!(of("A.speed > 1 m/s and A.mach < 1").is_nan());
+        assert_eq!(of("A.speed > 1 m/s or A.mach < 1"), 29.0);
+        assert_eq!(of("A.mach < 1 or A.speed > 1 m/s"), 29.0);
     }
 
     #[test]

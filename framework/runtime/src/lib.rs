@@ -19,6 +19,7 @@ pub mod pattern;
 mod plan;
 mod ports;
 mod program;
+mod rows;
 mod scenery;
 mod schedule;
 mod services;
@@ -56,6 +57,7 @@ pub use ports::{
     PortKind, PortSpec, Text, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
+pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
 pub use scenery::{PLAIN, Scenery, Sight};
 pub use schedule::Schedule;
 pub use services::{
@@ -71,7 +73,7 @@ pub use spec::{
 pub use step::{
     GuardState, MoveReport, Profile, RunError, Simulation, Spent, State, Stop, VariableError,
 };
-pub use tap::{Change, Consumer, Group, Overflow, SetRow, Tap, TapRow};
+pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{

@@ -4,32 +4,13 @@
 //! (law 12). What a slow consumer costs is said where the tap is started: a log makes the run
 //! wait and loses nothing; a viewer makes it wait a little in all, and then loses rows, which are
 //! counted.
-use crate::field::Shown;
-use crate::plan::{FieldPlan, Place, Plan};
-use crate::schedule::Schedule;
+use crate::rows::{Group, Kept, Rows, Sink, TapRow};
 use crate::step::Simulation;
-use crate::time::Seconds;
+use crate::time::nanoseconds;
 use std::sync::mpsc::{
     Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel,
 };
 use std::time::Duration;
-
-/// One row.
-#[derive(Clone, Debug, Default)]
-pub struct TapRow {
-    /// Index of the group.
-    pub group: u32,
-    /// Phase of the program.
-    pub phase: u32,
-    /// Simulated time (s).
-    pub t: f64,
-    /// Simulated time (ns), exact for bases that are whole nanoseconds.
-    pub ns: u64,
-    /// Values, as the group lists them.
-    pub values: Vec<f64>,
-    /// What the group's fields show, those that the phase has.
-    pub shown: Vec<Option<Shown>>,
-}
 
 /// What is done to a variable from outside of the simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,19 +36,6 @@ pub struct SetRow {
     pub change: Change,
     /// Its new value (SI); when it was unpinned, the value that it has then.
     pub value: f64,
-}
-
-/// Variables that are read together.
-#[derive(Clone, Debug, Default)]
-pub struct Group {
-    /// Period of the rows; a row is taken at the first tick at or after each multiple.
-    pub period: Seconds,
-    /// What is read.
-    pub places: Vec<Place>,
-    /// Continuous lanes that are read after that, for each phase: the coordinates of its mechanism.
-    pub coordinates: Vec<std::ops::Range<usize>>,
-    /// Paths of the fields whose data go along. As long as a row is with its consumer, a field that changes is copied.
-    pub shown: Vec<String>,
 }
 
 /// What a tap feeds, in its own thread.
@@ -111,18 +79,6 @@ pub enum Overflow {
 /// A wait for a consumer that may drop rows, and how many of them there are in a run.
 const PATIENCE: (Duration, u32) = (Duration::from_millis(10), 200);
 
-/// For each phase the blocks of these fields.
-fn fields(sim: &Simulation, shown: &[String]) -> Vec<Vec<Option<u32>>> {
-    let of = |plan: &Plan| {
-        let block = |path: &String| {
-            let is = |f: &&FieldPlan| plan.parts[f.block as usize].path == *path;
-            plan.fields.iter().find(is).map(|f| f.block)
-        };
-        shown.iter().map(block).collect()
-    };
-    sim.program().phases.iter().map(|phase| of(&phase.plan)).collect()
-}
-
 enum Message {
     Row(TapRow),
     Set(SetRow),
@@ -132,9 +88,12 @@ enum Message {
 
 /// A running tap.
 pub struct Tap {
-    groups: Vec<(Group, Schedule)>,
-    /// For each group and phase the blocks of its fields.
-    fields: Vec<Vec<Vec<Option<u32>>>>,
+    groups: Vec<Rows>,
+    channel: Channel,
+}
+
+/// To the consumer and back.
+struct Channel {
     full: Option<SyncSender<Message>>,
     empty: Receiver<TapRow>,
     done: Receiver<Result<(), String>>,
@@ -150,7 +109,7 @@ impl Tap {
     /// is in the earlier log).
     ///
     /// # Errors
-    /// When the thread cannot be started.
+    /// When the thread cannot be started; when more rows would wait for an event than may.
     pub fn start(
         sim: &Simulation,
         groups: Vec<Group>,
@@ -163,7 +122,7 @@ impl Tap {
     /// The same, and what to do when the consumer is slow.
     ///
     /// # Errors
-    /// When the thread cannot be started.
+    /// When the thread cannot be started; when more rows would wait for an event than may.
     pub fn with(
         sim: &Simulation,
         groups: Vec<Group>,
@@ -171,8 +130,11 @@ impl Tap {
         overflow: Overflow,
         consumer: Box<dyn Consumer>,
     ) -> std::io::Result<Tap> {
-        let lanes = |g: &Group| g.coordinates.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
-        let width = groups.iter().map(|g| g.places.len() + lanes(g)).max().unwrap_or(0);
+        let width = groups.iter().map(Group::width).max().unwrap_or(0);
+        let groups: Result<Vec<Rows>, String> =
+            groups.into_iter().zip(0..).map(|(g, k)| Rows::new(sim, k, g)).collect();
+        let groups =
+            groups.map_err(|e| std::io::Error::new(std::io::ErrorKind::InvalidInput, e))?;
         let (full, rows) = sync_channel::<Message>(depth);
         let (back, empty) = sync_channel::<TapRow>(depth);
         for _ in 0..depth {
@@ -185,21 +147,10 @@ impl Tap {
             // Nobody may be waiting any more: then nobody wants to know.
             let _ = end.send(consume(consumer, &rows, &back));
         })?;
-        let (start, base) = (sim.state().tick, sim.plan().base);
-        let first = |period| match start {
-            0 => Schedule::from(0, base, period),
-            _ => Schedule::after(start, base, period),
-        };
-        let groups: Vec<(Group, Schedule)> = groups
-            .into_iter()
-            .map(|g| {
-                let schedule = first(g.period);
-                (g, schedule)
-            })
-            .collect();
-        let fields = groups.iter().map(|(g, _)| fields(sim, &g.shown)).collect();
         let patience = PATIENCE.1;
-        Ok(Tap { groups, fields, full: Some(full), empty, done, overflow, patience, dropped: 0 })
+        let full = Some(full);
+        let channel = Channel { full, empty, done, overflow, patience, dropped: 0 };
+        Ok(Tap { groups, channel })
     }
 
     /// Copies the rows that are due.
@@ -207,49 +158,96 @@ impl Tap {
     /// # Errors
     /// The consumer's message, once it has failed.
     pub fn sample(&mut self, sim: &Simulation) -> Result<(), String> {
-        let tick = sim.state().tick;
-        for k in 0..self.groups.len() {
-            if !self.groups[k].1.is_due(tick) {
-                continue;
-            }
-            let Some(mut row) = self.room()? else { continue };
-            let base = sim.plan().base;
-            row.group = k as u32;
-            row.t = base.times(tick);
-            row.ns = nanoseconds(tick, base);
-            row.values.clear();
-            row.phase = sim.state().phase;
-            let group = &self.groups[k].0;
-            row.values.extend(group.places.iter().map(|p| sim.value(*p)));
-            if let Some(lanes) = group.coordinates.get(row.phase as usize) {
-                row.values.extend_from_slice(&sim.state().x[lanes.clone()]);
-            }
-            row.shown.clear();
-            if let Some(fields) = self.fields[k].get(row.phase as usize) {
-                row.shown.extend(fields.iter().map(|f| f.and_then(|block| sim.shown(block))));
-            }
-            let Some(full) = &self.full else { return self.end() };
-            // There is room: as many rows go round as the channel holds. Only a flush can be
-            // in the way, and none is when rows may be dropped.
-            let sent = match self.overflow {
-                Overflow::Wait => full.send(Message::Row(row)).is_ok(),
-                Overflow::Drop => match full.try_send(Message::Row(row)) {
-                    Ok(()) => true,
-                    Err(TrySendError::Full(_)) => {
-                        self.dropped += 1;
-                        true
-                    }
-                    Err(TrySendError::Disconnected(_)) => false,
-                },
-            };
-            if !sent {
-                return self.end();
-            }
-        }
-        Ok(())
+        let channel = &mut self.channel;
+        self.groups.iter_mut().try_for_each(|rows| rows.sample(sim, channel))
     }
 
-    /// An empty row; `None` when this one is dropped.
+    /// What decides about rows to come, for a checkpoint of the present tick: [`Tap::go_on`] with it gives the rows that
+    /// this tap would have given.
+    ///
+    /// # Errors
+    /// A message, when it cannot be written down.
+    pub fn carry(&self) -> Result<Vec<u8>, String> {
+        let kept: Vec<Kept> = self.groups.iter().map(Rows::keep).collect();
+        rmp_serde::to_vec(&kept).map_err(|e| format!("the rows that wait: {e}"))
+    }
+
+    /// Goes on where the tap of an earlier run stood, of which `sim` was resumed and which had these groups, and perhaps others.
+    ///
+    /// # Errors
+    /// A message, when a group remembers rows that it lacks; those then begin after the present tick.
+    pub fn go_on(&mut self, carried: &[u8], sim: &Simulation) -> Result<(), String> {
+        let bad = |e: String| format!("what the checkpoint remembers of the rows before it: {e}");
+        let kept: Vec<Kept> = rmp_serde::from_slice(carried).map_err(|e| bad(e.to_string()))?;
+        self.groups.iter_mut().try_for_each(|rows| rows.take(&kept, sim)).map_err(bad)
+    }
+
+    /// The conditions that have not come to hold so far, of groups that have rows around events alone.
+    pub fn unmet(&self) -> Vec<String> {
+        self.groups.iter().filter_map(Rows::unmet).map(String::from).collect()
+    }
+
+    /// Tells the consumer that a variable was changed at the present tick, before its rows. Not told to a consumer that
+    /// may lose rows. A consumer that has failed says so at the next sample.
+    pub fn set(&mut self, sim: &Simulation, path: &str, change: Change, value: f64) {
+        if let (Overflow::Wait, Some(full)) = (self.channel.overflow, &self.channel.full) {
+            let (tick, base) = (sim.state().tick, sim.plan().base);
+            let (ns, path) = (nanoseconds(tick, base), path.to_string());
+            let set = SetRow { tick, ns, path, change, value };
+            let _ = full.send(Message::Set(set));
+        }
+    }
+
+    /// Waits until the consumer has brought all rows so far to where a killed process leaves
+    /// them. Nothing happens when rows may be dropped: nobody counts on such a consumer.
+    ///
+    /// # Errors
+    /// The consumer's message.
+    pub fn flush(&mut self) -> Result<(), String> {
+        if self.channel.overflow == Overflow::Drop {
+            return Ok(());
+        }
+        let (answer, answered) = sync_channel(1);
+        let sent =
+            self.channel.full.as_ref().is_some_and(|f| f.send(Message::Flush(answer)).is_ok());
+        match sent.then(|| answered.recv()) {
+            Some(Ok(Ok(()))) => Ok(()),
+            // The thread has ended, or does so now: with the message that matters.
+            _ => self.channel.end(),
+        }
+    }
+
+    /// How many rows the consumer did not take.
+    pub fn dropped(&self) -> u64 {
+        self.channel.dropped
+    }
+
+    /// Waits for the consumer to take the last row and finish.
+    ///
+    /// # Errors
+    /// The consumer's message.
+    pub fn finish(mut self) -> Result<(), String> {
+        self.channel.end()
+    }
+
+    /// The same, but no longer than this; then the consumer is left to itself.
+    ///
+    /// # Errors
+    /// The consumer's message, or that it did not finish.
+    pub fn finish_within(mut self, patience: Duration) -> Result<(), String> {
+        self.channel.full = None;
+        match self.channel.done.recv_timeout(patience) {
+            Ok(result) => result,
+            Err(RecvTimeoutError::Disconnected) => Err(PANICKED.into()),
+            Err(RecvTimeoutError::Timeout) => {
+                self.channel.overflow = Overflow::Drop; // Nobody waits for it when it is dropped.
+                Err(format!("it did not take its last rows within {} s", patience.as_secs_f64()))
+            }
+        }
+    }
+}
+
+impl Sink for Channel {
     fn room(&mut self) -> Result<Option<TapRow>, String> {
         if self.overflow == Overflow::Wait {
             return match self.empty.recv() {
@@ -274,64 +272,26 @@ impl Tap {
         }
     }
 
-    /// Tells the consumer that a variable was changed at the present tick, before its rows. Not told to a consumer that
-    /// may lose rows. A consumer that has failed says so at the next sample.
-    pub fn set(&mut self, sim: &Simulation, path: &str, change: Change, value: f64) {
-        if let (Overflow::Wait, Some(full)) = (self.overflow, &self.full) {
-            let (tick, base) = (sim.state().tick, sim.plan().base);
-            let (ns, path) = (nanoseconds(tick, base), path.to_string());
-            let set = SetRow { tick, ns, path, change, value };
-            let _ = full.send(Message::Set(set));
-        }
+    fn send(&mut self, row: TapRow) -> Result<(), String> {
+        let Some(full) = &self.full else { return self.end() };
+        // There is room: as many rows go round as the channel holds. Only a flush can be
+        // in the way, and none is when rows may be dropped.
+        let sent = match self.overflow {
+            Overflow::Wait => full.send(Message::Row(row)).is_ok(),
+            Overflow::Drop => match full.try_send(Message::Row(row)) {
+                Ok(()) => true,
+                Err(TrySendError::Full(_)) => {
+                    self.dropped += 1;
+                    true
+                }
+                Err(TrySendError::Disconnected(_)) => false,
+            },
+        };
+        if sent { Ok(()) } else { self.end() }
     }
+}
 
-    /// Waits until the consumer has brought all rows so far to where a killed process leaves
-    /// them. Nothing happens when rows may be dropped: nobody counts on such a consumer.
-    ///
-    /// # Errors
-    /// The consumer's message.
-    pub fn flush(&mut self) -> Result<(), String> {
-        if self.overflow == Overflow::Drop {
-            return Ok(());
-        }
-        let (answer, answered) = sync_channel(1);
-        let sent = self.full.as_ref().is_some_and(|f| f.send(Message::Flush(answer)).is_ok());
-        match sent.then(|| answered.recv()) {
-            Some(Ok(Ok(()))) => Ok(()),
-            // The thread has ended, or does so now: with the message that matters.
-            _ => self.end(),
-        }
-    }
-
-    /// How many rows the consumer did not take.
-    pub fn dropped(&self) -> u64 {
-        self.dropped
-    }
-
-    /// Waits for the consumer to take the last row and finish.
-    ///
-    /// # Errors
-    /// The consumer's message.
-    pub fn finish(mut self) -> Result<(), String> {
-        self.end()
-    }
-
-    /// The same, but no longer than this; then the consumer is left to itself.
-    ///
-    /// # Errors
-    /// The consumer's message, or that it did not finish.
-    pub fn finish_within(mut self, patience: Duration) -> Result<(), String> {
-        self.full = None;
-        match self.done.recv_timeout(patience) {
-            Ok(result) => result,
-            Err(RecvTimeoutError::Disconnected) => Err(PANICKED.into()),
-            Err(RecvTimeoutError::Timeout) => {
-                self.overflow = Overflow::Drop; // Nobody waits for it when it is dropped.
-                Err(format!("it did not take its last rows within {} s", patience.as_secs_f64()))
-            }
-        }
-    }
-
+impl Channel {
     fn end(&mut self) -> Result<(), String> {
         match self.full.take() {
             None => Err("the tap has ended".into()),
@@ -376,13 +336,8 @@ fn consume(
 
 impl Drop for Tap {
     fn drop(&mut self) {
-        if self.overflow == Overflow::Wait {
-            let _ = self.end();
+        if self.channel.overflow == Overflow::Wait {
+            let _ = self.channel.end();
         }
     }
-}
-
-fn nanoseconds(tick: u64, base: Seconds) -> u64 {
-    let n = u128::from(tick) * u128::from(base.num) * 1_000_000_000;
-    u64::try_from(n / u128::from(base.den)).unwrap_or(u64::MAX)
 }

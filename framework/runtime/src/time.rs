@@ -102,6 +102,13 @@ impl Seconds {
         (d > 0 && n.is_multiple_of(d)).then(|| u64::try_from(n / d).ok()).flatten()
     }
 
+    /// How many whole times this fits into `span`; `u64::MAX` when that is more.
+    pub fn ticks_in(self, span: Seconds) -> u64 {
+        let n = u128::from(span.num) * u128::from(self.den);
+        let d = u128::from(span.den) * u128::from(self.num);
+        u64::try_from(n / d.max(1)).unwrap_or(u64::MAX)
+    }
+
     /// The nearest double to `ticks` times this.
     pub fn times(self, ticks: u64) -> f64 {
         let product = u128::from(self.num) * u128::from(ticks);
@@ -113,6 +120,12 @@ impl Seconds {
     pub fn seconds(self) -> f64 {
         self.num as f64 / self.den as f64
     }
+}
+
+/// Time of a tick (ns), rounded down.
+pub(crate) fn nanoseconds(tick: u64, base: Seconds) -> u64 {
+    let n = u128::from(tick) * u128::from(base.num) * 1_000_000_000;
+    u64::try_from(n / u128::from(base.den)).unwrap_or(u64::MAX)
 }
 
 impl fmt::Display for Seconds {

@@ -287,3 +287,79 @@ fn loops_report_their_forces_beside_contact() {
         }
     }
 }
+
+/// A four-bar on a free frame: the frame is pinned and the loop stays closed; what the loop holds together is refused,
+/// however it is solved and wherever the machine stands.
+#[test]
+fn what_a_loop_holds_together_is_told_by_the_structure() {
+    let machine = |treatment| {
+        let (small, q) = four_bar(false);
+        let mut b = Builder::new();
+        let J = Mat3::from_diagonal(&Vec3::new(0.5, 0.7, 0.6));
+        let frame = BodySpec::new("frame", "world").hinge(Hinge::free());
+        b.body(frame.mass(MassProperties::new(5.0, Vec3::zeros(), J)));
+        for body in small.body_ids() {
+            let mut spec = small.spec(body);
+            if spec.parent == "world" {
+                spec.parent = "frame".into();
+            }
+            b.body(spec);
+        }
+        b.body(
+            BodySpec::new("lone", "frame")
+                .hinge(Hinge::slider(Vec3::z()))
+                .mass(MassProperties::new(0.3, Vec3::zeros(), J)),
+        );
+        b.loop_closure(small.loops()[0].closure.clone());
+        let mbs = b.build().unwrap();
+        let mut start = mbs.neutral_q();
+        for (body, angle) in ["crank", "coupler", "rocker"].iter().zip(q) {
+            start[mbs.get(mbs.body(body).unwrap()).q().start] = angle;
+        }
+        let mut v = vec![0.0; mbs.nv()];
+        // Whichever of them are dependent.
+        for body in ["crank", "coupler", "rocker"] {
+            v[mbs.hinge(body).unwrap().start] = 1.0;
+        }
+        let mut m = MechanismSpec::new("Linkage", Arc::new(mbs), start, v);
+        m.treatments.insert("joint".into(), treatment);
+        let mut s = spec(vec![gravity()], &[]);
+        s.set_mechanism(m);
+        s.step = seconds(0.001);
+        s
+    };
+    for treatment in BOTH {
+        let mut sim = Simulation::new(plan(&machine(treatment)));
+        let states: Vec<String> = (sim.plan().lanes.iter())
+            .filter(|(_, v)| matches!(v.place, Place::X(_)))
+            .map(|(path, _)| path.clone())
+            .collect();
+        let refused: Vec<&String> =
+            (states.iter()).filter(|path| sim.fork().pin(path, 0.25).is_err()).collect();
+        assert_eq!(
+            refused,
+            [
+                "coupler.angle",
+                "coupler.rate",
+                "crank.angle",
+                "crank.rate",
+                "frame.rotation.w",
+                "frame.rotation.x",
+                "frame.rotation.y",
+                "frame.rotation.z",
+                "rocker.angle",
+                "rocker.rate",
+            ],
+            "{treatment:?}"
+        );
+        let [height, angle] = ["frame.position.z", "crank.angle"].map(|p| sim.get(p).unwrap());
+        for path in ["frame.position.z", "frame.velocity.z", "frame.angular.y", "lone.displacement"]
+        {
+            sim.pin(path, sim.get(path).unwrap()).unwrap();
+        }
+        sim.run_until(seconds(0.5)).unwrap();
+        assert!(sim.get("Linkage.joint.error").unwrap() < 1e-11, "{treatment:?}");
+        assert!((sim.get("crank.angle").unwrap() - angle).abs() > 0.01, "{treatment:?}");
+        assert_eq!(sim.get("frame.position.z").unwrap(), height);
+    }
+}

@@ -333,3 +333,28 @@ fn pins_go_over_to_a_phase_that_has_the_variable_and_others_are_told() {
     let e = sim.pin("gain.y", 1.0).unwrap_err();
     assert!(e.message.contains("not there in phase `b`"), "{e}");
 }
+
+/// A pattern is one build and one evaluation, and all or nothing.
+#[test]
+fn many_are_pinned_at_once_or_not_at_all() {
+    let mut sim = begun(Integrator::Rk4);
+    let all: Vec<(String, f64)> =
+        [("gain.y", 4.0), ("slow.y", -1.0), ("x.state.x", 2.0)].map(|(p, y)| (p.into(), y)).into();
+    sim.change_all(Change::Pin, &all).unwrap();
+    let pinned: Vec<(String, f64)> = sim.pins().map(|(p, y)| (p.to_string(), y)).collect();
+    assert_eq!(pinned, all);
+    assert_eq!([sim.get("sum.y").unwrap(), sim.get("x.y").unwrap()], [3.0, 2.0]);
+    let hash = sim.hash();
+    for (change, bad) in [
+        (Change::Pin, [("v.state.x", 1.0), ("gain.u", 1.0)]),
+        (Change::Pin, [("v.state.x", 1.0), ("reader.state.x", f64::NAN)]),
+        (Change::Unpin, [("gain.y", 0.0), ("v.state.x", 0.0)]),
+        (Change::Set, [("v.state.x", 1.0), ("x.state.x", 1.0)]),
+    ] {
+        let bad: Vec<(String, f64)> = bad.map(|(p, y)| (p.into(), y)).into();
+        assert!(sim.change_all(change, &bad).is_err(), "{bad:?}");
+        assert_eq!(sim.hash(), hash, "{bad:?}");
+    }
+    sim.change_all(Change::Unpin, &all[..2]).unwrap();
+    assert_eq!(sim.pins().collect::<Vec<_>>(), [("x.state.x", 2.0)]);
+}

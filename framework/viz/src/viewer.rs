@@ -133,7 +133,7 @@ impl View {
         }
         view.cameras = pictures::cameras(program);
         let (coordinates, shown) = (program.coordinates(), view.cameras.clone());
-        Ok((view, vec![Group { period, places, coordinates, shown }]))
+        Ok((view, vec![Group { period, places, coordinates, shown, ..Group::default() }]))
     }
 
     /// The bodies and nodes of all phases, each once.

@@ -165,9 +165,23 @@ pub fn describe(model: &str) -> u8 {
     exit::OK
 }
 
-/// Prints the JSON Schema of the file format.
-pub fn schema() -> u8 {
-    say_text(format_args!("{:#}\n", linkwork_assembly::schema()));
+/// Kinds of files that have a schema.
+#[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
+pub enum Kind {
+    /// Simulations, assemblies and side-cars.
+    #[default]
+    Simulation,
+    /// Campaigns.
+    Campaign,
+}
+
+/// Prints the JSON Schema of a file format.
+pub fn schema(kind: Kind) -> u8 {
+    let schema = match kind {
+        Kind::Simulation => linkwork_assembly::schema(),
+        Kind::Campaign => linkwork_campaign::schema(),
+    };
+    say_text(format_args!("{schema:#}\n"));
     exit::OK
 }
 

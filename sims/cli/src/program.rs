@@ -209,8 +209,12 @@ enum Command {
         /// The folder, made when it is not there.
         folder: PathBuf,
     },
-    /// Print the JSON Schema of simulation, assembly and side-car files.
-    Schema,
+    /// Print the JSON Schema of a kind of files.
+    Schema {
+        /// Of simulations, assemblies and side-cars, or of campaigns.
+        #[arg(value_enum, default_value_t)]
+        kind: inspect::Kind,
+    },
     /// Make something to begin from, which runs as it is.
     New {
         #[command(subcommand)]
@@ -272,7 +276,7 @@ fn execute(command: Command) -> u8 {
         Command::Export { from, options } => export::export(&from, &options),
         Command::Completions { shell } => pages::completions(shell, &mut self::command()),
         Command::Man { folder } => pages::man(&folder, self::command()),
-        Command::Schema => inspect::schema(),
+        Command::Schema { kind } => inspect::schema(kind),
         Command::New { kind } => make::make(&kind),
         Command::Doctor => doctor::doctor(),
         Command::Replay { log, .. } => replay::verify(&log),

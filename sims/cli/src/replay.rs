@@ -1,9 +1,9 @@
 //! `linkwork replay`: simulates again what a log holds, and compares every number.
 use crate::voice::report;
-use crate::{exit, load};
+use crate::{exit, load, taps};
 use linkwork_assembly::Failure;
 use linkwork_record::{End, Log, LogContents, LogSpec, Series, read_log, read_log_contents};
-use linkwork_runtime::{Checkpoint, Program, SetRow, Simulation, Tap};
+use linkwork_runtime::{Checkpoint, Program, Rule, SetRow, Simulation, Tap};
 use std::collections::BTreeMap;
 use std::iter::Peekable;
 use std::path::Path;
@@ -60,12 +60,23 @@ fn compare(
     }
     let tap = Tap::start(&sim, groups, 64, Box::new(log));
     let mut tap = tap.map_err(|e| e.to_string())?;
+    if let Some(start) = start {
+        // What it does not remember the log did not know either.
+        let _ = taps::go_on(&mut tap, start, &sim);
+    }
     let mut sets = sets.iter().peekable();
     set(&mut sim, &mut sets)?;
     tap.sample(&sim)?;
+    // The last rows may be those before an event, and nothing else says when it came.
+    let before = |rule: &Rule| rule.around.as_ref().map_or(0.0, |a| a.before.seconds());
+    let beyond = spec.groups.iter().map(before).fold(0.0, f64::max);
     // Times in logs are rounded to nanoseconds.
-    while sim.time() < last - 1e-9 {
-        sim.step().map_err(|e| format!("the run fails where the log goes on: {e}"))?;
+    while sim.time() < last + beyond - 1e-9 {
+        match sim.step() {
+            Ok(()) => {}
+            Err(_) if sim.time() > last - 1e-9 => break,
+            Err(e) => return Err(format!("the run fails where the log goes on: {e}")),
+        }
         set(&mut sim, &mut sets)?;
         tap.sample(&sim)?;
     }

@@ -267,7 +267,12 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
             about: [("simulation".to_string(), name.to_string())].into(),
             start: begins,
         };
-        taps::log(&mut runner, &log, &spec).map_err(fail)?;
+        let resumed = match &source.begin {
+            Begin::Resumed(checkpoint) => Some(*checkpoint),
+            // A fork is a run of its own: what came before stands in the log of the run that it left.
+            Begin::New | Begin::Forked(_) => None,
+        };
+        taps::log(&mut runner, &log, &spec, resumed).map_err(fail)?;
         files.push(log);
     }
     taps::viewers(
@@ -517,6 +522,11 @@ impl Run {
         let mut fatal = None;
         for end in ends {
             self.dropped += end.dropped;
+            for when in &end.unmet {
+                self.bar.suspend(|| {
+                    tell!("warning: the log has no rows around `{when}`: it never came to hold");
+                });
+            }
             match (end.result, end.need) {
                 (Ok(()), _) => {}
                 (Err(e), Need::Must) => fatal = Some(e),

@@ -2,24 +2,48 @@
 use crate::exit;
 use crate::options::RunOptions;
 use linkwork_record::{Log, LogSpec};
-use linkwork_runner::{Need, Runner, Watch};
-use linkwork_runtime::{Seconds, Tap};
+use linkwork_runner::{Need, Runner, Watch, tap_entry};
+use linkwork_runtime::{Checkpoint, Seconds, Simulation, Tap};
 use linkwork_viz::Scene;
 use std::path::{Path, PathBuf};
 
 /// Rows between the run and a consumer.
 const DEPTH: usize = 256;
 
-/// Opens the log.
+/// The name of a run's log among its taps.
+pub const LOG: &str = "log";
+
+/// Opens the log; it goes on where that of the run stood that wrote `begins`.
 ///
 /// # Errors
 /// What could not be written.
-pub fn log<W: Watch>(runner: &mut Runner<W>, path: &Path, spec: &LogSpec) -> Result<(), String> {
+pub fn log<W: Watch>(
+    runner: &mut Runner<W>,
+    path: &Path,
+    spec: &LogSpec,
+    begins: Option<&Checkpoint>,
+) -> Result<(), String> {
     let (log, groups) =
         Log::create(path, runner.sim().program(), spec).map_err(|e| e.to_string())?;
-    let tap = Tap::start(runner.sim(), groups, DEPTH, Box::new(log)).map_err(|e| e.to_string())?;
-    runner.tap("log", Need::Must, tap);
+    let mut tap =
+        Tap::start(runner.sim(), groups, DEPTH, Box::new(log)).map_err(|e| e.to_string())?;
+    if let Some(checkpoint) = begins
+        && let Err(e) = go_on(&mut tap, checkpoint, runner.sim())
+    {
+        tell!(
+            "warning: {e}\n  help: rows around an event whose `before` reaches back beyond the checkpoint begin at the \
+             checkpoint; run the simulation anew for all of them"
+        );
+    }
+    runner.tap(LOG, Need::Must, tap);
     Ok(())
+}
+
+/// The log goes on where that of the run stood that wrote the checkpoint.
+pub fn go_on(tap: &mut Tap, checkpoint: &Checkpoint, sim: &Simulation) -> Result<(), String> {
+    // Without an entry: a run without a log, or of a version before there was anything to remember.
+    let nothing = rmp_serde::to_vec::<[u8; 0]>(&[]).map_err(|e| e.to_string())?;
+    tap.go_on(checkpoint.extra.get(&tap_entry(LOG)).unwrap_or(&nothing), sim)
 }
 
 /// Where the recording goes, if there is one. It may not be any other file of the run.

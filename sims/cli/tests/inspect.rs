@@ -260,6 +260,10 @@ fn the_schema_is_json() {
     let schema: serde_json::Value = serde_json::from_str(&out).unwrap();
     assert_eq!(schema["$defs"]["body"]["properties"]["mass"]["anyOf"][0]["description"], "in kg");
     assert_eq!(schema["$defs"]["body"]["required"], serde_json::json!(["parent"]));
+    let out = Lab::new().linkwork(&["schema", "campaign"]).code(0).out;
+    let schema: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(schema["$defs"]["normal"]["required"], serde_json::json!(["mean", "deviation"]));
+    Lab::new().linkwork(&["schema", "robot"]).code(2).tells(&["simulation", "campaign"]);
 }
 
 #[test]

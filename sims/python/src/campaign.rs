@@ -3,8 +3,9 @@ use crate::core::lock;
 use crate::error::{refuse, refuse_with};
 use crate::package;
 use crate::patience::patiently;
+use crate::rules::recording;
 use crate::running::RECORDING;
-use crate::simulation::{Simulation, recording};
+use crate::simulation::Simulation;
 use crate::values::object;
 use linkwork_assembly::{Look, show_faults};
 use linkwork_campaign::{

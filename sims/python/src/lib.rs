@@ -55,6 +55,7 @@ mod package;
 mod parts;
 mod patience;
 mod processor;
+mod rules;
 mod running;
 mod show;
 mod simulate;

@@ -2,7 +2,7 @@
 use crate::array::{Array1, out1};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
-use linkwork_runtime::{Place, Simulation, remedy};
+use linkwork_runtime::{self as runtime, Simulation, Sink, TapRow, remedy};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -18,18 +18,43 @@ pub struct Rows {
 
 /// A log as the run fills it.
 pub struct Filling {
-    pub places: Vec<Place>,
+    /// Which rows it takes.
+    pub due: runtime::Rows,
+    pub into: Filler,
+}
+
+/// Where its rows go.
+pub struct Filler {
     pub rows: Arc<Mutex<Rows>>,
+    /// The row under way.
+    row: Option<TapRow>,
+}
+
+impl Filler {
+    pub fn new(rows: Arc<Mutex<Rows>>) -> Filler {
+        Filler { rows, row: None }
+    }
+}
+
+impl Sink for Filler {
+    fn room(&mut self) -> Result<Option<TapRow>, String> {
+        Ok(Some(self.row.take().unwrap_or_default()))
+    }
+    fn send(&mut self, row: TapRow) -> Result<(), String> {
+        let mut rows = lock(&self.rows);
+        rows.t.push(row.t);
+        rows.columns.iter_mut().zip(&row.values).for_each(|(column, y)| column.push(*y));
+        drop(rows);
+        self.row = Some(row);
+        Ok(())
+    }
 }
 
 impl Filling {
-    /// Takes a row.
-    pub fn sample(&self, sim: &Simulation) {
-        let mut rows = lock(&self.rows);
-        rows.t.push(sim.time());
-        for (column, place) in rows.columns.iter_mut().zip(&self.places) {
-            column.push(sim.value(*place));
-        }
+    /// Takes the rows that go at the present tick.
+    pub fn sample(&mut self, sim: &Simulation) {
+        // There is always room.
+        let _ = self.due.sample(sim, &mut self.into);
     }
 }
 

@@ -2,8 +2,8 @@
 //!
 //! The loop is `linkwork_runner`'s, as on the command line; here are only what it feeds and calls.
 use crate::log::Filling;
-use linkwork_runner::{Ended, Goal, Pause, Runner, Watch};
-use linkwork_runtime::{RunError, Schedule, Simulation};
+use linkwork_runner::{Ended, Goal, Need, Pause, Runner, Watch, tap_entry};
+use linkwork_runtime::{Change, Checkpoint, RunError, Simulation, Tap};
 use pyo3::prelude::*;
 
 /// Steps between two looks at Ctrl-C and at other threads.
@@ -12,29 +12,23 @@ const CHUNK: u64 = 256;
 /// The tap of the recording.
 pub const RECORDING: &str = "recording";
 
-/// Logs in memory, each at its own times; `None`: every step.
+/// Logs in memory, each at its own times.
 #[derive(Default)]
 pub struct Logs {
-    list: Vec<(Option<Schedule>, Filling)>,
-    /// The tick whose rows have been taken.
-    taken: Option<u64>,
+    list: Vec<Filling>,
 }
 
 impl Watch for Logs {
     fn tick(&mut self, sim: &Simulation) {
-        let tick = sim.state().tick;
-        let first = self.taken.replace(tick) != Some(tick);
-        for (schedule, log) in &mut self.list {
-            if schedule.as_mut().map_or(first, |s| s.is_due(tick)) {
-                log.sample(sim);
-            }
-        }
+        self.list.iter_mut().for_each(|log| log.sample(sim));
     }
 }
 
 /// What changes in a run.
 pub struct Running {
     runner: Runner<Logs>,
+    /// Of the checkpoint from which it was resumed: the tick, and what the recording then under way has to remember.
+    remembered: Option<(u64, Vec<u8>)>,
     /// Functions, by the number of their call.
     pub calls: Vec<Py<PyAny>>,
 }
@@ -56,7 +50,7 @@ pub enum Stopped {
 impl Running {
     /// At its start.
     pub fn new(sim: Simulation) -> Self {
-        Self { runner: Runner::new(sim, Logs::default()), calls: Vec::new() }
+        Self { runner: Runner::new(sim, Logs::default()), remembered: None, calls: Vec::new() }
     }
 
     /// The simulation.
@@ -74,11 +68,32 @@ impl Running {
         &mut self.runner
     }
 
+    /// Keeps what a checkpoint carries of the recording that was under way.
+    pub fn remember(&mut self, checkpoint: &Checkpoint) {
+        let carried = checkpoint.extra.get(&tap_entry(RECORDING)).cloned();
+        self.remembered = carried.map(|carried| (checkpoint.tick, carried));
+    }
+
+    /// Feeds a recording from the present tick on, told of what is pinned; where the run was resumed it goes on with what the one of before
+    /// remembered, when it has its rules.
+    pub fn record(&mut self, mut tap: Tap) {
+        let sim = self.runner.sim();
+        let pins: Vec<(String, f64)> = sim.pins().map(|(p, y)| (p.to_string(), y)).collect();
+        for (path, value) in &pins {
+            tap.set(sim, path, Change::Pin, *value);
+        }
+        if let Some((tick, carried)) = &self.remembered
+            && *tick == sim.state().tick
+        {
+            // Of other rules there is nothing to go on with.
+            let _ = tap.go_on(carried, sim);
+        }
+        self.runner.tap(RECORDING, Need::Must, tap);
+    }
+
     /// Fills a log from the present tick on.
-    pub fn log(&mut self, schedule: Option<Schedule>, filling: Filling) {
-        let logs = &mut self.runner.watch;
-        logs.list.push((schedule, filling));
-        logs.taken = None;
+    pub fn log(&mut self, filling: Filling) {
+        self.runner.watch.list.push(filling);
         self.runner.see_again();
     }
 

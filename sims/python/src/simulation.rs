@@ -3,23 +3,23 @@ use crate::array::{Array1, Input, out1};
 use crate::core::{Core, GRAVITY, lock};
 use crate::error::{no_variable, refuse, refuse_with, run_failed};
 use crate::files::{self, Ready};
-use crate::log::{Filling, Log, Rows};
+use crate::log::{Filler, Filling, Log, Rows};
 use crate::mechanism::Mechanism;
 use crate::parts;
+use crate::rules::{self, recording, refused, text, window};
 use crate::running::{RECORDING, Running, Stopped};
 use crate::values::{Variable, object, overrides, period, seconds};
 use linkwork_assembly::{LogRule, Text, match_patterns};
-use linkwork_record::LogSpec;
-use linkwork_runner::{Goal, Need};
+use linkwork_runner::{Goal, log_rules};
 use linkwork_runtime::{
-    self as runtime, Change, Checkpoint, Origin, Place, Plan, PortKind, Program, Role, Seconds,
+    self as runtime, Change, Checkpoint, Group, Place, Plan, PortKind, Program, Role, Seconds,
 };
-use linkwork_runtime::{Schedule, Tap, Value, remedy};
+use linkwork_runtime::{Value, remedy};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -198,15 +198,8 @@ impl Simulation {
 
     fn matching(&self, patterns: &[String]) -> PyResult<Vec<String>> {
         let names: Vec<&str> = self.plan.variables.keys().map(String::as_str).collect();
-        let texts: Vec<Text> =
-            patterns.iter().map(|p| Text { text: p.clone(), origin: Origin::NONE }).collect();
-        let found = match_patterns(&texts, &names).map_err(|faults| {
-            refuse(linkwork_assembly::show_faults(
-                &faults,
-                &runtime::Sources::default(),
-                linkwork_assembly::Look::Plain,
-            ))
-        })?;
+        let texts: Vec<Text> = patterns.iter().map(|p| text(p)).collect();
+        let found = match_patterns(&texts, &names).map_err(|faults| refused(&faults))?;
         Ok(found.into_iter().map(|k| names[k].to_string()).collect())
     }
 }
@@ -253,14 +246,23 @@ impl Simulation {
         };
         let (checkpoint, ready) = py.detach(read).map_err(|e: String| refuse(e))?;
         let this = Self::from_ready(py, ready, until)?;
-        this.with(py, |r| r.sim_mut().restore(&checkpoint))?.map_err(refuse)?;
+        this.with(py, |r| {
+            r.remember(&checkpoint);
+            r.sim_mut().restore(&checkpoint)
+        })?
+        .map_err(refuse)?;
         Ok(this)
     }
 
     /// Writes a checkpoint (.lwck) from which `resume`, or `linkwork resume`, goes on.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let write =
-            |r: &mut Running| r.sim().checkpoint(&self.configuration).and_then(|c| c.write(&path));
+        let write = |r: &mut Running| -> Result<(), String> {
+            let carried = r.runner().carried()?;
+            let checkpoint = r.sim().checkpoint(&self.configuration);
+            let mut checkpoint = checkpoint.map_err(|e| e.to_string())?;
+            checkpoint.extra.extend(carried);
+            checkpoint.write(&path).map_err(|e| e.to_string())
+        };
         self.with(py, write)?.map_err(refuse)
     }
 
@@ -356,55 +358,84 @@ impl Simulation {
     }
 
     /// A log of the variables that match the patterns (`*` one segment, `**` any number), from
-    /// now on: rate rows a second, or one each step.
-    #[pyo3(signature = (channels, rate=None))]
-    fn log(&self, py: Python<'_>, channels: Vec<String>, rate: Option<f64>) -> PyResult<Log> {
-        let names = self.matching(&channels)?;
+    /// now on: rate rows a second, or one each step. on_change: only rows of which a value has changed since the
+    /// last. around: only rows from `before` ahead of the instants from which this condition holds
+    /// ("Ball.height < 1 cm and time > 2 s") to `after` behind them (s, or a text such as "20 ms").
+    #[pyo3(signature = (channels, rate=None, *, on_change=false, around=None, before=None, after=None))]
+    #[allow(clippy::too_many_arguments)] // As Python sees it.
+    fn log(
+        &self,
+        py: Python<'_>,
+        channels: Vec<String>,
+        rate: Option<f64>,
+        on_change: bool,
+        around: Option<String>,
+        before: Option<&Bound<'_, PyAny>>,
+        after: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Log> {
+        let around = window(around, before, after)?;
         let period = rate.map(period).transpose()?;
+        let mut rule = rules::rule(&self.plan, &channels, period, on_change, around)?;
+        if period.is_none() && rule.around.is_none() {
+            // Rows of parts that are sampled between two steps, too.
+            rule.period = self.plan.base;
+        }
+        let runtime::Rule { paths: names, period, on_change, around } = rule;
         let rows = Rows { t: Vec::new(), columns: vec![Vec::new(); names.len()] };
         let rows = Arc::new(Mutex::new(rows));
         let variables: Vec<&runtime::Variable> =
             names.iter().map(|n| &self.plan.variables[n]).collect();
-        let filling =
-            Filling { places: variables.iter().map(|v| v.place).collect(), rows: rows.clone() };
+        let places = variables.iter().map(|v| v.place).collect();
+        let group = Group { period, places, on_change, around, ..Group::default() };
+        let into = Filler::new(rows.clone());
         self.with(py, |r| {
-            let (tick, base) = (r.sim().state().tick, r.sim().plan().base);
-            r.log(period.map(|p| Schedule::from(tick, base, p)), filling);
-        })?;
+            let due = runtime::Rows::from_now(r.sim(), 0, group)?;
+            r.log(Filling { due, into });
+            Ok(())
+        })?
+        .map_err(|e: String| refuse(e))?;
         let units = variables.iter().map(|v| v.unit.clone()).collect();
         Ok(Log { names, units, rows })
     }
 
     /// Records into an MCAP file until `stop_recording`: the variables that match the patterns
-    /// at rate rows a second (one each step when left out), or what the file's `log` says; and
-    /// the poses of all bodies. Read it with read_log, Rerun, Foxglove, PlotJuggler.
-    #[pyo3(signature = (path, channels=None, rate=None))]
+    /// at rate rows a second (one each step when left out), with `on_change` and `around` as of `log`; or what the
+    /// file's `log` says; and the poses of all bodies. Read it with read_log, Rerun, Foxglove, PlotJuggler.
+    /// What is pinned stands at its start. A recording that is begun where a run was resumed, by the rules of the one
+    /// that was under way when the checkpoint was saved, goes on with that.
+    #[pyo3(signature = (path, channels=None, rate=None, *, on_change=false, around=None, before=None, after=None))]
+    #[allow(clippy::too_many_arguments)] // As Python sees it.
     fn record(
         &self,
         py: Python<'_>,
         path: PathBuf,
         channels: Option<Vec<String>>,
         rate: Option<f64>,
+        on_change: bool,
+        around: Option<String>,
+        before: Option<&Bound<'_, PyAny>>,
+        after: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        let step = self.plan.step;
+        let around = window(around, before, after)?;
         let chosen = match channels {
             Some(channels) => {
-                vec![(rate.map_or(Ok(step), period)?, self.matching(&channels)?)]
+                let rate = rate.map(period).transpose()?;
+                vec![rules::rule(&self.plan, &channels, rate, on_change, around)?]
             }
-            None => {
-                let rule = |r: &LogRule| {
-                    let channels: Vec<String> = r.channels.iter().map(|c| c.text.clone()).collect();
-                    Ok((r.rate.unwrap_or(step), self.matching(&channels)?))
-                };
-                self.rules.iter().map(rule).collect::<PyResult<_>>()?
+            None if rate.is_some() || on_change || around.is_some() => {
+                return Err(refuse_with(
+                    "`rate`, `on_change` and `around` are of channels, and there are none",
+                    "give channels, or leave them out to record what the file's `log` says",
+                ));
             }
+            None => log_rules(&self.plan, &self.rules).map_err(|faults| refused(&faults))?,
         };
         let open = |r: &mut Running| {
             if r.runner().has_tap(RECORDING) {
                 return Err("a recording is under way\n  help: call stop_recording() first".into());
             }
             let tap = recording(r.sim(), &path, chosen, &self.configuration)?;
-            r.runner().tap(RECORDING, Need::Must, tap);
+            r.record(tap);
             Ok(())
         };
         self.with(py, open)?.map_err(|e: String| refuse(e))
@@ -430,7 +461,7 @@ impl Simulation {
             _ => PyFloat::new(py, values[0]).into_any(),
         })
     }
-    /// Sets a state, or an input without a wire, from the present tick on; a vector from an array.
+    /// Sets a state, or an input without a wire, from the present tick on; a vector from an array, all of it or nothing.
     fn __setitem__(&self, py: Python<'_>, path: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let names = self.places(path)?;
         let single = names.len() == 1 && names[0] == path;
@@ -448,19 +479,15 @@ impl Simulation {
                 format!("give an array of the shape ({},)", names.len()),
             ));
         }
-        let set = |r: &mut Running| {
-            let set = |(name, x): (&String, &f64)| {
-                r.runner().change(name, Change::Set, Some(&Value::Number(*x))).map(|_| ())
-            };
-            names.iter().zip(&values).try_for_each(set)
-        };
+        let all: Vec<(String, f64)> = names.into_iter().zip(values).collect();
+        let set = |r: &mut Running| r.runner().change_all(Change::Set, &all);
         self.with(py, set)?.map_err(|e| no_variable(&e))
     }
 
     /// Pins a variable, or all that match a pattern with a star: it has this value (SI, or a text such as "12 deg"),
     /// or without one its present value, from now on and for every reader, until it is unpinned, whatever the
     /// model does. States (their derivative is then zero), inputs without a wire and outputs can be pinned. Pins go into
-    /// checkpoints; a recording holds what is pinned while it is made, not what was pinned before. Gives what is pinned now by this call, {path: value}, SI.
+    /// checkpoints and recordings. Gives what is pinned now by this call, {path: value}, SI.
     #[pyo3(signature = (pattern, value=None))]
     fn pin(
         &self,
@@ -579,25 +606,6 @@ impl Simulation {
         };
         self.with(py, show)
     }
-}
-
-/// A tap into an MCAP file: variables by path with the period of their rows, and the poses of all bodies.
-pub fn recording(
-    sim: &runtime::Simulation,
-    path: &Path,
-    groups: Vec<(Seconds, Vec<String>)>,
-    configuration: &str,
-) -> Result<Tap, String> {
-    let spec = LogSpec {
-        groups,
-        transforms: Some(Seconds { num: 1, den: 20 }),
-        configuration: configuration.to_string(),
-        about: [("program".to_string(), "the Python package".to_string())].into(),
-        start: None,
-    };
-    let (log, groups) =
-        linkwork_record::Log::create(path, sim.program(), &spec).map_err(|e| e.to_string())?;
-    Tap::start(sim, groups, 256, Box::new(log)).map_err(|e| e.to_string())
 }
 
 fn no_mechanism() -> PyErr {

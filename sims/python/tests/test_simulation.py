@@ -326,3 +326,81 @@ def test_what_the_kernels_do_not_know_is_a_warning(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         lw.load("sims/ballistic_entry")
+
+
+def test_logs_around_events_and_on_change(tmp_path):
+    def ball():
+        return lw.Simulation("sims/bouncing_ball", {"step": "1 ms"}, until=2)
+
+    window = {"around": "Ball.height < 1 cm", "before": "20 ms", "after": 0.03}
+    sim = ball()
+    every = sim.log(["Ball.height", "Ball.impacts"])
+    near = sim.log(["Ball.height"], **window)
+    few = sim.log(["Ball.impacts"], on_change=True)
+    sim.record(tmp_path / "whole.mcap", ["Ball.height"], **window)
+    sim.run()
+    sim.stop_recording()
+    low = every["Ball.height"] < 0.01
+    events = np.flatnonzero(low & ~np.concatenate([[False], low[:-1]]))
+    k = np.arange(len(low))
+    inside = np.any([(k >= e - 20) & (k <= e + 30) for e in events], axis=0)
+    assert len(events) > 2 and (near.t == every.t[inside]).all()
+    assert (near["Ball.height"] == every["Ball.height"][inside]).all()
+    impacts = every["Ball.impacts"]
+    changed = np.concatenate([[True], np.diff(impacts) != 0])
+    assert (few.t == every.t[changed]).all() and list(few["Ball.impacts"][:3]) == [0, 1, 2]
+
+    # A recording goes on where the run was saved, with the rows that waited then.
+    cut = (events[0] - 5) / 1000
+    sim = ball()
+    sim.record(tmp_path / "first.mcap", ["Ball.height"], **window)
+    sim.run_until(cut)
+    sim.save(tmp_path / "half.lwck")
+    sim.stop_recording()
+    again = lw.Simulation.resume(tmp_path / "half.lwck", until=2)
+    again.record(tmp_path / "second.mcap", ["Ball.height"], **window)
+    again.run()
+    again.stop_recording()
+    whole = lw.read_log(tmp_path / "whole.mcap")["Ball.height"]
+    rest = lw.read_log(tmp_path / "second.mcap")["Ball.height"]
+    assert "Ball.height" not in lw.read_log(tmp_path / "first.mcap")
+    assert (whole.t == rest.t).all() and (whole.y == rest.y).all() and rest.t[0] < cut
+
+    for refused, part in [
+        (lambda: sim.log(["Ball.height"], around="Ball.hight < 1 m"), "there is no variable `Ball.hight`"),
+        (lambda: sim.log(["Ball.height"], around="Ball.height < 1 s"), "different quantities"),
+        (lambda: sim.log(["Ball.height"], before=1), "there is none"),
+        (lambda: sim.log(["Ball.height"], around="Ball.height < 1 m", before=1e6), "would wait in memory"),
+        (lambda: sim.record(tmp_path / "no.mcap", on_change=True), "give channels"),
+    ]:
+        with pytest.raises(lw.LinkworkError, match=part):
+            refused()
+
+
+def test_a_vector_is_set_as_a_whole_or_not_at_all():
+    sim = lw.Simulation("sims/staging")
+    before = sim["booster.position"]
+    sim.pin("booster.position.y")
+    hash_ = sim.state_hash
+    with pytest.raises(lw.LinkworkError, match="is pinned"):
+        sim["booster.position"] = [1.0, 2.0, 3.0]
+    assert (sim["booster.position"] == before).all() and sim.state_hash == hash_
+    sim.unpin()
+    sim["booster.position"] = [1.0, 2.0, 3.0]
+    assert list(sim["booster.position"]) == [1.0, 2.0, 3.0]
+
+
+def test_a_recording_holds_what_was_pinned_before_it_began(tmp_path):
+    sim = lw.Simulation(PENDULUM, until=1)
+    sim.pin("bob.angle", 0.25)
+    sim.record(tmp_path / "run.mcap")
+    sim.run()
+    sim.stop_recording()
+    series = lw.read_log(tmp_path / "run.mcap")
+    assert (series["bob.angle"].y == 0.25).all()
+    target = os.environ.get("CARGO_TARGET_DIR", "target")
+    program = os.path.join(target, "release", "linkwork")
+    if not os.path.exists(program):
+        pytest.skip("the command line is not built in release")
+    said = subprocess.run([program, "replay", tmp_path / "run.mcap", "--verify"], capture_output=True, text=True)
+    assert said.returncode == 0 and "verified" in said.stdout, said

@@ -2,8 +2,8 @@
 use crate::form::assembly;
 use crate::schema::describe::{Field, Schema};
 use crate::schema::kind::{
-    At, Kind, color, list_of, mapped, number, numbers, period, raw, short, table_of, text, texts,
-    unit, vector, word,
+    At, Kind, color, flag, list_of, mapped, number, numbers, period, raw, short, table_of, text,
+    texts, unit, vector, word,
 };
 use crate::schema::record::{Presence, Record, of, record};
 use crate::text::print::inline;
@@ -19,7 +19,24 @@ record! {
         /// Patterns over variable paths; see [`match_patterns`](crate::match_patterns).
         channels: Vec<Text> = texts().need("write channels: [\"Rover.**\"]"),
         /// Sample period; `None`: every step.
-        rate: Option<Seconds> = period().maybe();
+        rate: Option<Seconds> = period().maybe(),
+        /// Only rows of which a value has changed since the last.
+        on_change: bool = flag().or(false),
+        /// Only rows around events.
+        around: Option<AroundForm> = of::<AroundForm>().maybe();
+        origin
+    }
+}
+record! {
+    /// Windows of time around the instants from which a condition holds.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct AroundForm: "window of a log" {
+        /// Condition, as those of transitions.
+        when: Text = text().need("write when: \"Part.output > 1 N\""),
+        /// From so long ahead of it.
+        before: Seconds = period().or(Seconds::ZERO),
+        /// To so long behind it.
+        after: Seconds = period().or(Seconds::ZERO);
         origin
     }
 }

@@ -1,33 +1,43 @@
-//! What the file format is, as data: the JSON Schema of a simulation file is made of it.
+//! What a file format is, as data: its JSON Schema is made of it.
 //!
 //! RON stands in JSON as serde would have it: `(a: 1)` and `{ "a": 1 }` are objects, tuples are lists, `Name` is
 //! `"Name"`, and `Name(x)` is `{ "Name": x }`.
 use linkwork_runtime::Value;
 use serde_json::{Map, Value as Json, json};
 
-/// What may be written at a place.
+/// What may be written at a place of a file.
 #[derive(Clone)]
-pub(crate) enum Schema {
+pub enum Schema {
     /// Whatever fits one of these; with none, anything.
     Any(Vec<Schema>),
     /// A number, or a text with a unit; the range is in SI.
     Number {
+        /// In which it is when none is written; empty for none.
         unit: String,
+        /// Least, SI; `f64::MIN_POSITIVE`: above zero.
         low: f64,
+        /// Greatest, SI.
         high: f64,
     },
     /// A whole number.
     Whole {
+        /// Least.
         low: f64,
+        /// Greatest.
         high: f64,
     },
+    /// True or false.
     Flag,
+    /// A text.
     Text,
+    /// One of these words.
     Words(Vec<&'static str>),
     /// A list, of so many items when that is said.
     List(Box<Schema>, Option<usize>),
     /// Names, each with a value.
     Table(Box<Schema>),
+    /// The same, without these names.
+    TableBut(&'static [&'static str], Box<Schema>),
     /// Fields, by a title that stands for them.
     Record(&'static str, fn() -> Vec<Field>),
     /// `Name(value)`.
@@ -38,18 +48,39 @@ pub(crate) enum Schema {
 
 /// A field of a record.
 #[derive(Clone)]
-pub(crate) struct Field {
+pub struct Field {
+    /// Its name.
     pub name: &'static str,
+    /// What it means.
     pub doc: &'static str,
+    /// What it holds.
     pub schema: Schema,
+    /// Whether it must be written.
     pub required: bool,
+    /// What holds when it is not written.
     pub default: Option<Value>,
 }
 
-/// The JSON Schema of what begins at a place.
-pub(crate) fn document(title: &str, root: &Schema) -> Json {
-    let mut defs = Map::new();
+/// Whether a parameter `$name` or an expression may stand for a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parameters {
+    /// For any.
+    Allowed,
+    /// For none.
+    None,
+}
+
+/// Definitions under way.
+struct Defs {
+    made: Map<String, Json>,
+    parameters: Parameters,
+}
+
+/// The JSON Schema (draft 2020-12) of what begins at a place.
+pub fn document(title: &str, root: &Schema, parameters: Parameters) -> Json {
+    let mut defs = Defs { made: Map::new(), parameters };
     let root = json(root, &mut defs);
+    let defs = defs.made;
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": title,
@@ -58,8 +89,11 @@ pub(crate) fn document(title: &str, root: &Schema) -> Json {
     })
 }
 
-/// A parameter `$name` or an expression may stand for any value.
-fn or_parameter(schema: Json) -> Json {
+/// A parameter `$name` or an expression may stand for any value, where there are parameters.
+fn or_parameter(schema: Json, defs: &Defs) -> Json {
+    if defs.parameters == Parameters::None {
+        return schema;
+    }
     let texts = schema["anyOf"].as_array().into_iter().flatten();
     if texts.into_iter().any(|s| s["type"] == "string" && s["pattern"].is_null()) {
         return schema;
@@ -70,7 +104,7 @@ fn or_parameter(schema: Json) -> Json {
     json!({ "anyOf": [schema, { "type": "string", "pattern": "\\$" }] })
 }
 
-fn json(schema: &Schema, defs: &mut Map<String, Json>) -> Json {
+fn json(schema: &Schema, defs: &mut Defs) -> Json {
     let range = |mut out: Json, low: f64, high: f64| {
         if low.is_finite() && low != f64::MIN_POSITIVE {
             out["minimum"] = json!(low);
@@ -93,7 +127,10 @@ fn json(schema: &Schema, defs: &mut Map<String, Json>) -> Json {
             if !unit.is_empty() {
                 number["description"] = json!(format!("in {unit}"));
             }
-            let text = "a number with a unit, or an expression of parameters";
+            let text = match defs.parameters {
+                Parameters::Allowed => "a number with a unit, or an expression of parameters",
+                Parameters::None => "a number with a unit",
+            };
             json!({ "anyOf": [number, { "type": "string", "description": text }] })
         }
         Schema::Whole { low, high } => range(json!({ "type": "integer" }), *low, *high),
@@ -101,7 +138,9 @@ fn json(schema: &Schema, defs: &mut Map<String, Json>) -> Json {
         Schema::Text => json!({ "type": "string" }),
         Schema::Words(words) => json!({ "enum": words }),
         Schema::List(of, count) => {
-            let mut out = json!({ "type": "array", "items": or_parameter(json(of, defs)) });
+            let mut out = json!({ "type": "array", "items": Json::Null });
+            let items = json(of, defs);
+            out["items"] = or_parameter(items, defs);
             if let Some(n) = count {
                 out["minItems"] = json!(n);
                 out["maxItems"] = json!(n);
@@ -109,6 +148,10 @@ fn json(schema: &Schema, defs: &mut Map<String, Json>) -> Json {
             out
         }
         Schema::Table(of) => json!({ "type": "object", "additionalProperties": json(of, defs) }),
+        Schema::TableBut(names, of) => json!({
+            "type": "object", "propertyNames": { "not": { "enum": names } },
+            "additionalProperties": json(of, defs),
+        }),
         Schema::Variant(name, of) => json!({
             "type": "object", "properties": { *name: json(of, defs) },
             "required": [name], "additionalProperties": false,
@@ -119,23 +162,20 @@ fn json(schema: &Schema, defs: &mut Map<String, Json>) -> Json {
 }
 
 /// A reference to a definition, which is made once.
-fn named(
-    title: &str,
-    defs: &mut Map<String, Json>,
-    make: impl FnOnce(&mut Map<String, Json>) -> Json,
-) -> Json {
-    if !defs.contains_key(title) {
-        defs.insert(title.into(), Json::Null);
+fn named(title: &str, defs: &mut Defs, make: impl FnOnce(&mut Defs) -> Json) -> Json {
+    if !defs.made.contains_key(title) {
+        defs.made.insert(title.into(), Json::Null);
         let made = make(defs);
-        defs.insert(title.into(), made);
+        defs.made.insert(title.into(), made);
     }
     json!({ "$ref": format!("#/$defs/{title}") })
 }
 
-fn record(fields: &[Field], defs: &mut Map<String, Json>) -> Json {
+fn record(fields: &[Field], defs: &mut Defs) -> Json {
     let mut properties = Map::new();
     for f in fields {
-        let mut one = or_parameter(json(&f.schema, defs));
+        let one = json(&f.schema, defs);
+        let mut one = or_parameter(one, defs);
         if let Some(one) = one.as_object_mut() {
             one.insert("description".into(), json!(f.doc.trim()));
             if let Some(default) = &f.default {
@@ -154,8 +194,8 @@ fn record(fields: &[Field], defs: &mut Map<String, Json>) -> Json {
     out
 }
 
-/// A value of a file as JSON.
-pub(crate) fn plain(v: &Value) -> Json {
+/// A value of a file as JSON: `Name` is `"Name"`, `Name(x)` is `{ "Name": x }`.
+pub fn plain(v: &Value) -> Json {
     match v {
         Value::Null => Json::Null,
         Value::Bool(b) => json!(b),

@@ -12,12 +12,15 @@
 //! )
 //! ```
 //! A distribution may stand anywhere inside a value; each has a name, its path: `Capsule.velocity[0]`.
+mod describe;
 mod values;
+
+pub use describe::schema;
 
 use crate::correlation::factor;
 use crate::distribution::Distribution;
 use crate::sampling::{SOBOL_RUNS, SOBOL_VALUES, Sampling};
-use linkwork_assembly::{Failure, Text, read_value, tidy};
+use linkwork_assembly::{Failure, Field, Text, read_value, tidy};
 use linkwork_runtime::{Fault, Located, Origin, Seconds, Sources, Value, remedy};
 use std::path::{Path, PathBuf};
 
@@ -106,23 +109,10 @@ pub struct Form {
     pub sources: Sources,
 }
 
-const FIELDS: [&str; 12] = [
-    "doc",
-    "simulation",
-    "runs",
-    "seed",
-    "sampling",
-    "noise",
-    "set",
-    "vary",
-    "correlate",
-    "limits",
-    "scatter",
-    "retain",
-];
-
 /// Runs of a campaign: a run's number is a 32-bit number in places, and results are held in memory.
 const MOST_RUNS: u64 = 10_000_000;
+/// Whole numbers that a double holds.
+const MOST_SEED: u64 = 1 << 53;
 
 struct Reader {
     faults: Vec<Fault>,
@@ -171,7 +161,7 @@ impl Reader {
 
     fn form(&mut self, v: &Located, folder: &Path) -> Option<Form> {
         let (_, inner) = self.variant(v, "the file", &["Campaign"])?;
-        self.fields(inner, "the campaign", &FIELDS);
+        self.fields(inner, "the campaign", &describe::campaign());
         let simulation = match inner.get("simulation") {
             Some(v) => self.text(v, "simulation").map(|t| folder.join(t)),
             None => {
@@ -188,7 +178,7 @@ impl Reader {
             }
         };
         let doc = inner.get("doc").and_then(|v| self.text(v, "doc")).unwrap_or_default();
-        let seed = inner.get("seed").map_or(Some(1), |v| self.whole(v, "seed", 0, 1 << 53));
+        let seed = inner.get("seed").map_or(Some(1), |v| self.whole(v, "seed", 0, MOST_SEED));
         let words = [
             ("Random", Sampling::Random),
             ("LatinHypercube", Sampling::LatinHypercube),
@@ -241,7 +231,8 @@ impl Reader {
         }
     }
 
-    fn fields(&mut self, v: &Located, what: &str, known: &[&str]) {
+    fn fields(&mut self, v: &Located, what: &str, known: &[Field]) {
+        let known = &describe::names(known)[..];
         let entries = match &v.value {
             Value::Map(entries) => entries.as_slice(),
             Value::Null => return,
@@ -376,7 +367,7 @@ impl Reader {
         };
         let mut out: Vec<Together> = Vec::new();
         for item in items {
-            self.fields(item, "`correlate`", &["of", "matrix"]);
+            self.fields(item, "`correlate`", &describe::correlation());
             let Some(of) = self.names(item) else { continue };
             let rows = item.get("matrix").and_then(numbers);
             let Some(rows) = rows else {
@@ -442,7 +433,7 @@ impl Reader {
     }
 
     fn limits(&mut self, v: &Located) -> (Option<Seconds>, Option<f64>) {
-        self.fields(v, "`limits`", &["time", "wall"]);
+        self.fields(v, "`limits`", &describe::limits());
         let mut read = |field: &str| self.time(v.get(field)?, "limits", field);
         (read("time"), read("wall").map(Seconds::seconds))
     }
@@ -460,7 +451,7 @@ impl Reader {
     }
 
     fn retain(&mut self, v: &Located) -> Option<Retain> {
-        self.fields(v, "`retain`", &["of", "every"]);
+        self.fields(v, "`retain`", &describe::retain());
         let help = "write retain: (of: [\"Capsule.altitude\"], every: \"1 s\")";
         let every = v.get("every").map(|e| self.time(e, "retain", "every"));
         let of = v.get("of").map(|of| match &of.value {

@@ -1,9 +1,8 @@
 //! Values of a campaign: constants, distributions, and lists and maps with distributions in them.
+use super::describe::{self, KINDS};
 use super::{Drawn, Reader, Template};
 use crate::distribution::Distribution;
 use linkwork_runtime::{Located, Origin, Unit, Value, remedy, split_quantity};
-
-const KINDS: [&str; 5] = ["Uniform", "Normal", "TruncatedNormal", "LogNormal", "Choice"];
 
 impl Reader {
     /// A number, and its unit.
@@ -69,16 +68,12 @@ impl Reader {
         if kind == "Choice" {
             return self.choice(inner, origin, name).map(|d| (d, String::new()));
         }
-        let wanted: &[&str] = match kind {
-            "Uniform" => &["from", "to"],
-            "Normal" => &["mean", "deviation"],
-            "LogNormal" => &["median", "sigma"],
-            _ => &["mean", "deviation", "from", "to"],
-        };
+        let fields = describe::distribution(kind)();
         let what = format!("`{name}`: {kind}");
-        self.fields(inner, &what, wanted);
+        self.fields(inner, &what, &fields);
+        let wanted = describe::names(&fields);
         let mut read: Vec<Option<(f64, String)>> = Vec::new();
-        for field in wanted {
+        for field in &wanted {
             let open = kind == "TruncatedNormal" && ["from", "to"].contains(field);
             read.push(match inner.get(field) {
                 Some(v) => self.number(v, &format!("{what}: `{field}`")),
@@ -140,7 +135,7 @@ impl Reader {
         let of = match &inner.value {
             Value::List(_) => Some(inner),
             _ => {
-                self.fields(inner, &what, &["of", "weights"]);
+                self.fields(inner, &what, &describe::distribution("Choice")());
                 inner.get("of")
             }
         };

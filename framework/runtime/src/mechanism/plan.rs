@@ -150,6 +150,10 @@ impl Prototype for MechanismPart {
     fn block(&self, wiring: Wiring) -> Box<dyn Block> {
         Box::new(MechanismBlock::new(self.plan.clone(), wiring))
     }
+    fn held_together(&self) -> Vec<bool> {
+        let (q, v) = self.plan.multibody.held_together();
+        [q, v].concat()
+    }
     fn names(&self, wiring: &Wiring) -> Option<Vec<Named>> {
         Some(super::names::names(&self.plan, wiring))
     }

@@ -517,7 +517,7 @@ impl Simulation {
         }
     }
 
-    /// The same of several variables, in this order: all of it, or nothing.
+    /// The same of several variables, in this order: all of it, or nothing. What is pinned is made once for all.
     ///
     /// # Errors
     /// The first that is refused.
@@ -526,11 +526,16 @@ impl Simulation {
         change: Change,
         all: &[(String, f64)],
     ) -> Result<(), VariableError> {
-        if let [(path, value)] = all {
-            return self.change(path, change, *value);
+        match (change, all) {
+            (Change::Set, [(path, value)]) => return self.set(path, *value),
+            (Change::Set, _) => {}
+            (Change::Pin, _) => return self.pin_all(all),
+            (Change::Unpin, _) => {
+                return self.unpin_all(&all.iter().map(|(path, _)| &**path).collect::<Vec<_>>());
+            }
         }
         let (before, broken) = (self.state.clone(), self.broken.clone());
-        let done = all.iter().try_for_each(|(path, value)| self.change(path, change, *value));
+        let done = all.iter().try_for_each(|(path, value)| self.set(path, *value));
         done.inspect_err(|_| {
             (self.state, self.broken) = (before, broken);
             self.replaced();

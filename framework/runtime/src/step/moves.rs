@@ -163,7 +163,7 @@ impl Simulation {
             state.sig[*k as usize] = self.state.sig[*j as usize];
         }
         if let Some(old) = &self.state.pins {
-            (state.pins, report.unpinned) = pins::find(plan, &blocks, &state.x, old.values());
+            (state.pins, report.unpinned) = pins::find(plan, old.values());
         }
         self.begin(plan, state, blocks, (&whole, route))?;
         Ok(report)

@@ -11,9 +11,8 @@
 //! states cannot be pinned, and what it shows (contact reports, accelerations) is pinned for readers alone.
 //! Without a pin a step costs one comparison more for each list of operations.
 use super::{Simulation, VariableError};
-use crate::block::Block;
 use crate::model::lanes;
-use crate::plan::{Op, PartPlan, Place, Plan, Role, Variable};
+use crate::plan::{Op, Place, Plan, Role, Variable};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -134,21 +133,45 @@ fn no<T>(message: String, help: impl Into<String>) -> Result<T, VariableError> {
     Err(VariableError { message, help: help.into() })
 }
 
-/// Where a variable of a plan can be pinned; the message says why it cannot.
-fn target(
-    plan: &Plan,
-    blocks: &[Box<dyn Block>],
-    x: &[f64],
-    (path, v): (&str, &Variable),
-) -> Result<Target, VariableError> {
-    let lane = match v.place {
-        Place::X(k) if owner(plan, k as usize).is_some_and(|k| plan.steps.contains(&k)) => {
-            return no(format!("`{path}` cannot be pinned: {ADVANCES}"), PRESCRIBE);
+/// What there is to know of a plan before its variables are pinned.
+struct Lanes<'a> {
+    plan: &'a Plan,
+    /// The operation that writes each signal lane.
+    writer: Vec<Option<u32>>,
+    /// The part of each state, and whether it is held together with others.
+    states: Vec<(Option<u32>, bool)>,
+}
+
+impl<'a> Lanes<'a> {
+    fn of(plan: &'a Plan) -> Lanes<'a> {
+        let mut writer = vec![None; plan.sizes.sig];
+        for (k, op) in (0..).zip(&plan.ops) {
+            for lane in writes(plan, *op).into_iter().flatten() {
+                writer[lane].get_or_insert(k);
+            }
         }
+        let mut states = vec![(None, false); plan.sizes.x];
+        for (k, part) in (0..).zip(&plan.parts) {
+            let (first, n) = (part.wiring.x, part.lanes().x);
+            states[first..first + n].fill((Some(k), false));
+            let held = part.prototype.held_together();
+            states[first..].iter_mut().zip(held).for_each(|(state, held)| state.1 = held);
+        }
+        Lanes { plan, writer, states }
+    }
+}
+
+/// Where a variable of a plan can be pinned; the message says why it cannot.
+fn target(lanes: &Lanes<'_>, (path, v): (&str, &Variable)) -> Result<Target, VariableError> {
+    let plan = lanes.plan;
+    let lane = match v.place {
         Place::X(k) => {
-            return match together(plan, blocks, x, k as usize) {
-                false => Ok(Target::X(k)),
-                true => no(
+            return match lanes.states[k as usize] {
+                (Some(part), _) if plan.steps.contains(&part) => {
+                    no(format!("`{path}` cannot be pinned: {ADVANCES}"), PRESCRIBE)
+                }
+                (_, false) => Ok(Target::X(k)),
+                (_, true) => no(
                     format!(
                         "`{path}` cannot be pinned: its part holds it together with other numbers (a rotation, a closed loop)"
                     ),
@@ -165,10 +188,7 @@ fn target(
     if v.role == Role::Free {
         return Ok(Target::Signal(lane as u32, None));
     }
-    let op = (0..).zip(&plan.ops).find(|(_, op)| {
-        let written = writes(plan, **op);
-        written.iter().any(|range| range.contains(&lane))
-    });
+    let op = lanes.writer[lane].map(|op| (op, &plan.ops[op as usize]));
     match (v.role, op) {
         (_, Some((_, Op::Loop(_)))) => no(
             format!(
@@ -208,24 +228,6 @@ fn target(
 const ADVANCES: &str = "its part takes its steps by itself (a machine with contact by impulses), and moves on by numbers of its own";
 const PRESCRIBE: &str = "prescribe the hinge and pin what prescribes it, or take compliant contact";
 
-/// The part of a state.
-fn owner(plan: &Plan, lane: usize) -> Option<u32> {
-    let owns = |p: &PartPlan| (p.wiring.x..p.wiring.x + p.lanes().x).contains(&lane);
-    plan.parts.iter().position(owns).map(|k| k as u32)
-}
-
-/// Whether the part of a state puts it elsewhere to keep several numbers together: found by moving it.
-fn together(plan: &Plan, blocks: &[Box<dyn Block>], x: &[f64], lane: usize) -> bool {
-    const MOVED: f64 = 0.05;
-    let Some(k) = owner(plan, lane).filter(|k| plan.manifold.contains(k)) else { return false };
-    let k = k as usize;
-    let (mut block, mut x) = (blocks[k].fork(), x.to_vec());
-    x[lane] += MOVED;
-    let wanted = x[lane];
-    // Rounding apart.
-    block.project(&mut x).is_err() || !((x[lane] - wanted).abs() < 1e-9 * MOVED)
-}
-
 impl Simulation {
     /// Pins a variable: it has this value from the present instant on, until it is unpinned, for every reader,
     /// whatever the model does. States (their derivative is then zero), inputs without a wire, outputs and sums
@@ -239,14 +241,25 @@ impl Simulation {
     /// (its source can), a number inside a solved loop, one of several that its part holds together. Nothing is
     /// changed then.
     pub fn pin(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
-        let v = self.here(path)?;
-        if !value.is_finite() {
-            return no(format!("`{path}` cannot be pinned to {value}"), "give a finite number");
+        self.pin_all(&[(path.to_string(), value)])
+    }
+
+    /// The same of several variables: all of it, or nothing.
+    pub(super) fn pin_all(&mut self, all: &[(String, f64)]) -> Result<(), VariableError> {
+        let mut values = self.pinned_values();
+        let lanes = Lanes::of(&self.plan);
+        for (path, value) in all {
+            let v = self.here(path)?;
+            if !value.is_finite() {
+                return no(format!("`{path}` cannot be pinned to {value}"), "give a finite number");
+            }
+            values.insert(path.clone(), (*value, target(&lanes, (path, v))?));
         }
-        let target = target(&self.plan, &self.blocks, &self.state.x, (path, v))?;
-        let mut values = self.state.pins.as_ref().map_or_else(BTreeMap::new, |p| p.values.clone());
-        values.insert(path.to_string(), (value, target));
         self.repin(values)
+    }
+
+    fn pinned_values(&self) -> BTreeMap<String, (f64, Target)> {
+        self.state.pins.as_ref().map_or_else(BTreeMap::new, |p| p.values.clone())
     }
 
     /// Lets a pinned variable go: states and inputs go on from the pinned value, outputs are again what the model
@@ -255,15 +268,22 @@ impl Simulation {
     /// # Errors
     /// It is not pinned.
     pub fn unpin(&mut self, path: &str) -> Result<(), VariableError> {
-        let mut values = self.state.pins.as_ref().map_or_else(BTreeMap::new, |p| p.values.clone());
-        if values.remove(path).is_none() {
-            let known: Vec<&str> = values.keys().map(String::as_str).collect();
-            let help = match known.is_empty() {
-                true => "nothing is".to_string(),
-                false => format!("pinned are: {}", known.join(", ")),
-            };
-            self.here(path)?;
-            return no(format!("`{path}` is not pinned"), help);
+        self.unpin_all(&[path])
+    }
+
+    /// The same of several variables: all of it, or nothing.
+    pub(super) fn unpin_all(&mut self, all: &[&str]) -> Result<(), VariableError> {
+        let mut values = self.pinned_values();
+        for path in all {
+            if values.remove(*path).is_none() {
+                let known: Vec<&str> = values.keys().map(String::as_str).collect();
+                let help = match known.is_empty() {
+                    true => "nothing is".to_string(),
+                    false => format!("pinned are: {}", known.join(", ")),
+                };
+                self.here(path)?;
+                return no(format!("`{path}` is not pinned"), help);
+            }
         }
         self.repin(values)
     }
@@ -295,7 +315,7 @@ impl Simulation {
     pub(crate) fn take_pins(&mut self, values: &BTreeMap<String, f64>) -> Result<(), String> {
         self.state.pins = None;
         let values = values.iter().map(|(path, value)| (path.as_str(), *value));
-        let (pins, gone) = find(&self.plan, &self.blocks, &self.state.x, values);
+        let (pins, gone) = find(&self.plan, values);
         self.state.pins = pins;
         gone.first().map_or(Ok(()), |(path, why)| Err(format!("the pin of `{path}`: {why}")))
     }
@@ -312,17 +332,20 @@ impl Simulation {
 /// Pins in the lanes of a plan, and those that it cannot have: path and why.
 pub(super) fn find<'a>(
     plan: &Plan,
-    blocks: &[Box<dyn Block>],
-    x: &[f64],
     values: impl Iterator<Item = (&'a str, f64)>,
 ) -> (Option<Arc<Pins>>, Vec<(String, String)>) {
+    let mut values = values.peekable();
+    if values.peek().is_none() {
+        return (None, Vec::new());
+    }
+    let lanes = Lanes::of(plan);
     let (mut pins, mut gone) = (BTreeMap::new(), Vec::new());
     for (path, value) in values {
         let Some(v) = plan.lanes.get(path) else {
             gone.push((path.to_string(), "it is not there".to_string()));
             continue;
         };
-        match target(plan, blocks, x, (path, v)) {
+        match target(&lanes, (path, v)) {
             Ok(target) => {
                 pins.insert(path.to_string(), (value, target));
             }

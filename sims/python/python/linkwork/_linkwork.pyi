@@ -967,9 +967,26 @@ class Simulation:
     def run(self) -> None: ...
     def at(self, rate: float, function: Callable[[Simulation], object]) -> None: ...
     def every(self, seconds: _Time, function: Callable[[Simulation], object]) -> None: ...
-    def log(self, channels: Sequence[str], rate: float | None = None) -> Log: ...
+    def log(
+        self,
+        channels: Sequence[str],
+        rate: float | None = None,
+        *,
+        on_change: bool = False,
+        around: str | None = None,
+        before: _Time | None = None,
+        after: _Time | None = None,
+    ) -> Log: ...
     def record(
-        self, path: _Path, channels: Sequence[str] | None = None, rate: float | None = None
+        self,
+        path: _Path,
+        channels: Sequence[str] | None = None,
+        rate: float | None = None,
+        *,
+        on_change: bool = False,
+        around: str | None = None,
+        before: _Time | None = None,
+        after: _Time | None = None,
     ) -> None: ...
     def stop_recording(self) -> None: ...
     def __getitem__(self, path: str, /) -> Any: ...

@@ -1,0 +1,451 @@
+//! Rows of a group: when they are due, and which of those go to the consumer.
+//!
+//! ```text
+//! due             the first tick at or after each multiple of the period
+//! around events   of these, from `before` ahead of the instant from which a condition holds to `after` behind it;
+//!                 until it is known, rows wait in a ring that holds `before`
+//! on change       of these, those of which a value is not that of the last row that went
+//! ```
+//! A condition is looked at at every tick, at whatever rate rows are due. It is an event where it holds and did not at
+//! the tick before, and at the start of a run; not where a log begins later. A value that a phase has not makes it not hold.
+use crate::condition::Condition;
+use crate::field::Shown;
+use crate::noise;
+use crate::plan::{FieldPlan, Place, Plan};
+use crate::schedule::Schedule;
+use crate::step::Simulation;
+use crate::time::{Seconds, nanoseconds};
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// One row.
+#[derive(Clone, Debug, Default)]
+pub struct TapRow {
+    /// Index of the group.
+    pub group: u32,
+    /// Phase of the program.
+    pub phase: u32,
+    /// Tick of the common base.
+    pub tick: u64,
+    /// Simulated time (s).
+    pub t: f64,
+    /// Simulated time (ns), exact for bases that are whole nanoseconds.
+    pub ns: u64,
+    /// Values, as the group lists them.
+    pub values: Vec<f64>,
+    /// What the group's fields show, those that the phase has.
+    pub shown: Vec<Option<Shown>>,
+}
+
+/// Windows of time around the instants from which a condition holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Around {
+    /// Over the variables of a program.
+    pub when: Condition,
+    /// From so long ahead of it.
+    pub before: Seconds,
+    /// To so long behind it.
+    pub after: Seconds,
+}
+
+impl Around {
+    /// Bytes of rows that may wait for an event: they are part of checkpoints.
+    pub const HELD_MAX: u128 = 16 << 20;
+
+    /// Bytes of rows of so many columns that wait for an event, at the most.
+    pub fn held(&self, period: Seconds, columns: usize) -> u128 {
+        let row = std::mem::size_of::<TapRow>() + 8 * columns;
+        self.rows(period).saturating_mul(row as u128)
+    }
+
+    /// That no more waits than may.
+    ///
+    /// # Errors
+    /// The fact and the remedy.
+    pub fn check(&self, period: Seconds, columns: usize) -> Result<(), (String, String)> {
+        let (held, mib) = (self.held(period, columns), |n: u128| n as f64 / f64::from(1 << 20));
+        if held <= Self::HELD_MAX {
+            return Ok(());
+        }
+        let fact = format!(
+            "{:.1} MiB of rows would wait in memory for `{}`, and {} MiB may",
+            mib(held),
+            self.when.text,
+            mib(Self::HELD_MAX)
+        );
+        let most = Self::HELD_MAX as f64 / held as f64 * self.before.seconds();
+        let help = format!(
+            "make `before` shorter (below {most:.3} s), the rate lower, or name fewer channels"
+        );
+        Err((fact, help))
+    }
+
+    /// The rows of `before`.
+    fn rows(&self, period: Seconds) -> u128 {
+        let n = u128::from(self.before.num) * u128::from(period.den);
+        let d = u128::from(self.before.den) * u128::from(period.num);
+        n / d.max(1) + 2
+    }
+}
+
+/// What a log is asked for: variables, and which rows of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rule {
+    /// Paths of the variables.
+    pub paths: Vec<String>,
+    /// Period of the rows.
+    pub period: Seconds,
+    /// Only rows of which a value has changed.
+    pub on_change: bool,
+    /// Only rows around events.
+    pub around: Option<Around>,
+}
+
+/// Variables that are read together.
+#[derive(Clone, Debug, Default)]
+pub struct Group {
+    /// Period of the rows; a row is taken at the first tick at or after each multiple.
+    pub period: Seconds,
+    /// What is read.
+    pub places: Vec<Place>,
+    /// Continuous lanes that are read after that, for each phase: the coordinates of its mechanism.
+    pub coordinates: Vec<std::ops::Range<usize>>,
+    /// Paths of the fields whose data go along. As long as a row is with its consumer, a field that changes is copied.
+    pub shown: Vec<String>,
+    /// Only rows of which a value is not that of the last row that went, to the bit (NaN is NaN); the first goes always.
+    pub on_change: bool,
+    /// Only rows around events.
+    pub around: Option<Around>,
+}
+
+impl Group {
+    /// Numbers of a row, at the most.
+    pub(crate) fn width(&self) -> usize {
+        let lanes = self.coordinates.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
+        self.places.len() + lanes
+    }
+}
+
+/// Where rows go.
+pub trait Sink {
+    /// An empty row; `None` when this one is dropped.
+    ///
+    /// # Errors
+    /// A message: no row goes any more.
+    fn room(&mut self) -> Result<Option<TapRow>, String>;
+    /// A row that was given by [`Sink::room`], filled.
+    ///
+    /// # Errors
+    /// A message: no row goes any more.
+    fn send(&mut self, row: TapRow) -> Result<(), String>;
+}
+
+/// The rows of one group in a run.
+pub struct Rows {
+    group: Group,
+    /// Hash of the group.
+    of: u64,
+    number: u32,
+    schedule: Schedule,
+    /// For each phase the blocks of its fields.
+    fields: Vec<Vec<Option<u32>>>,
+    /// The tick that was sampled last.
+    seen: Option<u64>,
+    /// The values of the row that went last, when they are compared.
+    last: Option<Vec<f64>>,
+    window: Option<Window>,
+}
+
+/// The present window, and what waits for the next.
+struct Window {
+    /// In ticks.
+    before: u64,
+    after: u64,
+    /// Whether the condition held at the last tick.
+    held: bool,
+    /// Whether it ever came to hold.
+    met: bool,
+    /// The last tick of the present window.
+    until: Option<u64>,
+    ring: VecDeque<TapRow>,
+    spare: Vec<TapRow>,
+}
+
+/// What of the past decides about rows to come: part of checkpoints.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Kept {
+    /// Hash of the group.
+    pub of: u64,
+    seen: Option<u64>,
+    /// Bits.
+    last: Option<Vec<u64>>,
+    held: bool,
+    met: bool,
+    until: Option<u64>,
+    /// Of the rows that wait: tick, phase, how many numbers; then all numbers, as bytes.
+    ring: Vec<(u64, u32, u32)>,
+    #[serde(with = "crate::checkpoint::serde_bytes_vec")]
+    values: Vec<u8>,
+}
+
+impl Rows {
+    /// From the present tick on when the run is at its start, and after it when the run was resumed: that row is in the
+    /// earlier log.
+    ///
+    /// # Errors
+    /// When more would wait for an event than [`Around::HELD_MAX`].
+    pub fn new(sim: &Simulation, number: u32, group: Group) -> Result<Rows, String> {
+        let (start, base) = (sim.state().tick, sim.plan().base);
+        let schedule = match start {
+            0 => Schedule::from(0, base, group.period),
+            _ => Schedule::after(start, base, group.period),
+        };
+        Self::with(sim, number, group, schedule)
+    }
+
+    /// From the present tick on, at whatever time that is.
+    ///
+    /// # Errors
+    /// As [`Rows::new`].
+    pub fn from_now(sim: &Simulation, number: u32, group: Group) -> Result<Rows, String> {
+        let schedule = Schedule::from(sim.state().tick, sim.plan().base, group.period);
+        Self::with(sim, number, group, schedule)
+    }
+
+    fn with(
+        sim: &Simulation,
+        number: u32,
+        group: Group,
+        schedule: Schedule,
+    ) -> Result<Rows, String> {
+        let base = sim.plan().base;
+        let width = group.width();
+        let window = match &group.around {
+            None => None,
+            Some(around) => {
+                let fits = around.check(group.period, width);
+                fits.map_err(|(fact, help)| format!("{fact}\n  help: {help}"))?;
+                let row = || TapRow { values: Vec::with_capacity(width), ..TapRow::default() };
+                let spare: Vec<TapRow> =
+                    std::iter::repeat_with(row).take(around.rows(group.period) as usize).collect();
+                Some(Window {
+                    before: base.ticks_in(around.before),
+                    after: base.ticks_in(around.after),
+                    // What holds where a log begins is an event at the start of a run alone.
+                    held: sim.state().tick > 0 && holds(around, sim),
+                    met: false,
+                    until: None,
+                    ring: VecDeque::with_capacity(spare.len()),
+                    spare,
+                })
+            }
+        };
+        let fields = fields(sim, &group.shown);
+        let of = noise::hash(format!("{group:?}").bytes());
+        Ok(Rows { group, of, number, schedule, fields, seen: None, last: None, window })
+    }
+
+    /// Gives the rows that go at the present tick. Seeing a tick again gives nothing.
+    ///
+    /// # Errors
+    /// As those of `out`.
+    #[inline]
+    pub fn sample(&mut self, sim: &Simulation, out: &mut impl Sink) -> Result<(), String> {
+        let tick = sim.state().tick;
+        self.seen = Some(tick);
+        if self.window.is_some() {
+            return self.sample_around(sim, tick, out);
+        }
+        if !self.schedule.is_due(tick) || !self.changed(sim) {
+            return Ok(());
+        }
+        let Some(mut row) = out.room()? else { return Ok(()) };
+        self.fill(sim, &mut row);
+        self.went(&row);
+        out.send(row)
+    }
+
+    fn sample_around(
+        &mut self,
+        sim: &Simulation,
+        tick: u64,
+        out: &mut impl Sink,
+    ) -> Result<(), String> {
+        let (Some(around), Some(mut window)) = (&self.group.around, self.window.take()) else {
+            return Ok(());
+        };
+        let held = holds(around, sim);
+        let before = std::mem::replace(&mut window.held, held);
+        let mut done = Ok(());
+        if held && !before {
+            window.met = true;
+            window.until = Some(tick.saturating_add(window.after));
+            window.forget(tick.saturating_sub(window.before));
+            while let Some(row) = window.ring.pop_front().filter(|_| done.is_ok()) {
+                done = self.give(row, &mut window.spare, out);
+            }
+        }
+        if done.is_ok() && self.schedule.is_due(tick) {
+            window.forget(tick.saturating_sub(window.before));
+            // As many rows as there is room for are due within `before`.
+            let mut row = window.spare.pop().unwrap_or_default();
+            self.fill(sim, &mut row);
+            if window.until.is_some_and(|until| tick <= until) {
+                done = self.give(row, &mut window.spare, out);
+            } else {
+                window.ring.push_back(row);
+            }
+        }
+        self.window = Some(window);
+        done
+    }
+
+    /// A row of the window goes, unless it is as the last.
+    fn give(
+        &mut self,
+        mut row: TapRow,
+        spare: &mut Vec<TapRow>,
+        out: &mut impl Sink,
+    ) -> Result<(), String> {
+        let same = self.last.as_ref().is_some_and(|last| same(last, &row.values));
+        let mut done = Ok(());
+        if !same && let Some(mut room) = out.room()? {
+            std::mem::swap(&mut room, &mut row);
+            self.went(&room);
+            done = out.send(room);
+        }
+        row.shown.clear();
+        spare.push(row);
+        done
+    }
+
+    /// Whether a row at the present tick would differ from the last.
+    fn changed(&self, sim: &Simulation) -> bool {
+        let Some(last) = &self.last else { return true };
+        let mut now = self.values(sim);
+        !(last.iter().all(|a| now.next().is_some_and(|b| one(*a, b))) && now.next().is_none())
+    }
+
+    fn went(&mut self, row: &TapRow) {
+        if self.group.on_change {
+            let last = self.last.get_or_insert_default();
+            last.clear();
+            last.extend_from_slice(&row.values);
+        }
+    }
+
+    #[inline]
+    fn values<'a>(&'a self, sim: &'a Simulation) -> impl Iterator<Item = f64> + 'a {
+        let lanes = self.group.coordinates.get(sim.state().phase as usize);
+        let lanes = lanes.map_or(&[][..], |lanes| &sim.state().x[lanes.clone()]);
+        self.group.places.iter().map(|p| sim.value(*p)).chain(lanes.iter().copied())
+    }
+
+    #[inline]
+    fn fill(&self, sim: &Simulation, row: &mut TapRow) {
+        let (tick, base) = (sim.state().tick, sim.plan().base);
+        (row.group, row.phase, row.tick) = (self.number, sim.state().phase, tick);
+        (row.t, row.ns) = (base.times(tick), nanoseconds(tick, base));
+        row.values.clear();
+        row.values.extend(self.group.places.iter().map(|p| sim.value(*p)));
+        if let Some(lanes) = self.group.coordinates.get(row.phase as usize) {
+            row.values.extend_from_slice(&sim.state().x[lanes.clone()]);
+        }
+        row.shown.clear();
+        if let Some(fields) = self.fields.get(row.phase as usize) {
+            row.shown.extend(fields.iter().map(|f| f.and_then(|block| sim.shown(block))));
+        }
+    }
+
+    /// The condition, when it did not come to hold so far.
+    pub fn unmet(&self) -> Option<&str> {
+        let around = self.group.around.as_ref()?;
+        self.window.as_ref().is_some_and(|w| !w.met).then_some(&*around.when.text)
+    }
+
+    pub(crate) fn keep(&self) -> Kept {
+        let w = self.window.as_ref();
+        let ring = || w.into_iter().flat_map(|w| &w.ring);
+        Kept {
+            of: self.of,
+            seen: self.seen,
+            last: self.last.as_ref().map(|l| l.iter().map(|x| x.to_bits()).collect()),
+            held: w.is_some_and(|w| w.held),
+            met: w.is_some_and(|w| w.met),
+            until: w.and_then(|w| w.until),
+            ring: ring().map(|r| (r.tick, r.phase, r.values.len() as u32)).collect(),
+            values: ring().flat_map(|r| &r.values).flat_map(|x| x.to_le_bytes()).collect(),
+        }
+    }
+
+    /// Goes on where a checkpoint stood, whose tick `sim` has. The row of that tick is given when the run that wrote it
+    /// had not given it yet.
+    pub(crate) fn take(&mut self, kept: &[Kept], sim: &Simulation) -> Result<(), String> {
+        let Some(kept) = kept.iter().find(|k| k.of == self.of) else {
+            let remembers = self.group.on_change || self.window.is_some();
+            return if remembers { Err("it is of other rules".into()) } else { Ok(()) };
+        };
+        let (width, now, base) = (self.group.width(), sim.state().tick, sim.plan().base);
+        let fits = |n: usize| n == width || (!self.group.coordinates.is_empty() && n <= width);
+        let numbers: u128 = kept.ring.iter().map(|r| u128::from(r.2)).sum();
+        let ordered = kept.ring.is_sorted_by(|a, b| a.0 < b.0);
+        let good = kept.last.as_ref().is_none_or(|l| self.group.on_change && fits(l.len()))
+            && kept.ring.len() <= self.window.as_ref().map_or(0, |w| w.spare.len())
+            && kept.ring.iter().all(|r| fits(r.2 as usize) && r.0 <= now)
+            && ordered
+            && kept.values.len() as u128 == 8 * numbers
+            && kept.seen.is_none_or(|seen| seen <= now);
+        if !good {
+            return Err("it does not fit its own rules".into());
+        }
+        if kept.seen != Some(now) {
+            self.schedule = Schedule::from(now, base, self.group.period);
+        }
+        self.last = kept.last.as_ref().map(|l| l.iter().map(|b| f64::from_bits(*b)).collect());
+        let Some(window) = &mut self.window else { return Ok(()) };
+        (window.held, window.met, window.until) = (kept.held, kept.met, kept.until);
+        let mut values = kept.values.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
+        for &(tick, phase, n) in &kept.ring {
+            let mut row = window.spare.pop().unwrap_or_default();
+            (row.group, row.phase, row.tick) = (self.number, phase, tick);
+            (row.t, row.ns) = (base.times(tick), nanoseconds(tick, base));
+            row.values.clear();
+            row.values.extend(values.by_ref().take(n as usize));
+            window.ring.push_back(row);
+        }
+        Ok(())
+    }
+}
+
+impl Window {
+    /// Rows before a tick.
+    fn forget(&mut self, tick: u64) {
+        while self.ring.front().is_some_and(|row| row.tick < tick) {
+            self.spare.extend(self.ring.pop_front());
+        }
+    }
+}
+
+fn holds(around: &Around, sim: &Simulation) -> bool {
+    around.when.of(sim.time(), |place| sim.value(place)) > 0.0
+}
+
+fn one(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
+}
+
+fn same(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| one(*a, *b))
+}
+
+/// For each phase the blocks of these fields.
+fn fields(sim: &Simulation, shown: &[String]) -> Vec<Vec<Option<u32>>> {
+    let of = |plan: &Plan| {
+        let block = |path: &String| {
+            let is = |f: &&FieldPlan| plan.parts[f.block as usize].path == *path;
+            plan.fields.iter().find(is).map(|f| f.block)
+        };
+        shown.iter().map(block).collect()
+    };
+    sim.program().phases.iter().map(|phase| of(&phase.plan)).collect()
+}

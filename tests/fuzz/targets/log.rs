@@ -1,0 +1,16 @@
+//! The readers of logs must not panic: rows, and the table of them.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use linkwork_record::{export_parquet, read_log_contents};
+
+fuzz_target!(|bytes: &[u8]| {
+    // In memory where the system has such a folder.
+    let folder = std::path::PathBuf::from("/dev/shm");
+    let folder = if folder.is_dir() { folder } else { std::env::temp_dir() };
+    let name = |end: &str| folder.join(format!("linkwork-fuzz-{}.{end}", std::process::id()));
+    let (log, table) = (name("mcap"), name("parquet"));
+    if std::fs::write(&log, bytes).is_ok() && read_log_contents(&log).is_ok() {
+        let _ = export_parquet(&log, &table);
+    }
+});
