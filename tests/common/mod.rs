@@ -23,10 +23,8 @@ fn options<'a>(catalogue: &'a Catalogue, set: &[&str]) -> Options<'a> {
 pub fn finish(loaded: Result<Loaded, Failure>, catalogue: &Catalogue) -> Result<Program, String> {
     let loaded = loaded.map_err(|f| f.render(false))?;
     let mut program = loaded.compile(catalogue, &Files::default()).map_err(|f| format!("{f:?}"))?;
-    for place in &loaded.simulation.place {
-        let plan = Arc::get_mut(&mut program.phases[0].plan).ok_or("the plan is shared")?;
-        put_down(plan, place).map_err(|f| format!("{f:?}"))?;
-    }
+    let plan = Arc::get_mut(&mut program.phases[0].plan).ok_or("the plan is shared")?;
+    put_down(plan, &loaded.simulation.place).map_err(|f| format!("{f:?}"))?;
     Ok(program)
 }
 

@@ -69,6 +69,15 @@ fn one_rover_pushes_another() {
     let x = |sim: &Simulation, who: &str| {
         get(sim, &format!("{who}.Hardware.Chassis/chassis.position.x"))
     };
+    let sunk = |sim: &Simulation, who: &str| {
+        (1..=6)
+            .map(|k| get(sim, &format!("{who}.Hardware.Wheels.Wheel{k}.SurfaceContact.sinkage")))
+            .fold(0.0, f64::max)
+    };
+    until(&mut sim, 0.1);
+    // Put down and settled alike: none stood in the soil while the other came to rest.
+    let start = [sunk(&sim, "Pusher"), sunk(&sim, "Ahead")];
+    assert!(start.iter().all(|s| *s < 0.03), "{start:?} m deep at the start");
     until(&mut sim, 5.0);
     let (pusher, ahead) = (x(&sim, "Pusher"), x(&sim, "Ahead"));
     // It stands until it is met.
@@ -82,7 +91,9 @@ fn one_rover_pushes_another() {
     assert!(ahead > 5.2 && (ahead - pusher - 3.04).abs() < 0.01, "{pusher} {ahead}");
     assert!(push > 20.0 && (push - back).abs() < 1e-6 * push, "{push} {back}");
     // Behind each other on one ground: the wheels of the second run in the ruts of the first.
-    let sunk =
-        |who: &str| get(&sim, &format!("{who}.Hardware.Wheels.Wheel1.SurfaceContact.sinkage"));
-    println!("front wheels {:.1} and {:.1} mm deep", 1e3 * sunk("Pusher"), 1e3 * sunk("Ahead"));
+    println!(
+        "wheels {:.1} and {:.1} mm deep",
+        1e3 * sunk(&sim, "Pusher"),
+        1e3 * sunk(&sim, "Ahead")
+    );
 }

@@ -184,9 +184,7 @@ impl Library {
             faulty(faults)
         })?;
         if let Some(plan) = Arc::get_mut(&mut program.phases[0].plan) {
-            for place in &loaded.simulation.place {
-                put_down(plan, place).map_err(|fault| faulty(vec![fault]))?;
-            }
+            put_down(plan, &loaded.simulation.place).map_err(|fault| faulty(vec![fault]))?;
         }
         if start == Start::LookedAt {
             let mut sim = Simulation::new(program.phases[0].plan.clone());

@@ -44,7 +44,7 @@ pub use field::{Field, Seen, Shown, Shows, View};
 pub use made::Made;
 pub use mechanism::{
     ContactSpec, Frame, MechanismPart, MechanismPlan, MechanismPorts, MechanismSpec, PlaceError,
-    Placement, RankReport, place_on_terrain,
+    Placed, Placement, RankReport, place_on_terrain,
 };
 pub use model::{BuildError, Description, Functions, Model, Store};
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};

@@ -2,13 +2,28 @@
 use crate::form::settings::PlaceForm;
 use crate::text::patterns::path_matches;
 use crate::text::value::Text;
-use linkwork_runtime::{Fault, Handle, Placement, Plan, Terrain, place_on_terrain, remedy};
+use linkwork_runtime::{Fault, Handle, Placed, Placement, Plan, Terrain, place_on_terrain, remedy};
 
-/// Puts a compiled machine on its ground. Names may hold `*`. Gives the largest remaining gap of a wheel (m).
+/// Puts machines on their ground: all until their wheels just touch, then each until it rests. Names may hold `*`.
 ///
 /// # Errors
-/// The first mistake in the names, or why the machine cannot be put down.
-pub fn put_down(plan: &mut Plan, place: &PlaceForm) -> Result<f64, Fault> {
+/// The first mistake in the names, or why a machine cannot be put down.
+pub fn put_down(plan: &mut Plan, places: &[PlaceForm]) -> Result<(), Fault> {
+    let mut put = Vec::new();
+    for place in places {
+        put.push((place.origin, touching(plan, place)?));
+    }
+    for (origin, placed) in put {
+        let told = plan.warnings.len();
+        placed.settle(plan);
+        for warning in &mut plan.warnings[told..] {
+            warning.origin = origin;
+        }
+    }
+    Ok(())
+}
+
+fn touching(plan: &mut Plan, place: &PlaceForm) -> Result<Placed, Fault> {
     let mb = plan.mechanism().map(|m| m.multibody.clone()).ok_or_else(|| {
         Fault::new(place.origin, "`place`: there are no bodies")
             .help("take `place` out, or give the simulation a machine")
@@ -40,13 +55,8 @@ pub fn put_down(plan: &mut Plan, place: &PlaceForm) -> Result<f64, Fault> {
         wheels: expand(&place.wheels)?.into_iter().map(|w| (w, place.radius)).collect(),
         joints: expand(&place.joints)?,
     };
-    let told = plan.warnings.len();
-    let gap = place_on_terrain(plan, &*handle, &p)
-        .map_err(|e| Fault::new(place.origin, format!("`place`: {}", e.message)).help(e.help))?;
-    for warning in &mut plan.warnings[told..] {
-        warning.origin = place.origin;
-    }
-    Ok(gap)
+    place_on_terrain(plan, &*handle, &p)
+        .map_err(|e| Fault::new(place.origin, format!("`place`: {}", e.message)).help(e.help))
 }
 
 /// `Rover.Wheels.Wheel1/wheel` with the slash as one more dot, for patterns.

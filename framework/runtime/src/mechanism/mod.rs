@@ -22,7 +22,7 @@ mod slopes;
 mod spec;
 mod touch;
 
-pub use placement::{PlaceError, Placement, place_on_terrain};
+pub use placement::{PlaceError, Placed, Placement, place_on_terrain};
 pub use plan::{MechanismPart, MechanismPlan};
 pub use ports::{Frame, MechanismPorts};
 pub use rank::RankReport;

@@ -62,8 +62,21 @@ fn rim_gap(terrain: &dyn Terrain, pose: &Pose, radius: f64) -> Option<f64> {
     Some(least)
 }
 
-/// Changes the plan's initial coordinates and what its parts start from, to static balance. Gives the largest gap of a wheel (m)
-/// where all just touch, before it settles. A machine that does not rest starts there, which is a warning of the plan.
+/// A machine where its wheels just touch; it has yet to settle.
+#[derive(Clone, Debug)]
+#[must_use = "it has yet to settle"]
+pub struct Placed {
+    /// Largest gap of a wheel, m.
+    pub gap: f64,
+    body: String,
+    joints: Vec<String>,
+    /// Rates of the machine, and of those of its joints that adapt in any case, in the order of the mechanism.
+    own: Vec<usize>,
+    adapting: Vec<usize>,
+}
+
+/// Changes the plan's initial coordinates: the wheels of a machine just touch. Of several machines all are put down before
+/// one settles ([`Placed::settle`]), so that none stands in the ground meanwhile.
 ///
 /// # Errors
 /// Unknown bodies, a root that is not free, ground missing under a wheel, or no convergence.
@@ -71,7 +84,7 @@ pub fn place_on_terrain(
     plan: &mut Plan,
     terrain: &dyn Terrain,
     p: &Placement,
-) -> Result<f64, PlaceError> {
+) -> Result<Placed, PlaceError> {
     let Some(mechanism) = plan.mechanism_mut() else {
         return error(
             "there is no mechanism, or it is already running".into(),
@@ -214,23 +227,29 @@ pub fn place_on_terrain(
     u[0] -= e.min().min(0.0);
     e = gaps(&u, &mut q)?;
     mechanism.q = q;
-    let (first, nq) = (mechanism.x, mb.nq());
-    let lanes = (first..first + nq, first + nq..first + nq + mb.nv());
-    let put = mechanism.q.clone();
-    // Of machines that were put down before, the rest stays as it came to rest.
-    if let Some(rest) = &mut plan.rest {
-        rest.x[lanes.0.clone()].copy_from_slice(&put);
-    }
-    own.iter_mut().chain(&mut adapting).for_each(|lane| *lane += first + nq);
-    if settle(plan, lanes.clone(), &own, &adapting) {
-        let q = plan.rest.as_ref().map(|rest| rest.x[lanes.0].to_vec());
-        if let Some(q) = &q {
-            warn_of_sagging(plan, &mb, p, (&put, q));
+    let (body, joints) = (p.body.clone(), p.joints.clone());
+    Ok(Placed { gap: e.amax(), body, joints, own, adapting })
+}
+
+impl Placed {
+    /// Changes the plan's initial coordinates and what its parts start from, to static balance. A machine that does not rest
+    /// starts where its wheels touch, which is a warning of the plan.
+    pub fn settle(mut self, plan: &mut Plan) {
+        let Some(mechanism) = plan.mechanism() else { return };
+        let (mb, put, first) = (mechanism.multibody.clone(), mechanism.q.clone(), mechanism.x);
+        let nq = mb.nq();
+        let lanes = (first..first + nq, first + nq..first + nq + mb.nv());
+        self.own.iter_mut().chain(&mut self.adapting).for_each(|lane| *lane += first + nq);
+        if settle(plan, lanes.clone(), &self.own, &self.adapting) {
+            let q = plan.rest.as_ref().map(|rest| rest.x[lanes.0].to_vec());
+            if let Some(q) = &q {
+                self.warn_of_sagging(plan, &mb, (&put, q));
+            }
+            if let (Some(mechanism), Some(q)) = (plan.mechanism_mut(), q) {
+                mechanism.q = q;
+            }
+            return;
         }
-        if let (Some(mechanism), Some(q)) = (plan.mechanism_mut(), q) {
-            mechanism.q = q;
-        }
-    } else {
         let (what, help) = match plan.steps.is_empty() {
             true => (
                 "does not rest there",
@@ -242,29 +261,27 @@ pub fn place_on_terrain(
                 "let it settle in the first second of the run",
             ),
         };
-        let fact = format!("`{}` was put down where its wheels touch and {what}", p.body);
+        let fact = format!("`{}` was put down where its wheels touch and {what}", self.body);
         plan.warnings.push(Fault::new(Origin::NONE, fact).help(help));
     }
-    Ok(e.amax())
+
+    /// Joints that were not to adapt and gave way: what holds them at work may not yet hold them at the start.
+    fn warn_of_sagging(&self, plan: &mut Plan, mb: &Multibody, (from, to): (&[f64], &[f64])) {
+        let meant = |name: &str| name == self.body || self.joints.iter().any(|j| j == name);
+        for body in mb.bodies().iter().filter(|b| !meant(b.name())) {
+            let most = body.q().map(|k| (to[k] - from[k]).abs()).fold(0.0, f64::max);
+            if most > SAGS {
+                let fact = format!(
+                    "the hinge of `{}` gave way by {most:.2} (rad or m) while `{}` came to rest before the run",
+                    body.name(),
+                    self.body
+                );
+                let help = "hold it by a brake, a spring or a prescribed motion; or list it in `joints`, where it is meant";
+                plan.warnings.push(Fault::new(Origin::NONE, fact).help(help));
+            }
+        }
+    }
 }
 
 /// Motion of a joint while its machine settles (rad or m) from which it is told.
 const SAGS: f64 = 0.05;
-
-/// Joints that were not to adapt and gave way: what holds them at work may not yet hold them at the start.
-fn warn_of_sagging(plan: &mut Plan, mb: &Multibody, p: &Placement, (from, to): (&[f64], &[f64])) {
-    for body in
-        mb.bodies().iter().filter(|b| b.name() != p.body && !p.joints.iter().any(|j| j == b.name()))
-    {
-        let most = body.q().map(|k| (to[k] - from[k]).abs()).fold(0.0, f64::max);
-        if most > SAGS {
-            let fact = format!(
-                "the hinge of `{}` gave way by {most:.2} (rad or m) while `{}` came to rest before the run",
-                body.name(),
-                p.body
-            );
-            let help = "hold it by a brake, a spring or a prescribed motion; or list it in `joints`, where it is meant";
-            plan.warnings.push(Fault::new(Origin::NONE, fact).help(help));
-        }
-    }
-}
