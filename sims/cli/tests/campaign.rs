@@ -57,6 +57,26 @@ fn numbers(lab: &Lab, out: &str, title: &str) -> Vec<f64> {
     column(lab, out, title).iter().map(|t| t.parse().unwrap()).collect()
 }
 
+/// The first run of every campaign that ships: what it varies is there, with ranges and units that fit.
+#[test]
+fn campaigns_that_ship_run() {
+    let (lab, sims) = (lab(), root().join("sims").canonicalize().unwrap());
+    let mut found = 0;
+    for folder in std::fs::read_dir(sims).unwrap().map(|e| e.unwrap().path()) {
+        for file in std::fs::read_dir(&folder).into_iter().flatten().map(|e| e.unwrap().path()) {
+            let is = |t: String| t.starts_with("Campaign(");
+            if file.extension().is_some_and(|e| e == "ron")
+                && std::fs::read_to_string(&file).is_ok_and(is)
+            {
+                found += 1;
+                let (file, out) = (file.display().to_string(), format!("out{found}"));
+                lab.linkwork(&["campaign", &file, "--run", "0", "--out", &out]).code(0);
+            }
+        }
+    }
+    assert!(found >= 3, "{found}");
+}
+
 #[test]
 fn threads_kills_and_stops_leave_no_trace() {
     let lab = lab();
