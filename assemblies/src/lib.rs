@@ -1,4 +1,4 @@
-//! RON assemblies that ship with Linkwork, embedded: `rovers/…`, `parts/…`, `flight/…`, `worlds/…`;
+//! RON assemblies that ship with Linkwork, embedded: `rovers/…`, `arms/…`, `parts/…`, `flight/…`, `worlds/…`;
 //! and every model that they can name.
 //! ```
 //! use linkwork_assembly::{Options, load_text};
@@ -27,6 +27,7 @@ use linkwork_runtime::Entry;
 use std::collections::BTreeMap;
 
 static PARTS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/parts");
+static ARMS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/arms");
 static ROVERS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/rovers");
 static FLIGHT: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/flight");
 static BEHAVIOURS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/behaviours");
@@ -34,7 +35,7 @@ static WORLDS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/worlds");
 
 /// Every model and service of the component libraries, library by library.
 #[must_use]
-pub fn libraries() -> [Vec<Entry>; 9] {
+pub fn libraries() -> [Vec<Entry>; 10] {
     [
         linkwork_basics::catalogue(),
         linkwork_actuators::catalogue(),
@@ -43,6 +44,7 @@ pub fn libraries() -> [Vec<Entry>; 9] {
         linkwork_environment::catalogue(),
         linkwork_flight::catalogue(),
         linkwork_control::catalogue(),
+        linkwork_manipulation::catalogue(),
         linkwork_navigation::catalogue(),
         linkwork_power::catalogue(),
     ]
@@ -55,6 +57,7 @@ pub fn embedded() -> BTreeMap<String, String> {
     let folders = [
         ("parts", &PARTS),
         ("rovers", &ROVERS),
+        ("arms", &ARMS),
         ("flight", &FLIGHT),
         ("worlds", &WORLDS),
         ("behaviours", &BEHAVIOURS),
@@ -74,7 +77,7 @@ mod tests {
     #[test]
     fn every_folder_has_assemblies() {
         let all = super::embedded();
-        for folder in ["parts/", "rovers/", "flight/", "worlds/", "behaviours/"] {
+        for folder in ["parts/", "rovers/", "arms/", "flight/", "worlds/", "behaviours/"] {
             assert!(all.keys().any(|k| k.starts_with(folder)), "{folder} is empty");
         }
     }

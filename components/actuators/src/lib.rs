@@ -1,4 +1,4 @@
-//! Component library: actuators. DC motors with gear, friction and brake; servos of rate and position; springs,
+//! Component library: actuators. DC motors with gear, friction and brake; drives of torque, servos of rate and position; springs,
 //! dampers, stops and differentials on hinges.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "actuators.dc_motor"`):
@@ -22,6 +22,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<hinges::SoftStop>(),
         Entry::model::<hinges::Differential>(),
         Entry::model::<servo::RateServo>(),
+        Entry::model::<servo::TorqueDrive>(),
         Entry::model::<servo::PositionServo>(),
     ]
 }

@@ -1,11 +1,59 @@
-//! Ideal servos on a hinge: a torque towards a commanded rate or angle, with a limit.
+//! Ideal servos on a hinge: a torque towards a commanded rate or angle, or a commanded torque, with a limit.
 //! ```text
+//! torque     τ = sat(τ*)
 //! rate       τ = sat(k_r (ω* − ω))
 //! position   τ = sat(k (q* − q) − d q̇)
 //! ```
 //! For assemblies that do not care about motors. k_r times the step must stay below the hinge's inertia.
 
 use linkwork_runtime::prelude::*;
+
+/// A torque drive.
+#[derive(Params, Clone, Debug)]
+pub struct TorqueDriveParams {
+    /// Greatest torque.
+    #[param(unit = "N m", default = 1e9, range = 0.0..)]
+    pub torque_max: f64,
+}
+
+/// Command and hinge.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct TorqueDriveIn {
+    /// Wanted torque.
+    #[port("N m", default = 0.0)]
+    pub torque: f64,
+    /// The hinge.
+    #[port(bind = "shaft")]
+    pub shaft: HingeState,
+}
+
+/// Torque and power.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct TorqueDriveOut {
+    /// Torque on the hinge.
+    #[port(bind = "shaft")]
+    pub load: HingeTorque,
+    /// Mechanical power given.
+    #[port("W")]
+    pub power: f64,
+}
+
+/// A torque drive.
+pub struct TorqueDrive {
+    p: TorqueDriveParams,
+}
+
+/// Ideal torque drive: the commanded torque, limited, as of a joint whose torque is controlled inside.
+#[model("actuators.torque_drive")]
+impl Model for TorqueDrive {
+    type Params = TorqueDriveParams;
+    type Ud = TorqueDriveIn;
+    type Yd = TorqueDriveOut;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &TorqueDriveIn) -> TorqueDriveOut {
+        let torque = u.torque.clamp(-self.p.torque_max, self.p.torque_max);
+        TorqueDriveOut { load: HingeTorque(torque), power: torque * u.shaft.rate }
+    }
+}
 
 /// A rate servo.
 #[derive(Params, Clone, Debug)]
@@ -113,6 +161,9 @@ mod tests {
         let s = RateServo { p: RateServoParams { gain: 5.0, torque_max: 8.0 } };
         let torque = |rate| s.direct(&c, &(), &(), &RateServoIn { rate, shaft }, &()).torque.0;
         assert_eq!((torque(2.0), torque(9.0), torque(-9.0)), (5.0, 8.0, -8.0));
+        let drive = TorqueDrive { p: TorqueDriveParams { torque_max: 4.0 } };
+        let load = |torque| drive.direct(&c, &(), &(), &TorqueDriveIn { torque, shaft }, &());
+        assert_eq!((load(3.0).load.0, load(-7.0).load.0, load(3.0).power), (3.0, -4.0, 3.0));
         let p = PositionServoParams { stiffness: 10.0, damping: 1.0, torque_max: 3.5 };
         let s = PositionServo { p };
         let torque =

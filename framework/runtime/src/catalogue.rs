@@ -106,9 +106,9 @@ impl Entry {
                 description: Arc::new(description),
             }))
         };
-        let describe: Describe = |params, _| {
+        let describe: Describe = |params, files| {
             let none = crate::services::Services::default();
-            let p = M::Params::read_map(params, &mut ReadCx::new("", &none))?;
+            let p = M::Params::read_map(params, &mut ReadCx::looking(&none, files))?;
             Some(sized::describe::<M>(&p))
         };
         Entry { description: Arc::new(description), maker: Maker::Sized(make, describe) }
@@ -143,7 +143,7 @@ impl Entry {
         };
         let describe: Describe = |params, files| {
             let none = crate::services::Services::default();
-            let p = F::Params::read_map(params, &mut ReadCx::new("", &none))?;
+            let p = F::Params::read_map(params, &mut ReadCx::looking(&none, files))?;
             F::describe(&p, files)
         };
         Entry { description: Arc::new(description), maker: Maker::Sized(make, describe) }

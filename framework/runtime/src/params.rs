@@ -151,21 +151,17 @@ impl<'a> ReadCx<'a> {
         ReadCx { path: path.into(), services, files, faults, meant: Vec::new() }
     }
 
+    /// A context in which parameters are only looked at: files that they name are found, and are no part of a plan.
+    pub(crate) fn looking(services: &'a Services, files: &Files) -> Self {
+        ReadCx { files: files.apart(), ..ReadCx::new("", services) }
+    }
+
     /// The text of a file that a parameter names; why there is none is a fault at `origin`.
     pub fn text(&mut self, name: &str, origin: Origin) -> Option<String> {
-        let found = self.files.resolve(name).map_err(|e| (e.message, e.help));
-        let read = found.and_then(|path| {
-            // A device or a pipe may never end.
-            if path.metadata().is_ok_and(|m| !m.is_file()) {
-                return Err((format!("`{name}` is no file"), None));
-            }
-            std::fs::read_to_string(path)
-                .map_err(|e| (format!("the file `{name}` cannot be read: {e}"), None))
-        });
-        match read {
+        match self.files.text(name) {
             Ok(text) => Some(text),
-            Err((message, help)) => {
-                self.fault(origin, format!("`{}`: {message}", self.path), help);
+            Err(e) => {
+                self.fault(origin, format!("`{}`: {}", self.path, e.message), e.help);
                 None
             }
         }

@@ -319,12 +319,20 @@ pub struct Files {
     pub(crate) found: Arc<std::sync::Mutex<BTreeMap<String, u64>>>,
     /// Services of earlier compilations, which this one may share.
     pub(crate) made: Option<Arc<Made>>,
+    /// Texts that a program carries with it, by name: for what no folder has.
+    embedded: Arc<BTreeMap<String, String>>,
 }
 
 impl Files {
     /// Looked for in these folders, in turn.
     pub fn of(folders: Vec<PathBuf>) -> Files {
         Files { folders, ..Files::default() }
+    }
+
+    /// With texts that the program carries with it, for names that no folder has.
+    #[must_use]
+    pub fn with(self, embedded: Arc<BTreeMap<String, String>>) -> Files {
+        Files { embedded, ..self }
     }
 
     /// With services that compilations share which are given the same `made`.
@@ -371,6 +379,25 @@ impl Files {
             found.insert(name.to_string(), print);
         }
         Ok(path)
+    }
+
+    /// The text of that name: of the first existing file, which then is part of the plan's hash, else one that the program
+    /// carries with it.
+    ///
+    /// # Errors
+    /// No such file (the folders that were tried), none that can be read as text.
+    pub fn text(&self, name: &str) -> Result<String, crate::BuildError> {
+        let path = match (self.resolve(name), self.embedded.get(name)) {
+            (Ok(path), _) => path,
+            (Err(_), Some(text)) => return Ok(text.clone()),
+            (Err(e), None) => return Err(e),
+        };
+        // A device or a pipe may never end.
+        if path.metadata().is_ok_and(|m| !m.is_file()) {
+            return Err(crate::BuildError::new(format!("`{name}` is no file")));
+        }
+        let fault = |e| crate::BuildError::new(format!("the file `{name}` cannot be read: {e}"));
+        std::fs::read_to_string(path).map_err(fault)
     }
 
     /// The first existing match, only to be looked at; the error lists the folders tried.

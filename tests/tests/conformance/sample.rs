@@ -54,6 +54,12 @@ fn written(model: &str, param: &str) -> Option<Value> {
             let entry = |key: &str, text: &str| (key.into(), Value::Text(text.into()).into());
             Some(Value::Map(vec![entry("name", "brick.dml"), entry("text", text)]))
         }
+        ("manipulation.arm_controller", "robot") => {
+            let text = include_str!("../../../assemblies/arms/six_axis.urdf");
+            let entry = |key: &str, text: &str| (key.into(), Value::Text(text.into()).into());
+            Some(Value::Map(vec![entry("name", "six_axis.urdf"), entry("text", text)]))
+        }
+        ("manipulation.arm_controller", "tip") => Some(Value::Text("tool".into())),
         ("environment.mars_sun", "epoch") => Some(Value::Text("2012-08-06T05:17:57Z".into())),
         _ => None,
     }

@@ -112,6 +112,8 @@ pub struct Loaded {
     /// One RON text with everything included, expanded and overridden: it loads to the same
     /// `spec` without any other file.
     pub resolved: Resolved,
+    /// Files that parameters name and no folder has may be among these texts.
+    pub(crate) embedded: Arc<BTreeMap<String, String>>,
 }
 
 impl Loaded {
@@ -124,7 +126,8 @@ impl Loaded {
         catalogue: &Catalogue,
         files: &linkwork_runtime::Files,
     ) -> Result<Program, Faults> {
-        linkwork_runtime::compile_program(&self.phases, catalogue, files)
+        let files = files.clone().with(self.embedded.clone());
+        linkwork_runtime::compile_program(&self.phases, catalogue, &files)
     }
 
     /// What imported files say and the simulation does not do, told at the `import` that brought it; and
@@ -455,16 +458,18 @@ fn assemble(
     let gravity = simulation.gravity.as_ref().map(|g| g.text.clone());
     let place = simulation.gravity.as_ref().map_or(settings.origin, |g| g.origin);
     let mechanism = mechanism::mechanism(cx, &root, &files, &simulation.mechanism, gravity, place);
+    let embedded = Arc::new(options.embedded.clone().into_owned());
+    let files_of_parts = linkwork_runtime::Files::of(options.search.clone()).with(embedded.clone());
     let wiring = Wiring {
         root: &root,
         catalogue: options.catalogue,
-        files: linkwork_runtime::Files::of(options.search.clone()),
+        files: files_of_parts.clone(),
         mechanism: &simulation.mechanism,
     };
     let wires = wiring.wires(cx);
     if !cx.faults.is_empty() {
         // What the models say of their parameters belongs into the same report.
-        let files = linkwork_runtime::Files::of(options.search.clone());
+        let files = files_of_parts;
         let spec = Spec { parts, ..Spec::default() };
         let mut more = linkwork_runtime::check_parts(&spec, options.catalogue, &files);
         more.extend(misspelt(&simulation.patterns(), &spec, options.catalogue, &files));
@@ -495,6 +500,7 @@ fn assemble(
         origin: Origin::NONE,
     };
     let loaded = Loaded {
+        embedded,
         tree: tree(&root, options.catalogue),
         spec,
         phases: vec![only],

@@ -1,0 +1,24 @@
+//! Component library: manipulation. Robot arms that carry out moves by a model of themselves.
+//!
+//! The model that a controller embeds is read from the same URDF file from which the simulated arm is made, but it is an
+//! instance of its own: what the simulated arm weighs, or where its work stands, may differ from what the controller believes.
+//!
+//! A program takes it by its catalogue, and a file names its models (`model: "manipulation.arm_controller"`):
+//! ```
+//! let catalogue = linkwork_runtime::Catalogue::new([linkwork_manipulation::catalogue()]);
+//! assert!(catalogue.get("manipulation.arm_controller").is_some());
+//! ```
+
+#![allow(non_snake_case)]
+
+pub mod arm;
+pub mod arm_controller;
+pub mod cutting;
+pub mod moves;
+
+use linkwork_runtime::prelude::Entry;
+
+/// The models of this library.
+pub fn catalogue() -> Vec<Entry> {
+    vec![Entry::sized::<arm_controller::ArmController>(), Entry::model::<cutting::Cutting>()]
+}
