@@ -20,6 +20,7 @@ pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::sized::<ackermann::Ackermann>(),
         Entry::model::<attitude::estimator::AttitudeFilter>(),
+        Entry::sized::<attitude::jets::JetSelection>(),
         Entry::model::<attitude::momentum::Desaturation>(),
         Entry::model::<attitude::momentum::WheelDistribution>(),
         Entry::model::<attitude::phase_plane::PhasePlane>(),

@@ -51,6 +51,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<guidance::powered_descent::PoweredDescent>(),
         Entry::model::<guidance::rendezvous::StationKeeping>(),
         Entry::model::<guidance::terminal_descent::TerminalDescent>(),
+        Entry::model::<guidance::waypoints::Waypoints>(),
         Entry::model::<kickoff_spring::KickoffSpring>(),
         Entry::model::<landing::airbag::Airbag>(),
         Entry::model::<landing::crushable_leg::CrushableLeg>(),
