@@ -1,4 +1,4 @@
-//! Component library: control. Steering, waypoint following, hinge controllers, odometry, attitude.
+//! Component library: control. Steering, waypoint following, hinge controllers, odometry, attitude, sets of jets.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "control.pointing"`):
 //! ```

@@ -168,9 +168,8 @@ impl Model for Waypoints {
     type Yd = WaypointsOut;
     type D = Leg;
     fn build(p: WaypointsParams) -> Result<Self, BuildError> {
-        let wrong = |fact: String, help: &str| {
-            Err(BuildError::new(fact).help(help).at("waypoints"))
-        };
+        let wrong =
+            |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("waypoints"));
         let Some(last) = p.waypoints.last() else {
             let help = "write at least one, e.g. waypoints: [(position: [0, 0, 50], speed: 0.3)]";
             return wrong("there is no place to go to".into(), help);
@@ -181,11 +180,15 @@ impl Model for Waypoints {
         }
         for (k, w) in p.waypoints.iter().enumerate() {
             if w.through > w.speed {
-                let fact = format!("place {k} is to be passed at {} m/s, its way at most at {}", w.through, w.speed);
+                let fact = format!(
+                    "place {k} is to be passed at {} m/s, its way at most at {}",
+                    w.through, w.speed
+                );
                 return wrong(fact, "raise `speed` or lower `through`");
             }
             if w.through > 0.0 && w.hold > 0.0 {
-                let fact = format!("place {k} has `through`, at which it does not stop, and `hold`");
+                let fact =
+                    format!("place {k} has `through`, at which it does not stop, and `hold`");
                 return wrong(fact, "leave one of them out");
             }
         }
@@ -340,7 +343,8 @@ mod tests {
         let u = WaypointsIn { body: frame, frame, mass: MASS };
         let y = m.direct(&Clock::at(0.0, 1.0, 0), &(), &m.init_d(), &u, &());
         let r = frame.position;
-        let want = (r * (4.89 / r.norm().powi(3)) - Vec3::new(r.x, r.y, 0.0) * (RATE * RATE)) * MASS;
+        let want =
+            (r * (4.89 / r.norm().powi(3)) - Vec3::new(r.x, r.y, 0.0) * (RATE * RATE)) * MASS;
         assert!((y.force - want).norm() < 1e-12 && y.velocity.norm() < 1e-15, "{} {want}", y.force);
     }
 
