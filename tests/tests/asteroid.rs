@@ -57,4 +57,12 @@ fn a_spacecraft_touches_a_small_body_and_backs_away() {
     let want = -velocity.z / w * (-zeta / root * zeta.acos()).exp();
     println!("stroke by the closed form {want} m");
     assert!((stroke / want - 1.0).abs() < 0.04, "{stroke} {want}");
+    // As the README tells.
+    let near = |x: f64, want: f64, within: f64| assert!((x - want).abs() < within, "{x} {want}");
+    near(told[2].1, 1104.65, 0.5);
+    near(last - first, 7.9, 0.3);
+    near(force, 37.8, 1.0);
+    near(used, 2.76, 0.1);
+    near(over.0.z, 115.0, 0.3);
+    near(pointing, 0.116, 0.03);
 }

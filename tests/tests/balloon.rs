@@ -48,4 +48,17 @@ fn a_balloon_floats_where_it_displaces_its_mass_and_comes_down_and_rises() {
     assert!((told[2].2 - first).abs() < 60.0, "{} {first}", told[2].2);
     assert!((before - then).abs() < 120.0 && then > first, "{before} {then}");
     assert!(sim.get("Ballast.propellant").unwrap() == 0.0);
+    // As the README tells: s and m of each phase.
+    let want = [
+        (0.0, 500.0),
+        (1277.3, 5922.7),
+        (5400.0, 5868.3),
+        (5702.4, 5983.2),
+        (7282.7, 2001.8),
+        (7312.7, 1950.1),
+    ];
+    for ((phase, t, height), w) in told.iter().zip(want).skip(1) {
+        assert!((t - w.0).abs() < 1.0 && (height - w.1).abs() < 3.0, "{phase} {t} {height}");
+    }
+    assert!((tight - 97.5).abs() < 0.5 && (before - 7329.7).abs() < 3.0, "{tight} {before}");
 }
