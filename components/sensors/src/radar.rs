@@ -31,7 +31,7 @@ pub struct RadarParams {
     #[param(unit = "m", default = 6000.0, range = 1e-3..=1e6)]
     pub depth: f64,
     /// Greatest angle between a beam and the surface's normal at which enough comes back.
-    #[param(unit = "rad", default = 1.0, range = 0.0..=1.5708)]
+    #[param(unit = "rad", default = 1.0, range = 0.0..=1.571)]
     pub incidence_max: f64,
     /// Standard deviation σ_r of a range.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
