@@ -1,4 +1,4 @@
-//! Component library: control. Steering, waypoint following, hinge controllers, odometry, attitude.
+//! Component library: control. Steering, waypoint following, hinge controllers, odometry, attitude, sets of jets.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "control.pointing"`):
 //! ```
@@ -20,6 +20,7 @@ pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::sized::<ackermann::Ackermann>(),
         Entry::model::<attitude::estimator::AttitudeFilter>(),
+        Entry::sized::<attitude::jets::JetSelection>(),
         Entry::model::<attitude::momentum::Desaturation>(),
         Entry::model::<attitude::momentum::WheelDistribution>(),
         Entry::model::<attitude::phase_plane::PhasePlane>(),

@@ -1,4 +1,4 @@
-//! Component library: flight. Aerodynamics, engines and thrusters, tanks, parachutes, airbags and legs, reaction
+//! Component library: flight. Aerodynamics, engines and thrusters, tanks, parachutes, balloons, airbags and legs, reaction
 //! wheels, gyros and torquers, guidance of ascent, orbit, entry and landing.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "flight.engine"`):
@@ -10,6 +10,7 @@
 
 pub mod aerodynamics;
 pub mod attitude;
+pub mod balloon;
 pub mod drag;
 pub mod engine;
 pub mod guidance;
@@ -39,6 +40,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<attitude::magnetic::MagneticTorquer>(),
         Entry::model::<attitude::reaction_wheel::ReactionWheel>(),
         Entry::model::<attitude::thrust_vector::ThrustVectorControl>(),
+        Entry::model::<balloon::Balloon>(),
         Entry::model::<drag::Drag>(),
         Entry::model::<engine::Engine>(),
         Entry::model::<guidance::approach::Glideslope>(),
@@ -51,6 +53,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<guidance::powered_descent::PoweredDescent>(),
         Entry::model::<guidance::rendezvous::StationKeeping>(),
         Entry::model::<guidance::terminal_descent::TerminalDescent>(),
+        Entry::model::<guidance::waypoints::Waypoints>(),
         Entry::model::<kickoff_spring::KickoffSpring>(),
         Entry::model::<landing::airbag::Airbag>(),
         Entry::model::<landing::crushable_leg::CrushableLeg>(),

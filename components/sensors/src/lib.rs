@@ -1,4 +1,4 @@
-//! Component library: sensors. Encoders, inertial units, poses and motions of nodes, cameras, lidar, star
+//! Component library: sensors. Encoders, inertial units, poses and motions of nodes, cameras, lidar, radar, star
 //! trackers, sun sensors; noise follows from the seed.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "sensors.imu"`):
@@ -15,6 +15,7 @@ pub mod imu;
 pub mod lidar;
 pub mod motion;
 pub mod pose;
+pub mod radar;
 pub mod star_tracker;
 pub mod sun_sensor;
 mod surroundings;
@@ -32,6 +33,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::sized::<lidar::LidarSensor>(),
         Entry::model::<motion::Motion>(),
         Entry::model::<pose::PoseSensor>(),
+        Entry::sized::<radar::Radar>(),
         Entry::model::<star_tracker::StarTracker>(),
         Entry::model::<sun_sensor::SunSensor>(),
     ]

@@ -37,6 +37,14 @@ fn written(model: &str, param: &str) -> Option<Value> {
             let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
             Some(Value::List(axes.map(axis).to_vec()))
         }
+        ("flight.waypoints", "waypoints") => {
+            let place = |z: f64, through: f64| {
+                let place = ("position".into(), list(&[0.0, 0.0, z]).into());
+                let number = |key: &str, x: f64| (key.into(), Value::Number(x).into());
+                Value::Map(vec![place, number("speed", 0.3), number("through", through)]).into()
+            };
+            Some(Value::List(vec![place(9.0, 0.1), place(2.0, 0.0)]))
+        }
         ("flight.entry_guidance", "ballistic") => Some(Value::Number(137.0)),
         ("flight.solid_motor", "curve") => Some(pairs(&[[0.0, 0.0], [0.05, 9.0], [0.1, 0.0]])),
         ("flight.body_load", "rows") => {

@@ -13,3 +13,4 @@ pub mod planet;
 pub mod powered_descent;
 pub mod rendezvous;
 pub mod terminal_descent;
+pub mod waypoints;

@@ -1,0 +1,434 @@
+//! `flight.balloon`: an envelope with a light gas, open at its foot (zero-pressure) or closed (super-pressure).
+//! ```text
+//! V  = min(m R T/p_a, V_max)       p = m R T/V       Δp = p − p_a ≥ 0       d = (6 V/π)^⅓: seen as a ball
+//! F  = −ρ V g − ½ ρ C_D (π d²/4) |v| v + C_v ρ V g      v: through the air;  buoyancy, drag, virtual mass without weight
+//! ṁ  = −C A_duct √(2 ρ_g Δp) − u C A_valve √(2 ρ_g (Δp + max(0, ρ − ρ_g) g d))      duct at the foot, valve at the top, 0 ≤ u ≤ 1
+//! T  = T_a + ΔT, or with `heat` a state, p_a′ = ρ g·v:
+//!      slack  m c_p Ṫ = h π d² (T_a + ΔT − T) + V p_a′        full  m (c_p − R) Ṫ = h π d² (T_a + ΔT − T) + ṁ R T
+//! ```
+//! A balloon without a duct keeps its gas and floats where ρ V_max is its whole mass, envelope and load with it. One with a duct loses what is beyond V_max, so that Δp
+//! stays small. The gas and the virtual mass C_v ρ V are added to the envelope's body at the node, the middle of the ball; the mass in the file is that of the envelope. That it becomes full
+//! or slack is an event. Ballast is a `flight.propellant_tank` of the load. g is what gravity gives at the node; from a site it has the centrifugal part, so that air at rest is
+//! in balance. Below a tenth of a pascal the flow goes down as Δp. Not here: the envelope's elasticity and strength, its own heat, winds that change along the path (ṁ_v, acceleration of the air).
+//! Sources: buoyancy, virtual mass of a ball (½) and gas law are textbook physics; orifices by Bernoulli's equation.
+
+use linkwork_runtime::prelude::*;
+use std::f64::consts::PI;
+
+/// Over-pressure below which flow is linear in it, Pa.
+const STILL: f64 = 0.1;
+
+/// Heat of the gas.
+#[derive(Params, Clone, Copy, Debug)]
+pub struct HeatParams {
+    /// Heat transfer h between gas and air.
+    #[param(unit = "W/(m^2 K)", range = 0.0..)]
+    pub transfer: f64,
+    /// Temperature of the gas at the start.
+    #[param(unit = "K", range = 1.0..)]
+    pub temperature: f64,
+}
+
+/// Envelope and gas.
+#[derive(Params, Clone, Debug)]
+pub struct BalloonParams {
+    /// Gas at the start, m.
+    #[param(unit = "kg", range = 1e-9..)]
+    pub gas: f64,
+    /// Gas constant R; helium when not written.
+    #[param(unit = "J/(kg K)", default = 2077.26, range = 1.0..)]
+    pub gas_constant: f64,
+    /// Ratio of its specific heats γ: c_p = γ R/(γ − 1); helium when not written.
+    #[param(default = 5.0 / 3.0, range = 1.01..=2.0)]
+    pub heat_ratio: f64,
+    /// Volume V_max of the full envelope.
+    #[param(unit = "m^3", range = 1e-6..)]
+    pub volume: f64,
+    /// Drag coefficient C_D over the section of the ball.
+    #[param(default = 0.47, range = 0.0..)]
+    pub drag_coefficient: f64,
+    /// Virtual mass over displaced mass, C_v: ½ of a ball.
+    #[param(default = 0.5, range = 0.0..)]
+    pub virtual_mass: f64,
+    /// Area of the open duct at the foot; 0: closed, a super-pressure balloon.
+    #[param(unit = "m^2", default = 0.0, range = 0.0..)]
+    pub duct: f64,
+    /// Area of the valve at the top.
+    #[param(unit = "m^2", default = 0.0, range = 0.0..)]
+    pub valve: f64,
+    /// Discharge coefficient C of both.
+    #[param(default = 0.6, range = 0.0..=1.0)]
+    pub discharge: f64,
+    /// Heat of the gas; unwritten: it has the air's temperature and ΔT at once.
+    pub heat: Option<HeatParams>,
+    /// The air.
+    #[param(service)]
+    pub atmosphere: Handle<dyn Atmosphere>,
+    /// Gravity.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
+}
+
+/// The envelope, and commands.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct BalloonIn {
+    /// The middle of the envelope.
+    #[port(bind = "envelope")]
+    pub envelope: NodeState,
+    /// How far the valve is open, 0 to 1.
+    #[port("1", default = 0.0)]
+    pub vent: f64,
+    /// Temperature ΔT of the gas over the air's at which it takes up no heat: sunlight on the envelope.
+    #[port("K", default = 0.0)]
+    pub superheat: f64,
+}
+
+/// Loads and gas.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct BalloonOut {
+    /// Buoyancy and drag on the envelope.
+    #[port(bind = "envelope")]
+    pub load: Wrench,
+    /// Gas and virtual mass.
+    #[port(bind = "envelope")]
+    pub added: AddedMass,
+    /// Volume.
+    #[port("m^3")]
+    pub volume: f64,
+    /// Over-pressure Δp at the foot.
+    #[port("Pa")]
+    pub over_pressure: f64,
+    /// Temperature of the gas.
+    #[port("K")]
+    pub temperature: f64,
+    /// Buoyancy.
+    #[port("N")]
+    pub buoyancy: f64,
+    /// Drag.
+    #[port("N")]
+    pub drag: f64,
+    /// Speed through the air.
+    #[port("m/s")]
+    pub airspeed: f64,
+    /// Gas that leaves through duct and valve.
+    #[port("kg/s")]
+    pub flow: f64,
+}
+
+/// The gas.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Gas {
+    /// Its mass.
+    #[port("kg")]
+    pub mass: f64,
+    /// Its temperature, with `heat`.
+    #[port("K")]
+    pub temperature: f64,
+}
+
+/// The same as an output.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct GasOut {
+    /// Mass of the gas.
+    #[port("kg")]
+    pub gas: f64,
+}
+
+/// Where it becomes full or slack.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Fullness {
+    /// Volume that the gas would take, less that of the envelope.
+    #[port("m^3")]
+    pub over: f64,
+}
+
+/// A balloon.
+pub struct Balloon {
+    p: BalloonParams,
+}
+
+/// What is derived from state and air.
+struct Now {
+    air: Air,
+    pull: Vec3,
+    through: Vec3,
+    temperature: f64,
+    /// Volume without a limit, and as it is.
+    free: f64,
+    volume: f64,
+    over: f64,
+    flow: f64,
+}
+
+impl Balloon {
+    fn now(&self, c: &Clock, x: &Gas, u: &BalloonIn) -> Now {
+        let p = &self.p;
+        let air = p.atmosphere.air(c.t, u.envelope.position);
+        let pull = p.gravity.acceleration(c.t, u.envelope.position);
+        let temperature =
+            if p.heat.is_some() { x.temperature } else { air.temperature + u.superheat };
+        // A stage of the integrator may look behind the end of the gas.
+        let mass = x.mass.max(0.0);
+        let free = mass * p.gas_constant * temperature / air.pressure.max(f64::MIN_POSITIVE);
+        let volume = free.min(p.volume);
+        let over = if free > p.volume { air.pressure * (free / p.volume - 1.0) } else { 0.0 };
+        let density = if volume > 0.0 { mass / volume } else { 0.0 };
+        let through = |area: f64, over: f64| {
+            let speed = (2.0 * density / (over + STILL)).sqrt() * over;
+            p.discharge * area * speed
+        };
+        let head = (air.density - density).max(0.0) * pull.norm() * diameter(volume);
+        let flow = through(p.duct, over) + through(p.valve, over + head) * u.vent.clamp(0.0, 1.0);
+        let through = u.envelope.velocity - air.wind;
+        Now { air, pull, through, temperature, free, volume, over, flow }
+    }
+}
+
+/// Diameter of a ball, m.
+fn diameter(volume: f64) -> f64 {
+    (6.0 * volume / PI).cbrt()
+}
+
+/// A balloon with buoyancy, drag and virtual mass, its gas by the gas law: zero-pressure or super-pressure, with a valve.
+#[model("flight.balloon")]
+impl Model for Balloon {
+    type Params = BalloonParams;
+    type Ud = BalloonIn;
+    type Ym = GasOut;
+    type Yd = BalloonOut;
+    type X = Gas;
+    type G = Fullness;
+    fn init_x(&self) -> Gas {
+        Gas { mass: self.p.gas, temperature: self.p.heat.map_or(0.0, |h| h.temperature) }
+    }
+    fn moore(&self, _: &Clock, x: &Gas) -> GasOut {
+        GasOut { gas: x.mass.max(0.0) }
+    }
+    fn direct(&self, c: &Clock, x: &Gas, _: &(), u: &BalloonIn) -> BalloonOut {
+        let p = &self.p;
+        let now = self.now(c, x, u);
+        let displaced = now.air.density * now.volume;
+        let speed = now.through.norm();
+        let section = 0.25 * PI * diameter(now.volume).powi(2);
+        let drag = now.through * (-0.5 * now.air.density * p.drag_coefficient * section * speed);
+        let buoyancy = now.pull * -displaced;
+        let carried = p.virtual_mass * displaced;
+        BalloonOut {
+            load: Wrench { moment: Vec3::zeros(), force: buoyancy + drag - now.pull * carried },
+            added: AddedMass::of(x.mass.max(0.0) + carried, &Vec3::zeros(), &Vec3::zeros()),
+            volume: now.volume,
+            over_pressure: now.over,
+            temperature: now.temperature,
+            buoyancy: buoyancy.norm(),
+            drag: drag.norm(),
+            airspeed: speed,
+            flow: now.flow,
+        }
+    }
+    fn deriv(&self, c: &Clock, x: &Gas, _: &(), _: &(), u: &BalloonIn) -> Gas {
+        let p = &self.p;
+        let now = self.now(c, x, u);
+        let Some(h) = p.heat.filter(|_| x.mass > 0.0) else {
+            return Gas { mass: -now.flow, temperature: 0.0 };
+        };
+        let skin = PI * diameter(now.volume).powi(2);
+        let c_p = p.gas_constant * p.heat_ratio / (p.heat_ratio - 1.0);
+        let heat = h.transfer * skin * (now.air.temperature + u.superheat - x.temperature);
+        let rate = if now.free > p.volume {
+            let left = now.flow * p.gas_constant * x.temperature;
+            (heat - left) / (x.mass * (c_p - p.gas_constant))
+        } else {
+            let pressure = now.air.density * now.pull.dot(&now.through);
+            (heat + now.volume * pressure) / (x.mass * c_p)
+        };
+        Gas { mass: -now.flow, temperature: rate }
+    }
+    fn guards(&self, c: &Clock, x: &Gas, _: &(), _: &(), u: &BalloonIn) -> Fullness {
+        Fullness { over: self.now(c, x, u).free - self.p.volume }
+    }
+    fn fired(&self, _: &Clock, _: usize, x: &Gas) -> (Gas, ()) {
+        (*x, ())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    /// Isothermal air: ρ = ρ₀ e^(−z/H), H = R_a T/g.
+    const G: f64 = 3.71;
+    const T: f64 = 210.0;
+    const R_A: f64 = 190.0;
+    const H: f64 = R_A * T / G;
+    const RHO: f64 = 0.016;
+    struct Still;
+    impl Atmosphere for Still {
+        fn air(&self, _: f64, p: Vec3) -> Air {
+            let density = RHO * (-p.z / H).exp();
+            let pressure = density * R_A * T;
+            Air { density, pressure, temperature: T, speed_of_sound: 230.0, wind: Vec3::x() * 7.0 }
+        }
+    }
+    struct Down;
+    impl Gravity for Down {
+        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+            Vec3::z() * -G
+        }
+    }
+
+    fn params() -> BalloonParams {
+        BalloonParams {
+            gas: 4.0,
+            gas_constant: 2077.26,
+            heat_ratio: 5.0 / 3.0,
+            volume: 5000.0,
+            drag_coefficient: 0.47,
+            virtual_mass: 0.5,
+            duct: 0.0,
+            valve: 0.0,
+            discharge: 0.6,
+            heat: None,
+            atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
+            gravity: Handle::new("g", Arc::new(Down) as Arc<dyn Gravity>),
+        }
+    }
+
+    fn balloon(p: BalloonParams) -> Balloon {
+        Balloon { p }
+    }
+
+    /// Height, rate, mass and temperature of the gas.
+    type State = [f64; 4];
+
+    /// With a dry mass, moving straight up in air that carries it along.
+    fn slope(m: &Balloon, dry: f64, vent: f64, y: &State) -> State {
+        let position = Vec3::z() * y[0];
+        let velocity = Vec3::new(7.0, 0.0, y[1]);
+        let envelope = NodeState { position, velocity, ..NodeState::identity() };
+        let (c, u) = (Clock::at(0.0, 0.1, 0), BalloonIn { envelope, vent, superheat: 0.0 });
+        let x = Gas { mass: y[2], temperature: y[3] };
+        let out = m.direct(&c, &x, &(), &u, &());
+        let rate = m.deriv(&c, &x, &(), &(), &u, &(), &out);
+        let mass = dry + out.added.mass;
+        [y[1], out.load.force.z / mass - G, rate.mass, rate.temperature]
+    }
+
+    fn fly(
+        m: &Balloon,
+        dry: f64,
+        vent: f64,
+        mut y: State,
+        (h, n): (f64, usize),
+        mut see: impl FnMut(f64, &State),
+    ) -> State {
+        let at =
+            |y: &State, k: &State, c: f64| -> State { std::array::from_fn(|i| y[i] + c * k[i]) };
+        for step in 0..n {
+            see(step as f64 * h, &y);
+            let a = slope(m, dry, vent, &y);
+            let b = slope(m, dry, vent, &at(&y, &a, 0.5 * h));
+            let c = slope(m, dry, vent, &at(&y, &b, 0.5 * h));
+            let d = slope(m, dry, vent, &at(&y, &c, h));
+            y = std::array::from_fn(|i| y[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
+        }
+        y
+    }
+
+    #[test]
+    fn it_rises_at_the_speed_of_its_lift_and_floats_where_it_displaces_its_mass() {
+        let m = balloon(params());
+        let dry = 28.0;
+        let mut risen = None;
+        let y = fly(&m, dry, 0.0, [0.0, 0.0, 4.0, 0.0], (0.5, 30_000), |t, y| {
+            if t > 60.0 && risen.is_none() {
+                risen = Some(*y);
+            }
+        });
+        // Slack: displaced mass m R_g T/(R_a T); drag balances what is over the whole mass but for the growth of the section.
+        let [z, rate, gas, _] = risen.unwrap();
+        let displaced = gas * 2077.26 / R_A;
+        let density = RHO * (-z / H).exp();
+        let section = 0.25 * PI * (6.0 * displaced / density / PI).powf(2.0 / 3.0);
+        let want = ((displaced - dry - gas) * G / (0.5 * density * 0.47 * section)).sqrt();
+        println!("rises at {rate} m/s, closed form {want} m/s; floats at {} m", y[0]);
+        assert!((rate / want - 1.0).abs() < 3e-3, "{rate} {want}");
+        // Drag as v² damps ever more slowly: 1 m is left of the bobbing after four hours.
+        let float = H * (RHO * 5000.0 / (dry + 4.0)).ln();
+        assert!((y[0] - float).abs() < 2.0 && y[1].abs() < 0.02, "{} {float}", y[0]);
+    }
+
+    #[test]
+    fn about_its_float_height_it_bobs_with_the_period_of_its_displaced_air() {
+        // (1 + C_v) m z̈ = −m g z/H: virtual mass slows it down.
+        let m = balloon(BalloonParams { drag_coefficient: 0.0, ..params() });
+        let float = H * (RHO * 5000.0 / 32.0).ln();
+        let (mut crossings, mut before) = (Vec::new(), 1.0);
+        fly(&m, 28.0, 0.0, [float + 1.0, 0.0, 4.0, 0.0], (0.25, 8000), |t, y| {
+            let off = y[0] - float;
+            if off <= 0.0 && before > 0.0 {
+                crossings.push(t - 0.25 * off / (off - before));
+            }
+            before = off;
+        });
+        let period = crossings[1] - crossings[0];
+        let want = 2.0 * PI * (1.5 * H / G).sqrt();
+        println!("{period} s, closed form {want} s");
+        assert!((period / want - 1.0).abs() < 1e-3, "{period} {want}");
+    }
+
+    #[test]
+    fn without_heat_the_gas_expands_on_its_adiabat() {
+        let m = balloon(BalloonParams {
+            heat: Some(HeatParams { transfer: 0.0, temperature: T }),
+            ..params()
+        });
+        let y = fly(&m, 20.0, 0.0, [0.0, 0.0, 4.0, T], (0.1, 3000), |_, _| ());
+        let want = T * (-y[0] / H).exp().powf(0.4);
+        println!("{} m: {} K, closed form {want} K", y[0], y[3]);
+        assert!(y[0] > 300.0 && (y[3] - want).abs() < 1e-6, "{y:?} {want}");
+        // Full, it keeps volume and energy: no work, no heat.
+        let full = balloon(BalloonParams { volume: 100.0, ..m.p.clone() });
+        let rate = slope(&full, 20.0, 0.0, &[0.0, 3.0, 4.0, 205.0]);
+        assert_eq!(rate[3], 0.0);
+        // With heat it comes to the air's temperature.
+        let warm = balloon(BalloonParams {
+            heat: Some(HeatParams { transfer: 50.0, temperature: T }),
+            ..m.p.clone()
+        });
+        assert!(slope(&warm, 20.0, 0.0, &[0.0, 0.0, 4.0, 200.0])[3] > 0.0);
+    }
+
+    #[test]
+    fn with_a_duct_what_is_beyond_its_volume_leaves() {
+        let m = balloon(BalloonParams { duct: 0.5, volume: 3500.0, ..params() });
+        let mut top = None;
+        let y = fly(&m, 24.0, 0.0, [0.0, 0.0, 4.0, 0.0], (0.1, 30_000), |t, y| {
+            if t > 10.0 && y[1] < 0.0 && top.is_none() {
+                top = Some(*y);
+            }
+        });
+        // At its highest place: full, without over-pressure.
+        let top = top.unwrap();
+        let density = RHO * (-top[0] / H).exp();
+        println!("{} m with {} kg of gas", top[0], top[2]);
+        assert!((top[2] / (density * R_A * 3500.0 / 2077.26) - 1.0).abs() < 1e-3, "{top:?}");
+        // It came past the height where it displaces its mass, has lost what held it there, and sinks with the rest.
+        assert!(density * 3500.0 < 24.0 + top[2] && top[2] < 3.9, "{top:?}");
+        assert!(y[0] < top[0] && (y[2] / top[2] - 1.0).abs() < 1e-3, "{y:?} {top:?}");
+    }
+
+    #[test]
+    fn a_valve_lets_gas_out_by_its_head_and_no_more_than_there_is() {
+        let m = balloon(BalloonParams { valve: 0.1, ..params() });
+        let gas = slope(&m, 28.0, 0.4, &[0.0, 0.0, 4.0, 0.0])[2];
+        let light = RHO * R_A / 2077.26;
+        let d = (6.0 * 4.0 / light / PI).cbrt();
+        // The head of 0.9 Pa, with what is done below a tenth of a pascal.
+        let head = (RHO - light) * G * d;
+        let want = -0.4 * 0.6 * 0.1 * head * (2.0 * light / (head + 0.1)).sqrt();
+        assert!((gas / want - 1.0).abs() < 1e-9 && head > 0.8, "{gas} {want} {head}");
+        assert_eq!(slope(&m, 28.0, 0.0, &[0.0, 0.0, 4.0, 0.0])[2], 0.0);
+        assert_eq!(slope(&m, 28.0, 1.0, &[0.0, 0.0, -1e-9, 0.0])[2], 0.0);
+    }
+}

@@ -1,0 +1,468 @@
+//! `sensors.radar`: beams of a landing radar: slant range and speed along each, and what follows of them for the velocity.
+//! ```text
+//! echo      near ≤ r ≤ near + depth, acos |n·d| ≤ `incidence_max`, and not lost (probability `drop_out`)
+//! range     r + (σ_r + κ r) n₁, to the next multiple of the resolution
+//! speed     d·(v − v_hit) + σ_v n₂, to the next multiple of its resolution: closing is positive
+//! velocity  (Σ d dᵀ)⁻¹ Σ d s over the beams with an echo: of the mount over what it sees, axes of the mount; from three beams on that do
+//!           not lie in a plane
+//! ```
+//! d: the beam, n: the surface's normal. It sees the terrain service as triangles between the nodes of its grid, the shapes of the bodies that `sees` names, which move, and the
+//! sphere of `ground_radius` about the planet's centre: W is a site on the planet, or its centre is the origin of W and the sphere turns at `planet_rate` about z. The first of them counts. All beams of a sample are
+//! of one instant and without width: no leading edge of a footprint, no side lobes.
+
+use crate::surroundings::Surroundings;
+use linkwork_render::{Look, Scene};
+use linkwork_runtime::Lane;
+use linkwork_runtime::prelude::*;
+use linkwork_spatial::Mat3;
+
+/// Beams of a radar at most.
+const BEAMS_MAX: usize = 32;
+
+/// Beams, limits and noise.
+#[derive(Params, Clone, Debug)]
+pub struct RadarParams {
+    /// Directions of the beams, axes of the mount; an altimeter has one.
+    pub beams: Vec<Vec3>,
+    /// Least range.
+    #[param(unit = "m", default = 1.0, range = 0.0..=1e6)]
+    pub near: f64,
+    /// Width of the band of ranges that are told: the greatest is `near` and this.
+    #[param(unit = "m", default = 6000.0, range = 1e-3..=1e6)]
+    pub depth: f64,
+    /// Greatest angle between a beam and the surface's normal at which enough comes back.
+    #[param(unit = "rad", default = 1.0, range = 0.0..=1.571)]
+    pub incidence_max: f64,
+    /// Standard deviation σ_r of a range.
+    #[param(unit = "m", default = 0.0, range = 0.0..)]
+    pub range_sigma: f64,
+    /// Standard deviation of a range over the range, κ.
+    #[param(default = 0.01, range = 0.0..=1.0)]
+    pub range_share: f64,
+    /// Step of the ranges; 0: none.
+    #[param(unit = "m", default = 0.0, range = 0.0..)]
+    pub range_resolution: f64,
+    /// Standard deviation σ_v of a speed.
+    #[param(unit = "m/s", default = 0.1, range = 0.0..)]
+    pub speed_sigma: f64,
+    /// Step of the speeds; 0: none.
+    #[param(unit = "m/s", default = 0.0, range = 0.0..)]
+    pub speed_resolution: f64,
+    /// Probability that an echo is lost.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub drop_out: f64,
+    /// Radius of a sphere about the planet's centre that is ground, too; unwritten: none.
+    #[param(unit = "m", range = 1.0..)]
+    pub ground_radius: Option<f64>,
+    /// Rate of that sphere about z of W where W is inertial.
+    #[param(unit = "rad/s", default = 0.0)]
+    pub planet_rate: f64,
+    /// Bodies that are seen, by patterns of their names; unwritten: all. Leave out the one that carries the radar when it is in
+    /// the way of beams.
+    #[param(service)]
+    pub sees: Scenery,
+    /// The ground, when there is one.
+    #[param(service)]
+    pub terrain: Option<Handle<dyn Terrain>>,
+    /// Gravity, which knows the site.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
+}
+
+/// What the beams together tell.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct RadarOut {
+    /// How many beams have an echo.
+    #[port("1")]
+    pub echoes: f64,
+    /// Velocity of the mount over what it sees, axes of the mount; 0 without a fix.
+    #[port("m/s")]
+    pub velocity: Vec3,
+    /// The velocity is a measurement.
+    #[port]
+    pub fix: bool,
+}
+
+/// Where a beam meets something.
+struct Hit {
+    range: f64,
+    /// Cosine of the angle to the normal.
+    facing: f64,
+    /// Velocity of what it meets, W.
+    velocity: Vec3,
+}
+
+/// A landing radar.
+pub struct Radar {
+    p: RadarParams,
+    beams: Vec<Vec3>,
+    around: Surroundings,
+    site: Option<Site>,
+    /// For each shape that is seen the place of its body among the ports; none: the world.
+    bodies: Vec<Option<usize>>,
+}
+
+impl Radar {
+    /// Where the sphere is met along `d` (unit) from `o`, both W.
+    fn sphere(&self, o: &Vec3, d: &Vec3) -> Option<Hit> {
+        let radius = self.p.ground_radius?;
+        let from = self.site.as_ref().map_or(*o, |s| s.from_centre(o));
+        let along = from.dot(d);
+        // (|o| − R)(|o| + R): exact near the ground.
+        let over = (from.norm() - radius) * (from.norm() + radius);
+        let root = along * along - over;
+        if !(over >= 0.0 && along < 0.0 && root >= 0.0) {
+            return None;
+        }
+        let range = over / (root.sqrt() - along);
+        let place = from + d * range;
+        let spin = Vec3::z() * self.p.planet_rate;
+        let velocity = if self.site.is_some() { Vec3::zeros() } else { spin.cross(&place) };
+        Some(Hit { range, facing: place.dot(d).abs() / radius, velocity })
+    }
+
+    /// The first thing along `d` from `o`, W; `bodies`: the lanes that bring where they are.
+    fn first(&self, scene: &Scene, o: &Vec3, d: &Vec3, bodies: &[f64]) -> Option<Hit> {
+        let met = scene.cast(o, d, self.p.near + self.p.depth).map(|hit| {
+            // Numbers in a mask: the k-th shape is k + 2.
+            let shape = (hit.object as usize).checked_sub(2);
+            let body = shape.and_then(|k| *self.bodies.get(k)?);
+            let velocity = body.map_or_else(Vec3::zeros, |k| {
+                let b = NodeState::get(&bodies[k * <NodeState as Lane>::N..]);
+                b.velocity + b.angular.cross(&(o + d * hit.distance - b.position))
+            });
+            Hit { range: hit.distance, facing: hit.normal.dot(d).abs(), velocity }
+        });
+        let nearest = |a: Hit, b: Hit| if a.range <= b.range { a } else { b };
+        match (met, self.sphere(o, d)) {
+            (Some(a), Some(b)) => Some(nearest(a, b)),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// Range and speed of beam `k`, with noise.
+    fn measured(&self, c: &Clock, hit: &Hit, closing: f64, k: u32) -> Option<(f64, f64)> {
+        let p = &self.p;
+        let seen =
+            (p.near..=p.near + p.depth).contains(&hit.range) && hit.facing >= p.incidence_max.cos();
+        let lost = p.drop_out > 0.0 && c.uniform(3 * k) < p.drop_out;
+        if !seen || lost {
+            return None;
+        }
+        let stepped = |x: f64, step: f64| if step > 0.0 { (x / step).round() * step } else { x };
+        let spread = p.range_sigma + p.range_share * hit.range;
+        let range = hit.range + spread * c.normal(3 * k + 1);
+        let speed = closing + p.speed_sigma * c.normal(3 * k + 2);
+        Some((stepped(range.max(0.0), p.range_resolution), stepped(speed, p.speed_resolution)))
+    }
+}
+
+impl SizedModel for Radar {
+    const NAME: &'static str = "sensors.radar";
+    const DOC: &'static str = "Slant ranges and speeds along beams to the ground and to bodies, and the velocity of them, with noise and losses; sampled.";
+    type Params = RadarParams;
+    type Store = ();
+
+    fn ports(p: &RadarParams) -> SizedPorts {
+        let mut mount = PortSpec::named("mount", PortKind::NodeState, <NodeState as Lane>::N)
+            .doc_of("The antenna, in whose axes the beams are.");
+        mount.bind = Some("mount".into());
+        let count = p.beams.len().min(BEAMS_MAX);
+        let each = |name: &'static str, unit: &'static str, doc: &'static str| {
+            PortSpec::named(name, PortKind::Numbers, count).unit_of(unit).doc_of(doc)
+        };
+        let beams = [
+            each("range", "m", "Slant range of each beam; 0 without an echo."),
+            each("speed", "m/s", "Speed towards what each beam meets; 0 without an echo."),
+            each("found", "1", "1 for a beam with an echo, else 0."),
+        ];
+        SizedPorts {
+            direct_inputs: std::iter::once(mount).chain(p.sees.ports()).collect(),
+            direct_outputs: beams.into_iter().chain(RadarOut::specs()).collect(),
+            sampled: true,
+            ..SizedPorts::default()
+        }
+    }
+
+    fn build(p: RadarParams) -> Result<Self, BuildError> {
+        let wrong =
+            |at: &str, fact: String, help: &str| Err(BuildError::new(fact).help(help).at(at));
+        let n = p.beams.len();
+        if n == 0 || n > BEAMS_MAX {
+            return wrong(
+                "beams",
+                format!("{n} beams"),
+                "1 to 32: an altimeter has one, e.g. beams: [[0, 0, -1]]",
+            );
+        }
+        if let Some(k) = p.beams.iter().position(|d| !(d.norm() > 1e-9)) {
+            let fact = format!("beam {k} has no direction");
+            return wrong("beams", fact, "write one of any length, e.g. [0.3, 0, -1]");
+        }
+        if p.ground_radius.is_some() && p.gravity.is_none() {
+            let fact = "`ground_radius` is written and there is no gravity, which knows where the planet is";
+            return wrong(
+                "ground_radius",
+                fact.into(),
+                "add a gravity part, or leave `ground_radius` out",
+            );
+        }
+        let site = p.gravity.as_ref().and_then(|g| g.site());
+        if site.is_some() && p.planet_rate != 0.0 {
+            let fact = "W is a site on the planet, in which its ground stands still".to_string();
+            return wrong("planet_rate", fact, "take `planet_rate` out");
+        }
+        let around = Surroundings::new(p.terrain.as_ref(), Look::plain([0.2; 3]), p.sees.clone())?;
+        let place = |body: &String| p.sees.bodies().iter().position(|b| b == body);
+        let bodies = p.sees.shapes().iter().map(|s| place(&s.body)).collect();
+        let beams = p.beams.iter().map(|d| d.normalize()).collect();
+        Ok(Self { beams, around, site, bodies, p })
+    }
+
+    fn direct(&self, c: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+        let mount = NodeState::get(u);
+        let moving = &u[<NodeState as Lane>::N..];
+        let Some(scene) = self.around.now(moving) else {
+            // A pose that is none stops the run: its lanes are checked at every row.
+            y.fill(f64::NAN);
+            return;
+        };
+        let n = self.beams.len();
+        y.fill(0.0);
+        let (mut normal, mut right, mut echoes) = (Mat3::zeros(), Vec3::zeros(), 0.0);
+        for (k, beam) in self.beams.iter().enumerate() {
+            let d = mount.rotation * beam;
+            let Some(hit) = self.first(&scene, &mount.position, &d, moving) else { continue };
+            let closing = d.dot(&(mount.velocity - hit.velocity));
+            let Some((range, speed)) = self.measured(c, &hit, closing, k as u32) else { continue };
+            (y[k], y[n + k], y[2 * n + k]) = (range, speed, 1.0);
+            normal += beam * beam.transpose();
+            right += beam * speed;
+            echoes += 1.0;
+        }
+        // Of unit vectors: 1e-6 is three beams within some milliradians of a plane.
+        let inverse = normal.try_inverse().filter(|_| normal.determinant() > 1e-6);
+        let velocity = inverse.map_or_else(Vec3::zeros, |m| m * right);
+        RadarOut { echoes, velocity, fix: inverse.is_some() }.put(&mut y[3 * n..]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    /// Ground that rises towards +x by a quarter.
+    struct Slope(Soil);
+    impl Terrain for Slope {
+        fn ground(&self, x: f64, _: f64) -> Option<Ground> {
+            Some(Ground { height: 0.25 * x, normal: Vec3::new(-0.25, 0.0, 1.0).normalize() })
+        }
+        fn bounds(&self) -> [f64; 4] {
+            [-4000.0, -4000.0, 4000.0, 4000.0]
+        }
+        fn soil(&self, _: f64, _: f64) -> &Soil {
+            &self.0
+        }
+        fn surface(&self) -> Surface {
+            let heights = vec![-1000.0, 1000.0, -1000.0, 1000.0];
+            Surface { origin: [-4000.0; 2], spacing: [8000.0; 2], nx: 2, ny: 2, heights }
+        }
+    }
+
+    /// A point of attraction at the origin of W.
+    struct Point;
+    impl Gravity for Point {
+        fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
+            p * (-4.9e12 / p.norm().powi(3))
+        }
+    }
+
+    fn beams() -> Vec<Vec3> {
+        let canted = |x: f64, y: f64| Vec3::new(x, y, -2.0);
+        vec![-Vec3::z(), canted(1.0, 0.0), canted(-0.5, 0.9), canted(-0.5, -0.9)]
+    }
+
+    fn params() -> RadarParams {
+        RadarParams {
+            beams: beams(),
+            near: 2.0,
+            depth: 3000.0,
+            incidence_max: 1.0,
+            range_sigma: 0.0,
+            range_share: 0.0,
+            range_resolution: 0.0,
+            speed_sigma: 0.0,
+            speed_resolution: 0.0,
+            drop_out: 0.0,
+            ground_radius: None,
+            planet_rate: 0.0,
+            sees: Scenery::default(),
+            terrain: None,
+            gravity: None,
+        }
+    }
+
+    fn slope() -> RadarParams {
+        let soil = crate::test_soil::firm();
+        let terrain = Handle::new("ground", Arc::new(Slope(soil)) as Arc<dyn Terrain>);
+        RadarParams { terrain: Some(terrain), ..params() }
+    }
+
+    fn moon(rate: f64) -> RadarParams {
+        let gravity = Some(Handle::new("g", Arc::new(Point) as Arc<dyn Gravity>));
+        RadarParams { ground_radius: Some(1.7374e6), planet_rate: rate, gravity, ..params() }
+    }
+
+    /// Range, speed and echo of each beam, and what they tell together.
+    fn read(p: &RadarParams, n: u64, lanes: &[f64]) -> (Vec<[f64; 3]>, RadarOut) {
+        let count = p.beams.len();
+        let m = Radar::build(p.clone()).map_err(|e| e.message).unwrap();
+        let mut y = vec![f64::NAN; 3 * count + 5];
+        m.direct(&Clock::at(0.05 * n as f64, 0.05, n), &[], &[], lanes, &(), &mut y);
+        let each = (0..count).map(|k| [y[k], y[count + k], y[2 * count + k]]).collect();
+        (each, RadarOut::get(&y[3 * count..]))
+    }
+
+    fn lanes(state: &NodeState) -> Vec<f64> {
+        let mut u = vec![0.0; <NodeState as Lane>::N];
+        state.put(&mut u);
+        u
+    }
+
+    fn craft(position: Vec3) -> NodeState {
+        let rotation = Quat::from_scaled_axis(Vec3::new(0.1, -0.15, 0.8));
+        let velocity = Vec3::new(12.0, -7.0, -30.0);
+        NodeState { position, rotation, velocity, ..NodeState::identity() }
+    }
+
+    #[test]
+    fn over_a_tilted_plane_ranges_speeds_and_velocity_are_those_of_the_plane() {
+        let state = craft(Vec3::new(40.0, -10.0, 10.0 + 500.0));
+        let (each, all) = read(&slope(), 0, &lanes(&state));
+        let normal = Vec3::new(-0.25, 0.0, 1.0);
+        for (beam, [range, speed, found]) in beams().iter().zip(&each) {
+            let d = state.rotation * beam.normalize();
+            assert!((range + 500.0 / normal.dot(&d)).abs() < 1e-9 && *found == 1.0, "{range}");
+            assert!((speed - d.dot(&state.velocity)).abs() < 1e-12, "{speed}");
+        }
+        let want = state.rotation.inverse() * state.velocity;
+        assert!(all.fix && all.echoes == 4.0 && (all.velocity - want).norm() < 1e-11);
+    }
+
+    #[test]
+    fn over_a_sphere_that_turns_the_ground_moves() {
+        let rate = 2e-5;
+        let (radius, height) = (1.7374e6, 800.0);
+        let up = Vec3::new(0.8, -0.3, 0.5).normalize();
+        let place = up * (radius + height);
+        // An altimeter that looks down, and three beams about it.
+        let rotation = Quat::rotation_between(&Vec3::z(), &up).unwrap();
+        let carried = (Vec3::z() * rate).cross(&place);
+        let velocity = carried + up * -25.0 + rotation * (Vec3::x() * 4.0);
+        let state = NodeState { position: place, rotation, velocity, ..NodeState::identity() };
+        let (each, all) = read(&moon(rate), 0, &lanes(&state));
+        assert!((each[0][0] - height).abs() < 1e-6 && (each[0][1] - 25.0).abs() < 1e-9);
+        // Slant range of a beam at the angle a: the triangle of centre, craft and ground.
+        let a = (1.0_f64 / 2.0).atan();
+        let r = radius + height;
+        let want = r * a.cos() - ((r * a.cos()).powi(2) - (r * r - radius * radius)).sqrt();
+        assert!((each[1][0] / want - 1.0).abs() < 1e-7, "{} {want}", each[1][0]);
+        // The ground under each beam moves as the beam's end would with the planet: to rate · range across.
+        assert!(
+            all.fix && (all.velocity - Vec3::new(4.0, 0.0, -25.0)).norm() < 0.05,
+            "{}",
+            all.velocity
+        );
+        // Without its turning the speed would be that in inertial space.
+        let (still, _) = read(&moon(0.0), 0, &lanes(&state));
+        assert!((still[1][1] - each[1][1]).abs() > 1.0);
+    }
+
+    #[test]
+    fn a_body_that_moves_is_met_with_its_own_velocity() {
+        let form =
+            linkwork_render::collision::Seen::Shape(linkwork_render::collision::Shape::Sphere {
+                radius: 3.0,
+            });
+        let pose = linkwork_render::spatial::Pose::identity();
+        let sight = linkwork_runtime::Sight {
+            body: "rock".into(),
+            name: "rock".into(),
+            pose,
+            form,
+            color: [1.0; 3],
+        };
+        let p = RadarParams { sees: Scenery::of(vec![sight]), beams: vec![-Vec3::z()], ..params() };
+        let mut u = lanes(&NodeState { velocity: -Vec3::z() * 2.0, ..NodeState::identity() });
+        let rock = NodeState {
+            position: Vec3::z() * -50.0,
+            velocity: Vec3::new(9.0, 0.0, 0.5),
+            angular: Vec3::new(0.0, 0.7, 0.0),
+            ..NodeState::identity()
+        };
+        u.extend(lanes(&rock));
+        let (each, all) = read(&p, 0, &u);
+        assert!((each[0][0] - 47.0).abs() < 1e-9 && (each[0][1] - 2.5).abs() < 1e-12, "{each:?}");
+        // One beam is no velocity.
+        assert!(!all.fix && all.velocity == Vec3::zeros() && all.echoes == 1.0);
+    }
+
+    #[test]
+    fn beyond_its_limits_and_its_cone_there_is_no_echo() {
+        let found = |p: RadarParams, z: f64| {
+            let state = NodeState { position: Vec3::z() * z, ..NodeState::identity() };
+            read(&p, 0, &lanes(&state)).0.iter().map(|e| e[2]).collect::<Vec<_>>()
+        };
+        assert_eq!(found(slope(), 500.0), [1.0; 4]);
+        assert_eq!(found(slope(), 1.0), [0.0; 4]);
+        assert_eq!(found(RadarParams { depth: 460.0, ..slope() }, 500.0)[0], 0.0);
+        // The beam that looks up the slope meets it at atan ½ − atan ¼ = 0.22; the two that look down it at 0.63.
+        assert_eq!(
+            found(RadarParams { incidence_max: 0.6, ..slope() }, 500.0),
+            [1.0, 1.0, 0.0, 0.0]
+        );
+        assert_eq!(found(RadarParams { drop_out: 1.0, ..slope() }, 500.0), [0.0; 4]);
+        // Away from the sphere.
+        let state = NodeState {
+            position: Vec3::z() * 1.738e6,
+            rotation: Quat::from_scaled_axis(Vec3::x() * std::f64::consts::PI),
+            ..NodeState::identity()
+        };
+        assert!(read(&moon(0.0), 0, &lanes(&state)).0.iter().all(|e| e[2] == 0.0));
+    }
+
+    #[test]
+    fn noise_has_its_deviations_and_numbers_their_steps() {
+        let p = RadarParams {
+            range_sigma: 0.5,
+            range_share: 0.01,
+            speed_sigma: 0.2,
+            beams: vec![-Vec3::z()],
+            ..slope()
+        };
+        let state = NodeState { position: Vec3::z() * 500.0, ..NodeState::identity() };
+        let (mut square, count) = ([0.0; 2], 2000);
+        for n in 0..count {
+            let (each, _) = read(&p, n, &lanes(&state));
+            square[0] += (each[0][0] - 500.0).powi(2) / count as f64;
+            square[1] += each[0][1].powi(2) / count as f64;
+        }
+        // Four standard errors of a variance.
+        let within = 4.0 * (2.0 / count as f64).sqrt();
+        assert!((square[0] / 5.5_f64.powi(2) - 1.0).abs() < within, "{square:?}");
+        assert!((square[1] / 0.2_f64.powi(2) - 1.0).abs() < within, "{square:?}");
+        let p = RadarParams { range_resolution: 8.0, speed_resolution: 0.3, ..p };
+        let (each, _) = read(&p, 3, &lanes(&state));
+        let whole = |x: f64| (x - x.round()).abs() < 1e-9;
+        assert!(whole(each[0][0] / 8.0) && whole(each[0][1] / 0.3), "{each:?}");
+    }
+
+    #[test]
+    fn what_is_no_radar_is_refused() {
+        let at = |p: RadarParams| Radar::build(p).err().and_then(|e| e.param).unwrap();
+        assert_eq!(at(RadarParams { beams: Vec::new(), ..params() }), "beams");
+        assert_eq!(at(RadarParams { beams: vec![Vec3::zeros()], ..params() }), "beams");
+        assert_eq!(at(RadarParams { ground_radius: Some(1e6), ..params() }), "ground_radius");
+    }
+}
