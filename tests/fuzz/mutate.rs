@@ -5,6 +5,9 @@
 //! the end cut off, noise put in
 //! ```
 #![allow(dead_code)] // Each test takes a part of it.
+#[path = "../common/splitmix.rs"]
+mod splitmix;
+use splitmix::splitmix;
 
 /// Numbers of a counter, as of a key.
 pub struct Dice(u64);
@@ -14,11 +17,7 @@ impl Dice {
         Dice(key.wrapping_mul(0x9e37_79b9_7f4a_7c15))
     }
     pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        splitmix(&mut self.0)
     }
     /// Below `n`; zero of nothing.
     pub fn below(&mut self, n: usize) -> usize {

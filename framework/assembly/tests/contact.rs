@@ -280,6 +280,90 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     );
 }
 
+/// A machine of which no two bodies meet, twice in one world, with what is around it.
+fn machines(machine: &str, simulation: &str) -> String {
+    let ball = "mass: 1, inertia: Sphere(1), shapes: [(shape: Sphere(1), collide: true)]";
+    let free = format!("(parent: \"world\", hinge: Free, {ball})");
+    let inner = format!("(bodies: {{ \"c\": {free} }})");
+    let one = format!(
+        "({machine} bodies: {{ \"a\": {free}, \"b\": {free} }}, parts: {{ \"In\": {inner} }})"
+    );
+    format!(
+        "Simulation({simulation} bodies: {{ \"stone\": {free} }}, colliders: {{ \"floor\": (on: \"world\", shape: HalfSpace) }},
+        parts: {{ \"One\": {one}, \"Other\": {one}, \"Others\": (parts: {{ \"In\": {inner} }}) }})"
+    )
+}
+
+#[test]
+fn a_machine_whose_bodies_do_not_meet_meets_all_else() {
+    let pairs = |text: &str| {
+        let loaded = good(text);
+        resolves(&loaded);
+        let again = load_text("r.ron", &loaded.resolved, &Options::new(&catalogue())).unwrap();
+        let all = loaded.colliders.clone().unwrap();
+        assert_eq!(again.colliders.unwrap().rules(), all.rules());
+        let mut found = Vec::new();
+        for a in all.ids() {
+            let meet = all.ids().filter(|b| *b > a && all.meet(a, *b));
+            found.extend(meet.map(|b| [&all.spec(a).body, &all.spec(b).body].map(String::clone)));
+        }
+        found
+    };
+    let every = pairs(&machines("", "contact: (),"));
+    assert_eq!(every.len(), 9 * 8 / 2, "eight balls and a floor");
+    let own = pairs(&machines("self_collision: false,", "contact: (),"));
+    let machine = |body: &str| {
+        ["One", "Other"]
+            .into_iter()
+            .find(|m| body.starts_with(&format!("{m}.")) || body.starts_with(&format!("{m}/")))
+    };
+    let left: Vec<_> = every
+        .iter()
+        .filter(|[a, b]| machine(a).is_none() || machine(a) != machine(b))
+        .cloned()
+        .collect();
+    assert_eq!(own, left, "three pairs of each machine are gone");
+    assert_eq!(every.len() - own.len(), 6);
+    // What `collide` names meets though; without contact the rule is there for queries.
+    let but = pairs(&machines(
+        "self_collision: false,",
+        "contact: (collide: [[\"One/a\", \"One.In/c\"]]),",
+    ));
+    assert_eq!(but.len(), own.len() + 1);
+    assert_eq!(pairs(&machines("self_collision: false,", "")), own);
+    assert_eq!(pairs(&machines("self_collision: true,", "")), every);
+    let none = pairs(&machines("", "self_collision: false,"));
+    assert_eq!(none.len(), 8, "of the whole simulation: each body and the floor");
+    // A parameter may say it, and the builder does.
+    let by =
+        machines("self_collision: \"$own\",", "params: { \"own\": (default: false, doc: \"\") },");
+    assert_eq!(pairs(&by), own);
+    let built = Assembly::new("a").without_self_collision();
+    let read = Assembly::from_ron("a.ron", &built.to_ron()).unwrap();
+    assert_eq!(read.to_ron(), built.to_ron());
+    assert!(read.self_collision.is_some());
+}
+
+#[test]
+fn self_collision_is_a_flag_and_not_contradicted_inside() {
+    let told = |machine: &str, simulation: &str, parts: &[&str]| {
+        let text = bad(&machines(machine, simulation));
+        for part in parts {
+            assert!(text.contains(part), "`{part}`: {text}");
+        }
+    };
+    told("self_collision: \"no\",", "", &["`One`: `self_collision`", "is a text"]);
+    told("self_colision: false,", "", &["did you mean `self_collision`?"]);
+    told(
+        "self_collision: true,",
+        "self_collision: false,",
+        &[
+            "`One`: `self_collision` is true, and that of `simulation` around it false",
+            "`collide` of `contact` names pairs that meet though",
+        ],
+    );
+}
+
 #[test]
 fn a_ball_comes_to_rest_on_the_floor_of_a_text() {
     let text = r#"Simulation(

@@ -1,6 +1,8 @@
 //! Mechanisms in RON to the last bit, files of other formats in an assembly, and side-cars.
 #![allow(non_snake_case, clippy::unwrap_used)]
 mod common;
+#[path = "../../../tests/common/splitmix.rs"]
+mod splitmix;
 use common::*;
 use linkwork_assembly::*;
 use linkwork_collision::Seen;
@@ -12,6 +14,7 @@ use linkwork_multibody::{
     Multibody, Stop, Subhinge, SubhingeKind, Term,
 };
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, Quat, Vec3};
+use splitmix::splitmix;
 use std::path::Path;
 
 /// A seeded generator of numbers without zeros (splitmix64).
@@ -19,11 +22,7 @@ struct Rng(u64);
 
 impl Rng {
     fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        splitmix(&mut self.0)
     }
     /// Of every size: ±(0.1 … 1) · 10^(−8 … 8).
     fn signed(&mut self) -> f64 {

@@ -3,7 +3,8 @@ use crate::campaign::Campaign;
 use crate::results::{NAMES, Results, replace};
 use crate::sampling::Sampling;
 use crate::statistics::Ellipse;
-use crate::svg::{band, bars, escaped, histogram, scatter, short};
+use crate::svg::{band, bars, histogram, scatter, short};
+use linkwork_formats::escaped;
 use std::fmt::Write;
 use std::path::Path;
 

@@ -1,28 +1,13 @@
 //! Drawings of the report, as SVG inside its page: histograms, points with ellipses, bars.
 use crate::histories::Band;
 use crate::statistics::{Ellipse, percentile};
+use linkwork_formats::escaped;
 use std::fmt::Write;
 
 const WIDTH: f64 = 460.0;
 const HEIGHT: f64 = 280.0;
 /// Left, right, top, bottom of the frame.
 const FRAME: (f64, f64, f64, f64) = (66.0, 446.0, 30.0, 236.0);
-
-/// Text that a page shows and does not obey.
-pub fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            c => out.push(c),
-        }
-    }
-    out
-}
 
 /// Four or five digits.
 pub fn short(x: f64) -> String {

@@ -1,4 +1,5 @@
-//! Which pairs of colliders meet: groups, bodies joined by hinges and loops, lists of names.
+//! Which pairs of colliders meet: groups, bodies joined by hinges and loops, lists of names, machines whose bodies do not
+//! meet one another.
 
 use crate::error::ColliderFault;
 use crate::shape::{ColliderSpec, Neighbours, OnTerrain, Rules};
@@ -19,6 +20,11 @@ pub(crate) fn nearest<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> Opt
         .map(|(_, n)| n.to_string())
 }
 
+/// The names of each entry.
+fn names<E: AsRef<[String]>>(entries: &[E]) -> Vec<Vec<&str>> {
+    entries.iter().map(|e| e.as_ref().iter().map(String::as_str).collect()).collect()
+}
+
 /// Names in the rules that nothing has.
 pub(crate) fn unknown(
     rules: &Rules,
@@ -28,17 +34,19 @@ pub(crate) fn unknown(
     let bodies = || multibody.bodies().iter().map(|b| b.name()).chain([WORLD]);
     let mut faults = Vec::new();
     let lists = [("ignore", &rules.ignore), ("collide", &rules.collide), ("joined", &rules.joined)];
-    for (list, pairs) in lists {
-        let shapes = || specs.iter().map(|s| s.name.as_str()).filter(|_| list != "joined");
-        for (index, pair) in pairs.iter().enumerate() {
-            for name in pair {
-                let ground = name == TERRAIN && list != "joined";
+    let (pairs, machines) = (lists.map(|(list, pairs)| (list, names(pairs))), names(&rules.apart));
+    for (list, entries) in pairs.into_iter().chain([("apart", machines)]) {
+        let of_bodies = ["joined", "apart"].contains(&list);
+        let shapes = || specs.iter().map(|s| s.name.as_str()).filter(|_| !of_bodies);
+        for (index, entry) in entries.into_iter().enumerate() {
+            for name in entry {
+                let ground = name == TERRAIN && !of_bodies;
                 if !ground && !bodies().chain(shapes()).any(|n| n == name) {
                     let suggestion = nearest(name, bodies().chain(shapes()));
                     faults.push(ColliderFault::UnknownName {
                         list,
                         index,
-                        name: name.clone(),
+                        name: name.to_owned(),
                         suggestion,
                     });
                 }
@@ -85,6 +93,13 @@ pub(crate) fn table(
     let mut joined = neighbours(multibody);
     let loops = rules.joined.iter().filter_map(|[a, b]| Some((group[place(a)?], group[place(b)?])));
     joined.extend(loops);
+    // The machines that each collider belongs to.
+    let apart: Vec<Vec<usize>> = (specs.iter())
+        .map(|s| {
+            let of = rules.apart.iter().enumerate().filter(|(_, bodies)| bodies.contains(&s.body));
+            of.map(|(machine, _)| machine).collect()
+        })
+        .collect();
     let n = specs.len();
     let mut meets = vec![false; n * n];
     for i in 0..n {
@@ -100,12 +115,12 @@ pub(crate) fn table(
             let ground = [a, b].iter().any(|s| s.name == TERRAIN && s.body == WORLD);
             let neighbours = rules.neighbours == Neighbours::Pass
                 && !ground
-                && joined.iter().any(|(p, q)| (*p, *q) == (ga, gb) || (*q, *p) == (ga, gb))
-                && !listed(&rules.collide);
+                && joined.iter().any(|(p, q)| (*p, *q) == (ga, gb) || (*q, *p) == (ga, gb));
+            let pass = neighbours || apart[i].iter().any(|machine| apart[j].contains(machine));
+            let pass = pass && !listed(&rules.collide);
             let passes = ground && [a, b].iter().any(|s| s.terrain == OnTerrain::Pass);
             let groups = a.groups & b.collides_with != 0 && b.groups & a.collides_with != 0;
-            meets[i * n + j] =
-                ga != gb && groups && !neighbours && !passes && !listed(&rules.ignore);
+            meets[i * n + j] = ga != gb && groups && !pass && !passes && !listed(&rules.ignore);
         }
     }
     meets

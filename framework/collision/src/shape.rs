@@ -198,6 +198,8 @@ pub struct Rules {
     pub joined: Vec<[String; 2]>,
     /// Pairs that do not meet.
     pub ignore: Vec<[String; 2]>,
-    /// Pairs that meet though they are neighbours; `ignore` goes before.
+    /// Lists of bodies: no body of a list meets another of the same list.
+    pub apart: Vec<Vec<String>>,
+    /// Pairs that meet though they are neighbours or in one list of `apart`; `ignore` goes before.
     pub collide: Vec<[String; 2]>,
 }

@@ -104,13 +104,14 @@ fn all_mistakes_are_reported_at_once_with_a_remedy_each() {
     let rules = Rules {
         ignore: vec![["twin".into(), "lots".into()]],
         joined: vec![["a00".into(), "twin".into()]],
+        apart: vec![vec!["a00".into(), "a01".into(), "twin".into()]],
         ..Rules::default()
     };
     let error = Colliders::new(specs, rules, &free_bodies(2)).unwrap_err();
     let text = error.to_string();
     println!("{text}");
-    assert_eq!(error.faults.len(), 9, "{text}");
-    assert_eq!(text.matches("help:").count(), 9, "{text}");
+    assert_eq!(error.faults.len(), 10, "{text}");
+    assert_eq!(text.matches("help:").count(), 10, "{text}");
     for part in [
         "`twin` is defined 2 times",
         "padding is -0.1",
@@ -118,6 +119,7 @@ fn all_mistakes_are_reported_at_once_with_a_remedy_each() {
         "did you mean `lost`?",
         "coarse shape: radius is -1",
         "rule joined 0",
+        "rule apart 0",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }

@@ -184,6 +184,18 @@ fn neighbours_pass_unless_asked() {
     assert_eq!(without.len(), plain.len() - 2);
     let looped = make(Rules { joined: vec![pair("finger", "base")], ..Rules::default() });
     assert!(!looped.contains(&"base-finger".into()) && looped.len() == plain.len() - 1);
+    // A machine of which only the base meets the box, and one exception.
+    let bodies = |all: &[&str]| all.iter().map(|b| (*b).to_string()).collect::<Vec<_>>();
+    let apart =
+        vec![bodies(&["base", "upper", "lower", "hand", "finger"]), bodies(&["hand", "box"])];
+    let own = make(Rules { apart: apart.clone(), ..Rules::default() });
+    let left = ["base-box", "base-ground", "box-finger", "box-ground", "box-lower", "box-upper"];
+    assert_eq!(own[..6], left);
+    assert_eq!(own.len(), 10, "and each other body with the ground: {own:?}");
+    let but = Rules { apart, collide: vec![pair("base", "finger")], ..Rules::default() };
+    assert_eq!(make(but.clone()).len(), 11);
+    let ignore = vec![pair("finger", "base")];
+    assert_eq!(make(Rules { ignore, ..but }), own, "`ignore` goes before");
     let all = make(Rules { neighbours: Neighbours::Collide, ..Rules::default() });
     assert_eq!(all.len(), 7 * 6 / 2 - 1, "all but the two that are welded");
 }

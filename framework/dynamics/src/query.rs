@@ -4,8 +4,7 @@ use crate::linear::{M3, V3, V6};
 use crate::tree::{OnLink, Tree};
 use crate::work::Workspace;
 use linkwork_multibody::{BodyId, NodeId};
-use linkwork_spatial::nalgebra::Rotation3;
-use linkwork_spatial::{Force, Mat3, Motion, Pose, Quat, Vec3};
+use linkwork_spatial::{Force, Mat3, Motion, Pose, Vec3, quat};
 
 impl Workspace {
     /// `X_WB`: where a body is. After [`kinematics`](crate::kinematics()).
@@ -110,8 +109,8 @@ impl Workspace {
 
     fn pose(&self, at: &OnLink) -> Pose {
         let kin = &self.work.kin[at.slot as usize];
-        let R = Rotation3::from_matrix_unchecked(mat3(&kin.R) * at.R);
-        Pose::new(Quat::from_rotation_matrix(&R), vec3(&kin.R.mul_add(v3(&at.p), kin.p)))
+        let R = quat(&(mat3(&kin.R) * at.R));
+        Pose::new(R, vec3(&kin.R.mul_add(v3(&at.p), kin.p)))
     }
 
     fn velocity(&self, at: &OnLink) -> Motion {

@@ -172,6 +172,10 @@ fn padded(A: &Matrix6<f64>, count: usize) -> Matrix6<f64> {
 
 /// Singular values of J, greatest first, and their directions.
 fn spectrum(A: &Matrix6<f64>, count: usize) -> ([f64; 6], Matrix6<f64>) {
+    // Of no numbers the eigenvalues are looked for without end.
+    if A.iter().any(|a| !a.is_finite()) {
+        return ([f64::NAN; 6], Matrix6::repeat(f64::NAN));
+    }
     let mut order: [usize; 6] = [0, 1, 2, 3, 4, 5];
     let (mut values, mut axes) = ([0.0; 6], Matrix6::zeros());
     let mut put = |values_at: &dyn Fn(usize) -> f64, vector: &dyn Fn(usize, usize) -> f64| {

@@ -6,6 +6,7 @@
 use crate::archive::{platform, write_archive};
 use crate::provide::{Contents, Shown};
 use linkwork_assembly::{Failure, Text, match_patterns};
+use linkwork_formats::escaped;
 use linkwork_formats::fmi::FmiVersion;
 use linkwork_runner::Ready;
 use linkwork_runtime::{Fault, Origin, PortKind, Role, Simulation, Unit as Measure, Variable};
@@ -229,22 +230,6 @@ struct Head<'a> {
     until: Option<f64>,
 }
 
-/// Text in an attribute.
-fn escaped(text: &str) -> String {
-    let mut out = String::new();
-    for c in text.chars() {
-        match c {
-            '&' => out += "&amp;",
-            '<' => out += "&lt;",
-            '>' => out += "&gt;",
-            '"' => out += "&quot;",
-            c if c.is_control() => out.push(' '),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
 /// `modelDescription.xml`.
 fn description(
     head: &Head<'_>,
@@ -334,9 +319,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_texts_are_made_safe() {
+    fn names_are_made_safe() {
         assert_eq!(identifier("bouncing ball"), "bouncing_ball");
         assert_eq!(identifier("../2"), "unit____2");
-        assert_eq!(escaped("a<b & \"c\"\n"), "a&lt;b &amp; &quot;c&quot; ");
     }
 }

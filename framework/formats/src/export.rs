@@ -8,6 +8,7 @@
 //! a rotation goes through roll, pitch and yaw (1e-15). URDF knows no infinite limit: the greatest double is
 //! written, which [`read_urdf`](crate::read_urdf) takes for none.
 
+use crate::markup::escaped;
 use crate::{BodyShape, Coupling, Description, Geometry, HingeCoordinate, Joint, ShapeRole};
 use linkwork_multibody::{
     BodySpec, Builder, Coordinate, Limits, Multibody, Stop, Subhinge, SubhingeKind,
@@ -462,8 +463,4 @@ fn shape(s: &BodyShape) -> Option<String> {
 /// XML has no control characters, and readers of URDF take `${` and `$(` for xacro's.
 fn writable(text: &str) -> bool {
     !text.chars().any(char::is_control) && !text.contains("${") && !text.contains("$(")
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

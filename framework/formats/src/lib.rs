@@ -10,7 +10,7 @@
 //!
 //! `srdf` reads names for groups of links, which planners keep beside a URDF.
 //! `fmi` reads the descriptions of foreign units (FMI 2.0 and 3.0) the same way, `daveml` static models
-//! of aircraft and entry vehicles (DAVE-ML 2.0).
+//! of aircraft and entry vehicles (DAVE-ML 2.0). [`escaped`] makes text safe to be put into XML and HTML.
 //!
 //! ```
 //! use linkwork_formats::{ReadOptions, Root, read_text, write_urdf};
@@ -47,6 +47,7 @@ mod error;
 mod export;
 pub mod fmi;
 mod geometry;
+mod markup;
 mod mesh;
 mod mjcf;
 mod names;
@@ -64,6 +65,7 @@ pub use export::{ExportError, ExportFault, UrdfText, write_urdf};
 pub use linkwork_multibody as multibody;
 pub use linkwork_multibody::{Coupling, HingeCoordinate, LoopClosure, Term};
 pub use linkwork_spatial as spatial;
+pub use markup::escaped;
 pub use mjcf::read_mjcf;
 pub use read::{
     Format, LARGEST_FILE, ReadOptions, Root, format_of, read_file, read_text, whole_file,

@@ -1,23 +1,22 @@
 //! URDF export: what is written reads back as the same mechanism.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
+#[path = "../../../tests/common/splitmix.rs"]
+mod splitmix;
 use linkwork_dynamics::{Tree, Workspace, kinematics, mass_matrix};
 use linkwork_formats::multibody::{
     BodySpec, Builder, Friction, Hinge, Limits, Multibody, Stop, SubhingeKind,
 };
 use linkwork_formats::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_formats::{Description, ExportFault, ReadOptions, read_file, read_urdf, write_urdf};
+use splitmix::splitmix;
 
 /// A seeded generator of numbers without zeros (splitmix64).
 struct Rng(u64);
 
 impl Rng {
     fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        splitmix(&mut self.0)
     }
     fn signed(&mut self) -> f64 {
         let x = 0.1 + 0.9 * (self.bits() >> 11) as f64 / (1u64 << 53) as f64;

@@ -10,7 +10,7 @@
 #![allow(clippy::disallowed_methods, clippy::unwrap_used, missing_docs, non_snake_case)]
 
 use linkwork_render::collision::Shape;
-use linkwork_render::spatial::{Mat3, Pose, Quat, Vec3};
+use linkwork_render::spatial::{Mat3, Pose, Quat, Vec3, quat};
 use linkwork_render::*;
 use std::hint::black_box;
 use std::sync::Arc;
@@ -91,7 +91,7 @@ fn main() {
     let z = Vec3::new(0.93, 0.2, -0.28).normalize();
     let x = z.cross(&Vec3::z()).normalize();
     let R = Mat3::from_columns(&[x, z.cross(&x), z]);
-    let X_WC = Pose::new(Quat::from_matrix(&R), eye);
+    let X_WC = Pose::new(quat(&R), eye);
     for (width, height) in [(160, 120), (640, 480), (1024, 1024)] {
         let lens = Lens::Brown(Brown::ideal(width, height, 45f64.to_radians()));
         let camera = Camera::new(lens, width, height, 1).unwrap();

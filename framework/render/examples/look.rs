@@ -7,7 +7,7 @@
 #![allow(non_snake_case)]
 
 use linkwork_render::collision::Shape;
-use linkwork_render::spatial::{Mat3, Pose, Quat, Vec3};
+use linkwork_render::spatial::{Mat3, Pose, Vec3, quat};
 use linkwork_render::stereo::{Matcher, right_of};
 use linkwork_render::*;
 use std::path::Path;
@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = scene()?;
     let z = Vec3::new(0.0, 1.0, -0.22).normalize();
     let R = Mat3::from_columns(&[Vec3::x(), z.cross(&Vec3::x()), z]);
-    let left = Pose::new(Quat::from_matrix(&R), Vec3::new(0.0, -14.0, 2.0));
+    let left = Pose::new(quat(&R), Vec3::new(0.0, -14.0, 2.0));
     let lens = Lens::Brown(Brown::ideal(SIZE[0], SIZE[1], 45f64.to_radians()));
     let camera = Camera::new(lens, SIZE[0], SIZE[1], 2)?;
     let threads = std::thread::available_parallelism()?.get();

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, non_snake_case)]
 
 use linkwork_render::collision::Shape;
-use linkwork_render::spatial::{Pose, Quat, Vec3};
+use linkwork_render::spatial::{Pose, Quat, Vec3, quat};
 use linkwork_render::*;
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ fn looking(from: Vec3, at: Vec3) -> Pose {
     let x = z.cross(&Vec3::z()).normalize();
     let y = z.cross(&x);
     let R = linkwork_render::spatial::Mat3::from_columns(&[x, y, z]);
-    Pose::new(Quat::from_matrix(&R), from)
+    Pose::new(quat(&R), from)
 }
 
 fn seen(shape: &Shape, X_WO: Pose, X_WC: &Pose, camera: &Camera) -> Frame {

@@ -53,6 +53,14 @@ pub struct Tracked {
     unit_read: Unit,
 }
 
+/// What of the past a checkpoint carries.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    /// The tick that was taken last: that of the checkpoint, or one before it when it was asked for ahead of the watcher.
+    taken: Option<u64>,
+    running: Vec<Running>,
+}
+
 /// All figures of a run.
 #[derive(Default)]
 pub struct Figures {
@@ -133,16 +141,18 @@ impl Figures {
     /// # Errors
     /// A message, when they cannot be written down.
     pub fn save(&self) -> Result<Vec<u8>, String> {
-        rmp_serde::to_vec_named(&self.running).map_err(|e| format!("the figures: {e}"))
+        let kept = Kept { taken: self.taken, running: self.running.clone() };
+        rmp_serde::to_vec_named(&kept).map_err(|e| format!("the figures: {e}"))
     }
 
-    /// Goes on where a checkpoint stood, whose tick `sim` has: that tick is among its values.
-    /// Figures of another simulation are left alone.
+    /// Goes on where a checkpoint stood, whose tick `sim` has: that tick is taken again only when the run that wrote it
+    /// had not taken it yet. Figures of another simulation are left alone.
     pub fn restore(&mut self, saved: &[u8], sim: &Simulation) {
-        let kept: Option<Vec<Running>> = rmp_serde::from_slice(saved).ok();
-        if let Some(kept) = kept.filter(|k| k.len() == self.running.len()) {
-            self.running = kept;
-            self.taken = Some(sim.state().tick);
+        let (n, now) = (self.running.len(), sim.state().tick);
+        let kept: Option<Kept> = rmp_serde::from_slice(saved).ok();
+        let fits = |k: &Kept| k.running.len() == n && k.taken.is_none_or(|taken| taken <= now);
+        if let Some(kept) = kept.filter(fits) {
+            (self.taken, self.running) = (kept.taken, kept.running);
         }
     }
 

@@ -151,6 +151,10 @@ impl MassProperties {
         }
         let mut faults = Vec::new();
         let scale = I.abs().max();
+        // Numbers whose sums are none any more, and on which eigenvalues are looked for without end.
+        if !(2.0 * scale + self.mass.abs() * self.com.norm_squared()).is_finite() {
+            return vec![InertiaFault::NotFinite];
+        }
         let tolerance = 1e-9 * scale;
         if self.mass < 0.0 {
             faults.push(InertiaFault::NegativeMass(self.mass));

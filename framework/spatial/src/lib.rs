@@ -38,6 +38,14 @@ pub type Mat3 = nalgebra::Matrix3<f64>;
 /// A rotation as a unit quaternion; `R_AB` takes coordinates in B to coordinates in A.
 pub type Quat = nalgebra::UnitQuaternion<f64>;
 
+/// The rotation of an orthonormal, right-handed matrix, which is not checked. In closed form: NaN gives NaN. nalgebra's own
+/// `from_matrix` looks for the nearest rotation step by step, and in NaN without end.
+#[inline]
+#[must_use]
+pub fn quat(R: &Mat3) -> Quat {
+    Quat::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(*R))
+}
+
 /// The cross-product matrix: `skew(a) * b = a × b`.
 #[inline(always)]
 #[must_use]

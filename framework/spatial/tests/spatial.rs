@@ -2,7 +2,8 @@
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_spatial::{
-    Force, InertiaCheck, InertiaFault, MassProperties, Mat3, Motion, Pose, Quat, RigidInertia, Vec3,
+    Force, InertiaCheck, InertiaFault, MassProperties, Mat3, Motion, Pose, Quat, RigidInertia,
+    Vec3, quat,
 };
 
 fn v(k: f64) -> Vec3 {
@@ -73,6 +74,10 @@ fn impossible_bodies_are_refused_with_the_size_of_the_fault() {
     assert_eq!(faults(with(-2.0, I(1.0, 1.0, 1.0))), [InertiaFault::NegativeMass(-2.0)]);
     assert_eq!(faults(with(0.0, I(1.0, 1.0, 2.0))), [InertiaFault::MasslessButInertia(2.0)]);
     assert_eq!(faults(with(f64::NAN, I(1.0, 1.0, 2.0))), [InertiaFault::NotFinite]);
+    // As good as infinite: sums of them are.
+    assert_eq!(faults(with(1.0, I(1e308, 1e308, 1e308))), [InertiaFault::NotFinite]);
+    let far = MassProperties::new(1.0, v(1e200), I(1.0, 1.0, 1.0));
+    assert_eq!(faults(far), [InertiaFault::NotFinite]);
     let mut skewed = I(1.0, 1.0, 1.0);
     skewed[(0, 1)] = 0.25;
     assert_eq!(faults(with(1.0, skewed)), [InertiaFault::NotSymmetric(0.25)]);
@@ -89,4 +94,23 @@ fn impossible_bodies_are_refused_with_the_size_of_the_fault() {
     MassProperties::massless().validate().unwrap();
     // A flat plate is at the limit of the triangle, and allowed.
     with(1.0, I(0.1, 0.2, 0.3)).validate().unwrap();
+}
+
+#[test]
+fn a_matrix_gives_its_rotation_and_nan_gives_nan() {
+    // Of each branch of the closed form: the trace, and each diagonal element as the greatest.
+    let axes = [Vec3::x(), Vec3::y(), Vec3::z(), v(0.4)];
+    for turn in axes.iter().flat_map(|a| [0.0, 0.3, -2.0, 3.1, 3.2].map(|angle| a * angle)) {
+        let R = Quat::from_scaled_axis(turn);
+        let again = quat(&R.to_rotation_matrix().into_inner());
+        let off =
+            (again.to_rotation_matrix().into_inner() - R.to_rotation_matrix().into_inner()).norm();
+        assert!(off < 2e-15 && (again.norm() - 1.0).abs() < 1e-15, "{turn}: {off:e}");
+    }
+    for k in 0..9 {
+        let mut R = Mat3::identity();
+        R[k] = f64::NAN;
+        assert!(quat(&R).coords.iter().any(|x| x.is_nan()), "{k}");
+    }
+    assert!(quat(&Mat3::from_element(f64::NAN)).coords.iter().all(|x| x.is_nan()));
 }

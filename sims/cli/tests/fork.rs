@@ -123,6 +123,12 @@ fn what_is_no_change_or_no_checkpoint_is_refused() {
     fork(&lab, "x", &["--set", "Friction.damping=1", "--until", "0.2s"])
         .code(2)
         .tells(&["past the end"]);
+    // What became of a parameter of the file is in the checkpoint, and not the parameter: it says where to set it.
+    let remark = ["this text is resolved", "`linkwork fork CHECKPOINT --sim SIM --set PATH=VALUE`"];
+    fork(&lab, "x", &["--set", "speed=2"]).code(2).tells(&remark);
+    fork(&lab, "x", &["--set", "Nested.speed=2"]).code(2).tells(&remark);
+    let said = fork(&lab, "x", &["--set", "Friction.dumping=1"]);
+    assert!(!said.err.contains(remark[0]), "a parameter of a model: {}", said.err);
     lab.write("no.lwck", "nothing");
     lab.linkwork(&["fork", "no.lwck", "--set", "a=1"]).code(2).tells(&["no.lwck", "help: "]);
     assert!(!names(&lab.path("")).contains(&"x".to_string()));

@@ -12,8 +12,10 @@ use std::time::{Duration, Instant};
 
 /// A run that is served, and its ticket.
 fn served(lab: &Lab, out: &str, more: &[&str]) -> (Child, Ticket) {
-    // A row at every step.
-    lab.write("sim.ron", &edited(&[("rate: \"100 Hz\"", "rate: \"1 kHz\"")]));
+    // A row at every step, and a figure that counts them.
+    let mean = "unit: \"rad/s\"), \"mean speed\": (of: \"bob.rate\", take: \"mean\") }";
+    let edits = [("rate: \"100 Hz\"", "rate: \"1 kHz\""), ("unit: \"rad/s\") }", mean)];
+    lab.write("sim.ron", &edited(&edits));
     let head = ["run", "sim.ron", "--out", out, "--save-rrd", "off", "--serve"];
     let child = lab.spawn(&[&head[..], more].concat());
     let file = lab.path(out).join(Ticket::FILE);
@@ -132,6 +134,45 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
     let until = format!("{}s", after + 0.2);
     lab.linkwork(&["resume", &file, "--out", "rest", "--until", &until]).code(0);
     lab.linkwork(&["replay", "rest/run.mcap", "--verify"]).code(0);
+}
+
+/// A client asks for a checkpoint before the watcher has seen the tick: who goes on from it takes the tick once.
+#[test]
+fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_figures_away() {
+    let lab = Lab::new();
+    let (child, ticket) = served(&lab, "out", &["--realtime", "--until", "1000s"]);
+    let mut client = Client::connect(&ticket).unwrap();
+    let paused = time(client.ask(Ask::Pause));
+    // At this tick alone it is so fast.
+    set(&mut client, "bob.angle", Amount::Number(0.0)).unwrap();
+    set(&mut client, "bob.rate", Amount::Number(50.0)).unwrap();
+    let Answer::Checkpoint { file } = client.ask(Ask::Checkpoint).unwrap() else { panic!() };
+    let after = time(client.ask(Ask::Step { steps: 20 }));
+    let Answer::Checkpoint { file: later } = client.ask(Ask::Checkpoint).unwrap() else { panic!() };
+    client.ask(Ask::Quit).unwrap();
+    let said: Said = child.wait_with_output().unwrap().into();
+    said.code(130);
+    for (file, out) in [(&file, "rest"), (&later, "later")] {
+        let until = format!("{}s", after + 0.1);
+        lab.linkwork(&["resume", file, "--out", out, "--until", &until]).code(0);
+    }
+    let log = |out: &str| read_log_contents(&lab.path(&format!("{out}/run.mcap"))).unwrap();
+    let first = log("rest").series["bob.rate"].clone();
+    assert!((first.t[0] - paused).abs() < 1e-9 && first.y[0] == 50.0, "its row is not in the log");
+    assert!(first.y[1..].iter().all(|y| *y < 50.0), "{:?}", &first.y[..3]);
+    for out in ["out", "rest", "later"] {
+        let figures = &lab.summary(out)["figures"];
+        assert_eq!(figures["largest speed"][0].as_f64(), Some(50.0), "{out}: {figures}");
+    }
+    // Each tick once: the means of the run and of what goes on from its end are those of the rows.
+    let mean = |y: &[f64]| y.iter().sum::<f64>() / y.len() as f64;
+    let before = log("out").series["bob.rate"].clone();
+    let until = |t: f64| before.t.iter().take_while(|s| **s < t - 1e-9).count();
+    for (out, cut) in [("rest", paused), ("later", after)] {
+        let rows = [&before.y[..until(cut)], &log(out).series["bob.rate"].y[..]].concat();
+        let told = lab.summary(out)["figures"]["mean speed"][0].as_f64().unwrap();
+        assert!((told - mean(&rows)).abs() < 1e-12 * mean(&rows).abs(), "{out}: {told}");
+    }
 }
 
 fn changed(answer: Result<Answer, ClientError>) -> Vec<(String, f64)> {

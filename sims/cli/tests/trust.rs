@@ -2,9 +2,12 @@
 //! that are readable however a run ended, comparisons that never call a wreck equal.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 mod common;
+#[path = "../../../tests/common/splitmix.rs"]
+mod splitmix;
 use common::{BASE, Lab, Said, Small, edited, killed, kills, names, signal, sim, wait_for};
 use linkwork_record::{End, read_log, read_log_contents};
 use linkwork_runtime::Checkpoint;
+use splitmix::splitmix;
 use std::fs::OpenOptions;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -386,10 +389,7 @@ struct Dice(u64);
 
 impl Dice {
     fn part(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        (splitmix(&mut self.0) >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 

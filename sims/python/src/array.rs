@@ -5,7 +5,7 @@
 use crate::error::{refuse, refuse_with};
 use linkwork_dynamics::checked;
 use linkwork_spatial::nalgebra::Quaternion;
-use linkwork_spatial::{Force, Mat3, Motion, Pose, Quat, Vec3};
+use linkwork_spatial::{Force, Mat3, Motion, Pose, Quat, Vec3, quat};
 use numpy::{BorrowError, PyUntypedArrayMethods};
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyMemoryError;
@@ -154,8 +154,7 @@ fn matrix_pose(x: &[f64], what: &str) -> PyResult<Pose> {
             "give [[R, p], [0, 0, 0, 1]] with a rotation matrix R",
         ));
     }
-    let R = linkwork_spatial::nalgebra::Rotation3::from_matrix_unchecked(R);
-    Ok(Pose::new(Quat::from_rotation_matrix(&R), Vec3::new(x[3], x[7], x[11])))
+    Ok(Pose::new(quat(&R), Vec3::new(x[3], x[7], x[11])))
 }
 
 /// A vector as an array, without a copy.

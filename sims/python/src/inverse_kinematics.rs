@@ -4,8 +4,7 @@ use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::Mechanism;
 use linkwork_dynamics::{self as dynamics, InverseKinematics, InverseKinematicsError};
-use linkwork_spatial::nalgebra::Rotation3;
-use linkwork_spatial::{Mat3, Motion, Quat, Vec3};
+use linkwork_spatial::{Mat3, Motion, Quat, Vec3, quat};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -82,8 +81,7 @@ fn place(at: &Bound<'_, PyAny>, what: &str) -> PyResult<(Option<Vec3>, Option<Qu
                     "its columns are the frame's axes, of length 1 and at right angles",
                 ));
             }
-            let R = Rotation3::from_matrix_unchecked(R);
-            Ok((None, Some(Quat::from_rotation_matrix(&R))))
+            Ok((None, Some(quat(&R))))
         }
         _ => {
             let X = pose(Some(at), what)?;

@@ -1,7 +1,7 @@
 //! How a `Mechanism` and a `Simulation` show themselves: as lines of text, and as tables in notebooks. Names in tables are escaped:
 //! what a file says is shown, never obeyed.
 use crate::builder::kind_name;
-use linkwork_formats::Description;
+use linkwork_formats::{Description, escaped};
 use linkwork_multibody::{Body, BodyId, Multibody};
 use linkwork_runtime::{Plan, Seconds};
 use std::collections::BTreeMap;
@@ -154,23 +154,6 @@ fn table(
     out += "</tbody></table>";
     if more > 0 {
         let _ = write!(out, "<div>and {more} more</div>");
-    }
-    out
-}
-
-/// Text that HTML shows as it is.
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out += "&amp;",
-            '<' => out += "&lt;",
-            '>' => out += "&gt;",
-            '"' => out += "&quot;",
-            '\'' => out += "&#39;",
-            c if c.is_control() => out.push(' '),
-            c => out.push(c),
-        }
     }
     out
 }

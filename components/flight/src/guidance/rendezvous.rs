@@ -68,8 +68,8 @@ pub fn relative(chief: &NodeState, deputy: &NodeState) -> Option<(Vec3, Vec3, Qu
     }
     let (x, z) = (chief.position.normalize(), h.normalize());
     let y = z.cross(&x);
-    let axes = linkwork_spatial::nalgebra::Matrix3::from_columns(&[x, y, z]);
-    let R = Quat::from_matrix(&axes);
+    let axes = linkwork_spatial::Mat3::from_columns(&[x, y, z]);
+    let R = linkwork_spatial::quat(&axes);
     let n = h.norm() / chief.position.norm_squared();
     let r = R.inverse() * (deputy.position - chief.position);
     let v = R.inverse() * (deputy.velocity - chief.velocity) - Vec3::z().cross(&r) * n;

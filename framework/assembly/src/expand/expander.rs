@@ -180,6 +180,7 @@ impl<'a, 'o> Expander<'a, 'o> {
             couplings: BTreeMap::new(),
             colliders: BTreeMap::new(),
             contact: a.contact.as_ref().map(|c| substitute(self.cx, around.env, c)),
+            self_collision: a.self_collision.as_ref().map(|s| substitute(self.cx, around.env, s)),
             mounts,
             exports: BTreeMap::new(),
             wires: Vec::new(),

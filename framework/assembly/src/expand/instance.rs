@@ -49,6 +49,7 @@ pub(crate) struct Instance {
     pub couplings: BTreeMap<String, ItemInst>,
     pub colliders: BTreeMap<String, ItemInst>,
     pub contact: Option<Located>,
+    pub self_collision: Option<Located>,
     pub mounts: BTreeMap<String, Text>,
     pub exports: BTreeMap<String, Text>,
     pub wires: Vec<WireText>,

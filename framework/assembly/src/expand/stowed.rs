@@ -41,6 +41,7 @@ fn lock(here: &mut Instance, on: &Located, at: &Located) -> Vec<String> {
     here.couplings.clear();
     here.colliders.clear();
     here.contact = None;
+    here.self_collision = None;
     let mut roots = Vec::new();
     for (name, body) in &mut here.bodies {
         if let Value::Map(entries) = &mut body.fields.value {

@@ -105,6 +105,8 @@ pub struct Assembly {
     pub colliders: BTreeMap<String, ItemForm>,
     /// Non-smooth contact: how it is solved and who meets whom.
     pub contact: Option<Located>,
+    /// Whether its bodies, those of its parts too, meet one another.
+    pub self_collision: Option<Located>,
     /// Parts.
     pub parts: BTreeMap<String, PartForm>,
     /// Wires.
@@ -140,6 +142,8 @@ record! {
         colliders: Option<Located> = raw(table_of(of::<(Standing, Surface)>()).describe()).maybe(),
         /// How contact is solved, and who meets whom.
         contact: Option<Located> = raw(Schema::Any(vec![Schema::Flag, ContactForm::describe()])).maybe(),
+        /// `false`: bodies of this assembly and of its parts do not meet one another.
+        self_collision: Option<Located> = raw(Schema::Flag).maybe(),
         /// Parts by name.
         parts: Option<Located> = raw(Schema::Table(Box::new(part_schema()))).maybe(),
         /// Wires: `"Part.output -> Part.input"`.
@@ -244,6 +248,7 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
     a.couplings = items(cx, v, ("couplings", "coupling"), what);
     a.colliders = items(cx, v, ("colliders", "collider"), what);
     a.contact = v.get("contact").cloned();
+    a.self_collision = v.get("self_collision").filter(|s| s.value != Value::Null).cloned();
     if let Some(parts) = v.get("parts") {
         for (key, value) in table(cx, parts, &field_of("parts")) {
             name_at(cx, key, value, "part");

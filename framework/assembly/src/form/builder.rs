@@ -114,6 +114,13 @@ impl Assembly {
         self
     }
 
+    /// Bodies of this assembly and of its parts do not meet one another; what `contact` lists in `collide` does.
+    #[must_use]
+    pub fn without_self_collision(mut self) -> Self {
+        self.self_collision = Some(Value::Bool(false).into());
+        self
+    }
+
     fn with_part(mut self, name: &str, fields: Value) -> Self {
         if let Some(part) = read_part(&mut Cx::default(), name, &fields.into()) {
             self.parts.insert(name.into(), part);
@@ -262,6 +269,8 @@ impl Assembly {
         put("couplings", table(self.couplings.iter(), |c| c.fields.value.clone()));
         put("colliders", table(self.colliders.iter(), |c| c.fields.value.clone()));
         put("contact", self.contact.as_ref().map_or(Value::Null, contact));
+        let own = self.self_collision.as_ref();
+        put("self_collision", own.map_or(Value::Null, |s| s.value.clone()));
         put("parts", table(self.parts.iter(), part));
         let wires = self.wires.iter();
         let wires = wires.map(|w| write_wire(w.text.text.clone(), &w.timing).into()).collect();

@@ -260,11 +260,13 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
             return None;
         }
     };
+    // In a resolved text parameters of assemblies are gone.
+    let remark = is_resolved(&inner).then_some(RESOLVED);
     if kind == "Assembly" {
         let mut unmatched = Vec::new();
         let file = (&*kind, inner, v.origin);
         let single = single(cx, name, file, home, options, &mut unmatched);
-        tell_unmatched(cx, unmatched, 1);
+        tell_unmatched(cx, unmatched, 1, remark);
         let (mut loaded, resolved) = single?;
         loaded.resolved = Resolved::new(resolved);
         return Some(loaded);
@@ -277,7 +279,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
         let one = single(cx, name, file, home.clone(), options, &mut unmatched);
         compiled.extend(one.map(|(loaded, text)| (phase, loaded, text, transitions, origin)));
     }
-    tell_unmatched(cx, unmatched, phases);
+    tell_unmatched(cx, unmatched, phases, remark);
     if !cx.faults.is_empty() {
         return None;
     }
@@ -296,8 +298,13 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
 }
 
 /// Faults for overrides from outside that name nothing in any of so many phases, or a parameter that the model of some
-/// phase has not; each in the words of the phase that has most of its path.
-fn tell_unmatched(cx: &mut Cx, unmatched: Vec<Unmatched>, phases: usize) {
+/// phase has not; each in the words of the phase that has most of its path, with a remark where it leads to no model.
+fn tell_unmatched(
+    cx: &mut Cx,
+    unmatched: Vec<Unmatched>,
+    phases: usize,
+    remark: Option<&'static str>,
+) {
     let mut by_path: BTreeMap<String, Vec<Unmatched>> = BTreeMap::new();
     for one in unmatched {
         by_path.entry(one.path.clone()).or_default().push(one);
@@ -306,8 +313,23 @@ fn tell_unmatched(cx: &mut Cx, unmatched: Vec<Unmatched>, phases: usize) {
     for all in by_path.into_values().filter(wrong) {
         // The first of those that are alike.
         let deepest = all.into_iter().rev().max_by_key(|one| one.depth);
-        cx.faults.extend(deepest.map(|one| one.fault));
+        cx.faults.extend(deepest.map(|mut one| {
+            if let (Some(remark), false, Some(help)) = (remark, one.has_model, &mut one.fault.help)
+            {
+                *help = format!("{remark}. {help}");
+            }
+            one.fault
+        }));
     }
+}
+
+/// What overrides cannot name in a resolved text.
+const RESOLVED: &str = "this text is resolved: it holds what became of the parameters of assemblies and of the simulation, and \
+                        not these. They are set where the file is loaded that has them: `linkwork fork CHECKPOINT --sim SIM --set PATH=VALUE`";
+
+/// Whether a simulation's fields are those of a resolved text.
+fn is_resolved(fields: &Located) -> bool {
+    fields.get("resolved").is_some_and(|r| r.value == Value::Bool(true))
 }
 
 /// One phase; what it is in full.
@@ -351,8 +373,7 @@ fn single(
             holder.parts.insert(part_name, file_part(assembly, empty_map(), origin));
         }
     }
-    files.files.lenient =
-        matches!(inner.get("resolved").map(|r| &r.value), Some(Value::Bool(true)));
+    files.files.lenient = is_resolved(&inner);
     let outer = outside(cx, &mut inner, &options.overrides, &holder);
     assemble(cx, &holder, inner, (home, files), (&outer, unmatched), options)
 }

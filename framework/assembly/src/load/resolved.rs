@@ -77,6 +77,7 @@ pub(crate) fn value(
         "couplings",
         "colliders",
         "contact",
+        "self_collision",
         "parts",
         "wires",
         "exports",
@@ -184,6 +185,7 @@ impl Printer<'_> {
         if !colliders.is_empty() {
             out.push(("colliders", Value::Map(colliders).into()));
         }
+        out.extend(here.self_collision.clone().map(|s| ("self_collision", s)));
         out.push(("parts", Value::Map(parts).into()));
         map(out)
     }

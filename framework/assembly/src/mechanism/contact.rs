@@ -1,13 +1,14 @@
 //! `contact: (..)`: how contact is solved, who meets whom, and the colliders with all that they need.
 //!
-//! The outermost assembly that writes it counts. Without it, colliders are only there for queries.
+//! The outermost assembly that writes it counts. Without it, colliders are only there for queries. `self_collision: false`
+//! counts of every assembly that writes it, with or without contact.
 use crate::body::collider::Collider;
 use crate::body::contact::ContactForm;
 use crate::body::hinge::slides;
 use crate::expand::instance::Instance;
 use crate::expand::reference::{Target, resolve, visible};
 use crate::mechanism::anchor::{Bodies, one_dof};
-use crate::schema::kind::{At, Kind, drive_number};
+use crate::schema::kind::{At, Kind, drive_number, flag};
 use crate::schema::record::Record;
 use crate::text::report::Cx;
 use crate::text::value::{Text, entries, map, outer};
@@ -61,9 +62,12 @@ pub(crate) fn read(
     (colliders, complete): (&[Collider], bool),
 ) -> Contact {
     let all = outermost(instances);
-    let Some((here, v)) = all.first() else {
-        return Contact { complete, ..Contact::default() };
+    let apart = apart(cx, instances, bodies);
+    let none = |apart| {
+        let rules = Rules { apart, ..Rules::default() };
+        Contact { complete, rules, ..Contact::default() }
     };
+    let Some((here, v)) = all.first() else { return none(apart) };
     for (other, again) in &all[1..] {
         let message = format!("`{}` and `{}` both write `contact`", here.path, other.path);
         cx.fault(again.origin, message, "write it once, in the simulation");
@@ -71,9 +75,7 @@ pub(crate) fn read(
     let at = At::new("`contact`");
     let empty = Value::Null.into();
     let written = if v.value == Value::Bool(true) { &empty } else { *v };
-    let Some(form) = ContactForm::read(cx, written, &at) else {
-        return Contact { complete, ..Contact::default() };
-    };
+    let Some(form) = ContactForm::read(cx, written, &at) else { return none(apart) };
     let names: BTreeSet<&str> = colliders.iter().map(|c| c.spec.name.as_str()).collect();
     let scope = Scope { root, path: &here.path, names, complete };
     let rules = Rules {
@@ -81,6 +83,7 @@ pub(crate) fn read(
         ignore: scope.pairs(cx, v, &form.ignore, "ignore"),
         collide: scope.pairs(cx, v, &form.collide, "collide"),
         joined: Vec::new(),
+        apart,
     };
     let mut out = Contact {
         settings: Some(form.settings()),
@@ -94,6 +97,38 @@ pub(crate) fn read(
     };
     out.resolved = Some(resolved(v, &out));
     out
+}
+
+/// The bodies of each assembly with `self_collision: false`, those of its parts with them.
+fn apart(cx: &mut Cx, instances: &[&Instance], bodies: &Bodies) -> Vec<Vec<String>> {
+    let within = |path: &str, outer: &str| {
+        let rest = path.strip_prefix(outer);
+        outer.is_empty() || rest.is_some_and(|r| r.is_empty() || r.starts_with('.'))
+    };
+    let mut machines: Vec<&Instance> = Vec::new();
+    // Outer ones come first.
+    for here in instances {
+        let Some(written) = &here.self_collision else { continue };
+        let name = if here.path.is_empty() { "simulation" } else { &here.path };
+        let at = At::new(format!("`{name}`: `self_collision`")).origin(written.origin);
+        let around = machines.iter().find(|outer| within(&here.path, &outer.path));
+        match (flag().read(cx, written, &at), around) {
+            (Some(false), None) => machines.push(here),
+            (Some(true), Some(outer)) => {
+                let outer = if outer.path.is_empty() { "simulation" } else { &outer.path };
+                let fact = format!("{} is true, and that of `{outer}` around it false", at.what);
+                let help =
+                    "leave one of them out; `collide` of `contact` names pairs that meet though";
+                cx.fault(written.origin, fact, help);
+            }
+            _ => {}
+        }
+    }
+    let of = |here: &Instance| {
+        let own = bodies.iter().filter(|(_, (_, scope))| within(scope, &here.path));
+        own.map(|(name, _)| name.clone()).collect()
+    };
+    machines.into_iter().map(of).collect()
 }
 
 /// `dry: { "hinge:arm": "2 N m" }`.

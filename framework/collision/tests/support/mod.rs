@@ -1,10 +1,13 @@
 //! Scenes of free bodies with one collider each, and random numbers.
 #![allow(dead_code)]
 
+#[path = "../../../../tests/common/splitmix.rs"]
+mod splitmix;
 use linkwork_collision::multibody::spatial::nalgebra::Quaternion;
 use linkwork_collision::multibody::spatial::{Motion, Pose, Quat, Vec3};
 use linkwork_collision::multibody::{BodyId, BodySpec, Builder, Hinge, Multibody};
 use linkwork_collision::*;
+use splitmix::splitmix;
 
 /// SplitMix64.
 pub struct Random(pub u64);
@@ -12,11 +15,7 @@ pub struct Random(pub u64);
 impl Random {
     /// In (−1, 1).
     pub fn signed(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        (splitmix(&mut self.0) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
     pub fn between(&mut self, lo: f64, hi: f64) -> f64 {

@@ -34,8 +34,7 @@ use crate::kinematics::check;
 use crate::tree::Tree;
 use crate::work::Workspace;
 use linkwork_multibody::{Coordinate, Limits, NodeId, SubhingeKind};
-use linkwork_spatial::nalgebra::Rotation3;
-use linkwork_spatial::{Mat3, Quat, Vec3};
+use linkwork_spatial::{Mat3, Vec3, quat};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -287,7 +286,7 @@ fn solve_spd(A: &mut [f64], b: &mut [f64]) -> bool {
 
 /// The rotation vector of a rotation matrix, rad.
 fn log(R: &Mat3) -> Vec3 {
-    Quat::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*R)).scaled_axis()
+    quat(R).scaled_axis()
 }
 
 #[track_caller]

@@ -1,11 +1,14 @@
 //! Shared by tests and benches: random mechanisms, and mechanisms from the reference data.
 #![allow(dead_code)]
 
+#[path = "../../../../tests/common/splitmix.rs"]
+mod splitmix;
 use linkwork_dynamics::Tree;
 use linkwork_dynamics::multibody::{BodySpec, Builder, Coordinate, Hinge, Multibody, SubhingeKind};
 use linkwork_dynamics::spatial::nalgebra::{DMatrix, DVector, Rotation3};
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use serde_json::Value;
+use splitmix::splitmix;
 use std::path::PathBuf;
 
 /// A seeded generator of numbers without zeros (splitmix64).
@@ -13,11 +16,7 @@ pub struct Rng(pub u64);
 
 impl Rng {
     pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        splitmix(&mut self.0)
     }
     /// ±(0.1 … 1).
     pub fn signed(&mut self) -> f64 {

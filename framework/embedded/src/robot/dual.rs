@@ -286,7 +286,12 @@ fn unit(k: usize) -> Force {
 fn pseudo_solve(A: &Matrix6<f64>, b: &Vector6<f64>) -> Vector6<f64> {
     let scale = A.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
     let S = Matrix6::from_diagonal(&scale);
-    let e = (S * A * S).symmetric_eigen();
+    let scaled = S * A * S;
+    // Of no numbers the eigenvalues are looked for without end.
+    if scaled.iter().any(|a| !a.is_finite()) {
+        return Vector6::repeat(f64::NAN);
+    }
+    let e = scaled.symmetric_eigen();
     let most = e.eigenvalues.max();
     let mut x = Vector6::zeros();
     for i in 0..6 {

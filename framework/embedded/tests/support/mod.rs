@@ -1,10 +1,13 @@
 //! Shared by tests: reference robots with their parts, and generators.
 #![allow(dead_code)]
 
+#[path = "../../../../tests/common/splitmix.rs"]
+mod splitmix;
 use linkwork_embedded::formats::{ReadOptions, read_file, read_srdf};
 use linkwork_embedded::spatial::{InertiaCheck, Pose, Quat, Vec3};
 use linkwork_embedded::*;
 use serde_json::Value;
+use splitmix::splitmix;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -174,11 +177,7 @@ pub struct Rng(pub u64);
 
 impl Rng {
     pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        (splitmix(&mut self.0) >> 11) as f64 / (1u64 << 53) as f64
     }
     pub fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()

@@ -98,8 +98,10 @@ pub(super) fn groups(
     }
     for g in &mut out {
         g.J = g.inertia.inertia_com();
-        let moments = g.J.symmetric_eigenvalues();
-        let regular = g.inertia.mass() > 0.0 && moments.min() > 1e-12 * moments.max();
+        let regular = g.inertia.mass() > 0.0 && g.J.iter().all(|x| x.is_finite()) && {
+            let moments = g.J.symmetric_eigenvalues();
+            moments.min() > 1e-12 * moments.max()
+        };
         match g.J.try_inverse().filter(|_| regular) {
             Some(inverse) => g.J_inv = inverse,
             None => {

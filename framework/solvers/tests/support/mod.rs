@@ -1,7 +1,10 @@
 //! Contact problems for tests and benches: random ones, and small ones from mechanics.
 #![allow(dead_code)]
 
+#[path = "../../../../tests/common/splitmix.rs"]
+mod splitmix;
 use linkwork_solvers::contact::{Cone, Contact, Factor, Method, Problem, Report, Settings};
+use splitmix::splitmix;
 
 /// A problem that owns its data.
 #[derive(Clone, Debug, Default)]
@@ -86,11 +89,7 @@ pub struct Random(pub u64);
 
 impl Random {
     pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        splitmix(&mut self.0)
     }
     /// In [−1, 1).
     pub fn number(&mut self) -> f64 {

@@ -2,7 +2,7 @@
 
 use super::FrameMotion;
 use crate::error::WorldError;
-use linkwork_spatial::{Mat3, Motion, Pose, Quat, Vec3, nalgebra};
+use linkwork_spatial::{Mat3, Motion, Pose, Vec3, quat};
 
 /// Axes of a frame that goes along with an orbit: h = r × v, a hat is a unit vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,8 +49,7 @@ pub fn orbital_frame(
     };
     let R = Mat3::from_columns(&[x.0, y.0, z.0]);
     let omega = (x.0.cross(&x.1) + y.0.cross(&y.1) + z.0.cross(&z.1)) * 0.5;
-    let R = Quat::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(R));
-    Ok(FrameMotion { pose: Pose::new(R, *r), velocity: Motion::new(omega, *v) })
+    Ok(FrameMotion { pose: Pose::new(quat(&R), *r), velocity: Motion::new(omega, *v) })
 }
 
 /// A unit vector and its rate.

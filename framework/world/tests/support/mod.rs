@@ -1,8 +1,11 @@
 //! What the tests share: reference files, random numbers with a seed, comparisons that NaN fails.
 #![allow(dead_code, clippy::unwrap_used)]
 
+#[path = "../../../../tests/common/splitmix.rs"]
+mod splitmix;
 use linkwork_world::spatial::{Mat3, Vec3};
 use serde_json::Value;
+use splitmix::splitmix;
 use std::path::PathBuf;
 
 /// A file of the reference data. Without the folder the test says so and is skipped; where `CI` is
@@ -78,11 +81,7 @@ pub struct Random(pub u64);
 
 impl Random {
     pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        splitmix(&mut self.0)
     }
 
     /// In [a, b).

@@ -1,0 +1,50 @@
+//! Text inside XML and HTML.
+
+/// Text that a reader of XML or HTML takes for itself, between tags and in attributes in quotes of either kind. What XML cannot
+/// hold (control characters, U+FFFE, U+FFFF) becomes a space, and so do tabs and ends of lines.
+///
+/// ```
+/// use linkwork_formats::escaped;
+/// assert_eq!(escaped("a<b> & \"c\'\n"), "a&lt;b&gt; &amp; &quot;c&#39; ");
+/// ```
+#[must_use]
+pub fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out += "&amp;",
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '"' => out += "&quot;",
+            '\'' => out += "&#39;",
+            '\u{fffe}' | '\u{ffff}' => out.push(' '),
+            c if c.is_control() => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::escaped;
+
+    /// A reader gets every text back, but for what XML cannot hold.
+    #[test]
+    fn a_reader_of_xml_gets_the_text_back() {
+        let all: String = (0..=0x2_ffff_u32).filter_map(char::from_u32).collect();
+        let kept = |c: char| match c {
+            '\u{fffe}' | '\u{ffff}' => ' ',
+            c if c.is_control() => ' ',
+            c => c,
+        };
+        let wanted: String = all.chars().map(kept).collect();
+        for quote in ["'", "\""] {
+            let xml = format!("<a b={quote}{0}{quote}>{0}</a>", escaped(&all));
+            let read = roxmltree::Document::parse(&xml).expect("XML");
+            let root = read.root_element();
+            assert_eq!(root.text(), Some(&*wanted));
+            assert_eq!(root.attribute("b"), Some(&*wanted));
+        }
+    }
+}
