@@ -69,7 +69,12 @@ fn the_drill_goes_through_and_stops_at_its_depth() {
     // 60 N: f = 2 (60 − 15)/(K D) a turn, at 120 rad/s; the tip's damper takes a little of the thrust.
     let feed = 2.0 * 45.0 / (0.8e9 * 6e-3) * 120.0 / std::f64::consts::TAU;
     let mean = fed.iter().sum::<f64>() / fed.len() as f64;
-    println!("feed {:.3} mm/s of {:.3}, {most:.0} N, {:.2} mm deep", 1e3 * mean, 1e3 * feed, 1e3 * deep);
+    println!(
+        "feed {:.3} mm/s of {:.3}, {most:.0} N, {:.2} mm deep",
+        1e3 * mean,
+        1e3 * feed,
+        1e3 * deep
+    );
     assert!((mean / feed - 1.0).abs() < 0.05, "{mean} against {feed}");
     assert!(most < 80.0 && side < 15.0 && deep > 6e-3 && deep < 9e-3, "{most} {side} {deep}");
 }
@@ -106,7 +111,10 @@ fn the_key_turns_and_the_door_opens() {
         let mut sim = load("key_and_door/sim.ron", &[&believed]);
         let (mut most, mut turned, mut early) = (0.0_f64, 0.0_f64, 0.0_f64);
         work(&mut sim, 20.0, |s| {
-            most = most.max(get(s, "Arm.Controller.push"));
+            // After it has turned: where the key goes into a lock that stands beside, the tip is moved by that much at once.
+            if get(s, "Arm.Controller.index") > 2.5 {
+                most = most.max(get(s, "Arm.Controller.push"));
+            }
             turned = turned.max(get(s, "cylinder.angle"));
             if get(s, "Arm.Controller.index") < 2.5 {
                 early = early.max(get(s, "door.angle").abs());

@@ -1,12 +1,12 @@
 //! The arm that a controller knows: a chain of a URDF file, and what its hand may hold.
 
 use linkwork_embedded::formats::{ReadOptions, Root, read_text};
+use linkwork_embedded::multibody::{BodySpec, Hinge};
 use linkwork_embedded::{
     ModelSpec, Object, ObjectSpec, Part, PartSpec, Robot, RobotModel, TaskSpace,
 };
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Value};
-use linkwork_embedded::multibody::{BodySpec, Hinge};
 use linkwork_spatial::{MassProperties, Mat3, Pose};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -136,7 +136,8 @@ impl Arm {
         let mut spec = ModelSpec::from_description(&d).map_err(|e| fault(&e, "robot"))?;
         let mut moving = Vec::new();
         let mut at = tip.to_owned();
-        while let Some(k) = spec.mechanism.bodies().iter().position(|b| b.name == at && at != base) {
+        while let Some(k) = spec.mechanism.bodies().iter().position(|b| b.name == at && at != base)
+        {
             let body = &spec.mechanism.bodies()[k];
             if moves(&body.hinge) {
                 moving.push(k);
@@ -158,7 +159,8 @@ impl Arm {
             let hinge = &mut spec.mechanism.bodies_mut()[*k].hinge;
             *hinge = hinge.clone().armature(*a);
         }
-        let point = BodySpec::new("point of the tool", tip).hinge_in_parent(Pose::new(Quat::identity(), tool));
+        let point = BodySpec::new("point of the tool", tip)
+            .hinge_in_parent(Pose::new(Quat::identity(), tool));
         spec.mechanism.body(point);
         // A tip that is not there is told by its own name.
         let last = if known { "point of the tool" } else { tip };
@@ -175,7 +177,9 @@ impl Arm {
         let dofs = model.dofs(chain).map_err(|e| fault(&e, "tip"))?;
         if dofs.len() != model.nv() {
             let (on, all) = (dofs.len(), model.nv());
-            let fact = format!("{on} of the robot's {all} joints lie between `{base}` and `{tip}`: where the others are is not known");
+            let fact = format!(
+                "{on} of the robot's {all} joints lie between `{base}` and `{tip}`: where the others are is not known"
+            );
             let help = "name another base and tip, or fix the other joints in the file";
             return Err(BuildError::new(fact).help(help).at("tip"));
         }

@@ -146,7 +146,8 @@ impl Model for Cutting {
         let depth = -at.z;
         let (thrust, f) = self.lips(depth, x.hole);
         let turning = u.spindle != 0.0;
-        let torque = if turning { p.cutting_force * p.diameter * p.diameter * f / 8.0 } else { 0.0 };
+        let torque =
+            if turning { p.cutting_force * p.diameter * p.diameter * f / 8.0 } else { 0.0 };
         let mut force = Vec3::new(0.0, 0.0, thrust);
         if d.inside && x.hole > 0.0 {
             let s = at - d.entry;
@@ -272,9 +273,11 @@ mod tests {
             u.bit.position += u.work.rotation * Vec3::x() * x;
             u
         };
-        let (_, first) = m.fired(&c, 0, &Hole { hole: 0.0 }, &out, &(), &aside(1e-9, 2e-3), &mut ());
+        let (_, first) =
+            m.fired(&c, 0, &Hole { hole: 0.0 }, &out, &(), &aside(1e-9, 2e-3), &mut ());
         assert!(first.inside && (first.entry.x - 2e-3).abs() < 1e-12);
-        let (_, again) = m.fired(&c, 0, &Hole { hole: 1e-3 }, &first, &(), &aside(1e-9, 3e-3), &mut ());
+        let (_, again) =
+            m.fired(&c, 0, &Hole { hole: 1e-3 }, &first, &(), &aside(1e-9, 3e-3), &mut ());
         assert!((again.entry.x - 2e-3).abs() < 1e-12);
         let y = m.direct(&c, &Hole { hole: 1e-3 }, &again, &aside(5e-4, 3e-3), &());
         assert!((y.side - 20.0).abs() < 1e-6, "{}", y.side);

@@ -112,7 +112,11 @@ impl Path {
         };
         let X = if m.frame == Written::Work { *work } else { Pose::identity() };
         if m.turn.is_some() && (m.position.is_some() || m.rpy.is_some()) {
-            return fault("a turn has no other end", "write `turn`, or `position` and `rpy`", "moves");
+            return fault(
+                "a turn has no other end",
+                "write `turn`, or `position` and `rpy`",
+                "moves",
+            );
         }
         if m.turn.is_some() && !(m.axis.norm() > 1e-9) {
             return fault("the axis has no direction", "write e.g. axis: [0, 0, 1]", "moves");

@@ -126,6 +126,8 @@ fn the_outermost_contact_counts_and_none_is_no_contact() {
     assert_eq!(friction("", "contact: (friction: 0.3)"), Some(0.3));
     assert_eq!(friction("contact: (friction: 0.2),", "contact: (friction: 0.3)"), Some(0.2));
     assert_eq!(friction("contact: false,", "contact: (friction: 0.3)"), None);
+    let neither = ["`contact: None` says neither", "+write `contact: false`"];
+    faults(&text("contact: None,", ""), &neither);
     let two = text("", "contact: ()").replace(") })", "), \"B\": (contact: (), bodies: {}) })");
     faults(&two, &["`A` and `B` both write `contact`", "+write it once, in the simulation"]);
 }

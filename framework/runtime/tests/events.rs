@@ -306,6 +306,40 @@ fn a_cascade_runs_through_links_at_one_instant_and_can_be_cut_anywhere() {
     assert_eq!((sim.state(), sim.hash()), (straight.state(), straight.hash()));
 }
 
+/// A held output that jumps at a row makes an event there: a step ends at that row all the same, and so does a run.
+#[test]
+fn events_at_a_row_do_not_take_the_run_beyond_it() {
+    let parts = vec![
+        part("ramp", "t.integrator", &[("k", 1.0)], None),
+        part("held", "t.hold", &[], Some("0.2 s")),
+        part("c1", "t.link", &[("at", 0.31)], None),
+        part("c2", "t.link", &[("at", 0.5)], None),
+    ];
+    let plan = compiled(
+        spec(parts, &["ramp.y -> held.u", "held.y -> c1.u", "c1.n -> c2.u"]),
+        Integrator::DormandPrince,
+        0.1,
+    );
+    let mut sim = Simulation::new(plan.clone());
+    for k in 1..=10 {
+        sim.step().unwrap();
+        assert_eq!(sim.time(), f64::from(k) / 10.0);
+        assert_eq!(sim.get("c2.n").unwrap(), f64::from(u8::from(k >= 6)), "at row {k}");
+    }
+    for end in [0.4, 0.6, 0.7] {
+        let mut sim = Simulation::new(plan.clone());
+        sim.run_until(seconds(end)).unwrap();
+        assert_eq!(sim.time(), end);
+        // Cut before the events of that row.
+        let mut cut = Simulation::new(plan.clone());
+        while cut.before(seconds(end)) {
+            cut.step_event().unwrap();
+        }
+        cut.run_until(seconds(end)).unwrap();
+        assert_eq!((cut.time(), cut.hash()), (end, sim.hash()));
+    }
+}
+
 #[test]
 fn a_cascade_without_end_is_stopped_by_name() {
     let s = spec(vec![part("flip", "t.flip", &[("at", 0.25)], None)], &[]);

@@ -72,6 +72,14 @@ pub(crate) fn read(
         let message = format!("`{}` and `{}` both write `contact`", here.path, other.path);
         cx.fault(again.origin, message, "write it once, in the simulation");
     }
+    // `None` and `()` are one value: what was written tells them apart.
+    let place = (v.origin.start as usize)..(v.origin.end as usize);
+    let source = cx.sources.files.get(v.origin.file as usize).and_then(|(_, t)| t.get(place));
+    if v.value == Value::Null && source.is_some_and(|t| t.trim() == "None") {
+        let help =
+            "write `contact: false` where nothing touches, `contact: ()` where it does as usual";
+        cx.fault(v.origin, "`contact: None` says neither", help);
+    }
     let at = At::new("`contact`");
     let empty = Value::Null.into();
     let written = if v.value == Value::Bool(true) { &empty } else { *v };

@@ -286,10 +286,12 @@ impl Simulation {
         if plan.guards.is_empty() {
             return self.go_to_stop(plan).map(|_| ());
         }
-        let mut stop = self.go_to_stop(plan)?;
-        while stop == Stop::Event || self.is_due() {
+        let from = self.state.tick;
+        self.go_to_stop(plan)?;
+        // Between rows, or where events of this row are left; but not beyond a row whose last event has fired.
+        while self.state.tick == from || self.state.since > 0.0 || self.is_due() {
             // An event may have moved the run to another plan.
-            stop = self.step_event()?;
+            self.step_event()?;
         }
         Ok(())
     }
@@ -356,6 +358,10 @@ impl Simulation {
             if !Arc::ptr_eq(&plan, &self.plan) {
                 plan = self.plan.clone();
             }
+        }
+        // A run that was cut among the events of its last row.
+        while self.state.since == 0.0 && self.is_due() {
+            self.step_event()?;
         }
         Ok(())
     }
