@@ -1,7 +1,10 @@
 use super::*;
 use crate::moves::Written;
 
-const ARM: &str = include_str!("../../../assemblies/arms/six_axis.urdf");
+fn arm() -> String {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assemblies/arms/six_axis.urdf");
+    std::fs::read_to_string(file).unwrap()
+}
 const READY: [f64; 6] = [0.2, 0.3, 1.6, -0.2, 1.4, 0.3];
 
 fn stay(name: &str, duration: f64) -> Move {
@@ -28,7 +31,7 @@ fn stay(name: &str, duration: f64) -> Move {
 
 fn params(moves: Vec<Move>) -> ArmParams {
     ArmParams {
-        robot: RobotFile::new("six_axis.urdf", ARM),
+        robot: RobotFile::new("six_axis.urdf", &arm()),
         base: "world".into(),
         tip: "tool".into(),
         tool: Vec3::zeros(),
