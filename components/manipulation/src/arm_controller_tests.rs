@@ -8,25 +8,7 @@ fn arm() -> String {
 const READY: [f64; 6] = [0.2, 0.3, 1.6, -0.2, 1.4, 0.3];
 
 fn stay(name: &str, duration: f64) -> Move {
-    Move {
-        name: name.into(),
-        duration,
-        position: None,
-        rpy: None,
-        turn: None,
-        axis_point: Vec3::zeros(),
-        axis: Vec3::z(),
-        frame: Written::Base,
-        force: Vec3::zeros(),
-        moment: Vec3::zeros(),
-        stiffness: None,
-        feed: None,
-        depth: None,
-        touch: None,
-        holds: None,
-        grip: false,
-        arrive: true,
-    }
+    Move { frame: Written::Base, ..Move::stay(name, duration) }
 }
 
 fn params(moves: Vec<Move>) -> ArmParams {

@@ -75,6 +75,32 @@ pub struct Move {
     pub arrive: bool,
 }
 
+impl Move {
+    /// The tip stays where it is for so long (s), and holds nothing: what a file gives that names no more.
+    #[must_use]
+    pub fn stay(name: &str, duration: f64) -> Self {
+        Self {
+            name: name.into(),
+            duration,
+            position: None,
+            rpy: None,
+            turn: None,
+            axis_point: Vec3::zeros(),
+            axis: Vec3::z(),
+            frame: Written::Work,
+            force: Vec3::zeros(),
+            moment: Vec3::zeros(),
+            stiffness: None,
+            feed: None,
+            depth: None,
+            touch: None,
+            holds: None,
+            grip: false,
+            arrive: true,
+        }
+    }
+}
+
 /// A wanted pose with its velocity and acceleration, base axes, at the tip's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference {
@@ -196,25 +222,7 @@ mod tests {
     use super::*;
 
     fn plain(name: &str) -> Move {
-        Move {
-            name: name.into(),
-            duration: 2.0,
-            position: None,
-            rpy: None,
-            turn: None,
-            axis_point: Vec3::zeros(),
-            axis: Vec3::z(),
-            frame: Written::Base,
-            force: Vec3::zeros(),
-            moment: Vec3::zeros(),
-            stiffness: None,
-            feed: None,
-            depth: None,
-            touch: None,
-            holds: None,
-            grip: false,
-            arrive: true,
-        }
+        Move { frame: Written::Base, ..Move::stay(name, 2.0) }
     }
 
     fn start() -> Pose {

@@ -271,7 +271,7 @@ mod tests {
     }
 
     fn params() -> CameraParams {
-        let ground = Arc::new(Level(crate::test_soil::firm())) as Arc<dyn Terrain>;
+        let ground = Arc::new(Level(crate::test_ground::firm())) as Arc<dyn Terrain>;
         CameraParams {
             width: 64,
             height: 48,

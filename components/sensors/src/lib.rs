@@ -20,7 +20,7 @@ pub mod star_tracker;
 pub mod sun_sensor;
 mod surroundings;
 #[cfg(test)]
-mod test_soil;
+mod test_ground;
 
 use linkwork_runtime::prelude::Entry;
 

@@ -146,28 +146,9 @@ impl SizedModel for LidarSensor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    /// Ground that rises towards +x by a quarter.
-    struct Slope(Soil);
-    impl Terrain for Slope {
-        fn ground(&self, x: f64, _: f64) -> Option<Ground> {
-            Some(Ground { height: 0.25 * x, normal: Vec3::new(-0.25, 0.0, 1.0).normalize() })
-        }
-        fn bounds(&self) -> [f64; 4] {
-            [-100.0, -100.0, 100.0, 100.0]
-        }
-        fn soil(&self, _: f64, _: f64) -> &Soil {
-            &self.0
-        }
-        fn surface(&self) -> Surface {
-            let heights = vec![-25.0, 25.0, -25.0, 25.0];
-            Surface { origin: [-100.0; 2], spacing: [200.0; 2], nx: 2, ny: 2, heights }
-        }
-    }
+    use crate::test_ground::slope;
 
     fn params() -> LidarParams {
-        let soil = crate::test_soil::firm();
         LidarParams {
             columns: 24,
             rows: 3,
@@ -181,7 +162,7 @@ mod tests {
             drop_out: 0.0,
             albedo: 0.2,
             sees: Scenery::default(),
-            terrain: Some(Handle::new("ground", Arc::new(Slope(soil)) as Arc<dyn Terrain>)),
+            terrain: Some(slope(100.0)),
         }
     }
 

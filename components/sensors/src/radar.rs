@@ -250,25 +250,8 @@ impl SizedModel for Radar {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_ground::slope;
     use std::sync::Arc;
-
-    /// Ground that rises towards +x by a quarter.
-    struct Slope(Soil);
-    impl Terrain for Slope {
-        fn ground(&self, x: f64, _: f64) -> Option<Ground> {
-            Some(Ground { height: 0.25 * x, normal: Vec3::new(-0.25, 0.0, 1.0).normalize() })
-        }
-        fn bounds(&self) -> [f64; 4] {
-            [-4000.0, -4000.0, 4000.0, 4000.0]
-        }
-        fn soil(&self, _: f64, _: f64) -> &Soil {
-            &self.0
-        }
-        fn surface(&self) -> Surface {
-            let heights = vec![-1000.0, 1000.0, -1000.0, 1000.0];
-            Surface { origin: [-4000.0; 2], spacing: [8000.0; 2], nx: 2, ny: 2, heights }
-        }
-    }
 
     /// A point of attraction at the origin of W.
     struct Point;
@@ -304,8 +287,7 @@ mod tests {
     }
 
     fn slope() -> RadarParams {
-        let soil = crate::test_soil::firm();
-        let terrain = Handle::new("ground", Arc::new(Slope(soil)) as Arc<dyn Terrain>);
+        let terrain = slope(4000.0);
         RadarParams { terrain: Some(terrain), ..params() }
     }
 

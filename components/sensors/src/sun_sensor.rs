@@ -128,7 +128,7 @@ mod tests {
     }
 
     fn sensor(sun: Vec3, sigma: f64) -> SunSensor {
-        let soil = crate::test_soil::firm();
+        let soil = crate::test_ground::firm();
         SunSensor {
             p: SunSensorParams {
                 half_angle: 1.0,

@@ -401,13 +401,15 @@ impl Viewer {
 
     /// Shapes of a phase instead of those of the one before.
     fn change(&self, t: i64, before: Option<u32>, phase: u32) -> Result<(), Wrap> {
-        self.rec.set_time(TIMELINE, TimeCell::from_duration_nanos(t));
+        // What goes leaves a nanosecond before: where a clearing and a new pose of one entity have the same time, the viewer keeps the
+        // clearing and draws the shape at the origin of its body.
+        self.rec.set_time(TIMELINE, TimeCell::from_duration_nanos(t - 1));
         let there = |s: &Shape, k: u32| s.phases.get(k as usize).is_none_or(|there| *there);
         let was = |s: &Shape| before.is_some_and(|k| there(s, k));
-        // First what goes: a shape that changes has one path before and after.
         for shape in self.passing.iter().filter(|s| was(s) && !there(s, phase)) {
             self.rec.log(shape_path(shape), &re_sdk_types::archetypes::Clear::flat())?;
         }
+        self.rec.set_time(TIMELINE, TimeCell::from_duration_nanos(t));
         for shape in self.passing.iter().filter(|s| there(s, phase) && !was(s)) {
             shapes::send(&self.rec, shape, When::FromNow)?;
         }
