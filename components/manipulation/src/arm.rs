@@ -1,7 +1,7 @@
 //! The arm that a controller knows: a chain of a URDF file, and what its hand may hold.
 
 use linkwork_embedded::formats::{ReadOptions, Root, read_text};
-use linkwork_embedded::multibody::{BodySpec, Hinge};
+use linkwork_embedded::multibody::{BodySpec, Hinge, Limits};
 use linkwork_embedded::{
     ModelSpec, Object, ObjectSpec, Part, PartSpec, Robot, RobotModel, TaskSpace,
 };
@@ -86,8 +86,8 @@ pub struct Arm {
     pub chain: Part,
     /// What it may hold, in the order of the parameter.
     pub loads: Vec<Object>,
-    /// Least and greatest position of each joint (rad or m), and the greatest effort (N m or N).
-    pub limits: Vec<[f64; 3]>,
+    /// Of each joint: least and greatest position (rad or m), greatest rate, greatest effort (N m or N).
+    pub limits: Vec<Limits>,
     gravity: Vec3,
     /// Memory that no call is using: any number of simulations share the arm, each call takes one.
     idle: Mutex<Vec<Memory>>,
@@ -191,10 +191,11 @@ impl Arm {
             let help = "six joints with one coordinate each are the least";
             return Err(BuildError::new(fact).help(help).at("tip"));
         }
-        let mut limits = vec![[f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY]; dofs.len()];
+        let mut limits = vec![Limits::NONE; dofs.len()];
         for (_, s) in model.multibody().subhinges() {
-            let l = s.subhinge.limits;
-            limits[s.v.start] = [l.lower, l.upper, l.effort];
+            if s.v.len() == 1 {
+                limits[s.v.start] = s.subhinge.limits;
+            }
         }
         let loads = loads.iter().filter_map(|l| model.object(&l.name)).collect();
         let arm = Self { model, chain, loads, limits, gravity, idle: Mutex::default() };

@@ -60,8 +60,8 @@ pub struct ArmParams {
     /// How long after the duration of a move the tip may take to arrive.
     #[param(unit = "s", default = 5.0, range = 0.0..)]
     pub patience: f64,
-    /// Positions of the joints at the start, base to tip: with them every end of a move is looked for within the limits of the
-    /// joints before the run, and one that is out of reach is refused. Unwritten: nothing is looked for.
+    /// Positions of the joints at the start, base to tip: with them every move is followed before the run, and one that ends out of
+    /// reach, or on whose way a joint comes to its limits of position or rate, is refused. Unwritten: nothing is looked at.
     #[param(unit = "rad", default = Vec::new())]
     pub ready: Vec<f64>,
 }
@@ -165,6 +165,9 @@ pub struct ArmController {
     arm: Arm,
     steps: Vec<Step>,
 }
+
+/// Places of a move's way that are looked at before the run.
+const WAY: u32 = 50;
 
 /// Wanted and measured, at one sample.
 struct Now {
@@ -355,7 +358,7 @@ impl SizedModel for ArmController {
             }
             let mut limited = false;
             for (k, tau) in m.tau.iter().enumerate() {
-                let most = self.arm.limits[k][2];
+                let most = self.arm.limits[k].effort;
                 limited |= tau.abs() > most;
                 y[k] = tau.clamp(-most, most);
             }
@@ -426,7 +429,7 @@ impl SizedModel for ArmController {
 }
 
 impl ArmController {
-    /// That every end of a move is within reach from the end of the one before, beginning at `ready`.
+    /// That every move can be followed within the limits of the joints, beginning at `ready`.
     fn reachable(&self) -> Result<(), BuildError> {
         let (ready, n) = (&self.p.ready, self.arm.joints());
         if ready.is_empty() {
@@ -440,39 +443,62 @@ impl ArmController {
         let mut robot = linkwork_embedded::Robot::new(&self.arm.model);
         let mut q = ready.clone();
         robot.set_q(&q).map_err(fault)?;
-        let mut X = robot.tip_pose(self.arm.chain).map_err(fault)?;
+        let mut from = robot.tip_pose(self.arm.chain).map_err(fault)?;
+        let refused = |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("moves"));
+        let mut to = q.clone();
         for (m, step) in self.p.moves.iter().zip(&self.steps) {
-            X = step.path.at(&X, step.path.duration()).X;
-            // What is pressed against something or stays ends elsewhere.
-            let goal = Goal::pose(X);
-            let tolerances = [1e-6; 2];
-            let mut found = None;
-            for restarts in [0, 64] {
-                let effort = Effort { tolerances, restarts, ..Effort::default() };
-                let mut to = q.clone();
-                let answer = robot.reach(self.arm.chain, &goal, &effort, &mut to).map_err(fault)?;
-                found = Some(answer);
-                if answer.outcome == Outcome::Met {
-                    q = to;
-                    break;
-                }
-            }
-            if let Some(a) = found.filter(|a| a.outcome != Outcome::Met) {
-                let p = X.position;
+            let end = step.path.at(&from, step.path.duration()).X;
+            let answer = self.near(&mut robot, &end, &mut to, 64).map_err(fault)?;
+            if answer.outcome != Outcome::Met {
+                let (p, name) = (end.position, &m.name);
+                let (far, turned) =
+                    (1e3 * answer.residual.position, answer.residual.orientation.to_degrees());
                 let fact = format!(
-                    "move `{}` ends at [{:.4}, {:.4}, {:.4}] m in the base, out of reach: the nearest pose within the limits of the joints is {:.1} mm and {:.2}° away",
-                    m.name,
-                    p.x,
-                    p.y,
-                    p.z,
-                    1e3 * a.residual.position,
-                    a.residual.orientation.to_degrees()
+                    "move `{name}` ends at [{:.4}, {:.4}, {:.4}] m in the base, out of reach: the nearest pose within the limits of the joints is {far:.1} mm and {turned:.2}° away",
+                    p.x, p.y, p.z
                 );
-                let help = "move the work, the arm's base, or the end of the move";
-                return Err(BuildError::new(fact).help(help).at("moves"));
+                return refused(fact, "move the work, the arm's base, or the end of the move");
             }
+            // On the way, from where the joints are.
+            let dt = step.path.duration() / f64::from(WAY);
+            for k in 1..=WAY {
+                let X = step.path.at(&from, f64::from(k) * dt).X;
+                to.copy_from_slice(&q);
+                let met =
+                    self.near(&mut robot, &X, &mut to, 0).map_err(fault)?.outcome == Outcome::Met;
+                let fast = (0..n).find(|k| (to[*k] - q[*k]).abs() > self.arm.limits[*k].rate * dt);
+                if !met || fast.is_some() {
+                    let (t, name) = (f64::from(k) * dt, &m.name);
+                    let why = fast.filter(|_| met).map_or_else(
+                        || "a joint comes to its limit".into(),
+                        |j| {
+                            let rate = (to[j] - q[j]).abs() / dt;
+                            let most = self.arm.limits[j].rate;
+                            format!("joint {j} would have to turn at {rate:.1} rad/s, its limit is {most:.2}")
+                        },
+                    );
+                    let fact =
+                        format!("move `{name}` cannot be followed {t:.2} s after its start: {why}");
+                    let help = "the way leads near a singular pose or a limit: begin with other joints (`ready`), go round by a move in between, or take longer";
+                    return refused(fact, help);
+                }
+                q.copy_from_slice(&to);
+            }
+            from = end;
         }
         Ok(())
+    }
+
+    /// Joints for a pose of the tip, from those in `q`.
+    fn near(
+        &self,
+        robot: &mut linkwork_embedded::Robot,
+        X: &Pose,
+        q: &mut [f64],
+        restarts: usize,
+    ) -> Result<linkwork_embedded::Answer, linkwork_embedded::RobotError> {
+        let effort = Effort { tolerances: [1e-6; 2], restarts, ..Effort::default() };
+        robot.reach(self.arm.chain, &Goal::pose(*X), &effort, q)
     }
 }
 

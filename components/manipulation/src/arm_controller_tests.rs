@@ -270,6 +270,13 @@ fn what_cannot_be_done_is_refused_before_the_run() {
     };
     let far = Move { position: Some(Vec3::new(2.0, 0.0, 0.3)), ..stay("far away", 1.0) };
     refused(params(vec![far]), &["far away", "out of reach", "2.0000"]);
+    // Both ends are within reach, and between them the wrist is straight: it would have to turn about itself.
+    let over = Vec3::new(0.5, -0.25, 0.45);
+    let rpy = Some(Vec3::new(std::f64::consts::PI, 0.0, 0.0));
+    let mut p = params(vec![Move { position: Some(over), rpy, ..stay("through the wrist", 2.0) }]);
+    p.tool = Vec3::new(0.0, 0.0, 0.11);
+    p.ready = [-30.0_f64, 0.0, 100.0, -10.0, 90.0, 0.0].map(f64::to_radians).to_vec();
+    refused(p, &["through the wrist", "cannot be followed"]);
     refused(params(Vec::new()), &["no move"]);
     let other = Move { holds: Some("brik".into()), ..stay("carry", 1.0) };
     refused(params(vec![other]), &["carry", "brik"]);
