@@ -1,3 +1,4 @@
+//! Tests of the controller, most of them in closed loop with an arm of the same description.
 use super::*;
 use crate::moves::Written;
 
@@ -285,6 +286,7 @@ fn what_cannot_be_done_is_refused_before_the_run() {
     refused(p, &["tol", "tool"]);
     let mut p = params(vec![stay("a", 1.0)]);
     p.tip = "wrist_1".into();
+    p.armature.clear();
     refused(p, &["4 of the robot's 6 joints"]);
     let mut p = params(vec![stay("a", 1.0)]);
     p.ready.pop();
