@@ -146,7 +146,7 @@ impl SizedModel for LidarSensor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_ground::slope;
+    use crate::test_ground;
 
     fn params() -> LidarParams {
         LidarParams {
@@ -162,7 +162,7 @@ mod tests {
             drop_out: 0.0,
             albedo: 0.2,
             sees: Scenery::default(),
-            terrain: Some(slope(100.0)),
+            terrain: Some(test_ground::slope(100.0)),
         }
     }
 

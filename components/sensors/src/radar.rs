@@ -250,7 +250,7 @@ impl SizedModel for Radar {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_ground::slope;
+    use crate::test_ground;
     use std::sync::Arc;
 
     /// A point of attraction at the origin of W.
@@ -287,7 +287,7 @@ mod tests {
     }
 
     fn slope() -> RadarParams {
-        let terrain = slope(4000.0);
+        let terrain = test_ground::slope(4000.0);
         RadarParams { terrain: Some(terrain), ..params() }
     }
 

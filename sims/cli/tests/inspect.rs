@@ -184,9 +184,12 @@ fn every_simulation_is_right() {
 fn every_assembly_is_right() {
     let lab = Lab::new();
     let mut n = 0;
-    for folder in ["flight", "parts", "rovers", "worlds"] {
+    for folder in ["arms", "flight", "parts", "rovers", "worlds"] {
         for entry in std::fs::read_dir(root().join("assemblies").join(folder)).unwrap() {
             let path = entry.unwrap().path();
+            if path.extension().is_none_or(|e| e != "ron") {
+                continue;
+            }
             let set: &[&str] = match path.file_stem().unwrap().to_str().unwrap() {
                 "capsule" => &[
                     "--set",
@@ -196,6 +199,7 @@ fn every_assembly_is_right() {
                 ],
                 "navigation_waypoints" => &["--set", "NavigationWaypoints.waypoints=[[1, 0]]"],
                 "navigation_autonav" => &["--set", "NavigationAutonav.waypoints=[[1, 0]]"],
+                "six_axis" => &["--set", "SixAxis.moves=[(name: \"stay\", duration: 1)]"],
                 "rocker_bogie" => &["--set", "RockerBogie.waypoints=[[1, 0]]"],
                 _ => &[],
             };
