@@ -42,7 +42,7 @@ impl Terrain for Slope {
         &self.soil
     }
     fn surface(&self) -> Surface {
-        let rise = 0.25 * self.half;
+        let rise = (0.25 * self.half) as f32;
         let (origin, spacing) = ([-self.half; 2], [2.0 * self.half; 2]);
         Surface { origin, spacing, nx: 2, ny: 2, heights: vec![-rise, rise, -rise, rise] }
     }
