@@ -6,7 +6,7 @@ fn arm() -> String {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assemblies/arms/six_axis.urdf");
     std::fs::read_to_string(file).unwrap()
 }
-const READY: [f64; 6] = [0.2, 0.3, 1.6, -0.2, 1.4, 0.3];
+const READY: [f64; 6] = [0.03, 0.0, 1.4, 0.17, -1.57, -1.54];
 
 fn stay(name: &str, duration: f64) -> Move {
     Move { frame: Written::Base, ..Move::stay(name, duration) }
