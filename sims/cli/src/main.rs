@@ -2,5 +2,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    linkwork_cli::program::LINKWORK.main()
+    linkwork_cli::LINKWORK.main()
 }

@@ -1,44 +1,54 @@
 //! `linkwork wheel-test`: the curves of a wheel on a soil, from the stress integrals that `mobility.wheel_soil` drives on.
-use crate::exit;
-use crate::voice::report;
-use clap::Args;
 use linkwork_assembly::Failure;
 use linkwork_environment::soil::SoilParams;
 use linkwork_mobility::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
 use linkwork_mobility::wheel_test::{Measured, against_slip, slip_on_slope};
+use linkwork_program::clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use linkwork_program::voice::report;
+use linkwork_program::{Tool, exit, say, tell};
 use linkwork_record::{Curve, Plot, draw};
 use linkwork_runtime::prelude::Params;
 use linkwork_runtime::{Fault, Located, Origin, Params as _, ReadCx, Services, Value};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// What a wheel test may be told.
-#[derive(Args, Clone, Debug)]
-pub struct WheelTestOptions {
-    /// Kind of soil, by name: lunar, dry_sand, mars_drift, ...
-    #[arg(long, default_value = "lunar")]
-    pub soil: String,
-    /// Replace a constant of the soil (repeatable): n1=0.1, friction_angle="30 deg".
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    pub set: Vec<String>,
-    /// Radius at which the soil is sheared, with the effective part of the grousers.
-    #[arg(long, default_value = "0.25 m")]
-    pub radius: String,
-    /// Width of the rim.
-    #[arg(long, default_value = "0.4 m")]
-    pub width: String,
-    /// Load on the wheel.
-    #[arg(long, default_value = "560 N")]
-    pub load: String,
-    /// Gravity, for the weight of the soil that the wall pushes.
-    #[arg(long, default_value = "3.72 m/s^2")]
-    pub gravity: String,
-    /// Angle between heading and travel.
-    #[arg(long, default_value = "0 deg", allow_hyphen_values = true)]
-    pub slip_angle: String,
-    /// Folder for wheel_test.csv, slopes.csv and wheel_test.svg; none are written unless given.
-    #[arg(long, value_name = "FOLDER")]
-    pub out: Option<PathBuf>,
+/// The command.
+pub const WHEEL_TEST: Tool = Tool { command, run };
+
+/// Options with one value: name, unless given, help.
+const OPTIONS: [(&str, &str, &str); 6] = [
+    ("soil", "lunar", "Kind of soil, by name: lunar, dry_sand, mars_drift, ..."),
+    (
+        "radius",
+        "0.25 m",
+        "Radius at which the soil is sheared, with the effective part of the grousers",
+    ),
+    ("width", "0.4 m", "Width of the rim"),
+    ("load", "560 N", "Load on the wheel"),
+    ("gravity", "3.72 m/s^2", "Gravity, for the weight of the soil that the wall pushes"),
+    ("slip-angle", "0 deg", "Angle between heading and travel"),
+];
+
+fn command() -> Command {
+    let about = "What a single-wheel rig would measure: pull, torque and sinkage against slip, slip against slope";
+    let options = OPTIONS.map(|(name, unless_given, help)| {
+        Arg::new(name)
+            .long(name)
+            .value_name("VALUE")
+            .default_value(unless_given)
+            .allow_hyphen_values(true)
+            .help(help)
+    });
+    let set = Arg::new("set").long("set").value_name("NAME=VALUE").action(ArgAction::Append);
+    let out = Arg::new("out").long("out").value_name("FOLDER").value_parser(value_parser!(PathBuf));
+    Command::new("wheel-test").about(about).args(options).args([
+        set.help(
+            "Replace a constant of the soil (repeatable): n1=0.1, friction_angle=\"30 deg\"",
+        ),
+        out.help(
+            "Folder for wheel_test.csv, slopes.csv and wheel_test.svg; none are written unless given",
+        ),
+    ])
 }
 
 /// The rig.
@@ -73,9 +83,15 @@ fn value(text: &str) -> Located {
     Located::from(number.map_or_else(|_| Value::Text(text.trim().to_string()), Value::Number))
 }
 
-fn read(options: &WheelTestOptions) -> Result<(Rig, WheelSoil), Vec<Fault>> {
-    let mut soil = vec![("kind".to_string(), Located::from(Value::Text(options.soil.clone())))];
-    for set in &options.set {
+/// What an option of [`OPTIONS`] says.
+fn option<'a>(options: &'a ArgMatches, name: &str) -> &'a str {
+    options.get_one::<String>(name).map_or("", String::as_str)
+}
+
+fn read(options: &ArgMatches) -> Result<(Rig, WheelSoil), Vec<Fault>> {
+    let kind = Value::Text(option(options, "soil").to_string());
+    let mut soil = vec![("kind".to_string(), Located::from(kind))];
+    for set in options.get_many::<String>("set").into_iter().flatten() {
         let Some((name, text)) = set.split_once('=') else {
             let help = "write NAME=VALUE, for example --set n1=0.1";
             return Err(vec![fault(format!("`--set {set}` sets nothing"), Some(help.into()))]);
@@ -84,11 +100,11 @@ fn read(options: &WheelTestOptions) -> Result<(Rig, WheelSoil), Vec<Fault>> {
     }
     let map = Value::Map(vec![
         ("soil".into(), Located::from(Value::Map(soil))),
-        ("radius".into(), value(&options.radius)),
-        ("width".into(), value(&options.width)),
-        ("load".into(), value(&options.load)),
-        ("gravity".into(), value(&options.gravity)),
-        ("slip_angle".into(), value(&options.slip_angle)),
+        ("radius".into(), value(option(options, "radius"))),
+        ("width".into(), value(option(options, "width"))),
+        ("load".into(), value(option(options, "load"))),
+        ("gravity".into(), value(option(options, "gravity"))),
+        ("slip_angle".into(), value(option(options, "slip-angle"))),
     ]);
     let services = Services::default();
     let mut cx = ReadCx::new("wheel-test", &services);
@@ -119,7 +135,7 @@ fn slips() -> impl Iterator<Item = f64> {
 const SLOPES: [u32; 9] = [0, 3, 6, 9, 12, 15, 18, 21, 25];
 
 /// Prints the tables and writes the files.
-pub fn wheel_test(options: &WheelTestOptions) -> u8 {
+fn run(options: &ArgMatches) -> u8 {
     let (rig, wheel) = match read(options) {
         Ok(read) => read,
         Err(faults) => return report(&Failure { faults, sources: Default::default() }),
@@ -128,7 +144,7 @@ pub fn wheel_test(options: &WheelTestOptions) -> u8 {
     let rows = against_slip(&wheel, rig.load, rig.slip_angle, &slips);
     say!(
         "{} under {} N, wheel {} m x {} m, slip angle {:.1} deg",
-        options.soil,
+        option(options, "soil"),
         rig.load,
         rig.radius,
         rig.width,
@@ -157,7 +173,7 @@ pub fn wheel_test(options: &WheelTestOptions) -> u8 {
             None => say!("{degrees:10}  stalls"),
         }
     }
-    let Some(folder) = &options.out else { return exit::OK };
+    let Some(folder) = options.get_one::<PathBuf>("out") else { return exit::OK };
     match files(folder, &slips, &rows, &on_slopes) {
         Ok(()) => {
             say!("\n{}: wheel_test.csv, slopes.csv, wheel_test.svg", folder.display());

@@ -175,7 +175,7 @@ fn every_example_of_the_book_does_what_it_prints() {
 /// Models that the pages name are in the catalogue, and chapters link to pages that are there.
 #[test]
 fn pages_name_models_and_pages_that_exist() {
-    let catalogue = linkwork_cli::load::catalogue();
+    let catalogue = linkwork_cli::library().catalogue;
     let names: Vec<&str> = catalogue.iter().map(|e| &*e.description.name).collect();
     let libraries: Vec<&str> = names.iter().filter_map(|n| n.split('.').next()).collect();
     let pages = pages();

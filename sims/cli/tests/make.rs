@@ -97,7 +97,7 @@ fn what_cannot_be_made_is_refused_and_leaves_nothing() {
         refused(&["library", name], &["cannot be the name of a library", "small letters"]);
     }
     refused(&["library", "fn"], &["it is taken in Rust"]);
-    refused(&["library", "actuators"], &["Linkwork has one of that name"]);
+    refused(&["library", "actuators"], &["`linkwork` has one of that name"]);
     refused(&["library", "ray"], &["it is taken in Rust or Python"]);
     refused(&["library", "lambda"], &["it is taken in Rust or Python"]);
     refused(&["library", ".."], &["no name that a library can take"]);

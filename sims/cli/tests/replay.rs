@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used)]
 mod common;
 use common::Lab;
-use linkwork_cli::load;
 use linkwork_record::{Log, LogSpec, read_log_contents};
 use linkwork_runtime::{Consumer, Seconds, Simulation, Tap, TapRow};
 use std::sync::Arc;
@@ -52,7 +51,10 @@ impl Consumer for Changing {
 #[test]
 fn one_number_that_was_changed_is_named_with_its_tick() {
     let lab = Lab::new();
-    let ready = load::ready_text("sim.ron", common::BASE).unwrap();
+    let ready = linkwork_cli::library()
+        .text_with("sim.ron", common::BASE, &[])
+        .map_err(|f| f.to_string())
+        .unwrap();
     let program = Arc::new(ready.program);
     let mut sim = Simulation::of(program.clone());
     let prepared = linkwork_runner::prepare(sim.plan(), &ready.loaded.simulation).unwrap();

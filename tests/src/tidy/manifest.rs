@@ -68,7 +68,7 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 22] = [
+const FLOORS: [(&str, u32); 23] = [
     ("framework/derive", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
@@ -89,6 +89,7 @@ const FLOORS: [(&str, u32); 22] = [
     ("framework/campaign", 64),
     ("framework/live", 64),
     ("framework/fmi", 64),
+    ("framework/program", 65),
     ("framework", 65),
     ("assemblies", 80),
 ];
@@ -159,8 +160,8 @@ pub const HOMES: [(&str, &str); 26] = [
     ("statrs", "framework/campaign"),
     ("sobol_burley", "framework/campaign"),
     ("clarabel", "components/flight"),
-    ("clap*", "sims/cli"),
-    ("indicatif", "sims/cli"),
+    ("clap*", "framework/program"),
+    ("indicatif", "framework/program"),
     ("pyo3", "sims/python"),
     ("numpy", "sims/python"),
 ];
@@ -233,7 +234,11 @@ mod tests {
         let all = [
             made_up("framework/spatial", "s", "[dependencies]\nnalgebra.workspace = true"),
             made_up("components/a", "a", "[dev-dependencies]\nparry3d-f64 = \"1\""),
-            made_up("sims/cli", "cli", "[dependencies]\nclap.workspace = true\nre_sdk = \"1\""),
+            made_up(
+                "framework/program",
+                "p",
+                "[dependencies]\nclap.workspace = true\nre_sdk = \"1\"",
+            ),
         ];
         let found = homes(&all);
         assert_eq!(found.len(), 2, "{found:#?}");

@@ -14,18 +14,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 static LOST: AtomicBool = AtomicBool::new(false);
 
 /// Prints a line to standard output.
+#[macro_export]
 macro_rules! say {
     ($($t:tt)*) => { $crate::voice::say_text(format_args!("{}\n", format_args!($($t)*))) };
 }
 
 /// Prints a line to standard error.
+#[macro_export]
 macro_rules! tell {
     ($($t:tt)*) => { $crate::voice::tell_text(format_args!("{}\n", format_args!($($t)*))) };
 }
 
 /// Prints text to standard output. A reader that has gone (`linkwork list | head`) is no fault;
 /// anything else is remembered ([`exit_code`]).
-pub(crate) fn say_text(text: Arguments<'_>) {
+pub fn say_text(text: Arguments<'_>) {
     let text = text.to_string();
     note(std::io::stdout().write_all(clean(&text).as_bytes()));
 }
@@ -37,7 +39,7 @@ fn note(written: std::io::Result<()>) {
 }
 
 /// Prints text to standard error, if it can be printed: the exit code says the same.
-pub(crate) fn tell_text(text: Arguments<'_>) {
+pub fn tell_text(text: Arguments<'_>) {
     let text = text.to_string();
     let _ = std::io::stderr().write_all(clean(&text).as_bytes());
 }

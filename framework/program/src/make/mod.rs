@@ -1,6 +1,6 @@
 //! `linkwork new`: a simulation, a model or a library to begin from, which runs and is tested as it is.
 //!
-//! The texts are in `sims/cli/templates`; words between `@` are filled in. What is there already is never written over.
+//! The texts are in `framework/program/templates`; words between `@` are filled in. What is there already is never written over.
 mod library;
 mod model;
 

@@ -1,5 +1,5 @@
 //! The command line of `@name@`.
-use linkwork_cli::program::Program;
+use linkwork_program::Program;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -10,6 +10,7 @@ fn main() -> ExitCode {
         examples: "Examples:\n  @name@ run sims/spin_up\n  @name@ list '@name@.*'\n  @name@ describe @name@.@model@",
         library: @name@::library,
         unit: "@name@-unit",
+        tools: &[],
     }
     .main()
 }

@@ -8,10 +8,10 @@ use crate::fork::{self, ForkOptions};
 use crate::graph::{self, GraphFormat};
 use crate::options::RunOptions;
 use crate::view::{self, ViewOptions};
-use crate::wheel_test::{self, WheelTestOptions};
-use crate::{check, doctor, exit, inspect, load, make, pages, replay, run, voice};
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use crate::{check, doctor, exit, inspect, make, pages, replay, run, voice};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use linkwork_runner::Library;
+use linkwork_runtime::Catalogue;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -31,14 +31,36 @@ pub struct Program {
     pub library: fn() -> Library,
     /// The package whose shared library goes into the units of `export`.
     pub unit: &'static str,
+    /// Commands beside those that every program has.
+    pub tools: &'static [Tool],
+}
+
+/// A command that one program has and others do not.
+#[derive(Clone, Copy, Debug)]
+pub struct Tool {
+    /// Its declaration: name, help, arguments.
+    pub command: fn() -> clap::Command,
+    /// Does what its arguments say and gives an exit code ([`exit`]).
+    pub run: fn(&ArgMatches) -> u8,
 }
 
 /// A process is one program.
 static PROGRAM: OnceLock<Program> = OnceLock::new();
 
-/// The program that this process is: `linkwork`, unless [`Program::main`] has begun another.
-pub fn program() -> &'static Program {
-    PROGRAM.get_or_init(|| LINKWORK)
+/// What a process is that has not begun [`Program::main`]: it has no models.
+const NONE: Program = Program {
+    name: "linkwork",
+    version: env!("CARGO_PKG_VERSION"),
+    about: "",
+    examples: "",
+    library: || Library { catalogue: Catalogue::new([]), embedded: Default::default() },
+    unit: "linkwork-unit",
+    tools: &[],
+};
+
+/// The program that this process is since [`Program::main`].
+pub(crate) fn program() -> &'static Program {
+    PROGRAM.get().unwrap_or(&NONE)
 }
 
 impl Program {
@@ -51,9 +73,16 @@ impl Program {
             return ExitCode::from(exit::FAILED);
         }
         survive_size_limits();
-        let cli = command().try_get_matches().and_then(|m| Cli::from_arg_matches(&m));
-        match cli {
-            Ok(cli) => ExitCode::from(voice::exit_code(execute(cli.command))),
+        let done = command().try_get_matches().and_then(|matches| {
+            let (called, own) = matches.subcommand().unzip();
+            let tool = self.tools.iter().find(|t| called == Some((t.command)().get_name()));
+            match (tool, own) {
+                (Some(tool), Some(own)) => Ok((tool.run)(own)),
+                _ => Cli::from_arg_matches(&matches).map(|cli| execute(cli.command)),
+            }
+        });
+        match done {
+            Ok(code) => ExitCode::from(voice::exit_code(code)),
             // Help and version, or what is wrong with the arguments.
             Err(e) => {
                 let code = u8::try_from(e.exit_code()).unwrap_or(exit::INPUT);
@@ -64,46 +93,11 @@ impl Program {
     }
 }
 
-/// Linkwork's own.
-pub const LINKWORK: Program = Program {
-    name: "linkwork",
-    version: env!("CARGO_PKG_VERSION"),
-    about: "Simulate machines made of parts: rovers, landers, spacecraft, arms.",
-    examples: EXAMPLES,
-    library: load::linkwork,
-    unit: "linkwork-unit",
-};
-
-const EXAMPLES: &str = "Examples:
-  linkwork run sims/rover_traverse                      run, log, picture; files in runs/rover_traverse
-  linkwork run sims/pendulum --until 5s --set Friction.damping=0.3
-  linkwork run sims/rover_traverse --checkpoint-every 10s
-  linkwork resume runs/rover_traverse/checkpoint_10.lwck --until 20s
-  linkwork fork runs/pendulum/checkpoint_2.lwck --set Friction.damping=0.3 --until 5s     from there on with a change
-  linkwork run sims/pendulum --serve --realtime          and in another terminal:
-  linkwork attach runs/pendulum watch '**.angle'        what it does; set, pin, pause, step, go, checkpoint, quit
-  linkwork campaign sims/ballistic_entry/dispersions.ron     many runs with drawn values, tables and a report
-  linkwork campaign sims/ballistic_entry/dispersions.ron --run 17 --log     one of them again
-  linkwork new simulation swing                         a small one to begin from
-  linkwork new library windmill                         models of your own, with a program and tests
-  linkwork new model pump                               another model, in the folder of a library
-  linkwork check sims/rover_traverse                    every mistake, with line and column
-  linkwork tree sims/rover_traverse                     the parts, as they are nested
-  linkwork list sims/rover_traverse 'Rover.**.torque'   variables by pattern
-  linkwork describe actuators.dc_motor                  parameters, ports, units
-  linkwork graph sims/pendulum --format mermaid         the wires as a picture
-  linkwork export sims/pendulum --fmu pendulum.fmu      as a unit of FMI 3.0
-  linkwork export runs/rover/run.mcap --parquet run.parquet   a log as a table
-  linkwork schema > linkwork.schema.json                the file format, for editors and programs
-  linkwork replay runs/rover/run.mcap --verify         simulate again and compare every number
-  linkwork view runs/rover/run.mcap --out rover.rrd     a recording from a log, for Rerun
-  linkwork diff a/run.mcap b/run.mcap --rel 1e-9        compare logs or checkpoints
-  linkwork wheel-test --soil mars_drift --load 560       pull, torque and sinkage of a wheel on a soil";
-
 /// The declaration of all commands under the program's name.
 fn command() -> clap::Command {
-    let Program { name, version, about, examples, .. } = program();
-    Cli::command().name(*name).bin_name(*name).version(*version).about(*about).after_help(*examples)
+    let Program { name, version, about, examples, tools, .. } = program();
+    let all = Cli::command().subcommands(tools.iter().map(|tool| (tool.command)()));
+    all.name(*name).bin_name(*name).version(*version).about(*about).after_help(*examples)
 }
 
 #[derive(Parser)]
@@ -246,8 +240,6 @@ enum Command {
         #[command(flatten)]
         options: DiffOptions,
     },
-    /// What a single-wheel rig would measure: pull, torque and sinkage against slip, slip against slope.
-    WheelTest(WheelTestOptions),
 }
 
 /// A limit on the size of files is an error of the write that meets it, not the end of the
@@ -282,6 +274,5 @@ fn execute(command: Command) -> u8 {
         Command::Replay { log, .. } => replay::verify(&log),
         Command::View { log, options } => view::view(&log, &options),
         Command::Diff { a, b, options } => diff::diff(&a, &b, &options),
-        Command::WheelTest(options) => wheel_test::wheel_test(&options),
     }
 }

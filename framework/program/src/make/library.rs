@@ -1,6 +1,7 @@
 //! `linkwork new library`: a workspace of one's own with models, program, FMI unit and Python package.
 use super::{Refusal, filled, folder_with, identifier, model_text, wrong};
-use crate::program::{LINKWORK, program};
+use crate::load;
+use crate::program::program;
 use std::path::{Path, PathBuf};
 
 /// The model that a library begins with.
@@ -40,11 +41,13 @@ pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, R
         ));
     };
     let name = identifier(name, "library")?;
-    let catalogue = (LINKWORK.library)().catalogue;
+    let catalogue = load::catalogue();
     let taken = catalogue.iter().any(|e| e.description.name.split('.').next() == Some(name));
     if taken || name == "linkwork" {
-        let fact =
-            format!("`{name}` cannot be the name of a library: Linkwork has one of that name");
+        let fact = format!(
+            "`{name}` cannot be the name of a library: `{}` has one of that name",
+            program().name
+        );
         return Err(wrong(fact, "give another name"));
     }
     let source = sources(linkwork)?;
@@ -76,7 +79,8 @@ pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, R
 fn sources(given: Option<&Path>) -> Result<PathBuf, Refusal> {
     let built = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let folder = given.unwrap_or(&built);
-    let whole = folder.canonicalize().ok().filter(|f| f.join("sims/cli/Cargo.toml").is_file());
+    let whole =
+        folder.canonicalize().ok().filter(|f| f.join("framework/program/Cargo.toml").is_file());
     whole.ok_or_else(|| {
         let fact = format!("the sources of Linkwork are not in `{}`", folder.display());
         wrong(fact, "a library is built with them: name their folder with --linkwork FOLDER")

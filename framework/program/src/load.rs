@@ -8,15 +8,6 @@ pub use linkwork_runner::{Ready, sim_file};
 use linkwork_runtime::{Catalogue, Fault, Plan, Sources, Value};
 use std::path::Path;
 
-/// Linkwork's own: every model and service of the component libraries, foreign units, assemblies.
-pub fn linkwork() -> Library {
-    let libraries = linkwork_assemblies::libraries().into_iter();
-    Library {
-        catalogue: Catalogue::new(libraries.chain([linkwork_fmi::catalogue()])),
-        embedded: linkwork_assemblies::embedded(),
-    }
-}
-
 /// What a simulation may name in this program.
 pub fn library() -> Library {
     (program().library)()
@@ -67,11 +58,6 @@ pub fn warn_of(warnings: &[Fault], sources: &Sources) {
     if warnings.len() > MOST {
         tell!("warning: and {} more warnings", warnings.len() - MOST);
     }
-}
-
-/// Names of all variables that may be logged or plotted.
-pub fn names(plan: &Plan) -> Vec<&str> {
-    plan.variables.keys().map(String::as_str).collect()
 }
 
 /// The parameters of a part as resolved, by path.
