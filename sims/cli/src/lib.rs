@@ -20,7 +20,7 @@ pub const LINKWORK: Program = Program {
     version: env!("CARGO_PKG_VERSION"),
     about: "Simulate machines made of parts: rovers, landers, spacecraft, arms.",
     examples: EXAMPLES,
-    library: library,
+    library,
     unit: "linkwork-unit",
     tools: &[wheel_test::WHEEL_TEST],
 };
