@@ -7,6 +7,11 @@ mod common;
 
 /// A crate of 20 kg, 0.4 m high, that falls from 0.1 m onto a slope of 5 degrees.
 fn dropped(contact: &str, more: &str) -> Result<Simulation, String> {
+    dropped_with(contact, more, "")
+}
+
+/// The same with more fields of the simulation, each behind a comma.
+fn dropped_with(contact: &str, more: &str, fields: &str) -> Result<Simulation, String> {
     let text = format!(
         r#"Simulation(
             bodies: {{ "crate": (parent: "world", hinge: Free, mass: 20, inertia: Box([1, 0.8, 0.4]), initial: (position: [3, -2, 0.57], rotation: (rpy: [0, "-5 deg", 0])),
@@ -15,7 +20,7 @@ fn dropped(contact: &str, more: &str) -> Result<Simulation, String> {
                 "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
                 "Ground": (model: "environment.flat", params: {{ "slope": "5 deg", "size": "20 m" }}), {more}
             }},
-            contact: ({contact}), step: "1 ms", until: "10 s")"#
+            contact: ({contact}), step: "1 ms", until: "10 s"{fields})"#
     );
     common::scene(&text, &[])
 }
@@ -129,4 +134,23 @@ fn a_rover_that_rolls_over_lies_on_the_ground() {
     assert!(z > 0.1 && z < 1.0, "{z}");
     until(&mut sim, 21.0);
     assert!((get(&sim, "Chassis/chassis.position.z") - z).abs() < 1e-3);
+}
+
+/// A machine with contact by impulses moves by its own step, once, whatever integrates the other states.
+#[test]
+fn the_integrator_of_other_states_does_not_move_what_has_contact() {
+    let fallen = |integrator: &str| {
+        let lag = r#""Wave": (model: "basics.sine", params: { "amplitude": 1, "frequency": 0.5 }),
+                    "Lag": (model: "basics.lag", params: { "time_constant": 0.2 }),"#;
+        let fields = format!(", wires: [\"Wave.y -> Lag.u\"], integrator: \"{integrator}\"");
+        let mut sim = dropped_with("terrain: \"none\"", lag, &fields).unwrap();
+        until(&mut sim, 1.0);
+        (sim.get("crate.position.z").unwrap(), sim.get("Lag.y").unwrap())
+    };
+    for integrator in ["rk4", "semi_implicit_euler", "bogacki_shampine_32"] {
+        let (z, lag) = fallen(integrator);
+        // First order in the step: h g t / 2 from the closed form.
+        assert!((z - (0.57 - 0.5 * 9.81)).abs() < 6e-3, "{integrator}: {z}");
+        assert!(lag.abs() > 1e-3);
+    }
 }

@@ -1,5 +1,5 @@
 //! Component library: actuators. DC motors with gear, friction and brake; drives of torque, servos of rate and position; springs,
-//! dampers, stops and differentials on hinges.
+//! dampers, stops and differentials on hinges; followers that prescribe a hinge.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "actuators.dc_motor"`):
 //! ```
@@ -8,6 +8,7 @@
 //! ```
 
 pub mod dc_motor;
+pub mod followers;
 pub mod friction;
 pub mod hinges;
 pub mod servo;
@@ -18,6 +19,8 @@ use linkwork_runtime::prelude::Entry;
 pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::model::<dc_motor::DcMotor>(),
+        Entry::model::<followers::RateFollower>(),
+        Entry::model::<followers::AngleFollower>(),
         Entry::model::<hinges::SpringDamper>(),
         Entry::model::<hinges::SoftStop>(),
         Entry::model::<hinges::Differential>(),

@@ -1,7 +1,7 @@
 //! Component library: mobility. Wheels on rigid and on soft ground.
 //!
 //! The physics (stresses, contacts, geometry) are plain functions of plain data; `wheel_rigid` and
-//! `wheel_soil` make them models.
+//! `wheel_soil` make them models; `wheel_rolling` is for machines that move by kinematics.
 //! A program takes it by its catalogue, and a file names its models (`model: "mobility.wheel_soil"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_mobility::catalogue()]);
@@ -16,6 +16,7 @@ pub mod soil_contact;
 pub mod terramechanics;
 pub mod wheel_geometry;
 pub mod wheel_rigid;
+pub mod wheel_rolling;
 pub mod wheel_soil;
 pub mod wheel_test;
 
@@ -28,6 +29,7 @@ use linkwork_runtime::prelude::Entry;
 pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::model::<wheel_rigid::WheelRigid>(),
+        Entry::model::<wheel_rolling::WheelRolling>(),
         Entry::model::<wheel_soil::WheelSoilModel>(),
         Entry::field::<ruts::Ruts>(),
     ]

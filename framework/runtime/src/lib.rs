@@ -43,8 +43,8 @@ pub use condition::{Condition, ConditionError};
 pub use field::{Field, Seen, Shown, Shows, View};
 pub use made::Made;
 pub use mechanism::{
-    ContactSpec, Frame, MechanismPart, MechanismPlan, MechanismPorts, MechanismSpec, PlaceError,
-    Placed, Placement, RankReport, place_on_terrain,
+    ContactSpec, Frame, KinematicSpec, MechanismPart, MechanismPlan, MechanismPorts, MechanismSpec,
+    PlaceError, Placed, Placement, RankReport, place_on_terrain,
 };
 pub use model::{BuildError, Description, Functions, Model, Store};
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};
@@ -53,8 +53,8 @@ pub use plan::{
     Sum, TickWork, Variable, Via, Watched, WirePlan,
 };
 pub use ports::{
-    AddedMass, Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState,
-    PortKind, PortSpec, Text, Wrench,
+    AddedMass, ContactLoad, Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel,
+    NodeState, PortKind, PortSpec, Text, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
 pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
@@ -83,10 +83,10 @@ pub use value::{
 /// What a library of models needs in scope.
 pub mod prelude {
     pub use crate::{
-        AddedMass, Air, Atmosphere, Axes, BuildError, Clock, Direction, Entry, Field, Files,
-        Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model, NodeAccel,
-        NodeState, PortKind, PortSpec, Rock, Scenery, Service, Shows, Site, SizedModel, SizedPorts,
-        Soil, Store, Sun, SunState, Surface, Terrain, View, Wrench,
+        AddedMass, Air, Atmosphere, Axes, BuildError, Clock, ContactLoad, Direction, Entry, Field,
+        Files, Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model,
+        NodeAccel, NodeState, PortKind, PortSpec, Rock, Scenery, Service, Shows, Site, SizedModel,
+        SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, View, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

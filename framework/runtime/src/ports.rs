@@ -28,6 +28,8 @@ pub enum PortKind {
     Wrench,
     /// Mass, first moment and inertia that are added to a body, about a node.
     AddedMass,
+    /// Force of what a body touches, and where it acts.
+    ContactLoad,
     /// Angle and rate of a hinge coordinate.
     HingeState,
     /// Generalised force on a hinge coordinate.
@@ -194,6 +196,11 @@ impl PortSpec {
             PortKind::Wrench => {
                 let mut v = xyz(".moment", "N m").to_vec();
                 v.extend(xyz(".force", "N"));
+                v
+            }
+            PortKind::ContactLoad => {
+                let mut v = xyz(".force", "N").to_vec();
+                v.extend(xyz(".point", "m"));
                 v
             }
             PortKind::AddedMass => {
@@ -451,6 +458,15 @@ composite!(
         moment: Vec3 = 0,
         /// Force (N).
         force: Vec3 = 3
+    }
+);
+composite!(
+    /// What a body touches: the ground and other bodies, by contact or, where a machine moves by kinematics, under its wheels. W axes.
+    ContactLoad, ContactLoad, 6, {
+        /// Sum of the forces on the body (N).
+        force: Vec3 = 0,
+        /// Where it acts, weighted by normal forces, W (m); the body's origin when nothing touches.
+        point: Vec3 = 3
     }
 );
 composite!(

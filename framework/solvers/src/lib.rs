@@ -9,6 +9,7 @@
 //! | fully augmented ([`FullyAugmentedSolver`]) | hinges and all others as rows of free bodies | λ of all, sparse |
 //! | non-smooth ([`ContactStepper`]) | the same, and contacts, limits, dry friction | impulses of a step |
 //! | compliant ([`CompliantContact`]) | forces of penetration and bristles | none but its states |
+//! | rolling ([`Rolling`]) | wheels that roll on the ground, no forces | where vehicles drive, how they lie |
 //!
 //! The first four are one [`ConstrainedSolver`] with another [`Treatment`] of each constraint.
 #![allow(non_snake_case)]
@@ -18,6 +19,7 @@ mod constrained;
 pub mod contact;
 mod fully_augmented;
 mod projection;
+mod rolling;
 mod shared;
 mod skyline;
 mod stepper;
@@ -27,4 +29,7 @@ pub use constrained::{ConstrainedSolver, Redundant, Report, SolverError, Stabili
 pub use fully_augmented::{FullyAugmentedError, FullyAugmentedSolver};
 pub use linkwork_dynamics::units::Treatment;
 pub use projection::{Closing, ProjectionError, Projector};
+pub use rolling::{
+    Footing, Rolling, RollingError, RollingGround, RollingReport, Vehicle, WheelLoad, footing,
+};
 pub use stepper::{ContactSettings, ContactStepper, Impulse, JointLimits, StepError, StepReport};

@@ -204,7 +204,7 @@ fn every_assembly_is_right() {
                 _ => &[],
             };
             let said = lab.linkwork(&[&["check", &path.display().to_string()], set].concat());
-            if path.ends_with("parts/wheel.ron") || path.ends_with("parts/ruts_on.ron") {
+            if path.ends_with("parts/wheel_dynamics.ron") || path.ends_with("parts/ruts_on.ron") {
                 // A wheel needs ground, and so do ruts: the one thing that they say.
                 let said = said.code(2).tells(&["`: needs a terrain service", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);

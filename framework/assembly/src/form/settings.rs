@@ -98,6 +98,14 @@ record! {
         origin
     }
 }
+/// How a machine moves that was put on the ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlaceMotion {
+    /// By forces.
+    Dynamics,
+    /// It rolls as its wheels turn and lies on the ground as its joints permit; nothing has inertia.
+    Kinematics,
+}
 record! {
     /// Where a machine is put on the ground.
     #[derive(Clone, Debug, PartialEq)]
@@ -114,6 +122,11 @@ record! {
         radius: f64 = number("m").positive().need("write `radius: \"0.25 m\"`"),
         /// Bodies whose hinges adapt to the ground, by patterns.
         joints: Vec<Text> = texts().or(Vec::new()),
+        /// How it moves from there: by forces, or by kinematics alone.
+        motion: PlaceMotion = word(&[
+            ("dynamics", PlaceMotion::Dynamics),
+            ("kinematics", PlaceMotion::Kinematics),
+        ]).or(PlaceMotion::Dynamics),
         /// Path of the terrain, when there are several.
         terrain: Option<Text> = text().maybe();
         origin

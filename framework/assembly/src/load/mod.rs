@@ -136,7 +136,9 @@ impl Loaded {
     pub fn warnings(&self) -> Vec<Fault> {
         let mut all: Vec<Fault> = self.imports.iter().flat_map(Import::warnings).collect();
         let touches = |p: &PhaseSpec| {
-            p.spec.mechanism().is_some_and(|m| m.contact.is_some() || m.compliant.is_some())
+            p.spec.mechanism().is_some_and(|m| {
+                m.contact.is_some() || m.compliant.is_some() || m.kinematic.is_some()
+            })
         };
         if let (Some(colliders), Some(origin)) = (&self.colliders, self.collides)
             && !self.phases.iter().any(touches)
@@ -500,11 +502,26 @@ fn assemble(
         cx.faults.extend(more.into_iter().filter(|f| !told.iter().any(|t| touches(*t, f.origin))));
         return None;
     }
+    let kinematic = match &mechanism.spec {
+        None => None,
+        Some(m) => match place::kinematic(&simulation.place, &m.multibody) {
+            Ok(kinematic) => kinematic,
+            Err(fault) => {
+                cx.faults.push(fault);
+                return None;
+            }
+        },
+    };
     let spec = Spec {
         parts,
         wires,
         binds,
         host: mechanism.spec.map(|mut m| {
+            if kinematic.is_some() {
+                // Nothing touches anything: machines go where their wheels roll.
+                (m.contact, m.compliant) = (None, None);
+            }
+            m.kinematic = kinematic;
             m.step = Some(simulation.step.seconds());
             Box::new(m) as Box<dyn linkwork_runtime::Host>
         }),

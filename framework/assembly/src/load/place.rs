@@ -1,8 +1,12 @@
 //! `place`: putting a compiled machine on its ground.
-use crate::form::settings::PlaceForm;
+use crate::form::settings::{PlaceForm, PlaceMotion};
 use crate::text::patterns::path_matches;
 use crate::text::value::Text;
-use linkwork_runtime::{Fault, Handle, Placed, Placement, Plan, Terrain, place_on_terrain, remedy};
+use linkwork_multibody::Multibody;
+use linkwork_runtime::{
+    Fault, Handle, KinematicSpec, Placed, Placement, Plan, Terrain, place_on_terrain, remedy,
+};
+use linkwork_solvers::Vehicle;
 
 /// Puts machines on their ground: all until their wheels just touch, then each until it rests. Names may hold `*`.
 ///
@@ -11,7 +15,10 @@ use linkwork_runtime::{Fault, Handle, Placed, Placement, Plan, Terrain, place_on
 pub fn put_down(plan: &mut Plan, places: &[PlaceForm]) -> Result<(), Fault> {
     let mut put = Vec::new();
     for place in places {
-        put.push((place.origin, touching(plan, place)?));
+        let placed = touching(plan, place)?;
+        if place.motion == PlaceMotion::Dynamics {
+            put.push((place.origin, placed));
+        }
     }
     for (origin, placed) in put {
         let told = plan.warnings.len();
@@ -23,25 +30,67 @@ pub fn put_down(plan: &mut Plan, places: &[PlaceForm]) -> Result<(), Fault> {
     Ok(())
 }
 
+/// Names of the bodies that patterns match.
+fn expand(mb: &Multibody, patterns: &[Text]) -> Result<Vec<String>, Fault> {
+    let names: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();
+    let mut out = Vec::new();
+    for p in patterns {
+        let matches = |n: &&&str| path_matches(&dotted(&p.text), &dotted(n));
+        let before = out.len();
+        out.extend(names.iter().filter(matches).map(|n| (*n).to_string()));
+        if out.len() == before {
+            let message = format!("`place`: `{}` matches no body", p.text);
+            return Err(Fault::new(p.origin, message).help(remedy(&p.text, "bodies", &names)));
+        }
+    }
+    Ok(out)
+}
+
+/// The machines that move by kinematics, when `place` says so.
+///
+/// # Errors
+/// Names that match nothing, machines of both kinds, several terrains.
+pub(super) fn kinematic(
+    places: &[PlaceForm],
+    mb: &Multibody,
+) -> Result<Option<KinematicSpec>, Fault> {
+    let of = |motion: PlaceMotion| places.iter().find(|p| p.motion == motion);
+    let Some(first) = of(PlaceMotion::Kinematics) else { return Ok(None) };
+    if let Some(other) = of(PlaceMotion::Dynamics) {
+        let message = "`place`: one machine moves by kinematics and this one by forces";
+        let help = "write `motion: \"kinematics\"` for all of a simulation's machines, or for none";
+        return Err(Fault::new(other.origin, message).help(help));
+    }
+    let mut vehicles = Vec::new();
+    for place in places {
+        if place.terrain != first.terrain {
+            let message = "`place`: machines that move by kinematics drive on one terrain";
+            return Err(Fault::new(place.origin, message).help("name the same `terrain` for all"));
+        }
+        let find = |name: &str| mb.body(name);
+        let Some(root) = find(&place.body.text) else {
+            let names: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();
+            let (name, origin) = (&place.body.text, place.body.origin);
+            let message = format!("`place`: there is no body `{name}`");
+            return Err(Fault::new(origin, message).help(remedy(name, "bodies", &names)));
+        };
+        let wheels = expand(mb, &place.wheels)?;
+        let joints = expand(mb, &place.joints)?;
+        vehicles.push(Vehicle {
+            root,
+            wheels: wheels.iter().filter_map(|w| Some((find(w)?, place.radius))).collect(),
+            joints: joints.iter().filter_map(|j| find(j)).collect(),
+        });
+    }
+    let terrain = first.terrain.as_ref().map(|t| t.text.clone());
+    Ok(Some(KinematicSpec { vehicles, terrain, origin: first.origin }))
+}
+
 fn touching(plan: &mut Plan, place: &PlaceForm) -> Result<Placed, Fault> {
     let mb = plan.mechanism().map(|m| m.multibody.clone()).ok_or_else(|| {
         Fault::new(place.origin, "`place`: there are no bodies")
             .help("take `place` out, or give the simulation a machine")
     })?;
-    let names: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();
-    let expand = |patterns: &[Text]| -> Result<Vec<String>, Fault> {
-        let mut out = Vec::new();
-        for p in patterns {
-            let matches = |n: &&&str| path_matches(&dotted(&p.text), &dotted(n));
-            let before = out.len();
-            out.extend(names.iter().filter(matches).map(|n| (*n).to_string()));
-            if out.len() == before {
-                let message = format!("`place`: `{}` matches no body", p.text);
-                return Err(Fault::new(p.origin, message).help(remedy(&p.text, "bodies", &names)));
-            }
-        }
-        Ok(out)
-    };
     let terrain = place.terrain.as_ref();
     let handle: Handle<dyn Terrain> =
         plan.services.find(terrain.map(|t| t.text.as_str()), "").map_err(|(m, h)| {
@@ -52,8 +101,8 @@ fn touching(plan: &mut Plan, place: &PlaceForm) -> Result<Placed, Fault> {
         body: place.body.text.clone(),
         at: place.at,
         heading: place.heading,
-        wheels: expand(&place.wheels)?.into_iter().map(|w| (w, place.radius)).collect(),
-        joints: expand(&place.joints)?,
+        wheels: expand(&mb, &place.wheels)?.into_iter().map(|w| (w, place.radius)).collect(),
+        joints: expand(&mb, &place.joints)?,
     };
     place_on_terrain(plan, &*handle, &p)
         .map_err(|e| Fault::new(place.origin, format!("`place`: {}", e.message)).help(e.help))

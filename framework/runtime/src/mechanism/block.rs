@@ -1,6 +1,7 @@
 //! The mechanism's operations, with its work space.
 use super::plan::MechanismPlan;
 use super::ports::Frame;
+use super::rolling::Rolls;
 use super::slopes::ForwardSlopes;
 use super::touch;
 use crate::block::{Block, Evaluation, Failure, Now, Outcome, Wiring, copy_into};
@@ -30,11 +31,12 @@ pub(super) struct MechanismBlock {
     pub(super) tree: Arc<Tree>,
     pub(super) ws: Workspace,
     /// Number of the evaluation that the kinematics in `ws` belong to.
-    at: u64,
+    pub(super) at: u64,
     pub(super) solver: Option<ConstrainedSolver>,
     projector: Projector,
     pub(super) stepper: Option<ContactStepper>,
     pub(super) compliant: Option<CompliantContact>,
+    pub(super) rolls: Option<Rolls>,
     pub(super) tau: Vec<f64>,
     pub(super) vdot: Vec<f64>,
     pub(super) motions: Vec<LoopMotion>,
@@ -43,7 +45,7 @@ pub(super) struct MechanismBlock {
     pub(super) q: Vec<f64>,
     pub(super) dv: Vec<f64>,
     /// Sums of normal forces by body.
-    weights: Vec<f64>,
+    pub(super) weights: Vec<f64>,
     /// The store: impulses of the last contacts.
     kept: Vec<Kept>,
 }
@@ -54,7 +56,7 @@ fn put3(sig: &mut [f64], at: usize, v: &Vec3) {
 }
 
 /// A number that no evaluation has.
-const NEVER: u64 = u64::MAX;
+pub(super) const NEVER: u64 = u64::MAX;
 
 impl MechanismBlock {
     pub fn new(plan: Arc<MechanismPlan>, w: Wiring) -> Self {
@@ -71,6 +73,7 @@ impl MechanismBlock {
             projector: Projector::new(&plan.tree),
             stepper: plan.stepper(),
             compliant: plan.compliant_contact(),
+            rolls: Rolls::of(&plan),
             tau: vec![0.0; nv],
             vdot: vec![0.0; nv],
             motions: plan.loop_motions.clone(),
@@ -192,7 +195,7 @@ impl MechanismBlock {
         Ok(())
     }
 
-    fn put_accelerations(&self, sig: &mut [f64]) {
+    pub(super) fn put_accelerations(&self, sig: &mut [f64]) {
         let plan = &*self.plan;
         let [.., first] = self.outputs();
         for (i, frame) in plan.ports.accels.iter().enumerate() {
@@ -202,6 +205,19 @@ impl MechanismBlock {
             };
             put3(sig, first + 6 * i, &a.angular);
             put3(sig, first + 6 * i + 3, &a.linear);
+        }
+    }
+
+    /// What bodies touch, to those who asked for it: copies of the reports.
+    pub(super) fn put_touches(&self, sig: &mut [f64]) {
+        let [_, _, _, accels] = self.outputs();
+        let (ports, touched) = (&self.plan.ports, &self.plan.touched);
+        let reports = accels - touch::LANES * touched.len();
+        let first = accels + 6 * ports.accels.len();
+        for (i, body) in ports.contacts.iter().enumerate() {
+            let Ok(k) = touched.binary_search(body) else { continue };
+            let from = reports + touch::LANES * k;
+            sig.copy_within(from..from + touch::LANES, first + touch::LANES * i);
         }
     }
 
@@ -236,6 +252,7 @@ impl MechanismBlock {
         let origin = |b| self.ws.body_pose(&self.tree, b).position;
         let loads = touch::of_forces(contact);
         touch::put(&self.plan.touched, loads, origin, &mut self.weights, &mut sig[at + 2..end]);
+        self.put_touches(sig);
     }
 
     /// Errors and forces of the constraints.
@@ -331,6 +348,9 @@ impl Block for MechanismBlock {
         self.put_accelerations(sig);
         if now.evaluation == Evaluation::Tick {
             self.put_constraints(q, sig);
+        }
+        // Those who read what a body touches do so at every stage.
+        if now.evaluation == Evaluation::Tick || !self.plan.ports.contacts.is_empty() {
             self.put_contact(sig);
         }
         Ok(())
@@ -384,10 +404,15 @@ impl Block for MechanismBlock {
         let at = self.w.x;
         self.at = NEVER;
         self.plan.multibody.normalize(&mut x[at..at + self.plan.multibody.nq()]);
-        if self.stepper.is_none() { self.close(x) } else { Ok(()) }
+        let steps = self.stepper.is_some() || self.rolls.is_some();
+        if steps { Ok(()) } else { self.close(x) }
     }
 
     fn retract(&mut self, x: &mut [f64], h: f64) -> Outcome {
+        if self.stepper.is_some() || self.rolls.is_some() {
+            // It has moved already, by its own step.
+            return Ok(());
+        }
         let (nq, nv) = (self.plan.multibody.nq(), self.plan.multibody.nv());
         let at = self.w.x;
         let (q, rest) = x[at..].split_at_mut(nq);
@@ -397,6 +422,9 @@ impl Block for MechanismBlock {
     }
 
     fn advance(&mut self, now: &Now, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
+        if self.rolls.is_some() {
+            return self.roll(now, h, x, sig);
+        }
         self.kinematics(now, x);
         self.forces(now, x, sig)?;
         let Some(stepper) = &mut self.stepper else { return Ok(()) };
@@ -431,6 +459,7 @@ impl Block for MechanismBlock {
             let lanes = &mut sig[at + 6..end];
             touch::put(&self.plan.touched, loads, origin, &mut self.weights, lanes);
         }
+        self.put_touches(sig);
         self.put_accelerations(sig);
         let lanes = self.motion_lanes();
         for (i, m) in self.motions.iter().enumerate() {

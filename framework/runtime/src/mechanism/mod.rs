@@ -7,7 +7,7 @@
 //! ```
 //! After a step q and v are put back onto the constraints. With contact, the part advances a step at a
 //! time (`advance`); nothing but the impulses of the last contacts passes from step to step, and they
-//! are its store.
+//! are its store. Where machines move by kinematics it advances likewise (`rolling`), and nothing passes on.
 mod axle;
 mod block;
 mod carry;
@@ -18,6 +18,7 @@ mod placement;
 mod plan;
 mod ports;
 mod rank;
+mod rolling;
 mod slopes;
 mod spec;
 mod touch;
@@ -26,7 +27,7 @@ pub use placement::{PlaceError, Placed, Placement, place_on_terrain};
 pub use plan::{MechanismPart, MechanismPlan};
 pub use ports::{Frame, MechanismPorts};
 pub use rank::RankReport;
-pub use spec::{ContactSpec, MechanismSpec};
+pub use spec::{ContactSpec, KinematicSpec, MechanismSpec};
 
 use crate::plan::Plan;
 use crate::program::Program;

@@ -13,9 +13,9 @@ use crate::step::settle;
 use crate::value::{Fault, Origin};
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::{BodyId, Multibody, SubhingeKind};
-use linkwork_solvers::Projector;
+use linkwork_solvers::{Projector, footing};
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
-use linkwork_spatial::{Pose, Quat, Vec3};
+use linkwork_spatial::{Quat, Vec3};
 
 /// Where and how to put a machine down.
 #[derive(Clone, Debug)]
@@ -44,22 +44,6 @@ pub struct PlaceError {
 
 fn error<T>(message: String, help: &str) -> Result<T, PlaceError> {
     Err(PlaceError { message, help: help.to_string() })
-}
-
-/// Least height of the lower rim above the ground, measured along the ground's normal (m); the
-/// wheel's axle is its y axis. `None` where there is no ground.
-fn rim_gap(terrain: &dyn Terrain, pose: &Pose, radius: f64) -> Option<f64> {
-    let axle = pose.rotation * Vec3::y();
-    let down = -(Vec3::z() - axle * axle.z).normalize();
-    let ahead = axle.cross(&-down);
-    let mut least = f64::INFINITY;
-    for k in -15..=15 {
-        let (s, c) = (5.0 * f64::from(k)).to_radians().sin_cos();
-        let p = pose.position + (down * c + ahead * s) * radius;
-        let g = terrain.ground(p.x, p.y)?;
-        least = least.min((p.z - g.height) * g.normal.z);
-    }
-    Some(least)
 }
 
 /// A machine where its wheels just touch; it has yet to settle.
@@ -173,7 +157,8 @@ pub fn place_on_terrain(
         let mut e = DVector::zeros(wheels.len());
         for (k, (id, radius)) in wheels.iter().enumerate() {
             let pose = ws.body_pose(&tree, *id);
-            let Some(gap) = rim_gap(terrain, &pose, *radius) else {
+            let mut ground = |x: f64, y: f64| terrain.ground(x, y).map(|g| (g.height, g.normal));
+            let Some(foot) = footing(&mut ground, &pose, *radius) else {
                 let c = pose.position;
                 return error(
                     format!(
@@ -183,7 +168,7 @@ pub fn place_on_terrain(
                     "start where the map has data",
                 );
             };
-            e[k] = gap;
+            e[k] = foot.gap;
         }
         Ok(e)
     };

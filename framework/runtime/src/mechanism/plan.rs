@@ -7,7 +7,7 @@ use super::spec::{ContactSpec, MechanismSpec};
 use crate::block::{Block, Carried, Failure, Named, OldState, Prototype, Wiring};
 use crate::model::{Description, Functions};
 use crate::ports::{PortKind, PortSpec};
-use crate::services::Gravity;
+use crate::services::{Gravity, Terrain};
 use crate::value::{Fault, Origin, Value};
 use linkwork_collision::{Colliders, TERRAIN};
 use linkwork_dynamics::{
@@ -15,13 +15,16 @@ use linkwork_dynamics::{
 };
 use linkwork_multibody::{BodyId, ConstraintId, LoopMotion, Multibody};
 use linkwork_solvers::{
-    CompliantContact, CompliantSettings, ConstrainedSolver, ContactStepper, Projector, SolverError,
-    Treatment,
+    CompliantContact, CompliantSettings, ConstrainedSolver, ContactStepper, Projector, Rolling,
+    SolverError, Treatment,
 };
 use linkwork_spatial::Vec3;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
+
+/// Machines that move by kinematics, and the ground that they drive on.
+pub(super) type RollingOn = (Rolling, Arc<dyn Terrain>);
 
 /// The constant part.
 pub struct MechanismPlan {
@@ -49,6 +52,8 @@ pub struct MechanismPlan {
     pub contact: Option<ContactSpec>,
     /// Compliant contact.
     pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
+    /// What moves by kinematics.
+    pub(super) rolling: Option<RollingOn>,
     /// Lanes of compliant contact.
     bristles: usize,
     /// Bodies that contact may touch.
@@ -84,7 +89,7 @@ pub struct MechanismPart {
 impl MechanismPart {
     pub(super) fn new(
         spec: &MechanismSpec,
-        gravity: Option<Arc<dyn Gravity>>,
+        (gravity, rolling): (Option<Arc<dyn Gravity>>, Option<RollingOn>),
         ports: MechanismPorts,
         warnings: &mut Vec<Fault>,
     ) -> Self {
@@ -112,7 +117,8 @@ impl MechanismPart {
             contact,
             compliant: spec.compliant.clone(),
             bristles: spec.compliant.as_ref().map_or(0, |c| CompliantContact::states(&c.0)),
-            touched: super::touch::touched(spec.colliders()),
+            touched: spec.touched(),
+            rolling,
             treatments,
             tree,
             varies: Varying::all(m, &ports),
@@ -192,7 +198,7 @@ impl MechanismPlan {
     }
 
     fn describe(&self) -> Description {
-        let steps = self.contact.is_some();
+        let steps = self.contact.is_some() || self.rolling.is_some();
         let mut d = Description {
             name: "mechanism".into(),
             doc: "Bodies on hinges, with loops, couplings and contact.".into(),
@@ -217,9 +223,10 @@ impl MechanismPlan {
         d
     }
 
-    /// What contact reports of all that it does.
+    /// What contact, or rolling, reports of all that it does.
     pub(super) fn contact_reports(&self) -> &'static [(&'static str, &'static str, &'static str)] {
         match (&self.contact, &self.compliant) {
+            _ if self.rolling.is_some() => &ROLLING_REPORTS,
             (Some(_), _) => &CONTACT_REPORTS,
             (None, Some(_)) => &CONTACT_REPORTS[..COMPLIANT_REPORTS],
             (None, None) => &[],
@@ -241,8 +248,9 @@ impl MechanismPlan {
                 out.push((format!("{path}.{name}.force[{i}]"), "", doc));
             }
         }
+        let group = if self.rolling.is_some() { "rolling" } else { "contact" };
         for (name, unit, doc) in self.contact_reports() {
-            out.push((format!("{path}.contact.{name}"), unit, (*doc).to_owned()));
+            out.push((format!("{path}.{group}.{name}"), unit, (*doc).to_owned()));
         }
         out.extend(super::touch::names(self));
         out
@@ -310,6 +318,9 @@ impl MechanismPlan {
         }
         if let Some((colliders, settings)) = &self.compliant {
             text += &format!("{settings:?} {}", shapes(colliders));
+        }
+        if let Some((rolling, _)) = &self.rolling {
+            text += &format!("rolling {:?}", rolling.vehicles().collect::<Vec<_>>());
         }
         text
     }
@@ -408,6 +419,20 @@ const CONTACT_REPORTS: [(&str, &str, &str); 6] = [
     ("residual", "", "Residual of the impulses, relative to the greatest velocity."),
     ("complementarity", "", "Work that contact forces should not do, relative."),
     ("iterations", "", "Sweeps, linear systems or pivots of the last step."),
+];
+
+/// What rolling reports: name, unit, meaning.
+const ROLLING_REPORTS: [(&str, &str, &str); 2] = [
+    (
+        "gap",
+        "m",
+        "Greatest distance of a wheel from the ground after the last step: of more than three wheels on one body some hang in the air.",
+    ),
+    (
+        "slide",
+        "m/s",
+        "Root mean square of the speeds at which the rims slide, since the wheels do not all drive the same circle.",
+    ),
 ];
 
 /// Place among all constraints.

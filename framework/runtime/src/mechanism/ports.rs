@@ -15,6 +15,16 @@ pub enum Frame {
     Body(BodyId),
 }
 
+impl Frame {
+    /// The body that carries it.
+    pub(super) fn body(self, mb: &Multibody) -> BodyId {
+        match self {
+            Frame::Node(n) => mb.nodes()[n.index()].body(),
+            Frame::Body(b) => b,
+        }
+    }
+}
+
 /// What is read from the mechanism and put into it, each list in the order of its lanes.
 #[derive(Clone, Debug, Default)]
 pub struct MechanismPorts {
@@ -26,6 +36,8 @@ pub struct MechanismPorts {
     pub loop_states: Vec<u32>,
     /// Frames whose acceleration is read (6 lanes each).
     pub accels: Vec<Frame>,
+    /// Bodies whose contact is read (6 lanes each).
+    pub contacts: Vec<BodyId>,
     /// Frames about which mass is added to their bodies (10 lanes each).
     pub masses: Vec<Frame>,
     /// Frames that wrenches act on (6 lanes each).
@@ -80,7 +92,7 @@ pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>)
             if let (Some(axle), Target::Node(frame)) = (port.axle, &target) {
                 super::axle::check(mb, b, (axle, *frame), &label, out);
             }
-            match ports.serve(port, &target) {
+            match ports.serve(mb, port, &target) {
                 Ok(host_port) => out.wires.push(HostWire {
                     host_port,
                     end: *end,
@@ -172,7 +184,12 @@ fn quantity(
 
 impl MechanismPorts {
     /// Name of the port that serves this one; the error names the kind of target that it wants.
-    fn serve(&mut self, port: &PortSpec, at: &Target) -> Result<String, &'static str> {
+    fn serve(
+        &mut self,
+        mb: &Multibody,
+        port: &PortSpec,
+        at: &Target,
+    ) -> Result<String, &'static str> {
         Ok(match (port.kind, at) {
             (PortKind::NodeState, Target::Node(f)) => {
                 add(&mut self.states, *f);
@@ -181,6 +198,11 @@ impl MechanismPorts {
             (PortKind::NodeAccel, Target::Node(f)) => {
                 add(&mut self.accels, *f);
                 name("accel", *f)
+            }
+            (PortKind::ContactLoad, Target::Node(f)) => {
+                let body = f.body(mb);
+                add(&mut self.contacts, body);
+                format!("contact:body:{}", body.index())
             }
             (PortKind::AddedMass, Target::Node(f)) => {
                 add(&mut self.masses, *f);
@@ -211,7 +233,11 @@ impl MechanismPorts {
                 format!("loop:{i}")
             }
             (
-                PortKind::NodeState | PortKind::NodeAccel | PortKind::Wrench | PortKind::AddedMass,
+                PortKind::NodeState
+                | PortKind::NodeAccel
+                | PortKind::Wrench
+                | PortKind::AddedMass
+                | PortKind::ContactLoad,
                 _,
             ) => {
                 return Err("node");
@@ -239,6 +265,12 @@ impl MechanismPorts {
         inputs.extend(self.loop_motions.iter().map(|i| motion(format!("loop_motion:{i}"))));
         let accels = self.accels.iter().map(|f| port("accel", *f, PortKind::NodeAccel, 6));
         d.direct_outputs.extend(accels);
+        let contacts = self.contacts.iter();
+        let contact = |b: &BodyId| {
+            let name = format!("contact:body:{}", b.index());
+            PortSpec::named(name, PortKind::ContactLoad, 6)
+        };
+        d.direct_outputs.extend(contacts.map(contact));
     }
 }
 
@@ -260,8 +292,7 @@ fn hinge_state(name: String) -> PortSpec {
 /// The body of a target that is a node.
 pub(super) fn body_of(mb: &Multibody, target: &BindTarget) -> Option<BodyId> {
     match resolve(mb, target) {
-        Ok(Target::Node(Frame::Node(n))) => Some(mb.nodes()[n.index()].body()),
-        Ok(Target::Node(Frame::Body(b))) => Some(b),
+        Ok(Target::Node(frame)) => Some(frame.body(mb)),
         _ => None,
     }
 }

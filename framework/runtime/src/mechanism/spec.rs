@@ -1,13 +1,15 @@
 //! The mechanism of a specification: structure, how it starts, how it is solved.
-use super::plan::MechanismPart;
+use super::plan::{MechanismPart, RollingOn};
 use crate::block::Prototype;
 use crate::compile::{Bound, Host, Lowering};
+use crate::ports::PortKind;
 use crate::scenery::Scenery;
 use crate::services::{Gravity, ServiceKind, Services, Terrain};
 use crate::value::{Fault, Origin};
 use linkwork_collision::{ColliderSpec, Colliders, Shape, TERRAIN};
-use linkwork_multibody::{Body, LoopMotion, Multibody, SubhingeKind};
-use linkwork_solvers::{CompliantSettings, ContactSettings, Treatment};
+use linkwork_dynamics::Tree;
+use linkwork_multibody::{Body, BodyId, LoopMotion, Multibody, SubhingeKind};
+use linkwork_solvers::{CompliantSettings, ContactSettings, Rolling, Treatment, Vehicle};
 use linkwork_spatial::Pose;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -36,6 +38,8 @@ pub struct MechanismSpec {
     pub contact: Option<ContactSpec>,
     /// Compliant contact: smooth forces with bristles as states. Not together with `contact`.
     pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
+    /// Machines that move by kinematics alone, when all of the mechanism does: contact and forces do nothing then.
+    pub kinematic: Option<KinematicSpec>,
     /// Where it is written.
     pub origin: Origin,
     /// Where loops and couplings are written, by name.
@@ -68,6 +72,7 @@ impl MechanismSpec {
             treatments: BTreeMap::new(),
             contact: None,
             compliant: None,
+            kinematic: None,
             origin: Origin::NONE,
             origins: BTreeMap::new(),
             bodies: BTreeMap::new(),
@@ -86,6 +91,17 @@ pub struct ContactSpec {
     pub colliders: Arc<Colliders>,
     /// How contact is solved.
     pub settings: ContactSettings,
+}
+
+/// Machines that roll on the ground without forces.
+#[derive(Clone)]
+pub struct KinematicSpec {
+    /// The machines.
+    pub vehicles: Vec<Vehicle>,
+    /// Path of the terrain that they drive on; `None`: the only one.
+    pub terrain: Option<String>,
+    /// Where it is written.
+    pub origin: Origin,
 }
 
 /// A terrain as a collider of the world: triangles between the points of its grid.
@@ -118,7 +134,9 @@ impl Host for MechanismSpec {
         let ports = super::ports::lower(&self.multibody, bound, out);
         let spec = self.on_terrain(services, out);
         spec.twice(bound, out);
-        Box::new(MechanismPart::new(&spec, gravity, ports, out.warnings))
+        spec.touches(bound, out);
+        let rolling = self.rolling(services, out);
+        Box::new(MechanismPart::new(&spec, (gravity, rolling), ports, out.warnings))
     }
     fn scenery(&self) -> Scenery {
         self.scenery.clone()
@@ -133,6 +151,50 @@ impl MechanismSpec {
     pub(super) fn colliders(&self) -> Option<&Colliders> {
         let impulses = self.contact.as_ref().map(|c| &c.colliders);
         impulses.or(self.compliant.as_ref().map(|c| &c.0)).map(|c| &**c)
+    }
+
+    /// The machines that roll, with their ground.
+    fn rolling(&self, services: &Services, out: &mut Lowering<'_>) -> Option<RollingOn> {
+        let spec = self.kinematic.as_ref()?;
+        let rolling = Rolling::new(&Tree::new(&self.multibody), &spec.vehicles);
+        let rolling = rolling.map_err(|e| out.faults.push(Fault::of(spec.origin, &e))).ok();
+        match services.find::<dyn Terrain>(spec.terrain.as_deref(), &self.path) {
+            Ok(terrain) => Some((rolling?, terrain.object().clone())),
+            Err(_) if services.failed.contains(&ServiceKind::Terrain) => None,
+            Err((fact, help)) => {
+                out.faults.push(Fault::new(spec.origin, format!("`place`: {fact}")).help(help));
+                None
+            }
+        }
+    }
+
+    /// Bodies that contact may touch, or that roll, in their order.
+    pub(super) fn touched(&self) -> Vec<BodyId> {
+        let Some(spec) = &self.kinematic else { return super::touch::touched(self.colliders()) };
+        let wheels = spec.vehicles.iter().flat_map(|v| v.wheels.iter().map(|w| w.0));
+        let mut all: Vec<BodyId> = wheels.collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// A part that reads what a body touches wants one that can touch something.
+    fn touches(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
+        let touched = self.touched();
+        for b in
+            bound.iter().filter(|b| b.ports.iter().any(|(p, _)| p.kind == PortKind::ContactLoad))
+        {
+            let Some(body) = super::ports::body_of(&self.multibody, &b.spec.target) else {
+                continue;
+            };
+            if touched.binary_search(&body).is_err() {
+                let (part, bind) = (&b.spec.part, &b.spec.bind);
+                let name = self.multibody.get(body).name();
+                let fact = format!("`{part}`: binding `{bind}`: nothing touches `{name}`");
+                let help = "give it a shape that collides, and write `contact` in the simulation; a wheel that moves by kinematics is one of `place`";
+                out.faults.push(Fault::new(b.spec.origin, fact).help(help));
+            }
+        }
     }
 
     /// With the terrain among the colliders, when contact meets one.

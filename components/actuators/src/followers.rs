@@ -1,0 +1,229 @@
+//! `actuators.rate_follower`, `actuators.angle_follower`: prescribed hinges that do what they are told, for machines that move by
+//! kinematics.
+//! ```text
+//! rate     β̇ = (w − β)/T                                     w: the commanded rate, zero while the brake is on
+//! angle    β̇ = (w − β)/T,   w = (δ_c − δ)/(4T) within ±rate_max        critically damped: (1 + t/2T) e^(−t/2T)
+//! |β̇| ≤ acceleration_max
+//! power    P = P_idle + τ β/η  where the drive works,  P_idle + η τ β  where it is driven
+//! ```
+//! No torque moves them: what the axle carries (τ) only counts for the power. A step longer than T is followed as if T were the step.
+
+use linkwork_runtime::prelude::*;
+
+/// Following a rate.
+#[derive(Params, Clone, Debug)]
+pub struct RateFollowerParams {
+    /// Time constant T.
+    #[param(unit = "s", default = 0.1, range = 1e-4..)]
+    pub time_constant: f64,
+    /// Greatest acceleration.
+    #[param(unit = "rad/s^2", default = 10.0, range = 1e-6..)]
+    pub acceleration_max: f64,
+    /// Greatest rate; a command beyond it is cut, and told by `limited`.
+    #[param(unit = "rad/s", default = 1.7, range = 1e-6..)]
+    pub rate_max: f64,
+    /// Efficiency η of motor and gear.
+    #[param(default = 0.5, range = 1e-3..=1.0)]
+    pub efficiency: f64,
+    /// Power drawn while it is not braked.
+    #[param(unit = "W", default = 0.0, range = 0.0..)]
+    pub idle: f64,
+}
+
+/// Command, and what the axle carries.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct RateFollowerIn {
+    /// The hinge.
+    #[port(bind = "shaft")]
+    pub shaft: HingeState,
+    /// Commanded rate.
+    #[port("rad/s", default = 0.0)]
+    pub target: f64,
+    /// Whether the brake is on.
+    #[port("1", default = false)]
+    pub brake: bool,
+    /// Torque that the drive gives to the axle.
+    #[port("N m", default = 0.0)]
+    pub torque: f64,
+}
+
+/// Motion and power.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct RateFollowerOut {
+    /// Acceleration of the hinge.
+    #[port(bind = "shaft")]
+    pub motion: HingeAccel,
+    /// Torque that the drive gives to the axle, as it is told.
+    #[port("N m")]
+    pub shaft_torque: f64,
+    /// Electrical power drawn; negative: given back.
+    #[port("W")]
+    pub power: f64,
+    /// The command is beyond `rate_max`.
+    #[port("1")]
+    pub limited: bool,
+}
+
+/// A hinge that follows a rate.
+pub struct RateFollower {
+    p: RateFollowerParams,
+}
+
+fn towards(c: &Clock, wanted: f64, rate: f64, time_constant: f64, most: f64) -> HingeAccel {
+    HingeAccel(((wanted - rate) / time_constant.max(c.dt)).clamp(-most, most))
+}
+
+/// A prescribed hinge that follows a commanded rate with a time constant; draws the power of the torque that it is told.
+#[model("actuators.rate_follower")]
+impl Model for RateFollower {
+    type Params = RateFollowerParams;
+    type Ud = RateFollowerIn;
+    type Yd = RateFollowerOut;
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &RateFollowerIn) -> RateFollowerOut {
+        let p = &self.p;
+        let wanted = if u.brake { 0.0 } else { u.target.clamp(-p.rate_max, p.rate_max) };
+        let work = u.torque * u.shaft.rate;
+        let drawn = if work > 0.0 { work / p.efficiency } else { work * p.efficiency };
+        RateFollowerOut {
+            motion: towards(c, wanted, u.shaft.rate, p.time_constant, p.acceleration_max),
+            shaft_torque: u.torque,
+            power: if u.brake { 0.0 } else { p.idle } + drawn,
+            limited: !u.brake && u.target.abs() > p.rate_max,
+        }
+    }
+}
+
+/// Following an angle.
+#[derive(Params, Clone, Debug)]
+pub struct AngleFollowerParams {
+    /// Time constant T.
+    #[param(unit = "s", default = 0.05, range = 1e-4..)]
+    pub time_constant: f64,
+    /// Greatest rate.
+    #[param(unit = "rad/s", default = 1.0, range = 1e-6..)]
+    pub rate_max: f64,
+    /// Greatest acceleration.
+    #[param(unit = "rad/s^2", default = 10.0, range = 1e-6..)]
+    pub acceleration_max: f64,
+}
+
+/// Command.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct AngleFollowerIn {
+    /// The hinge.
+    #[port(bind = "shaft")]
+    pub shaft: HingeState,
+    /// Commanded angle.
+    #[port("rad", default = 0.0)]
+    pub angle: f64,
+}
+
+/// Motion.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct AngleFollowerOut {
+    /// Acceleration of the hinge.
+    #[port(bind = "shaft")]
+    pub motion: HingeAccel,
+    /// How far the hinge is from its command.
+    #[port("rad")]
+    pub error: f64,
+}
+
+/// A hinge that follows an angle.
+pub struct AngleFollower {
+    p: AngleFollowerParams,
+}
+
+/// A prescribed hinge that follows a commanded angle, critically damped, at a limited rate.
+#[model("actuators.angle_follower")]
+impl Model for AngleFollower {
+    type Params = AngleFollowerParams;
+    type Ud = AngleFollowerIn;
+    type Yd = AngleFollowerOut;
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &AngleFollowerIn) -> AngleFollowerOut {
+        let p = &self.p;
+        let (error, constant) = (u.angle - u.shaft.angle, p.time_constant.max(c.dt));
+        let wanted = (error / (4.0 * constant)).clamp(-p.rate_max, p.rate_max);
+        let motion = towards(c, wanted, u.shaft.rate, p.time_constant, p.acceleration_max);
+        AngleFollowerOut { motion, error }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rate() -> RateFollower {
+        let p = RateFollowerParams {
+            time_constant: 0.1,
+            acceleration_max: 5.0,
+            rate_max: 2.0,
+            efficiency: 0.5,
+            idle: 3.0,
+        };
+        RateFollower { p }
+    }
+
+    fn told(target: f64, brake: bool, rate: f64, torque: f64) -> RateFollowerIn {
+        RateFollowerIn { shaft: HingeState { angle: 0.7, rate }, target, brake, torque }
+    }
+
+    #[test]
+    fn a_rate_is_reached_as_a_lag_of_first_order() {
+        let (model, dt) = (rate(), 1e-3);
+        let (mut v, mut t) = (0.0, 0.0);
+        while t < 0.3 {
+            let c = Clock::at(t, dt, 0);
+            v += dt * model.direct(&c, &(), &(), &told(0.4, false, v, 0.0), &()).motion.0;
+            t += dt;
+        }
+        // Euler's steps: first order in dt.
+        assert!((v - 0.4 * (1.0 - (-t / 0.1_f64).exp())).abs() < 1e-3, "{v}");
+        let y = model.direct(&Clock::at(0.0, dt, 0), &(), &(), &told(9.0, false, 0.0, 0.0), &());
+        assert!(y.limited && y.motion.0 == 5.0);
+        // A step longer than the time constant goes to the command and not beyond.
+        let y = model.direct(&Clock::at(0.0, 0.5, 0), &(), &(), &told(0.4, false, 0.1, 0.0), &());
+        assert!((0.1 + 0.5 * y.motion.0 - 0.4).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_brake_stops_it_and_power_flows_both_ways() {
+        let (model, c) = (rate(), Clock::at(0.0, 1e-3, 0));
+        let braked = model.direct(&c, &(), &(), &told(1.0, true, 0.2, 0.0), &());
+        assert!(braked.motion.0 == -2.0 && braked.power == 0.0 && !braked.limited);
+        let drives = model.direct(&c, &(), &(), &told(1.0, false, 1.0, 8.0), &());
+        assert_eq!(drives.power, 3.0 + 16.0);
+        let driven = model.direct(&c, &(), &(), &told(1.0, false, 1.0, -8.0), &());
+        assert_eq!(driven.power, 3.0 - 4.0);
+    }
+
+    #[test]
+    fn an_angle_is_reached_without_overshoot_at_a_limited_rate() {
+        let p = AngleFollowerParams { time_constant: 0.05, rate_max: 0.5, acceleration_max: 50.0 };
+        let (model, dt) = (AngleFollower { p }, 1e-3);
+        let (mut q, mut v, mut fastest) = (0.0, 0.0, 0.0_f64);
+        for k in 0..3000 {
+            let c = Clock::at(dt * f64::from(k), dt, 0);
+            let shaft = HingeState { angle: q, rate: v };
+            let a =
+                model.direct(&c, &(), &(), &AngleFollowerIn { shaft, angle: 0.6 }, &()).motion.0;
+            q += dt * (v + 0.5 * dt * a);
+            v += dt * a;
+            fastest = fastest.max(v.abs());
+            assert!(q <= 0.6 + 1e-9, "{q}");
+        }
+        assert!((q - 0.6).abs() < 1e-9 && fastest <= 0.5 + 1e-9, "{q} {fastest}");
+        // Small steps are critically damped: (1 + t/2T) e^(−t/2T).
+        let (mut q, mut v) = (0.0, 0.0);
+        for k in 0..2000 {
+            let c = Clock::at(1e-4 * f64::from(k), 1e-4, 0);
+            let shaft = HingeState { angle: q, rate: v };
+            let a =
+                model.direct(&c, &(), &(), &AngleFollowerIn { shaft, angle: 0.01 }, &()).motion.0;
+            q += 1e-4 * (v + 0.5e-4 * a);
+            v += 1e-4 * a;
+        }
+        let closed = 0.01 * (1.0 - 3.0 * (-2.0_f64).exp());
+        assert!((q - closed).abs() < 2e-5, "{q} {closed}");
+    }
+}

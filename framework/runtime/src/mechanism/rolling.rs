@@ -1,0 +1,106 @@
+//! A mechanism whose machines move by kinematics: they roll over the ground as their wheels turn, and nothing has inertia.
+//!
+//! Axles and steering are prescribed hinges; what the wires bring to other hinges and nodes (springs, loads of an arm) counts for
+//! what the wheels carry, and moves nothing. Accelerations are means of the step.
+use super::block::{MechanismBlock, NEVER};
+use super::plan::MechanismPlan;
+use super::touch;
+use crate::block::{Failure, Now, Outcome};
+use crate::services::Terrain;
+use linkwork_dynamics::{inverse_dynamics_given_kinematics, kinematics};
+use linkwork_solvers::{PairLoad, Rolling};
+use linkwork_spatial::Vec3;
+use std::sync::Arc;
+
+/// The machines that roll, with work space.
+pub(super) struct Rolls {
+    rolling: Rolling,
+    terrain: Arc<dyn Terrain>,
+    still: Vec<f64>,
+    hold: Vec<f64>,
+    before: Vec<f64>,
+}
+
+impl Rolls {
+    /// Of a plan that has any.
+    pub fn of(plan: &MechanismPlan) -> Option<Self> {
+        let (rolling, terrain) = plan.rolling.clone()?;
+        let zeros = vec![0.0; plan.multibody.nv()];
+        let (hold, before) = (zeros.clone(), zeros.clone());
+        Some(Rolls { rolling, terrain, still: zeros, hold, before })
+    }
+}
+
+impl MechanismBlock {
+    /// A step of `h` s.
+    pub(super) fn roll(&mut self, now: &Now, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
+        let Some(mut rolls) = self.rolls.take() else { return Ok(()) };
+        let done = self.roll_with(&mut rolls, now, h, x, sig);
+        self.rolls = Some(rolls);
+        done
+    }
+
+    fn roll_with(
+        &mut self,
+        rolls: &mut Rolls,
+        now: &Now,
+        h: f64,
+        x: &mut [f64],
+        sig: &mut [f64],
+    ) -> Outcome {
+        let Rolls { rolling, terrain, still, hold, before } = rolls;
+        // What holds the machine at rest against gravity and what the wires bring.
+        self.at = NEVER;
+        let q = &x[self.w.x..self.w.x + self.q.len()];
+        kinematics(&self.tree, &mut self.ws, q, still);
+        self.forces(now, x, sig)?;
+        inverse_dynamics_given_kinematics(&self.tree, &mut self.ws, still, hold);
+        hold.iter_mut().zip(&self.tau).for_each(|(hold, tau)| *hold -= tau);
+        let plan = self.plan.clone();
+        let (nq, nv, at) = (plan.multibody.nq(), plan.multibody.nv(), self.w.x);
+        let (q, v) = x[at..at + nq + nv].split_at_mut(nq);
+        before.copy_from_slice(v);
+        let down = match (&plan.uniform, &plan.gravity) {
+            (Some(g), _) => *g,
+            (None, Some(field)) => {
+                let root = rolling.vehicles().next().map(|v| v.root);
+                let place = root.map(|b| self.ws.body_pose(&self.tree, b).position);
+                field.acceleration(now.t, place.unwrap_or_else(Vec3::zeros))
+            }
+            (None, None) => -Vec3::z(),
+        };
+        let up = (-down).try_normalize(0.0).unwrap_or_else(Vec3::z);
+        let mut ground = |x: f64, y: f64| terrain.ground(x, y).map(|g| (g.height, g.normal));
+        let report = rolling
+            .step(&self.tree, &mut self.ws, &mut ground, h, (q, v, &self.vdot), (hold, &up))
+            .map_err(|e| Failure::of(&e))?;
+        for (vdot, (after, before)) in self.vdot.iter_mut().zip(v.iter().zip(before.iter())) {
+            *vdot = (after - before) / h;
+        }
+        sig[self.w.yd..self.w.yd + nv].copy_from_slice(&self.vdot);
+        kinematics(&self.tree, &mut self.ws, q, v);
+        if !plan.ports.accels.is_empty() {
+            inverse_dynamics_given_kinematics(&self.tree, &mut self.ws, &self.vdot, hold);
+            self.put_accelerations(sig);
+        }
+        let [_, constraints, first, end] = self.outputs();
+        // Couplings, the only constraints: they hold to the accuracy of the settling.
+        for (lanes, force) in
+            sig[constraints..first].chunks_exact_mut(2).zip(rolling.coupling_forces())
+        {
+            lanes.copy_from_slice(&[0.0, *force]);
+        }
+        sig[first..first + 2].copy_from_slice(&[report.gap, report.slide]);
+        let loads = rolling.loads().iter().map(|l| PairLoad {
+            body_a: None,
+            body_b: Some(l.body),
+            force: l.force,
+            point: l.point,
+            pressure: l.force.norm(),
+        });
+        let origin = |b| self.ws.body_pose(&self.tree, b).position;
+        touch::put(&plan.touched, loads, origin, &mut self.weights, &mut sig[first + 2..end]);
+        self.put_touches(sig);
+        Ok(())
+    }
+}

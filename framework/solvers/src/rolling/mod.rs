@@ -1,0 +1,719 @@
+//! Vehicles that roll without slip on uneven ground: motion by kinematics alone, and what their wheels carry.
+//!
+//! A vehicle is a root on a free hinge, wheels, and joints that adapt to the ground (rockers, bogies); every other hinge
+//! is prescribed (axles, steering). With δ a small motion of the unknown coordinates:
+//! ```text
+//! d           x, y, heading of the root: where the vehicle drives
+//! s           height, roll, pitch of the root, and the joints: how it lies on the ground
+//! G s + G_d d + g = 0        each wheel stays on the ground (along its normal n), couplings hold
+//! H s + H_d d + h → least    each wheel's rim has no velocity over the ground, ahead and to the side
+//! ```
+//! g and h are what prescribed motions do. The first is solved for s, exactly where there are as many wheels as s has
+//! coordinates, else by least squares; the second then gives d, by least squares over wheels that may disagree. The step goes
+//! along these rates, exactly for a constant twist of the root; then s is put back onto the ground by Gauss–Newton
+//! steps at the new place.
+//!
+//! Loads are those of rest: F along the vertical at each wheel, so that every wheel has the same share of traction, T = N tan α on
+//! a slope α, and the virtual work of all forces vanishes for each motion s:
+//! ```text
+//! Uᵀ F = Sᵀ τ           τ: generalised forces that hold the machine still;   U: how far s lifts each wheel
+//! ```
+//! It knows no friction: what would slide or tip over rolls on. It knows no limits of joints either.
+mod contact;
+mod small;
+
+pub use contact::{Footing, footing};
+
+use linkwork_dynamics::{Tree, Workspace, body_jacobian, poses};
+use linkwork_multibody::{BodyId, Coordinate, SubhingeKind};
+use linkwork_spatial::nalgebra::Matrix6;
+use linkwork_spatial::{Mat3, Vec3};
+use small::Symmetric;
+use thiserror::Error;
+
+/// A vehicle on wheels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vehicle {
+    /// Its root, on a free hinge of the world.
+    pub root: BodyId,
+    /// Wheels: body, whose y axis is the axle and whose origin the hub, and radius (m).
+    pub wheels: Vec<(BodyId, f64)>,
+    /// Bodies whose pin hinges adapt to the ground.
+    pub joints: Vec<BodyId>,
+}
+
+/// Why vehicles cannot roll.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum RollingError {
+    /// A root that cannot be driven.
+    #[error("`{body}` has no free hinge on the world\n  help: name the root body of the machine")]
+    Root {
+        /// Its name.
+        body: String,
+    },
+    /// A joint that cannot adapt.
+    #[error(
+        "the hinge of `{body}` cannot adapt to the ground\n  help: `joints` are bodies on one pin each that no motion prescribes"
+    )]
+    Joint {
+        /// Its name.
+        body: String,
+    },
+    /// A coordinate that nothing determines.
+    #[error(
+        "nothing says how the hinge of `{body}` moves without forces\n  help: prescribe its motion, lock it, or list it in `joints`, where it adapts to the ground"
+    )]
+    Undetermined {
+        /// The body.
+        body: String,
+    },
+    /// More coordinates than wheels.
+    #[error(
+        "{wheels} wheels and {couplings} couplings do not determine how `{root}` lies on the ground: that takes {needed}\n  help: list fewer `joints`, or couple them (as a differential does)"
+    )]
+    Few {
+        /// The vehicle.
+        root: String,
+        /// Its wheels.
+        wheels: usize,
+        /// Couplings of its joints.
+        couplings: usize,
+        /// Coordinates that adapt.
+        needed: usize,
+    },
+    /// What rolling knows nothing of.
+    #[error("rolling without forces knows no {what}\n  help: {help}")]
+    Unknown {
+        /// What it is.
+        what: String,
+        /// What to do instead.
+        help: &'static str,
+    },
+    /// Off the map, or where it has no data.
+    #[error(
+        "there is no ground under `{wheel}` at ({x:.3}, {y:.3})\n  help: stay where the terrain has data"
+    )]
+    NoGround {
+        /// The wheel.
+        wheel: String,
+        /// Where (m).
+        x: f64,
+        /// Where (m).
+        y: f64,
+    },
+    /// No pose in which the wheels touch.
+    #[error(
+        "`{root}` does not come to lie on the ground: a wheel stays {gap:.3} m from it\n  help: the ground is too rough for the wheels here; drive around, or simulate with forces"
+    )]
+    Apart {
+        /// The vehicle.
+        root: String,
+        /// Greatest distance of a wheel (m).
+        gap: f64,
+    },
+}
+
+/// What a step left.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RollingReport {
+    /// Greatest distance of a wheel from the ground, above or in it (m).
+    pub gap: f64,
+    /// Root mean square of the speed at which rims would have to slide, ahead or sideways, since wheels disagree (m/s).
+    pub slide: f64,
+}
+
+/// A wheel on the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WheelLoad {
+    /// The wheel.
+    pub body: BodyId,
+    /// Force of the ground at rest, along the vertical, W (N).
+    pub force: Vec3,
+    /// Where it acts, W (m).
+    pub point: Vec3,
+}
+
+/// Unknowns that drive, before those that settle.
+const DRIVE: usize = 3;
+/// Weight of a coupling (rad) beside the gap of a wheel (m): couplings are exact where wheels are not.
+const COUPLING: f64 = 100.0;
+/// Gauss–Newton steps of a settling at most, and the distance (m, rad) from which one more changes nothing.
+const SETTLES: (usize, f64) = (40, 1e-9);
+/// Corrections below this (m, rad) leave a wheel on the same part of its rim.
+const NEAR: f64 = 2e-3;
+/// Lifts of a machine with wheels in the ground, at most.
+const LIFTS: usize = 6;
+/// A wheel so far from the ground (m) has not come to lie on it.
+const APART: f64 = 0.02;
+
+/// Where on the rim of a wheel the ground is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Search {
+    /// All of the lower rim.
+    Whole,
+    /// Near the point that touched before.
+    Near,
+}
+
+/// A coupling of a vehicle's joints: its place, factors of its unknowns, (place in q, in v, factor) of all terms, constant.
+#[derive(Clone, Debug)]
+struct CouplingRow {
+    /// Place among the mechanism's couplings.
+    place: usize,
+    factors: Vec<f64>,
+    terms: Vec<(usize, usize, f64)>,
+    constant: f64,
+}
+
+/// A vehicle with its work space.
+#[derive(Clone, Debug)]
+struct Machine {
+    spec: Vehicle,
+    names: Vec<String>,
+    /// First lane of the root's v; lanes of the joints.
+    root: usize,
+    joints: Vec<usize>,
+    couplings: Vec<CouplingRow>,
+    /// Footing of each wheel.
+    footing: Vec<Footing>,
+    /// Rows of unknowns, [`Machine::unknowns`] each: normal of each wheel and couplings; ahead and side of each wheel; up of
+    /// each wheel and couplings.
+    normal: Vec<f64>,
+    slide: Vec<f64>,
+    lift: Vec<f64>,
+    /// What prescribed motions add to rows of `normal` and `slide`.
+    given: [Vec<f64>; 2],
+    gram: Symmetric,
+    /// s that goes with each of d, and with what is given.
+    columns: Vec<f64>,
+    /// Solution: unknowns.
+    rates: Vec<f64>,
+    error: Vec<f64>,
+    right: Vec<f64>,
+    inverse: Matrix6<f64>,
+}
+
+/// Vehicles of a mechanism that roll, with their memory: nothing is allocated by a step.
+#[derive(Clone, Debug)]
+pub struct Rolling {
+    machines: Vec<Machine>,
+    prescribed: Vec<bool>,
+    jacobian: Vec<f64>,
+    given: Vec<f64>,
+    dv: Vec<f64>,
+    next: Vec<f64>,
+    best: Vec<f64>,
+    loads: Vec<WheelLoad>,
+    /// Force of each coupling of the mechanism (N m or N).
+    forces: Vec<f64>,
+}
+
+/// Height (m) and unit normal of the ground at x, y (m), W; `None` where there is none.
+pub trait RollingGround: FnMut(f64, f64) -> Option<(f64, Vec3)> {}
+impl<F: FnMut(f64, f64) -> Option<(f64, Vec3)>> RollingGround for F {}
+
+impl Rolling {
+    /// Vehicles that are all that moves in a mechanism, but for prescribed hinges.
+    ///
+    /// # Errors
+    /// Roots and joints that cannot be such, coordinates that nothing determines, loops, flexible bodies.
+    pub fn new(tree: &Tree, vehicles: &[Vehicle]) -> Result<Self, RollingError> {
+        let mb = tree.multibody();
+        let name = |b: BodyId| mb.get(b).name().to_string();
+        let prescribed = mb.prescribed();
+        let mut known = prescribed.clone();
+        if let Some(l) = mb.loops().first() {
+            let what = format!("loops (`{}`)", l.closure.name);
+            let help = "couple the coordinates, or simulate with forces";
+            return Err(RollingError::Unknown { what, help });
+        }
+        if let Some(b) = mb.bodies().iter().find(|b| !b.modes_q().is_empty()) {
+            let what = format!("bodies that bend (`{}`)", b.name());
+            let help = "write the body without `modes`, or simulate with forces";
+            return Err(RollingError::Unknown { what, help });
+        }
+        let mut machines = Vec::new();
+        for spec in vehicles {
+            let body = mb.get(spec.root);
+            let root = match (body.parent(), body.subhinges()) {
+                (None, [s])
+                    if s.subhinge.kind == SubhingeKind::Free
+                        && s.subhinge.coordinate == Coordinate::Free =>
+                {
+                    s.v.start
+                }
+                _ => return Err(RollingError::Root { body: name(spec.root) }),
+            };
+            known[root..root + 6].fill(true);
+            let mut joints = Vec::new();
+            for joint in &spec.joints {
+                match mb.get(*joint).subhinges() {
+                    [s] if matches!(s.subhinge.kind, SubhingeKind::Pin { .. })
+                        && s.subhinge.coordinate == Coordinate::Free =>
+                    {
+                        joints.push(s.v.start);
+                        known[s.v.start] = true;
+                    }
+                    _ => return Err(RollingError::Joint { body: name(*joint) }),
+                }
+            }
+            let unknowns = 2 * DRIVE + joints.len();
+            let mut couplings = Vec::new();
+            for (place, c) in mb.couplings().iter().enumerate() {
+                let mut factors = vec![0.0; unknowns];
+                for (_, v, factor) in &c.terms {
+                    if let Some(k) = joints.iter().position(|j| j == v) {
+                        factors[2 * DRIVE + k] += factor;
+                    }
+                }
+                if factors.iter().any(|f| *f != 0.0) {
+                    let constant = c.coupling.constant;
+                    couplings.push(CouplingRow {
+                        place,
+                        factors,
+                        terms: c.terms.clone(),
+                        constant,
+                    });
+                }
+            }
+            let (wheels, settles) = (spec.wheels.len(), DRIVE + joints.len());
+            let rows = wheels + couplings.len();
+            if rows < settles {
+                return Err(RollingError::Few {
+                    root: name(spec.root),
+                    wheels,
+                    couplings: couplings.len(),
+                    needed: settles,
+                });
+            }
+            machines.push(Machine {
+                names: spec.wheels.iter().map(|w| name(w.0)).collect(),
+                spec: spec.clone(),
+                root,
+                joints,
+                footing: vec![Footing::default(); wheels],
+                normal: vec![0.0; rows * unknowns],
+                slide: vec![0.0; 2 * wheels * unknowns],
+                lift: vec![0.0; rows * unknowns],
+                given: [vec![0.0; rows], vec![0.0; 2 * wheels]],
+                gram: Symmetric::new(settles),
+                columns: vec![0.0; (DRIVE + 1) * settles],
+                rates: vec![0.0; unknowns],
+                error: vec![0.0; rows],
+                right: vec![0.0; settles],
+                inverse: Matrix6::identity(),
+                couplings,
+            });
+        }
+        if let Some(lane) = known.iter().position(|k| !k) {
+            let body = mb.subhinges().find(|(_, s)| s.v.contains(&lane)).map(|(b, _)| name(b));
+            return Err(RollingError::Undetermined { body: body.unwrap_or_default() });
+        }
+        let wheels = machines.iter().map(|m| m.spec.wheels.len()).sum();
+        let (nq, nv) = (mb.nq(), mb.nv());
+        Ok(Rolling {
+            machines,
+            prescribed,
+            jacobian: vec![0.0; 6 * nv],
+            given: vec![0.0; nv],
+            dv: vec![0.0; nv],
+            next: vec![0.0; nq],
+            best: vec![0.0; nq],
+            loads: Vec::with_capacity(wheels),
+            forces: vec![0.0; mb.couplings().len()],
+        })
+    }
+
+    /// Puts every vehicle onto the ground where it is: x, y and heading of its root stay. O(wheels · n) for each of some steps.
+    ///
+    /// # Errors
+    /// No ground, or none on which the wheels come to lie.
+    pub fn settle(
+        &mut self,
+        tree: &Tree,
+        ws: &mut Workspace,
+        ground: &mut impl RollingGround,
+        q: &mut [f64],
+    ) -> Result<RollingReport, RollingError> {
+        let mut report = RollingReport::default();
+        for k in 0..self.machines.len() {
+            report.gap = report.gap.max(self.settle_one(k, tree, ws, ground, q)?);
+        }
+        Ok(report)
+    }
+
+    /// A step of `h` s from `q`, with the rates in `v` and the accelerations in `vdot` of prescribed coordinates, which are
+    /// integrated exactly for constant ones; all of `v` are rates at the end. `hold` (nv): the generalised forces that hold the
+    /// machine still at `q`; `up`: the vertical, W.
+    ///
+    /// # Errors
+    /// As of [`Rolling::settle`].
+    pub fn step(
+        &mut self,
+        tree: &Tree,
+        ws: &mut Workspace,
+        ground: &mut impl RollingGround,
+        h: f64,
+        (q, v, vdot): (&mut [f64], &mut [f64], &[f64]),
+        (hold, up): (&[f64], &Vec3),
+    ) -> Result<RollingReport, RollingError> {
+        let mut report = RollingReport::default();
+        self.loads.clear();
+        for lane in 0..v.len() {
+            let given = self.prescribed[lane];
+            // The mean rate of the step.
+            self.given[lane] = if given { v[lane] + 0.5 * h * vdot[lane] } else { 0.0 };
+            v[lane] = if given { v[lane] + h * vdot[lane] } else { 0.0 };
+        }
+        self.dv.iter_mut().zip(&self.given).for_each(|(dv, v)| *dv = h * v);
+        poses(tree, ws, q);
+        for machine in &mut self.machines {
+            machine.stand(tree, ws, ground, Search::Whole)?;
+            machine.rows(tree, ws, &mut self.jacobian, (&self.given, up));
+            machine.solve();
+            report.slide = report.slide.max(machine.slides());
+            machine.into_lanes(h, &mut self.dv);
+            machine.weigh(hold, up, &mut self.loads, &mut self.forces);
+            // The same geometry with the rates at the end.
+            machine.follow(tree, ws, &mut self.jacobian, v);
+            machine.solve();
+            machine.into_lanes(1.0, v);
+        }
+        tree.multibody().integrate(q, &self.dv, &mut self.next);
+        q.copy_from_slice(&self.next);
+        report.gap = self.settle(tree, ws, ground, q)?.gap;
+        Ok(report)
+    }
+
+    /// Force of each coupling of the mechanism in the last step, at its start: factor times force acts on each coordinate (N m, N).
+    #[must_use]
+    pub fn coupling_forces(&self) -> &[f64] {
+        &self.forces
+    }
+
+    /// The vehicles.
+    pub fn vehicles(&self) -> impl Iterator<Item = &Vehicle> {
+        self.machines.iter().map(|m| &m.spec)
+    }
+
+    /// Loads of the last step, at its start.
+    #[must_use]
+    pub fn loads(&self) -> &[WheelLoad] {
+        &self.loads
+    }
+
+    fn settle_one(
+        &mut self,
+        k: usize,
+        tree: &Tree,
+        ws: &mut Workspace,
+        ground: &mut impl RollingGround,
+        q: &mut [f64],
+    ) -> Result<f64, RollingError> {
+        let (mb, up) = (tree.multibody(), Vec3::z());
+        let machine = &mut self.machines[k];
+        self.given.fill(0.0);
+        poses(tree, ws, q);
+        machine.stand(tree, ws, ground, Search::Whole)?;
+        machine.rows(tree, ws, &mut self.jacobian, (&self.given, &up));
+        let mut least = machine.errors(q);
+        self.best.copy_from_slice(q);
+        machine.correction();
+        let mut share = 1.0;
+        for _ in 0..SETTLES.0 {
+            let most = share * machine.rates.iter().fold(0.0_f64, |a, r| a.max(r.abs()));
+            if most < SETTLES.1 {
+                break;
+            }
+            self.dv.fill(0.0);
+            machine.into_lanes(share * (0.2 / most).min(1.0), &mut self.dv);
+            mb.integrate(&self.best, &self.dv, q);
+            poses(tree, ws, q);
+            let search = if most < NEAR { Search::Near } else { Search::Whole };
+            machine.stand(tree, ws, ground, search)?;
+            let size = machine.errors(q);
+            if size < least {
+                if size > 0.2 * least {
+                    machine.rows(tree, ws, &mut self.jacobian, (&self.given, &up));
+                }
+                (least, share) = (size, 1.0);
+                self.best.copy_from_slice(q);
+                machine.correction();
+            } else {
+                // Beyond an edge the ground is another one: back, and half as far.
+                share *= 0.5;
+            }
+        }
+        if self.best != q {
+            q.copy_from_slice(&self.best);
+            poses(tree, ws, q);
+            machine.stand(tree, ws, ground, Search::Whole)?;
+        }
+        // With more wheels than the machine has ways to lie it stands on those that touch first.
+        let mut gap = 0.0;
+        for _ in 0..LIFTS {
+            gap = machine.footing.iter().fold(0.0_f64, |a, f| a.max(f.gap.abs()));
+            let lift = |f: &Footing| -f.gap / f.normal.z;
+            let lift = machine.footing.iter().fold(0.0_f64, |a, f| a.max(lift(f)));
+            if !(lift > 1e-9) {
+                break;
+            }
+            machine.rates.fill(0.0);
+            machine.rates[DRIVE] = lift;
+            self.dv.fill(0.0);
+            machine.into_lanes(1.0, &mut self.dv);
+            self.best.copy_from_slice(q);
+            mb.integrate(&self.best, &self.dv, q);
+            poses(tree, ws, q);
+            machine.stand(tree, ws, ground, Search::Whole)?;
+        }
+        let over = machine.footing.len() + machine.couplings.len() > machine.right.len();
+        match !(gap < APART) && !over {
+            true => {
+                let root = mb.get(machine.spec.root).name().to_string();
+                Err(RollingError::Apart { root, gap })
+            }
+            false => Ok(gap),
+        }
+    }
+}
+
+impl Machine {
+    fn unknowns(&self) -> usize {
+        2 * DRIVE + self.joints.len()
+    }
+
+    /// Footing of all wheels at the poses in the work space.
+    fn stand(
+        &mut self,
+        tree: &Tree,
+        ws: &Workspace,
+        ground: &mut impl RollingGround,
+        search: Search,
+    ) -> Result<(), RollingError> {
+        for (w, (body, radius)) in self.spec.wheels.iter().enumerate() {
+            let pose = ws.body_pose(tree, *body);
+            let found = match search {
+                Search::Whole => footing(ground, &pose, *radius),
+                Search::Near => contact::near(ground, &pose, *radius, self.footing[w].angle),
+            };
+            let Some(foot) = found else {
+                let c = pose.position;
+                let wheel = self.names[w].clone();
+                return Err(RollingError::NoGround { wheel, x: c.x, y: c.y });
+            };
+            self.footing[w] = foot;
+        }
+        Ok(())
+    }
+
+    /// Rows of all wheels with their footing; prescribed rates `given`.
+    fn rows(
+        &mut self,
+        tree: &Tree,
+        ws: &Workspace,
+        jacobian: &mut [f64],
+        (given, up): (&[f64], &Vec3),
+    ) {
+        let (n, nv) = (self.unknowns(), given.len());
+        let origin = ws.body_pose(tree, self.spec.root).position;
+        // From the root's lanes to its twist in the axes of W.
+        body_jacobian(tree, ws, self.spec.root, jacobian);
+        let twist = Matrix6::from_fn(|row, k| jacobian[row * nv + self.root + k]);
+        self.inverse = twist.try_inverse().unwrap_or_else(Matrix6::identity);
+        for (w, (body, _)) in self.spec.wheels.iter().enumerate() {
+            let (pose, foot) = (ws.body_pose(tree, *body), self.footing[w]);
+            body_jacobian(tree, ws, *body, jacobian);
+            let arm = foot.point - pose.position;
+            let lane = |k: usize| {
+                let at = |row: usize| jacobian[row * nv + k];
+                Vec3::new(at(3), at(4), at(5)) + Vec3::new(at(0), at(1), at(2)).cross(&arm)
+            };
+            let ahead = (pose.rotation * Vec3::y()).cross(&foot.normal).normalize();
+            let directions = [foot.normal, ahead, foot.normal.cross(&ahead), *up];
+            let from_root = foot.point - origin;
+            for k in 0..n {
+                let motion = match k {
+                    0 => Vec3::x(),
+                    1 => Vec3::y(),
+                    2 => Vec3::z().cross(&from_root),
+                    3 => Vec3::z(),
+                    4 => Vec3::x().cross(&from_root),
+                    5 => Vec3::y().cross(&from_root),
+                    _ => lane(self.joints[k - 2 * DRIVE]),
+                };
+                let [normal, ahead, side, up] = directions.map(|d| d.dot(&motion));
+                self.normal[w * n + k] = normal;
+                self.slide[2 * w * n + k] = ahead;
+                self.slide[(2 * w + 1) * n + k] = side;
+                self.lift[w * n + k] = up;
+            }
+            let mut moved = Vec3::zeros();
+            for (k, rate) in given.iter().enumerate().filter(|(_, rate)| **rate != 0.0) {
+                moved += lane(k) * *rate;
+            }
+            self.given[0][w] = directions[0].dot(&moved);
+            self.given[1][2 * w] = directions[1].dot(&moved);
+            self.given[1][2 * w + 1] = directions[2].dot(&moved);
+        }
+        let wheels = self.spec.wheels.len();
+        for (c, coupling) in self.couplings.iter().enumerate() {
+            let at = (wheels + c) * n;
+            for (k, factor) in coupling.factors.iter().enumerate() {
+                self.normal[at + k] = COUPLING * factor;
+                self.lift[at + k] = *factor;
+            }
+            let moved: f64 = coupling.terms.iter().map(|(_, v, f)| f * given[*v]).sum();
+            self.given[0][wheels + c] = COUPLING * moved;
+        }
+        let settles = n - DRIVE;
+        self.gram.of_columns(&self.normal, n, DRIVE..DRIVE + settles);
+    }
+
+    /// What other prescribed rates do, in the same rows.
+    fn follow(&mut self, tree: &Tree, ws: &Workspace, jacobian: &mut [f64], given: &[f64]) {
+        let nv = given.len();
+        for (w, (body, _)) in self.spec.wheels.iter().enumerate() {
+            let (pose, foot) = (ws.body_pose(tree, *body), self.footing[w]);
+            body_jacobian(tree, ws, *body, jacobian);
+            let mut twist = [0.0; 6];
+            for (row, sum) in twist.iter_mut().enumerate() {
+                *sum = (0..nv).map(|k| jacobian[row * nv + k] * given[k]).sum();
+            }
+            let [a, b, c, x, y, z] = twist;
+            let arm = foot.point - pose.position;
+            let moved = Vec3::new(x, y, z) + Vec3::new(a, b, c).cross(&arm);
+            let ahead = (pose.rotation * Vec3::y()).cross(&foot.normal).normalize();
+            self.given[0][w] = foot.normal.dot(&moved);
+            self.given[1][2 * w] = ahead.dot(&moved);
+            self.given[1][2 * w + 1] = foot.normal.cross(&ahead).dot(&moved);
+        }
+        let wheels = self.spec.wheels.len();
+        for (c, coupling) in self.couplings.iter().enumerate() {
+            let moved: f64 = coupling.terms.iter().map(|(_, v, f)| f * given[*v]).sum();
+            self.given[0][wheels + c] = COUPLING * moved;
+        }
+    }
+
+    /// s for a right side of the rows of normals: −(GᵀG)⁻¹ Gᵀ e, into `right`.
+    fn settled(&mut self, column: impl Fn(&Machine, usize) -> f64) {
+        let (n, settles) = (self.unknowns(), self.right.len());
+        for k in 0..settles {
+            let rows = 0..self.given[0].len();
+            self.right[k] =
+                -rows.map(|row| self.normal[row * n + DRIVE + k] * column(self, row)).sum::<f64>();
+        }
+        self.gram.solve(&mut self.right);
+    }
+
+    /// Rates of all unknowns for what is given.
+    fn solve(&mut self) {
+        let n = self.unknowns();
+        let rows = self.given[1].len();
+        // Sliding for d = 0, and its change with each of d.
+        let (mut square, mut side) = (Mat3::zeros(), Vec3::zeros());
+        let settles = self.right.len();
+        let mut columns = std::mem::take(&mut self.columns);
+        for d in 0..=DRIVE {
+            match d {
+                DRIVE => self.settled(|m, row| m.given[0][row]),
+                _ => self.settled(|m, row| m.normal[row * n + d]),
+            }
+            columns[d * settles..(d + 1) * settles].copy_from_slice(&self.right);
+        }
+        let column = |d: usize| &columns[d * settles..(d + 1) * settles];
+        for row in 0..rows {
+            let slides = &self.slide[row * n..(row + 1) * n];
+            let of = |s: &[f64]| -> f64 { slides[DRIVE..].iter().zip(s).map(|(a, b)| a * b).sum() };
+            let change: [f64; DRIVE] = std::array::from_fn(|d| slides[d] + of(column(d)));
+            let now = self.given[1][row] + of(column(DRIVE));
+            for i in 0..DRIVE {
+                side[i] -= change[i] * now;
+                for j in 0..DRIVE {
+                    square[(i, j)] += change[i] * change[j];
+                }
+            }
+        }
+        // What no wheel determines stays.
+        square += Mat3::identity() * (1e-13 * square.trace() + f64::MIN_POSITIVE);
+        let drive = square.cholesky().map_or_else(Vec3::zeros, |c| c.solve(&side));
+        self.rates[..DRIVE].copy_from_slice(drive.as_slice());
+        for k in 0..settles {
+            let along: f64 = (0..DRIVE).map(|d| column(d)[k] * drive[d]).sum();
+            self.rates[DRIVE + k] = column(DRIVE)[k] + along;
+        }
+        self.columns = columns;
+    }
+
+    /// Root mean square of the sliding that is left (m/s).
+    fn slides(&self) -> f64 {
+        let (n, rows) = (self.unknowns(), self.given[1].len());
+        let of = |row: usize| {
+            let along = self.slide[row * n..(row + 1) * n].iter().zip(&self.rates);
+            self.given[1][row] + along.map(|(a, b)| a * b).sum::<f64>()
+        };
+        ((0..rows).map(|row| of(row).powi(2)).sum::<f64>() / rows.max(1) as f64).sqrt()
+    }
+
+    /// Distances of wheels and errors of couplings at `q`; their size.
+    fn errors(&mut self, q: &[f64]) -> f64 {
+        let wheels = self.footing.len();
+        for (error, foot) in self.error.iter_mut().zip(&self.footing) {
+            *error = foot.gap;
+        }
+        for (error, c) in self.error[wheels..].iter_mut().zip(&self.couplings) {
+            let sum: f64 = c.terms.iter().map(|(at, _, f)| f * q[*at]).sum();
+            *error = COUPLING * (sum - c.constant);
+        }
+        self.error.iter().map(|e| e * e).sum::<f64>().sqrt()
+    }
+
+    /// The step of s that takes the errors away, into the rates; d stays.
+    fn correction(&mut self) {
+        self.settled(|m, row| m.error[row]);
+        self.rates[..DRIVE].fill(0.0);
+        self.rates[DRIVE..].copy_from_slice(&self.right);
+    }
+
+    /// Unknowns times `h` into the lanes of v.
+    fn into_lanes(&self, h: f64, v: &mut [f64]) {
+        let r = &self.rates;
+        let twist = [r[4], r[5], r[2], r[0], r[1], r[3]];
+        for k in 0..6 {
+            let along = (0..6).map(|row| self.inverse[(k, row)] * twist[row]);
+            v[self.root + k] = h * along.sum::<f64>();
+        }
+        for (lane, rate) in self.joints.iter().zip(&r[2 * DRIVE..]) {
+            v[*lane] = h * rate;
+        }
+    }
+
+    /// Loads for the forces that hold the machine still.
+    fn weigh(&mut self, hold: &[f64], up: &Vec3, loads: &mut Vec<WheelLoad>, forces: &mut [f64]) {
+        let n = self.unknowns();
+        let settles = self.right.len();
+        // Work of the holding forces for each motion: along twists of the root (vertical, roll, pitch), then the joints.
+        for k in 0..settles {
+            self.right[k] = match k {
+                0..3 => {
+                    let row = [5, 0, 1][k];
+                    (0..6).map(|lane| self.inverse[(lane, row)] * hold[self.root + lane]).sum()
+                }
+                _ => hold[self.joints[k - DRIVE]],
+            };
+        }
+        self.gram.of_columns(&self.lift, n, DRIVE..DRIVE + settles);
+        self.gram.solve(&mut self.right);
+        let of = |row: usize| -> f64 {
+            let lift = &self.lift[row * n + DRIVE..(row + 1) * n];
+            lift.iter().zip(&self.right).map(|(a, b)| a * b).sum()
+        };
+        for (w, (foot, (body, _))) in self.footing.iter().zip(&self.spec.wheels).enumerate() {
+            loads.push(WheelLoad { body: *body, force: up * of(w), point: foot.point });
+        }
+        for (c, coupling) in self.couplings.iter().enumerate() {
+            forces[coupling.place] = of(self.footing.len() + c);
+        }
+        self.gram.of_columns(&self.normal, n, DRIVE..DRIVE + settles);
+    }
+}
