@@ -32,6 +32,7 @@ mod text;
 mod wiring;
 
 pub use body::shapes::BodyShape;
+pub use body::stl::read as stl_corners;
 pub use expand::tree::{TreeKind, TreeNode};
 pub use form::assembly::{Assembly, ItemForm, MountDecl, PartForm, PartKind};
 pub use form::settings::{

@@ -124,3 +124,110 @@ fn what_cannot_be_made_is_refused_and_leaves_nothing() {
     assert_eq!(std::fs::read_to_string(lab.path("own/src/lib.rs")).unwrap(), list);
     assert_eq!(names(&lab.path("own/src")), ["lib.rs"]);
 }
+
+/// The folder of a rover that was made, with what `check` and a run of some seconds say.
+fn made_rover(lab: &Lab, name: &str, file: &Path) -> (String, String, String) {
+    let from = file.to_str().unwrap();
+    lab.linkwork(&["new", "rover", name, "--from", from]).code(0);
+    let checked = lab.linkwork(&["check", name]).code(0);
+    let said =
+        lab.linkwork(&["run", name, "--until", "12s", "--no-log", "--save-rrd", "off"]).code(0);
+    let readme = std::fs::read_to_string(lab.path(&format!("{name}/README.md"))).unwrap();
+    (readme, checked.out + &checked.err, said.out + &said.err)
+}
+
+/// The number behind a name in what a run says.
+fn figure(said: &str, name: &str) -> f64 {
+    let line = said.lines().find(|l| l.contains(name)).unwrap_or_else(|| panic!("{name}: {said}"));
+    line.split(name).nth(1).unwrap().split_whitespace().next().unwrap().parse().unwrap()
+}
+
+/// Published vehicles become rovers that drive: a rigid one with skid steering, and one whose axles point both ways.
+#[test]
+fn a_urdf_becomes_a_rover_that_drives() {
+    let robots = root().join("../shared/reference/robots");
+    for (name, radius, ahead) in [("husky", "0.1651", 3.0), ("leo", "0.0625", 1.0)] {
+        let file = robots.join(format!("{name}.urdf"));
+        if !file.is_file() {
+            assert!(std::env::var("CI").is_err(), "{name}.urdf is not there");
+            println!("SKIPPED: no reference file {name}.urdf");
+            continue;
+        }
+        let lab = Lab::new();
+        let (readme, checked, said) = made_rover(&lab, name, &file);
+        assert_eq!(readme.matches(&format!("| {radius} m,")).count(), 4, "{readme}");
+        assert!(!checked.contains("does not rest"), "{checked}");
+        let driven = figure(&said, "distance by odometry");
+        assert!(driven > ahead && figure(&said, "greatest tilt") < 15.0, "{said}");
+    }
+}
+
+/// Steering, a rocker, axles of both directions, an arm; then a side-car that says what is a wheel.
+#[test]
+fn wheels_steering_and_suspension_are_found() {
+    let lab = Lab::new();
+    let link = |name: &str, more: &str| {
+        format!(
+            r#"<link name="{name}"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial>{more}</link>"#
+        )
+    };
+    let joint = |name: &str, kind: &str, parent: &str, xyz: &str, axis: &str| {
+        let limit = if kind == "revolute" {
+            r#"<limit lower="-1" upper="1" effort="50" velocity="2"/>"#
+        } else {
+            ""
+        };
+        format!(
+            r#"<joint name="{name}_joint" type="{kind}"><parent link="{parent}"/><child link="{name}"/><origin xyz="{xyz}"/><axis xyz="{axis}"/>{limit}</joint>"#
+        )
+    };
+    let tyre = r#"<collision><origin rpy="1.5707963 0 0"/><geometry><cylinder radius="0.1" length="0.06"/></geometry></collision>"#;
+    let wheels = [
+        ("fl", "rocker_l", "0.4 0.1 -0.1", "0 1 0"),
+        ("rl", "rocker_l", "-0.4 0.1 -0.1", "0 -1 0"),
+        ("fr", "yoke", "0 0 -0.1", "0 1 0"),
+        ("rr", "rocker_r", "-0.4 -0.1 -0.1", "0 1 0"),
+    ];
+    let mut text = String::from(r#"<robot name="scout">"#);
+    text += &link("base", "").replace("value=\"2\"", "value=\"20\"");
+    for (name, xyz) in [("rocker_l", "0 0.3 0"), ("rocker_r", "0 -0.3 0")] {
+        text += &(link(name, "") + &joint(name, "revolute", "base", xyz, "0 1 0"));
+    }
+    text += &(link("yoke", "") + &joint("yoke", "revolute", "rocker_r", "0.4 -0.1 0", "0 0 -1"));
+    text += &(link("mast", "") + &joint("mast", "revolute", "base", "0 0 0.3", "0 0 1"));
+    for (name, parent, xyz, axis) in wheels {
+        text += &(link(name, tyre) + &joint(name, "continuous", parent, xyz, axis));
+    }
+    text += "</robot>";
+    lab.write("scout.urdf", &text);
+    let (readme, _, said) = made_rover(&lab, "scout", &lab.path("scout.urdf"));
+    for part in [
+        "Joints that adapt to the ground: `rocker_l`, `rocker_r`.",
+        "held, since nothing here moves them: `mast`.",
+        "| `fr` | 0.1 m, 0.06 m | [0.4, -0.4, -0.1] | yes | yoke |",
+    ] {
+        assert!(readme.contains(part), "{part}: {readme}");
+    }
+    assert!(figure(&said, "distance by odometry") > 1.0, "{said}");
+    // A side-car names them instead, one of them idle.
+    let wheel = |name: &str, more: &str| format!("\"{name}\": (radius: 0.1, width: 0.06{more}), ");
+    let side = ["fl", "rl", "fr"].map(|w| wheel(w, "")).concat() + &wheel("rr", ", role: Idle");
+    lab.write("scout.linkwork.ron", &format!("SideCar(wheels: {{ {side} }})"));
+    let (readme, checked, _) = made_rover(&lab, "three", &lab.path("scout.urdf"));
+    assert!(readme.contains("| `rr` | 0.1 m, 0.06 m | [-0.4, -0.4, -0.1] | no | – |"), "{readme}");
+    assert!(!checked.contains("wheel `"), "{checked}");
+}
+
+#[test]
+fn what_is_no_rover_is_refused() {
+    let lab = Lab::new();
+    lab.write("arm.urdf", r#"<robot name="arm"><link name="base"/></robot>"#);
+    let told = lab.linkwork(&["new", "rover", "arm", "--from", "arm.urdf"]).code(2).err;
+    assert!(told.contains("there is no wheel") && told.contains("side-car"), "{told}");
+    assert!(!lab.path("arm").exists());
+    let told = lab.linkwork(&["new", "rover", "none", "--from", "none.urdf"]).code(2).err;
+    assert!(told.contains("`none.urdf` cannot be read"), "{told}");
+    lab.write("bad.urdf", "<robot name=");
+    let told = lab.linkwork(&["new", "rover", "bad", "--from", "bad.urdf"]).code(2).err;
+    assert!(told.contains("`bad.urdf` is not taken"), "{told}");
+}

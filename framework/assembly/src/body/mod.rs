@@ -8,7 +8,7 @@ pub(crate) mod mass;
 pub(crate) mod modes;
 pub(crate) mod shapes;
 pub(crate) mod solid;
-mod stl;
+pub(crate) mod stl;
 
 use crate::body::collider::Collider;
 use crate::body::hinge::{Drive, hinge};

@@ -5,7 +5,7 @@ use linkwork_spatial::Vec3;
 ///
 /// # Errors
 /// What is wrong with the file.
-pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
+pub fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let count = bytes.get(80..84).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
     // A binary file says its own length; `solid` at the start is not to be trusted.
     let corners = match count {

@@ -31,7 +31,7 @@ record! {
         /// The file's collision shapes collide, and those of the side-car's `contacts`.
         collide: bool = flag().or(false),
         /// What of the file is not wanted.
-        leave_out: Vec<Kept> = list_of(word(&[("couplings", Kept::Couplings), ("loops", Kept::Loops)])).or(Vec::new()),
+        leave_out: Vec<Kept> = list_of(word(&[("couplings", Kept::Couplings), ("loops", Kept::Loops), ("wheels", Kept::Wheels)])).or(Vec::new()),
     }
 }
 
@@ -40,4 +40,5 @@ record! {
 pub(crate) enum Kept {
     Couplings,
     Loops,
+    Wheels,
 }

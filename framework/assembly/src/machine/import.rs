@@ -259,7 +259,7 @@ fn options(import: &ImportForm, home: &Home) -> ReadOptions {
     out
 }
 
-/// What is named is taken out of the file: couplings, loops.
+/// What is named is taken out of the file: couplings, loops, the side-car's wheels.
 fn leave_out(import: &ImportForm, d: &mut Description) -> Vec<String> {
     let mut out = Vec::new();
     for kept in &import.leave_out {
@@ -267,6 +267,8 @@ fn leave_out(import: &ImportForm, d: &mut Description) -> Vec<String> {
             Kept::Couplings => {
                 out.extend(d.couplings.drain(..).map(|c| format!("coupling `{}`", c.name)));
             }
+            // Those who say so have made of them what they are for.
+            Kept::Wheels => d.wheels.clear(),
             Kept::Loops => out.extend(d.loops.drain(..).map(|l| format!("loop `{}`", l.name))),
         }
     }

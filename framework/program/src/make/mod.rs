@@ -1,8 +1,9 @@
-//! `linkwork new`: a simulation, a model or a library to begin from, which runs and is tested as it is.
+//! `linkwork new`: a simulation, a rover, a model or a library to begin from, which runs and is tested as it is.
 //!
 //! The texts are in `framework/program/templates`; words between `@` are filled in. What is there already is never written over.
 mod library;
 mod model;
+mod rover;
 
 use crate::exit;
 use crate::program::program;
@@ -16,6 +17,14 @@ pub enum Kind {
     Simulation {
         /// The folder, which must not be there yet. Its name becomes that of the simulation.
         folder: PathBuf,
+    },
+    /// A folder with a rover from a URDF, MJCF or SDF file that drives: wheels, steering and suspension are found, motors chosen.
+    Rover {
+        /// The folder, which must not be there yet. Its name becomes that of the simulation.
+        folder: PathBuf,
+        /// The file that describes the machine; a side-car beside it may name its wheels.
+        #[arg(long, value_name = "FILE")]
+        from: PathBuf,
     },
     /// A model in a library: a file with its parameters, ports, state and tests, and its line in the catalogue.
     Model {
@@ -42,6 +51,7 @@ type Refusal = (u8, String, String);
 pub fn make(kind: &Kind) -> u8 {
     let made = match kind {
         Kind::Simulation { folder } => simulation(folder),
+        Kind::Rover { folder, from } => rover::rover(folder, from),
         Kind::Model { name, library } => model::model(name, library),
         Kind::Library { folder, linkwork } => library::library(folder, linkwork.as_deref()),
     };

@@ -1,0 +1,264 @@
+//! Wheels, steering and suspension of a machine that a file describes.
+//!
+//! ```text
+//! wheel        a body on one pin without limits, whose axis is level, with a cylinder or a round mesh about that axis
+//! steering     a pin with an upright axis that carries one wheel
+//! suspension   any other pin between a wheel and the root
+//! ```
+//! The machine stands as in its file, with all joints at zero; x is ahead, z up. A side-car that names wheels says which they
+//! are, how large, which are idle and what steers them.
+use linkwork_formats::{Description, Geometry, ShapeRole, WheelRole};
+use linkwork_multibody::{BodySpec, SubhingeKind};
+use linkwork_spatial::{Pose, Vec3};
+use std::collections::BTreeMap;
+
+/// A wheel as it was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundWheel {
+    /// Its body.
+    pub body: String,
+    /// Radius and width (m).
+    pub size: [f64; 2],
+    /// Its centre and the axle, which points to the left of the machine, in its body (m).
+    pub centre: Vec3,
+    /// The axle in its body, to the left.
+    pub axle: Vec3,
+    /// Whether the hinge's axis points to the left.
+    pub forwards: bool,
+    /// Its centre in the axes of the root (m).
+    pub place: Vec3,
+    /// A motor turns it.
+    pub driven: bool,
+    /// The body that steers it, and whether its axis points up.
+    pub steering: Option<(String, bool)>,
+    /// Limits of its hinge, where the file has them: greatest rate (rad/s) and torque (N m).
+    pub rate: Option<f64>,
+    /// Greatest torque (N m).
+    pub torque: Option<f64>,
+}
+
+/// A vehicle as it was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The body that all others hang on.
+    pub root: String,
+    /// Mass of all bodies (kg).
+    pub mass: f64,
+    /// The wheels, front to rear, left before right.
+    pub wheels: Vec<FoundWheel>,
+    /// Bodies on pins that adapt to the ground.
+    pub suspension: Vec<String>,
+    /// Bodies on other hinges that move: arms, masts.
+    pub others: Vec<String>,
+}
+
+/// Greatest sine of the angle between a wheel's axis and the level, and least of that between a steering axis and it.
+const LEVEL: f64 = 0.35;
+const UPRIGHT: f64 = 0.9;
+/// A mesh is round when its extents across the axis differ by no more than this part.
+const ROUND: f64 = 0.12;
+
+/// Where bodies are with all joints at zero, in the axes of the root.
+fn poses(d: &Description, root: &str) -> BTreeMap<String, Pose> {
+    let mut out = BTreeMap::from([(root.to_string(), Pose::identity())]);
+    let bodies = d.builder.bodies();
+    // Files may name children before their parents.
+    for _ in 0..bodies.len() {
+        let before = out.len();
+        for b in bodies {
+            let Some(parent) = out.get(&b.parent) else { continue };
+            if !out.contains_key(&b.name) {
+                let pose = *parent * b.hinge_in_parent * b.hinge_in_body.inverse();
+                out.insert(b.name.clone(), pose);
+            }
+        }
+        if out.len() == before {
+            break;
+        }
+    }
+    out
+}
+
+/// The axis of a body on one pin, in the body.
+fn pin(b: &BodySpec) -> Option<Vec3> {
+    match &b.hinge.subhinges[..] {
+        [s] => match s.kind {
+            SubhingeKind::Pin { axis } => Some(b.hinge_in_body.rotation * axis.normalize()),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn unlimited(b: &BodySpec) -> bool {
+    b.hinge.subhinges.iter().all(|s| s.limits.lower < -6.0 && s.limits.upper > 6.0)
+}
+
+/// Radius, width and centre of what turns about an axis of a body: of a cylinder, else of a mesh that can be read.
+fn measured(
+    d: &Description,
+    body: &str,
+    axis: &Vec3,
+    corners: &dyn Fn(&std::path::Path) -> Option<Vec<Vec3>>,
+) -> Option<([f64; 2], Vec3)> {
+    let mut found: Vec<([f64; 2], Vec3)> = Vec::new();
+    for role in [ShapeRole::Contact, ShapeRole::Collision, ShapeRole::Visual] {
+        for s in d.shapes.iter().filter(|s| s.body == body && s.role == role) {
+            match &s.geometry {
+                Geometry::Cylinder { radius, length }
+                    if (s.pose.rotation * Vec3::z()).dot(axis).abs() > 0.99 =>
+                {
+                    found.push(([*radius, *length], s.pose.position));
+                }
+                Geometry::Mesh { path: Some(path), scale, .. } => {
+                    let scale = Vec3::from(*scale);
+                    let points = corners(path).unwrap_or_default();
+                    let points =
+                        points.iter().map(|p| s.pose.transform_point(&p.component_mul(&scale)));
+                    found.extend(round(points, axis));
+                }
+                _ => {}
+            }
+        }
+        // The tyre is the largest; what the file collides with goes before what it shows.
+        if let Some(largest) = found.iter().max_by(|a, b| a.0[0].total_cmp(&b.0[0])) {
+            return Some(*largest);
+        }
+    }
+    None
+}
+
+/// Radius, width and centre of points about an axis, when they are round.
+fn round(points: impl Iterator<Item = Vec3> + Clone, axis: &Vec3) -> Option<([f64; 2], Vec3)> {
+    let aside = if axis.x.abs() < 0.7 { Vec3::x() } else { Vec3::y() };
+    let e1 = axis.cross(&aside).normalize();
+    let e2 = axis.cross(&e1);
+    let span = |e: &Vec3| {
+        points
+            .clone()
+            .map(|p| p.dot(e))
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+    };
+    let [along, one, two] = [span(axis), span(&e1), span(&e2)];
+    let size = |s: [f64; 2]| s[1] - s[0];
+    let (a, b) = (size(one), size(two));
+    let mean = |s: [f64; 2]| 0.5 * (s[0] + s[1]);
+    let centre = axis * mean(along) + e1 * mean(one) + e2 * mean(two);
+    let good = a.is_finite() && a > 0.0 && (a - b).abs() < ROUND * a.max(b);
+    good.then(|| ([0.25 * (a + b), size(along)], centre))
+}
+
+/// What there is of a vehicle in a description.
+///
+/// # Errors
+/// Fact and remedy: no wheels, wheels of several sizes, several roots.
+pub fn vehicle(
+    d: &Description,
+    corners: &dyn Fn(&std::path::Path) -> Option<Vec<Vec3>>,
+) -> Result<Found, (String, String)> {
+    let bodies = d.builder.bodies();
+    let roots: Vec<&BodySpec> = bodies.iter().filter(|b| b.parent == "world").collect();
+    let [root] = roots[..] else {
+        let names: Vec<&str> = roots.iter().map(|b| b.name.as_str()).collect();
+        let fact = format!("the machine has {} roots: {}", roots.len(), names.join(", "));
+        return Err((fact, "give it one link that all others hang on".into()));
+    };
+    let poses = poses(d, &root.name);
+    let body = |name: &str| bodies.iter().find(|b| b.name == name);
+    let mut wheels = Vec::new();
+    for b in bodies.iter().filter(|b| b.name != root.name) {
+        let (Some(axis), Some(pose)) = (pin(b), poses.get(&b.name)) else { continue };
+        let named = d.wheels.iter().find(|w| w.body == b.name);
+        let up = (pose.rotation * axis).z.abs();
+        let (size, centre) = match named {
+            Some(w) => ([w.radius, w.width], Vec3::zeros()),
+            None if !d.wheels.is_empty() || !unlimited(b) || up > LEVEL => continue,
+            None => match measured(d, &b.name, &axis, corners) {
+                Some(found) => found,
+                None => continue,
+            },
+        };
+        let forwards = (pose.rotation * axis).y >= 0.0;
+        // The joint that the side-car names, else the nearest upright pin above the wheel that carries nothing else that rolls.
+        let by_name = named.and_then(|w| w.steering.as_deref()).and_then(|j| d.joint(j));
+        let steering = match by_name {
+            Some(j) => Some(j.body.clone()),
+            None => std::iter::successors(body(&b.parent), |p| body(&p.parent))
+                .find(|p| pin(p).is_some_and(|a| (poses[&p.name].rotation * a).z.abs() > UPRIGHT))
+                .map(|p| p.name.clone()),
+        };
+        let steering = steering.filter(|s| *s != root.name).map(|s| {
+            let axis = body(&s).and_then(pin).unwrap_or_else(Vec3::z);
+            let up = (poses[&s].rotation * axis).z > 0.0;
+            (s, up)
+        });
+        let limits = b.hinge.subhinges[0].limits;
+        let known = |x: f64| (x.is_finite() && x > 0.0 && x < 1e4).then_some(x);
+        wheels.push(FoundWheel {
+            body: b.name.clone(),
+            size,
+            centre,
+            axle: if forwards { axis } else { -axis },
+            forwards,
+            place: pose.transform_point(&centre),
+            driven: named.is_none_or(|w| w.role == WheelRole::Driven),
+            steering,
+            rate: known(limits.rate),
+            torque: known(limits.effort),
+        });
+    }
+    // A pin that carries several wheels steers none of them by itself.
+    let shared: Vec<String> =
+        wheels.iter().filter_map(|w| Some(w.steering.as_ref()?.0.clone())).collect();
+    for w in &mut wheels {
+        w.steering.take_if(|(s, _)| shared.iter().filter(|o| *o == s).count() > 1);
+    }
+    if wheels.iter().filter(|w| w.driven).count() < 2 {
+        let fact = format!(
+            "{} with a drive in it: a wheel is a body on one joint without limits, whose axis is level, with a cylinder or a round STL mesh about that axis",
+            match wheels.len() {
+                0 => "there is no wheel",
+                _ => "there are not two wheels",
+            }
+        );
+        let help = "name the wheels in a side-car beside the file: SideCar(wheels: { \"link\": (radius: \"10 cm\", width: \"5 cm\") })";
+        return Err((fact, help.into()));
+    }
+    let radius = wheels[0].size[0];
+    if let Some(other) = wheels.iter().find(|w| (w.size[0] - radius).abs() > 0.05 * radius) {
+        let fact = format!(
+            "the wheels are of several sizes: {radius} m (`{}`) and {} m (`{}`)",
+            wheels[0].body, other.size[0], other.body
+        );
+        let help = "say in a side-car which are wheels, with one radius; others can be added to what is made";
+        return Err((fact, help.into()));
+    }
+    let rows = |w: &FoundWheel| (-(w.place.x / radius).round() as i64, w.place.y < 0.0);
+    wheels.sort_by_key(rows);
+    let mut suspension = Vec::new();
+    let mut others = Vec::new();
+    let steers =
+        |name: &str| wheels.iter().any(|w| w.steering.as_ref().is_some_and(|s| s.0 == name));
+    let carries = |name: &str| {
+        wheels.iter().any(|w| {
+            std::iter::successors(body(&w.body), |p| body(&p.parent))
+                .skip(1)
+                .any(|p| p.name == name)
+        })
+    };
+    for b in bodies.iter().filter(|b| b.name != root.name && !b.hinge.subhinges.is_empty()) {
+        if wheels.iter().any(|w| w.body == b.name) || steers(&b.name) {
+            continue;
+        }
+        match pin(b).is_some() && carries(&b.name) {
+            true => suspension.push(b.name.clone()),
+            false => others.push(b.name.clone()),
+        }
+    }
+    let mass = bodies.iter().map(|b| b.mass.mass).sum();
+    if !(mass > 0.0) {
+        let fact = "no link of it has a mass".to_string();
+        return Err((fact, "write `inertial` into its links".into()));
+    }
+    Ok(Found { root: root.name.clone(), mass, wheels, suspension, others })
+}

@@ -1,0 +1,362 @@
+//! `linkwork new rover --from my.urdf FOLDER`: a vehicle that drives, of a machine that somebody else described.
+//!
+//! Sizes come from the file; what it does not say is chosen from them:
+//! ```text
+//! torque at standstill   1.5 μ N r, μ = 0.9: a wheel that carries its share N can spin      else the effort of the file
+//! rate without load      4 √r m/s at the rim                                               else the rate of the file
+//! contact                k = N/(0.005 r): a wheel sinks in by half a per cent of its radius; half of it sideways, damped as ζ = 0.14
+//! rotor                  a fiftieth of the machine's mass at the rim, shared; at least so heavy that the motor needs 4 ms
+//! brake                  holds the wheel as a spring on which the rotor would swing with 200 rad/s
+//! friction of joints     as in the file, as tanh of the rate over 0.05 rad/s
+//! ```
+mod find;
+
+use super::{Refusal, filled, folder_with, wrong};
+use crate::program::program;
+use find::{Found, FoundWheel};
+use linkwork_formats::{Description, ReadOptions, Root};
+use linkwork_spatial::{Quat, Vec3};
+use std::fmt::Write;
+use std::path::{Component, Path, PathBuf};
+
+/// Gravity for which drives and contacts are sized (m/s²).
+const G: f64 = 9.81;
+/// Friction for which drives are sized.
+const FRICTION: f64 = 0.9;
+
+/// A number with five digits and no more than it needs.
+fn n(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return "0".into();
+    }
+    let digits = (4 - x.abs().log10().floor() as i32).clamp(0, 12) as usize;
+    let text = format!("{x:.digits$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
+        false => text,
+    }
+}
+
+fn list(v: &[f64]) -> String {
+    format!("[{}]", v.iter().map(|x| n(*x)).collect::<Vec<_>>().join(", "))
+}
+
+/// A path from one folder to a file.
+fn relative(from: &Path, to: &Path) -> PathBuf {
+    let (from, to): (Vec<Component>, Vec<Component>) =
+        (from.components().collect(), to.components().collect());
+    let same = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+    let up = from[same..].iter().map(|_| Component::ParentDir);
+    up.chain(to[same..].iter().copied()).collect()
+}
+
+/// Name of a body as the import gives it.
+fn imported(name: &str) -> String {
+    name.chars().map(|c| if ['.', '/', ':', ' '].contains(&c) { '_' } else { c }).collect()
+}
+
+/// A quaternion whose y axis is the axle.
+fn turn(axle: &Vec3) -> [f64; 4] {
+    let q = Quat::rotation_between(&Vec3::y(), axle)
+        .unwrap_or_else(|| Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
+    [q.i, q.j, q.k, q.w]
+}
+
+/// The files of a rover.
+pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal> {
+    let Some(name) = folder.file_name().and_then(|f| f.to_str()) else {
+        let fact = format!("`{}` has no name that a simulation can take", folder.display());
+        return Err(wrong(fact, "name a folder: `new rover scout --from scout.urdf`"));
+    };
+    let shown = file.display().to_string();
+    let there = std::fs::canonicalize(file).map_err(|e| {
+        wrong(format!("`{shown}` cannot be read: {e}"), "name a URDF, MJCF or SDF file")
+    })?;
+    let options = ReadOptions { root: Root::Free, ..ReadOptions::default() };
+    let description = linkwork_assembly::read_machine(&there, &options).map_err(|failure| {
+        let told = linkwork_assembly::show_faults(
+            &failure.faults,
+            &failure.sources,
+            linkwork_assembly::Look::Plain,
+        );
+        wrong(format!("`{shown}` is not taken:\n{}", told.trim_end()), "mend the file")
+    })?;
+    let corners = |path: &Path| {
+        let bytes = linkwork_formats::whole_file(path).ok()?;
+        linkwork_assembly::stl_corners(&bytes).ok()
+    };
+    let found = find::vehicle(&description, &corners)
+        .map_err(|(fact, help)| wrong(format!("`{shown}`: {fact}"), help))?;
+    let parent = match folder.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    // The folder is not there yet: its parent may not be either.
+    let whole = std::path::absolute(parent).unwrap_or_else(|_| parent.into()).join(name);
+    let whole = whole.components().collect::<PathBuf>();
+    let path = relative(&whole, &there).to_string_lossy().replace('\\', "/");
+    let words = words(name, (&shown, &path), &found, &description);
+    let words: Vec<(&str, &str)> = words.iter().map(|(k, v)| (*k, v.as_str())).collect();
+    let texts = [
+        ("rover.ron", include_str!("../../../templates/rover/rover.txt")),
+        ("sim.ron", include_str!("../../../templates/rover/sim.txt")),
+        ("README.md", include_str!("../../../templates/rover/readme.txt")),
+    ];
+    let files = texts.map(|(file, text)| (file.to_string(), filled(text, &words)));
+    folder_with(folder, &files)
+}
+
+/// What is filled in.
+fn words(
+    name: &str,
+    (shown, path): (&str, &str),
+    found: &Found,
+    d: &Description,
+) -> Vec<(&'static str, String)> {
+    let driven: Vec<&FoundWheel> = found.wheels.iter().filter(|w| w.driven).collect();
+    let idle: Vec<&FoundWheel> = found.wheels.iter().filter(|w| !w.driven).collect();
+    let steered: Vec<&FoundWheel> =
+        driven.iter().copied().filter(|w| w.steering.is_some()).collect();
+    let ([radius, width], count) = (driven[0].size, found.wheels.len() as f64);
+    let load = found.mass * G / count;
+    let of_file = |get: fn(&FoundWheel) -> Option<f64>| {
+        driven.iter().map(|w| get(w)).reduce(|a, b| Some(a?.min(b?))).flatten()
+    };
+    let torque = of_file(|w| w.torque).unwrap_or(1.5 * FRICTION * load * radius);
+    let rate = of_file(|w| w.rate).unwrap_or(4.0 / radius.sqrt());
+    let stiffness = load / (0.005 * radius);
+    let sideways = 0.5 * stiffness;
+    // Wheels far apart: lengths of the way follow.
+    let span = |get: fn(&FoundWheel) -> f64| {
+        let all = found.wheels.iter().map(get);
+        all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
+    };
+    let length = span(|w| w.place.x).max(span(|w| w.place.y)).max(2.0 * radius);
+    let leg = (6.0 * length).max(1.5);
+    let rate_max = 0.85 * rate;
+    let speed_max = 0.8 * rate_max * radius;
+    let speed = 0.5 * speed_max;
+    let place = |w: &FoundWheel| {
+        let steered = if w.steering.is_some() { "" } else { ", steered: false" };
+        format!("(position: {}{steered})", list(&[w.place.x, w.place.y]))
+    };
+    let places = format!("[{}]", driven.iter().map(|w| place(w)).collect::<Vec<_>>().join(", "));
+    let mut wheels = String::new();
+    let mut overrides = String::new();
+    let rotor =
+        (0.02 * found.mass * radius * radius / driven.len() as f64).max(0.004 * torque / rate);
+    let element = |w: &FoundWheel, direction: &str| {
+        let body = imported(&w.body);
+        format!(
+            "                (mounts: {{ \"wheel\": \"{body}\" }}, params: {{ \"centre\": {}, \"turn\": {}{direction} }}),\n",
+            list(w.centre.as_slice()),
+            list(&turn(&w.axle)),
+        )
+    };
+    for w in &driven {
+        wheels += &element(w, if w.forwards { "" } else { ", \"direction\": -1" });
+        let _ = writeln!(overrides, "        \"{}.armature\": {},", imported(&w.body), n(rotor));
+    }
+    let mut more = String::new();
+    let mut outer_wires = String::new();
+    if !idle.is_empty() {
+        more += "        \"Idle\": (\n            assembly: \"parts/wheel_idle.ron\",\n            params: { \"contact\": \"$contact\", \"contact_params\": \"$contact_params\" },\n            array: [\n";
+        idle.iter().for_each(|w| more += &element(w, ""));
+        more += "            ],\n        ),\n";
+    }
+    if !steered.is_empty() {
+        let stiff = 40.0 * load * radius;
+        let _ = write!(
+            more,
+            "        \"Steering\": (\n            assembly: \"parts/steering_drive.ron\",\n            params: {{ \"torque\": {}, \"stiffness\": {}, \"damping\": {} }},\n            array: [\n",
+            n(2.0 * FRICTION * load * radius.max(width)),
+            n(stiff),
+            n(0.03 * stiff)
+        );
+        for (body, up) in steered.iter().filter_map(|w| w.steering.as_ref()) {
+            let direction = if *up { "" } else { ", params: { \"direction\": -1 }" };
+            let body = imported(body);
+            let _ =
+                writeln!(more, "                (mounts: {{ \"yoke\": \"{body}\" }}{direction}),");
+            let _ = writeln!(overrides, "        \"{body}.armature\": {},", n(4.0 * rotor));
+        }
+        more += "            ],\n        ),\n";
+        outer_wires += "\n        \"Software.Ackermann.wheels[*].steer -> Steering[*].angle_cmd\",";
+    }
+    // Without `contact` dry friction acts in its smooth form alone.
+    let rubs = d.joints.iter().filter(|j| j.friction > 0.0 && !found.others.contains(&j.body));
+    for joint in rubs {
+        let (body, force) = (imported(&joint.body), n(joint.friction));
+        let _ = writeln!(overrides, "        \"{body}.friction\": (force: {force}, rate: 0.05),");
+    }
+    for other in &found.others {
+        // What nothing moves stays where the file has it.
+        let _ = writeln!(overrides, "        \"{}.prescribed\": true,   // held", imported(other));
+    }
+    let mut table = String::from(
+        "| wheel | radius, width | centre | drives | steered by |\n|---|---|---|---|---|\n",
+    );
+    for w in &found.wheels {
+        let steering = w.steering.as_ref().map_or("–", |s| s.0.as_str());
+        let drives = if w.driven { "yes" } else { "no" };
+        let _ = writeln!(
+            table,
+            "| `{}` | {} m, {} m | {} | {drives} | {steering} |",
+            w.body,
+            n(w.size[0]),
+            n(w.size[1]),
+            list(w.place.as_slice())
+        );
+    }
+    let names =
+        |all: &[String]| all.iter().map(|s| format!("`{s}`")).collect::<Vec<_>>().join(", ");
+    let mut told = format!("Mass {} kg.", n(found.mass));
+    if !found.suspension.is_empty() {
+        let _ = write!(told, " Joints that adapt to the ground: {}.", names(&found.suspension));
+    }
+    if !found.others.is_empty() {
+        let _ = write!(
+            told,
+            " Joints that are held, since nothing here moves them: {}.",
+            names(&found.others)
+        );
+    }
+    let hub = |b: &String| format!("\"Rover/{}\"", imported(b));
+    let joints = found.suspension.iter().map(hub).collect::<Vec<_>>().join(", ");
+    let leave = if d.wheels.is_empty() { "" } else { ", leave_out: [\"wheels\"]" };
+    let chosen = match (of_file(|w| w.rate), of_file(|w| w.torque)) {
+        (Some(_), Some(_)) => " (the limits of its joints)",
+        (Some(_), None) => " (the rate is that of its joints)",
+        (None, Some(_)) => " (the torque is that of its joints)",
+        (None, None) => "",
+    };
+    let way = [[1.0, 0.0], [1.7, 0.7], [1.0, 1.4], [0.0, 1.0]];
+    let way: Vec<String> = way.iter().map(|p| list(&[p[0] * leg, p[1] * leg])).collect();
+    vec![
+        ("name", name.to_string()),
+        ("program", program().name.to_string()),
+        ("shown", shown.replace('"', "'")),
+        ("file", path.replace('"', "\\\"")),
+        ("import", leave.to_string()),
+        ("count", found.wheels.len().to_string()),
+        ("root", imported(&found.root)),
+        ("waypoints", format!("[{}]", way.join(", "))),
+        ("speed", n(speed)),
+        ("slow", n(0.5 * speed)),
+        ("speed_max", n(speed_max)),
+        ("radius", n(radius)),
+        ("width", n(width)),
+        ("load", n(load)),
+        ("stiffness", n(stiffness)),
+        ("tangential_stiffness", n(sideways)),
+        ("tangential_damping", n(0.28 * (sideways * load / G).sqrt())),
+        ("overrides", overrides),
+        ("look_ahead", n(1.2 * length)),
+        ("tolerance", n(0.25 * length)),
+        ("spot_rate", n((speed / length).min(0.8))),
+        ("places", places),
+        ("rate_max", n(rate_max)),
+        ("acceleration", n((2.0 * speed_max).min(1.0))),
+        (
+            "steer_wire",
+            if steered.is_empty() {
+                ""
+            } else {
+                "\n                \"Ackermann.wheels[*].steer -> Odometry.wheels[*].steer\","
+            }
+            .to_string(),
+        ),
+        ("hold_stiffness", n(4e4 * rotor)),
+        ("torque", n(torque)),
+        ("rate", n(rate)),
+        ("wheels", wheels),
+        ("more", more),
+        ("outer_wires", outer_wires),
+        ("size", n((6.0 * leg).ceil())),
+        ("spacing", n((0.5 * radius).clamp(0.02, 0.2))),
+        ("relief", n(0.3 * radius)),
+        ("wavelength", n(6.0 * length)),
+        ("idle_hubs", if idle.is_empty() { "" } else { ", \"Rover.Idle*/hub\"" }.to_string()),
+        ("joints", joints),
+        ("eye", [-2.5, -3.0, 1.6].map(|k| n(k * length)).join(", ")),
+        ("arrow", n(0.8 * length / (4.0 * load))),
+        ("table", table),
+        ("found", told),
+        ("chosen", chosen.to_string()),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_paths_lead_back() {
+        assert_eq!(
+            [0.0, 0.1651, 46.034, 123456.0, -0.00012345678, 2.0].map(n),
+            ["0", "0.1651", "46.034", "123456", "-0.00012346", "2"]
+        );
+        let path = relative(Path::new("/a/b/new"), Path::new("/a/c/x.urdf"));
+        assert_eq!(path, Path::new("../../c/x.urdf"));
+    }
+
+    #[test]
+    fn the_axle_becomes_y() {
+        for axle in [Vec3::y(), -Vec3::y(), Vec3::x(), Vec3::z(), Vec3::new(0.6, 0.0, 0.8)] {
+            let [i, j, k, w] = turn(&axle);
+            let q = Quat::from_quaternion(linkwork_spatial::nalgebra::Quaternion::new(w, i, j, k));
+            assert!((q * Vec3::y() - axle).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn every_word_of_the_texts_is_filled_in() {
+        let urdf = super::tests_urdf();
+        let d = linkwork_formats::read_text(
+            &urdf,
+            &ReadOptions { root: Root::Free, ..ReadOptions::default() },
+        )
+        .unwrap();
+        let found = find::vehicle(&d, &|_| None).unwrap();
+        let words = words("scout", ("scout.urdf", "../scout.urdf"), &found, &d);
+        let words: Vec<(&str, &str)> = words.iter().map(|(k, v)| (*k, v.as_str())).collect();
+        for text in [
+            include_str!("../../../templates/rover/rover.txt"),
+            include_str!("../../../templates/rover/sim.txt"),
+            include_str!("../../../templates/rover/readme.txt"),
+        ] {
+            assert!(!filled(text, &words).contains('@'), "{}", filled(text, &words));
+        }
+    }
+}
+
+/// A vehicle with all that can be found: an axle of each direction, steering upside down, a rocker, an arm, an idle wheel's size.
+#[cfg(test)]
+fn tests_urdf() -> String {
+    let wheel = |name: &str, parent: &str, xyz: &str, axis: &str, roll: &str| {
+        format!(
+            r#"<link name="{name}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+            <collision><origin rpy="{roll} 0 0"/><geometry><cylinder radius="0.1" length="0.06"/></geometry></collision></link>
+            <joint name="{name}_joint" type="continuous"><parent link="{parent}"/><child link="{name}"/><origin xyz="{xyz}"/><axis xyz="{axis}"/></joint>"#
+        )
+    };
+    let arm = |name: &str, parent: &str, xyz: &str, axis: &str| {
+        format!(
+            r#"<link name="{name}"><inertial><mass value="0.5"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+            <joint name="{name}_joint" type="revolute"><parent link="{parent}"/><child link="{name}"/><origin xyz="{xyz}"/><axis xyz="{axis}"/><limit lower="-1" upper="1" effort="10" velocity="2"/></joint>"#
+        )
+    };
+    let parts = [
+        arm("rocker", "base", "0 0.3 0", "0 1 0"),
+        arm("yoke", "base", "0.4 -0.3 0", "0 0 -1"),
+        arm("mast", "base", "0 0 0.3", "0 0 1"),
+        wheel("fl", "rocker", "0.4 0 -0.1", "0 1 0", "1.5707963"),
+        wheel("rl", "rocker", "-0.4 0 -0.1", "0 -1 0", "1.5707963"),
+        wheel("fr", "yoke", "0 0 -0.1", "0 1 0", "-1.5707963"),
+        wheel("rr", "base", "-0.4 -0.3 -0.1", "0 1 0", "1.5707963"),
+    ];
+    format!(
+        r#"<robot name="scout"><link name="base"><inertial><mass value="20"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>{}</robot>"#,
+        parts.concat()
+    )
+}
