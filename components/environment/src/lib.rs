@@ -9,11 +9,13 @@
 #![allow(non_snake_case)]
 
 pub mod air;
-pub mod dem;
+pub mod craters;
 pub mod fields;
+pub mod generated_terrain;
 pub mod generator;
 pub mod gravity;
 pub mod height_field;
+pub mod landforms;
 pub mod mars_sun;
 pub mod planet;
 pub mod planet_air;
@@ -21,7 +23,10 @@ pub mod planet_sun;
 pub mod polyhedral_gravity;
 pub mod random;
 pub mod soil;
+pub mod soil_map;
 pub mod terrain;
+pub mod tiled_terrain;
+pub mod tiles;
 
 use linkwork_runtime::prelude::Entry;
 
@@ -31,6 +36,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::service::<terrain::FileTerrain>(),
         Entry::service::<terrain::GridTerrain>(),
         Entry::service::<terrain::Flat>(),
+        Entry::service::<tiled_terrain::TiledTerrain>(),
         Entry::service::<fields::UniformGravity>(),
         Entry::service::<fields::PointMassGravity>(),
         Entry::service::<fields::ExponentialAtmosphere>(),
@@ -53,7 +59,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_documented() {
         let all = Catalogue::new([super::catalogue()]);
-        assert_eq!(all.iter().count(), 15);
+        assert_eq!(all.iter().count(), 16);
         assert!(all.iter().all(|e| !e.description.doc.is_empty()));
     }
 }

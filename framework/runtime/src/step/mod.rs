@@ -344,6 +344,9 @@ impl Simulation {
         if let Some(error) = &self.broken {
             return Err(RunError::clone(error));
         }
+        if let Some((path, told)) = self.plan.services.trouble() {
+            return Err(self.untold(path, told));
+        }
         if self.is_bad() { Err(self.first_bad()) } else { Ok(()) }
     }
 
@@ -405,6 +408,13 @@ impl Simulation {
         };
         let message = format!("`{path}` became {value}{others}");
         RunError { time: self.time(), path, message, help: None }
+    }
+
+    /// A service that could not answer.
+    #[cold]
+    fn untold(&self, path: &str, told: &crate::BuildError) -> RunError {
+        let message = format!("`{path}`: {}", told.message);
+        RunError { time: self.time(), path: path.into(), message, help: told.help.clone() }
     }
 
     /// The error of a block.
