@@ -57,6 +57,13 @@ pub struct GridTerrain {
     pub(crate) rocks: Vec<Rock>,
 }
 
+impl GridTerrain {
+    /// Its heights.
+    pub fn field(&self) -> &HeightField {
+        &self.field
+    }
+}
+
 impl Terrain for GridTerrain {
     #[inline]
     fn ground(&self, x: f64, y: f64) -> Option<Ground> {

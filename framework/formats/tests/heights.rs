@@ -237,7 +237,8 @@ fn images_of_pds3_have_their_heights_in_every_type() {
         let h = h.unwrap_or_else(|e| panic!("{kind} {bits}: {e}"));
         is_made(kind, &h, true, 0.0);
         assert_eq!((h.spacing, asked.as_str()), ([2.5, 2.5], "data.img"));
-        assert_eq!(h.origin, [400.5 * 2.5, (471.5 - 28.0) * 2.5]);
+        // GDAL puts the corner of the first pixel of such a label at x = 1000, y = 1180.
+        assert_eq!(h.origin, [1001.25, 1178.75 - 28.0 * 2.5]);
         for (pointer, start) in [("^IMAGE = 13", 1200), ("^IMAGE = 1021 <BYTES>", 1020)] {
             let mut image = label(pointer, kind, bits, &more).into_bytes();
             assert!(image.len() <= start);

@@ -192,29 +192,3 @@ fn bombs_and_claims_are_refused() {
     assert!(head::Head::new(grid, 16).unwrap_err().to_string().contains("too many for an index"));
     assert!(head::Head::new(grid, 4).is_err());
 }
-
-#[test]
-fn mutations_are_read_or_told() {
-    let folder = tempfile::tempdir().unwrap();
-    let field = field(40, 37);
-    let seed = std::fs::read(written(&folder, &field, 16)).unwrap();
-    let path = folder.path().join("m.tiles");
-    mutate::survives(&[seed], 1500, |bytes| {
-        std::fs::write(&path, bytes).unwrap();
-        let Ok(tiles) = Tiles::open(&path, 2) else { return false };
-        // What is not told is as it was.
-        let [x0, y0, x1, y1] = field.bounds();
-        for k in 0..50 {
-            let f = f64::from(k) / 49.0;
-            let (x, y) = (x0 + f * (x1 - x0), y0 + f * (y1 - y0));
-            let answer = tiles.ground(x, y);
-            if tiles.trouble().is_none() {
-                assert_eq!(bits(answer), bits(field.ground(x, y)));
-            }
-        }
-        tiles.trouble().is_none()
-    });
-}
-
-#[path = "../../../../tests/fuzz/mutate.rs"]
-mod mutate;

@@ -28,9 +28,11 @@ mod pds3;
 mod pds4;
 mod samples;
 mod units;
+mod write;
 mod xyz;
 
 pub use geotiff::GeoTiff;
+pub use write::{Map, write_ascii, write_geotiff, write_png, write_shades};
 
 use std::io::Cursor;
 
@@ -104,7 +106,7 @@ pub enum HeightsError {
     },
     /// More nodes than a map in memory may have.
     #[error(
-        "{nx} by {ny} nodes are too many: 64 million at most\n  help: make tiles of it, which are read when they are needed: `linkwork terrain convert`"
+        "{nx} by {ny} nodes are too many: 64 million at most\n  help: write it as GeoTIFF (`gdal_translate`) and make tiles of that, which are read when they are needed: `linkwork terrain convert`"
     )]
     TooMany {
         /// Nodes along x.

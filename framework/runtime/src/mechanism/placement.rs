@@ -92,11 +92,7 @@ pub fn place_on_terrain(
     }
 }
 
-fn put_down(
-    plan: &mut Plan,
-    terrain: &dyn Terrain,
-    p: &Placement,
-) -> Result<Placed, PlaceError> {
+fn put_down(plan: &mut Plan, terrain: &dyn Terrain, p: &Placement) -> Result<Placed, PlaceError> {
     let Some(mechanism) = plan.mechanism_mut() else {
         return error(
             "there is no mechanism, or it is already running".into(),
