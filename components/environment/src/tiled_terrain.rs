@@ -74,10 +74,7 @@ impl Service for TiledTerrain {
         if p.centred {
             tiles = tiles.centred();
         }
-        let zero = match tiles.ground(0.0, 0.0) {
-            Some((h, _)) if p.level => h,
-            _ => 0.0,
-        };
+        let zero = if p.level { tiles.ground(0.0, 0.0).map_or(0.0, |g| g.0) } else { 0.0 };
         if let Some(e) = tiles.trouble() {
             return Err(fault(e.clone()));
         }
