@@ -94,11 +94,11 @@ pub fn heights_of(
 ) -> Result<Heights, BuildError> {
     let path = files.resolve(name)?;
     let fault = |e: &dyn std::fmt::Display| BuildError::of(&format!("`{name}`: {e}"));
-    let bytes = linkwork_formats::whole_file(&path).map_err(|e| fault(&e).at("file"))?;
     if name.to_lowercase().ends_with(".tiles") {
         let help = "write `model: \"environment.tiled_terrain\"`";
         return Err(fault(&"tiles are not held in memory").at("file").help(help));
     }
+    let bytes = linkwork_formats::whole_file(&path).map_err(|e| fault(&e).at("file"))?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     let mut beside = |other: &str| {
         // A label says the name of a file beside it, not where on the disk one may look.

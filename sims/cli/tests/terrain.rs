@@ -35,7 +35,7 @@ fn a_map_is_made_shown_converted_and_resampled() {
     // Ten bands that hold all, and a picture as wide as it should be.
     let shares = said
         .lines()
-        .filter_map(|l| l.split('%').next()?.split("m  ").nth(1)?.trim().parse::<f64>().ok());
+        .filter_map(|l| l.split('%').next()?.rsplit("m  ").next()?.trim().parse::<f64>().ok());
     let shares: Vec<f64> = shares.collect();
     assert!(shares.len() == 10 && (shares.iter().sum::<f64>() - 100.0).abs() < 0.6, "{said}");
     assert_eq!(&std::fs::read(lab.path("a.png")).unwrap()[1..4], b"PNG");
