@@ -18,7 +18,7 @@ pub enum OpenMap {
     /// All heights in memory.
     Whole(HeightField),
     /// Tiles, read as they are needed.
-    Tiles(Tiles),
+    Tiles(Box<Tiles>),
     /// A GeoTIFF, read as rows are needed.
     Rows(Box<GeoTiff<BufReader<File>>>, Grid),
 }
@@ -39,7 +39,9 @@ pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildE
             let tiles = Tiles::open(path, 1).map_err(|e| fault(&e))?;
             // Rows go across all tiles: two bands of them are kept.
             let across = tiles.grid().size()[0].div_ceil(tiles.tile());
-            Tiles::open(path, 2 * across + 2).map(OpenMap::Tiles).map_err(|e| fault(&e))
+            Tiles::open(path, 2 * across + 2)
+                .map(|t| OpenMap::Tiles(Box::new(t)))
+                .map_err(|e| fault(&e))
         }
         "tif" | "tiff" => {
             // Asked before it is opened: opening a pipe waits for who writes into it.
@@ -76,7 +78,7 @@ impl HeightRows for OpenMap {
     fn row(&mut self, j: usize, row: &mut [f32]) -> Result<(), TileError> {
         match self {
             OpenMap::Whole(field) => (&*field).row(j, row),
-            OpenMap::Tiles(tiles) => (&*tiles).row(j, row),
+            OpenMap::Tiles(tiles) => (&**tiles).row(j, row),
             OpenMap::Rows(open, _) => {
                 open.row(j, row).map_err(|e| TileError::Source(e.to_string()))
             }
@@ -203,12 +205,8 @@ pub fn write_map(
     let fault = |e: &dyn std::fmt::Display| BuildError::of(&format!("`{name}`: {e}"));
     match ending(path).as_str() {
         "tiles" => write_tiles(path, rows, tile).map(|()| None).map_err(|e| fault(&e)),
-        "tif" | "tiff" => whole(path, rows, |out, map| write_geotiff(out, map))
-            .map(|()| None)
-            .map_err(|e| fault(&e)),
-        "asc" => whole(path, rows, |out, map| write_ascii(out, map))
-            .map(|()| None)
-            .map_err(|e| fault(&e)),
+        "tif" | "tiff" => whole(path, rows, write_geotiff).map(|()| None).map_err(|e| fault(&e)),
+        "asc" => whole(path, rows, write_ascii).map(|()| None).map_err(|e| fault(&e)),
         "png" => {
             let [nx, ny] = rows.grid().size();
             if nx as u64 * ny as u64 > linkwork_formats::heights::NODES_MAX {
@@ -279,7 +277,7 @@ pub fn survey(rows: &mut dyn HeightRows, most: usize) -> Result<Survey, TileErro
             missing += u64::from(h.is_nan());
             range = [range[0].min(*h), range[1].max(*h)];
         }
-        if j % step == 0 {
+        if j.is_multiple_of(step) {
             heights.extend(row.iter().step_by(step));
         }
     }

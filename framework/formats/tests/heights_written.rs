@@ -44,14 +44,14 @@ fn same(a: &Heights, b: &Heights) {
 fn geotiff_and_ascii_come_back_digit_for_digit() {
     for (nx, ny) in [(300, 270), (2, 3), (256, 512), (257, 2)] {
         let h = heights(nx, ny);
-        let tif = write(&h, |out, map| write_geotiff(out, map));
+        let tif = write(&h, write_geotiff);
         same(&raster::alone("a.tif", &tif).unwrap(), &h);
-        let asc = write(&h, |out, map| write_ascii(out, map));
+        let asc = write(&h, write_ascii);
         same(&raster::alone("a.asc", &asc).unwrap(), &h);
     }
     // Row by row, in any order.
     let h = heights(300, 600);
-    let tif = write(&h, |out, map| write_geotiff(out, map));
+    let tif = write(&h, write_geotiff);
     let mut open =
         GeoTiff::open(Cursor::new(&tif), tif.len() as u64, &HeightsOptions::default()).unwrap();
     let mut row = vec![0.0; 300];

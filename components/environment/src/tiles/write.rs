@@ -128,7 +128,7 @@ fn look(head: &mut Head, j: usize, row: &[f32], overview: &mut Vec<f32>) -> Resu
             head.range = [head.range[0].min(*h), head.range[1].max(*h)];
         }
     }
-    if j % head.step == 0 {
+    if j.is_multiple_of(head.step) {
         overview.extend(row.iter().step_by(head.step));
     }
     Ok(())

@@ -71,7 +71,7 @@ pub(super) fn grid(
         let fault =
             |fact: String| HeightsError::at(key, fact, "write how many there are, 2 or more");
         let n = of(key).ok_or_else(|| fault("it is missing from the header".into()))?;
-        match n >= 1.0 && n <= 1e9 && n.fract() == 0.0 {
+        match (1.0..=1e9).contains(&n) && n.fract() == 0.0 {
             true => Ok(n as u64),
             false => Err(fault(format!("{n} is no number of nodes"))),
         }

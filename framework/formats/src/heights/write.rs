@@ -59,7 +59,8 @@ pub fn write_geotiff(out: &mut (impl Write + Seek), map: &mut Map<'_>) -> std::i
             pack.write_all(&bytes)?;
             let packed = pack.finish()?;
             out.write_all(&packed)?;
-            (offsets.push(at), counts.push(packed.len() as u64));
+            offsets.push(at);
+            counts.push(packed.len() as u64);
             at += packed.len() as u64;
         }
     }

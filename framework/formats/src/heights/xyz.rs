@@ -19,6 +19,13 @@ pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, 
     let mut points: Vec<([f64; 2], f32, u32)> = Vec::new();
     let mut begun = false;
     for (at, line) in whole.lines().enumerate() {
+        if points.len() as u64 == NODES_MAX {
+            return Err(HeightsError::at(
+                format!("line {}", at + 1),
+                "there are more than 64 million points before it",
+                "grid them to a GeoTIFF (`gdal_grid`) and make tiles of that: `linkwork terrain convert`",
+            ));
+        }
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') || line.starts_with("//") {
             continue;
