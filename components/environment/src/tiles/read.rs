@@ -79,6 +79,10 @@ impl Tiles {
     /// # Errors
     /// The file cannot be read, is none of tiles, or its head or index is damaged.
     pub fn open(path: &Path, most: usize) -> Result<Tiles, TileError> {
+        // Asked before it is opened: opening a pipe waits for who writes into it.
+        if !path.metadata().map_err(TileError::system("opening"))?.is_file() {
+            return Err(TileError::System { what: "opening", why: "it is no regular file".into() });
+        }
         let mut file = File::open(path).map_err(TileError::system("opening"))?;
         let length = file.metadata().map_err(TileError::system("opening"))?.len();
         let head = Head::read(&mut file, length)?;

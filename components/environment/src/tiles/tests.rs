@@ -154,6 +154,8 @@ fn a_damaged_tile_is_no_ground_and_is_told_with_its_place() {
         let told = Tiles::open(&path, 4).unwrap_err();
         assert!(matches!(told, TileError::Damaged { .. }), "byte {k}: {told}");
     }
+    let told = Tiles::open(folder.path(), 4).unwrap_err().to_string();
+    assert!(told.contains("no regular file"), "{told}");
     for length in [0, 7, 100, 110] {
         std::fs::write(&path, &sound[..length]).unwrap();
         let told = Tiles::open(&path, 4).unwrap_err().to_string();
