@@ -93,8 +93,13 @@ fn world(seed: u64) -> World {
         wavelength: 40.0,
         craters: 0,
         crater_diameters: [1.5, 9.0],
+        crater_age: 0.0,
+        crater_diffusivity: 5.5,
+        dunes: None,
+        landforms: vec![],
         rock_cover: 0.08,
         rock_diameters: [0.2, 1.8],
+        rock_burial: [0.5, 0.5],
         clear: vec![[START[0], START[1], 4.0], [GOAL[0], GOAL[1], 3.0]],
     };
     let (field, rocks) = make(&recipe).unwrap();

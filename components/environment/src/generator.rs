@@ -6,11 +6,15 @@
 //!          N(> D) ∝ D⁻²
 //! rocks    F_k(D) = k e^(−q D),  q = 1.79 + 0.152/k      area covered by rocks wider than D (Golombek, Rapp 1997)
 //!          N(> D) = ∫_D^∞ 4 k q e^(−q D')/(π D'²) dD'    rocks per m²
+//! height   H/D = ½ √((1 − b)/b)   b ≥ ½,   1 − b   b < ½          of a ball buried to the share b of its height
 //! ```
-//! A rock is a half ellipsoid on its ground, half as high as wide; it is stamped into the grid and kept in
-//! the list. The grid can only show rocks wider than about four cells with their shape.
+//! D is what is seen at the ground, as rocks are counted: half buried a rock is half as high as wide. It is stamped into the grid
+//! as a cap of its ball and kept in the list. The grid can only show rocks wider than about four cells with their shape.
+//! Order: relief, craters (large ones first), slope, dunes, forms, rocks.
 
+use crate::craters::{Degraded, Surface};
 use crate::height_field::HeightField;
+use crate::landforms::{Dunes, Landform};
 use crate::random::{Random, mix};
 use linkwork_runtime::SurfaceFault;
 
@@ -48,12 +52,34 @@ pub struct Recipe {
     pub craters: u32,
     /// Smallest and largest crater diameter.
     pub crater_diameters: [f64; 2],
+    /// Age of the surface, which has craters of the Moon's law for it (Gyr; 0: none of these).
+    pub crater_age: f64,
+    /// How fast they degrade (m²/Myr for a diameter of 1 km).
+    pub crater_diffusivity: f64,
+    /// Dunes.
+    pub dunes: Option<Dunes>,
+    /// Forms, each on those before it.
+    pub landforms: Vec<Landform>,
     /// Golombek's k: fraction of the ground covered by rocks (0: no rocks).
     pub rock_cover: f64,
     /// Smallest and largest rock diameter.
     pub rock_diameters: [f64; 2],
+    /// Least and greatest share of a rock's height that is buried.
+    pub rock_burial: [f64; 2],
     /// Discs kept clear of rocks and craters: x, y, radius.
     pub clear: Vec<[f64; 3]>,
+}
+
+/// The craters of the law that a recipe has, and the table of their profiles; none without an age.
+pub fn aged(recipe: &Recipe) -> Option<(Surface, Degraded)> {
+    let [wide, long] = recipe.size;
+    let surface = Surface {
+        bounds: [-0.5 * wide, -0.5 * long, 0.5 * wide, 0.5 * long],
+        age: recipe.crater_age,
+        diffusivity: recipe.crater_diffusivity,
+        diameters: recipe.crater_diameters,
+    };
+    (recipe.crater_age > 0.0).then(|| (surface, Degraded::new()))
 }
 
 /// Makes the terrain. Cost: about 10 noise values a node plus the stamps.
@@ -69,8 +95,25 @@ pub fn make(recipe: &Recipe) -> Result<(HeightField, Vec<MadeRock>), SurfaceFaul
     for c in craters(recipe, &field) {
         dig(&mut field, c);
     }
+    if let Some((surface, degraded)) = aged(recipe) {
+        let mut craters = surface.craters(&degraded, recipe.seed);
+        craters.retain(|c| is_clear(recipe, c.x, c.y, 0.75 * c.diameter));
+        craters.sort_by(|a, b| b.diameter.total_cmp(&a.diameter));
+        for c in craters {
+            let radius = 0.5 * c.diameter;
+            field.map_around(c.x, c.y, radius * degraded.reach(c.tau), |rho, h| {
+                h + radius * degraded.height(rho / radius, c.tau)
+            });
+        }
+    }
     let [sx, sy] = recipe.slope;
     field.map(|x, y, h| h + sx * x + sy * y);
+    if let Some(dunes) = &recipe.dunes {
+        dunes.raise(&mut field, recipe.seed);
+    }
+    for form in &recipe.landforms {
+        form.form(&mut field);
+    }
     let rocks = rocks(recipe, &field);
     for r in &rocks {
         stamp(&mut field, r);
@@ -111,7 +154,7 @@ fn raise_relief(field: &mut HeightField, recipe: &Recipe) {
 }
 
 /// A cell of the noise's lattice with the gradients at its corners: kept while neighbours are asked for.
-struct Cell {
+pub(crate) struct Cell {
     at: [f64; 2],
     seed: u64,
     /// cos and sin at (0, 0), (1, 0), (0, 1), (1, 1).
@@ -119,7 +162,7 @@ struct Cell {
 }
 
 impl Cell {
-    fn new(seed: u64) -> Cell {
+    pub(crate) fn new(seed: u64) -> Cell {
         Cell { at: [f64::NAN; 2], seed, gradients: [[0.0; 2]; 4] }
     }
 
@@ -135,7 +178,7 @@ impl Cell {
     }
 
     /// Gradient noise with a C² fade, about −1 to 1.
-    fn noise(&mut self, x: f64, y: f64) -> f64 {
+    pub(crate) fn noise(&mut self, x: f64, y: f64) -> f64 {
         let (i, j) = (x.floor(), y.floor());
         if self.at != [i, j] {
             self.move_to(i, j);
@@ -236,6 +279,9 @@ fn rocks(recipe: &Recipe, field: &HeightField) -> Vec<MadeRock> {
         (0..steps).map(|i| rocks_above(k, diameter(i), high)).chain([0.0]).collect();
     let count = (table[0] * area).round() as usize;
     let mut random = Random::new(recipe.seed, 3);
+    // Of its own, so that how deep rocks lie does not move them.
+    let mut buried = Random::new(recipe.seed, 4);
+    let [least, most] = recipe.rock_burial;
     let mut out = vec![];
     for _ in 0..count {
         let (x, y) = (random.between(x0, x1), random.between(y0, y1));
@@ -244,17 +290,34 @@ fn rocks(recipe: &Recipe, field: &HeightField) -> Vec<MadeRock> {
         let (a, b) = (table[i - 1], table[i]);
         let f = if a > b { (a - wanted) / (a - b) } else { 0.0 };
         let d = diameter(i - 1) * (diameter(i) / diameter(i - 1)).powf(f);
+        let height = d * height_of(buried.between(least, most));
         if is_clear(recipe, x, y, 0.5 * d) {
-            out.push(MadeRock { x, y, diameter: d, height: 0.5 * d });
+            out.push(MadeRock { x, y, diameter: d, height });
         }
     }
     out
 }
 
+/// Height of a rock over the diameter that is seen, when the share `b` of its height is buried.
+pub fn height_of(b: f64) -> f64 {
+    if b == 0.5 {
+        0.5
+    } else if b > 0.5 {
+        0.5 * ((1.0 - b) / b).sqrt()
+    } else {
+        1.0 - b
+    }
+}
+
 fn stamp(field: &mut HeightField, rock: &MadeRock) {
-    let radius = 0.5 * rock.diameter;
+    let (radius, height) = (0.5 * rock.diameter, rock.height);
     field.map_around(rock.x, rock.y, radius, |rho, h| {
-        h + rock.height * (1.0 - (rho / radius).powi(2)).max(0.0).sqrt()
+        if height >= radius {
+            // The widest place is above the ground; below it the grid has an upright side.
+            return h + (height - radius) + radius * (1.0 - (rho / radius).powi(2)).max(0.0).sqrt();
+        }
+        let ball = (radius * radius + height * height) / (2.0 * height);
+        h + ((ball * ball - rho * rho).max(0.0).sqrt() - (ball - height)).max(0.0)
     });
 }
 
@@ -273,8 +336,13 @@ mod tests {
             wavelength: 40.0,
             craters: 0,
             crater_diameters: [2.0, 10.0],
+            crater_age: 0.0,
+            crater_diffusivity: 5.5,
+            dunes: None,
+            landforms: vec![],
             rock_cover: 0.0,
             rock_diameters: [0.1, 1.5],
+            rock_burial: [0.5, 0.5],
             clear: vec![],
         }
     }
@@ -361,5 +429,69 @@ mod tests {
         assert!(h.abs() < 1e-6, "{h}");
         let (h, _) = f.ground(10.0, -5.0).unwrap();
         assert!((h - 2.0).abs() < 1e-6, "{h}");
+    }
+
+    #[test]
+    fn buried_rocks_are_caps_of_their_ball_and_stay_where_they_are() {
+        let r = Recipe { rock_cover: 0.1, rock_diameters: [1.2, 2.4], relief: 0.0, ..recipe() };
+        let (_, half) = make(&r).unwrap();
+        for (burial, ratio) in [(0.8, 0.25), (0.2, 0.8), (0.64, 0.375), (0.5, 0.5)] {
+            let (field, rocks) =
+                make(&Recipe { rock_burial: [burial, burial], ..r.clone() }).unwrap();
+            assert_eq!(rocks.len(), half.len());
+            for (a, b) in rocks.iter().zip(&half) {
+                assert_eq!((a.x, a.y, a.diameter), (b.x, b.y, b.diameter));
+                assert!((a.height / a.diameter - ratio).abs() < 1e-12, "{burial}");
+            }
+            // One by itself: its top, and its volume as a cap, π h (3 a² + h²)/6, under an upright side where it is high.
+            let alone = |r: &&MadeRock| {
+                let near = |o: &MadeRock| {
+                    (o.x - r.x).hypot(o.y - r.y) < 0.5 * (o.diameter + r.diameter) + 0.3
+                };
+                rocks.iter().filter(|o| near(o)).count() == 1
+                    && r.x.abs() < 45.0
+                    && r.y.abs() < 35.0
+            };
+            let rock = rocks
+                .iter()
+                .filter(alone)
+                .max_by(|a, b| a.diameter.total_cmp(&b.diameter))
+                .unwrap();
+            let mut volume = 0.0;
+            field.clone().map_around(rock.x, rock.y, 0.5 * rock.diameter + 0.1, |_, h| {
+                volume += h * 0.25 * 0.25;
+                h
+            });
+            let (a, h) = (0.5 * rock.diameter, rock.height);
+            let cap = |h: f64| std::f64::consts::PI * h * (3.0 * a * a + h * h) / 6.0;
+            let want = if h > a { cap(a) + std::f64::consts::PI * a * a * (h - a) } else { cap(h) };
+            println!("{burial}: {volume:.4} of {want:.4} m³");
+            assert!((volume - want).abs() < 0.1 * want, "{burial}: {volume} {want}");
+        }
+        let (_, rocks) = make(&Recipe { rock_burial: [0.3, 0.9], ..r }).unwrap();
+        let ratios: Vec<f64> = rocks.iter().map(|r| r.height / r.diameter).collect();
+        assert!(ratios.iter().all(|q| (1.0 / 6.0 - 1e-9..=0.7).contains(q)));
+        assert!(ratios.iter().any(|q| *q < 0.25) && ratios.iter().any(|q| *q > 0.55));
+    }
+
+    #[test]
+    fn a_surface_of_some_age_has_the_craters_of_its_law() {
+        let r = Recipe { relief: 0.0, crater_age: 3.0, crater_diameters: [3.0, 60.0], ..recipe() };
+        let (surface, degraded) = aged(&r).unwrap();
+        let (field, _) = make(&r).unwrap();
+        let wanted = surface.wanted(&degraded);
+        assert!(wanted > 20.0, "{wanted}");
+        let deep = surface.craters(&degraded, r.seed);
+        let inside = |c: &&crate::craters::Aged| c.x.abs() < 45.0 && c.y.abs() < 35.0;
+        let largest =
+            deep.iter().filter(inside).max_by(|a, b| a.diameter.total_cmp(&b.diameter)).unwrap();
+        let (h, _) = field.ground(largest.x, largest.y).unwrap();
+        println!("{} craters, the largest {largest:?}: {h} m", deep.len());
+        assert!(h < 0.0, "{largest:?} {h}");
+        let clear = vec![[largest.x, largest.y, 1.0]];
+        let (cleared, _) = make(&Recipe { clear, ..r.clone() }).unwrap();
+        assert!(cleared.ground(largest.x, largest.y).unwrap().0 > h);
+        assert_ne!(make(&Recipe { crater_age: 1.0, ..r.clone() }).unwrap().0, field);
+        assert_ne!(make(&Recipe { crater_diffusivity: 20.0, ..r }).unwrap().0, field);
     }
 }

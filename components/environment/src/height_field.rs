@@ -12,9 +12,9 @@
 use linkwork_runtime::{Surface, SurfaceFault};
 use linkwork_spatial::Vec3;
 
-/// Heights on a regular grid; x east, y north, z up.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeightField {
+/// Where the nodes of a grid are; x east, y north.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
     origin: [f64; 2],
     spacing: [f64; 2],
     /// North-east node, m: derived.
@@ -23,6 +23,155 @@ pub struct HeightField {
     inverse: [f64; 2],
     nx: usize,
     ny: usize,
+}
+
+/// A cell, and where in it a point is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inside {
+    /// Column and row of the cell's south-west node.
+    pub i: usize,
+    pub j: usize,
+    /// From there, in cells.
+    u: f64,
+    v: f64,
+}
+
+impl Grid {
+    /// A grid with its south-west node at `origin` (m), nodes `spacing` apart (m), `nx` by `ny` nodes.
+    ///
+    /// # Errors
+    /// Fewer than 2 by 2 nodes, a spacing that is not positive, numbers that are not finite.
+    pub fn new(
+        origin: [f64; 2],
+        spacing: [f64; 2],
+        nx: usize,
+        ny: usize,
+    ) -> Result<Grid, SurfaceFault> {
+        Surface::check_grid(origin, spacing, nx, ny)?;
+        let inverse = spacing.map(|s| 1.0 / s);
+        Ok(Grid { origin, spacing, end: origin, inverse, nx, ny }.moved(origin))
+    }
+
+    /// The same nodes with the south-west one at `origin` (m).
+    pub fn moved(mut self, origin: [f64; 2]) -> Grid {
+        self.origin = origin;
+        let [.., x1, y1] = self.bounds();
+        self.end = [x1, y1];
+        self
+    }
+
+    /// The same nodes with the middle of the map at x = y = 0.
+    pub fn centred(self) -> Grid {
+        let [x0, y0, x1, y1] = self.bounds();
+        self.moved([-0.5 * (x1 - x0), -0.5 * (y1 - y0)])
+    }
+
+    /// x, y of the south-west node, m.
+    pub fn origin(&self) -> [f64; 2] {
+        self.origin
+    }
+
+    /// Distance of nodes along x and y, m.
+    pub fn spacing(&self) -> [f64; 2] {
+        self.spacing
+    }
+
+    /// Nodes along x and y.
+    pub fn size(&self) -> [usize; 2] {
+        [self.nx, self.ny]
+    }
+
+    /// x_min, y_min, x_max, y_max, m.
+    pub fn bounds(&self) -> [f64; 4] {
+        let [x, y] = self.origin;
+        let (w, h) = ((self.nx - 1) as f64, (self.ny - 1) as f64);
+        [x, y, x + w * self.spacing[0], y + h * self.spacing[1]]
+    }
+
+    /// The cell under x, y (m); `None` off the map.
+    #[inline]
+    pub(crate) fn cell(&self, x: f64, y: f64) -> Option<Inside> {
+        let ([x0, y0], [x1, y1]) = (self.origin, self.end);
+        // Written so that NaN is off the map.
+        if !(x >= x0 && y >= y0 && x <= x1 && y <= y1) {
+            return None;
+        }
+        let (gx, gy) = ((x - x0) * self.inverse[0], (y - y0) * self.inverse[1]);
+        let i = (gx as usize).min(self.nx - 2);
+        let j = (gy as usize).min(self.ny - 2);
+        Some(Inside { i, j, u: gx - i as f64, v: gy - j as f64 })
+    }
+
+    /// Height (m) and unit normal in a cell; `None` where there is no data. `four` gives the heights of four nodes of
+    /// row `j` from column `i` on, `node` that of one: both are asked for the nodes `i − 1` to `i + 2` of the rows `j − 1` to `j + 2`
+    /// of the cell, as far as the grid has them.
+    #[inline]
+    pub(crate) fn surface(
+        &self,
+        Inside { i, j, u, v }: Inside,
+        four: impl Fn(usize, usize) -> [f32; 4],
+        node: impl Fn(usize, usize) -> f32,
+    ) -> Option<(f64, Vec3)> {
+        let (wu, du) = weights(u);
+        let (wv, dv) = weights(v);
+        let (mut h, mut hu, mut hv) = (0.0, 0.0, 0.0);
+        if i > 0 && j > 0 && i + 2 < self.nx && j + 2 < self.ny {
+            // Columns side by side: one vector operation each.
+            let (mut value, mut slope) = ([0.0; 4], [0.0; 4]);
+            for k in 0..4 {
+                let row = four(i - 1, j - 1 + k).map(f64::from);
+                value = madd(wv[k], row, value);
+                slope = madd(dv[k], row, slope);
+            }
+            (h, hu, hv) = (dot(wu, value), dot(du, value), dot(wu, slope));
+        } else {
+            for k in 0..4 {
+                for l in 0..4 {
+                    let (a, b) = (i as isize + l as isize - 1, j as isize + k as isize - 1);
+                    let z = self.ghost(a, b, &node);
+                    h += wv[k] * wu[l] * z;
+                    hu += wv[k] * du[l] * z;
+                    hv += dv[k] * wu[l] * z;
+                }
+            }
+        }
+        if h.is_nan() {
+            let at = |a: usize, b: usize| f64::from(node(a, b));
+            let (h00, h10, h01, h11) = (at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1));
+            hu = (h10 - h00) * (1.0 - v) + (h11 - h01) * v;
+            hv = (h01 - h00) * (1.0 - u) + (h11 - h10) * u;
+            h = h00 + u * (h10 - h00) + v * (h01 - h00) + u * v * (h11 - h10 - h01 + h00);
+            if h.is_nan() {
+                return None;
+            }
+        }
+        let (sx, sy) = (hu * self.inverse[0], hv * self.inverse[1]);
+        let scale = 1.0 / (1.0 + sx * sx + sy * sy).sqrt();
+        Some((h, Vec3::new(-sx * scale, -sy * scale, scale)))
+    }
+
+    /// A node's height, continued linearly by one row beyond the border.
+    fn ghost(&self, i: isize, j: isize, node: &impl Fn(usize, usize) -> f32) -> f64 {
+        let (nx, ny) = (self.nx as isize, self.ny as isize);
+        let at = |a: isize, b: isize| self.ghost(a, b, node);
+        if i < 0 {
+            2.0 * at(0, j) - at(1, j)
+        } else if i >= nx {
+            2.0 * at(nx - 1, j) - at(nx - 2, j)
+        } else if j < 0 {
+            2.0 * at(i, 0) - at(i, 1)
+        } else if j >= ny {
+            2.0 * at(i, ny - 1) - at(i, ny - 2)
+        } else {
+            f64::from(node(i as usize, j as usize))
+        }
+    }
+}
+
+/// Heights on a regular grid; x east, y north, z up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightField {
+    grid: Grid,
     /// Row-major, y outer, the southern row first; NaN: no data.
     heights: Vec<f32>,
 }
@@ -42,25 +191,27 @@ impl HeightField {
     ) -> Result<HeightField, SurfaceFault> {
         let surface = Surface { origin, spacing, nx, ny, heights };
         surface.check()?;
-        let heights = surface.heights;
-        let inverse = spacing.map(|s| 1.0 / s);
-        let field = HeightField { origin, spacing, end: origin, inverse, nx, ny, heights };
-        Ok(field.moved(origin))
+        Ok(HeightField { grid: Grid::new(origin, spacing, nx, ny)?, heights: surface.heights })
+    }
+
+    /// Where its nodes are.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
     }
 
     /// x, y of the south-west node, m.
     pub fn origin(&self) -> [f64; 2] {
-        self.origin
+        self.grid.origin
     }
 
     /// Distance of nodes along x and y, m.
     pub fn spacing(&self) -> [f64; 2] {
-        self.spacing
+        self.grid.spacing
     }
 
     /// Nodes along x and y.
     pub fn size(&self) -> [usize; 2] {
-        [self.nx, self.ny]
+        self.grid.size()
     }
 
     /// Heights, m; x fastest, southern row first, NaN for no data.
@@ -70,33 +221,23 @@ impl HeightField {
 
     /// x_min, y_min, x_max, y_max, m.
     pub fn bounds(&self) -> [f64; 4] {
-        let [x, y] = self.origin;
-        let (w, h) = ((self.nx - 1) as f64, (self.ny - 1) as f64);
-        [x, y, x + w * self.spacing[0], y + h * self.spacing[1]]
+        self.grid.bounds()
     }
 
     /// Same heights moved so that the middle of the map is at x = y = 0.
     pub fn centred(mut self) -> HeightField {
-        let [x0, y0, x1, y1] = self.bounds();
-        self.origin = [-0.5 * (x1 - x0), -0.5 * (y1 - y0)];
-        let origin = self.origin;
-        self.moved(origin)
-    }
-
-    fn moved(mut self, origin: [f64; 2]) -> HeightField {
-        self.origin = origin;
-        let [.., x1, y1] = self.bounds();
-        self.end = [x1, y1];
+        self.grid = self.grid.centred();
         self
     }
 
     /// Changes every height that has data: `f(x, y, h)` in m.
     pub fn map(&mut self, mut f: impl FnMut(f64, f64, f64) -> f64) {
-        for j in 0..self.ny {
-            let y = self.origin[1] + j as f64 * self.spacing[1];
-            for i in 0..self.nx {
-                let x = self.origin[0] + i as f64 * self.spacing[0];
-                let h = &mut self.heights[j * self.nx + i];
+        let Grid { origin, spacing, nx, ny, .. } = self.grid;
+        for j in 0..ny {
+            let y = origin[1] + j as f64 * spacing[1];
+            for i in 0..nx {
+                let x = origin[0] + i as f64 * spacing[0];
+                let h = &mut self.heights[j * nx + i];
                 if !h.is_nan() {
                     *h = f(x, y, f64::from(*h)) as f32;
                 }
@@ -106,23 +247,28 @@ impl HeightField {
 
     /// Changes the heights within `reach` (m) of a point: `f(distance, h)`.
     pub fn map_around(&mut self, x: f64, y: f64, reach: f64, mut f: impl FnMut(f64, f64) -> f64) {
-        let low = |p: f64, o: f64, s: f64| (((p - reach - o) / s).ceil().max(0.0)) as usize;
-        let high = |p: f64, o: f64, s: f64, n: usize| {
-            let k = ((p + reach - o) / s).floor();
-            if k < 0.0 { 0 } else { (k as usize + 1).min(n) }
+        let box_around = [x - reach, y - reach, x + reach, y + reach];
+        self.map_within(box_around, |px, py, h| {
+            let d = (px - x).hypot(py - y);
+            if d <= reach { f(d, h) } else { h }
+        });
+    }
+
+    /// Changes the heights within x_min, y_min, x_max, y_max (m): `f(x, y, h)`.
+    pub fn map_within(&mut self, within: [f64; 4], mut f: impl FnMut(f64, f64, f64) -> f64) {
+        let Grid { origin, spacing, nx, ny, .. } = self.grid;
+        let low = |p: f64, k: usize| ((p - origin[k]) / spacing[k]).ceil().max(0.0) as usize;
+        let high = |p: f64, k: usize, n: usize| {
+            let at = ((p - origin[k]) / spacing[k]).floor();
+            if at < 0.0 { 0 } else { (at as usize + 1).min(n) }
         };
-        for j in low(y, self.origin[1], self.spacing[1])
-            ..high(y, self.origin[1], self.spacing[1], self.ny)
-        {
-            let dy = self.origin[1] + j as f64 * self.spacing[1] - y;
-            for i in low(x, self.origin[0], self.spacing[0])
-                ..high(x, self.origin[0], self.spacing[0], self.nx)
-            {
-                let dx = self.origin[0] + i as f64 * self.spacing[0] - x;
-                let d = dx.hypot(dy);
-                let h = &mut self.heights[j * self.nx + i];
-                if d <= reach && !h.is_nan() {
-                    *h = f(d, f64::from(*h)) as f32;
+        for j in low(within[1], 1)..high(within[3], 1, ny) {
+            let y = origin[1] + j as f64 * spacing[1];
+            for i in low(within[0], 0)..high(within[2], 0, nx) {
+                let x = origin[0] + i as f64 * spacing[0];
+                let h = &mut self.heights[j * nx + i];
+                if !h.is_nan() {
+                    *h = f(x, y, f64::from(*h)) as f32;
                 }
             }
         }
@@ -131,69 +277,12 @@ impl HeightField {
     /// Height (m) and unit normal at x, y (m); `None` off the map and where there is no data.
     #[inline]
     pub fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
-        let ([x0, y0], [x1, y1]) = (self.origin, self.end);
-        // Written so that NaN is off the map.
-        if !(x >= x0 && y >= y0 && x <= x1 && y <= y1) {
-            return None;
-        }
-        let (gx, gy) = ((x - x0) * self.inverse[0], (y - y0) * self.inverse[1]);
-        let i = (gx as usize).min(self.nx - 2);
-        let j = (gy as usize).min(self.ny - 2);
-        let (u, v) = (gx - i as f64, gy - j as f64);
-        let (wu, du) = weights(u);
-        let (wv, dv) = weights(v);
-        let (mut h, mut hu, mut hv) = (0.0, 0.0, 0.0);
-        if i > 0 && j > 0 && i + 2 < self.nx && j + 2 < self.ny {
-            // Columns side by side: one vector operation each.
-            let start = (j - 1) * self.nx + i - 1;
-            let (mut value, mut slope) = ([0.0; 4], [0.0; 4]);
-            for k in 0..4 {
-                let at = start + k * self.nx;
-                let row: [f32; 4] = self.heights[at..at + 4].try_into().unwrap_or_default();
-                let row = row.map(f64::from);
-                value = madd(wv[k], row, value);
-                slope = madd(dv[k], row, slope);
-            }
-            (h, hu, hv) = (dot(wu, value), dot(du, value), dot(wu, slope));
-        } else {
-            for k in 0..4 {
-                for l in 0..4 {
-                    let z = self.ghost(i as isize + l as isize - 1, j as isize + k as isize - 1);
-                    h += wv[k] * wu[l] * z;
-                    hu += wv[k] * du[l] * z;
-                    hv += dv[k] * wu[l] * z;
-                }
-            }
-        }
-        if h.is_nan() {
-            let at = |a: usize, b: usize| f64::from(self.heights[b * self.nx + a]);
-            let (h00, h10, h01, h11) = (at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1));
-            hu = (h10 - h00) * (1.0 - v) + (h11 - h01) * v;
-            hv = (h01 - h00) * (1.0 - u) + (h11 - h10) * u;
-            h = h00 + u * (h10 - h00) + v * (h01 - h00) + u * v * (h11 - h10 - h01 + h00);
-            if h.is_nan() {
-                return None;
-            }
-        }
-        let (sx, sy) = (hu * self.inverse[0], hv * self.inverse[1]);
-        let scale = 1.0 / (1.0 + sx * sx + sy * sy).sqrt();
-        Some((h, Vec3::new(-sx * scale, -sy * scale, scale)))
-    }
-
-    /// A node's height, continued linearly by one row beyond the border.
-    fn ghost(&self, i: isize, j: isize) -> f64 {
-        let (nx, ny) = (self.nx as isize, self.ny as isize);
-        if i < 0 {
-            2.0 * self.ghost(0, j) - self.ghost(1, j)
-        } else if i >= nx {
-            2.0 * self.ghost(nx - 1, j) - self.ghost(nx - 2, j)
-        } else if j < 0 {
-            2.0 * self.ghost(i, 0) - self.ghost(i, 1)
-        } else if j >= ny {
-            2.0 * self.ghost(i, ny - 1) - self.ghost(i, ny - 2)
-        } else {
-            f64::from(self.heights[(j * nx + i) as usize])
-        }
+        let (nx, heights) = (self.grid.nx, &self.heights);
+        let four = |i: usize, j: usize| -> [f32; 4] {
+            let at = j * nx + i;
+            heights[at..at + 4].try_into().unwrap_or_default()
+        };
+        self.grid.surface(self.grid.cell(x, y)?, four, |i, j| heights[j * nx + i])
     }
 }
 

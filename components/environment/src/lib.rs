@@ -6,14 +6,35 @@
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_environment::catalogue()]);
 //! assert!(catalogue.get("environment.mars_air").is_some());
 //! ```
+//!
+//! ## Ground from files
+//! `environment.height_field` holds a map in memory, of at most 64 million nodes: GeoTIFF, ESRI ASCII grids, points on a
+//! grid, grey PNG and BMP, images of PDS3 and PDS4. `environment.tiled_terrain` reads a map of any size from a file of tiles while
+//! it is driven on. `linkwork terrain` looks at such files and makes them:
+//! ```text
+//! linkwork terrain show crater.tif --picture crater.png       size, heights, histogram, picture
+//! linkwork terrain convert crater.tif crater.tiles            .tif and .tiles may be larger than memory
+//! linkwork terrain resample crater.tif fine.tiles --to-spacing 0.1
+//! linkwork terrain make yard.tif --set size=[50,50] --set rock_cover=0.1 --set crater_age_gyr=3
+//! ```
+//! * A map in degrees is refused: project it to metres, or write `spacing`. Rotated maps, several bands and colours are refused, too.
+//! * Made ground has its rocks in its heights; a file of it has no list of them. `make` holds the whole map in memory; a larger one is
+//!   made of it by `resample`.
+//! * A terrain in tiles keeps 256 of them (`kept`), some 70 MB; which are kept changes no number. What needs all heights at once (bodies
+//!   with colliders, cameras, lidars) is given the `region` that is written, and is refused without one. A tile that is damaged
+//!   or cannot be read stops the run with its place.
+//! * Where a map has no data, and beyond its edge, there is no ground: wheels and bodies fall, `place` refuses.
 #![allow(non_snake_case)]
 
 pub mod air;
-pub mod dem;
+pub mod craters;
 pub mod fields;
+pub mod generated_terrain;
 pub mod generator;
 pub mod gravity;
 pub mod height_field;
+pub mod landforms;
+pub mod map_file;
 pub mod mars_sun;
 pub mod planet;
 pub mod planet_air;
@@ -21,7 +42,10 @@ pub mod planet_sun;
 pub mod polyhedral_gravity;
 pub mod random;
 pub mod soil;
+pub mod soil_map;
 pub mod terrain;
+pub mod tiled_terrain;
+pub mod tiles;
 
 use linkwork_runtime::prelude::Entry;
 
@@ -31,6 +55,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::service::<terrain::FileTerrain>(),
         Entry::service::<terrain::GridTerrain>(),
         Entry::service::<terrain::Flat>(),
+        Entry::service::<tiled_terrain::TiledTerrain>(),
         Entry::service::<fields::UniformGravity>(),
         Entry::service::<fields::PointMassGravity>(),
         Entry::service::<fields::ExponentialAtmosphere>(),
@@ -53,7 +78,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_documented() {
         let all = Catalogue::new([super::catalogue()]);
-        assert_eq!(all.iter().count(), 15);
+        assert_eq!(all.iter().count(), 16);
         assert!(all.iter().all(|e| !e.description.doc.is_empty()));
     }
 }

@@ -21,7 +21,8 @@ impl Surroundings {
         let at = |name: &'static str| move |e: RenderError| BuildError::of(&e).at(name);
         let mut scene = Scene::new(Light::default());
         if let Some(terrain) = terrain {
-            let map = HeightMap::new(terrain.surface()).map_err(at("terrain"))?;
+            let map = HeightMap::new(terrain.nodes().map_err(|e| e.at("terrain"))?)
+                .map_err(at("terrain"))?;
             scene.set_ground(Arc::new(map), ground).map_err(at("albedo"))?;
         }
         for seen in sees.shapes() {

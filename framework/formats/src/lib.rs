@@ -10,7 +10,7 @@
 //!
 //! `srdf` reads names for groups of links, which planners keep beside a URDF.
 //! `fmi` reads the descriptions of foreign units (FMI 2.0 and 3.0) the same way, `daveml` static models
-//! of aircraft and entry vehicles (DAVE-ML 2.0). [`escaped`] makes text safe to be put into XML and HTML.
+//! of aircraft and entry vehicles (DAVE-ML 2.0), [`heights`] ground from elevation models and pictures. [`escaped`] makes text safe to be put into XML and HTML.
 //!
 //! ```
 //! use linkwork_formats::{ReadOptions, Root, read_text, write_urdf};
@@ -47,6 +47,7 @@ mod error;
 mod export;
 pub mod fmi;
 mod geometry;
+pub mod heights;
 mod markup;
 mod mesh;
 mod mjcf;

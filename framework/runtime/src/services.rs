@@ -115,14 +115,31 @@ impl Surface {
     /// The first that is wrong.
     pub fn check(&self) -> Result<(), SurfaceFault> {
         let (nx, ny) = (self.nx, self.ny);
+        if nx >= 2 && ny >= 2 && nx.checked_mul(ny) != Some(self.heights.len()) {
+            return Err(SurfaceFault::Count { got: self.heights.len(), nx, ny });
+        }
+        Surface::check_grid(self.origin, self.spacing, nx, ny)?;
+        match self.heights.iter().position(|h| h.is_infinite()) {
+            Some(index) => Err(SurfaceFault::Infinite { index }),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether nodes may lie so: cells, positive distances, finite numbers.
+    ///
+    /// # Errors
+    /// The first that is wrong.
+    pub fn check_grid(
+        origin: [f64; 2],
+        spacing: [f64; 2],
+        nx: usize,
+        ny: usize,
+    ) -> Result<(), SurfaceFault> {
         if nx < 2 || ny < 2 {
             return Err(SurfaceFault::NoCell { nx, ny });
         }
-        if nx.checked_mul(ny) != Some(self.heights.len()) {
-            return Err(SurfaceFault::Count { got: self.heights.len(), nx, ny });
-        }
         for k in 0..2 {
-            let (spacing, origin) = (self.spacing[k], self.origin[k]);
+            let (spacing, origin) = (spacing[k], origin[k]);
             if !(spacing > 0.0 && spacing.is_finite()) {
                 let (what, wanted) = ("the distance of nodes", "positive and finite");
                 return Err(SurfaceFault::Number { what, value: spacing, wanted });
@@ -132,10 +149,7 @@ impl Surface {
                 return Err(SurfaceFault::Number { what, value: origin, wanted });
             }
         }
-        match self.heights.iter().position(|h| h.is_infinite()) {
-            Some(index) => Err(SurfaceFault::Infinite { index }),
-            None => Ok(()),
-        }
+        Ok(())
     }
 }
 
@@ -160,8 +174,20 @@ pub trait Terrain: Send + Sync {
     fn bounds(&self) -> [f64; 4];
     /// The soil at a point.
     fn soil(&self, x: f64, y: f64) -> &Soil;
-    /// Heights for display.
+    /// Heights for display; of a large map every so many nodes.
     fn surface(&self) -> Surface;
+    /// All heights, for what computes with them: collision, cameras, lidar.
+    ///
+    /// # Errors
+    /// The map is too large to be held as a whole, and what to do about it.
+    fn nodes(&self) -> Result<Surface, crate::BuildError> {
+        Ok(self.surface())
+    }
+    /// What has kept it from answering since it was made: the first thing that went wrong, with the remedy. Where that was, there
+    /// is no ground; a run stops at the end of the step in which it happens.
+    fn trouble(&self) -> Option<&crate::BuildError> {
+        None
+    }
     /// Rocks (already part of the heights).
     fn rocks(&self) -> Vec<Rock> {
         Vec::new()
@@ -419,7 +445,11 @@ impl Files {
 /// Bytes above which a file is known by samples of it.
 const WHOLE: u64 = 64 << 20;
 
-/// Hash of a file's length and content; of large files 64 pieces, evenly spread.
+/// Bytes at the head of a large file that are known as a whole: formats that are read in pieces keep the checksums of their
+/// pieces there.
+const HEAD: u64 = 4 << 20;
+
+/// Hash of a file's length and content; of large files the head, and 64 pieces, evenly spread.
 fn fingerprint(path: &Path) -> std::io::Result<u64> {
     use std::io::{Read, Seek, SeekFrom};
     // Asked before it is opened: opening a pipe waits for who writes into it.
@@ -432,6 +462,7 @@ fn fingerprint(path: &Path) -> std::io::Result<u64> {
     if length <= WHOLE {
         file.read_to_end(&mut bytes)?;
     } else {
+        (&mut file).take(HEAD).read_to_end(&mut bytes)?;
         let mut piece = vec![0; 1 << 16];
         for k in 0..64 {
             file.seek(SeekFrom::Start((length - piece.len() as u64) / 63 * k))?;
@@ -518,6 +549,14 @@ impl Services {
     /// Adds one.
     pub fn add(&mut self, path: impl Into<String>, object: ServiceObject) {
         self.objects.insert(path.into(), object);
+    }
+
+    /// The first terrain that cannot answer, and why.
+    pub(crate) fn trouble(&self) -> Option<(&str, &crate::BuildError)> {
+        self.objects.iter().find_map(|(path, object)| match object {
+            ServiceObject::Terrain(terrain) => Some((path.as_str(), terrain.trouble()?)),
+            _ => None,
+        })
     }
 
     /// All, by path.

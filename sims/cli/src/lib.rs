@@ -1,4 +1,5 @@
 //! The program `linkwork`: the commands of `linkwork_program` over all models and assemblies that ship, and its own.
+pub mod terrain;
 pub mod wheel_test;
 
 use linkwork_program::Program;
@@ -22,7 +23,7 @@ pub const LINKWORK: Program = Program {
     examples: EXAMPLES,
     library,
     unit: "linkwork-unit",
-    tools: &[wheel_test::WHEEL_TEST],
+    tools: &[wheel_test::WHEEL_TEST, terrain::TERRAIN],
 };
 
 const EXAMPLES: &str = "Examples:
@@ -49,4 +50,6 @@ const EXAMPLES: &str = "Examples:
   linkwork replay runs/rover/run.mcap --verify         simulate again and compare every number
   linkwork view runs/rover/run.mcap --out rover.rrd     a recording from a log, for Rerun
   linkwork diff a/run.mcap b/run.mcap --rel 1e-9        compare logs or checkpoints
-  linkwork wheel-test --soil mars_drift --load 560       pull, torque and sinkage of a wheel on a soil";
+  linkwork wheel-test --soil mars_drift --load 560       pull, torque and sinkage of a wheel on a soil
+  linkwork terrain show hill.tif                        size, heights and a picture of a map
+  linkwork terrain convert hill.tif hill.tiles          tiles, which are read as they are driven on";

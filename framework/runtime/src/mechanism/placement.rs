@@ -63,12 +63,20 @@ pub struct Placed {
 /// one settles ([`Placed::settle`]), so that none stands in the ground meanwhile.
 ///
 /// # Errors
-/// Unknown bodies, a root that is not free, ground missing under a wheel, or no convergence.
+/// Unknown bodies, a root that is not free, ground missing under a wheel, no convergence, or a terrain that cannot answer.
 pub fn place_on_terrain(
     plan: &mut Plan,
     terrain: &dyn Terrain,
     p: &Placement,
 ) -> Result<Placed, PlaceError> {
+    let placed = put_down(plan, terrain, p);
+    match terrain.trouble() {
+        Some(told) => error(told.message.clone(), told.help.as_deref().unwrap_or_default()),
+        None => placed,
+    }
+}
+
+fn put_down(plan: &mut Plan, terrain: &dyn Terrain, p: &Placement) -> Result<Placed, PlaceError> {
     let Some(mechanism) = plan.mechanism_mut() else {
         return error(
             "there is no mechanism, or it is already running".into(),

@@ -3,6 +3,7 @@ use super::plan::{MechanismPart, RollingOn};
 use crate::block::Prototype;
 use crate::compile::{Bound, Host, Lowering};
 use crate::ports::PortKind;
+use crate::model::BuildError;
 use crate::scenery::Scenery;
 use crate::services::{Gravity, ServiceKind, Services, Terrain};
 use crate::value::{Fault, Origin};
@@ -105,13 +106,13 @@ pub struct KinematicSpec {
 }
 
 /// A terrain as a collider of the world: triangles between the points of its grid.
-fn ground(terrain: &dyn Terrain) -> ColliderSpec {
-    let s = terrain.surface();
+fn ground(terrain: &dyn Terrain) -> Result<ColliderSpec, BuildError> {
+    let s = terrain.nodes()?;
     let middle = |axis: usize, n: usize| s.origin[axis] + 0.5 * (n as f64 - 1.0) * s.spacing[axis];
     let at = Pose::translation(middle(0, s.nx), middle(1, s.ny), 0.0);
     let heights = s.heights.iter().map(|h| f64::from(*h)).collect();
     let shape = Shape::HeightField { x: s.nx, y: s.ny, spacing: s.spacing, heights };
-    ColliderSpec { groups: u32::MAX, ..ColliderSpec::new(TERRAIN, "world", shape) }.at(at)
+    Ok(ColliderSpec { groups: u32::MAX, ..ColliderSpec::new(TERRAIN, "world", shape) }.at(at))
 }
 
 impl Host for MechanismSpec {
@@ -230,7 +231,14 @@ impl MechanismSpec {
                 return here;
             }
         };
-        let ground = ground(&**terrain.object());
+        let ground = match ground(&**terrain.object()) {
+            Ok(ground) => ground,
+            Err(e) => {
+                let help = e.help.unwrap_or_default();
+                fault(format!("`{}`: {}", terrain.path(), e.message), help);
+                return here;
+            }
+        };
         match colliders.with(ground, &self.multibody) {
             Ok(colliders) => {
                 let (colliders, mut spec) = (Arc::new(colliders), self.clone());

@@ -265,7 +265,7 @@ impl Simulation {
     /// Advances to the next row of the table, through all events on the way and at it.
     ///
     /// # Errors
-    /// The first bad variable, when a state is no number or ran away; a part that failed.
+    /// The first bad variable, when a state is no number or ran away; a part that failed; a service that could not answer.
     pub fn step(&mut self) -> Result<(), RunError> {
         let plan = self.plan.clone();
         self.go_to_row(&plan)
@@ -335,14 +335,17 @@ impl Simulation {
         if plan.guards.is_empty() { Ok(()) } else { self.look(plan) }
     }
 
-    /// Whether all values are numbers and no state ran away. Every step ends with this; before the
+    /// Whether all values are numbers, no state ran away and every service answered. Every step ends with this; before the
     /// first step it finds what is bad from the start.
     ///
     /// # Errors
-    /// The part that failed at tick 0; the first bad variable.
+    /// The part that failed at tick 0; the service that could not answer; the first bad variable.
     pub fn check(&self) -> Result<(), RunError> {
         if let Some(error) = &self.broken {
             return Err(RunError::clone(error));
+        }
+        if let Some((path, told)) = self.plan.services.trouble() {
+            return Err(self.untold(path, told));
         }
         if self.is_bad() { Err(self.first_bad()) } else { Ok(()) }
     }
@@ -407,9 +410,20 @@ impl Simulation {
         RunError { time: self.time(), path, message, help: None }
     }
 
+    /// A service that could not answer.
+    #[cold]
+    fn untold(&self, path: &str, told: &crate::BuildError) -> RunError {
+        let message = format!("`{path}`: {}", told.message);
+        RunError { time: self.time(), path: path.into(), message, help: told.help.clone() }
+    }
+
     /// The error of a block.
     #[cold]
     fn stopped(&self, stopped: Stopped) -> RunError {
+        // What a part fails for may be what a service did not answer.
+        if let Some((path, told)) = self.plan.services.trouble() {
+            return self.untold(path, told);
+        }
         let Stopped { block, failure } = stopped;
         let path = self.plan.block_path(block).to_string();
         let message = format!("`{path}`: {}", failure.message);

@@ -1,0 +1,337 @@
+//! Which soil is where: one everywhere, a raster of numbers on it, polygons on top.
+
+use crate::soil::SoilParams;
+use linkwork_formats::heights::{HeightsOptions, read_heights};
+use linkwork_runtime::prelude::*;
+
+/// A polygon of one soil.
+#[derive(Params, Clone, Debug)]
+pub struct SoilPatch {
+    /// Corners x, y, m, in order; three at least.
+    pub outline: Vec<[f64; 2]>,
+    /// The soil within.
+    pub soil: SoilParams,
+}
+
+/// What a number of a raster means.
+#[derive(Params, Clone, Debug)]
+pub struct SoilNumber {
+    /// The number: of a grey picture of 8 bits its grey value.
+    pub number: u32,
+    /// The soil.
+    pub soil: SoilParams,
+}
+
+/// A raster of soils.
+#[derive(Params, Clone, Debug)]
+pub struct SoilRaster {
+    /// A file of any format that heights come in: grey PNG or BMP, GeoTIFF, ASCII grid. Its samples are whole numbers; where it
+    /// has no data the ground has the soil that is everywhere.
+    pub file: String,
+    /// x_min, y_min, x_max, y_max of the picture's edges, m; unwritten: those of the terrain.
+    #[param(default = None)]
+    pub bounds: Option<[f64; 4]>,
+    /// What each number means.
+    pub soils: Vec<SoilNumber>,
+}
+
+/// Where nothing says so, the soil that is everywhere.
+const EVERYWHERE: u16 = 0;
+
+/// Cells of a raster, each of one soil.
+struct Cells {
+    /// x_min, y_min (m), and the inverse of a cell's edges (1/m).
+    corner: [f64; 2],
+    inverse: [f64; 2],
+    nx: usize,
+    ny: usize,
+    /// Places in the list of soils, the southern row first.
+    soils: Vec<u16>,
+}
+
+/// A polygon with the box around it.
+struct Patch {
+    within: [f64; 4],
+    outline: Vec<[f64; 2]>,
+    soil: u16,
+}
+
+impl Patch {
+    /// Whether a point is inside, by the even-odd rule.
+    fn holds(&self, x: f64, y: f64) -> bool {
+        let [x0, y0, x1, y1] = self.within;
+        if !(x >= x0 && x <= x1 && y >= y0 && y <= y1) {
+            return false;
+        }
+        let mut inside = false;
+        let mut before = self.outline[self.outline.len() - 1];
+        for &corner in &self.outline {
+            let ([xa, ya], [xb, yb]) = (before, corner);
+            if (ya > y) != (yb > y) && x < xa + (y - ya) / (yb - ya) * (xb - xa) {
+                inside = !inside;
+            }
+            before = corner;
+        }
+        inside
+    }
+}
+
+/// The soils of a terrain.
+pub struct SoilMap {
+    /// The first is that which is everywhere.
+    soils: Vec<Soil>,
+    cells: Option<Cells>,
+    patches: Vec<Patch>,
+}
+
+impl SoilMap {
+    /// One soil everywhere.
+    pub fn uniform(soil: Soil) -> SoilMap {
+        SoilMap { soils: vec![soil], cells: None, patches: Vec::new() }
+    }
+
+    /// Of a terrain with these bounds (m): `everywhere`, on it a raster, on that polygons, each over those before it.
+    ///
+    /// # Errors
+    /// A soil that is none, a polygon without an inside, a raster that cannot be read or whose numbers have no soil; at the parameters `soil`,
+    /// `soils` and `soil_map`.
+    pub fn new(
+        everywhere: &SoilParams,
+        raster: Option<&SoilRaster>,
+        patches: &[SoilPatch],
+        bounds: [f64; 4],
+        files: &Files,
+    ) -> Result<SoilMap, BuildError> {
+        let mut map = SoilMap::uniform(everywhere.soil()?);
+        if let Some(raster) = raster {
+            let cells = cells(raster, bounds, files, &mut map.soils)?;
+            map.cells = Some(cells);
+        }
+        for (k, patch) in patches.iter().enumerate() {
+            let at = |e: BuildError| e.at(format!("soils[{k}]"));
+            let finite = patch.outline.iter().flatten().all(|x| x.is_finite());
+            if patch.outline.len() < 3 || !finite {
+                let fact = format!("an outline of {} corners has no inside", patch.outline.len());
+                return Err(at(
+                    BuildError::new(fact).help("give three corners or more, x and y in m")
+                ));
+            }
+            let soil = map.add(patch.soil.soil().map_err(at)?).map_err(at)?;
+            let mut within = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+            for [x, y] in &patch.outline {
+                within =
+                    [within[0].min(*x), within[1].min(*y), within[2].max(*x), within[3].max(*y)];
+            }
+            map.patches.push(Patch { within, outline: patch.outline.clone(), soil });
+        }
+        Ok(map)
+    }
+
+    fn add(&mut self, soil: Soil) -> Result<u16, BuildError> {
+        add(&mut self.soils, soil)
+    }
+
+    /// The soil at x, y (m). Cost: the polygons around the point.
+    pub fn at(&self, x: f64, y: f64) -> &Soil {
+        let patch = self.patches.iter().rev().find(|p| p.holds(x, y));
+        let soil = match (patch, &self.cells) {
+            (Some(patch), _) => patch.soil,
+            (None, Some(cells)) => cells.at(x, y),
+            (None, None) => EVERYWHERE,
+        };
+        &self.soils[usize::from(soil)]
+    }
+}
+
+fn add(soils: &mut Vec<Soil>, soil: Soil) -> Result<u16, BuildError> {
+    soils.push(soil);
+    u16::try_from(soils.len() - 1).map_err(|_| {
+        BuildError::new("a terrain has 65 535 soils at most")
+            .help("give patches of one soil one outline")
+    })
+}
+
+impl Cells {
+    fn at(&self, x: f64, y: f64) -> u16 {
+        let (u, v) =
+            ((x - self.corner[0]) * self.inverse[0], (y - self.corner[1]) * self.inverse[1]);
+        // The northern and eastern edges belong to the picture; NaN does not.
+        if !(u >= 0.0 && v >= 0.0 && u <= self.nx as f64 && v <= self.ny as f64) {
+            return EVERYWHERE;
+        }
+        let (i, j) = ((u as usize).min(self.nx - 1), (v as usize).min(self.ny - 1));
+        self.soils[j * self.nx + i]
+    }
+}
+
+fn cells(
+    raster: &SoilRaster,
+    bounds: [f64; 4],
+    files: &Files,
+    soils: &mut Vec<Soil>,
+) -> Result<Cells, BuildError> {
+    let at = |e: BuildError| e.at("soil_map");
+    let [x0, y0, x1, y1] = raster.bounds.unwrap_or(bounds);
+    if !(x1 > x0 && y1 > y0 && [x0, y0, x1, y1].iter().all(|x| x.is_finite())) {
+        let fact = format!("the bounds {:?} have no inside", [x0, y0, x1, y1]);
+        return Err(at(BuildError::new(fact).help("write x_min, y_min, x_max, y_max in m")));
+    }
+    let path = files.resolve(&raster.file).map_err(at)?;
+    let fault = |e: String| at(BuildError::of(&format!("`{}`: {e}", raster.file)));
+    let bytes = linkwork_formats::whole_file(&path).map_err(fault)?;
+    // Its place is that of the bounds, and grey values are numbers.
+    let options = HeightsOptions { spacing: Some([1.0; 2]), range: [0.0, 255.0] };
+    let none = &mut |_: &str| Err("a raster of soils is one file".to_string());
+    let read =
+        read_heights(&raster.file, &bytes, &options, none).map_err(|e| fault(e.to_string()))?;
+    let mut places = std::collections::BTreeMap::new();
+    for (k, one) in raster.soils.iter().enumerate() {
+        let soil = one.soil.soil().map_err(|e| e.at(format!("soil_map.soils[{k}]")))?;
+        let place = add(soils, soil).map_err(at)?;
+        if places.insert(one.number, place).is_some() {
+            let fact = format!("the number {} is given two soils", one.number);
+            return Err(at(BuildError::new(fact).help("give each number one soil")));
+        }
+    }
+    let mut of_cells = Vec::with_capacity(read.heights.len());
+    for (k, value) in read.heights.iter().enumerate() {
+        if value.is_nan() {
+            of_cells.push(EVERYWHERE);
+            continue;
+        }
+        let number = value.round();
+        let known = places.get(&(number as u32)).filter(|_| (value - number).abs() < 1e-3);
+        of_cells.push(*known.ok_or_else(|| {
+            let (i, row) = (k % read.nx, read.ny - 1 - k / read.nx);
+            let fact = format!(
+                "`{}` has {value} in column {i}, row {row}, which is given no soil",
+                raster.file
+            );
+            let known: Vec<String> = places.keys().map(u32::to_string).collect();
+            at(BuildError::new(fact).help(format!("numbers with a soil: {}", known.join(", "))))
+        })?);
+    }
+    let (nx, ny) = (read.nx, read.ny);
+    let inverse = [nx as f64 / (x1 - x0), ny as f64 / (y1 - y0)];
+    Ok(Cells { corner: [x0, y0], inverse, nx, ny, soils: of_cells })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::soil::{SoilKind, published};
+
+    fn of(kind: SoilKind) -> SoilParams {
+        SoilParams { kind, ..SoilParams::default() }
+    }
+
+    fn files() -> (tempfile::TempDir, Files) {
+        let folder = tempfile::tempdir().unwrap();
+        // Numbers of three columns and two rows, the northern row first; no data in the south-east.
+        let grid = "ncols 3\nnrows 2\nNODATA_value -1\n1 2 2\n7 7 -1\n";
+        std::fs::write(folder.path().join("soils.asc"), grid).unwrap();
+        let files = Files::of(vec![folder.path().into()]);
+        (folder, files)
+    }
+
+    fn raster() -> SoilRaster {
+        let number = |number, kind| SoilNumber { number, soil: of(kind) };
+        SoilRaster {
+            file: "soils.asc".into(),
+            bounds: None,
+            soils: vec![
+                number(1, SoilKind::DrySand),
+                number(2, SoilKind::Snow),
+                number(7, SoilKind::ClayeySoil),
+            ],
+        }
+    }
+
+    #[test]
+    fn polygons_lie_on_the_raster_and_that_on_what_is_everywhere() {
+        let (_folder, files) = files();
+        let patches = [
+            SoilPatch {
+                outline: vec![[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]],
+                soil: of(SoilKind::LeteSand),
+            },
+            // Not convex: a notch from the east.
+            SoilPatch {
+                outline: vec![[4.0, 1.0], [8.0, 1.0], [5.0, 2.0], [8.0, 3.0], [4.0, 3.0]],
+                soil: of(SoilKind::MarsDrift),
+            },
+        ];
+        let bounds = [-15.0, -10.0, 15.0, 10.0];
+        let map =
+            SoilMap::new(&of(SoilKind::Lunar), Some(&raster()), &patches, bounds, &files).unwrap();
+        for (x, y, kind) in [
+            (-12.0, 5.0, SoilKind::DrySand),
+            (0.0, 9.0, SoilKind::Snow),
+            (15.0, 10.0, SoilKind::Snow),
+            (-4.0, -3.0, SoilKind::ClayeySoil),
+            (12.0, -3.0, SoilKind::Lunar),
+            (16.0, 0.0, SoilKind::Lunar),
+            (f64::NAN, 0.0, SoilKind::Lunar),
+            (9.0, 1.0, SoilKind::LeteSand),
+            (1.0, 9.0, SoilKind::Snow),
+            (4.5, 2.0, SoilKind::MarsDrift),
+            (7.0, 2.0, SoilKind::LeteSand),
+        ] {
+            assert_eq!(*map.at(x, y), published(kind), "{x} {y} {kind:?}");
+        }
+        assert_eq!(files.names(), ["soils.asc"], "it is part of the plan's hash");
+    }
+
+    /// The share of points inside is the area by the shoelace formula.
+    #[test]
+    fn a_polygon_has_its_area() {
+        let outline = vec![[0.5, 0.2], [9.1, 1.3], [5.0, 4.0], [9.7, 9.4], [3.3, 8.8], [1.0, 5.0]];
+        let around = outline.iter().skip(1).chain(&outline[..1]);
+        let area: f64 =
+            outline.iter().zip(around).map(|(a, b)| 0.5 * (a[0] * b[1] - b[0] * a[1])).sum();
+        let patch = SoilPatch { outline, soil: of(SoilKind::Snow) };
+        let map = SoilMap::new(&of(SoilKind::Lunar), None, &[patch], [0.0; 4], &Files::default())
+            .unwrap();
+        let n = 400;
+        let inside = (0..n * n).filter(|k| {
+            let (x, y) = ((f64::from(k % n) + 0.5) / 40.0, (f64::from(k / n) + 0.5) / 40.0);
+            *map.at(x, y) == published(SoilKind::Snow)
+        });
+        let got = inside.count() as f64 / 1600.0;
+        assert!((got - area).abs() < 0.003 * area, "{got} {area}");
+    }
+
+    #[test]
+    fn what_is_no_map_is_refused_with_its_place() {
+        let (_folder, files) = files();
+        let new = |raster: Option<SoilRaster>, patches: &[SoilPatch]| {
+            SoilMap::new(
+                &of(SoilKind::Lunar),
+                raster.as_ref(),
+                patches,
+                [0.0, 0.0, 1.0, 1.0],
+                &files,
+            )
+        };
+        let refused = |r: Result<SoilMap, BuildError>| r.err().unwrap();
+        let line = SoilPatch { outline: vec![[0.0, 0.0], [1.0, 0.0]], soil: of(SoilKind::Snow) };
+        let e = refused(new(None, &[line]));
+        assert!(e.message.contains("2 corners") && e.param.as_deref() == Some("soils[0]"), "{e:?}");
+        let bad = SoilParams { k_phi: Some(-1.0), ..SoilParams::default() };
+        let patch = SoilPatch { outline: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], soil: bad };
+        let e = refused(new(None, &[patch]));
+        assert!(e.message.contains("no soil has k_phi = -1"), "{e:?}");
+        let mut less = raster();
+        less.soils.truncate(2);
+        let e = refused(new(Some(less), &[]));
+        assert!(e.message.contains("has 7 in column 0, row 1"), "{e:?}");
+        assert!(e.help.unwrap().contains("1, 2"));
+        let mut twice = raster();
+        twice.soils[1].number = 1;
+        assert!(refused(new(Some(twice), &[])).message.contains("two soils"));
+        let lost = SoilRaster { file: "none.png".into(), ..raster() };
+        assert!(refused(new(Some(lost), &[])).message.contains("none.png"));
+        let flat = SoilRaster { bounds: Some([0.0, 0.0, 0.0, 1.0]), ..raster() };
+        assert!(refused(new(Some(flat), &[])).message.contains("no inside"));
+    }
+}

@@ -1,0 +1,117 @@
+//! `environment.tiled_terrain`: ground of any size from a file of tiles, which are read as they are driven on.
+
+use crate::soil::SoilParams;
+use crate::soil_map::{SoilMap, SoilPatch, SoilRaster};
+use crate::tiles::{TileError, Tiles};
+use linkwork_runtime::prelude::*;
+use std::sync::OnceLock;
+
+/// A map in tiles.
+#[derive(Params, Clone, Debug)]
+pub struct TiledParams {
+    /// File of tiles (.tiles), as `linkwork terrain convert` makes it.
+    pub file: String,
+    /// Tiles that are kept in memory, 268 kB each unless they were cut otherwise. More make a run faster, and change nothing in it.
+    #[param(default = 256, range = 1.0..=65536.0)]
+    pub kept: u32,
+    /// x_min, y_min, x_max, y_max, m, of the part that bodies with colliders, cameras and lidars meet: it is held in memory as
+    /// a whole. Wheels and radars need none.
+    #[param(default = None)]
+    pub region: Option<[f64; 4]>,
+    /// Factor on the heights.
+    #[param(default = 1.0)]
+    pub exaggeration: f64,
+    /// Moves the middle of the map to x = y = 0.
+    #[param(default = true)]
+    pub centred: bool,
+    /// Moves the height at x = y = 0 (when there is data) to z = 0.
+    #[param(default = true)]
+    pub level: bool,
+    /// The soil everywhere.
+    #[param(default = SoilParams::default())]
+    pub soil: SoilParams,
+    /// Polygons of other soils, each over those before it.
+    #[param(default = vec![])]
+    pub soils: Vec<SoilPatch>,
+    /// A raster of other soils, under the polygons.
+    #[param(default = None)]
+    pub soil_map: Option<SoilRaster>,
+}
+
+/// Most nodes of a region.
+const REGION_MAX: usize = 16_000_000;
+
+/// A map of which tiles are read as they are asked for.
+pub struct TiledTerrain {
+    tiles: Tiles,
+    overview: Surface,
+    region: Option<Surface>,
+    soils: SoilMap,
+    file: String,
+    /// What went wrong first, as it is told.
+    trouble: OnceLock<BuildError>,
+}
+
+fn told(file: &str, e: &TileError) -> BuildError {
+    BuildError::of(&format!("`{file}`: {e}"))
+}
+
+/// Ground from a file of tiles, of any size: tiles are read while it is driven on, and a bounded number of them is kept.
+/// Smooth between nodes. Reading takes memory within a step; which tiles are kept changes no number. A tile that is damaged or cannot
+/// be read stops the run with its place.
+#[service("environment.tiled_terrain", Terrain)]
+impl Service for TiledTerrain {
+    type Params = TiledParams;
+    fn build(p: TiledParams, files: &Files) -> Result<Self, BuildError> {
+        let path = files.resolve(&p.file)?;
+        let fault = |e: TileError| told(&p.file, &e).at("file");
+        if !p.exaggeration.is_finite() {
+            return Err(
+                BuildError::new("the factor on the heights is not finite").at("exaggeration")
+            );
+        }
+        let mut tiles = Tiles::open(&path, p.kept as usize).map_err(fault)?;
+        if p.centred {
+            tiles = tiles.centred();
+        }
+        let zero = if p.level { tiles.ground(0.0, 0.0).map_or(0.0, |g| g.0) } else { 0.0 };
+        if let Some(e) = tiles.trouble() {
+            return Err(fault(e.clone()));
+        }
+        let tiles = tiles.scaled(zero, p.exaggeration);
+        let (_, overview) = tiles.overview().map_err(fault)?;
+        let region = p.region.map(|region| tiles.region(region, REGION_MAX)).transpose();
+        let region = region.map_err(|e| told(&p.file, &e).at("region"))?;
+        let bounds = tiles.grid().bounds();
+        let soils = SoilMap::new(&p.soil, p.soil_map.as_ref(), &p.soils, bounds, files)?;
+        let trouble = OnceLock::new();
+        Ok(TiledTerrain { tiles, overview, region, soils, file: p.file, trouble })
+    }
+}
+
+impl Terrain for TiledTerrain {
+    #[inline]
+    fn ground(&self, x: f64, y: f64) -> Option<Ground> {
+        self.tiles.ground(x, y).map(|(height, normal)| Ground { height, normal })
+    }
+    fn bounds(&self) -> [f64; 4] {
+        self.tiles.grid().bounds()
+    }
+    fn soil(&self, x: f64, y: f64) -> &Soil {
+        self.soils.at(x, y)
+    }
+    fn surface(&self) -> Surface {
+        self.overview.clone()
+    }
+    fn nodes(&self) -> Result<Surface, BuildError> {
+        let [nx, ny] = self.tiles.grid().size();
+        self.region.clone().ok_or_else(|| {
+            BuildError::new(format!("the map of {nx} by {ny} nodes is not held as a whole"))
+                .help("write `region: (x_min, y_min, x_max, y_max)` at the terrain: the part that colliders, cameras and lidars meet")
+        })
+    }
+    fn trouble(&self) -> Option<&BuildError> {
+        let e = self.tiles.trouble()?;
+        Some(self.trouble.get_or_init(|| told(&self.file, e)))
+    }
+}

@@ -1,0 +1,130 @@
+//! Tiles in memory: those that were asked for last.
+
+/// A tile's heights in memory.
+struct Slot {
+    tile: usize,
+    /// When it was asked for last.
+    used: u64,
+    heights: Vec<f32>,
+}
+
+/// A number of tiles, of which the one that was not asked for the longest gives way to a new one. What is in it changes
+/// how long an answer takes, and no answer.
+pub(super) struct Cache {
+    slots: Vec<Slot>,
+    most: usize,
+    /// Slot of each tile, by number; the largest number: it is not there.
+    places: Vec<u32>,
+    now: u64,
+    last: usize,
+}
+
+const NOWHERE: u32 = u32::MAX;
+
+impl Cache {
+    /// Of at most so many of `tiles` tiles, one at least.
+    pub fn new(most: usize, tiles: usize) -> Cache {
+        let most = most.clamp(1, NOWHERE as usize - 1);
+        Cache { slots: Vec::new(), most, places: vec![NOWHERE; tiles], now: 0, last: 0 }
+    }
+
+    /// The heights of a tile, which `fill` reads when they are not there.
+    pub fn tile<E>(
+        &mut self,
+        tile: usize,
+        fill: impl FnOnce(&mut Vec<f32>) -> Result<(), E>,
+    ) -> Result<&[f32], E> {
+        self.now += 1;
+        if let Some(slot) = self.slots.get(self.last)
+            && slot.tile == tile
+        {
+            // Most questions are about the tile of the one before.
+            self.slots[self.last].used = self.now;
+            return Ok(&self.slots[self.last].heights);
+        }
+        let at = match self.places[tile] {
+            NOWHERE => self.read(tile, fill)?,
+            at => at as usize,
+        };
+        self.slots[at].used = self.now;
+        self.last = at;
+        Ok(&self.slots[at].heights)
+    }
+
+    fn read<E>(
+        &mut self,
+        tile: usize,
+        fill: impl FnOnce(&mut Vec<f32>) -> Result<(), E>,
+    ) -> Result<usize, E> {
+        let oldest = || self.slots.iter().enumerate().min_by_key(|(_, s)| s.used).map(|(k, _)| k);
+        let (at, mut heights) = match oldest() {
+            Some(at) if self.slots.len() >= self.most => {
+                // Whether it is read or not, what was there is gone.
+                let slot = &mut self.slots[at];
+                // Nowhere already, after a tile that could not be read.
+                if let Some(place) = self.places.get_mut(slot.tile) {
+                    *place = NOWHERE;
+                }
+                slot.tile = usize::MAX;
+                (at, std::mem::take(&mut slot.heights))
+            }
+            _ => (self.slots.len(), Vec::new()),
+        };
+        let read = fill(&mut heights);
+        let slot = Slot { tile, used: self.now, heights };
+        match read {
+            Ok(()) if at < self.slots.len() => self.slots[at] = slot,
+            Ok(()) => self.slots.push(slot),
+            Err(e) => {
+                if let Some(free) = self.slots.get_mut(at) {
+                    (free.heights, free.used) = (slot.heights, 0);
+                }
+                return Err(e);
+            }
+        }
+        self.places[tile] = at as u32;
+        Ok(at)
+    }
+
+    /// How many tiles are in memory.
+    pub fn len(&self) -> usize {
+        self.slots.iter().filter(|s| s.tile != usize::MAX).count()
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.slots.clear();
+        self.places.fill(NOWHERE);
+        self.last = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_one_asked_for_longest_ago_gives_way_and_failures_leave_nothing() {
+        let mut cache = Cache::new(2, 5);
+        let mut reads = Vec::new();
+        let mut ask = |cache: &mut Cache, tile: usize| {
+            let read = cache.tile(tile, |heights| {
+                reads.push(tile);
+                heights.clear();
+                heights.push(tile as f32);
+                if tile == 4 { Err("none") } else { Ok(()) }
+            });
+            read.map(|h| h[0])
+        };
+        for tile in [0, 1, 0, 0, 2, 0, 1] {
+            assert_eq!(ask(&mut cache, tile), Ok(tile as f32));
+        }
+        assert_eq!(ask(&mut cache, 4), Err("none"));
+        assert_eq!(cache.len(), 1);
+        for tile in [1, 4, 3, 1] {
+            assert_eq!(ask(&mut cache, tile).is_ok(), tile != 4);
+        }
+        // 2 drives 1 out, 1 drives 2 out, and the failure 0; then 1 is there, and 4 fails in the room that is free.
+        assert_eq!(reads, [0, 1, 2, 1, 4, 4, 3]);
+    }
+}

@@ -1,0 +1,85 @@
+//! Heights in tiles (`.tiles`): a file of a terrain of any size, of which tiles are read when they are asked for.
+//! ```text
+//! head      "LWTILES1", nodes, cells of a tile's edge, spacing, origin, overview, least and greatest height, checksums
+//! index     for each tile: byte, length, checksum (CRC-32) of what is there; length 0: no data in the whole tile
+//! overview  every n-th node, for display
+//! tiles     heights as f32, deflated
+//! ```
+//! A tile has the nodes of its cells and one row more around them, two in the north and east, so that the cubic
+//! surface over each of its cells needs no other tile. All numbers are little-endian; of the heights of a block the
+//! first bytes come first, then the second ones and so on, which packs better. Head and index end within the first
+//! [`INDEX_END`] bytes, which are part of the plan's hash as a whole: through their checksums it knows every tile.
+//!
+//! ```
+//! use linkwork_environment::height_field::HeightField;
+//! use linkwork_environment::tiles::{Tiles, write_tiles};
+//!
+//! let heights = (0..300 * 200).map(|k| (k % 300) as f32 * 0.01).collect();
+//! let field = HeightField::new([0.0; 2], [0.5; 2], 300, 200, heights)?;
+//! let file = std::env::temp_dir().join(format!("a_doc_test_{}.tiles", std::process::id()));
+//! write_tiles(&file, &mut &field, 64)?;
+//! let tiles = Tiles::open(&file, 8)?;
+//! assert_eq!(tiles.ground(70.3, 51.2), field.ground(70.3, 51.2));
+//! # std::fs::remove_file(file)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod cache;
+mod head;
+mod read;
+mod write;
+
+#[cfg(test)]
+mod tests;
+
+pub use read::Tiles;
+pub use write::{HeightRows, write_tiles};
+
+/// Bytes within which head and index of a file end.
+pub const INDEX_END: u64 = 4 << 20;
+
+/// Cells of a tile's edge, unless another number is wanted: a tile is then 268 kB in memory.
+pub const TILE: usize = 256;
+
+/// Most nodes along an edge of the overview.
+const OVERVIEW: usize = 1024;
+
+/// Why a file of tiles cannot be read or written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TileError {
+    /// The system says so.
+    #[error("{what}: {why}")]
+    System {
+        /// What was tried.
+        what: &'static str,
+        /// The system's words.
+        why: String,
+    },
+    /// The file is none of tiles, or damaged.
+    #[error("{fact}\n  help: make the file anew: `linkwork terrain convert`")]
+    Damaged {
+        /// What is wrong.
+        fact: String,
+    },
+    /// A map that cannot be cut so.
+    #[error("{fact}\n  help: {help}")]
+    Size {
+        /// What is wrong.
+        fact: String,
+        /// What to do about it.
+        help: String,
+    },
+    /// The heights that were to be written cannot be read.
+    #[error("{0}")]
+    Source(String),
+}
+
+impl TileError {
+    fn system(what: &'static str) -> impl FnOnce(std::io::Error) -> TileError {
+        move |e| TileError::System { what, why: e.to_string() }
+    }
+
+    fn damaged(fact: impl Into<String>) -> TileError {
+        TileError::Damaged { fact: fact.into() }
+    }
+}

@@ -1,0 +1,284 @@
+//! An open file of tiles: heights and normals anywhere, tiles read when they are asked for.
+
+use super::cache::Cache;
+use super::head::{Head, Nodes, Piece, unpack};
+use super::{HeightRows, TileError};
+use crate::height_field::Grid;
+use linkwork_runtime::Surface;
+use linkwork_spatial::Vec3;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+
+/// An open file of tiles. Answers are those of a [`HeightField`](crate::height_field::HeightField) of the same heights, bit for bit,
+/// in whatever order they are asked for and however many tiles are kept.
+pub struct Tiles {
+    head: Head,
+    grid: Grid,
+    /// Taken off each height, then each is multiplied (m, 1).
+    zero: f64,
+    factor: f64,
+    inner: Mutex<Inner>,
+    /// What went wrong first.
+    trouble: OnceLock<TileError>,
+}
+
+struct Inner {
+    source: Source,
+    cache: Cache,
+}
+
+/// The file, and room for packed bytes and for planes.
+struct Source {
+    file: File,
+    length: u64,
+    packed: Vec<u8>,
+    planes: Vec<u8>,
+}
+
+impl std::fmt::Debug for Tiles {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [nx, ny] = self.grid.size();
+        write!(f, "Tiles({nx} by {ny})")
+    }
+}
+
+impl Source {
+    /// The bytes of a piece, which are as its checksum says.
+    fn piece(&mut self, piece: Piece) -> Result<(), TileError> {
+        let length = u64::from(piece.length);
+        if piece.start.checked_add(length).is_none_or(|end| end > self.length) {
+            return Err(TileError::damaged("its bytes are beyond the end of the file"));
+        }
+        self.packed.clear();
+        self.packed.resize(piece.length as usize, 0);
+        self.file.seek(SeekFrom::Start(piece.start)).map_err(TileError::system("reading"))?;
+        self.file.read_exact(&mut self.packed).map_err(TileError::system("reading"))?;
+        match crc32fast::hash(&self.packed) == piece.crc {
+            true => Ok(()),
+            false => Err(TileError::damaged("its checksum is wrong")),
+        }
+    }
+
+    /// Heights of a piece of so many nodes; NaN where there is no piece.
+    fn heights(&mut self, piece: Piece, nodes: usize, to: &mut Vec<f32>) -> Result<(), TileError> {
+        to.clear();
+        to.resize(nodes, f32::NAN);
+        if piece.length == 0 {
+            return Ok(());
+        }
+        self.piece(piece)?;
+        unpack(&self.packed, &mut self.planes, to)
+    }
+}
+
+impl Tiles {
+    /// Opens a file and reads its head and index; at most `most` tiles are kept in memory.
+    ///
+    /// # Errors
+    /// The file cannot be read, is none of tiles, or its head or index is damaged.
+    pub fn open(path: &Path, most: usize) -> Result<Tiles, TileError> {
+        // Asked before it is opened: opening a pipe waits for who writes into it.
+        if !path.metadata().map_err(TileError::system("opening"))?.is_file() {
+            return Err(TileError::System { what: "opening", why: "it is no regular file".into() });
+        }
+        let mut file = File::open(path).map_err(TileError::system("opening"))?;
+        let length = file.metadata().map_err(TileError::system("opening"))?.len();
+        let head = Head::read(&mut file, length)?;
+        let cache = Cache::new(most, head.index.len());
+        let source = Source { file, length, packed: Vec::new(), planes: Vec::new() };
+        Ok(Tiles {
+            grid: head.grid,
+            head,
+            zero: 0.0,
+            factor: 1.0,
+            inner: Mutex::new(Inner { source, cache }),
+            trouble: OnceLock::new(),
+        })
+    }
+
+    /// The same with its middle at x = y = 0.
+    #[must_use]
+    pub fn centred(mut self) -> Tiles {
+        self.grid = self.grid.centred();
+        self
+    }
+
+    /// The same with `zero` (m) taken off each height, then multiplied by `factor`.
+    #[must_use]
+    pub fn scaled(mut self, zero: f64, factor: f64) -> Tiles {
+        (self.zero, self.factor) = (zero, factor);
+        self.inner().cache.clear();
+        self
+    }
+
+    /// Where its nodes are.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Cells of a tile's edge.
+    pub fn tile(&self) -> usize {
+        self.head.tile
+    }
+
+    /// Least and greatest height in the file (m); NaN without data.
+    pub fn range(&self) -> [f32; 2] {
+        self.head.range
+    }
+
+    /// Nodes without data.
+    pub fn missing(&self) -> u64 {
+        self.head.missing
+    }
+
+    /// Tiles in memory.
+    pub fn kept(&self) -> usize {
+        self.inner().cache.len()
+    }
+
+    /// What went wrong first since it was opened: a tile that is damaged or cannot be read.
+    pub fn trouble(&self) -> Option<&TileError> {
+        self.trouble.get()
+    }
+
+    fn inner(&self) -> MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A height of the file as it is told.
+    fn told(&self, h: f32) -> f32 {
+        ((f64::from(h) - self.zero) * self.factor) as f32
+    }
+
+    /// Does something with the heights of a tile.
+    fn with<T>(&self, tile: usize, then: impl FnOnce(Nodes, &[f32]) -> T) -> Result<T, TileError> {
+        let nodes = self.head.nodes(tile);
+        let mut inner = self.inner();
+        let Inner { source, cache } = &mut *inner;
+        let heights = cache.tile(tile, |to| {
+            source.heights(self.head.index[tile], nodes.nx * nodes.ny, to)?;
+            if self.zero != 0.0 || self.factor != 1.0 {
+                to.iter_mut().for_each(|h| *h = self.told(*h));
+            }
+            Ok(())
+        });
+        heights.map(|heights| then(nodes, heights)).map_err(|e| self.at(tile, e))
+    }
+
+    /// An error with the place of its tile.
+    fn at(&self, tile: usize, e: TileError) -> TileError {
+        let across = self.head.tiles()[0];
+        let place = format!("tile {}, {} (from the south-west)", tile % across, tile / across);
+        match e {
+            TileError::Damaged { fact } => TileError::damaged(format!("{place}: {fact}")),
+            TileError::System { what, why } => {
+                TileError::System { what, why: format!("{place}: {why}") }
+            }
+            other => other,
+        }
+    }
+
+    /// Height (m) and unit normal at x, y (m); `None` off the map, where there is no data, and where the tile cannot be
+    /// read, which [`Tiles::trouble`] then tells. A tile that is not in memory is read, and memory may be taken for it.
+    #[inline]
+    pub fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
+        let inside = self.grid.cell(x, y)?;
+        let tile = self.head.tile_of(inside.i, inside.j);
+        let answer = self.with(tile, |nodes, heights| {
+            let four = |i: usize, j: usize| -> [f32; 4] {
+                let at = (j - nodes.j) * nodes.nx + i - nodes.i;
+                heights[at..at + 4].try_into().unwrap_or_default()
+            };
+            let node = |i: usize, j: usize| heights[(j - nodes.j) * nodes.nx + i - nodes.i];
+            self.grid.surface(inside, four, node)
+        });
+        answer.unwrap_or_else(|e| {
+            let _ = self.trouble.set(e);
+            None
+        })
+    }
+
+    /// Every so many nodes of the whole map, for display; how many is the first number.
+    ///
+    /// # Errors
+    /// The overview is damaged.
+    pub fn overview(&self) -> Result<(usize, Surface), TileError> {
+        let [nx, ny] = self.head.overview_size();
+        let mut heights = Vec::new();
+        let read = self.inner().source.heights(self.head.overview, nx * ny, &mut heights);
+        read.map_err(|e| match e {
+            TileError::Damaged { fact } => TileError::damaged(format!("the overview: {fact}")),
+            other => other,
+        })?;
+        heights.iter_mut().for_each(|h| *h = self.told(*h));
+        let step = self.head.step;
+        let spacing = self.grid.spacing().map(|s| s * step as f64);
+        Ok((step, Surface { origin: self.grid.origin(), spacing, nx, ny, heights }))
+    }
+
+    /// All nodes within x_min, y_min, x_max, y_max (m).
+    ///
+    /// # Errors
+    /// The region is not on the map or has fewer than 2 by 2 or more than `most` nodes; a tile cannot be read.
+    pub fn region(&self, [x0, y0, x1, y1]: [f64; 4], most: usize) -> Result<Surface, TileError> {
+        let (origin, spacing, size) = (self.grid.origin(), self.grid.spacing(), self.grid.size());
+        let size_fault = |fact: String, help: &str| TileError::Size { fact, help: help.into() };
+        let span = |low: f64, high: f64, k: usize| {
+            // A bound that is written as a node's place is that node.
+            let at = |p: f64| (p - origin[k]) / spacing[k];
+            let (a, b) = ((at(low) - 1e-6).ceil(), (at(high) + 1e-6).floor());
+            (a >= 0.0 && b <= (size[k] - 1) as f64 && b >= a + 1.0)
+                .then_some((a as usize, b as usize + 1))
+        };
+        let (Some((i0, i1)), Some((j0, j1))) = (span(x0, x1, 0), span(y0, y1, 1)) else {
+            let fact = format!("the region {:?} is not on the map", [x0, y0, x1, y1]);
+            let bounds = self.grid.bounds();
+            let help = format!(
+                "it lies within {bounds:?} (x_min, y_min, x_max, y_max), two nodes wide at least"
+            );
+            return Err(size_fault(fact, &help));
+        };
+        let (nx, ny) = (i1 - i0, j1 - j0);
+        if nx.saturating_mul(ny) > most {
+            let fact = format!("the region has {nx} by {ny} nodes");
+            return Err(size_fault(fact, &format!("{most} at most: make it smaller")));
+        }
+        let mut heights = vec![0.0; nx * ny];
+        for j in (j0 / self.head.tile)..=((j1 - 1) / self.head.tile) {
+            for i in (i0 / self.head.tile)..=((i1 - 1) / self.head.tile) {
+                let tiles = self.head.tiles();
+                let tile = j.min(tiles[1] - 1) * tiles[0] + i.min(tiles[0] - 1);
+                self.with(tile, |nodes, from| {
+                    for row in nodes.j.max(j0)..(nodes.j + nodes.ny).min(j1) {
+                        let (a, b) = (nodes.i.max(i0), (nodes.i + nodes.nx).min(i1));
+                        let at = (row - nodes.j) * nodes.nx + a - nodes.i;
+                        heights[(row - j0) * nx + a - i0..][..b - a]
+                            .copy_from_slice(&from[at..at + b - a]);
+                    }
+                })?;
+            }
+        }
+        let place = |k: usize, n: usize| origin[k] + n as f64 * spacing[k];
+        Ok(Surface { origin: [place(0, i0), place(1, j0)], spacing, nx, ny, heights })
+    }
+}
+
+impl HeightRows for &Tiles {
+    fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    fn row(&mut self, j: usize, row: &mut [f32]) -> Result<(), TileError> {
+        let tiles = self.head.tiles();
+        let down = (j / self.head.tile).min(tiles[1] - 1);
+        for across in 0..tiles[0] {
+            self.with(down * tiles[0] + across, |nodes, from| {
+                let at = (j - nodes.j) * nodes.nx;
+                row[nodes.i..nodes.i + nodes.nx].copy_from_slice(&from[at..at + nodes.nx]);
+            })?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,140 @@
+//! ESRI ASCII grids (.asc): a header of names and numbers, then the heights, the northern row first.
+//! ```text
+//! xllcorner, yllcorner   south-west corner of the south-west cell: its node is half a cell from there
+//! xllcenter, yllcenter   its node
+//! cellsize               or dx and dy
+//! ```
+//! Coordinates are in metres unless a `.prj` beside it says otherwise.
+
+use super::{Heights, HeightsError, HeightsOptions, bounded, length, text, units};
+
+const KEYS: [&str; 10] = [
+    "ncols",
+    "nrows",
+    "xllcorner",
+    "xllcenter",
+    "yllcorner",
+    "yllcenter",
+    "cellsize",
+    "dx",
+    "dy",
+    "nodata_value",
+];
+
+/// The grid of a text; `projection`: well-known text of its coordinates.
+pub(super) fn grid(
+    bytes: &[u8],
+    projection: Option<&[u8]>,
+    options: &HeightsOptions,
+) -> Result<Heights, HeightsError> {
+    let whole = text(bytes);
+    let mut header: [Option<f64>; KEYS.len()] = [None; KEYS.len()];
+    let mut lines = whole.lines().enumerate().peekable();
+    while let Some((at, line)) = lines.peek().copied() {
+        let line = line.trim();
+        let first = line.chars().next();
+        if first.is_some_and(|c| !c.is_ascii_alphabetic()) || is_value(line) {
+            break;
+        }
+        lines.next();
+        if line.is_empty() {
+            continue;
+        }
+        let place = format!("line {}", at + 1);
+        let (name, number) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        let key = name.to_lowercase();
+        let Some(k) = KEYS.iter().position(|k| *k == key) else {
+            let known = KEYS.join(", ");
+            return Err(HeightsError::at(
+                place,
+                format!("the header has no entry `{name}`"),
+                format!("entries: {known}"),
+            ));
+        };
+        let value = number.trim().parse::<f64>().map_err(|_| {
+            HeightsError::at(
+                &place,
+                format!("`{number}` is no number"),
+                "one number follows a name",
+            )
+        })?;
+        if header[k].replace(value).is_some() {
+            return Err(HeightsError::at(
+                place,
+                format!("`{name}` is written twice"),
+                "write it once",
+            ));
+        }
+    }
+    let of = |key: &str| KEYS.iter().position(|k| *k == key).and_then(|k| header[k]);
+    let count = |key: &str| {
+        let fault =
+            |fact: String| HeightsError::at(key, fact, "write how many there are, 2 or more");
+        let n = of(key).ok_or_else(|| fault("it is missing from the header".into()))?;
+        match (1.0..=1e9).contains(&n) && n.fract() == 0.0 {
+            true => Ok(n as u64),
+            false => Err(fault(format!("{n} is no number of nodes"))),
+        }
+    };
+    let (nx, ny) = (count("ncols")?, count("nrows")?);
+    // A height is a digit and a space at least.
+    bounded(bytes.len() as u64, nx, ny, 1)?;
+    let missing = of("nodata_value");
+    let (nx, ny) = (nx as usize, ny as usize);
+    let mut heights = vec![0.0; nx * ny];
+    let mut read = 0;
+    for (at, line) in lines {
+        for word in line.split_whitespace() {
+            let place = || format!("line {}", at + 1);
+            let value = word.parse::<f64>().map_err(|_| {
+                HeightsError::at(place(), format!("`{word}` is no height"), "heights are numbers")
+            })?;
+            if read == nx * ny {
+                return Err(HeightsError::at(
+                    place(),
+                    format!("there are more heights than {nx} by {ny}"),
+                    "correct ncols and nrows",
+                ));
+            }
+            let gone = value.is_nan() || missing.is_some_and(|m| value == m);
+            let (row, column) = (read / nx, read % nx);
+            heights[(ny - 1 - row) * nx + column] = if gone { f32::NAN } else { value as f32 };
+            read += 1;
+        }
+    }
+    if read < nx * ny {
+        return Err(HeightsError::content(
+            format!("it ends after {read} heights of {nx} by {ny}"),
+            "correct ncols and nrows, or take the whole file",
+        ));
+    }
+    let size = |key: &str| of(key).or(of("cellsize"));
+    let own = match (size("dx"), size("dy")) {
+        (Some(x), Some(y)) => Some([length("cellsize", x)?, length("cellsize", y)?]),
+        _ => None,
+    };
+    let (spacing, origin) = match (options.spacing, own) {
+        (Some(spacing), _) => (spacing, [0.0, 0.0]),
+        (None, None) => return Err(HeightsError::NoScale { what: "the ASCII grid" }),
+        (None, Some(own)) => {
+            let unit = units::well_known(&text(projection.unwrap_or_default()))?;
+            let Some(unit) = unit else {
+                return Err(HeightsError::Degrees { x: own[0], y: own[1] });
+            };
+            let first = |centre: &str, corner: &str, size: f64| match (of(centre), of(corner)) {
+                (Some(at), _) => at,
+                (None, Some(at)) => at + 0.5 * size,
+                (None, None) => 0.0,
+            };
+            let x = first("xllcenter", "xllcorner", own[0]);
+            let y = first("yllcenter", "yllcorner", own[1]);
+            (own.map(|s| s * unit), [x * unit, y * unit])
+        }
+    };
+    Ok(Heights { nx, ny, heights, spacing, origin })
+}
+
+/// A row of heights may begin with a word that is a number: `nan`, `inf`.
+fn is_value(line: &str) -> bool {
+    line.split_whitespace().next().is_some_and(|word| word.parse::<f64>().is_ok())
+}

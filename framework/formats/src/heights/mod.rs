@@ -1,0 +1,240 @@
+//! Heights of ground from files of other programs: GeoTIFF, ESRI ASCII grids, lists of points, grey PNG and BMP,
+//! images of the Planetary Data System (PDS3, PDS4).
+//!
+//! Every reader gives [`Heights`]: a regular grid in metres, x east, y north, the southern row first, NaN where there is
+//! no data. A file in degrees is refused, since a degree is no length: it has to be projected, or `spacing` says what its
+//! nodes are apart. Memory is taken for what a file holds, not for what it says it holds.
+//! ```text
+//! GeoTIFF  h = sample · scale + offset        x = x_t + (column − i) s_x,  y = y_t − (row − j) s_y
+//! PNG, BMP h = h_black + grey (h_white − h_black),  grey from 0 to 1
+//! PDS      h = sample · SCALING_FACTOR + OFFSET
+//! ```
+//!
+//! ```
+//! use linkwork_formats::heights::{HeightsOptions, read_heights};
+//!
+//! let grid = "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\nNODATA_value -9999\n1 2 3\n4 -9999 6\n";
+//! let none = &mut |_: &str| Err("no file beside it".to_string());
+//! let read = read_heights("hill.asc", grid.as_bytes(), &HeightsOptions::default(), none)?;
+//! assert_eq!((read.nx, read.ny, read.spacing, read.origin), (3, 2, [5.0, 5.0], [2.5, 2.5]));
+//! assert!(read.heights[0] == 4.0 && read.heights[1].is_nan() && read.heights[5] == 3.0);
+//! # Ok::<(), linkwork_formats::heights::HeightsError>(())
+//! ```
+
+mod ascii;
+mod geotiff;
+mod grey;
+mod pds3;
+mod pds4;
+mod samples;
+mod units;
+mod write;
+mod xyz;
+
+pub use geotiff::GeoTiff;
+pub use write::{Map, write_ascii, write_geotiff, write_png, write_shades};
+
+use std::io::Cursor;
+
+/// Heights on a regular grid; x east, y north, z up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heights {
+    /// Nodes along x.
+    pub nx: usize,
+    /// Nodes along y.
+    pub ny: usize,
+    /// Heights (m): x fastest, the southern row first, NaN where there is no data.
+    pub heights: Vec<f32>,
+    /// Distance of nodes along x and y (m).
+    pub spacing: [f64; 2],
+    /// x, y of the south-west node (m); zero when the file does not say.
+    pub origin: [f64; 2],
+}
+
+/// What a file does not say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightsOptions {
+    /// Distance of nodes along x and y (m), instead of what the file says; the south-west node is then at the origin.
+    pub spacing: Option<[f64; 2]>,
+    /// Heights (m) of black and white, of PNG and BMP.
+    pub range: [f64; 2],
+}
+
+impl Default for HeightsOptions {
+    fn default() -> Self {
+        HeightsOptions { spacing: None, range: [0.0, 1.0] }
+    }
+}
+
+/// Why a file is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum HeightsError {
+    /// The TIFF cannot be decoded.
+    #[error("not a readable TIFF: {0}")]
+    Tiff(#[from] tiff::TiffError),
+    /// The PNG cannot be decoded.
+    #[error("not a readable PNG: {0}")]
+    Png(#[from] png::DecodingError),
+    /// The label in XML cannot be read.
+    #[error("not a readable label: {0}")]
+    Xml(#[from] crate::FormatError),
+    /// Pixels of a kind that holds no heights.
+    #[error(
+        "heights are one grey value for each pixel, and here are {what}\n  help: write one band of grey values to a file of its own"
+    )]
+    Pixels {
+        /// What there is.
+        what: String,
+    },
+    /// No scale in the file.
+    #[error(
+        "{what} has no scale\n  help: write `spacing: (0.1, 0.1)`: the distance of nodes in metres"
+    )]
+    NoScale {
+        /// The kind of file.
+        what: &'static str,
+    },
+    /// Nodes are degrees apart.
+    #[error(
+        "its nodes are {x} by {y} degrees apart, and a degree is no length\n  help: project it to metres (`gdalwarp -t_srs`), or write `spacing: (30, 30)`, the distance of nodes in metres"
+    )]
+    Degrees {
+        /// Along x.
+        x: f64,
+        /// Along y.
+        y: f64,
+    },
+    /// More nodes than a map in memory may have.
+    #[error(
+        "{nx} by {ny} nodes are too many: 64 million at most\n  help: write it as GeoTIFF (`gdal_translate`) and make tiles of that, which are read when they are needed: `linkwork terrain convert`"
+    )]
+    TooMany {
+        /// Nodes along x.
+        nx: u64,
+        /// Nodes along y.
+        ny: u64,
+    },
+    /// The file is far too short for its picture.
+    #[error("{bytes} bytes cannot hold the {nx} by {ny} samples that the file says it has")]
+    Short {
+        /// Bytes of the file.
+        bytes: u64,
+        /// Nodes along x.
+        nx: u64,
+        /// Nodes along y.
+        ny: u64,
+    },
+    /// A fault of the content.
+    #[error("{place}{fact}\n  help: {help}")]
+    Content {
+        /// Line or entry with a colon, or nothing.
+        place: String,
+        /// What is wrong.
+        fact: String,
+        /// What to do about it.
+        help: String,
+    },
+    /// The file that a label names.
+    #[error("its data file `{name}`: {why}")]
+    Companion {
+        /// Its name.
+        name: String,
+        /// Why it cannot be read.
+        why: String,
+    },
+    /// An ending that no reader has.
+    #[error("`{name}` is of no kind that holds heights\n  help: {KINDS}")]
+    Kind {
+        /// Name of the file.
+        name: String,
+    },
+}
+
+/// Endings and what they are.
+pub const KINDS: &str = "GeoTIFF (.tif, .tiff), ESRI ASCII grid (.asc), points (.xyz), PNG (.png), BMP (.bmp), PDS3 (.lbl, .img), PDS4 (.xml)";
+
+/// Most nodes of a map in memory.
+pub const NODES_MAX: u64 = 64_000_000;
+
+impl HeightsError {
+    pub(crate) fn at(
+        place: impl std::fmt::Display,
+        fact: impl Into<String>,
+        help: impl Into<String>,
+    ) -> HeightsError {
+        let place = format!("{place}: ");
+        HeightsError::Content { place, fact: fact.into(), help: help.into() }
+    }
+
+    pub(crate) fn content(fact: impl Into<String>, help: impl Into<String>) -> HeightsError {
+        HeightsError::Content { place: String::new(), fact: fact.into(), help: help.into() }
+    }
+}
+
+/// That a grid may be held in memory, of a file of `bytes` whose one byte holds at most `of_a_byte` nodes.
+fn bounded(bytes: u64, nx: u64, ny: u64, of_a_byte: u64) -> Result<(), HeightsError> {
+    let nodes = nx.saturating_mul(ny);
+    if nodes > NODES_MAX {
+        return Err(HeightsError::TooMany { nx, ny });
+    }
+    if nodes > of_a_byte.saturating_mul(bytes) {
+        return Err(HeightsError::Short { bytes, nx, ny });
+    }
+    if nx < 2 || ny < 2 {
+        return Err(HeightsError::content(
+            format!("a grid of {nx} by {ny} nodes has no cell"),
+            "it needs at least 2 by 2",
+        ));
+    }
+    Ok(())
+}
+
+/// A length that is positive and finite.
+fn length(place: &str, value: f64) -> Result<f64, HeightsError> {
+    match value > 0.0 && value.is_finite() {
+        true => Ok(value),
+        false => Err(HeightsError::at(
+            place,
+            format!("the distance of nodes is {value}"),
+            "it is a positive, finite number",
+        )),
+    }
+}
+
+/// Heights from the bytes of a file; its `name` says by its ending what it is ([`KINDS`]). Files beside it (the data of
+/// a label, the `.prj` of an ASCII grid) are asked for by name from `beside`, which says in words why there is none.
+///
+/// # Errors
+/// What is wrong with the file, and the remedy.
+pub fn read_heights(
+    name: &str,
+    bytes: &[u8],
+    options: &HeightsOptions,
+    beside: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+) -> Result<Heights, HeightsError> {
+    let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));
+    let read = match ending.to_lowercase().as_str() {
+        "tif" | "tiff" => GeoTiff::open(Cursor::new(bytes), bytes.len() as u64, options)?.heights(),
+        "png" => grey::png_heights(bytes, options),
+        "bmp" => grey::bmp(bytes, options),
+        "asc" => ascii::grid(bytes, beside(&format!("{stem}.prj")).ok().as_deref(), options),
+        "xyz" => xyz::points(bytes, options),
+        "lbl" => pds3::labelled(bytes, options, beside),
+        "img" => pds3::image(stem, bytes, options, beside),
+        "xml" => pds4::labelled(name, bytes, options, beside),
+        _ => Err(HeightsError::Kind { name: name.to_string() }),
+    }?;
+    if let Some(index) = read.heights.iter().position(|h| h.is_infinite()) {
+        let (column, row) = (index % read.nx, read.ny - 1 - index / read.nx);
+        return Err(HeightsError::content(
+            format!("the height in column {column}, row {row} is infinite as a 32-bit number"),
+            "mark what has no data with the file's own value for it, or scale the heights",
+        ));
+    }
+    Ok(read)
+}
+
+/// Text of ASCII or UTF-8; what is neither is replaced.
+fn text(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
+    String::from_utf8_lossy(bytes)
+}

@@ -1,0 +1,133 @@
+//! Arrays of samples as binary data: integers and floating-point numbers of either order of bytes.
+
+use super::{HeightsError, bounded};
+
+/// Type of a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Sample {
+    Unsigned(usize),
+    Signed(usize),
+    Real(usize),
+}
+
+impl Sample {
+    pub fn bytes(self) -> usize {
+        match self {
+            Sample::Unsigned(n) | Sample::Signed(n) | Sample::Real(n) => n,
+        }
+    }
+}
+
+/// Order of bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Order {
+    Big,
+    Little,
+}
+
+/// Which line comes first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum First {
+    North,
+    South,
+}
+
+/// Where samples stand in a file.
+#[derive(Clone, Debug)]
+pub(super) struct Array {
+    pub sample: Sample,
+    pub order: Order,
+    /// Byte of the first line.
+    pub start: u64,
+    pub lines: u64,
+    pub columns: u64,
+    /// Bytes before and behind the samples of a line.
+    pub around: [u64; 2],
+    pub first: First,
+    /// Samples that say that there is no data.
+    pub missing: Vec<Missing>,
+    /// h = scale · sample + offset (m).
+    pub scale: f64,
+    pub offset: f64,
+}
+
+/// A sample without data, as labels write it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Missing {
+    /// By its value.
+    Value(f64),
+    /// By its bits, as an integer.
+    Bits(u64),
+}
+
+impl Missing {
+    /// `-32768`, `-3.4028227e+38`, `16#FF7FFFFB#`, `0xFF7FFFFB`.
+    pub fn parse(text: &str) -> Option<Missing> {
+        let text = text.trim().trim_matches('"');
+        let bits = |digits: &str| u64::from_str_radix(digits, 16).ok().map(Missing::Bits);
+        if let Some(digits) = text.strip_prefix("16#") {
+            return bits(digits.trim_end_matches('#'));
+        }
+        if let Some(digits) = text.strip_prefix("0x").or(text.strip_prefix("0X")) {
+            return bits(digits);
+        }
+        text.parse().ok().map(Missing::Value)
+    }
+
+    fn is(self, value: f64, bits: u64) -> bool {
+        match self {
+            // Texts of 32-bit numbers often have too many digits or too few.
+            Missing::Value(m) => value == m || value as f32 == m as f32,
+            Missing::Bits(b) => bits == b,
+        }
+    }
+}
+
+/// Value and bits of the sample that `raw` is.
+fn one(raw: &[u8], sample: Sample, order: Order) -> (f64, u64) {
+    let mut bits = 0_u64;
+    for k in 0..raw.len() {
+        let byte = match order {
+            Order::Big => raw[k],
+            Order::Little => raw[raw.len() - 1 - k],
+        };
+        bits = bits << 8 | u64::from(byte);
+    }
+    let value = match sample {
+        Sample::Unsigned(_) => bits as f64,
+        Sample::Signed(n) => {
+            let up = 64 - 8 * n as u32;
+            (((bits << up) as i64) >> up) as f64
+        }
+        Sample::Real(4) => f64::from(f32::from_bits(bits as u32)),
+        Sample::Real(_) => f64::from_bits(bits),
+    };
+    (value, bits)
+}
+
+/// Heights of an array (m), the southern row first.
+pub(super) fn heights(bytes: &[u8], array: &Array) -> Result<Vec<f32>, HeightsError> {
+    let (nx, ny) = (array.columns, array.lines);
+    bounded(bytes.len() as u64, nx, ny, 1)?;
+    let size = array.sample.bytes();
+    let [before, behind] = array.around;
+    let line = before.saturating_add(behind).saturating_add(nx * size as u64);
+    let end = line.saturating_mul(ny).saturating_add(array.start);
+    if end > bytes.len() as u64 {
+        return Err(HeightsError::Short { bytes: bytes.len() as u64, nx, ny });
+    }
+    let (nx, ny) = (nx as usize, ny as usize);
+    let mut heights = vec![0.0; nx * ny];
+    for k in 0..ny {
+        let at = (array.start + k as u64 * line + before) as usize;
+        let j = if array.first == First::North { ny - 1 - k } else { k };
+        for i in 0..nx {
+            let raw = &bytes[at + i * size..at + (i + 1) * size];
+            let (value, bits) = one(raw, array.sample, array.order);
+            let gone = !value.is_finite() || array.missing.iter().any(|m| m.is(value, bits));
+            let h = value * array.scale + array.offset;
+            heights[j * nx + i] = if gone { f32::NAN } else { h as f32 };
+        }
+    }
+    Ok(heights)
+}

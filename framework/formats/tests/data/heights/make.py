@@ -1,0 +1,61 @@
+"""Makes the files of this folder with GDAL (rasterio 1.4.4, GDAL 3.10.3): one field of heights in many formats.
+
+The sample of column i, row r (from the north) is s = (7 i + 13 r) mod 101 + i, the height 0.25 s - 10; column 5, row 3
+has no data where the format can say so. 37 columns 2.5 m apart, 29 rows 4 m apart, the north-west corner of the
+north-west pixel at x = 1000, y = 2000.
+"""
+import numpy
+import rasterio
+from rasterio.transform import from_origin
+
+NX, NY = 37, 29
+i, r = numpy.meshgrid(numpy.arange(NX), numpy.arange(NY))
+samples = (7 * i + 13 * r) % 101 + i
+heights = 0.25 * samples - 10.0
+hole = (i == 5) & (r == 3)
+
+
+def write(name, kind, data, missing=None, scale=None, crs="EPSG:32633", driver="GTiff", point=False, **options):
+    data = data.astype(kind)
+    if missing is not None:
+        data = numpy.where(hole, numpy.array(missing, dtype=kind), data)
+    profile = dict(driver=driver, width=NX, height=NY, count=1, dtype=kind, nodata=missing, crs=crs,
+                   transform=from_origin(1000.0, 2000.0, 2.5, 4.0), **options)
+    with rasterio.open(name, "w", **profile) as f:
+        f.write(data, 1)
+        if scale is not None:
+            f.scales, f.offsets = [scale[0]], [scale[1]]
+        if point:
+            f.update_tags(AREA_OR_POINT="Point")
+
+
+tiles = dict(tiled=True, blockxsize=16, blockysize=16)
+write("f32_tiles_lzw_predictor3.tif", "float32", heights, -3.4028234663852886e38, compress="lzw", predictor=3, **tiles)
+write("f64_strips_deflate_predictor3.tif", "float64", heights, -9999.0, compress="deflate", predictor=3, blockysize=5)
+write("f32_tiles_deflate_bigtiff.tif", "float32", heights, numpy.nan, compress="deflate", bigtiff="yes", **tiles)
+write("f32_strips_big_endian.tif", "float32", heights, -9999.0, endianness="big", blockysize=3)
+write("f64_tiles_big_endian_deflate.tif", "float64", heights, -9999.0, endianness="big", compress="deflate", **tiles)
+write("i16_big_endian_lzw_predictor2_scaled.tif", "int16", samples, -32768, (0.25, -10.0), endianness="big",
+      compress="lzw", predictor=2, blockysize=4)
+write("u16_tiles_deflate_predictor2_scaled.tif", "uint16", samples, 65535, (0.25, -10.0), compress="deflate",
+      predictor=2, **tiles)
+write("i32_packbits_scaled.tif", "int32", samples, -2147483648, (0.25, -10.0), compress="packbits")
+write("u32_lzw_scaled.tif", "uint32", samples, 4294967295, (0.25, -10.0), compress="lzw", predictor=2)
+write("u8_scaled.tif", "uint8", samples, 255, (0.25, -10.0), **tiles)
+write("i8_scaled.tif", "int8", samples - 100, -128, (0.25, 15.0), compress="lzw")
+write("f32_point.tif", "float32", heights, -9999.0, point=True)
+write("f32_feet.tif", "float32", heights, -9999.0, crs="EPSG:2263")
+write("f32_degrees.tif", "float32", heights, -9999.0, crs="EPSG:4326")
+write("grid.asc", "float32", heights, -9999.0, driver="AAIGrid", decimal_precision=4)
+write("grid.xyz", "float32", heights, -9999.0, driver="XYZ")
+write("grey8.bmp", "uint8", samples, driver="BMP")
+write("grey16.png", "uint16", 257 * samples, driver="PNG")
+write("pds4_i16.xml", "int16", samples, -32768, (0.25, -10.0), driver="PDS4")
+write("pds4_f32.xml", "float32", heights, -3.4028234663852886e38, driver="PDS4")
+
+profile = dict(driver="GTiff", width=NX, height=NY, count=2, dtype="uint8", crs="EPSG:32633",
+               transform=from_origin(1000.0, 2000.0, 2.5, 4.0))
+for name, interleave in [("two_bands.tif", "pixel"), ("two_planes.tif", "band")]:
+    with rasterio.open(name, "w", interleave=interleave, **profile) as f:
+        f.write(samples.astype("uint8"), 1)
+        f.write(samples.astype("uint8"), 2)

@@ -1,0 +1,413 @@
+//! Heights of ground: files that GDAL wrote, published files, labels of the Planetary Data System, and what is refused.
+#![allow(clippy::unwrap_used)]
+use linkwork_formats::heights::{Heights, HeightsError, HeightsOptions, read_heights};
+use std::path::PathBuf;
+
+#[path = "support/raster.rs"]
+mod raster;
+use raster::{alone, read, value};
+
+const NX: usize = 37;
+const NY: usize = 29;
+
+fn data() -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/heights"))
+}
+
+fn file(name: &str, options: &HeightsOptions) -> Result<Heights, HeightsError> {
+    let bytes = std::fs::read(data().join(name)).unwrap();
+    read_heights(name, &bytes, options, &mut |beside| {
+        std::fs::read(data().join(beside)).map_err(|e| e.to_string())
+    })
+}
+
+/// A file of the reference data; without it the test says so and is skipped, and with `CI=true` it fails.
+fn reference(name: &str) -> Option<Vec<u8>> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference/terrain/");
+    match std::fs::read(format!("{folder}{name}")) {
+        Ok(bytes) => Some(bytes),
+        Err(e) if std::env::var("CI").is_ok_and(|v| v == "true") => panic!("{name}: {e}"),
+        Err(_) => {
+            println!("SKIPPED: no reference file {name}");
+            None
+        }
+    }
+}
+
+/// The height of column `i` and line `r` from the north that `tests/data/heights/make.py` wrote.
+fn made(i: usize, r: usize) -> f32 {
+    0.25 * ((7 * i + 13 * r) % 101 + i) as f32 - 10.0
+}
+
+/// That all heights are those of [`made`], within `within`, with the hole where there is one.
+fn is_made(name: &str, h: &Heights, hole: bool, within: f32) {
+    assert_eq!((h.nx, h.ny, h.heights.len()), (NX, NY, NX * NY), "{name}");
+    for r in 0..NY {
+        for i in 0..NX {
+            let got = h.heights[(NY - 1 - r) * NX + i];
+            match hole && (i, r) == (5, 3) {
+                true => assert!(got.is_nan(), "{name}: the hole is {got}"),
+                false => assert!((got - made(i, r)).abs() <= within, "{name}: {i} {r}: {got}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn every_geotiff_of_gdal_has_its_heights_and_its_place() {
+    let names = [
+        "f32_tiles_lzw_predictor3.tif",
+        "f64_strips_deflate_predictor3.tif",
+        "f32_tiles_deflate_bigtiff.tif",
+        "f32_strips_big_endian.tif",
+        "f64_tiles_big_endian_deflate.tif",
+        "i16_big_endian_lzw_predictor2_scaled.tif",
+        "u16_tiles_deflate_predictor2_scaled.tif",
+        "i32_packbits_scaled.tif",
+        "u32_lzw_scaled.tif",
+        "u8_scaled.tif",
+        "i8_scaled.tif",
+    ];
+    for name in names {
+        let h = file(name, &HeightsOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        is_made(name, &h, true, 0.0);
+        assert_eq!((h.spacing, h.origin), ([2.5, 4.0], [1001.25, 2000.0 - 28.5 * 4.0]), "{name}");
+    }
+}
+
+#[test]
+fn pixels_that_are_points_and_feet_are_where_they_are() {
+    // GDAL writes a tie point at the centre of a pixel that is a point: the node is the same.
+    let point = file("f32_point.tif", &HeightsOptions::default()).unwrap();
+    is_made("points", &point, true, 0.0);
+    assert_eq!(point.origin, [1001.25, 1886.0]);
+    let feet = file("f32_feet.tif", &HeightsOptions::default()).unwrap();
+    is_made("feet", &feet, true, 0.0);
+    let foot = 1200.0 / 3937.0;
+    for k in 0..2 {
+        assert!((feet.spacing[k] - [2.5, 4.0][k] * foot).abs() < 1e-12, "{:?}", feet.spacing);
+        assert!((feet.origin[k] - [1001.25, 1886.0][k] * foot).abs() < 1e-9, "{:?}", feet.origin);
+    }
+}
+
+#[test]
+fn grids_and_points_as_text_are_the_same_heights() {
+    for name in ["grid.asc", "grid.xyz"] {
+        let h = file(name, &HeightsOptions::default()).unwrap();
+        // The list of points has the no-data value as a height.
+        is_made(name, &h, name == "grid.asc", if name == "grid.asc" { 0.0 } else { 1e6 });
+        assert_eq!((h.spacing, h.origin), ([2.5, 4.0], [1001.25, 1886.0]), "{name}");
+    }
+    let points = file("grid.xyz", &HeightsOptions::default()).unwrap();
+    let wrong = (0..NX * NY).filter(|k| points.heights[*k] != made(k % NX, NY - 1 - k / NX));
+    assert_eq!(wrong.collect::<Vec<_>>(), [(NY - 1 - 3) * NX + 5]);
+}
+
+#[test]
+fn grey_pictures_go_from_black_to_white() {
+    let options = HeightsOptions { spacing: Some([2.5, 4.0]), range: [-10.0, 53.75] };
+    for name in ["grey8.bmp", "grey16.png"] {
+        let h = file(name, &options).unwrap();
+        is_made(name, &h, false, 4e-6);
+        let told = file(name, &HeightsOptions::default()).unwrap_err().to_string();
+        assert!(told.contains("has no scale") && told.contains("spacing: (0.1, 0.1)"), "{told}");
+    }
+}
+
+#[test]
+fn labels_of_pds4_lead_to_their_data() {
+    for name in ["pds4_i16.xml", "pds4_f32.xml"] {
+        let h = file(name, &HeightsOptions::default()).unwrap();
+        is_made(name, &h, true, 0.0);
+        assert_eq!((h.spacing, h.origin), ([2.5, 4.0], [-499_000.0 + 1.25, 1886.0]), "{name}");
+    }
+    let label = std::fs::read_to_string(data().join("pds4_i16.xml")).unwrap();
+    let with = |from: &str, to: &str| {
+        let text = label.replace(from, to);
+        assert_ne!(text, label, "{from}");
+        read_heights("x.xml", text.as_bytes(), &HeightsOptions::default(), &mut |name| {
+            std::fs::read(data().join(name)).map_err(|e| e.to_string())
+        })
+    };
+    let south = with("Top to Bottom", "Bottom to Top").unwrap();
+    assert_eq!(south.heights[7], made(7, 0));
+    let km = with("<data_type>", "<unit>km</unit><data_type>").unwrap();
+    assert_eq!(km.heights[7], 1000.0 * made(7, NY - 1));
+    for (from, to, wanted) in [
+        ("<data_type>SignedLSB2", "<data_type>ComplexLSB8", "elements of the type `ComplexLSB8`"),
+        ("<elements>1<", "<elements>3<", "3 bands"),
+        ("Last Index Fastest", "First Index Fastest", "First Index Fastest"),
+        ("pds4_i16.img", "lost.img", "its data file `lost.img`"),
+        ("<elements>29<", "<elements>290<", "cannot hold the 37 by 290"),
+        ("m/pixel", "deg/pixel", "a degree is no length"),
+        ("m/pixel", "ell/pixel", "`ell/pixel` is no unit"),
+        ("<missing_constant>-32768", "<missing_constant>none", "`none` is no sample"),
+        ("Array_3D_Image", "Table_Binary", "0 arrays"),
+    ] {
+        let told = with(from, to).unwrap_err().to_string();
+        assert!(told.contains(wanted), "{from} -> {to}: {told}");
+    }
+}
+
+/// A PDS3 label; `more` stands in the object IMAGE.
+fn label(pointer: &str, kind: &str, bits: u32, more: &str) -> String {
+    format!(
+        "PDS_VERSION_ID = PDS3\r\nRECORD_TYPE = FIXED_LENGTH\r\nRECORD_BYTES = 100\r\n{pointer}\r\n\
+         DATA_SET_ID = \"A NAME (OF\r\n  TWO LINES\"\r\nOBJECT = IMAGE\r\n  LINES = {NY}\r\n  LINE_SAMPLES = {NX}\r\n\
+         SAMPLE_TYPE = {kind}\r\n SAMPLE_BITS = {bits}\r\n {more}\r\nEND_OBJECT = IMAGE\r\n\
+         OBJECT = IMAGE_MAP_PROJECTION\r\n MAP_SCALE = 2.5 <M/PIXEL>\r\n\
+         LINE_PROJECTION_OFFSET = 471.5 <PIXEL>\r\n SAMPLE_PROJECTION_OFFSET = -400.5 <PIXEL>\r\n\
+         END_OBJECT = IMAGE_MAP_PROJECTION\r\nEND\r\n"
+    )
+}
+
+/// The samples s of [`made`], h = 0.25 s - 10, with -32768 at the hole, as each type has them.
+fn samples(one: impl Fn(f64) -> Vec<u8>, hole: &[u8]) -> Vec<u8> {
+    let of = |k: usize| match (k % NX, k / NX) {
+        (5, 3) => hole.to_vec(),
+        (i, r) => one(f64::from(made(i, r) + 10.0) * 4.0),
+    };
+    (0..NX * NY).flat_map(of).collect()
+}
+
+#[test]
+fn images_of_pds3_have_their_heights_in_every_type() {
+    let scale = "SCALING_FACTOR = 0.25\r\n OFFSET = -10.0\r\n";
+    let cases: [(&str, u32, Vec<u8>, &str); 9] = [
+        (
+            "MSB_INTEGER",
+            16,
+            samples(|s| (s as i16).to_be_bytes().to_vec(), &(-32768i16).to_be_bytes()),
+            "-32768",
+        ),
+        (
+            "LSB_INTEGER",
+            16,
+            samples(|s| (s as i16).to_le_bytes().to_vec(), &(-32768i16).to_le_bytes()),
+            "-32768",
+        ),
+        (
+            "MSB_UNSIGNED_INTEGER",
+            16,
+            samples(|s| (s as u16).to_be_bytes().to_vec(), &[0xff, 0xff]),
+            "65535",
+        ),
+        (
+            "LSB_UNSIGNED_INTEGER",
+            32,
+            samples(|s| (s as u32).to_le_bytes().to_vec(), &[0xff; 4]),
+            "16#FFFFFFFF#",
+        ),
+        ("UNSIGNED_INTEGER", 8, samples(|s| vec![s as u8], &[255]), "255"),
+        (
+            "SUN_INTEGER",
+            32,
+            samples(|s| (s as i32).to_be_bytes().to_vec(), &(-1i32).to_be_bytes()),
+            "-1",
+        ),
+        (
+            "IEEE_REAL",
+            32,
+            samples(|s| (s as f32).to_be_bytes().to_vec(), &[0xff, 0x7f, 0xff, 0xfb]),
+            "16#FF7FFFFB#",
+        ),
+        (
+            "PC_REAL",
+            32,
+            samples(|s| (s as f32).to_le_bytes().to_vec(), &[0xfb, 0xff, 0x7f, 0xff]),
+            "-3.40282265508890445e+38",
+        ),
+        (
+            "IEEE_REAL",
+            64,
+            samples(|s| s.to_be_bytes().to_vec(), &f64::MIN.to_be_bytes()),
+            "-1.7976931348623157e+308",
+        ),
+    ];
+    for (kind, bits, bytes, missing) in cases {
+        let more = format!("{scale} MISSING_CONSTANT = {missing}");
+        // Detached, with the name in capitals; attached by record; attached by byte; in another record of a file.
+        let detached = label("^IMAGE = \"DATA.IMG\"", kind, bits, &more);
+        let mut asked = String::new();
+        let h =
+            read_heights("x.lbl", detached.as_bytes(), &HeightsOptions::default(), &mut |name| {
+                asked = name.to_string();
+                (name == "data.img").then(|| bytes.clone()).ok_or_else(|| "there is none".into())
+            });
+        let h = h.unwrap_or_else(|e| panic!("{kind} {bits}: {e}"));
+        is_made(kind, &h, true, 0.0);
+        assert_eq!((h.spacing, asked.as_str()), ([2.5, 2.5], "data.img"));
+        // GDAL puts the corner of the first pixel of such a label at x = 1000, y = 1180.
+        assert_eq!(h.origin, [1001.25, 1178.75 - 28.0 * 2.5]);
+        for (pointer, start) in [("^IMAGE = 13", 1200), ("^IMAGE = 1021 <BYTES>", 1020)] {
+            let mut image = label(pointer, kind, bits, &more).into_bytes();
+            assert!(image.len() <= start);
+            image.resize(start, b' ');
+            image.extend(&bytes);
+            is_made(kind, &alone("x.img", &image).unwrap(), true, 0.0);
+        }
+        let second = label("^IMAGE = (\"DATA.IMG\", 3)", kind, bits, &more);
+        let shifted = [vec![7; 200], bytes.clone()].concat();
+        let h = read("x.lbl", second.as_bytes(), &shifted).unwrap();
+        is_made(kind, &h, true, 0.0);
+        // The image is named, and its label lies beside it.
+        let whole = label("^IMAGE = \"X.IMG\"", kind, bits, &more);
+        is_made(kind, &read("x.img", &bytes, whole.as_bytes()).unwrap(), true, 0.0);
+    }
+}
+
+#[test]
+fn labels_of_pds3_are_refused_with_the_line_and_the_remedy() {
+    let bytes = samples(|s| (s as i16).to_be_bytes().to_vec(), &[0; 2]);
+    let fine = label("^IMAGE = \"A.IMG\"", "MSB_INTEGER", 16, "BANDS = 1");
+    assert!(read("a.lbl", fine.as_bytes(), &bytes).is_ok());
+    for (from, to, wanted) in [
+        (
+            "MSB_INTEGER",
+            "VAX_REAL",
+            "line 10: heights are not read from samples of 16 bits of the type VAX_REAL",
+        ),
+        ("BANDS = 1", "BANDS = 3", "3 bands"),
+        ("BANDS = 1", "ENCODING_TYPE = HUFFMAN", "the encoding HUFFMAN is not read"),
+        ("BANDS = 1", "UNIT = FURLONG", "`FURLONG` is no unit"),
+        ("BANDS = 1", "OFFSET = much", "`much` is no number of OFFSET"),
+        ("BANDS = 1", "NOTE = \"open", "does not end"),
+        ("LINES = 29", "LINES = 30", "cannot hold the 37 by 30"),
+        ("LINES = 29", "LINES = 1e15", "are too many"),
+        ("LINES = 29", "LINES = -1", "-1 is no number of LINES"),
+        (
+            "MAP_SCALE = 2.5 <M/PIXEL>",
+            "MAP_RESOLUTION = 4 <PIXEL/DEGREE>",
+            "0.25 by 0.25 degrees apart",
+        ),
+        ("MAP_SCALE = 2.5 <M/PIXEL>", "", "the label has no scale"),
+        ("MAP_SCALE = 2.5 ", "MAP_SCALE = 0 ", "the distance of nodes is 0"),
+        ("^IMAGE", "^TABLE", "the label has no ^IMAGE"),
+        ("\"A.IMG\"", "(\"A.IMG\", 0)", "places are counted from 1"),
+        ("\"A.IMG\"", "(\"A.IMG\", 99999999999999)", "cannot hold"),
+        ("\r\nEND\r\n", "\r\n", "the label has no END"),
+    ] {
+        let text = fine.replace(from, to);
+        assert_ne!(text, fine, "{from}");
+        let told = read("a.lbl", text.as_bytes(), &bytes).unwrap_err().to_string();
+        assert!(told.contains(wanted), "{from} -> {to}: {told}");
+    }
+    let told = alone("a.img", &bytes).unwrap_err().to_string();
+    assert!(told.contains("`a.lbl` beside it"), "{told}");
+}
+
+#[test]
+fn degrees_bands_and_turned_rows_are_refused_with_the_remedy() {
+    let none = HeightsOptions::default();
+    let told = file("f32_degrees.tif", &none).unwrap_err().to_string();
+    assert!(told.contains("2.5 by 4 degrees apart") && told.contains("gdalwarp -t_srs"), "{told}");
+    let metres = HeightsOptions { spacing: Some([30.0, 20.0]), ..none.clone() };
+    assert_eq!(file("f32_degrees.tif", &metres).unwrap().spacing, [30.0, 20.0]);
+    for name in ["two_bands.tif", "two_planes.tif"] {
+        let told = file(name, &none).unwrap_err().to_string();
+        assert!(told.contains("2 bands"), "{told}");
+    }
+    let turned = raster::Tiff {
+        matrix: Some([2.0, 0.1, 0.0, 5.0, 0.1, -2.0, 0.0, 7.0]),
+        ..raster::Tiff::of(3, 2)
+    };
+    let told = alone("a.tif", &turned.bytes(&[1.0; 6])).unwrap_err().to_string();
+    assert!(told.contains("turned"), "{told}");
+    let straight = raster::Tiff {
+        matrix: Some([2.0, 0.0, 0.0, 5.0, 0.0, -3.0, 0.0, 7.0]),
+        ..raster::Tiff::of(3, 2)
+    };
+    let h = alone("a.tif", &straight.bytes(&[1.0; 6])).unwrap();
+    assert_eq!((h.spacing, h.origin), ([2.0, 3.0], [6.0, 7.0 - 4.5]));
+    let nothing = raster::Tiff { scale: None, ..raster::Tiff::of(3, 2) };
+    let told = alone("a.tif", &nothing.bytes(&[1.0; 6])).unwrap_err().to_string();
+    assert!(told.contains("no scale"), "{told}");
+    let degrees = "GEOGCS[\"GCS\",UNIT[\"Degree\",0.0174532925199433]]";
+    let grid = std::fs::read(data().join("grid.asc")).unwrap();
+    let told = read("grid.asc", &grid, degrees.as_bytes()).unwrap_err().to_string();
+    assert!(told.contains("2.5 by 4 degrees"), "{told}");
+}
+
+#[test]
+fn texts_are_refused_with_their_line() {
+    let asc = "ncols 3\nnrows 2\ncellsize 5\n1 2 3\n4 5 6\n";
+    assert_eq!(value(&alone("a.asc", asc.as_bytes()).unwrap(), 0, 0), 4.0);
+    for (from, to, wanted) in [
+        ("nrows 2", "nrows 3", "it ends after 6 heights of 3 by 3"),
+        ("nrows 2", "nrows 1e9", "too many"),
+        ("nrows 2", "", "nrows: it is missing"),
+        ("nrows 2", "nrows two", "line 2: `two` is no number"),
+        ("nrows 2", "nrows 2\nnrows 2", "line 3: `nrows` is written twice"),
+        ("nrows 2", "nlines 2", "line 2: the header has no entry `nlines`"),
+        ("cellsize 5", "cellsize -5", "the distance of nodes is -5"),
+        ("cellsize 5", "", "has no scale"),
+        ("4 5 6", "4 5 6 7", "line 5: there are more heights than 3 by 2"),
+        ("4 5 6", "4 x 6", "line 5: `x` is no height"),
+        ("4 5 6", "4 inf 6", "column 1, row 1 is infinite"),
+        ("4 5 6", "4 1e39 6", "column 1, row 1 is infinite"),
+    ] {
+        let told = alone("a.asc", asc.replace(from, to).as_bytes()).unwrap_err().to_string();
+        assert!(told.contains(wanted), "{from} -> {to}: {told}");
+    }
+    // In any order, with a hole, names of columns, notes and commas.
+    let xyz = "x,y,z\n# a note\n10,0,4\n0,5,1\n10,5,3\n0,0,2\n20,0,5\n";
+    let h = alone("a.xyz", xyz.as_bytes()).unwrap();
+    assert_eq!((h.nx, h.ny, h.spacing), (3, 2, [10.0, 5.0]));
+    assert_eq!(&h.heights[..5], [2.0, 4.0, 5.0, 1.0, 3.0]);
+    assert!(h.heights[5].is_nan());
+    for (from, to, wanted) in [
+        ("10,5,3", "13,5,3", "is on no node"),
+        ("10,5,3", "0,5,3", "line 5: line 4 gives the same node another height"),
+        ("10,5,3", "10,5", "line 5: it is no point"),
+        ("10,5,3", "10,5,3,1", "line 5: it is no point"),
+        ("10,5,3", "1e9,5,3", "nodes"),
+        ("0,5,1\n10,5,3\n", "", "all points have one y"),
+    ] {
+        let told = alone("a.xyz", xyz.replace(from, to).as_bytes()).unwrap_err().to_string();
+        assert!(told.contains(wanted), "{from} -> {to}: {told}");
+    }
+    // A few points far apart are no grid of millions of nodes.
+    let told = alone("a.xyz", b"0 0 1\n1 0 1\n5000 5000 1\n0 1 1\n").unwrap_err().to_string();
+    assert!(told.contains("cannot hold the 5001 by 5001"), "{told}");
+    let told = alone("a.ply", b"").unwrap_err().to_string();
+    assert!(told.contains("`a.ply`") && told.contains(".asc"), "{told}");
+}
+
+#[test]
+fn published_files_are_read() {
+    let none = HeightsOptions::default();
+    let range = |h: &Heights| {
+        h.heights.iter().fold((f32::MAX, f32::MIN), |(a, b), &v| (a.min(v), b.max(v)))
+    };
+    if let Some(bytes) = reference("gzcommon_dem_moon.tif") {
+        let h = alone("moon.tif", &bytes).unwrap();
+        assert_eq!((h.nx, h.ny), (33, 33));
+        assert!((h.spacing[0] - 2.4266).abs() < 1e-3 && (h.spacing[1] - 2.4266).abs() < 1e-3);
+        let (low, high) = range(&h);
+        assert!((low + 212.296).abs() < 1e-3 && (high + 205.440).abs() < 1e-3, "{low} {high}");
+    }
+    if let Some(bytes) = reference("gzcommon_dem_landscape.tif") {
+        let told = alone("landscape.tif", &bytes).unwrap_err();
+        assert!(matches!(told, HeightsError::Degrees { x, y } if (x - y).abs() > 0.002), "{told}");
+        let metres = HeightsOptions { spacing: Some([30.0, 20.0]), ..none.clone() };
+        let h = read_heights("l.tif", &bytes, &metres, &mut |_| Err(String::new())).unwrap();
+        assert!(h.nx * h.ny == 125 * 200 && h.nx > h.ny && h.spacing == [30.0, 20.0]);
+    }
+    let grey = HeightsOptions { spacing: Some([1.0, 1.0]), range: [0.0, 65535.0] };
+    if let Some(bytes) = reference("gzcommon_grayscale_16bit.png") {
+        let h = read_heights("a.png", &bytes, &grey, &mut |_| Err(String::new())).unwrap();
+        assert_eq!((h.nx, h.ny), (4, 4));
+        // A grey value that is not a multiple of 257 cannot come from 8 bits.
+        assert!(h.heights.iter().any(|h| (h / 257.0).fract() != 0.0), "{:?}", h.heights);
+    }
+    if let Some(bytes) = reference("bump64.bmp") {
+        let grey = HeightsOptions { range: [0.0, 255.0], ..grey };
+        let h = read_heights("bump.bmp", &bytes, &grey, &mut |_| Err(String::new())).unwrap();
+        assert_eq!((h.nx, h.ny), (64, 64));
+        // As GDAL reads it; rows are counted from the north there.
+        assert_eq!(h.heights.iter().sum::<f32>(), 217_104.0);
+        for (i, row, grey) in [(20, 10, 42.0), (10, 20, 22.0), (33, 40, 171.0), (33, 28, 245.0)] {
+            assert_eq!(value(&h, i, 63 - row), grey, "{i} {row}");
+        }
+    }
+}

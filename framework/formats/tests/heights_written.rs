@@ -1,0 +1,82 @@
+//! What is written is read again, digit for digit.
+#![allow(clippy::unwrap_used)]
+use linkwork_formats::heights::{
+    GeoTiff, Heights, HeightsOptions, Map, read_heights, write_ascii, write_geotiff, write_png,
+};
+use std::io::Cursor;
+
+#[path = "support/raster.rs"]
+mod raster;
+
+/// Heights without a pattern, with holes.
+fn heights(nx: usize, ny: usize) -> Heights {
+    let one = |k: usize| match k % 101 {
+        7 => f32::NAN,
+        _ => ((k as f32) * 0.37).sin() * 1e3 + (k as f32) * 1e-3,
+    };
+    let heights = (0..nx * ny).map(one).collect();
+    Heights { nx, ny, heights, spacing: [0.5, 0.25], origin: [-3.0, 1e5 + 0.125] }
+}
+
+fn write(
+    h: &Heights,
+    with: impl FnOnce(&mut Cursor<Vec<u8>>, &mut Map<'_>) -> std::io::Result<()>,
+) -> Vec<u8> {
+    let mut row = |j: usize, row: &mut [f32]| {
+        row.copy_from_slice(&h.heights[j * h.nx..(j + 1) * h.nx]);
+        Ok(())
+    };
+    let mut map = Map { size: [h.nx, h.ny], spacing: h.spacing, origin: h.origin, row: &mut row };
+    let mut out = Cursor::new(Vec::new());
+    with(&mut out, &mut map).unwrap();
+    out.into_inner()
+}
+
+fn same(a: &Heights, b: &Heights) {
+    assert_eq!((a.nx, a.ny, a.spacing, a.origin), (b.nx, b.ny, b.spacing, b.origin));
+    let bits = |h: &Heights| -> Vec<u32> {
+        h.heights.iter().map(|h| if h.is_nan() { 0x7fc0_0000 } else { h.to_bits() }).collect()
+    };
+    assert_eq!(bits(a), bits(b));
+}
+
+#[test]
+fn geotiff_and_ascii_come_back_digit_for_digit() {
+    for (nx, ny) in [(300, 270), (2, 3), (256, 512), (257, 2)] {
+        let h = heights(nx, ny);
+        let tif = write(&h, write_geotiff);
+        same(&raster::alone("a.tif", &tif).unwrap(), &h);
+        let asc = write(&h, write_ascii);
+        same(&raster::alone("a.asc", &asc).unwrap(), &h);
+    }
+    // Row by row, in any order.
+    let h = heights(300, 600);
+    let tif = write(&h, write_geotiff);
+    let mut open =
+        GeoTiff::open(Cursor::new(&tif), tif.len() as u64, &HeightsOptions::default()).unwrap();
+    let mut row = vec![0.0; 300];
+    for j in [0, 599, 300, 17, 343, 344, 88] {
+        open.row(j, &mut row).unwrap();
+        let want = &h.heights[j * 300..(j + 1) * 300];
+        assert!(row.iter().zip(want).all(|(a, b)| a == b || (a.is_nan() && b.is_nan())), "row {j}");
+    }
+    assert!(open.row(600, &mut row).is_err() && open.row(0, &mut row[..299]).is_err());
+}
+
+#[test]
+fn a_png_is_as_fine_as_its_grey_values() {
+    let mut h = heights(40, 30);
+    let range = [-1100.0, 1100.0];
+    let options = HeightsOptions { spacing: Some(h.spacing), range: range.map(f64::from) };
+    for holes in [true, false] {
+        if !holes {
+            h.heights.iter_mut().for_each(|v| *v = if v.is_nan() { 0.0 } else { *v });
+        }
+        let png = write(&h, |out, map| write_png(out, map, range));
+        let read = read_heights("a.png", &png, &options, &mut |_| Err(String::new())).unwrap();
+        for (a, b) in read.heights.iter().zip(&h.heights) {
+            assert_eq!(a.is_nan(), b.is_nan());
+            assert!(a.is_nan() || (a - b).abs() <= 0.5001 * 2200.0 / 65535.0, "{a} {b}");
+        }
+    }
+}
