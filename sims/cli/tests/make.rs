@@ -203,6 +203,7 @@ fn wheels_steering_and_suspension_are_found() {
     let (readme, _, said) = made_rover(&lab, "scout", &lab.path("scout.urdf"));
     for part in [
         "Joints that adapt to the ground: `rocker_l`, `rocker_r`.",
+        "A differential joins `rocker_l` and `rocker_r`",
         "held, since nothing here moves them: `mast`.",
         "| `fr` | 0.1 m, 0.06 m | [0.4, -0.4, -0.1] | yes | yoke |",
     ] {

@@ -2,8 +2,8 @@
 use super::plan::{MechanismPart, RollingOn};
 use crate::block::Prototype;
 use crate::compile::{Bound, Host, Lowering};
-use crate::ports::PortKind;
 use crate::model::BuildError;
+use crate::ports::PortKind;
 use crate::scenery::Scenery;
 use crate::services::{Gravity, ServiceKind, Services, Terrain};
 use crate::value::{Fault, Origin};

@@ -4,11 +4,13 @@
 //! wheel        a body on one pin without limits, whose axis is level, with a cylinder or a round mesh about that axis
 //! steering     a pin with an upright axis that carries one wheel
 //! suspension   any other pin between a wheel and the root
+//! differential between a left and a right rocker on the root, where fewer wheels and couplings than coordinates that adapt
+//!              leave the pitch of the body open
 //! ```
 //! The machine stands as in its file, with all joints at zero; x is ahead, z up. A side-car that names wheels says which they
 //! are, how large, which are idle and what steers them.
 use linkwork_formats::{Description, Geometry, ShapeRole, WheelRole};
-use linkwork_multibody::{BodySpec, SubhingeKind};
+use linkwork_multibody::{BodySpec, Coupling, SubhingeKind};
 use linkwork_spatial::{Pose, Vec3};
 use std::collections::BTreeMap;
 
@@ -48,6 +50,8 @@ pub struct Found {
     pub wheels: Vec<FoundWheel>,
     /// Bodies on pins that adapt to the ground.
     pub suspension: Vec<String>,
+    /// Rockers that a differential is to join, with the factors of their angles, where the file leaves open how the body lies between them.
+    pub differential: Option<[(String, f64); 2]>,
     /// Bodies on other hinges that move: arms, masts.
     pub others: Vec<String>,
 }
@@ -260,5 +264,34 @@ pub fn vehicle(
         let fact = "no link of it has a mass".to_string();
         return Err((fact, "write `inertial` into its links".into()));
     }
-    Ok(Found { root: root.name.clone(), mass, wheels, suspension, others })
+    // Height, roll, pitch and the suspension are what wheels and couplings determine.
+    let coupled = |c: &&Coupling| c.terms.iter().any(|t| suspension.contains(&t.coordinate.body));
+    let couplings = d.couplings.iter().filter(coupled).count() + d.loops.len();
+    let known = wheels.len() + couplings;
+    let rockers = || {
+        let on_root = |b: &&String| body(b).is_some_and(|b| b.parent == root.name);
+        let all: Vec<&String> = suspension.iter().filter(on_root).collect();
+        let [a, b] = all[..] else { return None };
+        let factor = |b: &String| {
+            let axis = poses[b].rotation * body(b).and_then(pin)?;
+            (axis.y.abs() > UPRIGHT).then(|| (b.clone(), axis.y.signum()))
+        };
+        let apart = poses[a].position.y * poses[b].position.y < 0.0;
+        Some([factor(a)?, factor(b)?]).filter(|_| apart)
+    };
+    let differential = match (3 + suspension.len()).saturating_sub(known) {
+        1 => rockers(),
+        _ => None,
+    };
+    if 3 + suspension.len() > known + usize::from(differential.is_some()) {
+        let fact = format!(
+            "{} wheels and {couplings} couplings do not determine how it lies on the ground with {} joints between wheels and body ({})",
+            wheels.len(),
+            suspension.len(),
+            suspension.join(", ")
+        );
+        let help = "couple the joints, in a side-car: SideCar(couplings: { \"differential\": (terms: { \"left_joint\": 1, \"right_joint\": 1 }, constant: 0) }); or fix them in the file";
+        return Err((fact, help.into()));
+    }
+    Ok(Found { root: root.name.clone(), mass, wheels, suspension, differential, others })
 }

@@ -214,6 +214,20 @@ fn words(
     if !found.suspension.is_empty() {
         let _ = write!(told, " Joints that adapt to the ground: {}.", names(&found.suspension));
     }
+    let mut differential = String::new();
+    if let Some([(a, fa), (b, fb)]) = &found.differential {
+        let _ = write!(
+            told,
+            " A differential joins `{a}` and `{b}`, which the file does not have: without it nothing says how the body pitches."
+        );
+        differential = format!(
+            "    couplings: {{ \"differential\": (terms: {{ \"{}\": {}, \"{}\": {} }}, constant: 0) }},\n",
+            imported(a),
+            n(*fa),
+            imported(b),
+            n(*fb)
+        );
+    }
     if !found.others.is_empty() {
         let _ = write!(
             told,
@@ -251,6 +265,7 @@ fn words(
         ("tangential_stiffness", n(sideways)),
         ("tangential_damping", n(0.28 * (sideways * load / G).sqrt())),
         ("overrides", overrides),
+        ("differential", differential),
         ("look_ahead", n(1.2 * length)),
         ("tolerance", n(0.25 * length)),
         ("spot_rate", n((speed / length).min(0.8))),
@@ -318,6 +333,7 @@ mod tests {
         )
         .unwrap();
         let found = find::vehicle(&d, &|_| None).unwrap();
+        assert!(found.differential.is_none() && found.suspension == ["rocker"]);
         let words = words("scout", ("scout.urdf", "../scout.urdf"), &found, &d);
         let words: Vec<(&str, &str)> = words.iter().map(|(k, v)| (*k, v.as_str())).collect();
         for text in [
