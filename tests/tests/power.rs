@@ -211,12 +211,18 @@ const FLAT: &str = r#"Simulation(
         "Air.y -> Box.air", "Box.temperature -> Heater.temperature", "Heater.heat -> Box.heat", "Heater.power -> Battery.power",
         "Battery.supplies -> Heater.supplied", "Battery.unserved -> Unserved.power", "Battery.shed -> Shed.power",
     ],
-    step: "10 s", integrator: "rodas4p", until: "8 h",
+    step: "10 s", until: "8 h",
 )"#;
+
+/// By the stiff method, with adaptive steps.
+fn stiff(text: &str, set: &[&str]) -> Simulation {
+    let with = "integrator: \"rodas4p\", accuracy: (relative: 1e-6, absolute: 1e-6), step:";
+    scene(&text.replace("step:", with), set).unwrap_or_else(|e| panic!("{e}"))
+}
 
 #[test]
 fn a_battery_that_runs_flat_cuts_its_loads_off_and_takes_them_on_again() {
-    let mut sim = scene(FLAT, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let mut sim = stiff(FLAT, &[]);
     // 34 W and losses from 1.8 A h at 24 to 32 V.
     let mut flat = f64::NAN;
     while get(&sim, "Battery.empty") < 0.5 {
@@ -255,7 +261,7 @@ fn a_battery_that_runs_flat_cuts_its_loads_off_and_takes_them_on_again() {
 #[test]
 fn a_full_battery_sheds_what_its_sources_give_beyond_its_loads() {
     let set = ["Battery.charge=0.97", "Source.time=0", "Load.power_on=5", "Heater.power=0"];
-    let mut sim = scene(FLAT, &set).unwrap_or_else(|e| panic!("{e}"));
+    let mut sim = stiff(FLAT, &set);
     let mut most = 0.0_f64;
     while sim.time() < 6.0 * 3600.0 {
         sim.step_event().unwrap();
@@ -271,9 +277,7 @@ fn a_full_battery_sheds_what_its_sources_give_beyond_its_loads() {
 #[test]
 fn cuts_anywhere_leave_no_trace_in_networks_and_flat_batteries() {
     for (text, end) in [(NETWORK, 60_000.0), (FLAT, 14_000.0)] {
-        let text = text.replace("step:", "accuracy: (relative: 1e-6, absolute: 1e-6), step:");
-        let text = text.replace("accuracy:", if text.contains("integrator:") { "accuracy:" } else { "integrator: \"rodas4p\", accuracy:" });
-        let mut straight = scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let mut straight = stiff(text, &[]);
         let program = straight.program().clone();
         until(&mut straight, end);
         let mut sim = Simulation::of(program.clone());

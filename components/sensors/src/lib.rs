@@ -19,7 +19,6 @@ pub mod radar;
 pub mod solar_clock;
 pub mod star_tracker;
 pub mod sun_sensor;
-mod surroundings;
 #[cfg(test)]
 mod test_ground;
 
