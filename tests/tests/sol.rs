@@ -80,7 +80,7 @@ fn a_sol_has_the_figures_that_its_page_says() {
     close("warmest electronics, °C", electronics[1] - 273.15, -7.3, 0.3);
     close("coldest battery, °C", battery[0] - 273.15, -20.0, 0.01);
     assert_eq!((get(&sim, "Plan.done"), get(&sim, "Plan.failures")), (1.0, 0.0));
-    assert_eq!((get(&sim, "Power.Battery.flat"), get(&sim, "Power.Radio.count")), (0.0, 0.0));
+    assert_eq!((get(&sim, "Power.Battery.state.flat"), get(&sim, "Power.Radio.state.count")), (0.0, 0.0));
 }
 
 #[test]

@@ -33,12 +33,17 @@ pub struct ThermalNodeParams {
     pub convection: f64,
 }
 
-/// Heat, and what is around.
+/// Heat.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeIn {
     /// Heat from inside and through links; negative takes heat away.
     #[port("W", sum)]
     pub heat: f64,
+}
+
+/// What is around.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThermalNodeAround {
     /// Temperature of the sky, as a black body would show it.
     #[port("K", default = 2.7)]
     pub sky: f64,
@@ -89,7 +94,8 @@ pub struct ThermalNode {
 #[model("power.thermal_node")]
 impl Model for ThermalNode {
     type Params = ThermalNodeParams;
-    type Ud = ThermalNodeIn;
+    type U = ThermalNodeIn;
+    type Ud = ThermalNodeAround;
     type Ym = ThermalNodeOut;
     type Yd = ThermalNodeFlows;
     type X = Warmth;
@@ -99,7 +105,7 @@ impl Model for ThermalNode {
     fn moore(&self, _: &Clock, x: &Warmth) -> ThermalNodeOut {
         ThermalNodeOut { temperature: x.temperature }
     }
-    fn direct(&self, _: &Clock, x: &Warmth, _: &(), u: &ThermalNodeIn) -> ThermalNodeFlows {
+    fn direct(&self, _: &Clock, x: &Warmth, _: &(), u: &ThermalNodeAround) -> ThermalNodeFlows {
         let p = &self.p;
         let t = x.temperature;
         ThermalNodeFlows {
@@ -113,8 +119,8 @@ impl Model for ThermalNode {
         _: &Clock,
         _: &Warmth,
         _: &(),
-        _: &(),
         u: &ThermalNodeIn,
+        _: &ThermalNodeAround,
         _: &(),
         y: &ThermalNodeFlows,
     ) -> Warmth {
@@ -160,42 +166,42 @@ mod tests {
         }
     }
 
-    fn rate(p: &ThermalNodeParams, t: f64, u: ThermalNodeIn) -> f64 {
+    fn rate(p: &ThermalNodeParams, t: f64, heat: f64, around: ThermalNodeAround) -> f64 {
         let node = ThermalNode { p: p.clone() };
         let (clock, x) = (Clock::at(0.0, 1.0, 0), Warmth { temperature: t });
-        let y = node.direct(&clock, &x, &(), &u, &());
-        node.deriv(&clock, &x, &(), &(), &u, &(), &y).temperature
+        let y = node.direct(&clock, &x, &(), &around, &());
+        node.deriv(&clock, &x, &(), &ThermalNodeIn { heat }, &around, &(), &y).temperature
     }
 
     #[test]
     fn it_rests_at_the_temperature_whose_radiation_carries_its_heat_away() {
         let p = ThermalNodeParams { convection: 0.0, ..params() };
-        let u = ThermalNodeIn { heat: 150.0, sky: 160.0, air: 0.0, light: 300.0 };
+        let u = ThermalNodeAround { sky: 160.0, air: 0.0, light: 300.0 };
         let taken = 150.0 + 0.4 * 0.7 * 300.0;
         let rest = (taken / (0.8 * 0.7 * STEFAN_BOLTZMANN) + 160f64.powi(4)).powf(0.25);
-        assert!(rate(&p, rest, u).abs() < 1e-12, "{rest} K");
+        assert!(rate(&p, rest, 150.0, u).abs() < 1e-12, "{rest} K");
         // Beside it, back to it at the rate C/(4 ε A σ T³).
         let lag = 2e4 / (4.0 * 0.8 * 0.7 * STEFAN_BOLTZMANN * rest.powi(3));
-        let slope = (rate(&p, rest + 1e-3, u) - rate(&p, rest - 1e-3, u)) / 2e-3;
+        let slope = (rate(&p, rest + 1e-3, 150.0, u) - rate(&p, rest - 1e-3, 150.0, u)) / 2e-3;
         assert!((slope * lag + 1.0).abs() < 1e-7, "{}", slope * lag);
     }
 
     #[test]
     fn air_alone_pulls_it_over_with_one_time_constant() {
         let p = ThermalNodeParams { emissivity: 0.0, absorptivity: 0.0, ..params() };
-        let u = ThermalNodeIn { heat: 0.0, sky: 2.7, air: 220.0, light: 500.0 };
+        let u = ThermalNodeAround { sky: 2.7, air: 220.0, light: 500.0 };
         // C Ṫ = −h A (T − T_air)
-        assert!((rate(&p, 290.0, u) + 1.3 * 0.7 * 70.0 / 2e4).abs() < 1e-15);
-        assert_eq!(rate(&p, 220.0, u), 0.0);
+        assert!((rate(&p, 290.0, 0.0, u) + 1.3 * 0.7 * 70.0 / 2e4).abs() < 1e-15);
+        assert_eq!(rate(&p, 220.0, 0.0, u), 0.0);
     }
 
     #[test]
     fn a_surface_without_a_use_and_a_use_without_a_surface_are_told() {
         let told = |p: ThermalNodeParams| {
             let clock = Clock::at(0.0, 1.0, 0);
-            let u = ThermalNodeIn { heat: 0.0, sky: 2.7, air: 220.0, light: 0.0 };
+            let u = ThermalNodeAround { sky: 2.7, air: 220.0, light: 0.0 };
             let node = ThermalNode { p };
-            node.remarks(&clock, &node.init_x(), &(), &(), &u, &())
+            node.remarks(&clock, &node.init_x(), &(), &ThermalNodeIn { heat: 0.0 }, &u, &())
         };
         assert!(told(params()).is_empty());
         let bare = ThermalNodeParams { emissivity: 0.0, absorptivity: 0.0, convection: 0.0, ..params() };
