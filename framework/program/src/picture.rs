@@ -1,14 +1,14 @@
 //! The picture of the plots: its curves, taken in passing, in fixed memory.
 use linkwork_record::{Curve, Plot, draw};
 use linkwork_runtime::{Place, Simulation};
-use linkwork_viz::{Marker, Scene, Shown};
+use linkwork_viz::{Marker, Scene, InUnit};
 use std::fmt::Write;
 use std::path::Path;
 use textplots::{Chart, Plot as _, Shape};
 
 /// Curves for the picture, in fixed memory.
 pub struct Picture {
-    curves: Vec<Vec<(String, Place, Shown, Thinned)>>,
+    curves: Vec<Vec<(String, Place, InUnit, Thinned)>>,
     titles: Vec<String>,
     map: Option<(Place, Place, Thinned)>,
     markers: Vec<Marker>,
@@ -83,6 +83,11 @@ impl Picture {
     /// # Errors
     /// When the file cannot be written.
     pub fn draw(&self, path: &Path) -> Result<(), String> {
+        draw(path, &self.plots()).map_err(|e| e.to_string())
+    }
+
+    /// The map, then the panels; time is in hours when the run is long.
+    fn plots(&self) -> Vec<Plot> {
         let mut plots = Vec::new();
         if let Some((_, _, points)) = &self.map {
             let mut curves = vec![Curve { name: "driven".into(), points: points.points.clone() }];
@@ -107,7 +112,7 @@ impl Picture {
             let (x, y) = (format!("time [{name}]"), String::new());
             plots.push(Plot { title: title.clone(), x, y, curves, equal: false });
         }
-        draw(path, &plots).map_err(|e| e.to_string())
+        plots
     }
 
     /// The curves over time as text for a terminal, one under the other.
@@ -186,5 +191,28 @@ mod tests {
         assert_eq!(t.points.capacity(), 4096);
         let gaps: Vec<f64> = t.points.windows(2).map(|w| w[1].0 - w[0].0).collect();
         assert!(gaps.iter().all(|g| *g == gaps[0]), "evenly spaced");
+    }
+
+    #[test]
+    fn numbers_are_in_the_unit_of_the_panel_and_long_runs_in_hours() {
+        let celsius = InUnit { offset: 273.15, factor: 1.0 };
+        assert!((celsius.of(263.15) + 10.0).abs() < 1e-12);
+        assert_eq!(InUnit { offset: 0.0, factor: 0.01 }.of(250.0), 2.5);
+        for (end, name, last) in [(7200.0, "time [s]", 7200.0), (72_000.0, "time [h]", 20.0)] {
+            let mut points = Thinned::new();
+            points.add(0.0, 1.0);
+            points.add(end, 2.0);
+            let picture = Picture {
+                curves: vec![vec![("a".into(), Place::X(0), celsius, points)]],
+                titles: vec!["Temperature [degC]".into()],
+                map: None,
+                markers: Vec::new(),
+                next: 0.0,
+                every: 1.0,
+            };
+            let plots = picture.plots();
+            assert_eq!((plots.len(), plots[0].x.as_str()), (1, name));
+            assert_eq!(plots[0].curves[0].points, [(0.0, 1.0), (last, 2.0)]);
+        }
     }
 }

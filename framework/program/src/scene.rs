@@ -5,7 +5,7 @@ use linkwork_assembly::{
 };
 use linkwork_runtime::{Fault, Located, Place, Plan, Seconds, ServiceObject, Unit, Value, remedy};
 use linkwork_spatial::Vec3;
-use linkwork_viz::{Arrow, Marker, Panel, Planet, Scene, Shape, Shown};
+use linkwork_viz::{Arrow, Marker, Panel, Planet, Scene, Shape, InUnit};
 
 /// The scene, and the period of its rows.
 pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Seconds), Vec<Fault>> {
@@ -134,7 +134,7 @@ fn panels(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Vec<Panel> {
             .into_iter()
             .zip(&paths)
             .map(|(label, path)| {
-                let shown = Shown { offset: scale.offset, factor: 1.0 / scale.scale };
+                let shown = InUnit { offset: scale.offset, factor: 1.0 / scale.scale };
                 (label, (*path).to_string(), shown)
             })
             .collect();

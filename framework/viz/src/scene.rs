@@ -36,14 +36,14 @@ pub struct Arrow {
 
 /// A number in the unit in which it is shown: (SI − offset) · factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shown {
+pub struct InUnit {
     /// What is zero in that unit, SI: 273.15 K for degrees Celsius.
     pub offset: f64,
     /// From SI to the unit.
     pub factor: f64,
 }
 
-impl Shown {
+impl InUnit {
     /// The number as it is shown, of one in SI.
     #[must_use]
     pub fn of(self, si: f64) -> f64 {
@@ -57,7 +57,7 @@ pub struct Panel {
     /// Title, with the unit.
     pub title: String,
     /// Label and variable of each curve, and how it is shown.
-    pub series: Vec<(String, String, Shown)>,
+    pub series: Vec<(String, String, InUnit)>,
 }
 
 /// A labelled point.

@@ -2,7 +2,7 @@
 use crate::batch::{Arrows, Curve, Frames, INSTANTS, TIMELINE};
 use crate::layout::{self, plot_path};
 use crate::pictures::{self, Eye};
-use crate::scene::{Planet, Scene, Shape, Shown};
+use crate::scene::{Planet, Scene, Shape, InUnit};
 use crate::shapes::{self, When, entity, f3, shape_path};
 use crate::stream::{self, RrdFile, VizError, Wrap};
 use crate::terrain::Tiles;
@@ -58,7 +58,7 @@ pub struct View {
     /// First column of the six of each arrow.
     pub(crate) arrows: Vec<usize>,
     /// Entity, label, column, how it is shown.
-    pub(crate) curves: Vec<(EntityPath, String, usize, Shown)>,
+    pub(crate) curves: Vec<(EntityPath, String, usize, InUnit)>,
     terrain: Vec<(EntityPath, Surface)>,
     /// Paths of the cameras.
     cameras: Vec<String>,
@@ -250,7 +250,7 @@ pub struct Viewer {
     /// First column of the six, scale.
     arrows: Vec<(Arrows, usize, f64)>,
     /// Column, how it is shown.
-    curves: Vec<(Curve, usize, Shown)>,
+    curves: Vec<(Curve, usize, InUnit)>,
     terrain: Vec<(EntityPath, Tiles)>,
     /// Among the entities.
     follow: Option<usize>,
