@@ -66,7 +66,8 @@ fn what_is_put_in_is_stored_radiated_or_given_to_the_air_by_every_integrator() {
         ("rodas4p", ""),
         ("rodas4p", "accuracy: (relative: 1e-3, absolute: 1e-3),"),
     ] {
-        let text = NETWORK.replace("step:", &format!("integrator: \"{integrator}\", {accuracy} step:"));
+        let text =
+            NETWORK.replace("step:", &format!("integrator: \"{integrator}\", {accuracy} step:"));
         let mut sim = scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
         let (mut worst, mut most) = (0.0_f64, 0.0_f64);
         for hour in 1..=40 {
@@ -126,7 +127,8 @@ fn a_chain_comes_to_rest_by_its_resistances_with_its_two_time_constants() {
     let air = 1.6 * 0.5;
     // Ṫ = A T of the departures from rest; modes by the quadratic formula.
     let a = [[-0.7 / 4e3, 0.7 / 4e3], [0.7 / 3e3, -(0.7 + air) / 3e3]];
-    let (half, det): (f64, f64) = (0.5 * (a[0][0] + a[1][1]), a[0][0] * a[1][1] - a[0][1] * a[1][0]);
+    let (half, det): (f64, f64) =
+        (0.5 * (a[0][0] + a[1][1]), a[0][0] * a[1][1] - a[0][1] * a[1][0]);
     let root: f64 = (half * half - det).sqrt();
     let (slow, fast) = (half + root, half - root);
     let rest = [230.0 + 24.0 / air + 24.0 / 0.7, 230.0 + 24.0 / air];
@@ -238,7 +240,10 @@ fn a_battery_that_runs_flat_cuts_its_loads_off_and_takes_them_on_again() {
     assert_eq!(get(&sim, "Battery.volts"), 0.0);
     assert_eq!((get(&sim, "Battery.state.flat"), get(&sim, "Load.state.count")), (1.0, 1.0));
     assert_eq!((get(&sim, "Load.browned_out"), get(&sim, "Load.current")), (1.0, 0.0));
-    assert_eq!((get(&sim, "Load.running"), get(&sim, "Heater.on"), get(&sim, "Heater.power")), (0.0, 0.0, 0.0));
+    assert_eq!(
+        (get(&sim, "Load.running"), get(&sim, "Heater.on"), get(&sim, "Heater.power")),
+        (0.0, 0.0, 0.0)
+    );
     assert!(get(&sim, "Battery.charge").abs() < 1e-9);
     // A load that asks nobody gets nothing, and its want is counted: 3 W from then on.
     assert_eq!(get(&sim, "Battery.unserved"), 3.0);

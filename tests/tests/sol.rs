@@ -26,7 +26,8 @@ fn close(what: &str, got: f64, wanted: f64, tolerance: f64) {
 /// Where the chassis stands, and how its joints do.
 fn stance(sim: &Simulation) -> Vec<f64> {
     let chassis = "Rover.Hardware.Chassis/chassis";
-    let place = ["position.x", "position.y", "position.z", "rotation.x", "rotation.y", "rotation.z"];
+    let place =
+        ["position.x", "position.y", "position.z", "rotation.x", "rotation.y", "rotation.z"];
     let joints = ["rocker_left", "rocker_right", "bogie_left", "bogie_right"];
     (place.iter().map(|lane| format!("{chassis}.{lane}")))
         .chain(joints.iter().map(|j| format!("Rover.Hardware.Chassis/{j}.angle")))
@@ -80,7 +81,10 @@ fn a_sol_has_the_figures_that_its_page_says() {
     close("warmest electronics, °C", electronics[1] - 273.15, -7.3, 0.3);
     close("coldest battery, °C", battery[0] - 273.15, -20.0, 0.01);
     assert_eq!((get(&sim, "Plan.done"), get(&sim, "Plan.failures")), (1.0, 0.0));
-    assert_eq!((get(&sim, "Power.Battery.state.flat"), get(&sim, "Power.Radio.state.count")), (0.0, 0.0));
+    assert_eq!(
+        (get(&sim, "Power.Battery.state.flat"), get(&sim, "Power.Radio.state.count")),
+        (0.0, 0.0)
+    );
 }
 
 #[test]
@@ -110,7 +114,12 @@ fn without_shadow_the_array_gives_what_the_sun_of_the_textbook_says() {
     };
     let energy: f64 = (0..3960).map(|k| power(10.0 * f64::from(k) + 5.0) * 10.0).sum();
     // The panel is level: the ground tilts it by less than two degrees.
-    close("energy by then, Wh", get(&sim, "EnergyIn.energy") / 3600.0, energy / 3600.0, 0.02 * energy / 3600.0);
+    close(
+        "energy by then, Wh",
+        get(&sim, "EnergyIn.energy") / 3600.0,
+        energy / 3600.0,
+        0.02 * energy / 3600.0,
+    );
 }
 
 #[test]

@@ -205,8 +205,7 @@ mod tests {
         assert_eq!(Sum {}.direct(&c(), &(), &(), &Inputs { u: 3.0 }, &()).y, 3.0);
         assert_eq!(Product {}.direct(&c(), &(), &(), &Pair { a: 3.0, b: 4.0 }, &()).y, 12.0);
         let q = Quotient { p: QuotientParams { least: 0.5 } };
-        let y = [4.0, -0.5, 0.4, 0.0]
-            .map(|b| q.direct(&c(), &(), &(), &Pair { a: 3.0, b }, &()).y);
+        let y = [4.0, -0.5, 0.4, 0.0].map(|b| q.direct(&c(), &(), &(), &Pair { a: 3.0, b }, &()).y);
         assert_eq!(y, [0.75, -6.0, 0.0, 0.0]);
         let s = Saturation::build(SaturationParams { lower: -1.0, upper: 2.0 }).unwrap();
         let y = [-5.0, 0.5, 5.0].map(|u| s.direct(&c(), &(), &(), &Input { u }, &()).y);

@@ -119,7 +119,12 @@ const FAILED: usize = 6;
 
 /// Outputs beside the commands and `running`: name, whether it is a truth value, unit, meaning.
 const OUTPUTS: [(&str, bool, &str, &str); 7] = [
-    ("step", false, "1", "Number of the present step, from 1; one more than there are when the plan is over."),
+    (
+        "step",
+        false,
+        "1",
+        "Number of the present step, from 1; one more than there are when the plan is over.",
+    ),
     ("elapsed", false, "s", "Time since the present step began to wait, or began."),
     ("waiting", true, "", "The present step waits for its `when`."),
     ("done", true, "", "All steps are over."),
@@ -140,9 +145,7 @@ fn port(name: &str, unit: Option<&str>, doc: String) -> PortSpec {
 }
 
 /// Names that are no names, or twice the same; `what` is the parameter at fault.
-fn check_names<'a>(
-    all: impl Iterator<Item = (&'static str, &'a str)>,
-) -> Result<(), BuildError> {
+fn check_names<'a>(all: impl Iterator<Item = (&'static str, &'a str)>) -> Result<(), BuildError> {
     let mut seen: Vec<&str> = Vec::new();
     for (param, name) in all {
         let letters = |c: char| c.is_alphanumeric() || c == '_';
@@ -156,7 +159,8 @@ fn check_names<'a>(
         }
         if seen.contains(&name) {
             let fact = format!("`{name}` is there twice");
-            let help = "signals, commands and the outputs `step`, `waiting`, `done`, … share their names";
+            let help =
+                "signals, commands and the outputs `step`, `waiting`, `done`, … share their names";
             return Err(BuildError::new(fact).help(help).at(param));
         }
         seen.push(name);
@@ -179,9 +183,10 @@ fn variables(signals: &[Signal]) -> BTreeMap<String, Variable> {
         kind: PortKind::Numbers,
         part: String::new(),
     };
-    let named = signals.iter().enumerate().map(|(k, s)| {
-        (s.name.clone(), variable(k, s.unit.as_deref().unwrap_or("1"), "A signal."))
-    });
+    let named = signals
+        .iter()
+        .enumerate()
+        .map(|(k, s)| (s.name.clone(), variable(k, s.unit.as_deref().unwrap_or("1"), "A signal.")));
     let elapsed = variable(signals.len(), "s", "Time since the step began to wait, or began.");
     named.chain([("elapsed".to_string(), elapsed)]).collect()
 }
@@ -220,9 +225,7 @@ impl PlanParams {
         }
         let places = |s: &Settings| s.places(&self.commands).map_err(at);
         let on_failure = match (step.on_failure.as_str(), self.steps.iter()) {
-            ("next", mut all) => {
-                Goes::To(1 + all.position(|s| s.name == step.name).unwrap_or(0))
-            }
+            ("next", mut all) => Goes::To(1 + all.position(|s| s.name == step.name).unwrap_or(0)),
             ("abort", _) => Goes::Aborts,
             (name, mut all) => match all.position(|s| s.name == name) {
                 Some(k) => Goes::To(k),
@@ -351,7 +354,8 @@ impl SizedModel for Plan {
         for command in &p.commands {
             unit_of(command.unit.as_deref(), "commands")?;
             if command.unit.is_none() && command.start != 0.0 && command.start != 1.0 {
-                let fact = format!("`{}` starts at {}, and is a truth value", command.name, command.start);
+                let fact =
+                    format!("`{}` starts at {}, and is a truth value", command.name, command.start);
                 let help = "write 0 or 1, or the unit of a number";
                 return Err(BuildError::new(fact).help(help).at("commands"));
             }

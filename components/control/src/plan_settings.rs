@@ -58,9 +58,8 @@ impl Settings {
 /// The value of a command as a number, SI.
 fn number(command: &Command, value: &Value) -> Result<f64, BuildError> {
     let name = &command.name;
-    let refuse = |help: String| {
-        Err(BuildError::new(format!("`{name}` cannot be {value}")).help(help))
-    };
+    let refuse =
+        |help: String| Err(BuildError::new(format!("`{name}` cannot be {value}")).help(help));
     let Some(unit) = &command.unit else {
         return match value {
             Value::Bool(b) => Ok(f64::from(u8::from(*b))),

@@ -43,7 +43,11 @@ fn day() -> PlanParams {
         start,
     };
     PlanParams {
-        signals: vec![signal("local_time", Some("s")), signal("arrived", None), signal("t", Some("K"))],
+        signals: vec![
+            signal("local_time", Some("s")),
+            signal("arrived", None),
+            signal("t", Some("K")),
+        ],
         commands: vec![
             command("heater", None, 1.0),
             command("drive", None, 0.0),
@@ -128,7 +132,10 @@ fn a_day_goes_as_it_is_planned() {
     assert_eq!(run.when("drive", 1.0, 0.0), Some(1220.0));
     assert_eq!(run.when("running.drive", 1.0, 0.0), Some(1220.0));
     assert_eq!(run.when("drive", 0.0, 1220.0), Some(2020.0));
-    assert_eq!((run.when("heater", 0.0, 0.0), run.when("heater", 1.0, 2020.0)), (Some(2020.0), Some(2920.0)));
+    assert_eq!(
+        (run.when("heater", 0.0, 0.0), run.when("heater", 1.0, 2020.0)),
+        (Some(2020.0), Some(2920.0))
+    );
     // The last step lasts no time.
     assert_eq!(run.when("done", 1.0, 0.0), Some(2920.0));
     assert_eq!(run.when("waiting", 0.0, 0.0), Some(620.0));
@@ -173,7 +180,10 @@ fn a_wait_may_be_cut_short() {
     let mut p = day();
     p.steps[0].wait_max = Some(200.0);
     let run = Run::of(&p, 100, usual);
-    assert_eq!((run.when("failures", 1.0, 0.0), run.when("drive", 1.0, 0.0)), (Some(210.0), Some(210.0)));
+    assert_eq!(
+        (run.when("failures", 1.0, 0.0), run.when("drive", 1.0, 0.0)),
+        (Some(210.0), Some(210.0))
+    );
     assert_eq!(run.last("level"), 0.1);
 }
 
@@ -222,8 +232,14 @@ fn plans_that_cannot_be_are_refused_with_the_step() {
         (told(|p| p.steps[0].when = Some("locale_time > 9 h".into())), "step `warm`: condition"),
         (told(|p| p.steps[0].until = Some("t > 3 m".into())), "different quantities"),
         (told(|p| p.steps[1].set = on("fly")), "step `drive`: there is no command `fly`"),
-        (told(|p| p.steps[1].set = settings(&[("drive", Value::Number(1.0))])), "`drive` cannot be 1.0"),
-        (told(|p| p.steps[0].set = settings(&[("level", Value::Text("3 m".into()))])), "cannot be \"3 m\""),
+        (
+            told(|p| p.steps[1].set = settings(&[("drive", Value::Number(1.0))])),
+            "`drive` cannot be 1.0",
+        ),
+        (
+            told(|p| p.steps[0].set = settings(&[("level", Value::Text("3 m".into()))])),
+            "cannot be \"3 m\"",
+        ),
         (told(|p| p.steps[1].on_failure = "home".into()), "goes to `home`, which is no step"),
         (told(|p| p.steps[1].wait_max = Some(3.0)), "`wait_max` without `when`"),
         (told(|p| p.steps[2].time_out = Some(3.0)), "`time_out` without `until`"),

@@ -311,7 +311,9 @@ mod tests {
         for _ in 0..(seconds / dt) as usize {
             let flows = b.direct(&clock, &x, &d, &u, &());
             let given = -b.currents(&x, &d, &u)[1] * b.cells(&x);
-            for (sum, power) in books.iter_mut().zip([given, flows.heat, flows.unserved, flows.shed]) {
+            for (sum, power) in
+                books.iter_mut().zip([given, flows.heat, flows.unserved, flows.shed])
+            {
                 *sum += dt * power;
             }
             let before = b.guards(&clock, &x, &d, &(), &u, &());
@@ -410,7 +412,10 @@ mod tests {
             let ((x, _), books) = run(&b, start(&b), u, 300.0);
             let error = books[0] - books[1] - stored(&x);
             // Of Euler's steps: measured 0.1 J of 30 kJ.
-            assert!(error.abs() < 1e-5 * books[0].abs() && books[1] > 0.0, "{u:?} {error} {books:?}");
+            assert!(
+                error.abs() < 1e-5 * books[0].abs() && books[1] > 0.0,
+                "{u:?} {error} {books:?}"
+            );
         }
     }
 

@@ -106,14 +106,7 @@ impl Model for Heater {
         let power = if on { p.power } else { 0.0 };
         HeaterOut { heat: power, power, on }
     }
-    fn guards(
-        &self,
-        _: &Clock,
-        _: &(),
-        _: &Thermostat,
-        _: &(),
-        u: &HeaterIn,
-    ) -> ThermostatGuards {
+    fn guards(&self, _: &Clock, _: &(), _: &Thermostat, _: &(), u: &HeaterIn) -> ThermostatGuards {
         ThermostatGuards {
             above_on: u.temperature - self.p.on_below,
             above_off: u.temperature - self.p.on_below - self.p.band,

@@ -61,7 +61,8 @@ impl Sunlit {
 
 impl SizedModel for Sunlit {
     const NAME: &'static str = "power.sunlit";
-    const DOC: &'static str = "Share of a solar panel that sees the sun, by rays against terrain and bodies; sampled.";
+    const DOC: &'static str =
+        "Share of a solar panel that sees the sun, by rays against terrain and bodies; sampled.";
     type Params = SunlitParams;
     type Store = ();
 
@@ -128,7 +129,9 @@ mod tests {
             body: "world".into(),
             name: "wall".into(),
             pose: linkwork_spatial::Pose::translation(-3.0, 0.0, 0.5),
-            form: linkwork_render::collision::Seen::Shape(linkwork_render::collision::Shape::Box { size: Vec3::new(0.02, 40.0, 1.0) }),
+            form: linkwork_render::collision::Seen::Shape(linkwork_render::collision::Shape::Box {
+                half: Vec3::new(0.01, 20.0, 0.5),
+            }),
             color: [1.0; 3],
         }])
     }

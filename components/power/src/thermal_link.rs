@@ -75,8 +75,7 @@ mod tests {
     fn heat_goes_from_warm_to_cold_and_none_is_lost_on_the_way() {
         let l = link(0.7, 0.3);
         let y = heat(&l, 310.0, 250.0);
-        let wanted =
-            0.7 * 60.0 + 0.3 * STEFAN_BOLTZMANN * (310f64.powi(4) - 250f64.powi(4));
+        let wanted = 0.7 * 60.0 + 0.3 * STEFAN_BOLTZMANN * (310f64.powi(4) - 250f64.powi(4));
         assert!((y.to_b - wanted).abs() < 1e-12 * wanted, "{y:?}");
         assert_eq!(y.to_a + y.to_b, 0.0);
         let back = heat(&l, 250.0, 310.0);

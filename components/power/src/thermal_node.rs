@@ -204,7 +204,8 @@ mod tests {
             node.remarks(&clock, &node.init_x(), &(), &ThermalNodeIn { heat: 0.0 }, &u, &())
         };
         assert!(told(params()).is_empty());
-        let bare = ThermalNodeParams { emissivity: 0.0, absorptivity: 0.0, convection: 0.0, ..params() };
+        let bare =
+            ThermalNodeParams { emissivity: 0.0, absorptivity: 0.0, convection: 0.0, ..params() };
         assert!(told(ThermalNodeParams { area: 0.0, ..bare.clone() }).is_empty());
         for p in [ThermalNodeParams { area: 0.0, ..params() }, bare] {
             let all = told(p);

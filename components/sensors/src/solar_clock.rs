@@ -51,7 +51,8 @@ impl Model for SolarClock {
     type Ym = SolarClockOut;
     fn build(p: SolarClockParams) -> Result<Self, BuildError> {
         if p.sun.axes() == Axes::Inertial {
-            let fact = format!("`{}` gives the sun in inertial axes, which have no horizon", p.sun.path());
+            let fact =
+                format!("`{}` gives the sun in inertial axes, which have no horizon", p.sun.path());
             let help = "give it a sun over a site, such as `environment.mars_sun`";
             return Err(BuildError::new(fact).help(help).at("sun"));
         }
@@ -105,7 +106,10 @@ mod tests {
             for dec in [-0.43, -0.1, 0.2, 0.44] {
                 for hours in [0.5, 3.0, 6.0, 9.7, 12.0, 17.3, 23.9] {
                     let y = read(dec, hours, lat);
-                    assert!((y.local_time / 3600.0 - hours).abs() < 1e-9, "{lat} {dec} {hours}: {y:?}");
+                    assert!(
+                        (y.local_time / 3600.0 - hours).abs() < 1e-9,
+                        "{lat} {dec} {hours}: {y:?}"
+                    );
                     assert_eq!(y.day, y.elevation > 0.0);
                 }
             }
@@ -117,7 +121,9 @@ mod tests {
         let y = read(0.3, 12.0, -0.2);
         assert!(y.azimuth.abs() < 1e-12 && (y.elevation - (PI / 2.0 - 0.5)).abs() < 1e-9, "{y:?}");
         let y = read(-0.1, 12.0, 0.6);
-        assert!((y.azimuth.abs() - PI).abs() < 1e-12 && (y.elevation - (PI / 2.0 - 0.7)).abs() < 1e-9);
+        assert!(
+            (y.azimuth.abs() - PI).abs() < 1e-12 && (y.elevation - (PI / 2.0 - 0.7)).abs() < 1e-9
+        );
         // In the morning it is in the east, and at an equinox it rises at six.
         let y = read(0.0, 6.0, 0.7);
         assert!(y.elevation.abs() < 1e-12 && (y.azimuth - PI / 2.0).abs() < 1e-12, "{y:?}");

@@ -127,7 +127,12 @@ fn what_is_held_stands_where_it_is_without_its_models_and_goes_on_from_there() {
     let all = loaded(&text).unwrap_or_else(|f| panic!("{f}"));
     let program = all.compile(&catalogue(), &Files::default()).unwrap_or_else(|f| panic!("{f}"));
     let mut sim = Simulation::of(std::sync::Arc::new(program));
-    let lanes = ["Cart/frame.position.x", "Cart/frame.rotation.w", "Cart/left.angle", "Cart.Right/wheel.angle"];
+    let lanes = [
+        "Cart/frame.position.x",
+        "Cart/frame.rotation.w",
+        "Cart/left.angle",
+        "Cart.Right/wheel.angle",
+    ];
     let places = |sim: &Simulation| lanes.map(|lane| sim.get(lane).unwrap());
     let mut before = places(&sim);
     while sim.phase() == "rolls" {

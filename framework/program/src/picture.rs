@@ -1,7 +1,7 @@
 //! The picture of the plots: its curves, taken in passing, in fixed memory.
 use linkwork_record::{Curve, Plot, draw};
 use linkwork_runtime::{Place, Simulation};
-use linkwork_viz::{Marker, Scene, InUnit};
+use linkwork_viz::{InUnit, Marker, Scene};
 use std::fmt::Write;
 use std::path::Path;
 use textplots::{Chart, Plot as _, Shape};

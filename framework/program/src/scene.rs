@@ -5,7 +5,7 @@ use linkwork_assembly::{
 };
 use linkwork_runtime::{Fault, Located, Place, Plan, Seconds, ServiceObject, Unit, Value, remedy};
 use linkwork_spatial::Vec3;
-use linkwork_viz::{Arrow, Marker, Panel, Planet, Scene, Shape, InUnit};
+use linkwork_viz::{Arrow, InUnit, Marker, Panel, Planet, Scene, Shape};
 
 /// The scene, and the period of its rows.
 pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Seconds), Vec<Fault>> {

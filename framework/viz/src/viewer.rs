@@ -2,7 +2,7 @@
 use crate::batch::{Arrows, Curve, Frames, INSTANTS, TIMELINE};
 use crate::layout::{self, plot_path};
 use crate::pictures::{self, Eye};
-use crate::scene::{Planet, Scene, Shape, InUnit};
+use crate::scene::{InUnit, Planet, Scene, Shape};
 use crate::shapes::{self, When, entity, f3, shape_path};
 use crate::stream::{self, RrdFile, VizError, Wrap};
 use crate::terrain::Tiles;

@@ -16,7 +16,8 @@ const MOTION: [&str; 9] =
     ["hinge", "initial", "prescribed", "armature", "gear", "limits", "stop", "damping", "friction"];
 
 /// Fields of a body that act on a coordinate which is free.
-const DRIVE: [&str; 7] = ["prescribed", "armature", "gear", "limits", "stop", "damping", "friction"];
+const DRIVE: [&str; 7] =
+    ["prescribed", "armature", "gear", "limits", "stop", "damping", "friction"];
 /// Words of `initial` that are rates.
 const RATES: [&str; 4] = ["rate", "rates", "velocity", "angular"];
 
@@ -35,7 +36,8 @@ pub(crate) fn stow(cx: &mut Cx, here: &mut Instance, written: &Located) {
     }
     let Some(on) = on else {
         let fact = format!("{what}: nothing carries it");
-        let help = "write stowed: (on: \"the body that carries it\"), stowed: (held: true), or `None`";
+        let help =
+            "write stowed: (on: \"the body that carries it\"), stowed: (held: true), or `None`";
         return cx.fault(written.origin, fact, help);
     };
     let on = Located { value: Value::Text(on.text), origin: on.origin };
