@@ -1,6 +1,6 @@
-//! Algebra of signals: gain, sum, product, saturation, lookup table, comparator.
+//! Algebra of signals: gain, sum, product, quotient, saturation, lookup table, comparator.
 //! ```text
-//! gain y = k u + c     sum y = Σ u     product y = a b     saturation y = min(max(u, lower), upper)
+//! gain y = k u + c     sum y = Σ u     product y = a b     quotient y = a/b     saturation y = min(max(u, lower), upper)
 //! lookup y = table(u), straight between rows, constant beyond     comparator y = a > b + threshold
 //! ```
 
@@ -68,6 +68,31 @@ impl Model for Product {
     }
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &Pair) -> Output {
         Output { y: u.a * u.b }
+    }
+}
+
+/// Where a quotient means nothing.
+#[derive(Params, Clone, Debug)]
+pub struct QuotientParams {
+    /// Least |b|, SI: the output is 0 where |b| is less, or is zero.
+    #[param(default = 0.0, range = 0.0..)]
+    pub least: f64,
+}
+
+/// A quotient.
+pub struct Quotient {
+    p: QuotientParams,
+}
+
+/// Quotient of two inputs: y = a/b; 0 where |b| is below its least value.
+#[model("basics.quotient")]
+impl Model for Quotient {
+    type Params = QuotientParams;
+    type Ud = Pair;
+    type Yd = Output;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Pair) -> Output {
+        let none = u.b == 0.0 || u.b.abs() < self.p.least;
+        Output { y: if none { 0.0 } else { u.a / u.b } }
     }
 }
 
@@ -179,6 +204,9 @@ mod tests {
         assert_eq!(g.direct(&c(), &(), &(), &Input { u: 3.0 }, &()).y, -5.0);
         assert_eq!(Sum {}.direct(&c(), &(), &(), &Inputs { u: 3.0 }, &()).y, 3.0);
         assert_eq!(Product {}.direct(&c(), &(), &(), &Pair { a: 3.0, b: 4.0 }, &()).y, 12.0);
+        let q = Quotient { p: QuotientParams { least: 0.5 } };
+        let y = [4.0, -0.5, 0.4, 0.0].map(|b| q.direct(&c(), &(), &(), &Pair { a: 3.0, b }, &()).y);
+        assert_eq!(y, [0.75, -6.0, 0.0, 0.0]);
         let s = Saturation::build(SaturationParams { lower: -1.0, upper: 2.0 }).unwrap();
         let y = [-5.0, 0.5, 5.0].map(|u| s.direct(&c(), &(), &(), &Input { u }, &()).y);
         assert_eq!(y, [-1.0, 0.5, 2.0]);

@@ -25,6 +25,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<arithmetic::Gain>(),
         Entry::model::<arithmetic::Sum>(),
         Entry::model::<arithmetic::Product>(),
+        Entry::model::<arithmetic::Quotient>(),
         Entry::model::<arithmetic::Saturation>(),
         Entry::model::<arithmetic::Lookup>(),
         Entry::model::<arithmetic::Comparator>(),

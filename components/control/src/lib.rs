@@ -1,4 +1,5 @@
-//! Component library: control. Steering, waypoint following, hinge controllers, odometry, attitude, sets of jets.
+//! Component library: control. Steering, waypoint following, hinge controllers, odometry, attitude, sets of jets,
+//! plans of the day.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "control.pointing"`):
 //! ```
@@ -12,6 +13,8 @@ pub mod follower;
 pub mod geometry;
 pub mod odometry;
 pub mod pid;
+pub mod plan;
+pub mod plan_settings;
 
 use linkwork_runtime::prelude::Entry;
 
@@ -30,5 +33,6 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<pid::RateController>(),
         Entry::model::<pid::PositionController>(),
         Entry::sized::<odometry::Odometry>(),
+        Entry::sized::<plan::Plan>(),
     ]
 }

@@ -1,4 +1,5 @@
-//! Component library: power. Batteries with a curve of open-circuit voltage, solar panels that see the sun.
+//! Component library: power and heat. Batteries with a curve of open-circuit voltage, solar panels with dust and shadow,
+//! radioisotope generators, loads that brown out; networks of thermal nodes and links, heaters with thermostats.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "power.battery"`):
 //! ```
@@ -7,11 +8,28 @@
 //! ```
 
 pub mod battery;
+pub mod dust;
+pub mod heater;
+pub mod load;
+pub mod rtg;
 pub mod solar_panel;
+pub mod sunlit;
+pub mod thermal_link;
+pub mod thermal_node;
 
 use linkwork_runtime::prelude::Entry;
 
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
-    vec![Entry::model::<battery::Battery>(), Entry::model::<solar_panel::SolarPanel>()]
+    vec![
+        Entry::model::<battery::Battery>(),
+        Entry::model::<dust::Dust>(),
+        Entry::model::<heater::Heater>(),
+        Entry::model::<load::Load>(),
+        Entry::model::<rtg::Rtg>(),
+        Entry::model::<solar_panel::SolarPanel>(),
+        Entry::sized::<sunlit::Sunlit>(),
+        Entry::model::<thermal_link::ThermalLink>(),
+        Entry::model::<thermal_node::ThermalNode>(),
+    ]
 }

@@ -3,7 +3,7 @@
 //! S = 1361 W/m² / R²                                              R: distance in AU
 //! beam     S e^(−τ/cos Z) max(0, cos i)                           Z: zenith angle, i: incidence
 //! diffuse  S cos Z (T(τ, Z) − e^(−τ/cos Z)) (1 + n_z)/2           sky seen by the tilted panel
-//! P = η A f_dust (beam + diffuse)
+//! P = η A f_dust (s beam + diffuse)                               s: share of the panel that sees the sun
 //! ```
 //! T is the share of the light that reaches the ground in all. `T = 1/(1 + 0.16 τ/cos Z)` is a two-stream form with an
 //! asymmetry typical of Martian dust: an engineering fit, not a table. With τ = 0 (Moon, space) only the beam is left.
@@ -25,12 +25,9 @@ pub struct SolarPanelParams {
     /// Optical depth of the air.
     #[param(default = 0.5, range = 0.0..)]
     pub optical_depth: f64,
-    /// Share of the light that passes the dust on the panel, at the start.
+    /// Share of the light that passes dust which stays on the panel; what comes and goes is `power.dust`.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub dust: f64,
-    /// Loss of that share in a day of 86400 s.
-    #[param(default = 0.0, range = 0.0..=1.0)]
-    pub dust_rate: f64,
     /// The sun.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
@@ -42,6 +39,12 @@ pub struct SolarPanelIn {
     /// Panel: its z axis is the normal.
     #[port(bind = "panel")]
     pub panel: NodeState,
+    /// Share of the light that passes dust: of `power.dust`.
+    #[port("1", default = 1.0)]
+    pub passes: f64,
+    /// Share of its area that sees the sun: of `power.sunlit`. Light of the sky it does not change.
+    #[port("1", default = 1.0)]
+    pub sunlit: f64,
 }
 
 /// Power.
@@ -53,7 +56,7 @@ pub struct SolarPanelOut {
     /// The same as a load of the battery (negative).
     #[port("W")]
     pub load: f64,
-    /// Light on the panel.
+    /// Light on the panel, above its dust.
     #[port("W/m^2")]
     pub irradiance: f64,
     /// Cosine of the angle of incidence.
@@ -66,12 +69,13 @@ pub struct SolarPanel {
     p: SolarPanelParams,
 }
 
-/// Light (W/m²) on a panel of the unit normal `n` under a sun in the unit direction `sun` (W, z up) at `au`.
-pub fn irradiance(n: Vec3, sun: Vec3, au: f64, optical_depth: f64) -> f64 {
+/// Light (W/m²) on a panel of the unit normal `n` under a sun in the unit direction `sun` (W, z up) at `au`; of the
+/// sun's beam the share `sunlit`.
+pub fn irradiance(n: Vec3, sun: Vec3, au: f64, optical_depth: f64, sunlit: f64) -> f64 {
     let cos_z = sun.z;
     let full = SOLAR_CONSTANT / (au * au);
     if optical_depth == 0.0 {
-        return full * n.dot(&sun).max(0.0);
+        return full * sunlit * n.dot(&sun).max(0.0);
     }
     if cos_z <= 0.0 {
         return 0.0;
@@ -79,7 +83,7 @@ pub fn irradiance(n: Vec3, sun: Vec3, au: f64, optical_depth: f64) -> f64 {
     let slant = optical_depth / cos_z.max(1e-3);
     let direct = (-slant).exp();
     let total = 1.0 / (1.0 + 0.16 * slant);
-    let beam = direct * n.dot(&sun).max(0.0);
+    let beam = direct * sunlit * n.dot(&sun).max(0.0);
     let diffuse = cos_z * (total - direct).max(0.0) * 0.5 * (1.0 + n.z);
     full * (beam + diffuse)
 }
@@ -94,9 +98,8 @@ impl Model for SolarPanel {
         let p = &self.p;
         let sun = p.sun.state(c.t);
         let n = u.panel.rotation * Vec3::z();
-        let light = irradiance(n, sun.direction, sun.distance_au, p.optical_depth);
-        let dust = (p.dust - p.dust_rate * c.t / 86_400.0).max(0.0);
-        let power = p.efficiency * p.area * dust * light;
+        let light = irradiance(n, sun.direction, sun.distance_au, p.optical_depth, u.sunlit);
+        let power = p.efficiency * p.area * p.dust * u.passes * light;
         SolarPanelOut { power, load: -power, irradiance: light, cosine: n.dot(&sun.direction) }
     }
 }
@@ -109,25 +112,34 @@ mod tests {
     #[test]
     fn without_air_it_is_the_cosine_law() {
         let sun = Vec3::new(3f64.sqrt() / 2.0, 0.0, 0.5);
-        assert!((irradiance(Vec3::z(), sun, 1.0, 0.0) - 680.5).abs() < 1e-9);
-        assert!((irradiance(sun, sun, 2.0, 0.0) - 340.25).abs() < 1e-9);
-        assert_eq!(irradiance(-sun, sun, 1.0, 0.0), 0.0);
+        assert!((irradiance(Vec3::z(), sun, 1.0, 0.0, 1.0) - 680.5).abs() < 1e-9);
+        assert!((irradiance(sun, sun, 2.0, 0.0, 1.0) - 340.25).abs() < 1e-9);
+        assert_eq!(irradiance(-sun, sun, 1.0, 0.0, 1.0), 0.0);
     }
 
     #[test]
     fn dust_turns_beam_into_diffuse_light_and_takes_some() {
         let up = Vec3::z();
-        let mut last = irradiance(up, up, 1.52, 1e-9);
+        let mut last = irradiance(up, up, 1.52, 1e-9, 1.0);
         assert!((last - SOLAR_CONSTANT / 1.52f64.powi(2)).abs() < 1e-3);
         for tau in [0.2, 0.5, 1.0, 2.0, 5.0] {
-            let now = irradiance(up, up, 1.52, tau);
+            let now = irradiance(up, up, 1.52, tau, 1.0);
             let beam = SOLAR_CONSTANT / 1.52f64.powi(2) * f64::exp(-tau);
             assert!(now < last && now > beam, "{tau}: {now} {last} {beam}");
             last = now;
         }
         // A panel on edge under a high sun sees half the sky.
-        assert!(irradiance(Vec3::x(), up, 1.52, 1.0) > 0.0);
-        assert_eq!(irradiance(up, Vec3::new(0.0, 1.0, -0.01).normalize(), 1.52, 0.5), 0.0);
+        assert!(irradiance(Vec3::x(), up, 1.52, 1.0, 1.0) > 0.0);
+        assert_eq!(irradiance(up, Vec3::new(0.0, 1.0, -0.01).normalize(), 1.52, 0.5, 1.0), 0.0);
+    }
+
+    #[test]
+    fn shadow_takes_the_beam_and_leaves_the_sky() {
+        let (n, sun) = (Vec3::z(), Vec3::new(0.6, 0.0, 0.8));
+        let of = |tau: f64, sunlit: f64| irradiance(n, sun, 1.5, tau, sunlit);
+        assert_eq!((of(0.0, 0.0), of(0.0, 0.25)), (0.0, 0.25 * of(0.0, 1.0)));
+        let beam = SOLAR_CONSTANT / 2.25 * 0.8 * f64::exp(-0.7 / 0.8);
+        assert!((of(0.7, 1.0) - of(0.7, 0.0) - beam).abs() < 1e-10 && of(0.7, 0.0) > 20.0);
     }
 
     struct Noon;
@@ -138,22 +150,19 @@ mod tests {
     }
 
     #[test]
-    fn dust_on_the_panel_grows_with_time() {
+    fn dust_that_stays_and_dust_that_settles_both_take_their_share() {
         let panel = SolarPanel {
             p: SolarPanelParams {
                 area: 2.0,
                 efficiency: 0.25,
                 optical_depth: 0.0,
                 dust: 0.9,
-                dust_rate: 0.1,
                 sun: Handle::new("sun", Arc::new(Noon) as Arc<dyn Sun>),
             },
         };
-        let at = |t: f64| {
-            let u = SolarPanelIn { panel: NodeState::identity() };
-            panel.direct(&Clock::at(t, 1.0, 0), &(), &(), &u, &()).power
-        };
-        assert!((at(0.0) - 0.5 * 0.9 * 1361.0).abs() < 1e-9);
-        assert!((at(86_400.0) - 0.5 * 0.8 * 1361.0).abs() < 1e-9);
+        let u = SolarPanelIn { panel: NodeState::identity(), passes: 0.8, sunlit: 0.5 };
+        let y = panel.direct(&Clock::at(0.0, 1.0, 0), &(), &(), &u, &());
+        assert!((y.power - 0.5 * 0.9 * 0.8 * 0.5 * 1361.0).abs() < 1e-9, "{y:?}");
+        assert_eq!((y.load, y.irradiance), (-y.power, 0.5 * 1361.0));
     }
 }

@@ -7,12 +7,11 @@
 //! The equations are those of `linkwork_render`. A picture is of one instant, its sample, and is seen from the next row on. It sees
 //! every shape that the viewer shows, the camera's own body too: mount it where the view is free, or name in `sees` what it sees.
 
-use crate::surroundings::Surroundings;
 use linkwork_render::spatial::Pose;
 use linkwork_render::stereo::{Matcher, right_of};
 use linkwork_render::{
     Brown, Camera, Channels, Detector, Image, Lens, Light, Look, Noise, Picture, RenderError,
-    Scene, Want,
+    Scene, Surroundings, Want,
 };
 use linkwork_runtime::Lane;
 use linkwork_runtime::prelude::*;

@@ -7,10 +7,9 @@
 //! The equations are those of `linkwork_render::lidar`. It sees the terrain, rocks included, as triangles between the nodes of its
 //! grid, and the shapes of the bodies that `sees` names. All beams of a sample are of one instant.
 
-use crate::surroundings::Surroundings;
-use linkwork_render::Look;
 use linkwork_render::lidar::{Lidar, middles, spinning};
 use linkwork_render::spatial::Pose;
+use linkwork_render::{Look, Surroundings};
 use linkwork_runtime::Lane;
 use linkwork_runtime::prelude::*;
 

@@ -10,8 +10,7 @@
 //! sphere of `ground_radius` about the planet's centre: W is a site on the planet, or its centre is the origin of W and the sphere turns at `planet_rate` about z. The first of them counts. All beams of a sample are
 //! of one instant and without width: no leading edge of a footprint, no side lobes.
 
-use crate::surroundings::Surroundings;
-use linkwork_render::{Look, Scene};
+use linkwork_render::{Look, Scene, Surroundings};
 use linkwork_runtime::Lane;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;

@@ -109,11 +109,62 @@ fn a_phase_lets_it_go_as_it_moves() {
     assert!(sim.get("Cart/left.rate").unwrap().abs() > 1e-3, "its motor turns its wheels");
 }
 
+/// A cart that rolls, is held where it is, and goes on from there.
+const HELD: &str = r#"start: "rolls", phases: {
+    "rolls": (parts: { "Cart": (stowed: None) }, to: { "held": "time > 0.5 s" }),
+    "held": (to: { "on": "time > 1 s" }),
+    "on": (parts: { "Cart": (stowed: None) }),
+}"#;
+
+#[test]
+fn what_is_held_stands_where_it_is_without_its_models_and_goes_on_from_there() {
+    let held = loaded(&lorry("stowed: (held: true)", "")).unwrap_or_else(|f| panic!("{f}"));
+    // All coordinates are there; those of the cart are prescribed, at rest, and nothing else of it is left.
+    assert_eq!((spec(&held).multibody.nv(), held.spec.parts.len()), (6 + 6 + 2, 0));
+    assert!(held.spec.wires.is_empty() && held.colliders.is_none());
+    resolves(&held);
+    let text = lorry("stowed: (held: true)", HELD);
+    let all = loaded(&text).unwrap_or_else(|f| panic!("{f}"));
+    let program = all.compile(&catalogue(), &Files::default()).unwrap_or_else(|f| panic!("{f}"));
+    let mut sim = Simulation::of(std::sync::Arc::new(program));
+    let lanes = [
+        "Cart/frame.position.x",
+        "Cart/frame.rotation.w",
+        "Cart/left.angle",
+        "Cart.Right/wheel.angle",
+    ];
+    let places = |sim: &Simulation| lanes.map(|lane| sim.get(lane).unwrap());
+    let mut before = places(&sim);
+    while sim.phase() == "rolls" {
+        sim.step_event().unwrap_or_else(|e| panic!("{e}"));
+        if sim.phase() == "rolls" {
+            before = places(&sim);
+        }
+    }
+    // It is taken where it was; a row of 10 ms may lie between.
+    let taken = places(&sim);
+    assert!(sim.get("Cart/frame.velocity.x").unwrap() == 0.0 && taken[2].abs() > 1e-4, "{taken:?}");
+    for (a, b) in taken.iter().zip(before) {
+        assert!((a - b).abs() < 0.02, "{taken:?} {before:?}");
+    }
+    while sim.phase() == "held" {
+        for (a, b) in places(&sim).iter().zip(taken) {
+            assert!((a - b).abs() < 1e-12, "at {} s: {a} {b}", sim.time());
+        }
+        sim.step_event().unwrap_or_else(|e| panic!("{e}"));
+    }
+    assert!((sim.time() - 1.0).abs() < 0.011);
+    sim.run_until(Seconds { num: 2, den: 1 }).unwrap_or_else(|e| panic!("{e}"));
+    assert!((sim.get("Cart/left.angle").unwrap() - taken[2]).abs() > 1e-3, "its motor turns again");
+}
+
 #[test]
 fn cargo_that_cannot_be_is_refused() {
     let told = |stowed: &str| loaded(&lorry(stowed, "")).err().unwrap().render(false);
     let e = told("stowed: (at: (position: [1, 0, 0]))");
     assert!(e.contains("stowed: (on: ") && e.contains("sim.ron:3"), "{e}");
+    let e = told("stowed: (held: true, on: \"lorry\")");
+    assert!(e.contains("`held` is for what stays where it is") && e.contains("sim.ron:3"), "{e}");
     let e = told("stowed: (on: \"lory\")");
     assert!(e.contains("lory") && e.contains("lorry"), "{e}");
     let e = told("stowed: (on: \"lorry\", where: 3)");

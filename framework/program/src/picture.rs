@@ -1,14 +1,14 @@
 //! The picture of the plots: its curves, taken in passing, in fixed memory.
 use linkwork_record::{Curve, Plot, draw};
 use linkwork_runtime::{Place, Simulation};
-use linkwork_viz::{Marker, Scene};
+use linkwork_viz::{InUnit, Marker, Scene};
 use std::fmt::Write;
 use std::path::Path;
 use textplots::{Chart, Plot as _, Shape};
 
 /// Curves for the picture, in fixed memory.
 pub struct Picture {
-    curves: Vec<Vec<(String, Place, f64, Thinned)>>,
+    curves: Vec<Vec<(String, Place, InUnit, Thinned)>>,
     titles: Vec<String>,
     map: Option<(Place, Place, Thinned)>,
     markers: Vec<Marker>,
@@ -21,6 +21,8 @@ pub struct Picture {
 const EVERY: f64 = 0.05;
 /// Points of a short run.
 const POINTS: f64 = 500.0;
+/// Runs longer than this have a time axis in hours, s.
+const HOURS: f64 = 36_000.0;
 /// Size of a curve in a terminal, in dots: eight to a character.
 const TERMINAL: [u32; 2] = [120, 40];
 
@@ -34,9 +36,9 @@ impl Picture {
             .map(|p| {
                 p.series
                     .iter()
-                    .filter_map(|(label, path, factor)| {
+                    .filter_map(|(label, path, shown)| {
                         let place = plan.variables.get(path)?.place;
-                        Some((label.clone(), place, *factor, Thinned::new()))
+                        Some((label.clone(), place, *shown, Thinned::new()))
                     })
                     .collect()
             })
@@ -60,10 +62,10 @@ impl Picture {
             return;
         }
         self.next = t + self.every;
-        for (_, place, factor, points) in self.curves.iter_mut().flatten() {
+        for (_, place, shown, points) in self.curves.iter_mut().flatten() {
             let value = sim.value(*place);
             if !value.is_nan() {
-                points.add(t, value * *factor);
+                points.add(t, shown.of(value));
             }
         }
         if let Some((x, y, points)) = &mut self.map {
@@ -81,6 +83,11 @@ impl Picture {
     /// # Errors
     /// When the file cannot be written.
     pub fn draw(&self, path: &Path) -> Result<(), String> {
+        draw(path, &self.plots()).map_err(|e| e.to_string())
+    }
+
+    /// The map, then the panels; time is in hours when the run is long.
+    fn plots(&self) -> Vec<Plot> {
         let mut plots = Vec::new();
         if let Some((_, _, points)) = &self.map {
             let mut curves = vec![Curve { name: "driven".into(), points: points.points.clone() }];
@@ -91,15 +98,21 @@ impl Picture {
             let (x, y) = ("x [m]".into(), "y [m]".into());
             plots.push(Plot { title: "Map".into(), x, y, curves, equal: true });
         }
+        let last = self.curves.iter().flatten().filter_map(|c| c.3.points.last());
+        let end = last.fold(0.0_f64, |end, p| end.max(p.0));
+        let (unit, name) = if end > HOURS { (3600.0, "h") } else { (1.0, "s") };
         for (title, curves) in self.titles.iter().zip(&self.curves) {
             let curves = curves
                 .iter()
-                .map(|(name, _, _, t)| Curve { name: name.clone(), points: t.points.clone() })
+                .map(|(name, _, _, t)| {
+                    let points = t.points.iter().map(|(t, y)| (t / unit, *y)).collect();
+                    Curve { name: name.clone(), points }
+                })
                 .collect();
-            let (x, y) = ("time [s]".into(), String::new());
+            let (x, y) = (format!("time [{name}]"), String::new());
             plots.push(Plot { title: title.clone(), x, y, curves, equal: false });
         }
-        draw(path, &plots).map_err(|e| e.to_string())
+        plots
     }
 
     /// The curves over time as text for a terminal, one under the other.
@@ -178,5 +191,28 @@ mod tests {
         assert_eq!(t.points.capacity(), 4096);
         let gaps: Vec<f64> = t.points.windows(2).map(|w| w[1].0 - w[0].0).collect();
         assert!(gaps.iter().all(|g| *g == gaps[0]), "evenly spaced");
+    }
+
+    #[test]
+    fn numbers_are_in_the_unit_of_the_panel_and_long_runs_in_hours() {
+        let celsius = InUnit { offset: 273.15, factor: 1.0 };
+        assert!((celsius.of(263.15) + 10.0).abs() < 1e-12);
+        assert_eq!(InUnit { offset: 0.0, factor: 0.01 }.of(250.0), 2.5);
+        for (end, name, last) in [(7200.0, "time [s]", 7200.0), (72_000.0, "time [h]", 20.0)] {
+            let mut points = Thinned::new();
+            points.add(0.0, 1.0);
+            points.add(end, 2.0);
+            let picture = Picture {
+                curves: vec![vec![("a".into(), Place::X(0), celsius, points)]],
+                titles: vec!["Temperature [degC]".into()],
+                map: None,
+                markers: Vec::new(),
+                next: 0.0,
+                every: 1.0,
+            };
+            let plots = picture.plots();
+            assert_eq!((plots.len(), plots[0].x.as_str()), (1, name));
+            assert_eq!(plots[0].curves[0].points, [(0.0, 1.0), (last, 2.0)]);
+        }
     }
 }

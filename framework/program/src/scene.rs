@@ -5,7 +5,7 @@ use linkwork_assembly::{
 };
 use linkwork_runtime::{Fault, Located, Place, Plan, Seconds, ServiceObject, Unit, Value, remedy};
 use linkwork_spatial::Vec3;
-use linkwork_viz::{Arrow, Marker, Panel, Planet, Scene, Shape};
+use linkwork_viz::{Arrow, InUnit, Marker, Panel, Planet, Scene, Shape};
 
 /// The scene, and the period of its rows.
 pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Seconds), Vec<Fault>> {
@@ -133,7 +133,10 @@ fn panels(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Vec<Panel> {
         let series = labels(&paths)
             .into_iter()
             .zip(&paths)
-            .map(|(label, path)| (label, (*path).to_string(), 1.0 / scale.scale))
+            .map(|(label, path)| {
+                let shown = InUnit { offset: scale.offset, factor: 1.0 / scale.scale };
+                (label, (*path).to_string(), shown)
+            })
             .collect();
         let shown =
             if unit.is_empty() || unit == "1" { String::new() } else { format!(" [{unit}]") };

@@ -11,6 +11,7 @@
 //! frames                    camera.rs                      detector.rs     electrons and numbers
 //! files                     picture.rs     lidar.rs        beams and echoes
 //! depth from two images     stereo.rs     sight.rs         what a camera of a simulation shows
+//! bodies of a simulation    surroundings.rs
 //! ```
 //! What is left out: light from surface to surface, soft shadows, glare, motion blur, rolling shutters, defocus.
 //!
@@ -45,6 +46,7 @@ mod picture;
 mod scene;
 mod sight;
 pub mod stereo;
+mod surroundings;
 
 pub use camera::{Camera, Frame, Want};
 pub use detector::{Channels, Detector, Image, Noise};
@@ -57,3 +59,4 @@ pub use linkwork_runtime::Surface;
 pub use linkwork_spatial as spatial;
 pub use scene::{FAR, Form, GROUND, Hit, ObjectId, Scene};
 pub use sight::{Picture, shape_of};
+pub use surroundings::Surroundings;

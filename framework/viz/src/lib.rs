@@ -30,7 +30,7 @@ mod viewer;
 pub use player::{NotShown, Player};
 #[cfg(feature = "viewer")]
 pub use read::{Shown, read_recording};
-pub use scene::{Arrow, Marker, Panel, Planet, Scene, Shape};
+pub use scene::{Arrow, InUnit, Marker, Panel, Planet, Scene, Shape};
 #[cfg(feature = "viewer")]
 pub use stream::VizError;
 #[cfg(feature = "viewer")]

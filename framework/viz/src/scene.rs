@@ -34,13 +34,30 @@ pub struct Arrow {
     pub color: [u8; 4],
 }
 
+/// A number in the unit in which it is shown: (SI − offset) · factor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InUnit {
+    /// What is zero in that unit, SI: 273.15 K for degrees Celsius.
+    pub offset: f64,
+    /// From SI to the unit.
+    pub factor: f64,
+}
+
+impl InUnit {
+    /// The number as it is shown, of one in SI.
+    #[must_use]
+    pub fn of(self, si: f64) -> f64 {
+        (si - self.offset) * self.factor
+    }
+}
+
 /// A panel of curves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
     /// Title, with the unit.
     pub title: String,
-    /// Label and variable of each curve, and the factor from SI to the unit shown.
-    pub series: Vec<(String, String, f64)>,
+    /// Label and variable of each curve, and how it is shown.
+    pub series: Vec<(String, String, InUnit)>,
 }
 
 /// A labelled point.

@@ -2,7 +2,7 @@
 use crate::batch::{Arrows, Curve, Frames, INSTANTS, TIMELINE};
 use crate::layout::{self, plot_path};
 use crate::pictures::{self, Eye};
-use crate::scene::{Planet, Scene, Shape};
+use crate::scene::{InUnit, Planet, Scene, Shape};
 use crate::shapes::{self, When, entity, f3, shape_path};
 use crate::stream::{self, RrdFile, VizError, Wrap};
 use crate::terrain::Tiles;
@@ -57,8 +57,8 @@ pub struct View {
     pub(crate) columns: Vec<String>,
     /// First column of the six of each arrow.
     pub(crate) arrows: Vec<usize>,
-    /// Entity, label, column, factor.
-    pub(crate) curves: Vec<(EntityPath, String, usize, f64)>,
+    /// Entity, label, column, how it is shown.
+    pub(crate) curves: Vec<(EntityPath, String, usize, InUnit)>,
     terrain: Vec<(EntityPath, Surface)>,
     /// Paths of the cameras.
     cameras: Vec<String>,
@@ -116,10 +116,10 @@ impl View {
             }
         }
         for panel in &scene.panels {
-            for (label, name, factor) in &panel.series {
+            for (label, name, shown) in &panel.series {
                 let path = EntityPath::from(plot_path(&panel.title))
                     .join(&EntityPath::from_single_string(label.clone()));
-                view.curves.push((path, label.clone(), places.len(), *factor));
+                view.curves.push((path, label.clone(), places.len(), *shown));
                 places.push(plan.variable(name)?.place);
                 view.columns.push(name.clone());
             }
@@ -249,8 +249,8 @@ pub struct Viewer {
     trails: Vec<Trail>,
     /// First column of the six, scale.
     arrows: Vec<(Arrows, usize, f64)>,
-    /// Column, factor.
-    curves: Vec<(Curve, usize, f64)>,
+    /// Column, how it is shown.
+    curves: Vec<(Curve, usize, InUnit)>,
     terrain: Vec<(EntityPath, Tiles)>,
     /// Among the entities.
     follow: Option<usize>,
@@ -299,7 +299,7 @@ impl Viewer {
         let mut curves = Vec::new();
         let mut of_panel = 0;
         let mut panel = None;
-        for (path, label, column, factor) in view.curves {
+        for (path, label, column, shown) in view.curves {
             of_panel = if panel == path.parent() { of_panel + 1 } else { 0 };
             panel = path.parent();
             let [r, g, b] = CURVES[of_panel % CURVES.len()];
@@ -307,7 +307,7 @@ impl Viewer {
                 .with_names([label.as_str()])
                 .with_colors([re_sdk_types::components::Color::from_rgb(r, g, b)]);
             rec.log_static(path.clone(), &style)?;
-            curves.push((Curve::new(path), column, factor));
+            curves.push((Curve::new(path), column, shown));
         }
         let mut terrain = Vec::new();
         let mut seldom: Vec<(i64, EntityPath, Box<dyn AsComponents + Send>)> = Vec::new();
@@ -468,8 +468,8 @@ impl Viewer {
 
     /// A value of a curve at an instant (ns), in SI.
     pub(crate) fn curve(&mut self, k: usize, t: i64, value: f64) {
-        let (curve, _, factor) = &mut self.curves[k];
-        curve.push(t, value * *factor);
+        let (curve, _, shown) = &mut self.curves[k];
+        curve.push(t, shown.of(value));
     }
 
     /// What a camera saw at an instant (ns): a PNG file.

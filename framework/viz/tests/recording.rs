@@ -8,7 +8,7 @@ use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;
 use linkwork_spatial::{MassProperties, Pose, Vec3};
-use linkwork_viz::{Arrow, Panel, Scene, Shape, View};
+use linkwork_viz::{Arrow, InUnit, Panel, Scene, Shape, View};
 use re_sdk::external::re_log_encoding::DecoderApp;
 use re_sdk::log::{Chunk, LogMsg};
 use re_sdk::time::TimeInt;
@@ -94,7 +94,10 @@ fn scene(plan: &Plan) -> Scene {
         }],
         frames: vec!["tip".into()],
         trails: vec!["Robot.arm/weight".into()],
-        panels: vec![Panel { title: "Angle".into(), series: vec![("arm".into(), variable, 57.3)] }],
+        panels: vec![Panel {
+            title: "Angle".into(),
+            series: vec![("arm".into(), variable, InUnit { offset: 0.0, factor: 57.3 })],
+        }],
         follow: Some("Robot.arm".into()),
         ..Scene::default()
     }

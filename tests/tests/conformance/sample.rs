@@ -18,6 +18,22 @@ fn written(model: &str, param: &str) -> Option<Value> {
             let places = [[1.1, 1.0], [1.1, -1.0], [0.0, 1.1], [0.0, -1.1], [-1.0, 1.0]];
             Some(Value::List(places.map(wheel).to_vec()))
         }
+        ("control.plan", "commands" | "steps") => {
+            let entry = |key: &str, value: Value| (key.into(), value.into());
+            let text = |t: &str| Value::Text(t.into());
+            let on = |on: bool| Value::Map(vec![entry("radio", Value::Bool(on))]);
+            let only = match param {
+                "commands" => vec![entry("name", text("radio"))],
+                _ => vec![
+                    entry("name", text("talk")),
+                    entry("when", text("time > 0.05 s")),
+                    entry("set", on(true)),
+                    entry("duration", Value::Number(0.06)),
+                    entry("then", on(false)),
+                ],
+            };
+            Some(Value::List(vec![Value::Map(only).into()]))
+        }
         ("actuators.soft_stop", "lower") => Some(Value::Number(-0.4)),
         ("actuators.soft_stop", "upper") => Some(Value::Number(0.3)),
         ("basics.lookup", "table") => Some(pairs(&[[-1.0, 2.0], [0.0, 0.5], [3.0, 4.0]])),

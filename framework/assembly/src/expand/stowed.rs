@@ -2,6 +2,7 @@
 //!
 //! Hinges are locked at zero, and the body that hangs on the world hangs on `on` instead, at `at`. Models, services,
 //! wires, exports, loops, couplings and colliders are not there. A phase that says `stowed: None` has them all.
+//! `stowed: (held: true)` leaves its bodies where they are: every hinge is prescribed, and at rest.
 use crate::expand::instance::{Instance, Node};
 use crate::form::stowed::StowedForm;
 use crate::schema::kind::At;
@@ -14,13 +15,33 @@ use linkwork_runtime::{Located, Value};
 const MOTION: [&str; 9] =
     ["hinge", "initial", "prescribed", "armature", "gear", "limits", "stop", "damping", "friction"];
 
+/// Fields of a body that act on a coordinate which is free.
+const DRIVE: [&str; 7] =
+    ["prescribed", "armature", "gear", "limits", "stop", "damping", "friction"];
+/// Words of `initial` that are rates.
+const RATES: [&str; 4] = ["rate", "rates", "velocity", "angular"];
+
 /// Leaves the bodies of an instance, locked, on what `written` names.
 pub(crate) fn stow(cx: &mut Cx, here: &mut Instance, written: &Located) {
     let what = format!("`{}`: `stowed`", here.path);
     let at = At::new(what.clone()).origin(written.origin);
     let Some(form) = StowedForm::read(cx, written, &at) else { return };
-    let on = Located { value: Value::Text(form.on.text), origin: form.on.origin };
-    let at = written.get("at").cloned().unwrap_or_else(|| map(Vec::new()));
+    let (on, at) = (form.on, written.get("at").cloned());
+    if form.held {
+        if on.is_some() || at.is_some() {
+            let fact = format!("{what}: `held` is for what stays where it is");
+            cx.fault(written.origin, fact, "write `held: true` alone, or `on` and `at` without it");
+        }
+        return hold(here);
+    }
+    let Some(on) = on else {
+        let fact = format!("{what}: nothing carries it");
+        let help =
+            "write stowed: (on: \"the body that carries it\"), stowed: (held: true), or `None`";
+        return cx.fault(written.origin, fact, help);
+    };
+    let on = Located { value: Value::Text(on.text), origin: on.origin };
+    let at = at.unwrap_or_else(|| map(Vec::new()));
     let roots = lock(here, &on, &at);
     if roots.len() != 1 {
         let fact = match roots.len() {
@@ -32,8 +53,8 @@ pub(crate) fn stow(cx: &mut Cx, here: &mut Instance, written: &Located) {
     }
 }
 
-/// Locks all bodies; names of those that hung on the world.
-fn lock(here: &mut Instance, on: &Located, at: &Located) -> Vec<String> {
+/// Leaves nothing of an instance but its bodies and the assemblies in it.
+fn strip(here: &mut Instance) {
     here.parts.retain(|_, node| matches!(node, Node::Assembly(_)));
     here.wires.clear();
     here.exports.clear();
@@ -42,6 +63,36 @@ fn lock(here: &mut Instance, on: &Located, at: &Located) -> Vec<String> {
     here.colliders.clear();
     here.contact = None;
     here.self_collision = None;
+}
+
+/// Prescribes the hinges of all bodies, at rest. Where they stand is their `initial`, or, in a phase, where they are.
+fn hold(here: &mut Instance) {
+    strip(here);
+    for body in here.bodies.values_mut() {
+        let locked = |h: &Located| matches!(&h.value, Value::Variant(kind, _) if kind == "Locked");
+        if body.fields.get("hinge").is_none_or(locked) {
+            continue;
+        }
+        if let Value::Map(entries) = &mut body.fields.value {
+            entries.retain(|(field, _)| !DRIVE.contains(&field.as_str()));
+            for (_, initial) in entries.iter_mut().filter(|(field, _)| field == "initial") {
+                if let Value::Map(words) = &mut initial.value {
+                    words.retain(|(word, _)| !RATES.contains(&word.as_str()));
+                }
+            }
+        }
+        set(&mut body.fields, &["prescribed".to_string()], &Value::Bool(true).into());
+    }
+    for node in here.parts.values_mut() {
+        if let Node::Assembly(inner) = node {
+            hold(inner);
+        }
+    }
+}
+
+/// Locks all bodies; names of those that hung on the world.
+fn lock(here: &mut Instance, on: &Located, at: &Located) -> Vec<String> {
+    strip(here);
     let mut roots = Vec::new();
     for (name, body) in &mut here.bodies {
         if let Value::Map(entries) = &mut body.fields.value {

@@ -27,7 +27,8 @@ pub struct Carried {
 /// coordinates to the bit; one on another hinge keeps its pose and motion, and what the new hinge does
 /// not permit goes in an inelastic impact; one that is new gets the state given with `new`. Prescribed
 /// coordinates of another hinge take their place from where the body is and their rates from `start`: a
-/// prescribed free hinge that starts at rest grasps a body wherever it is.
+/// prescribed free hinge that starts at rest grasps a body wherever it is. So do those of the same hinge that
+/// were free before: what is held at rest stands still to the bit.
 ///
 /// # Errors
 /// [`TopologyError::Length`] and [`TopologyError::NotFinite`] of a state;
@@ -61,6 +62,17 @@ pub fn carry(
         if same_hinge((old, from), (new, id)) {
             q[body.q()].copy_from_slice(&state.0[was.q()]);
             v[body.v()].copy_from_slice(&state.1[was.v()]);
+            let mut held = false;
+            for (s, was) in body.subhinges().iter().zip(was.subhinges()) {
+                let prescribed = |c: Coordinate| c == Coordinate::Prescribed;
+                if prescribed(s.subhinge.coordinate) && !prescribed(was.subhinge.coordinate) {
+                    v[s.v.clone()].copy_from_slice(&start.1[s.v.clone()]);
+                    held = true;
+                }
+            }
+            if held {
+                changed.push(body.name().to_owned());
+            }
             continue;
         }
         changed.push(body.name().to_owned());

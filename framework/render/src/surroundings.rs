@@ -1,5 +1,5 @@
-//! What cameras and lidars see: the ground, and the bodies where they are.
-use linkwork_render::{HeightMap, Light, Look, RenderError, Scene, shape_of};
+//! What cameras, lidars and solar panels of a simulation see: the ground, and the bodies where they are.
+use crate::{HeightMap, Light, Look, RenderError, Scene, shape_of};
 use linkwork_runtime::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -11,8 +11,10 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    /// Of the ground, if there is one, and the bodies, in their order. Faults are at the parameters `terrain`, `albedo` (of the ground)
-    /// and `sees`.
+    /// Of the ground, if there is one, and the bodies, in their order.
+    ///
+    /// # Errors
+    /// What cannot be seen, at the parameters `terrain`, `albedo` (of the ground) and `sees`.
     pub fn new(
         terrain: Option<&Handle<dyn Terrain>>,
         ground: Look,
@@ -35,11 +37,12 @@ impl Surroundings {
     }
 
     /// The ports that bring where the bodies are.
+    #[must_use]
     pub fn ports(&self) -> Vec<PortSpec> {
         self.sees.ports()
     }
 
-    /// The scene with the bodies where the lanes of those ports say; `None` for what is no pose.
+    /// The scene with the bodies where the lanes of those ports say; `None` for what is no pose. It is locked while it is looked at.
     pub fn now(&self, bodies: &[f64]) -> Option<MutexGuard<'_, Scene>> {
         let mut scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
         scene.move_all(self.sees.poses(bodies)).ok()?;

@@ -1,0 +1,179 @@
+//! `power.heater`: an electrical heater with a thermostat.
+//! ```text
+//! on where T falls through `on_below`, off where T rises through `on_below` + `band`, between them as it was
+//! P = power while it is on, enabled and supplied, else 0
+//! ```
+//! Switching is an event, located on the dense output of the integrator. A run that starts outside the two thresholds
+//! needs no event: too cold it heats, too warm it does not. The thermostat goes on to switch while the heater is disabled
+//! or has no supply; heat is given again as soon as it may be.
+
+use linkwork_runtime::prelude::*;
+
+/// Power and thresholds.
+#[derive(Params, Clone, Debug)]
+pub struct HeaterParams {
+    /// Power while it heats.
+    #[param(unit = "W", range = 0.0..)]
+    pub power: f64,
+    /// It switches on where the temperature falls through this.
+    #[param(unit = "K", range = 0.0..)]
+    pub on_below: f64,
+    /// It switches off where the temperature has risen by this above `on_below`.
+    #[param(unit = "K", default = 5.0, range = 1e-3..)]
+    pub band: f64,
+    /// On at the start, when the temperature is between the two.
+    #[param(default = false)]
+    pub start: bool,
+}
+
+/// Temperature and switches.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct HeaterIn {
+    /// Temperature of the thermostat.
+    #[port("K")]
+    pub temperature: f64,
+    /// It may heat: a command.
+    #[port("1", default = true)]
+    pub enable: bool,
+    /// The bus supplies it: `supplies` of a battery.
+    #[port("1", default = true)]
+    pub supplied: bool,
+}
+
+/// Heat and load.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct HeaterOut {
+    /// Heat given: for a node's `heat`.
+    #[port("W")]
+    pub heat: f64,
+    /// Electrical power taken, the same number: for the `power` of a battery.
+    #[port("W")]
+    pub power: f64,
+    /// It heats.
+    #[port("1")]
+    pub on: bool,
+}
+
+/// The thermostat.
+#[derive(State, Clone, Copy, Debug, PartialEq)]
+pub struct Thermostat {
+    /// The contact is closed.
+    #[port("1")]
+    pub closed: bool,
+    /// A threshold has been crossed since the start.
+    #[port("1")]
+    pub crossed: bool,
+    /// Times that a threshold has been crossed.
+    #[port("1")]
+    pub switchings: f64,
+}
+
+/// The thresholds.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThermostatGuards {
+    /// Temperature over the lower threshold.
+    #[port("K")]
+    pub above_on: f64,
+    /// Temperature over the upper threshold.
+    #[port("K")]
+    pub above_off: f64,
+}
+
+/// A heater.
+pub struct Heater {
+    p: HeaterParams,
+}
+
+/// Electrical heater with a thermostat: two thresholds, whose crossings are events.
+#[model("power.heater")]
+impl Model for Heater {
+    type Params = HeaterParams;
+    type Ud = HeaterIn;
+    type Yd = HeaterOut;
+    type D = Thermostat;
+    type G = ThermostatGuards;
+    fn init_d(&self) -> Thermostat {
+        Thermostat { closed: self.p.start, crossed: false, switchings: 0.0 }
+    }
+    fn direct(&self, _: &Clock, _: &(), d: &Thermostat, u: &HeaterIn) -> HeaterOut {
+        let p = &self.p;
+        let closed = if d.crossed || (0.0..=p.band).contains(&(u.temperature - p.on_below)) {
+            d.closed
+        } else {
+            u.temperature < p.on_below
+        };
+        let on = closed && u.enable && u.supplied;
+        let power = if on { p.power } else { 0.0 };
+        HeaterOut { heat: power, power, on }
+    }
+    fn guards(&self, _: &Clock, _: &(), _: &Thermostat, _: &(), u: &HeaterIn) -> ThermostatGuards {
+        ThermostatGuards {
+            above_on: u.temperature - self.p.on_below,
+            above_off: u.temperature - self.p.on_below - self.p.band,
+        }
+    }
+    /// A crossing of the lower threshold leaves the contact closed whichever way it goes: what comes from below has been
+    /// heated so far. A crossing of the upper one leaves it open.
+    fn fired(&self, _: &Clock, which: usize, _: &(), d: &Thermostat) -> ((), Thermostat) {
+        let closed = which == 0;
+        let switchings = d.switchings + f64::from(u8::from(closed != d.closed));
+        ((), Thermostat { closed, crossed: true, switchings })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heater(start: bool) -> Heater {
+        Heater { p: HeaterParams { power: 12.0, on_below: 253.0, band: 5.0, start } }
+    }
+
+    fn on(h: &Heater, d: &Thermostat, temperature: f64) -> bool {
+        let u = HeaterIn { temperature, enable: true, supplied: true };
+        let y = h.direct(&Clock::at(0.0, 1.0, 0), &(), d, &u, &());
+        assert_eq!((y.heat, y.power), (if y.on { 12.0 } else { 0.0 }, y.heat));
+        y.on
+    }
+
+    fn fire(h: &Heater, d: &Thermostat, which: usize) -> Thermostat {
+        let u = HeaterIn { temperature: 0.0, enable: true, supplied: true };
+        h.fired(&Clock::at(0.0, 1.0, 0), which, &(), d, &(), &u, &mut ()).1
+    }
+
+    #[test]
+    fn a_start_outside_the_thresholds_needs_no_event() {
+        for start in [false, true] {
+            let h = heater(start);
+            let d = h.init_d();
+            assert!(on(&h, &d, 200.0) && !on(&h, &d, 300.0));
+            assert_eq!(on(&h, &d, 255.0), start);
+        }
+        // Heated from below through the lower threshold it goes on to the upper one.
+        let h = heater(false);
+        let d = fire(&h, &h.init_d(), 0);
+        assert!(d.closed && on(&h, &d, 255.0));
+        let d = fire(&h, &d, 1);
+        assert!(!d.closed && !on(&h, &d, 255.0) && d.switchings == 2.0, "{d:?}");
+        // A crossing that changes nothing is no switching.
+        assert_eq!(fire(&h, &d, 1), d);
+    }
+
+    #[test]
+    fn guards_stand_at_the_thresholds() {
+        let h = heater(false);
+        let u = |temperature| HeaterIn { temperature, enable: true, supplied: true };
+        let g = h.guards(&Clock::at(0.0, 1.0, 0), &(), &h.init_d(), &(), &u(254.5), &());
+        assert_eq!((g.above_on, g.above_off), (1.5, -3.5));
+    }
+
+    #[test]
+    fn it_heats_only_enabled_and_supplied() {
+        let h = heater(true);
+        for (enable, supplied) in [(true, false), (false, true)] {
+            let u = HeaterIn { temperature: 200.0, enable, supplied };
+            let y = h.direct(&Clock::at(0.0, 1.0, 0), &(), &h.init_d(), &u, &());
+            assert!(!y.on && y.power == 0.0 && y.heat == 0.0);
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! `power.load`: an electrical load that is off, on standby or on, and browns out where its voltage is too low.
+//! ```text
+//! P₀ = level · power_on, or power_standby, or 0
+//! power      i = P₀/V                a regulated converter: less voltage, more current
+//! current    i = P₀/V_rated
+//! resistance i = P₀ V/V_rated²       a heater, a lamp
+//! P = V i,  Q = P · heat_share
+//! ```
+//! Where V falls through `volts_min` the load browns out: it takes nothing until V rises through `volts_min` + `margin`,
+//! then goes on as it is commanded. Both are events. A run that starts below `volts_min` starts browned out.
+
+use linkwork_runtime::prelude::*;
+
+/// How the current follows the voltage.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Law {
+    /// The same power at any voltage.
+    Power,
+    /// The same current at any voltage.
+    Current,
+    /// Current in proportion to the voltage.
+    Resistance,
+}
+
+/// Power in each state, and voltages.
+#[derive(Params, Clone, Debug)]
+pub struct LoadParams {
+    /// Power when it is on.
+    #[param(unit = "W", range = 0.0..)]
+    pub power_on: f64,
+    /// Power on standby.
+    #[param(unit = "W", default = 0.0, range = 0.0..)]
+    pub power_standby: f64,
+    /// How the current follows the voltage.
+    #[param(default = Law::Power)]
+    pub law: Law,
+    /// Voltage at which it takes these powers; `law: power` takes them at any.
+    #[param(unit = "V", default = 28.0, range = 0.1..)]
+    pub volts_rated: f64,
+    /// Voltage below which it browns out.
+    #[param(unit = "V", default = 22.0, range = 0.1..)]
+    pub volts_min: f64,
+    /// How far the voltage must rise above `volts_min` before it starts again.
+    #[param(unit = "V", default = 1.0, range = 1e-3..)]
+    pub margin: f64,
+    /// Share of the power that becomes heat in the load; a radio sends the rest away.
+    #[param(default = 1.0, range = 0.0..=1.0)]
+    pub heat_share: f64,
+}
+
+/// Commands and voltage.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct LoadIn {
+    /// Voltage of the bus.
+    #[port("V")]
+    pub volts: f64,
+    /// It is to be on; goes before `standby`.
+    #[port("1", default = false)]
+    pub on: bool,
+    /// It is to be on standby.
+    #[port("1", default = false)]
+    pub standby: bool,
+    /// Share of `power_on` that it takes when it is on: below 0 counts as 0, above 1 as 1.
+    #[port("1", default = 1.0)]
+    pub level: f64,
+}
+
+/// What it takes, and how it is.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct LoadOut {
+    /// Current taken: for the `load` of a battery.
+    #[port("A")]
+    pub current: f64,
+    /// Power taken.
+    #[port("W")]
+    pub power: f64,
+    /// Heat in the load: for the `heat` of a thermal node.
+    #[port("W")]
+    pub heat: f64,
+    /// It is on and has its voltage.
+    #[port("1")]
+    pub running: bool,
+    /// It has browned out.
+    #[port("1")]
+    pub browned_out: bool,
+}
+
+/// Brown-outs.
+#[derive(State, Clone, Copy, Debug, PartialEq)]
+pub struct BrownOut {
+    /// It has browned out.
+    #[port("1")]
+    pub out: bool,
+    /// A threshold has been crossed since the start.
+    #[port("1")]
+    pub crossed: bool,
+    /// Brown-outs so far.
+    #[port("1")]
+    pub count: f64,
+}
+
+/// The two voltages.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct LoadGuards {
+    /// Voltage over the least one.
+    #[port("V")]
+    pub above_min: f64,
+    /// Voltage over that of the restart.
+    #[port("V", rising)]
+    pub above_restart: f64,
+}
+
+/// A load.
+pub struct Load {
+    p: LoadParams,
+}
+
+/// Electrical load: off, standby, on or a level of it; current by its law; brown-out below a voltage, an event.
+#[model("power.load")]
+impl Model for Load {
+    type Params = LoadParams;
+    type Ud = LoadIn;
+    type Yd = LoadOut;
+    type D = BrownOut;
+    type G = LoadGuards;
+    fn direct(&self, _: &Clock, _: &(), d: &BrownOut, u: &LoadIn) -> LoadOut {
+        let p = &self.p;
+        let browned_out = d.out || (!d.crossed && u.volts < p.volts_min);
+        let wanted = match (u.on, u.standby) {
+            (true, _) => p.power_on * u.level.clamp(0.0, 1.0),
+            (false, true) => p.power_standby,
+            (false, false) => 0.0,
+        };
+        let current = match p.law {
+            _ if browned_out => 0.0,
+            // At the event the voltage may be that of what has just been cut off.
+            Law::Power => wanted / u.volts.max(p.volts_min),
+            Law::Current => wanted / p.volts_rated,
+            Law::Resistance => wanted * u.volts / (p.volts_rated * p.volts_rated),
+        };
+        let power = current * u.volts;
+        LoadOut {
+            current,
+            power,
+            heat: power * p.heat_share,
+            running: u.on && !browned_out,
+            browned_out,
+        }
+    }
+    fn guards(&self, _: &Clock, _: &(), _: &BrownOut, _: &(), u: &LoadIn) -> LoadGuards {
+        LoadGuards {
+            above_min: u.volts - self.p.volts_min,
+            above_restart: u.volts - self.p.volts_min - self.p.margin,
+        }
+    }
+    /// A crossing of the least voltage leaves it browned out whichever way it goes: what comes from below was out so far.
+    fn fired(&self, _: &Clock, which: usize, _: &(), d: &BrownOut) -> ((), BrownOut) {
+        let out = which == 0;
+        let count = d.count + f64::from(u8::from(out && !d.out));
+        ((), BrownOut { out, crossed: true, count })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(law: Law) -> Load {
+        let p = LoadParams {
+            power_on: 56.0,
+            power_standby: 7.0,
+            law,
+            volts_rated: 28.0,
+            volts_min: 21.0,
+            margin: 3.0,
+            heat_share: 0.75,
+        };
+        Load { p }
+    }
+
+    const FINE: BrownOut = BrownOut { out: false, crossed: true, count: 0.0 };
+
+    fn at(l: &Load, d: &BrownOut, u: LoadIn) -> LoadOut {
+        l.direct(&Clock::at(0.0, 1.0, 0), &(), d, &u, &())
+    }
+
+    fn on(volts: f64) -> LoadIn {
+        LoadIn { volts, on: true, standby: false, level: 1.0 }
+    }
+
+    #[test]
+    fn each_law_takes_the_rated_power_at_the_rated_voltage() {
+        for (law, share) in [(Law::Power, 1.0), (Law::Current, 0.875), (Law::Resistance, 0.765625)]
+        {
+            let l = load(law);
+            let y = at(&l, &FINE, on(28.0));
+            assert!((y.power - 56.0).abs() < 1e-12 && (y.current - 2.0).abs() < 1e-12, "{y:?}");
+            // At 24.5 V, 7/8 of the rated voltage.
+            let y = at(&l, &FINE, on(24.5));
+            assert!((y.power - 56.0 * share).abs() < 1e-12, "{law:?} {y:?}");
+            assert!((y.power - 24.5 * y.current).abs() < 1e-12 && y.heat == 0.75 * y.power);
+        }
+    }
+
+    #[test]
+    fn it_is_off_on_standby_on_or_at_a_level() {
+        let l = load(Law::Power);
+        let power = |on: bool, standby: bool, level: f64| {
+            let y = at(&l, &FINE, LoadIn { volts: 28.0, on, standby, level });
+            assert_eq!(y.running, on);
+            y.power
+        };
+        assert_eq!(power(false, false, 1.0), 0.0);
+        assert_eq!((power(false, true, 0.5), power(true, true, 1.0)), (7.0, 56.0));
+        assert_eq!((power(true, false, 0.25), power(true, false, 3.0)), (14.0, 56.0));
+        assert_eq!(power(true, false, -1.0), 0.0);
+    }
+
+    #[test]
+    fn it_browns_out_and_starts_again_with_room_between() {
+        let l = load(Law::Power);
+        let fire = |d: &BrownOut, which| {
+            l.fired(&Clock::at(0.0, 1.0, 0), which, &(), d, &(), &on(21.0), &mut ()).1
+        };
+        let out = fire(&FINE, 0);
+        assert!(out.out && out.count == 1.0);
+        let y = at(&l, &out, on(23.0));
+        assert!(y.browned_out && !y.running && y.current == 0.0 && y.heat == 0.0);
+        // Falling again before it has started is no second one.
+        assert_eq!(fire(&out, 0), out);
+        let again = fire(&out, 1);
+        assert!(at(&l, &again, on(24.0)).running && again.count == 1.0);
+        // A start below the least voltage is out without an event, and stays so up to the voltage of the restart.
+        let start = BrownOut { out: false, crossed: false, count: 0.0 };
+        assert!(at(&l, &start, on(20.0)).browned_out && !at(&l, &start, on(22.0)).browned_out);
+        assert!(at(&l, &fire(&start, 0), on(22.0)).browned_out);
+        let g = l.guards(&Clock::at(0.0, 1.0, 0), &(), &FINE, &(), &on(22.0), &());
+        assert_eq!((g.above_min, g.above_restart), (1.0, -2.0));
+    }
+}

@@ -1,0 +1,111 @@
+//! `power.rtg`: a radioisotope thermoelectric generator.
+//! ```text
+//! P_thermal = P₀ 2^(−(age + t)/T½)           P_el = η e^(−k (age + t)) P_thermal          Q = P_thermal − P_el
+//! ```
+//! Fuel decays with the half-life of its isotope, and thermocouples wear: η is their efficiency when they were new and k
+//! the rate at which it falls. The efficiency is taken to be that of the hot and cold ends at work; it does not follow the
+//! temperature of the fins.
+
+use linkwork_runtime::prelude::*;
+
+/// Half-life of plutonium-238: 87.7 years of 365.25 days, s.
+pub const PU238_HALF_LIFE: f64 = 87.7 * 365.25 * 86_400.0;
+
+/// Fuel and thermocouples.
+#[derive(Params, Clone, Debug)]
+pub struct RtgParams {
+    /// Thermal power of the fuel when it was new.
+    #[param(unit = "W", range = 0.0..)]
+    pub thermal_power: f64,
+    /// Time since then at the start.
+    #[param(unit = "s", default = 0.0, range = 0.0..)]
+    pub age: f64,
+    /// Half-life of the fuel; unwritten: that of plutonium-238, 87.7 years.
+    #[param(unit = "s", default = PU238_HALF_LIFE, range = 1.0..)]
+    pub half_life: f64,
+    /// Share of the thermal power that becomes electricity when the thermocouples are new.
+    #[param(default = 0.055, range = 0.0..=1.0)]
+    pub efficiency: f64,
+    /// Rate k at which the efficiency falls.
+    #[param(unit = "1/s", default = 0.0, range = 0.0..)]
+    pub wear: f64,
+}
+
+/// Power and heat.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct RtgOut {
+    /// Thermal power of the fuel.
+    #[port("W")]
+    pub thermal: f64,
+    /// Electrical power.
+    #[port("W")]
+    pub power: f64,
+    /// The same as a load of the battery (negative).
+    #[port("W")]
+    pub load: f64,
+    /// What is left as heat: for the `heat` of a thermal node.
+    #[port("W")]
+    pub heat: f64,
+}
+
+/// A radioisotope generator.
+pub struct Rtg {
+    p: RtgParams,
+}
+
+/// Radioisotope generator: fuel that decays with its half-life, thermocouples that wear, waste heat.
+#[model("power.rtg")]
+impl Model for Rtg {
+    type Params = RtgParams;
+    type Ym = RtgOut;
+    fn moore(&self, c: &Clock, _: &(), _: &()) -> RtgOut {
+        let p = &self.p;
+        let age = p.age + c.t;
+        let thermal = p.thermal_power * (-age / p.half_life).exp2();
+        let power = p.efficiency * (-p.wear * age).exp() * thermal;
+        RtgOut { thermal, power, load: -power, heat: thermal - power }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const YEAR: f64 = 365.25 * 86_400.0;
+
+    fn at(p: &RtgParams, t: f64) -> RtgOut {
+        Rtg { p: p.clone() }.moore(&Clock::at(t, 1.0, 0), &(), &(), &())
+    }
+
+    fn params() -> RtgParams {
+        RtgParams {
+            thermal_power: 2000.0,
+            age: 0.0,
+            half_life: PU238_HALF_LIFE,
+            efficiency: 0.055,
+            wear: 0.0,
+        }
+    }
+
+    #[test]
+    fn half_is_left_after_the_half_life_and_age_counts_as_time() {
+        let p = params();
+        let y = at(&p, 87.7 * YEAR);
+        assert!((y.thermal - 1000.0).abs() < 1e-9 && (y.power - 55.0).abs() < 1e-10, "{y:?}");
+        let old = RtgParams { age: 14.0 * YEAR, ..p.clone() };
+        assert_eq!(at(&old, 3.0 * YEAR).thermal, at(&p, 17.0 * YEAR).thermal);
+        // 0.787 % of plutonium-238 decays in a year.
+        assert!((1.0 - at(&p, YEAR).thermal / 2000.0 - 0.00787).abs() < 5e-6);
+    }
+
+    #[test]
+    fn what_is_not_electricity_is_heat() {
+        let p = RtgParams { wear: 0.035 / YEAR, age: 2.0 * YEAR, ..params() };
+        for t in [0.0, 0.3 * YEAR, 20.0 * YEAR] {
+            let y = at(&p, t);
+            assert_eq!((y.heat, y.load), (y.thermal - y.power, -y.power));
+            let worn = 0.055 * f64::exp(-0.035 * (2.0 + t / YEAR));
+            assert!((y.power / y.thermal / worn - 1.0).abs() < 1e-12, "{y:?}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! `power.thermal_link`: heat between two nodes, by conduction and by radiation from surface to surface.
+//! ```text
+//! Q = G (T_a − T_b) + E σ (T_a⁴ − T_b⁴)           from a to b
+//! ```
+//! The same number leaves the one and comes to the other, so a network of links makes and loses no heat.
+
+use crate::thermal_node::radiation;
+use linkwork_runtime::prelude::*;
+
+/// How well heat passes.
+#[derive(Params, Clone, Debug)]
+pub struct ThermalLinkParams {
+    /// Conductance: of a bar k A/L, of parts in series 1/(1/G₁ + 1/G₂).
+    #[param(unit = "W/K", default = 0.0, range = 0.0..)]
+    pub conductance: f64,
+    /// Area of radiative exchange: area × view factor × effective emissivity.
+    #[param(unit = "m^2", default = 0.0, range = 0.0..)]
+    pub exchange_area: f64,
+}
+
+/// The two temperatures.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThermalLinkIn {
+    /// Temperature at end a.
+    #[port("K")]
+    pub a: f64,
+    /// Temperature at end b.
+    #[port("K")]
+    pub b: f64,
+}
+
+/// Heat at both ends.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThermalLinkOut {
+    /// Heat that comes to a: for its node's `heat`.
+    #[port("W")]
+    pub to_a: f64,
+    /// Heat that comes to b: the negative of `to_a`.
+    #[port("W")]
+    pub to_b: f64,
+}
+
+/// A thermal link.
+pub struct ThermalLink {
+    p: ThermalLinkParams,
+}
+
+/// A way for heat between two nodes: conductance, radiation from surface to surface.
+#[model("power.thermal_link")]
+impl Model for ThermalLink {
+    type Params = ThermalLinkParams;
+    type Ud = ThermalLinkIn;
+    type Yd = ThermalLinkOut;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &ThermalLinkIn) -> ThermalLinkOut {
+        let p = &self.p;
+        let to_b = p.conductance * (u.a - u.b) + p.exchange_area * radiation(u.a, u.b);
+        ThermalLinkOut { to_a: -to_b, to_b }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::thermal_node::STEFAN_BOLTZMANN;
+
+    fn link(conductance: f64, exchange_area: f64) -> ThermalLink {
+        ThermalLink { p: ThermalLinkParams { conductance, exchange_area } }
+    }
+
+    fn heat(l: &ThermalLink, a: f64, b: f64) -> ThermalLinkOut {
+        l.direct(&Clock::at(0.0, 1.0, 0), &(), &(), &ThermalLinkIn { a, b }, &())
+    }
+
+    #[test]
+    fn heat_goes_from_warm_to_cold_and_none_is_lost_on_the_way() {
+        let l = link(0.7, 0.3);
+        let y = heat(&l, 310.0, 250.0);
+        let wanted = 0.7 * 60.0 + 0.3 * STEFAN_BOLTZMANN * (310f64.powi(4) - 250f64.powi(4));
+        assert!((y.to_b - wanted).abs() < 1e-12 * wanted, "{y:?}");
+        assert_eq!(y.to_a + y.to_b, 0.0);
+        let back = heat(&l, 250.0, 310.0);
+        assert_eq!((back.to_a, back.to_b), (y.to_b, y.to_a));
+        assert_eq!(heat(&l, 288.0, 288.0).to_b, 0.0);
+    }
+
+    #[test]
+    fn radiation_between_nearly_equal_temperatures_is_four_sigma_t_cubed() {
+        // The difference of fourth powers has lost half its digits here: 4 σ T³ ΔT to nine digits.
+        let dt = 1e-7;
+        let y = heat(&link(0.0, 1.0), 300.0 + dt, 300.0);
+        let wanted = 4.0 * STEFAN_BOLTZMANN * 300f64.powi(3) * ((300.0 + dt) - 300.0);
+        assert!((y.to_b / wanted - 1.0).abs() < 1e-9, "{} {wanted}", y.to_b);
+    }
+}

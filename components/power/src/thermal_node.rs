@@ -1,0 +1,215 @@
+//! `power.thermal_node`: a lump of one temperature that takes up heat, radiates to the sky and gives heat to the air.
+//! ```text
+//! C Ṫ = Q + α A G − ε A σ (T⁴ − T_sky⁴) − h A (T − T_air)
+//! ```
+//! Q: heat from inside and through links (`power.thermal_link`), G: light on the outer surface A. A node holds as long as
+//! its body is warm through and through, which is for a Biot number h L/k well below one.
+
+use linkwork_runtime::prelude::*;
+
+/// Stefan–Boltzmann constant, W/(m² K⁴): exact from the constants that define the SI.
+pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
+
+/// Heat capacity and outer surface.
+#[derive(Params, Clone, Debug)]
+pub struct ThermalNodeParams {
+    /// Heat capacity.
+    #[param(unit = "J/K", range = 1e-9..)]
+    pub capacity: f64,
+    /// Temperature at the start.
+    #[param(unit = "K", range = 1.0..)]
+    pub temperature: f64,
+    /// Outer surface, which radiates, sees the light and meets the air; 0: heat goes through links only.
+    #[param(unit = "m^2", default = 0.0, range = 0.0..)]
+    pub area: f64,
+    /// Emissivity of the surface in the infrared.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub emissivity: f64,
+    /// Share of the light that the surface takes up.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub absorptivity: f64,
+    /// Coefficient of convection to the air.
+    #[param(unit = "W/(m^2 K)", default = 0.0, range = 0.0..)]
+    pub convection: f64,
+}
+
+/// Heat.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThermalNodeIn {
+    /// Heat from inside and through links; negative takes heat away.
+    #[port("W", sum)]
+    pub heat: f64,
+}
+
+/// What is around.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThermalNodeAround {
+    /// Temperature of the sky, as a black body would show it.
+    #[port("K", default = 2.7)]
+    pub sky: f64,
+    /// Temperature of the air.
+    #[port("K", default = 293.15)]
+    pub air: f64,
+    /// Light on the surface, such as `irradiance` of a solar panel.
+    #[port("W/m^2", default = 0.0)]
+    pub light: f64,
+}
+
+/// Temperature.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThermalNodeOut {
+    /// Temperature.
+    #[port("K")]
+    pub temperature: f64,
+}
+
+/// Where the heat goes.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThermalNodeFlows {
+    /// Heat radiated to the sky, less what the sky radiates back.
+    #[port("W")]
+    pub radiated: f64,
+    /// Heat given to the air.
+    #[port("W")]
+    pub convected: f64,
+    /// Light taken up.
+    #[port("W")]
+    pub absorbed: f64,
+}
+
+/// Temperature.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Warmth {
+    /// Temperature.
+    #[port("K")]
+    pub temperature: f64,
+}
+
+/// A lump of one temperature.
+pub struct ThermalNode {
+    p: ThermalNodeParams,
+}
+
+/// A lump of one temperature: heat capacity, heat from inside and through links, radiation, convection, light.
+#[model("power.thermal_node")]
+impl Model for ThermalNode {
+    type Params = ThermalNodeParams;
+    type U = ThermalNodeIn;
+    type Ud = ThermalNodeAround;
+    type Ym = ThermalNodeOut;
+    type Yd = ThermalNodeFlows;
+    type X = Warmth;
+    fn init_x(&self) -> Warmth {
+        Warmth { temperature: self.p.temperature }
+    }
+    fn moore(&self, _: &Clock, x: &Warmth) -> ThermalNodeOut {
+        ThermalNodeOut { temperature: x.temperature }
+    }
+    fn direct(&self, _: &Clock, x: &Warmth, _: &(), u: &ThermalNodeAround) -> ThermalNodeFlows {
+        let p = &self.p;
+        let t = x.temperature;
+        ThermalNodeFlows {
+            radiated: p.emissivity * p.area * radiation(t, u.sky),
+            convected: p.convection * p.area * (t - u.air),
+            absorbed: p.absorptivity * p.area * u.light,
+        }
+    }
+    fn deriv(
+        &self,
+        _: &Clock,
+        _: &Warmth,
+        _: &(),
+        u: &ThermalNodeIn,
+        _: &ThermalNodeAround,
+        _: &(),
+        y: &ThermalNodeFlows,
+    ) -> Warmth {
+        let heat = u.heat + y.absorbed - y.radiated - y.convected;
+        Warmth { temperature: heat / self.p.capacity }
+    }
+    fn remarks(&self, _: &Clock) -> Vec<BuildError> {
+        let p = &self.p;
+        let acts = p.emissivity > 0.0 || p.absorptivity > 0.0 || p.convection > 0.0;
+        let (fact, help) = match p.area > 0.0 {
+            false if acts => (
+                "a node without outer surface neither radiates nor meets light or air",
+                "write `area`, or leave `emissivity`, `absorptivity` and `convection` out",
+            ),
+            true if !acts => (
+                "a surface that neither radiates nor meets light or air does nothing",
+                "write `emissivity`, `absorptivity` or `convection`, or leave `area` out",
+            ),
+            _ => return Vec::new(),
+        };
+        vec![BuildError::new(fact).help(help).at("area")]
+    }
+}
+
+/// Net heat (W) that 1 m² of a black body at `t` radiates to another at `other` (K).
+pub(crate) fn radiation(t: f64, other: f64) -> f64 {
+    // (T⁴ − S⁴) by its factors: nothing cancels where both are nearly equal.
+    STEFAN_BOLTZMANN * (t - other) * (t + other) * (t * t + other * other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn params() -> ThermalNodeParams {
+        ThermalNodeParams {
+            capacity: 2e4,
+            temperature: 290.0,
+            area: 0.7,
+            emissivity: 0.8,
+            absorptivity: 0.4,
+            convection: 1.3,
+        }
+    }
+
+    fn rate(p: &ThermalNodeParams, t: f64, heat: f64, around: ThermalNodeAround) -> f64 {
+        let node = ThermalNode { p: p.clone() };
+        let (clock, x) = (Clock::at(0.0, 1.0, 0), Warmth { temperature: t });
+        let y = node.direct(&clock, &x, &(), &around, &());
+        node.deriv(&clock, &x, &(), &ThermalNodeIn { heat }, &around, &(), &y).temperature
+    }
+
+    #[test]
+    fn it_rests_at_the_temperature_whose_radiation_carries_its_heat_away() {
+        let p = ThermalNodeParams { convection: 0.0, ..params() };
+        let u = ThermalNodeAround { sky: 160.0, air: 0.0, light: 300.0 };
+        let taken = 150.0 + 0.4 * 0.7 * 300.0;
+        let rest = (taken / (0.8 * 0.7 * STEFAN_BOLTZMANN) + 160f64.powi(4)).powf(0.25);
+        assert!(rate(&p, rest, 150.0, u).abs() < 1e-12, "{rest} K");
+        // Beside it, back to it at the rate C/(4 ε A σ T³).
+        let lag = 2e4 / (4.0 * 0.8 * 0.7 * STEFAN_BOLTZMANN * rest.powi(3));
+        let slope = (rate(&p, rest + 1e-3, 150.0, u) - rate(&p, rest - 1e-3, 150.0, u)) / 2e-3;
+        assert!((slope * lag + 1.0).abs() < 1e-7, "{}", slope * lag);
+    }
+
+    #[test]
+    fn air_alone_pulls_it_over_with_one_time_constant() {
+        let p = ThermalNodeParams { emissivity: 0.0, absorptivity: 0.0, ..params() };
+        let u = ThermalNodeAround { sky: 2.7, air: 220.0, light: 500.0 };
+        // C Ṫ = −h A (T − T_air)
+        assert!((rate(&p, 290.0, 0.0, u) + 1.3 * 0.7 * 70.0 / 2e4).abs() < 1e-15);
+        assert_eq!(rate(&p, 220.0, 0.0, u), 0.0);
+    }
+
+    #[test]
+    fn a_surface_without_a_use_and_a_use_without_a_surface_are_told() {
+        let told = |p: ThermalNodeParams| {
+            let clock = Clock::at(0.0, 1.0, 0);
+            let u = ThermalNodeAround { sky: 2.7, air: 220.0, light: 0.0 };
+            let node = ThermalNode { p };
+            node.remarks(&clock, &node.init_x(), &(), &ThermalNodeIn { heat: 0.0 }, &u, &())
+        };
+        assert!(told(params()).is_empty());
+        let bare =
+            ThermalNodeParams { emissivity: 0.0, absorptivity: 0.0, convection: 0.0, ..params() };
+        assert!(told(ThermalNodeParams { area: 0.0, ..bare.clone() }).is_empty());
+        for p in [ThermalNodeParams { area: 0.0, ..params() }, bare] {
+            let all = told(p);
+            assert!(all.len() == 1 && all[0].param.as_deref() == Some("area"), "{all:?}");
+        }
+    }
+}

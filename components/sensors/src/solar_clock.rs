@@ -1,0 +1,146 @@
+//! `sensors.solar_clock`: where the sun stands over a site, as elevation, azimuth and local true solar time.
+//! ```text
+//! sin e = s_z                          A = atan2(s_x, s_y), from north over east           s: towards the sun, W
+//! H = atan2(−s_x, cos φ s_z − sin φ s_y)             hour angle at the latitude φ: 0 at noon, rising
+//! local time = 12 h + H · 24 h/2π
+//! ```
+//! W has x east, y north, z up. An hour of local time is a twenty-fourth of a solar day: on Mars 3699 s. It is a true value
+//! without noise, for plans and plots. At a pole, and where the sun does not move, there is no local time: H is what the
+//! formula gives.
+
+use linkwork_runtime::prelude::*;
+use std::f64::consts::{PI, TAU};
+
+/// Place and sun.
+#[derive(Params, Clone, Debug)]
+pub struct SolarClockParams {
+    /// Latitude of the site.
+    #[param(unit = "rad", range = -1.5707963267948966..=1.5707963267948966)]
+    pub latitude: f64,
+    /// The sun.
+    #[param(service)]
+    pub sun: Handle<dyn Sun>,
+}
+
+/// The sun over the site.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct SolarClockOut {
+    /// Elevation of the sun over the horizontal.
+    #[port("rad")]
+    pub elevation: f64,
+    /// Azimuth of the sun, from north over east, −π to π.
+    #[port("rad")]
+    pub azimuth: f64,
+    /// Local true solar time since midnight in hours of a twenty-fourth of a solar day, each counted as 3600 s: 0 to 86400 s.
+    #[port("s")]
+    pub local_time: f64,
+    /// The sun is over the horizontal.
+    #[port("1")]
+    pub day: bool,
+}
+
+/// A solar clock.
+pub struct SolarClock {
+    p: SolarClockParams,
+}
+
+/// Elevation, azimuth and local true solar time of the sun over a site.
+#[model("sensors.solar_clock")]
+impl Model for SolarClock {
+    type Params = SolarClockParams;
+    type Ym = SolarClockOut;
+    fn build(p: SolarClockParams) -> Result<Self, BuildError> {
+        if p.sun.axes() == Axes::Inertial {
+            let fact =
+                format!("`{}` gives the sun in inertial axes, which have no horizon", p.sun.path());
+            let help = "give it a sun over a site, such as `environment.mars_sun`";
+            return Err(BuildError::new(fact).help(help).at("sun"));
+        }
+        Ok(SolarClock { p })
+    }
+    fn moore(&self, c: &Clock, _: &(), _: &()) -> SolarClockOut {
+        let s = self.p.sun.state(c.t).direction;
+        let (sin, cos) = self.p.latitude.sin_cos();
+        let hour = (-s.x).atan2(cos * s.z - sin * s.y);
+        SolarClockOut {
+            elevation: s.z.clamp(-1.0, 1.0).asin(),
+            azimuth: s.x.atan2(s.y),
+            local_time: (hour + PI).rem_euclid(TAU) / TAU * 86_400.0,
+            day: s.z > 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    /// A sun at a declination and hour angle (rad) over a latitude.
+    struct At(f64, f64, f64);
+    impl Sun for At {
+        fn state(&self, _: f64) -> SunState {
+            let At(dec, hour, lat) = *self;
+            // Rz to the meridian, then tilted by the latitude.
+            let (sd, cd) = dec.sin_cos();
+            let (sh, ch) = hour.sin_cos();
+            let (sl, cl) = lat.sin_cos();
+            let direction = Vec3::new(-cd * sh, sd * cl - cd * ch * sl, sd * sl + cd * ch * cl);
+            SunState { direction, distance_au: 1.5 }
+        }
+    }
+
+    fn clock(sun: impl Sun + 'static, latitude: f64) -> Result<SolarClock, BuildError> {
+        let sun = Handle::new("sun", Arc::new(sun) as Arc<dyn Sun>);
+        SolarClock::build(SolarClockParams { latitude, sun })
+    }
+
+    fn read(dec: f64, hours: f64, lat: f64) -> SolarClockOut {
+        let hour = (hours - 12.0) / 24.0 * TAU;
+        clock(At(dec, hour, lat), lat).unwrap().moore(&Clock::at(0.0, 1.0, 0), &(), &(), &())
+    }
+
+    #[test]
+    fn it_gives_back_the_hour_at_any_latitude_and_season() {
+        for lat in [-1.2, -0.3, 0.0, 0.08, 0.9] {
+            for dec in [-0.43, -0.1, 0.2, 0.44] {
+                for hours in [0.5, 3.0, 6.0, 9.7, 12.0, 17.3, 23.9] {
+                    let y = read(dec, hours, lat);
+                    assert!(
+                        (y.local_time / 3600.0 - hours).abs() < 1e-9,
+                        "{lat} {dec} {hours}: {y:?}"
+                    );
+                    assert_eq!(y.day, y.elevation > 0.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn noon_is_due_north_or_south_at_the_elevation_of_the_textbook() {
+        let y = read(0.3, 12.0, -0.2);
+        assert!(y.azimuth.abs() < 1e-12 && (y.elevation - (PI / 2.0 - 0.5)).abs() < 1e-9, "{y:?}");
+        let y = read(-0.1, 12.0, 0.6);
+        assert!(
+            (y.azimuth.abs() - PI).abs() < 1e-12 && (y.elevation - (PI / 2.0 - 0.7)).abs() < 1e-9
+        );
+        // In the morning it is in the east, and at an equinox it rises at six.
+        let y = read(0.0, 6.0, 0.7);
+        assert!(y.elevation.abs() < 1e-12 && (y.azimuth - PI / 2.0).abs() < 1e-12, "{y:?}");
+    }
+
+    #[test]
+    fn a_sun_without_a_horizon_is_refused() {
+        struct Inertial;
+        impl Sun for Inertial {
+            fn state(&self, _: f64) -> SunState {
+                SunState { direction: Vec3::x(), distance_au: 1.0 }
+            }
+            fn axes(&self) -> Axes {
+                Axes::Inertial
+            }
+        }
+        let e = clock(Inertial, 0.1).err().unwrap();
+        assert!(e.param.as_deref() == Some("sun") && e.help.is_some(), "{e:?}");
+    }
+}
