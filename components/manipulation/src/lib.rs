@@ -14,11 +14,23 @@
 pub mod arm;
 pub mod arm_controller;
 pub mod cutting;
+pub mod dual_arm_controller;
+pub mod dual_moves;
+pub mod finger;
 pub mod moves;
+pub mod programme;
+pub mod shearing;
+pub mod tracking;
 
 use linkwork_runtime::prelude::Entry;
 
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
-    vec![Entry::sized::<arm_controller::ArmController>(), Entry::model::<cutting::Cutting>()]
+    vec![
+        Entry::sized::<arm_controller::ArmController>(),
+        Entry::model::<cutting::Cutting>(),
+        Entry::sized::<dual_arm_controller::DualArmController>(),
+        Entry::model::<finger::Finger>(),
+        Entry::model::<shearing::Shearing>(),
+    ]
 }

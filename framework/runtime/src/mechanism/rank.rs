@@ -125,7 +125,12 @@ impl MechanismPlan {
         self.multibody.constraints().next()?;
         let by_all = Stabilisation::Baumgarte { frequency: 1.0, damping: 0.5 };
         let mut rows = Rows::of(self, by_all);
-        let guilty = match rows.solve(self, &self.v, &self.loop_motions) {
+        // A gap at the start of a later phase is of no meaning: rows that are singular there are not where the phase begins.
+        let mut motions = self.loop_motions.clone();
+        for k in self.gaps.iter().flat_map(|g| g.motions.clone()) {
+            motions[k].acceleration = 0.0;
+        }
+        let guilty = match rows.solve(self, &self.v, &motions) {
             Err(SolverError::Dynamics(_)) => return None,
             _ => rows.contradicting(self),
         };
