@@ -1,4 +1,4 @@
-//! What the simulations of robot arms say in their READMEs: a button, a drill, a handset, a key and a door, a beam between two arms, a wire.
+//! What the simulations of robot arms say in their READMEs: a button, a drill, a handset, a key and a door, a beam between two arms, a wire, a wheel.
 #![allow(clippy::unwrap_used)]
 use linkwork_runtime::Simulation;
 
@@ -228,5 +228,38 @@ fn the_wire_is_cut_and_its_end_drops() {
         assert!((z - 0.151).abs() < 1e-3 && v < 2e-3, "{z} m, {v} m/s");
         let force = get(&sim, "far.contact_force.z") / (0.0013 * 9.80665);
         assert!((force - 1.0).abs() < 0.05, "{force}");
+    }
+}
+
+/// The wheel comes onto the hub with a push, and each nut ends on its stud as far as the hand knows where that is: along the
+/// studs it feels it.
+#[test]
+fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
+    let beside = "believed=[0.548, 0.002, 0.379]";
+    for (set, off) in [("mass_believed=6.5", [0.0; 2]), (beside, [0.002, -0.001])] {
+        let mut sim = load("tyre_change/sim.ron", &[set]);
+        let (mut most, mut share, mut needs) = (0.0_f64, 0.0_f64, 0.0_f64);
+        work_of(&mut sim, "Robot", 60.0, |s| {
+            share = share.max(get(s, "Robot.Controller.share"));
+            if s.phase() == "carried" {
+                most = most.max(get(s, "hub.contact_force.x"));
+                let [x, y, z] = [0, 1, 2].map(|k| get(s, &format!("Mechanism.grip.force[{k}]")));
+                needs = needs.max(x.hypot(z) / y);
+            }
+        });
+        let turned = get(&sim, "hub.angle").to_degrees();
+        println!(
+            "{set}: hub {most:.1} N, share {share:.3}, friction {needs:.3}, turned {turned:.3}°"
+        );
+        assert!(most > 20.0 && most < 150.0 && share < 0.8 && needs < 0.6 && turned.abs() < 0.5);
+        for k in 1..=5 {
+            let p = common::get(&sim, &format!("nut{k}.position"));
+            println!("  nut {k} off its stud {:.2?} mm", [1e3 * p.x, 1e3 * p.y, 1e3 * p.z]);
+            assert!(p.x.abs() < 5e-4, "{p}");
+            assert!((p.y - off[0]).abs() < 8e-4 && (p.z - off[1]).abs() < 8e-4, "{p}");
+        }
+        // 70 mm before the face, as thick as half of it is.
+        let wheel = common::get(&sim, "wheel.position");
+        assert!((wheel.x + 0.07).abs() < 5e-4 && (wheel.y - off[0]).abs() < 5e-4, "{wheel}");
     }
 }
