@@ -1,4 +1,5 @@
-//! What the simulations of robot arms say in their READMEs: a button, a drill, a handset, a key and a door, a beam between two arms, a wire, a wheel.
+//! What the simulations of robot arms say in their READMEs: a button, a drill, a handset, a key and a door, a beam between two arms, a wire, a wheel;
+//! and a quadruped that stands.
 #![allow(clippy::unwrap_used)]
 use linkwork_runtime::Simulation;
 
@@ -261,5 +262,64 @@ fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
         // 70 mm before the face, as thick as half of it is.
         let wheel = common::get(&sim, "wheel.position");
         assert!((wheel.x + 0.07).abs() < 5e-4 && (wheel.y - off[0]).abs() < 5e-4, "{wheel}");
+    }
+}
+
+/// A quadruped stands up, is pushed to the left with 8 N for 0.2 s, sways, and its feet stay where they stood, but for the rolling of their balls; with a trunk that is a third heavier
+/// than it believes, and on ground that is as slippery as it believes, too. Pushed with 12 N it loses two feet for a moment and stands again; with 20 N it falls, and says so.
+#[test]
+fn a_quadruped_stands_up_is_pushed_and_stays() {
+    let settings = ["push=8", "trunk_mass=1.6", "friction=0.6", "push=12", "push=20"];
+    for (which, set) in settings.into_iter().enumerate() {
+        let mut sim = load("legged_stand/sim.ron", &[set]);
+        let (mut inside, mut tilt, mut low) = (f64::INFINITY, 0.0_f64, f64::INFINITY);
+        let (mut pushed, mut side, mut stood) = (0.0_f64, [0.0_f64; 2], Vec::new());
+        let feet = ["lf", "rf", "rh", "lh"].map(|leg| format!("Robot/{leg}_lower"));
+        let places = |s: &Simulation| {
+            feet.iter().map(|f| common::get(s, &format!("{f}.contact_point"))).collect::<Vec<_>>()
+        };
+        while sim.time() < 10.0 {
+            let next = sim.time() + 0.01;
+            sim.run_until(common::seconds(next)).unwrap();
+            let com = common::get(&sim, "Robot.Controller.com");
+            inside = inside.min(get(&sim, "Robot.Controller.inside"));
+            tilt = tilt.max(get(&sim, "Robot.Controller.error_angle"));
+            if sim.time() > 2.0 {
+                low = low.min(com.z);
+            }
+            if stood.is_empty() && sim.time() > 2.5 {
+                stood = places(&sim);
+            }
+            if (3.0..3.5).contains(&sim.time()) {
+                pushed = pushed.max(com.y);
+            }
+            if sim.time() > 7.0 {
+                side = [side[0].min(com.y), side[1].max(com.y)];
+            }
+        }
+        let stands = get(&sim, "Robot.Controller.stands");
+        let force = |f: &String| get(&sim, &format!("{f}.contact_force.z"));
+        let mass = if set.starts_with("trunk") { 3.0 } else { 2.6 };
+        let weight = feet.iter().map(force).sum::<f64>() / (mass * 9.80665);
+        let moved =
+            places(&sim).iter().zip(&stood).map(|(a, b)| (a - b).xy().norm()).fold(0.0, f64::max);
+        println!(
+            "{set}: stands {stands}, inside {:.1} mm, tilt {:.2}°, low {:.1} mm, pushed by {:.1} mm, sways {:.1?} mm, feet moved {:.2} mm, {weight:.3} of its weight",
+            1e3 * inside,
+            tilt.to_degrees(),
+            1e3 * low,
+            1e3 * pushed,
+            side.map(|x| 1e3 * x),
+            1e3 * moved
+        );
+        if set == "push=20" {
+            assert!(stands < 0.5 && inside < 0.0);
+            continue;
+        }
+        assert!(stands > 0.5 && inside > 0.08 && low > 0.2 && (weight - 1.0).abs() < 0.02);
+        assert!(pushed > 0.015 && pushed < 0.04, "{pushed}");
+        assert!((side[0] + 0.03).abs() < 4e-3 && (side[1] - 0.03).abs() < 4e-3, "{side:?}");
+        let most = if which < 3 { [0.02, 3e-3] } else { [0.08, 0.04] };
+        assert!(tilt < most[0] && moved < most[1], "{tilt} {moved}");
     }
 }

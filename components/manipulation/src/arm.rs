@@ -1,6 +1,6 @@
 //! The arm that a controller knows, or two: chains of a URDF file, and what their hands may hold.
 
-use linkwork_embedded::formats::{ReadOptions, Root, read_text};
+use linkwork_embedded::formats::{Description, ReadOptions, Root, read_text};
 use linkwork_embedded::multibody::{BodySpec, Hinge, Limits};
 use linkwork_embedded::{
     ModelSpec, Object, ObjectSpec, Part, PartSpec, Robot, RobotModel, TaskSpace,
@@ -22,6 +22,15 @@ impl RobotFile {
     #[must_use]
     pub fn new(name: &str, text: &str) -> Self {
         Self { name: name.into(), text: text.into() }
+    }
+
+    /// The description that it is.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read(&self, options: ReadOptions) -> Result<Description, BuildError> {
+        let read = read_text(&self.text, &options.at(&self.name));
+        read.map_err(|e| BuildError::new(e.to_string()).at("robot"))
     }
 }
 
@@ -157,7 +166,7 @@ fn moves(hinge: &Hinge) -> bool {
 }
 
 /// The moving bodies from a tip inboard to the base, base first; `None` for a tip that is not there.
-fn chain(spec: &ModelSpec, base: &str, tip: &str) -> Option<Vec<usize>> {
+pub(crate) fn chain(spec: &ModelSpec, base: &str, tip: &str) -> Option<Vec<usize>> {
     let bodies = spec.mechanism.bodies();
     let mut moving = Vec::new();
     let mut at = tip.to_owned();
@@ -184,10 +193,8 @@ impl Arm {
         loads: &[Load],
         gravity: Vec3,
     ) -> Result<Self, BuildError> {
-        let options = ReadOptions { root: Root::Fixed, ..ReadOptions::default() };
-        let options = options.at(&file.name);
         let fault = |e: &dyn std::fmt::Display, at: &str| BuildError::new(e.to_string()).at(at);
-        let d = read_text(&file.text, &options).map_err(|e| fault(&e, "robot"))?;
+        let d = file.read(ReadOptions { root: Root::Fixed, ..ReadOptions::default() })?;
         let mut spec = ModelSpec::from_description(&d).map_err(|e| fault(&e, "robot"))?;
         let found: Vec<Option<Vec<usize>>> =
             hands.iter().map(|h| chain(&spec, base, h.tip)).collect();
