@@ -1,6 +1,7 @@
 //! Tests of the controller of two arms: statics of what both hold, closed loop of both hands apart, refusals.
 use super::*;
-use crate::dual_moves::Way;
+use crate::arm::{Load, RobotFile};
+use crate::dual_moves::{DualMove, Way};
 use linkwork_embedded::Robot;
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
 

@@ -17,11 +17,13 @@ pub mod arm_controller;
 pub mod cutting;
 pub mod dual_arm_controller;
 pub mod dual_moves;
+pub mod dual_ports;
 pub mod finger;
 pub mod moves;
 pub mod programme;
 pub mod shearing;
 pub mod standing_controller;
+pub mod standing_ports;
 pub mod tracking;
 
 use linkwork_runtime::prelude::Entry;

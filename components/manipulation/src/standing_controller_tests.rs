@@ -1,5 +1,6 @@
 //! Tests of the standing controller: what it sees, what its feet do, refusals.
 use super::*;
+use crate::arm::RobotFile;
 
 const LEGS: usize = 4;
 const WEIGHT: f64 = 2.6 * 9.80665;
