@@ -2,13 +2,14 @@
 //! ```text
 //! estimate     attitude and turn rate from a sensor; the feet stand still: the middle of the feet is the origin, the mean of their velocities zero
 //! wanted       c: centre of mass, up by a minimum jerk, then A sin(2π t/T) to the sides;   R: level, with the heading of the start
-//!              a_c = A_r + 2 ω ė + ω² e,   α = ω² log(R_r Rᵀ) − 2 ω w,   a_trunk = a_c − α × r − w × (w × r)     r: from the trunk's origin to c
+//!              a_c = A_r + 2 ω ė + ω² e,   α = ω² log(R_r Rᵀ) − 2 ω w
+//!              a_trunk ← a_trunk + a_c − a(a_trunk), four times from a_c − α × r − w × (w × r)      r: from the trunk's origin to c; a: of c, by all that moves
 //! legs         J_leg q̈ = −2 ω ẋ − J̇ v − J_trunk v̇_trunk           feet are to come to rest
 //! forces       τ' = M v̇ + C + g;  its rows of the trunk are what the feet have to give: B s = τ'_trunk
 //!              s = argmin |W (B s − τ'_trunk)|² + ε |s|²,  0 ≤ s ≤ s_max       s: four edges of the friction pyramid of each foot, W = diag(1/ℓ, 1)
 //! torques      τ = τ'_joints − Jᵀ f
 //! ```
-//! The whole mass moves as the trunk does for a_trunk, which is feedback's to correct; the ground is level. Friction is that of a pyramid inside the cone. `bounded` of `linkwork-embedded` finds the minimum.
+//! The ground is level. Friction is that of a pyramid inside the cone. `bounded` of `linkwork-embedded` finds the minimum.
 
 use crate::arm_controller::{JointIn, JointOut};
 use crate::moves::{Move, Path, Written, short};
@@ -28,6 +29,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Feet at most, and edges of the friction pyramid of each.
 const FEET_MAX: usize = 8;
 const EDGES: usize = 4;
+/// Corrections of the trunk's acceleration.
+const PASSES: usize = 4;
 /// Sweeps for the forces, the change of a force (N) at which they end, ε over the mean diagonal, and ℓ (m).
 const SWEEPS: Sweeps = Sweeps { most: 400, settled: 1e-7 };
 const WEIGHT: f64 = 1e-4;
@@ -77,6 +80,7 @@ struct Seen {
     /// Angular velocity, W.
     w: Vec3,
     trunk: Vec3,
+    mass: f64,
     com: Vec3,
     velocity: Vec3,
     feet: [Vec3; FEET_MAX],
@@ -208,7 +212,7 @@ impl StandingController {
         let n = m.v.len();
         let row = |k: usize| (0..n).map(|j| m.M[(iv + 3 + k) * n + j] * m.v[j]).sum::<f64>();
         let velocity = R * Vec3::new(row(0), row(1), row(2)) / mass;
-        Some(Seen { R, w: R * w, trunk: p, com, velocity, feet })
+        Some(Seen { R, w: R * w, trunk: p, mass, com, velocity, feet })
     }
 
     /// Where the centre of mass is to be, its velocity and its acceleration.
@@ -248,35 +252,17 @@ impl StandingController {
         let turn = short(level * seen.R.inverse());
         let alpha = w * w * turn - 2.0 * w * seen.w;
         let r = seen.com - seen.trunk;
-        let a_trunk = a_com - alpha.cross(&r) - seen.w.cross(&seen.w.cross(&r));
-        // Rates of the trunk's velocity in its own axes.
-        let (iv, back) = (self.trunk.1, seen.R.inverse());
-        let own = Vec3::new(m.v[iv + 3], m.v[iv + 4], m.v[iv + 5]);
-        let (turning, moving) = (back * alpha, back * a_trunk - (back * seen.w).cross(&own));
-        m.vdot[iv..iv + 3].copy_from_slice(turning.as_slice());
-        m.vdot[iv + 3..iv + 6].copy_from_slice(moving.as_slice());
+        let mut a_trunk = a_com - alpha.cross(&r) - seen.w.cross(&seen.w.cross(&r));
         let chains: [Part; FEET_MAX] =
             std::array::from_fn(|k| self.legs[k.min(self.legs.len() - 1)].chain);
         m.robot.bias(&m.v, &chains[..self.legs.len()], &mut m.tau, &mut m.bias).ok()?;
-        for (k, leg) in self.legs.iter().enumerate() {
-            let J = &m.J[k];
-            leg.dofs.iter().for_each(|d| m.vdot[*d] = 0.0);
-            let by_trunk = columns(J, &m.vdot, iv..iv + 6);
-            let wanted = -2.0 * w * linear(J, &m.v) - m.bias[k].linear - by_trunk;
-            let n = m.v.len();
-            let own = Matrix3::from_fn(|i, j| J[(3 + i) * n + leg.dofs[j]]);
-            // A leg outstretched: its columns span no volume against their lengths.
-            let size: f64 = own.column_iter().map(|c| c.norm()).product();
-            if !(own.determinant().abs() > 1e-3 * size) {
-                return None;
-            }
-            let rates = own.lu().solve(&wanted)?;
-            leg.dofs.iter().zip(rates.iter()).for_each(|(d, x)| m.vdot[*d] = *x);
+        let iv = self.trunk.1;
+        for _ in 0..PASSES {
+            self.accelerate(m, seen, (alpha, a_trunk))?;
+            // The trunk's rows are the rate of all momentum, less the weight, in its axes.
+            let row = Vec3::new(m.tau[iv + 3], m.tau[iv + 4], m.tau[iv + 5]);
+            a_trunk += a_com - (seen.R * row / seen.mass + self.p.gravity);
         }
-        let (v, vdot) = (std::mem::take(&mut m.v), std::mem::take(&mut m.vdot));
-        let done = m.robot.feed_forward(&v, &vdot, &[], &mut m.tau);
-        (m.v, m.vdot) = (v, vdot);
-        done.ok()?;
         let forces = self.forces(m);
         let inside = inside(&seen.feet[..self.legs.len()], &seen.com);
         let n = m.v.len();
@@ -286,7 +272,7 @@ impl StandingController {
             for d in leg.dofs {
                 m.tau[d] -= (0..3).map(|i| J[(3 + i) * n + d] * f[i]).sum::<f64>();
             }
-            lack -= back * f;
+            lack -= seen.R.inverse() * f;
             press = press.min(f.z);
             friction = friction.max(if f.z > 1e-9 { f.xy().norm() / f.z } else { 0.0 });
         }
@@ -306,6 +292,33 @@ impl StandingController {
             lack: lack.norm(),
             share: 0.0,
         })
+    }
+
+    /// Accelerations of all into `m.vdot` for those of the trunk (angular, linear, W) over feet that come to rest, and forces for them into `m.tau`;
+    /// `None` where a leg is outstretched.
+    fn accelerate(&self, m: &mut Memory, seen: &Seen, (alpha, a): (Vec3, Vec3)) -> Option<()> {
+        // Rates of the trunk's velocity in its own axes.
+        let (iv, back) = (self.trunk.1, seen.R.inverse());
+        let own = Vec3::new(m.v[iv + 3], m.v[iv + 4], m.v[iv + 5]);
+        let (turning, moving) = (back * alpha, back * a - (back * seen.w).cross(&own));
+        m.vdot[iv..iv + 3].copy_from_slice(turning.as_slice());
+        m.vdot[iv + 3..iv + 6].copy_from_slice(moving.as_slice());
+        let n = m.v.len();
+        for (k, leg) in self.legs.iter().enumerate() {
+            let J = &m.J[k];
+            let by_trunk = columns(J, &m.vdot, iv..iv + 6);
+            let rest = -2.0 * self.p.bandwidth * linear(J, &m.v);
+            let wanted = rest - m.bias[k].linear - by_trunk;
+            let own = Matrix3::from_fn(|i, j| J[(3 + i) * n + leg.dofs[j]]);
+            // A leg outstretched: its columns span no volume against their lengths.
+            let size: f64 = own.column_iter().map(|c| c.norm()).product();
+            if !(own.determinant().abs() > 1e-3 * size) {
+                return None;
+            }
+            let rates = own.lu().solve(&wanted)?;
+            leg.dofs.iter().zip(rates.iter()).for_each(|(d, x)| m.vdot[*d] = *x);
+        }
+        m.robot.feed_forward(&m.v, &m.vdot, &[], &mut m.tau).ok()
     }
 
     /// Forces of the feet on the machine, W, that give the trunk its rows of `m.tau`.

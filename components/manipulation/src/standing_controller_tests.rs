@@ -133,6 +133,40 @@ fn it_sees_how_it_moves_over_standing_feet() {
     assert!(middle.norm() < 1e-12, "the middle of the feet is the origin");
 }
 
+/// What it asks of the machine: feet that rest, a trunk that turns back, and a centre of mass that accelerates as its error says (four
+/// corrections leave a thousandth).
+#[test]
+fn accelerations_are_those_that_errors_ask_for() {
+    let c = build(params()).unwrap();
+    let R = Quat::from_euler_angles(0.1, -0.08, 0.0);
+    let u = input(&STANCE, &[0.0; 12], R, Vec3::zeros());
+    let mut m = c.take().unwrap();
+    let seen = c.see(&mut m, &u).unwrap();
+    let e = Vec3::new(0.01, -0.006, 0.008);
+    let d = Stand { begun: true, elapsed: 0.0, heading: 0.0, start: seen.com + e };
+    c.torques(&d, &mut m, &seen).unwrap();
+    for k in 0..LEGS {
+        let rate = linear(&m.J[k], &m.vdot) + m.bias[k].linear;
+        assert!(rate.norm() < 1e-9, "{rate}");
+    }
+    let w2 = 144.0;
+    let turn = short(R.inverse());
+    let alpha = R * Vec3::new(m.vdot[c.trunk.1], m.vdot[c.trunk.1 + 1], m.vdot[c.trunk.1 + 2]);
+    assert!((alpha - w2 * turn).norm() < 1e-9, "{alpha}");
+    // At rest J_c v̇, by differences.
+    let h = 1e-5;
+    let mut at = |h: f64| {
+        let step: Vec<f64> = m.vdot.iter().map(|a| h * a).collect();
+        let mut q = m.q.clone();
+        c.model.multibody().integrate(&m.q, &step, &mut q);
+        m.robot.set_q(&q).unwrap();
+        m.robot.center_of_mass().1
+    };
+    let a = (at(h) - at(-h)) / (2.0 * h);
+    println!("{a} {}", w2 * e);
+    assert!((a - w2 * e).norm() < 2e-3, "{a}");
+}
+
 /// Forces stay in their pyramids, whatever is wanted, and what is lacking is told.
 #[test]
 fn feet_do_not_pull_nor_push_beyond_friction() {
