@@ -42,7 +42,8 @@ pub struct DualArmController {
 
 type Tip = (Pose, [f64; 6]);
 
-/// What moves, at one sample.
+/// What moves, at one sample. In a box it would be memory taken at each sample.
+#[allow(clippy::large_enum_variant)]
 enum Moving {
     Apart([Now; 2]),
     Together(Now),
