@@ -1,4 +1,4 @@
-//! RON assemblies that ship with Linkwork, embedded: `rovers/…`, `arms/…`, `parts/…`, `flight/…`, `worlds/…`;
+//! RON assemblies that ship with Linkwork, embedded: `rovers/…`, `arms/…`, `legs/…`, `parts/…`, `flight/…`, `worlds/…`;
 //! and every model that they can name.
 //! ```
 //! use linkwork_assembly::{Options, load_text};
@@ -28,6 +28,7 @@ use std::collections::BTreeMap;
 
 static PARTS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/parts");
 static ARMS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/arms");
+static LEGS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/legs");
 static ROVERS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/rovers");
 static FLIGHT: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/flight");
 static BEHAVIOURS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/behaviours");
@@ -58,6 +59,7 @@ pub fn embedded() -> BTreeMap<String, String> {
         ("parts", &PARTS),
         ("rovers", &ROVERS),
         ("arms", &ARMS),
+        ("legs", &LEGS),
         ("flight", &FLIGHT),
         ("worlds", &WORLDS),
         ("behaviours", &BEHAVIOURS),
@@ -77,7 +79,7 @@ mod tests {
     #[test]
     fn every_folder_has_assemblies() {
         let all = super::embedded();
-        for folder in ["parts/", "rovers/", "arms/", "flight/", "worlds/", "behaviours/"] {
+        for folder in ["parts/", "rovers/", "arms/", "legs/", "flight/", "worlds/", "behaviours/"] {
             assert!(all.keys().any(|k| k.starts_with(folder)), "{folder} is empty");
         }
     }

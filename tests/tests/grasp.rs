@@ -1,6 +1,6 @@
 //! Bodies that are taken and let go while the run goes on: with loops, couplings and contact in play, and
 //! with a body that bends.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, non_snake_case)]
 use linkwork_dynamics::{Workspace, kinematics, kinetic_energy, momentum};
 use linkwork_runtime::{Role, Seconds, Simulation};
 
@@ -199,4 +199,150 @@ fn a_flexible_boom_separates_and_loses_nothing() {
     assert!(far(start.0, end.0) < 1e-8, "{start:?} {end:?}");
     // It still vibrates, now free at its root.
     assert!(modes.iter().any(|m| sim.get(m).unwrap().abs() > 1e-4));
+}
+
+/// Two bodies that tumble towards each other are joined by a loop, with a gap of centimetres and degrees between them.
+fn meeting(closing: &str) -> String {
+    let text = r#"Simulation(
+        bodies: {
+            "tug": (parent: "world", hinge: Free, mass: 4, inertia: [0.3, 0.4, 0.5], initial: (angular: [0.2, -0.1, 0.3], velocity: [0.1, 0.02, 0]), nodes: { "port": (position: [0.5, 0.1, 0], rotation: (rpy: [0.1, 0, 0.2])) }),
+            "box": (parent: "world", hinge: Free, mass: 2, inertia: [0.1, 0.2, 0.15], initial: (position: [0.93, 0.14, 0.06], rotation: (rpy: [0.2, 0.1, 0.15]), angular: [-0.1, 0.2, 0.1], velocity: [-0.05, 0, 0.04]),
+                nodes: { "grip": (position: [-0.4, 0, 0.05]) }),
+        },
+        gravity: "none", step: "1 ms", integrator: "rk4", until: "3 s",
+        start: "apart",
+        phases: {
+            "apart": (to: { "joined": "time > 0.2 s" }),
+            "joined": (loops: { "weld": (a: "tug/port", b: "box/grip", CLOSING) }, to: { "later": "time > 1.7 s" }),
+            // The loop goes on: its gap, too.
+            "later": (like: "joined", step: "2 ms"),
+        },
+    )"#;
+    text.replace("CLOSING", closing)
+}
+
+fn lanes(sim: &Simulation, name: &str) -> Vec<f64> {
+    (0..6).map(|k| sim.get(&format!("Mechanism.weld.{name}[{k}]")).unwrap()).collect()
+}
+
+/// Where frame B is seen from frame A: place, and columns of the rotation.
+fn between(sim: &Simulation) -> (linkwork_spatial::Vec3, linkwork_spatial::Quat) {
+    let m = sim.plan().mechanism().unwrap();
+    let (nq, nv) = (m.multibody.nq(), m.multibody.nv());
+    let x = &sim.state().x[m.x..];
+    let mut ws = Workspace::new(&m.tree);
+    kinematics(&m.tree, &mut ws, &x[..nq], &x[nq..nq + nv]);
+    let at = |name: &str| ws.node_pose(&m.tree, m.multibody.node(name).unwrap());
+    let X = at("tug/port").inverse() * at("box/grip");
+    (X.position, X.rotation)
+}
+
+/// Over a time nothing jumps, the gap follows its closed form, it is the gap that the bodies have, and no momentum is lost.
+#[test]
+fn a_loop_closes_over_a_time_without_a_jump() {
+    let mut ends = Vec::new();
+    for solve in ["Augment", "Embed"] {
+        let closing = format!("solve: {solve}, closing: Over(\"0.5 s\")");
+        let mut sim = common::scene(&meeting(&closing), &[]).unwrap_or_else(|e| panic!("{e}"));
+        let start = books(&sim).0;
+        let mut found = None;
+        let mut lost = 0.0_f64;
+        while sim.before(seconds(3.0)) {
+            let phase = sim.phase().to_string();
+            let before = (poses(&sim, "box"), common::get(&sim, "box.velocity"));
+            sim.step_event().unwrap();
+            if phase == "apart" && sim.phase() == "joined" {
+                // The step to the event lies between the rows: 1 ms of these velocities.
+                let after = (poses(&sim, "box"), common::get(&sim, "box.velocity"));
+                let jump = before.0.iter().zip(after.0).map(|(a, b)| (a - b).abs());
+                assert!(jump.fold(0.0, f64::max) < 1e-3 && (before.1 - after.1).norm() < 1e-3);
+                found = Some((sim.time(), lanes(&sim, "gap"), lanes(&sim, "gap_rate")));
+            }
+            let after = books(&sim).0;
+            let scale = start.iter().map(|x| x * x).sum::<f64>().sqrt();
+            lost = (0..6).fold(lost, |l, k| l.max((after[k] - start[k]).abs() / scale));
+            let Some((t0, g, rate)) = &found else { continue };
+            // Critically damped: g = e^−ωt (g₀ + (ġ₀ + ω g₀) t).
+            let (t, w) = (sim.time() - t0, 6.638_352_067_993_813 / 0.5);
+            let now = lanes(&sim, "gap");
+            for k in 0..6 {
+                let form = (-w * t).exp() * (g[k] + (rate[k] + w * g[k]) * t);
+                assert!((now[k] - form).abs() < 1e-7, "{solve} {t} {k}: {} {form}", now[k]);
+            }
+            let (p, R) = between(&sim);
+            let [x, y, z] = [0, 1, 2].map(|k| linkwork_spatial::Vec3::ith(k, 1.0));
+            let real = [p.x, p.y, p.z, x.dot(&(R * y)), y.dot(&(R * z)), z.dot(&(R * x))];
+            for k in 0..6 {
+                assert!((now[k] - real[k]).abs() < 1e-11, "{solve} {t} {k}: {} {real:?}", now[k]);
+            }
+        }
+        let (_, g, rate) = found.unwrap();
+        let size = |v: &[f64]| v.iter().map(|x| x.abs()).fold(0.0, f64::max);
+        println!("{solve}: gap {g:.4?}, rate {rate:.4?}, momentum lost {lost:e}");
+        assert!(size(&g) > 0.02 && size(&rate) > 0.05, "there was something to close");
+        assert!(size(&lanes(&sim, "gap")) < 1e-9 && lost < 1e-9, "{lost}");
+        assert_eq!(sim.phase(), "later");
+        ends.push(poses(&sim, "box"));
+    }
+    let apart = ends[0].iter().zip(ends[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-9, "treatments agree: {apart}");
+}
+
+/// As found the bodies stay as they were to each other, in an inelastic impact; at once they jump together.
+#[test]
+fn a_loop_holds_its_ends_as_they_are_found() {
+    let mut sim =
+        common::scene(&meeting("closing: AsFound"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let start = books(&sim);
+    while sim.phase() != "joined" {
+        sim.step_event().unwrap();
+    }
+    let (p, R) = between(&sim);
+    let after = books(&sim);
+    for k in 0..6 {
+        assert!((start.0[k] - after.0[k]).abs() < 1e-12, "{start:?} {after:?}");
+    }
+    assert!(after.1 < start.1 - 1e-3, "the impact takes energy");
+    assert!(p.norm() > 0.02, "{p}");
+    sim.run_until(seconds(3.0)).unwrap();
+    let (p1, R1) = between(&sim);
+    assert!((p1 - p).norm() < 1e-11 && R1.angle_to(&R) < 1e-7, "{p} {p1}");
+    let mut sim = common::scene(&meeting("closing: AtOnce"), &[]).unwrap();
+    while sim.phase() != "joined" {
+        sim.step_event().unwrap();
+    }
+    assert!(between(&sim).0.norm() < 1e-11);
+    assert!(sim.get("Mechanism.weld.gap[0]").is_err(), "it has none");
+}
+
+#[test]
+fn closing_leaves_no_trace_of_cuts_and_refuses_what_it_is_not() {
+    let text = meeting("closing: Over(\"0.5 s\")");
+    let mut straight = common::scene(&text, &[]).unwrap();
+    straight.run_until(seconds(2.0)).unwrap();
+    let mut sim = common::scene(&text, &[]).unwrap();
+    while sim.before(seconds(2.0)) {
+        let bytes = sim.checkpoint("").unwrap();
+        let mut next = Simulation::of(sim.program().clone());
+        next.restore(&bytes).unwrap();
+        sim = next.fork();
+        for _ in 0..50 {
+            if sim.before(seconds(2.0)) {
+                sim.step_event().unwrap();
+            }
+        }
+    }
+    assert!(sim.time() >= 2.0 && sim.state().x.len() == straight.state().x.len());
+    straight.run_until(seconds(sim.time())).unwrap();
+    assert_eq!(sim.state(), straight.state());
+    for (wrong, words) in [
+        ("closing: Over(\"0 s\")", "`closing` is 0 s"),
+        ("closing: Over", "`Over` has no time"),
+        ("closing: Over(\"3 m\")", "closing"),
+        ("closing: AsFound(3)", "takes nothing"),
+        ("closing: Slowly", "Slowly"),
+    ] {
+        let e = common::scene(&meeting(wrong), &[]).err().unwrap_or_else(|| panic!("{wrong}"));
+        assert!(e.contains(words), "{wrong}: {e}");
+    }
 }

@@ -12,11 +12,12 @@
 //! arrived, or when it feels the touch or comes to the depth that it was to. When it does not arrive within
 //! `patience`, `failed` is set and the arm stays there. After the last move it holds its pose, and `done` is set.
 
-use crate::arm::{Arm, Load, Memory, RobotFile};
-use crate::moves::{Move, Path, Reference, short};
-use linkwork_embedded::{Effort, Goal, Outcome};
+use crate::arm::{Arm, Hand, Load, Memory, RobotFile};
+use crate::moves::{Move, Path, Reference};
+use crate::programme::{Follower, Met, Place};
+use crate::tracking::{Now, norm};
 use linkwork_runtime::prelude::*;
-use linkwork_spatial::{Motion, Pose};
+use linkwork_spatial::Pose;
 
 /// The robot, its programme, and how it is controlled.
 #[derive(Params, Clone, Debug)]
@@ -166,108 +167,72 @@ pub struct ArmController {
     steps: Vec<Step>,
 }
 
-/// Places of a move's way that are looked at before the run.
-const WAY: u32 = 50;
-
-/// Wanted and measured, at one sample.
-struct Now {
-    wanted: Reference,
-    e: [f64; 6],
-    de: [f64; 6],
-}
-
-fn six(m: &Motion) -> [f64; 6] {
-    let (w, v) = (m.angular, m.linear);
-    [w.x, w.y, w.z, v.x, v.y, v.z]
-}
-
 impl ArmController {
     fn arm(p: &ArmParams) -> Result<Arm, BuildError> {
-        Arm::new(&p.robot, [&p.base, &p.tip], p.tool, &p.armature, &p.loads, p.gravity)
+        let hand = Hand { at: "tip", tip: &p.tip, tool: p.tool };
+        Arm::new(&p.robot, &p.base, &[hand], &p.armature, &p.loads, p.gravity)
     }
 
     fn step(&self, d: &Progress) -> &Step {
         &self.steps[(d.index as usize).min(self.steps.len() - 1)]
     }
 
-    /// The wanted pose, and how far the tip is from it; `None` for joints that are no numbers.
-    fn now(&self, d: &Progress, m: &mut Memory) -> Option<Now> {
-        let X = m.robot.tip_pose(self.arm.chain).ok()?;
-        m.robot.jacobian(self.arm.chain, &mut m.J).ok()?;
-        let still = |X| Reference { X, V: Motion::zero(), A: Motion::zero() };
-        let from = Pose::new(d.rotation, d.position);
-        let wanted = match (d.begun, d.done || d.failed) {
-            (false, _) => still(X),
-            (true, true) => still(from),
-            (true, false) => self.step(d).path.at(&from, d.elapsed),
-        };
-        let turn = short(wanted.X.rotation * X.rotation.inverse());
-        let e = six(&Motion::new(turn, wanted.X.position - X.position));
-        let mut de = six(&wanted.V);
-        for (row, de) in m.J.chunks_exact(m.v.len()).zip(&mut de) {
-            *de -= row.iter().zip(&m.v).map(|(j, v)| j * v).sum::<f64>();
-        }
-        Some(Now { wanted, e, de })
+    /// Memory for joints, with what the hand holds.
+    fn memory(&self, joints: &[f64], step: &Step) -> Option<Memory> {
+        self.arm.at(joints, [step.load.map(|k| (k, Pose::identity())), None])
     }
 
-    /// Spring, damper and the move's own push: [moment; force] on the tip's surroundings, base axes.
-    fn push(step: &Step, now: &Now, compliance: &[f64]) -> [f64; 6] {
-        let [moment, force] = step.path.push;
-        let mut f = six(&Motion::new(moment, force));
-        if let Some([line, turn]) = step.stiffness {
-            let mut e = now.e;
-            if let Some(n) = step.path.feed {
-                let along = n.dot(&Vec3::new(e[3], e[4], e[5]));
-                (0..3).for_each(|k| e[3 + k] -= along * n[k]);
-            }
-            for (k, f) in f.iter_mut().enumerate() {
-                let stiffness = if k < 3 { turn } else { line };
-                let damping = 2.0 * (stiffness / compliance[7 * k]).sqrt();
-                *f += stiffness * e[k] + damping * now.de[k];
-            }
-        }
-        f
+    /// The wanted pose, and how far the tip is from it; `None` for joints that are no numbers.
+    fn now(&self, d: &Progress, m: &mut Memory) -> Option<Now> {
+        let (X, V) = self.arm.tip(m, 0)?;
+        let from = Pose::new(d.rotation, d.position);
+        let wanted = match (d.begun, d.done || d.failed) {
+            (false, _) => Reference::still(X),
+            (true, true) => Reference::still(from),
+            (true, false) => self.step(d).path.at(&from, d.elapsed),
+        };
+        Some(Now::new(wanted, &X, &V))
     }
 
     /// Torques into `m.tau`; returns the force that a compliant tip pushes with (N), or `None` in a singular pose.
     fn torques(&self, d: &Progress, m: &mut Memory, now: &Now) -> Option<f64> {
         let step = self.step(d);
-        let Memory { robot, task, v, tau, q, .. } = m;
+        let Memory { robot, task, v, tau, q, M, .. } = m;
         let compliance = task.compliance(robot).ok()?;
-        let f = Self::push(step, now, compliance);
-        let mut a = six(&now.wanted.A);
+        let f = now.push(&step.path, step.stiffness, |k| compliance[7 * k]);
         let w = self.p.bandwidth;
+        let mut a = now.acceleration(step.stiffness.is_none().then_some(w));
         for (k, a) in a.iter_mut().enumerate() {
             *a += (0..6).map(|j| compliance[6 * k + j] * f[j]).sum::<f64>();
-            if step.stiffness.is_none() {
-                *a += 2.0 * w * now.de[k] + w * w * now.e[k];
-            }
         }
         let redundant = v.len() > 6;
         if redundant {
             // The room of q is free: the robot has its own copy.
-            damping(robot, w, v, q)?;
+            damping(robot, w, v, M, q)?;
         }
         task.forces(robot, v, &a, redundant.then_some(&q[..]), tau).ok()?;
-        let force = (f[3] * f[3] + f[4] * f[4] + f[5] * f[5]).sqrt();
-        Some(if step.stiffness.is_some() { force } else { 0.0 })
+        Some(if step.stiffness.is_some() { norm(&f[3..]) } else { 0.0 })
     }
 
     /// Holds the arm against gravity, damped.
     fn hold(&self, m: &mut Memory) -> Option<()> {
-        let Memory { robot, v, tau, q, .. } = m;
-        damping(robot, self.p.bandwidth, v, q)?;
+        let Memory { robot, v, tau, q, M, .. } = m;
+        damping(robot, self.p.bandwidth, v, M, q)?;
         robot.gravity_forces(tau).ok()?;
         tau.iter_mut().zip(&*q).for_each(|(t, x)| *t += x);
         Some(())
     }
 }
 
-/// −2 ω M_kk v_k into `out`.
-fn damping(robot: &mut linkwork_embedded::Robot, w: f64, v: &[f64], out: &mut [f64]) -> Option<()> {
+/// −2 ω M_kk v_k into `out`; M (n × n) is room.
+pub(crate) fn damping(
+    robot: &mut linkwork_embedded::Robot,
+    w: f64,
+    v: &[f64],
+    M: &mut [f64],
+    out: &mut [f64],
+) -> Option<()> {
     let n = v.len();
-    let mut M = [0.0; 64];
-    let M = M.get_mut(..n * n)?;
     robot.mass_matrix(M).ok()?;
     for k in 0..n {
         out[k] = -2.0 * w * M[k * n + k] * v[k];
@@ -298,10 +263,6 @@ impl SizedModel for ArmController {
 
     fn build(p: ArmParams) -> Result<Self, BuildError> {
         let arm = Self::arm(&p)?;
-        if arm.joints() > 8 {
-            let fact = format!("{} joints are too many for one chain", arm.joints());
-            return Err(BuildError::new(fact).help("eight at most").at("tip"));
-        }
         if p.moves.is_empty() {
             let help = "write one at least, such as (name: \"stay\", duration: \"1 s\")";
             return Err(BuildError::new("there is no move").help(help).at("moves"));
@@ -310,18 +271,7 @@ impl SizedModel for ArmController {
         let work = Pose::new(Quat::from_euler_angles(a.x, a.y, a.z), p.work_position);
         let mut steps = Vec::with_capacity(p.moves.len());
         for m in &p.moves {
-            let load = match &m.holds {
-                None => None,
-                Some(name) => match p.loads.iter().position(|l| l.name == *name) {
-                    Some(k) => Some(k),
-                    None => {
-                        let known: Vec<&str> = p.loads.iter().map(|l| l.name.as_str()).collect();
-                        let fact = format!("move `{}` holds `{name}`, which is no load", m.name);
-                        let help = format!("loads: {}", known.join(", "));
-                        return Err(BuildError::new(fact).help(help).at("moves"));
-                    }
-                },
-            };
+            let load = Load::find(&p.loads, m.holds.as_deref(), &m.name)?;
             let path = Path::new(m, &work)?;
             let (stiffness, touch, depth, grip) = (m.stiffness, m.touch, m.depth, m.grip);
             steps.push(Step { path, stiffness, touch, depth, load, grip, arrive: m.arrive });
@@ -350,19 +300,18 @@ impl SizedModel for ArmController {
         let n = self.arm.joints();
         // Joints that are no numbers give torques that are none, at which the run stops.
         y.fill(f64::NAN);
-        let Some(mut m) = self.arm.at(u, step.load) else { return };
+        let Some(mut m) = self.memory(u, step) else { return };
         if let Some(now) = self.now(&d, &mut m) {
             let push = self.torques(&d, &mut m, &now);
             if push.is_none() && self.hold(&mut m).is_none() {
                 return self.arm.give_back(m);
             }
             let mut limited = false;
-            for (k, tau) in m.tau.iter().enumerate() {
-                let most = self.arm.limits[k].effort;
+            for (y, k) in y.iter_mut().zip(&self.arm.dofs) {
+                let (tau, most) = (m.tau[*k], self.arm.limits[*k].effort);
                 limited |= tau.abs() > most;
-                y[k] = tau.clamp(-most, most);
+                *y = tau.clamp(-most, most);
             }
-            let norm = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>().sqrt();
             let wanted = now.wanted.X.position;
             ArmOut {
                 index: d.index,
@@ -374,7 +323,7 @@ impl SizedModel for ArmController {
                 error: norm(&now.e[3..]),
                 error_angle: norm(&now.e[..3]),
                 push: push.unwrap_or(0.0),
-                tip: wanted - Vec3::new(now.e[3], now.e[4], now.e[5]),
+                tip: wanted - now.way(),
                 wanted,
             }
             .put(&mut y[n..]);
@@ -385,43 +334,35 @@ impl SizedModel for ArmController {
     fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {
         let mut p = Progress::get(d);
         let step = self.step(&p);
-        let Some(mut m) = self.arm.at(u, step.load) else { return };
+        let Some(mut m) = self.memory(u, step) else { return };
         if let Some(now) = self.now(&p, &mut m) {
             let mut X = now.wanted.X;
             // What is fed stands where it got to.
-            let way = Vec3::new(now.e[3], now.e[4], now.e[5]);
-            let gone = step.path.feed.map(|n| -n.dot(&way));
+            let gone = step.path.feed.map(|n| -n.dot(&now.way()));
             if let (Some(n), Some(gone)) = (step.path.feed, gone) {
                 X.position += n * gone;
             }
-            let stand = |p: &mut Progress| (p.position, p.rotation) = (X.position, X.rotation);
-            let norm = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let near = norm(&now.e[3..]) <= self.p.tolerance
-                && norm(&now.e[..3]) <= self.p.tolerance_angle;
-            // A rounding of sums of the sample is no time.
-            let over = p.elapsed - step.path.duration() + 1e-9 * c.dt;
             let felt = step.touch.is_some_and(|most| {
                 let compliance = m.task.compliance(&mut m.robot);
-                compliance.is_ok_and(|A| norm(&Self::push(step, &now, A)[3..]) > most)
+                compliance.is_ok_and(|A| {
+                    norm(&now.push(&step.path, step.stiffness, |k| A[7 * k])[3..]) > most
+                })
             });
             let deep = gone.zip(step.depth).is_some_and(|(gone, depth)| gone >= depth);
-            if !p.begun {
-                (p.begun, p.elapsed) = (true, c.dt);
-                stand(&mut p);
-            } else if p.done || p.failed {
-            } else if felt || deep || (over >= 0.0 && (near || !step.arrive)) {
-                stand(&mut p);
-                if (p.index as usize) + 1 < self.steps.len() {
-                    (p.index, p.elapsed) = (p.index + 1.0, c.dt);
-                } else {
-                    p.done = true;
-                }
-            } else if over > self.p.patience {
-                stand(&mut p);
-                p.failed = true;
-            } else {
-                p.elapsed += c.dt;
+            let met = Met {
+                duration: step.path.duration(),
+                near: norm(&now.e[3..]) <= self.p.tolerance
+                    && norm(&now.e[..3]) <= self.p.tolerance_angle,
+                arrive: step.arrive,
+                ended: felt || deep,
+            };
+            let Progress { begun, index, elapsed, done, failed, .. } = p;
+            let mut place = Place { begun, index, elapsed, done, failed };
+            if place.sample(&met, self.steps.len(), self.p.patience, c.dt) {
+                (p.position, p.rotation) = (X.position, X.rotation);
             }
+            (p.begun, p.index, p.elapsed) = (place.begun, place.index, place.elapsed);
+            (p.done, p.failed) = (place.done, place.failed);
             p.put(d);
         }
         self.arm.give_back(m);
@@ -431,74 +372,17 @@ impl SizedModel for ArmController {
 impl ArmController {
     /// That every move can be followed within the limits of the joints, beginning at `ready`.
     fn reachable(&self) -> Result<(), BuildError> {
-        let (ready, n) = (&self.p.ready, self.arm.joints());
-        if ready.is_empty() {
+        if self.p.ready.is_empty() {
             return Ok(());
         }
-        if ready.len() != n {
-            let fact = format!("{} positions for {n} joints", ready.len());
-            return Err(BuildError::new(fact).help("write one for each, base to tip").at("ready"));
-        }
-        let fault = |e: linkwork_embedded::RobotError| BuildError::new(e.to_string()).at("ready");
-        let mut robot = linkwork_embedded::Robot::new(&self.arm.model);
-        let mut q = ready.clone();
-        robot.set_q(&q).map_err(fault)?;
-        let mut from = robot.tip_pose(self.arm.chain).map_err(fault)?;
-        let refused = |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("moves"));
-        let mut to = q.clone();
+        let mut follower = Follower::new(&self.arm, &self.p.ready)?;
+        let mut from = follower.tip(0)?;
         for (m, step) in self.p.moves.iter().zip(&self.steps) {
-            let end = step.path.at(&from, step.path.duration()).X;
-            let answer = self.near(&mut robot, &end, &mut to, 64).map_err(fault)?;
-            if answer.outcome != Outcome::Met {
-                let (p, name) = (end.position, &m.name);
-                let (far, turned) =
-                    (1e3 * answer.residual.position, answer.residual.orientation.to_degrees());
-                let fact = format!(
-                    "move `{name}` ends at [{:.4}, {:.4}, {:.4}] m in the base, out of reach: the nearest pose within the limits of the joints is {far:.1} mm and {turned:.2}° away",
-                    p.x, p.y, p.z
-                );
-                return refused(fact, "move the work, the arm's base, or the end of the move");
-            }
-            // On the way, from where the joints are.
-            let dt = step.path.duration() / f64::from(WAY);
-            for k in 1..=WAY {
-                let X = step.path.at(&from, f64::from(k) * dt).X;
-                to.copy_from_slice(&q);
-                let met =
-                    self.near(&mut robot, &X, &mut to, 0).map_err(fault)?.outcome == Outcome::Met;
-                let fast = (0..n).find(|k| (to[*k] - q[*k]).abs() > self.arm.limits[*k].rate * dt);
-                if !met || fast.is_some() {
-                    let (t, name) = (f64::from(k) * dt, &m.name);
-                    let why = fast.filter(|_| met).map_or_else(
-                        || "a joint comes to its limit".into(),
-                        |j| {
-                            let rate = (to[j] - q[j]).abs() / dt;
-                            let most = self.arm.limits[j].rate;
-                            format!("joint {j} would have to turn at {rate:.1} rad/s, its limit is {most:.2}")
-                        },
-                    );
-                    let fact =
-                        format!("move `{name}` cannot be followed {t:.2} s after its start: {why}");
-                    let help = "the way leads near a singular pose or a limit: begin with other joints (`ready`), go round by a move in between, or take longer";
-                    return refused(fact, help);
-                }
-                q.copy_from_slice(&to);
-            }
-            from = end;
+            let path = &step.path;
+            follower.follow(&m.name, path.duration(), |_, t| Some(path.at(&from, t).X))?;
+            from = path.at(&from, path.duration()).X;
         }
         Ok(())
-    }
-
-    /// Joints for a pose of the tip, from those in `q`.
-    fn near(
-        &self,
-        robot: &mut linkwork_embedded::Robot,
-        X: &Pose,
-        q: &mut [f64],
-        restarts: usize,
-    ) -> Result<linkwork_embedded::Answer, linkwork_embedded::RobotError> {
-        let effort = Effort { tolerances: [1e-6; 2], restarts, ..Effort::default() };
-        robot.reach(self.arm.chain, &Goal::pose(*X), &effort, q)
     }
 }
 

@@ -70,22 +70,23 @@ impl Plant {
     fn tip(&self) -> Pose {
         let mut robot = linkwork_embedded::Robot::new(&self.c.arm.model);
         robot.set_q(&self.q).unwrap();
-        robot.tip_pose(self.c.arm.chain).unwrap()
+        robot.tip_pose(self.c.arm.chains[0]).unwrap()
     }
 
     fn acceleration(&self, q: &[f64], v: &[f64], tau: &[f64]) -> Vec<f64> {
         let joints: Vec<f64> = q.iter().zip(v).flat_map(|(q, v)| [*q, *v]).collect();
-        let mut m = self.c.arm.at(&joints, self.load).unwrap();
+        let held = [self.load.map(|k| (k, Pose::identity())), None];
+        let mut m = self.c.arm.at(&joints, held).unwrap();
         let (mut bias, mut M) = ([0.0; 6], [0.0; 36]);
         m.robot.feed_forward(v, &[0.0; 6], &[], &mut bias).unwrap();
         m.robot.mass_matrix(&mut M).unwrap();
-        m.robot.jacobian(self.c.arm.chain, &mut m.J).unwrap();
-        let p = m.robot.tip_pose(self.c.arm.chain).unwrap().position;
-        let rate = |row: usize| (0..6).map(|k| m.J[6 * row + k] * v[k]).sum::<f64>();
+        m.robot.jacobian(self.c.arm.chains[0], &mut m.J[0]).unwrap();
+        let p = m.robot.tip_pose(self.c.arm.chains[0]).unwrap().position;
+        let rate = |row: usize| (0..6).map(|k| m.J[0][6 * row + k] * v[k]).sum::<f64>();
         let f = (self.wall)(p, Vec3::new(rate(3), rate(4), rate(5)));
         let M = linkwork_spatial::nalgebra::SMatrix::<f64, 6, 6>::from_row_slice(&M);
         let right = linkwork_spatial::nalgebra::SVector::<f64, 6>::from_fn(|k, _| {
-            tau[k] - bias[k] + (0..3).map(|i| m.J[6 * (3 + i) + k] * f[i]).sum::<f64>()
+            tau[k] - bias[k] + (0..3).map(|i| m.J[0][6 * (3 + i) + k] * f[i]).sum::<f64>()
         });
         let a = M.cholesky().unwrap().solve(&right);
         self.c.arm.give_back(m);

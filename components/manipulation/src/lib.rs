@@ -1,7 +1,8 @@
-//! Component library: manipulation. Robot arms that carry out moves by a model of themselves.
+//! Component library: manipulation. Robot arms, alone or two together, that carry out moves by a model of themselves; legs that stand by one;
+//! tools that cut.
 //!
-//! The model that a controller embeds is read from the same URDF file from which the simulated arm is made, but it is an
-//! instance of its own: what the simulated arm weighs, or where its work stands, may differ from what the controller believes.
+//! The model that a controller embeds is read from the same URDF file from which the simulated machine is made, but it is an
+//! instance of its own: what the simulated machine weighs, or where its work stands, may differ from what the controller believes.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "manipulation.arm_controller"`):
 //! ```
@@ -14,11 +15,27 @@
 pub mod arm;
 pub mod arm_controller;
 pub mod cutting;
+pub mod dual_arm_controller;
+pub mod dual_moves;
+pub mod dual_ports;
+pub mod finger;
 pub mod moves;
+pub mod programme;
+pub mod shearing;
+pub mod standing_controller;
+pub mod standing_ports;
+pub mod tracking;
 
 use linkwork_runtime::prelude::Entry;
 
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
-    vec![Entry::sized::<arm_controller::ArmController>(), Entry::model::<cutting::Cutting>()]
+    vec![
+        Entry::sized::<arm_controller::ArmController>(),
+        Entry::model::<cutting::Cutting>(),
+        Entry::sized::<dual_arm_controller::DualArmController>(),
+        Entry::model::<finger::Finger>(),
+        Entry::model::<shearing::Shearing>(),
+        Entry::sized::<standing_controller::StandingController>(),
+    ]
 }

@@ -1,4 +1,4 @@
-//! Component library: sensors. Encoders, inertial units, poses and motions of nodes, cameras, lidar, radar, star
+//! Component library: sensors. Encoders, inertial units, attitudes, poses and motions of nodes, cameras, lidar, radar, star
 //! trackers, sun sensors, solar clocks; noise follows from the seed.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "sensors.imu"`):
@@ -9,6 +9,7 @@
 
 #![allow(non_snake_case)]
 
+pub mod attitude;
 pub mod camera;
 pub mod encoder;
 pub mod imu;
@@ -27,6 +28,7 @@ use linkwork_runtime::prelude::Entry;
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
     vec![
+        Entry::model::<attitude::Attitude>(),
         Entry::field::<camera::CameraSensor>(),
         Entry::model::<encoder::Encoder>(),
         Entry::model::<imu::Imu>(),

@@ -48,6 +48,7 @@
 //! ```
 #![allow(non_snake_case)]
 
+mod bounded;
 mod collision;
 mod error;
 mod manipulability;
@@ -55,6 +56,7 @@ mod model;
 mod part;
 mod robot;
 
+pub use bounded::{Sweeps, bounded};
 pub use error::{ModelError, ModelFault, RobotError};
 pub use linkwork_collision::{
     Closest, ColliderId, ColliderSpec, Detail, Distance, Rules, Shape, Visibility,

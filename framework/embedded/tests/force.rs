@@ -199,6 +199,61 @@ fn pushes_are_what_the_joints_feel() {
     }
 }
 
+/// J̇ v is how a tip's velocity changes while no rate does; C + g are the forces for that. Of a machine that floats.
+#[test]
+fn a_bias_is_the_acceleration_at_rates_that_stay() {
+    let mut b = Builder::new();
+    let mass = |m: f64| {
+        MassProperties::new(
+            m,
+            Vec3::new(0.1, -0.2, 0.15),
+            Mat3::from_diagonal(&Vec3::new(0.3, 0.4, 0.5)),
+        )
+    };
+    let at =
+        |x: f64| Pose::new(spatial::Quat::from_euler_angles(x, 0.3, -x), Vec3::new(0.2, x, 0.4));
+    b.body(BodySpec::new("trunk", "world").hinge(multibody::Hinge::free()).mass(mass(3.0)));
+    let pins = [("hip", "trunk", 0.3), ("knee", "hip", -0.5), ("other", "trunk", 0.8)];
+    for (name, parent, x) in pins {
+        let pin = multibody::Hinge::pin(Vec3::new(0.4, 1.0, x));
+        b.body(BodySpec::new(name, parent).hinge_in_parent(at(x)).hinge(pin).mass(mass(1.0)));
+    }
+    let parts =
+        vec![PartSpec::chain("leg", "trunk", "knee"), PartSpec::chain("arm", "trunk", "other")];
+    let model =
+        RobotModel::new(&ModelSpec { mechanism: b, parts, ..ModelSpec::default() }).unwrap();
+    let tips = ["leg", "arm"].map(|n| model.part(n).unwrap());
+    let (mut robot, n) = (Robot::new(&model), model.nv());
+    for seed in 0..5 {
+        let (q, v) = (model.multibody().random_q(seed), model.multibody().random_v(seed));
+        robot.set_q(&q).unwrap();
+        let (mut tau, mut still) = (vec![0.0; n], vec![0.0; n]);
+        let mut bias = [spatial::Motion::zero(); 2];
+        robot.bias(&v, &tips, &mut tau, &mut bias).unwrap();
+        robot.feed_forward(&v, &vec![0.0; n], &[], &mut still).unwrap();
+        assert_eq!(tau, still);
+        let mut velocity = |h: f64, tip: Part| {
+            let (mut there, mut J) = (q.clone(), vec![0.0; 6 * n]);
+            let step: Vec<f64> = v.iter().map(|v| h * v).collect();
+            model.multibody().integrate(&q, &step, &mut there);
+            robot.set_q(&there).unwrap();
+            robot.whole_jacobian(tip, &mut J).unwrap();
+            J.chunks(n)
+                .map(|row| row.iter().zip(&v).map(|(j, v)| j * v).sum::<f64>())
+                .collect::<Vec<_>>()
+        };
+        for (tip, bias) in tips.into_iter().zip(bias) {
+            let (a, b) = (velocity(-1e-5, tip), velocity(1e-5, tip));
+            let rate: Vec<f64> = a.iter().zip(&b).map(|(a, b)| (b - a) / 2e-5).collect();
+            let ours: Vec<f64> = bias.angular.iter().chain(bias.linear.iter()).copied().collect();
+            assert!(difference(&ours, &rate) < 1e-8, "{seed} {ours:?} {rate:?}");
+        }
+    }
+    let mut none = [spatial::Motion::zero(); 1];
+    let lengths = robot.bias(&vec![0.0; n], &tips, &mut vec![0.0; n], &mut none);
+    assert!(matches!(lengths, Err(RobotError::Length { what: "tips", got: 1, wanted: 2 })));
+}
+
 /// The two-armed robot with the beam, and the poses of the beam in both hands.
 fn beam(json: &Value) -> (Arc<RobotModel>, [Pose; 2]) {
     let b = &json["beam"];

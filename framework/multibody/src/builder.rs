@@ -10,7 +10,7 @@ use crate::{
 };
 use linkwork_spatial::{MassProperties, Pose, RigidInertia};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A body as its author describes it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -108,6 +108,9 @@ pub struct Builder {
     loops: Vec<LoopClosure>,
     #[serde(default)]
     couplings: Vec<Coupling>,
+    /// Loops with gaps, by name.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    gaps: BTreeSet<String>,
 }
 
 impl Builder {
@@ -137,6 +140,13 @@ impl Builder {
     /// Adds a hinge that closes a loop; its bodies may come later.
     pub fn loop_closure(&mut self, closure: LoopClosure) -> &mut Self {
         self.loops.push(closure);
+        self
+    }
+
+    /// Gives each row of a loop a gap: a loop motion that says how far apart it holds the ends, rad or m. A loop that is
+    /// not there has none.
+    pub fn gaps(&mut self, name: impl Into<String>) -> &mut Self {
+        self.gaps.insert(name.into());
         self
     }
 
@@ -400,7 +410,7 @@ impl Builder {
         Multibody::assemble(parts, nq, nv, motions)
     }
 
-    /// Loops and couplings by name, and how many prescribed subhinges the loops have.
+    /// Loops and couplings by name, and how many prescribed subhinges and gaps the loops have.
     fn constraints(
         &self,
         bodies: &[Body],
@@ -414,15 +424,17 @@ impl Builder {
             let Ok(rows) = rows(&hinge, motions) else { unreachable!("checked before") };
             let given = |s: &&crate::Subhinge| s.coordinate == Coordinate::Prescribed;
             let end = motions + hinge.subhinges.iter().filter(given).count();
+            let gaps = if self.gaps.contains(&l.name) { end..end + rows.len() } else { end..end };
             let anchor = |body: &str, pose| Anchor { body: index.get(body).copied(), pose };
             loops.push(Loop {
                 a: anchor(&l.body_a, l.frame_a),
                 b: anchor(&l.body_b, l.frame_b),
                 rows,
                 motions: motions..end,
+                gaps: gaps.clone(),
                 closure: LoopClosure { hinge, ..l.clone() },
             });
-            motions = end;
+            motions = gaps.end;
         }
         let place = |at: &HingeCoordinate| {
             let id = index[&at.body];
@@ -456,6 +468,8 @@ impl From<&Multibody> for Builder {
             builder.node(n.name(), mbs.get(n.body()).name(), n.pose());
         }
         builder.loops.extend(mbs.loops().iter().map(|l| l.closure.clone()));
+        let apart = mbs.loops().iter().filter(|l| !l.gaps.is_empty());
+        builder.gaps.extend(apart.map(|l| l.closure.name.clone()));
         builder.couplings.extend(mbs.couplings().iter().map(|c| c.coupling.clone()));
         builder
     }

@@ -9,6 +9,8 @@
 //! screw    n · p − pitch · angle = 0
 //! coupling Σ cᵢ qᵢ − c₀ = 0
 //! ```
+//! A loop with gaps ([`Builder::gaps`](crate::Builder::gaps)) has a g of its own for each row, and d = g in place of d = 0: its ends are
+//! held apart by what the caller says.
 
 use crate::{BodyId, Coordinate, Hinge, Limits, SubhingeKind};
 use linkwork_spatial::{Mat3, Pose, Vec3};
@@ -147,6 +149,8 @@ pub struct Loop {
     pub rows: Vec<LoopRow>,
     /// Where its prescribed subhinges stand among the loop motions.
     pub motions: std::ops::Range<usize>,
+    /// Where the gaps of its rows stand among the loop motions, one for each row; empty without gaps.
+    pub gaps: std::ops::Range<usize>,
 }
 
 /// A coupling of a [`Multibody`](crate::Multibody).
@@ -169,7 +173,7 @@ pub enum ConstraintId {
     Coupling(u32),
 }
 
-/// The motion across a prescribed subhinge of a loop.
+/// The motion across a prescribed subhinge of a loop, or the gap of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LoopMotion {
     /// u, rad or m.

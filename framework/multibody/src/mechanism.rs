@@ -215,7 +215,7 @@ impl Multibody {
         self.constraints().find(|c| self.constraint_name(*c) == name)
     }
 
-    /// Prescribed subhinges of all loops: how many loop motions the caller gives.
+    /// Prescribed subhinges of all loops and gaps of their rows: how many loop motions the caller gives.
     #[must_use]
     pub fn motions(&self) -> usize {
         self.motions

@@ -43,8 +43,8 @@ pub use condition::{Condition, ConditionError};
 pub use field::{Field, Seen, Shown, Shows, View};
 pub use made::Made;
 pub use mechanism::{
-    ContactSpec, Frame, KinematicSpec, MechanismPart, MechanismPlan, MechanismPorts, MechanismSpec,
-    PlaceError, Placed, Placement, RankReport, place_on_terrain,
+    Closing, ContactSpec, Frame, KinematicSpec, MechanismPart, MechanismPlan, MechanismPorts,
+    MechanismSpec, PlaceError, Placed, Placement, RankReport, place_on_terrain,
 };
 pub use model::{BuildError, Description, Functions, Model, Store};
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};

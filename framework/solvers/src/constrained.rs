@@ -432,6 +432,20 @@ impl ConstrainedSolver {
         out
     }
 
+    /// Calls `f` with d (rad or m) and ḋ of each row of a loop in turn, at the last kinematics; `which` is the loop's place among
+    /// [`Multibody::loops`](linkwork_multibody::Multibody::loops).
+    pub fn loop_errors(
+        &mut self,
+        tree: &Tree,
+        ws: &Workspace,
+        which: usize,
+        motions: &[LoopMotion],
+        f: impl FnMut(f64, f64),
+    ) {
+        self.settle(tree, &mut []);
+        self.units.loop_errors(tree, ws, &mut self.uw, which, motions, f);
+    }
+
     /// Greatest |d| of a constraint's rows, rad or m, at the last kinematics; `q` is that state's.
     #[must_use]
     pub fn error(

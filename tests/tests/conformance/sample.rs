@@ -83,6 +83,23 @@ fn written(model: &str, param: &str) -> Option<Value> {
             let entry = |key: &str, text: &str| (key.into(), Value::Text(text.into()).into());
             Some(Value::Map(vec![entry("name", "six_axis.urdf"), entry("text", text)]))
         }
+        ("manipulation.dual_arm_controller", "robot") => {
+            let text = include_str!("../../../assemblies/arms/dual_six_axis.urdf");
+            let entry = |key: &str, text: &str| (key.into(), Value::Text(text.into()).into());
+            Some(Value::Map(vec![entry("name", "dual_six_axis.urdf"), entry("text", text)]))
+        }
+        ("manipulation.dual_arm_controller", "left_tip") => Some(Value::Text("left_tool".into())),
+        ("manipulation.dual_arm_controller", "right_tip") => Some(Value::Text("right_tool".into())),
+        ("manipulation.standing_controller", "robot") => {
+            let text = include_str!("../../../assemblies/legs/quadruped.urdf");
+            let entry = |key: &str, text: &str| (key.into(), Value::Text(text.into()).into());
+            Some(Value::Map(vec![entry("name", "quadruped.urdf"), entry("text", text)]))
+        }
+        ("manipulation.standing_controller", "trunk") => Some(Value::Text("trunk".into())),
+        ("manipulation.standing_controller", "feet") => {
+            let feet = ["lf_foot", "rf_foot", "rh_foot", "lh_foot"];
+            Some(Value::List(feet.map(|f| Value::Text(f.into()).into()).to_vec()))
+        }
         ("manipulation.arm_controller", "tip") => Some(Value::Text("tool".into())),
         ("environment.mars_sun", "epoch") => Some(Value::Text("2012-08-06T05:17:57Z".into())),
         _ => None,

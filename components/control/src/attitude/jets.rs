@@ -8,6 +8,7 @@
 //! and not carried. The minimum is found by projected Gauss–Seidel sweeps. ε is 1e-3 of the mean diagonal of (W B)ᵀ W B: of jets that do the same it takes all
 //! alike. Cost: jets² for a sweep, 300 sweeps at the most.
 
+use linkwork_embedded::{Sweeps, bounded};
 use linkwork_runtime::prelude::*;
 
 /// Jets of a set at most.
@@ -101,19 +102,8 @@ impl JetSelection {
             *b = (0..6).map(|i| column[i] * self.weights[i] * w[i]).sum();
         }
         let mut s = [0.0; JETS_MAX];
-        for _ in 0..SWEEPS {
-            let mut moved = 0.0_f64;
-            for k in 0..n {
-                let row = &self.normal[k * n..(k + 1) * n];
-                let slope = row.iter().zip(&s).map(|(h, s)| h * s).sum::<f64>() - right[k];
-                let next = (s[k] - slope / row[k]).clamp(0.0, 1.0);
-                moved = moved.max((next - s[k]).abs());
-                s[k] = next;
-            }
-            if moved < SETTLED {
-                break;
-            }
-        }
+        let sweeps = Sweeps { most: SWEEPS, settled: SETTLED };
+        bounded(&self.normal, &right[..n], [0.0, 1.0], &sweeps, &mut s[..n]);
         s
     }
 

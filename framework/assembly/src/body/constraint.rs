@@ -12,9 +12,9 @@ use crate::schema::kind::{
 };
 use crate::schema::record::{Presence, of, record};
 use crate::text::report::Cx;
-use crate::text::value::Text;
+use crate::text::value::{Text, variant};
 use linkwork_multibody::Hinge;
-use linkwork_runtime::{Located, Value};
+use linkwork_runtime::{Closing, Located, Value};
 use linkwork_solvers::Treatment;
 use linkwork_spatial::Pose;
 
@@ -35,6 +35,9 @@ record! {
         prescribed: bool = flag().or(false),
         /// How it is solved.
         solve: Treatment = treatment().or(Treatment::Auto),
+        /// What happens to a gap between its ends: at once they are put together, and otherwise they stay as they are found, or come
+        /// together over a time.
+        closing: Option<Closing> = ClosingKind.or(None),
         /// Where the prescribed coordinates start.
         initial: Option<Located> = raw(initial::schema()).maybe(),
         /// Documentation.
@@ -73,6 +76,47 @@ record! {
 
 fn treatment() -> impl Kind<Of = Treatment> {
     word(&[("Auto", Treatment::Auto), ("Embed", Treatment::Embed), ("Augment", Treatment::Augment)])
+}
+
+/// `AtOnce`, which is `None`; `AsFound`; `Over("0.3 s")`.
+struct ClosingKind;
+
+impl Kind for ClosingKind {
+    type Of = Option<Closing>;
+    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Option<Closing>> {
+        match &v.value {
+            Value::Variant(name, time) if name == "Over" && time.value != Value::Null => {
+                let time = number("s").positive().read(cx, time, at)?;
+                return Some(Some(Closing::Over(time)));
+            }
+            Value::Variant(name, _) | Value::Text(name) if name == "Over" => {
+                let message = format!("{}: `Over` has no time", at.what);
+                cx.fault(v.origin, message, "write e.g. Over(\"0.3 s\")");
+                return None;
+            }
+            Value::Variant(name, extra) if extra.value != Value::Null => {
+                let message = format!("{}: `{name}` takes nothing in brackets", at.what);
+                cx.fault(extra.origin, message, "write AtOnce, AsFound or Over(\"0.3 s\")");
+                return None;
+            }
+            _ => {}
+        }
+        plain_closing().read(cx, v, at)
+    }
+    fn write(&self, x: &Option<Closing>) -> Value {
+        match x {
+            Some(Closing::Over(time)) => variant("Over", Value::Number(*time)),
+            plain => plain_closing().write(plain),
+        }
+    }
+    fn describe(&self) -> Schema {
+        let over = Schema::Variant("Over", Box::new(number("s").positive().describe()));
+        Schema::Any(vec![plain_closing().describe(), over])
+    }
+}
+
+fn plain_closing() -> impl Kind<Of = Option<Closing>> {
+    word(&[("AtOnce", None), ("AsFound", Some(Closing::AsFound))])
 }
 
 /// Coordinates with their factors.

@@ -17,7 +17,7 @@ use linkwork_multibody::{
     Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, LoopMotion, Subhinge,
     SubhingeKind, Term,
 };
-use linkwork_runtime::{Located, Origin, Value};
+use linkwork_runtime::{Closing, Located, Origin, Value};
 use linkwork_solvers::Treatment;
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
@@ -26,6 +26,8 @@ use std::collections::BTreeMap;
 #[derive(Default)]
 pub(crate) struct Constraints {
     pub treatments: BTreeMap<String, Treatment>,
+    /// Loops that do not close at once.
+    pub closings: BTreeMap<String, Closing>,
     /// The prescribed subhinges of each loop at the start.
     pub motions: BTreeMap<String, Vec<LoopMotion>>,
     /// Where each is written.
@@ -52,6 +54,9 @@ pub(crate) fn read(
             if let Some(closure) = closure(cx, root, here, bodies, (&full, item), &mut out) {
                 out.joined.push([closure.body_a.clone(), closure.body_b.clone()]);
                 builder.loop_closure(closure);
+                if out.closings.contains_key(&full) {
+                    builder.gaps(full);
+                }
             }
         }
         for (name, item) in &here.couplings {
@@ -99,6 +104,7 @@ fn closure(
     set(&mut all, &["b".into()], &Value::Text(of_b).into());
     out.resolved.insert(full.into(), all);
     out.treatments.insert(full.into(), form.solve);
+    out.closings.extend(form.closing.map(|c| (full.into(), c)));
     out.motions.insert(full.into(), motions);
     Some(LoopClosure { name: full.into(), body_a, frame_a, body_b, frame_b, hinge })
 }

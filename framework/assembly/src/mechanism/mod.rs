@@ -16,7 +16,7 @@ use crate::text::files::Files;
 use crate::text::report::Cx;
 use crate::text::value::{full_name, outer};
 use linkwork_collision::{ColliderSpec, Colliders, Seen, Shape};
-use linkwork_multibody::{BodySpec, Builder, Loop, Modes, Multibody};
+use linkwork_multibody::{BodySpec, Builder, Loop, LoopMotion, Modes, Multibody};
 use linkwork_runtime::{ContactSpec, Located, MechanismSpec, Origin, PLAIN, Scenery, Sight};
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
@@ -126,12 +126,17 @@ pub(crate) fn mechanism(
     let spec = built.map(|multibody| {
         let (q, v) = start(&multibody, &bodies);
         let on = contact.on(&multibody).zip(colliders.clone());
-        let started = |l: &Loop| constraints.motions.remove(&l.closure.name).unwrap_or_default();
+        let started = |l: &Loop| {
+            let mut all = constraints.motions.remove(&l.closure.name).unwrap_or_default();
+            all.extend(l.gaps.clone().map(|_| LoopMotion::default()));
+            all
+        };
         let motions = multibody.loops().iter().flat_map(started).collect();
         MechanismSpec {
             gravity,
             origin,
             treatments: constraints.treatments,
+            closings: constraints.closings,
             motions,
             origins: constraints.origins,
             bodies: bodies.iter().map(|(name, (body, _))| (name.clone(), body.origin)).collect(),

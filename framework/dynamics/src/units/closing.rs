@@ -145,6 +145,25 @@ impl Units {
 }
 
 impl Units {
+    /// Calls `f` with d (rad or m) and ḋ of each row of a loop in turn, at the kinematics of `ws`.
+    pub fn loop_errors(
+        &self,
+        tree: &Tree,
+        ws: &Workspace,
+        uw: &mut UnitsWork,
+        which: usize,
+        motions: &[LoopMotion],
+        mut f: impl FnMut(f64, f64),
+    ) {
+        self.places(tree, &ws.work, uw);
+        let closure = &self.closures[which];
+        let ends = closure.ends(&ws.work.kin, &uw.r, &self.root);
+        for block in &closure.blocks {
+            let rows = block.rows(&ends, motions);
+            (0..rows.n).for_each(|k| f(rows.error[k], rows.rate[k]));
+        }
+    }
+
     /// Greatest |d| of a constraint's rows, rad or m, at the kinematics of `ws` and the places of the
     /// last gather in `uw`.
     pub fn error(

@@ -11,7 +11,7 @@
 //! turn     m = n          d = angle − u           ḋ = m · ω − u̇         d̈ = m · α + ω · (ω_A × n) − ü
 //! screw    f = n, m = −pitch n                    the sum of a slide and a turn
 //! ```
-//! With accelerations for every β̇ = 0 in place of a and α, d̈ is the bias J̇β.
+//! A row with a gap g has d − g in place of d. With accelerations for every β̇ = 0 in place of a and α, d̈ is the bias J̇β.
 //! Up to four rows lie side by side; slides and crossings are computed for all of them at once, and
 //! a lane that is neither has zeros for axes.
 
@@ -22,6 +22,7 @@ use crate::tree::OnLink;
 use crate::work::Kin;
 use linkwork_multibody::{LoopMotion, LoopRow};
 use linkwork_spatial::{Mat3, Vec3};
+use std::ops::Range;
 use wide::f64x4;
 
 /// A loop laid out for the kernels.
@@ -43,7 +44,7 @@ pub(crate) struct Block {
     slide: Option<V3<f64x4>>,
     /// a in A's link and b in B's, and the cosine.
     across: Option<(V3<f64x4>, V3<f64x4>, f64x4)>,
-    /// Lane, place among the motions, c.
+    /// Lane, place among the motions, c: prescribed sliders, and gaps.
     given: Vec<(usize, usize, f64)>,
     turns: Vec<(usize, Turn)>,
 }
@@ -94,16 +95,17 @@ pub(crate) struct BlockRows {
 }
 
 impl Closure {
-    /// From the frames of both ends.
-    pub fn new([a, b]: &[OnLink; 2], rows: &[LoopRow]) -> Self {
+    /// From the frames of both ends; `gaps`: places of the rows' gaps among the motions, or none.
+    pub fn new([a, b]: &[OnLink; 2], rows: &[LoopRow], gaps: Range<usize>) -> Self {
         let split = if rows.len() > WIDTH { 3 } else { rows.len() };
         let (first, rest) = rows.split_at(split);
         let blocks = [first, rest].into_iter().filter(|rows| !rows.is_empty());
-        Self {
-            slots: [a.slot, b.slot],
-            at: [v3(&a.p), v3(&b.p)],
-            blocks: blocks.map(|rows| Block::new(rows, &a.R, &b.R)).collect(),
+        let mut blocks: Vec<Block> = blocks.map(|rows| Block::new(rows, &a.R, &b.R)).collect();
+        for (row, gap) in gaps.enumerate() {
+            let (block, lane) = if row < split { (0, row) } else { (1, row - split) };
+            blocks[block].given.push((lane, gap, 1.0));
         }
+        Self { slots: [a.slot, b.slot], at: [v3(&a.p), v3(&b.p)], blocks }
     }
 
     /// `r`: each link's origin from that of its root. Between roots, world positions are used.
@@ -188,16 +190,16 @@ impl Block {
         }
         let [error, rate, bias] = [error, rate, bias].map(|x| x.to_array());
         let mut out = BlockRows { n: self.n, wrench, error, rate, bias };
+        for (lane, turn) in &self.turns {
+            let (wrench, numbers) = turn.row(ends, motions);
+            set(&mut out.wrench, *lane, &wrench);
+            [out.error[*lane], out.rate[*lane], out.bias[*lane]] = numbers;
+        }
         for (lane, u, c) in &self.given {
             let u = &motions[*u];
             out.error[*lane] -= c * u.position;
             out.rate[*lane] -= c * u.rate;
             out.bias[*lane] -= c * u.acceleration;
-        }
-        for (lane, turn) in &self.turns {
-            let (wrench, numbers) = turn.row(ends, motions);
-            set(&mut out.wrench, *lane, &wrench);
-            [out.error[*lane], out.rate[*lane], out.bias[*lane]] = numbers;
         }
         out
     }

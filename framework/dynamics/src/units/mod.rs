@@ -134,7 +134,7 @@ impl Units {
     pub fn new(tree: &Tree, treatment: impl Fn(ConstraintId) -> Treatment) -> Self {
         let mbs = tree.multibody();
         let closures: Vec<Closure> = (mbs.loops().iter().zip(&tree.anchors))
-            .map(|(l, ends)| Closure::new(ends, &l.rows))
+            .map(|(l, ends)| Closure::new(ends, &l.rows, l.gaps.clone()))
             .collect();
         let slot_of_v = |v: usize| {
             let k = tree.links.iter().position(|l| l.v as usize == v);

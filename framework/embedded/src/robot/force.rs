@@ -8,7 +8,7 @@ use super::{Robot, numbers};
 use crate::error::RobotError;
 use crate::part::Part;
 use linkwork_dynamics::{inverse_dynamics_given_kinematics, kinematics};
-use linkwork_spatial::{Force, Vec3};
+use linkwork_spatial::{Force, Motion, Vec3};
 
 /// A wrench that a tip exerts on something.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +77,33 @@ impl Robot {
         numbers("v", v, self.tree.nv())?;
         numbers("vdot", vdot, self.tree.nv())?;
         self.forces(Some(v), Some(vdot), pushes, tau)
+    }
+
+    /// Forces C + g (nv) into `tau` at the robot's q and rates `v`, with what is held, and into `tips` the accelerations J̇ v that the tips of
+    /// `parts` have while no rate changes: [angular; linear] of each tip's origin, world axes.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ForeignHandle`], [`RobotError::NotAChain`].
+    pub fn bias(
+        &mut self,
+        v: &[f64],
+        parts: &[Part],
+        tau: &mut [f64],
+        tips: &mut [Motion],
+    ) -> Result<(), RobotError> {
+        numbers("v", v, self.tree.nv())?;
+        if tips.len() != parts.len() {
+            let (got, wanted) = (tips.len(), parts.len());
+            return Err(RobotError::Length { what: "tips", got, wanted });
+        }
+        for part in parts {
+            self.model.tip(*part)?;
+        }
+        self.forces(Some(v), None, &[], tau)?;
+        for (part, out) in parts.iter().zip(tips) {
+            *out = self.ws.node_acceleration(&self.tree, self.model.tip(*part)?);
+        }
+        Ok(())
     }
 
     /// Checks all before anything is written; `None` is rest.

@@ -192,6 +192,11 @@ impl MechanismBlock {
         for (i, lane) in plan.ports.loop_motions.iter().zip(loops) {
             self.motions[*i as usize].acceleration = sig[*lane as usize];
         }
+        for gaps in &plan.gaps {
+            for m in &mut self.motions[gaps.motions.clone()] {
+                m.acceleration = gaps.acceleration(m.position, m.rate);
+            }
+        }
         Ok(())
     }
 
@@ -369,6 +374,11 @@ impl Block for MechanismBlock {
             let constant = self.plan.loop_motions[i].acceleration;
             xdot[motions + 2 * i] = x[motions + 2 * i + 1];
             xdot[motions + 2 * i + 1] = lane.map_or(constant, |l| sig[l]);
+        }
+        for gaps in &self.plan.gaps {
+            for at in gaps.motions.clone().map(|i| motions + 2 * i) {
+                xdot[at + 1] = gaps.acceleration(x[at], x[at + 1]);
+            }
         }
         let (first, n) = (self.bristle_lanes(), self.plan.bristles());
         let rates = self.w.yd + nv;

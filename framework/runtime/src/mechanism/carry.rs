@@ -1,4 +1,5 @@
 //! The mechanism's state in a move between plans: poses and motion stay, momentum is booked.
+use super::gaps::Gaps;
 use super::plan::{MechanismPart, MechanismPlan};
 use crate::block::{Carried, Failure, OldState, Prototype};
 use linkwork_dynamics::topology::{self, Report};
@@ -38,7 +39,9 @@ pub(super) fn carry(
     to[..mq].copy_from_slice(&carried.q);
     to[mq..mq + mv].copy_from_slice(&carried.v);
     loop_motions(new, old, &from[nq + nv..], &mut to[mq + mv..]);
-    let closed = close(new, matches!(after, Cow::Owned(_)).then_some(&*after), to)?;
+    let bodies = matches!(after, Cow::Owned(_)).then_some(&*after);
+    let fresh = gaps(new, old, &from[nq + nv..], &mut to[mq + mv..]);
+    let closed = close(new, bodies, &fresh, to)?;
     let mut notes = Vec::new();
     let list = |what: &str, names: &[String]| {
         (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")))
@@ -83,11 +86,35 @@ fn loop_motions(new: &MechanismPlan, old: &MechanismPlan, from: &[f64], to: &mut
     }
 }
 
+/// Gaps of loops that both have go on; those of the others, which are returned, are to be found.
+fn gaps<'a>(
+    new: &'a MechanismPlan,
+    old: &MechanismPlan,
+    from: &[f64],
+    to: &mut [f64],
+) -> Vec<&'a Gaps> {
+    let mut fresh = Vec::new();
+    for gaps in &new.gaps {
+        let closure = |m: &Multibody, g: &Gaps| m.loops()[g.which].closure.clone();
+        let here = closure(&new.multibody, gaps);
+        match old.gaps.iter().find(|g| closure(&old.multibody, g) == here) {
+            None => fresh.push(gaps),
+            Some(was) => {
+                let (i, j) = (2 * gaps.motions.start, 2 * was.motions.start);
+                let n = 2 * gaps.motions.len();
+                to[i..i + n].copy_from_slice(&from[j..j + n]);
+            }
+        }
+    }
+    fresh
+}
+
 /// Puts the state onto the loops and couplings of the new mechanism, whose `bodies` have other masses
-/// than in its file; whether rates changed by it.
+/// than in its file, with gaps that are `fresh` as they are found; whether rates changed by it.
 fn close(
     new: &MechanismPlan,
     bodies: Option<&Multibody>,
+    fresh: &[&Gaps],
     lanes: &mut [f64],
 ) -> Result<bool, Box<Failure>> {
     let Some(solver) = &new.solver else { return Ok(false) };
@@ -103,9 +130,15 @@ fn close(
         (m.position, m.rate) = (lanes[nq + nv + 2 * i], lanes[nq + nv + 2 * i + 1]);
     }
     let (q, rest) = lanes.split_at_mut(nq);
-    let v = &mut rest[..nv];
+    let (v, held) = rest.split_at_mut(nv);
     let before = v.to_vec();
     let mut ws = Workspace::new(tree);
+    for gaps in fresh {
+        gaps.find(tree, &mut ws, &mut solver, (&*q, &*v), &mut motions);
+        for i in gaps.motions.clone() {
+            held[2 * i..2 * i + 2].copy_from_slice(&[motions[i].position, motions[i].rate]);
+        }
+    }
     let mut projector = Projector::new(tree);
     projector
         .positions(tree, &mut ws, &mut solver, &motions, q)

@@ -11,6 +11,7 @@
 mod axle;
 mod block;
 mod carry;
+mod gaps;
 mod joints;
 mod masses;
 mod names;
@@ -23,6 +24,7 @@ mod slopes;
 mod spec;
 mod touch;
 
+pub use gaps::Closing;
 pub use placement::{PlaceError, Placed, Placement, place_on_terrain};
 pub use plan::{MechanismPart, MechanismPlan};
 pub use ports::{Frame, MechanismPorts};

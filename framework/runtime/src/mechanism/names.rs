@@ -117,18 +117,32 @@ fn modes(all: &mut Vec<Named>, m: &MechanismPlan, w: &Wiring, body: &Body) {
 
 fn loop_motions(all: &mut Vec<Named>, m: &MechanismPlan, w: &Wiring) {
     let first = w.x + m.multibody.nq() + m.multibody.nv();
-    for (l, i) in m.multibody.loops().iter().flat_map(|l| l.motions.clone().map(move |i| (l, i))) {
-        let k = i - l.motions.start;
-        let tag = if l.motions.len() > 1 { format!("[{k}]") } else { String::new() };
-        for (j, name) in ["position", "rate"].into_iter().enumerate() {
+    let mut both = |i: usize, names: [String; 2], doc: &str| {
+        for (j, name) in names.into_iter().enumerate() {
             all.push(Named {
-                path: format!("{}.{}{tag}.{name}", m.path, l.closure.name),
+                path: format!("{}.{name}", m.path),
                 place: Place::X((first + 2 * i + j) as u32),
                 role: Role::State,
                 unit: String::new(),
-                doc: "Prescribed motion across the loop (rad or m).".to_string(),
+                doc: doc.to_string(),
                 part: m.path.clone(),
             });
+        }
+    };
+    for l in m.multibody.loops() {
+        let name = &l.closure.name;
+        for (k, i) in l.motions.clone().enumerate() {
+            let tag = if l.motions.len() > 1 { format!("[{k}]") } else { String::new() };
+            let names = ["position", "rate"].map(|lane| format!("{name}{tag}.{lane}"));
+            both(i, names, "Prescribed motion across the loop (rad or m).");
+        }
+        for (k, i) in l.gaps.clone().enumerate() {
+            let names = [format!("{name}.gap[{k}]"), format!("{name}.gap_rate[{k}]")];
+            both(
+                i,
+                names,
+                "How far apart row k of the loop holds its ends (rad or m), and its rate.",
+            );
         }
     }
 }

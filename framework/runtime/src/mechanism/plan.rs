@@ -1,5 +1,6 @@
 //! The constant part of a mechanism, and the part that the scheduler sees.
 use super::block::MechanismBlock;
+use super::gaps::Gaps;
 use super::joints::{self, JointForces};
 use super::masses::Varying;
 use super::ports::MechanismPorts;
@@ -44,8 +45,10 @@ pub struct MechanismPlan {
     pub q: Vec<f64>,
     /// Velocities at the start.
     pub v: Vec<f64>,
-    /// Prescribed subhinges of loops at the start.
+    /// Prescribed subhinges and gaps of loops at the start.
     pub loop_motions: Vec<LoopMotion>,
+    /// Loops that do not close at once.
+    pub(super) gaps: Vec<Gaps>,
     /// Solver of constrained motion, when there are constraints.
     pub solver: Option<ConstrainedSolver>,
     /// Contact, when the mechanism is stepped with it.
@@ -113,6 +116,7 @@ impl MechanismPart {
             q: spec.q.clone(),
             v: spec.v.clone(),
             loop_motions: spec.motions.clone(),
+            gaps: Gaps::all(m, &spec.closings),
             solver: MechanismPlan::solver(&tree, &treatments),
             contact,
             compliant: spec.compliant.clone(),
@@ -312,7 +316,7 @@ impl MechanismPlan {
         text += &format!("{:?}\n{:?}\n{:?}\n", m.loops(), m.couplings(), self.treatments);
         text +=
             &format!("gravity {} {:?} {:?}\n", self.gravity.is_some(), self.uniform, self.omega);
-        text += &format!("{:?}\n", self.joints);
+        text += &format!("{:?}\n{:?}\n", self.joints, self.gaps);
         if let Some(contact) = &self.contact {
             text += &format!("{:?} {}", contact.settings, shapes(&contact.colliders));
         }
@@ -338,6 +342,10 @@ impl MechanismPlan {
         }
         let mut ws = Workspace::new(&self.tree);
         if let Some(solver) = &mut self.solver {
+            for gaps in &self.gaps {
+                let state = (&self.q[..], &self.v[..]);
+                gaps.find(&self.tree, &mut ws, solver, state, &mut self.loop_motions);
+            }
             let (tree, motions) = (&self.tree, &self.loop_motions[..]);
             let mut projector = Projector::new(tree);
             let done =

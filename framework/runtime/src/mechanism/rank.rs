@@ -97,9 +97,11 @@ impl MechanismPlan {
         for (k, a) in rows.vdot.iter_mut().enumerate().filter(|(k, _)| given[*k]) {
             *a = odd(k);
         }
+        // Gaps go on as they are found: rows that repeat others do so in them, too.
+        let gap = |k: &usize| self.gaps.iter().any(|g| g.motions.contains(k));
         let motion = |(k, l): (usize, &LoopMotion)| LoopMotion {
             rate: 0.0,
-            acceleration: odd(k + given.len()),
+            acceleration: if gap(&k) { 0.0 } else { odd(k + given.len()) },
             ..*l
         };
         let motions: Vec<LoopMotion> = self.loop_motions.iter().enumerate().map(motion).collect();
@@ -108,7 +110,7 @@ impl MechanismPlan {
         let prescribed = given.iter().filter(|p| **p).count();
         Some(RankReport {
             free: given.len() - prescribed,
-            prescribed: prescribed + motions.len(),
+            prescribed: prescribed + (0..motions.len()).filter(|k| !gap(k)).count(),
             rows: report.rows,
             rank: report.rank,
             redundant: (redundant.iter())
@@ -123,7 +125,12 @@ impl MechanismPlan {
         self.multibody.constraints().next()?;
         let by_all = Stabilisation::Baumgarte { frequency: 1.0, damping: 0.5 };
         let mut rows = Rows::of(self, by_all);
-        let guilty = match rows.solve(self, &self.v, &self.loop_motions) {
+        // A gap at the start of a later phase is of no meaning: rows that are singular there are not where the phase begins.
+        let mut motions = self.loop_motions.clone();
+        for k in self.gaps.iter().flat_map(|g| g.motions.clone()) {
+            motions[k].acceleration = 0.0;
+        }
+        let guilty = match rows.solve(self, &self.v, &motions) {
             Err(SolverError::Dynamics(_)) => return None,
             _ => rows.contradicting(self),
         };

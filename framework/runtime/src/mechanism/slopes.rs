@@ -251,6 +251,13 @@ impl MechanismBlock {
             out.column(motions + 2 * i).fill(0.0);
             out.column(motions + 2 * i + 1)[motions + 2 * i] = 1.0;
         }
+        for gaps in &plan.gaps {
+            let [by_position, by_rate] = gaps.slopes();
+            for at in gaps.motions.clone().map(|i| motions + 2 * i) {
+                out.column(at)[at + 1] = by_position;
+                out.column(at + 1)[at + 1] = by_rate;
+            }
+        }
         let bristles = motions + 2 * self.motions.len();
         let states = bristles + plan.bristles();
         (bristles..states).for_each(|j| out.column(j).fill(0.0));

@@ -1,4 +1,5 @@
 //! The mechanism of a specification: structure, how it starts, how it is solved.
+use super::gaps::Closing;
 use super::plan::{MechanismPart, RollingOn};
 use crate::block::Prototype;
 use crate::compile::{Bound, Host, Lowering};
@@ -33,8 +34,10 @@ pub struct MechanismSpec {
     pub terrain: Option<String>,
     /// How each loop and coupling is treated, by name; `Auto` where nothing is said.
     pub treatments: BTreeMap<String, Treatment>,
-    /// Prescribed subhinges of loops at the start.
+    /// Prescribed subhinges of loops at the start. Gaps are found, whatever stands in their places.
     pub motions: Vec<LoopMotion>,
+    /// How loops with gaps close, by name; as found where nothing is said.
+    pub closings: BTreeMap<String, Closing>,
     /// Non-smooth contact, when the mechanism is stepped with it.
     pub contact: Option<ContactSpec>,
     /// Compliant contact: smooth forces with bristles as states. Not together with `contact`.
@@ -71,6 +74,7 @@ impl MechanismSpec {
             gravity: None,
             terrain: None,
             treatments: BTreeMap::new(),
+            closings: BTreeMap::new(),
             contact: None,
             compliant: None,
             kinematic: None,

@@ -67,7 +67,12 @@ impl FullyAugmentedSolver {
         block.ends.iter_mut().for_each(|e| e.1 = [V6::zeros(); 6]);
         let (damping, stiffness) = constants(self.stabilisation);
         for (k, row) in l.rows.iter().enumerate() {
-            let row = closing::row(row, &A, &B, motions);
+            let mut row = closing::row(row, &A, &B, motions);
+            if let Some(gap) = l.gaps.clone().nth(k).map(|at| &motions[at]) {
+                row.error -= gap.position;
+                row.rate -= gap.rate;
+                row.bias -= gap.acceleration;
+            }
             let w = joint::join(&row.n, &row.f);
             for (anchor, sign) in sides {
                 let Some(g) = anchor.body.and_then(|b| self.of[b.index()]) else { continue };

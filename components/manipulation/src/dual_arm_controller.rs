@@ -1,0 +1,506 @@
+//! `manipulation.dual_arm_controller`: two arms of one robot, each with its own moves, or both with what they hold between them.
+//! ```text
+//! O                   halfway between the tips; its pose in each hand, X_LO and X_RO, is found from the joints when both take hold
+//! apart               a as of `manipulation.arm_controller`, for the tips of both hands at once
+//! together            e, ė of O, from the mean of where both hands have it;  a_O = A_r + 2 ω ė + ω² e + Λ_O⁻¹ f, or compliant
+//!                     Λ_O = Gᵀ Λ G,  a_i = [α; a + α × r_i + ω × (ω × r_i)],  G_i = [1, 0; −r_i×, 1]       r_i: O to tip i
+//! torque              τ₀ = Jᵀ Λ (a − J̇ v) + C v + g                             with what the hands hold, all of it on the left
+//! shared              τ = τ₀ − Cᵀ λ,  min Σ (τ/limit)²                          λ: what the right hand does to the object
+//! squeeze             s = max(wanted, margin |t_i|/µ − n_i)                     n_i, t_i: of hand i's force along and across the line of the tips
+//! ```
+//! Sources: O. Khatib, IEEE J. Robotics and Automation 3 (1987) 43; the balance and the squeeze are those of `linkwork-embedded`.
+//! The grip is one of flat palms that press towards each other: moments are not looked at. What hands do to the object is known from the loads and
+//! the joints' torques, not measured.
+//!
+//! Moves end as those of one arm do. In a singular pose both arms hold themselves against gravity, damped.
+
+use crate::arm::{Arm, HANDS_MAX, Hand, Memory};
+use crate::arm_controller::{JointIn, JointOut, damping};
+use crate::dual_moves::{Track, Tracks};
+use crate::dual_ports::{DualArmOut, DualArmParams, DualProgress};
+use crate::moves::{Reference, short};
+use crate::programme::{Follower, Met, Place};
+use crate::tracking::{Now, norm};
+use linkwork_embedded::Balance;
+use linkwork_runtime::prelude::*;
+use linkwork_spatial::Pose;
+use linkwork_spatial::nalgebra::{Matrix3, Matrix6, Vector6};
+
+struct Step {
+    tracks: Tracks,
+    duration: f64,
+    squeeze: f64,
+    arrive: bool,
+}
+
+/// Two arms that carry out moves.
+pub struct DualArmController {
+    p: DualArmParams,
+    arm: Arm,
+    steps: Vec<Step>,
+}
+
+type Tip = (Pose, [f64; 6]);
+
+/// What moves, at one sample. In a box it would be memory taken at each sample.
+#[allow(clippy::large_enum_variant)]
+enum Moving {
+    Apart([Now; 2]),
+    Together(Now),
+}
+
+impl Moving {
+    /// Greatest distance, and greatest angle, from where it is to be.
+    fn errors(&self) -> [f64; 2] {
+        let of = |now: &Now| [norm(&now.e[3..]), norm(&now.e[..3])];
+        match self {
+            Moving::Together(now) => of(now),
+            Moving::Apart([l, r]) => {
+                let (l, r) = (of(l), of(r));
+                [l[0].max(r[0]), l[1].max(r[1])]
+            }
+        }
+    }
+}
+
+/// How both hands hold an object.
+#[derive(Clone, Copy, Default)]
+struct Grip {
+    squeeze: f64,
+    friction: f64,
+    slipping: bool,
+}
+
+/// Halfway between two tips, with these axes, seen from each tip.
+fn found(tips: [Pose; 2], axes: Quat) -> (Pose, [Pose; 2]) {
+    let O = Pose::new(axes, 0.5 * (tips[0].position + tips[1].position));
+    (O, tips.map(|X| X.inverse() * O))
+}
+
+/// O and its velocity: the mean of where both hands have it.
+fn mean(tips: &[Tip; 2], in_hands: &[Pose; 2]) -> Tip {
+    let O = [0, 1].map(|k| tips[k].0 * in_hands[k]);
+    let p = 0.5 * (O[0].position + O[1].position);
+    let half = 0.5 * short(O[1].rotation * O[0].rotation.inverse());
+    let X = Pose::new(Quat::from_scaled_axis(half) * O[0].rotation, p);
+    let mut V = [0.0; 6];
+    for (tip, V_T) in tips {
+        let w = Vec3::new(V_T[0], V_T[1], V_T[2]);
+        let v = Vec3::new(V_T[3], V_T[4], V_T[5]) + w.cross(&(p - tip.position));
+        let both = [w.x, w.y, w.z, v.x, v.y, v.z];
+        V.iter_mut().zip(both).for_each(|(V, x)| *V += 0.5 * x);
+    }
+    (X, V)
+}
+
+/// Velocities of a tip at `r` from O, by those of O.
+fn at(r: &Vec3) -> Matrix6<f64> {
+    let mut G = Matrix6::identity();
+    let cross = Matrix3::new(0.0, r.z, -r.y, -r.z, 0.0, r.x, r.y, -r.x, 0.0);
+    G.fixed_view_mut::<3, 3>(3, 0).copy_from(&cross);
+    G
+}
+
+impl DualArmController {
+    fn arm(p: &DualArmParams) -> Result<Arm, BuildError> {
+        let hands = [
+            Hand { at: "left_tip", tip: &p.left_tip, tool: p.left_tool },
+            Hand { at: "right_tip", tip: &p.right_tip, tool: p.right_tool },
+        ];
+        Arm::new(&p.robot, &p.base, &hands, &p.armature, &p.loads, p.gravity)
+    }
+
+    fn step(&self, d: &DualProgress) -> &Step {
+        &self.steps[(d.index as usize).min(self.steps.len() - 1)]
+    }
+
+    fn tips(&self, m: &mut Memory) -> Option<[Tip; 2]> {
+        Some([self.arm.tip(m, 0)?, self.arm.tip(m, 1)?])
+    }
+
+    /// Memory for joints, with what the hands hold, and O in both hands.
+    fn memory(&self, joints: &[f64], d: &DualProgress) -> Option<(Memory, [Pose; 2])> {
+        let mut in_hands = d.in_hands();
+        let held: [Option<(usize, Pose)>; HANDS_MAX] = match &self.step(d).tracks {
+            Tracks::Apart(tracks) => {
+                [0, 1].map(|k| tracks[k].load.map(|load| (load, Pose::identity())))
+            }
+            Tracks::Together(track, axes) => {
+                if !d.begun {
+                    let mut m = self.arm.at(joints, [None; HANDS_MAX])?;
+                    let tips = self.tips(&mut m);
+                    self.arm.give_back(m);
+                    in_hands = found(tips?.map(|t| t.0), *axes).1;
+                }
+                [0, 1].map(|k| track.load.map(|load| (load, in_hands[k])))
+            }
+        };
+        Some((self.arm.at(joints, held)?, in_hands))
+    }
+
+    /// What moves, and how far it is from where it is to be.
+    fn moving(&self, d: &DualProgress, tips: &[Tip; 2], in_hands: &[Pose; 2]) -> Moving {
+        let wanted = |track: &Track, from: Pose, X: Pose| match (d.begun, d.done || d.failed) {
+            (false, _) => Reference::still(X),
+            (true, true) => Reference::still(from),
+            (true, false) => track.path.at(&from, d.elapsed),
+        };
+        match &self.step(d).tracks {
+            Tracks::Apart(tracks) => Moving::Apart([0, 1].map(|k| {
+                let (X, V) = &tips[k];
+                Now::new(wanted(&tracks[k], d.tips()[k], *X), X, V)
+            })),
+            Tracks::Together(track, _) => {
+                let (X, V) = mean(tips, in_hands);
+                Moving::Together(Now::new(wanted(track, d.object(), X), &X, &V))
+            }
+        }
+    }
+
+    /// Accelerations of both tips into `a`; the pushes of what is compliant: of each hand, or of O in the first place.
+    /// `None` where the tips cannot move independently.
+    fn accelerations(
+        &self,
+        step: &Step,
+        m: &mut Memory,
+        (tips, moving): (&[Tip; 2], &Moving),
+        a: &mut [f64; 12],
+    ) -> Option<[[f64; 6]; 2]> {
+        let tracked = |track: &Track| track.stiffness.is_none().then_some(self.p.bandwidth);
+        match (&step.tracks, moving) {
+            (Tracks::Apart(tracks), Moving::Apart(now)) => {
+                let compliance = m.task.compliance(&mut m.robot).ok()?;
+                let pushes = [0, 1].map(|i| {
+                    let mobility = |k: usize| compliance[13 * (6 * i + k)];
+                    now[i].push(&tracks[i].path, tracks[i].stiffness, mobility)
+                });
+                for i in 0..2 {
+                    let own = now[i].acceleration(tracked(&tracks[i]));
+                    a[6 * i..6 * i + 6].copy_from_slice(&own);
+                }
+                for (row, a) in compliance.chunks_exact(12).zip(a) {
+                    *a += row.iter().zip(pushes.as_flattened()).map(|(A, f)| A * f).sum::<f64>();
+                }
+                Some(pushes)
+            }
+            (Tracks::Together(track, _), Moving::Together(now)) => {
+                let mut inertia = [0.0; 144];
+                m.task.inertia(&mut m.robot, &mut inertia).ok()?;
+                let O = now.wanted.X.position - now.way();
+                let r = [0, 1].map(|i| tips[i].0.position - O);
+                let G = r.map(|r| at(&r));
+                let mut inertia_O = Matrix6::zeros();
+                for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    let block =
+                        Matrix6::from_fn(|row, col| inertia[12 * (6 * i + row) + 6 * j + col]);
+                    inertia_O += G[i].transpose() * block * G[j];
+                }
+                let mobility = inertia_O.cholesky()?.inverse();
+                let push = now.push(&track.path, track.stiffness, |k| mobility[(k, k)]);
+                let given = mobility * Vector6::from(push);
+                let mut a_O = now.acceleration(tracked(track));
+                a_O.iter_mut().zip(given.iter()).for_each(|(a, x)| *a += x);
+                let w = now.wanted.V.angular - Vec3::new(now.de[0], now.de[1], now.de[2]);
+                for i in 0..2 {
+                    let turning = w.cross(&w.cross(&r[i]));
+                    let tip = G[i] * Vector6::from(a_O);
+                    for k in 0..6 {
+                        a[6 * i + k] = tip[k] + if k < 3 { 0.0 } else { turning[k - 3] };
+                    }
+                }
+                Some([push, [0.0; 6]])
+            }
+            _ => None,
+        }
+    }
+
+    /// Shares the load of what both hold, and presses it: changes `m.tau`.
+    fn grip(&self, step: &Step, m: &mut Memory, (now, push): (&Now, &[f64; 6])) -> Option<Grip> {
+        let Tracks::Together(track, _) = &step.tracks else { return Some(Grip::default()) };
+        let load = track.load?;
+        let object = *self.arm.loads.get(load)?;
+        let shared = m.robot.balance(object, Balance::Effort, &mut m.tau).ok()?;
+        let (X, A) = (now.wanted.X, now.wanted.A);
+        let com = X.rotation * self.p.loads[load].com;
+        let a = A.linear + A.angular.cross(&com) - self.p.gravity;
+        // Safe: as if all of the push went through the palms.
+        let net = a * self.p.loads[load].mass + Vec3::new(push[3], push[4], push[5]);
+        let forces = [net - shared.second.force, shared.second.force];
+        let [l, r] = [0, 1].map(|k| m.robot.tip_pose(self.arm.chains[k]).map(|X| X.position));
+        let line = r.ok()? - l.ok()?;
+        if !(line.norm() > 1e-9) {
+            return None;
+        }
+        let n = line.normalize();
+        let parts = [0, 1].map(|k| {
+            let along = forces[k].dot(&n);
+            let across = (forces[k] - along * n).norm();
+            (if k == 0 { along } else { -along }, across)
+        });
+        let p = &self.p;
+        let least = parts.iter().map(|(n, t)| p.margin * t / p.friction - n);
+        let wanted = least.fold(step.squeeze, |a, b| if a >= b { a } else { b });
+        let squeeze = wanted.min(p.squeeze_max);
+        m.robot.squeeze(object, squeeze, &mut m.tau).ok()?;
+        let friction = parts.map(|(n, t)| {
+            let press = n + squeeze;
+            if press > 0.0 { t / press } else { f64::INFINITY }
+        });
+        // A palm that does not press at all is told by `slipping`; the ratio stays a number.
+        let friction = friction[0].max(friction[1]).min(1e3);
+        Some(Grip { squeeze, friction, slipping: friction > p.friction })
+    }
+
+    /// Torques into `m.tau`; `None` in a singular pose.
+    fn torques(
+        &self,
+        step: &Step,
+        m: &mut Memory,
+        (tips, moving): (&[Tip; 2], &Moving),
+    ) -> Option<(f64, Grip)> {
+        let mut a = [0.0; 12];
+        let pushes = self.accelerations(step, m, (tips, moving), &mut a)?;
+        let Memory { robot, task, v, tau, q, M, .. } = m;
+        let redundant = v.len() > 12;
+        if redundant {
+            // The room of q is free: the robot has its own copy.
+            damping(robot, self.p.bandwidth, v, M, q)?;
+        }
+        task.forces(robot, v, &a, redundant.then_some(&q[..]), tau).ok()?;
+        let grip = match moving {
+            Moving::Together(now) => self.grip(step, m, (now, &pushes[0]))?,
+            Moving::Apart(_) => Grip::default(),
+        };
+        let push = |track: &Track, f: &[f64; 6]| {
+            if track.stiffness.is_some() { norm(&f[3..]) } else { 0.0 }
+        };
+        let push = match &step.tracks {
+            Tracks::Apart(t) => push(&t[0], &pushes[0]).max(push(&t[1], &pushes[1])),
+            Tracks::Together(t, _) => push(t, &pushes[0]),
+        };
+        Some((push, grip))
+    }
+
+    /// Holds both arms against gravity, damped.
+    fn hold(&self, step: &Step, m: &mut Memory) -> Option<()> {
+        let Memory { robot, v, tau, q, M, .. } = m;
+        damping(robot, self.p.bandwidth, v, M, q)?;
+        robot.gravity_forces(tau).ok()?;
+        tau.iter_mut().zip(&*q).for_each(|(t, x)| *t += x);
+        if let Tracks::Together(track, _) = &step.tracks
+            && let Some(object) = track.load.and_then(|k| self.arm.loads.get(k))
+        {
+            robot.balance(*object, Balance::Effort, tau).ok()?;
+            robot.squeeze(*object, step.squeeze, tau).ok()?;
+        }
+        Some(())
+    }
+}
+
+impl SizedModel for DualArmController {
+    const NAME: &'static str = "manipulation.dual_arm_controller";
+    const DOC: &'static str = "Carries out moves of two arms by an embedded model of the robot: each by itself, or both with what they hold between them, whose load they share and which they press as friction needs.";
+    type Params = DualArmParams;
+    type Store = ();
+
+    fn ports(p: &DualArmParams) -> SizedPorts {
+        // A description that makes no arms is refused when the part is built.
+        let joints = Self::arm(p).map_or([0; 2], |arm| [0, 1].map(|k| arm.joints_of(k)));
+        let names = || {
+            let of = |(side, n): (&'static str, usize)| (0..n).map(move |k| format!("{side}[{k}]"));
+            ["left", "right"].into_iter().zip(joints).flat_map(of)
+        };
+        let inputs = names().flat_map(|name| PortSpec::group::<JointIn>(name, "Encoder"));
+        let torques = names().flat_map(|name| PortSpec::group::<JointOut>(name, "Drive"));
+        SizedPorts {
+            direct_inputs: inputs.collect(),
+            direct_outputs: torques.chain(DualArmOut::specs()).collect(),
+            discrete: DualProgress::specs(),
+            sampled: true,
+            ..SizedPorts::default()
+        }
+    }
+
+    fn build(p: DualArmParams) -> Result<Self, BuildError> {
+        let arm = Self::arm(&p)?;
+        if let Some(k) = arm.limits.iter().position(|l| !(l.effort.is_finite() && l.effort > 0.0)) {
+            let fact = format!("joint {k} of the robot has no limit of its effort");
+            let help = "write `effort` in its `limit`: loads are shared by what each joint can do";
+            return Err(BuildError::new(fact).help(help).at("robot"));
+        }
+        if p.moves.is_empty() {
+            let help = "write one at least, such as (name: \"stay\", duration: \"1 s\")";
+            return Err(BuildError::new("there is no move").help(help).at("moves"));
+        }
+        let a = p.work_rpy;
+        let work = Pose::new(Quat::from_euler_angles(a.x, a.y, a.z), p.work_position);
+        let steps = p.moves.iter().map(|m| {
+            let tracks = Tracks::new(m, &work, &p.loads)?;
+            let (duration, squeeze, arrive) = (m.duration, m.squeeze, m.arrive);
+            Ok(Step { tracks, duration, squeeze, arrive })
+        });
+        let steps = steps.collect::<Result<Vec<Step>, BuildError>>()?;
+        let controller = DualArmController { p, arm, steps };
+        controller.reachable()?;
+        Ok(controller)
+    }
+
+    fn initial(&self, _: &mut [f64], d: &mut [f64]) {
+        let (p, R) = (Vec3::zeros(), Quat::identity());
+        DualProgress {
+            begun: false,
+            index: 0.0,
+            elapsed: 0.0,
+            done: false,
+            failed: false,
+            left: p,
+            left_rotation: R,
+            right: p,
+            right_rotation: R,
+            both: p,
+            both_rotation: R,
+            in_left: p,
+            in_left_rotation: R,
+            in_right: p,
+            in_right_rotation: R,
+        }
+        .put(d);
+    }
+
+    fn direct(&self, _: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+        let d = DualProgress::get(d);
+        let step = self.step(&d);
+        // Joints that are no numbers give torques that are none, at which the run stops.
+        y.fill(f64::NAN);
+        let Some((mut m, in_hands)) = self.memory(u, &d) else { return };
+        let Some(tips) = self.tips(&mut m) else { return self.arm.give_back(m) };
+        let moving = self.moving(&d, &tips, &in_hands);
+        let done = self.torques(step, &mut m, (&tips, &moving));
+        if done.is_none() && self.hold(step, &mut m).is_none() {
+            return self.arm.give_back(m);
+        }
+        let (push, grip) = done.unwrap_or_default();
+        let (mut limited, mut share) = (false, 0.0_f64);
+        for (y, k) in y.iter_mut().zip(&self.arm.dofs) {
+            let (tau, most) = (m.tau[*k], self.arm.limits[*k].effort);
+            limited |= tau.abs() > most;
+            share = share.max(tau.abs() / most);
+            *y = tau.clamp(-most, most);
+        }
+        let [error, error_angle] = moving.errors();
+        let (grip_left, grip_right) = match &step.tracks {
+            Tracks::Apart(t) => (t[0].grip, t[1].grip),
+            Tracks::Together(..) => (true, true),
+        };
+        DualArmOut {
+            index: d.index,
+            grip_left,
+            grip_right,
+            done: d.done,
+            failed: d.failed,
+            singular: done.is_none(),
+            limited,
+            slipping: grip.slipping,
+            error,
+            error_angle,
+            push,
+            squeeze: grip.squeeze,
+            friction: grip.friction,
+            share,
+            tip_left: tips[0].0.position,
+            tip_right: tips[1].0.position,
+        }
+        .put(&mut y[self.arm.joints()..]);
+        self.arm.give_back(m);
+    }
+
+    fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {
+        let mut p = DualProgress::get(d);
+        let step = self.step(&p);
+        let Some((mut m, in_hands)) = self.memory(u, &p) else { return };
+        if let Some(tips) = self.tips(&mut m) {
+            let moving = self.moving(&p, &tips, &in_hands);
+            let felt = self.felt(step, &mut m, (&tips, &moving));
+            let [error, error_angle] = moving.errors();
+            let met = Met {
+                duration: step.duration,
+                near: error <= self.p.tolerance && error_angle <= self.p.tolerance_angle,
+                arrive: step.arrive,
+                ended: felt,
+            };
+            let DualProgress { begun, index, elapsed, done, failed, .. } = p;
+            let mut place = Place { begun, index, elapsed, done, failed };
+            if place.sample(&met, self.steps.len(), self.p.patience, c.dt) {
+                match &moving {
+                    Moving::Apart(now) => p.set_tips([0, 1].map(|k| now[k].wanted.X)),
+                    Moving::Together(now) => {
+                        p.set_object(now.wanted.X);
+                        p.set_tips(in_hands.map(|X| now.wanted.X * X.inverse()));
+                    }
+                }
+                let next = &self.steps[place.index as usize];
+                let before = matches!(moving, Moving::Together(_)) && p.begun;
+                if let Tracks::Together(_, axes) = &next.tracks
+                    && !before
+                {
+                    let (O, in_hands) = found(tips.map(|t| t.0), *axes);
+                    p.set_object(O);
+                    p.set_in_hands(in_hands);
+                }
+            }
+            (p.begun, p.index, p.elapsed) = (place.begun, place.index, place.elapsed);
+            (p.done, p.failed) = (place.done, place.failed);
+            p.put(d);
+        }
+        self.arm.give_back(m);
+    }
+}
+
+impl DualArmController {
+    /// Whether something compliant pushes harder than the touch that it waits for.
+    fn felt(&self, step: &Step, m: &mut Memory, (tips, moving): (&[Tip; 2], &Moving)) -> bool {
+        let waits = match &step.tracks {
+            Tracks::Apart(t) => [t[0].touch, t[1].touch],
+            Tracks::Together(t, _) => [t.touch, None],
+        };
+        if waits == [None; 2] {
+            return false;
+        }
+        let mut a = [0.0; 12];
+        let pushes = self.accelerations(step, m, (tips, moving), &mut a);
+        pushes.is_some_and(|f| (0..2).any(|k| waits[k].is_some_and(|most| norm(&f[k][3..]) > most)))
+    }
+
+    /// That every move can be followed within the limits of the joints, beginning at `ready`.
+    fn reachable(&self) -> Result<(), BuildError> {
+        if self.p.ready.is_empty() {
+            return Ok(());
+        }
+        let mut follower = Follower::new(&self.arm, &self.p.ready)?;
+        let mut from = [follower.tip(0)?, follower.tip(1)?];
+        let mut object: Option<(Pose, [Pose; 2])> = None;
+        for (m, step) in self.p.moves.iter().zip(&self.steps) {
+            let T = step.duration;
+            match &step.tracks {
+                Tracks::Apart(tracks) => {
+                    object = None;
+                    let way = |k: usize, t: f64| Some(tracks[k].path.at(&from[k], t).X);
+                    follower.follow(&m.name, T, way)?;
+                    from = [0, 1].map(|k| tracks[k].path.at(&from[k], T).X);
+                }
+                Tracks::Together(track, axes) => {
+                    let (O, in_hands) = object.unwrap_or_else(|| found(from, *axes));
+                    let tip = |k: usize, t: f64| track.path.at(&O, t).X * in_hands[k].inverse();
+                    follower.follow(&m.name, T, |k, t| Some(tip(k, t)))?;
+                    from = [0, 1].map(|k| tip(k, T));
+                    object = Some((track.path.at(&O, T).X, in_hands));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+#[path = "dual_arm_controller_tests.rs"]
+mod tests;

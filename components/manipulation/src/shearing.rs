@@ -1,0 +1,319 @@
+//! `manipulation.shearing`: two blades on a pin that cut a round wire.
+//! ```text
+//! blades         origin on the pin, y along it, z along the edge; that of b is turned by φ about y
+//! s              lever of the wire: its place along the line halfway between both edges
+//! g = 2 s tan(φ/2)                     distance of the edges there
+//! F = k (2 R − g − h)₊                 while the wire is between the edges and h < 2 R: equal and opposite, across that line
+//! ḣ = (F − τ A(h))₊ / η                both edges go in: h, together
+//! A(h) = R² (θ − sin θ cos θ),  cos θ = h/R − 1        metal that is left
+//! ```
+//! The wire is sheared: the force that it takes is its shear strength times what is left of its section, which is most at the start. Elastic blades and a viscous
+//! remainder keep it smooth; η is to be small against τ R over the rate of closing.
+//!
+//! The wire lies along the pin. It gives way sideways: edge b moves it to edge a, so that nothing but the edges feels a force, and it does not slide along them. It is in the
+//! jaw when edge b comes to it from outside while it is on the inner side of edge a. The lever of the force holds for a jaw that is nearly closed.
+
+use linkwork_runtime::prelude::*;
+
+/// Blades and wire.
+#[derive(Params, Clone, Debug)]
+pub struct ShearingParams {
+    /// Radius of the wire.
+    #[param(unit = "m", range = 1e-6..)]
+    pub radius: f64,
+    /// Shear strength of the wire.
+    #[param(unit = "Pa", range = 1.0..)]
+    pub strength: f64,
+    /// Length of the blades from the pin.
+    #[param(unit = "m", range = 1e-6..)]
+    pub blades: f64,
+    /// How far the wire gives way to an edge.
+    #[param(unit = "m", default = 5e-3, range = 0.0..)]
+    pub sideways: f64,
+    /// Stiffness of both edges with the wire's skin.
+    #[param(unit = "N/m", default = 2e6, range = 1.0..)]
+    pub stiffness: f64,
+    /// Force beyond that of shearing for each rate at which both edges go in.
+    #[param(unit = "N s/m", default = 1e3, range = 1e-3..)]
+    pub viscosity: f64,
+}
+
+/// Blades and wire.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ShearingIn {
+    /// Blade a: origin on the pin, y along it, z along the edge.
+    #[port(bind = "a")]
+    pub a: NodeState,
+    /// Blade b, alike; turned by φ about y.
+    #[port(bind = "b")]
+    pub b: NodeState,
+    /// A point of the wire's axis, where it is cut.
+    #[port(bind = "wire")]
+    pub wire: NodeState,
+}
+
+/// Loads and how far it is.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ShearingOut {
+    /// On blade a.
+    #[port(bind = "a")]
+    pub on_a: Wrench,
+    /// On blade b.
+    #[port(bind = "b")]
+    pub on_b: Wrench,
+    /// Force of each edge on the wire.
+    #[port("N")]
+    pub force: f64,
+    /// Share of the wire's thickness that is cut: 1 when it is two.
+    #[port("1")]
+    pub cut: f64,
+    /// How far the jaw is open: φ.
+    #[port("rad")]
+    pub opening: f64,
+    /// Rate at which both edges go in.
+    #[port("m/s")]
+    pub feed: f64,
+}
+
+/// The cut.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Depth {
+    /// How deep both edges are in the wire together.
+    #[port("m")]
+    pub depth: f64,
+}
+
+/// The wire in the jaw.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Caught {
+    /// The wire was in the jaw when edge b came to it.
+    #[port("1")]
+    pub caught: bool,
+}
+
+/// Edge b and the wire.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Opened {
+    /// Their distance, where the wire is when nothing moves it.
+    #[port("m")]
+    pub gap: f64,
+}
+
+/// Blades that cut a wire.
+pub struct Shearing {
+    p: ShearingParams,
+}
+
+/// The jaw and the wire in it.
+struct Jaw {
+    opening: f64,
+    /// Lever of the wire, and distances of its axis from both edges, inside the jaw, when nothing moves it.
+    lever: f64,
+    from: [f64; 2],
+    /// Distance of the edges there.
+    gap: f64,
+    /// From edge a to edge b across that line, W; and along it.
+    across: Vec3,
+    along: Vec3,
+}
+
+fn jaw(u: &ShearingIn) -> Jaw {
+    let R = u.a.rotation;
+    let at = R.inverse() * (u.wire.position - u.a.position);
+    let edge = R.inverse() * (u.b.rotation * Vec3::z());
+    let opening = edge.x.atan2(edge.z);
+    let (sin, cos) = (0.5 * opening).sin_cos();
+    let (along, across) = (Vec3::new(sin, 0.0, cos), Vec3::new(cos, 0.0, -sin));
+    let lever = at.dot(&along);
+    let gap = 2.0 * lever * (0.5 * opening).tan();
+    let from = [at.x, at.z * opening.sin() - at.x * opening.cos()];
+    Jaw { opening, lever, from, gap, across: R * across, along: R * along }
+}
+
+impl Shearing {
+    /// Section of the wire that is left, m².
+    fn left(&self, depth: f64) -> f64 {
+        let R = self.p.radius;
+        let theta = (depth / R - 1.0).clamp(-1.0, 1.0).acos();
+        R * R * (theta - theta.sin() * theta.cos())
+    }
+}
+
+/// Two blades on a pin shear a round wire: forces on the blades, and how far it is cut.
+#[model("manipulation.shearing")]
+impl Model for Shearing {
+    type Params = ShearingParams;
+    type Ud = ShearingIn;
+    type Yd = ShearingOut;
+    type X = Depth;
+    type D = Caught;
+    type G = Opened;
+    fn direct(&self, _: &Clock, x: &Depth, d: &Caught, u: &ShearingIn) -> ShearingOut {
+        let (p, jaw) = (&self.p, jaw(u));
+        let whole = d.caught && x.depth < 2.0 * p.radius;
+        let deep = 2.0 * p.radius - jaw.gap - x.depth;
+        let force = if whole { p.stiffness * deep.max(0.0) } else { 0.0 };
+        let place = u.a.position + jaw.along * jaw.lever;
+        let on = |from: Vec3, force: Vec3| Wrench { moment: (place - from).cross(&force), force };
+        let over = force - p.strength * self.left(x.depth);
+        ShearingOut {
+            on_a: on(u.a.position, -jaw.across * force),
+            on_b: on(u.b.position, jaw.across * force),
+            force,
+            cut: (x.depth / (2.0 * p.radius)).min(1.0),
+            opening: jaw.opening,
+            feed: if whole && over > 0.0 { over / p.viscosity } else { 0.0 },
+        }
+    }
+    fn deriv(
+        &self,
+        _: &Clock,
+        _: &Depth,
+        _: &Caught,
+        _: &(),
+        _: &ShearingIn,
+        _: &(),
+        y: &ShearingOut,
+    ) -> Depth {
+        Depth { depth: y.feed }
+    }
+    fn guards(&self, _: &Clock, _: &Depth, _: &Caught, _: &(), u: &ShearingIn) -> Opened {
+        Opened { gap: jaw(u).from[1] - self.p.radius }
+    }
+    fn fired(
+        &self,
+        _: &Clock,
+        _: usize,
+        x: &Depth,
+        _: &Caught,
+        _: &(),
+        u: &ShearingIn,
+    ) -> (Depth, Caught) {
+        let jaw = jaw(u);
+        // An edge that opens lets it go, or goes by outside.
+        let closing = self.rate(u) < 0.0;
+        let R = self.p.radius;
+        let inside = jaw.from[0] > -R && jaw.from[0] < R + self.p.sideways;
+        let reached = jaw.lever > 0.0 && jaw.lever < self.p.blades;
+        (*x, Caught { caught: closing && inside && reached })
+    }
+}
+
+impl Shearing {
+    /// Rate of the jaw's opening, rad/s.
+    fn rate(&self, u: &ShearingIn) -> f64 {
+        (u.b.angular - u.a.angular).dot(&(u.a.rotation * Vec3::y()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    fn copper() -> Shearing {
+        Shearing {
+            p: ShearingParams {
+                radius: 1.5e-3,
+                strength: 150e6,
+                blades: 0.03,
+                sideways: 5e-3,
+                stiffness: 1e7,
+                viscosity: 1e3,
+            },
+        }
+    }
+
+    fn node(position: Vec3, rotation: Quat) -> NodeState {
+        NodeState { position, rotation, angular: Vec3::zeros(), velocity: Vec3::zeros() }
+    }
+
+    /// A jaw somewhere, that opens by φ at `rate`, with the wire at (x, z) in it.
+    fn at(opening: f64, x: f64, z: f64, rate: f64) -> ShearingIn {
+        let R = Quat::from_euler_angles(0.3, -0.5, 1.1);
+        let pin = Vec3::new(0.4, 0.2, 0.7);
+        let mut b = node(pin, R * Quat::from_axis_angle(&Vec3::y_axis(), opening));
+        b.angular = R * Vec3::y() * rate;
+        let wire = node(pin + R * Vec3::new(x, 0.001, z), Quat::identity());
+        ShearingIn { a: node(pin, R), b, wire }
+    }
+
+    /// The same with the wire at the lever s, in the middle.
+    fn jaw_at(opening: f64, s: f64) -> ShearingIn {
+        let (sin, cos) = (0.5 * opening).sin_cos();
+        at(opening, s * sin, s * cos, 0.0)
+    }
+
+    fn look(depth: f64, u: &ShearingIn) -> ShearingOut {
+        let (c, d) = (Clock::at(0.0, 1e-3, 0), Caught { caught: true });
+        copper().direct(&c, &Depth { depth }, &d, u, &())
+    }
+
+    /// What the edges do to each other through the wire adds up to nothing, and opens the jaw at the lever of the wire.
+    #[test]
+    fn edges_are_pressed_apart_alike() {
+        let opening = 2.0 * (1.4e-3_f64 / 0.02).atan();
+        let u = jaw_at(opening, 0.02);
+        let y = look(0.0, &u);
+        assert!((y.force - 1e7 * 0.2e-3).abs() < 1e-6, "{}", y.force);
+        assert!((y.opening - opening).abs() < 1e-12);
+        assert!((y.on_a.force + y.on_b.force).norm() < 1e-9);
+        assert!((y.on_a.moment + y.on_b.moment).norm() < 1e-9, "both about the pin");
+        let pin = u.a.rotation * Vec3::y();
+        assert!((y.on_b.moment.dot(&pin) - y.force * 0.02).abs() < 1e-9);
+        assert_eq!(look(0.0, &jaw_at(0.5, 0.02)).force, 0.0, "wide open");
+    }
+
+    /// It takes the shear strength times the section; all work of cutting slowly is that of shearing: ∫ τ A dh = τ π R³.
+    #[test]
+    fn the_work_of_a_cut_is_that_of_its_section() {
+        let m = copper();
+        let (tau, R) = (m.p.strength, m.p.radius);
+        assert!((m.left(0.0) - PI * R * R).abs() < 1e-15 && m.left(2.0 * R).abs() < 1e-15);
+        assert!((m.left(R) - 0.5 * PI * R * R).abs() < 1e-15);
+        // Closed at 1 mm/s the force that goes in follows the section.
+        let (mut depth, mut work, mut most, mut t, h) = (0.0, 0.0, 0.0_f64, 0.0, 2e-5);
+        while depth < 2.0 * R && t < 10.0 {
+            t += h;
+            let opening = 2.0 * ((R - 0.5e-3 * t) / 0.02).atan();
+            let y = look(depth, &jaw_at(opening, 0.02));
+            depth += h * y.feed;
+            work += y.force * y.feed * h;
+            most = most.max(y.force);
+        }
+        let whole = tau * PI * R.powi(3);
+        println!("{work} of {whole} J, {most} N");
+        assert!((work / whole - 1.0).abs() < 2e-2, "{work} {whole}");
+        assert!((most / (tau * PI * R * R) - 1.0).abs() < 2e-2, "{most}");
+        let y = look(2.0 * R, &jaw_at(0.0, 0.02));
+        assert!(y.force == 0.0 && y.cut == 1.0, "it is two");
+    }
+
+    #[test]
+    fn too_weak_a_hand_dents_and_does_not_cut() {
+        let opening = 2.0 * (1.48e-3_f64 / 0.02).atan();
+        let y = look(0.0, &jaw_at(opening, 0.02));
+        assert!(y.force > 50.0 && y.force < 150e6 * PI * 1.5e-3 * 1.5e-3 && y.feed == 0.0);
+    }
+
+    /// What is in the jaw when it closes is cut, and nothing else.
+    #[test]
+    fn only_what_is_between_the_edges_is_caught() {
+        let (m, c) = (copper(), Clock::at(0.0, 1e-3, 0));
+        let (x, d) = (Depth { depth: 0.0 }, Caught { caught: false });
+        // Edge b touches a wire at (x, z) at this opening.
+        let touch = |x: f64, z: f64| x.atan2(z) + (1.5e-3 / x.hypot(z)).asin();
+        let caught = |x0: f64, z: f64, rate: f64| {
+            let u = at(touch(x0, z), x0, z, rate);
+            assert!(m.guards(&c, &x, &d, &(), &u, &()).gap.abs() < 1e-12);
+            m.fired(&c, 0, &x, &d, &(), &u, &mut ()).1.caught
+        };
+        assert!(caught(0.0, 0.02, -1.0) && caught(4e-3, 0.02, -1.0));
+        assert!(!caught(-2e-3, 0.02, -1.0), "behind edge a");
+        assert!(!caught(7e-3, 0.02, -1.0), "it does not give way so far");
+        assert!(!caught(0.0, 0.031, -1.0), "beyond the blades");
+        assert!(!caught(4e-3, 0.02, 1.0), "opening lets it go");
+        let y = m.direct(&c, &x, &d, &jaw_at(0.05, 0.02), &());
+        assert!(y.force == 0.0 && y.feed == 0.0);
+    }
+}
