@@ -9,13 +9,13 @@
 //! formula gives.
 
 use linkwork_runtime::prelude::*;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Place and sun.
 #[derive(Params, Clone, Debug)]
 pub struct SolarClockParams {
     /// Latitude of the site.
-    #[param(unit = "rad", range = -1.5707963267948966..=1.5707963267948966)]
+    #[param(unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub latitude: f64,
     /// The sun.
     #[param(service)]
