@@ -14,7 +14,7 @@ mod find;
 use super::{Refusal, filled, folder_with, wrong};
 use crate::program::program;
 use find::{Found, FoundWheel};
-use linkwork_formats::{Description, ReadOptions, Root};
+use linkwork_formats::{Description, Geometry, ReadOptions, Root, ShapeRole};
 use linkwork_spatial::{Quat, Vec3};
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
@@ -60,6 +60,58 @@ fn turn(axle: &Vec3) -> [f64; 4] {
     let q = Quat::rotation_between(&Vec3::y(), axle)
         .unwrap_or_else(|| Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
     [q.i, q.j, q.k, q.w]
+}
+
+/// Whether a viewer shows anything of a body.
+fn shown_of(d: &Description, body: &str) -> bool {
+    let seen = |g: &Geometry| match g {
+        Geometry::Mesh { path, .. } => {
+            let kind = path.as_deref().and_then(Path::extension).and_then(|e| e.to_str());
+            kind.is_some_and(|e| e.eq_ignore_ascii_case("stl"))
+        }
+        Geometry::Plane { .. } => false,
+        _ => true,
+    };
+    d.shapes.iter().any(|s| s.body == body && s.role == ShapeRole::Visual && seen(&s.geometry))
+}
+
+/// Shapes to see of a body whose own cannot be shown: what it collides with, else a box between the wheels.
+fn hull(d: &Description, found: &Found) -> String {
+    let mut shapes = Vec::new();
+    for s in d.shapes.iter().filter(|s| s.body == found.root && s.role == ShapeRole::Collision) {
+        let shape = match &s.geometry {
+            Geometry::Box { size } => format!("Box({})", list(size)),
+            Geometry::Sphere { radius } => format!("Sphere({})", n(*radius)),
+            Geometry::Cylinder { radius, length } => {
+                format!("Cylinder(radius: {}, length: {})", n(*radius), n(*length))
+            }
+            _ => continue,
+        };
+        let q = s.pose.rotation;
+        shapes.push(format!(
+            "(shape: {shape}, at: (position: {}, rotation: (quat: {})), color: [0.85, 0.7, 0.2])",
+            list(s.pose.position.as_slice()),
+            list(&[q.i, q.j, q.k, q.w])
+        ));
+    }
+    if shapes.is_empty() {
+        let (mut low, mut high) = (found.wheels[0].place, found.wheels[0].place);
+        for w in &found.wheels {
+            (low, high) = (low.inf(&w.place), high.sup(&w.place));
+        }
+        let [radius, width] = found.wheels[0].size;
+        let size = [high.x - low.x, (high.y - low.y - 1.2 * width).max(width), radius];
+        let middle = (low + high) * 0.5 + Vec3::z() * radius;
+        shapes.push(format!(
+            "(shape: Box({}), at: (position: {}), color: [0.85, 0.7, 0.2])",
+            list(&size),
+            list(middle.as_slice())
+        ));
+    }
+    let (root, shapes) = (imported(&found.root), shapes.join(", "));
+    format!(
+        "    // The file's own shapes of `{root}` cannot be shown.\n    bodies: {{ \"hull\": (parent: \"{root}\", shapes: [{shapes}]) }},\n"
+    )
 }
 
 /// The files of a rover.
@@ -147,8 +199,15 @@ fn words(
         (0.02 * found.mass * radius * radius / driven.len() as f64).max(0.004 * torque / rate);
     let element = |w: &FoundWheel, direction: &str| {
         let body = imported(&w.body);
+        let visible = match shown_of(d, &w.body) {
+            true => String::new(),
+            false => {
+                let [radius, width] = w.size.map(n);
+                format!(", \"visible\": true, \"radius\": {radius}, \"width\": {width}")
+            }
+        };
         format!(
-            "                (mounts: {{ \"wheel\": \"{body}\" }}, params: {{ \"centre\": {}, \"turn\": {}{direction} }}),\n",
+            "                (mounts: {{ \"wheel\": \"{body}\" }}, params: {{ \"centre\": {}, \"turn\": {}{direction}{visible} }}),\n",
             list(w.centre.as_slice()),
             list(&turn(&w.axle)),
         )
@@ -266,8 +325,9 @@ fn words(
         ("tangential_damping", n(0.28 * (sideways * load / G).sqrt())),
         ("overrides", overrides),
         ("differential", differential),
+        ("hull", if shown_of(d, &found.root) { String::new() } else { hull(d, found) }),
         ("look_ahead", n(1.2 * length)),
-        ("tolerance", n(0.25 * length)),
+        ("tolerance", n(0.5 * length)),
         ("spot_rate", n((speed / length).min(0.8))),
         ("places", places),
         ("rate_max", n(rate_max)),
