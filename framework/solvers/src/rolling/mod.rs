@@ -302,12 +302,12 @@ impl Rolling {
             machine.rows(tree, ws, &mut self.jacobian, (&self.given, up));
             machine.solve();
             report.slide = report.slide.max(machine.slides());
-            machine.into_lanes(h, &mut self.dv);
+            machine.fill_lanes(h, &mut self.dv);
             machine.weigh(hold, up, &mut self.loads, &mut self.forces);
             // The same geometry with the rates at the end.
             machine.follow(tree, ws, &mut self.jacobian, v);
             machine.solve();
-            machine.into_lanes(1.0, v);
+            machine.fill_lanes(1.0, v);
         }
         tree.multibody().integrate(q, &self.dv, &mut self.next);
         q.copy_from_slice(&self.next);
@@ -356,7 +356,7 @@ impl Rolling {
                 break;
             }
             self.dv.fill(0.0);
-            machine.into_lanes(share * (0.2 / most).min(1.0), &mut self.dv);
+            machine.fill_lanes(share * (0.2 / most).min(1.0), &mut self.dv);
             mb.integrate(&self.best, &self.dv, q);
             poses(tree, ws, q);
             let search = if most < NEAR { Search::Near } else { Search::Whole };
@@ -391,7 +391,7 @@ impl Rolling {
             machine.rates.fill(0.0);
             machine.rates[DRIVE] = lift;
             self.dv.fill(0.0);
-            machine.into_lanes(1.0, &mut self.dv);
+            machine.fill_lanes(1.0, &mut self.dv);
             self.best.copy_from_slice(q);
             mb.integrate(&self.best, &self.dv, q);
             poses(tree, ws, q);
@@ -606,7 +606,7 @@ impl Machine {
     }
 
     /// Unknowns times `h` into the lanes of v.
-    fn into_lanes(&self, h: f64, v: &mut [f64]) {
+    fn fill_lanes(&self, h: f64, v: &mut [f64]) {
         let r = &self.rates;
         let twist = [r[4], r[5], r[2], r[0], r[1], r[3]];
         for k in 0..6 {

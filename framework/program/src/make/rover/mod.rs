@@ -386,7 +386,7 @@ mod tests {
 
     #[test]
     fn every_word_of_the_texts_is_filled_in() {
-        let urdf = super::tests_urdf();
+        let urdf = tests_urdf();
         let d = linkwork_formats::read_text(
             &urdf,
             &ReadOptions { root: Root::Free, ..ReadOptions::default() },
@@ -404,35 +404,34 @@ mod tests {
             assert!(!filled(text, &words).contains('@'), "{}", filled(text, &words));
         }
     }
-}
 
-/// A vehicle with all that can be found: an axle of each direction, steering upside down, a rocker, an arm, an idle wheel's size.
-#[cfg(test)]
-fn tests_urdf() -> String {
-    let wheel = |name: &str, parent: &str, xyz: &str, axis: &str, roll: &str| {
-        format!(
-            r#"<link name="{name}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+    /// A vehicle with all that can be found: an axle of each direction, steering upside down, a rocker, an arm, an idle wheel's size.
+    fn tests_urdf() -> String {
+        let wheel = |name: &str, parent: &str, xyz: &str, axis: &str, roll: &str| {
+            format!(
+                r#"<link name="{name}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
             <collision><origin rpy="{roll} 0 0"/><geometry><cylinder radius="0.1" length="0.06"/></geometry></collision></link>
             <joint name="{name}_joint" type="continuous"><parent link="{parent}"/><child link="{name}"/><origin xyz="{xyz}"/><axis xyz="{axis}"/></joint>"#
-        )
-    };
-    let arm = |name: &str, parent: &str, xyz: &str, axis: &str| {
-        format!(
-            r#"<link name="{name}"><inertial><mass value="0.5"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+            )
+        };
+        let arm = |name: &str, parent: &str, xyz: &str, axis: &str| {
+            format!(
+                r#"<link name="{name}"><inertial><mass value="0.5"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
             <joint name="{name}_joint" type="revolute"><parent link="{parent}"/><child link="{name}"/><origin xyz="{xyz}"/><axis xyz="{axis}"/><limit lower="-1" upper="1" effort="10" velocity="2"/></joint>"#
+            )
+        };
+        let parts = [
+            arm("rocker", "base", "0 0.3 0", "0 1 0"),
+            arm("yoke", "base", "0.4 -0.3 0", "0 0 -1"),
+            arm("mast", "base", "0 0 0.3", "0 0 1"),
+            wheel("fl", "rocker", "0.4 0 -0.1", "0 1 0", "1.5707963"),
+            wheel("rl", "rocker", "-0.4 0 -0.1", "0 -1 0", "1.5707963"),
+            wheel("fr", "yoke", "0 0 -0.1", "0 1 0", "-1.5707963"),
+            wheel("rr", "base", "-0.4 -0.3 -0.1", "0 1 0", "1.5707963"),
+        ];
+        format!(
+            r#"<robot name="scout"><link name="base"><inertial><mass value="20"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>{}</robot>"#,
+            parts.concat()
         )
-    };
-    let parts = [
-        arm("rocker", "base", "0 0.3 0", "0 1 0"),
-        arm("yoke", "base", "0.4 -0.3 0", "0 0 -1"),
-        arm("mast", "base", "0 0 0.3", "0 0 1"),
-        wheel("fl", "rocker", "0.4 0 -0.1", "0 1 0", "1.5707963"),
-        wheel("rl", "rocker", "-0.4 0 -0.1", "0 -1 0", "1.5707963"),
-        wheel("fr", "yoke", "0 0 -0.1", "0 1 0", "-1.5707963"),
-        wheel("rr", "base", "-0.4 -0.3 -0.1", "0 1 0", "1.5707963"),
-    ];
-    format!(
-        r#"<robot name="scout"><link name="base"><inertial><mass value="20"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>{}</robot>"#,
-        parts.concat()
-    )
+    }
 }
