@@ -56,6 +56,8 @@ pub struct Plan {
     pub steps: Vec<u32>,
     /// Blocks whose state lies on a manifold.
     pub manifold: Vec<u32>,
+    /// Blocks whose positions semi-implicit Euler moves: not those that advance by themselves.
+    pub positioned: Vec<u32>,
     /// Lanes of x that semi-implicit Euler moves along their velocities.
     pub positions: Vec<Range<usize>>,
     /// Lanes of x without a derivative.

@@ -141,6 +141,7 @@ pub(crate) fn compile_phase(
     };
     let stored = with(&|p| p.prototype.stored());
     let steps = with(&|p| p.prototype.description().functions.steps);
+    let positioned = with(&|p| !p.prototype.description().positions.is_empty());
     let moved = with(&|p| {
         let d = p.prototype.description();
         !d.positions.is_empty() || d.functions.steps
@@ -162,6 +163,7 @@ pub(crate) fn compile_phase(
         stepped_outputs: settings::stepped_outputs(&parts),
         steps,
         manifold: moved,
+        positioned,
         guards: watch.guards,
         guarded: watch.guarded,
         conditions: watch.conditions,

@@ -419,10 +419,6 @@ impl Block for MechanismBlock {
     }
 
     fn retract(&mut self, x: &mut [f64], h: f64) -> Outcome {
-        if self.stepper.is_some() || self.rolls.is_some() {
-            // It has moved already, by its own step.
-            return Ok(());
-        }
         let (nq, nv) = (self.plan.multibody.nq(), self.plan.multibody.nv());
         let at = self.w.x;
         let (q, rest) = x[at..].split_at_mut(nq);

@@ -179,7 +179,7 @@ impl System for Running<'_> {
     }
 
     fn retract(&mut self, x: &mut [f64], _: &[f64], h: f64) -> Result<(), Stopped> {
-        for &k in &self.plan.manifold {
+        for &k in &self.plan.positioned {
             self.blocks[k as usize].retract(x, h).map_err(of(k))?;
         }
         if let Some(pins) = self.pins {

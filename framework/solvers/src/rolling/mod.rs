@@ -299,15 +299,16 @@ impl Rolling {
         poses(tree, ws, q);
         for machine in &mut self.machines {
             machine.stand(tree, ws, ground, Search::Whole)?;
-            machine.rows(tree, ws, &mut self.jacobian, (&self.given, up));
+            machine.rows(tree, ws, &mut self.jacobian, up);
+            machine.follow(tree, ws, &mut self.jacobian, &self.given);
             machine.solve();
             report.slide = report.slide.max(machine.slides());
             machine.fill_lanes(h, &mut self.dv);
-            machine.weigh(hold, up, &mut self.loads, &mut self.forces);
             // The same geometry with the rates at the end.
             machine.follow(tree, ws, &mut self.jacobian, v);
             machine.solve();
             machine.fill_lanes(1.0, v);
+            machine.weigh(hold, up, &mut self.loads, &mut self.forces);
         }
         tree.multibody().integrate(q, &self.dv, &mut self.next);
         q.copy_from_slice(&self.next);
@@ -342,10 +343,9 @@ impl Rolling {
     ) -> Result<f64, RollingError> {
         let (mb, up) = (tree.multibody(), Vec3::z());
         let machine = &mut self.machines[k];
-        self.given.fill(0.0);
         poses(tree, ws, q);
         machine.stand(tree, ws, ground, Search::Whole)?;
-        machine.rows(tree, ws, &mut self.jacobian, (&self.given, &up));
+        machine.rows(tree, ws, &mut self.jacobian, &up);
         let mut least = machine.errors(q);
         self.best.copy_from_slice(q);
         machine.correction();
@@ -364,7 +364,7 @@ impl Rolling {
             let size = machine.errors(q);
             if size < least {
                 if size > 0.2 * least {
-                    machine.rows(tree, ws, &mut self.jacobian, (&self.given, &up));
+                    machine.rows(tree, ws, &mut self.jacobian, &up);
                 }
                 (least, share) = (size, 1.0);
                 self.best.copy_from_slice(q);
@@ -437,15 +437,9 @@ impl Machine {
         Ok(())
     }
 
-    /// Rows of all wheels with their footing; prescribed rates `given`.
-    fn rows(
-        &mut self,
-        tree: &Tree,
-        ws: &Workspace,
-        jacobian: &mut [f64],
-        (given, up): (&[f64], &Vec3),
-    ) {
-        let (n, nv) = (self.unknowns(), given.len());
+    /// Rows of all wheels with their footing; `up`: the vertical.
+    fn rows(&mut self, tree: &Tree, ws: &Workspace, jacobian: &mut [f64], up: &Vec3) {
+        let (n, nv) = (self.unknowns(), tree.nv());
         let origin = ws.body_pose(tree, self.spec.root).position;
         // From the root's lanes to its twist in the axes of W.
         body_jacobian(tree, ws, self.spec.root, jacobian);
@@ -478,13 +472,6 @@ impl Machine {
                 self.slide[(2 * w + 1) * n + k] = side;
                 self.lift[w * n + k] = up;
             }
-            let mut moved = Vec3::zeros();
-            for (k, rate) in given.iter().enumerate().filter(|(_, rate)| **rate != 0.0) {
-                moved += lane(k) * *rate;
-            }
-            self.given[0][w] = directions[0].dot(&moved);
-            self.given[1][2 * w] = directions[1].dot(&moved);
-            self.given[1][2 * w + 1] = directions[2].dot(&moved);
         }
         let wheels = self.spec.wheels.len();
         for (c, coupling) in self.couplings.iter().enumerate() {
@@ -493,14 +480,12 @@ impl Machine {
                 self.normal[at + k] = COUPLING * factor;
                 self.lift[at + k] = *factor;
             }
-            let moved: f64 = coupling.terms.iter().map(|(_, v, f)| f * given[*v]).sum();
-            self.given[0][wheels + c] = COUPLING * moved;
         }
         let settles = n - DRIVE;
         self.gram.of_columns(&self.normal, n, DRIVE..DRIVE + settles);
     }
 
-    /// What other prescribed rates do, in the same rows.
+    /// What prescribed rates do, in the same rows.
     fn follow(&mut self, tree: &Tree, ws: &Workspace, jacobian: &mut [f64], given: &[f64]) {
         let nv = given.len();
         for (w, (body, _)) in self.spec.wheels.iter().enumerate() {
@@ -618,7 +603,7 @@ impl Machine {
         }
     }
 
-    /// Loads for the forces that hold the machine still.
+    /// Loads for the forces that hold the machine still; afterwards the rows of normals are factored no more.
     fn weigh(&mut self, hold: &[f64], up: &Vec3, loads: &mut Vec<WheelLoad>, forces: &mut [f64]) {
         let n = self.unknowns();
         let settles = self.right.len();
@@ -644,6 +629,5 @@ impl Machine {
         for (c, coupling) in self.couplings.iter().enumerate() {
             forces[coupling.place] = of(self.footing.len() + c);
         }
-        self.gram.of_columns(&self.normal, n, DRIVE..DRIVE + settles);
     }
 }
