@@ -255,7 +255,7 @@ pub fn bars(title: &str, list: &[(String, f64)]) -> String {
     let mut list: Vec<&(String, f64)> = list.iter().filter(|(_, r)| r.is_finite()).collect();
     list.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()).then(a.0.cmp(&b.0)));
     list.truncate(12);
-    let (left, right, top, bottom) = (210.0, FRAME.1, FRAME.2, FRAME.3);
+    let (left, right, top, bottom) = (252.0, FRAME.1, FRAME.2, FRAME.3);
     let across = Axis {
         low: -1.0,
         high: 1.0,
@@ -277,26 +277,35 @@ pub fn bars(title: &str, list: &[(String, f64)]) -> String {
         let (at, zero, end) = (top + (k as f64 + 0.5) * high, across.at(0.0), across.at(*r));
         p.put(format_args!(
             "<rect class=\"bar\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/><text class=\"tick\" x=\"{:.1}\" \
-             y=\"{:.1}\" text-anchor=\"end\">{} ({r:+.2})</text>",
+             y=\"{:.1}\" text-anchor=\"end\">{} ({r:+.2})<title>{}</title></text>",
             zero.min(end),
             at - 0.35 * high,
             (end - zero).abs().max(0.5),
             0.7 * high,
             left - 6.0,
             at + 3.0,
-            escaped(&ending(name))
+            escaped(&ending(name)),
+            escaped(name)
         ));
     }
     p.end()
 }
 
-/// The end of a long path, which tells more than its beginning.
+/// The end of a long path, from one of its names on: it tells more than the beginning.
 fn ending(name: &str) -> String {
-    const ROOM: usize = 22;
-    match name.chars().count() {
-        n if n > ROOM => format!("…{}", name.chars().skip(n - ROOM + 1).collect::<String>()),
-        _ => name.to_string(),
+    const ROOM: usize = 29;
+    let fits = |text: &str| text.chars().count() <= ROOM;
+    if fits(name) {
+        return name.to_string();
     }
+    let mut rest = name;
+    while let Some((_, after)) = rest.split_once('.') {
+        rest = after;
+        if fits(rest) {
+            return format!("…{rest}");
+        }
+    }
+    format!("…{}", rest.chars().skip(rest.chars().count() - ROOM).collect::<String>())
 }
 
 #[cfg(test)]
@@ -361,9 +370,9 @@ mod tests {
         for (x, text) in numbers {
             assert_eq!(short(x), text);
         }
-        assert_eq!(ending("Capsule.Environment.Atmosphere.density"), "…nt.Atmosphere.density");
+        assert_eq!(ending("Capsule.Environment.Atmosphere.density"), "…Atmosphere.density");
         assert_eq!(ending("Capsule.mass"), "Capsule.mass");
-        assert_eq!(ending(&"é".repeat(40)).chars().count(), 22);
+        assert_eq!(ending(&"é".repeat(40)).chars().count(), 30);
     }
 
     #[test]

@@ -292,6 +292,53 @@ fn on_hills_wheels_stay_on_the_ground_and_loads_carry_the_weight() {
     assert!((l + r).abs() < 1e-10 && l.abs() > 1e-3, "{l} {r}");
 }
 
+/// Hills with stones: crests of 6 mm, 20 cm apart, sharper than a wheel.
+fn stones(x: f64, y: f64) -> (f64, Vec3) {
+    let (height, normal) = hills(x, y);
+    let (a, b, size) = (31.0 * x + 5.0 * y, 27.0 * y - 9.0 * x, 0.006);
+    let dx = -normal.x / normal.z + size * (31.0 * a.cos() * b.cos() + 9.0 * a.sin() * b.sin());
+    let dy = -normal.y / normal.z + size * (5.0 * a.cos() * b.cos() - 27.0 * a.sin() * b.sin());
+    (height + size * a.sin() * b.cos(), Vec3::new(-dx, -dy, 1.0).normalize())
+}
+
+/// Where a rim comes near the ground in several places it is met everywhere, at a bounded cost.
+#[test]
+fn on_stones_no_part_of_a_rim_is_in_the_ground() {
+    let looked = std::cell::Cell::new(0_u32);
+    let mut ground = |x: f64, y: f64| {
+        looked.set(looked.get() + 1);
+        Some(stones(x, y))
+    };
+    let mut d = Drive::rover([0.0, 0.0], 0.6);
+    on_a_circle(&mut d, 8.0, 0.2);
+    d.settle(&mut ground);
+    looked.set(0);
+    let (steps, mut deepest, mut worst) = (1000, 0.0_f64, 0.0_f64);
+    for step in 0..steps {
+        d.step(0.02, &mut ground).unwrap();
+        worst = worst.max(d.report.gap);
+        if step % 10 > 0 {
+            continue;
+        }
+        for wheel in WHEELS {
+            let pose = d.pose(wheel);
+            let axle = pose.rotation * Vec3::y();
+            let down = -(Vec3::z() - axle * axle.z).normalize();
+            // Every fifth of a degree of the lower rim.
+            for k in -300..=300 {
+                let angle = f64::from(k) * 0.2_f64.to_radians();
+                let p =
+                    pose.position + (down * angle.cos() + down.cross(&axle) * angle.sin()) * RADIUS;
+                let (height, normal) = stones(p.x, p.y);
+                deepest = deepest.max((height - p.z) * normal.z);
+            }
+        }
+    }
+    let each = f64::from(looked.get()) / f64::from(steps) / 6.0;
+    assert!(deepest < 1e-9 && worst < 1e-4, "in the ground {deepest}, off it {worst}");
+    assert!(each < 40.0, "{each} points of the ground for a wheel and step");
+}
+
 /// Rates are those of the positions: the difference of two settled poses over a short step.
 #[test]
 fn rates_are_derivatives_of_positions() {

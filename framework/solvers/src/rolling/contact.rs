@@ -1,10 +1,13 @@
 //! Where the rim of a wheel is nearest to the ground.
 //!
 //! ```text
-//! p(θ) = c + r (cos θ down + sin θ ahead)      gap = min over θ of (p_z − h(p)) n_z,  the distance along the normal
+//! p(θ) = c + r (cos θ down + sin θ ahead)      height over the ground  g(θ) = p_z − h(p),  least where  n · dp/dθ = 0
 //! ```
-//! The lower rim is sampled, and parabolas through the lowest sample and its neighbours find the least distance between
-//! them: to 1e-9 m on smooth ground.
+//! with n the normal of the ground. The lower rim is sampled; between the lowest sample and the one towards which it goes
+//! down, secants within a bracket find where the rim is parallel to the ground.
+//!
+//! Angles go with their sine and cosine: those of the samples are multiples of one angle, by rotation, which costs a
+//! fraction of the functions.
 use linkwork_spatial::{Pose, Vec3};
 
 /// A wheel over the ground.
@@ -20,12 +23,43 @@ pub struct Footing {
     pub angle: f64,
 }
 
-/// Samples to each side of the lowest point, their distance (rad), parabolas.
-const SIDE: i32 = 8;
-const APART: f64 = 8.0 * std::f64::consts::PI / 180.0;
-const PARABOLAS: usize = 4;
-/// Half of the interval that is searched near a known point (rad).
-const BESIDE: f64 = 1.0 * std::f64::consts::PI / 180.0;
+/// Samples to each side of the lowest point, and the angle between two.
+const SIDE: usize = 8;
+const APART: Turn =
+    Turn { angle: 8.0 * DEGREE, sine: 0.139_173_100_960_065_44, cosine: 0.990_268_068_741_570_3 };
+/// Half of the interval that is searched near a known point.
+const BESIDE: Turn =
+    Turn { angle: DEGREE, sine: 0.017_452_406_437_283_512, cosine: 0.999_847_695_156_391_2 };
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// Secants at most, and the change of angle (rad) that ends them: the height has changed by less than 1e-14 m then.
+const SECANTS: (usize, f64) = (12, 1e-7);
+
+/// An angle (rad) with its sine and cosine.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    angle: f64,
+    sine: f64,
+    cosine: f64,
+}
+
+impl Turn {
+    fn of(angle: f64) -> Self {
+        let (sine, cosine) = angle.sin_cos();
+        Turn { angle, sine, cosine }
+    }
+
+    fn then(self, other: Turn) -> Self {
+        Turn {
+            angle: self.angle + other.angle,
+            sine: self.sine * other.cosine + self.cosine * other.sine,
+            cosine: self.cosine * other.cosine - self.sine * other.sine,
+        }
+    }
+
+    fn back(self) -> Self {
+        Turn { angle: -self.angle, sine: -self.sine, cosine: self.cosine }
+    }
+}
 
 /// The rim of a wheel and the ground below it.
 struct Rim<'g, G> {
@@ -43,35 +77,52 @@ impl<'g, G: FnMut(f64, f64) -> Option<(f64, Vec3)>> Rim<'g, G> {
         Rim { ground, centre: pose.position, down: down * radius, ahead }
     }
 
-    fn at(&mut self, angle: f64) -> Option<Footing> {
-        let (s, c) = angle.sin_cos();
-        let point = self.centre + self.down * c + self.ahead * s;
+    fn at(&mut self, turn: Turn) -> Option<Point> {
+        let from_hub = self.down * turn.cosine + self.ahead * turn.sine;
+        let along = self.ahead * turn.cosine - self.down * turn.sine;
+        let point = self.centre + from_hub;
         let (height, normal) = (self.ground)(point.x, point.y)?;
-        Some(Footing { gap: (point.z - height) * normal.z, point, normal, angle })
+        let height = point.z - height;
+        let footing = Footing { gap: height * normal.z, point, normal, angle: turn.angle };
+        Some(Point { footing, height, slope: normal.dot(&along) })
     }
 
-    /// The least of three with the lowest in the middle.
-    fn between(&mut self, mut three: [Footing; 3]) -> Option<Footing> {
-        for _ in 0..PARABOLAS {
-            let [(a, fa), (b, fb), (c, fc)] = three.map(|f| (f.angle, f.gap));
-            let (p, q) = ((b - a) * (fb - fc), (b - c) * (fb - fa));
-            if p == q {
+    /// Where the rim is parallel to the ground between `a`, where it goes down towards `b`, and `b`, where it is higher or goes
+    /// down towards `a`.
+    fn between(&mut self, mut a: Point, mut b: Point) -> Option<Footing> {
+        // Slopes along the way from a to b: negative at a.
+        let sign = (b.footing.angle - a.footing.angle).signum();
+        let along = |p: &Point| sign * p.slope;
+        let (mut last, mut new) = (b, a);
+        for _ in 0..SECANTS.0 {
+            let [from, to] = [a, b].map(|p| p.footing.angle);
+            let (x0, x1) = (last.footing.angle, new.footing.angle);
+            let secant = x1 - new.slope * (x1 - x0) / (new.slope - last.slope);
+            let inside = (secant - from) * sign > 0.0 && (to - secant) * sign > 0.0;
+            let x = if inside && along(&b) > 0.0 { secant } else { 0.5 * (from + to) };
+            if (x - x1).abs() < SECANTS.1 {
                 break;
             }
-            let x = b - 0.5 * ((b - a) * p - (b - c) * q) / (p - q);
-            if !(x > a && x < c) || (x - b).abs() < 1e-8 {
-                break;
+            (last, new) = (new, self.at(Turn::of(x))?);
+            // It goes down still, and nowhere up between: the least is beyond.
+            if along(&new) < 0.0 && new.height < a.height {
+                a = new;
+            } else {
+                b = new;
             }
-            let new = self.at(x)?;
-            three = match (new.gap < fb, x < b) {
-                (true, true) => [three[0], new, three[1]],
-                (true, false) => [three[1], new, three[2]],
-                (false, true) => [new, three[1], three[2]],
-                (false, false) => [three[0], three[1], new],
-            };
         }
-        Some(three[1])
+        Some(new.footing)
     }
+}
+
+/// A point of the rim.
+#[derive(Clone, Copy, Debug, Default)]
+struct Point {
+    footing: Footing,
+    /// Over the ground (m).
+    height: f64,
+    /// n · dp/dθ (m/rad).
+    slope: f64,
 }
 
 /// The footing of a wheel whose hub is the origin of `pose`, whose axle is its y axis, and whose radius is `radius` (m). `None`
@@ -82,18 +133,26 @@ pub fn footing(
     radius: f64,
 ) -> Option<Footing> {
     let mut rim = Rim::new(ground, pose, radius);
-    let mut all = [Footing::default(); 2 * SIDE as usize + 1];
+    let mut all = [Point::default(); 2 * SIDE + 1];
+    let mut turn = Turn::of(0.0);
+    all[SIDE] = rim.at(turn)?;
+    for k in 1..=SIDE {
+        turn = turn.then(APART);
+        all[SIDE - k] = rim.at(turn.back())?;
+        all[SIDE + k] = rim.at(turn)?;
+    }
     let mut least = 0;
-    for (i, k) in (-SIDE..=SIDE).enumerate() {
-        all[i] = rim.at(APART * f64::from(k))?;
-        if all[i].gap < all[least].gap {
-            least = i;
+    for k in 1..all.len() {
+        if all[k].height < all[least].height {
+            least = k;
         }
     }
-    if least == 0 || least + 1 == all.len() {
-        return Some(all[least]);
+    let (here, next) =
+        (all[least], if all[least].slope < 0.0 { least + 1 } else { least.wrapping_sub(1) });
+    match all.get(next) {
+        Some(beside) if here.slope != 0.0 => rim.between(here, *beside),
+        _ => Some(here.footing),
     }
-    rim.between([all[least - 1], all[least], all[least + 1]])
 }
 
 /// The same near a known angle on the rim (rad); the whole rim where the least is not there.
@@ -104,9 +163,15 @@ pub(super) fn near(
     angle: f64,
 ) -> Option<Footing> {
     let mut rim = Rim::new(ground, pose, radius);
-    let three = [rim.at(angle - BESIDE)?, rim.at(angle)?, rim.at(angle + BESIDE)?];
-    if three[1].gap <= three[0].gap && three[1].gap <= three[2].gap {
-        return rim.between(three);
+    let known = Turn::of(angle);
+    let here = rim.at(known)?;
+    if here.slope == 0.0 {
+        return Some(here.footing);
+    }
+    let towards = if here.slope < 0.0 { BESIDE } else { BESIDE.back() };
+    let beside = rim.at(known.then(towards))?;
+    if here.slope * beside.slope < 0.0 {
+        return rim.between(here, beside);
     }
     footing(ground, pose, radius)
 }

@@ -71,6 +71,8 @@ const COUPLING: f64 = 100.0;
 const SETTLES: (usize, f64) = (40, 1e-9);
 /// Corrections below this (m, rad) leave a wheel on the same part of its rim.
 const NEAR: f64 = 2e-3;
+/// Searches of whole rims that find a wheel touching elsewhere, at most.
+const ROUNDS: usize = 4;
 /// Lifts of a machine with wheels in the ground, at most.
 const LIFTS: usize = 6;
 /// A wheel so far from the ground (m) has not come to lie on it.
@@ -133,6 +135,8 @@ pub struct Rolling {
     dv: Vec<f64>,
     next: Vec<f64>,
     best: Vec<f64>,
+    /// Where the machines stood when their footings were found, by the whole of each rim; empty before.
+    stood: Vec<f64>,
     loads: Vec<WheelLoad>,
     /// Force of each coupling of the mechanism (N m or N).
     forces: Vec<f64>,
@@ -249,12 +253,14 @@ impl Rolling {
             dv: vec![0.0; nv],
             next: vec![0.0; nq],
             best: vec![0.0; nq],
+            stood: Vec::with_capacity(nq),
             loads: Vec::with_capacity(wheels),
             forces: vec![0.0; mb.couplings().len()],
         })
     }
 
     /// Puts every vehicle onto the ground where it is: x, y and heading of its root stay. O(wheels · n) for each of some steps.
+    /// After another ground than in the call before, this comes first.
     ///
     /// # Errors
     /// No ground, or none on which the wheels come to lie.
@@ -265,10 +271,23 @@ impl Rolling {
         ground: &mut impl RollingGround,
         q: &mut [f64],
     ) -> Result<RollingReport, RollingError> {
+        self.settle_all(tree, ws, ground, q, Search::Whole)
+    }
+
+    fn settle_all(
+        &mut self,
+        tree: &Tree,
+        ws: &mut Workspace,
+        ground: &mut impl RollingGround,
+        q: &mut [f64],
+        search: Search,
+    ) -> Result<RollingReport, RollingError> {
         let mut report = RollingReport::default();
+        self.stood.clear();
         for k in 0..self.machines.len() {
-            report.gap = report.gap.max(self.settle_one(k, tree, ws, ground, q)?);
+            report.gap = report.gap.max(self.settle_one(k, tree, ws, ground, q, search)?);
         }
+        self.stood.extend_from_slice(q);
         Ok(report)
     }
 
@@ -297,8 +316,11 @@ impl Rolling {
         }
         self.dv.iter_mut().zip(&self.given).for_each(|(dv, v)| *dv = h * v);
         poses(tree, ws, q);
+        let found = self.stood == *q;
         for machine in &mut self.machines {
-            machine.stand(tree, ws, ground, Search::Whole)?;
+            if !found {
+                machine.stand(tree, ws, ground, Search::Whole)?;
+            }
             machine.rows(tree, ws, &mut self.jacobian, up);
             machine.follow(tree, ws, &mut self.jacobian, &self.given);
             machine.solve();
@@ -312,7 +334,7 @@ impl Rolling {
         }
         tree.multibody().integrate(q, &self.dv, &mut self.next);
         q.copy_from_slice(&self.next);
-        report.gap = self.settle(tree, ws, ground, q)?.gap;
+        report.gap = self.settle_all(tree, ws, ground, q, Search::Near)?.gap;
         Ok(report)
     }
 
@@ -333,6 +355,8 @@ impl Rolling {
         &self.loads
     }
 
+    /// Settles one machine; `search`: how its wheels are looked for at first. In the end its footings are those of a search of
+    /// whole rims.
     fn settle_one(
         &mut self,
         k: usize,
@@ -340,44 +364,50 @@ impl Rolling {
         ws: &mut Workspace,
         ground: &mut impl RollingGround,
         q: &mut [f64],
+        search: Search,
     ) -> Result<f64, RollingError> {
         let (mb, up) = (tree.multibody(), Vec3::z());
         let machine = &mut self.machines[k];
         poses(tree, ws, q);
-        machine.stand(tree, ws, ground, Search::Whole)?;
-        machine.rows(tree, ws, &mut self.jacobian, &up);
-        let mut least = machine.errors(q);
-        self.best.copy_from_slice(q);
-        machine.correction();
-        let mut share = 1.0;
-        for _ in 0..SETTLES.0 {
-            let most = share * machine.rates.iter().fold(0.0_f64, |a, r| a.max(r.abs()));
-            if most < SETTLES.1 {
+        machine.stand(tree, ws, ground, search)?;
+        for _ in 0..ROUNDS {
+            machine.rows(tree, ws, &mut self.jacobian, &up);
+            let mut least = machine.errors(q);
+            self.best.copy_from_slice(q);
+            machine.correction();
+            let mut share = 1.0;
+            for _ in 0..SETTLES.0 {
+                let most = share * machine.rates.iter().fold(0.0_f64, |a, r| a.max(r.abs()));
+                if most < SETTLES.1 {
+                    break;
+                }
+                self.dv.fill(0.0);
+                machine.fill_lanes(share * (0.2 / most).min(1.0), &mut self.dv);
+                mb.integrate(&self.best, &self.dv, q);
+                poses(tree, ws, q);
+                let search = if most < NEAR { Search::Near } else { Search::Whole };
+                machine.stand(tree, ws, ground, search)?;
+                let size = machine.errors(q);
+                if size < least {
+                    if size > 0.2 * least {
+                        machine.rows(tree, ws, &mut self.jacobian, &up);
+                    }
+                    (least, share) = (size, 1.0);
+                    self.best.copy_from_slice(q);
+                    machine.correction();
+                } else {
+                    // Beyond an edge the ground is another one: back, and half as far.
+                    share *= 0.5;
+                }
+            }
+            if self.best != q {
+                q.copy_from_slice(&self.best);
+                poses(tree, ws, q);
+                machine.stand(tree, ws, ground, Search::Near)?;
+            }
+            if !machine.touches_elsewhere(tree, ws, ground)? {
                 break;
             }
-            self.dv.fill(0.0);
-            machine.fill_lanes(share * (0.2 / most).min(1.0), &mut self.dv);
-            mb.integrate(&self.best, &self.dv, q);
-            poses(tree, ws, q);
-            let search = if most < NEAR { Search::Near } else { Search::Whole };
-            machine.stand(tree, ws, ground, search)?;
-            let size = machine.errors(q);
-            if size < least {
-                if size > 0.2 * least {
-                    machine.rows(tree, ws, &mut self.jacobian, &up);
-                }
-                (least, share) = (size, 1.0);
-                self.best.copy_from_slice(q);
-                machine.correction();
-            } else {
-                // Beyond an edge the ground is another one: back, and half as far.
-                share *= 0.5;
-            }
-        }
-        if self.best != q {
-            q.copy_from_slice(&self.best);
-            poses(tree, ws, q);
-            machine.stand(tree, ws, ground, Search::Whole)?;
         }
         // With more wheels than the machine has ways to lie it stands on those that touch first.
         let mut gap = 0.0;
@@ -421,20 +451,46 @@ impl Machine {
         ground: &mut impl RollingGround,
         search: Search,
     ) -> Result<(), RollingError> {
-        for (w, (body, radius)) in self.spec.wheels.iter().enumerate() {
-            let pose = ws.body_pose(tree, *body);
-            let found = match search {
-                Search::Whole => footing(ground, &pose, *radius),
-                Search::Near => contact::near(ground, &pose, *radius, self.footing[w].angle),
-            };
-            let Some(foot) = found else {
-                let c = pose.position;
-                let wheel = self.names[w].clone();
-                return Err(RollingError::NoGround { wheel, x: c.x, y: c.y });
-            };
-            self.footing[w] = foot;
+        for w in 0..self.footing.len() {
+            self.footing[w] = self.foot(w, tree, ws, ground, search)?;
         }
         Ok(())
+    }
+
+    /// Looks along whole rims: is the ground nearer to a wheel than where it was found?
+    fn touches_elsewhere(
+        &mut self,
+        tree: &Tree,
+        ws: &Workspace,
+        ground: &mut impl RollingGround,
+    ) -> Result<bool, RollingError> {
+        let mut elsewhere = false;
+        for w in 0..self.footing.len() {
+            let found = self.foot(w, tree, ws, ground, Search::Whole)?;
+            elsewhere |= found.gap < self.footing[w].gap - SETTLES.1;
+            self.footing[w] = found;
+        }
+        Ok(elsewhere)
+    }
+
+    fn foot(
+        &self,
+        w: usize,
+        tree: &Tree,
+        ws: &Workspace,
+        ground: &mut impl RollingGround,
+        search: Search,
+    ) -> Result<Footing, RollingError> {
+        let (body, radius) = self.spec.wheels[w];
+        let pose = ws.body_pose(tree, body);
+        let found = match search {
+            Search::Whole => footing(ground, &pose, radius),
+            Search::Near => contact::near(ground, &pose, radius, self.footing[w].angle),
+        };
+        found.ok_or_else(|| {
+            let c = pose.position;
+            RollingError::NoGround { wheel: self.names[w].clone(), x: c.x, y: c.y }
+        })
     }
 
     /// Rows of all wheels with their footing; `up`: the vertical.
