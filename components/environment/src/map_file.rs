@@ -34,6 +34,10 @@ fn ending(path: &Path) -> String {
 pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildError> {
     let name = path.display().to_string();
     let fault = |e: &dyn std::fmt::Display| BuildError::of(&format!("`{name}`: {e}"));
+    // Asked before it is opened: opening a pipe waits for who writes into it.
+    let there = path.metadata().map_err(|e| {
+        fault(&e).help("name a map that is there: .tif, .asc, .xyz, .png, .bmp, .lbl, .img, .xml, or a folder .tiles")
+    })?;
     match ending(path).as_str() {
         "tiles" => {
             let tiles = Tiles::open(path, 1).map_err(|e| fault(&e))?;
@@ -44,13 +48,11 @@ pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildE
                 .map_err(|e| fault(&e))
         }
         "tif" | "tiff" => {
-            // Asked before it is opened: opening a pipe waits for who writes into it.
-            let regular = path.metadata().map_err(|e| fault(&e))?;
-            if !regular.is_file() {
-                return Err(fault(&"it is no regular file"));
+            if !there.is_file() {
+                return Err(fault(&"it is no regular file").help("name a file"));
             }
             let file = BufReader::new(File::open(path).map_err(|e| fault(&e))?);
-            let open = GeoTiff::open(file, regular.len(), options).map_err(|e| fault(&e))?;
+            let open = GeoTiff::open(file, there.len(), options).map_err(|e| fault(&e))?;
             let [nx, ny] = open.size();
             let grid = Grid::new(open.origin(), open.spacing(), nx, ny).map_err(|e| fault(&e))?;
             Ok(OpenMap::Rows(Box::new(open), grid))

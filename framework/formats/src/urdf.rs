@@ -186,7 +186,7 @@ impl<'e> Urdf<'e> {
         }
         if matches!(cx.options.root, Root::Free | Root::Planar) {
             let what = "the root link is `world`, which cannot be given a hinge".to_owned();
-            let help = "read it with the root as written, or remove the link `world` and its joint"
+            let help = "remove the link `world` and its joint, or read it with its root as written"
                 .to_owned();
             cx.fault(e.place(), FaultKind::Unsupported { what, help });
         }

@@ -231,4 +231,9 @@ fn what_is_no_rover_is_refused() {
     lab.write("bad.urdf", "<robot name=");
     let told = lab.linkwork(&["new", "rover", "bad", "--from", "bad.urdf"]).code(2).err;
     assert!(told.contains("`bad.urdf` is not taken"), "{told}");
+    // One remedy: that of the place.
+    lab.write("welded.urdf", r#"<robot name="welded"><link name="world"/></robot>"#);
+    let told = lab.linkwork(&["new", "rover", "welded", "--from", "welded.urdf"]).code(2).err;
+    assert!(told.contains("remove the link `world`"), "{told}");
+    assert_eq!(told.matches("help:").count(), 1, "{told}");
 }

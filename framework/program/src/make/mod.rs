@@ -44,7 +44,7 @@ pub enum Kind {
     },
 }
 
-/// Exit code, fact, remedy.
+/// Exit code, fact, remedy (empty where the fact has it).
 type Refusal = (u8, String, String);
 
 /// Makes it, and prints the files that are new or changed.
@@ -61,6 +61,10 @@ pub fn make(kind: &Kind) -> u8 {
                 say!("{}", file.display());
             }
             exit::OK
+        }
+        Err((code, fact, help)) if help.is_empty() => {
+            tell!("error: {fact}");
+            code
         }
         Err((code, fact, help)) => {
             tell!("error: {fact}\n  help: {help}");

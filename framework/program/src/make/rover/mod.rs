@@ -131,7 +131,12 @@ pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal>
             &failure.sources,
             linkwork_assembly::Look::Plain,
         );
-        wrong(format!("`{shown}` is not taken:\n{}", told.trim_end()), "mend the file")
+        let help = match failure.faults.iter().any(|f| f.help.is_some()) {
+            // Each says it itself.
+            true => "",
+            false => "mend the file",
+        };
+        wrong(format!("`{shown}` is not taken:\n{}", told.trim_end()), help)
     })?;
     let corners = |path: &Path| {
         let bytes = linkwork_formats::whole_file(path).ok()?;
