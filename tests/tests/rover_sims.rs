@@ -64,6 +64,31 @@ fn slip_rises_with_the_slope_until_it_stalls() {
 }
 
 #[test]
+fn a_dune_that_stops_it_is_crossed_at_an_angle() {
+    // It has shown enough after half of its patience.
+    let mut sim = common::repository("dunes/sim.ron", &["patience=45 s"]).unwrap();
+    let plan =
+        |sim: &Simulation, what: &str| get(sim, &format!("Rover.NavigationSoftware.Plan.{what}"));
+    let slip = |sim: &Simulation| get(sim, "Rover.Hardware.Wheels.Wheel5.SurfaceContact.slip");
+    until(&mut sim, 44.0);
+    assert_eq!(plan(&sim, "running.straight"), 1.0);
+    assert!(place(&sim)[0] < 3.0 && slip(&sim) > 0.85, "{:?}, slip {}", place(&sim), slip(&sim));
+    let (mut most, mut highest) = (0.0_f64, 0.0_f64);
+    while plan(&sim, "done") < 0.5 && sim.time() < 300.0 {
+        let next = sim.time() + 1.0;
+        until(&mut sim, next);
+        highest = highest.max(place(&sim)[1]);
+        if plan(&sim, "running.at_an_angle") > 0.5 {
+            most = most.max(slip(&sim));
+        }
+    }
+    assert!(place(&sim)[0] > 9.7 && plan(&sim, "failures") == 1.0, "{:?}", place(&sim));
+    // Over the crest, 1.6 m up, and not around it.
+    assert!(highest > 2.1, "{highest}");
+    assert!(most < 0.8, "{most}");
+}
+
+#[test]
 fn one_rover_pushes_another() {
     let mut sim = common::repository("two_rovers/sim.ron", &[]).unwrap_or_else(|e| panic!("{e}"));
     let x = |sim: &Simulation, who: &str| {
