@@ -74,12 +74,11 @@ impl Scene {
         Ok(Self { colliders, bodies, carriers, meets_held, bounds, nv })
     }
 
-    /// The distance of a collider's farthest point from the origin of what carries it, m; infinite for what has no end.
-    pub fn extent(&self, id: ColliderId) -> f64 {
+    /// Whether a collider has no end.
+    pub fn endless(&self, id: ColliderId) -> bool {
         let spec = self.colliders.spec(id);
         let endless = |s: &Shape| matches!(s, Shape::HalfSpace | Shape::HeightField { .. });
-        let any = endless(&spec.fine) || spec.coarse.as_ref().is_some_and(endless);
-        if any { f64::INFINITY } else { self.colliders.extent(id) }
+        endless(&spec.fine) || spec.coarse.as_ref().is_some_and(endless)
     }
 
     /// How far points of a body, at most `far` (m) from its origin, may come while the coordinates change by `dv`, m.

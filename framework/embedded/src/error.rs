@@ -1,5 +1,6 @@
 //! What can go wrong: with a model, in words and all at once; with a call, as a value of fixed size.
 
+use linkwork_collision::ShapeFault;
 use thiserror::Error;
 
 /// Everything that is wrong with a model.
@@ -197,6 +198,9 @@ pub enum RobotError {
         /// rad.
         orientation: f64,
     },
+    /// Points or cells that a collider cannot have.
+    #[error(transparent)]
+    Shape(#[from] ShapeFault),
     /// Equations without a solution.
     #[error("{what} has no solution here\n  help: {help}")]
     Singular {

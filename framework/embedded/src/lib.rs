@@ -59,7 +59,8 @@ mod robot;
 pub use bounded::{Sweeps, bounded};
 pub use error::{ModelError, ModelFault, RobotError};
 pub use linkwork_collision::{
-    Closest, ColliderId, ColliderSpec, Detail, Distance, Rules, Shape, Visibility,
+    Closest, ColliderId, ColliderSpec, Detail, Distance, Occupancy, Rules, Shape, ShapeFault,
+    Visibility,
 };
 pub use linkwork_dynamics as dynamics;
 pub use linkwork_dynamics::inverse_kinematics::Residual;

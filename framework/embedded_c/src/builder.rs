@@ -124,6 +124,26 @@ impl Draft {
         self.spec = self.spec.clone().groups(srdf, self.file()?)?;
         Ok(())
     }
+
+    /// # Safety
+    /// The promises at the head of the crate.
+    unsafe fn collider(
+        &mut self,
+        name: *const c_char,
+        carrier: *const c_char,
+        at: *const LwPose,
+        shape: Shape,
+    ) -> Result<(), Fault> {
+        // SAFETY: the caller's promises.
+        let (name, carrier) = unsafe { (text("name", name)?, text("carrier", carrier)?) };
+        let mut spec = ColliderSpec::new(name, carrier, shape);
+        if !at.is_null() {
+            // SAFETY: as above.
+            spec.pose = unsafe { value("at", at) }?.checked()?;
+        }
+        self.spec.colliders.push(spec);
+        Ok(())
+    }
 }
 
 fn model(e: impl ToString) -> Fault {
@@ -309,13 +329,47 @@ pub unsafe extern "C" fn lw_builder_shape(
     // SAFETY: the caller's promises.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
-            let (name, carrier) = (text("name", name)?, text("carrier", carrier)?);
-            let mut spec = ColliderSpec::new(name, carrier, value("shape", shape)?.checked()?);
-            if !at.is_null() {
-                spec.pose = value("at", at)?.checked()?;
-            }
-            d.spec.colliders.push(spec);
-            Ok(())
+            d.collider(name, carrier, at, value("shape", shape)?.checked()?)
+        })
+    }
+}
+
+/// A cloud of points, each a ball of its own radius, as a sensor sees them: none at first, with room for `room` of them. They are given by
+/// `lw_robot_set_points`. `at` and `carrier` as of `lw_builder_shape`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_point_cloud(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    carrier: *const c_char,
+    at: *const LwPose,
+    room: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let shape = Shape::PointCloud { points: Vec::new(), room };
+            d.collider(name, carrier, at, shape)
+        })
+    }
+}
+
+/// A voxel map: `cells` (3 numbers) cubes along x, y, z from the origin of its frame, with the edge `edge` (m), all free at first.
+/// `lw_robot_set_cells` changes them. `at` and `carrier` as of `lw_builder_shape`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_voxel_map(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    carrier: *const c_char,
+    at: *const LwPose,
+    cells: *const u32,
+    edge: f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let cells = value("cells", cells.cast::<[u32; 3]>())?.map(|n| n as usize);
+            let shape = Shape::VoxelMap { cells, edge, occupied: Vec::new() };
+            d.collider(name, carrier, at, shape)
         })
     }
 }

@@ -22,7 +22,7 @@ use linkwork_spatial::Pose;
 /// Memory of collision queries.
 #[derive(Debug)]
 pub(super) struct Memory {
-    probe: Probe,
+    pub probe: Probe,
     ws: Workspace,
     /// Where objects are in the world at the configuration asked for.
     objects: Vec<Pose>,
@@ -205,7 +205,10 @@ impl Robot {
         step.iter_mut().zip(dv).for_each(|(s, d)| *s = part * d);
         let scene = &self.model.scene;
         for id in scene.colliders.ids() {
-            let far = scene.extent(id);
+            let far = match scene.endless(id) {
+                true => f64::INFINITY,
+                false => probe.extent(&scene.colliders, id),
+            };
             let moved = match scene.carriers[id.index()] {
                 Carrier::World => 0.0,
                 Carrier::Body(b) => scene.motion(b, far, dv),
@@ -328,7 +331,7 @@ impl Robot {
         hands.into_iter().flatten().all(|p| tip(p) != tip(part))
     }
 
-    fn known(&self, id: ColliderId) -> Result<(), RobotError> {
+    pub(super) fn known(&self, id: ColliderId) -> Result<(), RobotError> {
         let known = id.index() < self.model.scene.colliders.len();
         if known { Ok(()) } else { Err(RobotError::ForeignHandle) }
     }

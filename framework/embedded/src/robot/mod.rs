@@ -6,6 +6,7 @@ mod force;
 mod hold;
 mod kinematics;
 mod mass;
+mod obstacles;
 mod prefer;
 mod reach;
 mod task;

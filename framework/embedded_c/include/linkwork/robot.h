@@ -280,6 +280,23 @@ enum LwStatus lw_builder_shape(struct LwBuilder *builder,
                                const struct LwPose *at,
                                const struct LwShape *shape);
 
+// A cloud of points, each a ball of its own radius, as a sensor sees them: none at first, with room for `room` of them. They are given by
+// `lw_robot_set_points`. `at` and `carrier` as of `lw_builder_shape`.
+enum LwStatus lw_builder_point_cloud(struct LwBuilder *builder,
+                                     const char *name,
+                                     const char *carrier,
+                                     const struct LwPose *at,
+                                     size_t room);
+
+// A voxel map: `cells` (3 numbers) cubes along x, y, z from the origin of its frame, with the edge `edge` (m), all free at first.
+// `lw_robot_set_cells` changes them. `at` and `carrier` as of `lw_builder_shape`.
+enum LwStatus lw_builder_voxel_map(struct LwBuilder *builder,
+                                   const char *name,
+                                   const char *carrier,
+                                   const struct LwPose *at,
+                                   const uint32_t *cells,
+                                   double edge);
+
 // Two that do not collide: each the name of a collider or of a body, which stands for all its colliders.
 enum LwStatus lw_builder_ignore(struct LwBuilder *builder,
                                 const char *a,
@@ -505,6 +522,28 @@ enum LwStatus lw_robot_allow(struct LwRobot *robot, uint32_t a, uint32_t b);
 
 // A pair is left to the rules and hands again.
 enum LwStatus lw_robot_by_rule(struct LwRobot *robot, uint32_t a, uint32_t b);
+
+// Other points of a cloud instead of those that it has: x, y, z, radius (m) of each of the `n`, one after the other, in the collider's frame. On a failure
+// those of before stay.
+enum LwStatus lw_robot_set_points(struct LwRobot *robot,
+                                  uint32_t collider,
+                                  const double *points,
+                                  size_t n);
+
+// Makes cells of a voxel map occupied: indices along x, y, z from 0 of each of the `n`, one after the other. On a failure nothing has changed.
+enum LwStatus lw_robot_set_cells(struct LwRobot *robot,
+                                 uint32_t collider,
+                                 const uint32_t *cells,
+                                 size_t n);
+
+// Makes cells of a voxel map free: as `lw_robot_set_cells`.
+enum LwStatus lw_robot_free_cells(struct LwRobot *robot,
+                                  uint32_t collider,
+                                  const uint32_t *cells,
+                                  size_t n);
+
+// Makes all cells of a voxel map free.
+enum LwStatus lw_robot_clear_cells(struct LwRobot *robot, uint32_t collider);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -198,6 +198,14 @@ class Builder {
                  const std::optional<LwPose> &at = std::nullopt) {
     return check(lw_builder_shape(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, &shape));
   }
+  Builder &point_cloud(const std::string &name, const std::string &carrier, std::size_t room,
+                       const std::optional<LwPose> &at = std::nullopt) {
+    return check(lw_builder_point_cloud(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, room));
+  }
+  Builder &voxel_map(const std::string &name, const std::string &carrier, std::array<std::uint32_t, 3> cells,
+                     double edge, const std::optional<LwPose> &at = std::nullopt) {
+    return check(lw_builder_voxel_map(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, cells.data(), edge));
+  }
   Builder &ignore(const std::string &a, const std::string &b) {
     return check(lw_builder_ignore(get(), a.c_str(), b.c_str()));
   }
@@ -307,6 +315,17 @@ class Robot {
   void pad(std::uint32_t collider, double padding) { check(lw_robot_pad(get(), collider, padding)); }
   void hide(std::uint32_t collider) { check(lw_robot_hide(get(), collider)); }
   void show(std::uint32_t collider) { check(lw_robot_show(get(), collider)); }
+  /// Each x, y, z, radius.
+  void set_points(std::uint32_t cloud, std::span<const std::array<double, 4>> points) {
+    check(lw_robot_set_points(get(), cloud, points.empty() ? nullptr : points.front().data(), points.size()));
+  }
+  void set_cells(std::uint32_t map, std::span<const std::array<std::uint32_t, 3>> cells) {
+    check(lw_robot_set_cells(get(), map, cells.empty() ? nullptr : cells.front().data(), cells.size()));
+  }
+  void free_cells(std::uint32_t map, std::span<const std::array<std::uint32_t, 3>> cells) {
+    check(lw_robot_free_cells(get(), map, cells.empty() ? nullptr : cells.front().data(), cells.size()));
+  }
+  void clear_cells(std::uint32_t map) { check(lw_robot_clear_cells(get(), map)); }
   void look_at(std::uint32_t a, std::uint32_t b) { check(lw_robot_look_at(get(), a, b)); }
   void allow(std::uint32_t a, std::uint32_t b) { check(lw_robot_allow(get(), a, b)); }
   void by_rule(std::uint32_t a, std::uint32_t b) { check(lw_robot_by_rule(get(), a, b)); }
