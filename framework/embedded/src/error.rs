@@ -173,6 +173,14 @@ pub enum RobotError {
         /// Its place among the objects.
         object: usize,
     },
+    /// The object is rigid.
+    #[error(
+        "object {object} has no joints\n  help: give it bodies of its own in `ModelSpec::linkages`"
+    )]
+    NoJoints {
+        /// Its place among the objects.
+        object: usize,
+    },
     /// The hand holds nothing.
     #[error("part {part} holds nothing\n  help: grasp something first")]
     EmptyHand {

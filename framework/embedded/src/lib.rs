@@ -51,6 +51,7 @@
 mod bounded;
 mod collision;
 mod error;
+mod linkage;
 mod manipulability;
 mod model;
 mod part;

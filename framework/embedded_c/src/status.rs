@@ -152,6 +152,7 @@ impl Fault {
                 RobotError::NoRoom { .. } => LwStatus::NoRoom,
                 RobotError::Held { .. } => LwStatus::Held,
                 RobotError::NotHeld { .. } => LwStatus::NotHeld,
+                RobotError::NoJoints { .. } => LwStatus::Foreign,
                 RobotError::EmptyHand { .. } => LwStatus::EmptyHand,
                 RobotError::HandFull { .. } => LwStatus::HandFull,
                 RobotError::LoopOpen { .. } => LwStatus::LoopOpen,
