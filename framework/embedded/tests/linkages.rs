@@ -333,6 +333,11 @@ fn filters_follow_and_bodies_collide_where_they_are() {
     assert!((3.0 * part - 1.57).abs() < 0.1, "{part}");
     robot.put(bolt, Pose::translation(0.0, 1.7, 0.0)).unwrap();
     assert_eq!(robot.path_free(&[0.0; 3], &[3.0, 0.0, 0.0], 1e-3).unwrap(), Path::Free);
+    // The hand alone turns: how far the end is from the hand counts, not how far the pliers are.
+    let (sin, cos) = 0.15_f64.sin_cos();
+    robot.put(bolt, Pose::translation(1.0 + 0.6 * cos, 0.6 * sin, 0.0)).unwrap();
+    let path = robot.path_free(&[0.0; 3], &[0.0, 0.0, 2.0], 1e-3).unwrap();
+    assert!(matches!(path, Path::Hit { .. }), "{path:?}");
     robot.ungrasp(pliers).unwrap();
     assert_eq!(all.map(|n| met(&robot, n)), before);
     assert_eq!(all.map(|n| met(&free, n)), before, "another instance has noticed nothing");
