@@ -270,7 +270,7 @@ fn contacts_and_rays_see_the_pieces() {
             let (whole, single) = (gaps(true), gaps(false));
             assert!(points.iter().all(|c| c.a == one || c.b == one));
             // A point of the whole is one of a piece; eight at most are told for each direction.
-            assert_eq!(whole.first().is_some(), single.first().is_some());
+            assert_eq!(whole.is_empty(), single.is_empty());
             if let (Some(a), Some(b)) = (whole.first(), single.first()) {
                 assert!((a - b).abs() < 1e-9, "{a} {b}");
                 seen += 1;

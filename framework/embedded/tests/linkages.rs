@@ -316,7 +316,7 @@ fn filters_follow_and_bodies_collide_where_they_are() {
     assert!((far.distance - (6.6 - 0.06)).abs() < 1e-12, "{far:?}");
     assert!(!robot.collides(&q).unwrap());
     // Folded back twice: 1.3 − 0.2 − 0.1 = the hand's ball is at 1.05.
-    robot.set_object_q(pliers, &[3.14, 0.0]).unwrap();
+    robot.set_object_q(pliers, &[3.1, 0.0]).unwrap();
     let hit = robot.first_hit(&q).unwrap();
     assert_eq!(
         hit,
