@@ -32,7 +32,7 @@ type Pair = (String, String);
 /// >>> seen = linkwork.Collider.point_cloud("seen", "world", room=1000)
 /// >>> robot = linkwork.Collisions(arm, [rod, seen], neighbours="collide")
 /// >>> robot.set_points("seen", [[0.0, 0.8, 0.0, 0.01]])
-/// >>> robot.collides([[0.0], [1.5], [1.6]]).tolist()
+/// >>> robot.collides([[0.0], [1.4], [1.6]]).tolist()
 /// [False, False, True]
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Collisions {

@@ -122,7 +122,7 @@ def test_what_changes_can_be_undone():
     live.clear_cells("map")
     live.set_points("cloud", np.empty((0, 4)))
     q = Q[0]
-    assert live.clearance(q, 1.0) == fresh.clearance(q, 1.0) or live.clearance(q, 1.0)[0] == fresh.clearance(q, 1.0)[0]
+    assert live.clearance(q, 1.0)[:2] == fresh.clearance(q, 1.0)[:2]
     assert (live.collides(Q) == fresh.collides(Q)).all() and live.distance(q, "cloud", "on two") is None
 
 
