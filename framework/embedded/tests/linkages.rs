@@ -350,6 +350,36 @@ fn filters_follow_and_bodies_collide_where_they_are() {
     );
 }
 
+/// Two instances of one model at work in two threads say what each says alone, to the bit.
+#[test]
+fn instances_in_threads_know_nothing_of_each_other() {
+    let (model, _) = both(Pose::identity());
+    let work = |seed: u64| {
+        let mut rng = Rng(seed);
+        let mut robot = Robot::new(&model);
+        let (arm, tool) = (model.part("arm").unwrap(), model.object("tool").unwrap());
+        let brick = model.object("brick").unwrap();
+        let mut bits = Vec::new();
+        for k in 0..500 {
+            let held = if (k + seed) % 3 == 0 { brick } else { tool };
+            robot.set_q(&[(); 4].map(|()| rng.within(-1.0, 1.0))).unwrap();
+            robot.set_object_q(tool, &[(); 3].map(|()| rng.within(-1.0, 1.0))).unwrap();
+            robot.grasp(arm, held, Grasp::At(place(&mut rng))).unwrap();
+            let (mut tau, mut M) = ([0.0; 4], [0.0; 16]);
+            robot.feed_forward(&[0.1; 4], &[0.2; 4], &[], &mut tau).unwrap();
+            robot.mass_matrix(&mut M).unwrap();
+            robot.ungrasp(held).unwrap();
+            bits.extend(tau.iter().chain(&M).map(|x| x.to_bits()));
+        }
+        bits
+    };
+    let alone = [1, 2].map(work);
+    let together =
+        std::thread::scope(|s| [1, 2].map(|k| s.spawn(move || work(k))).map(|t| t.join().unwrap()));
+    assert_eq!(alone, together);
+    assert_ne!(alone[0], alone[1]);
+}
+
 #[test]
 fn mistakes_are_refused() {
     let (model, _) = both(Pose::identity());
