@@ -398,3 +398,37 @@ fn what_changes_at_run_time_is_seen_and_undone() {
     let cloud = |room| wrong(Shape::PointCloud { points: vec![], room });
     assert!(cloud(usize::MAX).contains("room"));
 }
+
+/// Clouds of every size about the borders of a tree's leaves, with points that coincide and points of no size.
+#[test]
+fn small_clouds_have_the_distance_of_their_nearest_ball() {
+    let mut builder = Builder::new();
+    builder.body(BodySpec::new("other", "world").hinge(Hinge::free()));
+    let multibody = builder.build().unwrap();
+    let specs = vec![
+        ColliderSpec::new("cloud", "world", Shape::PointCloud { points: vec![], room: 70 }),
+        ColliderSpec::new("one", "other", Shape::Sphere { radius: 0.1 }),
+    ];
+    let colliders = Colliders::new(specs, Rules::default(), &multibody).unwrap();
+    let [all, one] = ["cloud", "one"].map(|n| colliders.find(n).unwrap());
+    let mut probe = Probe::new(&colliders);
+    let mut rng = Random(17);
+    for n in 0..=70 {
+        let mut points = cloud(&mut rng, n);
+        for k in 0..n / 3 {
+            points[3 * k] = points[0];
+            points[3 * k + 1][3] = 0.0;
+        }
+        probe.set_points(&colliders, all, &points).unwrap();
+        for _ in 0..20 {
+            let at = rng.vec();
+            let pose = Pose::translation(at.x, at.y, at.z);
+            probe.place(&colliders, |b| b.map_or(Pose::identity(), |_| pose));
+            let gap = |p: &[f64; 4]| (Vec3::new(p[0], p[1], p[2]) - at).norm() - p[3] - 0.1;
+            let low = points.iter().map(gap).fold(f64::INFINITY, f64::min);
+            let d = probe.distance(&colliders, all, one, f64::INFINITY);
+            assert!(d.map_or(low == f64::INFINITY, |d| (d.distance - low).abs() < 1e-14), "{n}");
+            assert_eq!(probe.first_hit(&colliders).is_some(), low <= 0.0, "{n}");
+        }
+    }
+}
