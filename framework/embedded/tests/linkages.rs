@@ -225,7 +225,23 @@ fn trimmers_weigh_what_the_reference_says() {
     let (left, tool) = (model.part("left").unwrap(), model.object("handle_a").unwrap());
     let mut robot = Robot::new(&model);
     robot.set_q(&to_q(&model, &places, &numbers(&expect["q"]))).unwrap();
+    let bare = robot.center_of_mass();
     robot.grasp(left, tool, Grasp::At(pose(&numbers(&pin["a_in_tip"])))).unwrap();
+    // Over the wire with open jaws, its own centre of mass where it is said to be.
+    robot.set_object_q(tool, &[0.5]).unwrap();
+    let whole = robot.center_of_mass();
+    let own = (whole.1 * whole.0 - bare.1 * bare.0) / (whole.0 - bare.0);
+    let tip = robot.tip_pose(left).unwrap();
+    let com = Vec3::from_column_slice(&numbers(&expect["com_of_trimmers_in_tip_open"]));
+    assert!((tip.inverse().transform_point(&own) - com).norm() < 1e-10);
+    let lever = expect["blade_lever"].as_f64().unwrap();
+    let jaw = tip.transform_point(&Vec3::new(p[0], p[1], p[2] + lever));
+    let there = Vec3::from_column_slice(&numbers(&expect["jaw_at"]));
+    assert!((jaw - there).norm() < 1e-9, "{jaw} {there}");
+    // What the fingers press the handle with stays in the hand: the pin feels it, and through it the blade.
+    let grip = expect["grip_force"].as_f64().unwrap() * expect["handle_lever"].as_f64().unwrap();
+    assert!((grip - expect["pin_torque_of_grip"].as_f64().unwrap()).abs() < 1e-12);
+    assert!((grip / lever - expect["force_at_blade"].as_f64().unwrap()).abs() < 1e-10);
     let nv = model.nv();
     let dofs = nv + robot.object_q(tool).unwrap().len();
     assert_eq!(dofs as u64, expect["dof_after_grasp"].as_u64().unwrap());
