@@ -164,6 +164,7 @@ fn a_thousand_grasps_leave_no_trace() {
     let fresh = robot.clone();
     robot.grasp(arm, brick, Grasp::At(Pose::translation(0.1, 0.0, 0.0))).unwrap();
     let mut with_brick = robot.clone();
+    let blade = model.object_body(tool, "blade").unwrap();
     let counted = allocation_counter::measure(|| {
         for _ in 0..1000 {
             let X = place(&mut rng);
@@ -175,6 +176,7 @@ fn a_thousand_grasps_leave_no_trace() {
             robot.feed_forward_with(moving, tool, own, &[], &mut tau, &mut forces).unwrap();
             robot.mass_matrix_with(tool, &mut M).unwrap();
             robot.collides(&[0.1; 4]).unwrap();
+            robot.object_body_pose(tool, blade).unwrap();
             robot.ungrasp(tool).unwrap();
             robot.feed_forward_with(moving, tool, own, &[], &mut tau, &mut forces).unwrap_err();
         }

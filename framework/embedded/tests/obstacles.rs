@@ -277,7 +277,7 @@ fn a_cloud_on_an_object_goes_with_the_hand() {
 fn no_query_and_no_change_allocates() {
     let (seen, other) = (Seen::new(5), Seen::new(6));
     let model = arm(None);
-    let [cloud, map] = ids(&model, ["cloud", "map"]);
+    let [cloud, map, three] = ids(&model, ["cloud", "map", "on three"]);
     let mut robot = robot(&model).clone();
     let mut rng = Rng(2);
     let qs: Vec<_> = (0..60).map(|_| [(); 3].map(|()| rng.within(-2.0, 2.0))).collect();
@@ -293,6 +293,9 @@ fn no_query_and_no_change_allocates() {
                 robot.clearance(q, f64::INFINITY).unwrap();
             }
             robot.path_free(&qs[0], &qs[1], 1e-2).unwrap();
+            robot.distance(&qs[0], cloud, map).unwrap();
+            assert!(robot.looks_at(cloud, three).unwrap() && robot.count(cloud).unwrap() == 150);
+            assert!(robot.cell(map, seen.cells[0]).is_ok() && robot.cell(cloud, [0; 3]).is_err());
             robot.set_cells(map, &seen.cells[..9], Occupancy::Free).unwrap();
             robot.clear_cells(map).unwrap();
             robot.set_points(cloud, &[[f64::NAN; 4]]).unwrap_err();
