@@ -379,7 +379,7 @@ fn instances_in_threads_know_nothing_of_each_other() {
         let brick = model.object("brick").unwrap();
         let mut bits = Vec::new();
         for k in 0..500 {
-            let held = if (k + seed) % 3 == 0 { brick } else { tool };
+            let held = if (k + seed).is_multiple_of(3) { brick } else { tool };
             robot.set_q(&[(); 4].map(|()| rng.within(-1.0, 1.0))).unwrap();
             robot.set_object_q(tool, &[(); 3].map(|()| rng.within(-1.0, 1.0))).unwrap();
             robot.grasp(arm, held, Grasp::At(place(&mut rng))).unwrap();

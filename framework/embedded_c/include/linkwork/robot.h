@@ -40,6 +40,15 @@
 // All points with z <= 0: `size` unused.
 #define LW_SHAPE_HALF_SPACE 4
 
+// The body does not move on its parent.
+#define LW_HINGE_LOCKED 0
+
+// It turns about an axis.
+#define LW_HINGE_PIN 1
+
+// It slides along an axis.
+#define LW_HINGE_SLIDER 2
+
 // The position of the goal counts.
 #define LW_GOAL_POSITION 1
 
@@ -265,7 +274,7 @@ enum LwStatus lw_builder_chain(struct LwBuilder *builder,
                                const char *base,
                                const char *tip);
 
-// A rigid object that hands may hold: mass (kg), centre of mass (3 numbers, m) and inertia about it (9 numbers, row after row, kg m^2), in the
+// An object that hands may hold, rigid unless bodies hang on it (`lw_builder_object_body`): mass (kg), centre of mass (3 numbers, m) and inertia about it (9 numbers, row after row, kg m^2), in the
 // object's axes.
 enum LwStatus lw_builder_object(struct LwBuilder *builder,
                                 const char *name,
@@ -273,7 +282,19 @@ enum LwStatus lw_builder_object(struct LwBuilder *builder,
                                 const double *center,
                                 const double *inertia);
 
-// A shape for collisions, `at` (NULL: at the origin) in the frame of `carrier`: a body, an object, or "world".
+// A body that hangs on an object, or on another such body (`parent`), by a hinge at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. `hinge`: one of
+// `LW_HINGE_..`; `axis` (3 numbers, of any length but zero; unused, and may be NULL, for `LW_HINGE_LOCKED`). Mass properties as of `lw_builder_object`.
+enum LwStatus lw_builder_object_body(struct LwBuilder *builder,
+                                     const char *name,
+                                     const char *parent,
+                                     uint32_t hinge,
+                                     const double *axis,
+                                     const struct LwPose *at,
+                                     double mass,
+                                     const double *center,
+                                     const double *inertia);
+
+// A shape for collisions, `at` (NULL: at the origin) in the frame of `carrier`: a body, an object or a body that hangs on one, or "world".
 enum LwStatus lw_builder_shape(struct LwBuilder *builder,
                                const char *name,
                                const char *carrier,
@@ -488,6 +509,33 @@ enum LwStatus lw_robot_release(struct LwRobot *robot, uint32_t hand, uint32_t ob
 
 // All hands let go of an object: it stays where it is in the world.
 enum LwStatus lw_robot_ungrasp(struct LwRobot *robot, uint32_t object);
+
+// Coordinates of the joints of an object into `q` (`n`: how many it has), in the order of its bodies: depth first, siblings by name.
+enum LwStatus lw_robot_object_q(struct LwRobot *robot,
+                                uint32_t object,
+                                double *q,
+                                size_t n);
+
+// Other coordinates of the joints of an object, held or not: `q` (`n`: how many it has). The load of the hand that carries it follows.
+enum LwStatus lw_robot_set_object_q(struct LwRobot *robot,
+                                    uint32_t object,
+                                    const double *q,
+                                    size_t n);
+
+// As `lw_robot_feed_forward` (`v`, `vdot`, `tau`: `n` = nv each) while the joints of a held object move: `rates` and `accelerations` of theirs, and into `forces` what they take
+// (`m` each: how many it has). Joints of other objects stand still.
+enum LwStatus lw_robot_feed_forward_with(struct LwRobot *robot,
+                                         const double *v,
+                                         const double *vdot,
+                                         size_t n,
+                                         uint32_t object,
+                                         const double *rates,
+                                         const double *accelerations,
+                                         size_t m,
+                                         const struct LwPush *pushes,
+                                         size_t push_count,
+                                         double *tau,
+                                         double *forces);
 
 // Whether two colliders that meet touch or overlap at `q` (`n` = nq), padding counted, into `out`; what hands hold goes with them. A pair that touches into
 // `pair` (NULL: not asked for), where there is one.

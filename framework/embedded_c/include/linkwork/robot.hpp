@@ -194,6 +194,12 @@ class Builder {
   Builder &object(const std::string &name, double mass, std::array<double, 3> center, std::array<double, 9> inertia) {
     return check(lw_builder_object(get(), name.c_str(), mass, center.data(), inertia.data()));
   }
+  Builder &object_body(const std::string &name, const std::string &parent, std::uint32_t hinge,
+                       std::array<double, 3> axis, double mass, std::array<double, 3> center,
+                       std::array<double, 9> inertia, const std::optional<LwPose> &at = std::nullopt) {
+    return check(lw_builder_object_body(get(), name.c_str(), parent.c_str(), hinge, axis.data(), at ? &*at : nullptr,
+                                        mass, center.data(), inertia.data()));
+  }
   Builder &shape(const std::string &name, const std::string &carrier, const LwShape &shape,
                  const std::optional<LwPose> &at = std::nullopt) {
     return check(lw_builder_shape(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, &shape));
@@ -274,6 +280,17 @@ class Robot {
       throw Error(LW_STATUS_LENGTH, "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
     check(lw_robot_feed_forward(get(), v.data(), vdot.data(), v.size(), pushes.data(), pushes.size(), tau.data()));
   }
+  // While the joints of a held object move: `rates`, `accelerations`, `forces` have a number for each of them.
+  void feed_forward_with(std::span<const double> v, std::span<const double> vdot, std::uint32_t object,
+                         std::span<const double> rates, std::span<const double> accelerations, std::span<double> tau,
+                         std::span<double> forces, std::span<const LwPush> pushes = {}) {
+    if (v.size() != vdot.size() || v.size() != tau.size())
+      throw Error(LW_STATUS_LENGTH, "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
+    if (rates.size() != accelerations.size() || rates.size() != forces.size())
+      throw Error(LW_STATUS_LENGTH, "`rates`, `accelerations` and `forces` differ in length\n  help: give a number for each joint");
+    check(lw_robot_feed_forward_with(get(), v.data(), vdot.data(), v.size(), object, rates.data(), accelerations.data(),
+                                     rates.size(), pushes.data(), pushes.size(), tau.data(), forces.data()));
+  }
   void held_still(std::span<double> tau, std::span<const LwPush> pushes = {}) {
     check(lw_robot_held_still(get(), pushes.data(), pushes.size(), tau.data(), tau.size()));
   }
@@ -311,6 +328,12 @@ class Robot {
     LwClosest out;
     check(lw_robot_clearance(get(), q.data(), q.size(), limit, &out));
     return out.found ? std::optional(out) : std::nullopt;
+  }
+  void object_q(std::uint32_t object, std::span<double> q) {
+    check(lw_robot_object_q(get(), object, q.data(), q.size()));
+  }
+  void set_object_q(std::uint32_t object, std::span<const double> q) {
+    check(lw_robot_set_object_q(get(), object, q.data(), q.size()));
   }
   void pad(std::uint32_t collider, double padding) { check(lw_robot_pad(get(), collider, padding)); }
   void hide(std::uint32_t collider) { check(lw_robot_hide(get(), collider)); }
