@@ -239,15 +239,21 @@ fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
     let beside = "believed=[0.548, 0.002, 0.379]";
     for (set, off) in [("mass_believed=6.5", [0.0; 2]), (beside, [0.002, -0.001])] {
         let mut sim = load("tyre_change/sim.ron", &[set]);
-        let (mut most, mut share, mut needs) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut most, mut share, mut needs, mut mounted) = (0.0_f64, 0.0_f64, 0.0_f64, 0);
         work_of(&mut sim, "Robot", 60.0, |s| {
             share = share.max(get(s, "Robot.Controller.share"));
             if s.phase() == "carried" {
                 most = most.max(get(s, "hub.contact_force.x"));
                 let [x, y, z] = [0, 1, 2].map(|k| get(s, &format!("Mechanism.grip.force[{k}]")));
                 needs = needs.max(x.hypot(z) / y);
+            } else if s.phase() != "waiting" {
+                // The wheel is on the hub, and they are told to ignore each other: nothing presses.
+                let force = common::get(s, "hub.contact_force").norm();
+                assert!(force == 0.0, "{force} N in {}", s.phase());
+                mounted += 1;
             }
         });
+        assert!(mounted > 1000, "{mounted}");
         let turned = get(&sim, "hub.angle").to_degrees();
         println!(
             "{set}: hub {most:.1} N, share {share:.3}, friction {needs:.3}, turned {turned:.3}°"

@@ -47,6 +47,11 @@ pub(crate) struct Item {
 }
 
 impl Item {
+    /// Whether this detail has a shape of its own that is coarser.
+    pub(crate) fn is_coarse(&self, detail: Detail) -> bool {
+        detail == Detail::Coarse && self.solids[1].is_some()
+    }
+
     /// The geometry of a detail.
     pub(crate) fn solid(&self, detail: Detail) -> Option<&Solid> {
         let [fine, coarse] = &self.solids;

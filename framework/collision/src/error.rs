@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 /// What is wrong with a shape. It is printed behind the name of its collider.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum ShapeFault {
     /// A size that is zero, negative, infinite or NaN.
     #[error("{what} is {value}\n  help: it must be finite and greater than 0")]
@@ -63,6 +63,52 @@ pub enum ShapeFault {
         y: usize,
         /// Heights given.
         heights: usize,
+    },
+    /// A point of a cloud with a negative radius.
+    #[error("point {index} has a radius of {radius}\n  help: give 0 or more, in m")]
+    Radius {
+        /// Which point.
+        index: usize,
+        /// Its radius, m.
+        radius: f64,
+    },
+    /// More points than there is room for.
+    #[error(
+        "the cloud has {count} points, there is room for {most}\n  help: give fewer, or more `room` when the model is made"
+    )]
+    Points {
+        /// How many there are, or would have room.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// A voxel map of no cells, or of too many.
+    #[error(
+        "the voxel map has {cells:?} cells along x, y, z\n  help: give at least one along each, and at most {most} in all"
+    )]
+    Voxels {
+        /// Along x, y, z.
+        cells: [usize; 3],
+        /// How many there may be in all.
+        most: usize,
+    },
+    /// A cell that the voxel map has not.
+    #[error(
+        "cell {index} of the list is {cell:?}, the voxel map has {cells:?} along x, y, z\n  help: indices count from 0"
+    )]
+    Outside {
+        /// Place in the list.
+        index: usize,
+        /// Its indices along x, y, z.
+        cell: [u32; 3],
+        /// Cells along x, y, z.
+        cells: [usize; 3],
+    },
+    /// Points for what is no point cloud, cells for what is no voxel map.
+    #[error("this collider is no {wanted}\n  help: give it that shape when the model is made")]
+    Kind {
+        /// What it would have to be.
+        wanted: &'static str,
     },
 }
 

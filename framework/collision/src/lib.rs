@@ -10,6 +10,7 @@
 //! contact points of a pair, in the frame of one of the two                          pairs.rs, manifold.rs, edges.rs, axis.rs
 //! of a surface: one triangle after the other                                        triangle/mod.rs
 //! of a cylinder that rolls: one disc after the other                                discs.rs
+//! of a point cloud, a voxel map: one ball or cell after the other                   pieces/mod.rs
 //! for each direction the corners of an outline, eight at most, with names           thin.rs
 //! ```
 //! Yes or no with settings that change between questions: [`Probe`].
@@ -24,6 +25,7 @@
 //!   permit; over a convex edge that is one of least depth near the triangle's own normal.
 //! * A cylinder on an edge touches along a stretch, told by its ends, while both are parallel within 1e-3 rad, and else at one point: forces that are
 //!   summed over points jump. With `discs` it touches as discs across its length, each at one place that moves without jumps.
+//! * Point clouds and voxel maps are the union of their balls and cells: distances are those of the nearest, depths those of the deepest single one.
 //! * Capsules within 1e-3 rad of parallel touch along a line, told by its two ends.
 //!
 //! The output is in the order of the colliders' names, whatever the order in which they were given.
@@ -62,6 +64,7 @@ mod edges;
 mod error;
 mod manifold;
 mod pairs;
+mod pieces;
 mod polish;
 mod probe;
 mod query;
@@ -81,6 +84,7 @@ pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};
 pub use ray::{Ray, RayHit, Target};
 pub use rules::{TERRAIN, groups, neighbours};
 pub use shape::{
-    ColliderSpec, Detail, Material, Neighbours, OnTerrain, Rules, Seen, Shape, Visibility,
+    ColliderSpec, Detail, Material, Neighbours, Occupancy, OnTerrain, Rules, Seen, Shape,
+    Visibility,
 };
 pub use solid::hull_surface;

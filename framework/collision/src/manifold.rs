@@ -55,6 +55,8 @@ pub(crate) struct Room {
     pub points: Vec<Point>,
     /// Points of several discs.
     pub gathered: Vec<Point>,
+    /// Points of several pieces.
+    pub kept: Vec<Point>,
     /// A triangle.
     pub triangle: Core,
     /// Another.
@@ -79,6 +81,7 @@ impl Default for Room {
             epa: EPA::new(),
             points: Vec::with_capacity(256),
             gathered: Vec::with_capacity(256),
+            kept: Vec::with_capacity(256),
             triangle: Core::Poly(Poly::default()),
             second: Core::Poly(Poly::default()),
             behind: 0.0,

@@ -3,10 +3,11 @@
 //! Balls and capsules with each other, balls with cylinders and half spaces with everything have closed forms; the rest is `manifold.rs`.
 //! Surfaces take one triangle after the other (`triangle/mod.rs`).
 
-use crate::axis::direction;
+use crate::axis::{Nearest, direction, nearest};
 use crate::core::{Core, Corner, Placed, mix};
 use crate::edges::lines;
 use crate::manifold::{Point, Room, convex, corner, least};
+use crate::pieces::points::{with_core, with_other, with_pieces};
 use crate::solid::{Kind, Solid};
 use crate::surface::Surface;
 use crate::triangle::{Tile, one_triangle};
@@ -21,6 +22,17 @@ pub(crate) struct Ask {
     pub padding: [f64; 2],
     /// Tolerances are parts of this, m.
     pub size: f64,
+    /// What of many pieces.
+    pub want: Want,
+}
+
+/// Which points of a solid of many pieces are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Want {
+    /// Those of all pieces.
+    All,
+    /// The deepest.
+    Least,
 }
 
 /// Fills `room.points` with the contact points of `a` at the origin and `b` at `X_AB`, with their radii and padding taken into account.
@@ -33,13 +45,13 @@ pub(crate) fn pair(a: &Solid, b: &Solid, X_AB: &Pose, ask: &Ask, room: &mut Room
     if rank(&a.kind) > rank(&b.kind) {
         // The simpler kind of the two is A in what follows.
         let X_BA = X_AB.inverse();
-        cores(b, a, &X_BA, limit, ask.size, room);
+        cores(b, a, &X_BA, limit, ask, room);
         for p in &mut room.points {
             (p.pa, p.pb) = (X_AB.transform_point(&p.pb), X_AB.transform_point(&p.pa));
             p.n = -X_AB.transform_vector(&p.n);
         }
     } else {
-        cores(a, b, X_AB, limit, ask.size, room);
+        cores(a, b, X_AB, limit, ask, room);
     }
     for p in &mut room.points {
         p.pa += p.n * thick[0];
@@ -48,16 +60,18 @@ pub(crate) fn pair(a: &Solid, b: &Solid, X_AB: &Pose, ask: &Ask, room: &mut Room
     }
 }
 
-/// Half spaces first, then surfaces, then convex solids.
+/// Half spaces first, then surfaces, convex solids, and solids of pieces.
 fn rank(kind: &Kind) -> u8 {
     match kind {
         Kind::HalfSpace => 0,
         Kind::Surface(_) => 1,
         Kind::Convex { .. } => 2,
+        Kind::Pieces(_) => 3,
     }
 }
 
-fn cores(a: &Solid, b: &Solid, X_AB: &Pose, limit: f64, size: f64, room: &mut Room) {
+fn cores(a: &Solid, b: &Solid, X_AB: &Pose, limit: f64, ask: &Ask, room: &mut Room) {
+    let Ask { size, want, .. } = *ask;
     match (&a.kind, &b.kind) {
         (Kind::HalfSpace, Kind::Convex { core, .. }) => {
             half_space(&Placed::at(core, X_AB), limit, size, room);
@@ -75,12 +89,67 @@ fn cores(a: &Solid, b: &Solid, X_AB: &Pose, limit: f64, size: f64, room: &mut Ro
         }
         (Kind::Surface(s), Kind::Surface(t)) => surfaces(s, t, X_AB, limit, size, room),
         (Kind::Convex { core: a, .. }, Kind::Convex { core: b, .. }) => {
-            let (a, b) = (Placed::here(a), Placed::at(b, X_AB));
-            if !closed_form(&a, &b, limit, size, room) {
-                convex(&a, &b, limit, size, room);
+            two_cores(&Placed::here(a), &Placed::at(b, X_AB), limit, size, room);
+        }
+        (Kind::HalfSpace, Kind::Pieces(p)) => {
+            let far = Vec3::repeat(f64::INFINITY);
+            let below = (-far, Vec3::new(far.x, far.y, 0.0));
+            with_other(below, p, X_AB, (limit, size, want), room, half_space);
+        }
+        (Kind::Surface(s), Kind::Pieces(p)) => {
+            let one = |b: &Placed, limit: f64, size: f64, room: &mut Room| {
+                surface(s, b, limit, size, room);
+            };
+            with_other(s.bounds(), p, X_AB, (limit, size, want), room, one);
+        }
+        (Kind::Convex { core, .. }, Kind::Pieces(p)) => {
+            // In the frame of the pieces, and back.
+            let X_BA = X_AB.inverse();
+            with_core(&Placed::at(core, &X_BA), p, limit, size, want, room);
+            for p in &mut room.points {
+                (p.pa, p.pb) = (X_AB.transform_point(&p.pa), X_AB.transform_point(&p.pb));
+                p.n = X_AB.transform_vector(&p.n);
             }
         }
+        (Kind::Pieces(p), Kind::Pieces(q)) => {
+            with_pieces(p, q, X_AB, limit, size, want, room);
+        }
         _ => {}
+    }
+}
+
+/// Whether two cores come within `limit` (not negative). Where the iteration ends before it knows, which happens with cylinders within 1e-6 of
+/// their size, their contact points decide.
+pub(crate) fn close(
+    a: &Placed,
+    b: &Placed,
+    limit: f64,
+    start: &Vec3,
+    size: f64,
+    room: &mut Room,
+) -> bool {
+    let (n, d) = match nearest(a, b, limit, &direction(start), &mut room.simplex) {
+        Nearest::Far => return false,
+        Nearest::Overlap(_) => return true,
+        Nearest::Apart(_, _, n, d) => (n, d),
+    };
+    if d <= limit {
+        return true;
+    }
+    if b.range(&n).0 - a.range(&n).1 > limit {
+        return false;
+    }
+    let from = room.points.len();
+    two_cores(a, b, limit, size, room);
+    let touch = least(&room.points[from..]) <= limit;
+    room.points.truncate(from);
+    touch
+}
+
+/// Appends the points of two cores.
+pub(crate) fn two_cores(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut Room) {
+    if !closed_form(a, b, limit, size, room) {
+        convex(a, b, limit, size, room);
     }
 }
 

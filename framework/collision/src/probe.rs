@@ -9,13 +9,14 @@
 //! An answer depends on the poses and settings alone. The order in which pairs are looked at does too: those whose balls
 //! overlap most go first, since a hit among them ends a question.
 
-use crate::axis::{Nearest, direction, nearest};
 use crate::colliders::{ColliderId, Colliders};
 use crate::core::{Core, Placed};
+use crate::error::ShapeFault;
 use crate::manifold::{Room, least};
-use crate::pairs::{Ask, pair};
+use crate::pairs::{Ask, Want, close, pair};
+use crate::pieces::{self, Pieces, exact};
 use crate::query::{Closest, Distance};
-use crate::shape::{Detail, Visibility};
+use crate::shape::{Detail, Occupancy, Visibility};
 use crate::solid::{Kind, Solid};
 use linkwork_multibody::BodyId;
 use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
@@ -43,6 +44,8 @@ pub struct Probe {
     meets: Vec<bool>,
     /// How far each may come, m: for swept questions.
     reach: Vec<f64>,
+    /// Point clouds and voxel maps as they are now: the fine shapes of these colliders.
+    live: Vec<Option<Box<Solid>>>,
     /// Balls in the colliders' frames, fine and coarse.
     balls: Vec<[(Vec3, f64); 2]>,
     /// All pairs that are looked at, and whether that list is up to date.
@@ -77,6 +80,11 @@ impl Probe {
             radius: Whereabouts::NONE,
         };
         let room = n * n.saturating_sub(1) / 2;
+        let live = |id: ColliderId| {
+            let solid = colliders.items[id.index()].solid(Detail::Fine);
+            let Kind::Pieces(p) = &solid?.kind else { return None };
+            Some(Box::new(Solid::around(Kind::Pieces(p.clone()))))
+        };
         let mut probe = Self {
             detail: Detail::Fine,
             padding: colliders.items.iter().map(|i| i.padding).collect(),
@@ -86,6 +94,7 @@ impl Probe {
                 .collect(),
             meets: colliders.meets.clone(),
             reach: vec![0.0; n],
+            live: colliders.ids().map(live).collect(),
             balls: colliders.ids().map(|i| [of(i, Detail::Fine), of(i, Detail::Coarse)]).collect(),
             pairs: Vec::with_capacity(room),
             stale: true,
@@ -105,8 +114,120 @@ impl Probe {
         new.padding.copy_from_slice(&self.padding);
         new.hidden.copy_from_slice(&self.hidden);
         new.meets.copy_from_slice(&self.meets);
+        for (new, own) in new.live.iter_mut().zip(&self.live) {
+            if let (Some(new), Some(Solid { kind: Kind::Pieces(p), .. })) = (new, own.as_deref()) {
+                **new = Solid::around(Kind::Pieces(p.clone()));
+            }
+        }
+        new.balls.copy_from_slice(&self.balls);
         new.stale = true;
         new
+    }
+
+    /// Other points of a [`Shape::PointCloud`](crate::Shape::PointCloud), its fine shape: x, y, z, radius of each, m, in its frame. O(n log n),
+    /// no allocation.
+    ///
+    /// # Errors
+    /// [`ShapeFault::Kind`], [`ShapeFault::Points`] for more than there is room for, [`ShapeFault::NotFinite`], [`ShapeFault::Radius`]; then
+    /// nothing has changed.
+    pub fn set_points(
+        &mut self,
+        colliders: &Colliders,
+        id: ColliderId,
+        points: &[[f64; 4]],
+    ) -> Result<(), ShapeFault> {
+        self.change(colliders, id, |p| match p {
+            Some(Pieces::Balls(balls)) => balls.fill(points),
+            _ => Err(ShapeFault::Kind { wanted: "point cloud" }),
+        })
+    }
+
+    /// Makes cells of a [`Shape::VoxelMap`](crate::Shape::VoxelMap), its fine shape, occupied or free. O(cells), no allocation.
+    ///
+    /// # Errors
+    /// [`ShapeFault::Kind`], [`ShapeFault::Outside`]; then nothing has changed.
+    pub fn set_cells(
+        &mut self,
+        colliders: &Colliders,
+        id: ColliderId,
+        cells: &[[u32; 3]],
+        to: Occupancy,
+    ) -> Result<(), ShapeFault> {
+        self.change(colliders, id, |p| match p {
+            Some(Pieces::Cells(map)) => map.set(cells, to),
+            _ => Err(ShapeFault::Kind { wanted: "voxel map" }),
+        })
+    }
+
+    /// Makes all cells of a voxel map free.
+    ///
+    /// # Errors
+    /// [`ShapeFault::Kind`].
+    pub fn clear_cells(&mut self, colliders: &Colliders, id: ColliderId) -> Result<(), ShapeFault> {
+        self.change(colliders, id, |p| match p {
+            Some(Pieces::Cells(map)) => {
+                map.clear();
+                Ok(())
+            }
+            _ => Err(ShapeFault::Kind { wanted: "voxel map" }),
+        })
+    }
+
+    /// What a cell of a voxel map is now.
+    ///
+    /// # Errors
+    /// [`ShapeFault::Kind`], [`ShapeFault::Outside`].
+    #[track_caller]
+    pub fn cell(&self, id: ColliderId, cell: [u32; 3]) -> Result<Occupancy, ShapeFault> {
+        let live = self.live[id.index()].as_deref();
+        let Some(Solid { kind: Kind::Pieces(Pieces::Cells(map)), .. }) = live else {
+            return Err(ShapeFault::Kind { wanted: "voxel map" });
+        };
+        map.get(cell).ok_or(ShapeFault::Outside { index: 0, cell, cells: map.n() })
+    }
+
+    /// How many points of a point cloud, or occupied cells of a voxel map, there are now; `None` for any other shape.
+    #[must_use]
+    #[track_caller]
+    pub fn count(&self, id: ColliderId) -> Option<usize> {
+        match &self.live[id.index()].as_deref()?.kind {
+            Kind::Pieces(p) => Some(p.count()),
+            _ => None,
+        }
+    }
+
+    /// Changes the pieces of a collider, and what is known of its size.
+    #[track_caller]
+    fn change(
+        &mut self,
+        colliders: &Colliders,
+        id: ColliderId,
+        with: impl FnOnce(Option<&mut Pieces>) -> Result<(), ShapeFault>,
+    ) -> Result<(), ShapeFault> {
+        let Some(live) = &mut self.live[id.index()] else { return with(None) };
+        let Kind::Pieces(p) = &mut live.kind else { return with(None) };
+        with(Some(p))?;
+        ((live.lo, live.hi), live.size) = (p.bounds(), p.size());
+        let ball = ball(live);
+        let [fine, coarse] = &mut self.balls[id.index()];
+        *fine = ball;
+        if colliders.spec(id).coarse.is_none() {
+            *coarse = ball;
+        }
+        Ok(())
+    }
+
+    /// The distance of a collider's farthest point from its body's origin, at most, m, padding counted, as it is now; 0 where it has none (a half
+    /// space).
+    #[must_use]
+    #[track_caller]
+    pub fn extent(&self, colliders: &Colliders, id: ColliderId) -> f64 {
+        let item = &colliders.items[id.index()];
+        let far = |(centre, radius): &(Vec3, f64)| {
+            let far = item.pose.transform_point(centre).norm() + radius + self.padding[id.index()];
+            if far.is_finite() { far } else { 0.0 }
+        };
+        self.balls[id.index()].iter().map(far).fold(0.0, f64::max)
     }
 
     /// Fine or coarse shapes from now on.
@@ -279,15 +400,26 @@ impl Probe {
 
     /// Whether two colliders touch.
     fn touch(&mut self, colliders: &Colliders, i: usize, j: usize) -> bool {
-        let of = |k: usize| colliders.items[k].solid(self.detail);
+        let of = |k: usize| solid(&self.live, colliders, k, self.detail);
         let (Some(a), Some(b)) = (of(i), of(j)) else { return false };
         let (pa, pb) = (&self.places[i], &self.places[j]);
         let thick = self.thick(i) + self.thick(j);
+        let pieces = |s: &Solid| matches!(s.kind, Kind::Pieces(_));
+        if pieces(a) || pieces(b) {
+            let place = (pa.R.tr_mul(&pb.R), pa.R.tr_mul(&(pb.pose.position - pa.pose.position)));
+            let (place, size) = ((&place.0, &place.1), a.size.min(b.size));
+            if let Some(touch) =
+                pieces::near(&a.kind, &b.kind, place, (thick, size), &mut self.room)
+            {
+                return touch;
+            }
+        }
         let (Kind::Convex { core: ca, round: ra }, Kind::Convex { core: cb, round: rb }) =
             (&a.kind, &b.kind)
         else {
             return self.between(colliders, i, j, 0.0).is_some_and(|d| d.distance <= 0.0);
         };
+        let size = a.size.min(b.size);
         // Both in axes of the world, about the origin of the first: no digits are lost far away.
         let a = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
         let b = Placed { core: cb, R: pb.R, p: pb.pose.position - pa.pose.position };
@@ -298,11 +430,7 @@ impl Probe {
         {
             return false;
         }
-        match nearest(&a, &b, limit, &direction(&(ball_b - ball_a)), &mut self.room.simplex) {
-            Nearest::Far => false,
-            Nearest::Apart(_, _, _, d) => d <= limit,
-            Nearest::Overlap(_) => true,
-        }
+        close(&a, &b, limit, &(ball_b - ball_a), size, &mut self.room)
     }
 
     /// Nearest points within `limit`.
@@ -313,7 +441,7 @@ impl Probe {
         j: usize,
         limit: f64,
     ) -> Option<Distance> {
-        let of = |k: usize| colliders.items[k].solid(self.detail);
+        let of = |k: usize| solid(&self.live, colliders, k, self.detail);
         let (a, b) = (of(i)?, of(j)?);
         let (pa, pb) = (self.places[i].pose, self.places[j].pose);
         let back = pa.rotation.inverse();
@@ -323,7 +451,7 @@ impl Probe {
         let start = if apart.is_finite() { apart.max(0.0) } else { 0.0 };
         let mut margin = (start + size).min(limit);
         loop {
-            pair(a, b, &X_AB, &Ask { margin, padding, size }, &mut self.room);
+            pair(a, b, &X_AB, &Ask { margin, padding, size, want: Want::Least }, &mut self.room);
             let low = least(&self.room.points);
             if let Some(p) = self.room.points.iter().find(|p| p.gap <= low) {
                 let (point_a, point_b) = (pa.transform_point(&p.pa), pa.transform_point(&p.pb));
@@ -337,19 +465,28 @@ impl Probe {
     }
 }
 
-/// Whether [`Placed::toward`] ends at the core's nearest point.
-fn exact(core: &Core) -> bool {
-    match core {
-        Core::Poly(p) => p.half.is_some(),
-        _ => true,
+/// The geometry of a collider as it is now.
+fn solid<'a>(
+    live: &'a [Option<Box<Solid>>],
+    colliders: &'a Colliders,
+    k: usize,
+    detail: Detail,
+) -> Option<&'a Solid> {
+    let item = &colliders.items[k];
+    match &live[k] {
+        Some(live) if !item.is_coarse(detail) => Some(live),
+        _ => item.solid(detail),
     }
 }
 
-/// A ball around a solid in its frame: centre and radius, infinite for what has no end.
+/// A ball around a solid in its frame: centre and radius, infinite for what has no end; of no radius for what has no pieces.
 fn ball(solid: &Solid) -> (Vec3, f64) {
     let finite = solid.lo.iter().chain(solid.hi.iter()).all(|x| x.is_finite());
     if !finite {
         return (Vec3::zeros(), f64::INFINITY);
+    }
+    if matches!(&solid.kind, Kind::Pieces(p) if p.count() == 0) {
+        return (Vec3::zeros(), Whereabouts::NONE);
     }
     let centre = (solid.lo + solid.hi) / 2.0;
     let radius = match &solid.kind {

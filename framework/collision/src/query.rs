@@ -4,7 +4,7 @@ use crate::colliders::{ColliderId, Colliders};
 use crate::core::mix;
 use crate::discs::Rolls;
 use crate::manifold::{Point, Room, least};
-use crate::pairs::{Ask, pair};
+use crate::pairs::{Ask, Want, pair};
 use crate::shape::{Detail, Visibility};
 use crate::solid::Solid;
 use crate::thin::thin;
@@ -235,7 +235,7 @@ impl Colliders {
             (Detail::Fine, _, Some(discs)) => (discs, Rolls::Second),
             (Detail::Fine, Some(discs), None) => (discs, Rolls::First),
             _ => {
-                self.points(a, b, detail, margin, room);
+                self.points(a, b, detail, (margin, Want::All), room);
                 return thin(&mut room.points, size);
             }
         };
@@ -243,7 +243,8 @@ impl Colliders {
         let Some(other) = (if which == Rolls::Second { ia } else { ib }).solid(detail) else {
             return room.points.clear();
         };
-        let (X_AB, ask) = (relative(a, b), Ask { margin, padding: [ia.padding, ib.padding], size });
+        let (X_AB, padding) = (relative(a, b), [ia.padding, ib.padding]);
+        let ask = Ask { margin, padding, size, want: Want::All };
         let mut all = std::mem::take(&mut room.gathered);
         all.clear();
         for (k, z) in discs.places().iter().enumerate() {
@@ -256,11 +257,18 @@ impl Colliders {
     }
 
     /// Points of a pair in the frame of the first.
-    fn points(&self, a: &Seen, b: &Seen, detail: Detail, margin: f64, room: &mut Room) {
+    fn points(
+        &self,
+        a: &Seen,
+        b: &Seen,
+        detail: Detail,
+        (margin, want): (f64, Want),
+        room: &mut Room,
+    ) {
         let (ia, ib) = (&self.items[a.id as usize], &self.items[b.id as usize]);
         let (Some(sa), Some(sb)) = (ia.solid(detail), ib.solid(detail)) else { return };
         let size = self.size(a.id, b.id, detail);
-        let ask = Ask { margin, padding: [ia.padding, ib.padding], size };
+        let ask = Ask { margin, padding: [ia.padding, ib.padding], size, want };
         pair(sa, sb, &relative(a, b), &ask, room);
     }
 
@@ -321,7 +329,7 @@ impl Colliders {
     ) -> Option<Distance> {
         let mut margin = (apart(a, b) + self.size(a.id, b.id, detail)).min(limit);
         loop {
-            self.points(a, b, detail, margin, room);
+            self.points(a, b, detail, (margin, Want::Least), room);
             let low = least(&room.points);
             if let Some(p) = room.points.iter().find(|p| p.gap <= low) {
                 return Some(Distance {

@@ -3,11 +3,14 @@
 use crate::colliders::{ColliderId, Colliders};
 use crate::core::{Core, Poly};
 use crate::error::ShapeFault;
+use crate::pieces::{Piece, Pieces};
 use crate::query::Query;
 use crate::shape::{Shape, Visibility};
 use crate::solid::{Kind, Solid};
 use linkwork_multibody::BodyId;
 use linkwork_multibody::spatial::{Pose, Vec3};
+use std::cell::Cell;
+use std::ops::ControlFlow;
 
 /// A ray in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,11 +107,40 @@ fn cast(solid: &Solid, o: &Vec3, d: &Vec3, max: f64) -> Option<(f64, Vec3)> {
     match &solid.kind {
         Kind::HalfSpace => interval(o, d, &mut [(Vec3::z(), 0.0)].into_iter()),
         Kind::Surface(s) => s.cast(o, d, max),
+        Kind::Pieces(p) => pieces(p, o, d, max),
         Kind::Convex { core: Core::Point, round } => sphere(o, d, *round, &Vec3::zeros()),
         Kind::Convex { core: Core::Poly(p), .. } => interval(o, d, &mut planes(p)),
         Kind::Convex { core: Core::Cylinder { r, h }, .. } => cylinder(o, d, *r, *h),
         Kind::Convex { core: Core::Segment { h }, round } => capsule(o, d, *round, *h),
     }
+}
+
+/// The first of the pieces; a ball of no radius is not met.
+fn pieces(p: &Pieces, o: &Vec3, d: &Vec3, max: f64) -> Option<(f64, Vec3)> {
+    let mut best: Option<(f64, Vec3)> = None;
+    let longest = Cell::new(max);
+    let end = |x: f64, d: f64| if d == 0.0 { x } else { x + d * max };
+    let other = Vec3::from_fn(|i, _| end(o[i], d[i]));
+    let room = 1e-12 * o.amax();
+    let off = |lo: &Vec3, hi: &Vec3| {
+        let sides = (0..3)
+            .flat_map(|k| [(Vec3::ith(k, 1.0), hi[k] + room), (Vec3::ith(k, -1.0), room - lo[k])]);
+        interval(o, d, &mut { sides }).is_none_or(|(t, _)| t > longest.get() + room)
+    };
+    let each = |piece: &Piece| {
+        let hit = match p.core() {
+            Core::Poly(cube) => interval(&(o - piece.centre), d, &mut planes(cube)),
+            _ if piece.round > 0.0 => sphere(o, d, piece.round, &piece.centre),
+            _ => None,
+        };
+        if let Some(hit) = hit.filter(|(t, _)| *t <= max && best.is_none_or(|b| *t < b.0)) {
+            best = Some(hit);
+            longest.set(hit.0);
+        }
+        ControlFlow::Continue(())
+    };
+    let _ = p.visit(&o.inf(&other).add_scalar(-room), &o.sup(&other).add_scalar(room), off, each);
+    best
 }
 
 fn planes(p: &Poly) -> impl Iterator<Item = (Vec3, f64)> + '_ {

@@ -59,6 +59,33 @@ pub enum Shape {
         /// triangles that such a point is a corner of are holes.
         heights: Arc<[f64]>,
     },
+    /// Balls about points, as a sensor saw them. [`Probe::set_points`](crate::Probe::set_points) replaces them at run time.
+    PointCloud {
+        /// x, y, z, radius of each, m; the radius may be 0.
+        points: Vec<[f64; 4]>,
+        /// For so many there is room at run time; for those given in any case.
+        room: usize,
+    },
+    /// The occupied cells of a grid of cubes that begins at the origin and goes along +x, +y, +z.
+    /// [`Probe::set_cells`](crate::Probe::set_cells) changes them at run time.
+    VoxelMap {
+        /// Cells along x, y, z.
+        cells: [usize; 3],
+        /// Edge of a cell, m.
+        edge: f64,
+        /// Indices along x, y, z of those that are occupied.
+        occupied: Vec<[u32; 3]>,
+    },
+}
+
+/// What a cell of a [`Shape::VoxelMap`] is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Occupancy {
+    /// It meets nothing.
+    #[default]
+    Free,
+    /// It is a solid cube.
+    Occupied,
 }
 
 /// A shape as it is shown: with the geometry of what collides, or as a mesh file that only a viewer reads.

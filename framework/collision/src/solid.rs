@@ -3,6 +3,7 @@
 use crate::convert::{from_parry, to_parry};
 use crate::core::{Core, Face, Poly};
 use crate::error::ShapeFault;
+use crate::pieces::{Balls, Cells, Pieces};
 use crate::shape::Shape;
 use crate::surface::{Grid, Surface, Triangles};
 use linkwork_multibody::spatial::Vec3;
@@ -17,6 +18,8 @@ pub(crate) enum Kind {
     HalfSpace,
     /// Triangles.
     Surface(Surface),
+    /// Balls or cells.
+    Pieces(Pieces),
 }
 
 /// A shape ready for queries.
@@ -60,15 +63,22 @@ impl Solid {
             Shape::HeightField { x, y, spacing, heights } => {
                 Kind::Surface(Surface::Grid(Grid::new(*x, *y, *spacing, heights)?))
             }
+            Shape::PointCloud { points, room } => {
+                Kind::Pieces(Pieces::Balls(Balls::new(points, *room)?))
+            }
+            Shape::VoxelMap { cells, edge, occupied } => {
+                Kind::Pieces(Pieces::Cells(Cells::new(*cells, *edge, occupied)?))
+            }
         };
         Ok(Self::around(kind))
     }
 
-    fn around(kind: Kind) -> Self {
+    pub(crate) fn around(kind: Kind) -> Self {
         let far = Vec3::repeat(f64::INFINITY);
         let (lo, hi) = match &kind {
             Kind::HalfSpace => (-far, far),
             Kind::Surface(s) => s.bounds(),
+            Kind::Pieces(p) => p.bounds(),
             Kind::Convex { core, round } => {
                 let axis = |i: usize, sign: f64| {
                     let d = Vec3::ith(i, sign);
@@ -81,6 +91,7 @@ impl Solid {
         let size = match &kind {
             Kind::HalfSpace => 1.0,
             Kind::Surface(s) => s.size(),
+            Kind::Pieces(p) => p.size(),
             Kind::Convex { .. } => (hi - lo).max(),
         };
         Self { kind, lo, hi, size }

@@ -38,6 +38,57 @@ fn bench(name: &str, robot: &mut Robot, qs: &[Vec<f64>], expected: &[bool]) {
     });
 }
 
+/// The arm among what sensors see: a cloud of 20 000 balls, or 20 000 of 320 000 cells, on a shell about it and a wall beside it.
+fn seen(json: &Value, qs: &[Vec<f64>]) {
+    let mut rng = Rng(1);
+    let n = [100, 100, 32];
+    let (mut points, mut cells) = (Vec::new(), Vec::new());
+    while points.len() < 20_000 {
+        let p = [rng.within(-1.5, 1.5), rng.within(-1.5, 1.5), rng.within(0.0, 1.9)];
+        let r = p.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if (0.95..1.0).contains(&r) || (0.55..0.6).contains(&p[0]) {
+            points.push([p[0], p[1], p[2], 0.01]);
+        }
+    }
+    while cells.len() < 20_000 {
+        let c = n.map(|n| rng.within(0.0, n as f64) as u32);
+        let p = [0, 1, 2].map(|k| (f64::from(c[k]) + 0.5) * 0.03 - [1.5, 1.5, 0.0][k]);
+        let r = p.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if (0.9..1.05).contains(&r) || (0.5..0.65).contains(&p[0]) {
+            cells.push(c);
+        }
+    }
+    let cloud = Shape::PointCloud { points: vec![], room: 20_000 };
+    let map = Shape::VoxelMap { cells: n, edge: 0.03, occupied: vec![] };
+    let corner = spatial::Pose::translation(-1.5, -1.5, 0.0);
+    let more = vec![
+        ColliderSpec::new("cloud", "world", cloud),
+        ColliderSpec::new("map", "world", map).at(corner),
+    ];
+    let model = robot_in("robots/iiwa7.urdf", json, &[], vec![], more);
+    let [cloud, map] = ["cloud", "map"].map(|n| model.collider(n).unwrap());
+    let empty = Robot::new(&model);
+    for (name, id) in [("a cloud", cloud), ("a map", map)] {
+        let mut robot = empty.clone();
+        timed(&format!("{name} is set"), &qs[..20], |_| {
+            if id == cloud {
+                robot.set_points(cloud, &points).unwrap();
+            } else {
+                robot.clear_cells(map).unwrap();
+                robot.set_cells(map, &cells, Occupancy::Occupied).unwrap();
+            }
+        });
+        let hit = qs.iter().filter(|q| robot.collides(q).unwrap()).count();
+        println!("{name}: {hit} of {} hit", qs.len());
+        timed(&format!("{name} yes or no"), qs, |q| {
+            let _ = black_box(robot.collides(q));
+        });
+        timed(&format!("{name} least distance"), &qs[..500], |q| {
+            let _ = black_box(robot.clearance(q, f64::INFINITY));
+        });
+    }
+}
+
 fn main() {
     let Some(json) = reference("robodarts/col1_scene.json") else { return };
     let model = robot_in("robots/iiwa7.urdf", &json, &[], vec![], vec![]);
@@ -50,6 +101,7 @@ fn main() {
     let expected: Vec<bool> =
         json["colliding"].as_str().unwrap().chars().map(|c| c == '1').collect();
     bench("COL-1", &mut robot, &qs, &expected);
+    seen(&json, &qs);
 
     let json = reference("robodarts/dual_ur5_collisions.json").unwrap();
     let model = robot_in("robodarts/dual_ur5.urdf", &json, &[], vec![], vec![]);

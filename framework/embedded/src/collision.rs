@@ -4,10 +4,11 @@
 //! the tip that holds it: it does not meet what is welded to that, nor what a hinge joins to that.
 
 use crate::error::{ModelError, ModelFault};
+use crate::linkage::{Link, Linkage, objects};
 use crate::model::ModelSpec;
 use crate::part::Resolved;
 use linkwork_collision::{ColliderId, Colliders, Neighbours, Shape, groups, neighbours};
-use linkwork_multibody::{BodyId, BodySpec, Builder, Hinge, Multibody};
+use linkwork_multibody::{BodyId, Builder, Multibody};
 use linkwork_spatial::Pose;
 
 /// What carries a collider.
@@ -16,6 +17,8 @@ pub(crate) enum Carrier {
     World,
     Body(BodyId),
     Object(usize),
+    /// A body that hangs on an object.
+    Linked(usize, BodyId),
 }
 
 /// Colliders and what carries them.
@@ -26,19 +29,23 @@ pub(crate) struct Scene {
     pub bodies: Vec<Carrier>,
     /// By collider.
     pub carriers: Vec<Carrier>,
-    /// For each part, for each collider: whether what the part's tip holds meets it.
-    pub meets_held: Vec<Vec<bool>>,
+    /// For each part, for each collider: whether what the part's tip holds meets it; and whether what a hinge joins to that does.
+    pub meets_held: Vec<Vec<[bool; 2]>>,
+    /// Bodies that a hinge joins pass each other.
+    pub pass: bool,
     bounds: Vec<(f64, f64)>,
     nv: usize,
 }
 
 impl Scene {
-    pub fn new(spec: &ModelSpec, mbs: &Multibody, parts: &[Resolved]) -> Result<Self, ModelError> {
+    pub fn new(
+        spec: &ModelSpec,
+        mbs: &Multibody,
+        parts: &[Resolved],
+        linkages: &[Option<Linkage>],
+    ) -> Result<Self, ModelError> {
         let fault = |text| ModelError { faults: vec![ModelFault::Mechanism { text }] };
-        let mut builder = Builder::from(mbs);
-        for o in &spec.objects {
-            builder.body(BodySpec::new(&o.name, "world").hinge(Hinge::free()).mass(o.mass));
-        }
+        let builder = objects(Builder::from(mbs), spec);
         let all = builder.build().map_err(|e| fault(e.to_string()))?;
         let colliders = Colliders::new(spec.colliders.clone(), spec.rules.clone(), &all)
             .map_err(|e| fault(e.to_string()))?;
@@ -47,39 +54,39 @@ impl Scene {
             .map(|b| match (object(b.name()), mbs.body(b.name())) {
                 (Some(o), _) => Carrier::Object(o),
                 (None, Some(body)) => Carrier::Body(body),
-                (None, None) => Carrier::World,
+                (None, None) => linked(linkages, b.name()),
             })
             .collect();
         let carriers: Vec<Carrier> = (colliders.ids())
             .map(|i| colliders.body(i).map_or(Carrier::World, |b| bodies[b.index()]))
             .collect();
+        let pass = spec.rules.neighbours == Neighbours::Pass;
         let (group, joined, world) = (groups(mbs), neighbours(mbs), mbs.bodies().len());
         let meets_held = parts.iter().map(|p| {
             let tip = p.chain.as_ref().map_or(world, |c| c.tip_body.index());
             let meets = |c: &Carrier| {
                 let other = match c {
-                    Carrier::Object(_) => return true,
+                    Carrier::Object(_) | Carrier::Linked(..) => return [true; 2],
                     Carrier::Body(b) => b.index(),
                     Carrier::World => world,
                 };
                 let pair = (group[tip], group[other]);
                 let near = joined.iter().any(|j| *j == pair || (j.1, j.0) == pair);
-                let near = near && spec.rules.neighbours == Neighbours::Pass;
-                pair.0 != pair.1 && !near
+                // What a hinge joins to a held object is the tip's neighbour.
+                [pair.0 != pair.1 && !(near && pass), pair.0 != pair.1 || !pass]
             };
             carriers.iter().map(meets).collect()
         });
         let meets_held = meets_held.collect();
         let (bounds, nv) = (bounds(mbs), mbs.nv());
-        Ok(Self { colliders, bodies, carriers, meets_held, bounds, nv })
+        Ok(Self { colliders, bodies, carriers, meets_held, pass, bounds, nv })
     }
 
-    /// The distance of a collider's farthest point from the origin of what carries it, m; infinite for what has no end.
-    pub fn extent(&self, id: ColliderId) -> f64 {
+    /// Whether a collider has no end.
+    pub fn endless(&self, id: ColliderId) -> bool {
         let spec = self.colliders.spec(id);
         let endless = |s: &Shape| matches!(s, Shape::HalfSpace | Shape::HeightField { .. });
-        let any = endless(&spec.fine) || spec.coarse.as_ref().is_some_and(endless);
-        if any { f64::INFINITY } else { self.colliders.extent(id) }
+        endless(&spec.fine) || spec.coarse.as_ref().is_some_and(endless)
     }
 
     /// How far points of a body, at most `far` (m) from its origin, may come while the coordinates change by `dv`, m.
@@ -135,13 +142,38 @@ fn bounds(mbs: &Multibody) -> Vec<(f64, f64)> {
     out
 }
 
+/// The body of an object that has this name.
+fn linked(linkages: &[Option<Linkage>], name: &str) -> Carrier {
+    let mut all = linkages.iter().enumerate();
+    let found = all.find_map(|(o, l)| Some((o, l.as_ref()?.multibody().body(name)?)));
+    found.map_or(Carrier::World, |(o, b)| Carrier::Linked(o, b))
+}
+
 impl Carrier {
     /// `X_W` of what carries a collider.
-    pub fn pose(self, body: impl Fn(BodyId) -> Pose, objects: &[Pose]) -> Pose {
+    pub fn pose(
+        self,
+        body: impl Fn(BodyId) -> Pose,
+        objects: &[Pose],
+        linked: impl Fn(usize, BodyId) -> Pose,
+    ) -> Pose {
         match self {
             Self::World => Pose::identity(),
             Self::Body(b) => body(b),
             Self::Object(o) => objects[o],
+            Self::Linked(o, b) => linked(o, b),
+        }
+    }
+
+    /// The object, and how the body of it that carries hangs on it.
+    pub fn object(self, linkages: &[Option<Linkage>]) -> Option<(usize, Link)> {
+        match self {
+            Self::World | Self::Body(_) => None,
+            Self::Object(o) => Some((o, Link::Welded)),
+            Self::Linked(o, b) => {
+                let link = linkages[o].as_ref().map_or(Link::Welded, |l| l.links[b.index()]);
+                Some((o, link))
+            }
         }
     }
 }

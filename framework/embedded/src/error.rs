@@ -1,5 +1,6 @@
 //! What can go wrong: with a model, in words and all at once; with a call, as a value of fixed size.
 
+use linkwork_collision::ShapeFault;
 use thiserror::Error;
 
 /// Everything that is wrong with a model.
@@ -172,6 +173,14 @@ pub enum RobotError {
         /// Its place among the objects.
         object: usize,
     },
+    /// The object is rigid.
+    #[error(
+        "object {object} has no joints\n  help: give it bodies of its own in `ModelSpec::linkages`"
+    )]
+    NoJoints {
+        /// Its place among the objects.
+        object: usize,
+    },
     /// The hand holds nothing.
     #[error("part {part} holds nothing\n  help: grasp something first")]
     EmptyHand {
@@ -197,6 +206,9 @@ pub enum RobotError {
         /// rad.
         orientation: f64,
     },
+    /// Points or cells that a collider cannot have.
+    #[error(transparent)]
+    Shape(#[from] ShapeFault),
     /// Equations without a solution.
     #[error("{what} has no solution here\n  help: {help}")]
     Singular {

@@ -9,6 +9,9 @@
 //! no call allocates, errors included (distances of shapes apart: see [`Robot::clearance`]), and none depends on what the instance did before: the same
 //! inputs give the same bits. There is no clock, no thread and no log inside.
 //!
+//! Objects that hands hold are rigid, or have joints of their own ([`ModelSpec::linkages`]): pliers, a drawer, a door. Obstacles are shapes, or what sensors see while the
+//! robot works: point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]).
+//!
 //! Angular part first, world axes, SI and radians throughout. Columns are the degrees of freedom of
 //! the mechanism in canonical order ([`RobotModel::coordinate`] finds a joint's), or those of a part in the same order.
 //!
@@ -51,6 +54,7 @@
 mod bounded;
 mod collision;
 mod error;
+mod linkage;
 mod manipulability;
 mod model;
 mod part;
@@ -59,7 +63,8 @@ mod robot;
 pub use bounded::{Sweeps, bounded};
 pub use error::{ModelError, ModelFault, RobotError};
 pub use linkwork_collision::{
-    Closest, ColliderId, ColliderSpec, Detail, Distance, Rules, Shape, Visibility,
+    Closest, ColliderId, ColliderSpec, Detail, Distance, Occupancy, Rules, Shape, ShapeFault,
+    Visibility,
 };
 pub use linkwork_dynamics as dynamics;
 pub use linkwork_dynamics::inverse_kinematics::Residual;

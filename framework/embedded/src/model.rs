@@ -2,6 +2,7 @@
 
 use crate::collision::Scene;
 use crate::error::{ModelError, ModelFault, RobotError};
+use crate::linkage::{Linkage, linkages};
 use crate::part::{Chain, Part, PartSpec, Resolved, nearest, resolve};
 use linkwork_collision::{ColliderId, ColliderSpec, Rules, Shape};
 use linkwork_dynamics::Tree;
@@ -22,9 +23,11 @@ pub struct ModelSpec {
     pub mechanism: Builder,
     /// Parts by name.
     pub parts: Vec<PartSpec>,
-    /// Rigid objects that hands may hold.
+    /// Objects that hands may hold.
     pub objects: Vec<ObjectSpec>,
-    /// Shapes on bodies, on objects (by their name) and in the world.
+    /// Bodies that hang on objects by hinges: the parent of each is an object's name or another's of these. Loops and couplings are refused.
+    pub linkages: Builder,
+    /// Shapes on bodies, on objects and their bodies (by name) and in the world.
     pub colliders: Vec<ColliderSpec>,
     /// Which of them meet; what a hand holds is told apart from it by itself.
     pub rules: Rules,
@@ -119,12 +122,12 @@ impl ModelSpec {
     }
 }
 
-/// A rigid object that a hand may hold.
+/// An object that a hand may hold: rigid, unless [`ModelSpec::linkages`] has bodies that hang on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObjectSpec {
     /// Its name.
     pub name: String,
-    /// Mass properties in its own axes.
+    /// Mass properties in its own axes; without those of bodies that hang on it.
     pub mass: MassProperties,
 }
 
@@ -148,6 +151,8 @@ pub struct RobotModel {
     /// In the whole: the tip of each part that is a chain.
     pub(crate) tips: Vec<Option<NodeId>>,
     pub(crate) objects: Vec<(String, RigidInertia)>,
+    /// For each object: what hangs on it.
+    pub(crate) linkages: Vec<Option<Linkage>>,
     /// For each number of β with one number of q: its place there, and its limits.
     pub(crate) limits: Vec<Option<(usize, Limits)>>,
     pub(crate) scene: Scene,
@@ -207,9 +212,10 @@ impl RobotModel {
                 joints.insert(name.clone(), (s.q.start, s.v.start));
             }
         }
-        let scene = Scene::new(spec, &multibody, &parts)?;
+        let linkages = linkages(spec)?;
+        let scene = Scene::new(spec, &multibody, &parts, &linkages)?;
         let (tree, unused) = (Tree::new(&multibody), spec.unused.clone());
-        Ok(Arc::new(Self { tree, parts, tips, objects, limits, scene, joints, unused }))
+        Ok(Arc::new(Self { tree, parts, tips, objects, linkages, limits, scene, joints, unused }))
     }
 
     /// A robot from a URDF (MJCF, SDF) file; parts from the groups of an SRDF file, where one is given.
@@ -285,6 +291,18 @@ impl RobotModel {
     /// All objects with their names, in the order in which they were given.
     pub fn objects(&self) -> impl ExactSizeIterator<Item = (Object, &str)> {
         self.objects.iter().enumerate().map(|(i, o)| (Object(i as u32), o.0.as_str()))
+    }
+
+    /// The bodies of an object with joints: the object itself on a free hinge, of which no call makes use, and what hangs on it. `None` for a rigid one.
+    #[must_use]
+    pub fn object_multibody(&self, object: Object) -> Option<&Multibody> {
+        Some(self.linkages.get(object.index())?.as_ref()?.multibody())
+    }
+
+    /// A body of an object with joints, by name.
+    #[must_use]
+    pub fn object_body(&self, object: Object, name: &str) -> Option<BodyId> {
+        self.object_multibody(object)?.body(name)
     }
 
     /// The collider of that name.

@@ -23,6 +23,7 @@ fn no_call_allocates_after_set_up() {
     let q = model.multibody().random_q(3);
     let (mut J, mut whole, mut g) = (vec![0.0; 36], vec![0.0; 6 * model.nv()], vec![0.0; 6]);
     let mut M = vec![0.0; nv * nv];
+    let tip = *model.bodies(left).unwrap().last().unwrap();
     let mut bad = q.clone();
     bad[3] = f64::NAN;
     let mut clamped = q.clone();
@@ -68,11 +69,22 @@ fn no_call_allocates_after_set_up() {
         space.forces(&mut robot, &v, &inertia[..12], Some(&v), &mut tau).unwrap();
         let twist = spatial::Motion::new(spatial::Vec3::x(), spatial::Vec3::y());
         black_box(robot.rates(left, &twist, &mut tau).unwrap());
+        let mut tips = [spatial::Motion::zero(); 2];
+        robot.bias(&v, &[left, right], &mut tau, &mut tips).unwrap();
+        robot.set_gravity(spatial::Vec3::z()).unwrap();
+        robot.gravity_forces(&mut tau).unwrap();
+        robot.held_still(&[push], &mut tau).unwrap();
+        black_box(robot.body_pose(tip));
+        black_box((robot.hold(beam).unwrap(), robot.object_q(beam).unwrap(), robot.q()[0]));
+        black_box(robot.object_pose(beam).unwrap());
+        black_box(robot.put(beam, Pose::identity()).unwrap_err());
+        black_box(robot.set_object_q(beam, &[]).unwrap_err());
         robot.release(left, beam).unwrap();
         robot.ungrasp(beam).unwrap();
         let nan = Goal::position(spatial::Vec3::repeat(f64::NAN));
         black_box(robot.reach(left, &nan, &Effort::default(), &mut clamped).unwrap_err());
         black_box(robot.tip_pose(gripper).unwrap_err());
+        robot.put(beam, Pose::identity()).unwrap();
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");
 }

@@ -78,6 +78,29 @@ fn meets(robot: &mut Robot, part: Part, X: &Pose, start: &[f64]) {
     robot.set_q(&before).unwrap();
 }
 
+/// Columns of a tip's Jacobian about a point that moves with it.
+fn columns(robot: &mut Robot, part: Part, about: &Vec3) -> Vec<[f64; 6]> {
+    let nv = robot.model().nv();
+    let mut J = vec![0.0; 6 * nv];
+    robot.whole_jacobian(part, &mut J).unwrap();
+    let r = about - robot.tip_pose(part).unwrap().position;
+    let column = |i: usize| {
+        let of =
+            |row: usize| Vec3::new(J[row * nv + i], J[(row + 1) * nv + i], J[(row + 2) * nv + i]);
+        let (w, v) = (of(0), of(3));
+        let v = v + w.cross(&r);
+        [w.x, w.y, w.z, v.x, v.y, v.z]
+    };
+    (0..nv).map(column).collect()
+}
+
+/// Degrees of freedom that are left to as many columns of closed loops, and the rank of their rows.
+fn mobility(columns: &[[f64; 6]]) -> (usize, usize) {
+    let J = spatial::nalgebra::DMatrix::from_fn(6, columns.len(), |i, j| columns[j][i]);
+    let rank = J.rank(1e-6);
+    (columns.len() - rank, rank)
+}
+
 #[test]
 fn drill_hole() {
     let Some(task) = Task::new("drill_hole", |b| {
@@ -187,6 +210,14 @@ fn change_tyre() {
     task.forces("balanced_by_effort", &tau);
     assert!((found.largest_share - task.number("largest_share_balanced")).abs() < 1e-8);
     assert!((share(&tau) - found.largest_share).abs() < 1e-12);
+    // The second hand closes six rows.
+    let tip = X_tyre.position;
+    let [a, b] = [left, right].map(|p| columns(&mut robot, p, &tip));
+    let loops: Vec<_> =
+        arms.iter().map(|i| [0, 1, 2, 3, 4, 5].map(|k| a[*i][k] - b[*i][k])).collect();
+    let count = |key: &str| task.expect(key).as_u64().unwrap() as usize;
+    assert_eq!(mobility(&loops), (count("arms_mobility"), count("closure_rank")));
+    assert_eq!(count("closure_rows"), 6);
     // Least squeeze of a friction grip: both hands carry half of the weight at μ.
     let force = mass(tyre_body) * 9.81 / 2.0 / task.number("friction");
     assert!((force - task.number("least_squeeze_force_per_hand")).abs() < 1e-9);
@@ -201,6 +232,17 @@ fn change_tyre() {
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("gravity_after_mounting", &tau);
     assert_eq!(tau, bare, "bit for bit");
+    // Nuts on a circle about the hub's axis, the first below.
+    let hub = pose(&numbers(&task.json["bodies"]["hub"]["pose"]));
+    let nuts = &task.json["bodies"]["nuts"];
+    let r = nuts["circle_radius"].as_f64().unwrap();
+    let theirs = task.expect("nut_positions").as_array().unwrap();
+    assert_eq!(theirs.len() as u64, nuts["count"].as_u64().unwrap());
+    for (k, p) in theirs.iter().enumerate() {
+        let (sin, cos) = (std::f64::consts::TAU * k as f64 / 5.0).sin_cos();
+        let ours = hub.transform_point(&Vec3::new(r * cos, r * sin, 0.0));
+        assert!((ours - Vec3::from_column_slice(&numbers(p))).norm() < 1e-12, "{k}: {ours}");
+    }
 }
 
 #[test]
@@ -253,6 +295,26 @@ fn key_and_door() {
         meets(&mut robot, arm, &at(pose), &task.q("q_grasp"));
     }
     robot.grasp(arm, key, Grasp::At(X)).unwrap();
+    // The key in the lock closes six rows: lock and door turn about their pins.
+    robot.set_q(&task.q("q_grasp")).unwrap();
+    let about = robot.tip_pose(arm).unwrap().position;
+    let mut loops: Vec<_> = columns(&mut robot, arm, &about);
+    let dofs: Vec<usize> =
+        names(&task.json["arm"]).iter().map(|j| model.coordinate(j).unwrap().1).collect();
+    loops = dofs.iter().map(|i| loops[*i]).collect();
+    let bodies = &task.json["bodies"];
+    let vec3 = |v: &Value| Vec3::from_column_slice(&numbers(v));
+    let origin = vec3(&bodies["door"]["origin"]);
+    let lock_at = origin + vec3(&bodies["lock"]["origin_in_door"]);
+    for (body, at, key) in [
+        ("lock", lock_at, "mobility_with_key_in_lock_door_kept"),
+        ("door", origin, "mobility_with_door_free"),
+    ] {
+        let axis = vec3(&bodies[body]["axis"]);
+        let v = axis.cross(&(about - at));
+        loops.push([axis.x, axis.y, axis.z, v.x, v.y, v.z].map(|x| -x));
+        assert_eq!(mobility(&loops).0 as u64, task.expect(key).as_u64().unwrap(), "{key}");
+    }
     // The lock's friction while turning about x; the closer and friction of the door while opening.
     robot.set_q(&task.q("q_turned")).unwrap();
     let lock = task.json["bodies"]["lock"]["friction_torque"].as_f64().unwrap();

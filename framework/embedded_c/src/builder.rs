@@ -6,6 +6,7 @@ use crate::status::{Fault, LwStatus, Message};
 use linkwork_embedded::formats::{
     Description, ReadOptions, Root, Srdf, read_file, read_srdf, read_srdf_file, read_text,
 };
+use linkwork_embedded::multibody::{BodySpec, Hinge};
 use linkwork_embedded::spatial::{InertiaCheck, MassProperties, Mat3, Vec3};
 use linkwork_embedded::{ColliderSpec, ModelSpec, ObjectSpec, PartSpec, RobotModel, Shape};
 use std::ffi::c_char;
@@ -38,6 +39,13 @@ pub const LW_SHAPE_CAPSULE: u32 = 2;
 pub const LW_SHAPE_CYLINDER: u32 = 3;
 /// All points with z <= 0: `size` unused.
 pub const LW_SHAPE_HALF_SPACE: u32 = 4;
+
+/// The body does not move on its parent.
+pub const LW_HINGE_LOCKED: u32 = 0;
+/// It turns about an axis.
+pub const LW_HINGE_PIN: u32 = 1;
+/// It slides along an axis.
+pub const LW_HINGE_SLIDER: u32 = 2;
 
 /// A shape in its own frame.
 #[repr(C)]
@@ -122,6 +130,26 @@ impl Draft {
 
     fn groups(&mut self, srdf: &Srdf) -> Result<(), Fault> {
         self.spec = self.spec.clone().groups(srdf, self.file()?)?;
+        Ok(())
+    }
+
+    /// # Safety
+    /// The promises at the head of the crate.
+    unsafe fn collider(
+        &mut self,
+        name: *const c_char,
+        carrier: *const c_char,
+        at: *const LwPose,
+        shape: Shape,
+    ) -> Result<(), Fault> {
+        // SAFETY: the caller's promises.
+        let (name, carrier) = unsafe { (text("name", name)?, text("carrier", carrier)?) };
+        let mut spec = ColliderSpec::new(name, carrier, shape);
+        if !at.is_null() {
+            // SAFETY: as above.
+            spec.pose = unsafe { value("at", at) }?.checked()?;
+        }
+        self.spec.colliders.push(spec);
         Ok(())
     }
 }
@@ -274,7 +302,7 @@ pub unsafe extern "C" fn lw_builder_chain(
     }
 }
 
-/// A rigid object that hands may hold: mass (kg), centre of mass (3 numbers, m) and inertia about it (9 numbers, row after row, kg m^2), in the
+/// An object that hands may hold, rigid unless bodies hang on it (`lw_builder_object_body`): mass (kg), centre of mass (3 numbers, m) and inertia about it (9 numbers, row after row, kg m^2), in the
 /// object's axes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_object(
@@ -297,7 +325,47 @@ pub unsafe extern "C" fn lw_builder_object(
     }
 }
 
-/// A shape for collisions, `at` (NULL: at the origin) in the frame of `carrier`: a body, an object, or "world".
+/// A body that hangs on an object, or on another such body (`parent`), by a hinge at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. `hinge`: one of
+/// `LW_HINGE_..`; `axis` (3 numbers, of any length but zero; unused, and may be NULL, for `LW_HINGE_LOCKED`). Mass properties as of `lw_builder_object`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_object_body(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    parent: *const c_char,
+    hinge: u32,
+    axis: *const f64,
+    at: *const LwPose,
+    mass: f64,
+    center: *const f64,
+    inertia: *const f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let (name, parent) = (text("name", name)?, text("parent", parent)?);
+            let along = || Ok::<_, Fault>(Vec3::from(value("axis", axis.cast::<[f64; 3]>())?));
+            let hinge = match hinge {
+                LW_HINGE_LOCKED => Hinge::locked(),
+                LW_HINGE_PIN => Hinge::pin(along()?),
+                LW_HINGE_SLIDER => Hinge::slider(along()?),
+                value => {
+                    return Err(Fault::Choice { what: "hinge", value, help: "one of LW_HINGE_.." });
+                }
+            };
+            let com = Vec3::from(value("center", center.cast::<[f64; 3]>())?);
+            let inertia = Mat3::from_row_slice(&value("inertia", inertia.cast::<[f64; 9]>())?);
+            let mass = MassProperties::new(mass, com, inertia);
+            let mut body = BodySpec::new(name, parent).hinge(hinge).mass(mass);
+            if !at.is_null() {
+                body = body.hinge_in_parent(value("at", at)?.checked()?);
+            }
+            d.spec.linkages.body(body);
+            Ok(())
+        })
+    }
+}
+
+/// A shape for collisions, `at` (NULL: at the origin) in the frame of `carrier`: a body, an object or a body that hangs on one, or "world".
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_shape(
     builder: *mut LwBuilder,
@@ -309,13 +377,47 @@ pub unsafe extern "C" fn lw_builder_shape(
     // SAFETY: the caller's promises.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
-            let (name, carrier) = (text("name", name)?, text("carrier", carrier)?);
-            let mut spec = ColliderSpec::new(name, carrier, value("shape", shape)?.checked()?);
-            if !at.is_null() {
-                spec.pose = value("at", at)?.checked()?;
-            }
-            d.spec.colliders.push(spec);
-            Ok(())
+            d.collider(name, carrier, at, value("shape", shape)?.checked()?)
+        })
+    }
+}
+
+/// A cloud of points, each a ball of its own radius, as a sensor sees them: none at first, with room for `room` of them. They are given by
+/// `lw_robot_set_points`. `at` and `carrier` as of `lw_builder_shape`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_point_cloud(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    carrier: *const c_char,
+    at: *const LwPose,
+    room: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let shape = Shape::PointCloud { points: Vec::new(), room };
+            d.collider(name, carrier, at, shape)
+        })
+    }
+}
+
+/// A voxel map: `cells` (3 numbers) cubes along x, y, z from the origin of its frame, with the edge `edge` (m), all free at first.
+/// `lw_robot_set_cells` changes them. `at` and `carrier` as of `lw_builder_shape`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_voxel_map(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    carrier: *const c_char,
+    at: *const LwPose,
+    cells: *const u32,
+    edge: f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let cells = value("cells", cells.cast::<[u32; 3]>())?.map(|n| n as usize);
+            let shape = Shape::VoxelMap { cells, edge, occupied: Vec::new() };
+            d.collider(name, carrier, at, shape)
         })
     }
 }

@@ -3,7 +3,7 @@
 use crate::edge::{Out, alone, numbers};
 use crate::robot::{Instance, LwRobot};
 use crate::status::{Fault, LwStatus};
-use linkwork_embedded::{ColliderId, RobotError, Visibility};
+use linkwork_embedded::{ColliderId, Occupancy, RobotError, Visibility};
 
 /// The nearest pair of colliders.
 #[repr(C)]
@@ -171,6 +171,80 @@ unsafe fn look(robot: *mut LwRobot, a: u32, b: u32, look: Option<bool>) -> LwSta
         alone(robot, LwRobot::parts, |r| {
             let (a, b) = (r.collider(a)?, r.collider(b)?);
             Ok(r.robot.look_at(a, b, look)?)
+        })
+    }
+}
+
+/// Other points of a cloud instead of those that it has: x, y, z, radius (m) of each of the `n`, one after the other, in the collider's frame. On a failure
+/// those of before stay.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_set_points(
+    robot: *mut LwRobot,
+    collider: u32,
+    points: *const f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let id = r.collider(collider)?;
+            let points = numbers("points", points.cast::<[f64; 4]>(), n, n)?;
+            Ok(r.robot.set_points(id, points)?)
+        })
+    }
+}
+
+/// Makes cells of a voxel map occupied: indices along x, y, z from 0 of each of the `n`, one after the other. On a failure nothing has changed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_set_cells(
+    robot: *mut LwRobot,
+    collider: u32,
+    cells: *const u32,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe { change(robot, collider, cells, n, Occupancy::Occupied) }
+}
+
+/// Makes cells of a voxel map free: as `lw_robot_set_cells`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_free_cells(
+    robot: *mut LwRobot,
+    collider: u32,
+    cells: *const u32,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe { change(robot, collider, cells, n, Occupancy::Free) }
+}
+
+/// # Safety
+/// The promises at the head of the crate.
+unsafe fn change(
+    robot: *mut LwRobot,
+    collider: u32,
+    cells: *const u32,
+    n: usize,
+    to: Occupancy,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let id = r.collider(collider)?;
+            let cells = numbers("cells", cells.cast::<[u32; 3]>(), n, n)?;
+            Ok(r.robot.set_cells(id, cells, to)?)
+        })
+    }
+}
+
+/// Makes all cells of a voxel map free.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_clear_cells(robot: *mut LwRobot, collider: u32) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let id = r.collider(collider)?;
+            Ok(r.robot.clear_cells(id)?)
         })
     }
 }

@@ -141,12 +141,12 @@ fn array<T>(what: &'static str, p: *const T, got: usize, wanted: usize) -> Resul
 ///
 /// # Safety
 /// The promises at the head of the crate. `wanted` fits into memory.
-pub(crate) unsafe fn numbers<'a>(
+pub(crate) unsafe fn numbers<'a, T>(
     what: &'static str,
-    p: *const f64,
+    p: *const T,
     got: usize,
     wanted: usize,
-) -> Result<&'a [f64], Fault> {
+) -> Result<&'a [T], Fault> {
     array(what, p, got, wanted)?;
     if got == 0 {
         return Ok(&[]);

@@ -1,7 +1,7 @@
 //! What hands hold.
 
-use crate::edge::{LwPose, Out, alone, value};
-use crate::robot::LwRobot;
+use crate::edge::{LwPose, Out, alone, apart, numbers, numbers_mut, value};
+use crate::robot::{LwPush, LwRobot, take_pushes};
 use crate::status::LwStatus;
 use linkwork_embedded::Grasp;
 
@@ -98,6 +98,87 @@ pub unsafe extern "C" fn lw_robot_ungrasp(robot: *mut LwRobot, object: u32) -> L
         alone(robot, LwRobot::parts, |r| {
             let object = r.object(object)?;
             Ok(r.robot.ungrasp(object)?)
+        })
+    }
+}
+
+/// Coordinates of the joints of an object into `q` (`n`: how many it has), in the order of its bodies: depth first, siblings by name.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_object_q(
+    robot: *mut LwRobot,
+    object: u32,
+    q: *mut f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let object = r.object(object)?;
+            let own = r.robot.object_q(object)?;
+            numbers_mut("q", q, n, own.len())?.copy_from_slice(own);
+            Ok(())
+        })
+    }
+}
+
+/// Other coordinates of the joints of an object, held or not: `q` (`n`: how many it has). The load of the hand that carries it follows.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_set_object_q(
+    robot: *mut LwRobot,
+    object: u32,
+    q: *const f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let object = r.object(object)?;
+            let q = numbers("q", q, n, r.robot.object_q(object)?.len())?;
+            Ok(r.robot.set_object_q(object, q)?)
+        })
+    }
+}
+
+/// As `lw_robot_feed_forward` (`v`, `vdot`, `tau`: `n` = nv each) while the joints of a held object move: `rates` and `accelerations` of theirs, and into `forces` what they take
+/// (`m` each: how many it has). Joints of other objects stand still.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_feed_forward_with(
+    robot: *mut LwRobot,
+    v: *const f64,
+    vdot: *const f64,
+    n: usize,
+    object: u32,
+    rates: *const f64,
+    accelerations: *const f64,
+    m: usize,
+    pushes: *const LwPush,
+    push_count: usize,
+    tau: *mut f64,
+    forces: *mut f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            for (what, p, len) in [
+                ("v", v, n),
+                ("vdot", vdot, n),
+                ("rates", rates, m),
+                ("accelerations", accelerations, m),
+            ] {
+                apart((what, p, len), ("tau", tau, n))?;
+                apart((what, p, len), ("forces", forces, m))?;
+            }
+            apart(("tau", tau, n), ("forces", forces, m))?;
+            let (nv, object) = (r.model().nv(), r.object(object)?);
+            let (v, vdot) = (numbers("v", v, n, nv)?, numbers("vdot", vdot, n, nv)?);
+            let own = r.robot.object_q(object)?.len();
+            let rates = numbers("rates", rates, m, own)?;
+            let accelerations = numbers("accelerations", accelerations, m, own)?;
+            take_pushes(r, pushes, push_count)?;
+            let tau = numbers_mut("tau", tau, n, nv)?;
+            let forces = numbers_mut("forces", forces, m, own)?;
+            let own = (rates, accelerations);
+            Ok(r.robot.feed_forward_with((v, vdot), object, own, &r.pushes, tau, forces)?)
         })
     }
 }

@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 pub(crate) struct Instance {
     pub robot: Robot,
     /// What the tips push, as the last call gave it.
-    pushes: Vec<Push>,
+    pub pushes: Vec<Push>,
 }
 
 impl Instance {
@@ -445,7 +445,11 @@ pub unsafe extern "C" fn lw_robot_held_still(
 ///
 /// # Safety
 /// The promises at the head of the crate.
-unsafe fn take_pushes(r: &mut Instance, p: *const LwPush, count: usize) -> Result<(), Fault> {
+pub(crate) unsafe fn take_pushes(
+    r: &mut Instance,
+    p: *const LwPush,
+    count: usize,
+) -> Result<(), Fault> {
     let room = r.model().parts().len();
     if count > room {
         return Err(RobotError::NoRoom { what: "pushes", wanted: count, room }.into());

@@ -1,6 +1,6 @@
 //! Codes, and the faults that they stand for.
 
-use linkwork_embedded::{ModelError, RobotError};
+use linkwork_embedded::{ModelError, RobotError, ShapeFault};
 use std::ffi::{CStr, c_char};
 use std::fmt;
 
@@ -152,10 +152,17 @@ impl Fault {
                 RobotError::NoRoom { .. } => LwStatus::NoRoom,
                 RobotError::Held { .. } => LwStatus::Held,
                 RobotError::NotHeld { .. } => LwStatus::NotHeld,
+                RobotError::NoJoints { .. } => LwStatus::Foreign,
                 RobotError::EmptyHand { .. } => LwStatus::EmptyHand,
                 RobotError::HandFull { .. } => LwStatus::HandFull,
                 RobotError::LoopOpen { .. } => LwStatus::LoopOpen,
                 RobotError::Singular { .. } => LwStatus::Singular,
+                RobotError::Shape(e) => match e {
+                    ShapeFault::Kind { .. } => LwStatus::Foreign,
+                    ShapeFault::NotFinite { .. } => LwStatus::NotFinite,
+                    ShapeFault::Points { .. } => LwStatus::NoRoom,
+                    _ => LwStatus::OutOfRange,
+                },
             },
             Self::Null(_) => LwStatus::Null,
             Self::Misaligned(_) => LwStatus::Misaligned,

@@ -67,6 +67,8 @@ pub struct Arrows {
     t: Vec<i64>,
     origins: Vec<[f32; 3]>,
     vectors: Vec<[f32; 3]>,
+    /// Where it was pushed last, while it has a length.
+    last: Option<[f32; 3]>,
 }
 
 impl Arrows {
@@ -79,7 +81,7 @@ impl Arrows {
             .with_colors([re_sdk_types::components::Color::from_unmultiplied_rgba(r, g, b, a)])
             .with_radii([0.02]);
         rec.log_static(entity.clone(), &look)?;
-        Ok(Arrows { entity, t: Vec::new(), origins: Vec::new(), vectors: Vec::new() })
+        Ok(Arrows { entity, t: Vec::new(), origins: Vec::new(), vectors: Vec::new(), last: None })
     }
 
     /// Adds an instant (ns).
@@ -87,6 +89,14 @@ impl Arrows {
         self.t.push(t);
         self.origins.push(origin);
         self.vectors.push(vector);
+        self.last = (vector != [0.0; 3]).then_some(origin);
+    }
+
+    /// From an instant (ns) on it has no length: a viewer goes on showing what it was told last.
+    pub fn shorten(&mut self, t: i64) {
+        if let Some(origin) = self.last {
+            self.push(t, origin, [0.0; 3]);
+        }
     }
 
     /// Sends what has been gathered.

@@ -117,6 +117,26 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
             let (points, faces) = field(*x, *y, *spacing, heights);
             rec.log_with_static(path.clone(), fixed, &mesh(points, faces, shape.color))?;
         }
+        Seen::Shape(Geometry::PointCloud { points, .. }) => {
+            let centres = points.iter().map(|p| [p[0] as f32, p[1] as f32, p[2] as f32]);
+            let drawn = re_sdk_types::archetypes::Points3D::new(centres)
+                .with_radii(points.iter().map(|p| p[3] as f32))
+                .with_colors([color]);
+            rec.log_with_static(path.clone(), fixed, &drawn)?;
+        }
+        Seen::Shape(Geometry::VoxelMap { edge, occupied, .. }) => {
+            let centres = occupied.iter().map(|c| c.map(|i| ((f64::from(i) + 0.5) * edge) as f32));
+            let half = [(0.5 * edge) as f32; 3];
+            let boxes = re_sdk_types::archetypes::Boxes3D::from_centers_and_half_sizes(
+                centres,
+                occupied.iter().map(|_| half),
+            );
+            rec.log_with_static(
+                path.clone(),
+                fixed,
+                &boxes.with_fill_mode(fill).with_colors([color]),
+            )?;
+        }
     }
     rec.log_with_static(path, fixed, &transform(&shape.pose))?;
     Ok(())

@@ -456,11 +456,11 @@ impl Viewer {
         }
     }
 
-    /// An arrow at an instant (ns), from its six numbers. In a phase without it there is nothing to point at.
+    /// An arrow at an instant (ns), from its six numbers. In a phase without it there is nothing to point at: it has no length.
     pub(crate) fn arrow(&mut self, k: usize, t: i64, v: &[f64]) {
         let (arrow, _, scale) = &mut self.arrows[k];
         if v.iter().any(|v| v.is_nan()) {
-            return;
+            return arrow.shorten(t);
         }
         let origin = [v[0] as f32, v[1] as f32, v[2] as f32];
         arrow.push(t, origin, [3, 4, 5].map(|k| (v[k] * *scale) as f32));

@@ -84,6 +84,12 @@ fn scene(plan: &Plan) -> Scene {
             shape("Robot.arm/weight", "hull", hull),
             shape("world", "ground", Geometry::HalfSpace),
             shape("world", "field", field),
+            shape("world", "cloud", Geometry::PointCloud { points: vec![[0.1; 4]; 2], room: 0 }),
+            shape(
+                "world",
+                "map",
+                Geometry::VoxelMap { cells: [3; 3], edge: 0.1, occupied: vec![[1, 2, 0]] },
+            ),
         ],
         arrows: vec![Arrow {
             path: "Robot.arm.push".into(),
@@ -197,6 +203,31 @@ fn a_recording_changes_no_bits_and_holds_every_instant_whole() {
     }
 }
 
+/// A viewer goes on showing what it was told last: an arrow of what a phase has not is made short once.
+#[test]
+fn an_arrow_ends_where_its_numbers_do() {
+    let (plan, folder) = (plan(), room());
+    let path = folder.path().join("run.rrd");
+    let (view, _) = View::new(&program(&plan), &scene(&plan), PERIOD).unwrap();
+    let variable = plan.variables.keys().find(|k| k.ends_with("arm.angle")).unwrap();
+    let mut player = linkwork_viz::Player::open(view, &path).unwrap();
+    let told = [1.0, 2.0, f64::NAN, f64::NAN, 3.0];
+    for (k, value) in told.into_iter().enumerate() {
+        player.value(1000 * k as u64, variable, value).unwrap();
+    }
+    player.finish().unwrap();
+    let vectors = re_sdk_types::archetypes::Arrows3D::descriptor_vectors().component;
+    let mut all = Vec::new();
+    for chunk in chunks(&path) {
+        if chunk.entity_path().to_string() == "/Robot/arm/push" && !times(&chunk).is_empty() {
+            let v = chunk.iter_component::<re_sdk_types::components::Vector3D>(vectors);
+            all.extend(times(&chunk).into_iter().zip(v.map(|v| v[0].0.0)));
+        }
+    }
+    let wanted = [(0, 0.5), (1000, 1.0), (2000, 0.0), (4000, 1.5)];
+    assert_eq!(all, wanted.map(|(t, x)| (t, [x; 3])));
+}
+
 #[test]
 fn what_a_machine_meets_is_shown() {
     let (plan, folder) = (plan(), room());
@@ -213,6 +244,8 @@ fn what_a_machine_meets_is_shown() {
         ("/Robot/arm/weight/shapes/hull", "Mesh3D:triangle_indices"),
         ("/world/shapes/ground", "Mesh3D:triangle_indices"),
         ("/world/shapes/field", "Mesh3D:triangle_indices"),
+        ("/world/shapes/cloud", "Points3D:radii"),
+        ("/world/shapes/map", "Boxes3D:half_sizes"),
         ("/Robot/arm/push", "Arrows3D:colors"),
     ] {
         let found = seen.get(shape).unwrap_or_else(|| panic!("`{shape}` is not shown: {seen:#?}"));

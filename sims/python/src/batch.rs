@@ -150,7 +150,7 @@ pub fn states_into<'py>(
 }
 
 /// As many as asked for, one at least, at most one for each processor.
-fn checked(threads: usize) -> PyResult<usize> {
+pub fn checked(threads: usize) -> PyResult<usize> {
     if threads == 0 {
         return Err(refuse_with("`threads` is 0", "give 1 or more"));
     }

@@ -2,6 +2,7 @@
 //!
 //! The equations and the solver are `linkwork_solvers::ContactStepper`; a step is of first order in `dt`.
 use crate::array::{Array1, Array2, Input, fixed, out1, out2, pose, room, vec3, vector};
+use crate::collisions::balls;
 use crate::constraints::may_begin;
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
@@ -21,7 +22,7 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// A shape on a body that touches others.
 ///
-/// Made by `sphere`, `box`, `capsule`, `cylinder`, `half_space`, `hull`, `mesh`, `terrain`. Each takes a name of its own, the
+/// Made by `sphere`, `box`, `capsule`, `cylinder`, `half_space`, `hull`, `mesh`, `terrain`, `point_cloud`, `voxel_map`. Each takes a name of its own, the
 /// body that carries it (or "world"), sizes in m, and by name: at, the shape's frame in the body ((3,), (7,) or (4, 4)); friction, Coulomb's
 /// coefficient (of a pair: the geometric mean); restitution (of a pair: the larger). Sizes are checked by `Contact`.
 ///
@@ -30,7 +31,8 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 /// Collider(ball on bob: Sphere { radius: 0.1 })
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Collider {
-    spec: ColliderSpec,
+    /// What `linkwork_collision` takes.
+    pub spec: ColliderSpec,
 }
 
 impl Collider {
@@ -169,6 +171,41 @@ impl Collider {
         Self::made((name, body), shape, at, (friction, restitution))
     }
 
+    /// Balls about points (n, 4), x, y, z, radius (0 or more) of each, m: none when left out. room: for so many there is room in
+    /// `Collisions.set_points`, for those given in any case.
+    #[staticmethod]
+    #[pyo3(signature = (name, body, points=None, *, room=0, at=None, friction=0.5, restitution=0.0))]
+    fn point_cloud(
+        name: &str,
+        body: &str,
+        points: Option<Given<'_, '_>>,
+        room: usize,
+        at: Option<Given<'_, '_>>,
+        friction: f64,
+        restitution: f64,
+    ) -> PyResult<Self> {
+        let points = points.map_or(Ok(Vec::new()), balls)?;
+        Self::made((name, body), Shape::PointCloud { points, room }, at, (friction, restitution))
+    }
+    /// Cubes of a grid with edges of this length, m, that begins at the origin and has cells (3,) along +x, +y, +z; occupied (n, 3): indices from 0 of those
+    /// that are solid, none when left out. `Collisions.set_cells` changes them.
+    #[staticmethod]
+    #[pyo3(signature = (name, body, cells, edge, *, occupied=None, at=None, friction=0.5, restitution=0.0))]
+    fn voxel_map(
+        name: &str,
+        body: &str,
+        cells: [usize; 3],
+        edge: f64,
+        occupied: Option<Given<'_, '_>>,
+        at: Option<Given<'_, '_>>,
+        friction: f64,
+        restitution: f64,
+    ) -> PyResult<Self> {
+        let occupied = crate::collisions::occupied(occupied)?;
+        let shape = Shape::VoxelMap { cells, edge, occupied };
+        Self::made((name, body), shape, at, (friction, restitution))
+    }
+
     /// Its name.
     #[getter]
     fn name(&self) -> &str {
@@ -205,6 +242,10 @@ impl Collider {
             Shape::ConvexHull { points } => format!("hull of {} points", points.len()),
             Shape::Mesh { triangles, .. } => format!("mesh of {} triangles", triangles.len()),
             Shape::HeightField { x, y, .. } => format!("terrain of {y} × {x} heights"),
+            Shape::PointCloud { points, .. } => format!("cloud of {} points", points.len()),
+            Shape::VoxelMap { cells: [x, y, z], .. } => {
+                format!("voxel map of {x} × {y} × {z} cells")
+            }
             solid => format!("{solid:?}"),
         };
         format!("Collider({} on {}: {shape})", self.spec.name, self.spec.body)
@@ -229,7 +270,7 @@ impl Mechanism {
     ///
     /// Their friction is 0.5 and their restitution 0 where the file is no RON: `material` changes that. Raises LinkworkError for shapes that a
     /// Collider cannot be (mesh files, ellipsoids), and for a mechanism that is of no file.
-    fn file_colliders(&self) -> PyResult<Vec<Collider>> {
+    pub fn file_colliders(&self) -> PyResult<Vec<Collider>> {
         let specs = match (&self.core.contact, &self.core.description) {
             (Some(c), _) => c.colliders.ids().map(|id| c.colliders.spec(id).clone()).collect(),
             (None, Some(d)) => linkwork_embedded::colliders_of(d).map_err(refuse)?,

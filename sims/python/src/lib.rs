@@ -11,6 +11,7 @@
 //! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
 //! | `constraints` | loops and couplings of a `Mechanism` |
 //! | `contact` | `Collider`, `Contact`: bodies of a `Mechanism` that touch |
+//! | `collisions` | `Collisions`: whether a robot touches itself or obstacles |
 //! | `copies` | `copy` and `pickle` of a `Mechanism` |
 //! | `algorithms`, `derivatives` | more algorithms of `Mechanism` |
 //! | `batch` | one state or many; threads and lanes |
@@ -36,6 +37,7 @@ mod array;
 mod batch;
 mod builder;
 mod campaign;
+mod collisions;
 mod constraints;
 mod contact;
 mod copies;

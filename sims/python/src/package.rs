@@ -1,6 +1,7 @@
 //! Which package this is: its models, and the module that everything is put into.
 use crate::builder::{Builder, Hinge, Subhinge};
 use crate::campaign::{Campaign, Gathering, Outcome, Results};
+use crate::collisions::Collisions;
 use crate::constraints::{ConstrainedMotion, Constraint, Rank};
 use crate::contact::{Collider, Contact, ContactStep};
 use crate::edit::{Edit, Report};
@@ -67,7 +68,7 @@ pub fn fill(module: &Bound<'_, PyModule>, library: fn() -> Library, version: &st
         ($($class:ty),*) => { $(module.add_class::<$class>()?;)* };
     }
     classes!(Builder, Hinge, Subhinge, Campaign, Gathering, Outcome, Results);
-    classes!(ConstrainedMotion, Constraint, Rank, Collider, Contact, ContactStep);
+    classes!(ConstrainedMotion, Constraint, Rank, Collider, Collisions, Contact, ContactStep);
     classes!(Edit, Report, Frames, RateTarget, Target, Log, Series);
     classes!(Mechanism, Subgraph, Operator, Operators, Simulation, State, Variable);
     module.add("LinkworkError", module.py().get_type::<LinkworkError>())?;

@@ -15,7 +15,7 @@ use crate::schema::kind::{
 use crate::schema::record::{Presence, Record, argument, record, variant_name, variant_of};
 use crate::text::files::Home;
 use crate::text::report::Cx;
-use crate::text::value::{Text, variant};
+use crate::text::value::{IntoValue, Text, variant};
 use linkwork_collision::{Seen, Shape};
 use linkwork_runtime::{Located, Value};
 use linkwork_spatial::{Mat3, Quat, Vec3};
@@ -469,7 +469,26 @@ pub(crate) fn value(shape: &Shape) -> Value {
             let field = Field { spacing: *spacing, heights, rows: None, columns: None };
             variant("HeightField", field.write())
         }
+        // Files have no such shapes: they are seen while a robot works.
+        Shape::PointCloud { points, room } => {
+            let fields =
+                [("points", points.clone().into_value()), ("room", Value::Number(*room as f64))];
+            variant("PointCloud", map(fields))
+        }
+        Shape::VoxelMap { cells, edge, occupied } => {
+            let occupied: Vec<_> = occupied.iter().map(|c| c.map(f64::from)).collect();
+            let fields = [
+                ("cells", cells.map(|n| n as f64).into_value()),
+                ("edge", edge.into_value()),
+                ("occupied", occupied.into_value()),
+            ];
+            variant("VoxelMap", map(fields))
+        }
     }
+}
+
+fn map<const N: usize>(fields: [(&str, Value); N]) -> Value {
+    Value::Map(fields.into_iter().map(|(k, v)| (k.to_owned(), v.into())).collect())
 }
 
 /// Inertia of a homogeneous solid about its centre, body axes; `None` for what is none.

@@ -12,20 +12,23 @@
 use super::{Hold, Robot, numbers};
 use crate::collision::{Carrier, Scene};
 use crate::error::RobotError;
+use crate::linkage::Link;
 use crate::model::{Object, RobotModel};
 use crate::part::Part;
 use linkwork_collision::{Closest, ColliderId, Detail, Distance, Probe, Visibility};
 use linkwork_dynamics::{Workspace, poses};
 use linkwork_multibody::SubhingeKind;
-use linkwork_spatial::Pose;
+use linkwork_spatial::{Motion, Pose};
 
 /// Memory of collision queries.
 #[derive(Debug)]
 pub(super) struct Memory {
-    probe: Probe,
+    pub probe: Probe,
     ws: Workspace,
     /// Where objects are in the world at the configuration asked for.
     objects: Vec<Pose>,
+    /// Bodies of objects with joints.
+    linkages: Vec<Option<Workspace>>,
     /// What the user said of pairs: a, b, whether they meet. Row after row.
     said: Vec<Option<bool>>,
     q: Vec<f64>,
@@ -40,6 +43,9 @@ impl Memory {
             probe: Probe::new(&model.scene.colliders),
             ws: Workspace::new(&model.tree),
             objects: vec![Pose::identity(); model.objects.len()],
+            linkages: (model.linkages.iter())
+                .map(|l| l.as_ref().map(|l| Workspace::new(&l.tree)))
+                .collect(),
             said: vec![None; n * n],
             q: vec![0.0; model.nq()],
             dv: vec![0.0; model.nv()],
@@ -204,18 +210,27 @@ impl Robot {
         let Memory { step, probe, .. } = &mut self.collide;
         step.iter_mut().zip(dv).for_each(|(s, d)| *s = part * d);
         let scene = &self.model.scene;
+        let moved = |o: usize, far: f64| match self.holds[o] {
+            None => Ok::<f64, RobotError>(0.0),
+            Some(Hold { hand: (part, X), .. }) => {
+                let tip = self.model.chain(part)?.tip_body;
+                Ok(scene.motion(tip, X.position.norm() + far, dv))
+            }
+        };
         for id in scene.colliders.ids() {
-            let far = scene.extent(id);
+            let far = match scene.endless(id) {
+                true => f64::INFINITY,
+                false => probe.extent(&scene.colliders, id),
+            };
             let moved = match scene.carriers[id.index()] {
                 Carrier::World => 0.0,
                 Carrier::Body(b) => scene.motion(b, far, dv),
-                Carrier::Object(o) => match self.holds[o] {
-                    None => 0.0,
-                    Some(Hold { hand: (part, X), .. }) => {
-                        let tip = self.model.chain(part)?.tip_body;
-                        scene.motion(tip, X.position.norm() + far, dv)
-                    }
-                },
+                Carrier::Object(o) => moved(o, far)?,
+                // Its joints stand still on the way.
+                Carrier::Linked(o, b) => {
+                    let off = self.linkages[o].as_ref().map_or(0.0, |m| m.far[b.index()]);
+                    moved(o, off + far)?
+                }
             };
             probe.set_reach(id, if half > 0.0 { half * moved } else { 0.0 });
         }
@@ -292,7 +307,10 @@ impl Robot {
     pub(super) fn filter(&mut self, object: Object) {
         let model = self.model.clone();
         let scene = &model.scene;
-        let of = |i: &ColliderId| scene.carriers[i.index()] == Carrier::Object(object.index());
+        let of = |i: &ColliderId| {
+            let carried = scene.carriers[i.index()].object(&model.linkages);
+            carried.is_some_and(|(o, _)| o == object.index())
+        };
         for a in scene.colliders.ids().filter(of) {
             for b in scene.colliders.ids().filter(|b| *b != a) {
                 self.decide(a, b);
@@ -305,30 +323,44 @@ impl Robot {
         let scene = &self.model.scene;
         let n = scene.colliders.len();
         let held = |x: ColliderId, y: ColliderId| {
-            let Carrier::Object(o) = scene.carriers[x.index()] else { return true };
+            let Some((o, link)) = scene.carriers[x.index()].object(&self.model.linkages) else {
+                return true;
+            };
             let Some(hold) = self.holds[o] else { return true };
             let hands = [Some(hold.hand.0), hold.second.map(|s| s.0)];
-            hands.into_iter().flatten().all(|p| self.meets(p, y))
+            hands.into_iter().flatten().all(|p| self.meets(p, (o, link), y))
         };
         let meet = self.collide.said[a.index() * n + b.index()]
             .unwrap_or_else(|| scene.colliders.meet(a, b) && held(a, b) && held(b, a));
         self.collide.probe.set_meet(a, b, meet);
     }
 
-    /// Whether what a part holds meets a collider.
-    fn meets(&self, part: Part, other: ColliderId) -> bool {
+    /// Whether an object that a part holds, or a body that hangs on it, meets a collider.
+    fn meets(&self, part: Part, (own, link): (usize, Link), other: ColliderId) -> bool {
         let scene = &self.model.scene;
-        let Carrier::Object(o) = scene.carriers[other.index()] else {
-            return scene.meets_held[part.index()][other.index()];
+        let Some((o, to)) = scene.carriers[other.index()].object(&self.model.linkages) else {
+            let [welded, joined] = scene.meets_held[part.index()][other.index()];
+            return match link {
+                Link::Welded => welded,
+                Link::Joined => joined,
+                Link::Beyond => true,
+            };
         };
-        // Two objects in one hand are one piece.
-        let Some(hold) = self.holds[o] else { return true };
+        // What is between bodies of one object the rules say.
+        let Some(hold) = self.holds[o].filter(|_| o != own) else { return true };
         let tip = |p: Part| self.model.chain(p).map(|c| c.tip_body).ok();
         let hands = [Some(hold.hand.0), hold.second.map(|s| s.0)];
-        hands.into_iter().flatten().all(|p| tip(p) != tip(part))
+        let apart = hands.into_iter().flatten().all(|p| tip(p) != tip(part));
+        // Two objects in one hand are one piece, and what a hinge joins to it is its neighbour.
+        apart
+            || match (link, to) {
+                (Link::Welded, Link::Welded) => false,
+                (Link::Welded, Link::Joined) | (Link::Joined, Link::Welded) => !scene.pass,
+                _ => true,
+            }
     }
 
-    fn known(&self, id: ColliderId) -> Result<(), RobotError> {
+    pub(super) fn known(&self, id: ColliderId) -> Result<(), RobotError> {
         let known = id.index() < self.model.scene.colliders.len();
         if known { Ok(()) } else { Err(RobotError::ForeignHandle) }
     }
@@ -336,7 +368,7 @@ impl Robot {
     /// Puts all colliders where they are at q.
     fn place(&mut self, q: &[f64]) -> Result<(), RobotError> {
         numbers("q", q, self.q.len())?;
-        let Memory { probe, ws, objects, .. } = &mut self.collide;
+        let Memory { probe, ws, objects, linkages, .. } = &mut self.collide;
         poses(&self.tree, ws, q);
         for (i, at) in objects.iter_mut().enumerate() {
             *at = match self.holds[i] {
@@ -347,10 +379,23 @@ impl Robot {
                 None => self.objects[i],
             };
         }
+        let trees = &self.model.linkages;
+        for (((l, ws), at), m) in
+            trees.iter().zip(&mut *linkages).zip(&*objects).zip(&self.linkages)
+        {
+            if let (Some(l), Some(ws), Some(m)) = (l, ws, m) {
+                ws.set_base(at, &Motion::zero(), &Motion::zero());
+                poses(&l.tree, ws, &m.q);
+            }
+        }
+        let linked = |o: usize, b| match (&trees[o], &linkages[o]) {
+            (Some(l), Some(ws)) => ws.body_pose(&l.tree, b),
+            _ => objects[o],
+        };
         let Scene { colliders, bodies, .. } = &self.model.scene;
         probe.place(colliders, |b| {
             let carrier = b.map_or(Carrier::World, |b| bodies[b.index()]);
-            carrier.pose(|b| ws.body_pose(&self.tree, b), objects)
+            carrier.pose(|b| ws.body_pose(&self.tree, b), objects, linked)
         });
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! What the hands hold: rigid objects, taken and let go without building anything.
+//! What the hands hold: objects, rigid or with joints (`linkage.rs`), taken and let go without building anything.
 //!
 //! An object hangs on the tip of the hand that took it first: its inertia is added to that body's, the sum made anew
 //! from the body's own and those of all that it carries, in the order of the model's objects. So what was let go leaves no trace in any bit.
@@ -174,8 +174,9 @@ impl Robot {
         let model = &self.model;
         let body = model.chain(hand)?.tip_body;
         let mut sum = *model.multibody().get(body).inertia();
-        for (hold, (_, inertia)) in self.holds.iter().zip(&model.objects) {
+        for (o, (hold, (_, rigid))) in self.holds.iter().zip(&model.objects).enumerate() {
             let Some(Hold { hand: (part, X), .. }) = hold else { continue };
+            let inertia = self.linkages[o].as_ref().map_or(*rigid, |m| m.inertia);
             // Two parts may end at one body.
             if model.chain(*part)?.tip_body == body {
                 sum += inertia.rotate(&X.rotation).shift_to_parent(&X.position);

@@ -5,7 +5,9 @@ mod dual;
 mod force;
 mod hold;
 mod kinematics;
+mod linkage;
 mod mass;
+mod obstacles;
 mod prefer;
 mod reach;
 mod task;
@@ -59,6 +61,8 @@ pub struct Robot {
     /// For each object: who holds it, and where it is when nobody does.
     holds: Vec<Option<Hold>>,
     objects: Vec<Pose>,
+    /// For each object that has joints: where they are, and memory.
+    linkages: Vec<Option<linkage::Memory>>,
     /// Zero rates, forces of one tip, columns of a closed loop.
     rest: Vec<f64>,
     room: Vec<f64>,
@@ -79,6 +83,7 @@ impl Clone for Robot {
             gravity: self.gravity,
             holds: self.holds.clone(),
             objects: self.objects.clone(),
+            linkages: self.linkages.clone(),
             rest: self.rest.clone(),
             room: self.room.clone(),
             columns: self.columns.clone(),
@@ -118,6 +123,7 @@ impl Robot {
             gravity: Vec3::new(0.0, 0.0, -9.81),
             holds: vec![None; model.objects.len()],
             objects: vec![Pose::identity(); model.objects.len()],
+            linkages: Self::linkages(model),
             rest: vec![0.0; nv],
             room: vec![0.0; nv],
             columns: vec![Vector6::zeros(); nv],

@@ -15,6 +15,11 @@ fn folder() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference"))
 }
 
+/// Where a file of the reference data lies.
+pub fn file(path: &str) -> PathBuf {
+    folder().join(path)
+}
+
 /// A file of the reference data; `None` with a line printed when the data are not at hand, which is
 /// a failure where `CI` is set.
 pub fn reference(path: &str) -> Option<Value> {

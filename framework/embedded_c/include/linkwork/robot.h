@@ -40,6 +40,15 @@
 // All points with z <= 0: `size` unused.
 #define LW_SHAPE_HALF_SPACE 4
 
+// The body does not move on its parent.
+#define LW_HINGE_LOCKED 0
+
+// It turns about an axis.
+#define LW_HINGE_PIN 1
+
+// It slides along an axis.
+#define LW_HINGE_SLIDER 2
+
 // The position of the goal counts.
 #define LW_GOAL_POSITION 1
 
@@ -265,7 +274,7 @@ enum LwStatus lw_builder_chain(struct LwBuilder *builder,
                                const char *base,
                                const char *tip);
 
-// A rigid object that hands may hold: mass (kg), centre of mass (3 numbers, m) and inertia about it (9 numbers, row after row, kg m^2), in the
+// An object that hands may hold, rigid unless bodies hang on it (`lw_builder_object_body`): mass (kg), centre of mass (3 numbers, m) and inertia about it (9 numbers, row after row, kg m^2), in the
 // object's axes.
 enum LwStatus lw_builder_object(struct LwBuilder *builder,
                                 const char *name,
@@ -273,12 +282,41 @@ enum LwStatus lw_builder_object(struct LwBuilder *builder,
                                 const double *center,
                                 const double *inertia);
 
-// A shape for collisions, `at` (NULL: at the origin) in the frame of `carrier`: a body, an object, or "world".
+// A body that hangs on an object, or on another such body (`parent`), by a hinge at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. `hinge`: one of
+// `LW_HINGE_..`; `axis` (3 numbers, of any length but zero; unused, and may be NULL, for `LW_HINGE_LOCKED`). Mass properties as of `lw_builder_object`.
+enum LwStatus lw_builder_object_body(struct LwBuilder *builder,
+                                     const char *name,
+                                     const char *parent,
+                                     uint32_t hinge,
+                                     const double *axis,
+                                     const struct LwPose *at,
+                                     double mass,
+                                     const double *center,
+                                     const double *inertia);
+
+// A shape for collisions, `at` (NULL: at the origin) in the frame of `carrier`: a body, an object or a body that hangs on one, or "world".
 enum LwStatus lw_builder_shape(struct LwBuilder *builder,
                                const char *name,
                                const char *carrier,
                                const struct LwPose *at,
                                const struct LwShape *shape);
+
+// A cloud of points, each a ball of its own radius, as a sensor sees them: none at first, with room for `room` of them. They are given by
+// `lw_robot_set_points`. `at` and `carrier` as of `lw_builder_shape`.
+enum LwStatus lw_builder_point_cloud(struct LwBuilder *builder,
+                                     const char *name,
+                                     const char *carrier,
+                                     const struct LwPose *at,
+                                     size_t room);
+
+// A voxel map: `cells` (3 numbers) cubes along x, y, z from the origin of its frame, with the edge `edge` (m), all free at first.
+// `lw_robot_set_cells` changes them. `at` and `carrier` as of `lw_builder_shape`.
+enum LwStatus lw_builder_voxel_map(struct LwBuilder *builder,
+                                   const char *name,
+                                   const char *carrier,
+                                   const struct LwPose *at,
+                                   const uint32_t *cells,
+                                   double edge);
 
 // Two that do not collide: each the name of a collider or of a body, which stands for all its colliders.
 enum LwStatus lw_builder_ignore(struct LwBuilder *builder,
@@ -472,6 +510,33 @@ enum LwStatus lw_robot_release(struct LwRobot *robot, uint32_t hand, uint32_t ob
 // All hands let go of an object: it stays where it is in the world.
 enum LwStatus lw_robot_ungrasp(struct LwRobot *robot, uint32_t object);
 
+// Coordinates of the joints of an object into `q` (`n`: how many it has), in the order of its bodies: depth first, siblings by name.
+enum LwStatus lw_robot_object_q(struct LwRobot *robot,
+                                uint32_t object,
+                                double *q,
+                                size_t n);
+
+// Other coordinates of the joints of an object, held or not: `q` (`n`: how many it has). The load of the hand that carries it follows.
+enum LwStatus lw_robot_set_object_q(struct LwRobot *robot,
+                                    uint32_t object,
+                                    const double *q,
+                                    size_t n);
+
+// As `lw_robot_feed_forward` (`v`, `vdot`, `tau`: `n` = nv each) while the joints of a held object move: `rates` and `accelerations` of theirs, and into `forces` what they take
+// (`m` each: how many it has). Joints of other objects stand still.
+enum LwStatus lw_robot_feed_forward_with(struct LwRobot *robot,
+                                         const double *v,
+                                         const double *vdot,
+                                         size_t n,
+                                         uint32_t object,
+                                         const double *rates,
+                                         const double *accelerations,
+                                         size_t m,
+                                         const struct LwPush *pushes,
+                                         size_t push_count,
+                                         double *tau,
+                                         double *forces);
+
 // Whether two colliders that meet touch or overlap at `q` (`n` = nq), padding counted, into `out`; what hands hold goes with them. A pair that touches into
 // `pair` (NULL: not asked for), where there is one.
 enum LwStatus lw_robot_collides(struct LwRobot *robot,
@@ -505,6 +570,28 @@ enum LwStatus lw_robot_allow(struct LwRobot *robot, uint32_t a, uint32_t b);
 
 // A pair is left to the rules and hands again.
 enum LwStatus lw_robot_by_rule(struct LwRobot *robot, uint32_t a, uint32_t b);
+
+// Other points of a cloud instead of those that it has: x, y, z, radius (m) of each of the `n`, one after the other, in the collider's frame. On a failure
+// those of before stay.
+enum LwStatus lw_robot_set_points(struct LwRobot *robot,
+                                  uint32_t collider,
+                                  const double *points,
+                                  size_t n);
+
+// Makes cells of a voxel map occupied: indices along x, y, z from 0 of each of the `n`, one after the other. On a failure nothing has changed.
+enum LwStatus lw_robot_set_cells(struct LwRobot *robot,
+                                 uint32_t collider,
+                                 const uint32_t *cells,
+                                 size_t n);
+
+// Makes cells of a voxel map free: as `lw_robot_set_cells`.
+enum LwStatus lw_robot_free_cells(struct LwRobot *robot,
+                                  uint32_t collider,
+                                  const uint32_t *cells,
+                                  size_t n);
+
+// Makes all cells of a voxel map free.
+enum LwStatus lw_robot_clear_cells(struct LwRobot *robot, uint32_t collider);
 
 #ifdef __cplusplus
 }  // extern "C"

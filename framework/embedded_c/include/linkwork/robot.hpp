@@ -194,9 +194,23 @@ class Builder {
   Builder &object(const std::string &name, double mass, std::array<double, 3> center, std::array<double, 9> inertia) {
     return check(lw_builder_object(get(), name.c_str(), mass, center.data(), inertia.data()));
   }
+  Builder &object_body(const std::string &name, const std::string &parent, std::uint32_t hinge,
+                       std::array<double, 3> axis, double mass, std::array<double, 3> center,
+                       std::array<double, 9> inertia, const std::optional<LwPose> &at = std::nullopt) {
+    return check(lw_builder_object_body(get(), name.c_str(), parent.c_str(), hinge, axis.data(), at ? &*at : nullptr,
+                                        mass, center.data(), inertia.data()));
+  }
   Builder &shape(const std::string &name, const std::string &carrier, const LwShape &shape,
                  const std::optional<LwPose> &at = std::nullopt) {
     return check(lw_builder_shape(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, &shape));
+  }
+  Builder &point_cloud(const std::string &name, const std::string &carrier, std::size_t room,
+                       const std::optional<LwPose> &at = std::nullopt) {
+    return check(lw_builder_point_cloud(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, room));
+  }
+  Builder &voxel_map(const std::string &name, const std::string &carrier, std::array<std::uint32_t, 3> cells,
+                     double edge, const std::optional<LwPose> &at = std::nullopt) {
+    return check(lw_builder_voxel_map(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, cells.data(), edge));
   }
   Builder &ignore(const std::string &a, const std::string &b) {
     return check(lw_builder_ignore(get(), a.c_str(), b.c_str()));
@@ -266,6 +280,17 @@ class Robot {
       throw Error(LW_STATUS_LENGTH, "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
     check(lw_robot_feed_forward(get(), v.data(), vdot.data(), v.size(), pushes.data(), pushes.size(), tau.data()));
   }
+  // While the joints of a held object move: `rates`, `accelerations`, `forces` have a number for each of them.
+  void feed_forward_with(std::span<const double> v, std::span<const double> vdot, std::uint32_t object,
+                         std::span<const double> rates, std::span<const double> accelerations, std::span<double> tau,
+                         std::span<double> forces, std::span<const LwPush> pushes = {}) {
+    if (v.size() != vdot.size() || v.size() != tau.size())
+      throw Error(LW_STATUS_LENGTH, "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
+    if (rates.size() != accelerations.size() || rates.size() != forces.size())
+      throw Error(LW_STATUS_LENGTH, "`rates`, `accelerations` and `forces` differ in length\n  help: give a number for each joint");
+    check(lw_robot_feed_forward_with(get(), v.data(), vdot.data(), v.size(), object, rates.data(), accelerations.data(),
+                                     rates.size(), pushes.data(), pushes.size(), tau.data(), forces.data()));
+  }
   void held_still(std::span<double> tau, std::span<const LwPush> pushes = {}) {
     check(lw_robot_held_still(get(), pushes.data(), pushes.size(), tau.data(), tau.size()));
   }
@@ -304,9 +329,26 @@ class Robot {
     check(lw_robot_clearance(get(), q.data(), q.size(), limit, &out));
     return out.found ? std::optional(out) : std::nullopt;
   }
+  void object_q(std::uint32_t object, std::span<double> q) {
+    check(lw_robot_object_q(get(), object, q.data(), q.size()));
+  }
+  void set_object_q(std::uint32_t object, std::span<const double> q) {
+    check(lw_robot_set_object_q(get(), object, q.data(), q.size()));
+  }
   void pad(std::uint32_t collider, double padding) { check(lw_robot_pad(get(), collider, padding)); }
   void hide(std::uint32_t collider) { check(lw_robot_hide(get(), collider)); }
   void show(std::uint32_t collider) { check(lw_robot_show(get(), collider)); }
+  /// Each x, y, z, radius.
+  void set_points(std::uint32_t cloud, std::span<const std::array<double, 4>> points) {
+    check(lw_robot_set_points(get(), cloud, points.empty() ? nullptr : points.front().data(), points.size()));
+  }
+  void set_cells(std::uint32_t map, std::span<const std::array<std::uint32_t, 3>> cells) {
+    check(lw_robot_set_cells(get(), map, cells.empty() ? nullptr : cells.front().data(), cells.size()));
+  }
+  void free_cells(std::uint32_t map, std::span<const std::array<std::uint32_t, 3>> cells) {
+    check(lw_robot_free_cells(get(), map, cells.empty() ? nullptr : cells.front().data(), cells.size()));
+  }
+  void clear_cells(std::uint32_t map) { check(lw_robot_clear_cells(get(), map)); }
   void look_at(std::uint32_t a, std::uint32_t b) { check(lw_robot_look_at(get(), a, b)); }
   void allow(std::uint32_t a, std::uint32_t b) { check(lw_robot_allow(get(), a, b)); }
   void by_rule(std::uint32_t a, std::uint32_t b) { check(lw_robot_by_rule(get(), a, b)); }

@@ -59,7 +59,7 @@ pub struct MechanismPlan {
     pub(super) rolling: Option<RollingOn>,
     /// Lanes of compliant contact.
     bristles: usize,
-    /// Bodies that contact may touch.
+    /// Bodies with a collider, or that roll.
     pub(super) touched: Vec<BodyId>,
     /// Treatment of each constraint.
     pub treatments: Vec<Treatment>,

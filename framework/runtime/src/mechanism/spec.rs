@@ -173,7 +173,7 @@ impl MechanismSpec {
         }
     }
 
-    /// Bodies that contact may touch, or that roll, in their order.
+    /// Bodies with a collider, or that roll, in their order.
     pub(super) fn touched(&self) -> Vec<BodyId> {
         let Some(spec) = &self.kinematic else { return super::touch::touched(self.colliders()) };
         let wheels = spec.vehicles.iter().flat_map(|v| v.wheels.iter().map(|w| w.0));

@@ -8,11 +8,11 @@ use linkwork_spatial::Vec3;
 /// Signal lanes of each body: force, point.
 pub(super) const LANES: usize = 6;
 
-/// Bodies with a collider that meets another, in their order.
+/// Bodies with a collider, in their order. Where rules let it meet no other nothing touches it: a phase in which a pair is ignored reports no force,
+/// so that what logs and views keep is not that of the phase before.
 pub(super) fn touched(colliders: Option<&Colliders>) -> Vec<BodyId> {
     let Some(all) = colliders else { return Vec::new() };
-    let meets = |c: &_| all.ids().any(|o| all.meet(*c, o));
-    let mut out: Vec<BodyId> = all.ids().filter(meets).filter_map(|c| all.body(c)).collect();
+    let mut out: Vec<BodyId> = all.ids().filter_map(|c| all.body(c)).collect();
     out.sort_unstable();
     out.dedup();
     out

@@ -1,0 +1,231 @@
+//! Solids of many pieces, as sensors give them: a cloud of balls, the occupied cells of a voxel map. Each piece is a convex core with a radius.
+//!
+//! ```text
+//! boxes around groups of pieces that are within reach      balls.rs, cells.rs
+//! a box and the other core: one direction that shows more than the limit between them ends it
+//! a piece and the other: as any two solids                  pairs.rs
+//! ```
+//! The solid is the union of its pieces: a distance is that of the nearest piece, the depth of an overlap that of the deepest single piece.
+
+mod balls;
+mod cells;
+pub(crate) mod points;
+
+pub(crate) use balls::Balls;
+pub(crate) use cells::Cells;
+
+use crate::core::{Core, Placed, Poly};
+use crate::manifold::Room;
+use crate::pairs::close;
+use crate::solid::Kind;
+use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
+use std::ops::ControlFlow;
+
+/// A ball, or a cell.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    /// Its centre, m.
+    pub centre: Vec3,
+    /// Radius around the core, m: zero for a cell.
+    pub round: f64,
+    /// Which.
+    pub name: u64,
+}
+
+/// The pieces of a solid.
+#[derive(Clone, Debug)]
+pub(crate) enum Pieces {
+    /// Balls about points.
+    Balls(Balls),
+    /// Occupied cells of a grid.
+    Cells(Cells),
+}
+
+const POINT: Core = Core::Point;
+
+impl Pieces {
+    /// The box around all of them, and for cells around the grid, m; of no size when there are none.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        match self {
+            Self::Balls(b) => b.bounds(),
+            Self::Cells(c) => c.bounds(),
+        }
+    }
+
+    /// A length for tolerances, m.
+    pub fn size(&self) -> f64 {
+        match self {
+            Self::Balls(b) => {
+                let (lo, hi) = b.bounds();
+                let sizes = [2.0 * b.largest(), (hi - lo).max(), 1.0];
+                sizes.into_iter().find(|size| *size > 0.0).unwrap_or(1.0)
+            }
+            Self::Cells(c) => c.edge(),
+        }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Balls(b) => b.len(),
+            Self::Cells(c) => c.count(),
+        }
+    }
+
+    /// The core that all of them have.
+    pub fn core(&self) -> &Core {
+        match self {
+            Self::Balls(_) => &POINT,
+            Self::Cells(c) => c.core(),
+        }
+    }
+
+    /// The greatest distance of a point of a core from its centre, and of the nearest point of its surface.
+    fn reach(&self) -> (f64, f64) {
+        match self {
+            Self::Balls(_) => (0.0, 0.0),
+            Self::Cells(c) => (0.5 * c.edge() * 3f64.sqrt() * (1.0 + 1e-12), 0.5 * c.edge()),
+        }
+    }
+
+    /// Those that a box may meet, group by group; `far` is asked first, given the corners of the box around a group.
+    pub fn visit(
+        &self,
+        lo: &Vec3,
+        hi: &Vec3,
+        mut far: impl FnMut(&Vec3, &Vec3) -> bool,
+        mut each: impl FnMut(&Piece) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        match self {
+            Self::Balls(b) => b.visit(lo, hi, &mut far, &mut each),
+            Self::Cells(c) => c.visit(lo, hi, &mut far, &mut each),
+        }
+    }
+}
+
+/// What is added to limits while groups are left out: rounding of places as far away as these, m.
+pub(crate) fn slack(a: &Vec3, b: &Vec3) -> f64 {
+    1e-12 * (a.amax() + b.amax())
+}
+
+/// The box around a core, thicker by `limit`.
+pub(crate) fn around(b: &Placed, limit: f64) -> (Vec3, Vec3) {
+    let reach = |i: usize, sign: f64| {
+        let d = Vec3::ith(i, sign);
+        b.support(&d)[i] + sign * limit
+    };
+    let corner = |sign| Vec3::new(reach(0, sign), reach(1, sign), reach(2, sign));
+    (corner(-1.0), corner(1.0))
+}
+
+/// Whether a direction from near a box to the core shows more than `limit` between them.
+pub(crate) fn beyond(lo: &Vec3, hi: &Vec3, b: &Placed, limit: f64) -> bool {
+    let n = b.toward(&b.p.sup(lo).inf(hi));
+    let top = (lo + hi).dot(&n) / 2.0 + n.abs().dot(&(hi - lo)) / 2.0;
+    b.range(&n).0 - top > limit * n.norm()
+}
+
+/// Whether [`Placed::toward`] ends at the core's nearest point.
+pub(crate) fn exact(core: &Core) -> bool {
+    !matches!(core, Core::Poly(Poly { half: None, .. }))
+}
+
+/// Whether pieces come within `limit` (not negative) of a core, given in their frame.
+pub(crate) fn near_core(
+    pieces: &Pieces,
+    b: &Placed,
+    (limit, size): (f64, f64),
+    room: &mut Room,
+) -> bool {
+    let (lo, hi) = pieces.bounds();
+    let cull = limit + slack(&b.p, &lo.abs().sup(&hi.abs())) + 1e-12 * limit;
+    let (lo, hi) = around(b, cull);
+    let (outer, inner) = pieces.reach();
+    let exact = exact(b.core);
+    let found = pieces.visit(
+        &lo,
+        &hi,
+        |lo, hi| beyond(lo, hi, b, cull),
+        |piece| {
+            let limit = limit + piece.round;
+            let toward = b.toward(&piece.centre);
+            if exact {
+                let d = toward.norm();
+                if d <= inner + limit {
+                    return ControlFlow::Break(());
+                }
+                if d > outer + cull + piece.round {
+                    return ControlFlow::Continue(());
+                }
+            }
+            // About the piece's centre: no digits are lost far away.
+            let a = Placed::here(pieces.core());
+            let b = Placed { p: b.p - piece.centre, ..*b };
+            match close(&a, &b, limit, &toward, size, room) {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        },
+    );
+    found.is_break()
+}
+
+/// Whether two solids come within `limit` (not negative), one or both of which are pieces, `b` at `X_AB`; `None` when it takes their contact
+/// points to know.
+pub(crate) fn near(
+    a: &Kind,
+    b: &Kind,
+    (R, p): (&Mat3, &Vec3),
+    (limit, size): (f64, f64),
+    room: &mut Room,
+) -> Option<bool> {
+    let back = || (R.transpose(), -R.tr_mul(p));
+    match (a, b) {
+        (Kind::Pieces(a), Kind::Convex { core, round }) => {
+            Some(near_core(a, &Placed { core, R: *R, p: *p }, (limit + round, size), room))
+        }
+        (Kind::Convex { core, round }, Kind::Pieces(b)) => {
+            let (R, p) = back();
+            Some(near_core(b, &Placed { core, R, p }, (limit + round, size), room))
+        }
+        (Kind::Pieces(a), Kind::Pieces(b)) if a.count() < b.count() => {
+            let (R, p) = back();
+            Some(near_pieces(b, a, (&R, &p), (limit, size), room))
+        }
+        (Kind::Pieces(a), Kind::Pieces(b)) => Some(near_pieces(a, b, (R, p), (limit, size), room)),
+        _ => None,
+    }
+}
+
+/// Each of `b` against all of `a`.
+fn near_pieces(
+    a: &Pieces,
+    b: &Pieces,
+    (R, p): (&Mat3, &Vec3),
+    (limit, size): (f64, f64),
+    room: &mut Room,
+) -> bool {
+    let (lo, hi) = within(a.bounds(), (R, p), limit);
+    let each = |piece: &Piece| {
+        let other = Placed { core: b.core(), R: *R, p: R * piece.centre + p };
+        if near_core(a, &other, (limit + piece.round, size), room) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    b.visit(&lo, &hi, |_, _| false, each).is_break()
+}
+
+/// The box, in the frame of B, around a box in that of A that is thicker by `limit`, and by what rounding may take.
+pub(crate) fn within((lo, hi): (Vec3, Vec3), (R, p): (&Mat3, &Vec3), limit: f64) -> (Vec3, Vec3) {
+    let (centre, half) = ((lo + hi) / 2.0, (hi - lo) / 2.0);
+    let (centre, half) = (R.tr_mul(&(centre - p)), R.abs().tr_mul(&half));
+    let room = limit.max(0.0) * (1.0 + 1e-12) + slack(&(centre.abs() + half), p);
+    (centre - half.add_scalar(room), centre + half.add_scalar(room))
+}
+
+/// The pose of B in A as a matrix.
+pub(crate) fn matrix(X: &Pose) -> (Mat3, Vec3) {
+    (X.rotation.to_rotation_matrix().into_inner(), X.position)
+}

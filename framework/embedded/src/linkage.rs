@@ -1,0 +1,120 @@
+//! What hangs on objects by hinges: the model's side. Each object with such bodies has a tree of its own, whose root is the object on a free hinge
+//! that stays at its origin: the frame it hangs on is where the object is.
+
+use crate::error::{ModelError, ModelFault};
+use crate::model::{ModelSpec, ObjectSpec};
+use linkwork_dynamics::Tree;
+use linkwork_multibody::{BodyId, BodySpec, Builder, Hinge, Multibody};
+
+/// Degrees of freedom, and numbers of q, of the root.
+pub(crate) const ROOT_V: usize = 6;
+pub(crate) const ROOT_Q: usize = 7;
+
+/// The bodies of one object.
+#[derive(Debug)]
+pub(crate) struct Linkage {
+    pub tree: Tree,
+    /// How each hangs on the object.
+    pub links: Vec<Link>,
+}
+
+/// How a body of an object hangs on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Link {
+    /// It is the object, or welded to it.
+    Welded,
+    /// A hinge joins it to that.
+    Joined,
+    /// It is farther out.
+    Beyond,
+}
+
+impl Linkage {
+    pub fn multibody(&self) -> &Multibody {
+        self.tree.multibody()
+    }
+
+    fn new(multibody: &Multibody) -> Self {
+        let mut links: Vec<Link> = Vec::new();
+        for b in multibody.bodies() {
+            let link = match (b.parent().map(BodyId::index), b.v().is_empty()) {
+                (None, _) => Link::Welded,
+                (Some(p), true) => links[p],
+                (Some(p), false) if links[p] == Link::Welded => Link::Joined,
+                _ => Link::Beyond,
+            };
+            links.push(link); // parents come first
+        }
+        Self { tree: Tree::new(multibody), links }
+    }
+}
+
+/// Objects as free bodies with what hangs on them, beside a mechanism or alone.
+pub(crate) fn objects(mut builder: Builder, spec: &ModelSpec) -> Builder {
+    for o in &spec.objects {
+        builder.body(BodySpec::new(&o.name, "world").hinge(Hinge::free()).mass(o.mass));
+    }
+    for b in spec.linkages.bodies() {
+        builder.body(b.clone());
+    }
+    builder
+}
+
+/// The linkage of each object, where it has one.
+pub(crate) fn linkages(spec: &ModelSpec) -> Result<Vec<Option<Linkage>>, ModelError> {
+    let mut faults = Vec::new();
+    let help = "leave it out: an object is a tree of rigid bodies";
+    let loops = spec.linkages.loops().iter().map(|l| format!("loop `{}`", l.name));
+    let couplings = spec.linkages.couplings().iter().map(|c| format!("coupling `{}`", c.name));
+    let bent = spec.linkages.bodies().iter().filter(|b| b.modes.is_some());
+    let bent = bent.map(|b| format!("the flexibility of body `{}`", b.name));
+    let all = loops.chain(couplings).chain(bent);
+    faults.extend(all.map(|what| ModelFault::Refused { what, help }));
+    // The object that carries each.
+    let mut owner: Vec<Option<usize>> = vec![None; spec.linkages.bodies().len()];
+    for (k, b) in spec.linkages.bodies().iter().enumerate() {
+        let mut at = b.parent.as_str();
+        for _ in 0..=spec.linkages.bodies().len() {
+            if let Some(o) = spec.objects.iter().position(|o| o.name == at) {
+                owner[k] = Some(o);
+                break;
+            }
+            match spec.linkages.bodies().iter().find(|b| b.name == at) {
+                Some(b) => at = &b.parent,
+                None => break,
+            }
+        }
+        if owner[k].is_none() {
+            let names = spec.objects.iter().map(|o| o.name.as_str());
+            faults.push(ModelFault::Unknown {
+                place: format!("body `{}` of the linkages", b.name),
+                kind: "object",
+                name: b.parent.clone(),
+                help: crate::part::nearest(&b.parent, names),
+            });
+        }
+    }
+    if !faults.is_empty() {
+        return Err(ModelError { faults });
+    }
+    let one = |(o, object): (usize, &ObjectSpec)| {
+        let own = || spec.linkages.bodies().iter().zip(&owner).filter(|b| *b.1 == Some(o));
+        if own().next().is_none() {
+            return Ok(None);
+        }
+        let mut builder = Builder::new();
+        let root = BodySpec::new(&object.name, "world").hinge(Hinge::free());
+        builder.body(root.mass(object.mass));
+        own().for_each(|(b, _)| {
+            builder.body(b.clone());
+        });
+        match builder.build() {
+            Ok(multibody) => Ok(Some(Linkage::new(&multibody))),
+            Err(e) => {
+                let text = format!("object `{}`: {e}", object.name);
+                Err(ModelError { faults: vec![ModelFault::Mechanism { text }] })
+            }
+        }
+    };
+    spec.objects.iter().enumerate().map(one).collect()
+}

@@ -1,0 +1,327 @@
+//! `Collisions`: whether a robot touches itself or what is around it, at one configuration or many; obstacles that change.
+//!
+//! The queries are those of `linkwork_embedded::Robot`.
+use crate::array::{Array2, Input, out2, vector};
+use crate::contact::Collider;
+use crate::core::{Core, lock};
+use crate::error::{refuse, refuse_with};
+use crate::mechanism::{Mechanism, choice};
+use linkwork_collision::{ColliderId, ColliderSpec, Distance, Neighbours, Occupancy, Rules};
+use linkwork_embedded::{ModelSpec, Path, Robot, RobotError, RobotModel, Visibility};
+use linkwork_multibody::Builder;
+use linkwork_runtime::remedy;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use std::sync::{Arc, Mutex};
+
+type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+type Pair = (String, String);
+
+/// Whether a robot touches itself or what is around it: at one configuration, at many, on the way between two.
+///
+/// colliders: the shapes; None takes those of the file (`Mechanism.file_colliders`), and of a file in RON also who meets whom, which what is given goes before.
+/// Bodies that a hinge of fewer than six degrees of freedom joins do not meet (the world and what hangs on it, too), unless neighbours is "collide"
+/// and not "pass". ignore, collide: pairs of names of colliders or bodies that do not meet, that do.
+///
+/// No contact is missed: what touches or overlaps is a hit, padding counted. The settings and what sensors saw (`set_points`, `set_cells`) are this
+/// object's own, and go with `copy`. Raises LinkworkError for shapes and names that cannot be, and for a mechanism with loops, couplings or flexible bodies.
+///
+/// >>> import linkwork
+/// >>> arm = linkwork.Builder().body("arm", "world", linkwork.Hinge.pin([0, 0, 1]), mass=1.0, com=[0.5, 0, 0], inertia=[[1, 0, 0], [0, 1, 0], [0, 0, 1]]).build()
+/// >>> rod = linkwork.Collider.capsule("rod", "arm", 0.05, 1.0, at=[0.5, 0, 0, 0, 0.5**0.5, 0, 0.5**0.5])
+/// >>> seen = linkwork.Collider.point_cloud("seen", "world", room=1000)
+/// >>> robot = linkwork.Collisions(arm, [rod, seen], neighbours="collide")
+/// >>> robot.set_points("seen", [[0.0, 0.8, 0.0, 0.01]])
+/// >>> robot.collides([[0.0], [1.4], [1.6]]).tolist()
+/// [False, False, True]
+#[pyclass(frozen, weakref, module = "linkwork")]
+pub struct Collisions {
+    core: Arc<Core>,
+    model: Arc<RobotModel>,
+    robot: Mutex<Robot>,
+}
+
+/// Nearest points (2, 3) of two, the first's above the second's.
+fn ends<'py>(py: Python<'py>, d: &Distance) -> PyResult<Array2<'py>> {
+    let points = [d.point_a, d.point_b].iter().flat_map(|p| [p.x, p.y, p.z]).collect();
+    out2(py, points, 2, 3)
+}
+
+/// Indices (n, 3).
+fn cells(given: Given<'_, '_>) -> PyResult<Vec<[u32; 3]>> {
+    let input = Input::read(given, "cells")?;
+    if !matches!(*input.shape(), [_, 3]) && !input.slice().is_empty() {
+        let fact = format!("`cells` has the shape {:?}", input.shape());
+        return Err(refuse_with(fact, "give it the shape (n, 3): indices along x, y, z"));
+    }
+    let index = |x: f64| {
+        let whole = x.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&x);
+        let wrong =
+            || refuse_with(format!("`cells` has the index {x}"), "give whole numbers, 0 and above");
+        if whole { Ok(x as u32) } else { Err(wrong()) }
+    };
+    let all = input.slice().chunks_exact(3);
+    all.map(|c| Ok([index(c[0])?, index(c[1])?, index(c[2])?])).collect()
+}
+
+/// Points (n, 4): x, y, z, radius.
+pub fn balls(given: Given<'_, '_>) -> PyResult<Vec<[f64; 4]>> {
+    let input = Input::read(given, "points")?;
+    if !matches!(*input.shape(), [_, 4]) && !input.slice().is_empty() {
+        let fact = format!("`points` has the shape {:?}", input.shape());
+        return Err(refuse_with(fact, "give it the shape (n, 4): x, y, z, radius of each"));
+    }
+    Ok(input.slice().chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect())
+}
+
+/// Indices of the occupied cells of a collider.
+pub fn occupied(given: Option<Given<'_, '_>>) -> PyResult<Vec<[u32; 3]>> {
+    given.map_or(Ok(Vec::new()), cells)
+}
+
+impl Collisions {
+    fn id(&self, name: &str) -> PyResult<ColliderId> {
+        self.model.collider(name).ok_or_else(|| {
+            let known: Vec<&str> = self.model.colliders().map(|c| c.1).collect();
+            refuse_with(format!("there is no collider `{name}`"), remedy(name, "colliders", &known))
+        })
+    }
+
+    fn names(&self, (a, b): (ColliderId, ColliderId)) -> Pair {
+        (self.model.collider_name(a).to_owned(), self.model.collider_name(b).to_owned())
+    }
+
+    fn ask<R>(&self, ask: impl FnOnce(&mut Robot) -> Result<R, RobotError>) -> PyResult<R> {
+        ask(&mut lock(&self.robot)).map_err(refuse)
+    }
+}
+
+#[pymethods]
+impl Collisions {
+    #[new]
+    #[pyo3(signature = (mechanism, colliders=None, *, ignore=None, collide=None, neighbours=None))]
+    fn new(
+        mechanism: &Mechanism,
+        colliders: Option<Vec<PyRef<'_, Collider>>>,
+        ignore: Option<Vec<[String; 2]>>,
+        collide: Option<Vec<[String; 2]>>,
+        neighbours: Option<&str>,
+    ) -> PyResult<Self> {
+        let core = mechanism.core.clone();
+        let mut rules = Rules::default();
+        let specs: Vec<ColliderSpec> = match colliders {
+            Some(given) => given.iter().map(|c| c.spec.clone()).collect(),
+            None => {
+                if let Some(c) = &core.contact {
+                    rules = c.colliders.rules().clone();
+                }
+                mechanism.file_colliders()?.into_iter().map(|c| c.spec).collect()
+            }
+        };
+        let known = [("pass", Neighbours::Pass), ("collide", Neighbours::Collide)];
+        if let Some(given) = neighbours {
+            rules.neighbours = choice("neighbours", given, &known)?;
+        }
+        rules.ignore.extend(ignore.unwrap_or_default());
+        rules.collide.extend(collide.unwrap_or_default());
+        let mechanism = Builder::from(&core.mbs);
+        let spec = ModelSpec { mechanism, colliders: specs, rules, ..ModelSpec::default() };
+        let model = RobotModel::new(&spec).map_err(refuse)?;
+        let robot = Mutex::new(Robot::new(&model));
+        Ok(Self { core, model, robot })
+    }
+
+    /// Another one with the same settings and obstacles; what changes in one afterwards does not in the other.
+    fn copy(&self) -> Self {
+        let robot = Mutex::new(lock(&self.robot).clone());
+        Self { core: self.core.clone(), model: self.model.clone(), robot }
+    }
+
+    /// Names of the colliders, in the order of names.
+    #[getter]
+    fn colliders(&self) -> Vec<&str> {
+        self.model.colliders().map(|c| c.1).collect()
+    }
+
+    /// Whether anything touches or overlaps, at q (nq,): a bool; or at many, q (n, nq): an array of bool (n,), in so many threads. The number of threads changes
+    /// no answer.
+    #[pyo3(signature = (q, *, threads=1))]
+    fn collides<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let input = Input::read(q, "q")?;
+        let nq = self.model.nq();
+        if input.shape().len() != 2 {
+            let q = vector(q, nq, "q")?;
+            let hit = self.ask(|r| r.collides(q.slice()))?;
+            return Ok(hit.into_pyobject(py)?.to_owned().into_any());
+        }
+        let [n, width] = *input.shape() else { return Err(refuse("a matrix without two sides")) };
+        if width != nq {
+            let fact = format!("`q` has {width} numbers in a row, the mechanism has {nq}");
+            return Err(refuse_with(fact, format!("give it the shape (n, {nq})")));
+        }
+        let threads = crate::batch::checked(threads)?.min(n.max(1));
+        let mut out = vec![false; n];
+        let rows = n.div_ceil(threads).max(1);
+        let first = lock(&self.robot).clone();
+        let values = input.slice();
+        let work = |robot: &mut Robot, from: usize, out: &mut [bool]| {
+            for (k, out) in out.iter_mut().enumerate() {
+                let at = (from + k) * nq;
+                *out = robot.collides(&values[at..at + nq])?;
+            }
+            Ok::<(), RobotError>(())
+        };
+        let done: Result<(), RobotError> = py.detach(|| {
+            std::thread::scope(|scope| {
+                let pieces = out.chunks_mut(rows).enumerate().map(|(k, out)| {
+                    let mut robot = first.clone();
+                    let work = &work;
+                    scope.spawn(move || work(&mut robot, k * rows, out))
+                });
+                let threads: Vec<_> = pieces.collect();
+                let join = |t: std::thread::ScopedJoinHandle<'_, _>| {
+                    t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+                };
+                threads.into_iter().try_for_each(join)
+            })
+        });
+        done.map_err(refuse)?;
+        Ok(PyArray1::from_vec(py, out).into_any())
+    }
+
+    /// Names of two that touch at q (nq,), or None. The same q gives the same pair.
+    fn first_hit(&self, q: Given<'_, '_>) -> PyResult<Option<Pair>> {
+        let q = vector(q, self.model.nq(), "q")?;
+        Ok(self.ask(|r| r.first_hit(q.slice()))?.map(|pair| self.names(pair)))
+    }
+
+    /// Names of all pairs that touch at q (nq,), in the order of names.
+    fn hits(&self, q: Given<'_, '_>) -> PyResult<Vec<Pair>> {
+        let q = vector(q, self.model.nq(), "q")?;
+        let mut out = Vec::new();
+        self.ask(|r| r.hits(q.slice(), &mut out))?;
+        Ok(out.into_iter().map(|pair| self.names(pair)).collect())
+    }
+
+    /// The nearest pair that meets at q (nq,), within a limit (m): its distance (m), padding taken off, negative when it overlaps; its names; and nearest
+    /// points (2, 3), m, world axes. None when nothing is so near.
+    #[pyo3(signature = (q, limit=f64::INFINITY))]
+    fn clearance<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        limit: f64,
+    ) -> PyResult<Option<(f64, Pair, Array2<'py>)>> {
+        let q = vector(q, self.model.nq(), "q")?;
+        let found = self.ask(|r| r.clearance(q.slice(), limit))?;
+        let told = |c: linkwork_collision::Closest| {
+            Ok((c.distance.distance, self.names((c.a, c.b)), ends(py, &c.distance)?))
+        };
+        found.map(told).transpose()
+    }
+
+    /// The distance of two colliders at q (nq,), m, whether they meet or not, padding taken off, and nearest points (2, 3), m, world axes. None when there is
+    /// none: two half spaces, a cloud without points.
+    fn distance<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        a: &str,
+        b: &str,
+    ) -> PyResult<Option<(f64, Array2<'py>)>> {
+        let q = vector(q, self.model.nq(), "q")?;
+        let (a, b) = (self.id(a)?, self.id(b)?);
+        let found = self.ask(|r| r.distance(q.slice(), a, b))?;
+        found.map(|d| Ok((d.distance, ends(py, &d)?))).transpose()
+    }
+
+    /// Whether the way from one configuration (nq,) to another is free, all coordinates moving in proportion: ("free", None, None), proven from end to end;
+    /// ("hit", part of the way from 0 to 1, pair); or ("undecided", part, None) where surfaces pass within a hair. Nothing is jumped over, however thin.
+    /// Pieces shorter than `least`, a part of the way, are not cut again.
+    #[pyo3(signature = (start, end, least=1e-3))]
+    fn path(
+        &self,
+        py: Python<'_>,
+        start: Given<'_, '_>,
+        end: Given<'_, '_>,
+        least: f64,
+    ) -> PyResult<(&'static str, Option<f64>, Option<Pair>)> {
+        let nq = self.model.nq();
+        let (start, end) = (vector(start, nq, "start")?, vector(end, nq, "end")?);
+        let (from, to) = (start.slice(), end.slice());
+        let mut robot = lock(&self.robot).clone();
+        let path = py.detach(|| robot.path_free(from, to, least)).map_err(refuse)?;
+        Ok(match path {
+            Path::Free => ("free", None, None),
+            Path::Hit { at, pair } => ("hit", Some(at), Some(self.names(pair))),
+            Path::Undecided { at } => ("undecided", Some(at), None),
+        })
+    }
+
+    /// Thickness around a collider from now on, m.
+    fn pad(&self, collider: &str, padding: f64) -> PyResult<()> {
+        let id = self.id(collider)?;
+        self.ask(|r| r.pad(id, padding))
+    }
+
+    /// A collider is left out from now on; `show` takes it in again.
+    fn hide(&self, collider: &str) -> PyResult<()> {
+        let id = self.id(collider)?;
+        self.ask(|r| r.show(id, Visibility::Hidden))
+    }
+
+    /// A collider takes part from now on.
+    fn show(&self, collider: &str) -> PyResult<()> {
+        let id = self.id(collider)?;
+        self.ask(|r| r.show(id, Visibility::Shown))
+    }
+
+    /// A pair is looked at from now on (True), may touch (False), or is left to the rules again (None).
+    #[pyo3(signature = (a, b, look))]
+    fn look_at(&self, a: &str, b: &str, look: Option<bool>) -> PyResult<()> {
+        let (a, b) = (self.id(a)?, self.id(b)?);
+        self.ask(|r| r.look_at(a, b, look))
+    }
+
+    /// Whether a pair is looked at now when both are shown.
+    fn looks_at(&self, a: &str, b: &str) -> PyResult<bool> {
+        let (a, b) = (self.id(a)?, self.id(b)?);
+        self.ask(|r| r.looks_at(a, b))
+    }
+
+    /// Other points of a point cloud instead of those that it has: (n, 4), x, y, z, radius of each, m, in its frame. On an error those of before stay.
+    fn set_points(&self, collider: &str, points: Given<'_, '_>) -> PyResult<()> {
+        let (id, points) = (self.id(collider)?, balls(points)?);
+        self.ask(|r| r.set_points(id, &points))
+    }
+
+    /// Makes cells of a voxel map occupied or, with occupied=False, free: (n, 3), whole numbers from 0 along x, y, z. On an error nothing has changed.
+    #[pyo3(signature = (collider, cells, *, occupied=true))]
+    fn set_cells(&self, collider: &str, cells: Given<'_, '_>, occupied: bool) -> PyResult<()> {
+        let (id, cells) = (self.id(collider)?, self::cells(cells)?);
+        let to = if occupied { Occupancy::Occupied } else { Occupancy::Free };
+        self.ask(|r| r.set_cells(id, &cells, to))
+    }
+
+    /// Makes all cells of a voxel map free.
+    fn clear_cells(&self, collider: &str) -> PyResult<()> {
+        let id = self.id(collider)?;
+        self.ask(|r| r.clear_cells(id))
+    }
+
+    /// How many points a point cloud has now, or occupied cells a voxel map.
+    fn count(&self, collider: &str) -> PyResult<usize> {
+        let id = self.id(collider)?;
+        self.ask(|r| r.count(id))
+    }
+
+    fn __repr__(&self) -> String {
+        let (bodies, colliders) = (self.core.mbs.bodies().len(), self.model.colliders().len());
+        format!("Collisions({bodies} bodies, {colliders} colliders)")
+    }
+}
