@@ -369,33 +369,6 @@ mod tests {
         }
     }
 
-    /// Fuel and nodes computed elsewhere in Python, the trajectory to 3e-3 kg.
-    #[test]
-    fn fuel_and_trajectory_are_those_of_the_reference() {
-        let d = descent();
-        for (time, nodes, want) in [
-            (38.0, 100, 222.3244368523906),
-            (39.0, 100, 221.90891519499496),
-            (42.0, 100, 224.28832749506455),
-        ] {
-            let p = plan(&d, time, nodes).unwrap();
-            let fuel = d.mass - p[nodes].mass;
-            // The file asks for 0.1 kg; its own ‖u‖ = s holds to 2e-4, here to 3e-9.
-            assert!((fuel - want).abs() < 0.02, "{time}: {fuel} {want}");
-        }
-        let p = plan(&d, 39.0, 200).unwrap();
-        // Quarter, half and three quarters of the way. The optimum is flat: here it takes 0.01 kg less, which the
-        // next test shows to keep every constraint, and goes 4.5 m beside the reference in the middle.
-        for (k, r, mass) in [
-            (50, [1460.165292748762, 433.1257287885244, 955.6011679360331], 1839.5849406943862),
-            (100, [789.598173539242, 267.91365912617846, 474.01782394615134], 1814.3709857378522),
-            (150, [224.4391052715236, 85.75680180798251, 103.4654091644051], 1748.8168707039858),
-        ] {
-            assert!((p[k].position - Vec3::from(r)).norm() < 5.0, "{k}: {:?}", p[k]);
-            assert!((p[k].mass - mass).abs() < 0.4, "{k}: {:?}", p[k]);
-        }
-    }
-
     #[test]
     fn a_plan_keeps_its_limits_and_the_relaxation_is_exact() {
         let d = descent();
