@@ -2,25 +2,27 @@
 //! ```text
 //! from the inertial unit   ω = ω_m − b_ω − Rᵀ ω_W       R ← R exp(Δ (ω₀ + ω₁)/2)                 0, 1: the ends of an interval Δ
 //!                          a = R (f_m − b_f) + g(r, v)   v ← v + Δ (a₀ + a₁)/2    r ← r + Δ v₀ + Δ² (2 a₀ + a₁)/6
-//! errors x = (δr, δv, δθ, δb_ω, δb_f), W axes, R = exp(δθ) R̂
+//! errors x = (δr, δv, δθ, δb_ω, δb_f, δη), W axes, R = exp(δθ) R̂;  η: height of the ground over the sphere
 //!     δr' = δv    δv' = −(R f) × δθ − R δb_f    δθ' = −R δb_ω        Φ = 1 + F Δ + (F Δ)²/2
-//!     Q = diag(0, N_f² Δ, N_ω² Δ, K_ω² Δ, K_f² Δ)
+//!     Q = diag(0, N_f² Δ, N_ω² Δ, K_ω² Δ, K_f² Δ, σ_g² (1 − e²))       η ← e η,  e = exp(−|v| Δ/L)
 //! beam d = R b with an echo, n: up where it meets the ground at c + d ϱ
-//!     range  ϱ      ∂ϱ/∂r = −n/(n·d)    ∂ϱ/∂θ = −ϱ (d × n)/(n·d)      σ = σ_r + κ ϱ, and the ground's height σ_g/|n·d|
+//!     range  ϱ      ∂ϱ/∂r = −n/(n·d)    ∂ϱ/∂θ = −ϱ (d × n)/(n·d)    ∂ϱ/∂η = 1/(n·d)    σ = σ_r + κ ϱ, and σ_g/|n·d|: each beam has its own ground
 //!     speed  d·u    ∂/∂v = d            ∂/∂θ = d × u                  u = v − v_ground;  σ_v
 //! each by itself:  S = H P Hᵀ + σ²    K = P Hᵀ/S    x ← K ν    P ← P − K S Kᵀ
 //! ```
 //! f_m, ω_m: specific force and turn rate of an inertial unit at the same node and in the same axes as the radar; g: of free fall as W moves; ω_W: turn rate of a W that is a site.
-//! The ground is a sphere of `ground_radius` about the planet's centre: height over it is observed, the place on it is not, and keeps the error that it began with. A measurement
+//! The ground is a sphere of `ground_radius` about the planet's centre, and what stands out of it has the deviation σ_g and is alike over a way L: the height over the sphere is
+//! observed to about σ_g, the place on it is not, and keeps the error that it began with. A measurement
 //! further off than `gate` deviations is left out and counted. The first row takes the true motion with errors drawn from the start's deviations: what navigation
 //! knew before the radar. Scale and misalignment of the inertial unit are no states: give the biases a spread and walks that cover them.
+//! Between two rows the force goes along a straight line: for one that jumps, `accel_white` is to cover half a jump over an interval.
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_spatial::nalgebra::{SMatrix, SVector};
 
-/// Errors of position, velocity, attitude and the two biases.
-const N: usize = 15;
+/// Errors of position, velocity, attitude, the two biases and the ground's height.
+const N: usize = 16;
 type Covariance = SMatrix<f64, N, N>;
 type Row = SVector<f64, N>;
 
@@ -41,6 +43,9 @@ pub struct DescentFilterParams {
     /// Standard deviation σ_g of the ground's height over the sphere.
     #[param(unit = "m", default = 1.0, range = 1e-9..)]
     pub ground_sigma: f64,
+    /// Way L over which the ground's height is alike.
+    #[param(unit = "m", default = 20.0, range = 1e-3..)]
+    pub ground_length: f64,
     /// White noise N_ω of the gyroscopes, rad/s/√Hz.
     #[param(default = 2e-5, range = 0.0..)]
     pub gyro_white: f64,
@@ -68,6 +73,9 @@ pub struct DescentFilterParams {
     /// Spread of the accelerometers' bias.
     #[param(unit = "m/s^2", default = 5e-3, range = 0.0..)]
     pub accel_bias: f64,
+    /// Rows from one sample of the radar to the next, where it is slower than the filter: the others go by the inertial unit alone.
+    #[param(default = 1, range = 1.0..)]
+    pub radar_every: u32,
     /// Standard deviations beyond which a measurement is left out; 0: none is.
     #[param(default = 0.0, range = 0.0..)]
     pub gate: f64,
@@ -101,7 +109,7 @@ pub struct DescentFilterIn {
 pub struct DescentFilterOut {
     /// Motion of the mount, W; guidance takes it in place of a body's: wire it to the port that it would bind.
     #[port]
-    pub state: NodeState,
+    pub estimate: NodeState,
     /// Height over the sphere.
     #[port("m")]
     pub height: f64,
@@ -122,6 +130,9 @@ pub struct DescentFilterOut {
 /// State of the filter.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Navigated {
+    /// Time of the last row: a phase may change the rate.
+    #[port("s")]
+    pub time: f64,
     /// Position, W.
     #[port("m")]
     pub position: Vec3,
@@ -137,6 +148,9 @@ pub struct Navigated {
     /// Bias of the accelerometers.
     #[port("m/s^2")]
     pub accel: Vec3,
+    /// Height η of the ground over the sphere.
+    #[port("m")]
+    pub ground: f64,
     /// Turn rate of the last row against W, without its bias, axes of the mount.
     #[port("rad/s")]
     pub rate: Vec3,
@@ -186,17 +200,20 @@ impl DescentFilter {
             Vec3::repeat(p.attitude_start),
             Vec3::repeat(p.gyro_bias),
             Vec3::repeat(p.accel_bias),
+            Vec3::repeat(p.ground_sigma),
         ];
         let mut covariance = [0.0; N * N];
         for k in 0..N {
             covariance[k * (N + 1)] = spreads[k / 3][k % 3].powi(2);
         }
         Navigated {
+            time: c.t,
             position: mount.position + drawn(0).component_mul(&p.position_start),
             velocity: mount.velocity + drawn(3).component_mul(&p.velocity_start),
             attitude: Quat::from_scaled_axis(drawn(6) * p.attitude_start) * mount.rotation,
             gyro: Vec3::zeros(),
             accel: Vec3::zeros(),
+            ground: 0.0,
             rate: Vec3::zeros(),
             force: Vec3::zeros(),
             covariance,
@@ -213,7 +230,8 @@ impl DescentFilter {
 
     /// Carried on by the inertial unit over an interval.
     fn carry(&self, c: &Clock, d: &mut Navigated, u: &DescentFilterIn) {
-        let (p, h) = (&self.p, c.dt);
+        let (p, h) = (&self.p, c.t - d.time);
+        d.time = c.t;
         let rate = self.over_w(d, u);
         d.attitude *= Quat::from_scaled_axis((d.rate + rate) * (0.5 * h));
         d.rate = rate;
@@ -230,13 +248,17 @@ impl DescentFilter {
         f.fixed_view_mut::<3, 3>(3, 6).copy_from(&(skew(&((d.force + force) * 0.5)) * -h));
         f.fixed_view_mut::<3, 3>(3, 12).copy_from(&(rotation * -h));
         f.fixed_view_mut::<3, 3>(6, 9).copy_from(&(rotation * -h));
-        let phi = Covariance::identity() + f + f * f * 0.5;
+        let mut phi = Covariance::identity() + f + f * f * 0.5;
+        let alike = (-d.velocity.norm() * h / p.ground_length).exp();
+        phi[(N - 1, N - 1)] = alike;
+        d.ground *= alike;
         let mut cov = phi * Covariance::from_column_slice(&d.covariance) * phi.transpose();
         for (k, density) in
             [(3, p.accel_white), (6, p.gyro_white), (9, p.gyro_walk), (12, p.accel_walk)]
         {
             (k..k + 3).for_each(|i| cov[(i, i)] += density * density * h);
         }
+        cov[(N - 1, N - 1)] += p.ground_sigma.powi(2) * (1.0 - alike * alike);
         d.force = force;
         d.covariance.copy_from_slice(((cov + cov.transpose()) * 0.5).as_slice());
     }
@@ -245,7 +267,7 @@ impl DescentFilter {
     fn expected(&self, d: &Navigated, k: usize) -> Option<Expected> {
         let beam = d.attitude * self.beams[k];
         let from = self.site.as_ref().map_or(d.position, |s| s.from_centre(&d.position));
-        let radius = self.p.ground_radius;
+        let radius = self.p.ground_radius + d.ground;
         let (along, over) = (from.dot(&beam), (from.norm() - radius) * (from.norm() + radius));
         let root = along * along - over;
         if !(over >= 0.0 && along < 0.0 && root > 0.0) {
@@ -259,6 +281,7 @@ impl DescentFilter {
         let (mut by_range, mut by_speed) = (Row::zeros(), Row::zeros());
         by_range.fixed_rows_mut::<3>(0).copy_from(&(n / -facing));
         by_range.fixed_rows_mut::<3>(6).copy_from(&(beam.cross(&n) * (-range / facing)));
+        by_range[N - 1] = 1.0 / facing;
         by_speed.fixed_rows_mut::<3>(3).copy_from(&beam);
         by_speed.fixed_rows_mut::<3>(6).copy_from(&beam.cross(&u));
         Some(Expected { range, by_range, facing: facing.abs(), speed: beam.dot(&u), by_speed })
@@ -281,6 +304,7 @@ impl DescentFilter {
         d.attitude = Quat::from_scaled_axis(part(6)) * d.attitude;
         d.gyro += part(9);
         d.accel += part(12);
+        d.ground += x[N - 1];
         cov -= gain * to.transpose();
         d.covariance.copy_from_slice(((cov + cov.transpose()) * 0.5).as_slice());
     }
@@ -294,7 +318,8 @@ impl DescentFilter {
             d = self.begin(c, &u.mount);
             (d.rate, d.force) = (self.over_w(&d, u), d.attitude * u.force);
         }
-        for k in (0..n).filter(|k| radar[2 * n + k] > 0.5) {
+        let fresh = c.n.is_multiple_of(u64::from(p.radar_every));
+        for k in (0..n).filter(|k| fresh && radar[2 * n + k] > 0.5) {
             let Some(e) = self.expected(&d, k) else { continue };
             let own = p.range_sigma + p.range_share * e.range;
             let sigma = own.hypot(p.ground_sigma / e.facing.max(1e-3));
@@ -371,7 +396,7 @@ impl SizedModel for DescentFilter {
         let e = self.step(c, &Navigated::get(d), &input, radar);
         let deviation =
             |from: usize| Vec3::from_fn(|k, _| e.covariance[(from + k) * (N + 1)].max(0.0).sqrt());
-        let state = NodeState {
+        let estimate = NodeState {
             position: e.position,
             rotation: e.attitude,
             angular: e.attitude * e.rate,
@@ -379,7 +404,7 @@ impl SizedModel for DescentFilter {
         };
         let from = self.site.as_ref().map_or(e.position, |s| s.from_centre(&e.position));
         DescentFilterOut {
-            state,
+            estimate,
             height: from.norm() - self.p.ground_radius,
             position_deviation: deviation(0),
             velocity_deviation: deviation(3),

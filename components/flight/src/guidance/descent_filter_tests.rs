@@ -35,6 +35,7 @@ fn params() -> DescentFilterParams {
         range_share: 0.01,
         speed_sigma: 0.1,
         ground_sigma: 1e-3,
+        ground_length: 20.0,
         gyro_white: 2e-5,
         gyro_walk: 1e-8,
         accel_white: 3.5e-4,
@@ -44,6 +45,7 @@ fn params() -> DescentFilterParams {
         attitude_start: 1e-3,
         gyro_bias: 5e-6,
         accel_bias: 3e-3,
+        radar_every: 1,
         gate: 0.0,
         ground_radius: RADIUS,
         planet_rate: 0.0,
@@ -106,8 +108,20 @@ fn normal(run: u64, row: u64, lane: u32) -> f64 {
     noise::normal(noise::key(run, "descent"), row, lane)
 }
 
-/// Errors of position, velocity and attitude (W) after `rows` intervals of 50 ms, and the covariance of all.
+/// Errors (W) after `rows` intervals of 50 ms, and the estimate.
 fn fly(p: &DescentFilterParams, run: u64, noisy: f64, echoes: bool, rows: u64) -> (Row, Navigated) {
+    fly_over(&filter(p.clone()), p, run, noisy, echoes, rows)
+}
+
+/// The same where beams meet the ground of another filter.
+fn fly_over(
+    ground: &DescentFilter,
+    p: &DescentFilterParams,
+    run: u64,
+    noisy: f64,
+    echoes: bool,
+    rows: u64,
+) -> (Row, Navigated) {
     let (m, h) = (filter(p.clone()), 0.05);
     let mut flown = Flown::begin();
     let three = |row, lane| Vec3::from_fn(|k, _| normal(run, row, lane + k as u32)) * noisy;
@@ -134,7 +148,7 @@ fn fly(p: &DescentFilterParams, run: u64, noisy: f64, echoes: bool, rows: u64) -
             ..Navigated::zero()
         };
         for k in 0..n {
-            let e = m.expected(&truth, k).unwrap();
+            let e = ground.expected(&truth, k).unwrap();
             let sigma = (p.range_sigma + p.range_share * e.range) * noisy;
             radar[k] = e.range + sigma * normal(run, row, 60 + k as u32);
             radar[n + k] = e.speed + p.speed_sigma * noisy * normal(run, row, 80 + k as u32);
@@ -177,12 +191,13 @@ fn partial_derivatives_are_those_of_differences() {
         position: node.position + x.fixed_rows::<3>(0),
         velocity: node.velocity + x.fixed_rows::<3>(3),
         attitude: Quat::from_scaled_axis(x.fixed_rows::<3>(6).into_owned()) * node.rotation,
+        ground: x[N - 1],
         ..Navigated::zero()
     };
     for beam in 0..4 {
         let e = m.expected(&at(&Row::zeros()), beam).unwrap();
-        for k in 0..9 {
-            let h = if k < 6 { 0.1 } else { 1e-4 };
+        for k in (0..9).chain([N - 1]) {
+            let h = if (6..9).contains(&k) { 1e-4 } else { 0.1 };
             let mut x = Row::zeros();
             x[k] = h;
             let (a, b) = (m.expected(&at(&x), beam).unwrap(), m.expected(&at(&-x), beam).unwrap());
@@ -225,6 +240,30 @@ fn height_and_velocity_are_found_and_the_place_is_not() {
     assert!(sigma(0) > 150.0 && sigma(1) > 100.0, "{} {}", sigma(0), sigma(1));
     assert!(sigma(2) < 5.0 && sigma(3) < 0.1, "{} {}", sigma(2), sigma(3));
     assert!(off[2].abs() < 4.0 * sigma(2) && off[3].abs() < 4.0 * sigma(3));
+}
+
+/// Ground that stands out of the sphere is a height that is not known so well, and no place.
+#[test]
+fn ground_over_the_sphere_moves_neither_place_nor_velocity() {
+    let wavy = DescentFilterParams { ground_sigma: 1.0, ..params() };
+    let (flat, d) = fly(&wavy, 7, 1.0, true, 400);
+    let lifted = DescentFilterParams { ground_radius: RADIUS + 1.0, ..wavy.clone() };
+    let told = filter(lifted);
+    let (off, _) = fly_over(&told, &wavy, 7, 1.0, true, 400);
+    let sigma = |k: usize| d.covariance[k * (N + 1)].sqrt();
+    println!("{} {}", off - flat, sigma(2));
+    let moved = off - flat;
+    assert!(moved.fixed_rows::<2>(0).norm() < 0.1 && moved.fixed_rows::<3>(3).norm() < 2e-3);
+    assert!(moved[2].abs() < 1.1 && (0.5..1.5).contains(&sigma(2)), "{moved} {}", sigma(2));
+}
+
+/// Between samples of a slower radar its held numbers are not taken again.
+#[test]
+fn a_slower_radar_is_read_once_a_sample() {
+    let p = DescentFilterParams { radar_every: 5, ..params() };
+    let sigma = |rows: u64| fly(&p, 3, 1.0, true, rows).1.covariance[2 * (N + 1)].sqrt();
+    let (at_sample, before, after) = (sigma(40), sigma(44), sigma(45));
+    assert!(before >= at_sample && after < 0.99 * before, "{at_sample} {before} {after}");
 }
 
 #[test]
