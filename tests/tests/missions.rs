@@ -411,10 +411,10 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     let (when, velocity) = touched.unwrap();
     println!("first wheel at {:.2} s, {velocity}", when - entry);
     assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.25, "{velocity}");
-    // Of some 2800 rows, whose errors are of one draw: none is beyond what the filter tells.
+    // Over all rows of 140 s: 1.6, 2.1 and 1.1.
     let [height, speed, place] = wrong;
-    height.below(4.5, "error of the height, deviations");
-    speed.below(4.5, "error of the velocity, deviations");
+    height.below(3.0, "error of the height, deviations");
+    speed.below(3.5, "error of the velocity, deviations");
     place.below(3.0, "error of the place, deviations");
     // The bodies of the rover, without mast and harness, get hinges of their own.
     let moves = sim.take_moves();
