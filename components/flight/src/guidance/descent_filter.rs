@@ -73,7 +73,8 @@ pub struct DescentFilterParams {
     /// Spread of the accelerometers' bias.
     #[param(unit = "m/s^2", default = 5e-3, range = 0.0..)]
     pub accel_bias: f64,
-    /// Rows from one sample of the radar to the next, where it is slower than the filter: the others go by the inertial unit alone.
+    /// Rows from one sample of the radar to the next, where it is slower than the filter and both count from time 0: the others go by
+    /// the inertial unit alone.
     #[param(default = 1, range = 1.0..)]
     pub radar_every: u32,
     /// Standard deviations beyond which a measurement is left out; 0: none is.
