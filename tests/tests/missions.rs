@@ -294,6 +294,19 @@ fn held(sim: &Simulation) -> f64 {
     (1..=3).map(one).sum()
 }
 
+/// Errors of what the lander of `sims/mars_edl` takes for its height, velocity and place, each over the standard deviation
+/// that its filter tells, at a row.
+fn navigated(sim: &Simulation) -> [f64; 3] {
+    let at = |name: &str| get(sim, name);
+    let deviation = |name: &str| at(&format!("Navigation.{name}_deviation"));
+    let stage = |name| Vec3::from_fn(|k, _| sim.get(&format!("stage[{k}].{name}")).unwrap());
+    let off = at("Navigation.estimate.position") - stage("displacement");
+    let rates = at("Navigation.estimate.velocity") - stage("speed");
+    let (p, v) = (deviation("position"), deviation("velocity"));
+    let height = sim.get("Navigation.height").unwrap() - sim.get("Ground.height").unwrap();
+    [height.abs() / p.z, rates.component_div(&v).amax(), off.xy().component_div(&p.xy()).amax()]
+}
+
 /// The beginning of a phase of `sims/mars_edl`: its name, s, height (m) and speed (m/s) of the stage.
 type Told = (String, f64, f64, f64);
 
@@ -318,9 +331,9 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     let mut told: Vec<Told> = Vec::new();
     let (mut drag, mut heat, mut lines, mut bridles) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
     let (mut phase, mut snapshots) = (String::new(), Vec::new());
-    // While the bridles are paid out, at their end, and on the wheels.
-    let mut cuts = vec![968.34, 976.0, 984.0];
-    let mut touched = None;
+    // While the bridles are paid out, at their end, while the stage flies away, and on the wheels.
+    let mut cuts = vec![968.34, 976.0, 981.5, 984.0];
+    let (mut touched, mut wrong, mut off_place) = (None, [Worst(0.0); 3], 0.0);
     while sim.before(seconds(986.0)) {
         sim.step_event().unwrap();
         if let Ok(d) = sim.get("Aero.drag") {
@@ -347,8 +360,18 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
                 // Vertical pulls of the bridles carry what hangs, 902 kg.
                 let weight = 902.0 * weight_of_a_kilogram();
                 println!("held {} N of {weight}", held(&sim));
-                assert!((held(&sim) / weight - 1.0).abs() < 1e-5);
+                // The stage follows an estimate that is never still.
+                assert!((held(&sim) / weight - 1.0).abs() < 0.01);
                 assert!((1..=6).all(|k| wheel_force(&sim, k) == 0.0));
+            }
+        }
+        // At rows of the filter's own, before and while it flies.
+        let since = sim.time() * 20.0;
+        if sim.get("Navigation.height").is_ok() && (since - since.round()).abs() < 1e-6 {
+            off_place = sim.get("Descent.off").unwrap_or(0.0);
+            let off = navigated(&sim);
+            for (worst, off) in wrong.iter_mut().zip(off) {
+                worst.take(off);
             }
         }
         if touched.is_none() && (1..=6).any(|k| wheel_force(&sim, k) > 0.0) {
@@ -370,8 +393,8 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         ("backshell_off", 318.1, 1.7, 74.5),
         ("powered", 319.2, 1.62, 78.3),
         ("sky_crane", 365.3, 0.019, 0.76),
-        ("fly_away", 379.7, 0.0086, 0.55),
-        ("driving", 383.4, 0.0, 0.0),
+        ("fly_away", 380.2, 0.0087, 0.48),
+        ("driving", 383.9, 0.0, 0.0),
     ];
     assert_eq!(told.len(), want.len(), "{told:?}");
     for ((phase, t, height, speed), w) in told.iter().zip(want) {
@@ -387,7 +410,12 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     assert!((100e3..200e3).contains(&lines) && (3e3..6e3).contains(&bridles));
     let (when, velocity) = touched.unwrap();
     println!("first wheel at {:.2} s, {velocity}", when - entry);
-    assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.05, "{velocity}");
+    assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.25, "{velocity}");
+    // Over all rows of 140 s: 1.6, 2.1 and 1.1.
+    let [height, speed, place] = wrong;
+    height.below(3.0, "error of the height, deviations");
+    speed.below(3.5, "error of the velocity, deviations");
+    place.below(3.0, "error of the place, deviations");
     // The bodies of the rover, without mast and harness, get hinges of their own.
     let moves = sim.take_moves();
     assert_eq!(moves.len(), 10);
@@ -404,6 +432,9 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         }
         assert_eq!(again.hash(), pair[1].hash, "from {} s, {}", pair[0].time, pair[0].phase);
     }
+    // In its own coordinates it comes down where it wants to; on Mars, where its navigation is wrong by.
+    let landed = get(&sim, "Rover.Hardware.Chassis/chassis.position");
+    assert!(off_place < 2.5 && landed.xy().norm() < 4.0, "{off_place} m, {landed}");
     // It stands, and drives to where it was told to.
     while sim.before(seconds(1050.0))
         && !sim.get("Rover.NavigationSoftware.Follower.done").is_ok_and(|d| d > 0.5)

@@ -59,21 +59,30 @@ fn a_chaser_is_captured_and_what_it_brings_is_booked() {
     let contact = Vec3::new(0.0, -2.5, 0.0);
     let (start, drift) = beside(&sim, "target", "chaser");
     assert!((start + Vec3::y() * 150.0).norm() < 1e-6 && drift.norm() < 1e-9, "{start} {drift}");
-    let mut before = None;
+    let (mut before, mut turned, mut spent) = (None, 0.0_f64, (0.0, 0.0));
     while sim.phase() == "approach" {
         let place = get(&sim, "target.position");
         let falls = PointMotion { position: place, velocity: velocity(&sim, "target") };
+        spent = (sim.get("Spent.y").unwrap(), sim.get("Guidance.across").unwrap());
         before = Some((sim.time(), beside(&sim, "target", "chaser"), falls));
         sim.step_event().unwrap();
+        if let Ok(e) = sim.get("Pointing.error") {
+            turned = turned.max(e);
+        }
     }
     let t = sim.time();
     // From 0.8 m/s at 75 m on: ρ = (ρ₁ + v/k) e^(−kt) − v/k, to 1 cm.
     let down = ((75.0_f64 + 5.0) / (0.01 + 5.0)).ln() / 0.01;
-    // Before, 72.5 m at 0.8 m/s, and the start from rest, which costs the time constant of 10 s.
-    let before_slope = 72.5 / 0.8 + 10.0;
+    // Before, 72.5 m at 0.8 m/s, and the start: 30 s with 10 N, 9 m, and the last 0.2 m/s with a time constant of 10 s.
+    let before_slope = 30.0 + (72.5 - 9.0 + 0.2 * 10.0) / 0.8;
     println!("captured at {t} s; {before_slope} s and {down} s by the closed form");
     assert!((t - before_slope - down).abs() < 0.5);
-    assert!(sim.phase() == "captured" && (t - 377.74).abs() < 0.05);
+    assert!(sim.phase() == "captured" && (t - 389.2).abs() < 0.05);
+    // The jets hold its attitude, in pulses of 1 N s.
+    println!("{spent:?} m/s spent, across");
+    assert!((spent.0 - 2.0).abs() < 0.1 && spent.1 < 0.01, "{spent:?}");
+    println!("turned by {} deg at most", turned.to_degrees());
+    assert!(turned > 1e-3 && turned < 1f64.to_radians(), "{turned}");
     let (row, (r, v), before_target) = before.unwrap();
     assert!((r - contact).norm() < 0.1 && (v - Vec3::y() * 0.05).norm() < 2e-3, "{r} {v}");
     // The target falls freely to the capture; what it gains there is its share of the impact.
@@ -81,10 +90,10 @@ fn a_chaser_is_captured_and_what_it_brings_is_booked() {
     let jump = velocity(&sim, "target") - fallen;
     let (brought, met) = (500.0, 2000.0);
     let wanted = v.norm() * brought / (met + brought);
-    let ahead = -(rotation(&sim, "target") * get(&sim, "chaser.position")).normalize();
+    let ahead = rotation(&sim, "target") * v.normalize();
     println!("the target gains {} m/s, its share is {wanted} m/s", jump.norm());
-    // The chaser slows down by 1e-4 m/s between the last row and the capture.
-    assert!((jump - ahead * wanted).norm() < 5e-3 * wanted, "{jump} {ahead}");
+    // Between the last row and the capture a jet may give a pulse of 2 mm/s more.
+    assert!((jump - ahead * wanted).norm() < 0.05 * wanted, "{jump} {ahead}");
     let report = sim.take_moves();
     assert!(report.iter().any(|(_, _, r)| r.notes.iter().any(|n| n.contains("momentum"))));
     let held = get(&sim, "chaser.position");
@@ -92,7 +101,7 @@ fn a_chaser_is_captured_and_what_it_brings_is_booked() {
     assert!(
         (get(&sim, "chaser.position") - held).norm() < 1e-9 && (held - contact).norm() < 0.0101
     );
-    assert!(rotation(&sim, "chaser").angle() < 1e-6);
+    assert!(rotation(&sim, "chaser").angle() < 1f64.to_radians());
 }
 
 #[test]
@@ -111,6 +120,7 @@ fn too_fast_near_the_target_it_backs_away() {
     }
     let (end, rest) = beside(&sim, "target", "chaser");
     println!("abort at {t} s, nearest {nearest} m, at the end {end}");
-    assert!((t - 169.37).abs() < 0.05 && (nearest - 18.19).abs() < 0.1);
-    assert!((end + Vec3::y() * 200.0).norm() < 0.01 && rest.norm() < 1e-4);
+    assert!((t - 180.83).abs() < 0.05 && (nearest - 6.17).abs() < 0.05);
+    // Single pulses of 2 mm/s hold it there.
+    assert!((end + Vec3::y() * 200.0).norm() < 0.05 && rest.norm() < 4e-3, "{end} {rest}");
 }

@@ -213,6 +213,41 @@ fn a_stack_of_three_comes_apart() {
     }
 }
 
+/// EDL.md h: four springs of 1800 N/m, 0.15 m, between 1200 and 385 kg.
+#[test]
+fn four_springs_part_two_bodies_with_the_speeds_of_the_closed_form() {
+    let at = [[1, 1], [1, -1], [-1, 1], [-1, -1]];
+    let nodes = (0..4).map(|k| format!("\"n{k}\": (position: [{}, {}, 0])", at[k][0], at[k][1]));
+    let nodes = nodes.collect::<Vec<_>>().join(", ");
+    let springs = (0..4).map(|k| {
+        format!(
+            r#""Spring{k}": (model: "flight.separation_spring", params: {{ "stiffness": 1800, "stroke": 0.15, "axis": [0, 0, 1] }},
+                bind: {{ "a": "node:a/n{k}", "b": "node:b/n{k}" }})"#
+        )
+    });
+    let springs = springs.collect::<Vec<_>>().join(", ");
+    let text = format!(
+        r#"Simulation(bodies: {{
+            "a": (parent: "world", hinge: Free, mass: 1200, inertia: [900, 800, 700], nodes: {{ {nodes} }}),
+            "b": (parent: "world", hinge: Free, mass: 385, inertia: [300, 250, 200], nodes: {{ {nodes} }}),
+        }}, parts: {{ {springs} }}, {})"#,
+        tight(1.0)
+    );
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let mut over = None;
+    while over.is_none() {
+        sim.step_event().unwrap();
+        over = (sim.get("Spring0.force").unwrap() == 0.0).then(|| sim.time());
+    }
+    sim.run_until(seconds(1.0)).unwrap();
+    let [a, b] = ["a", "b"].map(|body| velocity(&sim, body).z);
+    println!("{a} m/s, {b} m/s, apart {} m/s, at {over:?} s", b - a);
+    assert!((a + 0.18108505765870225).abs() < 1e-6 && (b - 0.5644209589362148).abs() < 1e-6);
+    assert!((b - a - 0.745506016594917).abs() < 1e-6, "{}", b - a);
+    assert!((over.unwrap() - 0.31605304823081287).abs() < 1e-6, "{over:?}");
+    assert!((1200.0 * a + 385.0 * b).abs() < 1e-9, "{a} {b}");
+}
+
 #[test]
 fn a_descent_guided_by_a_quadratic_with_limits_lag_and_sampling() {
     let Some(all) = reference("powered_descent_quadratic.json") else { return };

@@ -48,6 +48,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<guidance::ascent::LinearTangent>(),
         Entry::model::<guidance::ascent_program::GravityTurn>(),
         Entry::model::<guidance::ascent_program::PitchProgram>(),
+        Entry::sized::<guidance::descent_filter::DescentFilter>(),
         Entry::model::<guidance::entry_guidance::EntryGuidance>(),
         Entry::model::<guidance::ground_motion::GroundMotion>(),
         Entry::model::<guidance::powered_descent::PoweredDescent>(),

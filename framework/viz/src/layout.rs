@@ -53,12 +53,12 @@ fn container(
     Ok(path)
 }
 
-/// Sends the blueprint of a scene. The 3D view is that of the frame `origin`, at whose origin the eye looks. Where
-/// `ground` is seen there is no grid through it. Each of the `cameras` has a panel.
+/// Sends the blueprint of a scene. The 3D view is that of the frame `origin`, at whose origin the eye looks, without the
+/// viewer's grid, which would cut through the ground or stand for one where there is none. Each of the `cameras` has a panel.
 pub fn send(
     rec: &RecordingStream,
     scene: &Scene,
-    (origin, ground): (&EntityPath, bool),
+    origin: &EntityPath,
     cameras: &[String],
 ) -> RecordingStreamResult<()> {
     let application =
@@ -80,9 +80,7 @@ pub fn send(
     let frame = TransformFrameId::from_entity_path(origin);
     let space = SpatialInformation::new(frame);
     bp.log(format!("{main}/SpatialInformation"), &space)?;
-    if ground {
-        bp.log(format!("{main}/LineGrid3D"), &LineGrid3D::new().with_visible(false))?;
-    }
+    bp.log(format!("{main}/LineGrid3D"), &LineGrid3D::new().with_visible(false))?;
     if let Some([r, g, b, a]) = scene.sky {
         let sky = re_sdk_types::components::Color::from_unmultiplied_rgba(r, g, b, a);
         let background = Background::new(BackgroundKind::SolidColor).with_color(sky);

@@ -278,8 +278,7 @@ impl Viewer {
         // the recording is opened.
         let eye = entity(EYE);
         let origin = if view.follow.is_some() { eye.clone() } else { EntityPath::root() };
-        let ground = scene.planet.is_some() || !view.terrain.is_empty();
-        layout::send(&rec, scene, (&origin, ground), &view.cameras)?;
+        layout::send(&rec, scene, &origin, &view.cameras)?;
         let (passing, lasting): (Vec<Shape>, Vec<Shape>) =
             scene.shapes.iter().cloned().partition(|s| !s.phases.is_empty());
         for shape in &lasting {

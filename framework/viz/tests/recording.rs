@@ -9,10 +9,12 @@ use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;
 use linkwork_spatial::{MassProperties, Pose, Vec3};
 use linkwork_viz::{Arrow, InUnit, Panel, Scene, Shape, View};
+use re_sdk::StoreKind;
 use re_sdk::external::re_log_encoding::DecoderApp;
 use re_sdk::log::{Chunk, LogMsg};
 use re_sdk::time::TimeInt;
-use re_sdk_types::components::{TransformFrameId, Translation3D};
+use re_sdk_types::blueprint::archetypes::LineGrid3D;
+use re_sdk_types::components::{TransformFrameId, Translation3D, Visible};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::BufReader;
 use std::net::TcpListener;
@@ -129,11 +131,15 @@ fn recorded(plan: &Arc<Plan>, path: &Path) -> u64 {
 
 /// The chunks of the recording itself, as they stand in the file.
 fn chunks(path: &Path) -> Vec<Chunk> {
+    chunks_of(path, StoreKind::Recording)
+}
+
+fn chunks_of(path: &Path, kind: StoreKind) -> Vec<Chunk> {
     let file = BufReader::new(std::fs::File::open(path).unwrap());
     DecoderApp::decode_eager(file)
         .unwrap()
         .filter_map(|message| match message.unwrap() {
-            LogMsg::ArrowMsg(store, arrow) if store.is_recording() => {
+            LogMsg::ArrowMsg(store, arrow) if store.kind() == kind => {
                 Some(Chunk::from_arrow_msg(&arrow).unwrap())
             }
             _ => None,
@@ -260,6 +266,23 @@ fn what_a_machine_meets_is_shown() {
         .collect();
     assert_eq!(corners.len(), 36);
     assert!(corners.iter().all(|c| [c.x(), c.y(), c.z()].iter().all(|v| v.abs() == 0.2)));
+}
+
+/// A grid is nothing that is simulated: without ground or planet the blueprint shows none, too.
+#[test]
+fn there_is_no_grid() {
+    let (plan, folder) = (plan(), room());
+    let path = folder.path().join("run.rrd");
+    recorded(&plan, &path);
+    let visible = LineGrid3D::descriptor_visible().component;
+    let told: Vec<bool> = chunks_of(&path, StoreKind::Blueprint)
+        .iter()
+        .flat_map(|c| {
+            c.iter_component::<Visible>(visible).flat_map(|v| v.to_vec()).collect::<Vec<_>>()
+        })
+        .map(|v| *v.0)
+        .collect();
+    assert_eq!(told, [false]);
 }
 
 #[test]

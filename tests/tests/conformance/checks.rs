@@ -2,7 +2,7 @@
 use super::rig::Rig;
 use super::sample::{self, PATH, build, filled, params, with};
 use allocation_counter::measure;
-use linkwork_runtime::{Entry, ParamSpec, PortKind, PortSpec, Services, Unit, Value};
+use linkwork_runtime::{Entry, Files, ParamSpec, PortKind, PortSpec, Services, Unit, Value};
 
 /// Documentation of the model, its ports, states and parameters.
 pub fn documented(entry: &Entry) -> Vec<String> {
@@ -47,14 +47,21 @@ pub fn units(entry: &Entry) -> Vec<String> {
     found
 }
 
-/// No name twice among inputs and outputs: they share the paths `<part>.<port>`.
+/// No variable twice: inputs and outputs share the paths `<part>.<port>`, and `<part>.state.<name>` is a state's, which a
+/// port `state` of several numbers would hide.
 pub fn names(entry: &Entry) -> Vec<String> {
-    let d = &entry.description;
-    let mut all: Vec<&str> = d.all_inputs().chain(d.all_outputs()).map(|p| &*p.name).collect();
+    let described = entry.describe(&params(entry).into(), &Files::default());
+    let d = described.as_ref().unwrap_or(&entry.description);
+    let lanes = |before: &str, p: &PortSpec| -> Vec<String> {
+        p.lane_names().into_iter().map(|(n, _)| format!("{before}{}{n}", p.name)).collect()
+    };
+    let ports = d.all_inputs().chain(d.all_outputs()).flat_map(|p| lanes("", p));
+    let states = d.continuous.iter().chain(&d.discrete).flat_map(|p| lanes("state.", p));
+    let mut all: Vec<String> = ports.chain(states).collect();
     all.sort_unstable();
     all.windows(2)
         .filter(|w| w[0] == w[1])
-        .map(|w| format!("`{}`: two ports are called `{}`", d.name, w[0]))
+        .map(|w| format!("`{}`: two variables are called `{}`", d.name, w[0]))
         .collect()
 }
 

@@ -45,7 +45,7 @@ fn each_check_can_fail() {
                 "port `u` has no documentation",
                 "port `u` has no unit",
                 "furlong",
-                "two ports are called `u`",
+                "two variables are called `u`",
                 "far = NaN from finite inputs",
             ],
         ),

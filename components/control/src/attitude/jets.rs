@@ -65,10 +65,10 @@ pub struct Given {
     pub opened: f64,
     /// Torque, body axes.
     #[port("N m")]
-    pub torque: Vec3,
+    pub given_torque: Vec3,
     /// Force, body axes.
     #[port("N")]
-    pub force: Vec3,
+    pub given_force: Vec3,
 }
 
 /// What was left of whole periods.
@@ -197,7 +197,8 @@ impl SizedModel for JetSelection {
         }
         let [a, b, c, x, y, z] = given;
         let opened = jets.iter().sum();
-        Given { opened, torque: Vec3::new(a, b, c), force: Vec3::new(x, y, z) }.put(rest);
+        Given { opened, given_torque: Vec3::new(a, b, c), given_force: Vec3::new(x, y, z) }
+            .put(rest);
     }
 
     fn update(&self, _: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {

@@ -41,7 +41,7 @@ pub struct Descent {
     pub start: [Vec3; 2],
     /// Position and velocity at the end.
     pub end: [Vec3; 2],
-    /// Least angle over the horizon as seen from the target, rad.
+    /// Least angle over the horizon as seen from the target, rad; 0: not below the target.
     pub glide: f64,
     /// Greatest angle of the thrust from straight up, rad; π: any.
     pub pointing: f64,
@@ -246,8 +246,8 @@ pub fn plan(d: &Descent, time: f64, nodes: usize) -> Result<Vec<Node>, NoPlan> {
         rows.row(&[(at(k, z), -2.0)], -2.0 * z0);
         rows.row(&[(at(k, s), -by_s), (at(k, z), -2.0)], -3.0 - 2.0 * z0);
         cones.push(SupportedConeT::SecondOrderConeT(3));
-        // Glide slope; both ends are given.
-        if d.glide > 0.0 && k > 0 && k < nodes {
+        // Glide slope, of 0 the ground itself; both ends are given.
+        if k > 0 && k < nodes {
             let slope = d.glide.tan();
             let goal = d.end[0];
             let from = rows.b.len();
@@ -369,31 +369,18 @@ mod tests {
         }
     }
 
-    /// Fuel and nodes computed elsewhere in Python, the trajectory to 3e-3 kg.
+    /// The example of Açıkmeşe and Ploen, above the ground: 390.43 kg in 74 s. The error of 200 intervals is 0.02 kg.
     #[test]
-    fn fuel_and_trajectory_are_those_of_the_reference() {
-        let d = descent();
-        for (time, nodes, want) in [
-            (38.0, 100, 222.3244368523906),
-            (39.0, 100, 221.90891519499496),
-            (42.0, 100, 224.28832749506455),
-        ] {
-            let p = plan(&d, time, nodes).unwrap();
-            let fuel = d.mass - p[nodes].mass;
-            // The file asks for 0.1 kg; its own ‖u‖ = s holds to 2e-4, here to 3e-9.
-            assert!((fuel - want).abs() < 0.02, "{time}: {fuel} {want}");
-        }
-        let p = plan(&d, 39.0, 200).unwrap();
-        // Quarter, half and three quarters of the way. The optimum is flat: here it takes 0.01 kg less, which the
-        // next test shows to keep every constraint, and goes 4.5 m beside the reference in the middle.
-        for (k, r, mass) in [
-            (50, [1460.165292748762, 433.1257287885244, 955.6011679360331], 1839.5849406943862),
-            (100, [789.598173539242, 267.91365912617846, 474.01782394615134], 1814.3709857378522),
-            (150, [224.4391052715236, 85.75680180798251, 103.4654091644051], 1748.8168707039858),
-        ] {
-            assert!((p[k].position - Vec3::from(r)).norm() < 5.0, "{k}: {:?}", p[k]);
-            assert!((p[k].mass - mass).abs() < 0.4, "{k}: {:?}", p[k]);
-        }
+    fn the_published_descent_takes_its_published_fuel() {
+        let start = [Vec3::new(2000.0, 0.0, 1500.0), Vec3::new(100.0, 0.0, -75.0)];
+        let d = Descent { start, glide: 0.0, ..descent() };
+        let p = plan(&d, 74.0, 200).unwrap();
+        let fuel = d.mass - p[200].mass;
+        println!("{fuel} kg");
+        assert!((fuel - 390.43).abs() < 0.025, "{fuel}");
+        assert!(p.iter().all(|n| n.position.z > -1e-3));
+        let within = |time: f64| plan(&d, time, 60).unwrap()[60].mass;
+        assert!(within(74.0) > within(73.0) && within(74.0) > within(76.0));
     }
 
     #[test]

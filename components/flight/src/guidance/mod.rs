@@ -6,6 +6,7 @@ pub mod approach;
 pub mod ascent;
 pub mod ascent_program;
 pub mod convex;
+pub mod descent_filter;
 pub mod entry;
 pub mod entry_guidance;
 pub mod ground_motion;
