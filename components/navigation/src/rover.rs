@@ -291,8 +291,15 @@ impl Rover {
         }
     }
 
-    /// Takes note of a place that it failed at.
-    fn fail(&self, judge: &Assessor, k: &mut Knowledge, place: [f64; 2]) {
+    /// Takes note that it failed where its way leads, and goes back: the farther the more often it failed around here.
+    fn fail(&self, judge: &Assessor, k: &mut Knowledge, memory: &mut Memory, here: [f64; 2]) {
+        let Some(planner) = &k.planner else { return };
+        let length = self.arcs.body.length;
+        let place = self.ahead(planner, here, 0.5 * length);
+        let around = |f: &&[f64; 2]| (f[0] - here[0]).hypot(f[1] - here[1]) < 2.0 * length;
+        let times = 1 + k.failed.iter().filter(around).count();
+        let count = Trail::count(0.5 * length * times as f64);
+        memory.back_to = Some(k.trail.len().saturating_sub(count));
         k.failed.push(place);
         let ground = self.ground(judge, &k.patches);
         let Some(planner) = &mut k.planner else { return };
@@ -421,9 +428,7 @@ impl Rover {
                     _ => way == Way::Closed && k.trail.places().any(|p| leads(k, p)),
                 };
                 if some {
-                    let count = Trail::count(0.5 * self.arcs.body.length);
-                    memory.back_to = Some(k.trail.len().saturating_sub(count));
-                    self.fail_ahead(judge, k, here);
+                    self.fail(judge, k, memory, here);
                 }
             }
             None => {}
@@ -434,13 +439,6 @@ impl Rover {
             memory.back_to = None;
         }
         mv
-    }
-
-    /// Takes note that it failed where its way leads.
-    fn fail_ahead(&self, judge: &Assessor, k: &mut Knowledge, here: [f64; 2]) {
-        let Some(planner) = &k.planner else { return };
-        let place = self.ahead(planner, here, 0.5 * self.arcs.body.length);
-        self.fail(judge, k, place);
     }
 
     /// Keeps the least cost to the goal, and takes note of where it failed when it had no new one for long.
@@ -467,7 +465,7 @@ impl Rover {
             >= 0.125 * self.progress
         {
             memory.failed_at = time;
-            self.fail_ahead(judge, k, here);
+            self.fail(judge, k, memory, here);
         }
     }
 
