@@ -54,6 +54,8 @@ fn rover() -> Rover {
         unknown: 0.7,
         coarse: 3,
         margin: 15.0,
+        // The ground ends at 55 m and 25 m.
+        keep_in: [-53.0, -23.0, 53.0, 23.0],
         look_ahead: 3.0,
         body_margin: 0.1,
         sight: 9.0,

@@ -154,8 +154,10 @@ pub struct Rover {
     pub unknown: f64,
     /// Cells of the map along the edge of a cell of the planner.
     pub coarse: i32,
-    /// How far beyond rover and goal it plans, m.
+    /// How far beyond rover and goal it plans at first, m.
     pub margin: f64,
+    /// Least x and y, greatest x and y (m) of where it may plan: its middle does not leave that. ±∞: anywhere.
+    pub keep_in: [f64; 4],
     /// Distance along the way to the point that a turn on the spot faces, m.
     pub look_ahead: f64,
     /// Points on the body are left out: this far around its rectangle, m.
@@ -245,7 +247,8 @@ impl Rover {
         0.5 * self.arcs.body.width
     }
 
-    /// A planner around the rover, its goal, and the region of another; `None` when the goal has no place in one.
+    /// A planner around the rover, its goal, and the region of the one before; `None` when the goal has no place in one, or it would
+    /// be no larger.
     fn planner(&self, k: &Knowledge, judge: &Assessor, from: [f64; 2]) -> Option<Planner> {
         let edge = self.grid.cell * f64::from(self.coarse);
         let (mut low, mut high) = (from, from);
@@ -256,8 +259,15 @@ impl Rover {
         if let Some(old) = &k.planner {
             old.region().corners().into_iter().for_each(take);
         }
-        let margin = self.margin;
-        let region = Region::new(edge, low.map(|v| v - margin), high.map(|v| v + margin)).ok()?;
+        let [x0, y0, x1, y1] = self.keep_in;
+        for (k, (from, to)) in [(x0, x1), (y0, y1)].into_iter().enumerate() {
+            low[k] = (low[k] - self.margin).max(from);
+            high[k] = (high[k] + self.margin).min(to);
+        }
+        let region = Region::new(edge, low, high).ok()?;
+        if k.planner.as_ref().is_some_and(|old| *old.region() == region) {
+            return None;
+        }
         let mut planner = Planner::new(region, self.goal, 1.0 + self.weight * self.unknown)?;
         let ground = self.ground(judge, &k.patches);
         let ([i, j], [nx, ny]) = (region.first, region.size.map(|n| n as i32));
@@ -284,7 +294,7 @@ impl Rover {
             }
             match (self.planner(k, judge, from), &mut k.planner) {
                 (Some(planner), _) => k.planner = Some(planner),
-                // Too many cells.
+                // Too many cells, or all that there are.
                 (None, Some(planner)) => return Some(planner.plan(from, beyond)),
                 (None, None) => return None,
             }
