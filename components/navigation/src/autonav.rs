@@ -131,7 +131,7 @@ pub struct AutoNavOut {
     /// It goes on no more: all goals are reached, or it has given up.
     #[port("1")]
     pub ended: bool,
-    /// How it goes: the place in `Status::ALL` (1 driving, 2 arrived, then why it gave up).
+    /// How it goes: the place in `Status::ALL` (1 driving, 2 arrived, then why it gave up; 10: it began in an obstacle).
     #[port("1")]
     pub status: f64,
     /// Pictures that were taken in.

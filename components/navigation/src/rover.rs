@@ -175,7 +175,7 @@ pub struct Rover {
 }
 
 /// Headings that are tried for a cell of the planner.
-const AROUND: u32 = 12;
+const AROUND: usize = 12;
 /// A cell in which some of them are shut costs so many times as much.
 const NARROW: f64 = 3.0;
 /// A cell costs so many times as much for each failure nearby.
@@ -195,7 +195,7 @@ impl Rover {
             let (dx, dy) = (p.x - at[0], p.y - at[1]);
             let own =
                 (cos * dx + sin * dy).abs() < half[0] && (cos * dy - sin * dx).abs() < half[1];
-            !own && !(dx.hypot(dy) > self.sight)
+            !own && !(dx * dx + dy * dy > self.sight * self.sight)
         };
         let points: Vec<Vec3> = points.iter().filter(wanted).copied().collect();
         let (touched, lost) = self.grid.add(&mut k.map, &points, time);
@@ -205,11 +205,12 @@ impl Rover {
         let ground = self.ground(judge, &k.patches);
         let turned = (self.arcs.body.offset() / self.grid.cell).ceil() as i32;
         let far = judge.depends_on() + turned;
+        let outer = self.outer();
         for [i0, j0, i1, j1] in touched.rectangles() {
             let cell = |i: i32| i.div_euclid(self.coarse);
             let (x, y) = (cell(i0 - far)..=cell(i1 + far), cell(j0 - far)..=cell(j1 + far));
             let cells = y.flat_map(|j| x.clone().map(move |i| [i, j]));
-            planner.change(cells.map(|c| (c, self.cost(&ground, &k.failed, c))));
+            planner.change(cells.map(|c| (c, self.cost(&ground, &k.failed, &outer, c))));
         }
     }
 
@@ -218,8 +219,23 @@ impl Rover {
         Ground { cell: self.grid.cell, patches, keep_out, free, radius: judge.limits().radius }
     }
 
+    /// Where the middles of the outer discs are from that of the body, with the headings that are tried, m.
+    fn outer(&self) -> [[f64; 2]; AROUND] {
+        let offset = self.arcs.body.offset();
+        std::array::from_fn(|k| {
+            let (s, c) = (k as f64 * std::f64::consts::TAU / AROUND as f64).sin_cos();
+            [offset * c, offset * s]
+        })
+    }
+
     /// Of a cell of the planner: the worst in it.
-    fn cost(&self, ground: &Ground, failed: &[[f64; 2]], [i, j]: Index) -> f64 {
+    fn cost(
+        &self,
+        ground: &Ground,
+        failed: &[[f64; 2]],
+        outer: &[[f64; 2]; AROUND],
+        [i, j]: Index,
+    ) -> f64 {
         let n = self.coarse;
         let mut cost = 1.0_f64;
         for [di, dj] in (0..n).flat_map(|dj| (0..n).map(move |di| [di, dj])) {
@@ -231,12 +247,9 @@ impl Rover {
             cost = cost.max(1.0 + self.weight * lack);
         }
         // Here it fits through with some headings only.
-        let (edge, offset) = (self.grid.cell * f64::from(n), self.arcs.body.offset());
-        let [x, y] = middle_of(edge, [i, j]);
-        let narrow = (0..AROUND).any(|k| {
-            let (s, c) = (f64::from(k) * std::f64::consts::TAU / f64::from(AROUND)).sin_cos();
-            ground.at([x + offset * c, y + offset * s]) == Sight::Known(0)
-        });
+        let [x, y] = middle_of(self.grid.cell * f64::from(n), [i, j]);
+        let shut = |[dx, dy]: &[f64; 2]| ground.at([x + dx, y + dy]) == Sight::Known(0);
+        let narrow = outer.iter().any(shut);
         let near = |f: &&[f64; 2]| (f[0] - x).hypot(f[1] - y) < self.failed_radius();
         let failures = failed.iter().filter(near).count() as i32;
         cost * if narrow { NARROW } else { 1.0 } * FAILED.powi(failures)
@@ -270,9 +283,10 @@ impl Rover {
         }
         let mut planner = Planner::new(region, self.goal, 1.0 + self.weight * self.unknown)?;
         let ground = self.ground(judge, &k.patches);
+        let outer = self.outer();
         let ([i, j], [nx, ny]) = (region.first, region.size.map(|n| n as i32));
         let cells = (j..j + ny).flat_map(|j| (i..i + nx).map(move |i| [i, j]));
-        planner.change(cells.map(|c| (c, self.cost(&ground, &k.failed, c))));
+        planner.change(cells.map(|c| (c, self.cost(&ground, &k.failed, &outer, c))));
         Some(planner)
     }
 
@@ -313,12 +327,13 @@ impl Rover {
         k.failed.push(place);
         let ground = self.ground(judge, &k.patches);
         let Some(planner) = &mut k.planner else { return };
+        let outer = self.outer();
         let edge = self.grid.cell * f64::from(self.coarse);
         let cell = |v: f64| (v / edge).floor() as i32;
         let (low, high) = (-self.failed_radius(), self.failed_radius());
         let [x, y] = [0, 1].map(|k| cell(place[k] + low)..=cell(place[k] + high));
         let cells = y.flat_map(|j| x.clone().map(move |i| [i, j]));
-        planner.change(cells.map(|c| (c, self.cost(&ground, &k.failed, c))));
+        planner.change(cells.map(|c| (c, self.cost(&ground, &k.failed, &outer, c))));
     }
 
     /// What to do at a time (s), and the speed (m/s) and turn rate (rad/s) for it. `sees`: there was a picture.
