@@ -185,9 +185,11 @@ fn drive(seed: u64) -> Outcome {
     Outcome { status: memory.status, deepest, way, time, place: at }
 }
 
-/// Seeds of the drives that every run of the tests makes, and of those of the long test.
-const SEEDS: std::ops::RangeInclusive<u64> = 3..=6;
-const MANY: std::ops::RangeInclusive<u64> = 1..=100;
+/// How many fields: 4, or as many as `LINKWORK_FIELDS` says. Of 100 all lead to the goal, after 97 m in the median and 209 m at most, and
+/// the nearest that one comes to a rock that is too high is 0.08 m; they take ten minutes of processor time.
+fn fields() -> u64 {
+    std::env::var("LINKWORK_FIELDS").map_or(4, |n| n.parse().unwrap())
+}
 
 /// The drives of some seeds, in as many threads as there are cores.
 fn drives(seeds: std::ops::RangeInclusive<u64>) -> Vec<(u64, Outcome)> {
@@ -216,15 +218,7 @@ fn drives(seeds: std::ops::RangeInclusive<u64>) -> Vec<(u64, Outcome)> {
 
 #[test]
 fn it_reaches_its_goal_and_touches_no_rock_that_is_too_high() {
-    for (seed, o) in drives(SEEDS) {
-        assert!(o.status == Status::Arrived && o.deepest < 0.0, "seed {seed}: {:?}", o.status);
-    }
-}
-
-#[test]
-#[ignore = "a quarter of an hour"]
-fn of_a_hundred_fields_95_lead_to_the_goal_and_no_high_rock_is_touched() {
-    let drives = drives(MANY);
+    let drives = drives(1..=fields());
     let failed: Vec<_> = drives.iter().filter(|(_, o)| o.status != Status::Arrived).collect();
     for (seed, o) in &failed {
         println!("seed {seed}: {:?} at {:.1?} after {:.1} m", o.status, o.place, o.way);
@@ -232,6 +226,7 @@ fn of_a_hundred_fields_95_lead_to_the_goal_and_no_high_rock_is_touched() {
     println!("{} of {} arrive", drives.len() - failed.len(), drives.len());
     let deepest = drives.iter().map(|(_, o)| o.deepest).fold(f64::NEG_INFINITY, f64::max);
     println!("nearest to a rock that is too high: {:.3} m", -deepest);
-    assert!(drives.len() == 100 && failed.len() <= 5);
+    // 95 of 100.
+    assert!(!drives.is_empty() && failed.len() * 20 <= drives.len());
     assert!(drives.iter().all(|(_, o)| o.deepest < 0.0));
 }
