@@ -32,6 +32,26 @@ fn it_drives_by_what_it_sees() {
     assert!(left < 70.0, "{left}");
 }
 
+/// By kinematics, among many rocks: what it sees keeps it off those that are too high, and when it takes all ground for good it drives
+/// over one.
+#[test]
+fn what_it_came_over_is_told() {
+    const MODE: [&str; 5] =
+        ["motion=kinematics", "step=20ms", "imu_rate=50Hz", "rock_cover=0.12", "field=4"];
+    let truth = |sim: &Simulation, port: &str| sim.get(&format!("Truth.{port}")).unwrap();
+    let mut sees = rover(&MODE);
+    run(&mut sees, 110);
+    assert_eq!(truth(&sees, "Body.touched"), 0.0);
+    // It has come over some: a rock of Golombek's on each few square metres.
+    assert!(truth(&sees, "Body.highest") > 0.1);
+    let blind = ["step=5", "roughness=5", "slope=1.5"].map(|p| format!("{NAV}.{p}"));
+    let mut drives = rover(&[&MODE[..], &blind.each_ref().map(String::as_str)[..]].concat());
+    run(&mut drives, 110);
+    assert!(truth(&drives, "Body.touched") >= 1.0);
+    assert!(truth(&drives, "Wheels.highest") > 0.4);
+    assert!(truth(&drives, "Body.highest") >= truth(&drives, "Wheels.highest"));
+}
+
 #[test]
 fn without_sight_it_stands() {
     // It sees nothing of the ground: all ranges are beyond its reach.
@@ -77,6 +97,8 @@ fn what_cannot_be_is_refused() {
         ("Rover.NavigationSoftware.AutoNav.cell=0.01", "0.03 ..= 1"),
         ("Rover.NavigationSoftware.AutoNav.keep_out=[[0, 0, -1]]", "is no disc"),
         ("Rover.navigation=blind", "navigation_blind.ron"),
+        ("Rover.NavigationSoftware.AutoNav.keep_in=[3, 0, 1, 1]", "is no rectangle"),
+        ("Truth.Body.rectangles=[]", "0 rectangles"),
     ] {
         let told = common::repository("rover_navigation/sim.ron", &[set]).err().unwrap();
         assert!(told.contains(fact), "{set}: {told}");

@@ -4,7 +4,8 @@
 //! body        n discs on its axis that cover length × width: centres x_k = (k + ½) l/n − l/2, radius √((w/2)² + (l/2n)²)
 //! sweep       poses along an arc every `step`; at each the least goodness γ (0 … 1) under the n discs
 //! obstacles   least of 1 − (1 − γ)(1 − s/2l) over the sweep of length l: what is far counts half as much
-//! goal        e^(−detour/scale);  detour = way + V(end) + turning to the way from there + stopping for another kind of move − V(here)
+//! goal        e^(−detour/scale);  detour = way + V(end) + turning to the way from there + stopping for another kind of move − V(here);
+//!             where V(here) is infinite, the least V(end) stands for it
 //! vote        share · obstacles + (1 − share) · goal; 0 for an arc that is shut
 //! shut        a hazard or unknown ground nearer than `near`, or anywhere in a turn on the spot
 //! ```
@@ -170,6 +171,14 @@ struct Sweep {
     obstacles: f64,
 }
 
+/// Where a move ends.
+struct End {
+    sweep: Sweep,
+    place: Place,
+    /// What it costs to the goal from there, m.
+    left: f64,
+}
+
 impl Arcs {
     /// All moves, with their votes, in a fixed order: forwards and backwards from right to left, then the turn.
     #[must_use]
@@ -185,31 +194,44 @@ impl Arcs {
         let other = angle - std::f64::consts::TAU.copysign(angle);
         let turns = [Move::Turn(angle), Move::Turn(other)].into_iter();
         let turns = turns.filter(|_| angle.abs() >= TURN_LEAST);
-        forward.chain(backward).chain(turns).map(|mv| self.vote(ground, at, wish, mv)).collect()
+        let sweeps: Vec<_> = forward
+            .chain(backward)
+            .chain(turns)
+            .map(|mv| (mv, self.end(ground, at, wish, mv)))
+            .collect();
+        // From a hazard, or out of what the planner looked at: from the best end.
+        let here = (wish.value)([at[0], at[1]]);
+        let ends = sweeps.iter().filter_map(|(_, end)| end.as_ref()).map(|end| end.left);
+        let here = if here.is_finite() { here } else { ends.fold(here, f64::min) };
+        sweeps.into_iter().map(|(mv, end)| self.vote(wish, mv, end, here)).collect()
     }
 
-    fn vote(&self, ground: &Ground, at: Place, wish: &Wish, mv: Move) -> Vote {
-        let shut = Vote { mv, obstacles: 0.0, goal: 0.0, total: 0.0 };
+    /// Where a move ends; `None` when it is shut.
+    fn end(&self, ground: &Ground, at: Place, wish: &Wish, mv: Move) -> Option<End> {
         let length = match mv {
             Move::Turn(angle) => angle.abs(),
             _ => self.length.min(wish.distance.max(self.step)),
         };
-        let Some(sweep) = self.sweep(ground, at, mv, length) else { return shut };
-        let end = end_of(at, mv, sweep.open);
-        let here = (wish.value)([at[0], at[1]]);
-        let (cost, left) = match mv {
-            Move::Turn(angle) => (angle.abs() * self.turn_cost, here),
-            Move::Forward(_) => (sweep.open, (wish.value)([end[0], end[1]])),
-            Move::Backward(_) => (sweep.open * self.back_cost, (wish.value)([end[0], end[1]])),
-        };
+        let sweep = self.sweep(ground, at, mv, length)?;
+        let place = end_of(at, mv, sweep.open);
+        Some(End { left: (wish.value)([place[0], place[1]]), place, sweep })
+    }
+
+    /// `here`: the cost to the goal that the end's is compared with, m.
+    fn vote(&self, wish: &Wish, mv: Move, end: Option<End>, here: f64) -> Vote {
+        let shut = Vote { mv, obstacles: 0.0, goal: 0.0, total: 0.0 };
+        let Some(End { sweep, place, left }) = end else { return shut };
         if !left.is_finite() {
-            // From a hazard, or out of what the planner looked at: any way out counts, the goal does not.
+            // No way leads on from there, or none from anywhere: then any way out counts.
             let total = if here.is_finite() { 0.0 } else { self.share * sweep.obstacles };
             return Vote { obstacles: sweep.obstacles, total, ..shut };
         }
-        let turn = match mv {
-            Move::Turn(_) => 0.0,
-            _ => self.turn_cost * self.way_from(wish, end),
+        let cost = match mv {
+            Move::Turn(angle) => angle.abs() * self.turn_cost,
+            Move::Forward(_) => sweep.open + self.turn_cost * self.way_from(wish, place),
+            Move::Backward(_) => {
+                sweep.open * self.back_cost + self.turn_cost * self.way_from(wish, place)
+            }
         };
         let stop = match (mv, wish.last) {
             (Move::Forward(_), None | Some(Move::Forward(_)))
@@ -217,7 +239,7 @@ impl Arcs {
             | (Move::Turn(_), Some(Move::Turn(_))) => 0.0,
             _ => self.stop_cost,
         };
-        let detour = cost + turn + stop + if here.is_finite() { left - here } else { 0.0 };
+        let detour = cost + stop + left - here;
         let goal = (-detour.max(0.0) / self.scale).exp();
         let total = self.share * sweep.obstacles + (1.0 - self.share) * goal;
         Vote { mv, obstacles: sweep.obstacles, goal, total }

@@ -13,8 +13,9 @@
 //! by sums of moments, the worst of three hazards in 0 … 255. How the three become numbers is this module's: all are linear, and the
 //! step is freed of the slope of its own plane.
 //!
-//! Sums over discs are sums over rows of differences of running sums, greatest values those of runs of 1, 2, 4, … cells. The sums of
-//! a tile begin at fixed places, so what is judged now and then is bit for bit what is judged at once.
+//! Sums over discs are sums over rows of differences of running sums, greatest values those of runs of 1, 2, 4, … cells. Running sums
+//! are those of a block of tiles and what its discs reach beyond it: they begin at fixed places, so what is judged now and then is
+//! bit for bit what is judged at once.
 //! A point counts once, so what is near the camera, or faces it, weighs more in plane and roughness.
 
 use crate::map::{Cell, TerrainMap};
@@ -26,6 +27,10 @@ use std::collections::BTreeMap;
 const SUMS: usize = 11;
 /// Cells along the edge of a tile.
 const EDGE: usize = TILE as usize;
+/// Tiles of a block along x and y: long along y, where nothing is summed that is not needed.
+const BLOCK: Index = [2, 8];
+/// Lines of cells that are judged together: their discs have most rows in common.
+const TOGETHER: usize = 4;
 /// det S below this part of its diagonal's product: the points lie on a line.
 const LINE: f64 = 1e-4;
 /// No goodness is higher.
@@ -77,6 +82,14 @@ pub enum LimitsFault {
     },
 }
 
+impl Part {
+    /// The rectangle around both.
+    fn and(self, b: Part) -> Part {
+        let around = |a: [usize; 2], b: [usize; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        Part { x: around(self.x, b.x), y: around(self.y, b.y) }
+    }
+}
+
 /// The ground as a rover on the middle of a cell would meet it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "(f32, f32, f32, u8, bool)", into = "(f32, f32, f32, u8, bool)")]
@@ -122,16 +135,27 @@ pub struct Assessor {
     slope_rise: f64,
 }
 
-/// Arrays over a tile with a margin as wide as the reach.
+/// Arrays over those rows of a block and its margin that are needed, from its first column to the last that is needed.
 #[derive(Clone, Debug, Default)]
 struct Work {
-    /// For each sum, row by row the running sums of the row, one more than it has cells.
+    /// Columns and rows; with the margin for the squares of steps as well.
+    wide: usize,
+    rows: usize,
+    outer: usize,
+    /// For each row and each sum the running sums along the row, one more than it has cells.
     running: Vec<f64>,
     /// Level by level, for runs of 1, 2, 4, … cells: the greatest step in the run that begins there.
     steps: Vec<f64>,
     /// Cells with a margin for the squares of steps: least and greatest height, ∞ and −∞ where nothing was seen.
     low: Vec<f64>,
     high: Vec<f64>,
+}
+
+/// Cells that are to be judged, counted from the first of their block: least and greatest x and y, all included.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    x: [usize; 2],
+    y: [usize; 2],
 }
 
 impl Assessor {
@@ -187,85 +211,109 @@ impl Assessor {
     /// Judges anew what depends on the cells that were touched.
     pub fn refresh(&self, map: &TerrainMap, touched: &Touched, into: &mut Tiles<Patch>) {
         let far = self.depends_on();
-        // What is to be judged of each tile: one rectangle around all of it, counted from the tile's first cell.
-        let mut tiles = BTreeMap::new();
+        // What is to be judged of each tile: one rectangle around all of it, in each block.
+        let mut blocks: BTreeMap<Index, BTreeMap<Index, Part>> = BTreeMap::new();
         for [i0, j0, i1, j1] in touched.rectangles() {
             let (low, high) = ([i0 - far, j0 - far], [i1 + far, j1 + far]);
             let ((a, _), (b, _)) = (split(low), split(high));
             for at in (a[1]..=b[1]).flat_map(|j| (a[0]..=b[0]).map(move |i| [i, j])) {
-                let from = |k: usize| (low[k] - at[k] * TILE).max(0) as usize;
-                let to = |k: usize| (high[k] - at[k] * TILE).min(TILE - 1) as usize;
-                let r = tiles.entry(at).or_insert([from(0), from(1), to(0), to(1)]);
-                *r = [r[0].min(from(0)), r[1].min(from(1)), r[2].max(to(0)), r[3].max(to(1))];
+                let block = [0, 1].map(|k| at[k].div_euclid(BLOCK[k]));
+                let ends = |k: usize| {
+                    let first = block[k] * BLOCK[k] * TILE;
+                    let from = low[k].max(at[k] * TILE) - first;
+                    let to = high[k].min(at[k] * TILE + TILE - 1) - first;
+                    [from as usize, to as usize]
+                };
+                let part = Part { x: ends(0), y: ends(1) };
+                let tiles = blocks.entry(block).or_default();
+                let all = tiles.entry(at).or_insert(part);
+                *all = all.and(part);
             }
         }
         let mut work = Work::default();
-        for (at, [x0, y0, x1, y1]) in tiles {
-            // A tile beside what was seen, whose discs hold no seen cell, would be all unknown: it is not kept.
-            if self.gather(map, at, [y0, y1], &mut work) {
-                self.judge(&work, [x0..x1 + 1, y0..y1 + 1], into.tile_mut(at));
+        for (block, tiles) in blocks {
+            let Some(all) = tiles.values().copied().reduce(Part::and) else { continue };
+            if self.gather(map, block, all, &mut work) {
+                tiles.into_iter().for_each(|(at, part)| self.judge(&work, all, at, part, into));
             }
         }
     }
 
-    /// Sums and steps around the rows of a tile from the first to the last; whether there is anything.
-    fn gather(&self, map: &TerrainMap, at: Index, rows: [usize; 2], work: &mut Work) -> bool {
+    /// Sums and steps for a part of a block; whether there is anything.
+    fn gather(&self, map: &TerrainMap, block: Index, part: Part, work: &mut Work) -> bool {
         let (reach, square) = (self.reach, self.square);
-        let wide = EDGE + 2 * reach;
-        let outer = wide + 2 * square;
-        let Work { running, steps, low, high } = work;
+        let Work { wide, rows, outer, running, steps, low, high } = work;
+        *wide = part.x[1] + 1 + 2 * reach;
+        *rows = part.y[1] + 1 - part.y[0] + 2 * reach;
+        *outer = *wide + 2 * square;
+        let (wide, rows, outer) = (*wide, *rows, *outer);
+        let tall = rows + 2 * square;
         for (v, none) in [(&mut *low, f64::INFINITY), (&mut *high, f64::NEG_INFINITY)] {
             v.clear();
-            v.resize(outer * outer, none);
+            v.resize(outer * tall, none);
         }
-        // All that is read of it is written first.
-        running.resize(SUMS * wide * (wide + 1), 0.0);
-        let first = at.map(|k| k * TILE - (reach + square) as i32);
-        let middle = middle_of(self.cell, [at[0] * TILE + TILE / 2, at[1] * TILE + TILE / 2]);
+        // The first of each row is 0, all others are written before they are read.
+        running.resize(SUMS * rows * (wide + 1), 0.0);
+        let margin = (reach + square) as i32;
+        let first = [0, 1].map(|k| block[k] * BLOCK[k] * TILE - margin);
+        let middle = [0, 1].map(|k| block[k] * BLOCK[k] * TILE + BLOCK[k] * TILE / 2);
+        let middle = middle_of(self.cell, middle);
         let base = map.base.unwrap_or(0.0);
-        let inner = square..square + wide;
         let mut any = false;
-        for y in rows[0]..rows[1] + 2 * (reach + square) + 1 {
-            let j = first[1] + y as i32;
+        for y in 0..tall {
+            let j = first[1] + (part.y[0] + y) as i32;
+            let summed = (square..square + rows).contains(&y);
+            let stride = wide + 1;
+            let running = match summed {
+                true => &mut running[(y - square) * SUMS * stride..][..SUMS * stride],
+                false => &mut [],
+            };
+            let (low, high) = (&mut low[y * outer..][..outer], &mut high[y * outer..][..outer]);
             let mut sums = [0.0; SUMS];
-            let mut cells: Option<(i32, Option<&[Cell]>)> = None;
-            for x in 0..outer {
+            running.iter_mut().step_by(stride).for_each(|v| *v = 0.0);
+            let mut x = 0;
+            while x < outer {
+                // As far as one tile goes.
                 let i = first[0] + x as i32;
                 let (tile, place) = split([i, j]);
-                let found = match cells {
-                    Some((column, found)) if column == tile[0] => found,
-                    _ => map.cells.tile(tile),
-                };
-                cells = Some((tile[0], found));
-                let here = inner.contains(&x) && inner.contains(&y);
-                if let Some(cell) = found.map(|c| &c[place]).filter(|c| c.count > 0.0) {
-                    any = true;
-                    low[y * outer + x] = cell.low;
-                    high[y * outer + x] = cell.high;
-                    if here {
-                        let [cx, cy] = middle_of(self.cell, [i, j]);
-                        let moved = [cx - middle[0], cy - middle[1], -base];
-                        let add = moments(cell, moved);
+                let count = (EDGE - i.rem_euclid(TILE) as usize).min(outer - x);
+                let cells = map.cells.tile(tile).map(|cells| &cells[place..place + count]);
+                for k in 0..count {
+                    let x = x + k;
+                    let cell = cells.map(|c| &c[k]).filter(|c| c.count > 0.0);
+                    if let Some(cell) = cell {
+                        (low[x], high[x]) = (cell.low, cell.high);
+                    }
+                    if !summed || !(square..square + wide).contains(&x) {
+                        continue;
+                    }
+                    if let Some(cell) = cell {
+                        let [cx, cy] = middle_of(self.cell, [i + k as i32, j]);
+                        let add = moments(cell, [cx - middle[0], cy - middle[1], -base]);
                         (0..SUMS).for_each(|k| sums[k] += add[k]);
                     }
+                    let at = x - square + 1;
+                    (0..SUMS).for_each(|k| running[k * stride + at] = sums[k]);
                 }
-                if here {
-                    for (k, sum) in sums.iter().enumerate() {
-                        running[(k * wide + y - square) * (wide + 1) + x - square + 1] = *sum;
-                    }
-                }
+                any |= cells.is_some_and(|c| c.iter().any(|c| c.count > 0.0));
+                x += count;
             }
         }
         if any {
-            let rows = rows[0]..rows[1] + 2 * reach + 1;
-            rises(low, high, square, wide, &rows, steps);
-            for level in 0..(2 * reach + 1).ilog2() as usize {
-                let (done, next) = steps.split_at_mut((level + 1) * wide * wide);
-                let (from, run) = (&done[level * wide * wide..], 1 << level);
-                for y in rows.clone() {
+            rises(low, high, square, [wide, rows], steps);
+            let level_size = wide * rows;
+            let levels = (2 * reach + 1).ilog2() as usize;
+            steps.resize((levels + 1) * level_size, 0.0);
+            for level in 0..levels {
+                let (done, next) = steps.split_at_mut((level + 1) * level_size);
+                let (from, run) = (&done[level * level_size..], 1 << level);
+                for y in 0..rows {
                     let (row, next) = (&from[y * wide..][..wide], &mut next[y * wide..][..wide]);
-                    for x in 0..wide {
-                        next[x] = high_of(row[x], row[(x + run).min(wide - 1)]);
+                    // Runs that would end beyond the row are not asked for.
+                    let count = wide.saturating_sub(run);
+                    let (a, b) = (&row[..count], &row[wide - count..]);
+                    for ((next, a), b) in next.iter_mut().zip(a).zip(b) {
+                        *next = high_of(*a, *b);
                     }
                 }
             }
@@ -273,32 +321,52 @@ impl Assessor {
         any
     }
 
-    fn judge(&self, work: &Work, [xs, ys]: [std::ops::Range<usize>; 2], into: &mut [Patch]) {
-        let (reach, wide) = (self.reach, EDGE + 2 * self.reach);
-        for y in ys {
-            let mut sums = [[0.0; EDGE]; SUMS];
-            for (k, sums) in sums.iter_mut().enumerate() {
-                for (dy, half) in self.half.iter().enumerate() {
-                    let run = &work.running[(k * wide + y + dy) * (wide + 1)..][..wide + 1];
-                    let (a, b) = (&run[reach - half..][..EDGE], &run[reach + half + 1..][..EDGE]);
-                    for x in 0..EDGE {
-                        sums[x] += b[x] - a[x];
+    /// Judges what is to be judged of a tile, where `all` was gathered of its block.
+    fn judge(&self, work: &Work, all: Part, at: Index, part: Part, into: &mut Tiles<Patch>) {
+        let Work { wide, rows, running, steps, .. } = work;
+        let (reach, wide, stride) = (self.reach, *wide, *wide + 1);
+        let [x0, x1] = part.x;
+        let count = x1 + 1 - x0;
+        let mut patches = [Patch::default(); EDGE];
+        let end = part.y[1] + 1;
+        for y in (part.y[0]..end).step_by(TOGETHER) {
+            let lines = TOGETHER.min(end - y);
+            let mut sums = [[[0.0; EDGE]; SUMS]; TOGETHER];
+            let mut steps_of = [[0.0; EDGE]; TOGETHER];
+            for below in 0..lines - 1 + self.half.len() {
+                let row = y - all.y[0] + below;
+                let of_row = &running[row * SUMS * stride..][..SUMS * stride];
+                // Each row has its part in the discs of several lines.
+                for line in 0..lines {
+                    let half = below.checked_sub(line).and_then(|dy| self.half.get(dy));
+                    let Some(half) = half.copied() else { continue };
+                    let (from, to) = (x0 + reach - half, x0 + reach + half + 1);
+                    for (k, sums) in sums[line].iter_mut().enumerate() {
+                        let run = &of_row[k * stride..][..stride];
+                        let (a, b) = (&run[from..][..count], &run[to..][..count]);
+                        for ((sum, a), b) in sums[..count].iter_mut().zip(a).zip(b) {
+                            *sum += b - a;
+                        }
+                    }
+                    let level = (2 * half + 1).ilog2() as usize;
+                    let run = &steps[(level * rows + row) * wide..][..wide];
+                    let (a, b) = (&run[from..][..count], &run[to - (1 << level)..][..count]);
+                    for ((step, a), b) in steps_of[line][..count].iter_mut().zip(a).zip(b) {
+                        *step = high_of(*step, high_of(*a, *b));
                     }
                 }
             }
-            let mut step = [0.0; EDGE];
-            for (dy, half) in self.half.iter().enumerate() {
-                let level = (2 * half + 1).ilog2() as usize;
-                let row = &work.steps[(level * wide + y + dy) * wide..][..wide];
-                let end = reach + half + 1 - (1 << level);
-                let (a, b) = (&row[reach - half..][..EDGE], &row[end..][..EDGE]);
-                for x in 0..EDGE {
-                    step[x] = high_of(step[x], high_of(a[x], b[x]));
+            for line in 0..lines {
+                for x in 0..count {
+                    let of_disc = std::array::from_fn(|k| sums[line][k][x]);
+                    patches[x] = self.patch(&of_disc, steps_of[line][x]);
                 }
-            }
-            for x in xs.clone() {
-                let of_disc = std::array::from_fn(|k| sums[k][x]);
-                into[y * EDGE + x] = self.patch(&of_disc, step[x]);
+                // A tile beside what was seen, of which nothing is known, is not kept.
+                let told = &patches[..count];
+                if into.tile(at).is_some() || told.iter().any(|p| *p != Patch::default()) {
+                    let first = ((y + line) % EDGE) * EDGE + x0 % EDGE;
+                    into.tile_mut(at)[first..first + count].copy_from_slice(told);
+                }
             }
         }
     }
@@ -324,7 +392,7 @@ impl Assessor {
             return Patch { step: step as f32, known: hazard, ..Patch::default() };
         }
         let (a, b) = ((xz * yy - yz * xy) / det, (yz * xx - xz * xy) / det);
-        let slope = a.hypot(b);
+        let slope = (a * a + b * b).sqrt();
         let tilt = slope.atan();
         let left = (zz - a * xz - b * yz) / n;
         let roughness = (left.max(0.0) / (1.0 + slope * slope)).sqrt();
@@ -367,19 +435,17 @@ fn moments(cell: &Cell, moved: [f64; 3]) -> [f64; SUMS] {
     ]
 }
 
-/// Rise in the square around each cell of some rows, 0 where nothing was seen; what follows in `steps` is room for longer runs.
+/// Rise in the square around each cell, 0 where nothing was seen: the first level of the steps.
 fn rises(
     low: &mut [f64],
     high: &mut [f64],
     square: usize,
-    wide: usize,
-    rows: &std::ops::Range<usize>,
+    [wide, rows]: [usize; 2],
     steps: &mut Vec<f64>,
 ) {
     let outer = wide + 2 * square;
     // Along x, in place: what is written lies behind what is read.
-    for y in rows.start..rows.end + 2 * square {
-        let (low, high) = (&mut low[y * outer..][..outer], &mut high[y * outer..][..outer]);
+    for (low, high) in low.chunks_exact_mut(outer).zip(high.chunks_exact_mut(outer)) {
         for x in 0..wide {
             let (mut least, mut most) = (low[x], high[x]);
             for dx in 1..=2 * square {
@@ -389,17 +455,22 @@ fn rises(
             (low[x], high[x]) = (least, most);
         }
     }
-    let levels = (wide - EDGE + 1).ilog2() as usize + 1;
     steps.clear();
-    steps.resize(levels * wide * wide, 0.0);
-    for y in rows.clone() {
-        for x in 0..wide {
-            let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-            for row in y..=y + 2 * square {
-                least = low_of(least, low[row * outer + x]);
-                most = high_of(most, high[row * outer + x]);
+    steps.resize(wide * rows, 0.0);
+    // Along y, in place as well.
+    for (y, steps) in steps.chunks_exact_mut(wide).enumerate() {
+        let (least, low) = low[y * outer..].split_at_mut(outer);
+        let (most, high) = high[y * outer..].split_at_mut(outer);
+        let (least, most) = (&mut least[..wide], &mut most[..wide]);
+        for row in 0..2 * square {
+            let (low, high) = (&low[row * outer..][..wide], &high[row * outer..][..wide]);
+            for x in 0..wide {
+                least[x] = low_of(least[x], low[x]);
+                most[x] = high_of(most[x], high[x]);
             }
-            steps[y * wide + x] = if most >= least { most - least } else { 0.0 };
+        }
+        for ((step, least), most) in steps.iter_mut().zip(least).zip(most) {
+            *step = if *most >= *least { *most - *least } else { 0.0 };
         }
     }
 }

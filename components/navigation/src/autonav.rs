@@ -70,6 +70,9 @@ pub struct AutoNavParams {
     /// Discs [x, y, radius] (m, W) that are not entered.
     #[param(default = Vec::new())]
     pub keep_out: Vec<[f64; 3]>,
+    /// Least x and y, greatest x and y (m, W) of where its middle may be: what it knows of its map's ends. Unwritten: anywhere.
+    #[param(default = None)]
+    pub keep_in: Option<[f64; 4]>,
     /// Tilt at which the rover stops.
     #[param(unit = "rad", default = 0.6, range = 0.0..)]
     pub tilt_max: f64,
@@ -128,7 +131,7 @@ pub struct AutoNavOut {
     /// It goes on no more: all goals are reached, or it has given up.
     #[port("1")]
     pub ended: bool,
-    /// How it goes: the place in `Status::ALL` (1 driving, 2 arrived, then why it gave up).
+    /// How it goes: the place in `Status::ALL` (1 driving, 2 arrived, then why it gave up; 10: it began in an obstacle).
     #[port("1")]
     pub status: f64,
     /// Pictures that were taken in.
@@ -198,6 +201,14 @@ impl Model for AutoNav {
                 .at("keep_out")
                 .help("write [x, y, radius] in metres, the radius from 0 up"));
         }
+        let anywhere = [f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY];
+        let keep_in = p.keep_in.unwrap_or(anywhere);
+        if !(keep_in[0] < keep_in[2] && keep_in[1] < keep_in[3]) {
+            let fact = format!("{keep_in:?} is no rectangle");
+            return Err(BuildError::new(fact)
+                .at("keep_in")
+                .help("write [least x, least y, greatest x, greatest y] in metres"));
+        }
         // Discs on the long axis that cover the rectangle: as many as it is longer than wide, and one.
         let discs = 1 + (p.length / p.width).ceil().clamp(1.0, 16.0) as usize;
         let body = Body { length: p.length, width: p.width, discs };
@@ -240,6 +251,7 @@ impl Model for AutoNav {
             unknown: 0.7,
             coarse: 3,
             margin: 15.0,
+            keep_in,
             look_ahead: 3.0,
             body_margin: p.cell,
             sight: p.sight,

@@ -80,6 +80,13 @@ impl Region {
         Ok(Region { cell, first, size: [x as usize, y as usize] })
     }
 
+    /// Its corners of least and greatest x and y, m.
+    #[must_use]
+    pub fn corners(&self) -> [[f64; 2]; 2] {
+        let corner = |k: usize, more: usize| (f64::from(self.first[k]) + more as f64) * self.cell;
+        [[corner(0, 0), corner(1, 0)], [0, 1].map(|k| corner(k, self.size[k]))]
+    }
+
     /// The place of a cell in rows of x; `None` outside.
     #[must_use]
     pub fn place(&self, [i, j]: Index) -> Option<usize> {

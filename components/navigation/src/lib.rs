@@ -6,6 +6,7 @@
 //! ground.rs    goodness, keep-out and free discs                     Ground
 //! field_d_star.rs  costs → what it costs to the goal from anywhere     Planner
 //! arcs.rs      goodness and that cost → votes of arcs               Arcs
+//! trail.rs     where it has been → the move back along it            Trail
 //! rover.rs     all of it, sample by sample                          Rover
 //! autonav.rs   the same as a part that reads a camera               navigation.autonav
 //! ```
@@ -24,6 +25,7 @@ pub mod ground;
 pub mod map;
 pub mod rover;
 pub mod tiles;
+pub mod trail;
 
 use linkwork_runtime::prelude::Entry;
 

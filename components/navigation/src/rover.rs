@@ -9,12 +9,13 @@
 //! ```
 //! While no move is open it stands. A rover that has stopped for good, or has arrived, stays so until it is started anew.
 
-use crate::arcs::{Arcs, Move, Place, Wish, end_of};
+use crate::arcs::{Arcs, Move, Place, Vote, Wish, end_of};
 use crate::assess::{Assessor, BEST, Patch};
 use crate::field_d_star::{Planner, Region, Way};
 use crate::ground::{Disc, Ground, Sight};
 use crate::map::{Grid, TerrainMap};
 use crate::tiles::{Index, Tiles, middle_of};
+use crate::trail::Trail;
 use linkwork_spatial::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +28,10 @@ pub struct Knowledge {
     pub patches: Tiles<Patch>,
     /// The way to the goal; made at the first sample.
     pub planner: Option<Planner>,
+    /// Where it has been.
+    pub trail: Trail,
+    /// Where it failed, W, m.
+    pub failed: Vec<[f64; 2]>,
     /// Points that had no place in the map.
     pub lost: u64,
 }
@@ -63,11 +68,13 @@ pub enum Status {
     NoMove,
     /// It has not come nearer for too long.
     NoProgress,
+    /// It stands in an obstacle where it began.
+    StartInObstacle,
 }
 
 impl Status {
     /// All of them; the place in this list is the number at a port.
-    pub const ALL: [Status; 10] = [
+    pub const ALL: [Status; 11] = [
         Status::Blind,
         Status::Driving,
         Status::Arrived,
@@ -78,6 +85,7 @@ impl Status {
         Status::NoWay,
         Status::NoMove,
         Status::NoProgress,
+        Status::StartInObstacle,
     ];
 
     /// It goes on.
@@ -96,10 +104,16 @@ pub struct Memory {
     pub doing: Option<Move>,
     /// Since when it has stood for want of a way or a move, s.
     pub stands_since: Option<f64>,
-    /// Least cost to the goal so far (m), and when that was found (s).
+    /// Least cost to the goal so far, as of the map of now (m), and when that was found (s).
     pub nearest: Option<(f64, f64)>,
     /// Cost to the goal, m; ∞ when there is none.
     pub left: f64,
+    /// Where that was, m.
+    pub from: [f64; 2],
+    /// When it last took note of a place that it failed at, s.
+    pub failed_at: f64,
+    /// It goes back along its trail, at least until this many places of it are left.
+    pub back_to: Option<usize>,
     /// Votes of the move.
     pub vote: f64,
 }
@@ -140,8 +154,10 @@ pub struct Rover {
     pub unknown: f64,
     /// Cells of the map along the edge of a cell of the planner.
     pub coarse: i32,
-    /// How far beyond rover and goal it plans, m.
+    /// How far beyond rover and goal it plans at first, m.
     pub margin: f64,
+    /// Least x and y, greatest x and y (m) of where it may plan: its middle does not leave that. ±∞: anywhere.
+    pub keep_in: [f64; 4],
     /// Distance along the way to the point that a turn on the spot faces, m.
     pub look_ahead: f64,
     /// Points on the body are left out: this far around its rectangle, m.
@@ -159,11 +175,15 @@ pub struct Rover {
 }
 
 /// Headings that are tried for a cell of the planner.
-const AROUND: u32 = 12;
+const AROUND: usize = 12;
 /// A cell in which some of them are shut costs so many times as much.
 const NARROW: f64 = 3.0;
+/// A cell costs so many times as much for each failure nearby.
+const FAILED: f64 = 3.0;
 /// A cost to the goal that is less by so much counts as nearer, m.
 const NEARER: f64 = 0.1;
+/// The region's margin grows to so many times what it is at first.
+const GROWS: f64 = 4.0;
 
 impl Rover {
     /// Takes in points (m, W) that were seen from a place at a time (s).
@@ -175,7 +195,7 @@ impl Rover {
             let (dx, dy) = (p.x - at[0], p.y - at[1]);
             let own =
                 (cos * dx + sin * dy).abs() < half[0] && (cos * dy - sin * dx).abs() < half[1];
-            !own && !(dx.hypot(dy) > self.sight)
+            !own && !(dx * dx + dy * dy > self.sight * self.sight)
         };
         let points: Vec<Vec3> = points.iter().filter(wanted).copied().collect();
         let (touched, lost) = self.grid.add(&mut k.map, &points, time);
@@ -185,11 +205,12 @@ impl Rover {
         let ground = self.ground(judge, &k.patches);
         let turned = (self.arcs.body.offset() / self.grid.cell).ceil() as i32;
         let far = judge.depends_on() + turned;
+        let outer = self.outer();
         for [i0, j0, i1, j1] in touched.rectangles() {
             let cell = |i: i32| i.div_euclid(self.coarse);
             let (x, y) = (cell(i0 - far)..=cell(i1 + far), cell(j0 - far)..=cell(j1 + far));
             let cells = y.flat_map(|j| x.clone().map(move |i| [i, j]));
-            planner.change(cells.map(|c| (c, self.cost(&ground, c))));
+            planner.change(cells.map(|c| (c, self.cost(&ground, &k.failed, &outer, c))));
         }
     }
 
@@ -198,8 +219,23 @@ impl Rover {
         Ground { cell: self.grid.cell, patches, keep_out, free, radius: judge.limits().radius }
     }
 
+    /// Where the middles of the outer discs are from that of the body, with the headings that are tried, m.
+    fn outer(&self) -> [[f64; 2]; AROUND] {
+        let offset = self.arcs.body.offset();
+        std::array::from_fn(|k| {
+            let (s, c) = (k as f64 * std::f64::consts::TAU / AROUND as f64).sin_cos();
+            [offset * c, offset * s]
+        })
+    }
+
     /// Of a cell of the planner: the worst in it.
-    fn cost(&self, ground: &Ground, [i, j]: Index) -> f64 {
+    fn cost(
+        &self,
+        ground: &Ground,
+        failed: &[[f64; 2]],
+        outer: &[[f64; 2]; AROUND],
+        [i, j]: Index,
+    ) -> f64 {
         let n = self.coarse;
         let mut cost = 1.0_f64;
         for [di, dj] in (0..n).flat_map(|dj| (0..n).map(move |di| [di, dj])) {
@@ -211,30 +247,93 @@ impl Rover {
             cost = cost.max(1.0 + self.weight * lack);
         }
         // Here it fits through with some headings only.
-        let (edge, offset) = (self.grid.cell * f64::from(n), self.arcs.body.offset());
-        let [x, y] = middle_of(edge, [i, j]);
-        let narrow = (0..AROUND).any(|k| {
-            let (s, c) = (f64::from(k) * std::f64::consts::TAU / f64::from(AROUND)).sin_cos();
-            ground.at([x + offset * c, y + offset * s]) == Sight::Known(0)
-        });
-        if narrow { cost * NARROW } else { cost }
+        let [x, y] = middle_of(self.grid.cell * f64::from(n), [i, j]);
+        let shut = |[dx, dy]: &[f64; 2]| ground.at([x + dx, y + dy]) == Sight::Known(0);
+        let narrow = outer.iter().any(shut);
+        let near = |f: &&[f64; 2]| (f[0] - x).hypot(f[1] - y) < self.failed_radius();
+        let failures = failed.iter().filter(near).count() as i32;
+        cost * if narrow { NARROW } else { 1.0 } * FAILED.powi(failures)
     }
 
-    /// A planner around the rover and its goal; `None` when the goal has no place in one.
-    fn planner(&self, ground: &Ground, from: [f64; 2]) -> Option<Planner> {
-        let corner = |k: usize, side: f64| {
-            let ends =
-                if side < 0.0 { from[k].min(self.goal[k]) } else { from[k].max(self.goal[k]) };
-            ends + side * self.margin
-        };
+    /// So far from a place that it failed at the ground costs more, m.
+    fn failed_radius(&self) -> f64 {
+        0.5 * self.arcs.body.width
+    }
+
+    /// A planner around the rover, its goal, and the region of the one before; `None` when the goal has no place in one, or it would
+    /// be no larger.
+    fn planner(&self, k: &Knowledge, judge: &Assessor, from: [f64; 2]) -> Option<Planner> {
         let edge = self.grid.cell * f64::from(self.coarse);
-        let low = [corner(0, -1.0), corner(1, -1.0)];
-        let region = Region::new(edge, low, [corner(0, 1.0), corner(1, 1.0)]).ok()?;
+        let (mut low, mut high) = (from, from);
+        let mut take = |p: [f64; 2]| {
+            (0..2).for_each(|k| (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k])));
+        };
+        take(self.goal);
+        if let Some(old) = &k.planner {
+            old.region().corners().into_iter().for_each(take);
+        }
+        let [x0, y0, x1, y1] = self.keep_in;
+        for (k, (from, to)) in [(x0, x1), (y0, y1)].into_iter().enumerate() {
+            low[k] = (low[k] - self.margin).max(from);
+            high[k] = (high[k] + self.margin).min(to);
+        }
+        let region = Region::new(edge, low, high).ok()?;
+        if k.planner.as_ref().is_some_and(|old| *old.region() == region) {
+            return None;
+        }
         let mut planner = Planner::new(region, self.goal, 1.0 + self.weight * self.unknown)?;
+        let ground = self.ground(judge, &k.patches);
+        let outer = self.outer();
         let ([i, j], [nx, ny]) = (region.first, region.size.map(|n| n as i32));
         let cells = (j..j + ny).flat_map(|j| (i..i + nx).map(move |i| [i, j]));
-        planner.change(cells.map(|c| (c, self.cost(ground, c))));
+        planner.change(cells.map(|c| (c, self.cost(&ground, &k.failed, &outer, c))));
         Some(planner)
+    }
+
+    /// The way from here, in a region that is large enough for it; `None` when the goal has no place in one.
+    fn way(&self, judge: &Assessor, k: &mut Knowledge, from: [f64; 2]) -> Option<Way> {
+        let beyond = 2.0 * self.arcs.length * (1.0 + self.weight);
+        loop {
+            if let Some(planner) = &mut k.planner {
+                let way = planner.plan(from, beyond);
+                let [low, high] = planner.region().corners();
+                // So far the region reaches beyond rover and goal, where it reaches least and most.
+                let over = |a: [f64; 2]| (0..2).flat_map(move |k| [a[k] - low[k], high[k] - a[k]]);
+                let least = over(from).fold(f64::INFINITY, f64::min);
+                let most = over(from).zip(over(self.goal)).map(|(a, b)| a.min(b));
+                let close = least < 0.5 * self.margin || way == Way::Closed;
+                if !close || most.fold(f64::NEG_INFINITY, f64::max) >= GROWS * self.margin {
+                    return Some(way);
+                }
+            }
+            match (self.planner(k, judge, from), &mut k.planner) {
+                (Some(planner), _) => k.planner = Some(planner),
+                // Too many cells, or all that there are.
+                (None, Some(planner)) => return Some(planner.plan(from, beyond)),
+                (None, None) => return None,
+            }
+        }
+    }
+
+    /// Takes note that it failed where its way leads, and goes back: the farther the more often it failed around here.
+    fn fail(&self, judge: &Assessor, k: &mut Knowledge, memory: &mut Memory, here: [f64; 2]) {
+        let Some(planner) = &k.planner else { return };
+        let length = self.arcs.body.length;
+        let place = self.ahead(planner, here, 0.5 * length);
+        let around = |f: &&[f64; 2]| (f[0] - here[0]).hypot(f[1] - here[1]) < 2.0 * length;
+        let times = 1 + k.failed.iter().filter(around).count();
+        let count = Trail::count(0.5 * length * times as f64);
+        memory.back_to = Some(k.trail.len().saturating_sub(count));
+        k.failed.push(place);
+        let ground = self.ground(judge, &k.patches);
+        let Some(planner) = &mut k.planner else { return };
+        let outer = self.outer();
+        let edge = self.grid.cell * f64::from(self.coarse);
+        let cell = |v: f64| (v / edge).floor() as i32;
+        let (low, high) = (-self.failed_radius(), self.failed_radius());
+        let [x, y] = [0, 1].map(|k| cell(place[k] + low)..=cell(place[k] + high));
+        let cells = y.flat_map(|j| x.clone().map(move |i| [i, j]));
+        planner.change(cells.map(|c| (c, self.cost(&ground, &k.failed, &outer, c))));
     }
 
     /// What to do at a time (s), and the speed (m/s) and turn rate (rad/s) for it. `sees`: there was a picture.
@@ -248,7 +347,7 @@ impl Rover {
         sees: bool,
     ) -> [f64; 2] {
         const STAND: [f64; 2] = [0.0; 2];
-        let [x, y, heading] = pose.place;
+        let [x, y, _] = pose.place;
         if !memory.status.goes_on() {
             return STAND;
         }
@@ -269,52 +368,129 @@ impl Rover {
             return STAND;
         }
         memory.status = Status::Driving;
-        if k.planner.is_none() {
-            k.planner = self.planner(&self.ground(judge, &k.patches), [x, y]);
-        }
-        let Some(planner) = &mut k.planner else {
+        let here = [x, y];
+        let Some(way) = self.way(judge, k, here) else {
             memory.status = Status::Outside;
             return STAND;
         };
-        let beyond = 2.0 * self.arcs.length * (1.0 + self.weight);
-        let way = planner.plan([x, y], beyond);
-        memory.left = if let Way::Found(left) = way { left } else { f64::INFINITY };
+        self.progress(judge, k, memory, way, here, time);
         let trouble = match way {
             Way::Outside => Status::Outside,
             Way::GoalInObstacle => Status::GoalInObstacle,
+            Way::InObstacle if k.trail.len() <= 1 => Status::StartInObstacle,
             Way::Closed => Status::NoWay,
             Way::Found(_) | Way::InObstacle => Status::NoMove,
         };
-        let chosen = match way {
-            Way::Found(_) | Way::InObstacle => {
-                let ground = self.ground(judge, &k.patches);
-                let ahead = self.ahead(planner, [x, y]);
-                let heading =
-                    if ahead == [x, y] { heading } else { (ahead[1] - y).atan2(ahead[0] - x) };
-                let value = |p: [f64; 2]| planner.value(p);
-                let wish = Wish { value: &value, heading, distance, last: memory.doing };
-                let votes = self.arcs.votes(&ground, pose.place, &wish);
-                self.arcs.choose(&votes, memory.doing)
-            }
-            _ => None,
-        };
-        memory.doing = chosen.map(|v| v.mv);
-        memory.vote = chosen.map_or(0.0, |v| v.total);
+        let open = self.open(judge, k, memory, way, pose.place, distance);
         let since = *memory.stands_since.get_or_insert(time);
-        if chosen.is_some() {
+        let back = self.back(judge, k, memory, way, pose.place, open.is_some(), time - since);
+        memory.doing = back.or(open.map(|v| v.mv));
+        memory.vote = open.filter(|_| back.is_none()).map_or(0.0, |v| v.total);
+        if memory.doing.is_some() {
             memory.stands_since = None;
         } else if time - since >= self.patience {
             memory.status = trouble;
         }
-        let (least, when) = *memory.nearest.get_or_insert((memory.left, time));
-        if memory.left < least - NEARER {
-            memory.nearest = Some((memory.left, time));
-        } else if time - when >= self.progress {
+        let (_, when) = memory.nearest.unwrap_or((0.0, time));
+        if time - when >= self.progress {
             memory.status = Status::NoProgress;
         }
-        match chosen {
-            Some(vote) if memory.status.goes_on() => self.command(vote.mv),
+        match memory.doing {
+            Some(mv) if memory.status.goes_on() => self.command(mv),
             _ => STAND,
+        }
+    }
+
+    /// The move of most votes; `None` when every one is shut or there is no way.
+    fn open(
+        &self,
+        judge: &Assessor,
+        k: &Knowledge,
+        memory: &Memory,
+        way: Way,
+        place: Place,
+        distance: f64,
+    ) -> Option<Vote> {
+        let planner = k.planner.as_ref()?;
+        if !matches!(way, Way::Found(_) | Way::InObstacle) {
+            return None;
+        }
+        let ground = self.ground(judge, &k.patches);
+        let [x, y, heading] = place;
+        let ahead = self.ahead(planner, [x, y], self.look_ahead);
+        let heading = if ahead == [x, y] { heading } else { (ahead[1] - y).atan2(ahead[0] - x) };
+        let value = |p: [f64; 2]| planner.value(p);
+        let last = memory.doing.filter(|_| memory.back_to.is_none());
+        let wish = Wish { value: &value, heading, distance, last };
+        let votes = self.arcs.votes(&ground, place, &wish);
+        self.arcs.choose(&votes, last)
+    }
+
+    /// The move back along the trail, when it is to make one; else it takes note of where it is.
+    #[allow(clippy::too_many_arguments)]
+    fn back(
+        &self,
+        judge: &Assessor,
+        k: &mut Knowledge,
+        memory: &mut Memory,
+        way: Way,
+        place: Place,
+        open: bool,
+        stands: f64,
+    ) -> Option<Move> {
+        let here = [place[0], place[1]];
+        let leads = |k: &Knowledge, p: Place| {
+            k.planner.as_ref().is_some_and(|planner| planner.value([p[0], p[1]]).is_finite())
+        };
+        match memory.back_to {
+            Some(least) if open && k.trail.len() <= least => memory.back_to = None,
+            Some(_) => {}
+            None if open => k.trail.add(place),
+            None if stands >= 0.25 * self.patience => {
+                // Whence a way leads on.
+                let some = match way {
+                    Way::Found(_) | Way::InObstacle => !k.trail.is_empty(),
+                    _ => way == Way::Closed && k.trail.places().any(|p| leads(k, p)),
+                };
+                if some {
+                    self.fail(judge, k, memory, here);
+                }
+            }
+            None => {}
+        }
+        memory.back_to?;
+        let mv = k.trail.back(place, self.arcs.curvature_max);
+        if mv.is_none() {
+            memory.back_to = None;
+        }
+        mv
+    }
+
+    /// Keeps the least cost to the goal, and takes note of where it failed when it had no new one for long.
+    fn progress(
+        &self,
+        judge: &Assessor,
+        k: &mut Knowledge,
+        memory: &mut Memory,
+        way: Way,
+        here: [f64; 2],
+        time: f64,
+    ) {
+        let Some(planner) = &k.planner else { return };
+        let news = planner.value(memory.from) - memory.left;
+        memory.left = if let Way::Found(left) = way { left } else { f64::INFINITY };
+        memory.from = here;
+        let (least, when) = memory.nearest.get_or_insert((memory.left, time));
+        if news.is_finite() {
+            *least += news;
+        }
+        if memory.left < *least - NEARER {
+            memory.nearest = Some((memory.left, time));
+        } else if time - if memory.failed_at > *when { memory.failed_at } else { *when }
+            >= 0.125 * self.progress
+        {
+            memory.failed_at = time;
+            self.fail(judge, k, memory, here);
         }
     }
 
@@ -326,11 +502,11 @@ impl Rover {
         }
     }
 
-    /// The point of the way `look_ahead` from the rover.
-    fn ahead(&self, planner: &Planner, from: [f64; 2]) -> [f64; 2] {
-        let count = 4 + (4.0 * self.look_ahead / planner.region().cell) as usize;
+    /// The point of the way at a distance (m) from the rover.
+    fn ahead(&self, planner: &Planner, from: [f64; 2], distance: f64) -> [f64; 2] {
+        let count = 4 + (4.0 * distance / planner.region().cell) as usize;
         let path = planner.path(from, count);
-        let far = |p: &&[f64; 2]| (p[0] - from[0]).hypot(p[1] - from[1]) >= self.look_ahead;
+        let far = |p: &&[f64; 2]| (p[0] - from[0]).hypot(p[1] - from[1]) >= distance;
         path.iter().find(far).or(path.last()).copied().unwrap_or(from)
     }
 

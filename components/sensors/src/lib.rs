@@ -1,5 +1,5 @@
 //! Component library: sensors. Encoders, inertial units, attitudes, poses and motions of nodes, cameras, lidar, radar, star
-//! trackers, sun sensors, solar clocks; noise follows from the seed.
+//! trackers, sun sensors, solar clocks, rocks that were come over; noise follows from the seed.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "sensors.imu"`):
 //! ```
@@ -17,6 +17,7 @@ pub mod lidar;
 pub mod motion;
 pub mod pose;
 pub mod radar;
+pub mod rock_overlap;
 pub mod solar_clock;
 pub mod star_tracker;
 pub mod sun_sensor;
@@ -36,6 +37,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<motion::Motion>(),
         Entry::model::<pose::PoseSensor>(),
         Entry::sized::<radar::Radar>(),
+        Entry::sized::<rock_overlap::RockOverlap>(),
         Entry::model::<solar_clock::SolarClock>(),
         Entry::model::<star_tracker::StarTracker>(),
         Entry::model::<sun_sensor::SunSensor>(),

@@ -24,11 +24,17 @@ pub(crate) fn firm() -> Soil {
 pub(crate) struct Slope {
     soil: Soil,
     half: f64,
+    rocks: Vec<Rock>,
 }
 
 /// The slope as a service.
 pub(crate) fn slope(half: f64) -> Handle<dyn Terrain> {
-    Handle::new("ground", Arc::new(Slope { soil: firm(), half }) as Arc<dyn Terrain>)
+    Handle::new("ground", Arc::new(Slope { soil: firm(), half, rocks: vec![] }) as Arc<dyn Terrain>)
+}
+
+/// The slope with rocks that it lists.
+pub(crate) fn strewn(rocks: Vec<Rock>) -> Handle<dyn Terrain> {
+    Handle::new("ground", Arc::new(Slope { soil: firm(), half: 100.0, rocks }) as Arc<dyn Terrain>)
 }
 
 impl Terrain for Slope {
@@ -45,5 +51,8 @@ impl Terrain for Slope {
         let rise = (0.25 * self.half) as f32;
         let (origin, spacing) = ([-self.half; 2], [2.0 * self.half; 2]);
         Surface { origin, spacing, nx: 2, ny: 2, heights: vec![-rise, rise, -rise, rise] }
+    }
+    fn rocks(&self) -> Vec<Rock> {
+        self.rocks.clone()
     }
 }

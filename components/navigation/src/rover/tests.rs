@@ -18,6 +18,7 @@ fn rover(goal: [f64; 2]) -> Rover {
         unknown: 0.7,
         coarse: 2,
         margin: 6.0,
+        keep_in: [f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY],
         look_ahead: 2.0,
         body_margin: 0.1,
         sight: 6.0,
@@ -128,6 +129,64 @@ fn it_drives_around_a_wall_that_it_comes_to_see() {
 }
 
 #[test]
+fn a_long_way_around_is_progress_and_the_region_grows_with_it() {
+    // The wall reaches 8 m beyond the region that it begins with. Along it it comes no nearer to the goal for longer than `progress`.
+    let wall = |x: f64, y: f64| if (4.0..4.6).contains(&x) && y.abs() < 14.0 { 0.6 } else { 0.0 };
+    let rover = Rover { progress: 120.0, ..rover([8.0, 0.0]) };
+    let mut run = Run::new();
+    run.go(&rover, 0, 900, &wall);
+    assert_eq!(run.memory.status, Status::Arrived, "{:?}", run.at);
+    let farthest = run.way.iter().map(|at| at[1].abs()).fold(0.0, f64::max);
+    assert!(farthest > 14.0, "{farthest}");
+}
+
+#[test]
+fn it_stays_where_it_may_plan() {
+    // A wall across all that it may plan in: it would have to leave it.
+    let wall = |x: f64, y: f64| if (4.0..4.6).contains(&x) && y.abs() < 6.0 { 0.6 } else { 0.0 };
+    let rover = Rover { keep_in: [-2.0, -5.0, 10.0, 5.0], ..rover([8.0, 0.0]) };
+    let mut run = Run::new();
+    run.go(&rover, 0, 600, &wall);
+    assert!(matches!(run.memory.status, Status::NoWay), "{:?}", run.memory.status);
+    assert!(run.way.iter().all(|at| (-2.0..10.0).contains(&at[0]) && at[1].abs() < 5.0));
+    let outside = Rover { keep_in: [-2.0, -5.0, 7.0, 5.0], ..rover };
+    let mut run = Run::new();
+    run.go(&outside, 0, 4, &|_, _| 0.0);
+    assert_eq!(run.memory.status, Status::Outside);
+}
+
+#[test]
+fn from_hazards_that_it_sees_late_it_goes_back_where_it_came_from() {
+    let rover = Rover { progress: 300.0, ..rover([8.0, 0.0]) };
+    let mut run = Run::new();
+    run.go(&rover, 0, 30, &|_, _| 0.0);
+    let [x, y, _] = run.at;
+    assert!(run.memory.status == Status::Driving && x > 2.0, "{:?}", run.at);
+    // Rocks beside its front, one to either side: its discs are deep in hazards, its rectangle is clear of them.
+    let rock = move |px: f64, py: f64| {
+        let beside = (py - y).abs() > 0.62 && (py - y).abs() < 1.0;
+        if beside && (x - 0.2..x + 0.6).contains(&px) { 0.5 } else { 0.0 }
+    };
+    let began = run.way.len();
+    run.go(&rover, 30, 700, &rock);
+    assert_eq!(run.memory.status, Status::Arrived, "{:?}", run.at);
+    let back = run.way[began..].iter().map(|at| at[0]).fold(f64::INFINITY, f64::min);
+    assert!(back < x - 0.5 && !run.k.failed.is_empty(), "{back} {x}");
+    // Out by the way that it came, the rectangle never in the rocks.
+    for [ax, ay, heading] in run.way.drain(began..) {
+        for k in 0..40 {
+            let t = 0.05 * f64::from(k % 20) - 0.475;
+            let [along, left] = if k < 20 { [1.2 * t, 0.5] } else { [0.6, 1.0 * t] };
+            for sign in [1.0, -1.0] {
+                let (s, c) = heading.sin_cos();
+                let p = [ax + sign * (c * along - s * left), ay + sign * (s * along + c * left)];
+                assert_eq!(rock(p[0], p[1]), 0.0, "{ax} {ay} {heading}");
+            }
+        }
+    }
+}
+
+#[test]
 fn split_is_straight() {
     let rover = rover([8.0, 0.0]);
     let (mut straight, mut split) = (Run::new(), Run::new());
@@ -172,6 +231,10 @@ fn every_end_is_a_state() {
         .collect();
     let (status, at) = end(&Rover { keep_out: zones, ..rover([6.0, 0.0]) }, &flat, 200);
     assert_eq!((status, at), (Status::NoWay, [0.0; 3]));
+    // Rocks all around its beginning.
+    let ring = |x: f64, y: f64| if (0.8..1.0).contains(&x.hypot(y)) { 0.5 } else { 0.0 };
+    let (status, at) = end(&rover([6.0, 0.0]), &ring, 60);
+    assert!(status == Status::StartInObstacle && at[0].hypot(at[1]) < 0.3, "{status:?} {at:?}");
     for goal in [[1e9, 0.0], [f64::NAN, 0.0], [5e4, 5e4]] {
         assert_eq!(end(&rover(goal), &flat, 4), (Status::Outside, [0.0; 3]), "{goal:?}");
     }
