@@ -222,10 +222,13 @@ fn every_assembly_is_right() {
                 let said =
                     said.code(2).tells(&["the world has neither nodes nor hinges", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
-            } else if path.ends_with("parts/navigation_waypoints.ron") {
-                // Alone nothing tells it where it is: x, y, heading.
+            } else if let Some(inputs) = [("waypoints", 3), ("plan", 4)]
+                .into_iter()
+                .find(|(kind, _)| path.ends_with(format!("parts/navigation_{kind}.ron")))
+            {
+                // Alone nothing tells it where it is: x, y, heading, and for a plan the tilt.
                 let said = said.code(2).tells(&["is not wired", "help: "]);
-                assert_eq!(said.err.matches("error: ").count(), 3, "{}", said.err);
+                assert_eq!(said.err.matches("error: ").count(), inputs.1, "{}", said.err);
             } else if ["parts/differential_", "parts/torque_joint"]
                 .iter()
                 .any(|p| path.to_string_lossy().contains(p))
