@@ -10,7 +10,7 @@ import weakref
 
 import numpy as np
 import pytest
-from conftest import off
+from conftest import off, program
 
 import linkwork as lw
 
@@ -114,12 +114,9 @@ def test_pieces_logs_callbacks_and_recordings_change_no_bit(tmp_path):
 def test_the_bits_are_those_of_the_command_line():
     """Against `linkwork run`, when it is built: the same state after a second."""
     target = os.environ.get("CARGO_TARGET_DIR", "target")
-    program = os.path.join(target, "release", "linkwork")
-    if not os.path.exists(program):
-        pytest.skip("the command line is not built in release")
     for sim, until in ((PENDULUM, "3"), (ROVER, "1")):
         out = os.path.join(target, "python-bits")
-        line = [program, "run", sim, "--until", until, "--out", out, "--no-log", "--save-rrd", "off", "-q"]
+        line = [program(), "run", sim, "--until", until, "--out", out, "--no-log", "--save-rrd", "off", "-q"]
         subprocess.run(line, check=True)
         with open(os.path.join(out, "summary.json")) as f:
             want = json.load(f)["state_hash"]
@@ -398,9 +395,5 @@ def test_a_recording_holds_what_was_pinned_before_it_began(tmp_path):
     sim.stop_recording()
     series = lw.read_log(tmp_path / "run.mcap")
     assert (series["bob.angle"].y == 0.25).all()
-    target = os.environ.get("CARGO_TARGET_DIR", "target")
-    program = os.path.join(target, "release", "linkwork")
-    if not os.path.exists(program):
-        pytest.skip("the command line is not built in release")
-    said = subprocess.run([program, "replay", tmp_path / "run.mcap", "--verify"], capture_output=True, text=True)
+    said = subprocess.run([program(), "replay", tmp_path / "run.mcap", "--verify"], capture_output=True, text=True)
     assert said.returncode == 0 and "verified" in said.stdout, said
