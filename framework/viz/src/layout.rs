@@ -6,13 +6,15 @@ use linkwork_spatial::Vec3;
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use re_sdk_types::blueprint::archetypes::{
     Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
-    SpatialInformation, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
+    SpatialInformation, TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents,
+    ViewportBlueprint,
 };
 use re_sdk_types::blueprint::components::{
     AutoLayout, AutoViews, BackgroundKind, ColumnShare, ContainerKind, IncludedContent, PanelState,
     PlayState, QueryExpression, RootContainer, TimelineName, ViewClass,
 };
 use re_sdk_types::components::{Name, TransformFrameId};
+use re_sdk_types::datatypes::{TimeRange, TimeRangeBoundary};
 use uuid::Uuid;
 
 fn id(what: &str) -> Uuid {
@@ -91,6 +93,7 @@ pub fn send(
         let place = crate::pictures::place(camera).to_string();
         plots.push(view(&bp, "2D", camera, &place, &["$origin/**".to_string()])?);
     }
+    let whole = TimeRange { start: TimeRangeBoundary::Infinite, end: TimeRangeBoundary::Infinite };
     for panel in &scene.panels {
         let origin = plot_path(&panel.title);
         let contents = ["$origin/**".to_string()];
@@ -99,6 +102,8 @@ pub fn send(
             format!("{path}/PlotLegend"),
             &PlotLegend::new().with_visible(panel.series.len() > 1),
         )?;
+        // The whole run: a viewer that follows would show the last half minute.
+        bp.log(format!("{path}/TimeAxis"), &TimeAxis::new().with_view_range(whole))?;
         plots.push(path);
     }
     let root = if plots.is_empty() {

@@ -13,8 +13,10 @@ use re_sdk::StoreKind;
 use re_sdk::external::re_log_encoding::DecoderApp;
 use re_sdk::log::{Chunk, LogMsg};
 use re_sdk::time::TimeInt;
-use re_sdk_types::blueprint::archetypes::LineGrid3D;
+use re_sdk_types::blueprint::archetypes::{LineGrid3D, TimeAxis};
+use re_sdk_types::blueprint::components::TimeRange;
 use re_sdk_types::components::{TransformFrameId, Translation3D, Visible};
+use re_sdk_types::datatypes::TimeRangeBoundary;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::BufReader;
 use std::net::TcpListener;
@@ -283,6 +285,23 @@ fn there_is_no_grid() {
         .map(|v| *v.0)
         .collect();
     assert_eq!(told, [false]);
+}
+
+/// A viewer that follows the end would show the last half minute of curves, and nothing of those that ended before.
+#[test]
+fn curves_are_shown_from_beginning_to_end() {
+    let (plan, folder) = (plan(), room());
+    let path = folder.path().join("run.rrd");
+    recorded(&plan, &path);
+    let range = TimeAxis::descriptor_view_range().component;
+    let told: Vec<TimeRange> = chunks_of(&path, StoreKind::Blueprint)
+        .iter()
+        .flat_map(|c| {
+            c.iter_component::<TimeRange>(range).flat_map(|v| v.to_vec()).collect::<Vec<_>>()
+        })
+        .collect();
+    let [one] = told[..] else { panic!("{told:?}, and there is one panel") };
+    assert_eq!([one.0.start, one.0.end], [TimeRangeBoundary::Infinite; 2]);
 }
 
 #[test]
