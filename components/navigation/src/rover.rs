@@ -486,9 +486,7 @@ impl Rover {
         }
         if memory.left < *least - NEARER {
             memory.nearest = Some((memory.left, time));
-        } else if time - if memory.failed_at > *when { memory.failed_at } else { *when }
-            >= 0.125 * self.progress
-        {
+        } else if time - memory.failed_at.max(*when) >= 0.125 * self.progress {
             memory.failed_at = time;
             self.fail(judge, k, memory, here);
         }

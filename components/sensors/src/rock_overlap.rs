@@ -43,19 +43,32 @@ pub struct RockOverlap {
     rocks: Vec<Rock>,
 }
 
-/// Whether a rectangle about a mount overlaps a rock.
-fn overlaps(mount: &NodeState, [length, width]: [f64; 2], rock: &Rock) -> bool {
-    let axle = mount.rotation * Vec3::y();
-    let size = axle.x.hypot(axle.y);
-    let (dx, dy) = (rock.x - mount.position.x, rock.y - mount.position.y);
-    // An axle that stands up has no direction from above: the rectangle's circle.
-    if size < 1e-9 {
-        return dx.hypot(dy) <= 0.5 * (length.hypot(width) + rock.diameter);
+/// A rectangle about a mount, from above.
+struct Rectangle {
+    middle: [f64; 2],
+    /// Direction of its width; `None` for an axle that stands up, which has none: its circle then.
+    across: Option<[f64; 2]>,
+    size: [f64; 2],
+}
+
+impl Rectangle {
+    fn about(mount: &NodeState, size: [f64; 2]) -> Self {
+        let axle = mount.rotation * Vec3::y();
+        let level = axle.x.hypot(axle.y);
+        let across = (level >= 1e-9).then(|| [axle.x / level, axle.y / level]);
+        Rectangle { middle: [mount.position.x, mount.position.y], across, size }
     }
-    let (lx, ly) = (axle.x / size, axle.y / size);
-    let off = |d: f64, edge: f64| (d.abs() - 0.5 * edge).max(0.0);
-    let (left, ahead) = (off(dx * lx + dy * ly, width), off(dx * ly - dy * lx, length));
-    left.hypot(ahead) <= 0.5 * rock.diameter
+
+    fn overlaps(&self, rock: &Rock) -> bool {
+        let [length, width] = self.size;
+        let (dx, dy) = (rock.x - self.middle[0], rock.y - self.middle[1]);
+        let Some([lx, ly]) = self.across else {
+            return dx.hypot(dy) <= 0.5 * (length.hypot(width) + rock.diameter);
+        };
+        let off = |d: f64, edge: f64| (d.abs() - 0.5 * edge).max(0.0);
+        let (left, ahead) = (off(dx * lx + dy * ly, width), off(dx * ly - dy * lx, length));
+        left.hypot(ahead) <= 0.5 * rock.diameter
+    }
 }
 
 impl SizedModel for RockOverlap {
@@ -111,9 +124,10 @@ impl SizedModel for RockOverlap {
 
     fn update(&self, _: &Clock, _: &[f64], _: &mut [f64], u: &[f64], store: &mut Vec<usize>) {
         let mounts = u.chunks_exact(<NodeState as Lane>::N).map(NodeState::get);
-        for (mount, rectangle) in mounts.zip(&self.p.rectangles) {
+        for (mount, size) in mounts.zip(&self.p.rectangles) {
+            let rectangle = Rectangle::about(&mount, *size);
             for (k, rock) in self.rocks.iter().enumerate() {
-                if overlaps(&mount, *rectangle, rock)
+                if rectangle.overlaps(rock)
                     && let Err(place) = store.binary_search(&k)
                 {
                     store.insert(place, k);

@@ -2,11 +2,11 @@
 //!
 //! The queries are those of `linkwork_embedded::Robot`.
 use crate::array::{Array2, Input, out2, vector};
-use crate::contact::Collider;
+use crate::contact::{Collider, chosen};
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
-use crate::mechanism::{Mechanism, choice};
-use linkwork_collision::{ColliderId, ColliderSpec, Distance, Neighbours, Occupancy, Rules};
+use crate::mechanism::Mechanism;
+use linkwork_collision::{ColliderId, Distance, Occupancy};
 use linkwork_embedded::{ModelSpec, Path, Robot, RobotError, RobotModel, Visibility};
 use linkwork_multibody::Builder;
 use linkwork_runtime::remedy;
@@ -108,22 +108,7 @@ impl Collisions {
         neighbours: Option<&str>,
     ) -> PyResult<Self> {
         let core = mechanism.core.clone();
-        let mut rules = Rules::default();
-        let specs: Vec<ColliderSpec> = match colliders {
-            Some(given) => given.iter().map(|c| c.spec.clone()).collect(),
-            None => {
-                if let Some(c) = &core.contact {
-                    rules = c.colliders.rules().clone();
-                }
-                mechanism.file_colliders()?.into_iter().map(|c| c.spec).collect()
-            }
-        };
-        let known = [("pass", Neighbours::Pass), ("collide", Neighbours::Collide)];
-        if let Some(given) = neighbours {
-            rules.neighbours = choice("neighbours", given, &known)?;
-        }
-        rules.ignore.extend(ignore.unwrap_or_default());
-        rules.collide.extend(collide.unwrap_or_default());
+        let (specs, rules) = chosen(mechanism, colliders, ignore, collide, neighbours)?;
         let mechanism = Builder::from(&core.mbs);
         let spec = ModelSpec { mechanism, colliders: specs, rules, ..ModelSpec::default() };
         let model = RobotModel::new(&spec).map_err(refuse)?;

@@ -330,6 +330,32 @@ fn setting(what: &str, given: Option<f64>, default: f64, zero: bool) -> PyResult
     Err(refuse_with(format!("`{what}` is {x}"), help))
 }
 
+/// Colliders that were given, or those of the mechanism's file with its rules; and what is added to the rules.
+pub(crate) fn chosen(
+    mechanism: &Mechanism,
+    colliders: Option<Vec<PyRef<'_, Collider>>>,
+    ignore: Option<Vec<[String; 2]>>,
+    collide: Option<Vec<[String; 2]>>,
+    neighbours: Option<&str>,
+) -> PyResult<(Vec<ColliderSpec>, Rules)> {
+    let (specs, mut rules): (Vec<_>, _) = match colliders {
+        Some(given) => (given.iter().map(|c| c.spec.clone()).collect(), Rules::default()),
+        None => {
+            let contact = &mechanism.core.contact;
+            let rules = contact.as_ref().map(|c| c.colliders.rules().clone());
+            let specs = mechanism.file_colliders()?.into_iter().map(|c| c.spec).collect();
+            (specs, rules.unwrap_or_default())
+        }
+    };
+    let known = [("pass", Neighbours::Pass), ("collide", Neighbours::Collide)];
+    if let Some(given) = neighbours {
+        rules.neighbours = choice("neighbours", given, &known)?;
+    }
+    rules.ignore.extend(ignore.unwrap_or_default());
+    rules.collide.extend(collide.unwrap_or_default());
+    Ok((specs, rules))
+}
+
 #[pymethods]
 impl Contact {
     #[new]
@@ -350,25 +376,13 @@ impl Contact {
         tolerance: Option<f64>,
     ) -> PyResult<Self> {
         let core = mechanism.core.clone();
-        let (mut rules, mut own) = (Rules::default(), ContactSettings::default());
-        let specs: Vec<ColliderSpec> = match colliders {
-            Some(given) => given.iter().map(|c| c.spec.clone()).collect(),
-            None => {
-                if let Some(c) = &core.contact {
-                    rules = c.colliders.rules().clone();
-                    let fact = "the contact of the file is compliant, and this one is by impulses";
-                    let help = "give `mechanism.file_colliders()` as colliders, or use linkwork.Simulation";
-                    own = c.settings.clone().ok_or_else(|| refuse_with(fact, help))?;
-                }
-                mechanism.file_colliders()?.into_iter().map(|c| c.spec).collect()
-            }
-        };
-        let known = [("pass", Neighbours::Pass), ("collide", Neighbours::Collide)];
-        if let Some(given) = neighbours {
-            rules.neighbours = choice("neighbours", given, &known)?;
+        let mut own = ContactSettings::default();
+        if let (None, Some(c)) = (&colliders, &core.contact) {
+            let fact = "the contact of the file is compliant, and this one is by impulses";
+            let help = "give `mechanism.file_colliders()` as colliders, or use linkwork.Simulation";
+            own = c.settings.clone().ok_or_else(|| refuse_with(fact, help))?;
         }
-        rules.ignore.extend(ignore.unwrap_or_default());
-        rules.collide.extend(collide.unwrap_or_default());
+        let (specs, rules) = chosen(mechanism, colliders, ignore, collide, neighbours)?;
         let known = [("stop", JointLimits::Stop), ("ignore", JointLimits::Ignore)];
         let limits = limits.map_or(Ok(own.limits), |given| choice("limits", given, &known))?;
         let mut settings = ContactSettings {
