@@ -3,19 +3,26 @@ use crate::load::{dotted, params_of};
 use linkwork_assembly::{
     ArrowForm, BodyShape, Loaded, Text, ViewForm, match_patterns, path_matches,
 };
+use linkwork_collision::{Seen, Shape as Geometry};
+use linkwork_multibody::Body;
 use linkwork_runtime::{Fault, Located, Place, Plan, Seconds, ServiceObject, Unit, Value, remedy};
-use linkwork_spatial::Vec3;
+use linkwork_spatial::{Pose, Vec3, quat};
 use linkwork_viz::{Arrow, InUnit, Marker, Panel, Planet, Scene, Shape};
 
 /// The scene, and the period of its rows.
 pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Seconds), Vec<Fault>> {
     let mut faults = Vec::new();
+    let mut seen = shapes(loaded);
+    if seen.is_empty() {
+        seen = boxes(plan);
+    }
     let mut scene = Scene {
         title: title.to_string(),
-        shapes: shapes(loaded).into_iter().chain(loaded.grounds.iter().map(shape)).collect(),
+        shapes: seen.into_iter().chain(loaded.grounds.iter().map(shape)).collect(),
         panels: panels(loaded, plan, &mut faults),
-        planet: planet(loaded, plan),
+        planet: planet(loaded, plan, &mut faults),
         sky: loaded.simulation.view.as_ref().and_then(|v| v.sky).map(bytes),
+        follow: free_body(plan),
         ..Scene::default()
     };
     let mut period = Seconds { num: 1, den: 30 };
@@ -25,17 +32,34 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
     if faults.is_empty() { Ok((scene, period)) } else { Err(faults) }
 }
 
+/// Colour of what has none, 0 … 1.
+const GREY: [f64; 4] = [0.72, 0.72, 0.75, 1.0];
+
 /// A colour from 0 … 1 to 0 … 255.
 fn bytes(color: [f64; 4]) -> [u8; 4] {
     color.map(|c| (255.0 * c) as u8)
 }
 
-/// The planet on which W is a site.
-fn planet(loaded: &Loaded, plan: &Plan) -> Option<Planet> {
-    let site = plan.services.iter().find_map(|(_, o)| o.axes().site())?;
-    let written = loaded.simulation.view.as_ref().and_then(|v| v.planet);
+/// The planet on which W is a site, or about the origin of W.
+fn planet(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Option<Planet> {
+    let site = plan.services.iter().find_map(|(_, o)| o.axes().site());
+    let view = loaded.simulation.view.as_ref();
+    let written = view.and_then(|v| v.planet);
     let [r, g, b, _] = bytes(written.unwrap_or([0.6, 0.55, 0.5, 1.0]));
-    Some(Planet { centre: -site.from_centre(&Vec3::zeros()), color: [r, g, b] })
+    let color = [r, g, b];
+    match (site, view.and_then(|v| Some((v.origin, v.planet_radius?)))) {
+        (Some(site), None) => {
+            let centre = -site.from_centre(&Vec3::zeros());
+            Some(Planet { centre, radius: centre.norm(), color })
+        }
+        (Some(_), Some((origin, _))) => {
+            let message = "`view`: `planet_radius` where W is a site, whose planet is known";
+            faults.push(Fault::new(origin, message).help("leave it out"));
+            None
+        }
+        (None, Some((_, radius))) => Some(Planet { centre: Vec3::zeros(), radius, color }),
+        (None, None) => None,
+    }
 }
 
 /// Shapes of the bodies of all phases, each with the phases that have it so.
@@ -64,7 +88,7 @@ fn shapes(loaded: &Loaded) -> Vec<Shape> {
 }
 
 fn shape(s: &BodyShape) -> Shape {
-    let [r, g, b, a] = bytes(s.color.unwrap_or([0.72, 0.72, 0.75, 1.0]));
+    let [r, g, b, a] = bytes(s.color.unwrap_or(GREY));
     Shape {
         body: s.body.clone(),
         name: s.name.clone(),
@@ -73,6 +97,46 @@ fn shape(s: &BodyShape) -> Shape {
         color: [r, g, b, a],
         phases: Vec::new(),
     }
+}
+
+/// The first body that moves freely in W.
+fn free_body(plan: &Plan) -> Option<String> {
+    let bodies = plan.mechanism()?.multibody.bodies().iter();
+    let mut free = bodies.filter(|b| b.parent().is_none() && b.v().len() == 6);
+    free.next().map(|b| b.name().to_string())
+}
+
+/// Edge of the box of a point mass, m.
+const POINT: f64 = 0.1;
+
+/// For a machine none of whose bodies has a shape: for each body with mass the solid box of its mass and inertia.
+/// About the principal axes m (b² + c²) / 12 = I_a for edges a, b, c.
+fn boxes(plan: &Plan) -> Vec<Shape> {
+    let bodies = plan.mechanism().map_or(&[][..], |m| m.multibody.bodies());
+    let box_of = |body: &Body| {
+        let mass = body.mass_properties();
+        let principal = mass.inertia_com.symmetric_eigen();
+        let moments = principal.eigenvalues;
+        let edge = |a: usize| {
+            let squared = 6.0 / mass.mass * (moments.sum() - 2.0 * moments[a]);
+            squared.max(0.0).sqrt()
+        };
+        let edges = Vec3::new(edge(0), edge(1), edge(2));
+        let longest = if edges.max() > 0.0 { edges.max() } else { POINT };
+        let mut axes = principal.eigenvectors;
+        if axes.determinant() < 0.0 {
+            axes.set_column(2, &-axes.column(2));
+        }
+        Shape {
+            body: body.name().to_string(),
+            name: "inertia".into(),
+            pose: Pose::new(quat(&axes), mass.com),
+            form: Seen::Shape(Geometry::Box { half: 0.5 * edges.map(|e| e.max(0.02 * longest)) }),
+            color: bytes(GREY),
+            phases: Vec::new(),
+        }
+    };
+    bodies.iter().filter(|b| b.mass_properties().mass > 0.0).map(box_of).collect()
 }
 
 /// What differs between paths of one pattern: `Rover.Wheels.Wheel1.Motor.torque` → `Wheel1`.
@@ -174,7 +238,10 @@ fn view(
         }
         out
     };
-    scene.follow = find("follow", v.follow.as_slice(), &bodies, "body").into_iter().next();
+    // An eye that is written without a body stands in W.
+    if v.follow.is_some() || v.eye.is_some() {
+        scene.follow = find("follow", v.follow.as_slice(), &bodies, "body").into_iter().next();
+    }
     scene.trails = find("trails", &v.trails, &bodies, "body");
     scene.frames = find("frames", &v.frames, &nodes, "node");
     scene.eye = v.eye;
@@ -258,4 +325,78 @@ fn markers(path: &Text, plan: &Plan) -> Result<Vec<Marker>, Fault> {
 pub fn position(plan: &Plan, body: &str) -> Option<(Place, Place)> {
     let at = |c: &str| plan.variables.get(&format!("{body}.position.{c}")).map(|v| v.place);
     Some((at("x")?, at("y")?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linkwork_multibody::{BodySpec, Builder, Hinge};
+    use linkwork_runtime::{Catalogue, Entry, Files, MechanismSpec, Spec, compile};
+    use linkwork_spatial::{MassProperties, Mat3};
+    use std::sync::Arc;
+
+    fn plan(bodies: Vec<BodySpec>) -> Plan {
+        let mut b = Builder::new();
+        for body in bodies {
+            b.body(body);
+        }
+        let multibody = Arc::new(b.build().expect("it is whole"));
+        let (q, v) = (multibody.neutral_q(), vec![0.0; multibody.nv()]);
+        let mut spec = Spec::default();
+        spec.set_mechanism(MechanismSpec::new("Mechanism", multibody, q, v));
+        let catalogue = Catalogue::new(Vec::<Vec<Entry>>::new());
+        compile(&spec, &catalogue, &Files::default()).expect("it compiles")
+    }
+
+    /// Edges 0.3, 0.5, 0.9 m and 7 kg, turned and moved: the box is found again by its own mass and inertia.
+    #[test]
+    fn a_body_without_shapes_is_shown_as_the_box_of_its_inertia() {
+        let edges = Vec3::new(0.3, 0.5, 0.9);
+        let squares = edges.component_mul(&edges);
+        let moments = squares.map(|s| 7.0 / 12.0 * (squares.sum() - s));
+        let turn = *linkwork_spatial::Quat::from_euler_angles(0.3, -0.8, 1.1)
+            .to_rotation_matrix()
+            .matrix();
+        let com = Vec3::new(0.1, -0.2, 0.4);
+        let mass =
+            MassProperties::new(7.0, com, turn * Mat3::from_diagonal(&moments) * turn.transpose());
+        let plan = plan(vec![
+            BodySpec::new("bob", "world").hinge(Hinge::free()).mass(mass),
+            BodySpec::new("carrier", "world").hinge(Hinge::pin(Vec3::z())),
+            BodySpec::new("tip", "carrier").mass(MassProperties::new(
+                1.0,
+                Vec3::x(),
+                Mat3::zeros(),
+            )),
+        ]);
+        let [bob, tip] = &boxes(&plan)[..] else { panic!("one for each body with mass") };
+        assert_eq!([bob.body.as_str(), tip.body.as_str()], ["bob", "tip"]);
+        let Seen::Shape(Geometry::Box { half }) = &bob.form else { panic!("{:?}", bob.form) };
+        assert_eq!(bob.pose.position, com);
+        let axes = *bob.pose.rotation.to_rotation_matrix().matrix();
+        let squares = (2.0 * half).map(|e| e * e);
+        let own = squares.map(|s| 7.0 / 12.0 * (squares.sum() - s));
+        assert!(
+            (axes * Mat3::from_diagonal(&own) * axes.transpose() - mass.inertia_com).norm() < 1e-12
+        );
+        let Seen::Shape(Geometry::Box { half }) = &tip.form else { panic!("{:?}", tip.form) };
+        assert!((1e-4..=0.5 * POINT).contains(&half.min()), "a point is seen: {half:?}");
+    }
+
+    #[test]
+    fn the_eye_follows_what_is_free() {
+        let pendulum =
+            plan(vec![
+                BodySpec::new("arm", "world")
+                    .hinge(Hinge::pin(Vec3::y()))
+                    .mass(MassProperties::new(1.0, Vec3::zeros(), Mat3::identity())),
+            ]);
+        assert_eq!(free_body(&pendulum), None);
+        let mass = MassProperties::new(1.0, Vec3::zeros(), Mat3::identity());
+        let craft = plan(vec![
+            BodySpec::new("tower", "world"),
+            BodySpec::new("craft", "world").hinge(Hinge::free()).mass(mass),
+        ]);
+        assert_eq!(free_body(&craft).as_deref(), Some("craft"));
+    }
 }

@@ -55,12 +55,41 @@ fn container(
     Ok(path)
 }
 
-/// Sends the blueprint of a scene. The 3D view is that of the frame `origin`, at whose origin the eye looks, without the
-/// viewer's grid, which would cut through the ground or stand for one where there is none. Each of the `cameras` has a panel.
+/// Colour of the sky unless a scene says another.
+const SKY: [u8; 4] = [22, 24, 30, 255];
+
+/// The 3D view, of the frame `origin`, at whose origin the eye looks, without the viewer's grid, which would cut through the
+/// ground or stand for one where there is none.
+fn space(
+    bp: &RecordingStream,
+    scene: &Scene,
+    origin: &EntityPath,
+) -> RecordingStreamResult<String> {
+    let all = ["+ /**".to_string(), "- /plots/**".to_string()];
+    let path = view(bp, "3D", "Scene", &origin.to_string(), &all)?;
+    let e = scene.eye.unwrap_or_else(|| Vec3::new(-4.0, -5.0, 3.0));
+    let f3 = |v: &Vec3| [v.x as f32, v.y as f32, v.z as f32];
+    let eye = EyeControls3D::new()
+        .with_position(f3(&e))
+        .with_look_target([0.0; 3])
+        .with_eye_up([0.0, 0.0, 1.0]);
+    bp.log(format!("{path}/EyeControls3D"), &eye)?;
+    let frame = SpatialInformation::new(TransformFrameId::from_entity_path(origin));
+    bp.log(format!("{path}/SpatialInformation"), &frame)?;
+    bp.log(format!("{path}/LineGrid3D"), &LineGrid3D::new().with_visible(false))?;
+    let [r, g, b, a] = scene.sky.unwrap_or(SKY);
+    let sky = re_sdk_types::components::Color::from_unmultiplied_rgba(r, g, b, a);
+    let background = Background::new(BackgroundKind::SolidColor).with_color(sky);
+    bp.log(format!("{path}/Background"), &background)?;
+    Ok(path)
+}
+
+/// Sends the blueprint of a scene: its 3D view from the frame `origin`, if there is anything in it, and a panel for each of the
+/// `cameras` and of the panels of curves.
 pub fn send(
     rec: &RecordingStream,
     scene: &Scene,
-    origin: &EntityPath,
+    origin: Option<&EntityPath>,
     cameras: &[String],
 ) -> RecordingStreamResult<()> {
     let application =
@@ -70,24 +99,7 @@ pub fn send(
         .blueprint()
         .memory()?;
     bp.set_time_sequence("blueprint", 0);
-    let all = ["+ /**".to_string(), "- /plots/**".to_string()];
-    let main = view(&bp, "3D", "Scene", &origin.to_string(), &all)?;
-    let e = scene.eye.unwrap_or_else(|| Vec3::new(-4.0, -5.0, 3.0));
-    let f3 = |v: &Vec3| [v.x as f32, v.y as f32, v.z as f32];
-    let eye = EyeControls3D::new()
-        .with_position(f3(&e))
-        .with_look_target([0.0; 3])
-        .with_eye_up([0.0, 0.0, 1.0]);
-    bp.log(format!("{main}/EyeControls3D"), &eye)?;
-    let frame = TransformFrameId::from_entity_path(origin);
-    let space = SpatialInformation::new(frame);
-    bp.log(format!("{main}/SpatialInformation"), &space)?;
-    bp.log(format!("{main}/LineGrid3D"), &LineGrid3D::new().with_visible(false))?;
-    if let Some([r, g, b, a]) = scene.sky {
-        let sky = re_sdk_types::components::Color::from_unmultiplied_rgba(r, g, b, a);
-        let background = Background::new(BackgroundKind::SolidColor).with_color(sky);
-        bp.log(format!("{main}/Background"), &background)?;
-    }
+    let space = origin.map(|origin| space(&bp, scene, origin)).transpose()?;
     let mut plots = Vec::new();
     for camera in cameras {
         let place = crate::pictures::place(camera).to_string();
@@ -106,11 +118,16 @@ pub fn send(
         bp.log(format!("{path}/TimeAxis"), &TimeAxis::new().with_view_range(whole))?;
         plots.push(path);
     }
-    let root = if plots.is_empty() {
-        container(&bp, ContainerKind::Tabs, "root", &[main], None)?
-    } else {
-        let right = container(&bp, ContainerKind::Vertical, "plots", &plots, None)?;
-        container(&bp, ContainerKind::Horizontal, "root", &[main, right], Some(vec![3.0, 2.0]))?
+    let root = match space {
+        Some(space) if plots.is_empty() => {
+            container(&bp, ContainerKind::Tabs, "root", &[space], None)?
+        }
+        Some(space) => {
+            let right = container(&bp, ContainerKind::Vertical, "plots", &plots, None)?;
+            let shares = Some(vec![3.0, 2.0]);
+            container(&bp, ContainerKind::Horizontal, "root", &[space, right], shares)?
+        }
+        None => container(&bp, ContainerKind::Vertical, "root", &plots, None)?,
     };
     let root = root.trim_start_matches("container/").to_string();
     let root = Uuid::parse_str(&root).unwrap_or_default();

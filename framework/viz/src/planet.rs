@@ -1,9 +1,9 @@
-//! The planet on which W is a site: a sphere through the origin of W.
+//! The planet on which W is a site, a sphere through the origin of W; or a planet about the origin of W.
 //! ```text
 //! p(s, a) = R sin θ (cos a, sin a, 0) − 2 R sin²(θ/2) ẑ      θ = s/R; s: way over the ground from the origin; ẑ: up there
 //! ```
 //! Rings of nodes grow with their distance, so that what is near is fine, and no difference of large numbers is
-//! taken: single precision has micrometres at the origin. The colouring is drawn by noise and means nothing.
+//! taken: single precision has micrometres at the origin. A planet about the origin has rings at equal distances. The colouring is drawn by noise and means nothing.
 use crate::scene::Planet;
 use crate::shapes::f3;
 use linkwork_spatial::{Quat, Vec3};
@@ -28,24 +28,36 @@ impl Planet {
         Quat::rotation_between(&Vec3::z(), &self.up(p)).unwrap_or_else(flip)
     }
 
+    /// Whether the origin of W is on its ground.
+    fn is_under_site(&self) -> bool {
+        self.centre.norm() > 0.5 * self.radius
+    }
+
     /// The sphere, lowered by `sink` (m) within the distance `clear` (m) of the origin, where other ground is shown.
     pub fn mesh(&self, sink: f64, clear: f64) -> Mesh3D {
-        let radius = self.centre.norm();
+        let (radius, site) = (self.radius, self.is_under_site());
         let level = self.level(&Vec3::zeros());
+        // What a point of the ground has above the middle of the rings, to the origin of W.
+        let top = if site { Vec3::zeros() } else { self.centre + Vec3::z() * radius };
         let growth = (radius * std::f64::consts::PI / FIRST).powf(1.0 / f64::from(RINGS - 1));
         let (mut points, mut normals, mut colors) = (Vec::new(), Vec::new(), Vec::new());
         for ring in 0..=RINGS {
-            let way = if ring == 0 { 0.0 } else { FIRST * growth.powf(f64::from(ring - 1)) };
+            let way = match ring {
+                0 => 0.0,
+                ring if site => FIRST * growth.powf(f64::from(ring - 1)),
+                ring => radius * std::f64::consts::PI * f64::from(ring) / f64::from(RINGS),
+            };
             let (sin, cos) = (way / radius).sin_cos();
             // Between nodes of this ring and the next.
-            let apart = (way * (growth - 1.0)).max(FIRST);
+            let even = radius * std::f64::consts::PI / f64::from(RINGS);
+            let apart = if site { (way * (growth - 1.0)).max(FIRST) } else { even };
             let down = sink * (2.0 - way / clear.max(1e-9)).clamp(0.0, 1.0);
             let drop = 2.0 * (0.5 * way / radius).sin().powi(2);
             for k in 0..SECTORS {
                 let (b, a) = (std::f64::consts::TAU * f64::from(k) / f64::from(SECTORS)).sin_cos();
                 let normal = Vec3::new(sin * a, sin * b, cos);
                 let p = Vec3::new(sin * a, sin * b, -drop) * radius - normal * down;
-                points.push(f3(&(level * p)));
+                points.push(f3(&(top + level * p)));
                 normals.push(f3(&(level * normal)));
                 colors.push(self.shade(&(normal * radius), apart));
             }
@@ -67,7 +79,7 @@ impl Planet {
 
     /// Patches of all sizes that nodes this far apart (m) can show.
     fn shade(&self, p: &Vec3, apart: f64) -> [u8; 3] {
-        let (mut sum, mut weights, mut size) = (0.0, 0.0, self.centre.norm());
+        let (mut sum, mut weights, mut size) = (0.0, 0.0, self.radius);
         while size > 2.0 * apart {
             // What is nearly as small as the nodes counts most.
             sum = 0.8 * sum + noise(&(p / size));
@@ -109,7 +121,8 @@ mod tests {
     use super::*;
 
     fn mars() -> Planet {
-        Planet { centre: Vec3::new(3e5, -2e5, -3.37e6), color: [190, 120, 80] }
+        let centre = Vec3::new(3e5, -2e5, -3.37e6);
+        Planet { centre, radius: centre.norm(), color: [190, 120, 80] }
     }
 
     #[test]
@@ -117,12 +130,7 @@ mod tests {
         let planet = mars();
         let mesh = planet.mesh(0.0, 0.0);
         let radius = planet.centre.norm();
-        let positions: Vec<[f32; 3]> = mesh
-            .vertex_positions
-            .as_ref()
-            .map(|b| b.array.clone())
-            .map(|a| rerun_positions(&*a))
-            .unwrap_or_default();
+        let positions = positions(&mesh);
         assert_eq!(positions.len() as u32, (RINGS + 1) * SECTORS);
         let (mut lowest, mut off) = (f64::INFINITY, 0.0_f64);
         for p in &positions {
@@ -133,6 +141,29 @@ mod tests {
         // Single precision at two radii.
         assert!(off < 1.0 && (lowest / (-2.0 * radius) - 1.0).abs() < 1e-6, "{off} {lowest}");
         assert_eq!(positions[0], [0.0; 3]);
+    }
+
+    #[test]
+    fn a_planet_about_the_origin_is_a_sphere_there() {
+        let earth = Planet { centre: Vec3::zeros(), radius: 6.378e6, color: [60, 90, 140] };
+        let (mut off, mut turns) = (0.0_f64, Vec::new());
+        for p in positions(&earth.mesh(0.0, 0.0)) {
+            let p = Vec3::new(p[0].into(), p[1].into(), p[2].into());
+            off = off.max((p.norm() - earth.radius).abs());
+            turns.push(p.z);
+        }
+        assert!(off < 1.0, "{off}");
+        // All around, at equal distances.
+        let z = |ring: usize| turns[ring * SECTORS as usize] / earth.radius;
+        for ring in [0, 45, 90, 180] {
+            let angle = std::f64::consts::PI * ring as f64 / f64::from(RINGS);
+            assert!((z(ring) - angle.cos()).abs() < 1e-6, "{ring}: {}", z(ring));
+        }
+    }
+
+    fn positions(mesh: &Mesh3D) -> Vec<[f32; 3]> {
+        let array = mesh.vertex_positions.as_ref().map(|b| b.array.clone());
+        array.map(|a| rerun_positions(&*a)).unwrap_or_default()
     }
 
     fn rerun_positions(array: &dyn re_sdk_types::external::arrow::array::Array) -> Vec<[f32; 3]> {
@@ -152,7 +183,7 @@ mod tests {
             assert!((planet.level(&p) * Vec3::z() - up).norm() < 1e-12);
         }
         // Under the feet of the antipode there is some level, too.
-        let below = Planet { centre: Vec3::z() * 5.0, ..planet };
+        let below = Planet { centre: Vec3::z() * 5.0, radius: 5.0, ..planet };
         assert!((below.level(&Vec3::zeros()) * Vec3::z() + Vec3::z()).norm() < 1e-12);
     }
 

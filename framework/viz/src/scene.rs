@@ -69,11 +69,13 @@ pub struct Marker {
     pub label: String,
 }
 
-/// The planet on which W is a site, drawn as a sphere through the origin of W.
+/// The planet: of a site W, drawn as a sphere through the origin of W, or about the origin of W.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Planet {
     /// Its centre in W (m).
     pub centre: Vec3,
+    /// Its radius (m): the distance of the centre from the origin of W where W is a site.
+    pub radius: f64,
     /// Colour of its ground: red, green, blue, 0 to 255.
     pub color: [u8; 3],
 }
@@ -101,6 +103,6 @@ pub struct Scene {
     pub eye: Option<Vec3>,
     /// The planet.
     pub planet: Option<Planet>,
-    /// Colour of the sky; the viewer's own when it is not given.
+    /// Colour of the sky; dark grey when it is not given.
     pub sky: Option<[u8; 4]>,
 }

@@ -278,7 +278,11 @@ impl Viewer {
         // the recording is opened.
         let eye = entity(EYE);
         let origin = if view.follow.is_some() { eye.clone() } else { EntityPath::root() };
-        layout::send(&rec, scene, &origin, &view.cameras)?;
+        // A simulation without a machine and a world has nothing but curves to look at.
+        let machine = !view.entities.is_empty() || !scene.shapes.is_empty();
+        let world = !view.terrain.is_empty() || scene.planet.is_some() || !scene.markers.is_empty();
+        let space = (machine || world).then_some(&origin);
+        layout::send(&rec, scene, space, &view.cameras)?;
         let (passing, lasting): (Vec<Shape>, Vec<Shape>) =
             scene.shapes.iter().cloned().partition(|s| !s.phases.is_empty());
         for shape in &lasting {

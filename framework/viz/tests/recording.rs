@@ -8,13 +8,13 @@ use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;
 use linkwork_spatial::{MassProperties, Pose, Vec3};
-use linkwork_viz::{Arrow, InUnit, Panel, Scene, Shape, View};
+use linkwork_viz::{Arrow, InUnit, Marker, Panel, Scene, Shape, View};
 use re_sdk::StoreKind;
 use re_sdk::external::re_log_encoding::DecoderApp;
 use re_sdk::log::{Chunk, LogMsg};
 use re_sdk::time::TimeInt;
-use re_sdk_types::blueprint::archetypes::{LineGrid3D, TimeAxis};
-use re_sdk_types::blueprint::components::TimeRange;
+use re_sdk_types::blueprint::archetypes::{LineGrid3D, TimeAxis, ViewBlueprint};
+use re_sdk_types::blueprint::components::{TimeRange, ViewClass};
 use re_sdk_types::components::{TransformFrameId, Translation3D, Visible};
 use re_sdk_types::datatypes::TimeRangeBoundary;
 use std::collections::{BTreeMap, BTreeSet};
@@ -119,8 +119,12 @@ fn room() -> tempfile::TempDir {
 
 /// Runs to the end with a recording; gives the hash.
 fn recorded(plan: &Arc<Plan>, path: &Path) -> u64 {
+    recorded_scene(plan, &scene(plan), path)
+}
+
+fn recorded_scene(plan: &Arc<Plan>, scene: &Scene, path: &Path) -> u64 {
     let mut sim = Simulation::new(plan.clone());
-    let (view, groups) = View::new(&program(plan), &scene(plan), PERIOD).unwrap();
+    let (view, groups) = View::new(&program(plan), scene, PERIOD).unwrap();
     let mut tap = Tap::start(&sim, groups, 16, Box::new(view.file(path).unwrap())).unwrap();
     tap.sample(&sim).unwrap();
     while sim.before(END) {
@@ -338,4 +342,30 @@ fn a_silent_viewer_holds_nobody_up() {
     // The rows wait in the stream, or were dropped; the end does not wait for them.
     let ended = tap.finish_within(Duration::from_millis(300));
     assert!(ended.is_err(), "the silent viewer is said to have taken everything");
+}
+
+/// Curves alone fill the window: an empty room beside them would only ask what is missing.
+#[test]
+fn a_simulation_of_no_machine_has_no_room() {
+    let folder = room();
+    let views = |plan: &Arc<Plan>, scene: &Scene, name: &str| {
+        let path = folder.path().join(name);
+        recorded_scene(plan, scene, &path);
+        let class = ViewBlueprint::descriptor_class_identifier().component;
+        let chunks = chunks_of(&path, StoreKind::Blueprint);
+        let told = chunks.iter().flat_map(|c| {
+            c.iter_component::<ViewClass>(class).flat_map(|v| v.to_vec()).collect::<Vec<_>>()
+        });
+        told.map(|v| v.0.to_string()).collect::<BTreeSet<_>>()
+    };
+    let whole = views(&plan(), &scene(&plan()), "machine.rrd");
+    assert_eq!(whole.iter().collect::<Vec<_>>(), ["3D", "TimeSeries"]);
+    let catalogue = Catalogue::new(Vec::<Vec<Entry>>::new());
+    let empty: Arc<Plan> = compile(&Spec::default(), &catalogue, &Files::default()).unwrap().into();
+    let curves = Panel { title: "Nothing".into(), series: Vec::new() };
+    let mut scene = Scene { title: "test".into(), panels: vec![curves], ..Scene::default() };
+    let alone = views(&empty, &scene, "curves.rrd");
+    assert_eq!(alone.iter().collect::<Vec<_>>(), ["TimeSeries"]);
+    scene.markers.push(Marker { at: Vec3::x(), label: "here".into() });
+    assert_eq!(views(&empty, &scene, "marker.rrd").len(), 2);
 }

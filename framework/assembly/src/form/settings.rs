@@ -138,9 +138,9 @@ record! {
     pub struct ViewForm: "view" {
         /// Time between rows that are sent; 1/30 s when none is written.
         rate: Option<Seconds> = period().maybe(),
-        /// The body that the eye follows.
+        /// The body that the eye follows; the first free one when neither this nor `eye` is written.
         follow: Option<Text> = text().maybe(),
-        /// Where the eye stands, from that body (m).
+        /// Where the eye stands, from that body, or in W without one (m).
         eye: Option<Vec3> = vector("m").maybe(),
         /// Bodies whose paths are drawn, by patterns.
         trails: Vec<Text> = texts().or(Vec::new()),
@@ -150,10 +150,12 @@ record! {
         arrows: Vec<ArrowForm> = list_of(of::<ArrowForm>()).or(Vec::new()),
         /// `PART.PARAMETER` that is a list of [x, y].
         markers: Option<Text> = text().maybe(),
-        /// Colour of the sky.
+        /// Colour of the sky; dark grey when none is written.
         sky: Option<[f64; 4]> = color().maybe(),
-        /// Colour of the planet that is drawn where W is a site on one.
-        planet: Option<[f64; 4]> = color().maybe();
+        /// Colour of the planet that is drawn where W is a site on one, or has a radius here.
+        planet: Option<[f64; 4]> = color().maybe(),
+        /// Radius of a planet about the origin of W, where W is no site (m).
+        planet_radius: Option<f64> = number("m").positive().maybe();
         origin
     }
 }
