@@ -4,7 +4,8 @@
 //! a sample         the way from here, votes of the arcs → speed and turn rate, from the next sample on
 //! ```
 //! It takes the place of `control.waypoint_follower`: the same pose, the same commands. It reads the field of `pictures` that it
-//! binds, or the nearest: a camera whose ranges are known, or a pair that matches them.
+//! binds, or the nearest: a camera whose ranges are known, or a pair that matches them. What a picture shows is where the camera truly
+//! was, or where the rover takes it to have been (`eye`, of `navigation.pose_estimator`).
 
 use crate::arcs::{Arcs, Body};
 use crate::assess::{Assessor, Limits};
@@ -12,10 +13,11 @@ use crate::ground::Disc;
 use crate::map::Grid;
 use crate::rover::{Knowledge, Memory, Pose, Rover, Status};
 use linkwork_render::Picture;
-use linkwork_render::spatial::Vec3;
+use linkwork_render::spatial::{Pose as Pose3, Vec3};
 use linkwork_runtime::Shown;
 use linkwork_runtime::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// Goals, the rover's size, and what it holds good.
 #[derive(Params, Clone, Debug)]
@@ -105,6 +107,15 @@ pub struct AutoNavIn {
     /// Slip, 0 to 1.
     #[port("1", default = 0.0)]
     pub slip: f64,
+    /// Where its camera is by its own estimate, W, m.
+    #[port("m", default = Vec3::zeros())]
+    pub eye: Vec3,
+    /// How its camera stands by its own estimate: lens (x right, y down, z ahead) to W.
+    #[port(default = Quat::identity())]
+    pub eye_attitude: Quat,
+    /// These are given: pictures are placed by them, at the sample of their instant or between two, else by the camera's true pose.
+    #[port("1", default = false)]
+    pub eye_given: bool,
 }
 
 /// Drive command and progress.
@@ -153,12 +164,34 @@ pub struct Mind {
     /// Number of the picture that was taken in last, and how many were.
     last: u64,
     taken: u64,
+    /// Time (s) and place of the camera by the rover's estimate, at the last samples.
+    eyes: VecDeque<(f64, Pose3)>,
     /// Ground that was mapped, m²: the map is only gone through when it has grown.
     mapped: f64,
     /// Speed and turn rate.
     command: [f64; 2],
     /// Distance to the goal, m.
     distance: f64,
+}
+
+/// Samples of the camera's place that are kept.
+const EYES: usize = 64;
+
+impl Mind {
+    /// Where the camera was at a time (s) by the rover's estimate: between the samples around it.
+    fn eye(&self, time: f64) -> Option<Pose3> {
+        let after = self.eyes.iter().position(|(t, _)| *t >= time)?;
+        let (t1, to) = &self.eyes[after];
+        let Some((t0, from)) = after.checked_sub(1).map(|k| &self.eyes[k]) else {
+            return Some(*to);
+        };
+        let share = (time - t0) / (t1 - t0);
+        let turn = (from.rotation.inverse() * to.rotation).scaled_axis();
+        Some(Pose3::new(
+            from.rotation * Quat::from_scaled_axis(turn * share),
+            from.position + (to.position - from.position) * share,
+        ))
+    }
 }
 
 impl Store for Mind {
@@ -285,9 +318,16 @@ impl Model for AutoNav {
     fn update(&self, c: &Clock, _: &(), _: &(), _: &(), u: &AutoNavIn, mind: &mut Mind) {
         let place = [u.x, u.y, u.heading];
         let Some(rover) = self.rovers.get(mind.goal) else { return };
+        if u.eye_given {
+            mind.eyes.push_back((c.t, Pose3::new(u.eye_attitude, u.eye)));
+            if mind.eyes.len() > EYES {
+                mind.eyes.pop_front();
+            }
+        }
         if let Some(picture) = mind.picture.get().filter(|p| p.number != mind.last && p.number > 0)
         {
-            let points: Vec<Vec3> = picture.points().collect();
+            let at = if u.eye_given { mind.eye(picture.time) } else { None };
+            let points: Vec<Vec3> = picture.points_from(at.unwrap_or(picture.pose)).collect();
             (mind.last, mind.taken) = (picture.number, mind.taken + 1);
             rover.see(&self.judge, &mut mind.knowledge, &points, place, picture.time);
             mind.mapped = mind.knowledge.seen() as f64 * self.cell * self.cell;
