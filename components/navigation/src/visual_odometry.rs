@@ -3,8 +3,8 @@
 //! landmark    a corner of the old picture at x/z, y/z with its inverse depth 1/z                        z = [x/z, y/z, 1/z]
 //! match       the same patch in the new picture, and the inverse depth there
 //! residual    r = z₁ − π(R_01ᵀ (p₀ − t_01)),     Σ = D₁ + J R_01ᵀ G D₀ Gᵀ R_01 Jᵀ     G = ∂p₀/∂z₀, J = ∂π/∂p
-//! agreement   motions of three matches each (least squares of their points); that which most matches agree with, rᵀ Σ⁻¹ r < χ²
-//! motion      Σ rᵀ Σ⁻¹ r → least by Gauss–Newton over those;   P = s (Σ Aᵀ Σ⁻¹ A)⁻¹,  A = ∂r/∂(t, φ),  s = max(1, Σ rᵀ Σ⁻¹ r/(3 n − 6))
+//! agreement   motions of three matches each (least squares of their points); that which most matches agree with, rᵀ Σ⁻¹ r < 9 χ²
+//! motion      Σ rᵀ Σ⁻¹ r → least by Gauss–Newton over those, then over those within χ²;   P = s (Σ Aᵀ Σ⁻¹ A)⁻¹,  A = ∂r/∂(t, φ),  s = max(1, Σ rᵀ Σ⁻¹ r/(3 n − 6))
 //! ```
 //! D₁ = diag(σ², σ², σ_ρ²) and D₀ = diag(0, 0, σ_ρ²): a patch is where it was cut out, its match carries the error of both. σ_ρ = σ_d/(f B)
 //! of a pair with baseline B. Matthies & Shafer, "Error modeling in stereo navigation", 1987; Maimone, Cheng, Matthies, "Two years of
@@ -60,10 +60,12 @@ pub struct Motion {
 
 /// χ² of three numbers that one match of a hundred is beyond.
 const BEYOND: f64 = 11.34;
+/// The same for motions of three matches, which are three times as far off.
+const LOOSE: f64 = 9.0 * BEYOND;
 /// Gauss–Newton steps.
 const STEPS: usize = 8;
-/// Rounds in which those that agree are chosen anew.
-const ROUNDS: usize = 3;
+/// Rounds at most in which those that agree are chosen anew: three matches far off make a poor first motion.
+const ROUNDS: usize = 10;
 /// Tangents of rays beyond this are not used.
 const WIDE: f64 = 3.0;
 
@@ -168,8 +170,8 @@ impl VisualOdometry {
         sigma.cholesky().map_or(f64::INFINITY, |c| r.dot(&c.solve(&r)))
     }
 
-    fn agreeing(&self, pairs: &[[Seen; 2]], X_01: &Pose) -> Vec<usize> {
-        (0..pairs.len()).filter(|k| self.distance(&pairs[*k], X_01) < BEYOND).collect()
+    fn agreeing(&self, pairs: &[[Seen; 2]], X_01: &Pose, beyond: f64) -> Vec<usize> {
+        (0..pairs.len()).filter(|k| self.distance(&pairs[*k], X_01) < beyond).collect()
     }
 
     /// The motion that most matches agree with, from a guess of it. `key`: which three are tried. `None` when too few agree.
@@ -179,7 +181,7 @@ impl VisualOdometry {
         if n < self.fewest.max(3) {
             return None;
         }
-        let mut best = (self.agreeing(pairs, guess), *guess);
+        let mut best = (self.agreeing(pairs, guess, LOOSE), *guess);
         for attempt in 0..self.tries {
             let pick = |lane: u32| {
                 let u = noise::uniform(key, u64::from(attempt), lane);
@@ -190,7 +192,7 @@ impl VisualOdometry {
                 continue;
             }
             let Some(X_01) = rigid(three.map(|k| pairs[k])) else { continue };
-            let agree = self.agreeing(pairs, &X_01);
+            let agree = self.agreeing(pairs, &X_01, LOOSE);
             if agree.len() > best.0.len() {
                 best = (agree, X_01);
             }
@@ -227,7 +229,7 @@ impl VisualOdometry {
             }
             let free = (3 * agree.len()).saturating_sub(6).max(1) as f64;
             covariance *= (total / free).max(1.0);
-            let now = self.agreeing(pairs, &X_01);
+            let now = self.agreeing(pairs, &X_01, BEYOND);
             if now == agree {
                 break;
             }
