@@ -1,6 +1,6 @@
 //! `navigation.pose_estimator`: where the rover is, by wheels, gyroscopes, accelerometers, the Sun and what a camera sees pass by.
 //! ```text
-//! a sample       the filter goes on from the last sample with the rates of that one                          (`pose_filter`)
+//! a sample       the filter goes on from the last sample with the means of its rates and those of now          (`pose_filter`)
 //! a new picture  is of an instant since then: on to it, the motion since the last picture, and on           (`visual_odometry`)
 //! each `period`  the mean specific force is level; the Sun is where the ephemeris has it, when it is seen
 //! outputs        the estimate at the sample that comes, by the rates of this one
@@ -343,10 +343,12 @@ impl Model for PoseEstimator {
             Some(filter) => filter,
             None => {
                 (belief.time, belief.since) = (c.t, c.t);
+                belief.rates = Rates { gyro: u.gyro, speed: u.speed, change: Vec3::zeros() };
                 self.begin(u)
             }
         };
-        let rates = belief.rates;
+        let now = Rates { gyro: u.gyro, speed: u.speed, change: Vec3::zeros() };
+        let rates = belief.rates.until(&now);
         let last = belief.scenery.as_ref().map_or(0, |s| s.picture.number);
         if let Some(new) =
             belief.picture.get().filter(|p| p.number > 0 && p.number != last).cloned()
@@ -359,7 +361,7 @@ impl Model for PoseEstimator {
         }
         filter.go(i, &rates, c.t - belief.time);
         belief.force += filter.pose.rotation * u.force * c.dt;
-        belief.rates = Rates { gyro: u.gyro, speed: u.speed };
+        belief.rates = now;
         self.level_and_sun(c.t, belief, &mut filter, u);
         belief.time = c.t;
         belief.ahead = filter.ahead(i, &belief.rates, c.dt);

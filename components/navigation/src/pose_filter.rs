@@ -10,7 +10,8 @@
 //! ```
 //! After Roumeliotis & Burdick, "Stochastic cloning", ICRA 2002, for motions between two times; Sola, "Quaternion kinematics for the
 //! error-state Kalman filter", 2017, for errors in W. Measurements come in one number at a time once their covariance is factored; a
-//! camera's motion that is farther off than its gate is left out. Noise of the wheels grows with the way: √m.
+//! camera's motion that is farther off than its gate is left out. Noise of the wheels grows with the way: √m. Rates are means of two samples;
+//! what they may have done between them, Δω Δt/√12, is noise.
 
 use crate::visual_odometry::Motion;
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
@@ -95,6 +96,17 @@ pub struct Rates {
     pub gyro: Vec3,
     /// Forward speed of the wheels, m/s.
     pub speed: f64,
+    /// Change of the turn rate within the time that these are the means of, body, rad/s.
+    pub change: Vec3,
+}
+
+impl Rates {
+    /// Their means between these and those of the next sample.
+    #[must_use]
+    pub fn until(&self, next: &Rates) -> Rates {
+        let gyro = (self.gyro + next.gyro) * 0.5;
+        Rates { gyro, speed: 0.5 * (self.speed + next.speed), change: next.gyro - self.gyro }
+    }
 }
 
 impl PoseFilter {
@@ -182,12 +194,16 @@ impl PoseFilter {
         let way = (rates.speed.abs() + i.reach * (rates.gyro - self.bias).norm()) * dt;
         let D = Mat3::from_diagonal(&(i.wheels.component_mul(&i.wheels) * way));
         let noise = R * D * R.transpose();
-        let (gyro, walk) = ((i.gyro * dt).powi(2), i.gyro_walk.powi(2) * dt);
+        // A rate that jumps somewhere between two samples: a twelfth of its square.
+        let jump = rates.change.component_mul(&rates.change) / 12.0;
+        let D = Mat3::from_diagonal(&(jump.add_scalar(i.gyro * i.gyro) * (dt * dt)));
+        let turns = R * D * R.transpose();
+        let walk = i.gyro_walk.powi(2) * dt;
         for k in 0..3 {
             for l in 0..3 {
                 self.covariance[P + k][P + l] += noise[(k, l)];
+                self.covariance[Q + k][Q + l] += turns[(k, l)];
             }
-            self.covariance[Q + k][Q + k] += gyro;
             self.covariance[B + k][B + k] += walk;
         }
         self.covariance[S][S] += i.slip[0].powi(2) * (1.0 - keep * keep);

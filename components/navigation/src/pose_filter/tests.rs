@@ -70,7 +70,8 @@ fn drive(trial: u64, seconds: f64, with: With) -> Drive {
         let t = n as f64 * DT;
         let w = Vec3::new(0.05 * (0.9 * t).sin(), 0.06 * (0.7 * t).cos(), 0.08 * (0.11 * t).sin());
         let speed = if t % 40.0 < 32.0 { 0.25 } else { 0.0 };
-        let rates = Rates { gyro: w + bias + three(n, 0) * i.gyro, speed };
+        let gyro = w + bias + three(n, 0) * i.gyro;
+        let rates = Rates { gyro, speed, change: Vec3::zeros() };
         filter.go(&i, &rates, DT);
         // The truth goes on by the same rule.
         let body = Vec3::new((1.0 - slip) * speed, 0.0, 0.0) + w.cross(&Vec3::z()) * i.height;
@@ -166,7 +167,7 @@ fn a_camera_makes_the_drift_smaller_and_tells_slip() {
 fn a_motion_that_cannot_be_is_left_out_and_changes_nothing() {
     let i = Instruments { gate: 40.0, ..instruments() };
     let mut filter = PoseFilter::new(Pose::identity(), &start(), i.slip[0]);
-    (0..10).for_each(|_| filter.go(&i, &Rates { gyro: Vec3::zeros(), speed: 0.25 }, DT));
+    (0..10).for_each(|_| filter.go(&i, &Rates { speed: 0.25, ..Rates::default() }, DT));
     let kept = filter;
     let variance = Vector6::from_fn(|k, _| SEEN[k] * SEEN[k]);
     let covariance = Matrix6::from_diagonal(&variance);
