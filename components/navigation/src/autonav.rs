@@ -116,6 +116,9 @@ pub struct AutoNavIn {
     /// These are given: pictures are placed by them, at the sample of their instant or between two, else by the camera's true pose.
     #[port("1", default = false)]
     pub eye_given: bool,
+    /// They are known by now: pictures of before that are left out.
+    #[port("1", default = true)]
+    pub eye_known: bool,
 }
 
 /// Drive command and progress.
@@ -318,7 +321,7 @@ impl Model for AutoNav {
     fn update(&self, c: &Clock, _: &(), _: &(), _: &(), u: &AutoNavIn, mind: &mut Mind) {
         let place = [u.x, u.y, u.heading];
         let Some(rover) = self.rovers.get(mind.goal) else { return };
-        if u.eye_given {
+        if u.eye_given && u.eye_known {
             mind.eyes.push_back((c.t, Pose3::new(u.eye_attitude, u.eye)));
             if mind.eyes.len() > EYES {
                 mind.eyes.pop_front();
@@ -326,8 +329,8 @@ impl Model for AutoNav {
         }
         if let Some(picture) = mind.picture.get().filter(|p| p.number != mind.last && p.number > 0)
         {
-            let at = if u.eye_given { mind.eye(picture.time) } else { None };
-            let points: Vec<Vec3> = picture.points_from(at.unwrap_or(picture.pose)).collect();
+            let at = if u.eye_given { mind.eye(picture.time) } else { Some(picture.pose) };
+            let points: Vec<Vec3> = at.into_iter().flat_map(|at| picture.points_from(at)).collect();
             (mind.last, mind.taken) = (picture.number, mind.taken + 1);
             rover.see(&self.judge, &mut mind.knowledge, &points, place, picture.time);
             mind.mapped = mind.knowledge.seen() as f64 * self.cell * self.cell;
@@ -345,5 +348,28 @@ impl Model for AutoNav {
                 mind.memory = Memory { status: Status::Driving, ..Memory::default() };
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_is_placed_where_the_camera_was_at_its_instant() {
+        let mut mind = Mind::default();
+        let at = |x: f64, turn: f64| {
+            Pose3::new(Quat::from_scaled_axis(Vec3::z() * turn), Vec3::new(x, 2.0 * x, 1.0))
+        };
+        assert_eq!(mind.eye(1.0), None);
+        mind.eyes.extend([(1.0, at(0.0, 0.0)), (1.2, at(0.1, 0.04)), (1.4, at(0.3, -0.02))]);
+        assert_eq!(mind.eye(1.2), Some(at(0.1, 0.04)));
+        assert_eq!(mind.eye(1.0), Some(at(0.0, 0.0)));
+        // Before the first and after the last it is not known.
+        assert_eq!((mind.eye(0.5), mind.eye(1.41)), (None, None));
+        let eye = mind.eye(1.25).unwrap();
+        let want = at(0.15, 0.025);
+        assert!((eye.position - want.position).norm() < 1e-12);
+        assert!(eye.rotation.angle_to(&want.rotation) < 1e-9);
     }
 }

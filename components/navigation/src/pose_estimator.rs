@@ -149,6 +149,9 @@ pub struct PoseEstimatorOut {
     /// The camera's pose is given: always.
     #[port("1")]
     pub eye_given: bool,
+    /// That pose is known: from the second sample on, when the accelerometers have told what is level.
+    #[port("1")]
+    pub eye_known: bool,
     /// Pictures whose motion was taken.
     #[port("1")]
     pub motions: f64,
@@ -331,6 +334,7 @@ impl Model for PoseEstimator {
             eye: eye.position,
             eye_attitude: eye.rotation,
             eye_given: true,
+            eye_known: belief.filter.is_some(),
             motions: belief.motions as f64,
             lost: belief.lost as f64,
             matches: belief.matches as f64,
