@@ -1,4 +1,4 @@
-//! Component library: navigation. Software that sees the ground, judges it, plans on it and drives.
+//! Component library: navigation. Software that sees the ground, judges it, plans on it and drives, and that finds out where it is.
 //! ```text
 //! tiles.rs     squares of cells that are made when they are touched
 //! map.rs       points → moments of each cell                        TerrainMap
