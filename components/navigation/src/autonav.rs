@@ -17,7 +17,6 @@ use linkwork_render::spatial::{Pose as Pose3, Vec3};
 use linkwork_runtime::Shown;
 use linkwork_runtime::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::VecDeque;
 
 /// Goals, the rover's size, and what it holds good.
 #[derive(Params, Clone, Debug)]
@@ -167,8 +166,8 @@ pub struct Mind {
     /// Number of the picture that was taken in last, and how many were.
     last: u64,
     taken: u64,
-    /// Time (s) and place of the camera by the rover's estimate, at the last samples.
-    eyes: VecDeque<(f64, Pose3)>,
+    /// Time (s) and place of the camera by the rover's estimate, at the last two samples.
+    eyes: [Option<(f64, Pose3)>; 2],
     /// Ground that was mapped, m²: the map is only gone through when it has grown.
     mapped: f64,
     /// Speed and turn rate.
@@ -177,17 +176,21 @@ pub struct Mind {
     distance: f64,
 }
 
-/// Samples of the camera's place that are kept.
-const EYES: usize = 64;
-
 impl Mind {
-    /// Where the camera was at a time (s) by the rover's estimate: between the samples around it.
+    /// The camera is here at a time (s), by the rover's estimate.
+    fn place_eye(&mut self, time: f64, eye: Pose3) {
+        self.eyes = [self.eyes[1], Some((time, eye))];
+    }
+
+    /// Where it was at a time (s): between the last two samples. A picture that is new is of no other time.
     fn eye(&self, time: f64) -> Option<Pose3> {
-        let after = self.eyes.iter().position(|(t, _)| *t >= time)?;
-        let (t1, to) = &self.eyes[after];
-        let Some((t0, from)) = after.checked_sub(1).map(|k| &self.eyes[k]) else {
-            return Some(*to);
+        let at = |(t, eye): &(f64, Pose3)| (*t == time).then_some(*eye);
+        let [Some((t0, from)), Some((t1, to))] = &self.eyes else {
+            return self.eyes[1].as_ref().and_then(at);
         };
+        if !(*t0..=*t1).contains(&time) {
+            return None;
+        }
         let share = (time - t0) / (t1 - t0);
         let turn = (from.rotation.inverse() * to.rotation).scaled_axis();
         Some(Pose3::new(
@@ -322,10 +325,7 @@ impl Model for AutoNav {
         let place = [u.x, u.y, u.heading];
         let Some(rover) = self.rovers.get(mind.goal) else { return };
         if u.eye_given && u.eye_known {
-            mind.eyes.push_back((c.t, Pose3::new(u.eye_attitude, u.eye)));
-            if mind.eyes.len() > EYES {
-                mind.eyes.pop_front();
-            }
+            mind.place_eye(c.t, Pose3::new(u.eye_attitude, u.eye));
         }
         if let Some(picture) = mind.picture.get().filter(|p| p.number != mind.last && p.number > 0)
         {
@@ -362,11 +362,12 @@ mod tests {
             Pose3::new(Quat::from_scaled_axis(Vec3::z() * turn), Vec3::new(x, 2.0 * x, 1.0))
         };
         assert_eq!(mind.eye(1.0), None);
-        mind.eyes.extend([(1.0, at(0.0, 0.0)), (1.2, at(0.1, 0.04)), (1.4, at(0.3, -0.02))]);
-        assert_eq!(mind.eye(1.2), Some(at(0.1, 0.04)));
-        assert_eq!(mind.eye(1.0), Some(at(0.0, 0.0)));
-        // Before the first and after the last it is not known.
-        assert_eq!((mind.eye(0.5), mind.eye(1.41)), (None, None));
+        mind.place_eye(1.0, at(0.0, 0.0));
+        assert_eq!((mind.eye(1.0), mind.eye(0.9)), (Some(at(0.0, 0.0)), None));
+        mind.place_eye(1.2, at(0.1, 0.04));
+        mind.place_eye(1.4, at(0.3, -0.02));
+        // Before the last two and after them it is not known.
+        assert_eq!((mind.eye(1.1), mind.eye(1.41)), (None, None));
         let eye = mind.eye(1.25).unwrap();
         let want = at(0.15, 0.025);
         assert!((eye.position - want.position).norm() < 1e-12);
