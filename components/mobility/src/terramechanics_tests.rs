@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::test_soils::*;
+use linkwork_runtime::Soil;
+use linkwork_spatial::nalgebra::{DMatrix, DVector};
 
 fn at(w: &WheelSoil, load: f64, s: f64, beta_deg: f64) -> (f64, WheelForces) {
     let m = Motion::rolling(s, beta_deg.to_radians());
@@ -243,31 +245,134 @@ fn a_load_beyond_the_soil_is_refused() {
     assert_eq!(golden_wheel().sinkage_under(0.0, &m), Some(0.0));
 }
 
-/// Root mean square errors (F_x N, F_y N, z mm) over the driven rows of the measurements whose
-/// slip angle is one of `betas`, with the load of each row.
-fn rms_against_measurements(w: &WheelSoil, betas: &[f64]) -> Option<[f64; 3]> {
+/// A row of the measurements: slip angle (deg), slip, load (N), and F_x (N), F_y (N), z (mm).
+type Measured = ([f64; 3], [f64; 3]);
+
+/// The driven rows whose slip angle is one of `betas`. Without the reference data the test is skipped; with `CI=true` it fails.
+fn measured(betas: &[f64]) -> Option<Vec<Measured>> {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../../shared/reference/terramechanics/cmu_smooth_mean.csv"
     );
-    let text = std::fs::read_to_string(path).ok()?;
-    let (mut sum, mut n) = ([0.0; 3], 0.0);
-    for line in text.lines().skip(1) {
-        let v: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
-        if !betas.contains(&v[0]) || v[2] < 0.15 {
-            continue;
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(e) if std::env::var("CI").is_ok_and(|v| v == "true") => panic!("{path}: {e}"),
+        Err(_) => {
+            println!("SKIPPED: reference data absent");
+            return None;
         }
-        let m = Motion::rolling(v[2], v[0].to_radians());
-        let z = w.sinkage_under(v[8], &m).unwrap();
-        let f = w.forces(z, &m);
-        let errors = [f.fx - v[4], -f.fy - v[6], z * 1e3 - v[10]];
-        for (s, e) in sum.iter_mut().zip(errors) {
-            *s += e * e;
-        }
-        n += 1.0;
+    };
+    let row = |line: &str| -> Vec<f64> { line.split(',').map(|x| x.parse().unwrap()).collect() };
+    let rows = text.lines().skip(1).map(row).filter(|v| betas.contains(&v[0]) && v[2] >= 0.15);
+    Some(rows.map(|v| ([v[0], v[2], v[8]], [v[4], v[6], v[10]])).collect())
+}
+
+/// Errors of F_x (N), F_y (N) and z (mm) of a row; `None` when the soil does not carry its load.
+fn errors(w: &WheelSoil, ([beta, slip, load], want): &Measured) -> Option<[f64; 3]> {
+    let m = Motion::rolling(*slip, beta.to_radians());
+    let z = w.sinkage_under(*load, &m)?;
+    let f = w.forces(z, &m);
+    Some([f.fx - want[0], -f.fy - want[1], z * 1e3 - want[2]])
+}
+
+/// Root mean square errors over rows.
+fn rms(w: &WheelSoil, rows: &[Measured]) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for row in rows {
+        let e = errors(w, row).unwrap();
+        sum.iter_mut().zip(e).for_each(|(s, e)| *s += e * e);
     }
-    assert!(n > 0.0);
-    Some(sum.map(|s| (s / n).sqrt()))
+    assert!(!rows.is_empty());
+    sum.map(|s| (s / rows.len() as f64).sqrt())
+}
+
+/// Root mean square errors (F_x N, F_y N, z mm) over the driven rows of the measurements whose
+/// slip angle is one of `betas`, with the load of each row.
+fn rms_against_measurements(w: &WheelSoil, betas: &[f64]) -> Option<[f64; 3]> {
+    measured(betas).map(|rows| rms(w, &rows))
+}
+
+/// The smooth wheel of the measurements on a soil of nine numbers: ln k_φ, n, n₁, ln c, φ, ln K, a₀, a₁, λ.
+fn smooth_wheel(x: &[f64; 9]) -> WheelSoil {
+    let soil = Soil {
+        k_c: 0.0,
+        k_phi: x[0].exp(),
+        n: x[1],
+        n1: x[2],
+        cohesion: x[3].exp(),
+        friction_angle: x[4],
+        shear_modulus: x[5].exp(),
+        a0: x[6],
+        a1: x[7],
+        lambda: x[8],
+        ..silica_sand()
+    };
+    let approach = Some((45.0f64 - 14.5).to_radians());
+    WheelSoil { rim: Rim { radius: 0.058, width: 0.05 }, soil, approach, ..golden_wheel() }
+}
+
+/// Least squares over rows by Levenberg's method, from a soil that is not this one.
+fn fitted(rows: &[Measured], start: [f64; 9]) -> [f64; 9] {
+    // A newton of force counts as much as 5 mm of sinkage.
+    let residuals = |x: &[f64; 9]| -> Option<DVector<f64>> {
+        let w = smooth_wheel(x);
+        let all: Option<Vec<_>> = rows.iter().map(|row| errors(&w, row)).collect();
+        let all = all?.into_iter().flat_map(|[a, b, z]| [a, b, 0.2 * z]);
+        Some(DVector::from_iterator(3 * rows.len(), all))
+            .filter(|r| r.iter().all(|r| r.is_finite()))
+    };
+    let mut x = start;
+    let mut r = residuals(&x).unwrap();
+    let mut damping = 1e-2;
+    for _ in 0..200 {
+        let mut slopes = DMatrix::zeros(r.len(), 9);
+        for k in 0..9 {
+            let mut moved = x;
+            moved[k] += 1e-5;
+            slopes.set_column(k, &((residuals(&moved).unwrap() - &r) / 1e-5));
+        }
+        let normal = slopes.transpose() * &slopes;
+        let held = &normal + DMatrix::from_diagonal(&normal.diagonal()) * damping;
+        let held = held + DMatrix::identity(9, 9) * 1e-9;
+        let step = held.cholesky().unwrap().solve(&(-slopes.transpose() * &r));
+        let mut next = x;
+        (0..9).for_each(|k| next[k] += step[k].clamp(-0.3, 0.3));
+        // Numbers that no soil has are not tried.
+        let sane = next[1] > 0.3 && next[2] > -0.5 && (0.1..0.8).contains(&next[4]);
+        let sane = sane && (0.05..0.95).contains(&next[6]) && (0.0..1.0).contains(&next[8]);
+        match residuals(&next).filter(|_| sane) {
+            Some(better) if better.norm() < r.norm() => {
+                (x, r, damping) = (next, better, (0.3 * damping).max(1e-9));
+            }
+            _ => damping = (4.0 * damping).min(1e12),
+        }
+    }
+    x
+}
+
+#[test]
+fn fitted_to_one_half_of_the_measurements_it_predicts_the_other() {
+    let (Some(half), Some(other)) = (measured(&[0.0, 30.0]), measured(&[15.0, 45.0])) else {
+        return;
+    };
+    // Dry sand of the literature (Iagnemma).
+    let (k_phi, c, shear) = (1.5234e6_f64, 1000.0_f64, 0.025_f64);
+    let start = [k_phi.ln(), 1.1, 0.0, c.ln(), 30f64.to_radians(), shear.ln(), 0.4, 0.15, 0.5];
+    let x = fitted(&half, start);
+    let (before, fit) = (rms(&smooth_wheel(&start), &half), rms(&smooth_wheel(&x), &half));
+    let told = rms(&smooth_wheel(&x), &other);
+    println!("dry sand {before:.2?}; fitted {fit:.2?} on {} rows: {x:.3?}", half.len());
+    println!(
+        "predicts {} rows to F_x {:.2} N, F_y {:.2} N, z {:.2} mm",
+        other.len(),
+        told[0],
+        told[1],
+        told[2]
+    );
+    assert!(fit[0] < 0.6 && fit[1] < 0.6 && fit[2] < 3.0, "{fit:?}");
+    // Measured: fitted to 0.36 N, 0.32 N, 1.9 mm, it predicts to 0.51 N, 0.65 N, 3.0 mm; λ comes to the end of its range. An independent
+    // fit of the same kind predicts to 0.60 N, 1.08 N and 4.8 mm.
+    assert!(told[0] <= 0.8 && told[1] <= 1.3 && told[2] <= 5.5, "{told:?}");
 }
 
 #[test]
@@ -281,7 +386,6 @@ fn measured_smooth_wheel_is_reproduced() {
         ..golden_wheel()
     };
     let Some(rms) = rms_against_measurements(&w, &[0.0, 15.0, 30.0, 45.0]) else {
-        println!("skipped: reference data absent");
         return;
     };
     println!("RMS: F_x {:.3} N, F_y {:.3} N, z {:.3} mm", rms[0], rms[1], rms[2]);

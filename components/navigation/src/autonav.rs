@@ -4,7 +4,8 @@
 //! a sample         the way from here, votes of the arcs → speed and turn rate, from the next sample on
 //! ```
 //! It takes the place of `control.waypoint_follower`: the same pose, the same commands. It reads the field of `pictures` that it
-//! binds, or the nearest: a camera whose ranges are known, or a pair that matches them.
+//! binds, or the nearest: a camera whose ranges are known, or a pair that matches them. What a picture shows is where the camera truly
+//! was, or where the rover takes it to have been (`eye`, of `navigation.pose_estimator`).
 
 use crate::arcs::{Arcs, Body};
 use crate::assess::{Assessor, Limits};
@@ -12,7 +13,7 @@ use crate::ground::Disc;
 use crate::map::Grid;
 use crate::rover::{Knowledge, Memory, Pose, Rover, Status};
 use linkwork_render::Picture;
-use linkwork_render::spatial::Vec3;
+use linkwork_render::spatial::{Pose as Pose3, Vec3};
 use linkwork_runtime::Shown;
 use linkwork_runtime::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -105,6 +106,18 @@ pub struct AutoNavIn {
     /// Slip, 0 to 1.
     #[port("1", default = 0.0)]
     pub slip: f64,
+    /// Where its camera is by its own estimate, W, m.
+    #[port("m", default = Vec3::zeros())]
+    pub eye: Vec3,
+    /// How its camera stands by its own estimate: lens (x right, y down, z ahead) to W.
+    #[port(default = Quat::identity())]
+    pub eye_attitude: Quat,
+    /// These are given: pictures are placed by them, at the sample of their instant or between two, else by the camera's true pose.
+    #[port("1", default = false)]
+    pub eye_given: bool,
+    /// They are known by now: pictures of before that are left out.
+    #[port("1", default = true)]
+    pub eye_known: bool,
 }
 
 /// Drive command and progress.
@@ -153,12 +166,38 @@ pub struct Mind {
     /// Number of the picture that was taken in last, and how many were.
     last: u64,
     taken: u64,
+    /// Time (s) and place of the camera by the rover's estimate, at the last two samples.
+    eyes: [Option<(f64, Pose3)>; 2],
     /// Ground that was mapped, m²: the map is only gone through when it has grown.
     mapped: f64,
     /// Speed and turn rate.
     command: [f64; 2],
     /// Distance to the goal, m.
     distance: f64,
+}
+
+impl Mind {
+    /// The camera is here at a time (s), by the rover's estimate.
+    fn place_eye(&mut self, time: f64, eye: Pose3) {
+        self.eyes = [self.eyes[1], Some((time, eye))];
+    }
+
+    /// Where it was at a time (s): between the last two samples. A picture that is new is of no other time.
+    fn eye(&self, time: f64) -> Option<Pose3> {
+        let at = |(t, eye): &(f64, Pose3)| (*t == time).then_some(*eye);
+        let [Some((t0, from)), Some((t1, to))] = &self.eyes else {
+            return self.eyes[1].as_ref().and_then(at);
+        };
+        if !(*t0..=*t1).contains(&time) {
+            return None;
+        }
+        let share = (time - t0) / (t1 - t0);
+        let turn = (from.rotation.inverse() * to.rotation).scaled_axis();
+        Some(Pose3::new(
+            from.rotation * Quat::from_scaled_axis(turn * share),
+            from.position + (to.position - from.position) * share,
+        ))
+    }
 }
 
 impl Store for Mind {
@@ -285,9 +324,13 @@ impl Model for AutoNav {
     fn update(&self, c: &Clock, _: &(), _: &(), _: &(), u: &AutoNavIn, mind: &mut Mind) {
         let place = [u.x, u.y, u.heading];
         let Some(rover) = self.rovers.get(mind.goal) else { return };
+        if u.eye_given && u.eye_known {
+            mind.place_eye(c.t, Pose3::new(u.eye_attitude, u.eye));
+        }
         if let Some(picture) = mind.picture.get().filter(|p| p.number != mind.last && p.number > 0)
         {
-            let points: Vec<Vec3> = picture.points().collect();
+            let at = if u.eye_given { mind.eye(picture.time) } else { Some(picture.pose) };
+            let points: Vec<Vec3> = at.into_iter().flat_map(|at| picture.points_from(at)).collect();
             (mind.last, mind.taken) = (picture.number, mind.taken + 1);
             rover.see(&self.judge, &mut mind.knowledge, &points, place, picture.time);
             mind.mapped = mind.knowledge.seen() as f64 * self.cell * self.cell;
@@ -305,5 +348,29 @@ impl Model for AutoNav {
                 mind.memory = Memory { status: Status::Driving, ..Memory::default() };
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_is_placed_where_the_camera_was_at_its_instant() {
+        let mut mind = Mind::default();
+        let at = |x: f64, turn: f64| {
+            Pose3::new(Quat::from_scaled_axis(Vec3::z() * turn), Vec3::new(x, 2.0 * x, 1.0))
+        };
+        assert_eq!(mind.eye(1.0), None);
+        mind.place_eye(1.0, at(0.0, 0.0));
+        assert_eq!((mind.eye(1.0), mind.eye(0.9)), (Some(at(0.0, 0.0)), None));
+        mind.place_eye(1.2, at(0.1, 0.04));
+        mind.place_eye(1.4, at(0.3, -0.02));
+        // Before the last two and after them it is not known.
+        assert_eq!((mind.eye(1.1), mind.eye(1.41)), (None, None));
+        let eye = mind.eye(1.25).unwrap();
+        let want = at(0.15, 0.025);
+        assert!((eye.position - want.position).norm() < 1e-12);
+        assert!(eye.rotation.angle_to(&want.rotation) < 1e-9);
     }
 }

@@ -39,12 +39,17 @@ impl Shows for Picture {
 impl Picture {
     /// Points in W of the pixels that have a range, row by row.
     pub fn points(&self) -> impl Iterator<Item = Vec3> + '_ {
+        self.points_from(self.pose)
+    }
+
+    /// The same for a camera that is taken to have been elsewhere, X_WC.
+    pub fn points_from(&self, X_WC: Pose) -> impl Iterator<Item = Vec3> + '_ {
         self.range.iter().enumerate().filter(|(_, range)| range.is_finite()).filter_map(
             move |(k, range)| {
                 let pixel = [(k % self.width) as f64, (k / self.width) as f64];
                 let ray = self.lens.ray(pixel)?;
                 let p_C = ray.origin + ray.direction * f64::from(*range);
-                Some(self.pose.transform_point(&p_C))
+                Some(X_WC.transform_point(&p_C))
             },
         )
     }

@@ -1,0 +1,374 @@
+//! `navigation.pose_estimator`: where the rover is, by wheels, gyroscopes, accelerometers, the Sun and what a camera sees pass by.
+//! ```text
+//! a sample       the filter goes on from the last sample with the means of its rates and those of now          (`pose_filter`)
+//! a new picture  is of an instant since then: on to it, the motion since the last picture, and on           (`visual_odometry`)
+//! each `period`  the mean specific force is level; the Sun is where the ephemeris has it, when it is seen
+//! outputs        the estimate at the sample that comes, by the rates of this one
+//! ```
+//! It takes the place of `sensors.pose`, and knows nothing of the true pose: it starts where it is told, and its height is counted from
+//! there. Accelerometers are mended by the wheels' change of velocity. Pictures are those of the field of `pictures` that it binds, with
+//! ranges, best of a pair (`sensors.camera` with a `baseline`); the camera's place on the body is a parameter. Without pictures it goes on by
+//! the rest. Read by `navigation.autonav`, whose pictures it places by `eye`.
+
+use crate::features::Features;
+use crate::pose_filter::{Instruments, PoseFilter, Rates, Start};
+use crate::visual_odometry::{Scenery, VisualOdometry};
+use linkwork_render::Picture;
+use linkwork_runtime::Shown;
+use linkwork_runtime::prelude::*;
+use linkwork_spatial::Pose;
+use serde::{Deserialize, Serialize};
+
+/// Instruments, as they are believed to be.
+#[derive(Params, Clone, Debug)]
+pub struct PoseEstimatorParams {
+    /// x, y (m, W) and heading (rad) at the start.
+    #[param(default = [0.0, 0.0, 0.0])]
+    pub start: [f64; 3],
+    /// Standard deviation of the position at the start, each axis.
+    #[param(unit = "m", default = 0.01, range = 1e-6..)]
+    pub start_position: f64,
+    /// Standard deviation of the heading at the start.
+    #[param(unit = "rad", default = 0.005, range = 1e-6..)]
+    pub start_heading: f64,
+    /// Height of the pose over the ground that the wheels roll on.
+    #[param(unit = "m", default = 0.0, range = 0.0..)]
+    pub height: f64,
+    /// The camera on the body, m: ahead, to the left, up.
+    #[param(default = [0.0, 0.0, 0.0])]
+    pub eye: [f64; 3],
+    /// Roll, pitch (down is positive) and yaw of the camera's mount on the body.
+    #[param(unit = "rad", default = Vec3::zeros())]
+    pub eye_rpy: Vec3,
+    /// Distance of the two cameras of its pair; unwritten: its ranges are known.
+    #[param(unit = "m", default = None, range = 1e-4..)]
+    pub baseline: Option<f64>,
+    /// Standard deviation of a match, pixels.
+    #[param(default = 0.2, range = 1e-4..)]
+    pub pixel_sigma: f64,
+    /// Standard deviation of a disparity, pixels.
+    #[param(default = 0.3, range = 1e-4..)]
+    pub disparity_sigma: f64,
+    /// Standard deviation of the scale of the camera's motions.
+    #[param(default = 0.01, range = 0.0..)]
+    pub scale_sigma: f64,
+    /// Standard deviation of a reading of the gyroscopes: N √f of white noise N (rad/√s) at f readings a second.
+    #[param(unit = "rad/s", default = 3e-4, range = 1e-9..)]
+    pub gyro_sigma: f64,
+    /// Standard deviation of their first bias.
+    #[param(unit = "rad/s", default = 5e-6, range = 1e-12..)]
+    pub gyro_bias: f64,
+    /// Random walk of their bias, rad/s/√s.
+    #[param(default = 1e-8, range = 0.0..)]
+    pub gyro_walk: f64,
+    /// Random walk of the wheels' way ahead, aside and up, m/√m.
+    #[param(default = Vec3::new(0.05, 0.05, 0.1))]
+    pub wheel_walk: Vec3,
+    /// Standard deviation of the wheels' slip.
+    #[param(default = 0.05, range = 0.0..)]
+    pub slip_sigma: f64,
+    /// Time in which slip changes.
+    #[param(unit = "s", default = 20.0, range = 1e-3..)]
+    pub slip_time: f64,
+    /// Way that a turn by one radian counts as.
+    #[param(unit = "m", default = 1.5, range = 0.0..)]
+    pub reach: f64,
+    /// Standard deviation of the direction of the mean specific force.
+    #[param(unit = "rad", default = 0.02, range = 1e-9..)]
+    pub level_sigma: f64,
+    /// Standard deviation of the sun sensor, each of two axes.
+    #[param(unit = "rad", default = 0.0175, range = 1e-9..)]
+    pub sun_sigma: f64,
+    /// Time between measurements of level and Sun.
+    #[param(unit = "s", default = 1.0, range = 1e-3..)]
+    pub period: f64,
+    /// χ² of six numbers beyond which a motion of the camera is left out.
+    #[param(default = 40.0, range = 1.0..)]
+    pub gate: f64,
+    /// The Sun, when it has a sun sensor.
+    #[param(service)]
+    pub sun: Option<Handle<dyn Sun>>,
+}
+
+/// Readings.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct PoseEstimatorIn {
+    /// Turn rate of the gyroscopes, body.
+    #[port("rad/s")]
+    pub gyro: Vec3,
+    /// Specific force of the accelerometers, body.
+    #[port("m/s^2")]
+    pub force: Vec3,
+    /// Forward speed by the wheels.
+    #[port("m/s")]
+    pub speed: f64,
+    /// Direction to the Sun, body.
+    #[port("1", default = Vec3::zeros())]
+    pub sun: Vec3,
+    /// The Sun is seen.
+    #[port("1", default = false)]
+    pub sun_valid: bool,
+}
+
+/// Estimated pose.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct PoseEstimatorOut {
+    /// x in W.
+    #[port("m")]
+    pub x: f64,
+    /// y in W.
+    #[port("m")]
+    pub y: f64,
+    /// Height over the start.
+    #[port("m")]
+    pub z: f64,
+    /// Heading from x towards y.
+    #[port("rad")]
+    pub heading: f64,
+    /// Angle of the deck to the horizontal.
+    #[port("rad")]
+    pub tilt: f64,
+    /// Attitude, body to W.
+    #[port]
+    pub attitude: Quat,
+    /// Standard deviation of x, y and heading.
+    #[port("1")]
+    pub deviation: Vec3,
+    /// Covariance of x and y, of x and heading, of y and heading.
+    #[port("1")]
+    pub covariance: Vec3,
+    /// Slip of the wheels, as it is seen to be; 0 … 1 going ahead.
+    #[port("1")]
+    pub slip: f64,
+    /// Where its camera is, W, m.
+    #[port("m")]
+    pub eye: Vec3,
+    /// How its camera stands: lens (x right, y down, z ahead) to W.
+    #[port]
+    pub eye_attitude: Quat,
+    /// The camera's pose is given: always.
+    #[port("1")]
+    pub eye_given: bool,
+    /// That pose is known: from the second sample on, when the accelerometers have told what is level.
+    #[port("1")]
+    pub eye_known: bool,
+    /// Pictures whose motion was taken.
+    #[port("1")]
+    pub motions: f64,
+    /// Pictures without a motion: too little to be seen in them, or farther off than the gate.
+    #[port("1")]
+    pub lost: f64,
+    /// Matches that agreed in the last picture.
+    #[port("1")]
+    pub matches: f64,
+}
+
+/// What it carries from sample to sample.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub struct Belief {
+    picture: View<Picture>,
+    filter: Option<PoseFilter>,
+    scenery: Option<Scenery>,
+    /// Rates of the last sample, and its time (s).
+    rates: Rates,
+    time: f64,
+    /// The estimate at the sample that comes.
+    ahead: Pose,
+    /// Since when (s) the specific force is summed; R̂ f dt, and the velocity then, W.
+    since: f64,
+    force: Vec3,
+    velocity: Vec3,
+    /// Direction of the Sun that was taken last.
+    sun: Vec3,
+    motions: u64,
+    lost: u64,
+    matches: u64,
+}
+
+impl Store for Belief {
+    const READS: Option<&'static str> = <View<Picture> as Store>::READS;
+    fn see(&mut self, shown: Option<&Shown>) {
+        self.picture.see(shown);
+    }
+}
+
+/// The filter and its camera.
+pub struct PoseEstimator {
+    p: PoseEstimatorParams,
+    instruments: Instruments,
+    start: Start,
+}
+
+/// Standard deviation of roll and pitch at the start, rad: of one reading of the accelerometers.
+const TILT_START: f64 = 0.03;
+
+impl PoseEstimator {
+    /// Visual odometry for a camera's pictures.
+    fn odometry(&self, picture: &Picture) -> Option<VisualOdometry> {
+        let (x, y) = (0.5 * picture.width as f64, 0.5 * picture.height as f64);
+        let [a, b] = [[x - 0.5, y], [x + 0.5, y]].map(|p| picture.lens.ray(p));
+        let angle = a?.direction.angle(&b?.direction);
+        // Known ranges are as good as their numbers.
+        let depth = self.p.baseline.map_or(1e-4, |b| self.p.disparity_sigma * angle / b);
+        let features =
+            Features { spacing: 16, strength: 3.0, half_patch: 5, search: 5, least: 0.8 };
+        let pixel = self.p.pixel_sigma * angle;
+        Some(VisualOdometry { features, pixel, inverse_depth: depth, tries: 60, fewest: 12 })
+    }
+
+    /// The motion of the camera since the last picture, to the filter at this one's instant.
+    fn look(&self, c: &Clock, belief: &mut Belief, filter: &mut PoseFilter, new: &Picture) {
+        let Some(odometry) = self.odometry(new) else { return };
+        if let Some(old) = &belief.scenery {
+            let guess = filter.expected(&self.instruments);
+            let pairs = odometry.matches(old, new, &guess);
+            let motion = odometry.motion(&pairs, &guess, c.key ^ new.number);
+            belief.matches = motion.map_or(0, |m| m.agree as u64);
+            let taken = motion.is_some_and(|m| filter.see(&self.instruments, &m));
+            belief.motions += u64::from(taken);
+            belief.lost += u64::from(!taken);
+        }
+        belief.scenery = Some(odometry.scenery(new));
+        filter.remember();
+    }
+
+    /// Level and Sun.
+    fn level_and_sun(
+        &self,
+        t: f64,
+        belief: &mut Belief,
+        filter: &mut PoseFilter,
+        u: &PoseEstimatorIn,
+    ) {
+        let i = &self.instruments;
+        if t - belief.since >= self.p.period * (1.0 - 1e-9) {
+            let over = t - belief.since;
+            let velocity = filter.velocity(i, &belief.rates);
+            let up = (belief.force - (velocity - belief.velocity)) / over;
+            filter.level(i, &up);
+            belief.since = t;
+            belief.force = Vec3::zeros();
+            belief.velocity = filter.velocity(i, &belief.rates);
+            if let Some(sun) = self.p.sun.as_ref().filter(|_| u.sun_valid && u.sun != belief.sun) {
+                filter.sun(i, &u.sun, &sun.state(t).direction);
+                belief.sun = u.sun;
+            }
+        }
+    }
+
+    /// At the first sample: level as the accelerometers say, where it was told to be.
+    fn begin(&self, u: &PoseEstimatorIn) -> PoseFilter {
+        let [x, y, heading] = self.p.start;
+        let up = u.force.try_normalize(1e-6).unwrap_or(Vec3::z());
+        let level = Quat::rotation_between(&up, &Vec3::z()).unwrap_or_default();
+        let forward = level * Vec3::x();
+        let turn = Quat::from_scaled_axis(Vec3::z() * (heading - forward.y.atan2(forward.x)));
+        let pose = Pose::new(turn * level, Vec3::new(x, y, 0.0));
+        PoseFilter::new(pose, &self.start, self.p.slip_sigma)
+    }
+}
+
+/// Estimates the pose by an extended Kalman filter from wheels, inertial unit, Sun and visual odometry.
+#[model("navigation.pose_estimator")]
+impl Model for PoseEstimator {
+    type Params = PoseEstimatorParams;
+    type Ud = PoseEstimatorIn;
+    type Ym = PoseEstimatorOut;
+    type Store = Belief;
+
+    fn build(p: PoseEstimatorParams) -> Result<Self, BuildError> {
+        let mount = Quat::from_euler_angles(p.eye_rpy.x, p.eye_rpy.y, p.eye_rpy.z);
+        let lens = Quat::from_basis_unchecked(&[-Vec3::y(), -Vec3::z(), Vec3::x()]);
+        let eye = Pose::new(mount * lens, Vec3::from(p.eye));
+        if !eye.is_finite() || !p.start.iter().all(|v| v.is_finite()) {
+            let fact = "start or eye is not finite";
+            return Err(BuildError::new(fact).at("start").help("in metres and radians"));
+        }
+        if !p.wheel_walk.iter().all(|w| *w > 0.0 && w.is_finite()) {
+            let fact = format!("{:?} is no random walk", p.wheel_walk.as_slice());
+            return Err(BuildError::new(fact)
+                .at("wheel_walk")
+                .help("write three numbers above 0, in m/√m"));
+        }
+        let instruments = Instruments {
+            gyro: p.gyro_sigma,
+            gyro_walk: p.gyro_walk,
+            wheels: p.wheel_walk,
+            slip: [p.slip_sigma, p.slip_time],
+            level: p.level_sigma,
+            sun: p.sun_sigma,
+            reach: p.reach,
+            height: p.height,
+            eye,
+            gate: p.gate,
+        };
+        let start = Start {
+            position: p.start_position,
+            tilt: TILT_START,
+            heading: p.start_heading,
+            bias: p.gyro_bias,
+            scale: p.scale_sigma,
+        };
+        Ok(PoseEstimator { p, instruments, start })
+    }
+
+    fn moore(&self, _: &Clock, _: &(), _: &(), belief: &Belief) -> PoseEstimatorOut {
+        let [x, y, heading] = self.p.start;
+        let start = Pose::new(Quat::from_scaled_axis(Vec3::z() * heading), Vec3::new(x, y, 0.0));
+        let filter = belief.filter.unwrap_or(PoseFilter::new(start, &self.start, 0.0));
+        let pose = if belief.filter.is_some() { belief.ahead } else { start };
+        let forward = pose.rotation * Vec3::x();
+        let up = pose.rotation * Vec3::z();
+        let P = filter.planar();
+        let eye = pose * self.instruments.eye;
+        PoseEstimatorOut {
+            x: pose.position.x,
+            y: pose.position.y,
+            z: pose.position.z,
+            heading: forward.y.atan2(forward.x),
+            tilt: up.z.clamp(-1.0, 1.0).acos(),
+            attitude: pose.rotation,
+            deviation: Vec3::new(P[(0, 0)].sqrt(), P[(1, 1)].sqrt(), P[(2, 2)].sqrt()),
+            covariance: Vec3::new(P[(0, 1)], P[(0, 2)], P[(1, 2)]),
+            slip: filter.slip,
+            eye: eye.position,
+            eye_attitude: eye.rotation,
+            eye_given: true,
+            eye_known: belief.filter.is_some(),
+            motions: belief.motions as f64,
+            lost: belief.lost as f64,
+            matches: belief.matches as f64,
+        }
+    }
+
+    fn update(&self, c: &Clock, _: &(), _: &(), _: &(), u: &PoseEstimatorIn, belief: &mut Belief) {
+        let i = &self.instruments;
+        let mut filter = match belief.filter {
+            Some(filter) => filter,
+            None => {
+                (belief.time, belief.since) = (c.t, c.t);
+                belief.rates = Rates { gyro: u.gyro, speed: u.speed, change: Vec3::zeros() };
+                self.begin(u)
+            }
+        };
+        let now = Rates { gyro: u.gyro, speed: u.speed, change: Vec3::zeros() };
+        let rates = belief.rates.until(&now);
+        let last = belief.scenery.as_ref().map_or(0, |s| s.picture.number);
+        if let Some(new) =
+            belief.picture.get().filter(|p| p.number > 0 && p.number != last).cloned()
+        {
+            // Of an instant since the last sample, or of that one.
+            let at = new.time.clamp(belief.time, c.t);
+            filter.go(i, &rates, at - belief.time);
+            self.look(c, belief, &mut filter, &new);
+            belief.time = at;
+        }
+        filter.go(i, &rates, c.t - belief.time);
+        belief.force += filter.pose.rotation * u.force * c.dt;
+        belief.rates = now;
+        self.level_and_sun(c.t, belief, &mut filter, u);
+        belief.time = c.t;
+        belief.ahead = filter.ahead(i, &belief.rates, c.dt);
+        belief.filter = Some(filter);
+    }
+}
