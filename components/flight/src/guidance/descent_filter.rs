@@ -1,4 +1,5 @@
-//! `flight.descent_filter`: position, velocity and attitude of a lander from an inertial unit and a landing radar (error-state Kalman filter).
+//! `flight.descent_filter`: position, velocity and attitude of an entry vehicle or lander from an inertial unit and a landing radar
+//! (error-state Kalman filter). Where no radar is wired it goes by the inertial unit alone.
 //! ```text
 //! from the inertial unit   ω = ω_m − b_ω − Rᵀ ω_W       R ← R exp(Δ (ω₀ + ω₁)/2)                 0, 1: the ends of an interval Δ
 //!                          a = R (f_m − b_f) + g(r, v)   v ← v + Δ (a₀ + a₁)/2    r ← r + Δ v₀ + Δ² (2 a₀ + a₁)/6
@@ -114,6 +115,12 @@ pub struct DescentFilterOut {
     /// Height over the sphere.
     #[port("m")]
     pub height: f64,
+    /// Speed over the ground.
+    #[port("m/s")]
+    pub speed: f64,
+    /// Specific force against the velocity over the ground: the deceleration by drag, where there is no thrust.
+    #[port("m/s^2")]
+    pub braking: f64,
     /// Standard deviation of the position along the axes of W.
     #[port("m")]
     pub position_deviation: Vec3,
@@ -340,8 +347,10 @@ impl SizedModel for DescentFilter {
 
     fn ports(p: &DescentFilterParams) -> SizedPorts {
         let count = p.beams.len();
+        // Unwired: there is no radar, and no echo.
         let each = |name: &'static str, unit: &'static str, doc: &'static str| {
-            PortSpec::named(name, PortKind::Numbers, count).unit_of(unit).doc_of(doc)
+            let beams = PortSpec::named(name, PortKind::Numbers, count);
+            beams.unit_of(unit).doc_of(doc).or(0.0)
         };
         let beams = [
             each("range", "m", "Slant range of each beam."),
@@ -404,9 +413,14 @@ impl SizedModel for DescentFilter {
             velocity: e.velocity,
         };
         let from = self.site.as_ref().map_or(e.position, |s| s.from_centre(&e.position));
+        let spin = Vec3::z() * self.p.planet_rate;
+        let over = e.velocity - if self.site.is_some() { Vec3::zeros() } else { spin.cross(&from) };
+        let speed = over.norm();
         DescentFilterOut {
             estimate,
             height: from.norm() - self.p.ground_radius,
+            speed,
+            braking: if speed > 0.0 { -e.force.dot(&over) / speed } else { 0.0 },
             position_deviation: deviation(0),
             velocity_deviation: deviation(3),
             attitude_deviation: deviation(6),
