@@ -268,7 +268,7 @@ fn a_beam_moves_no_place_over_the_ground() {
     d.covariance.copy_from_slice((mixed * mixed.transpose()).as_slice());
     let (before, cov) = (d.position, mixed * mixed.transpose());
     let h = Row::from_fn(|i, _| normal(4, i as u64, 0));
-    let (off, sigma) = (0.7, 1.3);
+    let (off, sigma) = (700.0, 1.3);
     m.mend(&mut d, &h, off, sigma);
     let up = site().from_centre(&before).normalize();
     let moved = d.position - before;
