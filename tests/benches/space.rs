@@ -1,6 +1,6 @@
 //! Spacecraft beside Basilisk, wired its usual way, in the same run: J2 orbit with attitude, three reaction wheels
 //! with control, a hub with a chain of sixteen hinged plates; all by Runge–Kutta 4, without logs. A campaign of the
-//! wheels. Peers:
+//! wheels. An entry: how far rows of 1 s are from the converged path. Peers:
 //! `tests/benches/peers/install.sh --basilisk`; one command for all benches: tests/benches/run.
 #![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
 #[path = "../common/mod.rs"]
@@ -8,7 +8,7 @@ mod common;
 
 use linkwork_campaign::{Campaign, Folder, Orders, execute};
 use linkwork_runner::Library;
-use linkwork_runtime::Simulation;
+use linkwork_runtime::{Seconds, Simulation};
 use std::hint::black_box;
 use std::process::Command;
 use std::sync::Arc;
@@ -77,6 +77,63 @@ fn chain() -> String {
     )
 }
 
+/// A ballistic capsule in exponential air: the scene of tests/benches/peers/basilisk_entry.py.
+fn entry(settings: &str) -> String {
+    let (speed, angle) = (5845.0_f64, -15.5_f64.to_radians());
+    format!(
+        "Simulation(until: \"160 s\", {settings}, bodies: {{ \"capsule\": (parent: \"world\", hinge: Free, mass: 3150,
+            inertia: [5600, 4900, 4700], initial: (position: [3521190, 0, 0], velocity: [{:?}, {:?}, 0])) }},
+        gravity: \"Field\", parts: {{ \"Field\": (model: \"environment.point_mass_gravity\", params: {{ \"mu\": 4.282837362e13 }}),
+        \"Air\": (model: \"environment.exponential_atmosphere\", params: {{ \"planet_radius\": 3396190, \"density\": 0.0158,
+            \"scale_height\": 9354, \"rotation\": [0, 0, 0] }}),
+        \"Drag\": (model: \"flight.drag\", params: {{ \"coefficient\": 1.45, \"area\": 15.9, \"heating_constant\": 0 }},
+            bind: {{ \"body\": \"node:capsule\" }}) }})",
+        speed * angle.sin(),
+        speed * angle.cos()
+    )
+}
+
+/// Places (m) every ten seconds, and microseconds a row.
+fn flown(settings: &str) -> (Vec<[f64; 3]>, f64) {
+    let mut sim = common::scene(&entry(settings), &[]).unwrap();
+    let rows = sim.fork();
+    let places = (1..=16).map(|k| {
+        sim.run_until(Seconds::from_decimal(10.0 * f64::from(k)).unwrap()).unwrap();
+        ["x", "y", "z"].map(|axis| sim.get(&format!("capsule.position.{axis}")).unwrap())
+    });
+    (places.collect(), measure(&rows, 140))
+}
+
+/// Rows of 1 s beside the converged path, and Basilisk's.
+fn entries() {
+    let (converged, _) = flown(
+        "step: \"250 ms\", integrator: \"verner_87\", accuracy: (relative: 1e-13, absolute: 1e-10)",
+    );
+    let apart =
+        |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+    let worst =
+        |of: &[[f64; 3]]| of.iter().zip(&converged).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+    for (name, settings) in [
+        (
+            "verner_87, 1e-10",
+            "integrator: \"verner_87\", accuracy: (relative: 1e-10, absolute: 1e-8)",
+        ),
+        (
+            "dormand_prince_54, 1e-10",
+            "integrator: \"dormand_prince_54\", accuracy: (relative: 1e-10, absolute: 1e-8)",
+        ),
+        ("rk4, fixed", "integrator: \"rk4\""),
+    ] {
+        let (places, each) = flown(&format!("step: \"1 s\", {settings}"));
+        println!(
+            "entry, {name}: {:.2e} m from converged with rows of 1 s, {each:.2} µs a row",
+            worst(&places)
+        );
+    }
+    let theirs = peer("entry").unwrap_or_else(|| "not installed".into());
+    println!("entry, Basilisk: {theirs} m with steps of 1 s; ours ends at {:?}", converged[15]);
+}
+
 /// Microseconds a step, the median of five runs.
 fn measure(sim: &Simulation, steps: u32) -> f64 {
     median(|| {
@@ -88,7 +145,8 @@ fn measure(sim: &Simulation, steps: u32) -> f64 {
 
 fn peer(name: &str) -> Option<String> {
     let python = std::env::var("LINKWORK_BASILISK_PYTHON").ok()?;
-    let script = linkwork_tests::root().join("tests/benches/peers/basilisk_space.py");
+    let script = if name == "entry" { "basilisk_entry.py" } else { "basilisk_space.py" };
+    let script = linkwork_tests::root().join("tests/benches/peers").join(script);
     let out = Command::new(python).arg(script).arg(name).output().ok()?;
     let text = String::from_utf8_lossy(&out.stdout);
     text.lines().find_map(|l| Some(l.strip_prefix(name)?.split_whitespace().next()?.to_string()))
@@ -215,6 +273,9 @@ fn main() {
         let ours = measure(&sim, steps);
         let theirs = peer(name).unwrap_or_else(|| "not installed".into());
         println!("{name}: {ours:.2} µs a step (target {target}); Basilisk {theirs}");
+    }
+    if wanted("entry") {
+        entries();
     }
     if wanted("campaign") {
         campaign();

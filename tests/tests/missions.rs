@@ -304,7 +304,24 @@ fn navigated(sim: &Simulation) -> [f64; 3] {
     let rates = at("Navigation.estimate.velocity") - stage("speed");
     let (p, v) = (deviation("position"), deviation("velocity"));
     let height = sim.get("Navigation.height").unwrap() - sim.get("Ground.height").unwrap();
-    [height.abs() / p.z, rates.component_div(&v).amax(), off.xy().component_div(&p.xy()).amax()]
+    // Far from the site its z is not up.
+    let height = if sim.get("Radar.found[0]").is_ok() { height.abs() / p.z } else { 0.0 };
+    [height, rates.component_div(&v).amax(), off.component_div(&p).amax()]
+}
+
+/// Errors that navigation makes, beside the deviations that it tells.
+fn errors(sim: &Simulation) -> String {
+    let stage = |name| Vec3::from_fn(|k, _| sim.get(&format!("stage[{k}].{name}")).unwrap());
+    let off = |name: &str, of| get(sim, &format!("Navigation.estimate.{name}")) - stage(of);
+    let told = |name: &str| get(sim, &format!("Navigation.{name}_deviation"));
+    let row = |v: Vec3| format!("({:.2}, {:.2}, {:.2})", v.x, v.y, v.z);
+    format!(
+        "place off by {}, deviation {}; velocity {}, {}",
+        row(off("position", "displacement")),
+        row(told("position")),
+        row(off("velocity", "speed")),
+        row(told("velocity"))
+    )
 }
 
 /// The beginning of a phase of `sims/mars_edl`: its name, s, height (m) and speed (m/s) of the stage.
@@ -332,9 +349,9 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     let (mut drag, mut heat, mut lines, mut bridles) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
     let (mut phase, mut snapshots) = (String::new(), Vec::new());
     // While the bridles are paid out, at their end, while the stage flies away, and on the wheels.
-    let mut cuts = vec![968.34, 976.0, 981.5, 984.0];
+    let mut cuts = vec![962.84, 970.5, 976.0, 978.5];
     let (mut touched, mut wrong, mut off_place) = (None, [Worst(0.0); 3], 0.0);
-    while sim.before(seconds(986.0)) {
+    while sim.before(seconds(981.0)) {
         sim.step_event().unwrap();
         if let Ok(d) = sim.get("Aero.drag") {
             drag = drag.max(d);
@@ -344,6 +361,9 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         bridles = bridles.max(sim.get("Bridle1.tension").unwrap_or(0.0));
         if sim.phase() != phase {
             phase = sim.phase().to_string();
+            if sim.get("Navigation.height").is_ok() {
+                println!("{phase}: {}", errors(&sim));
+            }
             let of_stage = |name: &str| sim.get(name).unwrap_or(0.0);
             told.push((
                 phase.clone(),
@@ -356,7 +376,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         if cuts.first().is_some_and(|t| sim.time() > *t) {
             let at = cuts.remove(0);
             snapshots.push(Snapshot::of(&sim));
-            if at == 976.0 {
+            if at == 970.5 {
                 // Vertical pulls of the bridles carry what hangs, 902 kg.
                 let weight = 902.0 * weight_of_a_kilogram();
                 println!("held {} N of {weight}", held(&sim));
@@ -366,7 +386,8 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
             }
         }
         // At rows of the filter's own, before and while it flies.
-        let since = sim.time() * 20.0;
+        let of_entry = sim.phase() == "entry" || sim.phase() == "straight";
+        let since = sim.time() * if of_entry { 10.0 } else { 20.0 };
         if sim.get("Navigation.height").is_ok() && (since - since.round()).abs() < 1e-6 {
             off_place = sim.get("Descent.off").unwrap_or(0.0);
             let off = navigated(&sim);
@@ -387,14 +408,14 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         ("cruise", -599.5, 1850.0, 5125.0),
         ("approach", -598.6, 1847.0, 5126.0),
         ("entry", 0.0, 130.5, 5846.0),
-        ("straight", 207.8, 11.6, 480.0),
-        ("parachute", 225.7, 9.39, 405.0),
-        ("heat_shield_off", 240.4, 7.81, 160.9),
-        ("backshell_off", 318.1, 1.7, 74.5),
-        ("powered", 319.2, 1.62, 78.3),
-        ("sky_crane", 365.3, 0.019, 0.76),
-        ("fly_away", 380.2, 0.0087, 0.48),
-        ("driving", 383.9, 0.0, 0.0),
+        ("straight", 206.0, 11.3, 480.5),
+        ("parachute", 223.6, 9.09, 404.3),
+        ("heat_shield_off", 238.3, 7.52, 158.6),
+        ("backshell_off", 313.0, 1.7, 74.4),
+        ("powered", 314.0, 1.62, 78.3),
+        ("sky_crane", 360.1, 0.0191, 0.75),
+        ("fly_away", 375.3, 0.0086, 0.51),
+        ("driving", 378.9, 0.0, 0.0),
     ];
     assert_eq!(told.len(), want.len(), "{told:?}");
     for ((phase, t, height, speed), w) in told.iter().zip(want) {
@@ -410,8 +431,8 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     assert!((100e3..200e3).contains(&lines) && (3e3..6e3).contains(&bridles));
     let (when, velocity) = touched.unwrap();
     println!("first wheel at {:.2} s, {velocity}", when - entry);
-    assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.25, "{velocity}");
-    // Over all rows of 140 s: 1.6, 2.1 and 1.1.
+    assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.1, "{velocity}");
+    // Over all rows of 375 s: 2.4, 2.6 and 2.4.
     let [height, speed, place] = wrong;
     height.below(3.0, "error of the height, deviations");
     speed.below(3.5, "error of the velocity, deviations");
@@ -434,14 +455,14 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     }
     // In its own coordinates it comes down where it wants to; on Mars, where its navigation is wrong by.
     let landed = get(&sim, "Rover.Hardware.Chassis/chassis.position");
-    assert!(off_place < 2.5 && landed.xy().norm() < 4.0, "{off_place} m, {landed}");
+    assert!(off_place < 0.3 && landed.xy().norm() < 4.0, "{off_place} m, {landed}");
     // It stands, and drives to where it was told to.
     while sim.before(seconds(1050.0))
         && !sim.get("Rover.NavigationSoftware.Follower.done").is_ok_and(|d| d > 0.5)
     {
         sim.step_event().unwrap();
     }
-    sim.run_until(seconds(sim.time().ceil() + 2.0)).unwrap();
+    sim.run_until(seconds(sim.time().ceil() + 6.0)).unwrap();
     let place = get(&sim, "Rover.Hardware.Chassis/chassis.position");
     assert!((place.xy() - Vec3::new(8.0, 2.0, 0.0).xy()).norm() < 0.6, "{place}");
     let carried: f64 = (1..=6).map(|k| wheel_force(&sim, k)).sum();
@@ -454,7 +475,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
 fn weight_of_a_kilogram() -> f64 {
     let (mu, a, j2, rate) =
         (4.282_837_362e13_f64, 3_396_190.0_f64, 1.960_45e-3_f64, 7.088_218_1e-5_f64);
-    let (r, sine) = (3_391_690.0_f64, -0.080_258_9_f64);
+    let (r, sine) = (3_391_690.0_f64, -0.079_832_1_f64);
     let zonal = mu / r.powi(2) * (1.0 - 1.5 * j2 * (a / r).powi(2) * (3.0 * sine.powi(2) - 1.0));
     zonal - rate.powi(2) * r * (1.0 - sine.powi(2))
 }

@@ -35,6 +35,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<aerodynamics::entry::EntryAerodynamics>(),
         Entry::model::<aerodynamics::panels::PanelAerodynamics>(),
         Entry::model::<aerodynamics::rate_damping::RateDamping>(),
+        Entry::model::<attitude::bank_control::BankControl>(),
         Entry::model::<attitude::control_moment_gyro::ControlMomentGyro>(),
         Entry::model::<attitude::magnetic::MagneticField>(),
         Entry::model::<attitude::magnetic::MagneticTorquer>(),

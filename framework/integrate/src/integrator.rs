@@ -154,6 +154,30 @@ impl Integrator {
         })
     }
 
+    /// The last accepted step once more, from its start t, with another length h: into `x`, projected. Up to an event, its stages
+    /// see nothing of what lies behind the event; the dense output of a step across it does. It is the last step from here on.
+    ///
+    /// # Errors
+    /// [`Failure::NoStep`] when no step was taken or the last one failed; [`Failure::System`], [`Failure::Start`],
+    /// [`Failure::NotFinite`].
+    ///
+    /// # Panics
+    /// When `x` has not n lanes.
+    pub fn again<S: System>(
+        &mut self,
+        system: &mut S,
+        (t, h): (f64, f64),
+        x: &mut [f64],
+    ) -> Result<(), Failure<S::Error>> {
+        if self.last.take().is_none() {
+            return Err(Failure::NoStep);
+        }
+        match self.attempt(system, t, h)? {
+            Attempt::Finite => self.accept(system, t, h, x),
+            Attempt::Bad { lane } => Err(self.not_finite(t, h, lane)),
+        }
+    }
+
     fn prepare_dense<S: System>(
         &mut self,
         system: &mut S,

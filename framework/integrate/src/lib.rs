@@ -3,7 +3,7 @@
 //! * [`Integrator::step_fixed`] takes a step of a given size;
 //! * [`Integrator::advance`] takes one accepted step of a size that it chooses, cut so as to end
 //!   where the caller asks; what it must remember is [`Memory`], plain data of the caller;
-//! * [`Integrator::dense`] is the solution within the last accepted step;
+//! * [`Integrator::dense`] is the solution within the last accepted step, [`Integrator::again`] that step with another length;
 //! * [`events::first_crossing`] finds where a guard changes its sign.
 //!
 //! The system is seen through [`System`]: slices of f64, time in seconds. Nothing is allocated

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 mod common;
 use common::{Ode, coupled, coupled_solution, distance};
-use linkwork_integrate::{Integrator, METHODS, System};
+use linkwork_integrate::{Failure, Integrator, METHODS, System};
 use std::convert::Infallible;
 
 const THETAS: [f64; 7] = [1e-9, 0.1, 0.37, 0.5, 0.81, 0.999, 1.0 - 1e-12];
@@ -31,6 +31,27 @@ fn ends_are_exact_and_single_lanes_have_the_bits_of_all() {
         assert!(distance(&out, &x0) < 1e-12, "{}", method.name());
         dense.at(1.0 - 1e-13, &mut out);
         assert!(distance(&out, &x) < 1e-12, "{}", method.name());
+    }
+}
+
+/// With another length it is the step of that length from the same start to the bit, after its dense output, too.
+#[test]
+fn a_step_again_has_the_bits_of_a_step_of_that_length() {
+    for method in METHODS {
+        let mut integrator = Integrator::new(method, 2);
+        let start = coupled_solution(0.3);
+        let mut x = start;
+        let none = integrator.again(&mut Ode(coupled), (0.3, 0.1), &mut x);
+        assert_eq!((none, x), (Err(Failure::NoStep), start), "{}", method.name());
+        integrator.step_fixed(&mut Ode(coupled), 0.3, 0.2, &mut x, None).unwrap();
+        for h in [0.07, 0.2, 0.001] {
+            integrator.dense(&mut Ode(coupled)).unwrap().at(0.4, &mut x);
+            integrator.again(&mut Ode(coupled), (0.3, h), &mut x).unwrap();
+            let mut fresh = start;
+            let mut other = Integrator::new(method, 2);
+            other.step_fixed(&mut Ode(coupled), 0.3, h, &mut fresh, None).unwrap();
+            assert_eq!(x.map(f64::to_bits), fresh.map(f64::to_bits), "{} {h}", method.name());
+        }
     }
 }
 

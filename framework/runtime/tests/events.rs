@@ -175,12 +175,49 @@ impl Model for Wave {
     }
 }
 
+/// The corner.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Corner {
+    /// Time since the corner.
+    #[port("m", rising)]
+    side: f64,
+}
+/// Growth whose rate has a corner after a second.
+pub struct Growth;
+/// ẏ = y g(s), ṡ = 1; g = 1, and 1 + 5 (s − 1) behind s = 1.
+#[model("t.growth")]
+impl Model for Growth {
+    type Params = ();
+    type Ym = Fall;
+    type X = Fall;
+    type G = Corner;
+    fn build((): ()) -> Result<Self, BuildError> {
+        Ok(Growth)
+    }
+    fn init_x(&self) -> Fall {
+        Fall { height: 0.0, speed: 1.0 }
+    }
+    fn moore(&self, _: &Clock, x: &Fall) -> Fall {
+        *x
+    }
+    fn deriv(&self, _: &Clock, x: &Fall) -> Fall {
+        Fall { height: 1.0, speed: x.speed * (1.0 + 5.0 * (x.height - 1.0).max(0.0)) }
+    }
+    fn guards(&self, _: &Clock, x: &Fall) -> Corner {
+        Corner { side: x.height - 1.0 }
+    }
+    fn fired(&self, _: &Clock, _: usize, x: &Fall) -> (Fall, ()) {
+        (*x, ())
+    }
+}
+
 fn all() -> Catalogue {
     Catalogue::new([vec![
         Entry::model::<Ball>(),
         Entry::model::<Link>(),
         Entry::model::<Flip>(),
         Entry::model::<Wave>(),
+        Entry::model::<Growth>(),
         Entry::model::<Integral>(),
         Entry::model::<Hold>(),
         Entry::model::<Gain>(),
@@ -229,6 +266,33 @@ fn a_ball_bounces_at_the_times_of_the_closed_form() {
                 assert_eq!(sim.get("ball.state.last").unwrap(), t);
             }
         }
+    }
+}
+
+/// A step ends at the corner and the next begins behind it: the stages of a step across it would spoil the state there.
+#[test]
+fn every_method_has_its_order_across_a_corner_that_is_an_event() {
+    let steps = [
+        (Integrator::Rk4, 0.075, 4.0),
+        (Integrator::BogackiShampine, 0.0375, 3.0),
+        (Integrator::DormandPrince, 0.075, 5.0),
+        (Integrator::Verner, 0.3, 8.0),
+        (Integrator::Rodas, 0.0375, 4.0),
+    ];
+    for (integrator, step, order) in steps {
+        let error = |h: f64| {
+            let mut s = spec(vec![part("growth", "t.growth", &[], None)], &[]);
+            (s.integrator, s.step) = (integrator, seconds(h));
+            let plan = compile(&s, &all(), &Files::default()).unwrap_or_else(|e| panic!("{e}"));
+            let mut sim = Simulation::new(Arc::new(plan));
+            sim.run_until(seconds(1.8)).unwrap();
+            let t = sim.time();
+            (sim.get("growth.speed").unwrap() / (t + 2.5 * (t - 1.0).powi(2)).exp() - 1.0).abs()
+        };
+        let (coarse, fine) = (error(step), error(step / 2.0));
+        let seen = (coarse / fine).log2();
+        println!("{integrator:?} at {step} s: {coarse:.2e}, {fine:.2e}, order {seen:.2}");
+        assert!(seen > order - 0.6 && seen < order + 2.5, "{integrator:?}: {seen}");
     }
 }
 

@@ -1,4 +1,5 @@
-//! `flight.descent_filter`: position, velocity and attitude of a lander from an inertial unit and a landing radar (error-state Kalman filter).
+//! `flight.descent_filter`: position, velocity and attitude of an entry vehicle or lander from an inertial unit and a landing radar
+//! (error-state Kalman filter). Where no radar is wired it goes by the inertial unit alone.
 //! ```text
 //! from the inertial unit   ω = ω_m − b_ω − Rᵀ ω_W       R ← R exp(Δ (ω₀ + ω₁)/2)                 0, 1: the ends of an interval Δ
 //!                          a = R (f_m − b_f) + g(r, v)   v ← v + Δ (a₀ + a₁)/2    r ← r + Δ v₀ + Δ² (2 a₀ + a₁)/6
@@ -8,11 +9,12 @@
 //! beam d = R b with an echo, n: up where it meets the ground at c + d ϱ
 //!     range  ϱ      ∂ϱ/∂r = −n/(n·d)    ∂ϱ/∂θ = −ϱ (d × n)/(n·d)    ∂ϱ/∂η = 1/(n·d)    σ = σ_r + κ ϱ, and σ_g/|n·d|: each beam has its own ground
 //!     speed  d·u    ∂/∂v = d            ∂/∂θ = d × u                  u = v − v_ground;  σ_v
-//! each by itself:  S = H P Hᵀ + σ²    K = P Hᵀ/S    x ← K ν    P ← P − K S Kᵀ
+//! each by itself:  S = H P Hᵀ + σ²    K = E P Hᵀ/S    x ← K ν    P ← P − K H P − P Hᵀ Kᵀ + K S Kᵀ
+//!     E leaves of the position what is vertical, all of the rest: no beam sees where on the sphere it is (Schmidt: a state to consider)
 //! ```
 //! f_m, ω_m: specific force and turn rate of an inertial unit at the same node and in the same axes as the radar; g: of free fall as W moves; ω_W: turn rate of a W that is a site.
 //! The ground is a sphere of `ground_radius` about the planet's centre, and what stands out of it has the deviation σ_g and is alike over a way L: the height over the sphere is
-//! observed to about σ_g, the place on it is not, and keeps the error that it began with. A measurement
+//! observed to about σ_g, the place on it is not: it keeps the error that it has, and does not wander while a lander comes down on it. A measurement
 //! further off than `gate` deviations is left out and counted. The first row takes the true motion with errors drawn from the start's deviations: what navigation
 //! knew before the radar. Scale and misalignment of the inertial unit are no states: give the biases a spread and walks that cover them.
 //! Between two rows the force goes along a straight line: for one that jumps, `accel_white` is to cover half a jump over an interval.
@@ -114,6 +116,12 @@ pub struct DescentFilterOut {
     /// Height over the sphere.
     #[port("m")]
     pub height: f64,
+    /// Speed over the ground.
+    #[port("m/s")]
+    pub speed: f64,
+    /// Specific force against the velocity over the ground: the deceleration by drag, where there is no thrust.
+    #[port("m/s^2")]
+    pub braking: f64,
     /// Standard deviation of the position along the axes of W.
     #[port("m")]
     pub position_deviation: Vec3,
@@ -297,7 +305,10 @@ impl DescentFilter {
             d.rejected += 1.0;
             return;
         }
-        let gain = to / spread;
+        let mut gain = to / spread;
+        let up = self.site.as_ref().map_or(d.position, |s| s.from_centre(&d.position)).normalize();
+        let raised = up * up.dot(&gain.fixed_rows::<3>(0));
+        gain.fixed_rows_mut::<3>(0).copy_from(&raised);
         let x = gain * off;
         let part = |k: usize| Vec3::new(x[k], x[k + 1], x[k + 2]);
         d.position += part(0);
@@ -306,7 +317,7 @@ impl DescentFilter {
         d.gyro += part(9);
         d.accel += part(12);
         d.ground += x[N - 1];
-        cov -= gain * to.transpose();
+        cov += gain * (gain * spread - to).transpose() - to * gain.transpose();
         d.covariance.copy_from_slice(((cov + cov.transpose()) * 0.5).as_slice());
     }
 
@@ -340,8 +351,10 @@ impl SizedModel for DescentFilter {
 
     fn ports(p: &DescentFilterParams) -> SizedPorts {
         let count = p.beams.len();
+        // Unwired: there is no radar, and no echo.
         let each = |name: &'static str, unit: &'static str, doc: &'static str| {
-            PortSpec::named(name, PortKind::Numbers, count).unit_of(unit).doc_of(doc)
+            let beams = PortSpec::named(name, PortKind::Numbers, count);
+            beams.unit_of(unit).doc_of(doc).or(0.0)
         };
         let beams = [
             each("range", "m", "Slant range of each beam."),
@@ -404,9 +417,14 @@ impl SizedModel for DescentFilter {
             velocity: e.velocity,
         };
         let from = self.site.as_ref().map_or(e.position, |s| s.from_centre(&e.position));
+        let spin = Vec3::z() * self.p.planet_rate;
+        let over = e.velocity - if self.site.is_some() { Vec3::zeros() } else { spin.cross(&from) };
+        let speed = over.norm();
         DescentFilterOut {
             estimate,
             height: from.norm() - self.p.ground_radius,
+            speed,
+            braking: if speed > 0.0 { -e.force.dot(&over) / speed } else { 0.0 },
             position_deviation: deviation(0),
             velocity_deviation: deviation(3),
             attitude_deviation: deviation(6),

@@ -257,6 +257,32 @@ fn ground_over_the_sphere_moves_neither_place_nor_velocity() {
     assert!(moved[2].abs() < 1.1 && (0.5..1.5).contains(&sigma(2)), "{moved} {}", sigma(2));
 }
 
+/// Whatever the errors have to do with each other, a beam moves the position up and down alone, and the covariance is that of what was
+/// done: (1 − K H) P (1 − K H)ᵀ + K σ² Kᵀ.
+#[test]
+fn a_beam_moves_no_place_over_the_ground() {
+    let m = filter(params());
+    let node = Flown::begin().node();
+    let mut d = m.begin(&Clock::at(0.0, 0.05, 0), &node);
+    let mixed = Covariance::from_fn(|i, j| normal(3, i as u64, j as u32));
+    d.covariance.copy_from_slice((mixed * mixed.transpose()).as_slice());
+    let (before, cov) = (d.position, mixed * mixed.transpose());
+    let h = Row::from_fn(|i, _| normal(4, i as u64, 0));
+    let (off, sigma) = (700.0, 1.3);
+    m.mend(&mut d, &h, off, sigma);
+    let up = site().from_centre(&before).normalize();
+    let moved = d.position - before;
+    assert!(moved.dot(&up).abs() > 1e-3 && moved.cross(&up).norm() < 1e-9, "{moved}");
+    let to = cov * h;
+    let mut gain = to / (h.dot(&to) + sigma * sigma);
+    let raised = up * up.dot(&gain.fixed_rows::<3>(0));
+    gain.fixed_rows_mut::<3>(0).copy_from(&raised);
+    let rest = Covariance::identity() - gain * h.transpose();
+    let want = rest * cov * rest.transpose() + gain * gain.transpose() * (sigma * sigma);
+    let got = Covariance::from_column_slice(&d.covariance);
+    assert!((got - want).amax() < 1e-9 * want.amax(), "{}", (got - want).amax());
+}
+
 /// Between samples of a slower radar its held numbers are not taken again.
 #[test]
 fn a_slower_radar_is_read_once_a_sample() {

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! after a step:   guards at its end, and inside where they may have crossed twice
-//! a crossing:     located to 1 ps; all guards that cross within 1 ns of it are due, in path order
+//! a crossing:     sought on the dense output, then located to 1 ps by steps that end there; all guards that cross
+//!                 within 1 ns of it are due, in path order
 //! an event:       the first that is due fires → operations that follow → guards again
 //! ```
 //! A guard that has fired counts again when it has left its zero. Conditions of transitions are due
@@ -13,7 +14,7 @@ use super::{GuardState, Simulation, State};
 use crate::block::{Evaluation, Failure, Now};
 use crate::plan::{Fires, Plan};
 use linkwork_integrate::Failure as StepFailure;
-use linkwork_integrate::events::{Direction, Search, SearchError, Side, first_crossing};
+use linkwork_integrate::events::{Crossing, Direction, Search, SearchError, Side, first_crossing};
 
 /// Guards that cross within this time (s) of the first are one instant.
 const WINDOW: f64 = 1e-9;
@@ -196,7 +197,17 @@ impl Simulation {
 
     /// Value of every guard at θ of the last step, into `work.middle`.
     fn look_at(&mut self, plan: &Plan, h: f64, theta: f64) -> Result<(), StepFailure<Stopped>> {
-        self.state_at(plan, h, theta, Purpose::Look)?;
+        self.look_for(plan, h, theta, Purpose::Look)
+    }
+
+    fn look_for(
+        &mut self,
+        plan: &Plan,
+        h: f64,
+        theta: f64,
+        purpose: Purpose,
+    ) -> Result<(), StepFailure<Stopped>> {
+        self.state_at(plan, h, theta, purpose)?;
         let t = self.time() + theta * h;
         let inside = std::mem::take(&mut self.work.inside);
         let mut values = std::mem::take(&mut self.work.middle);
@@ -211,15 +222,16 @@ impl Simulation {
         h: f64,
         end: &[f64],
     ) -> Result<Option<f64>, StepFailure<Stopped>> {
-        let mut first: Option<(f64, usize)> = None;
+        let mut first: Option<(Crossing, usize)> = None;
         for k in 0..plan.guards.len() {
-            if let Some(theta) = self.find(plan, h, k, end[k])?
-                && theta < first.map_or(f64::INFINITY, |f| f.0)
+            if let Some(found) = self.find(plan, h, k, end[k])?
+                && found.theta < first.map_or(f64::INFINITY, |f| f.0.theta)
             {
-                first = Some((theta, k));
+                first = Some((found, k));
             }
         }
-        let Some((theta, k)) = first else { return Ok(None) };
+        let Some((found, k)) = first else { return Ok(None) };
+        let theta = found.theta;
         for (state, end) in self.state.guards.iter_mut().zip(end) {
             state.change = end - state.value;
         }
@@ -234,7 +246,67 @@ impl Simulation {
                 state.due = state.see(value, guard.direction, guard.level());
             }
         }
-        Ok(Some(theta))
+        self.by_steps(plan, h, k, found).map(Some)
+    }
+
+    /// θ of a crossing of guard k that was found on the dense output, located again by steps that end there: the stages of a step across
+    /// the event have seen what lies behind it. Most often the first of these steps comes to where it was found.
+    fn by_steps(
+        &mut self,
+        plan: &Plan,
+        h: f64,
+        k: usize,
+        found: Crossing,
+    ) -> Result<f64, StepFailure<Stopped>> {
+        let theta = found.theta;
+        // What advances by itself is interpolated, and a jump is where it is.
+        if theta == 0.0 || plan.derivs.is_empty() {
+            return Ok(theta);
+        }
+        let sign = if found.direction == Direction::Rising { 1.0 } else { -1.0 };
+        let start = sign * self.state.guards[k].value;
+        let back = theta.min(1e-3);
+        self.look_at(plan, h, theta - back)?;
+        let slope = sign * (found.value - self.work.middle[k]) / back;
+        let mut value = |theta: f64| {
+            self.look_for(plan, h, theta, Purpose::Again).map(|()| sign * self.work.middle[k])
+        };
+        let width = (EXACT / h).max(4.0 * f64::EPSILON);
+        let there = value(theta)?;
+        if (0.0..=slope * width).contains(&there) {
+            return Ok(theta);
+        }
+        // A bracket around it, whose width follows from how far off the value is.
+        let mut reach = if slope > 0.0 { (2.0 * there.abs() / slope).max(width) } else { width };
+        let (mut low, mut high) = ((theta, there), (theta, there));
+        while low.1 >= 0.0 {
+            high = low;
+            let to = (theta - reach).max(0.0);
+            low = (to, if to > 0.0 { value(to)? } else { start });
+            if to == 0.0 && low.1 >= 0.0 {
+                return Ok(theta);
+            }
+            reach *= 2.0;
+        }
+        while high.1 < 0.0 {
+            if high.0 == 1.0 {
+                // It touches zero within the error of the step.
+                return Ok(theta);
+            }
+            low = high;
+            let to = (theta + reach).min(1.0);
+            high = (to, value(to)?);
+            reach *= 2.0;
+        }
+        let wide = high.0 - low.0;
+        let search =
+            Search { direction: Direction::Rising, h: wide * h, tolerance: EXACT, samples: 1 };
+        let inside = |part: f64| value(low.0 + part * wide);
+        match first_crossing(inside, [low.1, high.1], Side::Below, &search) {
+            Ok(found) => Ok(found.crossing.map_or(theta, |c| low.0 + c.theta * wide)),
+            Err(SearchError::Guard(failure)) => Err(failure),
+            Err(SearchError::NotANumber { .. }) => Err(StepFailure::System(self.nan(plan, k))),
+        }
     }
 
     /// Where in the last step guard k first changes its side in its direction: at the end of the step,
@@ -245,7 +317,7 @@ impl Simulation {
         h: f64,
         k: usize,
         end: f64,
-    ) -> Result<Option<f64>, StepFailure<Stopped>> {
+    ) -> Result<Option<Crossing>, StepFailure<Stopped>> {
         let GuardState { value: start, change, side, .. } = self.state.guards[k];
         // It may have gone to zero and come back only if it moved about as far as it stands from it.
         let moved = (end - start).abs().max(change.abs());
@@ -262,7 +334,7 @@ impl Simulation {
         let search = Search { direction, h, tolerance: EXACT, samples: 1 };
         let value = |theta: f64| self.look_at(plan, h, theta).map(|()| self.work.middle[k]);
         match first_crossing(value, [start, end], side, &search) {
-            Ok(found) => Ok(found.crossing.map(|c| c.theta)),
+            Ok(found) => Ok(found.crossing),
             Err(SearchError::Guard(failure)) => Err(failure),
             Err(SearchError::NotANumber { .. }) => Err(StepFailure::System(self.nan(plan, k))),
         }

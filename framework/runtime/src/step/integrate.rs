@@ -139,8 +139,8 @@ impl Simulation {
         self.refresh().map_err(Failure::System)
     }
 
-    /// The state at θ of the last step, into `work.inside`. Blocks that advance by themselves are
-    /// interpolated while an event is looked for, and do their step again when it is taken.
+    /// The state at θ of the last step, into `work.inside`: on its dense output while an event is looked for, by a step that ends
+    /// there when it is taken. Blocks that advance by themselves are interpolated, and do their step again when it is taken.
     pub(super) fn state_at(
         &mut self,
         plan: &Plan,
@@ -162,8 +162,12 @@ impl Simulation {
             let State { d, sig, pins, .. } = state;
             let (number, pins) = (&mut work.number, pins.as_deref());
             let mut system = Running { plan, blocks, d, sig, now, pins, number, linear: None };
-            let dense = work.integrator.dense(&mut system)?;
-            dense.at(theta, &mut work.inside);
+            // A step has a length: at its start the dense output is the state.
+            if purpose == Purpose::Look || theta == 0.0 {
+                work.integrator.dense(&mut system)?.at(theta, &mut work.inside);
+            } else {
+                work.integrator.again(&mut system, (now.t, theta * h), &mut work.inside)?;
+            }
             if let Some(pins) = pins {
                 pins.states(&mut work.inside);
             }
@@ -173,7 +177,7 @@ impl Simulation {
         }
         let (from, length) = work.advanced;
         let so_far = state.since + theta * h - from;
-        if purpose == Purpose::Look {
+        if purpose != Purpose::Event {
             let part = so_far / length;
             for lanes in plan.stepped.iter().flat_map(Clone::clone) {
                 let (a, b) = (work.before.x[lanes], state.x[lanes]);
@@ -254,6 +258,8 @@ impl Simulation {
 pub(super) enum Purpose {
     /// To look at the guards there.
     Look,
+    /// To look at them where a step that ends there comes to.
+    Again,
     /// To go on from there.
     Event,
 }

@@ -1,0 +1,220 @@
+//! `flight.bank_control`: the torque that turns the lift of an entry capsule about its velocity, and damps its pitch and yaw.
+//! ```text
+//! e = u/|u|, u: velocity over the ground      n: nose, W; up = p/|p|, from the planet's centre
+//! l  = −(n − (n·e) e), made unit              lift of a blunt nose: to the side from which the nose leans away
+//! l₀ = up − (up·e) e, made unit               σ = atan2(l · (e × l₀), l · l₀)        0: lift up, positive to the right
+//! w  = sat(k (σ_c − σ), w_max) e              rate that is wanted, W; the shorter way
+//! M  = J λ (Rᵀ w − ω) + ω × J ω               body axes, cut off at torque_max by axis
+//! ```
+//! Angle of attack and sideslip are left to the air: the moment only damps them, with the time constant 1/λ. The error of the bank decays as
+//! the second-order system s² + λ s + λ k; λ = 4 k is critical damping. With the nose along the velocity (sin below 1e-3), or straight
+//! up or down, there is no lift to turn, and w = 0. The path's own turning (g cos γ/V, mrad/s) is not fed forward.
+
+use super::super::guidance::planet::Seen;
+use linkwork_runtime::prelude::*;
+
+/// Body, gains and limits.
+#[derive(Params, Clone, Debug)]
+pub struct BankControlParams {
+    /// Principal inertia J, body axes.
+    #[param(unit = "kg m^2")]
+    pub inertia: Vec3,
+    /// Direction of the nose, body axes.
+    #[param(default = Vec3::x())]
+    pub nose: Vec3,
+    /// Gain k, rate over error of the bank.
+    #[param(unit = "1/s", default = 0.3, range = 0.0..)]
+    pub gain: f64,
+    /// Gain λ, angular acceleration over error of the rate.
+    #[param(unit = "1/s", default = 1.2, range = 0.0..)]
+    pub damping: f64,
+    /// Greatest rate of the bank.
+    #[param(unit = "rad/s", default = 0.35, range = 0.0..)]
+    pub rate_max: f64,
+    /// Greatest torque about each axis.
+    #[param(unit = "N m", default = f64::INFINITY, range = 0.0..)]
+    pub torque_max: f64,
+    /// Rate of the planet about z of W; unwritten: of the site that W is, or of Mars.
+    #[param(unit = "rad/s")]
+    pub planet_rate: Option<f64>,
+    /// Gravity, which knows the site.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
+}
+
+/// What is known of the capsule, and what is wanted.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct BankControlIn {
+    /// The capsule, as navigation knows it.
+    #[port(bind = "body")]
+    pub body: NodeState,
+    /// Bank that is wanted.
+    #[port("rad")]
+    pub bank: f64,
+}
+
+/// What to do.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct BankControlOut {
+    /// Torque that is wanted, body axes.
+    #[port("N m")]
+    pub torque: Vec3,
+    /// Bank as it is.
+    #[port("rad")]
+    pub measured: f64,
+    /// Bank that is wanted less that; the shorter way.
+    #[port("rad")]
+    pub error: f64,
+}
+
+/// Control of the bank by torque.
+pub struct BankControl {
+    p: BankControlParams,
+    nose: Vec3,
+    planet: Seen,
+}
+
+/// Bank of a body whose nose is `n`, and the unit velocity: none where one of the two planes is none.
+fn bank(n: &Vec3, velocity: &Vec3, up: &Vec3) -> Option<(f64, Vec3)> {
+    let speed = velocity.norm();
+    if !(speed > 0.0) {
+        return None;
+    }
+    let e = velocity / speed;
+    let lift = e * n.dot(&e) - n;
+    let level = up - e * up.dot(&e);
+    if lift.norm() < 1e-3 || level.norm() < 1e-6 * up.norm() {
+        return None;
+    }
+    Some((lift.dot(&e.cross(&level)).atan2(lift.dot(&level)), e))
+}
+
+/// Turns the lift of an entry capsule about its velocity and damps pitch and yaw.
+#[model("flight.bank_control")]
+impl Model for BankControl {
+    type Params = BankControlParams;
+    type Ud = BankControlIn;
+    type Yd = BankControlOut;
+    fn build(p: BankControlParams) -> Result<Self, BuildError> {
+        if p.inertia.iter().any(|j| !(*j > 0.0)) {
+            return Err(BuildError::new("an inertia is not above 0")
+                .help("write the three principal ones, e.g. inertia: [5600, 4100, 4100]")
+                .at("inertia"));
+        }
+        if !(p.nose.norm() > 1e-9) {
+            return Err(BuildError::new("the nose has no direction")
+                .help("write a direction in body axes, e.g. nose: [1, 0, 0]")
+                .at("nose"));
+        }
+        let planet = Seen::new(&p.gravity, p.planet_rate)?;
+        Ok(BankControl { nose: p.nose.normalize(), planet, p })
+    }
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &BankControlIn) -> BankControlOut {
+        let p = &self.p;
+        let body = self.planet.node(&u.body);
+        let spin = Vec3::z() * self.planet.rate;
+        let over = body.velocity - spin.cross(&body.position);
+        let to_body = body.rotation.inverse();
+        let found = bank(&(body.rotation * self.nose), &over, &body.position);
+        let (measured, wanted) = found.unwrap_or((0.0, Vec3::zeros()));
+        let turn = u.bank - measured;
+        let error = if found.is_some() { turn.sin().atan2(turn.cos()) } else { 0.0 };
+        let rate = to_body * wanted * (p.gain * error).clamp(-p.rate_max, p.rate_max);
+        let (w, j) = (to_body * body.angular, p.inertia);
+        let torque = j.component_mul(&(rate - w)) * p.damping + w.cross(&j.component_mul(&w));
+        let most = p.torque_max;
+        BankControlOut { torque: torque.map(|m| m.clamp(-most, most)), measured, error }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::aerodynamics::entry::force;
+    use super::super::super::guidance::planet::tests::Point;
+    use super::*;
+    use std::sync::Arc;
+
+    fn params() -> BankControlParams {
+        let point = Point { mu: 4.282_837e13, site: None };
+        BankControlParams {
+            inertia: Vec3::new(5600.0, 4100.0, 3900.0),
+            nose: Vec3::x(),
+            gain: 0.3,
+            damping: 1.2,
+            rate_max: 0.35,
+            torque_max: f64::INFINITY,
+            planet_rate: Some(0.0),
+            gravity: Handle::new("gravity", Arc::new(point) as Arc<dyn Gravity>),
+        }
+    }
+
+    /// A capsule with its nose 16° from the velocity, at a bank.
+    fn capsule(bank: f64) -> NodeState {
+        let (position, velocity) = (Vec3::new(3.4e6, 2e5, -1e5), Vec3::new(-1100.0, 5100.0, 700.0));
+        // The lift of a point with this bank says where the nose leans away from.
+        let lift = force(&velocity, &position, bank, 1.0, 0.0);
+        let (e, a) = (velocity.normalize(), 16f64.to_radians());
+        let nose = e * a.cos() - lift * a.sin();
+        let side = nose.cross(&lift).normalize();
+        let axes = linkwork_spatial::Mat3::from_columns(&[nose, side, nose.cross(&side)]);
+        let turned = linkwork_spatial::nalgebra::Rotation3::from_matrix_unchecked(axes);
+        NodeState {
+            position,
+            velocity,
+            rotation: Quat::from_rotation_matrix(&turned),
+            angular: Vec3::zeros(),
+        }
+    }
+
+    fn at(m: &BankControl, body: NodeState, bank: f64) -> BankControlOut {
+        m.direct(&Clock::at(0.0, 0.05, 0), &(), &(), &BankControlIn { body, bank }, &())
+    }
+
+    #[test]
+    fn the_bank_is_that_of_the_lift_of_a_point() {
+        let m = BankControl::build(params()).unwrap();
+        for want in [0.0, 0.7, -1.2, 2.9, -3.0] {
+            let y = at(&m, capsule(want), 0.0);
+            assert!((y.measured - want).abs() < 1e-12, "{} {want}", y.measured);
+        }
+        // The shorter way over the back.
+        assert!((at(&m, capsule(-3.0), 3.0).error + (std::f64::consts::TAU - 6.0)).abs() < 1e-12);
+    }
+
+    /// A free body under the law alone: the bank comes to what is wanted as the second-order system, and nothing else turns.
+    #[test]
+    fn the_error_decays_as_its_closed_form() {
+        let m = BankControl::build(params()).unwrap();
+        let (mut body, mut w) = (capsule(0.4), Vec3::zeros());
+        let (want, h) = (0.5, 1e-3);
+        for _ in 0..4000 {
+            let torque = at(&m, body, want).torque;
+            let gyro = w.cross(&params().inertia.component_mul(&w));
+            w += (torque - gyro).component_div(&params().inertia) * h;
+            body.rotation *= Quat::from_scaled_axis(w * h);
+            body.angular = body.rotation * w;
+        }
+        // λ = 4 k: (1 + λ t/2) e^(−λ t/2), t = 4 s.
+        let x = 0.5 * 1.2 * 4.0_f64;
+        let left = want - at(&m, body, want).measured;
+        assert!((left / (0.1 * (1.0 + x) * (-x).exp()) - 1.0).abs() < 2e-3, "{left}");
+        let e = body.velocity.normalize();
+        let nose = body.rotation * Vec3::x();
+        assert!((nose.dot(&e) - 16f64.to_radians().cos()).abs() < 1e-4, "{}", nose.dot(&e));
+    }
+
+    #[test]
+    fn limits_hold_and_what_makes_no_sense_is_refused() {
+        let m = BankControl::build(BankControlParams { torque_max: 50.0, ..params() }).unwrap();
+        let y = at(&m, capsule(0.0), 2.0);
+        assert!(y.torque.amax() == 50.0 && (y.error - 2.0).abs() < 1e-12, "{}", y.torque);
+        // The nose along the velocity: no lift, and only the rate is damped.
+        let mut body = capsule(0.0);
+        body.rotation = Quat::rotation_between(&Vec3::x(), &body.velocity).unwrap();
+        assert_eq!(at(&m, body, 1.0).torque, Vec3::zeros());
+        let wrong = BankControlParams { inertia: Vec3::zeros(), ..params() };
+        assert!(BankControl::build(wrong).is_err_and(|e| e.param.as_deref() == Some("inertia")));
+        let wrong = BankControlParams { nose: Vec3::zeros(), ..params() };
+        assert!(BankControl::build(wrong).is_err_and(|e| e.param.as_deref() == Some("nose")));
+    }
+}
