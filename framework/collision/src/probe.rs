@@ -340,6 +340,19 @@ impl Probe {
         best
     }
 
+    /// The distances of all pairs that are looked at and within `limit` (m, may be infinite), by identifiers, into `out` (emptied first):
+    /// padding counted, negative where they overlap. After [`place`](Self::place).
+    pub fn distances(&mut self, colliders: &Colliders, limit: f64, out: &mut Vec<Closest>) {
+        out.clear();
+        self.look(limit);
+        for at in 0..self.near.len() {
+            let (i, j) = self.pairs[self.near[at].1 as usize];
+            if let Some(distance) = self.between(colliders, i as usize, j as usize, limit) {
+                out.push(Closest { a: ColliderId(i), b: ColliderId(j), distance });
+            }
+        }
+    }
+
     /// The distance of two colliders, padding counted, whatever the pairs; `None` when there is none within `limit`.
     /// After [`place`](Self::place).
     #[track_caller]
