@@ -11,6 +11,7 @@ mod obstacles;
 mod prefer;
 mod reach;
 mod task;
+mod way;
 
 pub use collide::Path;
 pub use dual::{Balance, HandWeights, MoveSqueeze, Shared};
@@ -19,6 +20,7 @@ pub use hold::{Grasp, Hold};
 pub use prefer::{Best, Prefer};
 pub use reach::{Answer, Effort, Goal, Outcome};
 pub use task::TaskSpace;
+pub use way::{Planner, Search, Way};
 
 use crate::error::RobotError;
 use crate::model::RobotModel;
