@@ -26,7 +26,7 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 ///
 /// chains: {name: (base, tip)}, bodies between which a part lies; base may be "world". groups: {name: [bodies]}, other parts, such as grippers. srdf: a
 /// file whose groups are parts, too, for a mechanism of a file. objects: {name: (mass, com, inertia)}: rigid things that hands may hold: kg, m (3,), kg m²
-/// (3, 3) about the centre of mass; a collider on one names it as its body. colliders, ignore, collide, neighbours: as `Collisions`.
+/// (3, 3) about the centre of mass; a collider on one names it as its body. colliders, ignore, collide, neighbours: as `Collisions` (an empty list: nothing touches).
 ///
 /// Lengths in m, angles in rad, world axes, angular part first. `q` (nq,) is the robot's own configuration, neutral at first; each instance has its own, and
 /// the same calls give the same bits. Raises LinkworkError, with all mistakes at once, for names and shapes that cannot be, and for a mechanism with
@@ -37,7 +37,7 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 /// >>> for link, parent in [("upper", "world"), ("lower", "upper"), ("hand", "lower")]:
 /// ...     at = [0, 0, 0] if parent == "world" else [0.4, 0, 0]
 /// ...     parts = parts.body(link, parent, linkwork.Hinge.pin([0, -1, 0]).limits(-3, 3), mass=1, com=[0.2, 0, 0], inertia=np.eye(3) / 100, hinge_in_parent=at)
-/// >>> robot = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"cup": (0.3, [0, 0, 0], np.eye(3) / 1000)})
+/// >>> robot = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"cup": (0.3, [0, 0, 0], np.eye(3) / 1000)}, colliders=[])
 /// >>> robot.q = robot.inverse_kinematics("arm", [0.5, 0, 0.3], q=[0.5, 0.5, 0.5])
 /// >>> robot.tip_pose("arm")[:3, 3].round(6).tolist()
 /// [0.5, 0.0, 0.3]

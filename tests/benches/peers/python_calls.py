@@ -186,12 +186,12 @@ def rollout(m, Q, V, path):
         with_pool.rollout(model, datas, state0, nstep=steps, state=state, sensordata=sensor)
         return state[:, -1, 1:8]
 
-    q, v, a = np.empty((n, 7)), np.empty((n, 7)), np.empty((n, 7))
+    q, v, a, tau = np.empty((n, 7)), np.empty((n, 7)), np.empty((n, 7)), np.zeros(7)
 
     def ours():
         q[:], v[:] = q0, v0
         for _ in range(steps):
-            m.forward_dynamics(q, v, threads=2, out=a)
+            m.forward_dynamics(q, v, tau, threads=2, out=a)
             np.multiply(a, dt, out=a)
             np.add(v, a, out=v)
             np.add(q, dt * v, out=q)
