@@ -38,7 +38,7 @@ fn main() {
     let cases = json["cases"].as_array().unwrap();
     // Configurations that close the loop, again and again.
     let closed: Vec<Vec<f64>> =
-        cases.iter().cycle().take(200).map(|c| to_q(&model, &at, &numbers(&c["q"]))).collect();
+        cases.iter().cycle().take(2000).map(|c| to_q(&model, &at, &numbers(&c["q"]))).collect();
     let peer = Peer::new(&Robot::new(&bare), &closed, ("left_tcp", &mass.validate().unwrap()));
 
     let mut robot = Robot::new(&model);
@@ -52,28 +52,23 @@ fn main() {
     let mut tau = vec![0.0; nv];
     let mut sides = [const { (Vec::new(), Vec::new()) }; 4];
     for _ in 0..ROUNDS {
-        let many = || (0..50).map(|_| ());
         sides[0].0.push(us(&closed, |q| {
             robot.set_q(q).unwrap();
             robot.grasp(left, beam, Grasp::At(X[0])).unwrap();
             robot.ungrasp(beam).unwrap();
         }));
-        let pass = |held: &mut Robot, call: &mut dyn FnMut(&mut Robot)| {
-            let of = |(): ()| {
-                us(&closed, |q| {
-                    held.set_q(q).unwrap();
-                    call(held);
-                })
-            };
-            many().map(of).sum::<f64>() / 50.0
-        };
-        sides[1].0.push(pass(&mut held, &mut |r| r.feed_forward(&v, &a, &[], &mut tau).unwrap()));
-        sides[2].0.push(pass(&mut held, &mut |r| {
-            r.gravity_forces(&mut tau).unwrap();
-            black_box(r.balance(beam, Balance::Effort, &mut tau).unwrap());
+        sides[1].0.push(us(&closed, |q| {
+            held.set_q(q).unwrap();
+            held.feed_forward(&v, &a, &[], &mut tau).unwrap();
         }));
-        sides[3].0.push(pass(&mut held, &mut |r| {
-            black_box(r.balance(beam, Balance::Effort, &mut tau).unwrap());
+        sides[2].0.push(us(&closed, |q| {
+            held.set_q(q).unwrap();
+            held.gravity_forces(&mut tau).unwrap();
+            black_box(held.balance(beam, Balance::Effort, &mut tau).unwrap());
+        }));
+        sides[3].0.push(us(&closed, |q| {
+            held.set_q(q).unwrap();
+            black_box(held.balance(beam, Balance::Effort, &mut tau).unwrap());
         }));
         let Some(peer) = &peer else { continue };
         let told = peer.run();

@@ -17,7 +17,7 @@ use crate::schema::kind::{
 use crate::schema::record::{Presence, Record, argument, record, variant_name, variant_of};
 use crate::text::files::Home;
 use crate::text::report::Cx;
-use crate::text::value::{IntoValue, Text, variant};
+use crate::text::value::{Text, variant};
 use linkwork_collision::{Seen, Shape};
 use linkwork_runtime::{Located, Value};
 use linkwork_spatial::{Mat3, Quat, Vec3};
