@@ -26,7 +26,7 @@ colliders: {
     "wall": (on: "world", shape: Box([1, 1, 1]), color: [1, 0, 0]),
     "foot": (on: "pivot/foot", shape: Sphere(0.1), visible: false, at: (position: [0, 0, 0.5])),
     "hill": (on: "world", shape: HeightField(spacing: [1, 2], rows: 2, columns: 3, heights: [0, 1, 2, 3, 4, 5])),
-    "soup": (on: "world", shape: Mesh(vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles: [[0, 1, 2]])),
+    "soup": (on: "world", shape: Mesh(vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles: [[0, 1, 2]])), "seen": (on: "world", shape: PointCloud(points: [[1, 2, 3, 0.1], [4, 5, 6, 0]], room: 50)), "map": (on: "world", shape: VoxelMap(cells: [4, 5, 6], edge: "5 cm", occupied: [[0, 0, 0], [3, 4, 5]]), at: (position: [9, 0, 0])),
 },
 contact: (margin: "2 cm", slop: "0.2 mm", correction: 0.3, push_max: 2, bounce_min: 0.02, friction: 0.4, restitution: 0.1,
     limits: false, dry: { "hinge:pivot": "2 N m", "lift": "3 N" }, method: Newton, tolerance: 1e-8, sweeps: 20, steps: 30,
@@ -73,7 +73,11 @@ fn every_field_of_colliders_and_contact_is_read() {
     assert_eq!((of("foot").body.as_str(), of("foot").pose.position.z), ("pivot", -0.5));
     let Solid::HeightField { x, y, spacing, heights } = &of("hill").fine else { panic!() };
     assert_eq!((*x, *y, *spacing, heights[4]), (3, 2, [1.0, 2.0], 4.0));
-    assert_eq!(colliders.len(), 10);
+    let Solid::PointCloud { points, room } = &of("seen").fine else { panic!() };
+    assert_eq!((&points[..], *room), (&[[1.0, 2.0, 3.0, 0.1], [4.0, 5.0, 6.0, 0.0]][..], 50));
+    let map = Solid::VoxelMap { cells: [4, 5, 6], edge: 0.05, occupied: vec![[0; 3], [3, 4, 5]] };
+    assert_eq!((&of("map").fine, of("map").pose.position.x), (&map, 9.0));
+    assert_eq!(colliders.len(), 12);
     // Who meets whom: groups, neighbours, lists.
     let meet = |a, b| colliders.meet(id(a), id(b));
     assert!(meet("deck/roll", "floor") && !meet("deck/hull", "wall"), "ignored");

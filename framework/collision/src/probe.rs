@@ -9,6 +9,7 @@
 //! An answer depends on the poses and settings alone. The order in which pairs are looked at does too: those whose balls
 //! overlap most go first, since a hit among them ends a question.
 
+use crate::axis::{Nearest, direction, nearest};
 use crate::colliders::{ColliderId, Colliders};
 use crate::core::{Core, Placed};
 use crate::error::ShapeFault;
@@ -340,6 +341,19 @@ impl Probe {
         best
     }
 
+    /// The distances of all pairs that are looked at and within `limit` (m, may be infinite), by identifiers, into `out` (emptied first):
+    /// padding counted, negative where they overlap. After [`place`](Self::place).
+    pub fn distances(&mut self, colliders: &Colliders, limit: f64, out: &mut Vec<Closest>) {
+        out.clear();
+        self.look(limit);
+        for at in 0..self.near.len() {
+            let (i, j) = self.pairs[self.near[at].1 as usize];
+            if let Some(distance) = self.between(colliders, i as usize, j as usize, limit) {
+                out.push(Closest { a: ColliderId(i), b: ColliderId(j), distance });
+            }
+        }
+    }
+
     /// The distance of two colliders, padding counted, whatever the pairs; `None` when there is none within `limit`.
     /// After [`place`](Self::place).
     #[track_caller]
@@ -443,12 +457,19 @@ impl Probe {
     ) -> Option<Distance> {
         let of = |k: usize| solid(&self.live, colliders, k, self.detail);
         let (a, b) = (of(i)?, of(j)?);
+        let thick = [self.thick(i), self.thick(j)];
+        let places = (&self.places[i], &self.places[j]);
+        match apart((a, b), places, thick, limit, &mut self.room) {
+            Apart::By(distance) => return Some(distance),
+            Apart::Far => return None,
+            Apart::NotTold => {}
+        }
         let (pa, pb) = (self.places[i].pose, self.places[j].pose);
         let back = pa.rotation.inverse();
         let X_AB = Pose::new(back * pb.rotation, back * (pb.position - pa.position));
-        let (padding, size) = ([self.thick(i), self.thick(j)], a.size.min(b.size));
-        let apart = self.balls_apart(i, j);
-        let start = if apart.is_finite() { apart.max(0.0) } else { 0.0 };
+        let (padding, size) = (thick, a.size.min(b.size));
+        let balls = self.balls_apart(i, j);
+        let start = if balls.is_finite() { balls.max(0.0) } else { 0.0 };
         let mut margin = (start + size).min(limit);
         loop {
             pair(a, b, &X_AB, &Ask { margin, padding, size, want: Want::Least }, &mut self.room);
@@ -462,6 +483,57 @@ impl Probe {
             }
             margin = (margin * 4.0).min(limit);
         }
+    }
+}
+
+/// What the iteration alone tells of a distance.
+enum Apart {
+    /// Nearest points.
+    By(Distance),
+    /// More than the limit.
+    Far,
+    /// They touch, or it ended before it knew: their contact points tell.
+    NotTold,
+}
+
+/// The distance of two convex solids that are well apart: contact points need not be made. Both in axes of the world, about the origin of the first.
+fn apart(
+    (a, b): (&Solid, &Solid),
+    (pa, pb): (&Whereabouts, &Whereabouts),
+    thick: [f64; 2],
+    limit: f64,
+    room: &mut Room,
+) -> Apart {
+    let (Kind::Convex { core: ca, round: ra }, Kind::Convex { core: cb, round: rb }) =
+        (&a.kind, &b.kind)
+    else {
+        return Apart::NotTold;
+    };
+    // Of these the contact points are closed forms.
+    let line = |c: &Core| matches!(c, Core::Point | Core::Segment { .. });
+    if line(ca) && line(cb) {
+        return Apart::NotTold;
+    }
+    let (size, thick) = (a.size.min(b.size), [ra + thick[0], rb + thick[1]]);
+    let x = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
+    let y = Placed { core: cb, R: pb.R, p: pb.pose.position - pa.pose.position };
+    let both = thick[0] + thick[1];
+    let start = direction(&(pb.ball - pa.ball));
+    match nearest(&x, &y, limit + both, &start, &mut room.simplex) {
+        Nearest::Far => Apart::Far,
+        // No plane between them leaves more room than the normal's: as near as the points say they are.
+        Nearest::Apart(p, q, n, d)
+            if d > 1e-6 * size && d - (y.range(&n).0 - x.range(&n).1) <= 1e-9 * size =>
+        {
+            let distance = d - both;
+            if distance > limit {
+                return Apart::Far;
+            }
+            let point_a = pa.pose.position + p + n * thick[0];
+            let point_b = pa.pose.position + q - n * thick[1];
+            Apart::By(Distance { distance, point_a, point_b })
+        }
+        _ => Apart::NotTold,
     }
 }
 

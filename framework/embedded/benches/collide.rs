@@ -1,41 +1,61 @@
-//! Collision queries: COL-1 and COL-2 of the definitions beside the reference data, with every answer checked.
+//! Collision queries: COL-1 and COL-2 of the definitions beside the reference data, with every answer checked, in turns with
+//! coal where `LINKWORK_ROBOT_QUERIES` names the peer's program. A call is poses from q and the answer.
 //!
 //!     cargo bench -p linkwork-embedded --bench collide
 #![allow(non_snake_case, clippy::unwrap_used)]
 
+mod peer;
 #[path = "../tests/support/mod.rs"]
 mod support;
 
 use linkwork_embedded::*;
+use peer::{Peer, ROUNDS, row, us};
 use serde_json::Value;
 use std::hint::black_box;
 use support::*;
 
-/// Median µs of a call over five rounds of all configurations.
-#[allow(clippy::disallowed_methods)]
+/// A call without a peer.
 fn timed(name: &str, qs: &[Vec<f64>], mut call: impl FnMut(&[f64])) {
-    let mut rounds: Vec<f64> = (0..5)
-        .map(|_| {
-            let from = std::time::Instant::now();
-            qs.iter().for_each(|q| call(q));
-            from.elapsed().as_secs_f64() * 1e6 / qs.len() as f64
-        })
-        .collect();
-    rounds.sort_by(f64::total_cmp);
-    println!("{name:32} {:.2} µs a configuration", rounds[2]);
+    let rounds: Vec<f64> = (0..ROUNDS).map(|_| us(qs, &mut call)).collect();
+    row(name, &rounds, &[], "");
 }
 
-fn bench(name: &str, robot: &mut Robot, qs: &[Vec<f64>], expected: &[bool]) {
-    let wrong = qs.iter().zip(expected).filter(|(q, e)| robot.collides(q).unwrap() != **e).count();
-    println!("{name}: {wrong} of {} answers wrong", qs.len());
-    timed(&format!("{name} yes or no"), qs, |q| {
-        let _ = black_box(robot.collides(q));
-    });
-    let mut out = Vec::new();
-    timed(&format!("{name} all pairs"), qs, |q| robot.hits(q, &mut out).unwrap());
-    timed(&format!("{name} least distance"), qs, |q| {
-        let _ = black_box(robot.clearance(q, f64::INFINITY));
-    });
+fn bench(name: &str, robot: &mut Robot, qs: &[Vec<f64>], expected: &[bool], hand: &str) {
+    let wrong = |answers: &[bool]| answers.iter().zip(expected).filter(|(a, e)| a != e).count();
+    let ours: Vec<bool> = qs.iter().map(|q| robot.collides(q).unwrap()).collect();
+    println!("{name}: {} of {} answers wrong", wrong(&ours), qs.len());
+    let load =
+        *robot.model().multibody().get(robot.model().multibody().body(hand).unwrap()).inertia();
+    let peer = Peer::new(robot, qs, (hand, &load));
+    let (mut hits, mut apart, mut sum) = (Vec::new(), Vec::new(), 0.0);
+    let mut sides = [const { (Vec::new(), Vec::new()) }; 4];
+    for _ in 0..ROUNDS {
+        sides[0].0.push(us(qs, |q| {
+            let _ = black_box(robot.collides(q));
+        }));
+        sides[1].0.push(us(qs, |q| robot.hits(q, &mut hits).unwrap()));
+        sides[2].0.push(us(qs, |q| {
+            robot.distances(q, f64::INFINITY, &mut apart).unwrap();
+            sum += apart.iter().map(|c| c.distance.distance).sum::<f64>();
+        }));
+        sides[3].0.push(us(qs, |q| {
+            let _ = black_box(robot.clearance(q, f64::INFINITY));
+        }));
+        let Some(peer) = &peer else { continue };
+        let told = peer.run();
+        if sides[0].1.is_empty() {
+            println!("{name}: {} of the peer's answers wrong", wrong(&told.hits));
+        }
+        for (side, key) in sides.iter_mut().zip(["tree", "all", "distances"]) {
+            side.1.push(told.us[key]);
+        }
+    }
+    black_box(sum);
+    let asked = ["at most 0.4", "", "at most 0.4", ""];
+    let names = ["yes or no", "all pairs, yes or no", "all distances", "least distance"];
+    for ((side, what), target) in sides.iter().zip(names).zip(asked) {
+        row(&format!("{name} {what}"), &side.0, &side.1, target);
+    }
 }
 
 /// The arm among what sensors see: a cloud of 20 000 balls, or 20 000 of 320 000 cells, on a shell about it and a wall beside it.
@@ -100,7 +120,7 @@ fn main() {
         (0..5000).map(|_| (0..7).map(|i| rng.within(low[i], high[i])).collect()).collect();
     let expected: Vec<bool> =
         json["colliding"].as_str().unwrap().chars().map(|c| c == '1').collect();
-    bench("COL-1", &mut robot, &qs, &expected);
+    bench("COL-1", &mut robot, &qs, &expected, "lbr_iiwa_link_7");
     seen(&json, &qs);
 
     let json = reference("robodarts/dual_ur5_collisions.json").unwrap();
@@ -110,5 +130,5 @@ fn main() {
     let qs: Vec<Vec<f64>> = states.iter().map(|s| to_q(&model, &at, &numbers(&s["q"]))).collect();
     let hit = |s: &Value| !s["fine"]["colliding"].as_array().unwrap().is_empty();
     let expected: Vec<bool> = states.iter().map(hit).collect();
-    bench("COL-2", &mut Robot::new(&model), &qs, &expected);
+    bench("COL-2", &mut Robot::new(&model), &qs, &expected, "left_tcp");
 }

@@ -1,5 +1,6 @@
 //! Inverse kinematics: IK-1, IK-near and targets out of reach, of the definitions beside the reference data; the
-//! same rows go to a peer's program when `LINKWORK_CLIK` names it (built from the reference's `clik.cpp`).
+//! same rows go to a peer's program when `LINKWORK_CLIK` names it (built from the reference's `clik.cpp`), block after block in
+//! turns: the ratio told is the median of the blocks'. Ours is time on the wall, the peer's is time of its thread.
 //!
 //!     cargo bench -p linkwork-embedded --bench reach [-- rows]
 #![allow(non_snake_case, clippy::unwrap_used)]
@@ -7,12 +8,11 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use linkwork_embedded::spatial::Pose;
 use linkwork_embedded::*;
 use std::fmt::Write;
 use support::*;
 
-/// Microseconds of this thread, by the system's clock of the thread where there is one.
+/// Microseconds on the wall.
 #[allow(clippy::disallowed_methods)]
 fn timed<R>(f: impl FnOnce() -> R) -> (R, f64) {
     let from = std::time::Instant::now();
@@ -20,6 +20,10 @@ fn timed<R>(f: impl FnOnce() -> R) -> (R, f64) {
     (r, from.elapsed().as_secs_f64() * 1e6)
 }
 
+/// Rows that one side does before it is the other's turn.
+const BLOCK: usize = 1000;
+
+#[derive(Default)]
 struct Tally {
     us: Vec<f64>,
     kinematics: usize,
@@ -45,6 +49,38 @@ impl Tally {
             self.us[n - 1]
         );
     }
+}
+
+/// Median and p99 of some of the times, µs.
+fn quantiles(us: &[f64]) -> [f64; 2] {
+    let mut us = us.to_vec();
+    us.sort_by(f64::total_cmp);
+    [us[us.len() / 2], us[us.len() * 99 / 100]]
+}
+
+/// What the peer said of a block.
+struct Block {
+    success: f64,
+    kinematics: f64,
+    quantiles: [f64; 2],
+}
+
+/// The peer's program with rows of its own: target, start, pose.
+fn peer(set: &str, rows: &[String], effort: &Effort) -> Option<Block> {
+    let program = std::env::var("LINKWORK_CLIK").ok()?;
+    let folder = std::path::Path::new(&program).parent().unwrap();
+    std::fs::write(folder.join(format!("{set}.txt")), rows.concat()).unwrap();
+    let [tolerance, count, restarts] =
+        [effort.tolerances[0].to_string(), rows.len().to_string(), effort.restarts.to_string()];
+    let out = std::process::Command::new(&program)
+        .args([set, "B", &tolerance, &count, &restarts])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let told: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    let of = |k: &str| told[k].as_f64().unwrap();
+    let quantiles = [of("median_us"), of("p99_us")];
+    Some(Block { success: of("success"), kinematics: of("fk_per_target"), quantiles })
 }
 
 fn main() {
@@ -80,17 +116,58 @@ fn main() {
                 .collect();
             run(&model, &cases, &effort, &format!("{name} {set}"));
         }
-        let targets: Vec<Pose> =
-            json["unreachable"].as_array().unwrap().iter().map(|x| pose(&numbers(x))).collect();
+        let targets = json["unreachable"].as_array().unwrap();
         let mut robot = Robot::new(&model);
         let arm = model.part("arm").unwrap();
-        let mut tally = Tally { us: vec![], kinematics: 0, most: 0, met: 0, starts: 0 };
-        for X in targets {
+        let mut tally = Tally::default();
+        let mut rows = Vec::new();
+        for X in targets.iter().map(numbers) {
             let mut q = vec![0.0; model.nq()];
-            one(&mut robot, arm, &Goal::pose(X).in_base(), &Effort::default(), &mut q, &mut tally);
+            robot.clamp(&mut q).unwrap();
+            let whole = [&q[..], &q[..], &X[..]].concat();
+            rows.push(text(&whole));
+            let goal = Goal::pose(pose(&X)).in_base();
+            one(&mut robot, arm, &goal, &Effort::default(), &mut q, &mut tally);
         }
+        let theirs = peer(name, &rows, &Effort::default());
+        let ours = quantiles(&tally.us);
         tally.show(&format!("{name} out of reach"));
+        tell(&ours, theirs.as_slice(), &[ours]);
     }
+}
+
+fn text(numbers: &[f64]) -> String {
+    let mut text = String::new();
+    for x in numbers {
+        let _ = write!(text, "{x:e} ");
+    }
+    text + "\n"
+}
+
+/// What the peer took, and the ratios of the blocks.
+fn tell(ours: &[f64; 2], peers: &[Block], blocks: &[[f64; 2]]) {
+    if peers.is_empty() {
+        return;
+    }
+    let middle = |mut x: Vec<f64>| {
+        x.sort_by(f64::total_cmp);
+        x[x.len() / 2]
+    };
+    let mean = |f: fn(&Block) -> f64| peers.iter().map(f).sum::<f64>() / peers.len() as f64;
+    let of = |k: usize| middle(peers.iter().map(|p| p.quantiles[k]).collect());
+    let ratio =
+        |k: usize| middle(peers.iter().zip(blocks).map(|(p, b)| b[k] / p.quantiles[k]).collect());
+    println!(
+        "  peer: met {:.4}  kinematics {:.1}  µs: median {:.2} p99 {:.2} (ours {:.2} {:.2})  ratios: median {:.3} p99 {:.3}",
+        mean(|p| p.success),
+        mean(|p| p.kinematics),
+        of(0),
+        of(1),
+        ours[0],
+        ours[1],
+        ratio(0),
+        ratio(1)
+    );
 }
 
 fn one(
@@ -117,32 +194,24 @@ fn run(
 ) {
     let arm = model.part("arm").unwrap();
     let (mut robot, mut checker) = (Robot::new(model), Robot::new(model));
-    let mut tally = Tally { us: vec![], kinematics: 0, most: 0, met: 0, starts: 0 };
-    let mut text = String::new();
-    for (target, start) in cases {
-        checker.set_q(target).unwrap();
-        let X = checker.base_pose(arm).unwrap().inverse() * checker.tip_pose(arm).unwrap();
-        let mut q = start.clone();
-        one(&mut robot, arm, &Goal::pose(X).in_base(), effort, &mut q, &mut tally);
-        let x = [X.position.as_slice(), X.rotation.coords.as_slice()].concat();
-        for v in target.iter().chain(start).chain(&x) {
-            let _ = write!(text, "{v:e} ");
+    let mut tally = Tally::default();
+    let set = what.split(' ').next().unwrap();
+    let (mut blocks, mut peers) = (Vec::new(), Vec::new());
+    for cases in cases.chunks(BLOCK) {
+        let from = tally.us.len();
+        let mut rows = Vec::new();
+        for (target, start) in cases {
+            checker.set_q(target).unwrap();
+            let X = checker.base_pose(arm).unwrap().inverse() * checker.tip_pose(arm).unwrap();
+            let mut q = start.clone();
+            one(&mut robot, arm, &Goal::pose(X).in_base(), effort, &mut q, &mut tally);
+            let x = [X.position.as_slice(), X.rotation.coords.as_slice()].concat();
+            rows.push(text(&[&target[..], &start[..], &x[..]].concat()));
         }
-        text.push('\n');
+        blocks.push(quantiles(&tally.us[from..]));
+        peers.extend(peer(set, &rows, effort));
     }
+    let ours = quantiles(&tally.us);
     tally.show(what);
-    if let Ok(peer) = std::env::var("LINKWORK_CLIK") {
-        let (set, rest) = what.split_once(' ').unwrap();
-        let folder = std::path::Path::new(&peer).parent().unwrap().to_owned();
-        std::fs::write(folder.join(format!("{set}.txt")), text).unwrap();
-        let restarts = effort.restarts.to_string();
-        let tolerance = effort.tolerances[0].to_string();
-        let count = cases.len().to_string();
-        let out = std::process::Command::new(&peer)
-            .args([set, "B", &tolerance, &count, &restarts])
-            .current_dir(folder)
-            .output()
-            .unwrap();
-        println!("  peer {rest}: {}", String::from_utf8_lossy(&out.stdout).trim());
-    }
+    tell(&ours, &peers, &blocks);
 }

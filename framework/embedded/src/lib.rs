@@ -10,7 +10,7 @@
 //! inputs give the same bits. There is no clock, no thread and no log inside.
 //!
 //! Objects that hands hold are rigid, or have joints of their own ([`ModelSpec::linkages`]): pliers, a drawer, a door. Obstacles are shapes, or what sensors see while the
-//! robot works: point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]).
+//! robot works: point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]). A [`Planner`] finds free ways between configurations.
 //!
 //! Angular part first, world axes, SI and radians throughout. Columns are the degrees of freedom of
 //! the mechanism in canonical order ([`RobotModel::coordinate`] finds a joint's), or those of a part in the same order.
@@ -76,5 +76,5 @@ pub use model::{ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
 pub use part::{Part, PartSpec};
 pub use robot::{
     Answer, Balance, Best, Effort, Goal, Grasp, HandWeights, Hold, MoveSqueeze, Outcome, Path,
-    Prefer, Push, Robot, Shared, TaskSpace,
+    Planner, Prefer, Push, Robot, Search, Shared, TaskSpace, Way,
 };

@@ -323,6 +323,13 @@ impl RobotModel {
         &self.scene.colliders.spec(id).name
     }
 
+    /// What a collider was made of.
+    #[must_use]
+    #[track_caller]
+    pub fn collider_spec(&self, id: ColliderId) -> &ColliderSpec {
+        self.scene.colliders.spec(id)
+    }
+
     /// Places in q and β of a joint with one coordinate, by the name that the file gives it.
     #[must_use]
     pub fn coordinate(&self, joint: &str) -> Option<(usize, usize)> {

@@ -60,6 +60,9 @@ fn two_arms_fine_padded_and_coarse_are_told_right_pair_by_pair() {
     let fresh = Robot::new(&model);
     assert_eq!(looked_at(&model, &fresh), pairs.len());
     let (mut worst, mut distances) = (0.0_f64, 0);
+    let mut sorted = pairs.clone();
+    sorted.sort();
+    let (mut apart, mut near) = (Vec::new(), Vec::new());
     let mut robot = fresh.clone();
     for (key, padding, detail) in [
         ("fine", 0.0, Detail::Fine),
@@ -87,6 +90,15 @@ fn two_arms_fine_padded_and_coarse_are_told_right_pair_by_pair() {
             assert!(first.is_none_or(|p| ours.contains(&p)));
             let closest = robot.clearance(&q, f64::INFINITY).unwrap().unwrap();
             assert_eq!(closest.distance.distance <= 0.0, !ours.is_empty());
+            robot.distances(&q, f64::INFINITY, &mut apart).unwrap();
+            assert!(apart.iter().map(|c| (c.a, c.b)).eq(sorted.iter().copied()), "all pairs, once");
+            let touching = apart.iter().filter(|c| c.distance.distance <= 0.0);
+            assert!(touching.map(|c| (c.a, c.b)).eq(ours.iter().copied()), "{key}");
+            let least = apart.iter().map(|c| c.distance.distance).fold(f64::INFINITY, f64::min);
+            assert!((least - closest.distance.distance).abs() < 1e-9, "{least}");
+            robot.distances(&q, 0.1, &mut near).unwrap();
+            apart.retain(|c| c.distance.distance <= 0.1);
+            assert!(near.iter().map(|c| (c.a, c.b)).eq(apart.iter().map(|c| (c.a, c.b))));
             if let Some(d) = golden["least_distance"].as_f64() {
                 worst = worst.max((closest.distance.distance - d).abs());
                 distances += 1;

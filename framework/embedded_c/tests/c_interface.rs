@@ -55,33 +55,58 @@ fn the_header_is_what_cbindgen_makes() {
     }
 }
 
-/// Compiles an example with a compiler of the system and runs it; `None` when there is no compiler, which is a failure where `CI` is set.
-fn example(compiler: &str, more: &[&str], file: &str) -> Option<String> {
-    let there = Command::new(compiler).arg("--version").output().is_ok();
-    if !there {
-        assert!(std::env::var_os("CI").is_none(), "`{compiler}` is missing");
-        println!("skipped: no `{compiler}` is here");
-        return None;
+/// What both examples say, C's and C++'s, built by the command of the README (`examples/build`) with the archive that cargo made beside the test;
+/// `None` when there is no compiler, which is a failure where `CI` is set.
+fn examples() -> Option<[String; 2]> {
+    for compiler in ["cc", "c++"] {
+        if Command::new(compiler).arg("--version").output().is_err() {
+            assert!(std::env::var_os("CI").is_none(), "`{compiler}` is missing");
+            println!("skipped: no `{compiler}` is here");
+            return None;
+        }
     }
-    // Beside the test lies what cargo made of the library.
     let test = std::env::current_exe().unwrap();
     let library = test.parent().unwrap().join("liblinkwork_robot.a");
     let scratch = tempfile::tempdir().unwrap();
-    let program = scratch.path().join("example");
-    let out = Command::new(compiler)
-        .args(more)
-        .args(["-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I"])
-        .arg(folder().join("include"))
-        .arg(folder().join("examples").join(file))
-        .arg(library)
-        .args(["-lpthread", "-ldl", "-lm", "-o"])
-        .arg(&program)
-        .output()
-        .unwrap();
-    assert!(out.status.success(), "{compiler}: {}", String::from_utf8_lossy(&out.stderr));
-    let out = Command::new(program).arg(folder().join("examples")).output().unwrap();
-    assert!(out.status.success(), "{file}: {}", String::from_utf8_lossy(&out.stderr));
-    Some(String::from_utf8(out.stdout).unwrap())
+    let mut build = Command::new(folder().join("examples/build"));
+    build.env("LINKWORK_LIBRARY", library);
+    Some(built(&mut build, scratch.path()))
+}
+
+/// Runs the build; what the programs say.
+fn built(build: &mut Command, to: &std::path::Path) -> [String; 2] {
+    let build = build.arg(to).env("CFLAGS", "-Werror").env_remove("CC").env_remove("CXX");
+    let out = build.output().unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    ["arm_c.txt", "arm_cpp.txt"].map(|f| std::fs::read_to_string(to.join(f)).unwrap())
+}
+
+/// The README's command in a fresh clone with an empty target: minutes, so only where `LINKWORK_FRESH_CLONE` is set.
+#[test]
+fn the_examples_build_from_a_fresh_clone() {
+    if std::env::var_os("LINKWORK_FRESH_CLONE").is_none() {
+        println!("skipped: LINKWORK_FRESH_CLONE is not set");
+        return;
+    }
+    let scratch = tempfile::tempdir().unwrap();
+    let clone = scratch.path().join("clone");
+    let cloned = Command::new("git")
+        .args(["clone", "--quiet", "--no-hardlinks"])
+        .arg(folder().join("../.."))
+        .arg(&clone)
+        .status();
+    assert!(cloned.unwrap().success());
+    let mut build = Command::new(clone.join("framework/embedded_c/examples/build"));
+    // A target of its own, whatever stands around this test.
+    for name in ["CARGO_TARGET_DIR", "RUSTFLAGS", "CARGO_MANIFEST_DIR", "LINKWORK_LIBRARY"] {
+        build.env_remove(name);
+    }
+    let said = built(build.current_dir(&clone), &scratch.path().join("programs"));
+    // Another build of the library: the same to rounding, of which the words are a part.
+    for text in said {
+        assert_eq!(text.lines().count(), expected().lines().count(), "{text}");
+        assert!(text.contains("touch ") && text.contains("refused "), "{text}");
+    }
 }
 
 /// What the examples ask, asked in Rust.
@@ -157,7 +182,7 @@ fn same(ours: &str, expected: &str) {
 
 #[test]
 fn the_c_example_says_what_rust_says() {
-    let Some(out) = example("cc", &["-std=c11"], "arm.c") else { return };
+    let Some([out, _]) = examples() else { return };
     same(&out, &expected());
     // By closed form: a cup of 0.4 kg on arms of 0.5 m and 0.45 m + 0.1 m.
     let row = |what: &str| -> Vec<f64> {
@@ -176,7 +201,7 @@ fn the_c_example_says_what_rust_says() {
 
 #[test]
 fn the_cpp_example_says_what_rust_says() {
-    let Some(out) = example("c++", &["-std=c++20"], "arm.cpp") else { return };
+    let Some([_, out]) = examples() else { return };
     same(&out, &expected());
 }
 

@@ -22,7 +22,10 @@ pub type Array2<'py> = Bound<'py, PyArray2<f64>>;
 /// An array that was checked: finite, row after row, of a known shape.
 pub struct Input<'py> {
     array: PyReadonlyArrayDyn<'py, f64>,
-    shape: Vec<usize>,
+    /// How many dimensions; their sizes when they are at most two, which takes no memory of its own, else in `sizes`.
+    dimensions: usize,
+    two: [usize; 2],
+    sizes: Vec<usize>,
 }
 
 impl<'py> Input<'py> {
@@ -36,8 +39,14 @@ impl<'py> Input<'py> {
         let slice = array.as_slice().map_err(|e| refuse(format!("`{what}`: {e}")))?;
         // The words are those of Rust.
         checked::finite(what, slice).map_err(|e| refuse(e.to_string()))?;
-        let shape = array.shape().to_vec();
-        Ok(Self { array, shape })
+        let (mut two, mut sizes) = ([0; 2], Vec::new());
+        let shape = array.shape();
+        let dimensions = shape.len();
+        match two.get_mut(..dimensions) {
+            Some(few) => few.copy_from_slice(shape),
+            None => sizes = shape.to_vec(),
+        }
+        Ok(Self { array, dimensions, two, sizes })
     }
 
     /// The numbers, row after row.
@@ -48,7 +57,7 @@ impl<'py> Input<'py> {
 
     /// The shape.
     pub fn shape(&self) -> &[usize] {
-        &self.shape
+        self.two.get(..self.dimensions).unwrap_or(&self.sizes)
     }
 }
 

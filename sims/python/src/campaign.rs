@@ -27,9 +27,10 @@ use std::sync::Mutex;
 /// at its middle; remarks about it are warnings. Raises LinkworkError with every mistake, each with its place.
 ///
 /// >>> campaign = linkwork.Campaign("sims/ballistic_entry/dispersions.ron")
-/// >>> campaign.run(17).figures["peak heating"]
-/// >>> results = campaign.execute("runs/dispersions", threads=4)
-/// >>> results.table["peak heating [W/cm^2]"].mean()
+/// >>> campaign.run(17).figures["peak heating"] > 0
+/// True
+/// >>> results = campaign.execute("runs/dispersions", threads=4)  # doctest: +SKIP
+/// >>> results.table["peak heating [W/cm^2]"].mean()  # doctest: +SKIP
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Campaign {
     campaign: campaign::Campaign,

@@ -34,11 +34,11 @@ type Pair = (String, String);
 /// >>> robot.set_points("seen", [[0.0, 0.8, 0.0, 0.01]])
 /// >>> robot.collides([[0.0], [1.4], [1.6]]).tolist()
 /// [False, False, True]
-#[pyclass(frozen, weakref, module = "linkwork")]
+#[pyclass(frozen, subclass, weakref, module = "linkwork")]
 pub struct Collisions {
     core: Arc<Core>,
-    model: Arc<RobotModel>,
-    robot: Mutex<Robot>,
+    pub(crate) model: Arc<RobotModel>,
+    pub(crate) robot: Mutex<Robot>,
 }
 
 /// Nearest points (2, 3) of two, the first's above the second's.
@@ -80,6 +80,13 @@ pub fn occupied(given: Option<Given<'_, '_>>) -> PyResult<Vec<[u32; 3]>> {
 }
 
 impl Collisions {
+    /// Of a model of this mechanism.
+    pub(crate) fn of(core: Arc<Core>, spec: &ModelSpec) -> PyResult<Self> {
+        let model = RobotModel::new(spec).map_err(refuse)?;
+        let robot = Mutex::new(Robot::new(&model));
+        Ok(Self { core, model, robot })
+    }
+
     fn id(&self, name: &str) -> PyResult<ColliderId> {
         self.model.collider(name).ok_or_else(|| {
             let known: Vec<&str> = self.model.colliders().map(|c| c.1).collect();
@@ -87,11 +94,14 @@ impl Collisions {
         })
     }
 
-    fn names(&self, (a, b): (ColliderId, ColliderId)) -> Pair {
+    pub(crate) fn names(&self, (a, b): (ColliderId, ColliderId)) -> Pair {
         (self.model.collider_name(a).to_owned(), self.model.collider_name(b).to_owned())
     }
 
-    fn ask<R>(&self, ask: impl FnOnce(&mut Robot) -> Result<R, RobotError>) -> PyResult<R> {
+    pub(crate) fn ask<R>(
+        &self,
+        ask: impl FnOnce(&mut Robot) -> Result<R, RobotError>,
+    ) -> PyResult<R> {
         ask(&mut lock(&self.robot)).map_err(refuse)
     }
 }
@@ -111,18 +121,24 @@ impl Collisions {
         let (specs, rules) = chosen(mechanism, colliders, ignore, collide, neighbours)?;
         let mechanism = Builder::from(&core.mbs);
         let spec = ModelSpec { mechanism, colliders: specs, rules, ..ModelSpec::default() };
-        let model = RobotModel::new(&spec).map_err(refuse)?;
-        let robot = Mutex::new(Robot::new(&model));
-        Ok(Self { core, model, robot })
+        Self::of(core, &spec)
     }
 
     /// Another one with the same settings and obstacles; what changes in one afterwards does not in the other.
-    fn copy(&self) -> Self {
+    ///
+    /// >>> other = robot.copy()
+    /// >>> other.set_points("seen", [])
+    /// >>> robot.count("seen"), other.count("seen")
+    /// (1, 0)
+    pub(crate) fn copy(&self) -> Self {
         let robot = Mutex::new(lock(&self.robot).clone());
         Self { core: self.core.clone(), model: self.model.clone(), robot }
     }
 
     /// Names of the colliders, in the order of names.
+    ///
+    /// >>> robot.colliders
+    /// ['rod', 'seen']
     #[getter]
     fn colliders(&self) -> Vec<&str> {
         self.model.colliders().map(|c| c.1).collect()
@@ -130,6 +146,10 @@ impl Collisions {
 
     /// Whether anything touches or overlaps, at q (nq,): a bool; or at many, q (n, nq): an array of bool (n,), in so many threads. The number of threads changes
     /// no answer.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> robot.collides([[0.0], [1.6]], threads=2).tolist()
+    /// [False, True]
     #[pyo3(signature = (q, *, threads=1))]
     fn collides<'py>(
         &self,
@@ -180,12 +200,20 @@ impl Collisions {
     }
 
     /// Names of two that touch at q (nq,), or None. The same q gives the same pair.
+    /// Raises LinkworkError for another length and for NaN.
+    ///
+    /// >>> robot.first_hit([1.6])
+    /// ('rod', 'seen')
     fn first_hit(&self, q: Given<'_, '_>) -> PyResult<Option<Pair>> {
         let q = vector(q, self.model.nq(), "q")?;
         Ok(self.ask(|r| r.first_hit(q.slice()))?.map(|pair| self.names(pair)))
     }
 
     /// Names of all pairs that touch at q (nq,), in the order of names.
+    /// Raises LinkworkError for another length and for NaN.
+    ///
+    /// >>> robot.hits([0.0])
+    /// []
     fn hits(&self, q: Given<'_, '_>) -> PyResult<Vec<Pair>> {
         let q = vector(q, self.model.nq(), "q")?;
         let mut out = Vec::new();
@@ -195,6 +223,10 @@ impl Collisions {
 
     /// The nearest pair that meets at q (nq,), within a limit (m): its distance (m), padding taken off, negative when it overlaps; its names; and nearest
     /// points (2, 3), m, world axes. None when nothing is so near.
+    /// Raises LinkworkError for another length, for NaN and a limit that is NaN.
+    ///
+    /// >>> robot.clearance([1.6], limit=0.5)[1]
+    /// ('rod', 'seen')
     #[pyo3(signature = (q, limit=f64::INFINITY))]
     fn clearance<'py>(
         &self,
@@ -212,6 +244,11 @@ impl Collisions {
 
     /// The distance of two colliders at q (nq,), m, whether they meet or not, padding taken off, and nearest points (2, 3), m, world axes. None when there is
     /// none: two half spaces, a cloud without points.
+    /// Raises LinkworkError for another length, for NaN and for names that are not there.
+    ///
+    /// >>> d, ends = robot.distance([0.0], "rod", "seen")
+    /// >>> ends.shape
+    /// (2, 3)
     fn distance<'py>(
         &self,
         py: Python<'py>,
@@ -228,6 +265,10 @@ impl Collisions {
     /// Whether the way from one configuration (nq,) to another is free, all coordinates moving in proportion: ("free", None, None), proven from end to end;
     /// ("hit", part of the way from 0 to 1, pair); or ("undecided", part, None) where surfaces pass within a hair. Nothing is jumped over, however thin.
     /// Pieces shorter than `least`, a part of the way, are not cut again.
+    /// Raises LinkworkError for another length, for NaN and for `least` outside 1e-9 … 1.
+    ///
+    /// >>> robot.path([0.0], [1.0])
+    /// ('free', None, None)
     #[pyo3(signature = (start, end, least=1e-3))]
     fn path(
         &self,
@@ -249,24 +290,43 @@ impl Collisions {
     }
 
     /// Thickness around a collider from now on, m.
+    /// Raises LinkworkError for a name that is not there and for padding that is negative or not finite.
+    ///
+    /// >>> robot.pad("rod", 0.01)
     fn pad(&self, collider: &str, padding: f64) -> PyResult<()> {
         let id = self.id(collider)?;
         self.ask(|r| r.pad(id, padding))
     }
 
     /// A collider is left out from now on; `show` takes it in again.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> robot.hide("seen")
+    /// >>> robot.collides([1.6])
+    /// False
     fn hide(&self, collider: &str) -> PyResult<()> {
         let id = self.id(collider)?;
         self.ask(|r| r.show(id, Visibility::Hidden))
     }
 
     /// A collider takes part from now on.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> robot.hide("seen")
+    /// >>> robot.show("seen")
+    /// >>> robot.collides([1.6])
+    /// True
     fn show(&self, collider: &str) -> PyResult<()> {
         let id = self.id(collider)?;
         self.ask(|r| r.show(id, Visibility::Shown))
     }
 
     /// A pair is looked at from now on (True), may touch (False), or is left to the rules again (None).
+    /// Raises LinkworkError for names that are not there.
+    ///
+    /// >>> robot.look_at("rod", "seen", False)
+    /// >>> robot.collides([1.6])
+    /// False
     #[pyo3(signature = (a, b, look))]
     fn look_at(&self, a: &str, b: &str, look: Option<bool>) -> PyResult<()> {
         let (a, b) = (self.id(a)?, self.id(b)?);
@@ -274,18 +334,34 @@ impl Collisions {
     }
 
     /// Whether a pair is looked at now when both are shown.
+    /// Raises LinkworkError for names that are not there.
+    ///
+    /// >>> robot.looks_at("rod", "seen")
+    /// True
     fn looks_at(&self, a: &str, b: &str) -> PyResult<bool> {
         let (a, b) = (self.id(a)?, self.id(b)?);
         self.ask(|r| r.looks_at(a, b))
     }
 
     /// Other points of a point cloud instead of those that it has: (n, 4), x, y, z, radius of each, m, in its frame. On an error those of before stay.
+    /// Raises LinkworkError for more points than there is room for, negative radii, NaN, and a collider that is no point cloud.
+    ///
+    /// >>> robot.set_points("seen", [[0.5, 0.1, 0, 0.02], [0.6, 0.1, 0, 0.02]])
+    /// >>> robot.count("seen")
+    /// 2
     fn set_points(&self, collider: &str, points: Given<'_, '_>) -> PyResult<()> {
         let (id, points) = (self.id(collider)?, balls(points)?);
         self.ask(|r| r.set_points(id, &points))
     }
 
     /// Makes cells of a voxel map occupied or, with occupied=False, free: (n, 3), whole numbers from 0 along x, y, z. On an error nothing has changed.
+    /// Raises LinkworkError for cells outside and a collider that is no voxel map.
+    ///
+    /// >>> grid = linkwork.Collider.voxel_map("grid", "world", cells=(10, 10, 10), edge=0.1)
+    /// >>> mapped = linkwork.Collisions(arm, [rod, grid], neighbours="collide")
+    /// >>> mapped.set_cells("grid", [[5, 0, 0], [6, 0, 0]])
+    /// >>> mapped.count("grid")
+    /// 2
     #[pyo3(signature = (collider, cells, *, occupied=true))]
     fn set_cells(&self, collider: &str, cells: Given<'_, '_>, occupied: bool) -> PyResult<()> {
         let (id, cells) = (self.id(collider)?, self::cells(cells)?);
@@ -294,12 +370,24 @@ impl Collisions {
     }
 
     /// Makes all cells of a voxel map free.
+    /// Raises LinkworkError for a collider that is no voxel map.
+    ///
+    /// >>> grid = linkwork.Collider.voxel_map("grid", "world", cells=(10, 10, 10), edge=0.1)
+    /// >>> mapped = linkwork.Collisions(arm, [rod, grid], neighbours="collide")
+    /// >>> mapped.set_cells("grid", [[5, 0, 0]])
+    /// >>> mapped.clear_cells("grid")
+    /// >>> mapped.count("grid")
+    /// 0
     fn clear_cells(&self, collider: &str) -> PyResult<()> {
         let id = self.id(collider)?;
         self.ask(|r| r.clear_cells(id))
     }
 
     /// How many points a point cloud has now, or occupied cells a voxel map.
+    /// Raises LinkworkError for any other collider.
+    ///
+    /// >>> robot.count("seen")
+    /// 1
     fn count(&self, collider: &str) -> PyResult<usize> {
         let id = self.id(collider)?;
         self.ask(|r| r.count(id))

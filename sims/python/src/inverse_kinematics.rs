@@ -62,7 +62,7 @@ impl Target {
 }
 
 /// Position, attitude or both, by the shape of what is given.
-fn place(at: &Bound<'_, PyAny>, what: &str) -> PyResult<(Option<Vec3>, Option<Quat>)> {
+pub fn place(at: &Bound<'_, PyAny>, what: &str) -> PyResult<(Option<Vec3>, Option<Quat>)> {
     let input = Input::read(at, what)?;
     let x = input.slice();
     match *input.shape() {

@@ -12,6 +12,7 @@
 //! | `constraints` | loops and couplings of a `Mechanism` |
 //! | `contact` | `Collider`, `Contact`: bodies of a `Mechanism` that touch |
 //! | `collisions` | `Collisions`: whether a robot touches itself or obstacles |
+//! | `robot` | `Robot`: the embedded robot model |
 //! | `copies` | `copy` and `pickle` of a `Mechanism` |
 //! | `algorithms`, `derivatives` | more algorithms of `Mechanism` |
 //! | `batch` | one state or many; threads and lanes |
@@ -57,6 +58,7 @@ mod package;
 mod parts;
 mod patience;
 mod processor;
+mod robot;
 mod rules;
 mod running;
 mod show;

@@ -19,8 +19,12 @@ use std::sync::Arc;
 /// world axes at the link's own origin). A link is one subhinge that moves, with what is welded
 /// to it. At prescribed coordinates the gain G is zero, and so are the rows of D.
 ///
+/// >>> m = linkwork.Builder().body("arm", "world", linkwork.Hinge.pin([0, 1, 0]), mass=2, com=[0.3, 0, 0]).build()
+/// >>> o, udot = m.operators([0.2]), np.array([1.5])
+/// >>> H, Phi, Psi, M, K, D, I = o.H, o.Phi, o.Psi, o.M, o.K, o.D, o.I
 /// >>> T = H * Phi * M * Phi.T * H.T * udot
-/// >>> udot = (I - H*Psi*K).T * D.inv() * (I - H*Psi*K) * T
+/// >>> ((I - H*Psi*K).T * D.inv() * (I - H*Psi*K) * T).round(9).tolist()
+/// [1.5]
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Operators {
     core: Arc<Core>,

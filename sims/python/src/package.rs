@@ -11,6 +11,7 @@ use crate::inverse_kinematics::{RateTarget, Target};
 use crate::log::{Log, Series};
 use crate::mechanism::{Mechanism, Subgraph};
 use crate::operators::{Operator, Operators};
+use crate::robot::{Grip, Robot};
 use crate::simulation::Simulation;
 use crate::state::State;
 use crate::values::Variable;
@@ -69,7 +70,7 @@ pub fn fill(module: &Bound<'_, PyModule>, library: fn() -> Library, version: &st
     }
     classes!(Builder, Hinge, Subhinge, Campaign, Gathering, Outcome, Results);
     classes!(ConstrainedMotion, Constraint, Rank, Collider, Collisions, Contact, ContactStep);
-    classes!(Edit, Report, Frames, RateTarget, Target, Log, Series);
+    classes!(Edit, Report, Frames, RateTarget, Target, Grip, Robot, Log, Series);
     classes!(Mechanism, Subgraph, Operator, Operators, Simulation, State, Variable);
     module.add("LinkworkError", module.py().get_type::<LinkworkError>())?;
     module.add_function(wrap_pyfunction!(crate::copies::_restore, module)?)?;

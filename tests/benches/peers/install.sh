@@ -1,8 +1,8 @@
 #!/bin/sh
 # Builds and installs the peers that the benchmarks compare with. Nothing leaves the folder given.
 #   tests/benches/peers/install.sh [--pinocchio] [--drake] [--mujoco] [--exudyn] [--basilisk] [folder, default target/peers]
-# Without an option: Pinocchio. Python packages go into a virtual environment in the folder.
-# The headers of Pinocchio and Eigen come from PyPI; clang compiles the templates, since that is
+# Without an option: Pinocchio, with coal for shapes. Python packages go into a virtual environment in the folder.
+# The headers of Pinocchio, coal and Eigen come from PyPI; clang compiles the templates, since that is
 # Pinocchio's fastest build.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
@@ -35,7 +35,7 @@ pinocchio() {
         echo "error: no $cxx: install it (Debian, Ubuntu: apt-get install clang) or set CXX" >&2
         exit 1
     fi
-    "$dir/venv/bin/pip" install --quiet 'pin>=4.1,<5' cmeel-eigen
+    "$dir/venv/bin/pip" install --quiet 'pin>=4.1,<5' 'coal>=3,<4' cmeel-eigen
     prefix=$("$dir/venv/bin/python" -c \
         'import sysconfig, os; print(os.path.join(sysconfig.get_paths()["purelib"], "cmeel.prefix"))')
     # Two builds: this processor's best, and the instructions that Linkwork is built for.
@@ -65,6 +65,33 @@ pinocchio() {
         "$here/pinocchio_constrained.cpp" -o "$dir/pinocchio_constrained"
     echo "built: $dir/pinocchio_constrained"
     echo "run:   LINKWORK_PINOCCHIO_CONSTRAINED=$dir/pinocchio_constrained cargo bench -p linkwork-solvers --bench constrained"
+    # libcoal is made for any x86-64 processor, and what it is given has to be aligned as it expects: no -march.
+    "$cxx" -std=c++17 -O3 -DNDEBUG -Wno-deprecated-declarations \
+        -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS \
+        -DBOOST_FUSION_INVOKE_MAX_ARITY=12 \
+        -I"$prefix/include" -I"$prefix/include/eigen3" \
+        "$here/robot_queries.cpp" -o "$dir/robot_queries" \
+        -L"$prefix/lib" -lcoal -Wl,-rpath,"$prefix/lib" -Wl,-rpath-link,"$prefix/lib"
+    echo "built: $dir/robot_queries"
+    echo "run:   LINKWORK_ROBOT_QUERIES=$dir/robot_queries cargo bench -p linkwork-embedded --bench collide --bench hold"
+    clik
+}
+
+# Inverse kinematics by Levenberg and Marquardt on Pinocchio: a program of the reference data, which lie beside the project.
+clik() {
+    definitions=$here/../../../../shared/reference/robodarts/bench
+    if [ ! -f "$definitions/clik.cpp" ]; then
+        echo "no reference data beside the project: inverse kinematics has no peer"
+        return
+    fi
+    mkdir -p "$dir/clik"
+    cp "$definitions"/*.chain "$dir/clik"
+    "$cxx" -std=c++17 -O3 -DNDEBUG -march=native -Wno-deprecated-declarations \
+        -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS \
+        -DBOOST_FUSION_INVOKE_MAX_ARITY=12 \
+        -I"$prefix/include" -I"$prefix/include/eigen3" "$definitions/clik.cpp" -o "$dir/clik/clik"
+    echo "built: $dir/clik/clik"
+    echo "run:   LINKWORK_CLIK=$dir/clik/clik cargo bench -p linkwork-embedded --bench reach"
 }
 
 mujoco() {

@@ -6,6 +6,8 @@
 //! HalfSpace                                          all points with z ≤ 0
 //! ConvexHull(points: [..]) | (file: "x.stl")         the hull of points or of a mesh's corners
 //! HeightField(spacing: .., heights: [[..], ..])      rows from low y to high y, each along x; centred
+//! PointCloud(points: [[x, y, z, r], ..], room: ..)   balls, which a program may replace
+//! VoxelMap(cells: [..], edge: .., occupied: [..])    cubes from the origin on, of which a program may make others occupied
 //! ```
 use crate::body::stl;
 use crate::schema::describe::Schema;
@@ -15,7 +17,7 @@ use crate::schema::kind::{
 use crate::schema::record::{Presence, Record, argument, record, variant_name, variant_of};
 use crate::text::files::Home;
 use crate::text::report::Cx;
-use crate::text::value::{IntoValue, Text, variant};
+use crate::text::value::{Text, variant};
 use linkwork_collision::{Seen, Shape};
 use linkwork_runtime::{Located, Value};
 use linkwork_spatial::{Mat3, Quat, Vec3};
@@ -81,12 +83,42 @@ record! {
     }
 }
 
+record! {
+    struct Cloud: "point cloud" {
+        /// x, y, z, radius of each.
+        points: Vec<[f64; 4]> = list_of(numbers::<4>("m")).or(Vec::new()),
+        /// For so many there is room while a program runs; those given always have it.
+        room: u32 = whole::<u32>(0, 100_000_000).or(0),
+    }
+}
+record! {
+    struct Voxels: "voxel map" {
+        /// Cells along x, y, z.
+        cells: [u32; 3] = corners().need(VOXELS),
+        /// Edge of a cell.
+        edge: f64 = number("m").positive().need(VOXELS),
+        /// Indices along x, y, z of those that are occupied, from 0.
+        occupied: Vec<[u32; 3]> = list_of(corners()).or(Vec::new()),
+    }
+}
+
+const VOXELS: &str = "write VoxelMap(cells: [100, 100, 20], edge: 0.05, occupied: [[0, 0, 0], ..])";
 const FIELD: &str =
     "write HeightField(spacing: 0.5, heights: [[..], [..]]): rows from low y to high y";
 const SOLIDS: [&str; 4] = ["Cylinder", "Box", "Sphere", "Capsule"];
 const SHOWN: [&str; 5] = ["Cylinder", "Box", "Sphere", "Capsule", "Mesh"];
-const ALL: [&str; 8] =
-    ["Cylinder", "Box", "Sphere", "Capsule", "Mesh", "HalfSpace", "ConvexHull", "HeightField"];
+const ALL: [&str; 10] = [
+    "Cylinder",
+    "Box",
+    "Sphere",
+    "Capsule",
+    "Mesh",
+    "HalfSpace",
+    "ConvexHull",
+    "HeightField",
+    "PointCloud",
+    "VoxelMap",
+];
 
 fn scale() -> impl Kind<Of = Vec3> {
     one_or_all(mapped(number(""), Vec3::repeat, |_| None), vector(""))
@@ -257,6 +289,8 @@ fn describe(kinds: &[&str]) -> Schema {
         ("HalfSpace", variant_of::<Plain>("HalfSpace", "")),
         ("ConvexHull", variant_of::<Hull>("ConvexHull", "")),
         ("HeightField", variant_of::<Field>("HeightField", "")),
+        ("PointCloud", variant_of::<Cloud>("PointCloud", "")),
+        ("VoxelMap", variant_of::<Voxels>("VoxelMap", "")),
     ];
     Schema::Any(all.into_iter().filter(|(k, _)| kinds.contains(k)).map(|(_, s)| s).collect())
 }
@@ -302,6 +336,14 @@ fn read(
                 _ => file_corners(cx, hull.file, hull.scale, &at, "points: [[x, y, z], ..]")?,
             };
             Shape::ConvexHull { points }
+        }
+        "PointCloud" => {
+            let Cloud { points, room } = argument(cx, inner, &at, "")?;
+            Shape::PointCloud { points, room: room as usize }
+        }
+        "VoxelMap" => {
+            let Voxels { cells, edge, occupied } = argument(cx, inner, &at, "")?;
+            Shape::VoxelMap { cells: cells.map(|n| n as usize), edge, occupied }
         }
         "Mesh" => {
             let mesh: Mesh = argument(cx, inner, &at, "")?;
@@ -469,26 +511,16 @@ pub(crate) fn value(shape: &Shape) -> Value {
             let field = Field { spacing: *spacing, heights, rows: None, columns: None };
             variant("HeightField", field.write())
         }
-        // Files have no such shapes: they are seen while a robot works.
         Shape::PointCloud { points, room } => {
-            let fields =
-                [("points", points.clone().into_value()), ("room", Value::Number(*room as f64))];
-            variant("PointCloud", map(fields))
+            let cloud = Cloud { points: points.clone(), room: *room as u32 };
+            variant("PointCloud", cloud.write())
         }
         Shape::VoxelMap { cells, edge, occupied } => {
-            let occupied: Vec<_> = occupied.iter().map(|c| c.map(f64::from)).collect();
-            let fields = [
-                ("cells", cells.map(|n| n as f64).into_value()),
-                ("edge", edge.into_value()),
-                ("occupied", occupied.into_value()),
-            ];
-            variant("VoxelMap", map(fields))
+            let cells = cells.map(|n| n as u32);
+            let map = Voxels { cells, edge: *edge, occupied: occupied.clone() };
+            variant("VoxelMap", map.write())
         }
     }
-}
-
-fn map<const N: usize>(fields: [(&str, Value); N]) -> Value {
-    Value::Map(fields.into_iter().map(|(k, v)| (k.to_owned(), v.into())).collect())
 }
 
 /// Inertia of a homogeneous solid about its centre, body axes; `None` for what is none.

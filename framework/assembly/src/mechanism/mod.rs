@@ -161,8 +161,15 @@ const GROUND: [f64; 4] = [0.59, 0.53, 0.45, 1.0];
 fn grounds(colliders: Option<&Colliders>, shapes: &[BodyShape]) -> Vec<BodyShape> {
     let shown = |name: &str| shapes.iter().any(|s| format!("{}/{}", s.body, s.name) == name);
     let ground = |c: &&ColliderSpec| {
-        matches!(c.fine, Shape::HalfSpace | Shape::ConvexHull { .. } | Shape::HeightField { .. })
-            && !shown(&c.name)
+        let solid = matches!(
+            c.fine,
+            Shape::Sphere { .. }
+                | Shape::Box { .. }
+                | Shape::Capsule { .. }
+                | Shape::Cylinder { .. }
+                | Shape::Mesh { .. }
+        );
+        !solid && !shown(&c.name)
     };
     let shape = |c: &ColliderSpec| BodyShape {
         body: c.body.clone(),

@@ -118,12 +118,27 @@ impl Robot {
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] for a limit that is NaN.
     pub fn clearance(&mut self, q: &[f64], limit: f64) -> Result<Option<Closest>, RobotError> {
-        if limit.is_nan() {
-            let help = "a limit in m, infinite for none";
-            return Err(RobotError::OutOfRange { what: "limit", value: limit, help });
-        }
+        check_limit(limit)?;
         self.place(q)?;
         Ok(self.collide.probe.closest(&self.model.scene.colliders, limit))
+    }
+
+    /// The distances of all pairs that are looked at and within `limit` (m, may be infinite) at `q` (nq), by identifiers, into `out` (emptied first;
+    /// allocates when it is too short, and as [`clearance`](Self::clearance) does): padding counted, negative where they overlap. O(pairs): where the nearest is
+    /// all that is wanted, `clearance` leaves most of them out.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] for a limit that is NaN.
+    pub fn distances(
+        &mut self,
+        q: &[f64],
+        limit: f64,
+        out: &mut Vec<Closest>,
+    ) -> Result<(), RobotError> {
+        check_limit(limit)?;
+        self.place(q)?;
+        self.collide.probe.distances(&self.model.scene.colliders, limit, out);
+        Ok(())
     }
 
     /// The distance of two colliders at `q` (nq), whether they meet or not, with the nearest points; padding counted.
@@ -399,4 +414,12 @@ impl Robot {
         });
         Ok(())
     }
+}
+
+fn check_limit(limit: f64) -> Result<(), RobotError> {
+    if !limit.is_nan() {
+        return Ok(());
+    }
+    let help = "a limit in m, infinite for none";
+    Err(RobotError::OutOfRange { what: "limit", value: limit, help })
 }

@@ -15,7 +15,7 @@ use super::Robot;
 use crate::error::RobotError;
 use crate::model::Object;
 use crate::part::Part;
-use linkwork_dynamics::node_jacobian_transpose_product;
+use linkwork_dynamics::{node_jacobian, node_jacobian_transpose_product};
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
 use linkwork_spatial::{Force, Vec3};
 
@@ -223,25 +223,21 @@ impl Robot {
     fn loop_columns(&mut self, first: Part, second: Part, p: &Vec3) -> Result<(), RobotError> {
         self.columns.fill(Vector6::zeros());
         self.move_all();
+        let nv = self.tree.nv();
         for (part, sign) in [(first, 1.0), (second, -1.0)] {
             let arm = p - self.tip_pose(part)?.position;
             let tip = self.model.tip(part)?;
-            for k in 0..6 {
-                // A row of the Jacobian at p, over the whole tree: a chain may begin on another body than the other.
-                let one = Vec3::ith(k % 3, 1.0);
-                let wrench = match k < 3 {
-                    true => Force::new(one, Vec3::zeros()),
-                    false => Force::new(arm.cross(&one), one),
-                };
-                node_jacobian_transpose_product(&self.tree, &self.ws, tip, &wrench, &mut self.room);
-                for part in [first, second] {
-                    let own = self.model.chain(part)?;
-                    // Dofs that both chains have are taken once.
-                    let other = self.model.chain(first)?;
-                    for v in own.v.iter().filter(|v| part == first || !other.v.contains(v)) {
-                        self.columns[*v][k] += sign * self.room[*v];
-                    }
-                }
+            // Over the whole tree: a chain may begin on another body than the other.
+            node_jacobian(&self.tree, &self.ws, tip, &mut self.jacobian);
+            let J = &self.jacobian;
+            let (own, other) = (&self.model.chain(first)?.v, &self.model.chain(second)?.v);
+            // Dofs that both chains have are taken once.
+            let dofs = own.iter().chain(other.iter().filter(|v| !own.contains(v)));
+            for v in dofs {
+                let of = |row: usize| J[row * nv + v];
+                let w = Vec3::new(of(0), of(1), of(2));
+                let at = Vec3::new(of(3), of(4), of(5)) + w.cross(&arm);
+                self.columns[*v] += Vector6::new(w.x, w.y, w.z, at.x, at.y, at.z) * sign;
             }
         }
         Ok(())
@@ -290,6 +286,12 @@ fn pseudo_solve(A: &Matrix6<f64>, b: &Vector6<f64>) -> Vector6<f64> {
     // Of no numbers the eigenvalues are looked for without end.
     if scaled.iter().any(|a| !a.is_finite()) {
         return Vector6::repeat(f64::NAN);
+    }
+    // Nothing to tell apart from zero: the factor is exact enough.
+    if let Some(factor) = scaled.cholesky()
+        && (0..6).all(|i| factor.l_dirty()[(i, i)] > 1e-3)
+    {
+        return S * factor.solve(&(S * b));
     }
     let e = scaled.symmetric_eigen();
     let most = e.eigenvalues.max();

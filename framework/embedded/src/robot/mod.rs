@@ -11,6 +11,7 @@ mod obstacles;
 mod prefer;
 mod reach;
 mod task;
+mod way;
 
 pub use collide::Path;
 pub use dual::{Balance, HandWeights, MoveSqueeze, Shared};
@@ -19,6 +20,7 @@ pub use hold::{Grasp, Hold};
 pub use prefer::{Best, Prefer};
 pub use reach::{Answer, Effort, Goal, Outcome};
 pub use task::TaskSpace;
+pub use way::{Planner, Search, Way};
 
 use crate::error::RobotError;
 use crate::model::RobotModel;
@@ -63,9 +65,10 @@ pub struct Robot {
     objects: Vec<Pose>,
     /// For each object that has joints: where they are, and memory.
     linkages: Vec<Option<linkage::Memory>>,
-    /// Zero rates, forces of one tip, columns of a closed loop.
+    /// Zero rates, forces of one tip, a Jacobian of one tip, columns of a closed loop.
     rest: Vec<f64>,
     room: Vec<f64>,
+    jacobian: Vec<f64>,
     columns: Vec<Vector6<f64>>,
     collide: collide::Memory,
 }
@@ -86,6 +89,7 @@ impl Clone for Robot {
             linkages: self.linkages.clone(),
             rest: self.rest.clone(),
             room: self.room.clone(),
+            jacobian: self.jacobian.clone(),
             columns: self.columns.clone(),
             collide: self.collide.fork(&self.model),
         };
@@ -126,6 +130,7 @@ impl Robot {
             linkages: Self::linkages(model),
             rest: vec![0.0; nv],
             room: vec![0.0; nv],
+            jacobian: vec![0.0; 6 * nv],
             columns: vec![Vector6::zeros(); nv],
             collide: collide::Memory::new(model),
             model: model.clone(),

@@ -19,6 +19,7 @@ __all__ = [
     "ContactStep",
     "Edit",
     "Frames",
+    "Grip",
     "Hinge",
     "LinkworkError",
     "Log",
@@ -30,6 +31,7 @@ __all__ = [
     "RateTarget",
     "Report",
     "Results",
+    "Robot",
     "Series",
     "Simulation",
     "State",
@@ -518,7 +520,6 @@ class Collider:
         self, *, friction: float | None = None, restitution: float | None = None
     ) -> Collider: ...
 
-@final
 class Collisions:
     def __new__(
         cls,
@@ -551,6 +552,81 @@ class Collisions:
     def set_cells(self, collider: str, cells: ArrayLike, *, occupied: bool = True) -> None: ...
     def clear_cells(self, collider: str) -> None: ...
     def count(self, collider: str) -> int: ...
+
+@final
+class Grip:
+    def __enter__(self) -> Grip: ...
+    def __exit__(self, *_exception: object) -> None: ...
+
+@final
+class Robot(Collisions):
+    def __new__(
+        cls,
+        mechanism: Mechanism,
+        *,
+        chains: Mapping[str, tuple[str, str]] | None = None,
+        groups: Mapping[str, Sequence[str]] | None = None,
+        srdf: _Path | None = None,
+        objects: Mapping[str, tuple[float, ArrayLike, ArrayLike]] | None = None,
+        colliders: Sequence[Collider] | None = None,
+        ignore: Sequence[Sequence[str]] | None = None,
+        collide: Sequence[Sequence[str]] | None = None,
+        neighbours: Literal["pass", "collide"] | None = None,
+    ) -> Robot: ...
+    def copy(self) -> Robot: ...
+    @property
+    def q(self) -> _Array: ...
+    @q.setter
+    def q(self, value: ArrayLike) -> None: ...
+    @property
+    def parts(self) -> dict[str, list[str]]: ...
+    @property
+    def objects(self) -> list[str]: ...
+    def dofs(self, part: str) -> list[int]: ...
+    def tip_pose(self, part: str) -> _Array: ...
+    def jacobian(self, part: str) -> _Array: ...
+    def manipulability(
+        self, part: str, *, rows: Literal["all", "linear", "angular"] = "all", length: float = 1.0
+    ) -> tuple[float, _Array]: ...
+    def inverse_kinematics(
+        self,
+        part: str,
+        at: ArrayLike,
+        q: ArrayLike | None = None,
+        *,
+        in_base: bool = False,
+        position_tolerance: float = 1e-9,
+        orientation_tolerance: float = 1e-9,
+        steps: int = 100,
+        restarts: int = 64,
+    ) -> _Array: ...
+    def grasp(self, hand: str, object: str, at: ArrayLike | None = None) -> Grip: ...
+    def update_grasp(self, hand: str, object: str, at: ArrayLike) -> None: ...
+    def release(self, hand: str, object: str) -> None: ...
+    def ungrasp(self, object: str) -> None: ...
+    def hands(self, object: str) -> list[str]: ...
+    def put(self, object: str, at: ArrayLike) -> None: ...
+    def object_pose(self, object: str) -> _Array: ...
+    def gravity_forces(self) -> _Array: ...
+    def feed_forward(
+        self, v: ArrayLike, a: ArrayLike, pushes: Mapping[str, ArrayLike] | None = None
+    ) -> _Array: ...
+    def balance(
+        self, object: str, tau: ArrayLike, *, by: Literal["effort", "equal"] = "effort"
+    ) -> tuple[_Array, float]: ...
+    def mass_matrix(self) -> _Array: ...
+    def center_of_mass(self) -> tuple[float, _Array]: ...
+    def is_valid(self, q: ArrayLike) -> bool: ...
+    def plan(
+        self,
+        part: str,
+        goal: ArrayLike,
+        start: ArrayLike | None = None,
+        *,
+        seed: int = 1,
+        step: float = 0.5,
+        room: int = 2000,
+    ) -> _Array: ...
 
 @final
 class Contact:

@@ -1,0 +1,340 @@
+//! A free way for a chain from one configuration to another: two trees of configurations, one from each end, grow towards random places and then
+//! towards each other (RRT-Connect: Kuffner and LaValle, ICRA 2000). Then corners that are not needed are cut off.
+//!
+//! Every piece is [proven free](Robot::path_free), not sampled. Work is counted in configurations; the same seed gives the same way. What hands
+//! hold goes with them.
+
+use super::{Path, Robot, numbers};
+use crate::error::RobotError;
+use crate::part::Part;
+use linkwork_collision::ColliderId;
+
+/// How to look for a way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Search {
+    /// Of the random places.
+    pub seed: u64,
+    /// Longest piece, as the greatest change of one coordinate, rad or m.
+    pub step: f64,
+    /// Pieces of a piece that are not cut again, see [`Robot::path_free`].
+    pub least: f64,
+}
+
+impl Default for Search {
+    /// Seed 1, pieces of 0.5 rad or m, cut down to a thousandth.
+    fn default() -> Self {
+        Self { seed: 1, step: 0.5, least: 1e-3 }
+    }
+}
+
+/// What a search for a way ends with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Way {
+    /// [`Planner::way`] is free from end to end.
+    Found,
+    /// The start touches something.
+    BlockedStart {
+        /// The two that touch.
+        pair: (ColliderId, ColliderId),
+    },
+    /// The goal touches something.
+    BlockedGoal {
+        /// The two that touch.
+        pair: (ColliderId, ColliderId),
+    },
+    /// The room was used up. There may be a way, or none.
+    NotFound,
+}
+
+/// One coordinate of the chain: its place in q, and between which values it is drawn.
+#[derive(Clone, Copy, Debug)]
+struct Coordinate {
+    at: usize,
+    lower: f64,
+    upper: f64,
+}
+
+/// Configurations (rows of the chain's numbers), each with the one that it came from.
+#[derive(Clone, Debug)]
+struct Branches {
+    q: Vec<f64>,
+    parents: Vec<usize>,
+}
+
+/// Memory of searches for one chain of a model.
+#[derive(Clone, Debug)]
+pub struct Planner {
+    part: Part,
+    nq: usize,
+    chain: Vec<Coordinate>,
+    room: usize,
+    trees: [Branches; 2],
+    /// Where a tree grows to, and what it reached.
+    to: Vec<f64>,
+    new: Vec<f64>,
+    /// Whole configurations: ends of a piece.
+    ends: [Vec<f64>; 2],
+    /// Rows of whole configurations.
+    way: Vec<f64>,
+}
+
+/// How a tree grew.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Grown {
+    /// To where it was to grow.
+    There,
+    /// A step towards it.
+    Nearer,
+    /// Not at all.
+    Blocked,
+}
+
+impl Planner {
+    /// For a chain, with room for so many configurations in each tree. Allocates: once, at set-up.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`]; [`RobotError::OutOfRange`] for a chain with ball or free hinges, and for no room.
+    pub fn new(robot: &Robot, part: Part, room: usize) -> Result<Self, RobotError> {
+        if room < 2 {
+            let (what, help) = ("room", "at least two configurations");
+            return Err(RobotError::OutOfRange { what, value: room as f64, help });
+        }
+        let own = robot.model.chain(part)?;
+        let mut chain = Vec::with_capacity(own.limits.len());
+        for (i, limit) in own.limits.iter().enumerate() {
+            let Some((at, limits)) = limit else {
+                let help = "plan for parts of pins, sliders and screws";
+                let what = "a degree of freedom of the part without a coordinate of its own";
+                return Err(RobotError::OutOfRange { what, value: i as f64, help });
+            };
+            let turn = std::f64::consts::PI;
+            let lower = if limits.lower.is_finite() { limits.lower } else { -turn };
+            let upper = if limits.upper.is_finite() { limits.upper } else { turn };
+            chain.push(Coordinate { at: own.q[*at], lower, upper });
+        }
+        let (n, nq) = (chain.len(), robot.q.len());
+        let tree = Branches { q: Vec::with_capacity(n * room), parents: Vec::with_capacity(room) };
+        Ok(Self {
+            part,
+            nq,
+            chain,
+            room,
+            trees: [tree.clone(), tree],
+            to: vec![0.0; n],
+            new: vec![0.0; n],
+            ends: [vec![0.0; nq], vec![0.0; nq]],
+            way: Vec::with_capacity(2 * room * nq),
+        }
+        .reserved())
+    }
+
+    /// Clones of vectors have no room.
+    fn reserved(mut self) -> Self {
+        for tree in &mut self.trees {
+            tree.q.reserve(self.chain.len() * self.room);
+            tree.parents.reserve(self.room);
+        }
+        self
+    }
+
+    /// The way that was found last, configurations (nq) from the start to the goal; all coordinates move in proportion between two of them.
+    pub fn way(&self) -> impl ExactSizeIterator<Item = &[f64]> {
+        self.way.chunks_exact(self.nq)
+    }
+
+    /// Looks for a free way of the chain from `start` to `goal` (nq each), which differ in its coordinates alone. The robot's own q does not matter.
+    ///
+    /// # Errors
+    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ForeignHandle`] for a robot of another size, [`RobotError::OutsideLimits`];
+    /// [`RobotError::OutOfRange`] for ends that differ elsewhere, and for a step or `least` out of range. *Not found* is an answer, not an error.
+    pub fn plan(
+        &mut self,
+        robot: &mut Robot,
+        start: &[f64],
+        goal: &[f64],
+        search: &Search,
+    ) -> Result<Way, RobotError> {
+        self.check(robot, start, goal, search)?;
+        self.way.clear();
+        if let Some(pair) = robot.first_hit(start)? {
+            return Ok(Way::BlockedStart { pair });
+        }
+        if let Some(pair) = robot.first_hit(goal)? {
+            return Ok(Way::BlockedGoal { pair });
+        }
+        if robot.path_free(start, goal, search.least)? == Path::Free {
+            self.way.extend_from_slice(start);
+            self.way.extend_from_slice(goal);
+            return Ok(Way::Found);
+        }
+        for (tree, end) in self.trees.iter_mut().zip([start, goal]) {
+            tree.q.clear();
+            tree.parents.clear();
+            tree.q.extend(self.chain.iter().map(|c| end[c.at]));
+            tree.parents.push(0);
+        }
+        for end in &mut self.ends {
+            end.copy_from_slice(start);
+        }
+        let (mut state, mut growing) = (search.seed, 0);
+        // A draw that leads nowhere counts as well: the work is bounded.
+        for _ in 0..8 * self.room {
+            if self.trees.iter().any(|t| t.parents.len() == self.room) {
+                break;
+            }
+            for (x, c) in self.to.iter_mut().zip(&self.chain) {
+                *x = c.lower + (c.upper - c.lower) * draw(&mut state);
+            }
+            if self.grow(robot, growing, search)? != Grown::Blocked {
+                let n = self.chain.len();
+                let tree = &self.trees[growing];
+                self.to.copy_from_slice(&tree.q[tree.q.len() - n..]);
+                let mut grown = Grown::Nearer;
+                while grown == Grown::Nearer && self.trees[1 - growing].parents.len() < self.room {
+                    grown = self.grow(robot, 1 - growing, search)?;
+                }
+                if grown == Grown::There {
+                    self.join(start);
+                    self.cut_corners(robot, search)?;
+                    return Ok(Way::Found);
+                }
+            }
+            growing = 1 - growing;
+        }
+        Ok(Way::NotFound)
+    }
+
+    fn check(
+        &self,
+        robot: &Robot,
+        start: &[f64],
+        goal: &[f64],
+        search: &Search,
+    ) -> Result<(), RobotError> {
+        if robot.q.len() != self.nq {
+            return Err(RobotError::ForeignHandle);
+        }
+        numbers("start", start, self.nq)?;
+        numbers("goal", goal, self.nq)?;
+        if !(search.step > 0.0 && search.step.is_finite()) {
+            let (what, value, help) = ("step", search.step, "a step is above zero");
+            return Err(RobotError::OutOfRange { what, value, help });
+        }
+        let own = |at: usize| self.chain.iter().any(|c| c.at == at);
+        if let Some(at) = (0..self.nq).find(|at| start[*at] != goal[*at] && !own(*at)) {
+            let what =
+                "the difference of start and goal in a coordinate that the part does not move";
+            let (value, help) = (goal[at] - start[at], "give both the same value there");
+            return Err(RobotError::OutOfRange { what, value, help });
+        }
+        let chain = robot.model.chain(self.part)?;
+        for (dof, limit) in chain.v.iter().zip(&chain.limits) {
+            let Some((at, limits)) = limit else { continue };
+            let (lower, upper) = (limits.lower, limits.upper);
+            for value in [start[chain.q[*at]], goal[chain.q[*at]]] {
+                if !(value >= lower && value <= upper) {
+                    return Err(RobotError::OutsideLimits { dof: *dof, value, lower, upper });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Grows a tree from its nearest configuration towards `to` by a step at most.
+    fn grow(
+        &mut self,
+        robot: &mut Robot,
+        which: usize,
+        search: &Search,
+    ) -> Result<Grown, RobotError> {
+        let n = self.chain.len();
+        let tree = &self.trees[which];
+        let (mut near, mut least) = (0, f64::INFINITY);
+        for (k, q) in tree.q.chunks_exact(n).enumerate() {
+            let d: f64 = q.iter().zip(&self.to).map(|(a, b)| (a - b) * (a - b)).sum();
+            if d < least {
+                (near, least) = (k, d);
+            }
+        }
+        let from = &tree.q[n * near..n * (near + 1)];
+        let far = from.iter().zip(&self.to).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let grown = if far <= search.step { Grown::There } else { Grown::Nearer };
+        let part = if grown == Grown::There { 1.0 } else { search.step / far };
+        for ((new, a), b) in self.new.iter_mut().zip(from).zip(&self.to) {
+            // The end itself, to the bit.
+            *new = if grown == Grown::There { *b } else { a + part * (b - a) };
+        }
+        let [qa, qb] = &mut self.ends;
+        for ((c, a), b) in self.chain.iter().zip(from).zip(&self.new) {
+            (qa[c.at], qb[c.at]) = (*a, *b);
+        }
+        if robot.path_free(qa, qb, search.least)? != Path::Free {
+            return Ok(Grown::Blocked);
+        }
+        let tree = &mut self.trees[which];
+        tree.q.extend_from_slice(&self.new);
+        tree.parents.push(near);
+        Ok(grown)
+    }
+
+    /// The way through the last configurations of both trees, which are one.
+    fn join(&mut self, start: &[f64]) {
+        let n = self.chain.len();
+        let row = |way: &mut Vec<f64>, q: &[f64]| {
+            let from = way.len();
+            way.extend_from_slice(start);
+            for (c, x) in self.chain.iter().zip(q) {
+                way[from + c.at] = *x;
+            }
+        };
+        let mut at = self.trees[0].parents.len() - 1;
+        loop {
+            row(&mut self.way, &self.trees[0].q[n * at..n * (at + 1)]);
+            if at == 0 {
+                break;
+            }
+            at = self.trees[0].parents[at];
+        }
+        // From the start on.
+        let rows = self.way.len() / self.nq;
+        for k in 0..rows / 2 {
+            let (a, b) = self.way.split_at_mut(self.nq * (rows - 1 - k));
+            a[self.nq * k..self.nq * (k + 1)].swap_with_slice(&mut b[..self.nq]);
+        }
+        at = self.trees[1].parents.len() - 1;
+        while at != 0 {
+            at = self.trees[1].parents[at];
+            row(&mut self.way, &self.trees[1].q[n * at..n * (at + 1)]);
+        }
+    }
+
+    /// From each configuration on to the last that can be reached from it straight on.
+    fn cut_corners(&mut self, robot: &mut Robot, search: &Search) -> Result<(), RobotError> {
+        let nq = self.nq;
+        let (mut kept, mut rows) = (0, self.way.len() / nq);
+        while kept + 2 < rows {
+            let mut next = rows - 1;
+            while next > kept + 1 {
+                let [a, b] = [kept, next].map(|k| &self.way[nq * k..nq * (k + 1)]);
+                if robot.path_free(a, b, search.least)? == Path::Free {
+                    break;
+                }
+                next -= 1;
+            }
+            self.way.copy_within(nq * next.., nq * (kept + 1));
+            rows -= next - kept - 1;
+            self.way.truncate(nq * rows);
+            kept += 1;
+        }
+        Ok(())
+    }
+}
+
+/// 0 … 1 (splitmix64).
+fn draw(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}

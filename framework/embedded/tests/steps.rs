@@ -1,0 +1,469 @@
+//! The six tasks of the reference, step by step: after every step what the step did not change is the same to the bit, another instance has
+//! noticed nothing, and when all is let go the robot is what it was.
+//!
+//! Each step names what it changes. Everything else that a robot can be asked is compared: its numbers, and for each part pose, Jacobian, forces at
+//! rest and in motion, inertia; for each object who holds it, where it is, its joints, and which shapes it meets; and hits and distances.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod support;
+
+use linkwork_embedded::multibody::{BodySpec, Hinge};
+use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
+use linkwork_embedded::*;
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use support::*;
+
+/// All answers by name, as bits.
+type Answers = BTreeMap<String, Vec<u64>>;
+
+fn bits(x: &[f64]) -> Vec<u64> {
+    x.iter().map(|x| x.to_bits()).collect()
+}
+
+fn bits_of(X: &Pose) -> Vec<u64> {
+    bits(&[X.position.as_slice(), X.rotation.coords.as_slice()].concat())
+}
+
+/// Everything that a robot can be asked. It is asked of a copy: the robot itself is left alone.
+fn answers(robot: &Robot) -> Answers {
+    let model = robot.model().clone();
+    let (mut r, nv) = (robot.clone(), model.nv());
+    let mut out = Answers::new();
+    out.insert("q".into(), bits(r.q()));
+    let v: Vec<f64> = (0..nv).map(|i| 0.3 - 0.1 * i as f64).collect();
+    let [mut rest, mut moving] = [vec![0.0; nv], vec![0.0; nv]];
+    let mut M = vec![0.0; nv * nv];
+    r.gravity_forces(&mut rest).unwrap();
+    r.feed_forward(&v, &v, &[], &mut moving).unwrap();
+    r.mass_matrix(&mut M).unwrap();
+    let M = &M;
+    let mut left: BTreeSet<usize> = (0..nv).collect();
+    let mut forces = |name: &str, dofs: &[usize], out: &mut Answers| {
+        let pick = |x: &[f64]| dofs.iter().map(|i| x[*i]).collect::<Vec<f64>>();
+        out.insert(format!("{name}: forces at rest"), bits(&pick(&rest)));
+        out.insert(format!("{name}: forces in motion"), bits(&pick(&moving)));
+        let block = dofs.iter().flat_map(|i| dofs.iter().map(move |j| M[i * nv + j]));
+        out.insert(format!("{name}: inertia"), bits(&block.collect::<Vec<f64>>()));
+        dofs.iter().for_each(|i| _ = left.remove(i));
+    };
+    for (part, name) in model.parts() {
+        let Ok(dofs) = model.dofs(part) else { continue };
+        forces(name, dofs, &mut out);
+        out.insert(format!("{name}: tip"), bits_of(&r.tip_pose(part).unwrap()));
+        let mut J = vec![0.0; 6 * dofs.len()];
+        r.jacobian(part, &mut J).unwrap();
+        out.insert(format!("{name}: Jacobian"), bits(&J));
+    }
+    // Joints of no part, such as fingers, by their bodies.
+    for body in model.multibody().bodies().iter().filter(|b| left.contains(&b.v().start)) {
+        let both: Vec<f64> = body.v().flat_map(|i| [rest[i], moving[i]]).collect();
+        out.insert(format!("{}: forces", body.name()), bits(&both));
+    }
+    for (object, name) in model.objects() {
+        let pose = |p: (Part, Pose)| [vec![p.0.index() as u64], bits_of(&p.1)].concat();
+        let hold = r.hold(object).unwrap();
+        let hands = hold.map(|h| [pose(h.hand), h.second.map_or(vec![], pose)].concat());
+        out.insert(format!("{name}: hands"), hands.unwrap_or_default());
+        out.insert(format!("{name}: place"), bits_of(&r.object_pose(object).unwrap()));
+        out.insert(format!("{name}: joints"), r.object_q(object).map_or(vec![], bits));
+    }
+    let mut met: BTreeMap<String, Vec<u64>> = BTreeMap::new();
+    let ids: Vec<ColliderId> = model.colliders().map(|c| c.0).collect();
+    for a in &ids {
+        let on = model.collider_spec(*a).body.clone();
+        let object = model.object(&on).is_some();
+        let of = met.entry(if object { on } else { "robot and world".into() }).or_default();
+        let looks = ids.iter().filter(|b| *b != a && (object || !on_object(&model, **b)));
+        of.extend(looks.map(|b| u64::from(r.looks_at(*a, *b).unwrap())));
+    }
+    out.extend(met.into_iter().map(|(on, said)| (format!("{on}: pairs"), said)));
+    let (q, mut apart) = (r.q().to_vec(), Vec::new());
+    r.distances(&q, f64::INFINITY, &mut apart).unwrap();
+    let mut near: BTreeMap<String, Vec<u64>> = BTreeMap::new();
+    for c in &apart {
+        let of =
+            |id| Some(model.collider_spec(id).body.clone()).filter(|b| model.object(b).is_some());
+        let name = of(c.a).or(of(c.b)).unwrap_or_else(|| "robot and world".into());
+        let d = &c.distance;
+        let x = [&[d.distance][..], d.point_a.as_slice(), d.point_b.as_slice()].concat();
+        near.entry(name).or_default().extend(bits(&x));
+    }
+    out.extend(near.into_iter().map(|(on, d)| (format!("{on}: distances"), d)));
+    out
+}
+
+fn on_object(model: &RobotModel, id: ColliderId) -> bool {
+    model.object(&model.collider_spec(id).body).is_some()
+}
+
+/// A task under way.
+struct Scene {
+    json: Value,
+    model: Arc<RobotModel>,
+    places: Vec<(usize, usize)>,
+    robot: Robot,
+    /// Where it stood before the first step, and what it was there.
+    start: Vec<f64>,
+    first: Answers,
+}
+
+impl Scene {
+    /// The task begins at its configuration `q`, the joints of the parts `moving` at zero.
+    fn new(
+        name: &str,
+        q: &str,
+        moving: &[&str],
+        change: impl Fn(&Value, &mut ModelSpec),
+    ) -> Option<Self> {
+        let json = reference("robodarts/tasks.json")?["tasks"][name].clone();
+        let dual = json["robot"] == "dual_ur5.urdf";
+        let d =
+            formats::read_file(file(&format!("robodarts/{}", json["robot"].as_str()?)), &options());
+        let d = d.unwrap();
+        let mut spec = ModelSpec::from_description(&d).unwrap();
+        if dual {
+            let srdf = formats::read_srdf(DUAL, &formats::ReadOptions::default()).unwrap();
+            spec = spec.groups(&srdf, &d).unwrap();
+            let scene_file = reference("robodarts/dual_ur5_collisions.json")?;
+            (spec.colliders, spec.rules) = scene(&scene_file);
+        } else {
+            spec.parts = vec![PartSpec::chain("arm", "world", "tcp")];
+            let ball = |body: &str| ColliderSpec::new(body, body, Shape::Sphere { radius: 0.05 });
+            spec.colliders = ["lbr_iiwa_link_4", "lbr_iiwa_link_7", "tcp"].map(ball).to_vec();
+        }
+        change(&json["bodies"], &mut spec);
+        let model = RobotModel::new(&spec).unwrap();
+        let places = places(&model, &names(&json["dof"]));
+        let mut start = to_q(&model, &places, &numbers(&json["expect"][q]));
+        for dof in moving.iter().flat_map(|p| model.dofs(model.part(p).unwrap()).unwrap()) {
+            // One number of q for each degree of freedom here.
+            start[*dof] = 0.0;
+        }
+        assert_eq!(model.nq(), model.nv());
+        let mut robot = Robot::new(&model);
+        robot.set_q(&start).unwrap();
+        let first = answers(&robot);
+        Some(Self { json, model, places, robot, start, first })
+    }
+
+    fn q(&self, key: &str) -> Vec<f64> {
+        to_q(&self.model, &self.places, &numbers(&self.json["expect"][key]))
+    }
+
+    fn part(&self, name: &str) -> Part {
+        self.model.part(name).unwrap()
+    }
+
+    fn object(&self, name: &str) -> Object {
+        self.model.object(name).unwrap()
+    }
+
+    fn collider(&self, name: &str) -> ColliderId {
+        self.model.collider(name).unwrap()
+    }
+
+    /// One step, which changes what it names (the beginning of a name counts for all that begin so) and nothing else.
+    fn step(&mut self, what: &str, changes: &[&str], step: impl FnOnce(&mut Robot)) {
+        let before = answers(&self.robot);
+        let twin = self.robot.clone();
+        step(&mut self.robot);
+        let after = answers(&self.robot);
+        assert_eq!(answers(&twin), before, "{what}: an instance made before it has noticed it");
+        let named = |k: &str| changes.iter().any(|c| k.starts_with(c));
+        let changed: Vec<&String> =
+            after.keys().filter(|k| before.get(*k) != after.get(*k)).collect();
+        let unasked: Vec<_> = changed.iter().filter(|k| !named(k)).collect();
+        assert!(unasked.is_empty(), "{what} changed {unasked:?}");
+        for c in changes {
+            assert!(changed.iter().any(|k| k.starts_with(c)), "{what}: {c} is as before");
+        }
+    }
+
+    /// Everything was let go: beside where the objects are, all is what it was before the first step.
+    fn ends(mut self, objects: &[&str]) {
+        for name in objects {
+            self.robot.put(self.object(name), Pose::identity()).unwrap();
+        }
+        self.robot.set_q(&self.start).unwrap();
+        let last = answers(&self.robot);
+        let differs: Vec<_> = last.keys().filter(|k| self.first.get(*k) != last.get(*k)).collect();
+        assert!(differs.is_empty(), "not as before the task: {differs:?}");
+    }
+}
+
+fn thing(name: &str, mass: f64, com: &[f64], moments: &[f64]) -> ObjectSpec {
+    let I = Mat3::from_diagonal(&Vec3::from_column_slice(moments));
+    let mass = MassProperties::new(mass, Vec3::from_column_slice(com), I);
+    ObjectSpec { name: name.into(), mass }
+}
+
+fn number(v: &Value, key: &str) -> f64 {
+    v[key].as_f64().unwrap()
+}
+
+/// What moves with the left arm alone, its fingers among it, and not what is in its hand.
+const LEFT_MOVES: [&str; 4] = ["q", "left:", "left_finger", "robot and world: distances"];
+
+#[test]
+fn key_and_door() {
+    let Some(mut s) = Scene::new("key_and_door", "q_grasp", &["arm"], |b, spec| {
+        let (m, h) = (number(&b["key"], "mass"), numbers(&b["key"]["half"]));
+        let side = |i: usize, j: usize| m / 3.0 * (h[i] * h[i] + h[j] * h[j]);
+        spec.objects = vec![thing("key", m, &[0.0; 3], &[side(1, 2), side(0, 2), side(0, 1)])];
+        let half = Vec3::from_column_slice(&h);
+        spec.colliders.push(ColliderSpec::new("key", "key", Shape::Box { half }));
+    }) else {
+        return;
+    };
+    let (arm, key) = (s.part("arm"), s.object("key"));
+    let X = pose(&numbers(&s.json["bodies"]["key"]["pose_in_tip"]));
+    let [grasp, turned, opened] = ["q_grasp", "q_turned", "q_opened"].map(|k| s.q(k));
+    // The key lies where it lies until it is taken.
+    let approach = ["q", "arm:", "finger", "robot and world: distances", "key: distances"];
+    s.step("approach", &approach, |r| r.set_q(&grasp).unwrap());
+    let load = ["arm: forces", "arm: inertia", "key:"];
+    s.step("key on the tip", &load, |r| r.grasp(arm, key, Grasp::At(X)).unwrap());
+    let moves =
+        ["q", "arm:", "finger", "robot and world: distances", "key: place", "key: distances"];
+    s.step("turn", &moves, |r| r.set_q(&turned).unwrap());
+    s.step("open", &moves, |r| r.set_q(&opened).unwrap());
+    let left = ["arm: forces", "arm: inertia", "key: hands", "key: pairs", "key: distances"];
+    s.step("the key stays", &left, |r| r.ungrasp(key).unwrap());
+    s.ends(&["key"]);
+}
+
+#[test]
+fn hang_up_phone() {
+    let Some(mut s) = Scene::new("hang_up_phone", "q_up", &["left"], |b, spec| {
+        let (h, c) = (&b["handset"], &b["cradle"]);
+        spec.objects =
+            vec![thing("handset", number(h, "mass"), &[0.0; 3], &numbers(&h["inertia"]))];
+        let shape =
+            Shape::Capsule { radius: number(h, "radius"), half_length: number(h, "half_length") };
+        spec.colliders.push(ColliderSpec::new("handset", "handset", shape));
+        let (p, half) = (numbers(&c["position"]), Vec3::from_column_slice(&numbers(&c["half"])));
+        let cradle = ColliderSpec::new("cradle", "world", Shape::Box { half });
+        spec.colliders.push(cradle.at(Pose::translation(p[0], p[1], p[2])));
+    }) else {
+        return;
+    };
+    let (left, handset) = (s.part("left"), s.object("handset"));
+    let [shape, cradle] = ["handset", "cradle"].map(|c| s.collider(c));
+    let X = pose(&numbers(&s.json["bodies"]["handset"]["pose_in_tip"]));
+    let [up, on] = ["q_up", "q_on"].map(|k| s.q(k));
+    s.step("up", &[&LEFT_MOVES[..], &["handset: distances"]].concat(), |r| r.set_q(&up).unwrap());
+    let load = ["left: forces", "left: inertia", "handset:"];
+    s.step("handset held", &load, |r| r.grasp(left, handset, Grasp::At(X)).unwrap());
+    let touch = ["handset: pairs", "handset: distances"];
+    s.step("it may touch", &touch, |r| r.look_at(shape, cradle, Some(false)).unwrap());
+    let lower = [&LEFT_MOVES[..], &["handset: place", "handset: distances"]].concat();
+    s.step("lower", &lower, |r| r.set_q(&on).unwrap());
+    let free =
+        ["left: forces", "left: inertia", "handset: hands", "handset: pairs", "handset: distances"];
+    s.step("ungrasp", &free, |r| r.ungrasp(handset).unwrap());
+    s.step("it may not touch", &touch, |r| r.look_at(shape, cradle, None).unwrap());
+    s.ends(&["handset"]);
+}
+
+#[test]
+fn drill_hole() {
+    let Some(mut s) = Scene::new("drill_hole", "q", &["left"], |b, spec| {
+        for name in ["driver", "battery"] {
+            let o = &b[name];
+            let [com, I] = ["com", "I"].map(|k| numbers(&o[k]));
+            spec.objects.push(thing(name, number(o, "mass"), &com, &I));
+            let half = Vec3::new(0.02, 0.03, 0.04);
+            spec.colliders.push(ColliderSpec::new(name, name, Shape::Box { half }));
+        }
+    }) else {
+        return;
+    };
+    let left = s.part("left");
+    let [driver, battery] = ["driver", "battery"].map(|o| s.object(o));
+    let bodies = &s.json["bodies"];
+    let X = pose(&numbers(&bodies["driver"]["pose_in_tip"]));
+    let X_battery = pose(&numbers(&bodies["battery"]["pose_in_driver"]));
+    let better = pose(&numbers(&s.json["expect"]["estimator_pose_in_tip"]));
+    let q = s.q("q");
+    // Both lie in the world, where the arm moves.
+    let far = ["driver: distances", "battery: distances"];
+    s.step("reach", &[&LEFT_MOVES[..], &far].concat(), |r| r.set_q(&q).unwrap());
+    let load = ["left: forces", "left: inertia"];
+    // Distances of a pair of two objects count for the battery, whose name comes first.
+    let takes = [&load[..], &["driver:", "battery: distances"]].concat();
+    s.step("grasp the driver", &takes, |r| r.grasp(left, driver, Grasp::At(X)).unwrap());
+    // One piece with the driver from now on: their pair is not looked at.
+    let takes = [&load[..], &["battery:", "driver: pairs"]].concat();
+    s.step("attach the battery", &takes, |r| {
+        r.grasp(left, battery, Grasp::At(X * X_battery)).unwrap()
+    });
+    let push = Push::new(left, Vec3::x(), Vec3::z());
+    s.step("press", &[], |r| {
+        let mut tau = vec![0.0; r.q().len()];
+        r.held_still(&[push], &mut tau).unwrap();
+        r.manipulability(left, Rows::Linear, None).unwrap();
+    });
+    let moved = |o: &str| ["hands", "place", "distances"].map(|k| format!("{o}: {k}"));
+    let names = moved("driver");
+    let names: Vec<&str> = load.iter().copied().chain(names.iter().map(String::as_str)).collect();
+    s.step("estimate of the driver", &names, |r| r.update_grasp(left, driver, better).unwrap());
+    let names = moved("battery");
+    let names: Vec<&str> = load.iter().copied().chain(names.iter().map(String::as_str)).collect();
+    s.step("and of the battery", &names, |r| {
+        r.update_grasp(left, battery, better * X_battery).unwrap();
+    });
+    let off = ["battery: hands", "battery: pairs", "battery: distances", "driver: pairs"];
+    s.step("battery off", &[&load[..], &off].concat(), |r| r.ungrasp(battery).unwrap());
+    let off = ["driver: hands", "driver: pairs", "driver: distances"];
+    s.step("driver off", &[&load[..], &off].concat(), |r| r.ungrasp(driver).unwrap());
+    s.ends(&["driver", "battery"]);
+}
+
+#[test]
+fn change_tyre() {
+    let Some(mut s) = Scene::new("change_tyre", "q", &["left", "right"], |b, spec| {
+        let t = &b["tyre"];
+        spec.objects = vec![thing("tyre", number(t, "mass"), &[0.0; 3], &numbers(&t["inertia"]))];
+        let (radius, half_length) = (number(t, "radius"), number(t, "half_length"));
+        let tyre = Shape::Cylinder { radius, half_length };
+        spec.colliders.push(ColliderSpec::new("tyre", "tyre", tyre));
+        let n = &b["nuts"];
+        for k in 0..n["count"].as_u64().unwrap() {
+            spec.objects.push(thing(&format!("nut {k}"), number(n, "mass"), &[0.0; 3], &[1e-6; 3]));
+        }
+        spec.parts.retain(|p| p.name() != "neck");
+    }) else {
+        return;
+    };
+    let [left, right] = ["left", "right"].map(|p| s.part(p));
+    let tyre = s.object("tyre");
+    let X = ["left_tip_in_tyre", "right_tip_in_tyre"]
+        .map(|k| pose(&numbers(&s.json["bodies"]["tyre"][k])).inverse());
+    let q = s.q("q");
+    let reach = [&LEFT_MOVES[..], &["right:", "right_finger", "tyre: distances"]].concat();
+    s.step("reach", &reach, |r| r.set_q(&q).unwrap());
+    let load = ["left: forces", "left: inertia", "tyre:"];
+    s.step("left hand", &load, |r| r.grasp(left, tyre, Grasp::At(X[0])).unwrap());
+    // The second hand carries nothing in the tree: a closed loop, and pairs that are not looked at.
+    let closes = ["tyre: hands", "tyre: pairs", "tyre: distances"];
+    s.step("right hand", &closes, |r| r.grasp(right, tyre, Grasp::At(X[1])).unwrap());
+    s.step("carry, press", &[], |r| {
+        let mut tau = vec![0.0; r.model().nv()];
+        r.gravity_forces(&mut tau).unwrap();
+        r.balance(tyre, Balance::Effort, &mut tau).unwrap();
+        r.squeeze(tyre, 98.1, &mut tau).unwrap();
+    });
+    let off = ["left: forces", "left: inertia", "tyre: hands", "tyre: pairs", "tyre: distances"];
+    s.step("mount", &off, |r| r.ungrasp(tyre).unwrap());
+    for (k, p) in s.json["expect"]["nut_positions"].as_array().unwrap().clone().iter().enumerate() {
+        let (name, p) = (format!("nut {k}"), numbers(p));
+        let nut = s.object(&name);
+        let [hands, place] = ["hands", "place"].map(|x| format!("{name}: {x}"));
+        let takes = ["left: forces", "left: inertia", &hands, &place];
+        s.step(&name, &takes, |r| r.grasp(left, nut, Grasp::At(Pose::identity())).unwrap());
+        s.step(&name, &takes[..3], |r| r.ungrasp(nut).unwrap());
+        let X = Pose::translation(p[0], p[1], p[2]);
+        s.step("nut on the hub", &[&place], |r| r.put(nut, X).unwrap());
+    }
+    let nuts: Vec<String> = (0..5).map(|k| format!("nut {k}")).collect();
+    let all: Vec<&str> = ["tyre"].into_iter().chain(nuts.iter().map(String::as_str)).collect();
+    s.ends(&all);
+}
+
+#[test]
+fn cut_wire() {
+    let Some(mut s) = Scene::new("cut_wire", "q", &["left"], |b, spec| {
+        let [a, other] = ["handle_a", "handle_b"].map(|h| {
+            let [com, I] = ["com", "I"].map(|k| numbers(&b[h][k]));
+            thing(h, number(&b[h], "mass"), &com, &I)
+        });
+        let pin = &b["pin"];
+        let p = numbers(&pin["origin_in_a"]);
+        let hinge = Hinge::pin(Vec3::from_column_slice(&numbers(&pin["axis"])));
+        let body = BodySpec::new("handle_b", "handle_a").hinge(hinge).mass(other.mass);
+        spec.linkages.body(body.hinge_in_parent(Pose::translation(p[0], p[1], p[2])));
+        spec.objects = vec![a];
+        let w = &b["wire"];
+        let (radius, half_length) = (number(w, "radius"), number(w, "half_length"));
+        let p = numbers(&w["position"]);
+        let mut wire = |name: &str, half_length: f64, y: f64| {
+            let shape = Shape::Capsule { radius, half_length };
+            let at = Pose::translation(p[0], p[1] + y, p[2]);
+            spec.colliders.push(ColliderSpec::new(name, "world", shape).at(at));
+        };
+        wire("wire", half_length, 0.0);
+        wire("wire, near end", 0.5 * half_length, -0.5 * half_length);
+        wire("wire, far end", 0.5 * half_length, 0.5 * half_length);
+        let jaw = Shape::Box { half: Vec3::new(0.01, 0.01, 0.02) };
+        spec.colliders.push(ColliderSpec::new("handle_a", "handle_a", jaw.clone()));
+        spec.colliders.push(ColliderSpec::new("handle_b", "handle_b", jaw));
+    }) else {
+        return;
+    };
+    let (left, tool) = (s.part("left"), s.object("handle_a"));
+    let [wire, near, far] = ["wire", "wire, near end", "wire, far end"].map(|w| s.collider(w));
+    let X = pose(&numbers(&s.json["bodies"]["pin"]["a_in_tip"]));
+    let q = s.q("q");
+    for half in [near, far] {
+        s.robot.show(half, Visibility::Hidden).unwrap();
+    }
+    let begin = answers(&s.robot);
+    s.first = begin;
+    let load = ["left: forces", "left: inertia"];
+    // Pairs and distances of the second handle, which hangs on the object, stand with those of robot and world.
+    let takes = ["handle_a:", "robot and world: pairs", "robot and world: distances"];
+    let takes = [&load[..], &takes].concat();
+    s.step("grasp handle a", &takes, |r| r.grasp(left, tool, Grasp::At(X)).unwrap());
+    let jaws = ["handle_a: joints", "robot and world: distances"];
+    let opens = [&load[..], &jaws].concat();
+    s.step("open", &opens[..], |r| r.set_object_q(tool, &[0.5]).unwrap());
+    let reach = [&LEFT_MOVES[..], &["handle_a: place", "handle_a: distances"]].concat();
+    s.step("reach over the wire", &reach, |r| r.set_q(&q).unwrap());
+    s.step("close", &opens, |r| r.set_object_q(tool, &[0.0]).unwrap());
+    let cut = ["robot and world: distances", "handle_a: distances"];
+    s.step("the wire is two", &cut, |r| {
+        r.show(wire, Visibility::Hidden).unwrap();
+        r.show(near, Visibility::Shown).unwrap();
+        r.show(far, Visibility::Shown).unwrap();
+    });
+    let off = ["handle_a: hands", "handle_a: pairs", "handle_a: distances"];
+    let off = [&load[..], &off, &["robot and world: pairs", "robot and world: distances"]].concat();
+    s.step("ungrasp", &off, |r| r.ungrasp(tool).unwrap());
+    for (w, to) in
+        [(wire, Visibility::Shown), (near, Visibility::Hidden), (far, Visibility::Hidden)]
+    {
+        s.robot.show(w, to).unwrap();
+    }
+    s.ends(&["handle_a"]);
+}
+
+#[test]
+fn push_button() {
+    let Some(mut s) = Scene::new("push_button", "q_touch", &["left"], |_, spec| {
+        let half = Vec3::new(0.01, 0.01, 0.01);
+        for (name, at) in [("button", 0.78), ("panel", 0.81)] {
+            let shape = ColliderSpec::new(name, "world", Shape::Box { half });
+            spec.colliders.push(shape.at(Pose::translation(at, 0.27, 0.95)));
+        }
+    }) else {
+        return;
+    };
+    let left = s.part("left");
+    let [button, finger] = ["button", "left_finger_a"].map(|c| s.collider(c));
+    let [touch, press] = ["q_touch", "q_press"].map(|k| s.q(k));
+    s.step("approach", &LEFT_MOVES, |r| r.set_q(&touch).unwrap());
+    s.step("guarded move", &[], |r| {
+        let q = r.q().to_vec();
+        let mut v = vec![0.0; r.model().nv()];
+        r.clearance(&q, 1.0).unwrap();
+        let ahead = spatial::Motion::new(Vec3::zeros(), Vec3::x());
+        r.rates(left, &ahead, &mut v).unwrap();
+    });
+    let allowed = ["robot and world: pairs", "robot and world: distances"];
+    s.step("it may touch", &allowed, |r| r.look_at(finger, button, Some(false)).unwrap());
+    s.step("press", &LEFT_MOVES, |r| r.set_q(&press).unwrap());
+    s.step("it may not touch", &allowed, |r| r.look_at(finger, button, None).unwrap());
+    s.ends(&[]);
+}

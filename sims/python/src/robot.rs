@@ -1,0 +1,589 @@
+//! `Robot`: the embedded robot model: parts by name, inverse kinematics, what hands hold, forces, ways.
+use crate::array::{
+    Array1, Array2, Input, mat3, out_pose, out_vec3, out1, out2, pose, vec3, vector, wrench,
+};
+use crate::collisions::Collisions;
+use crate::contact::{Collider, chosen};
+use crate::core::lock;
+use crate::error::{refuse, refuse_with};
+use crate::inverse_kinematics::place;
+use crate::mechanism::{Mechanism, choice};
+use linkwork_embedded::{
+    self as embedded, Balance, Effort, Goal, ModelSpec, Object, ObjectSpec, Outcome, Part,
+    PartSpec, Planner, Push, Rows, Search, Way, formats,
+};
+use linkwork_runtime::remedy;
+use linkwork_spatial::MassProperties;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+
+/// The robot model that autonomy software embeds: parts by name, each kinematics of its own; inverse kinematics within limits, objects in hands, forces
+/// with what is held, free ways; and all that `Collisions` answers, with what is held.
+///
+/// chains: {name: (base, tip)}, bodies between which a part lies; base may be "world". groups: {name: [bodies]}, other parts, such as grippers. srdf: a
+/// file whose groups are parts, too, for a mechanism of a file. objects: {name: (mass, com, inertia)}: rigid things that hands may hold: kg, m (3,), kg m²
+/// (3, 3) about the centre of mass; a collider on one names it as its body. colliders, ignore, collide, neighbours: as `Collisions` (an empty list: nothing touches).
+///
+/// Lengths in m, angles in rad, world axes, angular part first. `q` (nq,) is the robot's own configuration, neutral at first; each instance has its own, and
+/// the same calls give the same bits. Raises LinkworkError, with all mistakes at once, for names and shapes that cannot be, and for a mechanism with
+/// loops, couplings or flexible bodies.
+///
+/// >>> import numpy as np, linkwork
+/// >>> parts = linkwork.Builder()
+/// >>> for link, parent in [("upper", "world"), ("lower", "upper"), ("hand", "lower")]:
+/// ...     at = [0, 0, 0] if parent == "world" else [0.4, 0, 0]
+/// ...     parts = parts.body(link, parent, linkwork.Hinge.pin([0, -1, 0]).limits(-3, 3), mass=1, com=[0.2, 0, 0], inertia=np.eye(3) / 100, hinge_in_parent=at)
+/// >>> robot = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"cup": (0.3, [0, 0, 0], np.eye(3) / 1000)}, colliders=[])
+/// >>> robot.q = robot.inverse_kinematics("arm", [0.5, 0, 0.3], q=[0.5, 0.5, 0.5])
+/// >>> robot.tip_pose("arm")[:3, 3].round(6).tolist()
+/// [0.5, 0.0, 0.3]
+/// >>> with robot.grasp("arm", "cup", [0.1, 0, 0]):
+/// ...     held = robot.gravity_forces()
+/// >>> bool(held[0] > robot.gravity_forces()[0])
+/// True
+#[pyclass(frozen, extends = Collisions, module = "linkwork")]
+pub struct Robot {}
+
+/// What a hand holds, for `with`: at its end the hand lets go.
+#[pyclass(frozen, weakref, module = "linkwork")]
+pub struct Grip {
+    robot: Py<Robot>,
+    hand: String,
+    object: String,
+}
+
+impl Collisions {
+    fn part(&self, name: &str) -> PyResult<Part> {
+        self.model.part(name).ok_or_else(|| {
+            let known: Vec<&str> = self.model.parts().map(|p| p.1).collect();
+            refuse_with(format!("there is no part `{name}`"), remedy(name, "parts", &known))
+        })
+    }
+
+    fn object(&self, name: &str) -> PyResult<Object> {
+        self.model.object(name).ok_or_else(|| {
+            let known: Vec<&str> = self.model.objects().map(|o| o.1).collect();
+            refuse_with(format!("there is no object `{name}`"), remedy(name, "objects", &known))
+        })
+    }
+
+    fn part_name(&self, part: Part) -> String {
+        self.model.parts().find(|p| p.0 == part).map_or_else(String::new, |p| p.1.to_owned())
+    }
+
+    /// A configuration that was given, or the robot's own.
+    fn q_or_own(&self, q: Option<Given<'_, '_>>) -> PyResult<Vec<f64>> {
+        match q {
+            Some(q) => Ok(vector(q, self.model.nq(), "q")?.slice().to_vec()),
+            None => Ok(lock(&self.robot).q().to_vec()),
+        }
+    }
+}
+
+/// The part of `Collisions`, with the instance.
+fn base<'a>(slf: &'a Bound<'_, Robot>) -> &'a Collisions {
+    slf.as_super().get()
+}
+
+fn above_zero(what: &str, x: f64) -> PyResult<f64> {
+    if x > 0.0 && x.is_finite() {
+        return Ok(x);
+    }
+    Err(refuse_with(format!("`{what}` is {x}"), "give a number above zero"))
+}
+
+#[pymethods]
+impl Robot {
+    #[new]
+    #[pyo3(signature = (mechanism, *, chains=None, groups=None, srdf=None, objects=None, colliders=None, ignore=None, collide=None, neighbours=None))]
+    fn new(
+        mechanism: &Mechanism,
+        chains: Option<BTreeMap<String, (String, String)>>,
+        groups: Option<BTreeMap<String, Vec<String>>>,
+        srdf: Option<PathBuf>,
+        objects: Option<&Bound<'_, PyDict>>,
+        colliders: Option<Vec<PyRef<'_, Collider>>>,
+        ignore: Option<Vec<[String; 2]>>,
+        collide: Option<Vec<[String; 2]>>,
+        neighbours: Option<&str>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let core = &mechanism.core;
+        let (colliders, rules) = chosen(mechanism, colliders, ignore, collide, neighbours)?;
+        let mut spec = ModelSpec {
+            mechanism: linkwork_multibody::Builder::from(&core.mbs),
+            colliders,
+            rules,
+            ..ModelSpec::default()
+        };
+        if let Some(path) = srdf {
+            let Some(description) = &core.description else {
+                let help = "give `chains` and `groups`, or load the mechanism from its file";
+                return Err(refuse_with("`srdf` names joints of a file, and there is none", help));
+            };
+            let srdf = formats::read_srdf_file(path).map_err(refuse)?;
+            spec = spec.groups(&srdf, description).map_err(refuse)?;
+        }
+        for (name, (base, tip)) in chains.unwrap_or_default() {
+            spec.parts.push(PartSpec::chain(&name, &base, &tip));
+        }
+        for (name, bodies) in groups.unwrap_or_default() {
+            spec.parts.push(PartSpec::Bodies { name, bodies });
+        }
+        for (name, given) in objects.into_iter().flatten() {
+            let name: String = name.extract()?;
+            let parts: (f64, Bound<'_, PyAny>, Bound<'_, PyAny>) =
+                given.extract().map_err(|_| {
+                    let help = "give (mass, com (3,), inertia (3, 3))";
+                    refuse_with(format!("objects[\"{name}\"] is no mass with its properties"), help)
+                })?;
+            let of = |what: &str| format!("objects[\"{name}\"]: {what}");
+            let com = vec3(&parts.1, &of("com"))?;
+            let inertia = mat3(&parts.2, &of("inertia"))?;
+            let mass = MassProperties::new(parts.0, com, inertia);
+            spec.objects.push(ObjectSpec { name, mass });
+        }
+        let own = Collisions::of(core.clone(), &spec)?;
+        Ok(PyClassInitializer::from(own).add_subclass(Self {}))
+    }
+
+    /// Another instance with the same q, objects and settings; what changes in one afterwards does not in the other.
+    ///
+    /// >>> other = robot.copy()
+    /// >>> other.q = [0.1, 0.2, 0.3]
+    /// >>> robot.q.tolist() == other.q.tolist()
+    /// False
+    fn copy(slf: &Bound<'_, Self>) -> PyResult<Py<Self>> {
+        let own = base(slf).copy();
+        Py::new(slf.py(), PyClassInitializer::from(own).add_subclass(Self {}))
+    }
+
+    /// The configuration (nq,), rad and m, within limits or not. Setting raises LinkworkError for another length and for NaN; then nothing has changed.
+    ///
+    /// >>> robot.q = [0.1, 0.2, 0.3]
+    /// >>> robot.q.tolist()
+    /// [0.1, 0.2, 0.3]
+    #[getter]
+    fn q<'py>(slf: &Bound<'py, Self>) -> Array1<'py> {
+        out1(slf.py(), lock(&base(slf).robot).q().to_vec())
+    }
+
+    #[setter]
+    fn set_q(slf: &Bound<'_, Self>, q: Given<'_, '_>) -> PyResult<()> {
+        let own = base(slf);
+        let q = vector(q, own.model.nq(), "q")?;
+        own.ask(|r| r.set_q(q.slice()))
+    }
+
+    /// {name: bodies} of the parts, from the base outward.
+    ///
+    /// >>> robot.parts
+    /// {'arm': ['upper', 'lower', 'hand']}
+    #[getter]
+    fn parts<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let (model, all) = (&base(slf).model, PyDict::new(slf.py()));
+        for (part, name) in model.parts() {
+            let bodies = model.bodies(part).map_err(refuse)?;
+            let names = bodies.iter().map(|b| model.multibody().get(*b).name());
+            all.set_item(name, names.collect::<Vec<_>>())?;
+        }
+        Ok(all)
+    }
+
+    /// Names of the objects, in the order in which they were given.
+    ///
+    /// >>> robot.objects
+    /// ['cup']
+    #[getter]
+    fn objects(slf: &Bound<'_, Self>) -> Vec<String> {
+        base(slf).model.objects().map(|o| o.1.to_owned()).collect()
+    }
+
+    /// Places in v of the degrees of freedom of a chain: the columns of its Jacobian. Raises LinkworkError for a part that is no chain.
+    ///
+    /// >>> robot.dofs("arm")
+    /// [0, 1, 2]
+    fn dofs(slf: &Bound<'_, Self>, part: &str) -> PyResult<Vec<usize>> {
+        let own = base(slf);
+        Ok(own.model.dofs(own.part(part)?).map_err(refuse)?.to_vec())
+    }
+
+    /// Where the tip of a chain is at the robot's q: (4, 4), m, in the world. Raises LinkworkError for a part that is no chain.
+    ///
+    /// >>> robot.q = [0, 0, 0]
+    /// >>> robot.tip_pose("arm")[:3, 3].round(6).tolist()
+    /// [0.8, 0.0, 0.0]
+    fn tip_pose<'py>(slf: &Bound<'py, Self>, part: &str) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let part = own.part(part)?;
+        out_pose(slf.py(), &own.ask(|r| r.tip_pose(part))?)
+    }
+
+    /// The Jacobian (6, n) of a chain at the robot's q, over its own degrees of freedom (`dofs`): [ω; v] of its tip against its base, rad/s and m/s, world
+    /// axes. Raises LinkworkError for a part that is no chain.
+    ///
+    /// >>> robot.jacobian("arm").shape
+    /// (6, 3)
+    fn jacobian<'py>(slf: &Bound<'py, Self>, part: &str) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let part = own.part(part)?;
+        let n = own.model.dofs(part).map_err(refuse)?.len();
+        let mut J = vec![0.0; 6 * n];
+        own.ask(|r| r.jacobian(part, &mut J))?;
+        out2(slf.py(), J, 6, n)
+    }
+
+    /// How well a chain's tip moves at the robot's q: w = √det(J Jᵀ), and its gradient (n,) over the chain's degrees of freedom. rows: "all" (m and rad mixed:
+    /// 1 rad counts as `length`, m), "linear" or "angular". Raises LinkworkError for a part that is no chain and a length that is not positive.
+    ///
+    /// >>> robot.q = [0.1, 0.6, 0.5]
+    /// >>> w, gradient = robot.manipulability("arm", rows="linear")
+    /// >>> gradient.shape
+    /// (3,)
+    #[pyo3(signature = (part, *, rows="all", length=1.0))]
+    fn manipulability<'py>(
+        slf: &Bound<'py, Self>,
+        part: &str,
+        rows: &str,
+        length: f64,
+    ) -> PyResult<(f64, Array1<'py>)> {
+        let own = base(slf);
+        let part = own.part(part)?;
+        let known =
+            [("all", Rows::All { length }), ("linear", Rows::Linear), ("angular", Rows::Angular)];
+        let rows = choice("rows", rows, &known)?;
+        let mut gradient = vec![0.0; own.model.dofs(part).map_err(refuse)?.len()];
+        let found = own.ask(|r| r.manipulability(part, rows, Some(&mut gradient)))?;
+        Ok((found.w, out1(slf.py(), gradient)))
+    }
+
+    /// A configuration (nq,) in which the tip of a chain is where it is to be, within limits; the chain alone moves, from q (nq,; None: the robot's own) on.
+    /// The robot's own q does not change.
+    ///
+    /// at says what is asked by its shape: (3,) the position of the tip, m; (4,) its attitude [x y z w]; (3, 3) the same as a matrix; (7,) position and
+    /// attitude; (4, 4) a pose; in the world, or in the chain's base with in_base. Tolerances in m and rad; steps from a start, and starts elsewhere, the same
+    /// ones each time. Raises LinkworkError when no start led there: its attribute `q` is then the nearest configuration, `residual` (m, rad) how far it is.
+    ///
+    /// >>> robot.inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3]).shape
+    /// (3,)
+    /// >>> robot.inverse_kinematics("arm", [5.0, 0, 0], q=[0.3, 0.3, 0.3])  # doctest: +ELLIPSIS
+    /// Traceback (most recent call last):
+    /// linkwork.LinkworkError: ...
+    #[pyo3(signature = (part, at, q=None, *, in_base=false, position_tolerance=1e-9, orientation_tolerance=1e-9, steps=100, restarts=64))]
+    fn inverse_kinematics<'py>(
+        slf: &Bound<'py, Self>,
+        part: &str,
+        at: Given<'_, 'py>,
+        q: Option<Given<'_, 'py>>,
+        in_base: bool,
+        position_tolerance: f64,
+        orientation_tolerance: f64,
+        steps: usize,
+        restarts: usize,
+    ) -> PyResult<Array1<'py>> {
+        let (own, name) = (base(slf), part);
+        let part = own.part(name)?;
+        let (position, orientation) = place(at, "at")?;
+        let goal = Goal { position, orientation, weights: [1.0; 2], in_base };
+        let mut q = own.q_or_own(q)?;
+        let tolerances = [
+            above_zero("position_tolerance", position_tolerance)?,
+            above_zero("orientation_tolerance", orientation_tolerance)?,
+        ];
+        let effort = Effort { tolerances, steps, restarts, ..Effort::default() };
+        let answer = slf.py().detach(|| own.ask(|r| r.reach(part, &goal, &effort, &mut q)))?;
+        let q = out1(slf.py(), q);
+        if answer.outcome == Outcome::Met {
+            return Ok(q);
+        }
+        let (p, R) = (answer.residual.position, answer.residual.orientation);
+        let error = refuse_with(
+            format!("the tip of `{name}` comes no nearer than {p:.3e} m and {R:.3e} rad"),
+            "ask for less (a position alone), or from another start; the nearest configuration is the error's `q`",
+        );
+        let value = error.value(slf.py());
+        value.setattr("q", q)?;
+        value.setattr("residual", (p, R))?;
+        Err(error)
+    }
+
+    /// A hand (the tip of a chain) takes an object, which then weighs on it and meets what is not its hand. at: where the object is in the tip's frame, a
+    /// pose (3,), (7,) or (4, 4), m; None: where it is now. The first hand carries it; a second one closes a loop and has to be where it says, within
+    /// 1e-6 m and rad. Used with `with`, the hand lets go at the end. Raises LinkworkError for what is held by this hand or by two, for a part that is no
+    /// chain, and for a loop that does not close; then nothing has changed.
+    ///
+    /// >>> with robot.grasp("arm", "cup", [0.1, 0, 0]) as grip:
+    /// ...     robot.hands("cup")
+    /// ['arm']
+    /// >>> robot.hands("cup")
+    /// []
+    #[pyo3(signature = (hand, object, at=None))]
+    fn grasp(
+        slf: &Bound<'_, Self>,
+        hand: String,
+        object: String,
+        at: Option<Given<'_, '_>>,
+    ) -> PyResult<Grip> {
+        let own = base(slf);
+        let (part, what) = (own.part(&hand)?, own.object(&object)?);
+        let grasp = match at {
+            Some(X) => embedded::Grasp::At(pose(Some(X), "at")?),
+            None => embedded::Grasp::Here,
+        };
+        own.ask(|r| r.grasp(part, what, grasp))?;
+        Ok(Grip { robot: slf.clone().unbind(), hand, object })
+    }
+
+    /// Another pose of an object in a hand that holds it, as an estimator found it: (3,), (7,) or (4, 4) in the tip's frame, m. Its weight moves with it; with
+    /// two hands the other's follows. Raises LinkworkError when the hand does not hold it.
+    ///
+    /// >>> with robot.grasp("arm", "cup", [0.1, 0, 0]):
+    /// ...     robot.update_grasp("arm", "cup", [0.11, 0, 0])
+    fn update_grasp(
+        slf: &Bound<'_, Self>,
+        hand: &str,
+        object: &str,
+        at: Given<'_, '_>,
+    ) -> PyResult<()> {
+        let own = base(slf);
+        let (part, what, X) = (own.part(hand)?, own.object(object)?, pose(Some(at), "at")?);
+        own.ask(|r| r.update_grasp(part, what, X))
+    }
+
+    /// A hand lets go of an object: it stays in the other hand, or where it is in the world. Raises LinkworkError when the hand does not hold it.
+    ///
+    /// >>> grip = robot.grasp("arm", "cup")
+    /// >>> robot.release("arm", "cup")
+    fn release(slf: &Bound<'_, Self>, hand: &str, object: &str) -> PyResult<()> {
+        let own = base(slf);
+        let (part, what) = (own.part(hand)?, own.object(object)?);
+        own.ask(|r| r.release(part, what))
+    }
+
+    /// All hands let go of an object: it stays where it is in the world. Raises LinkworkError when nobody holds it.
+    ///
+    /// >>> grip = robot.grasp("arm", "cup")
+    /// >>> robot.ungrasp("cup")
+    fn ungrasp(slf: &Bound<'_, Self>, object: &str) -> PyResult<()> {
+        let own = base(slf);
+        let what = own.object(object)?;
+        own.ask(|r| r.ungrasp(what))
+    }
+
+    /// The parts that hold an object: the one that carries it, then the second; an empty list when nobody does.
+    ///
+    /// >>> robot.hands("cup")
+    /// []
+    fn hands(slf: &Bound<'_, Self>, object: &str) -> PyResult<Vec<String>> {
+        let own = base(slf);
+        let what = own.object(object)?;
+        let hold = own.ask(|r| r.hold(what))?;
+        let hands = hold.map(|h| [Some(h.hand.0), h.second.map(|s| s.0)]);
+        Ok(hands.into_iter().flatten().flatten().map(|p| own.part_name(p)).collect())
+    }
+
+    /// Puts an object that nobody holds somewhere in the world: a pose (3,), (7,) or (4, 4), m. Raises LinkworkError when it is held.
+    ///
+    /// >>> robot.put("cup", [0.5, 0, 0.2])
+    fn put(slf: &Bound<'_, Self>, object: &str, at: Given<'_, '_>) -> PyResult<()> {
+        let own = base(slf);
+        let (what, X) = (own.object(object)?, pose(Some(at), "at")?);
+        own.ask(|r| r.put(what, X))
+    }
+
+    /// Where an object is in the world at the robot's q: (4, 4), m.
+    ///
+    /// >>> robot.put("cup", [0.5, 0, 0.2])
+    /// >>> robot.object_pose("cup")[:3, 3].tolist()
+    /// [0.5, 0.0, 0.2]
+    fn object_pose<'py>(slf: &Bound<'py, Self>, object: &str) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let what = own.object(object)?;
+        out_pose(slf.py(), &own.ask(|r| r.object_pose(what))?)
+    }
+
+    /// Forces (nv,), N m and N, that hold the robot's q still with what is held.
+    ///
+    /// >>> robot.gravity_forces().shape
+    /// (3,)
+    fn gravity_forces<'py>(slf: &Bound<'py, Self>) -> PyResult<Array1<'py>> {
+        let own = base(slf);
+        let mut tau = vec![0.0; own.model.nv()];
+        own.ask(|r| r.gravity_forces(&mut tau))?;
+        Ok(out1(slf.py(), tau))
+    }
+
+    /// Forces (nv,), N m and N, for the rates v (nv,) and accelerations a (nv,) at the robot's q, with what is held. pushes: {part: (6,)}, wrenches
+    /// [moment; force] that tips exert on what they touch, N m and N, at their origins, world axes. Raises LinkworkError for lengths, NaN and names.
+    ///
+    /// >>> robot.feed_forward([0.1, 0, 0], [0, 0, 0], pushes={"arm": [0, 0, 0, 0, 0, 5.0]}).shape
+    /// (3,)
+    #[pyo3(signature = (v, a, pushes=None))]
+    fn feed_forward<'py>(
+        slf: &Bound<'py, Self>,
+        v: Given<'_, 'py>,
+        a: Given<'_, 'py>,
+        pushes: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Array1<'py>> {
+        let own = base(slf);
+        let nv = own.model.nv();
+        let (v, a) = (vector(v, nv, "v")?, vector(a, nv, "a")?);
+        let mut list = Vec::new();
+        for (name, value) in pushes.into_iter().flatten() {
+            let name: String = name.extract()?;
+            let f = wrench(&value, &format!("pushes[\"{name}\"]"))?;
+            list.push(Push::new(own.part(&name)?, f.moment, f.force));
+        }
+        let mut tau = vec![0.0; nv];
+        own.ask(|r| r.feed_forward(v.slice(), a.slice(), &list, &mut tau))?;
+        Ok(out1(slf.py(), tau))
+    }
+
+    /// Shares the load of an object between its two hands: forces (nv,) for the same motion as tau (nv,), N m and N, of least Σ τ² (by="equal") or Σ (τ/limit)²
+    /// (by="effort"); and the greatest share |τ|/limit of a joint, above 1 where the joints cannot do it. Raises LinkworkError when not two hands hold it,
+    /// and for "effort" when a joint has no limit of its force.
+    ///
+    /// >>> robot.balance("cup", robot.gravity_forces())
+    /// Traceback (most recent call last):
+    /// linkwork.LinkworkError: object 0 is not held
+    ///   help: grasp it first
+    #[pyo3(signature = (object, tau, *, by="effort"))]
+    fn balance<'py>(
+        slf: &Bound<'py, Self>,
+        object: &str,
+        tau: Given<'_, 'py>,
+        by: &str,
+    ) -> PyResult<(Array1<'py>, f64)> {
+        let own = base(slf);
+        let what = own.object(object)?;
+        let by = choice("by", by, &[("effort", Balance::Effort), ("equal", Balance::Equal)])?;
+        let mut tau = vector(tau, own.model.nv(), "tau")?.slice().to_vec();
+        let found = own.ask(|r| r.balance(what, by, &mut tau))?;
+        Ok((out1(slf.py(), tau), found.largest_share))
+    }
+
+    /// The mass matrix (nv, nv), kg m² and kg, at the robot's q, with what is held.
+    ///
+    /// >>> robot.mass_matrix().shape
+    /// (3, 3)
+    fn mass_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let nv = own.model.nv();
+        let mut M = vec![0.0; nv * nv];
+        own.ask(|r| r.mass_matrix(&mut M))?;
+        out2(slf.py(), M, nv, nv)
+    }
+
+    /// Mass, kg, and centre of mass (3,), m, in the world at the robot's q, with what is held.
+    ///
+    /// >>> mass, com = robot.center_of_mass()
+    /// >>> mass
+    /// 3.0
+    fn center_of_mass<'py>(slf: &Bound<'py, Self>) -> (f64, Array1<'py>) {
+        let (mass, com) = lock(&base(slf).robot).center_of_mass();
+        (mass, out_vec3(slf.py(), &com))
+    }
+
+    /// Whether q (nq,) is within all limits and nothing touches: what sampling planners ask, such as OMPL's `setStateValidityChecker`. Raises LinkworkError
+    /// for another length and for NaN.
+    ///
+    /// >>> robot.is_valid([0.1, 0.2, 0.3]), robot.is_valid([4.0, 0, 0])
+    /// (True, False)
+    fn is_valid(slf: &Bound<'_, Self>, q: Given<'_, '_>) -> PyResult<bool> {
+        let own = base(slf);
+        let q: Input<'_> = vector(q, own.model.nq(), "q")?;
+        let mut within = q.slice().to_vec();
+        own.ask(|r| r.clamp(&mut within))?;
+        if within != q.slice() {
+            return Ok(false);
+        }
+        Ok(!own.ask(|r| r.collides(q.slice()))?)
+    }
+
+    /// A free way of a chain from start (nq,; None: the robot's own q) to goal (nq,): configurations (n, nq), rad and m, between which all coordinates move in
+    /// proportion, each piece proven free. Only the chain's coordinates may differ. Two trees grow towards each other (RRT-Connect), with pieces of `step` at
+    /// most (rad, m) and room for so many configurations each; the same seed gives the same way. Raises LinkworkError when an end touches something or is
+    /// outside limits, and when the room was used up: there may be a way, or none.
+    ///
+    /// >>> robot.plan("arm", [0.5, 0.5, 0.5], start=[0, 0, 0]).shape
+    /// (2, 3)
+    #[pyo3(signature = (part, goal, start=None, *, seed=1, step=0.5, room=2000))]
+    fn plan<'py>(
+        slf: &Bound<'py, Self>,
+        part: &str,
+        goal: Given<'_, 'py>,
+        start: Option<Given<'_, 'py>>,
+        seed: u64,
+        step: f64,
+        room: usize,
+    ) -> PyResult<Array2<'py>> {
+        let (own, name) = (base(slf), part);
+        let part = own.part(name)?;
+        let nq = own.model.nq();
+        let goal = vector(goal, nq, "goal")?.slice().to_vec();
+        let start = own.q_or_own(start)?;
+        let mut robot = lock(&own.robot).clone();
+        if room > 1_000_000 {
+            let help = "a search looks through all of them each time: give 1000000 at most";
+            return Err(refuse_with(format!("`room` is {room}"), help));
+        }
+        let mut planner = Planner::new(&robot, part, room).map_err(refuse)?;
+        let search = Search { seed, step, ..Search::default() };
+        let found = slf.py().detach(|| planner.plan(&mut robot, &start, &goal, &search));
+        let blocked = |end: &str, pair| {
+            let (a, b) = own.names(pair);
+            refuse_with(format!("`{a}` touches `{b}` at the {end}"), "choose a free end")
+        };
+        match found.map_err(refuse)? {
+            Way::Found => {
+                let rows: Vec<f64> = planner.way().flatten().copied().collect();
+                let n = rows.len() / nq;
+                out2(slf.py(), rows, n, nq)
+            }
+            Way::BlockedStart { pair } => Err(blocked("start", pair)),
+            Way::BlockedGoal { pair } => Err(blocked("goal", pair)),
+            Way::NotFound => Err(refuse_with(
+                format!("no way of `{name}` was found with {room} configurations"),
+                "give more `room`, another `step` or `seed`; there may be no way",
+            )),
+        }
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> String {
+        let model = &base(slf).model;
+        let (parts, objects) = (model.parts().len(), model.objects().len());
+        format!(
+            "Robot({} dofs, {parts} parts, {objects} objects, {} colliders)",
+            model.nv(),
+            model.colliders().len()
+        )
+    }
+}
+
+#[pymethods]
+impl Grip {
+    fn __enter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    /// The hand lets go, unless it has done so already.
+    #[pyo3(signature = (*_exception))]
+    fn __exit__(
+        &self,
+        py: Python<'_>,
+        _exception: &Bound<'_, pyo3::types::PyTuple>,
+    ) -> PyResult<()> {
+        let robot = self.robot.bind(py);
+        if Robot::hands(robot, &self.object)?.contains(&self.hand) {
+            Robot::release(robot, &self.hand, &self.object)?;
+        }
+        Ok(())
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Grip({} holds {})", self.hand, self.object)
+    }
+}

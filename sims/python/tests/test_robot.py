@@ -1,0 +1,224 @@
+"""`Robot`: parts, inverse kinematics, what hands hold, forces and ways; against the reference and by identities; refusals."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+from conftest import ROBOTS, matrix_of
+
+import linkwork as lw
+
+DARTS = ROBOTS.parent / "robodarts"
+
+
+def reference(name):
+    """A file of the reference; where it is not at hand a skip, which CI does not take."""
+    path = DARTS / name
+    if not path.exists():
+        assert "CI" not in os.environ, f"there is no {path}"
+        pytest.skip(f"reference data are not at hand: {path.name}")
+    return json.loads(path.read_text())
+
+
+def load(path):
+    return lw.load(path, "fixed", inertia_check="positive_moments")
+
+
+def ur5(**more):
+    reference("ik_ur5.json")
+    return lw.Robot(load(ROBOTS / "ur5.urdf"), chains={"arm": ("base_link", "ee_link")}, colliders=[], **more)
+
+
+Q = [0.3, -1.2, 1.5, -0.9, 0.7, 0.2]
+
+
+def test_golden_numbers_of_an_arm():
+    robot = ur5(objects={"load": (2.0, [0, 0, 0.1], np.zeros((3, 3)))})
+    robot.q = Q
+    assert np.abs(robot.tip_pose("arm")[:3, 3] - [0.547120317375, 0.349386446631, 0.321176639129]).max() < 1e-11
+    w, gradient = robot.manipulability("arm")
+    assert w == pytest.approx(0.06236625851105, abs=1e-13)
+    golden = [0, 0.021648125, -0.016363605, -0.008368477, 0.074043831, 0]
+    assert np.abs(gradient - golden).max() < 1e-8
+    assert robot.manipulability("arm", rows="linear")[0] == pytest.approx(0.13904487755451, abs=1e-12)
+    J = robot.jacobian("arm")
+    assert np.sqrt(np.linalg.det(J @ J.T)) == pytest.approx(w, rel=1e-10)
+    bare = robot.gravity_forces()
+    assert np.abs(bare - [0, -30.83968653, -15.08184583, -0.09851218, 0, 0]).max() < 1e-8
+    mass = robot.center_of_mass()[0]
+    with robot.grasp("arm", "load", np.eye(4)) as grip:
+        assert repr(grip) == "Grip(arm holds load)" and robot.hands("load") == ["arm"]
+        held = robot.gravity_forces()
+        assert robot.center_of_mass()[0] == pytest.approx(mass + 2)
+        assert (robot.feed_forward(np.zeros(6), np.zeros(6)) == held).all()
+        force = robot.feed_forward(np.zeros(6), np.zeros(6), pushes={"arm": [0, 0, 0, 1, 2, 3]})
+        assert np.abs(force - held - J.T @ [0, 0, 0, 1, 2, 3]).max() < 1e-12
+    assert np.abs(held - [0, -43.96021717, -25.18085633, -2.84530561, 0.83912629, -0.50871720]).max() < 1e-8
+    assert robot.hands("load") == [] and (robot.gravity_forces() == bare).all()
+    M = robot.mass_matrix()
+    assert np.allclose(M, load(ROBOTS / "ur5.urdf").mass_matrix(Q), atol=1e-12)
+
+
+def test_targets_whole_and_in_part_are_met():
+    robot = ur5()
+    low, high = (np.array(reference("ik_ur5.json")[k]) for k in ("lower", "upper"))
+    rng = np.random.default_rng(3)
+    for _ in range(40):
+        robot.q = rng.uniform(low, high)
+        X = robot.tip_pose("arm")
+        start = rng.uniform(low, high)
+        for at in (X, X[:3, 3], X[:3, :3]):
+            q = robot.inverse_kinematics("arm", at, q=start)
+            assert (q >= low).all() and (q <= high).all()
+            other = robot.copy()
+            other.q = q
+            Y = other.tip_pose("arm")
+            if at.shape != (3, 3):
+                assert np.abs(Y[:3, 3] - X[:3, 3]).max() < 2e-9
+            if at.shape != (3,):
+                assert np.abs(Y[:3, :3] - X[:3, :3]).max() < 4e-9
+    with pytest.raises(lw.LinkworkError) as e:
+        robot.inverse_kinematics("arm", [3.0, 0, 0], q=np.clip(np.zeros(6), low, high))
+    p, turn = e.value.residual
+    assert p > 1.5 and turn == 0 and "no nearer" in str(e.value)
+    other.q = e.value.q
+    assert np.linalg.norm(other.tip_pose("arm")[:3, 3] - [3, 0, 0]) == pytest.approx(p, abs=1e-9)
+
+
+def dual():
+    data = reference("dual_ur5_beam.json")
+    beam = data["beam"]
+    chains = {s: (f"{s}_base_link", f"{s}_tcp") for s in ("left", "right")}
+    mass = (beam["mass"], [0, 0, 0], np.diag(beam["inertia_diagonal"]))
+    shapes = [lw.Collider.sphere(s, f"{s}_tcp", 0.03) for s in ("left", "right")]
+    shapes.append(lw.Collider.box("beam", "beam", [0.04, 0.4, 0.04]))
+    m = load(DARTS / "dual_ur5.urdf")
+    groups = {"left_gripper": ["left_finger_a", "left_finger_b"]}
+    return data, m, lw.Robot(m, chains=chains, groups=groups, objects={"beam": mass}, colliders=shapes)
+
+
+def test_two_hands_share_a_load_and_leave_no_trace():
+    data, m, robot = dual()
+    case = data["cases"][0]
+    q = np.zeros(m.nq)
+    for joint, x in zip(data["dof"], case["q"], strict=True):
+        q[m.joints[joint]] = x
+    robot.q = q
+    before = [robot.gravity_forces().tolist(), robot.mass_matrix().tolist(), robot.hits(q)]
+    met = [robot.looks_at("beam", s) for s in ("left", "right")]
+    X = {s: inverse(data["beam"][f"{s}_tip_in_beam"]) for s in ("left", "right")}
+    robot.grasp("left", "beam", X["left"])
+    robot.grasp("right", "beam", X["right"])
+    assert robot.hands("beam") == ["left", "right"]
+    assert not robot.looks_at("beam", "left") and not robot.looks_at("beam", "right")
+    tau = robot.gravity_forces()
+    for key in ("equal", "effort"):
+        shared, share = robot.balance("beam", tau, by=key)
+        J = [whole(robot, m, s) for s in ("left", "right")]
+        p = robot.object_pose("beam")[:3, 3]
+        C = J[0](p) - J[1](p)
+        # The difference does no work in the closed loop: it lies in the rows of C.
+        off = shared - tau
+        fit = np.linalg.lstsq(C.T, off, rcond=None)[0]
+        assert np.abs(C.T @ fit - off).max() < 1e-9 * np.abs(off).max()
+    assert share == pytest.approx(0.2574, abs=5e-5)
+    there = robot.object_pose("beam")
+    robot.release("left", "beam")
+    assert robot.hands("beam") == ["right"] and np.abs(robot.object_pose("beam") - there).max() < 1e-9
+    robot.ungrasp("beam")
+    robot.put("beam", np.eye(4))
+    assert [robot.gravity_forces().tolist(), robot.mass_matrix().tolist(), robot.hits(q)] == before
+    assert [robot.looks_at("beam", s) for s in ("left", "right")] == met
+    assert robot.parts["left_gripper"] == ["left_finger_a", "left_finger_b"] and robot.objects == ["beam"]
+
+
+def inverse(x):
+    """The pose (4, 4) that undoes x y z qx qy qz qw."""
+    R = matrix_of(x[3:])
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = R.T, -R.T @ np.array(x[:3])
+    return X
+
+
+def whole(robot, m, side):
+    """The Jacobian (6, nv) of a tip about a point of the world, over all degrees of freedom."""
+    J = m.node_jacobian(robot.q, f"{side}_tcp")
+
+    def about(p):
+        r = p - robot.tip_pose(side)[:3, 3]
+        out = J.copy()
+        out[3:] += np.cross(J[:3].T, r).T
+        return out
+
+    return about
+
+
+def planar():
+    parts = lw.Builder()
+    for link, parent, at in (("upper", "world", 0.0), ("lower", "upper", 0.5)):
+        hinge = lw.Hinge.pin([0, 0, 1]).limits(-3, 3)
+        parts = parts.body(link, parent, hinge, mass=1, inertia=np.eye(3), hinge_in_parent=[at, 0, 0])
+    shapes = [lw.Collider.box(b, b, [0.46, 0.04, 0.04], at=[0.25, 0, 0]) for b in ("upper", "lower")]
+    shapes += [lw.Collider.box(n, "world", [0.1, 1.0, 0.2], at=[0.75, y, 0]) for n, y in (("above", 0.6), ("below", -0.6))]
+    return lw.Robot(parts.build(), chains={"arm": ("world", "lower")}, colliders=shapes)
+
+
+def test_ways_are_free_and_the_same_each_time():
+    robot = planar()
+    start, goal = [1.6, -0.4], [-1.6, 0.4]
+    assert robot.path(start, goal)[0] == "hit"
+    way = robot.plan("arm", goal, start)
+    assert way[0].tolist() == start and way[-1].tolist() == goal and len(way) > 2
+    for a, b in zip(way[:-1], way[1:], strict=True):
+        assert robot.path(a, b) == ("free", None, None)
+    assert (robot.plan("arm", goal, start) == way).all()
+    with pytest.raises(lw.LinkworkError, match="no way"):
+        robot.plan("arm", goal, start, room=3, step=0.01)
+    with pytest.raises(lw.LinkworkError, match="at the goal"):
+        robot.plan("arm", [0.9, -0.4], start)
+    assert robot.is_valid(start) and not robot.is_valid([0.9, -0.4]) and not robot.is_valid([3.1, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda r: r.tip_pose("amr"), "parts: arm, both"),
+        (lambda r: r.grasp("arm", "cpu"), "cup"),
+        (lambda r: r.release("arm", "cup"), "not held"),
+        (lambda r: r.balance("cup", np.zeros(2)), "not held"),
+        (lambda r: r.jacobian("both"), "no chain"),
+        (lambda r: setattr(r, "q", [0.0]), "2"),
+        (lambda r: setattr(r, "q", [0.0, np.nan]), "nan"),
+        (lambda r: r.inverse_kinematics("arm", [0.1, 0.2]), "shape"),
+        (lambda r: r.inverse_kinematics("arm", [0.1, 0.2, 0.0], position_tolerance=0.0), "above zero"),
+        (lambda r: r.inverse_kinematics("arm", [0.1, 0.2, 0.0], q=[9.0, 0.0]), "limits"),
+        (lambda r: r.manipulability("arm", rows="some"), "rows"),
+        (lambda r: r.manipulability("arm", length=0.0), "length"),
+        (lambda r: r.feed_forward([0, 0], [0, 0], pushes={"amr": [0] * 6}), "arm"),
+        (lambda r: r.plan("arm", [0, 0], [0, 0], room=1), "room"),
+        (lambda r: r.put("cup", [0, 0]), "shape"),
+    ],
+)
+def test_mistakes_are_refused(call, words):
+    parts = lw.Builder()
+    for link, parent in (("upper", "world"), ("lower", "upper"), ("side", "world")):
+        parts = parts.body(link, parent, lw.Hinge.pin([0, 0, 1]).limits(-3, 3) if link != "side" else lw.Hinge.locked(), mass=1, inertia=np.eye(3), hinge_in_parent=[0.5, 0, 0])
+    groups = {"both": ["lower", "side"]}
+    robot = lw.Robot(parts.build(), chains={"arm": ("world", "lower")}, groups=groups, objects={"cup": (1.0, [0, 0, 0], np.eye(3))}, colliders=[])
+    with pytest.raises(lw.LinkworkError) as e:
+        call(robot)
+    assert words.lower() in str(e.value).lower()
+
+
+def test_models_that_cannot_be_are_refused():
+    m = lw.Builder().body("a", "world", lw.Hinge.pin([0, 0, 1]), mass=1).build()
+    for options, words in (
+        ({"chains": {"arm": ("world", "b")}}, "one of: a"),
+        ({"objects": {"cup": (-1.0, [0, 0, 0], np.eye(3))}}, "cup"),
+        ({"objects": {"cup": 3.0}}, "com"),
+        ({"srdf": "none.srdf"}, "file"),
+        ({"colliders": [lw.Collider.sphere("s", "b", 0.1)]}, "no body"),
+    ):
+        with pytest.raises(lw.LinkworkError, match=words):
+            lw.Robot(m, **{"colliders": [], **options})
