@@ -214,8 +214,8 @@ impl Robot {
     /// Where the tip of a chain is at the robot's q: (4, 4), m, in the world. Raises LinkworkError for a part that is no chain.
     ///
     /// >>> robot.q = [0, 0, 0]
-    /// >>> robot.tip_pose("arm")[:3, 3].round(6).tolist()
-    /// [0.8, 0.0, 0.0]
+    /// >>> robot.tip_pose("arm")[:2, 3].round(6).tolist()
+    /// [0.8, 0.0]
     fn tip_pose<'py>(slf: &Bound<'py, Self>, part: &str) -> PyResult<Array2<'py>> {
         let own = base(slf);
         let part = own.part(part)?;

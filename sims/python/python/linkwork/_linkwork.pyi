@@ -7,6 +7,7 @@ from typing import Any, Literal, NoReturn, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
 
 __all__ = [
     "Builder",
@@ -520,6 +521,7 @@ class Collider:
         self, *, friction: float | None = None, restitution: float | None = None
     ) -> Collider: ...
 
+@disjoint_base
 class Collisions:
     def __new__(
         cls,
