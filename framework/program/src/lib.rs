@@ -12,6 +12,7 @@ mod campaign;
 mod check;
 mod diff;
 mod doctor;
+mod edge;
 mod export;
 mod fork;
 mod graph;

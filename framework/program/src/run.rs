@@ -1,4 +1,5 @@
 //! `linkwork run` and `resume`: a run with its files, progress on the terminal, an orderly end.
+use crate::edge::Edges;
 use crate::fork::Fork;
 use crate::load::{self, Ready};
 use crate::options::{RunOptions, period, time};
@@ -156,6 +157,7 @@ struct Run {
     problems: Vec<String>,
     dropped: u64,
     bar: ProgressBar,
+    edges: Edges,
     /// The socket, and the file that names it.
     live: Option<(Live, Ticketed)>,
     /// Where its time goes, when that is asked for.
@@ -255,6 +257,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         saves = saves.keep_last(most as usize);
     }
     let picture = Picture::new(&sim, &scene, until.map(|t| t.times(1)));
+    let edges = Edges::new(sim.plan());
     let profile = options.profile.then(|| sim.profile());
     let mut runner = Runner::new(sim, Watched { figures, picture });
     runner.save_with(saves);
@@ -300,6 +303,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         problems: Vec::new(),
         dropped: 0,
         bar: bar(until, options.quiet),
+        edges,
         live,
         profile,
     })
@@ -417,6 +421,13 @@ impl Run {
         }
     }
 
+    /// What has fallen off its map.
+    fn told_edges(&mut self) {
+        for line in self.edges.fallen(self.runner.sim()) {
+            self.bar.suspend(|| tell!("{line}"));
+        }
+    }
+
     fn go(&mut self, quiet: bool) -> u8 {
         let stop = self.runner.stop();
         // Fails only when a handler is already set (several runs in one process).
@@ -440,6 +451,7 @@ impl Run {
         }
         self.bar.finish_and_clear();
         self.told_moves();
+        self.told_edges();
         self.told_saves();
         let summary = self.summary(&ending, wall, simulated);
         let failed = !self.problems.is_empty();
@@ -503,6 +515,7 @@ impl Run {
             self.taps(failed);
             self.told_saves();
             self.told_moves();
+            self.told_edges();
             if !self.bar.is_hidden() {
                 let (t, wall) = (self.runner.sim().time(), clock.elapsed().as_secs_f64());
                 self.bar.set_position((t * 1000.0) as u64);

@@ -555,3 +555,39 @@ fn damaged_checkpoints() {
         .tells(&["0.5", "1 s", "--until"]);
     assert!(!lab.path("past").exists());
 }
+
+/// A box slides over the edge of a map; one that stays on it, and one that flies beside it above the ground, say nothing.
+#[test]
+fn a_machine_that_leaves_its_map_says_so_once() {
+    let lab = Lab::new();
+    let sim = |x: f64, speed: f64, height: f64, until: f64| {
+        format!(
+            r#"Simulation(
+    bodies: {{ "box": (
+        parent: "world", hinge: Free, mass: "2 kg", inertia: Box([0.4, 0.3, 0.2]),
+        initial: (position: [{x}, 0, {height}], velocity: [{speed}, 0, 0]),
+        shapes: [(shape: Box([0.4, 0.3, 0.2]), collide: true)],
+    ) }},
+    parts: {{
+        "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+        "Ground": (model: "environment.flat", params: {{ "size": "6 m" }}),
+    }},
+    contact: (friction: 0.1),
+    step: "2 ms", until: "{until} s",
+)"#
+        )
+    };
+    lab.write("off.ron", &sim(2.0, 6.0, 0.1, 3.0));
+    lab.linkwork(&["run", "off.ron", "--no-log", "--save-rrd", "off"]).code(0).tells(&[
+        "warning: `box` is at (",
+        "where no ground holds it: `Ground` reaches from (-3.0, -3.0) to (3.0, 3.0) m",
+        "help: make the map larger",
+    ]);
+    for (name, text) in
+        [("on.ron", sim(0.0, 0.0, 0.1, 3.0)), ("above.ron", sim(9.0, 6.0, 1.0, 1.0))]
+    {
+        lab.write(name, &text);
+        let said = lab.linkwork(&["run", name, "--no-log", "--save-rrd", "off"]).code(0);
+        assert!(!said.err.contains("no ground holds it"), "{name}: {}", said.err);
+    }
+}

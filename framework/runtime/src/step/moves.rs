@@ -73,7 +73,8 @@ impl Simulation {
         self.go_over_to(Arc::new(Program::single(plan)), 0)
     }
 
-    /// Moves the run to the phase of its own name in another program, at this instant.
+    /// Moves the run to the phase of its own name in another program, at this instant. Where all parts go over and none is new, the
+    /// state goes on without a jump, and the integrator with the step that it proposed.
     ///
     /// # Errors
     /// No phase of that name; a part that cannot go over; the run is then as it was.
@@ -88,7 +89,12 @@ impl Simulation {
                 help: Some(format!("the other has {}", known.join(", "))),
             });
         };
-        self.go_over_to(program, phase as u32)
+        let memory = self.state.memory;
+        let report = self.go_over_to(program, phase as u32)?;
+        if report.new.is_empty() && report.dropped.is_empty() {
+            self.state.memory = memory;
+        }
+        Ok(report)
     }
 
     fn go_over_to(&mut self, program: Arc<Program>, phase: u32) -> Result<MoveReport, RunError> {

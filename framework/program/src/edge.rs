@@ -1,0 +1,86 @@
+//! Machines that have left the ground of their map. Beyond its edge, and where it has no data, there is nothing that holds them: a
+//! run goes on, and its user is told, once for each body.
+use linkwork_runtime::{Place, Plan, ServiceObject, Simulation};
+use linkwork_spatial::Vec3;
+
+/// How far below the last ground under it a body off the map has fallen when that is told, m.
+const BELOW: f64 = 10.0;
+
+/// The free bodies of a run.
+pub struct Edges(Vec<Watched>);
+
+struct Watched {
+    body: String,
+    /// x, y, z in W.
+    place: [Place; 3],
+    /// Height of the ground that it was last over, m.
+    ground: Option<f64>,
+    told: bool,
+}
+
+impl Edges {
+    /// Of all phases: `plan` is any, whose variables are those of the program.
+    pub fn new(plan: &Plan) -> Edges {
+        let paths = plan.variables.keys().filter_map(|path| path.strip_suffix(".position.x"));
+        let watched = paths.filter_map(|body| {
+            let at = |c| plan.variables.get(&format!("{body}.position.{c}")).map(|v| v.place);
+            let place = [at("x")?, at("y")?, at("z")?];
+            Some(Watched { body: body.to_string(), place, ground: None, told: false })
+        });
+        Edges(watched.collect())
+    }
+
+    /// Bodies that have fallen off the map since this was asked last, a line each.
+    pub fn fallen(&mut self, sim: &Simulation) -> Vec<String> {
+        let mut lines = Vec::new();
+        let plan = sim.plan();
+        let free = |name: &str| {
+            let body = plan
+                .mechanism()
+                .and_then(|m| m.multibody.bodies().iter().find(|b| b.name() == name));
+            body.is_some_and(|b| b.parent().is_none() && b.v().len() == 6)
+        };
+        let maps = || {
+            plan.services.iter().filter_map(|(path, object)| match object {
+                ServiceObject::Terrain(t) => Some((path, t)),
+                _ => None,
+            })
+        };
+        // At a site the ground falls away with the planet.
+        let site = plan.services.iter().find_map(|(_, object)| object.axes().site());
+        let height = |p: &Vec3| {
+            let far = |s: linkwork_runtime::Site| {
+                s.from_centre(p).norm() - s.from_centre(&Vec3::zeros()).norm()
+            };
+            site.map_or(p.z, far)
+        };
+        for w in self.0.iter_mut().filter(|w| !w.told && free(&w.body)) {
+            let [x, y, z] = w.place.map(|place| sim.value(place));
+            let under =
+                maps().filter_map(|(_, t)| t.ground(x, y)).map(|g| g.height).reduce(f64::max);
+            if under.is_some() {
+                w.ground = under;
+                continue;
+            }
+            // A body that was never over a map flies where it will, until it is lower than all that is known of the ground.
+            let known = w.ground.or_else(|| {
+                maps().find_map(|(_, t)| {
+                    let [x0, y0, x1, y1] = t.bounds();
+                    t.ground(0.5 * (x0 + x1), 0.5 * (y0 + y1)).map(|g| g.height)
+                })
+            });
+            if let (Some(ground), Some((path, map))) = (known, maps().next())
+                && height(&Vec3::new(x, y, z)) < ground - BELOW
+            {
+                w.told = true;
+                let [x0, y0, x1, y1] = map.bounds();
+                lines.push(format!(
+                    "warning: `{}` is at ({x:.1}, {y:.1}, {z:.1}) m at t = {:.3} s, where no ground holds it: `{path}` reaches from ({x0:.1}, {y0:.1}) to ({x1:.1}, {y1:.1}) m, and may have holes\n  help: make the map larger, end the run before (`stop_when`), or keep the machine on it",
+                    w.body,
+                    sim.time()
+                ));
+            }
+        }
+        lines
+    }
+}
