@@ -57,6 +57,12 @@ fn slips_of_the_pen() {
         "Simulation(\n doc: \"x, step: 1)",
         &["expected end of string\n  --> sim.ron:2:7\n  help: close the text"],
     );
+    for end in ["", "\n", " // the rest is missing\n"] {
+        refused(
+            &format!("Simulation(step: \"1 ms\", parts: {{{end}"),
+            &["unexpected end of RON\n", "+help: the `{` at sim.ron:1:33 is never closed"],
+        );
+    }
     refused(
         "",
         &["unexpected end of RON\n  --> sim.ron:1:1\n  help: begin the file with `Simulation(`"],

@@ -112,7 +112,7 @@ fn unclosed(text: &str) -> Option<(char, usize)> {
     let mut at = 0;
     while at < text.len() {
         at += blank(&text[at..]);
-        let c = text[at..].chars().next()?;
+        let Some(c) = text[at..].chars().next() else { break };
         match c {
             '(' | '[' | '{' => open.push((c, at)),
             ')' | ']' | '}' => {
