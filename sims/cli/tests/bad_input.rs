@@ -556,6 +556,28 @@ fn damaged_checkpoints() {
     assert!(!lab.path("past").exists());
 }
 
+#[test]
+fn a_free_body_without_mass_that_carries_others_is_told() {
+    let lab = Lab::new();
+    let sim = |mass: &str| {
+        format!(
+            r#"Simulation(gravity: "none", step: "1 ms", until: "1 s", bodies: {{
+    "chassis": (parent: "world", hinge: Free, {mass} shapes: [Box([1, 1, 1])]),
+    "wheel": (parent: "chassis", hinge: Pin(axis: [0, 1, 0]), mass: "3 kg", inertia: Sphere(0.2)),
+}})"#
+        )
+    };
+    lab.write("without.ron", &sim(""));
+    let said = lab.linkwork(&["check", "without.ron"]).code(0);
+    let said = said.tells(&[
+        "warning: `chassis` is free and has no mass of its own",
+        "help: write its `mass`",
+    ]);
+    assert_eq!(said.err.matches("warning: ").count(), 1, "{}", said.err);
+    lab.write("with.ron", &sim("mass: \"20 kg\", inertia: Box([1, 1, 1]),"));
+    assert_eq!(lab.linkwork(&["check", "with.ron"]).code(0).err, "");
+}
+
 /// A box slides over the edge of a map; one that stays on it, and one that flies beside it above the ground, say nothing.
 #[test]
 fn a_machine_that_leaves_its_map_says_so_once() {

@@ -10,7 +10,7 @@ use crate::services::{Gravity, ServiceKind, Services, Terrain};
 use crate::value::{Fault, Origin};
 use linkwork_collision::{ColliderSpec, Colliders, Shape, TERRAIN};
 use linkwork_dynamics::Tree;
-use linkwork_multibody::{Body, BodyId, LoopMotion, Multibody, SubhingeKind};
+use linkwork_multibody::{Body, BodyId, Coordinate, LoopMotion, Multibody, Subhinge, SubhingeKind};
 use linkwork_solvers::{CompliantSettings, ContactSettings, Rolling, Treatment, Vehicle};
 use linkwork_spatial::Pose;
 use std::borrow::Cow;
@@ -135,6 +135,7 @@ impl Host for MechanismSpec {
         services: &Services,
         out: &mut Lowering<'_>,
     ) -> Box<dyn Prototype> {
+        self.find_massless(out);
         let gravity = self.find_gravity(services, out);
         let ports = super::ports::lower(&self.multibody, bound, out);
         let spec = self.on_terrain(services, out);
@@ -280,6 +281,30 @@ impl MechanismSpec {
             let help =
                 "write `collide: (terrain: false)` in the shape, which then meets bodies alone";
             out.warnings.push(Fault::new(b.spec.origin, fact).help(help));
+        }
+    }
+
+    /// Warns of free bodies that carry others and have no mass, with what is fixed to them: most often it was forgotten.
+    fn find_massless(&self, out: &mut Lowering<'_>) {
+        let bodies = self.multibody.bodies();
+        let free = |b: &Body| {
+            let own =
+                |s: &Subhinge| s.kind == SubhingeKind::Free && s.coordinate == Coordinate::Free;
+            b.subhinges().iter().any(|s| own(&s.subhinge))
+        };
+        for (id, body) in self.multibody.body_ids().zip(bodies).filter(|(_, b)| free(b)) {
+            let of = |b: BodyId| self.multibody.get(b);
+            let fixed = |b: &BodyId| {
+                let mut way = self.multibody.ancestors(*b).take_while(|b| *b != id);
+                way.all(|b| of(b).v().is_empty())
+            };
+            let mut with_it = self.multibody.subtree(id).filter(fixed);
+            if with_it.all(|b| of(b).mass_properties().mass == 0.0) {
+                let fact = format!("`{}` is free and has no mass of its own", body.name());
+                let help =
+                    "write its `mass` and `inertia`: as it is, the bodies on its hinges carry it";
+                out.warnings.push(Fault::new(self.origin, fact).help(help));
+            }
         }
     }
 
