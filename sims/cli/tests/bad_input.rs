@@ -563,7 +563,9 @@ fn a_free_body_without_mass_that_carries_others_is_told() {
         format!(
             r#"Simulation(gravity: "none", step: "1 ms", until: "1 s", bodies: {{
     "chassis": (parent: "world", hinge: Free, {mass} shapes: [Box([1, 1, 1])]),
-    "wheel": (parent: "chassis", hinge: Pin(axis: [0, 1, 0]), mass: "3 kg", inertia: Sphere(0.2)),
+    "wheel0": (parent: "chassis", at: (position: [1, 1, 0]), hinge: Pin(axis: [0, 1, 0]), mass: "3 kg", inertia: Sphere(0.2)),
+    "wheel1": (parent: "chassis", at: (position: [1, -1, 0]), hinge: Pin(axis: [0, 1, 0]), mass: "3 kg", inertia: Sphere(0.2)),
+    "wheel2": (parent: "chassis", at: (position: [-1, 0, 0]), hinge: Pin(axis: [0, 1, 0]), mass: "3 kg", inertia: Sphere(0.2)),
 }})"#
         )
     };
