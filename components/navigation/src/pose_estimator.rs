@@ -315,7 +315,7 @@ impl Model for PoseEstimator {
     fn moore(&self, _: &Clock, _: &(), _: &(), belief: &Belief) -> PoseEstimatorOut {
         let [x, y, heading] = self.p.start;
         let start = Pose::new(Quat::from_scaled_axis(Vec3::z() * heading), Vec3::new(x, y, 0.0));
-        let filter = belief.filter.unwrap_or(PoseFilter::new(start, &self.start, 0.0));
+        let filter = belief.filter.unwrap_or_else(|| PoseFilter::new(start, &self.start, 0.0));
         let pose = if belief.filter.is_some() { belief.ahead } else { start };
         let forward = pose.rotation * Vec3::x();
         let up = pose.rotation * Vec3::z();
@@ -343,15 +343,14 @@ impl Model for PoseEstimator {
 
     fn update(&self, c: &Clock, _: &(), _: &(), _: &(), u: &PoseEstimatorIn, belief: &mut Belief) {
         let i = &self.instruments;
+        let now = Rates { gyro: u.gyro, speed: u.speed, change: Vec3::zeros() };
         let mut filter = match belief.filter {
             Some(filter) => filter,
             None => {
-                (belief.time, belief.since) = (c.t, c.t);
-                belief.rates = Rates { gyro: u.gyro, speed: u.speed, change: Vec3::zeros() };
+                (belief.time, belief.since, belief.rates) = (c.t, c.t, now);
                 self.begin(u)
             }
         };
-        let now = Rates { gyro: u.gyro, speed: u.speed, change: Vec3::zeros() };
         let rates = belief.rates.until(&now);
         let last = belief.scenery.as_ref().map_or(0, |s| s.picture.number);
         if let Some(new) =

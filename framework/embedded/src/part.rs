@@ -4,7 +4,7 @@
 //! one another is a chain, too. A chain is a mechanism of its own, so that its kinematics costs
 //! what its own joints cost.
 
-use crate::error::ModelFault;
+use crate::error::{ModelFault, RobotError};
 use linkwork_dynamics::Tree;
 use linkwork_multibody::{BodyId, Builder, Limits, Multibody, NodeId};
 use linkwork_spatial::Pose;
@@ -92,6 +92,24 @@ pub(crate) struct Chain {
     pub carrier: Option<Carrier>,
     /// Where the base is when it does not move.
     pub fixed: Pose,
+}
+
+impl Chain {
+    /// Whether the chain's numbers of a whole q are within their limits.
+    ///
+    /// # Errors
+    /// [`RobotError::OutsideLimits`], of the first that is not.
+    pub fn within_limits(&self, q: &[f64]) -> Result<(), RobotError> {
+        for (dof, limit) in self.v.iter().zip(&self.limits) {
+            let Some((at, limits)) = limit else { continue };
+            let value = q[self.q[*at]];
+            if !(value >= limits.lower && value <= limits.upper) {
+                let (lower, upper) = (limits.lower, limits.upper);
+                return Err(RobotError::OutsideLimits { dof: *dof, value, lower, upper });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The way from the world to the base of a chain.

@@ -42,7 +42,7 @@ impl Multibody {
             if s.q.len() != 1 {
                 continue;
             }
-            let part = (splitmix(&mut state) >> 11) as f64 / (1u64 << 53) as f64;
+            let part = uniform(&mut state);
             let (lower, upper) = (s.subhinge.limits.lower, s.subhinge.limits.upper);
             q[s.q.start] = match (lower.is_finite(), upper.is_finite()) {
                 (true, true) => (lower + part * (upper - lower)).clamp(lower, upper),
@@ -221,6 +221,11 @@ impl Multibody {
     fn check(&self, got: usize, want: usize, what: &str) {
         assert_eq!(got, want, "{what} has {got} numbers, the mechanism has {want}");
     }
+}
+
+/// The next number from 0 to 1, 1 excluded (splitmix64).
+pub fn uniform(state: &mut u64) -> f64 {
+    (splitmix(state) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 fn splitmix(state: &mut u64) -> u64 {

@@ -47,7 +47,7 @@ pub use constraint::{
     Anchor, ConstraintId, Coupled, Coupling, HingeCoordinate, Loop, LoopClosure, LoopFault,
     LoopMotion, LoopRow, Term,
 };
-pub use coordinates::straight;
+pub use coordinates::{straight, uniform};
 pub use error::{BuildError, MechanismFault};
 pub use hinge::{Coordinate, Friction, Hinge, Limits, Stop, Subhinge, SubhingeKind};
 pub use ids::{BodyId, NodeId};

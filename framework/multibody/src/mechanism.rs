@@ -2,7 +2,7 @@
 
 use crate::constraint::{ConstraintId, Coupled, Loop};
 use crate::modes::Modes;
-use crate::{BodyId, BodySpec, Coordinate, Hinge, NodeId, Subhinge};
+use crate::{BodyId, BodySpec, Coordinate, Hinge, NodeId, Subhinge, SubhingeKind};
 use linkwork_spatial::{MassProperties, Pose, RigidInertia};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -100,6 +100,15 @@ impl Body {
     #[must_use]
     pub fn subhinges(&self) -> &[SubhingeRange] {
         &self.subhinges
+    }
+
+    /// Whether its hinge permits any pose and any motion, and dynamics finds which.
+    #[must_use]
+    pub fn is_free(&self) -> bool {
+        let free = |s: &SubhingeRange| {
+            s.subhinge.kind == SubhingeKind::Free && s.subhinge.coordinate == Coordinate::Free
+        };
+        self.subhinges.iter().any(free)
     }
 
     /// The hinge's numbers in q.

@@ -23,8 +23,7 @@ impl Edges {
     pub fn new(plan: &Plan) -> Edges {
         let paths = plan.variables.keys().filter_map(|path| path.strip_suffix(".position.x"));
         let watched = paths.filter_map(|body| {
-            let at = |c| plan.variables.get(&format!("{body}.position.{c}")).map(|v| v.place);
-            let place = [at("x")?, at("y")?, at("z")?];
+            let place = crate::scene::position(plan, body)?;
             Some(Watched { body: body.to_string(), place, ground: None, told: false })
         });
         Edges(watched.collect())
@@ -35,10 +34,9 @@ impl Edges {
         let mut lines = Vec::new();
         let plan = sim.plan();
         let free = |name: &str| {
-            let body = plan
-                .mechanism()
-                .and_then(|m| m.multibody.bodies().iter().find(|b| b.name() == name));
-            body.is_some_and(|b| b.parent().is_none() && b.v().len() == 6)
+            let bodies = &plan.mechanism()?.multibody;
+            let body = bodies.get(bodies.body(name)?);
+            Some(body.parent().is_none() && body.is_free())
         };
         let maps = || {
             plan.services.iter().filter_map(|(path, object)| match object {
@@ -54,7 +52,7 @@ impl Edges {
             };
             site.map_or(p.z, far)
         };
-        for w in self.0.iter_mut().filter(|w| !w.told && free(&w.body)) {
+        for w in self.0.iter_mut().filter(|w| !w.told && free(&w.body) == Some(true)) {
             let [x, y, z] = w.place.map(|place| sim.value(place));
             let under =
                 maps().filter_map(|(_, t)| t.ground(x, y)).map(|g| g.height).reduce(f64::max);

@@ -47,7 +47,7 @@ impl Picture {
             .follow
             .as_ref()
             .and_then(|b| crate::scene::position(plan, b))
-            .map(|(x, y)| (x, y, Thinned::new()));
+            .map(|[x, y, _]| (x, y, Thinned::new()));
         let titles = scene.panels.iter().map(|p| p.title.clone()).collect();
         let next = sim.time();
         let every = until.map_or(EVERY, |until| EVERY.min((until - next).max(0.0) / POINTS));

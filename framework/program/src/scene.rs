@@ -101,9 +101,8 @@ fn shape(s: &BodyShape) -> Shape {
 
 /// The first body that moves freely in W.
 fn free_body(plan: &Plan) -> Option<String> {
-    let bodies = plan.mechanism()?.multibody.bodies().iter();
-    let mut free = bodies.filter(|b| b.parent().is_none() && b.v().len() == 6);
-    free.next().map(|b| b.name().to_string())
+    let mut bodies = plan.mechanism()?.multibody.bodies().iter();
+    bodies.find(|b| b.parent().is_none() && b.is_free()).map(|b| b.name().to_string())
 }
 
 /// Edge of the box of a point mass, m.
@@ -321,10 +320,10 @@ fn markers(path: &Text, plan: &Plan) -> Result<Vec<Marker>, Fault> {
     items.iter().enumerate().map(one).collect()
 }
 
-/// Places of the x and y of a body's free position, for the map.
-pub fn position(plan: &Plan, body: &str) -> Option<(Place, Place)> {
+/// Places of x, y and z of a body's free position.
+pub fn position(plan: &Plan, body: &str) -> Option<[Place; 3]> {
     let at = |c: &str| plan.variables.get(&format!("{body}.position.{c}")).map(|v| v.place);
-    Some((at("x")?, at("y")?))
+    Some([at("x")?, at("y")?, at("z")?])
 }
 
 #[cfg(test)]

@@ -601,3 +601,18 @@ fn the_campaign_that_ships_is_right() {
     assert!(heating.iter().any(|h| *h > 1.02 * least), "nothing varies");
     assert!(Path::new(&lab.path("out/results.parquet")).exists());
 }
+
+#[test]
+fn a_folder_in_place_of_a_campaign_is_told_which_it_has() {
+    let lab = Lab::new();
+    let folder = common::sim("mars_edl");
+    let said = lab.linkwork(&["campaign", &folder]).code(2);
+    let said = said.tells(&["cannot be read", "which begins with `Campaign(`, here `"]);
+    for name in ["entry_footprint.ron", "footprint.ron"] {
+        assert!(said.err.contains(&format!("{name}`")), "{}", said.err);
+    }
+    assert!(!said.err.contains("sim.ron"), "{}", said.err);
+    lab.write("empty/notes.txt", "nothing");
+    let said = lab.linkwork(&["campaign", "empty"]).code(2);
+    assert!(!said.err.contains("here `"), "{}", said.err);
+}

@@ -10,7 +10,7 @@
 //! the second-order system s² + λ s + λ k; λ = 4 k is critical damping. With the nose along the velocity (sin below 1e-3), or straight
 //! up or down, there is no lift to turn, and w = 0. The path's own turning (g cos γ/V, mrad/s) is not fed forward.
 
-use super::super::guidance::planet::Seen;
+use super::super::guidance::planet::{Seen, over_ground};
 use linkwork_runtime::prelude::*;
 
 /// Body, gains and limits.
@@ -112,8 +112,7 @@ impl Model for BankControl {
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &BankControlIn) -> BankControlOut {
         let p = &self.p;
         let body = self.planet.node(&u.body);
-        let spin = Vec3::z() * self.planet.rate;
-        let over = body.velocity - spin.cross(&body.position);
+        let over = over_ground(&body, self.planet.rate);
         let to_body = body.rotation.inverse();
         let found = bank(&(body.rotation * self.nose), &over, &body.position);
         let (measured, wanted) = found.unwrap_or((0.0, Vec3::zeros()));

@@ -200,6 +200,14 @@ fn skew(v: &Vec3) -> Mat3 {
 }
 
 impl DescentFilter {
+    /// Velocity of the ground (m/s) at a place from the planet's centre, in W: none where W turns with it.
+    fn ground(&self, from: &Vec3) -> Vec3 {
+        if self.site.is_some() {
+            return Vec3::zeros();
+        }
+        (Vec3::z() * self.p.planet_rate).cross(from)
+    }
+
     fn begin(&self, c: &Clock, mount: &NodeState) -> Navigated {
         let p = &self.p;
         let drawn = |lane: u32| Vec3::new(c.normal(lane), c.normal(lane + 1), c.normal(lane + 2));
@@ -284,9 +292,8 @@ impl DescentFilter {
         }
         let range = over / (root.sqrt() - along);
         let met = from + beam * range;
-        let (n, spin) = (met / radius, Vec3::z() * self.p.planet_rate);
-        let ground = if self.site.is_some() { Vec3::zeros() } else { spin.cross(&met) };
-        let (u, facing) = (d.velocity - ground, n.dot(&beam));
+        let n = met / radius;
+        let (u, facing) = (d.velocity - self.ground(&met), n.dot(&beam));
         let (mut by_range, mut by_speed) = (Row::zeros(), Row::zeros());
         by_range.fixed_rows_mut::<3>(0).copy_from(&(n / -facing));
         by_range.fixed_rows_mut::<3>(6).copy_from(&(beam.cross(&n) * (-range / facing)));
@@ -417,8 +424,7 @@ impl SizedModel for DescentFilter {
             velocity: e.velocity,
         };
         let from = self.site.as_ref().map_or(e.position, |s| s.from_centre(&e.position));
-        let spin = Vec3::z() * self.p.planet_rate;
-        let over = e.velocity - if self.site.is_some() { Vec3::zeros() } else { spin.cross(&from) };
+        let over = e.velocity - self.ground(&from);
         let speed = over.norm();
         DescentFilterOut {
             estimate,

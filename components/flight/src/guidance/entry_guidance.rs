@@ -12,7 +12,7 @@
 
 use super::entry::{ReferenceRow, Vehicle, at_speed, lift};
 use super::ground_motion::east_north_up;
-use super::planet::Seen;
+use super::planet::{Seen, over_ground};
 use linkwork_runtime::prelude::*;
 
 /// Target, reference and limits.
@@ -156,7 +156,7 @@ pub fn to_target(
     (rate, radius, t): (f64, f64, f64),
 ) -> (f64, f64, f64, f64) {
     let up = body.position.normalize();
-    let v = body.velocity - (Vec3::z() * rate).cross(&body.position);
+    let v = over_ground(body, rate);
     let goal = Quat::from_scaled_axis(Vec3::z() * (rate * t)) * target;
     let range = radius * up.cross(&goal).norm().atan2(up.dot(&goal));
     let rise = v.dot(&up);

@@ -7,7 +7,7 @@
 //! The planet is at the origin of W and turns about z; its fixed axes are those of W at t = 0. Where W is a site
 //! the same holds of the planet's own axes, in which it does not turn. At the poles east is x. This is the true motion: noise is the business of a sensor.
 
-use super::planet::Seen;
+use super::planet::{Seen, over_ground};
 use linkwork_runtime::prelude::*;
 
 /// Planet and site.
@@ -76,8 +76,7 @@ pub fn east_north_up(p: &Vec3) -> linkwork_spatial::Mat3 {
 
 /// Motion of a node over a planet that turns at `rate` (rad/s) about z of W.
 pub fn over(node: &NodeState, rate: f64) -> Over {
-    let velocity = node.velocity - (Vec3::z() * rate).cross(&node.position);
-    Over { velocity, R_WE: east_north_up(&node.position) }
+    Over { velocity: over_ground(node, rate), R_WE: east_north_up(&node.position) }
 }
 
 /// Motion over the ground.

@@ -18,6 +18,11 @@ pub fn inertial(site: Option<&Site>, node: &NodeState) -> (Vec3, Vec3) {
     (r, node.velocity + s.omega().cross(&r))
 }
 
+/// Velocity (m/s) over the ground of a planet at the origin that turns at `rate` (rad/s) about z.
+pub fn over_ground(node: &NodeState, rate: f64) -> Vec3 {
+    node.velocity - (Vec3::z() * rate).cross(&node.position)
+}
+
 /// How states and forces go between W and the axes that guidance works in.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {

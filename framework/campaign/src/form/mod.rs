@@ -127,8 +127,9 @@ impl Form {
     pub fn read(path: &Path) -> Result<Form, Failure> {
         let name = path.display().to_string();
         let text = linkwork_formats::whole_text(path).map_err(|e| {
-            let fault = Fault::new(Origin::NONE, format!("`{name}` cannot be read: {e}"))
-                .help("name a campaign file, which begins with `Campaign(`");
+            let fault = Fault::new(Origin::NONE, format!("`{name}` cannot be read: {e}")).help(
+                format!("name a campaign file, which begins with `Campaign(`{}", inside(path)),
+            );
             Failure { faults: vec![fault], sources: Sources::default() }
         })?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -151,6 +152,21 @@ impl Form {
             }
             _ => Err(Failure { faults: tidy(r.faults), sources }),
         }
+    }
+}
+
+/// The campaign files of a folder, for whom names that.
+fn inside(folder: &Path) -> String {
+    let Ok(entries) = std::fs::read_dir(folder) else { return String::new() };
+    let campaign = |path: &PathBuf| {
+        path.extension().is_some_and(|e| e == "ron")
+            && linkwork_formats::whole_text(path).is_ok_and(|text| text.contains("Campaign("))
+    };
+    let mut found: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(campaign).collect();
+    found.sort();
+    match found.iter().map(|p| format!("`{}`", p.display())).collect::<Vec<_>>().join(", ") {
+        names if names.is_empty() => String::new(),
+        names => format!(", here {names}"),
     }
 }
 

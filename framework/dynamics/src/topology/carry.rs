@@ -90,7 +90,7 @@ pub fn carry(
     let gone: Vec<String> = gone.map(|b| b.name().to_owned()).collect();
     let before = Scene { mbs: old.clone(), q: state.0.to_vec(), v: state.1.to_vec() };
     let mut after = Scene { mbs: new.clone(), q, v };
-    let holds = changed.iter().any(|name| new.body(name).is_some_and(|b| !is_free(new, b)));
+    let holds = changed.iter().any(|name| new.body(name).is_some_and(|b| !new.get(b).is_free()));
     let flexible = [old, new].iter().find_map(|m| m.bodies().iter().find(|b| b.modes().is_some()));
     let mut report = None;
     match flexible {
@@ -124,14 +124,6 @@ fn same_hinge((old, a): (&Multibody, BodyId), (new, b): (&Multibody, BodyId)) ->
         && a.hinge_in_parent == b.hinge_in_parent
         && a.hinge_in_body == b.hinge_in_body
         && kinds(&a.hinge) == kinds(&b.hinge)
-}
-
-/// Any pose and any motion is permitted.
-fn is_free(mbs: &Multibody, body: BodyId) -> bool {
-    mbs.get(body)
-        .subhinges()
-        .iter()
-        .any(|s| s.subhinge.kind == SubhingeKind::Free && s.subhinge.coordinate == Coordinate::Free)
 }
 
 /// The old mechanism, looked at where a hinge has changed.

@@ -147,14 +147,7 @@ impl Robot {
         let chain = model.chain(part)?;
         numbers("q", q, self.q.len())?;
         check(goal, effort)?;
-        for (dof, limit) in chain.v.iter().zip(&chain.limits) {
-            let Some((at, limits)) = limit else { continue };
-            let value = q[chain.q[*at]];
-            if !(value >= limits.lower && value <= limits.upper) {
-                let (lower, upper) = (limits.lower, limits.upper);
-                return Err(RobotError::OutsideLimits { dof: *dof, value, lower, upper });
-            }
-        }
+        chain.within_limits(q)?;
         let Some(memory) = self.chains[part.index()].as_mut() else {
             return Err(RobotError::NotAChain { part: part.index() });
         };

@@ -8,6 +8,7 @@ use super::{Path, Robot, numbers};
 use crate::error::RobotError;
 use crate::part::Part;
 use linkwork_collision::ColliderId;
+use linkwork_multibody::uniform;
 
 /// How to look for a way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,28 +114,19 @@ impl Planner {
             chain.push(Coordinate { at: own.q[*at], lower, upper });
         }
         let (n, nq) = (chain.len(), robot.q.len());
-        let tree = Branches { q: Vec::with_capacity(n * room), parents: Vec::with_capacity(room) };
+        let tree =
+            || Branches { q: Vec::with_capacity(n * room), parents: Vec::with_capacity(room) };
         Ok(Self {
             part,
             nq,
             chain,
             room,
-            trees: [tree.clone(), tree],
+            trees: [tree(), tree()],
             to: vec![0.0; n],
             new: vec![0.0; n],
             ends: [vec![0.0; nq], vec![0.0; nq]],
             way: Vec::with_capacity(2 * room * nq),
-        }
-        .reserved())
-    }
-
-    /// Clones of vectors have no room.
-    fn reserved(mut self) -> Self {
-        for tree in &mut self.trees {
-            tree.q.reserve(self.chain.len() * self.room);
-            tree.parents.reserve(self.room);
-        }
-        self
+        })
     }
 
     /// The way that was found last, configurations (nq) from the start to the goal; all coordinates move in proportion between two of them.
@@ -183,7 +175,7 @@ impl Planner {
                 break;
             }
             for (x, c) in self.to.iter_mut().zip(&self.chain) {
-                *x = c.lower + (c.upper - c.lower) * draw(&mut state);
+                *x = c.lower + (c.upper - c.lower) * uniform(&mut state);
             }
             if self.grow(robot, growing, search)? != Grown::Blocked {
                 let n = self.chain.len();
@@ -228,16 +220,8 @@ impl Planner {
             return Err(RobotError::OutOfRange { what, value, help });
         }
         let chain = robot.model.chain(self.part)?;
-        for (dof, limit) in chain.v.iter().zip(&chain.limits) {
-            let Some((at, limits)) = limit else { continue };
-            let (lower, upper) = (limits.lower, limits.upper);
-            for value in [start[chain.q[*at]], goal[chain.q[*at]]] {
-                if !(value >= lower && value <= upper) {
-                    return Err(RobotError::OutsideLimits { dof: *dof, value, lower, upper });
-                }
-            }
-        }
-        Ok(())
+        chain.within_limits(start)?;
+        chain.within_limits(goal)
     }
 
     /// Grows a tree from its nearest configuration towards `to` by a step at most.
@@ -328,13 +312,4 @@ impl Planner {
         }
         Ok(())
     }
-}
-
-/// 0 … 1 (splitmix64).
-fn draw(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }

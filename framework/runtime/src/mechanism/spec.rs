@@ -10,7 +10,7 @@ use crate::services::{Gravity, ServiceKind, Services, Terrain};
 use crate::value::{Fault, Origin};
 use linkwork_collision::{ColliderSpec, Colliders, Shape, TERRAIN};
 use linkwork_dynamics::Tree;
-use linkwork_multibody::{Body, BodyId, Coordinate, LoopMotion, Multibody, Subhinge, SubhingeKind};
+use linkwork_multibody::{Body, BodyId, LoopMotion, Multibody, SubhingeKind};
 use linkwork_solvers::{CompliantSettings, ContactSettings, Rolling, Treatment, Vehicle};
 use linkwork_spatial::Pose;
 use std::borrow::Cow;
@@ -287,12 +287,7 @@ impl MechanismSpec {
     /// Warns of free bodies that carry others and have no mass, with what is fixed to them: most often it was forgotten.
     fn find_massless(&self, out: &mut Lowering<'_>) {
         let bodies = self.multibody.bodies();
-        let free = |b: &Body| {
-            let own =
-                |s: &Subhinge| s.kind == SubhingeKind::Free && s.coordinate == Coordinate::Free;
-            b.subhinges().iter().any(|s| own(&s.subhinge))
-        };
-        for (id, body) in self.multibody.body_ids().zip(bodies).filter(|(_, b)| free(b)) {
+        for (id, body) in self.multibody.body_ids().zip(bodies).filter(|(_, b)| b.is_free()) {
             let of = |b: BodyId| self.multibody.get(b);
             let fixed = |b: &BodyId| {
                 let mut way = self.multibody.ancestors(*b).take_while(|b| *b != id);
