@@ -8,13 +8,21 @@ use textplots::{Chart, Plot as _, Shape};
 
 /// Curves for the picture, in fixed memory.
 pub struct Picture {
-    curves: Vec<Vec<(String, Place, InUnit, Thinned)>>,
+    curves: Vec<Vec<Series>>,
     titles: Vec<String>,
     map: Option<(Place, Place, Thinned)>,
     markers: Vec<Marker>,
     next: f64,
-    /// Time between points, s.
+    /// Time between points of the map, s.
     every: f64,
+}
+
+/// One curve of a panel.
+struct Series {
+    name: String,
+    place: Place,
+    unit: InUnit,
+    rows: Envelope,
 }
 
 /// Time between points of a long run, s; a short one has [`POINTS`].
@@ -30,44 +38,38 @@ impl Picture {
     /// Of the panels of a scene, and the map of the followed body, of a run to `until` (s), when that is known.
     pub fn new(sim: &Simulation, scene: &Scene, until: Option<f64>) -> Picture {
         let plan = sim.plan();
-        let curves = scene
-            .panels
-            .iter()
-            .map(|p| {
-                p.series
-                    .iter()
-                    .filter_map(|(label, path, shown)| {
-                        let place = plan.variables.get(path)?.place;
-                        Some((label.clone(), place, *shown, Thinned::new()))
-                    })
-                    .collect()
-            })
-            .collect();
+        let next = sim.time();
+        let every = until.map_or(EVERY, |until| EVERY.min((until - next).max(0.0) / POINTS));
+        let series = |(name, path, unit): &(String, String, InUnit)| {
+            let place = plan.variables.get(path)?.place;
+            let rows = Envelope::new(next, every);
+            Some(Series { name: name.clone(), place, unit: *unit, rows })
+        };
+        let curves =
+            scene.panels.iter().map(|p| p.series.iter().filter_map(series).collect()).collect();
         let map = scene
             .follow
             .as_ref()
             .and_then(|b| crate::scene::position(plan, b))
             .map(|[x, y, _]| (x, y, Thinned::new()));
         let titles = scene.panels.iter().map(|p| p.title.clone()).collect();
-        let next = sim.time();
-        let every = until.map_or(EVERY, |until| EVERY.min((until - next).max(0.0) / POINTS));
         Picture { curves, titles, map, markers: scene.markers.clone(), next, every }
     }
 
-    /// Takes points when they are due.
+    /// Takes a row: every one counts for the curves, some give a point of the map.
     #[inline]
     pub fn sample(&mut self, sim: &Simulation) {
         let t = sim.time();
+        for series in self.curves.iter_mut().flatten() {
+            let value = sim.value(series.place);
+            if !value.is_nan() {
+                series.rows.add(t, value);
+            }
+        }
         if t < self.next {
             return;
         }
         self.next = t + self.every;
-        for (_, place, shown, points) in self.curves.iter_mut().flatten() {
-            let value = sim.value(*place);
-            if !value.is_nan() {
-                points.add(t, shown.of(value));
-            }
-        }
         if let Some((x, y, points)) = &mut self.map {
             points.add(sim.value(*x), sim.value(*y));
         }
@@ -98,15 +100,16 @@ impl Picture {
             let (x, y) = ("x [m]".into(), "y [m]".into());
             plots.push(Plot { title: "Map".into(), x, y, curves, equal: true });
         }
-        let last = self.curves.iter().flatten().filter_map(|c| c.3.points.last());
-        let end = last.fold(0.0_f64, |end, p| end.max(p.0));
+        let last = self.curves.iter().flatten().filter_map(|c| c.rows.last());
+        let end = last.fold(0.0_f64, f64::max);
         let (unit, name) = if end > HOURS { (3600.0, "h") } else { (1.0, "s") };
         for (title, curves) in self.titles.iter().zip(&self.curves) {
             let curves = curves
                 .iter()
-                .map(|(name, _, _, t)| {
-                    let points = t.points.iter().map(|(t, y)| (t / unit, *y)).collect();
-                    Curve { name: name.clone(), points }
+                .map(|c| {
+                    let points = c.rows.points();
+                    let points = points.map(|(t, y)| (t / unit, c.unit.of(y))).collect();
+                    Curve { name: c.name.clone(), points }
                 })
                 .collect();
             let (x, y) = (format!("time [{name}]"), String::new());
@@ -120,9 +123,9 @@ impl Picture {
     pub fn text(&self) -> String {
         let mut out = String::new();
         for (title, curves) in self.titles.iter().zip(&self.curves) {
-            for (name, _, _, thinned) in curves {
-                let points: Vec<(f32, f32)> =
-                    thinned.points.iter().map(|&(t, y)| (t as f32, y as f32)).collect();
+            for series in curves {
+                let (name, shown) = (&series.name, |(t, y)| (t as f32, series.unit.of(y) as f32));
+                let points: Vec<(f32, f32)> = series.rows.points().map(shown).collect();
                 let (Some(first), Some(last)) = (points.first(), points.last()) else { continue };
                 if points.iter().all(|p| p.1 == first.1) {
                     let _ = writeln!(out, "\n{title}: {name} stays at {}", first.1);
@@ -141,7 +144,100 @@ impl Picture {
     }
 }
 
-/// Points of a curve, thinned to a fixed number however long the run.
+/// A curve over time by the least and the greatest of its rows in intervals of one length, so that no
+/// peak is missed, in fixed memory however long the run.
+#[derive(Clone, Debug)]
+struct Envelope {
+    bins: Vec<Bin>,
+    begin: f64,
+    /// Length of an interval, s.
+    length: f64,
+}
+
+/// Rows of one interval, each as (time, value).
+#[derive(Clone, Copy, Debug)]
+struct Bin {
+    number: u64,
+    first: (f64, f64),
+    least: (f64, f64),
+    greatest: (f64, f64),
+    last: (f64, f64),
+}
+
+impl Bin {
+    fn of(number: u64, row: (f64, f64)) -> Bin {
+        Bin { number, first: row, least: row, greatest: row, last: row }
+    }
+
+    fn add(&mut self, row: (f64, f64)) {
+        if row.1 < self.least.1 {
+            self.least = row;
+        }
+        if row.1 > self.greatest.1 {
+            self.greatest = row;
+        }
+        self.last = row;
+    }
+}
+
+impl Envelope {
+    /// Intervals; a panel draws four points of each, 4000 at most.
+    const MOST: usize = 1000;
+
+    /// From the time `begin` (s), with intervals of the length `every` (s), which doubles whenever there is no room for more.
+    fn new(begin: f64, every: f64) -> Envelope {
+        Envelope { bins: Vec::with_capacity(Self::MOST), begin, length: every.max(1e-9) }
+    }
+
+    #[inline]
+    fn add(&mut self, t: f64, value: f64) {
+        let number = ((t - self.begin) / self.length) as u64;
+        match self.bins.last_mut() {
+            Some(bin) if bin.number >= number => bin.add((t, value)),
+            _ => self.open(number, (t, value)),
+        }
+    }
+
+    /// A new interval. Where there is no room for it, intervals are joined in pairs first.
+    fn open(&mut self, mut number: u64, row: (f64, f64)) {
+        while self.bins.len() == Self::MOST {
+            self.length *= 2.0;
+            number /= 2;
+            self.bins.dedup_by(|next, bin| {
+                let one = bin.number / 2 == next.number / 2;
+                if one {
+                    bin.add(next.least);
+                    bin.add(next.greatest);
+                    bin.last = next.last;
+                }
+                one
+            });
+            self.bins.iter_mut().for_each(|bin| bin.number /= 2);
+        }
+        match self.bins.last_mut() {
+            Some(bin) if bin.number >= number => bin.add(row),
+            _ => self.bins.push(Bin::of(number, row)),
+        }
+    }
+
+    /// Time of the last row, s.
+    fn last(&self) -> Option<f64> {
+        self.bins.last().map(|bin| bin.last.0)
+    }
+
+    /// The points of the curve in the order of time: of each interval its first and last row and what is outermost.
+    fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+        let mut before = (f64::NAN, f64::NAN);
+        let of = |bin: &Bin| {
+            let (a, b) = (bin.least, bin.greatest);
+            let (a, b) = if a.0 <= b.0 { (a, b) } else { (b, a) };
+            [bin.first, a, b, bin.last]
+        };
+        self.bins.iter().flat_map(of).filter(move |p| std::mem::replace(&mut before, *p) != *p)
+    }
+}
+
+/// Points of a line, thinned to a fixed number however long the run.
 #[derive(Clone, Debug, Default)]
 pub struct Thinned {
     /// Points kept.
@@ -194,16 +290,55 @@ mod tests {
     }
 
     #[test]
+    fn no_peak_is_missed_and_memory_stays() {
+        let rows = 1_000_000_u32;
+        let (up, down) = (612_345, 612_351);
+        let value = |k: u32| match k {
+            _ if k == up => 9.0,
+            _ if k == down => -7.0,
+            _ => (f64::from(k) * 1e-5).sin(),
+        };
+        let mut e = Envelope::new(0.0, 0.05);
+        for k in 0..rows {
+            e.add(f64::from(k) * 1e-3, value(k));
+        }
+        let points: Vec<(f64, f64)> = e.points().collect();
+        assert!(points.contains(&(f64::from(up) * 1e-3, 9.0)));
+        assert!(points.contains(&(f64::from(down) * 1e-3, -7.0)));
+        assert!(points.len() <= 4 * Envelope::MOST && points.len() > Envelope::MOST);
+        assert_eq!(e.bins.capacity(), Envelope::MOST);
+        assert!(points.windows(2).all(|w| w[0].0 < w[1].0), "in the order of time");
+        for &(t, y) in &points {
+            assert_eq!(y, value((t * 1e3).round() as u32), "rows as they were");
+        }
+        let gaps = points.windows(2).map(|w| w[1].0 - w[0].0).fold(0.0, f64::max);
+        assert!(gaps <= 2.0 * e.length, "no gap: {gaps} of {}", e.length);
+        assert_eq!((points[0].0, e.last()), (0.0, Some(999.999)));
+    }
+
+    #[test]
+    fn a_jump_at_one_instant_is_seen_and_a_gap_of_hours_is_one_step() {
+        let mut e = Envelope::new(10.0, 0.05);
+        for row in [(10.0, 1.0), (10.01, 1.0), (10.01, 5.0), (10.01, 1.0), (36_010.0, 2.0)] {
+            e.add(row.0, row.1);
+        }
+        let points: Vec<(f64, f64)> = e.points().collect();
+        assert_eq!(points, [(10.0, 1.0), (10.01, 5.0), (10.01, 1.0), (36_010.0, 2.0)]);
+    }
+
+    #[test]
     fn numbers_are_in_the_unit_of_the_panel_and_long_runs_in_hours() {
         let celsius = InUnit { offset: 273.15, factor: 1.0 };
         assert!((celsius.of(263.15) + 10.0).abs() < 1e-12);
         assert_eq!(InUnit { offset: 0.0, factor: 0.01 }.of(250.0), 2.5);
         for (end, name, last) in [(7200.0, "time [s]", 7200.0), (72_000.0, "time [h]", 20.0)] {
-            let mut points = Thinned::new();
-            points.add(0.0, 1.0);
-            points.add(end, 2.0);
+            let mut rows = Envelope::new(0.0, 0.05);
+            rows.add(0.0, 1.0);
+            rows.add(end, 1.5);
+            let unit = InUnit { offset: 0.5, factor: 2.0 };
+            let series = Series { name: "a".into(), place: Place::X(0), unit, rows };
             let picture = Picture {
-                curves: vec![vec![("a".into(), Place::X(0), celsius, points)]],
+                curves: vec![vec![series]],
                 titles: vec!["Temperature [degC]".into()],
                 map: None,
                 markers: Vec::new(),

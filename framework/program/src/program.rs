@@ -9,9 +9,10 @@ use crate::graph::{self, GraphFormat};
 use crate::options::RunOptions;
 use crate::view::{self, ViewOptions};
 use crate::{check, doctor, exit, inspect, make, pages, replay, run, voice};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use linkwork_runner::Library;
-use linkwork_runtime::Catalogue;
+use linkwork_runtime::{Catalogue, remedy};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -83,6 +84,14 @@ impl Program {
         });
         match done {
             Ok(code) => ExitCode::from(voice::exit_code(code)),
+            Err(e) if e.kind() == ErrorKind::InvalidSubcommand => {
+                let Some(ContextValue::String(word)) = e.get(ContextKind::InvalidSubcommand) else {
+                    return ExitCode::from(exit::INPUT);
+                };
+                let given = std::env::args().skip(1);
+                tell!("error: {}", no_command(word, command(), given));
+                ExitCode::from(voice::exit_code(exit::INPUT))
+            }
             // Help and version, or what is wrong with the arguments.
             Err(e) => {
                 let code = u8::try_from(e.exit_code()).unwrap_or(exit::INPUT);
@@ -91,6 +100,18 @@ impl Program {
             }
         }
     }
+}
+
+/// What is told of a word that is no command: what there is at its level.
+fn no_command(word: &str, whole: clap::Command, given: impl Iterator<Item = String>) -> String {
+    let mut level = whole;
+    for arg in given.take_while(|arg| arg != word) {
+        if let Some(next) = level.find_subcommand(&arg) {
+            level = next.clone();
+        }
+    }
+    let names: Vec<&str> = level.get_subcommands().map(clap::Command::get_name).collect();
+    format!("there is no command `{word}`\n  help: {}", remedy(word, "commands", &names))
 }
 
 /// The declaration of all commands under the program's name.

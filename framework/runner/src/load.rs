@@ -52,7 +52,7 @@ impl Ready {
         let of_plans = self.program.phases.iter().flat_map(|p| p.plan.warnings.clone());
         let mut told = std::collections::BTreeSet::new();
         let all = self.loaded.warnings().into_iter().chain(of_plans);
-        all.filter(|f| told.insert((f.origin, f.message.clone(), f.help.clone()))).collect()
+        tidy(all.filter(|f| told.insert((f.origin, f.message.clone(), f.help.clone()))).collect())
     }
 }
 

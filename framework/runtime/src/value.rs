@@ -209,7 +209,10 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
             let (tail_n, tail_k) = (name.rsplit('.').next(), k.rsplit('.').next());
             let whole = strsim::jaro_winkler(&name.to_lowercase(), &k.to_lowercase());
             let tail = strsim::jaro_winkler(tail_n.unwrap_or(name), tail_k.unwrap_or(k));
-            (0.7 * whole + 0.3 * tail, k)
+            let like = 0.7 * whole + 0.3 * tail;
+            // Two letters changed about in a short name leave little that is alike.
+            let turned = name.len() > 2 && strsim::osa_distance(name, k) == 1;
+            (if turned { like.max(0.76) } else { like }, k)
         })
         .filter(|(score, _)| *score > 0.75)
         .collect();

@@ -262,8 +262,33 @@ fn an_assembly_without_its_parameters_says_which() {
     lab.linkwork(&["check", &capsule]).code(2).tells(&[
         "required parameter `position` is missing",
         "required parameter `velocity` is missing",
-        "help: ",
+        "give it `--set 'Capsule.velocity=..'`, or name it as a part of a simulation",
     ]);
+    // What is computed from what is missing is no mistake of its own.
+    let wheel = root().join("assemblies/parts/wheel_drive.ron").display().to_string();
+    let said = lab.linkwork(&["check", &wheel]).code(2);
+    let said = said.tells(&["required parameter `rate` is missing", "--set 'WheelDrive.rate=..'"]);
+    for follows in ["is not a quantity", "is not a unit"] {
+        assert!(!said.err.contains(follows), "{}", said.err);
+    }
+}
+
+#[test]
+fn a_word_that_is_no_command_is_told_what_there_is() {
+    let lab = Lab::new();
+    let said = lab.linkwork(&["rnu", "sims/pendulum"]).code(2);
+    said.tells(&["no command `rnu`\n  help: did you mean `run`? commands: run, resume"]);
+    let said = lab.linkwork(&["new", "rovre", "scout"]).code(2);
+    said.tells(&["no command `rovre`\n  help: did you mean `rover`? commands: simulation, rover"]);
+}
+
+#[test]
+fn warnings_of_one_place_in_six_wheels_are_one() {
+    let lab = Lab::new();
+    let rover = root().join("assemblies/rovers/rocker_bogie.ron").display().to_string();
+    let said = lab.linkwork(&["check", &rover, "--set", "RockerBogie.waypoints=[[1, 1]]"]).code(0);
+    assert_eq!(said.err.matches("deep in the ground").count(), 1, "{}", said.err);
+    said.tells(&["it is thrown out (and 5 more like it)"]);
 }
 
 #[test]

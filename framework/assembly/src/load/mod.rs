@@ -25,7 +25,7 @@ use crate::text::parsed::Parsed;
 use crate::text::patterns::misspelt;
 use crate::text::report::{Cx, tidy};
 use crate::text::show::Failure;
-use crate::text::value::{Text, empty_map, set, sort};
+use crate::text::value::{Text, empty_map, is_unknown, set, sort};
 use crate::wiring::parts::{binds, parts};
 use crate::wiring::wires::Wiring;
 use linkwork_collision::Colliders;
@@ -357,6 +357,7 @@ fn single(
         files.own = Some((name.to_string(), home.clone(), Rc::new(own)));
         holder = Assembly::default();
         let origin = Origin { start: origin.start, end: origin.start + 8, ..origin };
+        cx.alone = Some(origin);
         holder
             .parts
             .insert(part_name, file_part(Text { text: name.into(), origin }, mounts, origin));
@@ -418,6 +419,17 @@ fn outside(
         }
     }
     out
+}
+
+/// Places of values that stand for a parameter that was refused.
+fn unknown(v: &Located, places: &mut Vec<Origin>) {
+    match &v.value {
+        Value::List(items) => items.iter().for_each(|i| unknown(i, places)),
+        Value::Map(entries) => entries.iter().for_each(|(_, i)| unknown(i, places)),
+        Value::Variant(_, inner) => unknown(inner, places),
+        _ if is_unknown(v) => places.push(v.origin),
+        _ => {}
+    }
 }
 
 /// A value from the command line: RON, or else the text itself (`0.7 ohm`, `rk4`).
@@ -498,7 +510,8 @@ fn assemble(
         more.extend(misspelt(&simulation.patterns(), &spec, options.catalogue, &files));
         // But not what only follows from a fault at the same place.
         let touches = |a: Origin, b: Origin| a.file == b.file && a.start < b.end && b.start < a.end;
-        let told: Vec<Origin> = cx.faults.iter().map(|f| f.origin).collect();
+        let mut told: Vec<Origin> = cx.faults.iter().map(|f| f.origin).collect();
+        spec.parts.iter().for_each(|p| unknown(&p.params, &mut told));
         cx.faults.extend(more.into_iter().filter(|f| !told.iter().any(|t| touches(*t, f.origin))));
         return None;
     }

@@ -251,7 +251,14 @@ fn default(
             let unit = decl.unit.as_ref().map(|u| format!(", in {}", u.text)).unwrap_or_default();
             let doc = decl.doc.trim_end_matches('.');
             let message = format!("`{at}`: required parameter `{key}` is missing ({doc}{unit})");
-            let help = format!("write `params: {{ \"{key}\": .. }}`");
+            let help = if cx.alone == Some(origin) {
+                format!(
+                    "this file is an assembly: give it `--set '{at}.{key}=..'`, or name it as a part of a simulation and \
+                     write `params: {{ \"{key}\": .. }}` there"
+                )
+            } else {
+                format!("write `params: {{ \"{key}\": .. }}`")
+            };
             cx.fault(origin, message, help);
             None
         }

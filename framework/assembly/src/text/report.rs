@@ -13,6 +13,8 @@ pub(crate) struct Cx {
     pub keys: BTreeMap<Origin, Origin>,
     /// What was parsed before.
     pub parsed: Option<Arc<Parsed>>,
+    /// Where an assembly's file begins that is simulated by itself, not as a part of a simulation.
+    pub alone: Option<Origin>,
 }
 
 impl Cx {

@@ -1,5 +1,5 @@
 //! `linkwork new library`: a workspace of one's own with models, program, FMI unit and Python package.
-use super::{Refusal, filled, folder_with, identifier, model_text, wrong};
+use super::{Refusal, filled, folder_with, identifier, wrong};
 use crate::load;
 use crate::program::program;
 use std::path::{Path, PathBuf};
@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 const MODEL: &str = "motor";
 
 /// File in the library → text with words between `@`.
-const TEXTS: [(&str, &str); 13] = [
+const TEXTS: [(&str, &str); 14] = [
     ("Cargo.toml", include_str!("../../templates/library/workspace.toml")),
     ("README.md", include_str!("../../templates/library/readme.txt")),
     ("src/lib.rs", include_str!("../../templates/library/src/lib.rs")),
+    ("src/@model@.rs", include_str!("../../templates/library/src/motor.rs")),
     ("tests/spin_up.rs", include_str!("../../templates/library/tests/spin_up.rs")),
     ("sims/spin_up/sim.ron", include_str!("../../templates/library/sim/sim.txt")),
     ("program/Cargo.toml", include_str!("../../templates/library/program/program.toml")),
@@ -55,6 +56,8 @@ pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, R
     let shown = toml_text(&source)?;
     let words = [
         ("name", name),
+        ("library", name),
+        ("prelude", "linkwork::prelude::*"),
         ("model", MODEL),
         ("Model", "Motor"),
         ("linkwork", shown.as_str()),
@@ -63,8 +66,6 @@ pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, R
     ];
     let mut files: Vec<(String, String)> =
         TEXTS.iter().map(|(file, text)| (filled(file, &words), filled(text, &words))).collect();
-    let prelude = "linkwork::prelude::*";
-    files.push((format!("src/{MODEL}.rs"), model_text(name, MODEL, prelude)));
     for file in PYTHON {
         let text = read(&source.join("sims/python/python/linkwork").join(file))?;
         files.push((format!("python/{name}/{file}"), text));

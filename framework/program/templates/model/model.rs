@@ -1,6 +1,6 @@
-//! `@library@.@model@`: a torque that follows a wanted one with a lag.
+//! `@library@.@model@`: an output that follows its input with a lag. Put your own equations in its place.
 //! ```text
-//! Ṫ = (u − T)/τ          u: wanted torque, T: torque on the shaft, τ: time constant
+//! ẏ = (u − y)/τ          u: input, y: output, τ: time constant
 //! ```
 use @prelude@;
 
@@ -12,28 +12,28 @@ pub struct @Model@Params {
     pub time: f64,
 }
 
-/// What goes in.
+/// What goes in. A unit is written for each number: `#[port("m/s")]`, `#[port("N m")]`; `"1"` has none.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct @Model@In {
-    /// Wanted torque.
-    #[port("N m")]
+    /// What is followed.
+    #[port("1")]
     pub wanted: f64,
 }
 
-/// What comes out: a torque on the hinge that `shaft` is bound to.
+/// What comes out.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct @Model@Out {
-    /// Torque on the shaft.
-    #[port(bind = "shaft")]
-    pub torque: HingeTorque,
+    /// What follows.
+    #[port("1")]
+    pub value: f64,
 }
 
 /// What is remembered.
 #[derive(State, Clone, Copy, Debug)]
 pub struct @Model@State {
-    /// Present torque.
-    #[port("N m")]
-    pub torque: f64,
+    /// Present value.
+    #[port("1")]
+    pub value: f64,
 }
 
 /// A model is its parameters: everything that changes is state.
@@ -41,18 +41,22 @@ pub struct @Model@ {
     p: @Model@Params,
 }
 
-/// A torque on a shaft that follows the wanted one with a lag.
+/// An output that follows its input with a lag.
 #[model("@library@.@model@")]
 impl Model for @Model@ {
     type Params = @Model@Params;
     type U = @Model@In;
     type Ym = @Model@Out;
     type X = @Model@State;
-    fn moore(&self, _: &Clock, x: &@Model@State, _: &()) -> @Model@Out {
-        @Model@Out { torque: HingeTorque(x.torque) }
+
+    /// Outputs from the state alone.
+    fn moore(&self, _: &Clock, x: &@Model@State) -> @Model@Out {
+        @Model@Out { value: x.value }
     }
+
+    /// Rate of the state, at every stage of the integrator. The third argument is discrete state; here is none.
     fn deriv(&self, _: &Clock, x: &@Model@State, _: &(), u: &@Model@In) -> @Model@State {
-        @Model@State { torque: (u.wanted - x.torque) / self.p.time }
+        @Model@State { value: (u.wanted - x.value) / self.p.time }
     }
 }
 
@@ -64,15 +68,16 @@ mod tests {
     fn it_follows_with_its_time_constant() {
         let model = @Model@ { p: @Model@Params { time: 0.5 } };
         let u = @Model@In { wanted: 3.0 };
-        let (step, mut x) = (1e-4, @Model@State { torque: 0.0 });
+        let (step, mut x) = (1e-4, @Model@State { value: 0.0 });
         for _ in 0..10_000 {
+            // Arguments that a function leaves out above are given here, in the order of the trait: `()` is nothing.
             let rate = model.deriv(&Clock::at(0.0, step, 0), &x, &(), &u, &(), &(), &());
-            x.torque += step * rate.torque;
+            x.value += step * rate.value;
         }
         // After one second: two time constants. Steps of Euler's method are what differs.
         let expected = 3.0 * (1.0 - (-2.0f64).exp());
-        assert!((x.torque - expected).abs() < 1e-4, "{x:?}");
+        assert!((x.value - expected).abs() < 1e-4, "{x:?}");
         let out = model.moore(&Clock::at(1.0, step, 0), &x, &(), &());
-        assert_eq!(out.torque.0, x.torque);
+        assert_eq!(out.value, x.value);
     }
 }

@@ -1,0 +1,78 @@
+//! `@library@.@model@`: a torque that follows a wanted one with a lag.
+//! ```text
+//! Ṫ = (u − T)/τ          u: wanted torque, T: torque on the shaft, τ: time constant
+//! ```
+use @prelude@;
+
+/// The lag.
+#[derive(Params, Clone, Debug)]
+pub struct @Model@Params {
+    /// Time constant.
+    #[param(unit = "s", default = 0.2, range = 1e-3..)]
+    pub time: f64,
+}
+
+/// What goes in.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct @Model@In {
+    /// Wanted torque.
+    #[port("N m")]
+    pub wanted: f64,
+}
+
+/// What comes out: a torque on the hinge that `shaft` is bound to.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct @Model@Out {
+    /// Torque on the shaft.
+    #[port(bind = "shaft")]
+    pub torque: HingeTorque,
+}
+
+/// What is remembered.
+#[derive(State, Clone, Copy, Debug)]
+pub struct @Model@State {
+    /// Present torque.
+    #[port("N m")]
+    pub torque: f64,
+}
+
+/// A model is its parameters: everything that changes is state.
+pub struct @Model@ {
+    p: @Model@Params,
+}
+
+/// A torque on a shaft that follows the wanted one with a lag.
+#[model("@library@.@model@")]
+impl Model for @Model@ {
+    type Params = @Model@Params;
+    type U = @Model@In;
+    type Ym = @Model@Out;
+    type X = @Model@State;
+    fn moore(&self, _: &Clock, x: &@Model@State) -> @Model@Out {
+        @Model@Out { torque: HingeTorque(x.torque) }
+    }
+    fn deriv(&self, _: &Clock, x: &@Model@State, _: &(), u: &@Model@In) -> @Model@State {
+        @Model@State { torque: (u.wanted - x.torque) / self.p.time }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_follows_with_its_time_constant() {
+        let model = @Model@ { p: @Model@Params { time: 0.5 } };
+        let u = @Model@In { wanted: 3.0 };
+        let (step, mut x) = (1e-4, @Model@State { torque: 0.0 });
+        for _ in 0..10_000 {
+            let rate = model.deriv(&Clock::at(0.0, step, 0), &x, &(), &u, &(), &(), &());
+            x.torque += step * rate.torque;
+        }
+        // After one second: two time constants. Steps of Euler's method are what differs.
+        let expected = 3.0 * (1.0 - (-2.0f64).exp());
+        assert!((x.torque - expected).abs() < 1e-4, "{x:?}");
+        let out = model.moore(&Clock::at(1.0, step, 0), &x, &(), &());
+        assert_eq!(out.torque.0, x.torque);
+    }
+}
