@@ -501,7 +501,7 @@ fn a_bad_command_line() {
     run(&["--checkpoint-every", "0"], &["--checkpoint-every", "help: "]);
     run(&["--sett", "a=1"], &["--sett", "--set"]);
     run(&["--seed", "1.5"], &["--seed", "1.5"]);
-    lab.linkwork(&["runn", &pendulum]).code(2).tells(&["runn", "'run'"]);
+    lab.linkwork(&["runn", &pendulum]).code(2).tells(&["no command `runn`", "did you mean `run`?"]);
     lab.linkwork(&[]).code(2).tells(&["Usage"]);
     lab.linkwork(&["describe", "actuators.dc_moter"])
         .code(2)
