@@ -11,11 +11,14 @@
 
 pub mod attitude;
 pub mod camera;
+pub mod contact_switch;
 pub mod encoder;
 pub mod imu;
+pub mod inclinometer;
 pub mod lidar;
 pub mod motion;
 pub mod pose;
+pub mod potentiometer;
 pub mod radar;
 pub mod rock_overlap;
 pub mod solar_clock;
@@ -31,11 +34,14 @@ pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::model::<attitude::Attitude>(),
         Entry::field::<camera::CameraSensor>(),
+        Entry::model::<contact_switch::ContactSwitch>(),
         Entry::model::<encoder::Encoder>(),
         Entry::model::<imu::Imu>(),
+        Entry::model::<inclinometer::Inclinometer>(),
         Entry::sized::<lidar::LidarSensor>(),
         Entry::model::<motion::Motion>(),
         Entry::model::<pose::PoseSensor>(),
+        Entry::model::<potentiometer::Potentiometer>(),
         Entry::sized::<radar::Radar>(),
         Entry::sized::<rock_overlap::RockOverlap>(),
         Entry::model::<solar_clock::SolarClock>(),
