@@ -42,7 +42,7 @@ impl Picture {
         let every = until.map_or(EVERY, |until| EVERY.min((until - next).max(0.0) / POINTS));
         let series = |(name, path, unit): &(String, String, InUnit)| {
             let place = plan.variables.get(path)?.place;
-            let rows = Envelope::new(next, every);
+            let rows = Envelope::new(every);
             Some(Series { name: name.clone(), place, unit: *unit, rows })
         };
         let curves =
@@ -144,20 +144,18 @@ impl Picture {
     }
 }
 
-/// A curve over time by the least and the greatest of its rows in intervals of one length, so that no
-/// peak is missed, in fixed memory however long the run.
+/// A curve over time by the least and the greatest of its rows in intervals, so that no peak is missed, in fixed
+/// memory however long the run.
 #[derive(Clone, Debug)]
 struct Envelope {
     bins: Vec<Bin>,
-    begin: f64,
-    /// Length of an interval, s.
+    /// An interval ends before it is so long, s.
     length: f64,
 }
 
 /// Rows of one interval, each as (time, value).
 #[derive(Clone, Copy, Debug)]
 struct Bin {
-    number: u64,
     first: (f64, f64),
     least: (f64, f64),
     greatest: (f64, f64),
@@ -165,8 +163,8 @@ struct Bin {
 }
 
 impl Bin {
-    fn of(number: u64, row: (f64, f64)) -> Bin {
-        Bin { number, first: row, least: row, greatest: row, last: row }
+    fn of(row: (f64, f64)) -> Bin {
+        Bin { first: row, least: row, greatest: row, last: row }
     }
 
     fn add(&mut self, row: (f64, f64)) {
@@ -184,27 +182,25 @@ impl Envelope {
     /// Intervals; a panel draws four points of each, 4000 at most.
     const MOST: usize = 1000;
 
-    /// From the time `begin` (s), with intervals of the length `every` (s), which doubles whenever there is no room for more.
-    fn new(begin: f64, every: f64) -> Envelope {
-        Envelope { bins: Vec::with_capacity(Self::MOST), begin, length: every.max(1e-9) }
+    /// With intervals of the length `every` (s), which doubles whenever there is no room for more.
+    fn new(every: f64) -> Envelope {
+        Envelope { bins: Vec::with_capacity(Self::MOST), length: every.max(1e-9) }
     }
 
     #[inline]
     fn add(&mut self, t: f64, value: f64) {
-        let number = ((t - self.begin) / self.length) as u64;
         match self.bins.last_mut() {
-            Some(bin) if bin.number >= number => bin.add((t, value)),
-            _ => self.open(number, (t, value)),
+            Some(bin) if t - bin.first.0 < self.length => bin.add((t, value)),
+            _ => self.open((t, value)),
         }
     }
 
-    /// A new interval. Where there is no room for it, intervals are joined in pairs first.
-    fn open(&mut self, mut number: u64, row: (f64, f64)) {
+    /// A new interval. Where there is no room for it, those that fit into one of twice the length are joined first.
+    fn open(&mut self, row: (f64, f64)) {
         while self.bins.len() == Self::MOST {
             self.length *= 2.0;
-            number /= 2;
             self.bins.dedup_by(|next, bin| {
-                let one = bin.number / 2 == next.number / 2;
+                let one = next.last.0 - bin.first.0 < self.length;
                 if one {
                     bin.add(next.least);
                     bin.add(next.greatest);
@@ -212,12 +208,8 @@ impl Envelope {
                 }
                 one
             });
-            self.bins.iter_mut().for_each(|bin| bin.number /= 2);
         }
-        match self.bins.last_mut() {
-            Some(bin) if bin.number >= number => bin.add(row),
-            _ => self.bins.push(Bin::of(number, row)),
-        }
+        self.bins.push(Bin::of(row));
     }
 
     /// Time of the last row, s.
@@ -298,7 +290,7 @@ mod tests {
             _ if k == down => -7.0,
             _ => (f64::from(k) * 1e-5).sin(),
         };
-        let mut e = Envelope::new(0.0, 0.05);
+        let mut e = Envelope::new(0.05);
         for k in 0..rows {
             e.add(f64::from(k) * 1e-3, value(k));
         }
@@ -318,7 +310,7 @@ mod tests {
 
     #[test]
     fn a_jump_at_one_instant_is_seen_and_a_gap_of_hours_is_one_step() {
-        let mut e = Envelope::new(10.0, 0.05);
+        let mut e = Envelope::new(0.05);
         for row in [(10.0, 1.0), (10.01, 1.0), (10.01, 5.0), (10.01, 1.0), (36_010.0, 2.0)] {
             e.add(row.0, row.1);
         }
@@ -332,7 +324,7 @@ mod tests {
         assert!((celsius.of(263.15) + 10.0).abs() < 1e-12);
         assert_eq!(InUnit { offset: 0.0, factor: 0.01 }.of(250.0), 2.5);
         for (end, name, last) in [(7200.0, "time [s]", 7200.0), (72_000.0, "time [h]", 20.0)] {
-            let mut rows = Envelope::new(0.0, 0.05);
+            let mut rows = Envelope::new(0.05);
             rows.add(0.0, 1.0);
             rows.add(end, 1.5);
             let unit = InUnit { offset: 0.5, factor: 2.0 };

@@ -9,7 +9,7 @@ use crate::graph::{self, GraphFormat};
 use crate::options::RunOptions;
 use crate::view::{self, ViewOptions};
 use crate::{check, doctor, exit, inspect, make, pages, replay, run, voice};
-use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::error::{ContextKind, ContextValue};
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use linkwork_runner::Library;
 use linkwork_runtime::{Catalogue, remedy};
@@ -84,17 +84,13 @@ impl Program {
         });
         match done {
             Ok(code) => ExitCode::from(voice::exit_code(code)),
-            Err(e) if e.kind() == ErrorKind::InvalidSubcommand => {
-                let Some(ContextValue::String(word)) = e.get(ContextKind::InvalidSubcommand) else {
-                    return ExitCode::from(exit::INPUT);
-                };
-                let given = std::env::args().skip(1);
-                tell!("error: {}", no_command(word, command(), given));
-                ExitCode::from(voice::exit_code(exit::INPUT))
-            }
             // Help and version, or what is wrong with the arguments.
             Err(e) => {
                 let code = u8::try_from(e.exit_code()).unwrap_or(exit::INPUT);
+                if let Some(ContextValue::String(word)) = e.get(ContextKind::InvalidSubcommand) {
+                    tell!("error: {}", no_command(word));
+                    return ExitCode::from(voice::exit_code(code));
+                }
                 let lost = e.print().is_err() && code == exit::OK;
                 ExitCode::from(if lost { exit::FAILED } else { voice::exit_code(code) })
             }
@@ -103,9 +99,9 @@ impl Program {
 }
 
 /// What is told of a word that is no command: what there is at its level.
-fn no_command(word: &str, whole: clap::Command, given: impl Iterator<Item = String>) -> String {
-    let mut level = whole;
-    for arg in given.take_while(|arg| arg != word) {
+fn no_command(word: &str) -> String {
+    let mut level = command();
+    for arg in std::env::args_os().skip(1).take_while(|arg| arg != word) {
         if let Some(next) = level.find_subcommand(&arg) {
             level = next.clone();
         }
