@@ -148,14 +148,14 @@ fn what_of_a_file_is_not_used_is_a_warning_at_its_import() {
     let (file, line, _) = l.sources.place(warnings[0].origin).unwrap();
     assert_eq!((file.as_str(), line), ("s.ron", 1));
     assert!(warnings[0].help.is_some());
-    // Many of a kind are one warning.
+    // Many of a kind are one line.
     let shape = "<collision><geometry><sphere radius=\"1\"/></geometry></collision>";
     let links: String = (0..8).map(|i| format!("<link name=\"l{i}\">{shape}</link><joint name=\"j{i}\" type=\"fixed\"><parent link=\"b\"/><child link=\"l{i}\"/></joint>")).collect();
     let urdf = format!("<robot name=\"r\"><link name=\"b\"/>{links}</robot>");
     let l = loaded("Simulation(import: (file: \"r.urdf\"))", &[("r.urdf", &urdf)]);
     let said: Vec<String> = l.warnings().into_iter().map(|w| w.message).collect();
     assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].contains("Collision shape") && said[0].ends_with("and 3 more"), "{said:?}");
+    assert!(said[0].contains("collision shape") && said[0].ends_with("and 5 more"), "{said:?}");
     assert!(loaded("Simulation()", &[]).warnings().is_empty());
 }
 

@@ -430,7 +430,7 @@ fn collision_shapes_come_back_to_the_last_digit() {
     }
     let made = Assembly::from_description("M", &d);
     assert_eq!(made.left_out.len(), 1, "{:?}", made.left_out);
-    assert!(made.left_out[0].contains("Ellipsoid"));
+    assert!(made.left_out[0].contains("ellipsoid"));
     let catalogue = catalogue();
     let loaded = load_text("m.ron", &made.assembly.to_ron(), &Options::new(&catalogue));
     let loaded = loaded.unwrap_or_else(|f| panic!("{f}"));

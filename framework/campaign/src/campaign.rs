@@ -35,6 +35,8 @@ pub struct Campaign {
 /// Contents of files, by name: their hashes.
 pub(crate) type Contents = BTreeMap<String, u64>;
 
+/// The form of what runs leave in a campaign's folder: what another one left is another campaign.
+const FORM: u32 = 2;
 /// What `--set` of the run is called among the sources.
 const SET: &str = "--set";
 
@@ -163,11 +165,13 @@ impl Campaign {
             let message = "the simulation has no figures: a campaign would have no results";
             faults.push(Fault::new(Origin::NONE, message).help(help));
         }
-        let known: Vec<&str> = self.figures.iter().map(|f| f.0.as_str()).collect();
+        let figures = self.figures.iter().map(|f| f.0.as_str());
+        let numbers = self.form.drawn.iter().filter(|d| d.of.is_number());
+        let known: Vec<&str> = figures.chain(numbers.map(|d| d.name.as_str())).collect();
         for (a, b, origin) in &self.form.scatter {
             for name in [a, b].into_iter().filter(|n| !known.contains(&n.as_str())) {
-                let message = format!("`scatter`: there is no figure `{name}`");
-                let help = linkwork_runtime::remedy(name, "figures", &known);
+                let message = format!("`scatter`: `{name}` is neither a figure nor a drawn number");
+                let help = linkwork_runtime::remedy(name, "figures and drawn numbers", &known);
                 faults.push(Fault::new(*origin, message).help(help));
             }
         }
@@ -221,7 +225,7 @@ impl Campaign {
     fn identify(&self, plan: u64) -> u64 {
         let f = &self.form;
         let mut text = format!(
-            "{} {} {:?} {:?} {:?} {plan:016x} {}",
+            "{FORM} {} {} {:?} {:?} {:?} {plan:016x} {}",
             f.runs,
             f.seed,
             f.sampling,

@@ -78,6 +78,14 @@ impl Distribution {
     /// The least probability that a truncated normal may leave between its bounds. Below it Φ has no digits left.
     pub const LEAST_SUPPORT: f64 = 1e-12;
 
+    /// Whether every value it can take is a number.
+    pub fn is_number(&self) -> bool {
+        match self {
+            Distribution::Choice { of, .. } => of.iter().all(|v| matches!(v, Value::Number(_))),
+            _ => true,
+        }
+    }
+
     /// The probability that the Gaussian has between two bounds (in deviations from the mean).
     pub fn between(alpha: f64, beta: f64) -> f64 {
         // Above the mean from the other side, where Φ keeps its digits.

@@ -74,12 +74,14 @@ impl Folder {
         &self.path
     }
 
-    /// The runs that are to be made: those that have not ended, and those whose history is gone.
+    /// The runs that are to be made: those that have not ended, and those whose history is not as it was written.
+    /// Cost: every history is read.
     pub fn todo(&self, campaign: &Campaign) -> Vec<u64> {
         let ended = |run: &u64| {
             self.journal.outcomes.get(run).is_some_and(|o| {
-                let steps = !matches!(o.ended, Cause::Refused | Cause::Panicked | Cause::WallLimit);
-                campaign.retained().is_none() || !steps || is_whole(&self.path, *run)
+                // Where a limit of wall time ended a run differs from time to time, and so does its history.
+                let kept = o.history.filter(|_| o.ended != Cause::WallLimit);
+                kept.is_none_or(|checksum| is_whole(&self.path, *run, checksum))
             })
         };
         (0..campaign.form().runs).filter(|run| !ended(run)).collect()

@@ -4,13 +4,12 @@
 //! retain: (of: ["Capsule.altitude"], every: "1 s")  →  histories/run_N.parquet  →  bands.csv, bands.parquet, report
 //! ```
 //! Rows are taken in the thread of the run, at the first tick at or after each multiple of the period, so that row k of
-//! every run is at the same instant: runs whose step differs are refused. A run's file is on the disk, whole, before its
-//! outcome is told.
-use crate::results::{Column, Table, replace};
+//! every run is at the same instant: runs whose step differs are refused. A run's file is there, whole, before its
+//! outcome is told, which holds its checksum: a history that a power cut took, or that was changed, is made again.
+use crate::results::{Column, Durable, Table, replace};
 use crate::statistics::percentile;
 use linkwork_record::{Cells, ParquetFile, parquet_numbers, titled};
 use linkwork_runtime::{Place, Plan, Schedule, Seconds, Simulation};
-use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// Numbers that a run may keep: 160 MB.
@@ -64,13 +63,13 @@ impl History {
         }
     }
 
-    /// Writes the file of a run.
+    /// Writes the file of a run; gives its checksum.
     pub(crate) fn write(
         &self,
         folder: &Path,
         run: u64,
         retained: &Retained,
-    ) -> Result<(), (PathBuf, String)> {
+    ) -> Result<u32, (PathBuf, String)> {
         let path = file(folder, run);
         let parquet = || {
             let titles: Vec<String> =
@@ -85,10 +84,12 @@ impl History {
             file.rows(numbers().map(|(_, v)| Cells::Number(v)))?;
             file.finish()
         };
-        let write = || -> Result<(), String> {
+        let write = || -> Result<u32, String> {
             let bytes = parquet()?;
             std::fs::create_dir_all(self::folder(folder)).map_err(|e| e.to_string())?;
-            replace(&path, &bytes)
+            // Not brought to the disk at once: a thousand runs would wait for it a thousand times.
+            replace(&path, &bytes, Durable::Later)?;
+            Ok(crc32fast::hash(&bytes))
         };
         write().map_err(|why| (path.clone(), why))
     }
@@ -109,21 +110,9 @@ pub(crate) fn remove(campaign: &Path, run: u64) {
     let _ = std::fs::remove_file(file(campaign, run));
 }
 
-/// Whether the file of a run is there to its end: a run without is made again.
-pub(crate) fn is_whole(campaign: &Path, run: u64) -> bool {
-    let look = || -> std::io::Result<bool> {
-        let mut file = std::fs::File::open(file(campaign, run))?;
-        // Both marks, and the length of the footer between them.
-        if file.metadata()?.len() < 12 {
-            return Ok(false);
-        }
-        let (mut first, mut last) = ([0; 4], [0; 4]);
-        file.read_exact(&mut first)?;
-        file.seek(SeekFrom::End(-4))?;
-        file.read_exact(&mut last)?;
-        Ok(&first == b"PAR1" && &last == b"PAR1")
-    };
-    look().unwrap_or(false)
+/// Whether the file of a run is as it was written: a run without is made again.
+pub(crate) fn is_whole(campaign: &Path, run: u64, checksum: u32) -> bool {
+    std::fs::read(file(campaign, run)).is_ok_and(|bytes| crc32fast::hash(&bytes) == checksum)
 }
 
 /// How one variable is spread over the runs at each instant.
@@ -230,14 +219,14 @@ mod tests {
         Retained { variables: vec![("a.x".into(), "m".into())], every: Seconds::new(1, 2).unwrap() }
     }
 
-    fn keep(folder: &Path, run: u64, times: &[f64], values: &[f64]) {
+    fn keep(folder: &Path, run: u64, times: &[f64], values: &[f64]) -> u32 {
         let history = History {
             places: Vec::new(),
             schedule: Schedule::from(0, Seconds::new(1, 1).unwrap(), Seconds::new(1, 1).unwrap()),
             times: times.to_vec(),
             columns: vec![values.to_vec()],
         };
-        history.write(folder, run, &retained()).unwrap();
+        history.write(folder, run, &retained()).unwrap()
     }
 
     #[test]
@@ -275,18 +264,22 @@ mod tests {
     }
 
     #[test]
-    fn half_a_file_is_none() {
+    fn a_file_with_any_other_byte_is_none() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(!is_whole(folder.path(), 0));
-        keep(folder.path(), 0, &[0.0], &[1.0]);
-        assert!(is_whole(folder.path(), 0));
+        assert!(!is_whole(folder.path(), 0, 0));
+        let sum = keep(folder.path(), 0, &[0.0], &[1.0]);
+        assert!(is_whole(folder.path(), 0, sum) && !is_whole(folder.path(), 1, sum));
         let path = file(folder.path(), 0);
         let bytes = std::fs::read(&path).unwrap();
-        std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
-        assert!(!is_whole(folder.path(), 0));
-        for short in ["", "PAR1"] {
-            std::fs::write(&path, short).unwrap();
-            assert!(!is_whole(folder.path(), 0));
+        for at in 0..bytes.len() {
+            let mut wrong = bytes.clone();
+            wrong[at] ^= 1 << (at % 8);
+            std::fs::write(&path, wrong).unwrap();
+            assert!(!is_whole(folder.path(), 0, sum), "byte {at}");
+        }
+        for cut in [0, 4, bytes.len() - 1] {
+            std::fs::write(&path, &bytes[..cut]).unwrap();
+            assert!(!is_whole(folder.path(), 0, sum), "cut at {cut}");
         }
     }
 }

@@ -221,11 +221,13 @@ mod tests {
             hash: u64::MAX - run,
             wall: 0.5,
             figures: vec![y, f64::NAN, -0.0, f64::INFINITY, 5e-324],
+            history: (run > 0).then_some(u32::MAX - run as u32),
         }
     }
 
-    fn bits(o: &Outcome) -> (u64, u64, Vec<u64>) {
-        (o.hash, o.time.to_bits(), o.figures.iter().map(|y| y.to_bits()).collect())
+    fn bits(o: &Outcome) -> (u64, u64, Vec<u64>, Option<u32>) {
+        let figures = o.figures.iter().map(|y| y.to_bits()).collect();
+        (o.hash, o.time.to_bits(), figures, o.history)
     }
 
     fn journal() -> (tempfile::TempDir, PathBuf) {

@@ -122,6 +122,7 @@ impl<'a> Begun<'a> {
             hash: 0,
             wall: 0.0,
             figures: Vec::new(),
+            history: None,
         };
         let set = catch_unwind(AssertUnwindSafe(|| set_up(campaign, run, means)));
         (outcome.ended, outcome.why) = match set {
@@ -185,14 +186,15 @@ impl Under<'_> {
 
     /// Goes to the end, and keeps what it takes to look at a failure. `None` when it was stopped before.
     fn finish(mut self) -> Result<Option<Outcome>, MakeError> {
-        let Some(outcome) = self.go()? else { return Ok(None) };
+        let Some(mut outcome) = self.go()? else { return Ok(None) };
         let history = self.set.runner.watch.history.as_ref();
         if let (Some(folder), Some(history), Some(retained)) =
             (self.means.folder, history, self.campaign.retained())
         {
-            history.write(folder, outcome.run, retained).map_err(|(path, why)| {
+            let written = history.write(folder, outcome.run, retained).map_err(|(path, why)| {
                 MakeError::Keep { path, source: std::io::Error::other(why) }
             })?;
+            outcome.history = Some(written);
         }
         // Stopped while it left what it takes to look at it: it is made again.
         if !outcome.ended.is_orderly() && !keep(self.campaign, self.means, self.set, &outcome)? {

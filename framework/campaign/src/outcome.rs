@@ -63,6 +63,8 @@ pub struct Outcome {
     /// Figures, in their order and units; none when it had none.
     #[serde(with = "exact_list")]
     pub figures: Vec<f64>,
+    /// CRC-32 of the file of its history; `None` when it left none.
+    pub history: Option<u32>,
 }
 
 impl Outcome {
@@ -85,7 +87,8 @@ impl Outcome {
     /// Whether this is the same run, made again: the same in all but the wall time that it took.
     pub fn is_again(&self, other: &Outcome) -> bool {
         let bits = |o: &Outcome| o.figures.iter().map(|y| y.to_bits()).collect::<Vec<_>>();
-        let all = |o: &Outcome| (o.run, o.ended, o.time.to_bits(), o.seed, o.hash, bits(o));
+        let all =
+            |o: &Outcome| (o.run, o.ended, o.time.to_bits(), o.seed, o.hash, bits(o), o.history);
         all(self) == all(other)
     }
 
@@ -148,6 +151,7 @@ mod tests {
             hash: 0,
             wall: 0.0,
             figures: Vec::new(),
+            history: None,
         };
         let a = of("`bob.rate` became 1.5e17 at t = 0.25 s\n  help: a smaller step");
         let b = of("`bob.rate` became 22.75e-3 at t = 12 s\n  help: a smaller step");

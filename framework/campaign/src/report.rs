@@ -1,10 +1,11 @@
 //! The report: one page of HTML that needs no other file, with its drawings inside.
 use crate::campaign::Campaign;
-use crate::results::{NAMES, Results, replace};
+use crate::results::{Durable, NAMES, Results, replace};
 use crate::sampling::Sampling;
 use crate::statistics::Ellipse;
 use crate::svg::{band, bars, histogram, scatter, short};
 use linkwork_formats::escaped;
+use linkwork_record::titled;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -23,7 +24,7 @@ svg .wide{fill:#4c7fb0;fill-opacity:.18}svg .close{fill:#4c7fb0;fill-opacity:.4}
 /// # Errors
 /// A message with the file.
 pub fn write(path: &Path, campaign: &Campaign, results: &Results) -> Result<(), String> {
-    replace(path, page(campaign, results).as_bytes())
+    replace(path, page(campaign, results).as_bytes(), Durable::Now)
 }
 
 /// The page as text.
@@ -112,17 +113,10 @@ fn statistics(out: &mut String, results: &Results) {
     out.push_str("</table>\n");
 }
 
-fn label(name: &str, unit: &str) -> String {
-    match unit {
-        "" | "1" => name.to_string(),
-        unit => format!("{name} [{unit}]"),
-    }
-}
-
 /// For each figure: how it is spread, what it hangs on, and the value that it hangs on most.
 fn figures(out: &mut String, results: &Results) {
     for (k, (name, unit, y)) in results.figures.iter().enumerate() {
-        let own = label(name, unit);
+        let own = titled(name, unit);
         let _ = write!(out, "<h2>{}</h2>\n<div class=\"plots\">", escaped(name));
         out.push_str(&histogram("Distribution", &own, y));
         let ranked: Vec<(String, f64)> = results
@@ -153,25 +147,35 @@ fn figures(out: &mut String, results: &Results) {
 
 /// The pairs that the campaign asks for; without any, the first two figures.
 fn together(out: &mut String, campaign: &Campaign, results: &Results) {
-    let place = |name: &str| results.figures.iter().position(|f| f.0 == name);
-    let mut pairs: Vec<(usize, usize)> = campaign
-        .form()
-        .scatter
-        .iter()
-        .filter_map(|(a, b, _)| Some((place(a)?, place(b)?)))
-        .collect();
-    if pairs.is_empty() && results.figures.len() > 1 {
-        pairs.push((0, 1));
+    let form = campaign.form();
+    // What is drawn of a name, its title, and whether it is a figure.
+    let values = |name: &str| {
+        let figure = results.figures.iter().find(|f| f.0 == name);
+        let drawn = || {
+            let title =
+                form.drawn.iter().find(|d| d.name == name).map(|d| titled(name, &d.unit))?;
+            results.drawn.iter().find(|d| d.0 == title)
+        };
+        match figure {
+            Some((name, unit, x)) => Some((titled(name, unit), x, true)),
+            None => drawn().map(|(title, x)| (title.clone(), x, false)),
+        }
+    };
+    let mut pairs: Vec<[&str; 2]> =
+        form.scatter.iter().map(|(a, b, _)| [a, b].map(String::as_str)).collect();
+    if let ([], [a, b, ..]) = (&pairs[..], &results.figures[..]) {
+        pairs.push([&a.0, &b.0]);
     }
     if pairs.is_empty() {
         return;
     }
-    out.push_str("<h2>Figures against each other</h2>\n<p>Ellipses of one, two and three standard deviations.</p>\n<div class=\"plots\">");
-    for (a, b) in pairs {
-        let ((xn, xu, x), (yn, yu, y)) = (&results.figures[a], &results.figures[b]);
-        let title = format!("{yn} against {xn}");
-        let ellipse = Ellipse::of(x, y);
-        out.push_str(&scatter(&title, (&label(xn, xu), &label(yn, yu)), x, y, ellipse));
+    out.push_str("<h2>Against each other</h2>\n<p>Ellipses of one, two and three standard deviations where both are figures.</p>\n<div class=\"plots\">");
+    for [a, b] in pairs {
+        let (Some((xs, x, first)), Some((ys, y, second))) = (values(a), values(b)) else {
+            continue;
+        };
+        let ellipse = if first && second { Ellipse::of(x, y) } else { None };
+        out.push_str(&scatter(&format!("{b} against {a}"), (&xs, &ys), x, y, ellipse));
     }
     out.push_str("</div>\n");
 }
@@ -188,7 +192,7 @@ fn histories(out: &mut String, results: &Results) {
          from 5 % to 95 %; dashed: least and largest.</p>\n<div class=\"plots\">"
     );
     for b in &results.bands {
-        out.push_str(&band(&b.name, &label(&b.name, &b.unit), b));
+        out.push_str(&band(&b.name, &titled(&b.name, &b.unit), b));
     }
     out.push_str("</div>\n");
 }

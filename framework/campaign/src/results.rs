@@ -177,8 +177,9 @@ impl Results {
     ) -> Result<(), String> {
         let Some(retained) = campaign.retained() else { return Ok(()) };
         let orderly = journal.outcomes.values().filter(|o| o.ended.is_orderly());
-        let orderly: Vec<u64> = orderly.map(|o| o.run).collect();
-        let runs: Vec<u64> = orderly.iter().copied().filter(|r| is_whole(folder, *r)).collect();
+        let orderly: Vec<_> = orderly.collect();
+        let whole = |o: &&&Outcome| o.history.is_some_and(|sum| is_whole(folder, o.run, sum));
+        let runs: Vec<u64> = orderly.iter().filter(whole).map(|o| o.run).collect();
         self.bands_of = (runs.len(), orderly.len());
         self.bands = bands(folder, retained, &runs)?;
         Ok(())
@@ -241,7 +242,7 @@ impl Results {
         for (name, table) in tables {
             for (end, bytes) in [("csv", table.csv()), ("parquet", table.parquet()?)] {
                 let path = folder.join(format!("{name}.{end}"));
-                replace(&path, &bytes)?;
+                replace(&path, &bytes, Durable::Now)?;
                 files.push(path);
             }
         }
@@ -267,12 +268,24 @@ fn counted(outcomes: &[&Outcome]) -> (Vec<(String, Vec<u64>)>, Vec<(Cause, usize
     (failures, causes.into_iter().collect())
 }
 
-/// Writes beside the target, brings it to the disk, and renames: never half a file.
-pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), String> {
+/// When a file is on the disk.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Durable {
+    /// Before the call returns.
+    Now,
+    /// When the system comes to it: a power cut may take it.
+    Later,
+}
+
+/// Writes beside the target and renames: a process that is killed leaves no half file.
+pub(crate) fn replace(path: &Path, bytes: &[u8], durable: Durable) -> Result<(), String> {
     let beside = path.with_extension("part");
     let write = || {
         let mut file = File::create(&beside)?;
         file.write_all(bytes)?;
+        if durable == Durable::Later {
+            return std::fs::rename(&beside, path);
+        }
         file.sync_all()?;
         std::fs::rename(&beside, path)?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -6,6 +6,7 @@ use crate::query::Hiding;
 use crate::rules::{self, WORLD};
 use crate::shape::{ColliderSpec, Detail, Rules, Shape, Visibility};
 use crate::solid::Solid;
+use linkwork_multibody::names::nearest;
 use linkwork_multibody::spatial::Pose;
 use linkwork_multibody::{BodyId, Multibody};
 use std::sync::Arc;
@@ -265,7 +266,7 @@ fn check(specs: &[ColliderSpec], multibody: &Multibody) -> Vec<ColliderFault> {
         }
         if s.body != WORLD && multibody.body(&s.body).is_none() {
             let names = multibody.bodies().iter().map(|b| b.name()).chain([WORLD]);
-            let suggestion = rules::nearest(&s.body, names);
+            let suggestion = nearest(&s.body, names).map(str::to_owned);
             faults.push(ColliderFault::UnknownBody {
                 collider: collider(),
                 body: s.body.clone(),

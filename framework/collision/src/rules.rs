@@ -4,6 +4,7 @@
 use crate::error::ColliderFault;
 use crate::shape::{ColliderSpec, Neighbours, OnTerrain, Rules};
 use linkwork_multibody::Multibody;
+use linkwork_multibody::names::nearest;
 
 /// The name of the world.
 pub(crate) const WORLD: &str = "world";
@@ -11,14 +12,6 @@ pub(crate) const WORLD: &str = "world";
 /// The collider that a runtime adds for the ground. It is on the world and still meets bodies that a hinge joins to the
 /// world; rules may name it before it is there.
 pub const TERRAIN: &str = "terrain";
-
-/// The nearest of some names, when it is near.
-pub(crate) fn nearest<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> Option<String> {
-    all.map(|n| (strsim::damerau_levenshtein(name, n), n))
-        .min()
-        .filter(|(d, n)| *d <= 1 + n.chars().count() / 3)
-        .map(|(_, n)| n.to_string())
-}
 
 /// The names of each entry.
 fn names<E: AsRef<[String]>>(entries: &[E]) -> Vec<Vec<&str>> {
@@ -42,7 +35,7 @@ pub(crate) fn unknown(
             for name in entry {
                 let ground = name == TERRAIN && !of_bodies;
                 if !ground && !bodies().chain(shapes()).any(|n| n == name) {
-                    let suggestion = nearest(name, bodies().chain(shapes()));
+                    let suggestion = nearest(name, bodies().chain(shapes())).map(str::to_owned);
                     faults.push(ColliderFault::UnknownName {
                         list,
                         index,

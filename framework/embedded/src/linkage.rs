@@ -4,6 +4,7 @@
 use crate::error::{ModelError, ModelFault};
 use crate::model::{ModelSpec, ObjectSpec};
 use linkwork_dynamics::Tree;
+use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodyId, BodySpec, Builder, Hinge, Multibody};
 
 /// Degrees of freedom, and numbers of q, of the root.
@@ -90,7 +91,7 @@ pub(crate) fn linkages(spec: &ModelSpec) -> Result<Vec<Option<Linkage>>, ModelEr
                 place: format!("body `{}` of the linkages", b.name),
                 kind: "object",
                 name: b.parent.clone(),
-                help: crate::part::nearest(&b.parent, names),
+                help: suggest(&b.parent, "object", names),
             });
         }
     }

@@ -3,12 +3,13 @@
 use crate::collision::Scene;
 use crate::error::{ModelError, ModelFault, RobotError};
 use crate::linkage::{Linkage, linkages};
-use crate::part::{Chain, Part, PartSpec, Resolved, nearest, resolve};
+use crate::part::{Chain, Part, PartSpec, Resolved, resolve};
 use linkwork_collision::{ColliderId, ColliderSpec, Rules, Shape};
 use linkwork_dynamics::Tree;
 use linkwork_formats::{
     Description, Geometry, ReadOptions, ShapeRole, Srdf, read_file, read_srdf_file,
 };
+use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodyId, Builder, HingeCoordinate, Limits, Multibody, NodeId};
 use linkwork_spatial::{MassProperties, Pose, RigidInertia, Vec3};
 use serde::{Deserialize, Serialize};
@@ -94,7 +95,7 @@ impl ModelSpec {
                         place: format!("group `{}`", g.name),
                         kind: "joint",
                         name: j.clone(),
-                        help: nearest(j, d.joints.iter().map(|j| j.name.as_str())),
+                        help: suggest(j, "joint", d.joints.iter().map(|j| j.name.as_str())),
                     }),
                 }
             }

@@ -6,6 +6,7 @@
 
 use crate::error::{ModelFault, RobotError};
 use linkwork_dynamics::Tree;
+use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodyId, Builder, Limits, Multibody, NodeId};
 use linkwork_spatial::Pose;
 use serde::{Deserialize, Serialize};
@@ -134,7 +135,7 @@ pub(crate) fn resolve(
                 place: format!("part `{part}`"),
                 kind: "body",
                 name: name.to_owned(),
-                help: nearest(name, mbs.bodies().iter().map(|b| b.name())),
+                help: suggest(name, "body", mbs.bodies().iter().map(|b| b.name())),
             });
         }
         id
@@ -232,17 +233,4 @@ fn chain(
         carrier: moving,
         fixed,
     })
-}
-
-/// The nearest of some names as a question, or all of few.
-pub(crate) fn nearest<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> String {
-    let all: Vec<&str> = all.collect();
-    let best =
-        all.iter().map(|n| (strsim::jaro_winkler(name, n), *n)).max_by(|a, b| a.0.total_cmp(&b.0));
-    match best {
-        Some((score, n)) if score > 0.7 => format!("did you mean `{n}`?"),
-        _ if all.is_empty() => "there is none".to_owned(),
-        _ if all.len() <= 12 => format!("one of: {}", all.join(", ")),
-        _ => "correct the name".to_owned(),
-    }
 }

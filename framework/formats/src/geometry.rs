@@ -67,9 +67,10 @@ pub(crate) fn mesh_file(
 ) -> Geometry {
     let path = mesh::find(file, cx.options);
     if path.is_none() {
-        let fact = format!("the mesh file `{}` was not found", crate::read::shortened(file));
-        let help = if file.contains("://") { " (give its folder in `package_paths`)" } else { "" };
-        cx.ignored.push(e.ignored(what, format!("{fact}{help}")));
+        let package = file.contains("://");
+        let help = if package { "; say in which folder their packages are" } else { "" };
+        let place = format!("{what} `{}`", crate::read::shortened(file));
+        cx.ignored.push(e.ignored(place, format!("mesh files that are not there{help}")));
     }
     Geometry::Mesh { file: file.into(), path, scale }
 }

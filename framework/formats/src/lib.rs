@@ -51,7 +51,6 @@ pub mod heights;
 mod markup;
 mod mesh;
 mod mjcf;
-mod names;
 mod read;
 mod sdf;
 mod srdf;

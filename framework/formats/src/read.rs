@@ -1,9 +1,9 @@
 //! What a reader may be told, which reader a file needs, and the collector of mistakes.
 
 use crate::error::{FaultKind, FileFault, FilePlace};
-use crate::names::suggest;
 use crate::xml::Element;
 use crate::{Description, FormatError, Ignored, Initial};
+use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_spatial::{InertiaCheck, InertiaFault, MassProperties, Pose, Vec3};
 use std::path::{Path, PathBuf};

@@ -11,6 +11,7 @@ use crate::error::FaultKind;
 use crate::read::{Cx, ReadOptions, Root, report_massless, root_hinge};
 use crate::xml::{Element, parse};
 use crate::{BodyShape, Coupling, Description, FormatError, Joint, ShapeRole, geometry};
+use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodySpec, Friction, Hinge, Limits, SubhingeKind};
 use linkwork_spatial::{MassProperties, Mat3, Pose, Vec3};
 use std::collections::BTreeMap;
@@ -328,7 +329,7 @@ fn mover(cx: &mut Cx<'_>, child: &str, m: &Mover<'_>, d: &mut Description) -> Bo
         "prismatic" => Hinge::slider(axis().unwrap_or_else(Vec3::x)),
         "planar" => planar(axis().unwrap_or_else(Vec3::x)),
         other => {
-            let help = crate::names::suggest(other, "type", TYPES.into_iter());
+            let help = suggest(other, "type", TYPES);
             let (joint, kind) = (m.name.into(), other.into());
             cx.fault(e.place_of("type"), FaultKind::UnknownJointType { joint, kind, help });
             Hinge::locked()

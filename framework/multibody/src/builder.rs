@@ -1,10 +1,11 @@
 //! From parts in any order to a mechanism in canonical order.
 
-use crate::checks::{check_hinge, check_loop_hinge, check_names, check_numbers, nearest};
+use crate::checks::{check_hinge, check_loop_hinge, check_names, check_numbers};
 use crate::constraint::{Anchor, Coupled, Loop, rows};
 use crate::error::{BuildError, MechanismFault};
 use crate::mechanism::{Body, Multibody, Node, Parts, SubhingeRange};
 use crate::modes::Modes;
+use crate::names::nearest;
 use crate::{
     BodyId, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, NodeId, SubhingeKind,
 };
@@ -216,7 +217,8 @@ impl Builder {
                 faults.push(MechanismFault::UnknownParent {
                     body: b.name.clone(),
                     parent: b.parent.clone(),
-                    suggestion: nearest(&b.parent, names.keys().copied().chain(["world"])),
+                    suggestion: nearest(&b.parent, names.keys().copied().chain(["world"]))
+                        .map(str::to_owned),
                 });
             }
             check_numbers(b, &mut faults);
@@ -230,7 +232,7 @@ impl Builder {
                 faults.push(MechanismFault::UnknownBody {
                     node: n.name.clone(),
                     body: n.body.clone(),
-                    suggestion: nearest(&n.body, names.keys().copied()),
+                    suggestion: nearest(&n.body, names.keys().copied()).map(str::to_owned),
                 });
             }
             if !n.pose.is_finite() {
@@ -250,7 +252,8 @@ impl Builder {
         let mut unknown = |what: String, body: &str, world: Option<&'static str>| {
             let found = names.contains_key(body) || world == Some(body);
             if !found {
-                let suggestion = nearest(body, names.keys().copied().chain(world));
+                let suggestion =
+                    nearest(body, names.keys().copied().chain(world)).map(str::to_owned);
                 faults.push(MechanismFault::UnknownEnd { what, body: body.into(), suggestion });
             }
             found

@@ -96,11 +96,3 @@ pub(crate) fn check_loop_hinge(what: &str, hinge: &Hinge, faults: &mut Vec<Mecha
         }
     }
 }
-
-/// The most alike name, if it is alike enough to be a slip.
-pub(crate) fn nearest<'a>(name: &str, all: impl Iterator<Item = &'a str>) -> Option<String> {
-    all.map(|c| (strsim::jaro_winkler(name, c), c))
-        .filter(|(score, _)| *score > 0.7)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, c)| c.to_owned())
-}

@@ -40,6 +40,7 @@ mod hinge;
 mod ids;
 mod mechanism;
 pub mod modes;
+pub mod names;
 mod subgraph;
 
 pub use builder::{BodySpec, Builder, NodeSpec};

@@ -92,10 +92,11 @@ impl Picture {
     fn plots(&self) -> Vec<Plot> {
         let mut plots = Vec::new();
         if let Some((_, _, points)) = &self.map {
-            let mut curves = vec![Curve { name: "driven".into(), points: points.points.clone() }];
+            let mut curves =
+                vec![Curve { name: "driven".into(), points: points.points.clone(), dots: false }];
             if !self.markers.is_empty() {
                 let points = self.markers.iter().map(|m| (m.at.x, m.at.y)).collect();
-                curves.push(Curve { name: "waypoints".into(), points });
+                curves.push(Curve { name: "waypoints".into(), points, dots: true });
             }
             let (x, y) = ("x [m]".into(), "y [m]".into());
             plots.push(Plot { title: "Map".into(), x, y, curves, equal: true });
@@ -109,7 +110,7 @@ impl Picture {
                 .map(|c| {
                     let points = c.rows.points();
                     let points = points.map(|(t, y)| (t / unit, c.unit.of(y))).collect();
-                    Curve { name: c.name.clone(), points }
+                    Curve { name: c.name.clone(), points, dots: false }
                 })
                 .collect();
             let (x, y) = (format!("time [{name}]"), String::new());

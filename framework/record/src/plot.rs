@@ -9,6 +9,8 @@ pub struct Curve {
     pub name: String,
     /// Points.
     pub points: Vec<(f64, f64)>,
+    /// Points by themselves, not joined by a line.
+    pub dots: bool,
 }
 
 /// One panel.
@@ -84,14 +86,67 @@ fn stretches(points: &[(f64, f64)]) -> impl Iterator<Item = &[(f64, f64)]> {
     points.split(|p| !can_be_drawn(p)).filter(|s| !s.is_empty())
 }
 
+/// Size of the text of a legend, and of one of its rows, pixels.
+const LEGEND: (u32, u32) = (12, 18);
+/// Lengths in a legend, pixels: of the line that shows a colour, and from one entry to the next.
+const SAMPLE: (i32, i32) = (16, 18);
+/// Around a panel, and left of its axis for the marks, pixels.
+const MARGIN: (u32, u32) = (12, 64);
+
+/// What a legend says of a curve, if anything.
+fn entry(plot: &Plot, curve: &Curve) -> Option<String> {
+    let lost = curve.points.iter().filter(|p| !can_be_drawn(p)).count();
+    match lost {
+        0 if plot.curves.len() < 2 => None,
+        0 => Some(curve.name.clone()),
+        n => Some(format!("{} ({n} points beyond 1e30 or no numbers)", curve.name)),
+    }
+}
+
+/// The legend in rows between title and chart, where no curve runs through it; what is left of the area.
+fn legend<B: DrawingBackend>(
+    area: &DrawingArea<B, plotters::coord::Shift>,
+    plot: &Plot,
+) -> Result<DrawingArea<B, plotters::coord::Shift>, DrawingAreaErrorKind<B::ErrorType>> {
+    let font = ("sans-serif", LEGEND.0).into_text_style(area);
+    let (left, right) = ((MARGIN.0 + MARGIN.1) as i32, (PANEL.0 - MARGIN.0) as i32);
+    let (mut x, mut row) = (left, 0);
+    let mut entries = Vec::new();
+    for (k, curve) in plot.curves.iter().enumerate() {
+        let Some(name) = entry(plot, curve) else { continue };
+        let width = SAMPLE.0 + 6 + area.estimate_text_size(&name, &font)?.0 as i32;
+        if x > left && x + width > right {
+            (x, row) = (left, row + 1);
+        }
+        entries.push((k, name, x, row * LEGEND.1 as i32 + 8));
+        x += width + SAMPLE.1;
+    }
+    if entries.is_empty() {
+        return Ok(area.clone());
+    }
+    let (above, rest) = area.split_vertically((row + 1) * LEGEND.1 as i32);
+    for (k, name, x, y) in entries {
+        let color = Palette99::pick(k).stroke_width(2);
+        if plot.curves[k].dots {
+            above.draw(&Circle::new((x + SAMPLE.0 / 2, y), 3, color.filled()))?;
+        } else {
+            above.draw(&PathElement::new(vec![(x, y), (x + SAMPLE.0, y)], color))?;
+        }
+        above.draw(&Text::new(name, (x + SAMPLE.0 + 6, y - LEGEND.0 as i32 / 2), font.clone()))?;
+    }
+    Ok(rest)
+}
+
 fn panel<B: DrawingBackend>(
     area: &DrawingArea<B, plotters::coord::Shift>,
     plot: &Plot,
 ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
     let points = || plot.curves.iter().flat_map(|c| &c.points).filter(|p| can_be_drawn(p));
     let (mut x, mut y) = (span(points().map(|p| p.0)), span(points().map(|p| p.1)));
+    let area = legend(&area.titled(&plot.title, ("sans-serif", 18))?, plot)?;
     if plot.equal {
-        let aspect = f64::from(PANEL.0 - 100) / f64::from(PANEL.1 - 80);
+        let (width, height) = area.dim_in_pixel();
+        let aspect = f64::from(width - 100) / f64::from(height.saturating_sub(60).max(1));
         let (w, h) = (x.1 - x.0, y.1 - y.0);
         if w / h < aspect {
             let grow = 0.5 * (h * aspect - w);
@@ -101,40 +156,22 @@ fn panel<B: DrawingBackend>(
             y = (y.0 - grow, y.1 + grow);
         }
     }
-    let mut chart = ChartBuilder::on(area)
-        .caption(&plot.title, ("sans-serif", 18))
-        .margin(12)
+    let mut chart = ChartBuilder::on(&area)
+        .margin(MARGIN.0)
         .x_label_area_size(36)
-        .y_label_area_size(64)
+        .y_label_area_size(MARGIN.1)
         .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
     chart.configure_mesh().x_desc(&plot.x).y_desc(&plot.y).light_line_style(WHITE).draw()?;
     for (k, curve) in plot.curves.iter().enumerate() {
         let color = Palette99::pick(k).to_rgba();
-        // More points than pixels say nothing more.
-        let stride = curve.points.len().div_ceil(4000).max(1);
         for stretch in stretches(&curve.points) {
-            chart.draw_series(LineSeries::new(stretch.iter().step_by(stride).copied(), &color))?;
+            if curve.dots {
+                let dots = stretch.iter().map(|p| Circle::new(*p, 3, color.filled()));
+                chart.draw_series(dots)?;
+            } else {
+                chart.draw_series(LineSeries::new(stretch.iter().copied(), &color))?;
+            }
         }
-        let lost = curve.points.iter().filter(|p| !can_be_drawn(p)).count();
-        if plot.curves.len() > 1 || lost > 0 {
-            let name = match lost {
-                0 => curve.name.clone(),
-                n => format!("{} ({n} points beyond 1e30 or no numbers)", curve.name),
-            };
-            let none = LineSeries::new(std::iter::empty::<(f64, f64)>(), &color);
-            chart.draw_series(none)?.label(name).legend(move |(x, y)| {
-                PathElement::new(vec![(x, y), (x + 16, y)], color.stroke_width(2))
-            });
-        }
-    }
-    let all = plot.curves.iter().map(|c| c.points.len()).sum();
-    if plot.curves.len() > 1 || points().count() < all {
-        chart
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.8))
-            .border_style(BLACK.mix(0.3))
-            .label_font(("sans-serif", 12))
-            .draw()?;
     }
     Ok(())
 }
@@ -147,7 +184,7 @@ mod tests {
 
     fn drawn(values: &[f64], equal: bool) -> String {
         let points = values.iter().enumerate().map(|(k, y)| (k as f64, *y)).collect();
-        let curves = vec![Curve { name: "curve".into(), points }];
+        let curves = vec![Curve { name: "curve".into(), points, dots: false }];
         let (x, y) = ("x".into(), "y".into());
         let plot = Plot { title: "Plot".into(), x, y, curves, equal };
         let folder = tempfile::tempdir().unwrap();
@@ -200,5 +237,53 @@ mod tests {
             drawn(&[1.0, 4.0], false).matches("<polyline").count() + 1 + 1
         );
         assert!(svg.contains("4.0") && !drawn(&[1.0, 4.0], false).contains("no numbers"));
+    }
+
+    /// The numbers of an attribute of every element of a kind.
+    fn numbers(svg: &str, element: &str, attribute: &str) -> Vec<f64> {
+        let all = svg.split('<').filter(|e| e.starts_with(element));
+        let value =
+            |e: &str| e.split(&format!(" {attribute}=\"")).nth(1)?.split('"').next()?.parse().ok();
+        all.filter_map(value).collect()
+    }
+
+    #[test]
+    fn a_legend_lies_above_its_curves_and_within_its_panel() {
+        let curve = |k: usize| Curve {
+            name: format!("legend of wheel {k}, front left"),
+            points: vec![(0.0, 0.0), (1.0, k as f64)],
+            dots: k == 0,
+        };
+        let curves: Vec<Curve> = (0..9).map(curve).collect();
+        let plot = |equal| {
+            let (x, y) = ("x".into(), "y".into());
+            Plot { title: "Loads".into(), x, y, curves: curves.clone(), equal }
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plot.svg");
+        for equal in [false, true] {
+            draw(&path, &[plot(equal), plot(equal)]).unwrap();
+            let svg = std::fs::read_to_string(&path).unwrap();
+            let texts: Vec<&str> = svg.split("<text").filter(|t| t.contains("legend of")).collect();
+            assert_eq!(texts.len(), 2 * 9);
+            let texts = texts.iter().map(|t| format!("<text{t}")).collect::<String>();
+            let (xs, ys) = (numbers(&texts, "text", "x"), numbers(&texts, "text", "y"));
+            // Circles and lines of curves begin below the lowest row.
+            let lowest = ys.iter().copied().fold(0.0, f64::max) + f64::from(LEGEND.0);
+            let dots = numbers(&svg, "circle", "cy");
+            assert_eq!(dots.len(), 2 * (1 + 2), "a sample and two points in each panel");
+            assert_eq!(dots.iter().filter(|y| **y > lowest).count(), 2 * 2);
+            let lines = svg.split('<').filter(|l| l.starts_with("polyline"));
+            let lines = lines.filter(|l| l.contains("stroke-width=\"1\""));
+            let ends = lines.filter_map(|l| l.split("points=\"").nth(1)?.split('"').next());
+            let highest = ends
+                .flat_map(|e| {
+                    e.split_whitespace().filter_map(|p| p.split(',').nth(1)?.parse().ok())
+                })
+                .fold(f64::INFINITY, f64::min);
+            assert!(highest > lowest, "{highest} {lowest}");
+            let width = f64::from(PANEL.0);
+            assert!(xs.iter().all(|x| x % width > 70.0 && x % width < width - 150.0), "{xs:?}");
+        }
     }
 }

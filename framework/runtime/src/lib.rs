@@ -41,6 +41,7 @@ pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
 pub use condition::{Condition, ConditionError};
 pub use field::{Field, Seen, Shown, Shows, View};
+pub use linkwork_multibody::names::{did_you_mean, nearest};
 pub use made::Made;
 pub use mechanism::{
     Closing, ContactSpec, Frame, KinematicSpec, MechanismPart, MechanismPlan, MechanismPorts,
@@ -76,9 +77,7 @@ pub use step::{
 pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
-pub use value::{
-    Fault, Faults, Located, Origin, Sources, Value, did_you_mean, nearest, remedy, told,
-};
+pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};
 
 /// What a library of models needs in scope.
 pub mod prelude {

@@ -1,7 +1,8 @@
 //! Parameters: reading them from located values with units, ranges and defaults; showing them back.
 use crate::services::{Files, Handle, Provided, Services};
 use crate::units::{Unit, split_quantity};
-use crate::value::{Fault, Located, Origin, Value, nearest, remedy};
+use crate::value::{Fault, Located, Origin, Value, remedy};
+use linkwork_multibody::names::nearest;
 use linkwork_spatial::Vec3;
 use std::ops::{Range as StdRange, RangeFrom, RangeInclusive, RangeTo, RangeToInclusive};
 

@@ -1,4 +1,5 @@
 //! Located values: what a configuration file holds, each piece with the place it was written.
+use linkwork_multibody::names::did_you_mean;
 use std::fmt;
 
 /// A place in a source: file index (of the [`Sources`]) and byte range.
@@ -200,30 +201,6 @@ impl fmt::Display for Faults {
 }
 
 impl std::error::Error for Faults {}
-
-/// The candidate that a misspelt name is most like.
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let mut scored: Vec<(f64, &str)> = known
-        .into_iter()
-        .map(|k| {
-            let (tail_n, tail_k) = (name.rsplit('.').next(), k.rsplit('.').next());
-            let whole = strsim::jaro_winkler(&name.to_lowercase(), &k.to_lowercase());
-            let tail = strsim::jaro_winkler(tail_n.unwrap_or(name), tail_k.unwrap_or(k));
-            let like = 0.7 * whole + 0.3 * tail;
-            // Two letters changed about in a short name leave little that is alike.
-            let turned = name.len() > 2 && strsim::osa_distance(name, k) == 1;
-            (if turned { like.max(0.76) } else { like }, k)
-        })
-        .filter(|(score, _)| *score > 0.75)
-        .collect();
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(b.1)));
-    scored.first().map(|(_, k)| *k)
-}
-
-/// The candidate nearest to a misspelt name: `did you mean …`.
-pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    nearest(name, known).map(|k| format!("did you mean `{k}`?"))
-}
 
 /// `did you mean …`, and the list of what there is.
 pub fn remedy(name: &str, kind: &str, known: &[&str]) -> String {

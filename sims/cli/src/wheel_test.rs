@@ -224,7 +224,7 @@ fn files(
         title: title.into(),
         x: x.into(),
         y: y.into(),
-        curves: vec![Curve { name: y.into(), points }],
+        curves: vec![Curve { name: y.into(), points, dots: false }],
         equal: false,
     };
     let of = |f: fn(&Measured) -> f64| rows.iter().map(|r| (r.slip, f(r))).collect();

@@ -21,6 +21,7 @@ const FILE: &str = r#"Campaign(
     },
     correlate: [(of: ["bob.mass", "bob.com[2]"], matrix: [[1, -0.8], [-0.8, 1]])],
     retain: (of: ["bob.*"], every: "0.02 s"),
+    scatter: [("bob.mass", "largest speed"), ("bob.com[2]", "Gain.k")],
 )
 "#;
 
@@ -122,11 +123,16 @@ fn threads_kills_and_stops_leave_no_trace() {
     let said = lab.linkwork(&["campaign", "c.ron", "--out", "killed"]).code(0);
     assert!(said.out.contains("60 runs have ended already"), "{}", said.out);
     assert_eq!((tables(&lab, "killed"), lines()), (wanted.clone(), 61));
-    // Histories that a power cut took, or cut short, are made again.
+    // Histories that a power cut took, cut short or left with other bytes are made again.
     std::fs::remove_file(lab.path("killed/histories/run_7.parquet")).unwrap();
     lab.write("killed/histories/run_9.parquet", "PAR1");
+    let path = lab.path("killed/histories/run_11.parquet");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(path, bytes).unwrap();
     let said = lab.linkwork(&["campaign", "c.ron", "--out", "killed"]).code(0);
-    assert!(said.out.contains("58 runs have ended already"), "{}", said.out);
+    assert!(said.out.contains("57 runs have ended already"), "{}", said.out);
     assert_eq!((tables(&lab, "killed"), lines()), (wanted, 61));
 }
 
@@ -156,14 +162,14 @@ fn a_run_that_ends_otherwise_gives_no_history() {
         said.tells(&["run 2 of the campaign", "0000000000000007"]);
         assert!(!history.exists(), "the history of another run is there");
     }
-    // What cannot be read takes nothing else away.
+    // What cannot be written is told with its name, and taken up when it can.
     lab.write("out/journal", &journal);
-    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
-    lab.write("out/histories/run_1.parquet", "PAR1 and nothing else PAR1");
-    std::fs::remove_file(lab.path("out/results.csv")).unwrap();
+    std::fs::create_dir_all(lab.path("out/histories/run_2.parquet/in the way")).unwrap();
     let said = lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(1);
-    said.tells(&["run_1.parquet", "without it its run is made again"]);
-    assert!(lab.path("out/results.csv").exists());
+    said.tells(&["run_2.parquet", "cannot be written"]);
+    std::fs::remove_dir_all(&history).unwrap();
+    let said = lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
+    assert!(said.out.contains("3 runs have ended already"), "{}", said.out);
 }
 
 #[test]
@@ -478,8 +484,8 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     );
     refused(&[("\"until\": \"0.2 s\"", "\"seed\": 3")], &["noise: Own"]);
     refused(
-        &[("    correlate", "    scatter: [(\"largest speed\", \"smallest\")],\n    correlate")],
-        &["no figure `smallest`"],
+        &[("(\"bob.mass\", \"largest speed\")", "(\"largest speed\", \"smallest\")")],
+        &["`smallest` is neither a figure nor a drawn number"],
     );
     refused(&[("    correlate", "    limits: (wall: \"-1 s\"),\n    correlate")], &["`wall`"]);
     let kept = "of: [\"bob.*\"], every: \"0.02 s\"";
@@ -535,6 +541,9 @@ fn what_runs_keep_is_what_their_logs_say() {
     assert_eq!((cells[5], cells[8]), ((ends[29] + ends[30]) / 2.0, ends[59]));
     let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
     assert!(page.contains("Over time") && page.contains("bob.angle [rad]"));
+    // Drawn numbers stand against figures and against each other, in their units.
+    assert!(page.contains("largest speed against bob.mass") && page.contains("bob.mass [kg]"));
+    assert!(page.contains("Gain.k against bob.com[2]") && !page.contains("class=\"ring\""));
 }
 
 #[test]

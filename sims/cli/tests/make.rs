@@ -46,7 +46,13 @@ fn a_new_library_is_a_whole_workspace() {
     assert!(own.len() > 100 && own.is_subset(&all), "{:?}", own.difference(&all));
     let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap();
     assert!(manifest.contains("[profile.release.package.linkwork-dynamics]\ncodegen-units = 1"));
-    assert!(!manifest.contains('@'), "{manifest}");
+    assert!(manifest.contains("[profile.release.package]\n"));
+    // Versions of crates alone have the sign that words of a template stand between.
+    let signs = manifest.lines().filter(|l| l.contains('@'));
+    assert!(
+        signs.into_iter().all(|l| l.starts_with('"') && l.matches('@').count() == 1),
+        "{manifest}"
+    );
     // The Python files of the package are Linkwork's, all of them.
     let theirs = root().join("sims/python/python/linkwork");
     let own = folder.join("python/windmill");
@@ -157,6 +163,9 @@ fn a_urdf_becomes_a_rover_that_drives() {
         let (readme, checked, said) = made_rover(&lab, name, &file);
         assert_eq!(readme.matches(&format!("| {radius} m,")).count(), 4, "{readme}");
         assert!(!checked.contains("does not rest"), "{checked}");
+        // What was chosen here needs no remark; what the file says in vain is one.
+        assert_eq!(checked.matches("warning: ").count(), 1, "{checked}");
+        assert!(checked.contains("is not used:"), "{checked}");
         let driven = figure(&said, "distance by odometry");
         assert!(driven > ahead && figure(&said, "greatest tilt") < 15.0, "{said}");
     }

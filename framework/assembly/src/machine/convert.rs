@@ -221,6 +221,22 @@ fn nodes(spec: &BodySpec, local: &str, name: &str, d: &Description) -> Value {
     Value::Map(out)
 }
 
+/// Why a shape cannot be taken; `None` for a mesh whose file is not there.
+fn unusable(geometry: &Geometry) -> Option<String> {
+    Some(match geometry {
+        Geometry::Mesh { path: None, .. } => return None,
+        Geometry::Mesh { file, scale, .. } if scale.iter().product::<f64>() > 0.0 => {
+            format!("mesh `{file}`: bodies meet meshes of STL files alone")
+        }
+        Geometry::Mesh { file, scale, .. } => {
+            format!("mesh `{file}` with the scale {scale:?}, which mirrors or flattens it")
+        }
+        Geometry::Ellipsoid { .. } => "ellipsoid".into(),
+        Geometry::Plane { .. } => "plane that nothing meets".into(),
+        _ => "its sizes are not all above 0".into(),
+    })
+}
+
 fn shape(s: &BodyShape, left_out: &mut Vec<String>) -> Option<Value> {
     let number = Value::Number;
     let collides = s.role != ShapeRole::Visual;
@@ -254,7 +270,10 @@ fn shape(s: &BodyShape, left_out: &mut Vec<String>) -> Option<Value> {
         _ => None,
     };
     let Some(solid) = solid else {
-        left_out.push(format!("shape of `{}`: {:?}", s.body, s.geometry));
+        // A mesh file that is not there is told by the reader.
+        if let Some(why) = unusable(&s.geometry) {
+            left_out.push(format!("shape of `{}`: {why}", s.body));
+        }
         return None;
     };
     let mut out = Vec::new();

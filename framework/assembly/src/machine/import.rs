@@ -36,41 +36,42 @@ pub struct Import {
 }
 
 impl Import {
-    /// What of the file is not in the assembly, and what the reader did not use: one warning for each
-    /// kind of thing, with its first places.
+    /// What of the file is not in the assembly, and what the reader did not use: a line for each kind of thing, with
+    /// its first places.
     #[must_use]
-    pub fn warnings(&self) -> Vec<Fault> {
+    pub fn warning(&self) -> Option<Fault> {
         let mut kinds: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for line in &self.left_out {
             let (what, of) = line.split_once(" of ").unwrap_or((line, ""));
-            kinds.entry(format!("{what} is left out")).or_default().push(of.into());
+            kinds.entry(what.to_lowercase()).or_default().push(of.into());
         }
         for i in &self.description.ignored {
             let place = format!("{} (line {})", i.path, i.line);
-            kinds.entry(format!("ignored: {}", i.what)).or_default().push(place);
+            kinds.entry(i.what.clone()).or_default().push(place);
         }
-        let told = kinds.into_iter().map(|(what, places)| {
+        if kinds.is_empty() {
+            return None;
+        }
+        let mut text = format!("of `{}` is not used:", self.file);
+        for (what, places) in kinds {
             let mut first: Vec<&str> = places.iter().map(String::as_str).collect();
             first.retain(|p| !p.is_empty());
             let more = first.len().saturating_sub(SHOWN);
             first.truncate(SHOWN);
-            let mut text = format!("`{}`: {what}", self.file);
-            if !first.is_empty() {
-                text += &format!(": {}", first.join(", "));
-            }
+            let colon = if first.is_empty() { "" } else { ": " };
+            text += &format!("\n    {what}{colon}{}", first.join(", "));
             if more > 0 {
                 text += &format!(" and {more} more");
             }
-            let help = "the simulation runs without it: write what matters of it in the assembly \
-                        or in the side-car, or take it out of the file";
-            Fault::new(self.origin, text).help(help)
-        });
-        told.collect()
+        }
+        let help = "the simulation runs without it: write what matters of it in the assembly or in the side-car, or \
+                    take it out of the file";
+        Some(Fault::new(self.origin, text).help(help))
     }
 }
 
 /// Places that a warning names.
-const SHOWN: usize = 5;
+const SHOWN: usize = 3;
 
 /// Reads a URDF, MJCF or SDF file and the side-car beside it (`robot.linkwork.ron` for `robot.urdf`), if there is one.
 ///

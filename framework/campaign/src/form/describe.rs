@@ -83,7 +83,7 @@ pub(super) fn campaign() -> Vec<Field> {
         field("limits", "Where a run is ended.", Schema::Record("limits", limits)),
         field(
             "scatter",
-            "Pairs of figures that the report draws against each other; the first two unless written.",
+            "Pairs of figures or drawn numbers that the report draws against each other; the first two figures unless written.",
             list(pair(Schema::Text)),
         ),
         field(

@@ -96,7 +96,7 @@ pub struct Form {
     pub until: Option<Seconds>,
     /// The most wall time that a run may take (s).
     pub wall: Option<f64>,
-    /// Pairs of figures that the report draws against each other.
+    /// Pairs of figures or drawn numbers that the report draws against each other.
     pub scatter: Vec<(String, String, Origin)>,
     /// Variables whose time histories every run keeps.
     pub retain: Option<Retain>,
@@ -491,7 +491,7 @@ impl Reader {
     }
 
     fn scatter(&mut self, v: &Located) -> Vec<(String, String, Origin)> {
-        let help = "write scatter: [(\"first figure\", \"second figure\")]";
+        let help = "write scatter: [(\"first\", \"second\")]: figures, or paths that are drawn";
         let Value::List(items) = &v.value else {
             self.fault(v.origin, format!("`scatter` holds {}", v.value.what()), help);
             return Vec::new();

@@ -5,8 +5,8 @@ use super::table::{Axis, DIMENSIONS, Function, Way};
 use super::{DaveModel, DaveVariable, Making, Role, Shot, ShotValue};
 use crate::FormatError;
 use crate::error::{FaultKind, FileFault, FilePlace};
-use crate::names::suggest;
 use crate::xml::{self, Element};
+use linkwork_multibody::names::suggest;
 use std::collections::BTreeMap;
 
 /// Reads a model.

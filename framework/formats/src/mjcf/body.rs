@@ -13,6 +13,7 @@ use crate::error::FaultKind;
 use crate::read::{Cx, root_body};
 use crate::xml::Element;
 use crate::{Description, Initial, Joint};
+use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodySpec, Friction, Hinge, Limits, Subhinge, SubhingeKind};
 use linkwork_spatial::{Pose, Vec3};
 
@@ -223,7 +224,7 @@ impl<'e> Mj<'e> {
             "free" => SubhingeKind::Free,
             other => {
                 let types = ["hinge", "slide", "ball", "free"];
-                let help = crate::names::suggest(other, "type", types.into_iter());
+                let help = suggest(other, "type", types);
                 let (joint, kind) = (name.into(), other.into());
                 cx.fault(place, FaultKind::UnknownJointType { joint, kind, help });
                 return None;

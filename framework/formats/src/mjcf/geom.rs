@@ -11,6 +11,7 @@ use crate::read::Cx;
 use crate::urdf::turned;
 use crate::xml::Element;
 use crate::{BodyShape, Description, Geometry, ShapeRole};
+use linkwork_multibody::names::suggest;
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, Quat, RigidInertia, Vec3};
 use std::f64::consts::PI;
 
@@ -174,7 +175,7 @@ impl<'e> Mj<'e> {
                     "mesh",
                     "sdf",
                 ];
-                let help = crate::names::suggest(other, "type", types.into_iter());
+                let help = suggest(other, "type", types);
                 cx.bad(place, &format!("{what}: `type`"), other, "a type of geom", &help);
                 return None;
             }

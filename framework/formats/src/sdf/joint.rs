@@ -13,6 +13,7 @@ use crate::error::FaultKind;
 use crate::read::Cx;
 use crate::xml::Element;
 use crate::{Coupling, Description, HingeCoordinate, Joint, LoopClosure, Term};
+use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodySpec, Friction, Hinge, Limits, Subhinge, SubhingeKind};
 use linkwork_spatial::Vec3;
 use std::collections::BTreeMap;
@@ -116,7 +117,7 @@ impl<'e> Sdf<'e> {
                 vec![one(cx, "axis", &|axis| SubhingeKind::Screw { axis, pitch })]
             }
             other => {
-                let help = crate::names::suggest(other, "type", TYPES.into_iter());
+                let help = suggest(other, "type", TYPES);
                 let (joint, kind) = (j.name.clone(), other.to_owned());
                 cx.fault(j.e.place_of("type"), FaultKind::UnknownJointType { joint, kind, help });
                 vec![]

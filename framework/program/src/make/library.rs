@@ -96,16 +96,13 @@ fn read(path: &Path) -> Result<String, Refusal> {
     })
 }
 
-/// The tables of a manifest that say how the profiles dev and release compile, without the one that names the crates of
-/// the viewer: a library has none.
+/// The tables of a manifest that say how the profiles dev and release compile.
 fn profiles(manifest: &str) -> String {
     let mut wanted = false;
     let mut lines = Vec::new();
     for line in manifest.lines().filter(|l| !l.trim().is_empty() && !l.starts_with('#')) {
         if line.starts_with('[') {
-            let of_viewer = line == "[profile.release.package]";
-            let profile = ["[profile.dev", "[profile.release"].iter().any(|p| line.starts_with(p));
-            wanted = profile && !of_viewer;
+            wanted = ["[profile.dev", "[profile.release"].iter().any(|p| line.starts_with(p));
             if wanted && !lines.is_empty() {
                 lines.push("");
             }
@@ -137,7 +134,7 @@ mod tests {
     #[test]
     fn profiles_are_those_of_the_manifest() {
         let text = "[a]\nx = 1\n\n[profile.dev]\nopt-level = 1\n\n[profile.release.package.b]\n# why\ny = 2\n\n[profile.release.package]\nviewer = { opt-level = 0 }\n\n[profile.bench]\nz = 3\n";
-        let wanted = "[profile.dev]\nopt-level = 1\n\n[profile.release.package.b]\ny = 2\n";
+        let wanted = "[profile.dev]\nopt-level = 1\n\n[profile.release.package.b]\ny = 2\n\n[profile.release.package]\nviewer = { opt-level = 0 }\n";
         assert_eq!(profiles(text), wanted);
     }
 

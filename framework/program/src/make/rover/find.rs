@@ -84,7 +84,7 @@ fn poses(d: &Description, root: &str) -> BTreeMap<String, Pose> {
 }
 
 /// The axis of a body on one pin, in the body.
-fn pin(b: &BodySpec) -> Option<Vec3> {
+pub fn pin(b: &BodySpec) -> Option<Vec3> {
     match &b.hinge.subhinges[..] {
         [s] => match s.kind {
             SubhingeKind::Pin { axis } => Some(b.hinge_in_body.rotation * axis.normalize()),

@@ -7,7 +7,7 @@
 //! contact                k = N/(0.005 r): a wheel sinks in by half a per cent of its radius; half of it sideways, damped as ζ = 0.14
 //! rotor                  a fiftieth of the machine's mass at the rim, shared; at least so heavy that the motor needs 4 ms
 //! brake                  holds the wheel as a spring on which the rotor would swing with 200 rad/s
-//! friction of joints     as in the file, as tanh of the rate over 0.05 rad/s
+//! friction of joints     as in the file, as tanh of the rate over 0.05 rad/s; over more where the step would be too long for it
 //! ```
 mod find;
 
@@ -21,6 +21,8 @@ use std::path::{Component, Path, PathBuf};
 
 /// Gravity for which drives and contacts are sized (m/s²).
 const G: f64 = 9.81;
+/// Step of the simulation that is written, s.
+const STEP: f64 = 1e-3;
 /// Friction for which drives are sized.
 const FRICTION: f64 = 0.9;
 
@@ -39,6 +41,16 @@ fn n(x: f64) -> String {
 
 fn list(v: &[f64]) -> String {
     format!("[{}]", v.iter().map(|x| n(*x)).collect::<Vec<_>>().join(", "))
+}
+
+/// The rate at which the friction of a joint is full (rad/s): it acts as damping of force/rate below, which must not
+/// turn a body's motion about in a step. The body's own inertia is the least that it moves.
+fn friction_rate(d: &Description, body: &str, force: f64, armature: f64) -> f64 {
+    let spec = d.builder.bodies().iter().find(|b| b.name == body);
+    let inertia = spec
+        .and_then(|b| Some((b, find::pin(b)?)))
+        .map_or(0.0, |(b, axis)| axis.dot(&(b.mass.inertia_com * axis)) + armature);
+    if inertia > 0.0 { (2.0 * STEP * force / inertia).max(0.05) } else { 0.05 }
 }
 
 /// A path from one folder to a file.
@@ -251,7 +263,14 @@ fn words(
     let rubs = d.joints.iter().filter(|j| j.friction > 0.0 && !found.others.contains(&j.body));
     for joint in rubs {
         let (body, force) = (imported(&joint.body), n(joint.friction));
-        let _ = writeln!(overrides, "        \"{body}.friction\": (force: {force}, rate: 0.05),");
+        let steers = |w: &FoundWheel| w.steering.as_ref().is_some_and(|s| s.0 == joint.body);
+        let armature = match driven.iter().any(|w| w.body == joint.body) {
+            true => rotor,
+            false if steered.iter().any(|w| steers(w)) => 4.0 * rotor,
+            false => 0.0,
+        };
+        let rate = n(friction_rate(d, &joint.body, joint.friction, armature));
+        let _ = writeln!(overrides, "        \"{body}.friction\": (force: {force}, rate: {rate}),");
     }
     for other in &found.others {
         // What nothing moves stays where the file has it.

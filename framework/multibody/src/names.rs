@@ -1,0 +1,78 @@
+//! Misspelt names: the nearest of those there are, and what a message says about them.
+
+/// The name that a misspelt one is most like, if one is alike enough to be meant. Of names with dots the last part counts
+/// a third; two letters changed about, or one wrong, are enough in a name of three letters or more.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|k| {
+            let (a, b) = (name.to_lowercase(), k.to_lowercase());
+            let tail = |s: &str| s.rsplit('.').next().unwrap_or(s).to_owned();
+            let whole = strsim::jaro_winkler(&a, &b);
+            let tail = strsim::jaro_winkler(&tail(&a), &tail(&b));
+            let slip = name.chars().count() > 2 && strsim::osa_distance(name, k) == 1;
+            (slip, 0.7 * whole + 0.3 * tail, k)
+        })
+        .filter(|(slip, like, _)| *slip || *like > 0.75)
+        .min_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)).then(a.2.cmp(b.2)))
+        .map(|(_, _, k)| k)
+}
+
+/// The nearest of some names as a question.
+pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    nearest(name, known).map(|k| format!("did you mean `{k}`?"))
+}
+
+/// The nearest of some names as a question, or all of few. `kind` is what they are names of, as one word.
+pub fn suggest<'a>(name: &str, kind: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    match did_you_mean(name, known.iter().copied()) {
+        Some(question) => question,
+        None if known.is_empty() => format!("there is no {kind} at all"),
+        None if known.len() <= 12 => format!("one of: {}", known.join(", ")),
+        None => format!("define the {kind}, or correct the name"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slip_is_told_and_another_word_is_not() {
+        let known = ["run", "resume", "Rover.Wheels.Wheel1", "Rover.Wheels.Motor1", "wheel_radius"];
+        for (said, meant) in [
+            ("rnu", Some("run")),
+            ("rum", Some("run")),
+            ("resme", Some("resume")),
+            ("RESUME", Some("resume")),
+            ("Rover.Wheels.Weel1", Some("Rover.Wheels.Wheel1")),
+            ("whel_radius", Some("wheel_radius")),
+            ("zq", None),
+            ("", None),
+            ("battery", None),
+        ] {
+            assert_eq!(nearest(said, known), meant, "{said}");
+        }
+        assert_eq!(nearest("x", []), None);
+    }
+
+    /// Of equally near names the first in the alphabet, whatever the order they come in; a slip comes before what is
+    /// alike in sum only.
+    #[test]
+    fn the_order_of_names_does_not_count() {
+        assert_eq!(nearest("rnu", ["rn_unit", "run"]), Some("run"));
+        assert_eq!(nearest("arm3", ["arm2", "arm1"]), Some("arm1"));
+        assert_eq!(nearest("arm3", ["arm1", "arm2"]), Some("arm1"));
+    }
+
+    #[test]
+    fn few_names_are_listed() {
+        assert_eq!(suggest("lnik", "link", ["link", "foot"]), "did you mean `link`?");
+        assert_eq!(suggest("xyz", "link", ["hand", "foot"]), "one of: hand, foot");
+        assert_eq!(suggest("xyz", "link", []), "there is no link at all");
+        let many: Vec<String> = (0..13).map(|k| format!("part{k}")).collect();
+        let many = many.iter().map(String::as_str);
+        assert_eq!(suggest("xyz", "link", many), "define the link, or correct the name");
+    }
+}
