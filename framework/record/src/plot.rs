@@ -86,6 +86,20 @@ fn stretches(points: &[(f64, f64)]) -> impl Iterator<Item = &[(f64, f64)]> {
     points.split(|p| !can_be_drawn(p)).filter(|s| !s.is_empty())
 }
 
+/// Colours of curves, in order, and again from the first: ten that are told apart on white (Tableau 10).
+const COLORS: [RGBColor; 10] = [
+    RGBColor(31, 119, 180),
+    RGBColor(255, 127, 14),
+    RGBColor(44, 160, 44),
+    RGBColor(214, 39, 40),
+    RGBColor(148, 103, 189),
+    RGBColor(140, 86, 75),
+    RGBColor(227, 119, 194),
+    RGBColor(127, 127, 127),
+    RGBColor(188, 189, 34),
+    RGBColor(23, 190, 207),
+];
+
 /// Size of the text of a legend, and of one of its rows, pixels.
 const LEGEND: (u32, u32) = (12, 18);
 /// Lengths in a legend, pixels: of the line that shows a colour, and from one entry to the next.
@@ -126,7 +140,7 @@ fn legend<B: DrawingBackend>(
     }
     let (above, rest) = area.split_vertically((row + 1) * LEGEND.1 as i32);
     for (k, name, x, y) in entries {
-        let color = Palette99::pick(k).stroke_width(2);
+        let color = COLORS[k % COLORS.len()].stroke_width(2);
         if plot.curves[k].dots {
             above.draw(&Circle::new((x + SAMPLE.0 / 2, y), 3, color.filled()))?;
         } else {
@@ -163,7 +177,7 @@ fn panel<B: DrawingBackend>(
         .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
     chart.configure_mesh().x_desc(&plot.x).y_desc(&plot.y).light_line_style(WHITE).draw()?;
     for (k, curve) in plot.curves.iter().enumerate() {
-        let color = Palette99::pick(k).to_rgba();
+        let color = COLORS[k % COLORS.len()];
         for stretch in stretches(&curve.points) {
             if curve.dots {
                 let dots = stretch.iter().map(|p| Circle::new(*p, 3, color.filled()));
