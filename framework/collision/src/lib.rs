@@ -63,6 +63,7 @@ mod discs;
 mod edges;
 mod error;
 mod manifold;
+mod near;
 mod pairs;
 mod pieces;
 mod polish;

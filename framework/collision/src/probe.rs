@@ -9,13 +9,13 @@
 //! An answer depends on the poses and settings alone. The order in which pairs are looked at does too: those whose balls
 //! overlap most go first, since a hit among them ends a question.
 
-use crate::axis::{Nearest, direction, nearest};
 use crate::colliders::{ColliderId, Colliders};
 use crate::core::{Core, Placed};
 use crate::error::ShapeFault;
 use crate::manifold::{Room, least};
+use crate::near::{Near, exact, near};
 use crate::pairs::{Ask, Want, close, pair};
-use crate::pieces::{self, Pieces, exact};
+use crate::pieces::{self, Pieces};
 use crate::query::{Closest, Distance};
 use crate::shape::{Detail, Occupancy, Visibility};
 use crate::solid::{Kind, Solid};
@@ -459,7 +459,7 @@ impl Probe {
         let (a, b) = (of(i)?, of(j)?);
         let thick = [self.thick(i), self.thick(j)];
         let places = (&self.places[i], &self.places[j]);
-        match apart((a, b), places, thick, limit, &mut self.room) {
+        match apart((a, b), places, thick, limit) {
             Apart::By(distance) => return Some(distance),
             Apart::Far => return None,
             Apart::NotTold => {}
@@ -486,54 +486,41 @@ impl Probe {
     }
 }
 
-/// What the iteration alone tells of a distance.
+/// What the nearest points of two cores tell of a distance.
 enum Apart {
     /// Nearest points.
     By(Distance),
     /// More than the limit.
     Far,
-    /// They touch, or it ended before it knew: their contact points tell.
+    /// The cores overlap or nearly touch: their contact points tell.
     NotTold,
 }
 
-/// The distance of two convex solids that are well apart: contact points need not be made. Both in axes of the world, about the origin of the first.
+/// The distance of two convex solids whose cores are apart: contact points need not be made. Both in axes of the world, about the origin of the first.
 fn apart(
     (a, b): (&Solid, &Solid),
     (pa, pb): (&Whereabouts, &Whereabouts),
     thick: [f64; 2],
     limit: f64,
-    room: &mut Room,
 ) -> Apart {
     let (Kind::Convex { core: ca, round: ra }, Kind::Convex { core: cb, round: rb }) =
         (&a.kind, &b.kind)
     else {
         return Apart::NotTold;
     };
-    // Of these the contact points are closed forms.
-    let line = |c: &Core| matches!(c, Core::Point | Core::Segment { .. });
-    if line(ca) && line(cb) {
-        return Apart::NotTold;
-    }
     let (size, thick) = (a.size.min(b.size), [ra + thick[0], rb + thick[1]]);
     let x = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
     let y = Placed { core: cb, R: pb.R, p: pb.pose.position - pa.pose.position };
     let both = thick[0] + thick[1];
-    let start = direction(&(pb.ball - pa.ball));
-    match nearest(&x, &y, limit + both, &start, &mut room.simplex) {
-        Nearest::Far => Apart::Far,
-        // No plane between them leaves more room than the normal's: as near as the points say they are.
-        Nearest::Apart(p, q, n, d)
-            if d > 1e-6 * size && d - (y.range(&n).0 - x.range(&n).1) <= 1e-9 * size =>
-        {
-            let distance = d - both;
-            if distance > limit {
-                return Apart::Far;
-            }
-            let point_a = pa.pose.position + p + n * thick[0];
-            let point_b = pa.pose.position + q - n * thick[1];
+    match near(&x, &y, limit + both, &(pb.ball - pa.ball), size) {
+        Near::Far => Apart::Far,
+        Near::Unsure => Apart::NotTold,
+        Near::Apart(gap) => {
+            let (n, distance) = (gap.way / gap.d, gap.d - both);
+            let point_a = pa.pose.position + gap.pa + n * thick[0];
+            let point_b = pa.pose.position + gap.pa + gap.way - n * thick[1];
             Apart::By(Distance { distance, point_a, point_b })
         }
-        _ => Apart::NotTold,
     }
 }
 

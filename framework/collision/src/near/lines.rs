@@ -1,0 +1,133 @@
+//! The point of a segment nearest to another segment, a box, a cylinder.
+//!
+//! ```text
+//! segment          x(t) = p + t u, |t| ≤ h, u unit, in the axes of the other
+//! f(t) = ½ e·e     e(t) the way from the nearest point of a box or a cylinder to x(t): convex, f' = e·u grows with t
+//! box              e piecewise linear: between two of the six places where a coordinate meets a face, f' is a line
+//! cylinder         f' curved where the segment passes beside it: Newton's steps between bounds
+//! ```
+//! f is flat at its least, so that an error of t shows in the distance by its square.
+
+use super::Gap;
+use crate::core::Placed;
+use linkwork_multibody::spatial::Vec3;
+
+/// The least of five: an end of one with the other, or the common perpendicular where it meets both.
+pub(super) fn segments(a: &Placed, ha: f64, b: &Placed, hb: f64) -> Gap {
+    let (u, v): (Vec3, Vec3) = (a.R.column(2).into_owned(), b.R.column(2).into_owned());
+    let r = b.p - a.p;
+    let (ru, rv, uv) = (r.dot(&u), r.dot(&v), u.dot(&v));
+    let mut best = (0.0, 0.0, f64::INFINITY);
+    let mut offer = |s: f64, t: f64| {
+        let square = (r + v * t - u * s).norm_squared();
+        if square < best.2 {
+            best = (s, t, square);
+        }
+    };
+    for t in [-hb, hb] {
+        offer((ru + uv * t).clamp(-ha, ha), t);
+    }
+    for s in [-ha, ha] {
+        offer(s, (uv * s - rv).clamp(-hb, hb));
+    }
+    // By the cross product, which keeps its digits where the two are nearly parallel.
+    let n = u.cross(&v);
+    let square = n.norm_squared();
+    let (s, t) = (r.cross(&v).dot(&n), r.cross(&u).dot(&n));
+    if s.abs() < ha * square && t.abs() < hb * square {
+        offer(s / square, t / square);
+    }
+    let (s, t, _) = best;
+    Gap::new(a.p + u * s, r + v * t - u * s)
+}
+
+/// From a segment to a box.
+pub(super) fn segment_box(a: &Placed, h: f64, b: &Placed, half: &Vec3) -> Gap {
+    let z: Vec3 = a.R.column(2).into_owned();
+    let (p, u) = (b.R.tr_mul(&(a.p - b.p)), b.R.tr_mul(&z));
+    let beyond = |t: f64| {
+        let x = p + u * t;
+        x - x.sup(&-half).inf(half)
+    };
+    let slope = |t: f64| beyond(t).dot(&u);
+    let (mut lo, mut hi) = ((-h, slope(-h)), (h, slope(h)));
+    let t = if lo.1 >= 0.0 {
+        -h
+    } else if hi.1 <= 0.0 {
+        h
+    } else {
+        for i in 0..3 {
+            for face in [-half[i], half[i]] {
+                let t = (face - p[i]) / u[i];
+                // Also not where the segment runs along the face, and t is no number.
+                if t > lo.0 && t < hi.0 {
+                    let f = slope(t);
+                    if f < 0.0 {
+                        lo = (t, f);
+                    } else {
+                        hi = (t, f);
+                    }
+                }
+            }
+        }
+        lo.0 + (hi.0 - lo.0) * (lo.1 / (lo.1 - hi.1))
+    };
+    Gap::new(a.p + z * t, -(b.R * beyond(t)))
+}
+
+/// From a segment to a cylinder of radius r and half height `height`.
+pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f64) -> Gap {
+    let z: Vec3 = a.R.column(2).into_owned();
+    let (p, u) = (b.R.tr_mul(&(a.p - b.p)), b.R.tr_mul(&z));
+    // The way from the nearest point of the cylinder, f' and f''.
+    let at = |t: f64| {
+        let x = p + u * t;
+        let s = (x.x * x.x + x.y * x.y).sqrt();
+        let part = if s > r { 1.0 - r / s } else { 0.0 };
+        let e = Vec3::new(x.x * part, x.y * part, x.z - x.z.clamp(-height, height));
+        let across = x.x * u.y - x.y * u.x;
+        let turn = across * across;
+        // Beside: ρ'² + (1 − r/s) × what of u goes around; above: u_z².
+        let beside = if s > r {
+            let out = x.x * u.x + x.y * u.y;
+            (out * out + part * turn) / (s * s)
+        } else {
+            0.0
+        };
+        let above = if e.z != 0.0 { u.z * u.z } else { 0.0 };
+        (e, e.dot(&u), beside + above)
+    };
+    let (mut lo, mut hi) = (-h, h);
+    let (first, last) = (at(lo), at(hi));
+    let t = if first.1 >= 0.0 {
+        lo
+    } else if last.1 <= 0.0 {
+        hi
+    } else {
+        // Where a line through both ends' slopes is zero.
+        let mut t = lo + (hi - lo) * (first.1 / (first.1 - last.1));
+        for _ in 0..100 {
+            let (e, f, curve) = at(t);
+            if f < 0.0 {
+                lo = t;
+            } else {
+                hi = t;
+            }
+            let next = t - f / curve;
+            if !(next > lo && next < hi) {
+                t = 0.5 * (lo + hi);
+                if hi - lo <= 1e-16 * h {
+                    break;
+                }
+                continue;
+            }
+            t = next;
+            // A step this small gains f²/f'' of e², and the next the square of that.
+            if f * f <= 1e-12 * curve * e.norm_squared() {
+                break;
+            }
+        }
+        t
+    };
+    Gap::new(a.p + z * t, -(b.R * at(t).0))
+}
