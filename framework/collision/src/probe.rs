@@ -15,18 +15,18 @@ use crate::error::ShapeFault;
 use crate::manifold::{Room, least};
 use crate::near::{Near, exact, near};
 use crate::pairs::{Ask, Want, close, pair};
-use crate::pieces::{self, Pieces};
+use crate::pieces::{self, Pieces, matrix};
 use crate::query::{Closest, Distance};
 use crate::shape::{Detail, Occupancy, Visibility};
 use crate::solid::{Kind, Solid};
 use linkwork_multibody::BodyId;
-use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
+use linkwork_multibody::spatial::{Mat3, Pose, Vec3, quat};
 
 /// A collider at its place.
 #[derive(Clone, Copy)]
 struct Whereabouts {
-    pose: Pose,
     R: Mat3,
+    p: Vec3,
     ball: Vec3,
     radius: f64,
 }
@@ -52,7 +52,11 @@ pub struct Probe {
     /// All pairs that are looked at, and whether that list is up to date.
     pairs: Vec<(u32, u32)>,
     stale: bool,
+    /// `X_BC` of each.
+    frames: Vec<(Mat3, Vec3)>,
     places: Vec<Whereabouts>,
+    /// How far each reaches from the middle of its ball: its radius, padding and motion, m.
+    bounds: Vec<f64>,
     /// Pairs whose balls overlap: by how much of the smaller, or their distance.
     near: Vec<(f64, u32)>,
     room: Room,
@@ -75,8 +79,8 @@ impl Probe {
                 .map_or((Vec3::zeros(), Whereabouts::NONE), ball)
         };
         let place = Whereabouts {
-            pose: Pose::identity(),
             R: Mat3::identity(),
+            p: Vec3::zeros(),
             ball: Vec3::zeros(),
             radius: Whereabouts::NONE,
         };
@@ -99,7 +103,9 @@ impl Probe {
             balls: colliders.ids().map(|i| [of(i, Detail::Fine), of(i, Detail::Coarse)]).collect(),
             pairs: Vec::with_capacity(room),
             stale: true,
+            frames: colliders.items.iter().map(|i| matrix(&i.pose)).collect(),
             places: vec![place; n],
+            bounds: vec![0.0; n],
             near: Vec::with_capacity(room),
             room: Room::default(),
         };
@@ -282,13 +288,24 @@ impl Probe {
     /// Puts all colliders where the bodies are: `X_WB`, the world's own for `None`. A collider with a pose that is not finite
     /// meets nothing.
     pub fn place(&mut self, colliders: &Colliders, poses: impl Fn(Option<BodyId>) -> Pose) {
+        self.place_frames(colliders, |body| matrix(&poses(body)));
+    }
+
+    /// As [`place`](Self::place), with poses as rotation matrices and places of origins, m.
+    pub fn place_frames(
+        &mut self,
+        colliders: &Colliders,
+        frames: impl Fn(Option<BodyId>) -> (Mat3, Vec3),
+    ) {
         let which = usize::from(self.detail == Detail::Coarse);
         for (i, item) in colliders.items.iter().enumerate() {
-            let pose = poses(item.body) * item.pose;
+            let (own, at) = &self.frames[i];
+            let (R, p) = frames(item.body);
+            let (R, p) = (R * own, R * at + p);
             let (centre, radius) = self.balls[i][which];
-            let R = pose.rotation.to_rotation_matrix().into_inner();
-            let radius = if pose.is_finite() { radius } else { Whereabouts::NONE };
-            self.places[i] = Whereabouts { pose, R, ball: R * centre + pose.position, radius };
+            let finite = R.iter().chain(p.iter()).all(|x| x.is_finite());
+            let radius = if finite { radius } else { Whereabouts::NONE };
+            self.places[i] = Whereabouts { R, p, ball: R * centre + p, radius };
         }
     }
 
@@ -391,12 +408,17 @@ impl Probe {
     fn look(&mut self, limit: f64) {
         self.refresh();
         self.near.clear();
+        for i in 0..self.places.len() {
+            self.bounds[i] = self.places[i].radius + self.thick(i);
+        }
         for (k, (i, j)) in self.pairs.iter().enumerate() {
             let (a, b) = (*i as usize, *j as usize);
-            let apart = self.balls_apart(a, b);
-            if apart <= limit && apart < f64::INFINITY {
+            let reach = self.bounds[a] + self.bounds[b] + limit;
+            let square = (self.places[b].ball - self.places[a].ball).norm_squared();
+            // Rounding of the squares. What is nowhere has a reach below zero, or none.
+            if reach >= 0.0 && square <= reach * reach * (1.0 + 1e-14) {
                 let size = self.places[a].radius.min(self.places[b].radius);
-                self.near.push((apart / size, k as u32));
+                self.near.push((self.balls_apart(a, b) / size, k as u32));
             }
         }
     }
@@ -420,7 +442,7 @@ impl Probe {
         let thick = self.thick(i) + self.thick(j);
         let pieces = |s: &Solid| matches!(s.kind, Kind::Pieces(_));
         if pieces(a) || pieces(b) {
-            let place = (pa.R.tr_mul(&pb.R), pa.R.tr_mul(&(pb.pose.position - pa.pose.position)));
+            let place = (pa.R.tr_mul(&pb.R), pa.R.tr_mul(&(pb.p - pa.p)));
             let (place, size) = ((&place.0, &place.1), a.size.min(b.size));
             if let Some(touch) =
                 pieces::near(&a.kind, &b.kind, place, (thick, size), &mut self.room)
@@ -436,9 +458,9 @@ impl Probe {
         let size = a.size.min(b.size);
         // Both in axes of the world, about the origin of the first: no digits are lost far away.
         let a = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
-        let b = Placed { core: cb, R: pb.R, p: pb.pose.position - pa.pose.position };
+        let b = Placed { core: cb, R: pb.R, p: pb.p - pa.p };
         let limit = thick + ra + rb;
-        let (ball_a, ball_b) = (pa.ball - pa.pose.position, pb.ball - pa.pose.position);
+        let (ball_a, ball_b) = (pa.ball - pa.p, pb.ball - pa.p);
         if (exact(ca) && a.toward(&ball_b).norm() > pb.radius - rb + limit)
             || (exact(cb) && b.toward(&ball_a).norm() > pa.radius - ra + limit)
         {
@@ -464,7 +486,8 @@ impl Probe {
             Apart::Far => return None,
             Apart::NotTold => {}
         }
-        let (pa, pb) = (self.places[i].pose, self.places[j].pose);
+        let pose = |k: usize| Pose::new(quat(&self.places[k].R), self.places[k].p);
+        let (pa, pb) = (pose(i), pose(j));
         let back = pa.rotation.inverse();
         let X_AB = Pose::new(back * pb.rotation, back * (pb.position - pa.position));
         let (padding, size) = (thick, a.size.min(b.size));
@@ -510,15 +533,15 @@ fn apart(
     };
     let (size, thick) = (a.size.min(b.size), [ra + thick[0], rb + thick[1]]);
     let x = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
-    let y = Placed { core: cb, R: pb.R, p: pb.pose.position - pa.pose.position };
+    let y = Placed { core: cb, R: pb.R, p: pb.p - pa.p };
     let both = thick[0] + thick[1];
     match near(&x, &y, limit + both, &(pb.ball - pa.ball), size) {
         Near::Far => Apart::Far,
         Near::Unsure => Apart::NotTold,
         Near::Apart(gap) => {
             let (n, distance) = (gap.way / gap.d, gap.d - both);
-            let point_a = pa.pose.position + gap.pa + n * thick[0];
-            let point_b = pa.pose.position + gap.pa + gap.way - n * thick[1];
+            let point_a = pa.p + gap.pa + n * thick[0];
+            let point_b = pa.p + gap.pa + gap.way - n * thick[1];
             Apart::By(Distance { distance, point_a, point_b })
         }
     }

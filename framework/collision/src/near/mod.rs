@@ -5,11 +5,13 @@
 //! a point with a point, segment, cylinder, box       the nearest point
 //! two segments, a segment and a box                  lines.rs
 //! a segment and a cylinder                           lines.rs, Newton's steps between bounds
+//! a cylinder and a box or a cylinder                 cylinders.rs, where a guess is proven
 //! the rest                                           walk.rs, until the normal proves the distance
 //! ```
 //! Where neither says enough (cores overlap, nearly touch, or the proof fails), the caller asks for contact points, whose normal has
 //! more care taken of it.
 
+mod cylinders;
 mod lines;
 mod walk;
 
@@ -52,16 +54,16 @@ const NEARLY: f64 = 1e-6;
 /// In sizes of the pair: how far the distance and what the normal proves of it may differ.
 const PROOF: f64 = 1e-12;
 /// The same after a second walk: only of cylinders.
-const ENOUGH: f64 = 1e-9;
+const ENOUGH: f64 = 3e-9;
 
 /// Nearest points of two cores within `limit` (m). `start` is about the way from A to B, of any length; `size` a length of the smaller one.
 pub(crate) fn near(a: &Placed, b: &Placed, limit: f64, start: &Vec3, size: f64) -> Near {
-    let gap = match closed(a, b) {
+    let gap = match closed(a, b).or_else(|| guessed(a, b, size)) {
         Some(gap) => gap,
         None => match walk::walk(a, b, limit, f64::NEG_INFINITY, start) {
             walk::End::Far => return Near::Far,
             walk::End::Apart(gap, proven) if gap.d - proven <= PROOF * size => gap,
-            walk::End::Apart(gap, proven) => match again(a, b, gap, proven) {
+            walk::End::Apart(gap, _) => match again(a, b, gap) {
                 (gap, proven) if gap.d - proven <= ENOUGH * size => gap,
                 _ => return Near::Unsure,
             },
@@ -75,15 +77,20 @@ pub(crate) fn near(a: &Placed, b: &Placed, limit: f64, start: &Vec3, size: f64) 
     }
 }
 
-/// Once more from the normal with its last digits: round sides give corners so near each other that their simplex has lost them.
+/// Once more from the normal with its last digits, and what it proves: round sides give corners so near each other that their simplex has lost digits.
 #[cold]
-fn again(a: &Placed, b: &Placed, gap: Gap, proven: f64) -> (Gap, f64) {
+fn again(a: &Placed, b: &Placed, gap: Gap) -> (Gap, f64) {
     let (n, sep) = polish(a, b, &(gap.way / gap.d));
-    let proven = proven.max(sep);
-    match walk::walk(a, b, f64::INFINITY, f64::NEG_INFINITY, &n) {
-        walk::End::Apart(other, bound) if other.d < gap.d => (other, proven.max(bound)),
-        _ => (gap, proven),
-    }
+    let gap = match walk::walk(a, b, f64::INFINITY, f64::NEG_INFINITY, &n) {
+        walk::End::Apart(other, _) if other.d < gap.d => other,
+        _ => gap,
+    };
+    (gap, sep.max(proof(a, b, &(gap.way / gap.d))))
+}
+
+/// The distance that a normal from A to B proves, m.
+fn proof(a: &Placed, b: &Placed, n: &Vec3) -> f64 {
+    b.range(n).0 - a.range(n).1
 }
 
 /// Whether two cores come within `limit` (m, not negative); `None` where rounding decides. `start` as in [`near`].
@@ -120,6 +127,15 @@ fn closed(a: &Placed, b: &Placed) -> Option<Gap> {
         }
         _ => return None,
     })
+}
+
+/// A cylinder with a box or another cylinder.
+fn guessed(a: &Placed, b: &Placed, size: f64) -> Option<Gap> {
+    let from = |a: &Placed, b: &Placed| match a.core {
+        Core::Cylinder { r, h } => cylinders::from_cylinder(a, *r, *h, b, size),
+        _ => None,
+    };
+    from(a, b).or_else(|| from(b, a).map(Gap::back))
 }
 
 /// Whether [`Placed::toward`] ends at the core's nearest point.

@@ -154,8 +154,11 @@ pub(super) fn walk(a: &Placed, b: &Placed, limit: f64, enough: f64, start: &Vec3
         return End::Lost;
     }
     s.weigh(&v);
-    let pa = (0..s.n).fold(a.p, |p, i| p + s.c[i].a * s.u[i]);
-    End::Apart(Gap { pa, way: -v, d: square.sqrt() }, bound)
+    let sum = |of: fn(&Corner) -> Vec3| {
+        (1..s.n).fold(of(&s.c[0]) * s.u[0], |p, i| p + of(&s.c[i]) * s.u[i])
+    };
+    // By the weights, so that the ends are between corners: of a narrow triangle v has fewer digits.
+    End::Apart(Gap::new(a.p + sum(|c| c.a), -sum(|c| c.w)), bound)
 }
 
 impl Simplex {
