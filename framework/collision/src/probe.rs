@@ -21,6 +21,7 @@ use crate::shape::{Detail, Occupancy, Visibility};
 use crate::solid::{Kind, Solid};
 use linkwork_multibody::BodyId;
 use linkwork_multibody::spatial::{Mat3, Pose, Vec3, quat};
+use std::cmp::Ordering;
 
 /// A collider at its place.
 #[derive(Clone, Copy)]
@@ -57,7 +58,7 @@ pub struct Probe {
     places: Vec<Whereabouts>,
     /// How far each reaches from the middle of its ball: its radius, padding and motion, m.
     bounds: Vec<f64>,
-    /// Pairs whose balls overlap: by how much of the smaller, or their distance.
+    /// Pairs whose balls are near; by how much of the smaller they are apart, where that was asked for.
     near: Vec<(f64, u32)>,
     room: Room,
 }
@@ -313,9 +314,16 @@ impl Probe {
     /// After [`place`](Self::place).
     pub fn first_hit(&mut self, colliders: &Colliders) -> Option<(ColliderId, ColliderId)> {
         self.look(0.0);
-        // The deepest balls first; most hits are found there.
-        self.near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        self.measure();
+        // The deepest balls first: most hits are found there, and often at once, before the rest is in order.
+        let least = (0..self.near.len()).min_by(|i, j| before(&self.near[*i], &self.near[*j]));
+        if let Some(least) = least {
+            self.near.swap(0, least);
+        }
         for at in 0..self.near.len() {
+            if at == 1 {
+                self.near[1..].sort_unstable_by(before);
+            }
             let (i, j) = self.pairs[self.near[at].1 as usize];
             if self.touch(colliders, i as usize, j as usize) {
                 return Some((ColliderId(i), ColliderId(j)));
@@ -340,7 +348,8 @@ impl Probe {
     /// overlap. After [`place`](Self::place).
     pub fn closest(&mut self, colliders: &Colliders, limit: f64) -> Option<Closest> {
         self.look(limit);
-        self.near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        self.measure();
+        self.near.sort_unstable_by(before);
         let mut best: Option<Closest> = None;
         for at in 0..self.near.len() {
             let (i, j) = self.pairs[self.near[at].1 as usize];
@@ -404,7 +413,7 @@ impl Probe {
         }
     }
 
-    /// Pairs whose balls are within `limit`, in their order, with how far their balls are apart as part of the smaller one.
+    /// Pairs whose balls are within `limit`, in their order.
     fn look(&mut self, limit: f64) {
         self.refresh();
         self.near.clear();
@@ -417,9 +426,18 @@ impl Probe {
             let square = (self.places[b].ball - self.places[a].ball).norm_squared();
             // Rounding of the squares. What is nowhere has a reach below zero, or none.
             if reach >= 0.0 && square <= reach * reach * (1.0 + 1e-14) {
-                let size = self.places[a].radius.min(self.places[b].radius);
-                self.near.push((self.balls_apart(a, b) / size, k as u32));
+                self.near.push((0.0, k as u32));
             }
+        }
+    }
+
+    /// How far the balls of near pairs are apart, as part of the smaller one.
+    fn measure(&mut self) {
+        for at in 0..self.near.len() {
+            let (i, j) = self.pairs[self.near[at].1 as usize];
+            let (a, b) = (i as usize, j as usize);
+            let size = self.places[a].radius.min(self.places[b].radius);
+            self.near[at].0 = self.balls_apart(a, b) / size;
         }
     }
 
@@ -507,6 +525,11 @@ impl Probe {
             margin = (margin * 4.0).min(limit);
         }
     }
+}
+
+/// The order in which near pairs are looked at.
+fn before(a: &(f64, u32), b: &(f64, u32)) -> Ordering {
+    a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
 }
 
 /// What the nearest points of two cores tell of a distance.

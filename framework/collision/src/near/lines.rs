@@ -3,7 +3,7 @@
 //! ```text
 //! segment          x(t) = p + t u, |t| ≤ h, u unit, in the axes of the other
 //! f(t) = ½ e·e     e(t) the way from the nearest point of a box or a cylinder to x(t): convex, f' = e·u grows with t
-//! box              e piecewise linear: between two of the six places where a coordinate meets a face, f' is a line
+//! box              f' a line between any two of the six places where a coordinate meets a face: Newton's steps end on the right one
 //! cylinder         f' curved where the segment passes beside it: Newton's steps between bounds
 //! ```
 //! f is flat at its least, so that an error of t shows in the distance by its square.
@@ -11,6 +11,9 @@
 use super::Gap;
 use crate::core::Placed;
 use linkwork_multibody::spatial::Vec3;
+
+/// Steps at most: a handful are many, and bisection takes sixty.
+const MOST: usize = 100;
 
 /// The least of five: an end of one with the other, or the common perpendicular where it meets both.
 pub(super) fn segments(a: &Placed, ha: f64, b: &Placed, hb: f64) -> Gap {
@@ -45,34 +48,38 @@ pub(super) fn segments(a: &Placed, ha: f64, b: &Placed, hb: f64) -> Gap {
 pub(super) fn segment_box(a: &Placed, h: f64, b: &Placed, half: &Vec3) -> Gap {
     let z: Vec3 = a.R.column(2).into_owned();
     let (p, u) = (b.R.tr_mul(&(a.p - b.p)), b.R.tr_mul(&z));
+    let squares = u.component_mul(&u);
     let beyond = |t: f64| {
         let x = p + u * t;
         x - x.sup(&-half).inf(half)
     };
-    let slope = |t: f64| beyond(t).dot(&u);
-    let (mut lo, mut hi) = ((-h, slope(-h)), (h, slope(h)));
-    let t = if lo.1 >= 0.0 {
-        -h
-    } else if hi.1 <= 0.0 {
-        h
-    } else {
-        for i in 0..3 {
-            for face in [-half[i], half[i]] {
-                let t = (face - p[i]) / u[i];
-                // Also not where the segment runs along the face, and t is no number.
-                if t > lo.0 && t < hi.0 {
-                    let f = slope(t);
-                    if f < 0.0 {
-                        lo = (t, f);
-                    } else {
-                        hi = (t, f);
-                    }
-                }
-            }
+    // Places that were looked at, f' < 0 and f' > 0 there; at first none.
+    let (mut lo, mut hi) = (-2.0 * h, 2.0 * h);
+    let mut t = (-p.dot(&u)).clamp(-h, h);
+    let mut e = beyond(t);
+    // Newton's steps go from line to line of f' and end on the right one; between the bounds in any case.
+    for _ in 0..MOST {
+        let f = e.dot(&u);
+        let part = |i: usize| if e[i] != 0.0 { squares[i] } else { 0.0 };
+        let curve = part(0) + part(1) + part(2);
+        if f * f <= 1e-30 * curve * e.norm_squared() {
+            break;
         }
-        lo.0 + (hi.0 - lo.0) * (lo.1 / (lo.1 - hi.1))
-    };
-    Gap::new(a.p + z * t, -(b.R * beyond(t)))
+        if f < 0.0 {
+            lo = t;
+        } else {
+            hi = t;
+        }
+        let next = (t - f / curve).clamp(-h, h);
+        if next == t {
+            break;
+        }
+        let inside = next > lo && next < hi;
+        let next = if inside { next } else { 0.5 * (lo.max(-h) + hi.min(h)) };
+        t = next;
+        e = beyond(t);
+    }
+    Gap::new(a.p + z * t, -(b.R * e))
 }
 
 /// From a segment to a cylinder of radius r and half height `height`.
@@ -106,7 +113,7 @@ pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f
     } else {
         // Where a line through both ends' slopes is zero.
         let mut t = lo + (hi - lo) * (first.1 / (first.1 - last.1));
-        for _ in 0..100 {
+        for _ in 0..MOST {
             let (e, f, curve) = at(t);
             if f < 0.0 {
                 lo = t;

@@ -70,10 +70,11 @@ pub(crate) fn near(a: &Placed, b: &Placed, limit: f64, start: &Vec3, size: f64) 
             _ => return Near::Unsure,
         },
     };
+    // What overlaps may be less far than any limit.
     match gap.d {
+        d if !(d > NEARLY * size) => Near::Unsure,
         d if d > limit => Near::Far,
-        d if d > NEARLY * size => Near::Apart(gap),
-        _ => Near::Unsure,
+        _ => Near::Apart(gap),
     }
 }
 

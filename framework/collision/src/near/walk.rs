@@ -92,6 +92,15 @@ struct Corner {
     a: Vec3,
 }
 
+impl Corner {
+    /// The farthest along d, about the origin of A.
+    #[inline(always)]
+    fn along(d: &Vec3, fa: &Form, fb: &Form, apart: &Vec3) -> Self {
+        let a = fa.support(d);
+        Self { w: a - fb.support(&-d) - apart, a }
+    }
+}
+
 /// Up to four corners with the weights of v.
 struct Simplex {
     c: [Corner; 4],
@@ -106,12 +115,7 @@ const MOST: usize = 64;
 pub(super) fn walk(a: &Placed, b: &Placed, limit: f64, enough: f64, start: &Vec3) -> End {
     let (fa, fb) = (Form::of(a), Form::of(b));
     let apart = b.p - a.p;
-    // About the origin of A.
-    let corner = |d: &Vec3| {
-        let a = fa.support(d);
-        Corner { w: a - fb.support(&-d) - apart, a }
-    };
-    let first = corner(start);
+    let first = Corner::along(start, &fa, &fb, &apart);
     let mut s = Simplex { c: [first; 4], u: [1.0, 0.0, 0.0, 0.0], n: 1 };
     let mut v = first.w;
     let mut scale = v.norm();
@@ -120,13 +124,12 @@ pub(super) fn walk(a: &Placed, b: &Placed, limit: f64, enough: f64, start: &Vec3
     let mut bound = f64::NEG_INFINITY;
     for _ in 0..MOST {
         let d = square.sqrt();
-        if d <= 1e-14 * scale {
-            return if separate { End::Lost } else { End::Within };
+        if d <= 1e-14 * scale || d <= enough {
+            // By the weights: of a narrow triangle v has fewer digits.
+            let within = s.point().norm() <= enough.max(1e-13 * scale);
+            return if within { End::Within } else { End::Lost };
         }
-        if d <= enough {
-            return End::Within;
-        }
-        let new = corner(&-v);
+        let new = Corner::along(&-v, &fa, &fb, &apart);
         bound = v.dot(&new.w) / d;
         if bound > limit {
             return End::Far;
@@ -154,11 +157,9 @@ pub(super) fn walk(a: &Placed, b: &Placed, limit: f64, enough: f64, start: &Vec3
         return End::Lost;
     }
     s.weigh(&v);
-    let sum = |of: fn(&Corner) -> Vec3| {
-        (1..s.n).fold(of(&s.c[0]) * s.u[0], |p, i| p + of(&s.c[i]) * s.u[i])
-    };
-    // By the weights, so that the ends are between corners: of a narrow triangle v has fewer digits.
-    End::Apart(Gap::new(a.p + sum(|c| c.a), -sum(|c| c.w)), bound)
+    let pa = (1..s.n).fold(s.c[0].a * s.u[0], |p, i| p + s.c[i].a * s.u[i]);
+    // By the weights, so that the ends are between corners.
+    End::Apart(Gap::new(a.p + pa, -s.point()), bound)
 }
 
 impl Simplex {
@@ -178,6 +179,11 @@ impl Simplex {
             3 => Some(self.of_triangle([0, 1, 2])),
             _ => self.of_tetrahedron(),
         }
+    }
+
+    /// Its point with the weights: no nearer to the origin than A − B is.
+    fn point(&self) -> Vec3 {
+        (1..self.n).fold(self.c[0].w * self.u[0], |p, i| p + self.c[i].w * self.u[i])
     }
 
     /// The weights of its point v once more where there are three: from v, which a narrow triangle takes fewer digits.
