@@ -50,16 +50,18 @@ pub struct Probe {
     live: Vec<Option<Box<Solid>>>,
     /// Balls in the colliders' frames, fine and coarse.
     balls: Vec<[(Vec3, f64); 2]>,
-    /// All pairs that are looked at, and whether that list is up to date.
+    /// All pairs that are looked at, also row after row, and whether that is up to date.
     pairs: Vec<(u32, u32)>,
+    looked: Vec<bool>,
     stale: bool,
     /// `X_BC` of each.
     frames: Vec<(Mat3, Vec3)>,
     places: Vec<Whereabouts>,
-    /// How far each reaches from the middle of its ball: its radius, padding and motion, m.
-    bounds: Vec<f64>,
+    /// Middles of balls x, y, z and bounds, for questions about all of them at once, and the answers for one.
+    lanes: [Vec<f64>; 4],
+    close: Vec<bool>,
     /// Pairs whose balls are near; by how much of the smaller they are apart, where that was asked for.
-    near: Vec<(f64, u32)>,
+    near: Vec<(f64, (u32, u32))>,
     room: Room,
 }
 
@@ -103,10 +105,12 @@ impl Probe {
             live: colliders.ids().map(live).collect(),
             balls: colliders.ids().map(|i| [of(i, Detail::Fine), of(i, Detail::Coarse)]).collect(),
             pairs: Vec::with_capacity(room),
+            looked: vec![false; n * n],
             stale: true,
             frames: colliders.items.iter().map(|i| matrix(&i.pose)).collect(),
             places: vec![place; n],
-            bounds: vec![0.0; n],
+            lanes: std::array::from_fn(|_| vec![0.0; n]),
+            close: vec![false; n],
             near: Vec::with_capacity(room),
             room: Room::default(),
         };
@@ -324,7 +328,7 @@ impl Probe {
             if at == 1 {
                 self.near[1..].sort_unstable_by(before);
             }
-            let (i, j) = self.pairs[self.near[at].1 as usize];
+            let (i, j) = self.near[at].1;
             if self.touch(colliders, i as usize, j as usize) {
                 return Some((ColliderId(i), ColliderId(j)));
             }
@@ -337,7 +341,7 @@ impl Probe {
         out.clear();
         self.look(0.0);
         for at in 0..self.near.len() {
-            let (i, j) = self.pairs[self.near[at].1 as usize];
+            let (i, j) = self.near[at].1;
             if self.touch(colliders, i as usize, j as usize) {
                 out.push((ColliderId(i), ColliderId(j)));
             }
@@ -352,7 +356,7 @@ impl Probe {
         self.near.sort_unstable_by(before);
         let mut best: Option<Closest> = None;
         for at in 0..self.near.len() {
-            let (i, j) = self.pairs[self.near[at].1 as usize];
+            let (i, j) = self.near[at].1;
             let (a, b) = (i as usize, j as usize);
             let limit = best.map_or(limit, |c| c.distance.distance);
             if self.balls_apart(a, b) > limit.max(0.0) {
@@ -373,7 +377,7 @@ impl Probe {
         out.clear();
         self.look(limit);
         for at in 0..self.near.len() {
-            let (i, j) = self.pairs[self.near[at].1 as usize];
+            let (i, j) = self.near[at].1;
             if let Some(distance) = self.between(colliders, i as usize, j as usize, limit) {
                 out.push(Closest { a: ColliderId(i), b: ColliderId(j), distance });
             }
@@ -404,10 +408,12 @@ impl Probe {
         }
         let n = self.places.len();
         self.pairs.clear();
+        self.looked.fill(false);
         for i in (0..n).filter(|i| !self.hidden[*i]) {
             for j in (i + 1..n).filter(|j| !self.hidden[*j]) {
                 if self.meets[i * n + j] {
                     self.pairs.push((i as u32, j as u32));
+                    self.looked[i * n + j] = true;
                 }
             }
         }
@@ -417,27 +423,40 @@ impl Probe {
     fn look(&mut self, limit: f64) {
         self.refresh();
         self.near.clear();
-        for i in 0..self.places.len() {
-            self.bounds[i] = self.places[i].radius + self.thick(i);
+        let n = self.places.len();
+        for (i, place) in self.places.iter().enumerate() {
+            let bound = place.radius + self.padding[i] + self.reach[i];
+            let [x, y, z, r] = &mut self.lanes;
+            (x[i], y[i], z[i], r[i]) = (place.ball.x, place.ball.y, place.ball.z, bound);
         }
-        for (k, (i, j)) in self.pairs.iter().enumerate() {
-            let (a, b) = (*i as usize, *j as usize);
-            let reach = self.bounds[a] + self.bounds[b] + limit;
-            let square = (self.places[b].ball - self.places[a].ball).norm_squared();
-            // Rounding of the squares. What is nowhere has a reach below zero, or none.
-            if reach >= 0.0 && square <= reach * reach * (1.0 + 1e-14) {
-                self.near.push((0.0, k as u32));
+        let [x, y, z, r] = &self.lanes;
+        for i in 0..n {
+            let (x0, y0, z0, reach, from) = (x[i], y[i], z[i], r[i] + limit, i + 1);
+            let close = &mut self.close[from..n];
+            let rest = x[from..n].iter().zip(&y[from..n]).zip(&z[from..n]).zip(&r[from..n]);
+            for (close, (((x, y), z), r)) in close.iter_mut().zip(rest) {
+                let (x, y, z, reach) = (x - x0, y - y0, z - z0, reach + r);
+                let square = x * x + y * y + z * z;
+                // Rounding of the squares. What is nowhere has a reach below zero, or none.
+                *close = (reach >= 0.0) & (square <= reach * reach * (1.0 + 1e-14));
+            }
+            let looked = &self.looked[i * n + from..(i + 1) * n];
+            for (k, (close, looked)) in close.iter().zip(looked).enumerate() {
+                if close & looked {
+                    self.near.push((0.0, (i as u32, (from + k) as u32)));
+                }
             }
         }
     }
 
-    /// How far the balls of near pairs are apart, as part of the smaller one.
+    /// How far the balls of near pairs are apart, as part of the smaller one. A ball deep in another, as that about a floor, tells nothing.
     fn measure(&mut self) {
         for at in 0..self.near.len() {
-            let (i, j) = self.pairs[self.near[at].1 as usize];
+            let (i, j) = self.near[at].1;
             let (a, b) = (i as usize, j as usize);
             let size = self.places[a].radius.min(self.places[b].radius);
-            self.near[at].0 = self.balls_apart(a, b) / size;
+            let apart = self.balls_apart(a, b);
+            self.near[at].0 = if apart < -2.0 * size { 0.0 } else { apart / size };
         }
     }
 
@@ -528,7 +547,7 @@ impl Probe {
 }
 
 /// The order in which near pairs are looked at.
-fn before(a: &(f64, u32), b: &(f64, u32)) -> Ordering {
+fn before(a: &(f64, (u32, u32)), b: &(f64, (u32, u32))) -> Ordering {
     a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
 }
 
@@ -562,7 +581,7 @@ fn apart(
         Near::Far => Apart::Far,
         Near::Unsure => Apart::NotTold,
         Near::Apart(gap) => {
-            let (n, distance) = (gap.way / gap.d, gap.d - both);
+            let (n, distance) = (gap.way * (1.0 / gap.d), gap.d - both);
             let point_a = pa.p + gap.pa + n * thick[0];
             let point_b = pa.p + gap.pa + gap.way - n * thick[1];
             Apart::By(Distance { distance, point_a, point_b })

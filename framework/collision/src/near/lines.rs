@@ -9,7 +9,7 @@
 //! f is flat at its least, so that an error of t shows in the distance by its square.
 
 use super::Gap;
-use crate::core::Placed;
+use crate::core::{Placed, beyond};
 use linkwork_multibody::spatial::Vec3;
 
 /// Steps at most: a handful are many, and bisection takes sixty.
@@ -49,14 +49,14 @@ pub(super) fn segment_box(a: &Placed, h: f64, b: &Placed, half: &Vec3) -> Gap {
     let z: Vec3 = a.R.column(2).into_owned();
     let (p, u) = (b.R.tr_mul(&(a.p - b.p)), b.R.tr_mul(&z));
     let squares = u.component_mul(&u);
-    let beyond = |t: f64| {
+    let outside = |t: f64| {
         let x = p + u * t;
-        x - x.sup(&-half).inf(half)
+        Vec3::new(beyond(x.x, half.x), beyond(x.y, half.y), beyond(x.z, half.z))
     };
     // Places that were looked at, f' < 0 and f' > 0 there; at first none.
     let (mut lo, mut hi) = (-2.0 * h, 2.0 * h);
     let mut t = (-p.dot(&u)).clamp(-h, h);
-    let mut e = beyond(t);
+    let mut e = outside(t);
     // Newton's steps go from line to line of f' and end on the right one; between the bounds in any case.
     for _ in 0..MOST {
         let f = e.dot(&u);
@@ -77,7 +77,7 @@ pub(super) fn segment_box(a: &Placed, h: f64, b: &Placed, half: &Vec3) -> Gap {
         let inside = next > lo && next < hi;
         let next = if inside { next } else { 0.5 * (lo.max(-h) + hi.min(h)) };
         t = next;
-        e = beyond(t);
+        e = outside(t);
     }
     Gap::new(a.p + z * t, -(b.R * e))
 }
@@ -91,7 +91,7 @@ pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f
         let x = p + u * t;
         let s = (x.x * x.x + x.y * x.y).sqrt();
         let part = if s > r { 1.0 - r / s } else { 0.0 };
-        let e = Vec3::new(x.x * part, x.y * part, x.z - x.z.clamp(-height, height));
+        let e = Vec3::new(x.x * part, x.y * part, beyond(x.z, height));
         let across = x.x * u.y - x.y * u.x;
         let turn = across * across;
         // Beside: ρ'² + (1 − r/s) × what of u goes around; above: u_z².
