@@ -262,15 +262,14 @@ pub fn out2(py: Python<'_>, values: Vec<f64>, rows: usize, columns: usize) -> Py
 
 /// Numbers row after row in any shape, without a copy unless they are few; refused when they are not finite.
 pub fn out<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Array<'py>> {
-    finite(&values)?;
     match *shape {
-        [_] if values.len() <= FEW => return Ok(out1(py, values).to_dyn().clone()),
-        [rows, columns] if values.len() <= FEW => {
-            return Ok(out2(py, values, rows, columns)?.to_dyn().clone());
+        [_] => Ok(checked1(py, values)?.to_dyn().clone()),
+        [rows, columns] => Ok(out2(py, values, rows, columns)?.to_dyn().clone()),
+        _ => {
+            finite(&values)?;
+            PyArray1::from_vec(py, values).reshape(shape)
         }
-        _ => {}
     }
-    PyArray1::from_vec(py, values).reshape(shape)
 }
 
 /// As `out`, written into an array of the caller's where one is given: float64, of that shape, row after row, writable, and of no
