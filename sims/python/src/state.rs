@@ -34,7 +34,7 @@ pub struct State {
 
 struct Inner {
     /// Given back to the mechanism at the end.
-    ws: Option<Workspace>,
+    ws: Option<Box<Workspace>>,
     /// Whether accelerations are those of this state.
     accelerations: bool,
 }
