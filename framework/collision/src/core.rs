@@ -197,6 +197,13 @@ impl Core {
     }
 }
 
+/// How far x is beyond −h … h. A comparison each, without the checks of `clamp`.
+#[inline(always)]
+pub(crate) fn beyond(x: f64, h: f64) -> f64 {
+    let held = if x > h { h } else { x };
+    x - if held < -h { -h } else { held }
+}
+
 /// A core at a place.
 #[derive(Clone, Copy)]
 pub(crate) struct Placed<'a> {
@@ -239,7 +246,6 @@ impl<'a> Placed<'a> {
     #[inline(always)]
     pub(crate) fn toward(&self, from: &Vec3) -> Vec3 {
         let q = self.R.tr_mul(&(from - self.p));
-        let beyond = |x: f64, h: f64| x - x.clamp(-h, h);
         let out = match self.core {
             Core::Point => q,
             Core::Segment { h } => Vec3::new(q.x, q.y, beyond(q.z, *h)),

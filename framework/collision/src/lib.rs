@@ -13,9 +13,16 @@
 //! of a point cloud, a voxel map: one ball or cell after the other                   pieces/mod.rs
 //! for each direction the corners of an outline, eight at most, with names           thin.rs
 //! ```
-//! Yes or no with settings that change between questions: [`Probe`].
+//! Yes or no, and distances, with settings that change between questions: [`Probe`], which makes contact points only of what overlaps:
+//! ```text
+//! nearest points of two cores                                                       near/mod.rs
+//! segments, boxes, cylinders: closed forms, and guesses that are proven              near/lines.rs, near/cylinders.rs
+//! any two: the iteration of Gilbert, Johnson and Keerthi                             near/walk.rs
+//! ```
 //!
 //! What is exact and what is not:
+//! * Distances that `Probe` tells of cores that are apart by more than 1e-6 of the smaller's size are proven by their normals to 2e-12 m, of a cylinder with
+//!   a box, a hull or another cylinder to 5e-10 m (measured on shapes of 0.01 to 4 m); nearest points lie in their shapes.
 //! * Gaps and normals of convex pairs that are apart are exact to rounding. The depth of an overlap may be told too large by up to 1e-5 of the size of the
 //!   smaller shape: a face goes before an edge, and the first collider's before the second's, so that what rests does not change its mind.
 //!   Pairs are solved in relative poses: far from the origin only the digits are lost that the positions themselves have not.
@@ -63,6 +70,7 @@ mod discs;
 mod edges;
 mod error;
 mod manifold;
+mod near;
 mod pairs;
 mod pieces;
 mod polish;

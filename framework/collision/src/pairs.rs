@@ -3,10 +3,11 @@
 //! Balls and capsules with each other, balls with cylinders and half spaces with everything have closed forms; the rest is `manifold.rs`.
 //! Surfaces take one triangle after the other (`triangle/mod.rs`).
 
-use crate::axis::{Nearest, direction, nearest};
+use crate::axis::direction;
 use crate::core::{Core, Corner, Placed, mix};
 use crate::edges::lines;
 use crate::manifold::{Point, Room, convex, corner, least};
+use crate::near::within;
 use crate::pieces::points::{with_core, with_other, with_pieces};
 use crate::solid::{Kind, Solid};
 use crate::surface::Surface;
@@ -118,8 +119,7 @@ fn cores(a: &Solid, b: &Solid, X_AB: &Pose, limit: f64, ask: &Ask, room: &mut Ro
     }
 }
 
-/// Whether two cores come within `limit` (not negative). Where the iteration ends before it knows, which happens with cylinders within 1e-6 of
-/// their size, their contact points decide.
+/// Whether two cores come within `limit` (not negative). Where rounding decides, their contact points do.
 pub(crate) fn close(
     a: &Placed,
     b: &Placed,
@@ -128,16 +128,8 @@ pub(crate) fn close(
     size: f64,
     room: &mut Room,
 ) -> bool {
-    let (n, d) = match nearest(a, b, limit, &direction(start), &mut room.simplex) {
-        Nearest::Far => return false,
-        Nearest::Overlap(_) => return true,
-        Nearest::Apart(_, _, n, d) => (n, d),
-    };
-    if d <= limit {
-        return true;
-    }
-    if b.range(&n).0 - a.range(&n).1 > limit {
-        return false;
+    if let Some(close) = within(a, b, limit, start) {
+        return close;
     }
     let from = room.points.len();
     two_cores(a, b, limit, size, room);

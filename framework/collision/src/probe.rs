@@ -9,24 +9,25 @@
 //! An answer depends on the poses and settings alone. The order in which pairs are looked at does too: those whose balls
 //! overlap most go first, since a hit among them ends a question.
 
-use crate::axis::{Nearest, direction, nearest};
 use crate::colliders::{ColliderId, Colliders};
 use crate::core::{Core, Placed};
 use crate::error::ShapeFault;
 use crate::manifold::{Room, least};
+use crate::near::{Near, exact, near};
 use crate::pairs::{Ask, Want, close, pair};
-use crate::pieces::{self, Pieces, exact};
+use crate::pieces::{self, Pieces, matrix};
 use crate::query::{Closest, Distance};
 use crate::shape::{Detail, Occupancy, Visibility};
 use crate::solid::{Kind, Solid};
 use linkwork_multibody::BodyId;
-use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
+use linkwork_multibody::spatial::{Mat3, Pose, Vec3, quat};
+use std::cmp::Ordering;
 
 /// A collider at its place.
 #[derive(Clone, Copy)]
 struct Whereabouts {
-    pose: Pose,
     R: Mat3,
+    p: Vec3,
     ball: Vec3,
     radius: f64,
 }
@@ -49,12 +50,18 @@ pub struct Probe {
     live: Vec<Option<Box<Solid>>>,
     /// Balls in the colliders' frames, fine and coarse.
     balls: Vec<[(Vec3, f64); 2]>,
-    /// All pairs that are looked at, and whether that list is up to date.
+    /// All pairs that are looked at, also row after row, and whether that is up to date.
     pairs: Vec<(u32, u32)>,
+    looked: Vec<bool>,
     stale: bool,
+    /// `X_BC` of each.
+    frames: Vec<(Mat3, Vec3)>,
     places: Vec<Whereabouts>,
-    /// Pairs whose balls overlap: by how much of the smaller, or their distance.
-    near: Vec<(f64, u32)>,
+    /// Middles of balls x, y, z and bounds, for questions about all of them at once, and the answers for one.
+    lanes: [Vec<f64>; 4],
+    close: Vec<bool>,
+    /// Pairs whose balls are near; by how much of the smaller they are apart, where that was asked for.
+    near: Vec<(f64, (u32, u32))>,
     room: Room,
 }
 
@@ -75,8 +82,8 @@ impl Probe {
                 .map_or((Vec3::zeros(), Whereabouts::NONE), ball)
         };
         let place = Whereabouts {
-            pose: Pose::identity(),
             R: Mat3::identity(),
+            p: Vec3::zeros(),
             ball: Vec3::zeros(),
             radius: Whereabouts::NONE,
         };
@@ -98,8 +105,12 @@ impl Probe {
             live: colliders.ids().map(live).collect(),
             balls: colliders.ids().map(|i| [of(i, Detail::Fine), of(i, Detail::Coarse)]).collect(),
             pairs: Vec::with_capacity(room),
+            looked: vec![false; n * n],
             stale: true,
+            frames: colliders.items.iter().map(|i| matrix(&i.pose)).collect(),
             places: vec![place; n],
+            lanes: std::array::from_fn(|_| vec![0.0; n]),
+            close: vec![false; n],
             near: Vec::with_capacity(room),
             room: Room::default(),
         };
@@ -282,13 +293,24 @@ impl Probe {
     /// Puts all colliders where the bodies are: `X_WB`, the world's own for `None`. A collider with a pose that is not finite
     /// meets nothing.
     pub fn place(&mut self, colliders: &Colliders, poses: impl Fn(Option<BodyId>) -> Pose) {
+        self.place_frames(colliders, |body| matrix(&poses(body)));
+    }
+
+    /// As [`place`](Self::place), with poses as rotation matrices and places of origins, m.
+    pub fn place_frames(
+        &mut self,
+        colliders: &Colliders,
+        frames: impl Fn(Option<BodyId>) -> (Mat3, Vec3),
+    ) {
         let which = usize::from(self.detail == Detail::Coarse);
         for (i, item) in colliders.items.iter().enumerate() {
-            let pose = poses(item.body) * item.pose;
+            let (own, at) = &self.frames[i];
+            let (R, p) = frames(item.body);
+            let (R, p) = (R * own, R * at + p);
             let (centre, radius) = self.balls[i][which];
-            let R = pose.rotation.to_rotation_matrix().into_inner();
-            let radius = if pose.is_finite() { radius } else { Whereabouts::NONE };
-            self.places[i] = Whereabouts { pose, R, ball: R * centre + pose.position, radius };
+            let finite = R.iter().chain(p.iter()).all(|x| x.is_finite());
+            let radius = if finite { radius } else { Whereabouts::NONE };
+            self.places[i] = Whereabouts { R, p, ball: R * centre + p, radius };
         }
     }
 
@@ -296,10 +318,17 @@ impl Probe {
     /// After [`place`](Self::place).
     pub fn first_hit(&mut self, colliders: &Colliders) -> Option<(ColliderId, ColliderId)> {
         self.look(0.0);
-        // The deepest balls first; most hits are found there.
-        self.near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        self.measure();
+        // The deepest balls first: most hits are found there, and often at once, before the rest is in order.
+        let least = (0..self.near.len()).min_by(|i, j| before(&self.near[*i], &self.near[*j]));
+        if let Some(least) = least {
+            self.near.swap(0, least);
+        }
         for at in 0..self.near.len() {
-            let (i, j) = self.pairs[self.near[at].1 as usize];
+            if at == 1 {
+                self.near[1..].sort_unstable_by(before);
+            }
+            let (i, j) = self.near[at].1;
             if self.touch(colliders, i as usize, j as usize) {
                 return Some((ColliderId(i), ColliderId(j)));
             }
@@ -312,7 +341,7 @@ impl Probe {
         out.clear();
         self.look(0.0);
         for at in 0..self.near.len() {
-            let (i, j) = self.pairs[self.near[at].1 as usize];
+            let (i, j) = self.near[at].1;
             if self.touch(colliders, i as usize, j as usize) {
                 out.push((ColliderId(i), ColliderId(j)));
             }
@@ -323,10 +352,11 @@ impl Probe {
     /// overlap. After [`place`](Self::place).
     pub fn closest(&mut self, colliders: &Colliders, limit: f64) -> Option<Closest> {
         self.look(limit);
-        self.near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        self.measure();
+        self.near.sort_unstable_by(before);
         let mut best: Option<Closest> = None;
         for at in 0..self.near.len() {
-            let (i, j) = self.pairs[self.near[at].1 as usize];
+            let (i, j) = self.near[at].1;
             let (a, b) = (i as usize, j as usize);
             let limit = best.map_or(limit, |c| c.distance.distance);
             if self.balls_apart(a, b) > limit.max(0.0) {
@@ -347,7 +377,7 @@ impl Probe {
         out.clear();
         self.look(limit);
         for at in 0..self.near.len() {
-            let (i, j) = self.pairs[self.near[at].1 as usize];
+            let (i, j) = self.near[at].1;
             if let Some(distance) = self.between(colliders, i as usize, j as usize, limit) {
                 out.push(Closest { a: ColliderId(i), b: ColliderId(j), distance });
             }
@@ -378,26 +408,55 @@ impl Probe {
         }
         let n = self.places.len();
         self.pairs.clear();
+        self.looked.fill(false);
         for i in (0..n).filter(|i| !self.hidden[*i]) {
             for j in (i + 1..n).filter(|j| !self.hidden[*j]) {
                 if self.meets[i * n + j] {
                     self.pairs.push((i as u32, j as u32));
+                    self.looked[i * n + j] = true;
                 }
             }
         }
     }
 
-    /// Pairs whose balls are within `limit`, in their order, with how far their balls are apart as part of the smaller one.
+    /// Pairs whose balls are within `limit`, in their order.
     fn look(&mut self, limit: f64) {
         self.refresh();
         self.near.clear();
-        for (k, (i, j)) in self.pairs.iter().enumerate() {
-            let (a, b) = (*i as usize, *j as usize);
-            let apart = self.balls_apart(a, b);
-            if apart <= limit && apart < f64::INFINITY {
-                let size = self.places[a].radius.min(self.places[b].radius);
-                self.near.push((apart / size, k as u32));
+        let n = self.places.len();
+        for (i, place) in self.places.iter().enumerate() {
+            let bound = place.radius + self.padding[i] + self.reach[i];
+            let [x, y, z, r] = &mut self.lanes;
+            (x[i], y[i], z[i], r[i]) = (place.ball.x, place.ball.y, place.ball.z, bound);
+        }
+        let [x, y, z, r] = &self.lanes;
+        for i in 0..n {
+            let (x0, y0, z0, reach, from) = (x[i], y[i], z[i], r[i] + limit, i + 1);
+            let close = &mut self.close[from..n];
+            let rest = x[from..n].iter().zip(&y[from..n]).zip(&z[from..n]).zip(&r[from..n]);
+            for (close, (((x, y), z), r)) in close.iter_mut().zip(rest) {
+                let (x, y, z, reach) = (x - x0, y - y0, z - z0, reach + r);
+                let square = x * x + y * y + z * z;
+                // Rounding of the squares. What is nowhere has a reach below zero, or none.
+                *close = (reach >= 0.0) & (square <= reach * reach * (1.0 + 1e-14));
             }
+            let looked = &self.looked[i * n + from..(i + 1) * n];
+            for (k, (close, looked)) in close.iter().zip(looked).enumerate() {
+                if close & looked {
+                    self.near.push((0.0, (i as u32, (from + k) as u32)));
+                }
+            }
+        }
+    }
+
+    /// How far the balls of near pairs are apart, as part of the smaller one. A ball deep in another, as that about a floor, tells nothing.
+    fn measure(&mut self) {
+        for at in 0..self.near.len() {
+            let (i, j) = self.near[at].1;
+            let (a, b) = (i as usize, j as usize);
+            let size = self.places[a].radius.min(self.places[b].radius);
+            let apart = self.balls_apart(a, b);
+            self.near[at].0 = if apart < -2.0 * size { 0.0 } else { apart / size };
         }
     }
 
@@ -420,7 +479,7 @@ impl Probe {
         let thick = self.thick(i) + self.thick(j);
         let pieces = |s: &Solid| matches!(s.kind, Kind::Pieces(_));
         if pieces(a) || pieces(b) {
-            let place = (pa.R.tr_mul(&pb.R), pa.R.tr_mul(&(pb.pose.position - pa.pose.position)));
+            let place = (pa.R.tr_mul(&pb.R), pa.R.tr_mul(&(pb.p - pa.p)));
             let (place, size) = ((&place.0, &place.1), a.size.min(b.size));
             if let Some(touch) =
                 pieces::near(&a.kind, &b.kind, place, (thick, size), &mut self.room)
@@ -436,9 +495,9 @@ impl Probe {
         let size = a.size.min(b.size);
         // Both in axes of the world, about the origin of the first: no digits are lost far away.
         let a = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
-        let b = Placed { core: cb, R: pb.R, p: pb.pose.position - pa.pose.position };
+        let b = Placed { core: cb, R: pb.R, p: pb.p - pa.p };
         let limit = thick + ra + rb;
-        let (ball_a, ball_b) = (pa.ball - pa.pose.position, pb.ball - pa.pose.position);
+        let (ball_a, ball_b) = (pa.ball - pa.p, pb.ball - pa.p);
         if (exact(ca) && a.toward(&ball_b).norm() > pb.radius - rb + limit)
             || (exact(cb) && b.toward(&ball_a).norm() > pa.radius - ra + limit)
         {
@@ -459,12 +518,13 @@ impl Probe {
         let (a, b) = (of(i)?, of(j)?);
         let thick = [self.thick(i), self.thick(j)];
         let places = (&self.places[i], &self.places[j]);
-        match apart((a, b), places, thick, limit, &mut self.room) {
+        match apart((a, b), places, thick, limit) {
             Apart::By(distance) => return Some(distance),
             Apart::Far => return None,
             Apart::NotTold => {}
         }
-        let (pa, pb) = (self.places[i].pose, self.places[j].pose);
+        let pose = |k: usize| Pose::new(quat(&self.places[k].R), self.places[k].p);
+        let (pa, pb) = (pose(i), pose(j));
         let back = pa.rotation.inverse();
         let X_AB = Pose::new(back * pb.rotation, back * (pb.position - pa.position));
         let (padding, size) = (thick, a.size.min(b.size));
@@ -486,54 +546,46 @@ impl Probe {
     }
 }
 
-/// What the iteration alone tells of a distance.
+/// The order in which near pairs are looked at.
+fn before(a: &(f64, (u32, u32)), b: &(f64, (u32, u32))) -> Ordering {
+    a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+}
+
+/// What the nearest points of two cores tell of a distance.
 enum Apart {
     /// Nearest points.
     By(Distance),
     /// More than the limit.
     Far,
-    /// They touch, or it ended before it knew: their contact points tell.
+    /// The cores overlap or nearly touch: their contact points tell.
     NotTold,
 }
 
-/// The distance of two convex solids that are well apart: contact points need not be made. Both in axes of the world, about the origin of the first.
+/// The distance of two convex solids whose cores are apart: contact points need not be made. Both in axes of the world, about the origin of the first.
 fn apart(
     (a, b): (&Solid, &Solid),
     (pa, pb): (&Whereabouts, &Whereabouts),
     thick: [f64; 2],
     limit: f64,
-    room: &mut Room,
 ) -> Apart {
     let (Kind::Convex { core: ca, round: ra }, Kind::Convex { core: cb, round: rb }) =
         (&a.kind, &b.kind)
     else {
         return Apart::NotTold;
     };
-    // Of these the contact points are closed forms.
-    let line = |c: &Core| matches!(c, Core::Point | Core::Segment { .. });
-    if line(ca) && line(cb) {
-        return Apart::NotTold;
-    }
     let (size, thick) = (a.size.min(b.size), [ra + thick[0], rb + thick[1]]);
     let x = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
-    let y = Placed { core: cb, R: pb.R, p: pb.pose.position - pa.pose.position };
+    let y = Placed { core: cb, R: pb.R, p: pb.p - pa.p };
     let both = thick[0] + thick[1];
-    let start = direction(&(pb.ball - pa.ball));
-    match nearest(&x, &y, limit + both, &start, &mut room.simplex) {
-        Nearest::Far => Apart::Far,
-        // No plane between them leaves more room than the normal's: as near as the points say they are.
-        Nearest::Apart(p, q, n, d)
-            if d > 1e-6 * size && d - (y.range(&n).0 - x.range(&n).1) <= 1e-9 * size =>
-        {
-            let distance = d - both;
-            if distance > limit {
-                return Apart::Far;
-            }
-            let point_a = pa.pose.position + p + n * thick[0];
-            let point_b = pa.pose.position + q - n * thick[1];
+    match near(&x, &y, limit + both, &(pb.ball - pa.ball), size) {
+        Near::Far => Apart::Far,
+        Near::Unsure => Apart::NotTold,
+        Near::Apart(gap) => {
+            let (n, distance) = (gap.way * (1.0 / gap.d), gap.d - both);
+            let point_a = pa.p + gap.pa + n * thick[0];
+            let point_b = pa.p + gap.pa + gap.way - n * thick[1];
             Apart::By(Distance { distance, point_a, point_b })
         }
-        _ => Apart::NotTold,
     }
 }
 

@@ -33,6 +33,14 @@ impl Workspace {
         mat3(&self.work.kin[at.slot as usize].R) * at.R
     }
 
+    /// `R_WB` of a body as a matrix, and where its origin is, m: cheaper than the pose.
+    #[must_use]
+    pub fn body_frame(&self, tree: &Tree, body: BodyId) -> (Mat3, Vec3) {
+        let at = tree.body(body);
+        let kin = &self.work.kin[at.slot as usize];
+        (mat3(&kin.R) * at.R, vec3(&kin.R.mul_add(v3(&at.p), kin.p)))
+    }
+
     /// Velocity of a body at its origin, world axes. After [`kinematics`](crate::kinematics()).
     #[must_use]
     pub fn body_velocity(&self, tree: &Tree, body: BodyId) -> Motion {

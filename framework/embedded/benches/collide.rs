@@ -1,7 +1,7 @@
 //! Collision queries: COL-1 and COL-2 of the definitions beside the reference data, with every answer checked, in turns with
 //! coal where `LINKWORK_ROBOT_QUERIES` names the peer's program. A call is poses from q and the answer.
 //!
-//!     cargo bench -p linkwork-embedded --bench collide
+//!     cargo bench -p linkwork-embedded --bench collide [-- COL-1 COL-2 seen]
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 mod peer;
@@ -110,6 +110,8 @@ fn seen(json: &Value, qs: &[Vec<f64>]) {
 }
 
 fn main() {
+    let only: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let wanted = |name: &str| only.is_empty() || only.iter().any(|o| o == name);
     let Some(json) = reference("robodarts/col1_scene.json") else { return };
     let model = robot_in("robots/iiwa7.urdf", &json, &[], vec![], vec![]);
     let mut robot = Robot::new(&model);
@@ -120,8 +122,12 @@ fn main() {
         (0..5000).map(|_| (0..7).map(|i| rng.within(low[i], high[i])).collect()).collect();
     let expected: Vec<bool> =
         json["colliding"].as_str().unwrap().chars().map(|c| c == '1').collect();
-    bench("COL-1", &mut robot, &qs, &expected, "lbr_iiwa_link_7");
-    seen(&json, &qs);
+    if wanted("COL-1") {
+        bench("COL-1", &mut robot, &qs, &expected, "lbr_iiwa_link_7");
+    }
+    if wanted("seen") {
+        seen(&json, &qs);
+    }
 
     let json = reference("robodarts/dual_ur5_collisions.json").unwrap();
     let model = robot_in("robodarts/dual_ur5.urdf", &json, &[], vec![], vec![]);
@@ -130,5 +136,7 @@ fn main() {
     let qs: Vec<Vec<f64>> = states.iter().map(|s| to_q(&model, &at, &numbers(&s["q"]))).collect();
     let hit = |s: &Value| !s["fine"]["colliding"].as_array().unwrap().is_empty();
     let expected: Vec<bool> = states.iter().map(hit).collect();
-    bench("COL-2", &mut Robot::new(&model), &qs, &expected, "left_tcp");
+    if wanted("COL-2") {
+        bench("COL-2", &mut Robot::new(&model), &qs, &expected, "left_tcp");
+    }
 }

@@ -9,7 +9,7 @@ use crate::model::ModelSpec;
 use crate::part::Resolved;
 use linkwork_collision::{ColliderId, Colliders, Neighbours, Shape, groups, neighbours};
 use linkwork_multibody::{BodyId, Builder, Multibody};
-use linkwork_spatial::Pose;
+use linkwork_spatial::{Mat3, Pose, Vec3};
 
 /// What carries a collider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,18 +149,23 @@ fn linked(linkages: &[Option<Linkage>], name: &str) -> Carrier {
     found.map_or(Carrier::World, |(o, b)| Carrier::Linked(o, b))
 }
 
+/// A pose as a rotation matrix and a place.
+pub(crate) fn matrix(X: &Pose) -> (Mat3, Vec3) {
+    (X.rotation.to_rotation_matrix().into_inner(), X.position)
+}
+
 impl Carrier {
-    /// `X_W` of what carries a collider.
-    pub fn pose(
+    /// Where in the world what carries a collider is: rotation matrix, and place of the origin, m.
+    pub fn frame(
         self,
-        body: impl Fn(BodyId) -> Pose,
+        body: impl Fn(BodyId) -> (Mat3, Vec3),
         objects: &[Pose],
-        linked: impl Fn(usize, BodyId) -> Pose,
-    ) -> Pose {
+        linked: impl Fn(usize, BodyId) -> (Mat3, Vec3),
+    ) -> (Mat3, Vec3) {
         match self {
-            Self::World => Pose::identity(),
+            Self::World => (Mat3::identity(), Vec3::zeros()),
             Self::Body(b) => body(b),
-            Self::Object(o) => objects[o],
+            Self::Object(o) => matrix(&objects[o]),
             Self::Linked(o, b) => linked(o, b),
         }
     }

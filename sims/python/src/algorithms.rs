@@ -13,6 +13,10 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 impl Mechanism {
     /// Inverse of the mass matrix (nv, nv) at q, or many. Rows and columns of prescribed
     /// coordinates are zero: it is that of the free ones.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> (arm.inverse_mass_matrix(q) @ arm.mass_matrix(q)).round(9).tolist()
+    /// [[1.0, 0.0], [-0.0, 1.0]]
     #[pyo3(signature = (q, *, threads=1))]
     fn inverse_mass_matrix<'py>(
         &self,
@@ -35,6 +39,10 @@ impl Mechanism {
     }
 
     /// The inverse of the mass matrix at q times x (nv,), in O(nv); or many.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> arm.apply_inverse_mass(q, arm.mass_matrix(q) @ v).round(9).tolist()
+    /// [0.1, 0.4]
     #[pyo3(signature = (q, x, *, threads=1))]
     fn apply_inverse_mass<'py>(
         &self,
@@ -54,6 +62,11 @@ impl Mechanism {
 
     /// Jacobian (6, nv) of a frame at q, or many: v to the velocity [ω; v] of the frame's origin,
     /// world axes, rad/s and m/s. out: as in inverse_dynamics.
+    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    ///
+    /// >>> J = arm.node_jacobian(q, "tip")
+    /// >>> J.shape, bool(np.allclose(J @ v, arm.state(q, v).velocity("tip")))
+    /// ((6, 2), True)
     #[pyo3(signature = (q, frame, *, out=None, threads=1))]
     fn node_jacobian<'py>(
         &self,
@@ -80,6 +93,11 @@ impl Mechanism {
     }
 
     /// Rate (6, nv) of that Jacobian at q, v, or many: its derivative in time.
+    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    ///
+    /// >>> dJ = arm.node_jacobian_rate(q, v, "tip")
+    /// >>> bool(np.allclose(dJ @ v, arm.state(q, v).bias_acceleration("tip")))
+    /// True
     #[pyo3(signature = (q, v, frame, *, threads=1))]
     fn node_jacobian_rate<'py>(
         &self,
@@ -100,6 +118,10 @@ impl Mechanism {
 
     /// Forces (nv,) that equal a wrench (6,) [moment; force] on a frame, about its origin, world
     /// axes: Jᵀ f; or many.
+    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    ///
+    /// >>> arm.node_jacobian_transpose_product(q, "tip", [0, 0, 0, 10, 0, 0]).round(6).tolist()
+    /// [-16.921853, -7.368488]
     #[pyo3(signature = (q, frame, wrench, *, threads=1))]
     fn node_jacobian_transpose_product<'py>(
         &self,
@@ -121,6 +143,11 @@ impl Mechanism {
 
     /// Centroidal momentum matrix (6, nv) at q, or many: v to the momentum [angular about the
     /// centre of mass, kg m²/s; linear, kg m/s], world axes.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> A = arm.centroidal_matrix(q)
+    /// >>> A.shape, bool(np.allclose(A @ v, arm.state(q, v).momentum()))
+    /// ((6, 2), True)
     #[pyo3(signature = (q, *, threads=1))]
     fn centroidal_matrix<'py>(
         &self,
@@ -145,6 +172,10 @@ impl Mechanism {
     }
 
     /// Rate (6,) of that momentum with vdot = 0 at q, v, or many: [N m; N], world axes.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> arm.centroidal_bias(q, v).shape
+    /// (6,)
     #[pyo3(signature = (q, v, *, threads=1))]
     fn centroidal_bias<'py>(
         &self,
@@ -165,6 +196,10 @@ impl Mechanism {
     }
 
     /// Jacobian (3, nv) of the centre of mass at q, or many: v to its velocity, world axes.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> bool(np.allclose(arm.com_jacobian(q) @ v, arm.state(q, v).com_velocity()))
+    /// True
     #[pyo3(signature = (q, *, threads=1))]
     fn com_jacobian<'py>(
         &self,
@@ -184,6 +219,10 @@ impl Mechanism {
     /// Operational-space compliance (6m, 6m) of m frames at q, or many: accelerations [α; a] of
     /// the frames' origins for unit wrenches [moment; force] on them, world axes: J M⁻¹ Jᵀ, with
     /// cross terms. Prescribed coordinates stay as they are.
+    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    ///
+    /// >>> arm.compliance(q, ["tip"]).shape
+    /// (6, 6)
     #[pyo3(signature = (q, frames, *, threads=1))]
     fn compliance<'py>(
         &self,
@@ -210,6 +249,12 @@ impl Mechanism {
     }
 
     /// Kinetic energy at q, v: J, rotors included; one number, or (n,) for many.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> round(float(arm.kinetic_energy(q, v)), 6)
+    /// 0.056297
+    /// >>> arm.kinetic_energy(np.zeros((3, 2)), v).shape
+    /// (3,)
     #[pyo3(signature = (q, v, *, threads=1))]
     fn kinetic_energy<'py>(
         &self,
@@ -229,6 +274,10 @@ impl Mechanism {
 
     /// Potential energy in uniform gravity at q: J, zero with all masses at the world's origin;
     /// one number, or (n,) for many.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> round(float(arm.potential_energy(q)), 6)
+    /// -22.357945
     #[pyo3(signature = (q, *, threads=1))]
     fn potential_energy<'py>(
         &self,

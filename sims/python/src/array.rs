@@ -1,16 +1,19 @@
 //! Numbers across the border: numpy arrays checked for shape and NaN on the way in, made from
 //! vectors without a copy on the way out.
 //!
-//! A contiguous float64 array is read in place; anything else that numpy can convert is copied.
+//! A contiguous float64 array is read in place, a short one copied, which is less work than to lend it; anything else that numpy can convert is
+//! converted.
 use crate::error::{refuse, refuse_with};
 use linkwork_dynamics::checked;
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Force, Mat3, Motion, Pose, Quat, Vec3, quat};
+use numpy::ndarray::ArrayView2;
 use numpy::{BorrowError, PyUntypedArrayMethods};
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::ops::Range;
 
 /// Any number of dimensions: what a function returns that takes one state or many.
 pub type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -19,26 +22,52 @@ pub type Array1<'py> = Bound<'py, PyArray1<f64>>;
 /// Two dimensions.
 pub type Array2<'py> = Bound<'py, PyArray2<f64>>;
 
+/// Arrays up to this length are copied: a state of any machine.
+const FEW: usize = 256;
+
+/// The numbers of an array.
+enum Numbers<'py> {
+    /// A copy. The interpreter's lock is held while it is made, so that nobody writes.
+    Few(Vec<f64>),
+    /// Lent, and nobody may write to it meanwhile.
+    Lent(PyReadonlyArrayDyn<'py, f64>),
+}
+
 /// An array that was checked: finite, row after row, of a known shape.
 pub struct Input<'py> {
-    array: PyReadonlyArrayDyn<'py, f64>,
+    numbers: Numbers<'py>,
     /// How many dimensions; their sizes when they are at most two, which takes no memory of its own, else in `sizes`.
     dimensions: usize,
     two: [usize; 2],
     sizes: Vec<usize>,
+    /// Addresses of the array's first number and of what follows its last.
+    memory: Range<usize>,
+}
+
+/// The addresses of an array's numbers, row after row.
+fn memory(array: &Array<'_>) -> Range<usize> {
+    let from = array.data() as usize;
+    from..from + size_of::<f64>() * array.len()
 }
 
 impl<'py> Input<'py> {
     /// Any finite array of numbers, called `what` in messages.
     pub fn read(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Self> {
         let direct = given.cast::<PyArrayDyn<f64>>().ok().filter(|a| a.is_c_contiguous());
+        let few = direct.filter(|a| a.len() <= FEW).and_then(|a| Some((a, a.to_vec().ok()?)));
+        if let Some((array, numbers)) = few {
+            return Self::checked(Numbers::Few(numbers), array, what);
+        }
         let array = match direct.and_then(|a| a.try_readonly().ok()) {
             Some(a) if a.as_slice().is_ok() => a,
             _ => copied(given, what)?,
         };
-        let slice = array.as_slice().map_err(|e| refuse(format!("`{what}`: {e}")))?;
-        // The words are those of Rust.
-        checked::finite(what, slice).map_err(|e| refuse(e.to_string()))?;
+        let of = (*array).clone();
+        array.as_slice().map_err(|e| refuse(format!("`{what}`: {e}")))?;
+        Self::checked(Numbers::Lent(array), &of, what)
+    }
+
+    fn checked(numbers: Numbers<'py>, array: &Array<'py>, what: &str) -> PyResult<Self> {
         let (mut two, mut sizes) = ([0; 2], Vec::new());
         let shape = array.shape();
         let dimensions = shape.len();
@@ -46,18 +75,29 @@ impl<'py> Input<'py> {
             Some(few) => few.copy_from_slice(shape),
             None => sizes = shape.to_vec(),
         }
-        Ok(Self { array, dimensions, two, sizes })
+        let input = Self { numbers, dimensions, two, sizes, memory: memory(array) };
+        // The words are those of Rust.
+        checked::finite(what, input.slice()).map_err(|e| refuse(e.to_string()))?;
+        Ok(input)
     }
 
     /// The numbers, row after row.
     pub fn slice(&self) -> &[f64] {
-        // Checked by `read`; nothing is read from an array that lost its form since.
-        self.array.as_slice().unwrap_or_default()
+        match &self.numbers {
+            Numbers::Few(x) => x,
+            // Checked by `read`; nothing is read from an array that lost its form since.
+            Numbers::Lent(a) => a.as_slice().unwrap_or_default(),
+        }
     }
 
     /// The shape.
     pub fn shape(&self) -> &[usize] {
         self.two.get(..self.dimensions).unwrap_or(&self.sizes)
+    }
+
+    /// The addresses of the array's numbers.
+    pub fn memory(&self) -> &Range<usize> {
+        &self.memory
     }
 }
 
@@ -166,8 +206,11 @@ fn matrix_pose(x: &[f64], what: &str) -> PyResult<Pose> {
     Ok(Pose::new(quat(&R), Vec3::new(x[3], x[7], x[11])))
 }
 
-/// A vector as an array, without a copy.
+/// A vector as an array, without a copy unless it is short.
 pub fn out1(py: Python<'_>, values: Vec<f64>) -> Array1<'_> {
+    if values.len() <= FEW {
+        return PyArray1::from_slice(py, &values);
+    }
     PyArray1::from_vec(py, values)
 }
 
@@ -207,25 +250,36 @@ pub fn checked1(py: Python<'_>, values: Vec<f64>) -> PyResult<Array1<'_>> {
     Ok(out1(py, values))
 }
 
-/// Numbers row after row as a matrix, without a copy; refused when they are not finite.
+/// Numbers row after row as a matrix; refused when they are not finite.
 pub fn out2(py: Python<'_>, values: Vec<f64>, rows: usize, columns: usize) -> PyResult<Array2<'_>> {
     finite(&values)?;
+    if let (true, Ok(few)) = (values.len() <= FEW, ArrayView2::from_shape((rows, columns), &values))
+    {
+        return Ok(PyArray2::from_array(py, &few));
+    }
     PyArray1::from_vec(py, values).reshape([rows, columns])
 }
 
-/// Numbers row after row in any shape, without a copy; refused when they are not finite.
+/// Numbers row after row in any shape, without a copy unless they are few; refused when they are not finite.
 pub fn out<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Array<'py>> {
-    finite(&values)?;
-    PyArray1::from_vec(py, values).reshape(shape)
+    match *shape {
+        [_] => Ok(checked1(py, values)?.to_dyn().clone()),
+        [rows, columns] => Ok(out2(py, values, rows, columns)?.to_dyn().clone()),
+        _ => {
+            finite(&values)?;
+            PyArray1::from_vec(py, values).reshape(shape)
+        }
+    }
 }
 
 /// As `out`, written into an array of the caller's where one is given: float64, of that shape, row after row, writable, and of no
-/// memory that the call reads. It is then the result.
+/// memory that the call reads (`read`: addresses). It is then the result.
 pub fn out_into<'py>(
     py: Python<'py>,
     values: Vec<f64>,
     shape: &[usize],
     given: Option<&Bound<'py, PyAny>>,
+    read: impl Iterator<Item = Range<usize>>,
 ) -> PyResult<Array<'py>> {
     let Some(given) = given else { return out(py, values, shape) };
     finite(&values)?;
@@ -241,10 +295,14 @@ pub fn out_into<'py>(
         let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();
         return Err(wrong_shape("out", array.shape(), &format!("({})", sizes.join(", "))));
     }
+    let shares =
+        || refuse_with("`out` shares memory with an argument", "give it memory of its own");
+    let own = memory(array);
+    if array.is_c_contiguous() && read.into_iter().any(|r| r.start < own.end && own.start < r.end) {
+        return Err(shares());
+    }
     let mut writable = array.try_readwrite().map_err(|e| match e {
-        BorrowError::AlreadyBorrowed => {
-            refuse_with("`out` shares memory with an argument", "give it memory of its own")
-        }
+        BorrowError::AlreadyBorrowed => shares(),
         _ => refuse_with("`out` cannot be written", "give a writable array"),
     })?;
     // A slice is given of arrays that run column after column, too.

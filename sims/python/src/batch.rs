@@ -8,25 +8,27 @@ use crate::core::Core;
 use crate::error::{refuse, refuse_with};
 use linkwork_dynamics::{DynamicsError, Ensemble, Tree, Workspace};
 use pyo3::prelude::*;
+use smallvec::SmallVec;
+use std::ops::Range;
 use std::sync::OnceLock;
 
 /// Inputs of an algorithm, checked against each other.
 pub struct Rows<'py> {
-    inputs: Vec<(Input<'py>, usize)>,
+    inputs: SmallVec<[(Input<'py>, usize); 4]>,
     /// `None`: one state.
     n: Option<usize>,
 }
 
 /// The numbers of the inputs, free of the interpreter.
 pub struct View<'a> {
-    inputs: Vec<(&'a [f64], usize, bool)>,
+    inputs: SmallVec<[(&'a [f64], usize, bool); 4]>,
     n: usize,
 }
 
 impl<'py> Rows<'py> {
     /// Reads (array, width, name) each.
     pub fn read(given: &[(&Bound<'py, PyAny>, usize, &str)]) -> PyResult<Self> {
-        let mut rows = Rows { inputs: Vec::with_capacity(given.len()), n: None };
+        let mut rows = Rows { inputs: SmallVec::new(), n: None };
         let mut first = "";
         for (array, width, what) in given {
             let input = Input::read(array, what)?;
@@ -62,8 +64,13 @@ impl<'py> Rows<'py> {
         View { inputs: inputs.collect(), n: self.n.unwrap_or(1) }
     }
 
+    /// The addresses of what is read.
+    fn memory(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        self.inputs.iter().map(|(input, _)| input.memory().clone())
+    }
+
     /// The shape of a result: `each` for one state, (n, each) for many.
-    fn shape(&self, each: &[usize]) -> Vec<usize> {
+    fn shape(&self, each: &[usize]) -> SmallVec<[usize; 4]> {
         self.n.into_iter().chain(each.iter().copied()).collect()
     }
 }
@@ -123,7 +130,7 @@ pub fn states_into<'py>(
     let (view, width) = (rows.view(), each.iter().product::<usize>());
     let mut values = zeros(view.n, width)?;
     let piece = |first: usize, out: &mut [f64], ws: &mut Workspace| {
-        let mut inputs: Vec<&[f64]> = Vec::with_capacity(view.inputs.len());
+        let mut inputs: SmallVec<[&[f64]; 4]> = SmallVec::new();
         for (k, out) in out.chunks_mut(width.max(1)).enumerate() {
             inputs.clear();
             inputs.extend(view.row(first + k));
@@ -146,7 +153,7 @@ pub fn states_into<'py>(
         })
     };
     result.map_err(|e: DynamicsError| refuse(e))?;
-    out_into(py, values, &rows.shape(each), given)
+    out_into(py, values, &rows.shape(each), given, rows.memory())
 }
 
 /// As many as asked for, one at least, at most one for each processor.
@@ -232,7 +239,8 @@ pub fn ensemble_into<'py>(
     py.detach(run).map_err(refuse)?;
     let given = std::iter::once(given).chain(std::iter::repeat(None));
     let shaped = results.into_iter().zip(each).zip(given);
-    let shaped = shaped.map(|((x, shape), to)| out_into(py, x, &rows.shape(shape), to));
+    let shaped =
+        shaped.map(|((x, shape), to)| out_into(py, x, &rows.shape(shape), to, rows.memory()));
     shaped.collect::<PyResult<_>>().map(Some)
 }
 

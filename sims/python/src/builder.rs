@@ -15,6 +15,9 @@ use std::sync::{Arc, Mutex};
 /// What a body may do against its parent: a chain of subhinges, parent's side first.
 ///
 /// Axes (3,) are in the hinge frame and need not be of unit length.
+///
+/// >>> import numpy as np, linkwork
+/// >>> pin = linkwork.Hinge.pin([0, 1, 0])
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Hinge {
     /// As in Rust.
@@ -30,57 +33,95 @@ impl Hinge {
 #[pymethods]
 impl Hinge {
     /// Rotation about an axis: q in rad.
+    /// Raises LinkworkError for another shape, NaN and an axis without direction.
+    ///
+    /// >>> linkwork.Hinge.pin([0, 0, 1])
+    /// Hinge(pin)
     #[staticmethod]
     fn pin(axis: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(Self { hinge: multibody::Hinge::pin(vec3(axis, "axis")?) })
     }
     /// Translation along an axis: q in m.
+    /// Raises LinkworkError for another shape, NaN and an axis without direction.
+    ///
+    /// >>> linkwork.Hinge.slider([1, 0, 0])
+    /// Hinge(slider)
     #[staticmethod]
     fn slider(axis: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(Self { hinge: multibody::Hinge::slider(vec3(axis, "axis")?) })
     }
     /// Rotation about an axis with `pitch` m/rad of advance along it: q in rad.
+    /// Raises LinkworkError for another shape, NaN and an axis without direction.
+    ///
+    /// >>> linkwork.Hinge.screw([1, 0, 0], 0.002)
+    /// Hinge(screw)
     #[staticmethod]
     fn screw(axis: &Bound<'_, PyAny>, pitch: f64) -> PyResult<Self> {
         Ok(Self { hinge: multibody::Hinge::screw(vec3(axis, "axis")?, pitch) })
     }
     /// Any rotation: q is a quaternion [x y z w], v the angular velocity in child axes, rad/s.
+    ///
+    /// >>> linkwork.Hinge.ball().nq, linkwork.Hinge.ball().nv
+    /// (4, 3)
     #[staticmethod]
     fn ball() -> Self {
         Self { hinge: multibody::Hinge::ball() }
     }
     /// Any motion: q is [x y z qx qy qz qw], v is [ω; v] in child axes.
+    ///
+    /// >>> linkwork.Hinge.free().nq, linkwork.Hinge.free().nv
+    /// (7, 6)
     #[staticmethod]
     fn free() -> Self {
         Self { hinge: multibody::Hinge::free() }
     }
     /// No motion.
+    ///
+    /// >>> linkwork.Hinge.locked().nv
+    /// 0
     #[staticmethod]
     fn locked() -> Self {
         Self { hinge: multibody::Hinge::locked() }
     }
     /// Two crossing pins.
+    /// Raises LinkworkError for another shape, NaN and an axis without direction.
+    ///
+    /// >>> linkwork.Hinge.universal([1, 0, 0], [0, 1, 0])
+    /// Hinge(pin, pin)
     #[staticmethod]
     fn universal(first: &Bound<'_, PyAny>, second: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (first, second) = (vec3(first, "first")?, vec3(second, "second")?);
         Ok(Self { hinge: multibody::Hinge::universal(first, second) })
     }
     /// A slider and a pin on one axis.
+    /// Raises LinkworkError for another shape, NaN and an axis without direction.
+    ///
+    /// >>> linkwork.Hinge.cylindrical([0, 0, 1])
+    /// Hinge(slider, pin)
     #[staticmethod]
     fn cylindrical(axis: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(Self { hinge: multibody::Hinge::cylindrical(vec3(axis, "axis")?) })
     }
     /// Three pins about the moving x, y and z axes.
+    ///
+    /// >>> linkwork.Hinge.gimbal()
+    /// Hinge(pin, pin, pin)
     #[staticmethod]
     fn gimbal() -> Self {
         Self { hinge: multibody::Hinge::gimbal() }
     }
     /// Slides along x and y, then turns about z.
+    ///
+    /// >>> linkwork.Hinge.planar()
+    /// Hinge(slider, slider, pin)
     #[staticmethod]
     fn planar() -> Self {
         Self { hinge: multibody::Hinge::planar() }
     }
     /// Several hinges one after another, parent's side first.
+    ///
+    /// >>> linkwork.Hinge.chain(pin, linkwork.Hinge.slider([1, 0, 0]))
+    /// Hinge(pin, slider)
     #[staticmethod]
     #[pyo3(signature = (*hinges))]
     fn chain(hinges: &Bound<'_, PyTuple>) -> PyResult<Self> {
@@ -91,29 +132,47 @@ impl Hinge {
         Ok(Self { hinge: multibody::Hinge { subhinges } })
     }
     /// The same with its motion given and its force found.
+    ///
+    /// >>> linkwork.Builder().body("b", "world", pin.prescribed(), mass=1).build().prescribed
+    /// [True]
     fn prescribed(&self) -> Self {
         self.with(multibody::Hinge::prescribed)
     }
     /// The same with a rotor of this inertia on each subhinge, kg m² (sliders: kg), at the rotor.
+    ///
+    /// >>> linkwork.Builder().body("b", "world", pin.armature(0.2), mass=0).build().mass_matrix([0]).tolist()
+    /// [[0.2]]
     fn armature(&self, armature: f64) -> Self {
         self.with(|h| h.armature(armature))
     }
     /// The same with this gear ratio: turns of the rotor for a turn of the hinge.
+    ///
+    /// >>> linkwork.Builder().body("b", "world", pin.armature(0.2).gear(10), mass=0).build().mass_matrix([0]).tolist()
+    /// [[20.0]]
     fn gear(&self, gear: f64) -> Self {
         self.with(|h| h.gear(gear))
     }
     /// The same with limits: coordinate (rad or m), its speed, its force. Dynamics does not
     /// enforce them.
+    ///
+    /// >>> linkwork.Builder().body("b", "world", pin.limits(-1, 2), mass=1).build().position_limits[1].tolist()
+    /// [2.0]
     #[pyo3(signature = (lower=f64::NEG_INFINITY, upper=f64::INFINITY, rate=f64::INFINITY, effort=f64::INFINITY))]
     fn limits(&self, lower: f64, upper: f64, rate: f64, effort: f64) -> Self {
         self.with(|h| h.limits(Limits { lower, upper, rate, effort }))
     }
     /// Numbers of q.
+    ///
+    /// >>> pin.nq
+    /// 1
     #[getter]
     fn nq(&self) -> usize {
         self.hinge.nq()
     }
     /// Degrees of freedom.
+    ///
+    /// >>> pin.nv
+    /// 1
     #[getter]
     fn nv(&self) -> usize {
         self.hinge.nv()
@@ -125,6 +184,10 @@ impl Hinge {
 }
 
 /// Collects bodies and nodes in any order; `build()` makes the mechanism.
+///
+/// >>> import numpy as np, linkwork
+/// >>> pin = linkwork.Hinge.pin([0, 1, 0])
+/// >>> parts = linkwork.Builder().body("crank", "world", pin, mass=1, com=[0.1, 0, 0])
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Builder {
     parts: Mutex<multibody::Builder>,
@@ -144,6 +207,10 @@ impl Builder {
     /// −∫xy dm off the diagonal. inertia_check: "physical", or "positive_moments" for published
     /// data that break the triangle inequality of principal moments. hinge_in_parent, hinge_in_body: poses of the hinge frame:
     /// (3,) position, (7,) position and quaternion [x y z w], or (4, 4).
+    /// Raises LinkworkError for shapes, numbers and inertias that cannot be.
+    ///
+    /// >>> parts.body("rod", "crank", pin, mass=0.5, hinge_in_parent=[0.2, 0, 0]).build().bodies
+    /// ['crank', 'rod']
     #[pyo3(signature = (name, parent="world", hinge=None, *, mass=0.0, com=None, inertia=None, inertia_check="physical", hinge_in_parent=None, hinge_in_body=None))]
     fn body(
         slf: Py<Self>,
@@ -164,6 +231,10 @@ impl Builder {
     }
 
     /// Adds a node: a named frame on a body, at a pose in the body's frame: (3,), (7,) or (4, 4).
+    /// Raises LinkworkError for a pose of another shape.
+    ///
+    /// >>> parts.node("end", "crank", [0.2, 0, 0]).build().nodes
+    /// ['end']
     #[pyo3(signature = (name, body, pose=None))]
     fn node(
         slf: Py<Self>,
@@ -180,6 +251,12 @@ impl Builder {
     ///
     /// body_a, body_b: "world" or a body; bodies may come later. at_a, at_b: poses of the frames in their bodies:
     /// (3,), (7,) or (4, 4). Prescribed pins and sliders of the hinge move as `loop_motions` says.
+    /// Raises LinkworkError for a pose of another shape.
+    ///
+    /// >>> rod = parts.body("rod", "crank", pin, mass=1, hinge_in_parent=[0.2, 0, 0])
+    /// >>> rod = rod.loop("end", "rod", "world", linkwork.Hinge.slider([1, 0, 0]), at_a=[0.5, 0, 0])
+    /// >>> rod.build().constraints
+    /// [Constraint(loop `end`, rod, world, rows=5)]
     #[pyo3(signature = (name, body_a, body_b, hinge, *, at_a=None, at_b=None))]
     fn r#loop(
         slf: Py<Self>,
@@ -201,6 +278,11 @@ impl Builder {
     ///
     /// terms: {body: factor}, for the only subhinge of the body's hinge, or {(body, subhinge): factor}, counted
     /// from the parent's side.
+    /// Raises LinkworkError for terms of another kind.
+    ///
+    /// >>> two = parts.body("other", "world", pin, mass=1).coupling("gear", {"crank": 1.0, "other": 2.0})
+    /// >>> two.build().constraints
+    /// [Constraint(coupling `gear`, crank, other, rows=1)]
     #[pyo3(signature = (name, terms, constant=0.0))]
     fn coupling(
         slf: Py<Self>,
@@ -224,6 +306,9 @@ impl Builder {
     /// The mechanism, bodies in canonical order: depth first, siblings by name.
     ///
     /// Raises LinkworkError with every fault of every part.
+    ///
+    /// >>> parts.build()
+    /// Mechanism(1 bodies, nq=1, nv=1)
     fn build(&self) -> PyResult<Mechanism> {
         let mbs = crate::core::lock(&self.parts).build().map_err(refuse)?;
         Ok(Mechanism { core: Arc::new(Core::new(mbs, GRAVITY)?) })

@@ -301,6 +301,9 @@ impl Mechanism {
 #[pymethods]
 impl Mechanism {
     /// Loops, then couplings, each kind by name.
+    ///
+    /// >>> arm.constraints
+    /// []
     #[getter]
     fn constraints(&self) -> Vec<Constraint> {
         let mbs = &self.core.mbs;
@@ -327,6 +330,10 @@ impl Mechanism {
     /// How far each constraint is from closed at q (nq,): the greatest error of its rows, rad or m, by name.
     ///
     /// loop_motions (m, 3): position, rate and acceleration of each prescribed motion across a loop.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> arm.constraint_errors(q)
+    /// {}
     #[pyo3(signature = (q, *, loop_motions=None))]
     fn constraint_errors<'py>(
         &self,
@@ -347,6 +354,9 @@ impl Mechanism {
     ///
     /// Newton's method by the least motion in the metric of the mass matrix; prescribed coordinates stay.
     /// Raises LinkworkError with the constraint that does not close.
+    ///
+    /// >>> arm.close(q).tolist()
+    /// [0.3, -0.7]
     #[pyo3(signature = (q, v=None, *, loop_motions=None))]
     fn close<'py>(
         &self,
@@ -379,6 +389,10 @@ impl Mechanism {
     /// constraints multipliers; "embed", "augment": all of them; "full": every hinge has multipliers, too.
     /// prescribed (nv,), wrenches: as in forward_dynamics. loop_motions: as in constraint_errors.
     /// Raises LinkworkError when a free coordinate moves nothing with inertia.
+    ///
+    /// >>> motion = arm.constrained_dynamics(q, v, [0, 0])
+    /// >>> bool(np.allclose(motion.vdot, arm.forward_dynamics(q, v, [0, 0])))
+    /// True
     #[pyo3(signature = (q, v, tau, *, solver="auto", prescribed=None, wrenches=None, loop_motions=None))]
     fn constrained_dynamics<'py>(
         &self,
@@ -442,6 +456,10 @@ impl Mechanism {
 
     /// What the constraints leave of the motion at q (nq,): a Rank. Where a linkage lies in line it may be less
     /// than elsewhere.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> arm.constraint_rank(q)
+    /// Rank(free=2, rows=0, rank=0, mobility=2)
     #[pyo3(signature = (q, *, loop_motions=None))]
     fn constraint_rank(
         &self,

@@ -14,6 +14,7 @@ use linkwork_collision::{
 use linkwork_multibody::NodeId;
 use linkwork_solvers::{ContactSettings, ContactStepper, JointLimits, StepReport, Treatment};
 use linkwork_spatial::{Force, Vec3};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Arc, Mutex};
@@ -270,6 +271,11 @@ impl Mechanism {
     ///
     /// Their friction is 0.5 and their restitution 0 where the file is no RON: `material` changes that. Raises LinkworkError for shapes that a
     /// Collider cannot be (mesh files, ellipsoids), and for a mechanism that is of no file.
+    ///
+    /// >>> import pathlib
+    /// >>> _ = pathlib.Path("ball.urdf").write_text('<robot name="b"><link name="l"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>' '<collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>')
+    /// >>> linkwork.load("ball.urdf", "free").file_colliders()
+    /// [Collider(l/0 on l: Sphere { radius: 0.1 })]
     pub fn file_colliders(&self) -> PyResult<Vec<Collider>> {
         let specs = match (&self.core.contact, &self.core.description) {
             (Some(c), _) => c.colliders.ids().map(|id| c.colliders.spec(id).clone()).collect(),
@@ -451,13 +457,12 @@ impl Contact {
             let mut memory = lock(&self.memory);
             let report = memory.step(core, &wrenches, dt, &mut q, &mut v, &mut tau)?;
             let Memory { stepper, vdot, .. } = &*memory;
-            let all = stepper.colliders();
-            let name = |id: ColliderId| all.spec(id).name.clone();
             let points = stepper.points();
             let sum = stepper.warm().iter().zip(stepper.impacts()).map(|(w, i)| w.impulse + i);
             Ok(ContactStep {
                 vdot: vdot.clone(),
-                pairs: points.iter().map(|p| (name(p.a), name(p.b))).collect(),
+                colliders: stepper.colliders().clone(),
+                pairs: points.iter().map(|p| (p.a, p.b)).collect(),
                 points: points.iter().flat_map(|p| p.point.data.0[0]).collect(),
                 normals: points.iter().flat_map(|p| p.normal.data.0[0]).collect(),
                 gaps: points.iter().map(|p| p.gap).collect(),
@@ -577,7 +582,8 @@ pub struct ContactStep {
     q: Vec<f64>,
     v: Vec<f64>,
     vdot: Vec<f64>,
-    pairs: Vec<(String, String)>,
+    colliders: Arc<Colliders>,
+    pairs: Vec<(ColliderId, ColliderId)>,
     points: Vec<f64>,
     normals: Vec<f64>,
     gaps: Vec<f64>,
@@ -591,22 +597,23 @@ impl ContactStep {
     /// The configuration after the step (nq,).
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        out1(py, self.q.clone())
+        PyArray1::from_slice(py, &self.q)
     }
     /// The rates after the step (nv,).
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        out1(py, self.v.clone())
+        PyArray1::from_slice(py, &self.v)
     }
     /// The mean accelerations of the step (nv,), impulses included.
     #[getter]
     fn vdot<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        out1(py, self.vdot.clone())
+        PyArray1::from_slice(py, &self.vdot)
     }
     /// The names of the two colliders of each point, in the order of names; the second is the one that `impulses` push.
     #[getter]
-    fn pairs(&self) -> Vec<(String, String)> {
-        self.pairs.clone()
+    fn pairs(&self) -> Vec<(&str, &str)> {
+        let name = |id: ColliderId| self.colliders.spec(id).name.as_str();
+        self.pairs.iter().map(|(a, b)| (name(*a), name(*b))).collect()
     }
     /// Where (n, 3): midway between the surfaces, world, m.
     #[getter]

@@ -33,7 +33,9 @@ pub struct Core {
     /// What a file in RON says of contact.
     pub contact: Option<FileContact>,
     gravity: Mutex<Vec3>,
-    spare: Mutex<Vec<Workspace>>,
+    /// In boxes: a workspace is some dozens of lists, and a call would move all of them to and fro.
+    #[allow(clippy::vec_box)]
+    spare: Mutex<Vec<Box<Workspace>>>,
     derivatives: Mutex<Vec<Derivatives>>,
     /// By number of threads.
     ensembles: Mutex<Vec<(usize, Ensemble)>>,
@@ -97,16 +99,16 @@ impl Core {
     }
 
     /// A workspace with this mechanism's gravity and no other force.
-    pub fn workspace(&self) -> Workspace {
+    pub fn workspace(&self) -> Box<Workspace> {
         let spare = lock(&self.spare).pop();
-        let mut ws = spare.unwrap_or_else(|| Workspace::new(&self.tree));
+        let mut ws = spare.unwrap_or_else(|| Box::new(Workspace::new(&self.tree)));
         ws.clear_forces();
         ws.apply_uniform_gravity(self.gravity());
         ws
     }
 
     /// Takes a workspace back.
-    pub fn give_back(&self, ws: Workspace) {
+    pub fn give_back(&self, ws: Box<Workspace>) {
         lock(&self.spare).push(ws);
     }
 

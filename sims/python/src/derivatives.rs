@@ -30,6 +30,11 @@ impl Mechanism {
     ///
     /// By q they are along v: of q moved by `integrate`, so square for balls and free hinges too.
     /// wrenches: as in inverse_dynamics; they count as fixed in their bodies.
+    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    ///
+    /// >>> dq, dv = arm.inverse_dynamics_derivatives(q, v, [1, 2])
+    /// >>> dq.shape, dv.shape
+    /// ((2, 2), (2, 2))
     #[pyo3(signature = (q, v, vdot, *, wrenches=None, threads=1))]
     fn inverse_dynamics_derivatives<'py>(
         &self,
@@ -67,6 +72,11 @@ impl Mechanism {
     /// Derivatives (dvdot_dq, dvdot_dv, dvdot_dtau) of forward_dynamics, (nv, nv) each, or many;
     /// rows of prescribed coordinates are zero. Options as in forward_dynamics, by q as in
     /// inverse_dynamics_derivatives.
+    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    ///
+    /// >>> dq, dv, dtau = arm.forward_dynamics_derivatives(q, v, [1, 2])
+    /// >>> bool(np.allclose(dtau, arm.inverse_mass_matrix(q)))
+    /// True
     #[pyo3(signature = (q, v, tau, *, prescribed=None, wrenches=None, threads=1))]
     fn forward_dynamics_derivatives<'py>(
         &self,
@@ -110,6 +120,11 @@ impl Mechanism {
 
     /// Regressor (nv, 10·bodies) at q, v, vdot, or many: times `inertial_parameters()` it gives
     /// the forces of inverse_dynamics without wrenches and without what rotors take.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> Y = arm.regressor(q, v, [1, 2])
+    /// >>> bool(np.allclose(Y @ arm.inertial_parameters(), arm.inverse_dynamics(q, v, [1, 2])))
+    /// True
     #[pyo3(signature = (q, v, vdot, *, threads=1))]
     fn regressor<'py>(
         &self,
@@ -132,6 +147,9 @@ impl Mechanism {
 
     /// Inertial parameters (10·bodies,), bodies in order: mass (kg), first moment m c (3, kg m),
     /// inertia about the body's origin (xx, xy, xz, yy, yz, zz; kg m²), body axes.
+    ///
+    /// >>> arm.inertial_parameters()[:4].tolist()
+    /// [2.0, 0.0, 0.0, -1.0]
     fn inertial_parameters<'py>(&self, py: Python<'py>) -> Array1<'py> {
         let of = |b: &linkwork_multibody::Body| dynamics::inertial_parameters(b.inertia());
         out1(py, self.core.mbs.bodies().iter().flat_map(of).collect())

@@ -74,6 +74,12 @@ impl Edit {
 impl Mechanism {
     /// Opens the mechanism at q (nq,), v (nv,) for changes of its structure: see Edit. The
     /// mechanism itself never changes.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> edit = arm.edit(q, v)
+    /// >>> _ = edit.delete("lower")
+    /// >>> edit.mechanism.bodies
+    /// ['upper']
     fn edit(&self, q: &Bound<'_, PyAny>, v: &Bound<'_, PyAny>) -> PyResult<Edit> {
         let (q, v) = (vector(q, self.core.nq(), "q")?, vector(v, self.core.nv(), "v")?);
         let edit = dynamics::Edit::new(&self.core.mbs, q.slice(), v.slice()).map_err(refuse)?;

@@ -22,17 +22,26 @@ impl Mechanism {
 #[pymethods]
 impl Mechanism {
     /// The configuration (nq,) that the file shows; the neutral one where it shows none.
+    ///
+    /// >>> arm.initial_q.tolist()
+    /// [0.0, 0.0]
     #[getter]
     fn initial_q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         PyArray1::from_slice(py, &self.core.initial)
     }
     /// Everything in the file that was not used, a line each: file, line, element, why.
+    ///
+    /// >>> arm.ignored
+    /// []
     #[getter]
     fn ignored(&self) -> Vec<String> {
         self.description().ignored.iter().map(ToString::to_string).collect()
     }
     /// The joints of the file by name: their places in v (empty for fixed ones). Bodies go by the
     /// names of the file's links.
+    ///
+    /// >>> arm.joints
+    /// {}
     #[getter]
     fn joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
@@ -47,6 +56,10 @@ impl Mechanism {
     }
     /// Couplings of the file (mimic joints, differentials) as C q = c: C (k, nq), c (k,). Dynamics
     /// does not enforce them.
+    ///
+    /// >>> C, c = arm.couplings()
+    /// >>> C.shape, c.shape
+    /// ((0, 2), (0,))
     fn couplings<'py>(&self, py: Python<'py>) -> PyResult<(Array2<'py>, Array1<'py>)> {
         let (description, nq) = (self.description(), self.core.nq());
         let all = &description.couplings;
@@ -64,12 +77,20 @@ impl Mechanism {
     }
     /// (text, left out): the mechanism as URDF, and what URDF cannot say, a line each.
     /// Raises LinkworkError for balls, screws and names that XML cannot carry.
+    ///
+    /// >>> text, lost = arm.to_urdf()
+    /// >>> text.count("<joint")
+    /// 3
     fn to_urdf(&self) -> PyResult<(String, Vec<String>)> {
         let made = write_urdf(&self.description()).map_err(refuse)?;
         Ok((made.text, made.left_out))
     }
     /// (text, left out): the mechanism as an assembly in RON of this name, and what an assembly
     /// does not hold. Loaded, it is the same mechanism bit for bit, its bodies named `name/body`.
+    ///
+    /// >>> text, lost = arm.to_ron("arm")
+    /// >>> len(text) > 500
+    /// True
     #[pyo3(signature = (name="Machine"))]
     fn to_ron(&self, name: &str) -> (String, Vec<String>) {
         let made = Assembly::from_description(name, &self.description());

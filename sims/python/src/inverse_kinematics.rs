@@ -161,6 +161,10 @@ impl Mechanism {
     ///
     /// targets: {frame: at} with `at` as in Target, or a list of Target.
     /// Raises LinkworkError when no start led there; its attribute `q` is then the nearest.
+    ///
+    /// >>> x = arm.inverse_kinematics(q, {"tip": [0.5, 0, -1.2]})
+    /// >>> arm.state(x).position("tip").round(8).tolist()
+    /// [0.5, -0.0, -1.2]
     #[pyo3(signature = (q, targets, *, keep=None, position_tolerance=1e-9, orientation_tolerance=1e-9, iterations=100, restarts=64))]
     fn inverse_kinematics<'py>(
         &self,
@@ -210,6 +214,11 @@ impl Mechanism {
     /// hinges of the bodies in `keep`, have the rate of v (nv,), zero when left out.
     ///
     /// targets: {frame: (6,)} velocities [ω; v] in the world, or a list of RateTarget.
+    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    ///
+    /// >>> rates = arm.inverse_kinematics_rates(q, {"tip": [0, 0, 0, 0.1, 0, 0]})
+    /// >>> rates.shape
+    /// (2,)
     #[pyo3(signature = (q, targets, v=None, *, keep=None))]
     fn inverse_kinematics_rates<'py>(
         &self,

@@ -22,6 +22,13 @@ type Slice<'py> = Bound<'py, PySlice>;
 /// Shapes: q (nq,), v, vdot and tau (nv,), float64; SI units and radians. Where a function says
 /// "or many", q may be (n, nq) and v (n, nv), and one row comes out for each. World axes unless
 /// said otherwise; spatial vectors have the angular part first; quaternions are [x y z w].
+///
+/// >>> import numpy as np, linkwork
+/// >>> pin, parts = linkwork.Hinge.pin([0, 1, 0]), linkwork.Builder()
+/// >>> parts = parts.body("upper", "world", pin.limits(-2, 2, rate=3, effort=40), mass=2, com=[0, 0, -0.5], inertia=np.diag([0.2, 0.2, 0.01]))
+/// >>> parts = parts.body("lower", "upper", pin, mass=1, com=[0, 0, -0.4], inertia=np.diag([0.1, 0.1, 0.01]), hinge_in_parent=[0, 0, -1])
+/// >>> arm = parts.node("tip", "lower", [0, 0, -0.8]).build()
+/// >>> q, v = np.array([0.3, -0.7]), np.array([0.1, 0.4])
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Mechanism {
     /// What it shares with its states.
@@ -97,37 +104,60 @@ impl Mechanism {
 #[pymethods]
 impl Mechanism {
     /// Numbers in q.
+    ///
+    /// >>> arm.nq
+    /// 2
     #[getter]
     fn nq(&self) -> usize {
         self.core.nq()
     }
     /// Degrees of freedom: numbers in v.
+    ///
+    /// >>> arm.nv
+    /// 2
     #[getter]
     fn nv(&self) -> usize {
         self.core.nv()
     }
     /// Names of the bodies in canonical order: depth first, siblings by name.
+    ///
+    /// >>> arm.bodies
+    /// ['upper', 'lower']
     #[getter]
     fn bodies(&self) -> Vec<&str> {
         self.core.mbs.bodies().iter().map(|b| b.name()).collect()
     }
     /// Names of the nodes, by body, then by name.
+    ///
+    /// >>> arm.nodes
+    /// ['tip']
     #[getter]
     fn nodes(&self) -> Vec<&str> {
         self.core.mbs.nodes().iter().map(|n| n.name()).collect()
     }
     /// Each subhinge with its places in q and v, kind, limits.
+    ///
+    /// >>> [(s.body, s.kind, s.v) for s in arm.subhinges]
+    /// [('upper', 'pin', slice(0, 1, 1)), ('lower', 'pin', slice(1, 2, 1))]
     #[getter]
     fn subhinges(&self) -> Vec<Subhinge> {
         Subhinge::table(&self.core.mbs)
     }
     /// Mass of all bodies, kg.
+    ///
+    /// >>> arm.total_mass
+    /// 3.0
     #[getter]
     fn total_mass(&self) -> f64 {
         self.core.mbs.total_mass()
     }
     /// Acceleration of free fall (3,), m/s², world axes; (0, 0, -9.81) at first. States made
     /// before it is set keep theirs.
+    /// Raises LinkworkError where it is set to another shape or NaN.
+    ///
+    /// >>> arm.gravity = [0, 0, -1.62]
+    /// >>> arm.gravity.tolist()
+    /// [0.0, 0.0, -1.62]
     #[getter]
     fn gravity<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out_vec3(py, &self.core.gravity())
@@ -138,12 +168,20 @@ impl Mechanism {
         Ok(())
     }
     /// One flag for each degree of freedom (nv): True where the motion is prescribed.
+    ///
+    /// >>> arm.with_prescribed(["upper"]).prescribed
+    /// [True, False]
     #[getter]
     fn prescribed(&self) -> Vec<bool> {
         self.core.mbs.prescribed()
     }
 
     /// The same mechanism with the hinges of these bodies prescribed, and all others free.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> given = arm.with_prescribed(["upper"])
+    /// >>> given.prescribed, arm.prescribed
+    /// ([True, False], [False, False])
     fn with_prescribed(&self, bodies: Vec<String>) -> PyResult<Self> {
         let ids = self.bodies_of(&bodies)?;
         let mut mbs = self.core.mbs.clone();
@@ -157,6 +195,11 @@ impl Mechanism {
 
     /// Some of the bodies as a mechanism of their own, in whose world the frame they hang on is
     /// at rest: see Subgraph. They must hang on one common frame.
+    /// Raises LinkworkError for a name that is not there, and for bodies that hang on several frames.
+    ///
+    /// >>> part = arm.subgraph(["lower"])
+    /// >>> part.base, part.q
+    /// ('upper', [1])
     fn subgraph(&self, bodies: Vec<String>) -> PyResult<Subgraph> {
         let part = self.core.mbs.subgraph(&self.bodies_of(&bodies)?).map_err(refuse)?;
         let base = part.base.map(|b| self.core.mbs.get(b).name().to_string());
@@ -166,6 +209,9 @@ impl Mechanism {
 
     /// Least and greatest coordinates, (nq,) each, rad or m; -inf and inf where there is no limit, as for
     /// quaternions and what else has none.
+    ///
+    /// >>> arm.position_limits[0].tolist()
+    /// [-2.0, -inf]
     #[getter]
     fn position_limits<'py>(&self, py: Python<'py>) -> (Array1<'py>, Array1<'py>) {
         let mut all =
@@ -177,11 +223,17 @@ impl Mechanism {
         (out1(py, all.0), out1(py, all.1))
     }
     /// Greatest speeds (nv,), rad/s or m/s; inf where there is no limit.
+    ///
+    /// >>> arm.rate_limits.tolist()
+    /// [3.0, inf]
     #[getter]
     fn rate_limits<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, self.by_dof(|limits| limits.rate))
     }
     /// Greatest forces (nv,), N m or N; inf where there is no limit.
+    ///
+    /// >>> arm.effort_limits.tolist()
+    /// [40.0, inf]
     #[getter]
     fn effort_limits<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, self.by_dof(|limits| limits.effort))
@@ -191,6 +243,10 @@ impl Mechanism {
     /// carries the body of that name.
     ///
     /// `q[arm.coordinates("elbow")[0]]` is the elbow's angle.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> arm.coordinates("lower")
+    /// (slice(1, 2, 1), slice(1, 2, 1))
     fn coordinates<'py>(&self, py: Python<'py>, name: &str) -> PyResult<(Slice<'py>, Slice<'py>)> {
         let joints = self.core.description.iter().flat_map(|d| &d.joints);
         let places = match joints.clone().find(|j| j.name == name) {
@@ -222,33 +278,56 @@ impl Mechanism {
     }
 
     /// The parent of a body: "world" or a body.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> arm.parent("lower")
+    /// 'upper'
     fn parent(&self, body: &str) -> PyResult<&str> {
         let parent = self.core.mbs.get(self.core.body(body)?).parent();
         Ok(parent.map_or("world", |p| self.core.mbs.get(p).name()))
     }
 
     /// The places in v of the hinge that carries a body.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> arm.hinge("lower")
+    /// slice(1, 2, 1)
     fn hinge<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Slice<'py>> {
         let v = self.core.mbs.get(self.core.body(body)?).v();
         Ok(PySlice::new(py, v.start as isize, v.end as isize, 1))
     }
 
     /// The configuration (nq,) with all angles and displacements zero.
+    ///
+    /// >>> arm.neutral_q().tolist()
+    /// [0.0, 0.0]
     fn neutral_q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, self.core.mbs.neutral_q())
     }
     /// A configuration (nq,) within the limits, the same for the same seed: evenly between two limits,
     /// up to 1 (rad or m) from a single one, in ±(0.1 … 1) without, attitudes anywhere.
+    ///
+    /// >>> low, high = arm.position_limits
+    /// >>> x = arm.random_q(seed=3)
+    /// >>> bool((low <= x).all() and (x <= high).all())
+    /// True
     #[pyo3(signature = (seed=0))]
     fn random_q<'py>(&self, py: Python<'py>, seed: u64) -> Array1<'py> {
         out1(py, self.core.mbs.random_q_within_limits(seed))
     }
     /// Rates or forces (nv,) without zeros, in ±(0.1 … 1), the same for the same seed.
+    ///
+    /// >>> bool((arm.random_v(3) == arm.random_v(3)).all())
+    /// True
     #[pyo3(signature = (seed=0))]
     fn random_v<'py>(&self, py: Python<'py>, seed: u64) -> Array1<'py> {
         out1(py, self.core.mbs.random_v(seed))
     }
     /// q (nq,) moved by dv (nv,) = v h (rad, m): exact for constant v.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> arm.integrate(q, [0.1, 0.2]).round(12).tolist()
+    /// [0.4, -0.5]
     fn integrate<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -260,6 +339,10 @@ impl Mechanism {
         checked1(py, out)
     }
     /// The dv (nv,) that takes `q_from` to `q_to` in `integrate`; rotations by the short way.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> arm.difference(q, [0.4, -0.5]).round(12).tolist()
+    /// [0.1, 0.2]
     fn difference<'py>(
         &self,
         q_from: &Bound<'py, PyAny>,
@@ -271,6 +354,10 @@ impl Mechanism {
         checked1(py, out)
     }
     /// A copy of q (nq,) with each quaternion brought to length 1; a zero one becomes the identity.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> arm.normalize(q).tolist()
+    /// [0.3, -0.7]
     fn normalize<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array1<'py>> {
         let (py, q) = (q.py(), self.q(q, "q")?);
         let mut out = q.slice().to_vec();
@@ -278,6 +365,10 @@ impl Mechanism {
         checked1(py, out)
     }
     /// dq/dt (nq,) at the rates v (nv,).
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> arm.qdot(q, v).tolist()
+    /// [0.1, 0.4]
     fn qdot<'py>(&self, q: &Bound<'py, PyAny>, v: &Bound<'py, PyAny>) -> PyResult<Array1<'py>> {
         let (py, q, v) = (q.py(), self.q(q, "q")?, self.v(v, "v")?);
         let mut out = vec![0.0; self.core.nq()];
@@ -286,6 +377,10 @@ impl Mechanism {
     }
 
     /// A state: kinematics done once, then asked. v: at rest when left out.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> arm.state(q, v).position("tip").round(6).tolist()
+    /// [0.016014, 0.0, -1.692185]
     #[pyo3(signature = (q, v=None))]
     fn state(&self, q: &Bound<'_, PyAny>, v: Option<&Bound<'_, PyAny>>) -> PyResult<State> {
         let q = self.q(q, "q")?.slice().to_vec();

@@ -35,6 +35,10 @@ pub struct Operators {
 impl Mechanism {
     /// The spatial operators at q (nq,). all_free: take prescribed coordinates for free.
     /// Raises LinkworkError when a free coordinate moves nothing with inertia.
+    ///
+    /// >>> o = arm.operators(q)
+    /// >>> bool(np.allclose(o.mass.dense(), arm.mass_matrix(q)))
+    /// True
     #[pyo3(signature = (q, *, all_free=false))]
     fn operators(
         &self,

@@ -15,6 +15,14 @@ use std::sync::{Arc, Mutex};
 /// A *frame* is the name of a node, or of a body (its origin). All vectors are in world axes;
 /// spatial ones have the angular part first. Accelerations are known after `forward_dynamics` or
 /// `inverse_dynamics` of this state.
+///
+/// >>> import numpy as np, linkwork
+/// >>> pin, parts = linkwork.Hinge.pin([0, 1, 0]), linkwork.Builder()
+/// >>> parts = parts.body("upper", "world", pin.limits(-2, 2, rate=3, effort=40), mass=2, com=[0, 0, -0.5], inertia=np.diag([0.2, 0.2, 0.01]))
+/// >>> parts = parts.body("lower", "upper", pin, mass=1, com=[0, 0, -0.4], inertia=np.diag([0.1, 0.1, 0.01]), hinge_in_parent=[0, 0, -1])
+/// >>> arm = parts.node("tip", "lower", [0, 0, -0.8]).build()
+/// >>> q, v = np.array([0.3, -0.7]), np.array([0.1, 0.4])
+/// >>> state = arm.state(q, v)
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct State {
     core: Arc<Core>,
@@ -26,7 +34,7 @@ pub struct State {
 
 struct Inner {
     /// Given back to the mechanism at the end.
-    ws: Option<Workspace>,
+    ws: Option<Box<Workspace>>,
     /// Whether accelerations are those of this state.
     accelerations: bool,
 }
@@ -82,54 +90,94 @@ impl State {
 #[pymethods]
 impl State {
     /// The configuration (nq,), a copy.
+    ///
+    /// >>> state.q.tolist()
+    /// [0.3, -0.7]
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         PyArray1::from_slice(py, &self.q)
     }
     /// The velocity (nv,), a copy.
+    ///
+    /// >>> state.v.tolist()
+    /// [0.1, 0.4]
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> Array1<'py> {
         PyArray1::from_slice(py, &self.v)
     }
 
     /// Pose (4, 4) of a frame in the world: [[R, p], [0, 0, 0, 1]], m.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> state.pose("tip").round(6)[:3, 3].tolist()
+    /// [0.016014, 0.0, -1.692185]
     fn pose<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array2<'py>> {
         out_pose(py, &self.node_pose(frame)?)
     }
     /// Position (3,) of a frame's origin in the world, m.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> state.position("tip").round(6).tolist()
+    /// [0.016014, 0.0, -1.692185]
     fn position<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
         Ok(out_vec3(py, &self.node_pose(frame)?.position))
     }
     /// Attitude of a frame: quaternion (4,) [x y z w], frame to world.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> state.quaternion("upper").round(6).tolist()
+    /// [0.0, 0.149438, 0.0, 0.988771]
     fn quaternion<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
         let q = self.node_pose(frame)?.rotation;
         Ok(PyArray1::from_slice(py, &[q.i, q.j, q.k, q.w]))
     }
     /// Velocity (6,) of a frame: angular (rad/s), that of its origin (m/s).
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> state.velocity("upper").round(6).tolist()
+    /// [0.0, 0.1, 0.0, 0.0, 0.0, 0.0]
     fn velocity<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
         let V = self.at(frame, |tree, ws, n| ws.node_velocity(tree, n))?;
         Ok(out_motion(py, &V))
     }
     /// Acceleration (6,) of a frame: angular (rad/s²), second derivative of its origin's position
     /// (m/s²). A body at rest reads zero; an accelerometer takes gravity off.
+    /// Raises LinkworkError for a name that is not there, and before accelerations are known.
+    ///
+    /// >>> _ = state.forward_dynamics([0, 0])
+    /// >>> state.acceleration("tip").shape
+    /// (6,)
     fn acceleration<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
         self.known()?;
         let a = self.at(frame, |tree, ws, n| ws.node_acceleration(tree, n))?;
         Ok(out_motion(py, &a))
     }
     /// Acceleration (6,) that a frame would have with vdot = 0: dJ/dt v of its Jacobian J.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> state.bias_acceleration("upper").round(6).tolist()
+    /// [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     fn bias_acceleration<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
         let a = self.at(frame, |tree, ws, n| ws.node_bias_acceleration(tree, n))?;
         Ok(out_motion(py, &a))
     }
 
     /// Centre of mass (3,) of one body in the world, m; its origin when it has no mass.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> state.body_com("upper").round(6).tolist()
+    /// [-0.14776, -0.0, -0.477668]
     fn body_com<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Array1<'py>> {
         let body = self.core.body(body)?;
         Ok(out_vec3(py, &self.with(|tree, ws| ws.body_com(tree, body))))
     }
     /// Inertia (6, 6) of a body and all that hangs on it, as if frozen: about the body's origin,
     /// world axes: [[J, m c~], [-m c~, m 1]], kg m², kg m, kg.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> I = state.subtree_inertia("upper")
+    /// >>> float(I[5, 5])
+    /// 3.0
     fn subtree_inertia<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Array2<'py>> {
         let body = self.core.body(body)?;
         let I = self.with(|tree, ws| dynamics::subtree_inertia(tree, ws, body));
@@ -145,35 +193,60 @@ impl State {
         out2(py, m, 6, 6)
     }
     /// Centre of mass (3,) of all bodies that can move, m.
+    ///
+    /// >>> state.center_of_mass().round(6).tolist()
+    /// [-0.145091, -0.0, -0.759699]
     fn center_of_mass<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out_vec3(py, &self.with(|tree, ws| dynamics::center_of_mass(tree, ws)))
     }
     /// Velocity (3,) of that centre of mass, m/s.
+    ///
+    /// >>> state.com_velocity().round(6).tolist()
+    /// [-0.125093, 0.0, -0.00626]
     fn com_velocity<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out_vec3(py, &self.with(|tree, ws| dynamics::com_velocity(tree, ws)))
     }
     /// Acceleration (3,) of that centre of mass, m/s².
+    /// Raises LinkworkError before accelerations are known.
+    ///
+    /// >>> _ = state.inverse_dynamics([0, 0])
+    /// >>> state.com_acceleration().shape
+    /// (3,)
     fn com_acceleration<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         self.known()?;
         Ok(out_vec3(py, &self.with(|tree, ws| dynamics::com_acceleration(tree, ws))))
     }
     /// Momentum (6,) of all bodies that can move: angular about their centre of mass (kg m²/s),
     /// linear (kg m/s). Spin of rotors against their bodies is not part of it.
+    ///
+    /// >>> bool(np.allclose(state.momentum()[3:], 3 * state.com_velocity()))
+    /// True
     fn momentum<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out_force(py, &self.with(|tree, ws| dynamics::momentum(tree, ws)))
     }
     /// Kinetic energy, J, rotors included: ½ vᵀ M v.
+    ///
+    /// >>> round(state.kinetic_energy(), 6)
+    /// 0.056297
     fn kinetic_energy(&self) -> f64 {
         self.with(|tree, ws| dynamics::kinetic_energy(tree, ws, &self.v))
     }
     /// Potential energy in uniform gravity, J: −Σ m g·c, zero with all masses at the world's
     /// origin.
+    ///
+    /// >>> round(state.potential_energy(), 6)
+    /// -22.357945
     fn potential_energy(&self) -> f64 {
         self.with(|tree, ws| dynamics::potential_energy(tree, ws))
     }
 
     /// Adds a wrench (6,) on a frame until `clear_wrenches`: moment about its origin (N m), force
     /// (N), world axes.
+    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    ///
+    /// >>> state.add_wrench("tip", [0, 0, 0, 0, 0, -5])
+    /// >>> state.inverse_dynamics([0, 0]).round(6).tolist()
+    /// [4.251801, -3.088328]
     fn add_wrench(&self, frame: &str, wrench: &Bound<'_, PyAny>) -> PyResult<()> {
         let f = crate::array::wrench(wrench, "wrench")?;
         let node = self.core.frame(frame)?;
@@ -182,6 +255,11 @@ impl State {
         Ok(())
     }
     /// Forgets all wrenches; gravity stays.
+    ///
+    /// >>> state.add_wrench("tip", [0, 0, 0, 0, 0, -5])
+    /// >>> state.clear_wrenches()
+    /// >>> bool((state.inverse_dynamics([0, 0]) == arm.bias_forces(q, v)).all())
+    /// True
     fn clear_wrenches(&self) {
         self.with(|_, ws| {
             ws.clear_forces();
@@ -193,6 +271,10 @@ impl State {
     /// Accelerations (nv,) from forces tau (nv,), with gravity and the wrenches. At prescribed
     /// coordinates the acceleration is that of `vdot` (nv,), zero when left out, and `tau` is not
     /// read.
+    /// Raises LinkworkError for another shape, for NaN, and when a free coordinate moves nothing with inertia.
+    ///
+    /// >>> bool(np.allclose(state.forward_dynamics([1, 2]), arm.forward_dynamics(q, v, [1, 2])))
+    /// True
     #[pyo3(signature = (tau, vdot=None))]
     fn forward_dynamics<'py>(
         &self,
@@ -213,6 +295,10 @@ impl State {
         checked1(py, vdot)
     }
     /// Forces (nv,) that produce the accelerations vdot (nv,), with gravity and the wrenches.
+    /// Raises LinkworkError for another shape and for NaN.
+    ///
+    /// >>> state.inverse_dynamics([0, 0]).round(6).tolist()
+    /// [4.331874, -1.530654]
     fn inverse_dynamics<'py>(&self, vdot: &Bound<'py, PyAny>) -> PyResult<Array1<'py>> {
         let (py, nv) = (vdot.py(), self.core.nv());
         let vdot = vector(vdot, nv, "vdot")?;

@@ -14,27 +14,44 @@ PUBLIC = {name: value for name, value in vars(lw).items() if name in lw.__all__}
 CLASSES = {n: c for n, c in PUBLIC.items() if inspect.isclass(c)}
 
 #: Classes of which every public method has an example, with shapes or units, and what it refuses.
-COMPLETE = ["Collisions", "Robot"]
+COMPLETE = ["Builder", "Collisions", "Hinge", "Mechanism", "Robot", "State"]
 
 #: Methods that refuse nothing: they take no argument that could be wrong.
 REFUSE_NOTHING = {
+    "Builder": set(),
     "Collisions": {"copy", "colliders"},
+    "Hinge": {"ball", "free", "locked", "gimbal", "planar", "chain", "prescribed", "armature", "gear", "limits", "nq", "nv"},
+    "Mechanism": {
+        "nq", "nv", "bodies", "nodes", "subhinges", "total_mass", "prescribed", "position_limits", "rate_limits", "effort_limits", "neutral_q",
+        "random_q", "random_v", "ignored", "joints", "initial_q", "couplings", "to_ron", "constraints", "inertial_parameters",
+    },
+    "State": {
+        "q", "v", "center_of_mass", "com_velocity", "momentum", "kinetic_energy", "potential_energy", "clear_wrenches",
+    },
     "Robot": {"copy", "parts", "objects", "hands", "gravity_forces", "mass_matrix", "center_of_mass", "object_pose"},
 }
 
 #: Methods of names and answers alone: there is nothing to measure.
 NAMES = {
+    "Builder": {"build"},
+    "Hinge": {"pin", "slider", "ball", "free", "locked", "universal", "cylindrical", "gimbal", "planar", "chain", "prescribed", "gear", "nq", "nv"},
+    "Mechanism": {
+        "nq", "nv", "bodies", "nodes", "subhinges", "prescribed", "with_prescribed", "subgraph", "coordinates", "parent", "hinge", "state", "ignored",
+        "joints", "to_urdf", "to_ron", "file_colliders", "constraints",
+    },
+    "State": {"clear_wrenches"},
     "Collisions": {"copy", "colliders", "hide", "show", "look_at", "looks_at", "clear_cells", "count"},
     "Robot": {"copy", "parts", "objects", "dofs", "release", "ungrasp", "hands"},
 }
 
 #: A shape, or a unit.
-MEASURES = re.compile(r"\((?:n|nq|nv|\d)\b[^)]*\)|\b(?:m|rad|kg|N)\b")
+MEASURES = re.compile(r"\((?:n|nq|nv|k|\d+)\b[^)]*\)|\b(?:m|rad|kg|N|J)\b")
 
 
 def own_methods(cls):
     """{name: docstring} of what a class adds itself, without what Python calls by itself."""
-    return {n: inspect.getdoc(v) or "" for n, v in vars(cls).items() if not n.startswith("_")}
+    # By `getattr`: in `vars` a static method hides what it is about.
+    return {n: inspect.getdoc(getattr(cls, n)) or "" for n in vars(cls) if not n.startswith("_")}
 
 
 def run(texts):

@@ -35,14 +35,14 @@
 
 namespace pin = pinocchio;
 
-// Microseconds a call: the median of pieces of fifty calls, so that what another program takes of the processor does not count. All calls,
-// again until there are forty pieces.
+// Microseconds a call: the median of pieces of ten calls, so that what another program takes of the processor does not count. All calls,
+// again until there are a hundred pieces.
 template <class F>
 double us(int calls, F&& call) {
   std::vector<double> pieces;
-  while (pieces.size() < 40)
-    for (int from = 0; from < calls; from += 50) {
-      const int to = std::min(calls, from + 50);
+  while (pieces.size() < 100)
+    for (int from = 0; from < calls; from += 10) {
+      const int to = std::min(calls, from + 10);
       const auto start = std::chrono::steady_clock::now();
       for (int i = from; i < to; ++i) call(i);
       const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;

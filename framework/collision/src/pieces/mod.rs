@@ -14,8 +14,9 @@ pub(crate) mod points;
 pub(crate) use balls::Balls;
 pub(crate) use cells::Cells;
 
-use crate::core::{Core, Placed, Poly};
+use crate::core::{Core, Placed};
 use crate::manifold::Room;
+use crate::near::exact;
 use crate::pairs::close;
 use crate::solid::Kind;
 use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
@@ -123,11 +124,6 @@ pub(crate) fn beyond(lo: &Vec3, hi: &Vec3, b: &Placed, limit: f64) -> bool {
     let n = b.toward(&b.p.sup(lo).inf(hi));
     let top = (lo + hi).dot(&n) / 2.0 + n.abs().dot(&(hi - lo)) / 2.0;
     b.range(&n).0 - top > limit * n.norm()
-}
-
-/// Whether [`Placed::toward`] ends at the core's nearest point.
-pub(crate) fn exact(core: &Core) -> bool {
-    !matches!(core, Core::Poly(Poly { half: None, .. }))
 }
 
 /// Whether pieces come within `limit` (not negative) of a core, given in their frame.

@@ -14,13 +14,13 @@ use std::path::PathBuf;
 /// Rounds of both sides.
 pub const ROUNDS: usize = 5;
 
-/// Microseconds a call: the median of pieces of fifty calls, so that what another program takes of the processor does not count. All
-/// configurations, again until there are forty pieces; the peer does the same.
+/// Microseconds a call: the median of pieces of ten calls, so that what another program takes of the processor does not count. All
+/// configurations, again until there are a hundred pieces; the peer does the same.
 #[allow(clippy::disallowed_methods)]
 pub fn us(qs: &[Vec<f64>], mut call: impl FnMut(&[f64])) -> f64 {
     let mut pieces = Vec::new();
-    while pieces.len() < 40 {
-        for piece in qs.chunks(50) {
+    while pieces.len() < 100 {
+        for piece in qs.chunks(10) {
             let from = std::time::Instant::now();
             piece.iter().for_each(|q| call(black_box(q)));
             pieces.push(from.elapsed().as_secs_f64() * 1e6 / piece.len() as f64);

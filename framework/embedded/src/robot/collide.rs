@@ -10,7 +10,7 @@
 //! So nothing is jumped over, however thin.
 
 use super::{Hold, Robot, numbers};
-use crate::collision::{Carrier, Scene};
+use crate::collision::{Carrier, Scene, matrix};
 use crate::error::RobotError;
 use crate::linkage::Link;
 use crate::model::{Object, RobotModel};
@@ -404,13 +404,13 @@ impl Robot {
             }
         }
         let linked = |o: usize, b| match (&trees[o], &linkages[o]) {
-            (Some(l), Some(ws)) => ws.body_pose(&l.tree, b),
-            _ => objects[o],
+            (Some(l), Some(ws)) => ws.body_frame(&l.tree, b),
+            _ => matrix(&objects[o]),
         };
         let Scene { colliders, bodies, .. } = &self.model.scene;
-        probe.place(colliders, |b| {
+        probe.place_frames(colliders, |b| {
             let carrier = b.map_or(Carrier::World, |b| bodies[b.index()]);
-            carrier.pose(|b| ws.body_pose(&self.tree, b), objects, linked)
+            carrier.frame(|b| ws.body_frame(&self.tree, b), objects, linked)
         });
         Ok(())
     }
