@@ -11,6 +11,7 @@
 
 use linkwork_runtime::{Surface, SurfaceFault};
 use linkwork_spatial::Vec3;
+use wide::f64x4;
 
 /// Where the nodes of a grid are; x east, y north.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +22,8 @@ pub struct Grid {
     end: [f64; 2],
     /// Inverse of the spacing, 1/m: derived.
     inverse: [f64; 2],
+    /// Column and row of the last cell: derived.
+    last: [i32; 2],
     nx: usize,
     ny: usize,
 }
@@ -49,7 +52,8 @@ impl Grid {
     ) -> Result<Grid, SurfaceFault> {
         Surface::check_grid(origin, spacing, nx, ny)?;
         let inverse = spacing.map(|s| 1.0 / s);
-        Ok(Grid { origin, spacing, end: origin, inverse, nx, ny }.moved(origin))
+        let last = [nx, ny].map(|n| i32::try_from(n - 2).unwrap_or(i32::MAX));
+        Ok(Grid { origin, spacing, end: origin, inverse, last, nx, ny }.moved(origin))
     }
 
     /// The same nodes with the south-west one at `origin` (m).
@@ -97,34 +101,51 @@ impl Grid {
             return None;
         }
         let (gx, gy) = ((x - x0) * self.inverse[0], (y - y0) * self.inverse[1]);
-        let i = (gx as usize).min(self.nx - 2);
-        let j = (gy as usize).min(self.ny - 2);
-        Some(Inside { i, j, u: gx - i as f64, v: gy - j as f64 })
+        // By way of i32, which the processor converts at once both ways.
+        let (i, j) = ((gx as i32).min(self.last[0]), (gy as i32).min(self.last[1]));
+        let (u, v) = (gx - f64::from(i), gy - f64::from(j));
+        Some(Inside { i: i as usize, j: j as usize, u, v })
     }
 
-    /// Height (m) and unit normal in a cell; `None` where there is no data. `four` gives the heights of four nodes of
+    /// Height (m) and unit normal in a cell; `None` where there is no data. `four` and `node` as for `relief`.
+    #[inline]
+    pub(crate) fn surface(
+        &self,
+        inside: Inside,
+        four: impl Fn(usize, usize) -> [f32; 4],
+        node: impl Fn(usize, usize) -> f32,
+    ) -> Option<(f64, Vec3)> {
+        let [h, sx, sy] = self.relief(inside, four, node);
+        let scale = 1.0 / (1.0 + sx * sx + sy * sy).sqrt();
+        (!h.is_nan()).then(|| (h, Vec3::new(-sx * scale, -sy * scale, scale)))
+    }
+
+    /// Height (m), ∂h/∂x and ∂h/∂y in a cell; NaN where there is no data. `four` gives the heights of four nodes of
     /// row `j` from column `i` on, `node` that of one: both are asked for the nodes `i − 1` to `i + 2` of the rows `j − 1` to `j + 2`
     /// of the cell, as far as the grid has them.
     #[inline]
-    pub(crate) fn surface(
+    pub(crate) fn relief(
         &self,
         Inside { i, j, u, v }: Inside,
         four: impl Fn(usize, usize) -> [f32; 4],
         node: impl Fn(usize, usize) -> f32,
-    ) -> Option<(f64, Vec3)> {
+    ) -> [f64; 3] {
         let (wu, du) = weights(u);
         let (wv, dv) = weights(v);
         let (mut h, mut hu, mut hv) = (0.0, 0.0, 0.0);
         if i > 0 && j > 0 && i + 2 < self.nx && j + 2 < self.ny {
             // Columns side by side: one vector operation each.
-            let (mut value, mut slope) = ([0.0; 4], [0.0; 4]);
+            let (wv, dv) = (wv.as_array(), dv.as_array());
+            let (mut value, mut slope) = (f64x4::ZERO, f64x4::ZERO);
             for k in 0..4 {
-                let row = four(i - 1, j - 1 + k).map(f64::from);
-                value = madd(wv[k], row, value);
-                slope = madd(dv[k], row, slope);
+                let row = f64x4::new(four(i - 1, j - 1 + k).map(f64::from));
+                value = row.mul_add(f64x4::splat(wv[k]), value);
+                slope = row.mul_add(f64x4::splat(dv[k]), slope);
             }
-            (h, hu, hv) = (dot(wu, value), dot(du, value), dot(wu, slope));
+            h = (wu * value).reduce_add();
+            (hu, hv) = ((du * value).reduce_add(), (wu * slope).reduce_add());
         } else {
+            let [wu, du, wv, dv] = [wu, du, wv, dv].map(f64x4::to_array);
             for k in 0..4 {
                 for l in 0..4 {
                     let (a, b) = (i as isize + l as isize - 1, j as isize + k as isize - 1);
@@ -141,13 +162,8 @@ impl Grid {
             hu = (h10 - h00) * (1.0 - v) + (h11 - h01) * v;
             hv = (h01 - h00) * (1.0 - u) + (h11 - h10) * u;
             h = h00 + u * (h10 - h00) + v * (h01 - h00) + u * v * (h11 - h10 - h01 + h00);
-            if h.is_nan() {
-                return None;
-            }
         }
-        let (sx, sy) = (hu * self.inverse[0], hv * self.inverse[1]);
-        let scale = 1.0 / (1.0 + sx * sx + sy * sy).sqrt();
-        Some((h, Vec3::new(-sx * scale, -sy * scale, scale)))
+        [h, hu * self.inverse[0], hv * self.inverse[1]]
     }
 
     /// A node's height, continued linearly by one row beyond the border.
@@ -277,18 +293,94 @@ impl HeightField {
     /// Height (m) and unit normal at x, y (m); `None` off the map and where there is no data.
     #[inline]
     pub fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
-        let (nx, heights) = (self.grid.nx, &self.heights);
-        let four = |i: usize, j: usize| -> [f32; 4] {
-            let at = j * nx + i;
-            heights[at..at + 4].try_into().unwrap_or_default()
-        };
-        self.grid.surface(self.grid.cell(x, y)?, four, |i, j| heights[j * nx + i])
+        let nodes = self.nodes();
+        self.grid.surface(self.grid.cell(x, y)?, |i, j| nodes.four(i, j), |i, j| nodes.one(i, j))
+    }
+
+    /// Height (m), ∂h/∂x and ∂h/∂y at each of several points x, y (m); the height is NaN off the map and where there is no data.
+    pub fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
+        let all = self.nodes();
+        // Points together, as those under a wheel are, share a window: rows of the map are pages apart.
+        let mut window = [0.0; WINDOW * WINDOW];
+        let nodes = self.window(at, &mut window).unwrap_or(all);
+        for ([x, y], out) in at.iter().zip(out) {
+            *out = match self.grid.cell(*x, *y) {
+                Some(cell) => {
+                    self.grid.relief(cell, |i, j| nodes.four(i, j), |i, j| nodes.one(i, j))
+                }
+                None => [f64::NAN; 3],
+            };
+        }
+    }
+
+    /// The nodes that points ask for, copied; `None` where that is not worth it, or too many.
+    #[inline]
+    fn window<'a>(
+        &self,
+        at: &[[f64; 2]],
+        copy: &'a mut [f32; WINDOW * WINDOW],
+    ) -> Option<Nodes<'a>> {
+        if at.len() < WINDOW_WORTH {
+            return None;
+        }
+        let mut ends = [f64::INFINITY, f64::INFINITY, -f64::INFINITY, -f64::INFINITY];
+        for [x, y] in at {
+            ends[0] = if *x < ends[0] { *x } else { ends[0] };
+            ends[1] = if *y < ends[1] { *y } else { ends[1] };
+            ends[2] = if *x > ends[2] { *x } else { ends[2] };
+            ends[3] = if *y > ends[3] { *y } else { ends[3] };
+        }
+        let (low, high) = (self.grid.cell(ends[0], ends[1])?, self.grid.cell(ends[2], ends[3])?);
+        let (i, j) = (low.i.checked_sub(1)?, low.j.checked_sub(1)?);
+        let rows = high.j + 3 - j;
+        if high.i + 3 - i > WINDOW || rows > WINDOW || i + WINDOW > self.grid.nx {
+            return None;
+        }
+        if high.j + 3 > self.grid.ny {
+            return None;
+        }
+        for (k, row) in copy.chunks_exact_mut(WINDOW).take(rows).enumerate() {
+            let from = (j + k) * self.grid.nx + i;
+            row.copy_from_slice(&self.heights[from..from + WINDOW]);
+        }
+        Some(Nodes { i, j, nx: WINDOW, heights: copy })
+    }
+
+    #[inline]
+    fn nodes(&self) -> Nodes<'_> {
+        Nodes { i: 0, j: 0, nx: self.grid.nx, heights: &self.heights }
+    }
+}
+
+/// Nodes along the edge of a window: 0.95 m on a grid of 5 cm.
+const WINDOW: usize = 20;
+/// Points for which one is copied.
+const WINDOW_WORTH: usize = 9;
+
+/// Nodes by column and row of the grid, from one of them on.
+#[derive(Clone, Copy)]
+struct Nodes<'a> {
+    i: usize,
+    j: usize,
+    nx: usize,
+    heights: &'a [f32],
+}
+
+impl Nodes<'_> {
+    #[inline(always)]
+    fn four(self, i: usize, j: usize) -> [f32; 4] {
+        let at = (j - self.j) * self.nx + i - self.i;
+        self.heights[at..at + 4].try_into().unwrap_or_default()
+    }
+    #[inline(always)]
+    fn one(self, i: usize, j: usize) -> f32 {
+        self.heights[(j - self.j) * self.nx + i - self.i]
     }
 }
 
 /// Weights of the four nodes and their derivatives.
 #[inline(always)]
-fn weights(t: f64) -> ([f64; 4], [f64; 4]) {
+fn weights(t: f64) -> (f64x4, f64x4) {
     /// Coefficients of the cubics, by power.
     const C: [[f64; 4]; 4] = [
         [0.0, 1.0, 0.0, 0.0],
@@ -297,18 +389,10 @@ fn weights(t: f64) -> ([f64; 4], [f64; 4]) {
         [-0.5, 1.5, -1.5, 0.5],
     ];
     const D: [[f64; 4]; 3] = [C[1], [2.0, -5.0, 4.0, -1.0], [-1.5, 4.5, -4.5, 1.5]];
-    (madd(t, madd(t, madd(t, C[3], C[2]), C[1]), C[0]), madd(t, madd(t, D[2], D[1]), D[0]))
-}
-
-/// `a b + c` for four columns.
-#[inline(always)]
-fn madd(a: f64, b: [f64; 4], c: [f64; 4]) -> [f64; 4] {
-    std::array::from_fn(|l| a.mul_add(b[l], c[l]))
-}
-
-#[inline(always)]
-fn dot(a: [f64; 4], b: [f64; 4]) -> f64 {
-    a[0].mul_add(b[0], a[1] * b[1]) + a[2].mul_add(b[2], a[3] * b[3])
+    let t = f64x4::splat(t);
+    let [c0, c1, c2, c3] = C.map(f64x4::new);
+    let [d0, d1, d2] = D.map(f64x4::new);
+    (c3.mul_add(t, c2).mul_add(t, c1).mul_add(t, c0), d2.mul_add(t, d1).mul_add(t, d0))
 }
 
 #[cfg(test)]
@@ -375,6 +459,37 @@ mod tests {
         }
         assert!(field.ground(x0 - 1e-9, 0.0).is_none() && field.ground(0.0, y1 + 1e-9).is_none());
         assert!(field.ground(f64::NAN, 0.0).is_none());
+    }
+
+    #[test]
+    fn points_together_get_what_each_gets_alone() {
+        let mut field = sampled(|x, y| (3.0 * x).sin() * (2.0 * y).cos() * 0.2 + 0.1 * x * y);
+        field.heights[20 * 31 + 15] = f32::NAN; // x = 0, y = 0
+        // Close together, far apart, over the hole, over each border, off the map; few and many.
+        for (x, y, apart) in [
+            (1.3, 2.1, 0.05),
+            (0.0, 0.0, 0.04),
+            (-2.9, -4.9, 0.04),
+            (2.9, 4.9, 0.04),
+            (0.3, 0.2, 0.4),
+            (5.0, 0.0, 0.1),
+        ] {
+            for count in [1_usize, 4, 27] {
+                let at: Vec<[f64; 2]> = (0..count)
+                    .map(|k| [x + apart * (k % 9) as f64, y - 1.7 * apart * (k / 9) as f64])
+                    .collect();
+                let mut out = vec![[0.0; 3]; count];
+                field.relief(&at, &mut out);
+                for ([x, y], [h, sx, sy]) in at.iter().zip(out) {
+                    let Some((height, n)) = field.ground(*x, *y) else {
+                        assert!(h.is_nan(), "{x} {y}: {h}");
+                        continue;
+                    };
+                    assert_eq!(h, height, "{x} {y}");
+                    assert!((n.x + sx * n.z).abs() + (n.y + sy * n.z).abs() < 1e-15, "{x} {y}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -69,6 +69,9 @@ impl Terrain for GridTerrain {
     fn ground(&self, x: f64, y: f64) -> Option<Ground> {
         self.field.ground(x, y).map(|(height, normal)| Ground { height, normal })
     }
+    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
+        self.field.relief(at, out);
+    }
     fn bounds(&self) -> [f64; 4] {
         self.field.bounds()
     }
@@ -148,6 +151,9 @@ impl Terrain for FileTerrain {
     #[inline]
     fn ground(&self, x: f64, y: f64) -> Option<Ground> {
         self.0.ground(x, y)
+    }
+    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
+        self.0.relief(at, out);
     }
     fn bounds(&self) -> [f64; 4] {
         self.0.bounds()

@@ -149,7 +149,7 @@ impl RigidContact {
             }
             load.depth = load.depth.max(d.contact.depth());
             load.normal_force += d.total;
-            used += friction[0].hypot(friction[1]);
+            used += length(friction);
             // Elastic power is returned; what the bristle does not store is lost.
             let stored = -self.tangential_stiffness / DISCS as f64 * bristles[i].dot(&rate);
             let rubbed = friction[0] * d.slide[0] + friction[1] * d.slide[1];
@@ -234,26 +234,30 @@ impl RigidContact {
         // As the wheel moves on, the deflection is kept in the tangent plane.
         let off = d.mean * d.mean.dot(bristle);
         let xi = [bristle.dot(&along), bristle.dot(&across)];
-        let length = xi[0].hypot(xi[1]);
+        let size = length(xi);
         let mut rate = d.slide;
-        if length > 0.0 {
-            let toward = (d.slide[0] * xi[0] + d.slide[1] * xi[1]) / length;
+        if size > 0.0 {
+            let toward = (d.slide[0] * xi[0] + d.slide[1] * xi[1]) / size;
             let mut cut = 0.0;
             if toward > 0.0 {
-                cut = plastic_share(length, longest) * toward / length.max(longest).max(1e-300);
+                cut = plastic_share(size, longest) * toward / size.max(longest).max(1e-300);
             }
-            if length > longest {
-                cut += (length - longest) / (length * RELAX);
+            if size > longest {
+                cut += (size - longest) / (size * RELAX);
             }
             rate = [rate[0] - cut * xi[0], rate[1] - cut * xi[1]];
         }
         let mut force: [f64; 2] = std::array::from_fn(|k| -xi[k] * kt - d.slide[k] * dt);
-        let size = force[0].hypot(force[1]);
+        let size = length(force);
         if size > limit {
             force = force.map(|f| f * (limit / size));
         }
         (force, along * rate[0] + across * rate[1] - off / RELAX)
     }
+}
+
+fn length([a, b]: [f64; 2]) -> f64 {
+    (a * a + b * b).sqrt()
 }
 
 /// Share of the motion that is sliding (Dupont): 0 while the bristle is elastic, 1 at the limit.

@@ -10,17 +10,12 @@
 //! 0.4 m takes some 0.2 MB in 10 m, and all of a region of 100 m by 100 m 75 MB.
 use crate::multipass::{Rut, Unloading};
 use linkwork_runtime::prelude::*;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::collections::BTreeMap;
-use std::sync::Arc;
-
-/// Cells along the edge of a tile.
-const TILE: i32 = 32;
-/// Cells of a tile.
-const CELLS: usize = (TILE * TILE) as usize;
+use serde::{Deserialize, Serialize};
 
 /// One cell: deepest press (m), pressure there (Pa), depth without load (m).
 type Cell = [f32; 3];
+/// Tiles of cells.
+type Tiles = crate::tiles::Tiles<Cell, 32>;
 
 /// Parameters of the ruts.
 #[derive(Params, Clone, Debug)]
@@ -83,52 +78,26 @@ pub struct RutGrid {
 }
 
 /// What was pressed so far: the field's data. A copy shares the tiles that do not change.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
 pub struct Tracks {
-    tiles: BTreeMap<[i32; 2], Arc<Vec<Cell>>>,
+    tiles: Tiles,
 }
 
 impl Shows for Tracks {
     const KIND: &'static str = "ruts";
 }
 
-impl Serialize for Tracks {
-    fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
-        s.collect_seq(self.tiles.iter().map(|(at, cells)| (at, &**cells)))
-    }
-}
-
-impl<'de> Deserialize<'de> for Tracks {
-    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        let tiles: Vec<([i32; 2], Vec<Cell>)> = Vec::deserialize(d)?;
-        if let Some((at, cells)) = tiles.iter().find(|(_, cells)| cells.len() != CELLS) {
-            let fact = format!("a tile of ruts at {at:?} has {} cells, not {CELLS}", cells.len());
-            return Err(serde::de::Error::custom(fact));
-        }
-        Ok(Tracks { tiles: tiles.into_iter().map(|(at, cells)| (at, Arc::new(cells))).collect() })
-    }
-}
-
-fn split(i: i32, j: i32) -> ([i32; 2], usize) {
-    let at = [i.div_euclid(TILE), j.div_euclid(TILE)];
-    (at, (j.rem_euclid(TILE) * TILE + i.rem_euclid(TILE)) as usize)
-}
-
 impl Tracks {
     /// Bytes of all tiles.
     pub fn bytes(&self) -> usize {
-        self.tiles.len() * CELLS * size_of::<Cell>()
+        self.tiles.bytes()
     }
 
     /// The middles of all pressed cells (m) with their states, in a fixed order.
     pub fn pressed<'a>(&'a self, grid: &'a RutGrid) -> impl Iterator<Item = ([f64; 2], Rut)> + 'a {
-        self.tiles.iter().flat_map(move |(at, cells)| {
-            let pressed = cells.iter().enumerate().filter(|(_, c)| c[0] > 0.0);
-            pressed.map(move |(k, c)| {
-                let (i, j) = (at[0] * TILE + k as i32 % TILE, at[1] * TILE + k as i32 / TILE);
-                ([grid.middle(i), grid.middle(j)], rut(c.map(f64::from)))
-            })
-        })
+        let pressed = self.tiles.cells().filter(|(_, c)| c[0] > 0.0);
+        pressed.map(move |([i, j], c)| ([grid.middle(i), grid.middle(j)], rut(c.map(f64::from))))
     }
 }
 
@@ -168,9 +137,9 @@ impl RutGrid {
         let weights = weights.into_iter().chain([(0, 1, (1.0 - u) * v), (1, 1, u * v)]);
         let (mut last, mut tile) = (None, None);
         for (di, dj, w) in weights {
-            let (at, k) = split(i + di, j + dj);
+            let (at, k) = Tiles::split(i + di, j + dj);
             if last != Some(at) {
-                (last, tile) = (Some(at), tracks.tiles.get(&at));
+                (last, tile) = (Some(at), tracks.tiles.tile(at));
             }
             if let Some(cells) = tile {
                 add(&cells[k], w);
@@ -221,8 +190,7 @@ impl RutGrid {
     }
 
     fn press_cell(&self, tracks: &mut Tracks, i: i32, j: i32, z: f64, print: &Print) {
-        let (at, k) = split(i, j);
-        let was = tracks.tiles.get(&at).map_or([0.0; 3], |cells| cells[k]);
+        let was = tracks.tiles.get(i, j).copied().unwrap_or_default();
         // As f32 keeps it: a wheel that stands still changes nothing.
         if z as f32 <= was[0] {
             return;
@@ -231,8 +199,7 @@ impl RutGrid {
         let left = rut(was.map(f64::from)).pressed(z, k_z, n, &self.unloading);
         let cell = [left.sinkage as f32, left.pressure as f32, left.depth() as f32];
         if cell.iter().all(|v| v.is_finite()) {
-            let tile = tracks.tiles.entry(at).or_insert_with(|| Arc::new(vec![[0.0; 3]; CELLS]));
-            Arc::make_mut(tile)[k] = cell;
+            *tracks.tiles.get_mut(i, j) = cell;
         }
     }
 }
@@ -259,6 +226,20 @@ impl Ruts {
     }
 }
 
+/// Whether a region holds ground.
+///
+/// # Errors
+/// Ends that are not apart, or no numbers.
+pub(crate) fn check_region(region: [f64; 4]) -> Result<(), BuildError> {
+    let [x0, y0, x1, y1] = region;
+    if x1 > x0 && y1 > y0 && region.iter().all(|v| v.is_finite()) {
+        return Ok(());
+    }
+    Err(BuildError::new(format!("the region {region:?} holds no ground"))
+        .at("region")
+        .help("write (x_min, y_min, x_max, y_max) in metres, both ends apart"))
+}
+
 /// Ruts: soft ground that keeps the deepest press of each cell. Wheels of `mobility.wheel_soil` read it as it was after the last
 /// row and press it at its ticks; choose a rate at which a wheel moves less than half the length of its contact.
 #[field("mobility.ruts")]
@@ -268,12 +249,7 @@ impl Field for Ruts {
     type Imprint = Print;
     fn build(p: RutsParams) -> Result<Self, BuildError> {
         let region = p.region.unwrap_or_else(|| p.terrain.bounds());
-        let [x0, y0, x1, y1] = region;
-        if !(x1 > x0 && y1 > y0 && region.iter().all(|v| v.is_finite())) {
-            return Err(BuildError::new(format!("the region {region:?} holds no ground"))
-                .at("region")
-                .help("write (x_min, y_min, x_max, y_max) in metres, both ends apart"));
-        }
+        check_region(region)?;
         let unloading = Unloading { k0: p.stiffness, growth: p.stiffness_growth };
         Ok(Ruts { grid: RutGrid { cell: p.cell, region, unloading } })
     }

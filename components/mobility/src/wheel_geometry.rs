@@ -19,6 +19,8 @@
 //! (a quarter of the radius) are met late. Where the hub itself is in the ground, it is one patch, as deep as the
 //! radius, along the normal over the hub.
 
+use crate::wheel_profile::{NO_POST, PLACES, POSTS, POSTS_MAX, Peaks, Post, Profile, RIM};
+use linkwork_runtime::prelude::Terrain;
 use linkwork_spatial::Vec3;
 
 /// Discs across the width.
@@ -26,42 +28,39 @@ pub const DISCS: usize = 3;
 /// Most patches of a disc.
 pub const PATCHES: usize = 4;
 
-/// A ground by height (m) and unit normal at x, y; `None` where there is none.
-pub trait Ground: Fn(f64, f64) -> Option<(f64, Vec3)> {}
-impl<T: Fn(f64, f64) -> Option<(f64, Vec3)>> Ground for T {}
+/// A ground by height (m), ∂h/∂x and ∂h/∂y at each of several points x, y (m); the height is NaN where there is none.
+pub trait Ground {
+    /// Those of the points `at`.
+    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]);
+}
 
-/// Posts of the profile.
-const POSTS: usize = 9;
-/// Their places over the radius.
-const PLACES: [f64; POSTS] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
-/// √(1 − place²): height of the rim over the radius.
-const RIM: [f64; POSTS] = [
-    0.0,
-    0.661_437_827_766_147_7,
-    0.866_025_403_784_438_6,
-    0.968_245_836_551_854_2,
-    1.0,
-    0.968_245_836_551_854_2,
-    0.866_025_403_784_438_6,
-    0.661_437_827_766_147_7,
-    0.0,
-];
+/// A ground by height (m) and unit normal.
+impl<T: Fn(f64, f64) -> Option<(f64, Vec3)>> Ground for T {
+    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
+        for ([x, y], out) in at.iter().zip(out) {
+            *out = self(*x, *y).map_or([f64::NAN; 3], |(h, n)| [h, -n.x / n.z, -n.y / n.z]);
+        }
+    }
+}
+
+/// A service of terrain.
+#[derive(Clone, Copy)]
+pub struct Service<'a>(pub &'a dyn Terrain);
+
+impl Ground for Service<'_> {
+    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
+        self.0.relief(at, out);
+    }
+}
+
 /// Clearance within which ground is looked at closely, as a fraction of the radius.
 const NEAR: f64 = 0.2;
 /// Clearance below which a saddle parts two patches altogether, as a fraction of the radius.
 const APART: f64 = 0.05;
 /// Distance below which two posts are one, as a fraction of the radius.
 const SAME: f64 = 1e-3;
-/// Most local maxima of d that are followed, those without contact among them.
-const PEAKS: usize = 6;
-/// Posts with those at peaks.
-const POSTS_MAX: usize = POSTS + 2 * PEAKS;
 /// Errors of the profile, over the radius, at which a second round begins and counts in full.
 const OFF: [f64; 2] = [4e-4, 4e-3];
-/// Parts of a piece in which the sign of E is looked at.
-const PARTS: usize = 4;
-/// Slope that a piece may have at its end whatever its rise: more only in proportion to the rise.
-const SLOPE_FREE: f64 = 1.0;
 /// Least component of a ground normal in the disc's plane and up: walls have a slope of 50.
 const UP_MIN: f64 = 0.02;
 
@@ -142,9 +141,26 @@ impl Cylinder {
         let e2 = up / length;
         let e1 = axle.cross(&e2);
         // Discs at the middles of equal strips.
-        std::array::from_fn(|i| {
+        let discs: [Disc; DISCS] = std::array::from_fn(|i| {
             let across = (i as f64 - 0.5 * (DISCS - 1) as f64) * self.width / DISCS as f64;
-            Disc { r: self.radius, c: centre + axle * across, e1, e2, axle }.contact(ground)
+            Disc { r: self.radius, c: centre + axle * across, e1, e2, axle }
+        });
+        // The posts of all of them in one call.
+        let (mut at, mut relief) = ([[0.0; 2]; DISCS * POSTS], [[0.0; 3]; DISCS * POSTS]);
+        for (k, at) in at.iter_mut().enumerate() {
+            let (disc, k) = (&discs[k / POSTS], k % POSTS);
+            *at = disc.place(PLACES[k] * self.radius, -RIM[k] * self.radius);
+        }
+        ground.relief(&at, &mut relief);
+        let mut profile = Profile { posts: [NO_POST; POSTS_MAX], count: POSTS };
+        let mut peaks = Peaks::new(self.radius);
+        std::array::from_fn(|i| {
+            let first = &relief[i * POSTS..(i + 1) * POSTS];
+            profile.count = POSTS;
+            match discs[i].posts(&mut profile, first) {
+                true => discs[i].contact(&mut profile, &mut peaks, ground),
+                false => DiscContact::NONE,
+            }
         })
     }
 }
@@ -158,61 +174,15 @@ struct Disc {
     axle: Vec3,
 }
 
-/// The profile of the ground at one place: s, ζ, dζ/ds, and the ground's slope along the axle.
-#[derive(Clone, Copy)]
-struct Post {
-    s: f64,
-    z: f64,
-    slope: f64,
-    side: f64,
-}
-
-const NO_POST: Post = Post { s: 0.0, z: 0.0, slope: 0.0, side: 0.0 };
-
-/// The profile: posts by growing s.
-struct Profile {
-    posts: [Post; POSTS_MAX],
-    count: usize,
-}
-
-/// A local maximum of d, with what it counts.
-#[derive(Clone, Copy)]
-struct Peak {
-    at: Post,
-    d: f64,
-    share: f64,
-    /// Least d between this and the next.
-    saddle: f64,
-}
-
-/// Local maxima by growing s.
-struct Peaks {
-    peaks: [Peak; PEAKS],
-    count: usize,
-    /// Radius and clearance within which maxima are kept, m.
-    r: f64,
-    margin: f64,
-}
-
 impl Disc {
-    fn contact(&self, ground: &impl Ground) -> DiscContact {
-        let mut profile = Profile { posts: [NO_POST; POSTS_MAX], count: POSTS };
-        let mut any = false;
-        for (post, (place, rim)) in profile.posts.iter_mut().zip(PLACES.into_iter().zip(RIM)) {
-            let (s, z) = (place * self.r, -rim * self.r);
-            match self.post(s, z, ground) {
-                Some(found) => {
-                    *post = found;
-                    any = true;
-                }
-                // The edge of the map is a cliff.
-                None => *post = Post { s, z: -10.0 * self.r, slope: 0.0, side: 0.0 },
-            }
-        }
+    /// `profile`: that of the first posts; `rough` is work space.
+    fn contact(
+        &self,
+        profile: &mut Profile,
+        rough: &mut Peaks,
+        ground: &impl Ground,
+    ) -> DiscContact {
         let mut out = DiscContact::NONE;
-        if !any {
-            return out;
-        }
         let middle = profile.posts[POSTS / 2];
         if middle.z > 0.0 {
             let up =
@@ -223,8 +193,14 @@ impl Disc {
         // A second round only where the first found the profile to be off.
         let mut urgency = 1.0;
         let mut pieces = 0..POSTS - 1;
-        for _ in 0..2 {
-            let rough = profile.peaks(pieces.clone(), self.r, NEAR * self.r);
+        rough.margin = NEAR * self.r;
+        for round in 0..2 {
+            rough.count = 0;
+            if round == 0 {
+                profile.first_peaks(rough);
+            } else {
+                profile.peaks(pieces.clone(), rough);
+            }
             if rough.count == 0 {
                 return out;
             }
@@ -232,7 +208,9 @@ impl Disc {
             for p in rough.found() {
                 // A peak that has only just come, or come near, does not change the profile at once.
                 let weight = urgency * (2.0 * p.share * (p.d / (NEAR * self.r) + 1.0)).min(1.0);
-                if let Some(exact) = self.post(p.at.s, p.at.z, ground) {
+                let mut relief = [[f64::NAN; 3]];
+                ground.relief(&[self.place(p.at.s, p.at.z)], &mut relief);
+                if let Some(exact) = self.post(p.at.s, p.at.z, &relief[0]) {
                     off = off.max(weight * (exact.z - p.at.z).abs());
                     at = profile.insert(&p.at, &exact, weight, SAME * self.r);
                 }
@@ -247,8 +225,9 @@ impl Disc {
                 break;
             }
         }
-        let peaks = profile.peaks(pieces, self.r, APART * self.r);
-        for p in peaks.found() {
+        (rough.count, rough.margin) = (0, APART * self.r);
+        profile.peaks(pieces, rough);
+        for p in rough.found() {
             if p.d > 0.0 {
                 let inward =
                     -(self.e1 * p.at.s + self.e2 * p.at.z) / (self.r - p.d).max(1e-9 * self.r);
@@ -258,14 +237,57 @@ impl Disc {
         out
     }
 
-    /// The ground of this plane near s, ζ.
+    /// The first posts, by the ground there; whether any has ground.
+    fn posts(&self, profile: &mut Profile, first: &[[f64; 3]]) -> bool {
+        let mut usual = true;
+        for (k, (post, [h, sx, sy])) in profile.posts.iter_mut().zip(first).enumerate() {
+            let along = |v: &Vec3| v.z - sx * v.x - sy * v.y;
+            let (s, z, up) = (PLACES[k] * self.r, -RIM[k] * self.r, along(&self.e2));
+            usual &= (up > 0.0) & (up * up >= UP_MIN * UP_MIN * (1.0 + sx * sx + sy * sy));
+            usual &= !h.is_nan();
+            let over = 1.0 / up;
+            let rise = (h - (self.c.z + self.e1.z * s + self.e2.z * z)) * over;
+            let (slope, side) = (-along(&self.e1) * over, along(&self.axle) * over);
+            *post = Post { s, z: z + rise, slope, side };
+        }
+        if usual {
+            return true;
+        }
+        let mut any = false;
+        for (k, (post, relief)) in profile.posts.iter_mut().zip(first).enumerate() {
+            let (s, z) = (PLACES[k] * self.r, -RIM[k] * self.r);
+            match self.post(s, z, relief) {
+                Some(found) => {
+                    *post = found;
+                    any = true;
+                }
+                // The edge of the map is a cliff.
+                None => *post = Post { s, z: -10.0 * self.r, slope: 0.0, side: 0.0 },
+            }
+        }
+        any
+    }
+
+    /// x, y under s, ζ.
     #[inline(always)]
-    fn post(&self, s: f64, z: f64, ground: &impl Ground) -> Option<Post> {
-        let q = self.c + self.e1 * s + self.e2 * z;
-        let (h, n) = ground(q.x, q.y)?;
-        let up = 1.0 / n.dot(&self.e2).max(UP_MIN);
+    fn place(&self, s: f64, z: f64) -> [f64; 2] {
+        [self.c.x + self.e1.x * s + self.e2.x * z, self.c.y + self.e1.y * s + self.e2.y * z]
+    }
+
+    /// The ground of this plane near s, ζ, by height and slopes at x, y there.
+    #[inline(always)]
+    fn post(&self, s: f64, z: f64, [h, sx, sy]: &[f64; 3]) -> Option<Post> {
+        if h.is_nan() {
+            return None;
+        }
+        // n (−h_x, −h_y, 1) with the length of the last.
+        let n = Vec3::new(-sx, -sy, 1.0);
+        let (up, size) = (n.dot(&self.e2), n.norm_squared());
+        let steep = up < 0.0 || up * up < UP_MIN * UP_MIN * size;
+        let up = 1.0 / if steep { UP_MIN * size.sqrt() } else { up };
         let (slope, side) = (-n.dot(&self.e1) * up, n.dot(&self.axle) * up);
-        Some(Post { s, z: z + (h - q.z) * n.z * up, slope, side })
+        let q = self.c.z + self.e1.z * s + self.e2.z * z;
+        Some(Post { s, z: z + (h - q) * up, slope, side })
     }
 
     /// The patch that pushes along `inward` (unit, in the plane), `d` (m) deep.
@@ -277,252 +299,6 @@ impl Disc {
             share,
             normal: (inward + self.axle * side) * cos,
             point: self.c - inward * self.r,
-        }
-    }
-}
-
-impl Peaks {
-    fn found(&self) -> &[Peak] {
-        &self.peaks[..self.count]
-    }
-
-    /// A maximum at u of a piece; what is far from the ground, or ground seen from inside, is none.
-    fn push(&mut self, piece: &Piece, u: f64) {
-        let at = piece.at(u);
-        let d = self.r - (at.s * at.s + at.z * at.z).sqrt();
-        let faces = at.s * at.slope > at.z;
-        if d > -self.margin && faces && self.count < PEAKS {
-            self.peaks[self.count] = Peak { at, d, share: 1.0, saddle: f64::INFINITY };
-            self.count += 1;
-        }
-    }
-
-    /// The ground between the last maximum and the next falls to d.
-    fn saddle(&mut self, d: f64) {
-        if let Some(last) = self.count.checked_sub(1) {
-            self.peaks[last].saddle = self.peaks[last].saddle.min(d);
-        }
-    }
-
-    /// A part of a piece from (u, E) to (u, E): a maximum or a saddle where E changes its sign.
-    #[inline(always)]
-    fn step(&mut self, piece: &Piece, from: (f64, f64), to: (f64, f64)) {
-        if (from.1 < 0.0) == (to.1 < 0.0) {
-            return;
-        }
-        // Regula falsi, continuous in its data.
-        let between = |a: (f64, f64), b: (f64, f64)| a.0 + (b.0 - a.0) * (a.1 / (a.1 - b.1));
-        let (mut a, mut b) = (from, to);
-        let mut u = between(a, b);
-        if b.0 > a.0 {
-            for _ in 0..3 {
-                let e = piece.error(u);
-                if (e < 0.0) == (a.1 < 0.0) {
-                    a = (u, e);
-                } else {
-                    b = (u, e);
-                }
-                u = between(a, b);
-            }
-        }
-        if to.1 < 0.0 {
-            let at = piece.at(u);
-            self.saddle(self.r - (at.s * at.s + at.z * at.z).sqrt());
-        } else {
-            self.push(piece, u);
-        }
-    }
-
-    /// Peaks joined by saddles, the highest first: each group keeps what stands out above the saddle, and what
-    /// is below it is shared in proportion. The order of equal saddles does not matter.
-    fn share(&mut self) {
-        let (n, margin) = (self.count, self.margin);
-        if n < 2 {
-            return;
-        }
-        // Groups are runs of peaks; total of the group of each peak.
-        let mut total: [f64; PEAKS] = std::array::from_fn(|k| self.peaks[k].d + margin);
-        let mut group: [usize; PEAKS] = std::array::from_fn(|k| k);
-        let mut open: [f64; PEAKS] = std::array::from_fn(|k| {
-            if k + 1 < n { self.peaks[k].saddle + margin } else { f64::NEG_INFINITY }
-        });
-        loop {
-            let mut top = 0;
-            for k in 1..n {
-                if open[k] > open[top] {
-                    top = k;
-                }
-            }
-            let q = open[top];
-            if q.is_nan() || q <= 0.0 {
-                return;
-            }
-            open[top] = f64::NEG_INFINITY;
-            let (a, b) = (group[top], group[top + 1]);
-            let (over_a, over_b) = ((total[a] - q).max(0.0), (total[b] - q).max(0.0));
-            let over = over_a + over_b;
-            let part = |mine: f64| if over > 0.0 { mine * (1.0 + q / over) } else { 0.5 * q };
-            let (keep_a, keep_b) = (part(over_a) / total[a], part(over_b) / total[b]);
-            for k in 0..n {
-                if group[k] == a {
-                    self.peaks[k].share *= keep_a;
-                } else if group[k] == b {
-                    self.peaks[k].share *= keep_b;
-                    group[k] = a;
-                }
-            }
-            total[a] = over + q;
-        }
-    }
-}
-
-impl Profile {
-    /// A post between others, at the place of a peak: `weight` of the exact one, the rest what the profile had there. Gives its
-    /// index, or that of a post already there.
-    fn insert(&mut self, had: &Post, exact: &Post, weight: f64, same: f64) -> usize {
-        let mix = |a: f64, b: f64| a + weight * (b - a);
-        let post = Post {
-            s: had.s,
-            z: mix(had.z, exact.z),
-            slope: mix(had.slope, exact.slope),
-            side: mix(had.side, exact.side),
-        };
-        let near = self.posts[..self.count].iter().position(|p| (p.s - had.s).abs() < same);
-        if let Some(k) = near {
-            return k;
-        }
-        if self.count == POSTS_MAX {
-            return 0;
-        }
-        let mut k = self.count;
-        while k > 0 && self.posts[k - 1].s > post.s {
-            self.posts[k] = self.posts[k - 1];
-            k -= 1;
-        }
-        self.posts[k] = post;
-        self.count += 1;
-        k
-    }
-
-    /// The maxima of d above −margin on some pieces, with their shares.
-    fn peaks(&self, pieces: std::ops::Range<usize>, r: f64, margin: f64) -> Peaks {
-        let none = Peak { at: NO_POST, d: 0.0, share: 0.0, saddle: 0.0 };
-        let mut out = Peaks { peaks: [none; PEAKS], count: 0, r, margin };
-        // E at the end of the piece before; none after one that is skipped.
-        let mut before = None;
-        for k in pieces {
-            let piece = Piece::of(&self.posts[k], &self.posts[k + 1]);
-            if piece.below(r + out.margin) {
-                before = None;
-                out.saddle(f64::NEG_INFINITY);
-                continue;
-            }
-            let mut from = (0.0, piece.error(0.0));
-            if let Some(e) = before {
-                // At a kink both sides have their own slope.
-                out.step(&piece, (0.0, e), from);
-            } else if k == 0 && from.1 > 0.0 {
-                out.push(&piece, 0.0);
-            }
-            if piece.turns_once() {
-                // At most one maximum: its quarter is found by halves.
-                let to = (1.0, piece.error(1.0));
-                if from.1 < 0.0 && to.1 >= 0.0 {
-                    let (mut low, mut high) = (from, to);
-                    for half in [0.5, 0.25] {
-                        let middle = (low.0 + half, piece.error(low.0 + half));
-                        if middle.1 < 0.0 { low = middle } else { high = middle }
-                    }
-                    out.step(&piece, low, high);
-                }
-                from = to;
-            } else {
-                for i in 1..=PARTS {
-                    let u = i as f64 / PARTS as f64;
-                    let to = (u, piece.error(u));
-                    out.step(&piece, from, to);
-                    from = to;
-                }
-            }
-            before = Some(from.1);
-            if k + 2 == self.count && from.1 < 0.0 {
-                out.push(&piece, 1.0);
-            }
-        }
-        out.share();
-        out
-    }
-}
-
-/// A cubic between two posts, u from 0 to 1.
-struct Piece {
-    s: f64,
-    length: f64,
-    /// 1/length.
-    inverse: f64,
-    /// Coefficients of ζ by powers of u.
-    c: [f64; 4],
-    /// Control heights between the ends.
-    control: [f64; 2],
-    z_end: f64,
-    side: [f64; 2],
-}
-
-impl Piece {
-    #[inline(always)]
-    fn of(a: &Post, b: &Post) -> Piece {
-        let length = b.s - a.s;
-        let rise = b.z - a.z;
-        // Steeper ends than the rise has use for would make ground that is not there.
-        let most = (3.0 * rise.abs()).max(SLOPE_FREE * length);
-        let (m0, m1) =
-            ((a.slope * length).clamp(-most, most), (b.slope * length).clamp(-most, most));
-        Piece {
-            s: a.s,
-            length,
-            inverse: 1.0 / length,
-            c: [a.z, m0, 3.0 * rise - 2.0 * m0 - m1, m0 + m1 - 2.0 * rise],
-            control: [a.z + m0 / 3.0, b.z - m1 / 3.0],
-            z_end: b.z,
-            side: [a.side, b.side],
-        }
-    }
-
-    /// Whether no point is within `reach` (m) of the centre: the control points are below that circle.
-    #[inline(always)]
-    fn below(&self, reach: f64) -> bool {
-        let top = self.c[0].max(self.control[0]).max(self.control[1]).max(self.z_end);
-        let end = self.s + self.length;
-        let near = if self.s > 0.0 { self.s } else { (-end).max(0.0) };
-        top < 0.0 && top * top + near * near > reach * reach
-    }
-
-    /// Whether E grows over the piece: E' = 1 + ζ'² + ζ ζ'' is positive.
-    #[inline(always)]
-    fn turns_once(&self) -> bool {
-        let [c0, _, c2, c3] = self.c;
-        let bend = (2.0 * c2).abs().max((2.0 * c2 + 6.0 * c3).abs());
-        let ends = c0.abs().max(self.z_end.abs());
-        let size = ends.max(self.control[0].abs()).max(self.control[1].abs());
-        bend * size < self.length * self.length
-    }
-
-    /// E = s + ζ ζ'.
-    #[inline(always)]
-    fn error(&self, u: f64) -> f64 {
-        let [c0, c1, c2, c3] = self.c;
-        let z = c0 + u * (c1 + u * (c2 + u * c3));
-        let slope = (c1 + u * (2.0 * c2 + u * 3.0 * c3)) * self.inverse;
-        self.s + u * self.length + z * slope
-    }
-
-    fn at(&self, u: f64) -> Post {
-        let [c0, c1, c2, c3] = self.c;
-        Post {
-            s: self.s + u * self.length,
-            z: c0 + u * (c1 + u * (c2 + u * c3)),
-            slope: (c1 + u * (2.0 * c2 + u * 3.0 * c3)) * self.inverse,
-            side: self.side[0] + u * (self.side[1] - self.side[0]),
         }
     }
 }

@@ -66,7 +66,7 @@ fn relief(seed: u64) -> impl Fn(f64, f64) -> [f64; 3] {
 }
 
 /// Depth of a disc by dense sampling: the radius less the least distance to the ground in the disc's plane. Upright discs.
-fn dense(c: Vec3, e1: Vec3, ground: &impl Ground) -> f64 {
+fn dense(c: Vec3, e1: Vec3, ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>) -> f64 {
     let mut least = f64::INFINITY;
     for k in -5000..=5000 {
         let s = 0.25 * f64::from(k) / 5000.0;
@@ -150,7 +150,7 @@ fn obstacles(steep: bool) -> Vec<(String, Shape)> {
 
 /// Leads the wheel along x at a depth of about `target`, up and down as the ground asks; `f` sees every pose.
 fn lead(
-    ground: &impl Ground,
+    ground: &impl Fn(f64, f64) -> Option<(f64, Vec3)>,
     axle: Vec3,
     target: f64,
     hair: f64,

@@ -4,7 +4,7 @@
 //! the left) and its angular velocity matter.
 
 use crate::rigid_contact::{Bristles, Hub, RigidContact};
-use crate::wheel_geometry::Cylinder;
+use crate::wheel_geometry::{Cylinder, Service};
 use linkwork_runtime::prelude::*;
 
 /// Wheel, ground and contact constants.
@@ -163,10 +163,6 @@ impl WheelRigid {
             friction,
         }
     }
-
-    fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
-        self.p.terrain.ground(x, y).map(|g| (g.height, g.normal))
-    }
 }
 
 /// Rigid wheel on rigid ground: Hunt-Crossley normal force and elasto-plastic bristle friction on three
@@ -180,7 +176,7 @@ impl Model for WheelRigid {
     fn direct(&self, _: &Clock, x: &BristleState, _: &(), u: &WheelIn) -> RigidOut {
         let hub = hub_of(&u.hub);
         let (load, [right_rate, middle_rate, left_rate]) =
-            self.contact(&hub).evaluate(&hub, &x.array(), &|x, y| self.ground(x, y));
+            self.contact(&hub).evaluate(&hub, &x.array(), &Service(&*self.p.terrain));
         let (slip, slip_angle) = slip_of(&hub, self.p.radius, &load.normal);
         RigidOut {
             load: Wrench { moment: load.moment, force: load.force },

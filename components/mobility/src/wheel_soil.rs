@@ -7,7 +7,7 @@ use crate::rigid_contact::Hub;
 use crate::ruts::{Ruts, Tracks};
 use crate::soil_contact::{SoilContact, SoilState};
 use crate::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
-use crate::wheel_geometry::Cylinder;
+use crate::wheel_geometry::{Cylinder, Service};
 use crate::wheel_rigid::{WheelIn, hub_of, in_the_ground};
 use linkwork_runtime::prelude::*;
 
@@ -187,10 +187,6 @@ impl WheelSoilModel {
     fn soil(&self, hub: &Hub) -> &Soil {
         self.p.terrain.soil(hub.position.x, hub.position.y)
     }
-
-    fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
-        self.p.terrain.ground(x, y).map(|g| (g.height, g.normal))
-    }
 }
 
 /// Wheel on soft soil: Bekker pressure with slip sinkage, Wong-Reece normal stress, Janosi shear, bulldozing,
@@ -220,7 +216,7 @@ impl Model for WheelSoilModel {
     ) -> SoilOut {
         let hub = hub_of(&u.hub);
         let soil = self.soil(&hub);
-        let ground = |x: f64, y: f64| self.ground(x, y);
+        let ground = Service(&*self.p.terrain);
         let contact = self.contact(soil, c.t, &hub);
         let past = ruts.with::<Ruts>().map(|(ruts, tracks)| ruts.past(tracks));
         let (load, rate) = contact.evaluate(soil, &hub, &x.state(), &ground, past);

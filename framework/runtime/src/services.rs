@@ -21,6 +21,13 @@ pub struct Ground {
     pub normal: Vec3,
 }
 
+impl Ground {
+    /// Height (m), ∂h/∂x and ∂h/∂y.
+    pub fn relief(&self) -> [f64; 3] {
+        [self.height, -self.normal.x / self.normal.z, -self.normal.y / self.normal.z]
+    }
+}
+
 /// Soil under the wheels (Bekker–Wong–Reece–Janosi).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Soil {
@@ -170,6 +177,13 @@ pub struct Rock {
 pub trait Terrain: Send + Sync {
     /// Height and normal; `None` off the map or where there is no data.
     fn ground(&self, x: f64, y: f64) -> Option<Ground>;
+    /// Height (m), ∂h/∂x and ∂h/∂y at each of several points x, y (m), in one call; the height is NaN where `ground` has `None`. They
+    /// belong to the same surface: a service that has its gradient at hand saves the way over the normal.
+    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
+        for ([x, y], out) in at.iter().zip(out) {
+            *out = self.ground(*x, *y).map_or([f64::NAN; 3], |g| g.relief());
+        }
+    }
     /// x_min, y_min, x_max, y_max (m).
     fn bounds(&self) -> [f64; 4];
     /// The soil at a point.
