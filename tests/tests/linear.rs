@@ -104,7 +104,7 @@ fn of_the_simulations() {
         ("slider_crank/sim.ron", [0.0, 0.5]),
         ("double_wishbone/sim.ron", [0.0, 0.5]),
         ("staging/sim.ron", [0.0, 1.0]),
-        ("mars_edl/sim.ron", [0.0, 10.0]),
+        ("lunar_landing/sim.ron", [5.0, 10.0]),
     ] {
         let mut sim = common::repository(path, &[]).unwrap_or_else(|e| panic!("{path}: {e}"));
         // Differences to one side see half of the second derivative.

@@ -29,6 +29,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<attitude::phase_plane::PhasePlane>(),
         Entry::model::<attitude::phase_plane::PulseWidth>(),
         Entry::model::<attitude::pointing::Pointing>(),
+        Entry::sized::<attitude::throttles::Throttles>(),
         Entry::model::<follower::Follower>(),
         Entry::model::<pid::RateController>(),
         Entry::model::<pid::PositionController>(),

@@ -33,6 +33,15 @@ pub struct Jet {
     pub thrust: f64,
 }
 
+impl Jet {
+    /// Torque and force of it, fully open.
+    pub(super) fn column(&self) -> Column {
+        let force = self.direction.normalize() * self.thrust;
+        let torque = self.position.cross(&force);
+        [torque.x, torque.y, torque.z, force.x, force.y, force.z]
+    }
+}
+
 /// The jets.
 #[derive(Params, Clone, Debug)]
 pub struct JetSelectionParams {
@@ -41,7 +50,7 @@ pub struct JetSelectionParams {
 }
 
 /// Torque and force of a jet that is fully open.
-type Column = [f64; 6];
+pub(super) type Column = [f64; 6];
 
 /// What is wanted; in the order of the lanes.
 #[derive(Ports, Clone, Copy, Debug)]
@@ -172,12 +181,7 @@ impl SizedModel for JetSelection {
         let square = p.jets.iter().map(|j| j.position.norm_squared()).sum::<f64>() / n as f64;
         let turn = if square > 0.0 { 1.0 / square } else { 1.0 };
         let weights = [turn, turn, turn, 1.0, 1.0, 1.0];
-        let column = |j: &Jet| {
-            let force = j.direction.normalize() * j.thrust;
-            let torque = j.position.cross(&force);
-            [torque.x, torque.y, torque.z, force.x, force.y, force.z]
-        };
-        let columns: Vec<Column> = p.jets.iter().map(column).collect();
+        let columns: Vec<Column> = p.jets.iter().map(Jet::column).collect();
         let dot = |a: &Column, b: &Column| (0..6).map(|i| a[i] * weights[i] * b[i]).sum::<f64>();
         let mean = columns.iter().map(|c| dot(c, c)).sum::<f64>() / n as f64;
         let mut normal = vec![0.0; n * n];

@@ -14,4 +14,5 @@ pub mod planet;
 pub mod powered_descent;
 pub mod rendezvous;
 pub mod terminal_descent;
+pub mod thrust_direction;
 pub mod waypoints;

@@ -89,6 +89,14 @@ pub struct Taut {
     pub changes: f64,
 }
 
+impl Taut {
+    /// What follows when it becomes taut, or slack.
+    pub(super) fn after(self, taut: bool) -> Taut {
+        let changes = self.changes + f64::from(u8::from(taut != self.taut));
+        Taut { taut, changes }
+    }
+}
+
 /// The same as outputs.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TautOut {
@@ -148,9 +156,7 @@ impl Model for Line {
         Change { extension, pull: extension + self.p.damping / self.p.stiffness * rate }
     }
     fn fired(&self, _: &Clock, which: usize, _: &(), d: &Taut) -> ((), Taut) {
-        let taut = which == 0;
-        let changes = d.changes + f64::from(u8::from(taut != d.taut));
-        ((), Taut { taut, changes })
+        ((), d.after(which == 0))
     }
     fn remarks(&self, _: &Clock, _: &(), d: &Taut, _: &(), u: &LineIn) -> Vec<BuildError> {
         let (_, extension, _) = stretch(u, self.p.length);

@@ -1,8 +1,10 @@
 //! Parachutes: how a canopy fills, its drag and apparent mass, and the lines that hold it.
 //!
-//! A canopy is a body of the mechanism of its own; risers and bridles are tension-only lines between nodes.
+//! A canopy is a body of the mechanism of its own; risers and bridles are tension-only lines between nodes, and a riser
+//! may end in the legs of a bridle on a body that turns.
 
 pub mod bridle;
 pub mod canopy;
 pub mod inflation;
 pub mod line;
+pub mod riser;

@@ -1,0 +1,273 @@
+//! `control.throttles`: the throttles of a set of engines that are fixed to a body, so that together they give a force and a torque.
+//! ```text
+//! B: a column (r × d T, d T) for each engine      w: torque and force that are wanted      body axes
+//! s = argmin |W (B s − w)|² + ε |s|²,  s_min ≤ s ≤ 1      W² = diag(weights of the torque/ℓ², weights of the force), ℓ: the root mean square of |r|
+//! ```
+//! An engine that is no part of the set (`off`) has throttle 0. What engines cannot give together is left out, so that it is least as the weights count it: with 0 for
+//! what need not be, such as the force across. The minimum is found by projected Gauss–Seidel sweeps; ε is 1e-6 of the mean diagonal of (W B)ᵀ W B. Cost: engines² for
+//! a sweep, 300 sweeps at the most.
+
+use super::jets::Jet;
+use linkwork_embedded::{Sweeps, bounded};
+use linkwork_runtime::prelude::*;
+
+/// Engines of a set at most.
+const ENGINES_MAX: usize = 32;
+/// Sweeps at most, the change of a throttle at which they end, and ε over the mean diagonal.
+const SWEEPS: Sweeps = Sweeps { most: 300, settled: 1e-7 };
+const WEIGHT: f64 = 1e-6;
+
+/// The engines.
+#[derive(Params, Clone, Debug)]
+pub struct ThrottlesParams {
+    /// The engines with their thrust at full throttle, in the order of the output `throttle`.
+    pub engines: Vec<Jet>,
+    /// Throttle s_min below which they do not burn.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub throttle_min: f64,
+    /// Engines that are off, counted from 0.
+    #[param(default = Vec::new())]
+    pub off: Vec<u32>,
+    /// Weights of the torque about x, y, z.
+    #[param(default = Vec3::repeat(1.0))]
+    pub torque_weights: Vec3,
+    /// Weights of the force along x, y, z.
+    #[param(default = Vec3::repeat(1.0))]
+    pub force_weights: Vec3,
+}
+
+/// What is wanted.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Wanted {
+    /// Force that is wanted, body axes.
+    #[port("N", default = Vec3::zeros())]
+    pub force: Vec3,
+    /// Torque that is wanted about the point from which positions of the engines count, body axes.
+    #[port("N m", default = Vec3::zeros())]
+    pub torque: Vec3,
+}
+
+/// What they give in vacuum.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Given {
+    /// Torque, body axes.
+    #[port("N m")]
+    pub given_torque: Vec3,
+    /// Force, body axes.
+    #[port("N")]
+    pub given_force: Vec3,
+}
+
+/// A set of engines.
+pub struct Throttles {
+    columns: Vec<[f64; 6]>,
+    /// The engines that burn, by their place in the set.
+    on: Vec<usize>,
+    /// (W B)ᵀ W B + ε of those that burn, by rows.
+    normal: Vec<f64>,
+    /// Diagonal of W².
+    weights: [f64; 6],
+    least: f64,
+}
+
+impl Throttles {
+    /// Throttles of all engines for a torque and a force.
+    fn throttles(&self, w: &[f64; 6]) -> [f64; ENGINES_MAX] {
+        let n = self.on.len();
+        let mut right = [0.0; ENGINES_MAX];
+        for (b, k) in right.iter_mut().zip(&self.on) {
+            *b = (0..6).map(|i| self.columns[*k][i] * self.weights[i] * w[i]).sum();
+        }
+        let mut s = [self.least; ENGINES_MAX];
+        bounded(&self.normal, &right[..n], [self.least, 1.0], &SWEEPS, &mut s[..n]);
+        let mut all = [0.0; ENGINES_MAX];
+        self.on.iter().zip(s).for_each(|(k, s)| all[*k] = s);
+        all
+    }
+}
+
+impl SizedModel for Throttles {
+    const NAME: &'static str = "control.throttles";
+    const DOC: &'static str = "Throttles of engines that are fixed to a body, for a force and a torque; what they cannot give is left out by weights.";
+    type Params = ThrottlesParams;
+    type Store = ();
+
+    fn ports(p: &ThrottlesParams) -> SizedPorts {
+        let throttle =
+            PortSpec::named("throttle", PortKind::Numbers, p.engines.len().min(ENGINES_MAX))
+                .unit_of("1")
+                .doc_of("Throttle of each engine, 0 to 1; in the order of the engines.");
+        SizedPorts {
+            direct_inputs: Wanted::specs(),
+            direct_outputs: std::iter::once(throttle).chain(Given::specs()).collect(),
+            ..SizedPorts::default()
+        }
+    }
+
+    fn build(p: ThrottlesParams) -> Result<Self, BuildError> {
+        let n = p.engines.len();
+        let wrong =
+            |at: &str, fact: String, help: &str| Err(BuildError::new(fact).help(help).at(at));
+        if n == 0 || n > ENGINES_MAX {
+            return wrong("engines", format!("{n} engines"), "1 to 32 are a set");
+        }
+        if let Some(k) = p.engines.iter().position(|e| !(e.direction.norm() > 1e-9)) {
+            let fact = format!("the direction of engine {k} has no length");
+            return wrong("engines", fact, "write a direction, e.g. [0, 0, 1]");
+        }
+        if let Some(k) = p.off.iter().find(|k| **k as usize >= n) {
+            let fact = format!("engine {k} is off, and there are {n}");
+            return wrong("off", fact, "engines are counted from 0");
+        }
+        let on: Vec<usize> = (0..n).filter(|k| !p.off.contains(&(*k as u32))).collect();
+        if on.is_empty() {
+            return wrong("off", "no engine burns".into(), "leave one out of `off`");
+        }
+        for (at, weights) in
+            [("torque_weights", p.torque_weights), ("force_weights", p.force_weights)]
+        {
+            if weights.iter().any(|w| !(*w >= 0.0)) {
+                return wrong(at, "a weight is below 0".into(), "write three that are 0 or more");
+            }
+        }
+        let square = p.engines.iter().map(|e| e.position.norm_squared()).sum::<f64>() / n as f64;
+        let turn = p.torque_weights * if square > 0.0 { 1.0 / square } else { 1.0 };
+        let push = p.force_weights;
+        let weights = [turn.x, turn.y, turn.z, push.x, push.y, push.z];
+        let columns: Vec<[f64; 6]> = p.engines.iter().map(Jet::column).collect();
+        let dot = |i: usize, j: usize| {
+            (0..6).map(|k| columns[i][k] * weights[k] * columns[j][k]).sum::<f64>()
+        };
+        let mean = on.iter().map(|k| dot(*k, *k)).sum::<f64>() / on.len() as f64;
+        if !(mean > 0.0) {
+            let help = "write one above 0, e.g. force_weights: [0, 0, 1]";
+            return wrong("force_weights", "nothing that they give has a weight".into(), help);
+        }
+        let mut normal = Vec::with_capacity(on.len() * on.len());
+        for i in &on {
+            normal
+                .extend(on.iter().map(|j| dot(*i, *j) + if i == j { WEIGHT * mean } else { 0.0 }));
+        }
+        Ok(Throttles { columns, on, normal, weights, least: p.throttle_min })
+    }
+
+    fn direct(&self, _: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+        let Wanted { force, torque } = Wanted::get(u);
+        let s = self.throttles(&[torque.x, torque.y, torque.z, force.x, force.y, force.z]);
+        let (lanes, rest) = y.split_at_mut(self.columns.len());
+        lanes.copy_from_slice(&s[..self.columns.len()]);
+        let sum = |i: usize| self.columns.iter().zip(s).map(|(c, s)| c[i] * s).sum::<f64>();
+        let given_torque = Vec3::new(sum(0), sum(1), sum(2));
+        Given { given_torque, given_force: Vec3::new(sum(3), sum(4), sum(5)) }.put(rest);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eight engines at four corners, leaning outwards and to the side in turn.
+    fn engines() -> Vec<Jet> {
+        let corner = |k: usize| {
+            let a = std::f64::consts::FRAC_PI_4 * (2.0 * (k / 2) as f64 + 1.0);
+            let (out, across) =
+                (Vec3::new(a.cos(), a.sin(), 0.0), Vec3::new(-a.sin(), a.cos(), 0.0));
+            let side = if k.is_multiple_of(2) { 0.15 } else { -0.15 };
+            let direction = Vec3::z() - out * 0.2 + across * side;
+            Jet { position: out * 1.4 + across * side + Vec3::z() * 0.6, direction, thrust: 3000.0 }
+        };
+        (0..8).map(corner).collect()
+    }
+
+    fn params() -> ThrottlesParams {
+        ThrottlesParams {
+            engines: engines(),
+            throttle_min: 0.13,
+            off: Vec::new(),
+            torque_weights: Vec3::repeat(1.0),
+            force_weights: Vec3::new(0.0, 0.0, 1.0),
+        }
+    }
+
+    fn set(p: ThrottlesParams) -> Throttles {
+        Throttles::build(p).map_err(|e| e.message).unwrap()
+    }
+
+    fn at(m: &Throttles, force: Vec3, torque: Vec3) -> (Vec<f64>, Given) {
+        let (mut u, mut y) = ([0.0; 6], vec![0.0; m.columns.len() + Given::N]);
+        Wanted { force, torque }.put(&mut u);
+        m.direct(&Clock::at(0.0, 0.05, 0), &[], &[], &u, &(), &mut y);
+        let given = Given::get(&y[m.columns.len()..]);
+        (y[..m.columns.len()].to_vec(), given)
+    }
+
+    #[test]
+    fn what_is_wanted_within_the_throttles_is_given() {
+        let m = set(params());
+        for (thrust, torque) in [
+            (9e3, Vec3::new(900.0, -400.0, 250.0)),
+            (16e3, Vec3::new(-2500.0, 300.0, -300.0)),
+            (5e3, Vec3::zeros()),
+        ] {
+            let (s, given) = at(&m, Vec3::z() * thrust, torque);
+            assert!((given.given_force.z - thrust).abs() < 1e-4 * thrust, "{given:?}");
+            assert!((given.given_torque - torque).norm() < 1e-4 * thrust, "{given:?}");
+            // What is told is what such engines give, seen from the models of engines: sum of forces at their places.
+            let (mut force, mut turn) = (Vec3::zeros(), Vec3::zeros());
+            for (e, s) in engines().iter().zip(&s) {
+                let f = e.direction.normalize() * (3000.0 * s);
+                (force, turn) = (force + f, turn + e.position.cross(&f));
+            }
+            assert!((force - given.given_force).norm() < 1e-9 * thrust);
+            assert!((turn - given.given_torque).norm() < 1e-9 * thrust);
+        }
+    }
+
+    /// Slope 0 inside, not below 0 at the lower end, not above 0 at 1; ends hold, and what is off stays off.
+    #[test]
+    fn the_throttles_satisfy_the_conditions_of_the_minimum() {
+        for (off, w) in [
+            (vec![], [0.0, 0.0, 0.0, 0.0, 0.0, 1e3]),
+            (vec![], [4e3, -1e3, 500.0, 0.0, 0.0, 22e3]),
+            (vec![0, 3, 4, 7], [200.0, 100.0, -50.0, 0.0, 0.0, 6e3]),
+        ] {
+            let m = set(ThrottlesParams { off: off.clone(), ..params() });
+            let all = m.throttles(&w);
+            assert!(off.iter().all(|k| all[*k as usize] == 0.0));
+            let n = m.on.len();
+            let (mut least, mut most) = (false, false);
+            for i in 0..n {
+                let right: f64 = (0..6).map(|k| m.columns[m.on[i]][k] * m.weights[k] * w[k]).sum();
+                let sum: f64 = (0..n).map(|j| m.normal[i * n + j] * all[m.on[j]]).sum();
+                let slope = (sum - right) / m.normal[i * n + i];
+                let s = all[m.on[i]];
+                assert!((0.13..=1.0).contains(&s), "{s}");
+                (least, most) = (least || s == 0.13, most || s == 1.0);
+                let holds = (s == 0.13 && slope > -1e-3)
+                    || (s == 1.0 && slope < 1e-3)
+                    || slope.abs() < 1e-3;
+                assert!(holds, "{w:?} engine {i}: {s} {slope}");
+            }
+            assert!(off.len() == 4 || least || most, "no end is met: {all:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_set_is_refused() {
+        let refused = |p: ThrottlesParams| Throttles::build(p).err().unwrap().param.unwrap();
+        assert_eq!(refused(ThrottlesParams { engines: Vec::new(), ..params() }), "engines");
+        let mut one = params();
+        one.engines[2].direction = Vec3::zeros();
+        assert_eq!(refused(one), "engines");
+        assert_eq!(refused(ThrottlesParams { off: vec![8], ..params() }), "off");
+        assert_eq!(refused(ThrottlesParams { off: (0..8).collect(), ..params() }), "off");
+        let torque_weights = Vec3::new(1.0, -1.0, 1.0);
+        assert_eq!(refused(ThrottlesParams { torque_weights, ..params() }), "torque_weights");
+        let none = ThrottlesParams {
+            torque_weights: Vec3::zeros(),
+            force_weights: Vec3::zeros(),
+            ..params()
+        };
+        assert_eq!(refused(none), "force_weights");
+    }
+}

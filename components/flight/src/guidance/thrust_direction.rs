@@ -1,0 +1,200 @@
+//! `flight.thrust_direction`: the attitude in which engines that push along z of a body give a force, and what they give of it as the body stands.
+//! ```text
+//! z_T = F/|F|, turned towards `up` until its angle to it is `tilt_max`           y_T = (z_T × forward), made unit      x_T = y_T × z_T
+//! T = max(0, F · z)            z: of the body as it is
+//! ```
+//! with x_T as near to `forward` as z_T permits. Without a force the body is to stay as it is. Where z_T lies along `forward`, x of the body takes its place.
+
+use super::planet::Seen;
+use linkwork_runtime::prelude::*;
+use linkwork_spatial::Mat3;
+use linkwork_spatial::nalgebra::Rotation3;
+
+/// What is wanted about z, and how far it may lean.
+#[derive(Params, Clone, Debug)]
+pub struct ThrustDirectionParams {
+    /// Direction to which x of the body is turned, W.
+    #[param(default = Vec3::x())]
+    pub forward: Vec3,
+    /// Greatest angle of the thrust to the vertical.
+    #[param(unit = "rad", default = 1.0471975511965976, range = 0.0..=3.15)]
+    pub tilt_max: f64,
+    /// Gravity, which knows the site.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
+}
+
+/// The body and the force.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThrustDirectionIn {
+    /// The body.
+    #[port(bind = "body")]
+    pub body: NodeState,
+    /// Force that is wanted, W.
+    #[port("N")]
+    pub force: Vec3,
+}
+
+/// Attitude and thrust.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ThrustDirectionOut {
+    /// Attitude that is wanted, body to W.
+    #[port]
+    pub target: Quat,
+    /// Force that is wanted of the engines, body axes: along z.
+    #[port("N")]
+    pub thrust: Vec3,
+    /// Angle from z of the body to the direction of the force.
+    #[port("rad")]
+    pub off: f64,
+    /// The force leans further than it may.
+    #[port]
+    pub limited: bool,
+}
+
+/// Attitude for a force.
+pub struct ThrustDirection {
+    p: ThrustDirectionParams,
+    planet: Seen,
+}
+
+/// Unit vector `z` turned towards `up` until the angle between them is no more than `most`; whether it was turned.
+fn within(z: &Vec3, up: &Vec3, most: f64) -> (Vec3, bool) {
+    let across = z - up * z.dot(up);
+    let (sine, cosine) = (across.norm(), z.dot(up));
+    if sine.atan2(cosine) <= most || sine < 1e-12 {
+        return (*z, sine.atan2(cosine) > most);
+    }
+    (up * most.cos() + across * (most.sin() / sine), true)
+}
+
+/// The attitude in which a body gives a force by thrust along its z, and the part of it that it gives as it stands.
+#[model("flight.thrust_direction")]
+impl Model for ThrustDirection {
+    type Params = ThrustDirectionParams;
+    type Ud = ThrustDirectionIn;
+    type Yd = ThrustDirectionOut;
+    fn build(p: ThrustDirectionParams) -> Result<Self, BuildError> {
+        if !(p.forward.norm() > 1e-9) {
+            return Err(BuildError::new("`forward` has no direction")
+                .help("write a direction in W, e.g. forward: [1, 0, 0]")
+                .at("forward"));
+        }
+        let planet = Seen::new(&p.gravity, None)?;
+        Ok(ThrustDirection { p, planet })
+    }
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &ThrustDirectionIn) -> ThrustDirectionOut {
+        let (size, body) = (u.force.norm(), &u.body);
+        if !(size > 0.0) {
+            let (target, thrust) = (body.rotation, Vec3::zeros());
+            return ThrustDirectionOut { target, thrust, off: 0.0, limited: false };
+        }
+        let from = self.planet.node(body).position;
+        let up = self.planet.to_W(&(from / from.norm()));
+        let (z, limited) = within(&(u.force / size), &up, self.p.tilt_max);
+        let mut y = z.cross(&self.p.forward.normalize());
+        if y.norm() < 1e-6 {
+            y = z.cross(&(body.rotation * Vec3::x()));
+        }
+        let y = y.normalize();
+        let axes = Rotation3::from_matrix_unchecked(Mat3::from_columns(&[y.cross(&z), y, z]));
+        let along = body.rotation * Vec3::z();
+        ThrustDirectionOut {
+            target: Quat::from_rotation_matrix(&axes),
+            thrust: Vec3::z() * u.force.dot(&along).max(0.0),
+            off: z.cross(&along).norm().atan2(z.dot(&along)),
+            limited,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::planet::tests::Point;
+    use super::*;
+    use std::sync::Arc;
+
+    fn law(tilt_max: f64, forward: Vec3, site: Option<Site>) -> ThrustDirection {
+        let gravity = Handle::new("g", Arc::new(Point { mu: 4.3e13, site }) as Arc<dyn Gravity>);
+        ThrustDirection::build(ThrustDirectionParams { forward, tilt_max, gravity })
+            .map_err(|e| e.message)
+            .unwrap()
+    }
+
+    fn at(m: &ThrustDirection, body: NodeState, force: Vec3) -> ThrustDirectionOut {
+        m.direct(&Clock::at(0.0, 0.05, 0), &(), &(), &ThrustDirectionIn { body, force }, &())
+    }
+
+    fn body() -> NodeState {
+        NodeState {
+            position: Vec3::new(1.2e6, -2.3e6, 2.1e6),
+            rotation: Quat::from_scaled_axis(Vec3::new(0.3, -0.2, 0.8)),
+            ..NodeState::identity()
+        }
+    }
+
+    #[test]
+    fn in_the_attitude_that_it_tells_all_of_the_force_is_given() {
+        let m = law(3.1, Vec3::new(1.0, 2.0, 0.5), None);
+        let force = Vec3::new(300.0, -800.0, 500.0);
+        let told = at(&m, body(), force);
+        let there = at(&m, NodeState { rotation: told.target, ..body() }, force);
+        assert!((there.target * there.thrust - force).norm() < 1e-9 * force.norm());
+        assert!(there.off < 1e-9 && !there.limited);
+        // x leans to `forward` as far as z lets it.
+        let (x, y) = (told.target * Vec3::x(), told.target * Vec3::y());
+        assert!(y.dot(&Vec3::new(1.0, 2.0, 0.5)).abs() < 1e-12 && x.dot(&Vec3::y()) > 0.0);
+        // Turned away by an angle it gives the cosine of it, and behind, nothing.
+        let turned = |angle: f64| {
+            let rotation = told.target * Quat::from_scaled_axis(Vec3::x() * angle);
+            at(&m, NodeState { rotation, ..body() }, force)
+        };
+        assert!((turned(0.3).thrust.z - force.norm() * 0.3_f64.cos()).abs() < 1e-9);
+        assert!((turned(0.3).off - 0.3).abs() < 1e-12 && turned(2.0).thrust == Vec3::zeros());
+    }
+
+    #[test]
+    fn it_leans_no_further_than_it_may_from_the_vertical_of_its_place() {
+        let up = body().position.normalize();
+        let side = up.cross(&Vec3::x()).normalize();
+        let m = law(0.6, Vec3::x(), None);
+        for angle in [0.5_f64, 0.9, 2.5] {
+            let y = at(&m, body(), (up * angle.cos() + side * angle.sin()) * 70.0);
+            let want = angle.min(0.6);
+            let z = y.target * Vec3::z();
+            assert!((z - (up * want.cos() + side * want.sin())).norm() < 1e-12, "{angle}");
+            assert_eq!(y.limited, angle > 0.6);
+        }
+        // From a site the vertical is that of the place, and W has the site's axes.
+        let pose = linkwork_spatial::Pose::new(
+            Quat::from_scaled_axis(Vec3::new(0.2, 0.5, -0.1)),
+            Vec3::new(3.0e6, 1.0e6, 4e5),
+        );
+        let site = Site { pose, rate: 7e-5 };
+        let m = law(0.6, Vec3::x(), Some(site));
+        let there = NodeState { position: Vec3::new(400.0, -3e3, 900.0), ..NodeState::identity() };
+        let up = site.from_centre(&there.position).normalize();
+        let y = at(&m, there, -up * 5.0 + Vec3::x());
+        assert!(((y.target * Vec3::z()).dot(&up) - 0.6_f64.cos()).abs() < 1e-12 && y.limited);
+    }
+
+    #[test]
+    fn without_a_direction_it_stays_and_nonsense_is_refused() {
+        let m = law(1.0, Vec3::x(), None);
+        let y = at(&m, body(), Vec3::zeros());
+        assert_eq!((y.target, y.thrust, y.limited), (body().rotation, Vec3::zeros(), false));
+        // A force along `forward`: x is as near as it can to where it was.
+        let m = law(3.1, Vec3::x(), None);
+        let y = at(&m, body(), Vec3::x() * 9.0);
+        let x = body().rotation * Vec3::x();
+        assert!((y.target * Vec3::z() - Vec3::x()).norm() < 1e-12);
+        assert!(
+            (y.target * Vec3::y()).dot(&x).abs() < 1e-12 && (y.target * Vec3::x()).dot(&x) > 0.0
+        );
+        let gravity = Arc::new(Point { mu: 1.0, site: None }) as Arc<dyn Gravity>;
+        let (forward, gravity) = (Vec3::zeros(), Handle::new("g", gravity));
+        let wrong = ThrustDirectionParams { forward, tilt_max: 1.0, gravity };
+        let e = ThrustDirection::build(wrong).err().unwrap();
+        assert!(e.param.as_deref() == Some("forward") && e.help.is_some());
+    }
+}
