@@ -103,6 +103,21 @@ fn shear_is_janosi_forth_and_elastic_back() {
 }
 
 #[test]
+fn what_is_stored_under_one_pressure_is_given_back_under_another() {
+    let (law, mut node) = (law(0.0), pressed());
+    go(&law, &mut node, Vec3::x() * 0.05, 5000.0);
+    let elastic = stress(&node).norm() / (20.0 * law.strength(5000.0) / law.shear);
+    go(&law, &mut node, -Vec3::x() * elastic, 5000.0);
+    // From no stress a third of what is elastic forth, the pressure to a half, and back.
+    go(&law, &mut node, Vec3::x() * (elastic / 3.0), 5000.0);
+    let stored = stress(&node).norm();
+    go(&law, &mut node, Vec3::zeros(), 2500.0);
+    assert!((stress(&node).norm() - stored).abs() < 1e-3 * stored);
+    go(&law, &mut node, -Vec3::x() * (elastic / 3.0), 2500.0);
+    assert!(stress(&node).norm() < 1e-3 * stored, "{node:?} of {stored}");
+}
+
+#[test]
 fn closed_ways_only_cost_energy_also_when_the_pressure_changes() {
     let law = Law { cohesion: 0.0, ..law(0.0) };
     for seed in 1..60 {
