@@ -4,6 +4,12 @@
 //! Steer, then drive: steering commands move at a limited rate, and wheels turn in proportion to how close they
 //! are to their wanted angles. Speed changes at a limited acceleration (a trapezoid). Curvature is cut to
 //! what the steering limit allows, except on the spot (speed zero). While no wheel is to turn, the brakes are on.
+//!
+//! On hard ground wheels that are held at exact rates work against each other: over bumps their ways differ. With `droop` each gives
+//! way to its load, by speed droop, and the torque is shared:
+//! ```text
+//! rate_i = ω_i − clamp(κ (τ_i − mean τ), ±0.15 max |ω|)        τ: torque at the wheel, over a fifth of a second
+//! ```
 
 use crate::geometry::{Drive, Layout, STEER_MAX, WheelPlace};
 use linkwork_runtime::prelude::*;
@@ -31,7 +37,16 @@ pub struct AckermannParams {
     /// Greatest rate that the drives reach: speed and turn rate are cut together so that no wheel is told more.
     #[param(unit = "rad/s", range = 1e-3..)]
     pub rate_max: Option<f64>,
+    /// Speed droop κ: by how much a wheel turns slower for each newton metre that it drives more than the mean of all, rad/s; 0: wheels
+    /// are told exact rates.
+    #[param(default = 0.0, range = 0.0..)]
+    pub droop: f64,
 }
+
+/// Share of the fastest wheel's rate that sharing takes or gives at most.
+const SHARED_MAX: f64 = 0.15;
+/// Time over which torques are taken, s.
+const SHARED_OVER: f64 = 0.2;
 
 /// Wanted motion.
 #[derive(Ports, Clone, Copy, Debug)]
@@ -45,7 +60,7 @@ pub struct AckermannIn {
 }
 
 /// Steering angles and wheel rates. Discrete state: the steering of each wheel (rad), then the rate of each (rad/s),
-/// then whether the motion was cut.
+/// then whether the motion was cut, then by how much each rate gives way to its load (rad/s).
 pub struct Ackermann {
     p: AckermannParams,
     layout: Layout,
@@ -103,13 +118,21 @@ impl SizedModel for Ackermann {
         let doc = "The drives do not reach the wanted motion, and it was cut to `rate_max`.";
         let limited = PortSpec::named("limited", PortKind::Bool, 1).doc_of(doc);
         moore_outputs.push(limited.clone());
+        let torque = |k: usize| {
+            let doc = "Torque at the wheel, positive where it drives forward; for `droop`.";
+            let port = PortSpec::named(format!("wheels[{k}].torque"), PortKind::Numbers, 1);
+            PortSpec { default: Some(vec![0.0]), ..port.unit_of("N m").doc_of(doc) }
+        };
+        let mut inputs = AckermannIn::specs();
+        inputs.extend((0..p.wheels.len()).map(torque));
         SizedPorts {
-            inputs: AckermannIn::specs(),
+            inputs,
             moore_outputs,
             discrete: vec![
                 each("steer", "rad", "Steering commands."),
                 each("rate", "rad/s", "Wheel rate commands."),
                 limited,
+                each("shared", "rad/s", "What rates give way to their loads."),
             ],
             sampled: true,
             ..SizedPorts::default()
@@ -123,12 +146,13 @@ impl SizedModel for Ackermann {
 
     fn moore(&self, _: &Clock, _: &[f64], d: &[f64], _: &(), y: &mut [f64]) {
         let (steer, rest) = d.split_at(self.layout.count());
-        let (rate, limited) = rest.split_at(self.layout.count());
+        let (rate, rest) = rest.split_at(self.layout.count());
+        let (limited, shared) = rest.split_at(1);
         let brake = rate.iter().all(|r| *r == 0.0);
         let mut out = y;
         for (k, wheel) in self.layout.wheels().iter().enumerate() {
             let (drive, rest) = out.split_at_mut(Drive::N);
-            Drive { rate: rate[k], brake }.put(drive);
+            Drive { rate: rate[k] + shared[k], brake }.put(drive);
             out = rest;
             if wheel.steered {
                 out[0] = steer[k];
@@ -142,7 +166,8 @@ impl SizedModel for Ackermann {
         let p = &self.p;
         let wanted = self.wanted(&AckermannIn::get(u));
         let (steer, rest) = d.split_at_mut(self.layout.count());
-        let (rate, limited) = rest.split_at_mut(self.layout.count());
+        let (rate, rest) = rest.split_at_mut(self.layout.count());
+        let (limited, shared) = rest.split_at_mut(1);
         limited[0] = f64::from(u8::from(wanted.is_some_and(|(_, _, cut)| cut)));
         let mut error = 0.0_f64;
         if let Some((speed, turn, _)) = wanted {
@@ -167,6 +192,15 @@ impl SizedModel for Ackermann {
         for (i, rate) in rate.iter_mut().enumerate() {
             *rate += share * missing(i, *rate);
         }
+        // Nothing is shared while the rover stands.
+        let torque = &u[AckermannIn::N..];
+        let mean = torque.iter().sum::<f64>() / torque.len() as f64;
+        let most = SHARED_MAX * rate.iter().map(|r| r.abs()).fold(0.0, f64::max);
+        for (shared, torque) in shared.iter_mut().zip(torque) {
+            let now =
+                *shared + (c.dt / SHARED_OVER).min(1.0) * (p.droop * (mean - torque) - *shared);
+            *shared = now.clamp(-most, most);
+        }
     }
 }
 
@@ -184,31 +218,38 @@ mod tests {
             acceleration: 0.1,
             alignment: 0.3,
             rate_max: Some(1.5),
+            droop: 0.0,
         }
     }
 
-    /// Steering and rates of the six wheels, and whether they were cut.
-    type Commands = [f64; 13];
+    /// Steering and rates of the six wheels, whether they were cut, and what is shared.
+    type Commands = [f64; 19];
 
     fn run(speed: f64, turn_rate: f64, mut d: Commands, steps: u64) -> Commands {
         let model = Ackermann::build(params()).unwrap();
         for n in 0..steps {
             let c = Clock::at(0.02 * n as f64, 0.02, n);
-            model.update(&c, &[], &mut d, &[speed, turn_rate], &mut ());
+            model.update(
+                &c,
+                &[],
+                &mut d,
+                &[speed, turn_rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+                &mut (),
+            );
         }
         d
     }
 
     #[test]
     fn settles_on_the_geometry_of_the_circle() {
-        let d = run(0.04, 0.04 / 3.0, [0.0; 13], 500);
+        let d = run(0.04, 0.04 / 3.0, [0.0; 19], 500);
         assert!((d[0].to_degrees() - 31.436).abs() < 1e-3, "{d:?}");
         assert!((d[6 + 1] * 0.25 / 0.04 - 1.4107).abs() < 1e-4);
     }
 
     #[test]
     fn wheels_wait_for_the_steering() {
-        let d = run(0.0, 0.05, [0.0; 13], 20);
+        let d = run(0.0, 0.05, [0.0; 19], 20);
         assert!(d[6..12].iter().all(|r| *r == 0.0) && d[1] > 0.1, "{d:?}");
         assert!(run(0.0, 0.05, d, 500)[6 + 1] > 0.1);
     }
@@ -227,9 +268,9 @@ mod tests {
             y
         };
         let stands = |d: &Commands| outputs(d)[at("wheels[2].drive.brake")] == 1.0;
-        assert!(stands(&[0.0; 13]));
+        assert!(stands(&[0.0; 19]));
         // Steering on the spot first, then driving; standing again after the last of the slowing down.
-        let d = run(0.0, 0.05, [0.0; 13], 20);
+        let d = run(0.0, 0.05, [0.0; 19], 20);
         assert!(stands(&d));
         let d = run(0.0, 0.05, d, 500);
         assert!(!stands(&d));
@@ -240,7 +281,7 @@ mod tests {
 
     #[test]
     fn stopping_keeps_the_steering_and_slows_at_the_limit() {
-        let d = run(0.1, 0.02, [0.0; 13], 1000);
+        let d = run(0.1, 0.02, [0.0; 19], 1000);
         let stop = run(0.0, 0.0, d, 10);
         assert_eq!(stop[..6], d[..6]);
         let fastest = |d: &Commands| d[6..12].iter().fold(0.0_f64, |a, r| a.max(r.abs())) * 0.25;
@@ -249,10 +290,42 @@ mod tests {
     }
 
     #[test]
+    fn a_wheel_gives_way_to_its_load_within_a_share_and_not_at_rest() {
+        let model = Ackermann::build(AckermannParams { droop: 2e-3, ..params() }).unwrap();
+        let loads = [30.0, -10.0, 5.0, 5.0, 0.0, 0.0];
+        let outputs = |d: &Commands| {
+            let mut y = [f64::NAN; 17];
+            model.moore(&Clock::at(0.0, 0.02, 0), &[], d, &(), &mut y);
+            y
+        };
+        let drive = |d: Commands, speed: f64, loads: [f64; 6]| {
+            let mut d = d;
+            for n in 0..400 {
+                let u: Vec<f64> = [speed, 0.0].into_iter().chain(loads).collect();
+                model.update(&Clock::at(0.02 * n as f64, 0.02, n), &[], &mut d, &u, &mut ());
+            }
+            d
+        };
+        let d = drive([0.0; 19], 0.25, loads);
+        // Rate and brake of each wheel and the angle of those that steer; the first two wheels do.
+        let y = outputs(&d);
+        assert!((y[0] - (1.0 - 2e-3 * 25.0)).abs() < 1e-9, "{y:?}");
+        assert!((y[3] - (1.0 + 2e-3 * 15.0)).abs() < 1e-9, "{y:?}");
+        let sum: f64 = d[13..].iter().sum();
+        assert!(sum.abs() < 1e-9 && d[6] == 1.0, "{d:?}");
+        // However much a wheel is loaded; and the same sharing backwards.
+        assert!((drive(d, 0.25, loads.map(|l| 100.0 * l))[13] + 0.15).abs() < 1e-12);
+        let back = drive([0.0; 19], -0.25, loads);
+        assert!((back[13] - d[13]).abs() < 1e-12);
+        let stands = drive(d, 0.0, loads);
+        assert!(stands[13..].iter().all(|s| *s == 0.0) && outputs(&stands)[1] == 1.0);
+    }
+
+    #[test]
     fn what_the_drives_do_not_reach_is_cut_on_the_same_circle_and_told() {
         let (speed, turn) = (0.6, 0.1);
         let l = Layout::new(&curiosity(), 0.25).unwrap();
-        let d = run(speed, turn, [0.0; 13], 1000);
+        let d = run(speed, turn, [0.0; 19], 1000);
         let fastest = d[6..12].iter().fold(0.0_f64, |a, r| a.max(r.abs()));
         assert!((fastest - 1.5).abs() < 1e-12 && d[12] == 1.0, "{d:?}");
         let wanted = |i: usize| l.command(i, speed, turn);

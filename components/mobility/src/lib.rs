@@ -1,17 +1,20 @@
-//! Component library: mobility. Wheels on rigid and on soft ground.
+//! Component library: mobility. Wheels and feet on rigid and on soft ground.
 //!
 //! The physics (stresses, contacts, geometry) are plain functions of plain data; `wheel_rigid` and
-//! `wheel_soil` make them models; `wheel_rolling` is for machines that move by kinematics.
+//! `wheel_soil` make them models; `wheel_scm` and `foot` press ground that deforms node by node (`scm`);
+//! `wheel_rolling` is for machines that move by kinematics.
 //! A program takes it by its catalogue, and a file names its models (`model: "mobility.wheel_soil"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_mobility::catalogue()]);
 //! assert!(catalogue.get("mobility.wheel_soil").is_some());
 //! ```
 
+pub mod foot;
 pub mod multipass;
 pub mod quadrature;
 pub mod rigid_contact;
 pub mod ruts;
+pub mod scm;
 pub mod soil_contact;
 pub mod terramechanics;
 pub mod tiles;
@@ -19,6 +22,7 @@ pub mod wheel_geometry;
 mod wheel_profile;
 pub mod wheel_rigid;
 pub mod wheel_rolling;
+pub mod wheel_scm;
 pub mod wheel_soil;
 pub mod wheel_test;
 
@@ -30,9 +34,12 @@ use linkwork_runtime::prelude::Entry;
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
     vec![
+        Entry::model::<foot::Foot>(),
         Entry::model::<wheel_rigid::WheelRigid>(),
         Entry::model::<wheel_rolling::WheelRolling>(),
+        Entry::model::<wheel_scm::WheelScm>(),
         Entry::model::<wheel_soil::WheelSoilModel>(),
         Entry::field::<ruts::Ruts>(),
+        Entry::field::<scm::ground::ScmGround>(),
     ]
 }

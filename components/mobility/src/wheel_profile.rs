@@ -374,7 +374,7 @@ impl Piece {
         let bend = (2.0 * c2 + 6.0 * c3 * u) * self.inverse * self.inverse;
         let e = z.mul_add(slope, u.mul_add(self.length, self.s));
         let rise = z.mul_add(bend, slope.mul_add(slope, 1.0)) * self.length;
-        (u - e / rise).max(0.0).min(1.0)
+        (u - e / rise).clamp(0.0, 1.0)
     }
 
     fn at(&self, u: f64) -> Post {

@@ -1,5 +1,5 @@
 //! Component library: sensors. Encoders, inertial units, attitudes, poses and motions of nodes, cameras, lidar, radar, star
-//! trackers, sun sensors, solar clocks, rocks that were come over; noise follows from the seed.
+//! trackers, sun sensors, solar clocks, forces at a mount, currents, rocks that were come over; noise follows from the seed.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "sensors.imu"`):
 //! ```
@@ -12,7 +12,9 @@
 pub mod attitude;
 pub mod camera;
 pub mod contact_switch;
+pub mod current;
 pub mod encoder;
+pub mod force_torque;
 pub mod imu;
 pub mod inclinometer;
 pub mod lidar;
@@ -35,7 +37,9 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<attitude::Attitude>(),
         Entry::field::<camera::CameraSensor>(),
         Entry::model::<contact_switch::ContactSwitch>(),
+        Entry::model::<current::Current>(),
         Entry::model::<encoder::Encoder>(),
+        Entry::model::<force_torque::ForceTorque>(),
         Entry::model::<imu::Imu>(),
         Entry::model::<inclinometer::Inclinometer>(),
         Entry::sized::<lidar::LidarSensor>(),

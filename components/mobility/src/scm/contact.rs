@@ -1,0 +1,333 @@
+//! Forces of deformable ground on a body: the sum over the nodes under it, and what a node becomes.
+
+use crate::multipass::{Rut, Unloading};
+use crate::scm::shape::{Presser, Under};
+use linkwork_runtime::prelude::Soil;
+use linkwork_spatial::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// A node of the ground. The default was never touched.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "[f32; 11]", into = "[f32; 11]")]
+pub struct Node {
+    /// Height of the first surface (m) and its slopes; NaN before it is known.
+    pub first: [f32; 3],
+    /// Soil that was heaped on it, m upwards; less than nothing where soil slid away.
+    pub heap: f32,
+    /// Deepest sinkage (m), pressure there (Pa), depth of the rut that is left without load (m), all along the normal.
+    pub pressed: [f32; 3],
+    /// Shear stress with which it is pushed, Pa, W.
+    pub shear: [f32; 3],
+    /// Greatest share of its strength that was called on since it is pressed, 0 to 1.
+    pub mobilised: f32,
+}
+
+impl Default for Node {
+    fn default() -> Self {
+        Node { first: [f32::NAN; 3], heap: 0.0, pressed: [0.0; 3], shear: [0.0; 3], mobilised: 0.0 }
+    }
+}
+
+impl From<[f32; 11]> for Node {
+    fn from(v: [f32; 11]) -> Self {
+        let three = |k: usize| [v[k], v[k + 1], v[k + 2]];
+        let (pressed, shear) = (three(4), three(7));
+        Node { first: three(0), heap: v[3], pressed, shear, mobilised: v[10] }
+    }
+}
+
+impl From<Node> for [f32; 11] {
+    fn from(n: Node) -> Self {
+        let ([a, b, c], [d, e, f], [g, h, i]) = (n.first, n.pressed, n.shear);
+        [a, b, c, n.heap, d, e, f, g, h, i, n.mobilised]
+    }
+}
+
+/// The plane of the first surface at a node: height with what was heaped on it (m), unit normal.
+#[derive(Clone, Copy, Debug)]
+pub struct Base {
+    /// Height, m.
+    pub height: f64,
+    /// Unit normal.
+    pub normal: Vec3,
+}
+
+impl Node {
+    /// Whether its first surface is known.
+    pub fn known(&self) -> bool {
+        !self.first[0].is_nan()
+    }
+
+    /// The first surface with what was heaped on it.
+    #[inline]
+    pub fn base(&self) -> Base {
+        let [h, sx, sy] = self.first.map(f64::from);
+        let scale = 1.0 / (1.0 + sx * sx + sy * sy).sqrt();
+        Base {
+            height: h + f64::from(self.heap),
+            normal: Vec3::new(-sx * scale, -sy * scale, scale),
+        }
+    }
+
+    /// Height of the surface without load, m.
+    pub fn surface(&self) -> f64 {
+        let base = self.base();
+        base.height - f64::from(self.pressed[2]) / base.normal.z
+    }
+
+    /// Forgets its shear: nothing presses it.
+    pub fn release(&mut self) {
+        (self.shear, self.mobilised) = ([0.0; 3], 0.0);
+    }
+
+    /// The deepest press, with the soil under a face that has the pressure `k ζⁿ`.
+    fn rut(&self, law: &Law) -> Rut {
+        let [sinkage, pressure, depth] = self.pressed.map(f64::from);
+        let rebound = sinkage - depth;
+        let stiffness = if rebound > 0.0 { pressure / rebound } else { 0.0 };
+        Rut { sinkage, pressure: pressure.min(law.virgin(sinkage)), stiffness }
+    }
+}
+
+/// The soil under a face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law {
+    /// Sinkage modulus k, N/m^(n+2).
+    pub k: f64,
+    /// Sinkage exponent n.
+    pub n: f64,
+    /// Cohesion, Pa.
+    pub cohesion: f64,
+    /// Tangent of the angle of friction.
+    pub tan_phi: f64,
+    /// Shear modulus K, m.
+    pub shear: f64,
+}
+
+/// Constants of the contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Damping {
+    /// Damping time of the shear, s; it counts to a fiftieth of the strength that is left at most.
+    pub shear: f64,
+    /// The pressure grows by this fraction for each m/s of approach, s/m.
+    pub normal: f64,
+}
+
+/// Share of the strength that is left to which the damping of shear counts.
+const DAMPING_MAX: f64 = 0.02;
+
+impl Law {
+    /// Of a soil, under a face of the shorter side `b` (m) that slips by `slip`, −1 to 1.
+    pub fn of(soil: &Soil, b: f64, slip: f64) -> Law {
+        Law {
+            k: soil.k_c / b + soil.k_phi,
+            n: soil.n + soil.n1 * slip.abs().min(1.0),
+            cohesion: soil.cohesion,
+            tan_phi: soil.friction_angle.tan(),
+            shear: soil.shear_modulus,
+        }
+    }
+
+    /// Pressure (Pa) on ground that nothing has pressed.
+    #[inline]
+    pub fn virgin(&self, z: f64) -> f64 {
+        if self.n == 1.0 { self.k * z.max(0.0) } else { self.k * z.max(0.0).powf(self.n) }
+    }
+
+    /// Pressure (Pa) on a node at the sinkage (m).
+    #[inline]
+    pub fn pressure(&self, node: &Node, sinkage: f64) -> f64 {
+        if sinkage <= 0.0 {
+            return 0.0;
+        }
+        let [deepest, there, rut] = node.pressed.map(f64::from);
+        if deepest == 0.0 {
+            return self.virgin(sinkage);
+        }
+        if sinkage <= rut {
+            return 0.0;
+        }
+        let curve = self.virgin(deepest);
+        let most = there.min(curve);
+        if sinkage > deepest {
+            return most + self.virgin(sinkage) - curve;
+        }
+        (most - there / (deepest - rut) * (deepest - sinkage)).max(0.0)
+    }
+
+    /// The node after a press to the sinkage, and by how much its rut has grown (m, along the normal).
+    pub fn press(&self, node: &mut Node, sinkage: f64, unloading: &Unloading) -> f64 {
+        let before = node.pressed;
+        if sinkage as f32 > before[0] {
+            let rut = node.rut(self).pressed(sinkage, self.k, self.n, unloading);
+            node.pressed = [rut.sinkage as f32, rut.pressure as f32, rut.depth() as f32];
+        } else if sinkage > f64::from(before[2]) && before[1] > 0.0 {
+            let rut = node.rut(self);
+            if (rut.pressure as f32) < before[1] {
+                node.pressed = [before[0], rut.pressure as f32, rut.depth() as f32];
+            }
+        }
+        if node.pressed.iter().all(|v| v.is_finite()) {
+            f64::from(node.pressed[2]) - f64::from(before[2])
+        } else {
+            node.pressed = before;
+            0.0
+        }
+    }
+
+    /// Strength (Pa) under the pressure `p` (Pa).
+    #[inline]
+    pub fn strength(&self, p: f64) -> f64 {
+        self.cohesion + p * self.tan_phi
+    }
+
+    /// Elastic stiffness of a node in shear, Pa/m, when it is pressed by `p` (Pa); `unloading`: how much stiffer than forth.
+    #[inline]
+    fn stiffness(&self, node: &Node, p: f64, unloading: f64) -> f64 {
+        unloading * self.strength(p.max(f64::from(node.pressed[1]))) / self.shear
+    }
+
+    /// Shear stress (Pa) of a node, and the share of its strength that was called on, after the body went on by `step` (m) along a
+    /// face of the normal `n` under the pressure `p` (Pa).
+    #[inline]
+    pub fn sheared(
+        &self,
+        node: &Node,
+        step: Vec3,
+        n: &Vec3,
+        p: f64,
+        unloading: f64,
+    ) -> (Vec3, f64) {
+        let (strength, stiffness) = (self.strength(p), self.stiffness(node, p, unloading));
+        let tau = Vec3::from(node.shear.map(f64::from));
+        let tau = tau - n * n.dot(&tau) + step * stiffness;
+        let (size, called) = (tau.norm(), f64::from(node.mobilised));
+        let over = size - called * strength;
+        if over <= 0.0 {
+            return (tau, called);
+        }
+        // What is not elastic; both together have the modulus K where the soil begins to shear.
+        let slid = over / stiffness;
+        let modulus = self.shear * (1.0 - 1.0 / unloading.max(1.0 + 1e-3));
+        let called = called + (called - 1.0) * (-slid / modulus).exp_m1();
+        (tau * ((called * strength).min(size) / size), called)
+    }
+}
+
+/// Force and moment of the ground on a body; W.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundLoad {
+    /// Force, N.
+    pub force: Vec3,
+    /// Moment about the body's middle, N m.
+    pub moment: Vec3,
+    /// Greatest sinkage below the first surface with its heaps, m.
+    pub sinkage: f64,
+    /// Where the pressure acts, m; the body's middle without contact.
+    pub point: Vec3,
+    /// Mean normal of the ground, unit.
+    pub normal: Vec3,
+    /// Force along it, N.
+    pub normal_force: f64,
+    /// Power that the body gives to the ground, W.
+    pub power: f64,
+    /// Area that is pressed, m².
+    pub area: f64,
+}
+
+impl GroundLoad {
+    /// No contact of a body at a place (m).
+    pub fn none(middle: Vec3) -> GroundLoad {
+        GroundLoad {
+            force: Vec3::zeros(),
+            moment: Vec3::zeros(),
+            sinkage: 0.0,
+            point: middle,
+            normal: Vec3::z(),
+            normal_force: 0.0,
+            power: 0.0,
+            area: 0.0,
+        }
+    }
+}
+
+/// Sums over nodes; `unloading` is that of the ground.
+#[derive(Clone, Copy, Debug)]
+pub struct Sum<'a> {
+    presser: &'a Presser,
+    law: &'a Law,
+    damping: &'a Damping,
+    unloading: f64,
+    /// Time since the nodes were what they are, s.
+    age: f64,
+    cell: f64,
+    load: GroundLoad,
+    weight: f64,
+}
+
+impl<'a> Sum<'a> {
+    /// Nothing yet.
+    pub fn new(
+        presser: &'a Presser,
+        law: &'a Law,
+        damping: &'a Damping,
+        unloading: f64,
+        age: f64,
+        cell: f64,
+    ) -> Self {
+        let load = GroundLoad { normal: Vec3::zeros(), ..GroundLoad::none(Vec3::zeros()) };
+        Sum { presser, law, damping, unloading, age, cell, load, weight: 0.0 }
+    }
+
+    /// A node at x, y under the lower side.
+    #[inline]
+    pub fn add(&mut self, node: &Node, x: f64, y: f64, under: &Under) {
+        let base = node.base();
+        let sinkage = (base.height - under.z) * base.normal.z;
+        let still = self.law.pressure(node, sinkage);
+        if still <= 0.0 {
+            return;
+        }
+        let (hub, n) = (&self.presser.hub, under.normal);
+        let d = Vec3::new(x, y, under.z) - hub.position;
+        let v = hub.velocity + hub.angular.cross(&d);
+        let leaving = v.dot(&n);
+        let along = v - n * leaving;
+        let p = still * (1.0 - self.damping.normal * leaving).max(0.0);
+        let (tau, _) = self.law.sheared(node, along * self.age, &n, p, self.unloading);
+        let damped = along * (self.damping.shear * self.law.stiffness(node, p, self.unloading));
+        let left = DAMPING_MAX * (self.law.strength(p) - tau.norm()).max(0.0);
+        let tau = tau + damped * (left / (left + damped.norm()).max(1e-300));
+        let area = under.share * self.cell * self.cell
+            / (base.normal.z * n.dot(&base.normal).max(FACE_MIN));
+        let force = (n * p - tau) * area;
+        let load = &mut self.load;
+        load.force += force;
+        load.moment += d.cross(&force);
+        load.power -= force.dot(&v);
+        load.sinkage = load.sinkage.max(sinkage);
+        load.area += area;
+        load.normal += base.normal * (still * area);
+        load.point += Vec3::new(x, y, under.z) * (still * area);
+        self.weight += still * area;
+    }
+
+    /// The load.
+    pub fn load(self) -> GroundLoad {
+        if self.weight <= 0.0 {
+            return GroundLoad::none(self.presser.hub.position);
+        }
+        let mut load = self.load;
+        load.point /= self.weight;
+        load.normal = load.normal.try_normalize(1e-300).unwrap_or_else(Vec3::z);
+        load.normal_force = load.force.dot(&load.normal);
+        load
+    }
+}
+
+/// Least cosine between a face and the ground: a steeper face has the area of this one.
+const FACE_MIN: f64 = 0.2;
+
+#[cfg(test)]
+#[path = "contact_tests.rs"]
+mod tests;

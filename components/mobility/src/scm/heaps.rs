@@ -1,0 +1,194 @@
+//! Where displaced soil goes: on the nodes around what presses, and from there down slopes that are too steep for it.
+//! ```text
+//! ring       nodes up to two beside those that are pressed; ahead and at the sides, not behind where the body comes from
+//! sliding    between neighbours a, b:  |S_a − S_b| > δ tan(repose):  heap moves by a quarter of what is too much, five times
+//! ```
+//! S is the surface without load. What moves is taken at one node and put on the other as one number, so that volume is kept. Soil waits
+//! until it makes a layer on the ring that is worth the work. Slopes that the ground had from the start do not slide.
+
+use crate::scm::contact::Node;
+use crate::scm::ground::{Nodes, ScmGround, Touched};
+use crate::scm::shape::Presser;
+
+/// Where displaced soil goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Heaps {
+    /// Share of it that is heaped.
+    pub share: f64,
+    /// Slope at which it slides, rise over run.
+    pub slope: f64,
+}
+
+/// The nodes that are pressed: first and last column and row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Heap {
+    from: [i32; 2],
+    to: [i32; 2],
+}
+
+impl Heap {
+    /// One node.
+    pub fn at(i: i32, j: i32) -> Heap {
+        Heap { from: [i, j], to: [i, j] }
+    }
+
+    /// With another.
+    pub fn with(self, i: i32, j: i32) -> Heap {
+        let ([x0, y0], [x1, y1]) = (self.from, self.to);
+        Heap { from: [x0.min(i), y0.min(j)], to: [x1.max(i), y1.max(j)] }
+    }
+}
+
+/// Nodes around the pressed ones on which soil may slide.
+const AROUND: i32 = 6;
+/// Nodes of the ring.
+const RING: i32 = 2;
+/// Times that soil slides.
+const TIMES: usize = 5;
+/// Least layer on the ring, m.
+const LAYER: f64 = 2e-4;
+
+/// A window of nodes, copied.
+struct Window {
+    from: [i32; 2],
+    size: [usize; 2],
+    nodes: Vec<Node>,
+    /// Under the body.
+    pressed: Vec<bool>,
+}
+
+impl Heaps {
+    /// Heaps what waits of the body `k`, which presses the nodes `pressed`, when it is enough.
+    pub fn heap(
+        &self,
+        ground: &ScmGround,
+        data: &mut Touched,
+        k: usize,
+        pressed: &Heap,
+        presser: &Presser,
+    ) {
+        let cell = ground.cell;
+        let [w, h] = [0, 1].map(|k| f64::from(pressed.to[k] - pressed.from[k] + 1));
+        let ring = 2.0 * f64::from(RING) * (w + h) * cell * cell;
+        if data.waiting[k] < LAYER * ring {
+            return;
+        }
+        let mut window = Window::of(ground, data, pressed, presser);
+        let open = window.ring(ground, presser);
+        if open.is_empty() {
+            return;
+        }
+        let layer = (data.waiting[k] / (open.len() as f64 * cell * cell)) as f32;
+        let mut heaped = 0.0;
+        for at in open {
+            let node = &mut window.nodes[at];
+            let before = node.heap;
+            node.heap += layer;
+            heaped += f64::from(node.heap) - f64::from(before);
+        }
+        data.waiting[k] -= heaped * cell * cell;
+        for _ in 0..TIMES {
+            window.slide(cell, self.slope);
+        }
+        window.put_back(data);
+    }
+}
+
+impl Window {
+    fn of(ground: &ScmGround, data: &Touched, pressed: &Heap, presser: &Presser) -> Window {
+        let from = pressed.from.map(|v| v - AROUND);
+        let size = [0, 1].map(|k| (pressed.to[k] - pressed.from[k] + 1 + 2 * AROUND) as usize);
+        let count = size[0] * size[1];
+        let mut out = Window { from, size, nodes: Vec::new(), pressed: vec![false; count] };
+        for at in 0..count {
+            let [i, j] = out.index(at);
+            let place = ground.place(i, j);
+            let node = match data.nodes.get(i, j) {
+                Some(node) if node.known() => *node,
+                _ => ground.fresh(place),
+            };
+            let under = presser.under(place[0], place[1], ground.cell);
+            out.pressed[at] = under.is_some_and(|u| u.z < node.base().height);
+            out.nodes.push(node);
+        }
+        out
+    }
+
+    /// Column and row of a node.
+    fn index(&self, at: usize) -> [i32; 2] {
+        [self.from[0] + (at % self.size[0]) as i32, self.from[1] + (at / self.size[0]) as i32]
+    }
+
+    /// The nodes beside those under the body, but for those behind it.
+    fn ring(&self, ground: &ScmGround, presser: &Presser) -> Vec<usize> {
+        let (v, c) = (presser.hub.velocity, presser.hub.position);
+        let speed = v.x.hypot(v.y);
+        let near = |at: usize| {
+            let (i, j) = ((at % self.size[0]) as i32, (at / self.size[0]) as i32);
+            (-RING..=RING).any(|b| {
+                (-RING..=RING).any(|a| {
+                    let (i, j) = (i + a, j + b);
+                    i >= 0
+                        && j >= 0
+                        && i < self.size[0] as i32
+                        && j < self.size[1] as i32
+                        && self.pressed[j as usize * self.size[0] + i as usize]
+                })
+            })
+        };
+        let ahead = |at: usize| {
+            let [i, j] = self.index(at);
+            let [x, y] = ground.place(i, j);
+            speed < 1e-3 || (x - c.x) * v.x + (y - c.y) * v.y >= 0.0
+        };
+        let whole = |at: usize| self.nodes[at].known();
+        (0..self.nodes.len())
+            .filter(|at| !self.pressed[*at] && whole(*at) && ahead(*at) && near(*at))
+            .collect()
+    }
+
+    /// Moves soil between neighbours once.
+    fn slide(&mut self, cell: f64, slope: f64) {
+        let [nx, ny] = self.size;
+        let most = cell * slope;
+        for j in 0..ny {
+            for i in 0..nx {
+                let a = j * nx + i;
+                let right = (i + 1 < nx).then_some(a + 1);
+                let above = (j + 1 < ny).then_some(a + nx);
+                for b in [right, above].into_iter().flatten() {
+                    if self.pressed[a] || self.pressed[b] {
+                        continue;
+                    }
+                    let (one, other) = (&self.nodes[a], &self.nodes[b]);
+                    let fall = one.surface() - other.surface();
+                    let first = f64::from(one.first[0]) - f64::from(other.first[0]);
+                    let over = fall.abs() - most.max(first.abs());
+                    // Written so that ground that is not there takes nothing.
+                    if !(over > 0.0) {
+                        continue;
+                    }
+                    let moved = (0.25 * over * fall.signum()) as f32;
+                    self.nodes[a].heap -= moved;
+                    self.nodes[b].heap += moved;
+                }
+            }
+        }
+    }
+
+    fn put_back(&self, data: &mut Touched) {
+        for (at, node) in self.nodes.iter().enumerate() {
+            let [i, j] = self.index(at);
+            let was = data.nodes.get(i, j);
+            // What was asked of the terrain is kept, too.
+            if was.is_none_or(|was| !was.known() || was.heap != node.heap) {
+                let (tile, k) = Nodes::split(i, j);
+                data.nodes.tile_mut(tile)[k] = *node;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "heaps_tests.rs"]
+mod tests;

@@ -1,0 +1,222 @@
+//! `mobility.wheel_scm`: a wheel on deformable ground, node by node (`scm`). It needs a `mobility.scm_ground` in the simulation.
+//!
+//! The soil's constants come from the terrain under the hub. The slip that counts for the soil is softened below 1 cm/s, so that no
+//! force depends on the sign of a small speed.
+
+use crate::rigid_contact::Hub;
+use crate::scm::contact::{Damping, GroundLoad, Law};
+use crate::scm::ground::{Imprint, ScmGround, Touched};
+use crate::scm::shape::{Form, Presser};
+use crate::wheel_rigid::{WheelIn, hub_of, in_the_ground, slip_of};
+use linkwork_runtime::prelude::*;
+
+/// Wheel, ground and contact constants.
+#[derive(Params, Clone, Debug)]
+pub struct WheelScmParams {
+    /// Radius of the rim.
+    #[param(unit = "m", range = 1e-3..)]
+    pub radius: f64,
+    /// Width along the axle.
+    #[param(unit = "m", range = 1e-3..)]
+    pub width: f64,
+    /// Height of the grousers.
+    #[param(unit = "m", default = 0.0, range = 0.0..)]
+    pub grouser_height: f64,
+    /// Share of the grousers' height that belongs to the shear radius.
+    #[param(default = 1.0, range = 0.0..=1.0)]
+    pub grouser_share: f64,
+    /// Damping time of the shear; it moves the soil by a twentieth of its shear modulus at most.
+    #[param(unit = "s", default = 0.02, range = 0.0..)]
+    pub shear_damping: f64,
+    /// Normal damping: the pressure grows by this fraction for each m/s of approach.
+    #[param(unit = "s/m", default = 4.0, range = 0.0..)]
+    pub normal_damping: f64,
+    /// The ground.
+    #[param(service)]
+    pub terrain: Handle<dyn Terrain>,
+}
+
+/// What the ground does, and the print.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ScmOut {
+    /// Load of the ground on the body.
+    #[port(bind = "hub")]
+    pub load: Wrench,
+    /// Force along the mean normal of the ground.
+    #[port("N")]
+    pub normal_force: f64,
+    /// Slip (rω − v)/max(|rω|, |v|), signed.
+    #[port("1")]
+    pub slip: f64,
+    /// Angle of the hub's velocity to the heading.
+    #[port("rad")]
+    pub slip_angle: f64,
+    /// Greatest sinkage below the surface before, with what was heaped on it.
+    #[port("m")]
+    pub sinkage: f64,
+    /// Area that is pressed.
+    #[port("m^2")]
+    pub area: f64,
+    /// Point where the pressure acts, W.
+    #[port("m")]
+    pub contact_point: Vec3,
+    /// Force of the ground, W.
+    #[port("N")]
+    pub contact_force: Vec3,
+    /// Power given to the ground.
+    #[port("W")]
+    pub power: f64,
+    /// Middle, for the ground, W.
+    #[port("m", bind = "field")]
+    pub print_middle: Vec3,
+    /// Axle or normal, for the ground, unit, W.
+    #[port("1", bind = "field")]
+    pub print_axle: Vec3,
+    /// Direction of the length, for the ground, unit, W.
+    #[port("1", bind = "field")]
+    pub print_along: Vec3,
+    /// Velocity of the middle, for the ground, W.
+    #[port("m/s", bind = "field")]
+    pub print_velocity: Vec3,
+    /// Angular velocity, for the ground, W.
+    #[port("rad/s", bind = "field")]
+    pub print_angular: Vec3,
+    /// Radius, for the ground.
+    #[port("m", bind = "field")]
+    pub print_radius: f64,
+    /// Width, for the ground.
+    #[port("m", bind = "field")]
+    pub print_width: f64,
+    /// Length, for the ground.
+    #[port("m", bind = "field")]
+    pub print_length: f64,
+    /// Slip, for the ground.
+    #[port("1", bind = "field")]
+    pub print_slip: f64,
+}
+
+impl ScmOut {
+    /// Outputs of a body with this load, print, slip and slip angle (rad).
+    pub(crate) fn of(load: &GroundLoad, print: &Imprint, [slip, slip_angle]: [f64; 2]) -> ScmOut {
+        ScmOut {
+            load: Wrench { moment: load.moment, force: load.force },
+            normal_force: load.normal_force,
+            slip,
+            slip_angle,
+            sinkage: load.sinkage,
+            area: load.area,
+            contact_point: load.point,
+            contact_force: load.force,
+            power: load.power,
+            print_middle: print.print_middle,
+            print_axle: print.print_axle,
+            print_along: print.print_along,
+            print_velocity: print.print_velocity,
+            print_angular: print.print_angular,
+            print_radius: print.print_radius,
+            print_width: print.print_width,
+            print_length: print.print_length,
+            print_slip: print.print_slip,
+        }
+    }
+}
+
+/// A wheel on deformable ground.
+pub struct WheelScm {
+    p: WheelScmParams,
+}
+
+/// Speed below which the slip that the soil feels is softened, m/s.
+const CREEPING: f64 = 0.01;
+/// Soft ground carries a wheel at a fifth of its radius or so; a wheel that starts deeper is thrown out.
+const STARTS_IN: f64 = 0.4;
+
+/// Slip that counts for the soil.
+fn soft_slip(hub: &Hub, radius: f64, n: &Vec3) -> f64 {
+    let heading = hub.axle.cross(n).try_normalize(1e-9).unwrap_or_else(Vec3::x);
+    let (u, v) = (radius * hub.angular.dot(&hub.axle), hub.velocity.dot(&heading));
+    (u - v) / u.abs().max(v.abs()).hypot(CREEPING)
+}
+
+/// What there is to say of a body without ground that gives way.
+pub(crate) fn without_ground(ground: &View<Touched>) -> Vec<BuildError> {
+    if ground.get().is_some() {
+        return Vec::new();
+    }
+    let fact = "there is no `mobility.scm_ground`: nothing carries it";
+    let help = "add one, as `parts/ruts_scm.ron` has it";
+    vec![BuildError::new(fact).help(help)]
+}
+
+impl WheelScm {
+    fn presser(&self, hub: Hub) -> Presser {
+        let p = &self.p;
+        let radius = p.radius + p.grouser_share * p.grouser_height;
+        Presser { form: Form::Rim { radius, width: p.width }, hub, along: Vec3::zeros() }
+    }
+}
+
+/// Wheel on deformable ground: pressure, shear, rut and heaps of each node under its rim. It needs a `mobility.scm_ground`.
+#[model("mobility.wheel_scm")]
+impl Model for WheelScm {
+    type Params = WheelScmParams;
+    type Ud = WheelIn;
+    type Yd = ScmOut;
+    type Store = View<Touched>;
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &WheelIn, ground: &View<Touched>) -> ScmOut {
+        let p = &self.p;
+        let presser = self.presser(hub_of(&u.hub));
+        let (hub, Form::Rim { radius, .. }) = (&presser.hub, presser.form) else {
+            unreachable!("a wheel has a rim")
+        };
+        let at = hub.position;
+        let up = p.terrain.ground(at.x, at.y).map_or_else(Vec3::z, |g| g.normal);
+        let slip = soft_slip(hub, radius, &up);
+        let law = Law::of(p.terrain.soil(at.x, at.y), presser.narrow(), slip);
+        let damping = Damping { shear: p.shear_damping, normal: p.normal_damping };
+        let load = match ground.with::<ScmGround>() {
+            Some((field, data)) => field.load(data, &presser, &law, &damping, c.t),
+            None => GroundLoad::none(at),
+        };
+        let (told, angle) = slip_of(hub, radius, &load.normal);
+        ScmOut::of(&load, &Imprint::of(&presser, slip), [told, angle])
+    }
+    fn remarks(
+        &self,
+        c: &Clock,
+        x: &(),
+        d: &(),
+        _: &(),
+        u: &WheelIn,
+        ground: &View<Touched>,
+    ) -> Vec<BuildError> {
+        let depth = self.direct(c, x, d, u, ground).sinkage;
+        let mut all = without_ground(ground);
+        all.extend(in_the_ground(depth, self.p.radius, STARTS_IN));
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wheel_rigid::tests::plane;
+
+    #[test]
+    fn without_deformable_ground_it_is_told() {
+        let p = WheelScmParams {
+            radius: 0.25,
+            width: 0.4,
+            grouser_height: 0.0,
+            grouser_share: 1.0,
+            shear_damping: 0.02,
+            normal_damping: 4.0,
+            terrain: plane(0.0),
+        };
+        let mut hub = NodeState::identity();
+        hub.position.z = 0.24;
+        let (clock, u) = (Clock::at(0.0, 1e-3, 0), WheelIn { hub });
+        let told = WheelScm { p }.remarks(&clock, &(), &(), &(), &u, &View::default());
+        assert!(told.len() == 1 && told[0].message.contains("mobility.scm_ground"), "{told:?}");
+    }
+}
