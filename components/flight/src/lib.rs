@@ -52,6 +52,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::sized::<guidance::descent_filter::DescentFilter>(),
         Entry::model::<guidance::entry_guidance::EntryGuidance>(),
         Entry::model::<guidance::ground_motion::GroundMotion>(),
+        Entry::model::<guidance::hazard_map::HazardMap>(),
         Entry::model::<guidance::powered_descent::PoweredDescent>(),
         Entry::model::<guidance::rendezvous::StationKeeping>(),
         Entry::model::<guidance::terminal_descent::TerminalDescent>(),

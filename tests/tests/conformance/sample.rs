@@ -62,6 +62,7 @@ fn written(model: &str, param: &str) -> Option<Value> {
             Some(Value::List(vec![place(9.0, 0.1), place(2.0, 0.0)]))
         }
         ("flight.entry_guidance", "ballistic") => Some(Value::Number(137.0)),
+        ("flight.hazard_map", "spacing") => Some(Value::Number(0.1)),
         ("flight.solid_motor", "curve") => Some(pairs(&[[0.0, 0.0], [0.05, 9.0], [0.1, 0.0]])),
         ("flight.body_load", "rows") => {
             let row = |t: f64| Value::Map(vec![("time".into(), Value::Number(t).into())]).into();

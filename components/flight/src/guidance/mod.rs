@@ -10,6 +10,7 @@ pub mod descent_filter;
 pub mod entry;
 pub mod entry_guidance;
 pub mod ground_motion;
+pub mod hazard_map;
 pub mod planet;
 pub mod powered_descent;
 pub mod rendezvous;

@@ -1,7 +1,7 @@
 //! `flight.terminal_descent`: the force that brings a lander from wherever it begins to a slow, vertical descent
 //! over a place of the ground that it chooses at the beginning.
 //! ```text
-//! place     under the lander, moved by v_h Δ/2 (as a constant deceleration takes it) and by `divert`
+//! place     that which is told (`aimed`), on the ground there; else under the lander, moved by v_h Δ/2 (as a constant deceleration takes it) and by `divert`
 //! approach  a = quadratic law to r_T = place at `height`, v_T = ω × r_T − `speed` up, at Δ = `duration`
 //! last      a = ω × (ω × r) − k² e_h − 2 k (v − v_T),  k = 1/`settle`: e_h is the way off the place's vertical
 //! F = m (a − g), scaled into T_min … T_max with its direction
@@ -61,6 +61,12 @@ pub struct TerminalDescentIn {
     /// Mass that the force carries.
     #[port("kg")]
     pub mass: f64,
+    /// Place on the ground to go to, W; read at the first row.
+    #[port("m", default = Vec3::zeros())]
+    pub place: Vec3,
+    /// There is such a place.
+    #[port(default = false)]
+    pub aimed: bool,
 }
 
 /// What to do.
@@ -92,6 +98,9 @@ pub struct Chosen {
     /// Direction of the place from the planet's centre, axes of the planet.
     #[port("1")]
     pub place: Vec3,
+    /// Distance of the ground there from the planet's centre.
+    #[port("m")]
+    pub ground: f64,
 }
 
 /// Terminal descent.
@@ -105,17 +114,26 @@ impl TerminalDescent {
         Quat::from_scaled_axis(Vec3::z() * (self.planet.rate * t))
     }
 
-    fn choose(&self, c: &Clock, d: &Chosen, body: &NodeState) -> Chosen {
+    fn choose(&self, c: &Clock, d: &Chosen, u: &TerminalDescentIn) -> Chosen {
         if d.chosen {
             return *d;
         }
         let p = &self.p;
-        let o = over(body, self.planet.rate);
+        let arrival = c.t + p.duration;
+        let back = self.turned(c.t).inverse();
+        if u.aimed {
+            let there = NodeState { position: u.place, ..u.body };
+            let there = back * self.planet.node(&there).position;
+            let ground = there.norm();
+            return Chosen { chosen: true, arrival, place: there / ground, ground };
+        }
+        let body = self.planet.node(&u.body);
+        let o = over(&body, self.planet.rate);
         let up = body.position.normalize();
         let along = (o.velocity - up * o.velocity.dot(&up)) * (0.5 * p.duration);
         let divert = o.R_WE * Vec3::new(p.divert[0], p.divert[1], 0.0);
-        let place = self.turned(c.t).inverse() * (body.position + along + divert);
-        Chosen { chosen: true, arrival: c.t + p.duration, place: place.normalize() }
+        let place = (back * (body.position + along + divert)).normalize();
+        Chosen { chosen: true, arrival, place, ground: p.ground_radius }
     }
 }
 
@@ -132,19 +150,19 @@ impl Model for TerminalDescent {
         Ok(TerminalDescent { p, planet })
     }
     fn init_d(&self) -> Chosen {
-        Chosen { chosen: false, arrival: 0.0, place: Vec3::x() }
+        Chosen { chosen: false, arrival: 0.0, place: Vec3::x(), ground: 0.0 }
     }
     fn direct(&self, c: &Clock, _: &(), d: &Chosen, u: &TerminalDescentIn) -> TerminalDescentOut {
         let p = &self.p;
         let body = self.planet.node(&u.body);
-        let d = self.choose(c, d, &body);
+        let d = self.choose(c, d, u);
         let (to_go, omega) = (d.arrival - c.t, Vec3::z() * self.planet.rate);
         let (r, v) = (body.position, body.velocity);
         let vertical = self.turned(c.t) * d.place;
         let sideways = r - vertical * r.dot(&vertical);
         let a = if to_go > p.freeze - 1e-9 {
             let up = self.turned(d.arrival) * d.place;
-            let position = up * (p.ground_radius + p.height);
+            let position = up * (d.ground + p.height);
             let target = Target {
                 position,
                 velocity: omega.cross(&position) - up * p.speed,
@@ -162,7 +180,7 @@ impl Model for TerminalDescent {
         TerminalDescentOut { force, to_go, off: sideways.norm(), limited }
     }
     fn update(&self, c: &Clock, _: &(), d: &Chosen, _: &(), u: &TerminalDescentIn) -> Chosen {
-        self.choose(c, d, &self.planet.node(&u.body))
+        self.choose(c, d, u)
     }
     fn remarks(&self, _: &Clock) -> Vec<BuildError> {
         let p = &self.p;
@@ -206,6 +224,58 @@ mod tests {
         }
     }
 
+    /// Without a place that is told.
+    fn free(body: NodeState, mass: f64) -> TerminalDescentIn {
+        TerminalDescentIn { body, mass, place: Vec3::zeros(), aimed: false }
+    }
+
+    /// The place that it is told is that of its target, with the height of the ground there.
+    #[test]
+    fn it_goes_to_the_place_that_it_is_told() {
+        use super::super::planet::tests::Point as Around;
+        let pose = linkwork_spatial::Pose::new(
+            Quat::from_scaled_axis(Vec3::new(0.2, 0.5, -0.1)),
+            Vec3::new(3.0e6, 1.0e6, 4e5),
+        );
+        for site in [None, Some(Site { pose, rate: 0.0 })] {
+            let gravity = Arc::new(Around { mu: MU, site }) as Arc<dyn Gravity>;
+            let p = TerminalDescentParams {
+                planet_rate: Some(0.0),
+                gravity: Handle::new("gravity", gravity),
+                ..params()
+            };
+            let m = TerminalDescent::build(p).unwrap();
+            let from = |v: Vec3| {
+                site.map_or(v, |s| {
+                    s.around_planet(&NodeState { position: v, ..NodeState::identity() }).position
+                })
+            };
+            let place = Vec3::new(3.1e6, -1.2e6, 5e5) * if site.is_some() { 1e-4 } else { 1.0 };
+            let up = from(place).normalize();
+            let up_W = site.map_or(up, |s| s.from_planet_axes(&up));
+            let side = up_W.cross(&Vec3::x()).normalize();
+            // Where the quadratic law ends: at the target, falling at its speed, nothing but weight is carried.
+            let body = NodeState {
+                position: place + up_W * 900.0 + side * 120.0,
+                velocity: up_W * -60.0,
+                ..NodeState::identity()
+            };
+            let u = TerminalDescentIn { place, aimed: true, ..free(body, 1000.0) };
+            let (c, d) = (Clock::at(3.0, 0.1, 0), m.init_d());
+            let y = m.direct(&c, &(), &d, &u, &());
+            let want = ((up_W * (20.0 - 900.0) - side * 120.0) * 12.0 / 1600.0)
+                - (up_W * (-0.75 - 60.0)) * 6.0 / 40.0;
+            let pull = m.p.gravity.free_fall(3.0, body.position, body.velocity);
+            assert!((y.force / 1000.0 + pull - want).norm() < 2e-6, "{} {want}", y.force / 1000.0);
+            assert!((y.off - 120.0).abs() < 1e-2, "{}", y.off);
+            let d = m.update(&c, &(), &d, &(), &u, &mut ());
+            // Kept, whatever is told later.
+            let later = TerminalDescentIn { place: Vec3::zeros(), aimed: false, ..u };
+            assert_eq!(m.direct(&c, &(), &d, &later, &()).force, y.force);
+            assert!((d.ground - from(place).norm()).abs() < 1e-6);
+        }
+    }
+
     #[test]
     fn it_comes_down_slowly_over_its_place_on_ground_that_turns() {
         let m = TerminalDescent::build(params()).unwrap();
@@ -218,7 +288,7 @@ mod tests {
         for row in 0..6000_u32 {
             let c = Clock::at(f64::from(row) * dt, dt, u64::from(row));
             let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
-            let u = TerminalDescentIn { body, mass };
+            let u = free(body, mass);
             let y = m.direct(&c, &(), &d, &u, &());
             assert!(!y.limited, "{row}: {y:?}");
             d = m.update(&c, &(), &d, &(), &u, &mut ());
@@ -253,16 +323,16 @@ mod tests {
             ..NodeState::identity()
         };
         let c = Clock::at(0.0, 0.1, 0);
-        let y = m.direct(&c, &(), &m.init_d(), &TerminalDescentIn { body, mass: 2200.0 }, &());
+        let y = m.direct(&c, &(), &m.init_d(), &free(body, 2200.0), &());
         assert!(y.limited && (y.force.norm() - 9e3).abs() < 1e-9);
-        let y = m.direct(&c, &(), &m.init_d(), &TerminalDescentIn { body, mass: 20.0 }, &());
+        let y = m.direct(&c, &(), &m.init_d(), &free(body, 20.0), &());
         assert!(y.limited && (y.force.norm() - 8.5e3).abs() < 1e-9);
         let p = TerminalDescentParams { thrust_min: 30e3, ..params() };
         let e = TerminalDescent::build(p).err().unwrap();
         assert!(e.param.as_deref() == Some("thrust_min") && e.help.is_some());
         let said = |freeze: f64| {
             let m = TerminalDescent::build(TerminalDescentParams { freeze, ..params() }).unwrap();
-            m.remarks(&c, &(), &m.init_d(), &(), &TerminalDescentIn { body, mass: 1.0 }, &())
+            m.remarks(&c, &(), &m.init_d(), &(), &free(body, 1.0), &())
         };
         assert!(said(2.0).is_empty() && said(40.0)[0].param.as_deref() == Some("freeze"));
     }
