@@ -319,7 +319,7 @@ impl HeightField {
         &self,
         at: &[[f64; 2]],
         copy: &'a mut [f32; WINDOW * WINDOW],
-    ) -> Option<Nodes<'a>> {
+    ) -> Option<Window<'a>> {
         if at.len() < WINDOW_WORTH {
             return None;
         }
@@ -343,12 +343,12 @@ impl HeightField {
             let from = (j + k) * self.grid.nx + i;
             row.copy_from_slice(&self.heights[from..from + WINDOW]);
         }
-        Some(Nodes { i, j, nx: WINDOW, heights: copy })
+        Some(Window { i, j, nx: WINDOW, heights: copy })
     }
 
     #[inline]
-    fn nodes(&self) -> Nodes<'_> {
-        Nodes { i: 0, j: 0, nx: self.grid.nx, heights: &self.heights }
+    fn nodes(&self) -> Window<'_> {
+        Window { i: 0, j: 0, nx: self.grid.nx, heights: &self.heights }
     }
 }
 
@@ -359,21 +359,25 @@ const WINDOW_WORTH: usize = 9;
 
 /// Nodes by column and row of the grid, from one of them on.
 #[derive(Clone, Copy)]
-struct Nodes<'a> {
-    i: usize,
-    j: usize,
-    nx: usize,
-    heights: &'a [f32],
+pub(crate) struct Window<'a> {
+    /// Column of the first, in the grid.
+    pub i: usize,
+    /// Its row.
+    pub j: usize,
+    /// Nodes in a row of these.
+    pub nx: usize,
+    /// Row by row (m).
+    pub heights: &'a [f32],
 }
 
-impl Nodes<'_> {
+impl Window<'_> {
     #[inline(always)]
-    fn four(self, i: usize, j: usize) -> [f32; 4] {
+    pub fn four(self, i: usize, j: usize) -> [f32; 4] {
         let at = (j - self.j) * self.nx + i - self.i;
         self.heights[at..at + 4].try_into().unwrap_or_default()
     }
     #[inline(always)]
-    fn one(self, i: usize, j: usize) -> f32 {
+    pub fn one(self, i: usize, j: usize) -> f32 {
         self.heights[(j - self.j) * self.nx + i - self.i]
     }
 }

@@ -94,6 +94,11 @@ impl Terrain for TiledTerrain {
     fn ground(&self, x: f64, y: f64) -> Option<Ground> {
         self.tiles.ground(x, y).map(|(height, normal)| Ground { height, normal })
     }
+    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
+        for ([x, y], out) in at.iter().zip(out) {
+            *out = self.tiles.relief(*x, *y);
+        }
+    }
     fn bounds(&self) -> [f64; 4] {
         self.tiles.grid().bounds()
     }

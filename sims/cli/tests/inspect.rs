@@ -216,7 +216,7 @@ fn every_assembly_is_right() {
             let mounted = ["wheel_drive", "wheel_idle", "steering_drive", "power_solar"];
             if mounted.iter().any(|m| path.file_stem().unwrap() == *m) {
                 said.code(2).tells(&["error: ", "help: "]);
-            } else if ["wheel_dynamics", "wheel_kinematics", "ruts_on"]
+            } else if ["wheel_dynamics", "wheel_kinematics", "ruts_on", "ruts_scm"]
                 .iter()
                 .any(|m| path.file_stem().unwrap() == *m)
             {

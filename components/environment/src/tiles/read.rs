@@ -3,7 +3,7 @@
 use super::cache::Cache;
 use super::head::{Head, Nodes, Piece, unpack};
 use super::{HeightRows, TileError};
-use crate::height_field::Grid;
+use crate::height_field::{Grid, Inside, Window};
 use linkwork_runtime::Surface;
 use linkwork_spatial::Vec3;
 use std::fs::File;
@@ -184,19 +184,30 @@ impl Tiles {
     /// read, which [`Tiles::trouble`] then tells. A tile that is not in memory is read, and memory may be taken for it.
     #[inline]
     pub fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
-        let inside = self.grid.cell(x, y)?;
-        let tile = self.head.tile_of(inside.i, inside.j);
+        self.look(x, y, None, |cell, nodes| {
+            self.grid.surface(cell, |i, j| nodes.four(i, j), |i, j| nodes.one(i, j))
+        })
+    }
+
+    /// Height (m), ∂h/∂x and ∂h/∂y at x, y (m); NaN where [`Tiles::ground`] has `None`.
+    #[inline]
+    pub fn relief(&self, x: f64, y: f64) -> [f64; 3] {
+        self.look(x, y, [f64::NAN; 3], |cell, nodes| {
+            self.grid.relief(cell, |i, j| nodes.four(i, j), |i, j| nodes.one(i, j))
+        })
+    }
+
+    /// What there is in the cell of x, y; `none` off the map and where the tile cannot be read.
+    #[inline]
+    fn look<R>(&self, x: f64, y: f64, none: R, then: impl FnOnce(Inside, Window<'_>) -> R) -> R {
+        let Some(cell) = self.grid.cell(x, y) else { return none };
+        let tile = self.head.tile_of(cell.i, cell.j);
         let answer = self.with(tile, |nodes, heights| {
-            let four = |i: usize, j: usize| -> [f32; 4] {
-                let at = (j - nodes.j) * nodes.nx + i - nodes.i;
-                heights[at..at + 4].try_into().unwrap_or_default()
-            };
-            let node = |i: usize, j: usize| heights[(j - nodes.j) * nodes.nx + i - nodes.i];
-            self.grid.surface(inside, four, node)
+            then(cell, Window { i: nodes.i, j: nodes.j, nx: nodes.nx, heights })
         });
         answer.unwrap_or_else(|e| {
             let _ = self.trouble.set(e);
-            None
+            none
         })
     }
 
