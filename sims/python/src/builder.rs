@@ -33,7 +33,7 @@ impl Hinge {
 #[pymethods]
 impl Hinge {
     /// Rotation about an axis: q in rad.
-    /// Raises LinkworkError for another shape, NaN and an axis without direction.
+    /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
     ///
     /// >>> linkwork.Hinge.pin([0, 0, 1])
     /// Hinge(pin)
@@ -42,7 +42,7 @@ impl Hinge {
         Ok(Self { hinge: multibody::Hinge::pin(vec3(axis, "axis")?) })
     }
     /// Translation along an axis: q in m.
-    /// Raises LinkworkError for another shape, NaN and an axis without direction.
+    /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
     ///
     /// >>> linkwork.Hinge.slider([1, 0, 0])
     /// Hinge(slider)
@@ -51,7 +51,7 @@ impl Hinge {
         Ok(Self { hinge: multibody::Hinge::slider(vec3(axis, "axis")?) })
     }
     /// Rotation about an axis with `pitch` m/rad of advance along it: q in rad.
-    /// Raises LinkworkError for another shape, NaN and an axis without direction.
+    /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
     ///
     /// >>> linkwork.Hinge.screw([1, 0, 0], 0.002)
     /// Hinge(screw)
@@ -84,7 +84,7 @@ impl Hinge {
         Self { hinge: multibody::Hinge::locked() }
     }
     /// Two crossing pins.
-    /// Raises LinkworkError for another shape, NaN and an axis without direction.
+    /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
     ///
     /// >>> linkwork.Hinge.universal([1, 0, 0], [0, 1, 0])
     /// Hinge(pin, pin)
@@ -94,7 +94,7 @@ impl Hinge {
         Ok(Self { hinge: multibody::Hinge::universal(first, second) })
     }
     /// A slider and a pin on one axis.
-    /// Raises LinkworkError for another shape, NaN and an axis without direction.
+    /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
     ///
     /// >>> linkwork.Hinge.cylindrical([0, 0, 1])
     /// Hinge(slider, pin)
@@ -356,6 +356,11 @@ pub fn neutral(hinge: &multibody::Hinge) -> Vec<f64> {
 }
 
 /// A link of a hinge's chain: what it allows, and its places in q and v.
+///
+/// >>> hinge = linkwork.Hinge.screw([0, 0, 1], 0.02).armature(0.1).gear(5).limits(-2, 2, rate=3, effort=40)
+/// >>> subhinge = linkwork.Builder().body("nut", "world", hinge, mass=1, com=[0, 0, 0], inertia=np.eye(3)).build().subhinges[0]
+/// >>> subhinge
+/// Subhinge(screw of nut, q[0:1], v[0:1])
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Subhinge {
     body: String,
@@ -391,26 +396,41 @@ pub fn kind_name(kind: &SubhingeKind) -> &'static str {
 #[pymethods]
 impl Subhinge {
     /// The body whose hinge it belongs to.
+    ///
+    /// >>> subhinge.body
+    /// 'nut'
     #[getter]
     fn body(&self) -> &str {
         &self.body
     }
     /// What that body hangs on: "world" or a body.
+    ///
+    /// >>> subhinge.parent
+    /// 'world'
     #[getter]
     fn parent(&self) -> &str {
         &self.parent
     }
     /// "pin", "slider", "screw", "ball", "free" or "locked".
+    ///
+    /// >>> subhinge.kind
+    /// 'screw'
     #[getter]
     fn kind(&self) -> &'static str {
         kind_name(&self.at.subhinge.kind)
     }
     /// Unit vector (3,) in the hinge frame; None where there is none.
+    ///
+    /// >>> subhinge.axis.tolist()
+    /// [0.0, 0.0, 1.0]
     #[getter]
     fn axis<'py>(&self, py: Python<'py>) -> Option<crate::array::Array1<'py>> {
         self.at.subhinge.kind.axis().map(|a| out_vec3(py, &a))
     }
     /// Advance of a screw, m/rad; 0 for the others.
+    ///
+    /// >>> subhinge.pitch
+    /// 0.02
     #[getter]
     fn pitch(&self) -> f64 {
         match self.at.subhinge.kind {
@@ -419,46 +439,73 @@ impl Subhinge {
         }
     }
     /// Its numbers in q.
+    ///
+    /// >>> subhinge.q
+    /// slice(0, 1, 1)
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Bound<'py, PySlice> {
         PySlice::new(py, self.at.q.start as isize, self.at.q.end as isize, 1)
     }
     /// Its numbers in v, forces and accelerations.
+    ///
+    /// >>> subhinge.v
+    /// slice(0, 1, 1)
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> Bound<'py, PySlice> {
         PySlice::new(py, self.at.v.start as isize, self.at.v.end as isize, 1)
     }
     /// True where the motion is given and the force found.
+    ///
+    /// >>> subhinge.prescribed
+    /// False
     #[getter]
     fn prescribed(&self) -> bool {
         self.at.subhinge.coordinate == Coordinate::Prescribed
     }
     /// Rotor inertia at the rotor, kg m² or kg.
+    ///
+    /// >>> subhinge.armature
+    /// 0.1
     #[getter]
     fn armature(&self) -> f64 {
         self.at.subhinge.armature
     }
     /// Turns of the rotor for a turn of the hinge.
+    ///
+    /// >>> subhinge.gear
+    /// 5.0
     #[getter]
     fn gear(&self) -> f64 {
         self.at.subhinge.gear
     }
     /// Least coordinate, rad or m.
+    ///
+    /// >>> subhinge.lower
+    /// -2.0
     #[getter]
     fn lower(&self) -> f64 {
         self.at.subhinge.limits.lower
     }
     /// Greatest coordinate, rad or m.
+    ///
+    /// >>> subhinge.upper
+    /// 2.0
     #[getter]
     fn upper(&self) -> f64 {
         self.at.subhinge.limits.upper
     }
     /// Greatest speed, rad/s or m/s.
+    ///
+    /// >>> subhinge.rate
+    /// 3.0
     #[getter]
     fn rate(&self) -> f64 {
         self.at.subhinge.limits.rate
     }
     /// Greatest force, N m or N.
+    ///
+    /// >>> subhinge.effort
+    /// 40.0
     #[getter]
     fn effort(&self) -> f64 {
         self.at.subhinge.limits.effort

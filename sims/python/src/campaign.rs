@@ -8,16 +8,16 @@ use crate::running::RECORDING;
 use crate::simulation::Simulation;
 use crate::values::object;
 use linkwork_assembly::{Look, show_faults};
-use linkwork_campaign::{
-    self as campaign, Begun, Column, Folder, LoadError, Means, Orders, Table, end, one,
-};
+use linkwork_campaign::{self as campaign, Begun, Folder, LoadError, Means, Orders, end, one};
 use linkwork_runner::{Library, Need, Stop, Watch as _};
-use numpy::PyArray1;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+
+mod results;
+pub use results::{Outcome, Results};
 
 /// Many runs of one simulation with values drawn from distributions, as `linkwork campaign FILE` makes them: a run is
 /// a pure function of the file and its number, so that results do not depend on the machine, the number of threads,
@@ -26,11 +26,14 @@ use std::sync::Mutex;
 /// path: a RON file that begins with `Campaign(`. The simulation that it names is loaded once with every distribution
 /// at its middle; remarks about it are warnings. Raises LinkworkError with every mistake, each with its place.
 ///
-/// >>> campaign = linkwork.Campaign("sims/ballistic_entry/dispersions.ron")
-/// >>> campaign.run(17).figures["peak heating"] > 0
-/// True
-/// >>> results = campaign.execute("runs/dispersions", threads=4)  # doctest: +SKIP
-/// >>> results.table["peak heating [W/cm^2]"].mean()  # doctest: +SKIP
+/// >>> import pathlib
+/// >>> text = 'Campaign(simulation: "sims/pendulum", runs: 4, set: {"until": "2 s"}, vary: {"bob.mass": Uniform(from: "0.5 kg", to: "2 kg")})'
+/// >>> _ = pathlib.Path("masses.ron").write_text(text)
+/// >>> campaign = linkwork.Campaign("masses.ron")
+/// >>> campaign
+/// Campaign("masses", 4 runs of sims/pendulum)
+/// >>> campaign.execute("out").done
+/// 4
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Campaign {
     campaign: campaign::Campaign,
@@ -94,26 +97,41 @@ impl Campaign {
     }
 
     /// The file, as given.
+    ///
+    /// >>> campaign.path.name
+    /// 'masses.ron'
     #[getter]
     fn path(&self) -> &Path {
         &self.path
     }
     /// The file without its folder and ending.
+    ///
+    /// >>> campaign.name
+    /// 'masses'
     #[getter]
     fn name(&self) -> &str {
         &self.campaign.form().name
     }
     /// What it is for.
+    ///
+    /// >>> linkwork.Campaign("sims/ballistic_entry/dispersions.ron").doc[:17]
+    /// 'Entry dispersions'
     #[getter]
     fn doc(&self) -> &str {
         &self.campaign.form().doc
     }
     /// The number of runs; they are numbered from 0.
+    ///
+    /// >>> campaign.runs
+    /// 4
     #[getter]
     fn runs(&self) -> u64 {
         self.campaign.form().runs
     }
     /// {name: unit} of the figures of a run.
+    ///
+    /// >>> campaign.figures
+    /// {'largest speed': 'rad/s'}
     #[getter]
     fn figures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
@@ -121,6 +139,9 @@ impl Campaign {
         Ok(all)
     }
     /// {path: unit} of the drawn values; "" for those without one.
+    ///
+    /// >>> campaign.drawn
+    /// {'bob.mass': 'kg'}
     #[getter]
     fn drawn<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
@@ -128,12 +149,19 @@ impl Campaign {
         Ok(all)
     }
     /// Hash of all that decides the runs: the file's values, the simulation, the contents of its files, the version.
+    ///
+    /// >>> campaign.identity == linkwork.Campaign("masses.ron").identity
+    /// True
     #[getter]
     fn identity(&self) -> String {
         format!("{:016x}", self.campaign.identity())
     }
 
     /// {path: value} of what run `run` draws, each in its unit of `drawn`.
+    /// Raises LinkworkError when there is no run of this number.
+    ///
+    /// >>> round(campaign.draws(0)["bob.mass"], 3)
+    /// 1.108
     fn draws<'py>(&self, py: Python<'py>, run: u64) -> PyResult<Bound<'py, PyDict>> {
         self.check(run)?;
         let all = PyDict::new(py);
@@ -144,6 +172,11 @@ impl Campaign {
     }
 
     /// Run `run` as a Simulation at its start, with the values, seed and end that the campaign gives it.
+    /// Raises LinkworkError when there is no run of this number, its draws are refused, or a file has changed.
+    ///
+    /// >>> sim = campaign.simulation(0)
+    /// >>> sim.mechanism.total_mass == campaign.draws(0)["bob.mass"]
+    /// True
     fn simulation(&self, py: Python<'_>, run: u64) -> PyResult<Simulation> {
         self.check(run)?;
         let ready = py.detach(|| self.campaign.load(run, &self.library)).map_err(|e| match e {
@@ -157,6 +190,13 @@ impl Campaign {
     /// Makes run `run` and gives how it ended: the same bits as in `execute` and on the command line. It writes nothing
     /// but what is asked for. log: an MCAP file of what the simulation's `log` says. checkpoint: a .lwck file of the
     /// last state. Ctrl-C gives it up.
+    /// Raises LinkworkError when there is no run of this number, a file has changed, or one cannot be written.
+    ///
+    /// >>> outcome = campaign.run(0, log="run0.mcap")
+    /// >>> outcome.ended, outcome.time
+    /// ('until', 2.0)
+    /// >>> linkwork.read_log("run0.mcap")["bob.angle"].unit
+    /// 'rad'
     #[pyo3(signature = (run, *, log=None, checkpoint=None))]
     fn run(
         &self,
@@ -217,6 +257,11 @@ impl Campaign {
     /// Ctrl-C, and what `progress` raises, stop it: the files hold what has ended, and the same call goes on. Runs that
     /// fail do not raise: they are in `Results.failures`. Raises LinkworkError when the folder belongs to another
     /// campaign or is in use, a file has changed, or the disk is full.
+    ///
+    /// >>> seen = []
+    /// >>> results = campaign.execute("more", threads=2, progress=lambda *p: seen.append(p[0]))
+    /// >>> results, seen
+    /// (Results(4 of 4 runs), [0, 1, 2, 3, 4])
     #[pyo3(signature = (folder, *, threads=None, progress=None))]
     fn execute(
         &self,
@@ -333,136 +378,5 @@ impl Gathering {
         let mut folder = taken.ok_or_else(|| refuse("the folder is closed"))?;
         folder.journal.sync().map_err(refuse)?;
         self.campaign.bind(py).get().written(&folder)
-    }
-}
-
-/// How a run of a campaign ended.
-#[pyclass(frozen, weakref, module = "linkwork")]
-pub struct Outcome {
-    outcome: campaign::Outcome,
-    names: Vec<String>,
-}
-
-#[pymethods]
-impl Outcome {
-    /// Its number.
-    #[getter]
-    fn run(&self) -> u64 {
-        self.outcome.run
-    }
-    /// "until", "stop_when", "time_limit"; or, for a failure, "wall_limit", "failed", "refused", "panicked".
-    #[getter]
-    fn ended(&self) -> &str {
-        self.outcome.ended.name()
-    }
-    /// Whether it came to an end that it was meant to have.
-    #[getter]
-    fn orderly(&self) -> bool {
-        self.outcome.ended.is_orderly()
-    }
-    /// What went wrong; "" when nothing did.
-    #[getter]
-    fn why(&self) -> &str {
-        &self.outcome.why
-    }
-    /// Simulated time at the end, s.
-    #[getter]
-    fn time(&self) -> f64 {
-        self.outcome.time
-    }
-    /// Seed of its noise.
-    #[getter]
-    fn seed(&self) -> u64 {
-        self.outcome.seed
-    }
-    /// Hash of the last state: equal hashes, equal bits. "0000000000000000" when there was none.
-    #[getter]
-    fn state_hash(&self) -> String {
-        format!("{:016x}", self.outcome.hash)
-    }
-    /// Wall time that it took, s.
-    #[getter]
-    fn wall(&self) -> f64 {
-        self.outcome.wall
-    }
-    /// {name: value} of its figures, in the units of `Campaign.figures`; empty when it had none.
-    #[getter]
-    fn figures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let all = PyDict::new(py);
-        let pairs = self.names.iter().zip(&self.outcome.figures);
-        for (name, y) in pairs {
-            all.set_item(name, *y)?;
-        }
-        Ok(all)
-    }
-    fn __repr__(&self) -> String {
-        let Outcome { outcome: o, .. } = self;
-        format!("Outcome(run {}, {} at {} s, {:016x})", o.run, o.ended.name(), o.time, o.hash)
-    }
-}
-
-/// What came out of a campaign. Tables are {title: column}, as in the .csv files: numbers as arrays (rows,), texts as
-/// lists; what is read is a copy.
-#[pyclass(frozen, weakref, module = "linkwork")]
-pub struct Results {
-    done: u64,
-    runs: u64,
-    files: Vec<PathBuf>,
-    results: campaign::Results,
-}
-
-fn columns<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyDict>> {
-    let all = PyDict::new(py);
-    for (title, column) in &table.columns {
-        match column {
-            Column::Whole(v) => all.set_item(title, PyArray1::from_slice(py, v))?,
-            Column::Number(v) => all.set_item(title, PyArray1::from_slice(py, v))?,
-            Column::Text(v) => all.set_item(title, v)?,
-        }
-    }
-    Ok(all)
-}
-
-#[pymethods]
-impl Results {
-    /// Runs that ended.
-    #[getter]
-    fn done(&self) -> u64 {
-        self.done
-    }
-    /// All runs.
-    #[getter]
-    fn runs(&self) -> u64 {
-        self.runs
-    }
-    /// The tables and the report.
-    #[getter]
-    fn files(&self) -> Vec<PathBuf> {
-        self.files.clone()
-    }
-    /// A row for each run that ended, in their order: run, how it ended, drawn values ("draw:PATH [UNIT]"), figures.
-    #[getter]
-    fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        columns(py, &self.results.runs)
-    }
-    /// A row for each figure: n, mean, deviation, error of the mean, percentiles.
-    #[getter]
-    fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        columns(py, &self.results.statistics())
-    }
-    /// A row for each figure and drawn number: their rank correlation.
-    #[getter]
-    fn sensitivity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        columns(py, &self.results.sensitivities())
-    }
-    /// {cause: runs} of the runs that failed; the most frequent cause first.
-    #[getter]
-    fn failures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let all = PyDict::new(py);
-        self.results.failures.iter().try_for_each(|(kind, runs)| all.set_item(kind, runs))?;
-        Ok(all)
-    }
-    fn __repr__(&self) -> String {
-        format!("Results({} of {} runs)", self.done, self.runs)
     }
 }

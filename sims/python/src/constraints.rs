@@ -1,5 +1,5 @@
 //! Loops and couplings of a `Mechanism`: what they are, whether they close, dynamics with them.
-use crate::array::{Array1, Input, checked1, out1, vector};
+use crate::array::{Input, checked1, vector};
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::{Mechanism, choice};
@@ -10,6 +10,9 @@ use linkwork_solvers::{
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+mod reports;
+pub use reports::{ConstrainedMotion, Constraint, Rank};
 
 /// How constraints enter the equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,164 +109,6 @@ impl Constrained {
         }
         core.give_back(ws);
         result
-    }
-}
-
-/// Numbers of rows as a dictionary.
-fn by_name<'py>(py: Python<'py>, rows: &[(String, usize)]) -> PyResult<Bound<'py, PyDict>> {
-    let out = PyDict::new(py);
-    rows.iter().try_for_each(|(name, rows)| out.set_item(name, rows))?;
-    Ok(out)
-}
-
-/// A loop that a hinge closes, or a linear relation between hinge coordinates.
-#[pyclass(frozen, weakref, module = "linkwork")]
-pub struct Constraint {
-    name: String,
-    kind: &'static str,
-    bodies: Vec<String>,
-    rows: usize,
-    motions: usize,
-}
-
-#[pymethods]
-impl Constraint {
-    /// Its name.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.name
-    }
-    /// "loop" or "coupling".
-    #[getter]
-    fn kind(&self) -> &'static str {
-        self.kind
-    }
-    /// Of a loop the bodies ("world" for the world) of frames A and B; of a coupling those whose hinges it joins.
-    #[getter]
-    fn bodies(&self) -> Vec<String> {
-        self.bodies.clone()
-    }
-    /// Scalar equations.
-    #[getter]
-    fn rows(&self) -> usize {
-        self.rows
-    }
-    /// Prescribed motions across the hinge of a loop, which `loop_motions` gives.
-    #[getter]
-    fn motions(&self) -> usize {
-        self.motions
-    }
-    fn __repr__(&self) -> String {
-        let (kind, name) = (self.kind, &self.name);
-        format!("Constraint({kind} `{name}`, {}, rows={})", self.bodies.join(", "), self.rows)
-    }
-}
-
-/// Accelerations of a mechanism with loops and couplings, and what holds them.
-#[pyclass(frozen, weakref, module = "linkwork")]
-pub struct ConstrainedMotion {
-    vdot: Vec<f64>,
-    tau: Vec<f64>,
-    forces: Vec<(String, Vec<f64>)>,
-    redundant: Vec<(String, usize)>,
-    report: Report,
-}
-
-#[pymethods]
-impl ConstrainedMotion {
-    /// Accelerations (nv,).
-    #[getter]
-    fn vdot<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        out1(py, self.vdot.clone())
-    }
-    /// Forces of the coordinates (nv,): as given, for prescribed ones what holds them.
-    #[getter]
-    fn tau<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        out1(py, self.tau.clone())
-    }
-    /// Forces of each constraint by its name, one a row (N or N m): along the row's wrench on body B of a loop and
-    /// against it on body A, by its factors on the coordinates of a coupling. Redundant rows show zero.
-    #[getter]
-    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let out = PyDict::new(py);
-        for (name, forces) in &self.forces {
-            out.set_item(name, out1(py, forces.clone()))?;
-        }
-        Ok(out)
-    }
-    /// Rows that repeat others, by constraint; which of a group is named is not unique.
-    #[getter]
-    fn redundant<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        by_name(py, &self.redundant)
-    }
-    /// Rows with multipliers; with "full" those of hinges, too.
-    #[getter]
-    fn rows(&self) -> usize {
-        self.report.rows
-    }
-    /// Independent ones among them.
-    #[getter]
-    fn rank(&self) -> usize {
-        self.report.rank
-    }
-    /// How far redundant rows contradict the others, rad/s² or m/s²; rounding when they are sound.
-    #[getter]
-    fn contradiction(&self) -> f64 {
-        self.report.contradiction
-    }
-    fn __repr__(&self) -> String {
-        let Report { rows, rank, contradiction, .. } = self.report;
-        format!(
-            "ConstrainedMotion(nv={}, rows={rows}, rank={rank}, contradiction={contradiction:.1e})",
-            self.vdot.len()
-        )
-    }
-}
-
-/// Degrees of freedom that constraints leave.
-#[pyclass(frozen, weakref, module = "linkwork")]
-pub struct Rank {
-    free: usize,
-    rows: usize,
-    rank: usize,
-    redundant: Vec<(String, usize)>,
-}
-
-#[pymethods]
-impl Rank {
-    /// Rates of the tree that are not prescribed.
-    #[getter]
-    fn free(&self) -> usize {
-        self.free
-    }
-    /// Rows of all loops and couplings.
-    #[getter]
-    fn rows(&self) -> usize {
-        self.rows
-    }
-    /// Independent ones among them, at this configuration.
-    #[getter]
-    fn rank(&self) -> usize {
-        self.rank
-    }
-    /// Degrees of freedom that are left: free - rank.
-    #[getter]
-    fn mobility(&self) -> usize {
-        self.free.saturating_sub(self.rank)
-    }
-    /// Rows that repeat others, by constraint; which of a group is named is not unique.
-    #[getter]
-    fn redundant<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        by_name(py, &self.redundant)
-    }
-    fn __repr__(&self) -> String {
-        format!(
-            "Rank(free={}, rows={}, rank={}, mobility={})",
-            self.free,
-            self.rows,
-            self.rank,
-            self.mobility()
-        )
     }
 }
 

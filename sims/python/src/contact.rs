@@ -1,269 +1,26 @@
 //! Contact of a `Mechanism`: shapes of its bodies, and a stepper of velocities and impulses.
 //!
 //! The equations and the solver are `linkwork_solvers::ContactStepper`; a step is of first order in `dt`.
-use crate::array::{Array1, Array2, Input, fixed, out1, out2, pose, room, vec3, vector};
-use crate::collisions::balls;
+use crate::array::{Array1, Array2, out1, out2, room, vector};
 use crate::constraints::may_begin;
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::{Mechanism, choice};
 use crate::simulate::{Forces, Torque};
-use linkwork_collision::{
-    ColliderId, ColliderSpec, Colliders, Hiding, Material, Neighbours, Rules, Shape,
-};
+use linkwork_collision::{ColliderSpec, Colliders, Hiding, Neighbours, Rules};
 use linkwork_multibody::NodeId;
 use linkwork_solvers::{ContactSettings, ContactStepper, JointLimits, StepReport, Treatment};
 use linkwork_spatial::{Force, Vec3};
-use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Arc, Mutex};
 
+mod collider;
+mod step;
+pub use collider::Collider;
+pub use step::ContactStep;
+
 type Given<'a, 'py> = &'a Bound<'py, PyAny>;
-
-/// A shape on a body that touches others.
-///
-/// Made by `sphere`, `box`, `capsule`, `cylinder`, `half_space`, `hull`, `mesh`, `terrain`, `point_cloud`, `voxel_map`. Each takes a name of its own, the
-/// body that carries it (or "world"), sizes in m, and by name: at, the shape's frame in the body ((3,), (7,) or (4, 4)); friction, Coulomb's
-/// coefficient (of a pair: the geometric mean); restitution (of a pair: the larger). Sizes are checked by `Contact`.
-///
-/// >>> import linkwork
-/// >>> linkwork.Collider.sphere("ball", "bob", 0.1, restitution=0.8)
-/// Collider(ball on bob: Sphere { radius: 0.1 })
-#[pyclass(frozen, weakref, module = "linkwork")]
-pub struct Collider {
-    /// What `linkwork_collision` takes.
-    pub spec: ColliderSpec,
-}
-
-impl Collider {
-    fn made(
-        (name, body): (&str, &str),
-        shape: Shape,
-        at: Option<Given<'_, '_>>,
-        (friction, restitution): (f64, f64),
-    ) -> PyResult<Self> {
-        let mut spec = ColliderSpec::new(name, body, shape).at(pose(at, "at")?);
-        spec.material = Material { friction, restitution };
-        Ok(Self { spec })
-    }
-}
-
-#[pymethods]
-impl Collider {
-    /// A ball about the origin; radius in m.
-    #[staticmethod]
-    #[pyo3(signature = (name, body, radius, *, at=None, friction=0.5, restitution=0.0))]
-    fn sphere(
-        name: &str,
-        body: &str,
-        radius: f64,
-        at: Option<Given<'_, '_>>,
-        friction: f64,
-        restitution: f64,
-    ) -> PyResult<Self> {
-        Self::made((name, body), Shape::Sphere { radius }, at, (friction, restitution))
-    }
-    /// A box about the origin; size (3,): whole edges along x, y, z, m.
-    #[staticmethod]
-    #[pyo3(name = "box", signature = (name, body, size, *, at=None, friction=0.5, restitution=0.0))]
-    fn cuboid(
-        name: &str,
-        body: &str,
-        size: Given<'_, '_>,
-        at: Option<Given<'_, '_>>,
-        friction: f64,
-        restitution: f64,
-    ) -> PyResult<Self> {
-        let half = 0.5 * vec3(size, "size")?;
-        Self::made((name, body), Shape::Box { half }, at, (friction, restitution))
-    }
-    /// All within a radius of a segment of this length on the z axis, about the origin, m.
-    #[staticmethod]
-    #[pyo3(signature = (name, body, radius, length, *, at=None, friction=0.5, restitution=0.0))]
-    fn capsule(
-        name: &str,
-        body: &str,
-        radius: f64,
-        length: f64,
-        at: Option<Given<'_, '_>>,
-        friction: f64,
-        restitution: f64,
-    ) -> PyResult<Self> {
-        let shape = Shape::Capsule { radius, half_length: 0.5 * length };
-        Self::made((name, body), shape, at, (friction, restitution))
-    }
-    /// A cylinder about the z axis with flat ends, about the origin, m.
-    #[staticmethod]
-    #[pyo3(signature = (name, body, radius, length, *, at=None, friction=0.5, restitution=0.0))]
-    fn cylinder(
-        name: &str,
-        body: &str,
-        radius: f64,
-        length: f64,
-        at: Option<Given<'_, '_>>,
-        friction: f64,
-        restitution: f64,
-    ) -> PyResult<Self> {
-        let shape = Shape::Cylinder { radius, half_length: 0.5 * length };
-        Self::made((name, body), shape, at, (friction, restitution))
-    }
-    /// All points with z ≤ 0 of its frame: the ground, on "world".
-    #[staticmethod]
-    #[pyo3(signature = (name, body="world", *, at=None, friction=0.5, restitution=0.0))]
-    fn half_space(
-        name: &str,
-        body: &str,
-        at: Option<Given<'_, '_>>,
-        friction: f64,
-        restitution: f64,
-    ) -> PyResult<Self> {
-        Self::made((name, body), Shape::HalfSpace, at, (friction, restitution))
-    }
-    /// The convex hull of points (n, 3), m.
-    #[staticmethod]
-    #[pyo3(signature = (name, body, points, *, at=None, friction=0.5, restitution=0.0))]
-    fn hull(
-        name: &str,
-        body: &str,
-        points: Given<'_, '_>,
-        at: Option<Given<'_, '_>>,
-        friction: f64,
-        restitution: f64,
-    ) -> PyResult<Self> {
-        let shape = Shape::ConvexHull { points: places(points, "points")? };
-        Self::made((name, body), shape, at, (friction, restitution))
-    }
-    /// Triangles (m, 3): places among the vertices (n, 3) (m), counter-clockwise seen from outside. Only the outside pushes.
-    #[staticmethod]
-    #[pyo3(signature = (name, body, vertices, triangles, *, at=None, friction=0.5, restitution=0.0))]
-    fn mesh(
-        name: &str,
-        body: &str,
-        vertices: Given<'_, '_>,
-        triangles: Vec<[u32; 3]>,
-        at: Option<Given<'_, '_>>,
-        friction: f64,
-        restitution: f64,
-    ) -> PyResult<Self> {
-        let shape = Shape::Mesh { vertices: places(vertices, "vertices")?, triangles };
-        Self::made((name, body), shape, at, (friction, restitution))
-    }
-    /// Ground of heights (ny, nx), m, over a grid centred on the origin, solid below: `heights[j, i]` is at the i-th x and the j-th y; spacing (2,): of
-    /// points along x and y, m.
-    #[staticmethod]
-    #[pyo3(signature = (name, heights, spacing, body="world", *, at=None, friction=0.5, restitution=0.0))]
-    fn terrain(
-        name: &str,
-        heights: Given<'_, '_>,
-        spacing: Given<'_, '_>,
-        body: &str,
-        at: Option<Given<'_, '_>>,
-        friction: f64,
-        restitution: f64,
-    ) -> PyResult<Self> {
-        let input = Input::read(heights, "heights")?;
-        let [y, x] = *input.shape() else {
-            let fact = format!("`heights` has {} dimensions", input.shape().len());
-            return Err(refuse_with(fact, "give it the shape (ny, nx)"));
-        };
-        let spacing = fixed::<2>(spacing, "spacing")?;
-        let shape = Shape::HeightField { x, y, spacing, heights: input.slice().into() };
-        Self::made((name, body), shape, at, (friction, restitution))
-    }
-
-    /// Balls about points (n, 4), x, y, z, radius (0 or more) of each, m: none when left out. room: for so many there is room in
-    /// `Collisions.set_points`, for those given in any case.
-    #[staticmethod]
-    #[pyo3(signature = (name, body, points=None, *, room=0, at=None, friction=0.5, restitution=0.0))]
-    fn point_cloud(
-        name: &str,
-        body: &str,
-        points: Option<Given<'_, '_>>,
-        room: usize,
-        at: Option<Given<'_, '_>>,
-        friction: f64,
-        restitution: f64,
-    ) -> PyResult<Self> {
-        let points = points.map_or(Ok(Vec::new()), balls)?;
-        Self::made((name, body), Shape::PointCloud { points, room }, at, (friction, restitution))
-    }
-    /// Cubes of a grid with edges of this length, m, that begins at the origin and has cells (3,) along +x, +y, +z; occupied (n, 3): indices from 0 of those
-    /// that are solid, none when left out. `Collisions.set_cells` changes them.
-    #[staticmethod]
-    #[pyo3(signature = (name, body, cells, edge, *, occupied=None, at=None, friction=0.5, restitution=0.0))]
-    fn voxel_map(
-        name: &str,
-        body: &str,
-        cells: [usize; 3],
-        edge: f64,
-        occupied: Option<Given<'_, '_>>,
-        at: Option<Given<'_, '_>>,
-        friction: f64,
-        restitution: f64,
-    ) -> PyResult<Self> {
-        let occupied = crate::collisions::occupied(occupied)?;
-        let shape = Shape::VoxelMap { cells, edge, occupied };
-        Self::made((name, body), shape, at, (friction, restitution))
-    }
-
-    /// Its name.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.spec.name
-    }
-    /// The body that carries it, or "world".
-    #[getter]
-    fn body(&self) -> &str {
-        &self.spec.body
-    }
-    /// Coulomb's coefficient.
-    #[getter]
-    fn friction(&self) -> f64 {
-        self.spec.material.friction
-    }
-    /// Coefficient of restitution.
-    #[getter]
-    fn restitution(&self) -> f64 {
-        self.spec.material.restitution
-    }
-    /// The same shape with another friction and restitution; what is left out stays.
-    #[pyo3(signature = (*, friction=None, restitution=None))]
-    fn material(&self, friction: Option<f64>, restitution: Option<f64>) -> Self {
-        let mut spec = self.spec.clone();
-        let own = spec.material;
-        spec.material = Material {
-            friction: friction.unwrap_or(own.friction),
-            restitution: restitution.unwrap_or(own.restitution),
-        };
-        Self { spec }
-    }
-    fn __repr__(&self) -> String {
-        let shape = match &self.spec.fine {
-            Shape::ConvexHull { points } => format!("hull of {} points", points.len()),
-            Shape::Mesh { triangles, .. } => format!("mesh of {} triangles", triangles.len()),
-            Shape::HeightField { x, y, .. } => format!("terrain of {y} × {x} heights"),
-            Shape::PointCloud { points, .. } => format!("cloud of {} points", points.len()),
-            Shape::VoxelMap { cells: [x, y, z], .. } => {
-                format!("voxel map of {x} × {y} × {z} cells")
-            }
-            solid => format!("{solid:?}"),
-        };
-        format!("Collider({} on {}: {shape})", self.spec.name, self.spec.body)
-    }
-}
-
-/// Points (n, 3).
-fn places(given: Given<'_, '_>, what: &str) -> PyResult<Vec<Vec3>> {
-    let input = Input::read(given, what)?;
-    match *input.shape() {
-        [_, 3] => Ok(input.slice().chunks_exact(3).map(Vec3::from_column_slice).collect()),
-        ref shape => Err(refuse_with(
-            format!("`{what}` has the shape {shape:?}"),
-            "give it the shape (n, 3)",
-        )),
-    }
-}
 
 #[pymethods]
 impl Mechanism {
@@ -415,6 +172,9 @@ impl Contact {
     }
 
     /// Names of the colliders, in the order of names.
+    ///
+    /// >>> contact.colliders
+    /// ['ground', 'skin']
     #[getter]
     fn colliders(&self) -> Vec<String> {
         let memory = lock(&self.memory);
@@ -423,6 +183,11 @@ impl Contact {
     }
 
     /// Forgets the impulses of the last step: the next begins its search without them, as the first one did.
+    ///
+    /// >>> contact.reset()
+    /// >>> again = contact.step([0, 0, 0.1, 0, 0, 0, 1], np.zeros(6), 1e-3)
+    /// >>> again.v.tolist() == step.v.tolist()
+    /// True
     fn reset(&self) {
         lock(&self.memory).stepper.set_warm(&[]);
     }
@@ -432,6 +197,10 @@ impl Contact {
     /// wrenches: {frame: (6,)}, moment about the frame's origin (N m) and force (N), world axes. Prescribed coordinates keep their rates. Loops and
     /// couplings are obeyed; q must close them, and v keep them closed (`close`). Raises LinkworkError when a free coordinate moves nothing with
     /// inertia, and when a number becomes too large.
+    ///
+    /// >>> thrown = contact.step([0, 0, 1, 0, 0, 0, 1], [0, 0, 0, 2, 0, 0], 0.01, wrenches={"ball": [0, 0, 0, 0, 0, 2 * 9.81]})
+    /// >>> np.round(thrown.q[:3], 6).tolist(), len(thrown.pairs)
+    /// ([0.02, 0.0, 1.0], 0)
     #[pyo3(signature = (q, v, dt, tau=None, *, wrenches=None))]
     fn step(
         &self,
@@ -479,6 +248,13 @@ impl Contact {
     ///
     /// torque: None; (nv,) constant; (steps, nv) one row a step; or a function of (t, q, v) that gives (nv,), called once a step. wrenches:
     /// as in `step`. Warns (UserWarning) when impulses of some steps were not found within the tolerance.
+    /// Raises LinkworkError for other shapes and NaN, for dt that is not above zero, and what `step` refuses; MemoryError when there is no room.
+    ///
+    /// >>> t, q, v = contact.simulate([0, 0, 0.5, 0, 0, 0, 1], np.zeros(6), 0.01, 100)
+    /// >>> t.shape, q.shape, v.shape
+    /// ((101,), (101, 7), (101, 6))
+    /// >>> bool(abs(q[-1, 2] - 0.1) < 1e-3)
+    /// True
     #[pyo3(signature = (q, v, dt, steps, *, torque=None, wrenches=None))]
     fn simulate<'py>(
         &self,
@@ -570,102 +346,5 @@ impl Memory {
             "the state after the step is no number any more",
             "take a smaller dt, and look at the forces",
         ))
-    }
-}
-
-/// What came of a step: the state after it, and what touched.
-///
-/// Row k of `pairs`, `points`, `normals`, `gaps`, `impulses` and `forces` is one contact point of the n that were near enough to matter; where no
-/// force acts its impulse is zero. They are as at the start of the step.
-#[pyclass(frozen, weakref, module = "linkwork")]
-pub struct ContactStep {
-    q: Vec<f64>,
-    v: Vec<f64>,
-    vdot: Vec<f64>,
-    colliders: Arc<Colliders>,
-    pairs: Vec<(ColliderId, ColliderId)>,
-    points: Vec<f64>,
-    normals: Vec<f64>,
-    gaps: Vec<f64>,
-    impulses: Vec<f64>,
-    dt: f64,
-    report: StepReport,
-}
-
-#[pymethods]
-impl ContactStep {
-    /// The configuration after the step (nq,).
-    #[getter]
-    fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        PyArray1::from_slice(py, &self.q)
-    }
-    /// The rates after the step (nv,).
-    #[getter]
-    fn v<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        PyArray1::from_slice(py, &self.v)
-    }
-    /// The mean accelerations of the step (nv,), impulses included.
-    #[getter]
-    fn vdot<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        PyArray1::from_slice(py, &self.vdot)
-    }
-    /// The names of the two colliders of each point, in the order of names; the second is the one that `impulses` push.
-    #[getter]
-    fn pairs(&self) -> Vec<(&str, &str)> {
-        let name = |id: ColliderId| self.colliders.spec(id).name.as_str();
-        self.pairs.iter().map(|(a, b)| (name(*a), name(*b))).collect()
-    }
-    /// Where (n, 3): midway between the surfaces, world, m.
-    #[getter]
-    fn points<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
-        out2(py, self.points.clone(), self.gaps.len(), 3)
-    }
-    /// Unit vectors (n, 3) from the first collider to the second, world axes.
-    #[getter]
-    fn normals<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
-        out2(py, self.normals.clone(), self.gaps.len(), 3)
-    }
-    /// Distances of the surfaces (n,), m; negative where they overlap.
-    #[getter]
-    fn gaps<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        out1(py, self.gaps.clone())
-    }
-    /// Impulses on the second collider (n, 3), those of impacts included, world axes, N s.
-    #[getter]
-    fn impulses<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
-        out2(py, self.impulses.clone(), self.gaps.len(), 3)
-    }
-    /// Mean forces of the step on the second collider (n, 3): impulses / dt, world axes, N.
-    #[getter]
-    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
-        let forces = self.impulses.iter().map(|x| x / self.dt).collect();
-        out2(py, forces, self.gaps.len(), 3)
-    }
-    /// Deepest penetration at the start of the step, m; 0 where nothing overlaps.
-    #[getter]
-    fn penetration(&self) -> f64 {
-        self.report.penetration.max(0.0)
-    }
-    /// Impacts that were resolved one after another.
-    #[getter]
-    fn impacts(&self) -> usize {
-        self.report.impacts
-    }
-    /// Whether the impulses were found within the tolerance.
-    #[getter]
-    fn converged(&self) -> bool {
-        self.report.converged
-    }
-    /// How far they are from a solution, relative to the largest velocity.
-    #[getter]
-    fn residual(&self) -> f64 {
-        self.report.measure.residual
-    }
-    fn __repr__(&self) -> String {
-        let (n, deep) = (self.gaps.len(), self.penetration());
-        format!(
-            "ContactStep({n} points, penetration {deep:.2e} m, residual {:.1e})",
-            self.residual()
-        )
     }
 }

@@ -8,7 +8,12 @@ pyo3::create_exception!(
     linkwork,
     LinkworkError,
     PyValueError,
-    "What Linkwork refuses: place, fact and remedy, in the words of the Rust error."
+    "What Linkwork refuses: place, fact and remedy, in the words of the Rust error.
+
+>>> linkwork.Hinge.pin([0, 1])
+Traceback (most recent call last):
+linkwork.LinkworkError: `axis` has the shape (2)
+  help: give it the shape (3,)"
 );
 
 /// The exception with a text: place, fact, then `\n  help: remedy`.

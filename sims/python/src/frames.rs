@@ -16,6 +16,13 @@ use std::sync::Mutex;
 /// A frame goes by name: "world", a name of its own, or "mechanism/name" for a node or body. For B
 /// seen from A: what an observer fixed in A sees, in the axes of A or of a third frame. A question
 /// computes what is out of date on the path between the two, and nothing else.
+///
+/// >>> crane = linkwork.Builder().body("jib", "world", linkwork.Hinge.pin([0, 0, 1]), mass=2).node("tip", "jib", [1, 0, 0]).build()
+/// >>> scene = linkwork.Frames()
+/// >>> scene.add_mechanism("crane", crane)
+/// >>> scene.set_state("crane", q=[0], v=[2])
+/// >>> scene.velocity("crane/tip").tolist()
+/// [0.0, 0.0, 2.0, 0.0, 2.0, 0.0]
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Frames {
     scene: Mutex<Scene>,
@@ -80,6 +87,11 @@ impl Frames {
 
     /// Adds all bodies and nodes of a mechanism under a name; its world is the frame `on`. It is
     /// neutral and at rest until `set_state`.
+    /// Raises LinkworkError for a name that is taken, and for a frame that is not there.
+    ///
+    /// >>> scene.add_mechanism("second", crane, on="crane/tip")
+    /// >>> scene.position("second/tip").tolist()
+    /// [2.0, 0.0, 0.0]
     #[pyo3(signature = (name, mechanism, on="world"))]
     fn add_mechanism(&self, name: String, mechanism: &Mechanism, on: &str) -> PyResult<()> {
         let mut scene = lock(&self.scene);
@@ -90,6 +102,11 @@ impl Frames {
         Ok(())
     }
     /// Adds a frame that is fixed on another, at a pose (3,), (7,) or (4, 4) in it.
+    /// Raises LinkworkError for a name that is taken, a frame that is not there, and what is no pose.
+    ///
+    /// >>> scene.add_fixed("camera", "crane/jib", [0, 0, 0.5])
+    /// >>> scene.position("camera").tolist()
+    /// [0.0, 0.0, 0.5]
     #[pyo3(signature = (name, on="world", pose=None))]
     fn add_fixed(&self, name: &str, on: &str, pose: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let X = crate::array::pose(pose, "pose")?;
@@ -98,6 +115,12 @@ impl Frames {
         scene.frames.add_fixed(name, on, X).map(|_| ()).map_err(refuse)
     }
     /// Adds a frame that `set_moving` moves in another; at first it is at rest at the pose.
+    /// The pose is (3,), m, (7,) or (4, 4).
+    /// Raises LinkworkError for a name that is taken, a frame that is not there, and what is no pose.
+    ///
+    /// >>> scene.add_moving("deck", pose=[0, 0, 3])
+    /// >>> scene.position("crane/tip", "deck").tolist()
+    /// [1.0, 0.0, -3.0]
     #[pyo3(signature = (name, on="world", pose=None))]
     fn add_moving(&self, name: &str, on: &str, pose: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let X = crate::array::pose(pose, "pose")?;
@@ -106,6 +129,13 @@ impl Frames {
         scene.frames.add_moving(name, on, X).map(|_| ()).map_err(refuse)
     }
     /// Fixes a frame that was added by name on another frame, with all that hangs on it.
+    /// The pose is (3,), m, (7,) or (4, 4).
+    /// Raises LinkworkError for frames that are not there or would hang on themselves, and for what is no pose.
+    ///
+    /// >>> scene.add_fixed("load", "world", [3, 0, 0])
+    /// >>> scene.fix("load", "crane/tip", [0, 0, -0.5])
+    /// >>> scene.position("load").tolist()
+    /// [1.0, 0.0, -0.5]
     #[pyo3(signature = (name, on, pose=None))]
     fn fix(&self, name: &str, on: &str, pose: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let X = crate::array::pose(pose, "pose")?;
@@ -115,6 +145,11 @@ impl Frames {
     }
 
     /// Configuration (nq,), velocity and acceleration (nv,) of a mechanism; what is left out stays.
+    /// Raises LinkworkError for a mechanism that is not there, other shapes, and NaN.
+    ///
+    /// >>> scene.set_state("crane", v=[3], vdot=[1])
+    /// >>> scene.acceleration("crane/tip").tolist()
+    /// [0.0, 0.0, 1.0, -9.0, 1.0, 0.0]
     #[pyo3(signature = (mechanism, q=None, v=None, vdot=None))]
     fn set_state(
         &self,
@@ -135,6 +170,13 @@ impl Frames {
     }
     /// Moves a moving frame: pose, velocity (6,), acceleration (6,) in the frame that it hangs on, as
     /// seen from there and in its axes.
+    /// In rad/s, m/s, rad/s², m/s²; zero when left out.
+    /// Raises LinkworkError for a frame that is no moving one, other shapes, and NaN.
+    ///
+    /// >>> scene.add_moving("deck")
+    /// >>> scene.set_moving("deck", [0, 0, 1], velocity=[0, 0, 0, 0.5, 0, 0])
+    /// >>> scene.velocity("deck").tolist()
+    /// [0.0, 0.0, 0.0, 0.5, 0.0, 0.0]
     #[pyo3(signature = (name, pose, velocity=None, acceleration=None))]
     fn set_moving(
         &self,
@@ -152,6 +194,10 @@ impl Frames {
     }
 
     /// Pose (4, 4) of a frame in another.
+    /// Raises LinkworkError for a frame that is not there.
+    ///
+    /// >>> scene.pose("crane/tip")[:3, 3].tolist()
+    /// [1.0, 0.0, 0.0]
     #[pyo3(signature = (frame, seen_from="world"))]
     fn pose<'py>(&self, py: Python<'py>, frame: &str, seen_from: &str) -> PyResult<Array2<'py>> {
         let mut scene = lock(&self.scene);
@@ -159,6 +205,13 @@ impl Frames {
         out_pose(py, &scene.frames.pose(pair))
     }
     /// From the origin of `seen_from` to that of the frame (3,), m, in its axes or in those of `axes`.
+    /// Raises LinkworkError for a frame that is not there.
+    ///
+    /// >>> scene.set_state("crane", q=[np.pi / 2])
+    /// >>> scene.position("crane/tip").round(9).tolist()
+    /// [0.0, 1.0, 0.0]
+    /// >>> scene.position("crane/tip", axes="crane/jib").round(9).tolist()
+    /// [1.0, 0.0, 0.0]
     #[pyo3(signature = (frame, seen_from="world", axes=None))]
     fn position<'py>(
         &self,
@@ -172,6 +225,10 @@ impl Frames {
         Ok(out_vec3(py, &scene.frames.position(pair)))
     }
     /// Velocity (6,) [ω; v] of a frame as an observer fixed in `seen_from` sees it: rad/s, m/s.
+    /// Raises LinkworkError for a frame that is not there.
+    ///
+    /// >>> scene.velocity("crane/tip", "crane/jib").tolist()
+    /// [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     #[pyo3(signature = (frame, seen_from="world", axes=None))]
     fn velocity<'py>(
         &self,
@@ -185,6 +242,10 @@ impl Frames {
         Ok(out_motion(py, &scene.frames.velocity(pair)))
     }
     /// Acceleration (6,) [α; a] of a frame as that observer sees it: rad/s², m/s².
+    /// Raises LinkworkError for a frame that is not there.
+    ///
+    /// >>> scene.acceleration("crane/tip").tolist()
+    /// [0.0, 0.0, 0.0, -4.0, 0.0, 0.0]
     #[pyo3(signature = (frame, seen_from="world", axes=None))]
     fn acceleration<'py>(
         &self,
@@ -198,6 +259,9 @@ impl Frames {
         Ok(out_motion(py, &scene.frames.acceleration(pair)))
     }
     /// How often terms of subhinges were computed so far: (poses, velocities, accelerations).
+    ///
+    /// >>> scene.counts
+    /// (1, 1, 0)
     #[getter]
     fn counts(&self) -> (u64, u64, u64) {
         let [pose, velocity, acceleration] = lock(&self.scene).frames.counts().edges;

@@ -13,6 +13,16 @@ use pyo3::types::PyDict;
 /// attitude as a quaternion [x y z w]; (3, 3) the same as a rotation matrix; (7,) position and
 /// quaternion; (4, 4) a pose. relative_to: a frame of the mechanism, or None for the world. The
 /// weights are what 1 m and 1 rad count in the sum of squares.
+/// Raises LinkworkError for another shape, NaN, and a matrix that is no rotation.
+///
+/// >>> pin = linkwork.Hinge.pin([0, 1, 0])
+/// >>> arm = linkwork.Builder().body("upper", "world", pin, mass=2).body("lower", "upper", pin, mass=1, hinge_in_parent=[1, 0, 0]).node("tip", "lower", [1, 0, 0]).build()
+/// >>> target = linkwork.Target("tip", [1.2, 0, -0.5])
+/// >>> target
+/// Target(position of tip)
+/// >>> q = arm.inverse_kinematics([0.1, 0.5], [target])
+/// >>> bool(np.allclose(arm.state(q).position("tip"), [1.2, 0, -0.5]))
+/// True
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Target {
     frame: String,
@@ -92,6 +102,16 @@ pub fn place(at: &Bound<'_, PyAny>, what: &str) -> PyResult<(Option<Vec3>, Optio
 
 /// How a frame is to move: velocity (6,) [ω; v] of its origin, as seen from relative_to (None: the
 /// world) and in its axes. The weights are what 1 m/s and 1 rad/s count; 0 when they do not matter.
+/// Raises LinkworkError for another shape and NaN.
+///
+/// >>> pin = linkwork.Hinge.pin([0, 1, 0])
+/// >>> arm = linkwork.Builder().body("upper", "world", pin, mass=2).body("lower", "upper", pin, mass=1, hinge_in_parent=[1, 0, 0]).node("tip", "lower", [1, 0, 0]).build()
+/// >>> target = linkwork.RateTarget("tip", [0, 0, 0, 0.1, 0, 0], angular_weight=0)
+/// >>> target
+/// RateTarget(tip)
+/// >>> v = arm.inverse_kinematics_rates([0.1, 0.5], [target])
+/// >>> bool(np.allclose(arm.state([0.1, 0.5], v).velocity("tip")[3:], [0.1, 0, 0]))
+/// True
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct RateTarget {
     frame: String,

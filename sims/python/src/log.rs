@@ -60,6 +60,14 @@ impl Filling {
 
 /// Variables of a run over time: `log["Rover.Motor.torque"]` (rows,), `log["t"]` (rows,) in s,
 /// `dict(log)`. It grows as the simulation runs; what is read from it is a copy.
+///
+/// >>> sim = linkwork.Simulation("sims/pendulum")
+/// >>> log = sim.log(["bob.angle"], rate=10)
+/// >>> sim.run_until(0.5)
+/// >>> log
+/// Log(1 variables, 6 rows)
+/// >>> np.round(log["bob.angle"][:3], 4).tolist()
+/// [1.0472, 1.0051, 0.8815]
 #[pyclass(frozen, mapping, weakref, module = "linkwork")]
 pub struct Log {
     pub names: Vec<String>,
@@ -70,20 +78,33 @@ pub struct Log {
 #[pymethods]
 impl Log {
     /// Times of the rows (rows,), s.
+    ///
+    /// >>> log.t.tolist()
+    /// [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
     #[getter]
     fn t<'py>(&self, py: Python<'py>) -> Array1<'py> {
         PyArray1::from_slice(py, &lock(&self.rows).t)
     }
     /// The number of rows so far.
+    ///
+    /// >>> log.rows
+    /// 6
     #[getter]
     fn rows(&self) -> usize {
         lock(&self.rows).t.len()
     }
     /// "t" and the paths of the variables.
+    ///
+    /// >>> log.keys()
+    /// ['t', 'bob.angle']
     fn keys(&self) -> Vec<&str> {
         std::iter::once("t").chain(self.names.iter().map(String::as_str)).collect()
     }
     /// The unit of a variable; "s" for "t".
+    /// Raises LinkworkError for a name that the log has not.
+    ///
+    /// >>> log.unit("bob.angle")
+    /// 'rad'
     fn unit(&self, name: &str) -> PyResult<&str> {
         if name == "t" { Ok("s") } else { Ok(&self.units[self.column(name)?]) }
     }
@@ -118,6 +139,14 @@ impl Log {
 }
 
 /// One variable of a log file over time.
+///
+/// >>> sim = linkwork.Simulation("sims/pendulum")
+/// >>> sim.record("swing.mcap", ["bob.angle"], rate=10)
+/// >>> sim.run_until(0.5)
+/// >>> sim.stop_recording()
+/// >>> series = linkwork.read_log("swing.mcap")["bob.angle"]
+/// >>> series
+/// Series(6 rows, unit "rad")
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Series {
     t: Py<PyArray1<f64>>,
@@ -128,16 +157,25 @@ pub struct Series {
 #[pymethods]
 impl Series {
     /// Times (rows,), s.
+    ///
+    /// >>> series.t.round(3).tolist()
+    /// [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
     #[getter]
     fn t<'py>(&self, py: Python<'py>) -> Array1<'py> {
         self.t.bind(py).clone()
     }
     /// Values (rows,).
+    ///
+    /// >>> np.round(series.y[:3], 4).tolist()
+    /// [1.0472, 1.0051, 0.8815]
     #[getter]
     fn y<'py>(&self, py: Python<'py>) -> Array1<'py> {
         self.y.bind(py).clone()
     }
     /// The unit; empty when the file does not tell.
+    ///
+    /// >>> series.unit
+    /// 'rad'
     #[getter]
     fn unit(&self) -> &str {
         &self.unit
@@ -149,7 +187,15 @@ impl Series {
 }
 
 /// All numbers of an MCAP log, {path: Series}. A log without its end (a crash) is read as far as
-/// it goes.
+/// it goes. Raises LinkworkError for a file that is none.
+///
+/// >>> sim = linkwork.Simulation("sims/pendulum")
+/// >>> sim.record("swing.mcap", ["bob.angle"], rate=10)
+/// >>> sim.run_until(0.5)
+/// >>> sim.stop_recording()
+/// >>> log = linkwork.read_log("swing.mcap")
+/// >>> log["bob.angle"].y.shape, log["bob.angle"].unit
+/// ((6,), 'rad')
 #[pyfunction]
 pub fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let read = py.detach(|| linkwork_record::read_log(&path)).map_err(refuse)?;

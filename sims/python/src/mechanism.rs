@@ -45,6 +45,12 @@ pub struct Mechanism {
 /// `constrained_dynamics`, `close` and `simulate` obey them, the algorithms of the tree do not; damping and
 /// friction are no part of a Mechanism's dynamics. A file that has such gives a UserWarning that names them.
 /// Raises LinkworkError with every mistake in the file, each with its place.
+///
+/// >>> import pathlib
+/// >>> _ = pathlib.Path("mug.urdf").write_text('<robot name="mug"><link name="cup"><inertial><mass value="0.3"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>')
+/// >>> mug = linkwork.load("mug.urdf", "free")
+/// >>> mug.nq, mug.nv, mug.total_mass
+/// (7, 6, 0.3)
 #[pyfunction]
 #[pyo3(signature = (path, root=None, *, inertia_check="physical", packages=None))]
 pub fn load(
@@ -404,6 +410,12 @@ impl Mechanism {
 }
 
 /// Some bodies of a mechanism as a mechanism of its own, and how the two correspond.
+///
+/// >>> pin = linkwork.Hinge.pin([0, 1, 0])
+/// >>> arm = linkwork.Builder().body("upper", "world", pin, mass=2).body("lower", "upper", pin, mass=1).body("hand", "lower", pin, mass=0.5).build()
+/// >>> part = arm.subgraph(["lower", "hand"])
+/// >>> part.mechanism.bodies
+/// ['lower', 'hand']
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Subgraph {
     core: Arc<Core>,
@@ -415,21 +427,33 @@ pub struct Subgraph {
 #[pymethods]
 impl Subgraph {
     /// The chosen bodies as a mechanism; its world is the frame of `base`.
+    ///
+    /// >>> part.mechanism.total_mass
+    /// 1.5
     #[getter]
     fn mechanism(&self) -> Mechanism {
         Mechanism { core: self.core.clone() }
     }
     /// The body of the whole that carries them; None for the world.
+    ///
+    /// >>> part.base
+    /// 'upper'
     #[getter]
     fn base(&self) -> Option<&str> {
         self.base.as_deref()
     }
     /// For each number of the part's q its place in the whole's: `part_q = whole_q[part.q]`.
+    ///
+    /// >>> np.array([0.1, 0.2, 0.3])[part.q].tolist()
+    /// [0.2, 0.3]
     #[getter]
     fn q(&self) -> Vec<usize> {
         self.q.clone()
     }
     /// For each number of the part's v its place in the whole's.
+    ///
+    /// >>> part.v
+    /// [1, 2]
     #[getter]
     fn v(&self) -> Vec<usize> {
         self.v.clone()

@@ -19,12 +19,13 @@ use std::sync::Arc;
 /// world axes at the link's own origin). A link is one subhinge that moves, with what is welded
 /// to it. At prescribed coordinates the gain G is zero, and so are the rows of D.
 ///
-/// >>> m = linkwork.Builder().body("arm", "world", linkwork.Hinge.pin([0, 1, 0]), mass=2, com=[0.3, 0, 0]).build()
-/// >>> o, udot = m.operators([0.2]), np.array([1.5])
+/// >>> pin = linkwork.Hinge.pin([0, 1, 0])
+/// >>> m = linkwork.Builder().body("arm", "world", pin, mass=2, com=[0.3, 0, 0]).body("hand", "arm", pin, mass=1, com=[0.1, 0, 0], hinge_in_parent=[0.5, 0, 0]).build()
+/// >>> o, udot = m.operators([0.2, 0.4]), np.array([1.5, -1.0])
 /// >>> H, Phi, Psi, M, K, D, I = o.H, o.Phi, o.Psi, o.M, o.K, o.D, o.I
 /// >>> T = H * Phi * M * Phi.T * H.T * udot
 /// >>> ((I - H*Psi*K).T * D.inv() * (I - H*Psi*K) * T).round(9).tolist()
-/// [1.5]
+/// [1.5, -1.0]
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Operators {
     core: Arc<Core>,
@@ -62,107 +63,171 @@ impl Mechanism {
 #[pymethods]
 impl Operators {
     /// Degrees of freedom: the size of the hinge space.
+    ///
+    /// >>> o.nv
+    /// 2
     #[getter]
     fn nv(&self) -> usize {
         self.ops.nv()
     }
     /// The number of links: their space has six times as many numbers.
+    ///
+    /// >>> o.links
+    /// 2
     #[getter]
     fn links(&self) -> usize {
         self.ops.links()
     }
     /// The body whose hinge each link belongs to, in order.
+    ///
+    /// >>> o.link_bodies
+    /// ['arm', 'hand']
     #[getter]
     fn link_bodies(&self) -> Vec<&str> {
         (0..self.ops.links()).filter_map(|k| self.ops.link_body(k)).collect()
     }
     /// 1, of the size that its place asks for.
+    ///
+    /// >>> (I * udot).tolist()
+    /// [1.5, -1.0]
     #[getter]
     fn I(&self) -> Operator {
         self.ops.identity().into()
     }
     /// H (nv × links): forces to hinges; H.T takes rates to relative velocities.
+    ///
+    /// >>> H.shape, (H.T * udot)[[1, 7]].tolist()
+    /// ((2, 12), [1.5, -1.0])
     #[getter]
     fn H(&self) -> Operator {
         self.ops.H().into()
     }
     /// φ (links × links): gathers forces from the tips; Phi.T scatters motions from the base.
+    ///
+    /// >>> bool(np.allclose((Phi * (I - o.EPhi)).dense(), np.eye(12)))
+    /// True
     #[getter]
     fn Phi(&self) -> Operator {
         self.ops.phi().into()
     }
     /// ψ (links × links): φ of the articulated system.
+    ///
+    /// >>> bool(np.allclose((Psi * (I - o.EPsi)).dense(), np.eye(12)))
+    /// True
     #[getter]
     fn Psi(&self) -> Operator {
         self.ops.psi().into()
     }
     /// ℰφ (links × links): one step of φ, from each link to its parent.
+    ///
+    /// >>> bool((o.EPhi * o.EPhi).dense().any())
+    /// False
     #[getter]
     fn EPhi(&self) -> Operator {
         self.ops.e_phi().into()
     }
     /// ℰψ (links × links): one step of ψ.
+    ///
+    /// >>> bool(np.allclose(o.EPsi.dense(), (o.EPhi - K * H).dense()))
+    /// True
     #[getter]
     fn EPsi(&self) -> Operator {
         self.ops.e_psi().into()
     }
     /// M (links × links): rigid inertia of each link about its origin.
+    ///
+    /// >>> M.dense().diagonal()[3:6].tolist()
+    /// [2.0, 2.0, 2.0]
     #[getter]
     fn M(&self) -> Operator {
         self.ops.M().into()
     }
     /// P (links × links): articulated inertia of each link and all outboard.
+    ///
+    /// >>> bool(np.allclose(o.P.dense(), (o.EPsi * o.P * o.EPhi.T + M).dense()))
+    /// True
     #[getter]
     fn P(&self) -> Operator {
         self.ops.P().into()
     }
     /// D (nv × nv): articulated inertia that each hinge feels, H P H* + J.
+    ///
+    /// >>> bool(np.allclose(D.dense(), (H * o.P * H.T + o.J).dense()))
+    /// True
     #[getter]
     fn D(&self) -> Operator {
         self.ops.D().into()
     }
     /// G (links × nv): P H* D⁻¹.
+    ///
+    /// >>> bool(np.allclose(o.G.dense(), (o.P * H.T * D.inv()).dense()))
+    /// True
     #[getter]
     fn G(&self) -> Operator {
         self.ops.G().into()
     }
     /// K (links × nv): ℰφ G.
+    ///
+    /// >>> bool(np.allclose(K.dense(), (o.EPhi * o.G).dense()))
+    /// True
     #[getter]
     fn K(&self) -> Operator {
         self.ops.K().into()
     }
     /// J (nv × nv): reflected inertia of the rotors, kg m² or kg.
+    ///
+    /// >>> o.J.dense().tolist()
+    /// [[0.0, 0.0], [0.0, 0.0]]
     #[getter]
     fn J(&self) -> Operator {
         self.ops.J().into()
     }
     /// Υ (links × links): diagonal blocks of Ω.
+    ///
+    /// >>> bool(np.allclose(o.Upsilon.dense()[6:, 6:], o.Omega.dense()[6:, 6:]))
+    /// True
     #[getter]
     fn Upsilon(&self) -> Operator {
         self.ops.upsilon().into()
     }
     /// Ω (links × links): ψ* H* D⁻¹ H ψ.
+    ///
+    /// >>> bool(np.allclose(o.Omega.dense(), (Psi.T * H.T * D.inv() * H * Psi).dense()))
+    /// True
     #[getter]
     fn Omega(&self) -> Operator {
         self.ops.omega().into()
     }
     /// H φ M φ* H* + J: the mass matrix (nv × nv).
+    ///
+    /// >>> bool(np.allclose(o.mass.dense(), m.mass_matrix([0.2, 0.4])))
+    /// True
     #[getter]
     fn mass(&self) -> Operator {
         self.ops.mass().into()
     }
-    /// (I − H ψ K)* D⁻¹ (I − H ψ K): its inverse, on the free coordinates.
+    /// (I − H ψ K)* D⁻¹ (I − H ψ K): the inverse of the mass matrix (nv × nv), on the free coordinates.
+    ///
+    /// >>> (o.mass_inverse * (o.mass * udot)).round(9).tolist()
+    /// [1.5, -1.0]
     #[getter]
     fn mass_inverse(&self) -> Operator {
         self.ops.mass_inverse().into()
     }
     /// φ* H* (links × nv): the Jacobian of all links.
+    ///
+    /// >>> o.jacobian.shape, bool(np.allclose(o.jacobian.dense(), (Phi.T * H.T).dense()))
+    /// ((12, 2), True)
     #[getter]
     fn jacobian(&self) -> Operator {
         self.ops.jacobian().into()
     }
     /// B (links × 6·frames): wrenches on frames (nodes or bodies; about each origin, world axes)
     /// to their links. B.T * jacobian is the Jacobian of the frames.
+    /// Raises LinkworkError for a frame that is not there.
+    ///
+    /// >>> (o.B("hand").T * o.jacobian).shape
+    /// (6, 2)
     #[pyo3(signature = (*frames))]
     fn B(&self, frames: &Bound<'_, PyTuple>) -> PyResult<Operator> {
         let node = |f: Bound<'_, PyAny>| self.core.frame(&f.extract::<String>()?);
@@ -180,6 +245,12 @@ impl Operators {
 /// `A * B`, `A @ B`, `A + B`, `A - B`, `2.0 * A`, `A.T`; `A * x` with x (columns,) gives (rows,),
 /// with x (columns, k) gives (rows, k). A mistake of order or size raises LinkworkError with both
 /// operands.
+///
+/// >>> m = linkwork.Builder().body("arm", "world", linkwork.Hinge.pin([0, 1, 0]), mass=2, com=[0.3, 0, 0]).build()
+/// >>> o = m.operators([0.2])
+/// >>> A = o.H * o.Phi * o.M * o.Phi.T * o.H.T
+/// >>> (A * [10.0]).round(9).tolist()
+/// [1.8]
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Operator {
     op: dynamics::Operator,
@@ -253,11 +324,18 @@ impl Operator {
     const __array_ufunc__: Option<bool> = None;
 
     /// The transposed.
+    ///
+    /// >>> (o.Phi * o.H.T).T.shape
+    /// (1, 6)
     #[getter]
     fn T(&self) -> Self {
         self.op.t().into()
     }
     /// (rows, columns); None for an expression of nothing but I.
+    /// Raises LinkworkError for an expression whose sizes do not fit.
+    ///
+    /// >>> o.H.shape, o.I.shape
+    /// ((1, 6), None)
     #[getter]
     fn shape(&self) -> PyResult<Option<(usize, usize)>> {
         let (rows, columns) = (self.op.rows(), self.op.columns());
@@ -266,15 +344,26 @@ impl Operator {
     }
     /// The inverse, for the expressions that have one of low order: D, φ, ψ, the mass matrix and
     /// its factors; LinkworkError for the others.
+    ///
+    /// >>> (o.mass.inv() * [1.8]).round(9).tolist()
+    /// [10.0]
     fn inv(&self) -> PyResult<Self> {
         Ok(self.op.inverse().map_err(refuse)?.into())
     }
     /// The matrix (rows, columns): O(columns · links) for each symbol.
+    /// Raises LinkworkError for an expression of no size.
+    ///
+    /// >>> A.dense().round(9).tolist()
+    /// [[0.18]]
     fn dense<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
         let (values, rows, columns) = py.detach(|| self.op.dense_rows()).map_err(refuse)?;
         out2(py, values, rows, columns)
     }
     /// The product with x (columns,) or, column by column, with x (columns, k).
+    /// Raises LinkworkError for an array of another shape.
+    ///
+    /// >>> A.apply([[10.0, 20.0]]).round(9).tolist()
+    /// [[1.8, 3.6]]
     fn apply<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
         let x = Input::read(x, "the right operand")?;
         let values = x.slice();

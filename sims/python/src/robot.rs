@@ -49,6 +49,14 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 pub struct Robot {}
 
 /// What a hand holds, for `with`: at its end the hand lets go.
+///
+/// >>> lift = linkwork.Builder().body("hand", "world", linkwork.Hinge.slider([0, 0, 1]), mass=1, com=[0, 0, 0], inertia=np.eye(3) / 100).build()
+/// >>> robot = linkwork.Robot(lift, chains={"arm": ("world", "hand")}, objects={"cup": (0.3, [0, 0, 0], np.eye(3) / 1000)}, colliders=[])
+/// >>> with robot.grasp("arm", "cup", [0, 0, 0.1]) as grip:
+/// ...     grip
+/// Grip(arm holds cup)
+/// >>> robot.hands("cup")
+/// []
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Grip {
     robot: Py<Robot>,
@@ -373,7 +381,7 @@ impl Robot {
         own.ask(|r| r.ungrasp(what))
     }
 
-    /// The parts that hold an object: the one that carries it, then the second; an empty list when nobody does.
+    /// The parts that hold an object: the one that carries it, then the second; an empty list when nobody does. Raises LinkworkError for an object that is not there.
     ///
     /// >>> robot.hands("cup")
     /// []
@@ -394,7 +402,7 @@ impl Robot {
         own.ask(|r| r.put(what, X))
     }
 
-    /// Where an object is in the world at the robot's q: (4, 4), m.
+    /// Where an object is in the world at the robot's q: (4, 4), m. Raises LinkworkError for an object that is not there.
     ///
     /// >>> robot.put("cup", [0.5, 0, 0.2])
     /// >>> robot.object_pose("cup")[:3, 3].tolist()

@@ -95,17 +95,36 @@ pub fn period(rate: f64) -> PyResult<Seconds> {
 }
 
 /// A variable of a simulation.
+///
+/// >>> variable = linkwork.Simulation("sims/pendulum").variables()["Friction.torque"]
+/// >>> variable
+/// Variable("Friction.torque", "N m", output)
 #[pyclass(frozen, get_all, weakref, module = "linkwork")]
 pub struct Variable {
     /// Its path.
+    ///
+    /// >>> variable.path
+    /// 'Friction.torque'
     pub path: String,
     /// Its unit, as in its model; "" for none.
+    ///
+    /// >>> variable.unit
+    /// 'N m'
     pub unit: String,
     /// What it means.
+    ///
+    /// >>> variable.doc
+    /// 'Torque on the hinge.'
     pub doc: String,
     /// "state", "output", "input" (without a wire: may be set) or "wired input".
+    ///
+    /// >>> variable.role
+    /// 'output'
     pub role: &'static str,
     /// The part that owns it.
+    ///
+    /// >>> variable.part
+    /// 'Friction'
     pub part: String,
 }
 

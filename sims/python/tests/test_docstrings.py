@@ -1,51 +1,77 @@
-"""The examples in the package's docstrings run; and every method of the classes below has one, with what it takes, gives and refuses."""
+"""The examples in the package's docstrings run; and every method of every class has one, with what it takes, gives and refuses."""
 
+import contextlib
 import doctest
 import inspect
 import re
+import subprocess
+import time
 
 import numpy as np
 import pytest
-from conftest import SOURCE
+from conftest import SOURCE, program
 
 import linkwork as lw
 
 PUBLIC = {name: value for name, value in vars(lw).items() if name in lw.__all__}
 CLASSES = {n: c for n, c in PUBLIC.items() if inspect.isclass(c)}
 
-#: Classes of which every public method has an example, with shapes or units, and what it refuses.
-COMPLETE = ["Builder", "Collisions", "Hinge", "Mechanism", "Robot", "State"]
-
-#: Methods that refuse nothing: they take no argument that could be wrong.
+#: Methods that refuse nothing: they take no argument that could be wrong. Getters do not either, but those of `REFUSING`.
 REFUSE_NOTHING = {
-    "Builder": set(),
-    "Collisions": {"copy", "colliders"},
-    "Hinge": {"ball", "free", "locked", "gimbal", "planar", "chain", "prescribed", "armature", "gear", "limits", "nq", "nv"},
-    "Mechanism": {
-        "nq", "nv", "bodies", "nodes", "subhinges", "total_mass", "prescribed", "position_limits", "rate_limits", "effort_limits", "neutral_q",
-        "random_q", "random_v", "ignored", "joints", "initial_q", "couplings", "to_ron", "constraints", "inertial_parameters",
-    },
-    "State": {
-        "q", "v", "center_of_mass", "com_velocity", "momentum", "kinetic_energy", "potential_energy", "clear_wrenches",
-    },
-    "Robot": {"copy", "parts", "objects", "hands", "gravity_forces", "mass_matrix", "center_of_mass", "object_pose"},
+    "Collider": {"material"},
+    "Collisions": {"copy"},
+    "Contact": {"reset"},
+    "Hinge": {"ball", "free", "locked", "gimbal", "planar", "chain", "prescribed", "armature", "gear", "limits"},
+    "Log": {"keys"},
+    "Mechanism": {"couplings", "neutral_q", "random_q", "random_v", "initial_q", "to_ron", "inertial_parameters"},
+    "State": {"center_of_mass", "com_velocity", "momentum", "kinetic_energy", "potential_energy", "clear_wrenches"},
+    "Robot": {"copy", "gravity_forces", "mass_matrix", "center_of_mass"},
+    "Attached": {"close"},
 }
 
-#: Methods of names and answers alone: there is nothing to measure.
+#: Getters that refuse what is set, or have nothing to give.
+REFUSING = {"Mechanism": {"gravity"}, "Operator": {"shape"}, "Robot": {"q"}, "Simulation": {"mechanism", "q", "v"}}
+
+#: Methods of names, counts, ratios and answers alone: there is nothing to measure.
 NAMES = {
+    "Attached": {"checkpoint", "close", "quit", "variables"},
     "Builder": {"build"},
+    "Campaign": {"doc", "drawn", "draws", "execute", "figures", "identity", "name", "path", "run", "runs", "simulation"},
+    "Collider": {"body", "friction", "material", "name", "restitution"},
+    "Collisions": {"copy", "colliders", "hide", "show", "look_at", "looks_at", "clear_cells", "count"},
+    "ConstrainedMotion": {"rank", "redundant", "rows"},
+    "Constraint": {"bodies", "kind", "motions", "name", "rows"},
+    "Contact": {"colliders", "reset"},
+    "ContactStep": {"converged", "impacts", "pairs", "residual"},
+    "Edit": {"delete", "detach", "mechanism", "places_q", "places_v", "reroot"},
+    "Frames": {"add_mechanism", "counts"},
     "Hinge": {"pin", "slider", "ball", "free", "locked", "universal", "cylindrical", "gimbal", "planar", "chain", "prescribed", "gear", "nq", "nv"},
+    "Log": {"keys", "rows", "unit"},
     "Mechanism": {
         "nq", "nv", "bodies", "nodes", "subhinges", "prescribed", "with_prescribed", "subgraph", "coordinates", "parent", "hinge", "state", "ignored",
         "joints", "to_urdf", "to_ron", "file_colliders", "constraints",
     },
-    "State": {"clear_wrenches"},
-    "Collisions": {"copy", "colliders", "hide", "show", "look_at", "looks_at", "clear_cells", "count"},
+    "Operator": {"T", "inv"},
+    "Operators": {"I", "link_bodies", "links", "nv"},
+    "Outcome": {"ended", "figures", "orderly", "run", "seed", "state_hash", "why"},
+    "Rank": {"free", "mobility", "rank", "redundant", "rows"},
+    "Results": {"done", "failures", "files", "runs"},
     "Robot": {"copy", "parts", "objects", "dofs", "release", "ungrasp", "hands"},
+    "Series": {"unit"},
+    "Simulation": {
+        "configuration", "fork", "mechanism", "parts", "phase", "resume", "run", "save", "seed", "state_hash", "step", "stop_recording", "variables",
+    },
+    "State": {"clear_wrenches"},
+    "Subgraph": {"base", "mechanism", "q", "v"},
+    "Subhinge": {"body", "gear", "kind", "parent", "prescribed", "q", "v"},
+    "Variable": {"doc", "part", "path", "role", "unit"},
 }
 
-#: A shape, or a unit.
-MEASURES = re.compile(r"\((?:n|nq|nv|k|\d+)\b[^)]*\)|\b(?:m|rad|kg|N|J)\b")
+#: A shape, or a unit; "SI" where the unit is the variable's.
+MEASURES = re.compile(r"\((?:n|nq|nv|k|rows|columns|steps|links|\d+)\b[^)]*\)|\b(?:m|rad|kg|N|J|Hz|SI)\b|(?<!')\bs\b")
+
+#: What a call raises.
+RAISES = re.compile(r"LinkworkError|Refused|ConnectionError")
 
 
 def own_methods(cls):
@@ -74,26 +100,58 @@ def where_examples_find_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def test_there_are_examples():
-    assert sum(">>>" in t for c in CLASSES.values() for t in own_methods(c).values()) >= 40
+@contextlib.contextmanager
+def served(folder):
+    """A run of the command line that `linkwork.attach("runs/pendulum")` finds, paced by the clock."""
+    out = folder / "runs" / "pendulum"
+    with contextlib.suppress(FileNotFoundError):
+        (out / "live.json").unlink()
+    arguments = ["run", "sims/pendulum", "--out", out, "--save-rrd", "off", "--serve", "--realtime", "--until", "1000s"]
+    run = subprocess.Popen([program(), *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        end = time.monotonic() + 30
+        while not (out / "live.json").exists():
+            assert run.poll() is None and time.monotonic() < end, "the run is not served"
+            time.sleep(0.01)
+        yield
+    finally:
+        run.kill()
+        run.wait()
+
+
+def surroundings(name, folder):
+    """What the examples of a class or function need besides files: those of a connection a run to connect to."""
+    return served(folder) if name in ("Attached", "attach") else contextlib.nullcontext()
 
 
 @pytest.mark.parametrize("name", sorted(PUBLIC))
-def test_examples_of_docstrings_run(name):
+def test_examples_of_docstrings_run(name, tmp_path):
     value = PUBLIC[name]
     own = (name, getattr(value, "__doc__", None) or "")
-    run([own])
+    if isinstance(value, str):
+        return
+    with surroundings(name, tmp_path):
+        assert run([own]) > 0, f"{name} has no example"
     if inspect.isclass(value):
         # The example of the class makes what those of its methods use, anew for each.
         for method, text in own_methods(value).items():
-            if ">>>" in text:
+            with surroundings(name, tmp_path):
                 run([own, (f"{name}.{method}", text)])
 
 
-@pytest.mark.parametrize("name", COMPLETE)
+@pytest.mark.parametrize("name", sorted(CLASSES))
 def test_every_method_has_an_example_and_says_what_it_refuses(name):
-    for method, text in own_methods(CLASSES[name]).items():
+    cls = CLASSES[name]
+    getters = {n for n, v in vars(cls).items() if inspect.isgetsetdescriptor(v)}
+    silent = REFUSE_NOTHING.get(name, set()) | getters - REFUSING.get(name, set())
+    for method, text in own_methods(cls).items():
         assert ">>>" in text, f"{name}.{method} has no example"
         words = text.split(">>>")[0]
-        assert MEASURES.search(words) or method in NAMES[name], f"{name}.{method} tells no shape and no unit"
-        assert "LinkworkError" in words or method in REFUSE_NOTHING[name], f"{name}.{method}: what does it refuse?"
+        assert MEASURES.search(words) or method in NAMES.get(name, ()), f"{name}.{method} tells no shape and no unit"
+        assert RAISES.search(words) or method in silent, f"{name}.{method}: what does it refuse?"
+
+
+@pytest.mark.parametrize("table", [REFUSE_NOTHING, REFUSING, NAMES])
+def test_the_tables_above_name_what_there_is(table):
+    for name, methods in table.items():
+        assert methods <= set(own_methods(CLASSES[name])), name
