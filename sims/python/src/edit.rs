@@ -243,7 +243,7 @@ impl Edit {
         self.with(|e| e.add_mechanism(prefix, &core.mbs, (q.slice(), v.slice()), onto, X))
     }
     /// Deletes a body with all that hangs on it.
-    /// Raises LinkworkError for a body that is not there, and when nothing would be left.
+    /// Raises LinkworkError for a body that is not there.
     ///
     /// >>> _ = edit.delete("lower")
     /// >>> edit.mechanism.bodies

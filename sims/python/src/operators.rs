@@ -332,7 +332,6 @@ impl Operator {
         self.op.t().into()
     }
     /// (rows, columns); None for an expression of nothing but I.
-    /// Raises LinkworkError for an expression whose sizes do not fit.
     ///
     /// >>> o.H.shape, o.I.shape
     /// ((1, 6), None)

@@ -30,7 +30,7 @@ REFUSE_NOTHING = {
 }
 
 #: Getters that refuse what is set, or have nothing to give.
-REFUSING = {"Mechanism": {"gravity"}, "Operator": {"shape"}, "Robot": {"q"}, "Simulation": {"mechanism", "q", "v"}}
+REFUSING = {"Mechanism": {"gravity"}, "Robot": {"q"}, "Simulation": {"mechanism", "q", "v"}}
 
 #: Methods of names, counts, ratios and answers alone: there is nothing to measure.
 NAMES = {
