@@ -71,7 +71,11 @@ impl Picture {
         }
         self.next = t + self.every;
         if let Some((x, y, points)) = &mut self.map {
-            points.add(sim.value(*x), sim.value(*y));
+            let (x, y) = (sim.value(*x), sim.value(*y));
+            // In phases that do not have the body it is nowhere.
+            if !x.is_nan() && !y.is_nan() {
+                points.add(x, y);
+            }
         }
     }
 
