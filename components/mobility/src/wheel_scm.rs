@@ -144,15 +144,14 @@ pub(crate) fn without_ground(ground: &View<Touched>) -> Vec<BuildError> {
         return Vec::new();
     }
     let fact = "there is no `mobility.scm_ground`: nothing carries it";
-    let help = "add one, as `parts/ruts_scm.ron` has it";
+    let help = "add one, as `parts/ruts_scm.ron` has it; the rovers that ship take it with `Environment.ruts: \"scm\"` (on the command line `--set Rover.Environment.ruts=scm`)";
     vec![BuildError::new(fact).help(help)]
 }
 
 impl WheelScm {
-    fn presser(&self, hub: Hub) -> Presser {
-        let p = &self.p;
-        let radius = p.radius + p.grouser_share * p.grouser_height;
-        Presser { form: Form::Rim { radius, width: p.width }, hub, along: Vec3::zeros() }
+    /// Radius at which the soil is sheared, m.
+    fn shear_radius(&self) -> f64 {
+        self.p.radius + self.p.grouser_share * self.p.grouser_height
     }
 }
 
@@ -164,12 +163,10 @@ impl Model for WheelScm {
     type Yd = ScmOut;
     type Store = View<Touched>;
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &WheelIn, ground: &View<Touched>) -> ScmOut {
-        let p = &self.p;
-        let presser = self.presser(hub_of(&u.hub));
-        let (hub, Form::Rim { radius, .. }) = (&presser.hub, presser.form) else {
-            unreachable!("a wheel has a rim")
-        };
-        let at = hub.position;
+        let (p, radius) = (&self.p, self.shear_radius());
+        let form = Form::Rim { radius, width: p.width };
+        let presser = Presser { form, hub: hub_of(&u.hub), along: Vec3::zeros() };
+        let (hub, at) = (&presser.hub, presser.hub.position);
         let up = p.terrain.ground(at.x, at.y).map_or_else(Vec3::z, |g| g.normal);
         let slip = soft_slip(hub, radius, &up);
         let law = Law::of(p.terrain.soil(at.x, at.y), presser.narrow(), slip);
