@@ -14,7 +14,7 @@
 //!     until: "1 s",
 //! )"#;
 //! let catalogue = Catalogue::new(linkwork_assemblies::libraries());
-//! let options = Options { embedded: std::borrow::Cow::Owned(linkwork_assemblies::embedded()), ..Options::new(&catalogue) };
+//! let options = Options { embedded: linkwork_assemblies::embedded(), ..Options::new(&catalogue) };
 //! let loaded = load_text("filter.ron", text, &options)?;
 //! let mut sim = Simulation::of(loaded.compile(&catalogue, &Files::default())?.into());
 //! sim.run_until(Seconds { num: 1, den: 1 })?;
@@ -25,6 +25,7 @@
 use include_dir::{Dir, include_dir};
 use linkwork_runtime::Entry;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 static PARTS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/parts");
 static ARMS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/arms");
@@ -53,7 +54,7 @@ pub fn libraries() -> [Vec<Entry>; 10] {
 
 /// Path (`rovers/rocker_bogie.ron`) → text of every assembly; `behaviours/MODEL.ron` is a small simulation that
 /// shows what a model does, for `linkwork describe` and the book.
-pub fn embedded() -> BTreeMap<String, String> {
+pub fn embedded() -> Arc<BTreeMap<String, String>> {
     let mut all = BTreeMap::new();
     let folders = [
         ("parts", &PARTS),
@@ -71,7 +72,7 @@ pub fn embedded() -> BTreeMap<String, String> {
             }
         }
     }
-    all
+    Arc::new(all)
 }
 
 #[cfg(test)]

@@ -208,7 +208,7 @@ impl Wheels {
             let orders = Orders { library: &self.library, threads, stop: Default::default() };
             assert!(execute(&self.campaign, &orders, &mut own, |_| ()).unwrap());
             if write {
-                own.write(&self.campaign).1.unwrap();
+                own.write(&self.campaign, threads).1.unwrap();
             }
         })
     }

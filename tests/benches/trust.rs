@@ -1,11 +1,13 @@
 //! What saving the rover of `sims/rover_traverse` costs: a checkpoint taken, written without waiting for the disk,
-//! read and taken back.
+//! read and taken back; and what a row of a watcher on the socket costs the thread of the run.
 //!
-//! `cargo bench -p linkwork-tests --bench trust`; a watcher on the socket: tests/benches/watcher.
+//! `cargo bench -p linkwork-tests --bench trust`; whole runs with a watcher: tests/benches/watcher.
 #![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
+use linkwork_live::{Ask, Client, Live, Said, Server, Ticket, VERSION};
+use linkwork_runner::{Runner, Watch};
 use linkwork_runtime::{Checkpoint, Seconds, Simulation};
 use std::hint::black_box;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -21,6 +23,62 @@ fn measure(what: &str, mut call: impl FnMut()) {
         .collect();
     all.sort_by(f64::total_cmp);
     println!("{what:48} {:7.3} ms, at most {:7.3}", all[all.len() / 2], all[all.len() - 1]);
+}
+
+struct Nothing;
+
+impl Watch for Nothing {
+    fn tick(&mut self, _: &Simulation) {}
+}
+
+/// What the thread of a run spends on a watcher of every number of the rover who wants 100 rows a second of the wall, in
+/// parts of that second: the time of a call that sends a row, over 10 ms.
+fn watched(sim: Simulation) {
+    let mut runner = Runner::new(sim, Nothing);
+    let mut live = Live::new(Server::start("127.0.0.1:0", "traverse").unwrap());
+    let server = live.server();
+    let (address, token) = (server.address().to_string(), server.token().to_string());
+    let ticket = Ticket { version: VERSION, address, token };
+    let (tell, told) = std::sync::mpsc::channel();
+    let client = std::thread::spawn(move || {
+        let mut client = Client::connect(&ticket).unwrap();
+        let said = client.ask(Ask::List { patterns: vec!["Rover.**".into()] }).unwrap();
+        let Said::Names { names } = said else { panic!("{said:?}") };
+        let paths: Vec<String> = names.into_iter().map(|(path, _)| path).collect();
+        tell.send(paths.len()).unwrap();
+        client.ask(Ask::Watch { paths, rate: 100.0 }).unwrap();
+        let mut rows = 0;
+        while let Ok(reply) = client.receive() {
+            rows += usize::from(matches!(reply.said, Said::Values { .. }));
+        }
+        rows
+    });
+    let mut calls = Vec::new();
+    let mut numbers = 0;
+    let begin = Instant::now();
+    while begin.elapsed() < Duration::from_secs(6) {
+        let start = Instant::now();
+        live.attend(&mut runner, 1);
+        let spent = start.elapsed().as_secs_f64();
+        if let Ok(n) = told.try_recv() {
+            numbers = n;
+        }
+        if begin.elapsed() > Duration::from_secs(2) {
+            calls.push(spent);
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    drop(live);
+    let rows = client.join().unwrap();
+    assert!(numbers > 500 && rows > 300, "{rows} rows of {numbers} numbers");
+    calls.sort_by(f64::total_cmp);
+    let (median, late) = (calls[calls.len() / 2], calls[calls.len() * 9 / 10]);
+    println!(
+        "a row of {numbers} numbers for a watcher: {:.1} us, nine of ten below {:.1}: {:.2} % of a run at 100 rows a second (goal 1 %)",
+        median * 1e6,
+        late * 1e6,
+        late / 0.01 * 100.0
+    );
 }
 
 fn main() -> Result<(), String> {
@@ -41,5 +99,6 @@ fn main() -> Result<(), String> {
         sim.restore(black_box(&Checkpoint::read(&file).unwrap())).unwrap();
     });
     assert_eq!(sim.hash(), hash);
+    watched(sim);
     Ok(())
 }

@@ -14,7 +14,7 @@ pub fn catalogue() -> Catalogue {
 
 fn options<'a>(catalogue: &'a Catalogue, set: &[&str]) -> Options<'a> {
     let mut options = Options::new(catalogue);
-    options.embedded = std::borrow::Cow::Owned(linkwork_assemblies::embedded());
+    options.embedded = linkwork_assemblies::embedded();
     options.overrides = set.iter().map(|s| (*s).to_string()).collect();
     options
 }

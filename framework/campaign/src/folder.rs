@@ -107,13 +107,17 @@ impl Folder {
         }
     }
 
-    /// Writes tables and report of what has ended; gives the results and the files.
+    /// Writes tables and report of what has ended, by so many threads; gives the results and the files.
     ///
     /// # Errors
     /// A message with the file; the results are there all the same.
-    pub fn write(&self, campaign: &Campaign) -> (Results, Result<Vec<PathBuf>, String>) {
+    pub fn write(
+        &self,
+        campaign: &Campaign,
+        threads: usize,
+    ) -> (Results, Result<Vec<PathBuf>, String>) {
         let mut results = Results::new(campaign, &self.journal);
-        let bands = results.bands(campaign, &self.journal, &self.path);
+        let bands = results.bands(campaign, &self.journal, &self.path, threads);
         let written = results.write(&self.path).and_then(|mut files| {
             let page = self.path.join("report.html");
             report::write(&page, campaign, &results)?;

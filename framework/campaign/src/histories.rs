@@ -8,7 +8,7 @@
 //! outcome is told, which holds its checksum: a history that a power cut took, or that was changed, is made again.
 use crate::results::{Column, Durable, Table, replace};
 use crate::statistics::percentile;
-use linkwork_record::{Cells, ParquetFile, parquet_numbers, titled};
+use linkwork_record::{Cells, ParquetFile, parquet_columns, titled};
 use linkwork_runtime::{Place, Plan, Schedule, Seconds, Simulation};
 use std::path::{Path, PathBuf};
 
@@ -141,27 +141,58 @@ pub const BAND: [(f64, &str); 7] = [
     (1.0, "max"),
 ];
 
-/// The bands of the runs given: of all rows, or, where they are very many, of [`INSTANTS`] of them spread evenly. One
-/// variable is held at a time.
+/// The history of a run as it was written, as columns of these titles; `None` when it is not there, or is another.
+fn read(
+    campaign: &Path,
+    (run, checksum): (u64, u32),
+    titles: &[&str],
+) -> Result<Option<Vec<Vec<f64>>>, String> {
+    let path = file(campaign, run);
+    let Ok(bytes) = std::fs::read(&path) else { return Ok(None) };
+    if crc32fast::hash(&bytes) != checksum {
+        return Ok(None);
+    }
+    let columns = parquet_columns(bytes, titles).map_err(|e| {
+        format!("`{}` cannot be read: {e}; without it its run is made again", path.display())
+    })?;
+    Ok(Some(columns))
+}
+
+/// What `f` makes of each of `all`, by several threads, in their order.
+fn each<T: Sync, R: Send>(threads: usize, all: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let part = all.len().div_ceil(threads.max(1)).max(1);
+    std::thread::scope(|scope| {
+        let parts: Vec<_> = all.chunks(part).collect();
+        let under: Vec<_> = (parts.into_iter())
+            .map(|part| scope.spawn(|| part.iter().map(&f).collect::<Vec<R>>()))
+            .collect();
+        let joined = under.into_iter().flat_map(|thread| match thread.join() {
+            Ok(made) => made,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        joined.collect()
+    })
+}
+
+/// The bands of those of the runs given whose history is as it was written, and how many those are: of all rows, or, where
+/// they are very many, of [`INSTANTS`] of them spread evenly. As many variables are held at a time as [`HELD`] has room
+/// for. `kept`: runs with the checksums of their histories. Cost: each history is read once for its times, and once for
+/// each such set of variables.
 ///
 /// # Errors
 /// A message with the file that cannot be read.
 pub(crate) fn bands(
     campaign: &Path,
     retained: &Retained,
-    runs: &[u64],
-) -> Result<Vec<Band>, String> {
-    let read = |run: u64, title: &str| {
-        let path = file(campaign, run);
-        parquet_numbers(&path, title).map_err(|e| {
-            format!("`{}` cannot be read: {e}; without it its run is made again", path.display())
-        })
-    };
+    kept: &[(u64, u32)],
+    threads: usize,
+) -> Result<(Vec<Band>, usize), String> {
     let mut times: Vec<f64> = Vec::new();
-    for run in runs {
-        let of_run = read(*run, TIME)?;
+    let mut whole = Vec::new();
+    for (one, read) in kept.iter().zip(each(threads, kept, |one| read(campaign, *one, &[TIME]))) {
+        let Some(of_run) = read?.and_then(|mut columns| columns.pop()) else { continue };
         if of_run.iter().zip(&times).any(|(a, b)| a != b) {
-            let path = file(campaign, *run);
+            let path = file(campaign, one.0);
             return Err(format!(
                 "`{}`: its rows are at other times than those of other runs",
                 path.display()
@@ -170,24 +201,50 @@ pub(crate) fn bands(
         if of_run.len() > times.len() {
             times = of_run;
         }
+        whole.push(*one);
     }
-    let most = INSTANTS.min(HELD / runs.len().max(1)).max(2);
+    let most = INSTANTS.min(HELD / whole.len().max(1)).max(2);
     let every = times.len().div_ceil(most).max(1);
     let times: Vec<f64> = times.into_iter().step_by(every).collect();
-    let band = |(name, unit): &(String, String)| {
-        let mut at: Vec<Vec<f64>> = vec![Vec::new(); times.len()];
-        for run in runs {
-            let values = read(*run, &titled(name, unit))?;
-            for (at, y) in at.iter_mut().zip(values.into_iter().step_by(every)) {
-                at.extend((!y.is_nan()).then_some(y));
-            }
+    let room = (HELD / (whole.len() * times.len()).max(1)).max(1);
+    let mut bands = Vec::new();
+    for variables in retained.variables.chunks(room) {
+        let titles: Vec<String> = variables.iter().map(|(n, u)| titled(n, u)).collect();
+        let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
+        let thin = |values: Vec<f64>| values.into_iter().step_by(every).collect();
+        let of_runs = each(threads, &whole, |one| {
+            let columns = read(campaign, *one, &titles)?;
+            let columns = columns.ok_or_else(|| {
+                format!("`{}` was changed meanwhile", file(campaign, one.0).display())
+            })?;
+            Ok(columns.into_iter().map(thin).collect())
+        });
+        let of_runs = of_runs.into_iter().collect::<Result<Vec<Vec<Vec<f64>>>, String>>()?;
+        let numbered: Vec<(usize, &(String, String))> = variables.iter().enumerate().collect();
+        bands.extend(each(threads, &numbered, |(k, variable)| {
+            let values = of_runs.iter().map(|columns| &columns[*k][..]);
+            band(variable, &times, values)
+        }));
+    }
+    Ok((bands, whole.len()))
+}
+
+/// The band of one variable from its values in each run.
+fn band<'a>(
+    (name, unit): &(String, String),
+    times: &[f64],
+    runs: impl Iterator<Item = &'a [f64]>,
+) -> Band {
+    let mut at: Vec<Vec<f64>> = vec![Vec::new(); times.len()];
+    for values in runs {
+        for (at, y) in at.iter_mut().zip(values) {
+            at.extend((!y.is_nan()).then_some(*y));
         }
-        at.iter_mut().for_each(|y| y.sort_by(f64::total_cmp));
-        let levels = BAND.map(|(p, _)| at.iter().map(|y| percentile(y, p)).collect());
-        let n = at.iter().map(|y| y.len() as u64).collect();
-        Ok(Band { name: name.clone(), unit: unit.clone(), times: times.clone(), n, levels })
-    };
-    retained.variables.iter().map(band).collect()
+    }
+    at.iter_mut().for_each(|y| y.sort_unstable_by(f64::total_cmp));
+    let levels = BAND.map(|(p, _)| at.iter().map(|y| percentile(y, p)).collect());
+    let n = at.iter().map(|y| y.len() as u64).collect();
+    Band { name: name.clone(), unit: unit.clone(), times: times.to_vec(), n, levels }
 }
 
 /// A row for each variable and instant.
@@ -232,9 +289,13 @@ mod tests {
     #[test]
     fn bands_by_hand_with_runs_that_end_sooner_and_values_that_are_not_there() {
         let folder = tempfile::tempdir().unwrap();
-        keep(folder.path(), 0, &[0.0, 0.5, 1.0], &[1.0, 2.0, 3.0]);
-        keep(folder.path(), 4, &[0.0, 0.5], &[3.0, f64::NAN]);
-        let bands = bands(folder.path(), &retained(), &[0, 4]).unwrap();
+        let first = keep(folder.path(), 0, &[0.0, 0.5, 1.0], &[1.0, 2.0, 3.0]);
+        let other = keep(folder.path(), 4, &[0.0, 0.5], &[3.0, f64::NAN]);
+        // The history of run 2 is gone, that of run 3 is not the one that was written.
+        keep(folder.path(), 3, &[0.0], &[9.0]);
+        let kept = [(0, first), (2, first), (3, first), (4, other)];
+        let (bands, whole) = bands(folder.path(), &retained(), &kept, 2).unwrap();
+        assert_eq!(whole, 2);
         let [band] = &bands[..] else { panic!("{bands:?}") };
         assert_eq!((&band.times[..], &band.n[..]), (&[0.0, 0.5, 1.0][..], &[2, 1, 1][..]));
         let [min, _, p25, median, _, _, max] = &band.levels;
@@ -247,9 +308,9 @@ mod tests {
     #[test]
     fn rows_at_other_times_are_no_band() {
         let folder = tempfile::tempdir().unwrap();
-        keep(folder.path(), 0, &[0.0, 0.5], &[1.0, 2.0]);
-        keep(folder.path(), 1, &[0.0, 0.4], &[1.0, 2.0]);
-        let e = bands(folder.path(), &retained(), &[0, 1]).unwrap_err();
+        let first = keep(folder.path(), 0, &[0.0, 0.5], &[1.0, 2.0]);
+        let other = keep(folder.path(), 1, &[0.0, 0.4], &[1.0, 2.0]);
+        let e = bands(folder.path(), &retained(), &[(0, first), (1, other)], 1).unwrap_err();
         assert!(e.contains("run_1.parquet") && e.contains("other times"), "{e}");
     }
 
@@ -257,8 +318,8 @@ mod tests {
     fn long_histories_are_thinned_evenly() {
         let folder = tempfile::tempdir().unwrap();
         let times: Vec<f64> = (0..2001).map(|k| f64::from(k) / 2.0).collect();
-        keep(folder.path(), 0, &times, &times);
-        let bands = bands(folder.path(), &retained(), &[0]).unwrap();
+        let sum = keep(folder.path(), 0, &times, &times);
+        let (bands, _) = bands(folder.path(), &retained(), &[(0, sum)], 3).unwrap();
         assert!(bands[0].times.len() <= INSTANTS && bands[0].times.len() > INSTANTS / 2);
         assert_eq!((bands[0].times[1], bands[0].levels[3][1]), (2.5, 2.5));
     }

@@ -9,7 +9,7 @@
 //!
 //! Rows are in the order of the runs, and nothing in them depends on when or on how many threads the runs were made.
 use crate::campaign::Campaign;
-use crate::histories::{Band, bands, is_whole, table};
+use crate::histories::{Band, bands, table};
 use crate::journal::Journal;
 use crate::outcome::{Cause, Outcome};
 use crate::statistics::{Summary, rank_correlation};
@@ -165,7 +165,7 @@ impl Results {
         }
     }
 
-    /// Makes the bands of what the orderly runs have kept in the campaign's folder.
+    /// Makes the bands of what the orderly runs have kept in the campaign's folder, by so many threads.
     ///
     /// # Errors
     /// A message with the file that cannot be read.
@@ -174,14 +174,13 @@ impl Results {
         campaign: &Campaign,
         journal: &Journal,
         folder: &Path,
+        threads: usize,
     ) -> Result<(), String> {
         let Some(retained) = campaign.retained() else { return Ok(()) };
-        let orderly = journal.outcomes.values().filter(|o| o.ended.is_orderly());
-        let orderly: Vec<_> = orderly.collect();
-        let whole = |o: &&&Outcome| o.history.is_some_and(|sum| is_whole(folder, o.run, sum));
-        let runs: Vec<u64> = orderly.iter().filter(whole).map(|o| o.run).collect();
-        self.bands_of = (runs.len(), orderly.len());
-        self.bands = bands(folder, retained, &runs)?;
+        let orderly = || journal.outcomes.values().filter(|o| o.ended.is_orderly());
+        let kept: Vec<_> = orderly().filter_map(|o| Some((o.run, o.history?))).collect();
+        self.bands_of = (0, orderly().count());
+        (self.bands, self.bands_of.0) = bands(folder, retained, &kept, threads)?;
         Ok(())
     }
 

@@ -6,7 +6,7 @@
 //! Requests of one client are done in their order. What a set changes is therefore in the rows of
 //! its tick; it stands in the log before them, so that a replay does the same.
 use crate::protocol::{Amount, Ask, Reply, Request, Said};
-use crate::server::{Guest, Server};
+use crate::server::{Guest, Row, Server};
 use linkwork_assembly::{Text, match_patterns};
 use linkwork_runner::{Runner, Watch, time_name};
 use linkwork_runtime::{Change, Origin, Place, Value, Variable};
@@ -229,9 +229,7 @@ impl Live {
             let Some(rows) = client.watch.as_mut().filter(|rows| at >= rows.next) else { continue };
             // Of rows that were missed none is made up.
             rows.next = (rows.next + rows.period).max(at);
-            let sent = client
-                .guest
-                .send(&Reply { id: rows.id, said: values(&rows.places, rows.lost, runner) });
+            let sent = client.guest.row(rows.id, row(&rows.places, rows.lost, runner));
             rows.lost += u64::from(!sent);
         }
     }
@@ -248,7 +246,7 @@ impl Served {
 fn answer<W: Watch>(ask: Ask, runner: &mut Runner<W>) -> Result<Said, No> {
     match ask {
         Ask::List { patterns } => list(&patterns, runner),
-        Ask::Get { paths } => Ok(values(&places(&paths, runner)?, 0, runner)),
+        Ask::Get { paths } => Ok(row(&places(&paths, runner)?, 0, runner).said()),
         Ask::Set { path, value } => change(runner, &path, Change::Set, Some(value)),
         Ask::Pin { path, value } => change(runner, &path, Change::Pin, value),
         Ask::Unpin { path } => change(runner, &path, Change::Unpin, None),
@@ -286,10 +284,10 @@ fn places<W: Watch>(paths: &[String], runner: &Runner<W>) -> Result<Vec<Place>, 
     paths.iter().map(|path| Ok(variable(path, runner)?.place)).collect()
 }
 
-fn values<W: Watch>(places: &[Place], lost: u64, runner: &Runner<W>) -> Said {
+fn row<W: Watch>(places: &[Place], lost: u64, runner: &Runner<W>) -> Row {
     let sim = runner.sim();
-    let value = |place: &Place| Some(sim.value(*place)).filter(|x| x.is_finite());
-    Said::Values { time: sim.time(), values: places.iter().map(value).collect(), lost }
+    let values = places.iter().map(|place| sim.value(*place)).collect();
+    Row { time: sim.time(), values, lost }
 }
 
 fn list<W: Watch>(patterns: &[String], runner: &Runner<W>) -> Result<Said, No> {

@@ -62,17 +62,57 @@ pub(crate) struct Guest {
     socket: TcpStream,
 }
 
+/// A reply that waits to be written.
+enum Waiting {
+    /// As it goes over the wire.
+    Frame(Vec<u8>),
+    /// A row of a watch, which its writer's thread puts into words: the run's thread only copies numbers.
+    Row(u64, Row),
+}
+
+/// A row of a watch.
+pub(crate) struct Row {
+    /// Simulated time (s).
+    pub time: f64,
+    /// The numbers.
+    pub values: Vec<f64>,
+    /// Rows before it that found no room.
+    pub lost: u64,
+}
+
+impl Row {
+    /// Bytes of its frame at most: 24 for a number and a comma, the names and numbers around them.
+    fn longest(&self) -> usize {
+        25 * self.values.len() + 160
+    }
+
+    pub(crate) fn said(&self) -> Said {
+        let values = self.values.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect();
+        Said::Values { time: self.time, values, lost: self.lost }
+    }
+}
+
+impl Waiting {
+    /// Bytes that it is counted as.
+    fn length(&self) -> usize {
+        match self {
+            Waiting::Frame(bytes) => bytes.len(),
+            Waiting::Row(_, row) => row.longest(),
+        }
+    }
+}
+
 /// The end of the queue of replies at which they come in.
 #[derive(Clone)]
 struct Replies {
-    queue: SyncSender<Vec<u8>>,
+    queue: SyncSender<Waiting>,
     /// Bytes that wait or are being written.
     bytes: Arc<AtomicUsize>,
 }
 
 /// The end at which they are written.
 struct Unwritten {
-    queue: Receiver<Vec<u8>>,
+    queue: Receiver<Waiting>,
     bytes: Arc<AtomicUsize>,
 }
 
@@ -85,9 +125,9 @@ fn replies() -> (Replies, Unwritten) {
 
 impl Replies {
     /// False when there is no room. One that nobody writes any more counts as sent: its client has gone.
-    fn push(&self, reply: Vec<u8>) -> bool {
+    fn push(&self, reply: Waiting) -> bool {
         // With the four bytes before it the longest reply still fits, alone.
-        let (length, most) = (reply.len(), LONGEST_REPLY + 4);
+        let (length, most) = (reply.length(), LONGEST_REPLY + 4);
         let add = |waiting: usize| waiting.checked_add(length).filter(|sum| *sum <= most);
         if self.bytes.fetch_update(Ordering::SeqCst, Ordering::SeqCst, add).is_err() {
             return false;
@@ -106,9 +146,16 @@ impl Unwritten {
     /// Writes replies until a write fails or no more can come.
     fn write(self, mut to: impl Write) {
         while let Ok(reply) = self.queue.recv() {
-            let written = to.write_all(&reply);
-            self.bytes.fetch_sub(reply.len(), Ordering::SeqCst);
-            if written.is_err() {
+            let length = reply.length();
+            let written = match reply {
+                Waiting::Frame(bytes) => to.write_all(&bytes).is_ok(),
+                Waiting::Row(id, row) => {
+                    let reply = Reply { id, said: row.said() };
+                    frame(&reply, LONGEST_REPLY).is_ok_and(|bytes| to.write_all(&bytes).is_ok())
+                }
+            };
+            self.bytes.fetch_sub(length, Ordering::SeqCst);
+            if !written {
                 return;
             }
         }
@@ -131,7 +178,16 @@ impl Guest {
             let (message, help) = (e.to_string(), "ask for fewer variables".to_string());
             frame(&Reply { id: reply.id, said: Said::Refused { message, help } }, LONGEST_REPLY)
         });
-        bytes.is_ok_and(|bytes| self.replies.push(bytes))
+        bytes.is_ok_and(|bytes| self.replies.push(Waiting::Frame(bytes)))
+    }
+
+    /// Sends a row of the watch `id`. False when it cannot wait with the others. Cost: that of moving it; a row that could be
+    /// longer than a reply may be is put into words at once, to see.
+    pub fn row(&self, id: u64, row: Row) -> bool {
+        match row.longest() <= LONGEST_REPLY {
+            true => self.replies.push(Waiting::Row(id, row)),
+            false => self.send(&Reply { id, said: row.said() }),
+        }
     }
 }
 
@@ -260,7 +316,7 @@ impl Hall {
                     let help = "see PROTOCOL.md; the connection is closed".to_string();
                     let said = Said::Refused { message: e.to_string(), help };
                     if let Ok(bytes) = frame(&Reply { id: 0, said }, LONGEST_REPLY) {
-                        replies.push(bytes);
+                        replies.push(Waiting::Frame(bytes));
                     }
                     return;
                 }
@@ -329,11 +385,37 @@ fn same(a: &[u8], b: &[u8]) -> bool {
 mod tests {
     use super::*;
 
+    fn zeros(n: usize) -> Waiting {
+        Waiting::Frame(vec![0; n])
+    }
+
+    #[test]
+    fn a_row_waits_as_numbers_and_is_never_longer_than_it_is_counted_as() {
+        // The longest numbers that there are, and some that are none.
+        let extremes = [-f64::MIN_POSITIVE / 3.0, -f64::MAX, -1.0 / 3.0 * 1e-300, f64::NAN, 0.1];
+        let values: Vec<f64> = (0..1000).map(|k| extremes[k % 5]).collect();
+        let row = |lost| Row { time: -f64::MAX, values: values.clone(), lost };
+        let (send, unwritten) = replies();
+        let longest = row(u64::MAX).longest();
+        assert!(send.push(Waiting::Row(u64::MAX, row(u64::MAX))));
+        assert_eq!(send.bytes.load(Ordering::SeqCst), longest);
+        let (bytes, mut all) = (send.bytes.clone(), Vec::new());
+        drop(send);
+        unwritten.write(&mut all);
+        assert!(bytes.load(Ordering::SeqCst) == 0 && all.len() <= longest, "{}", all.len());
+        let read: Reply = read_frame(&mut &all[..], LONGEST_REPLY).unwrap();
+        let Said::Values { values: read, lost, .. } = read.said else { panic!("{read:?}") };
+        assert_eq!((read.len(), lost), (1000, u64::MAX));
+        for (read, sent) in read.iter().zip(&values) {
+            assert_eq!(read.map(f64::to_bits), Some(sent.to_bits()).filter(|_| sent.is_finite()));
+        }
+    }
+
     #[test]
     fn replies_that_wait_are_bounded_in_number_and_in_bytes() {
         let (send, unwritten) = replies();
-        assert!((0..REPLIES).all(|_| send.push(vec![0; 10])));
-        assert!(!send.push(vec![0; 10]), "more than {REPLIES} wait");
+        assert!((0..REPLIES).all(|_| send.push(zeros(10))));
+        assert!(!send.push(zeros(10)), "more than {REPLIES} wait");
         drop(send);
         let mut all = Vec::new();
         unwritten.write(&mut all);
@@ -341,20 +423,20 @@ mod tests {
 
         let (send, unwritten) = replies();
         let half = LONGEST_REPLY / 2;
-        assert!(send.push(vec![0; half]) && send.push(vec![0; half]));
-        assert!(!send.push(vec![0; half]), "more than {LONGEST_REPLY} bytes wait");
-        assert!(send.push(vec![0; 4]), "a short one still fits");
+        assert!(send.push(zeros(half)) && send.push(zeros(half)));
+        assert!(!send.push(zeros(half)), "more than {LONGEST_REPLY} bytes wait");
+        assert!(send.push(zeros(4)), "a short one still fits");
         let Unwritten { queue, bytes } = unwritten;
         // What is written makes room.
         let (first, rest) = (queue.recv().unwrap(), queue);
-        bytes.fetch_sub(first.len(), Ordering::SeqCst);
-        assert!(send.push(vec![0; half]));
+        bytes.fetch_sub(first.length(), Ordering::SeqCst);
+        assert!(send.push(zeros(half)));
         // The longest reply alone fits; nobody is there to write: no fault of the queue's.
         let (send, unwritten) = replies();
-        assert!(send.push(vec![0; LONGEST_REPLY + 4]) && !send.push(vec![0; 1]));
+        assert!(send.push(zeros(LONGEST_REPLY + 4)) && !send.push(zeros(1)));
         drop((rest, unwritten));
         let (send, unwritten) = replies();
         drop(unwritten);
-        assert!(send.push(vec![0; 1]) && send.bytes.load(Ordering::SeqCst) == 0);
+        assert!(send.push(zeros(1)) && send.bytes.load(Ordering::SeqCst) == 0);
     }
 }

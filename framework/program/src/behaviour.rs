@@ -16,7 +16,7 @@ fn file(model: &str) -> String {
 /// The exit code, when the simulation does not load or run: the mistake has been told.
 pub fn behaviour(model: &str) -> Result<String, u8> {
     let file = file(model);
-    let Some(text) = load::library().embedded.remove(&file) else { return Ok(String::new()) };
+    let Some(text) = load::library().embedded.get(&file).cloned() else { return Ok(String::new()) };
     let ready = load::ready_text(&file, &text)?;
     let doc = ready.loaded.simulation.doc.clone();
     let scene = run::prepare(&ready)?.scene.0;

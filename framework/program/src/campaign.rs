@@ -78,7 +78,7 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
     let ended = execute(&campaign, &orders, &mut folder, |p| show(&bar, p));
     bar.finish_and_clear();
     // What there is, is written, also when the campaign could not go on.
-    let (results, written) = folder.write(&campaign);
+    let (results, written) = folder.write(&campaign, orders.threads);
     if !options.quiet {
         let files = written.as_deref().unwrap_or_default();
         summary(&campaign, &folder.journal, &results, files);

@@ -1,4 +1,5 @@
 //! Columns as Parquet: numbers as doubles, whole numbers as 64-bit integers, texts as UTF-8.
+use bytes::Bytes;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::ColumnReader;
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -134,7 +135,19 @@ impl<W: Write + Send> ParquetFile<W> {
 /// A message: the file cannot be read, is none, or has no such column of numbers without gaps.
 pub fn parquet_numbers(path: &Path, title: &str) -> Result<Vec<f64>, String> {
     let file = File::open(path).map_err(|e| e.to_string())?;
-    let reader = SerializedFileReader::new(file).map_err(fail)?;
+    numbers(&SerializedFileReader::new(file).map_err(fail)?, title)
+}
+
+/// The same of several columns, in the order of their titles, and of the bytes of a file.
+///
+/// # Errors
+/// As [`parquet_numbers`].
+pub fn parquet_columns(bytes: Vec<u8>, titles: &[&str]) -> Result<Vec<Vec<f64>>, String> {
+    let reader = SerializedFileReader::new(Bytes::from(bytes)).map_err(fail)?;
+    titles.iter().map(|title| numbers(&reader, title)).collect()
+}
+
+fn numbers(reader: &impl FileReader, title: &str) -> Result<Vec<f64>, String> {
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let column = schema.columns().iter().position(|c| c.name() == title);
     let column = column.ok_or_else(|| format!("it has no column `{title}`"))?;
@@ -188,7 +201,12 @@ mod tests {
         std::fs::write(&path, file.finish().unwrap()).unwrap();
         let bits = |y: Vec<f64>| y.iter().map(|y| y.to_bits()).collect::<Vec<_>>();
         let twice = [numbers, numbers].concat();
-        assert_eq!(bits(parquet_numbers(&path, "y [m]").unwrap()), bits(twice));
+        assert_eq!(bits(parquet_numbers(&path, "y [m]").unwrap()), bits(twice.clone()));
+        let columns = parquet_columns(std::fs::read(&path).unwrap(), &["y [m]", "y [m]"]).unwrap();
+        assert_eq!(
+            columns.into_iter().map(bits).collect::<Vec<_>>(),
+            [bits(twice.clone()), bits(twice)]
+        );
         for (title, fact) in [("y", "no column"), ("why", "no numbers"), ("z", "gaps")] {
             assert!(parquet_numbers(&path, title).unwrap_err().contains(fact), "{title}");
         }

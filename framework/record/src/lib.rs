@@ -8,7 +8,7 @@ mod plot;
 mod read;
 mod schema;
 
-pub use columns::{Cells, ParquetFile, parquet_numbers, titled};
+pub use columns::{Cells, ParquetFile, parquet_columns, parquet_numbers, titled};
 pub use export::{ExportError, Exported, export_parquet};
 pub use log::{Log, LogError, LogSpec, logged_names};
 pub use plot::{Curve, Plot, PlotError, draw};

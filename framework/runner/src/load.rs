@@ -6,7 +6,6 @@ use linkwork_assembly::{
 use linkwork_runtime::{
     Catalogue, Fault, Files, Made, Origin, Plan, Program, Simulation, Sources, nearest,
 };
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,7 +15,7 @@ pub struct Library {
     /// Models and services.
     pub catalogue: Catalogue,
     /// Assemblies in the program: path → text.
-    pub embedded: BTreeMap<String, String>,
+    pub embedded: Arc<BTreeMap<String, String>>,
 }
 
 /// The file or folder beside a path whose name is nearest to it, when one is near.
@@ -81,7 +80,7 @@ impl Library {
     /// Options with `PATH=VALUE` overrides and a seed in place of the file's.
     pub fn options(&self, set: &[String], seed: Option<u64>) -> Options<'_> {
         let mut options = Options::new(&self.catalogue);
-        options.embedded = Cow::Borrowed(&self.embedded);
+        options.embedded = self.embedded.clone();
         options.search = vec![PathBuf::from("assemblies")];
         options.overrides = set.to_vec();
         options.seed = seed;

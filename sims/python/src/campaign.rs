@@ -61,8 +61,8 @@ impl Campaign {
     }
 
     /// Writes tables and report of what has ended.
-    fn written(&self, folder: &Folder) -> PyResult<Results> {
-        let (results, files) = folder.write(&self.campaign);
+    fn written(&self, folder: &Folder, threads: usize) -> PyResult<Results> {
+        let (results, files) = folder.write(&self.campaign, threads);
         let files = files.map_err(|e| {
             refuse_with(e, "make room and call it again with the same folder: no run is lost")
         })?;
@@ -273,7 +273,6 @@ impl Campaign {
         if threads == Some(0) {
             return Err(refuse_with("`threads` is 0", "give 1 or more, or leave it out"));
         }
-        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         let threads = threads.unwrap_or_else(cores);
         let mut folder = self.open(&folder)?;
         let stop = Stop::default();
@@ -291,7 +290,7 @@ impl Campaign {
             |p| tell(py, progress.as_ref(), &p),
         );
         // What there is, is written, also when the campaign could not go on.
-        let written = self.written(&folder);
+        let written = self.written(&folder, threads);
         ended.or_raise()?.map_err(refuse)?;
         written
     }
@@ -324,6 +323,11 @@ impl Campaign {
         let form = self.campaign.form();
         format!("Campaign(\"{}\", {} runs of {})", form.name, form.runs, form.simulation.display())
     }
+}
+
+/// As many threads as the machine has cores.
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// The folder of a campaign whose runs are made elsewhere.
@@ -377,6 +381,6 @@ impl Gathering {
         let taken = lock(&self.folder).take();
         let mut folder = taken.ok_or_else(|| refuse("the folder is closed"))?;
         folder.journal.sync().map_err(refuse)?;
-        self.campaign.bind(py).get().written(&folder)
+        self.campaign.bind(py).get().written(&folder, cores())
     }
 }

@@ -3,20 +3,20 @@ use crate::form::assembly::{self, Assembly, AssemblyForm};
 use crate::schema::read::fields;
 use crate::schema::record::Record;
 use crate::text::files::{Files, Home};
-use crate::text::parse::parse;
+use crate::text::parse::{parse, parse_once};
 use crate::text::report::Cx;
 use crate::text::value::Text;
 use linkwork_runtime::{Origin, Value};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Assembly files, each read once.
 pub(crate) struct Assemblies<'o> {
     pub files: Files<'o>,
-    pub read: BTreeMap<String, Option<Rc<Assembly>>>,
+    pub read: BTreeMap<String, Option<Arc<Assembly>>>,
     /// The assembly of the text being loaded, by its name.
-    pub own: Option<(String, Home, Rc<Assembly>)>,
+    pub own: Option<(String, Home, Arc<Assembly>)>,
 }
 
 impl Assemblies<'_> {
@@ -27,7 +27,7 @@ impl Assemblies<'_> {
         name: &Text,
         home: &Home,
         user: &str,
-    ) -> Option<(String, Home, Rc<Assembly>)> {
+    ) -> Option<(String, Home, Arc<Assembly>)> {
         if let Some((key, home, read)) = self.own.as_ref().filter(|own| own.0 == name.text) {
             return Some((key.clone(), home.clone(), read.clone()));
         }
@@ -60,11 +60,25 @@ impl Assemblies<'_> {
         };
         let assembly = text.and_then(|text| {
             let file = cx.sources.add(&key, text);
-            read_file(cx, file, &key).map(Rc::new)
+            read_once(cx, file, &key)
         });
         self.read.insert(key.clone(), assembly.clone());
         assembly.map(|a| (key, home, a))
     }
+}
+
+/// An assembly that another load has read is not read again.
+fn read_once(cx: &mut Cx, file: u32, key: &str) -> Option<Arc<Assembly>> {
+    let once = parse_once(cx, file);
+    if let Some(known) = once.as_ref().and_then(|once| once.assembly.get()) {
+        return Some(known.clone());
+    }
+    let faults = cx.faults.len();
+    let assembly = Arc::new(read_file(cx, file, key)?);
+    if let (Some(once), true) = (once, cx.faults.len() == faults) {
+        return Some(once.assembly.get_or_init(|| assembly).clone());
+    }
+    Some(assembly)
 }
 
 fn read_file(cx: &mut Cx, file: u32, key: &str) -> Option<Assembly> {

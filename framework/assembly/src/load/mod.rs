@@ -33,10 +33,8 @@ use linkwork_formats::whole_text;
 use linkwork_runtime::{
     Catalogue, Fault, Faults, Located, Origin, PhaseSpec, Program, Sources, Spec, Value,
 };
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
 use std::sync::Arc;
 
 /// What loading needs besides the text.
@@ -45,7 +43,7 @@ pub struct Options<'a> {
     /// Models and services.
     pub catalogue: &'a Catalogue,
     /// Assemblies in the program: path → text.
-    pub embedded: Cow<'a, BTreeMap<String, String>>,
+    pub embedded: Arc<BTreeMap<String, String>>,
     /// Folders in which files are looked for after the folder of the file that names them.
     pub search: Vec<PathBuf>,
     /// `PATH=VALUE`: parameters set from outside; the last one wins.
@@ -61,7 +59,7 @@ impl<'a> Options<'a> {
     pub fn new(catalogue: &'a Catalogue) -> Self {
         Options {
             catalogue,
-            embedded: Cow::default(),
+            embedded: Arc::default(),
             search: Vec::new(),
             overrides: Vec::new(),
             seed: None,
@@ -72,7 +70,7 @@ impl<'a> Options<'a> {
     /// With an embedded assembly.
     #[must_use]
     pub fn embed(mut self, path: impl Into<String>, text: impl Into<String>) -> Self {
-        self.embedded.to_mut().insert(path.into(), text.into());
+        Arc::make_mut(&mut self.embedded).insert(path.into(), text.into());
         self
     }
 
@@ -354,7 +352,7 @@ fn single(
         // On its own, an assembly hangs on the world.
         let mounts = own.mounts.keys().map(|m| (m.clone(), Value::Text("world".into()).into()));
         let mounts: Located = Value::Map(mounts.collect()).into();
-        files.own = Some((name.to_string(), home.clone(), Rc::new(own)));
+        files.own = Some((name.to_string(), home.clone(), Arc::new(own)));
         holder = Assembly::default();
         let origin = Origin { start: origin.start, end: origin.start + 8, ..origin };
         cx.alone = Some(origin);
@@ -493,7 +491,7 @@ fn assemble(
     let gravity = simulation.gravity.as_ref().map(|g| g.text.clone());
     let place = simulation.gravity.as_ref().map_or(settings.origin, |g| g.origin);
     let mechanism = mechanism::mechanism(cx, &root, &files, &simulation.mechanism, gravity, place);
-    let embedded = Arc::new(options.embedded.clone().into_owned());
+    let embedded = options.embedded.clone();
     let files_of_parts = linkwork_runtime::Files::of(options.search.clone()).with(embedded.clone());
     let wiring = Wiring {
         root: &root,

@@ -10,24 +10,43 @@ use ron::value::RawValue;
 use serde::de::{self, DeserializeSeed, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
+use std::sync::{Arc, OnceLock};
 
 /// Reads a whole text; on a mistake records it and gives `None`. A text that another load has read at the same place
 /// among its sources is not read again.
 pub(crate) fn parse(cx: &mut Cx, file: u32) -> Option<Located> {
-    let Some(parsed) = cx.parsed.clone() else { return read(cx, file) };
-    let (name, text) = cx.sources.files.get(file as usize)?.clone();
-    if let Some(once) = parsed.get(&name, file, &text) {
-        cx.keys.extend(&once.keys);
-        return Some(once.value.clone());
+    match parse_once(cx, file) {
+        Some(once) => Some(once.value.clone()),
+        None => read(cx, file),
     }
-    let (faults, others) = (cx.faults.len(), std::mem::take(&mut cx.keys));
-    let value = read(cx, file);
-    let keys = std::mem::replace(&mut cx.keys, others);
-    cx.keys.extend(&keys);
-    if let (Some(value), true) = (value.clone(), cx.faults.len() == faults) {
-        parsed.keep(name, file, Once { text, value, keys });
+}
+
+/// The same, shared with other loads; `None` when nothing is shared, or the text has mistakes.
+pub(crate) fn parse_once(cx: &mut Cx, file: u32) -> Option<Arc<Once>> {
+    if let Some((_, once)) = cx.shared.iter().find(|(known, _)| *known == file) {
+        return Some(once.clone());
     }
-    value
+    let parsed = cx.parsed.clone()?;
+    let (name, text) = cx.sources.files.get(file as usize)?;
+    let once = match parsed.get(name, file, text) {
+        Some(once) => once,
+        None => {
+            let (name, text) = (name.clone(), text.clone());
+            let (faults, others) = (cx.faults.len(), std::mem::take(&mut cx.keys));
+            let value = read(cx, file);
+            let keys = std::mem::replace(&mut cx.keys, others);
+            let Some(value) = value.filter(|_| cx.faults.len() == faults) else {
+                // It is read again, and told, by whoever asks without sharing.
+                cx.faults.truncate(faults);
+                return None;
+            };
+            let once = Arc::new(Once { text, value, keys, assembly: OnceLock::new() });
+            parsed.keep(name, file, once.clone());
+            once
+        }
+    };
+    cx.shared.push((file, once.clone()));
+    Some(once)
 }
 
 fn read(cx: &mut Cx, file: u32) -> Option<Located> {

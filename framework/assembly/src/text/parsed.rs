@@ -1,7 +1,8 @@
-//! Texts that were parsed before: of several loads of one simulation each text is parsed once.
+//! Texts that were read before: of several loads of one simulation each text is parsed, and each assembly read, once.
+use crate::form::assembly::Assembly;
 use linkwork_runtime::{Located, Origin};
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Values of texts without mistakes, by name and place among the sources; one for each is kept.
 #[derive(Debug, Default)]
@@ -14,6 +15,8 @@ pub(crate) struct Once {
     pub value: Located,
     /// Origin of a value in a map → origin of its key.
     pub keys: BTreeMap<Origin, Origin>,
+    /// The assembly that it holds, once it was read without a mistake.
+    pub assembly: OnceLock<Arc<Assembly>>,
 }
 
 impl Parsed {
@@ -27,7 +30,7 @@ impl Parsed {
         was.filter(|was| was.text == text)
     }
 
-    pub(crate) fn keep(&self, name: String, file: u32, once: Once) {
-        self.with(|all| all.insert((name, file), Arc::new(once)));
+    pub(crate) fn keep(&self, name: String, file: u32, once: Arc<Once>) {
+        self.with(|all| all.insert((name, file), once));
     }
 }

@@ -1,5 +1,5 @@
 //! What is gathered on the way: the texts, the faults so far, and where keys were written.
-use crate::text::parsed::Parsed;
+use crate::text::parsed::{Once, Parsed};
 use linkwork_runtime::{Fault, Located, Origin, Sources};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,6 +13,8 @@ pub(crate) struct Cx {
     pub keys: BTreeMap<Origin, Origin>,
     /// What was parsed before.
     pub parsed: Option<Arc<Parsed>>,
+    /// Texts that this load shares with others, with places of keys of their own.
+    pub shared: Vec<(u32, Arc<Once>)>,
     /// Where an assembly's file begins that is simulated by itself, not as a part of a simulation.
     pub alone: Option<Origin>,
 }
@@ -43,7 +45,11 @@ impl Cx {
 
     /// Where the key of a map entry is written; the value itself when there is no key.
     pub fn key(&self, v: &Located) -> Origin {
-        self.keys.get(&v.origin).copied().unwrap_or(v.origin)
+        let keys = match self.shared.iter().find(|(file, _)| *file == v.origin.file) {
+            Some((_, once)) => &once.keys,
+            None => &self.keys,
+        };
+        keys.get(&v.origin).copied().unwrap_or(v.origin)
     }
 
     /// `file:line:column`, or a word when there is no file.
