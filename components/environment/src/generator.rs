@@ -153,17 +153,24 @@ fn raise_relief(field: &mut HeightField, recipe: &Recipe) {
     field.map(|_, _, h| (h - mean) * scale);
 }
 
-/// A cell of the noise's lattice with the gradients at its corners: kept while neighbours are asked for.
+/// A cell of the noise's lattice with the gradients at its corners, kept while neighbours are asked for, and gradients that
+/// were asked for before: the next row of nodes asks for most of them again.
 pub(crate) struct Cell {
     at: [f64; 2],
     seed: u64,
     /// cos and sin at (0, 0), (1, 0), (0, 1), (1, 1).
     gradients: [[f64; 2]; 4],
+    /// The hash of a place in the lattice, and cos and sin there; the last one of those with the same last bits.
+    known: Vec<(u64, [f64; 2])>,
 }
+
+/// Gradients that are kept: a power of two; more than two rows of the finest lattice over a map of 2000 nodes.
+const KNOWN: usize = 1 << 14;
 
 impl Cell {
     pub(crate) fn new(seed: u64) -> Cell {
-        Cell { at: [f64::NAN; 2], seed, gradients: [[0.0; 2]; 4] }
+        let known = vec![(0, turned(0)); KNOWN];
+        Cell { at: [f64::NAN; 2], seed, gradients: [[0.0; 2]; 4], known }
     }
 
     fn move_to(&mut self, i: f64, j: f64) {
@@ -171,9 +178,12 @@ impl Cell {
         self.gradients = CORNERS.map(|[di, dj]| {
             let key = ((i + di) as i64 as u64).wrapping_mul(0x8da6_b343)
                 ^ ((j + dj) as i64 as u64).wrapping_mul(0xd816_3841_0000_0001);
-            let turn = (mix(key ^ self.seed) >> 11) as f64 / (1u64 << 53) as f64;
-            let (sin, cos) = (turn * std::f64::consts::TAU).sin_cos();
-            [cos, sin]
+            let hash = mix(key ^ self.seed);
+            let known = &mut self.known[hash as usize % KNOWN];
+            if known.0 != hash {
+                *known = (hash, turned(hash));
+            }
+            known.1
         });
     }
 
@@ -194,6 +204,13 @@ impl Cell {
         let high = corner(2) * (1.0 - fu) + corner(3) * fu;
         (low * (1.0 - fv) + high * fv) * std::f64::consts::SQRT_2
     }
+}
+
+/// cos and sin of the angle that a hash stands for.
+fn turned(hash: u64) -> [f64; 2] {
+    let turn = (hash >> 11) as f64 / (1u64 << 53) as f64;
+    let (sin, cos) = (turn * std::f64::consts::TAU).sin_cos();
+    [cos, sin]
 }
 
 const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];

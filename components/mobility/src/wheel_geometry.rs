@@ -154,14 +154,14 @@ impl Cylinder {
         ground.relief(&at, &mut relief);
         let mut profile = Profile { posts: [NO_POST; POSTS_MAX], count: POSTS };
         let mut peaks = Peaks::new(self.radius);
-        std::array::from_fn(|i| {
-            let first = &relief[i * POSTS..(i + 1) * POSTS];
+        let mut contacts = [DiscContact::NONE; DISCS];
+        for ((disc, first), out) in discs.iter().zip(relief.chunks(POSTS)).zip(&mut contacts) {
             profile.count = POSTS;
-            match discs[i].posts(&mut profile, first) {
-                true => discs[i].contact(&mut profile, &mut peaks, ground),
-                false => DiscContact::NONE,
+            if disc.posts(&mut profile, first) {
+                disc.contact(&mut profile, &mut peaks, ground, out);
             }
-        })
+        }
+        contacts
     }
 }
 
@@ -175,20 +175,20 @@ struct Disc {
 }
 
 impl Disc {
-    /// `profile`: that of the first posts; `rough` is work space.
+    /// Adds the patches to `out`. `profile`: that of the first posts; `rough` is work space.
     fn contact(
         &self,
         profile: &mut Profile,
         rough: &mut Peaks,
         ground: &impl Ground,
-    ) -> DiscContact {
-        let mut out = DiscContact::NONE;
+        out: &mut DiscContact,
+    ) {
         let middle = profile.posts[POSTS / 2];
         if middle.z > 0.0 {
             let up =
                 (self.e2 - self.e1 * middle.slope) / (1.0 + middle.slope * middle.slope).sqrt();
             out.push(self.patch(up, &middle, self.r, 1.0));
-            return out;
+            return;
         }
         // A second round only where the first found the profile to be off.
         let mut urgency = 1.0;
@@ -202,7 +202,7 @@ impl Disc {
                 profile.peaks(pieces.clone(), rough);
             }
             if rough.count == 0 {
-                return out;
+                return;
             }
             let (mut off, mut at) = (0.0_f64, 0);
             for p in rough.found() {
@@ -234,7 +234,6 @@ impl Disc {
                 out.push(self.patch(inward, &p.at, p.d, p.share));
             }
         }
-        out
     }
 
     /// The first posts, by the ground there; whether any has ground.

@@ -58,11 +58,6 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
             return exit::INPUT;
         }
     };
-    let before = campaign.form().runs - folder.todo(&campaign).len() as u64;
-    if before > 0 && !options.quiet {
-        let journal = Folder::journal_in(&out);
-        say!("{before} runs have ended already, in `{}`", journal.display());
-    }
     let stop = Stop::default();
     let asked = stop.clone();
     // Fails only when a handler is already set (several campaigns in one process).
@@ -75,7 +70,15 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
     let orders =
         Orders { library: &library, threads: options.threads.unwrap_or(cores), stop: stop.clone() };
     let bar = bar(campaign.form().runs, options.quiet);
-    let ended = execute(&campaign, &orders, &mut folder, |p| show(&bar, p));
+    let mut before = None;
+    let ended = execute(&campaign, &orders, &mut folder, |p| {
+        if before.is_none() && p.done > 0 && !options.quiet {
+            let journal = Folder::journal_in(&out);
+            bar.suspend(|| say!("{} runs have ended already, in `{}`", p.done, journal.display()));
+        }
+        before.get_or_insert(p.done);
+        show(&bar, p);
+    });
     bar.finish_and_clear();
     // What there is, is written, also when the campaign could not go on.
     let (results, written) = folder.write(&campaign, orders.threads);

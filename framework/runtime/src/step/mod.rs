@@ -66,6 +66,11 @@ pub struct VariableError {
 /// Beyond this magnitude a continuous state is a runaway.
 const RUNAWAY: f64 = 1e15;
 
+/// Whether any of these is no number, or not below this magnitude. Without branches, so that many are compared at once.
+fn beyond(values: &[f64], limit: f64) -> bool {
+    values.iter().fold(false, |found, v| found | !(v.abs() < limit))
+}
+
 /// Where a run stands after [`Simulation::step_event`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
@@ -377,12 +382,8 @@ impl Simulation {
     }
 
     fn is_bad(&self) -> bool {
-        // NaN and ∞ times zero are NaN; one pass without branches.
-        let runaway =
-            self.state.x.iter().fold(0.0f64, |m, v| m + f64::from(u8::from(!(v.abs() < RUNAWAY))));
-        let signals = self.state.sig.iter().fold(0.0f64, |m, v| m + v * 0.0);
-        let discrete = self.state.d.iter().fold(0.0f64, |m, v| m + v * 0.0);
-        runaway > 0.0 || signals + discrete != 0.0
+        let State { x, d, sig, .. } = &self.state;
+        beyond(x, RUNAWAY) || beyond(sig, f64::INFINITY) || beyond(d, f64::INFINITY)
     }
 
     fn first_bad(&self) -> RunError {
