@@ -76,5 +76,5 @@ pub use model::{ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
 pub use part::{Part, PartSpec};
 pub use robot::{
     Answer, Balance, Best, Effort, Goal, Grasp, HandWeights, Hold, MoveSqueeze, Outcome, Path,
-    Planner, Prefer, Push, Robot, Search, Shared, TaskSpace, Way,
+    PathProgress, Planner, Prefer, Push, Robot, Search, Shared, TaskSpace, Way,
 };

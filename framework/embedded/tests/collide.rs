@@ -282,6 +282,19 @@ fn a_path_jumps_over_nothing() {
         let short = robot.path_free(&[-1.0], &[plate - 0.03], 1e-4).unwrap();
         assert_eq!(short, Path::Free, "{plate}");
         assert_eq!(robot.path_free(&[plate + 0.03], &[2.9], 1e-4).unwrap(), Path::Free);
+        // In portions the answer is the same, bit for bit.
+        for ends in [(swing(0), swing(11)), ([-1.0], [plate - 0.03])] {
+            let (mut progress, mut portions) = (PathProgress::default(), 0);
+            let told = loop {
+                portions += 1;
+                let on = robot.path_free_on(&ends.0, &ends.1, 1e-4, &mut progress, 1);
+                if let Some(told) = on.unwrap() {
+                    break told;
+                }
+            };
+            assert!(portions > 1, "{portions} portions say nothing");
+            assert_eq!(told, robot.path_free(&ends.0, &ends.1, 1e-4).unwrap());
+        }
     }
 }
 

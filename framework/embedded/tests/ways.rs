@@ -80,6 +80,30 @@ fn a_way_is_free_and_the_same_each_time() {
 }
 
 #[test]
+fn a_search_in_portions_finds_the_same_to_the_bit() {
+    let model = arm(0.2);
+    let (arm, [start, goal]) = (model.part("arm").unwrap(), ends(&model));
+    let (mut robot, mut other) = (Robot::new(&model), Robot::new(&model));
+    let mut whole = Planner::new(&robot, arm, 2000).unwrap();
+    let mut cut = Planner::new(&other, arm, 2000).unwrap();
+    for (seed, places) in [(1, 1), (2, 3), (3, 7)] {
+        let search = Search { seed, ..Search::default() };
+        assert_eq!(whole.plan(&mut robot, &start, &goal, &search).unwrap(), Way::Found);
+        let mut told = cut.begin(&mut other, &start, &goal, &search).unwrap();
+        let mut portions = 0;
+        while told == Way::Unfinished {
+            told = cut.go_on(&mut other, places).unwrap();
+            portions += 1;
+        }
+        assert!(portions > 1, "{portions} portions say nothing");
+        assert_eq!(told, Way::Found);
+        assert!(whole.way().eq(cut.way()), "seed {seed}");
+        // Nothing is left to go on with.
+        assert_eq!(cut.go_on(&mut other, 1).unwrap(), Way::NotFound);
+    }
+}
+
+#[test]
 fn searches_allocate_nothing() {
     let model = arm(0.2);
     let (arm, [start, goal]) = (model.part("arm").unwrap(), ends(&model));

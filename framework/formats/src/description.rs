@@ -31,6 +31,8 @@ pub struct Description {
     pub initial: Vec<Initial>,
     /// Everything in the file that was not used.
     pub ignored: Vec<Ignored>,
+    /// Mass properties that no body has and that were read all the same ([`Unphysical::Read`](crate::Unphysical::Read)).
+    pub doubtful: Vec<Ignored>,
 }
 
 /// A shape on a body.
@@ -184,7 +186,7 @@ pub struct Initial {
     pub q: Vec<f64>,
 }
 
-/// Something in the file that was not used.
+/// Something in the file that was not used, or not as it stands there.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Ignored {
     /// The file.

@@ -68,8 +68,8 @@ pub use linkwork_spatial as spatial;
 pub use markup::escaped;
 pub use mjcf::read_mjcf;
 pub use read::{
-    Format, LARGEST_FILE, ReadOptions, Root, format_of, read_file, read_text, whole_file,
-    whole_text,
+    Format, LARGEST_FILE, ReadOptions, Root, Unphysical, format_of, read_file, read_text,
+    whole_file, whole_text,
 };
 pub use sdf::read_sdf;
 pub use srdf::{Group, Srdf, read_srdf, read_srdf_file};

@@ -23,13 +23,27 @@ pub enum Root {
     Planar,
 }
 
+/// What becomes of mass properties that [`ReadOptions::inertia`] refuses: files of many robots have some.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Unphysical {
+    /// They are faults.
+    #[default]
+    Refused,
+    /// They are read, with a line in [`Description::doubtful`]: principal moments that break the triangle inequality as they are, those below
+    /// zero as 0, those without a mass not at all. Masses below zero, numbers that are not finite, and matrices of which no moment
+    /// is above zero stay faults.
+    Read,
+}
+
 /// What a reader may be told.
 #[derive(Clone, Debug, Default)]
 pub struct ReadOptions {
     /// How roots are held by the world.
     pub root: Root,
-    /// Which inertias are refused.
+    /// Which inertias no body has.
     pub inertia: InertiaCheck,
+    /// What becomes of those.
+    pub unphysical: Unphysical,
     /// Folders that hold packages, for `package://name/..` and `model://name/..`.
     pub package_paths: Vec<PathBuf>,
     /// Where a text came from: for messages, and for what is relative to it.
@@ -152,11 +166,12 @@ pub(crate) struct Cx<'a> {
     pub options: &'a ReadOptions,
     pub faults: Vec<FileFault>,
     pub ignored: Vec<Ignored>,
+    pub doubtful: Vec<Ignored>,
 }
 
 impl<'a> Cx<'a> {
     pub fn new(options: &'a ReadOptions) -> Self {
-        Self { options, faults: Vec::new(), ignored: Vec::new() }
+        Self { options, faults: Vec::new(), ignored: Vec::new(), doubtful: Vec::new() }
     }
 
     pub fn fault(&mut self, place: FilePlace, kind: FaultKind) {
@@ -281,6 +296,13 @@ impl<'a> Cx<'a> {
                 self.ignored.push(e.ignored(what, format!("{error}: left out")));
                 MassProperties::massless()
             }
+            Err(error)
+                if self.options.unphysical == Unphysical::Read
+                    && let Some((nearest, how)) = nearest(&mass, &error.faults) =>
+            {
+                self.doubtful.push(e.ignored(what, format!("{error}: {how}")));
+                nearest
+            }
             Err(error) => {
                 let help = if lenient {
                     "correct the numbers"
@@ -347,8 +369,39 @@ impl<'a> Cx<'a> {
         self.ignored.sort();
         self.ignored.dedup();
         d.ignored = self.ignored;
+        self.doubtful.sort();
+        self.doubtful.dedup();
+        d.doubtful = self.doubtful;
         Ok(d)
     }
+}
+
+/// What [`Unphysical::Read`] makes of mass properties, in numbers and words; `None` when nothing can be made of them.
+fn nearest(
+    mass: &MassProperties,
+    faults: &[InertiaFault],
+) -> Option<(MassProperties, &'static str)> {
+    use InertiaFault::{MasslessButInertia, NegativePrincipalMoment, Triangle};
+    let mut other = faults.iter();
+    if other
+        .any(|f| !matches!(f, MasslessButInertia(_) | NegativePrincipalMoment(_) | Triangle { .. }))
+    {
+        return None;
+    }
+    if faults.iter().any(|f| matches!(f, MasslessButInertia(_))) {
+        return Some((MassProperties::massless(), "left out"));
+    }
+    let mass = mass.with_check(InertiaCheck::PositiveMoments);
+    if faults.iter().any(|f| matches!(f, Triangle { .. })) {
+        return Some((mass, "taken as it is"));
+    }
+    let mut moments = mass.inertia_com.symmetric_eigen();
+    if !(moments.eigenvalues.max() > 0.0) {
+        return None;
+    }
+    moments.eigenvalues.apply(|x| *x = x.max(0.0));
+    let raised = MassProperties { inertia_com: moments.recompose(), ..mass };
+    raised.validate().is_ok().then_some((raised, "what is below zero is taken as 0"))
 }
 
 /// The hinge of a root; `as_written` is what the format does without an option.

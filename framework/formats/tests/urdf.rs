@@ -4,8 +4,8 @@
 use linkwork_formats::multibody::{Friction, Hinge, Limits};
 use linkwork_formats::spatial::{InertiaCheck, Pose, Quat, Vec3};
 use linkwork_formats::{
-    FaultKind, FormatError, Geometry, HingeCoordinate, ReadOptions, Root, ShapeRole, read_file,
-    read_text, read_urdf,
+    Description, FaultKind, FormatError, Geometry, HingeCoordinate, ReadOptions, Root, ShapeRole,
+    Unphysical, read_file, read_text, read_urdf,
 };
 
 const ARM: &str = include_str!("data/arm.urdf");
@@ -205,6 +205,48 @@ fn lumped_rotors_are_accepted_when_asked() {
     assert!(error.contains("link `w`: <inertial>") && error.contains("PositiveMoments"), "{error}");
     let options = ReadOptions { inertia: InertiaCheck::PositiveMoments, ..ReadOptions::default() };
     read_urdf(text, &options).unwrap();
+}
+
+#[test]
+fn moments_that_no_body_has_are_read_when_asked_and_told() {
+    let urdf = |mass: &str, [x, y, z, xy]: [&str; 4]| {
+        format!(
+            r#"<robot name="r"><link name="w"><inertial><mass value="{mass}"/>
+            <inertia ixx="{x}" ixy="{xy}" ixz="0" iyy="{y}" iyz="0" izz="{z}"/></inertial></link></robot>"#
+        )
+    };
+    let read = ReadOptions { unphysical: Unphysical::Read, ..ReadOptions::default() };
+    let moments = |d: &Description| {
+        let mut found: Vec<f64> = d.builder.bodies()[0]
+            .mass
+            .inertia_com
+            .symmetric_eigenvalues()
+            .iter()
+            .copied()
+            .collect();
+        found.sort_by(f64::total_cmp);
+        found
+    };
+    let told = |text: &str, words: &str, want: [f64; 3]| {
+        assert!(read_urdf(text, &ReadOptions::default()).is_err(), "refused on request");
+        let d = read_urdf(text, &read).unwrap();
+        let [line] = &d.doubtful[..] else { panic!("{:?}", d.doubtful) };
+        let line = line.to_string();
+        assert!(line.contains("link `w`") && line.contains(words), "{line}");
+        let off = moments(&d).iter().zip(want).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-12, "{:?}", moments(&d));
+        d.builder.build().unwrap();
+    };
+    told(&urdf("1", ["0.1", "0.9", "0.1", "0"]), "taken as it is", [0.1, 0.1, 0.9]);
+    told(&urdf("1", ["-3.5e-8", "1e-3", "1e-3", "0"]), "-0.000000035", [0.0, 1e-3, 1e-3]);
+    // Below zero in axes of its own: eigenvalues -0.1, 0.2, 0.3 turned about z.
+    told(&urdf("1", ["0.05", "0.05", "0.3", "0.15"]), "taken as 0", [0.0, 0.2, 0.3]);
+    told(&urdf("0", ["0.1", "0.1", "0.1", "0"]), "left out", [0.0; 3]);
+    for bad in [urdf("-1", ["0.1", "0.1", "0.1", "0"]), urdf("1", ["-0.1", "-0.1", "-0.2", "0"])] {
+        assert!(read_urdf(&bad, &read).is_err());
+    }
+    let good = read_urdf(&urdf("1", ["0.1", "0.1", "0.1", "0"]), &read).unwrap();
+    assert!(good.doubtful.is_empty());
 }
 
 #[test]

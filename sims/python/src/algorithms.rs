@@ -26,8 +26,8 @@ impl Mechanism {
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
-        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
-            e.inverse_mass_matrix(&x[0], &mut out[0])
+        let lanes = |e: &mut Ensemble, x: &[&[f64]], out: &mut [Vec<f64>]| {
+            e.inverse_mass_matrix(x[0], &mut out[0])
         };
         if let Some(many) = ensemble(py, c, &rows, threads, &[&[nv, nv]], lanes)? {
             return only(many);
@@ -78,8 +78,8 @@ impl Mechanism {
     ) -> PyResult<Array<'py>> {
         let (c, node) = (&*self.core, self.core.frame(frame)?);
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
-        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], to: &mut [Vec<f64>]| {
-            e.node_jacobian(&x[0], node, &mut to[0]);
+        let lanes = |e: &mut Ensemble, x: &[&[f64]], to: &mut [Vec<f64>]| {
+            e.node_jacobian(x[0], node, &mut to[0]);
             Ok(())
         };
         if let Some(many) = ensemble_into(py, c, &rows, threads, &[&[6, c.nv()]], out, lanes)? {
@@ -157,8 +157,8 @@ impl Mechanism {
     ) -> PyResult<Array<'py>> {
         let c = &*self.core;
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
-        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
-            e.centroidal_matrix(&x[0], &mut out[0]);
+        let lanes = |e: &mut Ensemble, x: &[&[f64]], out: &mut [Vec<f64>]| {
+            e.centroidal_matrix(x[0], &mut out[0]);
             Ok(())
         };
         if let Some(many) = ensemble(py, c, &rows, threads, &[&[6, c.nv()]], lanes)? {
@@ -236,8 +236,8 @@ impl Mechanism {
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
         let made = dynamics::Compliance::new(&c.tree, &nodes);
         let n = made.size();
-        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
-            e.compliance(&x[0], &nodes, &mut out[0])
+        let lanes = |e: &mut Ensemble, x: &[&[f64]], out: &mut [Vec<f64>]| {
+            e.compliance(x[0], &nodes, &mut out[0])
         };
         if let Some(many) = ensemble(py, c, &rows, threads, &[&[n, n]], lanes)? {
             return only(many);

@@ -1,18 +1,19 @@
 //! Numbers across the border: numpy arrays checked for shape and NaN on the way in, made from
 //! vectors without a copy on the way out.
 //!
-//! A contiguous float64 array is read in place, a short one copied, which is less work than to lend it; anything else that numpy can convert is
+//! What comes in is copied, since other threads of Python may write to it or give it another size while Rust works; what numpy can convert is
 //! converted.
-use crate::error::{refuse, refuse_with};
+use crate::error::{refuse, refuse_with, unless_own};
 use linkwork_dynamics::checked;
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Force, Mat3, Motion, Pose, Quat, Vec3, quat};
 use numpy::ndarray::ArrayView2;
-use numpy::{BorrowError, PyUntypedArrayMethods};
+use numpy::{BorrowError, PyUntypedArray, PyUntypedArrayMethods};
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict, PyString};
+use std::marker::PhantomData;
 use std::ops::Range;
 
 /// Any number of dimensions: what a function returns that takes one state or many.
@@ -22,26 +23,21 @@ pub type Array1<'py> = Bound<'py, PyArray1<f64>>;
 /// Two dimensions.
 pub type Array2<'py> = Bound<'py, PyArray2<f64>>;
 
-/// Arrays up to this length are copied: a state of any machine.
+/// Arrays up to this length are copied the short way: a state of any machine.
 const FEW: usize = 256;
 
-/// The numbers of an array.
-enum Numbers<'py> {
-    /// A copy. The interpreter's lock is held while it is made, so that nobody writes.
-    Few(Vec<f64>),
-    /// Lent, and nobody may write to it meanwhile.
-    Lent(PyReadonlyArrayDyn<'py, f64>),
-}
-
 /// An array that was checked: finite, row after row, of a known shape.
+///
+/// A copy, made while the interpreter's lock is held: what other threads do to the array meanwhile, its size among it, changes nothing.
 pub struct Input<'py> {
-    numbers: Numbers<'py>,
+    numbers: Vec<f64>,
     /// How many dimensions; their sizes when they are at most two, which takes no memory of its own, else in `sizes`.
     dimensions: usize,
     two: [usize; 2],
     sizes: Vec<usize>,
     /// Addresses of the array's first number and of what follows its last.
     memory: Range<usize>,
+    of: PhantomData<Bound<'py, PyAny>>,
 }
 
 /// The addresses of an array's numbers, row after row.
@@ -53,21 +49,27 @@ fn memory(array: &Array<'_>) -> Range<usize> {
 impl<'py> Input<'py> {
     /// Any finite array of numbers, called `what` in messages.
     pub fn read(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Self> {
-        let direct = given.cast::<PyArrayDyn<f64>>().ok().filter(|a| a.is_c_contiguous());
-        let few = direct.filter(|a| a.len() <= FEW).and_then(|a| Some((a, a.to_vec().ok()?)));
-        if let Some((array, numbers)) = few {
-            return Self::checked(Numbers::Few(numbers), array, what);
+        // Not of classes made from arrays: those have more to say, such as masks.
+        let direct = given.cast_exact::<PyUntypedArray>().ok();
+        let direct = direct.and_then(|_| given.cast::<PyArrayDyn<f64>>().ok());
+        let direct = direct.filter(|a| a.is_c_contiguous());
+        // Less work than to lend it.
+        let few = direct.filter(|a| a.len() <= FEW);
+        if let Some((array, numbers)) = few.and_then(|a| Some((a, a.to_vec().ok()?))) {
+            return Self::checked(numbers, array, what);
         }
-        let array = match direct.and_then(|a| a.try_readonly().ok()) {
-            Some(a) if a.as_slice().is_ok() => a,
-            _ => copied(given, what)?,
+        let lent = direct.and_then(|a| a.try_readonly().ok());
+        let array = match lent.filter(|a| a.as_slice().is_ok()) {
+            Some(a) => a,
+            None => copied(given, what)?,
         };
-        let of = (*array).clone();
-        array.as_slice().map_err(|e| refuse(format!("`{what}`: {e}")))?;
-        Self::checked(Numbers::Lent(array), &of, what)
+        let all = array.as_slice().map_err(|e| refuse(format!("`{what}`: {e}")))?;
+        let mut numbers = room(all.len(), 1)?;
+        numbers.extend_from_slice(all);
+        Self::checked(numbers, &array, what)
     }
 
-    fn checked(numbers: Numbers<'py>, array: &Array<'py>, what: &str) -> PyResult<Self> {
+    fn checked(numbers: Vec<f64>, array: &Array<'py>, what: &str) -> PyResult<Self> {
         let (mut two, mut sizes) = ([0; 2], Vec::new());
         let shape = array.shape();
         let dimensions = shape.len();
@@ -75,7 +77,8 @@ impl<'py> Input<'py> {
             Some(few) => few.copy_from_slice(shape),
             None => sizes = shape.to_vec(),
         }
-        let input = Self { numbers, dimensions, two, sizes, memory: memory(array) };
+        let input =
+            Self { numbers, dimensions, two, sizes, memory: memory(array), of: PhantomData };
         // The words are those of Rust.
         checked::finite(what, input.slice()).map_err(|e| refuse(e.to_string()))?;
         Ok(input)
@@ -83,11 +86,7 @@ impl<'py> Input<'py> {
 
     /// The numbers, row after row.
     pub fn slice(&self) -> &[f64] {
-        match &self.numbers {
-            Numbers::Few(x) => x,
-            // Checked by `read`; nothing is read from an array that lost its form since.
-            Numbers::Lent(a) => a.as_slice().unwrap_or_default(),
-        }
+        &self.numbers
     }
 
     /// The shape.
@@ -103,22 +102,44 @@ impl<'py> Input<'py> {
 
 fn copied<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let py = given.py();
+    let numpy = py.import("numpy")?;
+    let help = "give a numpy array of float64, or a list of numbers";
+    let not_numbers = |e: PyErr| {
+        let fact = |e: &PyErr| format!("`{what}` is not an array of numbers: {}", e.value(py));
+        unless_own(py, e, |e| refuse_with(fact(e), help))
+    };
+    let masked = numpy.getattr("ma")?.call_method1("is_masked", (given,)).map_err(not_numbers)?;
+    if masked.is_truthy()? {
+        let help = "fill in what is masked (`x.filled(0.0)`), or leave it out";
+        return Err(refuse_with(format!("`{what}` has numbers that are masked"), help));
+    }
+    let made = numpy.call_method1("asarray", (given,)).map_err(not_numbers)?;
+    let kind: char = made.getattr("dtype")?.getattr("kind")?.extract()?;
+    let texts = || -> PyResult<bool> {
+        let text = |x: PyResult<Bound<'py, PyAny>>| {
+            x.map(|x| x.is_instance_of::<PyString>() || x.is_instance_of::<PyBytes>())
+        };
+        made.getattr("flat")?.try_iter()?.try_fold(false, |any, x| Ok(any || text(x)?))
+    };
+    match kind {
+        'f' | 'i' | 'u' | 'b' => {}
+        'c' => return Err(refuse_with(format!("`{what}` is complex"), "give real numbers")),
+        'O' if !texts()? => {}
+        'O' | 'U' | 'S' => {
+            let fact = format!("`{what}` is not an array of numbers: it has texts");
+            return Err(refuse_with(fact, help));
+        }
+        _ => {
+            let kind = made.getattr("dtype")?;
+            let fact = format!("`{what}` is not an array of numbers, but of {kind}");
+            return Err(refuse_with(fact, help));
+        }
+    }
     let options = PyDict::new(py);
     options.set_item("dtype", "float64")?;
     options.set_item("order", "C")?;
     options.set_item("copy", true)?;
-    let numpy = py.import("numpy")?;
-    if numpy.call_method1("iscomplexobj", (given,)).and_then(|c| c.is_truthy()).unwrap_or(false) {
-        return Err(refuse_with(format!("`{what}` is complex"), "give real numbers"));
-    }
-    let made = numpy.call_method("array", (given,), Some(&options));
-    let not_numbers = |e: PyErr| {
-        refuse_with(
-            format!("`{what}` is not an array of numbers: {}", e.value(py)),
-            "give a numpy array of float64, or a list of numbers",
-        )
-    };
-    let made = made.map_err(not_numbers)?;
+    let made = numpy.call_method("array", (made,), Some(&options)).map_err(not_numbers)?;
     let made = made.cast_into::<PyArrayDyn<f64>>().map_err(|e| not_numbers(e.into()))?;
     made.try_readonly().map_err(|e| refuse(format!("`{what}`: {e}")))
 }

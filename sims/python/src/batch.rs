@@ -26,6 +26,11 @@ pub struct View<'a> {
 }
 
 impl<'py> Rows<'py> {
+    /// States; 0 where the rows are one.
+    pub fn count(&self) -> usize {
+        self.n.unwrap_or(0)
+    }
+
     /// Reads (array, width, name) each.
     pub fn read(given: &[(&Bound<'py, PyAny>, usize, &str)]) -> PyResult<Self> {
         let mut rows = Rows { inputs: SmallVec::new(), n: None };
@@ -213,7 +218,7 @@ pub fn ensemble<'py>(
     rows: &Rows<'_>,
     threads: usize,
     each: &[&[usize]],
-    f: impl FnOnce(&mut Ensemble, &[Vec<f64>], &mut [Vec<f64>]) -> Result<(), DynamicsError> + Send,
+    f: impl FnOnce(&mut Ensemble, &[&[f64]], &mut [Vec<f64>]) -> Result<(), DynamicsError> + Send,
 ) -> PyResult<Option<Vec<Array<'py>>>> {
     ensemble_into(py, core, rows, threads, each, None, f)
 }
@@ -226,14 +231,18 @@ pub fn ensemble_into<'py>(
     threads: usize,
     each: &[&[usize]],
     given: Option<&Bound<'py, PyAny>>,
-    f: impl FnOnce(&mut Ensemble, &[Vec<f64>], &mut [Vec<f64>]) -> Result<(), DynamicsError> + Send,
+    f: impl FnOnce(&mut Ensemble, &[&[f64]], &mut [Vec<f64>]) -> Result<(), DynamicsError> + Send,
 ) -> PyResult<Option<Vec<Array<'py>>>> {
     let (threads, Some(n)) = (checked(threads)?, rows.n) else { return Ok(None) };
     let view = rows.view();
     let size = |shape: &&[usize]| zeros(n, shape.iter().product());
     let mut results: Vec<Vec<f64>> = each.iter().map(size).collect::<PyResult<_>>()?;
+    let repeated: Vec<Vec<f64>> =
+        view.inputs.iter().map(|i| repeated(i, n)).collect::<PyResult<_>>()?;
     let run = || {
-        let inputs: Vec<Vec<f64>> = view.inputs.iter().map(|i| table(i, n)).collect();
+        let rows = view.inputs.iter().zip(&repeated);
+        let inputs: Vec<&[f64]> =
+            rows.map(|((values, _, many), own)| if *many { *values } else { &own[..] }).collect();
         core.with_ensemble(threads, |ensemble| f(ensemble, &inputs, &mut results))
     };
     py.detach(run).map_err(refuse)?;
@@ -244,7 +253,12 @@ pub fn ensemble_into<'py>(
     shaped.collect::<PyResult<_>>().map(Some)
 }
 
-/// A row for each state; one row is repeated.
-fn table((values, _, many): &(&[f64], usize, bool), n: usize) -> Vec<f64> {
-    if *many { values.to_vec() } else { values.repeat(n) }
+/// One row, repeated for each state; nothing where there is a row for each.
+fn repeated((values, _, many): &(&[f64], usize, bool), n: usize) -> PyResult<Vec<f64>> {
+    if *many {
+        return Ok(Vec::new());
+    }
+    let mut rows = crate::array::room(n, values.len())?;
+    (0..n).for_each(|_| rows.extend_from_slice(values));
+    Ok(rows)
 }

@@ -298,7 +298,7 @@ impl Builder {
             let coordinate = HingeCoordinate { body, subhinge };
             Ok(Term { coordinate, factor: factor.extract()? })
         };
-        let terms = terms.iter().map(term).collect::<PyResult<_>>()?;
+        let terms = crate::values::pairs(terms).into_iter().map(term).collect::<PyResult<_>>()?;
         crate::core::lock(&slf.get().parts).coupling(Coupling { name, terms, constant });
         Ok(slf)
     }

@@ -2,17 +2,22 @@
 //!
 //! The queries are those of `linkwork_embedded::Robot`.
 use crate::array::{Array2, Input, out2, vector};
+use crate::constraints::CLOSED;
 use crate::contact::{Collider, chosen};
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::Mechanism;
 use linkwork_collision::{ColliderId, Distance, Occupancy};
-use linkwork_embedded::{ModelSpec, Path, Robot, RobotError, RobotModel, Visibility};
-use linkwork_multibody::Builder;
+use linkwork_embedded::{ModelSpec, Path, PathProgress, Robot, RobotError, RobotModel, Visibility};
+use linkwork_multibody::{Builder, ConstraintId};
 use linkwork_runtime::remedy;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex};
+
+/// Pieces of a way, and rows of configurations, between two looks at Ctrl-C.
+const PIECES: usize = 1000;
+const ROWS: usize = 1 << 15;
 
 type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 type Pair = (String, String);
@@ -20,11 +25,15 @@ type Pair = (String, String);
 /// Whether a robot touches itself or what is around it: at one configuration, at many, on the way between two.
 ///
 /// colliders: the shapes; None takes those of the file (`Mechanism.file_colliders`), and of a file in RON also who meets whom, which what is given goes before.
-/// Bodies that a hinge of fewer than six degrees of freedom joins do not meet (the world and what hangs on it, too), unless neighbours is "collide"
+/// Bodies that a loop or a hinge of fewer than six degrees of freedom joins do not meet (the world and what hangs on it, too), unless neighbours is "collide"
 /// and not "pass". ignore, collide: pairs of names of colliders or bodies that do not meet, that do.
 ///
+/// A mechanism with loops and couplings is asked at configurations that close them to 1e-6 m and rad (`Mechanism.close`); others are refused, since it cannot
+/// be there. `path` is for couplings, not for loops: what moves in proportion opens them.
+///
 /// No contact is missed: what touches or overlaps is a hit, padding counted. The settings and what sensors saw (`set_points`, `set_cells`) are this
-/// object's own, and go with `copy`. Raises LinkworkError for shapes and names that cannot be, and for a mechanism with loops, couplings or flexible bodies.
+/// object's own, and go with `copy`. Raises LinkworkError for shapes and names that cannot be, for a mechanism with
+/// flexible bodies, and for loops whose motion is prescribed.
 ///
 /// >>> import linkwork
 /// >>> arm = linkwork.Builder().body("arm", "world", linkwork.Hinge.pin([0, 0, 1]), mass=1.0, com=[0.5, 0, 0], inertia=[[1, 0, 0], [0, 1, 0], [0, 0, 1]]).build()
@@ -83,8 +92,9 @@ impl Collisions {
     /// Of a model of this mechanism.
     pub(crate) fn of(core: Arc<Core>, spec: &ModelSpec) -> PyResult<Self> {
         let model = RobotModel::new(spec).map_err(refuse)?;
-        let robot = Mutex::new(Robot::new(&model));
-        Ok(Self { core, model, robot })
+        let mut robot = Robot::new(&model);
+        robot.set_gravity(core.gravity()).map_err(refuse)?;
+        Ok(Self { core, model, robot: Mutex::new(robot) })
     }
 
     fn id(&self, name: &str) -> PyResult<ColliderId> {
@@ -104,6 +114,69 @@ impl Collisions {
     ) -> PyResult<R> {
         ask(&mut lock(&self.robot)).map_err(refuse)
     }
+
+    /// A configuration (nq,) that keeps loops and couplings.
+    fn at<'py>(&self, q: Given<'_, 'py>, what: &str) -> PyResult<Input<'py>> {
+        let q = vector(q, self.model.nq(), what)?;
+        closed(&self.core, q.slice()).map_err(|e| open(&self.core, &format!("`{what}`"), e))?;
+        Ok(q)
+    }
+}
+
+/// What is wrong with a row of configurations.
+enum Problem {
+    Open(usize, Opened),
+    Refused(RobotError),
+}
+
+/// Whether anything touches at rows of `values` from one on, in threads.
+fn spread(
+    first: &Robot,
+    (values, nq): (&[f64], usize),
+    from: usize,
+    out: &mut [bool],
+    threads: usize,
+) -> Result<(), RobotError> {
+    let rows = out.len().div_ceil(threads).max(1);
+    let work = |mut robot: Robot, from: usize, out: &mut [bool]| {
+        for (k, out) in out.iter_mut().enumerate() {
+            let at = (from + k) * nq;
+            *out = robot.collides(&values[at..at + nq])?;
+        }
+        Ok::<(), RobotError>(())
+    };
+    if threads == 1 {
+        return work(first.clone(), from, out);
+    }
+    std::thread::scope(|scope| {
+        let pieces = out.chunks_mut(rows).enumerate().map(|(k, out)| {
+            let (robot, work) = (first.clone(), &work);
+            scope.spawn(move || work(robot, from + k * rows, out))
+        });
+        let threads: Vec<_> = pieces.collect();
+        let join = |t: std::thread::ScopedJoinHandle<'_, _>| {
+            t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        };
+        threads.into_iter().try_for_each(join)
+    })
+}
+
+/// The constraint that is farthest from closed, when that is too far.
+type Opened = (ConstraintId, f64);
+
+/// Whether q (nq) keeps loops and couplings.
+fn closed(core: &Core, q: &[f64]) -> Result<(), Opened> {
+    if !core.is_constrained() {
+        return Ok(());
+    }
+    let worst = core.errors(q, &[]).into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    worst.filter(|(_, error)| !(*error <= CLOSED)).map_or(Ok(()), Err)
+}
+
+fn open(core: &Core, place: &str, (id, error): Opened) -> PyErr {
+    let name = core.mbs.constraint_name(id);
+    let fact = format!("{place} does not keep `{name}`: an error of {error:.3e} (m or rad)");
+    refuse_with(fact, "give a configuration that the mechanism can have: `mechanism.close(q)`")
 }
 
 #[pymethods]
@@ -118,8 +191,15 @@ impl Collisions {
         neighbours: Option<&str>,
     ) -> PyResult<Self> {
         let core = mechanism.core.clone();
+        if core.mbs.motions() > 0 {
+            let help = "make the loop of a hinge without prescribed motion";
+            return Err(refuse_with("a motion across a loop is prescribed", help));
+        }
         let (specs, rules) = chosen(mechanism, colliders, ignore, collide, neighbours)?;
-        let mechanism = Builder::from(&core.mbs);
+        // Where bodies are follows from q alone; that q keeps loops and couplings, every question checks.
+        let mut mechanism = Builder::from(&core.mbs);
+        mechanism.loops_mut().clear();
+        mechanism.couplings_mut().clear();
         let spec = ModelSpec { mechanism, colliders: specs, rules, ..ModelSpec::default() };
         Self::of(core, &spec)
     }
@@ -160,7 +240,7 @@ impl Collisions {
         let input = Input::read(q, "q")?;
         let nq = self.model.nq();
         if input.shape().len() != 2 {
-            let q = vector(q, nq, "q")?;
+            let q = self.at(q, "q")?;
             let hit = self.ask(|r| r.collides(q.slice()))?;
             return Ok(hit.into_pyobject(py)?.to_owned().into_any());
         }
@@ -171,31 +251,23 @@ impl Collisions {
         }
         let threads = crate::batch::checked(threads)?.min(n.max(1));
         let mut out = vec![false; n];
-        let rows = n.div_ceil(threads).max(1);
-        let first = lock(&self.robot).clone();
         let values = input.slice();
-        let work = |robot: &mut Robot, from: usize, out: &mut [bool]| {
-            for (k, out) in out.iter_mut().enumerate() {
-                let at = (from + k) * nq;
-                *out = robot.collides(&values[at..at + nq])?;
-            }
-            Ok::<(), RobotError>(())
-        };
-        let done: Result<(), RobotError> = py.detach(|| {
-            std::thread::scope(|scope| {
-                let pieces = out.chunks_mut(rows).enumerate().map(|(k, out)| {
-                    let mut robot = first.clone();
-                    let work = &work;
-                    scope.spawn(move || work(&mut robot, k * rows, out))
-                });
-                let threads: Vec<_> = pieces.collect();
-                let join = |t: std::thread::ScopedJoinHandle<'_, _>| {
-                    t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-                };
-                threads.into_iter().try_for_each(join)
+        for (k, block) in out.chunks_mut(ROWS).enumerate() {
+            py.check_signals()?;
+            let (from, n) = (k * ROWS, block.len());
+            let first = lock(&self.robot).clone();
+            py.detach(|| {
+                for k in from..from + n {
+                    let q = &values[k * nq..(k + 1) * nq];
+                    closed(&self.core, q).map_err(|e| Problem::Open(k, e))?;
+                }
+                spread(&first, (values, nq), from, block, threads).map_err(Problem::Refused)
             })
-        });
-        done.map_err(refuse)?;
+            .map_err(|e| match e {
+                Problem::Open(k, e) => open(&self.core, &format!("row {k} of `q`"), e),
+                Problem::Refused(e) => refuse(e),
+            })?;
+        }
         Ok(PyArray1::from_vec(py, out).into_any())
     }
 
@@ -205,7 +277,7 @@ impl Collisions {
     /// >>> robot.first_hit([1.6])
     /// ('rod', 'seen')
     fn first_hit(&self, q: Given<'_, '_>) -> PyResult<Option<Pair>> {
-        let q = vector(q, self.model.nq(), "q")?;
+        let q = self.at(q, "q")?;
         Ok(self.ask(|r| r.first_hit(q.slice()))?.map(|pair| self.names(pair)))
     }
 
@@ -215,7 +287,7 @@ impl Collisions {
     /// >>> robot.hits([0.0])
     /// []
     fn hits(&self, q: Given<'_, '_>) -> PyResult<Vec<Pair>> {
-        let q = vector(q, self.model.nq(), "q")?;
+        let q = self.at(q, "q")?;
         let mut out = Vec::new();
         self.ask(|r| r.hits(q.slice(), &mut out))?;
         Ok(out.into_iter().map(|pair| self.names(pair)).collect())
@@ -234,7 +306,7 @@ impl Collisions {
         q: Given<'_, 'py>,
         limit: f64,
     ) -> PyResult<Option<(f64, Pair, Array2<'py>)>> {
-        let q = vector(q, self.model.nq(), "q")?;
+        let q = self.at(q, "q")?;
         let found = self.ask(|r| r.clearance(q.slice(), limit))?;
         let told = |c: linkwork_collision::Closest| {
             Ok((c.distance.distance, self.names((c.a, c.b)), ends(py, &c.distance)?))
@@ -256,7 +328,7 @@ impl Collisions {
         a: &str,
         b: &str,
     ) -> PyResult<Option<(f64, Array2<'py>)>> {
-        let q = vector(q, self.model.nq(), "q")?;
+        let q = self.at(q, "q")?;
         let (a, b) = (self.id(a)?, self.id(b)?);
         let found = self.ask(|r| r.distance(q.slice(), a, b))?;
         found.map(|d| Ok((d.distance, ends(py, &d)?))).transpose()
@@ -265,7 +337,7 @@ impl Collisions {
     /// Whether the way from one configuration (nq,) to another is free, all coordinates moving in proportion: ("free", None, None), proven from end to end;
     /// ("hit", part of the way from 0 to 1, pair); or ("undecided", part, None) where surfaces pass within a hair. Nothing is jumped over, however thin.
     /// Pieces shorter than `least`, a part of the way, are not cut again.
-    /// Raises LinkworkError for another length, for NaN and for `least` outside 1e-9 … 1.
+    /// Raises LinkworkError for another length, for NaN, for `least` outside 1e-9 … 1, and for a mechanism with loops.
     ///
     /// >>> robot.path([0.0], [1.0])
     /// ('free', None, None)
@@ -277,11 +349,23 @@ impl Collisions {
         end: Given<'_, '_>,
         least: f64,
     ) -> PyResult<(&'static str, Option<f64>, Option<Pair>)> {
-        let nq = self.model.nq();
-        let (start, end) = (vector(start, nq, "start")?, vector(end, nq, "end")?);
+        if let [l, ..] = self.core.mbs.loops() {
+            let fact = format!("what moves in proportion opens the loop `{}`", l.closure.name);
+            let help = "ask `collides` at configurations on the way that `mechanism.close` gives";
+            return Err(refuse_with(fact, help));
+        }
+        // Couplings are linear: what keeps them at both ends keeps them between.
+        let (start, end) = (self.at(start, "start")?, self.at(end, "end")?);
         let (from, to) = (start.slice(), end.slice());
         let mut robot = lock(&self.robot).clone();
-        let path = py.detach(|| robot.path_free(from, to, least)).map_err(refuse)?;
+        let mut progress = PathProgress::default();
+        let path = loop {
+            py.check_signals()?;
+            let portion = || robot.path_free_on(from, to, least, &mut progress, PIECES);
+            if let Some(path) = py.detach(portion).map_err(refuse)? {
+                break path;
+            }
+        };
         Ok(match path {
             Path::Free => ("free", None, None),
             Path::Hit { at, pair } => ("hit", Some(at), Some(self.names(pair))),

@@ -30,8 +30,8 @@ const SOLVERS: [(&str, Solver); 4] = [
     ("full", Solver::Full),
 ];
 
-/// Errors of loops at which a simulation may begin, rad or m.
-const CLOSED: f64 = 1e-6;
+/// Errors of loops and couplings, rad or m, at which a simulation may begin and a question of collisions makes sense.
+pub const CLOSED: f64 = 1e-6;
 
 /// Memory of the solvers of constraints.
 pub struct Constrained {
@@ -68,7 +68,8 @@ impl Core {
         self.mbs.constraints().next().is_some()
     }
 
-    fn errors(&self, q: &[f64], motions: &[LoopMotion]) -> Vec<(ConstraintId, f64)> {
+    /// How far each loop and coupling is from closed, rad or m.
+    pub fn errors(&self, q: &[f64], motions: &[LoopMotion]) -> Vec<(ConstraintId, f64)> {
         self.with_constrained(Treatment::Augment, |c| {
             let mut ws = self.workspace();
             kinematics(&self.tree, &mut ws, q, &vec![0.0; self.nv()]);

@@ -58,7 +58,7 @@ struct Memory {
 /// Steps a mechanism whose bodies touch each other and the ground: velocities and impulses together.
 ///
 /// colliders: the shapes; None takes those of the file (`Mechanism.file_colliders`), and of a file in RON also who meets whom and the settings, which what is
-/// given goes before. Bodies that a hinge of fewer than six degrees of freedom joins do not meet, unless neighbours is "collide" and not "pass".
+/// given goes before. Bodies that a loop or a hinge of fewer than six degrees of freedom joins do not meet, unless neighbours is "collide" and not "pass".
 /// ignore, collide: pairs of names of colliders or bodies that do not meet, that do. limits: "stop" (else the default) holds hinges within their limits,
 /// "ignore" does not.
 ///
@@ -116,6 +116,13 @@ pub(crate) fn chosen(
     }
     rules.ignore.extend(ignore.unwrap_or_default());
     rules.collide.extend(collide.unwrap_or_default());
+    // A loop joins bodies as a hinge of the tree does.
+    for l in mechanism.core.mbs.loops().iter().filter(|l| !l.rows.is_empty()) {
+        let pair = [l.closure.body_a.clone(), l.closure.body_b.clone()];
+        if !rules.joined.contains(&pair) {
+            rules.joined.push(pair);
+        }
+    }
     Ok((specs, rules))
 }
 

@@ -5,6 +5,7 @@
 use crate::array::wrench;
 use crate::error::refuse_with;
 use crate::files::FileContact;
+use crate::values::pairs;
 use linkwork_dynamics::{Derivatives, Ensemble, InverseKinematics, Tree, Workspace, kinematics};
 use linkwork_formats::Description;
 use linkwork_multibody::{Builder, Multibody, NodeId};
@@ -177,7 +178,7 @@ impl Core {
             let name: String = name.extract()?;
             Ok((self.frame(&name)?, wrench(&value, &format!("wrenches[\"{name}\"]"))?))
         };
-        given.iter().map(read).collect()
+        pairs(given).into_iter().map(read).collect()
     }
 
     /// Kinematics, then these wrenches and no other.

@@ -1,5 +1,5 @@
 //! Derivatives of inverse and forward dynamics, and the regressor of inertial parameters.
-use crate::array::{Array, Array1, out1};
+use crate::array::{Array, Array1, out1, zeros};
 use crate::batch::{Rows, ensemble, states};
 use crate::mechanism::Mechanism;
 use linkwork_dynamics::{self as dynamics, Ensemble, ForwardDerivatives, PARAMETERS};
@@ -48,9 +48,9 @@ impl Mechanism {
         let (c, nv) = (&*self.core, self.core.nv());
         let rows = Rows::read(&[(q, c.nq(), "q"), (v, nv, "v"), (vdot, nv, "vdot")])?;
         let wrenches = c.wrenches(wrenches)?;
-        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+        let lanes = |e: &mut Ensemble, x: &[&[f64]], out: &mut [Vec<f64>]| {
             let [by_q, by_v] = out else { return Ok(()) };
-            e.inverse_dynamics_derivatives(&x[0], &x[1], &x[2], by_q, by_v);
+            e.inverse_dynamics_derivatives(x[0], x[1], x[2], by_q, by_v);
             Ok(())
         };
         let each: &[usize] = &[nv, nv];
@@ -94,11 +94,14 @@ impl Mechanism {
         let rows = [(q, c.nq(), "q"), (v, nv, "v"), (tau, nv, "tau"), (vdot, nv, "prescribed")];
         let rows = Rows::read(&rows)?;
         let wrenches = c.wrenches(wrenches)?;
-        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], out: &mut [Vec<f64>]| {
+        // Prescribed accelerations and forces are written to.
+        let (mut forces, mut rates) = (zeros(rows.count(), nv)?, zeros(rows.count(), nv)?);
+        let lanes = |e: &mut Ensemble, x: &[&[f64]], out: &mut [Vec<f64>]| {
             let [dvdot_dq, dvdot_dv, dvdot_dtau] = out else { return Ok(()) };
             let out = ForwardDerivatives { dvdot_dq, dvdot_dv, dvdot_dtau };
-            let (mut tau, mut vdot) = (x[2].clone(), x[3].clone());
-            e.forward_dynamics_derivatives(&x[0], &x[1], &mut tau, &mut vdot, out)
+            forces.copy_from_slice(x[2]);
+            rates.copy_from_slice(x[3]);
+            e.forward_dynamics_derivatives(x[0], x[1], &mut forces, &mut rates, out)
         };
         let each: &[usize] = &[nv, nv];
         if wrenches.is_empty()

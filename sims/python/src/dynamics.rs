@@ -1,5 +1,5 @@
 //! The algorithms of `Mechanism`: each under its own name, from q, v and what else it needs.
-use crate::array::Array;
+use crate::array::{Array, zeros};
 use crate::batch::{Rows, ensemble_into, states, states_into};
 use crate::mechanism::Mechanism;
 use linkwork_dynamics::{self as dynamics, Ensemble};
@@ -35,8 +35,8 @@ impl Mechanism {
         let (c, nv) = (&*self.core, self.core.nv());
         let rows = Rows::read(&[(q, c.nq(), "q"), (v, nv, "v"), (vdot, nv, "vdot")])?;
         let wrenches = c.wrenches(wrenches)?;
-        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], tau: &mut [Vec<f64>]| {
-            e.inverse_dynamics(&x[0], &x[1], &x[2], &mut tau[0]);
+        let lanes = |e: &mut Ensemble, x: &[&[f64]], tau: &mut [Vec<f64>]| {
+            e.inverse_dynamics(x[0], x[1], x[2], &mut tau[0]);
             Ok(())
         };
         if wrenches.is_empty()
@@ -84,9 +84,12 @@ impl Mechanism {
         let rows = [(q, c.nq(), "q"), (v, nv, "v"), (tau, nv, "tau"), (vdot, nv, "prescribed")];
         let rows = Rows::read(&rows)?;
         let wrenches = c.wrenches(wrenches)?;
-        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], vdot: &mut [Vec<f64>]| {
-            vdot[0].copy_from_slice(&x[3]);
-            e.forward_dynamics(&x[0], &x[1], &mut x[2].clone(), &mut vdot[0])
+        // Forces of prescribed coordinates are written to.
+        let mut forces = zeros(rows.count(), nv)?;
+        let lanes = |e: &mut Ensemble, x: &[&[f64]], vdot: &mut [Vec<f64>]| {
+            vdot[0].copy_from_slice(x[3]);
+            forces.copy_from_slice(x[2]);
+            e.forward_dynamics(x[0], x[1], &mut forces, &mut vdot[0])
         };
         if wrenches.is_empty()
             && let Some(many) = ensemble_into(py, c, &rows, threads, &[&[nv]], out, lanes)?
@@ -170,8 +173,8 @@ impl Mechanism {
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
         let rows = Rows::read(&[(q, c.nq(), "q")])?;
-        let lanes = |e: &mut Ensemble, x: &[Vec<f64>], to: &mut [Vec<f64>]| {
-            e.mass_matrix(&x[0], &mut to[0]);
+        let lanes = |e: &mut Ensemble, x: &[&[f64]], to: &mut [Vec<f64>]| {
+            e.mass_matrix(x[0], &mut to[0]);
             Ok(())
         };
         if let Some(many) = ensemble_into(py, c, &rows, threads, &[&[nv, nv]], out, lanes)? {

@@ -1,7 +1,7 @@
 //! The one exception of the package, and how Rust's errors become it: with the same text.
 use linkwork_runtime::{RunError, VariableError};
-use pyo3::PyErr;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyException, PyMemoryError, PyValueError};
+use pyo3::{PyErr, Python};
 use std::fmt::Display;
 
 pyo3::create_exception!(
@@ -24,6 +24,16 @@ pub fn refuse(text: impl Display) -> PyErr {
 /// A fact and its remedy.
 pub fn refuse_with(fact: impl Display, help: impl Display) -> PyErr {
     refuse(format!("{fact}\n  help: {help}"))
+}
+
+/// Whether an exception stays what it is: Ctrl-C, no memory, an exit.
+pub fn is_own(py: Python<'_>, e: &PyErr) -> bool {
+    e.is_instance_of::<PyMemoryError>(py) || !e.is_instance_of::<PyException>(py)
+}
+
+/// What was raised in another's code, in this package's words, unless it stays what it is.
+pub fn unless_own(py: Python<'_>, e: PyErr, words: impl FnOnce(&PyErr) -> PyErr) -> PyErr {
+    if is_own(py, &e) { e } else { words(&e) }
 }
 
 /// A run that failed.

@@ -86,6 +86,14 @@ impl Machine {
         ))
     }
 
+    /// Mass properties that no body has, in words; `None` when there are none.
+    pub fn doubtful(&self) -> Option<String> {
+        let lines: Vec<String> =
+            self.description.as_ref()?.doubtful.iter().map(ToString::to_string).collect();
+        let help = "correct the file, or say what you want: inertia_check=\"physical\" refuses it";
+        (!lines.is_empty()).then(|| format!("{}\n  help: {help}", lines.join("\n")))
+    }
+
     /// Loops and couplings, in words; `None` when there are none.
     pub fn beyond_the_tree(&self) -> Option<String> {
         let names = self.mbs.constraints().map(|c| self.mbs.constraint_name(c));

@@ -3,6 +3,8 @@ use crate::array::{Array1, Input, fixed, out1, pose, vector};
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::Mechanism;
+use crate::values::pairs;
+use linkwork_dynamics::inverse_kinematics::Progress;
 use linkwork_dynamics::{self as dynamics, InverseKinematics, InverseKinematicsError};
 use linkwork_spatial::{Mat3, Motion, Quat, Vec3, quat};
 use numpy::PyArray1;
@@ -153,6 +155,9 @@ impl RateTarget {
     }
 }
 
+/// Evaluations of the kinematics between two looks at Ctrl-C.
+pub const PORTION: usize = 2000;
+
 /// Keeps the hinges of these bodies.
 fn keep(ik: &mut InverseKinematics, core: &Core, bodies: &[String]) -> PyResult<()> {
     for body in bodies {
@@ -201,7 +206,7 @@ impl Mechanism {
         let mut q = vector(q, core.nq(), "q")?.slice().to_vec();
         let mut list = Vec::new();
         if let Ok(map) = targets.cast::<PyDict>() {
-            for (frame, at) in map {
+            for (frame, at) in pairs(map) {
                 list.push(Target::new(frame.extract()?, &at, None, 1.0, 1.0)?.resolve(core)?);
             }
         } else {
@@ -224,9 +229,19 @@ impl Mechanism {
             iterations,
             restarts,
         };
-        let found = py.detach(|| ik.solve(&core.tree, &list, &mut q).map(|_| ()));
-        found.map_err(|e| unreached(py, e))?;
-        Ok(out1(py, q))
+        ik.begin(&core.tree, &list, &q).map_err(|e| unreached(py, e))?;
+        // A look at Ctrl-C after each portion; portions do not change what is found.
+        loop {
+            py.check_signals()?;
+            match py.detach(|| ik.advance(&core.tree, PORTION, &mut q)) {
+                Progress::Unfinished(_) => {}
+                Progress::Met(_) => return Ok(out1(py, q)),
+                Progress::Nearest(found) => {
+                    let e = ik.unreachable(&core.tree, &list, &q, found.iterations);
+                    return Err(unreached(py, e));
+                }
+            }
+        }
     }
 
     /// Rates v (nv,) at q (nq,) for which the frames move as nearly as asked as they can, the least
@@ -256,7 +271,7 @@ impl Mechanism {
         };
         let mut list = Vec::new();
         if let Ok(map) = targets.cast::<PyDict>() {
-            for (frame, velocity) in map {
+            for (frame, velocity) in pairs(map) {
                 let target = RateTarget::new(frame.extract()?, &velocity, None, 1.0, 1.0)?;
                 list.push(target.resolve(core)?);
             }

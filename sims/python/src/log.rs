@@ -66,6 +66,8 @@ impl Filling {
 /// >>> sim.run_until(0.5)
 /// >>> log
 /// Log(1 variables, 6 rows)
+/// >>> "bob.angle" in log, len(log), list(log)
+/// (True, 2, ['t', 'bob.angle'])
 /// >>> np.round(log["bob.angle"][:3], 4).tolist()
 /// [1.0472, 1.0051, 0.8815]
 #[pyclass(frozen, mapping, weakref, module = "linkwork")]

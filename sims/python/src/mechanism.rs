@@ -5,7 +5,7 @@ use crate::core::{Core, GRAVITY};
 use crate::error::{refuse, refuse_with};
 use crate::show;
 use crate::state::State;
-use linkwork_formats::{ReadOptions, Root};
+use linkwork_formats::{ReadOptions, Root, Unphysical};
 use linkwork_multibody::{BodyId, Coordinate, Limits};
 use linkwork_runtime::remedy;
 use linkwork_spatial::InertiaCheck;
@@ -29,6 +29,12 @@ type Slice<'py> = Bound<'py, PySlice>;
 /// >>> parts = parts.body("lower", "upper", pin, mass=1, com=[0, 0, -0.4], inertia=np.diag([0.1, 0.1, 0.01]), hinge_in_parent=[0, 0, -1])
 /// >>> arm = parts.node("tip", "lower", [0, 0, -0.8]).build()
 /// >>> q, v = np.array([0.3, -0.7]), np.array([0.1, 0.4])
+/// >>> "lower" in str(arm)                             # print(arm) shows the tree
+/// True
+/// >>> import copy, pickle
+/// >>> twins = [copy.copy(arm), copy.deepcopy(arm), pickle.loads(pickle.dumps(arm))]
+/// >>> [twin.nv for twin in twins]
+/// [2, 2, 2]
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Mechanism {
     /// What it shares with its states.
@@ -39,8 +45,9 @@ pub struct Mechanism {
 /// it), or a simulation or an assembly in RON.
 ///
 /// root: None takes the file as it is; "fixed", "free" or "planar" say how the body that no joint
-/// moves hangs on the world. inertia_check: "physical", or "positive_moments" for published data
-/// that break the triangle inequality of principal moments. packages: folders that hold packages,
+/// moves hangs on the world. inertia_check, of principal moments that no body has: "warn" reads them with a UserWarning
+/// that names link and number (those below zero as 0), "physical" refuses them, "positive_moments" takes in silence those that break the
+/// triangle inequality, for published data. packages: folders that hold packages,
 /// for `package://name/..`. What was not used is in `ignored`. Loops and couplings are in `constraints`:
 /// `constrained_dynamics`, `close` and `simulate` obey them, the algorithms of the tree do not; damping and
 /// friction are no part of a Mechanism's dynamics. A file that has such gives a UserWarning that names them.
@@ -52,7 +59,7 @@ pub struct Mechanism {
 /// >>> mug.nq, mug.nv, mug.total_mass
 /// (7, 6, 0.3)
 #[pyfunction]
-#[pyo3(signature = (path, root=None, *, inertia_check="physical", packages=None))]
+#[pyo3(signature = (path, root=None, *, inertia_check="warn", packages=None))]
 pub fn load(
     py: Python<'_>,
     path: PathBuf,
@@ -62,12 +69,21 @@ pub fn load(
 ) -> PyResult<Mechanism> {
     let roots = [("fixed", Root::Fixed), ("free", Root::Free), ("planar", Root::Planar)];
     let root = root.map_or(Ok(Root::AsWritten), |name| choice("root", name, &roots))?;
-    let inertia = choice("inertia_check", inertia_check, &INERTIA_CHECKS)?;
+    let (inertia, unphysical) = match inertia_check {
+        "warn" => (InertiaCheck::Physical, Unphysical::Read),
+        other => {
+            let [physical, positive] = INERTIA_CHECKS;
+            let known = [physical, positive, ("warn", InertiaCheck::Physical)];
+            (choice("inertia_check", other, &known)?, Unphysical::Refused)
+        }
+    };
     let package_paths = packages.unwrap_or_default();
-    let options = ReadOptions { root, inertia, package_paths, file: None };
+    let options = ReadOptions { root, inertia, unphysical, package_paths, file: None };
     let machine = py.detach(|| crate::files::machine(&path, &options)).map_err(refuse)?;
-    for text in [machine.left_out(), machine.beyond_the_tree()].into_iter().flatten() {
-        let text = format!("{}: {text}", path.display());
+    let of_path = |text: String| format!("{}: {text}", path.display());
+    let left_out = machine.left_out().map(of_path);
+    let beyond = machine.beyond_the_tree().map(of_path);
+    for text in machine.doubtful().into_iter().chain(left_out).chain(beyond) {
         let category = py.get_type::<pyo3::exceptions::PyUserWarning>();
         // A path may hold anything but a zero.
         let text = std::ffi::CString::new(text.replace('\0', " ")).unwrap_or_default();

@@ -251,6 +251,8 @@ impl Operators {
 /// >>> A = o.H * o.Phi * o.M * o.Phi.T * o.H.T
 /// >>> (A * [10.0]).round(9).tolist()
 /// [1.8]
+/// >>> ((2.0 * A + A - A / 2) @ [10.0]).round(9).tolist(), (-A * [10.0]).round(9).tolist()
+/// ([4.5], [-1.8])
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Operator {
     op: dynamics::Operator,

@@ -21,13 +21,13 @@
 //! `save()` gives it (bytes, text, or what JSON can say) and `load(saved)` takes it back. Without the two,
 //! and without `stateless = True`, checkpoints and forks are refused.
 use crate::array::{Input, out1};
-use crate::error::refuse_with;
+use crate::error::{is_own, refuse_with};
 use crate::values::object;
+use crate::values::pairs;
 use linkwork_runtime::{
     Block, Description, Entry, Failure, Functions, Located, Making, Now, Outcome, PortKind,
     PortSpec, Prototype, ReadCx, Unit, Value, Wiring, remedy,
 };
-use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PySystemExit};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyString, PyType};
 use std::any::Any;
@@ -50,10 +50,7 @@ pub fn inside() -> bool {
 /// memory, an exit) itself.
 pub fn raised(py: Python<'_>, error: PyErr) -> PyErr {
     let Some(cause) = RAISED.take() else { return error };
-    let own = cause.is_instance_of::<PyKeyboardInterrupt>(py)
-        || cause.is_instance_of::<PyMemoryError>(py)
-        || cause.is_instance_of::<PySystemExit>(py);
-    if own {
+    if is_own(py, &cause) {
         return cause;
     }
     error.set_cause(py, Some(cause));
@@ -85,7 +82,7 @@ pub fn entries(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Entry>> {
         };
         Ok(Entry::given(description, Arc::new(Class { name, class: class.unbind() })))
     };
-    given.iter().map(one).collect()
+    pairs(given).into_iter().map(one).collect()
 }
 
 struct Class {
@@ -192,7 +189,7 @@ fn ports(made: &Bound<'_, PyAny>, which: &str) -> Result<Vec<PortSpec>, Problem>
         return Err((format!("its `{which}` is not a dict"), help()));
     };
     let mut all = Vec::new();
-    for (name, port) in given.iter() {
+    for (name, port) in pairs(&given) {
         let wrong = || (format!("its `{which}` have `{name}: {port}`"), help());
         let name: String = name.extract().map_err(|_| wrong())?;
         let plain = !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_');

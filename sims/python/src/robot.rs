@@ -1,23 +1,27 @@
-//! `Robot`: the embedded robot model: parts by name, inverse kinematics, what hands hold, forces, ways.
-use crate::array::{
-    Array1, Array2, Input, mat3, out_pose, out_vec3, out1, out2, pose, vec3, vector, wrench,
-};
+//! `Robot`: the embedded robot model: parts by name, inverse kinematics, ways. What hands hold and forces are in files of their own.
+use crate::array::{Array1, Array2, Input, out_pose, out1, out2, vector};
 use crate::collisions::Collisions;
 use crate::contact::{Collider, chosen};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
-use crate::inverse_kinematics::place;
+use crate::inverse_kinematics::{PORTION, place};
 use crate::mechanism::{Mechanism, choice};
+use crate::values::pairs;
 use linkwork_embedded::{
-    self as embedded, Balance, Effort, Goal, ModelSpec, Object, ObjectSpec, Outcome, Part,
-    PartSpec, Planner, Push, Rows, Search, Way, formats,
+    Effort, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner, Rows, Search, Way, formats,
 };
 use linkwork_runtime::remedy;
-use linkwork_spatial::MassProperties;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+
+mod force;
+mod hold;
+pub use hold::Grip;
+
+/// Random places between two looks at Ctrl-C.
+const DRAWS: usize = 50;
 
 type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -26,7 +30,8 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 ///
 /// chains: {name: (base, tip)}, bodies between which a part lies; base may be "world". groups: {name: [bodies]}, other parts, such as grippers. srdf: a
 /// file whose groups are parts, too, for a mechanism of a file. objects: {name: (mass, com, inertia)}: rigid things that hands may hold: kg, m (3,), kg m²
-/// (3, 3) about the centre of mass; a collider on one names it as its body. colliders, ignore, collide, neighbours: as `Collisions` (an empty list: nothing touches).
+/// (3, 3) about the centre of mass; or {name: Mechanism}: things with joints, such as pliers, whose one body on the world has this name and a free hinge. A
+/// collider on a body of one names it. Gravity is the mechanism's at this moment. colliders, ignore, collide, neighbours: as `Collisions` (an empty list: nothing touches).
 ///
 /// Lengths in m, angles in rad, world axes, angular part first. `q` (nq,) is the robot's own configuration, neutral at first; each instance has its own, and
 /// the same calls give the same bits. Raises LinkworkError, with all mistakes at once, for names and shapes that cannot be, and for a mechanism with
@@ -47,22 +52,6 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 /// True
 #[pyclass(frozen, extends = Collisions, module = "linkwork")]
 pub struct Robot {}
-
-/// What a hand holds, for `with`: at its end the hand lets go.
-///
-/// >>> lift = linkwork.Builder().body("hand", "world", linkwork.Hinge.slider([0, 0, 1]), mass=1, com=[0, 0, 0], inertia=np.eye(3) / 100).build()
-/// >>> robot = linkwork.Robot(lift, chains={"arm": ("world", "hand")}, objects={"cup": (0.3, [0, 0, 0], np.eye(3) / 1000)}, colliders=[])
-/// >>> with robot.grasp("arm", "cup", [0, 0, 0.1]) as grip:
-/// ...     grip
-/// Grip(arm holds cup)
-/// >>> robot.hands("cup")
-/// []
-#[pyclass(frozen, weakref, module = "linkwork")]
-pub struct Grip {
-    robot: Py<Robot>,
-    hand: String,
-    object: String,
-}
 
 impl Collisions {
     fn part(&self, name: &str) -> PyResult<Part> {
@@ -141,18 +130,8 @@ impl Robot {
         for (name, bodies) in groups.unwrap_or_default() {
             spec.parts.push(PartSpec::Bodies { name, bodies });
         }
-        for (name, given) in objects.into_iter().flatten() {
-            let name: String = name.extract()?;
-            let parts: (f64, Bound<'_, PyAny>, Bound<'_, PyAny>) =
-                given.extract().map_err(|_| {
-                    let help = "give (mass, com (3,), inertia (3, 3))";
-                    refuse_with(format!("objects[\"{name}\"] is no mass with its properties"), help)
-                })?;
-            let of = |what: &str| format!("objects[\"{name}\"]: {what}");
-            let com = vec3(&parts.1, &of("com"))?;
-            let inertia = mat3(&parts.2, &of("inertia"))?;
-            let mass = MassProperties::new(parts.0, com, inertia);
-            spec.objects.push(ObjectSpec { name, mass });
+        for (name, given) in objects.into_iter().flat_map(pairs) {
+            hold::object(name.extract()?, &given, &mut spec)?;
         }
         let own = Collisions::of(core.clone(), &spec)?;
         Ok(PyClassInitializer::from(own).add_subclass(Self {}))
@@ -301,8 +280,21 @@ impl Robot {
             above_zero("position_tolerance", position_tolerance)?,
             above_zero("orientation_tolerance", orientation_tolerance)?,
         ];
-        let effort = Effort { tolerances, steps, restarts, ..Effort::default() };
-        let answer = slf.py().detach(|| own.ask(|r| r.reach(part, &goal, &effort, &mut q)))?;
+        let effort = Effort { tolerances, steps, restarts, kinematics: PORTION };
+        let (mut answer, other) = slf.py().detach(|| {
+            own.ask(|r| {
+                let answer = r.reach(part, &goal, &effort, &mut q)?;
+                // What takes long goes on in an instance of its own, with looks at Ctrl-C.
+                Ok((answer, (answer.outcome == Outcome::Unfinished).then(|| r.clone())))
+            })
+        })?;
+        if let Some(mut other) = other {
+            while answer.outcome == Outcome::Unfinished {
+                slf.py().check_signals()?;
+                let portion = || other.reach_on(part, PORTION, &mut q);
+                answer = slf.py().detach(portion).map_err(refuse)?;
+            }
+        }
         let q = out1(slf.py(), q);
         if answer.outcome == Outcome::Met {
             return Ok(q);
@@ -316,183 +308,6 @@ impl Robot {
         value.setattr("q", q)?;
         value.setattr("residual", (p, R))?;
         Err(error)
-    }
-
-    /// A hand (the tip of a chain) takes an object, which then weighs on it and meets what is not its hand. at: where the object is in the tip's frame, a
-    /// pose (3,), (7,) or (4, 4), m; None: where it is now. The first hand carries it; a second one closes a loop and has to be where it says, within
-    /// 1e-6 m and rad. Used with `with`, the hand lets go at the end. Raises LinkworkError for what is held by this hand or by two, for a part that is no
-    /// chain, and for a loop that does not close; then nothing has changed.
-    ///
-    /// >>> with robot.grasp("arm", "cup", [0.1, 0, 0]) as grip:
-    /// ...     robot.hands("cup")
-    /// ['arm']
-    /// >>> robot.hands("cup")
-    /// []
-    #[pyo3(signature = (hand, object, at=None))]
-    fn grasp(
-        slf: &Bound<'_, Self>,
-        hand: String,
-        object: String,
-        at: Option<Given<'_, '_>>,
-    ) -> PyResult<Grip> {
-        let own = base(slf);
-        let (part, what) = (own.part(&hand)?, own.object(&object)?);
-        let grasp = match at {
-            Some(X) => embedded::Grasp::At(pose(Some(X), "at")?),
-            None => embedded::Grasp::Here,
-        };
-        own.ask(|r| r.grasp(part, what, grasp))?;
-        Ok(Grip { robot: slf.clone().unbind(), hand, object })
-    }
-
-    /// Another pose of an object in a hand that holds it, as an estimator found it: (3,), (7,) or (4, 4) in the tip's frame, m. Its weight moves with it; with
-    /// two hands the other's follows. Raises LinkworkError when the hand does not hold it.
-    ///
-    /// >>> with robot.grasp("arm", "cup", [0.1, 0, 0]):
-    /// ...     robot.update_grasp("arm", "cup", [0.11, 0, 0])
-    fn update_grasp(
-        slf: &Bound<'_, Self>,
-        hand: &str,
-        object: &str,
-        at: Given<'_, '_>,
-    ) -> PyResult<()> {
-        let own = base(slf);
-        let (part, what, X) = (own.part(hand)?, own.object(object)?, pose(Some(at), "at")?);
-        own.ask(|r| r.update_grasp(part, what, X))
-    }
-
-    /// A hand lets go of an object: it stays in the other hand, or where it is in the world. Raises LinkworkError when the hand does not hold it.
-    ///
-    /// >>> grip = robot.grasp("arm", "cup")
-    /// >>> robot.release("arm", "cup")
-    fn release(slf: &Bound<'_, Self>, hand: &str, object: &str) -> PyResult<()> {
-        let own = base(slf);
-        let (part, what) = (own.part(hand)?, own.object(object)?);
-        own.ask(|r| r.release(part, what))
-    }
-
-    /// All hands let go of an object: it stays where it is in the world. Raises LinkworkError when nobody holds it.
-    ///
-    /// >>> grip = robot.grasp("arm", "cup")
-    /// >>> robot.ungrasp("cup")
-    fn ungrasp(slf: &Bound<'_, Self>, object: &str) -> PyResult<()> {
-        let own = base(slf);
-        let what = own.object(object)?;
-        own.ask(|r| r.ungrasp(what))
-    }
-
-    /// The parts that hold an object: the one that carries it, then the second; an empty list when nobody does. Raises LinkworkError for an object that is not there.
-    ///
-    /// >>> robot.hands("cup")
-    /// []
-    fn hands(slf: &Bound<'_, Self>, object: &str) -> PyResult<Vec<String>> {
-        let own = base(slf);
-        let what = own.object(object)?;
-        let hold = own.ask(|r| r.hold(what))?;
-        let hands = hold.map(|h| [Some(h.hand.0), h.second.map(|s| s.0)]);
-        Ok(hands.into_iter().flatten().flatten().map(|p| own.part_name(p)).collect())
-    }
-
-    /// Puts an object that nobody holds somewhere in the world: a pose (3,), (7,) or (4, 4), m. Raises LinkworkError when it is held.
-    ///
-    /// >>> robot.put("cup", [0.5, 0, 0.2])
-    fn put(slf: &Bound<'_, Self>, object: &str, at: Given<'_, '_>) -> PyResult<()> {
-        let own = base(slf);
-        let (what, X) = (own.object(object)?, pose(Some(at), "at")?);
-        own.ask(|r| r.put(what, X))
-    }
-
-    /// Where an object is in the world at the robot's q: (4, 4), m. Raises LinkworkError for an object that is not there.
-    ///
-    /// >>> robot.put("cup", [0.5, 0, 0.2])
-    /// >>> robot.object_pose("cup")[:3, 3].tolist()
-    /// [0.5, 0.0, 0.2]
-    fn object_pose<'py>(slf: &Bound<'py, Self>, object: &str) -> PyResult<Array2<'py>> {
-        let own = base(slf);
-        let what = own.object(object)?;
-        out_pose(slf.py(), &own.ask(|r| r.object_pose(what))?)
-    }
-
-    /// Forces (nv,), N m and N, that hold the robot's q still with what is held.
-    ///
-    /// >>> robot.gravity_forces().shape
-    /// (3,)
-    fn gravity_forces<'py>(slf: &Bound<'py, Self>) -> PyResult<Array1<'py>> {
-        let own = base(slf);
-        let mut tau = vec![0.0; own.model.nv()];
-        own.ask(|r| r.gravity_forces(&mut tau))?;
-        Ok(out1(slf.py(), tau))
-    }
-
-    /// Forces (nv,), N m and N, for the rates v (nv,) and accelerations a (nv,) at the robot's q, with what is held. pushes: {part: (6,)}, wrenches
-    /// [moment; force] that tips exert on what they touch, N m and N, at their origins, world axes. Raises LinkworkError for lengths, NaN and names.
-    ///
-    /// >>> robot.feed_forward([0.1, 0, 0], [0, 0, 0], pushes={"arm": [0, 0, 0, 0, 0, 5.0]}).shape
-    /// (3,)
-    #[pyo3(signature = (v, a, pushes=None))]
-    fn feed_forward<'py>(
-        slf: &Bound<'py, Self>,
-        v: Given<'_, 'py>,
-        a: Given<'_, 'py>,
-        pushes: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<Array1<'py>> {
-        let own = base(slf);
-        let nv = own.model.nv();
-        let (v, a) = (vector(v, nv, "v")?, vector(a, nv, "a")?);
-        let mut list = Vec::new();
-        for (name, value) in pushes.into_iter().flatten() {
-            let name: String = name.extract()?;
-            let f = wrench(&value, &format!("pushes[\"{name}\"]"))?;
-            list.push(Push::new(own.part(&name)?, f.moment, f.force));
-        }
-        let mut tau = vec![0.0; nv];
-        own.ask(|r| r.feed_forward(v.slice(), a.slice(), &list, &mut tau))?;
-        Ok(out1(slf.py(), tau))
-    }
-
-    /// Shares the load of an object between its two hands: forces (nv,) for the same motion as tau (nv,), N m and N, of least Σ τ² (by="equal") or Σ (τ/limit)²
-    /// (by="effort"); and the greatest share |τ|/limit of a joint, above 1 where the joints cannot do it. Raises LinkworkError when not two hands hold it,
-    /// and for "effort" when a joint has no limit of its force.
-    ///
-    /// >>> robot.balance("cup", robot.gravity_forces())
-    /// Traceback (most recent call last):
-    /// linkwork.LinkworkError: object 0 is not held
-    ///   help: grasp it first
-    #[pyo3(signature = (object, tau, *, by="effort"))]
-    fn balance<'py>(
-        slf: &Bound<'py, Self>,
-        object: &str,
-        tau: Given<'_, 'py>,
-        by: &str,
-    ) -> PyResult<(Array1<'py>, f64)> {
-        let own = base(slf);
-        let what = own.object(object)?;
-        let by = choice("by", by, &[("effort", Balance::Effort), ("equal", Balance::Equal)])?;
-        let mut tau = vector(tau, own.model.nv(), "tau")?.slice().to_vec();
-        let found = own.ask(|r| r.balance(what, by, &mut tau))?;
-        Ok((out1(slf.py(), tau), found.largest_share))
-    }
-
-    /// The mass matrix (nv, nv), kg m² and kg, at the robot's q, with what is held.
-    ///
-    /// >>> robot.mass_matrix().shape
-    /// (3, 3)
-    fn mass_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Array2<'py>> {
-        let own = base(slf);
-        let nv = own.model.nv();
-        let mut M = vec![0.0; nv * nv];
-        own.ask(|r| r.mass_matrix(&mut M))?;
-        out2(slf.py(), M, nv, nv)
-    }
-
-    /// Mass, kg, and centre of mass (3,), m, in the world at the robot's q, with what is held.
-    ///
-    /// >>> mass, com = robot.center_of_mass()
-    /// >>> mass
-    /// 3.0
-    fn center_of_mass<'py>(slf: &Bound<'py, Self>) -> (f64, Array1<'py>) {
-        let (mass, com) = lock(&base(slf).robot).center_of_mass();
-        (mass, out_vec3(slf.py(), &com))
     }
 
     /// Whether q (nq,) is within all limits and nothing touches: what sampling planners ask, such as OMPL's `setStateValidityChecker`. Raises LinkworkError
@@ -540,12 +355,18 @@ impl Robot {
         }
         let mut planner = Planner::new(&robot, part, room).map_err(refuse)?;
         let search = Search { seed, step, ..Search::default() };
-        let found = slf.py().detach(|| planner.plan(&mut robot, &start, &goal, &search));
+        let begin = || planner.begin(&mut robot, &start, &goal, &search);
+        let mut found = slf.py().detach(begin).map_err(refuse)?;
+        while found == Way::Unfinished {
+            slf.py().check_signals()?;
+            let portion = || planner.go_on(&mut robot, DRAWS);
+            found = slf.py().detach(portion).map_err(refuse)?;
+        }
         let blocked = |end: &str, pair| {
             let (a, b) = own.names(pair);
             refuse_with(format!("`{a}` touches `{b}` at the {end}"), "choose a free end")
         };
-        match found.map_err(refuse)? {
+        match found {
             Way::Found => {
                 let rows: Vec<f64> = planner.way().flatten().copied().collect();
                 let n = rows.len() / nq;
@@ -553,7 +374,7 @@ impl Robot {
             }
             Way::BlockedStart { pair } => Err(blocked("start", pair)),
             Way::BlockedGoal { pair } => Err(blocked("goal", pair)),
-            Way::NotFound => Err(refuse_with(
+            Way::NotFound | Way::Unfinished => Err(refuse_with(
                 format!("no way of `{name}` was found with {room} configurations"),
                 "give more `room`, another `step` or `seed`; there may be no way",
             )),
@@ -568,30 +389,5 @@ impl Robot {
             model.nv(),
             model.colliders().len()
         )
-    }
-}
-
-#[pymethods]
-impl Grip {
-    fn __enter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    /// The hand lets go, unless it has done so already.
-    #[pyo3(signature = (*_exception))]
-    fn __exit__(
-        &self,
-        py: Python<'_>,
-        _exception: &Bound<'_, pyo3::types::PyTuple>,
-    ) -> PyResult<()> {
-        let robot = self.robot.bind(py);
-        if Robot::hands(robot, &self.object)?.contains(&self.hand) {
-            Robot::release(robot, &self.hand, &self.object)?;
-        }
-        Ok(())
-    }
-
-    fn __repr__(&self) -> String {
-        format!("Grip({} holds {})", self.hand, self.object)
     }
 }

@@ -13,7 +13,7 @@ use linkwork_runtime::{self as runtime, Checkpoint, Place, Plan, Program, Second
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -35,6 +35,8 @@ mod variables;
 /// >>> sim.run_until("1 s")
 /// >>> round(sim["bob.angle"], 6)
 /// -0.993435
+/// >>> "bob.rate" in sim, "bob.colour" in sim
+/// (True, False)
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Simulation {
     plan: Arc<Plan>,
@@ -211,7 +213,8 @@ impl Simulation {
     }
 
     /// Writes a checkpoint (.lwck) from which `resume`, or `linkwork resume`, goes on.
-    /// Raises LinkworkError for a part in Python that cannot be saved, and when the file cannot be written.
+    /// A link stays one: the file that it names is written. Raises LinkworkError for a part in Python that cannot be saved, and when the file cannot be
+    /// written.
     ///
     /// >>> sim.save("here.lwck")
     /// >>> linkwork.Simulation.resume("here.lwck").state_hash == sim.state_hash
@@ -222,7 +225,7 @@ impl Simulation {
             let checkpoint = r.sim().checkpoint(&self.configuration);
             let mut checkpoint = checkpoint.map_err(|e| e.to_string())?;
             checkpoint.extra.extend(carried);
-            checkpoint.write(&path).map_err(|e| e.to_string())
+            checkpoint.write(&target(&path)?).map_err(|e| e.to_string())
         };
         self.with(py, write)?.map_err(refuse)
     }
@@ -469,5 +472,19 @@ impl Simulation {
             r.runner().call(period);
             r.calls.push(function);
         })
+    }
+}
+
+/// The file that a path leads to. A checkpoint takes a file's place, so that there is never half of one: behind a link that is the file that the link
+/// names, and what is no file, such as a device, is refused.
+fn target(path: &Path) -> Result<PathBuf, String> {
+    match std::fs::canonicalize(path) {
+        // Nothing is there, or its folder is not: writing tells.
+        Err(_) => Ok(path.to_owned()),
+        Ok(there) if there.is_file() => Ok(there),
+        Ok(_) => {
+            let path = path.display();
+            Err(format!("`{path}` is there, and is no file\n  help: give the name of a file"))
+        }
     }
 }

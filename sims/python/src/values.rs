@@ -5,6 +5,15 @@ use linkwork_runtime::{Seconds, Value};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
 
+/// Entries of a dict as they are now: code of others, which reading a value may run, can change the dict meanwhile.
+pub fn pairs<'py>(given: &Bound<'py, PyDict>) -> Vec<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    given.iter().collect()
+}
+
+/// Lists in lists, and numbers in all of them, that an override may have.
+const DEEP: usize = 32;
+const MANY: usize = 1_000_000;
+
 /// `PATH=VALUE` for each entry.
 pub fn overrides(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<String>> {
     let Some(given) = given else { return Ok(Vec::new()) };
@@ -12,15 +21,23 @@ pub fn overrides(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<String>> {
         let path: String = path.extract()?;
         let text = match value.cast::<PyString>() {
             Ok(text) => text.to_string(),
-            Err(_) => ron(&value, &path)?,
+            Err(_) => ron(&value, &path, DEEP, &mut 0)?,
         };
         Ok(format!("{path}={text}"))
     };
-    given.iter().map(one).collect()
+    pairs(given).into_iter().map(one).collect()
 }
 
-/// A number, truth value, text, list or array as RON.
-fn ron(value: &Bound<'_, PyAny>, path: &str) -> PyResult<String> {
+/// A number, truth value, text, list or array as RON; `deep`: lists in it, `many`: values so far.
+fn ron(value: &Bound<'_, PyAny>, path: &str, deep: usize, many: &mut usize) -> PyResult<String> {
+    *many += 1;
+    if deep == 0 || *many > MANY {
+        let fact = match deep {
+            0 => format!("the override of `{path}` has more than {DEEP} lists in one another"),
+            _ => format!("the override of `{path}` has more than {MANY} values"),
+        };
+        return Err(refuse_with(fact, "give a flat list; one that contains itself has no end"));
+    }
     if let Ok(b) = value.cast::<PyBool>() {
         return Ok(b.is_true().to_string());
     }
@@ -31,8 +48,10 @@ fn ron(value: &Bound<'_, PyAny>, path: &str) -> PyResult<String> {
         return Ok(value.str()?.to_string());
     }
     if value.hasattr("__len__")? {
-        let items: Vec<Bound<'_, PyAny>> = value.try_iter()?.collect::<PyResult<_>>()?;
-        let items: Vec<String> = items.iter().map(|i| ron(i, path)).collect::<PyResult<_>>()?;
+        let mut items = Vec::new();
+        for item in value.try_iter()? {
+            items.push(ron(&item?, path, deep - 1, many)?);
+        }
         return Ok(format!("[{}]", items.join(", ")));
     }
     match value.extract::<f64>() {

@@ -162,3 +162,77 @@ def test_mistakes_are_refused(call, words):
     with pytest.raises(lw.LinkworkError) as e:
         call(robot())
     assert words.lower() in str(e.value).lower()
+
+
+def linkage(**more):
+    """A plane four-bar linkage whose coupler (0.8 m) ends at the rocker's (0.6 m) end, and a bar for each; y is out of the plane."""
+    pin, parts = lw.Hinge.pin([0, 1, 0]), lw.Builder()
+    for name, parent, length, at in (("crank", "world", 0.3, 0.0), ("coupler", "crank", 0.8, 0.3), ("rocker", "world", 0.6, 0.7)):
+        parts.body(name, parent, pin, mass=1, com=[length / 2, 0, 0], inertia=0.1 * np.eye(3), hinge_in_parent=[at, 0, 0])
+    parts.loop("knee", "coupler", "rocker", pin, at_a=[0.8, 0, 0], at_b=[0.6, 0, 0])
+    m = parts.build()
+    bars = [lw.Collider.box(n, n, [x, 0.02, 0.02], at=[x / 2, 0, 0]) for n, x in (("crank", 0.3), ("coupler", 0.8), ("rocker", 0.6))]
+    post = lw.Collider.sphere("post", "world", 0.02, at=[0.455, 0, 0.46])
+    # The world is joined to crank and rocker by hinges: what is on it meets them when that is said.
+    return m, lw.Collisions(m, [*bars, post], collide=[("post", "crank"), ("post", "rocker")], **more)
+
+
+def test_linkages_with_loops_are_asked_where_they_close():
+    m, robot = linkage()
+    rng = np.random.default_rng(8)
+    Q = np.array([m.close([a, 0.5, -1.9]) for a in rng.uniform(-1.2, -0.6, 60)])
+    answers = robot.collides(Q, threads=2)
+    # By hand: the post is met by a bar whose middle line (half width 0.01 m) comes within its radius, corners apart.
+    for q, hit in zip(Q, answers, strict=True):
+        base, near = np.zeros(2), np.inf
+        knee = 0.3 * np.array([np.cos(q[0]), -np.sin(q[0])])
+        for start, angle, length in ((base, q[0], 0.3), (knee, q[0] + q[1], 0.8), (np.array([0.7, 0]), q[2], 0.6)):
+            along = np.array([np.cos(angle), -np.sin(angle)])
+            r = np.array([0.455, 0.46]) - start
+            x, z = r @ along, r @ [-along[1], along[0]]
+            near = min(near, np.hypot(x - np.clip(x, 0, length), z - np.clip(z, -0.01, 0.01)))
+        assert hit == (near <= 0.02) and robot.collides(q) == hit
+        if near > 0:
+            assert robot.clearance(q)[0] == pytest.approx(near - 0.02, abs=1e-9)
+        # Bodies that the loop joins pass each other, unless they are said to collide.
+        assert ("coupler", "rocker") not in robot.hits(q)
+    assert 5 < answers.sum() < 55
+    assert ("coupler", "rocker") in linkage(neighbours="collide")[1].hits(Q[0])
+
+
+def test_configurations_that_open_a_loop_are_refused():
+    m, robot = linkage()
+    q = m.close([-1.0, 0.5, -1.9])
+    off = q + [0, 0, 2e-5]
+    for call in (robot.collides, robot.hits, robot.first_hit, robot.clearance, lambda q: robot.distance(q, "post", "rocker")):
+        call(q)
+        with pytest.raises(lw.LinkworkError, match=r"(?s)`q` does not keep `knee`.*mechanism.close"):
+            call(off)
+    with pytest.raises(lw.LinkworkError, match="row 1 of `q` does not keep `knee`"):
+        robot.collides([q, off], threads=2)
+    with pytest.raises(lw.LinkworkError, match="opens the loop `knee`"):
+        robot.path(q, q)
+    assert not robot.copy().looks_at("coupler", "rocker")
+
+
+@pytest.mark.filterwarnings("ignore:.*coupling")
+def test_ways_of_coupled_joints_keep_the_coupling(tmp_path):
+    link = '<link name="{0}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    joint = '<joint name="j{0}" type="revolute"><parent link="base"/><child link="{0}"/><axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="1" velocity="1"/>{1}</joint>'
+    text = '<link name="base"/>' + "".join(link.format(n) for n in "ab") + joint.format("a", "") + joint.format("b", '<mimic joint="ja" multiplier="-0.5" offset="0.1"/>')
+    path = tmp_path / "pair.urdf"
+    path.write_text(f'<robot name="pair">{text}</robot>')
+    m = lw.load(path, "fixed")
+    shapes = [lw.Collider.box(n, n, [1.0, 0.02, 0.02], at=[0.5, 0, z]) for n, z in (("a", 0.0), ("b", 0.1))]
+    robot = lw.Collisions(m, [*shapes, lw.Collider.sphere("ball", "world", 0.05, at=[0, 0.8, 0])], neighbours="collide")
+    a, b = m.joints["ja"].start, m.joints["jb"].start
+
+    def at(x):
+        q = np.zeros(2)
+        q[a], q[b] = x, -0.5 * x + 0.1
+        return q
+
+    assert robot.path(at(0), at(1.0)) == ("free", None, None) and robot.path(at(0), at(1.9))[0] == "hit"
+    for q in (at(1.0) + [1e-3, 0], at(1.0) + [0, 1e-3]):
+        with pytest.raises(lw.LinkworkError, match="does not keep"):
+            robot.path(at(0), q)

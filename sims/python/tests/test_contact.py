@@ -228,6 +228,10 @@ def test_loops_stay_closed_with_contact():
     assert min(h[2] for h in heights) > 0.9 + 0.05 - 2e-3
     with pytest.raises(lw.LinkworkError, match="knee.*not closed"):
         contact.step([-1, 0.5, -1.5], np.zeros(3), 1e-3)
+    # What a loop joins does not meet, as what a hinge joins does not: both have a ball at the knee.
+    balls = [lw.Collider.sphere("a", "coupler", 0.05, at=[0.8, 0, 0]), lw.Collider.sphere("b", "rocker", 0.05, at=[0.6, 0, 0.0999])]
+    assert lw.Contact(linkage, balls).step(q, v, 1e-3).pairs == []
+    assert lw.Contact(linkage, balls, neighbours="collide").step(q, v, 1e-3).pairs == [("a", "b")]
 
 
 def test_mistakes_are_refused(tmp_path):

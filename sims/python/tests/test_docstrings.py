@@ -1,8 +1,11 @@
 """The examples in the package's docstrings run; and every method of every class has one, with what it takes, gives and refuses."""
 
+import ast
 import contextlib
+import copy
 import doctest
 import inspect
+import pickle
 import re
 import subprocess
 import time
@@ -56,7 +59,7 @@ NAMES = {
     "Outcome": {"ended", "figures", "orderly", "run", "seed", "state_hash", "why"},
     "Rank": {"free", "mobility", "rank", "redundant", "rows"},
     "Results": {"done", "failures", "files", "runs"},
-    "Robot": {"copy", "parts", "objects", "dofs", "release", "ungrasp", "hands"},
+    "Robot": {"copy", "parts", "objects", "dofs", "release", "ungrasp", "hands", "object_bodies"},
     "Series": {"unit"},
     "Simulation": {
         "configuration", "fork", "mechanism", "parts", "phase", "resume", "run", "save", "seed", "state_hash", "step", "stop_recording", "variables",
@@ -155,3 +158,96 @@ def test_every_method_has_an_example_and_says_what_it_refuses(name):
 def test_the_tables_above_name_what_there_is(table):
     for name, methods in table.items():
         assert methods <= set(own_methods(CLASSES[name])), name
+
+
+#: What Python calls by itself, by the syntax that does it: `x[k]`, `k in x`, `a * b`, `with x`.
+BINARY = {ast.Mult: "mul", ast.MatMult: "matmul", ast.Div: "truediv", ast.Add: "add", ast.Sub: "sub"}
+CALLED = {
+    "len": "__len__", "print": "__str__", "str": "__str__", "list": "__iter__", "sorted": "__iter__", "copy.copy": "__copy__",
+    "copy.deepcopy": "__deepcopy__", "pickle.dumps": "__reduce__",
+}
+SPECIAL = {"__getitem__", "__setitem__", "__contains__", "__enter__", "__neg__", *CALLED.values()}
+#: Of the reflected ones `2.0 * A` alone; pyo3 has the others in the same slot.
+SPECIAL |= {f"__{name}__" for name in BINARY.values()} | {"__rmul__"}
+
+
+class Watch(ast.NodeTransformer):
+    """Lets every operand that Python gives to a special method pass `_seen`, which tells its class."""
+
+    def wrap(self, node, name):
+        call = ast.Call(ast.Name("_seen", ast.Load()), [ast.Constant(name), node], [])
+        return ast.copy_location(call, node)
+
+    def visit_Subscript(self, node):
+        self.generic_visit(node)
+        node.value = self.wrap(node.value, "__getitem__" if isinstance(node.ctx, ast.Load) else "__setitem__")
+        return node
+
+    def visit_Compare(self, node):
+        self.generic_visit(node)
+        if isinstance(node.ops[0], (ast.In, ast.NotIn)):
+            node.comparators[0] = self.wrap(node.comparators[0], "__contains__")
+        return node
+
+    def visit_BinOp(self, node):
+        self.generic_visit(node)
+        if name := BINARY.get(type(node.op)):
+            node.left, node.right = self.wrap(node.left, f"__{name}__"), self.wrap(node.right, f"__r{name}__")
+        return node
+
+    def visit_UnaryOp(self, node):
+        self.generic_visit(node)
+        if isinstance(node.op, ast.USub):
+            node.operand = self.wrap(node.operand, "__neg__")
+        return node
+
+    def visit_Call(self, node):
+        self.generic_visit(node)
+        if node.args and (name := CALLED.get(ast.unparse(node.func))):
+            node.args[0] = self.wrap(node.args[0], name)
+        return node
+
+    def visit_loop(self, node):
+        self.generic_visit(node)
+        node.iter = self.wrap(node.iter, "__iter__")
+        return node
+
+    visit_For = visit_comprehension = visit_loop
+
+    def visit_withitem(self, node):
+        self.generic_visit(node)
+        node.context_expr = self.wrap(node.context_expr, "__enter__")
+        return node
+
+
+def shown(texts):
+    """{(class, special method)} that the examples use, run one after another in one namespace."""
+    used = set()
+
+    def seen(name, value):
+        used.add((type(value), name))
+        return value
+
+    space = {"linkwork": lw, "np": np, "copy": copy, "pickle": pickle, "_seen": seen}
+    for text in texts:
+        for example in doctest.DocTestParser().get_examples(text):
+            tree = ast.fix_missing_locations(Watch().visit(ast.parse(example.source)))
+            # A refusal that is shown is raised here, too.
+            with contextlib.suppress(*([Exception] if example.exc_msg else [])), contextlib.redirect_stdout(None):
+                exec(compile(tree, "<example>", "exec"), space)
+    return used
+
+
+@pytest.mark.parametrize("name", sorted(CLASSES))
+def test_what_python_calls_by_itself_is_shown(name, tmp_path):
+    cls = CLASSES[name]
+    # Of a class in Python: what it adds; of a compiled one: its slots, of which pyo3 makes both of a pair.
+    mine = {m for m in SPECIAL if m in vars(cls)}
+    if not mine:
+        return
+    used = set()
+    for text in [inspect.getdoc(cls), *own_methods(cls).values()]:
+        with surroundings(name, tmp_path):
+            used |= shown([inspect.getdoc(cls), text])
+    missing = {m for m in mine if (cls, m) not in used}
+    assert not missing, f"{name}: no example shows {sorted(missing)}"

@@ -35,6 +35,56 @@ def refused(call):
         call()
 
 
+def tool():
+    """An object with a joint."""
+    mass = dict(mass=0.2, com=[0.05, 0, 0], inertia=1e-3 * np.eye(3))
+    return lw.Builder().body("tool", "world", lw.Hinge.free(), **mass).body("jaw", "tool", lw.Hinge.pin([0, 0, 1]), **mass).build()
+
+
+def robots():
+    """Calls of `Robot` and of steps with contact."""
+    m = robot()
+    shapes = [lw.Collider.sphere(f"on {b}", b, 0.05) for b in "abc"] + [lw.Collider.sphere("on jaw", "jaw", 0.02)]
+    r = lw.Robot(m, chains={"arm": ("world", "c")}, objects={"cup": (0.3, [0, 0, 0], 1e-3 * np.eye(3)), "tool": tool()}, colliders=shapes)
+    goal = m.state(Q + 0.1).position("c")
+    ball = lw.Builder().body("ball", "world", lw.Hinge.free(), mass=2.0, com=[0, 0, 0], inertia=0.008 * np.eye(3)).build()
+    contact = lw.Contact(ball, [lw.Collider.sphere("skin", "ball", 0.1), lw.Collider.half_space("ground")])
+    rest = np.array([0, 0, 0.1, 0, 0, 0, 1.0])
+
+    def hold():
+        with r.grasp("arm", "cup", [0.1, 0, 0]):
+            r.update_grasp("arm", "cup", [0.1, 0, 0.01])
+            return r.gravity_forces()
+
+    def open_and_close():
+        with r.grasp("arm", "tool", np.eye(4)):
+            r.set_object_q("tool", [0.3])
+            r.feed_forward_with("tool", V, V, [0.1], [0.2])
+            return r.mass_matrix_with("tool")
+
+    def put_q():
+        r.q = Q
+        return r.tip_pose("arm")
+
+    return {
+        "Robot.q": put_q,
+        "Robot.jacobian": lambda: r.jacobian("arm"),
+        "Robot.manipulability": lambda: r.manipulability("arm", rows="linear"),
+        "Robot.inverse_kinematics": lambda: r.inverse_kinematics("arm", goal, q=Q),
+        "Robot.inverse_kinematics that is refused": lambda: refused(lambda: r.inverse_kinematics("arm", [np.nan, 0, 0], q=Q)),
+        "Robot.grasp": hold,
+        "Robot.grasp of an object with joints": open_and_close,
+        "Robot.grasp that is refused": lambda: refused(lambda: r.release("arm", "cup")),
+        "Robot.feed_forward": lambda: r.feed_forward(V, V, pushes={"arm": [0, 0, 0, 0, 0, 1.0]}),
+        "Robot.mass_matrix": r.mass_matrix,
+        "Robot.is_valid": lambda: r.is_valid(Q),
+        "Robot.path": lambda: r.path(Q, Q + 0.01),
+        "Robot.copy": r.copy,
+        "Contact.step": lambda: contact.step(rest, np.zeros(6), 1e-3),
+        "Contact.step that is refused": lambda: refused(lambda: contact.step(rest[:3], np.zeros(6), 1e-3)),
+    }
+
+
 def calls():
     m = robot()
     shapes = [lw.Collider.sphere(f"on {b}", b, 0.05) for b in "abc"]
@@ -55,6 +105,7 @@ def calls():
         "collides": lambda: c.collides(Q),
         "clearance": lambda: c.clearance(Q),
         "set_points": lambda: c.set_points("seen", points),
+        **robots(),
     }
 
 

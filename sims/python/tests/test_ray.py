@@ -1,5 +1,6 @@
 """Campaigns on a Ray cluster of three nodes on this machine: same bits, nodes and drivers that are killed."""
 
+import inspect
 import os
 import signal
 import subprocess
@@ -8,7 +9,7 @@ import time
 
 import pytest
 import ray
-from conftest import campaign_file, files_of, left_by_runs
+from conftest import SOURCE, campaign_file, files_of, left_by_runs
 from ray.cluster_utils import Cluster
 
 import linkwork as lw
@@ -97,6 +98,30 @@ def test_what_a_worker_refuses_is_told_in_its_words(cluster, tmp_path):
             linkwork.ray.execute(campaign, tmp_path / "out", **wrong)
     # The folder is free again.
     campaign._gather(tmp_path / "out").finish()
+
+
+EXAMPLES = """
+import doctest, linkwork.ray
+space = vars(linkwork.ray)
+for text in (linkwork.ray.__doc__, linkwork.ray.execute.__doc__):
+    test = doctest.DocTestParser().get_doctest(text, space, "linkwork.ray", None, 0)
+    assert test.examples and doctest.DocTestRunner().run(test, clear_globs=False).failed == 0
+    space = test.globs
+"""
+
+
+def test_examples_of_the_docstrings_run(tmp_path):
+    # In a process and with a cluster of their own, as a reader of them would; in a folder to write in.
+    for name in ("sims", "assemblies"):
+        (tmp_path / name).symlink_to(SOURCE / name)
+    ran = subprocess.run([sys.executable, "-c", EXAMPLES], cwd=tmp_path, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+
+
+def test_what_it_exports_is_documented():
+    for name in linkwork.ray.__all__:
+        text = inspect.getdoc(getattr(linkwork.ray, name))
+        assert ">>>" in text and "Raises LinkworkError" in text, name
 
 
 def test_without_a_cluster_it_is_said_what_to_do(tmp_path):

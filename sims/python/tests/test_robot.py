@@ -222,3 +222,156 @@ def test_models_that_cannot_be_are_refused():
     ):
         with pytest.raises(lw.LinkworkError, match=words):
             lw.Robot(m, **{"colliders": [], **options})
+
+
+def test_forces_of_two_hands_and_of_tips_are_those_of_the_reference():
+    data, m, robot = dual()
+    case = data["cases"][0]
+    place = [m.joints[j].start for j in data["dof"]]
+    q = np.zeros(m.nq)
+    q[place] = case["q"]
+    robot.q = q
+    for side in ("left", "right"):
+        robot.grasp(side, "beam", inverse(data["beam"][f"{side}_tip_in_beam"]))
+    tau, wrenches = robot.squeeze("beam", np.zeros(m.nv), 20.0)
+    golden = case["squeeze_20N"]
+    assert np.abs(wrenches.ravel() - golden["wrenches"]).max() < 1e-9
+    assert np.abs(tau[place] - golden["tau"]).max() < 1e-9
+    given = np.reshape(case["given_wrenches"], (2, 6))
+    for golden in case["move_squeeze"]:
+        moment = golden["moment_weight_per_force_weight"]
+        moving, squeezing, net = robot.move_squeeze("beam", given, hands=tuple(golden["weights"]), moment=moment)
+        assert np.abs(moving.ravel() - golden["move"]).max() < 1e-9
+        assert np.abs(squeezing.ravel() - golden["squeeze"]).max() < 1e-9 and np.allclose(moving + squeezing, given)
+        assert np.abs(net[3:] - given[:, 3:].sum(axis=0)).max() < 1e-12
+    robot.ungrasp("beam")
+    golden = case["task_control"]
+    tau = robot.task_forces(["left"], np.zeros(m.nv), golden["acceleration"])
+    assert np.abs(tau[place] - golden["tau"]).max() < 1e-8 * np.abs(tau).max()
+    A = np.linalg.inv(robot.task_inertia(["left", "right"]))
+    assert np.abs(A - case["osim"]["compliance"]).max() < 1e-8 * np.abs(A).max()
+    # What acts besides moves no tip: (J M⁻¹) of the difference is nothing.
+    rest = np.linspace(-1, 1, m.nv)
+    more = robot.task_forces(["left"], np.zeros(m.nv), golden["acceleration"], rest) - tau
+    J = m.node_jacobian(q, "left_tcp")
+    assert np.abs(J @ np.linalg.solve(robot.mass_matrix(), more)).max() < 1e-9 < np.abs(more).max()
+
+
+def trimmers(free=True, builder=None, parent="world", at=None):
+    """Handles on a pin, and a ring that slides on the second; alone, or on a body of another mechanism."""
+    parts = builder or lw.Builder()
+    hinge = lw.Hinge.free() if free else lw.Hinge.locked()
+    parts.body("handle", parent, hinge, mass=0.45, com=[0.05, 0.01, 0.02], inertia=np.diag([1, 2, 2.5]) * 1e-3, hinge_in_parent=at)
+    inertia = np.array([[2, 0.1, 0], [0.1, 1, 0.2], [0, 0.2, 2.5]]) * 1e-3
+    parts.body("jaw", "handle", lw.Hinge.pin([0, 0.6, 0.8]), mass=0.4, com=[0.08, -0.02, 0.01], inertia=inertia, hinge_in_parent=[0.03, 0, 0.01])
+    return parts.body("ring", "jaw", lw.Hinge.slider([1, 0, 0]), mass=0.1, com=[0, 0, 0.01], inertia=np.eye(3) * 1e-4, hinge_in_parent=[0.05, 0, 0])
+
+
+AT = np.array([0.1, 0.02, -0.05, *(np.array([0.3, -0.2, 0.1, 0.9]) / np.linalg.norm([0.3, -0.2, 0.1, 0.9]))])
+
+
+def chain():
+    parts, parent = lw.Builder(), "world"
+    for k, name in enumerate(("one", "two", "hand")):
+        inertia = np.diag([0.02, 0.03, 0.04])
+        parts.body(name, parent, lw.Hinge.pin(np.eye(3)[(k + 1) % 3]).limits(-3, 3), mass=1.5, com=[0.2, 0, 0.1], inertia=inertia, hinge_in_parent=[0.3 * (k > 0), 0, 0])
+        parent = name
+    return parts
+
+
+def test_an_object_with_joints_is_the_same_as_a_mechanism_that_has_it():
+    m = chain().build()
+    shapes = [lw.Collider.sphere("tip of jaw", "jaw", 0.02, at=[0.2, 0, 0]), lw.Collider.sphere("post", "world", 0.02, at=[9, 9, 9])]
+    robot = lw.Robot(m, chains={"arm": ("world", "hand")}, objects={"handle": trimmers().build()}, colliders=shapes)
+    whole = trimmers(free=False, builder=chain(), parent="hand", at=AT).build()
+    rng = np.random.default_rng(11)
+    q, v, a = (rng.uniform(-1, 1, 3) for _ in range(3))
+    theta, rates, more = (rng.uniform(-0.5, 0.5, 2) for _ in range(3))
+    robot.q = q
+    assert robot.object_bodies("handle") == ["handle", "jaw", "ring"] and robot.object_q("handle").tolist() == [0, 0]
+    before = (robot.gravity_forces().tolist(), robot.mass_matrix().tolist(), robot.center_of_mass()[0])
+    places = [whole.coordinates(b)[1] for b in ("one", "two", "hand", "jaw", "ring")]
+    place = np.array([p if isinstance(p, int) else p.start for p in places])
+
+    def both(x, y):
+        out = np.zeros(5)
+        out[place] = np.concatenate([x, y])
+        return out
+
+    Q = both(q, theta)
+    with robot.grasp("arm", "handle", AT):
+        robot.set_object_q("handle", theta)
+        assert robot.object_q("handle").tolist() == theta.tolist()
+        tau, forces = robot.feed_forward_with("handle", v, a, rates, more)
+        want = whole.inverse_dynamics(Q, both(v, rates), both(a, more))[place]
+        assert np.abs(np.concatenate([tau, forces]) - want).max() < 1e-12 * np.abs(want).max()
+        M = whole.mass_matrix(Q)[np.ix_(place, place)]
+        assert np.abs(robot.mass_matrix_with("handle") - M).max() < 1e-12 * np.abs(M).max()
+        still = whole.inverse_dynamics(Q, np.zeros(5), np.zeros(5))[place]
+        assert np.abs(robot.gravity_forces() - still[:3]).max() < 1e-12 * np.abs(still).max()
+        state = whole.state(Q, np.zeros(5))
+        for body in ("handle", "jaw", "ring"):
+            assert np.abs(robot.object_body_pose("handle", body) - state.pose(body)).max() < 1e-12
+        tip = state.pose("jaw") @ [0.2, 0, 0, 1]
+        d, _ = robot.distance(q, "tip of jaw", "post")
+        assert d == pytest.approx(np.linalg.norm(tip[:3] - 9) - 0.04, abs=1e-12)
+        there = robot.object_body_pose("handle", "ring")
+        other = robot.copy()
+        other.set_object_q("handle", [0, 0])
+        assert robot.object_q("handle").tolist() == theta.tolist() and other.gravity_forces().tolist() != robot.gravity_forces().tolist()
+    # Let go, it stays where it is, and weighs on nobody.
+    assert np.abs(robot.object_body_pose("handle", "ring") - there).max() < 1e-15
+    assert (robot.gravity_forces().tolist(), robot.mass_matrix().tolist(), robot.center_of_mass()[0]) == before
+    robot.put("handle", np.eye(4))
+    robot.set_object_q("handle", [0, 0])
+    assert robot.object_body_pose("handle", "jaw")[:3, 3].tolist() == [0.03, 0, 0.01]
+
+
+def test_objects_with_joints_that_cannot_be_are_refused():
+    m, help = chain().build(), "help"
+    two = lw.Builder().body("a", "world", lw.Hinge.free(), mass=1, inertia=np.eye(3)).body("b", "world", lw.Hinge.free(), mass=1, inertia=np.eye(3))
+    pinned = lw.Builder().body("tool", "world", lw.Hinge.pin([0, 0, 1]), mass=1, inertia=np.eye(3))
+    looped = trimmers().body("link", "handle", lw.Hinge.pin([0, 0, 1]), mass=0.1, inertia=np.eye(3) * 1e-4)
+    looped = looped.loop("shut", "link", "ring", lw.Hinge.pin([0, 0, 1]))
+    taken = trimmers().body("hand", "ring", lw.Hinge.pin([0, 0, 1]), mass=0.1, inertia=np.eye(3) * 1e-4)
+    for name, given, words in (
+        ("pliers", trimmers(), "its body on the world is `handle`"),
+        ("a", two, "2 of its bodies are on the world"),
+        ("tool", pinned, "1 degrees of freedom"),
+        ("handle", looped, "loop `shut`"),
+        ("handle", taken, "hand"),
+    ):
+        with pytest.raises(lw.LinkworkError, match=words) as e:
+            lw.Robot(m, colliders=[], objects={name: given.build()})
+        assert help in str(e.value)
+    cup = (1.0, [0, 0, 0], np.eye(3))
+    robot = lw.Robot(m, chains={"arm": ("world", "hand")}, objects={"handle": trimmers().build(), "cup": cup}, colliders=[])
+    zero, two_zeros = np.zeros(3), np.zeros(2)
+    for call, words in (
+        (lambda: robot.set_object_q("cup", [0.1]), "no joints"),
+        (lambda: robot.set_object_q("handle", [0.1]), "2"),
+        (lambda: robot.set_object_q("handle", [0.1, np.nan]), "nan"),
+        (lambda: robot.object_body_pose("handle", "jwa"), "jaw"),
+        (lambda: robot.object_body_pose("cup", "lid"), "no body"),
+        (lambda: robot.object_bodies("cpu"), "cup"),
+        (lambda: robot.feed_forward_with("cup", zero, zero, [], []), "no joints"),
+        (lambda: robot.feed_forward_with("handle", zero, zero, two_zeros, two_zeros), "not held"),
+        (lambda: robot.feed_forward_with("handle", zero, zero, zero, two_zeros), "rates"),
+        (lambda: robot.mass_matrix_with("handle"), "not held"),
+        (lambda: robot.squeeze("cup", zero, 1.0), "not held"),
+        (lambda: robot.move_squeeze("cup", np.zeros((2, 5))), "(2, 6)"),
+        (lambda: robot.task_inertia([]), "parts"),
+        (lambda: robot.task_forces(["arm"], zero, np.zeros(6)), "no solution"),
+        (lambda: robot.feed_forward([1e200] * 3, zero), "too large"),
+    ):
+        with pytest.raises(lw.LinkworkError) as e:
+            call()
+        assert words in str(e.value).lower()
+
+
+def test_gravity_is_that_of_the_mechanism():
+    m = chain().build()
+    m.gravity = [0, 0, -1.62]
+    robot = lw.Robot(m, colliders=[], chains={"arm": ("world", "hand")})
+    robot.q = [0.1, 0.2, 0.3]
+    assert np.abs(robot.gravity_forces() - m.bias_forces([0.1, 0.2, 0.3], np.zeros(3))).max() < 1e-14

@@ -135,7 +135,9 @@ impl InverseKinematics {
         }
     }
 
-    fn unreachable(
+    /// What [`solve`](Self::solve) says where no start led to the targets: after a search for them that ended with [`Progress::Nearest`] at `q`.
+    #[must_use]
+    pub fn unreachable(
         &self,
         tree: &Tree,
         targets: &[Target],

@@ -80,6 +80,21 @@ pub enum Path {
     },
 }
 
+/// How far [`Robot::path_free_on`] has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathProgress {
+    at: f64,
+    length: f64,
+    undecided: Option<f64>,
+}
+
+impl Default for PathProgress {
+    /// At the start of the way.
+    fn default() -> Self {
+        Self { at: 0.0, length: 1.0, undecided: None }
+    }
+}
+
 impl Robot {
     /// Whether two colliders that meet touch or overlap at `q` (nq), padding counted. The robot's own q does not matter; what hands hold goes with them.
     ///
@@ -164,6 +179,27 @@ impl Robot {
     /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`] for `least` outside 1e-9 … 1, and for an
     /// end of the way beyond a slider's limits: how far it carries what turns follows from them.
     pub fn path_free(&mut self, qa: &[f64], qb: &[f64], least: f64) -> Result<Path, RobotError> {
+        let mut progress = PathProgress::default();
+        loop {
+            if let Some(path) = self.path_free_on(qa, qb, least, &mut progress, usize::MAX)? {
+                return Ok(path);
+            }
+        }
+    }
+
+    /// As [`path_free`](Self::path_free), for at most so many pieces; `None` while more are left. The same call goes on from `progress`, and portions
+    /// do not change the answer.
+    ///
+    /// # Errors
+    /// As `path_free`.
+    pub fn path_free_on(
+        &mut self,
+        qa: &[f64],
+        qb: &[f64],
+        least: f64,
+        progress: &mut PathProgress,
+        pieces: usize,
+    ) -> Result<Option<Path>, RobotError> {
         numbers("qa", qa, self.q.len())?;
         numbers("qb", qb, self.q.len())?;
         if !(1e-9..=1.0).contains(&least) {
@@ -183,35 +219,44 @@ impl Robot {
         }
         let mut dv = std::mem::take(&mut self.collide.dv);
         self.model.multibody().difference(qa, qb, &mut dv);
-        let path = self.pieces(qa, &dv, least);
+        let path = self.pieces(qa, &dv, least, progress, pieces);
         self.collide.dv = dv;
         path
     }
 
     /// Looks at pieces of the way, cut in halves as far as it takes.
-    fn pieces(&mut self, qa: &[f64], dv: &[f64], least: f64) -> Result<Path, RobotError> {
-        let mut undecided = None;
+    fn pieces(
+        &mut self,
+        qa: &[f64],
+        dv: &[f64],
+        least: f64,
+        progress: &mut PathProgress,
+        pieces: usize,
+    ) -> Result<Option<Path>, RobotError> {
         // Pieces in order, each half as long as the last or as long: a counter is all the memory that takes.
-        let (mut at, mut length) = (0.0_f64, 1.0_f64);
-        while at < 1.0 {
-            let middle = at + 0.5 * length;
-            if let Some(pair) = self.at_part(qa, dv, middle, 0.0)? {
-                return Ok(Path::Hit { at: middle, pair });
+        let PathProgress { at, length, undecided } = progress;
+        for _ in 0..pieces {
+            if *at >= 1.0 {
+                return Ok(Some(undecided.map_or(Path::Free, |at| Path::Undecided { at })));
             }
-            if self.at_part(qa, dv, middle, 0.5 * length)?.is_some() {
-                if 0.5 * length >= least {
-                    length *= 0.5;
+            let middle = *at + 0.5 * *length;
+            if let Some(pair) = self.at_part(qa, dv, middle, 0.0)? {
+                return Ok(Some(Path::Hit { at: middle, pair }));
+            }
+            if self.at_part(qa, dv, middle, 0.5 * *length)?.is_some() {
+                if 0.5 * *length >= least {
+                    *length *= 0.5;
                     continue;
                 }
-                undecided = undecided.or(Some(Path::Undecided { at: middle }));
+                *undecided = undecided.or(Some(middle));
             }
-            at += length;
+            *at += *length;
             // As long again as the place allows: pieces stay halves of halves.
-            while length < 1.0 && (at / (2.0 * length)).fract() == 0.0 {
-                length *= 2.0;
+            while *length < 1.0 && (*at / (2.0 * *length)).fract() == 0.0 {
+                *length *= 2.0;
             }
         }
-        Ok(undecided.unwrap_or(Path::Free))
+        Ok(None)
     }
 
     /// A hit at a part of the way, all shapes thicker by what `half` of it moves them.

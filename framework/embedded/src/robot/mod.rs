@@ -13,7 +13,7 @@ mod reach;
 mod task;
 mod way;
 
-pub use collide::Path;
+pub use collide::{Path, PathProgress};
 pub use dual::{Balance, HandWeights, MoveSqueeze, Shared};
 pub use force::Push;
 pub use hold::{Grasp, Hold};

@@ -45,6 +45,8 @@ pub enum Way {
     },
     /// The room was used up. There may be a way, or none.
     NotFound,
+    /// There is room left: [`Planner::go_on`] goes on.
+    Unfinished,
 }
 
 /// One coordinate of the chain: its place in q, and between which values it is drawn.
@@ -77,6 +79,11 @@ pub struct Planner {
     ends: [Vec<f64>; 2],
     /// Rows of whole configurations.
     way: Vec<f64>,
+    search: Search,
+    /// Of the random places: its state, how many were drawn; and the tree that grows next.
+    state: u64,
+    drawn: usize,
+    growing: usize,
 }
 
 /// How a tree grew.
@@ -126,6 +133,10 @@ impl Planner {
             new: vec![0.0; n],
             ends: [vec![0.0; nq], vec![0.0; nq]],
             way: Vec::with_capacity(2 * room * nq),
+            search: Search::default(),
+            state: 0,
+            drawn: 8 * room,
+            growing: 0,
         })
     }
 
@@ -146,8 +157,27 @@ impl Planner {
         goal: &[f64],
         search: &Search,
     ) -> Result<Way, RobotError> {
+        match self.begin(robot, start, goal, search)? {
+            Way::Unfinished => self.go_on(robot, usize::MAX),
+            way => Ok(way),
+        }
+    }
+
+    /// Begins a search as [`plan`](Self::plan) does it, for [`go_on`](Self::go_on): both ends and the straight way. [`Way::Unfinished`] when these do not tell.
+    ///
+    /// # Errors
+    /// As `plan`.
+    pub fn begin(
+        &mut self,
+        robot: &mut Robot,
+        start: &[f64],
+        goal: &[f64],
+        search: &Search,
+    ) -> Result<Way, RobotError> {
         self.check(robot, start, goal, search)?;
         self.way.clear();
+        // Nothing to go on with, unless this ends as unfinished.
+        self.drawn = 8 * self.room;
         if let Some(pair) = robot.first_hit(start)? {
             return Ok(Way::BlockedStart { pair });
         }
@@ -168,15 +198,31 @@ impl Planner {
         for end in &mut self.ends {
             end.copy_from_slice(start);
         }
-        let (mut state, mut growing) = (search.seed, 0);
-        // A draw that leads nowhere counts as well: the work is bounded.
-        for _ in 0..8 * self.room {
-            if self.trees.iter().any(|t| t.parents.len() == self.room) {
-                break;
+        (self.search, self.state, self.drawn, self.growing) = (*search, search.seed, 0, 0);
+        Ok(Way::Unfinished)
+    }
+
+    /// Goes on with a search for at most so many random places, with the robot as it was at its begin. Portions do not change what is found.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`] for a robot of another size.
+    pub fn go_on(&mut self, robot: &mut Robot, places: usize) -> Result<Way, RobotError> {
+        if robot.q.len() != self.nq {
+            return Err(RobotError::ForeignHandle);
+        }
+        let own = self.search;
+        let search = &own;
+        for _ in 0..places {
+            let full = self.trees.iter().any(|t| t.parents.len() == self.room);
+            // A draw that leads nowhere counts as well: the work is bounded.
+            if full || self.drawn >= 8 * self.room {
+                return Ok(Way::NotFound);
             }
+            self.drawn += 1;
             for (x, c) in self.to.iter_mut().zip(&self.chain) {
-                *x = c.lower + (c.upper - c.lower) * uniform(&mut state);
+                *x = c.lower + (c.upper - c.lower) * uniform(&mut self.state);
             }
+            let growing = self.growing;
             if self.grow(robot, growing, search)? != Grown::Blocked {
                 let n = self.chain.len();
                 let tree = &self.trees[growing];
@@ -186,14 +232,15 @@ impl Planner {
                     grown = self.grow(robot, 1 - growing, search)?;
                 }
                 if grown == Grown::There {
-                    self.join(start);
+                    self.join();
                     self.cut_corners(robot, search)?;
+                    self.drawn = 8 * self.room;
                     return Ok(Way::Found);
                 }
             }
-            growing = 1 - growing;
+            self.growing = 1 - growing;
         }
-        Ok(Way::NotFound)
+        Ok(Way::Unfinished)
     }
 
     fn check(
@@ -262,11 +309,13 @@ impl Planner {
     }
 
     /// The way through the last configurations of both trees, which are one.
-    fn join(&mut self, start: &[f64]) {
+    fn join(&mut self) {
         let n = self.chain.len();
+        // What the chain does not move is in both ends of every piece.
+        let rest = &self.ends[0];
         let row = |way: &mut Vec<f64>, q: &[f64]| {
             let from = way.len();
-            way.extend_from_slice(start);
+            way.extend_from_slice(rest);
             for (c, x) in self.chain.iter().zip(q) {
                 way[from + c.at] = *x;
             }

@@ -1,9 +1,11 @@
 """Campaigns on a Ray cluster, with the same files as on one machine. It needs `pip install linkwork[ray]`.
 
 >>> import linkwork, linkwork.ray, ray
->>> ray.init()
+>>> cluster = ray.init()                      # on this machine; of a cluster: ray.init(address="auto")
 >>> campaign = linkwork.Campaign("sims/ballistic_entry/dispersions.ron")
 >>> results = linkwork.ray.execute(campaign, "runs/dispersions")
+>>> results.done
+1000
 
 Every node needs the campaign's files at the same paths and this version of the package; both are
 checked before a node makes a run.
@@ -138,6 +140,11 @@ def execute(
     What ended is in the journal of the folder at once: after Ctrl-C, or a kill, the same call goes on, and so does
     `Campaign.execute` or the command line. Raises LinkworkError when the folder belongs to another campaign or is in
     use, when a node has other files, or when runs have lost their workers more often than `retries`.
+
+    >>> seen = []
+    >>> again = execute(campaign, "runs/dispersions", progress=lambda *p: seen.append(p))
+    >>> seen[0][0], again.done                  # all had ended: nothing is left to do
+    (1000, 1000)
     """
     if not ray.is_initialized():
         raise LinkworkError(

@@ -9,18 +9,19 @@
 //! An answer depends on the poses and settings alone. The order in which pairs are looked at does too: those whose balls
 //! overlap most go first, since a hit among them ends a question.
 
+mod distance;
+mod live;
+
 use crate::colliders::{ColliderId, Colliders};
 use crate::core::{Core, Placed};
-use crate::error::ShapeFault;
-use crate::manifold::{Room, least};
-use crate::near::{Near, exact, near};
-use crate::pairs::{Ask, Want, close, pair};
-use crate::pieces::{self, Pieces, matrix};
-use crate::query::{Closest, Distance};
-use crate::shape::{Detail, Occupancy, Visibility};
+use crate::manifold::Room;
+use crate::near::exact;
+use crate::pairs::close;
+use crate::pieces::{self, matrix};
+use crate::shape::{Detail, Visibility};
 use crate::solid::{Kind, Solid};
 use linkwork_multibody::BodyId;
-use linkwork_multibody::spatial::{Mat3, Pose, Vec3, quat};
+use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
 use std::cmp::Ordering;
 
 /// A collider at its place.
@@ -134,99 +135,6 @@ impl Probe {
         new.balls.copy_from_slice(&self.balls);
         new.stale = true;
         new
-    }
-
-    /// Other points of a [`Shape::PointCloud`](crate::Shape::PointCloud), its fine shape: x, y, z, radius of each, m, in its frame. O(n log n),
-    /// no allocation.
-    ///
-    /// # Errors
-    /// [`ShapeFault::Kind`], [`ShapeFault::Points`] for more than there is room for, [`ShapeFault::NotFinite`], [`ShapeFault::Radius`]; then
-    /// nothing has changed.
-    pub fn set_points(
-        &mut self,
-        colliders: &Colliders,
-        id: ColliderId,
-        points: &[[f64; 4]],
-    ) -> Result<(), ShapeFault> {
-        self.change(colliders, id, |p| match p {
-            Some(Pieces::Balls(balls)) => balls.fill(points),
-            _ => Err(ShapeFault::Kind { wanted: "point cloud" }),
-        })
-    }
-
-    /// Makes cells of a [`Shape::VoxelMap`](crate::Shape::VoxelMap), its fine shape, occupied or free. O(cells), no allocation.
-    ///
-    /// # Errors
-    /// [`ShapeFault::Kind`], [`ShapeFault::Outside`]; then nothing has changed.
-    pub fn set_cells(
-        &mut self,
-        colliders: &Colliders,
-        id: ColliderId,
-        cells: &[[u32; 3]],
-        to: Occupancy,
-    ) -> Result<(), ShapeFault> {
-        self.change(colliders, id, |p| match p {
-            Some(Pieces::Cells(map)) => map.set(cells, to),
-            _ => Err(ShapeFault::Kind { wanted: "voxel map" }),
-        })
-    }
-
-    /// Makes all cells of a voxel map free.
-    ///
-    /// # Errors
-    /// [`ShapeFault::Kind`].
-    pub fn clear_cells(&mut self, colliders: &Colliders, id: ColliderId) -> Result<(), ShapeFault> {
-        self.change(colliders, id, |p| match p {
-            Some(Pieces::Cells(map)) => {
-                map.clear();
-                Ok(())
-            }
-            _ => Err(ShapeFault::Kind { wanted: "voxel map" }),
-        })
-    }
-
-    /// What a cell of a voxel map is now.
-    ///
-    /// # Errors
-    /// [`ShapeFault::Kind`], [`ShapeFault::Outside`].
-    #[track_caller]
-    pub fn cell(&self, id: ColliderId, cell: [u32; 3]) -> Result<Occupancy, ShapeFault> {
-        let live = self.live[id.index()].as_deref();
-        let Some(Solid { kind: Kind::Pieces(Pieces::Cells(map)), .. }) = live else {
-            return Err(ShapeFault::Kind { wanted: "voxel map" });
-        };
-        map.get(cell).ok_or(ShapeFault::Outside { index: 0, cell, cells: map.n() })
-    }
-
-    /// How many points of a point cloud, or occupied cells of a voxel map, there are now; `None` for any other shape.
-    #[must_use]
-    #[track_caller]
-    pub fn count(&self, id: ColliderId) -> Option<usize> {
-        match &self.live[id.index()].as_deref()?.kind {
-            Kind::Pieces(p) => Some(p.count()),
-            _ => None,
-        }
-    }
-
-    /// Changes the pieces of a collider, and what is known of its size.
-    #[track_caller]
-    fn change(
-        &mut self,
-        colliders: &Colliders,
-        id: ColliderId,
-        with: impl FnOnce(Option<&mut Pieces>) -> Result<(), ShapeFault>,
-    ) -> Result<(), ShapeFault> {
-        let Some(live) = &mut self.live[id.index()] else { return with(None) };
-        let Kind::Pieces(p) = &mut live.kind else { return with(None) };
-        with(Some(p))?;
-        ((live.lo, live.hi), live.size) = (p.bounds(), p.size());
-        let ball = ball(live);
-        let [fine, coarse] = &mut self.balls[id.index()];
-        *fine = ball;
-        if colliders.spec(id).coarse.is_none() {
-            *coarse = ball;
-        }
-        Ok(())
     }
 
     /// The distance of a collider's farthest point from its body's origin, at most, m, padding counted, as it is now; 0 where it has none (a half
@@ -348,59 +256,6 @@ impl Probe {
         }
     }
 
-    /// The nearest of all pairs that are looked at, padding counted, up to `limit` (m, may be infinite); negative when they
-    /// overlap. After [`place`](Self::place).
-    pub fn closest(&mut self, colliders: &Colliders, limit: f64) -> Option<Closest> {
-        self.look(limit);
-        self.measure();
-        self.near.sort_unstable_by(before);
-        let mut best: Option<Closest> = None;
-        for at in 0..self.near.len() {
-            let (i, j) = self.near[at].1;
-            let (a, b) = (i as usize, j as usize);
-            let limit = best.map_or(limit, |c| c.distance.distance);
-            if self.balls_apart(a, b) > limit.max(0.0) {
-                continue;
-            }
-            if let Some(distance) = self.between(colliders, a, b, limit)
-                && best.is_none_or(|c| distance.distance < c.distance.distance)
-            {
-                best = Some(Closest { a: ColliderId(i), b: ColliderId(j), distance });
-            }
-        }
-        best
-    }
-
-    /// The distances of all pairs that are looked at and within `limit` (m, may be infinite), by identifiers, into `out` (emptied first):
-    /// padding counted, negative where they overlap. After [`place`](Self::place).
-    pub fn distances(&mut self, colliders: &Colliders, limit: f64, out: &mut Vec<Closest>) {
-        out.clear();
-        self.look(limit);
-        for at in 0..self.near.len() {
-            let (i, j) = self.near[at].1;
-            if let Some(distance) = self.between(colliders, i as usize, j as usize, limit) {
-                out.push(Closest { a: ColliderId(i), b: ColliderId(j), distance });
-            }
-        }
-    }
-
-    /// The distance of two colliders, padding counted, whatever the pairs; `None` when there is none within `limit`.
-    /// After [`place`](Self::place).
-    #[track_caller]
-    pub fn distance(
-        &mut self,
-        colliders: &Colliders,
-        a: ColliderId,
-        b: ColliderId,
-        limit: f64,
-    ) -> Option<Distance> {
-        let placed = |id: ColliderId| self.places[id.index()].radius > Whereabouts::NONE;
-        if !(placed(a) && placed(b)) {
-            return None;
-        }
-        self.between(colliders, a.index(), b.index(), limit)
-    }
-
     /// Pairs of shown colliders that meet.
     fn refresh(&mut self) {
         if !std::mem::take(&mut self.stale) {
@@ -505,88 +360,11 @@ impl Probe {
         }
         close(&a, &b, limit, &(ball_b - ball_a), size, &mut self.room)
     }
-
-    /// Nearest points within `limit`.
-    fn between(
-        &mut self,
-        colliders: &Colliders,
-        i: usize,
-        j: usize,
-        limit: f64,
-    ) -> Option<Distance> {
-        let of = |k: usize| solid(&self.live, colliders, k, self.detail);
-        let (a, b) = (of(i)?, of(j)?);
-        let thick = [self.thick(i), self.thick(j)];
-        let places = (&self.places[i], &self.places[j]);
-        match apart((a, b), places, thick, limit) {
-            Apart::By(distance) => return Some(distance),
-            Apart::Far => return None,
-            Apart::NotTold => {}
-        }
-        let pose = |k: usize| Pose::new(quat(&self.places[k].R), self.places[k].p);
-        let (pa, pb) = (pose(i), pose(j));
-        let back = pa.rotation.inverse();
-        let X_AB = Pose::new(back * pb.rotation, back * (pb.position - pa.position));
-        let (padding, size) = (thick, a.size.min(b.size));
-        let balls = self.balls_apart(i, j);
-        let start = if balls.is_finite() { balls.max(0.0) } else { 0.0 };
-        let mut margin = (start + size).min(limit);
-        loop {
-            pair(a, b, &X_AB, &Ask { margin, padding, size, want: Want::Least }, &mut self.room);
-            let low = least(&self.room.points);
-            if let Some(p) = self.room.points.iter().find(|p| p.gap <= low) {
-                let (point_a, point_b) = (pa.transform_point(&p.pa), pa.transform_point(&p.pb));
-                return Some(Distance { distance: p.gap, point_a, point_b });
-            }
-            if margin >= limit.min(1e12) {
-                return None;
-            }
-            margin = (margin * 4.0).min(limit);
-        }
-    }
 }
 
 /// The order in which near pairs are looked at.
 fn before(a: &(f64, (u32, u32)), b: &(f64, (u32, u32))) -> Ordering {
     a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
-}
-
-/// What the nearest points of two cores tell of a distance.
-enum Apart {
-    /// Nearest points.
-    By(Distance),
-    /// More than the limit.
-    Far,
-    /// The cores overlap or nearly touch: their contact points tell.
-    NotTold,
-}
-
-/// The distance of two convex solids whose cores are apart: contact points need not be made. Both in axes of the world, about the origin of the first.
-fn apart(
-    (a, b): (&Solid, &Solid),
-    (pa, pb): (&Whereabouts, &Whereabouts),
-    thick: [f64; 2],
-    limit: f64,
-) -> Apart {
-    let (Kind::Convex { core: ca, round: ra }, Kind::Convex { core: cb, round: rb }) =
-        (&a.kind, &b.kind)
-    else {
-        return Apart::NotTold;
-    };
-    let (size, thick) = (a.size.min(b.size), [ra + thick[0], rb + thick[1]]);
-    let x = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
-    let y = Placed { core: cb, R: pb.R, p: pb.p - pa.p };
-    let both = thick[0] + thick[1];
-    match near(&x, &y, limit + both, &(pb.ball - pa.ball), size) {
-        Near::Far => Apart::Far,
-        Near::Unsure => Apart::NotTold,
-        Near::Apart(gap) => {
-            let (n, distance) = (gap.way * (1.0 / gap.d), gap.d - both);
-            let point_a = pa.p + gap.pa + n * thick[0];
-            let point_b = pa.p + gap.pa + gap.way - n * thick[1];
-            Apart::By(Distance { distance, point_a, point_b })
-        }
-    }
 }
 
 /// The geometry of a collider as it is now.

@@ -1,0 +1,143 @@
+//! How far colliders are apart: one pair, the nearest, all.
+
+use super::{Probe, Whereabouts, before, solid};
+use crate::colliders::{ColliderId, Colliders};
+use crate::core::Placed;
+use crate::manifold::least;
+use crate::near::{Near, near};
+use crate::pairs::{Ask, Want, pair};
+use crate::query::{Closest, Distance};
+use crate::solid::{Kind, Solid};
+use linkwork_multibody::spatial::{Pose, Vec3, quat};
+
+impl Probe {
+    /// The nearest of all pairs that are looked at, padding counted, up to `limit` (m, may be infinite); negative when they
+    /// overlap. After [`place`](Self::place).
+    pub fn closest(&mut self, colliders: &Colliders, limit: f64) -> Option<Closest> {
+        self.look(limit);
+        self.measure();
+        self.near.sort_unstable_by(before);
+        let mut best: Option<Closest> = None;
+        for at in 0..self.near.len() {
+            let (i, j) = self.near[at].1;
+            let (a, b) = (i as usize, j as usize);
+            let limit = best.map_or(limit, |c| c.distance.distance);
+            if self.balls_apart(a, b) > limit.max(0.0) {
+                continue;
+            }
+            if let Some(distance) = self.between(colliders, a, b, limit)
+                && best.is_none_or(|c| distance.distance < c.distance.distance)
+            {
+                best = Some(Closest { a: ColliderId(i), b: ColliderId(j), distance });
+            }
+        }
+        best
+    }
+
+    /// The distances of all pairs that are looked at and within `limit` (m, may be infinite), by identifiers, into `out` (emptied first):
+    /// padding counted, negative where they overlap. After [`place`](Self::place).
+    pub fn distances(&mut self, colliders: &Colliders, limit: f64, out: &mut Vec<Closest>) {
+        out.clear();
+        self.look(limit);
+        for at in 0..self.near.len() {
+            let (i, j) = self.near[at].1;
+            if let Some(distance) = self.between(colliders, i as usize, j as usize, limit) {
+                out.push(Closest { a: ColliderId(i), b: ColliderId(j), distance });
+            }
+        }
+    }
+
+    /// The distance of two colliders, padding counted, whatever the pairs; `None` when there is none within `limit`.
+    /// After [`place`](Self::place).
+    #[track_caller]
+    pub fn distance(
+        &mut self,
+        colliders: &Colliders,
+        a: ColliderId,
+        b: ColliderId,
+        limit: f64,
+    ) -> Option<Distance> {
+        let placed = |id: ColliderId| self.places[id.index()].radius > Whereabouts::NONE;
+        if !(placed(a) && placed(b)) {
+            return None;
+        }
+        self.between(colliders, a.index(), b.index(), limit)
+    }
+
+    /// Nearest points within `limit`.
+    pub(super) fn between(
+        &mut self,
+        colliders: &Colliders,
+        i: usize,
+        j: usize,
+        limit: f64,
+    ) -> Option<Distance> {
+        let of = |k: usize| solid(&self.live, colliders, k, self.detail);
+        let (a, b) = (of(i)?, of(j)?);
+        let thick = [self.thick(i), self.thick(j)];
+        let places = (&self.places[i], &self.places[j]);
+        match apart((a, b), places, thick, limit) {
+            Apart::By(distance) => return Some(distance),
+            Apart::Far => return None,
+            Apart::NotTold => {}
+        }
+        let pose = |k: usize| Pose::new(quat(&self.places[k].R), self.places[k].p);
+        let (pa, pb) = (pose(i), pose(j));
+        let back = pa.rotation.inverse();
+        let X_AB = Pose::new(back * pb.rotation, back * (pb.position - pa.position));
+        let (padding, size) = (thick, a.size.min(b.size));
+        let balls = self.balls_apart(i, j);
+        let start = if balls.is_finite() { balls.max(0.0) } else { 0.0 };
+        let mut margin = (start + size).min(limit);
+        loop {
+            pair(a, b, &X_AB, &Ask { margin, padding, size, want: Want::Least }, &mut self.room);
+            let low = least(&self.room.points);
+            if let Some(p) = self.room.points.iter().find(|p| p.gap <= low) {
+                let (point_a, point_b) = (pa.transform_point(&p.pa), pa.transform_point(&p.pb));
+                return Some(Distance { distance: p.gap, point_a, point_b });
+            }
+            if margin >= limit.min(1e12) {
+                return None;
+            }
+            margin = (margin * 4.0).min(limit);
+        }
+    }
+}
+
+/// What the nearest points of two cores tell of a distance.
+enum Apart {
+    /// Nearest points.
+    By(Distance),
+    /// More than the limit.
+    Far,
+    /// The cores overlap or nearly touch: their contact points tell.
+    NotTold,
+}
+
+/// The distance of two convex solids whose cores are apart: contact points need not be made. Both in axes of the world, about the origin of the first.
+fn apart(
+    (a, b): (&Solid, &Solid),
+    (pa, pb): (&Whereabouts, &Whereabouts),
+    thick: [f64; 2],
+    limit: f64,
+) -> Apart {
+    let (Kind::Convex { core: ca, round: ra }, Kind::Convex { core: cb, round: rb }) =
+        (&a.kind, &b.kind)
+    else {
+        return Apart::NotTold;
+    };
+    let (size, thick) = (a.size.min(b.size), [ra + thick[0], rb + thick[1]]);
+    let x = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
+    let y = Placed { core: cb, R: pb.R, p: pb.p - pa.p };
+    let both = thick[0] + thick[1];
+    match near(&x, &y, limit + both, &(pb.ball - pa.ball), size) {
+        Near::Far => Apart::Far,
+        Near::Unsure => Apart::NotTold,
+        Near::Apart(gap) => {
+            let (n, distance) = (gap.way * (1.0 / gap.d), gap.d - both);
+            let point_a = pa.p + gap.pa + n * thick[0];
+            let point_b = pa.p + gap.pa + gap.way - n * thick[1];
+            Apart::By(Distance { distance, point_a, point_b })
+        }
+    }
+}

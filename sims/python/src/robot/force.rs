@@ -1,0 +1,279 @@
+//! Forces of a robot: with what is held, of two hands, in the space of tips.
+use super::{Given, Robot, base};
+use crate::array::{Array1, Array2, Input, checked1, out_force, out_vec3, out2, vector, wrench};
+use crate::collisions::Collisions;
+use crate::core::lock;
+use crate::error::{refuse, refuse_with};
+use crate::mechanism::choice;
+use crate::values::pairs;
+use linkwork_embedded::{Balance, HandWeights, Object, Push, TaskSpace};
+use linkwork_spatial::Force;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Two wrenches (6,), one below the other.
+fn two<'py>(py: Python<'py>, f: &[Force; 2]) -> PyResult<Array2<'py>> {
+    let rows = f.iter().flat_map(|f| [f.moment, f.force]).flat_map(|x| [x.x, x.y, x.z]).collect();
+    out2(py, rows, 2, 6)
+}
+
+impl Collisions {
+    /// Wrenches that tips exert, by part.
+    fn pushes(&self, given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Push>> {
+        let mut list = Vec::new();
+        for (name, value) in given.into_iter().flat_map(pairs) {
+            let name: String = name.extract()?;
+            let f = wrench(&value, &format!("pushes[\"{name}\"]"))?;
+            list.push(Push::new(self.part(&name)?, f.moment, f.force));
+        }
+        Ok(list)
+    }
+
+    /// Degrees of freedom of an object's joints; refuses a rigid one.
+    fn joints_of(&self, name: &str, object: Object) -> PyResult<usize> {
+        let help = "give the object as a Mechanism";
+        let none = || refuse_with(format!("`{name}` has no joints"), help);
+        let mbs = self.model.object_multibody(object).ok_or_else(none)?;
+        Ok(mbs.nv() - 6)
+    }
+
+    fn task_space(&self, parts: &[String]) -> PyResult<TaskSpace> {
+        let parts = parts.iter().map(|p| self.part(p)).collect::<PyResult<Vec<_>>>()?;
+        TaskSpace::new(&lock(&self.robot), &parts).map_err(refuse)
+    }
+}
+
+#[pymethods]
+impl Robot {
+    /// Forces (nv,), N m and N, that hold the robot's q still with what is held.
+    ///
+    /// >>> robot.gravity_forces().shape
+    /// (3,)
+    fn gravity_forces<'py>(slf: &Bound<'py, Self>) -> PyResult<Array1<'py>> {
+        let own = base(slf);
+        let mut tau = vec![0.0; own.model.nv()];
+        own.ask(|r| r.gravity_forces(&mut tau))?;
+        checked1(slf.py(), tau)
+    }
+
+    /// Forces (nv,), N m and N, for the rates v (nv,) and accelerations a (nv,) at the robot's q, with what is held. pushes: {part: (6,)}, wrenches
+    /// [moment; force] that tips exert on what they touch, N m and N, at their origins, world axes. Raises LinkworkError for lengths, NaN and names.
+    ///
+    /// >>> robot.feed_forward([0.1, 0, 0], [0, 0, 0], pushes={"arm": [0, 0, 0, 0, 0, 5.0]}).shape
+    /// (3,)
+    #[pyo3(signature = (v, a, pushes=None))]
+    fn feed_forward<'py>(
+        slf: &Bound<'py, Self>,
+        v: Given<'_, 'py>,
+        a: Given<'_, 'py>,
+        pushes: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Array1<'py>> {
+        let own = base(slf);
+        let nv = own.model.nv();
+        let (v, a) = (vector(v, nv, "v")?, vector(a, nv, "a")?);
+        let list = own.pushes(pushes)?;
+        let mut tau = vec![0.0; nv];
+        own.ask(|r| r.feed_forward(v.slice(), a.slice(), &list, &mut tau))?;
+        checked1(slf.py(), tau)
+    }
+
+    /// Shares the load of an object between its two hands: forces (nv,) for the same motion as tau (nv,), N m and N, of least Σ τ² (by="equal") or Σ (τ/limit)²
+    /// (by="effort"); and the greatest share |τ|/limit of a joint, above 1 where the joints cannot do it. Raises LinkworkError when not two hands hold it,
+    /// and for "effort" when a joint has no limit of its force.
+    ///
+    /// >>> robot.balance("cup", robot.gravity_forces())
+    /// Traceback (most recent call last):
+    /// linkwork.LinkworkError: object 0 is not held
+    ///   help: grasp it first
+    #[pyo3(signature = (object, tau, *, by="effort"))]
+    fn balance<'py>(
+        slf: &Bound<'py, Self>,
+        object: &str,
+        tau: Given<'_, 'py>,
+        by: &str,
+    ) -> PyResult<(Array1<'py>, f64)> {
+        let own = base(slf);
+        let what = own.object(object)?;
+        let by = choice("by", by, &[("effort", Balance::Effort), ("equal", Balance::Equal)])?;
+        let mut tau = vector(tau, own.model.nv(), "tau")?.slice().to_vec();
+        let found = own.ask(|r| r.balance(what, by, &mut tau))?;
+        Ok((checked1(slf.py(), tau)?, found.largest_share))
+    }
+
+    /// The mass matrix (nv, nv), kg m² and kg, at the robot's q, with what is held.
+    ///
+    /// >>> robot.mass_matrix().shape
+    /// (3, 3)
+    fn mass_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let nv = own.model.nv();
+        let mut M = vec![0.0; nv * nv];
+        own.ask(|r| r.mass_matrix(&mut M))?;
+        out2(slf.py(), M, nv, nv)
+    }
+
+    /// Mass, kg, and centre of mass (3,), m, in the world at the robot's q, with what is held.
+    ///
+    /// >>> mass, com = robot.center_of_mass()
+    /// >>> mass
+    /// 3.0
+    fn center_of_mass<'py>(slf: &Bound<'py, Self>) -> (f64, Array1<'py>) {
+        let (mass, com) = lock(&base(slf).robot).center_of_mass();
+        (mass, out_vec3(slf.py(), &com))
+    }
+
+    /// As `feed_forward`, while the joints of a held object move at rates (n,) with accelerations (n,), rad/s and rad/s² (m/s, m/s²): forces (nv,) of the robot and
+    /// (n,) of those joints, N m and N. Raises LinkworkError for lengths, NaN, names, a rigid object, and one that nobody holds.
+    ///
+    /// >>> block = dict(mass=0.1, com=[0.05, 0, 0], inertia=np.eye(3) / 1000)
+    /// >>> pliers = linkwork.Builder().body("pliers", "world", linkwork.Hinge.free(), **block).body("jaw", "pliers", linkwork.Hinge.pin([0, 1, 0]), **block).build()
+    /// >>> fitter = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"pliers": pliers}, colliders=[])
+    /// >>> with fitter.grasp("arm", "pliers", np.eye(4)):
+    /// ...     tau, forces = fitter.feed_forward_with("pliers", [0, 0, 0], [0, 0, 0], [0.0], [0.0])
+    /// >>> forces.round(6).tolist()
+    /// [-0.04905]
+    #[pyo3(signature = (object, v, a, rates, accelerations, pushes=None))]
+    fn feed_forward_with<'py>(
+        slf: &Bound<'py, Self>,
+        object: &str,
+        v: Given<'_, 'py>,
+        a: Given<'_, 'py>,
+        rates: Given<'_, 'py>,
+        accelerations: Given<'_, 'py>,
+        pushes: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<(Array1<'py>, Array1<'py>)> {
+        let (py, own) = (slf.py(), base(slf));
+        let (what, nv) = (own.object(object)?, own.model.nv());
+        let n = own.joints_of(object, what)?;
+        let (v, a) = (vector(v, nv, "v")?, vector(a, nv, "a")?);
+        let rates = vector(rates, n, "rates")?;
+        let accelerations = vector(accelerations, n, "accelerations")?;
+        let list = own.pushes(pushes)?;
+        let (mut tau, mut forces) = (vec![0.0; nv], vec![0.0; n]);
+        let robot = (v.slice(), a.slice());
+        let joints = (rates.slice(), accelerations.slice());
+        own.ask(|r| r.feed_forward_with(robot, what, joints, &list, &mut tau, &mut forces))?;
+        Ok((checked1(py, tau)?, checked1(py, forces)?))
+    }
+
+    /// The mass matrix (nv + n, nv + n), kg m² and kg, of the robot and, last, the n joints of an object that it holds. Raises LinkworkError for a rigid object
+    /// and one that nobody holds.
+    ///
+    /// >>> block = dict(mass=0.1, com=[0.05, 0, 0], inertia=np.eye(3) / 1000)
+    /// >>> pliers = linkwork.Builder().body("pliers", "world", linkwork.Hinge.free(), **block).body("jaw", "pliers", linkwork.Hinge.pin([0, 1, 0]), **block).build()
+    /// >>> fitter = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"pliers": pliers}, colliders=[])
+    /// >>> with fitter.grasp("arm", "pliers", np.eye(4)):
+    /// ...     fitter.mass_matrix_with("pliers").shape
+    /// (4, 4)
+    fn mass_matrix_with<'py>(slf: &Bound<'py, Self>, object: &str) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let what = own.object(object)?;
+        let n = own.model.nv() + own.joints_of(object, what)?;
+        let mut M = vec![0.0; n * n];
+        own.ask(|r| r.mass_matrix_with(what, &mut M))?;
+        out2(slf.py(), M, n, n)
+    }
+
+    /// Forces tau (nv,), N m and N, and what presses the two hands of an object towards each other with a force (N) besides: forces (nv,), and the wrenches
+    /// (2, 6) [moment; force] of first and second hand on the object, each about its tip, world axes, whose sum is nothing. Raises LinkworkError when not two
+    /// hands hold it, and when both tips are at one place.
+    ///
+    /// >>> rail = linkwork.Builder()
+    /// >>> for name, x in (("left", -0.3), ("right", 0.3)):
+    /// ...     rail = rail.body(name, "world", linkwork.Hinge.slider([1, 0, 0]), mass=1, com=[0, 0, 0], inertia=np.eye(3), hinge_in_parent=[x, 0, 0])
+    /// >>> press = linkwork.Robot(rail.build(), chains={"l": ("world", "left"), "r": ("world", "right")}, objects={"bar": (1.0, [0, 0, 0], np.eye(3))}, colliders=[])
+    /// >>> grips = press.grasp("l", "bar"), press.grasp("r", "bar")
+    /// >>> tau, wrenches = press.squeeze("bar", press.gravity_forces(), 20.0)
+    /// >>> tau.round(9).tolist(), float(wrenches[1, 3])
+    /// ([20.0, -20.0], -20.0)
+    fn squeeze<'py>(
+        slf: &Bound<'py, Self>,
+        object: &str,
+        tau: Given<'_, 'py>,
+        force: f64,
+    ) -> PyResult<(Array1<'py>, Array2<'py>)> {
+        let (py, own) = (slf.py(), base(slf));
+        let what = own.object(object)?;
+        let mut tau = vector(tau, own.model.nv(), "tau")?.slice().to_vec();
+        let wrenches = own.ask(|r| r.squeeze(what, force, &mut tau))?;
+        Ok((checked1(py, tau)?, two(py, &wrenches)?))
+    }
+
+    /// Wrenches (2, 6) [moment; force], N m and N, of first and second hand on an object, each about its tip, world axes, told apart: (moving, squeezing, net),
+    /// (2, 6), (2, 6) and (6,), of which squeezing has no sum, moving has the least squares, and net is the sum about the object's origin. hands: what each
+    /// hand's count; moment: what 1 N m counts against 1 N, 1/m²: shares depend on them. Raises LinkworkError when not two hands hold it, for other shapes, NaN,
+    /// and weights that are not above zero.
+    ///
+    /// >>> rail = linkwork.Builder()
+    /// >>> for name, x in (("left", -0.3), ("right", 0.3)):
+    /// ...     rail = rail.body(name, "world", linkwork.Hinge.slider([1, 0, 0]), mass=1, com=[0, 0, 0], inertia=np.eye(3), hinge_in_parent=[x, 0, 0])
+    /// >>> press = linkwork.Robot(rail.build(), chains={"l": ("world", "left"), "r": ("world", "right")}, objects={"bar": (1.0, [0, 0, 0], np.eye(3))}, colliders=[])
+    /// >>> grips = press.grasp("l", "bar"), press.grasp("r", "bar")
+    /// >>> moving, squeezing, net = press.move_squeeze("bar", [[0, 0, 0, 25, 0, 0], [0, 0, 0, -20, 0, 0]])
+    /// >>> moving[:, 3].round(9).tolist(), squeezing[:, 3].round(9).tolist(), float(net[3])
+    /// ([2.5, 2.5], [22.5, -22.5], 5.0)
+    #[pyo3(signature = (object, wrenches, *, hands=(1.0, 1.0), moment=1.0))]
+    fn move_squeeze<'py>(
+        slf: &Bound<'py, Self>,
+        object: &str,
+        wrenches: Given<'_, 'py>,
+        hands: (f64, f64),
+        moment: f64,
+    ) -> PyResult<(Array2<'py>, Array2<'py>, Array1<'py>)> {
+        let (py, own) = (slf.py(), base(slf));
+        let what = own.object(object)?;
+        let input = Input::read(wrenches, "wrenches")?;
+        let (&[2, 6], [a, b, c, x, y, z, d, e, f, u, v, w]) = (input.shape(), input.slice()) else {
+            let fact = format!("`wrenches` has the shape {:?}", input.shape());
+            return Err(refuse_with(fact, "give (2, 6): moment and force of each hand"));
+        };
+        let wrench =
+            |m: [&f64; 3], f: [&f64; 3]| Force::new(m.map(|x| *x).into(), f.map(|x| *x).into());
+        let wrenches = [wrench([a, b, c], [x, y, z]), wrench([d, e, f], [u, v, w])];
+        let weights = HandWeights { hands: hands.into(), moment };
+        let found = own.ask(|r| r.move_squeeze(what, &wrenches, &weights))?;
+        Ok((two(py, &found.moving)?, two(py, &found.squeezing)?, out_force(py, &found.net)))
+    }
+
+    /// What tips of chains feel of the robot's mass at its q, with what is held: Λ = (J M⁻¹ Jᵀ)⁻¹, (6 k, 6 k), kg m² and kg, rows [angular; linear] of each of
+    /// the k parts, world axes. Raises LinkworkError for parts that are no chains and where the tips cannot move independently.
+    ///
+    /// >>> drone = linkwork.Builder().body("drone", "world", linkwork.Hinge.free(), mass=2, com=[0, 0, 0], inertia=np.eye(3) / 10).build()
+    /// >>> flying = linkwork.Robot(drone, chains={"body": ("world", "drone")}, colliders=[])
+    /// >>> flying.task_inertia(["body"]).diagonal().round(9).tolist()
+    /// [0.1, 0.1, 0.1, 2.0, 2.0, 2.0]
+    fn task_inertia<'py>(slf: &Bound<'py, Self>, parts: Vec<String>) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let mut space = own.task_space(&parts)?;
+        let n = space.rows();
+        let mut out = vec![0.0; n * n];
+        own.ask(|r| space.inertia(r, &mut out))?;
+        out2(slf.py(), out, n, n)
+    }
+
+    /// Forces (nv,), N m and N, that give tips of chains the accelerations a (6 k,), [angular; linear] of each of the k parts, rad/s² and m/s², world axes, at
+    /// the robot's q and rates v (nv,), with what is held; rest (nv,) acts as far as it moves no tip. Raises LinkworkError for parts that are no chains, where
+    /// the tips cannot move independently, for other lengths and NaN.
+    ///
+    /// >>> drone = linkwork.Builder().body("drone", "world", linkwork.Hinge.free(), mass=2, com=[0, 0, 0], inertia=np.eye(3) / 10).build()
+    /// >>> flying = linkwork.Robot(drone, chains={"body": ("world", "drone")}, colliders=[])
+    /// >>> flying.task_forces(["body"], np.zeros(6), [0, 0, 0, 0, 0, 1])[5].round(9).item()
+    /// 21.62
+    #[pyo3(signature = (parts, v, a, rest=None))]
+    fn task_forces<'py>(
+        slf: &Bound<'py, Self>,
+        parts: Vec<String>,
+        v: Given<'_, 'py>,
+        a: Given<'_, 'py>,
+        rest: Option<Given<'_, 'py>>,
+    ) -> PyResult<Array1<'py>> {
+        let (own, nv) = (base(slf), base(slf).model.nv());
+        let mut space = own.task_space(&parts)?;
+        let (v, a) = (vector(v, nv, "v")?, vector(a, space.rows(), "a")?);
+        let rest = rest.map(|r| vector(r, nv, "rest")).transpose()?;
+        let mut tau = vec![0.0; nv];
+        let rest = rest.as_ref().map(Input::slice);
+        own.ask(|r| space.forces(r, v.slice(), a.slice(), rest, &mut tau))?;
+        checked1(slf.py(), tau)
+    }
+}
