@@ -41,7 +41,7 @@ fn the_tree_of_the_rover_has_its_names_and_levels() {
         ])
     );
     assert_eq!(below("Rover/Environment"), set(&["Sun", "Gravity", "Terrain", "Ruts"]));
-    assert_eq!(below("Rover/LocomotionSoftware"), set(&["Ackermann", "Odometry"]));
+    assert_eq!(below("Rover/LocomotionSoftware"), set(&["Ackermann", "Monitor", "Odometry"]));
     assert_eq!(below("Rover/NavigationSoftware"), set(&["Follower"]));
     assert_eq!(below("Rover/Hardware"), set(&["Chassis", "Mast", "Wheels", "Sensors", "Power"]));
     assert_eq!(below("Rover/Hardware/Sensors"), set(&["IMU", "SunSensor", "Pose"]));
@@ -241,11 +241,12 @@ fn every_assembly_is_right() {
             } else if path.ends_with("parts/navigation_plan.ron") {
                 // It joins the locomotion software of the rover that carries it.
                 said.code(2).tells(&["there is no part `LocomotionSoftware` here", "help: "]);
-            } else if let Some(inputs) = [("navigation_waypoints", 3), ("locomotion", 2)]
-                .into_iter()
-                .find(|(kind, _)| path.ends_with(format!("parts/{kind}.ron")))
+            } else if let Some(inputs) =
+                [("navigation_waypoints", 3), ("locomotion", 1), ("suspension_arm", 1)]
+                    .into_iter()
+                    .find(|(kind, _)| path.ends_with(format!("parts/{kind}.ron")))
             {
-                // Alone nothing tells it where it is, or how fast its wheels turn.
+                // Alone nothing tells it where it is, how fast its wheels turn, what angle it is to take.
                 let said = said.code(2).tells(&["is not wired", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), inputs.1, "{}", said.err);
             } else if ["parts/differential_", "parts/torque_joint"]
