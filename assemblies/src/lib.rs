@@ -1,5 +1,13 @@
 //! RON assemblies that ship with Linkwork, embedded: `rovers/…`, `arms/…`, `legs/…`, `parts/…`, `flight/…`, `worlds/…`;
 //! and every model that they can name.
+//!
+//! | rover | wheels | class |
+//! |---|---|---|
+//! | `rovers/rocker_bogie.ron` | 6, of which 4 steer, on rockers and bogies | Curiosity, by its defaults |
+//! | `rovers/mer.ron`, `rovers/sojourner.ron` | the same | the same assembly with other numbers: Spirit and Opportunity; Sojourner |
+//! | `rovers/four_wheeler.ron` | 4, all steer, on arms that servos move | VIPER |
+//! | `rovers/eight_wheeler.ron` | 8, none steers, on sprung arms | Lunokhod |
+//!
 //! ```
 //! use linkwork_assembly::{Options, load_text};
 //! use linkwork_runtime::{Catalogue, Files, Seconds, Simulation};

@@ -22,7 +22,8 @@ const TOGETHER: f64 = 1e-12;
 /// Where a wheel is.
 #[derive(Params, Clone, Debug, PartialEq)]
 pub struct WheelPlace {
-    /// x (forward) and y (left) of the wheel, m.
+    /// x (forward) and y (left) of the wheel.
+    #[param(unit = "m")]
     pub position: [f64; 2],
     /// Whether it steers.
     #[param(default = true)]

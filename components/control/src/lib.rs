@@ -9,6 +9,7 @@
 
 pub mod ackermann;
 pub mod attitude;
+pub mod drive_monitor;
 pub mod follower;
 pub mod geometry;
 pub mod odometry;
@@ -30,6 +31,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<attitude::phase_plane::PulseWidth>(),
         Entry::model::<attitude::pointing::Pointing>(),
         Entry::sized::<attitude::throttles::Throttles>(),
+        Entry::sized::<drive_monitor::DriveMonitor>(),
         Entry::model::<follower::Follower>(),
         Entry::model::<pid::RateController>(),
         Entry::model::<pid::PositionController>(),

@@ -34,8 +34,8 @@ pub struct PoseEstimatorParams {
     /// Height of the pose over the ground that the wheels roll on.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub height: f64,
-    /// The camera on the body, m: ahead, to the left, up.
-    #[param(default = [0.0, 0.0, 0.0])]
+    /// The camera on the body: ahead, to the left, up.
+    #[param(unit = "m", default = [0.0, 0.0, 0.0])]
     pub eye: [f64; 3],
     /// Roll, pitch (down is positive) and yaw of the camera's mount on the body.
     #[param(unit = "rad", default = Vec3::zeros())]

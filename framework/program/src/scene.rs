@@ -22,6 +22,7 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
         panels: panels(loaded, plan, &mut faults),
         planet: planet(loaded, plan, &mut faults),
         sky: loaded.simulation.view.as_ref().and_then(|v| v.sky).map(bytes),
+        ground: loaded.simulation.view.as_ref().and_then(|v| v.ground).map(bytes),
         follow: free_body(plan),
         ..Scene::default()
     };

@@ -105,4 +105,6 @@ pub struct Scene {
     pub planet: Option<Planet>,
     /// Colour of the sky; dark grey when it is not given.
     pub sky: Option<[u8; 4]>,
+    /// Colour of the ground at its middle height; that of Mars when it is not given.
+    pub ground: Option<[u8; 4]>,
 }

@@ -17,11 +17,24 @@ pub struct Tiles {
     fine: Vec<bool>,
     range: (f32, f32),
     stride: [usize; 2],
+    colors: Colors,
+}
+
+/// Colours of the ground where it is lowest and highest, red, green, blue.
+type Colors = [[f32; 3]; 2];
+
+/// Mars.
+const REDDISH: Colors = [[150.0, 92.0, 62.0], [214.0, 150.0, 108.0]];
+
+/// From the colour at the middle height.
+fn colors(middle: Option<[u8; 4]>) -> Colors {
+    let Some([r, g, b, _]) = middle else { return REDDISH };
+    [0.8, 1.2].map(|share| [r, g, b].map(|c| share * f32::from(c)))
 }
 
 impl Tiles {
-    /// Of a surface with at least 2 × 2 nodes.
-    pub fn new(surface: Surface) -> Option<Tiles> {
+    /// Of a surface with at least 2 × 2 nodes, in the colour that it has at its middle height.
+    pub fn new(surface: Surface, middle: Option<[u8; 4]>) -> Option<Tiles> {
         if surface.nx < 2 || surface.ny < 2 {
             return None;
         }
@@ -43,7 +56,7 @@ impl Tiles {
             .filter(|h| h.is_finite())
             .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         let fine = vec![false; count[0] * count[1]];
-        Some(Tiles { surface, per, count, fine, range, stride })
+        Some(Tiles { surface, per, count, fine, range, stride, colors: colors(middle) })
     }
 
     /// All tiles in their coarse form.
@@ -101,7 +114,7 @@ impl Tiles {
                 let gy = (h(i, jr) - h(i, jl)) / ((jr - jl) as f32 * s.spacing[1] as f32);
                 let n = (1.0 + gx * gx + gy * gy).sqrt();
                 normals.push([-gx / n, -gy / n, 1.0 / n]);
-                colors.push(shade(z, self.range, [-gx / n, -gy / n, 1.0 / n]));
+                colors.push(shade(&self.colors, z, self.range, [-gx / n, -gy / n, 1.0 / n]));
             }
         }
         let w = xs.len() as u32;
@@ -125,10 +138,32 @@ impl Tiles {
     }
 }
 
-/// Reddish ground, lighter where high, with a low sun from the north-west for relief.
-fn shade(z: f32, range: (f32, f32), n: [f32; 3]) -> [u8; 3] {
+/// Lighter where high, with a low sun from the north-west for relief.
+fn shade([low, high]: &Colors, z: f32, range: (f32, f32), n: [f32; 3]) -> [u8; 3] {
     let t = ((z - range.0) / (range.1 - range.0).max(1e-3)).clamp(0.0, 1.0);
     let light = (0.62 * n[2] - 0.55 * n[0] + 0.55 * n[1]).clamp(0.0, 1.0) * 0.75 + 0.3;
-    let mix = |a: f32, b: f32| ((a + (b - a) * t) * light).clamp(0.0, 255.0) as u8;
-    [mix(150.0, 214.0), mix(92.0, 150.0), mix(62.0, 108.0)]
+    [0, 1, 2].map(|k| ((low[k] + (high[k] - low[k]) * t) * light).clamp(0.0, 255.0) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ground_has_the_colour_that_it_is_given() {
+        let level = [0.0, 0.0, 1.0];
+        let at = |colors: &Colors, z| shade(colors, z, (-1.0, 1.0), level);
+        // 0.765 of the light falls on level ground.
+        let grey = colors(Some([200, 200, 200, 255]));
+        assert_eq!(
+            [at(&grey, -1.0), at(&grey, 0.0), at(&grey, 1.0)],
+            [[122; 3], [153; 3], [183; 3]]
+        );
+        assert_eq!(at(&colors(None), 0.0), [139, 92, 65]);
+        // Turned from the sun it is darker.
+        let north_east = [0.5, 0.5, std::f32::consts::FRAC_1_SQRT_2];
+        let south_east = [0.5, -0.5, std::f32::consts::FRAC_1_SQRT_2];
+        let light = |n| shade(&grey, 0.0, (-1.0, 1.0), n)[0];
+        assert!(light(south_east) < light(north_east) && light(north_east) < light(level));
+    }
 }

@@ -319,7 +319,7 @@ impl Viewer {
         for (path, surface) in view.terrain {
             sink = sink.max(0.1 - f64::from(lowest(&surface)));
             clear = clear.max(farthest(&surface));
-            let Some(tiles) = Tiles::new(surface) else { continue };
+            let Some(tiles) = Tiles::new(surface, scene.ground) else { continue };
             // After the first poses: a view that does not yet know its frame puts its eye elsewhere.
             for (k, mesh) in tiles.coarse() {
                 seldom.push((0, path.join(&format!("tile{k}").into()), Box::new(mesh)));

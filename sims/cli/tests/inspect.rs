@@ -41,7 +41,7 @@ fn the_tree_of_the_rover_has_its_names_and_levels() {
         ])
     );
     assert_eq!(below("Rover/Environment"), set(&["Sun", "Gravity", "Terrain", "Ruts"]));
-    assert_eq!(below("Rover/LocomotionSoftware"), set(&["Ackermann", "Odometry"]));
+    assert_eq!(below("Rover/LocomotionSoftware"), set(&["Ackermann", "Monitor", "Odometry"]));
     assert_eq!(below("Rover/NavigationSoftware"), set(&["Follower"]));
     assert_eq!(below("Rover/Hardware"), set(&["Chassis", "Mast", "Wheels", "Sensors", "Power"]));
     assert_eq!(below("Rover/Hardware/Sensors"), set(&["IMU", "SunSensor", "Pose"]));
@@ -208,6 +208,13 @@ fn every_assembly_is_right() {
                 "six_axis" => &["--set", "SixAxis.moves=[(name: \"stay\", duration: 1)]"],
                 "dual_six_axis" => &["--set", "DualSixAxis.moves=[(name: \"stay\", duration: 1)]"],
                 "rocker_bogie" => &["--set", "RockerBogie.waypoints=[[1, 0]]"],
+                "mer" => &["--set", "Mer.waypoints=[[1, 0]]"],
+                "sojourner" => &["--set", "Sojourner.waypoints=[[1, 0]]"],
+                "four_wheeler" => &["--set", "FourWheeler.waypoints=[[1, 0]]"],
+                "eight_wheeler" => &["--set", "EightWheeler.waypoints=[[1, 0]]"],
+                "locomotion" => {
+                    &["--set", "Locomotion.wheels=[(position: [0, 1]), (position: [0, -1])]"]
+                }
                 _ => &[],
             };
             let said = lab.linkwork(&[&["check", &path.display().to_string()], set].concat());
@@ -231,11 +238,15 @@ fn every_assembly_is_right() {
             } else if path.to_string_lossy().contains("parts/localisation_") {
                 // It joins parts of the rover that carries it.
                 said.code(2).tells(&["there is no part `Hardware` here", "help: "]);
-            } else if let Some(inputs) = [("waypoints", 3), ("plan", 4)]
-                .into_iter()
-                .find(|(kind, _)| path.ends_with(format!("parts/navigation_{kind}.ron")))
+            } else if path.ends_with("parts/navigation_plan.ron") {
+                // It joins the locomotion software of the rover that carries it.
+                said.code(2).tells(&["there is no part `LocomotionSoftware` here", "help: "]);
+            } else if let Some(inputs) =
+                [("navigation_waypoints", 3), ("locomotion", 1), ("suspension_arm", 1)]
+                    .into_iter()
+                    .find(|(kind, _)| path.ends_with(format!("parts/{kind}.ron")))
             {
-                // Alone nothing tells it where it is: x, y, heading, and for a plan the tilt.
+                // Alone nothing tells it where it is, how fast its wheels turn, what angle it is to take.
                 let said = said.code(2).tells(&["is not wired", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), inputs.1, "{}", said.err);
             } else if ["parts/differential_", "parts/torque_joint"]

@@ -2,14 +2,14 @@
 use crate::body::collider::{Collider, Surface};
 use crate::body::solid::{colliding, only_collides, seen};
 use crate::schema::describe::Schema;
-use crate::schema::kind::{At, Kind, color, flag, raw, text};
+use crate::schema::kind::{At, Kind, color, flag, number, raw, text, vector};
 use crate::schema::read::{fields, list};
-use crate::schema::record::{Presence, Record, of, record};
+use crate::schema::record::{Presence, Record, argument, of, record, variant_of};
 use crate::text::report::Cx;
-use crate::text::value::Text;
+use crate::text::value::{Text, list as list_value, variant};
 use linkwork_collision::Seen;
 use linkwork_runtime::{Located, Origin, Value};
-use linkwork_spatial::{Pose, Quat};
+use linkwork_spatial::{Pose, Quat, Vec3};
 
 /// A shape on a body, for display.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,13 +30,24 @@ record! {
     /// A shape with its frame.
     struct Framed: "shape" {
         /// The shape.
-        shape: Located = raw(seen().describe()).need("write `shape: Sphere(0.1)`"),
+        shape: Located = raw(any_shape()).need("write `shape: Sphere(0.1)`"),
         /// Its frame in the body.
         at: Pose = of::<Pose>().or(Pose::identity()),
         /// Red, green, blue, opacity.
         color: Option<[f64; 4]> = color().maybe(),
         /// Its name, unique on its body.
         name: Option<Text> = text().maybe(),
+    }
+}
+record! {
+    /// A box from the origin of its frame to a point: its x axis points there, its y axis stays level.
+    struct Bar: "bar" {
+        /// The point.
+        to: Vec3 = vector("m").need("write `Bar(to: [1, 0, 0], width: 0.1, height: 0.1)`"),
+        /// Whole length along y.
+        width: f64 = number("m").positive().need("write `width: ..` in m"),
+        /// Whole length along z.
+        height: f64 = number("m").positive().need("write `height: ..` in m"),
     }
 }
 record! {
@@ -56,10 +67,35 @@ record! {
 }
 type Collide = (OwnShape, Surface);
 
+/// What `shape` may be: what can be seen or collides, and bars.
+fn any_shape() -> Schema {
+    Schema::Any(vec![seen().describe(), variant_of::<Bar>("Bar", "")])
+}
+
+/// A bar as a box with the box's frame in that of the shape; anything else as it is. `None`: recorded.
+fn straight(cx: &mut Cx, shape: Located, at: &At<'_>) -> Option<(Located, Pose)> {
+    let Value::Variant(kind, inner) = &shape.value else { return Some((shape, Pose::identity())) };
+    if kind != "Bar" {
+        return Some((shape, Pose::identity()));
+    }
+    let at = At { origin: Some(shape.origin), ..at.field("Bar") };
+    let Bar { to, width, height } = argument(cx, inner, &at, "")?;
+    if !(to.norm() > 0.0) {
+        let message = format!("{} ends where it begins", at.what);
+        cx.fault(shape.origin, message, "write another point in `to`");
+        return None;
+    }
+    let pitch = -to.z.atan2(to.x.hypot(to.y));
+    let turn = Quat::from_euler_angles(0.0, pitch, to.y.atan2(to.x));
+    let size = list_value([to.norm(), width, height]);
+    let value = variant("Box", size);
+    Some((Located { value, origin: shape.origin }, Pose::new(turn, 0.5 * to)))
+}
+
 /// `shapes` of a body in the schema.
 pub(crate) fn schema() -> Schema {
     let framed = <(Framed, Touch)>::describe();
-    Schema::List(Box::new(Schema::Any(vec![framed, seen().describe()])), None)
+    Schema::List(Box::new(Schema::Any(vec![framed, any_shape()])), None)
 }
 
 /// The shapes of a body: what is seen, and what collides with the place in the list of each.
@@ -74,7 +110,7 @@ pub(crate) fn shapes(cx: &mut Cx, v: &Located, body: &str, at: &At<'_>) -> Shape
     let (mut out, mut taken) = (Shapes::default(), Vec::<String>::new());
     for (k, item) in list(cx, v, &format!("`{body}`: `shapes`")).iter().enumerate() {
         let at = At { what: format!("`{body}`: shape {}", k + 1), ..at.clone() };
-        let (framed, touch) = match (&item.value, at.near.is_some()) {
+        let (mut framed, touch) = match (&item.value, at.near.is_some()) {
             (Value::Map(_), true) => match <(Framed, Touch)>::read(cx, item, &at) {
                 Some(both) => both,
                 None => continue,
@@ -89,13 +125,15 @@ pub(crate) fn shapes(cx: &mut Cx, v: &Located, body: &str, at: &At<'_>) -> Shape
                 (framed, Touch { collide: None, visible: true })
             }
         };
+        let origin = if item.origin == Origin::NONE { framed.shape.origin } else { item.origin };
+        let Some((shape, X)) = straight(cx, framed.shape, &at) else { continue };
+        (framed.shape, framed.at) = (shape, framed.at * X);
         let mut name = framed.name.map_or_else(|| format!("shape{}", k + 1), |t| t.text);
         while taken.contains(&name) {
             name.push('_');
         }
         taken.push(name.clone());
         let full = format!("{body}/{name}");
-        let origin = if item.origin == Origin::NONE { framed.shape.origin } else { item.origin };
         let entry = entry(cx, &framed.shape, &touch, &at);
         if let Some((shape, turn)) = entry.shown {
             let pose = framed.at * Pose::rotation(turn);

@@ -1,25 +1,35 @@
-//! Assembly files as they are named by parts.
+//! Assembly files as they are named by parts, and variants of them.
+use crate::expand::variant::{VariantForm, variant};
 use crate::form::assembly::{self, Assembly, AssemblyForm};
-use crate::schema::read::fields;
+use crate::schema::read::{fields, text_field};
 use crate::schema::record::Record;
 use crate::text::files::{Files, Home};
 use crate::text::parse::{parse, parse_once};
 use crate::text::report::Cx;
 use crate::text::value::Text;
-use linkwork_runtime::{Origin, Value};
+use linkwork_runtime::{Located, Origin, Value};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+/// An assembly, and where the files that it names are looked for first.
+type Read = (Home, Arc<Assembly>);
+
 /// Assembly files, each read once.
 pub(crate) struct Assemblies<'o> {
     pub files: Files<'o>,
-    pub read: BTreeMap<String, Option<Arc<Assembly>>>,
+    read: BTreeMap<String, Option<Read>>,
     /// The assembly of the text being loaded, by its name.
     pub own: Option<(String, Home, Arc<Assembly>)>,
+    /// Files whose variants are being read, the outermost first.
+    open: Vec<String>,
 }
 
-impl Assemblies<'_> {
+impl<'o> Assemblies<'o> {
+    pub fn new(files: Files<'o>) -> Self {
+        Assemblies { files, read: BTreeMap::new(), own: None, open: Vec::new() }
+    }
+
     /// The assembly of a file; `None` when it cannot be found or read (recorded).
     pub fn assembly(
         &mut self,
@@ -45,7 +55,7 @@ impl Assemblies<'_> {
             }
         };
         if let Some(read) = self.read.get(&key) {
-            return read.clone().map(|a| (key, home, a));
+            return read.clone().map(|(home, a)| (key, home, a));
         }
         let text = match &home {
             Home::Embedded(_) => self.files.embedded.get(&key).cloned(),
@@ -58,37 +68,66 @@ impl Assemblies<'_> {
                 }
             },
         };
-        let assembly = text.and_then(|text| {
+        let read = text.and_then(|text| {
             let file = cx.sources.add(&key, text);
-            read_once(cx, file, &key)
+            self.of_file(cx, file, &key, &home)
         });
-        self.read.insert(key.clone(), assembly.clone());
-        assembly.map(|a| (key, home, a))
+        self.read.insert(key.clone(), read.clone());
+        read.map(|(home, a)| (key, home, a))
     }
-}
 
-/// An assembly that another load has read is not read again.
-fn read_once(cx: &mut Cx, file: u32, key: &str) -> Option<Arc<Assembly>> {
-    let once = parse_once(cx, file);
-    if let Some(known) = once.as_ref().and_then(|once| once.assembly.get()) {
-        return Some(known.clone());
-    }
-    let faults = cx.faults.len();
-    let assembly = Arc::new(read_file(cx, file, key)?);
-    if let (Some(once), true) = (once, cx.faults.len() == faults) {
-        return Some(once.assembly.get_or_init(|| assembly).clone());
-    }
-    Some(assembly)
-}
-
-fn read_file(cx: &mut Cx, file: u32, key: &str) -> Option<Assembly> {
-    let v = parse(cx, file)?;
-    match &v.value {
-        Value::Variant(name, inner) if name == "Assembly" => {
-            let what = format!("assembly `{key}`");
-            fields(cx, inner, &what, &AssemblyForm::names());
-            Some(assembly::read_assembly(cx, inner, &what))
+    /// The assembly of a text among the sources. One that another load has read is not read again, but for variants, which
+    /// are made of two texts.
+    fn of_file(&mut self, cx: &mut Cx, file: u32, key: &str, home: &Home) -> Option<Read> {
+        let once = parse_once(cx, file);
+        if let Some(known) = once.as_ref().and_then(|once| once.assembly.get()) {
+            return Some((home.clone(), known.clone()));
         }
+        let faults = cx.faults.len();
+        let inner = assembly_fields(cx, file, key)?;
+        let read = self.of_fields(cx, &inner, key, home)?;
+        if let (Some(once), true) = (once, cx.faults.len() == faults && inner.get("like").is_none())
+        {
+            once.assembly.get_or_init(|| read.1.clone());
+        }
+        Some(read)
+    }
+
+    /// The assembly that these fields of the file `key` say, alone or as a variant of another file.
+    pub fn of_fields(
+        &mut self,
+        cx: &mut Cx,
+        inner: &Located,
+        key: &str,
+        home: &Home,
+    ) -> Option<Read> {
+        let what = format!("assembly `{key}`");
+        let is_variant = inner.get("like").is_some();
+        let known = if is_variant { VariantForm::names() } else { AssemblyForm::names() };
+        fields(cx, inner, &what, &known);
+        let own = assembly::read_assembly(cx, inner, &what);
+        if !is_variant {
+            return Some((home.clone(), Arc::new(own)));
+        }
+        let like = text_field(cx, inner, "like", &what)?;
+        if self.open.iter().any(|k| k == key) {
+            let ring = format!("{} -> {key}", self.open.join(" -> "));
+            cx.fault(like.origin, format!("{what}: `like` goes round: {ring}"), "take one out");
+            return None;
+        }
+        self.open.push(key.to_string());
+        let base = self.assembly(cx, &like, home, key);
+        self.open.pop();
+        let (base_key, home, base) = base?;
+        Some((home, Arc::new(variant(cx, own, &base, &base_key))))
+    }
+}
+
+/// The fields of the assembly that a file holds.
+fn assembly_fields(cx: &mut Cx, file: u32, key: &str) -> Option<Located> {
+    let v = parse(cx, file)?;
+    match v.value {
+        Value::Variant(name, inner) if name == "Assembly" => Some(*inner),
         Value::Variant(name, _) => {
             let origin = Origin { end: v.origin.start + name.len() as u32, ..v.origin };
             let message = format!("`{key}` holds `{name}(..)`, an `Assembly(..)` is wanted");

@@ -5,3 +5,4 @@ pub(crate) mod instance;
 pub(crate) mod reference;
 pub(crate) mod stowed;
 pub(crate) mod tree;
+pub(crate) mod variant;

@@ -152,6 +152,8 @@ record! {
         markers: Option<Text> = text().maybe(),
         /// Colour of the sky; dark grey when none is written.
         sky: Option<[f64; 4]> = color().maybe(),
+        /// Colour of the ground, lighter where it is high; that of Mars when none is written.
+        ground: Option<[f64; 4]> = color().maybe(),
         /// Colour of the planet that is drawn where W is a site on one, or has a radius here.
         planet: Option<[f64; 4]> = color().maybe(),
         /// Radius of a planet about the origin of W, where W is no site (m).

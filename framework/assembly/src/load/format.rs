@@ -1,4 +1,5 @@
 //! The file format as a JSON Schema.
+use crate::expand::variant::VariantForm;
 use crate::form::assembly::AssemblyForm;
 use crate::form::settings;
 use crate::machine::sidecar;
@@ -13,7 +14,10 @@ pub fn schema() -> serde_json::Value {
     let simulation = Schema::Record("simulation", settings::schema_fields);
     let files = vec![
         Schema::Variant("Simulation", Box::new(simulation)),
-        Schema::Variant("Assembly", Box::new(AssemblyForm::describe())),
+        Schema::Variant(
+            "Assembly",
+            Box::new(Schema::Any(vec![AssemblyForm::describe(), VariantForm::describe()])),
+        ),
         sidecar::schema(),
     ];
     document("Linkwork simulation, assembly or side-car", &Schema::Any(files), Parameters::Allowed)

@@ -11,7 +11,7 @@ use crate::body::shapes::BodyShape;
 use crate::expand::assemblies::Assemblies;
 use crate::expand::expander::{Expander, Unmatched};
 use crate::expand::tree::{TreeNode, tree};
-use crate::form::assembly::{self, Assembly, AssemblyForm, PartForm, PartKind};
+use crate::form::assembly::{self, Assembly, PartForm, PartKind};
 use crate::form::phases;
 use crate::form::settings::{self, Settings, SettingsForm};
 use crate::machine::import::Import;
@@ -342,17 +342,15 @@ fn single(
     unmatched: &mut Vec<Unmatched>,
 ) -> Option<(Loaded, Value)> {
     let near = Files { search: &options.search, embedded: &options.embedded, lenient: false };
-    let mut files = Assemblies { files: near, read: BTreeMap::new(), own: None };
+    let mut files = Assemblies::new(near);
     let mut holder;
     if kind == "Assembly" {
-        let what = format!("assembly `{name}`");
-        fields(cx, &inner, &what, &AssemblyForm::names());
-        let own = assembly::read_assembly(cx, &inner, &what);
+        let (home, own) = files.of_fields(cx, &inner, name, &home)?;
         let part_name = own.name.clone().unwrap_or_else(|| camel(name));
         // On its own, an assembly hangs on the world.
         let mounts = own.mounts.keys().map(|m| (m.clone(), Value::Text("world".into()).into()));
         let mounts: Located = Value::Map(mounts.collect()).into();
-        files.own = Some((name.to_string(), home.clone(), Arc::new(own)));
+        files.own = Some((name.to_string(), home, own));
         holder = Assembly::default();
         let origin = Origin { start: origin.start, end: origin.start + 8, ..origin };
         cx.alone = Some(origin);

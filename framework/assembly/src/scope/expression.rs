@@ -19,8 +19,8 @@ impl Quantity {
     }
 }
 
-/// What a name stands for, or why it stands for no number.
-pub(crate) type Lookup<'a> = &'a dyn Fn(&str) -> Result<Quantity, String>;
+/// What a name, or an element of the list that it stands for (from 0), is as a number, or why it is none.
+pub(crate) type Lookup<'a> = &'a dyn Fn(&str, Option<usize>) -> Result<Quantity, String>;
 
 /// Evaluates; the error says what is wrong with the text.
 pub(crate) fn evaluate(text: &str, lookup: Lookup<'_>) -> Result<Quantity, String> {
@@ -126,7 +126,8 @@ impl<'t> Parser<'t> {
         }
         if self.eat('$') {
             let name = self.word(|c| c.is_alphanumeric() || c == '_');
-            return (self.lookup)(name);
+            let element = self.element()?;
+            return (self.lookup)(name, element);
         }
         match self.rest.chars().next() {
             Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
@@ -134,6 +135,15 @@ impl<'t> Parser<'t> {
             Some(c) => Err(format!("`{c}` is not expected here")),
             None => Err("a number or a $name is missing at the end".into()),
         }
+    }
+
+    /// `[2]` behind a name.
+    fn element(&mut self) -> Result<Option<usize>, String> {
+        let Some(rest) = self.rest.strip_prefix('[') else { return Ok(None) };
+        let (index, rest) = rest.split_once(']').ok_or("`]` is missing")?;
+        self.rest = rest;
+        let number = index.trim().parse();
+        number.map(Some).map_err(|_| format!("`[{index}]` is no element: count from [0]"))
     }
 
     fn number(&mut self) -> Result<Quantity, String> {
@@ -191,7 +201,8 @@ mod tests {
     use super::*;
 
     fn value(text: &str) -> Result<(f64, String), String> {
-        let lookup = |name: &str| match name {
+        let lookup = |name: &str, element: Option<usize>| match name {
+            "corner" => Ok(Quantity::bare([3.0, 4.0][element.ok_or("a list")?])),
             "track" => Ok(Quantity {
                 value: 1.2,
                 exponents: Unit::parse("m").unwrap().exponents,
@@ -217,6 +228,7 @@ mod tests {
         assert_eq!(value("sqrt($track*$track)"), Ok((1.2, "m".into())));
         assert_eq!(value("cos(180 deg)"), Ok((-1.0, "1".into())));
         assert_eq!(value("2 - 3 - 4"), Ok((-5.0, "1".into())));
+        assert_eq!(value("$corner[0] * $corner[ 1 ] - 1"), Ok((11.0, "1".into())));
     }
 
     #[test]
@@ -228,6 +240,8 @@ mod tests {
             ("$track / 0", "the result is inf"),
             ("track / 2", "a parameter is written `$track`"),
             ("($track", "`)` is missing"),
+            ("$corner[0", "`]` is missing"),
+            ("$corner[-1]", "`[-1]` is no element: count from [0]"),
             ("sin($mass)", "cannot be taken of a quantity in kg"),
             ("$track $mass", "`$mass` is left over"),
         ] {

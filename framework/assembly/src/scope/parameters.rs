@@ -61,9 +61,9 @@ fn replace(cx: &mut Cx, env: &Env, text: &str, origin: Origin) -> Located {
     if text.contains("${") {
         return Located { value: Value::Text(interpolate(cx, env, text, origin)), origin };
     }
-    let lookup = |name: &str| match env.get(name) {
+    let lookup = |name: &str, element: Option<usize>| match env.get(name) {
         Some(v) if is_unknown(v) => Err(String::new()),
-        Some(v) => as_quantity(v).ok_or_else(|| format!("`${name}` is {}", v.value.what())),
+        Some(v) => quantity_of(name, v, element),
         None => {
             let (message, help) = unknown(env, name);
             Err(format!("{message}\n{help}"))
@@ -106,6 +106,22 @@ fn interpolate(cx: &mut Cx, env: &Env, text: &str, origin: Origin) -> String {
 /// Stands for a value that was refused: what uses it stays silent. See [`is_unknown`].
 fn refused(key: &str, origin: Origin) -> Located {
     Located { value: Value::Text(format!("${key}")), origin }
+}
+
+/// The number that a parameter is, or that an element of it is.
+fn quantity_of(name: &str, v: &Located, element: Option<usize>) -> Result<Quantity, String> {
+    let (v, name) = match (&v.value, element) {
+        (_, None) => (v, name.to_string()),
+        (Value::List(items), Some(k)) => match items.get(k) {
+            Some(item) => (item, format!("{name}[{k}]")),
+            None => return Err(format!("`${name}` has {} elements, no [{k}]", items.len())),
+        },
+        (other, Some(k)) => return Err(format!("`${name}` is {}: no [{k}]", other.what())),
+    };
+    if is_unknown(v) {
+        return Err(String::new());
+    }
+    as_quantity(v).ok_or_else(|| format!("`${name}` is {}", v.value.what()))
 }
 
 fn as_quantity(v: &Located) -> Option<Quantity> {

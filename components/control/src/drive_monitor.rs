@@ -1,0 +1,336 @@
+//! `control.drive_monitor`: stops a drive on a stalled wheel or on too much slip, and says which.
+//! ```text
+//! stall    |ω| < share · |ω*|  and  |τ| ≥ τ_stall  of one wheel, for `stall_after`
+//! slip     s = 1 − Δx/Δw        Δw: way of the wheels since the last check, of length `slip_distance`; Δx: way of the rover along its heading
+//!          s > slip_max
+//! ```
+//! It stands between what wants a motion and `control.ackermann`. What stopped it holds, and the drive stands with its brakes on, until
+//! `clear` is on; while `clear` is on nothing is checked, so that a plan can back out of what stopped it. The way of the rover is from its
+//! estimate of the pose: slip is as good as that. Turning on the spot says nothing of slip.
+
+use crate::geometry::{WHEELS_MAX, WheelPlace};
+use linkwork_runtime::prelude::*;
+
+/// Wheels and limits.
+#[derive(Params, Clone, Debug)]
+pub struct DriveMonitorParams {
+    /// The wheels, in the order of the inputs; where they are makes no difference here.
+    pub wheels: Vec<WheelPlace>,
+    /// Torque at which a drive is at its limit.
+    #[param(unit = "N m", default = 1e9, range = 0.0..)]
+    pub stall_torque: f64,
+    /// Share of its commanded rate below which a wheel does not turn.
+    #[param(default = 0.1, range = 0.0..=1.0)]
+    pub stall_share: f64,
+    /// So long it does not turn before that is a stall.
+    #[param(unit = "s", default = 2.0, range = 0.0..)]
+    pub stall_after: f64,
+    /// Slip that stops the drive.
+    #[param(default = 1e9, range = 0.0..)]
+    pub slip_max: f64,
+    /// Way of the wheels between two checks of slip.
+    #[param(unit = "m", default = 0.5, range = 1e-3..)]
+    pub slip_distance: f64,
+}
+
+/// What is wanted, and how the rover moves.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct MonitorIn {
+    /// Way of the wheels in a second: the forward speed of the wheels' odometry.
+    #[port("m/s", default = 0.0)]
+    pub wheel_speed: f64,
+    /// x in W.
+    #[port("m", default = 0.0)]
+    pub x: f64,
+    /// y in W.
+    #[port("m", default = 0.0)]
+    pub y: f64,
+    /// Heading from x towards y.
+    #[port("rad", default = 0.0)]
+    pub heading: f64,
+    /// While it is on, what stopped the drive is forgotten and nothing is checked.
+    #[port("1", default = false)]
+    pub clear: bool,
+}
+
+/// Wanted motion.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct WantedIn {
+    /// Wanted forward speed.
+    #[port("m/s", default = 0.0)]
+    pub speed: f64,
+    /// Wanted turn rate, to the left.
+    #[port("rad/s", default = 0.0)]
+    pub turn_rate: f64,
+}
+
+/// Motion that may be driven.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct AllowedOut {
+    /// Forward speed: what is wanted, or zero.
+    #[port("m/s")]
+    pub drive_speed: f64,
+    /// Turn rate: what is wanted, or zero.
+    #[port("rad/s")]
+    pub drive_turn_rate: f64,
+}
+
+/// What stopped it.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct MonitorOut {
+    /// A wheel stalled; holds until it is cleared.
+    #[port("1")]
+    pub stalled: bool,
+    /// Slip was too great; holds until it is cleared.
+    #[port("1")]
+    pub slipping: bool,
+    /// The wheel that stalled, counted from 1; 0: none.
+    #[port("1")]
+    pub wheel: f64,
+    /// Slip at the last check.
+    #[port("1")]
+    pub slip: f64,
+}
+
+/// Checks under way. The time that each wheel has not turned for (s) follows.
+#[derive(State, Clone, Copy, Debug)]
+pub struct MonitorState {
+    /// A wheel stalled.
+    #[port("1")]
+    pub stalled: bool,
+    /// Slip was too great.
+    #[port("1")]
+    pub slipping: bool,
+    /// The wheel that stalled, from 1.
+    #[port("1")]
+    pub wheel: f64,
+    /// Slip at the last check.
+    #[port("1")]
+    pub slip: f64,
+    /// Where the last check was, W.
+    #[port("m")]
+    pub from: [f64; 2],
+    /// Way of the wheels since then, signed.
+    #[port("m")]
+    pub way: f64,
+    /// There was a first sample.
+    #[port("1")]
+    pub started: bool,
+}
+
+/// A drive monitor.
+pub struct DriveMonitor {
+    p: DriveMonitorParams,
+}
+
+impl DriveMonitor {
+    /// The state after a sample's checks; `u` without the wheels.
+    fn checked(&self, d: MonitorState, u: &MonitorIn, dt: f64) -> MonitorState {
+        let here = MonitorState { from: [u.x, u.y], way: 0.0, started: true, ..d };
+        if !d.started {
+            return here;
+        }
+        let way = d.way + u.wheel_speed * dt;
+        if way.abs() < self.p.slip_distance {
+            return MonitorState { way, ..d };
+        }
+        let (sin, cos) = u.heading.sin_cos();
+        let moved = (u.x - d.from[0]) * cos + (u.y - d.from[1]) * sin;
+        let slip = 1.0 - moved / way;
+        let slipping = d.slipping || slip > self.p.slip_max;
+        MonitorState { slip, slipping, ..here }
+    }
+}
+
+impl SizedModel for DriveMonitor {
+    const NAME: &'static str = "control.drive_monitor";
+    const DOC: &'static str = "Stops a drive on a stalled wheel or on too much slip, says which, and lets it go on when it is cleared.";
+    type Params = DriveMonitorParams;
+    type Store = ();
+
+    fn ports(p: &DriveMonitorParams) -> SizedPorts {
+        let n = p.wheels.len();
+        let mut inputs = MonitorIn::specs();
+        for k in 0..n {
+            for (name, unit, doc) in [
+                ("target", "rad/s", "Rate that the wheel is told."),
+                ("rate", "rad/s", "Measured rate."),
+                ("torque", "N m", "Torque of its drive."),
+            ] {
+                let port = PortSpec::named(format!("wheels[{k}].{name}"), PortKind::Numbers, 1);
+                inputs.push(port.unit_of(unit).doc_of(doc).or(0.0));
+            }
+        }
+        let doc = "Time for which each wheel has not turned.";
+        let mut discrete = MonitorState::specs();
+        discrete.push(PortSpec::named("stood", PortKind::Numbers, n).unit_of("s").doc_of(doc));
+        SizedPorts {
+            inputs,
+            direct_inputs: WantedIn::specs(),
+            moore_outputs: MonitorOut::specs(),
+            direct_outputs: AllowedOut::specs(),
+            discrete,
+            sampled: true,
+            ..SizedPorts::default()
+        }
+    }
+
+    fn build(p: DriveMonitorParams) -> Result<Self, BuildError> {
+        if p.wheels.is_empty() || p.wheels.len() > WHEELS_MAX {
+            let why = BuildError::new(format!("{} wheels", p.wheels.len()));
+            return Err(why.help(format!("write 1 to {WHEELS_MAX}")).at("wheels"));
+        }
+        Ok(DriveMonitor { p })
+    }
+
+    fn moore(&self, _: &Clock, _: &[f64], d: &[f64], _: &(), y: &mut [f64]) {
+        let MonitorState { stalled, slipping, wheel, slip, .. } = MonitorState::get(d);
+        MonitorOut { stalled, slipping, wheel, slip }.put(y);
+    }
+
+    fn direct(&self, _: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+        let d = MonitorState::get(d);
+        let WantedIn { speed, turn_rate } = WantedIn::get(u);
+        let out = match d.stalled || d.slipping {
+            true => AllowedOut { drive_speed: 0.0, drive_turn_rate: 0.0 },
+            false => AllowedOut { drive_speed: speed, drive_turn_rate: turn_rate },
+        };
+        out.put(y);
+    }
+
+    fn update(&self, c: &Clock, _: &[f64], lanes: &mut [f64], u: &[f64], _: &mut ()) {
+        let (head, stood) = lanes.split_at_mut(MonitorState::N);
+        let d = MonitorState::get(head);
+        let (own, rest) = u.split_at(MonitorIn::N);
+        let own = MonitorIn::get(own);
+        if own.clear {
+            stood.fill(0.0);
+            MonitorState {
+                stalled: false,
+                slipping: false,
+                wheel: 0.0,
+                slip: 0.0,
+                from: [own.x, own.y],
+                way: 0.0,
+                started: true,
+            }
+            .put(head);
+            return;
+        }
+        let mut next = self.checked(d, &own, c.dt);
+        for (k, (stood, wheel)) in stood.iter_mut().zip(rest.chunks_exact(3)).enumerate() {
+            let [target, rate, torque] = [wheel[0], wheel[1], wheel[2]];
+            let stands =
+                target != 0.0 && rate * target.signum() < self.p.stall_share * target.abs();
+            let limit = torque * target.signum() >= self.p.stall_torque;
+            *stood = if stands && limit { *stood + c.dt } else { 0.0 };
+            if *stood > self.p.stall_after && !next.stalled {
+                (next.stalled, next.wheel) = (true, (k + 1) as f64);
+            }
+        }
+        next.put(head);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::tests::places;
+
+    /// Two wheels at 10 Hz, which stall at 50 N m and may slip by a half.
+    fn monitor() -> DriveMonitor {
+        let p = DriveMonitorParams {
+            wheels: places(&[([0.0, 1.0], false), ([0.0, -1.0], false)]),
+            stall_torque: 50.0,
+            stall_share: 0.1,
+            stall_after: 1.0,
+            slip_max: 0.5,
+            slip_distance: 0.5,
+        };
+        DriveMonitor::build(p).unwrap()
+    }
+
+    /// Inputs without the wheels, then target, rate and torque of each.
+    fn sample(m: &DriveMonitor, d: &mut [f64; 10], own: [f64; 5], wheels: [[f64; 3]; 2]) {
+        let u: Vec<f64> = own.into_iter().chain(wheels.into_iter().flatten()).collect();
+        m.update(&Clock::at(0.0, 0.1, 0), &[], d, &u, &mut ());
+    }
+
+    fn drives(m: &DriveMonitor, d: &[f64; 10]) -> bool {
+        let mut y = [f64::NAN; 2];
+        m.direct(&Clock::at(0.0, 0.1, 0), &[], d, &[0.2, 0.1], &(), &mut y);
+        assert!(y == [0.2, 0.1] || y == [0.0, 0.0], "{y:?}");
+        y[0] != 0.0
+    }
+
+    const TURNS: [f64; 3] = [1.0, 1.0, 60.0];
+
+    #[test]
+    fn a_wheel_that_stands_at_its_limit_for_long_enough_stops_the_drive() {
+        for side in [1.0, -1.0] {
+            let (m, mut d) = (monitor(), [0.0; 10]);
+            let stands = [side, 0.05 * side, 55.0 * side];
+            for _ in 0..10 {
+                sample(&m, &mut d, [0.0; 5], [TURNS, stands]);
+            }
+            assert!(drives(&m, &d), "a second is not longer than a second");
+            sample(&m, &mut d, [0.0; 5], [TURNS, stands]);
+            let s = MonitorState::get(&d);
+            assert!(s.stalled && !s.slipping && s.wheel == 2.0 && !drives(&m, &d), "{s:?}");
+            // It holds when the wheel is free again, until it is cleared.
+            sample(&m, &mut d, [0.0; 5], [TURNS, TURNS]);
+            assert!(!drives(&m, &d));
+            sample(&m, &mut d, [0.0, 0.0, 0.0, 0.0, 1.0], [TURNS, stands]);
+            assert!(drives(&m, &d));
+        }
+    }
+
+    #[test]
+    fn what_is_no_stall_does_not_stop_it() {
+        // Slow, but it turns; stands, but not at its limit; driven backwards by its load; not told to turn.
+        for wheel in [[1.0, 0.2, 60.0], [1.0, 0.0, 40.0], [1.0, 0.0, -60.0], [0.0, 0.0, 60.0]] {
+            let (m, mut d) = (monitor(), [0.0; 10]);
+            for _ in 0..100 {
+                sample(&m, &mut d, [0.0; 5], [wheel, wheel]);
+            }
+            assert!(drives(&m, &d), "{wheel:?}");
+        }
+        // Nor one that stands now and then.
+        let (m, mut d) = (monitor(), [0.0; 10]);
+        for k in 0..100 {
+            let wheel = if k % 8 == 0 { TURNS } else { [1.0, 0.0, 60.0] };
+            sample(&m, &mut d, [0.0; 5], [wheel, wheel]);
+        }
+        assert!(drives(&m, &d));
+    }
+
+    #[test]
+    fn slip_is_of_the_way_and_stops_it_beyond_its_limit() {
+        // Along a heading of 30 degrees, forwards and backwards; the rover's speed over that of its wheels.
+        for (share, stops) in [(0.9, false), (0.55, false), (0.45, true), (-0.1, true)] {
+            for speed in [0.2, -0.2] {
+                let (m, mut d) = (monitor(), [0.0; 10]);
+                let heading = std::f64::consts::FRAC_PI_6;
+                for k in 0..60 {
+                    let way = 0.1 * f64::from(k) * speed * share;
+                    let [x, y] = [3.0 + way * heading.cos(), way * heading.sin() - 1.0];
+                    sample(&m, &mut d, [speed, x, y, heading, 0.0], [TURNS, TURNS]);
+                }
+                let s = MonitorState::get(&d);
+                assert_eq!((s.slipping, drives(&m, &d)), (stops, !stops), "{share}, {speed}");
+                assert!((s.slip - (1.0 - share)).abs() < 1e-12, "{s:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn limits_that_are_not_written_stop_nothing() {
+        let p = DriveMonitorParams { stall_torque: 1e9, slip_max: 1e9, ..monitor().p };
+        let (m, mut d) = (DriveMonitor::build(p.clone()).unwrap(), [0.0; 10]);
+        for _ in 0..100 {
+            sample(&m, &mut d, [0.2, 0.0, 0.0, 0.0, 0.0], [[1.0, 0.0, 99.0]; 2]);
+        }
+        assert!(drives(&m, &d) && MonitorState::get(&d).slip == 1.0);
+        assert!(DriveMonitor::build(DriveMonitorParams { wheels: Vec::new(), ..p }).is_err());
+    }
+}
