@@ -348,7 +348,11 @@ impl Layout {
         let mut multi = 0;
         let mut links = Vec::with_capacity(n);
         for (k, d) in self.drafts.iter().enumerate() {
-            let J = d.inertia.inertia();
+            let mut J = s3(&d.inertia.inertia());
+            if d.kind.nv() == 1 {
+                // Turned away but for rounding.
+                J.xy = 0.0;
+            }
             links.push(Link {
                 kind: d.kind,
                 coordinate: d.coordinate,
@@ -368,7 +372,7 @@ impl Layout {
                 l: v3(&d.X_PL.position),
                 m: d.inertia.mass(),
                 h: v3(&d.inertia.h()),
-                J: s3(&J),
+                J,
                 body: d.body,
             });
             multi += u32::from(matches!(d.kind, Kind::Ball | Kind::Free));
