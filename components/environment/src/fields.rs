@@ -2,7 +2,7 @@
 //! `environment.exponential_atmosphere`, `environment.mars_sun`, `environment.fixed_sun`.
 
 use crate::air::{Exponential, point_mass};
-use crate::gravity::around;
+use crate::gravity::{around, from_centre};
 use crate::mars_sun::{MarsTime, days_since_j2000};
 use crate::planet::PlanetParams;
 use linkwork_runtime::prelude::*;
@@ -55,6 +55,9 @@ pub struct PointMassGravity {
 impl Gravity for PointMassGravity {
     fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
         around(self.site.as_ref(), p, |p| point_mass(self.mu, *p))
+    }
+    fn scale(&self, _: f64, p: Vec3) -> f64 {
+        0.5 * from_centre(self.site.as_ref(), p)
     }
     fn axes(&self) -> Axes {
         Axes::of(self.site)

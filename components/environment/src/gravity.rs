@@ -120,6 +120,11 @@ impl Gravity for SphericalHarmonics {
     fn acceleration(&self, t: f64, p: Vec3) -> Vec3 {
         self.thirds(t, p).fold(self.field(t, p), |a, b| a + b)
     }
+    fn scale(&self, t: f64, p: Vec3) -> f64 {
+        let r = from_centre(self.planet.site.as_ref(), p);
+        let own = r / (self.field.degree() + 2) as f64;
+        self.pullers.iter().map(|k| 0.5 * (self.towards(k, t) - p).norm()).fold(own, f64::min)
+    }
     fn axes(&self) -> Axes {
         Axes::of(self.planet.site)
     }
@@ -194,6 +199,11 @@ pub(crate) fn around(site: Option<&Site>, p: Vec3, field: impl Fn(&Vec3) -> Vec3
     }
 }
 
+/// Distance (m) of a place in W from the planet's centre.
+pub(crate) fn from_centre(site: Option<&Site>, p: Vec3) -> f64 {
+    site.map_or(p, |s| s.from_centre(&p)).norm()
+}
+
 /// An oblate planet at the origin of W whose axis is z of W.
 #[derive(Params, Clone, Debug)]
 pub struct ZonalParams {
@@ -227,6 +237,10 @@ impl Gravity for ZonalGravity {
     fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
         let ZonalParams { mu, radius, j2, j3, j4, .. } = self.p;
         around(self.site.as_ref(), p, |p| zonal(mu, radius, &[j2, j3, j4], p))
+    }
+    fn scale(&self, _: f64, p: Vec3) -> f64 {
+        // As a series of degree 4.
+        from_centre(self.site.as_ref(), p) / 6.0
     }
     fn axes(&self) -> Axes {
         Axes::of(self.site)
@@ -387,6 +401,34 @@ mod tests {
             let p = HarmonicsParams { planet: planet.clone(), third_bodies: thirds, ..params() };
             let (fact, _, param) = told(&p, FIELD);
             assert!(fact.contains(words) && param == "third_bodies", "{fact}");
+        }
+    }
+
+    /// Over its `scale` a field changes by its own size at most: what is small against it may be taken as a whole.
+    #[test]
+    fn no_field_changes_faster_than_its_scale_says() {
+        let epoch = Some("2012-08-06 00:00:00 UTC".to_string());
+        let planet = PlanetParams { epoch, span: 3600.0, ..PlanetParams::of(Centre::Earth) };
+        let p = HarmonicsParams { planet, third_bodies: vec![Third::Sun, Third::Moon], ..params() };
+        let series = built(&p, FIELD).unwrap();
+        let beside_the_moon = series.towards(&series.pullers[1], 0.0) + Vec3::new(3e6, -2e6, 4e6);
+        let zonal =
+            ZonalParams { mu: 4e14, radius: 6.4e6, j2: 1e-3, j3: -2e-3, j4: 3e-3, planet: None };
+        let zonal = ZonalGravity::build(zonal, &Files::default()).unwrap();
+        let rates = |field: &dyn Gravity, p: Vec3| {
+            let change = |e: Vec3| {
+                let g = |side: f64| field.acceleration(0.0, p + e * (100.0 * side));
+                (g(1.0) - g(-1.0)).norm() / 200.0
+            };
+            let rate =
+                (0..3).map(|k| change(Vec3::ith(k, 1.0))).fold(change(p.normalize()), f64::max);
+            rate * field.scale(0.0, p) / field.acceleration(0.0, p).norm()
+        };
+        for p in [P, P * 3.0, Vec3::z() * 6.5e6, beside_the_moon] {
+            for (name, field) in [("series", &series as &dyn Gravity), ("zonal", &zonal)] {
+                let part = rates(field, p);
+                assert!((0.01..=1.001).contains(&part), "{name} at {p}: {part}");
+            }
         }
     }
 }

@@ -27,13 +27,14 @@ pub fn mass_matrix(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     }
 }
 
-/// Inertia and first moment of a link about its own origin, world axes.
+/// Inertia and first moment of a link about its own origin, world axes. A link with one dof has no J_xy, unless its
+/// inertia was changed.
 #[inline(always)]
 pub(crate) fn world_inertia<L: Lane>(link: &Link, kin: &Kin<L>) -> (S3<L>, V3<L>) {
     let J = S3::splat(&link.J);
     let J = match link.kind {
-        Kind::Pin | Kind::Slider | Kind::Screw => J.rotate_xy_free(&kin.R),
-        Kind::Ball | Kind::Free => J.rotate(&kin.R),
+        Kind::Pin | Kind::Slider | Kind::Screw if link.J.xy == 0.0 => J.rotate_xy_free(&kin.R),
+        _ => J.rotate(&kin.R),
     };
     (J, kin.R.mul(V3::splat(&link.h)))
 }

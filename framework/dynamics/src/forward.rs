@@ -19,6 +19,7 @@
 //! Source: Jain, *Robot and Multibody Dynamics* (mixed dynamics); ALGORITHMS 1.2.
 
 use crate::articulated::Spatial;
+use crate::composite::world_inertia;
 use crate::error::DynamicsError;
 use crate::kinematics::{check, kinematics};
 use crate::lane::Lane;
@@ -91,12 +92,7 @@ pub(crate) fn rigid<L: Lane>(
     f_ext: &V6<L>,
     g: V3<L>,
 ) -> (S3<L>, V3<L>, V6<L>) {
-    let (m, J) = (L::splat(link.m), S3::splat(&link.J));
-    let J = match link.kind {
-        Kind::Pin | Kind::Slider | Kind::Screw => J.rotate_xy_free(&kin.R),
-        Kind::Ball | Kind::Free => J.rotate(&kin.R),
-    };
-    let h = kin.R.mul(V3::splat(&link.h));
+    let (m, (J, h)) = (L::splat(link.m), world_inertia(link, kin));
     (J, h, rigid_mass(m, h, J, kin, f_ext, g))
 }
 

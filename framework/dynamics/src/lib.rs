@@ -44,6 +44,7 @@ pub mod checked;
 mod columns;
 mod compliance;
 mod composite;
+mod compound;
 mod derivatives;
 mod dofs;
 mod ensemble;

@@ -4,11 +4,13 @@
 //! turned so that their axis is local z, and about z so that the link's inertia has no xy term.
 //! Slot 0 of the work arrays is the world.
 
+use crate::compound::Compounds;
 use crate::dofs::Dofs;
 use crate::error::DynamicsError;
 use crate::flexible::{Flexible, FlexibleLayout, Hang};
 use crate::lane::Lane;
 use crate::linear::{M3, S3, V3};
+use crate::query::v3;
 use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, SubhingeKind};
 use linkwork_spatial::{Mat3, Pose, Quat, RigidInertia, Vec3};
 use std::ops::Range;
@@ -83,9 +85,8 @@ pub(crate) struct OnLink {
 pub struct Tree {
     pub(crate) links: Vec<Link>,
     pub(crate) bodies: Vec<OnLink>,
-    /// Bodies by the slot that they move with, and where those of each link begin.
-    welded: Vec<u32>,
-    welded_from: Vec<u32>,
+    /// What is locked onto each link, taken as a whole.
+    pub(crate) compounds: Compounds,
     pub(crate) nodes: Vec<OnLink>,
     /// Frames A and B of each loop.
     pub(crate) anchors: Vec<[OnLink; 2]>,
@@ -142,9 +143,16 @@ impl Tree {
         self.moving_mass
     }
 
-    /// Another inertia for a body, about its origin, body axes. What moves with one link is added up
-    /// anew in the order of the bodies, so the result depends on the present inertias alone. Allocates
-    /// at the first call, when the tree was made of a mechanism that others share.
+    /// Says which bodies' inertias [`Tree::set_inertia`] changes again and again: the others that move with them are
+    /// added up here, once. O(bodies).
+    pub fn vary(&mut self, bodies: &[BodyId]) {
+        self.compounds.vary(bodies, &self.bodies, &self.multibody);
+    }
+
+    /// Another inertia for a body, about its origin, body axes. What moves with one link is added up anew, in the order
+    /// of the bodies and those that vary last ([`Tree::vary`]), so the result depends on the present inertias alone.
+    /// O(bodies that vary) for one of those, else O(bodies that move with it). Allocates at the first call, when the
+    /// tree was made of a mechanism that others share.
     ///
     /// # Errors
     /// [`DynamicsError::Flexible`] when the body moves with a station of a flexible one.
@@ -160,16 +168,9 @@ impl Tree {
         }
         Arc::make_mut(&mut self.multibody).set_inertia(body, inertia);
         let Some(link) = slot.checked_sub(1) else { return Ok(()) };
-        let mut sum = RigidInertia::zero();
-        let (from, to) = (self.welded_from[slot] as usize, self.welded_from[slot + 1] as usize);
-        for &b in &self.welded[from..to] {
-            let (at, body) = (&self.bodies[b as usize], &self.multibody.bodies()[b as usize]);
-            sum += body.inertia().rotate_by(&at.R).shift_to_parent(&at.p);
-        }
-        let J = sum.inertia();
+        let sum = self.compounds.changed(body, slot, &self.bodies, &self.multibody);
         let link = &mut self.links[link];
-        (link.m, link.h) = (sum.mass(), v3(&sum.h()));
-        link.J = s3(&J);
+        link.put(&sum);
         self.dofs.set_inertia(link);
         self.moving_mass = moving_mass(&self.links, self.flexible.as_deref());
         Ok(())
@@ -178,6 +179,12 @@ impl Tree {
     /// Places in the work arrays: the world, links, stations of flexible bodies.
     pub(crate) fn slots(&self) -> usize {
         1 + self.links.len() + self.flexible.as_deref().map_or(0, |f| f.stations.len())
+    }
+
+    /// Bodies that move with stations of flexible ones.
+    pub(crate) fn bodies_on_stations(&self) -> impl Iterator<Item = BodyId> + '_ {
+        let on_station = |b: &BodyId| self.bodies[b.index()].slot as usize > self.links.len();
+        self.multibody.body_ids().filter(on_station)
     }
 
     /// Links that turn about their z, with their places in q, in whole blocks of a lane.
@@ -341,7 +348,11 @@ impl Layout {
         let mut multi = 0;
         let mut links = Vec::with_capacity(n);
         for (k, d) in self.drafts.iter().enumerate() {
-            let J = d.inertia.inertia();
+            let mut J = s3(&d.inertia.inertia());
+            if d.kind.nv() == 1 {
+                // Turned away but for rounding.
+                J.xy = 0.0;
+            }
             links.push(Link {
                 kind: d.kind,
                 coordinate: d.coordinate,
@@ -361,7 +372,7 @@ impl Layout {
                 l: v3(&d.X_PL.position),
                 m: d.inertia.mass(),
                 h: v3(&d.inertia.h()),
-                J: s3(&J),
+                J,
                 body: d.body,
             });
             multi += u32::from(matches!(d.kind, Kind::Ball | Kind::Free));
@@ -382,11 +393,7 @@ impl Layout {
         turns.resize(turning.next_multiple_of(<f64 as Lane>::PACK), fill);
         let nodes: Vec<OnLink> = nodes.collect();
         let bodies: Vec<OnLink> = self.bodies.iter().map(|(at, X)| on_link(slot(*at), X)).collect();
-        let mut welded: Vec<u32> = (0..bodies.len() as u32).collect();
-        welded.sort_by_key(|b| bodies[*b as usize].slot);
-        let begin =
-            |slot: usize| welded.partition_point(|b| bodies[*b as usize].slot < slot as u32);
-        let welded_from = (0..links.len() + 2).map(|slot| begin(slot) as u32).collect();
+        let compounds = Compounds::new(links.len(), &bodies, mbs);
         let (mut paths, mut node_paths) = (Vec::new(), Vec::new());
         for n in &nodes {
             let start = paths.len();
@@ -414,8 +421,7 @@ impl Layout {
             paths,
             node_paths,
             bodies,
-            welded,
-            welded_from,
+            compounds,
             links,
             flexible,
             multibody: Arc::new(mbs.clone()),
@@ -429,16 +435,12 @@ fn z_to(axis: &Vec3) -> Quat {
         .unwrap_or_else(|| Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI))
 }
 
-fn v3(v: &Vec3) -> V3<f64> {
-    V3 { x: v.x, y: v.y, z: v.z }
-}
-
 fn moving_mass(links: &[Link], flexible: Option<&Flexible>) -> f64 {
     links.iter().map(|l| l.m).sum::<f64>()
         + flexible.map_or(0.0, |f| f.stations.iter().map(|s| s.m).sum())
 }
 
-fn s3(J: &Mat3) -> S3<f64> {
+pub(crate) fn s3(J: &Mat3) -> S3<f64> {
     let [xx, xy, xz] = [J[(0, 0)], J[(0, 1)], J[(0, 2)]];
     S3 { xx, xy, xz, yy: J[(1, 1)], yz: J[(1, 2)], zz: J[(2, 2)] }
 }

@@ -27,6 +27,7 @@ mod program;
 mod replay;
 mod run;
 mod scene;
+mod strands;
 mod summary;
 mod taps;
 mod view;

@@ -37,7 +37,8 @@ pub fn prepare(ready: &Ready) -> Result<Looked, u8> {
     let mut faults: Vec<Fault> = Vec::new();
     let prepared = linkwork_runner::prepare(plan, file).map_err(|mut f| faults.append(&mut f));
     let title = title(ready);
-    let scene = scene::scene(&title, &ready.loaded, plan).map_err(|mut f| faults.append(&mut f));
+    let scene =
+        scene::scene(&title, &ready.loaded, &ready.program).map_err(|mut f| faults.append(&mut f));
     match (scene, prepared) {
         (Ok(scene), Ok(prepared)) => Ok(Looked { scene, prepared }),
         _ => Err(report(&Failure { faults, sources: ready.loaded.sources.clone() })),

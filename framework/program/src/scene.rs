@@ -1,16 +1,24 @@
 //! What the viewer shows, from the shapes of the bodies and the `view` of the simulation file.
 use crate::load::{dotted, params_of};
+use crate::strands::{self, Places};
 use linkwork_assembly::{
     ArrowForm, BodyShape, Loaded, Text, ViewForm, match_patterns, path_matches,
 };
 use linkwork_collision::{Seen, Shape as Geometry};
 use linkwork_multibody::Body;
-use linkwork_runtime::{Fault, Located, Place, Plan, Seconds, ServiceObject, Unit, Value, remedy};
+use linkwork_runtime::{
+    Fault, Located, Place, Plan, Program, Seconds, ServiceObject, Unit, Value, remedy,
+};
 use linkwork_spatial::{Pose, Vec3, quat};
 use linkwork_viz::{Arrow, InUnit, Marker, Panel, Planet, Scene, Shape};
 
 /// The scene, and the period of its rows.
-pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Seconds), Vec<Fault>> {
+pub fn scene(
+    title: &str,
+    loaded: &Loaded,
+    program: &Program,
+) -> Result<(Scene, Seconds), Vec<Fault>> {
+    let plan = &*program.phases[0].plan;
     let mut faults = Vec::new();
     let mut seen = shapes(loaded);
     if seen.is_empty() {
@@ -28,7 +36,7 @@ pub fn scene(title: &str, loaded: &Loaded, plan: &Plan) -> Result<(Scene, Second
     };
     let mut period = Seconds { num: 1, den: 30 };
     if let Some(v) = &loaded.simulation.view {
-        view(v, plan, &mut scene, &mut period, &mut faults);
+        view(v, program, &mut scene, &mut period, &mut faults);
     }
     if faults.is_empty() { Ok((scene, period)) } else { Err(faults) }
 }
@@ -212,12 +220,13 @@ fn panels(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Vec<Panel> {
 /// Finds what the `view` names: every mistake in it is gathered.
 fn view(
     v: &ViewForm,
-    plan: &Plan,
+    program: &Program,
     scene: &mut Scene,
     period: &mut Seconds,
     faults: &mut Vec<Fault>,
 ) {
     *period = v.rate.unwrap_or(*period);
+    let plan = &*program.phases[0].plan;
     let (bodies, nodes): (Vec<&str>, Vec<&str>) = match plan.mechanism() {
         Some(m) => (
             m.multibody.bodies().iter().map(|b| b.name()).collect(),
@@ -248,6 +257,19 @@ fn view(
     for item in &v.arrows {
         match arrows(item, plan) {
             Ok(found) => scene.arrows.extend(found),
+            Err(fault) => faults.push(fault),
+        }
+    }
+    let places = Places::new(program);
+    for item in &v.lines {
+        match strands::lines(item, plan, &places) {
+            Ok(found) => scene.lines.extend(found),
+            Err(fault) => faults.push(fault),
+        }
+    }
+    for item in &v.plumes {
+        match strands::plumes(item, plan, &places) {
+            Ok(found) => scene.plumes.extend(found),
             Err(fault) => faults.push(fault),
         }
     }

@@ -216,6 +216,11 @@ pub trait Gravity: Send + Sync {
     fn uniform(&self) -> Option<Vec3> {
         None
     }
+    /// Distance (m) over which the field near p (m, W) changes by about its own size; 0: not known. Bodies that are
+    /// locked together and small against it are asked for as a whole, others one by one.
+    fn scale(&self, _t: f64, _p: Vec3) -> f64 {
+        0.0
+    }
     /// What it takes W for; in a site `acceleration` has the centrifugal part.
     fn axes(&self) -> Axes {
         Axes::Any

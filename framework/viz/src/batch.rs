@@ -146,6 +146,6 @@ impl Curve {
 }
 
 /// Times in nanoseconds.
-fn time(t: impl Iterator<Item = i64>) -> TimeColumn {
+pub fn time(t: impl Iterator<Item = i64>) -> TimeColumn {
     TimeColumn::new_duration_nanos(TIMELINE, t)
 }

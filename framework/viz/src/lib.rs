@@ -18,6 +18,8 @@ mod scene;
 #[cfg(feature = "viewer")]
 mod shapes;
 #[cfg(feature = "viewer")]
+mod strands;
+#[cfg(feature = "viewer")]
 mod stream;
 #[cfg(feature = "viewer")]
 mod terrain;
@@ -30,7 +32,7 @@ mod viewer;
 pub use player::{NotShown, Player};
 #[cfg(feature = "viewer")]
 pub use read::{Shown, read_recording};
-pub use scene::{Arrow, InUnit, Marker, Panel, Planet, Scene, Shape};
+pub use scene::{Arrow, End, InUnit, Line, Marker, Panel, Planet, Plume, Scene, Shape};
 #[cfg(feature = "viewer")]
 pub use stream::VizError;
 #[cfg(feature = "viewer")]

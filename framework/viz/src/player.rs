@@ -11,6 +11,10 @@ use std::path::Path;
 /// A number, and the time (ns) at which it was told.
 type Told = Option<(u64, f64)>;
 
+/// A value goes on for so long (ns) after it was told last, for lines and jets: a log does not say when a phase without
+/// their part begins.
+const HELD: u64 = 1_000_000_000;
+
 /// Draws into a recording what is told of each instant, in the order of time.
 pub struct Player {
     viewer: Viewer,
@@ -27,6 +31,8 @@ pub struct Player {
     arrows: Vec<(usize, Option<u64>)>,
     /// Column of each curve, and the same.
     curves: Vec<(usize, Option<u64>)>,
+    /// The instant of `poses`, while its lines and jets are not drawn: values of the same instant may follow.
+    posed: Option<u64>,
     now: Option<u64>,
 }
 
@@ -57,7 +63,8 @@ impl Player {
         let curves = view.curves.iter().map(|(_, _, column, _)| (*column, None)).collect();
         let viewer = view.file(path)?;
         let now = None;
-        Ok(Player { viewer, bodies, nodes, poses, columns, values, arrows, curves, now })
+        let posed = None;
+        Ok(Player { viewer, bodies, nodes, poses, columns, values, arrows, curves, posed, now })
     }
 
     /// Poses X_WB of bodies by name at a time (ns). A body that is not among them stays where it
@@ -80,6 +87,7 @@ impl Player {
         // A log does not say its phase: shapes are those of the first.
         self.viewer.enter(ns.cast_signed(), 0);
         self.viewer.poses(ns.cast_signed(), &self.poses);
+        self.posed = Some(ns);
         Ok(())
     }
 
@@ -130,9 +138,21 @@ impl Player {
     /// What is told from now on is of another instant.
     fn at(&mut self, ns: u64) -> Result<(), VizError> {
         if self.now.replace(ns).is_some_and(|before| before != ns) {
+            self.strands();
             self.viewer.passed()?;
         }
         Ok(())
+    }
+
+    /// Lines and jets of the instant whose poses were told last, by what was told of it and shortly before.
+    fn strands(&mut self) {
+        let Some(ns) = self.posed.take() else { return };
+        let values = &self.values;
+        let value = |column: usize| match values[column] {
+            Some((told, value)) if ns.saturating_sub(told) <= HELD => value,
+            _ => f64::NAN,
+        };
+        self.viewer.strands(ns.cast_signed(), &self.poses, &value);
     }
 
     /// Ends the recording.
@@ -140,6 +160,7 @@ impl Player {
     /// # Errors
     /// The recording cannot be written.
     pub fn finish(mut self) -> Result<NotShown, VizError> {
+        self.strands();
         self.viewer.end()?;
         let untold = |columns: &Vec<usize>| columns.iter().all(|c| self.values[*c].is_none());
         let variables = self.columns.iter().filter(|(_, c)| untold(c)).map(|(n, _)| n.clone());

@@ -34,6 +34,53 @@ pub struct Arrow {
     pub color: [u8; 4],
 }
 
+/// Where a line ends.
+#[derive(Clone, Debug, PartialEq)]
+pub enum End {
+    /// At a point that is fixed on a body.
+    Body {
+        /// Name of the body.
+        body: String,
+        /// The point, from the body's origin, its axes (m).
+        at: Vec3,
+    },
+    /// At a point in W (m): variables of its coordinates.
+    Point([String; 3]),
+}
+
+/// A line that spans two points: a riser, a bridle, a tether.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// Dotted path under which it is shown.
+    pub path: String,
+    /// Its ends. It is drawn while both are there.
+    pub ends: [End; 2],
+    /// Variable that is above zero while it pulls: it is dimmed while it does not, and is not there where the variable is
+    /// not. Bright always without one.
+    pub pull: Option<String>,
+    /// Red, green, blue, alpha.
+    pub color: [u8; 4],
+}
+
+/// The jet of an engine or a thruster: an arrow whose length is that of a variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plume {
+    /// Dotted path under which it is shown.
+    pub path: String,
+    /// Name of the body.
+    pub body: String,
+    /// Where it begins, from the body's origin, its axes (m).
+    pub at: Vec3,
+    /// Unit vector along which it goes, body axes.
+    pub along: Vec3,
+    /// Variable of its strength: throttle or thrust.
+    pub by: String,
+    /// Metres for one unit of the variable.
+    pub scale: f64,
+    /// Red, green, blue, alpha.
+    pub color: [u8; 4],
+}
+
 /// A number in the unit in which it is shown: (SI − offset) · factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InUnit {
@@ -89,6 +136,10 @@ pub struct Scene {
     pub shapes: Vec<Shape>,
     /// Arrows.
     pub arrows: Vec<Arrow>,
+    /// Lines.
+    pub lines: Vec<Line>,
+    /// Jets.
+    pub plumes: Vec<Plume>,
     /// Bodies whose path is drawn.
     pub trails: Vec<String>,
     /// Nodes whose axes are drawn.

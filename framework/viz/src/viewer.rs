@@ -4,6 +4,7 @@ use crate::layout::{self, plot_path};
 use crate::pictures::{self, Eye};
 use crate::scene::{InUnit, Planet, Scene, Shape};
 use crate::shapes::{self, When, entity, f3, shape_path};
+use crate::strands::{self, Places, Strands};
 use crate::stream::{self, RrdFile, VizError, Wrap};
 use crate::terrain::Tiles;
 use crate::trail::{Trail, color};
@@ -57,6 +58,8 @@ pub struct View {
     pub(crate) columns: Vec<String>,
     /// First column of the six of each arrow.
     pub(crate) arrows: Vec<usize>,
+    /// Lines and jets.
+    strands: Places,
     /// Entity, label, column, how it is shown.
     pub(crate) curves: Vec<(EntityPath, String, usize, InUnit)>,
     terrain: Vec<(EntityPath, Surface)>,
@@ -103,6 +106,7 @@ impl View {
             follow: None,
             columns: Vec::new(),
             arrows: Vec::new(),
+            strands: Places::default(),
             curves: Vec::new(),
             terrain: Vec::new(),
             cameras: Vec::new(),
@@ -115,6 +119,11 @@ impl View {
                 view.columns.push(name.clone());
             }
         }
+        view.strands = Places::new(scene, &view.bodies, |name| {
+            places.push(plan.variable(name)?.place);
+            view.columns.push(name.to_owned());
+            Ok::<usize, Wrap>(places.len() - 1)
+        })?;
         for panel in &scene.panels {
             for (label, name, shown) in &panel.series {
                 let path = EntityPath::from(plot_path(&panel.title))
@@ -249,6 +258,7 @@ pub struct Viewer {
     trails: Vec<Trail>,
     /// First column of the six, scale.
     arrows: Vec<(Arrows, usize, f64)>,
+    strands: Strands,
     /// Column, how it is shown.
     curves: Vec<(Curve, usize, InUnit)>,
     terrain: Vec<(EntityPath, Tiles)>,
@@ -299,6 +309,7 @@ impl Viewer {
             let drawn = Arrows::open(&rec, entity(&arrow.path), arrow.color)?;
             arrows.push((drawn, *first, arrow.scale));
         }
+        let strands = Strands::open(&rec, scene, view.strands, &view.entities)?;
         let mut curves = Vec::new();
         let mut of_panel = 0;
         let mut panel = None;
@@ -350,6 +361,7 @@ impl Viewer {
             frames,
             trails: view.trails.into_iter().map(trail).collect(),
             arrows,
+            strands,
             curves,
             terrain,
             follow: view.follow,
@@ -377,6 +389,7 @@ impl Viewer {
             let now = now.chain(nodes.iter().map(|n| n.map(|n| ws.node_pose(tree, n))));
             let now: Vec<Option<Pose>> = now.collect();
             self.poses(t, &now);
+            self.strands(t, &now, &|column| row.values[column]);
         }
         for k in 0..self.arrows.len() {
             let first = self.arrows[k].1;
@@ -459,6 +472,11 @@ impl Viewer {
         }
     }
 
+    /// Lines and jets at an instant (ns); a value that is not known is NaN.
+    pub(crate) fn strands(&mut self, t: i64, poses: &[Option<Pose>], value: &dyn Fn(usize) -> f64) {
+        self.strands.push(t, &strands::Instant { poses, value });
+    }
+
     /// An arrow at an instant (ns), from its six numbers. In a phase without it there is nothing to point at: it has no length.
     pub(crate) fn arrow(&mut self, k: usize, t: i64, v: &[f64]) {
         let (arrow, _, scale) = &mut self.arrows[k];
@@ -496,6 +514,7 @@ impl Viewer {
         for (arrow, ..) in &mut self.arrows {
             arrow.send(&self.rec)?;
         }
+        self.strands.send(&self.rec)?;
         for (curve, ..) in &mut self.curves {
             curve.send(&self.rec)?;
         }

@@ -216,3 +216,107 @@ fn what_a_view_cannot_show_is_said_and_what_is_there_is_not_overwritten() {
         .code(1)
         .tells(&["no/such/folder.rrd", "help: "]);
 }
+
+/// A block falls into a line of 1 m, which is slack for 0.32 s, and an engine on it burns at a third of its thrust.
+const TETHERED: &str = r#"Simulation(
+    bodies: {
+        "beam": (parent: "world", nodes: { "hook": (position: [0, 0.3, 2]) }),
+        "block": (
+            parent: "world", hinge: Free, mass: 2, inertia: Sphere(0.1),
+            initial: (position: [0, 0.3, 1.5]),
+            nodes: { "ring": (), "nozzle": (rotation: (rpy: [0, "90 deg", 0])) },
+        ),
+    },
+    parts: {
+        "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.80665] }),
+        "Line": (model: "flight.line", params: { "length": 1, "stiffness": 2000, "damping": 10 }, bind: { "a": "node:beam/hook", "b": "node:block/ring" }),
+        "Third": (model: "basics.constant", params: { "value": 0.333 }),
+        "Engine": (model: "flight.engine", params: { "thrust": 3, "specific_impulse": 200 }, bind: { "nozzle": "node:block/nozzle" }),
+    },
+    wires: ["Third.y -> Engine.throttle"],
+    step: "10 ms", until: "1 s",
+    log: [(channels: ["Line.**", "Engine.**"], rate: "20 Hz")],
+    view: (
+        rate: "20 Hz", follow: "block",
+        lines: [(from: "beam/hook", to: "block/r*", pull: "Line.tension", color: [1, 0.5, 0.25, 0.8])],
+        plumes: [(at: "block/nozzle", by: "Engine.thrust", scale: 0.5)],
+    ),
+)"#;
+
+#[test]
+fn a_line_is_bright_while_it_pulls_and_a_jet_as_long_as_its_thrust() {
+    let lab = Lab::new();
+    lab.write("sim.ron", TETHERED);
+    lab.linkwork(&["run", "sim.ron", "--out", "out"]).code(0);
+    let said = lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"]).code(0);
+    assert!(said.err.is_empty(), "{}", said.err);
+    let said = lab.linkwork(&["diff", "out/run.rrd", "view.rrd"]).code(0);
+    assert!(said.out.starts_with("equal: "), "{}", said.out);
+    let shown = linkwork_viz::read_recording(&lab.path("view.rrd")).unwrap();
+    let line = |what: &str| &shown[&format!("/lines/beam_hook_to_block_ring LineStrips3D:{what}")];
+    // In the axes of the beam, which are those of W: from its hook to the ring.
+    let fixed = [(0, 0.0), (1, 0.3), (2, 2.0)];
+    for (k, want) in fixed {
+        let y = &line(&format!("strips[{k}]")).1;
+        assert!(y.len() == 21 && y.iter().all(|y| (y - want).abs() < 1e-6), "{y:?}");
+    }
+    for k in 0..3 {
+        let block = &shown[&format!("tf#/block Transform3D:translation[{k}]")].1;
+        assert_eq!(line(&format!("strips[{}]", k + 3)).1, *block);
+    }
+    let (t, colors) = line("colors[0]");
+    let alpha: Vec<u32> = colors.iter().map(|c| *c as u32 & 0xff).collect();
+    let slack = t.iter().zip(&alpha).filter(|(t, _)| **t < 0.34).all(|(_, a)| *a == 61);
+    assert!(slack && alpha[7] == 204 && alpha.contains(&61), "{alpha:?}");
+    let jet = |k: usize| &shown[&format!("/plumes/block_nozzle Arrows3D:vectors[{k}]")].1;
+    // Against z of the nozzle, which is x of the block.
+    assert!((jet(0)[0] + 0.5 * 0.999).abs() < 1e-6 && jet(2)[0].abs() < 1e-6, "{:?}", jet(0));
+}
+
+#[test]
+fn a_line_goes_with_its_phase() {
+    let lab = Lab::new();
+    let phases = r#"start: "hangs", phases: {
+        "hangs": (to: { "falls": "time > 0.6 s" }),
+        "falls": (like: "hangs", remove: ["Line"]),
+    }, view: ("#;
+    lab.write("sim.ron", &TETHERED.replace("view: (", phases));
+    lab.linkwork(&["run", "sim.ron", "--out", "out"]).code(0);
+    let shown = linkwork_viz::read_recording(&lab.path("out/run.rrd")).unwrap();
+    let (t, _) = &shown["/lines/beam_hook_to_block_ring LineStrips3D:strips[0]"];
+    let (told, colors) = &shown["/lines/beam_hook_to_block_ring LineStrips3D:colors[0]"];
+    assert!((t.last().unwrap() - 0.6).abs() < 0.051, "{t:?}");
+    assert!(told.len() == t.len() + 1 && *colors.last().unwrap() as u32 & 0xff == 0, "{told:?}");
+}
+
+#[test]
+fn lines_and_jets_of_what_is_not_there_are_refused() {
+    let lab = Lab::new();
+    for (from, to, tells) in [
+        (
+            "\"beam/hook\"",
+            "\"beam/hoko\"",
+            ["`beam/hoko` matches no node, body or vector", "beam/hook"],
+        ),
+        (
+            "\"Line.tension\"",
+            "\"Line.tensoin\"",
+            ["`Line.tensoin` matches no variable", "Line.tension"],
+        ),
+        (
+            "at: \"block/nozzle\"",
+            "at: \"block/nozzel\"",
+            ["`block/nozzel` matches no node", "block/nozzle"],
+        ),
+        (
+            "pull: \"Line.tension\"",
+            "pull: \"Line.*\"",
+            ["matches differ: `from` 1, `to` 1, `pull`", "as many each, or one"],
+        ),
+    ] {
+        let text = TETHERED.replace(from, to);
+        assert!(text != TETHERED);
+        lab.write("sim.ron", &text);
+        lab.linkwork(&["run", "sim.ron", "--out", "out"]).code(2).tells(&tells);
+    }
+}

@@ -85,6 +85,9 @@ pub struct RiserOut {
     /// Greatest tension of a leg.
     #[port("N")]
     pub leg_tension: f64,
+    /// Where the legs meet, W; of a slack riser where they would, next to the canopy.
+    #[port("m")]
+    pub joint: Vec3,
 }
 
 /// Where the joint of the legs is next to a point: its place, body axes, and the legs that hold it.
@@ -283,6 +286,7 @@ impl Model for Riser {
             angle: s.n.cross(&z).norm().atan2(s.n.dot(&z)),
             legs: if line.tension > 0.0 { s.joint.taut as f64 } else { 0.0 },
             leg_tension: shares.max() * line.tension,
+            joint: u.body.position + s.arm,
         }
     }
     fn guards(&self, _: &Clock, _: &(), _: &Taut, _: &(), u: &RiserIn) -> Change {

@@ -48,6 +48,11 @@ fn force_and_moment_are_slopes_of_the_energy_stored_in_it() {
         let y = at(&m, &u);
         assert_eq!(y.legs, taut, "{place}");
         assert!(y.tension > 100.0);
+        assert!(((u.canopy.position - y.joint).norm() - 10.0 - y.extension).abs() < 1e-12);
+        let from_end = |leg: &Leg| (u.body.position + u.body.rotation * leg.at - y.joint).norm();
+        let full = |leg: &&Leg| (from_end(leg) - leg.length).abs() < 1e-12;
+        assert_eq!(m.p.legs.iter().filter(full).count() as f64, taut, "legs that are stretched");
+        assert!(m.p.legs.iter().all(|leg| from_end(leg) < leg.length + 1e-12));
         for k in 0..3 {
             let axis = Vec3::ith(k, 1.0);
             let moved = |side: f64| {

@@ -1,9 +1,11 @@
 //! `flight.thruster`: a small engine that is switched, with dead time and ramps.
 //! ```text
 //! command > ½ at t     → valve opens at t + t_d,on      command < ½ → closes at t + t_d,off
-//! ȧ = (1 − a)/τ_up while open, −a/τ_down while closed    a: share of the thrust
+//! a = a₁ + (a₀ − a₁) e^(−(t − t₀)/τ)                     share of the thrust: a₁ = 1, τ = τ_up while open,
+//!                                                         a₁ = 0, τ = τ_down while closed; a₀ at t₀, the valve's last change
 //! F = a T z at the node (z: against the jet), turned by the cant;   ṁ = a T/(I_sp g₀)
 //! ```
+//! The ramps are followed exactly: they are no states, and ask for no short steps of an integrator.
 //! A pulse of width w gives the impulse T (w + (τ_down − τ_up)(1 − e^(−w/τ_up))), w counted at the valve.
 //! One opening and one closing may be under way at a time: a second command of the same kind within the
 //! dead time is taken for the first. Commands and the valve's changes are events.
@@ -64,18 +66,7 @@ pub struct ThrusterOut {
     pub flow: f64,
 }
 
-/// Its state.
-#[derive(State, Clone, Copy, Debug)]
-pub struct Chamber {
-    /// Share of the thrust.
-    #[port("1")]
-    pub share: f64,
-    /// Impulse so far.
-    #[port("N s")]
-    pub impulse: f64,
-}
-
-/// The same as an output.
+/// What it has done.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Given {
     /// Impulse so far.
@@ -101,6 +92,18 @@ pub struct Valve {
     /// Times that it has opened.
     #[port("1")]
     pub pulses: f64,
+    /// The last change of valve or supply.
+    #[port("s")]
+    pub since: f64,
+    /// Share of the thrust then.
+    #[port("1")]
+    pub share: f64,
+    /// Impulse until then.
+    #[port("N s")]
+    pub impulse: f64,
+    /// There was propellant then.
+    #[port]
+    pub fed: bool,
 }
 
 /// What changes it.
@@ -118,6 +121,9 @@ pub struct Switching {
     /// Time since it is to close.
     #[port("s", rising)]
     pub closes: f64,
+    /// Above zero with propellant, below without.
+    #[port("1")]
+    pub supply: f64,
 }
 
 /// No change is under way: a time that never comes.
@@ -128,6 +134,21 @@ pub struct Thruster {
     p: ThrusterParams,
 }
 
+impl Thruster {
+    /// Share of the thrust and impulse (N s) at a time (s).
+    fn now(&self, t: f64, d: &Valve) -> (f64, f64) {
+        let (end, tau) = match d.open {
+            true => (1.0, self.p.rise),
+            false => (0.0, self.p.fall.unwrap_or(self.p.rise)),
+        };
+        let (length, off) = (t - d.since, d.share - end);
+        // 1 − e^(−length/τ), whole also where the valve has changed just now.
+        let gone = -(-length / tau).exp_m1();
+        let given = if d.fed { self.p.thrust * (end * length + off * tau * gone) } else { 0.0 };
+        (end + off * (1.0 - gone), d.impulse + given)
+    }
+}
+
 /// A thruster that is switched, with dead time and first-order ramps.
 #[model("flight.thruster")]
 impl Model for Thruster {
@@ -135,58 +156,56 @@ impl Model for Thruster {
     type Ud = ThrusterIn;
     type Ym = Given;
     type Yd = ThrusterOut;
-    type X = Chamber;
     type D = Valve;
     type G = Switching;
     fn init_d(&self) -> Valve {
-        Valve { open: false, opens: NEVER, closes: NEVER, pulses: 0.0 }
+        Valve {
+            open: false,
+            opens: NEVER,
+            closes: NEVER,
+            pulses: 0.0,
+            since: 0.0,
+            share: 0.0,
+            impulse: 0.0,
+            fed: true,
+        }
     }
-    fn moore(&self, _: &Clock, x: &Chamber, d: &Valve) -> Given {
-        Given { impulse: x.impulse, pulses: d.pulses }
+    fn moore(&self, c: &Clock, _: &(), d: &Valve) -> Given {
+        Given { impulse: self.now(c.t, d).1, pulses: d.pulses }
     }
-    fn direct(&self, _: &Clock, x: &Chamber, _: &Valve, u: &ThrusterIn) -> ThrusterOut {
-        let force = if u.supply { x.share * self.p.thrust } else { 0.0 };
+    fn direct(&self, c: &Clock, _: &(), d: &Valve, u: &ThrusterIn) -> ThrusterOut {
+        let force = if u.supply { self.now(c.t, d).0 * self.p.thrust } else { 0.0 };
         ThrusterOut {
             load: Wrench { moment: Vec3::zeros(), force: u.nozzle.rotation * Vec3::z() * force },
             force,
             flow: force / (self.p.specific_impulse * G0),
         }
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        x: &Chamber,
-        d: &Valve,
-        _: &(),
-        _: &ThrusterIn,
-        _: &(),
-        y: &ThrusterOut,
-    ) -> Chamber {
-        let share = if d.open {
-            (1.0 - x.share) / self.p.rise
-        } else {
-            -x.share / self.p.fall.unwrap_or(self.p.rise)
-        };
-        Chamber { share, impulse: y.force }
-    }
-    fn guards(&self, c: &Clock, _: &Chamber, d: &Valve, _: &(), u: &ThrusterIn) -> Switching {
+    fn guards(&self, c: &Clock, _: &(), d: &Valve, _: &(), u: &ThrusterIn) -> Switching {
         // 1e30 s would swallow the digits of t: any negative number does.
         let since = |t: f64| if t < NEVER { c.t - t } else { -1.0 };
         let over = u.command - 0.5;
-        Switching { on: over, off: over, opens: since(d.opens), closes: since(d.closes) }
+        Switching {
+            on: over,
+            off: over,
+            opens: since(d.opens),
+            closes: since(d.closes),
+            supply: if u.supply { 1.0 } else { -1.0 },
+        }
     }
     fn fired(
         &self,
         c: &Clock,
         which: usize,
-        x: &Chamber,
+        _: &(),
         d: &Valve,
         _: &(),
-        _: &ThrusterIn,
-    ) -> (Chamber, Valve) {
+        u: &ThrusterIn,
+    ) -> ((), Valve) {
         let p = &self.p;
         let (on, off) = (p.dead_time, p.dead_time_off.unwrap_or(p.dead_time));
-        let mut d = *d;
+        let (share, impulse) = self.now(c.t, d);
+        let mut d = Valve { since: c.t, share, impulse, fed: u.supply, ..*d };
         // A change that would come after the next one in the other direction does not come at all.
         match which {
             0 if d.closes < NEVER && d.closes >= c.t + on => d.closes = NEVER,
@@ -196,18 +215,13 @@ impl Model for Thruster {
             1 if off > 0.0 => d.closes = d.closes.min(c.t + off),
             1 => d.open = false,
             2 => (d.open, d.opens, d.pulses) = (true, NEVER, d.pulses + 1.0),
-            _ => (d.open, d.closes) = (false, NEVER),
+            3 => (d.open, d.closes) = (false, NEVER),
+            // The supply, which is taken over above.
+            _ => {}
         }
-        (*x, d)
+        ((), d)
     }
-    fn remarks(
-        &self,
-        _: &Clock,
-        _: &Chamber,
-        d: &Valve,
-        _: &(),
-        u: &ThrusterIn,
-    ) -> Vec<BuildError> {
+    fn remarks(&self, _: &Clock, _: &(), d: &Valve, _: &(), u: &ThrusterIn) -> Vec<BuildError> {
         let fact = "the command is on at the start and is not seen to rise";
         let on = u.command > 0.5 && !d.open;
         let told = on.then(|| BuildError::new(fact).help("let it rise after the start"));
@@ -244,51 +258,66 @@ mod tests {
         // Where the guard is found the command may be just ½: which guard it is tells the direction.
         let edge = u(0.5);
         let at = |t: f64| Clock::at(t, 0.001, 0);
-        let x = Chamber { share: 0.0, impulse: 0.0 };
         let fire =
-            |t: f64, which: usize, d: &Valve| m.fired(&at(t), which, &x, d, &(), &edge, &mut ()).1;
+            |t: f64, which: usize, d: &Valve| m.fired(&at(t), which, &(), d, &(), &edge, &mut ()).1;
         let d = fire(1.0, 0, &m.init_d());
         assert!(!d.open && (d.opens - 1.01).abs() < 1e-15 && d.closes == NEVER);
         // A pulse shorter than the dead time is late and whole.
         let d = fire(1.005, 1, &d);
         assert!((d.closes - 1.013).abs() < 1e-15 && !d.open);
-        let g = m.guards(&at(1.011), &x, &d, &(), &u(0.0), &());
+        let g = m.guards(&at(1.011), &(), &d, &(), &u(0.0), &());
         assert!(g.opens > 0.0 && g.closes < 0.0 && g.on < 0.0 && g.off < 0.0);
         let d = fire(1.01, 2, &d);
         assert!(d.open && d.opens == NEVER && d.pulses == 1.0);
         assert!(!fire(1.013, 3, &d).open);
-        assert_eq!(m.remarks(&at(0.0), &x, &m.init_d(), &(), &u(1.0), &()).len(), 1);
+        assert_eq!(m.remarks(&at(0.0), &(), &m.init_d(), &(), &u(1.0), &()).len(), 1);
     }
 
+    /// Force and flow, added up in short steps, are the impulse that it tells and that of the closed form, which are those
+    /// of ȧ = (1 − a)/τ; without propellant there is none of them, and it goes on from the share that there is then.
     #[test]
     fn a_pulse_has_the_impulse_of_its_closed_form() {
         let m = thruster();
         let u = ThrusterIn { nozzle: NodeState::identity(), command: 1.0, supply: true };
-        let c = Clock::at(0.0, 0.001, 0);
+        let at = |t: f64| Clock::at(t, 0.001, 0);
         for w in [0.003, 0.02, 0.1] {
-            let (mut x, h, mut y) = (Chamber { share: 0.0, impulse: 0.0 }, 1e-6, 0.0);
+            let (h, mut sum, mut flow) = (1e-6, 0.0, 0.0);
+            let fire = |t: f64, which: usize, d: &Valve| {
+                m.fired(&at(t), which, &(), d, &(), &u, &mut ()).1
+            };
+            let opened = fire(1.0, 2, &m.init_d());
+            let closed = fire(1.0 + w, 3, &opened);
             for k in 0..300_000 {
-                let open = f64::from(k) * h < w - 0.5 * h;
-                let d = Valve { open, opens: NEVER, closes: NEVER, pulses: 0.0 };
-                let rate =
-                    |x: &Chamber| m.deriv(&c, x, &d, &(), &u, &(), &m.direct(&c, x, &d, &u, &()));
-                let half = Chamber { share: x.share + 0.5 * h * rate(&x).share, impulse: 0.0 };
-                let r = rate(&half);
-                x = Chamber { share: x.share + h * r.share, impulse: x.impulse + h * r.impulse };
-                y += m.direct(&c, &half, &d, &u, &()).flow * h;
+                let t = 1.0 + (f64::from(k) + 0.5) * h;
+                let d = if t < 1.0 + w { &opened } else { &closed };
+                let y = m.direct(&at(t), &(), d, &u, &());
+                (sum, flow) = (sum + y.force * h, flow + y.flow * h);
+                // ȧ by a difference.
+                if k % 10_000 == 5000 {
+                    let a = |t: f64| m.now(t, d).0;
+                    let want = if d.open { (1.0 - a(t)) / 0.006 } else { -a(t) / 0.011 };
+                    assert!(((a(t + 1e-7) - a(t - 1e-7)) / 2e-7 - want).abs() < 1e-4, "{t}");
+                }
             }
             let want = pulse_impulse(22.0, w, 0.006, 0.011);
-            assert!((x.impulse / want - 1.0).abs() < 1e-6, "{w}: {} {want}", x.impulse);
-            assert!((y * 220.0 * G0 / want - 1.0).abs() < 1e-6);
+            assert!((sum / want - 1.0).abs() < 1e-6, "{w}: {sum} {want}");
+            assert!((flow * 220.0 * G0 / want - 1.0).abs() < 1e-6);
+            let told = m.moore(&at(1.3), &(), &closed, &()).impulse;
+            assert!((told - sum).abs() < 1e-6 * want, "{told} {sum}");
         }
-        let dry = m.direct(
-            &c,
-            &Chamber { share: 1.0, impulse: 0.0 },
-            &m.init_d(),
-            &ThrusterIn { supply: false, ..u },
-            &(),
-        );
-        assert_eq!((dry.force, dry.flow), (0.0, 0.0));
+        // The supply fails 20 ms after the valve has opened, and comes back.
+        let dry = ThrusterIn { supply: false, ..u };
+        let d = m.fired(&at(1.0), 2, &(), &m.init_d(), &(), &u, &mut ()).1;
+        let before = m.moore(&at(1.02), &(), &d, &()).impulse;
+        let d = m.fired(&at(1.02), 4, &(), &d, &(), &dry, &mut ()).1;
+        let y = m.direct(&at(1.03), &(), &d, &dry, &());
+        assert_eq!((y.force, y.flow), (0.0, 0.0));
+        assert_eq!(m.moore(&at(1.5), &(), &d, &()).impulse, before);
+        let d = m.fired(&at(1.5), 4, &(), &d, &(), &u, &mut ()).1;
+        let after = m.moore(&at(1.6), &(), &d, &()).impulse - before;
+        assert!((after - 2.2).abs() < 1e-9, "{after}");
+        let [on, off] = [u, dry].map(|u| m.guards(&at(1.0), &(), &d, &(), &u, &()).supply);
+        assert!(on > 0.0 && off < 0.0);
     }
 
     #[test]
@@ -301,16 +330,15 @@ mod tests {
         let at = |time: f64| Clock::at(time, 1e-3, 0);
         let with =
             |command: f64| ThrusterIn { command, supply: true, nozzle: NodeState::identity() };
-        let x = Chamber { share: 0.0, impulse: 0.0 };
-        let (_, d) = t.fired(&at(0.0), 0, &x, &t.init_d(), &(), &with(1.0), &mut ());
+        let (_, d) = t.fired(&at(0.0), 0, &(), &t.init_d(), &(), &with(1.0), &mut ());
         assert_eq!(d.opens, 0.02);
-        let (_, d) = t.fired(&at(0.01), 1, &x, &d, &(), &with(0.0), &mut ());
+        let (_, d) = t.fired(&at(0.01), 1, &(), &d, &(), &with(0.0), &mut ());
         assert!(!d.open && d.opens == NEVER && d.closes == NEVER, "{d:?}");
         // And the other way round: the valve stays open.
-        let open = Valve { open: true, opens: NEVER, closes: NEVER, pulses: 1.0 };
+        let open = Valve { open: true, pulses: 1.0, ..t.init_d() };
         let t = times(0.005, 0.02);
-        let (_, d) = t.fired(&at(1.0), 1, &x, &open, &(), &with(0.0), &mut ());
-        let (_, d) = t.fired(&at(1.01), 0, &x, &d, &(), &with(1.0), &mut ());
+        let (_, d) = t.fired(&at(1.0), 1, &(), &open, &(), &with(0.0), &mut ());
+        let (_, d) = t.fired(&at(1.01), 0, &(), &d, &(), &with(1.0), &mut ());
         assert!(d.open && d.closes == NEVER && d.opens == NEVER, "{d:?}");
     }
 }

@@ -148,6 +148,10 @@ record! {
         frames: Vec<Text> = texts().or(Vec::new()),
         /// Vectors that are drawn.
         arrows: Vec<ArrowForm> = list_of(of::<ArrowForm>()).or(Vec::new()),
+        /// Lines that are drawn between two points: risers, bridles, tethers.
+        lines: Vec<LineForm> = list_of(of::<LineForm>()).or(Vec::new()),
+        /// Jets of engines and thrusters.
+        plumes: Vec<PlumeForm> = list_of(of::<PlumeForm>()).or(Vec::new()),
         /// `PART.PARAMETER` that is a list of [x, y].
         markers: Option<Text> = text().maybe(),
         /// Colour of the sky; dark grey when none is written.
@@ -170,6 +174,37 @@ record! {
         /// Pattern of the vectors that they show.
         along: Text = text().need("write `along: \"Part.force\"`"),
         /// Length for one unit of the vector (m).
+        scale: f64 = number("").or(1.0),
+        /// Red, green, blue, opacity.
+        color: Option<[f64; 4]> = color().maybe();
+        origin
+    }
+}
+record! {
+    /// Lines of a view.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct LineForm: "line" {
+        /// Pattern of the nodes, bodies, or vectors (of points in W) at which they begin.
+        from: Text = text().need("write `from: \"stage/hub\"`"),
+        /// Pattern of those at which they end; as many, or one.
+        to: Text = text().need("write `to: \"rover/hook*\"`"),
+        /// Pattern of the variables that are above zero while they pull, each dimmed while its own is not; as many, or
+        /// one. Without it they are bright always.
+        pull: Option<Text> = text().maybe(),
+        /// Red, green, blue, opacity.
+        color: Option<[f64; 4]> = color().maybe();
+        origin
+    }
+}
+record! {
+    /// Jets of a view.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct PlumeForm: "plume" {
+        /// Pattern of the nodes of the nozzles; their z is against the jet.
+        at: Text = text().need("write `at: \"stage/engine*\"`"),
+        /// Pattern of the variables that say how strong each is: throttle or thrust; as many, or one.
+        by: Text = text().need("write `by: \"Engine*.thrust\"`"),
+        /// Length for one unit of the variable (m).
         scale: f64 = number("").or(1.0),
         /// Red, green, blue, opacity.
         color: Option<[f64; 4]> = color().maybe();
@@ -268,7 +303,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Every pattern of variables in it: of logs, plots, figures, arrows, and what stops the run.
+    /// Every pattern of variables in it: of logs, plots, figures, arrows, lines, jets, and what stops the run.
     #[must_use]
     pub fn patterns(&self) -> Vec<Text> {
         let mut all: Vec<Text> = Vec::new();
@@ -278,6 +313,8 @@ impl Settings {
         all.extend(self.stop_when.clone());
         if let Some(view) = &self.view {
             all.extend(view.arrows.iter().flat_map(|a| [a.at.clone(), a.along.clone()]));
+            all.extend(view.lines.iter().filter_map(|l| l.pull.clone()));
+            all.extend(view.plumes.iter().map(|p| p.by.clone()));
         }
         all
     }

@@ -9,7 +9,7 @@ use crate::model::BuildError;
 use crate::ports::{Lane, NodeState};
 use crate::slopes::{Operation, Slopes};
 use linkwork_dynamics::{Tree, Workspace, forward_dynamics_given_kinematics, kinematics};
-use linkwork_multibody::LoopMotion;
+use linkwork_multibody::{BodyId, LoopMotion};
 use linkwork_solvers::{CompliantContact, ConstrainedSolver, ContactStepper, Impulse, Projector};
 use linkwork_spatial::{Force, Vec3};
 use serde::{Deserialize, Serialize};
@@ -29,6 +29,8 @@ pub(super) struct MechanismBlock {
     pub(super) w: Wiring,
     /// The plan's, or one of its own when masses change.
     pub(super) tree: Arc<Tree>,
+    /// Of what was added the inertias in `tree` are.
+    added: Vec<f64>,
     pub(super) ws: Workspace,
     /// Number of the evaluation that the kinematics in `ws` belong to.
     pub(super) at: u64,
@@ -65,8 +67,14 @@ impl MechanismBlock {
             w,
             tree: match plan.varies.is_empty() {
                 true => plan.tree.clone(),
-                false => Arc::new(Tree::clone(&plan.tree)),
+                false => {
+                    let bodies: Vec<BodyId> = plan.varies.iter().map(|v| v.body).collect();
+                    let mut tree = Tree::clone(&plan.tree);
+                    tree.vary(&bodies);
+                    Arc::new(tree)
+                }
             },
+            added: vec![f64::NAN; 10 * plan.ports.masses.len()],
             ws: Workspace::new(&plan.tree),
             at: NEVER,
             solver: plan.solver.clone(),
@@ -130,15 +138,24 @@ impl MechanismBlock {
         }
     }
 
-    /// Inertias of the bodies that mass is added to.
+    /// Inertias of the bodies that mass is added to, when what is added is not what it was.
     fn masses(&mut self, sig: &[f64]) -> Outcome {
-        let plan = &*self.plan;
-        let Some(tree) = Arc::get_mut(&mut self.tree) else { return Ok(()) };
-        for varying in &plan.varies {
-            let inertia = varying
-                .inertia(&plan.multibody, |lane| sig[self.w.ud[lane] as usize])
-                .map_err(|(fact, help)| Box::new(Failure { message: fact, help: Some(help) }))?;
-            tree.set_inertia(varying.body, inertia).map_err(|e| Failure::of(&e))?;
+        let mut same = true;
+        for (was, lane) in self.added.iter_mut().zip(&self.w.ud) {
+            let now = sig[*lane as usize];
+            same &= was.to_bits() == now.to_bits();
+            *was = now;
+        }
+        let Some(tree) = Arc::get_mut(&mut self.tree).filter(|_| !same) else { return Ok(()) };
+        for varying in &self.plan.varies {
+            let put = varying
+                .inertia(&self.plan.multibody, |lane| self.added[lane])
+                .map_err(|(fact, help)| Box::new(Failure { message: fact, help: Some(help) }))
+                .and_then(|i| tree.set_inertia(varying.body, i).map_err(|e| Failure::of(&e)));
+            if put.is_err() {
+                self.added.fill(f64::NAN);
+                return put;
+            }
         }
         Ok(())
     }
@@ -155,7 +172,9 @@ impl MechanismBlock {
         match (&plan.gravity, plan.uniform) {
             (_, Some(g)) => ws.apply_uniform_gravity(g),
             (Some(field), None) => {
-                ws.apply_gravity(&self.tree, &mut |p| field.acceleration(now.t, *p));
+                let scale = |p: &Vec3| field.scale(now.t, *p);
+                let pull = &mut |p: &Vec3| field.acceleration(now.t, *p);
+                ws.apply_smooth_gravity(&self.tree, &scale, pull);
                 if let Some(omega) = plan.omega {
                     ws.apply_coriolis(&self.tree, &omega);
                 }
