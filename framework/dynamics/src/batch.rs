@@ -5,7 +5,7 @@
 use crate::composite::roots;
 use crate::error::DynamicsError;
 use crate::flexible::Lanes;
-use crate::kinematics::{check, link_pose, sweep};
+use crate::kinematics::{check, path_poses, sweep};
 use crate::lane::Lane;
 use crate::linear::{V3, V6};
 use crate::query::v3;
@@ -203,9 +203,7 @@ impl<L: Lane> Batch<L> {
         if self.lanes.is_some() {
             self.poses(tree, q);
         }
-        for k in &tree.paths[tree.node_path(node)] {
-            link_pose(tree, &mut self.work, *k as usize, q);
-        }
+        path_poses(tree, &mut self.work, q, node);
         self.node_jacobian(tree, node, out);
     }
 

@@ -11,7 +11,7 @@
 
 use crate::composite::each_axis;
 use crate::flexible;
-use crate::kinematics::{check, link_pose, poses};
+use crate::kinematics::{check, path_poses, poses};
 use crate::lane::Lane;
 use crate::linear::{V3, V6};
 use crate::query::{v3, vec3};
@@ -87,10 +87,7 @@ pub fn node_jacobian_at(tree: &Tree, ws: &mut Workspace, q: &[f64], node: NodeId
         // All of them: stations move together.
         poses(tree, ws, q);
     }
-    let path = &tree.paths[tree.node_path(node)];
-    for k in path {
-        link_pose(tree, &mut ws.work, *k as usize, q);
-    }
+    path_poses(tree, &mut ws.work, q, node);
     node_jacobian(tree, ws, node, out);
 }
 

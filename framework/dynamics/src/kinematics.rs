@@ -17,6 +17,7 @@ use crate::lane::Lane;
 use crate::linear::{M3, V3, V6};
 use crate::tree::{Kind, Link, Tree};
 use crate::work::{Kin, Work, Workspace};
+use linkwork_multibody::NodeId;
 
 /// Poses, velocities and bias accelerations of all links from `q` (nq) and `v` (nv, β).
 ///
@@ -57,8 +58,15 @@ pub(crate) fn sweep<L: Lane, const RATES: bool>(tree: &Tree, work: &mut Work<L>,
     }
 }
 
+/// The poses of the links from the base to a node. O(path).
+pub(crate) fn path_poses<L: Lane>(tree: &Tree, work: &mut Work<L>, q: &[L], node: NodeId) {
+    for at in tree.path_to(node, &mut work.path)..work.path.len() {
+        link_pose(tree, work, work.path[at] as usize, q);
+    }
+}
+
 /// The pose of one link, from that of its parent.
-pub(crate) fn link_pose<L: Lane>(tree: &Tree, work: &mut Work<L>, k: usize, q: &[L]) {
+fn link_pose<L: Lane>(tree: &Tree, work: &mut Work<L>, k: usize, q: &[L]) {
     let link = &tree.links[k];
     let turn = match link.kind {
         Kind::Pin | Kind::Screw => q[link.q as usize].sin_cos(),

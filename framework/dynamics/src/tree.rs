@@ -13,7 +13,6 @@ use crate::linear::{M3, S3, V3};
 use crate::query::v3;
 use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, SubhingeKind};
 use linkwork_spatial::{Mat3, Pose, Quat, RigidInertia, Vec3};
-use std::ops::Range;
 use std::sync::Arc;
 
 /// How a link moves relative to its parent.
@@ -97,9 +96,6 @@ pub struct Tree {
     turning: usize,
     /// All links are outboard of the first.
     pub(crate) one_root: bool,
-    /// Links from the base to each node, one node after another.
-    pub(crate) paths: Vec<u32>,
-    node_paths: Vec<Range<usize>>,
     pub(crate) multibody: Arc<Multibody>,
     /// What bends; then links are only to be swept in `Flexible::order`.
     pub(crate) flexible: Option<Box<Flexible>>,
@@ -193,9 +189,17 @@ impl Tree {
         &self.turns[..self.turning.next_multiple_of(L::PACK)]
     }
 
-    /// Where the links from the base to a node stand in `paths`.
-    pub(crate) fn node_path(&self, n: NodeId) -> Range<usize> {
-        self.node_paths[n.index()].clone()
+    /// Writes the links from the base to a node to the end of `path`, which has room for all; gives where they begin. In
+    /// a tree with stations, through which paths may lead, there are none. O(path).
+    pub(crate) fn path_to(&self, n: NodeId, path: &mut [u32]) -> usize {
+        let mut at = path.len();
+        let mut slot = if self.flexible.is_some() { 0 } else { self.node(n).slot };
+        while slot != 0 {
+            at -= 1;
+            path[at] = slot - 1;
+            slot = self.links[slot as usize - 1].parent;
+        }
+        at
     }
 
     /// What is said of a link with nothing to move.
@@ -394,18 +398,6 @@ impl Layout {
         let nodes: Vec<OnLink> = nodes.collect();
         let bodies: Vec<OnLink> = self.bodies.iter().map(|(at, X)| on_link(slot(*at), X)).collect();
         let compounds = Compounds::new(links.len(), &bodies, mbs);
-        let (mut paths, mut node_paths) = (Vec::new(), Vec::new());
-        for n in &nodes {
-            let start = paths.len();
-            // A path through stations is not one of links.
-            let mut slot = if flexible.is_some() { 0 } else { n.slot };
-            while slot != 0 {
-                paths.push(slot - 1);
-                slot = links[slot as usize - 1].parent;
-            }
-            paths[start..].reverse();
-            node_paths.push(start..paths.len());
-        }
         Tree {
             moving_mass: moving_mass(&links, flexible.as_deref()),
             multi: multi as usize,
@@ -418,8 +410,6 @@ impl Layout {
             one_root: links.iter().filter(|l: &&Link| l.parent == 0).count() == 1,
             anchors: anchors.collect(),
             nodes,
-            paths,
-            node_paths,
             bodies,
             compounds,
             links,

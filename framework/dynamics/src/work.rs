@@ -94,6 +94,8 @@ pub(crate) struct Work<L: Lane> {
     pub gravity: V3<L>,
     /// Modes of flexible bodies; empty for rigid trees.
     pub bend: Bend,
+    /// Links on the way to a node.
+    pub path: Vec<u32>,
 }
 
 impl<L: Lane> Work<L> {
@@ -121,6 +123,7 @@ impl<L: Lane> Work<L> {
             outward: vec![V6::default(); tree.nv().div_ceil(L::PACK) * tree.dofs.levels()],
             gravity: V3::default(),
             bend: Bend::new(tree),
+            path: vec![0; tree.links.len()],
         }
     }
 

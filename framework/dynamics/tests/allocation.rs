@@ -3,7 +3,8 @@
 
 mod support;
 
-use linkwork_dynamics::spatial::{Force, Vec3};
+use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge};
+use linkwork_dynamics::spatial::{Force, MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::*;
 use std::hint::black_box;
 use support::{Shape, random_tree};
@@ -122,4 +123,28 @@ fn nothing_is_allocated_with_flexible_bodies() {
         black_box((centroidal_bias(&tree, &ws), potential_energy(&tree, &ws)));
     });
     assert_eq!(counted.count_total, 0, "allocations while stepping");
+}
+
+#[test]
+fn a_chain_with_a_node_on_each_body_takes_memory_in_proportion_to_its_length() {
+    let bytes = |n: usize| {
+        let mut b = Builder::new();
+        for i in 0..n {
+            let parent = if i == 0 { "world".to_string() } else { format!("b{}", i - 1) };
+            let X = Pose::translation(0.1, 0.0, 0.0);
+            let mass = MassProperties::new(1.0, Vec3::zeros(), Mat3::identity());
+            let hinge = Hinge::pin(Vec3::y());
+            b.body(
+                BodySpec::new(format!("b{i}"), parent).hinge_in_parent(X).hinge(hinge).mass(mass),
+            );
+            b.node(format!("n{i}"), format!("b{i}"), X);
+        }
+        let mbs = b.build().unwrap();
+        let counted = allocation_counter::measure(|| {
+            black_box(Tree::new(&mbs));
+        });
+        counted.bytes_max as f64
+    };
+    let (half, whole) = (bytes(2000), bytes(4000));
+    assert!(whole < 2.2 * half, "{half} bytes for half of {whole}");
 }
