@@ -6,9 +6,9 @@
 //! Rows are taken in the thread of the run, at the first tick at or after each multiple of the period, so that row k of
 //! every run is at the same instant: runs whose step differs are refused. A run's file is there, whole, before its
 //! outcome is told, which holds its checksum: a history that a power cut took, or that was changed, is made again.
-use crate::results::{Column, Durable, Table, replace};
+use crate::results::{Column, Table};
 use crate::statistics::percentile;
-use linkwork_record::{Cells, ParquetFile, parquet_columns, titled};
+use linkwork_record::{Cells, Durable, ParquetFile, parquet_columns, replace, titled};
 use linkwork_runtime::{Place, Plan, Schedule, Seconds, Simulation};
 use std::path::{Path, PathBuf};
 

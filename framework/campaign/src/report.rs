@@ -1,11 +1,12 @@
 //! The report: one page of HTML that needs no other file, with its drawings inside.
 use crate::campaign::Campaign;
-use crate::results::{Durable, NAMES, Results, replace};
+use crate::results::{NAMES, Results};
 use crate::sampling::Sampling;
 use crate::statistics::Ellipse;
 use crate::svg::{band, bars, histogram, scatter, short};
 use linkwork_formats::escaped;
 use linkwork_record::titled;
+use linkwork_record::{Durable, replace};
 use std::fmt::Write;
 use std::path::Path;
 

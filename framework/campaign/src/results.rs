@@ -13,11 +13,9 @@ use crate::histories::{Band, bands, table};
 use crate::journal::Journal;
 use crate::outcome::{Cause, Outcome};
 use crate::statistics::{Summary, rank_correlation};
-use linkwork_record::{Cells, ParquetFile, titled};
+use linkwork_record::{Cells, Durable, ParquetFile, replace, titled};
 use linkwork_runtime::Value;
 use std::borrow::Cow;
-use std::fs::File;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// The numbers of one column.
@@ -265,39 +263,6 @@ fn counted(outcomes: &[&Outcome]) -> (Vec<(String, Vec<u64>)>, Vec<(Cause, usize
     let mut failures: Vec<_> = failures.into_iter().collect();
     failures.sort_by(|a, b| b.1.len().cmp(&a.1.len()).then(a.0.cmp(&b.0)));
     (failures, causes.into_iter().collect())
-}
-
-/// When a file is on the disk.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Durable {
-    /// Before the call returns.
-    Now,
-    /// When the system comes to it: a power cut may take it.
-    Later,
-}
-
-/// Writes beside the target and renames: a process that is killed leaves no half file.
-pub(crate) fn replace(path: &Path, bytes: &[u8], durable: Durable) -> Result<(), String> {
-    let beside = path.with_extension("part");
-    let write = || {
-        let mut file = File::create(&beside)?;
-        file.write_all(bytes)?;
-        if durable == Durable::Later {
-            return std::fs::rename(&beside, path);
-        }
-        file.sync_all()?;
-        std::fs::rename(&beside, path)?;
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        // Where folders cannot be opened the system keeps names by itself.
-        if let Ok(folder) = File::open(folder) {
-            folder.sync_all()?;
-        }
-        Ok(())
-    };
-    write().map_err(|e: std::io::Error| {
-        let _ = std::fs::remove_file(&beside);
-        format!("`{}` cannot be written: {e}", path.display())
-    })
 }
 
 impl Table {

@@ -70,5 +70,5 @@ pub fn write(profile: &Profile, wall: f64, name: &str, path: &Path) -> Result<()
         let _ = writeln!(text, "{stack} {}", micro(s.seconds));
     }
     let _ = writeln!(text, "{};(rest) {}", frame(name), micro(times.rest));
-    std::fs::write(path, text).map_err(|e| format!("`{}`: {e}", path.display()))
+    linkwork_record::replace(path, text.as_bytes(), linkwork_record::Durable::Now)
 }

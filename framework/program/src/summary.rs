@@ -2,7 +2,6 @@
 use linkwork_runner::{Figures, Realtime};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// How a run ended.
@@ -60,17 +59,7 @@ impl Summary {
     pub fn write(&self, path: &Path) -> Result<(), String> {
         let fail = |e: &dyn std::fmt::Display| format!("`{}`: {e}", path.display());
         let text = serde_json::to_string_pretty(self).map_err(|e| fail(&e))? + "\n";
-        let beside = path.with_extension("part");
-        let write = || {
-            let mut file = std::fs::File::create(&beside)?;
-            file.write_all(text.as_bytes())?;
-            file.sync_all()?;
-            std::fs::rename(&beside, path)
-        };
-        write().map_err(|e: std::io::Error| {
-            let _ = std::fs::remove_file(&beside);
-            fail(&e)
-        })
+        linkwork_record::replace(path, text.as_bytes(), linkwork_record::Durable::Now)
     }
 }
 

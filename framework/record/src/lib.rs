@@ -6,6 +6,7 @@ mod log;
 mod pictures;
 mod plot;
 mod read;
+mod replace;
 mod schema;
 
 pub use columns::{Cells, ParquetFile, parquet_columns, parquet_numbers, titled};
@@ -16,4 +17,5 @@ pub use read::{
     Difference, End, Entry, LogContents, Rows, Series, Tolerances, compare, read_log,
     read_log_contents, walk_log,
 };
+pub use replace::{Durable, replace};
 pub use schema::{Schema, decode};

@@ -1,4 +1,5 @@
 //! The picture of the main plots: one SVG with a panel for each.
+use crate::replace::{Durable, replace};
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -30,10 +31,18 @@ pub struct Plot {
 
 /// A picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
-#[error("picture `{path}`: {why}")]
-pub struct PlotError {
-    path: String,
-    why: String,
+pub enum PlotError {
+    /// What the writer of pictures says.
+    #[error("picture `{path}`: {why}")]
+    Drawing {
+        /// The file.
+        path: String,
+        /// Why.
+        why: String,
+    },
+    /// Its file.
+    #[error("{0}")]
+    Writing(String),
 }
 
 const PANEL: (u32, u32) = (640, 360);
@@ -43,7 +52,7 @@ const PANEL: (u32, u32) = (640, 360);
 /// # Errors
 /// When the file cannot be written.
 pub fn draw(path: &Path, plots: &[Plot]) -> Result<(), PlotError> {
-    let fail = |why: String| PlotError { path: path.display().to_string(), why };
+    let fail = |why: String| PlotError::Drawing { path: path.display().to_string(), why };
     let columns = plots.len().clamp(1, 2);
     let rows = plots.len().div_ceil(columns).max(1);
     let size = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
@@ -56,7 +65,7 @@ pub fn draw(path: &Path, plots: &[Plot]) -> Result<(), PlotError> {
         }
         root.present().map_err(|e| fail(e.to_string()))?;
     }
-    std::fs::write(path, text).map_err(|e| fail(e.to_string()))
+    replace(path, text.as_bytes(), Durable::Now).map_err(PlotError::Writing)
 }
 
 /// Values beyond this are not drawn: the arithmetic of axes overflows long before that of numbers.

@@ -152,10 +152,13 @@ fn json(schema: &Schema, defs: &mut Defs) -> Json {
             "type": "object", "propertyNames": { "not": { "enum": names } },
             "additionalProperties": json(of, defs),
         }),
-        Schema::Variant(name, of) => json!({
-            "type": "object", "properties": { *name: json(of, defs) },
-            "required": [name], "additionalProperties": false,
-        }),
+        Schema::Variant(name, of) => {
+            let of = json(of, defs);
+            json!({
+                "type": "object", "properties": { *name: or_parameter(of, defs) },
+                "required": [name], "additionalProperties": false,
+            })
+        }
         Schema::Record(title, fields) => named(title, defs, |defs| record(&fields(), defs)),
         Schema::Named(title, of) => named(title, defs, |defs| json(&of(), defs)),
     }
