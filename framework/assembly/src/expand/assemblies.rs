@@ -80,15 +80,16 @@ impl<'o> Assemblies<'o> {
     /// are made of two texts.
     fn of_file(&mut self, cx: &mut Cx, file: u32, key: &str, home: &Home) -> Option<Read> {
         let once = parse_once(cx, file);
-        if let Some(known) = once.as_ref().and_then(|once| once.assembly.get()) {
-            return Some((home.clone(), known.clone()));
+        let known = once.as_ref().and_then(|once| once.form.get()?.clone().downcast().ok());
+        if let Some(known) = known {
+            return Some((home.clone(), known));
         }
         let faults = cx.faults.len();
         let inner = assembly_fields(cx, file, key)?;
         let read = self.of_fields(cx, &inner, key, home)?;
         if let (Some(once), true) = (once, cx.faults.len() == faults && inner.get("like").is_none())
         {
-            once.assembly.get_or_init(|| read.1.clone());
+            once.form.get_or_init(|| read.1.clone());
         }
         Some(read)
     }

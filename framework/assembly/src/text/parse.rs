@@ -40,7 +40,7 @@ pub(crate) fn parse_once(cx: &mut Cx, file: u32) -> Option<Arc<Once>> {
                 cx.faults.truncate(faults);
                 return None;
             };
-            let once = Arc::new(Once { text, value, keys, assembly: OnceLock::new() });
+            let once = Arc::new(Once { text, value, keys, form: OnceLock::new() });
             parsed.keep(name, file, once.clone());
             once
         }

@@ -1,6 +1,6 @@
 //! Texts that were read before: of several loads of one simulation each text is parsed, and each assembly read, once.
-use crate::form::assembly::Assembly;
 use linkwork_runtime::{Located, Origin};
+use std::any::Any;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -15,8 +15,8 @@ pub(crate) struct Once {
     pub value: Located,
     /// Origin of a value in a map → origin of its key.
     pub keys: BTreeMap<Origin, Origin>,
-    /// The assembly that it holds, once it was read without a mistake.
-    pub assembly: OnceLock<Arc<Assembly>>,
+    /// The form that it holds, an assembly, once it was read without a mistake: what that is is known above this layer.
+    pub form: OnceLock<Arc<dyn Any + Send + Sync>>,
 }
 
 impl Parsed {
