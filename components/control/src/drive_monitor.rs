@@ -205,16 +205,7 @@ impl SizedModel for DriveMonitor {
         let own = MonitorIn::get(own);
         if own.clear {
             stood.fill(0.0);
-            MonitorState {
-                stalled: false,
-                slipping: false,
-                wheel: 0.0,
-                slip: 0.0,
-                from: [own.x, own.y],
-                way: 0.0,
-                started: true,
-            }
-            .put(head);
+            self.checked(MonitorState::zero(), &own, c.dt).put(head);
             return;
         }
         let mut next = self.checked(d, &own, c.dt);

@@ -351,12 +351,15 @@ mod tests {
         }
     }
 
-    #[test]
-    fn third_bodies_raise_a_tide_and_go_on_beyond_their_table() {
+    fn with_sun_and_moon() -> HarmonicsParams {
         let epoch = Some("2012-08-06 00:00:00 UTC".to_string());
         let planet = PlanetParams { epoch, span: 3600.0, ..PlanetParams::of(Centre::Earth) };
-        let p = HarmonicsParams { planet, third_bodies: vec![Third::Sun, Third::Moon], ..params() };
-        let g = built(&p, FIELD).unwrap();
+        HarmonicsParams { planet, third_bodies: vec![Third::Sun, Third::Moon], ..params() }
+    }
+
+    #[test]
+    fn third_bodies_raise_a_tide_and_go_on_beyond_their_table() {
+        let g = built(&with_sun_and_moon(), FIELD).unwrap();
         // Sun and Moon by the plain difference of two pulls.
         for (k, third) in g.pullers.iter().enumerate() {
             let s = g.towards(third, 100.0);
@@ -407,10 +410,7 @@ mod tests {
     /// Over its `scale` a field changes by its own size at most: what is small against it may be taken as a whole.
     #[test]
     fn no_field_changes_faster_than_its_scale_says() {
-        let epoch = Some("2012-08-06 00:00:00 UTC".to_string());
-        let planet = PlanetParams { epoch, span: 3600.0, ..PlanetParams::of(Centre::Earth) };
-        let p = HarmonicsParams { planet, third_bodies: vec![Third::Sun, Third::Moon], ..params() };
-        let series = built(&p, FIELD).unwrap();
+        let series = built(&with_sun_and_moon(), FIELD).unwrap();
         let beside_the_moon = series.towards(&series.pullers[1], 0.0) + Vec3::new(3e6, -2e6, 4e6);
         let zonal =
             ZonalParams { mu: 4e14, radius: 6.4e6, j2: 1e-3, j3: -2e-3, j4: 3e-3, planet: None };

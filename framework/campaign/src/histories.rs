@@ -110,9 +110,14 @@ pub(crate) fn remove(campaign: &Path, run: u64) {
     let _ = std::fs::remove_file(file(campaign, run));
 }
 
+/// The file of a run, when it is there as it was written.
+fn as_written(campaign: &Path, run: u64, checksum: u32) -> Option<Vec<u8>> {
+    std::fs::read(file(campaign, run)).ok().filter(|bytes| crc32fast::hash(bytes) == checksum)
+}
+
 /// Whether the file of a run is as it was written: a run without is made again.
 pub(crate) fn is_whole(campaign: &Path, run: u64, checksum: u32) -> bool {
-    std::fs::read(file(campaign, run)).is_ok_and(|bytes| crc32fast::hash(&bytes) == checksum)
+    as_written(campaign, run, checksum).is_some()
 }
 
 /// How one variable is spread over the runs at each instant.
@@ -147,15 +152,11 @@ fn read(
     (run, checksum): (u64, u32),
     titles: &[&str],
 ) -> Result<Option<Vec<Vec<f64>>>, String> {
-    let path = file(campaign, run);
-    let Ok(bytes) = std::fs::read(&path) else { return Ok(None) };
-    if crc32fast::hash(&bytes) != checksum {
-        return Ok(None);
-    }
-    let columns = parquet_columns(bytes, titles).map_err(|e| {
+    let Some(bytes) = as_written(campaign, run, checksum) else { return Ok(None) };
+    parquet_columns(bytes, titles).map(Some).map_err(|e| {
+        let path = file(campaign, run);
         format!("`{}` cannot be read: {e}; without it its run is made again", path.display())
-    })?;
-    Ok(Some(columns))
+    })
 }
 
 /// What `f` makes of each of `all`, by several threads, in their order.
@@ -176,8 +177,8 @@ fn each<T: Sync, R: Send>(threads: usize, all: &[T], f: impl Fn(&T) -> R + Sync)
 
 /// The bands of those of the runs given whose history is as it was written, and how many those are: of all rows, or, where
 /// they are very many, of [`INSTANTS`] of them spread evenly. As many variables are held at a time as [`HELD`] has room
-/// for. `kept`: runs with the checksums of their histories. Cost: each history is read once for its times, and once for
-/// each such set of variables.
+/// for. `kept`: runs with the checksums of their histories. Cost: each history is read once for its length, and once for
+/// each such set of variables; a thread holds one.
 ///
 /// # Errors
 /// A message with the file that cannot be read.
@@ -187,36 +188,36 @@ pub(crate) fn bands(
     kept: &[(u64, u32)],
     threads: usize,
 ) -> Result<(Vec<Band>, usize), String> {
-    let mut times: Vec<f64> = Vec::new();
-    let mut whole = Vec::new();
-    for (one, read) in kept.iter().zip(each(threads, kept, |one| read(campaign, *one, &[TIME]))) {
-        let Some(of_run) = read?.and_then(|mut columns| columns.pop()) else { continue };
-        if of_run.iter().zip(&times).any(|(a, b)| a != b) {
-            let path = file(campaign, one.0);
-            return Err(format!(
-                "`{}`: its rows are at other times than those of other runs",
-                path.display()
-            ));
-        }
-        if of_run.len() > times.len() {
-            times = of_run;
-        }
-        whole.push(*one);
-    }
+    let rows = each(threads, kept, |one| {
+        Ok(read(campaign, *one, &[TIME])?.map(|columns| (*one, columns[0].len())))
+    });
+    let whole = rows.into_iter().filter_map(Result::transpose);
+    let whole: Vec<((u64, u32), usize)> = whole.collect::<Result<_, String>>()?;
+    // The first of the longest has the instants of all.
+    let longest = whole.iter().rev().max_by_key(|(_, rows)| *rows).map(|(one, _)| *one);
+    let again = |one: (u64, u32), titles: &[&str]| {
+        let changed = || format!("`{}` was changed meanwhile", file(campaign, one.0).display());
+        read(campaign, one, titles)?.ok_or_else(changed)
+    };
+    let all = longest.map_or(Ok(Vec::new()), |one| again(one, &[TIME]).map(|mut c| c.remove(0)))?;
     let most = INSTANTS.min(HELD / whole.len().max(1)).max(2);
-    let every = times.len().div_ceil(most).max(1);
-    let times: Vec<f64> = times.into_iter().step_by(every).collect();
+    let every = all.len().div_ceil(most).max(1);
+    let times: Vec<f64> = all.iter().copied().step_by(every).collect();
     let room = (HELD / (whole.len() * times.len()).max(1)).max(1);
     let mut bands = Vec::new();
     for variables in retained.variables.chunks(room) {
         let titles: Vec<String> = variables.iter().map(|(n, u)| titled(n, u)).collect();
-        let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
+        let titles: Vec<&str> =
+            std::iter::once(TIME).chain(titles.iter().map(String::as_str)).collect();
         let thin = |values: Vec<f64>| values.into_iter().step_by(every).collect();
-        let of_runs = each(threads, &whole, |one| {
-            let columns = read(campaign, *one, &titles)?;
-            let columns = columns.ok_or_else(|| {
-                format!("`{}` was changed meanwhile", file(campaign, one.0).display())
-            })?;
+        let of_runs = each(threads, &whole, |(one, _)| {
+            let mut columns = again(*one, &titles)?;
+            if columns.remove(0).iter().zip(&all).any(|(a, b)| a != b) {
+                return Err(format!(
+                    "`{}`: its rows are at other times than those of other runs",
+                    file(campaign, one.0).display()
+                ));
+            }
             Ok(columns.into_iter().map(thin).collect())
         });
         let of_runs = of_runs.into_iter().collect::<Result<Vec<Vec<Vec<f64>>>, String>>()?;

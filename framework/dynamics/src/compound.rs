@@ -161,13 +161,13 @@ impl Compounds {
     }
 
     /// Adds a link up from all its bodies.
-    fn add_up(&mut self, slot: usize, bodies: &[OnLink], mbs: &Multibody) {
+    fn add_up(&mut self, slot: usize, bodies: &[OnLink], mbs: &Multibody) -> RigidInertia {
         let mut sum = Sum::default();
         for b in self.of(self.from[slot]..self.varying[slot]) {
             sum.add(&bodies[b.index()], mbs.get(b).inertia());
         }
         self.fixed[slot - 1] = sum;
-        self.whole(slot, bodies, mbs);
+        self.whole(slot, bodies, mbs)
     }
 
     /// From the sum of those that do not vary and from those that do.
@@ -188,10 +188,11 @@ impl Compounds {
         bodies: &[OnLink],
         mbs: &Multibody,
     ) -> RigidInertia {
-        if !self.of(self.varying[slot]..self.from[slot + 1]).any(|b| b == body) {
-            self.add_up(slot, bodies, mbs);
+        let varies = self.of(self.varying[slot]..self.from[slot + 1]).any(|b| b == body);
+        match varies {
+            true => self.whole(slot, bodies, mbs),
+            false => self.add_up(slot, bodies, mbs),
         }
-        self.whole(slot, bodies, mbs)
     }
 }
 

@@ -18,8 +18,8 @@ const SLACK: f32 = 0.3;
 /// An end, looked up.
 #[derive(Clone)]
 enum At {
-    /// Entity of the body, and the point on it.
-    Body(usize, Vec3),
+    /// Entity of the body, and the point on it; a body that nobody has is never there.
+    Body(Option<usize>, Vec3),
     /// First of the three columns.
     Point(usize),
 }
@@ -35,7 +35,7 @@ pub struct Instant<'a> {
 impl At {
     fn point(&self, now: &Instant<'_>) -> Option<Vec3> {
         match self {
-            At::Body(body, at) => Some(now.poses[*body]?.transform_point(at)),
+            At::Body(body, at) => Some(now.poses[(*body)?]?.transform_point(at)),
             At::Point(first) => {
                 let p = Vec3::from([0, 1, 2].map(|k| (now.value)(first + k)));
                 p.iter().all(|x| x.is_finite()).then_some(p)
@@ -62,7 +62,7 @@ struct Line {
 /// A jet over a stretch of time.
 struct Plume {
     entity: EntityPath,
-    body: usize,
+    body: Option<usize>,
     at: [f32; 3],
     along: Vec3,
     by: usize,
@@ -76,7 +76,7 @@ struct Plume {
 #[derive(Clone, Default)]
 pub struct Places {
     lines: Vec<([At; 2], Option<usize>)>,
-    plumes: Vec<(usize, usize)>,
+    plumes: Vec<(Option<usize>, usize)>,
 }
 
 impl Places {
@@ -94,7 +94,7 @@ impl Places {
         for line in &scene.lines {
             let mut end = |end: &End| -> Result<At, E> {
                 Ok(match end {
-                    End::Body { body, at } => At::Body(place(body).unwrap_or(usize::MAX), *at),
+                    End::Body { body, at } => At::Body(place(body), *at),
                     End::Point([x, y, z]) => {
                         let first = column(x)?;
                         column(y)?;
@@ -108,7 +108,7 @@ impl Places {
             out.lines.push((ends, pull));
         }
         for plume in &scene.plumes {
-            out.plumes.push((place(&plume.body).unwrap_or(usize::MAX), column(&plume.by)?));
+            out.plumes.push((place(&plume.body), column(&plume.by)?));
         }
         Ok(out)
     }
@@ -140,7 +140,7 @@ impl Strands {
         };
         for (line, (ends, pull)) in scene.lines.iter().zip(places.lines) {
             let base = ends.iter().find_map(|e| match e {
-                At::Body(body, _) => Some(*body),
+                At::Body(body, _) => *body,
                 At::Point(_) => None,
             });
             let entity = entity(&format!("lines/{}", line.path));
@@ -153,7 +153,7 @@ impl Strands {
         }
         for (plume, (body, by)) in scene.plumes.iter().zip(places.plumes) {
             let entity = entity(&format!("plumes/{}", plume.path));
-            rec.log_static(entity.clone(), &frame(Some(body)))?;
+            rec.log_static(entity.clone(), &frame(body))?;
             let look = Arrows3D::update_fields()
                 .with_colors([color(plume.color, 1.0)])
                 .with_origins([f3(&plume.at)])
@@ -192,7 +192,7 @@ impl Strands {
             }
         }
         for plume in &mut self.plumes {
-            let there = now.poses[plume.body].is_some();
+            let there = plume.body.is_some_and(|body| now.poses[body].is_some());
             let value = Some((now.value)(plume.by)).filter(|v| there && v.is_finite());
             let length = value.unwrap_or(0.0).max(0.0) * plume.scale;
             if length != plume.last {
