@@ -115,6 +115,9 @@ fn main() {
                 })
                 .collect();
             run(&model, &cases, &effort, &format!("{name} {set}"));
+            if seed != near && effort == Effort::default() {
+                closed(&model, &cases, &format!("{name} closed form, all"));
+            }
         }
         let targets = json["unreachable"].as_array().unwrap();
         let mut robot = Robot::new(&model);
@@ -168,6 +171,27 @@ fn tell(ours: &[f64; 2], peers: &[Block], blocks: &[[f64; 2]]) {
         ratio(0),
         ratio(1)
     );
+}
+
+/// All solutions of the same targets; the first is the one nearest to the start.
+fn closed(model: &std::sync::Arc<RobotModel>, cases: &[(Vec<f64>, Vec<f64>)], what: &str) {
+    let arm = model.part("arm").unwrap();
+    let form = model.closed_form(arm, None).unwrap();
+    let (mut robot, mut checker) = (Robot::new(model), Robot::new(model));
+    let mut out = vec![0.0; ClosedForm::MOST * model.nq()];
+    let (mut tally, mut found) = (Tally::default(), 0);
+    for (target, _) in cases {
+        checker.set_q(target).unwrap();
+        let X = checker.base_pose(arm).unwrap().inverse() * checker.tip_pose(arm).unwrap();
+        let goal = Goal::pose(X).in_base();
+        let (count, us) = timed(|| robot.reach_all(&form, &goal, target, &mut out).unwrap());
+        let off = out.iter().zip(target).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        tally.us.push(us);
+        tally.met += usize::from(count > 0 && off < 1e-6);
+        found += count;
+    }
+    tally.show(what);
+    println!("  {:.2} solutions a target", found as f64 / cases.len() as f64);
 }
 
 fn one(

@@ -104,6 +104,17 @@ pub enum RobotError {
         /// Its place among the parts.
         part: usize,
     },
+    /// A chain whose inverse kinematics has no closed form that is known here.
+    #[error(
+        "part {part} has no closed form: {why}\n  help: six or seven hinges are solved when the last or first three axes meet in a point (and two \
+         neighbours of the others meet or are parallel) or three in the middle are parallel; `reach` takes any chain"
+    )]
+    NoClosedForm {
+        /// Its place among the parts.
+        part: usize,
+        /// What it lacks.
+        why: &'static str,
+    },
     /// A NaN or an infinity.
     #[error("number {index} of `{what}` is {value}\n  help: give finite numbers")]
     NotFinite {

@@ -12,6 +12,9 @@
 //! Objects that hands hold are rigid, or have joints of their own ([`ModelSpec::linkages`]): pliers, a drawer, a door. Obstacles are shapes, or what sensors see while the
 //! robot works: point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]). A [`Planner`] finds free ways between configurations.
 //!
+//! [`Robot::reach`] searches for a configuration of any chain; arms of six or seven hinges whose axes admit it are solved in closed form, all solutions at once
+//! ([`RobotModel::closed_form`], [`Robot::reach_all`]).
+//!
 //! Angular part first, world axes, SI and radians throughout. Columns are the degrees of freedom of
 //! the mechanism in canonical order ([`RobotModel::coordinate`] finds a joint's), or those of a part in the same order.
 //!
@@ -52,6 +55,7 @@
 #![allow(non_snake_case)]
 
 mod bounded;
+mod closed_form;
 mod collision;
 mod error;
 mod linkage;
@@ -61,6 +65,7 @@ mod part;
 mod robot;
 
 pub use bounded::{Sweeps, bounded};
+pub use closed_form::ClosedForm;
 pub use error::{ModelError, ModelFault, RobotError};
 pub use linkwork_collision::{
     Closest, ColliderId, ColliderSpec, Detail, Distance, Occupancy, Rules, Shape, ShapeFault,

@@ -27,6 +27,8 @@ fn no_call_allocates_after_set_up() {
     let mut bad = q.clone();
     bad[3] = f64::NAN;
     let mut clamped = q.clone();
+    let form = model.closed_form(left, None).unwrap();
+    let mut all = vec![0.0; ClosedForm::MOST * model.nq()];
     let (start, far, near) = (model.multibody().neutral_q(), 9.0, 0.5);
     let counted = allocation_counter::measure(|| {
         robot.set_q(&q).unwrap();
@@ -46,6 +48,7 @@ fn no_call_allocates_after_set_up() {
             black_box(robot.reach_on(left, 10, &mut clamped).unwrap());
             clamped.copy_from_slice(&start);
             let prefer = Prefer { manipulable: 0.1, ..Prefer::centred().starts(3) };
+            black_box(robot.reach_all(&form, &goal, &q, &mut all).unwrap());
             let best =
                 robot.reach_best(left, &goal, &prefer, &Effort::kinematics(3000), &mut clamped);
             black_box(best.unwrap());

@@ -7,6 +7,7 @@
 //! builder   files, parts, objects, shapes       → LwBuilder
 //! model     what never changes, names            → LwModel
 //! robot     q, kinematics, forces, masses        → LwRobot
+//! reach     inverse kinematics
 //! hold      what hands hold
 //! collide   collisions
 //! ```
@@ -23,6 +24,7 @@ mod collide;
 mod edge;
 mod hold;
 mod model;
+mod reach;
 mod robot;
 mod status;
 
@@ -31,6 +33,7 @@ pub use collide::*;
 pub use edge::LwPose;
 pub use hold::*;
 pub use model::*;
+pub use reach::*;
 pub use robot::*;
 pub use status::{LwStatus, lw_status_text, lw_version};
 

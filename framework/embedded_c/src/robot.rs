@@ -1,12 +1,11 @@
-//! One robot: its configuration, kinematics, inverse kinematics, forces, masses.
+//! One robot: its configuration, kinematics, forces, masses.
 
-use crate::edge::{self, LwPose, Out, alone, apart, numbers, numbers_mut, rotation, value, vec3};
+use crate::edge::{self, LwPose, Out, alone, apart, numbers, numbers_mut, value, vec3};
 use crate::model::LwModel;
+use crate::reach::Closed;
 use crate::status::{Fault, LwStatus, Message};
 use linkwork_embedded::spatial::Force;
-use linkwork_embedded::{
-    Answer, Effort, Goal, Object, Outcome, Part, Push, Robot, RobotError, RobotModel,
-};
+use linkwork_embedded::{Object, Part, Push, Robot, RobotError, RobotModel};
 use std::ffi::c_char;
 use std::sync::{Mutex, PoisonError};
 
@@ -15,12 +14,15 @@ pub(crate) struct Instance {
     pub robot: Robot,
     /// What the tips push, as the last call gave it.
     pub pushes: Vec<Push>,
+    /// Closed forms of the parts.
+    pub closed: Closed,
 }
 
 impl Instance {
     fn new(robot: Robot) -> Self {
         let room = robot.model().parts().len();
-        Self { robot, pushes: Vec::with_capacity(room) }
+        let closed = Closed::of(robot.model());
+        Self { robot, pushes: Vec::with_capacity(room), closed }
     }
 
     pub fn model(&self) -> &RobotModel {
@@ -71,102 +73,6 @@ pub struct LwPush {
     pub at: [f64; 3],
     /// The part, a chain.
     pub part: u32,
-}
-
-/// The position of the goal counts.
-pub const LW_GOAL_POSITION: u32 = 1;
-/// The orientation of the goal counts.
-pub const LW_GOAL_ORIENTATION: u32 = 2;
-/// The goal is in the frame of the chain's base instead of the world.
-pub const LW_GOAL_IN_BASE: u32 = 4;
-
-/// Where a tip is to be.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LwGoal {
-    /// Where; what does not count is not read.
-    pub pose: LwPose,
-    /// What 1 m and 1 rad count in the sum of squares; positive.
-    pub weights: [f64; 2],
-    /// A sum of `LW_GOAL_...`.
-    pub parts: u32,
-}
-
-impl LwGoal {
-    fn checked(&self) -> Result<Goal, Fault> {
-        let all = LW_GOAL_POSITION | LW_GOAL_ORIENTATION | LW_GOAL_IN_BASE;
-        if self.parts & !all != 0 {
-            let help = "a sum of LW_GOAL_..";
-            return Err(Fault::Choice { what: "parts", value: self.parts, help });
-        }
-        let asks = |what| self.parts & what != 0;
-        let position = asks(LW_GOAL_POSITION).then(|| vec3("position", &self.pose.position));
-        let orientation = asks(LW_GOAL_ORIENTATION).then(|| rotation(&self.pose.quaternion));
-        Ok(Goal {
-            position: position.transpose()?,
-            orientation: orientation.transpose()?,
-            weights: self.weights,
-            in_base: asks(LW_GOAL_IN_BASE),
-        })
-    }
-}
-
-/// When inverse kinematics is content, and how long it tries: in work, never in time.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LwEffort {
-    /// Greatest error of position, m, and of orientation, rad.
-    pub tolerances: [f64; 2],
-    /// Steps from one start.
-    pub steps: usize,
-    /// Starts elsewhere, the same ones each time.
-    pub restarts: usize,
-    /// Evaluations of the kinematics in one call, at most.
-    pub kinematics: usize,
-}
-
-/// How a search ended.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LwOutcome {
-    /// The goal is met within the tolerances.
-    Met,
-    /// No start led there: this is the nearest of all.
-    Nearest,
-    /// The effort was used up; `lw_robot_reach_on` goes on.
-    Unfinished,
-}
-
-/// What inverse kinematics answers beside q.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LwAnswer {
-    /// How far the tip is from the goal, m; not defined when unfinished.
-    pub position: f64,
-    /// The same, rad.
-    pub orientation: f64,
-    /// Evaluations of the kinematics since the search began.
-    pub kinematics: usize,
-    /// Which start led there; 0 is the given one.
-    pub restart: usize,
-    /// How it ended.
-    pub outcome: LwOutcome,
-}
-
-impl From<Answer> for LwAnswer {
-    fn from(a: Answer) -> Self {
-        Self {
-            position: a.residual.position,
-            orientation: a.residual.orientation,
-            kinematics: a.kinematics,
-            restart: a.restart,
-            outcome: match a.outcome {
-                Outcome::Met => LwOutcome::Met,
-                Outcome::Nearest => LwOutcome::Nearest,
-                Outcome::Unfinished => LwOutcome::Unfinished,
-            },
-        }
-    }
 }
 
 /// A robot of a model at its neutral configuration, into `out`; free it with `lw_robot_free`. All memory of later calls is taken here.
@@ -328,70 +234,6 @@ pub unsafe extern "C" fn lw_robot_whole_jacobian(
             let part = r.part(part)?;
             let J = numbers_mut("J", J, n, 6 * r.model().nv())?;
             Ok(r.robot.whole_jacobian(part, J)?)
-        })
-    }
-}
-
-/// The effort that `lw_robot_reach` takes for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_effort_default(out: *mut LwEffort) -> LwStatus {
-    let Effort { tolerances, steps, restarts, kinematics } = Effort::default();
-    match Out::new("out", out) {
-        Ok(out) => {
-            // SAFETY: the caller's promises.
-            unsafe { out.set(LwEffort { tolerances, steps, restarts, kinematics }) };
-            LwStatus::Ok
-        }
-        Err(fault) => fault.status(),
-    }
-}
-
-/// Moves the chain's numbers in `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until its tip meets the goal, within
-/// limits. The robot's own q does not change. *Not reached* is an answer, not an error. `effort`: NULL for the default.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_reach(
-    robot: *mut LwRobot,
-    part: u32,
-    goal: *const LwGoal,
-    effort: *const LwEffort,
-    q: *mut f64,
-    n: usize,
-    answer: *mut LwAnswer,
-) -> LwStatus {
-    // SAFETY: the caller's promises.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (answer, goal) = (Out::new("answer", answer)?, value("goal", goal)?.checked()?);
-            let mut own = Effort::default();
-            if !effort.is_null() {
-                let LwEffort { tolerances, steps, restarts, kinematics } = value("effort", effort)?;
-                own = Effort { tolerances, steps, restarts, kinematics };
-            }
-            let part = r.part(part)?;
-            let q = numbers_mut("q", q, n, r.model().nq())?;
-            answer.set(r.robot.reach(part, &goal, &own, q)?.into());
-            Ok(())
-        })
-    }
-}
-
-/// Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps are taken in whatever portions.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_reach_on(
-    robot: *mut LwRobot,
-    part: u32,
-    kinematics: usize,
-    q: *mut f64,
-    n: usize,
-    answer: *mut LwAnswer,
-) -> LwStatus {
-    // SAFETY: the caller's promises.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (answer, part) = (Out::new("answer", answer)?, r.part(part)?);
-            let q = numbers_mut("q", q, n, r.model().nq())?;
-            answer.set(r.robot.reach_on(part, kinematics, q)?.into());
-            Ok(())
         })
     }
 }

@@ -33,6 +33,8 @@ pub enum LwStatus {
     NotAChain,
     /// A search is to go on that was not begun.
     NoSearch,
+    /// The inverse kinematics of the chain has no closed form.
+    NoClosedForm,
     /// The start of inverse kinematics is outside the limits.
     OutsideLimits,
     /// More than room was reserved for.
@@ -58,7 +60,7 @@ pub enum LwStatus {
 }
 
 /// All codes with their words.
-const WORDS: [(LwStatus, &CStr); 23] = [
+const WORDS: [(LwStatus, &CStr); 24] = [
     (LwStatus::Ok, c"done"),
     (LwStatus::Null, c"a pointer is NULL"),
     (LwStatus::Misaligned, c"a pointer is not aligned to its type"),
@@ -71,6 +73,7 @@ const WORDS: [(LwStatus, &CStr); 23] = [
     (LwStatus::Foreign, c"the model has no such part, object, body or collider"),
     (LwStatus::NotAChain, c"the part is no chain"),
     (LwStatus::NoSearch, c"no search was begun"),
+    (LwStatus::NoClosedForm, c"the chain's inverse kinematics has no closed form"),
     (LwStatus::OutsideLimits, c"the start is outside the limits"),
     (LwStatus::NoRoom, c"more than room was reserved for"),
     (LwStatus::Held, c"the object is held already"),
@@ -145,6 +148,7 @@ impl Fault {
                 RobotError::ForeignHandle => LwStatus::Foreign,
                 RobotError::NotAChain { .. } => LwStatus::NotAChain,
                 RobotError::NoSearch { .. } => LwStatus::NoSearch,
+                RobotError::NoClosedForm { .. } => LwStatus::NoClosedForm,
                 RobotError::NotFinite { .. } => LwStatus::NotFinite,
                 RobotError::OutOfRange { .. } => LwStatus::OutOfRange,
                 RobotError::Length { .. } => LwStatus::Length,

@@ -37,7 +37,7 @@ fn the_header_is_what_cbindgen_makes() {
         ..Config::default()
     };
     let mut builder = Builder::new().with_config(config);
-    for file in ["status", "edge", "builder", "model", "robot", "hold", "collide"] {
+    for file in ["status", "edge", "builder", "model", "robot", "reach", "hold", "collide"] {
         builder = builder.with_src(folder().join(format!("src/{file}.rs")));
     }
     let mut made = Vec::new();
@@ -348,6 +348,9 @@ fn null_is_a_code_wherever_it_is_given() {
             lw_robot_reach(r, 0, null(), null(), p, 3, null_mut()),
             lw_robot_reach(r, 0, &goal, null(), p, 3, null_mut()),
             lw_robot_reach_on(r, 0, 1, p, 3, null_mut()),
+            lw_robot_reach_all(r, 0, -1, null(), p, 3, p.add(3), 1, null_mut()),
+            lw_robot_reach_all(r, 0, -1, &goal, null(), 3, p.add(3), 1, &mut 0),
+            lw_robot_reach_all(r, 0, -1, &goal, p, 3, null_mut(), 1, &mut 0),
             lw_robot_feed_forward(r, null(), p, 3, null(), 0, p.add(3)),
             lw_robot_feed_forward(r, p, p, 3, null(), 0, null_mut()),
             lw_robot_feed_forward(r, p, p, 3, null(), 1, p.add(3)),

@@ -111,6 +111,9 @@ impl Seconds {
 
     /// The nearest double to `ticks` times this.
     pub fn times(self, ticks: u64) -> f64 {
+        if let Some(product) = self.num.checked_mul(ticks) {
+            return (product / self.den) as f64 + (product % self.den) as f64 / self.den as f64;
+        }
         let product = u128::from(self.num) * u128::from(ticks);
         (product / u128::from(self.den)) as f64
             + (product % u128::from(self.den)) as f64 / self.den as f64

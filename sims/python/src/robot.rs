@@ -8,7 +8,8 @@ use crate::inverse_kinematics::{PORTION, place};
 use crate::mechanism::{Mechanism, choice};
 use crate::values::pairs;
 use linkwork_embedded::{
-    Effort, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner, Rows, Search, Way, formats,
+    ClosedForm, Effort, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner, Rows, Search,
+    Way, formats,
 };
 use linkwork_runtime::remedy;
 use pyo3::prelude::*;
@@ -308,6 +309,43 @@ impl Robot {
         value.setattr("q", q)?;
         value.setattr("residual", (p, R))?;
         Err(error)
+    }
+
+    /// All configurations (k, nq), within limits, in which the tip of an arm of six or seven hinges is where it is to be, the nearest to q (nq,; None: the
+    /// robot's own) first, by a closed form; (0, nq) when there is none. at: (7,) position and attitude, or (4, 4) a pose; in the world, or in the chain's
+    /// base with in_base. Of seven hinges one is held at its value in q: `held` (its place in v, of `dofs`), or one that is chosen. Each solution meets the pose within 1e-9 m and rad.
+    /// Raises LinkworkError for a chain without a closed form (a wrist or shoulder of three axes that meet in a point, or three parallel axes in the
+    /// middle, have one), and for a place that is no pose.
+    ///
+    /// >>> arm, parent = linkwork.Builder(), "world"
+    /// >>> hinges = [([0, 0, 1], [0, 0, 0]), ([0, 1, 0], [0, 0, 0]), ([0, 1, 0], [0.43, 0.15, 0]), ([1, 0, 0], [0.43, 0, 0]), ([0, 1, 0], [0, 0, 0]), ([1, 0, 0], [0, 0, 0])]
+    /// >>> for k, (axis, at) in enumerate(hinges):
+    /// ...     arm = arm.body(f"link{k}", parent, linkwork.Hinge.pin(axis), mass=1, inertia=np.eye(3) / 100, hinge_in_parent=at)
+    /// ...     parent = f"link{k}"
+    /// >>> puma = linkwork.Robot(arm.build(), chains={"arm": ("world", "link5")}, colliders=[])
+    /// >>> puma.q = [0.3, -0.4, 0.9, 0.7, 0.8, -0.5]
+    /// >>> every = puma.inverse_kinematics_all("arm", puma.tip_pose("arm"))
+    /// >>> every.shape, bool(abs(every[0] - puma.q).max() < 1e-9)
+    /// ((8, 6), True)
+    #[pyo3(signature = (part, at, q=None, *, held=None, in_base=false))]
+    fn inverse_kinematics_all<'py>(
+        slf: &Bound<'py, Self>,
+        part: &str,
+        at: Given<'_, 'py>,
+        q: Option<Given<'_, 'py>>,
+        held: Option<usize>,
+        in_base: bool,
+    ) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let part = own.part(part)?;
+        let (position, orientation) = place(at, "at")?;
+        let goal = Goal { position, orientation, weights: [1.0; 2], in_base };
+        let q = own.q_or_own(q)?;
+        let closed = own.model.closed_form(part, held).map_err(refuse)?;
+        let mut out = vec![0.0; ClosedForm::MOST * q.len()];
+        let count = own.ask(|r| r.reach_all(&closed, &goal, &q, &mut out))?;
+        out.truncate(count * q.len());
+        out2(slf.py(), out, count, q.len())
     }
 
     /// Whether q (nq,) is within all limits and nothing touches: what sampling planners ask, such as OMPL's `setStateValidityChecker`. Raises LinkworkError

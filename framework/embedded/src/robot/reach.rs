@@ -5,6 +5,7 @@
 
 use super::kinematics::{base, gather};
 use super::{ChainMemory, Robot, numbers};
+use crate::closed_form::ClosedForm;
 use crate::error::RobotError;
 use crate::part::{Chain, Part};
 use linkwork_dynamics::inverse_kinematics::{Progress, Residual};
@@ -201,6 +202,61 @@ impl Robot {
             v[*at] = *x;
         }
         Ok(missing)
+    }
+
+    /// All configurations within limits that bring the tip of an arm with a [closed form](RobotModel::closed_form) to a pose. `q` (nq of the
+    /// whole) says where what carries the chain is, the value of the hinge that is held, and what is near: each angle is the copy, by
+    /// whole turns, nearest to q's within its limits, and an angle of which nothing depends (in a singular pose) stays.
+    /// `out` takes whole configurations one after the other, the nearest to q first (sum of squares of angles): room for
+    /// [`ClosedForm::MOST`] is always enough. Returns how many there are; none is an answer, not an error. Each meets the pose within
+    /// 1e-9 m and rad. No search, no restarts: the same work each time.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`],
+    /// [`RobotError::OutOfRange`] (a goal without a position or an orientation), [`RobotError::OutsideLimits`] (the hinge that is
+    /// held), [`RobotError::NoRoom`].
+    pub fn reach_all(
+        &mut self,
+        closed: &ClosedForm,
+        goal: &Goal,
+        q: &[f64],
+        out: &mut [f64],
+    ) -> Result<usize, RobotError> {
+        let model = &self.model;
+        let chain = model.chain(closed.part())?;
+        if !closed.is_of(chain) {
+            return Err(RobotError::ForeignHandle);
+        }
+        let n = self.q.len();
+        numbers("q", q, n)?;
+        check(goal, &Effort::default())?;
+        closed.held_within(q)?;
+        let (Some(position), Some(orientation)) = (goal.position, goal.orientation) else {
+            let help = "a closed form takes a position and an orientation; `reach` takes either";
+            return Err(RobotError::OutOfRange { what: "parts of the goal", value: 1.0, help });
+        };
+        let Some(memory) = self.chains[closed.part().index()].as_mut() else {
+            return Err(RobotError::NotAChain { part: closed.part().index() });
+        };
+        let mut X = Pose::new(orientation, position);
+        if !goal.in_base {
+            X = base(chain, memory, q).inverse() * X;
+        }
+        memory.fresh = false;
+        let (mut count, room) = (0, out.len() / n.max(1));
+        closed.solve(&X, q, |angles| {
+            if let Some(row) = out.get_mut(count * n..(count + 1) * n) {
+                row.copy_from_slice(q);
+                for (at, x) in closed.places().zip(angles) {
+                    row[at] = *x;
+                }
+            }
+            count += 1;
+        });
+        match count > room {
+            true => Err(RobotError::NoRoom { what: "solutions", wanted: count, room }),
+            false => Ok(count),
+        }
     }
 
     /// Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps

@@ -85,6 +85,8 @@ typedef enum LwStatus {
   LW_STATUS_NOT_A_CHAIN,
   // A search is to go on that was not begun.
   LW_STATUS_NO_SEARCH,
+  // The inverse kinematics of the chain has no closed form.
+  LW_STATUS_NO_CLOSED_FORM,
   // The start of inverse kinematics is outside the limits.
   LW_STATUS_OUTSIDE_LIMITS,
   // More than room was reserved for.
@@ -146,6 +148,18 @@ typedef struct LwShape {
   double size[3];
 } LwShape;
 
+// A wrench that the tip of a part exerts on something.
+typedef struct LwPush {
+  // Moment about `at`, world axes, N m.
+  double moment[3];
+  // Force, world axes, N.
+  double force[3];
+  // Where, in the tip's frame, m.
+  double at[3];
+  // The part, a chain.
+  uint32_t part;
+} LwPush;
+
 // When inverse kinematics is content, and how long it tries: in work, never in time.
 typedef struct LwEffort {
   // Greatest error of position, m, and of orientation, rad.
@@ -181,18 +195,6 @@ typedef struct LwAnswer {
   // How it ended.
   enum LwOutcome outcome;
 } LwAnswer;
-
-// A wrench that the tip of a part exerts on something.
-typedef struct LwPush {
-  // Moment about `at`, world axes, N m.
-  double moment[3];
-  // Force, world axes, N.
-  double force[3];
-  // Where, in the tip's frame, m.
-  double at[3];
-  // The part, a chain.
-  uint32_t part;
-} LwPush;
 
 // Two colliders.
 typedef struct LwPair {
@@ -437,27 +439,6 @@ enum LwStatus lw_robot_whole_jacobian(struct LwRobot *robot,
                                       double *J,
                                       size_t n);
 
-// The effort that `lw_robot_reach` takes for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
-enum LwStatus lw_effort_default(struct LwEffort *out);
-
-// Moves the chain's numbers in `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until its tip meets the goal, within
-// limits. The robot's own q does not change. *Not reached* is an answer, not an error. `effort`: NULL for the default.
-enum LwStatus lw_robot_reach(struct LwRobot *robot,
-                             uint32_t part,
-                             const struct LwGoal *goal,
-                             const struct LwEffort *effort,
-                             double *q,
-                             size_t n,
-                             struct LwAnswer *answer);
-
-// Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps are taken in whatever portions.
-enum LwStatus lw_robot_reach_on(struct LwRobot *robot,
-                                uint32_t part,
-                                size_t kinematics,
-                                double *q,
-                                size_t n,
-                                struct LwAnswer *answer);
-
 // Forces, into `tau` (`n` = nv; N m or N), for rates `v` and accelerations `vdot` (`n` = nv each) at the robot's q, with what is held, while tips push: at most as many `pushes` as the
 // model has parts.
 enum LwStatus lw_robot_feed_forward(struct LwRobot *robot,
@@ -484,6 +465,40 @@ enum LwStatus lw_robot_mass_matrix(struct LwRobot *robot,
 enum LwStatus lw_robot_center_of_mass(struct LwRobot *robot,
                                       double *mass,
                                       double *center);
+
+// The effort that `lw_robot_reach` takes for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
+enum LwStatus lw_effort_default(struct LwEffort *out);
+
+// Moves the chain's numbers in `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until its tip meets the goal, within
+// limits. The robot's own q does not change. *Not reached* is an answer, not an error. `effort`: NULL for the default.
+enum LwStatus lw_robot_reach(struct LwRobot *robot,
+                             uint32_t part,
+                             const struct LwGoal *goal,
+                             const struct LwEffort *effort,
+                             double *q,
+                             size_t n,
+                             struct LwAnswer *answer);
+
+// Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps are taken in whatever portions.
+enum LwStatus lw_robot_reach_on(struct LwRobot *robot,
+                                uint32_t part,
+                                size_t kinematics,
+                                double *q,
+                                size_t n,
+                                struct LwAnswer *answer);
+
+// All configurations within limits that bring the tip of an arm of six or seven hinges with a closed form to a pose, into `solutions` (`rows` times `n` = nq
+// numbers; 8 rows are always enough), those nearest to `q` (`n`) first, and how many there are into `count`: none is an answer, not an error. `q` says where
+// what carries the arm is, and of whole turns which are meant. `held`: the place in β of that hinge of seven which stays as it is in `q`; -1: the library chooses it.
+enum LwStatus lw_robot_reach_all(struct LwRobot *robot,
+                                 uint32_t part,
+                                 int64_t held,
+                                 const struct LwGoal *goal,
+                                 const double *q,
+                                 size_t n,
+                                 double *solutions,
+                                 size_t rows,
+                                 size_t *count);
 
 // Where an object is in the world: in the hand, or where it was put or let go last.
 enum LwStatus lw_robot_object_pose(struct LwRobot *robot, uint32_t object, struct LwPose *out);

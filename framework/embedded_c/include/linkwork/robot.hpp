@@ -268,6 +268,15 @@ class Robot {
     check(lw_robot_reach(get(), part, &goal, effort ? &*effort : nullptr, q.data(), q.size(), &out));
     return out;
   }
+  // Configurations one after the other, q.size() numbers each; held: -1, or the place in β of the hinge that stays as it is.
+  std::vector<double> reach_all(std::uint32_t part, const LwGoal &goal, std::span<const double> q, std::int64_t held = -1) {
+    constexpr std::size_t most = 8;
+    std::vector<double> out(most * q.size());
+    std::size_t count = 0;
+    check(lw_robot_reach_all(get(), part, held, &goal, q.data(), q.size(), out.data(), most, &count));
+    out.resize(count * q.size());
+    return out;
+  }
   LwAnswer reach_on(std::uint32_t part, std::size_t kinematics, std::span<double> q) {
     LwAnswer out;
     check(lw_robot_reach_on(get(), part, kinematics, q.data(), q.size(), &out));

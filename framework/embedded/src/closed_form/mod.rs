@@ -1,0 +1,410 @@
+//! All solutions of the inverse kinematics of six- and seven-axis arms whose geometry admits a closed form.
+//!
+//! ```text
+//! X = E₁(q₁) … E₆(q₆) X₀         Eᵢ: turn about axis hᵢ through pᵢ, both with all angles zero; X₀: the tip there
+//!
+//! spherical wrist (4, 5, 6 meet in w):  q₁ q₂ q₃ bring w to its place; q₄ q₅ q₆ turn the tip
+//! 2, 3, 4 parallel, 5 and 6 meet in c:  c's height along the parallel axes gives q₁, theirs in the tip q₅ q₆; the rest is plane
+//! ```
+//! Both count from either end: the shoulder may be what meets in a point. With a spherical wrist two neighbours of the first three axes
+//! have to meet or be parallel. Of seven axes one is held at the value it has: then the other six are an arm of six.
+//!
+//! At most eight solutions, each one brought onto the arm as it is by Newton's method (files round their axes) and checked against its pose.
+
+mod geometry;
+mod subproblems;
+
+use crate::error::RobotError;
+use crate::model::RobotModel;
+use crate::part::{Chain, Part};
+use geometry::{Arm, First, Form, Kind, held};
+use linkwork_dynamics::{Workspace, node_jacobian, poses};
+use linkwork_multibody::Limits;
+use linkwork_spatial::nalgebra::Vector6;
+use linkwork_spatial::{Pose, Vec3};
+use std::f64::consts::TAU;
+use subproblems::{Angles, distance, height, onto, through_both, turned};
+
+/// Errors of the pose that a solution may have, m and rad: those of [`Effort::default`](crate::Effort).
+const TOLERANCE: f64 = 1e-9;
+/// Solutions nearer than this in each angle are one, rad.
+const APART: f64 = 1e-6;
+/// How far beyond a limit an angle may be by rounding, rad.
+const ROUNDING: f64 = 1e-9;
+/// Newton's steps at most.
+const STEPS: usize = 8;
+
+/// Which of seven hinges is tried first when nobody says: the middle of a shoulder of three, then the last.
+const HELD: [usize; 7] = [2, 6, 0, 1, 3, 4, 5];
+
+/// The closed form of a chain: what it is made of, prepared once by [`RobotModel::closed_form`].
+#[derive(Clone, Debug)]
+pub struct ClosedForm {
+    part: Part,
+    form: Form,
+    h: Vec<Vec3>,
+    p: Vec<Vec3>,
+    tip: Pose,
+    /// Of each hinge: its place in the whole's q and β, its limits.
+    hinges: Vec<(usize, usize, Limits)>,
+    held: Option<usize>,
+    /// An arm of six as it is, and with points where its form asks for them, from the end that it asks for.
+    arms: Option<(Arm, Arm)>,
+}
+
+/// Solutions found so far, in angles of the six hinges.
+#[derive(Default)]
+struct Found {
+    all: [[f64; 6]; ClosedForm::MOST],
+    count: usize,
+}
+
+impl Found {
+    fn add(&mut self, q: [f64; 6]) {
+        if let Some(place) = self.all.get_mut(self.count) {
+            *place = q;
+            self.count += 1;
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &[f64; 6]> {
+        self.all[..self.count].iter()
+    }
+}
+
+fn arranged(arm: &Arm, form: Form) -> Arm {
+    if form.reversed { arm.reversed().arranged(form.kind) } else { arm.arranged(form.kind) }
+}
+
+impl ClosedForm {
+    /// Solutions at most.
+    pub const MOST: usize = 8;
+
+    /// The part.
+    #[must_use]
+    pub fn part(&self) -> Part {
+        self.part
+    }
+
+    /// Place in β of the hinge that stays as it is; `None` for six axes.
+    #[must_use]
+    pub fn held(&self) -> Option<usize> {
+        self.held.map(|k| self.hinges[k].1)
+    }
+
+    /// Why it has a closed form, in words.
+    #[must_use]
+    pub fn geometry(&self) -> &'static str {
+        match (self.form.kind, self.form.reversed) {
+            (Kind::Wrist(_), false) => "the last three axes meet in a point",
+            (Kind::Wrist(_), true) => "the first three axes meet in a point",
+            (Kind::Parallel, false) => "the second, third and fourth axis are parallel",
+            (Kind::Parallel, true) => "the third, fourth and fifth axis are parallel",
+        }
+    }
+
+    /// Of a chain; `held`: a place in β. Allocates.
+    pub(crate) fn new(
+        part: Part,
+        chain: &Chain,
+        wanted: Option<usize>,
+    ) -> Result<Self, RobotError> {
+        let none = |why| RobotError::NoClosedForm { part: part.index(), why };
+        let tree = &chain.tree;
+        let zero = vec![0.0; tree.nq()];
+        let single = chain.limits.iter().zip(&chain.v);
+        let single = single.map(|(l, v)| l.map(|(at, limits)| (chain.q[at], *v, limits)));
+        let hinges: Option<Vec<_>> = single.collect();
+        let hinges = hinges.ok_or(none("it has hinges of more than one degree of freedom"))?;
+        let n = hinges.len();
+        let held_at = match (wanted, n) {
+            (None, 6 | 7) => None,
+            (Some(dof), 7) => {
+                let at = chain.v.iter().position(|v| *v == dof);
+                Some(at.ok_or(none("the hinge to be held is none of its own"))?)
+            }
+            (Some(_), 6) => return Err(none("of six axes none is left to be held")),
+            _ => return Err(none("it has neither six nor seven hinges")),
+        };
+        let mut ws = Workspace::new(tree);
+        poses(tree, &mut ws, &zero);
+        let tip = ws.node_pose(tree, chain.tip);
+        let mut J = vec![0.0; 6 * n];
+        node_jacobian(tree, &ws, chain.tip, &mut J);
+        let column = |r: usize, i: usize| Vec3::from_fn(|k, _| J[(r + k) * n + i]);
+        let (h, v): (Vec<_>, Vec<_>) = (0..n).map(|i| (column(0, i), column(3, i))).unzip();
+        let turns = |(h, v): (&Vec3, &Vec3)| {
+            (h.norm() - 1.0).abs() < 1e-9 && h.dot(v).abs() < 1e-9 * (1.0 + v.norm())
+        };
+        if !h.iter().zip(&v).all(turns) {
+            return Err(none("it has sliders or screws"));
+        }
+        let p: Vec<_> = h.iter().zip(&v).map(|(h, v)| tip.position + h.cross(v)).collect();
+        let meets = "its axes neither meet nor are parallel where a closed form needs it";
+        let own = Self { part, form: NONE, h, p, tip, hinges, held: held_at, arms: None };
+        if n == 6 {
+            return own.six().ok_or(none(meets));
+        }
+        let all = held_at.as_ref().map_or(&HELD[..], std::slice::from_ref);
+        let found = all.iter().find_map(|k| own.seven(*k).map(|form| (*k, form)));
+        let (k, form) = found.ok_or(none(meets))?;
+        Ok(Self { held: Some(k), form, ..own })
+    }
+
+    fn six(self) -> Option<Self> {
+        let (h, p) = (self.h[..].try_into().ok()?, self.p[..].try_into().ok()?);
+        let arm = Arm { h, p, tip: self.tip };
+        let form = arm.form()?;
+        Some(Self { form, arms: Some((arm, arranged(&arm, form))), ..self })
+    }
+
+    /// The form that the other six have at whatever angle the one is held.
+    fn seven(&self, k: usize) -> Option<Form> {
+        let at = |angle: f64| held(&self.h, &self.p, &self.tip, k, angle).form();
+        let [a, b] = [0.7, -1.9].map(at);
+        a.filter(|form| b == Some(*form))
+    }
+
+    /// All solutions for the tip at `X`, seen from the base, near the angles `near` of all hinges; written by `put` as angles of
+    /// all hinges.
+    pub(crate) fn solve(&self, X: &Pose, q: &[f64], mut put: impl FnMut(&[f64; 7])) -> usize {
+        let angle = |k: usize| q[self.hinges[k].0];
+        let (arm, ready) = self.arms.unwrap_or_else(|| {
+            let k = self.held.unwrap_or_default();
+            let arm = held(&self.h, &self.p, &self.tip, k, angle(k));
+            (arm, arranged(&arm, self.form))
+        });
+        let place = |i: usize| i + usize::from(self.held.is_some_and(|k| i >= k));
+        let near: [f64; 6] = std::array::from_fn(|i| angle(place(i)));
+        let mut raw = Found::default();
+        if self.form.reversed {
+            let mut back = near;
+            back.reverse();
+            candidates(&ready, self.form.kind, &(arm.tip * X.inverse()), &back, &mut raw);
+            raw.all[..raw.count].iter_mut().for_each(|q| q.reverse());
+        } else {
+            candidates(&ready, self.form.kind, X, &near, &mut raw);
+        }
+        let mut kept = Found::default();
+        for q in raw.iter() {
+            let Some(mut q) = refined(&arm, X, *q) else { continue };
+            let inside = (0..6).all(|i| match nearest(q[i], near[i], &self.hinges[place(i)].2) {
+                Some(x) => {
+                    q[i] = x;
+                    true
+                }
+                None => false,
+            });
+            let known = kept.iter().any(|k| (0..6).all(|i| (k[i] - q[i]).abs() < APART));
+            if inside && !known {
+                kept.add(q);
+            }
+        }
+        let far = |q: &[f64; 6]| (0..6).map(|i| (q[i] - near[i]).powi(2)).sum::<f64>();
+        kept.all[..kept.count].sort_by(|a, b| far(a).total_cmp(&far(b)));
+        for q in kept.iter() {
+            let mut all = [0.0; 7];
+            if let Some(k) = self.held {
+                all[k] = angle(k);
+            }
+            (0..6).for_each(|i| all[place(i)] = q[i]);
+            put(&all);
+        }
+        kept.count
+    }
+
+    /// Whether it was made of this chain.
+    pub(crate) fn is_of(&self, chain: &Chain) -> bool {
+        self.hinges.iter().map(|h| h.1).eq(chain.v.iter().copied())
+    }
+
+    /// Whether the hinge that is held is within its limits.
+    ///
+    /// # Errors
+    /// [`RobotError::OutsideLimits`].
+    pub(crate) fn held_within(&self, q: &[f64]) -> Result<(), RobotError> {
+        let Some((at, dof, limits)) = self.held.map(|k| &self.hinges[k]) else { return Ok(()) };
+        let (value, lower, upper) = (q[*at], limits.lower, limits.upper);
+        let within = value >= lower && value <= upper;
+        within.then_some(()).ok_or(RobotError::OutsideLimits { dof: *dof, value, lower, upper })
+    }
+
+    /// Places in the whole's q, one for each hinge.
+    pub(crate) fn places(&self) -> impl Iterator<Item = usize> {
+        self.hinges.iter().map(|h| h.0)
+    }
+}
+
+/// Until an arm has one.
+const NONE: Form = Form { kind: Kind::Parallel, reversed: false };
+
+impl RobotModel {
+    /// Prepares the closed form of a chain of six or seven hinges. Of seven, `held` (a place in β, of
+    /// [`RobotModel::dofs`]) stays as it is in every solution; without one, the third, or the first other that leaves an arm with
+    /// a closed form.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::NoClosedForm`].
+    pub fn closed_form(&self, part: Part, held: Option<usize>) -> Result<ClosedForm, RobotError> {
+        ClosedForm::new(part, self.chain(part)?, held)
+    }
+}
+
+/// The copy of an angle, by whole turns, that lies within limits and nearest to `near`.
+fn nearest(angle: f64, near: f64, limits: &Limits) -> Option<f64> {
+    let turns = |x: f64| (x - angle) / TAU;
+    let low = (turns(limits.lower) - ROUNDING).ceil();
+    let high = (turns(limits.upper) + ROUNDING).floor();
+    let k = turns(near).round().max(low).min(high);
+    let x = angle + TAU * k;
+    (low <= high).then(|| x.max(limits.lower).min(limits.upper))
+}
+
+/// A candidate brought onto the pose, or nothing.
+fn refined(arm: &Arm, X: &Pose, mut q: [f64; 6]) -> Option<[f64; 6]> {
+    let off = |q: &[f64; 6]| {
+        let now = arm.pose(q);
+        let turn = (X.rotation * now.rotation.inverse()).scaled_axis();
+        let way = X.position - now.position;
+        Vector6::new(turn.x, turn.y, turn.z, way.x, way.y, way.z)
+    };
+    let size = |e: &Vector6<f64>| e.fixed_rows::<3>(0).norm().max(e.fixed_rows::<3>(3).norm());
+    let mut error = off(&q);
+    for _ in 0..STEPS {
+        if size(&error) < 1e-3 * TOLERANCE {
+            break;
+        }
+        // Damped by little: where the arm is singular, what no angle changes is left alone.
+        let J = arm.jacobian(&q);
+        let damped = J.transpose() * J + linkwork_spatial::nalgebra::Matrix6::identity() * 1e-12;
+        let Some(step) = damped.cholesky().map(|c| c.solve(&(J.transpose() * error))) else {
+            break;
+        };
+        let next: [f64; 6] = std::array::from_fn(|i| q[i] + step[i]);
+        let after = off(&next);
+        if size(&after) >= size(&error) {
+            break;
+        }
+        (q, error) = (next, after);
+    }
+    (size(&error) < TOLERANCE).then_some(q)
+}
+
+/// Candidates of an arm whose points are where its form asks for them.
+fn candidates(arm: &Arm, kind: Kind, X: &Pose, near: &[f64; 6], out: &mut Found) {
+    match kind {
+        Kind::Wrist(first) => wrist(arm, first, X, near, out),
+        Kind::Parallel => parallel(arm, X, near, out),
+    }
+}
+
+fn wrist(arm: &Arm, first: First, X: &Pose, near: &[f64; 6], out: &mut Found) {
+    let Arm { h, p, tip } = arm;
+    let R = X.rotation * tip.rotation.inverse();
+    let at = X.position - R * (tip.position - p[3]);
+    let mut orient = |q: [f64; 3]| {
+        let back = |v: Vec3| (0..3).fold(v, |v, i| turned_back(&h[i], q[i], &v));
+        // What the last three turn: h₆, and back to h₄.
+        let out6 = back(R * h[5]);
+        for q5 in height(&h[4], &h[3], &h[5], h[3].dot(&out6), near[4]).iter() {
+            let bent = turned(&h[4], q5, &h[5]);
+            let q4 = onto(&h[3], &bent, &out6, near[3]);
+            // Any vector off h₆ tells q₆.
+            let off = across(&h[5]);
+            let seen = turned_back(&h[4], q5, &turned_back(&h[3], q4, &back(R * off)));
+            out.add([q[0], q[1], q[2], q4, q5, onto(&h[5], &off, &seen, near[5])]);
+        }
+    };
+    let upper = p[2] - p[1];
+    let fore = p[3] - p[2];
+    match first {
+        First::Meet12 => {
+            let to = at - p[0];
+            for q3 in distance(&h[2], &fore, &upper, to.norm(), near[2]).iter() {
+                let v = upper + turned(&h[2], q3, &fore);
+                for [q1, q2] in through_both((&h[0], &h[1]), (&v, &to), [near[0], near[1]]) {
+                    orient([q1, q2, q3]);
+                }
+            }
+        }
+        First::Parallel12 => {
+            let to = at - p[0];
+            let first = p[1] - p[0];
+            let level = h[0].dot(&(to - first - upper));
+            for q3 in height(&h[2], &h[0], &fore, level, near[2]).iter() {
+                let v = upper + turned(&h[2], q3, &fore);
+                for q2 in distance(&h[1], &v, &first, to.norm(), near[1]).iter() {
+                    let q1 = onto(&h[0], &(first + turned(&h[1], q2, &v)), &to, near[0]);
+                    orient([q1, q2, q3]);
+                }
+            }
+        }
+        First::Meet23 => {
+            let (to, first) = (at - p[0], p[1] - p[0]);
+            // |R₁ᵀ to − first| is the length of the rest.
+            for q1 in distance(&-h[0], &to, &-first, fore.norm(), near[0]).iter() {
+                let left = turned_back(&h[0], q1, &to) - first;
+                for [q2, q3] in through_both((&h[1], &h[2]), (&fore, &left), [near[1], near[2]]) {
+                    orient([q1, q2, q3]);
+                }
+            }
+        }
+        First::Parallel23 => {
+            let (to, first) = (at - p[0], p[1] - p[0]);
+            let level = h[1].dot(&(first + upper + fore));
+            for q1 in height(&-h[0], &h[1], &to, level, near[0]).iter() {
+                let left = turned_back(&h[0], q1, &to) - first;
+                for [q2, q3] in plane([&h[1], &h[2]], [&upper, &fore], &left, [near[1], near[2]]) {
+                    orient([q1, q2, q3]);
+                }
+            }
+        }
+    }
+}
+
+fn parallel(arm: &Arm, X: &Pose, near: &[f64; 6], out: &mut Found) {
+    let Arm { h, p, tip } = arm;
+    let R = X.rotation * tip.rotation.inverse();
+    let to = X.position - R * (tip.position - p[4]) - p[0];
+    let (n, first) = (h[1], p[1] - p[0]);
+    let (upper, fore, hand) = (p[2] - p[1], p[3] - p[2], p[4] - p[3]);
+    for q1 in height(&-h[0], &n, &to, n.dot(&(p[4] - p[0])), near[0]).iter() {
+        let back = |v: Vec3| turned_back(&h[0], q1, &v);
+        for q5 in height(&h[4], &n, &h[5], n.dot(&back(R * h[5])), near[4]).iter() {
+            // n as the tip sees it.
+            let seen = R.inverse() * turned(&h[0], q1, &n);
+            let q6 = onto(&-h[5], &turned_back(&h[4], q5, &n), &seen, near[5]);
+            let off = across(&n);
+            let inner = turned(&h[5], -q6, &turned(&h[4], -q5, &off));
+            let all = onto(&n, &off, &back(R * inner), 0.0);
+            let left = back(to) - first - turned(&n, all, &hand);
+            for [q2, q3] in plane([&h[1], &h[2]], [&upper, &fore], &left, [near[1], near[2]]) {
+                let so_far = q2 + q3 * h[2].dot(&n).signum();
+                out.add([q1, q2, q3, (all - so_far) * h[3].dot(&n).signum(), q5, q6]);
+            }
+        }
+    }
+}
+
+/// Two links in a plane: `R₂ (upper + R₃ fore) = to`, up to what lies along the axes.
+fn plane(
+    [h2, h3]: [&Vec3; 2],
+    [upper, fore]: [&Vec3; 2],
+    to: &Vec3,
+    near: [f64; 2],
+) -> impl Iterator<Item = [f64; 2]> + use<> {
+    let flat = |v: &Vec3| v - h2 * h2.dot(v);
+    let (upper, fore, to) = (flat(upper), flat(fore), flat(to));
+    let (h2, h3) = (*h2, *h3);
+    let bends: Angles = distance(&h3, &fore, &upper, to.norm(), near[1]);
+    bends.iter().map(move |q3| [onto(&h2, &(upper + turned(&h3, q3, &fore)), &to, near[0]), q3])
+}
+
+fn turned_back(h: &Vec3, angle: f64, v: &Vec3) -> Vec3 {
+    turned(h, -angle, v)
+}
+
+/// A direction across an axis.
+fn across(h: &Vec3) -> Vec3 {
+    h.cross(&Vec3::ith(h.iamin(), 1.0)).normalize()
+}
