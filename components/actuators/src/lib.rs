@@ -1,5 +1,5 @@
 //! Component library: actuators. DC motors with gear, friction and brake; drives of torque, servos of rate and position; springs,
-//! dampers, stops and differentials on hinges; followers that prescribe a hinge.
+//! dampers, stops and differentials on hinges; struts between bodies; followers that prescribe a hinge.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "actuators.dc_motor"`):
 //! ```
@@ -12,6 +12,7 @@ pub mod followers;
 pub mod friction;
 pub mod hinges;
 pub mod servo;
+pub mod strut;
 
 use linkwork_runtime::prelude::Entry;
 
@@ -23,6 +24,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<followers::AngleFollower>(),
         Entry::model::<hinges::SpringDamper>(),
         Entry::model::<hinges::SoftStop>(),
+        Entry::model::<strut::Strut>(),
         Entry::model::<hinges::Differential>(),
         Entry::model::<servo::RateServo>(),
         Entry::model::<servo::TorqueDrive>(),
