@@ -80,6 +80,6 @@ pub use manipulability::{Manipulability, Rows};
 pub use model::{ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
 pub use part::{Part, PartSpec};
 pub use robot::{
-    Answer, Balance, Best, Effort, Goal, Grasp, HandWeights, Hold, MoveSqueeze, Outcome, Path,
-    PathProgress, Planner, Prefer, Push, Robot, Search, Shared, TaskSpace, Way,
+    Answer, Balance, Best, Effort, Friction, Goal, Grasp, Gripped, HandWeights, Hold, MoveSqueeze,
+    Outcome, Path, PathProgress, Planner, Prefer, Push, Robot, Search, Shared, TaskSpace, Way,
 };

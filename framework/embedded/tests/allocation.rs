@@ -64,6 +64,10 @@ fn no_call_allocates_after_set_up() {
         }
         let wrenches = robot.squeeze(beam, 20.0, &mut tau).unwrap();
         robot.exert(beam, &wrenches, &mut tau).unwrap();
+        let sides = [spatial::Vec3::x(), -spatial::Vec3::x()];
+        let friction =
+            sides.map(|normal| Friction { normal, coefficient: 0.5, radius: 0.02, most: 500.0 });
+        black_box(robot.grip(beam, &wrenches, &friction).unwrap());
         let weights = HandWeights { hands: [1.0, 3.0], moment: 100.0 };
         black_box(robot.move_squeeze(beam, &wrenches, &weights).unwrap());
         robot.mass_matrix(&mut M).unwrap();

@@ -86,6 +86,30 @@ def test_targets_whole_and_in_part_are_met():
     assert np.linalg.norm(other.tip_pose("arm")[:3, 3] - [3, 0, 0]) == pytest.approx(p, abs=1e-9)
 
 
+def test_all_solutions_of_arms_with_a_closed_form():
+    robot = ur5()
+    low, high = (np.array(reference("ik_ur5.json")[k]) for k in ("lower", "upper"))
+    rng = np.random.default_rng(4)
+    for _ in range(40):
+        robot.q = rng.uniform(low, high)
+        X, other = robot.tip_pose("arm"), robot.copy()
+        every = robot.inverse_kinematics_all("arm", X)
+        assert 1 <= len(every) <= 8 and np.abs(every[0] - robot.q).max() < 1e-6
+        assert (np.diff(((every - robot.q) ** 2).sum(axis=1)) >= 0).all()
+        for q in every:
+            assert (q >= low).all() and (q <= high).all()
+            other.q = q
+            assert np.abs(other.tip_pose("arm") - X).max() < 4e-9
+    X[0, 3] = 5
+    assert robot.inverse_kinematics_all("arm", X).shape == (0, 6)
+    seven = lw.Robot(load(ROBOTS / "iiwa7.urdf"), chains={"arm": ("world", "lbr_iiwa_link_7")}, colliders=[])
+    seven.q = [0.3, 0.5, -0.4, 1.1, 0.2, -0.7, 0.9]
+    for held in (None, 2, 4):
+        every = seven.inverse_kinematics_all("arm", seven.tip_pose("arm"), held=held)
+        assert np.abs(every[0] - seven.q).max() < 1e-6
+        assert (every[:, 2 if held is None else held] == seven.q[2 if held is None else held]).all()
+
+
 def dual():
     data = reference("dual_ur5_beam.json")
     beam = data["beam"]
@@ -193,6 +217,8 @@ def test_ways_are_free_and_the_same_each_time():
         (lambda r: r.inverse_kinematics("arm", [0.1, 0.2]), "shape"),
         (lambda r: r.inverse_kinematics("arm", [0.1, 0.2, 0.0], position_tolerance=0.0), "above zero"),
         (lambda r: r.inverse_kinematics("arm", [0.1, 0.2, 0.0], q=[9.0, 0.0]), "limits"),
+        (lambda r: r.inverse_kinematics_all("arm", np.eye(4)), "neither six nor seven"),
+        (lambda r: r.inverse_kinematics_all("amr", np.eye(4)), "parts: arm, both"),
         (lambda r: r.manipulability("arm", rows="some"), "rows"),
         (lambda r: r.manipulability("arm", length=0.0), "length"),
         (lambda r: r.feed_forward([0, 0], [0, 0], pushes={"amr": [0] * 6}), "arm"),
@@ -360,6 +386,7 @@ def test_objects_with_joints_that_cannot_be_are_refused():
         (lambda: robot.mass_matrix_with("handle"), "not held"),
         (lambda: robot.squeeze("cup", zero, 1.0), "not held"),
         (lambda: robot.move_squeeze("cup", np.zeros((2, 5))), "(2, 6)"),
+        (lambda: robot.grip("cup", np.zeros((2, 5)), friction=[([1, 0, 0], 0.5, 0.02, 9.0)] * 2), "(2, 6)"),
         (lambda: robot.task_inertia([]), "parts"),
         (lambda: robot.task_forces(["arm"], zero, np.zeros(6)), "no solution"),
         (lambda: robot.feed_forward([1e200] * 3, zero), "too large"),

@@ -9,7 +9,7 @@
 //! F_move = W⁻¹ Gᵀ (G W⁻¹ Gᵀ)⁻¹ G F,    F_squeeze = F − F_move,    G F_squeeze = 0
 //! ```
 //! The balance is that of the closed mechanism: it does not depend on which hand took the object first. It may pull as well as press:
-//! grips that hold by friction alone have bounds that it does not know.
+//! grips that hold by friction alone have bounds that it does not know: [`Robot::grip`] does.
 
 use super::Robot;
 use crate::error::RobotError;
@@ -211,7 +211,7 @@ impl Robot {
     }
 
     /// Both hands of an object.
-    fn hands(&self, object: Object) -> Result<(Part, Part), RobotError> {
+    pub(super) fn hands(&self, object: Object) -> Result<(Part, Part), RobotError> {
         let Some(hold) = self.hold(object)? else {
             return Err(RobotError::NotHeld { object: object.index() });
         };
@@ -259,7 +259,7 @@ impl Robot {
     }
 }
 
-fn check(wrenches: &[Force; 2]) -> Result<(), RobotError> {
+pub(super) fn check(wrenches: &[Force; 2]) -> Result<(), RobotError> {
     for w in wrenches {
         super::numbers("moment of a wrench", w.moment.as_slice(), 3)?;
         super::numbers("force of a wrench", w.force.as_slice(), 3)?;

@@ -3,6 +3,7 @@
 mod collide;
 mod dual;
 mod force;
+mod grip;
 mod hold;
 mod kinematics;
 mod linkage;
@@ -16,6 +17,7 @@ mod way;
 pub use collide::{Path, PathProgress};
 pub use dual::{Balance, HandWeights, MoveSqueeze, Shared};
 pub use force::Push;
+pub use grip::{Friction, Gripped};
 pub use hold::{Grasp, Hold};
 pub use prefer::{Best, Prefer};
 pub use reach::{Answer, Effort, Goal, Outcome};

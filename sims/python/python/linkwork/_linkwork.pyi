@@ -602,6 +602,15 @@ class Robot(Collisions):
         steps: int = 100,
         restarts: int = 64,
     ) -> _Array: ...
+    def inverse_kinematics_all(
+        self,
+        part: str,
+        at: ArrayLike,
+        q: ArrayLike | None = None,
+        *,
+        held: int | None = None,
+        in_base: bool = False,
+    ) -> _Array: ...
     def grasp(self, hand: str, object: str, at: ArrayLike | None = None) -> Grip: ...
     def update_grasp(self, hand: str, object: str, at: ArrayLike) -> None: ...
     def release(self, hand: str, object: str) -> None: ...
@@ -633,6 +642,13 @@ class Robot(Collisions):
     ) -> tuple[_Array, _Array]: ...
     def mass_matrix_with(self, object: str) -> _Array: ...
     def squeeze(self, object: str, tau: ArrayLike, force: float) -> tuple[_Array, _Array]: ...
+    def grip(
+        self,
+        object: str,
+        wrenches: ArrayLike,
+        *,
+        friction: Sequence[tuple[Sequence[float], float, float, float]],
+    ) -> tuple[_Array, float]: ...
     def move_squeeze(
         self,
         object: str,

@@ -6,7 +6,7 @@ use crate::core::lock;
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::choice;
 use crate::values::pairs;
-use linkwork_embedded::{Balance, HandWeights, Object, Push, TaskSpace};
+use linkwork_embedded::{Balance, Friction, HandWeights, Object, Push, TaskSpace};
 use linkwork_spatial::Force;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -41,6 +41,18 @@ impl Collisions {
         let parts = parts.iter().map(|p| self.part(p)).collect::<PyResult<Vec<_>>>()?;
         TaskSpace::new(&lock(&self.robot), &parts).map_err(refuse)
     }
+}
+
+/// Wrenches (2, 6) of two hands.
+fn of_two_hands(wrenches: Given<'_, '_>) -> PyResult<[Force; 2]> {
+    let input = Input::read(wrenches, "wrenches")?;
+    let (&[2, 6], [a, b, c, x, y, z, d, e, f, u, v, w]) = (input.shape(), input.slice()) else {
+        let fact = format!("`wrenches` has the shape {:?}", input.shape());
+        return Err(refuse_with(fact, "give (2, 6): moment and force of each hand"));
+    };
+    let wrench =
+        |m: [&f64; 3], f: [&f64; 3]| Force::new(m.map(|x| *x).into(), f.map(|x| *x).into());
+    Ok([wrench([a, b, c], [x, y, z]), wrench([d, e, f], [u, v, w])])
 }
 
 #[pymethods]
@@ -222,17 +234,45 @@ impl Robot {
     ) -> PyResult<(Array2<'py>, Array2<'py>, Array1<'py>)> {
         let (py, own) = (slf.py(), base(slf));
         let what = own.object(object)?;
-        let input = Input::read(wrenches, "wrenches")?;
-        let (&[2, 6], [a, b, c, x, y, z, d, e, f, u, v, w]) = (input.shape(), input.slice()) else {
-            let fact = format!("`wrenches` has the shape {:?}", input.shape());
-            return Err(refuse_with(fact, "give (2, 6): moment and force of each hand"));
-        };
-        let wrench =
-            |m: [&f64; 3], f: [&f64; 3]| Force::new(m.map(|x| *x).into(), f.map(|x| *x).into());
-        let wrenches = [wrench([a, b, c], [x, y, z]), wrench([d, e, f], [u, v, w])];
+        let wrenches = of_two_hands(wrenches)?;
         let weights = HandWeights { hands: hands.into(), moment };
         let found = own.ask(|r| r.move_squeeze(what, &wrenches, &weights))?;
         Ok((two(py, &found.moving)?, two(py, &found.squeezing)?, out_force(py, &found.net)))
+    }
+
+    /// Wrenches (2, 6) of first and second hand on an object under which neither slips, nearest to those given ([moment; force], N m and N, on the object, each
+    /// about its tip, world axes), and what is missing, N: (wrenches, missing). The net wrench stays, the hands press as much as friction asks.
+    /// missing: 0 when they hold; else no wrenches do, and cones and limits would all have to be wider by so much. friction: for each hand (normal, coefficient, radius,
+    /// most): where it presses the object to in the axes of its tip (3,), µ, the radius of the patch that touches, m, and the greatest normal force, N
+    /// (`math.inf` for none). Raises LinkworkError when not two hands hold it, for other shapes, NaN, and friction that is none.
+    ///
+    /// >>> rail = linkwork.Builder()
+    /// >>> for name, x in (("left", -0.3), ("right", 0.3)):
+    /// ...     rail = rail.body(name, "world", linkwork.Hinge.slider([1, 0, 0]), mass=1, com=[0, 0, 0], inertia=np.eye(3), hinge_in_parent=[x, 0, 0])
+    /// >>> press = linkwork.Robot(rail.build(), chains={"l": ("world", "left"), "r": ("world", "right")}, objects={"bar": (1.0, [0, 0, 0], np.eye(3))}, colliders=[])
+    /// >>> grips = press.grasp("l", "bar"), press.grasp("r", "bar")
+    /// >>> palm = (0.5, 0.02, float("inf"))
+    /// >>> wrenches, missing = press.grip("bar", [[0, 0, 0, 0, 0, 5], [0, 0, 0, 0, 0, 5]], friction=[([1, 0, 0], *palm), ([-1, 0, 0], *palm)])
+    /// >>> wrenches[:, 3].round(3).tolist(), missing
+    /// ([10.0, -10.0], 0.0)
+    #[pyo3(signature = (object, wrenches, *, friction))]
+    fn grip<'py>(
+        slf: &Bound<'py, Self>,
+        object: &str,
+        wrenches: Given<'_, 'py>,
+        friction: [([f64; 3], f64, f64, f64); 2],
+    ) -> PyResult<(Array2<'py>, f64)> {
+        let (py, own) = (slf.py(), base(slf));
+        let what = own.object(object)?;
+        let wrenches = of_two_hands(wrenches)?;
+        let friction = friction.map(|(normal, coefficient, radius, most)| Friction {
+            normal: normal.into(),
+            coefficient,
+            radius,
+            most,
+        });
+        let found = own.ask(|r| r.grip(what, &wrenches, &friction))?;
+        Ok((two(py, &found.wrenches)?, found.missing))
     }
 
     /// What tips of chains feel of the robot's mass at its q, with what is held: Λ = (J M⁻¹ Jᵀ)⁻¹, (6 k, 6 k), kg m² and kg, rows [angular; linear] of each of

@@ -1,0 +1,305 @@
+//! Two hands that hold an object by friction alone: wrenches that neither slips under.
+//!
+//! In axes of its contact (n presses on the object, t across) a hand holds the wrench [m; f] about its tip when
+//! ```text
+//! ‖ f_t/µ,  m_n/(⅔ µ r),  m_t/r ‖ ≤ f_n ≤ f_max            u = (f_n, f_t/µ, m_n/(⅔ µ r), m_t/r)
+//! min ½ Σ ‖u − u₀‖²   over what the hands do to each other through the object: its net wrench stays
+//! ```
+//! A patch of radius r that is pressed evenly: its limit surface as an ellipsoid (Howe, Cutkosky 1996), and the centre of pressure within the
+//! patch; both in one cone, which is stricter than each alone. The problem is one of second-order cones with six unknowns: solved by a
+//! barrier and Newton's method, first for any point within, then for the nearest.
+
+use super::Robot;
+use crate::error::RobotError;
+use crate::model::Object;
+use linkwork_spatial::nalgebra::{Matrix6, SMatrix, SVector, Vector6};
+use linkwork_spatial::{Force, Mat3, Pose, Vec3};
+
+/// What a hand can hold by friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Friction {
+    /// Where it presses the object to, in the tip's axes; of any length but zero.
+    pub normal: Vec3,
+    /// Coefficient of friction µ, above zero.
+    pub coefficient: f64,
+    /// Radius of the patch that touches, m, above zero.
+    pub radius: f64,
+    /// Greatest normal force, N, above zero; infinity for none.
+    pub most: f64,
+}
+
+/// What two hands do so that neither slips.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gripped {
+    /// On the object, about the tips, world axes: first hand, then second.
+    pub wrenches: [Force; 2],
+    /// 0 when both hold. Else no wrenches do: the least force by which cones and limits would all have to be wider, N; the wrenches
+    /// are those that would hold then.
+    pub missing: f64,
+}
+
+/// Unknowns: what the hands do to each other, and by how much the cones are wider.
+type Unknowns = SVector<f64, 7>;
+type Hessian = SMatrix<f64, 7, 7>;
+
+/// Newton's steps for one weight of the barrier.
+const STEPS: usize = 60;
+/// How near the optimum is left, of the square of the forces.
+const GAP: f64 = 1e-13;
+
+/// One hand: u = a + B λ.
+#[derive(Clone, Copy)]
+struct Hand {
+    a: Vector6<f64>,
+    B: Matrix6<f64>,
+    most: f64,
+}
+
+impl Hand {
+    fn u(&self, x: &Unknowns) -> Vector6<f64> {
+        self.a + self.B * x.fixed_rows::<6>(0)
+    }
+
+    /// How much normal force is missing: negative within.
+    fn missing(&self, x: &Unknowns) -> f64 {
+        let u = self.u(x);
+        (u.fixed_rows::<5>(1).norm() - u[0]).max(u[0] - self.most)
+    }
+
+    /// Adds value, gradient and Hessian of the barrier; nothing outside.
+    fn barrier(&self, x: &Unknowns, g: &mut Unknowns, H: &mut Hessian) -> Option<f64> {
+        let u = self.u(x);
+        let p = u[0] + x[6];
+        let s = u.fixed_rows::<5>(1);
+        // As a product: near the cone the difference of squares would lose it.
+        let norm = s.norm();
+        let w = (p - norm) * (p + norm);
+        if !(p > norm && w > 0.0) {
+            return None;
+        }
+        let mut v = -u;
+        v[0] = p;
+        // Columns of u over the unknowns; the last widens the cone.
+        let mut D = SMatrix::<f64, 6, 7>::zeros();
+        D.fixed_columns_mut::<6>(0).copy_from(&self.B);
+        D[(0, 6)] = 1.0;
+        let slope = D.transpose() * v;
+        *g -= slope * (2.0 / w);
+        let mut signed = D;
+        signed.row_mut(0).neg_mut();
+        *H += slope * slope.transpose() * (4.0 / (w * w)) + D.transpose() * signed * (2.0 / w);
+        let mut value = -w.ln();
+        if self.most.is_finite() {
+            let room = self.most + x[6] - u[0];
+            if !(room > 0.0) {
+                return None;
+            }
+            let mut d = -D.row(0).transpose();
+            d[6] = 1.0;
+            *g -= d / room;
+            *H += d * d.transpose() / (room * room);
+            value -= room.ln();
+        }
+        Some(value)
+    }
+}
+
+/// What is to be made small beside the barrier.
+#[derive(Clone, Copy, PartialEq)]
+enum Aim {
+    /// x₆: by how much the cones are wider.
+    Within,
+    /// The distance from what was wanted.
+    Nearest,
+}
+
+struct Problem {
+    hands: [Hand; 2],
+    /// ΣBᵀB.
+    weight: Matrix6<f64>,
+}
+
+impl Problem {
+    /// Value, gradient and Hessian for a weight t of the aim.
+    fn at(&self, x: &Unknowns, aim: Aim, t: f64) -> Option<(f64, Unknowns, Hessian)> {
+        let (mut g, mut H) = (Unknowns::zeros(), Hessian::zeros());
+        let mut value = 0.0;
+        for hand in &self.hands {
+            value += hand.barrier(x, &mut g, &mut H)?;
+        }
+        match aim {
+            Aim::Within => {
+                value += t * x[6];
+                g[6] += t;
+            }
+            Aim::Nearest => {
+                let l = x.fixed_rows::<6>(0);
+                let Wl = self.weight * l;
+                value += 0.5 * t * l.dot(&Wl);
+                let mut top = g.fixed_rows_mut::<6>(0);
+                top += Wl * t;
+                let mut block = H.fixed_view_mut::<6, 6>(0, 0);
+                block += self.weight * t;
+                // The cones stay as they are.
+                g[6] = 0.0;
+                H.row_mut(6).fill(0.0);
+                H.column_mut(6).fill(0.0);
+                H[(6, 6)] = 1.0;
+            }
+        }
+        Some((value, g, H))
+    }
+
+    /// Newton's method for one weight; `enough` ends it.
+    fn settle(&self, x: &mut Unknowns, aim: Aim, t: f64, enough: impl Fn(&Unknowns) -> bool) {
+        for _ in 0..STEPS {
+            let Some((value, g, H)) = self.at(x, aim, t) else { return };
+            let scale = 1e-14 * H.diagonal().max();
+            let damped = H + Hessian::identity() * scale;
+            let Some(step) = damped.cholesky().map(|c| -c.solve(&g)) else { return };
+            let fall = -g.dot(&step);
+            if !(fall > 1e-12) {
+                return;
+            }
+            let mut length = 1.0;
+            let next = loop {
+                let next = *x + step * length;
+                match self.at(&next, aim, t) {
+                    Some((after, ..)) if after <= value - 0.1 * length * fall => break next,
+                    _ if length < 1e-10 => return,
+                    _ => length *= 0.5,
+                }
+            };
+            *x = next;
+            if enough(x) {
+                return;
+            }
+        }
+    }
+
+    fn missing(&self, x: &Unknowns) -> f64 {
+        self.hands.iter().map(|h| h.missing(x)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The unknowns, and what is missing.
+    fn solve(&self) -> (Unknowns, f64) {
+        let mut x = Unknowns::zeros();
+        let off = self.missing(&x);
+        if off <= 0.0 {
+            return (x, 0.0);
+        }
+        let size = self.hands.iter().map(|h| h.a.norm()).fold(off, f64::max);
+        // Any point within, by a margin that leaves the barrier room.
+        x[6] = off + size;
+        let within = |x: &Unknowns| self.missing(x) < -1e-9 * size;
+        let mut t = 1.0 / size;
+        while t * size < 1e12 && !within(&x) {
+            self.settle(&mut x, Aim::Within, t, within);
+            t *= 10.0;
+        }
+        if !within(&x) {
+            let missing = self.missing(&x).max(0.0);
+            return (x, missing);
+        }
+        x[6] = 0.0;
+        let mut t = 1.0 / (size * size);
+        while t * size * size * GAP < 6.0 {
+            self.settle(&mut x, Aim::Nearest, t, |_| false);
+            t *= 8.0;
+        }
+        (x, 0.0)
+    }
+}
+
+/// Scaled wrench of a hand in axes of its contact: rows for [m; f] in world axes.
+fn rows(friction: &Friction, X: &Pose) -> Matrix6<f64> {
+    let n = (X.rotation * friction.normal).normalize();
+    let a = n.cross(&Vec3::ith(n.iamin(), 1.0)).normalize();
+    let b = n.cross(&a);
+    let (mu, r) = (friction.coefficient, friction.radius);
+    let mut out = Matrix6::zeros();
+    let mut put = |row: usize, first: usize, axis: &Vec3, scale: f64| {
+        (0..3).for_each(|k| out[(row, first + k)] = axis[k] / scale);
+    };
+    put(0, 3, &n, 1.0);
+    put(1, 3, &a, mu);
+    put(2, 3, &b, mu);
+    put(3, 0, &n, 2.0 / 3.0 * mu * r);
+    put(4, 0, &a, r);
+    put(5, 0, &b, r);
+    out
+}
+
+/// From a wrench about O to the same about a tip at `l` from O.
+fn shifted(l: &Vec3) -> Matrix6<f64> {
+    let mut out = Matrix6::identity();
+    let lx = Mat3::new(0.0, -l.z, l.y, l.z, 0.0, -l.x, -l.y, l.x, 0.0);
+    out.fixed_view_mut::<3, 3>(0, 3).copy_from(&-lx);
+    out
+}
+
+fn six(f: &Force) -> Vector6<f64> {
+    let mut out = Vector6::zeros();
+    out.fixed_rows_mut::<3>(0).copy_from(&f.moment);
+    out.fixed_rows_mut::<3>(3).copy_from(&f.force);
+    out
+}
+
+impl Robot {
+    /// Wrenches of two hands on an object under which neither slips, nearest to those given (first hand, then second; on the object, each about its
+    /// tip, world axes), at the robot's q: the object's net wrench is that of the wrenches given, the hands press as much as friction asks
+    /// and no more than they can. Distances are in units of what friction holds (see `missing` for what is not possible). Wrenches that hold
+    /// are returned as they are; others lie within the cones by a little: 1e-6 of the forces.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] (no second hand),
+    /// [`RobotError::NotFinite`], [`RobotError::OutOfRange`] (friction that is none).
+    pub fn grip(
+        &mut self,
+        object: Object,
+        wrenches: &[Force; 2],
+        friction: &[Friction; 2],
+    ) -> Result<Gripped, RobotError> {
+        super::dual::check(wrenches)?;
+        for f in friction {
+            super::numbers("normal of a grip", f.normal.as_slice(), 3)?;
+            let most = if f.most == f64::INFINITY { f64::MAX } else { f.most };
+            let asked = [
+                ("length of a grip's normal", f.normal.norm()),
+                ("coefficient of friction", f.coefficient),
+                ("radius of a patch", f.radius),
+                ("greatest normal force", most),
+            ];
+            let bad = asked.into_iter().find(|(_, x)| !(*x > 0.0 && x.is_finite()));
+            if let Some((what, value)) = bad {
+                return Err(RobotError::OutOfRange {
+                    what,
+                    value,
+                    help: "give a number above zero",
+                });
+            }
+        }
+        let (first, second) = self.hands(object)?;
+        let p_O = self.object_pose(object)?.position;
+        let tips = [self.tip_pose(first)?, self.tip_pose(second)?];
+        let about = tips.map(|X| shifted(&(X.position - p_O)));
+        let hand = |i: usize, sign: f64| {
+            let rows = rows(&friction[i], &tips[i]);
+            let B = rows * about[i] * sign;
+            Hand { a: rows * six(&wrenches[i]), B, most: friction[i].most }
+        };
+        let hands = [hand(0, -1.0), hand(1, 1.0)];
+        let weight = hands.iter().map(|h| h.B.transpose() * h.B).sum();
+        let (x, missing) = Problem { hands, weight }.solve();
+        let mut out = Gripped { wrenches: *wrenches, missing };
+        let l = x.fixed_rows::<6>(0).into_owned();
+        if l != Vector6::zeros() {
+            for (i, sign) in [(0, -1.0), (1, 1.0)] {
+                let more = about[i] * l * sign;
+                out.wrenches[i].moment += more.fixed_rows::<3>(0);
+                out.wrenches[i].force += more.fixed_rows::<3>(3);
+            }
+        }
+        Ok(out)
+    }
+}
