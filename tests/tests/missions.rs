@@ -26,39 +26,6 @@ fn the_bouncing_ball_does_what_its_readme_says() {
     assert_eq!(sim.get("Ball.height").unwrap(), 0.0);
 }
 
-/// The command crosses one half where it is exactly that at some steps: each pulse is to be seen, whole.
-#[test]
-fn a_thruster_sees_every_pulse_whatever_the_step() {
-    let catalogue = common::catalogue();
-    for step in ["0.5 ms", "1 ms", "2 ms"] {
-        let text = format!(
-            r#"Simulation(
-                bodies: {{ "body": (parent: "world", hinge: Slider([0, 0, 1]), mass: "20 kg", inertia: Sphere(0.5)) }},
-                gravity: "none",
-                parts: {{
-                    "Command": (model: "basics.sine", params: {{ "frequency": 1 }}),
-                    "Thruster": (model: "flight.thruster", params: {{ "thrust": "5 N", "dead_time": "50 ms", "rise": "40 ms", "fall": "80 ms" }}, bind: {{ "nozzle": "node:body" }}),
-                }},
-                wires: ["Command.y -> Thruster.command"],
-                step: "{step}", until: "4 s",
-            )"#
-        );
-        let loaded = load_text("pulses.ron", &text, &Options::new(&catalogue)).unwrap();
-        let program = loaded.compile(&catalogue, &Files::default()).unwrap();
-        let mut sim = Simulation::of(Arc::new(program));
-        sim.run_until(seconds(4.0)).unwrap();
-        // Open from 1/12 s to 5/12 s of each second, 50 ms later; the last has not quite faded.
-        let (w, rise, fall) = (1.0 / 3.0_f64, 0.04_f64, 0.08_f64);
-        let reached = 1.0 - (-w / rise).exp();
-        let left = fall * reached * (-(1.0 - 5.0 / 12.0 - 0.05) / fall).exp();
-        let impulse = 5.0 * (4.0 * (w + (fall - rise) * reached) - left);
-        let found = sim.get("Thruster.impulse").unwrap();
-        println!("{step}: {found} N s of {impulse}");
-        assert_eq!(sim.get("Thruster.pulses").unwrap(), 4.0, "{step}");
-        assert!((found / impulse - 1.0).abs() < 1e-4, "{step}: {found} {impulse}");
-    }
-}
-
 /// Momentum (kg m/s) and angular momentum about the world's origin (kg m²/s), kinetic energy (J).
 fn books(sim: &Simulation) -> ([f64; 3], [f64; 3], f64) {
     let m = sim.plan().mechanism().unwrap();

@@ -69,6 +69,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<program::BodyLoad>(),
         Entry::model::<program::Sequence>(),
         Entry::model::<propulsion::blow_down::BlowDown>(),
+        Entry::model::<propulsion::held_thruster::HeldThruster>(),
         Entry::model::<propulsion::solid_motor::SolidMotor>(),
         Entry::model::<propulsion::thruster::Thruster>(),
         Entry::model::<propulsion::vector_thrust::VectorThrust>(),

@@ -1,5 +1,6 @@
 //! Component library: sensors. Encoders, inertial units, attitudes, poses and motions of nodes, cameras, lidar, radar, star
-//! trackers, sun sensors, solar clocks, forces at a mount, currents, rocks that were come over; noise follows from the seed.
+//! trackers, sun sensors, magnetometers, receivers of satellite navigation, solar clocks, forces at a mount, currents, rocks
+//! that were come over; noise follows from the seed.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "sensors.imu"`):
 //! ```
@@ -15,9 +16,11 @@ pub mod contact_switch;
 pub mod current;
 pub mod encoder;
 pub mod force_torque;
+pub mod gnss;
 pub mod imu;
 pub mod inclinometer;
 pub mod lidar;
+pub mod magnetometer;
 pub mod motion;
 pub mod pose;
 pub mod potentiometer;
@@ -40,9 +43,11 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<current::Current>(),
         Entry::model::<encoder::Encoder>(),
         Entry::model::<force_torque::ForceTorque>(),
+        Entry::sized::<gnss::Gnss>(),
         Entry::model::<imu::Imu>(),
         Entry::model::<inclinometer::Inclinometer>(),
         Entry::sized::<lidar::LidarSensor>(),
+        Entry::model::<magnetometer::Magnetometer>(),
         Entry::model::<motion::Motion>(),
         Entry::model::<pose::PoseSensor>(),
         Entry::model::<potentiometer::Potentiometer>(),

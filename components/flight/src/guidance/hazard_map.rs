@@ -6,7 +6,7 @@
 //! danger    the greater of slope/slope_max and roughness/roughness_max; without ground in the disc it is infinite
 //! place     of those with a danger of no more than 1, that with the least (danger)² + (distance from the middle/radius)²
 //! ```
-//! Where no place is safe, `found` is false and the place is that of the least danger. Made at the first row, kept from there on: a part that a phase brings makes
+//! Where no place is safe, `found` is false and the place is that of the least danger; without any ground `aimed` is false, too. Made at the first row, kept from there on: a part that a phase brings makes
 //! its map when the phase begins. Ground and map have the axes of W, z up: for a site, and heights that are small beside a planet. What stands between the lander and
 //! the ground hides nothing; n_k is noise of the instrument, one number for each node of the lattice. Cost: (2 radius/spacing)² places of π (footprint/spacing)² nodes, once.
 
@@ -62,6 +62,9 @@ pub struct HazardMapOut {
     /// It is safe.
     #[port]
     pub found: bool,
+    /// There is a place: a safe one, or that of the least danger.
+    #[port]
+    pub aimed: bool,
     /// Slope of the ground there.
     #[port("rad")]
     pub slope: f64,
@@ -82,6 +85,9 @@ pub struct Found {
     /// The place is safe.
     #[port]
     pub found: bool,
+    /// There is a place.
+    #[port]
+    pub aimed: bool,
     /// Where, W.
     #[port("m")]
     pub place: Vec3,
@@ -173,6 +179,7 @@ impl HazardMap {
         let mut best = Found {
             mapped: true,
             found: false,
+            aimed: false,
             place: Vec3::new(middle.0, middle.1, 0.0),
             slope: 0.0,
             roughness: 0.0,
@@ -191,7 +198,7 @@ impl HazardMap {
                     let (x, y) = (f64::from(i) * p.spacing, f64::from(j) * p.spacing);
                     best.place = Vec3::new(middle.0 + x, middle.1 + y, d.height);
                     (best.slope, best.roughness) = (d.slope, d.roughness);
-                    (best.found, least) = (good, cost);
+                    (best.found, best.aimed, least) = (good, true, cost);
                 }
             }
         }
@@ -231,11 +238,12 @@ impl Model for HazardMap {
     }
     fn init_d(&self) -> Found {
         let place = Vec3::zeros();
-        Found { mapped: false, found: false, place, slope: 0.0, roughness: 0.0, safe: 0.0 }
+        let (mapped, found, aimed) = (false, false, false);
+        Found { mapped, found, aimed, place, slope: 0.0, roughness: 0.0, safe: 0.0 }
     }
     fn direct(&self, c: &Clock, _: &(), d: &Found, u: &HazardMapIn) -> HazardMapOut {
-        let Found { found, place, slope, roughness, safe, .. } = self.now(c, d, &u.body);
-        HazardMapOut { place, found, slope, roughness, safe }
+        let Found { found, aimed, place, slope, roughness, safe, .. } = self.now(c, d, &u.body);
+        HazardMapOut { place, found, aimed, slope, roughness, safe }
     }
     fn update(&self, c: &Clock, _: &(), d: &Found, _: &(), u: &HazardMapIn) -> Found {
         self.now(c, d, &u.body)

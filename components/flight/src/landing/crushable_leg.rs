@@ -1,14 +1,16 @@
-//! `flight.crushable_leg`: a leg whose honeycomb crushes once, on a foot that meets flat ground.
+//! `flight.crushable_leg`: a leg whose honeycomb crushes once, on a foot that meets the ground.
 //! ```text
-//! s = h₀ − z of the foot: how far the foot would be in the ground if the leg were rigid
+//! s = (h − z) n_z of the foot: how far the foot would be in the ground if the leg were rigid
+//! h, n: height and normal of the ground under the foot: of the terrain, or of the plane z = `ground`
 //! c = greatest s so far that was crushed: honeycomb does not come back
 //! F = k (s − c) + d ṡ, at most the force of the stage at c; where it is more, the honeycomb crushes: ċ = (…)₊
 //! stages: (stroke, force), soft before hard; after the last one the leg is solid: F = k (s − c)
-//! friction: −μ F v_t/√(v_t² + ε²)          the foot is a node on the lander, z up
+//! along the ground: q = k_t z + d_t v_t pulls back; where |q| > μ F the foot slips at u = (|q| − μ F)/(d_u + d_t) along q:
+//! force on the foot: F n − q, or F n − (μ F + d_u u) q/|q|          ż = v_t − u q/|q|, ṡ = −v·n
 //! ```
 //! k is the stiffness of what does not crush (strut, soil), so that contact begins without a jump. c is a
 //! state: it follows ċ = max(0, (F_free − F_stage)/d_c), a fast creep that keeps the force at the stage
-//! within d_c ċ. Touching and leaving the ground are events.
+//! within d_c ċ; d_u does the same for friction, and what stands on a slope stays there. In the air z fades with d_u/k_t. Touching and leaving the ground are events. Off the map of a terrain there is no ground.
 
 use linkwork_runtime::prelude::*;
 
@@ -22,6 +24,9 @@ pub struct Stage {
     #[param(unit = "N", range = 0.0..)]
     pub force: f64,
 }
+
+/// Depth (m) off the map.
+const NOWHERE: f64 = -1e6;
 
 /// A leg.
 #[derive(Params, Clone, Debug)]
@@ -37,15 +42,24 @@ pub struct LegParams {
     /// Force over speed of the crushing beyond the stage's force, d_c.
     #[param(unit = "N s/m", default = 100.0, range = 1e-3..)]
     pub creep: f64,
-    /// Height of the ground, W.
-    #[param(unit = "m", default = 0.0)]
-    pub ground: f64,
+    /// Height of a plane that is the ground, W; unwritten: the terrain is, or z = 0 where there is none.
+    #[param(unit = "m")]
+    pub ground: Option<f64>,
     /// Friction of the foot μ.
     #[param(default = 0.5, range = 0.0..)]
     pub friction: f64,
-    /// Speed ε below which friction is smooth.
-    #[param(unit = "m/s", default = 0.01, range = 1e-6..)]
-    pub smoothing: f64,
+    /// Stiffness k_t of strut and ground along the ground; unwritten: k.
+    #[param(unit = "N/m", range = 1.0..)]
+    pub side_stiffness: Option<f64>,
+    /// Damping d_t along the ground; unwritten: d.
+    #[param(unit = "N s/m", range = 0.0..)]
+    pub side_damping: Option<f64>,
+    /// Force over speed of the slipping beyond friction, d_u; unwritten: d_c.
+    #[param(unit = "N s/m", range = 1e-3..)]
+    pub slip: Option<f64>,
+    /// The ground, when there is one and `ground` is not written.
+    #[param(service)]
+    pub terrain: Option<Handle<dyn Terrain>>,
 }
 
 /// The foot.
@@ -87,6 +101,9 @@ pub struct Crush {
     /// Energy that it has taken.
     #[port("J")]
     pub taken: f64,
+    /// Deflection z of the foot along the ground, W.
+    #[port("m")]
+    pub aside: Vec3,
 }
 
 /// The ground.
@@ -112,15 +129,47 @@ impl CrushableLeg {
         })
     }
 
-    /// Force of the ground, and the rate of crushing.
-    fn force(&self, x: &Crush, foot: &NodeState) -> (f64, f64) {
-        let p = &self.p;
-        let depth = p.ground - foot.position.z - x.crushed;
-        if depth <= 0.0 {
-            return (0.0, 0.0);
+    /// How far the foot would be in the ground (m) if the leg were rigid and whole, and the ground's normal, W.
+    fn sunk(&self, foot: &NodeState) -> (f64, Vec3) {
+        let at = &foot.position;
+        match (self.p.ground, &self.p.terrain) {
+            (None, Some(terrain)) => match terrain.ground(at.x, at.y) {
+                Some(g) => ((g.height - at.z) * g.normal.z, g.normal),
+                None => (NOWHERE, Vec3::z()),
+            },
+            (plane, _) => (plane.unwrap_or(0.0) - at.z, Vec3::z()),
         }
-        let free = p.stiffness * depth - p.damping * foot.velocity.z;
-        match self.stage(x.crushed) {
+    }
+
+    /// What the ground does to the foot.
+    fn met(&self, x: &Crush, foot: &NodeState) -> Met {
+        let p = &self.p;
+        let (sunk, normal) = self.sunk(foot);
+        let depth = sunk - x.crushed;
+        let (stiffness, slip) =
+            (p.side_stiffness.unwrap_or(p.stiffness), p.slip.unwrap_or(p.creep));
+        if depth <= 0.0 {
+            let aside = x.aside * (-stiffness / slip);
+            return Met { up: 0.0, crushing: 0.0, along: Vec3::zeros(), aside, normal };
+        }
+        let sinking = foot.velocity.dot(&normal);
+        let (up, crushing) = self.upwards(x.crushed, p.stiffness * depth - p.damping * sinking);
+        let sliding = foot.velocity - normal * sinking;
+        let damping = p.side_damping.unwrap_or(p.damping);
+        let pull = (x.aside - normal * x.aside.dot(&normal)) * stiffness + sliding * damping;
+        let over = pull.norm() - p.friction * up;
+        if over <= 0.0 {
+            return Met { up, crushing, along: -pull, aside: sliding, normal };
+        }
+        let (slips, to) = (over / (slip + damping), pull / pull.norm());
+        let along = to * -(p.friction * up + slip * slips);
+        Met { up, crushing, along, aside: sliding - to * slips, normal }
+    }
+
+    /// Force (N) where strut and ground would give `free`, and the rate of crushing.
+    fn upwards(&self, crushed: f64, free: f64) -> (f64, f64) {
+        let p = &self.p;
+        match self.stage(crushed) {
             Some(limit) if free > limit => {
                 // Through strut (k, d) and creeping honeycomb in a row: d (ṡ − ċ) + k δ = limit + d_c ċ.
                 let rate = (free - limit) / (p.creep + p.damping);
@@ -131,7 +180,17 @@ impl CrushableLeg {
     }
 }
 
-/// A landing leg with honeycomb in stages that crushes once, on flat ground with friction.
+/// What the ground does to a foot: force along the normal (N), rate of crushing (m/s), force along the ground (N), rate of the
+/// deflection (m/s), normal.
+struct Met {
+    up: f64,
+    crushing: f64,
+    along: Vec3,
+    aside: Vec3,
+    normal: Vec3,
+}
+
+/// A landing leg with honeycomb in stages that crushes once, on ground with friction.
 #[model("flight.crushable_leg")]
 impl Model for CrushableLeg {
     type Params = LegParams;
@@ -144,18 +203,15 @@ impl Model for CrushableLeg {
         Stroke { crushed: x.crushed, taken: x.taken }
     }
     fn direct(&self, _: &Clock, x: &Crush, _: &(), u: &LegIn) -> LegOut {
-        let (up, _) = self.force(x, &u.foot);
-        let along = Vec3::new(u.foot.velocity.x, u.foot.velocity.y, 0.0);
-        let smooth = along.norm().hypot(self.p.smoothing);
-        let force = Vec3::z() * up - along * (self.p.friction * up / smooth);
-        LegOut { load: Wrench { moment: Vec3::zeros(), force }, force: up }
+        let Met { up, along, normal, .. } = self.met(x, &u.foot);
+        LegOut { load: Wrench { moment: Vec3::zeros(), force: normal * up + along }, force: up }
     }
     fn deriv(&self, _: &Clock, x: &Crush, _: &(), _: &(), u: &LegIn) -> Crush {
-        let (force, rate) = self.force(x, &u.foot);
-        Crush { crushed: rate, taken: force * rate }
+        let Met { up, crushing, aside, .. } = self.met(x, &u.foot);
+        Crush { crushed: crushing, taken: up * crushing, aside }
     }
     fn guards(&self, _: &Clock, x: &Crush, _: &(), _: &(), u: &LegIn) -> Touch {
-        Touch { touches: self.p.ground - u.foot.position.z - x.crushed }
+        Touch { touches: self.sunk(&u.foot).0 - x.crushed }
     }
     fn fired(&self, _: &Clock, _: usize, x: &Crush) -> (Crush, ()) {
         (*x, ())
@@ -174,11 +230,36 @@ mod tests {
                 stiffness: 1e8,
                 damping: 0.0,
                 creep: 0.01,
-                ground: 0.0,
+                ground: None,
                 friction: 0.5,
-                smoothing: 0.01,
+                side_stiffness: None,
+                side_damping: None,
+                slip: Some(1.0),
+                terrain: None,
             },
         }
+    }
+
+    /// h = 12 + 0.3 x within 100 m.
+    struct Hill;
+    impl Terrain for Hill {
+        fn ground(&self, x: f64, _: f64) -> Option<Ground> {
+            let normal = Vec3::new(-0.3, 0.0, 1.0).normalize();
+            (x.abs() < 100.0).then_some(Ground { height: 12.0 + 0.3 * x, normal })
+        }
+        fn bounds(&self) -> [f64; 4] {
+            [-100.0, -100.0, 100.0, 100.0]
+        }
+        fn soil(&self, _: f64, _: f64) -> &Soil {
+            unreachable!("a leg does not ask for soil")
+        }
+        fn surface(&self) -> Surface {
+            Surface { origin: [0.0; 2], spacing: [1.0; 2], nx: 0, ny: 0, heights: vec![] }
+        }
+    }
+
+    fn whole() -> Crush {
+        Crush { crushed: 0.0, taken: 0.0, aside: Vec3::zeros() }
     }
 
     fn foot(z: f64, v: Vec3) -> LegIn {
@@ -191,7 +272,7 @@ mod tests {
         let stage = |stroke, force| Stage { stroke, force };
         let m = leg(vec![stage(0.05, 2000.0), stage(0.2, 6000.0)]);
         let at = |crushed: f64, z: f64| {
-            let x = Crush { crushed, taken: 0.0 };
+            let x = Crush { crushed, ..whole() };
             m.direct(&Clock::at(0.0, 0.1, 0), &x, &(), &foot(z, Vec3::zeros()), &()).force
         };
         assert_eq!(at(0.0, 0.1), 0.0);
@@ -203,14 +284,73 @@ mod tests {
         assert!((at(0.25, -0.2501) - 1e8 * 1e-4).abs() < 1e-3);
         // It does not come back.
         assert_eq!(at(0.1, -0.05), 0.0);
-        let y = m.direct(
-            &Clock::at(0.0, 0.1, 0),
-            &Crush { crushed: 0.0, taken: 0.0 },
-            &(),
-            &foot(-1e-5, Vec3::new(3.0, 4.0, 0.0)),
-            &(),
-        );
-        assert!((y.load.force - Vec3::new(-300.0, -400.0, 1000.0)).norm() < 0.01);
+    }
+
+    /// Below μ F it is a spring, beyond it the foot slips with μ F against its motion; on its feet it stays on a slope. In the air
+    /// the deflection goes.
+    #[test]
+    fn friction_holds_up_to_its_limit_and_slips_beyond() {
+        let mut m = leg(vec![Stage { stroke: 0.05, force: 2000.0 }]);
+        let c = Clock::at(0.0, 0.1, 0);
+        let at = |m: &CrushableLeg, aside: Vec3, v: Vec3, z: f64| {
+            let (x, u) = (Crush { aside, ..whole() }, foot(z, v));
+            let y = m.direct(&c, &x, &(), &u, &());
+            (y.load.force, m.deriv(&c, &x, &(), &(), &u, &(), &y).aside)
+        };
+        // 1000 N on it: held up to 500 N, which is 5 µm.
+        let to = Vec3::new(0.6, 0.8, 0.0);
+        let (force, rate) = at(&m, to * 4e-6, to * 0.3, -1e-5);
+        assert!((force - Vec3::new(-240.0, -320.0, 1000.0)).norm() < 1e-9 && rate == to * 0.3);
+        // Slipping for long at 5 m/s: the deflection stands, and the force is μ F and d_u times 5 m/s.
+        let stands = to * ((500.0 + 5.0) / 1e8);
+        let (force, rate) = at(&m, stands, to * 5.0, -1e-5);
+        assert!((force - Vec3::new(-303.0, -404.0, 1000.0)).norm() < 1e-9, "{force}");
+        assert!(rate.norm() < 1e-12, "{rate}");
+        // With damping it is the same: the strut does not move.
+        m.p.side_damping = Some(40.0);
+        let (force, rate) = at(&m, stands, to * 5.0, -1e-5);
+        assert!((force - Vec3::new(-303.0, -404.0, 1000.0)).norm() < 1e-9 && rate.norm() < 1e-12);
+        let (force, rate) = at(&m, stands, Vec3::zeros(), 1.0);
+        assert!(force == Vec3::zeros() && (rate + stands * 1e8).norm() < 1e-12);
+    }
+
+    /// On a slope it is the leg on a plane, turned: force, rate and depth along the normal. Where the map ends there is nothing.
+    #[test]
+    fn on_a_slope_it_pushes_along_the_normal() {
+        let mut level = leg(vec![Stage { stroke: 0.05, force: 2000.0 }]);
+        let mut m = leg(vec![Stage { stroke: 0.05, force: 2000.0 }]);
+        let (slope, height) = (0.3_f64, 12.0);
+        (level.p.damping, m.p.damping) = (20.0, 20.0);
+        m.p.terrain =
+            Some(Handle::new("hill", std::sync::Arc::new(Hill) as std::sync::Arc<dyn Terrain>));
+        let turn = Quat::from_scaled_axis(Vec3::y() * -slope.atan());
+        let (c, x) = (Clock::at(0.0, 0.1, 0), whole());
+        for (z, v) in [(-1e-5, Vec3::new(0.02, -0.01, 0.0)), (-3e-5, Vec3::new(-1.0, 0.4, -0.5))] {
+            let (flat, there) = (foot(z, v), turn * Vec3::new(4.0, 1.0, z) + Vec3::z() * height);
+            let moved = NodeState { position: there, velocity: turn * v, ..NodeState::identity() };
+            let u = LegIn { foot: moved };
+            let (a, b) = (level.direct(&c, &x, &(), &flat, &()), m.direct(&c, &x, &(), &u, &()));
+            assert!(
+                (turn * a.load.force - b.load.force).norm() < 1e-4,
+                "{} {}",
+                a.load.force,
+                b.load.force
+            );
+            let rate = |m: &CrushableLeg, u: &LegIn, y: &LegOut| {
+                m.deriv(&c, &x, &(), &(), u, &(), y).crushed
+            };
+            let (p, q) = (rate(&level, &flat, &a), rate(&m, &u, &b));
+            assert!((p - q).abs() < 1e-9 * p + 1e-12, "{p} {q}");
+            assert!((m.guards(&c, &x, &(), &(), &u, &()).touches + z).abs() < 1e-12);
+        }
+        let mut off = foot(-5.0, Vec3::zeros());
+        off.foot.position.x = 200.0;
+        assert_eq!(m.direct(&c, &x, &(), &off, &()).load, Wrench::zero());
+        // What is written counts.
+        m.p.ground = Some(-6.0);
+        assert_eq!(m.direct(&c, &x, &(), &off, &()).force, 0.0);
+        off.foot.position.z = -6.00001;
+        assert!((m.direct(&c, &x, &(), &off, &()).force - 1000.0).abs() < 1e-6);
     }
 
     /// A lander on three legs beside the closed form: stroke and energy.
@@ -219,7 +359,7 @@ mod tests {
         let (mass, g) = (600.0, 3.71);
         let mut m = leg(vec![Stage { stroke: 1.0, force: 4500.0 }]);
         (m.p.stiffness, m.p.creep) = (1e7, 1.0);
-        let (mut z, mut v, mut x) = (0.0, -2.4, Crush { crushed: 0.0, taken: 0.0 });
+        let (mut z, mut v, mut x) = (0.0, -2.4, whole());
         let (c, h) = (Clock::at(0.0, 0.1, 0), 5e-8);
         // ċ adjusts within d_c/k = 1e-7 s: small steps, and only as long as it sinks.
         let mut t = 0.0;
@@ -227,7 +367,7 @@ mod tests {
             let u = foot(z, Vec3::z() * v);
             let y = m.direct(&c, &x, &(), &u, &());
             let r = m.deriv(&c, &x, &(), &(), &u, &(), &y);
-            x = Crush { crushed: x.crushed + r.crushed * h, taken: x.taken + r.taken * h };
+            x = Crush { crushed: x.crushed + r.crushed * h, taken: x.taken + r.taken * h, ..x };
             v += h * (3.0 * y.force / mass - g);
             z += h * v;
             t += h;

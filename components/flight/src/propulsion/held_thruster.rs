@@ -1,0 +1,109 @@
+//! `flight.held_thruster`: a switched thruster whose pulse is spread over the sample of what switches it.
+//! ```text
+//! F = s T z at the node (z: against the jet)      s: share of the sample for which the valve is open, held over the sample
+//! I = ∫ F dt,   ṁ = F/(I_sp g₀)                   a pulse of width w in samples of Δ: s = w/Δ, I = T w
+//! ```
+//! That is the impulse of a pulse of `flight.thruster` whose two ramps and two dead times are equal; the force comes earlier than that of the
+//! pulse, by the dead time and the time constant of the ramps. A sample begins and ends at rows, so there are no events, and no ramps
+//! that an integrator has to resolve: for campaigns, where a sample is short against how fast the vehicle turns.
+//! Ports are those of `flight.thruster` but `pulses`. A command of 0 or 1, as `control.jet_selection` gives it, is a whole sample.
+
+use super::thruster::{ThrusterIn, ThrusterOut};
+use linkwork_runtime::prelude::*;
+
+/// Standard gravity, m/s².
+const G0: f64 = 9.80665;
+
+/// A thruster.
+#[derive(Params, Clone, Debug)]
+pub struct HeldThrusterParams {
+    /// Thrust.
+    #[param(unit = "N", range = 0.0..)]
+    pub thrust: f64,
+    /// Specific impulse.
+    #[param(unit = "s", default = 220.0, range = 1e-3..)]
+    pub specific_impulse: f64,
+}
+
+/// What it has done.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Done {
+    /// Impulse so far.
+    #[port("N s")]
+    pub done: f64,
+}
+
+/// What it has done.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Given {
+    /// Impulse so far.
+    #[port("N s")]
+    pub impulse: f64,
+}
+
+/// A thruster with held pulses.
+pub struct HeldThruster {
+    p: HeldThrusterParams,
+}
+
+impl HeldThruster {
+    /// Force (N) over a sample.
+    fn force(&self, u: &ThrusterIn) -> f64 {
+        if u.supply { self.p.thrust * u.command.clamp(0.0, 1.0) } else { 0.0 }
+    }
+}
+
+/// A switched thruster as its mean force over each sample of its command, without events.
+#[model("flight.held_thruster")]
+impl Model for HeldThruster {
+    type Params = HeldThrusterParams;
+    type Ud = ThrusterIn;
+    type Ym = Given;
+    type Yd = ThrusterOut;
+    type X = Done;
+    fn moore(&self, _: &Clock, x: &Done, _: &()) -> Given {
+        Given { impulse: x.done }
+    }
+    fn direct(&self, _: &Clock, _: &Done, _: &(), u: &ThrusterIn) -> ThrusterOut {
+        let force = self.force(u);
+        ThrusterOut {
+            load: Wrench { moment: Vec3::zeros(), force: u.nozzle.rotation * Vec3::z() * force },
+            force,
+            flow: force / (self.p.specific_impulse * G0),
+        }
+    }
+    fn deriv(&self, _: &Clock, _: &Done, _: &(), _: &(), u: &ThrusterIn) -> Done {
+        Done { done: self.force(u) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::thruster::pulse_impulse;
+    use super::*;
+
+    #[test]
+    fn its_impulse_is_that_of_the_pulse() {
+        let m = HeldThruster { p: HeldThrusterParams { thrust: 22.0, specific_impulse: 220.0 } };
+        let rotation = Quat::from_scaled_axis(Vec3::new(0.4, -0.7, 1.1));
+        let nozzle = NodeState { rotation, ..NodeState::identity() };
+        let (c, x, sample) = (Clock::at(0.3, 0.1, 0), m.init_x(), 0.1);
+        for width in [0.0, 0.003, 0.02, 0.1] {
+            let u = ThrusterIn { nozzle, command: width / sample, supply: true };
+            let want = pulse_impulse(22.0, width, 0.006, 0.006);
+            let y = m.direct(&c, &x, &(), &u, &());
+            let given = m.deriv(&c, &x, &(), &(), &u, &(), &y).done * sample;
+            assert!((given - want).abs() <= 1e-15 && (y.force * sample - want).abs() <= 1e-15);
+            assert!((y.flow * sample * 220.0 * G0 - want).abs() <= 1e-15);
+            assert!((y.load.force - rotation * Vec3::z() * y.force).norm() < 1e-14);
+            // Without propellant there is nothing of it.
+            let u = ThrusterIn { supply: false, ..u };
+            let y = m.direct(&c, &x, &(), &u, &());
+            let dx = m.deriv(&c, &x, &(), &(), &u, &(), &y);
+            assert_eq!((y.force, y.flow, y.load, dx.done), (0.0, 0.0, Wrench::zero(), 0.0));
+        }
+        let over = ThrusterIn { nozzle, command: 1.5, supply: true };
+        assert_eq!(m.direct(&c, &x, &(), &over, &()).force, 22.0);
+        assert_eq!(m.moore(&c, &Done { done: 3.5 }, &(), &()).impulse, 3.5);
+    }
+}

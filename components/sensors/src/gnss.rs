@@ -1,0 +1,409 @@
+//! `sensors.gnss`: a receiver of a satellite navigation system: position, velocity and clock from ranges to the satellites that it sees.
+//! ```text
+//! satellites  planes × per_plane on circles of radius a, n = √(μ/a³); plane i: node Ω + 2π i/planes; satellite j of it at the argument of latitude
+//!             2π j/per_plane + 2π phasing i/(planes per_plane) + n t      (Walker's pattern, inertial axes)
+//! seen        elevation over the horizon ≥ `mask`, the planet not in the way, within `cone` of z of the mount
+//! range       ρ = |s − p| + b + e + σ_ρ n₁       e' = φ e + σ_e √(1 − φ²) n₂, φ = e^(−Δt/τ): orbits, ionosphere, reflections
+//! rate        ρ̇ = u·(v_s − v) + d + σ_v n₃       u: unit vector to the satellite
+//! clock       b' = b + d Δt + σ_b √Δt n₄ + σ_d √Δt³ (n₅/2 + n₆/√12),  d' = d + σ_d √Δt n₅       in m and m/s, told over c
+//! fix         (p, b) = argmin Σ (ρ − |s − p| − b)²,  (v, d) by the same matrix;  PDOP = √tr of the part of (HᵀH)⁻¹ for p
+//! ```
+//! From four satellites on whose geometry gives a PDOP of no more than `pdop_max`; else there is no fix and all are zero. Ranges are of one instant: time on the way, relativity and
+//! what the air does by elevation are not in them, neither are the satellites' clocks. The planet turns about z of its axes, which are inertial at t = 0; W is inertial with the
+//! planet at its origin, or a site of it: position and velocity are in W.
+
+use linkwork_runtime::prelude::*;
+use linkwork_spatial::nalgebra::{Matrix4, Vector4};
+
+/// Planes, and satellites in a plane, at most; satellites at most.
+const SIDE_MAX: u32 = 16;
+const SATELLITES_MAX: u32 = SIDE_MAX * SIDE_MAX;
+/// Speed of light, m/s.
+const LIGHT: f64 = 299_792_458.0;
+/// Lanes of noise before those of the satellites, and of each of these.
+const OWN: u32 = 8;
+const EACH: u32 = 3;
+
+/// Constellation, receiver and errors; as it stands GPS of 24 satellites and a receiver of one frequency.
+#[derive(Params, Clone, Debug)]
+pub struct GnssParams {
+    /// Orbital planes.
+    #[param(default = 6, range = 1.0..=16.0)]
+    pub planes: u32,
+    /// Satellites in a plane.
+    #[param(default = 4, range = 1.0..=16.0)]
+    pub per_plane: u32,
+    /// By how many times 2π/satellites a plane is ahead of the one before it.
+    #[param(default = 1, range = 0.0..=256.0)]
+    pub phasing: u32,
+    /// Inclination.
+    #[param(unit = "rad", default = 0.959_931_088_596_881_2, range = 0.0..=3.15)]
+    pub inclination: f64,
+    /// Radius of the orbits a.
+    #[param(unit = "m", default = 2.656e7, range = 1.0..)]
+    pub orbit_radius: f64,
+    /// Right ascension Ω of the node of the first plane.
+    #[param(unit = "rad", default = 0.0)]
+    pub node: f64,
+    /// Gravitational parameter of the planet, m³/s².
+    #[param(default = 3.986_004_418e14, range = 1.0..)]
+    pub mu: f64,
+    /// Radius of the planet, which is in the way.
+    #[param(unit = "m", default = 6_378_137.0, range = 1.0..)]
+    pub planet_radius: f64,
+    /// Least elevation over the horizontal; below zero for what flies high.
+    #[param(unit = "rad", default = 0.0873, range = -1.58..=1.58)]
+    pub mask: f64,
+    /// Greatest angle from z of the mount at which the antenna receives.
+    #[param(unit = "rad", default = std::f64::consts::PI, range = 0.0..=3.15)]
+    pub cone: f64,
+    /// Standard deviation σ_ρ of a range, anew at each sample.
+    #[param(unit = "m", default = 0.5, range = 0.0..)]
+    pub range_sigma: f64,
+    /// Standard deviation σ_e of the error of a satellite's range that goes on.
+    #[param(unit = "m", default = 1.5, range = 0.0..)]
+    pub wander_sigma: f64,
+    /// Time constant τ of it.
+    #[param(unit = "s", default = 600.0, range = 1e-3..)]
+    pub wander_time: f64,
+    /// Standard deviation σ_v of a range's rate.
+    #[param(unit = "m/s", default = 0.05, range = 0.0..)]
+    pub rate_sigma: f64,
+    /// Standard deviation of the clock's error at the start.
+    #[param(unit = "s", default = 1e-6, range = 0.0..)]
+    pub clock_start: f64,
+    /// Standard deviation of its drift at the start, s/s.
+    #[param(default = 1e-8, range = 0.0..)]
+    pub drift_start: f64,
+    /// White noise σ_b of its frequency, s/√s.
+    #[param(default = 3e-10, range = 0.0..)]
+    pub clock_white: f64,
+    /// Random walk σ_d of its frequency, s/s/√s.
+    #[param(default = 1e-11, range = 0.0..)]
+    pub clock_walk: f64,
+    /// Greatest PDOP with which there is a fix.
+    #[param(default = 20.0, range = 1.0..)]
+    pub pdop_max: f64,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
+}
+
+/// The antenna.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct GnssIn {
+    /// The antenna; z is the middle of what it receives from.
+    #[port(bind = "mount")]
+    pub mount: NodeState,
+}
+
+/// What it tells.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct GnssOut {
+    /// Position, W; 0 without a fix.
+    #[port("m")]
+    pub position: Vec3,
+    /// Velocity, W; 0 without a fix.
+    #[port("m/s")]
+    pub velocity: Vec3,
+    /// Error of its clock, as it finds it.
+    #[port("s")]
+    pub clock: f64,
+    /// Drift of its clock, as it finds it.
+    #[port("1")]
+    pub drift: f64,
+    /// These are measurements.
+    #[port]
+    pub fix: bool,
+    /// Satellites that it receives.
+    #[port("1")]
+    pub satellites: f64,
+    /// Deviation of the position over that of a range; 0 without a fix.
+    #[port("1")]
+    pub pdop: f64,
+}
+
+/// The clock.
+#[derive(State, Clone, Copy, Debug)]
+pub struct GnssClock {
+    /// Its error b.
+    #[port("m")]
+    pub bias: f64,
+    /// Its drift d.
+    #[port("m/s")]
+    pub rate: f64,
+    /// The first errors have been drawn.
+    #[port]
+    pub drawn: bool,
+}
+
+/// Where something is and how it moves, inertial axes from the planet's centre.
+#[derive(Clone, Copy, Debug)]
+struct Moving {
+    p: Vec3,
+    v: Vec3,
+}
+
+/// A satellite that is received: its motion, and its range (m) and its rate (m/s) as they are measured.
+#[derive(Clone, Copy, Debug)]
+struct Signal {
+    satellite: Moving,
+    range: f64,
+    rate: f64,
+}
+
+/// A receiver.
+pub struct Gnss {
+    p: GnssParams,
+    site: Option<Site>,
+}
+
+impl Gnss {
+    fn count(&self) -> u32 {
+        self.p.planes * self.p.per_plane
+    }
+
+    /// Satellite k at t (s).
+    fn satellite(&self, k: u32, t: f64) -> Moving {
+        let p = &self.p;
+        let turn = std::f64::consts::TAU;
+        let (plane, place) = (f64::from(k / p.per_plane), f64::from(k % p.per_plane));
+        let rate = (p.mu / p.orbit_radius.powi(3)).sqrt();
+        let ahead = f64::from(p.phasing) * plane / f64::from(self.count());
+        let (sin, cos) = (turn * (place / f64::from(p.per_plane) + ahead) + rate * t).sin_cos();
+        let orbit =
+            Quat::from_axis_angle(&Vec3::z_axis(), p.node + turn * plane / f64::from(p.planes))
+                * Quat::from_axis_angle(&Vec3::x_axis(), p.inclination);
+        let a = p.orbit_radius;
+        Moving {
+            p: orbit * Vec3::new(a * cos, a * sin, 0.0),
+            v: orbit * Vec3::new(-a * rate * sin, a * rate * cos, 0.0),
+        }
+    }
+
+    /// From the planet's axes to inertial ones.
+    fn turned(&self, site: &Site, t: f64) -> Quat {
+        Quat::from_axis_angle(&Vec3::z_axis(), site.rate * t)
+    }
+
+    /// A node in inertial axes.
+    fn inertial(&self, t: f64, node: &NodeState) -> Moving {
+        let Some(site) = &self.site else { return Moving { p: node.position, v: node.velocity } };
+        let turn = self.turned(site, t);
+        let p = site.to_planet(&node.position);
+        let v = site.pose.rotation * node.velocity + (Vec3::z() * site.rate).cross(&p);
+        Moving { p: turn * p, v: turn * v }
+    }
+
+    /// Place and velocity in W of what moves in inertial axes.
+    fn in_W(&self, t: f64, m: &Moving) -> (Vec3, Vec3) {
+        let Some(site) = &self.site else { return (m.p, m.v) };
+        let back = self.turned(site, t).inverse();
+        let p = back * m.p;
+        let v = back * m.v - (Vec3::z() * site.rate).cross(&p);
+        (site.pose.inverse().transform_point(&p), site.from_planet_axes(&v))
+    }
+
+    /// Elevation (rad) of a satellite over the horizontal at `p`.
+    fn elevation(p: &Vec3, s: &Vec3) -> f64 {
+        let (up, to) = (p.normalize(), (s - p).normalize());
+        up.dot(&to).atan2(up.cross(&to).norm())
+    }
+
+    /// Whether a satellite is received: over the mask, not behind the planet, within the cone about `axis`.
+    fn seen(&self, own: &Vec3, axis: &Vec3, s: &Vec3) -> bool {
+        let (p, to) = (&self.p, s - own);
+        let along = -own.dot(&to) / to.norm_squared();
+        let nearest = (own + to * along.clamp(0.0, 1.0)).norm();
+        // On the ground the way begins at the planet's surface.
+        let clear = along <= 0.0 || nearest >= p.planet_radius;
+        clear
+            && Self::elevation(own, s) >= p.mask
+            && axis.cross(&to).norm().atan2(axis.dot(&to)) <= p.cone
+    }
+
+    /// Ranges and rates of what is received, with their errors.
+    fn signals(
+        &self,
+        c: &Clock,
+        own: &Moving,
+        axis: &Vec3,
+        (clock, errors): (&GnssClock, &[f64]),
+        mut f: impl FnMut(Signal),
+    ) {
+        for k in 0..self.count() {
+            let satellite = self.satellite(k, c.t);
+            if !self.seen(&own.p, axis, &satellite.p) {
+                continue;
+            }
+            let to = satellite.p - own.p;
+            let lane = OWN + EACH * k;
+            let noise =
+                |sigma: f64, n: u32| if sigma > 0.0 { sigma * c.normal(lane + n) } else { 0.0 };
+            let error = errors[k as usize] + noise(self.p.range_sigma, 0);
+            let closing = to.normalize().dot(&(satellite.v - own.v));
+            f(Signal {
+                satellite,
+                range: to.norm() + clock.bias + error,
+                rate: closing + clock.rate + noise(self.p.rate_sigma, 1),
+            });
+        }
+    }
+
+    /// Clock and errors of the ranges at this sample: those of the state, or the first ones.
+    fn state(&self, c: &Clock, d: &[f64]) -> (GnssClock, [f64; SATELLITES_MAX as usize]) {
+        let (own, each) = d.split_at(GnssClock::N);
+        let mut clock = GnssClock::get(own);
+        let mut errors = [0.0; SATELLITES_MAX as usize];
+        errors[..each.len()].copy_from_slice(each);
+        if !clock.drawn {
+            let bias = LIGHT * self.p.clock_start * c.normal(0);
+            let rate = LIGHT * self.p.drift_start * c.normal(1);
+            clock = GnssClock { bias, rate, drawn: true };
+            for (k, e) in errors[..each.len()].iter_mut().enumerate() {
+                *e = self.p.wander_sigma * c.normal(OWN + EACH * k as u32 + 2);
+            }
+        }
+        (clock, errors)
+    }
+
+    /// How many satellites it receives, and the least-squares solution. The iteration begins where the antenna is: it ends at the same
+    /// place from anywhere near.
+    fn fix(&self, c: &Clock, mount: &NodeState, d: &[f64]) -> (u32, Option<Solution>) {
+        let own = self.inertial(c.t, mount);
+        let axis =
+            self.inertial(
+                c.t,
+                &NodeState { position: mount.position + mount.rotation * Vec3::z(), ..*mount },
+            )
+            .p - own.p;
+        let (clock, errors) = self.state(c, d);
+        let mut found = Solution { at: own, bias: clock.bias, rate: 0.0, pdop: 0.0 };
+        let mut count = 0;
+        for step in 0..STEPS {
+            let (mut normal, mut right, mut rates) =
+                (Matrix4::zeros(), Vector4::zeros(), Vector4::zeros());
+            count = 0;
+            self.signals(c, &own, &axis, (&clock, &errors[..self.count() as usize]), |s| {
+                let to = s.satellite.p - found.at.p;
+                let u = to.normalize();
+                let row = Vector4::new(-u.x, -u.y, -u.z, 1.0);
+                normal += row * row.transpose();
+                right += row * (s.range - to.norm() - found.bias);
+                rates += row * (s.rate - u.dot(&s.satellite.v));
+                count += 1;
+            });
+            if count < 4 {
+                return (count, None);
+            }
+            let Some(inverse) = normal.cholesky().map(|l| l.inverse()) else {
+                return (count, None);
+            };
+            let (by, v) = (inverse * right, inverse * rates);
+            found.at.p += by.xyz();
+            found.bias += by.w;
+            if step + 1 == STEPS {
+                found.at.v = v.xyz();
+                found.rate = v.w;
+                found.pdop = (inverse[(0, 0)] + inverse[(1, 1)] + inverse[(2, 2)]).sqrt();
+            }
+        }
+        (count, (found.pdop <= self.p.pdop_max).then_some(found))
+    }
+}
+
+/// Steps of the iteration: from errors of a hundred metres the first leaves 0.2 mm, the second nothing.
+const STEPS: u32 = 3;
+
+/// Place and velocity in inertial axes, clock (m, m/s), PDOP.
+#[derive(Clone, Copy, Debug)]
+struct Solution {
+    at: Moving,
+    bias: f64,
+    rate: f64,
+    pdop: f64,
+}
+
+impl SizedModel for Gnss {
+    const NAME: &'static str = "sensors.gnss";
+    const DOC: &'static str = "Position, velocity and clock from ranges to navigation satellites over the horizon, with their errors; sampled.";
+    type Params = GnssParams;
+    type Store = ();
+
+    fn ports(p: &GnssParams) -> SizedPorts {
+        let count = (p.planes.min(SIDE_MAX) * p.per_plane.min(SIDE_MAX)) as usize;
+        let errors = PortSpec::named("error", PortKind::Numbers, count)
+            .unit_of("m")
+            .doc_of("Error of each satellite's range that goes on, plane by plane.");
+        SizedPorts {
+            direct_inputs: GnssIn::specs(),
+            direct_outputs: GnssOut::specs(),
+            discrete: GnssClock::specs().into_iter().chain([errors]).collect(),
+            sampled: true,
+            ..SizedPorts::default()
+        }
+    }
+
+    fn build(p: GnssParams) -> Result<Self, BuildError> {
+        let site = p.gravity.as_ref().and_then(|g| g.site());
+        Ok(Gnss { p, site })
+    }
+
+    fn direct(&self, c: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+        let mount = GnssIn::get(u).mount;
+        if !mount.position.iter().chain(mount.velocity.iter()).all(|x| x.is_finite()) {
+            // A pose that is none stops the run: its lanes are checked at every row.
+            y.fill(f64::NAN);
+            return;
+        }
+        let (count, found) = self.fix(c, &mount, d);
+        let satellites = f64::from(count);
+        let zero = Vec3::zeros();
+        let none = GnssOut {
+            position: zero,
+            velocity: zero,
+            clock: 0.0,
+            drift: 0.0,
+            fix: false,
+            satellites,
+            pdop: 0.0,
+        };
+        let told = found.map_or(none, |s| {
+            let (position, velocity) = self.in_W(c.t, &s.at);
+            let (clock, drift) = (s.bias / LIGHT, s.rate / LIGHT);
+            GnssOut { position, velocity, clock, drift, fix: true, satellites, pdop: s.pdop }
+        });
+        told.put(y);
+    }
+
+    fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], _: &[f64], _: &mut ()) {
+        let p = &self.p;
+        let (clock, errors) = self.state(c, d);
+        let (root, dt) = (c.dt.max(0.0).sqrt(), c.dt.max(0.0));
+        let (white, walk) = (LIGHT * p.clock_white * root, LIGHT * p.clock_walk * root);
+        let n = [3, 4, 5].map(|lane| c.normal(lane));
+        let next = GnssClock {
+            bias: clock.bias
+                + clock.rate * dt
+                + white * n[0]
+                + walk * dt * (0.5 * n[1] + n[2] / 12f64.sqrt()),
+            rate: clock.rate + walk * n[1],
+            drawn: true,
+        };
+        let phi = (-dt / p.wander_time).exp();
+        let fresh = p.wander_sigma * (1.0 - phi * phi).sqrt();
+        let (own, each) = d.split_at_mut(GnssClock::N);
+        next.put(own);
+        for (k, (e, old)) in each.iter_mut().zip(errors).enumerate() {
+            // Beside those of the ranges' first errors: the sample after.
+            *e = phi * old + fresh * c.normal(NEXT + k as u32);
+        }
+    }
+}
+
+/// First lane of the noise that goes into the next errors of the ranges.
+const NEXT: u32 = OWN + EACH * SATELLITES_MAX;
+
+#[cfg(test)]
+#[path = "gnss_tests.rs"]
+mod tests;
