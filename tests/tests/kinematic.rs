@@ -98,6 +98,70 @@ fn cuts_leave_no_trace_and_it_stands_still_when_it_is_told() {
     assert_eq!(before, place(&parked));
 }
 
+/// A rover of another class on the level: name, radius of its wheels (m), waypoints.
+fn level(name: &str, radius: f64, waypoints: &str) -> String {
+    format!(
+        r#"Simulation(
+    params: {{ "motion": (default: "kinematics") }},
+    parts: {{ "Rover": (assembly: "rovers/{name}.ron", params: {{
+        "motion": "$motion", "imu_rate": 50, "waypoints": {waypoints}, "world": "worlds/slope.ron", "world_params": {{ "slope": 0 }},
+    }}) }},
+    step: "20 ms", until: "1000 s", seed: 1,
+    place: (body: "Rover.Hardware.Chassis/chassis", at: [0, 0], radius: {radius}, wheels: ["Rover.Hardware.Wheels.*/wheel"],
+        joints: ["Rover.Hardware.Chassis/rocker_*", "Rover.Hardware.Chassis/bogie_*"], motion: "$motion"))"#
+    )
+}
+
+#[test]
+fn other_classes_roll_where_they_drive_by_forces() {
+    let classes = [
+        ("mer", 0.13, "[[2, 0.6], [3.2, -0.4]]", 0.04),
+        ("sojourner", 0.065, "[[0.8, 0.24], [1.28, -0.16]]", 0.01),
+    ];
+    for (name, radius, waypoints, speed) in classes {
+        let text = level(name, radius, waypoints);
+        let mut rolls = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let by_forces = ["motion=dynamics", "step=1ms", "integrator=semi_implicit_euler"];
+        let mut forces = common::scene(&text, &by_forces).unwrap_or_else(|e| panic!("{e}"));
+        for t in [20.0, 60.0] {
+            run(&mut rolls, t);
+            run(&mut forces, t);
+            let (a, b) = (place(&rolls), place(&forces));
+            let (apart, higher) = ((a[0] - b[0]).hypot(a[1] - b[1]), a[2] - b[2]);
+            println!("{name} at {t} s: {a:.3?}; {apart:.4} m apart, {higher:.4} m in height");
+            assert!(apart < 0.02 * speed * t + 0.02 && higher.abs() < 0.005, "{apart} {higher}");
+        }
+        let way = place(&rolls)[0].hypot(place(&rolls)[1]);
+        assert!(way > 0.8 * speed * 60.0, "{name}: {way} m");
+    }
+}
+
+#[test]
+fn other_classes_roll_over_rocks_to_their_last_waypoint() {
+    for name in ["mer", "sojourner"] {
+        let set = [
+            "Rover.motion=kinematics",
+            "place.motion=kinematics",
+            "step=20ms",
+            "Rover.imu_rate=50",
+        ];
+        let file = format!("rovers/{name}.ron");
+        let mut sim = common::repository(&file, &set).unwrap_or_else(|e| panic!("{e}"));
+        let get = |sim: &Simulation, name: &str| sim.get(name).unwrap_or_else(|e| panic!("{e}"));
+        let mut highest = 0.0_f64;
+        while get(&sim, "Rover.NavigationSoftware.Follower.done") < 0.5 {
+            let next = sim.time() + 1.0;
+            run(&mut sim, next);
+            assert!(next < 400.0, "{name}: {:?}", place(&sim));
+            let gap = get(&sim, "Mechanism.rolling.gap");
+            assert!(gap < 1e-6, "{name} at {next} s: {gap} m");
+            highest = highest.max(get(&sim, "Rover.Hardware.Sensors.Pose.tilt"));
+        }
+        println!("{name}: {:.3?} after {} s, tilted by {highest:.3} rad", place(&sim), sim.time());
+        assert!(highest > 0.01, "{name}: it met no rock");
+    }
+}
+
 #[test]
 fn two_steps_agree() {
     let mut ends = ["20ms", "10ms"].map(|step| {

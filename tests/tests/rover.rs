@@ -334,7 +334,10 @@ fn the_equations_are_those_of_the_reference() {
         (0.0, [0.3303, 0.3885, 0.2812]),
         (10.0, [0.2936, 0.3278, 0.3634]),
         (20.0, [0.2521, 0.2487, 0.4389]),
+        (30.0, [0.2067, 0.1541, 0.5052]),
         (-10.0, [0.3616, 0.4274, 0.1958]),
+        (-20.0, [0.3881, 0.4404, 0.1112]),
+        (-30.0, [0.4121, 0.4205, 0.0334]),
     ] {
         let t = f64::to_radians(slope).tan();
         let got = body.loads(slope, [[0.0, t]; 2]);
@@ -348,7 +351,7 @@ fn the_equations_are_those_of_the_reference() {
 fn axle_loads_are_those_of_statics() {
     // With locked wheels the bristles share the traction by the history of settling, so the measured traction of the
     // bogies' wheels enters the equations.
-    for slope in [0.0, 10.0, 20.0, -10.0] {
+    for slope in [0.0, 10.0, 20.0, 30.0, -10.0, -20.0, -30.0] {
         let mut sim = on_slope(slope, false);
         run(&mut sim, 8);
         let found = axles(&sim, slope);

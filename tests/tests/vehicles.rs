@@ -24,7 +24,7 @@ const MARS: f64 = 3.72076;
 const MOON: f64 = 1.62;
 const BOGIES: &str = r#"["Rover.Hardware.Chassis/rocker_*", "Rover.Hardware.Chassis/bogie_*"]"#;
 
-fn vehicles() -> [Vehicle; 5] {
+fn vehicles() -> [Vehicle; 6] {
     let bogies = |name, radius, unit, mast, longest| Vehicle {
         name,
         gravity: MARS,
@@ -57,6 +57,16 @@ fn vehicles() -> [Vehicle; 5] {
             wheels: 8,
             joints: "[]",
             mast: [0.6, 0.0, 0.4],
+            longest: 90.0,
+        },
+        Vehicle {
+            name: "articulated",
+            gravity: MARS,
+            radius: 0.25,
+            unit: 1.5,
+            wheels: 4,
+            joints: r#"["Rover.Hardware.Chassis/rear"]"#,
+            mast: [0.15, 0.0, 0.16],
             longest: 90.0,
         },
     ]
@@ -182,7 +192,7 @@ fn loads_agree(vehicle: &Vehicle, wanted: impl Fn(&[f64]) -> Vec<f64>, tolerance
 
 #[test]
 fn wheels_carry_what_statics_say() {
-    let [curiosity, mer, sojourner, four, eight] = vehicles();
+    let [curiosity, mer, sojourner, four, eight, articulated] = vehicles();
     // Body, mast, two rockers; a bogie; yoke and wheel; hinge of the bogie and its height above the ground; places of the wheels.
     let bogies = |v: &Vehicle,
                   own: [[f64; 2]; 3],
@@ -212,4 +222,57 @@ fn wheels_carry_what_statics_say() {
     let all = weight(&[[576.0, 0.0], [12.0, 0.6], [8.0 * 17.0, 0.0], [32.0, 0.125]], MOON);
     let axles = [0.85, 0.85 / 3.0, -0.85 / 3.0, -0.85];
     loads_agree(&eight, |_| on_springs(all, axles).to_vec(), 0.02);
+    // Two bodies that are one in pitch, about their joint.
+    let masses = [[70.0, 0.65], [6.0, 0.65 + 0.15], [16.0, 0.65], [6.0, 0.0], [96.0, -0.65]];
+    let all = weight(&masses, MARS);
+    loads_agree(&articulated, |_| on_springs(all, [0.65, -0.65]).to_vec(), 0.005);
+}
+
+#[test]
+fn a_rover_that_bends_drives_the_circle_of_its_joint() {
+    let text = r#"Simulation(
+    parts: { "Rover": (assembly: "rovers/articulated.ron", params: {
+        "world": "worlds/slope.ron", "world_params": { "slope": 0 }, "waypoints": [], "navigation": "plan",
+        "plan": [(name: "turn", set: { "speed": 0.1, "turn_rate": 0.05 }, duration: "1000 s")],
+    }) },
+    step: "1 ms", integrator: "semi_implicit_euler", until: "1000 s",
+    place: (
+        body: "Rover.Hardware.Chassis/chassis", at: [0, 0], heading: 0,
+        wheels: ["Rover.Hardware.Wheels.*/wheel"], radius: 0.25, joints: ["Rover.Hardware.Chassis/rear"],
+    ),
+)"#;
+    let mut sim = common::scene(text, &[]).unwrap();
+    until(&mut sim, 20.0);
+    // ρ = v/ω = 2 m for the front axle; the joint is at 0.65 m behind it.
+    let bend = get(&sim, "Rover.Hardware.Chassis/joint.angle");
+    let wanted = -2.0 * (0.65_f64 / 2.0).atan();
+    let at = |sim: &Simulation, wheel: usize| {
+        ["x", "y"].map(|a| {
+            get(
+                sim,
+                &format!("Rover.Hardware.Wheels.Wheel{wheel}.SurfaceContact.contact_point.{a}"),
+            )
+        })
+    };
+    let axle = |sim: &Simulation, first: usize| {
+        let (a, b) = (at(sim, first), at(sim, first + 1));
+        [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
+    };
+    // The middle of the circle, by where the front axle is a half and a whole turn later.
+    let turn = std::f64::consts::TAU / 0.05;
+    let mut ways = Vec::new();
+    for share in [0.0, 0.25, 0.5, 0.75] {
+        until(&mut sim, 20.0 + share * turn);
+        ways.push([axle(&sim, 1), axle(&sim, 3)]);
+    }
+    let middle = [0, 1].map(|k| ways.iter().map(|w| w[0][k]).sum::<f64>() / 4.0);
+    let radius = |p: [f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]);
+    println!(
+        "bent by {bend:.4} rad, {wanted:.4} wanted; radii {:?}",
+        ways.iter().map(|w| w.map(radius)).collect::<Vec<_>>()
+    );
+    assert!((bend - wanted).abs() < 0.01, "{bend} {wanted}");
+    for axle in ways.iter().flatten() {
+        assert!((radius(*axle) - 2.0).abs() < 0.05, "{} m", radius(*axle));
+    }
 }

@@ -9,6 +9,7 @@
 //! assert!(catalogue.get("mobility.wheel_soil").is_some());
 //! ```
 
+mod changed;
 pub mod foot;
 pub mod multipass;
 pub mod quadrature;

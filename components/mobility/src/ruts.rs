@@ -8,9 +8,11 @@
 //! Depths are along the normal of the ground, below its first surface, which the terrain goes on to give.
 //! Cells are kept in tiles of 32 by 32 that are made when they are first pressed, 12 bytes a cell: at 4 cm the track of a wheel of
 //! 0.4 m takes some 0.2 MB in 10 m, and all of a region of 100 m by 100 m 75 MB.
+use crate::changed::Changed;
 use crate::multipass::{Rut, Unloading};
 use linkwork_runtime::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// One cell: deepest press (m), pressure there (Pa), depth without load (m).
 type Cell = [f32; 3];
@@ -217,6 +219,7 @@ pub struct Past<'a> {
 pub struct Ruts {
     /// The cells.
     pub grid: RutGrid,
+    terrain: Handle<dyn Terrain>,
 }
 
 impl Ruts {
@@ -251,13 +254,23 @@ impl Field for Ruts {
         let region = p.region.unwrap_or_else(|| p.terrain.bounds());
         check_region(region)?;
         let unloading = Unloading { k0: p.stiffness, growth: p.stiffness_growth };
-        Ok(Ruts { grid: RutGrid { cell: p.cell, region, unloading } })
+        Ok(Ruts { grid: RutGrid { cell: p.cell, region, unloading }, terrain: p.terrain })
     }
     fn start(&self) -> Tracks {
         Tracks::default()
     }
     fn update(&self, _: &Clock, tracks: &mut Tracks, prints: &[Print], _: &[f64]) {
         prints.iter().for_each(|print| self.grid.press(tracks, print));
+    }
+    fn overlay(&self, tracks: &Tracks) -> Option<SharedOverlay> {
+        let terrain = self.terrain.clone();
+        // Depths are along the normal.
+        let change = move |cell: &Cell, [x, y]: [f64; 2]| {
+            let ground = if cell[2] == 0.0 { None } else { terrain.ground(x, y) };
+            ground.map_or(0.0, |g| -cell[2] / g.normal.z as f32)
+        };
+        let (tiles, cell) = (tracks.tiles.clone(), self.grid.cell);
+        Some(Arc::new(Changed { tiles, cell, middle: 0.5, change: Box::new(change) }))
     }
 }
 

@@ -94,6 +94,18 @@ impl<C: Copy + Default, const EDGE: usize> Tiles<C, EDGE> {
         })
     }
 
+    /// The tiles that are other ones in memory than in an earlier copy, with their cells now and then.
+    pub fn differing<'a>(
+        &'a self,
+        before: Option<&'a Self>,
+    ) -> impl Iterator<Item = ([i32; 2], &'a [C], Option<&'a [C]>)> {
+        self.tiles.iter().filter_map(move |(at, now)| {
+            let then = before.and_then(|b| b.tiles.get(at));
+            let same = then.is_some_and(|then| Arc::ptr_eq(now, then));
+            (!same).then(|| (*at, now.as_slice(), then.map(|t| t.as_slice())))
+        })
+    }
+
     /// Whether all tiles are the same ones in memory.
     pub fn shares_with(&self, other: &Self) -> bool {
         let mut pairs = self.tiles.iter().zip(&other.tiles);

@@ -10,6 +10,7 @@
 use crate::arcs::{Arcs, Body};
 use crate::assess::{Assessor, Limits};
 use crate::ground::Disc;
+use crate::hazard_map::HazardMap;
 use crate::map::Grid;
 use crate::rover::{Knowledge, Memory, Pose, Rover, Status};
 use linkwork_render::Picture;
@@ -17,6 +18,7 @@ use linkwork_render::spatial::{Pose as Pose3, Vec3};
 use linkwork_runtime::Shown;
 use linkwork_runtime::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Goals, the rover's size, and what it holds good.
 #[derive(Params, Clone, Debug)]
@@ -319,6 +321,11 @@ impl Model for AutoNav {
             pictures: mind.taken as f64,
             mapped: mind.mapped,
         }
+    }
+
+    fn overlay(&self, mind: &Mind) -> Option<SharedOverlay> {
+        let rover = self.rovers.get(mind.goal).or(self.rovers.last())?;
+        Some(Arc::new(HazardMap::of(rover, &self.judge, &mind.knowledge, &mind.memory)))
     }
 
     fn update(&self, c: &Clock, _: &(), _: &(), _: &(), u: &AutoNavIn, mind: &mut Mind) {

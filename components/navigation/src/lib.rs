@@ -8,6 +8,7 @@
 //! arcs.rs      goodness and that cost → votes of arcs               Arcs
 //! trail.rs     where it has been → the move back along it            Trail
 //! rover.rs     all of it, sample by sample                          Rover
+//! hazard_map.rs  goodness and plan → what viewers and logs show       HazardMap
 //! autonav.rs   the same as a part that reads a camera               navigation.autonav
 //! features.rs  corners of images, and where they are in the next       Features
 //! visual_odometry.rs  two pictures → how the camera moved              VisualOdometry
@@ -27,6 +28,7 @@ pub mod autonav;
 pub mod features;
 pub mod field_d_star;
 pub mod ground;
+mod hazard_map;
 pub mod map;
 pub mod pose_estimator;
 pub mod pose_filter;

@@ -82,6 +82,14 @@ impl<T: Copy + Default> Tiles<T> {
         self.tiles.iter().map(|(at, cells)| (*at, cells.as_slice()))
     }
 
+    /// The tiles that are other ones in memory than in an earlier copy.
+    pub fn differing<'a>(&'a self, before: Option<&'a Self>) -> impl Iterator<Item = Index> + 'a {
+        let same = move |at: &Index, now: &Arc<Vec<T>>| {
+            before.and_then(|b| b.tiles.get(at)).is_some_and(|then| Arc::ptr_eq(now, then))
+        };
+        self.tiles.iter().filter(move |(at, now)| !same(at, now)).map(|(at, _)| *at)
+    }
+
     /// Bytes of all cells.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -19,6 +19,9 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
             fn build(p: Self::Params) -> Result<Self, #rt::BuildError> { Ok(Self { p }) }
         });
     }
+    let overlay =
+        item.items.iter().any(|i| matches!(i, ImplItem::Fn(f) if f.sig.ident == "overlay"));
+    item.items.push(parse_quote!(const OVERLAY: bool = #overlay;));
     item.items.push(parse_quote!(const NAME: &'static str = #name;));
     item.items.push(parse_quote!(const DOC: &'static str = #doc;));
     Ok(quote!(#item))

@@ -93,14 +93,14 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
             });
         }
     }
-    let [m, d, v, u, g] = ["moore", "direct", "deriv", "update", "guards"].map(has);
+    let [m, d, v, u, g, o] = ["moore", "direct", "deriv", "update", "guards", "overlay"].map(has);
     let (tm, td) = (timed[0], timed[1]);
     item.items.push(parse_quote!(const NAME: &'static str = #name;));
     item.items.push(parse_quote!(const DOC: &'static str = #doc;));
     item.items.push(parse_quote! {
         const FUNCTIONS: #rt::Functions = #rt::Functions {
             moore: #m, direct: #d, deriv: #v, update: #u, moore_timed: #tm, direct_timed: #td,
-            deriv_outputs: #outputs, direct_after_moore: false, guards: #g, steps: false,
+            deriv_outputs: #outputs, direct_after_moore: false, guards: #g, steps: false, overlay: #o,
         };
     });
     Ok(quote!(#item))

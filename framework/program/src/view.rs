@@ -113,6 +113,8 @@ mod drawn {
                     self.rows += 1;
                 }
                 Entry::Picture { ns, camera, png } => self.player.picture(ns, &camera, png)?,
+                Entry::Tile { ns, part, tile } => self.player.tile(ns, part, tile)?,
+                Entry::Way { ns, part, corners } => self.player.way(ns, part, &corners)?,
                 Entry::Configuration(_) | Entry::Start(_) | Entry::About(_) | Entry::Set(_) => {}
             }
             Ok(())

@@ -109,7 +109,12 @@ impl Head {
                         head.units.entry(name).or_insert_with(|| unit().unwrap_or_default());
                     }
                 }
-                Entry::Start(_) | Entry::Set(_) | Entry::Poses { .. } | Entry::Picture { .. } => {}
+                Entry::Start(_)
+                | Entry::Set(_)
+                | Entry::Poses { .. }
+                | Entry::Picture { .. }
+                | Entry::Tile { .. }
+                | Entry::Way { .. } => {}
             }
             Ok(())
         })?;

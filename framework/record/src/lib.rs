@@ -3,6 +3,7 @@ mod ballast;
 mod columns;
 mod export;
 mod log;
+mod overlays;
 mod pictures;
 mod plot;
 mod read;

@@ -1,5 +1,6 @@
 //! The MCAP log: one protobuf channel per part, transforms of all bodies, everything needed to rerun.
 use crate::ballast::{Ballast, Gauge};
+use crate::overlays::{self, Overlays};
 use crate::pictures::{self, Camera};
 use crate::schema::Schema;
 use foxglove::Encode;
@@ -161,9 +162,10 @@ pub struct Log {
     /// Channels of each group.
     channels: Vec<Vec<Channel>>,
     transforms: Option<Transforms>,
-    /// The group of the first camera; the others follow.
+    /// The group of the first camera; the others follow, and after them that of the overlays.
     first_camera: usize,
     cameras: Vec<Camera>,
+    overlays: Option<Overlays>,
     /// Channel and sequence of the variables that were set.
     sets: Option<(u16, u32)>,
     buffer: Vec<u8>,
@@ -236,6 +238,9 @@ impl Log {
         let opened = pictures::open(&mut writer, program).map_err(|e| fail(why(&e)))?;
         let (of_cameras, cameras): (Vec<Group>, Vec<Camera>) = opened.into_iter().unzip();
         groups.extend(of_cameras);
+        let opened = overlays::open(&mut writer, program, groups.len() as u32);
+        let (of_overlays, overlays) = opened.map_err(|e| fail(why(&e)))?.unzip();
+        groups.extend(of_overlays);
         // Schemas and channels are on disk before the first row: a killed run leaves a log.
         writer.flush().map_err(|e| fail(why(&e)))?;
         gauge.mark_whole();
@@ -249,6 +254,7 @@ impl Log {
             transforms,
             first_camera,
             cameras,
+            overlays,
             sets,
             buffer,
             gauge,
@@ -417,6 +423,13 @@ impl Consumer for Log {
             self.write(t.id, t.sequence, row.ns)?;
             t.sequence = t.sequence.wrapping_add(1);
             self.transforms = Some(t);
+        } else if let Some(mut overlays) = self.overlays.take_if(|o| o.group == row.group) {
+            overlays.messages(row, |(id, sequence), encode| {
+                self.buffer.clear();
+                encode(&mut self.buffer)?;
+                self.write(id, sequence, row.ns)
+            })?;
+            self.overlays = Some(overlays);
         } else if let Some(k) = (row.group as usize).checked_sub(self.first_camera) {
             self.buffer.clear();
             let camera = &mut self.cameras[k];

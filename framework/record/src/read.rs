@@ -4,10 +4,11 @@
 //! a flipped bit anywhere is an error with its place, and no length in a damaged file decides how
 //! much memory is taken. A log that only lacks its end (a killed run) is read as far as it goes.
 use crate::log::{CONFIGURATION, LogError, SETS, START, SetMessage, TRANSFORMS, why};
+use crate::overlays::{self, PART, TILES, WAYS};
 use crate::pictures::{PICTURES, picture};
 use crate::schema::decode;
 use foxglove::messages::FrameTransforms;
-use linkwork_runtime::SetRow;
+use linkwork_runtime::{OverlayTile, SetRow};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Pose, Quat, Vec3};
 use mcap::McapError;
@@ -106,7 +107,10 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
                 }
             }
             Entry::Set(set) => contents.sets.push(set),
-            Entry::Poses { .. } | Entry::Picture { .. } => {}
+            Entry::Poses { .. }
+            | Entry::Picture { .. }
+            | Entry::Tile { .. }
+            | Entry::Way { .. } => {}
         }
         Ok(())
     })?;
@@ -168,6 +172,24 @@ pub enum Entry<'a> {
         camera: String,
         /// The image, a PNG file.
         png: Vec<u8>,
+    },
+    /// What a part shows on the ground from now on, where it changed.
+    Tile {
+        /// Simulated time (ns).
+        ns: u64,
+        /// Path of the part.
+        part: &'a str,
+        /// The squares.
+        tile: OverlayTile,
+    },
+    /// The way that a part plans from now on; empty: none.
+    Way {
+        /// Simulated time (ns).
+        ns: u64,
+        /// Path of the part.
+        part: &'a str,
+        /// x and y of its corners (m, W).
+        corners: Vec<[f64; 2]>,
     },
 }
 
@@ -355,6 +377,13 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
             let (camera, png) =
                 picture(data).map_err(|e| format!("a picture at {} s: {e}", ns as f64 * 1e-9))?;
             Entry::Picture { ns, camera, png }
+        } else if let Some(part) = units.get(PART).filter(|_| name == TILES || name == WAYS) {
+            let bad = |e: String| format!("the ground of `{part}` at {} s: {e}", ns as f64 * 1e-9);
+            if name == TILES {
+                Entry::Tile { ns, part, tile: overlays::tile(data).map_err(bad)? }
+            } else {
+                Entry::Way { ns, part, corners: overlays::way(data).map_err(bad)? }
+            }
         } else {
             return Ok(());
         };

@@ -2,6 +2,7 @@
 //! mechanism, contact and foreign units are all blocks; the scheduler knows no other kind.
 use crate::field::Shown;
 use crate::model::{BuildError, Description, Model, Store};
+use crate::overlay::SharedOverlay;
 use crate::ports::Lanes;
 use crate::slopes::{Operation, Slopes};
 use crate::time::Clock;
@@ -147,6 +148,10 @@ pub trait Block: Send {
     }
     /// Of a field: itself with its data, as its readers see it.
     fn shown(&self) -> Option<Shown> {
+        None
+    }
+    /// What it shows on the ground.
+    fn overlay(&self) -> Option<SharedOverlay> {
         None
     }
     /// Takes the field that it reads, or lets go of it.
@@ -435,6 +440,9 @@ impl<M: Model> Block for Wired<M> {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let (u, ud) = self.inputs(sig);
         self.model.remarks(&c, &x, &d, &u, &ud, &self.store)
+    }
+    fn overlay(&self) -> Option<SharedOverlay> {
+        self.model.overlay(&self.store)
     }
     fn see(&mut self, shown: Option<&Shown>) {
         self.store.see(shown);

@@ -7,6 +7,7 @@
 //! of parts matters, and the data are saved, forked and replayed as any other state.
 use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into};
 use crate::model::{BuildError, Description, Functions, Store, lanes};
+use crate::overlay::SharedOverlay;
 use crate::params::Params;
 use crate::ports::{Lanes, PortSpec};
 use crate::time::Clock;
@@ -34,6 +35,8 @@ pub trait Field: Sized + Send + Sync + 'static {
     const NAME: &'static str;
     /// Documentation.
     const DOC: &'static str;
+    /// It shows something on the ground: it has `fn overlay`.
+    const OVERLAY: bool = false;
     /// Parameters; constant during a run.
     type Params: Params;
     /// What changes: saved with the state. A fork copies it when one of the two writes, so large data
@@ -55,6 +58,10 @@ pub trait Field: Sized + Send + Sync + 'static {
     }
     /// Takes what the parts did, in path order, and the lanes of its own inputs.
     fn update(&self, c: &Clock, data: &mut Self::Data, imprints: &[Self::Imprint], u: &[f64]);
+    /// What it shows on the ground, for viewers and logs: a copy of what is to be drawn, cheap since it is made while the run waits.
+    fn overlay(&self, _data: &Self::Data) -> Option<SharedOverlay> {
+        None
+    }
 }
 
 /// A field as its readers see it, of any type: downcast to [`Seen`].
@@ -125,7 +132,7 @@ pub(crate) fn describe<F: Field>() -> Description {
     Description {
         name: F::NAME.into(),
         doc: F::DOC.into(),
-        functions: Functions { update: true, ..Functions::default() },
+        functions: Functions { update: true, overlay: F::OVERLAY, ..Functions::default() },
         params: F::Params::specs(),
         inputs: F::inputs(None),
         shows: Some(F::Data::KIND.into()),
@@ -216,6 +223,9 @@ impl<F: Field> Block for WiredField<F> {
     }
     fn shown(&self) -> Option<Shown> {
         Some(self.seen.clone())
+    }
+    fn overlay(&self) -> Option<SharedOverlay> {
+        self.field.overlay(&self.seen.data)
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {
         rmp_serde::to_vec_named(&self.seen.data).map_err(|e| e.to_string())

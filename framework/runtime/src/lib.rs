@@ -14,6 +14,7 @@ mod made;
 mod mechanism;
 mod model;
 pub mod noise;
+mod overlay;
 mod params;
 pub mod pattern;
 mod plan;
@@ -48,6 +49,9 @@ pub use mechanism::{
     MechanismSpec, PlaceError, Placed, Placement, RankReport, place_on_terrain,
 };
 pub use model::{BuildError, Description, Functions, Model, Store};
+pub use overlay::{
+    OVERLAY_PERIOD, Overlay, OverlayNews, OverlayTile, OverlayValues, SharedOverlay,
+};
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};
 pub use plan::{
     FieldPlan, Fires, GuardPlan, Guarded, Integration, Op, PartPlan, Place, Plan, Role, Row, Sizes,
@@ -84,8 +88,9 @@ pub mod prelude {
     pub use crate::{
         AddedMass, Air, Atmosphere, Axes, BuildError, Clock, ContactLoad, Direction, Entry, Field,
         Files, Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model,
-        NodeAccel, NodeState, PortKind, PortSpec, Rock, Scenery, Service, Shows, Site, SizedModel,
-        SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, View, Wrench,
+        NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues, PortKind, PortSpec, Rock,
+        Scenery, Service, SharedOverlay, Shows, Site, SizedModel, SizedPorts, Soil, Store, Sun,
+        SunState, Surface, Terrain, View, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

@@ -1,5 +1,6 @@
 //! A model: pure functions of plain data. What depends on what is read from their signatures.
 use crate::field::{BINDING, Shown};
+use crate::overlay::SharedOverlay;
 use crate::params::{ParamSpec, Params};
 use crate::ports::{Lanes, PortSpec, Text};
 use crate::time::Clock;
@@ -28,6 +29,8 @@ pub struct Functions {
     pub guards: bool,
     /// Its continuous state advances by a method of its own, from row to row.
     pub steps: bool,
+    /// It shows something on the ground.
+    pub overlay: bool,
 }
 
 /// A model cannot be built from these parameters.
@@ -209,6 +212,10 @@ pub trait Model: Sized + Send + Sync + 'static {
         store: &Self::Store,
     ) -> Vec<BuildError> {
         Vec::new()
+    }
+    /// What it shows on the ground, for viewers and logs: a copy of what is to be drawn, cheap since it is made while the run waits.
+    fn overlay(&self, store: &Self::Store) -> Option<SharedOverlay> {
+        None
     }
 }
 

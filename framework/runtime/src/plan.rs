@@ -334,6 +334,12 @@ impl Plan {
         parts.filter(of).map(|p| p.path.as_str())
     }
 
+    /// Paths of the parts that show something on the ground.
+    pub fn overlays(&self) -> impl Iterator<Item = &str> {
+        let shows = |p: &&PartPlan| p.prototype.description().functions.overlay;
+        self.parts.iter().filter(shows).map(|p| p.path.as_str())
+    }
+
     /// Number of operations evaluated at every stage.
     pub fn stage_len(&self) -> usize {
         self.stage_ops.len()

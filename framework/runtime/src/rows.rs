@@ -11,7 +11,8 @@
 use crate::condition::Condition;
 use crate::field::Shown;
 use crate::noise;
-use crate::plan::{FieldPlan, Place, Plan};
+use crate::overlay::SharedOverlay;
+use crate::plan::{Place, Plan};
 use crate::schedule::Schedule;
 use crate::step::Simulation;
 use crate::time::{Seconds, nanoseconds};
@@ -35,6 +36,16 @@ pub struct TapRow {
     pub values: Vec<f64>,
     /// What the group's fields show, those that the phase has.
     pub shown: Vec<Option<Shown>>,
+    /// What the group's parts show on the ground, those that the phase has.
+    pub overlays: Vec<Option<SharedOverlay>>,
+}
+
+impl TapRow {
+    /// Lets go of what parts share with it: as long as a row has it, a part that changes copies.
+    pub(crate) fn let_go(&mut self) {
+        self.shown.clear();
+        self.overlays.clear();
+    }
 }
 
 /// Windows of time around the instants from which a condition holds.
@@ -112,6 +123,8 @@ pub struct Group {
     pub coordinates: Vec<std::ops::Range<usize>>,
     /// Paths of the fields whose data go along. As long as a row is with its consumer, a field that changes is copied.
     pub shown: Vec<String>,
+    /// Paths of the parts whose overlays go along.
+    pub overlays: Vec<String>,
     /// Only rows of which a value is not that of the last row that went, to the bit (NaN is NaN); the first goes always.
     pub on_change: bool,
     /// Only rows around events.
@@ -149,6 +162,8 @@ pub struct Rows {
     schedule: Schedule,
     /// For each phase the blocks of its fields.
     fields: Vec<Vec<Option<u32>>>,
+    /// For each phase the blocks of the parts with overlays.
+    overlays: Vec<Vec<Option<u32>>>,
     /// The tick that was sampled last.
     seen: Option<u64>,
     /// The values of the row that went last, when they are compared.
@@ -240,9 +255,10 @@ impl Rows {
                 })
             }
         };
-        let fields = fields(sim, &group.shown);
+        let (fields, overlays) = (blocks(sim, &group.shown), blocks(sim, &group.overlays));
         let of = noise::hash(format!("{group:?}").bytes());
-        Ok(Rows { group, of, number, schedule, fields, seen: None, last: None, window })
+        let (seen, last) = (None, None);
+        Ok(Rows { group, of, number, schedule, fields, overlays, seen, last, window })
     }
 
     /// Gives the rows that go at the present tick. Seeing a tick again gives nothing.
@@ -314,7 +330,7 @@ impl Rows {
             self.went(&room);
             done = out.send(room);
         }
-        row.shown.clear();
+        row.let_go();
         spare.push(row);
         done
     }
@@ -351,9 +367,12 @@ impl Rows {
         if let Some(lanes) = self.group.coordinates.get(row.phase as usize) {
             row.values.extend_from_slice(&sim.state().x[lanes.clone()]);
         }
-        row.shown.clear();
+        row.let_go();
         if let Some(fields) = self.fields.get(row.phase as usize) {
             row.shown.extend(fields.iter().map(|f| f.and_then(|block| sim.shown(block))));
+        }
+        if let Some(parts) = self.overlays.get(row.phase as usize) {
+            row.overlays.extend(parts.iter().map(|p| p.and_then(|block| sim.overlay_of(block))));
         }
     }
 
@@ -438,14 +457,14 @@ fn same(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| one(*a, *b))
 }
 
-/// For each phase the blocks of these fields.
-fn fields(sim: &Simulation, shown: &[String]) -> Vec<Vec<Option<u32>>> {
+/// For each phase the blocks of these parts.
+fn blocks(sim: &Simulation, paths: &[String]) -> Vec<Vec<Option<u32>>> {
     let of = |plan: &Plan| {
         let block = |path: &String| {
-            let is = |f: &&FieldPlan| plan.parts[f.block as usize].path == *path;
-            plan.fields.iter().find(is).map(|f| f.block)
+            let place = plan.parts.iter().position(|part| part.path == *path);
+            place.map(|k| k as u32)
         };
-        shown.iter().map(block).collect()
+        paths.iter().map(block).collect()
     };
     sim.program().phases.iter().map(|phase| of(&phase.plan)).collect()
 }

@@ -313,9 +313,10 @@ fn consume(
     let mut result = Ok(());
     while let Ok(message) = rows.recv() {
         match message {
-            Message::Row(row) => {
+            Message::Row(mut row) => {
                 result = consumer.row(&row);
                 if result.is_ok() {
+                    row.let_go();
                     let _ = back.try_send(row);
                 }
             }

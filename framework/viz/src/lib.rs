@@ -5,6 +5,10 @@
 #[cfg(feature = "viewer")]
 mod batch;
 #[cfg(feature = "viewer")]
+mod ground;
+#[cfg(feature = "viewer")]
+mod layers;
+#[cfg(feature = "viewer")]
 mod layout;
 #[cfg(feature = "viewer")]
 mod pictures;

@@ -4,6 +4,7 @@
 //! mechanism; the axes of a node follow from the pose of its body, where the body is rigid.
 use crate::stream::VizError;
 use crate::viewer::{View, Viewer};
+use linkwork_runtime::OverlayTile;
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -135,10 +136,31 @@ impl Player {
         Ok(())
     }
 
+    /// What a part shows on a tile of the ground from a time (ns) on.
+    ///
+    /// # Errors
+    /// The recording cannot be written.
+    pub fn tile(&mut self, ns: u64, part: &str, tile: OverlayTile) -> Result<(), VizError> {
+        self.at(ns)?;
+        self.viewer.ground().lay(part, tile);
+        Ok(())
+    }
+
+    /// The way that a part plans from a time (ns) on: x and y of its corners (m, W).
+    ///
+    /// # Errors
+    /// The recording cannot be written.
+    pub fn way(&mut self, ns: u64, part: &str, corners: &[[f64; 2]]) -> Result<(), VizError> {
+        self.at(ns)?;
+        self.viewer.ground().way(part, corners);
+        Ok(())
+    }
+
     /// What is told from now on is of another instant.
     fn at(&mut self, ns: u64) -> Result<(), VizError> {
-        if self.now.replace(ns).is_some_and(|before| before != ns) {
+        if let Some(before) = self.now.replace(ns).filter(|before| *before != ns) {
             self.strands();
+            self.viewer.ground_changes(before.cast_signed());
             self.viewer.passed()?;
         }
         Ok(())
@@ -161,6 +183,9 @@ impl Player {
     /// The recording cannot be written.
     pub fn finish(mut self) -> Result<NotShown, VizError> {
         self.strands();
+        if let Some(now) = self.now {
+            self.viewer.ground_changes(now.cast_signed());
+        }
         self.viewer.end()?;
         let untold = |columns: &Vec<usize>| columns.iter().all(|c| self.values[*c].is_none());
         let variables = self.columns.iter().filter(|(_, c)| untold(c)).map(|(n, _)| n.clone());

@@ -1,16 +1,18 @@
 //! A tap's consumer that draws rows: into a file, or in a viewer that listens.
 use crate::batch::{Arrows, Curve, Frames, INSTANTS, TIMELINE};
+use crate::ground::{self, Ground};
 use crate::layout::{self, plot_path};
 use crate::pictures::{self, Eye};
 use crate::scene::{InUnit, Planet, Scene, Shape};
 use crate::shapes::{self, When, entity, f3, shape_path};
 use crate::strands::{self, Places, Strands};
 use crate::stream::{self, RrdFile, VizError, Wrap};
-use crate::terrain::Tiles;
 use crate::trail::{Trail, color};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{BodyId, NodeId};
-use linkwork_runtime::{Consumer, Group, Program, Seconds, ServiceObject, Surface, TapRow};
+use linkwork_runtime::{
+    Consumer, Group, OVERLAY_PERIOD, Program, Seconds, ServiceObject, Surface, TapRow,
+};
 use linkwork_spatial::{Pose, Quat};
 use re_sdk::{AsComponents, EntityPath, RecordingStream, TimeCell};
 use std::path::Path;
@@ -40,6 +42,9 @@ const CURVES: [[u8; 3]; 10] = [
     [190, 190, 190],
     [120, 94, 240],
 ];
+/// The group of what parts show on the ground, after that of the rows.
+const OVERLAYS: u32 = 1;
+
 /// What of a plan is shown: everything is looked up, nothing is opened.
 pub struct View {
     scene: Scene,
@@ -63,8 +68,9 @@ pub struct View {
     /// Entity, label, column, how it is shown.
     pub(crate) curves: Vec<(EntityPath, String, usize, InUnit)>,
     terrain: Vec<(EntityPath, Surface)>,
-    /// Paths of the cameras.
+    /// Paths of the cameras, and of the parts that show something on the ground.
     cameras: Vec<String>,
+    overlays: Vec<String>,
 }
 
 /// The mechanism of one phase, and the frames of the entities in it; `None`: it has no such body.
@@ -110,6 +116,7 @@ impl View {
             curves: Vec::new(),
             terrain: Vec::new(),
             cameras: Vec::new(),
+            overlays: Vec::new(),
         };
         view.look_up_bodies(program);
         for arrow in &scene.arrows {
@@ -142,7 +149,13 @@ impl View {
         }
         view.cameras = pictures::cameras(program);
         let (coordinates, shown) = (program.coordinates(), view.cameras.clone());
-        Ok((view, vec![Group { period, places, coordinates, shown, ..Group::default() }]))
+        let mut groups = vec![Group { period, places, coordinates, shown, ..Group::default() }];
+        view.overlays = ground::overlays(program);
+        if !view.overlays.is_empty() {
+            let overlays = view.overlays.clone();
+            groups.push(Group { period: OVERLAY_PERIOD, overlays, ..Group::default() });
+        }
+        Ok((view, groups))
     }
 
     /// The bodies and nodes of all phases, each once.
@@ -261,7 +274,7 @@ pub struct Viewer {
     strands: Strands,
     /// Column, how it is shown.
     curves: Vec<(Curve, usize, InUnit)>,
-    terrain: Vec<(EntityPath, Tiles)>,
+    ground: Ground,
     /// Among the entities.
     follow: Option<usize>,
     cameras: Vec<Eye>,
@@ -323,20 +336,10 @@ impl Viewer {
             rec.log_static(path.clone(), &style)?;
             curves.push((Curve::new(path), column, shown));
         }
-        let mut terrain = Vec::new();
-        let mut seldom: Vec<(i64, EntityPath, Box<dyn AsComponents + Send>)> = Vec::new();
-        // The planet's sphere stays under the ground that is shown.
-        let (mut sink, mut clear) = (0.0_f64, 0.0_f64);
-        for (path, surface) in view.terrain {
-            sink = sink.max(0.1 - f64::from(lowest(&surface)));
-            clear = clear.max(farthest(&surface));
-            let Some(tiles) = Tiles::new(surface, scene.ground) else { continue };
-            // After the first poses: a view that does not yet know its frame puts its eye elsewhere.
-            for (k, mesh) in tiles.coarse() {
-                seldom.push((0, path.join(&format!("tile{k}").into()), Box::new(mesh)));
-            }
-            terrain.push((path, tiles));
-        }
+        let (sink, clear) = ground::room(view.terrain.iter().map(|(_, surface)| surface));
+        let ground = Ground::new(view.terrain, scene.ground, view.overlays);
+        // After the first poses: a view that does not yet know its frame puts its eye elsewhere.
+        let seldom = ground.coarse().into_iter().map(|(path, mesh)| (0, path, mesh)).collect();
         if !scene.markers.is_empty() {
             let points =
                 re_sdk_types::archetypes::Points3D::new(scene.markers.iter().map(|m| f3(&m.at)))
@@ -363,7 +366,7 @@ impl Viewer {
             arrows,
             strands,
             curves,
-            terrain,
+            ground,
             follow: view.follow,
             cameras: view.cameras.into_iter().map(Eye::new).collect(),
             planet: view.scene.planet,
@@ -377,6 +380,11 @@ impl Viewer {
 
     fn gather(&mut self, row: &TapRow) -> Result<(), Wrap> {
         let t = row.ns.cast_signed();
+        if row.group == OVERLAYS {
+            self.ground.show(&row.overlays);
+            self.ground_changes(t);
+            return Ok(());
+        }
         if self.enter(t, row.phase) && self.names.len() > 1 {
             self.name_phase(t, row.phase);
         }
@@ -463,12 +471,8 @@ impl Viewer {
         }
         if let Some(body) = self.follow {
             let p = self.poses[body].position;
-            for (path, tiles) in &mut self.terrain {
-                for (k, mesh) in tiles.approach(p.x, p.y, 4.0) {
-                    let tile = path.join(&format!("tile{k}").into());
-                    self.seldom.push((t, tile, Box::new(mesh)));
-                }
-            }
+            let near = self.ground.approach(p.x, p.y);
+            self.seldom.extend(near.into_iter().map(|(path, mesh)| (t, path, mesh)));
         }
     }
 
@@ -497,6 +501,17 @@ impl Viewer {
     pub(crate) fn picture(&mut self, t: i64, camera: &str, png: Vec<u8>) {
         let image = re_sdk_types::archetypes::EncodedImage::from_file_contents(png);
         self.seldom.push((t, pictures::image(camera), Box::new(image)));
+    }
+
+    /// What a part shows on the ground: tiles, and the way that it plans. They are drawn when the instant is whole.
+    pub(crate) fn ground(&mut self) -> &mut Ground {
+        &mut self.ground
+    }
+
+    /// What parts showed on the ground up to an instant (ns).
+    pub(crate) fn ground_changes(&mut self, t: i64) {
+        let changes = self.ground.changes();
+        self.seldom.extend(changes.into_iter().map(|(path, what)| (t, path, what)));
     }
 
     /// An instant is whole: it is sent with others.
@@ -542,20 +557,6 @@ impl Viewer {
             None => sent.and_then(|()| Ok(self.rec.flush_blocking()?)),
         }
     }
-}
-
-/// Lowest height of a surface that has any (m).
-fn lowest(surface: &Surface) -> f32 {
-    surface.heights.iter().copied().filter(|h| h.is_finite()).fold(0.0, f32::min)
-}
-
-/// Distance of its farthest corner from the origin of W (m).
-fn farthest(surface: &Surface) -> f64 {
-    let reach = |k: usize, n: usize| {
-        let end = surface.origin[k] + surface.spacing[k] * (n.saturating_sub(1)) as f64;
-        surface.origin[k].abs().max(end.abs())
-    };
-    reach(0, surface.nx).hypot(reach(1, surface.ny))
 }
 
 /// The wall clock: when rows are sent, never what they say.

@@ -212,6 +212,7 @@ fn every_assembly_is_right() {
                 "sojourner" => &["--set", "Sojourner.waypoints=[[1, 0]]"],
                 "four_wheeler" => &["--set", "FourWheeler.waypoints=[[1, 0]]"],
                 "eight_wheeler" => &["--set", "EightWheeler.waypoints=[[1, 0]]"],
+                "articulated" => &["--set", "Articulated.waypoints=[[1, 0]]"],
                 "locomotion" => {
                     &["--set", "Locomotion.wheels=[(position: [0, 1]), (position: [0, -1])]"]
                 }

@@ -1,5 +1,6 @@
 //! `mobility.scm_ground`: the nodes of deformable ground as a field that wheels and feet read and press.
 
+use crate::changed::Changed;
 use crate::multipass::Unloading;
 use crate::rigid_contact::Hub;
 use crate::scm::contact::{Damping, GroundLoad, Law, Node, Sum};
@@ -8,6 +9,7 @@ use crate::scm::shape::{Form, Presser};
 use crate::tiles;
 use linkwork_runtime::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Nodes along the edge of a tile.
 const EDGE: usize = 16;
@@ -308,6 +310,14 @@ impl Field for ScmGround {
             }
         }
         data.time = c.t;
+    }
+    fn overlay(&self, data: &Touched) -> Option<SharedOverlay> {
+        let change = |node: &Node, _: [f64; 2]| match node.known() {
+            true => (node.surface() - f64::from(node.first[0])) as f32,
+            false => 0.0,
+        };
+        let (tiles, cell) = (data.nodes.clone(), self.cell);
+        Some(Arc::new(Changed { tiles, cell, middle: 0.0, change: Box::new(change) }))
     }
 }
 

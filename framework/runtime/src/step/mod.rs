@@ -176,6 +176,17 @@ impl Simulation {
         self.shown(field.block)?.downcast().ok()
     }
 
+    /// What the part at a path shows on the ground at present; `None` when the phase has no such part, or it shows nothing there.
+    pub fn overlay(&self, path: &str) -> Option<crate::SharedOverlay> {
+        let block = self.plan.parts.iter().position(|part| part.path == path)?;
+        self.blocks.get(block)?.overlay()
+    }
+
+    /// The same of a part by its place in the plan.
+    pub(crate) fn overlay_of(&self, block: u32) -> Option<crate::SharedOverlay> {
+        self.blocks.get(block as usize)?.overlay()
+    }
+
     /// What a field shows: that of a part, by its place in the plan.
     pub(crate) fn shown(&self, block: u32) -> Option<crate::field::Shown> {
         self.blocks.get(block as usize)?.shown()

@@ -4,6 +4,7 @@ use super::{Simulation, blocks_of};
 use crate::block::{Block, Now, Outcome};
 use crate::field::Shown;
 use crate::model::BuildError;
+use crate::overlay::SharedOverlay;
 use crate::plan::Plan;
 use crate::slopes::{Operation, Slopes};
 use std::any::Any;
@@ -189,6 +190,9 @@ impl Block for Timed {
     }
     fn shown(&self) -> Option<Shown> {
         self.inner.shown()
+    }
+    fn overlay(&self) -> Option<SharedOverlay> {
+        self.inner.overlay()
     }
     fn see(&mut self, shown: Option<&Shown>) {
         self.inner.see(shown);
