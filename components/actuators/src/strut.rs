@@ -120,7 +120,7 @@ mod tests {
             let a = NodeState::identity();
             let b = NodeState { position: Vec3::new(x, 0.0, 0.0), ..a };
             let c = Clock::at(0.0, 0.01, 0);
-            strut(rest).remarks(&c, &(), &(), &(), &StrutIn { a, b }).len()
+            strut(rest).remarks(&c, &(), &(), &(), &StrutIn { a, b }, &()).len()
         };
         assert_eq!((told(1.0, 0.0), told(1.0, 0.5), told(0.0, 0.0)), (1, 0, 0));
     }
