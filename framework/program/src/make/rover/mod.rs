@@ -74,6 +74,11 @@ fn turn(axle: &Vec3) -> [f64; 4] {
     [q.i, q.j, q.k, q.w]
 }
 
+/// A quaternion with all of its digits: its length has to be 1.
+fn quaternion([x, y, z, w]: [f64; 4]) -> String {
+    format!("[{x}, {y}, {z}, {w}]")
+}
+
 /// Whether a viewer shows anything of a body.
 fn shown_of(d: &Description, body: &str) -> bool {
     let seen = |g: &Geometry| match g {
@@ -228,7 +233,7 @@ fn words(
         format!(
             "                (mounts: {{ \"wheel\": \"{body}\" }}, params: {{ \"centre\": {}, \"turn\": {}{direction}{visible} }}),\n",
             list(w.centre.as_slice()),
-            list(&turn(&w.axle)),
+            quaternion(turn(&w.axle)),
         )
     };
     for w in &driven {
@@ -407,6 +412,11 @@ mod tests {
             let [i, j, k, w] = turn(&axle);
             let q = Quat::from_quaternion(linkwork_spatial::nalgebra::Quaternion::new(w, i, j, k));
             assert!((q * Vec3::y() - axle).norm() < 1e-12);
+            // As written it is a rotation still: five digits of 1/√2 are none.
+            let text = quaternion(turn(&axle));
+            let digits =
+                text.trim_matches(['[', ']']).split(", ").map(|x| x.parse::<f64>().unwrap());
+            assert!((digits.map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-12, "{text}");
         }
     }
 
