@@ -1,6 +1,6 @@
 //! Spacecraft beside Basilisk, wired its usual way, in the same run: J2 orbit with attitude, three reaction wheels
 //! with control, a hub with a chain of sixteen hinged plates; all by Runge–Kutta 4, without logs. A campaign of the
-//! wheels. An entry: how far rows of 1 s are from the converged path. Peers:
+//! wheels. A thousand craft in one simulation. An entry: how far rows of 1 s are from the converged path. Peers:
 //! `tests/benches/peers/install.sh --basilisk`; one command for all benches: tests/benches/run.
 #![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
 #[path = "../common/mod.rs"]
@@ -254,6 +254,38 @@ fn median(mut of: impl FnMut() -> f64) -> f64 {
     all[2]
 }
 
+/// Craft on a ring, each a body of its own with attitude around the Earth with J2.
+fn ring(count: usize) -> String {
+    let one = |k: usize| {
+        let (s, c) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
+        format!(
+            "\"craft{k}\": (parent: \"world\", hinge: Free, mass: 750, inertia: [900, 800, 600],
+                initial: (position: [{:?}, {:?}, 0], velocity: [{:?}, {:?}, 10], angular: [0.01, 0.02, -0.03])),",
+            7e6 * c,
+            7e6 * s,
+            -7546.0 * s,
+            7546.0 * c
+        )
+    };
+    orbit().replace(CRAFT, &(0..count).map(one).collect::<String>())
+}
+
+/// A thousand craft in one simulation beside one: a craft and step, and what it takes to make it.
+fn constellation() {
+    const COUNT: usize = 1000;
+    let alone = measure(&common::scene(&ring(1), &[]).unwrap(), 20_000);
+    let text = ring(COUNT);
+    let begin = Instant::now();
+    let sim = common::scene(&text, &[]).unwrap();
+    let made = begin.elapsed().as_secs_f64() * 1e6 / COUNT as f64;
+    let each = measure(&sim, 100) / COUNT as f64;
+    let ratio = each / alone;
+    println!(
+        "constellation of {COUNT}: {each:.2} µs a craft and step, {ratio:.2} of one alone (target 1.3; Basilisk 1.3); read and \
+         made in {made:.0} µs a craft (target 20; Basilisk 870)"
+    );
+}
+
 fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let wanted = |name: &str| asked.is_empty() || asked.iter().any(|a| a == name);
@@ -275,5 +307,8 @@ fn main() {
     }
     if wanted("campaign") {
         campaign();
+    }
+    if wanted("constellation") {
+        constellation();
     }
 }

@@ -186,6 +186,7 @@ fn accelerations_of_the_full_force_model() {
         order: None,
         planet,
         third_bodies,
+        love: 0.0,
     };
     let own = PlanetParams::of(Centre::Earth);
     let a = PlanetParams { rate: Some(7.292115e-5), angle: 1.1, ..own.clone() };

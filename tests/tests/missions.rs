@@ -144,6 +144,26 @@ fn a_mistake_in_the_last_phase_is_found_at_load() {
 }
 
 #[test]
+fn what_is_gone_cannot_be_separated_again() {
+    let text = r#"Simulation(
+    bodies: {
+        "stack": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1)),
+        "shell": (parent: "stack", hinge: Locked, mass: 1, inertia: Sphere(0.1)),
+    },
+    step: "10 ms", start: "whole",
+    phases: {
+        "whole": (to: { "bare": "time > 0.3 s" }),
+        "bare": (like: "whole", remove: ["shell"], to: { "again": "time > 0.6 s" }),
+        "again": (like: "bare", remove: ["shell"]),
+    },
+)"#;
+    let told = common::scene(text, &[]).err().unwrap();
+    for part in ["phase `again`: there is no `shell` to remove", "scene.ron:10:", "names: stack"] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+}
+
+#[test]
 fn split_equals_straight_across_phases_and_in_a_fresh_process() {
     let path = "staging/sim.ron";
     let mut straight = common::repository(path, &[]).unwrap();

@@ -3,6 +3,7 @@
 //! a_I = R_IP ∇V(R_IPᵀ p)  +  Σ_k third body k             R_IP at the time of the stage
 //! V   = μ/r Σ_n (R/r)ⁿ Σ_m P̄_nm(sin φ)(C̄_nm cos mλ + S̄_nm sin mλ)        Pines 1973, no singular poles
 //! third body:  a = −μ₃/|r − s|³ (r + f s)                  Battin: what it does to the craft minus what it does to the planet
+//! solid tide:  a = k₂ μ₃ R⁵/(2 s³ r⁴) [(3 − 15 c²) r̂ + 6 c ŝ]     c = r̂ · ŝ: how the planet answers to it
 //! zonal: V = μ/r (1 − Σ J_n (R/r)ⁿ P_n(z/r))
 //! ```
 //! A series of high degree means nothing below the planet's surface.
@@ -10,7 +11,9 @@
 use crate::planet::{Centre, Planet, PlanetParams, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_world::ephemeris::{Analytic, Body, Ephemeris, Sampled};
-use linkwork_world::gravity::{Format, Harmonics, Keep, read, third_body, zonal};
+use linkwork_world::gravity::{
+    Format, Harmonics, Keep, TideRaiser, read, solid_tide, third_body, zonal,
+};
 use linkwork_world::planet::{Epoch, MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS};
 
 /// Layouts of coefficient files.
@@ -75,6 +78,9 @@ pub struct HarmonicsParams {
     /// Who else pulls: sun, moon, earth, venus, mars, jupiter; needs an epoch in `planet`.
     #[param(default = Vec::new())]
     pub third_bodies: Vec<Third>,
+    /// Love number k₂ of the solid tide that the third bodies raise on the planet: the Earth 0.3, Mars 0.17; 0: none.
+    #[param(default = 0.0, range = 0.0..=1.5)]
+    pub love: f64,
 }
 
 /// A third body: its table, and the ephemeris itself for times that the table has not.
@@ -92,6 +98,8 @@ pub struct SphericalHarmonics {
     /// TDB at t = 0, days past J2000 in two parts.
     start: (f64, f64),
     pullers: Vec<Puller>,
+    /// Love number, and the radius that belongs to it, m.
+    love: (f64, f64),
 }
 
 impl SphericalHarmonics {
@@ -114,11 +122,22 @@ impl SphericalHarmonics {
     pub fn thirds(&self, t: f64, p: Vec3) -> impl Iterator<Item = Vec3> + '_ {
         self.pullers.iter().map(move |k| third_body(k.mu, &p, &self.towards(k, t)))
     }
+
+    /// Acceleration (m/s², W) at `p` (m, W) by the tide that the third bodies raise on the planet.
+    pub fn tide(&self, t: f64, p: Vec3) -> Vec3 {
+        let (k2, radius) = self.love;
+        if k2 == 0.0 {
+            return Vec3::zeros();
+        }
+        let raiser = |k: &Puller| TideRaiser { mu: k.mu, position: self.towards(k, t) };
+        self.pullers.iter().map(|k| solid_tide(k2, radius, &raiser(k), &p)).sum()
+    }
 }
 
 impl Gravity for SphericalHarmonics {
     fn acceleration(&self, t: f64, p: Vec3) -> Vec3 {
-        self.thirds(t, p).fold(self.field(t, p), |a, b| a + b)
+        let rigid = self.thirds(t, p).fold(self.field(t, p), |a, b| a + b);
+        if self.love.0 == 0.0 { rigid } else { rigid + self.tide(t, p) }
     }
     fn scale(&self, t: f64, p: Vec3) -> f64 {
         let r = from_centre(self.planet.site.as_ref(), p);
@@ -181,12 +200,20 @@ impl Service for SphericalHarmonics {
         let order = p.order.unwrap_or_else(|| p.degree.min(all.order()));
         let kept = all.truncated(p.degree, order).map_err(|e| fault(&e, "order"))?;
         let (start, pullers) = pullers(&p)?;
+        if p.love > 0.0 && pullers.is_empty() {
+            return Err(BuildError::new("nobody raises a tide: there are no third bodies")
+                .help("write third_bodies: [\"sun\", \"moon\"], or leave `love` out")
+                .at("love"));
+        }
+        let field = Harmonics::new(&kept);
+        let love = (p.love, field.radius());
         Ok(SphericalHarmonics {
-            field: Harmonics::new(&kept),
+            field,
             planet: p.planet.planet()?,
             centre: p.planet.body.body(),
             start,
             pullers,
+            love,
         })
     }
 }
@@ -285,6 +312,7 @@ mod tests {
             order: None,
             planet: PlanetParams { angle: 0.7, ..PlanetParams::of(Centre::Earth) },
             third_bodies: vec![],
+            love: 0.0,
         }
     }
 
@@ -374,6 +402,31 @@ mod tests {
         let moon = &g.pullers[1];
         let (before, after) = (g.towards(moon, 3600.9), g.towards(moon, 3601.1));
         assert!((after - before).norm() < 300.0 && (before.norm() - 3.9e8).abs() < 4e7);
+    }
+
+    /// The greatest tide of the Moon on the Earth lifts a low orbit by some 1e-7 m/s²; it is there by its closed form, towards both
+    /// sides alike, and a rigid planet has none.
+    #[test]
+    fn the_planet_answers_to_who_pulls() {
+        let rigid = built(&with_sun_and_moon(), FIELD).unwrap();
+        let g = built(&HarmonicsParams { love: 0.3, ..with_sun_and_moon() }, FIELD).unwrap();
+        let radius = g.love.1;
+        assert!((radius - 6.378e6).abs() < 1e5, "{radius}");
+        let sum = rigid.acceleration(100.0, P) + g.tide(100.0, P);
+        assert!((g.acceleration(100.0, P) - sum).norm() < 1e-15);
+        assert_eq!(rigid.tide(100.0, P), Vec3::zeros());
+        // Under the Moon, alone: −3 k₂ μ₃ R⁵/(s³ r⁴) along r̂, inwards: the bulge is nearer than the ball was.
+        let moon = &g.pullers[1];
+        let s = g.towards(moon, 100.0);
+        let r = s.normalize() * 7e6;
+        let own = |p: Vec3| solid_tide(0.3, radius, &TideRaiser { mu: moon.mu, position: s }, &p);
+        let wanted = -0.3 * 3.0 * moon.mu * radius.powi(5) / (s.norm().powi(3) * 7e6f64.powi(4));
+        assert!((own(r).dot(&r) / 7e6 / wanted - 1.0).abs() < 1e-12, "{}", own(r).dot(&r) / 7e6);
+        assert!((own(r) + own(-r)).norm() < 1e-20);
+        let both = g.tide(100.0, r).dot(&r) / 7e6;
+        assert!((0.5..2.0).contains(&(both / wanted)), "{both} {wanted}");
+        let e = built(&HarmonicsParams { love: 0.3, ..params() }, FIELD).err().unwrap();
+        assert!(e.message.contains("nobody raises a tide") && e.param.as_deref() == Some("love"));
     }
 
     #[test]

@@ -21,7 +21,9 @@ pub mod parachute;
 pub mod program;
 pub mod propellant_tank;
 pub mod propulsion;
+pub mod radiation_panels;
 pub mod radiation_pressure;
+pub mod recontact;
 pub mod separation_spring;
 pub mod table;
 
@@ -49,6 +51,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<guidance::ascent::LinearTangent>(),
         Entry::model::<guidance::ascent_program::GravityTurn>(),
         Entry::model::<guidance::ascent_program::PitchProgram>(),
+        Entry::model::<guidance::convex_descent::ConvexDescent>(),
         Entry::sized::<guidance::descent_filter::DescentFilter>(),
         Entry::model::<guidance::entry_guidance::EntryGuidance>(),
         Entry::model::<guidance::ground_motion::GroundMotion>(),
@@ -56,6 +59,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<guidance::powered_descent::PoweredDescent>(),
         Entry::model::<guidance::rendezvous::StationKeeping>(),
         Entry::model::<guidance::terminal_descent::TerminalDescent>(),
+        Entry::sized::<guidance::terrain_fix::TerrainFix>(),
         Entry::model::<guidance::thrust_direction::ThrustDirection>(),
         Entry::model::<guidance::waypoints::Waypoints>(),
         Entry::model::<kickoff_spring::KickoffSpring>(),
@@ -65,16 +69,20 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<parachute::bridle::Bridle>(),
         Entry::model::<parachute::canopy::Canopy>(),
         Entry::model::<parachute::line::Line>(),
+        Entry::model::<parachute::line_twist::LineTwist>(),
         Entry::model::<parachute::riser::Riser>(),
         Entry::model::<program::BodyLoad>(),
         Entry::model::<program::Sequence>(),
         Entry::model::<propulsion::blow_down::BlowDown>(),
+        Entry::model::<propulsion::feed_line::FeedLine>(),
         Entry::model::<propulsion::held_thruster::HeldThruster>(),
         Entry::model::<propulsion::solid_motor::SolidMotor>(),
         Entry::model::<propulsion::thruster::Thruster>(),
         Entry::model::<propulsion::vector_thrust::VectorThrust>(),
         Entry::model::<propellant_tank::PropellantTank>(),
+        Entry::model::<radiation_panels::PanelRadiation>(),
         Entry::model::<radiation_pressure::RadiationPressure>(),
+        Entry::model::<recontact::Recontact>(),
         Entry::model::<separation_spring::SeparationSpring>(),
     ]
 }

@@ -30,6 +30,8 @@ mod scene;
 mod strands;
 mod summary;
 mod taps;
+#[cfg(feature = "viewer")]
+mod telemetry;
 mod view;
 
 /// For the arguments of a [`Tool`].

@@ -241,9 +241,10 @@ enum Command {
         #[arg(long, required = true)]
         verify: bool,
     },
-    /// Make a Rerun recording from a log, without simulating.
+    /// Make a Rerun recording from a log, or from a table of somebody else's telemetry, without simulating.
     View {
-        /// A .mcap file that a run wrote; it holds the whole configuration.
+        /// A .mcap file that a run wrote, which holds the whole configuration; or a telemetry file (RON), which names a
+        /// table and the simulation in whose view it is shown.
         log: PathBuf,
         #[command(flatten)]
         options: ViewOptions,

@@ -1,6 +1,7 @@
-//! `linkwork view`: a recording from a log, without simulating.
+//! `linkwork view`: a recording from a log, without simulating, or from a table of somebody else's telemetry.
 //!
-//! The configuration inside the log says what is shown; the poses and numbers of its rows drive it.
+//! The configuration inside the log says what is shown; the poses and numbers of its rows drive it. A table is drawn
+//! by itself, or beside the log, with the differences as curves (`telemetry`).
 #[cfg(feature = "viewer")]
 use crate::exit;
 use std::path::{Path, PathBuf};
@@ -11,9 +12,12 @@ pub struct ViewOptions {
     /// Where the recording goes; beside the log, with the ending .rrd, unless given.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Beside the log: what flew, by a telemetry file (`Telemetry(..)`, RON), and how far they are apart.
+    #[arg(long, value_name = "FILE")]
+    pub flown: Option<PathBuf>,
 }
 
-/// `linkwork view LOG [--out FILE]`.
+/// `linkwork view LOG [--flown FILE] [--out FILE]`, `linkwork view TELEMETRY [--out FILE]`.
 #[cfg(feature = "viewer")]
 pub fn view(log: &Path, options: &ViewOptions) -> u8 {
     match drawn::draw(log, options) {
@@ -32,6 +36,8 @@ mod drawn {
     use super::{Path, PathBuf, ViewOptions, exit};
     use crate::load::Ready;
     use crate::run::{self, Looked};
+    use crate::telemetry::{self, Beside, Telemetry};
+    use crate::voice::report;
     use crate::{load, taps};
     use linkwork_record::{End, Entry, LogError, logged_names, walk_log};
     use linkwork_viz::{NotShown, Player, View, VizError};
@@ -59,6 +65,8 @@ mod drawn {
     /// A recording under way.
     struct Drawing {
         player: Player,
+        /// What flew.
+        beside: Option<Beside>,
         /// Path of the variable for each name of the log.
         names: BTreeMap<String, String>,
         rows: u64,
@@ -88,14 +96,25 @@ mod drawn {
         Ok(out.clone())
     }
 
-    fn open(configuration: &str, name: &str, out: &Path) -> Result<Drawing, Fault> {
+    fn open(
+        configuration: &str,
+        name: &str,
+        out: &Path,
+        (flown, instants): (Option<&Telemetry>, &[u64]),
+    ) -> Result<Drawing, Fault> {
         let ready: Ready =
             load::ready_text(&format!("{name}.ron"), configuration).map_err(Fault::Said)?;
-        let Looked { scene: (scene, period), prepared } =
+        let Looked { scene: (mut scene, period), prepared } =
             run::prepare(&ready).map_err(Fault::Said)?;
         let names = logged_names(ready.plan(), &prepared.groups);
-        let (view, _) = View::new(&ready.program, &scene, period)?;
-        Ok(Drawing { player: Player::open(view, out)?, names, rows: 0 })
+        let beside =
+            flown.map(|f| telemetry::beside(f, &ready.program, (&mut scene, instants))).transpose();
+        let beside = beside.map_err(|failure| Fault::Said(report(&failure)))?;
+        let (mut view, _) = View::new(&ready.program, &scene, period)?;
+        if let Some(beside) = &beside {
+            view = view.with(&beside.told);
+        }
+        Ok(Drawing { player: Player::open(view, out)?, beside, names, rows: 0 })
     }
 
     impl Drawing {
@@ -105,11 +124,17 @@ mod drawn {
                     for (field, value) in fields {
                         if let Some(path) = self.names.get(&format!("{part}.{field}")) {
                             self.player.value(ns, path, value)?;
+                            if let Some(beside) = &mut self.beside {
+                                beside.value(ns, path, value, &mut self.player)?;
+                            }
                         }
                     }
                 }
                 Entry::Poses { ns, bodies } => {
-                    self.player.poses(ns, &bodies)?;
+                    match &mut self.beside {
+                        Some(beside) => beside.poses(ns, &bodies, &mut self.player)?,
+                        None => self.player.poses(ns, &bodies)?,
+                    }
                     self.rows += 1;
                 }
                 Entry::Picture { ns, camera, png } => self.player.picture(ns, &camera, png)?,
@@ -121,8 +146,42 @@ mod drawn {
         }
     }
 
+    /// Instants (ns) at which a log has poses, rising.
+    fn instants(log: &Path) -> Result<Vec<u64>, LogError> {
+        let mut all = Vec::new();
+        walk_log(log, |entry| {
+            if let Entry::Poses { ns, .. } = entry {
+                all.push(ns);
+            }
+            Ok::<(), LogError>(())
+        })?;
+        all.sort_unstable();
+        all.dedup();
+        Ok(all)
+    }
+
     pub fn draw(log: &Path, options: &ViewOptions) -> Result<u8, u8> {
         let out = place(log, options)?;
+        let read = |file: &Path| Telemetry::read(file).map_err(|failure| report(&failure));
+        if log.extension().is_some_and(|e| e == "ron") {
+            if options.flown.is_some() {
+                tell!(
+                    "error: --flown stands beside a log, and `{}` is none\n  help: give the .mcap file of a run, or leave \
+                     --flown out",
+                    log.display()
+                );
+                return Err(exit::INPUT);
+            }
+            let instants = telemetry::alone(&read(log)?, &out)?;
+            say!("`{}`: {instants} instants", out.display());
+            return Ok(exit::OK);
+        }
+        let flown = options.flown.as_deref().map(read).transpose()?;
+        // Whether the table has rows at instants of the log is known when both have been read.
+        let instants = match &flown {
+            Some(_) => instants(log).map_err(|e| told(e.into()))?,
+            None => Vec::new(),
+        };
         let mut drawing: Option<Drawing> = None;
         let mut opened = false;
         let mut name = "log".to_string();
@@ -135,7 +194,7 @@ mod drawn {
                 }
                 Entry::Configuration(text) if !text.is_empty() => {
                     opened = true;
-                    drawing = Some(open(&text, &name, &out)?);
+                    drawing = Some(open(&text, &name, &out, (flown.as_ref(), &instants))?);
                 }
                 entry => {
                     if let Some(drawing) = &mut drawing {
@@ -147,14 +206,17 @@ mod drawn {
         });
         let finished = walked.and_then(|end| {
             let Some(drawing) = drawing.take() else { return Ok(None) };
-            let rows = drawing.rows;
-            Ok(Some((end, rows, drawing.player.finish()?)))
+            let Drawing { player, beside, rows, .. } = drawing;
+            Ok(Some((end, rows, player.finish()?, beside)))
         });
         match finished {
-            Ok(Some((end, rows, missing))) => {
+            Ok(Some((end, rows, missing, beside))) => {
                 say!("`{}`: {rows} instants", out.display());
                 if let End::Cut { at } = end {
                     say!("    the log has no end: it was cut after {at} bytes");
+                }
+                if let Some(beside) = &beside {
+                    beside.tell();
                 }
                 not_shown(&missing);
                 Ok(exit::OK)
@@ -193,16 +255,19 @@ mod drawn {
     const MOST: usize = 5;
 
     fn not_shown(missing: &NotShown) {
+        // What a table does not tell is said of the table.
+        let of_log = |name: &&String| !name.starts_with(telemetry::FLOWN);
+        let variables: Vec<String> = missing.variables.iter().filter(of_log).cloned().collect();
         let list = |names: &[String]| {
             let more = names.len().saturating_sub(MOST);
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
             format!("{}{more}", names[..names.len().min(MOST)].join(", "))
         };
-        if !missing.variables.is_empty() {
+        if !variables.is_empty() {
             tell!(
                 "warning: not shown, because the log has no rows of them: {}\n  help: name them in `log` of the \
                  simulation",
-                list(&missing.variables)
+                list(&variables)
             );
         }
         if !missing.nodes.is_empty() {

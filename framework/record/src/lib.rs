@@ -1,4 +1,5 @@
-//! Logs: MCAP with protobuf on every channel; reading them back; comparison; plots; tables as Parquet.
+//! Logs: MCAP with protobuf on every channel; reading them back; comparison; plots; tables as Parquet; tables of
+//! other programs.
 mod ballast;
 mod columns;
 mod export;
@@ -9,6 +10,7 @@ mod plot;
 mod read;
 mod replace;
 mod schema;
+mod table;
 
 pub use columns::{Cells, ParquetFile, parquet_columns, parquet_numbers, titled};
 pub use export::{ExportError, Exported, export_parquet};
@@ -20,3 +22,4 @@ pub use read::{
 };
 pub use replace::{Durable, replace};
 pub use schema::{Schema, decode};
+pub use table::{Table, TableError};

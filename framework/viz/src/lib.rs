@@ -28,6 +28,8 @@ mod stream;
 #[cfg(feature = "viewer")]
 mod terrain;
 #[cfg(feature = "viewer")]
+mod told;
+#[cfg(feature = "viewer")]
 mod trail;
 #[cfg(feature = "viewer")]
 mod viewer;
@@ -39,5 +41,7 @@ pub use read::{Shown, read_recording};
 pub use scene::{Arrow, End, InUnit, Line, Marker, Panel, Planet, Plume, Scene, Shape};
 #[cfg(feature = "viewer")]
 pub use stream::VizError;
+#[cfg(feature = "viewer")]
+pub use told::Told;
 #[cfg(feature = "viewer")]
 pub use viewer::{View, Viewer};

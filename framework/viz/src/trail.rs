@@ -14,6 +14,8 @@ pub struct Trail {
     pub body: usize,
     /// Where it is shown.
     pub path: EntityPath,
+    /// Somebody else tells it: it has one colour of its own.
+    told: bool,
     /// With the phase of each.
     points: Vec<([f32; 3], u32)>,
     /// Least distance of two points, over their distance from the last.
@@ -35,15 +37,20 @@ pub fn color(phase: u32) -> re_sdk_types::components::Color {
     re_sdk_types::components::Color::from_rgb(r, g, b)
 }
 
+/// Colour of what somebody else tells: none of those of phases.
+pub fn told_color() -> re_sdk_types::components::Color {
+    re_sdk_types::components::Color::from_rgb(255, 60, 200)
+}
+
 fn apart(a: &[f32; 3], b: &[f32; 3]) -> f64 {
     let d = |k: usize| f64::from(a[k]) - f64::from(b[k]);
     (0..3).map(|k| d(k).powi(2)).sum::<f64>().sqrt()
 }
 
 impl Trail {
-    /// Of the entity `body`, without a point.
-    pub fn new(body: usize, path: EntityPath) -> Trail {
-        Trail { body, path, points: Vec::new(), spread: 0.002 }
+    /// Of the entity `body`, without a point. `told`: by somebody else than the simulation.
+    pub fn new(body: usize, path: EntityPath, told: bool) -> Trail {
+        Trail { body, path, told, points: Vec::new(), spread: 0.002 }
     }
 
     /// Adds a point that is far enough from the last; thins out when there are very many, what is far away first.
@@ -81,7 +88,7 @@ impl Trail {
                 // To the first point of the next.
                 let end = (k + 1).min(self.points.len());
                 strips.push(self.points[first..end].iter().map(|p| p.0).collect::<Vec<_>>());
-                colors.push(color(phase));
+                colors.push(if self.told { told_color() } else { color(phase) });
                 first = k;
             }
         }
@@ -97,7 +104,7 @@ mod tests {
 
     #[test]
     fn what_is_near_stays_fine_and_what_is_far_goes() {
-        let mut trail = Trail::new(0, EntityPath::from("trail"));
+        let mut trail = Trail::new(0, EntityPath::from("trail"), false);
         // From 4000 km away to a stop, then 30 m at a walk.
         let mut far = 4e6;
         while far > 0.06 {

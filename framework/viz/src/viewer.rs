@@ -47,17 +47,18 @@ const OVERLAYS: u32 = 1;
 
 /// What of a plan is shown: everything is looked up, nothing is opened.
 pub struct View {
-    scene: Scene,
+    pub(crate) scene: Scene,
     /// Names of the phases; one is no name.
     names: Vec<String>,
     /// For each phase: its mechanism, and which of its bodies and nodes the entities are.
-    phases: Vec<Option<Phase>>,
+    pub(crate) phases: Vec<Option<Phase>>,
     /// First the bodies, then the nodes.
-    entities: Vec<EntityPath>,
+    pub(crate) entities: Vec<EntityPath>,
     /// Among the entities.
     pub(crate) bodies: Vec<String>,
     pub(crate) nodes: Vec<String>,
-    trails: Vec<(usize, EntityPath)>,
+    /// Body, where its trail is shown, whether somebody else tells it.
+    pub(crate) trails: Vec<(usize, EntityPath, bool)>,
     follow: Option<usize>,
     /// Variables of the columns of a row.
     pub(crate) columns: Vec<String>,
@@ -74,10 +75,10 @@ pub struct View {
 }
 
 /// The mechanism of one phase, and the frames of the entities in it; `None`: it has no such body.
-struct Phase {
+pub(crate) struct Phase {
     tree: Arc<Tree>,
     ws: Workspace,
-    bodies: Vec<Option<BodyId>>,
+    pub(crate) bodies: Vec<Option<BodyId>>,
     nodes: Vec<Option<NodeId>>,
 }
 
@@ -185,7 +186,7 @@ impl View {
             .collect();
         self.nodes = nodes.into_iter().cloned().collect();
         let place = |name: &String| self.bodies.iter().position(|b| b == name);
-        let trail = |b: &String| Some((place(b)?, entity(&format!("trails/{b}"))));
+        let trail = |b: &String| Some((place(b)?, entity(&format!("trails/{b}")), false));
         self.trails = self.scene.trails.iter().filter_map(trail).collect();
         self.follow = self.scene.follow.as_ref().and_then(place);
     }
@@ -351,7 +352,7 @@ impl Viewer {
         if let Some(planet) = &scene.planet {
             rec.log_static(PLANET, &planet.mesh(sink, clear))?;
         }
-        let trail = |(body, path)| Trail::new(body, path);
+        let trail = |(body, path, told)| Trail::new(body, path, told);
         Ok(Viewer {
             rec,
             file: None,

@@ -5,7 +5,8 @@ mod support;
 
 use linkwork_world::eclipse::*;
 use linkwork_world::planet::AU;
-use linkwork_world::spatial::Vec3;
+use linkwork_world::spatial::{Quat, Vec3};
+use std::f64::consts::PI;
 use support::*;
 
 const SUN: Vec3 = Vec3::new(149.6e9, 0.0, 0.0);
@@ -100,4 +101,68 @@ fn sunlight_presses_as_golden() {
     let a = cannonball(&Vec3::new(0.0, AU / 2.0, 0.0), 0.02, 1.3, 0.5);
     near3(&a, &Vec3::new(0.0, -4.0 * 4.56e-6 * 0.02 * 1.3 * 0.5, 0.0), 1e-20, "ball");
     near(pressure(2.0 * AU), PRESSURE_AU / 4.0, 1e-20, "inverse square");
+}
+
+/// A Lambert ball from afar, in closed form: e = (2/3) a (R/r)² (sin α + (π − α) cos α)/π at the phase angle α.
+#[test]
+fn from_afar_a_planet_shines_by_its_phase() {
+    let r = Vec3::new(1.2e12, -0.5e12, 0.7e12);
+    let axis = r.cross(&Vec3::z()).normalize();
+    for alpha in [0.0, 0.4, 1.1, PI / 2.0, 2.3, PI] {
+        let sun = Quat::from_scaled_axis(axis * alpha) * r.normalize();
+        let e = planet_light(&r, &sun, R, 0.3, 0.0);
+        let phase = (f64::sin(alpha) + (PI - alpha) * f64::cos(alpha)) / PI;
+        let wanted = 0.2 * (R / r.norm()).powi(2);
+        near(e.norm(), wanted * phase, 2e-3 * wanted, &format!("{alpha}"));
+        if alpha < 2.0 {
+            near(e.normalize().dot(&r.normalize()), 1.0, 1e-4, "away from the planet");
+        }
+    }
+}
+
+/// Heat comes evenly from all of the disc: its vector is emissivity/4 (R/r)², whatever the height. Low over the noon the
+/// ground is a bright plane that fills half of the sky: e → albedo.
+#[test]
+fn heat_and_noon_have_closed_forms() {
+    for h in [1e3, 4e5, 2e7] {
+        let r = Vec3::new(0.3, -0.8, 0.52).normalize() * (R + h);
+        let e = planet_light(&r, &Vec3::y(), R, 0.0, 0.7);
+        near(e.norm(), 0.175 * (R / (R + h)).powi(2), 1e-9, "heat");
+        near(e.normalize().dot(&r.normalize()), 1.0, 1e-12, "upwards");
+    }
+    let noon = planet_light(&(Vec3::x() * (R + 10.0)), &Vec3::x(), R, 0.4, 0.0);
+    near(noon.x, 0.4, 2e-3, "noon");
+    near(noon.y.hypot(noon.z), 0.0, 1e-12, "noon, sideways");
+    // At midnight near the ground there is no light; within the planet there is none.
+    near(
+        planet_light(&(Vec3::x() * -(R + 1e5)), &Vec3::x(), R, 0.4, 0.0).norm(),
+        0.0,
+        0.0,
+        "night",
+    );
+    near(planet_light(&(Vec3::x() * 1e6), &Vec3::x(), R, 0.4, 1.0).norm(), 0.0, 0.0, "inside");
+}
+
+/// The sum over rings beside a fine sum over the ground itself, at a height where neither closed form holds.
+#[test]
+fn light_is_that_of_the_ground_piece_by_piece() {
+    let (r, sun) = (Vec3::new(5.1e6, -4.2e6, 3.3e6), Vec3::new(0.9, 0.1, -0.5).normalize());
+    let mut sum = Vec3::zeros();
+    let n = 600;
+    for i in 0..n {
+        let z = -1.0 + (2.0 * f64::from(i) + 1.0) / f64::from(n);
+        for k in 0..n {
+            let (s, c) = (std::f64::consts::TAU * (f64::from(k) + 0.5) / f64::from(n)).sin_cos();
+            let rho = (1.0 - z * z).sqrt();
+            let normal = Vec3::new(rho * c, rho * s, z);
+            let way = r - normal * R;
+            let (d, cos) = (way.norm(), normal.dot(&way) / way.norm());
+            if cos > 0.0 {
+                let area = 4.0 * PI * R * R / f64::from(n * n);
+                let light = 0.3 * normal.dot(&sun).max(0.0) + 0.25 * 0.6;
+                sum += way * (light * cos * area / (PI * d * d * d));
+            }
+        }
+    }
+    near3(&planet_light(&r, &sun, R, 0.3, 0.6), &sum, 1e-3 * sum.norm(), "light");
 }

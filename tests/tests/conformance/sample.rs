@@ -63,6 +63,8 @@ fn written(model: &str, param: &str) -> Option<Value> {
         }
         ("flight.entry_guidance", "ballistic") => Some(Value::Number(137.0)),
         ("flight.hazard_map", "spacing") => Some(Value::Number(0.1)),
+        ("flight.convex_descent", "times") => Some(list(&[30.0, 90.0])),
+        ("flight.line_twist", "length") => Some(Value::Number(5.0)),
         ("flight.solid_motor", "curve") => Some(pairs(&[[0.0, 0.0], [0.05, 9.0], [0.1, 0.0]])),
         ("flight.body_load", "rows") => {
             let row = |t: f64| Value::Map(vec![("time".into(), Value::Number(t).into())]).into();

@@ -70,6 +70,18 @@ pub fn pressure_max(gamma: f64) -> f64 {
     4.0 / g * (g * g / (4.0 * gamma)).powf(gamma / (gamma - 1.0))
 }
 
+/// Pressure coefficient on the base of a blunt body at a Mach number: below zero, and what it adds to C_A is its negative.
+/// ```text
+/// C_p,b = 8.325e-3 + 0.11293/M − 1.801/M² + 1.2885/M³
+/// ```
+/// The fit of Viking; from M = 1 on, where it is −0.39. At M → ∞ it goes to +0.008, above zero beyond M = 8.9, within what a
+/// vacuum on the base leaves open: it is 0 there. Below M = 1 the value at 1 is taken.
+#[must_use]
+pub fn base_pressure(mach: f64) -> f64 {
+    let m = mach.max(1.0);
+    (8.325e-3 + (0.11293 + (-1.801 + 1.2885 / m) / m) / m).min(0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -139,6 +151,28 @@ mod tests {
         assert!((pressure_max(1.29) - 1.8770).abs() < 5e-5);
         // γ → 1: the shock lies on the body, Newton's own 2.
         assert!((pressure_max(1.000001) - 2.0).abs() < 1e-4);
+    }
+
+    /// EDL.md d, evaluated apart in exact fractions; and the crude −1/M², which it is near where flight is.
+    #[test]
+    fn the_base_is_sucked_back() {
+        for (mach, wanted) in [(1.0, -0.391_245), (2.0, -0.224_397_5), (5.0, -0.030_821)] {
+            assert!(
+                (base_pressure(mach) - wanted).abs() < 1e-12,
+                "{mach}: {}",
+                base_pressure(mach)
+            );
+        }
+        for mach in [1.7, 2.0, 2.5, 3.0] {
+            assert!((base_pressure(mach) + 1.0 / (mach * mach)).abs() < 0.06, "{mach}");
+        }
+        assert_eq!((base_pressure(0.3), base_pressure(25.0)), (base_pressure(1.0), 0.0));
+        assert!(base_pressure(f64::NAN).is_finite());
+        // It never rises the body's drag by more than a vacuum behind it: −C_p ≤ 2/(γ M²).
+        for k in 10..120 {
+            let m = 0.1 * f64::from(k);
+            assert!(base_pressure(m) >= -2.0 / (1.29 * m * m), "{m}");
+        }
     }
 
     #[test]

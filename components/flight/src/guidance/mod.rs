@@ -1,4 +1,4 @@
-//! Laws that say where to push: powered descent, entry, ascent, rendezvous.
+//! Laws that say where to push: powered descent, entry, ascent, rendezvous; and where a lander is.
 //!
 //! Each law is a pure function with a thin model over it, so that a user's own law can take its place.
 
@@ -6,6 +6,7 @@ pub mod approach;
 pub mod ascent;
 pub mod ascent_program;
 pub mod convex;
+pub mod convex_descent;
 pub mod descent_filter;
 pub mod entry;
 pub mod entry_guidance;
@@ -15,5 +16,6 @@ pub mod planet;
 pub mod powered_descent;
 pub mod rendezvous;
 pub mod terminal_descent;
+pub mod terrain_fix;
 pub mod thrust_direction;
 pub mod waypoints;

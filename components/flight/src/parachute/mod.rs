@@ -7,4 +7,5 @@ pub mod bridle;
 pub mod canopy;
 pub mod inflation;
 pub mod line;
+pub mod line_twist;
 pub mod riser;

@@ -1,0 +1,358 @@
+//! `flight.terrain_fix`: where a lander is, by the ranges of a lidar against a map of the ground (terrain-relative navigation).
+//! ```text
+//! places   q_k = p̂ + R̂ d_k r_k              of the echoes, from the estimate (p̂, R̂)
+//! misfit   e_k(s) = h_map(x_k + s_x, y_k + s_y) − z_k        s: shift over the ground;  ē: their mean, the shift upwards
+//! cost     J(s) = Σ (e_k − ē)²/σ²,   n − 3 in the mean for the true s
+//! search   a lattice of `step`, `steps` to each side; from the best node Gauss-Newton with the map's slopes
+//! fix      p̂ + (s*, ē)     covariance (Σ g_k g_kᵀ/σ²)⁻¹, g: slopes less their means; vertical σ²/n and what the slopes add
+//! ```
+//! A match is *refused*, and `why` says so, when it may be false:
+//! 1 fewer echoes than `echoes_min`, or less than half of them over the map; 2 the ground is too even: a deviation over `step`;
+//! 3 a rival: another place, more than `apart` steps from the best, whose cost is less than `gate`² above it; 4 the best does not fit:
+//! J/(n − 3) over `misfit_max`; 5 the best is at the edge of the search, so that the truth may lie outside.
+//! σ is that of a height: of the lidar, of the map, and of what the attitude's error makes over the range. W is a site (z up) or flat ground. A beam
+//! that meets what the map does not have counts as misfit. Sampled; cost: 2 (2 steps + 1)² heights of the map for each echo.
+
+use linkwork_runtime::prelude::*;
+use linkwork_spatial::nalgebra::{Matrix2, Vector2};
+
+/// Beams, search and limits.
+#[derive(Params, Clone, Debug)]
+pub struct TerrainFixParams {
+    /// Beams side by side, as the lidar has them.
+    #[param(default = 36, range = 1.0..=4096.0)]
+    pub columns: u32,
+    /// Beams above each other.
+    #[param(default = 1, range = 1.0..=256.0)]
+    pub rows: u32,
+    /// From which to which angle columns are spread, from x towards y.
+    #[param(unit = "rad", default = [-std::f64::consts::PI, std::f64::consts::PI])]
+    pub azimuth: [f64; 2],
+    /// From which to which angle rows are spread, upwards.
+    #[param(unit = "rad", default = [-0.4, 0.0])]
+    pub elevation: [f64; 2],
+    /// Distance of two shifts that are tried; below the length of the ground's features.
+    #[param(unit = "m", default = 1.0, range = 1e-3..)]
+    pub step: f64,
+    /// Shifts to each side, along x and along y: `reach` is so many steps.
+    #[param(default = 30, range = 2.0..=500.0)]
+    pub steps: u32,
+    /// Nodes within so many steps of the best are its own slope and no rivals.
+    #[param(default = 1, range = 1.0..)]
+    pub apart: u32,
+    /// Standard deviation σ of a height against the map.
+    #[param(unit = "m", default = 0.1, range = 1e-6..)]
+    pub sigma: f64,
+    /// Fewest echoes of a match.
+    #[param(default = 20, range = 4.0..)]
+    pub echoes_min: u32,
+    /// A rival within so many deviations makes a match doubtful.
+    #[param(default = 5.0, range = 0.0..)]
+    pub gate: f64,
+    /// Greatest J/(n − 3) of a match.
+    #[param(default = 2.0, range = 1.0..)]
+    pub misfit_max: f64,
+    /// The map.
+    #[param(service)]
+    pub map: Handle<dyn Terrain>,
+}
+
+/// The estimate; the ranges of the beams follow.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct TerrainFixIn {
+    /// The lidar, as navigation knows it, W.
+    #[port(bind = "estimate")]
+    pub estimate: NodeState,
+}
+
+/// The fix.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct TerrainFixOut {
+    /// Where the lidar is, W; the estimate itself where there is no match.
+    #[port("m")]
+    pub position: Vec3,
+    /// That less the estimate.
+    #[port("m")]
+    pub shift: Vec3,
+    /// Standard deviation of each component of the position; 0 where there is no match.
+    #[port("m")]
+    pub deviation: Vec3,
+    /// The match is good.
+    #[port]
+    pub matched: bool,
+    /// Why not: 0 it is; 1 few echoes, 2 even ground, 3 a rival, 4 a bad fit, 5 at the edge.
+    #[port("1")]
+    pub why: f64,
+    /// J/(n − 3) of the best place.
+    #[port("1")]
+    pub misfit: f64,
+    /// How much worse the best rival is, in deviations.
+    #[port("1")]
+    pub rival: f64,
+    /// Echoes that were used.
+    #[port("1")]
+    pub echoes: f64,
+}
+
+/// Why a match is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Refusal {
+    Echoes = 1,
+    Even = 2,
+    Rival = 3,
+    Fit = 4,
+    Edge = 5,
+}
+
+/// The best node of a lattice.
+struct Search {
+    best: [i32; 2],
+    cost: f64,
+    /// Least cost of what is away from the best.
+    rival: f64,
+}
+
+/// What the echoes say of an estimate: places on the ground, made when they are asked for, so that no memory is taken.
+struct Seen<'a> {
+    beams: &'a [Vec3],
+    ranges: &'a [f64],
+    estimate: &'a NodeState,
+}
+
+impl Seen<'_> {
+    fn places(&self) -> impl Iterator<Item = Vec3> + '_ {
+        let place =
+            |(d, r): (&Vec3, &f64)| self.estimate.position + self.estimate.rotation * (d * *r);
+        self.beams.iter().zip(self.ranges).filter(|(_, r)| **r > 0.0).map(place)
+    }
+    fn count(&self) -> usize {
+        self.ranges.iter().filter(|r| **r > 0.0).count()
+    }
+}
+
+/// Matches ranges with a map.
+pub struct TerrainFix {
+    p: TerrainFixParams,
+    beams: Vec<Vec3>,
+}
+
+/// Steps of Gauss and Newton at most, and where they end (m).
+const STEPS: usize = 12;
+const STILL: f64 = 1e-9;
+
+impl TerrainFix {
+    /// J at a shift, the mean ē, and how many places are on the map.
+    fn cost(&self, seen: &Seen<'_>, s: [f64; 2]) -> (f64, f64, usize) {
+        // Relative to the first: heights may be large beside their differences.
+        let (mut all, mut n, mut sum, mut squares, mut first) = (0_usize, 0_usize, 0.0, 0.0, 0.0);
+        for q in seen.places() {
+            all += 1;
+            let Some(g) = self.p.map.ground(q.x + s[0], q.y + s[1]) else { continue };
+            let e = g.height - q.z;
+            if n == 0 {
+                first = e;
+            }
+            n += 1;
+            sum += e - first;
+            squares += (e - first) * (e - first);
+        }
+        let count = n.max(1) as f64;
+        let mean = sum / count;
+        // A place off the map says nothing: the cost is that of as many as there are, scaled to all.
+        let share = all as f64 / count;
+        let cost = (squares - mean * sum).max(0.0) * share / (self.p.sigma * self.p.sigma);
+        (cost, mean + first, n)
+    }
+
+    /// Cost of each node of the lattice; infinite where less than half of the places are on the map.
+    fn lattice<'a>(&'a self, seen: &'a Seen<'_>) -> impl Iterator<Item = ([i32; 2], f64)> + 'a {
+        let half = self.p.steps as i32;
+        let all = seen.count();
+        (-half..=half).flat_map(move |i| (-half..=half).map(move |j| [i, j])).map(move |node| {
+            let (cost, _, n) = self.cost(seen, node.map(|k| f64::from(k) * self.p.step));
+            (node, if 2 * n < all { f64::INFINITY } else { cost })
+        })
+    }
+
+    /// The best node of the lattice and its rival; none where the map is nowhere under half of the places.
+    fn search(&self, seen: &Seen<'_>) -> Option<Search> {
+        let (best, cost) = self.lattice(seen).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        if !cost.is_finite() {
+            return None;
+        }
+        let apart = self.p.apart as i32;
+        let far = |c: &[i32; 2]| (c[0] - best[0]).abs().max((c[1] - best[1]).abs()) > apart;
+        let rivals = self.lattice(seen).filter(|(node, _)| far(node)).map(|(_, cost)| cost);
+        Some(Search { best, cost, rival: rivals.fold(f64::INFINITY, f64::min) })
+    }
+
+    /// Σ g gᵀ/σ², Σ g (e − ē)/σ² at a shift, with slopes less their means; the mean slope; how many places.
+    fn normal(
+        &self,
+        seen: &Seen<'_>,
+        s: [f64; 2],
+    ) -> (Matrix2<f64>, Vector2<f64>, Vector2<f64>, f64) {
+        let on_map = || {
+            let relief = |q: Vec3| Some((self.p.map.ground(q.x + s[0], q.y + s[1])?.relief(), q.z));
+            seen.places().filter_map(relief)
+        };
+        let n = on_map().count().max(1) as f64;
+        let (mut slope, mut mean) = (Vector2::zeros(), 0.0);
+        for ([h, a, b], z) in on_map() {
+            slope += Vector2::new(a, b) / n;
+            mean += (h - z) / n;
+        }
+        let (mut matrix, mut right) = (Matrix2::zeros(), Vector2::zeros());
+        for ([h, a, b], z) in on_map() {
+            let g = Vector2::new(a, b) - slope;
+            matrix += g * g.transpose();
+            right += g * (h - z - mean);
+        }
+        let weight = 1.0 / (self.p.sigma * self.p.sigma);
+        (matrix * weight, right * weight, slope, n)
+    }
+
+    /// From a node of the lattice to the nearest minimum, no further than a step of the lattice.
+    fn refine(&self, seen: &Seen<'_>, node: [f64; 2]) -> [f64; 2] {
+        let mut s = node;
+        let mut cost = self.cost(seen, s).0;
+        for _ in 0..STEPS {
+            let (matrix, right, ..) = self.normal(seen, s);
+            let Some(inverse) = matrix.try_inverse() else { break };
+            let mut d = -(inverse * right);
+            // Halved until it is better: the ground bends.
+            let mut better = false;
+            for _ in 0..STEPS {
+                let next = [s[0] + d.x, s[1] + d.y];
+                let near = (0..2).all(|k| (next[k] - node[k]).abs() <= self.p.step);
+                let now = if near { self.cost(seen, next).0 } else { f64::INFINITY };
+                if now < cost {
+                    (s, cost, better) = (next, now, true);
+                    break;
+                }
+                d *= 0.5;
+            }
+            if !better || d.norm() < STILL {
+                break;
+            }
+        }
+        s
+    }
+
+    /// What ranges say of an estimate.
+    fn find(&self, estimate: &NodeState, ranges: &[f64]) -> TerrainFixOut {
+        let seen = Seen { beams: &self.beams, ranges, estimate };
+        let places = seen.count();
+        let mut out = TerrainFixOut {
+            position: estimate.position,
+            shift: Vec3::zeros(),
+            deviation: Vec3::zeros(),
+            matched: false,
+            why: f64::from(Refusal::Echoes as u8),
+            misfit: 0.0,
+            rival: 0.0,
+            echoes: places as f64,
+        };
+        if places < self.p.echoes_min as usize {
+            return out;
+        }
+        let Some(found) = self.search(&seen) else { return out };
+        let s = self.refine(&seen, found.best.map(|k| f64::from(k) * self.p.step));
+        let (cost, up, n) = self.cost(&seen, s);
+        out.misfit = cost / (n as f64 - 3.0);
+        // Against the node, not against what was refined: a rival was not refined either.
+        out.rival = (found.rival - found.cost).clamp(0.0, 1e12).sqrt();
+        let (matrix, _, slope, count) = self.normal(&seen, s);
+        let covariance = matrix.try_inverse().filter(|c| c[(0, 0)] > 0.0 && c[(1, 1)] > 0.0);
+        let half = self.p.steps as i32;
+        let even = covariance.is_none_or(|c| c[(0, 0)].max(c[(1, 1)]).sqrt() > self.p.step);
+        let refused = if even {
+            Some(Refusal::Even)
+        } else if found.best.iter().any(|k| k.abs() == half) {
+            Some(Refusal::Edge)
+        } else if !(out.misfit <= self.p.misfit_max) {
+            Some(Refusal::Fit)
+        } else if out.rival < self.p.gate {
+            Some(Refusal::Rival)
+        } else {
+            None
+        };
+        out.why = refused.map_or(0.0, |r| f64::from(r as u8));
+        if let (None, Some(c)) = (refused, covariance) {
+            let vertical = self.p.sigma * self.p.sigma / count + (slope.transpose() * c * slope)[0];
+            out.matched = true;
+            out.shift = Vec3::new(s[0], s[1], up);
+            out.position += out.shift;
+            out.deviation = Vec3::new(c[(0, 0)], c[(1, 1)], vertical).map(f64::sqrt);
+        }
+        out
+    }
+}
+
+/// Most nodes of a search, times echoes: what a sample may cost.
+const WORK_MAX: f64 = 1e8;
+
+impl SizedModel for TerrainFix {
+    const NAME: &'static str = "flight.terrain_fix";
+    const DOC: &'static str = "Position of a lander by matching ranges of a lidar with a map of the ground; doubtful matches are refused and told; sampled.";
+    type Params = TerrainFixParams;
+    type Store = ();
+
+    fn ports(p: &TerrainFixParams) -> SizedPorts {
+        let count = p.columns as usize * p.rows as usize;
+        let range = PortSpec::named("range", PortKind::Numbers, count)
+            .unit_of("m")
+            .doc_of("Range of each beam, as `sensors.lidar` orders them; 0 without an echo.");
+        SizedPorts {
+            direct_inputs: TerrainFixIn::specs()
+                .into_iter()
+                .chain(std::iter::once(range))
+                .collect(),
+            direct_outputs: TerrainFixOut::specs(),
+            sampled: true,
+            ..SizedPorts::default()
+        }
+    }
+
+    fn build(p: TerrainFixParams) -> Result<Self, BuildError> {
+        let side = 2.0 * f64::from(p.steps) + 1.0;
+        let work = side * side * f64::from(p.columns) * f64::from(p.rows);
+        if work > WORK_MAX {
+            let beams = p.columns * p.rows;
+            let fact =
+                format!("{side} × {side} shifts of {beams} beams are {work:.0} heights a sample");
+            let help = "write fewer `steps`, or fewer beams";
+            return Err(BuildError::new(fact).help(help).at("steps"));
+        }
+        if p.apart >= p.steps {
+            let fact = format!(
+                "a search of {} steps has no place for a rival {} steps away",
+                p.steps, p.apart
+            );
+            return Err(BuildError::new(fact)
+                .help("write more `steps`, or a smaller `apart`")
+                .at("apart"));
+        }
+        let middle = |[from, to]: [f64; 2], count: u32, k: u32| {
+            from + (to - from) * (f64::from(k) + 0.5) / f64::from(count)
+        };
+        let mut beams = Vec::new();
+        for column in 0..p.columns {
+            for row in 0..p.rows {
+                let (sa, ca) = middle(p.azimuth, p.columns, column).sin_cos();
+                let (se, ce) = middle(p.elevation, p.rows, row).sin_cos();
+                beams.push(Vec3::new(ca * ce, sa * ce, se));
+            }
+        }
+        Ok(TerrainFix { p, beams })
+    }
+
+    fn direct(&self, _: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+        let (input, ranges) = u.split_at(TerrainFixIn::N);
+        self.find(&TerrainFixIn::get(input).estimate, ranges).put(y);
+    }
+}
+
+#[cfg(test)]
+#[path = "terrain_fix_tests.rs"]
+mod tests;

@@ -1,0 +1,215 @@
+//! Tests of `flight.terrain_fix`: shifts are found, to the deviation that is told; what may be false is refused.
+use super::*;
+use linkwork_spatial::Quat;
+use std::sync::Arc;
+
+/// Waves that repeat nowhere within the search, or that do.
+#[derive(Clone, Copy)]
+enum Shape {
+    Hills,
+    Even,
+    Furrows,
+    Tiles,
+    Rows,
+}
+
+struct Field(Shape, Soil);
+
+impl Field {
+    fn height(&self, x: f64, y: f64) -> f64 {
+        match self.0 {
+            Shape::Hills => {
+                1.5 * (0.21 * x + 0.3).sin() * (0.17 * y - 0.8).cos()
+                    + 0.8 * (0.43 * x - 0.31 * y).sin()
+                    + 0.4 * (0.77 * y + 0.55 * x + 1.0).cos()
+                    + 0.02 * x
+            }
+            Shape::Even => 0.03 * x - 0.01 * y,
+            Shape::Furrows => 1.5 * (0.5 * x).sin(),
+            // Every 12 m the same.
+            Shape::Tiles => {
+                let k = std::f64::consts::TAU / 12.0;
+                1.5 * (k * x).sin() * (k * y).cos() + 0.5 * (2.0 * k * y).sin()
+            }
+            // Every 12 m along x alone.
+            Shape::Rows => {
+                let k = std::f64::consts::TAU / 12.0;
+                (k * x).sin() * (1.5 + (0.19 * y).cos()) + 0.9 * (0.33 * y + 0.4).sin()
+            }
+        }
+    }
+}
+
+impl Terrain for Field {
+    fn ground(&self, x: f64, y: f64) -> Option<Ground> {
+        if x.abs() > 200.0 || y.abs() > 200.0 {
+            return None;
+        }
+        let h = 1e-5;
+        let a = (self.height(x + h, y) - self.height(x - h, y)) / (2.0 * h);
+        let b = (self.height(x, y + h) - self.height(x, y - h)) / (2.0 * h);
+        Some(Ground { height: self.height(x, y), normal: Vec3::new(-a, -b, 1.0).normalize() })
+    }
+    fn bounds(&self) -> [f64; 4] {
+        [-200.0, -200.0, 200.0, 200.0]
+    }
+    fn soil(&self, _: f64, _: f64) -> &Soil {
+        &self.1
+    }
+    fn surface(&self) -> Surface {
+        unreachable!("nobody draws it")
+    }
+}
+
+fn field(shape: Shape) -> Field {
+    Field(
+        shape,
+        Soil {
+            n: 1.0,
+            n1: 0.0,
+            k_c: 0.0,
+            k_phi: 1e6,
+            cohesion: 0.0,
+            friction_angle: 0.5,
+            shear_modulus: 0.02,
+            a0: 0.4,
+            a1: 0.1,
+            lambda: 0.5,
+            density: 1500.0,
+            friction: 0.7,
+        },
+    )
+}
+
+fn fix(shape: Shape, sigma: f64) -> TerrainFix {
+    let map = Arc::new(field(shape)) as Arc<dyn Terrain>;
+    TerrainFix::build(TerrainFixParams {
+        columns: 16,
+        rows: 8,
+        azimuth: [-std::f64::consts::PI, std::f64::consts::PI],
+        elevation: [-1.5, -0.9],
+        step: 1.0,
+        steps: 15,
+        apart: 3,
+        sigma,
+        echoes_min: 20,
+        gate: 5.0,
+        misfit_max: 2.0,
+        map: Handle::new("map", map),
+    })
+    .unwrap()
+}
+
+/// Ranges from a true place, by marching along each beam; noise of the range.
+fn ranges(m: &TerrainFix, shape: Shape, at: &NodeState, noise: f64, sample: u64) -> Vec<f64> {
+    let ground = field(shape);
+    let over = |p: Vec3| p.z - ground.height(p.x, p.y);
+    let c = Clock::at(0.0, 1.0, sample);
+    let one = |(k, d): (usize, &Vec3)| {
+        let d = at.rotation * d;
+        let (mut low, mut high) = (0.0, 0.0);
+        while over(at.position + d * high) > 0.0 {
+            (low, high) = (high, high + 0.5);
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if over(at.position + d * middle) > 0.0 { low = middle } else { high = middle }
+        }
+        low + noise * c.normal(k as u32)
+    };
+    m.beams.iter().enumerate().map(one).collect()
+}
+
+fn lander() -> NodeState {
+    let rotation = Quat::from_euler_angles(0.06, -0.04, 0.9);
+    NodeState { position: Vec3::new(12.0, -7.0, 60.0), rotation, ..NodeState::identity() }
+}
+
+#[test]
+fn an_error_of_the_estimate_is_found_exactly_without_noise() {
+    let m = fix(Shape::Hills, 0.05);
+    let truth = lander();
+    let seen = ranges(&m, Shape::Hills, &truth, 0.0, 0);
+    for error in [Vec3::zeros(), Vec3::new(7.3, -4.6, 2.1), Vec3::new(-12.2, 9.9, -30.0)] {
+        let estimate = NodeState { position: truth.position + error, ..truth };
+        let y = m.find(&estimate, &seen);
+        assert!(y.matched && y.why == 0.0, "{y:?}");
+        assert!(
+            (y.position - truth.position).norm() < 1e-6,
+            "{error}: {:?}",
+            y.position - truth.position
+        );
+        assert!((y.shift + error).norm() < 1e-6 && y.misfit < 1e-9 && y.echoes == 128.0);
+        assert!(y.rival > 5.0, "{}", y.rival);
+    }
+}
+
+#[test]
+fn errors_with_noise_are_those_that_it_tells() {
+    // Beams are within 40° of the vertical: noise of a range is nearly that of a height.
+    let m = fix(Shape::Hills, 0.1);
+    let truth = lander();
+    let estimate = NodeState { position: truth.position + Vec3::new(3.4, 2.7, -1.0), ..truth };
+    let (mut squares, runs) = (Vec3::zeros(), 60);
+    for sample in 0..runs {
+        let seen = ranges(&m, Shape::Hills, &truth, 0.1, sample);
+        let y = m.find(&estimate, &seen);
+        assert!(y.matched, "{sample}: {y:?}");
+        let e = y.position - truth.position;
+        squares += e.component_div(&y.deviation).map(|x| x * x) / runs as f64;
+    }
+    // Of 60 normal numbers the root mean square is within 0.7 and 1.3 with three deviations.
+    for k in 0..3 {
+        assert!((0.6..1.3).contains(&squares[k].sqrt()), "{k}: {}", squares[k].sqrt());
+    }
+}
+
+#[test]
+fn what_may_be_a_false_match_is_told() {
+    let truth = lander();
+    let at = |m: &TerrainFix, map: Shape, error: Vec3| {
+        let estimate = NodeState { position: truth.position + error, ..truth };
+        m.find(&estimate, &ranges(m, map, &truth, 0.02, 3))
+    };
+    let small = Vec3::new(2.3, -1.4, 0.5);
+    let told = |y: TerrainFixOut, why: f64| {
+        assert!(!y.matched && y.why == why, "{why}: {y:?}");
+        assert!(y.shift == Vec3::zeros() && y.deviation == Vec3::zeros());
+    };
+    told(at(&fix(Shape::Even, 0.1), Shape::Even, small), 2.0);
+    // Along furrows nothing tells where one is.
+    told(at(&fix(Shape::Furrows, 0.1), Shape::Furrows, small), 2.0);
+    // Tiles that repeat within the search: the match is perfect, and so is its rival.
+    let y = at(&fix(Shape::Tiles, 0.1), Shape::Tiles, small);
+    assert!(y.misfit < 1.0, "{}", y.misfit);
+    told(y, 3.0);
+    let y = at(&fix(Shape::Rows, 0.1), Shape::Rows, small);
+    assert!(y.misfit < 1.0, "{}", y.misfit);
+    told(y, 3.0);
+    // Another ground than that of the map.
+    told(at(&fix(Shape::Hills, 0.1), Shape::Tiles, small), 4.0);
+    // The truth is outside of the search: never a match, whatever the reason that is told.
+    for error in
+        [Vec3::new(25.0, 3.0, 0.0), Vec3::new(-4.0, -31.0, 2.0), Vec3::new(19.0, 19.0, 0.0)]
+    {
+        assert!(!at(&fix(Shape::Hills, 0.1), Shape::Hills, error).matched, "{error}");
+    }
+    // On the edge itself it is found and not believed.
+    told(at(&fix(Shape::Hills, 0.1), Shape::Hills, Vec3::new(15.0, 0.0, 0.0)), 5.0);
+    let m = fix(Shape::Hills, 0.1);
+    let mut few = ranges(&m, Shape::Hills, &truth, 0.0, 0);
+    few[19..].fill(0.0);
+    told(m.find(&truth, &few), 1.0);
+    let gone = NodeState { position: Vec3::new(1e4, 0.0, 60.0), ..truth };
+    told(m.find(&gone, &ranges(&m, Shape::Hills, &truth, 0.0, 0)), 1.0);
+}
+
+#[test]
+fn a_search_that_costs_too_much_or_has_no_rivals_is_refused() {
+    let refused = |steps: u32, apart: u32| {
+        let p = TerrainFixParams { steps, apart, ..fix(Shape::Hills, 0.1).p };
+        TerrainFix::build(p).err().unwrap().to_string()
+    };
+    assert!(refused(500, 3).contains("heights a sample"));
+    assert!(refused(3, 3).contains("no place for a rival"));
+}

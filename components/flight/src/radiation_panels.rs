@@ -1,0 +1,281 @@
+//! `flight.panel_radiation_pressure`: sunlight, and light from the planet, press on flat panels.
+//! ```text
+//! F_k = −p A cos θ [(1 − ρ_s) ŝ + 2 (ρ_s cos θ + ρ_d/3) n̂]  where cos θ = n̂ · ŝ > 0          M = Σ c_k × F_k
+//! Sun       p = ν P (AU/d)², ŝ to the Sun; P = 4.56e-6 N/m², ν visible part of its disc (Montenbruck & Gill, 3.4.2)
+//! planet    p ŝ = −e P (AU/d)²: light that its ground scatters (albedo), and its heat (infrared), as if from one place
+//! ```
+//! Edges of penumbra and umbra are events. No panel shades another: right for convex bodies, an overestimate for others.
+//! The planet is a ball at the origin of W; its light is that of `linkwork_world::eclipse::planet_light`.
+
+use linkwork_runtime::prelude::*;
+use linkwork_world::eclipse::{Discs, planet_light, plate, pressure};
+use linkwork_world::planet::{AU, RADIUS_SUN};
+
+/// A flat panel, lit from the side of its normal. What has two sides is two panels.
+#[derive(Params, Clone, Debug)]
+pub struct LitPanel {
+    /// Area.
+    #[param(unit = "m^2", range = 0.0..)]
+    pub area: f64,
+    /// Outward normal, body axes; its length does not matter.
+    pub normal: Vec3,
+    /// Centre, from the node, body axes.
+    #[param(unit = "m", default = Vec3::zeros())]
+    pub centre: Vec3,
+    /// Part of the light that is mirrored.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub specular: f64,
+    /// Part that is scattered; the rest is swallowed.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub diffuse: f64,
+}
+
+/// Panels, planet, Sun.
+#[derive(Params, Clone, Debug)]
+pub struct RadiationPanelParams {
+    /// The panels.
+    pub panels: Vec<LitPanel>,
+    /// Radius of the planet that casts a shadow and throws light back; 0: none.
+    #[param(unit = "m", default = 6_378_137.0, range = 0.0..)]
+    pub planet_radius: f64,
+    /// Part of the sunlight that the planet's ground scatters: the Earth 0.3, Mars 0.25, the Moon 0.12.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub albedo: f64,
+    /// Part of the mean sunlight that it gives off as heat: 1 − albedo in balance.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub infrared: f64,
+    /// The Sun, seen from the origin of W.
+    #[param(service)]
+    pub sun: Handle<dyn Sun>,
+}
+
+/// The body.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct LitIn {
+    /// Node with body axes.
+    #[port(bind = "body")]
+    pub body: NodeState,
+}
+
+/// Load and light.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct LitOut {
+    /// Force and moment at the node.
+    #[port(bind = "body")]
+    pub load: Wrench,
+    /// Visible part of the Sun.
+    #[port("1")]
+    pub visible: f64,
+    /// Pressure of sunlight on what swallows it, shadow included.
+    #[port("N/m^2")]
+    pub pressure: f64,
+    /// Pressure of the planet's light.
+    #[port("N/m^2")]
+    pub planet_pressure: f64,
+}
+
+/// Where the light begins to fade and where it ends.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct LitEdges {
+    /// Angle to the outer edge of the penumbra, above zero in the light.
+    #[port("rad")]
+    pub penumbra: f64,
+    /// Angle to the umbra (or the ring), below zero inside.
+    #[port("rad")]
+    pub umbra: f64,
+}
+
+/// Light on panels.
+pub struct PanelRadiation {
+    p: RadiationPanelParams,
+}
+
+impl PanelRadiation {
+    /// The Sun from the planet and from the body, m, and the two discs in the sky there, `r` (m, W).
+    fn look(&self, t: f64, r: Vec3) -> (Vec3, Vec3, Discs) {
+        let sun = self.p.sun.state(t);
+        let s = sun.direction * (sun.distance_au * AU);
+        (s, s - r, Discs::seen(&r, &s, self.p.planet_radius, RADIUS_SUN))
+    }
+
+    /// Force and moment of light with a pressure (N/m²) from a direction, body axes.
+    fn lit(&self, pressure: f64, from: &Vec3) -> (Vec3, Vec3) {
+        let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
+        for k in &self.p.panels {
+            let f = plate(pressure, k.area, &k.normal, from, k.specular, k.diffuse);
+            force += f;
+            moment += k.centre.cross(&f);
+        }
+        (force, moment)
+    }
+}
+
+/// Pressure of sunlight and of the planet's light on flat panels, with the conical shadow of the planet.
+#[model("flight.panel_radiation_pressure")]
+impl Model for PanelRadiation {
+    const INERTIAL: bool = true;
+    type Params = RadiationPanelParams;
+    type Ud = LitIn;
+    type Yd = LitOut;
+    type G = LitEdges;
+    fn build(mut p: RadiationPanelParams) -> Result<Self, BuildError> {
+        for (k, panel) in p.panels.iter_mut().enumerate() {
+            let refuse = |fact: String, help: &str| {
+                Err(BuildError::new(format!("panel {}: {fact}", k + 1)).help(help).at("panels"))
+            };
+            let length = panel.normal.norm();
+            if !(length > 1e-9) {
+                return refuse(
+                    "its normal has no length".into(),
+                    "write a direction, e.g. normal: [1, 0, 0]",
+                );
+            }
+            let sent = panel.specular + panel.diffuse;
+            if sent > 1.0 {
+                let fact = format!("it sends back {sent} of the light");
+                return refuse(fact, "specular and diffuse are 1 together at most");
+            }
+            panel.normal /= length;
+        }
+        Ok(PanelRadiation { p })
+    }
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &LitIn) -> LitOut {
+        let (sun, to_sun, discs) = self.look(c.t, u.body.position);
+        let visible = discs.visible_fraction();
+        let to_body = u.body.rotation.inverse();
+        let d = to_sun.norm();
+        let sunlight = visible * pressure(d);
+        let (mut force, mut moment) = self.lit(sunlight, &(to_body * (to_sun / d)));
+        let p = &self.p;
+        let far = sun.norm();
+        let e = planet_light(&u.body.position, &(sun / far), p.planet_radius, p.albedo, p.infrared);
+        let share = e.norm();
+        let planet_pressure = share * pressure(far);
+        if share > 0.0 {
+            let (f, m) = self.lit(planet_pressure, &(to_body * (e / -share)));
+            force += f;
+            moment += m;
+        }
+        let turn = u.body.rotation;
+        let load = Wrench { moment: turn * moment, force: turn * force };
+        LitOut { load, visible, pressure: sunlight, planet_pressure }
+    }
+    fn guards(&self, c: &Clock, _: &(), _: &(), _: &(), u: &LitIn) -> LitEdges {
+        let (_, _, discs) = self.look(c.t, u.body.position);
+        LitEdges { penumbra: discs.penumbra_edge(), umbra: discs.umbra_edge() }
+    }
+    /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
+    fn fired(&self, _: &Clock, _: usize) -> ((), ()) {
+        ((), ())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linkwork_spatial::Quat;
+    use std::sync::Arc;
+
+    struct Along(Vec3);
+    impl Sun for Along {
+        fn state(&self, _: f64) -> SunState {
+            SunState { direction: self.0, distance_au: 1.0 }
+        }
+    }
+
+    fn panel(area: f64, normal: Vec3, centre: Vec3) -> LitPanel {
+        LitPanel { area, normal, centre, specular: 0.3, diffuse: 0.2 }
+    }
+
+    fn model(
+        panels: Vec<LitPanel>,
+        albedo: f64,
+        infrared: f64,
+    ) -> Result<PanelRadiation, BuildError> {
+        let sun = Arc::new(Along(Vec3::x())) as Arc<dyn Sun>;
+        PanelRadiation::build(RadiationPanelParams {
+            panels,
+            planet_radius: 6_378_137.0,
+            albedo,
+            infrared,
+            sun: Handle::new("sun", sun),
+        })
+    }
+
+    fn at(model: &PanelRadiation, position: Vec3, rotation: Quat) -> LitOut {
+        let body = NodeState { position, rotation, ..NodeState::identity() };
+        model.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &LitIn { body }, &())
+    }
+
+    #[test]
+    fn a_plate_has_the_golden_force_in_any_attitude() {
+        let near = (AU / (AU - 7e6)).powi(2);
+        let golden = Vec3::new(-2.2374781585018852e-5, -4.48781253029662e-6, 0.0) * near;
+        let normal = Vec3::new(0.4f64.cos(), 0.4f64.sin(), 0.0);
+        let turn = Quat::from_euler_angles(0.7, -0.3, 1.9);
+        let arm = Vec3::new(0.2, -0.5, 1.1);
+        let back = |v: Vec3| turn.inverse() * v;
+        let m = model(vec![panel(4.0, back(normal * 3.0), back(arm))], 0.0, 0.0).unwrap();
+        // On the line to the Sun, which is nearer by the way.
+        let y = at(&m, Vec3::new(7e6, 0.0, 0.0), turn);
+        assert!((y.load.force - golden).norm() < 1e-13 * golden.norm(), "{:?}", y.load.force);
+        assert!((y.load.moment - arm.cross(&golden)).norm() < 1e-12 * golden.norm());
+        // From behind, and in the shadow, there is none.
+        let m = model(vec![panel(4.0, -Vec3::x(), arm)], 0.0, 0.0).unwrap();
+        assert_eq!(at(&m, Vec3::new(0.0, 7e6, 0.0), Quat::identity()).load.force, Vec3::zeros());
+        let m = model(vec![panel(4.0, Vec3::x(), arm)], 0.0, 0.0).unwrap();
+        assert_eq!(at(&m, Vec3::new(-7e6, 0.0, 0.0), Quat::identity()).load.force, Vec3::zeros());
+    }
+
+    /// Black panels all around a small box are pushed as a black ball of the same shadow would be: F = −p A_shadow ŝ.
+    #[test]
+    fn a_black_cube_swallows_the_light_of_its_shadow() {
+        let axes = [Vec3::x(), Vec3::y(), Vec3::z()];
+        let faces = axes.iter().flat_map(|n| [*n, -n]);
+        let black = |n: Vec3| LitPanel { specular: 0.0, diffuse: 0.0, ..panel(1.0, n, n * 0.5) };
+        let m = model(faces.map(black).collect(), 0.0, 0.0).unwrap();
+        let turn = Quat::from_euler_angles(0.4, 0.9, -0.2);
+        let y = at(&m, Vec3::new(8e6, 0.0, 0.0), turn);
+        let s = turn.inverse() * Vec3::x();
+        let shadow = s.x.abs() + s.y.abs() + s.z.abs();
+        let wanted = -Vec3::x() * (y.pressure * shadow);
+        assert!((y.load.force - wanted).norm() < 1e-13 * wanted.norm(), "{:?}", y.load.force);
+        assert!(y.load.moment.norm() < 1e-12 * y.load.force.norm(), "its middle is in the middle");
+    }
+
+    #[test]
+    fn the_planet_pushes_up() {
+        // A little towards the Sun from abeam, so that it does not see the panel that looks down.
+        let r = Vec3::new(2e6, 6.7e6, 0.3e6);
+        let up = r.normalize();
+        let lit = |infrared: f64, albedo: f64| {
+            let down = panel(2.0, -up, Vec3::zeros());
+            let black = LitPanel { specular: 0.0, diffuse: 0.0, ..down };
+            at(&model(vec![black], albedo, infrared).unwrap(), r, Quat::identity())
+        };
+        // Heat: (R/r)²/4 of the sunlight's pressure, straight up.
+        let y = lit(1.0, 0.0);
+        let wanted = 4.56e-6 * 0.25 * (6_378_137.0 / r.norm()).powi(2);
+        assert!((y.planet_pressure / wanted - 1.0).abs() < 1e-8, "{}", y.planet_pressure);
+        assert!((y.load.force - up * (2.0 * wanted)).norm() < 1e-8 * wanted, "{:?}", y.load.force);
+        // Half of the ground is lit, at a low sun.
+        let y = lit(0.0, 0.3);
+        assert!(
+            y.planet_pressure > 0.02 * 4.56e-6 && y.planet_pressure < 0.1 * 4.56e-6,
+            "{}",
+            y.planet_pressure
+        );
+        assert_eq!(lit(0.0, 0.0).planet_pressure, 0.0);
+    }
+
+    #[test]
+    fn what_is_no_panel_is_refused() {
+        let told = |p: LitPanel| model(vec![p], 0.0, 0.0).err().unwrap().to_string();
+        assert!(
+            told(panel(1.0, Vec3::zeros(), Vec3::zeros()))
+                .contains("panel 1: its normal has no length")
+        );
+        let mirror = LitPanel { specular: 0.9, ..panel(1.0, Vec3::x(), Vec3::zeros()) };
+        assert!(told(mirror).contains("sends back 1.1 of the light"));
+    }
+}

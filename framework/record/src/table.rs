@@ -1,0 +1,303 @@
+//! Tables that other programs wrote, as CSV or Parquet: columns of numbers by their titles.
+//!
+//! A table is read whole. Of CSV the first line has the titles, cells are separated by commas, and an empty cell or
+//! `nan` is a gap. Of Parquet, columns of whole and of floating-point numbers are read, nulls as gaps; compression may
+//! be none or Snappy. A gap is NaN.
+use parquet::basic::Type as Physical;
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::DataType;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use std::fs::File;
+use std::path::Path;
+
+/// Why a table, or a column of it, cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("table `{table}`: {fact}\n  help: {help}")]
+pub struct TableError {
+    /// The file.
+    pub table: String,
+    /// What is wrong, and where.
+    pub fact: String,
+    /// What to do about it.
+    pub help: String,
+}
+
+/// What a column holds.
+#[derive(Clone, Debug)]
+enum Column {
+    Numbers(Vec<f64>),
+    /// No numbers: where that is seen, in words.
+    Other(String),
+}
+
+/// A table in memory.
+#[derive(Clone, Debug)]
+pub struct Table {
+    name: String,
+    columns: Vec<(String, Column)>,
+    rows: usize,
+}
+
+/// Largest table that is read (bytes).
+const LARGEST: u64 = 1 << 31;
+
+impl Table {
+    /// Reads a `.csv` or `.parquet` file.
+    ///
+    /// # Errors
+    /// It cannot be read, is of another kind, or its lines have different numbers of cells.
+    pub fn read(path: &Path) -> Result<Table, TableError> {
+        let name = path.display().to_string();
+        let fail = |fact: String, help: &str| TableError {
+            table: name.clone(),
+            fact,
+            help: help.to_string(),
+        };
+        let about = "name a .csv or .parquet file that is there";
+        let size = std::fs::metadata(path).map_err(|e| fail(e.to_string(), about))?.len();
+        if size > LARGEST {
+            let help = "take every tenth of its rows, or only the columns that are used";
+            return Err(fail(format!("it has {size} bytes, more than {LARGEST}"), help));
+        }
+        let (columns, rows) = match path.extension().and_then(|e| e.to_str()) {
+            Some("csv") => {
+                let text = std::fs::read_to_string(path).map_err(|e| fail(e.to_string(), about))?;
+                let help = "write one line of titles, then one line for each row, cells separated by commas";
+                csv_columns(&text).map_err(|fact| fail(fact, help))?
+            }
+            Some("parquet") => {
+                let help = "write it again, with compression `none` or `snappy`";
+                let file = File::open(path).map_err(|e| fail(e.to_string(), about))?;
+                parquet_columns(file).map_err(|e| fail(format!("parquet: {e}"), help))?
+            }
+            _ => return Err(fail("its name ends neither in .csv nor in .parquet".into(), about)),
+        };
+        Ok(Table { name, columns, rows })
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Titles of the columns, in their order.
+    pub fn titles(&self) -> Vec<&str> {
+        self.columns.iter().map(|(title, _)| title.as_str()).collect()
+    }
+
+    /// The numbers of the column of a title, one for each row; gaps are NaN.
+    ///
+    /// # Errors
+    /// There is no such column, or there are two, or it holds something else than numbers.
+    pub fn numbers(&self, title: &str) -> Result<&[f64], TableError> {
+        let fail = |fact: String, help: String| TableError { table: self.name.clone(), fact, help };
+        let mut found = self.columns.iter().filter(|(t, _)| t == title);
+        let Some((_, column)) = found.next() else {
+            let help = linkwork_runtime::remedy(title, "columns", &self.titles());
+            return Err(fail(format!("it has no column `{title}`"), help));
+        };
+        if found.next().is_some() {
+            let help = "give each column a title of its own";
+            return Err(fail(format!("it has two columns `{title}`"), help.into()));
+        }
+        match column {
+            Column::Numbers(numbers) => Ok(numbers),
+            Column::Other(fact) => {
+                let help = "name a column of numbers, or mend that cell; an empty one is a gap";
+                Err(fail(format!("its column `{title}` holds {fact}"), help.into()))
+            }
+        }
+    }
+}
+
+/// A cell of a CSV file: NaN where it is empty.
+fn cell(text: &str) -> Option<f64> {
+    if text.is_empty() { Some(f64::NAN) } else { text.parse().ok() }
+}
+
+fn csv_columns(text: &str) -> Result<(Vec<(String, Column)>, usize), String> {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+    let titles = reader.headers().map_err(|e| e.to_string())?;
+    let mut columns: Vec<(String, Column)> =
+        titles.iter().map(|t| (t.to_string(), Column::Numbers(Vec::new()))).collect();
+    if columns.is_empty() {
+        return Err("it is empty".into());
+    }
+    let mut rows = 0;
+    for record in reader.records() {
+        let record = record.map_err(|e| e.to_string())?;
+        let line = record.position().map_or(0, csv::Position::line);
+        for ((_, column), text) in columns.iter_mut().zip(&record) {
+            let Column::Numbers(numbers) = column else { continue };
+            match cell(text) {
+                Some(x) => numbers.push(x),
+                None => *column = Column::Other(format!("`{text}` in line {line}")),
+            }
+        }
+        rows += 1;
+    }
+    Ok((columns, rows))
+}
+
+fn parquet_columns(file: File) -> Result<(Vec<(String, Column)>, usize), ParquetError> {
+    let reader = SerializedFileReader::new(file)?;
+    let schema = reader.metadata().file_metadata().schema_descr_ptr();
+    let mut columns = Vec::new();
+    let rows = usize::try_from(reader.metadata().file_metadata().num_rows()).unwrap_or(0);
+    for k in 0..schema.num_columns() {
+        let about = schema.column(k);
+        let kind = about.physical_type();
+        let plain = about.max_rep_level() == 0 && about.max_def_level() <= 1;
+        let numbers =
+            [Physical::DOUBLE, Physical::FLOAT, Physical::INT32, Physical::INT64].contains(&kind);
+        if !(plain && numbers) {
+            let what = if plain { format!("{kind} and no numbers") } else { "lists".into() };
+            columns.push((about.path().string(), Column::Other(what)));
+            continue;
+        }
+        let optional = about.max_def_level() == 1;
+        let mut out = Vec::with_capacity(rows);
+        for group in 0..reader.num_row_groups() {
+            let group = reader.get_row_group(group)?;
+            let n = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
+            match group.get_column_reader(k)? {
+                ColumnReader::DoubleColumnReader(mut r) => {
+                    take(&mut r, n, optional, &mut out, |x| x)
+                }
+                ColumnReader::FloatColumnReader(mut r) => {
+                    take(&mut r, n, optional, &mut out, f64::from)
+                }
+                ColumnReader::Int32ColumnReader(mut r) => {
+                    take(&mut r, n, optional, &mut out, f64::from)
+                }
+                ColumnReader::Int64ColumnReader(mut r) => {
+                    take(&mut r, n, optional, &mut out, |x| x as f64)
+                }
+                _ => Ok(()),
+            }?;
+        }
+        if out.len() != rows {
+            let fact = format!("column `{}` has {} cells of {rows}", about.path(), out.len());
+            return Err(ParquetError::EOF(fact));
+        }
+        columns.push((about.path().string(), Column::Numbers(out)));
+    }
+    Ok((columns, rows))
+}
+
+/// Cells of one group of rows; nulls become NaN.
+fn take<T: DataType>(
+    reader: &mut ColumnReaderImpl<T>,
+    rows: usize,
+    optional: bool,
+    out: &mut Vec<f64>,
+    number: impl Fn(T::T) -> f64,
+) -> Result<(), ParquetError> {
+    let (mut there, mut values) = (Vec::new(), Vec::new());
+    let mut read = 0;
+    while read < rows {
+        let there = optional.then_some(&mut there);
+        let (records, ..) = reader.read_records(rows - read, there, None, &mut values)?;
+        if records == 0 {
+            return Err(ParquetError::EOF("a group of rows ends early".into()));
+        }
+        read += records;
+    }
+    let mut values = values.into_iter().map(number);
+    if optional {
+        let cells = there.iter().map(|there| if *there > 0 { values.next() } else { None });
+        out.extend(cells.map(|x| x.unwrap_or(f64::NAN)));
+    } else {
+        out.extend(values);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::columns::{Cells, ParquetFile};
+
+    fn written(name: &str, bytes: &[u8]) -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        (folder, path)
+    }
+
+    fn same(a: &[f64], b: &[f64]) {
+        let bits = |v: &[f64]| {
+            v.iter().map(|x| if x.is_nan() { 1 } else { x.to_bits() }).collect::<Vec<_>>()
+        };
+        assert_eq!(bits(a), bits(b));
+    }
+
+    #[test]
+    fn columns_of_csv_are_numbers_gaps_or_told() {
+        let text =
+            "time, x [ft], note, x [m]\n0, 1.5E3, start, 1\n0.1, , , nan\n\"0.2\",-2,end,-3e-1\n";
+        let (_folder, path) = written("t.csv", text.as_bytes());
+        let table = Table::read(&path).unwrap();
+        assert_eq!((table.rows(), table.titles()), (3, vec!["time", "x [ft]", "note", "x [m]"]));
+        same(table.numbers("time").unwrap(), &[0.0, 0.1, 0.2]);
+        same(table.numbers("x [ft]").unwrap(), &[1500.0, f64::NAN, -2.0]);
+        same(table.numbers("x [m]").unwrap(), &[1.0, f64::NAN, -0.3]);
+        let e = table.numbers("note").unwrap_err().to_string();
+        assert!(e.contains("column `note` holds `start` in line 2") && e.contains("help: "), "{e}");
+        let e = table.numbers("tiem").unwrap_err().to_string();
+        assert!(e.contains("no column `tiem`") && e.contains("did you mean `time`"), "{e}");
+    }
+
+    #[test]
+    fn columns_of_parquet_are_the_same_numbers() {
+        let (whole, number) = ([0, 1, 1 << 40], [1.0 / 3.0, f64::NAN, -0.0]);
+        let sparse = [None, Some(2.5), None];
+        let texts = ["a", "b", "c"].map(String::from);
+        let all = [
+            ("n", Cells::Whole(&whole)),
+            ("y [m]", Cells::Number(&number)),
+            ("z", Cells::Sparse(&sparse)),
+            ("why", Cells::Text(&texts)),
+        ];
+        let mut file = ParquetFile::new(Vec::new(), "t", all, None).unwrap();
+        file.rows(all.map(|c| c.1)).unwrap();
+        file.rows(all.map(|c| c.1)).unwrap();
+        let bytes = file.finish().unwrap();
+        let (_folder, path) = written("t.parquet", &bytes);
+        let table = Table::read(&path).unwrap();
+        assert_eq!(table.rows(), 6);
+        let whole = whole.map(|x| x as f64);
+        same(table.numbers("n").unwrap(), &[whole, whole].concat());
+        same(table.numbers("y [m]").unwrap(), &[number, number].concat());
+        let sparse = sparse.map(|x| x.unwrap_or(f64::NAN));
+        same(table.numbers("z").unwrap(), &[sparse, sparse].concat());
+        let e = table.numbers("why").unwrap_err().to_string();
+        assert!(e.contains("holds BYTE_ARRAY and no numbers"), "{e}");
+        // Cut anywhere it is refused, and nothing panics.
+        for at in [0, 3, 40, bytes.len() / 2, bytes.len() - 1] {
+            let (_folder, path) = written("cut.parquet", &bytes[..at]);
+            let e = Table::read(&path).unwrap_err().to_string();
+            assert!(e.contains("cut.parquet") && e.contains("help: "), "{e}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_table_is_refused() {
+        for (name, text, fact) in [
+            ("a.csv", "", "it is empty"),
+            ("b.csv", "t,x\n0\n", "line: 2"),
+            ("c.txt", "t,x\n0,1\n", "neither in .csv nor in .parquet"),
+            ("d.parquet", "t,x\n0,1\n", "parquet: "),
+        ] {
+            let (_folder, path) = written(name, text.as_bytes());
+            let e = Table::read(&path).unwrap_err().to_string();
+            assert!(e.contains(name) && e.contains(fact) && e.contains("help: "), "{e}");
+        }
+        let e = Table::read(Path::new("nowhere.csv")).unwrap_err().to_string();
+        assert!(e.contains("nowhere.csv") && e.contains("help: "), "{e}");
+        let (_folder, path) = written("e.csv", b"t,x,x\n0,1,2\n");
+        let e = Table::read(&path).unwrap().numbers("x").unwrap_err().to_string();
+        assert!(e.contains("two columns `x`"), "{e}");
+    }
+}
