@@ -5,14 +5,16 @@
 //! ρ, p  those of the model times a factor of the height, for a day that differs from it; temperature and a stay
 //! us76  NOAA-S/T 76-1562; heights are turned into geopotential ones with r₀ = 6356766 m inside
 //! msis  NRLMSISE-00 (Picone et al. 2002); p = k T Σ n, a = √(γ p/ρ)
-//! mars  a Mars-GRAM table (ln ρ and T linear between rows), or one line each: p = 699 e^(−0.00009 h)
+//! mars  a Mars-GRAM table (ln ρ and T linear between rows), or several by season and dust (linear in both), or one line each: p = 699 e^(−0.00009 h)
 //! ```
 //! Nearer to the centre than 43 km (Earth) there is no geodetic height and the numbers are NaN.
 
+use crate::mars_sun::MarsTime;
 use crate::planet::{Centre, DensityLayer, Planet, PlanetParams, WindLayer, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_world::atmosphere::{
-    self as world, Gas, Layout, Magnetic, Msis, Outside, Profile, SpaceWeather, Table, Us76,
+    self as world, Climate, ClimateEntry, Gas, Layout, Magnetic, Msis, Outside, Profile,
+    SpaceWeather, Table, Us76,
 };
 use linkwork_world::planet::{Epoch, Geodetic};
 
@@ -203,12 +205,34 @@ impl Service for MsisAtmosphere {
     }
 }
 
+/// A table of a climate.
+#[derive(Params, Clone, Debug)]
+pub struct ClimateTable {
+    /// The Sun's longitude L_s for which it was made.
+    #[param(unit = "rad")]
+    pub season: f64,
+    /// Optical depth of the dust for which it was made.
+    #[param(range = 0.0..)]
+    pub dust: f64,
+    /// Output of Mars-GRAM, as in `table`.
+    pub table: String,
+}
+
 /// The air of Mars.
 #[derive(Params, Clone, Debug)]
 pub struct MarsAirParams {
     /// Output of Mars-GRAM with columns HgtMOLA, Denkgm3, Temp; unwritten: the simple model, which holds below 30 km.
     #[param(default = None)]
     pub table: Option<String>,
+    /// Such tables at several seasons and dust loads, one for each pair of them, instead of `table`.
+    #[param(default = Vec::new())]
+    pub climate: Vec<ClimateTable>,
+    /// With `climate`: the Sun's longitude L_s, 0 at the northern spring equinox; unwritten: that of the epoch in `planet`.
+    #[param(unit = "rad")]
+    pub season: Option<f64>,
+    /// With `climate`: optical depth of the dust.
+    #[param(range = 0.0..)]
+    pub dust: Option<f64>,
     /// Shape and rotation.
     #[param(default = PlanetParams::of(Centre::Mars))]
     pub planet: PlanetParams,
@@ -238,21 +262,63 @@ impl Atmosphere for MarsAtmosphere {
     }
 }
 
-/// The air of Mars from a Mars-GRAM table, or as one line each; heights are above the ellipsoid, the areoid
+/// The air of Mars from a Mars-GRAM table, from several by season and dust, or as one line each; heights are above the ellipsoid, the areoid
 /// differs from it by up to 2 km. Beyond the table density goes on with its last slope.
 #[service("environment.mars_air", Atmosphere)]
 impl Service for MarsAtmosphere {
     type Params = MarsAirParams;
     fn build(p: MarsAirParams, files: &Files) -> Result<Self, BuildError> {
         let around = Around::new(&p.planet, &p.winds, &p.density)?;
-        let Some(name) = &p.table else { return Ok(MarsAtmosphere { around, table: None }) };
-        let path = files.resolve(name).map_err(|e| e.at("table"))?;
-        let text = linkwork_formats::whole_text(&path).map_err(|e| {
-            BuildError::new(format!("`{name}`: {e}")).help("a text file is wanted").at("table")
-        })?;
-        let table = Table::read(name, &text, &Layout::MARS_GRAM, Outside::Continue, Gas::MARS)
-            .map_err(|e| fault(&e, "table"))?;
-        Ok(MarsAtmosphere { around, table: Some(table) })
+        let read = |name: &str, param: &'static str| {
+            let path = files.resolve(name).map_err(|e| e.at(param))?;
+            let text = linkwork_formats::whole_text(&path).map_err(|e| {
+                BuildError::new(format!("`{name}`: {e}")).help("a text file is wanted").at(param)
+            })?;
+            Table::read(name, &text, &Layout::MARS_GRAM, Outside::Continue, Gas::MARS)
+                .map_err(|e| fault(&e, param))
+        };
+        let table = match (&p.table, p.climate.is_empty()) {
+            (Some(_), false) => {
+                return Err(BuildError::new("`table` and `climate` are both given")
+                    .help("give one table, or a climate of several")
+                    .at("climate"));
+            }
+            (table, true) => {
+                for (param, given) in [("season", p.season), ("dust", p.dust)] {
+                    if given.is_some() {
+                        return Err(BuildError::new(format!("`{param}` without `climate`"))
+                            .help("give `climate: [(season: .., dust: .., table: ..)]`, or leave it out")
+                            .at(param));
+                    }
+                }
+                table.as_deref().map(|name| read(name, "table")).transpose()?
+            }
+            (None, false) => {
+                let one = |c: &ClimateTable| {
+                    let air = read(&c.table, "climate")?;
+                    Ok(ClimateEntry { season: c.season, dust: c.dust, air })
+                };
+                let tables: Vec<ClimateEntry> =
+                    p.climate.iter().map(one).collect::<Result<_, BuildError>>()?;
+                let climate = Climate::new(tables).map_err(|e| fault(&e, "climate"))?;
+                let season = match p.season {
+                    Some(season) => season,
+                    None => {
+                        let epoch = p.planet.epoch("a climate without `season`")?;
+                        MarsTime::at(epoch.tt().0 - 2_451_545.0 + epoch.tt().1).solar_longitude_deg.to_radians()
+                    }
+                };
+                let Some(dust) = p.dust else {
+                    let (least, most) = climate.dust_range();
+                    return Err(BuildError::new("`climate` needs `dust`, the optical depth now")
+                        .help(format!("its tables have {least} to {most}"))
+                        .at("dust"));
+                };
+                let air = climate.table(season, dust, Outside::Continue, Gas::MARS);
+                Some(air.map_err(|e| fault(&e, "dust"))?)
+            }
+        };
+        Ok(MarsAtmosphere { around, table })
     }
 }
 
@@ -322,10 +388,93 @@ mod tests {
         assert!(e.message.contains("needs an epoch"), "{}", e.message);
     }
 
+    fn bare(planet: PlanetParams) -> MarsAirParams {
+        MarsAirParams {
+            table: None,
+            climate: vec![],
+            season: None,
+            dust: None,
+            planet,
+            winds: vec![],
+            density: vec![],
+        }
+    }
+
+    /// What it should be is written out: four tables with ln ρ and T by hand.
+    #[test]
+    fn season_and_dust_choose_the_air_of_mars() {
+        let dir = tempfile::tempdir().unwrap();
+        let files = Files::of(vec![dir.path().to_path_buf()]);
+        let one = |name: &str, density: f64, kelvin: f64, top: f64| {
+            let text = format!(
+                "HgtMOLA Temp Denkgm3\n0 {kelvin} {density}\n{top} {} {}\n",
+                kelvin - 20.0,
+                0.1 * density
+            );
+            std::fs::write(dir.path().join(name), text).unwrap();
+        };
+        one("spring_clear.txt", 0.02, 220.0, 20.0);
+        one("spring_dusty.txt", 0.01, 240.0, 20.0);
+        one("autumn_clear.txt", 0.008, 200.0, 40.0);
+        one("autumn_dusty.txt", 0.004, 230.0, 20.0);
+        let table = |season: f64, dust: f64, name: &str| ClimateTable {
+            season: season.to_radians(),
+            dust,
+            table: name.to_string(),
+        };
+        let climate = vec![
+            table(200.0, 1.1, "autumn_dusty.txt"),
+            table(20.0, 0.1, "spring_clear.txt"),
+            table(200.0, 0.1, "autumn_clear.txt"),
+            table(20.0, 1.1, "spring_dusty.txt"),
+        ];
+        let p = MarsAirParams { climate, ..bare(PlanetParams::of(Centre::Mars)) };
+        let at = |p: &MarsAirParams, season: Option<f64>, dust: Option<f64>| {
+            let season = season.map(f64::to_radians);
+            MarsAtmosphere::build(MarsAirParams { season, dust, ..p.clone() }, &files)
+        };
+        let air = |season: f64, dust: f64, h: f64| {
+            let built =
+                at(&p, Some(season), Some(dust)).unwrap_or_else(|e| panic!("{}", e.message));
+            built.air(0.0, Vec3::x() * (3_396_190.0 + h))
+        };
+        let near = |a: Air, density: f64, kelvin: f64| {
+            assert!((a.density / density - 1.0).abs() < 1e-9, "{} for {density}", a.density);
+            assert!((a.temperature - kelvin).abs() < 1e-6, "{} for {kelvin}", a.temperature);
+        };
+        // A table itself; half of the way from one to the next; across the new year, a quarter of the way.
+        near(air(20.0, 0.1, 0.0), 0.02, 220.0);
+        near(air(380.0, 1.1, 10_000.0), 0.01 * 0.1f64.sqrt(), 230.0);
+        near(air(110.0, 0.1, 0.0), (0.02f64 * 0.008).sqrt(), 210.0);
+        near(air(-25.0, 0.1, 0.0), 0.02f64.powf(0.75) * 0.008f64.powf(0.25), 215.0);
+        near(air(20.0, 0.35, 0.0), 0.02f64.powf(0.75) * 0.01f64.powf(0.25), 225.0);
+        // At 20 km the higher table is between its rows.
+        let middle = (0.002f64 * 0.008 * 0.1f64.sqrt()).sqrt();
+        near(air(110.0, 0.1, 20_000.0), middle, 0.5 * (200.0 + 190.0));
+        // The season of a date: L_s 327.3° on 2004-01-03, Mars24's second example.
+        let epoch = Some("2004-01-03 13:46:31 UTC".to_string());
+        let dated =
+            MarsAirParams { planet: PlanetParams { epoch, ..p.planet.clone() }, ..p.clone() };
+        let of_date = at(&dated, None, Some(0.1)).unwrap().air(0.0, Vec3::x() * 3_396_190.0);
+        near(of_date, air(327.324_16, 0.1, 0.0).density, air(327.324_16, 0.1, 0.0).temperature);
+
+        let refused = |p: &MarsAirParams, season, dust| at(p, season, dust).err().unwrap().message;
+        assert!(refused(&p, Some(20.0), Some(1.2)).contains("dust from 0.1 to 1.1"));
+        assert!(refused(&p, Some(20.0), None).contains("needs `dust`"));
+        assert!(refused(&p, None, Some(0.1)).contains("needs an epoch"));
+        let mut hole = p.clone();
+        hole.climate.pop();
+        assert!(refused(&hole, Some(20.0), Some(0.1)).contains("0 tables at the season 20.0°"));
+        let both = MarsAirParams { table: Some("spring_clear.txt".into()), ..p.clone() };
+        assert!(refused(&both, Some(20.0), Some(0.1)).contains("both given"));
+        let none = bare(PlanetParams::of(Centre::Mars));
+        assert!(refused(&none, None, Some(0.1)).contains("`dust` without `climate`"));
+    }
+
     #[test]
     fn the_air_of_mars_from_a_line_or_a_table() {
         let planet = PlanetParams::of(Centre::Mars);
-        let p = MarsAirParams { table: None, planet, winds: vec![], density: vec![] };
+        let p = MarsAirParams { table: None, ..bare(planet) };
         let simple = MarsAtmosphere::build(p.clone(), &Files::default()).unwrap();
         let point = |h: f64| Vec3::x() * (3_396_190.0 + h);
         let a = simple.air(0.0, point(5000.0));
@@ -360,7 +509,7 @@ mod tests {
     fn the_air_of_a_day_is_that_of_the_model_times_a_factor_by_height() {
         let planet = PlanetParams::of(Centre::Mars);
         let of = |density: Vec<DensityLayer>| {
-            let p = MarsAirParams { table: None, planet: planet.clone(), winds: vec![], density };
+            let p = MarsAirParams { density, ..bare(planet.clone()) };
             MarsAtmosphere::build(p, &Files::default())
         };
         let layer = |altitude: f64, factor: f64| DensityLayer { altitude, factor };

@@ -71,6 +71,14 @@ pub enum WorldError {
         /// What to do.
         help: &'static str,
     },
+    /// Tables of a climate that do not make one.
+    #[error("{fact}\n  help: {help}")]
+    Climate {
+        /// What is wrong.
+        fact: String,
+        /// What to do.
+        help: &'static str,
+    },
     /// A mesh that is no closed surface.
     #[error("{place}: {fact}\n  help: {help}")]
     Mesh {

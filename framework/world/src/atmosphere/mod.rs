@@ -3,6 +3,7 @@
 //! Altitudes are *geometric*, above the ellipsoid or mean sea level as the model says, in metres; where a
 //! source counts geopotential altitude it is converted and the item says so.
 
+mod climate;
 mod dryden;
 mod exponential;
 mod gas;
@@ -12,6 +13,7 @@ mod profile;
 mod table;
 mod us76;
 
+pub use climate::{Climate, ClimateEntry};
 pub use dryden::{Dryden, DrydenState, Turbulence};
 pub use exponential::Exponential;
 pub use gas::{Air, Gas, dynamic_pressure, mach};

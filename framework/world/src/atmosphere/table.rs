@@ -172,6 +172,12 @@ impl Table {
         })
     }
 
+    /// The entries by rising altitude: altitude (m, in what the table counts), ρ (kg/m³), T (K).
+    pub fn entries(&self) -> impl Iterator<Item = [f64; 3]> {
+        let rows = self.altitude.iter().zip(&self.log_density).zip(&self.temperature);
+        rows.map(|((h, log), t)| [*h, log.exp(), *t])
+    }
+
     /// Lowest and highest entry, m, in what the table counts.
     #[must_use]
     pub fn range(&self) -> (f64, f64) {
