@@ -62,7 +62,9 @@ mod linkage;
 mod manipulability;
 mod model;
 mod part;
+mod priorities;
 mod robot;
+mod support;
 
 pub use bounded::{Sweeps, bounded};
 pub use closed_form::ClosedForm;
@@ -79,7 +81,11 @@ pub use linkwork_spatial as spatial;
 pub use manipulability::{Manipulability, Rows};
 pub use model::{ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
 pub use part::{Part, PartSpec};
+pub use priorities::{Met, NoSolution, Priorities};
 pub use robot::{
-    Answer, Balance, Best, Effort, Friction, Goal, Grasp, Gripped, HandWeights, Hold, MoveSqueeze,
-    Outcome, Path, PathProgress, Planner, Prefer, Push, Robot, Search, Shared, TaskSpace, Way,
+    Aim, Answer, Balance, Balanced, Best, Effort, Friction, Goal, Grasp, Gripped, Guards,
+    HandWeights, Hold, MotionLimits, MotionState, MoveSqueeze, Outcome, Path, PathProgress,
+    Planner, Prefer, Push, RateControl, Robot, Search, Shared, TaskSpace, Timed, Timing, Touch,
+    Transfer, Transferred, Way, WholeBody, Wish,
 };
+pub use support::{support_margin, support_polygon};
