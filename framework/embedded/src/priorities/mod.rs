@@ -129,7 +129,10 @@ impl Priorities {
                 self.B[free * i + k] = dot(row, &self.Z[n * k..n * (k + 1)]);
             }
         }
-        let rank = self.decompose(rows);
+        // Beside the rows as they were given: what earlier levels have settled leaves round-off alone.
+        let length = |x: &[f64]| dot(x, x).sqrt();
+        let greatest = A.chunks_exact(n).map(length).fold(0.0, f64::max);
+        let rank = self.decompose(rows, greatest);
         self.solve(rows, rank)?;
         // x = x + Z V (w, t); Z ← Z V₂.
         for k in 0..free {
@@ -148,12 +151,10 @@ impl Priorities {
         Ok(Met { residual: rest.map(|x| x * x).sum::<f64>().sqrt(), free: self.free })
     }
 
-    /// Columns of V (free each), an orthonormal basis whose first `rank` span the rows of B; T = B V₁ (rows × rank).
-    fn decompose(&mut self, rows: usize) -> usize {
+    /// Columns of V (free each), an orthonormal basis whose first `rank` span the rows of B, beside what is nothing to `greatest`; T = B V₁ (rows × rank).
+    fn decompose(&mut self, rows: usize, greatest: f64) -> usize {
         let free = self.free;
         let length = |x: &[f64]| dot(x, x).sqrt();
-        let greatest =
-            self.B[..rows * free].chunks_exact(free.max(1)).map(length).fold(0.0, f64::max);
         let mut rank = 0;
         self.T[..rows * free].copy_from_slice(&self.B[..rows * free]);
         // Rows that are longest beside those taken, first: Gram and Schmidt with pivots, each twice.
@@ -252,6 +253,9 @@ impl Priorities {
             }
             // What levels before have settled cannot be changed.
             if left <= 1e-18 * dot(c, c) {
+                if dot(c, &self.x) - d > 1e-6 * (1.0 + d.abs()) {
+                    return Err(NoSolution);
+                }
                 self.normals.truncate(at);
                 continue;
             }
