@@ -84,8 +84,8 @@ pub use part::{Part, PartSpec};
 pub use priorities::{Met, NoSolution, Priorities};
 pub use robot::{
     Aim, Answer, Balance, Balanced, Best, Effort, Friction, Goal, Grasp, Gripped, Guards,
-    HandWeights, Hold, MotionLimits, MotionState, MoveSqueeze, Outcome, Path, PathProgress,
-    Planner, Prefer, Push, RateControl, Robot, Search, Shared, TaskSpace, Timed, Timing, Touch,
-    Transfer, Transferred, Way, WholeBody, Wish,
+    HandWeights, Hold, Impedance, MotionLimits, MotionState, MoveSqueeze, Outcome, Path,
+    PathProgress, Planner, Prefer, Push, RateControl, Robot, Search, Shared, TaskSpace, Timed,
+    Timing, Touch, Transfer, Transferred, Way, WholeBody, Wish,
 };
 pub use support::{support_margin, support_polygon};

@@ -39,8 +39,7 @@ fn within_a_box_it_is_what_another_method_finds() {
         problem.level(&A, &b).unwrap();
         let column = |i: usize| -> Vec<f64> { A.iter().skip(i).step_by(n).copied().collect() };
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let N: Vec<f64> =
-            (0..n * n).map(|k| dot(&column(k / n), &column(k % n))).collect();
+        let N: Vec<f64> = (0..n * n).map(|k| dot(&column(k / n), &column(k % n))).collect();
         let right: Vec<f64> = (0..n).map(|i| dot(&column(i), &b)).collect();
         let mut x = vec![0.0; n];
         let sweeps = Sweeps { most: 200_000, settled: 1e-14 };

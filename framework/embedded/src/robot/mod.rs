@@ -27,7 +27,7 @@ pub use hold::{Grasp, Hold};
 pub use prefer::{Best, Prefer};
 pub use rate_control::{Guards, RateControl};
 pub use reach::{Answer, Effort, Goal, Outcome};
-pub use task::TaskSpace;
+pub use task::{Impedance, TaskSpace};
 pub use timing::{MotionLimits, Timed, Timing};
 pub use transfer::{MotionState, Transfer, Transferred};
 pub use way::{Planner, Search, Way};

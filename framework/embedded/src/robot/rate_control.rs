@@ -6,7 +6,8 @@
 //!              ∇w v ≥ (w_least − w)/T      for each chain that is to stay manipulable
 //! last         min |v|
 //! ```
-//! As a bound of the rate of its manipulability w a chain slows down towards a singular configuration, and does not swing through it.
+//! As a bound of the rate of its manipulability w a chain slows down towards a singular configuration, and does not swing through it; below its least it goes
+//! back up, as fast as half of what its limits leave.
 
 use super::wish::{Terms, Wish};
 use super::{Robot, numbers};
@@ -36,6 +37,8 @@ pub struct RateControl {
     b: Vec<f64>,
     row: Vec<f64>,
     gradient: Vec<f64>,
+    /// How fast each coordinate may go down and up.
+    within: Vec<[f64; 2]>,
 }
 
 impl RateControl {
@@ -53,6 +56,7 @@ impl RateControl {
             b: vec![0.0; rows],
             row: vec![0.0; nv],
             gradient: vec![0.0; nv],
+            within: vec![[0.0; 2]; nv],
         }
     }
 
@@ -125,6 +129,7 @@ impl RateControl {
                 // Outside, it comes back as fast as it may.
                 let most = (side * (limit - q) / guards.horizon).clamp(-l.rate, l.rate);
                 self.problem.bound(&self.row, most);
+                self.within[dof][usize::from(side > 0.0)] = most;
             }
         }
         for (part, least) in guards.manipulable {
@@ -139,8 +144,12 @@ impl RateControl {
                 self.row[*dof] = -g;
             }
             if self.row.iter().any(|x| *x != 0.0) {
-                // Below it, nothing is asked but to go no further down.
-                self.problem.bound(&self.row, ((w - least) / guards.horizon).max(0.0));
+                // Below it, back up: by as much as the limits leave at most, half of it.
+                let up = |(g, [down, up]): (&f64, &[f64; 2])| (-g * up).max(g * down).max(0.0);
+                let possible: f64 = self.row.iter().zip(&self.within).map(up).sum();
+                let share = 0.5 / guards.manipulable.len() as f64;
+                let room = ((w - least) / guards.horizon).max(-share * possible);
+                self.problem.bound(&self.row, room);
             }
         }
         Ok(())
