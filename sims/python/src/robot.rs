@@ -11,15 +11,20 @@ use linkwork_embedded::{
     ClosedForm, Effort, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner, Rows, Search,
     Way, formats,
 };
+use linkwork_multibody::BodyId;
 use linkwork_runtime::remedy;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+mod control;
 mod force;
 mod hold;
+mod motion;
+pub use control::{WholeBodyForces, support_margin, support_polygon};
 pub use hold::Grip;
+pub use motion::Trajectory;
 
 /// Random places between two looks at Ctrl-C.
 const DRAWS: usize = 50;
@@ -66,6 +71,14 @@ impl Collisions {
         self.model.object(name).ok_or_else(|| {
             let known: Vec<&str> = self.model.objects().map(|o| o.1).collect();
             refuse_with(format!("there is no object `{name}`"), remedy(name, "objects", &known))
+        })
+    }
+
+    fn body(&self, name: &str) -> PyResult<BodyId> {
+        let mbs = self.model.multibody();
+        mbs.body(name).ok_or_else(|| {
+            let known: Vec<&str> = mbs.bodies().iter().map(|b| b.name()).collect();
+            refuse_with(format!("there is no body `{name}`"), remedy(name, "bodies", &known))
         })
     }
 

@@ -511,8 +511,14 @@ impl Timing {
         let place = self.sections[i];
         let u = (self.x[i + 1] - self.x[i]) / (2.0 * place.length);
         let (since, begin) = (t - self.t[i], self.x[i].sqrt());
-        let along = (since * (begin + 0.5 * u * since)).clamp(0.0, place.length);
-        let rate = (begin + u * since).max(0.0);
+        let (along, rate) = match t < self.t[i + 1] {
+            true => {
+                let along = since * (begin + 0.5 * u * since);
+                (along.clamp(0.0, place.length), (begin + u * since).max(0.0))
+            }
+            // The end of a section to the bit: at the end of the way no rate is left.
+            false => (place.length, self.x[i + 1].sqrt()),
+        };
         let outside = time < 0.0 || time > self.duration();
         let [at, d1, d2] = &mut self.row;
         self.geometry.at(place.piece, place.sigma + along, at, d1, d2);
