@@ -222,3 +222,26 @@ def test_frames_are_found_from_places():
     assert found.identifiable.names[-6:] == ["tip.rx", "tip.ry", "tip.rz", "tip.px", "tip.py", "tip.pz"]
     other = rng.uniform(-2, 2, size=3)
     assert np.allclose(found.mechanism.state(other).position("tip"), m.state(other).position("tip") + off, atol=1e-9)
+
+
+def test_parts_of_a_pose_for_chains_and_frames():
+    r, m = robot(6), arm(6)
+    r.q = [0.3, -0.6, 0.8, 1.1, -0.4, 0.7]
+    X = r.tip_pose("arm")
+    point = X[:3, 3] + [0.02, 0.01, -0.03]
+    q = r.inverse_kinematics("arm", point, axis=[0, 0, 2], along=[0.1, 0.2, 1.0])
+    r.q = q
+    Y = r.tip_pose("arm")
+    assert np.allclose(Y[:3, 3], point, atol=1e-9) and np.allclose(np.cross(Y[:3, 2], [0.1, 0.2, 1.0]), 0, atol=1e-8)
+    q = m.inverse_kinematics(q, [lw.Target("tip", point + 0.05, plane=[1, 1, 1], axis=[1, 0, 0], look_at=[2, 0, 0], within=0.2)])
+    Z = m.state(q).pose("tip")
+    to = np.array([2, 0, 0]) - Z[:3, 3]
+    assert abs((Z[:3, 3] - point - 0.05).sum()) < 1e-8 and np.arccos(Z[:3, 0] @ to / np.linalg.norm(to)) < 0.2 + 1e-8
+    for wrong, words in [({"axis": [1, 0, 0]}, "half"), ({"within": 0.1}, "half"), ({"plane": [0, 0, 0]}, "no length"), ({"plane": [1, 0, 0], "line": [1, 0, 0]}, "one of them"),
+                         ({"axis": [1, 0, 0], "along": [1, 0, 0], "within": 4.0}, "cone")]:
+        with pytest.raises(lw.LinkworkError, match=words):
+            r.inverse_kinematics("arm", point, **wrong)
+        with pytest.raises(lw.LinkworkError, match=words):
+            m.inverse_kinematics(q, [lw.Target("tip", point, **wrong)])
+    with pytest.raises(lw.LinkworkError, match="one of them"):
+        r.inverse_kinematics("arm", X, axis=[1, 0, 0], along=[1, 0, 0])

@@ -618,7 +618,7 @@ class Robot(Collisions):
     def inverse_kinematics(
         self,
         part: str,
-        at: ArrayLike,
+        at: ArrayLike | None = None,
         q: ArrayLike | None = None,
         *,
         in_base: bool = False,
@@ -626,6 +626,12 @@ class Robot(Collisions):
         orientation_tolerance: float = 1e-9,
         steps: int = 100,
         restarts: int = 64,
+        axis: ArrayLike | None = None,
+        along: ArrayLike | None = None,
+        look_at: ArrayLike | None = None,
+        within: float = 0.0,
+        plane: ArrayLike | None = None,
+        line: ArrayLike | None = None,
     ) -> _Array: ...
     def inverse_kinematics_all(
         self,
@@ -927,11 +933,17 @@ class Target:
     def __new__(
         cls,
         frame: str,
-        at: ArrayLike,
+        at: ArrayLike | None = None,
         *,
         relative_to: str | None = None,
         position_weight: float = 1.0,
         orientation_weight: float = 1.0,
+        axis: ArrayLike | None = None,
+        along: ArrayLike | None = None,
+        look_at: ArrayLike | None = None,
+        within: float = 0.0,
+        plane: ArrayLike | None = None,
+        line: ArrayLike | None = None,
     ) -> Target: ...
 
 @final
