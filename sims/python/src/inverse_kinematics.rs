@@ -125,6 +125,21 @@ impl Target {
 }
 
 impl Target {
+    /// What is told by its shape alone.
+    fn of(frame: String, at: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (position, orientation) = place(at, &format!("target of \"{frame}\""))?;
+        let (relative_to, weights, pointing) = (None, (1.0, 1.0), None);
+        Ok(Self {
+            frame,
+            relative_to,
+            position,
+            orientation,
+            weights,
+            place: Place::Point,
+            pointing,
+        })
+    }
+
     fn resolve(&self, core: &Core) -> PyResult<dynamics::Target> {
         let relative_to = self.relative_to.as_deref().map(|f| core.frame(f)).transpose()?;
         Ok(dynamics::Target {
@@ -274,7 +289,7 @@ impl Mechanism {
         let mut list = Vec::new();
         if let Ok(map) = targets.cast::<PyDict>() {
             for (frame, at) in pairs(map) {
-                list.push(Target::new(frame.extract()?, &at, None, 1.0, 1.0)?.resolve(core)?);
+                list.push(Target::of(frame.extract()?, &at)?.resolve(core)?);
             }
         } else {
             for target in targets.try_iter()? {

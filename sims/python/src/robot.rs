@@ -361,7 +361,12 @@ impl Robot {
         let own = base(slf);
         let part = own.part(part)?;
         let (position, orientation) = place(at, "at")?;
-        let goal = Goal { position, orientation, in_base, ..Goal::pose(linkwork_spatial::Pose::identity()) };
+        let goal = Goal {
+            position,
+            orientation,
+            in_base,
+            ..Goal::pose(linkwork_spatial::Pose::identity())
+        };
         let q = own.q_or_own(q)?;
         let closed = own.model.closed_form(part, held).map_err(refuse)?;
         let mut out = vec![0.0; ClosedForm::MOST * q.len()];
