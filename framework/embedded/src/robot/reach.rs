@@ -248,7 +248,7 @@ impl Robot {
         Ok(missing)
     }
 
-    /// All configurations within limits that bring the tip of an arm with a [closed form](RobotModel::closed_form) to a pose. `q` (nq of the
+    /// All configurations within limits that bring the tip of an arm with a [closed form](crate::RobotModel::closed_form) to a pose. `q` (nq of the
     /// whole) says where what carries the chain is, the value of the hinge that is held, and what is near: each angle is the copy, by
     /// whole turns, nearest to q's within its limits, and an angle of which nothing depends (in a singular pose) stays.
     /// `out` takes whole configurations one after the other, the nearest to q first (sum of squares of angles): room for
